@@ -1,0 +1,46 @@
+"""Array doors: everything that ends in a verdict is float64, whatever the user's global JAX flag says."""
+
+import hashlib
+
+import jax
+import numpy as np
+
+from parc_jax.errors import InputError
+
+
+def x64():
+    """Context in which JAX computes in float64. Verdict kernels are called inside it; no global flag is touched."""
+    return jax.enable_x64(True)
+
+
+def as_float64(name: str, value, shape: tuple[int | None, ...]) -> np.ndarray:
+    """A finite, read-only float64 copy of `value` with the given shape (None = any length).
+
+    Raises InputError that says what was expected and what came.
+    """
+    try:
+        array = np.array(value, dtype=np.float64)
+    except (TypeError, ValueError) as error:
+        raise InputError(f"{name}: expected numbers of shape {_spell(shape)}; got {value!r:.80} ({error}).") from None
+    fits = array.ndim == len(shape) and all(want in (None, have) for want, have in zip(shape, array.shape, strict=True))
+    if not fits:
+        raise InputError(f"{name}: expected shape {_spell(shape)}; got {array.shape}.")
+    if not np.isfinite(array).all():
+        bad = int(np.size(array) - np.isfinite(array).sum())
+        raise InputError(f"{name}: expected finite numbers; got {bad} NaN or infinite entries. Clean the data first.")
+    array.setflags(write=False)
+    return array
+
+
+def content_hash(*arrays) -> str:
+    """SHA-256 over shapes and float64 bytes: equal content, equal hash, on every machine."""
+    digest = hashlib.sha256()
+    for array in arrays:
+        array = np.ascontiguousarray(np.asarray(array), dtype="<f8")
+        digest.update(repr(array.shape).encode())
+        digest.update(array.tobytes())
+    return digest.hexdigest()
+
+
+def _spell(shape) -> str:
+    return "(" + ", ".join("any" if n is None else str(n) for n in shape) + ("," if len(shape) == 1 else "") + ")"

@@ -1,0 +1,63 @@
+"""The tube: how far the black box may be from the model, per bin of k, interval and axis."""
+
+import numpy as np
+from flax import struct
+
+from parc_jax.arrays import as_float64, content_hash
+from parc_jax.errors import InputError
+
+
+@struct.dataclass
+class Tube:
+    """Interval and final errors by bin of k. Build with `tube`, which validates.
+
+    edges:    tuple over the n_k axes of (n_bins_i + 1,) increasing edges; the outer ones bound K.
+              Bins are closed boxes, numbered row-major (last axis fastest).
+    interval: (n_bins, T, n_p) [m]       |p(s) - p^(s)| per axis for all recorded s in [t, t + 1].
+    final:    (n_bins, n_p + n_q) [m, .] |final state - predicted|.
+    """
+
+    edges: tuple[np.ndarray, ...]
+    interval: np.ndarray
+    final: np.ndarray
+
+    @property
+    def n_bins(self) -> int:
+        """Number of bins of K."""
+        return self.interval.shape[0]
+
+    @property
+    def hash(self) -> str:
+        """Content hash of edges and widths."""
+        return content_hash(*self.edges, self.interval, self.final)
+
+    def bin_of(self, k: np.ndarray) -> np.ndarray:
+        """Bin number of k (..., n_k), one of the closed bins that contain it; -1 outside K."""
+        k = np.asarray(k)
+        number, inside = np.zeros(k.shape[:-1], int), np.ones(k.shape[:-1], bool)
+        for axis, edge in enumerate(self.edges):
+            x = k[..., axis]
+            inside &= (x >= edge[0]) & (x <= edge[-1])
+            number = number * (len(edge) - 1) + np.clip(np.searchsorted(edge, x, side="right") - 1, 0, len(edge) - 2)
+        return np.where(inside, number, -1)
+
+    def bin_box(self, number: int) -> tuple[np.ndarray, np.ndarray]:
+        """Corners lo (n_k,), hi (n_k,) of a bin."""
+        index = np.unravel_index(number, [len(e) - 1 for e in self.edges])
+        lo = np.array([e[i] for e, i in zip(self.edges, index, strict=True)])
+        hi = np.array([e[i + 1] for e, i in zip(self.edges, index, strict=True)])
+        return lo, hi
+
+
+def tube(edges, interval, final) -> Tube:
+    """Validated tube; widths must be finite and >= 0. Raises InputError."""
+    edges = tuple(as_float64(f"tube edges[{i}]", e, (None,)) for i, e in enumerate(edges))
+    for i, e in enumerate(edges):
+        if len(e) < 2 or not (np.diff(e) > 0).all():
+            raise InputError(f"tube edges[{i}]: expected at least two increasing numbers; got {e}.")
+    n_bins = int(np.prod([len(e) - 1 for e in edges]))
+    interval = as_float64("tube interval errors", interval, (n_bins, None, None))
+    final = as_float64("tube final errors", final, (n_bins, None))
+    if (interval < 0).any() or (final < 0).any():
+        raise InputError("tube: expected half widths >= 0; got a negative one.")
+    return Tube(edges, interval, final)

@@ -1,0 +1,17 @@
+"""Errors people can act on: what was expected, what came, what to try."""
+
+
+class ParcError(Exception):
+    """Base of every error this package raises on purpose."""
+
+
+class InputError(ParcError, ValueError):
+    """The caller's input cannot be used. One sentence: expected, got, what to try. Exit code 2 on the shell."""
+
+
+class BudgetError(ParcError, RuntimeError):
+    """A stated cap (regions, memory, seconds) was reached before the work was complete."""
+
+
+class SoundnessError(ParcError, RuntimeError):
+    """A proof obligation failed (incomplete region table, refused probe): nothing is certified from here on."""

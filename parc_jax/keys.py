@@ -1,0 +1,41 @@
+"""Random streams that never meet: training, bound, search, replay.
+
+Every rollout has a global row number; its key and its parameters depend on (seed, stage, row) alone, so the numbers do
+not depend on chunking, batch size, devices or hosts, and a resumed run continues bit for bit.
+"""
+
+import enum
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+
+
+class Stage(enum.IntEnum):
+    """What a stream is for. Two stages never share random numbers."""
+
+    TRAIN = 1
+    BOUND = 2
+    SEARCH = 3
+    REPLAY = 4
+    FIT = 5  # initial weights and minibatches: not rollouts
+    VALIDATE = 6
+
+
+def stream(key: jax.Array, stage: Stage) -> jax.Array:
+    """The key of one stage. Does not consume `key`."""
+    return jax.random.fold_in(key, int(stage))
+
+
+def row_keys(key: jax.Array, stage: Stage, rows: np.ndarray) -> jax.Array:
+    """Keys (B, 2) of the given global rollout rows (B,) of a stage."""
+    return _row_keys(stream(key, stage), jnp.asarray(rows, jnp.uint32))
+
+
+def split_rollout(key: jax.Array) -> tuple[jax.Array, jax.Array]:
+    """One rollout key (2,) -> (key that draws k, key that drives the system)."""
+    k_key, system_key = jax.random.split(key)
+    return k_key, system_key
+
+
+_row_keys = jax.jit(jax.vmap(jax.random.fold_in, in_axes=(None, 0)))

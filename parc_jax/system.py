@@ -1,0 +1,76 @@
+"""What a black box must offer: a domain of manoeuvre parameters, a time grid, and a rollout."""
+
+from typing import NamedTuple, Protocol, runtime_checkable
+
+import jax
+from flax import struct
+
+from parc_jax.errors import InputError
+from parc_jax.sets.box import Box
+
+
+class Trajectory(NamedTuple):
+    """One recorded run, relative to its start: p[0] = 0.
+
+    p: (n_record + 1, n_p) workspace positions [m] on the record grid, q: (n_q,) other goal states at t_f.
+    """
+
+    p: jax.Array
+    q: jax.Array
+
+
+@struct.dataclass
+class TimeGrid:
+    """Model knots every dt, records every dt_record, up to t_f. Build with `time_grid`, which validates.
+
+    dt, t_f, dt_record: [s], static.
+    """
+
+    dt: float = struct.field(pytree_node=False)
+    t_f: float = struct.field(pytree_node=False)
+    dt_record: float = struct.field(pytree_node=False)
+
+    @property
+    def n_steps(self) -> int:
+        """Number of intervals T between the T + 1 model knots."""
+        return round(self.t_f / self.dt)
+
+    @property
+    def stride(self) -> int:
+        """Records per model interval."""
+        return round(self.dt / self.dt_record)
+
+    @property
+    def n_record(self) -> int:
+        """Number of record steps; a trajectory has n_record + 1 samples."""
+        return self.n_steps * self.stride
+
+
+def time_grid(dt: float, t_f: float, dt_record: float | None = None) -> TimeGrid:
+    """Validated grid: t_f is a whole number of dt, dt a whole number of dt_record. Raises InputError."""
+    dt_record = dt if dt_record is None else dt_record
+    if not (0 < dt_record <= dt <= t_f):
+        raise InputError(f"time grid: expected 0 < dt_record <= dt <= t_f; got {dt_record}, {dt}, {t_f} s.")
+    for name, ratio in (("t_f / dt", t_f / dt), ("dt / dt_record", dt / dt_record)):
+        if abs(ratio - round(ratio)) > 1e-9 * ratio:
+            raise InputError(f"time grid: expected {name} to be a whole number; got {ratio:g}.")
+    return TimeGrid(float(dt), float(t_f), float(dt_record))
+
+
+@runtime_checkable
+class BlackBoxSystem(Protocol):
+    """Anything with these attributes can be certified. `rollout` takes one k and is vmapped by us.
+
+    A system that is not JAX, or has a faster batch path, offers `rollout_batch(keys (B, 2), ks (B, n_k)) -> Trajectory`
+    with a leading batch axis instead of, or beside, `rollout`.
+    """
+
+    name: str
+    domain: Box
+    time: TimeGrid
+    n_p: int
+    n_q: int
+
+    def rollout(self, key: jax.Array, k: jax.Array) -> Trajectory:
+        """Run once from rest at the origin with parameters k (n_k,). All randomness comes from `key`."""
+        ...

@@ -1,0 +1,22 @@
+"""Every slack of the engine, with its unit and its safe direction. Goals only shrink, obstacles only grow."""
+
+from dataclasses import dataclass
+
+
+@dataclass(frozen=True)
+class Tolerances:
+    """Named slacks. Enlarging any of them never turns an unsafe verdict into a safe one.
+
+    lp_feasible: [row units] a point may miss a row by this and still be called feasible-to-look-at (never: safe).
+    lp_margin: [row units] a dual proof of emptiness must clear zero by this.
+    vertex_relative: [1] bound on the relative rounding of a float polytope vertex; obstacles grow by it.
+    shape_floor: [m or rad] smallest half width of a tube's shape; tubes only grow by it.
+    """
+
+    lp_feasible: float = 1e-9
+    lp_margin: float = 1e-12
+    vertex_relative: float = 1e-12
+    shape_floor: float = 1e-3
+
+
+TOLERANCES = Tolerances()

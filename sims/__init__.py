@@ -1,0 +1,14 @@
+"""Black boxes to certify. `load(name)` builds one; parc_jax itself never imports this package."""
+
+import importlib
+
+NAMES = ("drift_parking", "asv", "f110")
+
+
+def load(name: str, **options):
+    """The system of that name, e.g. load("drift_parking", plant="ode"). Options go to its `system` constructor."""
+    from parc_jax.errors import InputError
+
+    if name not in NAMES:
+        raise InputError(f"system: expected one of {', '.join(NAMES)}; got {name!r}.")
+    return importlib.import_module(f"sims.{name}").system(**options)
