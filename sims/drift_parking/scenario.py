@@ -1,0 +1,32 @@
+"""The parking task: stop in the gap between two parked cars, turned by half a circle."""
+
+import math
+
+import numpy as np
+
+from parc_jax.errors import InputError
+from parc_jax.problem import Polygon, ReachAvoid, reach_avoid
+from parc_jax.sets.box import box
+from sims.drift_parking import params as c
+
+GOAL = ((29.7, -16.8, -7 * math.pi / 6), (31.3, -15.2, -5 * math.pi / 6))  # over (x, y, final yaw); the yaw is not wrapped
+PARKED_CARS = (((22.9665, -16.994), (27.2335, -15.006)), ((33.7665, -16.994), (38.0335, -15.006)))
+BODY_RADIUS = 0.5 * math.hypot(c.BODY_LENGTH, c.BODY_WIDTH)  # circle about the centre of mass [m]
+DECAGON_SIDES = 10
+
+
+def problem(body: str = "disc") -> ReachAvoid:
+    """The scene with the true circumscribed circle ("disc") or the regular decagon around it ("decagon").
+
+    Raises InputError for any other body.
+    """
+    bodies = {"disc": BODY_RADIUS, "decagon": Polygon(decagon_vertices())}
+    if body not in bodies:
+        raise InputError(f'body: expected "disc" or "decagon"; got {body!r}.')
+    return reach_avoid(goal=box(*GOAL), obstacles=[box(*car) for car in PARKED_CARS], body=bodies[body])
+
+
+def decagon_vertices() -> np.ndarray:
+    """Vertices (10, 2) of the regular decagon circumscribed to the body circle, one face normal along +x."""
+    angle = (np.arange(DECAGON_SIDES) + 0.5) * 2 * np.pi / DECAGON_SIDES
+    return BODY_RADIUS / np.cos(np.pi / DECAGON_SIDES) * np.stack([np.cos(angle), np.sin(angle)], axis=1)

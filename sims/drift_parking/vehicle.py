@@ -1,0 +1,94 @@
+"""Eight-state planar car: tyre and brake forces, and the rates that follow from a plant's accelerations.
+
+V, beta and ux, uy are two copies of the velocity, each integrated by its own equation and never re-synchronised within a
+phase: the tyres and the path use ux, uy; the control laws use V, beta.
+"""
+
+from typing import NamedTuple, Protocol
+
+import jax
+import jax.numpy as jnp
+
+from sims.drift_parking import params as c
+from sims.drift_parking import tyre
+
+TINY = 1e-300  # [m^2/s^2]
+
+
+class State(NamedTuple):
+    """x, y [m], yaw [rad], yaw_rate [rad/s], speed V [m/s], sideslip beta [rad], body-frame velocity ux, uy [m/s]."""
+
+    x: jax.Array
+    y: jax.Array
+    yaw: jax.Array
+    yaw_rate: jax.Array
+    speed: jax.Array
+    sideslip: jax.Array
+    ux: jax.Array
+    uy: jax.Array
+
+
+class Wrench(NamedTuple):
+    """Sum of the tyre forces in body axes [N] and their moment about the centre of mass [N m]."""
+
+    fx: jax.Array
+    fy: jax.Array
+    moment: jax.Array
+
+
+class Plant(Protocol):
+    """Turns a body-frame wrench at a state into body-frame accelerations of the centre of mass and yaw acceleration."""
+
+    def __call__(self, z: State, cos_yaw, sin_yaw, wrench: Wrench) -> tuple[jax.Array, jax.Array, jax.Array]: ...
+
+
+class Slip(NamedTuple):
+    """Rear slip angle and the angle beyond which the rear tyre slides [rad]; the pre-drift law remembers them."""
+
+    rear: jax.Array
+    threshold: jax.Array
+
+
+def rates(plant: Plant, z: State, drive, brake, steer) -> tuple[State, Slip]:
+    """Time derivative of the state under drive [N], brake command [N, <= 0] and steering [rad]."""
+    cos_steer, sin_steer = jnp.cos(steer), jnp.sin(steer)
+    vy_front, vy_rear = z.uy + c.FRONT_ARM * z.yaw_rate, z.uy - c.REAR_ARM * z.yaw_rate
+    # Velocity of the front wheel along and across its plane: tan and cos of the slip angle without calling them.
+    rolling, sliding = z.ux * cos_steer + vy_front * sin_steer, vy_front * cos_steer - z.ux * sin_steer
+    slip_front = jnp.arctan2(vy_front, z.ux) - steer
+    slip_rear = jnp.arctan2(vy_rear, z.ux)
+    cos2_front = rolling * rolling / (rolling * rolling + sliding * sliding + TINY)
+
+    fx_front = brake * cos2_front * jnp.tanh(5.0 * rolling)
+    capacity_front = tyre.lateral_capacity(c.GRIP_FRONT, fx_front)
+    capacity_rear = tyre.lateral_capacity(c.GRIP_REAR, drive)
+    threshold_front = tyre.sliding_threshold(capacity_front, c.STIFFNESS_FRONT)
+    threshold_rear = tyre.sliding_threshold(capacity_rear, c.STIFFNESS_REAR)
+    fy_front = tyre.lateral_force(slip_front, sliding / rolling, capacity_front, threshold_front, c.STIFFNESS_FRONT)
+    fy_rear = tyre.lateral_force(slip_rear, vy_rear / z.ux, capacity_rear, threshold_rear, c.STIFFNESS_REAR)
+
+    lateral_front = fy_front * cos_steer + fx_front * sin_steer
+    wrench = Wrench(
+        fx=drive - fy_front * sin_steer + fx_front * cos_steer,
+        fy=lateral_front + fy_rear,
+        moment=c.FRONT_ARM * lateral_front - c.REAR_ARM * fy_rear,
+    )
+    cos_yaw, sin_yaw = jnp.cos(z.yaw), jnp.sin(z.yaw)
+    ax, ay, yaw_acceleration = plant(z, cos_yaw, sin_yaw, wrench)
+    cos_slip, sin_slip = jnp.cos(z.sideslip), jnp.sin(z.sideslip)
+    rate = State(
+        x=z.ux * cos_yaw - z.uy * sin_yaw,
+        y=z.ux * sin_yaw + z.uy * cos_yaw,
+        yaw=z.yaw_rate,
+        yaw_rate=yaw_acceleration,
+        speed=ax * cos_slip + ay * sin_slip,
+        sideslip=(ay * cos_slip - ax * sin_slip) / z.speed - z.yaw_rate,
+        ux=ax + z.yaw_rate * z.uy,
+        uy=ay - z.yaw_rate * z.ux,
+    )
+    return rate, Slip(slip_rear, threshold_rear)
+
+
+def advance(z: State, rate: State, duration) -> State:
+    """z + duration * rate."""
+    return jax.tree.map(lambda a, b: a + duration * b, z, rate)
