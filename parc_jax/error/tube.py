@@ -15,6 +15,7 @@ class Tube:
               Bins are closed boxes, numbered row-major (last axis fastest).
     interval: (n_bins, T, n_p) [m]       |p(s) - p^(s)| per axis for all recorded s in [t, t + 1].
     final:    (n_bins, n_p + n_q) [m, .] |final state - predicted|.
+    A bin whose widths are infinite has no claim: nothing in it is ever safe. See `claimed`.
     """
 
     edges: tuple[np.ndarray, ...]
@@ -25,6 +26,11 @@ class Tube:
     def n_bins(self) -> int:
         """Number of bins of K."""
         return self.interval.shape[0]
+
+    @property
+    def claimed(self) -> np.ndarray:
+        """(n_bins,) bool: bins whose widths are all finite. Only these may be planned in."""
+        return np.isfinite(self.interval).all(axis=(1, 2)) & np.isfinite(self.final).all(axis=1)
 
     @property
     def hash(self) -> str:
@@ -50,14 +56,27 @@ class Tube:
 
 
 def tube(edges, interval, final) -> Tube:
-    """Validated tube; widths must be finite and >= 0. Raises InputError."""
+    """Validated tube; widths >= 0, infinite in bins without claim. Raises InputError."""
     edges = tuple(as_float64(f"tube edges[{i}]", e, (None,)) for i, e in enumerate(edges))
     for i, e in enumerate(edges):
         if len(e) < 2 or not (np.diff(e) > 0).all():
             raise InputError(f"tube edges[{i}]: expected at least two increasing numbers; got {e}.")
     n_bins = int(np.prod([len(e) - 1 for e in edges]))
-    interval = as_float64("tube interval errors", interval, (n_bins, None, None))
-    final = as_float64("tube final errors", final, (n_bins, None))
-    if (interval < 0).any() or (final < 0).any():
-        raise InputError("tube: expected half widths >= 0; got a negative one.")
+    interval = _widths("tube interval errors", interval, (n_bins, None, None))
+    final = _widths("tube final errors", final, (n_bins, None))
     return Tube(edges, interval, final)
+
+
+def _widths(name: str, value, shape) -> np.ndarray:
+    """Half widths >= 0, read-only. One infinite width makes its bin infinite: a claim or none."""
+    value = np.asarray(value, np.float64)
+    infinite = np.isposinf(value)
+    checked = as_float64(name, np.where(infinite, 0.0, value), shape)
+    if (checked < 0).any():
+        raise InputError(f"{name}: expected half widths >= 0; got a negative one.")
+    if not infinite.any():
+        return checked
+    out = np.array(value)
+    out[infinite.reshape(len(value), -1).any(axis=1)] = np.inf
+    out.setflags(write=False)
+    return out

@@ -1,0 +1,101 @@
+"""One call from a trained network and a system to a claim; and the published, merely assumed, bound beside it."""
+
+import jax
+import numpy as np
+
+from parc_jax.error.calibrate import Intersample, calibrate, ledger
+from parc_jax.error.claim import ErrorClaim
+from parc_jax.error.counts import as_probability, required_runs
+from parc_jax.error.intersample import DISCRETE_TIME
+from parc_jax.error.measure import measure
+from parc_jax.error.score import bins_of, score_system
+from parc_jax.error.shape import choose_bins, maxima, training_shape, uniform_edges
+from parc_jax.error.tube import Tube, tube
+from parc_jax.keys import Stage
+from parc_jax.network.relu import ReLUNetwork
+from parc_jax.rollout.batch import RolloutBatch
+from parc_jax.rollout.collect import collect
+
+_SHAPE_RUNS = 2000  # runs for the shape when no training data is handed over
+
+
+def bound_error(
+    net: ReLUNetwork,
+    system,
+    key: jax.Array,
+    eps=1e-3,
+    delta=1e-3,
+    bins=None,
+    *,
+    shape: Tube | None = None,
+    train: RolloutBatch | None = None,
+    n: int | None = None,
+    discard: int | str = 0,
+    looks: int = 1,
+    intersample: Intersample = DISCRETE_TIME,
+    path=None,
+    quiet: bool = False,
+) -> ErrorClaim:
+    """Bound the error of the network by fresh runs of the system. Does not consume `key`: the holdout is its stage
+    BOUND.
+
+    eps, delta: with confidence 1 - delta a new run leaves the tube with probability at most eps.
+    bins: bins per axis of K over which the shape of the tube varies; None = chosen on the training data
+    (`choose_bins`).
+    shape: a shape instead of the one from training data. train: the runs the network was trained on; None = fresh
+    ones of
+    stage TRAIN. n: holdout runs, None = as many as (eps, delta, discard, looks) need.
+    discard, looks, intersample: as in `calibrate`. path: a folder that keeps finished chunks, so a killed run
+    continues.
+    Raises InputError.
+    """
+    if train is None:
+        train = collect(system, key, _SHAPE_RUNS, Stage.TRAIN, quiet=quiet)
+    if shape is None:
+        shape = training_shape(net, train, choose_bins(net, train) if bins is None else bins)
+    if n is None:
+        eps, delta = as_probability("eps", eps), as_probability("delta", delta)
+        n = required_runs(float(eps), float(delta / looks), 0 if discard == "most" else discard)
+    scores = score_system(net, system, key, shape, n, Stage.BOUND, path=path, quiet=quiet)
+    return calibrate(
+        net,
+        scores,
+        shape,
+        eps,
+        delta,
+        time=system.time,
+        discard=discard,
+        looks=looks,
+        intersample=intersample,
+        train=train,
+    )
+
+
+def assumed_claim(net: ReLUNetwork, train: RolloutBatch, bins=None) -> ErrorClaim:
+    """The published bound: the largest error over the training data, per bin. Shows nothing and says so. [paper Sec.
+    III-C]
+
+    bins: per axis of K, None = one bin. A bin without finite runs has no claim. Raises InputError.
+    """
+    usable = train.select(~train.failed)
+    edges = uniform_edges(train.domain, (1,) * train.n_k if bins is None else bins)
+    errors = measure(net, usable)
+    n_bins = int(np.prod([len(e) - 1 for e in edges]))
+    frame = tube(edges, np.zeros((n_bins, *errors.interval.shape[1:])), np.zeros((n_bins, errors.final.shape[1])))
+    numbers = bins_of(frame, usable.k)
+    interval, final = maxima(errors.interval, numbers, n_bins), maxima(errors.final, numbers, n_bins)
+    empty = np.bincount(numbers.ravel(), minlength=n_bins) == 0
+    interval[empty], final[empty] = np.inf, np.inf
+    return ErrorClaim(
+        kind="assumed",
+        tube=tube(edges, interval, final),
+        quantifier="assumed for every run",
+        eps=None,
+        delta=None,
+        n=usable.n,
+        discard=train.n - usable.n,
+        looks=1,
+        law=train.law,
+        assumptions=("THE TUBE HOLDS", *ledger(DISCRETE_TIME.assumption(train.time.dt_record))[1:3]),
+        evidence={"network": net.hash, "failed": int(train.failed.sum())},
+    )

@@ -1,0 +1,87 @@
+"""How many runs a claim costs, and what a number of runs can support. [T1, T2]"""
+
+import math
+from fractions import Fraction
+
+from parc_jax.errors import InputError
+
+_OUTWARD = 1.0 + 1e-9  # covers the rounding of the binomial tail; always towards more runs or a larger eps
+
+
+def wrong_claim_probability(n: int, eps: float, discard: int = 0) -> float:
+    """Bound on P(more than eps of new runs leave the tube) after n runs and `discard` discards, rounded up. [T2]
+
+    sum_{i <= discard} C(n, i) eps^i (1 - eps)^(n - i)
+    """
+    from scipy.special import bdtr
+
+    if n <= discard:
+        return 1.0
+    tail = math.exp(n * math.log1p(-eps)) if discard == 0 else float(bdtr(float(discard), n, eps))
+    return min(1.0, tail * _OUTWARD)
+
+
+def required_runs(eps: float, delta: float, discard: int = 0) -> int:
+    """Smallest n that supports (eps, delta): ceil(ln delta / ln(1 - eps)) without discards. [T1, T2]"""
+    _check(eps, delta, discard)
+    low, high = discard, max(2 * discard, 16)
+    while wrong_claim_probability(high, eps, discard) > delta:
+        low, high = high, 2 * high
+    while high - low > 1:
+        middle = (low + high) // 2
+        if wrong_claim_probability(middle, eps, discard) <= delta:
+            high = middle
+        else:
+            low = middle
+    return high
+
+
+def supported_eps(n: int, delta: float, discard: int = 0) -> Fraction | None:
+    """The smallest eps that n runs support with confidence 1 - delta, rounded up; None for none. [T1, T2]"""
+    from scipy.special import betaincinv
+
+    _check(0.5, delta, discard)
+    if n <= discard:
+        return None
+    eps = -math.expm1(math.log(delta) / n) if discard == 0 else float(betaincinv(discard + 1, n - discard, 1.0 - delta))
+    for _ in range(60):
+        if eps >= 1.0:
+            return None
+        if wrong_claim_probability(n, eps, discard) <= delta:
+            return Fraction(f"{_round_up(eps):.6g}")
+        eps *= _OUTWARD**2
+    return None
+
+
+def most_discards(n: int, eps: float, delta: float) -> int:
+    """The largest number of discards that n runs allow for (eps, delta); -1 when n is too small."""
+    _check(eps, delta, 0)
+    low, high = -1, n
+    while high - low > 1:
+        middle = (low + high) // 2
+        if wrong_claim_probability(n, eps, middle) <= delta:
+            low = middle
+        else:
+            high = middle
+    return low
+
+
+def as_probability(name: str, value) -> Fraction:
+    """The decimal the user wrote, as an exact fraction in (0, 1). Raises InputError."""
+    exact = value if isinstance(value, Fraction) else Fraction(str(value))
+    if not 0 < exact < 1:
+        raise InputError(f"{name}: expected a probability strictly between 0 and 1; got {value}.")
+    return exact
+
+
+def _round_up(eps: float) -> float:
+    """Six significant digits, upward."""
+    unit = 10.0 ** (math.floor(math.log10(eps)) - 5)
+    return math.ceil(eps / unit + 1e-9) * unit
+
+
+def _check(eps: float, delta: float, discard: int) -> None:
+    as_probability("eps", eps)
+    as_probability("delta", delta)
+    if discard < 0:
+        raise InputError(f"discard: expected a number >= 0, chosen before the holdout is seen; got {discard}.")

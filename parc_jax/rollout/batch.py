@@ -1,0 +1,126 @@
+"""Batches of recorded runs: what every later stage learns and measures from."""
+
+import hashlib
+
+import numpy as np
+from flax import struct
+
+from parc_jax.arrays import as_float64
+from parc_jax.errors import InputError
+from parc_jax.rollout.law import LawSpec
+from parc_jax.sets.box import Box
+from parc_jax.system import TimeGrid
+
+
+@struct.dataclass
+class RolloutBatch:
+    """n runs on one record grid. Build with `rollout_batch`, which validates, or with `collect`.
+
+    rows:   (n,) int64           global row numbers within (seed, stage).
+    k:      (n, n_k) float64     parameters that were run.
+    p:      (n, n_record + 1, n_p) [m], float64 or float32 storage; relative to the start, so p[:, 0] = 0.
+    q:      (n, n_q)             other goal states at t_f.
+    domain: Box                  K.
+    time, law, seed, stage: static; seed is the data of the random key, seed and stage are None for files.
+    A run that failed holds NaN or infinities. It stays in the batch: a failure is an error without bound, not a
+    missing row.
+    """
+
+    rows: np.ndarray
+    k: np.ndarray
+    p: np.ndarray
+    q: np.ndarray
+    domain: Box
+    time: TimeGrid = struct.field(pytree_node=False)
+    law: LawSpec = struct.field(pytree_node=False)
+    seed: tuple[int, ...] | None = struct.field(pytree_node=False, default=None)
+    stage: int | None = struct.field(pytree_node=False, default=None)
+
+    @property
+    def n(self) -> int:
+        """Number of runs."""
+        return self.k.shape[0]
+
+    @property
+    def n_k(self) -> int:
+        """Number of parameters."""
+        return self.k.shape[1]
+
+    @property
+    def n_p(self) -> int:
+        """Dimension of the workspace."""
+        return self.p.shape[2]
+
+    @property
+    def n_q(self) -> int:
+        """Number of other goal states."""
+        return self.q.shape[1]
+
+    @property
+    def name(self) -> str:
+        """Name of the system."""
+        return self.law.generator
+
+    @property
+    def failed(self) -> np.ndarray:
+        """(n,) bool: runs with a NaN or an infinity anywhere."""
+        return ~(np.isfinite(self.p).all(axis=(1, 2)) & np.isfinite(self.q).all(axis=1))
+
+    def select(self, index) -> "RolloutBatch":
+        """The runs picked by an index array, mask or slice (n,)."""
+        return self.replace(rows=self.rows[index], k=self.k[index], p=self.p[index], q=self.q[index])
+
+    def hashes(self) -> np.ndarray:
+        """(n,) 128-bit content hashes as 32 hex characters: k in float64, p and q rounded to float32.
+
+        The same run has the same hash in either storage.
+        """
+        k = np.ascontiguousarray(self.k, "<f8")
+        p, q = np.ascontiguousarray(self.p, "<f4"), np.ascontiguousarray(self.q, "<f4")
+        digests = [
+            hashlib.sha256(k[i].tobytes() + p[i].tobytes() + q[i].tobytes()).hexdigest()[:32] for i in range(self.n)
+        ]
+        return np.array(digests, dtype="S32")
+
+
+def rollout_batch(
+    k, p, q, *, time: TimeGrid, domain: Box, law: LawSpec, rows=None, seed=None, stage=None
+) -> RolloutBatch:
+    """Validated batch. k must be finite and inside the domain; p and q may hold NaN (failed runs)."""
+    k = as_float64("rollouts k", k, (None, domain.n))
+    n = k.shape[0]
+    p, q = np.asarray(p), np.asarray(q, dtype=np.float64)
+    if p.dtype != np.float32:
+        p = p.astype(np.float64, copy=False)
+    if p.ndim != 3 or p.shape[:2] != (n, time.n_record + 1):
+        raise InputError(
+            f"rollouts p: expected shape ({n}, {time.n_record + 1}, n_p), one row per k, one sample per record time; "
+            f"got {p.shape}. Do dt_record and t_f match the recording?"
+        )
+    if q.ndim != 2 or q.shape[0] != n:
+        raise InputError(f"rollouts q: expected shape ({n}, n_q), (n, 0) without other goal states; got {q.shape}.")
+    moved = np.isfinite(p[:, 0]).all(axis=1) & (p[:, 0] != 0).any(axis=1)
+    if moved.any():
+        raise InputError(
+            f"rollouts p: expected positions relative to the start, p[:, 0] = 0; run {int(np.argmax(moved))} starts at "
+            f"{p[np.argmax(moved), 0]}. Subtract the start."
+        )
+    outside = ~domain.contains(k)
+    if outside.any():
+        first = int(np.argmax(outside))
+        raise InputError(
+            f"rollouts k: {int(outside.sum())} of {n} outside the domain, first row {first}: {k[first]}. Widen it?"
+        )
+    rows = np.arange(n, dtype=np.int64) if rows is None else np.asarray(rows, np.int64)
+    return RolloutBatch(rows, k, p, q, domain, time, law, seed, stage)
+
+
+def concatenate(batches) -> RolloutBatch:
+    """One batch from several of the same law, time grid and domain, in order. Raises InputError when they differ."""
+    batches = list(batches)
+    first = batches[0]
+    for other in batches[1:]:
+        if (other.law, other.time, other.seed, other.stage) != (first.law, first.time, first.seed, first.stage):
+            raise InputError("concatenate: expected batches of one law, time grid, seed and stage; they differ.")
+    parts = {name: np.concatenate([getattr(b, name) for b in batches]) for name in ("rows", "k", "p", "q")}
+    return first.replace(**parts)

@@ -1,0 +1,118 @@
+"""Work in chunks: several worker threads, bounded memory, results in order, finished chunks kept on disk."""
+
+import json
+import os
+import queue
+import shutil
+from collections import deque
+from collections.abc import Callable, Iterator
+from concurrent.futures import ThreadPoolExecutor
+from pathlib import Path
+
+import jax
+import numpy as np
+
+from parc_jax.errors import InputError
+from parc_jax.rollout.files import read_npz, write_atomic, write_npz
+
+Arrays = dict[str, np.ndarray]
+
+
+class ChunkStore:
+    """A folder with one .npz per finished chunk and a meta.json that says what work it belongs to."""
+
+    def __init__(self, folder, meta: dict):
+        """Open or create. Raises InputError when the folder holds chunks of other work."""
+        self.folder = Path(folder)
+        known = self.folder / "meta.json"
+        if known.exists():
+            stored = json.loads(known.read_text())
+            differs = sorted(name for name in meta.keys() | stored.keys() if meta.get(name) != stored.get(name))
+            if differs:
+                raise InputError(
+                    f"{self.folder}: holds chunks of other work; expected the same {', '.join(differs)}. "
+                    "Delete the folder or choose another path."
+                )
+        else:
+            write_atomic(known, json.dumps(meta, sort_keys=True, indent=1).encode())
+
+    @staticmethod
+    def stored_chunk(folder) -> int | None:
+        """Chunk size of the work already in the folder: resuming must cut the rows in the same places."""
+        known = Path(folder) / "meta.json"
+        return json.loads(known.read_text())["chunk"] if known.exists() else None
+
+    def get(self, index: int) -> Arrays | None:
+        """A finished chunk, or None. A damaged file counts as unfinished and is computed again."""
+        path = self._path(index)
+        try:
+            return read_npz(path) if path.exists() else None
+        except InputError:
+            return None
+
+    def put(self, index: int, arrays: Arrays) -> None:
+        """Keep a finished chunk, atomically."""
+        write_npz(self._path(index), arrays)
+
+    def remove(self) -> None:
+        """Delete the folder, once its content lives elsewhere."""
+        shutil.rmtree(self.folder)
+
+    def _path(self, index: int) -> Path:
+        return self.folder / f"chunk_{index:06d}.npz"
+
+
+def worker_devices(system) -> list:
+    """One entry per worker thread: the device it runs on. XLA releases the interpreter, so threads use all CPU cores.
+
+    A system with its own `rollout_batch` gets one worker: its parallelism is its own.
+    """
+    if callable(getattr(system, "rollout_batch", None)):
+        return [None]
+    devices = jax.local_devices()
+    if devices[0].platform != "cpu":
+        return devices
+    cores = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else (os.cpu_count() or 1)
+    return [devices[i % len(devices)] for i in range(max(cores, len(devices)))]
+
+
+def run_chunks(work: Callable[[int, object], Arrays], n_chunks: int, devices: list, store=None) -> Iterator[Arrays]:
+    """Yield work(index, device) for every index, in order, at most two results per worker ahead of the consumer.
+
+    A chunk found in the store is not computed again. On an error or Ctrl-C, waiting chunks are cancelled.
+    """
+    free = queue.SimpleQueue()
+    for device in devices:
+        free.put(device)
+
+    def one(index: int) -> Arrays:
+        done = store.get(index) if store is not None else None
+        if done is not None:
+            return done
+        device = free.get()
+        try:
+            arrays = work(index, device)
+        finally:
+            free.put(device)
+        if store is not None:
+            store.put(index, arrays)
+        return arrays
+
+    pool, waiting = ThreadPoolExecutor(len(devices)), deque()
+    try:
+        for index in range(n_chunks):
+            waiting.append(pool.submit(one, index))
+            if len(waiting) > 2 * len(devices):
+                yield waiting.popleft().result()
+        while waiting:
+            yield waiting.popleft().result()
+    finally:
+        pool.shutdown(wait=True, cancel_futures=True)
+
+
+def default_chunk(system, n: int, workers: int) -> int:
+    """Rows per compiled call: a power of two, small enough for the caches of a CPU or for 256 MiB on an accelerator."""
+    row_bytes = 8 * ((system.time.n_record + 1) * system.n_p + system.n_q)
+    largest = 256 if jax.default_backend() == "cpu" else max(256, 2**28 // row_bytes)
+    wanted = max(16, -(-n // workers))
+    return min(1 << (largest.bit_length() - 1), 1 << (wanted - 1).bit_length())

@@ -1,0 +1,94 @@
+"""Files that are either whole or absent: atomic writes, and the .npz form of a rollout batch."""
+
+import io
+import json
+import os
+import zipfile
+from dataclasses import asdict
+from pathlib import Path
+
+import numpy as np
+
+from parc_jax.errors import InputError
+from parc_jax.rollout.batch import RolloutBatch, rollout_batch
+from parc_jax.rollout.law import LawSpec
+from parc_jax.sets.box import box
+from parc_jax.system import time_grid
+
+FORMAT = "parc_jax.rollouts/1"
+
+
+def write_atomic(path, data: bytes) -> Path:
+    """Write bytes to a temporary file beside `path`, then rename: a reader never sees half a file."""
+    path = Path(path)
+    path.parent.mkdir(parents=True, exist_ok=True)
+    temporary = path.with_name(f".{path.name}.{os.getpid()}.tmp")
+    with open(temporary, "wb") as handle:
+        handle.write(data)
+        handle.flush()
+        os.fsync(handle.fileno())
+    os.replace(temporary, path)
+    return path
+
+
+def write_npz(path, arrays: dict) -> Path:
+    """Atomic uncompressed .npz of named arrays."""
+    buffer = io.BytesIO()
+    np.savez(buffer, **arrays)
+    return write_atomic(path, buffer.getbuffer())
+
+
+def read_npz(path) -> dict[str, np.ndarray]:
+    """All arrays of an .npz file. Raises InputError when it is missing, truncated or not an .npz file."""
+    try:
+        with np.load(path, allow_pickle=False) as archive:
+            return {name: archive[name] for name in archive.files}
+    except FileNotFoundError:
+        raise InputError(f"{path}: no such file.") from None
+    except (zipfile.BadZipFile, ValueError, EOFError, OSError, AttributeError) as error:
+        raise InputError(
+            f"{path}: expected a complete .npz file; it is truncated or damaged ({error}). Write it again."
+        ) from None
+
+
+def save_rollouts(path, batch: RolloutBatch) -> Path:
+    """Save a batch as .npz, atomically. `load_rollouts` gives back equal numbers."""
+    meta = {
+        "format": FORMAT,
+        "time": asdict(batch.time),
+        "law": asdict(batch.law),
+        "seed": batch.seed,
+        "stage": batch.stage,
+    }
+    arrays = {
+        "rows": batch.rows,
+        "k": batch.k,
+        "p": batch.p,
+        "q": batch.q,
+        "lo": batch.domain.lo,
+        "hi": batch.domain.hi,
+    }
+    return write_npz(path, arrays | {"meta": np.array(json.dumps(meta))})
+
+
+def rollouts_from_npz(path, arrays: dict) -> RolloutBatch:
+    """The batch in the arrays of a file written by `save_rollouts`. Raises InputError."""
+    meta = json.loads(str(arrays["meta"]))
+    if meta.get("format") != FORMAT:
+        raise InputError(f"{path}: expected format {FORMAT}; got {meta.get('format')!r}.")
+    law = meta["law"] | {"parameters": tuple(tuple(pair) for pair in meta["law"]["parameters"])}
+    law = LawSpec(**(law | {"lo": tuple(law["lo"]), "hi": tuple(law["hi"])}))
+    try:
+        return rollout_batch(
+            arrays["k"],
+            arrays["p"],
+            arrays["q"],
+            time=time_grid(**meta["time"]),
+            domain=box(arrays["lo"], arrays["hi"]),
+            law=law,
+            rows=arrays["rows"],
+            seed=None if meta["seed"] is None else tuple(meta["seed"]),
+            stage=meta["stage"],
+        )
+    except KeyError as error:
+        raise InputError(f"{path}: array {error} is missing. Write the file again with save_rollouts.") from None

@@ -1,0 +1,54 @@
+"""The law that rollouts are drawn from: the distribution every statistical claim is about."""
+
+import hashlib
+import json
+from collections.abc import Mapping
+from dataclasses import asdict, dataclass, is_dataclass
+
+from parc_jax.sets.box import Box
+
+
+@dataclass(frozen=True)
+class LawSpec:
+    """Where rollouts come from. Two laws with the same hash are the same declared distribution.
+
+    generator:  what produced the rollouts: a system's name, or file:<name>.
+    parameters: (name, value) pairs as text, sorted: the disturbance law of the system.
+    k_law:      how k is drawn: "uniform" on [lo, hi], "given" (chosen by the caller), "logged", or a sampler's name.
+    lo, hi:     (n_k,) corners of K, as hex floats.
+    """
+
+    generator: str
+    parameters: tuple[tuple[str, str], ...]
+    k_law: str
+    lo: tuple[str, ...]
+    hi: tuple[str, ...]
+
+    @property
+    def hash(self) -> str:
+        """SHA-256 of the canonical JSON of all fields."""
+        return hashlib.sha256(json.dumps(asdict(self), sort_keys=True).encode()).hexdigest()
+
+    def describe(self) -> str:
+        """One phrase for people."""
+        how = {"uniform": "k uniform on K", "given": "k as given", "logged": "k as logged"}.get(
+            self.k_law, f"k by {self.k_law}"
+        )
+        extra = "".join(f", {name} = {value}" for name, value in self.parameters)
+        return f"{self.generator} ({how}{extra}; {self.hash[:8]})"
+
+
+def law_spec(generator: str, domain: Box, k_law: str = "uniform", parameters: Mapping | None = None) -> LawSpec:
+    """The law of a named generator over K = domain, with the parameters of its disturbances."""
+    pairs = tuple(sorted((str(name), str(value)) for name, value in (parameters or {}).items()))
+    return LawSpec(generator, pairs, k_law, _hex(domain.lo), _hex(domain.hi))
+
+
+def law_of(system, k_law: str = "uniform") -> LawSpec:
+    """The law of a system. A system may offer `law`, a mapping or dataclass of its disturbance parameters."""
+    law = getattr(system, "law", None)
+    return law_spec(system.name, system.domain, k_law, asdict(law) if is_dataclass(law) else law)
+
+
+def _hex(values) -> tuple[str, ...]:
+    return tuple(float(v).hex() for v in values)

@@ -1,0 +1,109 @@
+"""Rows of a random stream -> parameters and trajectories: one compiled program per system and chunk shape."""
+
+import threading
+from collections.abc import Callable
+from typing import NamedTuple
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+
+from parc_jax.arrays import x64
+from parc_jax.errors import InputError
+from parc_jax.keys import Stage, row_keys, split_rollout
+from parc_jax.system import Trajectory
+
+_KEPT = 4  # compiled systems held at a time: enough for a few plants side by side, bounded memory
+
+
+class Rows(NamedTuple):
+    """What is to be run: keys (B, 2) of the systems and k (B, n_k) float64, exactly as the system will see it."""
+
+    keys: jax.Array
+    k: np.ndarray
+
+
+class Simulator:
+    """A system, compiled once for every chunk shape. Get it from `simulator`, which remembers the last few systems."""
+
+    def __init__(self, system):
+        self.system = system
+        self.double = np.dtype(getattr(system, "dtype", np.float64)) == np.float64
+        self._many = jax.jit(jax.vmap(system.rollout)) if _is_traceable(system) else system.rollout_batch
+        self._compiled, self._compiling = set(), threading.Lock()
+
+    def rows(self, key: jax.Array, stage: Stage, rows: np.ndarray, k=None) -> Rows:
+        """Keys and parameters of global rows (B,). k: None = uniform on K, (n_k,) = that one, (B, n_k) = as given,
+        a function key -> (n_k,) = drawn by it. Depends on (key, stage, row) alone."""
+        lo, hi = self._bounds()
+        with x64():
+            k_keys, keys = _split_many(row_keys(key, stage, rows))
+            if k is None:
+                drawn = np.asarray(_uniform(k_keys, lo, hi))
+            elif callable(k):
+                drawn = np.asarray(jax.vmap(k)(k_keys), np.float64)
+            else:
+                drawn = np.broadcast_to(np.asarray(k, np.float64), (len(rows), len(lo)))
+        if not self.double:
+            drawn = np.clip(drawn.astype(np.float32).astype(np.float64), lo, hi)
+        return Rows(keys, drawn)
+
+    def run(self, rows: Rows, device=None) -> Trajectory:
+        """Trajectories (B, ...) of the rows, on the device; float64 unless the system declares dtype = float32."""
+        shape = (rows.k.shape, device)
+        if shape in self._compiled:
+            return self._run(rows, device)
+        with self._compiling:  # two workers that meet a new shape would both compile it
+            trajectory = self._run(rows, device)
+            self._compiled.add(shape)
+        return trajectory
+
+    def _run(self, rows: Rows, device) -> Trajectory:
+        with jax.enable_x64(self.double):
+            k = jax.device_put(jnp.asarray(rows.k, np.float64 if self.double else np.float32), device)
+            return Trajectory(*self._many(jax.device_put(rows.keys, device), k))
+
+    def _bounds(self) -> tuple[np.ndarray, np.ndarray]:
+        """Corners of K; for a float32 system the outermost float32 numbers inside K."""
+        lo, hi = np.asarray(self.system.domain.lo, np.float64), np.asarray(self.system.domain.hi, np.float64)
+        if self.double:
+            return lo, hi
+        lo32, hi32 = lo.astype(np.float32), hi.astype(np.float32)
+        lo32 = np.where(lo32 < lo, np.nextafter(lo32, np.float32(np.inf)), lo32)
+        hi32 = np.where(hi32 > hi, np.nextafter(hi32, np.float32(-np.inf)), hi32)
+        return lo32.astype(np.float64), hi32.astype(np.float64)
+
+
+def simulator(system) -> Simulator:
+    """The compiled form of a system; the last few systems are remembered, so later calls do not compile again."""
+    for known in _RECENT:
+        if known.system is system:
+            return known
+    _RECENT.append(Simulator(system))
+    del _RECENT[:-_KEPT]
+    return _RECENT[-1]
+
+
+def check_shapes(system, trajectory: Trajectory) -> None:
+    """Refuse a rollout that does not keep its word about shapes. Raises InputError."""
+    want_p, want_q = (system.time.n_record + 1, system.n_p), (system.n_q,)
+    have_p, have_q = tuple(trajectory.p.shape[1:]), tuple(trajectory.q.shape[1:])
+    if have_p != want_p or have_q != want_q:
+        raise InputError(
+            f"{system.name}: expected rollout(key, k) to return p {want_p} on the record grid and q {want_q}; "
+            f"got p {have_p} and q {have_q}. p holds n_record + 1 samples, the start included."
+        )
+
+
+def _is_traceable(system) -> bool:
+    return not isinstance(getattr(system, "rollout_batch", None), Callable)
+
+
+def _uniform_one(key, lo, hi):
+    u = jax.random.uniform(key, lo.shape, lo.dtype)
+    return jnp.clip(lo + u * (hi - lo), lo, hi)
+
+
+_uniform = jax.jit(jax.vmap(_uniform_one, in_axes=(0, None, None)))
+_split_many = jax.jit(jax.vmap(split_rollout))
+_RECENT: list[Simulator] = []
