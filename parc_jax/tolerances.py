@@ -9,12 +9,16 @@ class Tolerances:
 
     lp_feasible: [row units] a point may miss a row by this and still be called feasible-to-look-at (never: safe).
     lp_margin: [row units] a dual proof of emptiness must clear zero by this.
+    lp_gap: [1 + |optimum|] an optimum is called OPTIMAL if the proved bounds on it are this close; verdicts use the bounds.
+    redundant_row: [row units] a row may be dropped if the others exceed it by at most this; sets only grow by it.
     vertex_relative: [1] bound on the relative rounding of a float polytope vertex; obstacles grow by it.
     shape_floor: [m or rad] smallest half width of a tube's shape; tubes only grow by it.
     """
 
     lp_feasible: float = 1e-9
     lp_margin: float = 1e-12
+    lp_gap: float = 1e-7
+    redundant_row: float = 1e-12
     vertex_relative: float = 1e-12
     shape_floor: float = 1e-3
 

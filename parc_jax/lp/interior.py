@@ -1,0 +1,120 @@
+"""Interior-point kernel for one tiny linear program, min c.x over {A x <= b}, or for many at once along trailing axes.
+
+The simplified homogeneous self-dual embedding (Xu, Hung, Ye 1996) with Mehrotra's predictor and corrector: it needs no
+feasible start, and ends either at an optimum (tau > kappa) or at a Farkas ray (tau < kappa). The number of iterations
+is fixed, so the whole batch runs in one compiled loop. Its answers are hints; `batch` checks them.
+
+Layout: a vector over the n variables is a list of n arrays, a vector over the h rows is one array with axis 0 = rows.
+All further axes are batch axes and come last, where the arithmetic vectorises.
+"""
+
+from typing import NamedTuple
+
+import jax
+import jax.numpy as jnp
+
+from parc_jax.lp.cholesky import dot, factor, solve
+
+N_ITERATIONS = 18
+_STEP = 0.995  # share of the way to the boundary
+_STOP = 1e-15  # complementarity below which an iterate is frozen: further steps would only add rounding
+_RIDGE = 1e-15  # relative diagonal shift of the normal matrix
+
+
+class State(NamedTuple):
+    """Iterate of the embedding. x: list of n arrays (...). y, s: (h, ...) > 0. tau, kappa: (...) > 0."""
+
+    x: list[jax.Array]
+    y: jax.Array
+    s: jax.Array
+    tau: jax.Array
+    kappa: jax.Array
+
+
+def interior_point(c: list[jax.Array], A: list[jax.Array], b: jax.Array) -> State:
+    """c: n arrays (...). A: n columns (h, ...). b: (h, ...). Rows of unit length; a padding row has A = 0, b = 1.
+
+    If tau > kappa: x / tau is nearly optimal, y / tau nearly dual optimal. Otherwise y is nearly a Farkas ray, or x a
+    ray of descent.
+    """
+    one = jnp.ones_like(c[0])
+    start = State([jnp.zeros_like(one) for _ in A], jnp.ones_like(b), jnp.ones_like(b), one, one)
+    return jax.lax.fori_loop(0, N_ITERATIONS, lambda _, state: _iterate(c, A, b, state), start)
+
+
+def _iterate(c, A, b, st: State) -> State:
+    """One predictor-corrector step; a converged or broken iterate stays where it is."""
+    h, zero = b.shape[0], st.tau
+    D = st.y / st.s
+    scaled = [column * D for column in A]
+    M = [[(scaled[i] * A[j]).sum(0) for j in range(i + 1)] for i in range(len(A))]
+    ridge = _RIDGE * sum(M[i][i] for i in range(1, len(A))) + _RIDGE * M[0][0]
+    for i in range(len(A)):
+        M[i][i] = M[i][i] + ridge
+    factored = factor(M)
+
+    dual_gap = [-(g + c_j * st.tau) for g, c_j in zip(_transposed(A, st.y), c, strict=True)]
+    row_gap = -(_rows(A, st.x) + st.s - b * st.tau[None])
+    value_gap = -(dot(c, st.x, zero) + (b * st.y).sum(0) + st.kappa)
+    mu = ((st.s * st.y).sum(0) + st.tau * st.kappa) / (h + 1.0)
+
+    # The direction is affine in the step of tau: dx = u + v dtau; v is shared by predictor and corrector.
+    v = solve(factored, [g - c_j for g, c_j in zip(_transposed(A, D * b), c, strict=True)])
+    dy_per_tau = D * (_rows(A, v) - b)
+    slope = dot(c, v, zero) + (b * dy_per_tau).sum(0) - st.kappa / st.tau
+
+    def direction(eta, to_center, to_center_tau) -> State:
+        """Newton direction that removes the share eta of the gaps and aims s*y and tau*kappa at their targets."""
+        pull = D * row_gap * eta[None] - to_center / st.s
+        u = solve(factored, [eta * r + g for r, g in zip(dual_gap, _transposed(A, pull), strict=True)])
+        dy_fixed = D * _rows(A, u) - pull
+        dtau = (eta * value_gap - dot(c, u, zero) - (b * dy_fixed).sum(0) - to_center_tau / st.tau) / slope
+        dy = dy_fixed + dy_per_tau * dtau[None]
+        return State(
+            [p + q * dtau for p, q in zip(u, v, strict=True)],
+            dy,
+            (to_center - st.s * dy) / st.y,
+            dtau,
+            (to_center_tau - st.kappa * dtau) / st.tau,
+        )
+
+    guess = direction(jnp.ones_like(mu), -st.s * st.y, -st.tau * st.kappa)
+    sigma = (1.0 - jnp.minimum(_longest_step(st, guess), 1.0)) ** 3
+    step = direction(
+        1.0 - sigma,
+        (sigma * mu)[None] - st.s * st.y - guess.s * guess.y,
+        sigma * mu - st.tau * st.kappa - guess.tau * guess.kappa,
+    )
+    length = jnp.minimum(_STEP * _longest_step(st, step), 1.0)
+    new = jax.tree.map(lambda old, change: old + _over_rows(length, old) * change, st, step)
+    total = sum(new.x[1:], new.x[0]) + new.y.sum(0) + new.s.sum(0) + new.tau + new.kappa
+    move = (mu > _STOP) & jnp.isfinite(total) & (new.tau > 0) & (new.kappa > 0)
+    return jax.tree.map(lambda old, now: jnp.where(_over_rows(move, old), now, old), st, new)
+
+
+def _longest_step(st: State, step: State):
+    """Largest step that keeps y, s, tau and kappa nonnegative."""
+    limit = jnp.minimum(_limit(st.y, step.y).min(0), _limit(st.s, step.s).min(0))
+    return jnp.minimum(limit, jnp.minimum(_limit(st.tau, step.tau), _limit(st.kappa, step.kappa)))
+
+
+def _over_rows(scalar, like):
+    """A per-program scalar (...) beside an array (...) or (h, ...)."""
+    return scalar if like.ndim == scalar.ndim else scalar[None]
+
+
+def _limit(value, change):
+    return jnp.where(change < 0, -value / change, jnp.inf)
+
+
+def _rows(A, x):
+    """A x: (h, ...)."""
+    total = A[0] * x[0][None]
+    for column, x_j in zip(A[1:], x[1:], strict=True):
+        total = total + column * x_j[None]
+    return total
+
+
+def _transposed(A, y):
+    """A'y: list of n arrays."""
+    return [(column * y).sum(0) for column in A]
