@@ -7,9 +7,8 @@ from parc_jax.error.calibrate import Intersample, calibrate, ledger
 from parc_jax.error.claim import ErrorClaim
 from parc_jax.error.counts import as_probability, required_runs
 from parc_jax.error.intersample import DISCRETE_TIME
-from parc_jax.error.measure import measure
-from parc_jax.error.score import bins_of, score_system
-from parc_jax.error.shape import choose_bins, maxima, training_shape, uniform_edges
+from parc_jax.error.score import score_system
+from parc_jax.error.shape import bin_maxima, choose_bins, training_errors, training_shape
 from parc_jax.error.tube import Tube, tube
 from parc_jax.keys import Stage
 from parc_jax.network.relu import ReLUNetwork
@@ -77,23 +76,17 @@ def assumed_claim(net: ReLUNetwork, train: RolloutBatch, bins=None) -> ErrorClai
 
     bins: per axis of K, None = one bin. A bin without finite runs has no claim. Raises InputError.
     """
-    usable = train.select(~train.failed)
-    edges = uniform_edges(train.domain, (1,) * train.n_k if bins is None else bins)
-    errors = measure(net, usable)
-    n_bins = int(np.prod([len(e) - 1 for e in edges]))
-    frame = tube(edges, np.zeros((n_bins, *errors.interval.shape[1:])), np.zeros((n_bins, errors.final.shape[1])))
-    numbers = bins_of(frame, usable.k)
-    interval, final = maxima(errors.interval, numbers, n_bins), maxima(errors.final, numbers, n_bins)
-    empty = np.bincount(numbers.ravel(), minlength=n_bins) == 0
-    interval[empty], final[empty] = np.inf, np.inf
+    k, errors = training_errors(net, train)
+    frame, (interval, final), counts = bin_maxima(k, errors, train.domain, (1,) * train.n_k if bins is None else bins)
+    interval[counts == 0], final[counts == 0] = np.inf, np.inf
     return ErrorClaim(
         kind="assumed",
-        tube=tube(edges, interval, final),
+        tube=tube(frame.edges, interval, final),
         quantifier="assumed for every run",
         eps=None,
         delta=None,
-        n=usable.n,
-        discard=train.n - usable.n,
+        n=len(k),
+        discard=train.n - len(k),
         looks=1,
         law=train.law,
         assumptions=("THE TUBE HOLDS", *ledger(DISCRETE_TIME.assumption(train.time.dt_record))[1:3]),

@@ -2,28 +2,24 @@
 
 from dataclasses import dataclass
 
-import jax
-import jax.numpy as jnp
 import numpy as np
 
-from parc_jax.arrays import x64
-from parc_jax.error.measure import Allowance, allowance, measure_arrays
+from parc_jax.error.measure import Errors, allowance, measure, measure_arrays
 from parc_jax.error.tube import Tube
 from parc_jax.errors import InputError
 from parc_jax.keys import Stage
 from parc_jax.network.relu import ReLUNetwork
 from parc_jax.rollout.batch import RolloutBatch
-from parc_jax.rollout.collect import k_law, map_rows, simulate_rows
+from parc_jax.rollout.collect import k_law, map_rows, seed_of, simulate_rows
 from parc_jax.rollout.law import LawSpec, law_of
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Scores:
     """Scores of n runs against a shape: S = max over coordinates of |error| / shape; infinite for a failed run.
 
-    rows (n,), k (n, n_k), score (n,) float64; worst (n,) int32: coordinate of the maximum, intervals (t, p) first,
-    then final;
-    ids (n,) content hashes, or None when the runs were streamed and never held (then rows of a seed are the identity).
+    rows (n,), k (n, n_k), score (n,) float64; worst (n,) int32: coordinate of the maximum, intervals (t, p) first, then
+    final; ids (n,) content hashes, or None when the runs were streamed and never held (rows of a seed are unique).
     law, seed, stage: where the runs come from.
     """
 
@@ -42,15 +38,10 @@ class Scores:
         return self.score.shape[0]
 
 
-def score_batch(net: ReLUNetwork, batch: RolloutBatch, shape: Tube, chunk: int = 1024) -> Scores:
+def score_batch(net: ReLUNetwork, batch: RolloutBatch, shape: Tube) -> Scores:
     """Scores of runs held in memory. Raises InputError."""
     check_shape(net, shape, batch.time, batch.n_p)
-    slack = allowance(net, batch.domain, batch.time, batch.n_p)
-    parts = []
-    for start in range(0, batch.n, chunk):
-        part = slice(start, start + chunk)
-        parts.append(_score(net, slack, shape, batch.time, batch.k[part], batch.p[part], batch.q[part]))
-    score, worst = (np.concatenate(x) for x in zip(*parts, strict=True))
+    score, worst = score_errors(measure(net, batch), shape, batch.k)
     return Scores(batch.rows, batch.k, score, worst, batch.hashes(), batch.law, batch.seed, batch.stage)
 
 
@@ -63,28 +54,37 @@ def score_system(
     stage: Stage = Stage.BOUND,
     *,
     k=None,
-    chunk=None,
+    chunk: int | None = None,
     path=None,
-    quiet=False,
+    quiet: bool = False,
 ) -> Scores:
     """Scores of n fresh runs, never holding more than a few chunks of them; resumable when `path` (a folder) is given.
 
-    Arguments as in `collect`. Does not consume `key`. Raises InputError.
+    Runs and errors stay on their device; one row of errors per run comes back. Arguments as in `collect`.
+    Does not consume `key`. Raises InputError.
     """
     check_shape(net, shape, system.time, system.n_p)
     slack = allowance(net, system.domain, system.time, system.n_p)
 
     def work(rows, device):
         drawn, (p, q) = simulate_rows(system, key, stage, rows, k, 0, device)
-        score, worst = _score(net, slack, shape, system.time, drawn, p, q)
+        score, worst = score_errors(measure_arrays(net, slack, system.time, drawn, p, q), shape, drawn)
         return {"k": drawn, "score": score, "worst": worst}
 
     label = {"what": "scores", "network": net.hash, "shape": shape.hash}
     parts = list(map_rows(work, system, key, n, stage, k=k, chunk=chunk, path=path, quiet=quiet, label=label))
     rows = np.concatenate([rows for rows, _ in parts])
     columns = {name: np.concatenate([arrays[name] for _, arrays in parts]) for name in ("k", "score", "worst")}
-    seed = tuple(int(v) for v in np.asarray(jax.random.key_data(key)).ravel())
-    return Scores(rows, **columns, ids=None, law=law_of(system, k_law(k)), seed=seed, stage=int(stage))
+    return Scores(rows, **columns, ids=None, law=law_of(system, k_law(k)), seed=seed_of(key), stage=int(stage))
+
+
+def score_errors(errors: Errors, shape: Tube, k: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Scores (n,) and worst coordinates (n,) of measured errors of runs with parameters k (n, n_k)."""
+    numbers, n = bins_of(shape, k), len(k)
+    flat = np.concatenate([np.asarray(errors.interval).reshape(n, -1), np.asarray(errors.final)], axis=1)
+    widths = np.concatenate([shape.interval.reshape(shape.n_bins, -1), shape.final], axis=1)
+    ratio = flat / widths[numbers].min(axis=1)  # a run on a shared edge must fit every bin it touches
+    return ratio.max(axis=1), ratio.argmax(axis=1).astype(np.int32)
 
 
 def check_shape(net: ReLUNetwork, shape: Tube, time, n_p: int) -> None:
@@ -101,16 +101,16 @@ def check_shape(net: ReLUNetwork, shape: Tube, time, n_p: int) -> None:
 
 
 def bins_of(shape: Tube, k: np.ndarray) -> np.ndarray:
-    """(B, c) numbers of all closed bins that contain k (B, n_k): a run on a shared edge must fit each of them.
+    """(n, c) numbers of all closed bins that contain k (n, n_k); c is 1 unless a row lies exactly on an inner edge.
 
-    c is 1 unless a row lies exactly on an inner edge. Raises InputError for a k outside every bin.
+    Raises InputError for a k outside every bin.
     """
     k, numbers = np.asarray(k, np.float64), np.zeros((len(k), 1), int)
     for axis, edge in enumerate(shape.edges):
         last = len(edge) - 2
         right = np.clip(np.searchsorted(edge, k[:, axis], side="right") - 1, 0, last)
         left = np.clip(np.searchsorted(edge, k[:, axis], side="left") - 1, 0, last)
-        outside = (k[:, axis] < edge[0]) | (k[:, axis] > edge[-1]) | np.isnan(k[:, axis])
+        outside = ~((k[:, axis] >= edge[0]) & (k[:, axis] <= edge[-1]))
         if outside.any():
             row = int(np.argmax(outside))
             raise InputError(
@@ -119,21 +119,3 @@ def bins_of(shape: Tube, k: np.ndarray) -> np.ndarray:
         choices = [right] if (left == right).all() else [right, left]
         numbers = np.concatenate([numbers * (last + 1) + choice[:, None] for choice in choices], axis=1)
     return numbers
-
-
-def _score(net, slack: Allowance, shape: Tube, time, k, p, q) -> tuple[np.ndarray, np.ndarray]:
-    errors = measure_arrays(net, slack, time, k, p, q)
-    with x64():
-        score, worst = _score_many(errors, (shape.interval, shape.final), jnp.asarray(bins_of(shape, k)))
-    return np.asarray(score), np.asarray(worst)
-
-
-def _score_one(errors, widths, bins):
-    """Largest ratio over coordinates, and over the bins (c,) that hold the run."""
-    interval, final = widths[0][bins], widths[1][bins]
-    by_interval = (errors.interval[None] / interval).reshape(bins.shape[0], -1)
-    ratio = jnp.concatenate([by_interval, errors.final[None] / final], axis=1).max(axis=0)
-    return ratio.max(), jnp.argmax(ratio).astype(jnp.int32)
-
-
-_score_many = jax.jit(jax.vmap(_score_one, in_axes=(0, None, 0)))

@@ -41,7 +41,7 @@ def collect(
     """
     if path is not None and Path(path).exists():
         done = rollouts_from_npz(path, read_npz(path))
-        wanted = (law_of(system, k_law(k)), _seed(key), int(stage), n)
+        wanted = (law_of(system, k_law(k)), seed_of(key), int(stage), n)
         same = (done.law, done.seed, done.stage, done.n) == wanted and done.rows[0] == first_row
         if not same or (_is_given(k) and not (done.k == np.asarray(k, np.float64)).all()):
             raise InputError(f"{path}: holds other rollouts than the ones asked for. Delete it or choose another path.")
@@ -73,7 +73,7 @@ def stream_rollouts(
     quiet=False,
 ) -> Iterator[RolloutBatch]:
     """The batches of `collect` chunk by chunk, in order, in bounded memory. path: a folder that keeps the chunks."""
-    law, seed = law_of(system, k_law(k)), _seed(key)
+    law, seed = law_of(system, k_law(k)), seed_of(key)
 
     def work(rows, device):
         drawn, trajectory = simulate_rows(system, key, stage, rows, k, first_row, device)
@@ -125,7 +125,7 @@ def map_rows(
         law = law_of(system, k_law(k)).hash
         meta = {
             "law": law,
-            "seed": list(_seed(key)),
+            "seed": list(seed_of(key)),
             "stage": int(stage),
             "first_row": first_row,
             "chunk": chunk,
@@ -151,7 +151,8 @@ def k_law(k) -> str:
     return getattr(k, "__name__", type(k).__name__) if callable(k) else "given"
 
 
-def _seed(key) -> tuple[int, ...]:
+def seed_of(key) -> tuple[int, ...]:
+    """The data of a random key, as plain numbers: part of the identity of every row."""
     data = jax.random.key_data(key) if jax.dtypes.issubdtype(key.dtype, jax.dtypes.prng_key) else key
     return tuple(int(v) for v in np.asarray(data).ravel())
 
