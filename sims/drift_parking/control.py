@@ -32,7 +32,7 @@ def track(plant: Plant, z: State, memory: Track, command: Input) -> tuple[State,
     drive = jnp.clip(drive, 0.0, c.DRIVE_MAX)
     steer = _or_zero(jnp.where(memory.rear_slides, memory.steer, command.steer))
     steer = _limited(steer, memory.steer)
-    rate, slip = rates(plant, z, drive, jnp.zeros_like(drive), steer)
+    rate, slip = rates(plant, z, steer, drive=drive)
     speed_rate = jnp.where(jnp.isnan(rate.speed), memory.speed_rate, rate.speed)
     return rate, Track(steer, speed_rate, slip.rear > slip.threshold)
 
@@ -40,7 +40,7 @@ def track(plant: Plant, z: State, memory: Track, command: Input) -> tuple[State,
 def brake(plant: Plant, z: State, last_steer) -> tuple[State, jax.Array]:
     """Drift: front brake fully on, steering follows the sideslip. Returns the state's rate and the applied steering."""
     steer = steer_into_slip(z, last_steer)
-    return rates(plant, z, jnp.zeros_like(steer), jnp.full_like(steer, -c.BRAKE_MAX), steer)[0], steer
+    return rates(plant, z, steer, brake=-c.BRAKE_MAX)[0], steer
 
 
 def steer_into_slip(z: State, last_steer):

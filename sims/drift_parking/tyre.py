@@ -2,9 +2,11 @@
 
 import jax.numpy as jnp
 
+from sims.drift_parking import trig
+
 SHARPNESS = 200.0  # of the stitch: 1/2 - 1/2 tanh(100 u) = 1 / (1 + exp(200 u)) [1/rad]
-SLIP_CAP = 3.0  # [rad]; beyond it exp(200 u) would overflow, and the stitch has long saturated
-TAN_CAP = 1e20  # keeps the cubic finite where a wheel slides exactly sideways; its weight there is below 1e-100
+SLIP_CAP = 1.2  # [rad]; far beyond any threshold (0.26), where the stitch has saturated
+TAN_CAP = 1e8  # keeps the cubic finite where a wheel slides exactly sideways; its weight there is below 1e-80
 
 
 def lateral_capacity(limit, force_x):
@@ -14,18 +16,19 @@ def lateral_capacity(limit, force_x):
 
 def sliding_threshold(capacity, stiffness):
     """Slip angle [rad] beyond which the tyre slides."""
-    return jnp.arctan(3.0 * capacity / stiffness)
+    return trig.arctan_small(3.0 / stiffness * capacity)
 
 
 def lateral_force(slip, tan_slip, capacity, threshold, stiffness):
-    """Lateral force [N] at a slip angle [rad] whose tangent is given as well (rational in the velocities, so no tan)."""
+    """Lateral force [N] at a slip angle [rad], given with its tangent, which is rational in the velocities.
+
+    With the stitch weights s1 = 1 / (1 + rise shift) and s2 = 1 / (1 + rise / shift) the law
+    s2 (s1 F + (1 - s1) cubic) - (1 - s2) F is written as one fraction. Logistic weights decay to zero where a difference
+    of tanh would leave a rounding residue, so nothing has to saturate exactly.
+    """
     tan_slip = jnp.clip(tan_slip, -TAN_CAP, TAN_CAP)
     ratio = stiffness / (3.0 * capacity) * tan_slip
     cubic = -stiffness * tan_slip * (1.0 - jnp.abs(ratio) + ratio * ratio / 3.0)
-    # The logistic form of the stitch decays to zero instead of cancelling, so no exact saturation of tanh is needed.
-    rise = jnp.exp(SHARPNESS * jnp.clip(slip, -SLIP_CAP, SLIP_CAP))
-    shift = jnp.exp(SHARPNESS * threshold)
-    below_lower = 1.0 / (1.0 + rise * shift)
-    below_upper = 1.0 / (1.0 + rise / shift)
-    middle = below_lower * capacity + (1.0 - below_lower) * cubic
-    return below_upper * middle - (1.0 - below_upper) * capacity
+    slip = SHARPNESS * jnp.clip(slip, -SLIP_CAP, SLIP_CAP)
+    lower, upper = jnp.exp(slip + SHARPNESS * threshold), jnp.exp(slip - SHARPNESS * threshold)
+    return (capacity + lower * cubic - capacity * upper * (1.0 + lower)) / ((1.0 + lower) * (1.0 + upper))

@@ -10,7 +10,7 @@ import jax
 import jax.numpy as jnp
 
 from sims.drift_parking import params as c
-from sims.drift_parking import tyre
+from sims.drift_parking import trig, tyre
 
 TINY = 1e-300  # [m^2/s^2]
 
@@ -49,17 +49,19 @@ class Slip(NamedTuple):
     threshold: jax.Array
 
 
-def rates(plant: Plant, z: State, drive, brake, steer) -> tuple[State, Slip]:
-    """Time derivative of the state under drive [N], brake command [N, <= 0] and steering [rad]."""
-    cos_steer, sin_steer = jnp.cos(steer), jnp.sin(steer)
+def rates(plant: Plant, z: State, steer, drive=0.0, brake: float = 0.0) -> tuple[State, Slip]:
+    """Time derivative of the state under steering [rad], rear drive [N] and front brake command [N, <= 0]."""
+    sin_steer, cos_steer = trig.sincos(steer)
     vy_front, vy_rear = z.uy + c.FRONT_ARM * z.yaw_rate, z.uy - c.REAR_ARM * z.yaw_rate
     # Velocity of the front wheel along and across its plane: tan and cos of the slip angle without calling them.
     rolling, sliding = z.ux * cos_steer + vy_front * sin_steer, vy_front * cos_steer - z.ux * sin_steer
-    slip_front = jnp.arctan2(vy_front, z.ux) - steer
-    slip_rear = jnp.arctan2(vy_rear, z.ux)
-    cos2_front = rolling * rolling / (rolling * rolling + sliding * sliding + TINY)
+    slip_front = trig.arctan2(vy_front, z.ux) - steer
+    slip_rear = trig.arctan2(vy_rear, z.ux)
+    fx_front = 0.0
+    if brake:  # scaled by the squared cosine of the slip angle, faded through zero with the rolling speed
+        along = rolling * rolling
+        fx_front = brake * jnp.tanh(5.0 * rolling) * along / (along + sliding * sliding + TINY)
 
-    fx_front = brake * cos2_front * jnp.tanh(5.0 * rolling)
     capacity_front = tyre.lateral_capacity(c.GRIP_FRONT, fx_front)
     capacity_rear = tyre.lateral_capacity(c.GRIP_REAR, drive)
     threshold_front = tyre.sliding_threshold(capacity_front, c.STIFFNESS_FRONT)
@@ -73,9 +75,9 @@ def rates(plant: Plant, z: State, drive, brake, steer) -> tuple[State, Slip]:
         fy=lateral_front + fy_rear,
         moment=c.FRONT_ARM * lateral_front - c.REAR_ARM * fy_rear,
     )
-    cos_yaw, sin_yaw = jnp.cos(z.yaw), jnp.sin(z.yaw)
+    sin_yaw, cos_yaw = trig.sincos(z.yaw)
     ax, ay, yaw_acceleration = plant(z, cos_yaw, sin_yaw, wrench)
-    cos_slip, sin_slip = jnp.cos(z.sideslip), jnp.sin(z.sideslip)
+    sin_slip, cos_slip = trig.sincos(z.sideslip)
     rate = State(
         x=z.ux * cos_yaw - z.uy * sin_yaw,
         y=z.ux * sin_yaw + z.uy * cos_yaw,
