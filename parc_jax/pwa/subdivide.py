@@ -1,0 +1,116 @@
+"""`enumerate_regions`: every linear region of a ReLU network over a domain, by exact subdivision (T16)."""
+
+import time
+
+import numpy as np
+
+from parc_jax.errors import BudgetError, InputError
+from parc_jax.pwa.assemble import build_table, lattice_volumes
+from parc_jax.pwa.complex import Complex
+from parc_jax.pwa.cut import cut
+from parc_jax.pwa.domain import MAX_DIMENSION, box_complex, domain_rows
+from parc_jax.pwa.exact import ExactNetwork
+from parc_jax.pwa.prune import keep_minus
+from parc_jax.pwa.rounding import input_bound, layer_bound, point_rounding
+from parc_jax.pwa.signs import SignOracle
+from parc_jax.pwa.table import RegionTable
+from parc_jax.sets.box import Box
+from parc_jax.sets.hpolytope import HPolytope
+
+
+def enumerate_regions(
+    net,
+    domain: Box | HPolytope,
+    *,
+    max_regions: int = 2_000_000,
+    max_seconds: float = 3600.0,
+    max_bytes: int = 4 << 30,
+) -> RegionTable:
+    """All full-dimensional linear regions of `net` over `domain`, with proof of completeness (T16, T17).
+
+    net: ReLUNetwork with n_in = 1..6 inputs, any depth and widths. domain: Box or bounded HPolytope with interior.
+    Signs are exact (float64 with an error bound, rationals where that is not enough), so no region is lost or invented.
+    Raises InputError for a domain without interior, BudgetError when a cap would be passed, SoundnessError when the
+    finished table does not prove itself complete.
+    """
+    if net.n_in > MAX_DIMENSION:
+        raise InputError(f"enumerate_regions: expected at most {MAX_DIMENSION} inputs; got {net.n_in}. Use march instead.")
+    if domain.n != net.n_in:
+        raise InputError(f"enumerate_regions: the network has {net.n_in} inputs but the domain {domain.n} dimensions.")
+    budget = Budget(max_regions, max_seconds, max_bytes)
+    around, rows = domain_rows(domain)
+    # unit coordinates y = x / 2^e per axis: exact, and errors mean the same along every axis
+    exponent = np.frexp(np.maximum(np.abs(around.lo), np.abs(around.hi)))[1]
+    scale = np.ldexp(1.0, exponent)
+    is_box = isinstance(domain, Box)
+    A = np.concatenate([np.eye(net.n_in), -np.eye(net.n_in), *([] if is_box else [rows.A * scale])])
+    b = np.concatenate([around.hi / scale, -around.lo / scale, *([] if is_box else [rows.b])])
+    weights = [net.weights[0] * scale, *net.weights[1:-1]] if len(net.weights) > 1 else []
+    biases = list(net.biases[:-1])
+
+    n_rows = len(b)
+    n_columns = n_rows + sum(len(beta) for beta in biases)
+    lattice = box_complex(around.lo / scale, around.hi / scale, n_columns)
+    oracle = SignOracle(lattice, ExactNetwork(A, b, weights, biases), point_rounding(net.n_in, n_columns, 1.0))
+    if not is_box:
+        _cut_domain(lattice, oracle, A[2 * net.n_in :], -b[2 * net.n_in :], n_columns, budget)
+    whole = float(np.prod(around.hi / scale - around.lo / scale)) if is_box else float(lattice_volumes(lattice)[0])
+    _cut_layers(lattice, oracle, weights, biases, n_rows, n_columns, budget)
+    return build_table(net, domain, lattice, oracle, scale, whole, first_row=0 if is_box else 2 * net.n_in, n_rows=n_rows)
+
+
+class Budget:
+    """The caps of one run, checked between cuts."""
+
+    def __init__(self, regions: int, seconds: float, memory: int):
+        self.regions, self.seconds, self.memory = regions, seconds, memory
+        self.start = time.perf_counter()
+
+    def check(self, lattice: Complex, column: int, n_columns: int) -> None:
+        """Raise BudgetError if a cap is passed."""
+        spent = time.perf_counter() - self.start
+        where = f"after {column} of {n_columns} hyperplanes ({lattice.n_cells} regions, {spent:.1f} s)"
+        hint = "Shrink the domain or the network, raise the cap, or use march for a part of the regions."
+        if lattice.n_cells > self.regions:
+            raise BudgetError(f"enumerate_regions: more than max_regions = {self.regions} regions {where}. {hint}")
+        if spent > self.seconds:
+            raise BudgetError(f"enumerate_regions: more than max_seconds = {self.seconds:g} s {where}. {hint}")
+        # one more cut can double everything, and the finished table needs about as much again
+        if 2 * lattice.nbytes > self.memory:
+            raise BudgetError(f"enumerate_regions: would need more than max_bytes = {self.memory} {where}. {hint}")
+
+
+def _cut_domain(lattice: Complex, oracle: SignOracle, A, minus_b, n_columns: int, budget: Budget) -> None:
+    """Cut the box down to {A y + minus_b <= 0}, row by row."""
+    first = 2 * lattice.n
+    lattice.set_values(lattice.x.view @ A.T + minus_b)
+    bound = layer_bound(A, minus_b, input_bound(lattice.n), np.ones(lattice.n), np.abs(lattice.z.view).max(axis=0), n_columns, 1.0)
+    oracle.begin(None, A, minus_b, bound, first)
+    for j in range(len(A)):
+        codes, slack = oracle.codes(j)
+        if not (codes == 2).any():
+            raise InputError("domain: expected a polytope with interior; its rows leave none. Widen or drop a row.")
+        cut(lattice, codes, first + j, j, slack)
+        lattice.bits.mark(first + j, codes)
+        oracle.renumber(keep_minus(lattice, first + j))
+        budget.check(lattice, first + j + 1, n_columns)
+    if lattice.touches(0, first):
+        raise InputError("domain: expected a bounded polytope; it reaches past every bound found for it. Add rows, or use a Box.")
+
+
+def _cut_layers(lattice: Complex, oracle: SignOracle, weights, biases, n_rows: int, n_columns: int, budget: Budget) -> None:
+    column, bound, h = n_rows, input_bound(lattice.n), lattice.x.view
+    for layer, (W, b) in enumerate(zip(weights, biases, strict=True)):
+        lattice.set_values(h @ W.T + b)
+        h_max, z_max = np.abs(h).max(axis=0, initial=0.0), np.abs(lattice.z.view).max(axis=0)
+        bound = layer_bound(W, b, bound, h_max, z_max, n_columns, 1.0)
+        oracle.begin(layer, W, b, bound, column)
+        for j in range(len(b)):
+            codes, slack = oracle.codes(j)
+            if not (codes == codes[0]).all():
+                cut(lattice, codes, column, j, slack)
+            lattice.bits.mark(column, codes)
+            column += 1
+            budget.check(lattice, column, n_columns)
+        # by the exact sign, not by the float's: a neuron of sign 0 feeds exactly 0 forward
+        h = lattice.z.view * lattice.bits.is_plus(column - len(b), column)

@@ -1,0 +1,151 @@
+"""The regions of a network over a domain: patterns, vertices, facets, neighbours, volumes; maps and rows on demand."""
+
+from functools import cached_property
+
+import numpy as np
+from flax import struct
+
+from parc_jax.errors import BudgetError, InputError
+from parc_jax.network.relu import ReLUNetwork
+from parc_jax.pwa.locate import PatternIndex, inside_domain
+from parc_jax.pwa.maps import affine_maps, facet_rows
+from parc_jax.pwa.proof import Completeness
+from parc_jax.sets.box import Box
+from parc_jax.sets.hpolytope import HPolytope, from_box
+
+MAX_MAP_BYTES = 2 << 30  # `C` and `d` of all regions are refused beyond this; `maps` gives any part of them
+
+
+@struct.dataclass
+class RegionTable:
+    """All r regions of a network over a domain, proved complete. Made by `enumerate_regions`.
+
+    Ragged arrays are flat with offsets: item i of region j sits at flat[offsets[j] + i]. A region is the convex hull of its
+    vertices; a facet between two regions is stored once.
+
+    net, domain:        what was enumerated.
+    patterns:           (r, n_hidden) bool, active neurons; a neuron that is 0 on the whole region counts as inactive.
+    volumes:            (r,)
+    points:             (V, n) all vertices; point_error (V,): bound on the Euclidean distance to the exact ones, largest axis = 1.
+    vertex_index:       points of the regions; vertex_offsets (r + 1,)
+    facet_index:        facets of the regions; facet_offsets (r + 1,)
+    facet_label:        (f,) hidden neuron whose hyperplane carries the facet, or -1 - (domain row).
+    facet_regions:      (f, 2) the regions on its two sides, -1 for outside.
+    facet_vertex_index: points of the facets; facet_vertex_offsets (f + 1,)
+    proof:              Completeness
+    """
+
+    net: ReLUNetwork
+    domain: Box | HPolytope
+    patterns: np.ndarray
+    volumes: np.ndarray
+    points: np.ndarray
+    point_error: np.ndarray
+    vertex_index: np.ndarray
+    vertex_offsets: np.ndarray
+    facet_index: np.ndarray
+    facet_offsets: np.ndarray
+    facet_label: np.ndarray
+    facet_regions: np.ndarray
+    facet_vertex_index: np.ndarray
+    facet_vertex_offsets: np.ndarray
+    proof: Completeness
+
+    @property
+    def count(self) -> int:
+        """Number of regions r."""
+        return len(self.patterns)
+
+    @cached_property
+    def vertices(self) -> np.ndarray:
+        """Vertices of the regions one after the other, flat with `vertex_offsets`: (sum, n)."""
+        return self.points[self.vertex_index]
+
+    @cached_property
+    def neighbours(self) -> np.ndarray:
+        """Region across each facet, flat with `facet_offsets`; -1 where the facet is on the domain's boundary."""
+        sides = self.facet_regions[self.facet_index]
+        mine = np.repeat(np.arange(self.count), np.diff(self.facet_offsets))
+        return np.where(sides[:, 0] == mine, sides[:, 1], sides[:, 0])
+
+    @cached_property
+    def _rows(self) -> np.ndarray:
+        """Rows (A, b) of all regions without redundant ones, flat with `facet_offsets`: (sum, n + 1)."""
+        neuron = self.facet_label >= 0
+        table = np.empty((len(neuron), self.net.n_in + 1))
+        table[neuron] = facet_rows(self.net, self.patterns, self.facet_label[neuron], self.facet_regions[neuron, 0])
+        rows = from_box(self.domain) if isinstance(self.domain, Box) else self.domain
+        table[~neuron] = np.column_stack([rows.A, -rows.b])[-1 - self.facet_label[~neuron]]
+        # z = g.x + c >= 0 where the neuron is active
+        region = np.repeat(np.arange(self.count), np.diff(self.facet_offsets))
+        label = self.facet_label[self.facet_index]
+        active = (label >= 0) & self.patterns[region, np.maximum(label, 0)] if self.patterns.shape[1] else label >= 0
+        flat = table[self.facet_index]
+        flat[active] *= -1.0
+        flat[:, -1] *= -1.0
+        return flat
+
+    @property
+    def A(self) -> np.ndarray:
+        """Outward normals of all regions, flat with `facet_offsets`: (sum, n). One row per facet, none redundant."""
+        return self._rows[:, :-1]
+
+    @property
+    def b(self) -> np.ndarray:
+        """Offsets of all regions, flat with `facet_offsets`: (sum,)."""
+        return self._rows[:, -1]
+
+    def region(self, i: int) -> HPolytope:
+        """Region i as {x : A x <= b}."""
+        rows = self._rows[self.facet_offsets[i] : self.facet_offsets[i + 1]]
+        return HPolytope(rows[:, :-1], rows[:, -1])
+
+    def region_vertices(self, i: int) -> np.ndarray:
+        """Vertices (v, n) of region i; in two dimensions counterclockwise."""
+        x = self.points[self.vertex_index[self.vertex_offsets[i] : self.vertex_offsets[i + 1]]]
+        if x.shape[1] != 2:
+            return x
+        from_center = x - x.mean(axis=0)
+        return x[np.argsort(np.arctan2(from_center[:, 1], from_center[:, 0]))]
+
+    def maps(self, regions=slice(None)) -> tuple[np.ndarray, np.ndarray]:
+        """Affine maps C (m, n_out, n), d (m, n_out) of the given regions (index, slice or mask): net(k) = C k + d there."""
+        return affine_maps(self.net, self.patterns[regions])
+
+    @cached_property
+    def _all_maps(self) -> tuple[np.ndarray, np.ndarray]:
+        need = 8 * self.count * self.net.n_out * (self.net.n_in + 1)
+        if need > MAX_MAP_BYTES:
+            raise BudgetError(
+                f"maps of all {self.count} regions need {need / 2**30:.1f} GiB > {MAX_MAP_BYTES / 2**30:.0f} GiB. "
+                "Use maps(regions) for the regions you need."
+            )
+        return self.maps()
+
+    @property
+    def C(self) -> np.ndarray:
+        """Gradients of all regions (r, n_out, n); computed on first use. Raises BudgetError beyond 2 GiB."""
+        return self._all_maps[0]
+
+    @property
+    def d(self) -> np.ndarray:
+        """Offsets of all regions (r, n_out); computed on first use. Raises BudgetError beyond 2 GiB."""
+        return self._all_maps[1]
+
+    @cached_property
+    def _index(self) -> PatternIndex:
+        return PatternIndex(self.net, self.patterns)
+
+    def locate(self, k) -> np.ndarray:
+        """Region number of each k (..., n), -1 outside the domain. Exact: k is read as the rationals its floats are.
+
+        A k on a boundary gets one of the closed regions that contain it.
+        """
+        k = np.asarray(k, np.float64)
+        if k.shape[-1:] != (self.net.n_in,):
+            raise InputError(f"locate: expected k with {self.net.n_in} entries last; got shape {k.shape}.")
+        flat = k.reshape(-1, self.net.n_in)
+        inside = inside_domain(self.domain, flat)
+        number = np.full(len(flat), -1)
+        number[inside] = self._index.find(flat[inside])
+        return number.reshape(k.shape[:-1])
