@@ -32,6 +32,7 @@ def bound_error(
     discard: int | str = 0,
     looks: int = 1,
     intersample: Intersample = DISCRETE_TIME,
+    search: int = 1024,
     path=None,
     quiet: bool = False,
 ) -> ErrorClaim:
@@ -39,13 +40,12 @@ def bound_error(
     BOUND.
 
     eps, delta: with confidence 1 - delta a new run leaves the tube with probability at most eps.
-    bins: bins per axis of K over which the shape of the tube varies; None = chosen on the training data
-    (`choose_bins`).
-    shape: a shape instead of the one from training data. train: the runs the network was trained on; None = fresh
-    ones of
-    stage TRAIN. n: holdout runs, None = as many as (eps, delta, discard, looks) need.
-    discard, looks, intersample: as in `calibrate`. path: a folder that keeps finished chunks, so a killed run
-    continues.
+    bins: bins per axis of K over which the shape of the tube varies; None = chosen on the training data (`choose_bins`).
+    shape: a shape instead of the one from training data.
+    train: the runs the network was trained on; None = fresh ones of stage TRAIN.
+    n: holdout runs, None = as many as (eps, delta, discard, looks) need. discard, looks, intersample: as in `calibrate`.
+    search: runs spent looking for bad ones on purpose, which only widens the tube where it finds some; 0 = none.
+    path: a folder that keeps finished chunks of the holdout, so a killed run continues.
     Raises InputError.
     """
     if train is None:
@@ -56,7 +56,7 @@ def bound_error(
         eps, delta = as_probability("eps", eps), as_probability("delta", delta)
         n = required_runs(float(eps), float(delta / looks), 0 if discard == "most" else discard)
     scores = score_system(net, system, key, shape, n, Stage.BOUND, path=path, quiet=quiet)
-    return calibrate(
+    claim = calibrate(
         net,
         scores,
         shape,
@@ -68,6 +68,7 @@ def bound_error(
         intersample=intersample,
         train=train,
     )
+    return claim if search == 0 else enlarge(claim, shape, search_worst(net, system, key, shape, search))
 
 
 def assumed_claim(net: ReLUNetwork, train: RolloutBatch, bins=None) -> ErrorClaim:

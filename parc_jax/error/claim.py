@@ -70,7 +70,7 @@ class ErrorClaim:
         if isinstance(nu, Density):
             if self.bin_eps is not None:
                 return NoStatement("per-bin claims need Uniform(share, bin)")
-            return risk_of(self.eps, self.delta, Fraction(nu.bound), nu.shift)
+            return risk_of(self.eps, self.delta, Fraction(str(nu.bound)), nu.shift)
         if not isinstance(nu, Uniform):
             raise InputError(f"risk: expected Uniform, Density or Point; got {type(nu).__name__}.")
         return self._risk_uniform(nu)

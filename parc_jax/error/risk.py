@@ -56,13 +56,13 @@ def risk_of(eps: Fraction, delta: Fraction, density: Fraction, shift: float) -> 
     """Density x eps + shift, capped at one. [T5]"""
     if not 0 <= shift <= 1:
         raise InputError(f"risk: expected a total variation between 0 and 1; got {shift}.")
-    bound = min(Fraction(1), density * eps + Fraction(shift))
+    bound = min(Fraction(1), density * eps + Fraction(str(shift)))
     return Risk(bound, min(Fraction(1), bound + delta))
 
 
 def density_of_share(share: float, whole: Fraction = Fraction(1)) -> Fraction:
     """whole / share for a share in (0, whole]. Raises InputError."""
-    share = Fraction(share)
+    share = Fraction(str(share))
     if not 0 < share <= whole:
         raise InputError(f"risk: expected a share of K in (0, {float(whole):g}]; got {float(share):g}.")
     return whole / share

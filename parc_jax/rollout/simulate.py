@@ -37,16 +37,19 @@ class Simulator:
         a function key -> (n_k,) = drawn by it. Depends on (key, stage, row) alone."""
         lo, hi = self._bounds()
         with x64():
-            k_keys, keys = _split_many(row_keys(key, stage, rows))
+            k_keys, keys = _split_many(jax.random.key_data(row_keys(key, stage, rows)))
             if k is None:
                 drawn = np.asarray(_uniform(k_keys, lo, hi))
             elif callable(k):
                 drawn = np.asarray(jax.vmap(k)(k_keys), np.float64)
             else:
                 drawn = np.broadcast_to(np.asarray(k, np.float64), (len(rows), len(lo)))
-        if not self.double:
-            drawn = np.clip(drawn.astype(np.float32).astype(np.float64), lo, hi)
-        return Rows(keys, drawn)
+        return Rows(keys, self.as_run(drawn))
+
+    def as_run(self, k: np.ndarray) -> np.ndarray:
+        """k (B, n_k) as the system will see it: inside K, rounded to float32 for a float32 system."""
+        k = np.clip(k, *self._bounds())
+        return k if self.double else k.astype(np.float32).astype(np.float64)
 
     def run(self, rows: Rows, device=None) -> Trajectory:
         """Trajectories (B, ...) of the rows, on the device; float64 unless the system declares dtype = float32."""

@@ -1,0 +1,81 @@
+"""New data, new claim: refitting and re-certifying in one call."""
+
+from collections.abc import Callable
+
+import numpy as np
+
+from parc_jax.error.calibrate import Intersample, calibrate
+from parc_jax.error.claim import ErrorClaim
+from parc_jax.error.intersample import DISCRETE_TIME
+from parc_jax.error.shape import choose_bins, training_shape
+from parc_jax.errors import InputError
+from parc_jax.network.relu import ReLUNetwork, relu_network
+from parc_jax.rollout.batch import RolloutBatch
+
+
+def update(
+    claim: ErrorClaim,
+    net: ReLUNetwork,
+    seen: RolloutBatch,
+    fresh: RolloutBatch,
+    tune: Callable[[ReLUNetwork, RolloutBatch], ReLUNetwork] | None = None,
+    eps=None,
+    delta=None,
+    bins=None,
+    *,
+    discard: int | str = 0,
+    intersample: Intersample = DISCRETE_TIME,
+) -> tuple[ReLUNetwork, ErrorClaim]:
+    """The network and a new claim after new data; the fresh runs support as small an eps as their number allows.
+
+    seen:  everything looked at before the decision to update: training runs, and those a monitor watched until it rang.
+    fresh: runs of the law to be deployed, made after that decision. Neither network nor shape may see them.
+    tune:  (net, seen) -> net, for example `refit`; None = keep the network.
+    eps, delta: asked for; None = those of the old claim. Raises InputError, also when a fresh run was seen before.
+    """
+    if claim.eps is None and eps is None:
+        raise InputError("update: expected eps and delta, since the old claim has none.")
+    net = net if tune is None else tune(net, seen)
+    shape = training_shape(net, seen, choose_bins(net, seen) if bins is None else bins)
+    new = calibrate(
+        net,
+        fresh,
+        shape,
+        claim.eps if eps is None else eps,
+        claim.delta if delta is None else delta,
+        discard=discard,
+        intersample=intersample,
+        train=seen,
+    )
+    new.evidence["updated_from"] = {"network": claim.evidence.get("network"), "n": claim.n, "law": claim.law.hash}
+    return net, new
+
+
+def refit(net: ReLUNetwork, data: RolloutBatch) -> ReLUNetwork:
+    """The network with its last layer solved anew by least squares on the data; hidden layers, and so regions, stay.
+
+    Raises InputError when fewer than ten runs are finite.
+    """
+    from parc_jax.network.train import training_arrays
+
+    k, y = training_arrays(data)
+    features = k
+    for W, b in zip(net.weights[:-1], net.biases[:-1], strict=True):
+        features = np.maximum(features @ W.T + b, 0)
+    centre = features.mean(axis=0)
+    solution = np.linalg.lstsq(features - centre, y - y.mean(axis=0), rcond=1e-10)[0].T
+    return relu_network([*net.weights[:-1], solution], [*net.biases[:-1], y.mean(axis=0) - solution @ centre])
+
+
+def centred(net: ReLUNetwork, data: RolloutBatch) -> ReLUNetwork:
+    """The network with its last biases moved to the middle of the signed errors seen at the knots of the data.
+
+    A symmetric tube around it is the signed tube around the old one: never wider, and nothing else changes its form.
+    Do it before shape and holdout. Raises InputError when fewer than ten runs are finite.
+    """
+    from parc_jax.network.train import evaluate, training_arrays
+
+    k, y = training_arrays(data)
+    signed = y - evaluate(net, k)
+    middle = 0.5 * (signed.max(axis=0) + signed.min(axis=0))
+    return relu_network(net.weights, [*net.biases[:-1], net.biases[-1] + middle])

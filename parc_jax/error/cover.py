@@ -1,0 +1,225 @@
+"""For-all claims from a cover of K, for systems without disturbance and with declared constants. [T7]"""
+
+from dataclasses import dataclass
+
+import jax
+import numpy as np
+
+from parc_jax.error.calibrate import Intersample
+from parc_jax.error.claim import ErrorClaim
+from parc_jax.error.intersample import DISCRETE_TIME
+from parc_jax.error.measure import Errors, allowance, measure_arrays
+from parc_jax.error.shape import uniform_edges
+from parc_jax.error.simplices import Simplices, triangulate
+from parc_jax.error.tube import Tube, tube
+from parc_jax.errors import InputError
+from parc_jax.keys import Stage
+from parc_jax.network.relu import ReLUNetwork
+from parc_jax.rollout.collect import map_rows, simulate_rows
+from parc_jax.rollout.law import law_of
+from parc_jax.rollout.simulate import Rows, simulator
+from parc_jax.tolerances import TOLERANCES
+
+_UP = 1 + 2.0**-30  # rounding of region maps and of the sums below, upward
+
+
+@dataclass(frozen=True)
+class Lipschitz:
+    """Declared: moving k_i by 1 moves p_c(s) by at most p[c, i] [m] at every s, and q_c by at most q[c, i].
+
+    p: broadcastable to (n_p, n_k). q: broadcastable to (n_q, n_k).
+    """
+
+    p: np.ndarray | float
+    q: np.ndarray | float = 0.0
+
+
+@dataclass(frozen=True)
+class Curvature:
+    """Declared: p_c(s; k) is differentiable in k, and its gradient changes by at most p[c] |k - k'| (Euclidean); same
+    for q.
+
+    p: broadcastable to (n_p,). q: broadcastable to (n_q,).
+    """
+
+    p: np.ndarray | float
+    q: np.ndarray | float = 0.0
+
+
+def lipschitz_cover(
+    net: ReLUNetwork,
+    system,
+    key: jax.Array,
+    constants: Lipschitz,
+    C: np.ndarray,
+    cells,
+    bins=None,
+    *,
+    intersample: Intersample = DISCRETE_TIME,
+    path=None,
+    quiet: bool = False,
+) -> ErrorClaim:
+    """No run leaves the tube, if the declared constants hold: runs at grid centres, plus what half a cell may add. [T7]
+
+    C: (r, n_out, n_k) linear parts of the network on all regions of K (the region table's), which give the network's
+    own
+    constants. cells: grid cells per axis of K, a multiple of bins per axis. path: resumable, as in `collect`.
+    Raises InputError, also when the system turns out to have a disturbance.
+    """
+    check_deterministic(system, key)
+    domain, n_p = system.domain, system.n_p
+    bins = (1,) * domain.n if bins is None else tuple(bins)
+    cells = tuple(int(c) for c in cells)
+    if len(cells) != domain.n or any(c < b or c % b for c, b in zip(cells, bins, strict=True)):
+        raise InputError(f"cover: expected cells per axis, a multiple of the bins {bins}; got {cells}.")
+    edges = uniform_edges(domain, cells)
+    centres = np.stack(np.meshgrid(*(0.5 * (e[1:] + e[:-1]) for e in edges), indexing="ij"), axis=-1)
+    errors = _errors_at(net, system, key, centres.reshape(-1, domain.n), path, quiet)
+    half = np.array([np.diff(e).max() for e in edges]) / 2
+    slope = _network_slopes(C, system.time.n_steps, n_p)
+    declared_p, declared_q = _declared(constants, (n_p, domain.n), (system.n_q, domain.n))
+    reach_interval = (slope.interval + declared_p[None]) @ half
+    reach_final = (slope.final + np.concatenate([declared_p, declared_q])) @ half
+    groups = [i for c, b in zip(cells, bins, strict=True) for i in (b, c // b)]
+    inner = tuple(range(1, 2 * domain.n, 2))
+    interval = errors.interval.reshape(*groups, *errors.interval.shape[1:]).max(axis=inner)
+    final = errors.final.reshape(*groups, -1).max(axis=inner)
+    n_bins = int(np.prod(bins))
+    found = tube(
+        uniform_edges(domain, bins),
+        (interval.reshape(n_bins, *errors.interval.shape[1:]) + reach_interval) * _UP,
+        (final.reshape(n_bins, -1) + reach_final) * _UP,
+    )
+    label = f"LIPSCHITZ(p <= {_text(constants.p)}, q <= {_text(constants.q)} per unit of k)"
+    return _claim(net, system, found, len(errors.final), label, intersample)
+
+
+def curvature_cover(
+    net: ReLUNetwork,
+    system,
+    key: jax.Array,
+    constants: Curvature,
+    vertices: list[np.ndarray],
+    size: float,
+    bins=None,
+    *,
+    intersample: Intersample = DISCRETE_TIME,
+    path=None,
+    quiet: bool = False,
+) -> ErrorClaim:
+    """No run leaves the tube, if the declared constants hold: runs at vertices of simplices, network affine on each.
+
+    On a simplex with edges <= h the error is at most its largest at a vertex plus M h^2 n_k / (4 (n_k + 1)). [T7]
+    vertices: per region of the network, its vertices (v, n_k), together covering K. size: longest edge allowed, as a
+    share of
+    the widths of K. Raises InputError; SoundnessError when the regions do not fill K.
+    """
+    check_deterministic(system, key)
+    domain, n = system.domain, system.domain.n
+    mesh = triangulate(vertices, domain, size)
+    errors = _errors_at(net, system, key, np.clip(mesh.points, domain.lo, domain.hi), path, quiet)
+    declared_p, declared_q = _declared(constants, (system.n_p,), (system.n_q,))
+    bend = mesh.longest**2 * n / (4 * (n + 1))
+    frame_edges = uniform_edges(domain, (1,) * n if bins is None else bins)
+    interval, final = _simplex_maxima(
+        mesh, errors, bend, declared_p, np.concatenate([declared_p, declared_q]), frame_edges
+    )
+    # region vertices are floats: a kink of the network may lie this far inside a simplex, and simplices this far apart
+    loose = TOLERANCES.vertex_relative * np.abs(np.concatenate([domain.lo, domain.hi])).max()
+    slack = loose * _steepest(net)
+    found = tube(frame_edges, (interval + slack) * _UP, (final + slack) * _UP)
+    label = f"CURVATURE(p <= {_text(constants.p)}, q <= {_text(constants.q)} per squared unit of k)"
+    return _claim(net, system, found, len(mesh.points), label, intersample)
+
+
+def check_deterministic(system, key: jax.Array, n: int = 16) -> None:
+    """Refuse a system whose runs depend on its key: a cover of K says nothing about disturbances."""
+    sim = simulator(system)
+    keys, k = sim.rows(key, Stage.SEARCH, np.arange(n))
+    first, second = sim.run(Rows(keys, k)), sim.run(Rows(keys[::-1], k))
+    if not all(np.array_equal(a, b, equal_nan=True) for a, b in zip(first, second, strict=True)):
+        raise InputError(
+            f"cover: expected a system without disturbance; {system.name} answers one k differently for another key. "
+            "Make the disturbance part of k, or use bound_error."
+        )
+
+
+def _errors_at(net, system, key, k: np.ndarray, path, quiet) -> Errors:
+    slack = allowance(net, system.domain, system.time, system.n_p)
+
+    def work(rows, device):
+        drawn, (p, q) = simulate_rows(system, key, Stage.BOUND, rows, k, 0, device)
+        if not np.array_equal(drawn, k[np.minimum(rows, len(k) - 1)]):
+            raise InputError("cover: expected a float64 system; this one cannot run the points of the cover exactly.")
+        errors = measure_arrays(net, slack, system.time, drawn, p, q)
+        return {"interval": np.asarray(errors.interval), "final": np.asarray(errors.final)}
+
+    label = {"what": "cover", "network": net.hash}
+    parts = [a for _, a in map_rows(work, system, key, len(k), Stage.BOUND, k=k, path=path, quiet=quiet, label=label)]
+    return Errors(*(np.concatenate([part[name] for part in parts]) for name in ("interval", "final")))
+
+
+def _network_slopes(C: np.ndarray, T: int, n_p: int) -> Errors:
+    """Largest |d output / d k_i| over regions: interval (T, n_p, n_k) over both end knots, final (n_p + n_q, n_k)."""
+    steepest = np.abs(np.asarray(C, np.float64)).max(axis=0)
+    knots = steepest[: T * n_p].reshape(T, n_p, -1)
+    before = np.concatenate([np.zeros_like(knots[:1]), knots[:-1]])
+    return Errors(np.maximum(before, knots), steepest[(T - 1) * n_p :])
+
+
+def _declared(constants, shape_p, shape_q) -> tuple[np.ndarray, np.ndarray]:
+    out = []
+    for name, value, shape in (("p", constants.p, shape_p), ("q", constants.q, shape_q)):
+        value = np.asarray(value, np.float64)
+        if not (np.isfinite(value) & (value >= 0)).all():
+            raise InputError(f"cover: expected declared constants {name} >= 0; got {value}.")
+        out.append(np.broadcast_to(value, shape))
+    return out[0], out[1]
+
+
+def _simplex_maxima(mesh: Simplices, errors: Errors, bend, M_p, M_final, edges) -> tuple[np.ndarray, np.ndarray]:
+    """Per bin: largest vertex error over simplices whose bounding box meets the bin, plus the bend of each."""
+    corners = mesh.points[mesh.corners]
+    low, high = corners.min(axis=1), corners.max(axis=1)
+    frame = Tube(edges, np.zeros(0), np.zeros(0))
+    n_bins = int(np.prod([len(e) - 1 for e in edges]))
+    interval, final = [], []
+    for number in range(n_bins):
+        lo, hi = frame.bin_box(number)
+        meets = ((low <= hi) & (high >= lo)).all(axis=1)
+        corner, extra = mesh.corners[meets], bend[meets]
+        at = errors.interval[corner].max(axis=1) + extra[:, None, None] * M_p
+        interval.append(at.max(axis=0))
+        final.append((errors.final[corner].max(axis=1) + extra[:, None] * M_final).max(axis=0))
+    return np.stack(interval), np.stack(final)
+
+
+def _text(value) -> str:
+    return str(np.asarray(value).tolist())
+
+
+def _steepest(net: ReLUNetwork) -> float:
+    """A crude bound on twice the network's largest derivative: row sums of the product of |W|."""
+    product = np.abs(net.weights[0])
+    for W in net.weights[1:]:
+        product = np.abs(W) @ product
+    return 2.0 * float(product.sum(axis=1).max())
+
+
+def _claim(net, system, found: Tube, n: int, label: str, intersample: Intersample) -> ErrorClaim:
+    h = system.time.dt_record
+    term = intersample.term(h, system.n_p)
+    return ErrorClaim(
+        kind="cover",
+        tube=tube(found.edges, np.nextafter(found.interval + term, np.inf), found.final),
+        quantifier=f"for every k in K of {system.name}, which has no disturbance",
+        eps=None,
+        delta=None,
+        n=n,
+        discard=0,
+        looks=1,
+        law=law_of(system, "given"),
+        assumptions=(label, "NO_DISTURBANCE", "TRANSLATION_INVARIANCE", intersample.assumption(h)),
+        evidence={"network": net.hash},
+        intersample=tuple(term),
+    )

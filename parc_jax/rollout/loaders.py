@@ -1,0 +1,103 @@
+"""Rollouts from files: our own .npz, a folder of CSV logs, the published *_rawdata.mat layout."""
+
+from pathlib import Path
+
+import numpy as np
+
+from parc_jax.errors import InputError
+from parc_jax.rollout.batch import RolloutBatch, rollout_batch
+from parc_jax.rollout.files import read_npz, rollouts_from_npz
+from parc_jax.rollout.law import law_spec
+from parc_jax.sets.box import Box, box
+from parc_jax.system import TimeGrid
+
+
+def load_rollouts(path, time: TimeGrid | None = None, domain: Box | None = None) -> RolloutBatch:
+    """A batch from a file or folder. Raises InputError that says what is missing.
+
+    *.npz   written by `save_rollouts`: complete as it is. Other .npz: arrays k (n, n_k), p (n, n_record + 1, n_p), and
+            q (n, n_q) where there are other goal states.
+    *.mat   ks_data (n_k, n), ps_data (n_t, n_p, n), qs_data (n_q, n), as the published code saves it.
+    folder  k.csv (n rows of n_k numbers), q.csv (n rows of n_q; may be absent), and one file per run in p/, whose names
+            sort in the order of the rows, each with n_record + 1 rows of n_p numbers. One header line is allowed.
+    time: the record grid of the runs; needed for all but our own files. domain: K; None = the smallest box that holds all
+    k, which makes the claim about that box. Positions are made relative to each run's start. Runs with NaN stay.
+    """
+    path = Path(path)
+    if path.is_dir():
+        return _assemble(path, _csv_folder(path), time, domain)
+    if path.suffix == ".mat":
+        return _assemble(path, _mat_arrays(path), time, domain)
+    if path.suffix != ".npz":
+        raise InputError(f"{path}: expected a .npz file, a .mat file or a folder of CSV files.")
+    arrays = read_npz(path)
+    return rollouts_from_npz(path, arrays) if "meta" in arrays else _assemble(path, arrays, time, domain)
+
+
+def _assemble(path: Path, arrays: dict, time, domain) -> RolloutBatch:
+    missing = {"k", "p"} - arrays.keys()
+    if missing:
+        raise InputError(f"{path}: expected arrays k and p; {', '.join(sorted(missing))} is missing.")
+    k, p = np.asarray(arrays["k"], np.float64), np.asarray(arrays["p"], np.float64)
+    if p.ndim != 3 or k.ndim != 2:
+        raise InputError(f"{path}: expected k (n, n_k) and p (n, n_record + 1, n_p); got {k.shape} and {p.shape}.")
+    if time is None:
+        raise InputError(
+            f"{path}: expected time=time_grid(dt, t_f, dt_record): the file does not say when its {p.shape[1]} samples "
+            "per run were taken."
+        )
+    q = np.asarray(arrays["q"], np.float64) if "q" in arrays else np.zeros((len(k), 0))
+    domain = box(k.min(axis=0), k.max(axis=0)) if domain is None else domain
+    law = law_spec(f"file:{path.name}", domain, "logged")
+    return rollout_batch(k, p - p[:, :1], q, time=time, domain=domain, law=law)
+
+
+def _mat_arrays(path: Path) -> dict:
+    from scipy.io import loadmat
+
+    try:
+        raw = loadmat(path)
+    except FileNotFoundError:
+        raise InputError(f"{path}: no such file.") from None
+    except NotImplementedError:
+        raise InputError(f"{path}: a version 7.3 file; expected version 7 or older. Save it again with -v7.") from None
+    except (ValueError, TypeError, OSError, EOFError) as error:
+        raise InputError(f"{path}: expected a complete .mat file; it is truncated or damaged ({error}).") from None
+    if "ks_data" not in raw or "ps_data" not in raw:
+        names = ", ".join(sorted(name for name in raw if not name.startswith("__")))
+        raise InputError(f"{path}: expected ks_data (n_k, n), ps_data (n_t, n_p, n), qs_data (n_q, n); got {names}.")
+    positions = raw["ps_data"]
+    positions = positions[..., None] if positions.ndim == 2 else positions  # a single run loses its last axis
+    arrays = {"k": raw["ks_data"].T, "p": positions.transpose(2, 0, 1)}
+    return arrays | ({"q": raw["qs_data"].T} if raw.get("qs_data", np.zeros(0)).size else {})
+
+
+def _csv_folder(path: Path) -> dict:
+    runs = sorted((path / "p").glob("*.csv"))
+    if not (path / "k.csv").exists() or not runs:
+        raise InputError(f"{path}: expected k.csv and one file per run in {path / 'p'}; not there.")
+    k, tracks = _csv(path / "k.csv"), [_csv(run) for run in runs]
+    if len(k) != len(tracks):
+        raise InputError(f"{path}: expected as many rows in k.csv as files in p/; got {len(k)} and {len(tracks)}.")
+    for run, track in zip(runs, tracks, strict=True):
+        if track.shape != tracks[0].shape:
+            raise InputError(
+                f"{run}: expected {tracks[0].shape} (rows, columns) like the other runs; got {track.shape}."
+            )
+    arrays = {"k": k, "p": np.stack(tracks)}
+    return arrays | ({"q": _csv(path / "q.csv")} if (path / "q.csv").exists() else {})
+
+
+def _csv(path: Path) -> np.ndarray:
+    """Numbers (rows, columns) of a CSV file; a first line that is no numbers is a header."""
+    lines = [line for line in path.read_text().splitlines() if line.strip()]
+    try:
+        [float(cell) for cell in lines[0].split(",")]
+    except ValueError:
+        lines = lines[1:]
+    except IndexError:
+        raise InputError(f"{path}: expected rows of numbers; the file is empty.") from None
+    try:
+        return np.array([[float(cell) for cell in line.split(",")] for line in lines])
+    except ValueError as error:
+        raise InputError(f"{path}: expected rows of as many numbers each, separated by commas; {error}.") from None
