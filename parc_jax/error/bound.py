@@ -8,6 +8,7 @@ from parc_jax.error.claim import ErrorClaim
 from parc_jax.error.counts import as_probability, required_runs
 from parc_jax.error.intersample import DISCRETE_TIME
 from parc_jax.error.score import score_system
+from parc_jax.error.search import enlarge, search_worst
 from parc_jax.error.shape import bin_maxima, choose_bins, training_errors, training_shape
 from parc_jax.error.tube import Tube, tube
 from parc_jax.keys import Stage
@@ -40,10 +41,11 @@ def bound_error(
     BOUND.
 
     eps, delta: with confidence 1 - delta a new run leaves the tube with probability at most eps.
-    bins: bins per axis of K over which the shape of the tube varies; None = chosen on the training data (`choose_bins`).
+    bins: bins per axis of K over which the tube varies; None = chosen on the training data (`choose_bins`).
     shape: a shape instead of the one from training data.
     train: the runs the network was trained on; None = fresh ones of stage TRAIN.
-    n: holdout runs, None = as many as (eps, delta, discard, looks) need. discard, looks, intersample: as in `calibrate`.
+    n: holdout runs, None = as many as (eps, delta, discard, looks) need.
+    discard, looks, intersample: as in `calibrate`.
     search: runs spent looking for bad ones on purpose, which only widens the tube where it finds some; 0 = none.
     path: a folder that keeps finished chunks of the holdout, so a killed run continues.
     Raises InputError.

@@ -27,8 +27,8 @@ class TranslationGap(NamedTuple):
 def translation_gap(system, key: jax.Array, starts: np.ndarray, stage: Stage = Stage.SEARCH) -> TranslationGap:
     """Run the same k and disturbance from the origin and from each of `starts` (n, n_p) [m], and compare offsets.
 
-    The system must offer `rollout_from(key, k, p0) -> Trajectory`, with p relative to p0. Rounding alone leaves a gap of
-    about 1e-12 m for a smooth system; one that is chaotic may turn that into more. Raises InputError without that method.
+    The system must offer `rollout_from(key, k, p0) -> Trajectory`, with p relative to p0. Rounding alone leaves a gap
+    of about 1e-12 m in a smooth system; a chaotic one may turn that into more. Raises InputError without the method.
     """
     if not callable(getattr(system, "rollout_from", None)):
         raise InputError(

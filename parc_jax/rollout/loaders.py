@@ -15,8 +15,8 @@ from parc_jax.system import TimeGrid
 def load_rollouts(path, time: TimeGrid | None = None, domain: Box | None = None) -> RolloutBatch:
     """A batch from a file or folder. Raises InputError that says what is missing.
 
-    *.npz   written by `save_rollouts`: complete as it is. Other .npz: arrays k (n, n_k), p (n, n_record + 1, n_p), and
-            q (n, n_q) where there are other goal states.
+    *.npz   written by `save_rollouts`: complete as it is. Others: arrays k (n, n_k), p (n, n_record + 1, n_p) and,
+            where there are other goal states, q (n, n_q).
     *.mat   ks_data (n_k, n), ps_data (n_t, n_p, n), qs_data (n_q, n), as the published code saves it.
     folder  k.csv (n rows of n_k numbers), q.csv (n rows of n_q; may be absent), and one file per run in p/, whose names
             sort in the order of the rows, each with n_record + 1 rows of n_p numbers. One header line is allowed.
