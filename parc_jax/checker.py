@@ -9,8 +9,10 @@ z = p_T, t interval from knot t to t + 1, e error of the tube, w direction. Vect
 """
 
 import collections
+import contextlib
 import functools
 import hashlib
+import importlib
 import itertools
 import json
 import math
@@ -18,57 +20,53 @@ import operator
 import re
 import sys
 from fractions import Fraction
-from typing import NamedTuple
 
 FORMAT = "parc_jax.answer/1"
 MAX_BYTES, MAX_CHARS, MAX_BITS, MAX_LAYERS, MAX_POINTS = 1 << 28, 1000, 1 << 13, 64, 50_000
 HEX = re.compile(r"(-?)0x([0-9a-f]{1,40})(?:\.([0-9a-f]{0,40}))?p([+-]?[0-9]{1,4})")
 DECIMAL = re.compile(r"-?[0-9]+(?:/[0-9]+|(?:\.[0-9]+)?(?:e[+-]?[0-9]{1,3})?)")
 
+# What was proved: numbers of samples and sets, None or kind and exact volumes of no_plan. The claim is only quoted.
+Report = collections.namedtuple("Report", "samples sets no_plan claim hash")
+# w . p0 + v . y[part] + c >= 0, or > 0 if strict, in integers.
+Condition = collections.namedtuple("Condition", "name strict w v part c")
+
 
 class Rejected(Exception):
     """The answer is not accepted; the message says why in one sentence."""
 
 
-# What was proved: numbers of samples and sets, None or the kind and volumes of no_plan; the claim is only quoted.
-Report = collections.namedtuple("Report", "samples sets no_plan claim hash")
-
-
 def need(ok, reason):
-    """The only way to check something: anything but True is a rejection."""
     if ok is not True:
         raise Rejected(reason)
 
 
-def rejecting(function):
-    """Turns every exception of the function into Rejected, so that nothing unforeseen can pass."""
-
-    @functools.wraps(function)
-    def wrapped(*args):
-        try:
-            return function(*args)
-        except (Rejected, OSError):
-            raise
-        except Exception as error:
-            raise Rejected(f"Malformed input ({type(error).__name__}: {str(error)[:100]}).") from error
-
-    return wrapped
+@contextlib.contextmanager
+def rejecting(where=""):
+    """Every exception inside becomes Rejected, so that nothing unforeseen can pass."""
+    try:
+        yield
+    except OSError:
+        raise
+    except Exception as error:
+        kind = "" if isinstance(error, Rejected) else f"malformed input, {type(error).__name__}: "
+        raise Rejected(f"{where}{kind}{str(error)[:200]}") from error
 
 
 def number(x):
     """A hex float, p/q or decimal string as the exact rational that it spells; never through a float."""
-    need(len(x) <= MAX_CHARS, "A number is too long.")
+    need(len(x) <= MAX_CHARS, "a number is too long")
     if found := HEX.fullmatch(x):
-        sign, whole_part, part, power = found.groups("")
-        digits, exponent = int(sign + whole_part + part, 16), int(power) - 4 * len(part)
+        sign, before, after, power = found.groups("")
+        digits, exponent = int(sign + before + after, 16), int(power) - 4 * len(after)
         return Fraction(digits << exponent) if exponent >= 0 else Fraction(digits, 1 << -exponent)
-    need(DECIMAL.fullmatch(x) is not None, f"Not a finite number: {x[:40]!r}.")
+    need(DECIMAL.fullmatch(x) is not None, f"not a finite number: {x[:40]!r}")
     return Fraction(x)
 
 
 def array(x, n=None):
-    need(type(x) is list, "A list was expected.")
-    need(n is None or len(x) == n, f"A list of {n} entries was expected, got {len(x)}.")
+    need(type(x) is list, "a list was expected")
+    need(n is None or len(x) == n, f"a list of {n} entries was expected, got {len(x)}")
     return x
 
 
@@ -77,25 +75,25 @@ def vector(x, n):
 
 
 def whole(x, least, most):
-    need(type(x) is int, "A whole number was expected.")
-    need(least <= x <= most, f"The whole number {x} is not in {least}..{most}.")
+    need(type(x) is int, "a whole number was expected")
+    need(least <= x <= most, f"the whole number {x} is not in {least}..{most}")
     return x
 
 
 def fields(x, names, optional=()):
-    need(set(names) <= set(x) <= {*names, *optional}, f"Expected the fields {names}, got {list(x)[:20]}.")
+    need(set(names) <= set(x) <= {*names, *optional}, f"expected the fields {names}, got {list(x)[:20]}")
     return x
 
 
 def halfspaces(x, n):
     """Rows (a, b) of the closed set {a . x <= b}."""
-    A = [vector(row, n) for row in array(fields(x, ("A", "b"))["A"])]
+    A = [vector(row, n) for row in array(x["A"])]
     return list(zip(A, vector(x["b"], len(A)), strict=True))
 
 
 def box(x, n):
     lo, hi = (vector(fields(x, ("lo", "hi"))[side], n) for side in ("lo", "hi"))
-    need(all(a <= b for a, b in zip(lo, hi, strict=True)), "A box is reversed.")
+    need(all(a <= b for a, b in zip(lo, hi, strict=True)), "a box is reversed")
     return lo, hi
 
 
@@ -105,7 +103,7 @@ def integers(numbers):
     for x in numbers:
         if D % x.denominator:
             D = math.lcm(D, x.denominator)
-            need(D.bit_length() <= MAX_BITS, "A common denominator is too long.")
+            need(D.bit_length() <= MAX_BITS, "a common denominator is too long")
     return [x.numerator * (D // x.denominator) for x in numbers], D
 
 
@@ -114,94 +112,87 @@ def dot(a, b):
 
 
 def combine(rows, multipliers):
-    """T12a: for multipliers m >= 0 a_i . x <= b_i gives w . x <= h, where w = sum m_i a_i, h = sum m_i b_i."""
+    """T12a: for multipliers m >= 0, a_i . x <= b_i gives w . x <= h, where w = sum m_i a_i, h = sum m_i b_i."""
     w, h = [Fraction(0)] * len(rows[0][0]), Fraction(0)
     for pair in array(multipliers):
         row, m = array(pair, 2)
         (a, b), m = rows[whole(row, 0, len(rows) - 1)], number(m)
-        need(m >= 0, "A multiplier is negative.")
+        need(m >= 0, "a multiplier is negative")
         w, h = [x + m * y for x, y in zip(w, a, strict=True)], h + m * b
     return w, h
 
 
-class Condition(NamedTuple):
-    """w . p0 + v . y[part] + c >= 0, or > 0 if strict, in integers."""
+def condition(name, strict, w, v, part, c):
+    flat, _ = integers([*w, *v, c])
+    return Condition(name, strict, flat[: len(w)], flat[len(w) : -1], part, flat[-1])
 
-    name: str
-    strict: bool
-    w: list
-    v: list
-    part: slice
-    c: int
 
-    def holds(self, p0, p_scale, y, y_scale):
-        value = dot(self.w, p0) * y_scale + dot(self.v, y[self.part]) * p_scale + self.c * p_scale * y_scale
-        return value > 0 if self.strict else value >= 0
+def holds(condition, p0, p_scale, y, y_scale):
+    _, strict, w, v, part, c = condition
+    value = dot(w, p0) * y_scale + dot(v, y[part]) * p_scale + c * p_scale * y_scale
+    return value > 0 if strict else value >= 0
 
 
 class Context:
     """Problem, network and tube as exact integers, ready to check many samples and sets. Raises Rejected."""
 
-    @rejecting
+    @rejecting()
     def __init__(self, problem, network, tube):
-        known = ("n_p", "n_q", "n_k", "domain", "goal", "obstacles", "body", "start", "steps", "dt")
-        fields(problem, known)
-        self.n_p, self.n_k = whole(problem["n_p"], 1, 8), whole(problem["n_k"], 1, 8)
+        names = ("n_p", "n_q", "n_k", "domain", "goal", "obstacles", "body", "start", "steps", "dt")
+        self.n_p, self.n_k = whole(fields(problem, names)["n_p"], 1, 8), whole(problem["n_k"], 1, 8)
         self.n_q, self.T = whole(problem["n_q"], 0, 64), whole(problem["steps"], 1, 100_000)
-        need(number(problem["dt"]) > 0, "The time step is not positive.")
+        self.end = slice((self.T - 1) * self.n_p, None)  # (c_T, q) in y
         self.lo, self.hi = box(problem["domain"], self.n_k)
-        self.goal = halfspaces(problem["goal"], self.n_p + self.n_q)
-        self.start = [] if problem["start"] is None else halfspaces(problem["start"], self.n_p)
+        self.goal = halfspaces(fields(problem["goal"], ("A", "b")), self.n_p + self.n_q)
+        start = {"A": [], "b": []} if problem["start"] is None else fields(problem["start"], ("A", "b"))
+        self.start = halfspaces(start, self.n_p)
         self.obstacles = [self._obstacle(o) for o in array(problem["obstacles"])]
         if "radius" in fields(problem["body"], (), ("radius", "vertices")):
             self.radius, self.vertices = number(fields(problem["body"], ("radius",))["radius"]), None
-            need(self.radius >= 0, "The radius is negative.")
+            need(self.radius >= 0, "the radius is negative")
         else:
             self.radius, self.vertices = None, [vector(v, self.n_p) for v in array(problem["body"]["vertices"])]
-        self._network(fields(network, ("weights", "biases")))
-        self._tube(fields(tube, ("edges", "interval", "final")))
-        self._cells = (None, None)
+        self._read_network(fields(network, ("weights", "biases")))
+        self._read_tube(fields(tube, ("edges", "interval", "final")))
 
-    def _obstacle(self, x):
-        first, last = array(fields(x, ("A", "b"), ("steps",)).get("steps", [0, self.T - 1]), 2)
-        first = whole(first, 0, self.T - 1)
-        return halfspaces({"A": x["A"], "b": x["b"]}, self.n_p), first, whole(last, first, self.T - 1)
+    def _obstacle(self, o):
+        """(Rows, first and last interval in which the obstacle exists)."""
+        first, last = array(fields(o, ("A", "b"), ("steps",)).get("steps", [0, self.T - 1]), 2)
+        return halfspaces(o, self.n_p), whole(first, 0, self.T - 1), whole(last, first, self.T - 1)
 
-    def _network(self, x):
+    def _read_network(self, network):
+        """Layers (integer weights, integer biases, their common denominator)."""
         self.layers, width = [], self.n_k
-        need(0 < len(array(x["weights"])) <= MAX_LAYERS, "The number of layers is out of range.")
-        for W, b in zip(x["weights"], array(x["biases"], len(x["weights"])), strict=True):
+        need(0 < len(network["weights"]) <= MAX_LAYERS, "too few or too many layers")
+        for W, b in zip(array(network["weights"]), array(network["biases"]), strict=True):
             W = [vector(row, width) for row in array(W)]
             flat, q = integers([*itertools.chain(*W), *vector(b, len(W))])
             self.layers.append(([flat[i * width :][:width] for i in range(len(W))], flat[len(W) * width :], q))
             width = len(W)
-        need(width == self.T * self.n_p + self.n_q, "The network does not have T n_p + n_q outputs.")
+        need(width == self.T * self.n_p + self.n_q, "the network does not have T n_p + n_q outputs")
         self.n_neurons = sum(len(W) for W, _, _ in self.layers[:-1])
 
-    def _tube(self, x):
-        self.edges = [[number(v) for v in array(edge)] for edge in array(x["edges"], self.n_k)]
+    def _read_tube(self, tube):
+        """Bin edges as fractions; widths of all bins as integers over e_scale."""
+        self.edges = [[number(v) for v in array(edge)] for edge in array(tube["edges"], self.n_k)]
         for edge, lo, hi in zip(self.edges, self.lo, self.hi, strict=True):
-            need(all(a < b for a, b in itertools.pairwise(edge)), "The edges of the tube do not increase.")
-            need(edge[0] <= lo and hi <= edge[-1], "The tube does not cover the domain.")
+            need(all(a < b for a, b in itertools.pairwise(edge)), "the edges of the tube do not increase")
+            need(edge[0] <= lo and hi <= edge[-1], "the tube does not cover the domain")
         self.n_bins = math.prod(len(edge) - 1 for edge in self.edges)
-        interval = [[vector(e, self.n_p) for e in array(b, self.T)] for b in array(x["interval"], self.n_bins)]
-        final = [vector(e, self.n_p + self.n_q) for e in array(x["final"], self.n_bins)]
-        flat, self.e_scale = integers([v for b in interval for e in b for v in e] + [v for e in final for v in e])
-        need(all(v >= 0 for v in flat), "The tube has a negative width.")
+        interval = [[vector(e, self.n_p) for e in array(b, self.T)] for b in array(tube["interval"], self.n_bins)]
+        final = [vector(e, self.n_p + self.n_q) for e in array(tube["final"], self.n_bins)]
+        flat, self.e_scale = integers([v for b in (*interval, final) for e in b for v in e])
+        need(all(v >= 0 for v in flat), "the tube has a negative width")
         entries = iter(flat)
-        self.interval = [[[next(entries) for _ in e] for e in b] for b in interval]
-        self.final = [[next(entries) for _ in e] for e in final]
+        *self.interval, self.final = ([[next(entries) for _ in e] for e in b] for b in (*interval, final))
 
-    def bins(self, lo, hi, before):
-        """Numbers of the bins that meet the box [lo, hi]: as closed sets with before = le, by interiors with lt."""
-        found = [0]
+    def widths(self, lo, hi, before, pick):
+        """(Interval by t, final) widths of the tube over e_scale: componentwise pick (max or min) over all bins that
+        meet the box [lo, hi] of k: as closed sets with before = le, with their interiors with before = lt."""
+        bins = [0]
         for edge, a, b in zip(self.edges, lo, hi, strict=True):
             inside = [i for i in range(len(edge) - 1) if before(edge[i], b) and before(a, edge[i + 1])]
-            found = [n * (len(edge) - 1) + i for n in found for i in inside]
-        return found
-
-    def widths(self, bins, pick):
-        """Componentwise pick (max or min) over bins of the tube: (interval by t, final), integers over e_scale."""
+            bins = [n * (len(edge) - 1) + i for n in bins for i in inside]
         if len(bins) == 1:
             return self.interval[bins[0]], self.final[bins[0]]
         intervals = zip(*(self.interval[b] for b in bins), strict=True)
@@ -220,13 +211,13 @@ class Context:
             columns[-1] = [x + b * scale for x, b in zip(columns[-1], bias, strict=True)]
             scale *= q
             if depth < len(self.layers):
-                on = pattern[len(neurons) :][: len(W)] if pattern is not None else ["01"[x > 0] for x in columns[-1]]
+                on = ["01"[x > 0] for x in columns[-1]] if pattern is None else pattern[len(neurons) :][: len(W)]
                 neurons += zip(*columns, strict=True)
                 columns = [[x if bit == "1" else 0 for x, bit in zip(column, on, strict=True)] for column in columns]
         return neurons, columns, scale
 
     def shrunken_goal(self, final):
-        """a . y + |a| . e <= b for the predicted end y gives a . y' <= b for every end y' in the tube."""
+        """a . y + |a| . e <= b for the predicted end gives a . y' <= b for every end y' in the tube."""
         return [(a, b - dot(map(abs, a), final) / self.e_scale) for a, b in self.goal]
 
     def body_support(self, w):
@@ -241,45 +232,41 @@ class Context:
     def conditions(self, sep, interval, final):
         """The conditions on (p0, y) that make a plan safe for every trajectory in the tube of these widths."""
         for i, (a, b) in enumerate(self.start):
-            (*A, B), _ = integers([*a, b])
-            yield Condition(f"start row {i}", False, [-x for x in A], [], slice(0), B)
+            yield condition(f"start row {i}", False, [-x for x in a], [], slice(0), b)
         for i, (a, b) in enumerate(self.shrunken_goal(final)):
-            (*A, B), _ = integers([*a, b])
-            A = [-x for x in A]
-            yield Condition(f"goal row {i}", False, A[: self.n_p], A, slice((self.T - 1) * self.n_p, None), B)
+            yield condition(f"goal row {i}", False, [-x for x in a[: self.n_p]], [-x for x in a], self.end, b)
         for o, runs in enumerate(array(sep, len(self.obstacles))):
-            rows, first, last = self.obstacles[o]
-            t = first
+            rows, t, last = self.obstacles[o]
             for run in array(runs):
-                end, multipliers = array(run, 2)
-                whole(end, t + 1, last + 1)  # runs are not empty, follow each other, stay within the obstacle's steps
+                stop, multipliers = array(run, 2)
+                whole(stop, t + 1, last + 1)  # runs are not empty, follow each other, stay within the obstacle's steps
                 w, h = combine(rows, multipliers)
-                need(any(w), f"A separating direction of obstacle {o} is zero.")
+                need(any(w), f"a separating direction of obstacle {o} is zero")
                 # T14: w . p > h + support of -B + |w| . e_t at knots t and t + 1 holds on the segment between them, so
                 # during interval t no body point of a trajectory in the tube is in the obstacle. e_t serves both knots.
                 (*W, H), _ = integers([*w, h + self.body_support(w)])
-                grow = [dot(map(abs, W), e) for e in interval[t:end]]
+                grow = [dot(map(abs, W), e) for e in interval[t:stop]]
                 W, H = [x * self.e_scale for x in W], H * self.e_scale
-                for s in range(t, end + 1):  # knot s bounds intervals s - 1 and s: the wider one of the run decides
-                    width = max(grow[max(s - 1 - t, 0)], grow[min(s, end - 1) - t])
+                for s in range(t, stop + 1):  # knot s bounds intervals s - 1 and s: the wider one of the run decides
+                    width = max(grow[max(s - 1 - t, 0)], grow[min(s, stop - 1) - t])
                     part = slice((s - 1) * self.n_p, s * self.n_p) if s else slice(0)  # c_0 = 0 is not an output
-                    yield Condition(f"obstacle {o} at knot {s}", True, W, W, part, -H - width)
-                t = end
-            need(t == last + 1, f"The runs of obstacle {o} do not cover its steps.")
+                    yield Condition(f"obstacle {o} at knot {s}", True, W, W if s else [], part, -H - width)
+                t = stop
+            need(t == last + 1, f"the runs of obstacle {o} do not cover its steps")
 
-    @rejecting
+    @rejecting()
     def check_sample(self, sample):
         """Proves that (p0, k) reaches the goal and touches no obstacle, for every trajectory in the tube."""
         fields(sample, ("p0", "k", "sep"))
         p0, k = vector(sample["p0"], self.n_p), vector(sample["k"], self.n_k)
-        need(all(a <= x <= b for a, x, b in zip(self.lo, k, self.hi, strict=True)), "k is outside the domain.")
-        widths = self.widths(self.bins(k, k, operator.le), max)  # on a shared boundary any bin's claim may be the one
+        need(all(a <= x <= b for a, x, b in zip(self.lo, k, self.hi, strict=True)), "k is outside the domain")
+        widths = self.widths(k, k, operator.le, max)  # on a shared boundary the claim of any of the bins may be the one
         (k, k_scale), (p0, p_scale) = integers(k), integers(p0)
         _, (y,), y_scale = self.evaluate([k], k_scale)
         for condition in self.conditions(sample["sep"], *widths):
-            need(condition.holds(p0, p_scale, y, y_scale), f"The condition of {condition.name} fails.")
+            need(holds(condition, p0, p_scale, y, y_scale), f"the condition of {condition.name} fails")
 
-    @rejecting
+    @rejecting()
     def set_rows(self, piece):
         """The polytope S of a set piece: (name, strict, a, c) in integers, a . (p0, k) + c >= 0 (strict: > 0).
 
@@ -287,12 +274,12 @@ class Context:
         for each (p0, k) in S what check_sample asks. S lies in the domain and in the closed bin whose widths it uses.
         """
         fields(piece, ("p0", "k", "bin", "pattern", "sep"))
-        bin_, pattern, axes = whole(piece["bin"], 0, self.n_bins - 1), piece["pattern"], range(self.n_k)
-        need(type(pattern) is str and set(pattern) <= {"0", "1"}, "The pattern is not a string of 0 and 1.")
-        need(len(pattern) == self.n_neurons, "The pattern does not have one digit for each hidden neuron.")
-        widths, rows, free = (self.interval[bin_], self.final[bin_]), [], [0] * self.n_p
+        number_, pattern, axes = whole(piece["bin"], 0, self.n_bins - 1), piece["pattern"], range(self.n_k)
+        need(type(pattern) is str and set(pattern) <= {"0", "1"}, "the pattern is not a string of 0 and 1")
+        need(len(pattern) == self.n_neurons, "the pattern does not have one digit for each hidden neuron")
+        widths, rows, free = (self.interval[number_], self.final[number_]), [], [0] * self.n_p
         for i in reversed(axes):
-            bin_, place = divmod(bin_, len(self.edges[i]) - 1)
+            number_, place = divmod(number_, len(self.edges[i]) - 1)
             low, high = self.edges[i][place : place + 2]
             for sign, x in ((1, self.lo[i]), (1, low), (-1, self.hi[i]), (-1, high)):
                 unit = [sign * x.denominator * (i == j) for j in axes]
@@ -307,58 +294,58 @@ class Context:
             rows.append((name, strict, [x * scale for x in w] + a, c + constant * scale))
         return rows
 
-    @rejecting
+    @rejecting()
     def check_set(self, piece):
         """Proves that every (p0, k) in the polytope of set_rows is safe, and that this polytope has interior points.
 
         Safety needs no test: the rows are its conditions. The point is strictly inside each row that is not constant,
         hence so is a ball around it; a constant row has only to be true.
         """
+        rows = self.set_rows(piece)
         point, scale = integers(vector(piece["p0"], self.n_p) + vector(piece["k"], self.n_k))
-        for name, strict, a, c in self.set_rows(piece):
+        for name, strict, a, c in rows:
             value, constant = dot(a, point) + c * scale, not strict and not any(a)
-            need(value >= 0 if constant else value > 0, f"The point is not inside the set's row of {name}.")
+            need(value >= 0 if constant else value > 0, f"the point is not inside the set's row of {name}")
 
 
 def unique(pairs):
-    need(len(dict(pairs)) == len(pairs), "A key appears twice.")
+    need(len(dict(pairs)) == len(pairs), "a key appears twice")
     return dict(pairs)
 
 
-def refuse(text):
-    raise Rejected(f"The JSON number {text[:40]} is not whole; numbers are strings here.")
-
-
-@rejecting
+@rejecting()
 def load(path):
     """The content of a file. Raises OSError if it cannot be read, Rejected if it is not strict JSON."""
     with open(path, "rb") as file:
         data = file.read(MAX_BYTES + 1)
-    need(len(data) <= MAX_BYTES, "The file is too large.")
-    return json.loads(data.decode("utf-8"), object_pairs_hook=unique, parse_float=refuse, parse_constant=refuse)
+    need(len(data) <= MAX_BYTES, "the file is too large")
+    bare = functools.partial(need, False)  # a JSON float, NaN or Infinity: numbers are strings here
+    return json.loads(data.decode("utf-8"), object_pairs_hook=unique, parse_float=bare, parse_constant=bare)
 
 
-def content_hash(part):
-    return hashlib.sha256(json.dumps(part, sort_keys=True, separators=(",", ":")).encode()).hexdigest()
-
-
-@rejecting
+@rejecting()
 def check_answer(answer):
     """Checks all that an answer (as `load` returns it) claims; returns a Report or raises Rejected."""
-    need(answer["format"] == FORMAT, f"The format is not {FORMAT}.")
-    hashes = {part: content_hash(answer[part]) for part in ("problem", "network", "tube")}
-    need(answer["hash"] == hashes, "A hash does not match its content.")
+    need(answer["format"] == FORMAT, f"the format is not {FORMAT}")
+    hashes = {}
+    for part in ("problem", "network", "tube"):
+        text = json.dumps(answer[part], sort_keys=True, separators=(",", ":"))
+        hashes[part] = hashlib.sha256(text.encode()).hexdigest()
+    need(answer["hash"] == hashes, "a hash does not match its content")
     if (claim := answer["claim"]) is not None:
-        need(claim["network_hash"] == hashes["network"], "The claim is about another network.")
-        need(claim["tube_hash"] == hashes["tube"], "The claim is about another tube.")
+        need(claim["network_hash"] == hashes["network"], "the claim is about another network")
+        need(claim["tube_hash"] == hashes["tube"], "the claim is about another tube")
     context = Context(answer["problem"], answer["network"], answer["tube"])
     for kind, check in (("samples", context.check_sample), ("sets", context.check_set)):
         for i, entry in enumerate(array(answer[kind])):
-            try:
+            with rejecting(f"{kind}[{i}]: "):
                 check(entry)
-            except Rejected as why:
-                raise Rejected(f"{kind}[{i}]: {why}") from why
-    return Report(len(answer["samples"]), len(answer["sets"]), None, claim, hashes)
+    plan = answer["no_plan"]
+    if plan is not None:  # a second file, so that this one stays short; it gets this module, whatever its name is
+        cells = importlib.import_module("parc_jax.checker_cells" if __package__ else "checker_cells")
+        with rejecting("no_plan: "):
+            plan = cells.check_no_plan(sys.modules[__name__], context, plan)
+    return Report(len(answer["samples"]), len(answer["sets"]), plan, claim, hashes)
 
 
 def summary(report):
@@ -366,6 +353,11 @@ def summary(report):
     yield "ACCEPTED. Proved in exact arithmetic, for every trajectory inside the tube:"
     yield f"  {report.samples} samples (p0, k) reach the goal and touch no obstacle"
     yield f"  {report.sets} polytopes of (p0, k) do so at every point of them"
+    if report.no_plan is not None and report.no_plan["kind"] == "proved":
+        yield "  no (p0, k) of the model is safe: a longer search cannot find one"
+    elif report.no_plan is not None:
+        sizes = (f"{key} {float(Fraction(report.no_plan[key])):.6g}" for key in ("safe", "unsafe", "undecided"))
+        yield f"  volumes of (p0, k) that can reach the goal: {', '.join(sizes)} (exact with --json)"
     claim = report.claim or {"kind": "no claim"}
     known = claim.get("kind") in ("pac", "conformal", "cover")
     yield "The proof rests on the tube, " + ("of which the file says (unchecked):" if known else "which is ASSUMED:")
@@ -384,7 +376,7 @@ def main(arguments=None):
         report = check_answer(load(paths[0]))
         result, lines, code = {"accepted": True, **report._asdict()}, summary(report), 0
     except Rejected as why:
-        result, lines, code = {"accepted": False, "reason": str(why)}, [f"REJECTED. {ascii(str(why))[1:-1]}"], 1
+        result, lines, code = {"accepted": False, "reason": str(why)}, [f"REJECTED: {ascii(str(why))[1:-1]}"], 1
     except OSError as error:
         print(f"The file cannot be read: {error}", file=sys.stderr)
         return 2
