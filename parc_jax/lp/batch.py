@@ -26,7 +26,7 @@ def solve_batch(c, A, b, lo=None, hi=None) -> LPBatch:
     arithmetic needs. Raises InputError.
     """
     c, A, b, lo, hi = _broadcast(c, A, b, lo, hi)
-    x, y = _propose(c, *_with_bound_rows(A, b, lo, hi))
+    x, y = propose(c, *_with_bound_rows(A, b, lo, hi))
     return _decide(c, A, b, lo, hi, x, y[:, : A.shape[1]])
 
 
@@ -62,8 +62,11 @@ def _with_bound_rows(A, b, lo, hi):
     return A, b
 
 
-def _propose(c, A, b):
-    """Points x (B, n) and multipliers y (B, h) from the kernel; y of an optimum, or a Farkas ray of size one."""
+def propose(c, A, b):
+    """Unchecked hints for c (B, n), A (B, h, n), b (B, h): points x (B, n) and multipliers y (B, h).
+
+    y belongs to an optimum, or is a Farkas ray of size one. Nothing may rest on them without a check from `witness`.
+    """
     batch, h, n = A.shape
     length = np.linalg.norm(A, axis=2)
     length = np.where(length > 0, length, 1.0)

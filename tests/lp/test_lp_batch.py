@@ -92,7 +92,7 @@ def test_shapes_share_compiled_kernels(rng):
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(batch_module, "_kernel", kernel)
         for batch, h in ((5, 9), (64, 12), (7, 16)):
-            batch_module._propose(*programs(rng, batch, 3, h))
+            batch_module.propose(*programs(rng, batch, 3, h))
     assert traces == [(64, 16, 3)]
 
 

@@ -1,0 +1,90 @@
+"""Affine maps of sets, and the operations that only move rows: image, preimage, projection, product, intersection.
+
+Maps are plain arrays, x -> C x + d with C (m, n), d (m,). Exact up to the rounding of the products C and d enter.
+"""
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+
+from parc_jax.errors import InputError
+from parc_jax.sets.ahpolytope import AHPolytope, as_ah
+from parc_jax.sets.box import Box
+from parc_jax.sets.hpolytope import HPolytope
+
+Set = Box | HPolytope | AHPolytope
+
+
+def image(s: Set, C: np.ndarray, d: np.ndarray) -> AHPolytope:
+    """{C x + d : x in s}. C: (m, n), d: (m,). [NP Sec. II-A]"""
+    s = as_ah(s)
+    return s.replace(G=C @ s.G, c=C @ s.c + d)
+
+
+def preimage(target: HPolytope, C, d) -> HPolytope:
+    """{x : C x + d in target}. Pure kernel, NumPy or JAX. [NP Sec. II-A]
+
+    target: h rows in R^m. C: (m, n), d: (m,). Returns h rows in R^n, not rescaled; a row may vanish.
+    """
+    return HPolytope(_mul(target.A, C), target.b - _mul(target.A, d))
+
+
+preimage_batch = jax.jit(jax.vmap(preimage, in_axes=(None, 0, 0)))  # over maps C (r, m, n), d (r, m)
+
+
+def preimage_ah(target: AHPolytope, C: np.ndarray, d: np.ndarray) -> AHPolytope:
+    """{x : C x + d in target}, with the base point of the target as an extra variable."""
+    n = C.shape[1]
+    same = np.concatenate([C, -target.G], axis=1)  # C x + d = G xi + c
+    A = np.concatenate([np.pad(target.A, ((0, 0), (n, 0))), same, -same])
+    b = np.concatenate([target.b, target.c - d, d - target.c])
+    unknown = np.full(n, np.inf)
+    lo, hi = np.r_[-unknown, target.lo], np.r_[unknown, target.hi]
+    return AHPolytope(np.eye(n, n + target.m), np.zeros(n), A, b, lo, hi)
+
+
+def projection(s: Set, axes) -> AHPolytope:
+    """Shadow of s on the given coordinates. axes: (m,) indices. Exact."""
+    s, axes = as_ah(s), np.asarray(axes, dtype=int)
+    if axes.size and not (0 <= axes.min() and axes.max() < s.n):
+        raise InputError(f"projection: expected axes between 0 and {s.n - 1}; got {axes.tolist()}.")
+    return s.replace(G=s.G[axes], c=s.c[axes])
+
+
+def product(s: Set, t: Set) -> Set:
+    """{(x, y) : x in s, y in t}. Two boxes give a box, two H-polytopes an H-polytope, else an AH-polytope."""
+    if isinstance(s, Box) and isinstance(t, Box):
+        return Box(np.r_[s.lo, t.lo], np.r_[s.hi, t.hi])
+    if isinstance(s, HPolytope) and isinstance(t, HPolytope):
+        return HPolytope(_diagonal(s.A, t.A), np.r_[s.b, t.b])
+    s, t = as_ah(s), as_ah(t)
+    G, A = _diagonal(s.G, t.G), _diagonal(s.A, t.A)
+    return AHPolytope(G, np.r_[s.c, t.c], A, np.r_[s.b, t.b], np.r_[s.lo, t.lo], np.r_[s.hi, t.hi])
+
+
+def intersection(s: Set, t: Set) -> Set:
+    """Points in both. Two H-polytopes give an H-polytope; else the two base points are tied by equality rows."""
+    if s.n != t.n:
+        raise InputError(f"intersection: expected two sets of one dimension; got {s.n} and {t.n}.")
+    if isinstance(s, HPolytope) and isinstance(t, HPolytope):
+        return HPolytope(np.concatenate([s.A, t.A]), np.r_[s.b, t.b])
+    s, t = as_ah(s), as_ah(t)
+    same, offset = np.concatenate([s.G, -t.G], axis=1), t.c - s.c
+    both = product(s, t)
+    return both.replace(
+        G=np.pad(s.G, ((0, 0), (0, t.m))),
+        c=s.c,
+        A=np.concatenate([both.A, same, -same]),
+        b=np.concatenate([both.b, offset, -offset]),
+    )
+
+
+def _mul(a, b):
+    """Matrix product; full precision where the array is a JAX one."""
+    if isinstance(a, np.ndarray) and isinstance(b, np.ndarray):
+        return a @ b
+    return jnp.matmul(a, b, precision=jax.lax.Precision.HIGHEST)
+
+
+def _diagonal(a: np.ndarray, b: np.ndarray) -> np.ndarray:
+    return np.block([[a, np.zeros((a.shape[0], b.shape[1]))], [np.zeros((b.shape[0], a.shape[1])), b]])

@@ -1,0 +1,87 @@
+"""Planar polytopes in exact rational arithmetic: vertices, support, area. For sets of a few dozen rows."""
+
+from fractions import Fraction
+from itertools import combinations
+
+import numpy as np
+
+from parc_jax.errors import InputError
+from parc_jax.sets.hpolytope import HPolytope
+
+Point = tuple[Fraction, Fraction]
+
+
+def rational_vertices(p: HPolytope) -> list[Point]:
+    """Vertices of {A x <= b} in the plane, counter-clockwise, exact for the floats A and b as they are.
+
+    An empty set gives [], a single point one vertex, a segment two. Raises InputError if it is unbounded.
+    """
+    if p.n != 2:
+        raise InputError(f"rational_vertices: expected a set in the plane; got {p.n} dimensions.")
+    rows = [(Fraction(float(a)), Fraction(float(c)), Fraction(float(b))) for (a, c), b in zip(p.A, p.b, strict=True)]
+    rows = [row for row in rows if row[0] or row[1] or row[2] < 0]
+    if any(not (a or c) for a, c, _ in rows):
+        return []  # a row 0 <= b with b < 0
+    found = set()
+    for (a, c, e), (f, g, h) in combinations(rows, 2):
+        det = a * g - c * f
+        if det != 0:
+            x, y = (e * g - c * h) / det, (a * h - e * f) / det
+            if all(u * x + v * y <= w for u, v, w in rows):
+                found.add((x, y))
+    if _is_unbounded(rows) and (found or _has_point_without_vertex(rows)):
+        raise InputError("rational_vertices: expected a bounded set; its rows leave a direction open. Close it.")
+    return convex_polygon(list(found))
+
+
+def convex_polygon(points: list[Point]) -> list[Point]:
+    """Hull of points, counter-clockwise from the lowest-leftmost, collinear ones dropped (Andrew's monotone chain)."""
+    points = sorted(set(points))
+    if len(points) <= 2:
+        return points
+    chains = []
+    for sequence in (points, points[::-1]):
+        chain: list[Point] = []
+        for q in sequence:
+            while len(chain) >= 2 and _turn(chain[-2], chain[-1], q) <= 0:
+                chain.pop()
+            chain.append(q)
+        chains.append(chain[:-1])
+    return chains[0] + chains[1]
+
+
+def exact_support(vertices: list[Point], w: np.ndarray) -> Fraction:
+    """max w.v over the vertices, w (2,) floats read as rationals."""
+    a, b = Fraction(float(w[0])), Fraction(float(w[1]))
+    return max(a * x + b * y for x, y in vertices)
+
+
+def area(vertices: list[Point]) -> Fraction:
+    """Area of a counter-clockwise polygon (shoelace); 0 for fewer than three vertices."""
+    following = vertices[1:] + vertices[:1]
+    return sum((x * v - u * y for (x, y), (u, v) in zip(vertices, following, strict=True)), Fraction(0)) / 2
+
+
+def _is_unbounded(rows) -> bool:
+    """Is there d != 0 with A d <= 0? The extreme ones are perpendicular to a row."""
+    if not rows:
+        return True
+    rays = [ray for a, c, _ in rows for ray in ((-c, a), (c, -a))]
+    return any(all(u * x + v * y <= 0 for u, v, _ in rows) for x, y in rays)
+
+
+def _has_point_without_vertex(rows) -> bool:
+    """All normals parallel: a strip, a half-plane or the plane; is it non-empty?"""
+    if any(a * g - c * f != 0 for (a, c, _), (f, g, _) in combinations(rows, 2)):
+        return False  # two crossing lines: a non-empty set of this kind has a vertex
+    if not rows:
+        return True
+    a, c, _ = rows[0]
+    along = [((u * a + v * c) / (a * a + c * c), w) for u, v, w in rows]  # row k reads share * (a x + c y) <= w
+    above = [w / share for share, w in along if share > 0]
+    below = [w / share for share, w in along if share < 0]
+    return not (above and below) or max(below) <= min(above)
+
+
+def _turn(a: Point, b: Point, c: Point) -> Fraction:
+    return (b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0])

@@ -1,0 +1,72 @@
+"""Support functions h(w) = max {w.x : x in S}: the view of a set that needs neither vertices nor projection."""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from parc_jax.lp.batch import MAX_N, solve_batch
+from parc_jax.lp.solve import solve
+from parc_jax.lp.witness import gamma
+from parc_jax.sets.affine import Set
+from parc_jax.sets.ahpolytope import as_ah
+from parc_jax.sets.box import Box
+
+_MANY = 64  # directions from which the batched kernel is worth its compilation
+
+
+class Support(NamedTuple):
+    """h(w) for a batch of directions.
+
+    status: (d,) LPStatus. upper: (d,) proved h(w) <= upper; inf where nothing is proved, -inf for a set proved empty.
+    lower: (d,) value at a point of the set. point: (d, n) that point, NaN where there is none.
+    """
+
+    status: np.ndarray
+    upper: np.ndarray
+    lower: np.ndarray
+    point: np.ndarray
+
+
+def support(s: Set, w: np.ndarray) -> Support:
+    """Supports of any set in directions w (d, n), by LPs with proved upper bounds.
+
+    Obstacles use `upper`, so they only grow. An unbounded direction has status UNBOUNDED and upper inf.
+    """
+    s = as_ah(s)
+    w = np.asarray(w, dtype=np.float64)
+    cost = -(w @ s.G)
+    # The cost in base coordinates is rounded; the bound must hold for the exact one.
+    reach = np.where(np.isfinite(s.lo) & np.isfinite(s.hi), np.maximum(np.abs(s.lo), np.abs(s.hi)), np.inf)
+    error = gamma(s.n + 1) * (np.abs(w) @ np.abs(s.G))
+    with np.errstate(invalid="ignore"):
+        slack = np.where(error > 0, error * reach, 0.0).sum(axis=1) if not _is_selection(s.G) else np.zeros(len(w))
+    offset = w @ s.c
+    slack = slack + gamma(s.n + 2) * (np.abs(w) @ np.abs(s.c))
+    if len(w) >= _MANY and s.m <= MAX_N and np.isfinite(s.lo).all() and np.isfinite(s.hi).all():
+        found = solve_batch(cost, s.A, np.broadcast_to(s.b, (len(w), len(s.b))), s.lo, s.hi)
+        status, xi, lower, upper = found.status, found.x, found.lower, found.upper
+    else:
+        one_by_one = [solve(row, s.A, s.b, lo=s.lo, hi=s.hi) for row in cost]
+        status = np.array([int(one.status) for one in one_by_one])
+        xi = np.array([one.x for one in one_by_one]).reshape(len(w), s.m)
+        lower, upper = (np.array([getattr(one, side) for one in one_by_one]) for side in ("lower", "upper"))
+    proved = np.where(lower == np.inf, -np.inf, np.nextafter(offset - lower + slack, np.inf))
+    return Support(status, proved, offset - upper, xi @ s.G.T + s.c)
+
+
+def support_of_points(points: np.ndarray, w: np.ndarray) -> np.ndarray:
+    """Supports of the hull of points (v, n) in directions w (d, n): (d,), rounded up. Batch axes may lead both."""
+    value = np.einsum("...dn,...vn->...dv", w, points)
+    size = np.einsum("...dn,...vn->...dv", np.abs(w), np.abs(points))
+    return np.nextafter((value + gamma(w.shape[-1] + 1) * size).max(axis=-1), np.inf)
+
+
+def support_of_box(b: Box, w: np.ndarray) -> np.ndarray:
+    """Supports of a box in directions w (d, n): (d,), closed form, rounded up."""
+    ends = np.where(w > 0, w * b.hi, w * b.lo)
+    return np.nextafter((ends + gamma(w.shape[-1] + 1) * np.abs(ends)).sum(axis=-1), np.inf)
+
+
+def _is_selection(G: np.ndarray) -> bool:
+    """Is every column zero or a unit vector? Then products with G are exact."""
+    return bool(((G == 0) | (G == 1)).all() and (G.sum(axis=0) <= 1).all())

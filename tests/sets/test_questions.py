@@ -1,0 +1,127 @@
+"""Emptiness, membership, supports, centres and boxes, against HiGHS, vertices and each other; both answers of each."""
+
+import numpy as np
+import pytest
+from random_polytopes import points_around, round_polytope
+from scipy.optimize import linprog
+
+from parc_jax.errors import InputError
+from parc_jax.lp import solve as solve_module
+from parc_jax.lp.status import LPStatus
+from parc_jax.sets.affine import image
+from parc_jax.sets.bounding_box import bounding_box, with_bounds
+from parc_jax.sets.box import box
+from parc_jax.sets.chebyshev import chebyshev_center
+from parc_jax.sets.emptiness import find_point, find_points, is_proved_empty
+from parc_jax.sets.hpolytope import HPolytope, from_box
+from parc_jax.sets.hull import convex_hull
+from parc_jax.sets.membership import is_proved_outside, membership, memberships
+from parc_jax.sets.support import support, support_of_box, support_of_points
+from parc_jax.sets.vertices import vertices
+
+FLAT = HPolytope(np.concatenate([np.eye(2), -np.eye(2)]), np.array([1.0, 0.0, 1.0, 0.0]))  # a segment
+EMPTY = HPolytope(np.concatenate([np.eye(2), -np.eye(2)]), np.array([1.0, 0.0, 1.0, -1e-3]))
+
+
+def test_emptiness_has_both_answers_and_witnesses(rng):
+    assert is_proved_empty(EMPTY) and not is_proved_empty(FLAT)
+    assert FLAT.contains(np.round(find_point(FLAT).x, 8))
+    p = round_polytope(rng, 3, 6)
+    found = find_point(p)
+    assert found.status is LPStatus.FEASIBLE and p.contains(found.x)
+    assert find_point(image(EMPTY, np.ones((1, 2)), np.zeros(1))).status is LPStatus.INFEASIBLE
+
+
+def test_emptiness_of_a_batch_is_a_loop(rng):
+    many = [round_polytope(rng, 3, 4) for _ in range(5)]
+    A, b = np.stack([p.A for p in many]), np.stack([p.b for p in many])
+    b[2] -= 3.0
+    found = find_points(HPolytope(A, b), np.full(3, -50.0), np.full(3, 50.0))
+    assert [int(find_point(HPolytope(*rows)).status) for rows in zip(A, b, strict=True)] == found.status.tolist()
+    assert found.status[2] == LPStatus.INFEASIBLE
+
+
+@pytest.mark.soundness
+def test_solver_trouble_is_neither_empty_nor_outside(monkeypatch):
+    def trouble(lp):
+        h = lp.A.shape[0] + 2 * lp.E.shape[0]
+        return solve_module.Hint("trouble", np.zeros(lp.n), np.zeros(h), np.zeros(len(lp.bound_rows()[1])), "MaxTime")
+
+    monkeypatch.setattr(solve_module, "clarabel_hint", trouble)
+    assert not is_proved_empty(EMPTY)
+    assert not is_proved_outside(FLAT, np.array([9.0, 9.0]))
+    assert support(FLAT, np.eye(2)).upper.tolist() == [np.inf, np.inf] or (support(FLAT, np.eye(2)).upper >= 0).all()
+
+
+def test_membership_agrees_with_rows_and_gives_the_base_point(rng):
+    p = round_polytope(rng, 2, 5)
+    x = points_around(rng, p, 60)
+    statuses = [membership(p, q).status for q in x]
+    np.testing.assert_array_equal(np.array(statuses) == LPStatus.FEASIBLE, p.contains(x))
+    C = rng.normal(size=(2, 3))
+    s = image(round_polytope(rng, 3, 4), C, np.zeros(2))
+    inside = membership(s, s.G @ find_point(s).x)
+    np.testing.assert_allclose(s.G @ inside.x, s.G @ find_point(s).x, atol=1e-8)
+
+
+def test_many_memberships_are_a_loop(rng):
+    s = convex_hull(round_polytope(rng, 2, 3), image(round_polytope(rng, 2, 3), np.eye(2), np.array([4.0, 0.0])))
+    x = rng.uniform(-4, 8, (64, 2))
+    together = memberships(s, x)
+    one_by_one = [int(membership(s, q).status) for q in x[:40]]
+    assert {LPStatus.FEASIBLE, LPStatus.INFEASIBLE} == set(together.tolist())
+    assert together[:40].tolist() == one_by_one
+
+
+def test_support_is_proved_and_tight(rng):
+    p, w = round_polytope(rng, 3, 6), rng.normal(size=(64, 3))
+    exact = (vertices(p) @ w.T).max(axis=0)
+    for s in (p, with_bounds(p)):  # one by one in rationals, and batched
+        found = support(s, w)
+        assert (found.status == LPStatus.OPTIMAL).all()
+        assert (found.upper >= exact - 1e-12).all() and (found.upper <= exact + 1e-6).all()
+        assert (found.lower <= found.upper).all()
+        assert p.replace(b=p.b + 1e-8).contains(found.point).all()
+        np.testing.assert_allclose(np.einsum("dn,dn->d", found.point, w), found.lower, atol=1e-10)
+    assert (support_of_points(vertices(p), w) >= exact).all()
+    np.testing.assert_allclose(support_of_points(vertices(p), w), exact, rtol=1e-14, atol=1e-14)
+
+
+def test_support_of_a_box_is_the_support_of_its_corners(rng):
+    b, w = box(rng.normal(size=3) - 2, rng.normal(size=3) + 2), rng.normal(size=(20, 3))
+    corners = vertices(from_box(b))
+    np.testing.assert_allclose(support_of_box(b, w), (w @ corners.T).max(axis=1), rtol=1e-12)
+    assert (support_of_box(b, w) >= (w @ corners.T).max(axis=1) - 1e-12).all()
+
+
+def test_support_of_unbounded_and_empty_sets():
+    half_plane = HPolytope(np.array([[1.0, 0.0]]), np.array([1.0]))
+    found = support(half_plane, np.array([[1.0, 0.0], [0.0, 1.0]]))
+    assert found.status.tolist() == [LPStatus.OPTIMAL, LPStatus.UNBOUNDED]
+    assert abs(found.upper[0] - 1) < 1e-6 and found.upper[1] == np.inf
+    assert (support(EMPTY, np.eye(2)).upper == -np.inf).all()
+
+
+def test_chebyshev_centre_is_the_deepest_point(rng):
+    for n in (1, 2, 4):
+        p = round_polytope(rng, n, 6)
+        ball = chebyshev_center(p)
+        length = np.linalg.norm(p.A, axis=1)
+        rows = np.c_[p.A, length]
+        theirs = linprog(np.r_[np.zeros(n), -1], rows, p.b, bounds=[(None, None)] * (n + 1), method="highs")
+        assert abs(ball.radius + theirs.fun) < 1e-6
+        assert p.replace(b=p.b - length * (ball.radius - 1e-6)).contains(ball.center)
+    assert chebyshev_center(FLAT).radius < 1e-8 and chebyshev_center(FLAT).status is LPStatus.FEASIBLE
+    assert chebyshev_center(EMPTY).status is LPStatus.INFEASIBLE
+    assert chebyshev_center(HPolytope(np.eye(2), np.ones(2)), largest=7.0).radius > 6.99
+
+
+def test_bounding_box_contains_the_set_tightly(rng):
+    p = round_polytope(rng, 3, 8)
+    around, corners = bounding_box(p), vertices(p)
+    np.testing.assert_allclose(around.lo, corners.min(axis=0), atol=1e-6)
+    np.testing.assert_allclose(around.hi, corners.max(axis=0), atol=1e-6)
+    assert (around.lo <= corners.min(axis=0) + 1e-12).all()
+    assert bounding_box(HPolytope(np.eye(2), np.ones(2))).lo.tolist() == [-np.inf, -np.inf]
+    with pytest.raises(InputError, match="contradict"):
+        bounding_box(EMPTY)

@@ -1,0 +1,66 @@
+"""Samplers: inside, uniform by moments and by counts, and independent of their neighbours in a batch."""
+
+import jax
+import numpy as np
+import pytest
+from random_polytopes import round_polytope
+
+from parc_jax.errors import InputError
+from parc_jax.sets.box import box
+from parc_jax.sets.chebyshev import chebyshev_center
+from parc_jax.sets.hit_and_run import sample_polytopes
+from parc_jax.sets.hpolytope import HPolytope, from_box
+from parc_jax.sets.sampling import sample_box, sample_polytope
+from parc_jax.sets.vertices import vertices
+from parc_jax.sets.volume import simplex_volumes, triangulate
+
+COUNT = 4000
+
+
+def assert_uniform(p, points):
+    """The mean agrees with the centroid of a triangulation to 5 sigma."""
+    simplices = triangulate(vertices(p))
+    share = simplex_volumes(simplices) / simplex_volumes(simplices).sum()
+    centroid = share @ simplices.mean(axis=1)
+    deviation = points.std(axis=0) / np.sqrt(len(points))
+    assert (np.abs(points.mean(axis=0) - centroid) < 5 * deviation).all()
+
+
+def test_box_samples_are_inside_and_centred():
+    points = np.asarray(sample_box(jax.random.key(0), np.array([-1.0, 2.0]), np.array([1.0, 5.0]), COUNT))
+    assert box([-1.0, 2.0], [1.0, 5.0]).contains(points).all()
+    assert_uniform(from_box(box([-1.0, 2.0], [1.0, 5.0])), points)
+
+
+def test_polytope_samples_are_inside_and_uniform(rng):
+    p = round_polytope(rng, 3, 6)
+    points = sample_polytope(jax.random.key(1), p, COUNT)
+    assert p.replace(b=p.b + 1e-12).contains(points).all()
+    assert_uniform(p, points)
+
+
+def test_simplices_are_drawn_by_volume():
+    """Two unit triangles and a thin sliver: counts follow the areas, which equal weights would not."""
+    sliver = HPolytope(np.array([[-1.0, 0], [0, -1.0], [1.0, 50.0]]), np.array([0.0, 0.0, 1.0]))
+    points = sample_polytope(jax.random.key(2), sliver, COUNT)
+    assert abs((points[:, 0] < 0.5).mean() - 0.75) < 0.04
+
+
+def test_hit_and_run_is_inside_and_uniform_for_every_polytope_of_a_batch(rng):
+    many = [round_polytope(rng, 3, 6) for _ in range(3)]
+    A, b = np.stack([p.A for p in many]), np.stack([p.b for p in many])
+    start = np.stack([chebyshev_center(p).center for p in many])
+    keys = jax.random.split(jax.random.key(3), 3)
+    points = sample_polytopes(keys, A, b, start, COUNT, 12)
+    for p, found in zip(many, points, strict=True):
+        assert p.contains(found).all()
+        assert_uniform(p, found)
+    b[1] += 0.5
+    other = sample_polytopes(keys, A, b, start, COUNT, 12)
+    np.testing.assert_array_equal(points[[0, 2]], other[[0, 2]])
+    assert not (points[1] == other[1]).all()
+
+
+def test_flat_sets_are_refused():
+    with pytest.raises(InputError, match="with interior"):
+        sample_polytope(jax.random.key(0), from_box(box([0.0, 0.0], [1.0, 0.0])), 3)
