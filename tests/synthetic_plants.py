@@ -50,3 +50,47 @@ def noisy(key, k, s):
     a = jax.random.normal(key, (3,)) * (0.02 + 0.1 * k[0])
     bend = jnp.stack([a[0] * s, a[1] * jnp.sin(3 * s)], axis=1)
     return p + bend + 0.05 * s[:, None] ** 2 * jnp.sin(7 * k)[None], q + 0.3 * a[2:]
+
+
+def exact(key, k, s):
+    """No error at all."""
+    return straight(k, s)
+
+
+def spike(width=1e-4, height=10.0):
+    """No error, except `height` [m] in the slab k_0 in [0.5, 0.5 + width]."""
+
+    def run(key, k, s):
+        p, q = straight(k, s)
+        hit = (k[0] >= 0.5) & (k[0] <= 0.5 + width)
+        return p + jnp.where(hit, height, 0.0) * s[:, None], q
+
+    return run
+
+
+def between_knots(T=4, height=0.3):
+    """Exact at every knot, off by up to `height` [m] between them."""
+
+    def run(key, k, s):
+        p, q = straight(k, s)
+        return p + height * jnp.sin(jnp.pi * T * s)[:, None] ** 2, q
+
+    return run
+
+
+def goal_only(key, k, s):
+    """Exact in the workspace, off by up to 0.5 in the other goal state."""
+    p, q = straight(k, s)
+    return p, q + 0.5 * jnp.sin(9 * k[1:])
+
+
+def disturbed(key, k, s, scale=1.0):
+    """Error from the disturbance alone, a normal gain, the same for every k."""
+    p, q = straight(k, s)
+    return p + 0.1 * scale * jax.random.normal(key, (2,))[None] * s[:, None], q
+
+
+def failing(key, k, s):
+    """NaN for one run in twenty, else exact."""
+    p, q = straight(k, s)
+    return jnp.where(jax.random.uniform(key) < 0.05, jnp.nan, p), q

@@ -11,6 +11,7 @@ from parc_jax.error.score import score_system
 from parc_jax.error.search import enlarge, search_worst
 from parc_jax.error.shape import bin_maxima, choose_bins, training_errors, training_shape
 from parc_jax.error.tube import Tube, tube
+from parc_jax.errors import InputError
 from parc_jax.keys import Stage
 from parc_jax.network.relu import ReLUNetwork
 from parc_jax.rollout.batch import RolloutBatch
@@ -22,7 +23,7 @@ _SHAPE_RUNS = 2000  # runs for the shape when no training data is handed over
 def bound_error(
     net: ReLUNetwork,
     system,
-    key: jax.Array,
+    key: jax.Array | None,
     eps=1e-3,
     delta=1e-3,
     bins=None,
@@ -37,9 +38,10 @@ def bound_error(
     path=None,
     quiet: bool = False,
 ) -> ErrorClaim:
-    """Bound the error of the network by fresh runs of the system. Does not consume `key`: the holdout is its stage
-    BOUND.
+    """Bound the error of the network by fresh runs of the system, the stage BOUND of `key` (which is not consumed).
 
+    system: a black box; or a RolloutBatch of recorded runs that neither network nor shape has seen: then key is unused,
+    train is needed, and the claim carries the eps that those runs support.
     eps, delta: with confidence 1 - delta a new run leaves the tube with probability at most eps.
     bins: bins per axis of K over which the tube varies; None = chosen on the training data (`choose_bins`).
     shape: a shape instead of the one from training data.
@@ -50,6 +52,8 @@ def bound_error(
     path: a folder that keeps finished chunks of the holdout, so a killed run continues.
     Raises InputError.
     """
+    if isinstance(system, RolloutBatch):
+        return _bound_from_files(net, system, eps, delta, bins, shape, train, discard, looks, intersample)
     if train is None:
         train = collect(system, key, _SHAPE_RUNS, Stage.TRAIN, quiet=quiet)
     if shape is None:
@@ -71,6 +75,16 @@ def bound_error(
         train=train,
     )
     return claim if search == 0 else enlarge(claim, shape, search_worst(net, system, key, shape, search))
+
+
+def _bound_from_files(net, holdout, eps, delta, bins, shape, train, discard, looks, intersample) -> ErrorClaim:
+    if train is None:
+        raise InputError("bound_error: expected train (the training runs) beside a holdout of recorded runs.")
+    if shape is None:
+        shape = training_shape(net, train, choose_bins(net, train) if bins is None else bins)
+    return calibrate(
+        net, holdout, shape, eps, delta, discard=discard, looks=looks, intersample=intersample, train=train
+    )
 
 
 def assumed_claim(net: ReLUNetwork, train: RolloutBatch, bins=None) -> ErrorClaim:

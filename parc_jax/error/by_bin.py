@@ -5,7 +5,7 @@ from fractions import Fraction
 
 import numpy as np
 
-from parc_jax.error.calibrate import Intersample, check_fresh, evidence_of, ledger, scaled
+from parc_jax.error.calibrate import Intersample, check_fresh, evidence_of, kept_maximum, ledger, scaled
 from parc_jax.error.claim import ErrorClaim
 from parc_jax.error.counts import as_probability, most_discards, required_runs
 from parc_jax.error.intersample import DISCRETE_TIME
@@ -46,11 +46,11 @@ def calibrate_bins(
     counts = runs_per_bin(numbers, shape.n_bins)
     scale, discards = np.full(shape.n_bins, np.inf), []
     for number in range(shape.n_bins):
-        inside = np.sort(scores.score[(numbers == number).any(axis=1)])
+        inside = scores.score[(numbers == number).any(axis=1)]
         allowed = most_discards(len(inside), float(eps), share_of_delta)
         wanted = max(allowed, 0) if discard == "most" else discard
         if wanted <= allowed:
-            scale[number] = inside[len(inside) - 1 - wanted]
+            scale[number] = kept_maximum(inside, wanted)
             discards.append(wanted)
     if not discards:
         needed = required_runs(float(eps), share_of_delta, 0 if discard == "most" else discard)

@@ -4,6 +4,7 @@ from fractions import Fraction
 
 import numpy as np
 
+from parc_jax.arrays import content_hash
 from parc_jax.error.claim import ErrorClaim
 from parc_jax.error.counts import as_probability, most_discards, required_runs, supported_eps
 from parc_jax.error.intersample import DISCRETE_TIME, AccelerationBound, DiscreteTime, SpeedBound
@@ -61,7 +62,7 @@ def calibrate(
         claimed, delta = Fraction(discard + 1, scores.n + 1), None
         if claimed >= 1:
             raise InputError(f"calibrate: {scores.n} runs with {discard} discards support no claim; collect more.")
-    scale = float(np.sort(scores.score)[scores.n - 1 - discard])
+    scale = float(kept_maximum(scores.score, discard))
     evidence["scale"] = scale.hex()
     term = intersample.term(time.dt_record, shape.interval.shape[2])
     return ErrorClaim(
@@ -78,6 +79,11 @@ def calibrate(
         evidence=evidence,
         intersample=tuple(term),
     )
+
+
+def kept_maximum(score: np.ndarray, discard: int) -> np.ndarray:
+    """The (discard + 1)-th largest of the scores along the last axis: all but `discard` runs fit. [T2]"""
+    return np.sort(score, axis=-1)[..., score.shape[-1] - 1 - discard]
 
 
 def pac_label(n: int, eps: Fraction, delta: Fraction, discard: int | str) -> tuple[Fraction, int]:
@@ -103,8 +109,6 @@ def scaled(shape: Tube, scale: np.ndarray, term: np.ndarray) -> Tube:
 
 def evidence_of(scores: Scores) -> dict:
     """What is kept of a holdout: its identity and its worst runs."""
-    from parc_jax.arrays import content_hash
-
     order = np.argsort(-scores.score, kind="stable")[:_SHOWN]
     worst = [
         {

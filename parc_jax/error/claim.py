@@ -51,6 +51,12 @@ class ErrorClaim:
 
     def statement(self) -> str:
         """The claim in full sentences. Never claims more than the kind allows."""
+        if not self.tube.claimed.any():
+            failed = self.evidence.get("failed", 0)
+            return (
+                f"No claim: {failed:,} of {self.n:,} runs failed, with {self.discard} discards fixed beforehand, so no "
+                "finite tube holds. Repair the system, shrink K, or calibrate on new runs with more discards."
+            )
         return " ".join([_HEAD[self.kind](self), *_missing(self), f"Assumes: {', '.join(self.assumptions)}."])
 
     def risk(self, nu: Uniform | Density | Point) -> Risk | NoStatement:

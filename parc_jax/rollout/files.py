@@ -41,7 +41,7 @@ def write_npz(path, arrays: dict) -> Path:
 def read_npz(path) -> dict[str, np.ndarray]:
     """All arrays of an .npz file. Raises InputError when it is missing, truncated or not an .npz file."""
     try:
-        with np.load(path, allow_pickle=False) as archive:
+        with open(path, "rb") as handle, np.load(handle, allow_pickle=False) as archive:
             return {name: archive[name] for name in archive.files}
     except FileNotFoundError:
         raise InputError(f"{path}: no such file.") from None

@@ -20,8 +20,8 @@ def load_rollouts(path, time: TimeGrid | None = None, domain: Box | None = None)
     *.mat   ks_data (n_k, n), ps_data (n_t, n_p, n), qs_data (n_q, n), as the published code saves it.
     folder  k.csv (n rows of n_k numbers), q.csv (n rows of n_q; may be absent), and one file per run in p/, whose names
             sort in the order of the rows, each with n_record + 1 rows of n_p numbers. One header line is allowed.
-    time: the record grid of the runs; needed for all but our own files. domain: K; None = the smallest box that holds all
-    k, which makes the claim about that box. Positions are made relative to each run's start. Runs with NaN stay.
+    time: the record grid of the runs; needed for all but our own files. domain: K; None = the smallest box that holds
+    all k, which makes the claim about that box. Positions are made relative to each run's start. Runs with NaN stay.
     """
     path = Path(path)
     if path.is_dir():

@@ -1,0 +1,197 @@
+"""Rows depend on (key, stage, row) alone; killed runs continue; failures stay."""
+
+import os
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import jax
+import numpy as np
+import pytest
+from synthetic_plants import disturbed, failing, noisy, plant
+
+from parc_jax.errors import InputError
+from parc_jax.keys import Stage
+from parc_jax.rollout import collect as collecting
+from parc_jax.rollout.batch import concatenate
+from parc_jax.rollout.chunks import default_chunk, run_chunks
+from parc_jax.rollout.collect import collect, stream_rollouts
+from parc_jax.system import Trajectory
+
+KEY = jax.random.PRNGKey(3)
+
+
+@pytest.fixture(scope="module")
+def system():
+    return plant(noisy)
+
+
+def equal(a, b):
+    return all(np.array_equal(getattr(a, f), getattr(b, f), equal_nan=True) for f in ("rows", "k", "p", "q"))
+
+
+def test_rows_do_not_depend_on_chunking_or_on_how_many_are_asked_for(system):
+    whole = collect(system, KEY, 300, chunk=64, quiet=True)
+    other = collect(system, KEY, 300, chunk=32, quiet=True)
+    np.testing.assert_array_equal(whole.k, other.k)
+    np.testing.assert_allclose(whole.p, other.p, rtol=0, atol=1e-14)  # another program may round differently
+    assert equal(collect(system, KEY, 70, chunk=64, quiet=True), whole.select(slice(70)))
+    tail = collect(system, KEY, 108, first_row=192, chunk=64, quiet=True)
+    assert equal(tail, whole.select(slice(192, None)))
+
+
+def test_the_number_of_workers_changes_nothing(system, monkeypatch):
+    two = collect(system, KEY, 100, chunk=16, quiet=True)
+    monkeypatch.setattr(collecting, "worker_devices", lambda system: [jax.devices()[0]])
+    assert equal(two, collect(system, KEY, 100, chunk=16, quiet=True))
+
+
+def test_the_users_dtype_flag_changes_nothing(system):
+    wide = collect(system, KEY, 20, quiet=True)
+    with jax.enable_x64(False):
+        narrow = collect(system, jax.random.PRNGKey(3), 20, quiet=True)
+    assert equal(wide, narrow) and wide.p.dtype == np.float64
+
+
+def test_stages_share_no_numbers(system):
+    train, bound = (collect(system, KEY, 64, stage, quiet=True) for stage in (Stage.TRAIN, Stage.BOUND))
+    assert not np.isin(train.k, bound.k).any()
+    assert len(np.unique(np.concatenate([train.hashes(), bound.hashes()]))) == 128
+
+
+def test_parameters_are_uniform_on_the_domain(system):
+    k = collect(system, KEY, 4000, quiet=True).k
+    assert system.domain.contains(k).all()
+    for axis in range(2):
+        counts = np.histogram(k[:, axis], bins=10, range=(0, 1))[0]
+        assert ((counts - 400) ** 2 / 400).sum() < 33  # chi-squared, 9 degrees: 1e-4
+
+
+def test_given_and_sampled_parameters_are_run_as_they_are(system):
+    rows = np.random.default_rng(0).uniform(size=(40, 2))
+    np.testing.assert_array_equal(collect(system, KEY, 40, k=rows, chunk=16, quiet=True).k, rows)
+    one = collect(system, KEY, 5, k=[0.25, 0.5], quiet=True)
+    assert (one.k == [0.25, 0.5]).all() and len(np.unique(one.p[:, -1, 0])) == 5  # fresh disturbances
+    corner = collect(system, KEY, 30, k=lambda key: 0.5 * jax.random.uniform(key, (2,)), quiet=True)
+    assert corner.k.max() < 0.5 and corner.law.k_law != "uniform"
+    with pytest.raises(InputError, match="inside the domain"):
+        collect(system, KEY, 5, k=[2.0, 0.5], quiet=True)
+
+
+def test_failed_runs_stay_and_are_counted():
+    batch = collect(plant(failing), KEY, 400, quiet=True)
+    assert batch.n == 400 and 5 < batch.failed.sum() < 45
+
+
+def test_streamed_chunks_are_the_batch(system):
+    whole = collect(system, KEY, 100, chunk=16, quiet=True)
+    assert equal(concatenate(stream_rollouts(system, KEY, 100, chunk=16, quiet=True)), whole)
+
+
+def test_an_interrupted_run_continues_with_the_same_numbers(system, tmp_path, monkeypatch):
+    path, whole, calls = tmp_path / "train.npz", collect(system, KEY, 160, chunk=16, quiet=True), []
+    simulate_rows = collecting.simulate_rows
+
+    def interrupted(*args):
+        calls.append(args[3][0])
+        if len(calls) == 5:
+            raise KeyboardInterrupt
+        return simulate_rows(*args)
+
+    monkeypatch.setattr(collecting, "simulate_rows", interrupted)
+    with pytest.raises(KeyboardInterrupt):
+        collect(system, KEY, 160, chunk=16, path=path, quiet=True)
+    assert not path.exists() and len(list(Path(f"{path}.parts").glob("chunk_*"))) >= 3
+    calls[:] = range(100)  # no more interruptions; count again
+    assert equal(collect(system, KEY, 160, path=path, quiet=True), whole)  # the chunk size is remembered
+    assert len(calls) - 100 <= 7 and path.exists() and not Path(f"{path}.parts").exists()
+    assert equal(collect(system, KEY, 160, path=path, quiet=True), whole)
+    with pytest.raises(InputError, match="other rollouts"):
+        collect(system, jax.random.PRNGKey(4), 160, path=path, quiet=True)
+
+
+def test_a_folder_of_other_work_is_refused_and_a_damaged_chunk_is_computed_again(system, tmp_path):
+    first = concatenate(stream_rollouts(system, KEY, 64, chunk=16, path=tmp_path, quiet=True))
+    (tmp_path / "chunk_000001.npz").write_bytes(b"half a file")
+    assert equal(concatenate(stream_rollouts(system, KEY, 64, path=tmp_path, quiet=True)), first)
+    with pytest.raises(InputError, match="seed"):
+        list(stream_rollouts(system, jax.random.PRNGKey(9), 64, path=tmp_path, quiet=True))
+
+
+@pytest.mark.slow
+def test_a_killed_process_continues_with_the_same_numbers(system, tmp_path):
+    script = (
+        "import sys, time; sys.path.insert(0, sys.argv[1])\n"
+        "import jax; from synthetic_plants import noisy, plant\n"
+        "from parc_jax.rollout import collect as c\n"
+        "run = c.simulate_rows\n"
+        "c.simulate_rows = lambda *a: (time.sleep(0.2), run(*a))[1]\n"
+        "c.collect(plant(noisy), jax.random.PRNGKey(3), 640, chunk=16, path=sys.argv[2], quiet=True)\n"
+    )
+    path, here = tmp_path / "train.npz", str(Path(__file__).resolve().parents[1])
+    process = subprocess.Popen(
+        [sys.executable, "-c", script, here, str(path)], env=os.environ | {"JAX_PLATFORMS": "cpu"}
+    )
+    parts = Path(f"{path}.parts")
+    while len(list(parts.glob("chunk_*.npz"))) < 4:
+        assert process.poll() is None
+        time.sleep(0.05)
+    process.send_signal(signal.SIGKILL)
+    process.wait()
+    done = len(list(parts.glob("chunk_*.npz")))
+    assert 4 <= done < 40 and not path.exists()
+    whole = collect(system, KEY, 640, chunk=16, quiet=True)
+    np.testing.assert_array_equal(collect(system, KEY, 640, path=path, quiet=True).p, whole.p)
+
+
+def test_a_system_that_breaks_its_word_about_shapes_is_refused():
+    short = plant(lambda key, k, s: (s[:-1, None] * k[None], k[:1]))
+    with pytest.raises(InputError, match="n_record"):
+        collect(short, KEY, 4, quiet=True)
+
+
+class NotJax:
+    """A batch simulator in NumPy that reports failures as NaN."""
+
+    def __init__(self, like):
+        self.name, self.domain, self.time, self.n_p, self.n_q = "numpy", like.domain, like.time, 2, 1
+
+    def rollout_batch(self, keys, ks):
+        ks = np.asarray(ks)
+        p = np.linspace(0, 1, self.time.n_record + 1)[None, :, None] * ks[:, None]
+        p[ks[:, 0] > 0.9] = np.nan
+        return Trajectory(p, ks[:, :1])
+
+
+def test_a_system_that_is_not_jax_offers_rollout_batch(system):
+    batch = collect(NotJax(system), KEY, 100, chunk=32, quiet=True)
+    np.testing.assert_array_equal(batch.failed, batch.k[:, 0] > 0.9)
+
+
+def test_a_float32_system_sees_the_k_on_record():
+    narrow = plant(disturbed)
+    object.__setattr__(narrow, "dtype", np.float32)
+    batch = collect(narrow, KEY, 50, quiet=True)
+    np.testing.assert_array_equal(batch.k, batch.k.astype(np.float32))
+    assert narrow.domain.contains(batch.k).all()
+
+
+def test_chunks_come_in_order_and_the_workers_do_not_run_ahead():
+    started = []
+
+    def work(index, device):
+        started.append(index)
+        time.sleep(0.001 * (index % 3))
+        return {"x": np.array([index])}
+
+    seen = []
+    for arrays in run_chunks(work, 40, ["a", "b"]):
+        seen.append(int(arrays["x"][0]))
+        assert len(started) <= len(seen) + 5
+    assert seen == list(range(40))
+
+
+def test_the_default_chunk_is_a_power_of_two(system):
+    assert [default_chunk(system, n, 2) for n in (1, 100, 10_000)] == [16, 64, 256]

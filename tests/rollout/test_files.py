@@ -1,0 +1,96 @@
+"""Files in and out: whole or absent, and clear about what is wrong."""
+
+import jax
+import numpy as np
+import pytest
+from scipy.io import savemat
+from synthetic_plants import failing, noisy, plant
+
+from parc_jax.errors import InputError
+from parc_jax.rollout.collect import collect
+from parc_jax.rollout.files import save_rollouts, write_atomic
+from parc_jax.rollout.loaders import load_rollouts
+from parc_jax.system import time_grid
+
+GRID = time_grid(0.25, 1.0, 0.05)
+
+
+@pytest.fixture(scope="module")
+def batch():
+    return collect(plant(noisy), jax.random.PRNGKey(1), 30, quiet=True)
+
+
+def test_a_saved_batch_comes_back_equal(batch, tmp_path):
+    back = load_rollouts(save_rollouts(tmp_path / "a.npz", batch))
+    for field in ("rows", "k", "p", "q"):
+        np.testing.assert_array_equal(getattr(back, field), getattr(batch, field))
+    assert (back.law, back.time, back.seed, back.stage) == (batch.law, batch.time, batch.seed, batch.stage)
+    assert (back.hashes() == batch.hashes()).all()
+
+
+def test_failed_runs_survive_a_file(tmp_path):
+    batch = collect(plant(failing), jax.random.PRNGKey(1), 100, quiet=True)
+    back = load_rollouts(save_rollouts(tmp_path / "a.npz", batch))
+    assert back.failed.sum() == batch.failed.sum() > 0
+
+
+def test_storage_in_float32_keeps_the_identity_of_rows(batch):
+    small = collect(plant(noisy), jax.random.PRNGKey(1), 30, dtype=np.float32, quiet=True)
+    assert small.p.dtype == np.float32 and (small.hashes() == batch.hashes()).all()
+
+
+@pytest.mark.parametrize("keep", [0, 10, 1000, -30])
+def test_a_truncated_file_says_so(batch, tmp_path, keep):
+    path = save_rollouts(tmp_path / "a.npz", batch)
+    path.write_bytes(path.read_bytes()[:keep])
+    with pytest.raises(InputError, match=r"truncated or damaged"):
+        load_rollouts(path)
+    with pytest.raises(InputError, match="no such file"):
+        load_rollouts(tmp_path / "b.npz")
+
+
+def test_a_failed_write_leaves_the_old_file(tmp_path, monkeypatch):
+    path = write_atomic(tmp_path / "a.txt", b"old")
+    monkeypatch.setattr("os.fsync", lambda handle: (_ for _ in ()).throw(OSError("disk full")))
+    with pytest.raises(OSError, match="disk full"):
+        write_atomic(path, b"new")
+    assert path.read_bytes() == b"old"
+
+
+def test_published_mat_layout(batch, tmp_path):
+    arrays = {"ks_data": batch.k.T, "ps_data": batch.p.transpose(1, 2, 0) + 3.0, "qs_data": batch.q.T}
+    savemat(tmp_path / "drift_rawdata.mat", arrays)
+    back = load_rollouts(tmp_path / "drift_rawdata.mat", time=GRID)
+    np.testing.assert_array_equal(back.k, batch.k)
+    np.testing.assert_allclose(back.p, batch.p, rtol=0, atol=1e-15)  # 3.0 was added and taken away
+    assert back.law.k_law == "logged" and back.q.shape == (30, 1)
+    with pytest.raises(InputError, match="time=time_grid"):
+        load_rollouts(tmp_path / "drift_rawdata.mat")
+    savemat(tmp_path / "other.mat", {"x": np.zeros(3)})
+    with pytest.raises(InputError, match="ks_data"):
+        load_rollouts(tmp_path / "other.mat", time=GRID)
+
+
+def test_folder_of_csv_logs(batch, tmp_path):
+    (tmp_path / "p").mkdir()
+    np.savetxt(tmp_path / "k.csv", batch.k, delimiter=",", header="speed,angle", comments="")
+    np.savetxt(tmp_path / "q.csv", batch.q, delimiter=",")
+    for i, track in enumerate(batch.p):
+        np.savetxt(tmp_path / "p" / f"run_{i:03d}.csv", track, delimiter=",", header="x,y", comments="")
+    back = load_rollouts(tmp_path, time=GRID, domain=batch.domain)
+    np.testing.assert_array_equal(back.k, batch.k)
+    np.testing.assert_array_equal(back.p, batch.p)
+    (tmp_path / "p" / "run_007.csv").write_text("1,2\n3\n")
+    with pytest.raises(InputError, match=r"run_007.csv"):
+        load_rollouts(tmp_path, time=GRID)
+    (tmp_path / "p" / "run_007.csv").unlink()
+    with pytest.raises(InputError, match="as many rows"):
+        load_rollouts(tmp_path, time=GRID)
+
+
+def test_plain_npz(batch, tmp_path):
+    np.savez(tmp_path / "log.npz", k=batch.k, p=batch.p)
+    back = load_rollouts(tmp_path / "log.npz", time=GRID)
+    assert back.n_q == 0 and (back.domain.lo == batch.k.min(axis=0)).all()
+    with pytest.raises(InputError, match=r"expected shape"):
+        load_rollouts(tmp_path / "log.npz", time=time_grid(0.5, 1.0))
