@@ -15,7 +15,9 @@ from sims.drift_parking.ilqr import Input
 from sims.drift_parking.vehicle import Plant, State, rates
 
 
-START = State(x=0.0, y=0.0, yaw=0.0, yaw_rate=0.0, speed=0.1, sideslip=0.0, ux=0.0, uy=0.0)  # V and ux disagree on purpose
+START = State(
+    x=0.0, y=0.0, yaw=0.0, yaw_rate=0.0, speed=0.1, sideslip=0.0, ux=0.0, uy=0.0
+)  # V and ux disagree on purpose
 
 
 class Track(NamedTuple):

@@ -24,15 +24,12 @@ DRIFT_ACCEL = (
     c.FRICTION
     * c.GRAVITY
     / c.WHEELBASE
-    * (
-        c.REAR_ARM * math.cos(_DRIFT_STEER - DRIFT_SIDESLIP)
-        + c.FRONT_ARM * math.cos(_DRIFT_STEER + DRIFT_SIDESLIP)
-    )
+    * (c.REAR_ARM * math.cos(_DRIFT_STEER - DRIFT_SIDESLIP) + c.FRONT_ARM * math.cos(_DRIFT_STEER + DRIFT_SIDESLIP))
 )
 
 
 class Plan(NamedTuple):
-    """Targets at plan times 0.1 i; each field (LENGTH + LOOK_AHEAD,).
+    """Targets at plan times 0.1 i; each field (LENGTH + LOOK_AHEAD, *lanes).
 
     x, y [m], yaw [rad], speed [m/s]; accel [m/s^2], steer [rad].
     """
@@ -46,20 +43,19 @@ class Plan(NamedTuple):
 
 
 def reference_plan(v) -> Plan:
-    """Plan for the speed parameter v [m/s]: the kinematic car rolled out under ramp, flick and turn."""
-    index = jnp.arange(LENGTH)
-    straight = index < RAMP
-    accel = jnp.where(straight, (v - RAMP_MARGIN - SPEED_START) / (RAMP * c.PLAN_STEP), TURN_ACCEL)
-    speed = _rolled(SPEED_START, c.PLAN_STEP * accel)
-    gain = jnp.where(index == RAMP + 1, FLICK, 1.0)
-    steer = jnp.arctan2(gain * (DRIFT_ACCEL / v * c.WHEELBASE), jnp.roll(speed, 1))  # speed one step earlier
-    steer = jnp.where(index <= RAMP, 0.0, jnp.clip(steer, -c.STEER_MAX, c.STEER_MAX))
-    yaw = _rolled(0.0, c.PLAN_STEP * speed * jnp.tan(steer) / c.WHEELBASE)
-    x = _rolled(0.0, c.PLAN_STEP * speed * jnp.cos(yaw))
-    y = _rolled(0.0, c.PLAN_STEP * speed * jnp.sin(yaw))
-    return Plan(*(jnp.concatenate([a, jnp.broadcast_to(a[-1:], (LOOK_AHEAD,))]) for a in (x, y, yaw, speed, accel, steer)))
+    """Plan for speed parameters v (*lanes) [m/s]: the kinematic car rolled out under ramp, flick and turn."""
+    v = jnp.expand_dims(v, 0)
+    index = jnp.arange(LENGTH).reshape(-1, *(1,) * (v.ndim - 1))
+    accel = jnp.where(index < RAMP, (v - RAMP_MARGIN - SPEED_START) / (RAMP * c.PLAN_STEP), TURN_ACCEL)
+    speed = SPEED_START + _rolled(accel)
+    turn = jnp.where(index == RAMP + 1, FLICK, 1.0) * (DRIFT_ACCEL * c.WHEELBASE) / v
+    steer = jnp.clip(jnp.arctan2(turn, jnp.roll(speed, 1, axis=0)), -c.STEER_MAX, c.STEER_MAX)  # speed one step earlier
+    steer = jnp.where(index > RAMP, steer, 0.0)
+    yaw = _rolled(speed * jnp.tan(steer) / c.WHEELBASE)
+    x, y = _rolled(speed * jnp.cos(yaw)), _rolled(speed * jnp.sin(yaw))
+    return Plan(*(jnp.concatenate([a, *[a[-1:]] * LOOK_AHEAD]) for a in (x, y, yaw, speed, accel, steer)))
 
 
-def _rolled(start, increments):
-    """Euler sum: entry 0 is the start, entry i + 1 adds increment i."""
-    return start + jnp.concatenate([jnp.zeros_like(increments[:1]), jnp.cumsum(increments[:-1])])
+def _rolled(rate):
+    """Euler sum along the plan: entry 0 is zero, entry i + 1 adds T times rate i."""
+    return c.PLAN_STEP * jnp.concatenate([jnp.zeros_like(rate[:1]), jnp.cumsum(rate[:-1], axis=0)])

@@ -44,9 +44,7 @@ def mujoco_body():
             [cos_yaw * wrench.fx - sin_yaw * wrench.fy, sin_yaw * wrench.fx + cos_yaw * wrench.fy, wrench.moment]
         )
         velocity = jnp.stack([z.ux * cos_yaw - z.uy * sin_yaw, z.ux * sin_yaw + z.uy * cos_yaw, z.yaw_rate])
-        data = mjx.make_data(model).replace(
-            qpos=jnp.stack([z.x, z.y, z.yaw]), qvel=velocity, qfrc_applied=force
-        )
+        data = mjx.make_data(model).replace(qpos=jnp.stack([z.x, z.y, z.yaw]), qvel=velocity, qfrc_applied=force)
         ax, ay, yaw_acceleration = mjx.forward(model, data).qacc
         return cos_yaw * ax + sin_yaw * ay, cos_yaw * ay - sin_yaw * ax, yaw_acceleration
 

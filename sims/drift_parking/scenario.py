@@ -9,7 +9,10 @@ from parc_jax.problem import Polygon, ReachAvoid, reach_avoid
 from parc_jax.sets.box import box
 from sims.drift_parking import params as c
 
-GOAL = ((29.7, -16.8, -7 * math.pi / 6), (31.3, -15.2, -5 * math.pi / 6))  # over (x, y, final yaw); the yaw is not wrapped
+GOAL = (
+    (29.7, -16.8, -7 * math.pi / 6),
+    (31.3, -15.2, -5 * math.pi / 6),
+)  # over (x, y, final yaw); the yaw is not wrapped
 PARKED_CARS = (((22.9665, -16.994), (27.2335, -15.006)), ((33.7665, -16.994), (38.0335, -15.006)))
 BODY_RADIUS = 0.5 * math.hypot(c.BODY_LENGTH, c.BODY_WIDTH)  # circle about the centre of mass [m]
 DECAGON_SIDES = 10

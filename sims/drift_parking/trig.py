@@ -26,6 +26,12 @@ def sincos(x):
     return sign * r * _series(_SINE, square), sign * _series(_COSINE, square)
 
 
+def tan(x):
+    """tan x."""
+    sin, cos = sincos(x)
+    return sin / cos
+
+
 def arctan_small(x):
     """arctan x for |x| < tan(pi/8)."""
     return x * _series(_ARCTAN, x * x)
