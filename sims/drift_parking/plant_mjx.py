@@ -29,6 +29,7 @@ MODEL = f"""
 @functools.cache
 def mujoco_body():
     """A plant (see vehicle.Plant) that asks MuJoCo for the accelerations. Needs mujoco and mujoco-mjx."""
+    import jax
     import jax.numpy as jnp
 
     with contextlib.redirect_stdout(io.StringIO()):  # importing mjx prints when an optional package is missing
@@ -37,15 +38,24 @@ def mujoco_body():
 
     host_model = mujoco.MjModel.from_xml_string(MODEL)
 
-    def accelerations(z, cos_yaw, sin_yaw, wrench):
-        """World-frame generalised forces in, world-frame accelerations out, turned back into body axes."""
+    def forward(position, velocity, force):
+        """Acceleration (3,) of (x, y, yaw) under a generalised force (3,), all in world axes."""
         model = mjx.put_model(host_model)
-        force = jnp.stack(
-            [cos_yaw * wrench.fx - sin_yaw * wrench.fy, sin_yaw * wrench.fx + cos_yaw * wrench.fy, wrench.moment]
+        data = mjx.make_data(model).replace(qpos=position, qvel=velocity, qfrc_applied=force)
+        # MJX mixes dtypes and ranks that strict settings of the caller would refuse.
+        with jax.numpy_dtype_promotion("standard"), jax.numpy_rank_promotion("allow"):
+            return mjx.forward(model, data).qacc
+
+    def accelerations(z, cos_yaw, sin_yaw, wrench):
+        """Body-frame forces are turned to world axes for MuJoCo, its accelerations back to body axes."""
+        batched = forward
+        for _ in range(z.x.ndim):
+            batched = jax.vmap(batched, in_axes=-1, out_axes=-1)
+        fx, fy = cos_yaw * wrench.fx - sin_yaw * wrench.fy, sin_yaw * wrench.fx + cos_yaw * wrench.fy
+        vx, vy = z.ux * cos_yaw - z.uy * sin_yaw, z.ux * sin_yaw + z.uy * cos_yaw
+        ax, ay, yaw_acceleration = batched(
+            jnp.stack([z.x, z.y, z.yaw]), jnp.stack([vx, vy, z.yaw_rate]), jnp.stack([fx, fy, wrench.moment])
         )
-        velocity = jnp.stack([z.ux * cos_yaw - z.uy * sin_yaw, z.ux * sin_yaw + z.uy * cos_yaw, z.yaw_rate])
-        data = mjx.make_data(model).replace(qpos=jnp.stack([z.x, z.y, z.yaw]), qvel=velocity, qfrc_applied=force)
-        ax, ay, yaw_acceleration = mjx.forward(model, data).qacc
         return cos_yaw * ax + sin_yaw * ay, cos_yaw * ay - sin_yaw * ax, yaw_acceleration
 
     return accelerations
