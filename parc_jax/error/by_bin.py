@@ -77,7 +77,7 @@ def calibrate_bins(
             **evidence_of(scores),
             "bin_runs": [int(c) for c in counts],
             "bin_scale": [float(s).hex() for s in scale],
-            "bin_share": [str(s) for s in bin_shares(shape)],
+            "bin_share": [str(s) for s in bin_shares(shape)] if scores.law.k_law == "uniform" else None,
         },
         bin_eps=tuple(eps if ok else None for ok in claimed),
         intersample=tuple(term),

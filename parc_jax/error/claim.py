@@ -120,6 +120,8 @@ class ErrorClaim:
             return risk_of(max(claimed), self.delta, density_of_share(nu.share), nu.shift)
         if self.bin_eps[nu.bin] is None:
             return NoStatement(f"bin {nu.bin} holds too few runs: no claim")
+        if self.evidence["bin_share"] is None:
+            return NoStatement("k was not uniform on K: the probability of a bin is not known")
         whole = Fraction(self.evidence["bin_share"][nu.bin])
         return risk_of(self.bin_eps[nu.bin], self.delta, density_of_share(nu.share, whole), nu.shift)
 

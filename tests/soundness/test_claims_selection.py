@@ -1,0 +1,84 @@
+"""What a claim is worth after somebody has chosen: k by a hostile planner, or a world that has changed."""
+
+from functools import partial
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+import pytest
+from synthetic_plants import disturbed, plant, spike, straight, straight_network
+
+from parc_jax.error.bound import bound_error
+from parc_jax.error.monitor import inside_tube, monitor
+from parc_jax.error.risk import NoStatement, Point, Uniform
+from parc_jax.keys import Stage
+from parc_jax.rollout.collect import collect
+
+NET, KEY = straight_network(4), jax.random.PRNGKey(0)
+pytestmark = pytest.mark.soundness
+
+
+def rough(key, k, s):
+    """Rarely bad anywhere, often bad near k_0 = 0.8: violations sit in a few percent of K."""
+    p, q = straight(k, s)
+    gain = 0.01 + 0.3 * jnp.exp(-(((k[0] - 0.8) / 0.01) ** 2))
+    return p + gain * jax.random.normal(key, (2,))[None] * s[:, None], q
+
+
+@pytest.fixture(scope="module")
+def rough_claim():
+    return bound_error(NET, plant(rough), KEY, 0.01, 1e-3, (1, 1), search=0, quiet=True)
+
+
+def violated(claim, k, n=4000):
+    runs = collect(plant(rough), jax.random.PRNGKey(9), n, Stage.VALIDATE, k=k, quiet=True)
+    return (~inside_tube(claim, NET, runs)).mean()
+
+
+def test_a_hostile_planner_breaks_any_promise_about_a_point(rough_claim):
+    worst = violated(rough_claim, [0.8, 0.5])
+    assert worst > 10 * rough_claim.eps / 2  # far above eps at the chosen k
+    assert violated(rough_claim, None) <= rough_claim.eps  # while the claim itself is true
+    answer = rough_claim.risk(Point())
+    assert isinstance(answer, NoStatement) and "one k" in answer.reason
+
+
+@pytest.mark.parametrize("half_width", [0.2, 0.05, 0.01])
+def test_a_hostile_planner_that_chooses_a_set_is_covered(rough_claim, half_width):
+    lo, hi = 0.8 - half_width, min(1.0, 0.8 + half_width)
+
+    def in_the_set(key):
+        u = jax.random.uniform(key, (2,))
+        return jnp.stack([lo + (hi - lo) * u[0], u[1]])
+
+    risk = rough_claim.risk(Uniform(hi - lo))
+    rate = violated(rough_claim, in_the_set, 10_000)
+    assert rate <= float(risk.bound) + 4 * np.sqrt(float(risk.bound) / 10_000)
+    assert rate > float(rough_claim.eps) / 4 or half_width > 0.1  # the set was chosen where it hurts
+
+
+def test_without_disturbance_a_bad_k_is_bad_every_time():
+    system = plant(spike(1e-3, 10.0))
+    claim = bound_error(NET, system, jax.random.PRNGKey(4), 0.01, 1e-3, (1, 1), search=0, quiet=True)
+    if claim.tube.final[0, 0] < 10.0:  # the holdout missed the sliver
+        run = collect(system, KEY, 1, k=[0.5005, 0.5], quiet=True)
+        assert not inside_tube(claim, NET, run).any()
+    assert isinstance(claim.risk(Point()), NoStatement)
+
+
+def test_a_changed_world_rings_and_the_shifted_bound_holds():
+    eps, scale = 0.02, 1.2
+    claim = bound_error(NET, plant(disturbed), KEY, eps, 1e-3, (1, 1), n=2000, discard="most", search=0, quiet=True)
+    shifted = collect(plant(partial(disturbed, scale=scale)), KEY, 6000, Stage.REPLAY, quiet=True)
+    observed = (~inside_tube(claim, NET, shifted)).mean()
+    assert observed > 1.5 * eps
+    # total variation of two normal pairs that differ by a factor: from the likelihood ratio, by sampling the first law
+    gains = np.random.default_rng(1).normal(size=(200_000, 2))
+    ratio = np.exp(0.5 * (gains**2).sum(axis=1) * (1 - scale**-2)) / scale**2
+    variation = float(np.maximum(0.0, 1 - ratio).mean())
+    risk = claim.risk(Uniform(1.0, shift=round(variation, 4)))
+    assert observed <= float(risk.bound)
+    watch = monitor(claim, NET).observe(shifted)
+    assert watch.alarm and watch.left == round(observed * 6000)
+    unchanged = collect(plant(disturbed), jax.random.PRNGKey(77), 6000, Stage.REPLAY, quiet=True)
+    assert not monitor(claim, NET).observe(unchanged).alarm
