@@ -1,0 +1,7 @@
+"""An autonomous surface vessel steered to a point by a neural policy, under disturbances it cannot see."""
+
+from sims.asv.disturbance import LAWS, Law
+from sims.asv.policy import Policy, load_policy
+from sims.asv.scenario import AsvSystem, problem, system
+
+__all__ = ["LAWS", "AsvSystem", "Law", "Policy", "load_policy", "problem", "system"]

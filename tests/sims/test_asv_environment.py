@@ -1,0 +1,80 @@
+"""The Brax environment: reward, redraws, and Brax's own wrappers around it."""
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+import pytest
+
+from sims.asv.environment import FARTHEST, NEAREST, HoverEnv
+from sims.asv.quiet import quiet_import
+
+ACTION = jnp.array([0.8, 0.6])
+
+
+def test_reward_is_progress_plus_hovering_minus_effort():
+    env = HoverEnv(law="none", redraw=0.0)
+    state = jax.jit(env.step)(env.reset(jax.random.PRNGKey(0)), ACTION)  # the first step redraws: start from the second
+    before, state = state.pipeline_state, jax.jit(env.step)(state, ACTION)
+    after = state.pipeline_state
+    d0, d1 = float(before.distance), float(after.distance)
+    r = float(after.vessel.velocity[2])
+    expected = d0 - d1 + 0.2 * (np.exp(-d1 / 0.25) - 0.05 * r**2 - 0.02 * (0.8**2 + 0.6**2))
+    assert abs(r) > 1e-4
+    assert float(state.reward) == pytest.approx(expected, abs=1e-12)
+    assert float(state.metrics["distance"]) == d1
+    assert np.hypot(*np.asarray(after.goal)) == pytest.approx(np.hypot(*np.asarray(before.goal)))
+
+
+def test_tasks_are_redrawn_at_the_stated_rate_about_the_vessel():
+    env = HoverEnv(redraw=0.2)
+
+    def step(state, _):
+        after = env.step(state, ACTION)
+        changed = (after.pipeline_state.goal != state.pipeline_state.goal).any()
+        return after, (
+            changed,
+            after.pipeline_state.distance,
+            after.metrics["distance"],
+            after.pipeline_state.vessel.pose,
+        )
+
+    def run(key):
+        return jax.lax.scan(step, env.reset(key), None, length=40)[1]
+
+    changed, distance, measured, pose = map(
+        np.asarray, jax.jit(jax.vmap(run))(jax.random.split(jax.random.PRNGKey(1), 128))
+    )
+    assert changed[:, 0].all()  # straight after a reset
+    assert changed[:, 1:].mean() == pytest.approx(0.2, abs=0.03)  # 5 standard errors of 5,000 draws
+    assert distance[changed].min() > NEAREST
+    assert distance[changed].max() < FARTHEST
+    np.testing.assert_allclose(distance[~changed], measured[~changed])
+    assert np.abs(pose[changed][:, :2]).max() < 0.03  # the new start is where the vessel is: waves and goal move along
+    assert np.abs(np.diff(distance[changed])).min() > 0  # no two draws alike
+
+
+def test_stock_wrappers_do_not_repeat_the_first_task():
+    training = quiet_import("brax.envs").training
+    with jax.numpy_dtype_promotion("standard"):  # Brax mixes integer and float types
+        env = training.wrap(HoverEnv(redraw=0.0), episode_length=3)
+        step = jax.jit(env.step)
+        state, goals, done = env.reset(jax.random.split(jax.random.PRNGKey(2), 4)), [], []
+        for _ in range(9):
+            state = step(state, jnp.tile(ACTION, (4, 1)))
+            goals.append(np.asarray(state.pipeline_state.goal))
+            done.append(np.asarray(state.done))
+    assert np.array_equal(np.flatnonzero(np.array(done)[:, 0]), [2, 5, 8])
+    assert np.array_equal(goals[2], goals[5])  # auto-reset: the first state again, for one observation ...
+    episodes = [goals[0], goals[3], goals[6]]
+    assert len({tuple(map(float, g[0])) for g in episodes}) == 3  # ... then a task of its own
+    assert np.array_equal(goals[3], goals[4])
+
+
+@pytest.mark.slow
+def test_environment_over_mjx_is_the_one_over_the_twin():
+    def run(plant):
+        env = HoverEnv(plant, law="full", redraw=0.3)
+        scan = jax.jit(lambda s: jax.lax.scan(lambda s, _: (env.step(s, ACTION), s.obs), s, None, length=10)[1])
+        return np.asarray(scan(env.reset(jax.random.PRNGKey(3))))
+
+    np.testing.assert_allclose(run("mjx"), run("ode"), atol=1e-10)

@@ -1,0 +1,103 @@
+"""Policies: observation, action, files."""
+
+import json
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+import pytest
+
+from sims.asv.policy import HOVER, LAYOUTS, act, load_policy, observe, policy_from_file_arrays, save_arrays
+
+
+@pytest.fixture
+def arrays():
+    with np.load(HOVER, allow_pickle=False) as file:
+        return dict(file)
+
+
+@pytest.mark.parametrize("layout", LAYOUTS)
+def test_observation_is_the_definition(layout, rng):
+    for _ in range(20):
+        position, goal, velocity, yaw = rng.normal(size=2), rng.normal(size=2), rng.normal(size=3), rng.uniform(-9, 9)
+        e = goal - position
+        alpha, d = np.arctan2(e[1], e[0]) - yaw, np.hypot(*e)
+        c, s = np.cos(yaw), np.sin(yaw)
+        motion = [c * velocity[0] + s * velocity[1], -s * velocity[0] + c * velocity[1], velocity[2]]
+        tail = [d, np.cos(alpha), np.sin(alpha)] if layout == "neuralparc" else [np.cos(alpha), np.sin(alpha), d]
+        expected = np.array(motion + tail + [0.0] * (LAYOUTS[layout] - 6))
+        seen = observe(layout, *map(jnp.asarray, (position, yaw, velocity, goal)))
+        np.testing.assert_allclose(seen, expected, atol=1e-12)
+        shift = jnp.asarray(rng.normal(size=2))  # the vessel does not know where it is, only where the goal is from it
+        moved = observe(
+            layout, jnp.asarray(position) + shift, *map(jnp.asarray, (yaw, velocity)), jnp.asarray(goal) + shift
+        )
+        np.testing.assert_allclose(moved, expected, atol=1e-12)
+
+
+def test_observation_at_the_goal_is_finite():
+    seen = observe("goto", jnp.zeros(2), jnp.array(0.5), jnp.zeros(3), jnp.zeros(2))
+    np.testing.assert_allclose(seen, [0, 0, 0, np.cos(-0.5), np.sin(-0.5), 0], atol=1e-15)
+
+
+def test_action_is_the_definition(arrays, rng):
+    policy = load_policy()
+    o = rng.normal(size=6) * 4
+    x = (o - arrays["obs_mean"].astype(float)) / np.sqrt(arrays["obs_var"].astype(float))
+    for i in range(2):
+        x = np.tanh(arrays[f"W{i}"].astype(float) @ x + arrays[f"b{i}"])
+    expected = np.tanh(arrays["mu_W"].astype(float) @ x + arrays["mu_b"])
+    np.testing.assert_allclose(act(policy, jnp.asarray(o)), expected, atol=1e-12)
+
+
+def test_file_round_trip(arrays, tmp_path):
+    save_arrays(tmp_path / "p.npz", arrays)
+    assert [f.name for f in tmp_path.iterdir()] == ["p.npz"]
+    ours, back = load_policy(), load_policy(tmp_path / "p.npz")
+    assert all(np.array_equal(a, b) for a, b in zip(jax.tree.leaves(ours), jax.tree.leaves(back), strict=True))
+    assert HOVER.stat().st_size < 200_000
+
+
+def test_a_published_file_needs_its_layout(arrays, tmp_path):
+    del arrays["meta"]
+    save_arrays(tmp_path / "p.npz", arrays)
+    with pytest.raises(ValueError, match="does not say how it observes"):
+        load_policy(tmp_path / "p.npz")
+    with pytest.raises(ValueError, match="expected weights"):
+        load_policy(tmp_path / "p.npz", "capture")
+
+
+def broken(arrays, **changes):
+    return {**arrays, **changes}
+
+
+@pytest.mark.parametrize(
+    ("change", "message"),
+    [
+        (lambda a: {n: v for n, v in a.items() if n != "W1"}, "W1; they are missing"),
+        (lambda a: broken(a, W0=a["W0"][:, :5]), "expected weights"),
+        (lambda a: broken(a, b1=np.full_like(a["b1"], np.nan)), "expected finite numbers"),
+        (lambda a: broken(a, obs_var=-a["obs_var"]), "variances >= 0"),
+        (lambda a: broken(a, activation=np.array("relu")), "expected tanh layers"),
+        (lambda a: broken(a, meta=np.array("{}")), "expected meta"),
+        (
+            lambda a: broken(a, meta=np.array(json.dumps({**json.loads(str(a["meta"])), "period": 0.03}))),
+            "control period",
+        ),
+        (
+            lambda a: broken(a, meta=np.array(json.dumps({**json.loads(str(a["meta"])), "layout": "x"}))),
+            "expected a layout",
+        ),
+    ],
+)
+def test_bad_arrays_are_refused(arrays, change, message):
+    with pytest.raises(ValueError, match=message):
+        policy_from_file_arrays(change(arrays))
+
+
+def test_missing_and_damaged_files_are_refused(tmp_path):
+    with pytest.raises(ValueError, match=r"expected an \.npz policy file"):
+        load_policy(tmp_path / "none.npz")
+    (tmp_path / "cut.npz").write_bytes(HOVER.read_bytes()[:2000])
+    with pytest.raises(ValueError, match=r"expected an \.npz policy file"):
+        load_policy(tmp_path / "cut.npz")

@@ -1,0 +1,139 @@
+"""The black box and the scene of the study, and how well the shipped policy steers it."""
+
+import json
+from pathlib import Path
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+import pytest
+
+import sims.asv as asv
+from parc_jax.problem import Disc, Polygon
+from parc_jax.system import BlackBoxSystem
+from sims.asv.evaluate import evaluate, hover_statistics
+from sims.asv.policy import HOVER
+
+KEYS = jax.random.split(jax.random.key(4), 6)
+RECORD = Path(asv.__file__).parent / "hover_training.json"
+
+
+def rollouts(system, keys=KEYS):
+    ks = np.random.default_rng(2).uniform(system.domain.lo, system.domain.hi, (len(KEYS), 3))[: len(keys)]
+    return ks, jax.jit(jax.vmap(system.rollout))(keys, jnp.asarray(ks))
+
+
+def test_black_box_of_the_study():
+    system = asv.system(plant="ode")
+    assert isinstance(system, BlackBoxSystem)
+    assert (system.name, system.n_p, system.n_q) == ("asv", 2, 0)
+    assert (system.time.n_record, system.time.n_steps, system.time.stride) == (500, 100, 5)
+    np.testing.assert_allclose(system.domain.lo, [4, -1, -np.pi / 6])
+    np.testing.assert_allclose(system.domain.hi, [7, 1, np.pi / 6])
+    ks, (p, q) = rollouts(system)
+    assert p.shape == (6, 501, 2)
+    assert q.shape == (6, 0)
+    assert p.dtype == jnp.float64
+    p = np.asarray(p)
+    assert not p[:, 0].any()
+    assert np.abs(p[:, -1] - ks[:, :2]).max() < 1.0  # every one is at its own goal
+    assert np.abs(np.diff(p, axis=1)).max() < 0.02 * 2.0  # slower than 2 m/s: no sample is missing
+
+
+def test_same_key_same_run_other_key_other_run():
+    system = asv.system(plant="ode")
+    k = jnp.array([5.0, 0.5, 0.1])
+    same = [np.asarray(system.rollout(KEYS[0], k).p) for _ in range(2)]
+    assert np.array_equal(*same)
+    other = np.asarray(system.rollout(KEYS[1], k).p)
+    assert np.abs(other - same[0]).max() > 0.05
+    calm = asv.system(plant="ode", law="none")
+    assert np.array_equal(calm.rollout(KEYS[0], k).p, calm.rollout(KEYS[1], k).p)
+
+
+def test_default_plant_is_mjx_and_equals_the_twin():
+    assert asv.system().plant == "mjx"
+    p, twin = (rollouts(asv.system(plant=plant))[1].p for plant in ("mjx", "ode"))
+    np.testing.assert_allclose(p, twin, atol=1e-8)
+
+
+def test_published_scenario_is_the_same_motion_ten_times_as_long():
+    literal, published = asv.system(plant="ode"), asv.system(plant="ode", published_time=True)
+    assert published.name == "asv_published"
+    assert published.time == literal.time  # the labels are the same; the motion under them is not
+    p, slow = rollouts(literal)[1].p, rollouts(published)[1].p
+    assert slow.shape == (6, 501, 2)
+    np.testing.assert_allclose(slow[:, :51], p[:, ::10], atol=1e-12)
+
+
+def test_scene():
+    scene = asv.problem()
+    lo, hi = np.array([4, -1.5]), np.array([7, 1.5])
+    inside = [scene.goal.A @ p <= scene.goal.b + 1e-12 for p in (lo, hi)]
+    assert np.all(inside)
+    assert not np.all(scene.goal.A @ np.array([3.99, 0]) <= scene.goal.b)
+    assert len(scene.obstacles) == 2
+    for sign, obstacle in zip((1, -1), scene.obstacles, strict=True):
+        hit = np.array([2.5, sign * 1.31])
+        assert np.all(obstacle.A @ hit <= obstacle.b)
+        assert not np.all(obstacle.A @ (hit * np.array([1, -1])) <= obstacle.b)
+    assert isinstance(scene.body, Disc)
+    assert abs(scene.body.radius - 0.802) < 2e-4
+    assert scene.body.radius >= np.hypot(0.65, 0.47)  # the circle holds the hull's corners
+    vertices = asv.problem(body="decagon").body.vertices
+    mid = 0.5 * (vertices + np.roll(vertices, 1, axis=0))
+    np.testing.assert_allclose(np.hypot(*mid.T), scene.body.radius)
+    assert isinstance(asv.problem(body="decagon").body, Polygon)
+
+
+@pytest.mark.parametrize(
+    ("options", "message"),
+    [
+        ({"plant": "rk4"}, "expected 'mjx' or 'ode'"),
+        ({"law": "storm"}, "expected one of none, study, full"),
+        ({"policy": "no/such.npz"}, r"expected an \.npz policy file"),
+    ],
+)
+def test_bad_options_say_what_to_try(options, message):
+    with pytest.raises(ValueError, match=message):
+        asv.system(**options)
+
+
+def test_control_period_must_fit_the_scenario():
+    with pytest.raises(ValueError, match=r"divides 10\.0 s"):
+        asv.system(policy=asv.load_policy().replace(period=0.06))
+    with pytest.raises(ValueError, match=r"control period of 0\.2 s"):
+        asv.system(policy=asv.load_policy().replace(period=0.1), published_time=True)
+    with pytest.raises(ValueError, match="expected 'disc' or 'decagon'"):
+        asv.problem(body="hull")
+
+
+def test_shipped_policy_arrives_and_hovers():
+    policy, key = asv.load_policy(), jax.random.key(5)
+    nominal = evaluate(policy, "none", key, n=400, seconds=20.0)
+    assert nominal["arrived_share"] == 1.0
+    assert nominal["arrival_median_s"] <= 7.0
+    study = evaluate(policy, "study", key, n=400, seconds=20.0)
+    assert study["arrived_share"] == 1.0
+    assert study["spread_end_m"] <= 0.1
+
+
+def test_shipped_record_belongs_to_the_shipped_policy():
+    record = json.loads(RECORD.read_text())
+    assert record["steps"] >= record["settings"]["steps"]
+    assert record["settings"]["hidden"] == asv.load_policy().weights[0].shape[0]
+    assert record["settings"]["period"] == asv.load_policy().period
+    assert record["history"][-1]["return"] > record["history"][0]["return"] + 10
+    evaluation = json.loads((RECORD.parent / "hover_evaluation.json").read_text())
+    assert set(evaluation["laws"]) == set(asv.LAWS)
+    assert HOVER.parent == RECORD.parent
+
+
+def test_statistics_of_known_offsets():
+    offsets = np.zeros((4, 101, 2))
+    offsets[:, :, 0] = np.linspace(-5, 0, 101)[None]
+    offsets[0, 50:, 1], offsets[1, 50:, 1] = 0.4, -0.4
+    statistics = hover_statistics(offsets, 0.2)
+    assert statistics["arrived_share"] == 0.5
+    assert statistics["spread_end_m"] == pytest.approx(0.4 / np.sqrt(2))
+    assert hover_statistics(offsets[2:], 0.2)["arrival_median_s"] == pytest.approx(94 * 0.2)

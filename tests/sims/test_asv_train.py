@@ -1,0 +1,99 @@
+"""Training: what Brax learned is what the file does; a run goes on where it stopped."""
+
+import functools
+import json
+import os
+import subprocess
+import sys
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+import pytest
+
+from sims.asv.policy import act, load_policy, policy_from_file_arrays
+from sims.asv.quiet import quiet_import
+
+TINY = (
+    "--steps",
+    "8192",
+    "--environments",
+    "64",
+    "--batch",
+    "64",
+    "--minibatches",
+    "2",
+    "--hidden",
+    "8",
+    "--cores",
+    "1",
+)
+
+
+def test_exported_policy_acts_like_braxs_own():
+    networks = quiet_import("brax.training.agents.ppo.networks")
+    statistics = quiet_import("brax.training.acme.running_statistics")
+    from sims.asv.training_log import policy_arrays
+
+    with jax.enable_x64(False), jax.numpy_dtype_promotion("standard"), jax.numpy_rank_promotion("allow"):
+        network = networks.make_ppo_networks(
+            6, 2, statistics.normalize, policy_hidden_layer_sizes=(16, 16), activation=jnp.tanh
+        )
+        params = network.policy_network.init(jax.random.PRNGKey(0))
+        observations = jax.random.normal(jax.random.PRNGKey(1), (50, 6)) * 3
+        normalizer = statistics.update(
+            statistics.init_state(jax.ShapeDtypeStruct((6,), jnp.float32)), observations + 1.0
+        )
+        policy = networks.make_inference_fn(network)((normalizer, params), deterministic=True)
+        theirs, _ = policy(observations, jax.random.PRNGKey(2))
+        ours = policy_from_file_arrays(policy_arrays(normalizer, params, 0.2))
+        actions = jax.vmap(functools.partial(act, ours))(observations)
+    assert np.abs(np.asarray(theirs)).max() > 0.3
+    np.testing.assert_allclose(actions, theirs, atol=2e-6)  # float32
+
+
+def command(folder, *options):
+    environment = {**os.environ, "JAX_PLATFORMS": "cpu"}
+    return subprocess.run(
+        [sys.executable, "-m", "sims.asv.train", "--out", str(folder), "--evaluations", "2", *TINY, *options],
+        capture_output=True,
+        text=True,
+        env=environment,
+        check=False,
+    )
+
+
+@pytest.mark.slow
+def test_training_goes_on_from_its_checkpoint(tmp_path):
+    first = command(tmp_path)
+    assert first.returncode == 0, first.stderr
+    lines = first.stdout.splitlines()
+    assert all("return" in line and "left" in line for line in lines[:-1])
+    assert "warp" not in first.stdout
+    before = load_policy(tmp_path / "hover.npz")
+
+    again = command(tmp_path, "--steps", "16384")
+    assert again.returncode == 0, again.stderr
+    record = json.loads((tmp_path / "hover_training.json").read_text())
+    assert record["resumed_at"] == [8192]
+    assert [row["steps"] for row in record["history"]] == sorted({row["steps"] for row in record["history"]})
+    assert record["history"][-1]["steps"] >= 16384
+    after = load_policy(tmp_path / "hover.npz")
+    step = np.abs(after.weights[1] - before.weights[1]).max()
+    assert 0 < step < 0.2  # further from where it was, not from nothing
+
+    nothing_left = command(tmp_path, "--steps", "16384")
+    assert nothing_left.returncode == 0
+    assert np.array_equal(load_policy(tmp_path / "hover.npz").weights[1], after.weights[1])
+
+    other = command(tmp_path, "--steps", "16384", "--seed", "1")
+    assert other.returncode != 0
+    assert "seed differ" in other.stderr
+
+
+@pytest.mark.slow
+def test_both_plants_are_fast_enough():
+    from sims.asv.speed import control_steps_per_second
+
+    assert control_steps_per_second("ode", "study", 1024)[0] > 100_000  # a tenth of what one free core does
+    assert control_steps_per_second("mjx", "study", 1024)[0] > 30_000
