@@ -1,0 +1,172 @@
+"""The answer to a query: samples, safe polytopes, coverage, and the two sentences that say what they are worth."""
+
+import json
+from functools import cached_property
+from pathlib import Path
+
+import jax
+import numpy as np
+from scipy.stats import beta
+
+from parc_jax.certify.certificate import FORMAT, network_part, part_hash, piece_part, problem_part, tube_part
+from parc_jax.certify.cover import Cover
+from parc_jax.certify.draw import generator
+from parc_jax.certify.scene import Scene
+from parc_jax.certify.union import SafeUnion
+from parc_jax.error.risk import NoStatement, Risk, Uniform
+from parc_jax.errors import InputError
+from parc_jax.model import TrajectoryModel
+from parc_jax.problem import ReachAvoid
+from parc_jax.rollout.files import write_atomic
+from parc_jax.sets.hpolytope import HPolytope
+
+LEVELS = ("float-bounded", "exact-proved")
+
+
+class Answer:
+    """What `Planner.solve` returns. All methods take and return float64 NumPy arrays.
+
+    samples (n, n_p + n_k): safe starts and parameters, uniform over the safe set. sample_parts: their certificates.
+    level: "exact-proved" when the independent checker accepted every sample and piece, else "float-bounded".
+    refused: points or pieces that the exact check did not accept and that are therefore not in the answer.
+    """
+
+    def __init__(
+        self, model: TrajectoryModel, problem: ReachAvoid, scene: Scene, cover: Cover, samples: np.ndarray,
+        sample_parts: list[dict], union: SafeUnion, level: str, refused: int, timings: dict[str, float],
+    ):  # fmt: skip
+        self.model, self.problem, self.scene = model, problem, scene
+        self.samples, self.sample_parts, self.level, self.refused = samples, sample_parts, level, refused
+        self.timings, self._cover, self._union = timings, cover, union
+
+    @property
+    def found(self) -> bool:
+        """A safe plan exists and is in hand."""
+        return len(self.samples) > 0
+
+    @property
+    def pieces(self):
+        """The safe pieces: pattern, directions and inner point each."""
+        return self._union.pieces
+
+    @cached_property
+    def safe_sets(self) -> list[HPolytope]:
+        """Safe convex polytopes in (p0, k), each inside one region and one bin, redundant rows removed."""
+        return [b.polytope for b in self._union.bodies if b is not None]
+
+    @cached_property
+    def volumes(self) -> np.ndarray:
+        """Volume of every polytope of `safe_sets` [units of p0 and k multiplied]; they may overlap inside a region."""
+        return np.array([b.volume for b in self._union.bodies if b is not None])
+
+    @property
+    def coverage(self):
+        """Share of the model's safe set inside `safe_sets`: estimate, lower confidence bound, counts behind them."""
+        return self._cover.coverage
+
+    @property
+    def counts(self) -> dict[str, int]:
+        """Points drawn uniformly over K x goal box, how many of them reach the goal, how many are safe."""
+        return {"drawn": self._cover.drawn, "reaching": self._cover.reaching, "safe": self._cover.safe}
+
+    @property
+    def safe_share(self) -> float:
+        """Share of the goal-reaching set (of the model) that is safe."""
+        return self._cover.safe / max(self._cover.reaching, 1)
+
+    def volume(self, confidence: float = 0.99) -> tuple[float, float, float]:
+        """Volume of the model's safe set: estimate and Clopper-Pearson interval, in units of p0 and k multiplied."""
+        whole = float(self.model.domain.volume * np.prod(self.scene.z_hi - self.scene.z_lo))
+        n, x, tail = self._cover.drawn, self._cover.safe, (1 - confidence) / 2
+        low = 0.0 if x == 0 else float(beta.ppf(tail, x, n - x + 1))
+        high = 1.0 if x == n else float(beta.ppf(1 - tail, x + 1, n - x))
+        return whole * x / n, whole * low, whole * high
+
+    def contains(self, p0, k) -> np.ndarray:
+        """p0 (b, n_p), k (b, n_k) -> bool (b,): inside a returned safe polytope."""
+        p0, k = np.atleast_2d(np.asarray(p0, float)), np.atleast_2d(np.asarray(k, float))
+        if p0.shape[1:] != (self.model.n_p,) or k.shape != (len(p0), self.model.n_k):
+            raise InputError(
+                f"contains: expected p0 (b, {self.model.n_p}) and k (b, {self.model.n_k}); got {p0.shape}, {k.shape}."
+            )
+        return self._union.contains(p0, k)
+
+    def sample(self, key: jax.Array, n: int) -> np.ndarray:
+        """n plans (n, n_p + n_k) drawn uniformly from the union of `safe_sets`. Consumes `key`."""
+        return self._union.sample(generator(key), n)
+
+    def project(self, dims) -> list[np.ndarray]:
+        """Vertices (v, len(dims)) of every safe polytope projected onto coordinates of (p0, k), for plots."""
+        return [b.vertices[:, list(dims)] for b in self._union.bodies if b is not None]
+
+    def safest(self) -> tuple[np.ndarray, float]:
+        """Centre (n_p + n_k,) and radius of the largest ball, in (p0, k) units, inside one safe polytope.
+
+        Its radius is room for state-estimation and command error: every plan in the ball is safe.
+        """
+        from parc_jax.sets.chebyshev import chebyshev_centre
+
+        balls = [chebyshev_centre(s) for s in self.safe_sets]
+        if not balls:
+            raise InputError("safest: expected an answer with safe polytopes; this one has none.")
+        return max(balls, key=lambda ball: ball[1])
+
+    @cached_property
+    def share_of_k(self) -> float:
+        """Lower estimate of Pi(T): share of K that some returned piece proves safe for some start."""
+        return self._union.share_of_k()
+
+    def risk(self) -> Risk | NoStatement:
+        """What the claim promises for k drawn at random from the certified k-set. [T5, T18]"""
+        if not self.pieces:
+            return NoStatement("no safe set was found, so there is nothing to draw k from")
+        return self.model.claim.risk(Uniform(self.share_of_k))
+
+    def statement(self) -> str:
+        """The two sentences: (C) what is proved of the model and its tube, (E) what is known of the tube."""
+        if not self.found:
+            return "No safe plan was found within the budget. This is not a proof that none exists."
+        proved = "proved in exact arithmetic" if self.level == LEVELS[1] else "shown in float64 with a rounding margin"
+        first = (
+            f"(C) For each of the {len(self.samples)} samples and every (p0, k) in the {len(self.pieces)} safe "
+            f"polytopes, and for every trajectory inside the tube: the goal is reached and nothing is touched; {proved}."
+        )
+        return f"{first}\n(E) {self.model.claim.statement()}\n{self._risk_sentence()}"
+
+    def _risk_sentence(self) -> str:
+        risk = self.risk()
+        if isinstance(risk, NoStatement):
+            return f"Risk: no statement, since {risk.reason}."
+        return (
+            f"Risk: for k drawn uniformly from the certified set, {self.share_of_k:.3f} of K, the run leaves the tube "
+            f"with probability at most {float(risk.bound):.4f}."
+        )
+
+    def to_json(self) -> dict:
+        """The answer as certificates; numbers are strings, nothing in it has to be trusted but the tube."""
+        problem = problem_part(self.problem, self.model)
+        network, tube = network_part(self.model.net), tube_part(self.model.tube)
+        hashes = {"problem": part_hash(problem), "network": part_hash(network), "tube": part_hash(tube)}
+        claim = self.model.claim.to_json() | {"network_hash": hashes["network"], "tube_hash": hashes["tube"]}
+        meta = {
+            "system": self.model.system, "level": self.level, "statement": self.statement(),
+            "counts": self.counts, "coverage": self.coverage._asdict(),
+        }  # fmt: skip
+        return {
+            "format": FORMAT, "problem": problem, "network": network, "tube": tube, "claim": _plain(claim),
+            "hash": hashes, "samples": self.sample_parts, "sets": [piece_part(p) for p in self.pieces],
+            "no_plan": None, "meta": _plain(meta),
+        }  # fmt: skip
+
+    def save(self, path) -> Path:
+        """Write answer.json; it appears complete or not at all. `parc-jax check` verifies it."""
+        return write_atomic(path, json.dumps(self.to_json(), separators=(",", ":")).encode())
+
+
+def _plain(value):
+    """JSON without floats: certificates spell every number that is not a count as text."""
+    if isinstance(value, dict):
+        return {name: _plain(part) for name, part in value.items()}
+    if isinstance(value, list | tuple):
+        return [_plain(part) for part in value]
+    return repr(float(value)) if isinstance(value, float) else value

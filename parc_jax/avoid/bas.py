@@ -1,0 +1,72 @@
+"""Backward avoid sets as AH-polytopes: the starts from which the swept prediction can meet an obstacle.
+
+For interval t, obstacle O~ and piece R the published theorem takes J_s = {(p0, k): k in R, p0 + c_s(k) in O~} at both
+knots, projects both to the workspace and takes the convex hull. Projecting the hull gives the same set, and not
+projecting it at all gives the smaller joint set, which keeps k. [NP Thm. 1; T13]
+"""
+
+import numpy as np
+
+from parc_jax.lp.witness import gamma
+from parc_jax.reach.pieces import Piece
+from parc_jax.sets.affine import intersection, projection
+from parc_jax.sets.ahpolytope import AHPolytope
+from parc_jax.sets.hpolytope import HPolytope
+from parc_jax.sets.hull import convex_hull
+
+
+def knot_set(piece: Piece, obstacle: HPolytope, s: int, start: HPolytope | None = None) -> AHPolytope:
+    """J_s: all (p0, k) of the piece that are inside the grown obstacle at knot s. Offsets are rounded up.
+
+    The theorem needs p0 unrestricted: the path from p0 meets the obstacle at p0 + something, and the starts that are
+    inside it at the knots may lie outside P0. `start` restricts them all the same, for parity with published code only.
+    """
+    n_p, n_k = obstacle.n, piece.A.shape[1]
+    C, d = piece.knot(s, n_p)
+    reach = np.maximum(np.abs(piece.lo), np.abs(piece.hi))
+    size = np.abs(obstacle.A) @ (np.abs(C) @ reach + np.abs(d)) + np.abs(obstacle.b)
+    offset = obstacle.b - obstacle.A @ d + gamma(2 * n_p + n_k + 4) * size
+    A = [np.concatenate([obstacle.A, obstacle.A @ C], axis=1), np.pad(piece.A, ((0, 0), (n_p, 0)))]
+    b = [offset, piece.b]
+    if start is not None:
+        A.append(np.pad(start.A, ((0, 0), (0, n_k))))
+        b.append(start.b)
+    lo, hi = _bounds(piece, obstacle, C, d)
+    return AHPolytope(np.eye(n_p + n_k), np.zeros(n_p + n_k), np.concatenate(A), np.concatenate(b), lo, hi)
+
+
+def avoid_set(piece: Piece, obstacle: HPolytope, t: int, start: HPolytope | None = None) -> AHPolytope:
+    """Lambda_P of interval t: every p0 from which some k of the piece may collide, and more. A set in the workspace.
+
+    obstacle: grown by body and by the error of interval t.
+    """
+    return projection(joint_avoid_set(piece, obstacle, t, start), np.arange(obstacle.n))
+
+
+def joint_avoid_set(piece: Piece, obstacle: HPolytope, t: int, start: HPolytope | None = None) -> AHPolytope:
+    """Lambda_J of interval t over (p0, k): contains every colliding (p0, k), lies within Lambda_P x piece. [T13]"""
+    return convex_hull(knot_set(piece, obstacle, t, start), knot_set(piece, obstacle, t + 1, start))
+
+
+def within_reach(avoid: AHPolytope, reach: HPolytope) -> AHPolytope:
+    """Lambda_P cut by the workspace shadow of Omega: empty means that no start of Omega can collide here."""
+    return intersection(avoid, projection(reach, np.arange(avoid.n)))
+
+
+def _bounds(piece: Piece, obstacle: HPolytope, C, d) -> tuple[np.ndarray, np.ndarray]:
+    """Box around J_s from single-entry rows of the obstacle (it has axis normals) and the piece's bin."""
+    n_p = obstacle.n
+    lo, hi = np.full(n_p, -np.inf), np.full(n_p, np.inf)
+    for row, offset in zip(obstacle.A, obstacle.b, strict=True):
+        axis = int(np.argmax(np.abs(row)))
+        if np.count_nonzero(row) == 1:
+            if row[axis] > 0:
+                hi[axis] = min(hi[axis], offset / row[axis])
+            else:
+                lo[axis] = max(lo[axis], offset / row[axis])
+    reach = np.maximum(np.abs(piece.lo), np.abs(piece.hi))
+    middle, radius = C @ (0.5 * (piece.lo + piece.hi)) + d, np.abs(C) @ (0.5 * (piece.hi - piece.lo))
+    slack = gamma(64) * (np.abs(C) @ reach + np.abs(d) + 1.0) + gamma(8) * np.where(
+        np.isfinite(lo) & np.isfinite(hi), np.maximum(np.abs(lo), np.abs(hi)), 0.0
+    )
+    return np.r_[lo - middle - radius - slack, piece.lo], np.r_[hi - middle + radius + slack, piece.hi]

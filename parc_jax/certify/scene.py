@@ -1,0 +1,109 @@
+"""A problem as arrays for one model: everything a query needs, padded to few compiled shapes."""
+
+import numpy as np
+from flax import struct
+
+from parc_jax.arrays import as_float64
+from parc_jax.avoid.directions import DirectionTable, direction_table
+from parc_jax.avoid.grown import GrownObstacles, bucket, grown_obstacles
+from parc_jax.errors import InputError
+from parc_jax.network.rounding import UNIT, rounding_bound
+from parc_jax.problem import ReachAvoid
+from parc_jax.sets.hpolytope import HPolytope
+
+
+@struct.dataclass
+class Scene:
+    """Padded arrays of a problem. A padding row is 0 x <= 1, which always holds.
+
+    goal_A (g, n_p + n_q), goal_b (g,): rows of the goal. start_A (s, n_p), start_b (s,): rows of P0.
+    z_lo, z_hi (n_p,): bounding box of the goal's workspace part, from which end points are drawn.
+    slack: () [m or row units] float margin of T11: a verdict that clears it in float64 holds in real arithmetic.
+    """
+
+    goal_A: np.ndarray
+    goal_b: np.ndarray
+    start_A: np.ndarray
+    start_b: np.ndarray
+    z_lo: np.ndarray
+    z_hi: np.ndarray
+    obstacles: GrownObstacles
+    directions: DirectionTable
+    slack: np.ndarray
+
+
+def scene(problem: ReachAvoid, model) -> Scene:
+    """Check the problem against the model and lay it out. Raises InputError when they do not fit."""
+    n_y = model.n_p + model.n_q
+    if problem.goal.n != n_y:
+        raise InputError(
+            f"goal: expected a set over the {model.n_p} workspace and {model.n_q} further goal coordinates of this "
+            f"model ({n_y}); got {problem.goal.n} dimensions. Give bounds for every one of them."
+        )
+    for j, o in enumerate(problem.obstacles):
+        if o.n != model.n_p:
+            raise InputError(f"obstacle {j}: expected a set in the {model.n_p}-D workspace; got {o.n} dimensions.")
+    box_lo, box_hi = bounding_box(problem.goal, "goal")
+    widest = model.tube.final.min(axis=0)
+    if ((box_hi - box_lo) < 2 * widest).any():
+        axis = int(np.argmax(2 * widest - (box_hi - box_lo)))
+        raise InputError(
+            f"goal: expected it to be wider than the model's error; axis {axis} is {(box_hi - box_lo)[axis]:.3g} wide "
+            f"and the error there is at least ±{widest[axis]:.3g}. Widen the goal or learn a tighter model."
+        )
+    start = problem.start or HPolytope(np.zeros((0, model.n_p)), np.zeros(0))
+    grown = grown_obstacles(problem, model.time.n_steps)
+    slack = _slack(model, grown, np.abs([*box_lo, *box_hi]).max())
+    z_lo, z_hi = box_lo[: model.n_p], box_hi[: model.n_p]
+    return Scene(*_padded(problem.goal), *_padded(start), z_lo, z_hi, grown, direction_table(problem), slack)
+
+
+def bounding_box(poly: HPolytope, name: str) -> tuple[np.ndarray, np.ndarray]:
+    """Smallest box around a polytope. Axis-aligned rows are read off; otherwise 2n LPs. Raises InputError."""
+    lo, hi = np.full(poly.n, -np.inf), np.full(poly.n, np.inf)
+    single = (poly.A != 0).sum(axis=1) == 1
+    for row, offset in zip(poly.A[single], poly.b[single], strict=True):
+        axis = int(np.flatnonzero(row)[0])
+        if row[axis] > 0:
+            hi[axis] = min(hi[axis], offset / row[axis])
+        else:
+            lo[axis] = max(lo[axis], offset / row[axis])
+    if not single.all():
+        from scipy.optimize import linprog
+
+        for axis in range(poly.n):
+            for sign, side in ((1, lo), (-1, hi)):
+                cost = np.zeros(poly.n)
+                cost[axis] = sign
+                answer = linprog(cost, poly.A, poly.b, bounds=(None, None))
+                if answer.status == 2:
+                    raise InputError(f"{name}: expected a set with points in it; its rows contradict each other.")
+                if answer.status == 0:
+                    side[axis] = sign * answer.fun
+    if not (np.isfinite(lo) & np.isfinite(hi)).all():
+        axis = int(np.argmin(np.isfinite(lo) & np.isfinite(hi)))
+        raise InputError(f"{name}: expected a bounded set; axis {axis} has no bound. Add the missing rows.")
+    if (lo > hi).any():
+        axis = int(np.argmax(lo - hi))
+        span = f"[{lo[axis]:g}, {hi[axis]:g}]"
+        raise InputError(f"{name}: expected a set with points in it; axis {axis} asks for a value in {span}.")
+    return lo, hi
+
+
+def _padded(poly: HPolytope):
+    rows = bucket(max(1, len(poly.b)))
+    A, b = np.zeros((rows, poly.A.shape[1])), np.ones(rows)
+    A[: len(poly.b)], b[: len(poly.b)] = poly.A, poly.b
+    return as_float64("rows", A, (None, None)), as_float64("offsets", b, (None,))
+
+
+def _slack(model, grown: GrownObstacles, goal_size: float) -> np.ndarray:
+    """[T11] One number that covers every rounding between the real-number verdict and its float64 evaluation.
+
+    Network error, the sums p0 + c and w.p - h (fewer than 32 operations on numbers no larger than `size`), corners and
+    reaches rounded to nearest; all per unit of |w|_1.
+    """
+    bound = rounding_bound(model.net, model.domain)
+    widest = max(model.tube.interval.max(), model.tube.final.max())
+    size = 4 * bound.magnitude.max() + goal_size + np.abs(grown.corner).max() + grown.radius + widest
+    return np.float64(4 * bound.error.max() + 64 * UNIT * size)

@@ -1,0 +1,106 @@
+"""The model of a system: network, claim, domain, time. One file holds it; loading refuses anything incomplete."""
+
+import json
+from pathlib import Path
+
+import numpy as np
+from flax import struct
+
+from parc_jax.error.claim import ErrorClaim, claim_from_json
+from parc_jax.error.tube import Tube, tube
+from parc_jax.errors import InputError
+from parc_jax.network.relu import ReLUNetwork, relu_network
+from parc_jax.rollout.files import read_npz, write_npz
+from parc_jax.sets.box import Box, box
+from parc_jax.system import TimeGrid, time_grid
+
+FORMAT = "parc_jax.model/1"
+
+
+@struct.dataclass
+class TrajectoryModel:
+    """What a query needs to know of a system. Build with `trajectory_model`, which validates.
+
+    net: k -> (c_1 ... c_T, q). claim: what its error bound states. domain: K. time: knots and horizon.
+    system: name of the black box it was learned from.
+    """
+
+    net: ReLUNetwork
+    claim: ErrorClaim = struct.field(pytree_node=False)
+    domain: Box
+    time: TimeGrid
+    system: str = struct.field(pytree_node=False, default="")
+
+    @property
+    def tube(self) -> Tube:
+        """The tube of the claim."""
+        return self.claim.tube
+
+    @property
+    def n_p(self) -> int:
+        """Workspace dimension."""
+        return self.tube.interval.shape[2]
+
+    @property
+    def n_q(self) -> int:
+        """Number of further goal states."""
+        return self.tube.final.shape[1] - self.n_p
+
+    @property
+    def n_k(self) -> int:
+        """Number of manoeuvre parameters."""
+        return self.domain.n
+
+    def save(self, path) -> Path:
+        """Write one .npz; it appears complete or not at all."""
+        meta = {
+            "format": FORMAT,
+            "system": self.system,
+            "claim": self.claim.to_json(),
+            "time": [self.time.dt, self.time.t_f, self.time.dt_record],
+        }
+        arrays = {f"W{i}": W for i, W in enumerate(self.net.weights)}
+        arrays |= {f"b{i}": b for i, b in enumerate(self.net.biases)}
+        arrays |= {f"edges{i}": e for i, e in enumerate(self.tube.edges)}
+        arrays |= {"interval": self.tube.interval, "final": self.tube.final, "lo": self.domain.lo, "hi": self.domain.hi}
+        return write_npz(path, {"meta": np.array(json.dumps(meta)), **arrays})
+
+
+def trajectory_model(net: ReLUNetwork, claim: ErrorClaim, domain: Box, time: TimeGrid, system: str = ""):
+    """Validated model. Raises InputError that names the two parts that do not fit."""
+    n_steps, n_p = claim.tube.interval.shape[1:]
+    n_q = claim.tube.final.shape[1] - n_p
+    if time.n_steps != n_steps:
+        raise InputError(f"model: expected a tube with {time.n_steps} intervals, as the time grid has; got {n_steps}.")
+    if net.n_out != n_steps * n_p + n_q:
+        raise InputError(f"model: expected {n_steps} x {n_p} + {n_q} network outputs for this tube; got {net.n_out}.")
+    if net.n_in != domain.n:
+        raise InputError(f"model: expected a network with {domain.n} inputs, as the domain has; got {net.n_in}.")
+    for axis, edge in enumerate(claim.tube.edges):
+        if edge[0] != domain.lo[axis] or edge[-1] != domain.hi[axis]:
+            raise InputError(
+                f"model: expected the tube's bins to span the domain; axis {axis} has bins over "
+                f"[{edge[0]:g}, {edge[-1]:g}] but K is [{domain.lo[axis]:g}, {domain.hi[axis]:g}]."
+            )
+    return TrajectoryModel(net, claim, domain, time, system)
+
+
+def load(path, system: str | None = None) -> TrajectoryModel:
+    """Read a model written by `save`. With `system`, refuse a model of another system. Raises InputError."""
+    file = read_npz(path)
+    try:
+        meta = json.loads(str(file["meta"]))
+        if meta["format"] != FORMAT:
+            raise InputError(f"{path}: expected a model of format {FORMAT}; got {meta['format']!r}.")
+        layers = sum(name.startswith("W") for name in file)
+        net = relu_network([file[f"W{i}"] for i in range(layers)], [file[f"b{i}"] for i in range(layers)])
+        domain = box(file["lo"], file["hi"])
+        error_tube = tube([file[f"edges{i}"] for i in range(domain.n)], file["interval"], file["final"])
+        claim, time = claim_from_json(meta["claim"], error_tube), time_grid(*meta["time"])
+    except (KeyError, TypeError, json.JSONDecodeError) as error:
+        raise InputError(
+            f"{path}: expected a file written by `TrajectoryModel.save`; {type(error).__name__}: {error}. Save it again."
+        ) from None
+    if system is not None and meta["system"] != system:
+        raise InputError(f"{path}: expected a model of {system!r}; it was learned from {meta['system']!r}.")
+    return trajectory_model(net, claim, domain, time, meta["system"])

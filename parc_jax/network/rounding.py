@@ -1,0 +1,32 @@
+"""How far a float64 evaluation of the network can be from the real-number network, for every input of a box. [T10]"""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from parc_jax.network.relu import ReLUNetwork
+from parc_jax.sets.box import Box
+
+UNIT = 2.0**-53  # unit round-off of float64
+TINY = 2.0**-1022  # smallest normal number: covers flush-to-zero
+SAFETY = 1 + 2.0**-10  # pays for evaluating the bound itself in float64
+
+
+class RoundingBound(NamedTuple):
+    """error: (n_out,) >= |fl N(k) - N(k)| for every k of the box. magnitude: (n_out,) >= |N(k)| and |fl N(k)|."""
+
+    error: np.ndarray
+    magnitude: np.ndarray
+
+
+def rounding_bound(net: ReLUNetwork, domain: Box) -> RoundingBound:
+    """Static bound by the recursion of T10: sums in any order, fused or not, subnormals flushed or not."""
+    size = np.maximum(np.abs(domain.lo), np.abs(domain.hi))
+    error = np.zeros_like(size)
+    for W, b in zip(net.weights, net.biases, strict=True):
+        n = W.shape[1]
+        gamma = (n + 2) * UNIT / (1 - (n + 2) * UNIT)
+        absolute = np.abs(W) @ size + np.abs(b)
+        error = (np.abs(W) @ error + gamma * absolute + (n + 2) * TINY) * SAFETY
+        size = (absolute + error) * SAFETY
+    return RoundingBound(error, size)
