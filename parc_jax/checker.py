@@ -10,7 +10,6 @@ z = p_T, t interval from knot t to t + 1, e error of the tube, w direction. Vect
 
 import collections
 import contextlib
-import functools
 import hashlib
 import importlib
 import itertools
@@ -22,7 +21,7 @@ import sys
 from fractions import Fraction
 
 FORMAT = "parc_jax.answer/1"
-MAX_BYTES, MAX_CHARS, MAX_BITS, MAX_LAYERS, MAX_POINTS = 1 << 28, 1000, 1 << 13, 64, 50_000
+MAX_BYTES, MAX_CHARS, MAX_BITS, MAX_LAYERS = 1 << 28, 1000, 1 << 13, 64
 HEX = re.compile(r"(-?)0x([0-9a-f]{1,40})(?:\.([0-9a-f]{0,40}))?p([+-]?[0-9]{1,4})")
 DECIMAL = re.compile(r"-?[0-9]+(?:/[0-9]+|(?:\.[0-9]+)?(?:e[+-]?[0-9]{1,3})?)")
 
@@ -88,7 +87,7 @@ def fields(x, names, optional=()):
 def halfspaces(x, n):
     """Rows (a, b) of the closed set {a . x <= b}."""
     A = [vector(row, n) for row in array(x["A"])]
-    return list(zip(A, vector(x["b"], len(A)), strict=True))
+    return list(zip(A, vector(x["b"], len(A)), strict=False))
 
 
 def box(x, n):
@@ -114,8 +113,7 @@ def dot(a, b):
 def combine(rows, multipliers):
     """T12a: for multipliers m >= 0, a_i . x <= b_i gives w . x <= h, where w = sum m_i a_i, h = sum m_i b_i."""
     w, h = [Fraction(0)] * len(rows[0][0]), Fraction(0)
-    for pair in array(multipliers):
-        row, m = array(pair, 2)
+    for row, m in multipliers:
         (a, b), m = rows[whole(row, 0, len(rows) - 1)], number(m)
         need(m >= 0, "a multiplier is negative")
         w, h = [x + m * y for x, y in zip(w, a, strict=True)], h + m * b
@@ -157,14 +155,14 @@ class Context:
 
     def _obstacle(self, o):
         """(Rows, first and last interval in which the obstacle exists)."""
-        first, last = array(fields(o, ("A", "b"), ("steps",)).get("steps", [0, self.T - 1]), 2)
+        first, last = fields(o, ("A", "b"), ("steps",)).get("steps", [0, self.T - 1])
         return halfspaces(o, self.n_p), whole(first, 0, self.T - 1), whole(last, first, self.T - 1)
 
     def _read_network(self, network):
         """Layers (integer weights, integer biases, their common denominator)."""
         self.layers, width = [], self.n_k
         need(0 < len(network["weights"]) <= MAX_LAYERS, "too few or too many layers")
-        for W, b in zip(array(network["weights"]), array(network["biases"]), strict=True):
+        for W, b in zip(network["weights"], network["biases"], strict=True):
             W = [vector(row, width) for row in array(W)]
             flat, q = integers([*itertools.chain(*W), *vector(b, len(W))])
             self.layers.append(([flat[i * width :][:width] for i in range(len(W))], flat[len(W) * width :], q))
@@ -174,7 +172,7 @@ class Context:
 
     def _read_tube(self, tube):
         """Bin edges as fractions; widths of all bins as integers over e_scale."""
-        self.edges = [[number(v) for v in array(edge)] for edge in array(tube["edges"], self.n_k)]
+        self.edges = [[number(v) for v in array(edge)] for edge in tube["edges"]]
         for edge, lo, hi in zip(self.edges, self.lo, self.hi, strict=True):
             need(all(a < b for a, b in itertools.pairwise(edge)), "the edges of the tube do not increase")
             need(edge[0] <= lo and hi <= edge[-1], "the tube does not cover the domain")
@@ -190,7 +188,7 @@ class Context:
         """(Interval by t, final) widths of the tube over e_scale: componentwise pick (max or min) over all bins that
         meet the box [lo, hi] of k: as closed sets with before = le, with their interiors with before = lt."""
         bins = [0]
-        for edge, a, b in zip(self.edges, lo, hi, strict=True):
+        for edge, a, b in zip(self.edges, lo, hi, strict=False):
             inside = [i for i in range(len(edge) - 1) if before(edge[i], b) and before(a, edge[i + 1])]
             bins = [n * (len(edge) - 1) + i for n in bins for i in inside]
         if len(bins) == 1:
@@ -218,7 +216,7 @@ class Context:
 
     def shrunken_goal(self, final):
         """a . y + |a| . e <= b for the predicted end gives a . y' <= b for every end y' in the tube."""
-        return [(a, b - dot(map(abs, a), final) / self.e_scale) for a, b in self.goal]
+        return [(a, b - Fraction(dot(map(abs, a), final), self.e_scale)) for a, b in self.goal]
 
     def body_support(self, w):
         """Upper bound of max over the body of -w . x, the body's share of the obstacle grown by it; roots go up."""
@@ -237,8 +235,7 @@ class Context:
             yield condition(f"goal row {i}", False, [-x for x in a[: self.n_p]], [-x for x in a], self.end, b)
         for o, runs in enumerate(array(sep, len(self.obstacles))):
             rows, t, last = self.obstacles[o]
-            for run in array(runs):
-                stop, multipliers = array(run, 2)
+            for stop, multipliers in runs:
                 whole(stop, t + 1, last + 1)  # runs are not empty, follow each other, stay within the obstacle's steps
                 w, h = combine(rows, multipliers)
                 need(any(w), f"a separating direction of obstacle {o} is zero")
@@ -259,12 +256,12 @@ class Context:
         """Proves that (p0, k) reaches the goal and touches no obstacle, for every trajectory in the tube."""
         fields(sample, ("p0", "k", "sep"))
         p0, k = vector(sample["p0"], self.n_p), vector(sample["k"], self.n_k)
-        need(all(a <= x <= b for a, x, b in zip(self.lo, k, self.hi, strict=True)), "k is outside the domain")
+        need(all(a <= x <= b for a, x, b in zip(self.lo, k, self.hi, strict=False)), "k is outside the domain")
         widths = self.widths(k, k, operator.le, max)  # on a shared boundary the claim of any of the bins may be the one
         (k, k_scale), (p0, p_scale) = integers(k), integers(p0)
         _, (y,), y_scale = self.evaluate([k], k_scale)
-        for condition in self.conditions(sample["sep"], *widths):
-            need(holds(condition, p0, p_scale, y, y_scale), f"the condition of {condition.name} fails")
+        for asked in self.conditions(sample["sep"], *widths):
+            need(holds(asked, p0, p_scale, y, y_scale), f"the condition of {asked.name} fails")
 
     @rejecting()
     def set_rows(self, piece):
@@ -313,14 +310,17 @@ def unique(pairs):
     return dict(pairs)
 
 
+def refuse(text):
+    raise Rejected(f"the JSON number {text[:40]} is not whole; numbers are strings here")
+
+
 @rejecting()
 def load(path):
     """The content of a file. Raises OSError if it cannot be read, Rejected if it is not strict JSON."""
     with open(path, "rb") as file:
         data = file.read(MAX_BYTES + 1)
     need(len(data) <= MAX_BYTES, "the file is too large")
-    bare = functools.partial(need, False)  # a JSON float, NaN or Infinity: numbers are strings here
-    return json.loads(data.decode("utf-8"), object_pairs_hook=unique, parse_float=bare, parse_constant=bare)
+    return json.loads(data.decode("utf-8"), object_pairs_hook=unique, parse_float=refuse, parse_constant=refuse)
 
 
 @rejecting()

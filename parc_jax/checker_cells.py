@@ -53,10 +53,10 @@ def split(cell, values, facet, then):
 
 
 def contact(checker, context, what, widths):
-    """Conditions that a body point at p_t .. p_t+1 (share alpha) is in the obstacle, for an error inside the tube."""
-    body, error = checker.array(what, 2)
-    error, n = checker.vector(error, context.n_p), context.n_p
-    inside = all(abs(x) * context.e_scale <= e for x, e in zip(error, widths, strict=True))
+    """The offset of a contact: a point of the body plus an error inside the tube."""
+    (body, error), n = what, context.n_p
+    error = checker.vector(error, n)
+    inside = all(abs(x) * context.e_scale <= e for x, e in zip(error, widths, strict=False))
     checker.need(inside, "the error of a contact is outside the tube")
     if context.vertices is None:
         body = checker.vector(body, n)
@@ -66,18 +66,18 @@ def contact(checker, context, what, widths):
         checker.need(all(v >= 0 for v in weights), "a weight of a contact is negative")
         checker.need(sum(weights) == 1, "the weights of a contact do not sum to one")
         body = [checker.dot(weights, column) for column in zip(*context.vertices, strict=True)]
-    return [x + y for x, y in zip(body, error, strict=True)]
+    return [x + y for x, y in zip(body, error, strict=False)]
 
 
 def hit(checker, context, what, interval):
     """Per contact, conditions on (p0, y) that p + point is in the obstacle, p = the share alpha of interval t."""
-    o, t, alpha, contacts = checker.array(what, 4)
+    o, t, alpha, contacts = what
     rows, first, last = context.obstacles[checker.whole(o, 0, len(context.obstacles) - 1)]
     n, t, alpha = context.n_p, checker.whole(t, first, last), checker.number(alpha)
     checker.need(0 <= alpha <= 1, "a hit is outside its interval")
     shares = (1 - alpha, alpha) if t else (alpha,)  # c_0 = 0 is not an output
     part = slice(max(t - 1, 0) * n, (t + 1) * n)
-    for entry in checker.array(contacts):
+    for entry in contacts:
         point, found = contact(checker, context, entry, interval[t]), []
         for a, b in rows:
             a, b = [-x for x in a], b - checker.dot(a, point)
@@ -128,12 +128,12 @@ def check_no_plan(checker, context, plan):
     need(all(a < b for a, b in zip(lo + context.lo, hi + context.hi, strict=True)), "the box of (z, k) is flat")
     goal = context.shrunken_goal(context.widths(context.lo, context.hi, operator.le, min)[1])
     for i, pair in enumerate(checker.array(plan["faces"], n)):
-        for sign, bound, multipliers in zip((-1, 1), (-lo[i], hi[i]), checker.array(pair, 2), strict=True):
+        for sign, bound, multipliers in zip((-1, 1), (-lo[i], hi[i]), pair, strict=True):
             w, h = checker.combine(goal, multipliers)
             need(w == [sign * (i == j) for j in range(n + context.n_q)], "a face of z has another direction")
             need(h <= bound, "a face of z does not follow from the goal")
     allowed = {"proved": UNSAFE, "bracket": (*UNSAFE, "safe", "open")}[plan["kind"]]
-    stack, nodes = [(lo + context.lo, hi + context.hi)], iter(checker.array(plan["tree"]))
+    stack, nodes = [(lo + context.lo, hi + context.hi)], iter(plan["tree"])
     volumes, seen = collections.Counter(), {}
 
     def cells(lo, hi):  # leaves next to each other in the tree often share their box of k
@@ -147,12 +147,12 @@ def check_no_plan(checker, context, plan):
         lo, hi = stack.pop()
         ((name, what),) = next(nodes).items()
         if name == "split":
-            i, at = checker.array(what, 2)
+            i, at = what
             i, at = checker.whole(i, 0, len(lo) - 1), checker.number(at)
             need(lo[i] < at < hi[i], "a split is outside its box")
             stack += [([*lo[:i], at, *lo[i + 1 :]], hi), (lo, [*hi[:i], at, *hi[i + 1 :]])]  # lower part on top
             continue
-        need(name in allowed, f"a {name} leaf has no place here")
+        need(name in allowed, f"a leaf {name!r} has no place here")
         if name != "open":
             check_leaf(checker, context, name, what, lo, hi, cells)
         volumes[name] += math.prod(b - a for a, b in zip(lo, hi, strict=True))

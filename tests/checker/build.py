@@ -48,7 +48,7 @@ def answer(problem, network, tube, samples=(), sets=(), no_plan=None, kind="pac"
     claim = {"kind": kind, "statement": "a new rollout leaves the tube with probability at most 0.001", "n": 6905}
     parts = {"problem": problem, "network": network, "tube": tube, "claim": claim}
     rest = {"samples": list(samples), "sets": list(sets), "no_plan": no_plan}
-    return rehash(copy.deepcopy({"format": "parc_jax.answer/1", **parts, **rest}))
+    return rehash(json.loads(json.dumps({"format": "parc_jax.answer/1", **parts, **rest})))  # shares nothing
 
 
 def box_rows(lo, hi):
