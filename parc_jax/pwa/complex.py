@@ -19,8 +19,8 @@ class SignBits:
 
     def inherit(self, a: np.ndarray, b: np.ndarray) -> None:
         """Append points inside the edges (a, b): nonzero where an end is nonzero (the ends never disagree)."""
-        self.plus.append(self.plus.data[a] | self.plus.data[b])
-        self.minus.append(self.minus.data[a] | self.minus.data[b])
+        self.plus.append(self.plus.data.take(a, axis=0) | self.plus.data.take(b, axis=0))
+        self.minus.append(self.minus.data.take(a, axis=0) | self.minus.data.take(b, axis=0))
 
     def mark(self, column: int, codes: np.ndarray) -> None:
         """Set one column for the first len(codes) vertices. codes: uint8, 1 plus, 2 minus, 0 zero."""
@@ -49,7 +49,7 @@ class Level:
     """Faces of one dimension k >= 2 in one pool. Face 0 is a dummy that owns what is no longer used, and pool position 0.
 
     sub: pooled (k-1)-faces. own: face of each pool entry. start, size: where a face's row lies. first: a vertex of the face.
-    radius: see rounding.py.
+    radius: see rounding.py. home: cell of the complex at the start of the layer that contains the face.
     """
 
     def __init__(self, sub, size, first):
@@ -58,6 +58,7 @@ class Level:
         self.own = Growable(np.concatenate([[0], np.repeat(np.arange(len(size)), size)]))
         self.start, self.size = Growable(1 + np.cumsum(size) - size), Growable(size)
         self.first, self.radius = Growable(np.concatenate([[0], first])), Growable(np.zeros(len(size)))
+        self.home = Growable(np.zeros(len(size), int))
 
     @property
     def count(self) -> int:
@@ -81,11 +82,6 @@ class Level:
                 pool.n = live + 1
             self.start.data[: self.count] = 1 + ends - self.size.view
 
-    @property
-    def nbytes(self) -> int:
-        """Bytes held."""
-        return sum(getattr(self, name).nbytes for name in ("sub", "own", "start", "size", "first", "radius"))
-
 
 class Complex:
     """All faces of dimension 0..n. Mutable; lives only inside the subdivision.
@@ -100,7 +96,8 @@ class Complex:
         self.x, self.bits = Growable(x), bits
         self.z, self.rho = Growable(np.zeros((len(x), 0))), Growable(np.zeros(len(x)))
         self.a, self.b = Growable(np.concatenate([[0], a])), Growable(np.concatenate([[0], b]))
-        self.edge_radius = Growable(np.zeros(self.a.n))
+        self.edge_radius, self.edge_home = Growable(np.zeros(self.a.n)), Growable(np.zeros(self.a.n, int))
+        self.vertex_home = Growable(np.zeros(len(x), int))
         self.levels = levels
         self.label = Growable(label if self.n == 1 else np.concatenate([[-1], label]))
 
@@ -117,20 +114,49 @@ class Complex:
         """Distance bound of the k-faces, 0 <= k < n."""
         return self.rho if k == 0 else self.edge_radius if k == 1 else self.levels[k].radius
 
+    def home(self, k: int) -> Growable:
+        """A cell of the complex at the start of the layer that contains each k-face."""
+        return self.vertex_home if k == 0 else self.edge_home if k == 1 else self.levels[k].home
+
+    def settle(self) -> None:
+        """Start a layer: the cells of now are the homes of all faces."""
+        inside = np.arange(self.count(self.n)) - 1
+        for k in range(self.n, 0, -1):
+            self.home(k).data[: self.count(k)] = inside
+            below = np.zeros(self.count(k - 1), int)
+            if k > 1:
+                below[self.levels[k].sub.view] = inside[self.levels[k].own.view]
+            else:
+                below[self.a.view[1:]] = below[self.b.view[1:]] = inside[1:]
+            inside = below
+        self.vertex_home.data[: self.x.n] = inside
+
+    def signs_of_cells(self, words: np.ndarray) -> np.ndarray:
+        """OR of the vertices' bit words (V, m) over each cell: (cells, m)."""
+        words = words.take(self.a.view, axis=0) | words.take(self.b.view, axis=0)
+        for k in range(2, self.n + 1):
+            level = self.levels[k]
+            positions, ends = row_positions(level.start.view[1:], level.size.view[1:])
+            gathered = words.take(level.sub.data[positions], axis=0)
+            rows = np.bitwise_or.reduceat(gathered, ends - level.size.view[1:], axis=0)
+            words = np.concatenate([rows[:1], rows])
+        return words[1:]
+
     def rows(self, k: int) -> tuple[np.ndarray, np.ndarray]:
-        """Boundaries of all k-faces, dummy dropped: (k-1)-faces flat, and row sizes. Numbered from 0 on both sides."""
+        """Boundaries of all k-faces, dummy dropped: (k-1)-faces flat, and offsets. Numbered from 0 on both sides."""
         if k == 1:
             ends = np.stack([self.a.view[1:], self.b.view[1:]], axis=1)
-            return ends.ravel(), np.full(len(ends), 2)
+            return ends.ravel(), 2 * np.arange(len(ends) + 1)
         level = self.levels[k]
-        positions, _ = row_positions(level.start.view[1:], level.size.view[1:])
-        return level.sub.data[positions] - 1, level.size.view[1:].copy()
+        positions, ends = row_positions(level.start.view[1:], level.size.view[1:])
+        return level.sub.data[positions] - 1, np.concatenate([[0], ends])
 
     @property
     def nbytes(self) -> int:
-        """Bytes held by the complex."""
-        arrays = (self.x, self.z, self.rho, self.bits.plus, self.bits.minus, self.a, self.b, self.edge_radius, self.label)
-        return sum(array.nbytes for array in arrays) + sum(level.nbytes for level in self.levels.values())
+        """Bytes held by the complex, spare capacity included (a close count, asked for after every cut)."""
+        per_vertex = 8 * (self.n + self.z.data.shape[1] + 2 * self.bits.plus.data.shape[1] + 2)
+        pools = sum(16 * len(level.sub.data) + 40 * len(level.size.data) for level in self.levels.values())
+        return per_vertex * len(self.x.data) + 32 * len(self.a.data) + pools
 
     def set_values(self, z: np.ndarray) -> None:
         """Store the pre-activations (V, w) of a new layer."""

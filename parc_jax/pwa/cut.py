@@ -17,13 +17,13 @@ from parc_jax.pwa.growable import row_positions
 
 
 class Slack(NamedTuple):
-    """Rounding constants of one cut: eta, lip of its neuron, delta of a new point; threshold (V,) of the signs.
+    """Rounding constants of one cut: eta of its neuron, delta of a new point; threshold (V,) of the signs.
 
-    repair: called with the numbers of the new vertices, replaces floats that are too poor.
+    lip: of the neuron, in the given home cells. repair: called with the numbers of the new vertices, replaces floats that are too poor.
     """
 
     eta: float
-    lip: float
+    lip: Callable[[np.ndarray], np.ndarray]
     delta: float
     threshold: np.ndarray
     repair: Callable[[np.ndarray], None]
@@ -69,7 +69,8 @@ def _cut_edges(lattice: Complex, vertex_codes, column: int, z_column: int, slack
         return Halved(codes, np.empty(0, int), n_edges, n_vertices, np.empty(0), np.empty(0))
     ends = a[edges], b[edges]
     radius = lattice.edge_radius.data[edges] if lattice.n > 1 else np.zeros(count)
-    slope = _divide(lattice, *ends, radius, z_column, slack)
+    home = lattice.edge_home.data[edges]
+    slope = _divide(lattice, *ends, radius, home, z_column, slack)
     new = np.arange(n_vertices, n_vertices + count)
     slack.repair(new)
     flip = vertex_codes[ends[0]] == 2
@@ -78,6 +79,7 @@ def _cut_edges(lattice: Complex, vertex_codes, column: int, z_column: int, slack
     lattice.a.append(np.where(flip, ends[0], ends[1]))
     lattice.b.append(new)
     lattice.edge_radius.append(radius)
+    lattice.edge_home.append(home)
     _label_new(lattice, 0, count, column)
     if lattice.n == 2:
         lattice.label.append(lattice.label.data[edges])
@@ -86,17 +88,18 @@ def _cut_edges(lattice: Complex, vertex_codes, column: int, z_column: int, slack
     return Halved(codes, rank, n_edges, n_vertices, slope, lattice.rho.data[new])
 
 
-def _divide(lattice: Complex, p, q, radius, z_column: int, slack: Slack) -> np.ndarray:
+def _divide(lattice: Complex, p, q, radius, home, z_column: int, slack: Slack) -> np.ndarray:
     """New vertices where z vanishes on the edges (p, q). Returns slope bounds; appends floats and bits."""
     z = lattice.z.data
-    z_p, z_q, x_p = z[p], z[q], lattice.x.data[p]
-    step = lattice.x.data[q] - x_p
+    # take: several times faster than indexing for rows
+    z_p, z_q, x_p = z.take(p, axis=0), z.take(q, axis=0), lattice.x.data.take(p, axis=0)
+    step = lattice.x.data.take(q, axis=0) - x_p
     at_p, at_q = z_p[:, z_column], z_q[:, z_column]
     t = (at_p / (at_p - at_q))[:, None]
     drop = np.abs(at_p) + np.abs(at_q) - slack.threshold[p] - slack.threshold[q]
     length = np.sqrt((step * step).sum(axis=1)) + (lattice.rho.data[p] + lattice.rho.data[q])
     slope = np.maximum(drop * (1 - 1e-9), 0.0) / length
-    rho = _radius_of_zero(radius, slope, slack)
+    rho = _radius_of_zero(radius, slope, home, slack)
     z_q -= z_p
     z_q *= t
     z_q += z_p
@@ -105,14 +108,15 @@ def _divide(lattice: Complex, p, q, radius, z_column: int, slack: Slack) -> np.n
     lattice.x.append(step)
     lattice.z.append(z_q)
     lattice.rho.append(rho)
+    lattice.vertex_home.append(home)
     lattice.bits.inherit(p, q)
     return slope
 
 
-def _radius_of_zero(radius, slope, slack: Slack) -> np.ndarray:
+def _radius_of_zero(radius, slope, home, slack: Slack) -> np.ndarray:
     """radius(F0) from radius(F); infinite where the slope is not known to be positive."""
     known = slope > 0
-    reach = (slack.eta + slack.lip * radius) / np.where(known, slope, 1.0)
+    reach = (slack.eta + slack.lip(home) * radius) / np.where(known, slope, 1.0)
     return np.where(known, radius + reach * (1 + 1e-9) + slack.delta, np.inf)
 
 
@@ -139,7 +143,8 @@ def _cut_level(lattice, k, vertex_codes, no_zeros, below: Halved, two_below, col
     np.maximum.at(slope, cut_row, below.slope[cut_rank])
     np.maximum.at(rho, cut_row, below.rho[cut_rank])
     old_radius = level.radius.data[faces] if k < lattice.n else np.zeros(count)
-    zero_radius = np.minimum(_radius_of_zero(old_radius, slope, slack), rho)
+    home = level.home.data[faces]
+    zero_radius = np.minimum(_radius_of_zero(old_radius, slope, home, slack), rho)
     zero_sub, zero_row = below.zero0 + cut_rank, cut_row
     if not no_zeros:
         whole = (sub_codes == 1) | (sub_codes == 2)
@@ -148,7 +153,7 @@ def _cut_level(lattice, k, vertex_codes, no_zeros, below: Halved, two_below, col
         order = np.argsort(np.concatenate([zero_row, touch_row]), kind="stable")
         zero_sub = np.concatenate([zero_sub, touch])[order]
         zero_row = np.concatenate([zero_row, touch_row])[order]
-    first = _append_zero_faces(lattice, k - 1, zero_sub, np.bincount(zero_row, minlength=count), zero_radius)
+    first = _append_zero_faces(lattice, k - 1, zero_sub, np.bincount(zero_row, minlength=count), zero_radius, home)
     _label_new(lattice, k - 1, count, column)
 
     plus, minus = (sub_codes & 1) != 0, (sub_codes & 2) != 0
@@ -167,6 +172,7 @@ def _cut_level(lattice, k, vertex_codes, no_zeros, below: Halved, two_below, col
     level.first.data[faces] = first
     level.first.append(first)
     level.radius.append(old_radius)
+    level.home.append(home)
     if k == lattice.n - 1:
         lattice.label.append(lattice.label.data[faces])
     rank = np.empty(minus0, int)
@@ -182,7 +188,7 @@ def _codes(level: Level, vertex_codes, no_zeros: bool, sub_codes) -> tuple[np.nd
         is_cut = np.zeros(level.count, bool)
         is_cut[level.own.data[hits]] = True
         faces = np.flatnonzero(is_cut)
-        codes = vertex_codes[level.first.view]
+        codes = vertex_codes[level.first.view]  # of no use where the face is cut
         codes[faces] = 3
         return codes, faces
     entry = sub_codes[level.sub.view]
@@ -210,7 +216,7 @@ def _zero_faces(lattice, k, row, sub, two_below) -> tuple[np.ndarray, np.ndarray
     return pairs >> 40, pairs & ((1 << 40) - 1)
 
 
-def _append_zero_faces(lattice, k, sub, size, radius) -> np.ndarray:
+def _append_zero_faces(lattice, k, sub, size, radius, home) -> np.ndarray:
     """Append the new k-faces with the given boundaries; returns a vertex of each."""
     if k == 1:
         if not (size == 2).all():
@@ -219,6 +225,7 @@ def _append_zero_faces(lattice, k, sub, size, radius) -> np.ndarray:
         lattice.a.append(ends[:, 0])
         lattice.b.append(ends[:, 1])
         lattice.edge_radius.append(radius)
+        lattice.edge_home.append(home)
         return ends[:, 0]
     level = lattice.levels[k]
     starts = level.append_rows(sub, np.repeat(np.arange(level.count, level.count + len(size)), size), size)
@@ -228,6 +235,7 @@ def _append_zero_faces(lattice, k, sub, size, radius) -> np.ndarray:
     level.size.append(size)
     level.first.append(first)
     level.radius.append(radius)
+    level.home.append(home)
     return first
 
 

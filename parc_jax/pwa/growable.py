@@ -27,11 +27,6 @@ class Growable:
         self.data[self.n : end] = rows
         self.n = end
 
-    @property
-    def nbytes(self) -> int:
-        """Bytes held, spare capacity included."""
-        return self.data.nbytes
-
 
 def row_positions(start: np.ndarray, size: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Positions of the concatenated rows [start_i, start_i + size_i) and the ends of the rows in the result.

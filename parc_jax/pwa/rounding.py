@@ -14,47 +14,74 @@ radius(F0) <= r + (eta_p + lip_p r) / slope + delta with r = radius(F), slope <=
 any cut edge of F bound from below; rho of a new vertex is the same formula on its edge.
 """
 
+from typing import NamedTuple
+
 import numpy as np
 
 U = 2.0**-53  # unit roundoff
 PER_STEP = 6 * U  # rounding of a + t (b - a), relative to the larger end, with t a float
 SAFETY = 1 + 2.0**-20  # covers the rounding of the bounds themselves
+CHUNK_BYTES = 64 << 20  # working set of one chunk of cells
 TINY = 2.0**-1000  # underflow of products
 
 
-class LayerBound:
-    """Error constants of one layer. Every array is (w,), one entry per neuron.
+class LayerBound(NamedTuple):
+    """Error constants of one layer.
 
-    eta: (1). lip: (2), Euclidean. grad: (w, n) entrywise bound on the gradient. eta_norm, lip_norm: bounds on the
-    Euclidean norm of the whole layer's error vector and on the spectral norm of its Jacobian (tighter in deep networks).
+    eta, lip (w,): (1) and (2). eta_norm: bound on the Euclidean norm of the errors of all neurons at one vertex, often
+    sharper than that of eta in deep networks.
     """
 
-    def __init__(self, eta, eta_norm, lip, lip_norm, grad):
-        self.eta, self.eta_norm, self.lip, self.lip_norm, self.grad = eta, eta_norm, lip, lip_norm, grad
+    eta: np.ndarray
+    eta_norm: float
+    lip: np.ndarray
 
 
 def input_bound(n: int) -> LayerBound:
     """The inputs themselves: exact floats with unit gradients."""
-    return LayerBound(np.zeros(n), 0.0, np.ones(n), 1.0, np.eye(n))
+    return LayerBound(np.zeros(n), 0.0, np.ones(n))
 
 
-def layer_bound(W, b, before: LayerBound, h_max, z_max, n_cuts: int, x_max: float) -> LayerBound:
+def cell_gradients(weights, patterns: np.ndarray) -> np.ndarray:
+    """Euclidean norms (cells, w) of the gradients of the last of these layers in each cell, rounded up.
+
+    patterns: (cells, neurons of the layers before) bool.
+    """
+    n, norms = weights[0].shape[1], np.empty((len(patterns), len(weights[-1])))
+    size = np.abs(weights[0])
+    for later in weights[1:]:
+        size = np.abs(later) @ size
+    rounding = sum(4 + later.shape[1] for later in weights) * U * SAFETY * size
+    step = max(1, CHUNK_BYTES // (8 * n * max(len(later) for later in weights)))
+    for first in range(0, len(patterns), step):
+        chunk = patterns[first : first + step]
+        table, done = np.repeat(weights[0][:, None], len(chunk), axis=1), 0
+        for later in weights[1:]:
+            width = len(table)
+            table *= chunk[:, done : done + width].T[:, :, None]
+            table = (later @ table.reshape(width, -1)).reshape(len(later), len(chunk), n)
+            done += width
+        np.abs(table, out=table)
+        table += rounding[:, None]
+        norms[first : first + step] = np.sqrt((table * table).sum(axis=2)).T * SAFETY
+    return norms
+
+
+def layer_bound(W, b, before: LayerBound, lip, h_max, z_max, n: int, n_cuts: int, x_max: float) -> LayerBound:
     """Constants of a layer z = W h + b.
 
-    h_max (in,), z_max (w,): largest |h^|, |z^| over the vertices. n_cuts: hyperplanes cut in the whole run, a bound on
-    the length of interpolation chains. x_max: largest |coordinate|.
+    lip (w,): bounds on the Euclidean gradients over all cells. h_max (in,), z_max (w,): largest
+    |h^|, |z^| over the vertices. n_cuts: hyperplanes cut in the whole run, a bound on the length of interpolation chains.
+    x_max: largest |coordinate|.
     """
-    n, size = before.grad.shape[1], np.abs(W)
+    size = np.abs(W)
     norms, spectral = np.linalg.norm(W, axis=1), np.linalg.norm(W, 2) if W.size else 0.0
-    grad = size @ before.grad * SAFETY
-    lip = np.minimum(np.linalg.norm(grad, axis=1), norms * before.lip_norm) * SAFETY
-    lip_norm = min(float(np.linalg.norm(lip)), float(spectral) * before.lip_norm) * SAFETY
     forward = (W.shape[1] + 4) * U * (size @ h_max + np.abs(b))
     chains = len(b) * PER_STEP * z_max + lip * point_rounding(n, n_cuts, x_max)
     local = (forward + chains) * SAFETY + TINY * (size.sum(axis=1) > 0)
     eta = (np.minimum(size @ before.eta, norms * before.eta_norm) + local) * SAFETY
     eta_norm = min(float(np.linalg.norm(eta)), float(spectral * before.eta_norm + np.linalg.norm(local))) * SAFETY
-    return LayerBound(eta, eta_norm, lip, lip_norm, grad)
+    return LayerBound(eta, eta_norm, lip)
 
 
 def point_rounding(n: int, n_cuts: int, x_max: float) -> float:

@@ -9,7 +9,7 @@ from parc_jax.pwa.cut import Slack
 from parc_jax.pwa.exact import ExactNetwork, sign_code
 from parc_jax.pwa.rounding import LayerBound
 
-POOR = 2.0**-24  # a new vertex whose bound rho is larger than this (unit coordinates) is computed exactly at once
+POOR = 2.0**-10  # a new vertex whose bound rho is larger than this (unit coordinates) is computed exactly at once
 
 
 class SignOracle:
@@ -24,8 +24,12 @@ class SignOracle:
         self.points: dict[int, tuple[list[int], int]] = {}
         self.n_exact = self.n_repaired = self.n_signs = 0
 
-    def begin(self, layer: int | None, W, b, bound: LayerBound, first_column: int) -> None:
-        """Open a layer (None: the domain rows) with weights W (w, in), b (w,); its columns start at first_column."""
+    def begin(self, layer: int | None, W, b, bound: LayerBound, first_column: int, lip: np.ndarray) -> None:
+        """Open a layer (None: the domain rows) with weights W (w, in), b (w,); its columns start at first_column.
+
+        lip: (cells, w) bounds on the gradients in the cells of now, or (1, w) for all cells.
+        """
+        self.lip = lip
         self.layer, self.W, self.b, self.bound, self.first_column = layer, W, b, bound, first_column
         self.rows: dict[int, np.ndarray] = {}
         self.twins = _proportional(W, b)
@@ -40,9 +44,22 @@ class SignOracle:
         undecided = np.flatnonzero(~(np.abs(z) > threshold))
         self.n_signs += len(z)
         if len(undecided):
+            sharper = self.bound.eta[j] + self._lip(j, lattice.vertex_home.data[undecided]) * lattice.rho.data[undecided]
+            threshold[undecided] = sharper
+            undecided = undecided[~(np.abs(z[undecided]) > sharper)]
             codes[undecided] = self._decide(undecided, j)
-        repair = lambda new: self._repair(new, column + 1)  # noqa: E731
-        return codes, Slack(self.bound.eta[j], self.bound.lip[j], self.delta, threshold, repair)
+        slack = Slack(
+            eta=self.bound.eta[j],
+            lip=lambda home: self._lip(j, home),
+            delta=self.delta,
+            threshold=threshold,
+            repair=lambda new: self._repair(new, column + 1),
+        )
+        return codes, slack
+
+    def _lip(self, j: int, home) -> np.ndarray:
+        """Gradient bounds of neuron j in the given cells."""
+        return self.lip[home, j] if len(self.lip) > 1 else self.lip[0, j]
 
     def renumber(self, number: np.ndarray) -> None:
         """Vertices were dropped: number (V,) is the new number of each old one, -1 for dropped."""

@@ -5,13 +5,13 @@ import time
 import numpy as np
 
 from parc_jax.errors import BudgetError, InputError
-from parc_jax.pwa.assemble import build_table, lattice_volumes
-from parc_jax.pwa.complex import Complex
+from parc_jax.pwa.assemble import build_table, domain_volume
+from parc_jax.pwa.complex import Complex, unpack
 from parc_jax.pwa.cut import cut
 from parc_jax.pwa.domain import MAX_DIMENSION, box_complex, domain_rows
 from parc_jax.pwa.exact import ExactNetwork
 from parc_jax.pwa.prune import keep_minus
-from parc_jax.pwa.rounding import input_bound, layer_bound, point_rounding
+from parc_jax.pwa.rounding import LayerBound, cell_gradients, input_bound, layer_bound, point_rounding
 from parc_jax.pwa.signs import SignOracle
 from parc_jax.pwa.table import RegionTable
 from parc_jax.sets.box import Box
@@ -54,9 +54,9 @@ def enumerate_regions(
     oracle = SignOracle(lattice, ExactNetwork(A, b, weights, biases), point_rounding(net.n_in, n_columns, 1.0))
     if not is_box:
         _cut_domain(lattice, oracle, A[2 * net.n_in :], -b[2 * net.n_in :], n_columns, budget)
-    whole = float(np.prod(around.hi / scale - around.lo / scale)) if is_box else float(lattice_volumes(lattice)[0])
+    whole = float(np.prod(around.hi / scale - around.lo / scale)) if is_box else domain_volume(lattice)
     _cut_layers(lattice, oracle, weights, biases, n_rows, n_columns, budget)
-    return build_table(net, domain, lattice, oracle, scale, whole, first_row=0 if is_box else 2 * net.n_in, n_rows=n_rows)
+    return build_table(net, domain, lattice, oracle, scale, whole, first_row=0 if is_box else 2 * net.n_in)
 
 
 class Budget:
@@ -84,8 +84,7 @@ def _cut_domain(lattice: Complex, oracle: SignOracle, A, minus_b, n_columns: int
     """Cut the box down to {A y + minus_b <= 0}, row by row."""
     first = 2 * lattice.n
     lattice.set_values(lattice.x.view @ A.T + minus_b)
-    bound = layer_bound(A, minus_b, input_bound(lattice.n), np.ones(lattice.n), np.abs(lattice.z.view).max(axis=0), n_columns, 1.0)
-    oracle.begin(None, A, minus_b, bound, first)
+    _open_layer(lattice, oracle, None, [A], minus_b, input_bound(lattice.n), np.ones(lattice.n), first, n_columns)
     for j in range(len(A)):
         codes, slack = oracle.codes(j)
         if not (codes == 2).any():
@@ -98,19 +97,30 @@ def _cut_domain(lattice: Complex, oracle: SignOracle, A, minus_b, n_columns: int
         raise InputError("domain: expected a bounded polytope; it reaches past every bound found for it. Add rows, or use a Box.")
 
 
-def _cut_layers(lattice: Complex, oracle: SignOracle, weights, biases, n_rows: int, n_columns: int, budget: Budget) -> None:
+def _cut_layers(lattice: Complex, oracle: SignOracle, weights, biases, n_rows: int, n_columns: int, budget: Budget):
     column, bound, h = n_rows, input_bound(lattice.n), lattice.x.view
-    for layer, (W, b) in enumerate(zip(weights, biases, strict=True)):
-        lattice.set_values(h @ W.T + b)
-        h_max, z_max = np.abs(h).max(axis=0, initial=0.0), np.abs(lattice.z.view).max(axis=0)
-        bound = layer_bound(W, b, bound, h_max, z_max, n_columns, 1.0)
-        oracle.begin(layer, W, b, bound, column)
+    for layer, b in enumerate(biases):
+        lattice.set_values(h @ weights[layer].T + b)
+        h_max = np.abs(h).max(axis=0, initial=0.0)
+        bound = _open_layer(lattice, oracle, layer, weights[: layer + 1], b, bound, h_max, column, n_columns)
         for j in range(len(b)):
             codes, slack = oracle.codes(j)
-            if not (codes == codes[0]).all():
+            if (codes == 1).any() and (codes == 2).any():
                 cut(lattice, codes, column, j, slack)
             lattice.bits.mark(column, codes)
             column += 1
             budget.check(lattice, column, n_columns)
         # by the exact sign, not by the float's: a neuron of sign 0 feeds exactly 0 forward
         h = lattice.z.view * lattice.bits.is_plus(column - len(b), column)
+
+
+def _open_layer(lattice, oracle, layer, weights, b, before: LayerBound, h_max, column: int, n_columns: int) -> LayerBound:
+    """Bounds of the layer whose values the complex holds; `weights` are those of all layers up to it."""
+    lattice.settle()
+    done = sum(len(W) for W in weights[:-1])
+    patterns = unpack(lattice.signs_of_cells(lattice.bits.plus.view), column)[:, column - done :]
+    lip = cell_gradients(weights, patterns[: 1 if len(weights) == 1 else None])
+    z_max = np.abs(lattice.z.view).max(axis=0)
+    bound = layer_bound(weights[-1], b, before, lip.max(axis=0), h_max, z_max, lattice.n, n_columns, 1.0)
+    oracle.begin(layer, weights[-1], b, bound, column, lip)
+    return bound

@@ -7,6 +7,7 @@ from flax import struct
 
 from parc_jax.errors import BudgetError, InputError
 from parc_jax.network.relu import ReLUNetwork
+from parc_jax.pwa.incidence import face_vertices
 from parc_jax.pwa.locate import PatternIndex, inside_domain
 from parc_jax.pwa.maps import affine_maps, facet_rows
 from parc_jax.pwa.proof import Completeness
@@ -20,19 +21,17 @@ MAX_MAP_BYTES = 2 << 30  # `C` and `d` of all regions are refused beyond this; `
 class RegionTable:
     """All r regions of a network over a domain, proved complete. Made by `enumerate_regions`.
 
-    Ragged arrays are flat with offsets: item i of region j sits at flat[offsets[j] + i]. A region is the convex hull of its
-    vertices; a facet between two regions is stored once.
+    Ragged arrays are flat with offsets: row j is flat[offsets[j] : offsets[j + 1]]. Faces of all dimensions are stored
+    once, shared by the regions they bound; n-faces are the regions, (n-1)-faces the facets, 0-faces the points.
 
-    net, domain:        what was enumerated.
-    patterns:           (r, n_hidden) bool, active neurons; a neuron that is 0 on the whole region counts as inactive.
-    volumes:            (r,)
-    points:             (V, n) all vertices; point_error (V,): bound on the Euclidean distance to the exact ones, largest axis = 1.
-    vertex_index:       points of the regions; vertex_offsets (r + 1,)
-    facet_index:        facets of the regions; facet_offsets (r + 1,)
-    facet_label:        (f,) hidden neuron whose hyperplane carries the facet, or -1 - (domain row).
-    facet_regions:      (f, 2) the regions on its two sides, -1 for outside.
-    facet_vertex_index: points of the facets; facet_vertex_offsets (f + 1,)
-    proof:              Completeness
+    net, domain:   what was enumerated.
+    patterns:      (r, n_hidden) bool, active neurons; a neuron that is 0 on a whole region counts as inactive there.
+    volumes:       (r,)
+    points:        (V, n) all vertices; point_error (V, n): proved bound on the distance to the exact ones, per axis.
+    boundaries:    per k = 1..n: the (k-1)-faces of every k-face, flat, and offsets.
+    facet_label:   (f,) hidden neuron whose hyperplane carries the facet, or -1 - (row of the domain).
+    facet_regions: (f, 2) the regions on its two sides, -1 for outside.
+    proof:         Completeness
     """
 
     net: ReLUNetwork
@@ -41,20 +40,43 @@ class RegionTable:
     volumes: np.ndarray
     points: np.ndarray
     point_error: np.ndarray
-    vertex_index: np.ndarray
-    vertex_offsets: np.ndarray
-    facet_index: np.ndarray
-    facet_offsets: np.ndarray
+    boundaries: tuple[tuple[np.ndarray, np.ndarray], ...]
     facet_label: np.ndarray
     facet_regions: np.ndarray
-    facet_vertex_index: np.ndarray
-    facet_vertex_offsets: np.ndarray
     proof: Completeness
 
     @property
     def count(self) -> int:
         """Number of regions r."""
         return len(self.patterns)
+
+    @property
+    def facet_index(self) -> np.ndarray:
+        """Facets of the regions, flat with `facet_offsets`."""
+        return self.boundaries[-1][0]
+
+    @property
+    def facet_offsets(self) -> np.ndarray:
+        """Offsets (r + 1,) of everything that has one entry per facet of a region: facet_index, A, b, neighbours."""
+        return self.boundaries[-1][1]
+
+    def face_vertices(self, k: int) -> tuple[np.ndarray, np.ndarray]:
+        """Points of all k-faces, k = 0..n, flat with offsets."""
+        return face_vertices(self.boundaries, len(self.points), k)
+
+    @cached_property
+    def _region_vertices(self) -> tuple[np.ndarray, np.ndarray]:
+        return self.face_vertices(self.net.n_in)
+
+    @property
+    def vertex_index(self) -> np.ndarray:
+        """Points of the regions, flat with `vertex_offsets`; computed on first use."""
+        return self._region_vertices[0]
+
+    @property
+    def vertex_offsets(self) -> np.ndarray:
+        """Offsets (r + 1,) of vertex_index and vertices."""
+        return self._region_vertices[1]
 
     @cached_property
     def vertices(self) -> np.ndarray:

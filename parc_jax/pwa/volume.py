@@ -1,9 +1,9 @@
 """Volumes of all cells at once, by pyramids over the face lattice.
 
 A k-face F with a vertex c is the union of the pyramids from c over its facets G, so its k-vector (volume times unit
-k-vector) is M(F) = (1/k) sum_G +-(p_G - c) ^ M(G) with p_G any point of G; all terms are parallel, and the signs are those
-that make them point the same way. For k = n the k-vector is a number and vol(F) = (1/n) sum_G |(p_G - c) ^ M(G)|.
-Each face is treated once, however many cells share it. Rounding: about u times the surface times the diameter.
+k-vector) is M(F) = (1/k) sum_G +-(p_G - c) ^ M(G) with p_G any point of G; all terms are parallel, and the signs are
+those that make them point the same way. For k = n it is a number: vol(F) = (1/n) sum_G |(p_G - c) ^ M(G)|. Each face
+is treated once, however many cells share it. Rounding: about u times the surface times the diameter.
 """
 
 from functools import lru_cache
@@ -12,36 +12,52 @@ from itertools import combinations
 import numpy as np
 
 
-def cell_volumes(x: np.ndarray, rows: dict[int, tuple[np.ndarray, np.ndarray]]) -> np.ndarray:
-    """Volumes (r,) of the n-faces. x: (V, n). rows[k]: boundaries of all k-faces, flat, and row sizes (no empty row)."""
+CHUNK = 1 << 15  # boundary entries treated at once, so that the working set stays in cache
+
+
+def cell_volumes(x: np.ndarray, boundaries) -> np.ndarray:
+    """Volumes (r,) of the n-faces. x: (V, n). boundaries[k - 1]: (k-1)-faces of the k-faces, flat, and offsets."""
     n = x.shape[1]
-    ends = rows[1][0].reshape(-1, 2)
+    ends = boundaries[0][0].reshape(-1, 2)
     apex, vector = ends[:, 0], x[ends[:, 1]] - x[ends[:, 0]]
-    if n == 1:
-        return np.abs(vector[:, 0])
     for k in range(2, n + 1):
-        sub, size = rows[k]
-        start = np.cumsum(size) - size
-        top = apex[sub[start]]
-        terms = _wedge(x[apex[sub]] - np.repeat(x[top], size, axis=0), vector[sub], k)
-        apex = top
-        if k < n:
-            # the component that is largest over the whole face tells the orientation of each term
-            weight = np.add.reduceat(np.abs(terms), start, axis=0)
-            lead = np.repeat(weight.argmax(axis=1), size)
-            terms *= np.sign(np.take_along_axis(terms, lead[:, None], axis=1))
-        else:
-            np.abs(terms, out=terms)
-        vector = np.add.reduceat(terms, start, axis=0) / k
-    return vector[:, 0]
+        sub, offsets = boundaries[k - 1]
+        top, out = apex[sub[offsets[:-1]]], np.empty((len(offsets) - 1, len(_wedge_table(n, k))))
+        for first, last in _chunks(offsets):
+            entry = sub[offsets[first] : offsets[last]]
+            here = np.repeat(top[first:last], np.diff(offsets[first : last + 1]))
+            to_facet = x.take(apex[entry], axis=0) - x.take(here, axis=0)
+            terms = _wedge(to_facet.T.copy(), vector.take(entry, axis=0).T.copy(), k)
+            out[first:last] = _add_parallel(terms, offsets[first : last + 1] - offsets[first]).T
+        apex, vector = top, out / k
+    return np.abs(vector[:, 0])
+
+
+def _add_parallel(terms: np.ndarray, offsets: np.ndarray) -> np.ndarray:
+    """Sum (C, rows) of parallel vectors, terms (C, m), over the rows of `offsets`, all turned to point the same way."""
+    weight = np.add.reduceat(np.abs(terms), offsets[:-1], axis=1)
+    if len(terms) == 1:
+        return weight
+    # the component that is largest over the whole row tells the orientation of each term
+    lead = np.repeat(weight.argmax(axis=0), np.diff(offsets))
+    orientation = np.sign(np.take_along_axis(terms, lead[None], axis=0))
+    return np.add.reduceat(terms * orientation, offsets[:-1], axis=1)
+
+
+def _chunks(offsets: np.ndarray):
+    """Row ranges of about CHUNK entries each."""
+    cuts = np.searchsorted(offsets, np.arange(0, offsets[-1], CHUNK))
+    cuts = np.unique(np.append(cuts, len(offsets) - 1))
+    return zip(cuts[:-1], cuts[1:], strict=True)
 
 
 def _wedge(v: np.ndarray, M: np.ndarray, k: int) -> np.ndarray:
-    """v ^ M: v (m, n) vectors, M (m, C(n, k - 1)) in the basis of index sets in lexicographic order -> (m, C(n, k))."""
-    out = np.zeros((len(v), len(_wedge_table(v.shape[1], k))))
-    for column, terms in zip(out.T, _wedge_table(v.shape[1], k), strict=True):
+    """v ^ M by components: (n, m), (C(n, k - 1), m) -> (C(n, k), m); index sets in lexicographic order."""
+    table = _wedge_table(len(v), k)
+    out = np.zeros((len(table), v.shape[1]))
+    for component, terms in zip(out, table, strict=True):
         for sign, axis, rest in terms:
-            column += sign * (v[:, axis] * M[:, rest])
+            component += v[axis] * M[rest] if sign > 0 else -v[axis] * M[rest]
     return out
 
 
