@@ -10,12 +10,13 @@ DEPTH = 1e-9  # [m] far above rounding of these scenes, far below anything that 
 
 
 def array(x):
-    return np.array([[float(v) for v in row] for row in build.value(x)])
+    """Nested number strings as a float array."""
+    return np.array([array(v) if isinstance(v, list) else float(build.value(v)) for v in x])
 
 
 def polygon(obstacle):
     """Vertices of {A x <= b} in the plane, () if it is empty; it must be bounded."""
-    A, b = array(obstacle["A"]), np.array([float(v) for v in build.value(obstacle["b"])])
+    A, b = array(obstacle["A"]), array(obstacle["b"])
     points = []
     for i in range(len(b)):
         for j in range(i):
@@ -62,6 +63,8 @@ class Oracle:
 
     def __init__(self, answer):
         self.problem, self.network, self.tube = answer["problem"], answer["network"], answer["tube"]
+        self.layers = [(array(W), array(b)) for W, b in zip(*self.network.values(), strict=True)]
+        self.edges, self.interval, self.final = ([array(v) for v in self.tube[key]] for key in self.tube)
         body = self.problem["body"]
         self.radius = float(build.value(body["radius"])) if "radius" in body else 0.0
         shape = -array(body["vertices"]) if "vertices" in body else np.zeros((1, 2))
@@ -71,33 +74,53 @@ class Oracle:
             base = polygon(obstacle)
             self.grown.append((first, last, base if len(base) == 0 else (base[:, None] + shape[None]).reshape(-1, 2)))
 
+    def path(self, p0, k):
+        """(knots (T + 1, 2), q) of a plan."""
+        x = k
+        for depth, (W, b) in enumerate(self.layers, 1):
+            x = W @ x + b
+            x = np.maximum(x, 0) if depth < len(self.layers) else x
+        T = self.problem["steps"]
+        return p0[None] + np.vstack([np.zeros((1, 2)), x[: 2 * T].reshape(T, 2)]), x[2 * T :]
+
+    def widths(self, k):
+        """Largest widths (interval, final) of the closed bins that contain k."""
+        bins = [0]
+        for edge, x in zip(self.edges, k, strict=True):
+            inside = [i for i in range(len(edge) - 1) if edge[i] <= x <= edge[i + 1]]
+            bins = [n * (len(edge) - 1) + i for n in bins for i in inside]
+        return np.max([self.interval[b] for b in bins], 0), np.max([self.final[b] for b in bins], 0)
+
     def gap(self, knots, interval):
-        """Smallest distance of a path to the obstacles grown by body and widths; negative in contact."""
-        knots, gap = np.array([[float(v) for v in p] for p in knots]), np.inf
+        """Smallest distance of a path to the obstacles grown by body and widths, at most 0.1; negative in contact."""
+        gap = 0.1
         for first, last, base in self.grown:
             for t in range(first, last + 1) if len(base) else ():
-                e = np.array([float(v) for v in interval[t]])
-                corners = np.array([[1, 1], [1, -1], [-1, 1], [-1, -1]]) * e[None]
+                reach = interval[t] + self.radius + gap
+                ends = knots[t : t + 2]
+                if (ends.max(0) + reach < base.min(0)).any() or (ends.min(0) - reach > base.max(0)).any():
+                    continue  # too far away to matter
+                corners = np.array([[1, 1], [1, -1], [-1, 1], [-1, -1]]) * interval[t][None]
                 share = np.linspace(0, 1, 201)[:, None]
-                segment = (1 - share) * knots[t][None] + share * knots[t + 1][None]
+                segment = (1 - share) * ends[0][None] + share * ends[1][None]
                 vertices = hull((base[:, None] + corners[None]).reshape(-1, 2))
                 gap = min(gap, distance(vertices, segment).min() - self.radius)
         return gap
 
     def margin(self, knots, q, final):
         """Smallest slack of the goal and start rows, normalised; negative if missed."""
-        end, slack = [*knots[-1], *q], np.inf
-        for rows, x, e in ((self.problem["goal"], end, final), (self.problem["start"], knots[0], [0] * len(knots[0]))):
-            for a, b in zip(build.value(rows["A"]), build.value(rows["b"]), strict=True) if rows else ():
-                size = float(max(map(abs, a))) or 1.0
-                slack = min(slack, float(b - build.dot(a, x) - build.dot(map(abs, a), e)) / size)
+        end, slack = np.concatenate([knots[-1], q]), np.inf
+        for rows, x, e in ((self.problem["goal"], end, final), (self.problem["start"], knots[0], np.zeros(2))):
+            if rows is not None:
+                A = array(rows["A"])
+                size = np.maximum(np.abs(A).max(1), 1e-300)
+                slack = min(slack, ((array(rows["b"]) - A @ x - np.abs(A) @ e) / size).min())
         return slack
 
     def safe(self, p0, k):
         """False if the plan is seen to fail by more than rounding could explain."""
-        lo, hi = (build.value(self.problem["domain"][side]) for side in ("lo", "hi"))
-        if not all(a <= x <= b for a, x, b in zip(lo, k, hi, strict=True)):
+        p0, k = np.array(p0, float), np.array(k, float)
+        if (k < array(self.problem["domain"]["lo"])).any() or (k > array(self.problem["domain"]["hi"])).any():
             return False
-        knots, q = build.path(self.problem, self.network, p0, k)
-        interval, final = build.widths(self.tube, k)
+        (knots, q), (interval, final) = self.path(p0, k), self.widths(k)
         return bool(self.margin(knots, q, final) >= -DEPTH and self.gap(knots, interval) >= -DEPTH)
