@@ -13,8 +13,9 @@ ACTION = jnp.array([0.8, 0.6])
 
 def test_reward_is_progress_plus_hovering_minus_effort():
     env = HoverEnv(law="none", redraw=0.0)
-    state = jax.jit(env.step)(env.reset(jax.random.PRNGKey(0)), ACTION)  # the first step redraws: start from the second
-    before, state = state.pipeline_state, jax.jit(env.step)(state, ACTION)
+    step = jax.jit(env.step)
+    state = step(jax.jit(env.reset)(jax.random.PRNGKey(0)), ACTION)  # the first step redraws: start from the second
+    before, state = state.pipeline_state, step(state, ACTION)
     after = state.pipeline_state
     d0, d1 = float(before.distance), float(after.distance)
     r = float(after.vessel.velocity[2])
@@ -58,7 +59,7 @@ def test_stock_wrappers_do_not_repeat_the_first_task():
     with jax.numpy_dtype_promotion("standard"):  # Brax mixes integer and float types
         env = training.wrap(HoverEnv(redraw=0.0), episode_length=3)
         step = jax.jit(env.step)
-        state, goals, done = env.reset(jax.random.split(jax.random.PRNGKey(2), 4)), [], []
+        state, goals, done = jax.jit(env.reset)(jax.random.split(jax.random.PRNGKey(2), 4)), [], []
         for _ in range(9):
             state = step(state, jnp.tile(ACTION, (4, 1)))
             goals.append(np.asarray(state.pipeline_state.goal))
@@ -75,6 +76,6 @@ def test_environment_over_mjx_is_the_one_over_the_twin():
     def run(plant):
         env = HoverEnv(plant, law="full", redraw=0.3)
         scan = jax.jit(lambda s: jax.lax.scan(lambda s, _: (env.step(s, ACTION), s.obs), s, None, length=10)[1])
-        return np.asarray(scan(env.reset(jax.random.PRNGKey(3))))
+        return np.asarray(scan(jax.jit(env.reset)(jax.random.PRNGKey(3))))
 
     np.testing.assert_allclose(run("mjx"), run("ode"), atol=1e-10)

@@ -72,21 +72,21 @@ def test_training_goes_on_from_its_checkpoint(tmp_path):
     assert "warp" not in first.stdout
     before = load_policy(tmp_path / "hover.npz")
 
-    again = command(tmp_path, "--steps", "16384")
+    again = command(tmp_path, "--steps", "20480")
     assert again.returncode == 0, again.stderr
     record = json.loads((tmp_path / "hover_training.json").read_text())
-    assert record["resumed_at"] == [8192]
+    assert record["resumed_at"] == [10240]
     assert [row["steps"] for row in record["history"]] == sorted({row["steps"] for row in record["history"]})
-    assert record["history"][-1]["steps"] >= 16384
+    assert record["history"][-1]["steps"] >= 20480
     after = load_policy(tmp_path / "hover.npz")
     step = np.abs(after.weights[1] - before.weights[1]).max()
     assert 0 < step < 0.2  # further from where it was, not from nothing
 
-    nothing_left = command(tmp_path, "--steps", "16384")
+    nothing_left = command(tmp_path, "--steps", "20480")
     assert nothing_left.returncode == 0
     assert np.array_equal(load_policy(tmp_path / "hover.npz").weights[1], after.weights[1])
 
-    other = command(tmp_path, "--steps", "16384", "--seed", "1")
+    other = command(tmp_path, "--steps", "20480", "--seed", "1")
     assert other.returncode != 0
     assert "seed differ" in other.stderr
 
