@@ -1,7 +1,7 @@
 """The two stateful control laws. Both act, and update their memory, at every evaluation of the right-hand side.
 
-Four evaluations make one Runge-Kutta step, so the steering may move by four times STEER_STEP in 0.01 s, and the drive law
-alternates between two forces from stage to stage. Evaluating a law once per step gives a different vehicle.
+Four evaluations make one Runge-Kutta step, so the steering may move by four times STEER_STEP in 0.01 s, and the drive
+law alternates between two forces from stage to stage. Evaluating a law once per step gives a different vehicle.
 """
 
 from typing import NamedTuple
@@ -10,14 +10,11 @@ import jax
 import jax.numpy as jnp
 
 from sims.drift_parking import params as c
-from sims.drift_parking import tyre
 from sims.drift_parking.ilqr import Input
 from sims.drift_parking.vehicle import Plant, State, rates
 
-
-START = State(
-    x=0.0, y=0.0, yaw=0.0, yaw_rate=0.0, speed=0.1, sideslip=0.0, ux=0.0, uy=0.0
-)  # V and ux disagree on purpose
+# At rest; V and ux disagree on purpose.
+START = State(x=0.0, y=0.0, yaw=0.0, yaw_rate=0.0, speed=0.1, sideslip=0.0, ux=0.0, uy=0.0)
 
 
 class Track(NamedTuple):
@@ -54,8 +51,8 @@ def after_start() -> tuple[State, Track]:
     """State at 0.01 s and law memory after step 0, the start from rest, in closed form.
 
     At stage 4 of step 0 the car has no forward speed and a lateral speed that is a rounding residue; its sign saturates
-    both axles sideways. The outcome depends on that sign only, so the kick is prescribed: stages 2, 3, 4 drive forward with
-    the largest force every other stage, and stage 4 adds the lateral kick.
+    both axles sideways. The outcome depends on that sign only, so the kick is prescribed: stages 2, 3 and 4 have the
+    rates that the largest drive force causes, and stage 4 adds the lateral kick.
     """
     h, launch = c.STEP, c.DRIVE_MAX / c.MASS
     rear = (c.GRIP_REAR**2 - c.DRIVE_MAX**2) ** 0.5

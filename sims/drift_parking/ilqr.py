@@ -1,7 +1,7 @@
 """Receding-horizon controller: iLQR over five kinematic steps, warm-started from the last solve.
 
-Arrays carry the horizon first and any lanes (trajectories) last, and all arithmetic is elementwise over lanes, written out
-per entry: most entries of the 4-by-4 algebra are known zeros, and XLA fuses the rest into a few vector loops.
+Arrays carry the horizon first and any lanes (trajectories) last, and all arithmetic is elementwise over lanes, written
+out per entry: many entries of the 4-by-4 algebra are known zeros, and XLA fuses the rest into a few vector loops.
 """
 
 from typing import NamedTuple
@@ -133,36 +133,37 @@ def _roll_out(now, states, inputs, gains, steps, epsilon, reference, unroll=1):
 def _backward(states, inputs, reference):
     """Riccati sweep: (open-loop steps (5, *lanes), feedback gains, expected reduction G). Hs is G / 2.
 
-    With k = -Quu^-1 Qu and K = -Quu^-1 Qux the value updates collapse to v = Qx + Qux' k and M = Qxx + Qux' K, symmetric.
-    The previous input counts as a constant in the expansion.
+    With k = -Quu^-1 Qu and K = -Quu^-1 Qux the value updates collapse to v = Qx + Qux' k and M = Qxx + Qux' K, which is
+    symmetric. The previous input counts as a constant in the expansion.
     """
-    changes = jax.tree.map(lambda a: jnp.concatenate([jnp.zeros_like(a[:1]), a[1:] - a[:-1]]), inputs)
-    end = jax.tree.map(lambda a, b: FINAL_WEIGHT * (a - b), _at(states, -1), _at(reference, -1))
+    # Jacobians: I + [a13 a14; a23 a24; a34] in the last two columns, and [(4,1) = T; (3,2) = b]. Before the loop, so
+    # that its many outputs do not each recompute the trigonometry.
+    sin, cos = trig.sincos(states.yaw[:-1])
+    tan, speed = trig.tan(inputs.steer), states.speed[:-1]
+    jacobians = (-T * speed * sin, T * cos, T * speed * cos, T * sin)
+    jacobians += (T / c.WHEELBASE * tan, T / c.WHEELBASE * speed * (1.0 + tan * tan))
+    errors = jax.tree.map(lambda a, b: STATE_WEIGHT * (a - b)[:-1], states, reference)
+    changes = jax.tree.map(lambda a: CHANGE_WEIGHT * jnp.concatenate([jnp.zeros_like(a[:1]), a[1:] - a[:-1]]), inputs)
+    end = jax.tree.map(lambda a, b: FINAL_WEIGHT * (a - b)[-1], states, reference)
     zero = jnp.zeros_like(end.x)
     weight = zero + FINAL_WEIGHT
     hessian = (weight, zero, zero, zero, weight, zero, zero, weight, zero, weight)  # upper triangle, row by row
 
     def step(carry, row):
         (v1, v2, v3, v4), (m11, m12, m13, m14, m22, m23, m24, m33, m34, m44), expected = carry
-        xi, u, change, target = row
-        # Jacobians: I + [a13 a14; a23 a24; a34] in the last two columns, and [(4,1) = T; (3,2) = b].
-        sin, cos = trig.sincos(xi.yaw)
-        tan = trig.tan(u.steer)
-        a13, a14, a23, a24 = -T * xi.speed * sin, T * cos, T * xi.speed * cos, T * sin
-        a34, b = T / c.WHEELBASE * tan, T / c.WHEELBASE * xi.speed * (1.0 + tan * tan)
+        (a13, a14, a23, a24, a34, b), error, change = row
         # Last two columns of M A; the first two are those of M.
         p13, p14 = m11 * a13 + m12 * a23 + m13, m11 * a14 + m12 * a24 + m13 * a34 + m14
         p23, p24 = m12 * a13 + m22 * a23 + m23, m12 * a14 + m22 * a24 + m23 * a34 + m24
         p33, p34 = m13 * a13 + m23 * a23 + m33, m13 * a14 + m23 * a24 + m33 * a34 + m34
         p43, p44 = m14 * a13 + m24 * a23 + m34, m14 * a14 + m24 * a24 + m34 * a34 + m44
-        error = jax.tree.map(lambda a, b: STATE_WEIGHT * (a - b), xi, target)
         qx = (
             error.x + v1,
             error.y + v2,
             error.yaw + a13 * v1 + a23 * v2 + v3,
             error.speed + a14 * v1 + a24 * v2 + a34 * v3 + v4,
         )
-        qa, qs = CHANGE_WEIGHT * change.accel + T * v4, CHANGE_WEIGHT * change.steer + b * v3
+        qa, qs = change.accel + T * v4, change.steer + b * v3
         qax, qsx = (T * m14, T * m24, T * p43, T * p44), (b * m13, b * m23, b * p33, b * p34)
         qaa, qas, qss = CHANGE_WEIGHT + T * T * m44, T * b * m34, CHANGE_WEIGHT + b * b * m33
         scale = 1.0 / (qaa * qss - qas * qas)
@@ -186,8 +187,8 @@ def _backward(states, inputs, reference):
         hessian = tuple(q + qax[r] * gain_a[col] + qsx[r] * gain_s[col] for (r, col), q in qxx.items())
         return (v, hessian, expected - (qa * ka + qs * ks)), (Input(ka, ks), Input(Pose(*gain_a), Pose(*gain_s)))
 
-    rows = (_head(states), inputs, changes, _head(reference))
-    (_, _, expected), (steps, gains) = jax.lax.scan(step, (tuple(end), hessian, zero), rows, reverse=True)
+    start, rows = (tuple(end), hessian, zero), (jacobians, errors, changes)
+    (_, _, expected), (steps, gains) = jax.lax.scan(step, start, rows, reverse=True)
     return steps, gains, expected
 
 

@@ -1,9 +1,9 @@
-"""Backtracking along 1, 0.95, 0.95^2, ...: the first step length whose cost falls by enough, without trying them all.
+"""Backtracking along 1, 0.95, 0.95^2, ...: the first step length that lowers the cost enough, without trying them all.
 
-A plain search costs some twenty evaluations per sweep and 59 whenever none is accepted, which ends most solves. The gain is a
-smooth function of the step length, so five evaluations give an interpolant; every length it rejects by a wide margin is
-skipped, and from the first one that might pass on the true cost decides. Near a pole of the steering's tangent the
-interpolant does not settle, the margin grows, and the search is the plain one.
+A plain search costs some twenty evaluations per sweep, and 59 when no length passes, which ends most solves. The gain is
+a smooth function of the step length, so five evaluations give an interpolant; every length that it rejects by a wide
+margin is skipped, and from the first one that might pass on the true cost decides. Near a pole of the tangent of the
+steering the interpolant does not settle, the margin grows, and the search is the plain one.
 """
 
 import jax
@@ -34,7 +34,7 @@ _TO_LENGTHS = np.polynomial.chebyshev.chebvander(2.0 * LENGTHS[1:] - 1.0, 4)
 def first_accepted(cost_at, cost, expected, running):
     """(step length, accepted) per lane; lanes that are not running are never accepted.
 
-    cost_at: step length -> cost. cost: at length zero. expected: G > 0; the reduction expected at length e is e G + e^2 G / 2.
+    cost_at: step length -> cost. cost: at length zero. expected: G > 0; length e promises a reduction e G + e^2 G / 2.
     """
 
     def accepts(epsilon, new_cost):
@@ -45,8 +45,7 @@ def first_accepted(cost_at, cost, expected, running):
     accepted = running & accepts(epsilon, full_cost)
 
     def skip_ahead(epsilon):
-        nodes = jnp.asarray(NODES, cost.dtype)
-        node_costs = jnp.concatenate([jax.lax.map(cost_at, nodes[:-1]), full_cost[None]])
+        node_costs = [cost_at(jnp.full_like(cost, node)) for node in NODES[:-1]] + [full_cost]
         # Surplus per unit length: positive where the ratio is above ACCEPT_RATIO.
         surplus = [
             (cost - node_costs[i]) / NODES[i] - ACCEPT_RATIO * expected * (1.0 + 0.5 * NODES[i])

@@ -10,7 +10,7 @@ from sims.drift_parking import params as c
 # MuJoCo's acceleration is the unconstrained one. The yaw joint passes through the centre of mass.
 MODEL = f"""
 <mujoco model="drift_parking">
-  <option timestep="{c.STEP}" gravity="0 0 0">
+  <option jacobian="sparse" timestep="{c.STEP}" gravity="0 0 0">
     <flag contact="disable" constraint="disable"/>
   </option>
   <worldbody>

@@ -19,15 +19,18 @@ from sims.drift_parking.vehicle import Plant, State, advance
 # Classical Runge-Kutta: weight of each evaluation, and offset of the evaluation after it.
 WEIGHTS = c.STEP * np.array([1.0, 2.0, 2.0, 1.0]) / 6.0
 NEXT_OFFSETS = c.STEP * np.array([0.5, 0.5, 1.0, 0.0])
-# Plan index j is solved in step 10 j - 5 before evaluation 1; j = 6..12 in step 10 j - 6 before evaluation 3. (The solve
-# belongs at t = 0.1 j - 0.05, and the rounding of accumulated times decides which of the two evaluations sees it first.)
+# Plan index j is solved in step 10 j - 5 before evaluation 1; j = 6..12 in step 10 j - 6 before evaluation 3. (It is
+# due at t = 0.1 j - 0.05, and the rounding of accumulated times decides which of the two evaluations sees it first.)
 EARLY_FIRST, EARLY_LAST = 6, 12
 N_SOLVES = 39  # blocks of ten steps 10 j - 9 .. 10 j; enough for the switch test to look 9 samples beyond SWITCH_LATEST
 
 
 class Run(NamedTuple):
-    """One closed-loop run. states: fields (N_RECORD + 1, *lanes); switch (*lanes): sample n_s, 0 when the test never fired
-    in time; steer (*lanes): steering handed over at the switch [rad]."""
+    """One closed-loop run.
+
+    states: fields (N_RECORD + 1, *lanes). switch (*lanes): sample n_s, 0 when the test never fired in time.
+    steer (*lanes): steering handed over at the switch [rad].
+    """
 
     states: State
     switch: jax.Array
@@ -104,7 +107,7 @@ def _track(plant, v):
 
 
 def _switch_sample(sideslip, threshold):
-    """n_s = i + 1 for the first i with SWITCH_RUN samples in a row beyond the threshold; 0 when there is none in time."""
+    """n_s = i + 1 for the first i with SWITCH_RUN samples in a row beyond the threshold; 0 when none is in time."""
     beyond = sideslip > threshold[None]
     runs = jnp.stack([beyond[i : i + c.SWITCH_LATEST] for i in range(c.SWITCH_RUN)]).all(axis=0)
     return jnp.where(runs.any(axis=0), jnp.argmax(runs, axis=0) + 1, 0)

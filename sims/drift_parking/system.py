@@ -1,10 +1,9 @@
 """The simulator as a black box that can be certified."""
 
+from dataclasses import dataclass
 from typing import ClassVar
 
-import jax
 import jax.numpy as jnp
-from flax import struct
 
 from parc_jax.errors import InputError
 from parc_jax.sets.box import Box, box
@@ -12,25 +11,31 @@ from parc_jax.system import TimeGrid, Trajectory, time_grid
 from sims.drift_parking import params as c
 from sims.drift_parking.plant_ode import newton_euler
 from sims.drift_parking.simulate import Run, simulate
+from sims.drift_parking.vehicle import Plant
 
 
-@struct.dataclass
+@dataclass(frozen=True, eq=False)
 class DriftParking:
     """Drift parking over k = (v [m/s], threshold sideslip [rad]); p = (x, y) [m], q = (final yaw, not wrapped [rad]).
 
-    Build with `system`. Deterministic. Call under x64: float32 does not reproduce the manoeuvre.
+    Build with `system`. Deterministic. Float64 only: float32 does not reproduce the manoeuvre.
     """
 
     domain: Box
     time: TimeGrid
-    plant: object = struct.field(pytree_node=False)
+    plant: Plant
 
     name: ClassVar[str] = "drift_parking"
     n_p: ClassVar[int] = 2
     n_q: ClassVar[int] = 1
 
     def run(self, k) -> Run:
-        """Everything the simulation knows for k (2,): all states, switching sample, steering at the switch."""
+        """Everything the simulation knows for k (2, *lanes): all states, switching sample, steering at the switch.
+
+        Lanes (parallel runs) are trailing axes here; `jax.vmap` over single k works as well. Raises InputError.
+        """
+        if k.dtype != jnp.float64:
+            raise InputError(f"drift_parking: expected float64 k; got {k.dtype}. Call inside parc_jax.arrays.x64().")
         return simulate(self.plant, k)
 
     def rollout(self, key, k) -> Trajectory:
@@ -41,7 +46,7 @@ class DriftParking:
 
 
 def system(plant: str = "mjx") -> DriftParking:
-    """The system on a MuJoCo body ("mjx") or on the closed-form rigid body ("ode"). Raises InputError for other names."""
+    """The system on a MuJoCo body ("mjx") or on the closed-form rigid body ("ode"). Raises InputError otherwise."""
     if plant == "ode":
         accelerations = newton_euler
     elif plant == "mjx":

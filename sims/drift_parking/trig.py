@@ -1,7 +1,7 @@
 """Sine, cosine and arctangent that vectorise.
 
-XLA's CPU backend calls the C library for these one number at a time (6 to 9 ns); the series below are plain arithmetic, run
-eight lanes at once and are accurate to a few units in the last place wherever the simulator uses them.
+XLA's CPU backend calls the C library for these one number at a time (6 to 9 ns each); the series below are plain
+arithmetic over all lanes at once, and accurate to a few units in the last place wherever the simulator uses them.
 """
 
 import math

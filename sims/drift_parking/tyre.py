@@ -22,9 +22,9 @@ def sliding_threshold(capacity, stiffness):
 def lateral_force(slip, tan_slip, capacity, threshold, stiffness):
     """Lateral force [N] at a slip angle [rad], given with its tangent, which is rational in the velocities.
 
-    With the stitch weights s1 = 1 / (1 + rise shift) and s2 = 1 / (1 + rise / shift) the law
-    s2 (s1 F + (1 - s1) cubic) - (1 - s2) F is written as one fraction. Logistic weights decay to zero where a difference
-    of tanh would leave a rounding residue, so nothing has to saturate exactly.
+    With F the capacity and stitch weights s1 = 1 / (1 + lower), s2 = 1 / (1 + upper) this is s2 (s1 F + (1 - s1) cubic)
+    - (1 - s2) F written as one fraction. Logistic weights decay to zero where a difference of tanh would leave a
+    rounding residue, so nothing has to saturate exactly.
     """
     tan_slip = jnp.clip(tan_slip, -TAN_CAP, TAN_CAP)
     ratio = stiffness / (3.0 * capacity) * tan_slip

@@ -1,7 +1,7 @@
 """Eight-state planar car: tyre and brake forces, and the rates that follow from a plant's accelerations.
 
-V, beta and ux, uy are two copies of the velocity, each integrated by its own equation and never re-synchronised within a
-phase: the tyres and the path use ux, uy; the control laws use V, beta.
+V, beta and ux, uy are two copies of the velocity, each integrated by its own equation and never re-synchronised within
+a phase: the tyres and the path use ux, uy; the control laws use V, beta.
 """
 
 from typing import NamedTuple, Protocol
