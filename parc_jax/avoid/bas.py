@@ -7,7 +7,8 @@ projecting it at all gives the smaller joint set, which keeps k. [NP Thm. 1; T13
 
 import numpy as np
 
-from parc_jax.lp.witness import gamma
+from parc_jax.lp.witness import gamma, row_bounds
+from parc_jax.reach.brs import ReachSet, offset_bounds
 from parc_jax.reach.pieces import Piece
 from parc_jax.sets.affine import intersection, projection
 from parc_jax.sets.ahpolytope import AHPolytope
@@ -23,8 +24,7 @@ def knot_set(piece: Piece, obstacle: HPolytope, s: int, start: HPolytope | None 
     """
     n_p, n_k = obstacle.n, piece.A.shape[1]
     C, d = piece.knot(s, n_p)
-    reach = np.maximum(np.abs(piece.lo), np.abs(piece.hi))
-    size = np.abs(obstacle.A) @ (np.abs(C) @ reach + np.abs(d)) + np.abs(obstacle.b)
+    size = np.abs(obstacle.A) @ (np.abs(C) @ piece.reach + np.abs(d)) + np.abs(obstacle.b)
     offset = obstacle.b - obstacle.A @ d + gamma(2 * n_p + n_k + 4) * size
     A = [np.concatenate([obstacle.A, obstacle.A @ C], axis=1), np.pad(piece.A, ((0, 0), (n_p, 0)))]
     b = [offset, piece.b]
@@ -48,25 +48,17 @@ def joint_avoid_set(piece: Piece, obstacle: HPolytope, t: int, start: HPolytope 
     return convex_hull(knot_set(piece, obstacle, t, start), knot_set(piece, obstacle, t + 1, start))
 
 
-def within_reach(avoid: AHPolytope, reach: HPolytope) -> AHPolytope:
+def within_reach(avoid: AHPolytope, reach: ReachSet) -> AHPolytope:
     """Lambda_P cut by the workspace shadow of Omega: empty means that no start of Omega can collide here."""
-    return intersection(avoid, projection(reach, np.arange(avoid.n)))
+    n_p, n = avoid.n, reach.A.shape[1]
+    shadow = AHPolytope(np.eye(n_p, n), np.zeros(n_p), reach.A, reach.b, reach.lo, reach.hi)
+    return intersection(avoid, shadow)
 
 
 def _bounds(piece: Piece, obstacle: HPolytope, C, d) -> tuple[np.ndarray, np.ndarray]:
-    """Box around J_s from single-entry rows of the obstacle (it has axis normals) and the piece's bin."""
-    n_p = obstacle.n
-    lo, hi = np.full(n_p, -np.inf), np.full(n_p, np.inf)
-    for row, offset in zip(obstacle.A, obstacle.b, strict=True):
-        axis = int(np.argmax(np.abs(row)))
-        if np.count_nonzero(row) == 1:
-            if row[axis] > 0:
-                hi[axis] = min(hi[axis], offset / row[axis])
-            else:
-                lo[axis] = max(lo[axis], offset / row[axis])
-    reach = np.maximum(np.abs(piece.lo), np.abs(piece.hi))
-    middle, radius = C @ (0.5 * (piece.lo + piece.hi)) + d, np.abs(C) @ (0.5 * (piece.hi - piece.lo))
-    slack = gamma(64) * (np.abs(C) @ reach + np.abs(d) + 1.0) + gamma(8) * np.where(
-        np.isfinite(lo) & np.isfinite(hi), np.maximum(np.abs(lo), np.abs(hi)), 0.0
-    )
-    return np.r_[lo - middle - radius - slack, piece.lo], np.r_[hi - middle + radius + slack, piece.hi]
+    """Box around J_s from the obstacle's box (it has axis normals) and the piece's bin."""
+    lo, hi = row_bounds(obstacle.A, obstacle.b)
+    low, high = offset_bounds(C, d, piece)
+    size = np.where(np.isfinite(lo) & np.isfinite(hi), np.maximum(np.abs(lo), np.abs(hi)), 0.0)
+    slack = gamma(4) * (size + np.abs(low) + np.abs(high))
+    return np.r_[lo - high - slack, piece.lo], np.r_[hi - low + slack, piece.hi]

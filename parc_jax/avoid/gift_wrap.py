@@ -5,46 +5,79 @@ from typing import NamedTuple
 import jax
 import jax.numpy as jnp
 
+_SAME = 1e-13  # [extent of the set] points closer than this count as one; a merged point only makes the set look larger
+
 
 class _Walk(NamedTuple):
-    """State of the walk. count: edges found. here, first: (2,) points. along: (2,) last edge. normals: (m, 2)."""
+    """All walks, in step. count: edges found. x, y: (...) where they are. u, v: (...) their last edges.
+
+    normal_x, normal_y: (m, ...). closed: (...) whether a walk has come back to its start.
+    """
 
     count: jax.Array
-    here: jax.Array
-    first: jax.Array
-    along: jax.Array
-    normals: jax.Array
-    done: jax.Array
+    x: jax.Array
+    y: jax.Array
+    u: jax.Array
+    v: jax.Array
+    normal_x: jax.Array
+    normal_y: jax.Array
+    closed: jax.Array
 
 
-def hull_normals(points):
-    """Outward edge normals (m, 2) of the hull of points (m, 2), not scaled; unused rows repeat one, or are zero.
+def hull_normals(x, y):
+    """Outward edge normals of the hull of m points (x, y), not scaled: a pair of arrays (m, ...).
 
-    Gift wrapping in floats. Repeated and collinear points are fine. Supports along these normals describe the hull to
-    rounding; since any direction gives a valid support, a poor normal can only make a set look larger, never smaller.
-    Pure kernel for one set. A single point gives zeros.
+    x, y: (m, ...), one set along axis 0, or many along trailing axes. Rows beyond the last edge repeat earlier ones.
+    Gift wrapping in floats; repeated and collinear points are fine, a single point gives zeros. Supports along these
+    normals describe the hull to rounding; since any direction gives a valid support, a poor normal can only make a set
+    look larger, never smaller.
     """
-    leftmost = jnp.lexsort((points[:, 1], points[:, 0]))[0]
-    first = points[leftmost]
-    down = jnp.array([0.0, -1.0], points.dtype)
-    start = _Walk(jnp.int32(0), first, first, down, jnp.zeros_like(points), jnp.bool_(False))
-    end = jax.lax.while_loop(lambda w: ~w.done & (w.count < points.shape[0]), lambda w: _next_edge(points, w), start)
-    index = jnp.arange(points.shape[0], dtype=jnp.int32)[:, None]
-    return jnp.where(index < end.count, end.normals, end.normals[:1])
+    left = x.min(0)
+    low = jnp.where(x == left[None], y, jnp.inf).min(0)
+    extent = jnp.maximum(x.max(0) - left, y.max(0) - y.min(0))
+    start = _Walk(
+        jnp.int32(0), left, low, jnp.zeros_like(left), -jnp.ones_like(left),
+        jnp.zeros_like(x), jnp.zeros_like(y), jnp.zeros_like(left, dtype=bool),
+    )  # fmt: skip
+
+    def going(walk: _Walk):
+        return (walk.count < x.shape[0]) & ~walk.closed.all()
+
+    end = jax.lax.while_loop(going, lambda walk: _next_edge(x, y, left, low, _SAME * extent, walk), start)
+    used = _numbers(x) < end.count
+    return jnp.where(used, end.normal_x, end.normal_x[:1]), jnp.where(used, end.normal_y, end.normal_y[:1])
 
 
-def _next_edge(points, walk: _Walk) -> _Walk:
+def _next_edge(x, y, left, low, tiny, walk: _Walk) -> _Walk:
     """Turn left as little as possible; of points in the same direction take the farthest."""
-    to = points - walk.here[None]
-    dot = to[:, 0] * walk.along[0] + to[:, 1] * walk.along[1]
-    cross = walk.along[0] * to[:, 1] - walk.along[1] * to[:, 0]
-    size = jnp.abs(cross) + jnp.abs(dot)
+    to_x, to_y = x - walk.x[None], y - walk.y[None]
+    dot = to_x * walk.u[None] + to_y * walk.v[None]
+    cross = walk.u[None] * to_y - walk.v[None] * to_x
+    length = jnp.maximum(jnp.abs(to_x), jnp.abs(to_y))
+    away = length > tiny[None]
     # Grows with the turning angle from 0 to 2 over half a turn, with full relative precision near both ends.
-    share = jnp.maximum(cross, 0) / jnp.where(size > 0, size, 1)
-    turn = jnp.where(size > 0, jnp.where(dot >= 0, share, 2 - share), jnp.inf)
-    least = jnp.min(turn)
-    chosen = jnp.argmax(jnp.where(turn <= least, size, -1))
-    edge = to[chosen]
-    normals = walk.normals.at[walk.count].set(jnp.stack([edge[1], -edge[0]]))
-    back = jnp.all(points[chosen] == walk.first)
-    return _Walk(walk.count + 1, points[chosen], walk.first, edge, normals, back)
+    share = jnp.maximum(cross, 0) / jnp.where(away, jnp.abs(cross) + jnp.abs(dot), 1)
+    turn = jnp.where(away, jnp.where(dot >= 0, share, 2 - share), jnp.inf)
+    far = jnp.where(turn <= turn.min(0)[None], jnp.where(away, length, 0), -1)
+    number = _numbers(x)
+    # The first of the farthest; written as two minima because XLA does not vectorise argmax on a CPU.
+    chosen = number == jnp.where(far >= far.max(0)[None], number, x.shape[0]).min(0)[None]
+    here_x, here_y = jnp.where(chosen, x, 0).sum(0), jnp.where(chosen, y, 0).sum(0)
+    u, v = here_x - walk.x, here_y - walk.y
+    back = jnp.maximum(jnp.abs(here_x - left), jnp.abs(here_y - low)) <= tiny
+    moved = (u != 0) | (v != 0)  # a single point stays where it is and keeps looking down
+    return _Walk(
+        walk.count + 1,
+        here_x,
+        here_y,
+        jnp.where(moved, u, walk.u),
+        jnp.where(moved, v, walk.v),
+        walk.normal_x.at[walk.count].set(v),
+        walk.normal_y.at[walk.count].set(-u),
+        walk.closed | back,
+    )
+
+
+def _numbers(x):
+    """Point numbers along axis 0, to compare with arrays like x."""
+    return jnp.arange(x.shape[0], dtype=jnp.int32).reshape((-1,) + (1,) * (x.ndim - 1))

@@ -42,7 +42,8 @@ def shadow(offsets, error, facet_b, facet, corners):
     corners: (o, m, 2) of obstacle + (-body). Returns edge (T, 2v, 2), edge_reach (T, o, 2v), facet_reach (T, o, h).
     """
     points = -jnp.concatenate([offsets[:-1], offsets[1:]], axis=1)
-    edge = jax.vmap(hull_normals)(points)
+    edge = jnp.stack(hull_normals(*jnp.moveaxis(points, (2, 1), (0, 1))), axis=2)  # (2v, T, 2)
+    edge = jnp.swapaxes(edge, 0, 1)
     size = jnp.max(jnp.abs(edge), axis=2, keepdims=True)
     edge = edge / jnp.where(size > 0, size, 1)
     swept = _reach(edge, points[:, None]) + (jnp.abs(edge) * error[:, None]).sum(axis=2)  # (T, 2v)
@@ -51,11 +52,10 @@ def shadow(offsets, error, facet_b, facet, corners):
     return edge, grown + swept[:, None], facet_b + along
 
 
-def shadows(pieces: list[Piece], grown: GrownPolytopes) -> Shadows:
-    """Lambda_P of many pieces for all intervals and obstacles, one compiled call. Exact up to `slack`."""
+def shadows(pieces: Piece, grown: GrownPolytopes) -> Shadows:
+    """Lambda_P of r stacked pieces for all intervals and obstacles, one compiled call. Exact up to `slack`."""
     offsets, slack = _offsets(pieces, grown)
-    bins = np.array([piece.bin for piece in pieces])
-    arrays = (offsets, grown.error[bins], grown.b[bins])
+    arrays = (offsets, grown.error[pieces.bin], grown.b[pieces.bin])
     with x64():
         parts = _shadows(*map(jnp.asarray, arrays), jnp.asarray(grown.A), jnp.asarray(grown.corners))
         edge, edge_reach, facet_reach = (np.asarray(part) for part in parts)
@@ -63,7 +63,7 @@ def shadows(pieces: list[Piece], grown: GrownPolytopes) -> Shadows:
 
 
 def margins(sh: Shadows, p0: np.ndarray) -> np.ndarray:
-    """How far starts p0 (r, s, 2) of each piece lie beyond Lambda_P: (r, s, T, o) [m, along a w with largest entry <= 1].
+    """How far starts p0 (r, s, 2) lie beyond Lambda_P of their piece: (r, s, T, o) [m along a w of size <= 1].
 
     Positive outside, negative inside, up to `slack` and the rounding of p0.
     """
@@ -88,23 +88,18 @@ def clear_of_reach(sh: Shadows, lo: np.ndarray, hi: np.ndarray) -> np.ndarray:
     return np.maximum(beyond_edge, beyond_facet) > slack[:, None, None]
 
 
-def _offsets(pieces: list[Piece], grown: GrownPolytopes) -> tuple[np.ndarray, np.ndarray]:
-    """Offsets (r, T + 1, v, 2) of the vertices, the last one repeated to fill, and the slack (r,) of the pieces."""
-    n_knots = grown.error.shape[1] + 1
-    width = max(len(piece.vertices) for piece in pieces)
-    offsets, slack = np.zeros((len(pieces), n_knots, width, 2)), np.zeros(len(pieces))
-    scene = np.abs(grown.corners).max(initial=0.0) + np.abs(grown.error).max(initial=0.0)
-    for i, piece in enumerate(pieces):
-        C, d = piece.C[: 2 * (n_knots - 1)], piece.d[: 2 * (n_knots - 1)]
-        reached = piece.vertices @ C.T + d
-        offsets[i, 1:, : len(reached)] = reached.reshape(len(reached), n_knots - 1, 2).transpose(1, 0, 2)
-        offsets[i, :, len(reached) :] = offsets[i, :, len(reached) - 1 : len(reached)]
-        reach = np.maximum(np.abs(piece.lo), np.abs(piece.hi))
-        size = float((np.abs(C) @ reach + np.abs(d)).max(initial=0.0))
-        # Vertices are floats: the piece may reach further by vertex_relative, and its image by C times that.
-        moved = TOLERANCES.vertex_relative * float((np.abs(C) @ reach).max(initial=0.0))
-        slack[i] = 2 * moved + 4 * _OPERATIONS * _UNIT * (size + scene)
-    return offsets, slack
+def _offsets(pieces: Piece, grown: GrownPolytopes) -> tuple[np.ndarray, np.ndarray]:
+    """Offsets (r, T + 1, v, 2) of the vertices at the knots, and the slack (r,) of the pieces."""
+    n_steps = grown.error.shape[1]
+    r, v = pieces.vertices.shape[:2]
+    C, d = pieces.C[:, : 2 * n_steps], pieces.d[:, : 2 * n_steps]
+    reached = C @ pieces.vertices.swapaxes(1, 2) + d[:, :, None]
+    offsets = np.zeros((r, n_steps + 1, v, 2))
+    offsets[:, 1:] = reached.reshape(r, n_steps, 2, v).swapaxes(2, 3)
+    moved = (np.abs(C) @ pieces.reach[:, :, None])[:, :, 0]
+    size = (moved + np.abs(d)).max(axis=1) + np.abs(grown.corners).max(initial=0) + np.abs(grown.error).max(initial=0)
+    # Vertices are floats: the piece may reach further by vertex_relative, and its image by C times that.
+    return offsets, 2 * TOLERANCES.vertex_relative * moved.max(axis=1) + 4 * _OPERATIONS * _UNIT * size
 
 
 def _margin(p0, edge, edge_reach, facet_reach, facet):
@@ -124,5 +119,10 @@ def _lowest(w, lo, hi):
     return np.minimum(w * lo, w * hi).sum(axis=-1)
 
 
-_shadows = jax.jit(jax.vmap(shadow, in_axes=(0, 0, 0, None, None)))
+@jax.jit
+def _shadows(offsets, error, facet_b, facet, corners):
+    """`shadow` of piece after piece: the arrays of one piece stay in cache."""
+    return jax.lax.map(lambda piece: shadow(*piece, facet, corners), (offsets, error, facet_b))
+
+
 _margins = jax.jit(jax.vmap(jax.vmap(_margin, in_axes=(0, None, None, None, None)), in_axes=(0, 0, 0, 0, None)))

@@ -18,22 +18,24 @@ def hit_and_run(key, A, b, start, count: int, thin: int):
     """
     precision = jax.lax.Precision.HIGHEST
 
-    def step(x, step_key):
-        direction_key, place_key = jax.random.split(step_key)
-        d = jax.random.normal(direction_key, x.shape, x.dtype)
+    # One draw for directions and places: compiling the generator is most of what a first call costs.
+    drawn = jax.random.uniform(key, (count, thin, start.shape[0] + 1), start.dtype, _INSIDE, 1.0 - _INSIDE)
+    directions, places = jax.lax.erf_inv(2.0 * drawn[..., :-1] - 1.0), drawn[..., -1]
+
+    def step(x, drawn):
+        d, place = drawn
         slope = jnp.matmul(A, d, precision=precision)
         slack = jnp.maximum(b - jnp.matmul(A, x, precision=precision), 0.0)
         reach = slack / jnp.where(slope != 0, slope, 1.0)
         ahead = jnp.min(jnp.where(slope > 0, reach, jnp.inf))
         behind = jnp.max(jnp.where(slope < 0, reach, -jnp.inf))
-        place = jax.random.uniform(place_key, (), x.dtype, _INSIDE, 1.0 - _INSIDE)
         return x + (behind + place * (ahead - behind)) * d, None
 
-    def sample(x, keys):
-        x, _ = jax.lax.scan(step, x, keys)
+    def sample(x, drawn):
+        x, _ = jax.lax.scan(step, x, drawn)
         return x, x
 
-    _, points = jax.lax.scan(sample, start, jax.random.split(key, (count, thin)))
+    _, points = jax.lax.scan(sample, start, (directions, places))
     return points
 
 

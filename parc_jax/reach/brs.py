@@ -1,0 +1,86 @@
+"""Backward reachable sets: all (p0, k) of a piece whose predicted final state lies in the shrunken goal."""
+
+import numpy as np
+from flax import struct
+
+from parc_jax.lp.batch import solve_batch
+from parc_jax.lp.status import LPStatus
+from parc_jax.lp.witness import gamma
+from parc_jax.reach.pieces import Piece
+from parc_jax.sets.box import Box
+from parc_jax.sets.chebyshev import chebyshev_center
+from parc_jax.sets.hpolytope import HPolytope
+
+
+@struct.dataclass
+class ReachSet:
+    """Omega of one piece, or of r stacked ones with a leading axis.
+
+    A: (h, n_p + n_k), b: (h,) rows over (p0, k). lo, hi: (n_p + n_k,) a box known to contain it.
+    status: () LPStatus: FEASIBLE with `inner` (n_p + n_k,) its deepest point, INFEASIBLE if proved empty, or UNKNOWN.
+    """
+
+    A: np.ndarray
+    b: np.ndarray
+    lo: np.ndarray
+    hi: np.ndarray
+    status: np.ndarray
+    inner: np.ndarray
+
+
+def brs_rows(piece: Piece, goal: HPolytope, start: HPolytope | None, n_p: int) -> HPolytope:
+    """Omega_r = {(p0, k): k in piece, p0 in start, (p0 + c_f(k), q(k)) in goal}. [NP Sec. IV-C]
+
+    piece: one, or r stacked. goal: shrunken goal over (p, q), b (g,), or (r, g) by piece. Offsets are rounded
+    down: every point that satisfies the rows exactly reaches the goal by the exact map.
+    """
+    C, d = piece.final(goal.n)
+    lead, n_k = C.shape[:-2], C.shape[-1]
+    size = (np.abs(C) @ piece.reach[..., None])[..., 0] + np.abs(d)
+    size = size @ np.abs(goal.A).T + np.abs(goal.b)
+    offset = goal.b - d @ goal.A.T - gamma(2 * goal.n + n_k + 4) * size
+    A = [np.concatenate([np.broadcast_to(goal.A[:, :n_p], (*lead, len(goal.A), n_p)), goal.A @ C], axis=-1)]
+    A.append(np.concatenate([np.zeros((*piece.A.shape[:-1], n_p)), piece.A], axis=-1))
+    b = [offset, piece.b]
+    if start is not None:
+        A.append(np.broadcast_to(np.pad(start.A, ((0, 0), (0, n_k))), (*lead, len(start.b), n_p + n_k)))
+        b.append(np.broadcast_to(start.b, (*lead, len(start.b))))
+    return HPolytope(np.concatenate(A, axis=-2), np.concatenate(b, axis=-1))
+
+
+def brs_bounds(piece: Piece, goal_box: Box, n_p: int) -> tuple[np.ndarray, np.ndarray]:
+    """Box (lo, hi) over (p0, k) around Omega: p0 = p_f - c_f(k) with p_f in the goal's box and k in the piece's bin."""
+    C, d = piece.final(goal_box.n)
+    low, high = offset_bounds(C[..., :n_p, :], d[..., :n_p], piece)
+    slack = gamma(4) * (np.maximum(np.abs(goal_box.lo), np.abs(goal_box.hi))[:n_p] + np.abs(low) + np.abs(high))
+    lo, hi = goal_box.lo[:n_p] - high - slack, goal_box.hi[:n_p] - low + slack
+    return np.concatenate([lo, piece.lo], axis=-1), np.concatenate([hi, piece.hi], axis=-1)
+
+
+def offset_bounds(C, d, piece: Piece) -> tuple[np.ndarray, np.ndarray]:
+    """Bounds of C k + d over the box of the piece, rounded outward. C: (..., m, n_k), d: (..., m)."""
+    middle = (C @ (0.5 * (piece.lo + piece.hi))[..., None])[..., 0] + d
+    radius = (np.abs(C) @ (0.5 * (piece.hi - piece.lo))[..., None])[..., 0]
+    slack = gamma(2 * C.shape[-1] + 6) * ((np.abs(C) @ piece.reach[..., None])[..., 0] + np.abs(d))
+    return middle - radius - slack, middle + radius + slack
+
+
+def reach_set(piece: Piece, goal: HPolytope, goal_box: Box, start: HPolytope | None, n_p: int) -> ReachSet:
+    """Omega of one piece with its verdict, by one LP on the host. goal: shrunken, of the piece's bin."""
+    rows = brs_rows(piece, goal, start, n_p)
+    ball = chebyshev_center(rows)
+    return ReachSet(rows.A, rows.b, *brs_bounds(piece, goal_box, n_p), np.int64(ball.status), ball.center)
+
+
+def reach_sets(pieces: Piece, goals: HPolytope, goal_box: Box, start: HPolytope | None, n_p: int) -> ReachSet:
+    """Omega of r stacked pieces by one batched LP. goals: b of shape (n_bins, g), as `shrink` gives it for all bins."""
+    rows = brs_rows(pieces, HPolytope(goals.A, goals.b[pieces.bin]), start, n_p)
+    lo, hi = brs_bounds(pieces, goal_box, n_p)
+    r, n = lo.shape
+    # max radius over A x + |a| radius <= b: the deepest point, or a proof that even radius 0 has none.
+    A = np.concatenate([rows.A, np.linalg.norm(rows.A, axis=2, keepdims=True)], axis=2)
+    cost = np.zeros((r, n + 1))
+    cost[:, n] = -1.0
+    found = solve_batch(cost, A, rows.b, np.c_[lo, np.zeros(r)], np.c_[hi, (hi - lo).max(axis=1)])
+    status = np.where(found.status == int(LPStatus.OPTIMAL), int(LPStatus.FEASIBLE), found.status)
+    return ReachSet(rows.A, rows.b, lo, hi, status, found.x[:, :n])

@@ -1,0 +1,114 @@
+"""Regions of the model as the published method visits them: outward from a seed, each cut by the bins of the tube."""
+
+from collections import deque
+from collections.abc import Iterator
+
+import numpy as np
+from flax import struct
+
+from parc_jax.error.tube import Tube
+from parc_jax.errors import InputError
+from parc_jax.pwa.table import RegionTable
+from parc_jax.sets.box import Box
+from parc_jax.sets.hpolytope import HPolytope, from_box
+from parc_jax.sets.vertices import vertices
+from parc_jax.sets.volume import volume
+
+
+@struct.dataclass
+class Piece:
+    """One region cut by one bin, with the model's affine map on it: net(k) = C k + d. Or many, see `stack`.
+
+    A: (h, n_k), b: (h,) rows; vertices: (v, n_k). C: (n_out, n_k), d: (n_out,), outputs time-major (t, p), then q.
+    lo, hi: (n_k,) a box known to contain the piece (the bin). region, bin: () numbers.
+    """
+
+    A: np.ndarray
+    b: np.ndarray
+    vertices: np.ndarray
+    C: np.ndarray
+    d: np.ndarray
+    lo: np.ndarray
+    hi: np.ndarray
+    region: np.ndarray
+    bin: np.ndarray
+
+    @property
+    def reach(self) -> np.ndarray:
+        """Largest |k| per axis: (n_k,)."""
+        return np.maximum(np.abs(self.lo), np.abs(self.hi))
+
+    def knot(self, s: int, n_p: int) -> tuple[np.ndarray, np.ndarray]:
+        """C_s (n_p, n_k), d_s (n_p,) of the offset at knot s; zero at s = 0, where the path starts."""
+        if s == 0:
+            return np.zeros((n_p, self.C.shape[1])), np.zeros(n_p)
+        rows = slice((s - 1) * n_p, s * n_p)
+        return self.C[rows], self.d[rows]
+
+    def final(self, n_goal: int) -> tuple[np.ndarray, np.ndarray]:
+        """C_f (n_p + n_q, n_k), d_f (n_p + n_q,) of the final state: the last outputs."""
+        return self.C[..., -n_goal:, :], self.d[..., -n_goal:]
+
+
+def stack(pieces: list[Piece]) -> Piece:
+    """r pieces with a leading axis on every field: rows padded by 0 k <= 1, vertices by repeating the last."""
+    height, width = max(len(p.b) for p in pieces), max(len(p.vertices) for p in pieces)
+    n_k = pieces[0].A.shape[1]
+    A, b = np.zeros((len(pieces), height, n_k)), np.ones((len(pieces), height))
+    points = np.empty((len(pieces), width, n_k))
+    for i, p in enumerate(pieces):
+        A[i, : len(p.b)], b[i, : len(p.b)] = p.A, p.b
+        points[i, : len(p.vertices)], points[i, len(p.vertices) :] = p.vertices, p.vertices[-1]
+    shared = (np.array([getattr(p, name) for p in pieces]) for name in ("C", "d", "lo", "hi", "region", "bin"))
+    return Piece(A, b, points, *shared)
+
+
+def cut_by_bins(region: HPolytope, corners: np.ndarray, C, d, tube: Tube, number: int = 0) -> list[Piece]:
+    """The pieces of one region, one per bin that it meets with interior. [NP Sec. IV-B]
+
+    region: h rows over k. corners: (v, n_k) its vertices. C, d: its affine map. A region inside one bin keeps its rows.
+    """
+    lo, hi = corners.min(axis=0), corners.max(axis=0)
+    spans = []
+    for axis, edges in enumerate(tube.edges):
+        spans.append([i for i in range(len(edges) - 1) if edges[i] < hi[axis] and edges[i + 1] > lo[axis]])
+    counts = [len(edges) - 1 for edges in tube.edges]
+    pieces = []
+    for index in np.array(np.meshgrid(*spans, indexing="ij")).reshape(len(spans), -1).T:
+        bin_number = int(np.ravel_multi_index(tuple(index), counts))
+        bin_lo, bin_hi = tube.bin_box(bin_number)
+        part, points = region, corners
+        if not ((lo >= bin_lo).all() and (hi <= bin_hi).all()):
+            walls = from_box(Box(bin_lo, bin_hi))
+            part = HPolytope(np.concatenate([region.A, walls.A]), np.r_[region.b, walls.b])
+            points = vertices(part)
+            if volume(points) == 0.0:
+                continue  # the two only touch: the neighbouring piece has these k
+        numbers = np.int64(number), np.int64(bin_number)
+        pieces.append(Piece(part.A, part.b, points, C, d, bin_lo, bin_hi, *numbers))
+    return pieces
+
+
+def pieces_outward(table: RegionTable, tube: Tube, seed: np.ndarray) -> Iterator[list[Piece]]:
+    """Pieces of every region of a table, region by region, breadth first from the one that contains k = seed (n_k,).
+
+    Lazy: regions that are not asked for cost nothing. Raises InputError if the seed is outside the domain.
+    """
+    start = int(table.locate(np.asarray(seed, dtype=np.float64)))
+    if start < 0:
+        raise InputError(f"seed: expected parameters inside the domain; got {np.asarray(seed)}.")
+    for region in breadth_first(table.neighbours, table.facet_offsets, start):
+        C, d = table.maps(slice(region, region + 1))
+        yield cut_by_bins(table.region(region), table.region_vertices(region), C[0], d[0], tube, region)
+
+
+def breadth_first(neighbours: np.ndarray, offsets: np.ndarray, start: int) -> Iterator[int]:
+    """Items of a graph outward from `start`. Neighbours of i: neighbours[offsets[i]:offsets[i + 1]], -1 for none."""
+    waiting, seen = deque([start]), {start}
+    while waiting:
+        item = waiting.popleft()
+        yield item
+        for other in neighbours[offsets[item] : offsets[item + 1]].tolist():
+            if other >= 0 and other not in seen:
+                seen.add(other)
+                waiting.append(other)
