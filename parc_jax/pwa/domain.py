@@ -2,41 +2,70 @@
 
 from functools import lru_cache
 from itertools import product
+from typing import NamedTuple
 
 import numpy as np
 
 from parc_jax.errors import InputError
 from parc_jax.pwa.complex import Complex, Level, SignBits
+from parc_jax.sets.bounding_box import bounding_box
 from parc_jax.sets.box import Box
+from parc_jax.sets.chebyshev import chebyshev_center
 from parc_jax.sets.hpolytope import HPolytope, from_box
 
 MAX_DIMENSION = 6
 
 
-def domain_rows(domain: Box | HPolytope) -> tuple[Box, HPolytope]:
-    """A box around the domain, and the domain as rows (for a box: the box and its own 2n rows). Raises InputError."""
-    if isinstance(domain, Box):
-        if not (domain.lo < domain.hi).all():
-            raise InputError(f"domain: expected a box with interior; got lo = {domain.lo}, hi = {domain.hi}.")
-        return domain, from_box(domain)
-    if not isinstance(domain, HPolytope):
+class UnitProblem(NamedTuple):
+    """Network and domain in unit coordinates y = x / scale, scale a power of two per axis: no rounding anywhere.
+
+    A, b: rows of the domain. lo, hi: a box that contains it (the domain itself where it is a box). weights, biases: of the
+    hidden layers.
+    """
+
+    scale: np.ndarray
+    A: np.ndarray
+    b: np.ndarray
+    lo: np.ndarray
+    hi: np.ndarray
+    weights: list[np.ndarray]
+    biases: list[np.ndarray]
+
+
+def unit_problem(net, domain: Box | HPolytope) -> UnitProblem:
+    """Rescale the axes so that errors mean the same along each. Raises InputError for a domain without interior."""
+    if not isinstance(domain, Box | HPolytope):
         raise InputError(f"domain: expected a Box or an HPolytope; got {type(domain).__name__}.")
-    return _box_around(domain), domain
+    if domain.n != net.n_in:
+        raise InputError(f"domain: expected {net.n_in} dimensions like the network's inputs; got {domain.n}.")
+    if isinstance(domain, Box) and not (domain.lo < domain.hi).all():
+        raise InputError(f"domain: expected a box with interior; got lo = {domain.lo}, hi = {domain.hi}.")
+    around = domain if isinstance(domain, Box) else _box_around(domain)
+    rows = from_box(domain) if isinstance(domain, Box) else domain
+    scale = np.ldexp(1.0, np.frexp(np.maximum(np.abs(around.lo), np.abs(around.hi)))[1])
+    hidden = len(net.weights) - 1
+    weights = [W * scale if i == 0 else W for i, W in enumerate(net.weights[:hidden])]
+    A, lo, hi = rows.A * scale, around.lo / scale, around.hi / scale
+    return UnitProblem(scale, A, rows.b, lo, hi, weights, list(net.biases[:hidden]))
+
+
+def interior_point(domain: Box | HPolytope) -> np.ndarray:
+    """A point strictly inside the domain. Raises InputError when none is found."""
+    if isinstance(domain, Box):
+        return domain.center
+    center = chebyshev_center(domain).center
+    if not (domain.A @ center < domain.b).all():
+        raise InputError("domain: expected a polytope with interior; no point strictly inside was found.")
+    return center
 
 
 def _box_around(P: HPolytope) -> Box:
-    """A box that contains the polytope with room to spare (from LPs; the subdivision checks it exactly)."""
-    from scipy.optimize import linprog
-
-    lo, hi = np.empty(P.n), np.empty(P.n)
-    for axis, sign in product(range(P.n), (1, -1)):
-        result = linprog(sign * np.eye(P.n)[axis], A_ub=P.A, b_ub=P.b, bounds=(None, None), method="highs")
-        if result.status != 0:
-            why = {2: "it is empty", 3: "it is unbounded"}.get(result.status, result.message)
-            raise InputError(f"domain: expected a bounded polytope with interior; {why}. Add rows, or use a Box.")
-        (lo if sign > 0 else hi)[axis] = sign * result.fun
-    room = 0.25 * (hi - lo) + 1e-3 * np.maximum(np.abs(lo), np.abs(hi)) + 2.0**-40
-    return Box(lo - room, hi + room)
+    """A box that contains the polytope with room to spare."""
+    tight = bounding_box(P)
+    if not (np.isfinite(tight.lo).all() and np.isfinite(tight.hi).all()):
+        raise InputError("domain: expected a bounded polytope; no bound was found for some axis. Add rows, or use a Box.")
+    room = 0.25 * (tight.hi - tight.lo) + 1e-3 * np.maximum(np.abs(tight.lo), np.abs(tight.hi)) + 2.0**-40
+    return Box(tight.lo - room, tight.hi + room)
 
 
 def box_complex(lo: np.ndarray, hi: np.ndarray, n_columns: int) -> Complex:
@@ -60,7 +89,7 @@ def _box_faces(n: int):
     number = {w: i for words in faces.values() for i, w in enumerate(words)}
     subs, sizes, firsts = {}, {}, {}
     for k in range(1, n + 1):
-        rows = [[number[w[:i] + (v,) + w[i + 1 :]] for i in range(n) if w[i] == 2 for v in (0, 1)] for w in faces[k]]
+        rows = [[number[(*w[:i], v, *w[i + 1 :])] for i in range(n) if w[i] == 2 for v in (0, 1)] for w in faces[k]]
         subs[k], sizes[k] = np.concatenate(rows), np.full(len(rows), 2 * k)
         firsts[k] = np.array([number[tuple(0 if v == 2 else v for v in w)] for w in faces[k]])
     walls = [next((i, v) for i, v in enumerate(w) if v != 2) for w in faces[n - 1]]

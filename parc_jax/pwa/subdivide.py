@@ -8,14 +8,14 @@ from parc_jax.errors import BudgetError, InputError
 from parc_jax.pwa.assemble import build_table, domain_volume
 from parc_jax.pwa.complex import Complex, unpack
 from parc_jax.pwa.cut import cut
-from parc_jax.pwa.domain import MAX_DIMENSION, box_complex, domain_rows
+from parc_jax.pwa.domain import MAX_DIMENSION, box_complex, unit_problem
 from parc_jax.pwa.exact import ExactNetwork
 from parc_jax.pwa.prune import keep_minus
 from parc_jax.pwa.rounding import LayerBound, cell_gradients, input_bound, layer_bound, point_rounding
 from parc_jax.pwa.signs import SignOracle
 from parc_jax.pwa.table import RegionTable
 from parc_jax.sets.box import Box
-from parc_jax.sets.hpolytope import HPolytope
+from parc_jax.sets.hpolytope import HPolytope, from_box
 
 
 def enumerate_regions(
@@ -34,29 +34,24 @@ def enumerate_regions(
     finished table does not prove itself complete.
     """
     if net.n_in > MAX_DIMENSION:
-        raise InputError(f"enumerate_regions: expected at most {MAX_DIMENSION} inputs; got {net.n_in}. Use march instead.")
-    if domain.n != net.n_in:
-        raise InputError(f"enumerate_regions: the network has {net.n_in} inputs but the domain {domain.n} dimensions.")
+        raise InputError(f"enumerate_regions: expected at most {MAX_DIMENSION} inputs; got {net.n_in}. Use march.")
     budget = Budget(max_regions, max_seconds, max_bytes)
-    around, rows = domain_rows(domain)
-    # unit coordinates y = x / 2^e per axis: exact, and errors mean the same along every axis
-    exponent = np.frexp(np.maximum(np.abs(around.lo), np.abs(around.hi)))[1]
-    scale = np.ldexp(1.0, exponent)
+    unit, n = unit_problem(net, domain), net.n_in
     is_box = isinstance(domain, Box)
-    A = np.concatenate([np.eye(net.n_in), -np.eye(net.n_in), *([] if is_box else [rows.A * scale])])
-    b = np.concatenate([around.hi / scale, -around.lo / scale, *([] if is_box else [rows.b])])
-    weights = [net.weights[0] * scale, *net.weights[1:-1]] if len(net.weights) > 1 else []
-    biases = list(net.biases[:-1])
-
-    n_rows = len(b)
-    n_columns = n_rows + sum(len(beta) for beta in biases)
-    lattice = box_complex(around.lo / scale, around.hi / scale, n_columns)
-    oracle = SignOracle(lattice, ExactNetwork(A, b, weights, biases), point_rounding(net.n_in, n_columns, 1.0))
-    if not is_box:
-        _cut_domain(lattice, oracle, A[2 * net.n_in :], -b[2 * net.n_in :], n_columns, budget)
-    whole = float(np.prod(around.hi / scale - around.lo / scale)) if is_box else domain_volume(lattice)
-    _cut_layers(lattice, oracle, weights, biases, n_rows, n_columns, budget)
-    return build_table(net, domain, lattice, oracle, scale, whole, first_row=0 if is_box else 2 * net.n_in)
+    # columns: the box of the complex, the rows of a polytope, the neurons
+    around = from_box(Box(unit.lo, unit.hi))
+    A, b = (around.A, around.b) if is_box else (np.vstack([around.A, unit.A]), np.append(around.b, unit.b))
+    n_columns = len(b) + sum(net.hidden)
+    lattice = box_complex(unit.lo, unit.hi, n_columns)
+    exact = ExactNetwork(A, b, unit.weights, unit.biases)
+    oracle = SignOracle(lattice, exact, point_rounding(n, n_columns, 1.0))
+    if is_box:
+        whole = float(np.prod(unit.hi - unit.lo))
+    else:
+        _cut_domain(lattice, oracle, unit.A, -unit.b, n_columns, budget)
+        whole = domain_volume(lattice)
+    _cut_layers(lattice, oracle, unit.weights, unit.biases, len(b), n_columns, budget)
+    return build_table(net, domain, lattice, oracle, unit.scale, whole, first_row=0 if is_box else 2 * n)
 
 
 class Budget:
