@@ -139,12 +139,12 @@ _anchored = jax.jit(jax.vmap(anchored, in_axes=(None, None, None, 0, 0)))
 
 def evaluate(model: TrajectoryModel, scene: Scene, p0, k) -> Evaluation:
     """Verdicts on p0 (b, n_p), k (b, n_k), as NumPy arrays."""
-    return _in_chunks(CHUNK, lambda p, x: _verdicts(model.net, model.tube, scene, p, x), p0, k)
+    return _in_chunks(CHUNK, lambda p, x: _verdicts(model.net, model.tube, scene.arrays, p, x), p0, k)
 
 
 def anchor(model: TrajectoryModel, scene: Scene, z, k) -> tuple[np.ndarray, np.ndarray]:
     """Starts (b, n_p) whose predicted ends are z (b, n_p), and which of them reach the goal (b,). No obstacle test."""
-    return _in_chunks(CHUNK_ANCHOR, lambda p, x: _anchored(model.net, model.tube, scene, p, x), z, k)
+    return _in_chunks(CHUNK_ANCHOR, lambda p, x: _anchored(model.net, model.tube, scene.arrays, p, x), z, k)
 
 
 def _in_chunks(size: int, call, *batch):

@@ -31,6 +31,11 @@ class Scene:
     directions: DirectionTable
     slack: np.ndarray
 
+    @property
+    def arrays(self) -> "Scene":
+        """The scene without what only the host reads: a kernel given this compiles once for all scenes of a size."""
+        return self.replace(directions=self.directions.replace(multipliers=(), cones=(), n_facets=0))
+
 
 def scene(problem: ReachAvoid, model) -> Scene:
     """Check the problem against the model and lay it out. Raises InputError when they do not fit."""
