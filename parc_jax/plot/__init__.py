@@ -1,0 +1,10 @@
+"""Pictures for papers, and one interactive page. Colour-blind safe; every file as PNG and PDF, complete or absent.
+
+`to` is None (a new figure is returned), a path (it is also saved there, .png and .pdf) or matplotlib Axes to draw on.
+
+samples.samples(answer, replay=None, to=None, *, most=100, heading=None, outline=None)       safe plans in the workspace
+regions.regions(table, verdict, seconds=None, to=None, *, names=None, axes=(0, 1), at=None, time_label=..., safe_k=None)
+verdicts.region_verdicts(answer, table)                               (r,) safe, none found, goal proved out of reach
+errors.errors([errors.Entry(name, assumed, claimed), ...], time, to=None)             tubes of several models over time
+style.save(figure, path)                                                                   .png and .pdf, atomically
+"""

@@ -1,0 +1,44 @@
+"""What is known of every region of K: a safe plan, none found, or a proof that the goal is out of reach."""
+
+import numpy as np
+
+from parc_jax.errors import InputError
+from parc_jax.lp.status import LPStatus
+from parc_jax.pwa.table import RegionTable
+from parc_jax.reach.brs import reach_sets
+from parc_jax.reach.pieces import cut_by_bins, stack
+from parc_jax.sets.bounding_box import bounding_box
+from parc_jax.sets.pontryagin import shrink
+
+SAFE, NOT_FOUND, UNREACHABLE = range(3)
+WORDS = ("safe plan found", "no safe plan found", "goal out of reach (empty BRS)")
+
+
+def region_verdicts(answer, table: RegionTable) -> np.ndarray:
+    """Verdict (r,) of each region of a table of the answer's network: SAFE, NOT_FOUND or UNREACHABLE.
+
+    SAFE: a returned sample or the inner point of a safe piece lies in it. UNREACHABLE: the backward reachable set is
+    proved empty in every bin of the tube that the region meets. NOT_FOUND: neither. Raises InputError.
+    """
+    model, problem = answer.model, answer.problem
+    if table.net.hash != model.net.hash:
+        raise InputError("regions: expected the regions of the answer's network; these belong to another one.")
+    verdict = np.full(table.count, NOT_FOUND)
+    inner = [piece.k for piece in answer.pieces]
+    known = np.concatenate([answer.samples[:, model.n_p :], np.reshape(inner, (len(inner), model.n_k))])
+    found = table.locate(known)
+    verdict[found[found >= 0]] = SAFE
+    pieces = []
+    for region in np.flatnonzero(verdict != SAFE):
+        C, d = table.maps(slice(region, region + 1))
+        pieces += cut_by_bins(table.region(region), table.region_vertices(region), C[0], d[0], model.tube, int(region))
+    claimed = model.tube.claimed
+    verdict[[int(piece.region) for piece in pieces]] = UNREACHABLE
+    verdict[[int(piece.region) for piece in pieces if not claimed[piece.bin]]] = NOT_FOUND  # no tube, nothing proved
+    judged = [piece for piece in pieces if claimed[piece.bin]]
+    if judged:
+        goals = shrink(problem.goal, np.where(claimed[:, None], model.tube.final, 0.0))
+        many = stack(judged)
+        reach = reach_sets(many, goals, bounding_box(problem.goal), problem.start, model.n_p)
+        verdict[many.region[reach.status != int(LPStatus.INFEASIBLE)]] = NOT_FOUND
+    return verdict
