@@ -1,8 +1,10 @@
 """Activation patterns of full-dimensional regions: at a point, and on the far side of a facet. Exact, no step size.
 
-Both ask for the signs of the pre-activations at a point that moved a little, in the limit of a little. Layer by layer, so
-every form is that of the pattern it leads to.
+Both ask for the signs of the pre-activations at a point that moved a little, in the limit of a little. Layer by
+layer, so every form is that of the pattern it leads to.
 """
+
+from itertools import pairwise
 
 import numpy as np
 
@@ -13,13 +15,13 @@ from parc_jax.pwa.halfspaces import Halfspaces, proportional
 def pattern_at(network: ExactNetwork, x: np.ndarray, inward: np.ndarray) -> np.ndarray:
     """Pattern (n_hidden,) of a region with interior that contains x (n,).
 
-    inward: direction (n,) into the domain. Of several regions that meet at x, the one at x + e inward + e^2 e_1 + e^3 e_2
-    + ... for small e > 0; a neuron that is zero all over that region is inactive.
+    inward: direction (n,) into the domain. Of several regions that meet at x, the one at x + e inward + e^2 e_1 + e^3
+    e_2 + ... for small e > 0; a neuron that is zero all over that region is inactive.
     """
     point, q = network.rational(x)
     moves = [network.rational(inward)[0], *np.eye(network.n, dtype=int).astype(object)]
     on = np.zeros(network.first_neuron[-1], bool)
-    for layer, (first, last) in enumerate(zip(network.first_neuron, network.first_neuron[1:], strict=False)):
+    for layer, (first, last) in enumerate(pairwise(network.first_neuron)):
         forms = network.forms(layer, on)
         values = np.dot(forms[:, :-1], np.array(point, dtype=object)) + forms[:, -1] * q
         signs = [values, *(np.dot(forms[:, :-1], np.array(list(move), dtype=object)) for move in moves)]
@@ -36,12 +38,11 @@ def pattern_across(network: ExactNetwork, on: np.ndarray, rows: Halfspaces, i: i
     facet = rows.exact[i]
     normal = facet[:-1]
     new = on.copy()
-    for layer, (first, last) in enumerate(zip(network.first_neuron, network.first_neuron[1:], strict=False)):
+    for layer, first in enumerate(network.first_neuron[:-1]):
         old_forms, new_forms = network.forms(layer, on), network.forms(layer, new)
         for neuron in np.flatnonzero(_may_vanish(network, layer, on, rows.unit[i])):
             if proportional(facet, old_forms[neuron]):
                 new[first + neuron] = np.dot(new_forms[neuron][:-1], normal) > 0
-        del last
     return new
 
 

@@ -1,7 +1,8 @@
-"""The polyhedral complex as a face lattice: vertices, edges, ..., cells, each face a list of the faces one dimension down.
+"""The polyhedral complex as a face lattice: vertices, edges, ..., cells, each face a list of the faces one dimension
+down.
 
-Vertices are shared by all faces that contain them, so a network is evaluated once per vertex. A vertex carries, beside its
-floats, its exact sign at every hyperplane seen so far; that is what it *is* (see exact.py).
+Vertices are shared by all faces that contain them, so a network is evaluated once per vertex. A vertex carries,
+beside its floats, its exact sign at every hyperplane seen so far; that is what it *is* (see exact.py).
 """
 
 import numpy as np
@@ -46,9 +47,11 @@ def unpack(words: np.ndarray, n_columns: int) -> np.ndarray:
 
 
 class Level:
-    """Faces of one dimension k >= 2 in one pool. Face 0 is a dummy that owns what is no longer used, and pool position 0.
+    """Faces of one dimension k >= 2 in one pool. Face 0 is a dummy that owns what is no longer used, and pool
+    position 0.
 
-    sub: pooled (k-1)-faces. own: face of each pool entry. start, size: where a face's row lies. first: a vertex of the face.
+    sub: pooled (k-1)-faces. own: face of each pool entry. start, size: where a face's row lies. first: a vertex of
+    the face.
     radius: see rounding.py. home: cell of the complex at the start of the layer that contains the face.
     """
 

@@ -1,9 +1,9 @@
 """Cut every face of the complex along one hyperplane-per-cell function, given its exact sign at every vertex (T16).
 
 A k-face F with both signs becomes F+ (keeps its number), F- (new) and the (k-1)-face F0 = F and {z = 0} between them.
-Facets of F+ (F-): the facets of F with a + (-) vertex, a cut facet replaced by its own half, and F0. Facets of F0: G0 of the
-cut facets G of F, and every (k-2)-face of F on which z vanishes. No facet of a cut F lies in {z = 0}. That is all there is,
-degenerate or not; without zero signs the last kind is empty and only faces with a cut edge are cut.
+Facets of F+ (F-): the facets of F with a + (-) vertex, a cut facet replaced by its own half, and F0. Facets of F0: G0
+of the cut facets G of F, and every (k-2)-face of F on which z vanishes. No facet of a cut F lies in {z = 0}. That is
+all there is, degenerate or not; without zero signs the last kind is empty and only faces with a cut edge are cut.
 """
 
 from collections.abc import Callable
@@ -19,7 +19,8 @@ from parc_jax.pwa.growable import row_positions
 class Slack(NamedTuple):
     """Rounding constants of one cut: eta of its neuron, delta of a new point; threshold (V,) of the signs.
 
-    lip: of the neuron, in the given home cells. repair: called with the numbers of the new vertices, replaces floats that are too poor.
+    lip: of the neuron, in the given home cells. repair: called with the numbers of the new vertices, replaces floats
+    that are too poor.
     """
 
     eta: float
@@ -220,7 +221,9 @@ def _append_zero_faces(lattice, k, sub, size, radius, home) -> np.ndarray:
     """Append the new k-faces with the given boundaries; returns a vertex of each."""
     if k == 1:
         if not (size == 2).all():
-            raise SoundnessError("cut: a polygon was cut in other than two points, so a sign was wrong; please report the network.")
+            raise SoundnessError(
+                "cut: a polygon was cut in other than two points, so a sign was wrong; please report the network."
+            )
         ends = sub.reshape(-1, 2)
         lattice.a.append(ends[:, 0])
         lattice.b.append(ends[:, 1])

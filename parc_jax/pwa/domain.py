@@ -19,8 +19,8 @@ MAX_DIMENSION = 6
 class UnitProblem(NamedTuple):
     """Network and domain in unit coordinates y = x / scale, scale a power of two per axis: no rounding anywhere.
 
-    A, b: rows of the domain. lo, hi: a box that contains it (the domain itself where it is a box). weights, biases: of the
-    hidden layers.
+    A, b: rows of the domain. lo, hi: a box that contains it (the domain itself where it is a box). weights, biases:
+    of the hidden layers.
     """
 
     scale: np.ndarray
@@ -63,7 +63,9 @@ def _box_around(P: HPolytope) -> Box:
     """A box that contains the polytope with room to spare."""
     tight = bounding_box(P)
     if not (np.isfinite(tight.lo).all() and np.isfinite(tight.hi).all()):
-        raise InputError("domain: expected a bounded polytope; no bound was found for some axis. Add rows, or use a Box.")
+        raise InputError(
+            "domain: expected a bounded polytope; no bound was found for some axis. Add rows, or use a Box."
+        )
     room = 0.25 * (tight.hi - tight.lo) + 1e-3 * np.maximum(np.abs(tight.lo), np.abs(tight.hi)) + 2.0**-40
     return Box(tight.lo - room, tight.hi + room)
 

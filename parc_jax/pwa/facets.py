@@ -16,8 +16,8 @@ RAYS = 64  # directions shot from the centre of a region
 def find_facets(rows: Halfspaces, lo: np.ndarray, hi: np.ndarray) -> np.ndarray:
     """Indices of the rows that carry facets, one per facet. lo, hi: (n,) a box that contains the region.
 
-    The region must have interior. No verdict rests on a solver's word: a facet is shown by a point on it that is strictly
-    inside all other rows, a row is dropped for a proved bound, and everything else is decided exactly.
+    The region must have interior. No verdict rests on a solver's word: a facet is shown by a point on it that is
+    strictly inside all other rows, a row is dropped for a proved bound, and everything else is decided exactly.
     """
     waiting = _distinct(rows)
     unit = rows.unit[waiting]

@@ -1,5 +1,6 @@
 """The closed region of one activation pattern as rows, in integers and in floats rounded from them."""
 
+from itertools import pairwise
 from typing import NamedTuple
 
 import numpy as np
@@ -10,7 +11,8 @@ from parc_jax.pwa.exact import ExactNetwork
 class Halfspaces(NamedTuple):
     """{x : a.x + c <= 0 for every row (a, c)}. Rows with a = 0 hold everywhere and are left out.
 
-    exact: (m, n + 1) integers, each row up to a positive factor. unit: (m, n + 1) the same, |a| = 1, to a few roundings.
+    exact: (m, n + 1) integers, each row up to a positive factor. unit: (m, n + 1) the same, |a| = 1, to a few
+    roundings.
     label: (m,) hidden neuron, or -1 - (domain row).
     """
 
@@ -22,7 +24,7 @@ class Halfspaces(NamedTuple):
 def halfspaces(network: ExactNetwork, on: np.ndarray) -> Halfspaces:
     """Rows of the domain, then of every hidden neuron, for the pattern `on` (n_hidden,) bool."""
     tables, n = [network.rows], network.n
-    for layer, (first, last) in enumerate(zip(network.first_neuron, network.first_neuron[1:], strict=False)):
+    for layer, (first, last) in enumerate(pairwise(network.first_neuron)):
         sign = np.where(on[first:last], -1, 1)  # active: the pre-activation is >= 0
         tables.append(network.forms(layer, on) * sign.astype(object)[:, None])
     exact = np.concatenate(tables)

@@ -51,7 +51,9 @@ def float_patterns(net, k: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     sure = np.ones(len(k), bool)
     for W, b in zip(net.weights[:-1], net.biases[:-1], strict=True):
         z, size = h @ W.T + b, np.abs(W).T
-        error = (error @ size + (W.shape[1] + 4) * U * (np.abs(h) @ size + np.abs(b))) * (1 + 1e-6) + TINY * size.any(axis=0)
+        error = (error @ size + (W.shape[1] + 4) * U * (np.abs(h) @ size + np.abs(b))) * (1 + 1e-6) + TINY * size.any(
+            axis=0
+        )
         sure &= ((np.abs(z) > error) | ((z == 0) & (error == 0))).all(axis=1)
         on.append(z > 0)
         h, error = np.maximum(z, 0.0), error

@@ -34,7 +34,8 @@ def preactivation_maps(net, patterns: np.ndarray) -> Iterator[np.ndarray]:
 
 
 def facet_rows(net, patterns, label, region) -> np.ndarray:
-    """Rows (f, n + 1) of the hyperplanes of hidden neurons `label` (f,), under the patterns of the regions `region` (f,).
+    """Rows (f, n + 1) of the hyperplanes of hidden neurons `label` (f,), under the patterns of the regions `region`
+    (f,).
 
     Scaled by a power of two to a largest gradient entry in [1/2, 1), so neurons of any scale give rows of one scale.
     """

@@ -1,7 +1,8 @@
 """Reachable polyhedral marching: region after region outward from a seed, one facet at a time (Vincent, Schwager 2021).
 
-No table, no limit on the number of inputs. Facets by LPs, the pattern behind a facet by exact comparison of affine forms,
-so neurons that are constant, dead, rescaled or nearly parallel neither switch by mistake nor hide a region (A7-A9).
+No table, no limit on the number of inputs. Facets by LPs, the pattern behind a facet by exact comparison of affine
+forms, so neurons that are constant, dead, rescaled or nearly parallel neither switch by mistake nor hide a region
+(A7-A9).
 """
 
 from collections import deque

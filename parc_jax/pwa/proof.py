@@ -14,9 +14,10 @@ VOLUME_RELATIVE = 1e-12  # [1] largest relative gap between the sum of the volum
 class Completeness:
     """What a region table proves about itself.
 
-    volume, domain_volume: sum over the regions, and of the domain. euler: sum over k of (-1)^k (number of k-faces), 1 for
-    a ball cut into cells. faces: number of k-faces, k = 0..n. n_signs, n_exact, n_repaired: vertex signs decided, vertices
-    that needed rationals for an undecided sign, vertices that got rational coordinates because their floats were poor.
+    volume, domain_volume: sum over the regions, and of the domain. euler: sum over k of (-1)^k (number of k-faces), 1
+    for a ball cut into cells. faces: number of k-faces, k = 0..n. n_signs, n_exact, n_repaired: vertex signs decided,
+    vertices that needed rationals for an undecided sign, vertices that got rational coordinates because their floats
+    were poor.
     """
 
     volume: float
@@ -36,8 +37,8 @@ class Completeness:
 def prove_complete(volumes, domain_volume: float, faces, plus, minus, facet_label, facet_count, effort) -> Completeness:
     """Raise SoundnessError unless the regions cover the domain with disjoint interiors.
 
-    plus, minus: bit words (r, words), neurons positive / negative at some vertex of the region. facet_label (F,): >= 0 for
-    a neuron, < 0 for a domain row; facet_count (F,): regions it bounds. effort: (n_signs, n_exact, n_repaired).
+    plus, minus: bit words (r, words), neurons positive / negative at some vertex of the region. facet_label (F,): >=
+    0 for a neuron, < 0 for a domain row; facet_count (F,): regions it bounds. effort: (n_signs, n_exact, n_repaired).
     """
     proof = Completeness(math.fsum(volumes), float(domain_volume), _euler(faces), tuple(faces), *effort)
     if (plus & minus).any():
@@ -50,7 +51,9 @@ def prove_complete(volumes, domain_volume: float, faces, plus, minus, facet_labe
     if proof.euler != 1:
         _refuse(f"the Euler characteristic of its faces {proof.faces} is {proof.euler}, not 1")
     if not proof.gap <= VOLUME_RELATIVE:
-        _refuse(f"the volumes of its {len(volumes)} regions sum to {proof.volume!r}, the domain has {proof.domain_volume!r}")
+        _refuse(
+            f"the volumes of its {len(volumes)} regions sum to {proof.volume!r}, the domain has {proof.domain_volume!r}"
+        )
     return proof
 
 
@@ -67,4 +70,6 @@ def _all_distinct(words: np.ndarray) -> bool:
 
 
 def _refuse(why: str) -> None:
-    raise SoundnessError(f"region table: not complete, {why}. Nothing may be certified from it; please report the network.")
+    raise SoundnessError(
+        f"region table: not complete, {why}. Nothing may be certified from it; please report the network."
+    )

@@ -7,7 +7,8 @@ from parc_jax.pwa.growable import Growable, row_positions
 
 
 def keep_minus(lattice: Complex, column: int) -> np.ndarray:
-    """Drop all faces with a vertex of sign plus at `column`, and faces left without a cell. In place; for small complexes.
+    """Drop all faces with a vertex of sign plus at `column`, and faces left without a cell. In place; for small
+    complexes.
 
     Returns the new number of every old vertex, -1 where it was dropped.
     """

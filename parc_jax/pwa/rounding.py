@@ -1,17 +1,17 @@
 """How far a float pre-activation at a float vertex can be from the exact one at the exact vertex.
 
-For a vertex v of the complex with float image v^, neuron i with stored value z^_i, and every cell C at v with affine map
-L_i^C, the subdivision keeps three facts (u = 2^-53):
+For a vertex v of the complex with float image v^, neuron i with stored value z^_i, and every cell C at v with affine
+map L_i^C, the subdivision keeps three facts (u = 2^-53):
 
-(1) |z^_i - L_i^C(v^)| <= eta_i, one number per neuron for all vertices: forward error of the layer (T10) from the eta of
-    the layer before, plus 6u per interpolation along an edge for the value and for the point. A neuron of sign 0 counts
-    as z^ = 0. Interpolations form chains no longer than the number of hyperplanes cut so far.
+(1) |z^_i - L_i^C(v^)| <= eta_i, one number per neuron for all vertices: forward error of the layer (T10) from the eta
+    of the layer before, plus 6u per interpolation along an edge for the value and for the point. A neuron of sign 0
+    counts as z^ = 0. Interpolations form chains no longer than the number of hyperplanes cut so far.
 (2) |grad L_i^C| <= lip_i in every cell.
 (3) |v^ - v| <= rho(v); a face of dimension d lies within radius(face) of its exact affine hull.
 
-So sign(z_i(v)) is the sign of z^_i whenever |z^_i| > eta_i + lip_i rho(v). New faces: hull(F0) = hull(F) and {L_p = 0}, so
-radius(F0) <= r + (eta_p + lip_p r) / slope + delta with r = radius(F), slope <= |grad of L_p along F|, which the ends of
-any cut edge of F bound from below; rho of a new vertex is the same formula on its edge.
+So sign(z_i(v)) is the sign of z^_i whenever |z^_i| > eta_i + lip_i rho(v). New faces: hull(F0) = hull(F) and {L_p =
+0}, so radius(F0) <= r + (eta_p + lip_p r) / slope + delta with r = radius(F), slope <= |grad of L_p along F|, which
+the ends of any cut edge of F bound from below; rho of a new vertex is the same formula on its edge.
 """
 
 from typing import NamedTuple
@@ -71,7 +71,8 @@ def layer_bound(W, b, before: LayerBound, lip, h_max, z_max, n: int, n_cuts: int
     """Constants of a layer z = W h + b.
 
     lip (w,): bounds on the Euclidean gradients over all cells. h_max (in,), z_max (w,): largest
-    |h^|, |z^| over the vertices. n_cuts: hyperplanes cut in the whole run, a bound on the length of interpolation chains.
+    |h^|, |z^| over the vertices. n_cuts: hyperplanes cut in the whole run, a bound on the length of interpolation
+    chains.
     x_max: largest |coordinate|.
     """
     size = np.abs(W)

@@ -1,9 +1,10 @@
-"""Exact signs of the pre-activations at the vertices: floats where the error bound decides, rationals where it does not."""
+"""Exact signs of the pre-activations at the vertices: floats where the error bound decides, rationals elsewhere."""
 
 from fractions import Fraction
 
 import numpy as np
 
+from parc_jax.pwa.budget import Budget
 from parc_jax.pwa.complex import Complex, unpack
 from parc_jax.pwa.cut import Slack
 from parc_jax.pwa.exact import ExactNetwork, sign_code
@@ -19,8 +20,8 @@ class SignOracle:
     n_signs: signs asked for.
     """
 
-    def __init__(self, lattice: Complex, exact: ExactNetwork, delta: float):
-        self.lattice, self.exact, self.delta = lattice, exact, delta
+    def __init__(self, lattice: Complex, exact: ExactNetwork, delta: float, budget: Budget):
+        self.lattice, self.exact, self.delta, self.budget = lattice, exact, delta, budget
         self.points: dict[int, tuple[list[int], int]] = {}
         self.n_exact = self.n_repaired = self.n_signs = 0
 
@@ -35,7 +36,7 @@ class SignOracle:
         self.twins = _proportional(W, b)
 
     def codes(self, j: int) -> tuple[np.ndarray, Slack]:
-        """Codes (V,) uint8 of neuron j of the open layer (1 plus, 2 minus, 0 zero), with the slack of a cut along it."""
+        """Codes (V,) uint8 of neuron j of the open layer (1 plus, 2 minus, 0 zero), and the slack of a cut along it."""
         lattice, column = self.lattice, self.first_column + j
         z = lattice.z.view[:, j]
         threshold = self.bound.lip[j] * lattice.rho.view
@@ -44,9 +45,9 @@ class SignOracle:
         undecided = np.flatnonzero(~(np.abs(z) > threshold))
         self.n_signs += len(z)
         if len(undecided):
-            sharper = self.bound.eta[j] + self._lip(j, lattice.vertex_home.data[undecided]) * lattice.rho.data[undecided]
-            threshold[undecided] = sharper
-            undecided = undecided[~(np.abs(z[undecided]) > sharper)]
+            lip = self._lip(j, lattice.vertex_home.data[undecided])
+            threshold[undecided] = self.bound.eta[j] + lip * lattice.rho.data[undecided]
+            undecided = undecided[~(np.abs(z[undecided]) > threshold[undecided])]
             codes[undecided] = self._decide(undecided, j)
         slack = Slack(
             eta=self.bound.eta[j],
@@ -87,8 +88,10 @@ class SignOracle:
 
     def _known(self, vertices, column: int) -> np.ndarray:
         word, bit = column >> 6, np.uint64(column & 63)
-        plus, minus = ((bits.data[vertices, word] >> bit) & np.uint64(1) for bits in
-                       (self.lattice.bits.plus, self.lattice.bits.minus))
+        plus, minus = (
+            (bits.data[vertices, word] >> bit) & np.uint64(1)
+            for bits in (self.lattice.bits.plus, self.lattice.bits.minus)
+        )
         return (plus + 2 * minus).astype(np.uint8)
 
     def _repair(self, new, n_columns: int) -> None:
@@ -100,6 +103,7 @@ class SignOracle:
         """Exact codes of the whole layer at vertex v; its floats are replaced by the rounded exact ones."""
         if v in self.rows:
             return self.rows[v]
+        self.budget.check_time()
         n_rows = len(self.exact.rows)
         plus, zero = self.lattice.bits.at(v, n_columns)
         on = np.zeros(self.exact.first_neuron[-1], bool)
@@ -126,7 +130,9 @@ def _proportional(W, b) -> dict[int, tuple[int, bool]]:
     table = np.column_stack([W, b])
     size = np.abs(table).max(axis=1)
     unit = table / np.where(size > 0, size, 1.0)[:, None]
-    cosine = np.abs(unit @ unit.T) / np.maximum(np.linalg.norm(unit, axis=1)[:, None] * np.linalg.norm(unit, axis=1), 1e-300)
+    cosine = np.abs(unit @ unit.T) / np.maximum(
+        np.linalg.norm(unit, axis=1)[:, None] * np.linalg.norm(unit, axis=1), 1e-300
+    )
     twins: dict[int, tuple[int, bool]] = {}
     for i, j in zip(*np.nonzero(np.triu(cosine > 1 - 1e-9, 1)), strict=True):
         if j not in twins and i not in twins and _is_multiple(table[i], table[j]):

@@ -1,11 +1,10 @@
 """`enumerate_regions`: every linear region of a ReLU network over a domain, by exact subdivision (T16)."""
 
-import time
-
 import numpy as np
 
-from parc_jax.errors import BudgetError, InputError
+from parc_jax.errors import InputError
 from parc_jax.pwa.assemble import build_table, domain_volume
+from parc_jax.pwa.budget import Budget
 from parc_jax.pwa.complex import Complex, unpack
 from parc_jax.pwa.cut import cut
 from parc_jax.pwa.domain import MAX_DIMENSION, box_complex, unit_problem
@@ -24,27 +23,28 @@ def enumerate_regions(
     *,
     max_regions: int = 2_000_000,
     max_seconds: float = 3600.0,
-    max_bytes: int = 4 << 30,
+    max_bytes: int | None = None,
 ) -> RegionTable:
     """All full-dimensional linear regions of `net` over `domain`, with proof of completeness (T16, T17).
 
     net: ReLUNetwork with n_in = 1..6 inputs, any depth and widths. domain: Box or bounded HPolytope with interior.
+    max_bytes: half of the machine's memory by default.
     Signs are exact (float64 with an error bound, rationals where that is not enough), so no region is lost or invented.
     Raises InputError for a domain without interior, BudgetError when a cap would be passed, SoundnessError when the
     finished table does not prove itself complete.
     """
     if net.n_in > MAX_DIMENSION:
         raise InputError(f"enumerate_regions: expected at most {MAX_DIMENSION} inputs; got {net.n_in}. Use march.")
-    budget = Budget(max_regions, max_seconds, max_bytes)
     unit, n = unit_problem(net, domain), net.n_in
     is_box = isinstance(domain, Box)
     # columns: the box of the complex, the rows of a polytope, the neurons
     around = from_box(Box(unit.lo, unit.hi))
     A, b = (around.A, around.b) if is_box else (np.vstack([around.A, unit.A]), np.append(around.b, unit.b))
     n_columns = len(b) + sum(net.hidden)
+    budget = Budget(max_regions, max_seconds, max_bytes, n_columns)
     lattice = box_complex(unit.lo, unit.hi, n_columns)
     exact = ExactNetwork(A, b, unit.weights, unit.biases)
-    oracle = SignOracle(lattice, exact, point_rounding(n, n_columns, 1.0))
+    oracle = SignOracle(lattice, exact, point_rounding(n, n_columns, 1.0), budget)
     if is_box:
         whole = float(np.prod(unit.hi - unit.lo))
     else:
@@ -52,27 +52,6 @@ def enumerate_regions(
         whole = domain_volume(lattice)
     _cut_layers(lattice, oracle, unit.weights, unit.biases, len(b), n_columns, budget)
     return build_table(net, domain, lattice, oracle, unit.scale, whole, first_row=0 if is_box else 2 * n)
-
-
-class Budget:
-    """The caps of one run, checked between cuts."""
-
-    def __init__(self, regions: int, seconds: float, memory: int):
-        self.regions, self.seconds, self.memory = regions, seconds, memory
-        self.start = time.perf_counter()
-
-    def check(self, lattice: Complex, column: int, n_columns: int) -> None:
-        """Raise BudgetError if a cap is passed."""
-        spent = time.perf_counter() - self.start
-        where = f"after {column} of {n_columns} hyperplanes ({lattice.n_cells} regions, {spent:.1f} s)"
-        hint = "Shrink the domain or the network, raise the cap, or use march for a part of the regions."
-        if lattice.n_cells > self.regions:
-            raise BudgetError(f"enumerate_regions: more than max_regions = {self.regions} regions {where}. {hint}")
-        if spent > self.seconds:
-            raise BudgetError(f"enumerate_regions: more than max_seconds = {self.seconds:g} s {where}. {hint}")
-        # one more cut can double everything, and the finished table needs about as much again
-        if 2 * lattice.nbytes > self.memory:
-            raise BudgetError(f"enumerate_regions: would need more than max_bytes = {self.memory} {where}. {hint}")
 
 
 def _cut_domain(lattice: Complex, oracle: SignOracle, A, minus_b, n_columns: int, budget: Budget) -> None:
@@ -87,9 +66,11 @@ def _cut_domain(lattice: Complex, oracle: SignOracle, A, minus_b, n_columns: int
         cut(lattice, codes, first + j, j, slack)
         lattice.bits.mark(first + j, codes)
         oracle.renumber(keep_minus(lattice, first + j))
-        budget.check(lattice, first + j + 1, n_columns)
+        budget.check(lattice, first + j + 1)
     if lattice.touches(0, first):
-        raise InputError("domain: expected a bounded polytope; it reaches past every bound found for it. Add rows, or use a Box.")
+        raise InputError(
+            "domain: expected a bounded polytope; it reaches past every bound found for it. Add rows, or use a Box."
+        )
 
 
 def _cut_layers(lattice: Complex, oracle: SignOracle, weights, biases, n_rows: int, n_columns: int, budget: Budget):
@@ -104,12 +85,14 @@ def _cut_layers(lattice: Complex, oracle: SignOracle, weights, biases, n_rows: i
                 cut(lattice, codes, column, j, slack)
             lattice.bits.mark(column, codes)
             column += 1
-            budget.check(lattice, column, n_columns)
+            budget.check(lattice, column)
         # by the exact sign, not by the float's: a neuron of sign 0 feeds exactly 0 forward
         h = lattice.z.view * lattice.bits.is_plus(column - len(b), column)
 
 
-def _open_layer(lattice, oracle, layer, weights, b, before: LayerBound, h_max, column: int, n_columns: int) -> LayerBound:
+def _open_layer(
+    lattice, oracle, layer, weights, b, before: LayerBound, h_max, column: int, n_columns: int
+) -> LayerBound:
     """Bounds of the layer whose values the complex holds; `weights` are those of all layers up to it."""
     lattice.settle()
     done = sum(len(W) for W in weights[:-1])

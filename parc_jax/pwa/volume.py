@@ -7,10 +7,9 @@ is treated once, however many cells share it. Rounding: about u times the surfac
 """
 
 from functools import lru_cache
-from itertools import combinations
+from itertools import combinations, pairwise
 
 import numpy as np
-
 
 CHUNK = 1 << 15  # boundary entries treated at once, so that the working set stays in cache
 
@@ -48,7 +47,7 @@ def _chunks(offsets: np.ndarray):
     """Row ranges of about CHUNK entries each."""
     cuts = np.searchsorted(offsets, np.arange(0, offsets[-1], CHUNK))
     cuts = np.unique(np.append(cuts, len(offsets) - 1))
-    return zip(cuts[:-1], cuts[1:], strict=True)
+    return pairwise(cuts)
 
 
 def _wedge(v: np.ndarray, M: np.ndarray, k: int) -> np.ndarray:
