@@ -21,7 +21,7 @@ import sys
 from fractions import Fraction
 
 FORMAT = "parc_jax.answer/1"
-MAX_BYTES, MAX_CHARS, MAX_BITS, MAX_LAYERS = 1 << 28, 1000, 1 << 13, 64
+MAX_BYTES, MAX_CHARS, MAX_BITS, MAX_LAYERS = 1 << 26, 1000, 1 << 13, 64
 HEX = re.compile(r"(-?)0x([0-9a-f]{1,40})(?:\.([0-9a-f]{0,40}))?p([+-]?[0-9]{1,4})")
 DECIMAL = re.compile(r"-?[0-9]+(?:/[0-9]+|(?:\.[0-9]+)?(?:e[+-]?[0-9]{1,3})?)")
 

@@ -11,7 +11,7 @@ import itertools
 import math
 import operator
 
-MAX_POINTS = 50_000
+MAX_POINTS = 20_000
 UNSAFE = ("goal", "start", "hit")
 
 
@@ -139,7 +139,7 @@ def check_no_plan(checker, context, plan):
     def cells(lo, hi):  # leaves next to each other in the tree often share their box of k
         if (*lo, *hi) not in seen:
             seen.clear()
-            points = collections.ChainMap(*network_cells(checker, context, lo, hi))
+            points = {p: v for cell in network_cells(checker, context, lo, hi) for p, v in cell.items()}
             seen[*lo, *hi] = [(y, scale) for _, (y,), scale in points.values()]
         return seen[*lo, *hi]
 

@@ -123,13 +123,13 @@ def test_cells_of_known_networks():
         assert len(list(cells([slopes, [[F(1)] * n]], biases, (-2, -2), (2, 2)))) == 1 + n + n * (n - 1) // 2
 
 
-@pytest.mark.parametrize("n_k", [1, 3, 4])
-def test_cells_in_other_dimensions_tile_the_box(n_k):
-    """Volumes by an independent float hull add up, and the network is affine on each cell."""
+@pytest.mark.parametrize("n_k, bits", [(1, 8), (3, 8), (4, 8), (3, 0), (4, 0)])
+def test_cells_in_other_dimensions_tile_the_box(n_k, bits):
+    """Volumes by an independent float hull add up, also with weights -1, 0, 1, and the network is affine on each."""
     from scipy.spatial import ConvexHull
 
     rng = random.Random(n_k)
-    weights, biases = random_layers(rng, (n_k, 5, 4, 1))
+    weights, biases = random_layers(rng, (n_k, 5, 4, 1), bits)
     network, total = {"weights": build.text(weights), "biases": build.text(biases)}, 0.0
     for cell in cells(weights, biases, [-1] * n_k, [1] * n_k):
         points = np.array([[float(x) for x in p] for p, _ in cell])
@@ -141,16 +141,19 @@ def test_cells_in_other_dimensions_tile_the_box(n_k):
 
 
 def test_volumes_of_a_bracket_add_up():
-    answer = build.scene(0, T=4, hidden=(3,), starts=False, n_samples=0, n_sets=0)
-    plan = search.grow(answer["problem"], answer["network"], answer["tube"], depth=5)
-    report = checker.check_answer(answer | {"no_plan": plan}).no_plan
-    root = [build.value(plan["z"][side] + answer["problem"]["domain"][side]) for side in ("lo", "hi")]
-    assert sum(F(report[name]) for name in ("safe", "unsafe", "undecided")) == search.volume(*root)
-    sizes = {}
-    for name, lo, hi in search.boxes(plan, *root):
-        sizes[name] = sizes.get(name, 0) + search.volume(lo, hi)
-    assert F(report["safe"]) == sizes.get("safe", 0) > 0
-    assert F(report["undecided"]) == sizes.get("open", 0)
+    answer, names = build.scene(1, T=4, hidden=(3,), n_samples=0, n_sets=0), set()
+    answer["no_plan"] = search.grow(answer["problem"], answer["network"], answer["tube"], depth=5)
+    for case in (answer, known.bracket()):
+        report, plan, sizes = checker.check_answer(case).no_plan, case["no_plan"], {}
+        root = [build.value(plan["z"][side] + case["problem"]["domain"][side]) for side in ("lo", "hi")]
+        for name, lo, hi in search.boxes(plan, *root):
+            sizes[name] = sizes.get(name, 0) + search.volume(lo, hi)
+        unsafe = sum(sizes.get(name, 0) for name in ("goal", "start", "hit"))
+        expected = [sizes.get("safe", 0), unsafe, sizes["open"]]
+        assert [F(report[key]) for key in ("safe", "unsafe", "undecided")] == expected
+        assert sum(sizes.values()) == search.volume(*root)
+        names |= set(sizes)
+    assert names == {"goal", "start", "hit", "safe", "open"}
 
 
 def test_a_proof_does_not_depend_on_how_boxes_are_cut():
