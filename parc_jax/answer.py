@@ -104,12 +104,13 @@ class Answer:
 
         Its radius is room for state-estimation and command error: every plan in the ball is safe.
         """
-        from parc_jax.sets.chebyshev import chebyshev_centre
+        from parc_jax.sets.chebyshev import chebyshev_center
 
-        balls = [chebyshev_centre(s) for s in self.safe_sets]
+        balls = [ball for ball in map(chebyshev_center, self.safe_sets) if np.isfinite(ball.radius)]
         if not balls:
             raise InputError("safest: expected an answer with safe polytopes; this one has none.")
-        return max(balls, key=lambda ball: ball[1])
+        best = max(balls, key=lambda ball: ball.radius)
+        return best.center, best.radius
 
     @cached_property
     def share_of_k(self) -> float:
@@ -129,7 +130,8 @@ class Answer:
         proved = "proved in exact arithmetic" if self.level == LEVELS[1] else "shown in float64 with a rounding margin"
         first = (
             f"(C) For each of the {len(self.samples)} samples and every (p0, k) in the {len(self.pieces)} safe "
-            f"polytopes, and for every trajectory inside the tube: the goal is reached and nothing is touched; {proved}."
+            "polytopes, and for every trajectory inside the tube: the goal is reached and nothing is touched; "
+            f"{proved}."
         )
         return f"{first}\n(E) {self.model.claim.statement()}\n{self._risk_sentence()}"
 

@@ -47,7 +47,7 @@ def reach_avoid(goal, obstacles: Sequence, body, start=None, steps: Sequence | N
     start = None if start is None else _polytope("start", start)
     if not isinstance(body, Disc | Polygon):
         body = Disc(float(as_float64("body radius", body, ())))
-    n_p = obstacles[0].n if obstacles else (start.n if start else goal.n)
+    n_p = _workspace(goal, obstacles, body, start)
     for name, part in [*((f"obstacle {i}", o) for i, o in enumerate(obstacles)), ("start", start)]:
         if part is not None and part.n != n_p:
             raise InputError(f"{name}: expected a set in the {n_p}-D workspace; got {part.n} dimensions.")
@@ -57,13 +57,27 @@ def reach_avoid(goal, obstacles: Sequence, body, start=None, steps: Sequence | N
         raise InputError(f"body: expected a radius >= 0 m; got {body.radius}.")
     if isinstance(body, Polygon):
         body = Polygon(as_float64("body vertices", body.vertices, (None, n_p)))
+        if len(body.vertices) == 0:
+            raise InputError("body: expected a polygon with at least one vertex; got none. For a point use radius 0.")
     steps = (None,) * len(obstacles) if steps is None else tuple(steps)
     if len(steps) != len(obstacles):
         raise InputError(f"steps: expected one entry per obstacle ({len(obstacles)}); got {len(steps)}.")
     for j, span in enumerate(steps):
-        if span is not None and not 0 <= span[0] <= span[1]:
-            raise InputError(f"steps of obstacle {j}: expected 0 <= first <= last; got {span}.")
+        if span is not None and not _is_span(span):
+            raise InputError(f"steps of obstacle {j}: expected whole numbers 0 <= first <= last; got {span}.")
     return ReachAvoid(goal, obstacles, body, start, steps)
+
+
+def _workspace(goal: HPolytope, obstacles, body, start) -> int:
+    """Dimension of the workspace, from whatever names it."""
+    if obstacles or start is not None:
+        return obstacles[0].n if obstacles else start.n
+    return np.shape(body.vertices)[-1] if isinstance(body, Polygon) and np.ndim(body.vertices) == 2 else goal.n
+
+
+def _is_span(span) -> bool:
+    pair = isinstance(span, tuple | list) and len(span) == 2 and all(isinstance(i, int | np.integer) for i in span)
+    return pair and 0 <= span[0] <= span[1]
 
 
 def _polytope(name: str, value) -> HPolytope:

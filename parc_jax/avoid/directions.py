@@ -12,7 +12,7 @@ import numpy as np
 from flax import struct
 
 from parc_jax.avoid.grown import bucket
-from parc_jax.avoid.polygon import corners
+from parc_jax.avoid.polygon import corners, decimal
 from parc_jax.problem import Disc, ReachAvoid
 
 N_DIRECTIONS = 48  # per obstacle, about 7.5 degrees apart
@@ -61,7 +61,7 @@ def direction_table(problem: ReachAvoid) -> DirectionTable:
 def direction(problem: ReachAvoid, obstacle: int, m: Multiplier) -> tuple[np.ndarray, float]:
     """The direction w (2,) of a multiplier and the reach of obstacle + (-body) along it, both rounded to nearest."""
     part = problem.obstacles[obstacle]
-    rows = [(Fraction(float(part.A[i, 0])), Fraction(float(part.A[i, 1])), Fraction(float(part.b[i]))) for i in m.rows]
+    rows = [(decimal(part.A[i, 0]), decimal(part.A[i, 1]), decimal(part.b[i])) for i in m.rows]
     x, y, reach = (sum(v * row[c] for v, row in zip(m.values, rows, strict=True)) for c in range(3))
     w = np.array([float(x), float(y)])
     if isinstance(problem.body, Disc):
@@ -71,14 +71,14 @@ def direction(problem: ReachAvoid, obstacle: int, m: Multiplier) -> tuple[np.nda
 
 def multiplier_near(problem: ReachAvoid, table: DirectionTable, obstacle: int, w: np.ndarray) -> Multiplier:
     """The multiplier whose direction is nearest to w (2,), on the two rows whose normals enclose w."""
-    A = problem.obstacles[obstacle].A
-    pairs = np.array(table.cones[obstacle])
+    part = problem.obstacles[obstacle]
+    A, pairs = part.A, np.array(table.cones[obstacle])
     first, second = A[pairs[:, 0]], A[pairs[:, 1]]
     det = first[:, 0] * second[:, 1] - first[:, 1] * second[:, 0]
     share = np.stack([w[0] * second[:, 1] - w[1] * second[:, 0], first[:, 0] * w[1] - first[:, 1] * w[0]], axis=1)
     share = share / det[:, None]
     best = int(np.argmax(share.min(axis=1)))  # the normal cones of a bounded polygon cover the plane
-    return _rounded(tuple(pairs[best]), np.maximum(share[best], 0), POINT_BITS)
+    return _rounded(part, tuple(int(i) for i in pairs[best]), np.maximum(share[best], 0), POINT_BITS)
 
 
 def _spread(obstacle, cones) -> list[Multiplier]:
@@ -92,7 +92,7 @@ def _spread(obstacle, cones) -> list[Multiplier]:
         for step in range(1, n + 1):
             a = angle[i] + span * step / (n + 1)
             share = np.linalg.solve(obstacle.A[[i, j]].T, [np.cos(a), np.sin(a)])
-            out.append(_rounded((i, j), np.maximum(share, 0), TABLE_BITS))
+            out.append(_rounded(obstacle, (i, j), np.maximum(share, 0), TABLE_BITS))
     return (out + [facets[0]] * N_DIRECTIONS)[:N_DIRECTIONS]
 
 
@@ -108,7 +108,11 @@ def _cones(obstacle, name: str) -> list[tuple[int, int]]:
     return list(found)
 
 
-def _rounded(rows, share, bits: int) -> Multiplier:
-    scaled = [Fraction(round(float(s / share.max()) * 2**bits), 2**bits) for s in share]
+def _rounded(obstacle, rows, share, bits: int) -> Multiplier:
+    """Multipliers near `share`, rounded as if the rows had unit length: rows may be spelled in any units."""
+    power = [int(np.frexp(np.hypot(*obstacle.A[i]))[1]) for i in rows]
+    size = np.array([s * 2.0**p for s, p in zip(share, power, strict=True)])
+    whole = [round(float(s / size.max()) * 2**bits) for s in size]
+    scaled = [Fraction(n, 2**bits) * Fraction(2) ** (max(power) - p) for n, p in zip(whole, power, strict=True)]
     kept = [(r, v) for r, v in zip(rows, scaled, strict=True) if v > 0]
     return Multiplier(tuple(r for r, _ in kept), tuple(v for _, v in kept))

@@ -10,7 +10,7 @@ from fractions import Fraction
 import numpy as np
 from flax import struct
 
-from parc_jax.avoid.polygon import corners, hull
+from parc_jax.avoid.polygon import corners, decimal, hull
 from parc_jax.errors import InputError
 from parc_jax.problem import Disc, ReachAvoid
 
@@ -37,7 +37,7 @@ def grown_obstacles(problem: ReachAvoid, n_steps: int) -> GrownObstacles:
     radius = float(problem.body.radius) if isinstance(problem.body, Disc) else 0.0
     body = [(Fraction(0), Fraction(0))]
     if not isinstance(problem.body, Disc):
-        body = [(-Fraction(float(x)), -Fraction(float(y))) for x, y in problem.body.vertices]
+        body = [(-decimal(x), -decimal(y)) for x, y in problem.body.vertices]
     tables = [_signed_corners(o, body, f"obstacle {j}") for j, o in enumerate(problem.obstacles)]
     n_o = bucket(len(tables))
     n_m = bucket(max((len(t) for t in tables), default=1))

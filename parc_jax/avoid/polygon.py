@@ -17,12 +17,21 @@ class Corner(NamedTuple):
     rows: tuple[int, ...]
 
 
+def decimal(value: float) -> Fraction:
+    """The number that a certificate spells for a number of the problem: its shortest decimal, exactly.
+
+    0.1 means 1/10. The float nearest to it is another number, and where two rows are almost parallel their corner
+    depends on the difference.
+    """
+    return Fraction(repr(float(value)))
+
+
 def corners(poly: HPolytope, name: str = "polygon") -> tuple[Corner, ...]:
     """Corners of a bounded planar polytope, counter-clockwise, exact. Raises InputError when empty or unbounded."""
     if poly.n != 2:
         raise InputError(f"{name}: expected a set in the plane; got {poly.n} dimensions. Only planar workspaces solve.")
-    A = [(Fraction(float(x)), Fraction(float(y))) for x, y in poly.A]
-    b = [Fraction(float(v)) for v in poly.b]
+    A = [(decimal(x), decimal(y)) for x, y in poly.A]
+    b = [decimal(v) for v in poly.b]
     angles = np.arctan2(poly.A[:, 1], poly.A[:, 0])
     gaps = np.diff(np.sort(angles), append=np.sort(angles)[0] + 2 * np.pi)
     if len(A) < 3 or gaps.max() >= np.pi - 1e-12:

@@ -1,11 +1,14 @@
 """A problem as arrays for one model: everything a query needs, padded to few compiled shapes."""
 
+from fractions import Fraction
+
 import numpy as np
 from flax import struct
 
 from parc_jax.arrays import as_float64
 from parc_jax.avoid.directions import DirectionTable, direction_table
 from parc_jax.avoid.grown import GrownObstacles, bucket, grown_obstacles
+from parc_jax.avoid.polygon import decimal
 from parc_jax.errors import InputError
 from parc_jax.network.rounding import UNIT, rounding_bound
 from parc_jax.problem import ReachAvoid
@@ -18,6 +21,7 @@ class Scene:
 
     goal_A (g, n_p + n_q), goal_b (g,): rows of the goal. start_A (s, n_p), start_b (s,): rows of P0.
     z_lo, z_hi (n_p,): bounding box of the goal's workspace part, from which end points are drawn.
+    k_lo, k_hi (n_k,): the floats of K; a bound whose decimal is a little inside of its float is left out.
     slack: () [m or row units] float margin of T11: a verdict that clears it in float64 holds in real arithmetic.
     """
 
@@ -27,6 +31,8 @@ class Scene:
     start_b: np.ndarray
     z_lo: np.ndarray
     z_hi: np.ndarray
+    k_lo: np.ndarray
+    k_hi: np.ndarray
     obstacles: GrownObstacles
     directions: DirectionTable
     slack: np.ndarray
@@ -48,6 +54,8 @@ def scene(problem: ReachAvoid, model) -> Scene:
     for j, o in enumerate(problem.obstacles):
         if o.n != model.n_p:
             raise InputError(f"obstacle {j}: expected a set in the {model.n_p}-D workspace; got {o.n} dimensions.")
+    if problem.start is not None and problem.start.n != model.n_p:
+        raise InputError(f"start: expected a set in the {model.n_p}-D workspace; got {problem.start.n} dimensions.")
     box_lo, box_hi = bounding_box(problem.goal, "goal")
     widest = model.tube.final.min(axis=0)
     if ((box_hi - box_lo) < 2 * widest).any():
@@ -60,7 +68,8 @@ def scene(problem: ReachAvoid, model) -> Scene:
     grown = grown_obstacles(problem, model.time.n_steps)
     slack = _slack(model, grown, np.abs([*box_lo, *box_hi]).max())
     z_lo, z_hi = box_lo[: model.n_p], box_hi[: model.n_p]
-    return Scene(*_padded(problem.goal), *_padded(start), z_lo, z_hi, grown, direction_table(problem), slack)
+    k_box = _floats_within(model.domain)
+    return Scene(*_padded(problem.goal), *_padded(start), z_lo, z_hi, *k_box, grown, direction_table(problem), slack)
 
 
 def bounding_box(poly: HPolytope, name: str) -> tuple[np.ndarray, np.ndarray]:
@@ -95,6 +104,14 @@ def bounding_box(poly: HPolytope, name: str) -> tuple[np.ndarray, np.ndarray]:
     return lo, hi
 
 
+def _floats_within(domain) -> tuple[np.ndarray, np.ndarray]:
+    """The largest box of floats inside the domain that certificates spell in decimals."""
+    outside_lo = [Fraction(float(x)) < decimal(x) for x in domain.lo]
+    outside_hi = [Fraction(float(x)) > decimal(x) for x in domain.hi]
+    lo = np.where(outside_lo, np.nextafter(domain.lo, np.inf), domain.lo)
+    return lo, np.where(outside_hi, np.nextafter(domain.hi, -np.inf), domain.hi)
+
+
 def _padded(poly: HPolytope):
     rows = bucket(max(1, len(poly.b)))
     A, b = np.zeros((rows, poly.A.shape[1])), np.ones(rows)
@@ -109,6 +126,7 @@ def _slack(model, grown: GrownObstacles, goal_size: float) -> np.ndarray:
     reaches rounded to nearest; all per unit of |w|_1.
     """
     bound = rounding_bound(model.net, model.domain)
-    widest = max(model.tube.interval.max(), model.tube.final.max())
+    claimed = model.tube.claimed  # in the other bins nothing is ever safe
+    widest = max(model.tube.interval[claimed].max(initial=0.0), model.tube.final[claimed].max(initial=0.0))
     size = 4 * bound.magnitude.max() + goal_size + np.abs(grown.corner).max() + grown.radius + widest
     return np.float64(4 * bound.error.max() + 64 * UNIT * size)
