@@ -1,9 +1,9 @@
 """Backtracking along 1, 0.95, 0.95^2, ...: the first step length that lowers the cost enough, without trying them all.
 
-A plain search costs some twenty evaluations per sweep, and 59 when no length passes, which ends most solves. The gain is
-a smooth function of the step length, so five evaluations give an interpolant; every length that it rejects by a wide
-margin is skipped, and from the first one that might pass on the true cost decides. Near a pole of the tangent of the
-steering the interpolant does not settle, the margin grows, and the search is the plain one.
+A plain search costs some twenty evaluations per sweep, and 59 when no length passes, which ends most solves. The gain
+is a smooth function of the step length, so five evaluations give an interpolant; every length that it rejects by a
+wide margin is skipped, and from the first one that might pass on the true cost decides. Near a pole of the tangent of
+the steering the interpolant does not settle, the margin grows, and the search is the plain one.
 """
 
 import jax

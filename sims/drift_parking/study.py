@@ -1,0 +1,11 @@
+"""The main job's settings for drift parking; docs/drift_parking.md says how they were chosen."""
+
+from parc_jax.study.settings import Study
+
+STUDY = Study(
+    hidden=(8, 8, 8, 8),
+    others=((6, 6, 6, 6), (7, 7, 7, 7), (16, 16, 16, 16)),
+    bins=(20, 4),
+    heading=0,
+    names=("m x", "m y", "rad"),
+)
