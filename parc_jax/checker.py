@@ -18,6 +18,7 @@ import math
 import operator
 import re
 import sys
+import types
 from fractions import Fraction
 
 FORMAT = "parc_jax.answer/1"
@@ -341,10 +342,10 @@ def check_answer(answer):
             with rejecting(f"{kind}[{i}]: "):
                 check(entry)
     plan = answer["no_plan"]
-    if plan is not None:  # a second file, so that this one stays short; it gets this module, whatever its name is
+    if plan is not None:  # a second file, so that this one stays short; it imports nothing and gets this one
         cells = importlib.import_module("parc_jax.checker_cells" if __package__ else "checker_cells")
         with rejecting("no_plan: "):
-            plan = cells.check_no_plan(sys.modules[__name__], context, plan)
+            plan = cells.check_no_plan(types.SimpleNamespace(**globals()), context, plan)
     return Report(len(answer["samples"]), len(answer["sets"]), plan, claim, hashes)
 
 
@@ -356,8 +357,9 @@ def summary(report):
     if report.no_plan is not None and report.no_plan["kind"] == "proved":
         yield "  no (p0, k) of the model is safe: a longer search cannot find one"
     elif report.no_plan is not None:
-        sizes = (f"{key} {float(Fraction(report.no_plan[key])):.6g}" for key in ("safe", "unsafe", "undecided"))
-        yield f"  volumes of (p0, k) that can reach the goal: {', '.join(sizes)} (exact with --json)"
+        sizes = {key: Fraction(report.no_plan[key]) for key in ("safe", "unsafe", "undecided")}
+        shares = (f"{key} {float(100 * size / sum(sizes.values())):.4g} %" for key, size in sizes.items())
+        yield f"  of the (p0, k) whose end lies in the goal's box by volume: {', '.join(shares)}"
     claim = report.claim or {"kind": "no claim"}
     known = claim.get("kind") in ("pac", "conformal", "cover")
     yield "The proof rests on the tube, " + ("of which the file says (unchecked):" if known else "which is ASSUMED:")

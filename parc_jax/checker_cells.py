@@ -3,7 +3,7 @@
 Standard library only. Loaded by checker.py when an answer has a no_plan part; copy both files to use it alone.
 A proof is a binary tree of boxes over (z, k), z = p_T = p0 + c_T(k). A leaf is checked at its vertices: each corner of
 z with each vertex of a cell of the network inside the leaf's box of k. The cells are derived here, in exact arithmetic.
-`checker` is the module checker.py, however it was loaded, and `context` its Context.
+`checker` holds the functions of checker.py and `context` is its Context; they are arguments, not imported.
 """
 
 import collections

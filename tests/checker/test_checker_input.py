@@ -165,6 +165,7 @@ def test_the_copied_file_checks_alone(folder):
 
 
 def test_exit_codes_and_json(folder):
+    assert "safe 11.76 %" in run(["checker.py", "bracket.json"], folder).stdout
     result = run(["checker.py", "bracket.json", "--json"], folder)
     report = json.loads(result.stdout)
     assert result.returncode == 0
