@@ -27,7 +27,8 @@ from parc_jax.sets.hit_and_run import sample_polytopes
 SAMPLES_PER_REGION = 50  # as published
 _THIN = 16  # hit-and-run steps between samples
 _TOGETHER = 64  # regions handled at once by "supports" when all are to be visited
-_BUCKET = 8  # pieces and rows are padded to multiples of this, so that few shapes compile
+_PIECES = (8, 64)  # pieces are padded to the first of these that fits, or a multiple of the last: few shapes compile
+_ROWS = 8  # rows are padded to a multiple of this
 
 
 @dataclass(frozen=True)
@@ -81,7 +82,8 @@ def paper_search(
 def _search_by_supports(key, pieces, scene: PaperScene, samples: int, tally: Tally) -> list[tuple[int, np.ndarray]]:
     """Region numbers and safe samples of the pieces, all at once."""
     count = len(pieces)
-    stacked = stack(pieces + [pieces[-1]] * (-count % _BUCKET))
+    size = next((size for size in _PIECES if count <= size), -(-count // _PIECES[-1]) * _PIECES[-1])
+    stacked = stack(pieces + [pieces[-1]] * (size - count))
     with tally.timed("reach"):
         reach = reach_sets(stacked, scene.goals, scene.goal_box, scene.start, scene.n_p)
     live = np.flatnonzero(_live(reach, tally)[:count])
@@ -136,7 +138,7 @@ def _quota(pieces: list[Piece], live, samples: int, length: int) -> np.ndarray:
 
 def _draw(key, pieces: Piece, reach: ReachSet, samples: int) -> np.ndarray:
     """Hit-and-run samples (r, s, n_p + n_k) of stacked Omegas, from keys that depend on region and bin only."""
-    fill = -reach.b.shape[1] % _BUCKET
+    fill = -reach.b.shape[1] % _ROWS
     A, b = np.pad(reach.A, ((0, 0), (0, fill), (0, 0))), np.pad(reach.b, ((0, 0), (0, fill)), constant_values=1.0)
     keys = _piece_keys(key, jnp.asarray(np.stack([pieces.region, pieces.bin], axis=1), jnp.uint32))
     return sample_polytopes(keys, A, b, np.nan_to_num(reach.inner), samples, _THIN)

@@ -51,8 +51,11 @@ class Piece:
 
 
 def stack(pieces: list[Piece]) -> Piece:
-    """r pieces with a leading axis on every field: rows padded by 0 k <= 1, vertices by repeating the last."""
-    height, width = max(len(p.b) for p in pieces), max(len(p.vertices) for p in pieces)
+    """r pieces with a leading axis on every field: rows padded by 0 k <= 1, vertices by repeating the last.
+
+    Numbers of rows and vertices are multiples of 8, so that few shapes compile.
+    """
+    height, width = (-(-max(map(len, part)) // 8) * 8 for part in ([p.b for p in pieces], [p.vertices for p in pieces]))
     n_k = pieces[0].A.shape[1]
     A, b = np.zeros((len(pieces), height, n_k)), np.ones((len(pieces), height))
     points = np.empty((len(pieces), width, n_k))

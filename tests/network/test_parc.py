@@ -40,10 +40,11 @@ def test_samples_that_do_not_determine_the_map_are_refused():
 
 
 def test_it_is_too_coarse_for_the_parking_scene(shared_data):
-    """As published: the affine model's final error alone exceeds the goal's half width of 0.8 m."""
+    """A tube from 60 runs, scaled to hold on 40 fresh ones, ends wider than the goal, whose half width is 0.8 m."""
     data = np.load(shared_data / "drift_reference.npz")
     k, p = data["k"], data["p"][:, ::10]
     outputs = (p - p[:, :1])[:, 1:].reshape(len(k), -1)
-    net = fit_affine(k, outputs)
+    net = fit_affine(k[:60], outputs[:60])
     error = np.abs(k @ net.weights[0].T + net.biases[0] - outputs)
-    assert error[:, -2:].max() > 0.8
+    shape = error[:60].max(axis=0) + 1e-3
+    assert (shape * (error[60:] / shape).max())[-2:].max() > 0.8
