@@ -135,6 +135,7 @@ def separation(problem, knots, interval):
         options += [[(i, F(1, 2)), (j, F(1, 2))] for i, j in itertools.combinations(range(len(rows)), 2)]
         runs, chosen = [], None
         for t in range(first, last + 1):
+
             def beyond(option, t=t, rows=rows):
                 return slack(rows, problem["body"], option, knots[t : t + 2], interval[t])
 

@@ -307,4 +307,3 @@ bad("a goal leaf for the wider of two bins", lambda: wide("goal"))
 bad("a box of z for the wider of two bins", lambda: wide("open", "-7", "7"))
 bad("a safe leaf that fails between the corners of k", lambda: bent("8.5"))
 bad("too many cells", blocked, limits={"MAX_POINTS": 2})
-

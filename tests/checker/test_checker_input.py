@@ -129,6 +129,7 @@ def test_floats_are_refused_even_in_memory():
 
 def test_recursion_and_memory_errors_are_rejections(monkeypatch):
     for error in (RecursionError, MemoryError, ZeroDivisionError, KeyError):
+
         def fail(*_, error=error):
             raise error
 
