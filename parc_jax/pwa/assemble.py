@@ -4,6 +4,7 @@ import numpy as np
 
 from parc_jax.pwa.complex import Complex, unpack
 from parc_jax.pwa.proof import prove_complete
+from parc_jax.pwa.recheck import recheck_signs
 from parc_jax.pwa.signs import SignOracle
 from parc_jax.pwa.table import RegionTable
 from parc_jax.pwa.volume import cell_volumes
@@ -29,6 +30,8 @@ def build_table(net, domain, lattice: Complex, oracle: SignOracle, scale, domain
     facet_regions[facets, 1] = region
     facet_regions[facet_count == 1, 1] = -1
 
+    points, point_error = lattice.x.view * scale, lattice.rho.view[:, None] * scale
+    recheck_signs(net, points, point_error, lattice.bits.plus.view, lattice.bits.minus.view, n_rows)
     plus = lattice.signs_of_cells(lattice.bits.plus.view)
     minus = lattice.signs_of_cells(lattice.bits.minus.view)
     faces = [lattice.count(k) - (k > 0) for k in range(n + 1)]
@@ -40,8 +43,8 @@ def build_table(net, domain, lattice: Complex, oracle: SignOracle, scale, domain
         domain=domain,
         patterns=unpack(plus, n_rows + sum(net.hidden))[:, n_rows:],
         volumes=volumes * unit,
-        points=lattice.x.view * scale,
-        point_error=lattice.rho.view[:, None] * scale,
+        points=points,
+        point_error=point_error,
         boundaries=boundaries,
         facet_label=facet_label,
         facet_regions=facet_regions,

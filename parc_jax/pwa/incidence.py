@@ -11,7 +11,8 @@ def face_vertices(boundaries: tuple[Ragged, ...], n_points: int, k: int) -> Ragg
     """Vertices of all k-faces, each row in increasing order. boundaries[j - 1]: the (j-1)-faces of every j-face."""
     if k == 0:
         return np.arange(n_points), np.arange(n_points + 1)
-    vertices = boundaries[0]
+    flat, offsets = boundaries[0]
+    vertices = np.sort(flat.reshape(-1, 2), axis=1).ravel(), offsets
     for j in range(2, k + 1):
         vertices = next_vertices(boundaries[j - 1], vertices, n_points, polygons=j == 2)
     return vertices

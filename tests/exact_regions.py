@@ -5,9 +5,11 @@ from itertools import combinations
 
 
 def exact_regions(net, A, b):
-    """{pattern: set of exact vertices} of all regions with interior. Splits leaf by leaf, vertices by all n-subsets of rows."""
-    layers = [([[Fraction(v) for v in row] for row in W.tolist()], [Fraction(v) for v in bias.tolist()])
-              for W, bias in zip(net.weights[:-1], net.biases[:-1], strict=True)]
+    """{pattern: exact vertices} of all regions with interior: leaf by leaf, vertices by all n-subsets of rows."""
+    layers = [
+        ([[Fraction(v) for v in row] for row in W.tolist()], [Fraction(v) for v in bias.tolist()])
+        for W, bias in zip(net.weights[:-1], net.biases[:-1], strict=True)
+    ]
     n = net.n_in
     domain = [([Fraction(v) for v in row], Fraction(beta)) for row, beta in zip(A.tolist(), b.tolist(), strict=True)]
     identity = [([Fraction(int(i == j)) for j in range(n)], Fraction(0)) for i in range(n)]

@@ -1,0 +1,46 @@
+"""Domains that cannot be used are refused with a reason."""
+
+import numpy as np
+import pytest
+from region_networks import random_network
+
+from parc_jax.errors import InputError
+from parc_jax.pwa import enumerate_regions
+from parc_jax.sets.box import box
+from parc_jax.sets.hpolytope import hpolytope
+
+NET = random_network(2, [3])
+
+
+@pytest.mark.parametrize(
+    ("domain", "words"),
+    [
+        (box([0, 0], [1, 0]), "box with interior"),
+        (box([0, 0, 0], [1, 1, 1]), "2 dimensions"),
+        (hpolytope([[1.0, 0], [0, 1], [-1, 0]], [1, 1, 1]), "bounded"),
+        (hpolytope([[1.0, 0], [-1, 0], [0, 1], [0, -1]], [-1, -1, 1, 1]), "contradict"),
+        (hpolytope([[1.0, 0], [-1, 0], [0, 1], [0, -1]], [1, -1, 1, 1]), "interior"),
+        (hpolytope([[1.0, 1], [-1, -1], [0, 1], [0, -1]], [0, 0, 1, 1]), "interior"),
+        ("a box", "Box or an HPolytope"),
+    ],
+    ids=["flat box", "dimension", "unbounded", "empty", "flat", "flat and slanted", "not a set"],
+)
+def test_refused_domains(domain, words):
+    with pytest.raises(InputError, match=words):
+        enumerate_regions(NET, domain)
+
+
+def test_more_than_six_inputs_are_sent_to_march():
+    with pytest.raises(InputError, match="march"):
+        enumerate_regions(random_network(7, [2]), box(-np.ones(7), np.ones(7)))
+
+
+def test_facets_on_the_domain_carry_its_row_numbers():
+    A, b = np.array([[-1.0, 0], [0, -1], [1, 1], [5, 5]]), np.array([0.0, 0, 1, 9])  # the last row is redundant
+    table = enumerate_regions(NET, hpolytope(A, b))
+    on_domain = table.facet_label < 0
+    assert set(-1 - table.facet_label[on_domain]) == {0, 1, 2}
+    ends = table.points[table.boundaries[0][0].reshape(-1, 2)]
+    for facet in np.flatnonzero(on_domain):
+        row = -1 - table.facet_label[facet]
+        np.testing.assert_allclose(ends[facet] @ A[row], b[row], atol=1e-15)

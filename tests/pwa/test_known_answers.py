@@ -1,0 +1,86 @@
+"""Region counts and volumes that are known without computing."""
+
+from math import comb, factorial
+
+import numpy as np
+import pytest
+from region_networks import random_network, unit_box
+
+from parc_jax.network.relu import relu_network
+from parc_jax.pwa import enumerate_regions
+from parc_jax.sets.box import box
+from parc_jax.sets.hpolytope import hpolytope
+
+
+def one_layer(W, b):
+    return relu_network([W, np.ones((1, len(b)))], [b, np.zeros(1)])
+
+
+def test_absolute_values_have_one_region_per_orthant():
+    for n in (1, 2, 3, 4):
+        W = np.concatenate([np.eye(n), -np.eye(n)])
+        table = enumerate_regions(one_layer(W, np.zeros(2 * n)), unit_box(n))
+        assert table.count == 2**n
+        np.testing.assert_array_equal(table.volumes, 1.0)
+        assert (
+            table.patterns[:, :n] ^ table.patterns[:, n:]
+        ).all()  # |x_i| = relu(x_i) + relu(-x_i): exactly one is on
+
+
+@pytest.mark.parametrize(("n", "neurons"), [(1, 7), (2, 12), (3, 9), (4, 8), (5, 7), (6, 7)])
+def test_generic_arrangement_with_all_crossings_inside(n, neurons):
+    """1 + m + C(m, 2) + ... + C(m, n) cells for m hyperplanes in general position."""
+    rng = np.random.default_rng(n)
+    W, b = rng.normal(size=(neurons, n)), 0.1 * rng.normal(size=neurons)
+    wide = box(np.full(n, -1e4), np.full(n, 1e4))
+    table = enumerate_regions(one_layer(W, b), wide)
+    assert table.count == sum(comb(neurons, k) for k in range(n + 1))
+    assert table.proof.gap <= 1e-12
+
+
+def test_parallel_planes_make_slabs():
+    W, b = np.tile([[1.0, 2.0, -1.0]], (5, 1)), np.linspace(-1, 1, 5)
+    table = enumerate_regions(one_layer(W, b), unit_box(3))
+    assert table.count == 6
+    assert sorted(np.bincount(table.patterns.sum(axis=1))) == [1] * 6
+
+
+def test_a_network_without_hidden_layer_is_one_region():
+    table = enumerate_regions(relu_network([np.eye(2)], [np.ones(2)]), unit_box(2))
+    assert table.count == 1 and table.patterns.shape == (1, 0)
+    np.testing.assert_array_equal(table.C[0], np.eye(2))
+    assert table.locate([0.3, -0.2]) == 0
+
+
+def test_hinge_of_one_input():
+    table = enumerate_regions(one_layer(np.array([[1.0], [2.0]]), np.array([-0.25, 1.0])), unit_box(1))
+    order = np.argsort(table.vertices[table.vertex_offsets[:-1], 0])
+    np.testing.assert_allclose(table.volumes[order], [0.5, 0.75, 0.75], rtol=1e-15)
+    np.testing.assert_allclose(table.C[order, 0, 0], [0.0, 2.0, 3.0])
+
+
+@pytest.mark.parametrize("n", [1, 2, 3, 4, 5, 6])
+def test_simplex_domain(n):
+    """{x >= 0, sum x <= 1} has volume 1 / n!; its regions fill it."""
+    simplex = hpolytope(np.concatenate([-np.eye(n), np.ones((1, n))]), np.append(np.zeros(n), 1.0))
+    assert enumerate_regions(relu_network([np.eye(n)], [np.zeros(n)]), simplex).proof.domain_volume == pytest.approx(
+        1 / factorial(n), rel=1e-12
+    )
+    table = enumerate_regions(random_network(n, [8, 4], seed=60), simplex)
+    assert table.count > 1
+    assert table.volumes.sum() == pytest.approx(1 / factorial(n), rel=1e-12)
+    assert (table.points >= -1e-15).all() and (table.points.sum(axis=1) <= 1 + 1e-15).all()
+
+
+def test_a_layer_that_folds_space_twice():
+    """Tents: k layers of |x| - 1/2 folds give 2^k pieces."""
+    fold = np.array([[1.0], [-1.0]])
+    weights, biases = [fold], [np.zeros(2)]
+    for level in range(1, 5):
+        weights.append(fold @ np.ones((1, 2)))
+        biases.append(np.array([-1.0, 1.0]) * 0.5**level)
+    weights.append(np.ones((1, 2)))
+    biases.append(np.zeros(1))
+    table = enumerate_regions(relu_network(weights, biases), unit_box(1))
+    assert table.count == 2**5
+    np.testing.assert_allclose(table.volumes, 2 / 2**5, rtol=1e-15)

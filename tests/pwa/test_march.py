@@ -1,0 +1,129 @@
+"""Marching finds, one LP at a time, exactly the regions that subdivision finds all at once."""
+
+from itertools import islice
+
+import numpy as np
+import pytest
+from region_networks import degenerate_networks, outputs, patterns_of, random_network, reference_network, unit_box
+
+from parc_jax.errors import InputError
+from parc_jax.network.relu import relu_network
+from parc_jax.pwa import enumerate_regions, march
+from parc_jax.pwa.exact import ExactNetwork
+from parc_jax.sets.hpolytope import hpolytope
+
+pytestmark = pytest.mark.soundness
+
+
+def assert_march_equals_table(net, domain, seed):
+    table, marched = enumerate_regions(net, domain), list(march(net, domain, seed))
+    assert len(marched) == table.count
+    number = {pattern.tobytes(): i for i, pattern in enumerate(table.patterns)}
+    for region in marched:
+        i = number[region.pattern.tobytes()]
+        facets = slice(table.facet_offsets[i], table.facet_offsets[i + 1])
+        labels = table.facet_label[table.facet_index[facets]]
+        ours, theirs = np.argsort(labels), np.argsort(region.label)
+        np.testing.assert_array_equal(labels[ours], region.label[theirs])
+        behind = np.where(table.neighbours[facets] < 0, i, table.neighbours[facets])
+        np.testing.assert_array_equal(table.patterns[behind][ours], region.neighbours[theirs])
+        rows = np.column_stack([table.A[facets], table.b[facets]])[ours]
+        rows /= np.linalg.norm(rows[:, :-1], axis=1, keepdims=True)
+        other = np.column_stack([region.A, region.b])[theirs]
+        other /= np.linalg.norm(other[:, :-1], axis=1, keepdims=True)
+        np.testing.assert_allclose(rows, other, atol=1e-12)
+    return table
+
+
+@pytest.mark.slow
+def test_van_der_pol(shared_data):
+    net, domain, count = reference_network(shared_data, "vanderpol_2_20_20")
+    assert assert_march_equals_table(net, domain, domain.center).count == count
+
+
+@pytest.mark.slow
+def test_boat(shared_data):
+    net, domain, count = reference_network(shared_data, "neuralparc_boat_3_8x4")
+    assert assert_march_equals_table(net, domain, domain.center).count == count
+
+
+@pytest.mark.parametrize(("n", "widths"), [(1, [5, 4]), (2, [6, 4]), (3, [4, 3]), (4, [3, 2])])
+def test_random_networks_from_several_seeds(n, widths):
+    net, domain = random_network(n, widths, seed=n), unit_box(n)
+    for seed in (domain.center, domain.lo, domain.hi):
+        assert_march_equals_table(net, domain, seed)
+
+
+@pytest.mark.parametrize(("n", "widths"), [(1, [4, 3]), (2, [3, 2]), (3, [2, 2])])
+def test_degenerate_families(n, widths):
+    for _, net in degenerate_networks(n, widths, seed=n + 10):
+        assert_march_equals_table(net, unit_box(n), np.ones(n))
+
+
+def test_integer_networks_on_a_polytope():
+    A = np.array([[1.0, 0], [-1, 0], [0, 1], [0, -1], [1, 1], [2, 2], [1, -1]])
+    domain = hpolytope(A, np.array([1.0, 1, 1, 1, 1, 2, 2]))
+    for seed in range(4):
+        assert_march_equals_table(random_network(2, [4, 3], seed, integer=2), domain, np.zeros(2))
+
+
+def test_more_inputs_than_subdivision_takes():
+    """n_k = 9, only a few regions asked for: each map is the network at its own interior points."""
+    net, domain = random_network(9, [12, 10], seed=2), unit_box(9)
+    regions = list(islice(march(net, domain, np.full(9, 0.1)), 6))
+    assert len({region.pattern.tobytes() for region in regions}) == 6
+    rng = np.random.default_rng(0)
+    k = 0.1 + 1e-3 * rng.normal(size=(50, 9))
+    inside = k[(k @ regions[0].A.T <= regions[0].b).all(axis=1)]
+    assert len(inside) > 0
+    on = [inside @ net.weights[0].T + net.biases[0] > 0]
+    assert (on[0] == regions[0].pattern[:12]).all()
+    assert np.isfinite(outputs(net, inside)).all()
+
+
+def test_lazy():
+    """The first region of a network with millions of regions comes at once."""
+    net = random_network(6, [64, 64], seed=0)
+    first = next(march(net, unit_box(6), np.zeros(6)))
+    assert len(first.A) == len(first.label) == len(first.neighbours)
+
+
+def test_seed_outside_is_refused():
+    with pytest.raises(InputError, match="inside the domain"):
+        march(random_network(2, [3]), unit_box(2), [2.0, 0.0])
+
+
+def thin_network():
+    """Two hinges 2^-30 apart, and a constant positive neuron."""
+    W = np.array([[1.0, 0.5], [1.0, 0.5], [0.0, 0.0]])
+    return relu_network([W, np.ones((1, 3))], [np.array([0.0, 2.0**-30, 1.0]), np.zeros(1)])
+
+
+def flip_all_near(network: ExactNetwork, on, rows, i):
+    """The published rule: every neuron whose row is within 1e-6 of the crossed one changes (A9)."""
+    new = on.copy()
+    near = np.abs(rows.unit - rows.unit[i]).max(axis=1) < 1e-6
+    near |= np.abs(rows.unit + rows.unit[i]).max(axis=1) < 1e-6
+    flipped = rows.label[near & (rows.label >= 0)]
+    new[flipped] = ~new[flipped]
+    return new
+
+
+def switch_off_constant(network: ExactNetwork, on, rows, i):
+    """The published rule: neurons without a gradient are switched off in the neighbour (A7)."""
+    new = flip_all_near(network, on, rows, i)
+    new[[j for j in range(len(on)) if j not in rows.label]] = False
+    return new
+
+
+@pytest.mark.parametrize("rule", [flip_all_near, switch_off_constant])
+def test_the_published_neighbour_rules_would_be_noticed(monkeypatch, rule):
+    net = thin_network()
+    right = patterns_of(enumerate_regions(net, unit_box(2)))
+    assert {r.pattern.tobytes() for r in march(net, unit_box(2), np.zeros(2) - 0.5)} == right
+    monkeypatch.setattr("parc_jax.pwa.marching.pattern_across", rule)
+    try:
+        wrong = {r.pattern.tobytes() for r in islice(march(net, unit_box(2), np.zeros(2) - 0.5), 20)}
+    except Exception:
+        return  # a pattern without interior: noticed as well
+    assert wrong != right

@@ -1,0 +1,139 @@
+"""The table: rows, neighbours, maps, vertices and `locate` agree with one another and with the network."""
+
+import jax
+import numpy as np
+import pytest
+from region_networks import degenerate_networks, outputs, random_network, unit_box
+
+from parc_jax.errors import BudgetError, InputError
+from parc_jax.pwa import enumerate_regions
+from parc_jax.pwa import table as table_module
+from parc_jax.pwa.locate import float_patterns
+from parc_jax.sets.box import box
+from parc_jax.sets.hpolytope import hpolytope
+
+SHAPES = [(1, [6, 5]), (2, [8, 6, 5]), (3, [7, 6]), (4, [6, 5])]
+
+
+@pytest.fixture(scope="module", params=SHAPES, ids=str)
+def table(request):
+    n, widths = request.param
+    return enumerate_regions(random_network(n, widths, seed=n), box(-1.5 * np.ones(n), np.ones(n)))
+
+
+def test_vertices_satisfy_the_rows_and_every_row_is_a_facet(table):
+    n = table.net.n_in
+    for i in range(table.count):
+        region, v = table.region(i), table.region_vertices(i)
+        slack = region.b[:, None] - region.A @ v.T
+        assert slack.min() >= -1e-13
+        tight = slack <= 1e-11
+        for row in tight:  # n affinely independent vertices: the row is not redundant
+            assert np.linalg.matrix_rank(v[row] - v[row].mean(axis=0), tol=1e-9) == n - 1
+        assert (tight.sum(axis=0) >= n).all()
+
+
+def test_neighbours_are_mutual_and_share_the_facet(table):
+    ends = table.facet_offsets
+    for i in range(table.count):
+        for facet, other in zip(
+            table.facet_index[ends[i] : ends[i + 1]], table.neighbours[ends[i] : ends[i + 1]], strict=True
+        ):
+            label = table.facet_label[facet]
+            assert (other < 0) == (label < 0)
+            if other >= 0:
+                assert facet in table.facet_index[ends[other] : ends[other + 1]]
+                differ = np.flatnonzero(table.patterns[i] != table.patterns[other])
+                assert label in differ and (len(differ) == 1 or differ.min() == label)
+
+
+def test_maps_are_the_network_on_closed_regions(table):
+    for i in range(table.count):
+        v = table.region_vertices(i)
+        points = np.concatenate([v, v.mean(axis=0, keepdims=True)])
+        np.testing.assert_allclose(points @ table.C[i].T + table.d[i], outputs(table.net, points), atol=1e-12)
+    C, d = table.maps(slice(0, 3))
+    np.testing.assert_array_equal(C, table.C[:3])
+    np.testing.assert_array_equal(d, table.d[:3])
+
+
+def test_locate_finds_the_pattern_of_random_points(table, rng):
+    k = rng.uniform(table.domain.lo, table.domain.hi, (20_000, table.net.n_in))
+    number = table.locate(k)
+    on, sure = float_patterns(table.net, k)
+    assert sure.all()
+    np.testing.assert_array_equal(table.patterns[number], on)
+    share = np.bincount(number, minlength=table.count) / len(k)
+    expected = table.volumes / table.domain.volume
+    assert np.abs(share - expected).max() <= 6 * np.sqrt(expected.max() / len(k))
+
+
+def test_locate_on_vertices_facets_and_outside(table):
+    for x in (table.points[:60], np.array([table.domain.lo, table.domain.hi])):
+        number = table.locate(x)
+        assert (number >= 0).all()
+        for point, i in zip(x, number, strict=True):
+            region = table.region(i)
+            assert (region.A @ point <= region.b + 1e-12).all()
+    assert table.locate(table.domain.hi + 1e-9) == -1
+    assert table.locate(np.full((2, 3, table.net.n_in), 50.0)).tolist() == [[-1] * 3] * 2
+    with pytest.raises(InputError, match="entries last"):
+        table.locate(np.zeros(table.net.n_in + 1))
+
+
+def test_exact_points_are_within_the_stated_error(table):
+    exact = table.with_exact_points()
+    moved = np.abs(exact.points - table.points)
+    assert (moved <= table.point_error + exact.point_error).all()
+    assert moved.max() <= 1e-12
+    assert exact.point_error.max() <= 2.0**-52
+
+
+def test_faces_of_all_dimensions(table):
+    n = table.net.n_in
+    for k in range(n + 1):
+        flat, offsets = table.face_vertices(k)
+        assert len(offsets) - 1 == table.proof.faces[k]
+        assert (np.diff(offsets) >= k + 1).all()
+        rows = np.split(flat, offsets[1:-1])
+        assert all((np.diff(row) > 0).all() for row in rows)
+        assert len({row.tobytes() for row in rows}) == len(rows)
+
+
+def test_table_is_a_pytree(table):
+    leaves, structure = jax.tree.flatten(table)
+    again = jax.tree.unflatten(structure, leaves)
+    assert again.count == table.count and again.proof.euler == 1
+
+
+def test_polygons_are_counterclockwise():
+    table = enumerate_regions(random_network(2, [8, 6], seed=3), unit_box(2))
+    for i in range(table.count):
+        x, y = table.region_vertices(i).T
+        area = 0.5 * (x * np.roll(y, -1) - np.roll(x, -1) * y).sum()
+        assert area == pytest.approx(table.volumes[i], rel=1e-9, abs=1e-14)
+
+
+def test_maps_that_do_not_fit_are_refused_but_parts_are_given(monkeypatch):
+    table = enumerate_regions(random_network(2, [6], seed=0), unit_box(2))
+    monkeypatch.setattr(table_module, "MAX_MAP_BYTES", 100)
+    with pytest.raises(BudgetError, match=r"maps\(regions\)"):
+        _ = table.C
+    assert table.maps([0])[0].shape == (1, 2, 2)
+
+
+def test_rows_do_not_depend_on_the_scale_of_a_neuron():
+    """Rows are scaled to a largest entry in [1/2, 1) by a power of two."""
+    named = dict(degenerate_networks(2, [3, 2], seed=2))
+    for name in ("rescaled 1e7", "rescaled 1e-7"):
+        table = enumerate_regions(named[name], unit_box(2))
+        largest = np.abs(table.A).max(axis=1)
+        assert (largest >= 0.5).all() and (largest <= 1.0).all()
+
+
+def test_locate_decides_a_polytope_boundary_exactly():
+    third = 1.0 / 3.0
+    domain = hpolytope([[third, third], [-1, 0], [0, -1]], [third, 0, 0])
+    table = enumerate_regions(random_network(2, [4], seed=1), domain)
+    on_edge = np.array([[0.25, 0.75], [np.nextafter(0.25, 1), 0.75], [0.25, 0.5]])
+    assert (table.locate(on_edge) >= 0).tolist() == [True, False, True]
