@@ -33,6 +33,7 @@ def errors(entries: Sequence[Entry], time: TimeGrid, to=None):
                 if entry[1 + side] is not None:
                     _tube(ax, entry[1 + side], time, number)
             ax.set_yscale("log")
+            ax.yaxis.set_major_formatter("{x:g}")
             ax.grid(True, axis="y")
             ax.set_xlim(0, time.t_f)
             ax.set_xlabel("time [s]")

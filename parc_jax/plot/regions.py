@@ -18,7 +18,7 @@ COLORS = ("#8CC8EC", style.ORANGE, "#D9D9D9")  # as WORDS
 
 def regions(
     table: RegionTable, verdict, seconds=None, to=None, *, names: Sequence[str] | None = None, axes=(0, 1), at=None,
-    time_label: str = "time until the region was done [s]", safe_k=None,
+    time_label: str = "first safe polytope after [s]", safe_k=None,
 ):  # fmt: skip
     """Regions coloured by verdict and, beside them, by time.
 

@@ -14,6 +14,16 @@ SAFE, NOT_FOUND, UNREACHABLE = range(3)
 WORDS = ("safe plan found", "no safe plan found", "goal out of reach (empty BRS)")
 
 
+def region_seconds(answer, table: RegionTable) -> np.ndarray:
+    """Seconds (r,) after the query began at which each region had its first safe polytope; NaN where it has none."""
+    seconds = np.full(table.count, np.nan)
+    if answer.pieces:
+        number = table.locate(np.array([piece.k for piece in answer.pieces]))
+        for i, piece in zip(number, answer.pieces, strict=True):
+            seconds[i] = np.fmin(seconds[i], piece.born)
+    return seconds
+
+
 def region_verdicts(answer, table: RegionTable) -> np.ndarray:
     """Verdict (r,) of each region of a table of the answer's network: SAFE, NOT_FOUND or UNREACHABLE.
 

@@ -1,0 +1,83 @@
+"""How safe polytopes cover the safe set: what is still uncovered against their number and against time."""
+
+from collections.abc import Sequence
+from typing import NamedTuple
+
+import jax
+import numpy as np
+
+from parc_jax.certify.draw import draw, generator
+from parc_jax.errors import InputError
+from parc_jax.plot import style
+
+
+class CoverCurve(NamedTuple):
+    """One run. name: as in the legend. share (m,): covered, in [0, 1].
+
+    pieces (m,): polytopes behind each share. seconds (m,): after the query began. Either may be None.
+    """
+
+    name: str
+    share: np.ndarray
+    pieces: np.ndarray | None = None
+    seconds: np.ndarray | None = None
+
+
+def cover(curves: Sequence[CoverCurve], to=None, *, target: float | None = 0.01, floor: float = 1e-3):
+    """Uncovered share on a logarithmic scale, against the number of polytopes and against time where these are known.
+
+    target: uncovered share asked for. floor: shares below are drawn here. to: as in `style.sheet`; two Axes.
+    Raises InputError.
+    """
+    if not curves or any(c.pieces is None and c.seconds is None for c in curves):
+        raise InputError("cover: expected at least one curve, each with a number of polytopes or a time per share.")
+    with style.sheet(to, (8.0, 3.4), columns=2, sharey=True) as sheet:
+        for number, curve in enumerate(curves):
+            left = np.maximum(1 - np.asarray(curve.share, float), floor)
+            for ax, along in zip(sheet.axes, (curve.pieces, curve.seconds), strict=True):
+                if along is not None:
+                    ax.step(along, left, where="post", **style.line(number), label=curve.name)
+        for ax, label in zip(sheet.axes, ("number of safe polytopes", "time [s]"), strict=True):
+            if target is not None:
+                ax.axhline(target, color=style.GREY, linewidth=0.8, linestyle=":")
+                ax.annotate("target", (1, target), (-2, 3), xycoords=("axes fraction", "data"),
+                            textcoords="offset points", ha="right", color=style.GREY, fontsize=8)  # fmt: skip
+            ax.set_yscale("log")
+            ax.yaxis.set_major_formatter("{x:g}")
+            ax.set_ylim(floor, 1.2)
+            ax.grid(True, axis="y")
+            ax.set_xlabel(label)
+        sheet.axes[0].set_xscale("log")
+        sheet.axes[0].set_ylabel("share of the safe set not covered")
+        if sheet.out is sheet.figure:
+            style.legend(sheet.figure, _handles(curves), min(len(curves), 4))
+    return sheet.out
+
+
+def by_size(answer, key: jax.Array, name: str = "safe polytopes, largest first", n: int = 20_000) -> CoverCurve:
+    """What the polytopes of an answer cover of fresh safe points, out of n drawn, when the largest come first.
+
+    Consumes `key`. Raises InputError if none of the points is safe.
+    """
+    fresh = draw(answer.model, answer.scene, generator(key), n).safe
+    if not len(fresh.k):
+        raise InputError(f"by_size: expected safe points among {n} fresh ones; there are none. Draw more.")
+    points = np.concatenate([fresh.p0, fresh.k], axis=1)
+    inside = np.zeros(len(points), bool)
+    share = []
+    for i in np.argsort(-answer.volumes, kind="stable"):
+        inside |= answer.safe_sets[i].contains(points)
+        share.append(inside.mean())
+    return CoverCurve(name, np.array(share), np.arange(1, len(share) + 1))
+
+
+def of_history(name: str, history: Sequence[tuple[float, int, float]]) -> CoverCurve:
+    """The curve of a cover's looks: (seconds, polytopes, share covered) each."""
+    seconds, pieces, share = (np.array(column) for column in zip(*history, strict=True))
+    return CoverCurve(name, share, pieces, seconds)
+
+
+def _handles(curves: Sequence[CoverCurve]) -> list:
+    from matplotlib.lines import Line2D
+
+    return [Line2D([], [], **style.line(i), label=curve.name) for i, curve in enumerate(curves)]
