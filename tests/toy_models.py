@@ -1,5 +1,7 @@
 """Small trajectory models and scenes for the planner's tests: straight lines, random ReLU paths, random obstacles."""
 
+import itertools
+
 import numpy as np
 
 from parc_jax.error.claim import ErrorClaim
@@ -49,7 +51,7 @@ def fold_model(T: int = 4, e: float = 0.0) -> TrajectoryModel:
 def random_network(rng, T: int, hidden=(6, 5), n_k: int = 2, n_q: int = 1, scale: float = 1.0) -> ReLUNetwork:
     """Random weights; outputs are cumulative sums of random steps of about `scale` / T, so paths are continuous."""
     widths = [n_k, *hidden]
-    weights = [rng.normal(size=(n, m)) * np.sqrt(2 / m) for m, n in zip(widths[:-1], widths[1:], strict=True)]
+    weights = [rng.normal(size=(n, m)) * np.sqrt(2 / m) for m, n in itertools.pairwise(widths)]
     biases = [0.5 * rng.normal(size=n) for n in hidden]
     steps = rng.normal(size=(T, 2, widths[-1])) * scale / T
     drift = rng.normal(size=(1, 2)) * 2 * scale / T
