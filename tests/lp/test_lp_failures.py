@@ -86,9 +86,7 @@ def test_vectors_of_the_wrong_length_are_trouble(monkeypatch, status):
 @pytest.mark.parametrize("fill", [np.nan, 0.0, 1.0, 1e300, -1.0])
 def test_a_lying_batch_kernel_never_makes_a_set_empty(monkeypatch, fill):
     """The kernel is a hint too; with the host solver in trouble as well, everything is unknown or rightly decided."""
-    monkeypatch.setattr(
-        batch_module, "propose", lambda c, A, b: (np.full(c.shape, fill), np.full(b.shape, fill))
-    )
+    monkeypatch.setattr(batch_module, "propose", lambda c, A, b: (np.full(c.shape, fill), np.full(b.shape, fill)))
     monkeypatch.setattr(solve_module, "clarabel_hint", lying("trouble", np.nan))
     A = np.stack([SQUARE[0][:2], np.array([[1.0, 0.0], [-1.0, 0.0]])])
     b = np.stack([np.ones(2), np.full(2, -1.0)])

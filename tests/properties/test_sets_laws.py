@@ -1,0 +1,261 @@
+"""Laws of sets and LPs, for polytopes drawn by hypothesis; each law is shown to fail on a broken kernel."""
+
+from fractions import Fraction
+
+import jax
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from random_polytopes import points_around, round_polytope
+
+from parc_jax.lp import exact, witness
+from parc_jax.lp import solve as solving
+from parc_jax.lp.status import LPStatus
+from parc_jax.sets import (
+    affine,
+    bounding_box,
+    chebyshev,
+    hit_and_run,
+    hull,
+    membership,
+    minkowski,
+    pontryagin,
+    rational,
+    redundancy,
+    support,
+    vertices,
+    volume,
+)
+from parc_jax.sets.box import box
+from parc_jax.sets.hpolytope import HPolytope, from_box
+
+pytestmark = pytest.mark.property
+ROUNDING = 1e-9
+
+
+def law_preimage_is_membership_of_the_image(rng, n, h):
+    p, C, d = round_polytope(rng, n, h), rng.normal(size=(n, n + 1)), rng.normal(size=n)
+    x = rng.normal(size=(50, n + 1))
+    np.testing.assert_array_equal(affine.preimage(p, C, d).contains(x), p.contains(x @ C.T + d))
+
+
+def law_image_of_the_preimage_stays_inside(rng, n, h):
+    p, C, d = round_polytope(rng, n, h), rng.normal(size=(n, n)), rng.normal(size=n)
+    back = affine.image(affine.preimage(p, C, d), C, d)
+    w = rng.normal(size=(3, n))
+    assert (support.support(back, w).lower <= support.support(p, w).upper + 1e-6).all()
+
+
+def law_hull_contains_both_ends_and_their_mixtures(rng, n, h):
+    p, q = round_polytope(rng, n, h), round_polytope(rng, n, h)
+    x, y = vertices.vertices(p)[0], vertices.vertices(q)[-1]
+    both = hull.convex_hull(p, q)
+    for share in (0.0, 0.3, 1.0):
+        assert not membership.is_proved_outside(both, share * x + (1 - share) * y)
+
+
+def law_hull_is_no_larger_than_both_supports(rng, n, h):
+    p, q, w = round_polytope(rng, n, h), round_polytope(rng, n, h), rng.normal(size=(3, n))
+    reach = np.maximum(support.support(p, w).upper, support.support(q, w).upper)
+    assert (support.support(hull.convex_hull(p, q), w).lower <= reach + ROUNDING).all()
+
+
+def law_shrink_then_perturb_stays_inside(rng, n, h):
+    p, e = round_polytope(rng, n, h), rng.uniform(0, 0.2, n)
+    x = points_around(rng, p, 200)
+    kept = x[pontryagin.shrink(p, e).contains(x)]
+    assert p.replace(b=p.b + ROUNDING).contains(kept + e * rng.choice([-1.0, 1.0], kept.shape)).all()
+
+
+def law_difference_plus_the_set_stays_inside(rng, n, h):
+    p, q = round_polytope(rng, n, h), round_polytope(rng, n, h, spread=0.1)
+    left = pontryagin.pontryagin_difference(p, q)
+    x = points_around(rng, p, 200)
+    for v in vertices.vertices(q)[:4]:
+        assert p.replace(b=p.b + ROUNDING).contains(x[left.contains(x)] + v).all()
+
+
+def law_grown_set_contains_every_perturbation(rng, n, h):
+    p, e = round_polytope(rng, n, h), rng.uniform(0, 0.2, n)
+    corners = vertices.vertices(p)
+    grown = minkowski.grow(p, e)
+    assert grown.replace(b=grown.b + ROUNDING).contains(corners + e * rng.choice([-1.0, 1.0], corners.shape)).all()
+
+
+def law_supports_of_a_sum_add(rng, n, h):
+    p, q, w = round_polytope(rng, n, h), round_polytope(rng, n, h), rng.normal(size=(2, n))
+    parts = support.support(p, w).upper + support.support(q, w).upper
+    np.testing.assert_allclose(support.support(minkowski.minkowski_sum(p, q), w).upper, parts, atol=1e-6)
+
+
+def law_polygon_sum_has_the_sums_corners(rng, n, h):
+    p, q = round_polytope(rng, 2, h), round_polytope(rng, 2, h)
+    total = minkowski.polygon_sum(p, q)
+    sums = (vertices.vertices(p)[:, None] + vertices.vertices(q)[None]).reshape(-1, 2)
+    assert total.replace(b=total.b + ROUNDING).contains(sums).all()
+    reached = np.abs(vertices.vertices(total)[:, None] - sums[None]).max(axis=2).min(axis=1)
+    assert (reached < 1e-7).all()  # every corner of the sum is a sum of corners
+
+
+def law_vertices_span_the_set(rng, n, h):
+    p, w = round_polytope(rng, n, h), rng.normal(size=(4, n))
+    corners = vertices.vertices(p)
+    assert p.replace(b=p.b + ROUNDING).contains(corners).all()
+    np.testing.assert_allclose((corners @ w.T).max(axis=0), support.support(p, w).lower, atol=1e-6)
+
+
+def law_volumes_add_scale_and_ignore_translation(rng, n, h):
+    p = round_polytope(rng, n, h)
+    corners = vertices.vertices(p)
+    whole = volume.volume(corners)
+    w = rng.normal(size=n)
+    level = float(w @ corners.mean(axis=0))
+    halves = [HPolytope(np.vstack([p.A, s * w]), np.r_[p.b, s * level]) for s in (1.0, -1.0)]
+    np.testing.assert_allclose(sum(volume.volume(vertices.vertices(q)) for q in halves), whole, rtol=1e-9)
+    np.testing.assert_allclose(volume.volume(3.0 * corners + w), whole * 3.0**n, rtol=1e-9)
+
+
+def law_row_order_changes_nothing(rng, n, h):
+    p = round_polytope(rng, n, h)
+    order = rng.permutation(len(p.b))
+    q = HPolytope(p.A[order] * 4.0, p.b[order] * 4.0)
+    np.testing.assert_allclose(bounding_box.bounding_box(q).hi, bounding_box.bounding_box(p).hi, atol=1e-6)
+    np.testing.assert_allclose(volume.volume(vertices.vertices(q)), volume.volume(vertices.vertices(p)), rtol=1e-9)
+
+
+def law_fewer_rows_same_set(rng, n, h):
+    p = round_polytope(rng, n, h)
+    less = redundancy.without_redundant_rows(p)
+    x = points_around(rng, p, 400)
+    np.testing.assert_array_equal(less.contains(x), p.contains(x))
+
+
+def law_chebyshev_ball_fits_and_none_is_larger(rng, n, h):
+    p = round_polytope(rng, n, h)
+    ball = chebyshev.chebyshev_center(p)
+    length = np.linalg.norm(p.A, axis=1)
+    assert (p.A @ ball.center + length * ball.radius <= p.b + ROUNDING).all()
+    x = points_around(rng, p, 200)
+    assert (((p.b - x @ p.A.T) / length).min(axis=1) <= ball.radius + 1e-6).all()
+
+
+def law_lower_bound_is_below_every_point(rng, n, h):
+    p, c = round_polytope(rng, n, h), rng.normal(size=n)
+    found = solving.solve(c, p.A, p.b)
+    assert found.status is LPStatus.OPTIMAL
+    assert found.lower <= (vertices.vertices(p) @ c).min() + ROUNDING and found.lower > -np.inf
+
+
+def law_multipliers_give_a_bound_whatever_they_are(rng, n, h):
+    p, c, mu = round_polytope(rng, n, h), rng.normal(size=n), rng.normal(size=h + 2 * n)
+    lo, hi = vertices.vertices(p).min(axis=0) - 1, vertices.vertices(p).max(axis=0) + 1
+    assert witness.dual_bound(c, p.A, p.b, mu, lo, hi) <= (vertices.vertices(p) @ c).min() + ROUNDING
+
+
+def law_more_rows_never_fill_an_empty_set(rng, n, h):
+    p = round_polytope(rng, n, h)
+    w = rng.normal(size=n)
+    beyond = float((vertices.vertices(p) @ w).max()) + 0.01
+    empty = HPolytope(np.vstack([p.A, -w]), np.r_[p.b, -beyond])
+    more = HPolytope(np.vstack([empty.A, rng.normal(size=(2, n))]), np.r_[empty.b, rng.normal(size=2)])
+    assert solving.feasible(empty.A, empty.b).status is LPStatus.INFEASIBLE
+    assert solving.feasible(more.A, more.b).status is LPStatus.INFEASIBLE
+
+
+def law_rational_vertices_satisfy_their_rows_exactly(rng, n, h):
+    p = round_polytope(rng, 2, h)
+    rows = [(Fraction(float(a)), Fraction(float(c)), Fraction(float(b))) for (a, c), b in zip(p.A, p.b, strict=True)]
+    corners = rational.rational_vertices(p)
+    for x, y in corners:
+        slack = [b - a * x - c * y for a, c, b in rows]
+        assert min(slack) == 0 and sum(s == 0 for s in slack) >= 2
+    assert rational.area(corners) > 0
+
+
+def law_samples_stay_inside(rng, n, h):
+    p = round_polytope(rng, 3, 6)
+    start = chebyshev.chebyshev_center(p).center
+    key = jax.random.split(jax.random.key(int(rng.integers(1 << 30))), 1)
+    assert p.contains(hit_and_run.sample_polytopes(key, p.A[None], p.b[None], start[None], 64, 2)).all()
+
+
+def bad_hit_and_run(key, A, b, start, count, thin):
+    away = jax.random.normal(key[0], (count, start.shape[1]))
+    return np.repeat(start[:, None], count, axis=1) + np.asarray(away)[None]
+
+
+def no_share(s, t):
+    h = REAL_HULL(s, t)
+    A, b = h.A.copy(), h.b.copy()
+    A[: len(s.b), -1], b[: len(s.b)] = 0.0, s.b
+    return h.replace(A=A, b=b)
+
+
+def without_clipping(c, A, b, mu, lo, hi):
+    rho = c + A.T @ mu
+    return np.minimum(rho * lo, rho * hi).sum() - mu @ b
+
+
+REAL_HULL, REAL_VERTICES, REAL_SUM = hull.convex_hull, vertices.vertices, minkowski.polygon_sum
+REAL_TRIANGULATE, REAL_RATIONAL = volume.triangulate, rational.rational_vertices
+
+
+def first_rows(p, count):
+    return HPolytope(p.A[:count], p.b[:count])
+
+
+CASES = {  # law: (module, name, mutant)
+    law_preimage_is_membership_of_the_image: (affine, "preimage", lambda p, C, d: HPolytope(p.A @ C, p.b)),
+    law_image_of_the_preimage_stays_inside: (affine, "preimage", lambda p, C, d: HPolytope(p.A @ C, p.b + p.A @ d)),
+    law_hull_contains_both_ends_and_their_mixtures: (hull, "convex_hull", lambda s, t: affine.as_ah(s)),
+    law_hull_is_no_larger_than_both_supports: (hull, "convex_hull", no_share),
+    law_shrink_then_perturb_stays_inside: (
+        pontryagin, "shrink", lambda p, e: p.replace(b=p.b - e @ p.A.T)),
+    law_difference_plus_the_set_stays_inside: (
+        pontryagin, "support", lambda q, w: support.support(q, w)._replace(upper=support.support(q, -w).upper)),
+    law_grown_set_contains_every_perturbation: (minkowski, "grow", lambda p, e: p.replace(b=p.b + e @ p.A.T)),
+    law_supports_of_a_sum_add: (minkowski, "minkowski_sum", lambda p, q: hull.convex_hull(p, q)),
+    law_polygon_sum_has_the_sums_corners: (
+        minkowski, "polygon_sum", lambda p, q: first_rows(REAL_SUM(p, q), len(p.b))),
+    law_vertices_span_the_set: (vertices, "vertices", lambda p: REAL_VERTICES(p)[1:]),
+    law_volumes_add_scale_and_ignore_translation: (volume, "triangulate", lambda v: REAL_TRIANGULATE(v)[1:]),
+    law_row_order_changes_nothing: (vertices, "vertices", lambda p: REAL_VERTICES(p) * (1 + abs(p.b[0]))),
+    law_fewer_rows_same_set: (redundancy, "irredundant_rows", lambda p: np.arange(1, len(p.b))),
+    law_chebyshev_ball_fits_and_none_is_larger: (
+        chebyshev, "chebyshev_center", lambda p: chebyshev.Ball(LPStatus.FEASIBLE, REAL_VERTICES(p).mean(axis=0), 0.3)),
+    law_lower_bound_is_below_every_point: (solving, "_lower_bound", lambda lp, c, hint: c @ hint.x + 1e-3),
+    law_multipliers_give_a_bound_whatever_they_are: (witness, "dual_bound", without_clipping),
+    law_more_rows_never_fill_an_empty_set: (solving, "_lower_bound", lambda lp, c, hint: -np.inf),
+    law_rational_vertices_satisfy_their_rows_exactly: (
+        rational, "rational_vertices", lambda p: [(x + Fraction(1, 10**18), y) for x, y in REAL_RATIONAL(p)]),
+    law_samples_stay_inside: (hit_and_run, "hit_and_run_batch",
+        lambda keys, A, b, start, count, thin: bad_hit_and_run(keys, A, b, np.asarray(start), count, thin)),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("law", CASES, ids=lambda law: law.__name__)
+@settings(derandomize=True, deadline=None, max_examples=40, print_blob=True)
+@given(seed=st.integers(0, 2**31 - 1), n=st.integers(1, 4), h=st.integers(1, 6))
+def test_law(law, seed, n, h):
+    law(np.random.default_rng(seed), n, h)
+
+
+@pytest.mark.parametrize("law", CASES, ids=lambda law: law.__name__)
+def test_law_catches_a_broken_kernel(law, monkeypatch):
+    module, name, mutant = CASES[law]
+    monkeypatch.setattr(module, name, mutant)
+    for seed in range(12):
+        try:
+            law(np.random.default_rng(seed), 1 + seed % 3, 4)
+        except (AssertionError, ValueError):
+            return
+    pytest.fail("the mutant passed the law")
+
+
+def test_boxes_are_polytopes(rng):
+    """The box forms and the polytope forms of one set agree."""
+    b = box(-rng.uniform(0.1, 1, 3), rng.uniform(0.1, 1, 3))
+    w = rng.normal(size=(20, 3))
+    np.testing.assert_allclose(support.support_of_box(b, w), support.support(from_box(b), w).upper, atol=1e-6)
+    assert exact.round_up(Fraction(1, 3)) > exact.round_down(Fraction(1, 3))
