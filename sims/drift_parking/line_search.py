@@ -45,7 +45,8 @@ def first_accepted(cost_at, cost, expected, running):
     accepted = running & accepts(epsilon, full_cost)
 
     def skip_ahead(epsilon):
-        node_costs = [cost_at(jnp.full_like(cost, node)) for node in NODES[:-1]] + [full_cost]
+        nodes = jnp.asarray(NODES[:-1], cost.dtype)
+        node_costs = [*jax.lax.map(lambda node: cost_at(jnp.full_like(cost, node)), nodes), full_cost]
         # Surplus per unit length: positive where the ratio is above ACCEPT_RATIO.
         surplus = [
             (cost - node_costs[i]) / NODES[i] - ACCEPT_RATIO * expected * (1.0 + 0.5 * NODES[i])

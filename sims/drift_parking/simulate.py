@@ -9,20 +9,17 @@ from typing import NamedTuple
 
 import jax
 import jax.numpy as jnp
-import numpy as np
 
 from sims.drift_parking import control, ilqr
 from sims.drift_parking import params as c
 from sims.drift_parking.plan import reference_plan
-from sims.drift_parking.vehicle import Plant, State, advance
+from sims.drift_parking.runge_kutta import begin, evaluate, stages
+from sims.drift_parking.vehicle import Plant, State
 
-# Classical Runge-Kutta: weight of each evaluation, and offset of the evaluation after it.
-WEIGHTS = c.STEP * np.array([1.0, 2.0, 2.0, 1.0]) / 6.0
-NEXT_OFFSETS = c.STEP * np.array([0.5, 0.5, 1.0, 0.0])
-# Plan index j is solved in step 10 j - 5 before evaluation 1; j = 6..12 in step 10 j - 6 before evaluation 3. (It is
+# Plan index j is solved before evaluation 1 of step 10 j - 5; j = 6..12 before evaluation 3 of step 10 j - 6. (It is
 # due at t = 0.1 j - 0.05, and the rounding of accumulated times decides which of the two evaluations sees it first.)
 EARLY_FIRST, EARLY_LAST = 6, 12
-N_SOLVES = 39  # blocks of ten steps 10 j - 9 .. 10 j; enough for the switch test to look 9 samples beyond SWITCH_LATEST
+N_SOLVES = 39  # blocks of ten steps; enough for the switch test to look 9 samples beyond SWITCH_LATEST
 
 
 class Run(NamedTuple):
@@ -46,64 +43,51 @@ def simulate(plant: Plant, k) -> Run:
     return Run(_placed(tracked, braked, switch), switch, steer)
 
 
-def _evaluations(evaluate, z, point, first, last):
-    """Evaluations first..last-1 of the step from z; point = (state of the evaluation, sum so far, memory of the law).
-
-    evaluate(state, memory) -> (rate, memory). After the fourth one the sum so far is the state after the step.
-    """
-
-    def stage(point, coefficients):
-        now, total, memory = point
-        weight, next_offset = coefficients
-        rate, memory = evaluate(now, memory)
-        return (advance(z, rate, next_offset), advance(total, rate, weight), memory), None
-
-    dtype = z.x.dtype
-    rows = jnp.asarray(WEIGHTS[first:last], dtype), jnp.asarray(NEXT_OFFSETS[first:last], dtype)
-    return jax.lax.scan(stage, point, rows)[0]
-
-
 def _track(plant, v):
-    """Samples 0, 1, ... of the tracking phase: the states, and the steering applied last before each."""
+    """Samples 0, 1, ... of the tracking phase: the states, and the steering applied last before each.
+
+    A block starts before evaluation 3 of step 10 j - 6. In its first four evaluations lie the two places where the
+    controller may be due; nine steps follow, all shifted by three evaluations so that one program serves both places.
+    """
     plan = reference_plan(v)
 
-    def step(carry, solve=None):
-        """One step; solve = (evaluation before which the controller may be solved, plan index, is it due)."""
-        z, law, controller = carry
-        point = (z, z, law)
-        begin = 0
-        if solve is not None:
-            begin, j, due = solve
-            point = _evaluations(follow(controller), z, point, 0, begin)
-            x, y, yaw, _, speed, *_ = point[0]
-            pose = ilqr.Pose(x, y, yaw, speed)
-            controller = jax.lax.cond(due, lambda m: ilqr.solve(m, plan, j, pose), lambda m: m, controller)
-        _, z, law = _evaluations(follow(controller), z, point, begin, 4)
-        return (z, law, controller), (z, law.steer)
+    def move(point, controller, rows):
+        return evaluate(lambda z, law: control.track(plant, z, law, controller.command), point, rows)
 
-    def follow(controller):
-        return lambda z, law: control.track(plant, z, law, controller.command)
+    def sample(point):
+        return point.sample, point.memory_then.steer
 
-    def coast(carry, length):
-        return jax.lax.scan(lambda carry, _: step(carry), carry, length=length)
+    def shifted_steps(point, controller, n):
+        def step(point, _):
+            point = move(point, controller, stages((3, 0, 1, 2)))
+            return point, sample(point)
+
+        return jax.lax.scan(step, point, length=n)
 
     def block(carry, j):
+        def half(carry, place):
+            (point, controller), (due, rows) = carry, place
+            pose = ilqr.Pose(point.now.x, point.now.y, point.now.yaw, point.now.speed)
+            controller = jax.lax.cond(due, lambda m: ilqr.solve(m, plan, j, pose), lambda m: m, controller)
+            return (move(point, controller, rows), controller), None
+
         early = (j >= EARLY_FIRST) & (j <= EARLY_LAST)
-        carry, head = coast(carry, 3)
-        carry, sixth = step(carry, (3, j, early))
-        carry, fifth = step(carry, (1, j, ~early))
-        carry, tail = coast(carry, 5)
-        return carry, jax.tree.map(
-            lambda a, b, d, e: jnp.concatenate([a, b[None], d[None], e]), head, sixth, fifth, tail
-        )
+        places = jnp.stack([early, ~early]), stages([(3, 0), (1, 2)])
+        (point, controller), _ = jax.lax.scan(half, carry, places)
+        begun = sample(point)
+        point, rest = shifted_steps(point, controller, 9)
+        return (point, controller), jax.tree.map(lambda a, b: jnp.concatenate([a[None], b]), begun, rest)
 
     def lanes(value):
-        return jnp.full(v.shape, value, jnp.result_type(value) if isinstance(value, bool) else v.dtype)
+        return jnp.full(v.shape, value, bool if isinstance(value, bool) else v.dtype)
 
-    rest, (z, law) = jax.tree.map(lanes, (control.START, control.after_start()))
-    _, samples = jax.lax.scan(block, (z, law, ilqr.first(plan)), jnp.arange(1, N_SOLVES + 1))
-    begin = jax.tree.map(lambda a, b: jnp.stack([a, b]), (rest, law.steer), (z, law.steer))
-    return jax.tree.map(lambda a, b: jnp.concatenate([a, b.reshape(-1, *v.shape)]), begin, samples)
+    at_rest, started = jax.tree.map(lanes, (control.START, control.after_start()))
+    controller = ilqr.first(plan)
+    point = begin(*started)
+    first = jax.tree.map(lambda a, b: jnp.stack([a, b]), (at_rest, lanes(0.0)), sample(point))
+    point, lead = shifted_steps(move(point, controller, stages((0, 1, 2))), controller, 3)
+    _, blocks = jax.lax.scan(block, (point, controller), jnp.arange(1, N_SOLVES + 1))
+    return jax.tree.map(lambda a, b, d: jnp.concatenate([a, b, d.reshape(-1, *v.shape)]), first, lead, blocks)
 
 
 def _switch_sample(sideslip, threshold):
@@ -119,9 +103,8 @@ def _brake(plant, handed, steer):
     z = handed._replace(ux=handed.speed * cos, uy=handed.speed * sin)
 
     def step(carry, _):
-        z, steer = carry
-        _, z, steer = _evaluations(lambda z, steer: control.brake(plant, z, steer), z, (z, z, steer), 0, 4)
-        return (z, steer), z
+        point = evaluate(lambda z, steer: control.brake(plant, z, steer), begin(*carry), stages((0, 1, 2, 3)))
+        return (point.sample, point.memory), point.sample
 
     primed = control.steer_into_slip(z, steer)
     _, states = jax.lax.scan(step, (z, primed), length=c.BRAKE_STEPS)

@@ -8,4 +8,5 @@ STUDY = Study(
     bins=(20, 4),
     heading=0,
     names=("m x", "m y", "rad"),
+    parameters=("v [m/s]", "sideslip at which braking starts [rad]"),
 )

@@ -89,8 +89,3 @@ def rates(plant: Plant, z: State, steer, drive=0.0, brake: float = 0.0) -> tuple
         uy=ay - z.yaw_rate * z.ux,
     )
     return rate, Slip(slip_rear, threshold_rear)
-
-
-def advance(z: State, rate: State, duration) -> State:
-    """z + duration * rate."""
-    return jax.tree.map(lambda a, b: a + duration * b, z, rate)

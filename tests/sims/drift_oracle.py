@@ -1,4 +1,4 @@
-"""Drift parking transcribed line by line from its description in plain Python: slow, scalar, dense matrices, no shortcuts.
+"""Drift parking transcribed from its description in plain Python: slow, scalar, dense matrices, no shortcuts.
 
 The oracle of the drift tests. It shares nothing with sims.drift_parking, not even the constants.
 """
@@ -152,7 +152,7 @@ def runge_kutta(f, z):
 
 
 def simulate(v, threshold, steps_after_switch=400):
-    """Dictionary with states (781, 8) (NaN when not simulated), switch, steer at the switch, commands {j: (A, delta)}."""
+    """Dictionary: states (781, 8), NaN where not simulated; switch; steer at the switch; commands {j: (A, delta)}."""
     controller = Controller(v)
     commands = {0: controller.U[0].copy()}
     solve_at = {(10 * j - 6, 3) if 6 <= j <= 12 else (10 * j - 5, 1): j for j in range(1, 40)}

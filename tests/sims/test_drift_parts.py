@@ -5,12 +5,12 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 import pytest
-from sims.drift_parking import control, ilqr, line_search, params, scenario, trig, tyre, vehicle
-from sims.drift_parking.plan import reference_plan
-from sims.drift_parking.plant_ode import newton_euler
 
 from parc_jax.errors import InputError
 from parc_jax.problem import Disc, Polygon
+from sims.drift_parking import control, ilqr, line_search, params, scenario, trig, tyre, vehicle
+from sims.drift_parking.plan import reference_plan
+from sims.drift_parking.plant_ode import newton_euler
 
 
 def test_constants_are_those_of_the_description():
@@ -102,7 +102,7 @@ def test_steering_is_limited_per_evaluation():
 
 
 def _driven(v, rng):
-    """38 solves of the plain controller on a car that lags behind its commands: poses, commands, one of the gains."""
+    """38 solves of the plain controller for a car that lags behind its commands: poses, commands, one gain."""
     controller, pose = oracle.Controller(v), np.array([0.0, 0.0, 0.0, 0.1])
     command, rows = controller.U[0], []
     for j in range(1, 39):
@@ -131,7 +131,7 @@ def test_controller_solves_as_described(rng):
 
 
 def _search_cases():
-    """Costs that are smooth, or have a pole between 0 and 1 as a tangent has, with every outcome of the plain search."""
+    """Costs that are smooth, or have a pole in (0, 3) as a tangent has; the plain search ends in every possible way."""
     rng = np.random.default_rng(8)
     n = 3000
     slope, curve, cubic = rng.normal(size=(3, n)) * np.array([1.0, 3.0, 1.0])[:, None]
@@ -175,7 +175,7 @@ def test_scene():
     np.testing.assert_allclose(np.hypot(*edges.T), disc.body.radius, rtol=1e-12)  # faces touch the circle
     assert np.abs(edges - [disc.body.radius, 0.0]).max(axis=1).min() < 1e-12  # one face normal along +x
     inside = np.array([30.5, -16.0, -np.pi])
-    assert disc.goal.contains(inside) and not disc.goal.contains(inside + [0, 0, 2 * np.pi])
+    assert disc.goal.contains(inside) and not disc.goal.contains(inside + np.array([0, 0, 2 * np.pi]))
     assert [bool(o.contains(np.array([25.0, -16.0]))) for o in disc.obstacles] == [True, False]
     with pytest.raises(InputError, match="disc"):
         scenario.problem("square")

@@ -1,0 +1,91 @@
+"""What every simulator promises, whatever it simulates. A new system is one more row of SYSTEMS."""
+
+from typing import NamedTuple
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+import pytest
+
+import sims
+from parc_jax.system import BlackBoxSystem
+
+
+class Case(NamedTuple):
+    """A system, its options, and how far a batch may differ from a loop: to `atol` up to `sure_until` s, rough after."""
+
+    name: str
+    options: dict
+    sure_until: float
+    atol: float
+    rough: float
+
+
+SYSTEMS = [
+    pytest.param(Case("drift_parking", {"plant": "ode"}, 4.8, 1e-9, 0.06), id="drift_parking-ode"),
+    pytest.param(
+        Case("drift_parking", {"plant": "mjx"}, 4.8, 1e-9, 0.06), id="drift_parking-mjx", marks=pytest.mark.slow
+    ),
+]
+
+
+class Runs(NamedTuple):
+    """Trajectories of the same rows (3,) as a batch, as the same batch again, and one by one."""
+
+    system: object
+    case: Case
+    batch: tuple
+    again: tuple
+    single: list
+
+
+@pytest.fixture(scope="module", params=SYSTEMS)
+def runs(request):
+    case = request.param
+    system = sims.load(case.name, **case.options)
+    lo, hi = np.asarray(system.domain.lo), np.asarray(system.domain.hi)
+    ks = jnp.asarray(lo + (hi - lo) * np.random.default_rng(11).random((3, lo.size)))
+    keys = jax.random.split(jax.random.PRNGKey(4), 3)
+    batched = jax.jit(jax.vmap(system.rollout))
+    # a batch of one is the loop: it has its own compiled program
+    single = [jax.tree.map(lambda a: a[0], batched(keys[i : i + 1], ks[i : i + 1])) for i in range(3)]
+    return Runs(system, case, batched(keys, ks), batched(keys, ks), single)
+
+
+def test_has_the_attributes_of_a_black_box(runs):
+    assert isinstance(runs.system, BlackBoxSystem)
+    assert runs.system.name == runs.case.name
+    assert runs.system.domain.volume > 0
+
+
+def test_is_on_the_record_grid(runs):
+    system = runs.system
+    assert runs.batch.p.shape == (3, system.time.n_record + 1, system.n_p)
+    assert runs.batch.q.shape == (3, system.n_q)
+    assert runs.batch.p.dtype == runs.batch.q.dtype == jnp.float64
+
+
+def test_starts_at_the_origin(runs):
+    assert (runs.batch.p[:, 0] == 0.0).all()
+
+
+def test_is_finite_and_moves(runs):
+    assert all(np.isfinite(a).all() for a in runs.batch)
+    assert (np.ptp(runs.batch.p, axis=1) > 0.0).all()
+
+
+def test_same_key_same_result(runs):
+    for a, b in zip(runs.batch, runs.again, strict=True):
+        np.testing.assert_array_equal(a, b)
+
+
+def test_a_batch_is_a_loop(runs):
+    sure = round(runs.case.sure_until / runs.system.time.dt_record) + 1
+    for i, alone in enumerate(runs.single):
+        np.testing.assert_allclose(runs.batch.p[i, :sure], alone.p[:sure], rtol=0, atol=runs.case.atol)
+        np.testing.assert_allclose(runs.batch.p[i], alone.p, rtol=0, atol=runs.case.rough)
+        np.testing.assert_allclose(runs.batch.q[i], alone.q, rtol=0, atol=runs.case.rough)
+
+
+def test_different_parameters_give_different_runs(runs):
+    assert not np.array_equal(runs.batch.p[0], runs.batch.p[1])
