@@ -1,5 +1,7 @@
 """Small black boxes whose errors are known: a drift-like plant, and plants that hide their error in one place."""
 
+from functools import cache
+
 import jax
 import jax.numpy as jnp
 import numpy as np
@@ -39,6 +41,7 @@ def straight_network(T: int):
     return relu_network([W], [np.zeros(2 * T + 1)])
 
 
+@cache
 def plant(run, T=4, stride=5, name="plant"):
     """A plant over K = [0, 1]^2 with T intervals of `stride` records over one second."""
     return Plant(box([0.0, 0.0], [1.0, 1.0]), time_grid(1.0 / T, 1.0, 1.0 / (T * stride)), run, name)

@@ -7,7 +7,7 @@ import numpy as np
 from parc_jax.error.calibrate import Intersample, calibrate
 from parc_jax.error.claim import ErrorClaim
 from parc_jax.error.intersample import DISCRETE_TIME
-from parc_jax.error.shape import choose_bins, training_shape
+from parc_jax.error.shape import training_shape
 from parc_jax.errors import InputError
 from parc_jax.network.relu import ReLUNetwork, relu_network
 from parc_jax.rollout.batch import RolloutBatch
@@ -36,7 +36,7 @@ def update(
     if claim.eps is None and eps is None:
         raise InputError("update: expected eps and delta, since the old claim has none.")
     net = net if tune is None else tune(net, seen)
-    shape = training_shape(net, seen, choose_bins(net, seen) if bins is None else bins)
+    shape = training_shape(net, seen, bins)
     new = calibrate(
         net,
         fresh,

@@ -8,14 +8,13 @@ import numpy as np
 from parc_jax.error.calibrate import Intersample
 from parc_jax.error.claim import ErrorClaim
 from parc_jax.error.intersample import DISCRETE_TIME
-from parc_jax.error.measure import Errors, allowance, measure_arrays
-from parc_jax.error.shape import uniform_edges
+from parc_jax.error.measure import Errors, measure_system
+from parc_jax.error.shape import edges_of
 from parc_jax.error.simplices import Simplices, triangulate
 from parc_jax.error.tube import Tube, tube
 from parc_jax.errors import InputError
 from parc_jax.keys import Stage
 from parc_jax.network.relu import ReLUNetwork
-from parc_jax.rollout.collect import map_rows, simulate_rows
 from parc_jax.rollout.law import law_of
 from parc_jax.rollout.simulate import Rows, simulator
 from parc_jax.tolerances import TOLERANCES
@@ -72,7 +71,7 @@ def lipschitz_cover(
     cells = tuple(int(c) for c in cells)
     if len(cells) != domain.n or any(c < b or c % b for c, b in zip(cells, bins, strict=True)):
         raise InputError(f"cover: expected cells per axis, a multiple of the bins {bins}; got {cells}.")
-    edges = uniform_edges(domain, cells)
+    edges = edges_of(domain, cells)
     centres = np.stack(np.meshgrid(*(0.5 * (e[1:] + e[:-1]) for e in edges), indexing="ij"), axis=-1)
     errors = _errors_at(net, system, key, centres.reshape(-1, domain.n), path, quiet)
     half = np.array([np.diff(e).max() for e in edges]) / 2
@@ -86,7 +85,7 @@ def lipschitz_cover(
     final = errors.final.reshape(*groups, -1).max(axis=inner)
     n_bins = int(np.prod(bins))
     found = tube(
-        uniform_edges(domain, bins),
+        edges_of(domain, bins),
         (interval.reshape(n_bins, *errors.interval.shape[1:]) + reach_interval) * _UP,
         (final.reshape(n_bins, -1) + reach_final) * _UP,
     )
@@ -120,7 +119,7 @@ def curvature_cover(
     errors = _errors_at(net, system, key, np.clip(mesh.points, domain.lo, domain.hi), path, quiet)
     declared_p, declared_q = _declared(constants, (system.n_p,), (system.n_q,))
     bend = mesh.longest**2 * n / (4 * (n + 1))
-    frame_edges = uniform_edges(domain, (1,) * n if bins is None else bins)
+    frame_edges = edges_of(domain, (1,) * n if bins is None else bins)
     interval, final = _simplex_maxima(
         mesh, errors, bend, declared_p, np.concatenate([declared_p, declared_q]), frame_edges
     )
@@ -145,18 +144,10 @@ def check_deterministic(system, key: jax.Array, n: int = 16) -> None:
 
 
 def _errors_at(net, system, key, k: np.ndarray, path, quiet) -> Errors:
-    slack = allowance(net, system.domain, system.time, system.n_p)
-
-    def work(rows, device):
-        drawn, (p, q) = simulate_rows(system, key, Stage.BOUND, rows, k, 0, device)
-        if not np.array_equal(drawn, k[np.minimum(rows, len(k) - 1)]):
-            raise InputError("cover: expected a float64 system; this one cannot run the points of the cover exactly.")
-        errors = measure_arrays(net, slack, system.time, drawn, p, q)
-        return {"interval": np.asarray(errors.interval), "final": np.asarray(errors.final)}
-
-    label = {"what": "cover", "network": net.hash}
-    parts = [a for _, a in map_rows(work, system, key, len(k), Stage.BOUND, k=k, path=path, quiet=quiet, label=label)]
-    return Errors(*(np.concatenate([part[name] for part in parts]) for name in ("interval", "final")))
+    drawn, errors = measure_system(net, system, key, len(k), Stage.BOUND, k=k, path=path, quiet=quiet)
+    if not np.array_equal(drawn, k):
+        raise InputError("cover: expected a float64 system; this one cannot run the points of the cover exactly.")
+    return errors
 
 
 def _network_slopes(C: np.ndarray, T: int, n_p: int) -> Errors:

@@ -9,9 +9,11 @@ import numpy as np
 
 from parc_jax.arrays import x64
 from parc_jax.errors import InputError
+from parc_jax.keys import Stage
 from parc_jax.network.relu import ReLUNetwork
 from parc_jax.network.rounding import UNIT, rounding_bound
 from parc_jax.rollout.batch import RolloutBatch
+from parc_jax.rollout.collect import map_rows, simulate_rows
 from parc_jax.sets.box import Box
 from parc_jax.system import TimeGrid
 
@@ -40,11 +42,30 @@ def measure(net: ReLUNetwork, batch: RolloutBatch, chunk: int = 1024) -> Errors:
     """Errors of every run of the batch against the float64 network, host arrays. Raises InputError."""
     slack = allowance(net, batch.domain, batch.time, batch.n_p)
     parts = []
+    chunk = min(chunk, 1 << max(batch.n - 1, 1).bit_length())  # few shapes, few compilations
     for start in range(0, batch.n, chunk):
-        rows = np.minimum(np.arange(start, start + chunk), batch.n - 1) if batch.n > chunk else np.arange(batch.n)
+        rows = np.minimum(np.arange(start, start + chunk), batch.n - 1)
         errors = measure_arrays(net, slack, batch.time, batch.k[rows], batch.p[rows], batch.q[rows])
         parts.append(Errors(*(np.asarray(e)[: batch.n - start] for e in errors)))
     return Errors(*(np.concatenate(e) for e in zip(*parts, strict=True)))
+
+
+def measure_system(
+    net: ReLUNetwork, system, key, n: int, stage: Stage, *, k=None, first_row=0, path=None, quiet=False
+) -> tuple[np.ndarray, Errors]:
+    """Parameters (n, n_k) and errors of n runs of a system that are never held. Arguments as in `collect`."""
+    slack = allowance(net, system.domain, system.time, system.n_p)
+
+    def work(rows, device):
+        drawn, (p, q) = simulate_rows(system, key, stage, rows, k, first_row, device)
+        errors = measure_arrays(net, slack, system.time, drawn, p, q)
+        return {"k": drawn, "interval": np.asarray(errors.interval), "final": np.asarray(errors.final)}
+
+    label = {"what": "errors", "network": net.hash}
+    stream = map_rows(work, system, key, n, stage, k=k, first_row=first_row, path=path, quiet=quiet, label=label)
+    parts = [arrays for _, arrays in stream]
+    k, interval, final = (np.concatenate([part[name] for part in parts]) for name in ("k", "interval", "final"))
+    return k, Errors(interval, final)
 
 
 def measure_arrays(net: ReLUNetwork, slack: Allowance, time: TimeGrid, k, p, q) -> Errors:

@@ -80,3 +80,14 @@ def _widths(name: str, value, shape) -> np.ndarray:
     out[infinite.reshape(len(value), -1).any(axis=1)] = np.inf
     out.setflags(write=False)
     return out
+
+
+def refined(coarse: Tube, edges) -> Tube:
+    """The same tube told bin by bin on finer edges, which must contain the coarse ones. Raises InputError."""
+    edges = tuple(as_float64(f"tube edges[{i}]", e, (None,)) for i, e in enumerate(edges))
+    for axis, (old, new) in enumerate(zip(coarse.edges, edges, strict=True)):
+        if not np.isin(old, new).all():
+            raise InputError(f"tube: expected finer edges that keep the old ones; axis {axis} loses some of {old}.")
+    middles = np.meshgrid(*(0.5 * (e[1:] + e[:-1]) for e in edges), indexing="ij")
+    source = coarse.bin_of(np.stack(middles, axis=-1).reshape(-1, len(edges)))
+    return Tube(edges, coarse.interval[source], coarse.final[source])

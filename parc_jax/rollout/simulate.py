@@ -13,7 +13,7 @@ from parc_jax.errors import InputError
 from parc_jax.keys import Stage, row_keys, split_rollout
 from parc_jax.system import Trajectory
 
-_KEPT = 4  # compiled systems held at a time: enough for a few plants side by side, bounded memory
+_KEPT = 8  # compiled systems held at a time: enough for a few plants side by side, bounded memory
 
 
 class Rows(NamedTuple):

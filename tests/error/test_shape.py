@@ -1,12 +1,14 @@
 """Shapes: learnt from training data, never from the holdout."""
 
 import jax
+import jax.numpy as jnp
 import numpy as np
 import pytest
-from synthetic_plants import disturbed, failing, noisy, plant, straight_network
+from synthetic_plants import disturbed, failing, noisy, plant, straight, straight_network
 
+from parc_jax.error.edges import choose_edges
 from parc_jax.error.measure import measure
-from parc_jax.error.shape import choose_bins, default_candidates, training_shape, uniform_edges
+from parc_jax.error.shape import edges_of, training_errors, training_shape
 from parc_jax.errors import InputError
 from parc_jax.rollout.collect import collect
 from parc_jax.sets.box import box
@@ -45,19 +47,40 @@ def test_failed_runs_do_not_shape():
     assert np.isfinite(shape.interval).all()
 
 
-def test_bins_are_chosen_where_they_help_and_not_elsewhere():
-    varied = choose_bins(NET, collect(plant(noisy), KEY, 1000, quiet=True))
-    assert varied[0] >= 4 and varied[1] <= 2  # the error grows along the first axis only
-    assert choose_bins(NET, collect(plant(disturbed), KEY, 1000, quiet=True)) == (1, 1)
+def chosen(run, n=2000):
+    train = collect(plant(run), KEY, n, quiet=True)
+    return choose_edges(*training_errors(NET, train), train.domain)
 
 
-def test_candidates_keep_twenty_runs_in_a_bin():
-    assert default_candidates(2, 100) == [(1, 1), (1, 2), (1, 4), (2, 1), (2, 2), (4, 1)]
-    assert default_candidates(3, 5) == [(1, 1, 1)]
+def test_k_is_cut_where_that_helps_and_nowhere_else():
+    varied = chosen(noisy)
+    assert len(varied[0]) >= 4 and len(varied[1]) == 2  # the error grows along the first axis only
+    assert sum(len(edge) - 2 for edge in chosen(disturbed)) <= 1  # the same everywhere: at most one cut, by chance
+
+
+def test_a_jump_is_cut_out():
+    def jump(key, k, s):
+        p, q = straight(k, s)
+        bad = (k[0] > 0.5) & (k[0] < 0.55)
+        return p + jnp.where(bad, 1.0, 0.02) * jax.random.normal(key, (2,))[None] * s[:, None], q
+
+    edges = chosen(jump)[0]
+    assert 0.5 in edges and 0.5625 in edges and len(edges) <= 8
+
+
+def test_bins_hold_twenty_runs_on_average():
+    few = chosen(noisy, 60)
+    assert (len(few[0]) - 1) * (len(few[1]) - 1) <= 3
+    with pytest.raises(InputError, match="at least 4"):
+        chosen(noisy, 3)
 
 
 def test_edges_end_exactly_at_the_domain():
-    edges = uniform_edges(box([0.1, -1.0], [0.7, np.pi]), (3, 7))
+    edges = edges_of(box([0.1, -1.0], [0.7, np.pi]), (3, 7))
     assert edges[0][0] == 0.1 and edges[0][-1] == 0.7 and edges[1][-1] == np.pi and len(edges[1]) == 8
     with pytest.raises(InputError, match="2 numbers >= 1"):
-        uniform_edges(box([0, 0], [1, 1]), (3,))
+        edges_of(box([0, 0], [1, 1]), (3,))
+    given = edges_of(box([0, 0], [1, 1]), ([0, 0.2, 1], 2))
+    assert given[0].tolist() == [0, 0.2, 1] and given[1].tolist() == [0, 0.5, 1]
+    with pytest.raises(InputError, match="edges of axis 0"):
+        edges_of(box([0, 0], [1, 1]), ([0, 0.2, 0.9], 2))

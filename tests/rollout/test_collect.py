@@ -171,7 +171,7 @@ def test_a_system_that_is_not_jax_offers_rollout_batch(system):
 
 
 def test_a_float32_system_sees_the_k_on_record():
-    narrow = plant(disturbed)
+    narrow = plant.__wrapped__(disturbed)  # not the cached one: it is changed
     object.__setattr__(narrow, "dtype", np.float32)
     batch = collect(narrow, KEY, 50, quiet=True)
     np.testing.assert_array_equal(batch.k, batch.k.astype(np.float32))
