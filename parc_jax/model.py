@@ -99,7 +99,7 @@ def load(path, system: str | None = None) -> TrajectoryModel:
         claim, time = claim_from_json(meta["claim"], error_tube), time_grid(*meta["time"])
     except (KeyError, TypeError, json.JSONDecodeError) as error:
         raise InputError(
-            f"{path}: expected a file written by `TrajectoryModel.save`; {type(error).__name__}: {error}. Save it again."
+            f"{path}: expected a file of `TrajectoryModel.save`; {type(error).__name__}: {error}. Save it again."
         ) from None
     if system is not None and meta["system"] != system:
         raise InputError(f"{path}: expected a model of {system!r}; it was learned from {meta['system']!r}.")

@@ -42,9 +42,7 @@ class Planner:
         begin = time.perf_counter()
         rng = generator(stream(key, Stage.SEARCH))
         laid_out = scene(problem, self.model)
-        found = cover(
-            self.model, problem, laid_out, rng, target=target, confidence=confidence, budget_s=budget_s
-        )
+        found = cover(self.model, problem, laid_out, rng, target=target, confidence=confidence, budget_s=budget_s)
         covered = time.perf_counter()
         pick = rng.permutation(len(found.points.k))[:n_samples]
         parts = [

@@ -10,11 +10,10 @@ from fractions import Fraction
 import numpy as np
 
 from parc_jax.arrays import x64
-from parc_jax.avoid.directions import direction, multiplier_near
+from parc_jax.avoid.directions import multiplier_near
 from parc_jax.avoid.segment import separation_jit
 from parc_jax.certify.piece import Piece, Run
 from parc_jax.certify.scene import Scene
-from parc_jax.certify.settle import longest
 from parc_jax.error.tube import Tube
 from parc_jax.model import TrajectoryModel
 from parc_jax.network.relu import ReLUNetwork
@@ -75,7 +74,7 @@ def sample_part(problem: ReachAvoid, scene: Scene, tube: Tube, p0, k, path: np.n
         w, reach = scene.directions.w[o], scene.directions.reach[o]
         need = reach[:, None] + np.abs(w) @ error.T + scene.slack * np.abs(w).sum(axis=1)[:, None]
         along = w @ path.T
-        chosen = longest(np.minimum(along[:, :-1], along[:, 1:]) > need)
+        chosen = _longest(np.minimum(along[:, :-1], along[:, 1:]) > need)
         steps = np.flatnonzero(scene.obstacles.active[o])
         runs: list[Run] = []
         for t in steps:
@@ -86,7 +85,7 @@ def sample_part(problem: ReachAvoid, scene: Scene, tube: Tube, p0, k, path: np.n
             if runs and runs[-1].multiplier is m:
                 runs[-1] = runs[-1]._replace(end=int(t) + 1)
             else:
-                runs.append(Run(int(t), int(t) + 1, m, *direction(problem, o, m)))
+                runs.append(Run(int(t), int(t) + 1, m))
         sep.append(runs)
     return {"p0": _hexes(p0), "k": _hexes(k), "sep": _separation(sep)}
 
@@ -100,6 +99,19 @@ def piece_part(piece: Piece) -> dict:
         "pattern": "".join("1" if on else "0" for on in piece.pattern),
         "sep": _separation(piece.runs),
     }
+
+
+def _longest(ok: np.ndarray) -> np.ndarray:
+    """ok (d, T) -> (T,): index of the direction that lasts longest from each change on, -1 where none holds."""
+    length = np.zeros(ok.shape, int)
+    for t in range(ok.shape[1] - 1, -1, -1):
+        length[:, t] = np.where(ok[:, t], 1 + (length[:, t + 1] if t + 1 < ok.shape[1] else 0), 0)
+    out, current = np.full(ok.shape[1], -1), -1
+    for t in range(ok.shape[1]):
+        if current < 0 or not ok[current, t]:
+            current = int(np.argmax(length[:, t])) if ok[:, t].any() else -1
+        out[t] = current
+    return out
 
 
 def _nearest(scene: Scene, o: int, path, error, t: int) -> np.ndarray:

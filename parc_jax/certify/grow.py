@@ -1,9 +1,10 @@
 """Grow a safe point into a safe polytope by choosing one separating direction per obstacle and interval. [T14, T16]
 
 With the direction w fixed, w . p^_t is affine in (p0, k) on the region, so all points that keep every inequality form
-a convex polytope of safe points. Which directions are chosen decides how much of the safe set the polytope takes: they
-are chosen so that as many other known safe points of the same region ("mates") as possible stay inside, then merged
-into the fewest runs over time that keep the same mates, which keeps the certificate short.
+a convex polytope of safe points. Which directions are chosen decides how much of the safe set the polytope takes. They
+are chosen so that as many "mates" as possible stay inside: known safe points of the same cell that no polytope holds
+yet, and points drawn in the cell around the seed, which stand for volume. Equal directions are then merged into the
+fewest runs over time that keep the same mates, so certificates stay short.
 """
 
 from typing import NamedTuple
@@ -11,99 +12,132 @@ from typing import NamedTuple
 import jax
 import jax.numpy as jnp
 
-from parc_jax.avoid.segment import dot2, separation
+from parc_jax.avoid.segment import dot2, separations
+from parc_jax.certify.cell import anchored_rows, cell_map, walk
+from parc_jax.certify.evaluate import HIGHEST
 
 SWEEPS = 2  # rounds of swapping each interval's direction while all others stay
-
-
-class Items(NamedTuple):
-    """The obstacle-interval pairs that need a choice; the others are settled once for the whole scene. Padded.
-
-    obstacle (i,), interval (i,): sorted by obstacle, then time. used (i,) bool.
-    """
-
-    obstacle: jax.Array
-    interval: jax.Array
-    used: jax.Array
+ITEMS = 32  # obstacle-interval pairs that get a choice among all directions; the others take a facet normal
+WALK = 32  # points drawn in the cell around the seed
+KNOWN_WEIGHT = 2.0  # a known uncovered safe point counts as much as this many drawn ones
 
 
 class Growth(NamedTuple):
-    """Outcome for one seed. choice (i,): direction index per item; the last index is the seed's own nearest direction.
+    """Outcome for one seed. choice (o, T): direction of the table, or the table's length for the seed's own.
 
-    nearest (i, 2): that direction. inside (m,): mates inside the polytope. kept (): the seed itself is inside.
+    nearest (o, T, 2): the seed's own direction, from the nearest point of the obstacle. kept (): the seed is inside.
     """
 
     choice: jax.Array
     nearest: jax.Array
-    inside: jax.Array
     kept: jax.Array
 
 
-def grow(scene, items: Items, paths, mates, error) -> Growth:
-    """One seed. paths (1 + m, T + 1, 2): the seed's path first, then its mates'. mates (m,) bool: real, not padding.
+def grow(net, tube, scene, key, p0, k, pattern, bin_number, bin_lo, bin_hi, known, real) -> Growth:
+    """One seed p0 (n_p,), k (n_k,) with its pattern (n_hidden,) and bin. Kernel; vmap over seeds.
 
-    error (T, 2): the tube of the bin they share. Kernel; vmap over seeds.
+    bin_lo, bin_hi (n_k,): box of the bin. known (m, T + 1, 2): paths of safe points of the same cell; real (m,) bool.
     """
-    grown, table = scene.obstacles, scene.directions
-    e = error[items.interval]
-    corners = grown.corner[items.obstacle] + grown.sign[items.obstacle] * e[:, None]
-    start, end = paths[:, items.interval], paths[:, items.interval + 1]
-    _, nearest = jax.vmap(separation, in_axes=(0, 0, 0, None))(start[0], end[0], corners, grown.radius)
-    own_reach = jnp.max(dot2(corners, nearest[:, None]), axis=1) + grown.radius
-    w = jnp.concatenate([table.w[items.obstacle], nearest[:, None]], axis=1)
-    reach = table.reach[items.obstacle] + dot2(jnp.abs(table.w[items.obstacle]), e[:, None])
-    reach = jnp.concatenate([reach, own_reach[:, None]], axis=1) + scene.slack * jnp.abs(w).sum(axis=2)
-    clear = jnp.minimum(
-        dot2(w[:, :, None], start.swapaxes(0, 1)[:, None]), dot2(w[:, :, None], end.swapaxes(0, 1)[:, None])
-    )
-    ok = (clear > reach[:, :, None]) | ~items.used[:, None, None]  # (i, d, 1 + m)
-    allowed = ok[:, :, 0]
-    ok_mates = ok[:, :, 1:] & mates
-    choice = jnp.argmax(jnp.where(allowed, ok_mates.sum(axis=2), -1), axis=1)
+    error, final = jnp.asarray(tube.interval)[bin_number], jnp.asarray(tube.final)[bin_number]
+    cell = cell_map(net, pattern, *tube.interval.shape[1:])
+    A, b = anchored_rows(scene, cell, final, bin_lo, bin_hi)
+    seed = jnp.concatenate([p0, k])
+    around = walk(key, A, b, seed, WALK)
+    drawn = around[:, None, : len(p0)] + cell.offsets(around[:, len(p0) :])
+    paths = jnp.concatenate([(p0 + cell.offsets(k))[None], known, drawn])
+    weight = jnp.concatenate([KNOWN_WEIGHT * real, jnp.ones(WALK, error.dtype)])
+    one = jax.vmap(_validity, in_axes=(None, None, 0, 0, 0, 0, None, 0))
+    nearest, facets, valid_facets = one(
+        scene, error, scene.obstacles.corner, scene.obstacles.sign, scene.directions.w, scene.directions.reach,
+        paths, scene.obstacles.active,
+    )  # fmt: skip
+    settled = valid_facets.any(axis=2)
+    item_o, item_t = jnp.nonzero(~settled, size=ITEMS, fill_value=-1)
+    used = item_o >= 0
+    ok = _item_table(scene, error, nearest, paths, item_o, item_t) | ~used[:, None, None]
+    allowed, ok_mates = ok[:, :, 0], ok[:, :, 1:]
+    choice = jnp.argmax(jnp.where(allowed, ok_mates @ weight, -1.0), axis=1)
     for _ in range(SWEEPS):
-        choice = _sweep(choice, allowed, ok_mates)
-    inside = _all_kept(choice, ok_mates) & mates
-    choice = _fewest_runs(items, allowed & (ok_mates | ~inside).all(axis=2))
-    kept = jnp.take_along_axis(allowed, choice[:, None], axis=1).all()
-    return Growth(choice, nearest, _all_kept(choice, ok_mates) & mates, kept)
+        choice = _sweep(choice, allowed, ok_mates, weight)
+    inside = _kept_by_all(choice, ok_mates)
+    valid_items = allowed & (ok_mates | ~inside).all(axis=2)
+    n_w = scene.directions.w.shape[1]
+    valid = (
+        jnp.zeros((*settled.shape, n_w + 1), bool)
+        .at[:, :, : facets.shape[2]]
+        .set(jnp.where(settled[:, :, None], valid_facets, facets))
+    )
+    # an interval beyond ITEMS falls back to facets that hold for the seed, and at worst to its own direction
+    valid = valid.at[:, :, n_w].set(~valid.any(axis=2))
+    valid = valid.at[jnp.where(used, item_o, -1), item_t].set(valid_items, mode="drop")
+    runs = jax.vmap(_fewest_runs)(valid)
+    return Growth(runs, nearest, jnp.take_along_axis(valid, runs[:, :, None], axis=2).all())
 
 
-grow_batch = jax.jit(jax.vmap(grow, in_axes=(None, None, 0, 0, 0)))
+grow_batch = jax.jit(jax.vmap(grow, in_axes=(None, None, None, 0, 0, 0, 0, 0, 0, 0, 0, 0)))
 
 
-def _sweep(choice, allowed, ok_mates):
-    """Swap one item after another: a mate counts 4^-(number of other items that lose it)."""
+def _validity(scene, error, corner, sign, w, reach, paths, active):
+    """For one obstacle: the seed's nearest directions (T, 2), and per interval which facet normals separate the seed
+    (T, f), and which separate the seed and every mate (T, f). An absent obstacle is separated by anything."""
+    facet, reach = w[: scene.directions.n_facets], reach[: scene.directions.n_facets]
+    corners = corner[None] + sign[None] * error[:, None]
+    _, nearest = separations(paths[0, :-1], paths[0, 1:], corners, scene.obstacles.radius)
+    need = reach + (dot2(jnp.abs(facet), error[:, None]) + scene.slack * jnp.abs(facet).sum(axis=1))
+    along = dot2(paths[:, :, None], facet[None, None])
+    gap = jnp.minimum(along[:, :-1], along[:, 1:]) > need[None]
+    return nearest, gap[0] | ~active[:, None], gap.all(axis=0) | ~active[:, None]
+
+
+def _item_table(scene, error, nearest, paths, item_o, item_t):
+    """(i, d + 1, 1 + m) bool: does a direction separate the seed (first) and each mate at an item?"""
+    table, e = scene.directions, error[item_t]
+    own = nearest[item_o, item_t]
+    corners = scene.obstacles.corner[item_o] + scene.obstacles.sign[item_o] * e[:, None]
+    own_reach = jnp.max(dot2(corners, own[:, None]), axis=1) + scene.obstacles.radius
+    w = jnp.concatenate([table.w[item_o], own[:, None]], axis=1)
+    reach = table.reach[item_o] + dot2(jnp.abs(table.w[item_o]), e[:, None])
+    need = jnp.concatenate([reach, own_reach[:, None]], axis=1) + scene.slack * jnp.abs(w).sum(axis=2)
+    start, end = paths[:, item_t].swapaxes(0, 1), paths[:, item_t + 1].swapaxes(0, 1)
+    clear = jnp.minimum(dot2(w[:, :, None], start[:, None]), dot2(w[:, :, None], end[:, None]))
+    return clear > need[:, :, None]
+
+
+def _sweep(choice, allowed, ok_mates, weight):
+    """Swap one item after another: a mate counts weight * 4^-(number of other items that lose it)."""
     lost = (~jnp.take_along_axis(ok_mates, choice[:, None, None], axis=1)[:, 0]).sum(axis=0)
 
     def swap(lost, item):
         choice, allowed, ok = item
         others = lost - ~ok[choice]
-        score = jnp.where(ok, jnp.exp2(-2.0 * others), 0.0).sum(axis=1)
+        score = jnp.matmul(ok.astype(weight.dtype), weight * jnp.exp2(-2.0 * others), precision=HIGHEST)
         best = jnp.argmax(jnp.where(allowed, score, -1.0))
         return others + ~ok[best], best
 
     return jax.lax.scan(swap, lost, (choice, allowed, ok_mates))[1]
 
 
-def _all_kept(choice, ok_mates):
+def _kept_by_all(choice, ok_mates):
     return jnp.take_along_axis(ok_mates, choice[:, None, None], axis=1)[:, 0].all(axis=0)
 
 
-def _fewest_runs(items: Items, valid):
-    """Cover the items of each obstacle by the fewest constant runs: always take the direction that lasts longest."""
-    follows = (items.obstacle[1:] == items.obstacle[:-1]) & (items.interval[1:] == items.interval[:-1] + 1)
-    follows = jnp.concatenate([follows, jnp.array([False])])
+def _fewest_runs(valid):
+    """valid (T, d + 1) -> choice (T,): always take the direction that lasts longest.
 
-    def lasts(later, item):
-        valid, follows = item
-        here = jnp.where(valid, 1 + jnp.where(follows, later, 0), 0)
-        return here, here
+    The last column is each interval's own nearest direction: it never lasts, and is taken only where nothing else
+    holds.
+    """
+    table = jnp.arange(valid.shape[1]) < valid.shape[1] - 1
 
-    _, length = jax.lax.scan(lasts, jnp.zeros(valid.shape[1], jnp.int32), (valid, follows), reverse=True)
+    def lasts(later, valid):
+        here = jnp.where(valid & table, 2 + later, jnp.where(valid, 1, 0))
+        return jnp.where(table, here, 0), here
 
-    def walk(current, item):
+    _, length = jax.lax.scan(lasts, jnp.zeros(valid.shape[1], int), valid, reverse=True)
+
+    def take(current, item):
         length, valid = item
-        current = jnp.where(valid[current], current, jnp.argmax(length))
+        current = jnp.where(valid[current] & table[current], current, jnp.argmax(length))
         return current, current
 
-    return jax.lax.scan(walk, jnp.argmax(length[0]), (length, valid))[1]
+    return jax.lax.scan(take, jnp.argmax(length[0]), (length, valid))[1]

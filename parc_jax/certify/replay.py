@@ -1,7 +1,7 @@
 """Replay of certified plans in the black box: the only test that knows the truth.
 
-A plan whose run stayed inside the tube must reach the goal and touch nothing: anything else is a bug, and raises. A run that
-left the tube is counted against the claim.
+A plan whose run stayed inside the tube must reach the goal and touch nothing: anything else is a bug, and raises. A
+run that left the tube is counted against the claim.
 """
 
 from typing import NamedTuple
@@ -17,6 +17,8 @@ from parc_jax.errors import SoundnessError
 from parc_jax.keys import Stage
 from parc_jax.model import TrajectoryModel
 from parc_jax.rollout.collect import collect
+
+CHUNK = 256  # runs per compiled call, as in the large collections: nothing is compiled for a replay alone
 
 
 class Replay(NamedTuple):
@@ -39,15 +41,15 @@ class Replay(NamedTuple):
         return ~self.reached | self.touched
 
 
-def replay(system, model: TrajectoryModel, scene: Scene, plans: np.ndarray, key: jax.Array, quiet: bool = True) -> Replay:
+def replay(system, model: TrajectoryModel, scene: Scene, plans: np.ndarray, key: jax.Array, quiet=True) -> Replay:
     """Run plans (n, n_p + n_k) with fresh randomness. Raises SoundnessError when the proof and the run disagree."""
     p0, k = plans[:, : model.n_p], plans[:, model.n_p :]
-    runs = collect(system, key, len(plans), Stage.REPLAY, k=k, quiet=quiet)
+    runs = collect(system, key, len(plans), Stage.REPLAY, k=k, chunk=CHUNK, quiet=quiet)
     path = np.asarray(runs.p, np.float64) + p0[:, None]
     state = np.concatenate([path[:, -1], runs.q], axis=1)
     reached = (state @ scene.goal_A.T <= scene.goal_b).all(axis=1)
     with x64():
-        distance = np.asarray(_true_clearance(scene, model.time.stride, path))
+        distance = np.asarray(_true_clearance(scene.arrays, model.time.stride, path))
     errors, bins = measure(model.net, runs), model.tube.bin_of(k)
     inside = (errors.interval <= model.tube.interval[bins]).all(axis=(1, 2))
     inside &= (errors.final <= model.tube.final[bins]).all(axis=1)
@@ -56,8 +58,8 @@ def replay(system, model: TrajectoryModel, scene: Scene, plans: np.ndarray, key:
     if bugs.any():
         first = int(np.argmax(bugs))
         raise SoundnessError(
-            f"replay: {int(bugs.sum())} of {len(plans)} plans failed although their run stayed inside the tube; the first "
-            f"is p0 = {p0[first]}, k = {k[first]}. This contradicts the proof: please report it with the answer file."
+            f"replay: {int(bugs.sum())} of {len(plans)} plans failed although their run stayed inside the tube; the "
+            f"first is p0 = {p0[first]}, k = {k[first]}. This contradicts the proof: please report it with the answer."
         )
     return out
 

@@ -4,6 +4,7 @@ import numpy as np
 
 from parc_jax.certify.draw import Points, cell_of, groups, points
 from parc_jax.certify.evaluate import anchor, evaluate
+from parc_jax.certify.inside import inside_pairs
 from parc_jax.certify.piece import Piece
 from parc_jax.certify.scene import Scene
 from parc_jax.certify.volume import Body, body, sample_body
@@ -17,6 +18,7 @@ class SafeUnion:
     def __init__(self, model: TrajectoryModel, scene: Scene, pieces: list[Piece]):
         self.model, self.scene, self.pieces = model, scene, pieces
         self._bodies: list[Body | None] | None = None
+        self._w, self._need = np.array([p.w for p in pieces]), np.array([p.need for p in pieces])
         self._by_cell: dict[bytes, list[int]] = {}
         for index, piece in enumerate(pieces):
             cell = cell_of(piece.pattern[None], np.array([piece.bin]))[0].tobytes()
@@ -36,11 +38,16 @@ class SafeUnion:
 
     def count(self, at: Points) -> np.ndarray:
         """(b,) number of pieces around each safe point."""
-        total = np.zeros(len(at.k), int)
+        points_of, pieces_of = [np.zeros(0, int)], [np.zeros(0, int)]
         for cell, index in groups(at.cell):
-            for number in self._by_cell.get(cell, ()):
-                total[index] += self.pieces[number].contains_paths(at.path[index])
-        return total
+            numbers = self._by_cell.get(cell, ())
+            points_of.append(np.repeat(index, len(numbers)))
+            pieces_of.append(np.tile(np.array(numbers, int), len(index)))
+        rows, numbers = np.concatenate(points_of), np.concatenate(pieces_of)
+        if len(rows) == 0:
+            return np.zeros(len(at.k), int)
+        hit = inside_pairs(at.path, self._w, self._need, rows, numbers)
+        return np.bincount(rows[hit], minlength=len(at.k))
 
     def sample(self, rng: np.random.Generator, n: int) -> np.ndarray:
         """n points (n, n_p + n_k), uniform over the union: a point of m pieces is kept with probability 1 / m."""

@@ -1,0 +1,36 @@
+"""Compiled programs are kept between runs, in a private folder per jaxlib version and processor."""
+
+import hashlib
+import os
+import platform
+from pathlib import Path
+
+
+def keep_compiled() -> None:
+    """Turn JAX's persistent cache on, unless JAX_COMPILATION_CACHE_DIR already says where (or that) it is.
+
+    Entries are native code: the folder is readable by its owner only, and named after what the code was made for.
+    """
+    import jax
+    import jaxlib
+
+    if os.environ.get("JAX_COMPILATION_CACHE_DIR") is None:
+        base = Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache")
+        folder = base / "parc_jax" / f"jaxlib-{jaxlib.__version__}-{_processor()}"
+        try:
+            folder.mkdir(parents=True, exist_ok=True, mode=0o700)
+        except OSError:
+            return  # a read-only home: compile anew
+        jax.config.update("jax_compilation_cache_dir", str(folder))
+    jax.config.update("jax_persistent_cache_min_compile_time_secs", 0.1)
+    jax.config.update("jax_persistent_cache_min_entry_size_bytes", 0)
+
+
+def _processor() -> str:
+    text = platform.machine()
+    try:
+        lines = Path("/proc/cpuinfo").read_text().splitlines()
+        text += next((line for line in lines if line.startswith(("flags", "Features"))), "")
+    except OSError:
+        text += platform.processor()
+    return hashlib.sha256(text.encode()).hexdigest()[:12]

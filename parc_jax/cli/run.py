@@ -1,0 +1,82 @@
+"""`parc-jax run`: the main job."""
+
+import contextlib
+import io
+from dataclasses import replace
+from pathlib import Path
+
+
+def run(
+    system: str,
+    /,
+    *,
+    out: Path | None = None,
+    model: Path | None = None,
+    seed: int = 0,
+    plant: str | None = None,
+    body: str | None = None,
+    hidden: tuple[int, ...] | None = None,
+    bins: tuple[int, ...] | None = None,
+    rollouts: int | None = None,
+    eps: float | None = None,
+    delta: float | None = None,
+    samples: int | None = None,
+    budget: float | None = None,
+    figures: bool = True,
+    quiet: bool = False,
+    json: bool = False,
+    cache: bool = True,
+) -> int:
+    """Learn a system, find its safe set, prove it, replay it, draw it. Example: parc-jax run drift_parking
+
+    Args:
+        system: A system of `parc-jax systems`, or a module of your own with `system()` and `problem()`.
+        out: Folder for model, answer, metrics and figures. Default: runs/SYSTEM.
+        model: A saved model; skips rollouts and training.
+        seed: Everything random follows from it.
+        plant: Plant of the simulator, e.g. mjx or ode. Default: the system's own.
+        body: Body of the scene, e.g. disc or decagon. Default: the scene's own.
+        hidden: Widths of the hidden layers. Default: the system's own.
+        bins: Bins per axis of K over which the tube's shape varies.
+        rollouts: Number of training rollouts.
+        eps: Probability with which a new run may leave the tube.
+        delta: One minus the confidence in that.
+        samples: Safe plans to return.
+        budget: Most seconds to spend on covering the safe set.
+        figures: Draw the figures.
+        quiet: No progress bars.
+        json: Print the metrics as JSON instead of the table.
+        cache: Keep compiled programs in the user's cache folder.
+    """
+    from parc_jax.cli.cache import keep_compiled
+    from parc_jax.cli.systems import build, find
+    from parc_jax.model import load
+    from parc_jax.study.report import report
+    from parc_jax.study.run import figures as draw_figures
+    from parc_jax.study.run import finish, run_study
+    from parc_jax.study.settings import Study
+
+    if cache:
+        keep_compiled()
+    module = find(system)
+    given = {
+        "hidden": hidden, "bins": bins, "rollouts": rollouts, "eps": eps, "delta": delta, "samples": samples,
+        "budget_s": budget,
+    }  # fmt: skip
+    study = replace(getattr(module, "STUDY", Study()), **{k: v for k, v in given.items() if v is not None})
+    with contextlib.redirect_stdout(io.StringIO()):  # the simulator's libraries print to stdout on import
+        black_box, problem = build(module, "system", plant=plant), build(module, "problem", body=body)
+    out = out or Path("runs") / black_box.name
+    saved = None if model is None else load(model, system=black_box.name)
+    outcome = run_study(black_box, problem, study, out, seed, saved, quiet)
+    if figures:
+        files = draw_figures(outcome, study, out)
+        outcome = outcome._replace(metrics=finish(out, outcome.metrics | {"figures": [f.name for f in files]}))
+    if json:
+        import json as as_json
+
+        print(as_json.dumps(outcome.metrics, indent=1))
+    else:
+        print(report(outcome, study))
+        print(f"Written to {out}. Verify with: parc-jax check {out / 'answer.json'}")
+    return 0 if outcome.answer.found else 1

@@ -1,0 +1,49 @@
+"""The one honest table a study prints."""
+
+from parc_jax.study.run import Outcome, safe_share, seconds, spread
+from parc_jax.study.settings import Study
+
+
+def report(outcome: Outcome, study: Study) -> str:
+    """Plain text for a terminal: stages, comparison, answer, replay, statement."""
+    m = outcome.metrics
+    lines = ["", f"{m['system']}: {m['regions']} regions; seed {m['seed']}; jax {m['jax']} on {m['device']}", ""]
+    lines += _table(
+        ("stage", "seconds", "of it compiling"),
+        [(name, f"{s['seconds']:.1f}", f"{s['compile_seconds']:.1f}") for name, s in m["stages"].items()],
+    )
+    if m["comparison"]:
+        lines += ["", "Networks and claims (error at the end: median over K; safe: share of the goal-reaching set)"]
+        rows = []
+        for row in m["comparison"]:
+            kind = "ASSUMED (published kind)" if row["claim"] == "assumed" else f"honest, eps = {study.eps:g}"
+            share = safe_share(row)
+            shown = "none" if row["safe"] == 0 else f"{100 * share:.1f} %"
+            rows.append((row["network"], str(row["regions"]), kind, spread(row["final_error"], study.names), shown))
+        lines += _table(("network", "regions", "claim", "error at the end", "safe"), rows)
+    t, c = m["timings"], m["coverage"]
+    lines += [
+        "",
+        f"first safe sample      {seconds(m['first_sample_cold_s'])} cold, {seconds(t['first_sample_s'])} warm",
+        f"first safe polytope    {seconds(t['first_piece_s'])} warm",
+        f"safe                   {100 * m['safe_share']:.1f} % of the goal-reaching set "
+        f"({m['counts']['safe']} of {m['counts']['reaching']} points)",
+        f"safe polytopes         {m['polytopes']}, covering {100 * c['share']:.2f} % of the safe set "
+        f"(at least {100 * c['at_least']:.2f} % with confidence {c['confidence']:g}), in {seconds(t['cover_s'])}",
+        f"proof                  {m['level']}, {m['refused']} refused, in {seconds(t['proof_s'])}",
+    ]
+    if m["replay"] is not None:
+        r = m["replay"]
+        lines.append(
+            f"replay                 {r['plans']} plans in the simulator: {r['reached']} reached, "
+            f"{r['touched']} touched, {r['left_tube']} left the tube (claim: eps = {study.eps:g})"
+        )
+    return "\n".join([*lines, "", outcome.answer.statement(), ""])
+
+
+def _table(head: tuple[str, ...], rows: list[tuple[str, ...]]) -> list[str]:
+    widths = [max(len(row[i]) for row in [head, *rows]) for i in range(len(head))]
+    return [
+        "  ".join(cell.ljust(w) for cell, w in zip(row, widths, strict=True)).rstrip()
+        for row in [head, tuple("-" * w for w in widths), *rows]
+    ]

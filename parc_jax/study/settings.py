@@ -1,0 +1,51 @@
+"""What a study runs: sizes, probabilities and budgets. Frozen; the same record fills the shell's options."""
+
+from dataclasses import dataclass
+
+from parc_jax.errors import InputError
+
+
+@dataclass(frozen=True)
+class Study:
+    """Settings of a study of one system, from rollouts to a proved safe set.
+
+    hidden: widths of the network whose answer is returned. others: further networks for the comparison table.
+    bins: bins per axis of K over which the tube's shape varies. rollouts: training runs.
+    eps, delta: with confidence 1 - delta, for all networks at once, a new run leaves the tube with probability <= eps.
+    seeds, steps: training. samples: safe plans to return. target, confidence: what may be left uncovered, and how sure.
+    budget_s: [s] most time to cover the safe set.
+    heading: index in q of the final heading [rad], or None. names: units of the goal coordinates (p, q).
+    parameters: labels of the coordinates of k, with units.
+    """
+
+    hidden: tuple[int, ...] = (8, 8, 8, 8)
+    others: tuple[tuple[int, ...], ...] = ((6, 6, 6, 6), (7, 7, 7, 7))
+    bins: tuple[int, ...] = (4, 4)
+    rollouts: int = 10_000
+    eps: float = 1e-3
+    delta: float = 1e-3
+    seeds: int = 6
+    steps: int = 3000
+    samples: int = 100
+    target: float = 0.01
+    confidence: float = 0.99
+    budget_s: float = 15.0
+    heading: int | None = None
+    names: tuple[str, ...] = ()
+    parameters: tuple[str, ...] = ()
+
+    @property
+    def networks(self) -> tuple[tuple[int, ...], ...]:
+        """All sizes, the returned one first."""
+        return (self.hidden, *(h for h in self.others if h != self.hidden))
+
+
+def checked(study: Study) -> Study:
+    """The same settings when they make sense. Raises InputError."""
+    if study.rollouts < 20:
+        raise InputError(f"rollouts: expected at least 20 training runs; got {study.rollouts}.")
+    if study.samples < 1:
+        raise InputError(f"samples: expected at least 1; got {study.samples}.")
+    if not (0 < study.eps < 1 and 0 < study.delta < 1):
+        raise InputError(f"eps, delta: expected probabilities between 0 and 1; got {study.eps}, {study.delta}.")
+    return study
