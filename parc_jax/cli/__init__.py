@@ -3,6 +3,7 @@
 Exit codes: 0 an answer, 1 no plan found or a certificate refused, 2 bad input. Nothing is left half-written.
 """
 
+import os
 import sys
 
 OK, NO_ANSWER, BAD_INPUT, STOPPED = 0, 1, 2, 130
@@ -19,6 +20,8 @@ def main(arguments: list[str] | None = None) -> None:
 
 
 def _dispatch(arguments: list[str]) -> int:
+    # the compilation cache reports CPU tuning hints at the level of errors, page after page
+    os.environ.setdefault("TF_CPP_MIN_LOG_LEVEL", "3")
     import tyro
 
     from parc_jax.cli.check import check
