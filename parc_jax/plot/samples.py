@@ -2,9 +2,9 @@
 
 import numpy as np
 
-from parc_jax.certify.evaluate import evaluate
 from parc_jax.errors import InputError
 from parc_jax.plot import shapes, style
+from parc_jax.plot.predict import predicted
 
 NEAR = 0.9  # room around the goal on the right, in widths of the goal
 SHOWN_RECORDS = 4  # true runs are drawn through about this many points per model interval
@@ -23,10 +23,9 @@ def samples(answer, replay=None, to=None, *, most: int = 100, heading: int | Non
         raise InputError(
             f"samples: expected a replay of the {len(answer.samples)} samples; got one of {len(replay.path)} plans."
         )
-    n_p = answer.model.n_p
-    plans = answer.samples[:count]
-    seen = evaluate(answer.model, answer.scene, plans[:, :n_p], plans[:, n_p:])
-    scene = _Picture(answer, seen.path, answer.model.tube.interval[seen.bin], seen.q, replay, count, heading, outline)
+    if not count:
+        raise InputError("samples: expected an answer with safe samples; this one has none. Draw its regions instead.")
+    scene = _Picture(answer, *predicted(answer.model, answer.samples[:count]), replay, count, heading, outline)
     with style.sheet(to, (9.0, 3.5), columns=2, width_ratios=_widths(scene)) as sheet:
         whole, near = sheet.axes
         scene.draw(whole)
@@ -48,7 +47,7 @@ def samples(answer, replay=None, to=None, *, most: int = 100, heading: int | Non
 class _Picture:
     """Everything both panels show. path (n, T + 1, 2), error (n, T, 2), q (n, n_q)."""
 
-    def __init__(self, answer, path, error, q, replay, count, heading, outline):
+    def __init__(self, answer, path, q, error, replay, count, heading, outline):
         self.path, self.error, self.q, self.heading, self.outline = path, error, q, heading, outline
         self.problem, self.scene = answer.problem, answer.scene
         self.obstacles = [shapes.grown(answer.scene, o) for o in range(len(answer.problem.obstacles))]

@@ -8,9 +8,9 @@ import numpy as np
 
 from parc_jax.arrays import x64
 from parc_jax.avoid.segment import separations
-from parc_jax.certify.evaluate import evaluate
 from parc_jax.errors import InputError
 from parc_jax.plot import style
+from parc_jax.plot.predict import predicted
 
 SHORT = 0.035  # runs shorter than this share of the horizon have no room for an arrow
 
@@ -48,13 +48,12 @@ def timeline(answer, chosen: Sequence[int] = (0,), replay=None, to=None, *, name
 def clearances(answer, plan: np.ndarray) -> np.ndarray:
     """Gap (o, T) [m] of a plan (n_p + n_k,) from every obstacle grown by body and tube; NaN while it does not exist."""
     model, grown = answer.model, answer.scene.obstacles
-    seen = evaluate(model, answer.scene, plan[None, : model.n_p], plan[None, model.n_p :])
-    error = model.tube.interval[seen.bin[0]]
+    path, _, error = (part[0] for part in predicted(model, plan[None]))
     gaps = []
     for o in range(len(answer.problem.obstacles)):
         corners = grown.corner[o] + grown.sign[o] * error[:, None]
         with x64():
-            gap = np.asarray(_gaps(seen.path[0, :-1], seen.path[0, 1:], corners, grown.radius)[0])
+            gap = np.asarray(_gaps(path[:-1], path[1:], corners, grown.radius)[0])
         gaps.append(np.where(grown.active[o], gap, np.nan))
     return np.array(gaps)
 

@@ -1,0 +1,144 @@
+"""Every picture is drawn from plain results, on a new figure, to files and onto given Axes."""
+
+from fractions import Fraction
+
+import numpy as np
+import pytest
+from matplotlib.figure import Figure
+from toy_answer import K, toy_answer, toy_replay
+
+from parc_jax.errors import InputError
+from parc_jax.plot import shapes
+from parc_jax.plot.claim import claim, when
+from parc_jax.plot.cover import CoverCurve, cover, of_history
+from parc_jax.plot.errors import Entry, errors, quantile
+from parc_jax.plot.gap import GapCurve, gap
+from parc_jax.plot.projections import default_pairs, projections
+from parc_jax.plot.samples import samples
+from parc_jax.plot.timeline import clearances, direction_runs, timeline
+
+
+@pytest.fixture(scope="module")
+def answer():
+    return toy_answer()
+
+
+def pac(answer):
+    """The toy claim dressed as a pac claim."""
+    from dataclasses import replace
+
+    level = Fraction(1, 1000)
+    return replace(answer.model.claim, kind="pac", eps=level, delta=level, n=7000)
+
+
+def scores_of(k, score, worst):
+    from parc_jax.error.score import Scores
+
+    return Scores(np.arange(len(k)), k, score, worst, None, None, None, None)
+
+
+def test_samples_show_starts_tubes_and_failed_runs(answer, tmp_path):
+    outline = [[-0.1, 0], [0.1, 0.05], [0.1, 0]]
+    drawn = samples(answer, toy_replay(answer), tmp_path / "a.png", heading=0, outline=outline)
+    assert isinstance(drawn, Figure)
+    whole, near = drawn.axes
+    assert whole.get_aspect() == near.get_aspect() == 1.0
+    assert whole.get_title("left") == "4 safe samples; in the black box 4 reach the goal, 1 touch"
+    labels = [text.get_text() for text in drawn.legends[0].get_texts()]
+    assert "true run that failed" in labels and "goal" in labels
+    lo, hi = np.array([whole.get_xlim(), whole.get_ylim()]).T
+    for points in (answer.samples[:, :2], answer.samples[:, :2] + K, shapes.grown(answer.scene, 0)):
+        assert (points >= lo).all() and (points <= hi).all()
+    assert {p.name for p in tmp_path.iterdir()} == {"a.png", "a.pdf"}
+
+
+def test_samples_refuse_what_they_cannot_draw(answer):
+    replay = toy_replay(answer)
+    replay.path = replay.path[:2]
+    with pytest.raises(InputError, match="replay of the 4 samples"):
+        samples(answer, replay)
+    empty = toy_answer()
+    empty.samples = empty.samples[:0]
+    with pytest.raises(InputError, match="has none"):
+        samples(empty)
+
+
+def test_errors_draw_both_kinds_on_one_scale(answer):
+    claimed = pac(answer)
+    entries = [Entry("4×8", answer.model.claim, claimed), Entry("affine", answer.model.claim, None)]
+    drawn = errors(entries, answer.model.time)
+    left, right = drawn.axes
+    assert left.get_ylim() == right.get_ylim() and left.get_yscale() == "log"
+    assert right.get_title("left") == "claimed: pac, ε = 0.001, δ = 0.001"
+    assert len(left.patches) == 2 and len(right.patches) == 1
+    with pytest.raises(InputError):
+        errors([], answer.model.time)
+
+
+def test_weighted_quantile_is_the_smallest_value_that_carries_the_weight():
+    values, share = np.array([[3.0], [1.0], [2.0]]), np.array([0.5, 0.2, 0.3])
+    assert [quantile(values, share, q)[0] for q in (0.1, 0.2, 0.5, 0.51, 1.0)] == [1.0, 1.0, 2.0, 3.0, 3.0]
+
+
+def test_claims_show_failed_and_worst_runs(answer, rng):
+    k = rng.uniform(-1, 1, (200, 2))
+    score = rng.uniform(0.2, 1.0, 200)
+    score[7], score[9] = np.inf, 1.5
+    worst = rng.integers(0, 4 * 2 + 3, 200).astype(np.int32)
+    drawn = claim(pac(answer), scores_of(k, score, worst), answer.model.time, names=["v [m/s]", "β [rad]"])
+    assert drawn.axes[1].get_xlabel() == "v [m/s]"
+    assert drawn.axes[1].get_legend() is not None  # the failed run
+    interval = when(scores_of(k, score, worst), 4, 2)
+    assert interval.max() == 4 and (interval[worst < 8] == worst[worst < 8] // 2).all()
+
+
+def test_gap_marks_methods_that_keep_nothing():
+    gaps = np.array([6.5, 6.0, 5.5])
+    joint = GapCurve("joint", gaps, [0.5, 0.1, 0.01], [0.4, 0.08, 0.0], [0.6, 0.2, 0.02])
+    drawn = gap([joint, GapCurve("old", gaps, [0.001, 0, 0])], published=6.5)
+    ax = drawn.axes[0]
+    assert ax.get_yticklabels()[0].get_text() == "none"
+    hollow = [line for line in ax.lines if line.get_markerfacecolor() == "white" and len(line.get_xdata())]
+    assert [sorted(line.get_xdata()) for line in hollow] == [[5.5, 6.0]]
+    assert isinstance(gap([GapCurve("none at all", gaps, [0, 0, 0])]), Figure)
+    with pytest.raises(InputError):
+        gap([])
+
+
+def test_projections_contain_the_samples(answer):
+    drawn = projections(answer)
+    assert len(drawn.axes) == len(default_pairs(2, 2)) == 6
+    for ax, pair in zip(drawn.axes, default_pairs(2, 2), strict=True):
+        x, y = answer.samples[:, pair[0]], answer.samples[:, pair[1]]
+        assert ax.get_xlim()[0] <= x.min() <= x.max() <= ax.get_xlim()[1]
+        assert ax.get_ylim()[0] <= y.min() <= y.max() <= ax.get_ylim()[1]
+    assert len(projections(answer, [(0, 1), (2, 3)]).axes) == 2
+    with pytest.raises(InputError, match="fills rows"):
+        projections(answer, [(0, 1)] * 4)
+
+
+def test_timeline_clearance_is_the_distance_to_the_grown_block(answer):
+    gaps = clearances(answer, answer.samples[3])
+    # plan 3 ends at (0, 0.02); block 0 starts at y = 0.3, the body takes 0.1 and the tube 0.02
+    assert gaps[0, 3] == pytest.approx(0.3 - 0.02 - 0.1 - 0.02, abs=1e-9)
+    drawn = timeline(answer, (0, 3), toy_replay(answer), names=["upper", "lower"])
+    assert len(drawn.axes) == 4 and drawn.axes[2].get_yticklabels()[0].get_text() == "lower"
+    with pytest.raises(InputError):
+        timeline(answer, (4,))
+
+
+def test_direction_runs_are_unit_sums_of_rows(answer):
+    upper, lower = direction_runs(answer, answer.sample_parts[0]["sep"])
+    assert [(first, end) for first, end, _ in upper] == [(0, 2), (2, 4)]
+    assert upper[0][2] == pytest.approx([-np.sqrt(0.5), -np.sqrt(0.5)])
+    assert lower[0][2] == pytest.approx([0.0, 1.0]) and upper[1][2] == pytest.approx([0.0, -1.0])
+
+
+def test_cover_draws_what_is_known(answer):
+    drawn = cover([of_history("cover", [(0.1, 3, 0.5), (0.2, 9, 1.0)]), CoverCurve("by size", [0.2, 0.9], [1, 2])])
+    count, seconds = drawn.axes
+    assert len([line for line in count.lines if len(line.get_xdata()) == 2 and line.get_linestyle() != ":"]) == 2
+    assert seconds.get_xlabel() == "time [s]"
+    assert count.lines[0].get_ydata()[-1] == 1e-3  # all covered: drawn at the floor
+    with pytest.raises(InputError):
+        cover([CoverCurve("nothing to draw against", [0.1])])

@@ -1,0 +1,95 @@
+"""Files are whole or absent and the same each time; nothing global changes; no picture starts a window system."""
+
+import subprocess
+import sys
+
+import matplotlib
+import numpy as np
+import pytest
+from matplotlib.figure import Figure
+from toy_answer import toy_answer
+
+from parc_jax.errors import InputError
+from parc_jax.plot import shapes, style
+from parc_jax.plot.gap import GapCurve, gap
+from parc_jax.plot.predict import predicted
+from parc_jax.problem import Polygon
+
+CURVES = [GapCurve("a", np.array([1.0, 2.0]), np.array([0.1, 0.5]))]
+
+
+def test_same_input_gives_the_same_bytes(tmp_path):
+    for name in ("one", "two"):
+        gap(CURVES, tmp_path / name)
+    for kind in ("png", "pdf"):
+        assert (tmp_path / f"one.{kind}").read_bytes() == (tmp_path / f"two.{kind}").read_bytes()
+    assert len(list(tmp_path.iterdir())) == 4  # no temporary file is left
+
+
+def test_a_failed_save_leaves_the_old_file(tmp_path, monkeypatch):
+    (tmp_path / "f.png").write_bytes(b"old")
+    figure = gap(CURVES)
+
+    def broken(*args, **kwargs):
+        raise OSError("disk full")
+
+    monkeypatch.setattr(figure, "savefig", broken)
+    with pytest.raises(OSError):
+        style.save(figure, tmp_path / "f")
+    assert (tmp_path / "f.png").read_bytes() == b"old" and len(list(tmp_path.iterdir())) == 1
+
+
+def test_given_axes_are_drawn_on_and_returned():
+    ax = Figure().subplots()
+    assert gap(CURVES, ax) is ax
+    assert ax.get_legend() is not None and len(ax.lines) > 0
+    with pytest.raises(InputError, match="1 matplotlib Axes"):
+        gap(CURVES, [ax, ax])
+
+
+def test_no_global_setting_survives():
+    before = dict(matplotlib.rcParams)
+    gap(CURVES)
+    assert dict(matplotlib.rcParams) == before
+
+
+def test_importing_pictures_does_not_import_matplotlib_or_pyplot():
+    modules = ("samples", "regions", "errors", "claim", "gap", "projections", "timeline", "cover")
+    code = "import sys; " + "; ".join(f"import parc_jax.plot.{m}" for m in modules)
+    code += "; assert 'matplotlib' not in sys.modules; from parc_jax.plot.gap import *"
+    code += "; gap([GapCurve('a', [1.0], [0.5])]); assert 'matplotlib.pyplot' not in sys.modules"
+    subprocess.run([sys.executable, "-c", code], check=True, timeout=120)
+
+
+def test_tubes_are_the_swept_boxes(rng):
+    path, error = np.cumsum(rng.normal(size=(3, 5, 2)), axis=1), rng.uniform(0.05, 0.3, (3, 4, 2))
+    hexagons = shapes.tubes(path, error)
+    assert hexagons.shape == (3, 4, 6, 2)
+    for run in range(3):
+        for t in range(4):
+            corners = np.array([[sx, sy] for sx in (-1, 1) for sy in (-1, 1)]) * error[run, t]
+            swept = np.concatenate([path[run, t] + corners, path[run, t + 1] + corners])
+            for angle in np.linspace(0, 2 * np.pi, 33):
+                w = np.array([np.cos(angle), np.sin(angle)])
+                assert (hexagons[run, t] @ w).max() == pytest.approx((swept @ w).max(), abs=1e-12)
+
+
+def test_grown_obstacles_hold_obstacle_body_and_error():
+    answer = toy_answer()
+    plain, wide = shapes.grown(answer.scene, 0), shapes.grown(answer.scene, 0, (0.2, 0.05))
+    assert plain.max(axis=0) == pytest.approx([0.1, 0.7], abs=1e-3)
+    assert plain.min(axis=0) == pytest.approx([-0.6, 0.2], abs=1e-3)
+    assert wide.max(axis=0) == pytest.approx([0.3, 0.75], abs=1e-3)
+    triangle = np.array([[0.0, 0.0], [0.2, 0.0], [0.0, 0.1]])
+    assert sorted(map(tuple, shapes.body_outline(Polygon(triangle)))) == sorted(map(tuple, triangle))
+    turned = shapes.placed(np.array([[1.0, 0.0]]), np.array([5.0, 5.0]), np.pi / 2)
+    assert turned == pytest.approx(np.array([[5.0, 6.0]]))
+
+
+def test_predictions_on_the_host_are_the_network_s():
+    answer = toy_answer()
+    seen = predicted(answer.model, answer.samples)
+    n = len(answer.samples)
+    expected = answer.samples[:, None, :2] + np.linspace(0, 1, 5)[None, :, None] * answer.samples[:, None, 2:]
+    assert seen.path == pytest.approx(expected) and seen.q == pytest.approx(answer.samples[:, 2:3])
+    assert seen.error.shape == (n, 4, 2) and (seen.error == 0.02).all()
