@@ -5,6 +5,7 @@ the same avoid sets as polygons. Faults of published code (`Fault`) are not repe
 by name, and then the answer says "assumed".
 """
 
+from collections import Counter
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from itertools import islice
@@ -21,13 +22,12 @@ from parc_jax.errors import InputError
 from parc_jax.lp.status import LPStatus
 from parc_jax.lp.witness import gamma
 from parc_jax.reach.brs import ReachSet, reach_sets
-from parc_jax.reach.pieces import Piece, stack
+from parc_jax.reach.pieces import Piece, stacks
 from parc_jax.sets.hit_and_run import sample_polytopes
 
 SAMPLES_PER_REGION = 50  # as published
 _THIN = 16  # hit-and-run steps between samples
-_TOGETHER = 64  # regions handled at once by "supports" when all are to be visited
-_PIECES = (8, 64)  # pieces are padded to the first of these that fits, or a multiple of the last: few shapes compile
+_TOGETHER = 256  # regions handled at once by "supports" when all are to be visited
 _ROWS = 8  # rows are padded to a multiple of this
 
 
@@ -80,36 +80,38 @@ def paper_search(
 
 
 def _search_by_supports(key, pieces, scene: PaperScene, samples: int, tally: Tally) -> list[tuple[int, np.ndarray]]:
-    """Region numbers and safe samples of the pieces, all at once."""
-    count = len(pieces)
-    size = next((size for size in _PIECES if count <= size), -(-count // _PIECES[-1]) * _PIECES[-1])
-    stacked = stack(pieces + [pieces[-1]] * (size - count))
-    with tally.timed("reach"):
-        reach = reach_sets(stacked, scene.goals, scene.goal_box, scene.start, scene.n_p)
-    live = np.flatnonzero(_live(reach, tally)[:count])
-    with tally.timed("avoid"):
-        polygons = shadows(stacked, scene.grown)
-        clear = clear_of_reach(polygons, reach.lo[:, : scene.n_p], reach.hi[:, : scene.n_p])
-    active = scene.grown.active.T
-    tally.avoid_sets += int(active.sum()) * len(live)
-    tally.avoid_empty += int((clear[live] & active).sum())
+    """Region numbers and safe samples of the pieces, many at once."""
+    live, drawn, safe, active = [], {}, {}, scene.grown.active.T
+    for index, stacked in stacks(pieces):
+        with tally.timed("reach"):
+            reach = reach_sets(stacked, scene.goals, scene.goal_box, scene.start, scene.n_p)
+        inner = np.flatnonzero(_live(reach, len(index), tally))
+        with tally.timed("avoid"):
+            polygons = shadows(stacked, scene.grown)
+            clear = clear_of_reach(polygons, reach.lo[:, : scene.n_p], reach.hi[:, : scene.n_p])
+        tally.avoid_sets += int(active.sum()) * len(inner)
+        tally.avoid_empty += int((clear[inner] & active).sum())
+        with tally.timed("samples"):
+            points = _draw(key, stacked, reach, samples)
+        with tally.timed("check"):
+            fine = (outside(polygons, points[:, :, : scene.n_p]) | ~active).all(axis=(2, 3))
+            fine &= _strictly_inside(reach, points)
+        live += index[inner].tolist()
+        drawn |= dict(zip(index.tolist(), points, strict=False))  # the padding beyond `index` is left out
+        safe |= dict(zip(index.tolist(), fine, strict=False))
+    live.sort()
+    quota = _quota(pieces, live, samples)
     tally.reachable += len({int(pieces[i].region) for i in live})
-    with tally.timed("samples"):
-        drawn = _draw(key, stacked, reach, samples)
-    with tally.timed("check"):
-        safe = (outside(polygons, drawn[:, :, : scene.n_p]) | ~active).all(axis=(2, 3))
-        safe &= _strictly_inside(reach, drawn)
-        safe &= np.arange(samples) < _quota(pieces, live, samples, len(safe))[:, None]
-    return [(int(pieces[i].region), drawn[i, safe[i]]) for i in live]
+    return [(int(pieces[i].region), drawn[i][: quota[i]][safe[i][: quota[i]]]) for i in live]
 
 
 def _search_by_lp(key, pieces, scene, samples: int, faults, tally: Tally) -> list[tuple[int, np.ndarray]]:
     """Region numbers and safe samples of the pieces of one region, one LP after the other."""
     with tally.timed("reach"):
         reach = [reach_by_lp(piece, scene) for piece in pieces]
-    live = [i for i, one in enumerate(reach) if _live(one, tally)]
+    live = [i for i, one in enumerate(reach) if _live(one, 1, tally)]
     tally.reachable += bool(live)
-    quota, out = _quota(pieces, live, samples, len(pieces)), []
+    quota, out = _quota(pieces, live, samples), []
     for i in live:
         with tally.timed("samples"):
             one = jax.tree.map(lambda a: np.asarray(a)[None], (pieces[i], reach[i]))
@@ -122,18 +124,17 @@ def _search_by_lp(key, pieces, scene, samples: int, faults, tally: Tally) -> lis
     return out
 
 
-def _live(reach: ReachSet, tally: Tally) -> np.ndarray:
-    """Omegas with an inner point to sample from; undecided ones are counted and give no samples."""
-    tally.unknown += int((reach.status == int(LPStatus.UNKNOWN)).sum())
-    return reach.status == int(LPStatus.FEASIBLE)
+def _live(reach: ReachSet, count: int, tally: Tally) -> np.ndarray:
+    """Which of the first `count` Omegas have an inner point to sample from; undecided ones are counted only."""
+    status = np.atleast_1d(reach.status)[:count]
+    tally.unknown += int((status == int(LPStatus.UNKNOWN)).sum())
+    return status == int(LPStatus.FEASIBLE)
 
 
-def _quota(pieces: list[Piece], live, samples: int, length: int) -> np.ndarray:
-    """Samples per piece (length,): those of a region are shared evenly among its live pieces."""
-    regions = np.array([int(pieces[i].region) for i in live])
-    quota = np.zeros(length, int)
-    quota[live] = [-(-samples // int((regions == number).sum())) for number in regions]
-    return quota
+def _quota(pieces: list[Piece], live: list[int], samples: int) -> dict[int, int]:
+    """Samples per live piece: those of a region are shared evenly among its live pieces."""
+    sharing = Counter(int(pieces[i].region) for i in live)
+    return {i: -(-samples // sharing[int(pieces[i].region)]) for i in live}
 
 
 def _draw(key, pieces: Piece, reach: ReachSet, samples: int) -> np.ndarray:

@@ -35,30 +35,41 @@ class Shadows:
     slack: np.ndarray
 
 
-def shadow(offsets, error, facet_b, facet, corners):
-    """One piece. Pure kernel.
-
-    offsets: (T + 1, v, 2) of its vertices at the knots. error: (T, 2). facet_b: (T, o, h). facet: (o, h, 2).
-    corners: (o, m, 2) of obstacle + (-body). Returns edge (T, 2v, 2), edge_reach (T, o, 2v), facet_reach (T, o, h).
-    """
-    points = -jnp.concatenate([offsets[:-1], offsets[1:]], axis=1)
+def edge_normals(offsets):
+    """Normals of Q_t for one piece. offsets: (T + 1, v, 2) of its vertices at the knots. Returns (T, 2v, 2)."""
+    points = _swept(offsets)
     edge = jnp.stack(hull_normals(*jnp.moveaxis(points, (2, 1), (0, 1))), axis=2)  # (2v, T, 2)
     edge = jnp.swapaxes(edge, 0, 1)
     size = jnp.max(jnp.abs(edge), axis=2, keepdims=True)
-    edge = edge / jnp.where(size > 0, size, 1)
-    swept = _reach(edge, points[:, None]) + (jnp.abs(edge) * error[:, None]).sum(axis=2)  # (T, 2v)
-    grown = _reach(edge[:, None], corners[None, :, None])  # (T, o, 2v)
+    return edge / jnp.where(size > 0, size, 1)
+
+
+def reaches(edge, offsets, error, facet_b, facet, corners):
+    """Supports of Lambda_P of one piece. Pure kernel.
+
+    edge: (T, m, 2). offsets: (T + 1, v, 2). error: (T, 2). facet_b: (T, o, h). facet: (o, h, 2). corners: (o, c, 2) of
+    obstacle + (-body). Returns edge_reach (T, o, m), facet_reach (T, o, h).
+    """
+    points = _swept(offsets)
+    swept = _reach(edge, points[:, None]) + (jnp.abs(edge) * error[:, None]).sum(axis=2)  # (T, m)
+    grown = _reach(edge[:, None], corners[None, :, None])  # (T, o, m)
     along = _reach(facet[None], points[:, None, None])  # (T, o, h)
-    return edge, grown + swept[:, None], facet_b + along
+    return grown + swept[:, None], facet_b + along
 
 
 def shadows(pieces: Piece, grown: GrownPolytopes) -> Shadows:
-    """Lambda_P of r stacked pieces for all intervals and obstacles, one compiled call. Exact up to `slack`."""
+    """Lambda_P of r stacked pieces for all intervals and obstacles. Exact up to `slack`."""
     offsets, slack = _offsets(pieces, grown)
-    arrays = (offsets, grown.error[pieces.bin], grown.b[pieces.bin])
     with x64():
-        parts = _shadows(*map(jnp.asarray, arrays), jnp.asarray(grown.A), jnp.asarray(grown.corners))
-        edge, edge_reach, facet_reach = (np.asarray(part) for part in parts)
+        on_device = jnp.asarray(offsets)
+        edge = np.asarray(_edge_normals(on_device))
+        # Hulls have far fewer edges than points: drop the rows that repeat the first edge in every set.
+        used = np.flatnonzero((edge != edge[:, :, :1]).any(axis=(0, 1, 3)))
+        edge = edge[:, :, : _even(used[-1] + 1 if len(used) else 1, edge.shape[2])]
+        shared = jnp.asarray(grown.A), jnp.asarray(grown.corners)
+        arrays = (jnp.asarray(a) for a in (edge, grown.error[pieces.bin], grown.b[pieces.bin]))
+        found = _reaches(next(arrays), on_device, *arrays, *shared)
+        edge_reach, facet_reach = (np.asarray(part) for part in found)
     return Shadows(edge, edge_reach, grown.A, facet_reach, slack)
 
 
@@ -80,12 +91,10 @@ def outside(sh: Shadows, p0: np.ndarray) -> np.ndarray:
 
 def clear_of_reach(sh: Shadows, lo: np.ndarray, hi: np.ndarray) -> np.ndarray:
     """Which Lambda_P miss a box of starts, lo and hi (r, 2), altogether: (r, T, o). The pruning of empty avoid sets."""
-    low_edge = _lowest(sh.edge, lo[:, None, None], hi[:, None, None])  # (r, T, m)
-    low_facet = _lowest(sh.facet[None], lo[:, None, None], hi[:, None, None])  # (r, o, h)
     slack = sh.slack + 8 * _UNIT * np.maximum(np.abs(lo), np.abs(hi)).sum(axis=1)
-    beyond_edge = (low_edge[:, :, None] - sh.edge_reach).max(axis=3, initial=-np.inf)
-    beyond_facet = (low_facet[:, None] - sh.facet_reach).max(axis=3, initial=-np.inf)
-    return np.maximum(beyond_edge, beyond_facet) > slack[:, None, None]
+    with x64():
+        arrays = (lo, hi, sh.edge, sh.edge_reach, sh.facet_reach)
+        return np.asarray(_box_margins(*map(jnp.asarray, arrays), jnp.asarray(sh.facet))) > slack[:, None, None]
 
 
 def _offsets(pieces: Piece, grown: GrownPolytopes) -> tuple[np.ndarray, np.ndarray]:
@@ -109,20 +118,41 @@ def _margin(p0, edge, edge_reach, facet_reach, facet):
     return jnp.maximum(beyond_edge.max(axis=2), beyond_facet.max(axis=2))
 
 
+def _box_margin(lo, hi, edge, edge_reach, facet_reach, facet):
+    """One piece, the least margin over a box along one direction: (T, o)."""
+
+    def lowest(w):
+        return jnp.minimum(w[..., 0] * lo[0], w[..., 0] * hi[0]) + jnp.minimum(w[..., 1] * lo[1], w[..., 1] * hi[1])
+
+    beyond_edge, beyond_facet = lowest(edge)[:, None] - edge_reach, lowest(facet)[None] - facet_reach
+    return jnp.maximum(beyond_edge.max(axis=2), beyond_facet.max(axis=2))
+
+
+def _swept(offsets):
+    """Points of Q_t: minus the offsets at both knots of every interval, (T, 2v, 2)."""
+    return -jnp.concatenate([offsets[:-1], offsets[1:]], axis=1)
+
+
 def _reach(w, points):
     """Supports of points (..., v, 2) along w (..., d, 2): (..., d), with the leading axes broadcast."""
     return (w[..., :, None, 0] * points[..., 0] + w[..., :, None, 1] * points[..., 1]).max(axis=-1)
 
 
-def _lowest(w, lo, hi):
-    """Least w.x over a box."""
-    return np.minimum(w * lo, w * hi).sum(axis=-1)
+def _even(count: int, most: int) -> int:
+    """Next multiple of four: few shapes compile."""
+    return min(-(-count // 4) * 4, most)
 
 
 @jax.jit
-def _shadows(offsets, error, facet_b, facet, corners):
-    """`shadow` of piece after piece: the arrays of one piece stay in cache."""
-    return jax.lax.map(lambda piece: shadow(*piece, facet, corners), (offsets, error, facet_b))
+def _edge_normals(offsets):
+    """`edge_normals` of piece after piece: the arrays of one piece stay in cache."""
+    return jax.lax.map(edge_normals, offsets)
+
+
+@jax.jit
+def _reaches(edge, offsets, error, facet_b, facet, corners):
+    return jax.lax.map(lambda piece: reaches(*piece, facet, corners), (edge, offsets, error, facet_b))
 
 
 _margins = jax.jit(jax.vmap(jax.vmap(_margin, in_axes=(0, None, None, None, None)), in_axes=(0, 0, 0, 0, None)))
+_box_margins = jax.jit(jax.vmap(_box_margin, in_axes=(0, 0, 0, 0, 0, None)))

@@ -50,12 +50,25 @@ class Piece:
         return self.C[..., -n_goal:, :], self.d[..., -n_goal:]
 
 
+def stacks(pieces: list[Piece]) -> Iterator[tuple[np.ndarray, Piece]]:
+    """Pieces of similar size stacked together: (their indices, stack), filled up by repeating the last piece.
+
+    Padding is cheap, compiling is not: vertices are padded to 8, 16, 32, ..., stacks to 8 or to multiples of 64.
+    """
+    bucket = np.array([max(8, 1 << (len(p.vertices) - 1).bit_length()) for p in pieces], dtype=int)
+    for size in np.unique(bucket):
+        index = np.flatnonzero(bucket == size)
+        length = 8 if len(index) <= 8 else -(-len(index) // 64) * 64
+        yield index, stack([pieces[i] for i in np.pad(index, (0, length - len(index)), mode="edge")])
+
+
 def stack(pieces: list[Piece]) -> Piece:
     """r pieces with a leading axis on every field: rows padded by 0 k <= 1, vertices by repeating the last.
 
-    Numbers of rows and vertices are multiples of 8, so that few shapes compile.
+    Rows are padded to a multiple of 8, vertices to a power of two of at least 8.
     """
-    height, width = (-(-max(map(len, part)) // 8) * 8 for part in ([p.b for p in pieces], [p.vertices for p in pieces]))
+    height = -(-max(len(p.b) for p in pieces) // 8) * 8
+    width = max(8, 1 << (max(len(p.vertices) for p in pieces) - 1).bit_length())
     n_k = pieces[0].A.shape[1]
     A, b = np.zeros((len(pieces), height, n_k)), np.ones((len(pieces), height))
     points = np.empty((len(pieces), width, n_k))

@@ -3,8 +3,6 @@
 Maps are plain arrays, x -> C x + d with C (m, n), d (m,). Exact up to the rounding of the products C and d enter.
 """
 
-import jax
-import jax.numpy as jnp
 import numpy as np
 
 from parc_jax.errors import InputError
@@ -22,14 +20,11 @@ def image(s: Set, C: np.ndarray, d: np.ndarray) -> AHPolytope:
 
 
 def preimage(target: HPolytope, C, d) -> HPolytope:
-    """{x : C x + d in target}. Pure kernel, NumPy or JAX. [NP Sec. II-A]
+    """{x : C x + d in target}, for one map or for many along leading axes. Pure kernel. [NP Sec. II-A]
 
-    target: h rows in R^m. C: (m, n), d: (m,). Returns h rows in R^n, not rescaled; a row may vanish.
+    target: h rows in R^m. C: (..., m, n), d: (..., m). Returns h rows in R^n per map, not rescaled; a row may vanish.
     """
-    return HPolytope(_mul(target.A, C), target.b - _mul(target.A, d))
-
-
-preimage_batch = jax.jit(jax.vmap(preimage, in_axes=(None, 0, 0)))  # over maps C (r, m, n), d (r, m)
+    return HPolytope(target.A @ C, target.b - d @ target.A.T)
 
 
 def preimage_ah(target: AHPolytope, C: np.ndarray, d: np.ndarray) -> AHPolytope:
@@ -77,13 +72,6 @@ def intersection(s: Set, t: Set) -> Set:
         A=np.concatenate([both.A, same, -same]),
         b=np.concatenate([both.b, offset, -offset]),
     )
-
-
-def _mul(a, b):
-    """Matrix product; full precision where the array is a JAX one."""
-    if isinstance(a, np.ndarray) and isinstance(b, np.ndarray):
-        return a @ b
-    return jnp.matmul(a, b, precision=jax.lax.Precision.HIGHEST)
 
 
 def _diagonal(a: np.ndarray, b: np.ndarray) -> np.ndarray:

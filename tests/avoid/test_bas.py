@@ -68,19 +68,16 @@ def test_a_shadow_of_one_knot_only_would_be_caught(rng, monkeypatch):
     """The guard bites: with the second knot forgotten, supports and LPs disagree."""
     import jax.numpy as jnp
 
-    real = shadow_module.shadow
-
-    def one_knot(offsets, *rest):
-        edge, edge_reach, facet_reach = real(jnp.concatenate([offsets[:1], offsets[:-1]]), *rest)
-        return edge, edge_reach, facet_reach
-
-    monkeypatch.setattr(shadow_module, "shadow", one_knot)
-    shadow_module._shadows.clear_cache()
+    caches = shadow_module._edge_normals, shadow_module._reaches
+    monkeypatch.setattr(shadow_module, "_swept", lambda c: -jnp.concatenate([c[:-1], c[:-1]], axis=1))
+    for cached in caches:
+        cached.clear_cache()
     try:
         assert disagreements(rng, PIECES[:1], 24)[0] > 0
     finally:
         monkeypatch.undo()
-        shadow_module._shadows.clear_cache()
+        for cached in caches:
+            cached.clear_cache()
 
 
 @pytest.mark.soundness

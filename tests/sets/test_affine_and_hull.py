@@ -6,7 +6,7 @@ from random_polytopes import points_around, round_polytope
 
 from parc_jax.errors import InputError
 from parc_jax.lp.status import LPStatus
-from parc_jax.sets.affine import image, intersection, preimage, preimage_ah, preimage_batch, product, projection
+from parc_jax.sets.affine import image, intersection, preimage, preimage_ah, product, projection
 from parc_jax.sets.ahpolytope import ahpolytope, as_ah
 from parc_jax.sets.box import Box, box
 from parc_jax.sets.emptiness import find_point
@@ -30,9 +30,9 @@ def test_preimage_is_membership_of_the_image_point(rng):
     np.testing.assert_array_equal(inside, p.contains(x @ C.T + d))
 
 
-def test_preimage_batch_is_a_loop(rng):
+def test_preimages_of_many_maps_are_a_loop(rng):
     p, C, d = round_polytope(rng, 2, 5), rng.normal(size=(3, 2, 4)), rng.normal(size=(3, 2))
-    many = preimage_batch(p, C, d)
+    many = preimage(p, C, d)
     for r in range(3):
         np.testing.assert_allclose(many.A[r], preimage(p, C[r], d[r]).A, atol=1e-14)
         np.testing.assert_allclose(many.b[r], preimage(p, C[r], d[r]).b, atol=1e-14)
