@@ -2,7 +2,8 @@
 
 import numpy as np
 
-from parc_jax.pwa.complex import Complex, unpack
+from parc_jax.pwa.bits import unpack
+from parc_jax.pwa.complex import Complex
 from parc_jax.pwa.proof import prove_complete
 from parc_jax.pwa.recheck import recheck_signs
 from parc_jax.pwa.signs import SignOracle

@@ -40,4 +40,6 @@ class Budget:
 
 
 def _half_of_the_machine() -> int:
+    if not hasattr(os, "sysconf"):  # Windows
+        return 4 << 30
     return os.sysconf("SC_PHYS_PAGES") * os.sysconf("SC_PAGE_SIZE") // 2

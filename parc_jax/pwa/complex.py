@@ -7,6 +7,7 @@ beside its floats, its exact sign at every hyperplane seen so far; that is what 
 
 import numpy as np
 
+from parc_jax.pwa.bits import unpack
 from parc_jax.pwa.growable import Growable, row_positions
 
 
@@ -38,12 +39,6 @@ class SignBits:
         """(plus, zero) of one vertex, each bool (n_columns,)."""
         plus, minus = (unpack(bits.data[vertex : vertex + 1], n_columns)[0] for bits in (self.plus, self.minus))
         return plus, ~(plus | minus)
-
-
-def unpack(words: np.ndarray, n_columns: int) -> np.ndarray:
-    """Bit words (r, words) -> bool (r, n_columns)."""
-    as_bytes = np.ascontiguousarray(words.astype("<u8", copy=False)).view(np.uint8)
-    return np.unpackbits(as_bytes, axis=1, count=n_columns, bitorder="little").view(bool)
 
 
 class Level:

@@ -14,6 +14,7 @@ from parc_jax.sets.chebyshev import chebyshev_center
 from parc_jax.sets.hpolytope import HPolytope, from_box
 
 MAX_DIMENSION = 6
+LARGEST_SCALE, LARGEST_WEIGHT = 1e40, 1e100  # float products and volumes stay finite below
 
 
 class UnitProblem(NamedTuple):
@@ -43,8 +44,13 @@ def unit_problem(net, domain: Box | HPolytope) -> UnitProblem:
     around = domain if isinstance(domain, Box) else _box_around(domain)
     rows = from_box(domain) if isinstance(domain, Box) else domain
     scale = np.ldexp(1.0, np.frexp(np.maximum(np.abs(around.lo), np.abs(around.hi)))[1])
+    if not ((scale >= 1 / LARGEST_SCALE) & (scale <= LARGEST_SCALE)).all():
+        raise InputError(f"domain: expected sizes between {1 / LARGEST_SCALE:g} and {LARGEST_SCALE:g}; got {scale}.")
     hidden = len(net.weights) - 1
     weights = [W * scale if i == 0 else W for i, W in enumerate(net.weights[:hidden])]
+    largest = max((np.abs(part).max(initial=0.0) for part in (*weights, *net.biases[:hidden])), default=0.0)
+    if largest > LARGEST_WEIGHT:
+        raise InputError(f"network: expected weights up to {LARGEST_WEIGHT:g}; got {largest:g}. Rescale its neurons.")
     A, lo, hi = rows.A * scale, around.lo / scale, around.hi / scale
     return UnitProblem(scale, A, rows.b, lo, hi, weights, list(net.biases[:hidden]))
 

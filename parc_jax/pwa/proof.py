@@ -6,6 +6,7 @@ import numpy as np
 from flax import struct
 
 from parc_jax.errors import SoundnessError
+from parc_jax.pwa.bits import hash_words
 
 VOLUME_RELATIVE = 1e-12  # [1] largest relative gap between the sum of the volumes and the volume of the domain
 
@@ -15,9 +16,8 @@ class Completeness:
     """What a region table proves about itself.
 
     volume, domain_volume: sum over the regions, and of the domain. euler: sum over k of (-1)^k (number of k-faces), 1
-    for a ball cut into cells. faces: number of k-faces, k = 0..n. n_signs, n_exact, n_repaired: vertex signs decided,
-    vertices that needed rationals for an undecided sign, vertices that got rational coordinates because their floats
-    were poor.
+    for a ball cut into cells. faces: number of k-faces, k = 0..n. n_signs: vertex signs decided. n_exact: vertices that
+    were computed in rationals, n_repaired of them for poor floats and not for an undecided sign.
     """
 
     volume: float
@@ -63,9 +63,7 @@ def _euler(faces) -> int:
 
 def _all_distinct(words: np.ndarray) -> bool:
     """Rows are pairwise different. A hash without collision proves it; otherwise the rows themselves are compared."""
-    factors = np.random.default_rng(0).integers(1, 2**63, words.shape[1], dtype=np.uint64) | np.uint64(1)
-    mixed = words ^ (words >> np.uint64(29))
-    key = np.sort((mixed * factors).sum(axis=1, dtype=np.uint64))
+    key = np.sort(hash_words(words))
     return not (key[1:] == key[:-1]).any() or len(np.unique(words, axis=0)) == len(words)
 
 

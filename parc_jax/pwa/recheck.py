@@ -3,7 +3,7 @@
 import numpy as np
 
 from parc_jax.errors import SoundnessError
-from parc_jax.pwa.complex import unpack
+from parc_jax.pwa.bits import unpack
 from parc_jax.pwa.rounding import SAFETY, TINY, U
 
 CHUNK = 1 << 12  # vertices treated at once, so that the working set stays in cache

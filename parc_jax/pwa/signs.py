@@ -4,8 +4,9 @@ from fractions import Fraction
 
 import numpy as np
 
+from parc_jax.pwa.bits import unpack
 from parc_jax.pwa.budget import Budget
-from parc_jax.pwa.complex import Complex, unpack
+from parc_jax.pwa.complex import Complex
 from parc_jax.pwa.cut import Slack
 from parc_jax.pwa.exact import ExactNetwork, sign_code
 from parc_jax.pwa.rounding import LayerBound

@@ -4,8 +4,9 @@ import numpy as np
 
 from parc_jax.errors import InputError
 from parc_jax.pwa.assemble import build_table, domain_volume
+from parc_jax.pwa.bits import unpack
 from parc_jax.pwa.budget import Budget
-from parc_jax.pwa.complex import Complex, unpack
+from parc_jax.pwa.complex import Complex
 from parc_jax.pwa.cut import cut
 from parc_jax.pwa.domain import MAX_DIMENSION, box_complex, unit_problem
 from parc_jax.pwa.exact import ExactNetwork

@@ -5,6 +5,7 @@ import pytest
 from region_networks import random_network
 
 from parc_jax.errors import InputError
+from parc_jax.network.relu import relu_network
 from parc_jax.pwa import enumerate_regions
 from parc_jax.sets.box import box
 from parc_jax.sets.hpolytope import hpolytope
@@ -44,3 +45,13 @@ def test_facets_on_the_domain_carry_its_row_numbers():
     for facet in np.flatnonzero(on_domain):
         row = -1 - table.facet_label[facet]
         np.testing.assert_allclose(ends[facet] @ A[row], b[row], atol=1e-15)
+
+
+def test_numbers_that_would_overflow_are_refused_and_lesser_ones_are_not():
+    assert enumerate_regions(NET, box([-1e30, -1e30], [1e30, 1e30])).count > 1
+    with pytest.raises(InputError, match="sizes between"):
+        enumerate_regions(NET, box([-1e60, -1.0], [1e60, 1.0]))
+    huge = relu_network([NET.weights[0] * 1e90, NET.weights[1]], [NET.biases[0] * 1e90, NET.biases[1]])
+    assert enumerate_regions(huge, box([-1, -1], [1, 1])).count == enumerate_regions(NET, box([-1, -1], [1, 1])).count
+    with pytest.raises(InputError, match="Rescale"):
+        enumerate_regions(relu_network([NET.weights[0] * 1e150, NET.weights[1]], NET.biases), box([-1, -1], [1, 1]))

@@ -1,0 +1,69 @@
+"""CPU time of whole enumerations, proof included. Prints the table of docs/regions.md:
+
+OPENBLAS_NUM_THREADS=1 pytest -m slow -s tests/pwa/test_speed.py
+
+Columns: network, regions, smallest and median time [ms], time of unpacking the vertices [ms], gap, signs, rationals.
+"""
+
+import time
+from itertools import pairwise
+
+import numpy as np
+import pytest
+from region_networks import reference_network, unit_box
+
+from parc_jax.network.relu import relu_network
+from parc_jax.pwa import enumerate_regions
+
+pytestmark = pytest.mark.slow
+
+PUBLISHED = [  # name, CPU seconds allowed
+    ("vanderpol_2_20_20", 0.010),
+    ("neuralparc_boat_3_8x4", 0.03),
+    ("bunny_3_16x3", 0.3),
+    ("vcas_3_20x5", 0.7),
+    ("double_pendulum_4_25_25", 0.2),
+]
+RANDOM = [  # inputs, widths, seed, CPU seconds allowed
+    (3, (16, 16, 16, 16), 0, 0.15),
+    (3, (32, 32, 32), 5, 1.0),
+    (2, (64, 64, 64), 0, 0.2),
+    (5, (12, 12), 0, 4.0),
+    (6, (8, 8, 8), 0, 8.0),
+]
+BUSY = 3.0  # the caps are for a quiet core; a shared one may take this many times longer before a test fails
+
+
+def he_network(n, widths, seed, out=157):
+    rng, sizes = np.random.default_rng(seed), [n, *widths, out]
+    weights = [rng.normal(size=(b, a)) * np.sqrt(2 / a) for a, b in pairwise(sizes)]
+    return relu_network(weights, [0.3 * rng.normal(size=b) for b in sizes[1:]])
+
+
+def measure(name, net, domain, allowed, repeats=5):
+    """Smallest CPU time of several runs; one line of the table."""
+    seconds = []
+    for _ in range(repeats):
+        start = time.process_time()
+        table = enumerate_regions(net, domain)
+        seconds.append(time.process_time() - start)
+    start = time.process_time()
+    _ = table.vertices
+    vertices = time.process_time() - start
+    proof = table.proof
+    times = " | ".join(f"{1e3 * t:.3g}" for t in (min(seconds), np.median(seconds), vertices))
+    print(f"\n| {name} | {table.count:,} | {times} | {proof.gap:.0e} | {proof.n_signs:,} | {proof.n_exact} |", end="")
+    assert min(seconds) <= BUSY * allowed
+    return table
+
+
+@pytest.mark.parametrize(("name", "allowed"), PUBLISHED)
+def test_published_networks(shared_data, name, allowed):
+    net, domain, count = reference_network(shared_data, name)
+    assert measure(name, net, domain, allowed).count == count
+
+
+@pytest.mark.parametrize(("n", "widths", "seed", "allowed"), RANDOM)
+def test_random_networks(n, widths, seed, allowed):
+    name = f"random {n}-{'-'.join(map(str, widths))}"
+    measure(name, he_network(n, widths, seed), unit_box(n), allowed, repeats=5 if n < 5 else 2)
