@@ -8,6 +8,7 @@ import jax
 import numpy as np
 from scipy.stats import beta
 
+from parc_jax.certify.best import best_plan
 from parc_jax.certify.certificate import FORMAT, network_part, part_hash, piece_part, problem_part, tube_part
 from parc_jax.certify.cover import Cover
 from parc_jax.certify.draw import generator
@@ -15,9 +16,11 @@ from parc_jax.certify.scene import Scene
 from parc_jax.certify.union import SafeUnion
 from parc_jax.error.risk import NoStatement, Risk, Uniform
 from parc_jax.errors import InputError
+from parc_jax.lp.status import LPStatus
 from parc_jax.model import TrajectoryModel
 from parc_jax.problem import ReachAvoid
 from parc_jax.rollout.files import write_atomic
+from parc_jax.sets.chebyshev import chebyshev_center
 from parc_jax.sets.hpolytope import HPolytope
 
 LEVELS = ("float-bounded", "exact-proved")
@@ -99,18 +102,24 @@ class Answer:
         """Vertices (v, len(dims)) of every safe polytope projected onto coordinates of (p0, k), for plots."""
         return [b.vertices[:, list(dims)] for b in self._union.bodies if b is not None]
 
+    def best(self, objective="clearance", key: jax.Array | None = None) -> tuple[np.ndarray, float]:
+        """The plan (n_p + n_k,) of the safe set with the largest objective found, and its value.
+
+        objective: "clearance" [m]; a vector c for the linear c . (p0, k), exact at a vertex; or a JAX function of
+        p0 (n_p,), k (n_k,). A hand-picked k has no probabilistic statement: see `risk`.
+        """
+        return best_plan(self._union, objective, generator(jax.random.PRNGKey(0) if key is None else key))
+
     def safest(self) -> tuple[np.ndarray, float]:
         """Centre (n_p + n_k,) and radius of the largest ball, in (p0, k) units, inside one safe polytope.
 
         Its radius is room for state-estimation and command error: every plan in the ball is safe.
         """
-        from parc_jax.sets.chebyshev import chebyshev_center
-
-        balls = [ball for ball in map(chebyshev_center, self.safe_sets) if np.isfinite(ball.radius)]
-        if not balls:
+        balls = [chebyshev_center(s) for s in self.safe_sets]
+        known = [(b.center, float(b.radius)) for b in balls if b.status == LPStatus.FEASIBLE]
+        if not known:
             raise InputError("safest: expected an answer with safe polytopes; this one has none.")
-        best = max(balls, key=lambda ball: ball.radius)
-        return best.center, best.radius
+        return max(known, key=lambda ball: ball[1])
 
     @cached_property
     def share_of_k(self) -> float:

@@ -1,21 +1,30 @@
 """The planner: one model, any number of queries."""
 
 import time
+from functools import cached_property
 
 import jax
 import numpy as np
 
 from parc_jax.answer import LEVELS, Answer
+from parc_jax.avoid.paper import paper_search
+from parc_jax.avoid.paper_scene import paper_scene
 from parc_jax.certify.certificate import sample_part
-from parc_jax.certify.cover import cover
-from parc_jax.certify.draw import generator
+from parc_jax.certify.cover import Cover, Coverage, cover
+from parc_jax.certify.draw import generator, points
+from parc_jax.certify.evaluate import evaluate
+from parc_jax.certify.probes import require_sound_arithmetic
 from parc_jax.certify.prove import prove
-from parc_jax.certify.scene import scene
+from parc_jax.certify.scene import Scene, scene
 from parc_jax.certify.union import SafeUnion
 from parc_jax.errors import InputError
 from parc_jax.keys import Stage, stream
 from parc_jax.model import TrajectoryModel
 from parc_jax.problem import ReachAvoid
+from parc_jax.pwa import RegionTable, enumerate_regions
+from parc_jax.reach.pieces import pieces_outward
+
+METHODS = {"exact": None, "paper": "supports", "paper-lp": "lp"}
 
 
 class Planner:
@@ -27,22 +36,35 @@ class Planner:
     def __init__(self, model: TrajectoryModel):
         self.model = model
 
+    @cached_property
+    def regions(self) -> RegionTable:
+        """All regions of the network over K, enumerated once."""
+        return enumerate_regions(self.model.net, self.model.domain)
+
     def solve(
         self, problem: ReachAvoid, key: jax.Array, *, n_samples: int = 100, target: float = 0.01,
-        confidence: float = 0.99, budget_s: float = 20.0, proof: bool = True,
+        confidence: float = 0.99, budget_s: float = 20.0, proof: bool = True, method: str = "exact",
     ) -> Answer:  # fmt: skip
         """The safe set of one problem, as samples and polytopes with certificates. Uses the SEARCH stream of `key`.
 
         n_samples: safe plans to return. target, confidence: the polytopes leave out at most `target` of the model's
         safe set, with this confidence, unless budget_s [s] ends first. proof: check all of it in exact arithmetic.
-        Raises InputError when the problem does not fit the model.
+        method: "exact"; or the published search, samples only, region by region: "paper" through supports, "paper-lp"
+        with its LPs. Raises InputError when the problem does not fit the model, SoundnessError when this installation
+        computes wrong numbers.
         """
         if not 0 < target < 1 or not 0 < confidence < 1:
             raise InputError(f"solve: expected target and confidence between 0 and 1; got {target}, {confidence}.")
+        if method not in METHODS:
+            raise InputError(f"solve: expected method {', '.join(METHODS)}; got {method!r}.")
+        require_sound_arithmetic()
         begin = time.perf_counter()
         rng = generator(stream(key, Stage.SEARCH))
         laid_out = scene(problem, self.model)
-        found = cover(self.model, problem, laid_out, rng, target=target, confidence=confidence, budget_s=budget_s)
+        if method == "exact":
+            found = cover(self.model, problem, laid_out, rng, target=target, confidence=confidence, budget_s=budget_s)
+        else:
+            found = self._published(problem, laid_out, stream(key, Stage.SEARCH), METHODS[method], confidence)
         covered = time.perf_counter()
         pick = rng.permutation(len(found.points.k))[:n_samples]
         parts = [
@@ -62,3 +84,15 @@ class Planner:
         }  # fmt: skip
         union = SafeUnion(self.model, laid_out, pieces)
         return Answer(self.model, problem, laid_out, found, samples, parts, union, level, refused, timings)
+
+    def _published(self, problem: ReachAvoid, laid_out: Scene, key, method: str, confidence: float) -> Cover:
+        """Samples of the published search from the middle of K outward, as a cover without polytopes."""
+        begin, model = time.perf_counter(), self.model
+        regions = pieces_outward(self.regions, model.tube, model.domain.center)
+        found = paper_search(key, regions, paper_scene(problem, model.tube), method=method).samples
+        p0, k = found[:, : model.n_p], found[:, model.n_p :]
+        e = evaluate(model, laid_out, p0, k)
+        seen = points(p0, k, e).at(e.safe)
+        none = Coverage(0.0, 0.0, confidence, len(seen.k), len(seen.k))
+        first = time.perf_counter() - begin if len(seen.k) else None
+        return Cover([], none, len(found), len(found), len(seen.k), seen, first, None, [])
