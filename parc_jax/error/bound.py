@@ -1,5 +1,7 @@
 """One call from a trained network and a system to a claim; and the published, merely assumed, bound beside it."""
 
+from pathlib import Path
+
 import jax
 import numpy as np
 
@@ -50,7 +52,7 @@ def bound_error(
     n: holdout runs, None = as many as (eps, delta, discard, looks) need.
     discard, looks, intersample: as in `calibrate`.
     search: runs spent looking for bad ones on purpose, which only widens the tube where it finds some; 0 = none.
-    path: a folder that keeps finished chunks of the holdout, so a killed run continues.
+    path: a folder that keeps finished chunks, so a killed run continues with the same numbers.
     Raises InputError.
     """
     if isinstance(system, RolloutBatch):
@@ -59,8 +61,8 @@ def bound_error(
     if n is None:
         n = required_runs(float(eps), float(delta / looks), 0 if discard == "most" else discard)
     if shape is None:
-        shape = _shape(net, system, key, train, n if shape_runs is None else shape_runs, bins, quiet)
-    scores = score_system(net, system, key, shape, n, Stage.BOUND, path=path, quiet=quiet)
+        shape = _shape(net, system, key, train, n if shape_runs is None else shape_runs, bins, path, quiet)
+    scores = score_system(net, system, key, shape, n, Stage.BOUND, path=_inside(path, "holdout"), quiet=quiet)
     claim = calibrate(
         net,
         scores,
@@ -76,18 +78,31 @@ def bound_error(
     return claim if search == 0 else enlarge(claim, shape, search_worst(net, system, key, shape, search))
 
 
-def _shape(net, system, key, train, runs: int, bins, quiet) -> Tube:
+def _shape(net, system, key, train, runs: int, bins, path, quiet) -> Tube:
     """From the training runs and fresh ones that follow them in the TRAIN stream."""
     parts = [] if train is None else [training_errors(net, train)]
     if runs or not parts:
         first_row = 0 if train is None else int(train.rows.max()) + 1
-        k, errors = measure_system(net, system, key, runs or _SHAPE_RUNS, Stage.TRAIN, first_row=first_row, quiet=quiet)
+        k, errors = measure_system(
+            net,
+            system,
+            key,
+            runs or _SHAPE_RUNS,
+            Stage.TRAIN,
+            first_row=first_row,
+            path=_inside(path, "shape"),
+            quiet=quiet,
+        )
         finite = np.isfinite(errors.interval).all(axis=(1, 2)) & np.isfinite(errors.final).all(axis=1)
         parts.append((k[finite], Errors(errors.interval[finite], errors.final[finite])))
     k = np.concatenate([part[0] for part in parts])
     return shape_of(
         k, Errors(*(np.concatenate(e) for e in zip(*(part[1] for part in parts), strict=True))), system.domain, bins
     )
+
+
+def _inside(path, name: str) -> Path | None:
+    return None if path is None else Path(path) / name
 
 
 def _bound_from_files(net, holdout, eps, delta, bins, shape, train, discard, looks, intersample) -> ErrorClaim:

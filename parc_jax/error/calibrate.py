@@ -17,7 +17,7 @@ from parc_jax.system import TimeGrid
 
 Intersample = DiscreteTime | SpeedBound | AccelerationBound
 _OUTWARD = 1 + 2.0**-48  # the division that made the score and the product that undoes it, rounded up
-_SHOWN = 16  # largest scores kept as evidence
+_SHOWN = 32  # largest scores kept as evidence
 
 
 def calibrate(
@@ -51,6 +51,8 @@ def calibrate(
     if looks < 1 or kind not in ("pac", "conformal"):
         raise InputError(f'calibrate: expected looks >= 1 and kind "pac" or "conformal"; got {looks}, {kind!r}.')
     evidence = {"network": net.hash, "shape": shape.hash, **evidence_of(scores)}
+    if train is not None:
+        evidence["train"] = content_hash(train.k, train.q)
     if kind == "pac":
         claimed, discard = pac_label(scores.n, eps, delta / looks, discard)
         if claimed != eps:

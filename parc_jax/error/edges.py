@@ -22,8 +22,9 @@ def choose_edges(
 ) -> tuple[np.ndarray, ...]:
     """Edges per axis of K that make the tube small, found by cutting where it helps most, one cut at a time.
 
-    geometric mean half width over K, time, axes (what passes narrow gaps in most of K counts, not a few bad bins).
-    geometric mean half width over K, time, axes (what passes narrow gaps in most of K counts, not a few bad bins).
+    k (n, n_k) and errors of training runs. Each quarter of them in turn gives the scalar, the rest the shape; size is
+    the geometric mean half width over K, time and axes (what passes narrow gaps in most of K counts, not a few bad
+    bins).
     Stops when no cut shrinks the tube by _GAIN. Any edges fixed before the holdout is seen are valid.
     Raises InputError for fewer than four runs.
     """

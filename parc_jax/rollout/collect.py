@@ -133,6 +133,8 @@ def map_rows(
         }
         store = ChunkStore(path, meta | label)
     chunk_rows = [np.arange(first_row + i, first_row + i + chunk) for i in range(0, n, chunk)]
+    if callable(getattr(system, "rollout_batch", None)):  # needs no fixed shape: do not run what will be cut off
+        chunk_rows[-1] = chunk_rows[-1][chunk_rows[-1] < first_row + n]
 
     def one(index, device):
         return work(chunk_rows[index], device)

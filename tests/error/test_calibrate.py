@@ -170,6 +170,17 @@ def test_the_one_call(system, train):
     assert chosen.tube.n_bins >= 2  # the error grows along an axis of K
 
 
+def test_a_killed_one_call_continues_with_the_same_claim(system, train, tmp_path, monkeypatch):
+    arguments = {"eps": 0.05, "delta": 0.01, "bins": (2, 1), "train": train, "search": 0, "quiet": True}
+    whole = bound_error(NET, system, KEY, **arguments)
+    monkeypatch.setattr("parc_jax.error.bound.calibrate", lambda *a, **b: (_ for _ in ()).throw(KeyboardInterrupt))
+    with pytest.raises(KeyboardInterrupt):
+        bound_error(NET, system, KEY, path=tmp_path, **arguments)
+    monkeypatch.undo()
+    monkeypatch.setattr("parc_jax.error.score.simulate_rows", None)  # nothing is run again
+    assert bound_error(NET, system, KEY, path=tmp_path, **arguments).to_json() == whole.to_json()
+
+
 def test_the_one_call_on_recorded_runs(train, holdout):
     claim = bound_error(NET, holdout, None, train=train, bins=(2, 1))
     assert claim.n == 688 and 0.0099 < claim.eps < 0.01

@@ -120,6 +120,25 @@ def test_a_folder_of_other_work_is_refused_and_a_damaged_chunk_is_computed_again
         list(stream_rollouts(system, jax.random.PRNGKey(9), 64, path=tmp_path, quiet=True))
 
 
+def test_new_style_keys_are_the_same_keys(system):
+    assert equal(collect(system, jax.random.key(3), 20, quiet=True), collect(system, KEY, 20, quiet=True))
+
+
+@pytest.mark.slow
+def test_several_devices_give_the_same_rows(system):
+    script = (
+        "import sys; sys.path.insert(0, sys.argv[1])\n"
+        "import jax; from synthetic_plants import noisy, plant\n"
+        "from parc_jax.rollout.collect import collect\n"
+        "assert len(jax.devices()) == 3\n"
+        "print(collect(plant(noisy), jax.random.PRNGKey(3), 100, chunk=16, quiet=True).hashes()[-1].decode())\n"
+    )
+    flags = {"JAX_PLATFORMS": "cpu", "XLA_FLAGS": "--xla_force_host_platform_device_count=3"}
+    here = str(Path(__file__).resolve().parents[1])
+    out = subprocess.run([sys.executable, "-c", script, here], env=os.environ | flags, capture_output=True, check=True)
+    assert out.stdout.strip() == collect(system, KEY, 100, chunk=16, quiet=True).hashes()[-1]
+
+
 @pytest.mark.slow
 def test_a_killed_process_continues_with_the_same_numbers(system, tmp_path):
     script = (
@@ -157,16 +176,20 @@ class NotJax:
 
     def __init__(self, like):
         self.name, self.domain, self.time, self.n_p, self.n_q = "numpy", like.domain, like.time, 2, 1
+        self.calls = []
 
     def rollout_batch(self, keys, ks):
         ks = np.asarray(ks)
+        self.calls.append(len(ks))
         p = np.linspace(0, 1, self.time.n_record + 1)[None, :, None] * ks[:, None]
         p[ks[:, 0] > 0.9] = np.nan
         return Trajectory(p, ks[:, :1])
 
 
 def test_a_system_that_is_not_jax_offers_rollout_batch(system):
-    batch = collect(NotJax(system), KEY, 100, chunk=32, quiet=True)
+    numpy_system = NotJax(system)
+    batch = collect(numpy_system, KEY, 100, chunk=32, quiet=True)
+    assert numpy_system.calls == [32, 32, 32, 4]  # nothing is run to be thrown away
     np.testing.assert_array_equal(batch.failed, batch.k[:, 0] > 0.9)
 
 
