@@ -12,6 +12,9 @@ class Tolerances:
     lp_gap: [1 + |optimum|] an optimum is called OPTIMAL if the proved bounds on it are this close; verdicts use the bounds.
     redundant_row: [row units] a row may be dropped if the others exceed it by at most this; sets only grow by it.
     vertex_relative: [1] bound on the relative rounding of a float polytope vertex; obstacles grow by it.
+    leaf_margin: [m or row units] a box of plans must clear its condition by this before it is written down as unsafe or
+        safe; otherwise it stays undecided.
+    contact_depth: [m] how deep a contact must lie in the obstacle; less than leaf_margin.
     shape_floor: [m or rad] smallest half width of a tube's shape; tubes only grow by it.
     """
 
@@ -20,6 +23,8 @@ class Tolerances:
     lp_gap: float = 1e-7
     redundant_row: float = 1e-12
     vertex_relative: float = 1e-12
+    leaf_margin: float = 1e-6
+    contact_depth: float = 2e-7
     shape_floor: float = 1e-3
 
 

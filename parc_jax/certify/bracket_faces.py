@@ -38,12 +38,12 @@ def goal_faces(problem: ReachAvoid, model: TrajectoryModel) -> tuple[np.ndarray,
 
 
 def _tightest(rows, bounds, axis: int, sign: int) -> tuple[Fraction, list[tuple[int, Fraction]]]:
-    """Least bound h and multipliers with sum m row = sign * unit vector, over bases of the rows."""
+    """Least bound h and multipliers with sum m row = sign * unit vector, from single rows or else bases of rows."""
     n = len(rows[0])
     target = [Fraction(sign * (j == axis)) for j in range(n)]
     single = [i for i, row in enumerate(rows) if row[axis] * sign > 0 and sum(v != 0 for v in row) == 1]
     found = [(bounds[i] / abs(rows[i][axis]), [(i, 1 / abs(rows[i][axis]))]) for i in single]
-    if not found or len(single) + 1 < len(rows) - 2 * n + 2:
+    if not found:
         for used in itertools.islice(itertools.combinations(range(len(rows)), n), MOST_COMBINATIONS):
             m = _solve([[rows[i][j] for i in used] for j in range(n)], target)
             if m is not None and min(m) >= 0:

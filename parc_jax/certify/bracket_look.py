@@ -21,7 +21,8 @@ CANDIDATES = 6  # (obstacle, interval, moment) looked at per box, the most promi
 
 class Boxes(NamedTuple):
     """A batch of n boxes. lo, hi (n, n_p + n_k). least, most (n, T, n_p): componentwise extremes of the interval widths
-    over the bins that the box overlaps; final_least, final_most (n, n_p + n_q). straddles (n, n_k): several bins."""
+    over the bins that the box overlaps; final_least, final_most (n, n_p + n_q). straddles (n, n_k): 1.0 for several
+    bins along this axis, else 0.0."""
 
     lo: np.ndarray
     hi: np.ndarray
@@ -102,13 +103,14 @@ def look(net, scene, k, owner, boxes: Boxes) -> Look:
     chosen = ways[jnp.arange(n)[:, None], o, t, share]
 
     mine = jnp.minimum(owner, n - 1)
-    moments = jax.vmap(_moments)(back)
+    moments = _moments(back)
     at = moments[jnp.arange(len(k))[:, None], t[mine], share[mine]]
-    corners = jnp.stack([jnp.where(jnp.asarray(side), z_hi, z_lo) for side in itertools.product((0, 1), repeat=n_p)], 1)
+    sides = jnp.asarray(list(itertools.product((False, True), repeat=n_p)))
+    corners = jnp.where(sides[None], z_hi[:, None], z_lo[:, None])
     worst = jax.vmap(_deepest, in_axes=(None, 0, 0, 0, 0))(
         scene.obstacles, at, corners[mine], jax.tree.map(lambda x: x[mine], (o, t)), boxes.least[mine]
     )
-    moved_at = jax.vmap(jax.vmap(_moments))(moved)[jnp.arange(n)[:, None], :, t, share]  # (n, c, n_k, 2)
+    moved_at = _moments(moved)[jnp.arange(n)[:, None], :, t, share]  # (n, c, n_k, 2)
     effects = _effects(
         [goal_p, scene.start_A], [moved_q, moved[:, :, 0]], [goal_q, scene.start_A], z_hi - z_lo, chosen, moved_at
     )
@@ -117,7 +119,7 @@ def look(net, scene, k, owner, boxes: Boxes) -> Look:
         jnp.zeros_like(start),
         dot2(jnp.abs(chosen), (boxes.most - boxes.least)[jnp.arange(n)[:, None], t]),
     ], axis=1)  # fmt: skip
-    shared = boxes.straddles / jnp.maximum(boxes.straddles.sum(axis=1), 1)[:, None]
+    shared = boxes.straddles / jnp.maximum(boxes.straddles.sum(axis=1), 1.0)[:, None]
     effects = effects.at[:, :, n_p:].add(blur[:, :, None] * shared[:, None])
     return Look(goal, start, -most_of(worst), which, at, effects, fits, gaps.min(axis=(1, 2, 3)))
 
@@ -132,12 +134,12 @@ def _times(x, A):
 
 def _moments(path):
     """Points (..., T, shares, 2) of a path (..., T + 1, 2) at the SHARES of every interval."""
-    share = jnp.asarray(SHARES, path.dtype)[:, None]
-    return path[..., :-1, None, :] * (1 - share) + path[..., 1:, None, :] * share
+    before, after = path[..., :-1, :], path[..., 1:, :]
+    return jnp.stack([before * (1 - share) + after * share for share in SHARES], axis=-2)
 
 
 def _gaps(grown, path, error):
-    """Gap and direction of every moment of one path (T + 1, 2) from every obstacle: (o, T, shares), (o, T, shares, 2)."""
+    """Gap (o, T, shares) and direction (o, T, shares, 2) of every moment of one path (T + 1, 2) from every obstacle."""
 
     def one(corner, sign, active):
         corners = corner[None] + sign[None] * error[:, None]
@@ -161,7 +163,6 @@ def _deepest(grown, at, corners, where, error):
 
 def _effects(z_rows, k_moves, k_rows, z_size, chosen, moved_at):
     """|change| of goal rows, start rows and contacts along the sides: (n, g + s + c, n_p + n_k)."""
-    n = len(z_size)
     along_z = [jnp.abs(A)[None] * z_size[:, None] for A in z_rows] + [jnp.abs(chosen) * z_size[:, None]]
     along_k = [
         jnp.abs(jnp.einsum("nij,rj->nri", moved, A, precision=HIGHEST))
@@ -169,4 +170,4 @@ def _effects(z_rows, k_moves, k_rows, z_size, chosen, moved_at):
     ]
     along_k.append(jnp.abs(jnp.einsum("ncij,ncj->nci", moved_at, chosen, precision=HIGHEST)))
     parts = [jnp.concatenate([z, k], axis=2) for z, k in zip(along_z, along_k, strict=True)]
-    return jnp.concatenate(parts, axis=1).reshape(n, -1, parts[0].shape[2])
+    return jnp.concatenate(parts, axis=1)

@@ -1,0 +1,119 @@
+"""Boxes over (z, k) as a binary tree: which bins a box overlaps, where it is split, how the tree is written."""
+
+from fractions import Fraction
+
+import numpy as np
+
+from parc_jax.avoid.polygon import decimal
+from parc_jax.error.tube import Tube
+from parc_jax.model import TrajectoryModel
+from parc_jax.pwa.subdivide import enumerate_regions
+from parc_jax.sets.box import Box
+
+UNSAFE = ("goal", "start", "hit")
+K_FIRST = 2.0  # a side of k is split before a side of z of equal effect: boxes that share k share their proof's cells
+
+
+class Node:
+    """A box lo, hi (n_p + n_k,) with the vertices of the network's cells in its box of k; open until it is decided.
+
+    leaf: (reason, what) of a decided box. split: (axis, value, lower child, upper child).
+    """
+
+    def __init__(self, lo: np.ndarray, hi: np.ndarray, vertices: np.ndarray | None = None):
+        self.lo, self.hi, self.vertices = lo, hi, vertices
+        self.leaf: tuple[str, object] | None = None
+        self.split: tuple[int, float, Node, Node] | None = None
+
+    @property
+    def volume(self) -> Fraction:
+        """Exact volume of the box as certificates spell it [units of z and k multiplied]."""
+        out = Fraction(1)
+        for a, b in zip(self.lo, self.hi, strict=True):
+            out *= decimal(b) - decimal(a)
+        return out
+
+    def find_vertices(self, model: TrajectoryModel) -> np.ndarray:
+        """Vertices (v, n_k) of the cells, computed once and shared by children with the same box of k."""
+        if self.vertices is None:
+            n = model.n_p
+            self.vertices = enumerate_regions(model.net, Box(self.lo[n:], self.hi[n:])).points
+        return self.vertices
+
+    def cut(self, axis: int, value: float, n_p: int) -> tuple["Node", "Node"]:
+        """Split at a value strictly inside; returns the lower and the upper child."""
+        same = self.vertices if axis < n_p else None
+        below, above = Node(self.lo, self.hi.copy(), same), Node(self.lo.copy(), self.hi, same)
+        below.hi[axis] = above.lo[axis] = value
+        self.split = (axis, value, below, above)
+        return below, above
+
+    def walk(self):
+        """All nodes below and including this one, depth first, lower parts first."""
+        stack = [self]
+        while stack:
+            node = stack.pop()
+            yield node
+            if node.split is not None:
+                stack += node.split[:1:-1]
+
+    def spell(self) -> list[dict]:
+        """The certificate's flat tree; numbers are the decimals of the floats, as in the problem."""
+        return [node._spell() for node in self.walk()]
+
+    def _spell(self) -> dict:
+        if self.split is not None:
+            return {"split": [self.split[0], repr(float(self.split[1]))]}
+        return {"open": None} if self.leaf is None else {self.leaf[0]: self.leaf[1]}
+
+
+class Widths:
+    """Componentwise least and widest errors over the bins that a box of k overlaps with its interior."""
+
+    def __init__(self, tube: Tube):
+        self.tube = tube
+
+    def of(self, lo: np.ndarray, hi: np.ndarray):
+        """(least, most (T, n_p), final_least, final_most (n_p + n_q,), straddles (n_k,)) of one box of k."""
+        number, straddles = np.zeros(1, int), []
+        for edge, a, b in zip(self.tube.edges, lo, hi, strict=True):
+            inside = np.flatnonzero((edge[:-1] < b) & (a < edge[1:]))
+            straddles.append(len(inside) > 1)
+            number = (number[:, None] * (len(edge) - 1) + inside[None]).ravel()
+        e, final, several = self.tube.interval[number], self.tube.final[number], np.array(straddles, float)
+        return e.min(axis=0), e.max(axis=0), final.min(axis=0), final.max(axis=0), several
+
+
+def choose_split(node: Node, rooms: np.ndarray, effects: np.ndarray, tube: Tube, n_p: int) -> tuple[int, float]:
+    """Axis and value. rooms (r,): negative, of the reasons; effects (r, n_p + n_k): what each side does to them.
+
+    The reason that is nearest to being proved, measured by what the sides do to it, decides; its strongest side is
+    split: at the middle, or at the edge between bins nearest to it.
+    """
+    total = effects.sum(axis=1)
+    ratio = np.where(total > 0, -rooms / np.where(total > 0, total, 1), np.inf)
+    reason = int(np.argmin(ratio))
+    weight = effects[reason] if np.isfinite(ratio[reason]) else node.hi - node.lo
+    weight = weight * np.where(np.arange(len(weight)) < n_p, 1.0, K_FIRST)
+    for axis in np.argsort(-weight):
+        middle = _middle(node, int(axis), tube, n_p)
+        if node.lo[axis] < middle < node.hi[axis]:
+            return int(axis), middle
+    raise ArithmeticError("a box has become too small to split")
+
+
+def longest_k(node: Node, tube: Tube, n_p: int, domain: Box) -> tuple[int, float]:
+    """The side of k that is longest compared with the domain, for a box with too many cells."""
+    share = (node.hi - node.lo)[n_p:] / (domain.hi - domain.lo)
+    axis = n_p + int(np.argmax(share))
+    return axis, _middle(node, axis, tube, n_p)
+
+
+def _middle(node: Node, axis: int, tube: Tube, n_p: int) -> float:
+    middle = float((node.lo[axis] + node.hi[axis]) / 2)
+    if axis >= n_p:
+        edge = tube.edges[axis - n_p]
+        inside = edge[(edge > node.lo[axis]) & (edge < node.hi[axis])]
+        if len(inside):
+            return float(inside[np.argmin(np.abs(inside - middle))])
+    return middle
