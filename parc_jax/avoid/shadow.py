@@ -62,10 +62,8 @@ def shadows(pieces: Piece, grown: GrownPolytopes) -> Shadows:
     offsets, slack = _offsets(pieces, grown)
     with x64():
         on_device = jnp.asarray(offsets)
-        edge = np.asarray(_edge_normals(on_device))
-        # Hulls have far fewer edges than points: drop the rows that repeat the first edge in every set.
-        used = np.flatnonzero((edge != edge[:, :, :1]).any(axis=(0, 1, 3)))
-        edge = edge[:, :, : _even(used[-1] + 1 if len(used) else 1, edge.shape[2])]
+        edge, used = map(np.asarray, _edge_normals(on_device))
+        edge = edge[:, :, : _even(1 + int(np.flatnonzero(used).max(initial=0)), edge.shape[2])]
         shared = jnp.asarray(grown.A), jnp.asarray(grown.corners)
         arrays = (jnp.asarray(a) for a in (edge, grown.error[pieces.bin], grown.b[pieces.bin]))
         found = _reaches(next(arrays), on_device, *arrays, *shared)
@@ -145,14 +143,14 @@ def _even(count: int, most: int) -> int:
 
 @jax.jit
 def _edge_normals(offsets):
-    """`edge_normals` of piece after piece: the arrays of one piece stay in cache."""
-    return jax.lax.map(edge_normals, offsets)
+    """`edge_normals` of piece after piece (the arrays of one piece stay in cache), and which of the 2v rows matter.
+
+    Hulls have far fewer edges than points: rows that repeat the first edge in every set can go.
+    """
+    edge = jax.lax.map(edge_normals, offsets)
+    return edge, (edge != edge[:, :, :1]).any(axis=(0, 1, 3))
 
 
-@jax.jit
-def _reaches(edge, offsets, error, facet_b, facet, corners):
-    return jax.lax.map(lambda piece: reaches(*piece, facet, corners), (edge, offsets, error, facet_b))
-
-
+_reaches = jax.jit(jax.vmap(reaches, in_axes=(0, 0, 0, 0, None, None)))
 _margins = jax.jit(jax.vmap(jax.vmap(_margin, in_axes=(0, None, None, None, None)), in_axes=(0, 0, 0, 0, None)))
 _box_margins = jax.jit(jax.vmap(_box_margin, in_axes=(0, 0, 0, 0, 0, None)))
