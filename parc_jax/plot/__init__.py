@@ -12,5 +12,6 @@ gap.gap([gap.GapCurve(name, gaps, share, low, high), ...], to=None, *, published
 projections.projections(answer, pairs=None, to=None, *, names=None)                    safe polytopes from several sides
 timeline.timeline(answer, chosen=(0,), replay=None, to=None, *, names=None)       clearance and directions of some plans
 cover.cover([cover.CoverCurve(name, share, pieces, seconds), ...], to=None, *, target=0.01)      uncovered share
+html.write_page(answer_json_path, html_path)                            the interactive page, one file without network
 style.save(figure, path)                                                                   .png and .pdf, atomically
 """

@@ -23,6 +23,8 @@ def samples(answer, replay=None, to=None, *, most: int = 100, heading: int | Non
         raise InputError(
             f"samples: expected a replay of the {len(answer.samples)} samples; got one of {len(replay.path)} plans."
         )
+    if replay is not None and not np.array_equal(replay.path[:, 0], answer.samples[:, : answer.model.n_p]):
+        raise InputError("samples: expected a replay of these samples; its runs start elsewhere.")
     if not count:
         raise InputError("samples: expected an answer with safe samples; this one has none. Draw its regions instead.")
     scene = _Picture(answer, *predicted(answer.model, answer.samples[:count]), replay, count, heading, outline)
