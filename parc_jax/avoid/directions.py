@@ -33,7 +33,7 @@ class DirectionTable:
 
     w: (o, d, 2). reach: (o, d) [m * |w|] >= support of obstacle + (-body) along w, rounded to nearest.
     multipliers: per obstacle a tuple of d Multiplier (host only). cones: per obstacle the pairs of neighbouring rows.
-    n_facets: number of leading directions that are facet normals.
+    n_facets: number of leading directions that hold all facet normals, padded to few values.
     """
 
     w: np.ndarray
@@ -54,7 +54,7 @@ def direction_table(problem: ReachAvoid) -> DirectionTable:
         spelled.append(tuple(chosen))
         for d, m in enumerate(chosen):
             w[j, d], reach[j, d] = direction(problem, j, m)
-    n_facets = max((sum(len(m.rows) == 1 for m in chosen) for chosen in spelled), default=1)
+    n_facets = min(N_DIRECTIONS, bucket(max((sum(len(m.rows) == 1 for m in chosen) for chosen in spelled), default=1)))
     return DirectionTable(w, reach, tuple(spelled), tuple(cones), n_facets)
 
 

@@ -24,7 +24,8 @@ class CellMap:
 
     def offsets(self, k):
         """Offsets (..., T + 1, n_p) at k (..., n_k)."""
-        return jnp.einsum("tpk,...k->...tp", self.C, k, precision=HIGHEST) + self.d
+        moved = jnp.einsum("tpk,...k->...tp", self.C, k, precision=HIGHEST)
+        return moved + jnp.broadcast_to(self.d, moved.shape)
 
 
 def cell_map(net, pattern, n_steps: int, n_p: int) -> CellMap:

@@ -44,8 +44,8 @@ def grow(net, tube, scene, key, p0, k, pattern, bin_number, bin_lo, bin_hi, know
     seed = jnp.concatenate([p0, k])
     around = walk(key, A, b, seed, WALK)
     drawn = around[:, None, : len(p0)] + cell.offsets(around[:, len(p0) :])
-    paths = jnp.concatenate([(p0 + cell.offsets(k))[None], known, drawn])
-    weight = jnp.concatenate([KNOWN_WEIGHT * real, jnp.ones(WALK, error.dtype)])
+    paths = jnp.concatenate([(p0[None] + cell.offsets(k))[None], known, drawn])
+    weight = jnp.concatenate([KNOWN_WEIGHT * real.astype(error.dtype), jnp.ones(WALK, error.dtype)])
     one = jax.vmap(_validity, in_axes=(None, None, 0, 0, 0, 0, None, 0))
     nearest, facets, valid_facets = one(
         scene, error, scene.obstacles.corner, scene.obstacles.sign, scene.directions.w, scene.directions.reach,
@@ -56,11 +56,11 @@ def grow(net, tube, scene, key, p0, k, pattern, bin_number, bin_lo, bin_hi, know
     used = item_o >= 0
     ok = _item_table(scene, error, nearest, paths, item_o, item_t) | ~used[:, None, None]
     allowed, ok_mates = ok[:, :, 0], ok[:, :, 1:]
-    choice = jnp.argmax(jnp.where(allowed, ok_mates @ weight, -1.0), axis=1)
+    choice = jnp.argmax(jnp.where(allowed, jnp.matmul(ok_mates.astype(weight.dtype), weight, precision=HIGHEST), -1.0), axis=1)
     for _ in range(SWEEPS):
         choice = _sweep(choice, allowed, ok_mates, weight)
     inside = _kept_by_all(choice, ok_mates)
-    valid_items = allowed & (ok_mates | ~inside).all(axis=2)
+    valid_items = allowed & (ok_mates | ~inside[None, None]).all(axis=2)
     n_w = scene.directions.w.shape[1]
     valid = (
         jnp.zeros((*settled.shape, n_w + 1), bool)
@@ -69,7 +69,7 @@ def grow(net, tube, scene, key, p0, k, pattern, bin_number, bin_lo, bin_hi, know
     )
     # an interval beyond ITEMS falls back to facets that hold for the seed, and at worst to its own direction
     valid = valid.at[:, :, n_w].set(~valid.any(axis=2))
-    valid = valid.at[jnp.where(used, item_o, -1), item_t].set(valid_items, mode="drop")
+    valid = valid.at[jnp.where(used, item_o, len(valid)), item_t].set(valid_items, mode="drop")
     runs = jax.vmap(_fewest_runs)(valid)
     return Growth(runs, nearest, jnp.take_along_axis(valid, runs[:, :, None], axis=2).all())
 
@@ -83,7 +83,8 @@ def _validity(scene, error, corner, sign, w, reach, paths, active):
     facet, reach = w[: scene.directions.n_facets], reach[: scene.directions.n_facets]
     corners = corner[None] + sign[None] * error[:, None]
     _, nearest = separations(paths[0, :-1], paths[0, 1:], corners, scene.obstacles.radius)
-    need = reach + (dot2(jnp.abs(facet), error[:, None]) + scene.slack * jnp.abs(facet).sum(axis=1))
+    size = jnp.abs(facet)
+    need = reach[None] + dot2(size[None], error[:, None]) + scene.slack * size.sum(axis=1)[None]
     along = dot2(paths[:, :, None], facet[None, None])
     gap = jnp.minimum(along[:, :-1], along[:, 1:]) > need[None]
     return nearest, gap[0] | ~active[:, None], gap.all(axis=0) | ~active[:, None]
@@ -109,10 +110,10 @@ def _sweep(choice, allowed, ok_mates, weight):
 
     def swap(lost, item):
         choice, allowed, ok = item
-        others = lost - ~ok[choice]
-        score = jnp.matmul(ok.astype(weight.dtype), weight * jnp.exp2(-2.0 * others), precision=HIGHEST)
+        others = lost - (~ok[choice]).astype(lost.dtype)
+        score = jnp.matmul(ok.astype(weight.dtype), weight * jnp.exp2(-2.0 * others.astype(weight.dtype)), precision=HIGHEST)
         best = jnp.argmax(jnp.where(allowed, score, -1.0))
-        return others + ~ok[best], best
+        return others + (~ok[best]).astype(lost.dtype), best
 
     return jax.lax.scan(swap, lost, (choice, allowed, ok_mates))[1]
 

@@ -107,7 +107,7 @@ class Grower:
         with x64():
             out = jax.device_get(
                 grow_batch(
-                    self.model.net, self.model.tube, self.scene, keys, points.p0[seeds], points.k[seeds],
+                    self.model.net, self.model.tube, self.scene.arrays, keys, points.p0[seeds], points.k[seeds],
                     points.pattern[seeds], points.bin[seeds], np.array([b[0] for b in boxes]),
                     np.array([b[1] for b in boxes]), points.path[mates], real,
                 )

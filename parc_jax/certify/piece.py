@@ -53,7 +53,7 @@ class Piece:
         model, scene, slack = self._model, self._scene, float(self._scene.slack)
         lo, hi = model.tube.bin_box(self.bin)
         with x64():
-            parts = _cell_rows(model.net, model.tube, scene, self.pattern, model.tube.final[self.bin], lo, hi)
+            parts = _cell_rows(model.net, model.tube, scene.arrays, self.pattern, model.tube.final[self.bin], lo, hi)
         A, b, C, d = (np.asarray(x) for x in parts)
         rows, bounds = [A], [b]
         active = np.asarray(scene.obstacles.active)

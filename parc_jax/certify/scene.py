@@ -40,7 +40,7 @@ class Scene:
     @property
     def arrays(self) -> "Scene":
         """The scene without what only the host reads: a kernel given this compiles once for all scenes of a size."""
-        return self.replace(directions=self.directions.replace(multipliers=(), cones=(), n_facets=0))
+        return self.replace(directions=self.directions.replace(multipliers=(), cones=()))
 
 
 def scene(problem: ReachAvoid, model) -> Scene:
