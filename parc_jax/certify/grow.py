@@ -56,7 +56,7 @@ def grow(net, tube, scene, key, p0, k, pattern, bin_number, bin_lo, bin_hi, know
     used = item_o >= 0
     ok = _item_table(scene, error, nearest, paths, item_o, item_t) | ~used[:, None, None]
     allowed, ok_mates = ok[:, :, 0], ok[:, :, 1:]
-    choice = jnp.argmax(jnp.where(allowed, jnp.matmul(ok_mates.astype(weight.dtype), weight, precision=HIGHEST), -1.0), axis=1)
+    choice = jnp.argmax(jnp.where(allowed, _weighed(ok_mates, weight), -1.0), axis=1)
     for _ in range(SWEEPS):
         choice = _sweep(choice, allowed, ok_mates, weight)
     inside = _kept_by_all(choice, ok_mates)
@@ -111,11 +111,15 @@ def _sweep(choice, allowed, ok_mates, weight):
     def swap(lost, item):
         choice, allowed, ok = item
         others = lost - (~ok[choice]).astype(lost.dtype)
-        score = jnp.matmul(ok.astype(weight.dtype), weight * jnp.exp2(-2.0 * others.astype(weight.dtype)), precision=HIGHEST)
+        score = _weighed(ok, weight * jnp.exp2(-2.0 * others.astype(weight.dtype)))
         best = jnp.argmax(jnp.where(allowed, score, -1.0))
         return others + (~ok[best]).astype(lost.dtype), best
 
     return jax.lax.scan(swap, lost, (choice, allowed, ok_mates))[1]
+
+
+def _weighed(ok, weight):
+    return jnp.matmul(ok.astype(weight.dtype), weight, precision=HIGHEST)
 
 
 def _kept_by_all(choice, ok_mates):
