@@ -54,7 +54,8 @@ def direction_table(problem: ReachAvoid) -> DirectionTable:
         spelled.append(tuple(chosen))
         for d, m in enumerate(chosen):
             w[j, d], reach[j, d] = direction(problem, j, m)
-    n_facets = min(N_DIRECTIONS, bucket(max((sum(len(m.rows) == 1 for m in chosen) for chosen in spelled), default=1)))
+    facets = [len({m.rows for m in chosen if len(m.rows) == 1}) for chosen in spelled]
+    n_facets = min(N_DIRECTIONS, bucket(max(facets, default=1)))
     return DirectionTable(w, reach, tuple(spelled), tuple(cones), n_facets)
 
 
