@@ -59,7 +59,7 @@ def cover(
     spent = lambda: time.perf_counter() - begin  # noqa: E731
     grower = Grower(model, problem, scene, rng)
     drawn = reaching = safe = look = 0
-    coverage = Coverage(0.0, 0.0, confidence, 0, 0)
+    coverage = Coverage(0.0, 0.0, confidence, 0, 0)  # nothing is known to be covered until a fresh look says so
     first_sample = first_piece = None
     seen: list[Points] = []
     history: list[tuple[float, int, float]] = []

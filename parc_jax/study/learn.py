@@ -63,9 +63,11 @@ def learn(system, study: Study, key: jax.Array, watch: Stopwatch, work: Path, qu
     with watch("fresh rollouts"):
         holdout = collect(system, key, n_fresh, Stage.BOUND, path=work / "holdout", quiet=quiet)
     names = ["-".join(str(w) for w in hidden) for hidden in study.networks] + ["PARC"]
+    bins = study.bins
     with watch("claims"):
         for name, net in zip(names, nets, strict=True):
-            shape = training_shape(net, train, study.bins)
+            shape = training_shape(net, train, bins)
+            bins = bins or shape.edges  # all networks share the main one's bins, and so its compiled code
             honest = calibrate(net, holdout, shape, study.eps, study.delta, looks=looks, train=train)
             published = assumed_claim(net, train)
             # one bin, told on the bins of the honest tube: equal shapes share compiled code

@@ -10,7 +10,8 @@ class Study:
     """Settings of a study of one system, from rollouts to a proved safe set.
 
     hidden: widths of the network whose answer is returned. others: further networks for the comparison table.
-    bins: bins per axis of K over which the tube's shape varies. rollouts: training runs.
+    bins: bins per axis of K over which the tube's shape varies; None = cut where the main network's error changes.
+    rollouts: training runs.
     eps, delta: with confidence 1 - delta, for all networks at once, a new run leaves the tube with probability <= eps.
     seeds, steps: training. samples: safe plans to return. target, confidence: what may be left uncovered, and how sure.
     budget_s: [s] most time to cover the safe set.
@@ -20,7 +21,7 @@ class Study:
 
     hidden: tuple[int, ...] = (8, 8, 8, 8)
     others: tuple[tuple[int, ...], ...] = ((6, 6, 6, 6), (7, 7, 7, 7))
-    bins: tuple[int, ...] = (4, 4)
+    bins: tuple[int, ...] | None = None
     rollouts: int = 10_000
     eps: float = 1e-3
     delta: float = 1e-3
