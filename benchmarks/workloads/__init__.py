@@ -1,0 +1,26 @@
+"""One file per workload: the docstring is its method, `run(bench) -> Result` measures it, `Skip` says why not."""
+
+import importlib
+
+NAMES = (
+    "control",
+    "regions",
+    "reference_regions",
+    "bras",
+    "points",
+    "lps",
+    "query",
+    "batch_query",
+    "checking",
+    "fails_safely",
+    "cold_start",
+    "rollouts",
+    "training",
+    "table_one",
+    "gap",
+)
+
+
+def workload(name: str):
+    """The module of a workload."""
+    return importlib.import_module(f"benchmarks.workloads.{name}")

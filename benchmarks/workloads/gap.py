@@ -1,0 +1,200 @@
+"""How narrow may the gap be? Obstacles moved together in steps; all methods at the same eps, on the same scene.
+
+Share: of the (p0, k) that reach the goal for every trajectory inside the tube, the part that a method keeps as safe.
+One set of points is drawn per model, uniform over its goal-reaching set, and judged at every slack (room left between
+body and obstacles). Published: outside every projected avoid set of its region. Ours: the point test in joint space.
+PARC: its affine map through the published method. Bounds are Clopper-Pearson at 95 %.
+
+The narrowest gap is then searched downwards: points that were safe one step earlier are perturbed, and the search
+ends at the first step at which none is safe. The last plan of ours is proved by the independent checker.
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+from scipy.stats import beta
+
+from benchmarks.bench import Bench
+from benchmarks.metrics import Metric, exact, metric
+from benchmarks.models import PARC, Lesson, name_of
+from benchmarks.published import Partition, kept
+from benchmarks.result import Result, Table, percent
+from parc_jax.certify.certificate import sample_part
+from parc_jax.certify.evaluate import anchor, evaluate
+from parc_jax.certify.prove import prove
+from parc_jax.certify.scene import scene
+from parc_jax.errors import InputError
+from parc_jax.model import TrajectoryModel
+from parc_jax.plot.gap import GapCurve
+from parc_jax.pwa import enumerate_regions
+
+SHARES = (1.0, 0.85, 0.7, 0.6, 0.5, 0.4, 0.3, 0.25, 0.2, 0.15, 0.1, 0.05)  # of the published slack
+STEP = 0.02  # [m] of the search for the narrowest gap
+NEIGHBOURS = 4096  # points tried per step of that search
+
+
+class Curve(NamedTuple):
+    """One method. slack (g,) [m], reaching points judged, kept (g,) of them as safe; narrowest slack [m] with a plan.
+
+    narrowest: None when there is no plan even at the published slack. proved: the checker accepted that plan (ours).
+    """
+
+    name: str
+    slack: np.ndarray
+    reaching: int
+    kept: np.ndarray
+    narrowest: float | None
+    proved: bool | None
+    why: str = ""
+
+    def bounds(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Share and its 95 % bounds, (g,) each."""
+        n, x = max(self.reaching, 1), self.kept
+        low = np.where(x == 0, 0.0, beta.ppf(0.025, np.maximum(x, 1), n - x + 1))
+        return x / n, low, np.where(x == n, 1.0, beta.ppf(0.975, x + 1, np.maximum(n - x, 1)))
+
+
+class Points(NamedTuple):
+    """p0 (b, n_p), k (b, n_k) that reach the goal."""
+
+    p0: np.ndarray
+    k: np.ndarray
+
+
+def run(bench: Bench) -> Result:
+    """PARC, the published method, ours with the same network, ours with a larger one."""
+    lesson = bench.lesson(bench.size("drift", "boat"))
+    case = lesson.case
+    slacks = case.slack * np.array(bench.size(SHARES, SHARES[::4]))
+    small, large = case.hidden[-1], case.larger
+    wanted = [("PARC", PARC, _published), ("published", small, _published), ("ours", small, _ours)]
+    if large in lesson.models:
+        wanted.append(("ours", large, _ours))
+    curves = []
+    for method, widths, safe in wanted:
+        name = method if widths == PARC else f"{method}, {name_of(widths)}"
+        curves.append(_curve(bench, lesson, lesson.models[widths].honest, name, safe, slacks))
+    metrics = [m for c in curves for m in _metrics(c)]
+    rows = [(f"{s:.2f} m", *(percent(c.kept[i] / max(c.reaching, 1)) for c in curves)) for i, s in enumerate(slacks)]
+    narrow = [
+        (c.name, "none" if c.narrowest is None else f"{c.narrowest:.2f} m", _spell(c.proved), c.why) for c in curves
+    ]
+    return Result(
+        metrics,
+        [
+            Table("Share of the goal-reaching set kept as safe", ("slack", *(c.name for c in curves)), rows),
+            Table(
+                "Narrowest gap with a plan", ("method", "slack left", "proved", "remark"), narrow,
+                f"Published scene: {case.slack:.2f} m. Tubes claimed at eps = {lesson.eps:g}.",
+            ),
+        ],
+        {"published": case.slack, "curves": [_data(c) for c in curves]},
+    )  # fmt: skip
+
+
+def figure(data: dict, path) -> None:
+    """Draw the curves of `Result.data`."""
+    from parc_jax.plot.gap import gap
+
+    curves = [GapCurve(c["name"], *(np.array(c[n]) for n in ("slack", "share", "low", "high"))) for c in data["curves"]]
+    gap(curves, path, published=data["published"], label="slack between body and obstacles [m]")
+
+
+def _curve(bench: Bench, lesson: Lesson, model: TrajectoryModel, name: str, safe, slacks: np.ndarray) -> Curve:
+    rng = np.random.default_rng(0)
+    try:
+        at = _reaching(model, lesson.case.problem(), rng, bench.size(1 << 16, 1 << 9))
+    except InputError as why:
+        return Curve(name, slacks, 0, np.zeros(len(slacks), int), None, None, str(why))
+    judge = safe(model)
+    masks = [judge(lesson.case.narrowed(s), at) for s in slacks]
+    count = np.array([int(m.sum()) for m in masks])
+    if not count.any():
+        return Curve(name, slacks, len(at.k), count, None, None)
+    last = int(np.flatnonzero(count)[-1])
+    seeds = Points(*(x[masks[last]] for x in at))
+    step = bench.size(STEP, 0.2)
+    slack, plan = _search(lesson, model, judge, float(slacks[last]), seeds, rng, step)
+    proved = _prove(model, lesson.case.narrowed(slack), plan) if safe is _ours else None
+    return Curve(name, slacks, len(at.k), count, slack, proved)
+
+
+def _reaching(model, problem, rng, n: int) -> Points:
+    """Points of the goal-reaching set, uniform by volume."""
+    laid_out = scene(problem, model)
+    k = rng.uniform(model.domain.lo, model.domain.hi, (n, model.n_k))
+    z = rng.uniform(laid_out.z_lo, laid_out.z_hi, (n, model.n_p))
+    p0, reaches = anchor(model, laid_out, z, k)
+    return Points(p0[reaches], k[reaches])
+
+
+def _ours(model: TrajectoryModel):
+    """Judge of points: exact in joint space."""
+
+    def judge(problem, at: Points) -> np.ndarray:
+        return evaluate(model, scene(problem, model), at.p0, at.k).safe if len(at.k) else np.zeros(0, bool)
+
+    return judge
+
+
+def _published(model: TrajectoryModel):
+    """Judge of points: outside the projected avoid sets. Those are larger than the truth, so only safe points are asked."""
+    parts, exactly = Partition(model, enumerate_regions(model.net, model.domain)), _ours(model)
+
+    def judge(problem, at: Points) -> np.ndarray:
+        out = exactly(problem, at)
+        p0, k = at.p0[out], at.k[out]
+        out[out] = kept(parts, problem, p0, k, model.tube.bin_of(k)) if len(k) else out[out]
+        return out
+
+    return judge
+
+
+def _search(lesson: Lesson, model, judge, slack: float, seeds: Points, rng, step: float) -> tuple[float, Points]:
+    """Step the obstacles together until no neighbour of the plans of the step before is safe."""
+    spread = 0.02 * (model.domain.hi - model.domain.lo)
+    while slack - step > 0:
+        problem = lesson.case.narrowed(slack - step)
+        pick = rng.integers(len(seeds.k), size=NEIGHBOURS)
+        scale = rng.choice([0.0, 0.1, 0.3, 1.0], (NEIGHBOURS, 1))  # some stay where they are, some move far
+        k = np.clip(seeds.k[pick] + scale * spread * rng.normal(size=(NEIGHBOURS, model.n_k)), *_corners(model))
+        p0 = seeds.p0[pick] + scale * 0.1 * rng.normal(size=(NEIGHBOURS, model.n_p))
+        fine = judge(problem, Points(p0, k))
+        if not fine.any():
+            break
+        slack, seeds = slack - step, Points(p0[fine], k[fine])
+    return slack, Points(seeds.p0[:1], seeds.k[:1])
+
+
+def _corners(model) -> tuple[np.ndarray, np.ndarray]:
+    return model.domain.lo, model.domain.hi
+
+
+def _prove(model: TrajectoryModel, problem, plan: Points) -> bool:
+    """The checker accepts this one plan."""
+    laid_out = scene(problem, model)
+    e = evaluate(model, laid_out, plan.p0, plan.k)
+    part = sample_part(problem, laid_out, model.tube, plan.p0[0], plan.k[0], e.path[0], int(e.bin[0]))
+    return bool(prove(problem, model, [part], [])[0].all())
+
+
+def _metrics(c: Curve) -> list[Metric]:
+    key = "gap." + c.name.replace(", ", ".")
+    share = c.bounds()[0]
+    out = [metric(f"{key}.share_as_published", share[0], "1", "higher", abs_tol=0.1)]
+    out.append(metric(f"{key}.plans_at", np.count_nonzero(c.kept), "count", "higher", abs_tol=1))
+    if c.narrowest is not None:
+        out.append(metric(f"{key}.narrowest", c.narrowest, "m", "lower", abs_tol=0.1))
+    if c.proved is not None:
+        out.append(exact(f"{key}.not_proved", not c.proved))
+    return out
+
+
+def _data(c: Curve) -> dict:
+    share, low, high = c.bounds()
+    lists = {"slack": c.slack, "share": share, "low": low, "high": high}
+    return {"name": c.name, "narrowest": c.narrowest} | {n: [float(x) for x in a] for n, a in lists.items()}
+
+
+def _spell(proved: bool | None) -> str:
+    return "" if proved is None else "yes" if proved else "no"
