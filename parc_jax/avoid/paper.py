@@ -36,7 +36,7 @@ class PaperAnswer:
     """What the published search found.
 
     samples: (n, n_p + n_k) starts and parameters, safe for the model inside the tube. region: (n,) their regions.
-    label: "model" (safe by the region maps in float64, rounding covered) or "assumed" (a fault was asked for).
+    label: "model" (safe by the region maps, read as the floats they are) or "assumed" (a fault was asked for).
     tally: counts and times.
     """
 

@@ -14,7 +14,6 @@ from parc_jax.arrays import x64
 from parc_jax.avoid.gift_wrap import hull_normals
 from parc_jax.avoid.grown_polytopes import GrownPolytopes
 from parc_jax.reach.pieces import Piece
-from parc_jax.tolerances import TOLERANCES
 
 _UNIT = 2.0**-53
 _OPERATIONS = 64  # more than any number computed here goes through
@@ -103,10 +102,11 @@ def _offsets(pieces: Piece, grown: GrownPolytopes) -> tuple[np.ndarray, np.ndarr
     reached = C @ pieces.vertices.swapaxes(1, 2) + d[:, :, None]
     offsets = np.zeros((r, n_steps + 1, v, 2))
     offsets[:, 1:] = reached.reshape(r, n_steps, 2, v).swapaxes(2, 3)
-    moved = (np.abs(C) @ pieces.reach[:, :, None])[:, :, 0]
-    size = (moved + np.abs(d)).max(axis=1) + np.abs(grown.corners).max(initial=0) + np.abs(grown.error).max(initial=0)
-    # Vertices are floats: the piece may reach further by vertex_relative, and its image by C times that.
-    return offsets, 2 * TOLERANCES.vertex_relative * moved.max(axis=1) + 4 * _OPERATIONS * _UNIT * size
+    size = (np.abs(C) @ pieces.reach[:, :, None])[:, :, 0] + np.abs(d)
+    size = size.max(axis=1) + np.abs(grown.corners).max(initial=0) + np.abs(grown.error).max(initial=0)
+    # Vertices are floats: the piece may reach further by its slip, and its image by C times that.
+    moved = (np.abs(C) @ pieces.slip[:, :, None]).max(axis=(1, 2))
+    return offsets, 2 * moved + 4 * _OPERATIONS * _UNIT * size
 
 
 def _margin(p0, edge, edge_reach, facet_reach, facet):

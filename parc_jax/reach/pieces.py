@@ -10,9 +10,12 @@ from parc_jax.error.tube import Tube
 from parc_jax.errors import InputError
 from parc_jax.pwa.table import RegionTable
 from parc_jax.sets.box import Box
+from parc_jax.sets.clip import clip_to_box
 from parc_jax.sets.hpolytope import HPolytope, from_box
-from parc_jax.sets.vertices import vertices
 from parc_jax.sets.volume import volume
+from parc_jax.tolerances import TOLERANCES
+
+_SLIVER = 1e-9  # [share of the region's volume] smaller pieces are left out: they get no samples, nothing is claimed
 
 
 @struct.dataclass
@@ -20,7 +23,8 @@ class Piece:
     """One region cut by one bin, with the model's affine map on it: net(k) = C k + d. Or many, see `stack`.
 
     A: (h, n_k), b: (h,) rows; vertices: (v, n_k). C: (n_out, n_k), d: (n_out,), outputs time-major (t, p), then q.
-    lo, hi: (n_k,) a box known to contain the piece (the bin). region, bin: () numbers.
+    lo, hi: (n_k,) a box known to contain the piece (the bin). slip: (n_k,) how far it may reach beyond the hull of its
+    vertices, which are floats. region, bin: () numbers.
     """
 
     A: np.ndarray
@@ -30,6 +34,7 @@ class Piece:
     d: np.ndarray
     lo: np.ndarray
     hi: np.ndarray
+    slip: np.ndarray
     region: np.ndarray
     bin: np.ndarray
 
@@ -75,16 +80,18 @@ def stack(pieces: list[Piece]) -> Piece:
     for i, p in enumerate(pieces):
         A[i, : len(p.b)], b[i, : len(p.b)] = p.A, p.b
         points[i, : len(p.vertices)], points[i, len(p.vertices) :] = p.vertices, p.vertices[-1]
-    shared = (np.array([getattr(p, name) for p in pieces]) for name in ("C", "d", "lo", "hi", "region", "bin"))
+    shared = (np.array([getattr(p, name) for p in pieces]) for name in ("C", "d", "lo", "hi", "slip", "region", "bin"))
     return Piece(A, b, points, *shared)
 
 
-def cut_by_bins(region: HPolytope, corners: np.ndarray, C, d, tube: Tube, number: int = 0) -> list[Piece]:
+def cut_by_bins(region: HPolytope, corners: np.ndarray, slip, C, d, tube: Tube, number: int = 0) -> list[Piece]:
     """The pieces of one region, one per bin that it meets with interior. [NP Sec. IV-B]
 
-    region: h rows over k. corners: (v, n_k) its vertices. C, d: its affine map. A region inside one bin keeps its rows.
+    region: h rows over k. corners: (v, n_k) its vertices, each within slip (n_k,) of the exact one. C, d: its map.
+    With one bin only, a region keeps its rows.
     """
-    lo, hi = corners.min(axis=0), corners.max(axis=0)
+    slip = slip + TOLERANCES.vertex_relative * np.abs(corners).max(axis=0)
+    lo, hi, whole = corners.min(axis=0), corners.max(axis=0), volume(corners)
     spans = []
     for axis, edges in enumerate(tube.edges):
         spans.append([i for i in range(len(edges) - 1) if edges[i] < hi[axis] and edges[i + 1] > lo[axis]])
@@ -94,14 +101,16 @@ def cut_by_bins(region: HPolytope, corners: np.ndarray, C, d, tube: Tube, number
         bin_number = int(np.ravel_multi_index(tuple(index), counts))
         bin_lo, bin_hi = tube.bin_box(bin_number)
         part, points = region, corners
-        if not ((lo >= bin_lo).all() and (hi <= bin_hi).all()):
+        if tube.n_bins > 1:
             walls = from_box(Box(bin_lo, bin_hi))
             part = HPolytope(np.concatenate([region.A, walls.A]), np.r_[region.b, walls.b])
-            points = vertices(part)
-            if volume(points) == 0.0:
-                continue  # the two only touch: the neighbouring piece has these k
+        if not ((lo >= bin_lo).all() and (hi <= bin_hi).all()):
+            # Wider by the slip: a point of the exact region in the bin is then within the slip of this hull.
+            points = clip_to_box(corners, bin_lo - slip, bin_hi + slip)
+            if volume(points) <= _SLIVER * whole:
+                continue
         numbers = np.int64(number), np.int64(bin_number)
-        pieces.append(Piece(part.A, part.b, points, C, d, bin_lo, bin_hi, *numbers))
+        pieces.append(Piece(part.A, part.b, points, C, d, bin_lo, bin_hi, slip, *numbers))
     return pieces
 
 
@@ -113,9 +122,10 @@ def pieces_outward(table: RegionTable, tube: Tube, seed: np.ndarray) -> Iterator
     start = int(table.locate(np.asarray(seed, dtype=np.float64)))
     if start < 0:
         raise InputError(f"seed: expected parameters inside the domain; got {np.asarray(seed)}.")
+    slip = table.point_error.max(axis=0)
     for region in breadth_first(table.neighbours, table.facet_offsets, start):
         C, d = table.maps(slice(region, region + 1))
-        yield cut_by_bins(table.region(region), table.region_vertices(region), C[0], d[0], tube, region)
+        yield cut_by_bins(table.region(region), table.region_vertices(region), slip, C[0], d[0], tube, region)
 
 
 def breadth_first(neighbours: np.ndarray, offsets: np.ndarray, start: int) -> Iterator[int]:

@@ -41,7 +41,6 @@ def support(s: Set, w: np.ndarray) -> Support:
     with np.errstate(invalid="ignore"):
         slack = np.where(error > 0, error * reach, 0.0).sum(axis=1) if not _is_selection(s.G) else np.zeros(len(w))
     offset = w @ s.c
-    slack = slack + gamma(s.n + 2) * (np.abs(w) @ np.abs(s.c))
     if len(w) >= _MANY and s.m <= MAX_N and np.isfinite(s.lo).all() and np.isfinite(s.hi).all():
         found = solve_batch(cost, s.A, np.broadcast_to(s.b, (len(w), len(s.b))), s.lo, s.hi)
         status, xi, lower, upper = found.status, found.x, found.lower, found.upper
@@ -50,6 +49,7 @@ def support(s: Set, w: np.ndarray) -> Support:
         status = np.array([int(one.status) for one in one_by_one])
         xi = np.array([one.x for one in one_by_one]).reshape(len(w), s.m)
         lower, upper = (np.array([getattr(one, side) for one in one_by_one]) for side in ("lower", "upper"))
+    slack = slack + gamma(s.n + 4) * (np.abs(w) @ np.abs(s.c) + np.where(np.isfinite(lower), np.abs(lower), 0.0))
     proved = np.where(lower == np.inf, -np.inf, np.nextafter(offset - lower + slack, np.inf))
     return Support(status, proved, offset - upper, xi @ s.G.T + s.c)
 

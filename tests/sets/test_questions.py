@@ -33,7 +33,7 @@ def test_emptiness_has_both_answers_and_witnesses(rng):
 
 
 def test_emptiness_of_a_batch_is_a_loop(rng):
-    many = [round_polytope(rng, 3, 4) for _ in range(5)]
+    many = [round_polytope(rng, 3, 12) for _ in range(5)]
     A, b = np.stack([p.A for p in many]), np.stack([p.b for p in many])
     b[2] -= 3.0
     found = find_points(HPolytope(A, b), np.full(3, -50.0), np.full(3, 50.0))

@@ -9,6 +9,7 @@ from random_polytopes import points_around, round_polytope
 
 from parc_jax.errors import InputError
 from parc_jax.sets.box import box
+from parc_jax.sets.clip import clip_to_box, extreme_points
 from parc_jax.sets.hpolytope import HPolytope, from_box
 from parc_jax.sets.rational import area, convex_polygon, exact_support, rational_vertices
 from parc_jax.sets.redundancy import irredundant_rows, without_redundant_rows
@@ -130,3 +131,34 @@ def test_redundant_rows_go_and_the_set_stays(rng):
 def test_rows_that_empty_a_set_stay():
     p = HPolytope(np.array([[1.0], [-1.0], [1.0]]), np.array([1.0, -5.0, 7.0]))
     assert len(vertices(without_redundant_rows(p))) == 0
+
+
+@pytest.mark.parametrize("n", [1, 2, 3])
+def test_clipping_vertices_is_cutting_the_set(rng, n):
+    for _ in range(5):
+        p = round_polytope(rng, n, 5)
+        centre, radius = vertices(p).mean(axis=0), rng.uniform(0.1, 1.5, n)
+        lo, hi = centre - radius, centre + 0.5 * radius
+        cut = HPolytope(np.concatenate([p.A, np.eye(n), -np.eye(n)]), np.r_[p.b, hi, -lo])
+        found, w = clip_to_box(vertices(p), lo, hi), rng.normal(size=(20, n))
+        np.testing.assert_allclose((found @ w.T).max(axis=0), (vertices(cut) @ w.T).max(axis=0), atol=1e-9)
+        assert abs(volume(found) - volume(vertices(cut))) < 1e-9
+    assert len(clip_to_box(vertices(p), hi + 9, hi + 10)) == 0
+
+
+@pytest.mark.soundness
+def test_clipping_is_never_too_small_for_edges_parallel_to_a_wall():
+    """An edge tilted by one unit in the last place: where it crosses is not knowable, so all of it stays."""
+    low, high = 1.0, np.nextafter(1.0, 2)
+    triangle = np.array([[0.0, low], [8.0, high], [0.0, 0.0]])
+    cut = clip_to_box(triangle, np.array([-1.0, -1.0]), np.array([9.0, low + 0.3 * (high - low)]))
+    assert cut[:, 0].max() == 8.0
+    sharp = clip_to_box(triangle, np.array([-1.0, -1.0]), np.array([4.0, 9.0]))
+    assert 4.0 <= sharp[:, 0].max() < 4.0 + 1e-14
+
+
+def test_extreme_points_of_flat_sets_are_kept():
+    segment = np.array([[0.0, 0.0], [1.0, 1.0], [0.5, 0.5], [0.25, 0.25]])
+    assert {(0.0, 0.0), (1.0, 1.0)} <= set(map(tuple, extreme_points(segment)))
+    square = np.array([[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0], [0.5, 0.5]])
+    assert len(extreme_points(square)) == 4
