@@ -9,7 +9,7 @@ class Tolerances:
 
     lp_feasible: [row units] a point may miss a row by this and still be called feasible-to-look-at (never: safe).
     lp_margin: [row units] a dual proof of emptiness must clear zero by this.
-    lp_gap: [1 + |optimum|] an optimum is called OPTIMAL if the proved bounds on it are this close; verdicts use the bounds.
+    lp_gap: [1 + |optimum|] an optimum is called OPTIMAL if its proved bounds are this close; verdicts use the bounds.
     redundant_row: [row units] a row may be dropped if the others exceed it by at most this; sets only grow by it.
     vertex_relative: [1] bound on the relative rounding of a float polytope vertex; obstacles grow by it.
     leaf_margin: [m or row units] a box of plans must clear its condition by this before it is written down as unsafe or
