@@ -12,7 +12,7 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
-from parc_jax.avoid.segment import dot2, separation
+from parc_jax.avoid.segment import dot2
 from parc_jax.certify.evaluate import HIGHEST, predict
 
 SHARES = (0.0, 0.5, 1.0)  # moments within an interval at which contact is looked for
@@ -38,7 +38,8 @@ class Look(NamedTuple):
 
     goal (n, g), start (n, s) [row units], hit (n, c) [m]: rooms of the reasons for being unsafe.
     which (n, c, 3): obstacle, interval, index into SHARES. at (m, c, 2): p - z of every vertex of k at that moment.
-    effects (n, g + s + c, n_p + n_k): how much a reason's value moves along each side of the box.
+    effects (n, g + s + c, n_p + n_k): how much a reason's room moves along each side of the box.
+    slopes (n, g + s + c, n_p): change of the room per z, about.
     fits (n,) [row units]: room of "all plans reach the goal from the start set". gap (n,) [m]: of the centre.
     """
 
@@ -48,6 +49,7 @@ class Look(NamedTuple):
     which: jax.Array
     at: jax.Array
     effects: jax.Array
+    slopes: jax.Array
     fits: jax.Array
     gap: jax.Array
 
@@ -121,7 +123,9 @@ def look(net, scene, k, owner, boxes: Boxes) -> Look:
     ], axis=1)  # fmt: skip
     shared = boxes.straddles / jnp.maximum(boxes.straddles.sum(axis=1), 1.0)[:, None]
     effects = effects.at[:, :, n_p:].add(blur[:, :, None] * shared[:, None])
-    return Look(goal, start, -most_of(worst), which, at, effects, fits, gaps.min(axis=(1, 2, 3)))
+    rows = jnp.concatenate([goal_p, scene.start_A])
+    slopes = jnp.concatenate([jnp.broadcast_to(rows[None], (n, *rows.shape)), -chosen], axis=1)
+    return Look(goal, start, -most_of(worst), which, at, effects, slopes, fits, gaps.min(axis=(1, 2, 3)))
 
 
 look_jit = jax.jit(look)
@@ -138,12 +142,28 @@ def _moments(path):
     return jnp.stack([before * (1 - share) + after * share for share in SHARES], axis=-2)
 
 
+def point_gap(p, corners, radius):
+    """Signed distance [m] of a point p (2,) from polygon + disc, negative inside, and its unit direction (2,).
+
+    corners: (m, 2) counter-clockwise, repeated corners allowed. Along the edge normals or away from the nearest corner.
+    """
+    edges = jnp.roll(corners, -1, axis=0) - corners
+    away = p[None] - corners
+    distance = dot2(away, away)
+    w = jnp.concatenate([jnp.stack([edges[:, 1], -edges[:, 0]], axis=1), away[jnp.argmin(distance)][None]])
+    length = jnp.sqrt(dot2(w, w))
+    w = w / jnp.where(length > 0, length, 1.0)[:, None]
+    gaps = jnp.where(length > 0, dot2(w[:, None], away[None]).min(axis=1), -jnp.inf)
+    best = jnp.argmax(gaps)
+    return gaps[best] - radius, w[best]
+
+
 def _gaps(grown, path, error):
     """Gap (o, T, shares) and direction (o, T, shares, 2) of every moment of one path (T + 1, 2) from every obstacle."""
 
     def one(corner, sign, active):
         corners = corner[None] + sign[None] * error[:, None]
-        in_interval = jax.vmap(lambda p, c: separation(p, p, c, grown.radius), in_axes=(0, None))
+        in_interval = jax.vmap(lambda p, c: point_gap(p, c, grown.radius), in_axes=(0, None))
         gap, w = jax.vmap(in_interval)(_moments(path), corners)
         return jnp.where(active[:, None], gap, jnp.inf), w
 
@@ -155,7 +175,7 @@ def _deepest(grown, at, corners, where, error):
 
     def one(p, o, t):
         grown_corners = grown.corner[o] + grown.sign[o] * error[t][None]
-        gap, _ = jax.vmap(lambda z: separation(z + p, z + p, grown_corners, grown.radius))(corners)
+        gap, _ = jax.vmap(lambda z: point_gap(z + p, grown_corners, grown.radius))(corners)
         return jnp.where(grown.active[o, t], gap.max(), jnp.inf)
 
     return jax.vmap(one)(at, *where)

@@ -23,6 +23,7 @@ from parc_jax.sets.box import Box
 from parc_jax.tolerances import TOLERANCES
 
 BOXES, VERTICES = 32, 512  # looked at together in one compiled call
+TRIED = 16  # plans per open box that are looked at in the hope that one is safe
 
 
 class Found(NamedTuple):
@@ -43,6 +44,7 @@ class Search:
         self.n_rows = len(problem.goal.b), 0 if problem.start is None else len(problem.start.b)
         self.safe = SafeTable(model, scene) if bracket else None
         self.safe_plan: tuple[np.ndarray, np.ndarray] | None = None
+        self.spread = _spread(len(root.lo))
         self.exact_vertices = 0  # that the checker will have to evaluate, about
 
     def run(self, until, max_leaves: int) -> Found:
@@ -105,7 +107,7 @@ class Search:
         for i, node in enumerate(batch):
             if node.leaf is None:
                 rooms = np.concatenate([seen.goal[i], seen.start[i], seen.hit[i]])
-                at = choose_split(node, rooms, seen.effects[i], self.model.tube, n_p)
+                at = choose_split(node, rooms, seen.effects[i], seen.slopes[i], self.model.tube, n_p)
                 children += node.cut(*at, n_p)
             else:
                 self.exact_vertices += len(node.vertices)
@@ -136,19 +138,18 @@ class Search:
         return None
 
     def _look_for_safe(self, batch, boxes: Boxes, seen: Look, k, owner) -> None:
-        """Safe boxes, for a bracket; else a single safe plan at the middle of a box, which no proof can get around."""
-        hopeful = np.array([
-            node.leaf is None and seen.gap[i] > 0 and seen.goal[i].max() < 0 for i, node in enumerate(batch)
-        ])  # fmt: skip
+        """Safe boxes, for a bracket; else a safe plan in one of the open boxes, which no proof can get around."""
+        open_ = [i for i, node in enumerate(batch) if node.leaf is None]
         if self.bracket:
-            fits = hopeful & (seen.fits[: len(batch)] > TOLERANCES.leaf_margin)
-            for i in np.flatnonzero(fits):
-                if (runs := self.safe.separation(batch[i], boxes, i, k[owner == i])) is not None:
-                    batch[i].leaf = ("safe", runs)
-        elif hopeful.any():
+            for i in open_:
+                if seen.fits[i] > TOLERANCES.leaf_margin and seen.gap[i] > 0:
+                    if (runs := self.safe.separation(batch[i], boxes, i, k[owner == i])) is not None:
+                        batch[i].leaf = ("safe", runs)
+        elif open_:
             n_p = self.model.n_p
-            middle = np.array([(batch[i].lo + batch[i].hi) / 2 for i in np.flatnonzero(hopeful)])
-            z, k = middle[:, :n_p], middle[:, n_p:]
+            lo, hi = np.array([batch[i].lo for i in open_]), np.array([batch[i].hi for i in open_])
+            tried = (lo[:, None] + self.spread * (hi - lo)[:, None]).reshape(-1, lo.shape[1])
+            z, k = tried[:, :n_p], tried[:, n_p:]
             p0 = z - ends(self.model, k)
             safe = evaluate(self.model, self.scene, p0, k).safe
             if safe.any():
@@ -162,3 +163,11 @@ def ends(model: TrajectoryModel, k: np.ndarray) -> np.ndarray:
         y = np.maximum(y @ W.T + b, 0)
     last = slice((model.time.n_steps - 1) * model.n_p, model.time.n_steps * model.n_p)
     return y @ model.net.weights[-1][last].T + model.net.biases[-1][last]
+
+
+def _spread(n: int) -> np.ndarray:
+    """TRIED points (TRIED, n) well spread over the unit cube, the middle first (additive recurrence)."""
+    root = 2.0
+    for _ in range(50):
+        root = (1 + root) ** (1 / (n + 1))  # of x^(n + 1) = x + 1
+    return (0.5 + np.arange(TRIED)[:, None] / root ** np.arange(1, n + 1)) % 1

@@ -9,9 +9,12 @@ from parc_jax.error.tube import Tube
 from parc_jax.model import TrajectoryModel
 from parc_jax.pwa.subdivide import enumerate_regions
 from parc_jax.sets.box import Box
+from parc_jax.tolerances import TOLERANCES
 
 UNSAFE = ("goal", "start", "hit")
 K_FIRST = 2.0  # a side of k is split before a side of z of equal effect: boxes that share k share their proof's cells
+
+CUT = 0.25  # smallest share of a box for which it is cut where a reason begins to hold
 
 
 class Node:
@@ -84,12 +87,15 @@ class Widths:
         return e.min(axis=0), e.max(axis=0), final.min(axis=0), final.max(axis=0), several
 
 
-def choose_split(node: Node, rooms: np.ndarray, effects: np.ndarray, tube: Tube, n_p: int) -> tuple[int, float]:
-    """Axis and value. rooms (r,): negative, of the reasons; effects (r, n_p + n_k): what each side does to them.
+def choose_split(node: Node, rooms, effects, slopes, tube: Tube, n_p: int) -> tuple[int, float]:
+    """Axis and value. rooms (r,), effects (r, n_p + n_k), slopes (r, n_p): of the reasons, as in `Look`.
 
-    The reason that is nearest to being proved, measured by what the sides do to it, decides; its strongest side is
-    split: at the middle, or at the edge between bins nearest to it.
+    If a cut across z leaves a large part in which one reason should hold, it is taken. Otherwise the reason that is
+    nearest to being proved, measured by what the sides do to it, decides; its strongest side is split: at the middle,
+    or at the edge between bins nearest to it.
     """
+    if (found := _cut_where_proved(node, rooms, slopes, n_p)) is not None:
+        return found
     total = effects.sum(axis=1)
     ratio = np.where(total > 0, -rooms / np.where(total > 0, total, 1), np.inf)
     reason = int(np.argmin(ratio))
@@ -100,6 +106,18 @@ def choose_split(node: Node, rooms: np.ndarray, effects: np.ndarray, tube: Tube,
         if node.lo[axis] < middle < node.hi[axis]:
             return int(axis), middle
     raise ArithmeticError("a box has become too small to split")
+
+
+def _cut_where_proved(node: Node, rooms, slopes, n_p: int) -> tuple[int, float] | None:
+    """Axis of z and value such that on one side of it, a share CUT of the box or more, a reason should be proved."""
+    size = (node.hi - node.lo)[:n_p]
+    with np.errstate(divide="ignore"):
+        lost = (2 * TOLERANCES.leaf_margin - rooms)[:, None] / np.abs(slopes)
+    reason, axis = np.unravel_index(np.argmin(lost / size), lost.shape)
+    away = float(lost[reason, axis])
+    if away > (1 - CUT) * size[axis]:
+        return None
+    return int(axis), float(node.lo[axis] + away if slopes[reason, axis] > 0 else node.hi[axis] - away)
 
 
 def longest_k(node: Node, tube: Tube, n_p: int, domain: Box) -> tuple[int, float]:
