@@ -1,7 +1,7 @@
 """Cover the safe set by polytopes: draw points, grow the uncovered ones, stop when a fresh draw finds almost none.
 
-The draw that decides to stop is fresh: no piece was grown from it, so its uncovered share is an honest sample.
-Every look has its own part of the error probability.
+The draw that decides to stop is fresh: no piece was grown from it and none was dropped because of it, so its uncovered
+share is an honest sample. Every look has its own part of the error probability.
 """
 
 import time
@@ -14,6 +14,7 @@ from parc_jax.certify.draw import Points, draw
 from parc_jax.certify.grower import Grower
 from parc_jax.certify.piece import Piece
 from parc_jax.certify.scene import Scene
+from parc_jax.certify.union import SafeUnion
 from parc_jax.model import TrajectoryModel
 from parc_jax.problem import ReachAvoid
 
@@ -74,24 +75,33 @@ def cover(
         seen.append(batch.safe)
         if fresh:
             look += 1
-            level = 1 - (1 - confidence) * 6 / (np.pi * look) ** 2  # the looks' shares of the error sum to one
-            coverage = _coverage(fresh, int((~inside).sum()), level, confidence)
+            # two questions per look, about all pieces and about those that pruning leaves; the shares sum to one
+            level = 1 - (1 - confidence) * 3 / (np.pi * look) ** 2
+            coverage = _coverage(inside, level, confidence)
             history.append((spent(), len(grower.pieces), coverage.share))
         if coverage.at_least >= 1 - target:
-            break
+            kept = grower.pruned(_joined(seen[:-1]))  # what pruning has looked at could not judge what it leaves
+            left = _coverage(SafeUnion(model, scene, kept).count(batch.safe) > 0, level, confidence)
+            if left.at_least >= 1 - target:
+                pieces, coverage = kept, left
+                break
         for _ in grower.grow(batch.safe.at(~inside), few=first_piece is None):
             first_piece = first_piece or spent()
             if spent() > budget_s:
                 break
         if spent() > budget_s:
+            pieces = grower.pieces  # nothing fresh is left to judge a choice among them
             break
         size = DRAW if drawn == FIRST_DRAW else min(LARGEST_DRAW, 2 * size) if fresh < ENOUGH else size
-    everything = Points(*(np.concatenate(parts) for parts in zip(*seen, strict=True)))
-    pieces = grower.pruned(everything)
-    return Cover(pieces, coverage, drawn, reaching, safe, everything, first_sample, first_piece, history)
+    return Cover(pieces, coverage, drawn, reaching, safe, _joined(seen), first_sample, first_piece, history)
 
 
-def _coverage(n: int, uncovered: int, level: float, confidence: float) -> Coverage:
+def _joined(parts: list[Points]) -> Points:
+    return Points(*(np.concatenate(fields) for fields in zip(*parts, strict=True)))
+
+
+def _coverage(inside: np.ndarray, level: float, confidence: float) -> Coverage:
     """Clopper-Pearson bound of this look; the looks share the total error probability."""
+    n, uncovered = len(inside), int((~inside).sum())
     worst = 1.0 if uncovered == n else float(beta.ppf(level, uncovered + 1, n - uncovered))
     return Coverage(1 - uncovered / n, 1 - worst, confidence, n, uncovered)
