@@ -35,18 +35,32 @@ def body(polytope: HPolytope, inside: np.ndarray) -> Body | None:
     try:
         cut = HalfspaceIntersection(np.column_stack([A, -room]), np.zeros(len(inside)))
         corners = np.unique(cut.intersections.round(12), axis=0)
-        hull = ConvexHull(corners)
-        cells = Delaunay(corners[hull.vertices], qhull_options="QJ Pp")
+        hull = _hull(corners)
+        simplices = _simplices(corners[hull.vertices])
     except (QhullError, ValueError):
         return None
     needed = np.unique(np.concatenate([np.asarray(f) for f in cut.dual_facets]).astype(int))
     vertices = inside + corners[hull.vertices] * scale
-    edges = vertices[cells.simplices[:, 1:]] - vertices[cells.simplices[:, :1]]
+    edges = vertices[simplices[:, 1:]] - vertices[simplices[:, :1]]
     sizes = np.abs(np.linalg.det(edges))
     volume = float(hull.volume * np.prod(scale))
-    return Body(
-        HPolytope(polytope.A[needed], polytope.b[needed]), vertices, volume, cells.simplices, sizes / sizes.sum()
-    )
+    return Body(HPolytope(polytope.A[needed], polytope.b[needed]), vertices, volume, simplices, sizes / sizes.sum())
+
+
+def _hull(corners: np.ndarray) -> ConvexHull:
+    """Hull of corners (v, n); joggled where corners that share a facet up to rounding confuse qhull."""
+    try:
+        return ConvexHull(corners)
+    except QhullError:
+        return ConvexHull(corners, qhull_options="QJ Pp")
+
+
+def _simplices(vertices: np.ndarray) -> np.ndarray:
+    """Triangulation (s, n + 1) of the hull of vertices (v, n); a simplex is its own, and qhull refuses it joggled."""
+    v, n = vertices.shape
+    if v == n + 1:
+        return np.arange(v)[None]
+    return Delaunay(vertices, qhull_options="QJ Pp").simplices
 
 
 def sample_body(shape: Body, rng: np.random.Generator, n: int) -> np.ndarray:
