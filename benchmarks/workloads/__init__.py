@@ -10,7 +10,6 @@ NAMES = (
     "points",
     "lps",
     "query",
-    "batch_query",
     "checking",
     "fails_safely",
     "cold_start",

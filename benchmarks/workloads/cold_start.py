@@ -48,7 +48,7 @@ def run(bench: Bench) -> Result:
     """One child with an empty cache, several with a filled one; repeated."""
     bench.model()  # skips when there is no saved model
     empty, filled, proved = [], [], []
-    for _ in range(bench.size(3, 1)):
+    for _ in range(bench.size(2, 1)):
         with tempfile.TemporaryDirectory() as cache:
             for seed in range(bench.size(4, 2)):
                 seconds, ok = first_sample(bench, cache, seed)

@@ -3,7 +3,8 @@
 Share: of the (p0, k) that reach the goal for every trajectory inside the tube, the part that a method keeps as safe.
 One set of points is drawn per model, uniform over its goal-reaching set, and judged at every slack (room left between
 body and obstacles). Published: outside every projected avoid set of its region. Ours: the point test in joint space.
-PARC: its affine map through the published method. Bounds are Clopper-Pearson at 95 %.
+PARC: its affine map through the published method. All get the same bins of K, which flatters PARC and the published
+method: in the papers one bound holds for all of K. Bounds are Clopper-Pearson at 95 %.
 
 The narrowest gap is then searched downwards: points that were safe one step earlier are perturbed, and the search
 ends at the first step at which none is safe. The last plan of ours is proved by the independent checker.
@@ -138,7 +139,7 @@ def _ours(model: TrajectoryModel):
 
 
 def _published(model: TrajectoryModel):
-    """Judge of points: outside the projected avoid sets. Those are larger than the truth, so only safe points are asked."""
+    """Judge of points: outside the projected avoid sets, which hold every unsafe point; so only safe ones are asked."""
     parts, exactly = Partition(model, enumerate_regions(model.net, model.domain)), _ours(model)
 
     def judge(problem, at: Points) -> np.ndarray:

@@ -15,7 +15,7 @@ from parc_jax.keys import Stage
 from parc_jax.rollout.collect import simulate_rows
 
 BATCHES = {
-    ("cpu", "ode"): (1, 256, 4096),
+    ("cpu", "ode"): (1, 256, 2048),
     ("cpu", "mjx"): (256,),
     ("gpu", "ode"): (1, 256, 4096, 65_536),
     ("gpu", "mjx"): (256, 4096),

@@ -121,7 +121,7 @@ def _ours(bench: Bench, model: TrajectoryModel, problem: ReachAvoid, key: str) -
     """Metrics and the last four cells of a row of ours."""
     try:
         search = search_ours(bench, model, problem)
-        options = {"n_samples": bench.size(100, 3), "target": bench.size(0.01, 0.5), "budget_s": bench.size(10.0, 0.5)}
+        options = {"n_samples": bench.size(100, 3), "target": bench.size(0.01, 0.5), "budget_s": bench.size(5.0, 0.5)}
         answer = Planner(model).solve(problem, bench.key(), **options)
     except InputError as why:
         return [], ("no plan", "", "", str(why))
@@ -156,7 +156,7 @@ def search_ours(bench: Bench, model: TrajectoryModel, problem: ReachAvoid) -> Se
 def search_published(bench: Bench, model: TrajectoryModel, problem: ReachAvoid, table: RegionTable) -> Search:
     """Time to the first safe sample of the anytime search with LPs, from random regions."""
     laid_out, seconds, seeds, exhausted = paper_scene(problem, model.tube), [], bench.size(5, 1), True
-    rng, most = np.random.default_rng(0), bench.size(6.0, 0.5)
+    rng, most = np.random.default_rng(0), bench.size(4.0, 0.5)
     for seed in range(-1, seeds):
         first = rng.uniform(model.domain.lo, model.domain.hi)
         begin = time.perf_counter()

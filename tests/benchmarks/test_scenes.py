@@ -1,0 +1,108 @@
+"""The measured scenes and comparisons on a tiny model: narrowed gaps, both methods agree, failures are seen."""
+
+from unittest import mock
+
+import numpy as np
+import pytest
+from gap_model import arc_network, arc_tube, gap_problem
+from toy_models import model_of
+
+from benchmarks.bench import Bench
+from benchmarks.cases import Case, case
+from benchmarks.metrics import metric
+from benchmarks.models import PARC, Claims, Lesson, name_of
+from benchmarks.published import Partition, kept
+from benchmarks.result import Skip
+from benchmarks.workloads import bras, fails_safely, gap, points
+from parc_jax.avoid.bas import avoid_set
+from parc_jax.avoid.paper_scene import paper_scene
+from parc_jax.certify.evaluate import evaluate
+from parc_jax.certify.scene import scene
+from parc_jax.lp.status import LPStatus
+from parc_jax.network.parc import fit_affine
+from parc_jax.pwa import enumerate_regions
+from parc_jax.sets.box import box
+from parc_jax.sets.membership import membership
+
+T, DOMAIN = 4, box([4.0, -0.4], [6.0, 0.4])
+QUICK = Bench(quick=True)
+
+
+@pytest.fixture(scope="module")
+def model():
+    t = arc_tube(T, size=0.005)
+    return model_of(arc_network(T), DOMAIN, t.interval, t.final, t.edges)
+
+
+@pytest.fixture(scope="module")
+def lesson(model):
+    rng = np.random.default_rng(0)
+    k = rng.uniform(DOMAIN.lo, DOMAIN.hi, (50, 2))
+    outputs = np.array([model.net(x) for x in k])
+    straight = model.replace(net=fit_affine(k, outputs))
+    toy = Case("toy", None, lambda: gap_problem(2.0), ((6, 5),), (9,), (1, 1), 1, 2.0 - 0.6, {})
+    both = {PARC: Claims(straight, straight), (6, 5): Claims(model, model)}
+    return Lesson(toy, None, None, both, 0.05)
+
+
+@pytest.mark.parametrize("name", ["drift", "boat"])
+def test_narrowed_scenes_leave_the_slack_that_they_say(name):
+    scene_ = case(name)
+    radius = scene_.problem().body.radius
+    for slack in (scene_.slack, 0.5):
+        problem = scene_.narrowed(slack)
+        low, high = sorted(problem.obstacles, key=lambda o: o.b[scene_.axis])
+        room = -high.b[2 + scene_.axis] - low.b[scene_.axis] - 2 * radius
+        assert room == pytest.approx(slack, abs=1e-12)
+        moved = np.mean([(o.b[:2] - o.b[2:]) / 2 for o in problem.obstacles], axis=0)
+        before = np.mean([(o.b[:2] - o.b[2:]) / 2 for o in scene_.problem().obstacles], axis=0)
+        np.testing.assert_allclose(moved, before, atol=1e-12)  # the gap stays where it was
+
+
+def test_published_keeps_exactly_what_no_avoid_set_contains(model, rng):
+    problem = gap_problem(2.0)
+    parts = Partition(model, enumerate_regions(model.net, DOMAIN))
+    k = rng.uniform(DOMAIN.lo, DOMAIN.hi, (40, 2))
+    p0 = np.stack([rng.uniform(4.0, 6.0, 40), rng.uniform(-1.0, 1.0, 40)], axis=1)
+    bins = model.tube.bin_of(k)
+    ours = kept(parts, problem, p0, k, bins)
+    grown = paper_scene(problem, model.tube).grown
+    for i, number in enumerate(parts.piece_of(k, bins)):
+        piece = parts.pieces[number]
+        sets = [avoid_set(piece, grown.at(int(bins[i]), t, j), t, None) for t in range(T) for j in range(2)]
+        by_lp = all(membership(one, p0[i]).status is LPStatus.INFEASIBLE for one in sets)
+        assert by_lp == ours[i]
+    assert 0 < ours.sum() < 40
+    safe = evaluate(model, scene(problem, model), p0, k)
+    assert (safe.clearance[ours] > 0).all()  # what it keeps is clear; the converse does not hold
+
+
+def test_lp_and_lp_free_agree_and_both_are_timed(model):
+    c = bras.compare(model, gap_problem(2.0), QUICK, starts=3)
+    assert c.regions == enumerate_regions(model.net, DOMAIN).count > c.measured == 2
+    assert c.lp_s > 0 and (c.free_s > 0).all() and c.unknown == 0
+    assert c.contradictions == 0
+
+
+def test_the_gap_workload_orders_the_methods(lesson):
+    bench = Bench(quick=True, lessons={"boat": lesson})
+    result = gap.run(bench)
+    shares = {c["name"]: np.array(c["share"]) for c in result.data["curves"]}
+    assert (shares["ours, 6-5"] >= shares["published, 6-5"]).all() and shares["ours, 6-5"][0] > 0
+    assert {m.key: m.value for m in result.metrics}["gap.ours.6-5.not_proved"] == 0
+    assert name_of((8, 8, 8, 8)) == "4x8" and name_of(PARC) == "affine"
+
+
+@pytest.mark.soundness
+def test_injected_solver_failures_are_counted_when_a_check_is_missing():
+    """The workload reports none; with the re-check of dual proofs removed it reports some."""
+    rng = np.random.default_rng(0)
+    assert fails_safely._lying_solver(rng, 12) == (12, 0)
+    with mock.patch("parc_jax.lp.solve._lower_bound", lambda *_: 1.0):
+        assert fails_safely._lying_solver(rng, 40)[1] > 0
+
+
+def test_without_the_saved_model_workloads_are_skipped(tmp_path):
+    with pytest.raises(Skip, match="saved model"):
+        points.run(Bench(quick=True, saved=tmp_path / "none.npz"))
+    assert metric("a.b", 1, "s", "lower").batch == 0
