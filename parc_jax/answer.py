@@ -12,6 +12,7 @@ from parc_jax.certify.best import best_plan
 from parc_jax.certify.certificate import FORMAT, network_part, part_hash, piece_part, problem_part, tube_part
 from parc_jax.certify.cover import Cover
 from parc_jax.certify.draw import generator
+from parc_jax.certify.no_plan import NoPlan
 from parc_jax.certify.scene import Scene
 from parc_jax.certify.union import SafeUnion
 from parc_jax.error.risk import NoStatement, Risk, Uniform
@@ -32,15 +33,17 @@ class Answer:
     samples (n, n_p + n_k): safe starts and parameters, uniform over the safe set. sample_parts: their certificates.
     level: "exact-proved" when the independent checker accepted every sample and piece, else "float-bounded".
     refused: points or pieces that the exact check did not accept and that are therefore not in the answer.
+    no_plan: when no draw was safe, what branch and bound says: proved that none is, or how much is undecided.
     """
 
     def __init__(
         self, model: TrajectoryModel, problem: ReachAvoid, scene: Scene, cover: Cover, samples: np.ndarray,
         sample_parts: list[dict], union: SafeUnion, level: str, refused: int, timings: dict[str, float],
+        no_plan: NoPlan | None,
     ):  # fmt: skip
         self.model, self.problem, self.scene = model, problem, scene
         self.samples, self.sample_parts, self.level, self.refused = samples, sample_parts, level, refused
-        self.timings, self._cover, self._union = timings, cover, union
+        self.timings, self._cover, self._union, self.no_plan = timings, cover, union, no_plan
 
     @property
     def found(self) -> bool:
@@ -135,7 +138,9 @@ class Answer:
     def statement(self) -> str:
         """The two sentences: (C) what is proved of the model and its tube, (E) what is known of the tube."""
         if not self.found:
-            return "No safe plan was found within the budget. This is not a proof that none exists."
+            if self.no_plan is None:
+                return "No safe plan was found within the budget. This is not a proof that none exists."
+            return f"{self.no_plan.statement()}\n(E) {self.model.claim.statement()}"
         proved = "proved in exact arithmetic" if self.level == LEVELS[1] else "shown in float64 with a rounding margin"
         first = (
             f"(C) For each of the {len(self.samples)} samples and every (p0, k) in the {len(self.pieces)} safe "
@@ -166,7 +171,7 @@ class Answer:
         return {
             "format": FORMAT, "problem": problem, "network": network, "tube": tube, "claim": _plain(claim),
             "hash": hashes, "samples": self.sample_parts, "sets": [piece_part(p) for p in self.pieces],
-            "no_plan": None, "meta": _plain(meta),
+            "no_plan": None if self.no_plan is None else self.no_plan.certificate, "meta": _plain(meta),
         }  # fmt: skip
 
     def save(self, path) -> Path:

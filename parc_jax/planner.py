@@ -13,6 +13,8 @@ from parc_jax.certify.certificate import sample_part
 from parc_jax.certify.cover import Cover, Coverage, cover
 from parc_jax.certify.draw import generator, points
 from parc_jax.certify.evaluate import evaluate
+from parc_jax.certify.grower import Grower
+from parc_jax.certify.no_plan import NoPlan, prove_no_plan
 from parc_jax.certify.probes import require_sound_arithmetic
 from parc_jax.certify.prove import prove
 from parc_jax.certify.scene import Scene, scene
@@ -24,6 +26,7 @@ from parc_jax.problem import ReachAvoid
 from parc_jax.pwa import RegionTable, enumerate_regions
 from parc_jax.reach.pieces import pieces_outward
 
+MAX_LEAVES = 20_000  # boxes of a branch and bound; a certificate has a few hundred bytes per box
 METHODS = {"exact": None, "paper": "supports", "paper-lp": "lp"}
 
 
@@ -44,13 +47,15 @@ class Planner:
     def solve(
         self, problem: ReachAvoid, key: jax.Array, *, n_samples: int = 100, target: float = 0.01,
         confidence: float = 0.99, budget_s: float = 20.0, proof: bool = True, method: str = "exact",
+        no_plan_budget_s: float = 5.0,
     ) -> Answer:  # fmt: skip
         """The safe set of one problem, as samples and polytopes with certificates. Uses the SEARCH stream of `key`.
 
         n_samples: safe plans to return. target, confidence: the polytopes leave out at most `target` of the model's
         safe set, with this confidence, unless budget_s [s] ends first. proof: check all of it in exact arithmetic.
         method: "exact"; or the published search, samples only, region by region: "paper" through supports, "paper-lp"
-        with its LPs. Raises InputError when the problem does not fit the model, SoundnessError when this installation
+        with its LPs. no_plan_budget_s: [s] for a proof that there is no safe plan, spent only when none was drawn.
+        Raises InputError when the problem does not fit the model, SoundnessError when this installation
         computes wrong numbers.
         """
         if not 0 < target < 1 or not 0 < confidence < 1:
@@ -65,6 +70,9 @@ class Planner:
             found = cover(self.model, problem, laid_out, rng, target=target, confidence=confidence, budget_s=budget_s)
         else:
             found = self._published(problem, laid_out, stream(key, Stage.SEARCH), METHODS[method], confidence)
+        no_plan = None
+        if method == "exact" and not len(found.points.k):
+            no_plan, found = self._search_on(problem, laid_out, rng, found, no_plan_budget_s)
         covered = time.perf_counter()
         pick = rng.permutation(len(found.points.k))[:n_samples]
         parts = [
@@ -83,7 +91,31 @@ class Planner:
             "cover_s": covered - begin, "proof_s": time.perf_counter() - covered,
         }  # fmt: skip
         union = SafeUnion(self.model, laid_out, pieces)
-        return Answer(self.model, problem, laid_out, found, samples, parts, union, level, refused, timings)
+        return Answer(self.model, problem, laid_out, found, samples, parts, union, level, refused, timings, no_plan)
+
+    def bracket(self, problem: ReachAvoid, *, budget_s: float = 20.0, max_leaves: int = MAX_LEAVES) -> NoPlan:
+        """Exact bounds on the volume of safe (p0, k): safe <= volume <= total - unsafe. [T14]
+
+        budget_s: [s] for search and exact check. max_leaves: boxes. Raises as `solve` does.
+        """
+        require_sound_arithmetic()
+        laid_out = scene(problem, self.model)
+        return prove_no_plan(self.model, problem, laid_out, budget_s=budget_s, max_leaves=max_leaves, bracket=True)
+
+    def _search_on(self, problem: ReachAvoid, laid_out: Scene, rng, found: Cover, budget_s: float):
+        """Branch and bound after no draw was safe: the proof, or pieces around a plan that it came across."""
+        begin, model = time.perf_counter(), self.model
+        no_plan = prove_no_plan(model, problem, laid_out, budget_s=budget_s, max_leaves=MAX_LEAVES)
+        if no_plan.safe_plan is None:
+            return no_plan, found
+        p0, k = (x[None] for x in no_plan.safe_plan)
+        seen = points(p0, k, evaluate(model, laid_out, p0, k))
+        grower = Grower(model, problem, laid_out, rng)
+        for _ in grower.grow(seen, few=True):
+            pass
+        return no_plan, found._replace(
+            points=seen, pieces=grower.pieces, first_sample_s=no_plan.seconds, first_piece_s=time.perf_counter() - begin
+        )
 
     def _published(self, problem: ReachAvoid, laid_out: Scene, key, method: str, confidence: float) -> Cover:
         """Samples of the published search from the middle of K outward, as a cover without polytopes."""

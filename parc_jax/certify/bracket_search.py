@@ -47,6 +47,11 @@ class Search:
         self.spread = _spread(len(root.lo))
         self.exact_vertices = 0  # that the checker will have to evaluate, about
 
+    def compile(self) -> None:
+        """Compile for scenes of this size, so that a budget is spent on searching."""
+        middle = ((self.root.lo + self.root.hi) / 2)[None, self.model.n_p :]
+        self._look(*self._laid_out([Node(self.root.lo, self.root.hi, middle)]))
+
     def run(self, until, max_leaves: int) -> Found:
         """Decide the largest boxes first until none is left, `until()` says stop, or there are max_leaves."""
         order = itertools.count()
@@ -93,17 +98,12 @@ class Search:
     def _decide(self, batch: list[Node]) -> list[Node]:
         """Write down the reasons that were found; the children of the boxes without one."""
         n_p = self.model.n_p
-        boxes = self._boxes(batch)
-        k = np.concatenate([node.vertices for node in batch])
-        owner = np.repeat(np.arange(len(batch)), [len(node.vertices) for node in batch])
-        padded = np.concatenate([k, np.repeat(k[:1], VERTICES - len(k), axis=0)])
-        whose = np.concatenate([owner, np.full(VERTICES - len(k), BOXES)])
-        with x64():
-            seen = Look(*jax.device_get(look_jit(self.model.net, self.scene.arrays, padded, whose, boxes)))
+        boxes, k, owner = self._laid_out(batch)
+        seen = self._look(boxes, k, owner)
         children = []
         for i, node in enumerate(batch):
             node.leaf = self._unsafe(node, boxes, seen, i, np.flatnonzero(owner == i))
-        self._look_for_safe(batch, boxes, seen, padded, whose)
+        self._look_for_safe(batch, boxes, seen, k, owner)
         for i, node in enumerate(batch):
             if node.leaf is None:
                 rooms = np.concatenate([seen.goal[i], seen.start[i], seen.hit[i]])
@@ -113,12 +113,23 @@ class Search:
                 self.exact_vertices += len(node.vertices)
         return children
 
-    def _boxes(self, batch: list[Node]) -> Boxes:
+    def _look(self, boxes: Boxes, k: np.ndarray, owner: np.ndarray) -> Look:
+        with x64():
+            return Look(*jax.device_get(look_jit(self.model.net, self.scene.arrays, k, owner, boxes)))
+
+    def _laid_out(self, batch: list[Node]) -> tuple[Boxes, np.ndarray, np.ndarray]:
+        """Boxes, vertices (VERTICES, n_k) and their owners (VERTICES,), padded to one compiled shape."""
         n_p = self.model.n_p
+        k = np.concatenate([node.vertices for node in batch])
+        owner = np.repeat(np.arange(len(batch)), [len(node.vertices) for node in batch])
+        k, owner = (
+            np.concatenate([k, np.repeat(k[:1], VERTICES - len(k), axis=0)]),
+            np.concatenate([owner, np.full(VERTICES - len(owner), BOXES)]),
+        )
         widths = [self.widths.of(node.lo[n_p:], node.hi[n_p:]) for node in batch]
         columns = [[node.lo for node in batch], [node.hi for node in batch], *zip(*widths, strict=True)]
         rows = np.minimum(np.arange(BOXES), len(batch) - 1)
-        return Boxes(*(np.array(column)[rows] for column in columns))
+        return Boxes(*(np.array(column)[rows] for column in columns)), k, owner
 
     def _unsafe(self, node: Node, boxes: Boxes, seen: Look, i: int, mine: np.ndarray):
         """(reason, what) of one box, the cheapest to check first, or None."""

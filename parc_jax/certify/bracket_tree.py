@@ -113,6 +113,7 @@ def _cut_where_proved(node: Node, rooms, slopes, n_p: int) -> tuple[int, float] 
     size = (node.hi - node.lo)[:n_p]
     with np.errstate(divide="ignore"):
         lost = (2 * TOLERANCES.leaf_margin - rooms)[:, None] / np.abs(slopes)
+    lost = np.where(rooms[:, None] < TOLERANCES.leaf_margin, lost, np.inf)  # others hold, but could not be spelled
     reason, axis = np.unravel_index(np.argmin(lost / size), lost.shape)
     away = float(lost[reason, axis])
     if away > (1 - CUT) * size[axis]:

@@ -21,6 +21,7 @@ from parc_jax.problem import ReachAvoid
 FIRST_DRAW = 512
 DRAW = 8192
 LARGEST_DRAW = 65536
+HOPELESS = 50_000  # drawn without a safe one: other means have to decide whether there is any
 ENOUGH = 2000  # fresh safe points that make a look worth having
 
 
@@ -89,7 +90,7 @@ def cover(
             first_piece = first_piece or spent()
             if spent() > budget_s:
                 break
-        if spent() > budget_s:
+        if spent() > budget_s or (safe == 0 and drawn >= HOPELESS):
             pieces = grower.pieces  # nothing fresh is left to judge a choice among them
             break
         size = DRAW if drawn == FIRST_DRAW else min(LARGEST_DRAW, 2 * size) if fresh < ENOUGH else size

@@ -58,16 +58,15 @@ class NoPlan(NamedTuple):
                 "Proved in exact arithmetic: the model has no safe (p0, k) with this tube; a longer search cannot find "
                 "one. The robot may still be able to do it: a better model or a narrower tube may tell."
             )
-        total = self.total or Fraction(1)
-        share, safe = float(self.undecided / total), float(self.safe / total)
+        safe, unsafe, share = (100 * float(v / self.total) for v in (self.safe, self.unsafe, self.undecided))
         if self.kind == BRACKET:
             return (
-                f"Of the plans that end in the goal's box, by volume: at least {safe:.4%} are safe and at least "
-                f"{float(self.unsafe / total):.4%} are unsafe, proved in exact arithmetic; {share:.4%} are undecided."
+                f"Of the plans that end in the goal's box, by volume: at least {safe:.4g} % are safe and at least "
+                f"{unsafe:.4g} % are unsafe, proved in exact arithmetic; {share:.4g} % are undecided."
             )
         return (
             "No safe plan was found within the budget. This is not a proof that none exists: of the plans that end in "
-            f"the goal's box, {share:.4%} by volume are undecided; the others are proved unsafe."
+            f"the goal's box, {share:.3g} % by volume are undecided; the others are proved unsafe."
         )
 
 
@@ -77,19 +76,22 @@ def prove_no_plan(
 ) -> NoPlan:  # fmt: skip
     """Prove that no (p0, k) is safe, or say how much is undecided; with `bracket`, also prove boxes safe.
 
-    budget_s: [s] for search and check together; a finished proof is checked however long that takes. max_leaves: of
-    the tree. Planar workspaces, like `scene`. Raises InputError for a goal without bounds on its workspace part.
+    budget_s: [s] for search and check together; a finished proof is checked however long that takes, and
+    compiling, once for scenes of a size, comes on top. max_leaves: boxes of the tree. Planar workspaces, like `scene`.
+    Raises InputError for a goal without bounds on its workspace part.
     """
-    begin = time.perf_counter()
     context = checker.Context(problem_part(problem, model), network_part(model.net), tube_part(model.tube))
     z_lo, z_hi, faces = goal_faces(problem, model)
     root = Node(np.concatenate([z_lo, model.domain.lo]), np.concatenate([z_hi, model.domain.hi]))
+    search = Search(model, problem, scene, root, bracket)
+    search.compile()
+    begin = time.perf_counter()
     per_vertex = CHECK_FACTOR * _seconds_per_evaluation(context, model)
 
     def out_of_time(exact_vertices: int) -> bool:
         return time.perf_counter() - begin + per_vertex * exact_vertices > budget_s
 
-    found = Search(model, problem, scene, root, bracket).run(out_of_time, max_leaves)
+    found = search.run(out_of_time, max_leaves)
     searched = time.perf_counter()
     tree = found.root.spell()
     closed = not any("open" in node or "safe" in node for node in tree)
