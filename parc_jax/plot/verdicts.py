@@ -6,7 +6,7 @@ from parc_jax.errors import InputError
 from parc_jax.lp.status import LPStatus
 from parc_jax.pwa.table import RegionTable
 from parc_jax.reach.brs import reach_sets
-from parc_jax.reach.pieces import cut_by_bins, stack
+from parc_jax.reach.pieces import pieces_of, stack
 from parc_jax.sets.bounding_box import bounding_box
 from parc_jax.sets.pontryagin import shrink
 
@@ -40,8 +40,7 @@ def region_verdicts(answer, table: RegionTable) -> np.ndarray:
     verdict[found[found >= 0]] = SAFE
     pieces = []
     for region in np.flatnonzero(verdict != SAFE):
-        C, d = table.maps(slice(region, region + 1))
-        pieces += cut_by_bins(table.region(region), table.region_vertices(region), C[0], d[0], model.tube, int(region))
+        pieces += pieces_of(table, model.tube, int(region))
     claimed = model.tube.claimed
     verdict[[int(piece.region) for piece in pieces]] = UNREACHABLE
     verdict[[int(piece.region) for piece in pieces if not claimed[piece.bin]]] = NOT_FOUND  # no tube, nothing proved

@@ -122,10 +122,15 @@ def pieces_outward(table: RegionTable, tube: Tube, seed: np.ndarray) -> Iterator
     start = int(table.locate(np.asarray(seed, dtype=np.float64)))
     if start < 0:
         raise InputError(f"seed: expected parameters inside the domain; got {np.asarray(seed)}.")
-    slip = table.point_error.max(axis=0)
     for region in breadth_first(table.neighbours, table.facet_offsets, start):
-        C, d = table.maps(slice(region, region + 1))
-        yield cut_by_bins(table.region(region), table.region_vertices(region), slip, C[0], d[0], tube, region)
+        yield pieces_of(table, tube, region)
+
+
+def pieces_of(table: RegionTable, tube: Tube, region: int) -> list[Piece]:
+    """The pieces of region number `region` of a table."""
+    C, d = table.maps(slice(region, region + 1))
+    slip = table.point_error.max(axis=0)
+    return cut_by_bins(table.region(region), table.region_vertices(region), slip, C[0], d[0], tube, region)
 
 
 def breadth_first(neighbours: np.ndarray, offsets: np.ndarray, start: int) -> Iterator[int]:
