@@ -95,6 +95,27 @@ def random_problem(rng, model: TrajectoryModel, n_obstacles: int = 2, body: str 
     return reach_avoid(goal, obstacles, shape, box(p0 - 1.0, p0 + 1.0) if start else None)
 
 
+def rectangle(rng, centre, size: float) -> HPolytope:
+    """A turned rectangle: four rows of different lengths, never parallel to the axes; always eight grown corners."""
+    angle = rng.uniform(0.2, np.pi / 2 - 0.2)
+    u, v = np.array([np.cos(angle), np.sin(angle)]), np.array([-np.sin(angle), np.cos(angle)])
+    A = np.stack([u, v, -u, -v])
+    b = A @ np.asarray(centre) + size * rng.uniform(0.5, 1.5, 2)[[0, 1, 0, 1]]
+    length = rng.uniform(0.5, 2.0, 4)
+    return hpolytope(A * length[:, None], b * length)
+
+
+def rectangle_problem(rng, model: TrajectoryModel, radius: float = 0.08) -> ReachAvoid:
+    """Two turned rectangles near the paths of the model, a disc: one compiled shape for all such scenes."""
+    T = model.time.n_steps
+    y = host_outputs(model.net, rng.uniform(model.domain.lo, model.domain.hi, (200, model.n_k)))
+    mean_q, spread = y[:, 2 * T :].mean(axis=0), y[:, 2 * T :].std(axis=0) + 0.2
+    goal = box([-0.5, -0.5, *(mean_q - spread)], [0.5, 0.5, *(mean_q + spread)])
+    paths = y[:, : 2 * T].reshape(-1, T, 2) - y[:, None, 2 * T - 2 : 2 * T]
+    at = paths[rng.integers(200, size=2), rng.integers(T, size=2)] + 0.4 * rng.normal(size=(2, 2))
+    return reach_avoid(goal, [rectangle(rng, c, rng.uniform(0.1, 0.3)) for c in at], radius)
+
+
 def host_outputs(net: ReLUNetwork, k: np.ndarray) -> np.ndarray:
     """Network outputs (b, n_out) in NumPy."""
     for W, b in zip(net.weights[:-1], net.biases[:-1], strict=True):
@@ -102,12 +123,9 @@ def host_outputs(net: ReLUNetwork, k: np.ndarray) -> np.ndarray:
     return k @ net.weights[-1].T + net.biases[-1]
 
 
-def anchored_plans(rng, model: TrajectoryModel, problem: ReachAvoid, n: int) -> tuple[np.ndarray, np.ndarray]:
-    """p0 (n, 2), k (n, 2): k uniform, predicted ends around the goal's box; most reach the goal."""
-    from parc_jax.certify.scene import bounding_box
-
-    lo, hi = bounding_box(problem.goal, "goal")
+def anchored_plans(rng, model: TrajectoryModel, n: int, half: float = 0.55) -> tuple[np.ndarray, np.ndarray]:
+    """p0 (n, 2), k (n, 2): k uniform, predicted ends uniform in [-half, half]^2; most reach the goal of a toy scene."""
     k = rng.uniform(model.domain.lo, model.domain.hi, (n, model.n_k))
     T = model.time.n_steps
-    z = rng.uniform(lo[:2] - 0.05, hi[:2] + 0.05, (n, 2))
+    z = rng.uniform(-half, half, (n, 2))
     return z - host_outputs(model.net, k)[:, 2 * T - 2 : 2 * T], k
