@@ -99,10 +99,10 @@ def test_out_of_budget_the_rest_is_undecided_and_the_certificate_says_so():
 
 
 def test_goal_without_room_is_proved():
-    """A goal narrower than the error at its narrow end: the box of z is opened up and all of it misses."""
+    """A slanted goal narrower than the error: the box of z is opened up and all of it misses."""
     model = line_model(e=0.05, final=0.3)
-    problem = reach_avoid(hpolytope([[1, 0, 0], [-1, 0, 0], [0, 1, 0], [0, -1, 0], [0, 0, 1], [0, 0, -1], [1, 1, 0],
-                                     [-1, -1, 0]], [4, -3, 0.5, 0.5, 1, 1, 3.5, -3.4]), FAR, 0.25)  # fmt: skip
+    rows = [[1, 1, 0], [-1, -1, 0], [1, -1, 0], [-1, 1, 0], [0, 0, 1], [0, 0, -1]]
+    problem = reach_avoid(hpolytope(rows, [3.5, -3.4, 4, 4, 1, 1]), FAR, 0.25)
     answer = decide(model, problem)
     assert answer.kind == "proved" and reasons(answer.certificate) <= {"goal", "split"}
 
