@@ -13,14 +13,19 @@ def report(outcome: Outcome, study: Study) -> str:
         [(name, f"{s['seconds']:.1f}", f"{s['compile_seconds']:.1f}") for name, s in m["stages"].items()],
     )
     if m["comparison"]:
-        lines += ["", "Networks and claims (error at the end: median over K; safe: share of the goal-reaching set)"]
+        lines += [
+            "",
+            "Networks and claims (error at the end: median over K; safe: share of all (p0, k) drawn over K and the goal's",
+            "box, and of those among them whose end is in the goal shrunken by the error)",
+        ]
         rows = []
         for row in m["comparison"]:
             kind = "ASSUMED (published kind)" if row["claim"] == "assumed" else f"honest, eps = {study.eps:g}"
             share = safe_share(row)
-            shown = "none" if row["safe"] == 0 else f"{100 * share:.1f} %"
-            rows.append((row["network"], str(row["regions"]), kind, spread(row["final_error"], study.names), shown))
-        lines += _table(("network", "regions", "claim", "error at the end", "safe"), rows)
+            shown = ("none", "") if row["safe"] == 0 else (f"{100 * row['safe']:.1f} %", f"{100 * share:.1f} %")
+            error = spread(row["final_error"], study.names)
+            rows.append((row["network"], str(row["regions"]), kind, error, *shown))
+        lines += _table(("network", "regions", "claim", "error at the end", "safe", "of reaching"), rows)
     t, c = m["timings"], m["coverage"]
     lines += [
         "",
