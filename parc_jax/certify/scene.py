@@ -23,6 +23,7 @@ class Scene:
     z_lo, z_hi (n_p,): bounding box of the goal's workspace part, from which end points are drawn.
     k_lo, k_hi (n_k,): the floats of K; a bound whose decimal is a little inside of its float is left out.
     slack: () [m or row units] float margin of T11: a verdict that clears it in float64 holds in real arithmetic.
+    directions: None in a scene of a batch, where nothing is grown. The kernels of `evaluate` take stacks of scenes too.
     """
 
     goal_A: np.ndarray
@@ -34,7 +35,7 @@ class Scene:
     k_lo: np.ndarray
     k_hi: np.ndarray
     obstacles: GrownObstacles
-    directions: DirectionTable
+    directions: DirectionTable | None
     slack: np.ndarray
 
     @property
@@ -45,6 +46,11 @@ class Scene:
 
 def scene(problem: ReachAvoid, model) -> Scene:
     """Check the problem against the model and lay it out. Raises InputError when they do not fit."""
+    return bare_scene(problem, model).replace(directions=direction_table(problem))
+
+
+def bare_scene(problem: ReachAvoid, model) -> Scene:
+    """The same without the table of directions, which only growing and certificates need and which takes longest."""
     n_y = model.n_p + model.n_q
     if problem.goal.n != n_y:
         raise InputError(
@@ -66,10 +72,10 @@ def scene(problem: ReachAvoid, model) -> Scene:
         )
     start = problem.start or HPolytope(np.zeros((0, model.n_p)), np.zeros(0))
     grown = grown_obstacles(problem, model.time.n_steps)
-    slack = _slack(model, grown, np.abs([*box_lo, *box_hi]).max())
+    size = np.abs([*box_lo, *box_hi]).max() + np.abs(grown.corner).max() + grown.radius
     z_lo, z_hi = box_lo[: model.n_p], box_hi[: model.n_p]
-    k_box = _floats_within(model.domain)
-    return Scene(*_padded(problem.goal), *_padded(start), z_lo, z_hi, *k_box, grown, direction_table(problem), slack)
+    k_box, slack = floats_within(model.domain), float_slack(model, size)
+    return Scene(*_padded(problem.goal), *_padded(start), z_lo, z_hi, *k_box, grown, None, slack)
 
 
 def bounding_box(poly: HPolytope, name: str) -> tuple[np.ndarray, np.ndarray]:
@@ -104,7 +110,7 @@ def bounding_box(poly: HPolytope, name: str) -> tuple[np.ndarray, np.ndarray]:
     return lo, hi
 
 
-def _floats_within(domain) -> tuple[np.ndarray, np.ndarray]:
+def floats_within(domain) -> tuple[np.ndarray, np.ndarray]:
     """The largest box of floats inside the domain that certificates spell in decimals."""
     outside_lo = [Fraction(float(x)) < decimal(x) for x in domain.lo]
     outside_hi = [Fraction(float(x)) > decimal(x) for x in domain.hi]
@@ -119,14 +125,14 @@ def _padded(poly: HPolytope):
     return as_float64("rows", A, (None, None)), as_float64("offsets", b, (None,))
 
 
-def _slack(model, grown: GrownObstacles, goal_size: float) -> np.ndarray:
+def float_slack(model, size):
     """[T11] One number that covers every rounding between the real-number verdict and its float64 evaluation.
 
-    Network error, the sums p0 + c and w.p - h (fewer than 32 operations on numbers no larger than `size`), corners and
-    reaches rounded to nearest; all per unit of |w|_1.
+    size: (...) [m] largest goal bound plus largest corner plus radius, of one scene or of many.
+    Network error, the sums p0 + c and w.p - h (fewer than 32 operations on numbers no larger than the sizes together),
+    corners and reaches rounded to nearest; all per unit of |w|_1.
     """
     bound = rounding_bound(model.net, model.domain)
     claimed = model.tube.claimed  # in the other bins nothing is ever safe
     widest = max(model.tube.interval[claimed].max(initial=0.0), model.tube.final[claimed].max(initial=0.0))
-    size = 4 * bound.magnitude.max() + goal_size + np.abs(grown.corner).max() + grown.radius + widest
-    return np.float64(4 * bound.error.max() + 64 * UNIT * size)
+    return 4 * bound.error.max() + 64 * UNIT * (4 * bound.magnitude.max() + size + widest)

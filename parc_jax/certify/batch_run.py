@@ -1,0 +1,112 @@
+"""Run the one-scene kernels over many scenes: a loop per core on CPU, vectorised on accelerators, sharded on a mesh."""
+
+import os
+from concurrent.futures import ThreadPoolExecutor
+from functools import lru_cache, partial
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+
+from parc_jax.arrays import x64
+from parc_jax.certify.batch_search import Best, pool_at_random, rewarm, search
+from parc_jax.distributed import all_rows, replicate, shard_rows
+
+LOOP = 128  # scenes per call where they run one after another; the count is traced, so fewer cost less
+VECTOR = 4096  # scenes per call and device where they run side by side
+
+
+def over_scenes(one, loop: bool, n, rows, start):
+    """one(row, start_row) -> row of results, for the first n rows of stacked arrays. Kernel.
+
+    loop: one after another, so that a solved scene ends at once and its program never sees another scene; rows beyond
+    n are not run. Otherwise by vmap.
+    """
+    if not loop:
+        return jax.vmap(one)(rows, start)
+    row = partial(jax.tree.map, lambda x: x[0])
+    out = jax.eval_shape(one, row(rows), row(start))
+    count = len(jax.tree.leaves(start)[0])
+    out = jax.tree.map(lambda x: jnp.zeros((count, *x.shape), x.dtype), out)
+
+    def step(i, out):
+        got = one(*jax.tree.map(lambda x: x[i], (rows, start)))
+        return jax.tree.map(lambda all_rows, x: all_rows.at[i].set(x), out, got)
+
+    return jax.lax.fori_loop(0, n, step, out)
+
+
+def search_many(loop: bool, n, rows, start: Best, shared):
+    """rows: (scenes, numbers). shared: (net, tube, pool, key, first, last). Returns (Best, rounds (s,))."""
+    net, tube, pool, key, first, last = shared
+
+    def one(row, best):
+        scene, number = row
+        return search(net, tube, scene, number, best, pool, key, first, last)
+
+    return over_scenes(one, loop, n[0], rows, start)
+
+
+def rewarm_many(loop: bool, n, rows, start: Best, shared):
+    """rows: (scenes, numbers, earlier plans). shared: (net, tube, key). Returns (Best, rounds (s,), all zero)."""
+    net, tube, key = shared
+
+    def one(row, best):
+        scene, number, plans = row
+        return rewarm(net, tube, scene, number, best, plans, key), jnp.zeros((), jnp.int32)
+
+    return over_scenes(one, loop, n[0], rows, start)
+
+
+def run(kernel, rows, start: Best, shared, mesh=None, loop: bool | None = None):
+    """All rows through a kernel in calls of a fixed size; NumPy in and out.
+
+    mesh: spread over its devices and hosts; every host makes the same calls and gets all results. None: over the cores
+    of this machine. loop: see `over_scenes`; by default on CPU.
+    """
+    loop = jax.default_backend() == "cpu" if loop is None else loop
+    lanes = mesh.size if mesh is not None else (os.cpu_count() or 1) if loop else 1
+    n, size = len(start.clearance), LOOP if loop else VECTOR
+    share = min(size, -(-n // lanes))  # rows of a lane, which is a device of the mesh or a thread
+    if mesh is not None:
+        begins = range(0, n, share * lanes)
+        parts = [_on_mesh(mesh, kernel, loop, share, size, rows, start, shared, begin) for begin in begins]
+    else:
+        with ThreadPoolExecutor(lanes) as pool:
+            parts = list(pool.map(lambda first: _here(kernel, loop, share, size, rows, start, shared, first), range(0, n, share)))
+    return jax.tree.map(lambda *x: np.concatenate(x), *parts)
+
+
+def _here(kernel, loop: bool, share: int, size: int, rows, start, shared, first: int):
+    n = min(share, len(start.clearance) - first)
+    index = np.minimum(first + np.arange(size), first + n - 1)
+    with x64():
+        taken = jax.tree.map(lambda x: x[index], (rows, start))
+        got = jax.device_get(_local[kernel](loop, np.array([n], np.int32), *taken, shared))
+    return jax.tree.map(lambda x: x[:n], got)
+
+
+def _on_mesh(mesh, kernel, loop: bool, share: int, size: int, rows, start, shared, begin: int):
+    total = len(start.clearance)
+    first = begin + share * np.arange(mesh.size)
+    counts = np.clip(total - first, 0, share).astype(np.int32)
+    index = np.minimum(first[:, None] + np.arange(size)[None], total - 1).ravel()
+    taken = jax.tree.map(lambda x: x[index], (rows, start))
+    with x64():
+        got = all_rows(_sharded(kernel, loop, mesh)(*shard_rows(mesh, (counts, *taken)), replicate(mesh, shared)))
+    kept = np.concatenate([d * size + np.arange(count) for d, count in enumerate(counts)])
+    return jax.tree.map(lambda x: x[kept], got)
+
+
+@lru_cache
+def _sharded(kernel, loop: bool, mesh):
+    """The kernel on every device of a mesh, each on its own rows: no device waits for another one's scenes."""
+    rows = jax.P(mesh.axis_names[0])
+    # the checker of replication does not see through loops whose first state is a constant
+    return jax.jit(
+        jax.shard_map(partial(kernel, loop), mesh=mesh, in_specs=(rows, rows, rows, jax.P()), out_specs=rows, check_vma=False)
+    )
+
+
+make_pool = jax.jit(pool_at_random, static_argnums=5)
+_local = {kernel: jax.jit(kernel, static_argnums=0) for kernel in (search_many, rewarm_many)}

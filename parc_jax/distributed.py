@@ -1,0 +1,125 @@
+"""Many devices and many hosts: `jax.distributed`, one mesh with one axis of rows, and nothing home-made below that.
+
+Every host runs the same program with the same arguments. Rows (rollouts, scenes) are split over hosts and devices and
+gathered again, so every host ends with all results, equal to those of a single process.
+"""
+
+import contextlib
+import io
+
+import jax
+import numpy as np
+
+from parc_jax.arrays import x64
+from parc_jax.errors import InputError, ParcError
+
+AXIS = "rows"
+
+
+class HostLost(ParcError):
+    """Another process of the run ended. What is on disk continues when the same command is started again."""
+
+
+def init(hosts: str = "auto", *, timeout_s: int = 300) -> None:
+    """Join the other processes. Call before anything else touches JAX; without other processes there is nothing to call.
+
+    hosts: "auto" reads the environment of the cluster (SLURM, Open MPI, Kubernetes, TPU); "ADDRESS:PORT,COUNT,NUMBER"
+    names the first process, how many there are and which one this is. timeout_s: [s] to wait for the others.
+    Raises InputError, or HostLost when the others do not come.
+    """
+    where = {}
+    if hosts != "auto":
+        parts = hosts.rsplit(",", 2)
+        if len(parts) != 3 or ":" not in parts[0] or not all(p.isdigit() for p in parts[1:]):
+            raise InputError(f'hosts: expected "auto" or "ADDRESS:PORT,COUNT,NUMBER"; got {hosts!r}.')
+        where = {"coordinator_address": parts[0], "num_processes": int(parts[1]), "process_id": int(parts[2])}
+        if not where["process_id"] < where["num_processes"]:
+            raise InputError(f"hosts: expected a number below the count {parts[1]}; got {parts[2]}. Numbers begin at 0.")
+    try:
+        jax.distributed.initialize(**where, initialization_timeout=timeout_s)
+    except ValueError as error:
+        raise InputError(
+            f'hosts: no cluster was recognised ({error}). Name the processes: "ADDRESS:PORT,COUNT,NUMBER".'
+        ) from None
+    except RuntimeError as error:
+        raise HostLost(f"hosts: the other processes did not come within {timeout_s} s, or JAX ran before: {error}") from None
+
+
+def mesh(devices=None) -> jax.sharding.Mesh:
+    """All devices of all hosts (or the given ones) in one axis. Auto axes: code written for one device works as it is."""
+    devices = jax.devices() if devices is None else devices
+    return jax.make_mesh((len(devices),), (AXIS,), axis_types=(jax.sharding.AxisType.Auto,), devices=devices)
+
+
+def pad(n: int, over: jax.sharding.Mesh) -> int:
+    """The least number of rows from n on that divides over the devices."""
+    return -(-n // over.size) * over.size
+
+
+def shard_rows(over: jax.sharding.Mesh, tree):
+    """Host arrays (rows, ...) -> global arrays split over the devices; each host moves its own rows only."""
+    return _placed(jax.sharding.NamedSharding(over, jax.P(over.axis_names[0])), tree)
+
+
+def replicate(over: jax.sharding.Mesh, tree):
+    """Host arrays -> global arrays that every device holds in full."""
+    return _placed(jax.sharding.NamedSharding(over, jax.P()), tree)
+
+
+def _placed(sharding, tree):
+    def one(x):
+        x = np.asarray(x)
+        return jax.make_array_from_callback(x.shape, sharding, lambda index: x[index])
+
+    return jax.tree.map(one, tree)
+
+
+def local_rows(tree):
+    """The rows of global arrays that lie on this host, as NumPy."""
+
+    def one(x):
+        parts = sorted(x.addressable_shards, key=lambda shard: shard.index[0].start or 0)
+        return np.concatenate([np.asarray(shard.data) for shard in parts])
+
+    return jax.tree.map(one, tree)
+
+
+def all_rows(tree):
+    """All rows of global arrays, as NumPy, on every host."""
+    if jax.process_count() == 1:
+        return jax.device_get(tree)
+    from jax.experimental.multihost_utils import process_allgather
+
+    with together(), x64():
+        return jax.tree.map(lambda x: np.asarray(process_allgather(x, tiled=True)), tree)
+
+
+def exchange(arrays: dict[str, np.ndarray]) -> list[dict[str, np.ndarray]]:
+    """What every host brings, in the order of hosts, on every host; of any shapes and dtypes, bit for bit."""
+    if jax.process_count() == 1:
+        return [arrays]
+    from jax.experimental.multihost_utils import process_allgather
+
+    buffer = io.BytesIO()
+    np.savez(buffer, **arrays)
+    mine = np.frombuffer(buffer.getbuffer(), np.uint8)
+    with together():
+        sizes = np.asarray(process_allgather(np.array([len(mine)], np.int32))).ravel()
+        joined = np.asarray(process_allgather(np.pad(mine, (0, int(sizes.max()) - len(mine)))))
+    out = []
+    for row, size in zip(joined, sizes, strict=True):
+        with np.load(io.BytesIO(row[:size].tobytes())) as file:
+            out.append({name: file[name] for name in file.files})
+    return out
+
+
+@contextlib.contextmanager
+def together():
+    """Around every step that needs all hosts: an error of the connection becomes HostLost."""
+    try:
+        yield
+    except (jax.errors.JaxRuntimeError, ValueError) as error:
+        raise HostLost(
+            f"host {jax.process_index()} of {jax.process_count()}: another process of this run has ended "
+            f"({str(error).splitlines()[0][:120]}). Finished chunks are kept; start the same command again on all hosts."
+        ) from error
