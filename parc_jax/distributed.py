@@ -34,7 +34,9 @@ def init(hosts: str = "auto", *, timeout_s: int = 300) -> None:
             raise InputError(f'hosts: expected "auto" or "ADDRESS:PORT,COUNT,NUMBER"; got {hosts!r}.')
         where = {"coordinator_address": parts[0], "num_processes": int(parts[1]), "process_id": int(parts[2])}
         if not where["process_id"] < where["num_processes"]:
-            raise InputError(f"hosts: expected a number below the count {parts[1]}; got {parts[2]}. Numbers begin at 0.")
+            raise InputError(
+                f"hosts: expected a number below the count {parts[1]}; got {parts[2]}. Numbers begin at 0."
+            )
     try:
         jax.distributed.initialize(**where, initialization_timeout=timeout_s)
     except ValueError as error:
@@ -42,7 +44,9 @@ def init(hosts: str = "auto", *, timeout_s: int = 300) -> None:
             f'hosts: no cluster was recognised ({error}). Name the processes: "ADDRESS:PORT,COUNT,NUMBER".'
         ) from None
     except RuntimeError as error:
-        raise HostLost(f"hosts: the other processes did not come within {timeout_s} s, or JAX ran before: {error}") from None
+        raise HostLost(
+            f"hosts: the other processes did not come within {timeout_s} s, or JAX ran before: {error}"
+        ) from None
 
 
 def mesh(devices=None) -> jax.sharding.Mesh:

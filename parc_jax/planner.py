@@ -9,6 +9,7 @@ import numpy as np
 from parc_jax.answer import LEVELS, Answer
 from parc_jax.avoid.paper import paper_search
 from parc_jax.avoid.paper_scene import paper_scene
+from parc_jax.certify.batch import BatchAnswer, Problems, problem_of, solve_batch
 from parc_jax.certify.certificate import sample_part
 from parc_jax.certify.cover import Cover, Coverage, cover
 from parc_jax.certify.draw import generator, points
@@ -92,6 +93,27 @@ class Planner:
         }  # fmt: skip
         union = SafeUnion(self.model, laid_out, pieces)
         return Answer(self.model, problem, laid_out, found, samples, parts, union, level, refused, timings, no_plan)
+
+    def solve_batch(
+        self, problems: Problems, key: jax.Array, *, n_samples: int = 4, draws: int = 4096, pool: int = 1024,
+        numbers=None, warm=None, proof: bool = False, polytopes=(), budget_s: float = 5.0, mesh=None,
+    ) -> BatchAnswer:  # fmt: skip
+        """Safe plans for many problems in a few compiled calls. Uses the SEARCH stream of `key`.
+
+        problems: a list, `box_scenes` (no cost per scene in Python), or stacked scene arrays. n_samples: safe plans per
+        problem. draws: most plans to propose per problem; solved ones stop early. pool: values of k shared by all.
+        numbers: (s,) the problems' own numbers, by default 0, 1, ...: with the key they decide an answer, so it does
+        not depend on what else is in the batch. warm: an earlier BatchAnswer of the same problems, or plans.
+        proof: exact check of every best plan, tens of milliseconds each. polytopes: rows that `solve` answers as well,
+        budget_s [s] each. mesh: devices to spread over (`distributed.mesh`). Raises as `solve` does.
+        """
+        require_sound_arithmetic()
+        answer = solve_batch(
+            self.model, problems, key, n_samples=n_samples, draws=draws, pool=pool, numbers=numbers, warm=warm,
+            proof=proof, mesh=mesh,
+        )  # fmt: skip
+        chosen = {int(i): self.solve(problem_of(problems, i), key, budget_s=budget_s) for i in polytopes}
+        return answer._replace(answers=chosen)
 
     def bracket(self, problem: ReachAvoid, *, budget_s: float = 20.0, max_leaves: int = MAX_LEAVES) -> NoPlan:
         """Exact bounds on the volume of safe (p0, k): safe <= volume <= total - unsafe. [T14]

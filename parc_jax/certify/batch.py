@@ -7,6 +7,7 @@ from typing import NamedTuple
 import jax
 import numpy as np
 
+from parc_jax.arrays import x64
 from parc_jax.certify.batch_boxes import BoxScenes, lay_out_boxes
 from parc_jax.certify.batch_run import make_pool, rewarm_many, run, search_many
 from parc_jax.certify.batch_scenes import SizeClass, check_stack, stack_problems
@@ -15,7 +16,6 @@ from parc_jax.certify.certificate import sample_part
 from parc_jax.certify.evaluate import evaluate
 from parc_jax.certify.prove import prove
 from parc_jax.certify.scene import Scene, floats_within, scene
-from parc_jax.arrays import x64
 from parc_jax.errors import InputError
 from parc_jax.keys import Stage, stream
 from parc_jax.model import TrajectoryModel
@@ -32,6 +32,7 @@ class BatchAnswer(NamedTuple):
     clearance: (s, n_samples) [m] that each plan keeps for every trajectory inside the tube, rounding paid; NaN likewise.
     draws: (s,) plans proposed. proved: (s,) bool: the exact checker accepted the best plan; None when not asked.
     level: "float-bounded" [T11]. seconds: of layout, search and proof, apart.
+    answers: full answers, with safe polytopes, of the problems that were asked for, by row.
     """
 
     found: np.ndarray
@@ -41,6 +42,7 @@ class BatchAnswer(NamedTuple):
     proved: np.ndarray | None
     level: str
     seconds: dict[str, float]
+    answers: dict
 
     @property
     def best(self) -> np.ndarray:
@@ -55,8 +57,6 @@ def solve_batch(
     """See `Planner.solve_batch`."""
     if n_samples < 1 or draws < 1 or pool < 1:
         raise InputError(f"solve_batch: expected n_samples, draws, pool >= 1; got {n_samples}, {draws}, {pool}.")
-    if proof and isinstance(problems, Scene):
-        raise InputError("solve_batch: proof needs problems or BoxScenes; stacked arrays do not spell their decimals.")
     begin = time.perf_counter()
     classes = _laid_out(problems, model)
     s, dims = sum(len(c.rows) for c in classes), model.n_p + model.n_k
@@ -74,7 +74,16 @@ def solve_batch(
     searched = time.perf_counter()
     proved = _proved(model, problems, plans[:, 0], found) if proof else None
     seconds = {"layout": laid_out - begin, "search": searched - laid_out, "proof": time.perf_counter() - searched}
-    return BatchAnswer(found, plans, clearance, drawn, proved, "float-bounded", seconds)
+    return BatchAnswer(found, plans, clearance, drawn, proved, "float-bounded", seconds, {})
+
+
+def problem_of(problems: Problems, row: int) -> ReachAvoid:
+    """One problem of a batch, for `Planner.solve`. Raises InputError for stacked arrays."""
+    if isinstance(problems, Scene):
+        raise InputError(
+            "solve_batch: proof and polytopes need problems or BoxScenes; stacked arrays have no decimals."
+        )
+    return problems.problem(row) if isinstance(problems, BoxScenes) else problems[row]
 
 
 def _laid_out(problems: Problems, model: TrajectoryModel) -> list[SizeClass]:
@@ -137,7 +146,7 @@ def _proved(model: TrajectoryModel, problems, plans: np.ndarray, found: np.ndarr
     """(s,) bool: which best plans the independent checker accepts, in exact arithmetic; one problem at a time."""
     out = np.zeros(len(found), bool)
     for row in np.flatnonzero(found):
-        problem = problems.problem(row) if isinstance(problems, BoxScenes) else problems[row]
+        problem = problem_of(problems, row)
         laid_out = scene(problem, model)
         p0, k = plans[row, : model.n_p], plans[row, model.n_p :]
         seen = evaluate(model, laid_out, p0[None], k[None])

@@ -73,7 +73,9 @@ def run(kernel, rows, start: Best, shared, mesh=None, loop: bool | None = None):
         parts = [_on_mesh(mesh, kernel, loop, share, size, rows, start, shared, begin) for begin in begins]
     else:
         with ThreadPoolExecutor(lanes) as pool:
-            parts = list(pool.map(lambda first: _here(kernel, loop, share, size, rows, start, shared, first), range(0, n, share)))
+            parts = list(
+                pool.map(lambda first: _here(kernel, loop, share, size, rows, start, shared, first), range(0, n, share))
+            )
     return jax.tree.map(lambda *x: np.concatenate(x), *parts)
 
 
@@ -104,7 +106,9 @@ def _sharded(kernel, loop: bool, mesh):
     rows = jax.P(mesh.axis_names[0])
     # the checker of replication does not see through loops whose first state is a constant
     return jax.jit(
-        jax.shard_map(partial(kernel, loop), mesh=mesh, in_specs=(rows, rows, rows, jax.P()), out_specs=rows, check_vma=False)
+        jax.shard_map(
+            partial(kernel, loop), mesh=mesh, in_specs=(rows, rows, rows, jax.P()), out_specs=rows, check_vma=False
+        )
     )
 
 
