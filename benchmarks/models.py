@@ -42,7 +42,7 @@ def learn(case: Case, key: jax.Array, quick: bool) -> Lesson:
     """Roll out, train every network of the case, claim both tubes of each. One holdout serves all: delta is split."""
     hidden = case.hidden[-1:] if quick else (*case.hidden, case.larger)
     eps, delta, bins = (0.05, 0.05, (2,) * len(case.bins)) if quick else (1e-3, 1e-3, case.bins)
-    runs, seeds, steps = (256, 1, 50) if quick else (10_240, 2, 2000)
+    runs, seeds, steps = (256, 1, 50) if quick else (10_240, 4, 4000)
     looks = len(hidden) + 1
     system = case.system()
     data = collect(system, key, runs, Stage.TRAIN, chunk=CHUNK, quiet=True)

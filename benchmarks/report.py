@@ -1,5 +1,6 @@
 """The Markdown page: method first, then the results of every platform in the baseline."""
 
+SPREAD = ("median", "p95", "max")
 HEAD = """# Benchmarks
 
 This page is written by `python -m benchmarks --update-baseline`; do not edit it.
@@ -56,18 +57,32 @@ def results(report: dict, title: str, level: int) -> str:
         if "figure" in entry:
             lines += [f"![{entry['name']}]({entry['figure']})", ""]
         if entry["metrics"]:
-            rows = [_row(m) for m in entry["metrics"]]
+            rows = _rows(entry["metrics"])
             lines += _table(("metric", "value", "better", "allowed change", "batch", "dtype"), rows)
     return "\n".join(lines)
 
 
-def _row(m: dict) -> tuple[str, ...]:
-    allowed = [f"{100 * m['rel_tol']:g} %"] if m["rel_tol"] else []
-    allowed += [f"{m['abs_tol']:g} {'' if m['unit'] == '1' else m['unit']}".strip()] if m["abs_tol"] else []
-    return (
-        f"`{m['key']}`", _value(m["value"], m["unit"]), m["better"], " + ".join(allowed) or "none",
-        str(m["batch"] or ""), m["dtype"],
-    )  # fmt: skip
+def _rows(metrics: list[dict]) -> list[tuple[str, ...]]:
+    """One row per metric; median, p95 and max of the same thing share one."""
+    found = {m["key"]: m for m in metrics}
+    rows = []
+    for m in metrics:
+        stem, _, statistic = m["key"].rpartition(".")
+        spread = [found.get(f"{stem}.{name}") for name in SPREAD]
+        if statistic in SPREAD[1:] and all(spread):
+            continue
+        together = spread if statistic == SPREAD[0] and all(spread) else [m]
+        name = f"`{stem}` {' / '.join(SPREAD)}" if len(together) > 1 else f"`{m['key']}`"
+        values = " / ".join(_value(one["value"], one["unit"]) for one in together)
+        allowed = " / ".join(_allowed(one) for one in together)
+        rows.append((name, values, m["better"], allowed, str(m["batch"] or ""), m["dtype"]))
+    return rows
+
+
+def _allowed(m: dict) -> str:
+    parts = [f"{100 * m['rel_tol']:g} %"] if m["rel_tol"] else []
+    parts += [f"{m['abs_tol']:g} {'' if m['unit'] == '1' else m['unit']}".strip()] if m["abs_tol"] else []
+    return " + ".join(parts) or "none"
 
 
 def _value(value: float, unit: str) -> str:

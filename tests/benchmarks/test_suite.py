@@ -97,6 +97,11 @@ def test_the_page_shows_method_tables_reasons_and_escapes(monkeypatch):
     assert "mean nothing" in text and "None recorded yet" in page({})
 
 
+def test_median_p95_and_max_share_a_row(quick):
+    text = results(quick, "# R", 2)
+    assert text.count("`regions.2-8-8-8-8` median / p95 / max") == 1 and "`regions.2-8-8-8-8.p95`" not in text
+
+
 def test_updating_merges_runs_of_parts_and_writes_the_page(monkeypatch, tmp_path):
     fake(monkeypatch, first=lambda b: Result([exact("first.a", 1)]), good=counting)
     file, doc = tmp_path / "baseline.json", tmp_path / "page.md"
