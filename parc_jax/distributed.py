@@ -21,7 +21,7 @@ class HostLost(ParcError):
 
 
 def init(hosts: str = "auto", *, timeout_s: int = 300) -> None:
-    """Join the other processes. Call before anything else touches JAX; without other processes there is nothing to call.
+    """Join the other processes. Call before anything else touches JAX; a single process needs no call.
 
     hosts: "auto" reads the environment of the cluster (SLURM, Open MPI, Kubernetes, TPU); "ADDRESS:PORT,COUNT,NUMBER"
     names the first process, how many there are and which one this is. timeout_s: [s] to wait for the others.
@@ -34,9 +34,7 @@ def init(hosts: str = "auto", *, timeout_s: int = 300) -> None:
             raise InputError(f'hosts: expected "auto" or "ADDRESS:PORT,COUNT,NUMBER"; got {hosts!r}.')
         where = {"coordinator_address": parts[0], "num_processes": int(parts[1]), "process_id": int(parts[2])}
         if not where["process_id"] < where["num_processes"]:
-            raise InputError(
-                f"hosts: expected a number below the count {parts[1]}; got {parts[2]}. Numbers begin at 0."
-            )
+            raise InputError(f"hosts: expected a number below the count {parts[1]}; got {parts[2]}. They begin at 0.")
     try:
         jax.distributed.initialize(**where, initialization_timeout=timeout_s)
     except ValueError as error:
@@ -50,7 +48,7 @@ def init(hosts: str = "auto", *, timeout_s: int = 300) -> None:
 
 
 def mesh(devices=None) -> jax.sharding.Mesh:
-    """All devices of all hosts (or the given ones) in one axis. Auto axes: code written for one device works as it is."""
+    """All devices of all hosts, or the given ones, in one axis; of Auto type, so code for one device works as it is."""
     devices = jax.devices() if devices is None else devices
     return jax.make_mesh((len(devices),), (AXIS,), axis_types=(jax.sharding.AxisType.Auto,), devices=devices)
 
@@ -125,5 +123,5 @@ def together():
     except (jax.errors.JaxRuntimeError, ValueError) as error:
         raise HostLost(
             f"host {jax.process_index()} of {jax.process_count()}: another process of this run has ended "
-            f"({str(error).splitlines()[0][:120]}). Finished chunks are kept; start the same command again on all hosts."
+            f"({str(error).splitlines()[0][:120]}). Finished chunks are kept; start the same command again everywhere."
         ) from error

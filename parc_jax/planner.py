@@ -108,12 +108,12 @@ class Planner:
         budget_s [s] each. mesh: devices to spread over (`distributed.mesh`). Raises as `solve` does.
         """
         require_sound_arithmetic()
+        chosen = {int(i): problem_of(problems, i) for i in polytopes}
         answer = solve_batch(
             self.model, problems, key, n_samples=n_samples, draws=draws, pool=pool, numbers=numbers, warm=warm,
             proof=proof, mesh=mesh,
         )  # fmt: skip
-        chosen = {int(i): self.solve(problem_of(problems, i), key, budget_s=budget_s) for i in polytopes}
-        return answer._replace(answers=chosen)
+        return answer._replace(answers={i: self.solve(p, key, budget_s=budget_s) for i, p in chosen.items()})
 
     def bracket(self, problem: ReachAvoid, *, budget_s: float = 20.0, max_leaves: int = MAX_LEAVES) -> NoPlan:
         """Exact bounds on the volume of safe (p0, k): safe <= volume <= total - unsafe. [T14]

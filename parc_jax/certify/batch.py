@@ -29,7 +29,7 @@ class BatchAnswer(NamedTuple):
 
     found: (s,) bool: a safe plan is in hand. Not found means not found within the draws, never that none exists.
     plans: (s, n_samples, n_p + n_k), largest clearance first, NaN where fewer were found.
-    clearance: (s, n_samples) [m] that each plan keeps for every trajectory inside the tube, rounding paid; NaN likewise.
+    clearance: (s, n_samples) [m] kept by each plan for every trajectory inside the tube, rounding paid; NaN likewise.
     draws: (s,) plans proposed. proved: (s,) bool: the exact checker accepted the best plan; None when not asked.
     level: "float-bounded" [T11]. seconds: of layout, search and proof, apart.
     answers: full answers, with safe polytopes, of the problems that were asked for, by row.
@@ -57,6 +57,8 @@ def solve_batch(
     """See `Planner.solve_batch`."""
     if n_samples < 1 or draws < 1 or pool < 1:
         raise InputError(f"solve_batch: expected n_samples, draws, pool >= 1; got {n_samples}, {draws}, {pool}.")
+    if proof and isinstance(problems, Scene):
+        problem_of(problems, 0)
     begin = time.perf_counter()
     classes = _laid_out(problems, model)
     s, dims = sum(len(c.rows) for c in classes), model.n_p + model.n_k
@@ -80,9 +82,7 @@ def solve_batch(
 def problem_of(problems: Problems, row: int) -> ReachAvoid:
     """One problem of a batch, for `Planner.solve`. Raises InputError for stacked arrays."""
     if isinstance(problems, Scene):
-        raise InputError(
-            "solve_batch: proof and polytopes need problems or BoxScenes; stacked arrays have no decimals."
-        )
+        raise InputError("solve_batch: proof and polytopes need problems or BoxScenes; stacked arrays spell none.")
     return problems.problem(row) if isinstance(problems, BoxScenes) else problems[row]
 
 

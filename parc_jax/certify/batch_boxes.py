@@ -20,7 +20,7 @@ class BoxScenes:
     """s problems of boxes over one body. Build with `box_scenes`, which validates.
 
     goal_lo, goal_hi: (s, n_p + n_q). obstacle_lo, obstacle_hi: (s, o, 2) [m]. present: (s, o) bool.
-    steps: (s, o, 2) int, first and last interval of every obstacle. start_lo, start_hi: (s, 2) [m], infinite where free.
+    steps: (s, o, 2) int, first and last interval of every obstacle. start_lo, start_hi: (s, 2) [m], infinite if free.
     """
 
     goal_lo: np.ndarray
@@ -95,8 +95,8 @@ def lay_out_boxes(boxes: BoxScenes, model: TrajectoryModel) -> Scene:
     n_o, n_m = size_class(o), size_class(len(body_corner), 4)
     upper = (body_sign > 0)[None, None]  # (1, 1, m, 2)
     corner = np.zeros((s, n_o, n_m, 2))
-    kept = np.where(boxes.present[..., None, None], np.where(
-        upper, boxes.obstacle_hi[:, :, None], boxes.obstacle_lo[:, :, None]) + body_corner[None, None], 0.0)  # fmt: skip
+    kept = np.where(upper, boxes.obstacle_hi[:, :, None], boxes.obstacle_lo[:, :, None]) + body_corner[None, None]
+    kept = np.where(boxes.present[..., None, None], kept, 0.0)
     corner[:, :o, : len(body_corner)] = kept
     corner[:, :o, len(body_corner) :] = kept[:, :, -1:]
     sign = np.broadcast_to(np.pad(body_sign, ((0, n_m - len(body_sign)), (0, 0)), mode="edge"), (s, n_o, n_m, 2))

@@ -72,10 +72,9 @@ def run(kernel, rows, start: Best, shared, mesh=None, loop: bool | None = None):
         begins = range(0, n, share * lanes)
         parts = [_on_mesh(mesh, kernel, loop, share, size, rows, start, shared, begin) for begin in begins]
     else:
+        call = partial(_here, kernel, loop, share, size, rows, start, shared)
         with ThreadPoolExecutor(lanes) as pool:
-            parts = list(
-                pool.map(lambda first: _here(kernel, loop, share, size, rows, start, shared, first), range(0, n, share))
-            )
+            parts = list(pool.map(call, range(0, n, share)))
     return jax.tree.map(lambda *x: np.concatenate(x), *parts)
 
 
@@ -103,13 +102,10 @@ def _on_mesh(mesh, kernel, loop: bool, share: int, size: int, rows, start, share
 @lru_cache
 def _sharded(kernel, loop: bool, mesh):
     """The kernel on every device of a mesh, each on its own rows: no device waits for another one's scenes."""
-    rows = jax.P(mesh.axis_names[0])
+    rows, everywhere = jax.P(mesh.axis_names[0]), jax.P()
+    specs = {"mesh": mesh, "in_specs": (rows, rows, rows, everywhere), "out_specs": rows}
     # the checker of replication does not see through loops whose first state is a constant
-    return jax.jit(
-        jax.shard_map(
-            partial(kernel, loop), mesh=mesh, in_specs=(rows, rows, rows, jax.P()), out_specs=rows, check_vma=False
-        )
-    )
+    return jax.jit(jax.shard_map(partial(kernel, loop), **specs, check_vma=False))
 
 
 make_pool = jax.jit(pool_at_random, static_argnums=5)
