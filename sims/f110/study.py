@@ -1,0 +1,15 @@
+"""The main job's settings: sixty training runs, as for a car that somebody has to carry back to the start."""
+
+from parc_jax.study.settings import Study
+
+STUDY = Study(
+    hidden=(8, 8, 8),
+    others=(),
+    bins=(1, 1),
+    rollouts=60,
+    eps=0.06,  # what sixty further runs support at this delta, split over the network and PARC
+    delta=0.05,
+    heading=0,
+    names=("m x", "m y", "rad"),
+    parameters=("y of the line [m]", "speed [m/s]"),
+)

@@ -1,0 +1,51 @@
+"""The car as a black box that can be certified."""
+
+from dataclasses import dataclass
+from typing import ClassVar
+
+import numpy as np
+
+from parc_jax.sets.box import Box, box
+from parc_jax.system import TimeGrid, Trajectory, time_grid
+from sims.f110 import params as c
+from sims.f110.disturbance import Law, draw, named_law
+from sims.f110.simulate import Run, simulate
+
+
+@dataclass(frozen=True, eq=False)
+class F110:
+    """Drifting over k = (line y [m], speed [m/s]); p = (x, y) [m] as the motion capture saw them, q = (last heading,).
+
+    Build with `system`. Every run differs: friction, motor, start and the rest are drawn from its key (see `law`).
+    """
+
+    domain: Box
+    time: TimeGrid
+    law: Law
+    threads: int = 0
+
+    name: ClassVar[str] = "f110"
+    n_p: ClassVar[int] = 2
+    n_q: ClassVar[int] = 1
+
+    def run(self, keys, ks, **options) -> Run:
+        """Everything about runs with keys (B, 2), ks (B, 2); options go to `simulate`."""
+        ks = np.asarray(ks, np.float64)
+        return simulate(ks, draw(self.law, keys, self.time.n_record), self.time.n_record, self.threads, **options)
+
+    def rollout_batch(self, keys, ks) -> Trajectory:
+        """p (B, 589, 2) relative to the recorded start, q (B, 1). NaN for a run on which the physics failed."""
+        measured = self.run(keys, ks).measured
+        return Trajectory(measured[:, :, :2] - measured[:, :1, :2], measured[:, -1, 2:])
+
+    def rollout(self, key, k) -> Trajectory:
+        """One run; outside of JAX, like `rollout_batch`."""
+        many = self.rollout_batch(np.asarray(key)[None], np.asarray(k)[None])
+        return Trajectory(*(part[0] for part in many))
+
+
+def system(law: str = "floor", threads: int = 0) -> F110:
+    """The car. law: "floor", or "none": every run the same. threads: of the C engine, 0 = all. Raises InputError."""
+    lo, hi = zip(c.LINE_RANGE, c.SPEED_RANGE, strict=True)
+    grid = time_grid(c.PLAN_STEP, c.T_FINAL, c.PLAN_STEP / c.TICKS_PER_PLAN_STEP)
+    return F110(box(lo, hi), grid, named_law(law), threads)
