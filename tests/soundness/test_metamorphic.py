@@ -53,7 +53,7 @@ def moved(poly: HPolytope, M, shift) -> HPolytope:
 
 
 def image(model, problem, p0, M, shift, unit=1.0):
-    """World x -> M x + shift, M a diagonal 2 x 2 matrix of one size, `unit`; network, tube, problem and starts moved."""
+    """World x -> M x + shift, M diagonal with entries +-`unit`; network, tube, problem and starts moved."""
     n_q = model.n_q
     W, b = [list(part) for part in (model.net.weights, model.net.biases)]
     big = np.kron(np.eye(T), M)

@@ -37,7 +37,7 @@ def answers():
     out = {}
     for number in SCENES:
         model, problem = case(number)
-        out[number] = Planner(model).solve(problem, jax.random.key(number), target=0.1, n_samples=30)
+        out[number] = Planner(model).solve(problem, jax.random.key(number), target=0.1, n_samples=30, budget_s=300)
     return out
 
 
@@ -128,7 +128,7 @@ def test_pieces_lost_of_a_guard_would_be_refused(answers, monkeypatch):
         return piece
 
     monkeypatch.setattr(growing.Grower, "_piece", careless)
-    answer = Planner(model).solve(problem, jax.random.key(4), target=0.1, n_samples=0)
+    answer = Planner(model).solve(problem, jax.random.key(4), target=0.1, n_samples=0, budget_s=300)
     assert answer.refused > 0
     check = context_of(answer).check_set
     for piece in answer.pieces:
@@ -196,7 +196,7 @@ def test_sample_is_uniform_over_the_union(answers, rng, monkeypatch):
 def test_same_key_same_answer_other_key_other_answer():
     model, problem = case(4)
     one, two, three = (
-        Planner(model).solve(problem, jax.random.key(s), target=0.2, n_samples=10, proof=False) for s in (1, 1, 2)
+        Planner(model).solve(problem, jax.random.key(s), target=0.2, n_samples=10, proof=False, budget_s=300) for s in (1, 1, 2)
     )
     np.testing.assert_array_equal(one.samples, two.samples)
     assert not np.array_equal(one.samples, three.samples)
@@ -222,7 +222,7 @@ def honest_looks(repeats, confidence, target, fresh):
     wrong = 0
     for seed in range(repeats):
         answer = Planner(model).solve(
-            problem, jax.random.key(100 + seed), target=target, confidence=confidence, n_samples=0, proof=False
+            problem, jax.random.key(100 + seed), target=target, confidence=confidence, n_samples=0, proof=False, budget_s=300
         )
         seen = draw(model, answer.scene, np.random.default_rng(seed), fresh).safe
         inside = int(answer.contains(seen.p0, seen.k).sum())
