@@ -196,7 +196,8 @@ def test_sample_is_uniform_over_the_union(answers, rng, monkeypatch):
 def test_same_key_same_answer_other_key_other_answer():
     model, problem = case(4)
     one, two, three = (
-        Planner(model).solve(problem, jax.random.key(s), target=0.2, n_samples=10, proof=False, budget_s=300) for s in (1, 1, 2)
+        Planner(model).solve(problem, jax.random.key(s), target=0.2, n_samples=10, proof=False, budget_s=300)
+        for s in (1, 1, 2)
     )
     np.testing.assert_array_equal(one.samples, two.samples)
     assert not np.array_equal(one.samples, three.samples)
@@ -222,7 +223,13 @@ def honest_looks(repeats, confidence, target, fresh):
     wrong = 0
     for seed in range(repeats):
         answer = Planner(model).solve(
-            problem, jax.random.key(100 + seed), target=target, confidence=confidence, n_samples=0, proof=False, budget_s=300
+            problem,
+            jax.random.key(100 + seed),
+            target=target,
+            confidence=confidence,
+            n_samples=0,
+            proof=False,
+            budget_s=300,
         )
         seen = draw(model, answer.scene, np.random.default_rng(seed), fresh).safe
         inside = int(answer.contains(seen.p0, seen.k).sum())
