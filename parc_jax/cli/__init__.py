@@ -1,6 +1,7 @@
-"""The shell: `parc-jax run | check | systems | doctor`.
+"""The shell: learn a robot, find its safe sets, prove them, draw them.
 
-Exit codes: 0 an answer, 1 no plan found or a certificate refused, 2 bad input. Nothing is left half-written.
+Exit codes: 0 an answer, 1 no plan found or a certificate refused, 2 bad input. Files appear complete or not at all, and
+a stopped `run` or `learn` continues where it was. Completion: parc-jax --tyro-print-completion bash (or zsh, tcsh).
 """
 
 import os
@@ -10,7 +11,7 @@ OK, NO_ANSWER, BAD_INPUT, STOPPED = 0, 1, 2, 130
 
 
 def main(arguments: list[str] | None = None) -> None:
-    """Entry point of the console script."""
+    """Entry point of the console script. Always ends in SystemExit."""
     arguments = sys.argv[1:] if arguments is None else arguments
     if arguments[:1] == ["check"] and not {"-h", "--help"} & set(arguments):
         from parc_jax import checker  # before anything heavy: the checker needs no JAX
@@ -24,21 +25,33 @@ def _dispatch(arguments: list[str]) -> int:
     os.environ.setdefault("TF_CPP_MIN_LOG_LEVEL", "3")
     import tyro
 
+    from parc_jax.cli.bench import bench
     from parc_jax.cli.check import check
     from parc_jax.cli.doctor import doctor
+    from parc_jax.cli.learn import learn
+    from parc_jax.cli.plot import plot
     from parc_jax.cli.run import run
+    from parc_jax.cli.solve import solve
     from parc_jax.cli.systems import systems
     from parc_jax.errors import InputError, ParcError
 
-    commands = {"run": run, "check": check, "systems": systems, "doctor": doctor}
+    functions = (run, learn, solve, check, plot, bench, systems, doctor)
+    commands = {function.__name__: function for function in functions}
     try:
-        return tyro.extras.subcommand_cli_from_dict(commands, prog="parc-jax", description=__doc__, args=arguments)
+        return tyro.extras.subcommand_cli_from_dict(
+            commands, prog="parc-jax", description=__doc__, args=arguments, use_underscores=False
+        )
     except InputError as error:
-        print(f"parc-jax: {error}", file=sys.stderr)
-        return BAD_INPUT
+        return _say(error, BAD_INPUT)
     except ParcError as error:
-        print(f"parc-jax: {error}", file=sys.stderr)
-        return NO_ANSWER
+        return _say(error, NO_ANSWER)
+    except OSError as error:
+        return _say(f"expected to read and write the files named; {error}.", BAD_INPUT)
     except KeyboardInterrupt:
-        print("parc-jax: stopped. Finished rollouts are kept; the same command continues from them.", file=sys.stderr)
-        return STOPPED
+        kept = " Finished rollouts are kept; the same command continues from them."
+        return _say(f"stopped.{kept if arguments[:1] in (['run'], ['learn']) else ''}", STOPPED)
+
+
+def _say(message, code: int) -> int:
+    print(f"parc-jax: {message}", file=sys.stderr)
+    return code

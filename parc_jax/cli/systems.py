@@ -2,15 +2,27 @@
 
 import importlib
 import inspect
+import os
+import sys
 from types import ModuleType
 
 from parc_jax.errors import InputError
 
 
-def systems() -> int:
-    """List the systems that `run` knows. Example: parc-jax systems"""
-    for name in known():
-        print(f"{name:16} {(find(name).__doc__ or '').splitlines()[0]}")
+def systems(name: str | None = None, /, *, body: str | None = None) -> int:
+    """List the systems that `run` and `learn` know, or print the scene of one. Example: parc-jax systems drift_parking
+
+    Args:
+        name: Print this system's scene as a TOML file for `solve`, to be changed.
+        body: Body of the scene, e.g. disc or decagon. Default: the scene's own.
+    """
+    if name is None:
+        for each in known():
+            print(f"{each:16} {(find(each).__doc__ or '').splitlines()[0]}")
+        return 0
+    from parc_jax.exchange.problem_file import problem_text
+
+    print(problem_text(build(find(name), "problem", body=body)), end="")
     return 0
 
 
@@ -20,18 +32,27 @@ def known() -> tuple[str, ...]:
     return tuple(name for name in sims.NAMES if importlib.util.find_spec(f"sims.{name}"))
 
 
-def find(name: str) -> ModuleType:
-    """The module of a system: one of `known`, or any importable module with `system()` and `problem()`."""
+def settings(name: str):
+    """The Study of a known system, or the default one."""
+    from parc_jax.study.settings import Study
+
+    return getattr(find(name), "STUDY", Study()) if name in known() else Study()
+
+
+def find(name: str, needed: tuple[str, ...] = ("system", "problem")) -> ModuleType:
+    """The module of a system: one of `known`, or any importable module with the functions needed. Raises InputError."""
     target = f"sims.{name}" if name in known() else name
+    if target == name and os.getcwd() not in sys.path:
+        sys.path.insert(0, os.getcwd())  # a console script does not look where it is started
     try:
         module = importlib.import_module(target)
     except ModuleNotFoundError as error:
         raise InputError(
             f"system: expected one of {', '.join(known())}, or a module of your own; got {name!r} ({error})."
         ) from None
-    for needed in ("system", "problem"):
-        if not callable(getattr(module, needed, None)):
-            raise InputError(f"system {name!r}: expected a function `{needed}()` in module {target}; there is none.")
+    for function in needed:
+        if not callable(getattr(module, function, None)):
+            raise InputError(f"system {name!r}: expected a function `{function}()` in module {target}; there is none.")
     return module
 
 

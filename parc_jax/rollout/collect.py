@@ -119,7 +119,7 @@ def map_rows(
     store = None
     if path is not None:
         chunk = chunk or ChunkStore.stored_chunk(path)
-    chunk = int(chunk or default_chunk(system, n, len(devices)))
+    chunk = int(chunk or getattr(system, "chunk", None) or default_chunk(system, n, len(devices)))
     if path is not None:
         given = content_hash(k) if _is_given(k) else ""
         law = law_of(system, k_law(k)).hash

@@ -27,10 +27,11 @@ class TranslationGap(NamedTuple):
 def translation_gap(system, key: jax.Array, starts: np.ndarray, stage: Stage = Stage.SEARCH) -> TranslationGap:
     """Run the same k and disturbance from the origin and from each of `starts` (n, n_p) [m], and compare offsets.
 
-    The system must offer `rollout_from(key, k, p0) -> Trajectory`, with p relative to p0. Rounding alone leaves a gap
+    The system must offer `rollout_from(key, k, p0) -> Trajectory`, with p relative to p0, or, if it is not JAX,
+    `rollout_from_batch(keys, ks, p0s)`. Rounding alone leaves a gap
     of about 1e-12 m in a smooth system; a chaotic one may turn that into more. Raises InputError without the method.
     """
-    if not callable(getattr(system, "rollout_from", None)):
+    if not can_start_elsewhere(system):
         raise InputError(
             f"translation_gap: expected {system.name} to offer rollout_from(key, k, p0) -> Trajectory; it does not. "
             "Without it, invariance is an assumption of every claim."
@@ -40,11 +41,16 @@ def translation_gap(system, key: jax.Array, starts: np.ndarray, stage: Stage = S
         raise InputError(f"translation_gap: expected starts (n, {system.n_p}); got {starts.shape}.")
     rows = simulator(system).rows(key, stage, np.arange(len(starts)))
     with x64():
-        many = jax.jit(jax.vmap(system.rollout_from))
+        many = getattr(system, "rollout_from_batch", None) or jax.jit(jax.vmap(system.rollout_from))
         here = many(rows.keys, jnp.asarray(rows.k), jnp.zeros_like(jnp.asarray(starts)))
         there = many(rows.keys, jnp.asarray(rows.k), jnp.asarray(starts))
     p = _gap(here.p, there.p).reshape(-1, system.n_p).max(axis=0)
     return TranslationGap(p, _gap(here.q, there.q).max(axis=0), starts, rows.k)
+
+
+def can_start_elsewhere(system) -> bool:
+    """Can the gap be measured? Otherwise invariance is an assumption of every claim."""
+    return any(callable(getattr(system, name, None)) for name in ("rollout_from", "rollout_from_batch"))
 
 
 def _gap(a, b) -> np.ndarray:

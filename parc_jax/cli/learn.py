@@ -1,0 +1,83 @@
+"""`parc-jax learn`: a model of a system, or of logged data, with an honest error bound."""
+
+import contextlib
+import io
+import shutil
+from dataclasses import replace
+from pathlib import Path
+
+
+def learn(
+    source: str,
+    /,
+    *,
+    out: Path,
+    plant: str | None = None,
+    rollouts: int | None = None,
+    hidden: tuple[int, ...] | None = None,
+    bins: tuple[int, ...] | None = None,
+    eps: float | None = None,
+    delta: float | None = None,
+    seeds: int | None = None,
+    steps: int | None = None,
+    dt: float | None = None,
+    t_f: float | None = None,
+    dt_record: float | None = None,
+    holdout: float = 0.4,
+    gap: float = 1e-3,
+    seed: int = 0,
+    quiet: bool = False,
+    json: bool = False,
+    cache: bool = True,
+) -> int:
+    """Learn a trajectory model and bound its error. Example: parc-jax learn drift_parking --out model.npz
+
+    From logged runs: parc-jax learn logs.npz --dt 0.1 --t-f 4 --dt-record 0.05 --out model.npz
+
+    Args:
+        source: A system of `parc-jax systems`, a module of yours with `system()`, or logged runs (.npz, .mat, folder).
+        out: The model file. Unfinished work is kept beside it, in OUT.unfinished.
+        plant: Plant of the simulator, e.g. mjx or ode. Default: the system's own.
+        rollouts: Number of training rollouts.
+        hidden: Widths of the hidden layers, e.g. 8 8 8 8.
+        bins: Bins per axis of K over which the tube's shape varies. Default: cut where the error changes.
+        eps: Probability with which a new run may leave the tube.
+        delta: One minus the confidence in that.
+        seeds: Networks trained, of which the best is kept.
+        steps: Training steps.
+        dt: Logged runs only: time between model knots [s].
+        t_f: Logged runs only: length of a run [s].
+        dt_record: Logged runs only: time between records [s]. Default: dt.
+        holdout: Logged runs only: share of the runs set aside for the bound.
+        gap: Largest effect of the start on a run [m or rad] that counts as rounding; a larger one is refused.
+        seed: Everything random follows from it.
+        quiet: No progress bars.
+        json: Print the result as JSON.
+        cache: Keep compiled programs in the user's cache folder.
+    """
+    from parc_jax.cli.cache import keep_compiled
+    from parc_jax.cli.lesson import from_logs, from_system
+    from parc_jax.cli.systems import build, find
+    from parc_jax.study.settings import Study, checked
+
+    if cache:
+        keep_compiled()
+    given = {
+        "hidden": hidden, "bins": bins, "rollouts": rollouts, "eps": eps, "delta": delta, "seeds": seeds,
+        "steps": steps,
+    }  # fmt: skip
+    given = {name: value for name, value in given.items() if value is not None}
+    work = out.with_name(f"{out.name}.unfinished")
+    if Path(source).suffix in (".npz", ".mat") or Path(source).is_dir():
+        study = checked(replace(Study(), **given))
+        learned = from_logs(Path(source), (dt, t_f, dt_record), study, holdout, seed)
+    else:
+        module = find(source, needed=("system",))
+        study = checked(replace(getattr(module, "STUDY", Study()), **given))
+        with contextlib.redirect_stdout(io.StringIO()):  # the simulator's libraries print to stdout on import
+            black_box = build(module, "system", plant=plant)
+        learned = from_system(black_box, study, seed, gap, work, quiet)
+    learned.model.save(out)
+    shutil.rmtree(work, ignore_errors=True)
+    print(learned.report(out, as_json=json))
+    return 0 if learned.model.tube.claimed.any() else 1

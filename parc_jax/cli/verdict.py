@@ -1,0 +1,51 @@
+"""What `solve` prints."""
+
+import json
+from pathlib import Path
+
+import numpy as np
+
+from parc_jax.answer import Answer
+from parc_jax.study.run import seconds
+
+
+def as_json(answer: Answer, path: Path, cold_s: float | None) -> str:
+    """The facts of an answer for other programs; the answer itself is in its file."""
+    proved = answer.no_plan is not None and answer.no_plan.kind == "proved"
+    facts = {
+        "answer": str(path), "found": answer.found, "proved_no_plan": proved, "samples": len(answer.samples),
+        "polytopes": len(answer.pieces), "coverage": answer.coverage._asdict(), "counts": answer.counts,
+        "safe_share": answer.safe_share, "volume": answer.volume(), "level": answer.level, "refused": answer.refused,
+        "first_sample_cold_s": cold_s, "timings": answer.timings, "first": answer.samples[0].tolist() if answer.found else None,
+        "statement": answer.statement(),
+    }  # fmt: skip
+    return json.dumps(facts, indent=1)
+
+
+def verdict(answer: Answer, path: Path, cold_s: float | None, short: bool = False) -> str:
+    """For a terminal. cold_s: [s] to the first sample of a first query, compiling included."""
+    lines = []
+    if answer.found and not short:
+        n_p, c, t = answer.model.n_p, answer.coverage, answer.timings
+        covering = (
+            f"covering {100 * c.share:.2f} % of the safe set (at least {100 * c.at_least:.2f} % with confidence "
+            f"{c.confidence:g})"
+        )
+        if c.share == 0:
+            covering = "how much of the safe set they cover was not measured in time (--budget)"
+        lines += [
+            f"first safe sample      {seconds(cold_s)} cold, {seconds(t['first_sample_s'])} warm",
+            f"safe                   {100 * answer.safe_share:.1f} % of the goal-reaching set",
+            f"safe polytopes         {len(answer.pieces)}, {covering}, in {seconds(t['cover_s'])}",
+            f"proof                  {answer.level}, {answer.refused} refused, in {seconds(t['proof_s'])}",
+            f"for example            p0 = {_row(answer.samples[0, :n_p])}, k = {_row(answer.samples[0, n_p:])}",
+            "",
+        ]
+    lines.append(answer.statement())
+    if not short:
+        lines += ["", f"Written to {path}. Verify with: parc-jax check {path}"]
+    return "\n".join(lines)
+
+
+def _row(values: np.ndarray) -> str:
+    return "(" + ", ".join(f"{v:.5g}" for v in values) + ")"

@@ -1,0 +1,96 @@
+"""A MuJoCo model file with a controller, stepped by MJX, as a black box."""
+
+import contextlib
+import io
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import jax
+import jax.numpy as jnp
+
+from parc_jax.errors import InputError
+from parc_jax.sets.box import Box
+from parc_jax.system import TimeGrid, Trajectory
+
+
+@dataclass(frozen=True, eq=False)
+class MJXSystem:
+    """A MuJoCo model under a controller that k steers. Build with `mjx_system`, which validates.
+
+    The first n_p joint coordinates are the workspace position, so they must be slide joints (or the first three of a
+    free joint). Deterministic unless `start` draws something from the key.
+    """
+
+    name: str
+    domain: Box
+    time: TimeGrid
+    n_p: int
+    n_q: int
+    model: Any
+    steps: int
+    controller: Callable
+    final: Callable
+    start: Callable
+
+    def rollout(self, key: jax.Array, k: jax.Array) -> Trajectory:
+        """One run from the model's initial state."""
+        return self.rollout_from(key, k, jnp.zeros(self.n_p, k.dtype))
+
+    def rollout_from(self, key: jax.Array, k: jax.Array, p0: jax.Array) -> Trajectory:
+        """One run with the position moved by p0 (n_p,) [m]; p is relative to it."""
+        from mujoco import mjx
+
+        # MJX mixes dtypes and ranks that strict settings of the caller would refuse
+        with jax.numpy_dtype_promotion("standard"), jax.numpy_rank_promotion("allow"):
+            model = mjx.put_model(self.model)
+            data = self.start(key, k, mjx.make_data(model))
+            data = data.replace(qpos=data.qpos.at[: self.n_p].add(p0))
+            home = data.qpos[: self.n_p]
+
+            def step(data, _):
+                data = data.replace(ctrl=self.controller(data.qpos, data.qvel, data.time, k))
+                return mjx.step(model, data), None
+
+            def record(data, _):
+                data, _ = jax.lax.scan(step, data, length=self.steps)
+                return data, data.qpos[: self.n_p] - home
+
+            data, p = jax.lax.scan(record, data, length=self.time.n_record)
+            p = jnp.concatenate([jnp.zeros((1, self.n_p), p.dtype), p])
+            return Trajectory(p, jnp.reshape(self.final(data.qpos, data.qvel), (self.n_q,)).astype(p.dtype))
+
+
+def mjx_system(
+    model, controller: Callable, domain: Box, time: TimeGrid, *, n_p: int = 2, n_q: int = 0,
+    final: Callable = lambda qpos, qvel: qpos[:0], start: Callable = lambda key, k, data: data, name: str | None = None,
+) -> MJXSystem:  # fmt: skip
+    """A black box from a MuJoCo model.
+
+    model: path of an MJCF file, or its text. controller: (qpos, qvel, time, k (n_k,)) -> ctrl (n_u,), traceable, held
+    over one step of the model. final: (qpos, qvel) -> q (n_q,). start: (key, k, data) -> data, the initial state and
+    every disturbance that is drawn per run. time.dt_record must be a whole number of the model's time steps.
+    Raises InputError.
+    """
+    with contextlib.redirect_stdout(io.StringIO()):  # importing mjx prints when an optional package is missing
+        import mujoco
+        from mujoco import mjx  # noqa: F401
+    text = str(model)
+    try:
+        if text.lstrip().startswith("<"):
+            compiled = mujoco.MjModel.from_xml_string(text)
+        else:
+            compiled = mujoco.MjModel.from_xml_path(text)
+    except ValueError as error:
+        raise InputError(f"MuJoCo model: expected an MJCF file or its text; {error}") from None
+    steps = time.dt_record / compiled.opt.timestep
+    if abs(steps - round(steps)) > 1e-9 * steps:
+        raise InputError(
+            f"MuJoCo model: expected dt_record to be a whole number of its time steps of {compiled.opt.timestep} s; "
+            f"got {time.dt_record} s."
+        )
+    if compiled.nq < n_p:
+        raise InputError(f"MuJoCo model: expected at least {n_p} joint coordinates; it has {compiled.nq}.")
+    name = name or ("mujoco" if text.lstrip().startswith("<") else Path(text).stem)
+    return MJXSystem(name, domain, time, n_p, n_q, compiled, round(steps), controller, final, start)
