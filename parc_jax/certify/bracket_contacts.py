@@ -15,6 +15,7 @@ from parc_jax.problem import Disc, ReachAvoid
 from parc_jax.tolerances import TOLERANCES
 
 DIRECTIONS = 16  # body points on the rim of a disc that are tried
+ROUNDING = 1e-10  # [1 and m] weights and points are right up to this; far less than contact_depth
 INSIDE = 1 - 2.0**-30  # body points are pulled towards the middle by this factor
 
 
@@ -35,7 +36,13 @@ class Contacts:
             rim = problem.body.radius * INSIDE * np.stack([np.cos(angle), np.sin(angle)], axis=1)
             self.points = np.concatenate([np.zeros((1, 2)), rim])
         else:
-            self.points = np.concatenate([problem.body.vertices.mean(axis=0)[None], problem.body.vertices])
+            v = problem.body.vertices
+            self.points = np.concatenate([v.mean(axis=0)[None], v])
+            self.triples = np.array(list(itertools.combinations(range(len(v)), min(3, len(v)))))
+            self.system = np.concatenate(
+                [v[self.triples].swapaxes(1, 2), np.ones((len(self.triples), 1, min(3, len(v))))], 1
+            )
+            self.solve = np.linalg.pinv(self.system)
 
     def find(self, p: np.ndarray, error: np.ndarray) -> list | None:
         """Certificate entries [body, error] that serve all points p (v, 2), or None. error (2,) [m]: half widths."""
@@ -57,7 +64,7 @@ class Contacts:
                 left &= ~served[best]
                 continue
             own = self._own(p[np.flatnonzero(left)[0]], error)
-            now = left & (self._depth(p + sum(own)) > 0)
+            now = left & (self._depth(p + sum(own)) > 10 * ROUNDING)
             if not now[np.flatnonzero(left)[0]]:
                 return None
             chosen.append(own)
@@ -80,20 +87,18 @@ class Contacts:
         return body[best], shift[best]
 
     def _misfit(self, body: np.ndarray) -> np.ndarray:
-        if isinstance(self.body, Disc):
-            return np.hypot(*body.T)
-        return np.array([-w[1].min() if (w := self._weights(x)) is not None else np.inf for x in body])
+        return np.hypot(*body.T) if isinstance(self.body, Disc) else self._weights(body)[2]
 
-    def _weights(self, x: np.ndarray):
-        """(Vertex numbers, weights) of the triangle of body vertices that holds x (2,) best, or None."""
-        found = None
-        for rows in itertools.combinations(range(len(self.body.vertices)), min(3, len(self.body.vertices))):
-            corners_ = self.body.vertices[list(rows)]
-            system = np.concatenate([corners_.T, np.ones((1, len(rows)))])
-            w = np.linalg.lstsq(system, np.append(x, 1.0), rcond=None)[0]
-            if found is None or w.min() > found[1].min():
-                found = rows, w
-        return found
+    def _weights(self, x: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Vertex numbers (n, 3), weights (n, 3) and misfit (n,) of the triangle of body vertices that fits x (n, 2)
+        best; a misfit up to rounding means that it holds x."""
+        target = np.concatenate([x, np.ones((len(x), 1))], axis=1)
+        w = np.einsum("cij,nj->nci", self.solve, target)
+        missed = np.abs(np.einsum("cji,nci->ncj", self.system, w) - target[:, None]).max(axis=2)
+        misfit = np.maximum(-w.min(axis=2), missed)
+        best = misfit.argmin(axis=1)
+        rows = np.arange(len(x))
+        return self.triples[best], w[rows, best], misfit[rows, best]
 
     def _spell(self, chosen) -> list | None:
         """JSON entries; None when a body point cannot be spelled inside the body."""
@@ -118,9 +123,9 @@ class Contacts:
         if len(equal):
             whole[equal[0]] = Fraction(1)
             return [str(v) for v in whole]
-        rows, w = self._weights(body)
+        (rows,), (w,), (misfit,) = self._weights(body[None])
         short = [Fraction(round(max(v, 0.0) * 2**40), 2**40) for v in w]
-        if w.min() < -1e-9 or sum(short) == 0:
+        if misfit > ROUNDING:
             return None
         for row, v in zip(rows, short, strict=True):
             whole[row] = v / sum(short)

@@ -23,6 +23,7 @@ from parc_jax.sets.box import Box
 from parc_jax.tolerances import TOLERANCES
 
 BOXES, VERTICES = 32, 512  # looked at together in one compiled call
+SAFE_COST = 4  # time of the checker for a safe leaf, in unsafe ones: it looks at all obstacles and intervals
 TRIED = 16  # plans per open box that are looked at in the hope that one is safe
 
 
@@ -110,7 +111,7 @@ class Search:
                 at = choose_split(node, rooms, seen.effects[i], seen.slopes[i], self.model.tube, n_p)
                 children += node.cut(*at, n_p)
             else:
-                self.exact_vertices += len(node.vertices)
+                self.exact_vertices += len(node.vertices) * (SAFE_COST if node.leaf[0] == "safe" else 1)
         return children
 
     def _look(self, boxes: Boxes, k: np.ndarray, owner: np.ndarray) -> Look:
