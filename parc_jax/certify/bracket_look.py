@@ -99,7 +99,8 @@ def look(net, scene, k, owner, boxes: Boxes) -> Look:
     gaps, ways = jax.vmap(_gaps, in_axes=(None, 0, 0))(scene.obstacles, path, boxes.least)
     reach = (most_of(back) - least_of(back)) / 2 + ((z_hi - z_lo) / 2)[:, None]
     score = gaps + dot2(jnp.abs(ways), _moments(reach)[:, None])
-    _, flat = jax.lax.top_k(-score.reshape(n, -1), CANDIDATES)
+    scores = -score.reshape(n, -1)
+    _, flat = jax.lax.top_k(scores, min(CANDIDATES, scores.shape[1]))
     o, t, share = jnp.unravel_index(flat, score.shape[1:])
     which = jnp.stack([o, t, share], axis=2)
     chosen = ways[jnp.arange(n)[:, None], o, t, share]
