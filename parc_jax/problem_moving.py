@@ -18,10 +18,10 @@ Span = tuple[int, int]
 def moving(obstacle, velocity, steps: Span, dt: float, *, every: int = 1) -> tuple[list[HPolytope], list[Span]]:
     """A planar obstacle in uniform motion, as obstacles and steps for `reach_avoid`. Raises InputError.
 
-    obstacle: Box or HPolytope [m] as it stands at time 0 of the manoeuvre, its floats as they are. velocity: (2,) [m/s]. steps: first and last
-    interval in which it exists. dt: [s] of an interval, `model.time.dt`. every: intervals per returned polytope; more
-    makes fewer and larger ones. Each contains all places of the obstacle during its intervals, ends included; offsets
-    are rounded up. A path that bends is several calls; a union of sets is several obstacles.
+    obstacle: Box or HPolytope [m] as it stands at time 0 of the manoeuvre, its floats taken as they are. velocity: (2,)
+    [m/s]. steps: first and last interval in which it exists. dt: [s] of an interval, `model.time.dt`. every: intervals
+    per returned polytope; more makes fewer and larger ones. Each contains all places of the obstacle during its
+    intervals, ends included; offsets are rounded up. A path that bends is several calls; a union is several obstacles.
     """
     poly = from_box(obstacle) if isinstance(obstacle, Box) else obstacle
     v = as_float64("velocity", velocity, (2,))

@@ -5,7 +5,7 @@ from flax import struct
 
 from parc_jax.arrays import as_float64
 from parc_jax.avoid.grown import GrownObstacles, grown_obstacles
-from parc_jax.certify.batch_scenes import size_class
+from parc_jax.certify.batch_scenes import LEAST_CORNERS, more_rows, size_class
 from parc_jax.certify.scene import Scene, float_slack, floats_within
 from parc_jax.errors import InputError
 from parc_jax.model import TrajectoryModel
@@ -92,7 +92,7 @@ def lay_out_boxes(boxes: BoxScenes, model: TrajectoryModel) -> Scene:
     """Stacked arrays, equal to those of `scene` for every problem up to one rounding of corners of a polygon body."""
     s, o, _ = boxes.obstacle_lo.shape
     T, body_corner, body_sign = model.time.n_steps, *_body_table(boxes.body, model)
-    n_o, n_m = size_class(o), size_class(len(body_corner), 4)
+    n_o, n_m = size_class(o), size_class(len(body_corner), LEAST_CORNERS)
     upper = (body_sign > 0)[None, None]  # (1, 1, m, 2)
     corner = np.zeros((s, n_o, n_m, 2))
     kept = np.where(upper, boxes.obstacle_hi[:, :, None], boxes.obstacle_lo[:, :, None]) + body_corner[None, None]
@@ -125,6 +125,4 @@ def _rows(lo: np.ndarray, hi: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     s, n = lo.shape
     b = np.concatenate([hi, -lo], axis=1)
     A = np.broadcast_to(np.concatenate([np.eye(n), -np.eye(n)]), (s, 2 * n, n)) * np.isfinite(b)[..., None]
-    extra = size_class(2 * n) - 2 * n
-    b = np.pad(np.where(np.isfinite(b), b, 1.0), ((0, 0), (0, extra)), constant_values=1.0)
-    return np.pad(A, ((0, 0), (0, extra), (0, 0))), b
+    return more_rows(A, np.where(np.isfinite(b), b, 1.0))

@@ -12,6 +12,9 @@ from parc_jax.errors import InputError
 from parc_jax.model import TrajectoryModel
 from parc_jax.problem import ReachAvoid
 
+LEAST_ROWS = 8  # of goal and start, so that most scenes agree; a row costs little
+LEAST_CORNERS = 4
+
 
 class SizeClass(NamedTuple):
     """Scenes of one padded size. rows: (s,) where they stand in the question. scenes: Scene with a leading axis s."""
@@ -47,10 +50,10 @@ def sized(scene: Scene) -> Scene:
     """One scene padded to its size class. Padding never holds a plan back: rows 0 x <= 1, obstacles never active."""
     grown = scene.obstacles
     o, m = grown.corner.shape[:2]
-    more_o, more_m, none = (0, size_class(o) - o), (0, size_class(m, 4) - m), (0, 0)
+    more_o, more_m, none = (0, size_class(o) - o), (0, size_class(m, LEAST_CORNERS) - m), (0, 0)
     corner, sign = (np.pad(x, (more_o, more_m, none), mode="edge") for x in (grown.corner, grown.sign))
     obstacles = GrownObstacles(corner, sign, grown.radius, np.pad(grown.active, (more_o, none)))
-    goal, start = (_more_rows(*pair) for pair in ((scene.goal_A, scene.goal_b), (scene.start_A, scene.start_b)))
+    goal, start = more_rows(scene.goal_A, scene.goal_b), more_rows(scene.start_A, scene.start_b)
     return scene.replace(
         goal_A=goal[0], goal_b=goal[1], start_A=start[0], start_b=start[1], obstacles=obstacles, directions=None
     )
@@ -78,6 +81,8 @@ def check_stack(scenes: Scene, model: TrajectoryModel) -> int:
     return counts.pop()
 
 
-def _more_rows(A: np.ndarray, b: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    extra = size_class(len(b)) - len(b)
-    return np.pad(A, ((0, extra), (0, 0))), np.pad(b, (0, extra), constant_values=1.0)
+def more_rows(A: np.ndarray, b: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Rows A (..., h, n), b (..., h) with padding rows up to their size class."""
+    extra = (0, size_class(b.shape[-1], LEAST_ROWS) - b.shape[-1])
+    none = [(0, 0)] * (b.ndim - 1)
+    return np.pad(A, [*none, extra, (0, 0)]), np.pad(b, [*none, extra], constant_values=1.0)
