@@ -72,7 +72,7 @@ class Answer:
 
     @property
     def counts(self) -> dict[str, int]:
-        """Points drawn uniformly over K x goal box, how many of them reach the goal, how many are safe."""
+        """Points drawn uniformly over all that could reach the goal, how many of them do, how many are safe."""
         return {"drawn": self._cover.drawn, "reaching": self._cover.reaching, "safe": self._cover.safe}
 
     @property
@@ -82,7 +82,7 @@ class Answer:
 
     def volume(self, confidence: float = 0.99) -> tuple[float, float, float]:
         """Volume of the model's safe set: estimate and Clopper-Pearson interval, in units of p0 and k multiplied."""
-        whole = float(self.model.domain.volume * np.prod(self.scene.z_hi - self.scene.z_lo))
+        whole = self._cover.volume
         n, x, tail = self._cover.drawn, self._cover.safe, (1 - confidence) / 2
         low = 0.0 if x == 0 else float(beta.ppf(tail, x, n - x + 1))
         high = 1.0 if x == n else float(beta.ppf(1 - tail, x + 1, n - x))
@@ -166,7 +166,7 @@ class Answer:
         claim = self.model.claim.to_json() | {"network_hash": hashes["network"], "tube_hash": hashes["tube"]}
         meta = {
             "system": self.model.system, "level": self.level, "statement": self.statement(),
-            "counts": self.counts, "coverage": self.coverage._asdict(),
+            "counts": self.counts, "volume_drawn": self._cover.volume, "coverage": self.coverage._asdict(),
         }  # fmt: skip
         return {
             "format": FORMAT, "problem": problem, "network": network, "tube": tube, "claim": _plain(claim),

@@ -149,4 +149,4 @@ class Planner:
         seen = points(p0, k, e).at(e.safe)
         none = Coverage(0.0, 0.0, confidence, len(seen.k), len(seen.k))
         first = time.perf_counter() - begin if len(seen.k) else None
-        return Cover([], none, len(found), len(found), len(seen.k), seen, first, None, [])
+        return Cover([], none, len(found), len(found), len(seen.k), float("nan"), seen, first, None, [])

@@ -23,6 +23,7 @@ DRAW = 8192
 LARGEST_DRAW = 65536
 HOPELESS = 50_000  # drawn without a safe one: other means have to decide whether there is any
 ENOUGH = 2000  # fresh safe points that make a look worth having
+ARMED = 1.0  # [target] the next look may stop once this one left at most this share uncovered
 
 
 class Coverage(NamedTuple):
@@ -36,7 +37,8 @@ class Coverage(NamedTuple):
 
 
 class Cover(NamedTuple):
-    """Pieces and what was seen. drawn, reaching, safe: counts over all draws (uniform over K x the goal's box).
+    """Pieces and what was seen. drawn, reaching, safe: counts over all draws, which are uniform over a
+    set of the given volume.
 
     history: (seconds, pieces, share covered) after each look.
     """
@@ -46,6 +48,7 @@ class Cover(NamedTuple):
     drawn: int
     reaching: int
     safe: int
+    volume: float
     points: Points
     first_sample_s: float | None
     first_piece_s: float | None
@@ -61,6 +64,7 @@ def cover(
     spent = lambda: time.perf_counter() - begin  # noqa: E731
     grower = Grower(model, problem, scene, rng)
     drawn = reaching = safe = look = 0
+    armed = False  # only a look that was announced by the one before may stop, so only such looks cost confidence
     coverage = Coverage(0.0, 0.0, confidence, 0, 0)  # nothing is known to be covered until a fresh look says so
     first_sample = first_piece = None
     seen: list[Points] = []
@@ -75,12 +79,12 @@ def cover(
         inside = grower.contains(batch.safe)
         seen.append(batch.safe)
         if fresh:
-            look += 1
+            look += armed
             # two questions per look, about all pieces and about those that pruning leaves; the shares sum to one
-            level = 1 - (1 - confidence) * 3 / (np.pi * look) ** 2
+            level = 1 - (1 - confidence) * 3 / (np.pi * max(look, 1)) ** 2
             coverage = _coverage(inside, level, confidence)
             history.append((spent(), len(grower.pieces), coverage.share))
-        if coverage.at_least >= 1 - target:
+        if armed and coverage.at_least >= 1 - target:
             kept = grower.pruned(_joined(seen[:-1]))  # what pruning has looked at could not judge what it leaves
             left = _coverage(SafeUnion(model, scene, kept).count(batch.safe) > 0, level, confidence)
             if left.at_least >= 1 - target:
@@ -90,11 +94,14 @@ def cover(
             first_piece = first_piece or spent()
             if spent() > budget_s:
                 break
+        armed = fresh > 0 and 1 - coverage.share < ARMED * target
         if spent() > budget_s or (safe == 0 and drawn >= HOPELESS):
             pieces = grower.pieces  # nothing fresh is left to judge a choice among them
             break
         size = DRAW if drawn == FIRST_DRAW else min(LARGEST_DRAW, 2 * size) if fresh < ENOUGH else size
-    return Cover(pieces, coverage, drawn, reaching, safe, _joined(seen), first_sample, first_piece, history)
+    return Cover(
+        pieces, coverage, drawn, reaching, safe, batch.volume, _joined(seen), first_sample, first_piece, history
+    )
 
 
 def _joined(parts: list[Points]) -> Points:

@@ -31,21 +31,45 @@ class Points(NamedTuple):
 
 
 class Draw(NamedTuple):
-    """One batch: how many points were drawn, how many reach the goal in the model, and the safe ones."""
+    """One batch: how many points were drawn, how many reach the goal in the model, and the safe ones.
+
+    volume: of the set they are uniform over, in units of p0 and k multiplied; it holds every (p0, k) that reaches.
+    """
 
     drawn: int
     reaching: int
     safe: Points
+    volume: float
 
 
 def draw(model: TrajectoryModel, scene: Scene, rng: np.random.Generator, n: int) -> Draw:
-    """Draw k uniform in K and the end point uniform in the goal's box, n times; p0 follows. Volume preserving."""
-    k = rng.uniform(model.domain.lo, model.domain.hi, (n, model.n_k))
-    z = rng.uniform(scene.z_lo, scene.z_hi, (n, model.n_p))
-    p0, reaches = anchor(model, scene, z, k)
+    """n points (z, k), uniform over bin x (the goal's box less the bin's final error) for all bins of the tube.
+
+    z is where the plan ends in the model; p0 = z - c_f(k) follows. Volumes of (z, k) are volumes of (p0, k). [T15]
+    """
+    boxes = [model.tube.bin_box(b) for b in range(model.tube.n_bins)]
+    k_lo, k_hi = np.array([lo for lo, _ in boxes]), np.array([hi for _, hi in boxes])
+    error = model.tube.final[:, : model.n_p]
+    z_lo, z_hi = scene.z_lo + error, scene.z_hi - error
+    with np.errstate(invalid="ignore"):  # a bin without claim has an infinite error and no room at all
+        room = np.where((z_lo < z_hi).all(axis=1), np.prod(z_hi - z_lo, axis=1), 0.0)
+    size = room * np.prod(k_hi - k_lo, axis=1)
+    whole = float(size.sum())
+    if whole == 0:
+        return Draw(n, 0, _no_points(model), 0.0)
+    b = rng.choice(len(size), n, p=size / whole)
+    k = rng.uniform(k_lo[b], k_hi[b])
+    p0, reaches = anchor(model, scene, rng.uniform(z_lo[b], z_hi[b]), k)
     p0, k = p0[reaches], k[reaches]
     e = evaluate(model, scene, p0, k)
-    return Draw(n, len(k), points(p0, k, e).at(e.safe))
+    return Draw(n, len(k), points(p0, k, e).at(e.safe), whole)
+
+
+def _no_points(model: TrajectoryModel) -> Points:
+    pattern, number = np.zeros((0, sum(model.net.hidden)), bool), np.zeros(0, int)
+    path = np.zeros((0, model.time.n_steps + 1, model.n_p))
+    p0, k = np.zeros((0, model.n_p)), np.zeros((0, model.n_k))
+    return Points(p0, k, path, np.zeros(0), number, pattern, cell_of(pattern, number))
 
 
 def points(p0: np.ndarray, k: np.ndarray, e: Evaluation) -> Points:

@@ -60,7 +60,8 @@ def _answer(data: dict, report) -> Answer:
     known = {name: _count(value) for name, value in meta["coverage"].items()}
     counts = meta["counts"]
     coverage = Coverage(**known)
-    cover = Cover(pieces, coverage, counts["drawn"], counts["reaching"], counts["safe"], seen, None, None, [])
+    tally = counts["drawn"], counts["reaching"], counts["safe"], float(meta["volume_drawn"])
+    cover = Cover(pieces, coverage, *tally, seen, None, None, [])
     union, no_plan = SafeUnion(model, laid_out, pieces), _no_plan(data["no_plan"], report.no_plan)
     return Answer(model, problem, laid_out, cover, samples, data["samples"], union, LEVELS[1], 0, {}, no_plan)
 
@@ -127,4 +128,6 @@ def _count(value):
 
 def _floats(value):
     """Nested lists of numbers as the file spells them -> the nearest floats."""
-    return [_floats(v) for v in value] if isinstance(value, list) else float(number(value))
+    if isinstance(value, list):
+        return [_floats(v) for v in value]
+    return float(number(value)) or (-0.0 if value.startswith("-") else 0.0)  # the sign of a zero is in the hashes

@@ -10,7 +10,7 @@ import numpy as np
 
 from parc_jax.answer import Answer
 from parc_jax.certify.draw import draw, generator
-from parc_jax.certify.replay import Replay, replay
+from parc_jax.certify.replay import Replay
 from parc_jax.certify.scene import scene
 from parc_jax.errors import InputError
 from parc_jax.keys import Stage, stream
@@ -22,15 +22,19 @@ from parc_jax.rollout.files import write_atomic
 from parc_jax.study.learn import Learned, Lesson, final_error, learn
 from parc_jax.study.settings import Study, checked
 from parc_jax.study.stopwatch import Stopwatch
+from parc_jax.study.trial import first_of, tally, trial
 
 COMPARED = 32_768  # points drawn to estimate the safe share of every row of the comparison
 
 
 class Outcome(NamedTuple):
-    """Everything a study produced. lesson is None when the model came from a file."""
+    """Everything a study produced. lesson is None when the model came from a file.
+
+    runs: of every returned plan, study.repeats each, grouped by plan; None when there is no plan.
+    """
 
     answer: Answer
-    replay: Replay
+    runs: Replay | None
     table: RegionTable
     lesson: Lesson | None
     metrics: dict
@@ -38,9 +42,11 @@ class Outcome(NamedTuple):
 
 def run_study(
     system, problem: ReachAvoid, study: Study, out: Path, seed: int, model: TrajectoryModel | None = None,
-    quiet: bool = False,
+    quiet: bool = False, learn_from=None,
 ) -> Outcome:  # fmt: skip
-    """Learn (unless a model is given), solve, replay, draw, and write it all below `out`.
+    """Learn (unless a model is given), solve, replay, and write it all below `out`.
+
+    learn_from: the same system on another plant, for the many runs of training and claims; the replay is of `system`.
 
     Raises InputError for settings or scenes that make no sense, SoundnessError when a replay contradicts a proof.
     """
@@ -48,7 +54,7 @@ def run_study(
     key, watch, out = jax.random.PRNGKey(seed), Stopwatch(), Path(out)
     lesson = None
     if model is None:
-        lesson = learn(system, study, key, watch, out / "unfinished", quiet)
+        lesson = learn(learn_from or system, study, key, watch, out / "unfinished", quiet)
         model = lesson.main
         model.save(out / "model.npz")
     rows = []
@@ -65,11 +71,10 @@ def run_study(
         cold = planner.solve(problem, jax.random.fold_in(key, 1), **options | {"budget_s": 0.0, "proof": False})
     with watch("safe set"):
         answer = planner.solve(problem, key, **options)
+    runs = None
     if answer.found:
         with watch("replay"):
-            replayed = replay(system, model, answer.scene, answer.samples, key)
-    else:
-        replayed = None
+            runs = trial(system, model, answer.scene, answer.samples, key, study.repeats, quiet)
     answer.save(out / "answer.json")
     metrics = {
         "system": system.name, "seed": seed, "jax": jax.__version__, "python": platform.python_version(),
@@ -78,13 +83,10 @@ def run_study(
         "coverage": answer.coverage._asdict(), "level": answer.level, "refused": answer.refused,
         "volume": answer.volume(), "share_of_k": answer.share_of_k,
         "first_sample_cold_s": cold.timings["first_sample_s"], "timings": answer.timings,
-        "replay": None if replayed is None else {
-            "plans": len(answer.samples), "reached": int(replayed.reached.sum()),
-            "touched": int(replayed.touched.sum()), "left_tube": int((~replayed.inside).sum()),
-        },
+        "replay": None if runs is None else tally(runs, study.repeats, study.delta),
         "comparison": rows, "stages": watch.stages, "claim": model.claim.to_json(),
     }  # fmt: skip
-    return Outcome(answer, replayed, table, lesson, finish(out, metrics))
+    return Outcome(answer, runs, table, lesson, finish(out, metrics))
 
 
 def finish(out: Path, metrics: dict) -> dict:
@@ -94,17 +96,21 @@ def finish(out: Path, metrics: dict) -> dict:
 
 
 def compare(learned: Learned, problem: ReachAvoid, key: jax.Array) -> list[dict]:
-    """Two rows for one network: regions, error at the end, and safe share, under the assumed and the honest claim."""
+    """A row per claim of one network, the assumed one first: regions, error at the end, safe share."""
     rows = []
     regions = enumerate_regions(learned.honest.net, learned.honest.domain).count
-    for model in (learned.assumed, learned.honest):
+    for model in (learned.assumed, *learned.claimed):
         row = {
-            "network": learned.name, "claim": model.claim.kind, "regions": regions,
+            "network": learned.name, "claim": model.claim.kind, "by_bin": model.claim.bin_eps is not None,
+            "unclaimed_bins": int((~model.tube.claimed).sum()), "regions": regions,
             "final_error": final_error(model).tolist(),
         }  # fmt: skip
         try:
-            seen = draw(model, scene(problem, model), generator(stream(key, Stage.SEARCH)), COMPARED)
-            row |= {"reaching": seen.reaching / seen.drawn, "safe": len(seen.safe.k) / seen.drawn}
+            laid_out = scene(problem, model)
+            seen = draw(model, laid_out, generator(stream(key, Stage.SEARCH)), COMPARED)
+            box = float(model.domain.volume * np.prod(laid_out.z_hi - laid_out.z_lo))
+            share = seen.volume / box / seen.drawn
+            row |= {"reaching": seen.reaching * share, "safe": len(seen.safe.k) * share}
         except InputError as error:  # the goal is narrower than this model's error: nothing can be safe
             row |= {"reaching": 0.0, "safe": 0.0, "why": str(error)}
         rows.append(row)
@@ -121,12 +127,16 @@ def figures(outcome: Outcome, study: Study, out: Path) -> list[Path]:
     from parc_jax.plot.errors import Entry, errors
     from parc_jax.plot.regions import regions
     from parc_jax.plot.samples import samples
+    from parc_jax.plot.spread import spread as spread_of_runs
     from parc_jax.plot.verdicts import region_seconds, region_verdicts
 
     answer, drawn = outcome.answer, []
     if answer.found:
         drawn.append(out / "samples.png")
-        samples(answer, outcome.replay, drawn[-1], heading=study.heading)
+        samples(answer, first_of(outcome.runs, study.repeats), drawn[-1], heading=study.heading)
+        if study.repeats > 1:
+            drawn.append(out / "spread.png")
+            spread_of_runs(answer, outcome.runs, study.repeats, drawn[-1])
     if 2 <= answer.model.n_k <= 3:
         drawn.append(out / "regions.png")
         verdicts, when = region_verdicts(answer, outcome.table), region_seconds(answer, outcome.table)

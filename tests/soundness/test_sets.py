@@ -206,8 +206,8 @@ def test_same_key_same_answer_other_key_other_answer():
 
 def test_volume_interval_and_safe_share_hold_the_truth(answers, rng):
     for answer in answers.values():
-        whole = float(answer.model.domain.volume * np.prod(answer.scene.z_hi - answer.scene.z_lo))
         seen = draw(answer.model, answer.scene, rng, 60_000)
+        whole = seen.volume
         share = len(seen.safe.k) / seen.drawn
         _, low, high = answer.volume(0.9999)
         error = 4 * np.sqrt(share / seen.drawn) * whole
