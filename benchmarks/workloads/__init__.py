@@ -10,6 +10,7 @@ NAMES = (
     "points",
     "lps",
     "query",
+    "batch_query",
     "checking",
     "fails_safely",
     "cold_start",
