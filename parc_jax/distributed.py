@@ -6,6 +6,7 @@ gathered again, so every host ends with all results, equal to those of a single 
 
 import contextlib
 import io
+import json
 
 import jax
 import numpy as np
@@ -113,6 +114,29 @@ def exchange(arrays: dict[str, np.ndarray]) -> list[dict[str, np.ndarray]]:
         with np.load(io.BytesIO(row[:size].tobytes())) as file:
             out.append({name: file[name] for name in file.files})
     return out
+
+
+def from_all(value) -> list:
+    """One JSON value of every host, in the order of hosts, on every host."""
+    return [json.loads(str(part["value"])) for part in exchange({"value": np.array(json.dumps(value))})]
+
+
+def from_first(tree):
+    """The arrays of the first host, on every host: for what machines may round differently, such as training."""
+    leaves, structure = jax.tree.flatten(tree)
+    first = exchange({str(i): np.asarray(x) for i, x in enumerate(leaves)})[0]
+    return jax.tree.unflatten(structure, [first[str(i)] for i in range(len(leaves))])
+
+
+def require_same(name: str, value) -> None:
+    """Refuse to share work that hosts describe in different words. Raises InputError."""
+    said = from_all(value)
+    if any(other != said[0] for other in said):
+        number = next(i for i, other in enumerate(said) if other != said[0])
+        raise InputError(
+            f"{name}: expected the same work on every host; host {number} differs from host 0 in "
+            f"{sorted(f for f in said[0] if said[number].get(f) != said[0][f])}. Same command, files and versions?"
+        )
 
 
 @contextlib.contextmanager

@@ -1,5 +1,6 @@
 """Work in chunks: several worker threads, bounded memory, results in order, finished chunks kept on disk."""
 
+import contextlib
 import json
 import os
 import queue
@@ -12,6 +13,7 @@ from pathlib import Path
 import jax
 import numpy as np
 
+from parc_jax.distributed import exchange
 from parc_jax.errors import InputError
 from parc_jax.rollout.files import read_npz, write_atomic, write_npz
 
@@ -79,8 +81,19 @@ def worker_devices(system) -> list:
 def run_chunks(work: Callable[[int, object], Arrays], n_chunks: int, devices: list, store=None) -> Iterator[Arrays]:
     """Yield work(index, device) for every index, in order, at most two results per worker ahead of the consumer.
 
-    A chunk found in the store is not computed again. On an error or Ctrl-C, waiting chunks are cancelled.
+    With several hosts each works on every so-manieth chunk, and all of them yield all chunks. A chunk found in the
+    store is not computed again. On an error or Ctrl-C, waiting chunks are cancelled.
     """
+    hosts = jax.process_count()
+    mine = run_here(work, range(jax.process_index(), n_chunks, hosts), devices, store)
+    with contextlib.closing(mine):
+        for _ in range(0, n_chunks, hosts):
+            # in the last turn a host without a chunk brings nothing
+            yield from (arrays for arrays in exchange(next(mine, {})) if arrays)
+
+
+def run_here(work: Callable[[int, object], Arrays], indices, devices: list, store=None) -> Iterator[Arrays]:
+    """The chunks of this host, in order."""
     free = queue.SimpleQueue()
     for device in devices:
         free.put(device)
@@ -100,7 +113,7 @@ def run_chunks(work: Callable[[int, object], Arrays], n_chunks: int, devices: li
 
     pool, waiting = ThreadPoolExecutor(len(devices)), deque()
     try:
-        for index in range(n_chunks):
+        for index in indices:
             waiting.append(pool.submit(one, index))
             if len(waiting) > 2 * len(devices):
                 yield waiting.popleft().result()

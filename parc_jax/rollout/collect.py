@@ -1,5 +1,6 @@
 """Black box -> batches of recorded runs, resumable and independent of chunking."""
 
+import shutil
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -7,6 +8,7 @@ import jax
 import numpy as np
 
 from parc_jax.arrays import content_hash
+from parc_jax.distributed import from_all, require_same
 from parc_jax.errors import InputError
 from parc_jax.keys import Stage
 from parc_jax.rollout.batch import RolloutBatch, concatenate, rollout_batch
@@ -39,7 +41,7 @@ def collect(
     of the same
     work is loaded. quiet: no progress bar. Raises InputError.
     """
-    if path is not None and Path(path).exists():
+    if path is not None and all(from_all(Path(path).exists())):
         done = rollouts_from_npz(path, read_npz(path))
         wanted = (law_of(system, k_law(k)), seed_of(key), int(stage), n)
         same = (done.law, done.seed, done.stage, done.n) == wanted and done.rows[0] == first_row
@@ -53,9 +55,7 @@ def collect(
     batch = concatenate(stream)
     if path is not None:
         save_rollouts(path, batch)
-        for leftover in parts.iterdir():
-            leftover.unlink()
-        parts.rmdir()
+        shutil.rmtree(parts, ignore_errors=True)  # hosts may share the folder
     return batch
 
 
@@ -119,19 +119,21 @@ def map_rows(
     store = None
     if path is not None:
         chunk = chunk or ChunkStore.stored_chunk(path)
-    chunk = int(chunk or getattr(system, "chunk", None) or default_chunk(system, n, len(devices)))
+    # hosts may differ in cores and in what they have on disk: the first one decides
+    chunk = from_all(int(chunk or getattr(system, "chunk", None) or default_chunk(system, n, len(devices))))[0]
+    given = content_hash(k) if _is_given(k) else ""
+    law = law_of(system, k_law(k)).hash
+    meta = label | {
+        "law": law,
+        "seed": list(seed_of(key)),
+        "stage": int(stage),
+        "first_row": first_row,
+        "chunk": chunk,
+        "k": given,
+    }
+    require_same(f"{label['what']} of {n} rows", meta)
     if path is not None:
-        given = content_hash(k) if _is_given(k) else ""
-        law = law_of(system, k_law(k)).hash
-        meta = {
-            "law": law,
-            "seed": list(seed_of(key)),
-            "stage": int(stage),
-            "first_row": first_row,
-            "chunk": chunk,
-            "k": given,
-        }
-        store = ChunkStore(path, meta | label)
+        store = ChunkStore(path, meta)
     chunk_rows = [np.arange(first_row + i, first_row + i + chunk) for i in range(0, n, chunk)]
     if callable(getattr(system, "rollout_batch", None)):  # needs no fixed shape: do not run what will be cut off
         chunk_rows[-1] = chunk_rows[-1][chunk_rows[-1] < first_row + n]
@@ -139,7 +141,8 @@ def map_rows(
     def one(index, device):
         return work(chunk_rows[index], device)
 
-    with tqdm(total=n, unit="rollout", desc=f"{system.name} {Stage(stage).name.lower()}", disable=quiet) as bar:
+    quiet, title = quiet or jax.process_index() > 0, f"{system.name} {Stage(stage).name.lower()}"
+    with tqdm(total=n, unit="rollout", desc=title, disable=quiet) as bar:
         for rows, arrays in zip(chunk_rows, run_chunks(one, len(chunk_rows), devices, store), strict=True):
             kept = min(chunk, first_row + n - int(rows[0]))
             bar.update(kept)
