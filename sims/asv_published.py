@@ -2,8 +2,9 @@
 
 from sims.asv.scenario import AsvSystem, problem
 from sims.asv.scenario import system as _system
+from sims.asv.study import PUBLISHED as STUDY
 
-__all__ = ["problem", "system"]
+__all__ = ["STUDY", "problem", "system"]
 
 
 def system(**options) -> AsvSystem:

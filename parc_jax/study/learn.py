@@ -1,34 +1,36 @@
-"""From a black box to models: rollouts, networks, claims. Two claims for each network, the honest and the published."""
+"""From a black box to models: rollouts, networks, claims. For each network the honest claims and the published one."""
 
 import shutil
-from dataclasses import replace
 from pathlib import Path
 from typing import NamedTuple
 
 import jax
 import numpy as np
 
-from parc_jax.error.bound import assumed_claim
-from parc_jax.error.calibrate import calibrate
-from parc_jax.error.counts import required_runs
-from parc_jax.error.shape import training_shape
-from parc_jax.error.tube import refined
 from parc_jax.keys import Stage
 from parc_jax.model import TrajectoryModel, trajectory_model
 from parc_jax.network.parc import fit_affine
+from parc_jax.network.relu import ReLUNetwork
+from parc_jax.network.tail import fit_tail
 from parc_jax.network.train import train_report, training_arrays
 from parc_jax.rollout.batch import RolloutBatch
 from parc_jax.rollout.collect import collect
+from parc_jax.study.evidence import claims, fresh_runs, scores, shapes
 from parc_jax.study.settings import Study
 from parc_jax.study.stopwatch import Stopwatch
 
 
 class Learned(NamedTuple):
-    """One network with both claims. name: "PARC" or its widths."""
+    """One network with its claims. name: "PARC" or its widths. claimed: by study.claims."""
 
     name: str
-    honest: TrajectoryModel
     assumed: TrajectoryModel
+    claimed: list[TrajectoryModel]
+
+    @property
+    def honest(self) -> TrajectoryModel:
+        """The model of the first claim."""
+        return self.claimed[0]
 
 
 class Lesson(NamedTuple):
@@ -36,7 +38,6 @@ class Lesson(NamedTuple):
 
     models: list[Learned]
     train: RolloutBatch
-    holdout: RolloutBatch
 
     @property
     def main(self) -> TrajectoryModel:
@@ -47,39 +48,42 @@ class Lesson(NamedTuple):
 def learn(system, study: Study, key: jax.Array, watch: Stopwatch, work: Path, quiet: bool) -> Lesson:
     """Roll out, train every network, claim every tube. Finished chunks stay in `work` until all of it is done.
 
-    One holdout serves all networks: delta is split over them, so all honest claims hold together. [T1, looks]
+    The same fresh runs serve all networks and claims: delta is split over them, so all hold together. [T1, looks]
     """
-    looks = len(study.networks) + 1
-    n_fresh = required_runs(study.eps, study.delta / looks, 0)
+    looks = (len(study.networks) + 1) * len(study.claims)
     with watch("training rollouts"):
         train = collect(system, key, study.rollouts, Stage.TRAIN, path=work / "train", quiet=quiet)
-    models = []
     with watch("training"):
-        nets = []
-        for number, hidden in enumerate(study.networks):
-            fit = jax.random.fold_in(key, number)
-            nets.append(train_report(train, hidden, key=fit, seeds=study.seeds, steps=study.steps)[0])
-        nets.append(fit_affine(*training_arrays(train)))
+        nets = networks(train, study, key)
+    with watch("shape"):
+        tubes = shapes(nets, system, train, study, key, work / "shape", quiet)
     with watch("fresh rollouts"):
-        holdout = collect(system, key, n_fresh, Stage.BOUND, path=work / "holdout", quiet=quiet)
+        n = fresh_runs(study, tubes[0], looks)
+        seen = scores(nets, tubes, system, key, n, work / "fresh", quiet)
     names = ["-".join(str(w) for w in hidden) for hidden in study.networks] + ["PARC"]
-    bins = study.bins
+    models = []
     with watch("claims"):
-        for name, net in zip(names, nets, strict=True):
-            shape = training_shape(net, train, bins)
-            bins = bins or shape.edges  # all networks share the main one's bins, and so its compiled code
-            honest = calibrate(net, holdout, shape, study.eps, study.delta, looks=looks, train=train)
-            published = assumed_claim(net, train)
-            # one bin, told on the bins of the honest tube: equal shapes share compiled code
-            published = replace(published, tube=refined(published.tube, honest.tube.edges))
-            both = (
-                trajectory_model(net, claim, system.domain, system.time, system.name) for claim in (honest, published)
+        for name, net, shape, score in zip(names, nets, tubes, seen, strict=True):
+            published, honest = claims(net, shape, score, train, study, looks)
+            assumed, *claimed = (
+                trajectory_model(net, claim, system.domain, system.time, system.name) for claim in (published, *honest)
             )
-            models.append(Learned(name, *both))
+            models.append(Learned(name, assumed, claimed))
     shutil.rmtree(work, ignore_errors=True)
-    return Lesson(models, train, holdout)
+    return Lesson(models, train)
+
+
+def networks(train: RolloutBatch, study: Study, key: jax.Array) -> list[ReLUNetwork]:
+    """The trained networks in the order of study.networks, then PARC as published: an affine least-squares fit."""
+    nets = []
+    for number, hidden in enumerate(study.networks):
+        fit = jax.random.fold_in(key, number)
+        net = train_report(train, hidden, key=fit, seeds=study.seeds, steps=study.steps)[0]
+        nets.append(net if study.tail is None else fit_tail(net, train, study.tail))
+    return [*nets, fit_affine(*training_arrays(train))]
 
 
 def final_error(model: TrajectoryModel) -> np.ndarray:
-    """(n_p + n_q,) median over the bins of the half widths at the end."""
-    return np.median(model.tube.final, axis=0)
+    """(n_p + n_q,) median over the bins with a claim of the half widths at the end; infinite when there is none."""
+    final = model.tube.final[model.tube.claimed]
+    return np.median(final, axis=0) if len(final) else np.full(model.n_p + model.n_q, np.inf)

@@ -15,12 +15,12 @@ def report(outcome: Outcome, study: Study) -> str:
     if m["comparison"]:
         lines += [
             "",
-            "Networks and claims (error at the end: median over K; safe: share of all (p0, k) drawn over K and the goal's",
-            "box, and of those among them whose end is in the goal shrunken by the error)",
+            "Networks and claims (error at the end: median over K; safe: share of all (p0, k) that end in the",
+            "goal's box, and of those among them that end in the goal shrunken by the error)",
         ]
         rows = []
         for row in m["comparison"]:
-            kind = "ASSUMED (published kind)" if row["claim"] == "assumed" else f"honest, eps = {study.eps:g}"
+            kind = _claim_name(row, study)
             share = safe_share(row)
             shown = ("none", "") if row["safe"] == 0 else (f"{100 * row['safe']:.1f} %", f"{100 * share:.1f} %")
             error = spread(row["final_error"], study.names)
@@ -38,12 +38,33 @@ def report(outcome: Outcome, study: Study) -> str:
         f"proof                  {m['level']}, {m['refused']} refused, in {seconds(t['proof_s'])}",
     ]
     if m["replay"] is not None:
-        r = m["replay"]
-        lines.append(
-            f"replay                 {r['plans']} plans in the simulator: {r['reached']} reached, "
-            f"{r['touched']} touched, {r['left_tube']} left the tube (claim: eps = {study.eps:g})"
-        )
+        lines += _replayed(m["replay"], study)
     return "\n".join([*lines, "", outcome.answer.statement(), ""])
+
+
+def _claim_name(row: dict, study: Study) -> str:
+    if row["claim"] == "assumed":
+        return "ASSUMED (published kind)"
+    where = " in every bin" if row["by_bin"] else ""
+    without = f", {row['unclaimed_bins']} bins without" if row["unclaimed_bins"] else ""
+    return f"honest{where}, eps = {study.eps:g}{without}"
+
+
+def _replayed(r: dict, study: Study) -> list[str]:
+    often = "" if r["repeats"] == 1 else f", {r['repeats']} runs each"
+    lines = [
+        f"replay                 {r['plans']} plans{often} in the simulator: {r['reached']} reached, "
+        f"{r['touched']} touched, {r['left_tube']} left the tube (claim: eps = {study.eps:g})"
+    ]
+    if r["repeats"] > 1:
+        blank = " " * 23
+        lines += [
+            f"{blank}{r['failed']} of {r['runs']} runs failed: with confidence {r['confidence']:g}, a run of one of "
+            f"these plans, drawn at random,",
+            f"{blank}fails with probability at most {r['failure_mean_at_most']:.2g}; no plan of them with more than "
+            f"{r['every_plan_at_most']:.2g} (worst: {r['worst_plan_failed']} of {r['repeats']})",
+        ]
+    return lines
 
 
 def _table(head: tuple[str, ...], rows: list[tuple[str, ...]]) -> list[str]:

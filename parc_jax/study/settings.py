@@ -4,6 +4,8 @@ from dataclasses import dataclass
 
 from parc_jax.errors import InputError
 
+CLAIMS = ("one", "bins")
+
 
 @dataclass(frozen=True)
 class Study:
@@ -13,8 +15,14 @@ class Study:
     bins: bins per axis of K over which the tube's shape varies; None = cut where the main network's error changes.
     rollouts: training runs.
     eps, delta: with confidence 1 - delta, for all networks at once, a new run leaves the tube with probability <= eps.
-    seeds, steps: training. samples: safe plans to return. target, confidence: what may be left uncovered, and how sure.
-    budget_s: [s] most time to cover the safe set.
+    claims: made for every network, the returned one first. "one": over all of K, one number scales the whole shape.
+    [T1, T2] "bins": in every bin at once, each with its own number. [T4]
+    fresh: runs behind the claims, None = as many as they need. More leave room to discard the worst. shape_runs: runs
+    beside the training ones from which the tube's shape is learnt.
+    plant: plant of the simulator that all of these are drawn from, None = the system's own, which also runs the replay.
+    seeds, steps: training. tail: power of the error that the last layer is refitted to, None = least squares.
+    samples: safe plans to return. repeats: runs of each in the replay, with fresh randomness.
+    target, confidence: what may be left uncovered, and how sure. budget_s: [s] most time to cover the safe set.
     heading: index in q of the final heading [rad], or None. names: units of the goal coordinates (p, q).
     parameters: labels of the coordinates of k, with units.
     """
@@ -25,9 +33,15 @@ class Study:
     rollouts: int = 10_000
     eps: float = 1e-3
     delta: float = 1e-3
+    claims: tuple[str, ...] = ("one",)
+    fresh: int | None = None
+    shape_runs: int = 0
+    plant: str | None = None
     seeds: int = 6
     steps: int = 3000
+    tail: float | None = None
     samples: int = 100
+    repeats: int = 1
     target: float = 0.01
     confidence: float = 0.99
     budget_s: float = 15.0
@@ -45,8 +59,10 @@ def checked(study: Study) -> Study:
     """The same settings when they make sense. Raises InputError."""
     if study.rollouts < 20:
         raise InputError(f"rollouts: expected at least 20 training runs; got {study.rollouts}.")
-    if study.samples < 1:
-        raise InputError(f"samples: expected at least 1; got {study.samples}.")
+    if study.samples < 1 or study.repeats < 1:
+        raise InputError(f"samples, repeats: expected at least 1; got {study.samples}, {study.repeats}.")
     if not (0 < study.eps < 1 and 0 < study.delta < 1):
         raise InputError(f"eps, delta: expected probabilities between 0 and 1; got {study.eps}, {study.delta}.")
+    if not study.claims or len(set(study.claims)) < len(study.claims) or set(study.claims) - set(CLAIMS):
+        raise InputError(f"claims: expected one or more of {', '.join(CLAIMS)}, each once; got {study.claims}.")
     return study

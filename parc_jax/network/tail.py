@@ -1,0 +1,60 @@
+"""Refit the last layer to the largest errors instead of the mean square: what the tube pays for is the tail.
+
+A tube is symmetric about the prediction, so the best prediction of a run that varies is the middle of its range, not
+its mean. Minimising a high power of the error moves the prediction there.
+"""
+
+import numpy as np
+
+from parc_jax.errors import InputError
+from parc_jax.network.relu import ReLUNetwork, relu_network
+from parc_jax.network.train import training_arrays
+
+ROUNDS = 40
+RIDGE = 1e-9  # [mean feature power] keeps dead and twin features from making the solve singular
+LIGHTEST = 1e-3  # [largest error of the output] smaller errors count as this large, so that weights never vanish
+
+
+def fit_tail(net: ReLUNetwork, data, power: float = 8.0) -> ReLUNetwork:
+    """The network with its last layer refitted: for every output, sum over the runs of |error|^power is made small.
+
+    data: the training runs (RolloutBatch); no others may be used, or the claim's runs would not be fresh. power: 2 is
+    least squares; 8 is close to the midrange and still smooth. Damped reweighted least squares; an output for which it
+    does not help keeps its row. Raises InputError for a power below 2.
+    """
+    if not power >= 2:
+        raise InputError(f"fit_tail: expected a power of at least 2 (least squares); got {power}.")
+    k, y = training_arrays(data)
+    features = k
+    for W, b in zip(net.weights[:-1], net.biases[:-1], strict=True):
+        features = np.maximum(features @ W.T + b, 0)
+    features = np.concatenate([features, np.ones((len(k), 1))], axis=1)
+    size = np.abs(features).max(axis=0)
+    size = np.where(size > 0, size, 1.0)
+    features, old = features / size, np.concatenate([net.weights[-1], net.biases[-1][:, None]], axis=1)
+    new = _reweighted(features, y, old * size, power) / size
+    better = _loss(features, y, new * size, power) < _loss(features, y, old * size, power)
+    last = np.where(better[:, None], new, old)
+    return relu_network([*net.weights[:-1], last[:, :-1]], [*net.biases[:-1], last[:, -1]])
+
+
+def _reweighted(features: np.ndarray, y: np.ndarray, last: np.ndarray, power: float) -> np.ndarray:
+    """Rows (m, a) after ROUNDS damped steps of weighted least squares; features (n, a), y (n, m)."""
+    n, a = features.shape
+    products = (features[:, :, None] * features[:, None, :]).reshape(n, a * a)
+    for _ in range(ROUNDS):
+        error = y - features @ last.T
+        relative = np.abs(error) / np.maximum(np.abs(error).max(axis=0), np.finfo(float).tiny)
+        weight = np.maximum(relative, LIGHTEST) ** (power - 2)
+        gram = (weight.T @ products).reshape(-1, a, a)
+        gram += RIDGE * np.trace(gram, axis1=1, axis2=2)[:, None, None] / a * np.eye(a)
+        # a full step overshoots for powers above 2; 1 / (power - 1) of it is Newton's step
+        last = last + np.linalg.solve(gram, ((weight * error).T @ features)[:, :, None])[:, :, 0] / (power - 1)
+    return last
+
+
+def _loss(features: np.ndarray, y: np.ndarray, last: np.ndarray, power: float) -> np.ndarray:
+    """(m,) power means of the errors."""
+    error = np.abs(y - features @ last.T)
+    largest = np.maximum(error.max(axis=0), np.finfo(float).tiny)
+    return largest * ((error / largest) ** power).mean(axis=0) ** (1 / power)

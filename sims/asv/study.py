@@ -1,0 +1,24 @@
+"""The main job's settings for the boat; docs/asv.md says how they were chosen."""
+
+from dataclasses import replace
+
+from parc_jax.study.settings import Study
+
+STUDY = Study(
+    hidden=(8, 8, 8, 8),
+    others=((12, 12, 12, 12), (16, 16, 16, 16)),
+    bins=(3, 3, 3),
+    rollouts=5_000,
+    eps=1e-2,
+    claims=("bins", "one"),
+    fresh=100_000,
+    shape_runs=60_000,
+    plant="ode",
+    tail=8.0,
+    repeats=100,
+    names=("m x", "m y"),
+    parameters=("goal x from the start [m]", "goal y from the start [m]", "initial heading [rad]"),
+)
+
+# ten times the motion per rollout, and hardly any spread: fewer runs, on the faster plant
+PUBLISHED = replace(STUDY, others=(), fresh=None, shape_runs=10_000)
