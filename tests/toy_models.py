@@ -105,15 +105,28 @@ def rectangle(rng, centre, size: float) -> HPolytope:
     return hpolytope(A * length[:, None], b * length)
 
 
-def rectangle_problem(rng, model: TrajectoryModel, radius: float = 0.08) -> ReachAvoid:
-    """Two turned rectangles near the paths of the model, a disc: one compiled shape for all such scenes."""
+TRIANGLE = Polygon(np.array([[0.1, 0.0], [-0.05, 0.08], [-0.06, -0.07]]))
+
+
+def rectangle_problem(rng, model: TrajectoryModel, body=0.08, start: bool = False) -> ReachAvoid:
+    """Two turned rectangles near the paths of the model: one compiled shape per kind of body and start."""
     T = model.time.n_steps
     y = host_outputs(model.net, rng.uniform(model.domain.lo, model.domain.hi, (200, model.n_k)))
     mean_q, spread = y[:, 2 * T :].mean(axis=0), y[:, 2 * T :].std(axis=0) + 0.2
     goal = box([-0.5, -0.5, *(mean_q - spread)], [0.5, 0.5, *(mean_q + spread)])
     paths = y[:, : 2 * T].reshape(-1, T, 2) - y[:, None, 2 * T - 2 : 2 * T]
     at = paths[rng.integers(200, size=2), rng.integers(T, size=2)] + 0.4 * rng.normal(size=(2, 2))
-    return reach_avoid(goal, [rectangle(rng, c, rng.uniform(0.1, 0.3)) for c in at], radius)
+    p0 = -y[:, 2 * T - 2 : 2 * T].mean(axis=0)
+    return reach_avoid(
+        goal, [rectangle(rng, c, rng.uniform(0.1, 0.3)) for c in at], body, box(p0 - 1.0, p0 + 1.0) if start else None
+    )
+
+
+def toy_case(number: int, body=0.08, start: bool = False) -> tuple[TrajectoryModel, ReachAvoid]:
+    """A random model and scene of the one shape that most tests share, so that they share its compiled kernels."""
+    rng = np.random.default_rng([7, number])
+    model = random_model(rng, 4, (6, 5), (1, 2), 0.02)
+    return model, rectangle_problem(rng, model, body, start)
 
 
 def host_outputs(net: ReLUNetwork, k: np.ndarray) -> np.ndarray:

@@ -6,7 +6,7 @@ The margins of the pointwise test are exact distances, so equal problems give eq
 import jax
 import numpy as np
 import pytest
-from toy_models import anchored_plans, model_of, random_model, random_problem
+from toy_models import TRIANGLE, anchored_plans, model_of, toy_case
 
 from parc_jax.certify.evaluate import evaluate
 from parc_jax.certify.scene import scene
@@ -24,10 +24,8 @@ CLOSE = 1e-11  # [m] rounding of these scenes
 
 
 def example(seed, body="disc"):
-    rng = np.random.default_rng([3, seed])
-    model = random_model(rng, T, (6, 5), (2, 2), 0.03)
-    problem = random_problem(rng, model, 2, body, start=True).replace(steps=((0, 2), None))
-    return model, problem, *anchored_plans(rng, model, 400)
+    model, problem = toy_case(40 + seed, {"disc": 0.08, "polygon": TRIANGLE}[body], start=True)
+    return model, problem.replace(steps=((0, 2), None)), *anchored_plans(np.random.default_rng(seed), model, 400)
 
 
 def margins(model, problem, p0, k):
@@ -236,8 +234,7 @@ def test_tightening_never_turns_accept_into_reject(seed, body):
 
 def test_polytopes_of_an_equal_problem_are_accepted_for_each_other():
     # Pieces found in the translated world, moved back, are safe here: the set does not depend on the frame.
-    model, problem, _, _ = example(0)
-    problem = problem.replace(start=None, steps=(None, None))
+    model, problem = toy_case(4)
     shift = np.array([5.0, 8.0])
     moved_problem = reach_avoid(
         moved(problem.goal, np.eye(3), np.append(shift, 0.0)), [moved(o, np.eye(2), shift) for o in problem.obstacles],

@@ -10,7 +10,7 @@ import pytest
 from dense_oracle import DEPTH, knots_of, row_room, smallest_distance
 from scipy.spatial import HalfspaceIntersection
 from scipy.stats import beta, binom, chi2
-from toy_models import random_model, rectangle_problem
+from toy_models import toy_case
 
 from parc_jax import checker
 from parc_jax.certify import grower as growing
@@ -25,18 +25,12 @@ pytestmark = pytest.mark.soundness
 SCENES = (2, 4, 8)
 
 
-def case(number):
-    rng = np.random.default_rng([7, number])
-    model = random_model(rng, 4, (6, 5), (1, 2), 0.02)
-    return model, rectangle_problem(rng, model)
-
-
 @pytest.fixture(scope="module")
 def answers():
     """Exact-proved answers of a few scenes of one compiled shape."""
     out = {}
     for number in SCENES:
-        model, problem = case(number)
+        model, problem = toy_case(number)
         out[number] = Planner(model).solve(problem, jax.random.key(number), target=0.1, n_samples=30, budget_s=300)
     return out
 
@@ -119,7 +113,7 @@ def test_vertices_of_the_float_polytopes_satisfy_the_exact_rows(answers):
 
 def test_pieces_lost_of_a_guard_would_be_refused(answers, monkeypatch):
     # A grower that forgets the tube yields pieces that the exact checker does not accept.
-    model, problem = case(4)
+    model, problem = toy_case(4)
     right = growing.Grower._piece
 
     def careless(self, points, seed, choice, nearest):
@@ -194,7 +188,7 @@ def test_sample_is_uniform_over_the_union(answers, rng, monkeypatch):
 
 
 def test_same_key_same_answer_other_key_other_answer():
-    model, problem = case(4)
+    model, problem = toy_case(4)
     one, two, three = (
         Planner(model).solve(problem, jax.random.key(s), target=0.2, n_samples=10, proof=False, budget_s=300)
         for s in (1, 1, 2)
@@ -219,7 +213,7 @@ def test_volume_interval_and_safe_share_hold_the_truth(answers, rng):
 
 def honest_looks(repeats, confidence, target, fresh):
     """How many of `repeats` answers cover less of a fresh draw than they state."""
-    model, problem = case(4)
+    model, problem = toy_case(4)
     wrong = 0
     for seed in range(repeats):
         answer = Planner(model).solve(
@@ -303,7 +297,7 @@ def test_saved_answers_are_accepted_by_the_checker_and_small(answers, tmp_path):
 
 def test_random_scenes_lose_nothing_between_floats_and_proofs():
     for number in range(20, 26):
-        model, problem = case(number)
+        model, problem = toy_case(number)
         answer = Planner(model).solve(problem, jax.random.key(number), target=0.3, n_samples=40, budget_s=2.0)
         shallow = 0
         if answer.refused:  # allowed only for what short fractions cannot separate
