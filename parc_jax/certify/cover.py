@@ -23,7 +23,9 @@ DRAW = 8192
 LARGEST_DRAW = 65536
 HOPELESS = 50_000  # drawn without a safe one: other means have to decide whether there is any
 ENOUGH = 2000  # fresh safe points that make a look worth having
-ARMED = 1.0  # [target] the next look may stop once this one left at most this share uncovered
+ARMED = 0.95  # [target] the next look may stop once this one left less than this share uncovered
+DECIDING = 16_000  # safe points that a look may take to decide, when a smaller one probably would not
+SIGMAS = 3.0  # room for chance that such a look allows for
 
 
 class Coverage(NamedTuple):
@@ -98,10 +100,23 @@ def cover(
         if spent() > budget_s or (safe == 0 and drawn >= HOPELESS):
             pieces = grower.pieces  # nothing fresh is left to judge a choice among them
             break
-        size = DRAW if drawn == FIRST_DRAW else min(LARGEST_DRAW, 2 * size) if fresh < ENOUGH else size
+        size = _next_size(size, drawn, fresh, 1 - coverage.share, target)
     return Cover(
         pieces, coverage, drawn, reaching, safe, batch.volume, _joined(seen), first_sample, first_piece, history
     )
+
+
+def _next_size(size: int, drawn: int, fresh: int, uncovered: float, target: float) -> int:
+    """Points to draw next: more while safe ones are scarce, and enough to decide once the target is in reach."""
+    if drawn == FIRST_DRAW:
+        return DRAW
+    if fresh < ENOUGH:
+        return min(LARGEST_DRAW, 2 * size)
+    if uncovered < ARMED * target:
+        deciding = max(ENOUGH, SIGMAS**2 * uncovered / (target - uncovered) ** 2)
+        if deciding <= DECIDING:
+            return int(min(LARGEST_DRAW, max(DRAW, deciding * size / fresh)))
+    return DRAW
 
 
 def _joined(parts: list[Points]) -> Points:
