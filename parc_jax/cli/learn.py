@@ -75,7 +75,7 @@ def learn(
         module = find(source, needed=("system",))
         study = checked(replace(getattr(module, "STUDY", Study()), **given))
         with contextlib.redirect_stdout(io.StringIO()):  # the simulator's libraries print to stdout on import
-            black_box = build(module, "system", plant=plant)
+            black_box = build(module, "system", plant=plant or study.plant)
         learned = from_system(black_box, study, seed, gap, work, quiet)
     learned.model.save(out)
     shutil.rmtree(work, ignore_errors=True)

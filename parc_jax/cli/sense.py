@@ -27,7 +27,7 @@ def require_sense(problem: ReachAvoid, planner: Planner) -> None:
         at_the_end = span is None or span[1] >= model.time.n_steps - 1
         if at_the_end and obstacle.n == model.n_p and len(corners) and obstacle.contains(corners).all():
             raise InputError(
-                f"goal: expected some room outside the obstacles; all of it lies inside obstacle {j}. Move one of them."
+                f"goal: expected some room outside the obstacles; all of it lies in obstacle {j}. Move one of them."
             )
     if model.n_k > MOST_PARAMETERS:
         return

@@ -16,8 +16,8 @@ def as_json(answer: Answer, path: Path, cold_s: float | None) -> str:
         "answer": str(path), "found": answer.found, "proved_no_plan": proved, "samples": len(answer.samples),
         "polytopes": len(answer.pieces), "coverage": answer.coverage._asdict(), "counts": answer.counts,
         "safe_share": answer.safe_share, "volume": answer.volume(), "level": answer.level, "refused": answer.refused,
-        "first_sample_cold_s": cold_s, "timings": answer.timings, "first": answer.samples[0].tolist() if answer.found else None,
-        "statement": answer.statement(),
+        "first_sample_cold_s": cold_s, "timings": answer.timings,
+        "first": answer.samples[0].tolist() if answer.found else None, "statement": answer.statement(),
     }  # fmt: skip
     return json.dumps(facts, indent=1)
 

@@ -70,7 +70,8 @@ def train_report(
     batch = min(batch, n_fit)
 
     def one_seed(seed_key):
-        params = _fit_features(seed_key, x[:n_fit], targets, tuple(hidden), steps, batch)
+        with jax.numpy_dtype_promotion("standard"):  # Optax mixes dtypes that a strict caller would refuse
+            params = _fit_features(seed_key, x[:n_fit], targets, tuple(hidden), steps, batch)
         return _finish(jax.device_get(params), norm, k[:n_fit], y[:n_fit])
 
     with ThreadPoolExecutor(max_workers=min(seeds, os.cpu_count() or 1)) as pool:

@@ -1,0 +1,152 @@
+"""The shell end to end on toys: files, exit codes, and one clear sentence for every kind of bad input."""
+
+import json
+
+import numpy as np
+import pytest
+import toy_query
+
+from parc_jax import cli
+from parc_jax.exchange.problem_file import load_problem, save_problem
+
+
+@pytest.fixture
+def shell(capsys, monkeypatch, tmp_path):
+    """Run a command line in an empty folder: (exit code, what it printed, what it complained)."""
+    monkeypatch.chdir(tmp_path)
+
+    def run(*arguments):
+        capsys.readouterr()
+        with pytest.raises(SystemExit) as stop:
+            cli.main([str(a) for a in arguments])
+        return (stop.value.code or 0), *capsys.readouterr()
+
+    return run
+
+
+@pytest.fixture
+def files(tmp_path):
+    """model.npz and scene.toml of the toy query."""
+    toy_query.planner().model.save(tmp_path / "model.npz")
+    save_problem(tmp_path / "scene.toml", toy_query.gap())
+    return tmp_path
+
+
+def test_solve_check_plot(shell, files):
+    code, said, complained = shell("solve", "model.npz", "scene.toml", "--budget", 0.5, "--no-cache")
+    assert code == 0 and "safe polytopes" in said and "(C) For each" in said and not complained
+    assert shell("check", "answer.json")[0] == 0
+    code, said, _ = shell("plot", "answer.json", "--html", "page.html")
+    assert code == 0 and said == "page.html\n" and (files / "page.html").stat().st_size > 10_000
+    code, said, _ = shell("plot", "answer.json", "--out", "figures", "--figures", "samples", "regions")
+    assert code == 0 and said.splitlines() == ["figures/samples.png", "figures/regions.png"]
+    assert {f.name for f in (files / "figures").iterdir()} == {
+        "samples.png",
+        "samples.pdf",
+        "regions.png",
+        "regions.pdf",
+    }
+    code, _, complained = shell("plot", "answer.json", "--figures", "errors")
+    assert code == 2 and "errors" in complained
+
+
+def test_no_plan_is_exit_code_one_with_a_certificate(shell, files):
+    save_problem(files / "wall.json", toy_query.gap(wall=True))
+    code, said, _ = shell("solve", "model.npz", "wall.json", "--out", "none.json", "--json", "--no-cache")
+    facts = json.loads(said)
+    assert code == 1 and not facts["found"] and facts["proved_no_plan"] and facts["first"] is None
+    code, said, _ = shell("check", "none.json")
+    assert code == 0 and "no (p0, k) of the model is safe" in said
+    code, said, complained = shell("plot", "none.json", "--figures", "samples")
+    assert code == 2 and "supports regions only" in complained
+
+
+def change(old, new):
+    return lambda text: text.replace(old, new)
+
+
+SCENES = {
+    "NaN": (change("radius = 0.1", "radius = nan"), "expected finite numbers; got NaN"),
+    "goal of the wrong shape": (change(", 1.0]", "]"), "expected shape"),
+    "too few goal coordinates": (
+        change("lo = [-0.25, -0.25, -1.0]\nhi = [0.25, 0.25, 1.0]", "lo = [-0.25, -0.25]\nhi = [0.25, 0.25]"),
+        "1 further goal coordinates",
+    ),
+    "goal reversed": (change("lo = [-0.25", "lo = [9.25"), "Swap the two corners"),
+    "goal empty after shrinking": (change("lo = [-0.25", "lo = [0.24"), "wider than the model's error"),
+    "obstacle over the goal": (change("lo = [-0.5, 0.3]\nhi = [0.0", "lo = [-9, -9]\nhi = [9"), "in obstacle 0"),
+    "goal outside reach": (change("-1.0]\nhi = [0.25, 0.25, 1.0]", "4.0]\nhi = [0.25, 0.25, 5.0]"), "q[0] in [4, 5]"),
+    "start too far": (change("lo = [-1.5, -1.5]\nhi = [1.5, 1.5]", "lo = [7, 7]\nhi = [8, 8]"), "p[0] in [-0.25,"),
+    "no TOML": (change("[goal]", "[goal"), "expected a scene in TOML"),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("case", SCENES)
+def test_bad_scenes(shell, files, case):
+    edit, message = SCENES[case]
+    text = (files / "scene.toml").read_text()
+    assert edit(text) != text
+    (files / "scene.toml").write_text(edit(text))
+    refused(shell("solve", "model.npz", "scene.toml", "--no-cache"), message)
+    assert {f.name for f in files.iterdir()} == {"model.npz", "scene.toml"}  # nothing half-written
+
+
+def refused(outcome, message):
+    """Exit code 2 and one sentence on stderr, nothing else."""
+    code, said, complained = outcome
+    assert code == 2 and said == "" and message in complained
+    assert complained.startswith("parc-jax: ") and complained.count("\n") == 1 and "Traceback" not in complained
+
+
+def test_bad_files(shell, files):
+    whole = (files / "model.npz").read_bytes()
+    refused(shell("solve", "none.npz", "scene.toml", "--no-cache"), "none.npz: no such file")
+    refused(shell("solve", "model.npz", "none.toml", "--no-cache"), "none.toml: no such file")
+    refused(shell("solve", "model.npz", "scene.toml", "--system", "asv", "--no-cache"), "expected a model of 'asv'")
+    (files / "model.npz").write_bytes(whole[: len(whole) // 2])
+    refused(shell("solve", "model.npz", "scene.toml", "--no-cache"), "truncated or damaged")
+    np.savez(files / "model.npz", x=1)
+    refused(shell("solve", "model.npz", "scene.toml", "--no-cache"), "TrajectoryModel.save")
+    (files / "model.npz").write_bytes(whole)
+    refused(shell("solve", "model.npz", "scene.toml", "--out", "scene.toml/answer.json", "--no-cache"), "scene.toml")
+    refused(shell("plot", "model.npz", "--out", "figures"), "model.npz")
+    refused(shell("plot", "model.npz", "--html", "page.html"), "model.npz")
+    assert {f.name for f in files.iterdir()} == {"model.npz", "scene.toml"}
+
+
+def test_bad_options(shell, files):
+    refused(shell("solve", "model.npz", "scene.toml", "--samples", 0, "--no-cache"), "at least one sample")
+    refused(shell("solve", "model.npz", "scene.toml", "--target", 2, "--no-cache"), "between 0 and 1")
+    refused(shell("learn", "nowhere", "--out", "m.npz", "--no-cache"), "drift_parking")
+    refused(shell("learn", "drift_parking", "--out", "m.npz", "--plant", "clay", "--no-cache"), "'clay'")
+    refused(shell("learn", "drift_parking", "--out", "m.npz", "--eps", 2, "--no-cache"), "probabilities")
+    refused(shell("learn", "none.npz", "--out", "m.npz", "--no-cache"), "no such file")
+    for arguments in (
+        ["fly"],
+        ["solve"],
+        ["solve", "model.npz", "scene.toml", "--method", "magic"],
+        ["bench", "--warp"],
+    ):
+        assert shell(*arguments)[0] == 2
+    assert {f.name for f in files.iterdir()} == {"model.npz", "scene.toml"}
+
+
+def test_help_has_an_example_for_every_command(shell):
+    code, said, _ = shell("--help")
+    assert code == 0
+    for command in ("run", "learn", "solve", "check", "plot", "bench", "systems", "doctor"):
+        assert command in said
+        code, text, _ = shell(command, "--help")
+        assert code == 0 and "Example" in text and f"parc-jax {command}" in text.replace("\n", " ").replace("  ", " ")
+
+
+def test_systems_prints_a_scene_that_solve_reads(shell, tmp_path):
+    assert "drift_parking" in shell("systems")[1]
+    code, said, _ = shell("systems", "drift_parking")
+    (tmp_path / "parking.toml").write_text(said)
+    assert code == 0 and load_problem(tmp_path / "parking.toml").goal.n == 3
+
+
+def test_completion_scripts(shell):
+    code, said, _ = shell("--tyro-print-completion", "bash")
+    assert code == 0 and "learn" in said and "--budget" in said

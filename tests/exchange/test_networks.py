@@ -1,0 +1,89 @@
+"""Networks trained elsewhere come in unchanged; what is no chain of linear layers and ReLU is refused."""
+
+import numpy as np
+import pytest
+from toy_models import host_outputs, random_network
+
+from parc_jax.errors import InputError, SoundnessError
+from parc_jax.exchange import chain as chains
+from parc_jax.exchange.chain import Linear, Relu, Scale, apply, fold_chain
+from parc_jax.exchange.network_file import from_state_dict, load_network
+from parc_jax.network.fold import Normalisation
+
+
+def normalisation(rng, net):
+    return Normalisation(
+        rng.normal(size=net.n_in), rng.uniform(0.5, 2, net.n_in), rng.normal(size=net.n_out), np.full(net.n_out, 3.0)
+    )
+
+
+def state_of(net):
+    parts = {}
+    for i, (W, b) in enumerate(zip(net.weights, net.biases, strict=True)):
+        parts |= {f"layers.{2 * i}.weight": W, f"layers.{2 * i}.bias": b}
+    return parts
+
+
+def test_a_chain_folds_into_an_equal_network(rng):
+    net = random_network(rng, 4)
+    (W0, W1, W2), (b0, b1, b2) = net.weights, net.biases
+    chain = [
+        Scale(rng.uniform(0.5, 2, 2), rng.normal(size=2)), Linear(W0, b0), Scale(np.float64(-2), b0), Relu(), Relu(),
+        Linear(W1, b1), Relu(), Linear(W2, b2), Linear(np.eye(net.n_out), -b2), Scale(rng.normal(size=net.n_out), b2),
+    ]  # fmt: skip
+    folded = fold_chain(chain, "net")
+    assert folded.hidden == net.hidden
+    x = rng.normal(size=(300, 2))
+    assert np.allclose(host_outputs(folded, x), apply(chain, x), rtol=1e-12, atol=1e-12)
+
+
+def test_a_relu_in_front_or_at_the_end_is_kept(rng):
+    chain = [Relu(), Linear(np.array([[1.0, -1.0]]), np.zeros(1)), Relu()]
+    net = fold_chain(chain, "net")
+    x = rng.normal(size=(100, 2))
+    assert (host_outputs(net, x) == apply(chain, x)).all() and (host_outputs(net, x) >= 0).all()
+
+
+def test_a_wrong_fold_is_noticed(rng, monkeypatch):
+    real = chains.relu_network
+    monkeypatch.setattr(chains, "relu_network", lambda W, b: real(W, [v + 1e-6 for v in b]))
+    with pytest.raises(SoundnessError, match="differs"):
+        fold_chain(chains.chain_of(random_network(rng, 2)), "net")
+
+
+def test_npz_and_state_dicts(rng, tmp_path):
+    net = random_network(rng, 4)
+    arrays = {f"W{i}": W for i, W in enumerate(net.weights)} | {f"b{i}": b for i, b in enumerate(net.biases)}
+    np.savez(tmp_path / "net.npz", **arrays)
+    assert load_network(tmp_path / "net.npz").hash == net.hash == from_state_dict(state_of(net)).hash
+    norm, x = normalisation(rng, net), rng.normal(size=(200, 2))
+    np.savez(tmp_path / "net.npz", **arrays, **norm._asdict())
+    folded = load_network(tmp_path / "net.npz")
+    assert np.allclose(host_outputs(folded, x), norm.y_mean + norm.y_scale * host_outputs(net, norm.inputs(x)))
+    del arrays["b1"]
+    np.savez(tmp_path / "net.npz", **arrays)
+    with pytest.raises(InputError, match="no b1"):
+        load_network(tmp_path / "net.npz")
+
+
+def test_what_is_no_such_network_is_refused(rng, tmp_path):
+    state = state_of(random_network(rng, 4))
+    with pytest.raises(InputError, match="running_mean"):
+        from_state_dict(state | {"norm.running_mean": np.zeros(3)})
+    with pytest.raises(InputError, match="Convolutions"):
+        from_state_dict({"conv.weight": np.zeros((4, 3, 5, 5))})
+    with pytest.raises(InputError, match="fit the one before"):
+        from_state_dict({"0.weight": np.zeros((4, 3)), "1.weight": np.zeros((2, 5))})
+    with pytest.raises(InputError, match=r"expected x_mean \(2,\)"):
+        from_state_dict(state, Normalisation(np.zeros(3), np.ones(3), np.zeros(1), np.ones(1)))
+    for name in ("net.h5", "net.npz", "net.onnx"):
+        with pytest.raises(InputError):
+            load_network(tmp_path / name)
+
+
+def test_torch_state_dict_file(rng, tmp_path):
+    torch = pytest.importorskip("torch")
+    net = random_network(rng, 4)
+    state = {name: torch.tensor(value) for name, value in state_of(net).items()}
+    torch.save(state, tmp_path / "net.pt")
+    assert load_network(tmp_path / "net.pt").hash == net.hash

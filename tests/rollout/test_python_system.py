@@ -1,0 +1,125 @@
+"""Plain Python systems: the same rows in any number of processes, failures kept, death of a worker survived."""
+
+import functools
+import os
+
+import jax
+import numpy as np
+import pytest
+
+import parc_jax as pj
+from parc_jax.errors import InputError
+from parc_jax.rollout.environment import Episode
+from parc_jax.rollout.invariance import translation_gap
+from parc_jax.rollout.python_system import python_system
+
+DOMAIN, TIME = pj.box([0.0], [1.0]), pj.time_grid(0.5, 1.0)
+KEY = jax.random.PRNGKey(3)
+
+
+def walk(rng, k):
+    """A random walk with drift k, somewhere in the plane."""
+    return 7.0 + np.concatenate([np.zeros((1, 2)), np.cumsum(k[0] + rng.normal(size=(2, 2)), axis=0)]), [k[0]]
+
+
+def walk_from(rng, k, p0, pull=0.0):
+    """The same from p0; with a pull, not the same."""
+    p, q = walk(rng, k)
+    return p + p0 + pull * p0 * np.linspace(0, 1, 3)[:, None], q
+
+
+def stumble(rng, k):
+    """Raises for large k, ends its process for small ones."""
+    if k[0] < 0.1:
+        os._exit(9)
+    if k[0] > 0.8:
+        raise ValueError("slipped")
+    return walk(rng, k)
+
+
+def broken(rng, k):
+    """Never works."""
+    return walk(rng, k)[0], []
+
+
+def system(simulate, workers, **more):
+    return python_system(simulate, DOMAIN, TIME, name="walk", n_p=2, n_q=1, workers=workers, **more)
+
+
+def test_rows_do_not_depend_on_processes_or_chunks():
+    here, there = system(walk, 0), system(walk, 2)
+    first = pj.collect(here, KEY, n=40, quiet=True)
+    assert (first.p[:, 0] == 0).all() and not first.failed.any() and (first.q == first.k).all()
+    assert len(np.unique(first.p[:, 1])) == 80  # every row has its own randomness
+    for other in (pj.collect(there, KEY, n=40, quiet=True), pj.collect(here, KEY, n=40, chunk=7, quiet=True)):
+        assert (other.p == first.p).all() and (other.k == first.k).all()
+    stumbling = system(stumble, 2)
+    k = np.array([[0.5], [0.05], [0.9], [0.6]])
+    runs = pj.collect(stumbling, KEY, n=4, k=k, quiet=True)
+    assert runs.failed.tolist() == [False, True, True, False]
+    there.close()
+    stumbling.close()
+
+
+def test_what_never_works_is_an_error_with_its_traceback():
+    with pytest.raises(InputError, match=r"all 5 runs of a batch failed(.|\n)*expected p \(3, 2\) on the record grid"):
+        pj.collect(system(broken, 0), KEY, n=5, quiet=True)
+
+
+def test_what_cannot_be_sent_is_refused_at_once():
+    with pytest.raises(InputError, match="workers=0"):
+        system(lambda rng, k: walk(rng, k), 2)
+    with pytest.raises(InputError, match="expected a function"):
+        system(3, 0)
+    with pytest.raises(InputError, match="n_p >= 1"):
+        python_system(walk, DOMAIN, TIME, name="walk", n_p=0, workers=0)
+    assert system(lambda rng, k: walk(rng, k), 0).chunk > 0
+
+
+def test_translation_invariance_is_measured():
+    starts = np.array([[1.0, -2.0], [30.0, 0.0]])
+    same = translation_gap(system(walk, 0, simulate_from=walk_from), KEY, starts)
+    assert same.p.max() < 1e-12
+    pulled = functools.partial(walk_from, pull=0.1)
+    assert translation_gap(system(walk, 0, simulate_from=pulled), KEY, starts).p.tolist() == pytest.approx([3.0, 0.2])
+    with pytest.raises(InputError, match="rollout_from"):
+        translation_gap(system(walk, 0), KEY, starts)
+
+
+class Room:
+    """An environment with two coordinates that ends at x > 1."""
+
+    def reset(self, *, seed=None, options=None):
+        self.seen = np.zeros(2)
+        self.push = options["push"]
+        return self.seen, {}
+
+    def step(self, action):
+        self.seen += action * self.push
+        return self.seen, 0.0, bool(self.seen[0] > 1), False, {}
+
+
+def test_an_environment_becomes_a_system():
+    episode = Episode(
+        Room, lambda seen, k: k[0], 2, lambda room, seen: seen, lambda room, seen: seen[:1], lambda k: {"push": 2.0}
+    )  # fmt: skip
+    runs = pj.collect(system(episode, 0), KEY, n=20, quiet=True)
+    assert np.allclose(runs.p[:, 1], 2 * runs.k) or runs.failed.any()
+    assert (runs.failed == (2 * runs.k[:, 0] > 1)).all() and 0 < runs.failed.sum() < 20
+
+
+def pendulum_position(environment, seen):
+    return seen[:2]
+
+
+def pendulum_policy(seen, k):
+    return np.array([k[0] - seen[2]], np.float32)
+
+
+def test_a_gymnasium_environment():
+    gymnasium = pytest.importorskip("gymnasium")
+    make = functools.partial(gymnasium.make, "Pendulum-v1", disable_env_checker=True)
+    episode = Episode(make, pendulum_policy, 2, pendulum_position, lambda environment, seen: seen[2:])
+    runs = pj.collect(system(episode, 0), KEY, n=6, quiet=True)
+    again = pj.collect(system(episode, 0), KEY, n=6, quiet=True)
+    assert not runs.failed.any() and (runs.p == again.p).all()
