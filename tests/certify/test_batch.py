@@ -136,8 +136,9 @@ def test_arrays_of_boxes_are_laid_out_like_problems(body, rng):
 def test_sizes_and_kinds_mix_and_every_form_of_a_question_gets_one_answer(rng):
     model = random_model(np.random.default_rng(3))
     planner = Planner(model)
-    problems = [random_problem(rng, model, n, start=start) for n, start in ((0, False), (1, True), (2, True))]
+    problems = [random_problem(rng, model, n, start=start) for n, start in ((1, False), (1, True), (3, True))]
     answer = planner.solve_batch(problems, KEY, draws=256)
+    assert [list(c.rows) for c in stack_problems(problems, model)] == [[0, 1], [2]]
     for i, p in enumerate(problems):
         same(planner.solve_batch([p], KEY, numbers=[i], draws=256), rows(answer, [i]))
     alike = stack_problems(problems[:1] * 2, model)[0].scenes
@@ -163,13 +164,14 @@ def test_warm_start_keeps_what_holds_and_repairs_what_moved(toy):
         full.any() and (again.draws[full] == 0).all() and (again.clearance[full, 0] >= answer.clearance[full, 0]).all()
     )
     nudged = [p.replace(goal=p.goal.replace(b=p.goal.b + p.goal.A @ np.array([0.05, 0.0, 0.0]))) for p in problems]
-    moved = planner.solve_batch(nudged, KEY, draws=512, warm=answer, n_samples=1)
-    assert (moved.draws[full] == 0).mean() > 0.8
+    moved = planner.solve_batch(nudged, KEY, draws=512, warm=answer)
+    assert (moved.draws[full] == 0).mean() > 0.5 and moved.found[full].all()
     for i in np.flatnonzero(moved.found):
         p0, k = moved.best[i : i + 1, :2], moved.best[i : i + 1, 2:]
         assert evaluate(planner.model, scene(nudged[i], planner.model), p0, k).safe.all()
 
 
+@pytest.mark.slow
 def test_polytopes_for_the_chosen_ones(toy):
     planner, problems, answer = toy
     best = int(np.argmax(np.nan_to_num(answer.clearance[:, 0])))
