@@ -1,0 +1,71 @@
+"""Replay plans drawn from the safe set in the simulator, by the million: `python -m benchmarks.replays --n 1000000`.
+
+A plan that fails although its run stayed inside the tube contradicts the proof and ends the program with an error.
+"""
+
+import json
+import time
+from dataclasses import dataclass
+from pathlib import Path
+
+import jax
+import tyro
+from tqdm import tqdm
+
+import sims
+from parc_jax.certify.replay import replay
+from parc_jax.cli.cache import keep_compiled
+from parc_jax.cli.systems import find
+from parc_jax.model import load
+from parc_jax.planner import Planner
+
+CHUNK = 8192  # plans per step: a few hundred MiB of trajectories at a time
+
+
+@dataclass(frozen=True)
+class Options:
+    """Replays of safe plans."""
+
+    model: Path
+    """A saved model."""
+    system: str = "drift_parking"
+    """The system it was learned from."""
+    plant: str = "ode"
+    """Plant of the simulator."""
+    n: int = 1_000_000
+    """Plans to draw and replay."""
+    seed: int = 0
+    """Everything random follows from it."""
+    json: Path | None = None
+    """Write the counts here."""
+
+
+def main(options: Options) -> dict:
+    """Draw, replay, count."""
+    keep_compiled()
+    system, problem = sims.load(options.system, plant=options.plant), find(options.system).problem()
+    model, key = load(options.model, system=system.name), jax.random.PRNGKey(options.seed)
+    answer = Planner(model).solve(problem, key)
+    counts = dict.fromkeys(("plans", "reached", "touched", "left the tube", "failed inside the tube"), 0)
+    begin = time.perf_counter()
+    with tqdm(total=options.n, unit="replay") as bar:
+        while counts["plans"] < options.n:
+            size = min(CHUNK, options.n - counts["plans"])
+            step = jax.random.fold_in(key, 1 + counts["plans"])
+            plans = answer.sample(step, size)
+            seen = replay(system, model, answer.scene, plans, step)
+            counts["plans"] += size
+            counts["reached"] += int(seen.reached.sum())
+            counts["touched"] += int(seen.touched.sum())
+            counts["left the tube"] += int((~seen.inside).sum())
+            counts["failed inside the tube"] += int((seen.inside & seen.failed).sum())
+            bar.update(size)
+    out = counts | {"seconds": round(time.perf_counter() - begin, 1), "model": model.net.hash, "seed": options.seed}
+    print(json.dumps(out, indent=1))
+    if options.json is not None:
+        options.json.write_text(json.dumps(out, indent=1))
+    return out
+
+
+if __name__ == "__main__":
+    main(tyro.cli(Options, description=__doc__))
