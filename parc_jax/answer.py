@@ -90,7 +90,10 @@ class Answer:
 
     def contains(self, p0, k) -> np.ndarray:
         """p0 (b, n_p), k (b, n_k) -> bool (b,): inside a returned safe polytope."""
-        p0, k = np.atleast_2d(np.asarray(p0, float)), np.atleast_2d(np.asarray(k, float))
+        try:
+            p0, k = np.atleast_2d(np.asarray(p0, float)), np.atleast_2d(np.asarray(k, float))
+        except (TypeError, ValueError) as error:
+            raise InputError(f"contains: expected numbers; {error}.") from None
         if p0.shape[1:] != (self.model.n_p,) or k.shape != (len(p0), self.model.n_k):
             raise InputError(
                 f"contains: expected p0 (b, {self.model.n_p}) and k (b, {self.model.n_k}); got {p0.shape}, {k.shape}."
@@ -99,10 +102,15 @@ class Answer:
 
     def sample(self, key: jax.Array, n: int) -> np.ndarray:
         """n plans (n, n_p + n_k) drawn uniformly from the union of `safe_sets`. Consumes `key`."""
+        if n < 0:
+            raise InputError(f"sample: expected a number of plans >= 0; got {n}.")
         return self._union.sample(generator(key), n)
 
     def project(self, dims) -> list[np.ndarray]:
         """Vertices (v, len(dims)) of every safe polytope projected onto coordinates of (p0, k), for plots."""
+        n = self.model.n_p + self.model.n_k
+        if not all(0 <= d < n for d in dims):
+            raise InputError(f"project: expected coordinates of (p0, k), 0 to {n - 1}; got {list(dims)}.")
         return [b.vertices[:, list(dims)] for b in self._union.bodies if b is not None]
 
     def best(self, objective="clearance", key: jax.Array | None = None) -> tuple[np.ndarray, float]:
@@ -137,7 +145,7 @@ class Answer:
 
     def statement(self) -> str:
         """The two sentences: (C) what is proved of the model and its tube, (E) what is known of the tube."""
-        if not self.found:
+        if not self.found and not self.pieces:
             if self.no_plan is None:
                 return "No safe plan was found within the budget. This is not a proof that none exists."
             return f"{self.no_plan.statement()}\n(E) {self.model.claim.statement()}"

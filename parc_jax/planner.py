@@ -61,6 +61,8 @@ class Planner:
         """
         if not 0 < target < 1 or not 0 < confidence < 1:
             raise InputError(f"solve: expected target and confidence between 0 and 1; got {target}, {confidence}.")
+        if n_samples < 0:
+            raise InputError(f"solve: expected n_samples >= 0; got {n_samples}.")
         if method not in METHODS:
             raise InputError(f"solve: expected method {', '.join(METHODS)}; got {method!r}.")
         require_sound_arithmetic()
