@@ -1,0 +1,65 @@
+"""Writes api.md from the docstrings: `python docs/make_api.py`."""
+
+import importlib
+import inspect
+from pathlib import Path
+
+import parc_jax
+
+FURTHER = {
+    "Files in and out": (
+        "exchange.problem_file", "exchange.answer_file", "exchange.network_file", "exchange.onnx_write",
+        "exchange.question",
+    ),
+    "Other ways to run a robot": ("rollout.python_system", "rollout.environment", "rollout.invariance"),
+    "After deployment": ("error.monitor", "error.adapt", "error.validate"),
+}  # fmt: skip
+
+
+def page() -> str:
+    """The whole page."""
+    parts = ["# API", "Written by `python docs/make_api.py` from the docstrings; do not edit."]
+    parts += ["## parc_jax", "`import parc_jax as pj` offers these names."]
+    parts += [entry(f"pj.{name}", getattr(parc_jax, name)) for name in parc_jax.__all__]
+    for title, modules in FURTHER.items():
+        parts.append(f"## {title}")
+        for name in modules:
+            module = importlib.import_module(f"parc_jax.{name}")
+            parts.append(f"### parc_jax.{name}\n\n{inspect.getdoc(module)}")
+            own = [
+                (n, thing) for n, thing in vars(module).items() if getattr(thing, "__module__", "") == module.__name__
+            ]
+            parts += [entry(n, thing) for n, thing in own if not n.startswith("_") and callable(thing)]
+    return "\n\n".join(parts) + "\n"
+
+
+def entry(name: str, thing) -> str:
+    """One name: signature, docstring, public methods."""
+    lines = [f"#### `{name}`", "```text", signature(name.rsplit(".", 1)[-1], thing), "```", block(thing)]
+    if inspect.isclass(thing):
+        for own, member in vars(thing).items():
+            target = member.fget if isinstance(member, property) else getattr(member, "__func__", member)
+            if own.startswith("_") or own == "replace" or not (callable(target) and inspect.getdoc(target)):
+                continue
+            shown = own if isinstance(member, property) else signature(own, target)
+            lines.append(f"* `{shown}`: {' '.join(inspect.getdoc(target).split())}")
+    return "\n".join(lines)
+
+
+def signature(name: str, thing) -> str:
+    """name(parameters) with defaults, without annotations: shapes and units are in the docstring."""
+    try:
+        found = inspect.signature(thing)
+    except (TypeError, ValueError):
+        return name
+    bare = [p.replace(annotation=inspect.Parameter.empty) for p in found.parameters.values() if p.name != "self"]
+    return name + str(found.replace(parameters=bare, return_annotation=inspect.Signature.empty))
+
+
+def block(thing) -> str:
+    """The docstring as text, so that its symbols stay as they are."""
+    return "```text\n" + (inspect.getdoc(thing) or "") + "\n```\n"
+
+
+if __name__ == "__main__":
+    Path(__file__).with_name("api.md").write_text(page(), encoding="utf-8")

@@ -1,0 +1,119 @@
+"""Everything shown in README and docs runs. Blocks of a page share their names, as a reader would expect.
+
+A block after the comment `<!-- slow -->` needs minutes: it and the rest of its page run under the slow marker only.
+"""
+
+import os
+import re
+import runpy
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).resolve().parents[1]
+PAGES = [ROOT / "README.md", *sorted((ROOT / "docs").glob("*.md"))]
+BLOCK = re.compile(r"^(<!-- slow -->\n+)?```python\n(.*?)^```", re.M | re.S)
+EXAMPLES = sorted((ROOT / "docs" / "examples").glob("*.py"))
+DOORS = ("jax_function", "python_environment", "logged_data", "mujoco_model")
+ARGUMENTS = {"replanning": (str(ROOT / "tests" / "data" / "drift_4x8.npz"), "3")}
+HEAVY = {"claims.md", "no_plan.md", "your_own_robot.md"}  # more than a few seconds: under the slow marker as a whole
+
+
+def blocks(page: Path) -> list[tuple[str, bool]]:
+    """Code and slowness of every block, padded so that tracebacks show the page's own line numbers."""
+    text, found, slow = page.read_text(encoding="utf-8"), [], False
+    for match in BLOCK.finditer(text):
+        slow |= match.group(1) is not None
+        found.append(("\n" * text[: match.start(2)].count("\n") + match.group(2), slow))
+    return found
+
+
+def run(page: Path, with_slow: bool) -> None:
+    names = {"__name__": "__docs__"}
+    for code, slow in blocks(page):
+        if with_slow or not slow:
+            exec(compile(code, str(page), "exec"), names)
+
+
+@pytest.fixture
+def folder(tmp_path, monkeypatch):
+    """An empty folder to write in, from which the pages find the test data as from a clone."""
+    (tmp_path / "tests").symlink_to(ROOT / "tests", target_is_directory=True)
+    monkeypatch.chdir(tmp_path)
+    return tmp_path
+
+
+QUICK = [p for p in PAGES if p.name not in HEAVY and any(not slow for _, slow in blocks(p))]
+LONG = [p for p in PAGES if p.name in HEAVY or any(slow for _, slow in blocks(p))]
+
+
+@pytest.mark.parametrize("page", QUICK, ids=lambda p: p.name)
+def test_blocks_run(page, folder):
+    run(page, with_slow=False)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("page", LONG, ids=lambda p: p.name)
+def test_slow_blocks_run(page, folder, small_model):
+    target = folder / "runs" / "drift_parking" / "model.npz"
+    target.parent.mkdir(parents=True)
+    target.write_bytes(small_model)
+    run(page, with_slow=True)
+
+
+@pytest.fixture(scope="module")
+def small_model(tmp_path_factory) -> bytes:
+    """A model of drift parking, learned in a hurry, for pages that start from the main job's."""
+    from parc_jax import cli
+
+    path = tmp_path_factory.mktemp("model") / "model.npz"
+    options = (
+        "--plant ode --rollouts 1500 --hidden 8 8 --seeds 2 --steps 600 --eps 0.02 --delta 0.05 --bins 8 3 --quiet"
+    )
+    with pytest.raises(SystemExit) as stop:
+        cli.main(["learn", "drift_parking", "--out", str(path), *options.split()])
+    assert stop.value.code == 0
+    return path.read_bytes()
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("path", EXAMPLES, ids=lambda p: p.stem)
+def test_examples_run(path, folder):
+    """In a process of its own, with JAX's own settings, as a stranger runs them."""
+    environment = os.environ | {"JAX_PLATFORMS": "cpu"}
+    command = [sys.executable, str(path), *ARGUMENTS.get(path.stem, ())]
+    done = subprocess.run(command, cwd=folder, env=environment, capture_output=True, text=True)
+    assert done.returncode == 0, done.stderr
+    assert "(E) " in done.stdout or path.stem not in DOORS
+
+
+def test_every_door_has_an_example():
+    assert {path.stem for path in EXAMPLES} >= set(DOORS)
+    guide = (ROOT / "docs" / "your_own_robot.md").read_text(encoding="utf-8")
+    assert all(f"examples/{name}.py" in guide for name in DOORS)
+
+
+@pytest.mark.parametrize("page", PAGES, ids=lambda p: p.name)
+def test_links_inside_the_repository_lead_somewhere(page):
+    text = re.sub(r"```.*?```", "", page.read_text(encoding="utf-8"), flags=re.S)
+    for target in re.findall(r"\]\(([^)#\s]+)(?:#[^)]*)?\)", text):
+        if not target.startswith(("http:", "https:", "mailto:")):
+            assert (page.parent / target).exists(), f"{page.name} links to {target}"
+
+
+def test_the_api_page_is_up_to_date():
+    made = runpy.run_path(str(ROOT / "docs" / "make_api.py"))["page"]()
+    shown = (ROOT / "docs" / "api.md").read_text(encoding="utf-8")
+    assert shown == made, "run: python docs/make_api.py"
+
+
+@pytest.mark.slow
+def test_the_site_builds_without_a_warning(tmp_path):
+    pytest.importorskip("zensical")
+    done = subprocess.run(
+        [sys.executable, "-m", "zensical", "build", "--strict", "-f", str(ROOT / "docs" / "mkdocs.yml")],
+        cwd=tmp_path, capture_output=True, text=True,
+    )  # fmt: skip
+    assert done.returncode == 0, done.stdout + done.stderr
