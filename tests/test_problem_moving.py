@@ -1,10 +1,16 @@
 """Moving obstacles: every place the obstacle takes during an interval is inside the polytope of that interval."""
 
+import runpy
+from pathlib import Path
+
 import numpy as np
 import pytest
 from toy_models import random_polygon
 
+from parc_jax.certify.evaluate import evaluate
+from parc_jax.certify.scene import scene
 from parc_jax.errors import InputError
+from parc_jax.model import load
 from parc_jax.problem_moving import moving
 from parc_jax.sets.box import box
 from parc_jax.sets.rational import area, rational_vertices
@@ -35,3 +41,15 @@ def test_standing_still_and_bad_input():
     assert spans == [(0, 5)] and np.allclose(parts[0].b, [1, 1, 0, 0])
     with pytest.raises(InputError, match="moving"):
         moving(box([0, 0], [1, 1]), [1.0, 0.0], (5, 2), DT)
+
+
+def test_the_replanning_loop_keeps_up_and_every_plan_holds_at_its_own_time():
+    folder = Path(__file__).resolve().parent
+    example = runpy.run_path(str(folder.parent / "docs/examples/replanning.py"))
+    model = load(folder / "data/drift_4x8.npz")
+    seen = example["replan"](model, 41)
+    assert seen.found.all() and seen.warm[1:].any() and not seen.warm[0]
+    assert seen.hertz >= 20
+    last = example["at"](model, 40 * example["CYCLE"])
+    e = evaluate(model, scene(last.problem(0), model), seen.best[-1:, :2], seen.best[-1:, 2:])
+    assert e.safe.all() and e.clearance[0] == pytest.approx(seen.clearance[-1], abs=1e-9)
