@@ -56,16 +56,17 @@ class Driver:
         near = np.abs(off) < 0.2
         self.line_sum = np.where(near, self.line_sum + c.LINE_INTEGRAL * c.TICK * off, self.line_sum)
         self.line_sum = np.clip(self.line_sum, -c.LINE_LIMIT, c.LINE_LIMIT)
+        rolling = np.maximum(forward, 0.7)
         # no steeper than what the tyres can still turn out of before the line is crossed
-        steepest = np.sqrt(2 * c.APPROACH_ACCELERATION * np.abs(off)) / np.maximum(forward, 0.5)
+        steepest = np.sqrt(2 * c.APPROACH_ACCELERATION * np.abs(off)) / rolling
         steepest = np.minimum(steepest, c.APPROACH_LIMIT)
-        wanted = np.clip(c.APPROACH_GAIN * off, -steepest, steepest)
-        grip = c.WHEELBASE * c.TURN_ACCELERATION / np.maximum(forward, 0.5) ** 2
-        limit = np.minimum(c.STEER_LIMIT, grip)
-        steer = c.HEADING_GAIN * (wanted + self.line_sum - heading) - c.YAW_RATE_GAIN * yaw_rate
+        wanted = np.clip(c.APPROACH_RATE * off / rolling, -steepest, steepest)
+        limit = np.minimum(c.STEER_LIMIT, c.WHEELBASE * c.TURN_ACCELERATION / rolling**2)
+        turn = c.HEADING_RATE * (wanted + self.line_sum - heading) - c.YAW_RATE_GAIN * yaw_rate
+        steer = c.WHEELBASE / rolling * turn
         slow = self.speed - forward
-        rolling = np.abs(slow) < 0.3
-        self.speed_sum = np.where(rolling, self.speed_sum + c.SPEED_INTEGRAL * c.TICK * slow, self.speed_sum)
+        close = np.abs(slow) < 0.3
+        self.speed_sum = np.where(close, self.speed_sum + c.SPEED_INTEGRAL * c.TICK * slow, self.speed_sum)
         self.speed_sum = np.clip(self.speed_sum, -c.SPEED_LIMIT, c.SPEED_LIMIT)
         speed = np.clip(self.speed + c.SPEED_GAIN * slow + self.speed_sum, 0.0, forward + c.WHEELSPIN)
         return np.clip(steer, -limit, limit), speed

@@ -19,14 +19,14 @@ SPEED_RANGE = (2.0, 3.25)  # [m/s]
 
 # Following the line, until the car is seen past SWITCH_X
 SWITCH_X = 4.6  # [m]
-APPROACH_GAIN, APPROACH_LIMIT = 1.2, 0.55  # [rad/m], [rad] heading asked for per distance from the line
-APPROACH_ACCELERATION = 1.1  # [m/s^2] sideways, for turning onto the line
-LINE_INTEGRAL, LINE_LIMIT = 0.4, 0.05  # [rad/(m s)], [rad]
-HEADING_GAIN, YAW_RATE_GAIN = 1.2, 0.12  # [rad/rad], [rad s/rad]
-TURN_ACCELERATION = 2.2  # [m/s^2] no more than this sideways: the tyres hold 3.5
+APPROACH_RATE, APPROACH_LIMIT = 1.5, 0.5  # [1/s], [rad] heading asked for: towards the line at this rate
+APPROACH_ACCELERATION = 0.9  # [m/s^2] sideways, for turning onto the line
+LINE_INTEGRAL, LINE_LIMIT = 0.3, 0.05  # [rad/(m s)], [rad]
+HEADING_RATE, YAW_RATE_GAIN = 6.0, 0.3  # [1/s], [1]
+TURN_ACCELERATION = 2.0  # [m/s^2] no more than this sideways: the tyres hold 3.5
 STEER_LIMIT = 0.45  # [rad]
 SPEED_GAIN, SPEED_INTEGRAL, SPEED_LIMIT = 0.5, 0.6, 0.25  # [1], [1/s], [m/s]
-WHEELSPIN = 0.6  # [m/s] wheels at most this much faster than the car: the launch stays a launch
+WHEELSPIN = 0.4  # [m/s] wheels at most this much faster than the car: the launch stays a launch
 VELOCITY_FILTER = 0.2  # weight of the newest difference of two motion-capture poses
 
 # The open loop after it; time counts from the switch

@@ -16,8 +16,8 @@ class Run(NamedTuple):
     """What happened, true and as recorded. B runs, n + 1 records.
 
     pose (B, n + 1, 3): x, y [m], heading [rad, not wrapped] in the lab; velocity (B, n + 1, 3) of them; measured
-    (B, n + 1, 3): the motion capture's pose; commands (B, n, 3): steering [rad], wheel speed [m/s], brake; switched (B,) [s];
-    failed (B,): MuJoCo warned, so that the run is worthless; qpos (B, n + 1, 13), or None unless asked for.
+    (B, n + 1, 3): the motion capture's pose; commands (B, n, 3): steering [rad], wheel speed [m/s], brake; switched
+    (B,) [s]; failed (B,): MuJoCo warned, so that the run is worthless; qpos (B, n + 1, 17), or None unless asked for.
     """
 
     pose: np.ndarray
@@ -48,7 +48,7 @@ def simulate(
     n, m = len(ks), model()
     cars = batch_of_cars(draws, origin, threads)
     qpos, qvel, ctrl = cars.bind("qpos"), cars.bind("qvel"), cars.bind("ctrl")
-    friction, wheels = cars.expand("geom_friction"), [m.geom(name).id for name in c.WHEELS]
+    friction, tyres = cars.expand("pair_friction"), [m.pair(name).id for name in c.WHEELS]
     driver = Driver(ks, draws.latency, ticks, origin)
     pose, velocity = np.empty((ticks + 1, n, 3)), np.empty((ticks + 1, n, 3))
     commands = np.empty((ticks, n, 3))
@@ -67,7 +67,7 @@ def simulate(
         ctrl[:, 0], ctrl[:, 1] = ackermann(steer + draws.steering)
         ctrl[:, 2:4] = (draws.battery * speed / c.WHEEL_RADIUS)[:, None]
         ctrl[:, 4:] = brake[:, None]
-        friction[:, wheels, 0] = friction_under_wheels(draws, pose[tick], origin)
+        friction[:, tyres, :2] = friction_under_wheels(draws, pose[tick], origin)[:, :, None]
         cars.step(nstep=c.SUBSTEPS)
         failed |= (cars.warning != 0).any(axis=(1, 2))
     by_run = [np.moveaxis(part, 0, 1) for part in (pose, velocity, commands)]

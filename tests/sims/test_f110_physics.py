@@ -1,0 +1,127 @@
+"""The car's physics: nothing is gained while coasting, tyres keep inside their circle, failures are seen."""
+
+import mujoco
+import numpy as np
+import pytest
+
+from sims.f110 import params as c
+from sims.f110.car import XML, ackermann
+from sims.f110.disturbance import LAWS, draw
+from sims.f110.simulate import simulate
+
+G = 9.81
+SETTLED = 0.02  # [J] energy that the soft contacts take and give back; the car has 16 J
+
+
+def coasting(velocity, actuated=False, steps=240):
+    """Mechanical energy (steps,) [J] of a car that is let go with velocity (3,) m/s and rolling wheels."""
+    model = mujoco.MjModel.from_xml_path(str(XML))
+    model.opt.enableflags |= mujoco.mjtEnableBit.mjENBL_ENERGY
+    if not actuated:
+        model.opt.disableflags |= mujoco.mjtDisableBit.mjDSBL_ACTUATION
+    data = mujoco.MjData(model)
+    mujoco.mj_step(model, data, 120)
+    data.qvel[:3] = velocity
+    for wheel in c.WHEELS:
+        data.joint(f"spin_{wheel}").qvel[0] = velocity[0] / c.WHEEL_RADIUS
+    data.ctrl[2:4] = 100.0
+    energy = []
+    for _ in range(steps):
+        mujoco.mj_step(model, data)
+        energy.append(data.energy.sum())
+    return np.array(energy)
+
+
+@pytest.mark.parametrize("velocity", [(3, 0, 0), (0, 3, 0), (2, 2, 0)], ids=["rolling", "sideways", "askew"])
+def test_coasting_gains_no_energy(velocity):
+    energy = coasting(velocity)
+    assert (np.diff(energy).cumsum() - np.minimum.accumulate(np.diff(energy).cumsum())).max() < SETTLED
+    assert energy[-1] < energy[0]
+
+
+def test_the_energy_guard_sees_a_motor():
+    energy = coasting((3, 0, 0), actuated=True)
+    assert energy[-1] > energy[0] + 10 * SETTLED
+
+
+def test_sliding_sideways_loses_what_friction_takes():
+    energy, t = coasting((0, 2, 0)), np.arange(240) / 240
+    speed = np.sqrt(2 * np.maximum(energy - energy[-1], 0) / 3.52)
+    moving = (speed > 0.5) & (t > 0.02)
+    slope = np.polyfit(t[moving], speed[moving], 1)[0]
+    assert slope == pytest.approx(-0.36 * G, rel=0.15)
+
+
+@pytest.fixture(scope="module")
+def drift():
+    """One nominal run, and the same commands given to a single MjData: contacts (ticks, 4, 2) normal and tangential."""
+    draws = draw(LAWS["none"], np.zeros((1, 2), np.uint32), 588)
+    run = simulate(np.array([[-1.4, 2.8]]), draws, keep_qpos=True)
+    model = mujoco.MjModel.from_xml_path(str(XML))
+    data, forces = mujoco.MjData(model), []
+    for steer, speed, brake in run.commands[0]:
+        data.ctrl[0], data.ctrl[1] = ackermann(np.array(steer))
+        data.ctrl[2:4], data.ctrl[4:] = speed / c.WHEEL_RADIUS, brake
+        mujoco.mj_step(model, data, c.SUBSTEPS)
+        wrench = np.zeros(6)
+        for i in range(data.ncon):
+            mujoco.mj_contactForce(model, data, i, wrench)
+            forces.append((data.contact[i].friction[0], wrench[0], np.hypot(wrench[1], wrench[2])))
+    return run, data, np.array(forces)
+
+
+def test_a_batch_is_mujoco_step_by_step(drift):
+    run, data, _ = drift
+    np.testing.assert_array_equal(run.qpos[0, -1], data.qpos)
+
+
+def test_tyres_keep_inside_their_circle(drift):
+    friction, normal, tangential = drift[2].T
+    assert (tangential <= friction * normal * (1 + 1e-6) + 1e-9).all()
+    assert (tangential > 0.99 * friction * normal).mean() > 0.05  # the test is about sliding: it must occur
+    assert np.allclose(friction, 0.36)
+
+
+def test_the_car_slides_no_harder_than_friction_allows(drift):
+    speed = drift[0].velocity[0, :, :2]
+    every = 12
+    harder = np.linalg.norm(speed[every:] - speed[:-every], axis=1) / (every * c.TICK)
+    assert harder.max() < 0.36 * G * 1.1
+
+
+def test_a_run_that_blows_up_is_marked_and_leaves_the_others_alone(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)  # MuJoCo writes its warning into a file beside us
+    ks, keys = np.tile([[-1.4, 2.8]], (3, 1)), np.zeros((3, 2), np.uint32)
+    sound = draw(LAWS["none"], keys, 40)
+    sick = sound._replace(start=sound.start.copy())
+    sick.start[1, 0] = 1e12
+    good, bad = simulate(ks, sound, 40), simulate(ks, sick, 40)
+    assert bad.failed.tolist() == [False, True, False] and not good.failed.any()
+    assert np.isnan(bad.measured[1]).all()
+    np.testing.assert_array_equal(bad.pose[[0, 2]], good.pose[[0, 2]])
+
+
+@pytest.mark.slow
+def test_mjx_agrees_on_a_short_roll():
+    """Solvers stop at different places: the engines agree to millimetres, not to round-off."""
+    import jax
+
+    from sims.asv.quiet import quiet_import
+
+    mjx = quiet_import("mujoco.mjx")
+    model = mujoco.MjModel.from_xml_path(str(XML))
+    data = mujoco.MjData(model)
+    ctrl = np.array([*ackermann(np.array(0.2)), 50.0, 50.0, 0.0, 0.0])
+    with jax.numpy_dtype_promotion("standard"), jax.numpy_rank_promotion("allow"):
+        start = mjx.make_data(model).replace(ctrl=jax.numpy.asarray(ctrl))
+        put = mjx.put_model(model)
+
+        @jax.jit
+        def roll(data):
+            return jax.lax.scan(lambda d, _: (mjx.step(put, d), d.qpos), data, None, length=120)[0]
+
+        there = roll(start)
+    data.ctrl[:] = ctrl
+    mujoco.mj_step(model, data, 120)
+    assert np.linalg.norm(data.qpos[:2]) > 0.15
+    np.testing.assert_allclose(there.qpos[:7], data.qpos[:7], rtol=0, atol=2e-3)
