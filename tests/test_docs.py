@@ -6,6 +6,7 @@ A block after the comment `<!-- slow -->` needs minutes: it and the rest of its 
 import os
 import re
 import runpy
+import shutil
 import subprocess
 import sys
 from pathlib import Path
@@ -112,8 +113,19 @@ def test_the_api_page_is_up_to_date():
 @pytest.mark.slow
 def test_the_site_builds_without_a_warning(tmp_path):
     pytest.importorskip("zensical")
-    done = subprocess.run(
-        [sys.executable, "-m", "zensical", "build", "--strict", "-f", str(ROOT / "docs" / "mkdocs.yml")],
-        cwd=tmp_path, capture_output=True, text=True,
-    )  # fmt: skip
+    shutil.copytree(ROOT / "docs", tmp_path / "docs", ignore=shutil.ignore_patterns("site"))
+
+    def build():
+        command = [sys.executable, "-m", "zensical", "build", "--strict", "-f", str(tmp_path / "docs" / "mkdocs.yml")]
+        return subprocess.run(command, cwd=tmp_path, capture_output=True, text=True)
+
+    done = build()
     assert done.returncode == 0, done.stdout + done.stderr
+    assert (tmp_path / "docs" / "site" / "tutorial" / "index.html").exists()
+    (tmp_path / "docs" / "faq.md").write_text("[nowhere](nowhere.md)")
+    assert build().returncode != 0
+
+
+def test_every_page_is_in_the_site():
+    listed = set(re.findall(r"- (\w+\.md)", (ROOT / "docs" / "mkdocs.yml").read_text(encoding="utf-8")))
+    assert {page.name for page in (ROOT / "docs").glob("*.md")} == listed

@@ -45,6 +45,7 @@ def learn(capsys, monkeypatch, tmp_path):
     return run
 
 
+@pytest.mark.slow
 def test_a_stopped_run_continues_to_the_same_model(learn, monkeypatch, tmp_path):
     real, calls = collecting.simulate_rows, []
 

@@ -1,6 +1,9 @@
 """The shell end to end on toys: files, exit codes, and one clear sentence for every kind of bad input."""
 
 import json
+import subprocess
+import sys
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -150,3 +153,22 @@ def test_systems_prints_a_scene_that_solve_reads(shell, tmp_path):
 def test_completion_scripts(shell):
     code, said, _ = shell("--tyro-print-completion", "bash")
     assert code == 0 and "learn" in said and "--budget" in said
+
+
+def test_bench_hands_its_options_on(shell, monkeypatch):
+    import benchmarks
+
+    seen = []
+    monkeypatch.setattr(benchmarks, "main", lambda arguments: seen.append(arguments) or 0)
+    options = ("--quick", "--only", "points", "bras", "--device", "cpu", "--json", "report.json")
+    assert shell("bench", *options)[0] == 0 and seen == [list(options)]
+    assert shell("bench")[0] == 0 and seen[1] == []
+
+
+def test_the_console_script_refuses_without_a_traceback(tmp_path):
+    script = Path(sys.executable).with_name("parc-jax")
+    if not script.exists():
+        pytest.skip("the package is not installed")
+    done = subprocess.run([script, "solve", "none.npz", "none.toml"], cwd=tmp_path, capture_output=True, text=True)
+    assert done.returncode == 2 and done.stdout == "" and not list(tmp_path.iterdir())
+    assert done.stderr == "parc-jax: none.npz: no such file.\n"
