@@ -117,6 +117,13 @@ def test_neurons_may_be_permuted_rescaled_and_duplicated(seed):
     halves[:, 0] /= 2
     doubled = rebuilt(model, [first, halves, W[2]], [np.append(b[0], b[0][0]), *b[1:]])
     same(before, margins(doubled, problem, p0, k))
+    both = lambda M: np.concatenate([M, -M])  # noqa: E731  (x = relu(x) - relu(-x): one layer more)
+    split = rebuilt(
+        model,
+        [W[0], both(W[1]), np.concatenate([np.eye(5), -np.eye(5)], axis=1), W[2]],
+        [b[0], both(b[1]), np.zeros(5), b[2]],
+    )
+    same(before, margins(split, problem, p0, k))
     dead = rebuilt(  # a neuron that is never on, and one that is constant and positive with its share taken out again
         model,
         [np.concatenate([W[0], np.zeros((2, 2))]), np.concatenate([W[1], np.ones((5, 2))], axis=1), W[2]],
