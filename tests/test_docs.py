@@ -19,7 +19,12 @@ BLOCK = re.compile(r"^(<!-- slow -->\n+)?```python\n(.*?)^```", re.M | re.S)
 EXAMPLES = sorted((ROOT / "docs" / "examples").glob("*.py"))
 DOORS = ("jax_function", "python_environment", "logged_data", "mujoco_model")
 ARGUMENTS = {"replanning": (str(ROOT / "tests" / "data" / "drift_4x8.npz"), "3")}
-HEAVY = {"claims.md", "no_plan.md", "your_own_robot.md"}  # more than a few seconds: under the slow marker as a whole
+HEAVY = {
+    "batch.md",
+    "claims.md",
+    "no_plan.md",
+    "your_own_robot.md",
+}  # more than a few seconds: under the slow marker as a whole
 
 
 def blocks(page: Path) -> list[tuple[str, bool]]:
@@ -128,4 +133,4 @@ def test_the_site_builds_without_a_warning(tmp_path):
 
 def test_every_page_is_in_the_site():
     listed = set(re.findall(r"- (\w+\.md)", (ROOT / "docs" / "mkdocs.yml").read_text(encoding="utf-8")))
-    assert {page.name for page in (ROOT / "docs").glob("*.md")} == listed
+    assert {page.name for page in (ROOT / "docs").glob("*.md")} == listed, "list it in docs/mkdocs.yml"

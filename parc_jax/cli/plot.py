@@ -58,10 +58,10 @@ def _figures(path: Path, out: Path, wanted) -> list[Path]:
 def _possible(answer) -> list[str]:
     planar = answer.model.n_p == 2
     return [
-        *(["samples"] if answer.found and planar else []),
+        *(["samples"] if len(answer.samples) and planar else []),
         *(["regions"] if 2 <= answer.model.n_k <= 3 else []),
         *(["projections"] if answer.pieces else []),
-        *(["timeline"] if answer.found and answer.problem.obstacles and planar else []),
+        *(["timeline"] if len(answer.samples) and answer.problem.obstacles and planar else []),
     ]
 
 

@@ -17,7 +17,7 @@ def as_json(answer: Answer, path: Path, cold_s: float | None) -> str:
         "polytopes": len(answer.pieces), "coverage": answer.coverage._asdict(), "counts": answer.counts,
         "safe_share": answer.safe_share, "volume": answer.volume(), "level": answer.level, "refused": answer.refused,
         "first_sample_cold_s": cold_s, "timings": answer.timings,
-        "first": answer.samples[0].tolist() if answer.found else None, "statement": answer.statement(),
+        "first": answer.samples[0].tolist() if len(answer.samples) else None, "statement": answer.statement(),
     }  # fmt: skip
     return json.dumps(facts, indent=1)
 
@@ -27,6 +27,8 @@ def verdict(answer: Answer, path: Path, cold_s: float | None, short: bool = Fals
     lines = []
     if answer.found and not short:
         n_p, c, t = answer.model.n_p, answer.coverage, answer.timings
+        # the exact check may have refused every sample and accepted a polytope
+        plan = answer.samples[0] if len(answer.samples) else np.concatenate([answer.pieces[0].p0, answer.pieces[0].k])
         covering = (
             f"covering {100 * c.share:.2f} % of the safe set (at least {100 * c.at_least:.2f} % with confidence "
             f"{c.confidence:g})"
@@ -38,7 +40,7 @@ def verdict(answer: Answer, path: Path, cold_s: float | None, short: bool = Fals
             f"safe                   {100 * answer.safe_share:.1f} % of the goal-reaching set",
             f"safe polytopes         {len(answer.pieces)}, {covering}, in {seconds(t['cover_s'])}",
             f"proof                  {answer.level}, {answer.refused} refused, in {seconds(t['proof_s'])}",
-            f"for example            p0 = {_row(answer.samples[0, :n_p])}, k = {_row(answer.samples[0, n_p:])}",
+            f"for example            p0 = {_row(plan[:n_p])}, k = {_row(plan[n_p:])}",
             "",
         ]
     lines.append(answer.statement())

@@ -6,7 +6,7 @@ import numpy as np
 
 from parc_jax.answer import LEVELS, Answer
 from parc_jax.avoid.directions import Multiplier, direction
-from parc_jax.certify.certificate import FORMAT
+from parc_jax.certify.certificate import FORMAT, NO_CLAIM
 from parc_jax.certify.cover import Cover, Coverage
 from parc_jax.certify.draw import points
 from parc_jax.certify.evaluate import evaluate
@@ -69,7 +69,9 @@ def _answer(data: dict, report) -> Answer:
 def _model(data: dict) -> TrajectoryModel:
     asked, network, widths = data["problem"], data["network"], data["tube"]
     net = relu_network([_floats(W) for W in network["weights"]], [_floats(b) for b in network["biases"]])
-    shape = tube([_floats(e) for e in widths["edges"]], _floats(widths["interval"]), _floats(widths["final"]))
+    interval, final = (np.array(_floats(widths[name])) for name in ("interval", "final"))
+    interval, final = (np.where(wide >= NO_CLAIM, np.inf, wide) for wide in (interval, final))
+    shape = tube([_floats(e) for e in widths["edges"]], interval, final)
     dt = _floats(asked["dt"])
     domain = box(_floats(asked["domain"]["lo"]), _floats(asked["domain"]["hi"]))
     time = time_grid(dt, dt * asked["steps"])

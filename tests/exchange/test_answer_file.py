@@ -2,10 +2,13 @@
 
 import json
 
+import jax
 import numpy as np
 import pytest
 import toy_query
+from toy_models import model_of
 
+import parc_jax as pj
 from parc_jax.errors import InputError
 from parc_jax.exchange.answer_file import load_answer
 
@@ -46,3 +49,15 @@ def test_a_proof_that_there_is_no_plan_comes_back(tmp_path):
     again = load_answer(answer.save(tmp_path / "answer.json"))
     assert again.no_plan.unsafe == answer.no_plan.unsafe and again.statement() == answer.statement()
     assert np.shape(again.samples) == (0, 4)
+
+
+@pytest.mark.slow
+def test_bins_without_a_claim_stay_without(tmp_path):
+    whole = toy_query.planner().model
+    interval, final = (
+        np.concatenate([wide, np.full_like(wide, np.inf)]) for wide in (whole.tube.interval, whole.tube.final)
+    )
+    model = model_of(whole.net, whole.domain, interval, final, [[-1, 0, 1], [-1, 1]])
+    answer = pj.Planner(model).solve(toy_query.gap(), jax.random.PRNGKey(0), n_samples=3, budget_s=0.2)
+    again = load_answer(answer.save(tmp_path / "answer.json"))
+    assert again.model.tube.claimed.tolist() == [True, False]
