@@ -1,10 +1,12 @@
 """Many devices and many hosts: `jax.distributed`, one mesh with one axis of rows, and nothing home-made below that.
 
-Every host runs the same program with the same arguments. Rows (rollouts, scenes) are split over hosts and devices and
-gathered again, so every host ends with all results, equal to those of a single process.
+Every host runs the same program with the same arguments. Rows are split over hosts and devices and gathered again, so
+every host ends with all results, equal to those of a single process. Rollouts, errors and scores are split inside of
+`shared()` only, where every host is bound to make the same calls; scenes are split over the mesh that they are given.
 """
 
 import contextlib
+import contextvars
 import io
 import json
 
@@ -12,13 +14,9 @@ import jax
 import numpy as np
 
 from parc_jax.arrays import x64
-from parc_jax.errors import InputError, ParcError
+from parc_jax.errors import HostLost, InputError
 
 AXIS = "rows"
-
-
-class HostLost(ParcError):
-    """Another process of the run ended. What is on disk continues when the same command is started again."""
 
 
 def init(hosts: str = "auto", *, timeout_s: int = 300) -> None:
@@ -52,6 +50,24 @@ def mesh(devices=None) -> jax.sharding.Mesh:
     """All devices of all hosts, or the given ones, in one axis; of Auto type, so code for one device works as it is."""
     devices = jax.devices() if devices is None else devices
     return jax.make_mesh((len(devices),), (AXIS,), axis_types=(jax.sharding.AxisType.Auto,), devices=devices)
+
+
+_SHARING = contextvars.ContextVar("sharing", default=False)
+
+
+@contextlib.contextmanager
+def shared():
+    """In here (or in a function decorated with it) rollouts, errors and scores are shared with the other hosts."""
+    token = _SHARING.set(True)
+    try:
+        yield
+    finally:
+        _SHARING.reset(token)
+
+
+def place() -> tuple[int, int]:
+    """The number of this host and how many there are; (0, 1) outside of `shared`."""
+    return (jax.process_index(), jax.process_count()) if _SHARING.get() else (0, 1)
 
 
 def pad(n: int, over: jax.sharding.Mesh) -> int:
@@ -89,7 +105,7 @@ def local_rows(tree):
 
 def all_rows(tree):
     """All rows of global arrays, as NumPy, on every host."""
-    if jax.process_count() == 1:
+    if all(x.is_fully_addressable for x in jax.tree.leaves(tree)):
         return jax.device_get(tree)
     from jax.experimental.multihost_utils import process_allgather
 
@@ -98,8 +114,11 @@ def all_rows(tree):
 
 
 def exchange(arrays: dict[str, np.ndarray]) -> list[dict[str, np.ndarray]]:
-    """What every host brings, in the order of hosts, on every host; of any shapes and dtypes, bit for bit."""
-    if jax.process_count() == 1:
+    """What every host brings, in the order of hosts, on every host; of any shapes and dtypes, bit for bit.
+
+    Like everything below: inside of `shared`; outside, this host is the only one.
+    """
+    if place()[1] == 1:
         return [arrays]
     from jax.experimental.multihost_utils import process_allgather
 

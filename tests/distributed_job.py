@@ -38,9 +38,8 @@ def main():
     key, system = jax.random.PRNGKey(3), plant(noisy)
     if DIE_AFTER is not None:
         give_up_after(DIE_AFTER)
-    runs = collect.collect(system, key, 150, chunk=16, path=f"{OUT}.runs.npz", quiet=True)
-    shape = tube([[0, 1]] * 2, np.full((1, 4, 2), 0.1), np.full((1, 3), 0.1))
-    scores = score_system(straight_network(4), system, key, shape, 150, Stage.BOUND, chunk=16, quiet=True)
+    with distributed.shared():
+        runs, scores, agreed = shared_work(key, system)
     rng = np.random.default_rng(2)
     model = random_model(rng, bins=(2, 2))
     problems = [rectangle_problem(rng, model) for _ in range(21)]
@@ -48,11 +47,18 @@ def main():
     answer = Planner(model).solve_batch(problems, key, draws=256, mesh=mesh)
     k = distributed.local_rows(distributed.shard_rows(distributed.mesh(), runs.k[: 8 * (150 // 8)]))
     assert len(k) == 144 // jax.process_count()
-    agreed = distributed.from_first({"x": np.full(2, float(jax.process_index()))})["x"]
     np.savez(
         OUT, p=runs.p, q=runs.q, k=runs.k, rows=runs.rows, score=scores.score, worst=scores.worst, found=answer.found,
         plans=answer.plans, clearance=answer.clearance, draws=answer.draws, agreed=agreed,
     )  # fmt: skip
+
+
+def shared_work(key, system):
+    runs = collect.collect(system, key, 150, chunk=16, path=f"{OUT}.runs.npz", quiet=True)
+    shape = tube([[0, 1]] * 2, np.full((1, 4, 2), 0.1), np.full((1, 3), 0.1))
+    scores = score_system(straight_network(4), system, key, shape, 150, Stage.BOUND, chunk=16, quiet=True)
+    agreed = distributed.from_first({"x": np.full(2, float(jax.process_index()))})["x"]
+    return runs, scores, agreed
 
 
 def give_up_after(n: int):

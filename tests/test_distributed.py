@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 
 from parc_jax import distributed
-from parc_jax.errors import InputError
+from parc_jax.errors import HostLost, InputError
 
 HERE = Path(__file__).parent
 ENV = os.environ | {"PYTHONPATH": f"{HERE}:{HERE.parent}", "JAX_PLATFORMS": "cpu"}
@@ -104,5 +104,5 @@ def test_bad_hosts_are_explained(hosts):
 
 
 def test_an_error_of_the_connection_says_that_a_host_was_lost():
-    with pytest.raises(distributed.HostLost, match="another process"), distributed.together():
+    with pytest.raises(HostLost, match="another process"), distributed.together():
         raise jax.errors.JaxRuntimeError("Connection closed by peer")

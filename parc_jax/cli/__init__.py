@@ -33,7 +33,7 @@ def _dispatch(arguments: list[str]) -> int:
     from parc_jax.cli.run import run
     from parc_jax.cli.solve import solve
     from parc_jax.cli.systems import systems
-    from parc_jax.errors import InputError, ParcError
+    from parc_jax.errors import HostLost, InputError, ParcError
 
     functions = (run, learn, solve, check, plot, bench, systems, doctor)
     commands = {function.__name__: function for function in functions}
@@ -43,6 +43,8 @@ def _dispatch(arguments: list[str]) -> int:
         )
     except InputError as error:
         return _say(error, BAD_INPUT)
+    except HostLost as error:
+        os._exit(_say(error, NO_ANSWER))  # an orderly exit would wait for the process that is gone
     except ParcError as error:
         return _say(error, NO_ANSWER)
     except OSError as error:
@@ -53,5 +55,5 @@ def _dispatch(arguments: list[str]) -> int:
 
 
 def _say(message, code: int) -> int:
-    print(f"parc-jax: {message}", file=sys.stderr)
+    print(f"parc-jax: {message}", file=sys.stderr, flush=True)
     return code

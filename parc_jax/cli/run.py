@@ -20,12 +20,16 @@ def run(
     rollouts: int | None = None,
     eps: float | None = None,
     delta: float | None = None,
+    claims: tuple[str, ...] | None = None,
+    fresh: int | None = None,
     samples: int | None = None,
+    repeats: int | None = None,
     budget: float | None = None,
     figures: bool = True,
     quiet: bool = False,
     json: bool = False,
     cache: bool = True,
+    hosts: str | None = None,
 ) -> int:
     """Learn a system, find its safe set, prove it, replay it, draw it. Example: parc-jax run drift_parking
 
@@ -34,21 +38,28 @@ def run(
         out: Folder for model, answer, metrics and figures. Default: runs/SYSTEM.
         model: A saved model; skips rollouts and training.
         seed: Everything random follows from it.
-        plant: Plant of the simulator, e.g. mjx or ode. Default: the system's own.
+        plant: Plant of the simulator for everything, e.g. mjx or ode. Default: the system's own, for learning its
+            study's.
         body: Body of the scene, e.g. disc or decagon. Default: the scene's own.
         hidden: Widths of the hidden layers. Default: the system's own.
         bins: Bins per axis of K over which the tube's shape varies.
         rollouts: Number of training rollouts.
         eps: Probability with which a new run may leave the tube.
         delta: One minus the confidence in that.
+        claims: "one" over all of K, "bins" in every bin at once; the first is the one returned, the others compared.
+        fresh: Runs behind the claims. Default: as many as they need, or the study's.
         samples: Safe plans to return.
+        repeats: Runs of each returned plan in the replay.
         budget: Most seconds to spend on covering the safe set.
         figures: Draw the figures.
         quiet: No progress bars.
         json: Print the metrics as JSON instead of the table.
         cache: Keep compiled programs in the user's cache folder.
+        hosts: Share rollouts and error claims with other processes that run the same command: "auto" reads the
+            cluster's environment, "ADDRESS:PORT,COUNT,NUMBER" names the first process, how many and which one.
     """
     from parc_jax.cli.cache import keep_compiled
+    from parc_jax.cli.hosts import folder_of, join
     from parc_jax.cli.systems import build, find
     from parc_jax.model import load
     from parc_jax.study.report import report
@@ -56,19 +67,23 @@ def run(
     from parc_jax.study.run import finish, run_study
     from parc_jax.study.settings import Study
 
+    host = join(hosts)
     if cache:
         keep_compiled()
     module = find(system)
     given = {
-        "hidden": hidden, "bins": bins, "rollouts": rollouts, "eps": eps, "delta": delta, "samples": samples,
-        "budget_s": budget,
+        "hidden": hidden, "bins": bins, "rollouts": rollouts, "eps": eps, "delta": delta, "claims": claims,
+        "fresh": fresh, "samples": samples, "repeats": repeats, "budget_s": budget,
     }  # fmt: skip
     study = replace(getattr(module, "STUDY", Study()), **{k: v for k, v in given.items() if v is not None})
     with contextlib.redirect_stdout(io.StringIO()):  # the simulator's libraries print to stdout on import
         black_box, problem = build(module, "system", plant=plant), build(module, "problem", body=body)
-    out = out or Path("runs") / black_box.name
+        learn_from = build(module, "system", plant=study.plant) if plant is None and study.plant else black_box
+    out = folder_of(host, out or Path("runs") / black_box.name)
     saved = None if model is None else load(model, system=black_box.name)
-    outcome = run_study(black_box, problem, study, out, seed, saved, quiet)
+    outcome = run_study(black_box, problem, study, out, seed, saved, quiet, learn_from)
+    if host > 0:  # the first one reports
+        return 0
     if figures:
         files = draw_figures(outcome, study, out)
         outcome = outcome._replace(metrics=finish(out, outcome.metrics | {"figures": [f.name for f in files]}))

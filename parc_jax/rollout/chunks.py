@@ -13,7 +13,7 @@ from pathlib import Path
 import jax
 import numpy as np
 
-from parc_jax.distributed import exchange
+from parc_jax.distributed import exchange, place
 from parc_jax.errors import InputError
 from parc_jax.rollout.files import read_npz, write_atomic, write_npz
 
@@ -81,11 +81,11 @@ def worker_devices(system) -> list:
 def run_chunks(work: Callable[[int, object], Arrays], n_chunks: int, devices: list, store=None) -> Iterator[Arrays]:
     """Yield work(index, device) for every index, in order, at most two results per worker ahead of the consumer.
 
-    With several hosts each works on every so-manieth chunk, and all of them yield all chunks. A chunk found in the
+    Inside of `distributed.shared` the hosts deal the chunks out among them, and each yields all. A chunk found in the
     store is not computed again. On an error or Ctrl-C, waiting chunks are cancelled.
     """
-    hosts = jax.process_count()
-    mine = run_here(work, range(jax.process_index(), n_chunks, hosts), devices, store)
+    host, hosts = place()
+    mine = run_here(work, range(host, n_chunks, hosts), devices, store)
     with contextlib.closing(mine):
         for _ in range(0, n_chunks, hosts):
             # in the last turn a host without a chunk brings nothing

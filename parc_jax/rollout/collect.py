@@ -8,7 +8,7 @@ import jax
 import numpy as np
 
 from parc_jax.arrays import content_hash
-from parc_jax.distributed import from_all, require_same
+from parc_jax.distributed import from_all, place, require_same
 from parc_jax.errors import InputError
 from parc_jax.keys import Stage
 from parc_jax.rollout.batch import RolloutBatch, concatenate, rollout_batch
@@ -141,7 +141,7 @@ def map_rows(
     def one(index, device):
         return work(chunk_rows[index], device)
 
-    quiet, title = quiet or jax.process_index() > 0, f"{system.name} {Stage(stage).name.lower()}"
+    quiet, title = quiet or place()[0] > 0, f"{system.name} {Stage(stage).name.lower()}"
     with tqdm(total=n, unit="rollout", desc=title, disable=quiet) as bar:
         for rows, arrays in zip(chunk_rows, run_chunks(one, len(chunk_rows), devices, store), strict=True):
             kept = min(chunk, first_row + n - int(rows[0]))

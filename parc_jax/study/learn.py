@@ -7,7 +7,8 @@ from typing import NamedTuple
 import jax
 import numpy as np
 
-from parc_jax.keys import Stage
+from parc_jax.distributed import from_first, shared
+from parc_jax.keys import Stage, stream
 from parc_jax.model import TrajectoryModel, trajectory_model
 from parc_jax.network.parc import fit_affine
 from parc_jax.network.relu import ReLUNetwork
@@ -45,6 +46,7 @@ class Lesson(NamedTuple):
         return self.models[0].honest
 
 
+@shared()
 def learn(system, study: Study, key: jax.Array, watch: Stopwatch, work: Path, quiet: bool) -> Lesson:
     """Roll out, train every network, claim every tube. Finished chunks stay in `work` until all of it is done.
 
@@ -54,7 +56,8 @@ def learn(system, study: Study, key: jax.Array, watch: Stopwatch, work: Path, qu
     with watch("training rollouts"):
         train = collect(system, key, study.rollouts, Stage.TRAIN, path=work / "train", quiet=quiet)
     with watch("training"):
-        nets = networks(train, study, key)
+        # hosts may round training differently, and a claim is about one network
+        nets = from_first(networks(train, study, key))
     with watch("shape"):
         tubes = shapes(nets, system, train, study, key, work / "shape", quiet)
     with watch("fresh rollouts"):
@@ -77,7 +80,7 @@ def networks(train: RolloutBatch, study: Study, key: jax.Array) -> list[ReLUNetw
     """The trained networks in the order of study.networks, then PARC as published: an affine least-squares fit."""
     nets = []
     for number, hidden in enumerate(study.networks):
-        fit = jax.random.fold_in(key, number)
+        fit = jax.random.fold_in(stream(key, Stage.FIT), number)
         net = train_report(train, hidden, key=fit, seeds=study.seeds, steps=study.steps)[0]
         nets.append(net if study.tail is None else fit_tail(net, train, study.tail))
     return [*nets, fit_affine(*training_arrays(train))]
