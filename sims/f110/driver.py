@@ -30,7 +30,7 @@ class Driver:
         self.seen[tick] = measured
         x, y, heading = self._delayed(tick)
         self.switched = np.where((x - self.origin[0] > c.SWITCH_X) & np.isinf(self.switched), now, self.switched)
-        steer, speed = self._follow(y, heading)
+        steer, speed = self._follow(now, y, heading)
         since = now - self.switched  # -inf before the switch
         locked = (since >= 0) & (since < c.LOCK_UNTIL)
         power_until = c.POWER_UNTIL + c.POWER_PER_SPEED * (self.speed - c.SPEED_RANGE[0])
@@ -50,7 +50,7 @@ class Driver:
         self.last = pose
         return np.ascontiguousarray(pose.T)
 
-    def _follow(self, y: np.ndarray, heading: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    def _follow(self, now: float, y: np.ndarray, heading: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         vx, vy, yaw_rate = np.ascontiguousarray(self.velocity.T)
         off, forward = self.line - y, vx * np.cos(heading) + vy * np.sin(heading)
         near = np.abs(off) < 0.2
@@ -64,9 +64,10 @@ class Driver:
         limit = np.minimum(c.STEER_LIMIT, c.WHEELBASE * c.TURN_ACCELERATION / rolling**2)
         turn = c.HEADING_RATE * (wanted + self.line_sum - heading) - c.YAW_RATE_GAIN * yaw_rate
         steer = c.WHEELBASE / rolling * turn
-        slow = self.speed - forward
-        close = np.abs(slow) < 0.3
-        self.speed_sum = np.where(close, self.speed_sum + c.SPEED_INTEGRAL * c.TICK * slow, self.speed_sum)
-        self.speed_sum = np.clip(self.speed_sum, -c.SPEED_LIMIT, c.SPEED_LIMIT)
-        speed = np.clip(self.speed + c.SPEED_GAIN * slow + self.speed_sum, 0.0, forward + c.WHEELSPIN)
+        ramp = np.minimum(self.speed, c.LAUNCH * now)  # the sum of its errors is how far the car lags behind
+        slow = ramp - forward
+        self.speed_sum = np.clip(
+            self.speed_sum + c.SPEED_INTEGRAL * c.TICK * slow, -c.SPEED_LIMIT, c.SPEED_LIMIT
+        )
+        speed = np.clip(ramp + c.SPEED_GAIN * slow + self.speed_sum, 0.0, forward + c.WHEELSPIN)
         return np.clip(steer, -limit, limit), speed

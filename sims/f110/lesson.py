@@ -79,5 +79,6 @@ def out_of_fold(kind: str, train: RolloutBatch, key: jax.Array) -> tuple[np.ndar
 
 
 def tail(errors: Errors) -> float:
-    """How bad a fit is where it matters: nine runs in ten end within this many half sizes of the goal."""
-    return float(np.quantile((np.asarray(errors.final) / (np.array(GOAL_SIZE) / 2)).max(axis=1), 0.9))
+    """The worst error of all runs at any time, in half sizes of the goal: it is the worst run that a tube pays for."""
+    half = np.array(GOAL_SIZE) / 2
+    return float(max((errors.interval / half[:2]).max(), (errors.final / half).max()))

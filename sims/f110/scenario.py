@@ -6,7 +6,7 @@ from parc_jax.problem import ReachAvoid, reach_avoid
 from parc_jax.sets.box import box
 from sims.f110 import params as c
 
-SPACE = (6.15, -0.6)  # [m] middle of the space, in the middle of where the family comes to rest when started at (0, 0)
+SPACE = (6.5, -0.7)  # [m] middle of the space, in the middle of where the family comes to rest when started at (0, 0)
 GOAL_SIZE = (0.56, 0.61, 2 * math.pi / 3)  # [m, m, rad] about the space, heading about pi
 
 
