@@ -85,8 +85,7 @@ def test_parts_of_a_model_must_fit_each_other():
         ({"target": 0.0}, "target and confidence between 0 and 1; got 0.0"),
         ({"target": 2}, "between 0 and 1"),
         ({"confidence": 1.0}, "between 0 and 1"),
-        ({"n_samples": -1}, "n_samples >= 1; got -1"),
-        ({"n_samples": 0}, "n_samples >= 1; got 0"),
+        ({"n_samples": -1}, "n_samples >= .*got -1"),
         ({"method": "magic"}, "method"),
     ],
 )
