@@ -9,7 +9,7 @@ from parc_jax.error.bound import assumed_claim
 from parc_jax.error.calibrate import calibrate
 from parc_jax.error.counts import required_runs
 from parc_jax.error.shape import training_shape
-from parc_jax.keys import Stage
+from parc_jax.keys import Stage, stream
 from parc_jax.model import TrajectoryModel, trajectory_model
 from parc_jax.network.parc import fit_affine
 from parc_jax.network.relu import ReLUNetwork
@@ -49,7 +49,7 @@ def learn(case: Case, key: jax.Array, quick: bool) -> Lesson:
     fresh = required_runs(eps, delta / looks, 0)
     holdout = collect(system, key, fresh, Stage.BOUND, chunk=CHUNK, quiet=True)
     nets: dict[tuple[int, ...], ReLUNetwork] = {
-        widths: train(data, widths, key=jax.random.fold_in(key, number), seeds=seeds, steps=steps)
+        widths: train(data, widths, key=jax.random.fold_in(stream(key, Stage.FIT), number), seeds=seeds, steps=steps)
         for number, widths in enumerate(hidden)
     }
     nets[PARC] = fit_affine(*training_arrays(data))

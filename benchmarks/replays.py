@@ -16,6 +16,7 @@ import sims
 from parc_jax.certify.replay import replay
 from parc_jax.cli.cache import keep_compiled
 from parc_jax.cli.systems import find
+from parc_jax.keys import Stage, stream
 from parc_jax.model import load
 from parc_jax.planner import Planner
 
@@ -51,7 +52,7 @@ def main(options: Options) -> dict:
     with tqdm(total=options.n, unit="replay") as bar:
         while counts["plans"] < options.n:
             size = min(CHUNK, options.n - counts["plans"])
-            step = jax.random.fold_in(key, 1 + counts["plans"])
+            step = jax.random.fold_in(stream(key, Stage.REPLAY), counts["plans"])
             plans = answer.sample(step, size)
             seen = replay(system, model, answer.scene, plans, step)
             counts["plans"] += size

@@ -31,7 +31,7 @@ _HOME = {
     "enumerate_regions": "pwa",
     "hpolytope": "sets.hpolytope",
     "load": "model",
-    "load_rollouts": "rollout",
+    "load_rollouts": "rollout.loaders",
     "march": "pwa",
     "reach_avoid": "problem",
     "relu_network": "network.relu",

@@ -1,6 +1,8 @@
 """The answer to a query: samples, safe polytopes, coverage, and the two sentences that say what they are worth."""
 
 import json
+from decimal import ROUND_CEILING, Context, Decimal
+from fractions import Fraction
 from functools import cached_property
 from pathlib import Path
 
@@ -15,7 +17,7 @@ from parc_jax.certify.draw import generator
 from parc_jax.certify.no_plan import NoPlan
 from parc_jax.certify.scene import Scene
 from parc_jax.certify.union import SafeUnion
-from parc_jax.error.risk import NoStatement, Risk, Uniform
+from parc_jax.error.risk import Density, NoStatement, Risk
 from parc_jax.errors import InputError
 from parc_jax.lp.status import LPStatus
 from parc_jax.model import TrajectoryModel
@@ -48,7 +50,7 @@ class Answer:
     @property
     def found(self) -> bool:
         """A safe plan exists and is in hand."""
-        return len(self.samples) > 0
+        return len(self.samples) > 0 or len(self.pieces) > 0
 
     @property
     def pieces(self):
@@ -80,9 +82,14 @@ class Answer:
         """Share of the goal-reaching set (of the model) that is safe."""
         return self._cover.safe / max(self._cover.reaching, 1)
 
-    def volume(self, confidence: float = 0.99) -> tuple[float, float, float]:
-        """Volume of the model's safe set: estimate and Clopper-Pearson interval, in units of p0 and k multiplied."""
+    def volume(self, confidence: float = 0.99) -> tuple[float, float, float] | None:
+        """Volume of the model's safe set: estimate and Clopper-Pearson interval, in units of p0 and k multiplied.
+
+        None when nothing was drawn uniformly (the published search). The interval takes the number of draws as fixed.
+        """
         whole = self._cover.volume
+        if not self._cover.drawn or not np.isfinite(whole):
+            return None
         n, x, tail = self._cover.drawn, self._cover.safe, (1 - confidence) / 2
         low = 0.0 if x == 0 else float(beta.ppf(tail, x, n - x + 1))
         high = 1.0 if x == n else float(beta.ppf(1 - tail, x + 1, n - x))
@@ -137,11 +144,33 @@ class Answer:
         """Lower estimate of Pi(T): share of K that some returned piece proves safe for some start."""
         return self._union.share_of_k()
 
+    @property
+    def density(self) -> float:
+        """Upper bound W of the density of k, relative to uniform on K, when plans are drawn by `sample`. Else infinite.
+
+        Per unit of k a bin offers at most the box of end points in the goal less its error; `sample` spreads over the
+        whole union, whose volume is at least the lower bound of the safe set's times the covered share.
+        """
+        tube, n_p = self.model.tube, self.model.n_p
+        with np.errstate(invalid="ignore"):
+            room = np.prod(np.maximum(self.scene.z_hi - self.scene.z_lo - 2 * tube.final[:, :n_p], 0), axis=1)
+        known = self.volume(0.999)
+        union = 0.0 if known is None else known[1] * self.coverage.at_least
+        return float(self.model.domain.volume * np.nanmax(room) / union) if union > 0 else np.inf
+
     def risk(self) -> Risk | NoStatement:
-        """What the claim promises for k drawn at random from the certified k-set. [T5, T18]"""
+        """What the claim promises for a plan drawn by `sample`: uniformly from the safe polytopes. [T5, T18]
+
+        The density of such k relative to the claim's uniform law is at most `density`. For another law over k use
+        `model.claim.risk`: with k itself uniform on the certified k-set, Uniform(answer.share_of_k).
+        """
         if not self.pieces:
             return NoStatement("no safe set was found, so there is nothing to draw k from")
-        return self.model.claim.risk(Uniform(self.share_of_k))
+        if self.model.claim.law.k_law != "uniform":
+            return NoStatement(f"the claim is about k drawn by {self.model.claim.law.k_law!r}, not uniformly over K")
+        if not np.isfinite(self.density):
+            return NoStatement("how much of the safe set the polytopes cover was not measured within the budget")
+        return self.model.claim.risk(Density(self.density))
 
     def statement(self) -> str:
         """The two sentences: (C) what is proved of the model and its tube, (E) what is known of the tube."""
@@ -161,9 +190,12 @@ class Answer:
         risk = self.risk()
         if isinstance(risk, NoStatement):
             return f"Risk: no statement, since {risk.reason}."
+        confidence = float(1 - self.model.claim.delta) if self.model.claim.delta is not None else 1.0
         return (
-            f"Risk: for k drawn uniformly from the certified set, {self.share_of_k:.3f} of K, the run leaves the tube "
-            f"with probability at most {float(risk.bound):.4f}."
+            "Risk: a plan drawn by `sample`, uniformly from the safe polytopes, leaves the tube with probability at "
+            f"most {_rounded_up(risk.bound)} (the density of its k is at most {_rounded_up(self.density)} times "
+            f"uniform, measured with confidence 0.999 and {self.coverage.confidence:g}; the claim has confidence "
+            f"{confidence:.12g})."
         )
 
     def to_json(self) -> dict:
@@ -185,6 +217,13 @@ class Answer:
     def save(self, path) -> Path:
         """Write answer.json; it appears complete or not at all. `parc-jax check` verifies it."""
         return write_atomic(path, json.dumps(self.to_json(), separators=(",", ":")).encode())
+
+
+def _rounded_up(value) -> str:
+    """Two significant digits, never below the value."""
+    exact = Decimal(value.numerator) / Decimal(value.denominator) if isinstance(value, Fraction) else Decimal(value)
+    digits = Context(prec=2, rounding=ROUND_CEILING).create_decimal(exact)
+    return f"{float(digits):.12g}"
 
 
 def _plain(value):

@@ -68,6 +68,12 @@ class TrajectoryModel:
 
 def trajectory_model(net: ReLUNetwork, claim: ErrorClaim, domain: Box, time: TimeGrid, system: str = ""):
     """Validated model. Raises InputError that names the two parts that do not fit."""
+    measured = claim.evidence.get("network")
+    if measured is not None and measured != net.hash:
+        raise InputError(
+            f"model: expected the network its claim was measured on ({measured[:12]}); got another one "
+            f"({net.hash[:12]}). Bound the error of this network anew."
+        )
     n_steps, n_p = claim.tube.interval.shape[1:]
     n_q = claim.tube.final.shape[1] - n_p
     if time.n_steps != n_steps:

@@ -61,8 +61,8 @@ class Planner:
         """
         if not 0 < target < 1 or not 0 < confidence < 1:
             raise InputError(f"solve: expected target and confidence between 0 and 1; got {target}, {confidence}.")
-        if n_samples < 0:
-            raise InputError(f"solve: expected n_samples >= 0; got {n_samples}.")
+        if n_samples < 1:
+            raise InputError(f"solve: expected n_samples >= 1; got {n_samples}.")
         if method not in METHODS:
             raise InputError(f"solve: expected method {', '.join(METHODS)}; got {method!r}.")
         require_sound_arithmetic()
@@ -89,6 +89,8 @@ class Planner:
             refused = int((~kept_samples).sum() + (~kept_pieces).sum())
             samples, parts = samples[kept_samples], [s for s, keep in zip(parts, kept_samples, strict=True) if keep]
             pieces, level = [p for p, keep in zip(pieces, kept_pieces, strict=True) if keep], LEVELS[1]
+            if not kept_pieces.all():  # the looks judged pieces that are not returned
+                found = found._replace(coverage=found.coverage._replace(at_least=0.0))
         timings = {
             "first_sample_s": found.first_sample_s, "first_piece_s": found.first_piece_s,
             "cover_s": covered - begin, "proof_s": time.perf_counter() - covered,

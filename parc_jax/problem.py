@@ -40,6 +40,11 @@ class ReachAvoid:
     start: HPolytope | None = None
     steps: tuple[tuple[int, int] | None, ...] = struct.field(pytree_node=False, default=())
 
+    @property
+    def spans(self) -> tuple[tuple[int, int] | None, ...]:
+        """`steps`, one entry per obstacle also when none were given."""
+        return self.steps or (None,) * len(self.obstacles)
+
 
 def reach_avoid(goal, obstacles: Sequence, body, start=None, steps: Sequence | None = None) -> ReachAvoid:
     """Validated problem. Boxes become polytopes; a number is taken as a disc radius. Raises InputError."""

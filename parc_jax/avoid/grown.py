@@ -47,7 +47,7 @@ def grown_obstacles(problem: ReachAvoid, n_steps: int) -> GrownObstacles:
         padded = table + [table[-1]] * (n_m - len(table))
         corner[j] = [[float(x) for x in point] for point, _ in padded]
         sign[j] = [s for _, s in padded]
-        first, last = problem.steps[j] if problem.steps[j] is not None else (0, n_steps - 1)
+        first, last = problem.spans[j] if problem.spans[j] is not None else (0, n_steps - 1)
         if last >= n_steps:
             raise InputError(f"steps of obstacle {j}: expected last < {n_steps} intervals; got {last}.")
         active[j, first : last + 1] = True

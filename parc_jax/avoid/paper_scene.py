@@ -42,5 +42,6 @@ def paper_scene(problem: ReachAvoid, tube: Tube) -> PaperScene:
     goal_box = bounding_box(problem.goal)
     if not (np.isfinite(goal_box.lo).all() and np.isfinite(goal_box.hi).all()):
         raise InputError("goal: expected a bounded set; its rows leave a direction open. Add the missing rows.")
-    goals, grown = shrink(problem.goal, tube.final), grown_polytopes(problem, tube)
+    interval, final = tube.finite_widths
+    goals, grown = shrink(problem.goal, final), grown_polytopes(problem, tube.replace(interval=interval, final=final))
     return PaperScene(goals, goal_box, grown, problem.start, len(tube.edges))

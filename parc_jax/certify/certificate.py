@@ -20,13 +20,12 @@ from parc_jax.network.relu import ReLUNetwork
 from parc_jax.problem import Disc, ReachAvoid
 
 FORMAT = "parc_jax.answer/1"
-NO_CLAIM = 1e300  # [m, .] wider than any world: nothing in such a bin is ever safe, and certificates cannot spell inf
 
 
 def problem_part(problem: ReachAvoid, model: TrajectoryModel) -> dict:
     """The question."""
     obstacles = []
-    for poly, span in zip(problem.obstacles, problem.steps, strict=True):
+    for poly, span in zip(problem.obstacles, problem.spans, strict=True):
         part = _rows(poly)
         if span is not None:
             part["steps"] = list(span)
@@ -55,7 +54,7 @@ def network_part(net: ReLUNetwork) -> dict:
 
 def tube_part(tube: Tube) -> dict:
     """The tube, float64 exactly; its outer edges are the domain's decimals; a bin without claim is NO_CLAIM wide."""
-    interval, final = (np.where(np.isinf(widths), NO_CLAIM, widths) for widths in (tube.interval, tube.final))
+    interval, final = tube.finite_widths
     return {
         "edges": [_decimals(e) for e in tube.edges],
         "interval": [[_hexes(row) for row in one] for one in interval],

@@ -1,7 +1,7 @@
 """Cover the safe set by polytopes: draw points, grow the uncovered ones, stop when a fresh draw finds almost none.
 
-The draw that decides to stop is fresh: no piece was grown from it and none was dropped because of it, so its uncovered
-share is an honest sample. Every look has its own part of the error probability.
+The draw that decides to stop is fresh: no piece was grown from it, so its uncovered share is an honest sample. A look
+that may stop is announced by the one before it, and only such looks have a part of the error probability.
 """
 
 import time
@@ -61,7 +61,10 @@ def cover(
     model: TrajectoryModel, problem: ReachAvoid, scene: Scene, rng: np.random.Generator,
     *, target: float, confidence: float, budget_s: float,
 ) -> Cover:  # fmt: skip
-    """Grow pieces until at most `target` of the safe set is left out, with `confidence`, or the budget ends."""
+    """Grow pieces until at most `target` of the safe set is left out, with `confidence`, or the budget ends.
+
+    budget_s: [s] after the first pass, so that compiling is not counted.
+    """
     begin = time.perf_counter()
     spent = lambda: time.perf_counter() - begin  # noqa: E731
     grower = Grower(model, problem, scene, rng)
@@ -69,6 +72,7 @@ def cover(
     armed = False  # only a look that was announced by the one before may stop, so only such looks cost confidence
     coverage = Coverage(0.0, 0.0, confidence, 0, 0)  # nothing is known to be covered until a fresh look says so
     first_sample = first_piece = None
+    compiled = None
     seen: list[Points] = []
     history: list[tuple[float, int, float]] = []
     size = FIRST_DRAW
@@ -94,10 +98,12 @@ def cover(
                 break
         for _ in grower.grow(batch.safe.at(~inside), few=first_piece is None):
             first_piece = first_piece or spent()
-            if spent() > budget_s:
+            if compiled is not None and spent() - compiled > budget_s:
                 break
+        if compiled is None and fresh:
+            compiled = spent()  # the budget is for searching: the first pass mostly compiles
         armed = fresh > 0 and 1 - coverage.share < ARMED * target
-        if spent() > budget_s or (safe == 0 and drawn >= HOPELESS):
+        if spent() - (compiled or 0.0) > budget_s or (safe == 0 and drawn >= HOPELESS):
             pieces = grower.pieces  # nothing fresh is left to judge a choice among them
             break
         size = _next_size(size, drawn, fresh, 1 - coverage.share, target)

@@ -23,7 +23,7 @@ def require_sense(problem: ReachAvoid, planner: Planner) -> None:
         return  # the planner says it better
     lo, hi = bounding_box(goal, "goal")
     corners = vertices(goal)[:, : model.n_p]
-    for j, (obstacle, span) in enumerate(zip(problem.obstacles, problem.steps, strict=True)):
+    for j, (obstacle, span) in enumerate(zip(problem.obstacles, problem.spans, strict=True)):
         at_the_end = span is None or span[1] >= model.time.n_steps - 1
         if at_the_end and obstacle.n == model.n_p and len(corners) and obstacle.contains(corners).all():
             raise InputError(

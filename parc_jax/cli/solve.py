@@ -47,6 +47,7 @@ def solve(
     from parc_jax.cli.verdict import as_json, verdict
     from parc_jax.errors import InputError
     from parc_jax.exchange.problem_file import load_problem
+    from parc_jax.keys import Stage, stream
     from parc_jax.model import load
     from parc_jax.planner import Planner
 
@@ -59,9 +60,8 @@ def solve(
     key = jax.random.PRNGKey(seed)
     options = {"n_samples": samples, "target": target, "confidence": confidence, "method": method}
     # compiles and answers once, so that the budget is spent on the safe set and not on the compiler
-    cold = planner.solve(
-        problem, jax.random.fold_in(key, 1), budget_s=0.0, no_plan_budget_s=0.0, proof=False, **options
-    )
+    apart = jax.random.fold_in(stream(key, Stage.SEARCH), 1)
+    cold = planner.solve(problem, apart, budget_s=0.0, no_plan_budget_s=0.0, proof=False, **options)
     answer = planner.solve(problem, key, budget_s=budget, **options)
     answer.save(out)
     if json:

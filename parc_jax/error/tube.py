@@ -6,6 +6,8 @@ from flax import struct
 from parc_jax.arrays import as_float64, content_hash
 from parc_jax.errors import InputError
 
+NO_CLAIM = 1e100  # [m, .] wider than any world, and its square is still finite
+
 
 @struct.dataclass
 class Tube:
@@ -36,6 +38,12 @@ class Tube:
     def hash(self) -> str:
         """Content hash of edges and widths."""
         return content_hash(*self.edges, self.interval, self.final)
+
+    @property
+    def finite_widths(self) -> tuple[np.ndarray, np.ndarray]:
+        """Interval and final, where a bin without claim is NO_CLAIM wide, for certificates and code that cannot take
+        infinity. Its obstacles fill the world and its goal is empty, so still nothing in it is ever safe."""
+        return tuple(np.where(np.isinf(widths), NO_CLAIM, widths) for widths in (self.interval, self.final))
 
     def bin_of(self, k: np.ndarray) -> np.ndarray:
         """Bin number of k (..., n_k), one of the closed bins that contain it; -1 outside K."""

@@ -6,7 +6,7 @@ import numpy as np
 
 from parc_jax.answer import LEVELS, Answer
 from parc_jax.avoid.directions import Multiplier, direction
-from parc_jax.certify.certificate import FORMAT, NO_CLAIM
+from parc_jax.certify.certificate import FORMAT
 from parc_jax.certify.cover import Cover, Coverage
 from parc_jax.certify.draw import points
 from parc_jax.certify.evaluate import evaluate
@@ -16,7 +16,7 @@ from parc_jax.certify.scene import Scene, scene
 from parc_jax.certify.union import SafeUnion
 from parc_jax.checker import Rejected, check_answer, load, number
 from parc_jax.error.claim import claim_from_json
-from parc_jax.error.tube import tube
+from parc_jax.error.tube import NO_CLAIM, tube
 from parc_jax.errors import InputError
 from parc_jax.model import TrajectoryModel, trajectory_model
 from parc_jax.network.relu import relu_network

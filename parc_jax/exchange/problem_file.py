@@ -127,7 +127,7 @@ def _numbers(name: str, value, ndim: int) -> np.ndarray:
 
 def _parts(problem: ReachAvoid) -> dict:
     obstacles = []
-    for part, span in zip(problem.obstacles, problem.steps, strict=True):
+    for part, span in zip(problem.obstacles, problem.spans, strict=True):
         obstacles.append(_spelled(part) | ({} if span is None else {"steps": [int(i) for i in span]}))
     body = problem.body
     shape = (

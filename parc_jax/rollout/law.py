@@ -45,9 +45,12 @@ def law_spec(generator: str, domain: Box, k_law: str = "uniform", parameters: Ma
 
 
 def law_of(system, k_law: str = "uniform") -> LawSpec:
-    """The law of a system. A system may offer `law`, a mapping or dataclass of its disturbance parameters."""
+    """The law of a system: what `law` offers (mapping or dataclass), and `plant` when that is a name."""
     law = getattr(system, "law", None)
-    return law_spec(system.name, system.domain, k_law, asdict(law) if is_dataclass(law) else law)
+    parameters = dict((asdict(law) if is_dataclass(law) else law) or {})
+    if isinstance(getattr(system, "plant", None), str):
+        parameters["plant"] = system.plant
+    return law_spec(system.name, system.domain, k_law, parameters)
 
 
 def _hex(values) -> tuple[str, ...]:

@@ -67,15 +67,16 @@ def run_study(
     options = {
         "n_samples": study.samples, "target": study.target, "confidence": study.confidence, "budget_s": study.budget_s
     }  # fmt: skip
+    apart = jax.random.fold_in(stream(key, Stage.SEARCH), 1)
     with watch("first query (cold)"):
-        cold = planner.solve(problem, jax.random.fold_in(key, 1), **options | {"budget_s": 0.0, "proof": False})
+        cold = planner.solve(problem, apart, **options | {"budget_s": 0.0, "proof": False, "no_plan_budget_s": 0.0})
     with watch("safe set"):
         answer = planner.solve(problem, key, **options)
+    answer.save(out / "answer.json")  # before the replay: if that finds a contradiction, the evidence is on disk
     runs = None
-    if answer.found:
+    if len(answer.samples):
         with watch("replay"):
             runs = trial(system, model, answer.scene, answer.samples, key, study.repeats, quiet)
-    answer.save(out / "answer.json")
     metrics = {
         "system": system.name, "seed": seed, "jax": jax.__version__, "python": platform.python_version(),
         "device": jax.devices()[0].device_kind, "regions": table.count, "final_error": final_error(model).tolist(),

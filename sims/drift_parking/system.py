@@ -24,10 +24,16 @@ class DriftParking:
     domain: Box
     time: TimeGrid
     plant: Plant
+    plant_name: str
 
     name: ClassVar[str] = "drift_parking"
     n_p: ClassVar[int] = 2
     n_q: ClassVar[int] = 1
+
+    @property
+    def law(self) -> dict[str, str]:
+        """What a claim about this system has to name beside K: the plant."""
+        return {"plant": self.plant_name}
 
     def run(self, k) -> Run:
         """Everything the simulation knows for k (2, *lanes): all states, switching sample, steering at the switch.
@@ -56,4 +62,4 @@ def system(plant: str = "mjx") -> DriftParking:
     else:
         raise InputError(f'plant: expected "mjx" or "ode"; got {plant!r}.')
     lo, hi = zip(c.SPEED_RANGE, c.SIDESLIP_RANGE, strict=True)
-    return DriftParking(box(lo, hi), time_grid(c.PLAN_STEP, c.T_FINAL, c.STEP), accelerations)
+    return DriftParking(box(lo, hi), time_grid(c.PLAN_STEP, c.T_FINAL, c.STEP), accelerations, plant)
