@@ -1,0 +1,64 @@
+"""A bin without a claim: nothing in it is ever safe, and everything else goes on."""
+
+import jax
+import numpy as np
+from toy_models import model_of
+
+from parc_jax import checker
+from parc_jax.certify.certificate import tube_part
+from parc_jax.certify.evaluate import evaluate
+from parc_jax.certify.scene import scene
+from parc_jax.error.tube import NO_CLAIM
+from parc_jax.network.relu import relu_network
+from parc_jax.planner import Planner
+from parc_jax.plot.verdicts import NOT_FOUND, region_verdicts
+from parc_jax.problem import reach_avoid
+from parc_jax.sets.box import box
+from parc_jax.study.learn import final_error
+
+
+def model(without: int | None):
+    """Straight lines over K = [-1, 1]^2 cut at k_0 = 0, T = 4, tube of 1 cm; one bin may have no claim."""
+    W = np.kron(np.arange(1, 5)[:, None] / 4, np.eye(2))
+    interval, final = np.full((2, 4, 2), 0.01), np.full((2, 2), 0.01)
+    if without is not None:
+        interval[without], final[without] = np.inf, np.inf
+    net = relu_network([W], [np.zeros(8)])
+    return model_of(net, box([-1, -1], [1, 1]), interval, final, [[-1.0, 0.0, 1.0], [-1.0, 1.0]])
+
+
+def world():
+    return reach_avoid(box([-0.2, -0.2], [0.2, 0.2]), [box([-0.05, 0.3], [0.05, 0.6])], 0.05)
+
+
+def test_no_plan_lies_in_a_bin_without_claim_and_the_checker_accepts(tmp_path):
+    half, key = model(without=0), jax.random.PRNGKey(0)
+    planner = Planner(half)
+    answer = planner.solve(world(), key, n_samples=20, target=0.1, budget_s=3.0)
+    assert answer.found and answer.level == "exact-proved"
+    assert (answer.samples[:, 2] > 0).all() and all(piece.bin == 1 for piece in answer.pieces)
+    assert not answer.contains([[0.3, 0.0]], [[-0.3, 0.0]])[0]
+    assert checker.main([str(answer.save(tmp_path / "answer.json"))]) == 0
+    assert np.isfinite(answer.scene.slack) and answer.scene.slack < 1e-9
+    np.testing.assert_array_equal(final_error(half), [0.01, 0.01])
+    assert region_verdicts(answer, planner.regions)[0] != NOT_FOUND  # its one region holds safe plans
+
+
+def test_the_same_point_is_safe_once_its_bin_has_a_claim():
+    at = np.array([[0.3, 0.0]]), np.array([[-0.3, 0.0]])
+    for without, safe in ((None, True), (1, True), (0, False)):
+        m = model(without)
+        seen = evaluate(m, scene(world(), m), *at)
+        assert seen.safe[0] == safe and seen.reaches[0] == safe
+
+
+def test_certificates_spell_no_infinity_and_a_huge_width_only_grows_obstacles():
+    part = tube_part(model(without=1).tube)
+    assert float.fromhex(part["interval"][1][0][0]) == NO_CLAIM == float.fromhex(part["final"][1][0])
+    assert float.fromhex(part["interval"][0][0][0]) == 0.01
+    assert checker.number(part["final"][1][0]) > 10**99
+
+
+def test_the_published_search_skips_it_too():
+    answer = Planner(model(without=0)).solve(world(), jax.random.PRNGKey(0), method="paper", proof=False)
+    assert answer.found and (answer.samples[:, 2] >= 0).all()
