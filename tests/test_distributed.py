@@ -106,3 +106,24 @@ def test_bad_hosts_are_explained(hosts):
 def test_an_error_of_the_connection_says_that_a_host_was_lost():
     with pytest.raises(HostLost, match="another process"), distributed.together():
         raise jax.errors.JaxRuntimeError("Connection closed by peer")
+
+
+@pytest.mark.slow
+def test_one_flag_of_the_shell_shares_a_whole_run(tmp_path):
+    with socket.socket() as s:
+        s.bind(("127.0.0.1", 0))
+        address = f"127.0.0.1:{s.getsockname()[1]}"
+    words = "run toy_cart --rollouts 300 --hidden 4 4 --eps 0.1 --budget 1 --no-figures --no-cache --quiet --out out"
+    program = [sys.executable, "-c", "import sys; from parc_jax.cli import main; main(sys.argv[1:])", *words.split()]
+    env = ENV | {"PYTHONPATH": f"{ENV['PYTHONPATH']}:{HERE / 'cli'}"}
+    both = [
+        subprocess.Popen(
+            [*program, "--hosts", f"{address},2,{i}"], cwd=tmp_path, env=env, text=True,
+            stdout=subprocess.PIPE, stderr=subprocess.STDOUT,
+        ) for i in range(2)
+    ]  # fmt: skip
+    first, second = (end(process) for process in both)
+    assert "Written to out" in first and "Written" not in second  # the first one reports
+    mine, theirs = (np.load(tmp_path / "out" / where / "model.npz") for where in (".", "hosts/1"))
+    for name in mine.files:
+        np.testing.assert_array_equal(mine[name], theirs[name])
