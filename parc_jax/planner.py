@@ -108,8 +108,8 @@ class Planner:
         problem. draws: most plans to propose per problem; solved ones stop early. pool: values of k shared by all.
         numbers: (s,) the problems' own numbers, by default 0, 1, ...: with the key they decide an answer, so it does
         not depend on what else is in the batch. warm: an earlier BatchAnswer of the same problems, or plans.
-        proof: exact check of every best plan, a fraction of a second each. polytopes: rows that `solve` answers as well,
-        budget_s [s] each. mesh: devices to spread over (`distributed.mesh`). Raises as `solve` does.
+        proof: exact check of every best plan, a fraction of a second each. polytopes: rows that `solve` answers as
+        well, budget_s [s] each. mesh: devices to spread over (`distributed.mesh`). Raises as `solve` does.
         """
         require_sound_arithmetic()
         chosen = {int(i): problem_of(problems, i) for i in polytopes}
