@@ -10,6 +10,7 @@ import numpy as np
 from parc_jax.arrays import x64
 from parc_jax.errors import InputError
 
+BLOCK = 32  # runs drawn at a time: one compiled program for batches of any size
 FLOOR = ((-1.0, 10.0), (-4.0, 2.0))  # [m] where patches lie, seen from the start
 
 
@@ -65,9 +66,12 @@ class Draws(NamedTuple):
 
 def draw(law: Law, keys, ticks: int) -> Draws:
     """Draws of B runs from their keys (B, 2); a run's draw depends on its own key alone."""
+    keys = np.asarray(keys)
+    padded = np.resize(keys, (-(-len(keys) // BLOCK) * BLOCK, 2))
     with x64():
-        drawn = _draw_many(law, jnp.asarray(keys), ticks)
-    return Draws(*(np.array(part, np.float64) for part in drawn))
+        blocks = [_draw_many(law, jnp.asarray(padded[i : i + BLOCK]), ticks) for i in range(0, len(padded), BLOCK)]
+    parts = (np.concatenate(part)[: len(keys)] for part in zip(*blocks, strict=True))
+    return Draws(*(np.array(part, np.float64) for part in parts))
 
 
 def named_law(name: str) -> Law:

@@ -66,8 +66,6 @@ class Driver:
         steer = c.WHEELBASE / rolling * turn
         ramp = np.minimum(self.speed, c.LAUNCH * now)  # the sum of its errors is how far the car lags behind
         slow = ramp - forward
-        self.speed_sum = np.clip(
-            self.speed_sum + c.SPEED_INTEGRAL * c.TICK * slow, -c.SPEED_LIMIT, c.SPEED_LIMIT
-        )
+        self.speed_sum = np.clip(self.speed_sum + c.SPEED_INTEGRAL * c.TICK * slow, -c.SPEED_LIMIT, c.SPEED_LIMIT)
         speed = np.clip(ramp + c.SPEED_GAIN * slow + self.speed_sum, 0.0, forward + c.WHEELSPIN)
         return np.clip(steer, -limit, limit), speed

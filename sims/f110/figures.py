@@ -66,9 +66,7 @@ def timelapse(car: F110, tried, key: jax.Array, to):
             ax.fill(*goal.T, facecolor=style.GREEN, alpha=0.25)
             for obstacle in answer.problem.obstacles:
                 ax.fill(*shapes.shadow(obstacle).T, facecolor="#6E6E6E")
-            outlines = [
-                shapes.placed(OUTLINE, at[i, s], run.measured[i, s, 2]) for i in range(REPEATS) for s in shots
-            ]
+            outlines = [shapes.placed(OUTLINE, at[i, s], run.measured[i, s, 2]) for i in range(REPEATS) for s in shots]
             ax.add_collection(PolyCollection(outlines, facecolors="none", edgecolors=style.BLACK, linewidths=0.3))
             ax.add_collection(LineCollection(at, colors=style.RED, linewidths=0.5))
             ax.set_aspect("equal")

@@ -26,6 +26,7 @@ SYSTEMS = [
     pytest.param(
         Case("drift_parking", {"plant": "mjx"}, 4.8, 1e-9, 0.06), id="drift_parking-mjx", marks=pytest.mark.slow
     ),
+    pytest.param(Case("f110", {}, 4.9, 0.0, 0.0), id="f110"),
 ]
 
 
@@ -46,7 +47,7 @@ def runs(request):
     lo, hi = np.asarray(system.domain.lo), np.asarray(system.domain.hi)
     ks = jnp.asarray(lo + (hi - lo) * np.random.default_rng(11).random((3, lo.size)))
     keys = jax.random.split(jax.random.PRNGKey(4), 3)
-    batched = jax.jit(jax.vmap(system.rollout))
+    batched = getattr(system, "rollout_batch", None) or jax.jit(jax.vmap(system.rollout))
     # Row i alone, in a batch of copies of itself: the program is compiled once, and no other row can leak into it.
     alone = [jnp.full(3, i) for i in range(3)]
     single = [jax.tree.map(lambda a: a[2], batched(keys[i], ks[i])) for i in alone]

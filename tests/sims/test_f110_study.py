@@ -1,0 +1,85 @@
+"""The study of few runs: the numbers it prints, one small laboratory from end to end, and the film."""
+
+import json
+import os
+import subprocess
+import sys
+
+import numpy as np
+import pytest
+from matplotlib.image import imread
+from scipy.stats import binomtest
+
+from parc_jax.errors import InputError
+from sims.f110.few_runs import few_runs
+from sims.f110.rows import Row, interval, sentence, table
+
+PLAN = Row(
+    60, "published", "network", None, 0, (0.1, 0.1, 0.2), safe=0.3, plan=(0.0, 0.0, -1.5, 2.5), failed_1000=12,
+    left_1000=300, failed_random=9, left_random=400,
+)  # fmt: skip
+NONE = Row(60, "honest", "affine", 0.1157, 0, (0.3, 0.2, 0.3), why="the goal is narrower than the tube.")
+
+
+@pytest.mark.parametrize("failed", [0, 1, 12, 1000])
+def test_interval_is_clopper_and_pearsons(failed):
+    exact = binomtest(failed, 1000).proportion_ci(0.95, "exact")
+    assert interval(failed, 1000) == pytest.approx((exact.low, exact.high), abs=1e-6)
+
+
+def test_words_say_what_is_known_and_what_is_not():
+    said = sentence(PLAN)
+    assert "ASSUMED" in said and "nothing backs" in said and "failed 12 times" in said
+    said = sentence(NONE)
+    assert "30 runs kept apart" in said and "one new run in 8.6" in said and "NO SAFE PLAN" in said
+    lines = table([PLAN, NONE])
+    assert len(lines) == 3 and "12 (0.62..2.09 %)" in lines[1] and lines[2].endswith("no safe plan")
+
+
+def test_too_few_runs_are_refused(tmp_path):
+    with pytest.raises(InputError, match="at least 30"):
+        few_runs(tmp_path, sizes=(12,))
+
+
+@pytest.mark.slow
+def test_a_small_laboratory(tmp_path):
+    tried = few_runs(tmp_path, sizes=(60,), quiet=True)
+    rows = json.loads((tmp_path / "rows.json").read_text())
+    assert [r["claim"] for r in rows] == ["published", "honest", "honest, strict"]
+    assert rows[0]["eps"] is None and rows[2]["eps"] == pytest.approx(1 - 0.025 ** (1 / 30), rel=1e-4)
+    assert (tmp_path / "table.txt").read_text().count("60 runs") == 3
+    for name in ("sideslip", "tubes", "more_runs"):
+        assert (tmp_path / f"{name}.png").stat().st_size > 10_000
+    for one in tried:
+        assert (one.row.plan is None) == (one.answer is None) == (one.row.why != "")
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("backend", ["egl", "osmesa"])
+def test_the_film_shows_the_car(backend, tmp_path):
+    """Rendered headless where that OpenGL is there; in its own process, since mujoco picks one when it is imported."""
+    done = subprocess.run(
+        [sys.executable, "-m", "sims.f110.film", "--out", str(tmp_path), "--size", "160", "90"],
+        env=os.environ | {"MUJOCO_GL": backend}, capture_output=True, text=True, timeout=300, check=False,
+    )  # fmt: skip
+    if done.returncode and ("no OpenGL" in done.stderr or "OpenGL" in done.stderr):
+        pytest.skip(f"no {backend} here")
+    assert not done.returncode, done.stderr
+    images = [imread(path)[:, :, :3] for path in sorted(tmp_path.glob("*.png"))]
+    assert len(images) == 148 and images[0].shape == (90, 160, 3)
+    changed = (np.abs(images[0] - images[70]).sum(axis=2) > 0.25).mean()
+    assert 0.001 < changed < 0.2
+
+
+def test_the_stage_has_the_scene_and_the_same_car():
+    import mujoco
+
+    from sims.f110.film import stage
+    from sims.f110.scenario import problem
+
+    model = stage()
+    assert model.nq == 17 and model.body_subtreemass[1] == pytest.approx(3.52)
+    for number, parked in enumerate(problem().obstacles):
+        at = model.geom(f"parked_{number}_body").pos[:2]
+        assert (parked.A @ at < parked.b).all()
+    assert mujoco.mj_name2id(model, mujoco.mjtObj.mjOBJ_GEOM, "space") >= 0
