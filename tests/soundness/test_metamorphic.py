@@ -19,7 +19,7 @@ from parc_jax.sets.hpolytope import HPolytope, hpolytope
 pytestmark = pytest.mark.soundness
 
 T = 4
-SEEDS = (0, 1)
+SEEDS = (0, pytest.param(1, marks=pytest.mark.slow), pytest.param(3, marks=pytest.mark.slow))
 CLOSE = 1e-11  # [m] rounding of these scenes
 
 
