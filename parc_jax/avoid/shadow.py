@@ -103,7 +103,8 @@ def _offsets(pieces: Piece, grown: GrownPolytopes) -> tuple[np.ndarray, np.ndarr
     offsets = np.zeros((r, n_steps + 1, v, 2))
     offsets[:, 1:] = reached.reshape(r, n_steps, 2, v).swapaxes(2, 3)
     size = (np.abs(C) @ pieces.reach[:, :, None])[:, :, 0] + np.abs(d)
-    size = size.max(axis=1) + np.abs(grown.corners).max(initial=0) + np.abs(grown.error).max(initial=0)
+    error = np.abs(grown.error[pieces.bin]).max(axis=(1, 2), initial=0)  # the piece's own: other bins may be unclaimed
+    size = size.max(axis=1) + np.abs(grown.corners).max(initial=0) + error
     # Vertices are floats: the piece may reach further by its slip, and its image by C times that.
     moved = (np.abs(C) @ pieces.slip[:, :, None]).max(axis=(1, 2))
     return offsets, 2 * moved + 4 * _OPERATIONS * _UNIT * size

@@ -74,9 +74,11 @@ class ErrorClaim:
         if self.kind == "conformal":
             return NoStatement("a marginal claim does not survive the choice of a set after calibration; use kind pac")
         if isinstance(nu, Density):
-            if self.bin_eps is not None:
-                return NoStatement("per-bin claims need Uniform(share, bin)")
-            return risk_of(self.eps, self.delta, Fraction(str(nu.bound)), nu.shift)
+            by_bin = self.bin_eps or (self.eps,)
+            if None in by_bin:
+                return NoStatement("some bins of K have no claim, and k of this law may fall into them")
+            # claims by bin: the bins' parts of P(leave) add up to at most bound * sum of Pi(b) eps_b
+            return risk_of(max(by_bin), self.delta, Fraction(str(nu.bound)), nu.shift)
         if not isinstance(nu, Uniform):
             raise InputError(f"risk: expected Uniform, Density or Point; got {type(nu).__name__}.")
         return self._risk_uniform(nu)

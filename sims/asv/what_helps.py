@@ -87,7 +87,7 @@ if __name__ == "__main__":
     parser.add_argument("--rows", type=int, nargs="*")
     chosen = parser.parse_args()
     if chosen.reality:
-        print("succeeds in 99 %% of runs: %.1f %%; inside the smallest box tube of one k: %.1f %%"
-              % tuple(100 * share for share in reality()))  # fmt: skip
+        kept, boxed = reality()
+        print(f"succeeds in 99 % of runs: {100 * kept:.1f} %; in the smallest box tube of one k: {100 * boxed:.1f} %")
     else:
         helps(chosen.rows)

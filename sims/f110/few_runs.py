@@ -80,15 +80,18 @@ def attempt(car: F110, n: int, learned: Model, key: jax.Array) -> Tried:
     eps = None if claim.eps is None else float(claim.eps)
     width = tuple(np.median(model.tube.final, axis=0).tolist())
     row = Row(n, learned.claim, learned.fitted, eps, claim.discard if eps else 0, width)
+    planner = Planner(model)
     try:
-        answer = Planner(model).solve(problem(), key, n_samples=PLANS, budget_s=BUDGET)
+        answer = planner.solve(problem(), key, n_samples=PLANS, budget_s=BUDGET)
     except InputError as error:  # the goal is narrower than the tube: no plan can be safe
         return Tried(row._replace(why=str(error)), learned, None, None)
     if not answer.found:
         return Tried(row._replace(why=answer.statement().splitlines()[0]), learned, None, None)
-    plan = answer.samples[0]
+    first = planner.solve(problem(), key, n_samples=PLANS, budget_s=0.0)  # a first look: no clock decides its plans
+    plans = first.samples if first.found else answer.samples
+    plan = plans[0]
     repeats = replay(car, model, answer.scene, np.tile(plan, (MANY, 1)), key)
-    others = replay(car, model, answer.scene, np.resize(answer.samples, (MANY, len(plan))), jax.random.fold_in(key, 1))
+    others = replay(car, model, answer.scene, np.resize(plans, (MANY, len(plan))), jax.random.fold_in(key, 1))
     row = row._replace(
         safe=answer.safe_share, share_of_k=answer.share_of_k,
         promise=None if eps is None else min(1.0, float(getattr(answer.risk(), "bound", 1.0))),

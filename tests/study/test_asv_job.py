@@ -7,6 +7,7 @@ import pytest
 
 import sims
 from parc_jax import checker
+from parc_jax.cli.systems import build
 from parc_jax.study.run import figures, run_study
 from parc_jax.study.settings import checked
 from sims import asv, asv_published
@@ -36,3 +37,9 @@ def test_few_rollouts_end_in_a_proved_answer(name, tmp_path):
     assert {row["by_bin"] for row in seen["comparison"]} == {True, False}
     drawn = {f.name for f in figures(outcome, study, tmp_path)}
     assert drawn == {"samples.png", "spread.png", "regions.png", "errors.png"}
+
+
+@pytest.mark.parametrize("module", [asv, asv_published])
+def test_the_plants_that_the_main_job_asks_for_can_be_built(module):
+    for plant in (module.STUDY.plant, None):
+        assert build(module, "system", plant=plant).plant == (plant or "mjx")

@@ -1,5 +1,8 @@
 """A bin without a claim: nothing in it is ever safe, and everything else goes on."""
 
+from dataclasses import replace
+from fractions import Fraction
+
 import jax
 import numpy as np
 from toy_models import model_of
@@ -8,12 +11,14 @@ from parc_jax import checker
 from parc_jax.certify.certificate import tube_part
 from parc_jax.certify.evaluate import evaluate
 from parc_jax.certify.scene import scene
+from parc_jax.error.risk import Density, NoStatement
 from parc_jax.error.tube import NO_CLAIM
 from parc_jax.network.relu import relu_network
 from parc_jax.planner import Planner
 from parc_jax.plot.verdicts import NOT_FOUND, region_verdicts
 from parc_jax.problem import reach_avoid
 from parc_jax.sets.box import box
+from parc_jax.sets.hpolytope import from_box
 from parc_jax.study.learn import final_error
 
 
@@ -60,5 +65,16 @@ def test_certificates_spell_no_infinity_and_a_huge_width_only_grows_obstacles():
 
 
 def test_the_published_search_skips_it_too():
-    answer = Planner(model(without=0)).solve(world(), jax.random.PRNGKey(0), method="paper", proof=False)
+    aside = world().replace(obstacles=(from_box(box([3.0, 3.0], [4.0, 4.0])),))
+    answer = Planner(model(without=0)).solve(aside, jax.random.PRNGKey(0), method="paper", proof=False)
     assert answer.found and (answer.samples[:, 2] >= 0).all()
+
+
+def test_claims_by_bin_speak_of_dense_laws_only_where_every_bin_has_one():
+    half = model(without=None).claim
+    every = replace(
+        half, kind="pac", eps=Fraction(1, 50), delta=Fraction(1, 1000), bin_eps=(Fraction(1, 100), Fraction(1, 50))
+    )
+    assert every.risk(Density(3.0)).bound == Fraction(3, 50)
+    some = replace(every, tube=model(without=0).tube, bin_eps=(None, Fraction(1, 50)))
+    assert isinstance(some.risk(Density(3.0)), NoStatement)
