@@ -8,7 +8,7 @@ import copy
 import json
 import math
 
-import build
+import answer_files as build
 
 TOP = [[1, "1"]]  # the upper y face of an obstacle made by build.box_rows
 ABOVE = [[[2, TOP]]]  # separation by that face throughout

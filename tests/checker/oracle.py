@@ -3,7 +3,7 @@
 One-sided: it reports contact deeper than 1e-9 m and a goal missed by more than 1e-9, so rounding never accuses a proof.
 """
 
-import build
+import answer_files as build
 import numpy as np
 
 DEPTH = 1e-9  # [m] far above rounding of these scenes, far below anything that matters

@@ -5,7 +5,7 @@ import math
 import operator
 from fractions import Fraction as F
 
-import build
+import answer_files as build
 
 from parc_jax import checker, checker_cells
 

@@ -5,7 +5,7 @@ import itertools
 import random
 from fractions import Fraction as F
 
-import build
+import answer_files as build
 import known
 import pytest
 

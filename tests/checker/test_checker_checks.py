@@ -12,7 +12,7 @@ import traceback
 import types
 from pathlib import Path
 
-import build
+import answer_files as build
 import known
 import pytest
 

@@ -9,7 +9,7 @@ import time
 from fractions import Fraction as F
 from pathlib import Path
 
-import build
+import answer_files as build
 import known
 import pytest
 

@@ -5,7 +5,7 @@ import json
 import random
 from fractions import Fraction as F
 
-import build
+import answer_files as build
 import numpy as np
 import oracle
 import pytest
