@@ -6,6 +6,7 @@ from flax import struct
 from parc_jax.lp.batch import solve_batch
 from parc_jax.lp.status import LPStatus
 from parc_jax.lp.witness import gamma
+from parc_jax.reach.decide import decide
 from parc_jax.reach.pieces import Piece
 from parc_jax.sets.box import Box
 from parc_jax.sets.chebyshev import chebyshev_center
@@ -17,7 +18,7 @@ class ReachSet:
     """Omega of one piece, or of r stacked ones with a leading axis.
 
     A: (h, n_p + n_k), b: (h,) rows over (p0, k). lo, hi: (n_p + n_k,) a box known to contain it.
-    status: () LPStatus: FEASIBLE with `inner` (n_p + n_k,) its deepest point, INFEASIBLE if proved empty, or UNKNOWN.
+    status: () LPStatus: FEASIBLE with `inner` (n_p + n_k,) a point well inside, INFEASIBLE if proved empty, or UNKNOWN.
     """
 
     A: np.ndarray
@@ -73,14 +74,25 @@ def reach_set(piece: Piece, goal: HPolytope, goal_box: Box, start: HPolytope | N
 
 
 def reach_sets(pieces: Piece, goals: HPolytope, goal_box: Box, start: HPolytope | None, n_p: int) -> ReachSet:
-    """Omega of r stacked pieces by one batched LP. goals: b of shape (n_bins, g), as `shrink` gives it for all bins."""
+    """Omega of r stacked pieces: by vertices where they decide, by one batched LP for the rest.
+
+    goals: b of shape (n_bins, g), as `shrink` gives it for all bins.
+    """
     rows = brs_rows(pieces, HPolytope(goals.A, goals.b[pieces.bin]), start, n_p)
     lo, hi = brs_bounds(pieces, goal_box, n_p)
+    status, inner = decide(rows, pieces, goals, goal_box, start, n_p)
+    left = np.flatnonzero(status == int(LPStatus.UNKNOWN))
+    if len(left):
+        status[left], inner[left] = _by_lp(rows.A[left], rows.b[left], lo[left], hi[left])
+    return ReachSet(rows.A, rows.b, lo, hi, status, inner)
+
+
+def _by_lp(A, b, lo, hi) -> tuple[np.ndarray, np.ndarray]:
+    """Status (r,) and deepest point (r, n) of r polytopes A (r, h, n), b (r, h) inside boxes (r, n)."""
     r, n = lo.shape
     # max radius over A x + |a| radius <= b: the deepest point, or a proof that even radius 0 has none.
-    A = np.concatenate([rows.A, np.linalg.norm(rows.A, axis=2, keepdims=True)], axis=2)
+    A = np.concatenate([A, np.linalg.norm(A, axis=2, keepdims=True)], axis=2)
     cost = np.zeros((r, n + 1))
     cost[:, n] = -1.0
-    found = solve_batch(cost, A, rows.b, np.c_[lo, np.zeros(r)], np.c_[hi, (hi - lo).max(axis=1)])
-    status = np.where(found.status == int(LPStatus.OPTIMAL), int(LPStatus.FEASIBLE), found.status)
-    return ReachSet(rows.A, rows.b, lo, hi, status, found.x[:, :n])
+    found = solve_batch(cost, A, b, np.c_[lo, np.zeros(r)], np.c_[hi, (hi - lo).max(axis=1)])
+    return np.where(found.status == int(LPStatus.OPTIMAL), int(LPStatus.FEASIBLE), found.status), found.x[:, :n]

@@ -58,12 +58,13 @@ class Piece:
 def stacks(pieces: list[Piece]) -> Iterator[tuple[np.ndarray, Piece]]:
     """Pieces of similar size stacked together: (their indices, stack), filled up by repeating the last piece.
 
-    Padding is cheap, compiling is not: vertices are padded to 8, 16, 32, ..., stacks to 8 or to multiples of 64.
+    Padding is cheap, compiling is not: vertices are padded to 8, 16, 32, ..., stacks to 8, 16, 32 or
+    to multiples of 64.
     """
     bucket = np.array([max(8, 1 << (len(p.vertices) - 1).bit_length()) for p in pieces], dtype=int)
     for size in np.unique(bucket):
         index = np.flatnonzero(bucket == size)
-        length = 8 if len(index) <= 8 else -(-len(index) // 64) * 64
+        length = max(8, min(-(-len(index) // 64) * 64, 1 << (len(index) - 1).bit_length()))
         yield index, stack([pieces[i] for i in np.pad(index, (0, length - len(index)), mode="edge")])
 
 
