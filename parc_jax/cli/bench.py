@@ -1,7 +1,12 @@
 """`parc-jax bench`: the benchmark suite."""
 
+import importlib
+import sys
 from pathlib import Path
+from types import ModuleType
 from typing import Literal
+
+from parc_jax.errors import InputError
 
 
 def bench(
@@ -15,6 +20,8 @@ def bench(
 ) -> int:
     """Measure this installation; method and results are in docs/benchmarks.md. Example: parc-jax bench --quick
 
+    The suite is part of the source, not of the installed package: run this in a clone.
+
     Args:
         quick: Tiny sizes: does everything work?
         only: Some of the workloads, by name.
@@ -23,10 +30,22 @@ def bench(
         device: Where to run. Default: what JAX finds.
         json: Write the report as JSON to this file.
     """
-    from benchmarks import main
-
     flags = {"--quick": quick, "--gate": gate, "--update-baseline": update_baseline}
     arguments = [flag for flag, given in flags.items() if given]
     arguments += ["--only", *only] if only else []
     arguments += ["--device", device] if device else []
-    return main([*arguments, *(["--json", str(json)] if json else [])])
+    return suite().main([*arguments, *(["--json", str(json)] if json else [])])
+
+
+def suite() -> ModuleType:
+    """The package `benchmarks` of the clone that this is run in or from. Raises InputError elsewhere."""
+    places = (Path.cwd(), Path(__file__).resolve().parents[2])
+    root = next((p for p in places if (p / "benchmarks" / "baseline.json").is_file() and (p / "parc_jax").is_dir()), None)
+    if root is None:
+        raise InputError(
+            "bench: expected a clone of the source, which has the folder benchmarks; there is none here. "
+            "Run it in the root of a clone."
+        )
+    if str(root) not in sys.path:
+        sys.path.insert(0, str(root))
+    return importlib.import_module("benchmarks")

@@ -3,6 +3,7 @@
 import json
 import subprocess
 import sys
+import tomllib
 from pathlib import Path
 
 import numpy as np
@@ -64,6 +65,14 @@ def test_no_plan_is_exit_code_one_with_a_certificate(shell, files):
     assert code == 2 and "supports regions only" in complained
 
 
+def test_a_goal_narrower_than_the_tube_has_no_plan_for_a_reason(shell, files):
+    text = (files / "scene.toml").read_text()
+    (files / "scene.toml").write_text(change("lo = [-0.25", "lo = [0.24")(text))
+    code, said, complained = shell("solve", "model.npz", "scene.toml", "--no-cache", "--budget", 1)
+    assert code == 1 and complained == "" and "no safe (p0, k)" in said
+    assert "narrower than the tube at the end: its axis 0 is 0.01 wide" in said
+
+
 def change(old, new):
     return lambda text: text.replace(old, new)
 
@@ -76,7 +85,6 @@ SCENES = {
         "1 further goal coordinates",
     ),
     "goal reversed": (change("lo = [-0.25", "lo = [9.25"), "Swap the two corners"),
-    "goal empty after shrinking": (change("lo = [-0.25", "lo = [0.24"), "wider than the model's error"),
     "obstacle over the goal": (change("lo = [-0.5, 0.3]\nhi = [0.0", "lo = [-9, -9]\nhi = [9"), "in obstacle 0"),
     "goal outside reach": (change("-1.0]\nhi = [0.25, 0.25, 1.0]", "4.0]\nhi = [0.25, 0.25, 5.0]"), "q[0] in [4, 5]"),
     "start too far": (change("lo = [-1.5, -1.5]\nhi = [1.5, 1.5]", "lo = [7, 7]\nhi = [8, 8]"), "p[0] in [-0.25,"),
@@ -163,6 +171,21 @@ def test_bench_hands_its_options_on(shell, monkeypatch):
     options = ("--quick", "--only", "points", "bras", "--device", "cpu", "--json", "report.json")
     assert shell("bench", *options)[0] == 0 and seen == [list(options)]
     assert shell("bench")[0] == 0 and seen[1] == []
+
+
+def test_bench_without_the_source_says_so_in_one_sentence(shell, monkeypatch, tmp_path):
+    from parc_jax.cli import bench
+
+    installed = tmp_path / "site-packages" / "parc_jax" / "cli" / "bench.py"
+    monkeypatch.setattr(bench, "__file__", str(installed))
+    refused(shell("bench", "--quick"), "in the root of a clone")
+
+
+def test_the_wheel_brings_two_top_level_packages():
+    setuptools = pytest.importorskip("setuptools")
+    root = Path(__file__).resolve().parents[2]
+    wanted = tomllib.loads((root / "pyproject.toml").read_text())["tool"]["setuptools"]["packages"]["find"]
+    assert {name.split(".")[0] for name in setuptools.find_packages(root, **wanted)} == {"parc_jax", "sims"}
 
 
 def test_the_console_script_refuses_without_a_traceback(tmp_path):
