@@ -1,5 +1,7 @@
 """Networks trained elsewhere come in unchanged; what is no chain of linear layers and ReLU is refused."""
 
+import sys
+
 import numpy as np
 import pytest
 from toy_models import host_outputs, random_network
@@ -81,9 +83,55 @@ def test_what_is_no_such_network_is_refused(rng, tmp_path):
             load_network(tmp_path / name)
 
 
-def test_torch_state_dict_file(rng, tmp_path):
-    torch = pytest.importorskip("torch")
-    net = random_network(rng, 4)
-    state = {name: torch.tensor(value) for name, value in state_of(net).items()}
-    torch.save(state, tmp_path / "net.pt")
-    assert load_network(tmp_path / "net.pt").hash == net.hash
+def test_without_torch_one_sentence_says_what_to_do(tmp_path, monkeypatch):
+    monkeypatch.setitem(sys.modules, "torch", None)  # an import of it fails, installed or not
+    with pytest.raises(InputError, match=r"needs torch.*np\.savez\(path") as refusal:
+        load_network(tmp_path / "net.pt")
+    assert "\n" not in str(refusal.value)
+
+
+@pytest.fixture
+def trained():
+    """A network as PyTorch users have it: nn.Sequential in float32, with its own initial weights."""
+    nn = pytest.importorskip("torch", reason="needs torch; docs/contributing.md has the command").nn
+    return nn.Sequential(nn.Linear(2, 8), nn.ReLU(), nn.Linear(8, 8), nn.ReLU(), nn.Linear(8, 5, bias=False))
+
+
+def torch_outputs(net, x):
+    import torch
+
+    with torch.no_grad():
+        return net.double()(torch.tensor(x)).numpy()
+
+
+@pytest.mark.parametrize("suffix", [".pt", ".pth"])
+def test_a_state_dict_of_torch_computes_the_same(trained, rng, tmp_path, suffix):
+    import torch
+
+    torch.save(trained.state_dict(), tmp_path / f"net{suffix}")
+    net, x = load_network(tmp_path / f"net{suffix}"), rng.normal(size=(300, 2))
+    assert net.hidden == (8, 8) and np.abs(host_outputs(net, x) - torch_outputs(trained, x)).max() < 1e-12
+    norm = normalisation(rng, net)
+    folded = load_network(tmp_path / f"net{suffix}", norm)
+    wanted = norm.y_mean + norm.y_scale * torch_outputs(trained, np.asarray(norm.inputs(x)))
+    assert np.abs(host_outputs(folded, x) - wanted).max() < 1e-11
+
+
+def test_the_arrays_of_a_state_dict_are_the_way_without_torch(trained, tmp_path):
+    import torch
+
+    torch.save(trained.state_dict(), tmp_path / "net.pt")
+    np.savez(tmp_path / "net.npz", **{k: v.numpy() for k, v in trained.state_dict().items()})
+    assert load_network(tmp_path / "net.npz").hash == load_network(tmp_path / "net.pt").hash
+
+
+def test_other_files_of_torch_are_refused(trained, tmp_path):
+    import torch
+
+    torch.save(trained, tmp_path / "module.pt")  # a pickled program, which is never run
+    torch.save([1, 2], tmp_path / "list.pt")
+    torch.save({"epoch": 3, "model": trained.state_dict()}, tmp_path / "checkpoint.pt")
+    (tmp_path / "torn.pt").write_bytes((tmp_path / "list.pt").read_bytes()[:100])
+    for name in ("module", "list", "checkpoint", "torn", "absent"):
+        with pytest.raises(InputError, match="state dict|no such file|expected"):
+            load_network(tmp_path / f"{name}.pt")
