@@ -20,7 +20,7 @@ def goal_faces(problem: ReachAvoid, model: TrajectoryModel) -> tuple[np.ndarray,
     Exact: the combination of goal rows is the axis direction, the bound is rounded outward. Where the goal leaves no
     room at all the box is opened up, so that it has a volume; every plan in it then misses the goal.
     """
-    least = [Fraction(float(e)) for e in model.tube.final.min(axis=0)]
+    least = [Fraction(float(e)) for e in model.tube.finite_widths[1].min(axis=0)]
     rows = [[decimal(v) for v in row] for row in problem.goal.A]
     ends = [decimal(v) for v in problem.goal.b]
     bounds = [b - sum(abs(a) * e for a, e in zip(row, least, strict=True)) for row, b in zip(rows, ends, strict=True)]

@@ -17,7 +17,7 @@ from parc_jax.certify.bracket_faces import goal_faces
 from parc_jax.certify.bracket_search import Found, Search
 from parc_jax.certify.bracket_tree import Node
 from parc_jax.certify.certificate import network_part, problem_part, tube_part
-from parc_jax.certify.scene import Scene
+from parc_jax.certify.scene import Scene, no_room
 from parc_jax.model import TrajectoryModel
 from parc_jax.problem import ReachAvoid
 
@@ -32,7 +32,7 @@ class NoPlan(NamedTuple):
     total: exact volumes [units of p0 and k multiplied], as the checker accepted them; without an accepted certificate
     all is undecided. certificate: the `no_plan` entry of answer.json, None when the checker refused it.
     leaves: boxes. safe_plan: (p0, k), a safe plan that the search came across, or None.
-    seconds, check_seconds: search and exact check.
+    seconds, check_seconds: search and exact check. reason: why none is safe, where a sentence can say it, else None.
     """
 
     kind: str
@@ -45,6 +45,7 @@ class NoPlan(NamedTuple):
     safe_plan: tuple[np.ndarray, np.ndarray] | None
     seconds: float
     check_seconds: float
+    reason: str | None = None
 
     @property
     def certificate_bytes(self) -> int:
@@ -54,9 +55,10 @@ class NoPlan(NamedTuple):
     def statement(self) -> str:
         """One sentence: what is true of the model and its tube."""
         if self.kind == PROVED:
+            why = f"; {self.reason}" if self.reason else "; a longer search cannot find one."
             return (
-                "Proved in exact arithmetic: the model has no safe (p0, k) with this tube; a longer search cannot find "
-                "one. The robot may still be able to do it: a better model or a narrower tube may tell."
+                f"Proved in exact arithmetic: the model has no safe (p0, k) with this tube{why} The robot may still be "
+                "able to do it: a better model or a narrower tube may tell."
             )
         safe, unsafe, share = (100 * float(v / self.total) for v in (self.safe, self.unsafe, self.undecided))
         if self.kind == BRACKET:
@@ -64,9 +66,10 @@ class NoPlan(NamedTuple):
                 f"Of the plans that end in the goal's box, by volume: at least {safe:.4g} % are safe and at least "
                 f"{unsafe:.4g} % are unsafe, proved in exact arithmetic; {share:.4g} % are undecided."
             )
+        why = f": {self.reason}" if self.reason else "."
         return (
-            "No safe plan was found within the budget. This is not a proof that none exists: of the plans that end in "
-            f"the goal's box, {share:.3g} % by volume are undecided; the others are proved unsafe."
+            f"No safe plan was found within the budget{why} This is not a proof that none exists: of the plans that "
+            f"end in the goal's box, {share:.3g} % by volume are undecided; the others are proved unsafe."
         )
 
 
@@ -100,7 +103,7 @@ def prove_no_plan(
         "kind": PROVED if closed else BRACKET, "z": {"lo": _decimals(z_lo), "hi": _decimals(z_hi)}, "faces": faces,
         "tree": tree,
     }  # fmt: skip
-    return _checked(context, plan, kind, found, searched - begin)
+    return _checked(context, plan, kind, found, searched - begin)._replace(reason=no_room(problem, model))
 
 
 def _checked(context: checker.Context, plan: dict, kind: str, found: Found, seconds: float) -> NoPlan:

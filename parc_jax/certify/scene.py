@@ -63,13 +63,6 @@ def bare_scene(problem: ReachAvoid, model) -> Scene:
     if problem.start is not None and problem.start.n != model.n_p:
         raise InputError(f"start: expected a set in the {model.n_p}-D workspace; got {problem.start.n} dimensions.")
     box_lo, box_hi = bounding_box(problem.goal, "goal")
-    widest = model.tube.final.min(axis=0)
-    if ((box_hi - box_lo) < 2 * widest).any():
-        axis = int(np.argmax(2 * widest - (box_hi - box_lo)))
-        raise InputError(
-            f"goal: expected it to be wider than the model's error; axis {axis} is {(box_hi - box_lo)[axis]:.3g} wide "
-            f"and the error there is at least ±{widest[axis]:.3g}. Widen the goal or learn a tighter model."
-        )
     start = problem.start or HPolytope(np.zeros((0, model.n_p)), np.zeros(0))
     grown = grown_obstacles(problem, model.time.n_steps)
     size = np.abs([*box_lo, *box_hi]).max() + np.abs(grown.corner).max() + grown.radius
@@ -108,6 +101,23 @@ def bounding_box(poly: HPolytope, name: str) -> tuple[np.ndarray, np.ndarray]:
         span = f"[{lo[axis]:g}, {hi[axis]:g}]"
         raise InputError(f"{name}: expected a set with points in it; axis {axis} asks for a value in {span}.")
     return lo, hi
+
+
+def no_room(problem: ReachAvoid, model) -> str | None:
+    """Why no plan can be safe, in a sentence, where the tube is wider than the goal in every bin of K; else None."""
+    lo, hi = bounding_box(problem.goal, "goal")
+    short = 2 * model.tube.final - (hi - lo)
+    if not (short > 0).any(axis=1).all():
+        return None
+    axis, least = int(np.argmax(short.min(axis=0))), model.tube.final.min(axis=0)
+    if not np.isfinite(least).all():
+        return "no bin of K has a claim."
+    if short[:, axis].min() <= 0:
+        return "in every bin of K the goal is narrower than the tube at the end along some axis."
+    return (
+        f"the goal is narrower than the tube at the end: its axis {axis} is {(hi - lo)[axis]:.3g} wide, and the error "
+        f"there is bounded by no less than ±{least[axis]:.3g}."
+    )
 
 
 def floats_within(domain) -> tuple[np.ndarray, np.ndarray]:

@@ -105,6 +105,25 @@ def test_goal_without_room_is_proved():
     problem = reach_avoid(hpolytope(rows, [3.5, -3.4, 4, 4, 1, 1]), FAR, 0.25)
     answer = decide(model, problem)
     assert answer.kind == "proved" and reasons(answer.certificate) <= {"goal", "split"}
+    assert answer.reason is None  # its box is wide enough: no axis tells
+
+
+@pytest.mark.parametrize(
+    ("final", "kind", "words"),
+    [
+        ([[0.3, 0.1, 0.1]], "proved", "axis 0 is 0.5 wide, and the error there is bounded by no less than ±0.3."),
+        ([[0.3, 0.1, 0.1], [0.1, 0.3, 0.1]], None, "along some axis"),
+        ([[np.inf] * 3], "undecided", "within the budget: no bin of K has a claim."),
+        ([[0.3, 0.1, 0.1], [0.2, 0.1, 0.1]], "undecided", None),
+    ],
+)
+def test_the_reason_is_said_where_a_sentence_can_say_it(final, kind, words):
+    line, final = line_model(e=0.01), np.array(final)
+    interval = np.where(np.isinf(final[:, :1, None]), np.inf, np.full((len(final), 4, 2), 0.01))
+    model = model_of(line.net, line.domain, interval, final, [np.linspace(-1, 1, len(final) + 1), [-1.0, 1.0]])
+    answer = decide(model, reach_avoid(box([0, 0, -1], [0.5, 0.5, 1]), FAR, 0.1), budget_s=0.5)
+    assert kind in (None, answer.kind)
+    assert answer.reason is None if words is None else words in answer.statement()
 
 
 def test_faces_of_a_slanted_goal_are_exact_and_enclose_it(rng):
