@@ -18,13 +18,15 @@ def learn(
     bins: tuple[int, ...] | None = None,
     eps: float | None = None,
     delta: float | None = None,
+    claims: tuple[str, ...] | None = None,
+    fresh: int | None = None,
     seeds: int | None = None,
     steps: int | None = None,
     dt: float | None = None,
     t_f: float | None = None,
     dt_record: float | None = None,
     holdout: float = 0.4,
-    gap: float = 1e-3,
+    gap: float | None = None,
     seed: int = 0,
     quiet: bool = False,
     json: bool = False,
@@ -43,20 +45,23 @@ def learn(
         bins: Bins per axis of K over which the tube's shape varies. Default: cut where the error changes.
         eps: Probability with which a new run may leave the tube.
         delta: One minus the confidence in that.
+        claims: "one" over all of K, "bins" in every bin at once; the first is the one of the model.
+        fresh: Runs behind the claims. Default: as many as they need, or the study's.
         seeds: Networks trained, of which the best is kept.
         steps: Training steps.
         dt: Logged runs only: time between model knots [s].
         t_f: Logged runs only: length of a run [s].
         dt_record: Logged runs only: time between records [s]. Default: dt.
         holdout: Logged runs only: share of the runs set aside for the bound.
-        gap: Largest effect of the start on a run [m or rad] that counts as rounding; a larger one is refused.
+        gap: Most that the start of a run may matter [m or rad]. It is tried from a few starts, a larger effect is
+            refused, and the tube is widened by it.
         seed: Everything random follows from it.
         quiet: No progress bars.
         json: Print the result as JSON.
         cache: Keep compiled programs in the user's cache folder.
     """
     from parc_jax.cli.cache import keep_compiled
-    from parc_jax.cli.lesson import from_logs, from_system
+    from parc_jax.cli.lesson import from_logs, from_system, told
     from parc_jax.cli.systems import build, find
     from parc_jax.study.settings import Study, checked
 
@@ -64,20 +69,20 @@ def learn(
         keep_compiled()
     given = {
         "hidden": hidden, "bins": bins, "rollouts": rollouts, "eps": eps, "delta": delta, "seeds": seeds,
-        "steps": steps,
+        "steps": steps, "gap": gap, "claims": claims, "fresh": fresh,
     }  # fmt: skip
     given = {name: value for name, value in given.items() if value is not None}
     work = out.with_name(f"{out.name}.unfinished")
     if Path(source).suffix in (".npz", ".mat") or Path(source).is_dir():
         study = checked(replace(Study(), **given))
-        learned = from_logs(Path(source), (dt, t_f, dt_record), study, holdout, seed)
+        lesson = from_logs(Path(source), (dt, t_f, dt_record), study, holdout, seed)
     else:
         module = find(source, needed=("system",))
         study = checked(replace(getattr(module, "STUDY", Study()), **given))
         with contextlib.redirect_stdout(io.StringIO()):  # the simulator's libraries print to stdout on import
             black_box = build(module, "system", plant=plant or study.plant)
-        learned = from_system(black_box, study, seed, gap, work, quiet)
-    learned.model.save(out)
+        lesson = from_system(black_box, study, seed, work, quiet)
+    lesson.main.save(out)
     shutil.rmtree(work, ignore_errors=True)
-    print(learned.report(out, as_json=json))
-    return 0 if learned.model.tube.claimed.any() else 1
+    print(told(lesson, out, as_json=json))
+    return 0 if lesson.main.tube.claimed.any() else 1

@@ -22,6 +22,7 @@ def run(
     delta: float | None = None,
     claims: tuple[str, ...] | None = None,
     fresh: int | None = None,
+    gap: float | None = None,
     samples: int | None = None,
     repeats: int | None = None,
     budget: float | None = None,
@@ -32,6 +33,9 @@ def run(
     hosts: str | None = None,
 ) -> int:
     """Learn a system, find its safe set, prove it, replay it, draw it. Example: parc-jax run drift_parking
+
+    A system may have a study of its own, a function `job` beside `system` and `problem`, and then that is what runs;
+    it takes the options that make sense for it, and refuses the others.
 
     Args:
         system: A system of `parc-jax systems`, or a module of your own with `system()` and `problem()`.
@@ -48,6 +52,8 @@ def run(
         delta: One minus the confidence in that.
         claims: "one" over all of K, "bins" in every bin at once; the first is the one returned, the others compared.
         fresh: Runs behind the claims. Default: as many as they need, or the study's.
+        gap: Most that the start of a run may matter [m or rad]. It is tried from a few starts, a larger effect is
+            refused, and the tube is widened by it.
         samples: Safe plans to return.
         repeats: Runs of each returned plan in the replay.
         budget: Most seconds to spend on covering the safe set.
@@ -62,19 +68,22 @@ def run(
     from parc_jax.cli.hosts import folder_of, join
     from parc_jax.cli.systems import build, find
     from parc_jax.model import load
+    from parc_jax.study.figures import figures as draw_figures
+    from parc_jax.study.job import finish, run_study
     from parc_jax.study.report import report
-    from parc_jax.study.run import figures as draw_figures
-    from parc_jax.study.run import finish, run_study
     from parc_jax.study.settings import Study
 
-    host = join(hosts)
     if cache:
         keep_compiled()
     module = find(system)
     given = {
         "hidden": hidden, "bins": bins, "rollouts": rollouts, "eps": eps, "delta": delta, "claims": claims,
-        "fresh": fresh, "samples": samples, "repeats": repeats, "budget_s": budget,
+        "fresh": fresh, "gap": gap, "samples": samples, "repeats": repeats, "budget_s": budget,
     }  # fmt: skip
+    if hasattr(module, "job"):
+        given |= {"out": out or Path("runs") / system, "model": model, "plant": plant, "body": body, "hosts": hosts}
+        return build(module, "job", **given, seed=seed, figures=figures, quiet=quiet, json=json)
+    host = join(hosts)
     study = replace(getattr(module, "STUDY", Study()), **{k: v for k, v in given.items() if v is not None})
     with contextlib.redirect_stdout(io.StringIO()):  # the simulator's libraries print to stdout on import
         black_box, problem = build(module, "system", plant=plant), build(module, "problem", body=body)

@@ -6,7 +6,7 @@ from pathlib import Path
 import numpy as np
 
 from parc_jax.answer import Answer
-from parc_jax.study.run import seconds
+from parc_jax.study.words import seconds
 
 
 def as_json(answer: Answer, path: Path, cold_s: float | None) -> str:

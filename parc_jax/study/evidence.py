@@ -1,9 +1,8 @@
 """The runs behind the claims: every run is simulated once, judged against all networks, and never held."""
 
+from collections.abc import Iterable
 from dataclasses import replace
-from pathlib import Path
 
-import jax
 import numpy as np
 
 from parc_jax.error.bound import assumed_claim
@@ -15,31 +14,27 @@ from parc_jax.error.measure import Errors, measure
 from parc_jax.error.score import Scores, score_errors
 from parc_jax.error.shape import shape_of, training_errors
 from parc_jax.error.tube import Tube, refined
-from parc_jax.keys import Stage
 from parc_jax.network.relu import ReLUNetwork
 from parc_jax.rollout.batch import RolloutBatch
-from parc_jax.rollout.collect import stream_rollouts
 from parc_jax.study.settings import Study
 
 SPARE = 4.0  # [standard deviations] by which the expected runs of the smallest bin exceed what its claim needs
 
 
-def shapes(nets: list[ReLUNetwork], system, train: RolloutBatch, study: Study, key, path: Path, quiet) -> list[Tube]:
-    """A shape per network from the training runs and study.shape_runs further ones, on the first network's bins."""
+def shapes(
+    nets: list[ReLUNetwork], train: RolloutBatch, further: Iterable[RolloutBatch], bins: tuple[int, ...] | None
+) -> list[Tube]:
+    """A shape per network from the training runs and further ones, on the bins cut for the first network."""
     k, errors = [train.k[~train.failed]], [[training_errors(net, train)[1]] for net in nets]
-    if study.shape_runs:
-        further = stream_rollouts(
-            system, key, study.shape_runs, Stage.TRAIN, first_row=train.n, path=path, quiet=quiet
-        )  # fmt: skip
-        for batch in further:
-            usable = batch.select(~batch.failed)
-            k.append(usable.k)
-            for net, seen in zip(nets, errors, strict=True):
-                # a shape needs no rigour, and in float32 ten times the runs fit
-                seen.append(Errors(*(np.asarray(e, np.float32) for e in measure(net, usable))))
-    drawn, out, bins = np.concatenate(k), [], study.bins
+    for batch in further:
+        usable = batch.select(~batch.failed)
+        k.append(usable.k)
+        for net, seen in zip(nets, errors, strict=True):
+            # a shape needs no rigour, and in float32 ten times the runs fit
+            seen.append(Errors(*(np.asarray(e, np.float32) for e in measure(net, usable))))
+    drawn, out = np.concatenate(k), []
     for seen in errors:
-        out.append(shape_of(drawn, Errors(*(np.concatenate(e) for e in zip(*seen, strict=True))), system.domain, bins))
+        out.append(shape_of(drawn, Errors(*(np.concatenate(e) for e in zip(*seen, strict=True))), train.domain, bins))
         bins = bins or out[0].edges  # all networks share the main one's bins, and so its compiled code
     return out
 
@@ -55,18 +50,17 @@ def fresh_runs(study: Study, shape: Tube, looks: int) -> int:
     return needed
 
 
-def scores(nets: list[ReLUNetwork], shapes: list[Tube], system, key: jax.Array, n: int, path: Path, quiet):
-    """Scores of the same n fresh runs against every network's shape."""
+def scores(nets: list[ReLUNetwork], shapes: list[Tube], fresh: Iterable[RolloutBatch]) -> list[Scores]:
+    """Scores of the same fresh runs against every network's shape."""
     parts = []
-    for batch in stream_rollouts(system, key, n, Stage.BOUND, path=path, quiet=quiet):
+    for batch in fresh:
         judged = [score_errors(measure(net, batch), one, batch.k) for net, one in zip(nets, shapes, strict=True)]
         parts.append((batch.rows, batch.k, batch.hashes(), judged))
-        law, seed = batch.law, batch.seed
     rows, k, ids = (np.concatenate([part[i] for part in parts]) for i in range(3))
     out = []
     for number in range(len(nets)):
         score, worst = (np.concatenate([part[3][number][i] for part in parts]) for i in range(2))
-        out.append(Scores(rows, k, score, worst, ids, law, seed, int(Stage.BOUND)))
+        out.append(Scores(rows, k, score, worst, ids, batch.law, batch.seed, batch.stage))
     return out
 
 

@@ -1,7 +1,9 @@
 """The one honest table a study prints."""
 
-from parc_jax.study.run import Outcome, safe_share, seconds, spread
+from parc_jax.study.compare import safe_share
+from parc_jax.study.job import Outcome
 from parc_jax.study.settings import Study
+from parc_jax.study.words import seconds, spread
 
 
 def report(outcome: Outcome, study: Study) -> str:

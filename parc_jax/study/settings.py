@@ -11,7 +11,8 @@ CLAIMS = ("one", "bins")
 class Study:
     """Settings of a study of one system, from rollouts to a proved safe set.
 
-    hidden: widths of the network whose answer is returned. others: further networks for the comparison table.
+    hidden: widths of the network whose answer is returned. others: further networks for the comparison table; without
+    hidden layers, (), it is PARC's affine map.
     bins: bins per axis of K over which the tube's shape varies; None = cut where the main network's error changes.
     rollouts: training runs.
     eps, delta: with confidence 1 - delta, for all networks at once, a new run leaves the tube with probability <= eps.
@@ -20,6 +21,8 @@ class Study:
     fresh: runs behind the claims, None = as many as they need. More leave room to discard the worst. shape_runs: runs
     beside the training ones from which the tube's shape is learnt.
     plant: plant of the simulator that all of these are drawn from, None = the system's own, which also runs the replay.
+    search: runs spent looking for bad ones on purpose, per network; what they find only widens the tube. [T8]
+    gap: [m or rad] most that the start of a run may matter; tried from a few starts, and added to the tube.
     seeds, steps: training. tail: power of the error that the last layer is refitted to, None = least squares.
     samples: safe plans to return. repeats: runs of each in the replay, with fresh randomness.
     target, confidence: what may be left uncovered, and how sure. budget_s: [s] most time to cover the safe set.
@@ -28,7 +31,7 @@ class Study:
     """
 
     hidden: tuple[int, ...] = (8, 8, 8, 8)
-    others: tuple[tuple[int, ...], ...] = ((6, 6, 6, 6), (7, 7, 7, 7))
+    others: tuple[tuple[int, ...], ...] = ((6, 6, 6, 6), (7, 7, 7, 7), ())
     bins: tuple[int, ...] | None = None
     rollouts: int = 10_000
     eps: float = 1e-3
@@ -36,6 +39,8 @@ class Study:
     claims: tuple[str, ...] = ("one",)
     fresh: int | None = None
     shape_runs: int = 0
+    search: int = 1024
+    gap: float = 1e-5
     plant: str | None = None
     seeds: int = 6
     steps: int = 3000
@@ -53,6 +58,11 @@ class Study:
     def networks(self) -> tuple[tuple[int, ...], ...]:
         """All sizes, the returned one first."""
         return (self.hidden, *(h for h in self.others if h != self.hidden))
+
+
+def name_of(hidden: tuple[int, ...]) -> str:
+    """A network's name: its widths, or PARC."""
+    return "-".join(map(str, hidden)) or "PARC"
 
 
 def checked(study: Study) -> Study:

@@ -15,26 +15,26 @@ import numpy as np
 
 from parc_jax.keys import Stage
 from parc_jax.rollout.collect import collect
+from parc_jax.study.compare import compare
 from parc_jax.study.learn import learn
-from parc_jax.study.run import compare
 from parc_jax.study.settings import Study
 from parc_jax.study.stopwatch import Stopwatch
 from sims.asv.scenario import problem, system
 from sims.asv.study import STUDY
 
-BARE = replace(STUDY, others=(), bins=(1, 1, 1), tail=None, shape_runs=0, fresh=None, seeds=2)
+BARE = replace(STUDY, others=((),), bins=(1, 1, 1), tail=None, shape_runs=0, fresh=None, seeds=2)
 ROWS: tuple[tuple[str, Study], ...] = (
     ("one bin, as many fresh runs as needed", BARE),
     ("27 bins", replace(BARE, bins=STUDY.bins)),
     ("+ 100,000 fresh runs, worst ones discarded", replace(BARE, bins=STUDY.bins, fresh=100_000)),
-    ("+ 60,000 runs for the shape", replace(STUDY, others=(), tail=None, seeds=2)),
-    ("+ last layer fitted to the tail (the study)", replace(STUDY, others=(), seeds=2)),
-    ("the study with 3 x 5 x 5 bins", replace(STUDY, others=(), seeds=2, bins=(3, 5, 5))),
-    ("the same, 300,000 fresh runs", replace(STUDY, others=(), seeds=2, bins=(3, 5, 5), fresh=300_000)),
-    ("the study with 4 x 16 neurons", replace(STUDY, hidden=(16,) * 4, others=(), seeds=2)),
-    ("the study with 2 x 6 neurons", replace(STUDY, hidden=(6,) * 2, others=(), seeds=2)),
-    ("the study with 40,000 training rollouts", replace(STUDY, others=(), seeds=2, rollouts=40_000)),
-    ("one claim at eps / 27, as sharp in a bin", replace(STUDY, others=(), seeds=2, claims=("one",), eps=1e-2 / 27)),
+    ("+ 60,000 runs for the shape", replace(STUDY, others=((),), tail=None, seeds=2)),
+    ("+ last layer fitted to the tail (the study)", replace(STUDY, others=((),), seeds=2)),
+    ("the study with 3 x 5 x 5 bins", replace(STUDY, others=((),), seeds=2, bins=(3, 5, 5))),
+    ("the same, 300,000 fresh runs", replace(STUDY, others=((),), seeds=2, bins=(3, 5, 5), fresh=300_000)),
+    ("the study with 4 x 16 neurons", replace(STUDY, hidden=(16,) * 4, others=((),), seeds=2)),
+    ("the study with 2 x 6 neurons", replace(STUDY, hidden=(6,) * 2, others=((),), seeds=2)),
+    ("the study with 40,000 training rollouts", replace(STUDY, others=((),), seeds=2, rollouts=40_000)),
+    ("one claim at eps / 27, as sharp in a bin", replace(STUDY, others=((),), seeds=2, claims=("one",), eps=1e-2 / 27)),
 )
 
 

@@ -1,8 +1,9 @@
 """A 1:10 car that drifts into a parking space, learned from few runs, each different: the stand-in for hardware."""
 
 from sims.f110.disturbance import LAWS, Law
+from sims.f110.job import job
 from sims.f110.scenario import problem
 from sims.f110.study import STUDY
 from sims.f110.system import F110, system
 
-__all__ = ["F110", "LAWS", "STUDY", "Law", "problem", "system"]
+__all__ = ["F110", "LAWS", "STUDY", "Law", "film_of", "job", "problem", "system"]

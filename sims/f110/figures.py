@@ -23,13 +23,13 @@ FRESH = 200  # runs that no model has seen, drawn over the tubes
 
 
 def draw_all(car: F110, runs: RolloutBatch, tried: list, key: jax.Array, out: Path) -> None:
-    """Write every picture below `out` as PNG and PDF. tried: of `few_runs`; a timelapse for each one with a plan."""
+    """Write every picture below `out` as PNG and PDF. tried: `Tried` rows; a timelapse for each one with a plan."""
     sideslip(car, runs, key, out / "sideslip")
     fresh = collect(car, key, FRESH, Stage.VALIDATE, quiet=True)
     tubes(tried, fresh, out / "tubes")
     more_runs([t.row for t in tried], out / "more_runs")
     for t in tried:
-        if t.answer is not None:
+        if t.repeats is not None:
             name = t.row.claim.replace(", ", "_")
             timelapse(car, t, key, out / f"repeats_{t.row.runs}_{name}")
 

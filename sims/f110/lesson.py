@@ -10,6 +10,7 @@ from parc_jax.error.calibrate import calibrate
 from parc_jax.error.counts import supported_eps
 from parc_jax.error.measure import Errors
 from parc_jax.error.shape import shape_of, training_errors
+from parc_jax.error.translation import StartTrial, allow_for_start
 from parc_jax.model import TrajectoryModel, trajectory_model
 from parc_jax.network.parc import fit_affine
 from parc_jax.network.relu import ReLUNetwork
@@ -34,14 +35,14 @@ class Model(NamedTuple):
     model: TrajectoryModel
 
 
-def models(car: F110, runs: RolloutBatch, key: jax.Array) -> list[Model]:
+def models(car: F110, runs: RolloutBatch, start: StartTrial, key: jax.Array) -> list[Model]:
     """The published model of n runs, and the honest one under two claims about the same tube shape.
 
     Published: all runs train a network of the study's size; the largest error over the same runs is assumed to hold.
     Honest: the first half trains; cross-validation inside it picks network or affine fit and learns the tube's shape
     from errors on runs that a fit has not seen; the second half, unseen by all that, sizes the tube.
     STEADY asks for EPS and discards as many bad runs as the holdout affords; STRICT discards none and gets the smallest
-    eps. Both use one holdout, so each has half of DELTA. [T1, T2]
+    eps. Both use one holdout, so each has half of DELTA. [T1, T2] start: how little the start matters.
     """
     half = runs.n // 2
     train, holdout = runs.select(slice(0, half)), runs.select(slice(half, runs.n))
@@ -53,8 +54,8 @@ def models(car: F110, runs: RolloutBatch, key: jax.Array) -> list[Model]:
     strict = supported_eps(holdout.n, DELTA / 2)
     claims = [
         (PUBLISHED, "network", every, assumed_claim(every, runs)),
-        (STEADY, kind, net, calibrate(net, holdout, shape, EPS, discard="most", **options)),
-        (STRICT, kind, net, calibrate(net, holdout, shape, strict, **options)),
+        (STEADY, kind, net, allow_for_start(calibrate(net, holdout, shape, EPS, discard="most", **options), start)),
+        (STRICT, kind, net, allow_for_start(calibrate(net, holdout, shape, strict, **options), start)),
     ]
     return [Model(c, f, trajectory_model(n, claim, car.domain, car.time, car.name)) for c, f, n, claim in claims]
 

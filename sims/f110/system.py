@@ -38,6 +38,13 @@ class F110:
         measured = self.run(keys, ks).measured
         return Trajectory(measured[:, :, :2] - measured[:, :1, :2], measured[:, -1, 2:])
 
+    def rollout_from_batch(self, keys, ks, starts) -> Trajectory:
+        """The runs with each lab, and with it the start, moved by starts (B, 2) [m]; p is relative to the start."""
+        keys, ks, starts = np.asarray(keys), np.asarray(ks, np.float64), np.asarray(starts, np.float64)
+        runs = [self.run(keys[i : i + 1], ks[i : i + 1], origin=start).measured for i, start in enumerate(starts)]
+        measured = np.concatenate(runs)
+        return Trajectory(measured[:, :, :2] - measured[:, :1, :2], measured[:, -1, 2:])
+
     def rollout(self, key, k) -> Trajectory:
         """One run; outside of JAX, like `rollout_batch`."""
         many = self.rollout_batch(np.asarray(key)[None], np.asarray(k)[None])

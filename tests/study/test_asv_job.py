@@ -8,12 +8,13 @@ import pytest
 import sims
 from parc_jax import checker
 from parc_jax.cli.systems import build
-from parc_jax.study.run import figures, run_study
+from parc_jax.study.figures import figures
+from parc_jax.study.job import run_study
 from parc_jax.study.settings import checked
 from sims import asv, asv_published
 
 FEW = {
-    "hidden": (4, 4), "others": (), "bins": (1, 3, 1), "rollouts": 200, "eps": 0.2, "delta": 0.05, "fresh": 400,
+    "hidden": (4, 4), "others": ((),), "bins": (1, 3, 1), "rollouts": 200, "eps": 0.2, "delta": 0.05, "fresh": 400,
     "shape_runs": 300, "seeds": 1, "steps": 300, "samples": 4, "repeats": 6, "budget_s": 2.0,
 }  # fmt: skip
 

@@ -7,8 +7,8 @@ import parc_jax as pj
 from parc_jax.study.settings import Study
 
 STUDY = Study(
-    hidden=(4,), others=(), bins=(2, 1), rollouts=60, eps=0.1, delta=0.05, claims=("bins", "one"), shape_runs=100,
-    tail=8.0, seeds=1, steps=60, samples=5, repeats=20, target=0.2, budget_s=4.0,
+    hidden=(4,), others=((),), bins=(2, 1), rollouts=60, eps=0.1, delta=0.05, claims=("bins", "one"), shape_runs=100,
+    search=64, tail=8.0, seeds=1, steps=60, samples=5, repeats=20, target=0.2, budget_s=4.0,
 )  # fmt: skip
 
 

@@ -6,24 +6,20 @@ from pathlib import Path
 from typing import NamedTuple
 
 import jax
-import numpy as np
 
 from parc_jax.answer import Answer
-from parc_jax.certify.draw import draw, generator
 from parc_jax.certify.replay import Replay
-from parc_jax.certify.scene import scene
 from parc_jax.keys import Stage, stream
 from parc_jax.model import TrajectoryModel
 from parc_jax.planner import Planner
 from parc_jax.problem import ReachAvoid
 from parc_jax.pwa import RegionTable, enumerate_regions
 from parc_jax.rollout.files import write_atomic
-from parc_jax.study.learn import Learned, Lesson, final_error, learn
+from parc_jax.study.compare import compare
+from parc_jax.study.learn import Lesson, final_error, learn
 from parc_jax.study.settings import Study, checked
 from parc_jax.study.stopwatch import Stopwatch
-from parc_jax.study.trial import first_of, tally, trial
-
-COMPARED = 32_768  # points drawn to estimate the safe share of every row of the comparison
+from parc_jax.study.trial import tally, trial
 
 
 class Outcome(NamedTuple):
@@ -93,64 +89,3 @@ def finish(out: Path, metrics: dict) -> dict:
     """Write metrics.json and hand the metrics back."""
     write_atomic(out / "metrics.json", json.dumps(metrics, indent=1).encode())
     return metrics
-
-
-def compare(learned: Learned, problem: ReachAvoid, key: jax.Array) -> list[dict]:
-    """A row per claim of one network, the assumed one first: regions, error at the end, safe share."""
-    rows = []
-    regions = enumerate_regions(learned.honest.net, learned.honest.domain).count
-    for model in (learned.assumed, *learned.claimed):
-        row = {
-            "network": learned.name, "claim": model.claim.kind, "by_bin": model.claim.bin_eps is not None,
-            "unclaimed_bins": int((~model.tube.claimed).sum()), "regions": regions,
-            "final_error": final_error(model).tolist(),
-        }  # fmt: skip
-        laid_out = scene(problem, model)
-        seen = draw(model, laid_out, generator(stream(key, Stage.SEARCH)), COMPARED)
-        box = float(model.domain.volume * np.prod(laid_out.z_hi - laid_out.z_lo))
-        share = seen.volume / box / seen.drawn
-        rows.append(row | {"reaching": seen.reaching * share, "safe": len(seen.safe.k) * share})
-    return rows
-
-
-def safe_share(row: dict) -> float:
-    """Share of the goal-reaching set that is safe."""
-    return row["safe"] / row["reaching"] if row["reaching"] else float("nan")
-
-
-def figures(outcome: Outcome, study: Study, out: Path) -> list[Path]:
-    """Draw everything that this outcome supports; returns the files."""
-    from parc_jax.plot.errors import Entry, errors
-    from parc_jax.plot.regions import regions
-    from parc_jax.plot.samples import samples
-    from parc_jax.plot.spread import spread as spread_of_runs
-    from parc_jax.plot.verdicts import region_seconds, region_verdicts
-
-    answer, drawn = outcome.answer, []
-    if answer.found:
-        drawn.append(out / "samples.png")
-        samples(answer, first_of(outcome.runs, study.repeats), drawn[-1], heading=study.heading)
-        if study.repeats > 1:
-            drawn.append(out / "spread.png")
-            spread_of_runs(answer, outcome.runs, study.repeats, drawn[-1])
-    if 2 <= answer.model.n_k <= 3:
-        drawn.append(out / "regions.png")
-        verdicts, when = region_verdicts(answer, outcome.table), region_seconds(answer, outcome.table)
-        regions(outcome.table, verdicts, when, drawn[-1], names=study.parameters or None)
-    if outcome.lesson is not None:
-        drawn.append(out / "errors.png")
-        entries = [Entry(m.name, m.assumed.claim, m.honest.claim) for m in outcome.lesson.models]
-        errors(entries, answer.model.time, drawn[-1])
-    return drawn
-
-
-def seconds(value: float | None) -> str:
-    """A time for people."""
-    if value is None:
-        return "-"
-    return f"{value * 1e3:.0f} ms" if value < 1 else f"{value:.1f} s"
-
-
-def spread(values: np.ndarray, names: tuple[str, ...]) -> str:
-    """Half widths with their units."""
-    return ", ".join(f"±{v:.2f} {n}" for v, n in zip(values, names or ("",) * len(values), strict=False))

@@ -1,0 +1,36 @@
+"""Networks and claims side by side: how much of everything is safe under each."""
+
+import jax
+import numpy as np
+
+from parc_jax.certify.draw import draw, generator
+from parc_jax.certify.scene import scene
+from parc_jax.keys import Stage, stream
+from parc_jax.problem import ReachAvoid
+from parc_jax.pwa import enumerate_regions
+from parc_jax.study.learn import Learned, final_error
+
+COMPARED = 32_768  # points drawn to estimate the safe share of every row of the comparison
+
+
+def compare(learned: Learned, problem: ReachAvoid, key: jax.Array) -> list[dict]:
+    """A row per claim of one network, the assumed one first: regions, error at the end, safe share."""
+    rows = []
+    regions = enumerate_regions(learned.honest.net, learned.honest.domain).count
+    for model in (learned.assumed, *learned.claimed):
+        row = {
+            "network": learned.name, "claim": model.claim.kind, "by_bin": model.claim.bin_eps is not None,
+            "unclaimed_bins": int((~model.tube.claimed).sum()), "regions": regions,
+            "final_error": final_error(model).tolist(),
+        }  # fmt: skip
+        laid_out = scene(problem, model)
+        seen = draw(model, laid_out, generator(stream(key, Stage.SEARCH)), COMPARED)
+        box = float(model.domain.volume * np.prod(laid_out.z_hi - laid_out.z_lo))
+        share = seen.volume / box / seen.drawn
+        rows.append(row | {"reaching": seen.reaching * share, "safe": len(seen.safe.k) * share})
+    return rows
+
+
+def safe_share(row: dict) -> float:
+    """Share of the goal-reaching set that is safe."""
+    return row["safe"] / row["reaching"] if row["reaching"] else float("nan")
