@@ -21,7 +21,7 @@ import sys
 import types
 from fractions import Fraction
 
-FORMAT = "parc_jax.answer/1"
+FORMAT, PARTS = "parc_jax.answer/1", ("problem", "network", "tube")
 MAX_BYTES, MAX_CHARS, MAX_BITS, MAX_LAYERS = 1 << 26, 1000, 1 << 13, 64
 HEX = re.compile(r"(-?)0x([0-9a-f]{1,40})(?:\.([0-9a-f]{0,40}))?p([+-]?[0-9]{1,4})")
 DECIMAL = re.compile(r"-?[0-9]+(?:/[0-9]+|(?:\.[0-9]+)?(?:e[+-]?[0-9]{1,3})?)")
@@ -137,27 +137,38 @@ class Context:
 
     @rejecting()
     def __init__(self, problem, network, tube):
-        names = ("n_p", "n_q", "n_k", "domain", "goal", "obstacles", "body", "start", "steps", "dt")
-        self.n_p, self.n_k = whole(fields(problem, names)["n_p"], 1, 8), whole(problem["n_k"], 1, 8)
+        self._read_problem(problem)
+        self._read_network(fields(network, ("weights", "biases")))
+        self._read_tube(fields(tube, ("edges", "interval", "final")))
+
+    @rejecting()
+    def about(self, problem):
+        """The same network and tube, not read again, under another problem of the same dimensions and domain."""
+        vars(other := object.__new__(Context)).update(vars(self))
+        other._read_problem(problem)
+        if other.frame == self.frame:
+            return other
+        raise Rejected("the other problem has other dimensions or another domain")
+
+    def _read_problem(self, problem):
+        fields(problem, ("n_p", "n_q", "n_k", "domain", "goal", "obstacles", "body", "start", "steps", "dt"))
+        self.n_p, self.n_k = whole(problem["n_p"], 1, 8), whole(problem["n_k"], 1, 8)
         self.n_q, self.T = whole(problem["n_q"], 0, 64), whole(problem["steps"], 1, 100_000)
         self.end = slice((self.T - 1) * self.n_p, None)  # (c_T, q) in y
         self.lo, self.hi = box(problem["domain"], self.n_k)
+        self.frame = self.n_p, self.n_q, self.n_k, self.T, self.lo, self.hi
         self.goal = halfspaces(fields(problem["goal"], ("A", "b")), self.n_p + self.n_q)
-        start = {"A": [], "b": []} if problem["start"] is None else fields(problem["start"], ("A", "b"))
-        self.start = halfspaces(start, self.n_p)
+        self.start = [] if problem["start"] is None else halfspaces(fields(problem["start"], ("A", "b")), self.n_p)
         self.obstacles = [self._obstacle(o) for o in array(problem["obstacles"])]
         if "radius" in fields(problem["body"], (), ("radius", "vertices")):
             self.radius, self.vertices = number(fields(problem["body"], ("radius",))["radius"]), None
             need(self.radius >= 0, "the radius is negative")
         else:
             self.radius, self.vertices = None, [vector(v, self.n_p) for v in array(problem["body"]["vertices"])]
-        self._read_network(fields(network, ("weights", "biases")))
-        self._read_tube(fields(tube, ("edges", "interval", "final")))
 
     def _obstacle(self, o):
-        """(Rows, first and last interval in which the obstacle exists)."""
         first, last = fields(o, ("A", "b"), ("steps",)).get("steps", [0, self.T - 1])
-        return halfspaces(o, self.n_p), whole(first, 0, self.T - 1), whole(last, first, self.T - 1)
+        return halfspaces(o, self.n_p), whole(first, 0, self.T - 1), whole(last, first, self.T - 1)  # rows, its steps
 
     def _read_network(self, network):
         """Layers (integer weights, integer biases, their common denominator)."""
@@ -328,10 +339,8 @@ def load(path):
 def check_answer(answer):
     """Checks all that an answer (as `load` returns it) claims; returns a Report or raises Rejected."""
     need(answer["format"] == FORMAT, f"the format is not {FORMAT}")
-    hashes = {}
-    for part in ("problem", "network", "tube"):
-        text = json.dumps(answer[part], sort_keys=True, separators=(",", ":"))
-        hashes[part] = hashlib.sha256(text.encode()).hexdigest()
+    parts = {part: json.dumps(answer[part], sort_keys=True, separators=(",", ":")) for part in PARTS}
+    hashes = {part: hashlib.sha256(text.encode()).hexdigest() for part, text in parts.items()}
     need(answer["hash"] == hashes, "a hash does not match its content")
     if (claim := answer["claim"]) is not None:
         need(claim["network_hash"] == hashes["network"], "the claim is about another network")

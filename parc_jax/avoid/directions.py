@@ -5,7 +5,9 @@ then h_O(w) <= lambda_i b_i + lambda_j b_j for any such lambda, with equality be
 Multipliers are short binary fractions, so a certificate spells them exactly in a few bytes.
 """
 
+import math
 from fractions import Fraction
+from functools import lru_cache
 from typing import NamedTuple
 
 import numpy as np
@@ -50,10 +52,9 @@ def direction_table(problem: ReachAvoid) -> DirectionTable:
     spelled, cones = [], []
     for j, obstacle in enumerate(problem.obstacles):
         cones.append(tuple(_cones(obstacle, f"obstacle {j}")))
-        chosen = _spread(obstacle, cones[-1])
-        spelled.append(tuple(chosen))
-        for d, m in enumerate(chosen):
-            w[j, d], reach[j, d] = direction(problem, j, m)
+        fan = _fan(obstacle.A.tobytes(), cones[-1])
+        spelled.append(fan.multipliers)
+        w[j], reach[j] = fan.w, _reaches(problem, j, fan)
     facets = [len({m.rows for m in chosen if len(m.rows) == 1}) for chosen in spelled]
     n_facets = min(N_DIRECTIONS, bucket(max(facets, default=1)))
     return DirectionTable(w, reach, tuple(spelled), tuple(cones), n_facets)
@@ -70,6 +71,45 @@ def direction(problem: ReachAvoid, obstacle: int, m: Multiplier) -> tuple[np.nda
     return w, float(reach) + float((-problem.body.vertices @ w).max())
 
 
+class _Fan(NamedTuple):
+    """Directions of an obstacle's normals, whatever its offsets: multipliers and w (d, 2).
+
+    whole, denominator: the multipliers once more, as whole numbers (d, rows) over one denominator.
+    """
+
+    multipliers: tuple[Multiplier, ...]
+    w: np.ndarray
+    whole: list[list[int]]
+    denominator: int
+
+
+@lru_cache(maxsize=256)
+def _fan(A: bytes, cones: tuple) -> _Fan:
+    """Obstacles of one shape share their fan: in a batch, or a loop of replanning, it is made once."""
+    A = np.frombuffer(A).reshape(-1, 2)
+    chosen = _spread(A, cones)
+    rows = [[decimal(v) for v in row] for row in A]
+    w = np.array([[float(sum(v * rows[i][c] for i, v in zip(*m, strict=True))) for c in (0, 1)] for m in chosen])
+    denominator = math.lcm(*(v.denominator for m in chosen for v in m.values))
+    whole = [[0] * len(A) for _ in chosen]
+    for line, m in zip(whole, chosen, strict=True):
+        for i, v in zip(*m, strict=True):
+            line[i] = v.numerator * (denominator // v.denominator)
+    return _Fan(tuple(chosen), w, whole, denominator)
+
+
+def _reaches(problem: ReachAvoid, obstacle: int, fan: _Fan) -> np.ndarray:
+    """Reach of obstacle + (-body) along every direction of the fan: (d,), the obstacle's part rounded once."""
+    b = [decimal(v) for v in problem.obstacles[obstacle].b]
+    scale = math.lcm(*(v.denominator for v in b))
+    offsets = [v.numerator * (scale // v.denominator) for v in b]
+    total = fan.denominator * scale
+    reach = np.array([sum(m * x for m, x in zip(line, offsets, strict=True)) / total for line in fan.whole])
+    if isinstance(problem.body, Disc):
+        return reach + problem.body.radius * np.hypot(*fan.w.T)
+    return reach + (-problem.body.vertices @ fan.w.T).max(axis=0)
+
+
 def multiplier_near(problem: ReachAvoid, table: DirectionTable, obstacle: int, w: np.ndarray) -> Multiplier:
     """The multiplier whose direction is nearest to w (2,), on the two rows whose normals enclose w."""
     part = problem.obstacles[obstacle]
@@ -79,21 +119,21 @@ def multiplier_near(problem: ReachAvoid, table: DirectionTable, obstacle: int, w
     share = np.stack([w[0] * second[:, 1] - w[1] * second[:, 0], first[:, 0] * w[1] - first[:, 1] * w[0]], axis=1)
     share = share / det[:, None]
     best = int(np.argmax(share.min(axis=1)))  # the normal cones of a bounded polygon cover the plane
-    return _rounded(part, tuple(int(i) for i in pairs[best]), np.maximum(share[best], 0), POINT_BITS)
+    return _rounded(A, tuple(int(i) for i in pairs[best]), np.maximum(share[best], 0), POINT_BITS)
 
 
-def _spread(obstacle, cones) -> list[Multiplier]:
-    """N_DIRECTIONS multipliers: every facet, then each cone in proportion to its angle."""
+def _spread(A: np.ndarray, cones) -> list[Multiplier]:
+    """N_DIRECTIONS multipliers for normals A (h, 2): every facet, then each cone in proportion to its angle."""
     facets = [Multiplier((i,), (Fraction(1),)) for i in dict.fromkeys(i for i, _ in cones)]
-    angle = np.arctan2(obstacle.A[:, 1], obstacle.A[:, 0])
+    angle = np.arctan2(A[:, 1], A[:, 0])
     width = np.array([(angle[j] - angle[i]) % (2 * np.pi) for i, j in cones])
     count = np.floor(width / width.sum() * (N_DIRECTIONS - len(facets))).astype(int)
     out = list(facets)
     for (i, j), n, span in zip(cones, count, width, strict=True):
         for step in range(1, n + 1):
             a = angle[i] + span * step / (n + 1)
-            share = np.linalg.solve(obstacle.A[[i, j]].T, [np.cos(a), np.sin(a)])
-            out.append(_rounded(obstacle, (i, j), np.maximum(share, 0), TABLE_BITS))
+            share = np.linalg.solve(A[[i, j]].T, [np.cos(a), np.sin(a)])
+            out.append(_rounded(A, (i, j), np.maximum(share, 0), TABLE_BITS))
     return (out + [facets[0]] * N_DIRECTIONS)[:N_DIRECTIONS]
 
 
@@ -109,9 +149,9 @@ def _cones(obstacle, name: str) -> list[tuple[int, int]]:
     return list(found)
 
 
-def _rounded(obstacle, rows, share, bits: int) -> Multiplier:
+def _rounded(A: np.ndarray, rows, share, bits: int) -> Multiplier:
     """Multipliers near `share`, rounded as if the rows had unit length: rows may be spelled in any units."""
-    power = [int(np.frexp(np.hypot(*obstacle.A[i]))[1]) for i in rows]
+    power = [int(np.frexp(np.hypot(*A[i]))[1]) for i in rows]
     size = np.array([s * 2.0**p for s, p in zip(share, power, strict=True)])
     whole = [round(float(s / size.max()) * 2**bits) for s in size]
     scaled = [Fraction(n, 2**bits) * Fraction(2) ** (max(power) - p) for n, p in zip(whole, power, strict=True)]

@@ -1,6 +1,7 @@
 """Vertices of planar polytopes in exact arithmetic, counter-clockwise, with the rows that meet there."""
 
 from fractions import Fraction
+from functools import lru_cache
 from itertools import combinations
 from typing import NamedTuple
 
@@ -27,12 +28,21 @@ def decimal(value: float) -> Fraction:
 
 
 def corners(poly: HPolytope, name: str = "polygon") -> tuple[Corner, ...]:
-    """Corners of a bounded planar polytope, counter-clockwise, exact. Raises InputError when empty or unbounded."""
+    """Corners of a bounded planar polytope, counter-clockwise, exact. Raises InputError when empty or unbounded.
+
+    The last few hundred polytopes are remembered.
+    """
     if poly.n != 2:
         raise InputError(f"{name}: expected a set in the plane; got {poly.n} dimensions. Only planar workspaces solve.")
-    A = [(decimal(x), decimal(y)) for x, y in poly.A]
-    b = [decimal(v) for v in poly.b]
-    angles = np.arctan2(poly.A[:, 1], poly.A[:, 0])
+    return _corners(poly.A.tobytes(), poly.b.tobytes(), name)
+
+
+@lru_cache(maxsize=512)
+def _corners(rows: bytes, offsets: bytes, name: str) -> tuple[Corner, ...]:
+    normals = np.frombuffer(rows).reshape(-1, 2)
+    A = [(decimal(x), decimal(y)) for x, y in normals]
+    b = [decimal(v) for v in np.frombuffer(offsets)]
+    angles = np.arctan2(normals[:, 1], normals[:, 0])
     gaps = np.diff(np.sort(angles), append=np.sort(angles)[0] + 2 * np.pi)
     if len(A) < 3 or gaps.max() >= np.pi - 1e-12:
         raise InputError(f"{name}: expected a bounded set; its rows leave a direction open. Add the missing far side.")

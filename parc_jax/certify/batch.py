@@ -13,7 +13,7 @@ from parc_jax.certify.batch_run import make_pool, rewarm_many, run, search_many
 from parc_jax.certify.batch_scenes import SizeClass, check_stack, stack_problems
 from parc_jax.certify.batch_search import PROPOSED, Best
 from parc_jax.certify.certificate import sample_part
-from parc_jax.certify.evaluate import evaluate
+from parc_jax.certify.evaluate import paths_of
 from parc_jax.certify.prove import prove
 from parc_jax.certify.scene import Scene, floats_within, scene
 from parc_jax.errors import InputError
@@ -144,12 +144,11 @@ def _warm(warm, s: int, dims: int):
 
 def _proved(model: TrajectoryModel, problems, plans: np.ndarray, found: np.ndarray) -> np.ndarray:
     """(s,) bool: which best plans the independent checker accepts, in exact arithmetic; one problem at a time."""
-    out = np.zeros(len(found), bool)
-    for row in np.flatnonzero(found):
+    out, rows = np.zeros(len(found), bool), np.flatnonzero(found)
+    p0, k = plans[rows, : model.n_p], plans[rows, model.n_p :]
+    paths, bins = paths_of(model, p0, k), model.tube.bin_of(k)
+    for i, row in enumerate(rows):
         problem = problem_of(problems, row)
-        laid_out = scene(problem, model)
-        p0, k = plans[row, : model.n_p], plans[row, model.n_p :]
-        seen = evaluate(model, laid_out, p0[None], k[None])
-        part = sample_part(problem, laid_out, model.tube, p0, k, seen.path[0], int(seen.bin[0]))
+        part = sample_part(problem, scene(problem, model), model.tube, p0[i], k[i], paths[i], int(bins[i]))
         out[row] = prove(problem, model, [part], [])[0][0]
     return out

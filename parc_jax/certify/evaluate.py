@@ -142,6 +142,16 @@ def evaluate(model: TrajectoryModel, scene: Scene, p0, k) -> Evaluation:
     return _in_chunks(CHUNK, lambda p, x: _verdicts(model.net, model.tube, scene.arrays, p, x), p0, k)
 
 
+def paths_of(model: TrajectoryModel, p0: np.ndarray, k: np.ndarray) -> np.ndarray:
+    """Predicted paths (b, T + 1, n_p) of p0 (b, n_p), k (b, n_k), on the host: a hint for certificates, no verdict."""
+    x = k
+    for W, b in zip(model.net.weights[:-1], model.net.biases[:-1], strict=True):
+        x = np.maximum(x @ W.T + b, 0.0)
+    n_steps, n_p = model.tube.interval.shape[1:]
+    offsets = (x @ model.net.weights[-1].T + model.net.biases[-1])[:, : n_steps * n_p].reshape(-1, n_steps, n_p)
+    return p0[:, None] + np.pad(offsets, ((0, 0), (1, 0), (0, 0)))
+
+
 def anchor(model: TrajectoryModel, scene: Scene, z, k) -> tuple[np.ndarray, np.ndarray]:
     """Starts (b, n_p) whose predicted ends are z (b, n_p), and which of them reach the goal (b,). No obstacle test."""
     return _in_chunks(CHUNK_ANCHOR, lambda p, x: _anchored(model.net, model.tube, scene.arrays, p, x), z, k)

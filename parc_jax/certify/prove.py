@@ -1,5 +1,8 @@
 """The last word: the independent checker, in exact arithmetic, on everything that is returned."""
 
+import hashlib
+
+import jax
 import numpy as np
 
 from parc_jax import checker
@@ -11,11 +14,30 @@ from parc_jax.problem import ReachAvoid
 
 def prove(problem: ReachAvoid, model: TrajectoryModel, samples: list[dict], pieces: list[Piece]):
     """Which sample certificates and which pieces the checker accepts: two bool arrays."""
-    context = checker.Context(problem_part(problem, model), network_part(model.net), tube_part(model.tube))
+    context = _context(problem, model)
     return (
         np.array([_accepts(context.check_sample, part) for part in samples], bool),
         np.array([_accepts(context.check_set, piece_part(piece)) for piece in pieces], bool),
     )
+
+
+def _context(problem: ReachAvoid, model: TrajectoryModel) -> checker.Context:
+    """The checker's exact form of the question. Networks and tubes of the last few models are read once."""
+    question = problem_part(problem, model)
+    name = hashlib.sha256(repr([question[part] for part in ("n_p", "n_q", "n_k", "steps", "domain")]).encode())
+    for array in jax.tree.leaves((model.net, model.tube)):  # by every bit: an array changed in place is another model
+        name.update(repr(np.shape(array)).encode() + np.ascontiguousarray(array, np.float64).tobytes())
+    known = _RECENT.pop(name.digest(), None)
+    if known is None:
+        known = checker.Context(question, network_part(model.net), tube_part(model.tube))
+        if len(_RECENT) >= _KEPT:
+            _RECENT.pop(next(iter(_RECENT)), None)
+    _RECENT[name.digest()] = known
+    return known.about(question)
+
+
+_KEPT = 4  # models
+_RECENT: dict[bytes, checker.Context] = {}  # the oldest first
 
 
 def _accepts(check, part: dict) -> bool:
