@@ -12,3 +12,10 @@ def load(name: str, **options):
     if name not in NAMES:
         raise InputError(f"system: expected one of {', '.join(NAMES)}; got {name!r}.")
     return importlib.import_module(f"sims.{name}").system(**options)
+
+
+def __getattr__(name: str):
+    """sims.drift_parking and the others, loaded on first use."""
+    if name not in NAMES:
+        raise AttributeError(f"module 'sims' has no attribute {name!r}")
+    return importlib.import_module(f"sims.{name}")

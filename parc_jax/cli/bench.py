@@ -40,7 +40,8 @@ def bench(
 def suite() -> ModuleType:
     """The package `benchmarks` of the clone that this is run in or from. Raises InputError elsewhere."""
     places = (Path.cwd(), Path(__file__).resolve().parents[2])
-    root = next((p for p in places if (p / "benchmarks" / "baseline.json").is_file() and (p / "parc_jax").is_dir()), None)
+    needed = ("benchmarks/baseline.json", "parc_jax/cli/bench.py")
+    root = next((place for place in places if all((place / name).is_file() for name in needed)), None)
     if root is None:
         raise InputError(
             "bench: expected a clone of the source, which has the folder benchmarks; there is none here. "

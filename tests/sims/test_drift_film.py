@@ -1,0 +1,96 @@
+"""The film of drift parking: the stage is the scene, the run ends in the goal, and no OpenGL is one sentence."""
+
+import os
+import subprocess
+import sys
+from pathlib import Path
+from types import SimpleNamespace
+
+import jax
+import numpy as np
+import pytest
+from matplotlib.image import imread
+
+import parc_jax as pj
+from parc_jax.errors import InputError
+from sims import film
+from sims.drift_parking.film import film_of, run, stage, view
+from sims.drift_parking.scenario import problem
+
+
+def test_the_stage_is_the_scene():
+    path = np.stack([np.linspace(0, 30, 5), np.linspace(0, -16, 5)], axis=1)
+    model = stage(problem(), path, np.full((4, 2), 0.3))
+    assert model.nq == 5 and model.opt.gravity[2] == 0
+    for number, obstacle in enumerate(problem().obstacles):
+        hull = model.geom(f"parked_{number}_body")
+        corners = hull.pos[:2] + hull.size[:2] * np.array([[1, 1], [1, -1], [-1, 1], [-1, -1]])
+        assert np.isclose((corners @ obstacle.A.T).max(axis=0), obstacle.b).all()
+    goal = model.geom("goal")
+    np.testing.assert_allclose(goal.pos[:2] + goal.size[:2], problem().goal.b[:2])
+    box = model.geom("tube_2")
+    assert (np.abs(path[2:4] - box.pos[:2]) <= box.size[:2] - 0.3 + 1e-12).all()
+
+
+def test_what_cannot_be_written_is_refused_before_anything_is_rendered(tmp_path, monkeypatch):
+    with pytest.raises(InputError, match=r"film\.webm"):
+        film.require_kind(tmp_path / "film.webm")
+    monkeypatch.setitem(sys.modules, "imageio_ffmpeg", None)
+    with pytest.raises(InputError, match=r"pip install 'parc_jax\[film\]'"):
+        film.require_kind(tmp_path / "film.mp4")
+
+
+def test_gif_and_frames(tmp_path):
+    from PIL import Image
+
+    images = [np.full((20, 30, 3), 40 * i, np.uint8) for i in range(5)]
+    with Image.open(film.write(tmp_path / "film.gif", images, 10.0)) as gif:
+        assert gif.n_frames == 5 and gif.size == (30, 20) and gif.info["duration"] == 100
+        gif.seek(4)
+        assert np.abs(np.asarray(gif.convert("RGB")).astype(int) - 160).max() < 8
+    folder = film.write(tmp_path / "frames", images, 10.0)
+    assert [p.name for p in sorted(folder.iterdir())] == [f"{i:04d}.png" for i in range(5)]
+
+
+@pytest.mark.slow
+def test_the_run_is_the_simulator_s_and_the_camera_sees_it():
+    plan = np.array([5.6, -2.9, 9.25, 0.676])
+    poses = run(plan)
+    goal = problem().goal
+    assert (goal.A @ poses[-1, :3] <= goal.b).all() and (poses[0, :2] == plan[:2]).all()
+    assert np.abs(np.diff(poses[-10:, :2], axis=0)).max() < 0.01  # at rest
+    assert poses[:, 0].min() < view(problem(), poses, (960, 480)).lookat[0] < 40
+
+
+@pytest.fixture(scope="module")
+def answer_file(tmp_path_factory):
+    model = pj.load(Path(__file__).parents[1] / "data" / "drift_4x8.npz")
+    answer = pj.Planner(model).solve(problem(), jax.random.PRNGKey(0), n_samples=3, budget_s=0.0)
+    path = tmp_path_factory.mktemp("answer") / "answer.json"
+    answer.save(path)
+    return path
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("backend", ["egl", "glfw", "nonsense"])
+def test_a_film_or_one_sentence(backend, answer_file, tmp_path):
+    """In its own process, since mujoco picks an OpenGL when it is imported."""
+    command = [sys.executable, "-c", "from parc_jax.cli import main; main()", "plot", str(answer_file)]
+    command += ["--video", "frames", "--sample", "1"]
+    environment = {key: value for key, value in os.environ.items() if key != "DISPLAY"} | {"MUJOCO_GL": backend}
+    done = subprocess.run(command, cwd=tmp_path, env=environment, capture_output=True, text=True, timeout=300)
+    if done.returncode:
+        assert done.returncode == 2 and "no OpenGL here" in done.stderr and "Traceback" not in done.stderr
+        assert done.stderr.splitlines()[-1].startswith("parc-jax: film:") and not list(tmp_path.iterdir())
+        return
+    assert backend != "nonsense"
+    images = [imread(path)[:, :, :3] for path in sorted((tmp_path / "frames").glob("*.png"))]
+    assert len(images) > 100 and images[0].shape == (480, 960, 3)
+    red = [np.argwhere((im[:, :, 0] > 0.5) & (im[:, :, 1] < 0.3)).mean(axis=0) for im in (images[0], images[-1])]
+    assert red[1][1] > red[0][1] + 200 and red[1][0] > red[0][0] + 50  # the red car went right and down
+
+
+def test_other_samples_than_there_are_are_refused(tmp_path):
+    answer = SimpleNamespace(samples=np.zeros((0, 4)))
+    with pytest.raises(InputError, match="one of 0 safe samples"):
+        film_of(answer, tmp_path / "film.gif")
