@@ -8,7 +8,6 @@ from pathlib import Path
 
 import jax
 import numpy as np
-from scipy.stats import beta
 
 from parc_jax.certify.best import best_plan
 from parc_jax.certify.certificate import FORMAT, network_part, part_hash, piece_part, problem_part, tube_part
@@ -87,12 +86,14 @@ class Answer:
 
         None when nothing was drawn uniformly (the published search). The interval takes the number of draws as fixed.
         """
+        from scipy.special import betaincinv
+
         whole = self._cover.volume
         if not self._cover.drawn or not np.isfinite(whole):
             return None
         n, x, tail = self._cover.drawn, self._cover.safe, (1 - confidence) / 2
-        low = 0.0 if x == 0 else float(beta.ppf(tail, x, n - x + 1))
-        high = 1.0 if x == n else float(beta.ppf(1 - tail, x + 1, n - x))
+        low = 0.0 if x == 0 else float(betaincinv(x, n - x + 1, tail))
+        high = 1.0 if x == n else float(betaincinv(x + 1, n - x, 1 - tail))
         return whole * x / n, whole * low, whole * high
 
     def contains(self, p0, k) -> np.ndarray:

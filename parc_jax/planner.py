@@ -14,6 +14,7 @@ from parc_jax.certify.certificate import sample_part
 from parc_jax.certify.cover import Cover, Coverage, cover
 from parc_jax.certify.draw import generator, points
 from parc_jax.certify.evaluate import evaluate
+from parc_jax.certify.first import first_look
 from parc_jax.certify.grower import Grower
 from parc_jax.certify.no_plan import NoPlan, prove_no_plan
 from parc_jax.certify.probes import require_sound_arithmetic
@@ -53,9 +54,10 @@ class Planner:
         """The safe set of one problem, as samples and polytopes with certificates. Uses the SEARCH stream of `key`.
 
         n_samples: safe plans to return. target, confidence: the polytopes leave out at most `target` of the model's
-        safe set, with this confidence, unless budget_s [s] ends first. proof: check all of it in exact arithmetic.
-        method: "exact"; or the published search, samples only, region by region: "paper" through supports, "paper-lp"
-        with its LPs. no_plan_budget_s: [s] for a proof that there is no safe plan, spent only when none was drawn.
+        safe set, with this confidence, unless budget_s [s] ends first; 0 grows none, for samples only. proof: check all
+        of it in exact arithmetic. method: "exact"; or the published search, samples only, region by region: "paper"
+        through supports, "paper-lp" with its LPs. no_plan_budget_s: [s] for a proof that there is no safe plan, spent
+        only when none was drawn.
         Raises InputError when the problem does not fit the model, SoundnessError when this installation
         computes wrong numbers.
         """
@@ -69,7 +71,9 @@ class Planner:
         begin = time.perf_counter()
         rng = generator(stream(key, Stage.SEARCH))
         laid_out = scene(problem, self.model)
-        if method == "exact":
+        if method == "exact" and budget_s <= 0:
+            found = first_look(self.model, laid_out, rng, n_samples, confidence)
+        elif method == "exact":
             found = cover(self.model, problem, laid_out, rng, target=target, confidence=confidence, budget_s=budget_s)
         else:
             found = self._published(problem, laid_out, stream(key, Stage.SEARCH), METHODS[method], confidence)
@@ -108,7 +112,7 @@ class Planner:
         problem. draws: most plans to propose per problem; solved ones stop early. pool: values of k shared by all.
         numbers: (s,) the problems' own numbers, by default 0, 1, ...: with the key they decide an answer, so it does
         not depend on what else is in the batch. warm: an earlier BatchAnswer of the same problems, or plans.
-        proof: exact check of every best plan, a fraction of a second each. polytopes: rows that `solve` answers as
+        proof: exact check of every best plan, some ten milliseconds each. polytopes: rows that `solve` answers as
         well, budget_s [s] each. mesh: devices to spread over (`distributed.mesh`). Raises as `solve` does.
         """
         require_sound_arithmetic()

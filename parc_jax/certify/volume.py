@@ -3,7 +3,6 @@
 from typing import NamedTuple
 
 import numpy as np
-from scipy.spatial import ConvexHull, Delaunay, HalfspaceIntersection, QhullError
 
 from parc_jax.sets.hpolytope import HPolytope
 
@@ -26,6 +25,8 @@ def body(polytope: HPolytope, inside: np.ndarray) -> Body | None:
 
     inside (n,): a point strictly inside. Coordinates are centred on it and scaled per axis before qhull sees them.
     """
+    from scipy.spatial import HalfspaceIntersection, QhullError
+
     room = polytope.b - polytope.A @ inside
     if not (room > 0).all():
         return None
@@ -47,8 +48,10 @@ def body(polytope: HPolytope, inside: np.ndarray) -> Body | None:
     return Body(HPolytope(polytope.A[needed], polytope.b[needed]), vertices, volume, simplices, sizes / sizes.sum())
 
 
-def _hull(corners: np.ndarray) -> ConvexHull:
-    """Hull of corners (v, n); joggled where corners that share a facet up to rounding confuse qhull."""
+def _hull(corners: np.ndarray):
+    """Qhull's hull of corners (v, n); joggled where corners that share a facet up to rounding confuse qhull."""
+    from scipy.spatial import ConvexHull, QhullError
+
     try:
         return ConvexHull(corners)
     except QhullError:
@@ -57,6 +60,8 @@ def _hull(corners: np.ndarray) -> ConvexHull:
 
 def _simplices(vertices: np.ndarray) -> np.ndarray:
     """Triangulation (s, n + 1) of the hull of vertices (v, n); a simplex is its own, and qhull refuses it joggled."""
+    from scipy.spatial import Delaunay
+
     v, n = vertices.shape
     if v == n + 1:
         return np.arange(v)[None]

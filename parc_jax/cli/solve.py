@@ -61,7 +61,7 @@ def solve(
     options = {"n_samples": samples, "target": target, "confidence": confidence, "method": method}
     # compiles and answers once, so that the budget is spent on the safe set and not on the compiler
     apart = jax.random.fold_in(stream(key, Stage.SEARCH), 1)
-    cold = planner.solve(problem, apart, budget_s=0.0, no_plan_budget_s=0.0, proof=False, **options)
+    cold = planner.solve(problem, apart, budget_s=1e-3, no_plan_budget_s=0.0, proof=False, **options)
     answer = planner.solve(problem, key, budget_s=budget, **options)
     answer.save(out)
     if json:

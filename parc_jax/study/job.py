@@ -64,7 +64,7 @@ def run_study(
     }  # fmt: skip
     apart = jax.random.fold_in(stream(key, Stage.SEARCH), 1)
     with watch("first query (cold)"):
-        cold = planner.solve(problem, apart, **options | {"budget_s": 0.0, "proof": False, "no_plan_budget_s": 0.0})
+        cold = planner.solve(problem, apart, **options | {"budget_s": 1e-3, "proof": False, "no_plan_budget_s": 0.0})
     with watch("safe set"):
         answer = planner.solve(problem, key, **options)
     answer.save(out / "answer.json")  # before the replay: if that finds a contradiction, the evidence is on disk
