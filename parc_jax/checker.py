@@ -215,7 +215,7 @@ class Context:
         The pattern says which neurons pass; without one (a point: only the constant) the sign does, which is ReLU.
         Returns the coefficients of each neuron over some positive scale, the columns of outputs, and their scale.
         """
-        neurons = []
+        neurons: list = []
         for depth, (W, bias, q) in enumerate(self.layers, 1):
             columns = [[dot(w, column) for w in W] for column in columns]
             columns[-1] = [x + b * scale for x, b in zip(columns[-1], bias, strict=True)]

@@ -3,6 +3,7 @@
 from typing import NamedTuple, Protocol, runtime_checkable
 
 import jax
+import numpy as np
 from flax import struct
 
 from parc_jax.errors import InputError
@@ -15,8 +16,8 @@ class Trajectory(NamedTuple):
     p: (n_record + 1, n_p) workspace positions [m] on the record grid, q: (n_q,) other goal states at t_f.
     """
 
-    p: jax.Array
-    q: jax.Array
+    p: jax.Array | np.ndarray
+    q: jax.Array | np.ndarray
 
 
 @struct.dataclass

@@ -1,6 +1,8 @@
 """The public face: the names, and that each says what it is."""
 
 import inspect
+import re
+from pathlib import Path
 
 import pytest
 
@@ -33,6 +35,14 @@ def test_every_name_loads_and_has_a_docstring(name):
             if inspect.isfunction(member) or isinstance(member, property | classmethod):
                 target = member.fget if isinstance(member, property) else getattr(member, "__func__", member)
                 assert inspect.getdoc(target), f"{name}.{attribute}"
+
+
+def test_type_checkers_see_the_same_names():
+    """The stub beside the package, since checkers do not follow names that are loaded on first use."""
+    stub = Path(parc_jax.__file__).with_suffix(".pyi").read_text()
+    homes = dict(reversed(pair) for pair in re.findall(r"^from parc_jax\.([\w.]+) import (\w+) as \2$", stub, re.M))
+    assert homes == parc_jax._HOME
+    assert Path(parc_jax.__file__).with_name("py.typed").exists()
 
 
 def test_a_name_that_is_not_there_is_an_attribute_error():

@@ -43,7 +43,8 @@ class Tube:
     def finite_widths(self) -> tuple[np.ndarray, np.ndarray]:
         """Interval and final, where a bin without claim is NO_CLAIM wide, for certificates and code that cannot take
         infinity. Its obstacles fill the world and its goal is empty, so still nothing in it is ever safe."""
-        return tuple(np.where(np.isinf(widths), NO_CLAIM, widths) for widths in (self.interval, self.final))
+        interval, final = (np.where(np.isinf(widths), NO_CLAIM, widths) for widths in (self.interval, self.final))
+        return interval, final
 
     def bin_of(self, k: np.ndarray) -> np.ndarray:
         """Bin number of k (..., n_k), one of the closed bins that contain it; -1 outside K."""

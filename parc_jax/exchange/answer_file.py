@@ -95,7 +95,8 @@ def _piece(model: TrajectoryModel, problem: ReachAvoid, laid_out: Scene, part: d
     w, need, spelled = np.zeros((n_o, T, 2)), np.full((n_o, T), -np.inf), []
     error = model.tube.interval[part["bin"]]
     for o, runs in enumerate(part["sep"]):
-        first, mine = int(np.argmax(laid_out.obstacles.active[o])), [None] * T
+        first = int(np.argmax(laid_out.obstacles.active[o]))
+        mine: list[Multiplier | None] = [None] * T
         for end, terms in runs:
             m = Multiplier(tuple(row for row, _ in terms), tuple(number(v) for _, v in terms))
             along, reach = direction(problem, o, m)
@@ -112,7 +113,7 @@ def _piece(model: TrajectoryModel, problem: ReachAvoid, laid_out: Scene, part: d
 
 def _no_plan(certificate: dict | None, volumes: dict | None) -> NoPlan | None:
     """What the checker has just proved of it."""
-    if certificate is None:
+    if certificate is None or volumes is None:
         return None
     safe, unsafe, undecided = (number(volumes[name]) for name in ("safe", "unsafe", "undecided"))
     kind = PROVED if volumes["kind"] == "proved" else BRACKET if safe else UNDECIDED

@@ -50,7 +50,8 @@ def fold_chain(chain: list, name: str) -> ReLUNetwork:
     if first is None:
         raise InputError(f"{name}: expected a network with at least one linear layer; found none.")
     n_in = first.W.shape[1]
-    weights, biases = [], []
+    weights: list[np.ndarray] = []
+    biases: list[np.ndarray] = []
     W, b = np.eye(n_in), np.zeros(n_in)
     fresh = True  # nothing but the identity since the last ReLU
     for step in chain:

@@ -80,7 +80,8 @@ class ExactNetwork:
     def codes(self, x: np.ndarray) -> np.ndarray:
         """Signs of all hidden neurons at a float point (n,): uint8 (n_hidden,), 1 plus, 2 minus, 0 zero."""
         point, q = self.rational(x)
-        on, out = np.zeros(self.first_neuron[-1], bool), []
+        on = np.zeros(self.first_neuron[-1], bool)
+        out: list[int] = []
         for layer in range(len(self.layers)):
             values, _ = self.values(layer, point, q, on)
             out.extend(sign_code(v) for v in values)

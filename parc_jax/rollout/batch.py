@@ -1,5 +1,6 @@
 """Batches of recorded runs: what every later stage learns and measures from."""
 
+import dataclasses
 import hashlib
 
 import numpy as np
@@ -68,7 +69,7 @@ class RolloutBatch:
 
     def select(self, index) -> "RolloutBatch":
         """The runs picked by an index array, mask or slice (n,)."""
-        return self.replace(rows=self.rows[index], k=self.k[index], p=self.p[index], q=self.q[index])
+        return dataclasses.replace(self, rows=self.rows[index], k=self.k[index], p=self.p[index], q=self.q[index])
 
     def hashes(self) -> np.ndarray:
         """(n,) 128-bit content hashes as 32 hex characters: k in float64, p and q rounded to float32.

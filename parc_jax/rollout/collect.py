@@ -53,7 +53,7 @@ def collect(
         system, key, n, stage, k=k, first_row=first_row, dtype=dtype, chunk=chunk, path=parts, quiet=quiet
     )
     batch = concatenate(stream)
-    if path is not None:
+    if parts is not None:
         save_rollouts(path, batch)
         shutil.rmtree(parts, ignore_errors=True)  # hosts may share the folder
     return batch

@@ -5,6 +5,7 @@ from typing import NamedTuple
 import jax
 import jax.numpy as jnp
 import numpy as np
+import numpy.typing as npt
 
 from parc_jax.arrays import x64
 from parc_jax.errors import InputError
@@ -24,7 +25,7 @@ class TranslationGap(NamedTuple):
     k: np.ndarray
 
 
-def translation_gap(system, key: jax.Array, starts: np.ndarray, stage: Stage = Stage.SEARCH) -> TranslationGap:
+def translation_gap(system, key: jax.Array, starts: npt.ArrayLike, stage: Stage = Stage.SEARCH) -> TranslationGap:
     """Run the same k and disturbance from the origin and from each of `starts` (n, n_p) [m], and compare offsets.
 
     The system must offer `rollout_from(key, k, p0) -> Trajectory`, with p relative to p0, or, if it is not JAX,

@@ -82,8 +82,8 @@ class PythonSystem:
                 runs.append(self._workers().submit(run_one, function, seed, given, *shapes).result())
             except BrokenProcessPool:
                 self.close()
-                nan = (np.full(shape, np.nan) for shape in shapes)
-                runs.append(Run(*nan, f"the worker process died in the run with k = {given[0]}"))
+                p, q = (np.full(shape, np.nan) for shape in shapes)
+                runs.append(Run(p, q, f"the worker process died in the run with k = {given[0]}"))
         return runs
 
     def _workers(self) -> ProcessPoolExecutor:
