@@ -38,6 +38,7 @@ def mujoco_body():
 
     host_model = mujoco.MjModel.from_xml_string(MODEL)
 
+    @jax.jit  # traced once, however often and in however many places the vehicle evaluates it
     def forward(position, velocity, force):
         """Acceleration (3,) of (x, y, yaw) under a generalised force (3,), all in world axes."""
         model = mjx.put_model(host_model)

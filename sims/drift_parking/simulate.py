@@ -52,7 +52,7 @@ def _track(plant, v):
     plan = reference_plan(v)
 
     def move(point, controller, rows):
-        return evaluate(lambda z, law: control.track(plant, z, law, controller.command), point, rows)
+        return evaluate(lambda z, law: _track_law(plant, z, law, controller.command), point, rows)
 
     def sample(point):
         return point.sample, point.memory_then.steer
@@ -123,3 +123,6 @@ def _placed(tracked, braked, switch):
 def _pick(values, index):
     """values[index[n, lane], lane]."""
     return jnp.take_along_axis(values, index, axis=0, mode="clip")
+
+
+_track_law = jax.jit(control.track, static_argnums=0)  # evaluated in four places, traced once
