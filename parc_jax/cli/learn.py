@@ -16,6 +16,7 @@ def learn(
     rollouts: int | None = None,
     hidden: tuple[int, ...] | None = None,
     bins: tuple[int, ...] | None = None,
+    head: tuple[int, ...] | None = None,
     eps: float | None = None,
     delta: float | None = None,
     claims: tuple[str, ...] | None = None,
@@ -43,6 +44,8 @@ def learn(
         rollouts: Number of training rollouts.
         hidden: Widths of the hidden layers, e.g. 8 8 8 8.
         bins: Bins per axis of K over which the tube's shape varies. Default: cut where the error changes.
+        head: Hidden layers of a network that learns how the error depends on k, e.g. 8 8. Default: the largest error
+            in every bin.
         eps: Probability with which a new run may leave the tube.
         delta: One minus the confidence in that.
         claims: "one" over all of K, "bins" in every bin at once; the first is the one of the model.
@@ -68,7 +71,7 @@ def learn(
     if cache:
         keep_compiled()
     given = {
-        "hidden": hidden, "bins": bins, "rollouts": rollouts, "eps": eps, "delta": delta, "seeds": seeds,
+        "hidden": hidden, "bins": bins, "head": head, "rollouts": rollouts, "eps": eps, "delta": delta, "seeds": seeds,
         "steps": steps, "gap": gap, "claims": claims, "fresh": fresh,
     }  # fmt: skip
     given = {name: value for name, value in given.items() if value is not None}

@@ -17,6 +17,7 @@ def run(
     body: str | None = None,
     hidden: tuple[int, ...] | None = None,
     bins: tuple[int, ...] | None = None,
+    head: tuple[int, ...] | None = None,
     rollouts: int | None = None,
     eps: float | None = None,
     delta: float | None = None,
@@ -47,6 +48,8 @@ def run(
         body: Body of the scene, e.g. disc or decagon. Default: the scene's own.
         hidden: Widths of the hidden layers. Default: the system's own.
         bins: Bins per axis of K over which the tube's shape varies.
+        head: Hidden layers of a network that learns how the error depends on k, e.g. 8 8. Default: the largest error
+            in every bin.
         rollouts: Number of training rollouts.
         eps: Probability with which a new run may leave the tube.
         delta: One minus the confidence in that.
@@ -77,8 +80,8 @@ def run(
         keep_compiled()
     module = find(system)
     given = {
-        "hidden": hidden, "bins": bins, "rollouts": rollouts, "eps": eps, "delta": delta, "claims": claims,
-        "fresh": fresh, "gap": gap, "samples": samples, "repeats": repeats, "budget_s": budget,
+        "hidden": hidden, "bins": bins, "head": head, "rollouts": rollouts, "eps": eps, "delta": delta,
+        "claims": claims, "fresh": fresh, "gap": gap, "samples": samples, "repeats": repeats, "budget_s": budget,
     }  # fmt: skip
     if hasattr(module, "job"):
         given |= {"out": out or Path("runs") / system, "model": model, "plant": plant, "body": body, "hosts": hosts}

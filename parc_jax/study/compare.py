@@ -6,6 +6,7 @@ import numpy as np
 from parc_jax.certify.draw import draw, generator
 from parc_jax.certify.scene import scene
 from parc_jax.keys import Stage, stream
+from parc_jax.model import TrajectoryModel
 from parc_jax.problem import ReachAvoid
 from parc_jax.pwa import enumerate_regions
 from parc_jax.study.learn import Learned, final_error
@@ -15,20 +16,24 @@ COMPARED = 32_768  # points drawn to estimate the safe share of every row of the
 
 def compare(learned: Learned, problem: ReachAvoid, key: jax.Array) -> list[dict]:
     """A row per claim of one network, the assumed one first: regions, error at the end, safe share."""
-    rows = []
     regions = enumerate_regions(learned.honest.net, learned.honest.domain).count
-    for model in (learned.assumed, *learned.claimed):
-        row = {
+    return [
+        {
             "network": learned.name, "claim": model.claim.kind, "by_bin": model.claim.bin_eps is not None,
             "unclaimed_bins": int((~model.tube.claimed).sum()), "regions": regions,
-            "final_error": final_error(model).tolist(),
-        }  # fmt: skip
-        laid_out = scene(problem, model)
-        seen = draw(model, laid_out, generator(stream(key, Stage.SEARCH)), COMPARED)
-        box = float(model.domain.volume * np.prod(laid_out.z_hi - laid_out.z_lo))
-        share = seen.volume / box / seen.drawn
-        rows.append(row | {"reaching": seen.reaching * share, "safe": len(seen.safe.k) * share})
-    return rows
+            "final_error": final_error(model).tolist(), **safe_volume(model, problem, key),
+        }
+        for model in (learned.assumed, *learned.claimed)
+    ]  # fmt: skip
+
+
+def safe_volume(model: TrajectoryModel, problem: ReachAvoid, key: jax.Array) -> dict[str, float]:
+    """Shares of all (p0, k), drawn over K and the goal's box: `reaching` the goal in the model, and `safe`."""
+    laid_out = scene(problem, model)
+    seen = draw(model, laid_out, generator(stream(key, Stage.SEARCH)), COMPARED)
+    box = float(model.domain.volume * np.prod(laid_out.z_hi - laid_out.z_lo))
+    share = seen.volume / box / seen.drawn
+    return {"reaching": seen.reaching * share, "safe": len(seen.safe.k) * share}
 
 
 def safe_share(row: dict) -> float:

@@ -3,6 +3,7 @@
 from collections.abc import Iterable
 from dataclasses import replace
 
+import jax
 import numpy as np
 
 from parc_jax.error.bound import assumed_claim
@@ -10,7 +11,9 @@ from parc_jax.error.by_bin import bin_shares, calibrate_bins
 from parc_jax.error.calibrate import calibrate
 from parc_jax.error.claim import ErrorClaim
 from parc_jax.error.counts import required_runs
+from parc_jax.error.edges import choose_edges
 from parc_jax.error.measure import Errors, measure
+from parc_jax.error.scale import scale_shape
 from parc_jax.error.score import Scores, score_errors
 from parc_jax.error.shape import shape_of, training_errors
 from parc_jax.error.tube import Tube, refined
@@ -22,7 +25,7 @@ SPARE = 4.0  # [standard deviations] by which the expected runs of the smallest 
 
 
 def shapes(
-    nets: list[ReLUNetwork], train: RolloutBatch, further: Iterable[RolloutBatch], bins: tuple[int, ...] | None
+    nets: list[ReLUNetwork], train: RolloutBatch, further: Iterable[RolloutBatch], study: Study, key: jax.Array
 ) -> list[Tube]:
     """A shape per network from the training runs and further ones, on the bins cut for the first network."""
     k, errors = [train.k[~train.failed]], [[training_errors(net, train)[1]] for net in nets]
@@ -32,9 +35,14 @@ def shapes(
         for net, seen in zip(nets, errors, strict=True):
             # a shape needs no rigour, and in float32 ten times the runs fit
             seen.append(Errors(*(np.asarray(e, np.float32) for e in measure(net, usable))))
-    drawn, out = np.concatenate(k), []
+    drawn, out, bins = np.concatenate(k), [], study.bins
     for seen in errors:
-        out.append(shape_of(drawn, Errors(*(np.concatenate(e) for e in zip(*seen, strict=True))), train.domain, bins))
+        joined = Errors(*(np.concatenate(e) for e in zip(*seen, strict=True)))
+        if study.head is None:
+            out.append(shape_of(drawn, joined, train.domain, bins))
+        else:
+            cut = bins or choose_edges(drawn, joined, train.domain)
+            out.append(scale_shape(drawn, joined, train.domain, cut, study.head, key))
         bins = bins or out[0].edges  # all networks share the main one's bins, and so its compiled code
     return out
 

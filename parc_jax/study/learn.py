@@ -92,7 +92,7 @@ def _taught(train, further, fresh, attack, start: StartTrial, study: Study, key,
         # hosts may round training differently, and a claim is about one network
         nets = from_first(networks(train, study, key))
     with watch("shape"):
-        tubes = shapes(nets, train, further, study.bins)
+        tubes = shapes(nets, train, further, study, key)
     with watch("fresh rollouts"):
         seen = scores(nets, tubes, fresh(fresh_runs(study, tubes[0], looks)))
     models = []

@@ -14,6 +14,8 @@ class Study:
     hidden: widths of the network whose answer is returned. others: further networks for the comparison table; without
     hidden layers, (), it is PARC's affine map.
     bins: bins per axis of K over which the tube's shape varies; None = cut where the main network's error changes.
+    head: widths of a network that learns how the error depends on k and so shapes the tube; None = the largest error
+    in every bin.
     rollouts: training runs.
     eps, delta: with confidence 1 - delta, for all networks at once, a new run leaves the tube with probability <= eps.
     claims: made for every network, the returned one first. "one": over all of K, one number scales the whole shape.
@@ -33,6 +35,7 @@ class Study:
     hidden: tuple[int, ...] = (8, 8, 8, 8)
     others: tuple[tuple[int, ...], ...] = ((6, 6, 6, 6), (7, 7, 7, 7), ())
     bins: tuple[int, ...] | None = None
+    head: tuple[int, ...] | None = None
     rollouts: int = 10_000
     eps: float = 1e-3
     delta: float = 1e-3
