@@ -107,7 +107,8 @@ def _draw(name: Figure, answer, path: Path, study) -> Path:
     elif name == "projections":
         from parc_jax.plot.projections import projections
 
-        projections(answer, to=path)
+        planar = answer.model.n_p == 2 and study.parameters
+        projections(answer, to=path, names=("x [m]", "y [m]", *study.parameters) if planar else None)
     else:
         from parc_jax.plot.timeline import timeline
 
