@@ -84,8 +84,11 @@ def _signed_corners(obstacle, body, name: str):
 
 
 def _support(polygon, w, tie) -> int:
-    """Index of the corner that maximises w, ties broken towards `tie`."""
-    return max(
-        range(len(polygon)),
-        key=lambda i: (w[0] * polygon[i][0] + w[1] * polygon[i][1], tie[0] * polygon[i][0] + tie[1] * polygon[i][1]),
-    )
+    """Index of the corner that maximises w, ties broken towards `tie`. Both are plus or minus a unit vector."""
+    return max(range(len(polygon)), key=lambda i: (_along(w, polygon[i]), _along(tie, polygon[i])))
+
+
+def _along(axis, point):
+    """axis . point of exact numbers, without a product."""
+    value = point[0] if axis[0] else point[1]
+    return value if sum(axis) > 0 else -value
