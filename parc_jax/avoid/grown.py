@@ -10,9 +10,10 @@ from fractions import Fraction
 import numpy as np
 from flax import struct
 
-from parc_jax.avoid.polygon import corners, decimal, hull
+from parc_jax.avoid.polygon import corners, decimal
 from parc_jax.errors import InputError
 from parc_jax.problem import Disc, ReachAvoid
+from parc_jax.sets.rational import convex_polygon
 
 BUCKETS = (1, 2, 3, 4, 6, 8, 12, 16, 24, 32, 48, 64, 96, 128)
 
@@ -68,7 +69,7 @@ def _signed_corners(obstacle, body, name: str):
     A corner of the sum maximises some w; near an axis of w its sign pattern changes. Walking around the circle in the
     quadrants of w gives each corner of the polygon once per quadrant that its normal cone meets.
     """
-    polygon = hull([(v.point[0] + p[0], v.point[1] + p[1]) for v in corners(obstacle, name) for p in body])
+    polygon = convex_polygon([(v.point[0] + p[0], v.point[1] + p[1]) for v in corners(obstacle, name) for p in body])
     out = []
     for sx, sy in ((1, 1), (-1, 1), (-1, -1), (1, -1)):  # quadrants of w, counter-clockwise
         entry, leave = ((sx, 0), (0, sy)) if sx == sy else ((0, sy), (sx, 0))

@@ -60,23 +60,3 @@ def _corners(rows: bytes, offsets: bytes, name: str) -> tuple[Corner, ...]:
     centre = (sum(v[0] for v in found) / len(found), sum(v[1] for v in found) / len(found))
     order = sorted(found, key=lambda v: float(np.arctan2(float(v[1] - centre[1]), float(v[0] - centre[0]))))
     return tuple(Corner(v, tuple(sorted(found[v], key=lambda i: angles[i]))) for v in order)
-
-
-def hull(points: list[tuple[Fraction, Fraction]]) -> list[tuple[Fraction, Fraction]]:
-    """Convex hull, counter-clockwise, collinear points dropped, exact (Andrew's monotone chain)."""
-    points = sorted(set(points))
-    if len(points) <= 2:
-        return points
-    chains = []
-    for sequence in (points, points[::-1]):
-        chain: list[tuple[Fraction, Fraction]] = []
-        for p in sequence:
-            while len(chain) >= 2 and _turn(chain[-2], chain[-1], p) <= 0:
-                chain.pop()
-            chain.append(p)
-        chains.append(chain[:-1])
-    return chains[0] + chains[1]
-
-
-def _turn(a, b, c) -> Fraction:
-    return (b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0])

@@ -12,6 +12,7 @@ from parc_jax.avoid.polygon import decimal
 from parc_jax.errors import InputError
 from parc_jax.network.rounding import UNIT, rounding_bound
 from parc_jax.problem import ReachAvoid
+from parc_jax.sets.bounding_box import bounding_box
 from parc_jax.sets.hpolytope import HPolytope
 
 
@@ -62,7 +63,7 @@ def bare_scene(problem: ReachAvoid, model) -> Scene:
             raise InputError(f"obstacle {j}: expected a set in the {model.n_p}-D workspace; got {o.n} dimensions.")
     if problem.start is not None and problem.start.n != model.n_p:
         raise InputError(f"start: expected a set in the {model.n_p}-D workspace; got {problem.start.n} dimensions.")
-    box_lo, box_hi = bounding_box(problem.goal, "goal")
+    box_lo, box_hi = finite_box(problem.goal, "goal")
     start = problem.start or HPolytope(np.zeros((0, model.n_p)), np.zeros(0))
     grown = grown_obstacles(problem, model.time.n_steps)
     size = np.abs([*box_lo, *box_hi]).max() + np.abs(grown.corner).max() + grown.radius
@@ -71,8 +72,8 @@ def bare_scene(problem: ReachAvoid, model) -> Scene:
     return Scene(*_padded(problem.goal), *_padded(start), z_lo, z_hi, *k_box, grown, None, slack)
 
 
-def bounding_box(poly: HPolytope, name: str) -> tuple[np.ndarray, np.ndarray]:
-    """Smallest box around a polytope. Axis-aligned rows are read off; otherwise 2n LPs. Raises InputError."""
+def finite_box(poly: HPolytope, name: str) -> tuple[np.ndarray, np.ndarray]:
+    """Smallest box around a bounded polytope: rows along the axes are read off, others ask LPs. Raises InputError."""
     lo, hi = np.full(poly.n, -np.inf), np.full(poly.n, np.inf)
     single = (poly.A != 0).sum(axis=1) == 1
     for row, offset in zip(poly.A[single], poly.b[single], strict=True):
@@ -82,17 +83,11 @@ def bounding_box(poly: HPolytope, name: str) -> tuple[np.ndarray, np.ndarray]:
         else:
             lo[axis] = max(lo[axis], offset / row[axis])
     if not single.all():
-        from scipy.optimize import linprog
-
-        for axis in range(poly.n):
-            for sign, side in ((1, lo), (-1, hi)):
-                cost = np.zeros(poly.n)
-                cost[axis] = sign
-                answer = linprog(cost, poly.A, poly.b, bounds=(None, None))
-                if answer.status == 2:
-                    raise InputError(f"{name}: expected a set with points in it; its rows contradict each other.")
-                if answer.status == 0:
-                    side[axis] = sign * answer.fun
+        try:
+            around = bounding_box(poly)
+        except InputError:
+            raise InputError(f"{name}: expected a set with points in it; its rows contradict each other.") from None
+        lo, hi = np.maximum(lo, around.lo), np.minimum(hi, around.hi)
     if not (np.isfinite(lo) & np.isfinite(hi)).all():
         axis = int(np.argmin(np.isfinite(lo) & np.isfinite(hi)))
         raise InputError(f"{name}: expected a bounded set; axis {axis} has no bound. Add the missing rows.")
@@ -105,7 +100,7 @@ def bounding_box(poly: HPolytope, name: str) -> tuple[np.ndarray, np.ndarray]:
 
 def no_room(problem: ReachAvoid, model) -> str | None:
     """Why no plan can be safe, in a sentence, where the tube is wider than the goal in every bin of K; else None."""
-    lo, hi = bounding_box(problem.goal, "goal")
+    lo, hi = finite_box(problem.goal, "goal")
     short = 2 * model.tube.final - (hi - lo)
     if not (short > 0).any(axis=1).all():
         return None

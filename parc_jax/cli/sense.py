@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from parc_jax.certify.scene import bounding_box
+from parc_jax.certify.scene import finite_box
 from parc_jax.errors import InputError
 from parc_jax.network.train import evaluate
 from parc_jax.planner import Planner
@@ -21,7 +21,7 @@ def require_sense(problem: ReachAvoid, planner: Planner) -> None:
     model, goal = planner.model, problem.goal
     if goal.n != model.n_p + model.n_q:
         return  # the planner says it better
-    lo, hi = bounding_box(goal, "goal")
+    lo, hi = finite_box(goal, "goal")
     corners = vertices(goal)[:, : model.n_p]
     for j, (obstacle, span) in enumerate(zip(problem.obstacles, problem.spans, strict=True)):
         at_the_end = span is None or span[1] >= model.time.n_steps - 1
@@ -53,6 +53,6 @@ def _reach(table: RegionTable, problem: ReachAvoid, planner: Planner) -> tuple[n
     if problem.start is None or problem.start.n != n_p:
         lo[:n_p], hi[:n_p] = -np.inf, np.inf
         return lo, hi
-    start_lo, start_hi = bounding_box(problem.start, "start")
+    start_lo, start_hi = finite_box(problem.start, "start")
     lo[:n_p], hi[:n_p] = lo[:n_p] + start_lo, hi[:n_p] + start_hi
     return lo, hi

@@ -50,7 +50,7 @@ def load_answer(path) -> Answer:
 
 
 def _answer(data: dict, report) -> Answer:
-    model, problem, meta = _model(data), _problem(data["problem"]), data["meta"]
+    model, problem, meta = _model(data), problem_of_file(data["problem"]), data["meta"]
     laid_out = scene(problem, model)
     samples = np.array([_floats(s["p0"]) + _floats(s["k"]) for s in data["samples"]], np.float64)
     samples = samples.reshape(len(data["samples"]), model.n_p + model.n_k)
@@ -78,7 +78,8 @@ def _model(data: dict) -> TrajectoryModel:
     return trajectory_model(net, claim_from_json(data["claim"], shape), domain, time, data["meta"]["system"])
 
 
-def _problem(asked: dict) -> ReachAvoid:
+def problem_of_file(asked: dict) -> ReachAvoid:
+    """The problem in the parsed part `problem` of an answer file, in float64."""
     body = asked["body"]
     return reach_avoid(
         goal=_polytope(asked["goal"]),

@@ -6,11 +6,12 @@ import numpy as np
 
 from parc_jax.avoid.grown import grown_obstacles
 from parc_jax.certify.certificate import FORMAT
+from parc_jax.checker import Rejected
 from parc_jax.errors import InputError
+from parc_jax.exchange.answer_file import problem_of_file
 from parc_jax.plot import shapes
 from parc_jax.plot.page_pieces import piece_outlines
-from parc_jax.problem import Polygon, ReachAvoid, reach_avoid
-from parc_jax.sets.hpolytope import HPolytope, hpolytope
+from parc_jax.problem import Polygon, ReachAvoid
 
 
 def page_data(answer: dict) -> dict:
@@ -22,7 +23,7 @@ def page_data(answer: dict) -> dict:
         raise InputError(f"page: expected an answer of format {FORMAT}; got {answer.get('format')!r}.")
     try:
         return _data(answer)
-    except (KeyError, TypeError, IndexError, ZeroDivisionError) as error:
+    except (KeyError, TypeError, IndexError, ZeroDivisionError, Rejected) as error:
         raise InputError(
             f"page: expected a complete answer file; {type(error).__name__}: {error}. Save the answer again."
         ) from None
@@ -32,7 +33,7 @@ def _data(answer: dict) -> dict:
     asked, meta, claim = answer["problem"], answer.get("meta") or {}, answer.get("claim") or {}
     if asked["n_p"] != 2:
         raise InputError(f"page: expected a planar workspace; this answer's has {asked['n_p']} dimensions.")
-    problem = problem_of(asked)
+    problem = problem_of_file(asked)
     grown = grown_obstacles(problem, asked["steps"])
     spans = [o.get("steps", [0, asked["steps"] - 1]) for o in asked["obstacles"]]
     network = {name: _numbers(part) for name, part in answer["network"].items()}
@@ -72,18 +73,6 @@ def _data(answer: dict) -> dict:
     }
 
 
-def problem_of(asked: dict) -> ReachAvoid:
-    """The problem of an answer file in float64."""
-    body = asked["body"]
-    return reach_avoid(
-        goal=_polytope(asked["goal"]),
-        obstacles=[_polytope(o) for o in asked["obstacles"]],
-        body=_float(body["radius"]) if "radius" in body else Polygon(np.array(_numbers(body["vertices"]))),
-        start=None if asked["start"] is None else _polytope(asked["start"]),
-        steps=[tuple(o["steps"]) if "steps" in o else None for o in asked["obstacles"]],
-    )
-
-
 def _certificate(part: dict, problem: ReachAvoid, spans) -> dict:
     """A sample or set piece; runs are [first, end, w_x, w_y, reach of obstacle and body along w]."""
     out = {"p0": _numbers(part["p0"]), "k": _numbers(part["k"]), "sep": []}
@@ -103,10 +92,6 @@ def _body_reach(body, w: np.ndarray) -> float:
     if isinstance(body, Polygon):
         return float((-body.vertices @ w).max())
     return float(body.radius * np.hypot(*w))
-
-
-def _polytope(part: dict) -> HPolytope:
-    return hpolytope(_numbers(part["A"]), _numbers(part["b"]))
 
 
 def _numbers(value):

@@ -9,7 +9,6 @@ from parc_jax.lp.solve import solve
 from parc_jax.lp.witness import gamma
 from parc_jax.sets.affine import Set
 from parc_jax.sets.ahpolytope import as_ah
-from parc_jax.sets.box import Box
 
 _MANY = 64  # directions from which the batched kernel is worth its compilation
 
@@ -52,19 +51,6 @@ def support(s: Set, w: np.ndarray) -> Support:
     slack = slack + gamma(s.n + 4) * (np.abs(w) @ np.abs(s.c) + np.where(np.isfinite(lower), np.abs(lower), 0.0))
     proved = np.where(lower == np.inf, -np.inf, np.nextafter(offset - lower + slack, np.inf))
     return Support(status, proved, offset - upper, xi @ s.G.T + s.c)
-
-
-def support_of_points(points: np.ndarray, w: np.ndarray) -> np.ndarray:
-    """Supports of the hull of points (v, n) in directions w (d, n): (d,), rounded up. Batch axes may lead both."""
-    value = np.einsum("...dn,...vn->...dv", w, points)
-    size = np.einsum("...dn,...vn->...dv", np.abs(w), np.abs(points))
-    return np.nextafter((value + gamma(w.shape[-1] + 1) * size).max(axis=-1), np.inf)
-
-
-def support_of_box(b: Box, w: np.ndarray) -> np.ndarray:
-    """Supports of a box in directions w (d, n): (d,), closed form, rounded up."""
-    ends = np.where(w > 0, w * b.hi, w * b.lo)
-    return np.nextafter((ends + gamma(w.shape[-1] + 1) * np.abs(ends)).sum(axis=-1), np.inf)
 
 
 def _is_selection(G: np.ndarray) -> bool:

@@ -7,10 +7,11 @@ import pytest
 from toy_models import random_polygon
 
 from parc_jax.avoid.directions import N_DIRECTIONS, Multiplier, direction, direction_table, multiplier_near
-from parc_jax.avoid.polygon import corners, decimal, hull
+from parc_jax.avoid.polygon import corners, decimal
 from parc_jax.problem import Polygon, reach_avoid
 from parc_jax.sets.box import box
 from parc_jax.sets.hpolytope import hpolytope
+from parc_jax.sets.rational import convex_polygon
 
 GOAL = box([0, 0, 0], [1, 1, 1])
 
@@ -100,6 +101,6 @@ def test_an_obstacle_with_more_facets_than_directions_still_has_proofs():
     problem = reach_avoid(GOAL, [hpolytope(np.stack([np.cos(angle), np.sin(angle)], axis=1), np.ones(60))], 0.0)
     table = direction_table(problem)
     assert len(table.multipliers[0]) == N_DIRECTIONS and np.isfinite(table.w).all()
-    points = hull([c.point for c in corners(problem.obstacles[0])])
+    points = convex_polygon([c.point for c in corners(problem.obstacles[0])])
     x, y, bound = exact_direction(problem.obstacles[0], multiplier_near(problem, table, 0, np.array([0.8, 0.6])))
     assert max(x * p[0] + y * p[1] for p in points) == bound

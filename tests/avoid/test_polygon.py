@@ -7,10 +7,11 @@ import pytest
 from scipy.spatial import ConvexHull
 from toy_models import random_polygon
 
-from parc_jax.avoid.polygon import corners, decimal, hull
+from parc_jax.avoid.polygon import corners, decimal
 from parc_jax.errors import InputError
 from parc_jax.sets.box import box
 from parc_jax.sets.hpolytope import from_box, hpolytope
+from parc_jax.sets.rational import convex_polygon
 
 
 def exact_rows(poly):
@@ -92,7 +93,7 @@ def test_sets_without_corners_are_refused_in_one_sentence(A, b, words):
 def test_hull_is_the_convex_hull(seed):
     rng = np.random.default_rng(seed)
     points = rng.integers(-5, 6, (30, 2))
-    got = hull([(Fraction(int(x)), Fraction(int(y))) for x, y in points])
+    got = convex_polygon([(Fraction(int(x)), Fraction(int(y))) for x, y in points])
     expected = {tuple(p) for p in points[ConvexHull(points).vertices]}
     assert {(int(x), int(y)) for x, y in got} <= expected | {tuple(p) for p in points}
     assert all(turn(got[i - 2], got[i - 1], got[i]) > 0 for i in range(len(got)))  # strict: no collinear point kept
@@ -102,5 +103,5 @@ def test_hull_is_the_convex_hull(seed):
 
 def test_hull_of_few_or_collinear_points():
     one, two, three = [(Fraction(i), Fraction(2 * i)) for i in range(3)]
-    assert hull([one]) == [one] and hull([one, one]) == [one]
-    assert sorted(hull([three, one, two, two])) == [one, three]
+    assert convex_polygon([one]) == [one] and convex_polygon([one, one]) == [one]
+    assert sorted(convex_polygon([three, one, two, two])) == [one, three]

@@ -5,7 +5,7 @@ import pytest
 from toy_models import line_model, model_of, random_model, random_problem, uniform_tube
 
 from parc_jax.avoid.grown import BUCKETS
-from parc_jax.certify.scene import bounding_box, scene
+from parc_jax.certify.scene import finite_box, scene
 from parc_jax.errors import InputError
 from parc_jax.problem import reach_avoid
 from parc_jax.sets.box import box
@@ -15,14 +15,14 @@ GOAL = box([-0.5, -0.5, -1], [0.5, 0.5, 1])
 OBSTACLE = box([2, 2], [3, 3])
 
 
-def test_bounding_box_of_a_box_and_of_slanted_rows(rng):
-    lo, hi = bounding_box(from_box(box([-1, 2, 3], [4, 5, 6])), "goal")
+def test_finite_box_of_a_box_and_of_slanted_rows(rng):
+    lo, hi = finite_box(from_box(box([-1, 2, 3], [4, 5, 6])), "goal")
     assert lo.tolist() == [-1, 2, 3] and hi.tolist() == [4, 5, 6]
     diamond = hpolytope([[1, 1], [-1, 1], [-1, -1], [1, -1]], [1, 2, 3, 4])
-    lo, hi = bounding_box(diamond, "goal")
+    lo, hi = finite_box(diamond, "goal")
     np.testing.assert_allclose([lo, hi], [[-2.5, -3.5], [2.5, 1.5]], atol=1e-9)
     both = hpolytope(np.concatenate([diamond.A, [[1, 0]]]), np.append(diamond.b, 0.5))
-    assert bounding_box(both, "goal")[1][0] == pytest.approx(0.5)
+    assert finite_box(both, "goal")[1][0] == pytest.approx(0.5)
 
 
 @pytest.mark.parametrize(
@@ -36,7 +36,7 @@ def test_bounding_box_of_a_box_and_of_slanted_rows(rng):
 )
 def test_goals_without_a_box_are_refused(A, b, words):
     with pytest.raises(InputError, match=words):
-        bounding_box(hpolytope(A, b), "goal")
+        finite_box(hpolytope(A, b), "goal")
 
 
 def test_padding_rows_always_hold_and_sizes_come_from_few_buckets(rng):

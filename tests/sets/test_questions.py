@@ -10,13 +10,12 @@ from parc_jax.lp import solve as solve_module
 from parc_jax.lp.status import LPStatus
 from parc_jax.sets.affine import image
 from parc_jax.sets.bounding_box import bounding_box, with_bounds
-from parc_jax.sets.box import box
 from parc_jax.sets.chebyshev import chebyshev_center
 from parc_jax.sets.emptiness import find_point, find_points, is_proved_empty
-from parc_jax.sets.hpolytope import HPolytope, from_box
+from parc_jax.sets.hpolytope import HPolytope
 from parc_jax.sets.hull import convex_hull
 from parc_jax.sets.membership import is_proved_outside, membership, memberships
-from parc_jax.sets.support import support, support_of_box, support_of_points
+from parc_jax.sets.support import support
 from parc_jax.sets.vertices import vertices
 
 FLAT = HPolytope(np.concatenate([np.eye(2), -np.eye(2)]), np.array([1.0, 0.0, 1.0, 0.0]))  # a segment
@@ -83,15 +82,6 @@ def test_support_is_proved_and_tight(rng):
         assert (found.lower <= found.upper).all()
         assert p.replace(b=p.b + 1e-8).contains(found.point).all()
         np.testing.assert_allclose(np.einsum("dn,dn->d", found.point, w), found.lower, atol=1e-10)
-    assert (support_of_points(vertices(p), w) >= exact).all()
-    np.testing.assert_allclose(support_of_points(vertices(p), w), exact, rtol=1e-14, atol=1e-14)
-
-
-def test_support_of_a_box_is_the_support_of_its_corners(rng):
-    b, w = box(rng.normal(size=3) - 2, rng.normal(size=3) + 2), rng.normal(size=(20, 3))
-    corners = vertices(from_box(b))
-    np.testing.assert_allclose(support_of_box(b, w), (w @ corners.T).max(axis=1), rtol=1e-12)
-    assert (support_of_box(b, w) >= (w @ corners.T).max(axis=1) - 1e-12).all()
 
 
 def test_support_of_unbounded_and_empty_sets():
