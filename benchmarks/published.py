@@ -1,5 +1,7 @@
 """The published method on one scene: its pieces, their reach and avoid sets, and which (p0, k) those let through."""
 
+import os
+from concurrent.futures import ThreadPoolExecutor
 from typing import NamedTuple
 
 import numpy as np
@@ -49,12 +51,16 @@ def all_sets(pieces: list[Piece], scene: PaperScene) -> AllSets:
         reach, m = reach_sets(stacked, scene.goals, scene.goal_box, scene.start, n_p), len(index)
         status[index], lo[index], hi[index] = reach.status[:m], reach.lo[:m, :n_p], reach.hi[:m, :n_p]
     live = np.flatnonzero(status == int(LPStatus.FEASIBLE))
-    avoid = []
-    for index, stacked in stacks([pieces[i] for i in live]):
+
+    def avoid_sets(part):
+        index, stacked = part
         numbers, polygons = live[index], shadows(stacked, scene.grown)
         padded = np.resize(numbers, len(stacked.bin))
         padded[len(numbers) :] = numbers[-1]
-        avoid.append((numbers, polygons, clear_of_reach(polygons, lo[padded], hi[padded])[: len(numbers)]))
+        return numbers, polygons, clear_of_reach(polygons, lo[padded], hi[padded])[: len(numbers)]
+
+    with ThreadPoolExecutor(os.cpu_count()) as pool:
+        avoid = list(pool.map(avoid_sets, stacks([pieces[i] for i in live])))
     return AllSets(status, live, avoid)
 
 

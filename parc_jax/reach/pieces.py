@@ -16,6 +16,7 @@ from parc_jax.sets.volume import volume
 from parc_jax.tolerances import TOLERANCES
 
 _SLIVER = 1e-9  # [share of the region's volume] smaller pieces are left out: they get no samples, nothing is claimed
+_TOGETHER = 128  # most pieces of a stack
 
 
 @struct.dataclass
@@ -58,14 +59,17 @@ class Piece:
 def stacks(pieces: list[Piece]) -> Iterator[tuple[np.ndarray, Piece]]:
     """Pieces of similar size stacked together: (their indices, stack), filled up by repeating the last piece.
 
-    Padding is cheap, compiling is not: vertices are padded to 8, 16, 32, ..., stacks to 8, 16, 32 or
-    to multiples of 64.
+    Padding is cheap, compiling is not: vertices are padded to 8, 16, 32, ..., stacks to 8, 16 or multiples of 32. Large
+    ones are cut evenly, so that they stay in cache and cores can share them.
     """
     bucket = np.array([max(8, 1 << (len(p.vertices) - 1).bit_length()) for p in pieces], dtype=int)
     for size in np.unique(bucket):
         index = np.flatnonzero(bucket == size)
-        length = max(8, min(-(-len(index) // 64) * 64, 1 << (len(index) - 1).bit_length()))
-        yield index, stack([pieces[i] for i in np.pad(index, (0, length - len(index)), mode="edge")])
+        parts = np.array_split(index, -(-len(index) // _TOGETHER))
+        most = len(parts[0])
+        length = max(8, min(-(-most // 32) * 32, 1 << (most - 1).bit_length()))
+        for part in parts:
+            yield part, stack([pieces[i] for i in np.pad(part, (0, length - len(part)), mode="edge")])
 
 
 def stack(pieces: list[Piece]) -> Piece:
