@@ -1,6 +1,9 @@
 """Array doors: everything that ends in a verdict is float64, whatever the user's global JAX flag says."""
 
 import hashlib
+import os
+from collections.abc import Callable, Iterable
+from concurrent.futures import ThreadPoolExecutor
 
 import jax
 import numpy as np
@@ -30,6 +33,15 @@ def as_float64(name: str, value, shape: tuple[int | None, ...]) -> np.ndarray:
         raise InputError(f"{name}: expected finite numbers; got {bad} NaN or infinite entries. Clean the data first.")
     array.setflags(write=False)
     return array
+
+
+def on_all_cores(call: Callable, parts: Iterable) -> list:
+    """[call(part), ...] on one thread per core: compiled calls and large NumPy operations let other threads run."""
+    parts = list(parts)
+    if len(parts) < 2:  # a thread costs more than a first look
+        return [call(part) for part in parts]
+    with ThreadPoolExecutor(max_workers=min(len(parts), os.cpu_count() or 1)) as pool:
+        return list(pool.map(call, parts))
 
 
 def content_hash(*arrays) -> str:

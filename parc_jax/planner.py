@@ -141,7 +141,8 @@ class Planner:
         p0, k = (x[None] for x in no_plan.safe_plan)
         seen = points(p0, k, evaluate(model, laid_out, p0, k))
         grower = Grower(model, problem, laid_out, rng)
-        for _ in grower.grow(seen, few=True):
+        grower.take(seen)
+        for _ in grower.grow(few=True):
             pass
         return no_plan, found._replace(
             points=seen, pieces=grower.pieces, first_sample_s=no_plan.seconds, first_piece_s=time.perf_counter() - begin

@@ -67,25 +67,29 @@ def anchored_rows(scene, cell: CellMap, final, bin_lo, bin_hi):
     return jnp.concatenate(A), b
 
 
-def walk(key, A, b, start, n: int):
-    """n points (n, d) of a hit-and-run walk in {x : A x <= b} from an inner point (d,).
+def walk(key, A, b, start, walks: int, steps: int):
+    """Points (walks * steps, d) of hit-and-run walks in {x : A x <= b} that all begin at an inner point (d,).
 
     Directions are scaled by the room that the start has along each axis, so that metres and radians both move.
     """
     room = jnp.maximum(b - jnp.matmul(A, start, precision=HIGHEST), 0)
     reach = jnp.where(A == 0, jnp.inf, room[:, None] / jnp.where(A == 0, 1, jnp.abs(A))).min(axis=0)
     scale = jnp.where(jnp.isfinite(reach), reach, 1) + 1e-9
+    key_ways, key_shares = jax.random.split(key)
+    ways = jax.random.normal(key_ways, (steps, walks, len(start)), start.dtype) * scale[None, None]
+    speeds = jnp.einsum("hd,swd->swh", A, ways, precision=HIGHEST)
+    shares = jax.random.uniform(key_shares, (steps, walks), start.dtype)
 
-    def step(x, key):
-        key_way, key_far = jax.random.split(key)
-        way = jax.random.normal(key_way, x.shape, x.dtype) * scale
-        speed = jnp.matmul(A, way, precision=HIGHEST)
-        time = jnp.maximum(b - jnp.matmul(A, x, precision=HIGHEST), 0) / jnp.where(speed == 0, 1, speed)
-        far = jnp.where(speed > 0, time, jnp.inf).min()
-        near = jnp.where(speed < 0, time, -jnp.inf).max()
-        ends_known = jnp.isfinite(far) & jnp.isfinite(near)
-        share = jax.random.uniform(key_far, (), x.dtype)
-        x = jnp.where(ends_known, x + way * jnp.where(ends_known, near + share * (far - near), 0), x)
-        return x, x
+    def step(state, draw):
+        x, room = state
+        way, speed, share = draw
+        time = jnp.maximum(room, 0) / jnp.where(speed == 0, 1, speed)
+        far = jnp.where(speed > 0, time, jnp.inf).min(axis=1)
+        near = jnp.where(speed < 0, time, -jnp.inf).max(axis=1)
+        known = jnp.isfinite(far) & jnp.isfinite(near)
+        way_by = jnp.where(known, near + share * (far - near), 0)[:, None]
+        x = x + way_by * way
+        return (x, room - way_by * speed), x
 
-    return jax.lax.scan(step, start, jax.random.split(key, n))[1]
+    begin = (jnp.broadcast_to(start, (walks, len(start))), jnp.broadcast_to(room, (walks, len(b))))
+    return jax.lax.scan(step, begin, (ways, speeds, shares))[1].reshape(walks * steps, len(start))

@@ -5,27 +5,29 @@ that may stop is announced by the one before it, and only such looks have a part
 """
 
 import time
+from collections.abc import Iterator
 from typing import NamedTuple
 
 import numpy as np
-from scipy.stats import beta
 
-from parc_jax.certify.draw import Points, draw
+from parc_jax.certify.draw import Points, draw, joined, near
 from parc_jax.certify.grower import Grower
 from parc_jax.certify.piece import Piece
 from parc_jax.certify.scene import Scene
-from parc_jax.certify.union import SafeUnion
 from parc_jax.model import TrajectoryModel
 from parc_jax.problem import ReachAvoid
 
 FIRST_DRAW = 512
-DRAW = 8192
-LARGEST_DRAW = 65536
+LARGEST_DRAW = 2**18
 HOPELESS = 50_000  # drawn without a safe one: other means have to decide whether there is any
-ENOUGH = 2000  # fresh safe points that make a look worth having
-ARMED = 0.95  # [target] the next look may stop once this one left less than this share uncovered
-DECIDING = 16_000  # safe points that a look may take to decide, when a smaller one probably would not
-SIGMAS = 3.0  # room for chance that such a look allows for
+SOME = 100  # safe points seen before a draw may be as large as it wants
+ENOUGH = 8000  # fresh safe points of a look: a share a little below a target of 1 % is then told from it
+NEAR = 32  # points drawn close to each that a look found outside, MOST_NEAR in all
+MOST_NEAR = 32768
+ARMED = 1.6  # [target] the next look may stop once this one left less than this share uncovered: growing halves it
+LEAVE = 0.1  # [target] share of a look that may stay without a piece: those points cost most and hold least
+LEAVE_NEAR = 0.2  # the same for points drawn close by, as a share of those that wait
+REMEMBERED = 60_000  # safe points kept, the last ones: a uniform sample of the safe set, whose paths take memory
 
 
 class Coverage(NamedTuple):
@@ -82,8 +84,10 @@ def cover(
         drawn, reaching, safe = drawn + batch.drawn, reaching + batch.reaching, safe + fresh
         if fresh and first_sample is None:
             first_sample = spent()
-        inside = grower.contains(batch.safe)
+        inside = grower.take(batch.safe)
         seen.append(batch.safe)
+        while sum(len(s.k) for s in seen[1:-1]) > REMEMBERED:
+            seen.pop(0)
         if fresh:
             look += armed
             # two questions per look, about all pieces and about those that pruning leaves; the shares sum to one
@@ -91,12 +95,13 @@ def cover(
             coverage = _coverage(inside, level, confidence)
             history.append((spent(), len(grower.pieces), coverage.share))
         if armed and coverage.at_least >= 1 - target:
-            kept = grower.pruned(_joined(seen[:-1]))  # what pruning has looked at could not judge what it leaves
-            left = _coverage(SafeUnion(model, scene, kept).count(batch.safe) > 0, level, confidence)
+            pieces = grower.pieces
+            kept = grower.pruned(joined(seen[:-1]))  # what pruning has looked at could not judge what it leaves
+            left = _coverage(grower.contains(batch.safe, kept), level, confidence)
             if left.at_least >= 1 - target:
-                pieces, coverage = kept, left
-                break
-        for _ in grower.grow(batch.safe.at(~inside), few=first_piece is None):
+                pieces, coverage = [pieces[n] for n in kept], left
+            break
+        for _ in grow_around(grower, batch.safe.at(~inside), int(LEAVE * target * fresh), rng, first_piece is None):
             first_piece = first_piece or spent()
             if compiled is not None and spent() - compiled > budget_s:
                 break
@@ -106,31 +111,28 @@ def cover(
         if spent() - (compiled or 0.0) > budget_s or (safe == 0 and drawn >= HOPELESS):
             pieces = grower.pieces  # nothing fresh is left to judge a choice among them
             break
-        size = _next_size(size, drawn, fresh, 1 - coverage.share, target)
+        most = LARGEST_DRAW if safe >= SOME else LARGEST_DRAW // 4
+        size = int(np.clip(ENOUGH * drawn / max(safe, 1), FIRST_DRAW, most))
     return Cover(
-        pieces, coverage, drawn, reaching, safe, batch.volume, _joined(seen), first_sample, first_piece, history
+        pieces, coverage, drawn, reaching, safe, batch.volume, joined(seen), first_sample, first_piece, history
     )
 
 
-def _next_size(size: int, drawn: int, fresh: int, uncovered: float, target: float) -> int:
-    """Points to draw next: more while safe ones are scarce, and enough to decide once the target is in reach."""
-    if drawn == FIRST_DRAW:
-        return DRAW
-    if fresh < ENOUGH:
-        return min(LARGEST_DRAW, 2 * size)
-    if uncovered < ARMED * target:
-        deciding = max(ENOUGH, SIGMAS**2 * uncovered / (target - uncovered) ** 2)
-        if deciding <= DECIDING:
-            return int(min(LARGEST_DRAW, max(DRAW, deciding * size / fresh)))
-    return DRAW
+def grow_around(grower: Grower, outside: Points, leave: int, rng: np.random.Generator, few: bool) -> Iterator[None]:
+    """Grow from what waits, then from safe points close to those that a look found outside. Yields after each batch.
 
-
-def _joined(parts: list[Points]) -> Points:
-    return Points(*(np.concatenate(fields) for fields in zip(*parts, strict=True)))
+    What uniform draws leave out lies in slivers, where they hit once in a hundred; near a hit they are dense.
+    """
+    yield from grower.grow(leave, few)
+    if len(outside.k):
+        grower.take(near(grower.model, grower.scene, rng, outside, min(NEAR * len(outside.k), MOST_NEAR)))
+        yield from grower.grow(max(leave, int(LEAVE_NEAR * len(grower.waiting.k))))
 
 
 def _coverage(inside: np.ndarray, level: float, confidence: float) -> Coverage:
     """Clopper-Pearson bound of this look; the looks share the total error probability."""
+    from scipy.special import betaincinv
+
     n, uncovered = len(inside), int((~inside).sum())
-    worst = 1.0 if uncovered == n else float(beta.ppf(level, uncovered + 1, n - uncovered))
+    worst = 1.0 if uncovered == n else float(betaincinv(uncovered + 1, n - uncovered, level))
     return Coverage(1 - uncovered / n, 1 - worst, confidence, n, uncovered)

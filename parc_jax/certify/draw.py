@@ -5,22 +5,24 @@ from typing import NamedTuple
 import jax
 import numpy as np
 
-from parc_jax.certify.evaluate import Evaluation, anchor, evaluate
+from parc_jax.certify.evaluate import Evaluation
 from parc_jax.certify.scene import Scene
+from parc_jax.certify.screen import screen
 from parc_jax.model import TrajectoryModel
+
+NEAREST, FARTHEST = 0.003, 0.1  # [size of K, size of the goal] spread of `near`
 
 
 class Points(NamedTuple):
     """Points with everything known of them; leading axis b.
 
-    p0 (b, n_p), k (b, n_k), path (b, T + 1, n_p), clearance (b,), bin (b,), pattern (b, n_hidden) bool.
+    p0 (b, n_p), k (b, n_k), path (b, T + 1, n_p), bin (b,), pattern (b, n_hidden) bool.
     cell (b,): an integer per region and bin, equal for points that share both (bytes of pattern and bin).
     """
 
     p0: np.ndarray
     k: np.ndarray
     path: np.ndarray
-    clearance: np.ndarray
     bin: np.ndarray
     pattern: np.ndarray
     cell: np.ndarray
@@ -59,22 +61,37 @@ def draw(model: TrajectoryModel, scene: Scene, rng: np.random.Generator, n: int)
         return Draw(n, 0, _no_points(model), 0.0)
     b = rng.choice(len(size), n, p=size / whole)
     k = rng.uniform(k_lo[b], k_hi[b])
-    p0, reaches = anchor(model, scene, rng.uniform(z_lo[b], z_hi[b]), k)
-    p0, k = p0[reaches], k[reaches]
-    e = evaluate(model, scene, p0, k)
-    return Draw(n, len(k), points(p0, k, e).at(e.safe), whole)
+    reaching, safe, (p0, path, pattern, number) = screen(model, scene, rng.uniform(z_lo[b], z_hi[b]), k)
+    return Draw(n, reaching, Points(p0, k[safe], path, number, pattern, cell_of(pattern, number)), whole)
+
+
+def near(model: TrajectoryModel, scene: Scene, rng: np.random.Generator, around: Points, n: int) -> Points:
+    """Safe ones among n points of no particular law, close to the given ones: to look where uniform draws miss."""
+    to = rng.integers(0, len(around.k), n)
+    size = np.exp(rng.uniform(np.log(NEAREST), np.log(FARTHEST), (n, 1)))
+    k = around.k[to] + size * (scene.k_hi - scene.k_lo) * rng.standard_normal((n, model.n_k))
+    z = around.path[to, -1] + size * (scene.z_hi - scene.z_lo) * rng.standard_normal((n, model.n_p))
+    known = ((k > scene.k_lo) & (k < scene.k_hi)).all(axis=1)
+    k, z = k[known], z[known]
+    _, safe, (p0, path, pattern, number) = screen(model, scene, z, k)
+    return Points(p0, k[safe], path, number, pattern, cell_of(pattern, number))
 
 
 def _no_points(model: TrajectoryModel) -> Points:
     pattern, number = np.zeros((0, sum(model.net.hidden)), bool), np.zeros(0, int)
     path = np.zeros((0, model.time.n_steps + 1, model.n_p))
     p0, k = np.zeros((0, model.n_p)), np.zeros((0, model.n_k))
-    return Points(p0, k, path, np.zeros(0), number, pattern, cell_of(pattern, number))
+    return Points(p0, k, path, number, pattern, cell_of(pattern, number))
 
 
 def points(p0: np.ndarray, k: np.ndarray, e: Evaluation) -> Points:
     """Collect evaluated points and name their cells."""
-    return Points(p0, k, e.path, e.clearance, e.bin, e.pattern, cell_of(e.pattern, e.bin))
+    return Points(p0, k, e.path, e.bin, e.pattern, cell_of(e.pattern, e.bin))
+
+
+def joined(parts: list[Points]) -> Points:
+    """All points of several batches, in order."""
+    return Points(*(np.concatenate(fields) for fields in zip(*parts, strict=True)))
 
 
 def cell_of(pattern: np.ndarray, bin_number: np.ndarray) -> np.ndarray:

@@ -4,10 +4,12 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
-from parc_jax.arrays import x64
+from parc_jax.arrays import on_all_cores, x64
 from parc_jax.avoid.segment import dot2
+from parc_jax.certify.draw import Points, groups
 
 CHUNK = 1024  # pairs per compiled call
+PIECES = (32, 128, CHUNK)  # padded numbers of pieces in one call
 
 
 def inside(path, w, need):
@@ -16,26 +18,46 @@ def inside(path, w, need):
     return (jnp.minimum(start, end) > need).all()
 
 
-_inside_pairs = jax.jit(
-    lambda path, w, need, at, of: jax.vmap(inside)(path[at], w[of], need[of])
-)  # gathers on the device
+_inside_pairs = jax.jit(lambda path, w, need, of: jax.vmap(inside)(path, w[of], need[of]))
+
+
+def pairs_of_cells(cells: np.ndarray, by_cell: dict[bytes, list[int]]) -> tuple[np.ndarray, np.ndarray]:
+    """All pairs (point, number) where the numbers are what `by_cell` lists for the point's cell (b,)."""
+    at, of = [np.zeros(0, int)], [np.zeros(0, int)]
+    for cell, index in groups(cells):
+        numbers = by_cell.get(cell, ())
+        at.append(np.repeat(index, len(numbers)))
+        of.append(np.tile(np.array(numbers, int), len(index)))
+    return np.concatenate(at), np.concatenate(of)
+
+
+def inside_any(points: Points, w, need, by_cell: dict[bytes, list[int]]) -> np.ndarray:
+    """(b,) bool: inside some piece of w (n, o, T, 2), need (n, o, T) that `by_cell` lists for the point's cell."""
+    inside, left = np.zeros(len(points.k), bool), np.arange(len(points.k))
+    # most points of a cell are in its first piece, which was chosen for that
+    for part in (slice(0, 1), slice(1, None)):
+        at, of = pairs_of_cells(points.cell[left], {cell: numbers[part] for cell, numbers in by_cell.items()})
+        at = left[at]
+        inside[at[inside_pairs(points.path, w, need, at, of)]] = True
+        left = np.flatnonzero(~inside)
+    return inside
 
 
 def inside_pairs(path, w, need, at, of) -> np.ndarray:
     """Pairs: point at[i] of path (b, T + 1, 2) in piece of[i] of w (n, o, T, 2), need (n, o, T) -> bool (pairs,)."""
-    out = np.zeros(len(at), bool)
-    for first in range(0, len(at), CHUNK):
-        rows = slice(first, first + CHUNK)
-        points, which = np.unique(at[rows], return_inverse=True)
+
+    order = np.argsort(of, kind="stable")  # few pieces per call, so that little is copied
+
+    def some(rows):
         pieces, whose = np.unique(of[rows], return_inverse=True)
+        size = next(n for n in PIECES if n >= len(pieces))
+        padded = np.resize(pieces, size)
         with x64():
-            got = _inside_pairs(
-                _pad(path[points]), _pad(w[pieces]), _pad(need[pieces], np.inf), _pad(which), _pad(whose)
-            )
-        out[rows] = np.asarray(got)[: len(which)]
+            found = _inside_pairs(path[np.resize(at[rows], CHUNK)], w[padded], need[padded], np.resize(whose, CHUNK))
+        return np.asarray(found)[: len(rows)]
+
+    parts = [order[first : first + CHUNK] for first in range(0, len(at), CHUNK)]
+    out = np.zeros(len(at), bool)
+    for rows, found in zip(parts, on_all_cores(some, parts), strict=True):
+        out[rows] = found
     return out
-
-
-def _pad(x: np.ndarray, fill=0) -> np.ndarray:
-    """Fill up to CHUNK rows: one compiled shape."""
-    return np.concatenate([x, np.full((CHUNK - len(x), *x.shape[1:]), fill, x.dtype)]) if len(x) < CHUNK else x

@@ -2,9 +2,9 @@
 
 import numpy as np
 
-from parc_jax.certify.draw import Points, cell_of, groups, points
+from parc_jax.certify.draw import Points, cell_of, points
 from parc_jax.certify.evaluate import anchor, evaluate
-from parc_jax.certify.inside import inside_pairs
+from parc_jax.certify.inside import inside_pairs, pairs_of_cells
 from parc_jax.certify.piece import Piece
 from parc_jax.certify.scene import Scene
 from parc_jax.certify.volume import Body, body, sample_body
@@ -38,12 +38,7 @@ class SafeUnion:
 
     def count(self, at: Points) -> np.ndarray:
         """(b,) number of pieces around each safe point."""
-        points_of, pieces_of = [np.zeros(0, int)], [np.zeros(0, int)]
-        for cell, index in groups(at.cell):
-            numbers = self._by_cell.get(cell, ())
-            points_of.append(np.repeat(index, len(numbers)))
-            pieces_of.append(np.tile(np.array(numbers, int), len(index)))
-        rows, numbers = np.concatenate(points_of), np.concatenate(pieces_of)
+        rows, numbers = pairs_of_cells(at.cell, self._by_cell)
         if len(rows) == 0:
             return np.zeros(len(at.k), int)
         hit = inside_pairs(at.path, self._w, self._need, rows, numbers)
@@ -73,7 +68,7 @@ class SafeUnion:
         A k belongs when the start of a piece's own anchored offset keeps it inside: p0 moves so that the predicted end
         stays at the end of the piece's inner point. Sufficient, so the share is never too large.
         """
-        from scipy.stats import beta
+        from scipy.special import betaincinv
 
         rng = np.random.default_rng(0)
         k = rng.uniform(self.model.domain.lo, self.model.domain.hi, (n, self.model.n_k))
@@ -90,7 +85,7 @@ class SafeUnion:
             e = evaluate(self.model, self.scene, p0, k[left])
             hit[left] = self.count(points(p0, k[left], e)) * e.safe > 0
         x = int(hit.sum())
-        return 0.0 if x == 0 else float(beta.ppf(0.001, x, n - x + 1))
+        return 0.0 if x == 0 else float(betaincinv(x, n - x + 1, 0.001))
 
     def _ends(self, most: int = 8) -> np.ndarray:
         """A few well-spread predicted ends (m, n_p) of inner points: farthest-point order."""

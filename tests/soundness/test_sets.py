@@ -117,14 +117,15 @@ def test_vertices_of_the_float_polytopes_satisfy_the_exact_rows(answers):
 def test_pieces_lost_of_a_guard_would_be_refused(answers, monkeypatch):
     # A grower that forgets the tube yields pieces that the exact checker does not accept.
     model, problem = toy_case(4)
-    right = growing.Grower._piece
+    right = growing.Grower._pieces
 
-    def careless(self, points, seed, choice, nearest):
-        piece = right(self, points, seed, choice * 0, nearest)
-        piece.need = piece.need - 10.0
-        return piece
+    def careless(self, points, seeds, growth, rows):
+        pieces = right(self, points, seeds, growth._replace(choice=growth.choice * 0), rows)
+        for piece in pieces:
+            piece.need = piece.need - 10.0
+        return pieces
 
-    monkeypatch.setattr(growing.Grower, "_piece", careless)
+    monkeypatch.setattr(growing.Grower, "_pieces", careless)
     answer = Planner(model).solve(problem, jax.random.key(4), target=0.1, n_samples=1, budget_s=300)
     assert answer.refused > 0
     check = context_of(answer).check_set
