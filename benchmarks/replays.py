@@ -19,6 +19,7 @@ from parc_jax.cli.systems import find
 from parc_jax.keys import Stage, stream
 from parc_jax.model import load
 from parc_jax.planner import Planner
+from parc_jax.rollout.files import write_atomic
 
 CHUNK = 8192  # plans per step: a few hundred MiB of trajectories at a time
 
@@ -38,7 +39,7 @@ class Options:
     seed: int = 0
     """Everything random follows from it."""
     json: Path | None = None
-    """Write the counts here."""
+    """Keep the counts so far here."""
 
 
 def main(options: Options) -> dict:
@@ -61,10 +62,11 @@ def main(options: Options) -> dict:
             counts["left the tube"] += int((~seen.inside).sum())
             counts["failed inside the tube"] += int((seen.inside & seen.failed).sum())
             bar.update(size)
-    out = counts | {"seconds": round(time.perf_counter() - begin, 1), "model": model.net.hash, "seed": options.seed}
+            spent = round(time.perf_counter() - begin, 1)
+            out = counts | {"seconds": spent, "model": model.net.hash, "seed": options.seed}
+            if options.json is not None:
+                write_atomic(options.json, json.dumps(out, indent=1).encode())
     print(json.dumps(out, indent=1))
-    if options.json is not None:
-        options.json.write_text(json.dumps(out, indent=1))
     return out
 
 
