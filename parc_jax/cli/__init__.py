@@ -1,13 +1,15 @@
 """The shell: learn a robot, find its safe sets, prove them, draw them.
 
-Exit codes: 0 an answer, 1 no plan found or a certificate refused, 2 bad input. Files appear complete or not at all, and
-a stopped `run` or `learn` continues where it was. Completion: parc-jax --tyro-print-completion bash (or zsh, tcsh).
+Exit codes: 0 an answer, 1 no plan found or a certificate refused, 2 bad input, 3 a fault in a program. Files appear
+complete or not at all, and a stopped `run` or `learn` continues where it was. Completion scripts: parc-jax
+--tyro-print-completion bash (or zsh, tcsh).
 """
 
 import os
 import sys
+import traceback
 
-OK, NO_ANSWER, BAD_INPUT, STOPPED = 0, 1, 2, 130
+OK, NO_ANSWER, BAD_INPUT, BROKEN, STOPPED = 0, 1, 2, 3, 130
 
 
 def main(arguments: list[str] | None = None) -> None:
@@ -49,6 +51,9 @@ def _dispatch(arguments: list[str]) -> int:
         return _say(error, NO_ANSWER)
     except OSError as error:
         return _say(f"expected to read and write the files named; {error}.", BAD_INPUT)
+    except Exception:  # a fault of ours, or in a robot's own program: never to be taken for "no plan"
+        traceback.print_exc()
+        return _say("this should not have happened; the lines above say where.", BROKEN)
     except KeyboardInterrupt:
         kept = " Finished rollouts are kept; the same command continues from them."
         return _say(f"stopped.{kept if arguments[:1] in (['run'], ['learn']) else ''}", STOPPED)

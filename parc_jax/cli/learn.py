@@ -66,6 +66,7 @@ def learn(
     from parc_jax.cli.cache import keep_compiled
     from parc_jax.cli.lesson import from_logs, from_system, told
     from parc_jax.cli.systems import build, find
+    from parc_jax.cli.unfinished import only_of
     from parc_jax.study.settings import Study, checked
 
     if cache:
@@ -84,7 +85,8 @@ def learn(
         study = checked(replace(getattr(module, "STUDY", Study()), **given))
         with contextlib.redirect_stdout(io.StringIO()):  # the simulator's libraries print to stdout on import
             black_box = build(module, "system", plant=plant or study.plant)
-        lesson = from_system(black_box, study, seed, work, quiet)
+        with only_of(module, work):
+            lesson = from_system(black_box, study, seed, work, quiet)
     lesson.main.save(out)
     shutil.rmtree(work, ignore_errors=True)
     print(told(lesson, out, as_json=json))

@@ -70,6 +70,7 @@ def run(
     from parc_jax.cli.cache import keep_compiled
     from parc_jax.cli.hosts import folder_of, join
     from parc_jax.cli.systems import build, find
+    from parc_jax.cli.unfinished import only_of
     from parc_jax.model import load
     from parc_jax.study.figures import figures as draw_figures
     from parc_jax.study.job import finish, run_study
@@ -93,7 +94,8 @@ def run(
         learn_from = build(module, "system", plant=study.plant) if plant is None and study.plant else black_box
     out = folder_of(host, out or Path("runs") / black_box.name)
     saved = None if model is None else load(model, system=black_box.name)
-    outcome = run_study(black_box, problem, study, out, seed, saved, quiet, learn_from)
+    with only_of(module, out / "unfinished"):
+        outcome = run_study(black_box, problem, study, out, seed, saved, quiet, learn_from)
     if host > 0:  # the first one reports
         return 0
     if figures:

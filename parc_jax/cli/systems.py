@@ -8,6 +8,11 @@ from types import ModuleType
 
 from parc_jax.errors import InputError
 
+WANTED = {
+    "system": ("name", "domain", "time", "n_p", "n_q"),
+    "problem": ("goal", "obstacles", "body", "start"),
+}  # attributes of what a module's functions return
+
 
 def systems(name: str | None = None, /, *, body: str | None = None) -> int:
     """List the systems that `run` and `learn` know, or print the scene of one. Example: parc-jax systems drift_parking
@@ -46,10 +51,12 @@ def find(name: str, needed: tuple[str, ...] = ("system", "problem")) -> ModuleTy
         sys.path.insert(0, os.getcwd())  # a console script does not look where it is started
     try:
         module = importlib.import_module(target)
-    except ModuleNotFoundError as error:
-        raise InputError(
-            f"system: expected one of {', '.join(known())}, or a module of your own; got {name!r} ({error})."
-        ) from None
+    except Exception as error:  # whatever the user's module raises
+        if isinstance(error, ModuleNotFoundError) and error.name in (target, target.split(".")[0]):
+            raise InputError(
+                f"system: expected one of {', '.join(known())}, or a module of your own; got {name!r} ({error})."
+            ) from None
+        raise InputError(f"system {name!r}: importing it failed with {type(error).__name__}: {error}.") from None
     for function in needed:
         if not callable(getattr(module, function, None)):
             raise InputError(f"system {name!r}: expected a function `{function}()` in module {target}; there is none.")
@@ -65,4 +72,11 @@ def build(module: ModuleType, function: str, **options):
         if key not in takes:
             known_options = ", ".join(takes) or "no options"
             raise InputError(f"{key}: expected an option of {module.__name__}.{function} ({known_options}).")
-    return target(**chosen)
+    built = target(**chosen)
+    lacking = [name for name in WANTED.get(function, ()) if not hasattr(built, name)]
+    if lacking:
+        raise InputError(
+            f"{module.__name__}.{function}(): expected something with {', '.join(WANTED[function])}; "
+            f"got {type(built).__name__} without {lacking[0]}."
+        )
+    return built

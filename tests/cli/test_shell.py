@@ -158,6 +158,47 @@ def test_systems_prints_a_scene_that_solve_reads(shell, tmp_path):
     assert code == 0 and load_problem(tmp_path / "parking.toml").goal.n == 3
 
 
+MODULES = {
+    "typo": ("import nosuchmodule\n", "importing it failed with ModuleNotFoundError: No module named 'nosuchmodule'"),
+    "syntax": ("def system(:\n", "importing it failed with SyntaxError"),
+    "number": ("def system():\n    return 3\n", "expected something with name, domain, time, n_p, n_q; got int"),
+    "nothing": ("", "expected a function `system()`"),
+}
+
+
+@pytest.mark.parametrize("name", MODULES)
+def test_modules_of_your_own_that_are_none(shell, tmp_path, name):
+    text, message = MODULES[name]
+    (tmp_path / f"robot_{name}.py").write_text(text)
+    refused(shell("learn", f"robot_{name}", "--out", "m.npz", "--no-cache"), message)
+
+
+def test_a_fault_in_a_program_is_not_taken_for_no_plan(shell, monkeypatch):
+    monkeypatch.setattr("parc_jax.cli.systems.known", lambda: 1 / 0)
+    code, said, complained = shell("systems")
+    assert code == 3 and said == "" and "ZeroDivisionError" in complained and "lines above say where" in complained
+
+
+def test_unfinished_runs_of_another_program_are_discarded(tmp_path, monkeypatch, capsys):
+    from parc_jax.cli.systems import find
+    from parc_jax.cli.unfinished import only_of
+
+    monkeypatch.chdir(tmp_path)
+    source, work = tmp_path / "robot_that_changes.py", tmp_path / "work"
+    source.write_text("def system(): ...\n")
+    module = find("robot_that_changes", needed=("system",))
+    with pytest.raises(KeyboardInterrupt), only_of(module, work):
+        (work / "train").write_text("runs")
+        raise KeyboardInterrupt
+    with only_of(module, work):
+        assert (work / "train").exists() and not capsys.readouterr().err
+    source.write_text("def system(): return 1\n")
+    with pytest.raises(ValueError), only_of(module, work):
+        assert not (work / "train").exists() and "robot_that_changes has changed" in capsys.readouterr().err
+        raise ValueError
+    assert not work.exists()
+
+
 def test_completion_scripts(shell):
     code, said, _ = shell("--tyro-print-completion", "bash")
     assert code == 0 and "learn" in said and "--budget" in said
