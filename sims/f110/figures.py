@@ -18,6 +18,7 @@ from sims.f110.system import F110
 
 OUTLINE = 0.5 * np.array([[1, 1], [-1, 1], [-1, -1], [1, -1]]) * [c.BODY_LENGTH, c.BODY_WIDTH]
 CLAIMS = {"published": style.RED, "honest": style.SKY, "honest, strict": style.BLUE}
+BESIDE = (0.93, 1.0, 1.07)  # bars of the claims stand beside each other
 SHOTS = 0.35  # [s] between the outlines of a timelapse
 FRESH = 200  # runs that no model has seen, drawn over the tubes
 
@@ -100,7 +101,7 @@ def tubes(tried: list, fresh: RolloutBatch, to):
             axes[0, column].set_title(f"{n:,} runs")
             axes[1, column].set_xlabel("time [s]")
             for row in (0, 1):
-                axes[row, column].set_ylim(0, 0.8)
+                axes[row, column].set_ylim(0, 0.6)
         axes[0, 0].set_ylabel("error of x [m]")
         axes[1, 0].set_ylabel("error of y [m]")
         style.legend(sheet.figure, axes[0, 0].get_legend_handles_labels()[0], 3)
@@ -109,22 +110,29 @@ def tubes(tried: list, fresh: RolloutBatch, to):
 
 def more_runs(rows: list[Row], to):
     """Measured failures with their intervals, share of safe plans, and promises, over the number of runs."""
+    sizes = sorted({r.runs for r in rows})
     with style.sheet(to, (10.0, 3.2), columns=3) as sheet:
-        for claim, color in CLAIMS.items():
+        fails, safe, leaves = sheet.axes
+        for (claim, color), beside in zip(CLAIMS.items(), BESIDE, strict=True):
             found = [r for r in rows if r.claim == claim and r.plan is not None]
-            every, n = [r for r in rows if r.claim == claim], [r.runs for r in found]
+            every, n = [r for r in rows if r.claim == claim], np.array([r.runs for r in found])
             rate = np.array([r.failed_1000 / MANY for r in found])
             low, high = np.array([interval(r.failed_1000, MANY) for r in found]).reshape(-1, 2).T
-            bars = [np.maximum(rate - low, 0), np.maximum(high - rate, 0)]
-            sheet.axes[0].errorbar(n, 100 * rate, 100 * np.array(bars), fmt="o-", color=color, label=claim, capsize=2)
-            sheet.axes[1].plot([r.runs for r in every], [100 * r.safe for r in every], "o-", color=color)
-            sheet.axes[2].plot(n, [r.left_random / MANY for r in found], "o-", color=color)
-            promised = [(r.runs, r.promise) for r in found if r.promise is not None]
+            bars = 100 * np.array([np.maximum(rate - low, 0), np.maximum(high - rate, 0)])
+            fails.errorbar(beside * n, 100 * rate, bars, fmt="o", color=color, label=claim, capsize=2)
+            safe.plot([r.runs for r in every], [100 * r.safe for r in every], "o-", color=color)
+            leaves.plot(n, [100 * r.left_random / MANY for r in found], "o-", color=color)
+            promised = [(r.runs, 100 * r.promise) for r in found if r.promise is not None]
             if promised:
-                sheet.axes[2].plot(*zip(*promised, strict=True), "--", color=color)
-        titles = ("the plan fails [%]", "safe share of plans [%]", "random plans leave the tube (dashed: promised)")
+                leaves.plot(*zip(*promised, strict=True), "o--", color=color, markerfacecolor="none")
+        titles = (f"one plan fails [% of {MANY:,}]", "safe plans [%]", "random plans leave [%]; dashed: promised")
         for ax, title in zip(sheet.axes, titles, strict=True):
-            ax.set(xscale="log", xlabel="runs", title=title)
-        sheet.axes[2].set_yscale("symlog", linthresh=1e-3)
-        style.legend(sheet.figure, sheet.axes[0].get_legend_handles_labels()[0], 3)
+            ax.set(xscale="log", xlabel="runs", title=title, xlim=(0.8 * sizes[0], 1.25 * sizes[-1]))
+            ax.set_xticks(sizes, [f"{n:,}" for n in sizes])
+            ax.minorticks_off()
+            ax.set_ylim(bottom=0)
+        leaves.set_yscale("symlog", linthresh=0.1)
+        leaves.set_ylim(0, 130)
+        leaves.set_yticks([0, 0.1, 1, 10, 100], ["0", "0.1", "1", "10", "100"])
+        style.legend(sheet.figure, fails.get_legend_handles_labels()[0], 3)
     return sheet.out

@@ -51,7 +51,7 @@ def job(
             for model in learned:
                 tried.append(attempt(car, n, model, key, quiet))
                 if not quiet:
-                    print(sentence(tried[-1].row), file=sys.stderr, flush=True)
+                    print(table([tried[-1].row])[1], file=sys.stderr, flush=True)
     best = next((t for t in reversed(tried) if t.row.claim != PUBLISHED and t.row.plan is not None), None)
     if best is not None:
         best.model.model.save(out / "model.npz")
