@@ -2,7 +2,7 @@
 
 Exit codes: 0 an answer, 1 no plan found or a certificate refused, 2 bad input, 3 a fault in a program. Files appear
 complete or not at all, and a stopped `run` or `learn` continues where it was. Completion scripts: parc-jax
---tyro-print-completion bash (or zsh, tcsh).
+--tyro-print-completion bash (or zsh).
 """
 
 import os
@@ -14,12 +14,21 @@ OK, NO_ANSWER, BAD_INPUT, BROKEN, STOPPED = 0, 1, 2, 3, 130
 
 def main(arguments: list[str] | None = None) -> None:
     """Entry point of the console script. Always ends in SystemExit."""
-    arguments = sys.argv[1:] if arguments is None else arguments
+    try:
+        code = _run(sys.argv[1:] if arguments is None else arguments)
+        sys.stdout.flush()
+    except BrokenPipeError:  # whoever read the output has seen enough, as `head` does
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        code = STOPPED
+    sys.exit(code)
+
+
+def _run(arguments: list[str]) -> int:
     if arguments[:1] == ["check"] and not {"-h", "--help"} & set(arguments):
         from parc_jax import checker  # before anything heavy: the checker needs no JAX
 
-        sys.exit(checker.main(arguments[1:]))
-    sys.exit(_dispatch(arguments))
+        return checker.main(arguments[1:])
+    return _dispatch(arguments)
 
 
 def _dispatch(arguments: list[str]) -> int:
@@ -49,6 +58,8 @@ def _dispatch(arguments: list[str]) -> int:
         os._exit(_say(error, NO_ANSWER))  # an orderly exit would wait for the process that is gone
     except ParcError as error:
         return _say(error, NO_ANSWER)
+    except BrokenPipeError:
+        raise
     except OSError as error:
         return _say(f"expected to read and write the files named; {error}.", BAD_INPUT)
     except Exception:  # a fault of ours, or in a robot's own program: never to be taken for "no plan"

@@ -34,7 +34,7 @@ def samples(answer, replay=None, to=None, *, most: int = 100, heading: int | Non
         scene.draw(near)
         scene.robot(whole)
         scene.headings(near)
-        _limits(whole, *shapes.span(scene.path, *scene.obstacles))
+        _limits(whole, *shapes.span(scene.path, scene.goal, *scene.obstacles))
         _limits(near, *shapes.span(scene.goal, room=NEAR))
         whole.set_title(f"{count} safe samples{scene.tally()}")
         near.set_title("the same, at the goal")

@@ -179,6 +179,12 @@ def test_a_fault_in_a_program_is_not_taken_for_no_plan(shell, monkeypatch):
     assert code == 3 and said == "" and "ZeroDivisionError" in complained and "lines above say where" in complained
 
 
+def test_a_reader_that_has_seen_enough_is_no_fault(files):
+    command = f"{sys.executable} -c 'from parc_jax.cli import main; main()' systems drift_parking | head -n 1"
+    done = subprocess.run(command, shell=True, cwd=files, capture_output=True, text=True)
+    assert done.stdout == "[goal]\n" and done.stderr == ""
+
+
 def test_unfinished_runs_of_another_program_are_discarded(tmp_path, monkeypatch, capsys):
     from parc_jax.cli.systems import find
     from parc_jax.cli.unfinished import only_of
