@@ -3,6 +3,8 @@
 A block after the comment `<!-- slow -->` needs minutes: it and the rest of its page run under the slow marker only.
 """
 
+import functools
+import importlib
 import os
 import re
 import runpy
@@ -99,6 +101,40 @@ def test_every_door_has_an_example():
     assert {path.stem for path in EXAMPLES} >= set(DOORS)
     guide = (ROOT / "docs" / "your_own_robot.md").read_text(encoding="utf-8")
     assert all(f"examples/{name}.py" in guide for name in DOORS)
+
+
+def command_lines(page: Path) -> list[list[str]]:
+    """The arguments of every line of a block that calls parc-jax, without comments and redirections."""
+    text, found = page.read_text(encoding="utf-8"), []
+    for block in re.findall(r"^```(?:bash)?\n(.*?)^```|^((?: {4}.*\n)+)", text, re.M | re.S):
+        for line in "".join(block).splitlines():
+            for call in re.findall(r"(?:^|\s|/)parc-jax (\S.*)", line):
+                found.append(re.split(r"\s{2,}|\s#|\s>|\s&&", call)[0].replace("[", "").replace("]", "").split())
+    return found
+
+
+@pytest.mark.parametrize("page", [p for p in PAGES if command_lines(p)], ids=lambda p: p.name)
+def test_commands_shown_are_commands_that_the_shell_takes(page, monkeypatch):
+    """Every option and argument is parsed as shown; nothing is run."""
+    from parc_jax import checker, cli
+
+    monkeypatch.setattr(checker, "main", lambda arguments: 0)
+    for name in ("run", "learn", "solve", "check", "plot", "bench", "systems", "doctor"):
+        module = importlib.import_module(f"parc_jax.cli.{name}")
+        idle = functools.wraps(getattr(module, name))(lambda *given, **options: 0)
+        monkeypatch.setattr(module, name, idle)
+    for arguments in command_lines(page):
+        with pytest.raises(SystemExit) as stop:
+            cli.main(arguments)
+        assert not stop.value.code, f"{page.name}: parc-jax {' '.join(arguments)}"
+
+
+@pytest.mark.parametrize("page", [p for p in PAGES if "```toml" in p.read_text("utf-8")], ids=lambda p: p.name)
+def test_scenes_shown_are_scenes(page):
+    from parc_jax.exchange.problem_file import problem_of_text
+
+    for block in re.findall(r"^```toml\n(.*?)^```", page.read_text(encoding="utf-8"), re.M | re.S):
+        assert problem_of_text(block, page.name).obstacles
 
 
 @pytest.mark.parametrize("page", PAGES, ids=lambda p: p.name)
