@@ -27,13 +27,7 @@ def required_runs(eps: float, delta: float, discard: int = 0) -> int:
     low, high = discard, max(2 * discard, 16)
     while wrong_claim_probability(high, eps, discard) > delta:
         low, high = high, 2 * high
-    while high - low > 1:
-        middle = (low + high) // 2
-        if wrong_claim_probability(middle, eps, discard) <= delta:
-            high = middle
-        else:
-            low = middle
-    return high
+    return _last(low, high, lambda n: wrong_claim_probability(n, eps, discard) > delta) + 1
 
 
 def supported_eps(n: int, delta: float, discard: int = 0) -> Fraction | None:
@@ -56,14 +50,7 @@ def supported_eps(n: int, delta: float, discard: int = 0) -> Fraction | None:
 def most_discards(n: int, eps: float, delta: float) -> int:
     """The largest number of discards that n runs allow for (eps, delta); -1 when n is too small."""
     _check(eps, delta, 0)
-    low, high = -1, n
-    while high - low > 1:
-        middle = (low + high) // 2
-        if wrong_claim_probability(n, eps, middle) <= delta:
-            low = middle
-        else:
-            high = middle
-    return low
+    return _last(-1, n, lambda discard: wrong_claim_probability(n, eps, discard) <= delta)
 
 
 def as_probability(name: str, value) -> Fraction:
@@ -72,6 +59,14 @@ def as_probability(name: str, value) -> Fraction:
     if not 0 < exact < 1:
         raise InputError(f"{name}: expected a probability strictly between 0 and 1; got {value}.")
     return exact
+
+
+def _last(low: int, high: int, holds) -> int:
+    """The last number from low (where it holds) to below high (where it does not) at which `holds` is true."""
+    while high - low > 1:
+        middle = (low + high) // 2
+        low, high = (middle, high) if holds(middle) else (low, middle)
+    return low
 
 
 def _round_up(eps: float) -> float:
