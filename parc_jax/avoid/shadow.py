@@ -52,7 +52,8 @@ def reaches(edge, offsets, error, facet_b, facet, corners):
     points = _swept(offsets)
     swept = _reach(edge, points[:, None]) + (jnp.abs(edge) * error[:, None]).sum(axis=2)  # (T, m)
     grown = _reach(edge[:, None], corners[None, :, None])  # (T, o, m)
-    along = _reach(facet[None], points[:, None, None])  # (T, o, h)
+    knot = _reach(facet[None], -offsets[:, None, None])  # (T + 1, o, h)
+    along = jnp.maximum(knot[:-1], knot[1:])
     return grown + swept[:, None], facet_b + along
 
 

@@ -7,6 +7,7 @@ import jax
 import numpy as np
 from toy_models import line_model, toy_case
 
+from parc_jax.certify.cover import HOPELESS
 from parc_jax.certify.evaluate import evaluate
 from parc_jax.planner import Planner
 from parc_jax.problem import reach_avoid
@@ -24,11 +25,11 @@ def test_samples_come_proved_and_without_polytopes():
     assert seen.safe.all() and 0 < first.safe_share < 1
 
 
-def test_where_nothing_is_safe_the_look_ends_and_the_proof_follows():
+def test_where_nothing_is_safe_the_look_ends():
     blocks = [box([2, 0.295], [5, 2.3]), box([2, -2.3], [5, -0.295])]  # a gap narrower than the tube needs
     problem = reach_avoid(box([3.0, -0.5, -1.0], [4.0, 0.5, 1.0]), blocks, 0.25)
-    answer = Planner(line_model(e=0.05)).solve(problem, jax.random.key(0), budget_s=0.0)
-    assert not answer.found and answer.no_plan.kind == "proved"
+    answer = Planner(line_model(e=0.05)).solve(problem, jax.random.key(0), budget_s=0.0, no_plan_budget_s=0.0)
+    assert not answer.found and answer.counts["safe"] == 0 and answer.counts["drawn"] >= HOPELESS
 
 
 def test_a_query_of_a_saved_model_loads_no_simulator_and_no_solver():

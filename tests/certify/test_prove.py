@@ -23,7 +23,7 @@ NEARER = PROBLEM.replace(body=PROBLEM.body.replace(radius=10.0))
 
 @pytest.fixture(scope="module")
 def plan():
-    return Planner(MODEL).solve_batch([PROBLEM], jax.random.PRNGKey(0)).best[0]
+    return Planner(MODEL).solve(PROBLEM, jax.random.PRNGKey(0), n_samples=1, budget_s=0.0, proof=False).samples[0]
 
 
 def part_of(problem, model, plan):
