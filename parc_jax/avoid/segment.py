@@ -9,24 +9,25 @@ import jax
 import jax.numpy as jnp
 
 
-def separation(pa, pb, corners, radius):
+def separation(pa, pb, corners, radius, xp=jnp):
     """Gap [m] and unit direction (2,) of segment [pa, pb] from polygon + disc; gap > 0 proves they are disjoint.
 
     pa, pb: (2,). corners: (m, 2) counter-clockwise, repeated corners allowed. radius: (). The gap is the exact distance
-    when positive, up to rounding; a touching or overlapping pair gives gap <= 0 up to rounding.
+    when positive, up to rounding; a touching or overlapping pair gives gap <= 0 up to rounding. xp: jax.numpy, or numpy
+    for a single pair on the host, where compiling would cost more.
     """
-    edges = jnp.roll(corners, -1, axis=0) - corners
-    normals = jnp.stack([edges[:, 1], -edges[:, 0]], axis=1)
+    edges = xp.roll(corners, -1, axis=0) - corners
+    normals = xp.stack([edges[:, 1], -edges[:, 0]], axis=1)
     along = pb - pa
-    across = jnp.stack([-along[1], along[0]])
-    nearest = _nearest(pa, along, corners)
-    tips = jnp.stack([across, -across, nearest])
-    w = _unit(jnp.concatenate([normals, tips]))
-    reach = jnp.concatenate([dot2(corners, w[: len(corners)]), _support(corners, w[len(corners) :])])
-    gaps = jnp.minimum(dot2(w, pa[None]), dot2(w, pb[None])) - reach
-    gaps = jnp.where(jnp.abs(w).sum(axis=1) > 0.5, gaps, -jnp.inf)  # a repeated corner has no edge normal
-    w = w[jnp.argmax(gaps)]
-    gap = jnp.minimum(dot2(w, pa), dot2(w, pb)) - jnp.max(dot2(corners, w[None]))
+    across = xp.stack([-along[1], along[0]])
+    nearest = _nearest(pa, along, corners, xp)
+    tips = xp.stack([across, -across, nearest])
+    w = _unit(xp.concatenate([normals, tips]), xp)
+    reach = xp.concatenate([dot2(corners, w[: len(corners)]), _support(corners, w[len(corners) :], xp)])
+    gaps = xp.minimum(dot2(w, pa[None]), dot2(w, pb[None])) - reach
+    gaps = xp.where(xp.abs(w).sum(axis=1) > 0.5, gaps, -xp.inf)  # a repeated corner has no edge normal
+    w = w[xp.argmax(gaps)]
+    gap = xp.minimum(dot2(w, pa), dot2(w, pb)) - xp.max(dot2(corners, w[None]))
     return gap - radius, w
 
 
@@ -35,22 +36,21 @@ def dot2(a, b):
     return a[..., 0] * b[..., 0] + a[..., 1] * b[..., 1]
 
 
-def _nearest(pa, along, corners):
+def _nearest(pa, along, corners, xp):
     """Vector from the nearest corner to its closest point of the segment."""
     length = along[0] * along[0] + along[1] * along[1]
-    share = jnp.clip(dot2(corners - pa[None], along[None]) / jnp.where(length > 0, length, 1), 0, 1)
+    share = xp.clip(dot2(corners - pa[None], along[None]) / xp.where(length > 0, length, 1), 0, 1)
     offset = pa[None] + share[:, None] * along[None] - corners
-    return offset[jnp.argmin(dot2(offset, offset))]
+    return offset[xp.argmin(dot2(offset, offset))]
 
 
-def _support(corners, w):
-    return jnp.max(dot2(w[:, None], corners[None]), axis=1)
+def _support(corners, w, xp):
+    return xp.max(dot2(w[:, None], corners[None]), axis=1)
 
 
-def _unit(w):
-    length = jnp.sqrt(dot2(w, w))
-    return w / jnp.where(length > 0, length, 1)[:, None]
+def _unit(w, xp):
+    length = xp.sqrt(dot2(w, w))
+    return w / xp.where(length > 0, length, 1)[:, None]
 
 
 separations = jax.vmap(separation, in_axes=(0, 0, 0, None))  # over time
-separation_jit = jax.jit(separation)

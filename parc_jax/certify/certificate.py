@@ -9,9 +9,8 @@ from fractions import Fraction
 
 import numpy as np
 
-from parc_jax.arrays import x64
 from parc_jax.avoid.directions import multiplier_near
-from parc_jax.avoid.segment import separation_jit
+from parc_jax.avoid.segment import separation
 from parc_jax.certify.piece import Piece, Run
 from parc_jax.certify.scene import Scene
 from parc_jax.error.tube import Tube
@@ -117,8 +116,7 @@ def _longest(ok: np.ndarray) -> np.ndarray:
 
 def _nearest(scene: Scene, o: int, path, error, t: int) -> np.ndarray:
     corners = scene.obstacles.corner[o] + scene.obstacles.sign[o] * error[t]
-    with x64():
-        return np.asarray(separation_jit(path[t], path[t + 1], corners, scene.obstacles.radius)[1])
+    return separation(path[t], path[t + 1], corners, scene.obstacles.radius, np)[1]
 
 
 def _separation(runs_by_obstacle) -> list:

@@ -101,11 +101,20 @@ def test_nothing_undefined_is_separated():
     assert not (np.asarray(separate(pa, pb, corners, radius * np.nan)[0]) > 0).any()
 
 
+def test_one_pair_on_the_host_is_the_same_kernel():
+    pa, pb, corners, radius = random_case(1)
+    gap, w = (np.asarray(part) for part in separate(pa, pb, corners, radius))
+    host = [segment.separation(*(np.asarray(x[i]) for x in (pa, pb, corners, radius)), np) for i in range(len(gap))]
+    np.testing.assert_allclose([h[0] for h in host], gap, atol=1e-12)
+    np.testing.assert_allclose([h[1] for h in host], w, atol=1e-9)
+    assert all(type(h[1]) is np.ndarray for h in host) and 0 < (gap > 0).sum() < len(gap)
+
+
 @pytest.mark.parametrize(
     ("name", "mutant"),
     [
-        ("_nearest", lambda pa, along, corners: jnp.zeros(2, corners.dtype)),
-        ("_nearest", lambda pa, along, corners: -ORIGINAL(pa, along, corners)),
+        ("_nearest", lambda pa, along, corners, xp: jnp.zeros(2, corners.dtype)),
+        ("_nearest", lambda pa, along, corners, xp: -ORIGINAL(pa, along, corners, xp)),
     ],
 )
 def test_without_the_nearest_corner_distances_are_missed(monkeypatch, name, mutant):
