@@ -5,6 +5,8 @@ from pathlib import Path
 
 import pytest
 
+SHAPE_CHECKED = ["parc_jax.sets"]  # annotated shapes and types of these hold at every call
+
 
 def pytest_addoption(parser):
     parser.addoption("--gpu", action="store_true", help="run on the accelerator JAX finds, and the gpu tests")
@@ -14,7 +16,9 @@ def pytest_configure(config):
     if not config.getoption("--gpu"):
         os.environ["JAX_PLATFORMS"] = "cpu"
     import jax
+    from jaxtyping import install_import_hook
 
+    install_import_hook(SHAPE_CHECKED, "beartype.beartype")  # before anything of these is imported
     jax.config.update("jax_enable_x64", True)
     jax.config.update("jax_numpy_dtype_promotion", "strict")
     jax.config.update("jax_numpy_rank_promotion", "raise")

@@ -4,6 +4,7 @@ Maps are plain arrays, x -> C x + d with C (m, n), d (m,). Exact up to the round
 """
 
 import numpy as np
+from jaxtyping import Float
 
 from parc_jax.errors import InputError
 from parc_jax.sets.ahpolytope import AHPolytope, as_ah
@@ -13,13 +14,13 @@ from parc_jax.sets.hpolytope import HPolytope
 Set = Box | HPolytope | AHPolytope
 
 
-def image(s: Set, C: np.ndarray, d: np.ndarray) -> AHPolytope:
+def image(s: Set, C: Float[np.ndarray, "m n"], d: Float[np.ndarray, " m"]) -> AHPolytope:
     """{C x + d : x in s}. C: (m, n), d: (m,). [NP Sec. II-A]"""
     s = as_ah(s)
     return s.replace(G=C @ s.G, c=C @ s.c + d)
 
 
-def preimage(target: HPolytope, C, d) -> HPolytope:
+def preimage(target: HPolytope, C: Float[np.ndarray, "... m n"], d: Float[np.ndarray, "... m"]) -> HPolytope:
     """{x : C x + d in target}, for one map or for many along leading axes. Pure kernel. [NP Sec. II-A]
 
     target: h rows in R^m. C: (..., m, n), d: (..., m). Returns h rows in R^n per map, not rescaled; a row may vanish.
@@ -27,7 +28,7 @@ def preimage(target: HPolytope, C, d) -> HPolytope:
     return HPolytope(target.A @ C, target.b - d @ target.A.T)
 
 
-def preimage_ah(target: AHPolytope, C: np.ndarray, d: np.ndarray) -> AHPolytope:
+def preimage_ah(target: AHPolytope, C: Float[np.ndarray, "m n"], d: Float[np.ndarray, " m"]) -> AHPolytope:
     """{x : C x + d in target}, with the base point of the target as an extra variable."""
     n = C.shape[1]
     same = np.concatenate([C, -target.G], axis=1)  # C x + d = G xi + c
@@ -74,5 +75,5 @@ def intersection(s: Set, t: Set) -> Set:
     )
 
 
-def _diagonal(a: np.ndarray, b: np.ndarray) -> np.ndarray:
+def _diagonal(a: Float[np.ndarray, "i j"], b: Float[np.ndarray, "k l"]) -> Float[np.ndarray, "i+k j+l"]:
     return np.block([[a, np.zeros((a.shape[0], b.shape[1]))], [np.zeros((b.shape[0], a.shape[1])), b]])

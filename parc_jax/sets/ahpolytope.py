@@ -2,6 +2,7 @@
 
 import numpy as np
 from flax import struct
+from jaxtyping import Float
 
 from parc_jax.arrays import as_float64
 from parc_jax.errors import InputError
@@ -19,12 +20,12 @@ class AHPolytope:
     about the set; they make proofs of emptiness cheap (T12b).
     """
 
-    G: np.ndarray
-    c: np.ndarray
-    A: np.ndarray
-    b: np.ndarray
-    lo: np.ndarray
-    hi: np.ndarray
+    G: Float[np.ndarray, "... n m"]
+    c: Float[np.ndarray, "... n"]
+    A: Float[np.ndarray, "... h m"]
+    b: Float[np.ndarray, "... h"]
+    lo: Float[np.ndarray, "... m"]
+    hi: Float[np.ndarray, "... m"]
 
     @property
     def n(self) -> int:

@@ -2,6 +2,7 @@
 
 import numpy as np
 from flax import struct
+from jaxtyping import Float
 
 from parc_jax.arrays import as_float64
 from parc_jax.errors import InputError
@@ -14,8 +15,8 @@ class Box:
     lo, hi: (n,) float64.
     """
 
-    lo: np.ndarray
-    hi: np.ndarray
+    lo: Float[np.ndarray, "... n"]
+    hi: Float[np.ndarray, "... n"]
 
     @property
     def n(self) -> int:

@@ -2,6 +2,7 @@
 
 import numpy as np
 from flax import struct
+from jaxtyping import Float
 
 from parc_jax.arrays import as_float64
 from parc_jax.errors import InputError
@@ -16,8 +17,8 @@ class HPolytope:
     b: (h,)   offsets.
     """
 
-    A: np.ndarray
-    b: np.ndarray
+    A: Float[np.ndarray, "... h n"]
+    b: Float[np.ndarray, "... h"]
 
     @property
     def n(self) -> int:

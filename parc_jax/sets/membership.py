@@ -1,6 +1,7 @@
 """Is a point in an AH-polytope? Three-valued, with a witness either way. (For H-polytopes: `HPolytope.contains`.)"""
 
 import numpy as np
+from jaxtyping import Float, Int
 
 from parc_jax.lp.batch import propose
 from parc_jax.lp.solve import feasible
@@ -12,18 +13,18 @@ from parc_jax.sets.bounding_box import with_bounds
 from parc_jax.tolerances import TOLERANCES
 
 
-def membership(s: Set, x: np.ndarray) -> LPResult:
+def membership(s: Set, x: Float[np.ndarray, " n"]) -> LPResult:
     """Is x (n,) in s? FEASIBLE with a base point xi (to lp_feasible), INFEASIBLE with a proof, or UNKNOWN."""
     s = as_ah(s)
     return feasible(s.A, s.b, s.G, x - s.c, s.lo, s.hi)
 
 
-def is_proved_outside(s: Set, x: np.ndarray) -> bool:
+def is_proved_outside(s: Set, x: Float[np.ndarray, " n"]) -> bool:
     """True only with a checked dual witness. False means inside or unknown."""
     return membership(s, x).status is LPStatus.INFEASIBLE
 
 
-def memberships(s: Set, x: np.ndarray) -> np.ndarray:
+def memberships(s: Set, x: Float[np.ndarray, "q n"]) -> Int[np.ndarray, " q"]:
     """LPStatus (q,) of many points x (q, n) in one AH-polytope, through the batched kernel; the host decides the rest.
 
     The n equations G xi + c = x are eliminated (xi = particular solution + null space), which leaves m - n <= 10

@@ -1,6 +1,7 @@
 """Minkowski sum {x + y : x in P, y in Q}: how an obstacle grows. Offsets are rounded up."""
 
 import numpy as np
+from jaxtyping import Float
 
 from parc_jax.errors import InputError
 from parc_jax.lp.exact import round_up
@@ -24,7 +25,7 @@ def minkowski_sum(p: Set, q: Set) -> Set:
     return AHPolytope(G, p.c + q.c, A, np.r_[p.b, q.b], np.r_[p.lo, q.lo], np.r_[p.hi, q.hi])
 
 
-def grow(p: HPolytope, radius: np.ndarray) -> HPolytope:
+def grow(p: HPolytope, radius: Float[np.ndarray, "... n"]) -> HPolytope:
     """P plus the box [-radius, radius] along the rows of P: contains the sum, and equals it if P has the box's normals.
 
     p: h rows in R^n. radius: (..., n) >= 0. Returns b of shape (..., h). In the plane, `with_axis_rows` adds the four

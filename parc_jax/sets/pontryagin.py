@@ -1,6 +1,7 @@
 """Pontryagin difference {x : x + y in P for all y in Q}: how a goal shrinks. Offsets are rounded down."""
 
 import numpy as np
+from jaxtyping import Float
 
 from parc_jax.errors import InputError
 from parc_jax.lp.witness import gamma
@@ -10,7 +11,7 @@ from parc_jax.sets.hpolytope import HPolytope
 from parc_jax.sets.support import support
 
 
-def shrink(p: HPolytope, radius: np.ndarray) -> HPolytope:
+def shrink(p: HPolytope, radius: Float[np.ndarray, "... n"]) -> HPolytope:
     """P minus the box [-radius, radius], closed form. [NP Sec. III-B, maximum final error]
 
     p: h rows in R^n. radius: (..., n) >= 0. Returns b of shape (..., h): one shrunken polytope per leading index.

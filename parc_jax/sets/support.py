@@ -3,6 +3,7 @@
 from typing import NamedTuple
 
 import numpy as np
+from jaxtyping import Float, Int
 
 from parc_jax.lp.batch import MAX_N, solve_batch
 from parc_jax.lp.solve import solve
@@ -20,13 +21,13 @@ class Support(NamedTuple):
     lower: (d,) value at a point of the set. point: (d, n) that point, NaN where there is none.
     """
 
-    status: np.ndarray
-    upper: np.ndarray
-    lower: np.ndarray
-    point: np.ndarray
+    status: Int[np.ndarray, " d"]
+    upper: Float[np.ndarray, " d"]
+    lower: Float[np.ndarray, " d"]
+    point: Float[np.ndarray, "d n"]
 
 
-def support(s: Set, w: np.ndarray) -> Support:
+def support(s: Set, w: Float[np.ndarray, "d n"]) -> Support:
     """Supports of any set in directions w (d, n), by LPs with proved upper bounds.
 
     Obstacles use `upper`, so they only grow. An unbounded direction has status UNBOUNDED and upper inf.

@@ -1,6 +1,7 @@
 """Vertices of H-polytopes in up to six dimensions, through Qhull; empty and flat sets included."""
 
 import numpy as np
+from jaxtyping import Float
 
 from parc_jax.errors import InputError, SoundnessError
 from parc_jax.lp.solve import solve
@@ -13,7 +14,7 @@ _FLAT = 1e-9  # [size of the set] a set thinner than this is treated as flat: it
 _SAME = 1e-10  # [size of the set] vertices closer than this are one
 
 
-def vertices(p: HPolytope) -> np.ndarray:
+def vertices(p: HPolytope) -> Float[np.ndarray, "v n"]:
     """Vertices (v, n) of a bounded polytope, in no particular order; (0, n) if it is proved empty.
 
     Floats: a vertex misses its rows by rounding. What must be exact uses `rational_vertices` or the supports.

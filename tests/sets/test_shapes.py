@@ -118,8 +118,8 @@ def test_triangulation_fills_a_random_polytope(rng):
 
 def test_redundant_rows_go_and_the_set_stays(rng):
     p = round_polytope(rng, 3, 5)
-    loose = HPolytope(np.concatenate([p.A, p.A, 2 * p.A[:2], p.A[:3] + p.A[3:6]]), np.zeros(0))
-    loose = loose.replace(b=np.r_[p.b, p.b + 0.1, 2 * p.b[:2], p.b[:3] + p.b[3:6] + 0.01])
+    offsets = np.r_[p.b, p.b + 0.1, 2 * p.b[:2], p.b[:3] + p.b[3:6] + 0.01]
+    loose = HPolytope(np.concatenate([p.A, p.A, 2 * p.A[:2], p.A[:3] + p.A[3:6]]), offsets)
     rows = irredundant_rows(loose)
     assert (rows < len(p.b)).all() and len(rows) <= len(p.b)
     x = points_around(rng, p, 2000)

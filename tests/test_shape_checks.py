@@ -1,0 +1,29 @@
+"""Annotated shapes are checked at every call while testing: a wrong one fails where it is passed."""
+
+import numpy as np
+import pytest
+from jaxtyping import TypeCheckError
+
+from parc_jax.sets.affine import image
+from parc_jax.sets.box import Box, box
+from parc_jax.sets.hpolytope import HPolytope
+from parc_jax.sets.membership import membership
+from parc_jax.sets.minkowski import grow
+from parc_jax.sets.support import support
+
+SQUARE = box([0, 0], [1, 1])
+WRONG = {
+    "corners of two lengths": lambda: Box(np.zeros(2), np.ones(3)),
+    "a map of integers": lambda: image(SQUARE, np.eye(2, dtype=int), np.zeros(2)),
+    "offsets of other rows": lambda: HPolytope(np.eye(3), np.zeros(2)),
+    "a map into another space": lambda: image(SQUARE, np.eye(2), np.zeros(3)),
+    "one direction for many": lambda: support(SQUARE, np.ones(2)),
+    "a radius that is a number": lambda: grow(HPolytope(np.eye(2), np.ones(2)), 0.1),
+    "many points where one is meant": lambda: membership(SQUARE, np.zeros((3, 2))),
+}
+
+
+@pytest.mark.parametrize("case", WRONG)
+def test_a_wrong_shape_fails_where_it_is_passed(case):
+    with pytest.raises(TypeCheckError):
+        WRONG[case]()
