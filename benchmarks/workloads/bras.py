@@ -3,9 +3,10 @@
 Same model, same scene, same machine, same float64. Published: per region one LP for the reach set, one AH-polytope
 and one LP per obstacle and interval for the avoid sets (Clarabel, one thread). LP-free: reach sets by the vertices of
 their pieces (a batched LP kernel for what those leave open), avoid sets as polygons through support functions, on all
-cores. Both prune empty sets and both only claim what they re-checked. The LP method is timed on a random tenth of the regions (at least ten) and scaled up; the spread is two
-standard errors of that. The LP-free one does all regions, warm; its compile time is reported apart. Starts drawn in
-the goal-reaching sets are then judged by both: nowhere may they contradict each other beyond rounding.
+cores. Both prune empty sets and both only claim what they re-checked. The LP method is timed on a random tenth of the
+regions (at least ten) and scaled up; the spread is two standard errors of that. The LP-free one does all regions, warm;
+its compile time is reported apart. Starts drawn in the goal-reaching sets are then judged by both: nowhere may they
+contradict each other beyond rounding.
 """
 
 import time
