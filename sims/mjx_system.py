@@ -1,7 +1,5 @@
 """A MuJoCo model file with a controller, stepped by MJX, as a black box."""
 
-import contextlib
-import io
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
@@ -13,6 +11,7 @@ import jax.numpy as jnp
 from parc_jax.errors import InputError
 from parc_jax.sets.box import Box
 from parc_jax.system import TimeGrid, Trajectory
+from sims.quiet import lenient, quiet_import
 
 
 @dataclass(frozen=True, eq=False)
@@ -42,8 +41,7 @@ class MJXSystem:
         """One run with the position moved by p0 (n_p,) [m]; p is relative to it."""
         from mujoco import mjx
 
-        # MJX mixes dtypes and ranks that strict settings of the caller would refuse
-        with jax.numpy_dtype_promotion("standard"), jax.numpy_rank_promotion("allow"):
+        with lenient():
             model = mjx.put_model(self.model)
             data = self.start(key, k, mjx.make_data(model))
             data = data.replace(qpos=data.qpos.at[: self.n_p].add(p0))
@@ -73,9 +71,9 @@ def mjx_system(
     every disturbance that is drawn per run. time.dt_record must be a whole number of the model's time steps.
     Raises InputError.
     """
-    with contextlib.redirect_stdout(io.StringIO()):  # importing mjx prints when an optional package is missing
-        import mujoco
-        from mujoco import mjx  # noqa: F401
+    import mujoco
+
+    quiet_import("mujoco.mjx")
     text = str(model)
     try:
         if text.lstrip().startswith("<"):

@@ -18,8 +18,8 @@ from sims.asv.disturbance import Disturbance, draw_disturbance, named_law
 from sims.asv.dynamics import apply_command
 from sims.asv.plant import make_plant
 from sims.asv.policy import LAYOUTS
-from sims.asv.quiet import quiet_import
 from sims.asv.vessel import PHYSICS_DT, SYSID, VesselState, at_rest, hull_position
+from sims.quiet import quiet_import
 
 brax = quiet_import("brax.envs.base")
 

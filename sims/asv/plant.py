@@ -4,7 +4,6 @@ Both take the load of the step (held over it) and do semi-implicit Euler: veloci
 They differ by rounding only; a test holds them to it. "mjx" is the default, "ode" its oracle and the fast path.
 """
 
-import contextlib
 import functools
 from collections.abc import Callable
 
@@ -12,8 +11,8 @@ import jax
 import jax.numpy as jnp
 
 from parc_jax.errors import InputError
-from sims.asv.quiet import quiet_import
 from sims.asv.vessel import PHYSICS_DT, Vessel
+from sims.quiet import lenient, quiet_import
 
 # (pose (3,), velocity (3,), load (3,) world force and yaw torque, mass ()) -> (pose, velocity) after PHYSICS_DT
 Plant = Callable[[jax.Array, jax.Array, jax.Array, jax.Array], tuple[jax.Array, jax.Array]]
@@ -56,7 +55,7 @@ def _mjx_model(mass: float, inertia: float, x64: bool):
 
     mjx = quiet_import("mujoco.mjx")
     xml = _XML.format(dt=PHYSICS_DT, mass=mass, inertia=inertia)
-    with jax.ensure_compile_time_eval(), jax.enable_x64(x64), _lenient():
+    with jax.ensure_compile_time_eval(), jax.enable_x64(x64), lenient():
         model = mjx.put_model(mujoco.MjModel.from_xml_string(xml))
         return model, mjx.make_data(model)
 
@@ -64,16 +63,9 @@ def _mjx_model(mass: float, inertia: float, x64: bool):
 def _mjx_step(model, template, pose, velocity, load, mass):
     from mujoco import mjx
 
-    with _lenient():
+    with lenient():
         model = model.replace(
             body_mass=model.body_mass.at[1].set(mass), body_subtreemass=jnp.full_like(model.body_subtreemass, mass)
         )
         data = mjx.step(model, template.replace(qpos=pose, qvel=velocity, qfrc_applied=load))
     return data.qpos, data.qvel
-
-
-@contextlib.contextmanager
-def _lenient():
-    # MJX mixes integer and float types inside; the callers' strict settings are for their own code
-    with jax.numpy_dtype_promotion("standard"), jax.numpy_rank_promotion("allow"):
-        yield

@@ -15,7 +15,7 @@ import jax
 import jax.numpy as jnp
 
 from sims.asv.policy import Policy, load_policy, save_arrays
-from sims.asv.quiet import quiet_import
+from sims.quiet import quiet_import
 
 
 @dataclass(frozen=True)

@@ -16,7 +16,7 @@ from parc_jax.errors import InputError
 from sims.asv.environment import OBS_CLIP, HoverEnv
 from sims.asv.evaluate import evaluate
 from sims.asv.policy import Policy, act, policy_from_file_arrays, save_arrays
-from sims.asv.quiet import quiet_import
+from sims.quiet import quiet_import
 
 EVALUATION_STEPS = 100  # control steps of the return that is reported
 

@@ -1,10 +1,9 @@
 """The rigid body as a MuJoCo model, one `mjx.forward` per evaluation."""
 
-import contextlib
 import functools
-import io
 
 from sims.drift_parking import params as c
+from sims.quiet import lenient, quiet_import
 
 # Planar joints in the order x, y, yaw. Nothing can touch anything: no geometry collides and no joint has a limit, so
 # MuJoCo's acceleration is the unconstrained one. The yaw joint passes through the centre of mass.
@@ -31,11 +30,9 @@ def mujoco_body():
     """A plant (see vehicle.Plant) that asks MuJoCo for the accelerations. Needs mujoco and mujoco-mjx."""
     import jax
     import jax.numpy as jnp
+    import mujoco
 
-    with contextlib.redirect_stdout(io.StringIO()):  # importing mjx prints when an optional package is missing
-        import mujoco
-        from mujoco import mjx
-
+    mjx = quiet_import("mujoco.mjx")
     host_model = mujoco.MjModel.from_xml_string(MODEL)
 
     @jax.jit  # traced once, however often and in however many places the vehicle evaluates it
@@ -43,8 +40,7 @@ def mujoco_body():
         """Acceleration (3,) of (x, y, yaw) under a generalised force (3,), all in world axes."""
         model = mjx.put_model(host_model)
         data = mjx.make_data(model).replace(qpos=position, qvel=velocity, qfrc_applied=force)
-        # MJX mixes dtypes and ranks that strict settings of the caller would refuse.
-        with jax.numpy_dtype_promotion("standard"), jax.numpy_rank_promotion("allow"):
+        with lenient():
             return mjx.forward(model, data).qacc
 
     def accelerations(z, cos_yaw, sin_yaw, wrench):

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from sims.asv.environment import FARTHEST, NEAREST, HoverEnv
-from sims.asv.quiet import quiet_import
+from sims.quiet import quiet_import
 
 ACTION = jnp.array([0.8, 0.6])
 

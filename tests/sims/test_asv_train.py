@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 
 from sims.asv.policy import act, load_policy, policy_from_file_arrays
-from sims.asv.quiet import quiet_import
+from sims.quiet import quiet_import
 
 TINY = (
     "--steps",

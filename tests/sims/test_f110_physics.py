@@ -124,7 +124,7 @@ def test_mjx_agrees_on_a_short_roll():
     """Solvers stop at different places: the engines agree to millimetres, not to round-off."""
     import jax
 
-    from sims.asv.quiet import quiet_import
+    from sims.quiet import quiet_import
 
     mjx = quiet_import("mujoco.mjx")
     model = mujoco.MjModel.from_xml_path(str(XML))
