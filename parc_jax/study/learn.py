@@ -99,7 +99,7 @@ def _taught(train, further, fresh, attack, start: StartTrial, study: Study, key,
     for hidden, net, shape, score in zip(study.networks, nets, tubes, seen, strict=True):
         with watch("claims"):
             published, honest = claims(net, shape, score, train, study, looks)
-        if attack is not None:
+        if attack is not None and not models:  # the network whose answer is returned
             with watch("search for bad runs"):
                 found = attack(net, shape)
                 honest = [enlarge(claim, shape, found) for claim in honest]

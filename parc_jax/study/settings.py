@@ -23,7 +23,8 @@ class Study:
     fresh: runs behind the claims, None = as many as they need. More leave room to discard the worst. shape_runs: runs
     beside the training ones from which the tube's shape is learnt.
     plant: plant of the simulator that all of these are drawn from, None = the system's own, which also runs the replay.
-    search: runs spent looking for bad ones on purpose, per network; what they find only widens the tube. [T8]
+    search: runs spent looking for bad ones of the returned network on purpose, in eight rounds, which should have the
+    size of a chunk of rollouts (256 on a CPU) to share its compiled code; what they find only widens the tube. [T8]
     gap: [m or rad] most that the start of a run may matter; tried from a few starts, and added to the tube.
     seeds, steps: training. tail: power of the error that the last layer is refitted to, None = least squares.
     samples: safe plans to return. repeats: runs of each in the replay, with fresh randomness.
@@ -42,7 +43,7 @@ class Study:
     claims: tuple[str, ...] = ("one",)
     fresh: int | None = None
     shape_runs: int = 0
-    search: int = 1024
+    search: int = 2048
     gap: float = 1e-5
     plant: str | None = None
     seeds: int = 6

@@ -19,6 +19,7 @@ from sims.f110.lesson import PUBLISHED, models
 from sims.f110.rows import sentence, table
 from sims.f110.study import STUDY
 from sims.f110.system import system
+from sims.film import headless_mujoco
 
 SIZES = (60, 250, 1000, 7000)
 LEAST = 30  # runs of a laboratory: half of them must do for training
@@ -38,6 +39,7 @@ def job(
     sizes = SIZES if rollouts is None else (rollouts,)
     if min(sizes) < LEAST:
         raise InputError(f"rollouts: expected at least {LEAST} runs for a laboratory; got {rollouts}.")
+    headless_mujoco()  # quietly: stdout is the report's
     out, car, key, watch = Path(out), system(), jax.random.PRNGKey(seed), Stopwatch()
     with watch("other starts"):
         start = try_starts(car, key, STUDY.gap)
