@@ -133,5 +133,5 @@ def test_other_files_of_torch_are_refused(trained, tmp_path):
     torch.save({"epoch": 3, "model": trained.state_dict()}, tmp_path / "checkpoint.pt")
     (tmp_path / "torn.pt").write_bytes((tmp_path / "list.pt").read_bytes()[:100])
     for name in ("module", "list", "checkpoint", "torn", "absent"):
-        with pytest.raises(InputError, match="state dict|no such file|expected"):
+        with pytest.raises(InputError, match=r"state dict|no such file|expected"):
             load_network(tmp_path / f"{name}.pt")
