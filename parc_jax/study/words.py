@@ -12,4 +12,4 @@ def seconds(value: float | None) -> str:
 
 def spread(values: np.ndarray, names: tuple[str, ...]) -> str:
     """Half widths with their units."""
-    return ", ".join(f"±{v:.2f} {n}" for v, n in zip(values, names or ("",) * len(values), strict=False))
+    return ", ".join(f"±{v:.2f} {n}".rstrip() for v, n in zip(values, names or ("",) * len(values), strict=False))
