@@ -59,10 +59,10 @@ class Piece:
 def stacks(pieces: list[Piece]) -> Iterator[tuple[np.ndarray, Piece]]:
     """Pieces of similar size stacked together: (their indices, stack), filled up by repeating the last piece.
 
-    Padding is cheap, compiling is not: vertices are padded to 8, 16, 32, ..., stacks to 8, 16 or multiples of 32. Large
-    ones are cut evenly, so that they stay in cache and cores can share them.
+    Padding is cheap, compiling is not: vertices are padded to 4, 6, 8, 12, 16, 24, ..., stacks to 8, 16 or multiples
+    of 32. Large ones are cut evenly, so that they stay in cache and cores can share them.
     """
-    bucket = np.array([max(8, 1 << (len(p.vertices) - 1).bit_length()) for p in pieces], dtype=int)
+    bucket = np.array([_width(len(p.vertices)) for p in pieces], dtype=int)
     for size in np.unique(bucket):
         index = np.flatnonzero(bucket == size)
         parts = np.array_split(index, -(-len(index) // _TOGETHER))
@@ -75,10 +75,10 @@ def stacks(pieces: list[Piece]) -> Iterator[tuple[np.ndarray, Piece]]:
 def stack(pieces: list[Piece]) -> Piece:
     """r pieces with a leading axis on every field: rows padded by 0 k <= 1, vertices by repeating the last.
 
-    Rows are padded to a multiple of 8, vertices to a power of two of at least 8.
+    Rows are padded to a multiple of 8, vertices to a power of two or to three quarters of one.
     """
     height = -(-max(len(p.b) for p in pieces) // 8) * 8
-    width = max(8, 1 << (max(len(p.vertices) for p in pieces) - 1).bit_length())
+    width = _width(max(len(p.vertices) for p in pieces))
     n_k = pieces[0].A.shape[1]
     A, b = np.zeros((len(pieces), height, n_k)), np.ones((len(pieces), height))
     points = np.empty((len(pieces), width, n_k))
@@ -87,6 +87,12 @@ def stack(pieces: list[Piece]) -> Piece:
         points[i, : len(p.vertices)], points[i, len(p.vertices) :] = p.vertices, p.vertices[-1]
     shared = (np.array([getattr(p, name) for p in pieces]) for name in ("C", "d", "lo", "hi", "slip", "region", "bin"))
     return Piece(A, b, points, *shared)
+
+
+def _width(vertices: int) -> int:
+    """Padded number of vertices: 4, 6, 8, 12, 16, 24, ..."""
+    power = max(4, 1 << (vertices - 1).bit_length())
+    return 3 * power // 4 if 4 < power and vertices <= 3 * power // 4 else power
 
 
 def cut_by_bins(region: HPolytope, corners: np.ndarray, slip, C, d, tube: Tube, number: int = 0) -> list[Piece]:
