@@ -62,7 +62,7 @@ def test_a_stopped_run_continues_to_the_same_model(learn, monkeypatch, tmp_path)
     assert not (tmp_path / "model.npz").exists() and (tmp_path / "model.npz.unfinished").is_dir()
     monkeypatch.setattr(collecting, "simulate_rows", real)
     code, said, complained = learn(*arguments)
-    assert code == 0 and "differ by at most 0" in said and "With confidence 0.8" in said and not complained
+    assert code == 0 and "mattered by at most 0" in said and "With confidence 0.8" in said and not complained
     assert [f.name for f in tmp_path.iterdir()] == ["model.npz"]
     first = pj.load(tmp_path / "model.npz", system="cart")
     code, said, _ = learn("toy_cart", "--out", "again.npz", "--rollouts", 600, "--json")

@@ -14,8 +14,8 @@ from parc_jax.study.settings import checked
 from sims import asv, asv_published
 
 FEW = {
-    "hidden": (4, 4), "others": ((),), "bins": (1, 3, 1), "rollouts": 200, "eps": 0.2, "delta": 0.05, "fresh": 400,
-    "shape_runs": 300, "seeds": 1, "steps": 300, "samples": 4, "repeats": 6, "budget_s": 2.0,
+    "hidden": (6, 6), "others": ((),), "bins": (1, 3, 1), "rollouts": 500, "eps": 0.2, "delta": 0.05, "fresh": 400,
+    "shape_runs": 300, "seeds": 2, "steps": 1000, "samples": 4, "repeats": 6, "budget_s": 2.0,
 }  # fmt: skip
 
 
