@@ -67,6 +67,11 @@ class Answer:
         return np.array([b.volume for b in self._union.bodies if b is not None])
 
     @property
+    def history(self) -> list[tuple[float, int, float]]:
+        """(seconds, polytopes, share of the safe set inside them) at each look of the search, from its start."""
+        return self._cover.history
+
+    @property
     def coverage(self):
         """Share of the model's safe set inside `safe_sets`: estimate, lower confidence bound, counts behind them."""
         return self._cover.coverage

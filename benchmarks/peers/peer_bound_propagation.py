@@ -4,12 +4,12 @@
 """
 
 import sys
-import time
 from importlib.metadata import version
 
 import numpy as np
 import torch
 from bound_propagation import BoundModelFactory, HyperRectangle
+from peer_record import record
 
 
 def network(work) -> torch.nn.Sequential:
@@ -52,15 +52,8 @@ def main(source: str, target: str) -> None:
     boxes = HyperRectangle(torch.from_numpy(work["lo"].copy()), torch.from_numpy(work["hi"].copy()))
     out = {"version": version("bound_propagation"), "on": f"torch {version('torch')}"}
     for number, (name, call) in enumerate(methods(net, boxes).items()):
-        begin = time.perf_counter()
-        lower, upper = (x.detach().numpy() for x in call())
-        cold, warm = time.perf_counter() - begin, []
-        for _ in range(int(work["repeats"]) if cold < 5 else 1):
-            begin = time.perf_counter()
-            call()
-            warm.append(time.perf_counter() - begin)
-        out |= {f"name{number}": name, f"lower{number}": lower, f"upper{number}": upper, f"cold{number}": cold}
-        out[f"warm{number}"] = np.array(warm)
+        arrays = lambda call=call: [x.detach().numpy() for x in call()]  # noqa: E731
+        out |= record(number, name, arrays, int(work["repeats"]))
     np.savez(target, **out)
 
 

@@ -4,13 +4,13 @@
 """
 
 import sys
-import time
 from importlib.metadata import version
 
 import immrax
 import jax
 import jax.numpy as jnp
 import numpy as np
+from peer_record import record
 
 
 def network(weights, biases):
@@ -54,16 +54,9 @@ def main(source: str, target: str) -> None:
     net = network(weights, biases)
     out = {"version": version("immrax"), "on": f"jax {jax.__version__}"}
     for number, (name, method) in enumerate(methods(net).items()):
-        call = jax.jit(jax.vmap(method))
-        begin = time.perf_counter()
-        lower, upper = jax.block_until_ready(call(work["lo"], work["hi"]))
-        cold, warm = time.perf_counter() - begin, []
-        for _ in range(int(work["repeats"])):
-            begin = time.perf_counter()
-            jax.block_until_ready(call(work["lo"], work["hi"]))
-            warm.append(time.perf_counter() - begin)
-        out |= {f"name{number}": name, f"lower{number}": lower, f"upper{number}": upper, f"cold{number}": cold}
-        out[f"warm{number}"] = np.array(warm)
+        bounds = jax.jit(jax.vmap(method))
+        call = lambda bounds=bounds: jax.block_until_ready(bounds(work["lo"], work["hi"]))  # noqa: E731
+        out |= record(number, name, call, int(work["repeats"]))
     np.savez(target, **out)
 
 

@@ -12,8 +12,6 @@ from parc_jax.model import TrajectoryModel
 from parc_jax.problem import Disc, Polygon, ReachAvoid, reach_avoid
 from parc_jax.sets.box import box
 
-SIGNS = np.array([[1.0, 1.0], [-1.0, 1.0], [-1.0, -1.0], [1.0, -1.0]])  # corners counter-clockwise, as in `grown`
-
 
 @struct.dataclass
 class BoxScenes:

@@ -72,6 +72,8 @@ def near(model: TrajectoryModel, scene: Scene, rng: np.random.Generator, around:
     k = around.k[to] + size * (scene.k_hi - scene.k_lo) * rng.standard_normal((n, model.n_k))
     z = around.path[to, -1] + size * (scene.z_hi - scene.z_lo) * rng.standard_normal((n, model.n_p))
     known = ((k > scene.k_lo) & (k < scene.k_hi)).all(axis=1)
+    if not known.any():
+        return _no_points(model)
     k, z = k[known], z[known]
     _, safe, (p0, path, pattern, number) = screen(model, scene, z, k)
     return Points(p0, k[safe], path, number, pattern, cell_of(pattern, number))

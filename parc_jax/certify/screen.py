@@ -2,7 +2,7 @@
 
 Same verdict as `evaluate`, up to rounding: safe needs the same three proofs, and every obstacle and interval is
 separated by a direction that clears the slack. Most are, by a facet of the obstacle; most points that are not safe
-show it by a knot inside a grown obstacle. What remains are a few intervals of a few points.
+show it in the one interval where the facets do worst. What remains are a few intervals of a few points.
 """
 
 from typing import NamedTuple

@@ -5,6 +5,7 @@ import numpy as np
 import pytest
 from toy_models import line_model, toy_case
 
+from parc_jax.certify import draw as drawing
 from parc_jax.certify import screen as screening
 from parc_jax.certify.draw import draw, near
 from parc_jax.certify.evaluate import anchor, evaluate
@@ -71,6 +72,15 @@ def test_points_close_by_are_safe_and_close(rng):
     span = laid_out.k_hi - laid_out.k_lo
     distance = (np.abs(found.k[:, None] - seen.k[None]) / span).max(axis=2).min(axis=1)
     assert np.median(distance) < 0.1
+
+
+def test_no_point_close_by_may_be_inside_of_the_domain(rng, monkeypatch):
+    model, problem = toy_case(4)
+    laid_out = scene(problem, model)
+    seen = draw(model, laid_out, rng, 500).safe
+    monkeypatch.setattr(drawing, "NEAREST", 1e6)
+    monkeypatch.setattr(drawing, "FARTHEST", 1e7)
+    assert len(near(model, laid_out, rng, seen, 20).k) == 0
 
 
 def test_a_screen_that_trusts_its_first_look_is_caught(rng, monkeypatch):
