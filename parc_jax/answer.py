@@ -1,6 +1,7 @@
 """The answer to a query: samples, safe polytopes, coverage, and the two sentences that say what they are worth."""
 
 import json
+from collections.abc import Sequence
 from decimal import ROUND_CEILING, Context, Decimal
 from fractions import Fraction
 from functools import cached_property
@@ -10,10 +11,21 @@ import jax
 import numpy as np
 
 from parc_jax.certify.best import best_plan
-from parc_jax.certify.certificate import FORMAT, network_part, part_hash, piece_part, problem_part, tube_part
-from parc_jax.certify.cover import Cover
+from parc_jax.certify.certificate import (
+    FORMAT,
+    corridor_part,
+    network_part,
+    part_hash,
+    piece_part,
+    problem_part,
+    tube_part,
+)
+from parc_jax.certify.corridor import Corridor, Corridors
+from parc_jax.certify.cover import Cover, Coverage, Look
 from parc_jax.certify.draw import generator
+from parc_jax.certify.evaluate import evaluate
 from parc_jax.certify.no_plan import NoPlan
+from parc_jax.certify.piece import Piece
 from parc_jax.certify.scene import Scene
 from parc_jax.certify.union import SafeUnion
 from parc_jax.error.risk import Density, NoStatement, Risk
@@ -39,12 +51,13 @@ class Answer:
 
     def __init__(
         self, model: TrajectoryModel, problem: ReachAvoid, scene: Scene, cover: Cover, samples: np.ndarray,
-        sample_parts: list[dict], union: SafeUnion, level: str, refused: int, timings: dict[str, float],
-        no_plan: NoPlan | None,
+        sample_parts: list[dict], level: str, refused: int, timings: dict[str, float], no_plan: NoPlan | None,
     ):  # fmt: skip
         self.model, self.problem, self.scene = model, problem, scene
         self.samples, self.sample_parts, self.level, self.refused = samples, sample_parts, level, refused
-        self.timings, self._cover, self._union, self.no_plan = timings, cover, union, no_plan
+        self.timings, self._cover, self.no_plan = timings, cover, no_plan
+        self._union = SafeUnion(model, scene, list(cover.pieces))
+        self._corridors = Corridors(model.tube.interval, cover.corridors)
 
     @property
     def found(self) -> bool:
@@ -52,8 +65,14 @@ class Answer:
         return len(self.samples) > 0 or len(self.pieces) > 0
 
     @property
-    def pieces(self):
-        """The safe pieces: pattern, directions and inner point each."""
+    def corridors(self) -> list[Corridor]:
+        """One separating direction per obstacle and interval each: every plan that keeps to one and ends in the
+        shrunken goal is safe, whatever its region. The safe polytopes are their intersections with the cells."""
+        return self._corridors.all
+
+    @property
+    def pieces(self) -> list[Piece]:
+        """The safe pieces: pattern, bin, corridor and inner point each."""
         return self._union.pieces
 
     @cached_property
@@ -67,14 +86,19 @@ class Answer:
         return np.array([b.volume for b in self._union.bodies if b is not None])
 
     @property
-    def history(self) -> list[tuple[float, int, float]]:
-        """(seconds, polytopes, share of the safe set inside them) at each look of the search, from its start."""
+    def history(self) -> Sequence[Look]:
+        """The looks of the search: seconds from its start, corridors and polytopes so far, shares that they cover."""
         return self._cover.history
 
     @property
-    def coverage(self):
+    def coverage(self) -> Coverage:
         """Share of the model's safe set inside `safe_sets`: estimate, lower confidence bound, counts behind them."""
         return self._cover.coverage
+
+    @property
+    def corridor_coverage(self) -> Coverage:
+        """Share of the model's safe set that keeps to some of `corridors`, as in `coverage`."""
+        return self._cover.kept
 
     @property
     def counts(self) -> dict[str, int]:
@@ -103,15 +127,23 @@ class Answer:
 
     def contains(self, p0, k) -> np.ndarray:
         """p0 (b, n_p), k (b, n_k) -> bool (b,): inside a returned safe polytope."""
+        return self._union.contains(*self._plans("contains", p0, k))
+
+    def keeps(self, p0, k) -> np.ndarray:
+        """p0 (b, n_p), k (b, n_k) -> bool (b,): safe by one of `corridors`. True for more than `contains`."""
+        e = evaluate(self.model, self.scene, *self._plans("keeps", p0, k))
+        return e.safe & (self._corridors.first(e.path, e.bin) >= 0)
+
+    def _plans(self, name: str, p0, k) -> tuple[np.ndarray, np.ndarray]:
         try:
             p0, k = np.atleast_2d(np.asarray(p0, float)), np.atleast_2d(np.asarray(k, float))
         except (TypeError, ValueError) as error:
-            raise InputError(f"contains: expected numbers; {error}.") from None
+            raise InputError(f"{name}: expected numbers; {error}.") from None
         if p0.shape[1:] != (self.model.n_p,) or k.shape != (len(p0), self.model.n_k):
             raise InputError(
-                f"contains: expected p0 (b, {self.model.n_p}) and k (b, {self.model.n_k}); got {p0.shape}, {k.shape}."
+                f"{name}: expected p0 (b, {self.model.n_p}) and k (b, {self.model.n_k}); got {p0.shape}, {k.shape}."
             )
-        return self._union.contains(p0, k)
+        return p0, k
 
     def sample(self, key: jax.Array, n: int) -> np.ndarray:
         """n plans (n, n_p + n_k) drawn uniformly from the union of `safe_sets`. Consumes `key`."""
@@ -186,9 +218,9 @@ class Answer:
             return f"{self.no_plan.statement()}\n(E) {self.model.claim.statement()}"
         proved = "proved in exact arithmetic" if self.level == LEVELS[1] else "shown in float64 with a rounding margin"
         first = (
-            f"(C) For each of the {len(self.samples)} samples and every (p0, k) in the {len(self.pieces)} safe "
-            "polytopes, and for every trajectory inside the tube: the goal is reached and nothing is touched; "
-            f"{proved}."
+            f"(C) For each of the {len(self.samples)} samples, every (p0, k) in the {len(self.pieces)} safe "
+            f"polytopes and every (p0, k) that meets all conditions of one of the {len(self.corridors)} corridors, and "
+            f"for every trajectory inside the tube: the goal is reached and nothing is touched; {proved}."
         )
         return f"{first}\n(E) {self.model.claim.statement()}\n{self._risk_sentence()}"
 
@@ -213,10 +245,12 @@ class Answer:
         meta = {
             "system": self.model.system, "level": self.level, "statement": self.statement(),
             "counts": self.counts, "volume_drawn": self._cover.volume, "coverage": self.coverage._asdict(),
+            "corridor_coverage": self.corridor_coverage._asdict(),
         }  # fmt: skip
         return {
             "format": FORMAT, "problem": problem, "network": network, "tube": tube, "claim": _plain(claim),
-            "hash": hashes, "samples": self.sample_parts, "sets": [piece_part(p) for p in self.pieces],
+            "hash": hashes, "samples": self.sample_parts, "corridors": [corridor_part(c) for c in self.corridors],
+            "sets": [piece_part(p) for p in self.pieces],
             "no_plan": None if self.no_plan is None else self.no_plan.certificate, "meta": _plain(meta),
         }  # fmt: skip
 

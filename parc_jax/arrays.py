@@ -4,6 +4,7 @@ import hashlib
 import os
 from collections.abc import Callable, Iterable
 from concurrent.futures import ThreadPoolExecutor
+from functools import cache
 
 import jax
 import numpy as np
@@ -36,12 +37,19 @@ def as_float64(name: str, value, shape: tuple[int | None, ...]) -> np.ndarray:
 
 
 def on_all_cores(call: Callable, parts: Iterable) -> list:
-    """[call(part), ...] on one thread per core: compiled calls and large NumPy operations let other threads run."""
+    """[call(part), ...] on one thread per core: compiled calls and large NumPy operations let other threads run.
+
+    Not for use inside of a call: its threads would wait for each other.
+    """
     parts = list(parts)
     if len(parts) < 2:  # a thread costs more than a first look
         return [call(part) for part in parts]
-    with ThreadPoolExecutor(max_workers=min(len(parts), os.cpu_count() or 1)) as pool:
-        return list(pool.map(call, parts))
+    return list(_threads().map(call, parts))
+
+
+@cache
+def _threads() -> ThreadPoolExecutor:
+    return ThreadPoolExecutor(os.cpu_count() or 1, thread_name_prefix="parc_jax")
 
 
 def content_hash(*arrays) -> str:

@@ -11,16 +11,16 @@ from parc_jax.avoid.paper import paper_search
 from parc_jax.avoid.paper_scene import paper_scene
 from parc_jax.certify.batch import BatchAnswer, Problems, problem_of, solve_batch
 from parc_jax.certify.certificate import sample_part
-from parc_jax.certify.cover import Cover, Coverage, cover
+from parc_jax.certify.cover import Cover, cover, nothing_covered
 from parc_jax.certify.draw import generator, points
 from parc_jax.certify.evaluate import evaluate
 from parc_jax.certify.first import first_look
 from parc_jax.certify.grower import Grower
 from parc_jax.certify.no_plan import NoPlan, prove_no_plan
+from parc_jax.certify.pieces import Pieces
 from parc_jax.certify.probes import require_sound_arithmetic
 from parc_jax.certify.prove import prove
 from parc_jax.certify.scene import Scene, scene
-from parc_jax.certify.union import SafeUnion
 from parc_jax.errors import InputError
 from parc_jax.keys import Stage, stream
 from parc_jax.model import TrajectoryModel
@@ -48,16 +48,18 @@ class Planner:
 
     def solve(
         self, problem: ReachAvoid, key: jax.Array, *, n_samples: int = 100, target: float = 0.01,
-        confidence: float = 0.99, budget_s: float = 20.0, proof: bool = True, method: str = "exact",
-        no_plan_budget_s: float = 5.0,
+        confidence: float = 0.99, budget_s: float = 20.0, polytopes: bool = True, proof: bool = True,
+        method: str = "exact", no_plan_budget_s: float = 5.0,
     ) -> Answer:  # fmt: skip
-        """The safe set of one problem, as samples and polytopes with certificates. Uses the SEARCH stream of `key`.
+        """The safe set of one problem, as samples, corridors and polytopes with certificates. Uses the SEARCH stream of
+        `key`.
 
         n_samples: safe plans to return. target, confidence: the polytopes leave out at most `target` of the model's
-        safe set, with this confidence, unless budget_s [s] ends first; 0 grows none, for samples only. proof: check all
-        of it in exact arithmetic. method: "exact"; or the published search, samples only, region by region: "paper"
-        through supports, "paper-lp" with its LPs. no_plan_budget_s: [s] for a proof that there is no safe plan, spent
-        only when none was drawn.
+        safe set, with this confidence, unless budget_s [s] ends first; 0 grows none, for samples only. polytopes: False
+        stops as soon as the corridors leave out so little, which is several times earlier, and returns no polytopes.
+        proof: check all of it in exact arithmetic. method: "exact"; or the published search, samples only, region by
+        region: "paper" through supports, "paper-lp" with its LPs. no_plan_budget_s: [s] for a proof that there is no
+        safe plan, spent only when none was drawn.
         Raises InputError when the problem does not fit the model, SoundnessError when this installation
         computes wrong numbers.
         """
@@ -74,7 +76,10 @@ class Planner:
         if method == "exact" and budget_s <= 0:
             found = first_look(self.model, laid_out, rng, n_samples, confidence)
         elif method == "exact":
-            found = cover(self.model, problem, laid_out, rng, target=target, confidence=confidence, budget_s=budget_s)
+            found = cover(
+                self.model, problem, laid_out, rng, target=target, confidence=confidence, budget_s=budget_s,
+                polytopes=polytopes,
+            )  # fmt: skip
         else:
             found = self._published(problem, laid_out, stream(key, Stage.SEARCH), METHODS[method], confidence)
         no_plan = None
@@ -87,20 +92,17 @@ class Planner:
             for p in (found.points.at(i) for i in pick)
         ]
         samples = np.concatenate([found.points.p0[pick], found.points.k[pick]], axis=1)
-        pieces, level, refused = found.pieces, LEVELS[0], 0
+        level, refused = LEVELS[0], 0
         if proof:
-            kept_samples, kept_pieces = prove(problem, self.model, parts, pieces)
-            refused = int((~kept_samples).sum() + (~kept_pieces).sum())
-            samples, parts = samples[kept_samples], [s for s, keep in zip(parts, kept_samples, strict=True) if keep]
-            pieces, level = [p for p, keep in zip(pieces, kept_pieces, strict=True) if keep], LEVELS[1]
-            if not kept_pieces.all():  # the looks judged pieces that are not returned
-                found = found._replace(coverage=found.coverage._replace(at_least=0.0))
+            accepted = prove(problem, self.model, parts, found.corridors, found.pieces)
+            level, refused = LEVELS[1], sum(int((~kept).sum()) for kept in accepted)
+            samples, parts = samples[accepted[0]], _those(parts, accepted[0])
+            found = _without_refused(found, *accepted[1:])
         timings = {
             "first_sample_s": found.first_sample_s, "first_piece_s": found.first_piece_s,
-            "cover_s": covered - begin, "proof_s": time.perf_counter() - covered,
+            "corridors_s": found.corridors_s, "cover_s": covered - begin, "proof_s": time.perf_counter() - covered,
         }  # fmt: skip
-        union = SafeUnion(self.model, laid_out, pieces)
-        return Answer(self.model, problem, laid_out, found, samples, parts, union, level, refused, timings, no_plan)
+        return Answer(self.model, problem, laid_out, found, samples, parts, level, refused, timings, no_plan)
 
     def solve_batch(
         self, problems: Problems, key: jax.Array, *, n_samples: int = 4, draws: int = 4096, pool: int = 1024,
@@ -140,13 +142,15 @@ class Planner:
             return no_plan, found
         p0, k = (x[None] for x in no_plan.safe_plan)
         seen = points(p0, k, evaluate(model, laid_out, p0, k))
-        grower = Grower(model, problem, laid_out, rng)
-        grower.take(seen)
-        for _ in grower.grow(few=True):
+        pieces = Pieces(Grower(model, problem, laid_out, rng))
+        pieces.grower.keep(seen)
+        for _ in pieces.grower.grow(few=True):
             pass
+        pieces.add(seen)
         return no_plan, found._replace(
-            points=seen, pieces=grower.pieces, first_sample_s=no_plan.seconds, first_piece_s=time.perf_counter() - begin
-        )
+            points=seen, corridors=pieces.corridors.all, pieces=pieces.all(), first_sample_s=no_plan.seconds,
+            first_piece_s=time.perf_counter() - begin,
+        )  # fmt: skip
 
     def _published(self, problem: ReachAvoid, laid_out: Scene, key, method: str, confidence: float) -> Cover:
         """Samples of the published search from the middle of K outward, as a cover without polytopes."""
@@ -156,6 +160,19 @@ class Planner:
         p0, k = found[:, : model.n_p], found[:, model.n_p :]
         e = evaluate(model, laid_out, p0, k)
         seen = points(p0, k, e).at(e.safe)
-        none = Coverage(0.0, 0.0, confidence, len(seen.k), len(seen.k))
         first = time.perf_counter() - begin if len(seen.k) else None
-        return Cover([], none, len(found), len(found), len(seen.k), float("nan"), seen, first, None, [])
+        counts, none = (len(found), len(found), len(seen.k)), nothing_covered(confidence)
+        return Cover(*counts, float("nan"), seen, none, none, first_sample_s=first)
+
+
+def _those(parts, accepted) -> list:
+    return [part for part, keep in zip(parts, accepted, strict=True) if keep]
+
+
+def _without_refused(found: Cover, corridors: np.ndarray, pieces: np.ndarray) -> Cover:
+    """The accepted ones. Where any was refused, the looks judged more than is returned, and nothing is stated of it."""
+    kept = found.kept if corridors.all() else found.kept._replace(at_least=0.0)
+    coverage = found.coverage if pieces.all() else found.coverage._replace(at_least=0.0)
+    return found._replace(
+        corridors=_those(found.corridors, corridors), pieces=_those(found.pieces, pieces), kept=kept, coverage=coverage
+    )

@@ -176,7 +176,7 @@ def _prove(model: TrajectoryModel, problem, plan: Points) -> bool:
     laid_out = scene(problem, model)
     e = evaluate(model, laid_out, plan.p0, plan.k)
     part = sample_part(problem, laid_out, model.tube, plan.p0[0], plan.k[0], e.path[0], int(e.bin[0]))
-    return bool(prove(problem, model, [part], [])[0].all())
+    return bool(prove(problem, model, [part])[0].all())
 
 
 def _metrics(c: Curve) -> list[Metric]:

@@ -150,5 +150,5 @@ def _proved(model: TrajectoryModel, problems, plans: np.ndarray, found: np.ndarr
     for i, row in enumerate(rows):
         problem = problem_of(problems, row)
         part = sample_part(problem, scene(problem, model), model.tube, p0[i], k[i], paths[i], int(bins[i]))
-        out[row] = prove(problem, model, [part], [])[0][0]
+        out[row] = prove(problem, model, [part])[0][0]
     return out

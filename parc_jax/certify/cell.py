@@ -1,4 +1,4 @@
-"""One cell (region and bin) as an affine model: its rows, its offsets, and random points inside it. Kernels."""
+"""One cell (region and bin) as an affine model: its rows and its offsets. Kernels."""
 
 import jax
 import jax.numpy as jnp
@@ -21,11 +21,6 @@ class CellMap:
     d: jax.Array
     q_C: jax.Array
     q_d: jax.Array
-
-    def offsets(self, k):
-        """Offsets (..., T + 1, n_p) at k (..., n_k)."""
-        moved = jnp.einsum("tpk,...k->...tp", self.C, k, precision=HIGHEST)
-        return moved + jnp.broadcast_to(self.d, moved.shape)
 
 
 def cell_map(net, pattern, n_steps: int, n_p: int) -> CellMap:
@@ -65,31 +60,3 @@ def anchored_rows(scene, cell: CellMap, final, bin_lo, bin_hi):
     ]
     b = jnp.concatenate([jnp.asarray(bin_hi), -jnp.asarray(bin_lo), cell.region_b, goal_b, scene.start_b])
     return jnp.concatenate(A), b
-
-
-def walk(key, A, b, start, walks: int, steps: int):
-    """Points (walks * steps, d) of hit-and-run walks in {x : A x <= b} that all begin at an inner point (d,).
-
-    Directions are scaled by the room that the start has along each axis, so that metres and radians both move.
-    """
-    room = jnp.maximum(b - jnp.matmul(A, start, precision=HIGHEST), 0)
-    reach = jnp.where(A == 0, jnp.inf, room[:, None] / jnp.where(A == 0, 1, jnp.abs(A))).min(axis=0)
-    scale = jnp.where(jnp.isfinite(reach), reach, 1) + 1e-9
-    key_ways, key_shares = jax.random.split(key)
-    ways = jax.random.normal(key_ways, (steps, walks, len(start)), start.dtype) * scale[None, None]
-    speeds = jnp.einsum("hd,swd->swh", A, ways, precision=HIGHEST)
-    shares = jax.random.uniform(key_shares, (steps, walks), start.dtype)
-
-    def step(state, draw):
-        x, room = state
-        way, speed, share = draw
-        time = jnp.maximum(room, 0) / jnp.where(speed == 0, 1, speed)
-        far = jnp.where(speed > 0, time, jnp.inf).min(axis=1)
-        near = jnp.where(speed < 0, time, -jnp.inf).max(axis=1)
-        known = jnp.isfinite(far) & jnp.isfinite(near)
-        way_by = jnp.where(known, near + share * (far - near), 0)[:, None]
-        x = x + way_by * way
-        return (x, room - way_by * speed), x
-
-    begin = (jnp.broadcast_to(start, (walks, len(start))), jnp.broadcast_to(room, (walks, len(b))))
-    return jax.lax.scan(step, begin, (ways, speeds, shares))[1].reshape(walks * steps, len(start))

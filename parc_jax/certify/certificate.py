@@ -11,7 +11,8 @@ import numpy as np
 
 from parc_jax.avoid.directions import multiplier_near
 from parc_jax.avoid.segment import separation
-from parc_jax.certify.piece import Piece, Run
+from parc_jax.certify.corridor import Corridor, Run
+from parc_jax.certify.piece import Piece
 from parc_jax.certify.scene import Scene
 from parc_jax.error.tube import Tube
 from parc_jax.model import TrajectoryModel
@@ -97,8 +98,13 @@ def piece_part(piece: Piece) -> dict:
         "k": _hexes(piece.k),
         "bin": piece.bin,
         "pattern": "".join("1" if on else "0" for on in piece.pattern),
-        "sep": _separation(piece.runs),
+        "sep": _separation(piece.corridor.runs),
     }
+
+
+def corridor_part(corridor: Corridor) -> dict:
+    """Certificate of a corridor: its directions and one plan that keeps to it."""
+    return {"p0": _hexes(corridor.p0), "k": _hexes(corridor.k), "sep": _separation(corridor.runs)}
 
 
 def _longest(ok: np.ndarray) -> np.ndarray:

@@ -1,18 +1,21 @@
-"""Cover the safe set by polytopes: draw points, grow the uncovered ones, stop when a fresh draw finds almost none.
+"""Cover the safe set: draw plans, grow corridors and cut polytopes around those outside, until a fresh draw finds
+almost none.
 
-The draw that decides to stop is fresh: no piece was grown from it, so its uncovered share is an honest sample. A look
-that may stop is announced by the one before it, and only such looks have a part of the error probability.
+The draw that decides to stop is fresh: nothing was grown from it, so its uncovered share is an honest sample. A look
+that may decide is announced by the one before it, and only such looks have a part of the error probability.
 """
 
 import time
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from typing import NamedTuple
 
 import numpy as np
 
+from parc_jax.certify.corridor import Corridor
 from parc_jax.certify.draw import Points, draw, joined, near
 from parc_jax.certify.grower import Grower
 from parc_jax.certify.piece import Piece
+from parc_jax.certify.pieces import Pieces
 from parc_jax.certify.scene import Scene
 from parc_jax.model import TrajectoryModel
 from parc_jax.problem import ReachAvoid
@@ -22,16 +25,17 @@ LARGEST_DRAW = 2**18
 HOPELESS = 50_000  # drawn without a safe one: other means have to decide whether there is any
 SOME = 100  # safe points seen before a draw may be as large as it wants
 ENOUGH = 6000  # fresh safe points of a look: a share a little below a target of 1 % is then told from it
-NEAR = 32  # points drawn close to each that a look found outside, MOST_NEAR in all
-MOST_NEAR = 32768
+NEAR = 48  # points drawn close to each that a look found outside, MOST_NEAR in all
+MOST_NEAR = 16384
+SLIVERS = 0.1  # while more than this share is outside, plain draws say enough of where
 ARMED = 1.6  # [target] the next look may stop once this one left less than this share uncovered: growing halves it
-LEAVE = 0.1  # [target] share of a look that may stay without a piece: those points cost most and hold least
-LEAVE_NEAR = 0.2  # the same for points drawn close by, as a share of those that wait
+LEAVE = 0.1  # [target] share of a look that may stay without a corridor: those points cost most and hold least
+LEAVE_NEAR = 0.5  # the same for points drawn close by, as a share of those outside
 REMEMBERED = 60_000  # safe points kept, the last ones: a uniform sample of the safe set, whose paths take memory
 
 
 class Coverage(NamedTuple):
-    """What the last fresh draw says. share: of the model's safe set inside the pieces; at_least: with `confidence`."""
+    """What the last fresh draw says. share: of the model's safe set that is covered; at_least: with `confidence`."""
 
     share: float
     at_least: float
@@ -40,99 +44,144 @@ class Coverage(NamedTuple):
     fresh_uncovered: int
 
 
-class Cover(NamedTuple):
-    """Pieces and what was seen. drawn, reaching, safe: counts over all draws, which are uniform over a
-    set of the given volume.
+class Look(NamedTuple):
+    """One look of the search, `seconds` after its beginning: corridors and polytopes so far, and the shares of a fresh
+    draw from the safe set that keep to some corridor and that are inside some polytope."""
 
-    history: (seconds, pieces, share covered) after each look.
+    seconds: float
+    corridors: int
+    kept: float
+    polytopes: int
+    inside: float
+
+
+class Cover(NamedTuple):
+    """What a search found. drawn, reaching, safe: counts over all draws, which are uniform over a set of that volume.
+
+    points: safe ones among them. kept, coverage: what the corridors and what the pieces cover. corridors_s: [s] until
+    the corridors were certified to cover enough.
     """
 
-    pieces: list[Piece]
-    coverage: Coverage
     drawn: int
     reaching: int
     safe: int
     volume: float
     points: Points
-    first_sample_s: float | None
-    first_piece_s: float | None
-    history: list[tuple[float, int, float]]
+    kept: Coverage
+    coverage: Coverage
+    corridors: Sequence[Corridor] = ()
+    pieces: Sequence[Piece] = ()
+    first_sample_s: float | None = None
+    first_piece_s: float | None = None
+    corridors_s: float | None = None
+    history: Sequence[Look] = ()
+
+
+def nothing_covered(confidence: float) -> Coverage:
+    """What is known to be covered before a fresh look says more."""
+    return Coverage(0.0, 0.0, confidence, 0, 0)
 
 
 def cover(
     model: TrajectoryModel, problem: ReachAvoid, scene: Scene, rng: np.random.Generator,
-    *, target: float, confidence: float, budget_s: float,
+    *, target: float, confidence: float, budget_s: float, polytopes: bool = True,
 ) -> Cover:  # fmt: skip
-    """Grow pieces until at most `target` of the safe set is left out, with `confidence`, or the budget ends.
+    """Grow until the pieces leave out at most `target` of the safe set, with `confidence`, or the budget ends.
 
-    budget_s: [s] after the first pass, so that compiling is not counted.
+    polytopes: False asks that of the corridors, and cuts no pieces. budget_s: [s] after the first pass, so that
+    compiling is not counted; the last draw, which judges, comes after it.
     """
     begin = time.perf_counter()
     spent = lambda: time.perf_counter() - begin  # noqa: E731
     grower = Grower(model, problem, scene, rng)
-    drawn = reaching = safe = look = 0
-    armed = False  # only a look that was announced by the one before may stop, so only such looks cost confidence
-    coverage = Coverage(0.0, 0.0, confidence, 0, 0)  # nothing is known to be covered until a fresh look says so
-    first_sample = first_piece = None
-    compiled = None
+    corridors, pieces = grower.corridors, Pieces(grower)
+    by_corridors, by_pieces = Judge(target, confidence), Judge(target, confidence)
+    drawn = reaching = safe = 0
+    first_sample = first_piece = corridors_s = compiled = None
     seen: list[Points] = []
-    history: list[tuple[float, int, float]] = []
+    history: list[Look] = []
     size = FIRST_DRAW
     while True:
         batch = draw(model, scene, rng, size)
         fresh = len(batch.safe.k)
         drawn, reaching, safe = drawn + batch.drawn, reaching + batch.reaching, safe + fresh
-        if fresh and first_sample is None:
-            first_sample = spent()
-        inside = grower.take(batch.safe)
         seen.append(batch.safe)
-        while sum(len(s.k) for s in seen[1:-1]) > REMEMBERED:
+        while sum(len(s.k) for s in seen[1:]) > REMEMBERED:
             seen.pop(0)
+        inside = pieces.inside(batch.safe) if polytopes else np.zeros(fresh, bool)
+        outside, kept = batch.safe.at(~inside), inside.copy()  # whoever is inside keeps to a corridor
+        kept[~inside] = grower.keep(outside)
+        covered = inside if polytopes else kept
         if fresh:
-            look += armed
-            # two questions per look, about all pieces and about those that pruning leaves; the shares sum to one
-            level = 1 - (1 - confidence) * 3 / (np.pi * max(look, 1)) ** 2
-            coverage = _coverage(inside, level, confidence)
-            history.append((spent(), len(grower.pieces), coverage.share))
-        if armed and coverage.at_least >= 1 - target:
-            pieces = grower.pieces
-            kept = grower.pruned(joined(seen[:-1]))  # what pruning has looked at could not judge what it leaves
-            left = _coverage(grower.contains(batch.safe, kept), level, confidence)
-            if left.at_least >= 1 - target:
-                pieces, coverage = [pieces[n] for n in kept], left
+            first_sample = first_sample or spent()
+            by_corridors.look(kept)
+            by_pieces.look(covered)
+            corridors_s = corridors_s or (spent() if by_corridors.satisfied else None)
+            history.append(Look(spent(), len(corridors.all), kept.mean(), len(pieces), inside.mean()))
+        late = compiled is not None and spent() - compiled > budget_s
+        if late or by_pieces.satisfied or (safe == 0 and drawn >= HOPELESS):
             break
-        for _ in grow_around(grower, batch.safe.at(~inside), int(LEAVE * target * fresh), rng, first_piece is None):
+        slivers = np.count_nonzero(~covered) < SLIVERS * fresh
+        left = batch.safe.at(~covered)
+        for _ in _grow(pieces, left, int(LEAVE * target * fresh), rng, polytopes, slivers):
             first_piece = first_piece or spent()
             if compiled is not None and spent() - compiled > budget_s:
                 break
         if compiled is None and fresh:
             compiled = spent()  # the budget is for searching: the first pass mostly compiles
-        armed = fresh > 0 and 1 - coverage.share < ARMED * target
-        if spent() - (compiled or 0.0) > budget_s or (safe == 0 and drawn >= HOPELESS):
-            pieces = grower.pieces  # nothing fresh is left to judge a choice among them
-            break
         most = LARGEST_DRAW if safe >= SOME else LARGEST_DRAW // 4
         size = int(np.clip(ENOUGH * drawn / max(safe, 1), FIRST_DRAW, most))
     return Cover(
-        pieces, coverage, drawn, reaching, safe, batch.volume, joined(seen), first_sample, first_piece, history
-    )
+        drawn, reaching, safe, batch.volume, joined(seen), by_corridors.coverage,
+        by_pieces.coverage if polytopes else nothing_covered(confidence), corridors.all, pieces.all(),
+        first_sample, first_piece, corridors_s, history,
+    )  # fmt: skip
 
 
-def grow_around(grower: Grower, outside: Points, leave: int, rng: np.random.Generator, few: bool) -> Iterator[None]:
-    """Grow from what waits, then from safe points close to those that a look found outside. Yields after each batch.
+def _grow(pieces: Pieces, outside: Points, leave: int, rng, polytopes: bool, slivers: bool) -> Iterator[None]:
+    """Grow corridors around plans that a look found outside, cut polytopes from their cells. Yields after each batch.
 
-    What uniform draws leave out lies in slivers, where they hit once in a hundred; near a hit they are dense.
+    slivers: what uniform draws still leave out lies in slivers, where they hit once in a hundred. Near a hit they are
+    dense: safe plans close to those outside say which corridor and which polytope holds most.
     """
-    yield from grower.grow(leave, few)
-    if len(outside.k):
-        grower.take(near(grower.model, grower.scene, rng, outside, min(NEAR * len(outside.k), MOST_NEAR)))
-        yield from grower.grow(max(leave, int(LEAVE_NEAR * len(grower.waiting.k))))
+    grower = pieces.grower
+    if slivers and len(outside.k):
+        around = near(grower.model, grower.scene, rng, outside, min(NEAR * len(outside.k), MOST_NEAR))
+        if polytopes:
+            around = around.at(~pieces.inside(around))
+        grower.keep(around)
+        outside, leave = joined([outside, around]), max(leave, int(LEAVE_NEAR * len(outside.k)))
+    yield from grower.grow(leave, few=not grower.corridors.all)
+    if polytopes:
+        pieces.add(outside)
+        yield
 
 
-def _coverage(inside: np.ndarray, level: float, confidence: float) -> Coverage:
-    """Clopper-Pearson bound of this look; the looks share the total error probability."""
-    from scipy.special import betaincinv
+class Judge:
+    """Says when enough is covered. coverage: of the last look. satisfied: at most `target` is left out, surely enough.
 
-    n, uncovered = len(inside), int((~inside).sum())
-    worst = 1.0 if uncovered == n else float(betaincinv(uncovered + 1, n - uncovered, level))
-    return Coverage(1 - uncovered / n, 1 - worst, confidence, n, uncovered)
+    A look that may decide is announced by the one before, which nearly did; only such looks share the error.
+    """
+
+    def __init__(self, target: float, confidence: float):
+        self.target, self.confidence = target, confidence
+        self.satisfied = self._announced = False
+        self._looks = 0
+        self.coverage = nothing_covered(confidence)
+
+    def look(self, covered: np.ndarray) -> None:
+        """covered (b,) bool: which of the plans of a fresh draw are. Ignored once satisfied: more only adds to it."""
+        if self.satisfied:
+            return
+        self._looks += self._announced
+        n, out = len(covered), int((~covered).sum())
+        self.coverage = Coverage(1 - out / n, 1 - self._worst(n, out), self.confidence, n, out)
+        self.satisfied = self._announced and self.coverage.at_least >= 1 - self.target
+        self._announced = out < ARMED * self.target * n
+
+    def _worst(self, n: int, out: int) -> float:
+        """Clopper-Pearson bound with the part of the error probability that this look has."""
+        from scipy.special import betaincinv
+
+        level = 1 - (1 - self.confidence) * 6 / (np.pi * max(self._looks, 1)) ** 2
+        return 1.0 if out == n else float(betaincinv(out + 1, n - out, level))

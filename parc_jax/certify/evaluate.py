@@ -102,10 +102,15 @@ def prediction(net: ReLUNetwork, tube: Tube, scene: Scene, p0, k) -> Prediction:
     """Path, pattern, bin, goal and start margins of one point p0 (n_p,), k (n_k,). Kernel."""
     offsets, q, pattern = predict(net, *tube.interval.shape[1:], k)
     path = p0[None] + offsets
+    return Prediction(path, q, pattern, *arrival(tube, scene, p0, path[-1], q, k))
+
+
+def arrival(tube: Tube, scene: Scene, p0, end, q, k):
+    """Bin of k, goal margin and start margin of a plan from p0 (n_p,) to the predicted end (n_p,), q (n_q,). Kernel."""
     number = jnp.where(((k >= scene.k_lo) & (k <= scene.k_hi)).all(), bin_of(tube, k), -1)
     lost = jnp.matmul(jnp.abs(scene.goal_A), jnp.asarray(tube.final)[number], precision=HIGHEST)
-    goal = row_margin(scene.goal_A, scene.goal_b - lost, jnp.concatenate([path[-1], q]), scene.slack)
-    return Prediction(path, q, pattern, number, goal, row_margin(scene.start_A, scene.start_b, p0, scene.slack))
+    goal = row_margin(scene.goal_A, scene.goal_b - lost, jnp.concatenate([end, q]), scene.slack)
+    return number, goal, row_margin(scene.start_A, scene.start_b, p0, scene.slack)
 
 
 def verdict(net: ReLUNetwork, tube: Tube, scene: Scene, p0, k) -> Evaluation:

@@ -4,7 +4,7 @@ import time
 
 import numpy as np
 
-from parc_jax.certify.cover import FIRST_DRAW, HOPELESS, LARGEST_DRAW, Cover, Coverage
+from parc_jax.certify.cover import FIRST_DRAW, HOPELESS, LARGEST_DRAW, Cover, nothing_covered
 from parc_jax.certify.draw import draw, joined
 from parc_jax.certify.scene import Scene
 from parc_jax.model import TrajectoryModel
@@ -22,5 +22,5 @@ def first_look(model: TrajectoryModel, scene: Scene, rng: np.random.Generator, n
         if safe and first is None:
             first = time.perf_counter() - begin
         size = int(np.clip(1.2 * n * drawn / max(safe, 1), FIRST_DRAW, LARGEST_DRAW))
-    none = Coverage(0.0, 0.0, confidence, safe, safe)
-    return Cover([], none, drawn, reaching, safe, batch.volume, joined(seen), first, None, [])
+    none = nothing_covered(confidence)
+    return Cover(drawn, reaching, safe, batch.volume, joined(seen), none, none, first_sample_s=first)

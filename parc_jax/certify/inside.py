@@ -6,7 +6,7 @@ import numpy as np
 
 from parc_jax.arrays import on_all_cores, x64
 from parc_jax.avoid.segment import dot2
-from parc_jax.certify.draw import Points, groups
+from parc_jax.certify.draw import groups
 
 CHUNK = 1024  # pairs per compiled call
 PIECES = (32, 128, CHUNK)  # padded numbers of pieces in one call
@@ -29,18 +29,6 @@ def pairs_of_cells(cells: np.ndarray, by_cell: dict[bytes, list[int]]) -> tuple[
         at.append(np.repeat(index, len(numbers)))
         of.append(np.tile(np.array(numbers, int), len(index)))
     return np.concatenate(at), np.concatenate(of)
-
-
-def inside_any(points: Points, w, need, by_cell: dict[bytes, list[int]]) -> np.ndarray:
-    """(b,) bool: inside some piece of w (n, o, T, 2), need (n, o, T) that `by_cell` lists for the point's cell."""
-    inside, left = np.zeros(len(points.k), bool), np.arange(len(points.k))
-    # most points of a cell are in its first piece, which was chosen for that
-    for part in (slice(0, 1), slice(1, None)):
-        at, of = pairs_of_cells(points.cell[left], {cell: numbers[part] for cell, numbers in by_cell.items()})
-        at = left[at]
-        inside[at[inside_pairs(points.path, w, need, at, of)]] = True
-        left = np.flatnonzero(~inside)
-    return inside
 
 
 def inside_pairs(path, w, need, at, of) -> np.ndarray:

@@ -1,51 +1,33 @@
-"""A safe piece: pattern, bin, directions and one inner point. Everything else follows from them."""
+"""A safe piece: a corridor in one cell. Everything else follows from pattern, bin, directions and one inner point."""
 
 from functools import cached_property
-from typing import NamedTuple
 
 import jax
 import numpy as np
 
 from parc_jax.arrays import x64
-from parc_jax.avoid.directions import Multiplier
 from parc_jax.certify.cell import anchored_rows, cell_map
+from parc_jax.certify.corridor import Corridor
+from parc_jax.certify.draw import cell_of
 from parc_jax.sets.hpolytope import HPolytope
 
 
-class Run(NamedTuple):
-    """A direction that separates one obstacle from interval `first` up to, not including, `end`."""
-
-    first: int
-    end: int
-    multiplier: Multiplier
-
-
 class Piece:
-    """The polytope of all (p0, k) with this pattern, in this bin, separated by these directions.
+    """The polytope of all (p0, k) with this pattern, in this bin, that keep to the corridor.
 
-    p0 (n_p,), k (n_k,): a point strictly inside. pattern (n_hidden,) bool. born: [s] after the query began.
+    p0 (n_p,), k (n_k,): a point strictly inside. pattern (n_hidden,) bool.
     w (o, T, 2), need (o, T): every inequality w . p^ > need, at both ends of every interval; float slack included.
-    multipliers: per obstacle and interval what spells w exactly.
     """
 
-    def __init__(self, model, scene, p0, k, pattern, bin_number: int, w, need, multipliers, born: float):
-        self.p0, self.k, self.pattern, self.bin = p0, k, pattern, int(bin_number)
-        self.w, self.need, self.multipliers, self.born = w, need, multipliers, born
+    def __init__(self, model, scene, p0, k, pattern, bin_number: int, corridor: Corridor):
+        self.p0, self.k, self.pattern, self.bin, self.corridor = p0, k, pattern, int(bin_number), corridor
+        self.w, self.need = corridor.w, corridor.need(model.tube.interval[self.bin])
         self._model, self._scene = model, scene
 
-    @cached_property
-    def runs(self) -> tuple[tuple[Run, ...], ...]:
-        """Per obstacle, the intervals in which it exists as runs of equal directions."""
-        out = []
-        for spelled, active in zip(self.multipliers, self._scene.obstacles.active, strict=False):
-            mine: list[Run] = []
-            for t in np.flatnonzero(active):
-                if mine and mine[-1].multiplier is spelled[t]:
-                    mine[-1] = mine[-1]._replace(end=int(t) + 1)
-                else:
-                    mine.append(Run(int(t), int(t) + 1, spelled[t]))
-            out.append(tuple(mine))
-        return tuple(out)
+    @property
+    def cell(self) -> bytes:
+        """Name of its region and bin, as points have it."""
+        return cell_of(self.pattern[None], np.array([self.bin]))[0].tobytes()
 
     @cached_property
     def polytope(self) -> HPolytope:

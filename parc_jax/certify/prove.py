@@ -6,19 +6,23 @@ import jax
 import numpy as np
 
 from parc_jax import checker
-from parc_jax.certify.certificate import network_part, piece_part, problem_part, tube_part
-from parc_jax.certify.piece import Piece
+from parc_jax.certify.certificate import corridor_part, network_part, piece_part, problem_part, tube_part
 from parc_jax.model import TrajectoryModel
 from parc_jax.problem import ReachAvoid
 
 
-def prove(problem: ReachAvoid, model: TrajectoryModel, samples: list[dict], pieces: list[Piece]):
-    """Which sample certificates and which pieces the checker accepts: two bool arrays."""
+def prove(problem: ReachAvoid, model: TrajectoryModel, samples: list[dict], corridors=(), pieces=()):
+    """Which sample certificates, which corridors and which pieces the checker accepts: three bool arrays.
+
+    A corridor is certified as a sample is: directions that hold for all plans, and one plan that keeps to them.
+    """
     context = _context(problem, model)
-    return (
-        np.array([_accepts(context.check_sample, part) for part in samples], bool),
-        np.array([_accepts(context.check_set, piece_part(piece)) for piece in pieces], bool),
+    asked = (
+        (context.check_sample, samples),
+        (context.check_sample, [corridor_part(c) for c in corridors]),
+        (context.check_set, [piece_part(p) for p in pieces]),
     )
+    return tuple(np.array([_accepts(check, part) for part in parts], bool) for check, parts in asked)
 
 
 def _context(problem: ReachAvoid, model: TrajectoryModel) -> checker.Context:

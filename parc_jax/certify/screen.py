@@ -1,8 +1,9 @@
-"""The pointwise test for many points at once: facet normals first, the exact separation only where they leave it open.
+"""The pointwise test for many points at once: a few knots first, then facet normals, the exact separation for the rest.
 
 Same verdict as `evaluate`, up to rounding: safe needs the same three proofs, and every obstacle and interval is
-separated by a direction that clears the slack. Most are, by a facet of the obstacle; most points that are not safe
-show it in the one interval where the facets do worst. What remains are a few intervals of a few points.
+separated by a direction that clears the slack. Most points that are not safe show it at one of a few knots, and most of
+the others in the one interval where the facets do worst; most intervals of the rest are separated by a facet of the
+obstacle. What remains are a few intervals of a few points.
 """
 
 from typing import NamedTuple
@@ -13,16 +14,55 @@ import numpy as np
 
 from parc_jax.arrays import on_all_cores, x64
 from parc_jax.avoid.segment import dot2, separation
-from parc_jax.certify.evaluate import predict, prediction
+from parc_jax.certify.evaluate import arrival, predict, prediction
 from parc_jax.certify.scene import Scene
 from parc_jax.model import TrajectoryModel
+from parc_jax.network.relu import ReLUNetwork
 
 CHUNK = 512  # points per compiled call: intermediates stay in cache
+GLANCES = 2048  # the same for the first look
+KNOTS = 12  # that the first look sees
+TINY = 1e-300  # [m^2] against 0 / 0 where a corner is repeated
 ITEMS = 2048  # open obstacle-interval pairs per compiled call
 
 
+def glance(few: ReLUNetwork, knots, tube, scene: Scene, z, k):
+    """Does the plan with k (n_k,) and predicted end z (n_p,) reach; does it, and is outside of everything? Kernel.
+
+    few: the network with the outputs of some knots (m,) only, the last one among them.
+    """
+    n_steps, n_p = tube.interval.shape[1:]
+    offsets, q, _ = predict(few, len(knots), n_p, k)
+    p0 = z - offsets[-1]
+    path = p0[None] + offsets
+    number, goal, start = arrival(tube, scene, p0, path[-1], q, k)
+    reaches = (goal >= 0) & (start >= 0) & (number >= 0)
+    at = jnp.minimum(jnp.concatenate([jnp.zeros(1, int), knots]), n_steps - 1)  # the interval that a knot begins
+    error = jnp.asarray(tube.interval)[number, at]
+    struck = jax.vmap(_struck, in_axes=(0, 0, None, None, None))(
+        scene.obstacles.corner, scene.obstacles.sign, scene.obstacles.radius, path, error
+    )
+    return reaches, reaches & ~(struck & scene.obstacles.active[:, at]).any()
+
+
+def _struck(corner, sign, radius, p, error):
+    """(t,) bool: are points p (t, 2) inside the polygon corner (m, 2) + sign * error (t, 2), or within the radius?
+
+    Edge by edge and without a division of the field into cases: this runs for every plan that is ever drawn.
+    """
+    inside, nearest = jnp.ones(len(p), bool), jnp.full(len(p), jnp.inf)
+    for i in range(len(corner)):
+        a, b = (corner[j][None] + sign[j][None] * error for j in (i - 1, i))
+        along, to = b - a, p - a
+        inside &= along[:, 0] * to[:, 1] >= along[:, 1] * to[:, 0]
+        share = jnp.clip(dot2(to, along) / jnp.maximum(dot2(along, along), TINY), 0, 1)
+        off = to - share[:, None] * along
+        nearest = jnp.minimum(nearest, dot2(off, off))
+    return inside | (nearest <= radius * radius)
+
+
 class Sighting(NamedTuple):
-    """What the first look tells; leading axis b. p0, path, pattern, bin, reaches: as in Evaluation.
+    """What the second look tells; leading axis b. p0, path, pattern, bin, reaches: as in Evaluation.
 
     hopeful (b,): reaches, and touches nothing in the interval that looks worst. open (b, o, T): no facet separates.
     """
@@ -32,12 +72,11 @@ class Sighting(NamedTuple):
     pattern: np.ndarray
     bin: np.ndarray
     hopeful: np.ndarray
-    reaches: np.ndarray
     open: np.ndarray
 
 
 def sighting(net, tube, scene: Scene, z, k) -> Sighting:
-    """First look at the plan with k (n_k,) whose predicted end is z (n_p,). Kernel."""
+    """Second look at the plan with k (n_k,) whose predicted end is z (n_p,). Kernel."""
     offsets, _, _ = predict(net, *tube.interval.shape[1:], k)
     p0 = z - offsets[-1]
     seen = prediction(net, tube, scene, p0, k)
@@ -49,7 +88,7 @@ def sighting(net, tube, scene: Scene, z, k) -> Sighting:
     room = jnp.where(scene.obstacles.active, room, jnp.inf)
     o, t = jnp.unravel_index(jnp.argmin(room), room.shape)
     struck = ~(room[o, t] > 0) & ~_apart(tube, scene, seen.path[t], seen.path[t + 1], seen.bin, o, t)
-    return Sighting(p0, seen.path, seen.pattern, seen.bin, seen.reaches & ~struck, seen.reaches, ~(room > 0))
+    return Sighting(p0, seen.path, seen.pattern, seen.bin, seen.reaches & ~struck, ~(room > 0))
 
 
 def _facet_room(path, error, w, reach, slack):
@@ -60,6 +99,16 @@ def _facet_room(path, error, w, reach, slack):
     return (jnp.minimum(along[:-1], along[1:]) - need).max(axis=1)
 
 
+def _few_outputs(model: TrajectoryModel) -> tuple[ReLUNetwork, np.ndarray]:
+    """The network with the outputs of KNOTS knots and of q only, and the numbers of those knots, evenly spread."""
+    net, n_p, n_steps = model.net, model.n_p, model.time.n_steps
+    knots = np.unique(np.linspace(0, n_steps, KNOTS).round().astype(int))[1:]
+    rows = [n_p * (knots[:, None] - 1) + np.arange(n_p), np.arange(n_steps * n_p, len(net.biases[-1]))[:, None]]
+    rows = np.concatenate([part.ravel() for part in rows])
+    few = [(*part[:-1], part[-1][rows]) for part in (net.weights, net.biases)]
+    return net.replace(weights=few[0], biases=few[1]), knots
+
+
 def _apart(tube, scene: Scene, start, end, bin_number, o, t):
     """Is the segment of one open item separated? start, end (2,): the knots of interval t; o: obstacle."""
     corners = scene.obstacles.corner[o] + scene.obstacles.sign[o] * jnp.asarray(tube.interval)[bin_number, t][None]
@@ -67,6 +116,7 @@ def _apart(tube, scene: Scene, start, end, bin_number, o, t):
     return gap - scene.slack * jnp.abs(w).sum() > 0
 
 
+_glances = jax.jit(jax.vmap(glance, in_axes=(None, None, None, None, 0, 0)))
 _sightings = jax.jit(jax.vmap(sighting, in_axes=(None, None, None, 0, 0)))
 _aparts = jax.jit(jax.vmap(_apart, in_axes=(None, None, 0, 0, 0, 0, 0)))
 
@@ -76,27 +126,41 @@ def screen(model: TrajectoryModel, scene: Scene, z, k) -> tuple[int, np.ndarray,
 
     Also of those that are: p0, path, pattern, bin.
     """
-    n, arrays = len(k), scene.arrays
+    arrays = scene.arrays
+    few, knots = _few_outputs(model)
 
-    def look(first):
-        rows = np.arange(first, min(first + CHUNK, n))
-        padded = np.resize(rows, CHUNK)
-        with x64():
-            seen = _sightings(model.net, model.tube, arrays, z[padded], k[padded])
-        seen = Sighting(*(np.asarray(field)[: len(rows)] for field in seen))
-        return int(seen.reaches.sum()), rows[seen.hopeful], [field[seen.hopeful] for field in seen]
+    def first(rows):
+        reaches, outside = _glances(few, knots, model.tube, arrays, z[rows], k[rows])
+        return np.asarray(reaches), np.asarray(outside)
 
-    def apart(items):
-        who, o, t = (np.resize(x, ITEMS) for x in items)
-        with x64():
-            found = _aparts(model.tube, arrays, path[who, t], path[who, t + 1], number[who], o, t)
-        return np.asarray(found)[: len(items[0])]
+    def second(rows):
+        return jax.device_get(_sightings(model.net, model.tube, arrays, z[rows], k[rows]))
 
-    reached, rows, fields = zip(*on_all_cores(look, range(0, n, CHUNK)), strict=True)
-    p0, path, pattern, number, *_, left = (np.concatenate(x) for x in zip(*fields, strict=True))
+    def apart(rows):
+        who, o, t = (x[rows] for x in items)
+        return np.asarray(_aparts(model.tube, arrays, path[who, t], path[who, t + 1], number[who], o, t))
+
+    reaches, outside = _in_parts(first, np.arange(len(k)), GLANCES)
+    rows = np.flatnonzero(outside)
+    seen = Sighting(*_in_parts(second, rows, CHUNK))
+    hopeful = seen.hopeful
+    p0, path, pattern, number, left = (field[hopeful] for field in (*seen[:4], seen.open))
     items = np.nonzero(left)
-    parts = [[x[i : i + ITEMS] for x in items] for i in range(0, len(items[0]), ITEMS)]
     safe = np.ones(len(p0), bool)
-    for (who, _, _), found in zip(parts, on_all_cores(apart, parts), strict=True):
-        safe[who[~found]] = False
-    return sum(reached), np.concatenate(rows)[safe], [x[safe] for x in (p0, path, pattern, number)]
+    if left.any():
+        safe[items[0][~_in_parts(apart, np.arange(len(items[0])), ITEMS)]] = False
+    return int(reaches.sum()), rows[hopeful][safe], [x[safe] for x in (p0, path, pattern, number)]
+
+
+def _in_parts(call, rows: np.ndarray, size: int):
+    """call(rows) as arrays, `size` rows at a time on all cores, the last part padded with its own.
+
+    Without rows, the call is asked about row 0: shapes are its business.
+    """
+
+    def one(part):
+        with x64():
+            return jax.tree.map(lambda x: x[: len(part)], call(np.resize(part, size)))
+
+    parts = [rows[i : i + size] for i in range(0, max(len(rows), 1), size)]
+    return jax.tree.map(lambda *xs: np.concatenate(xs), *on_all_cores(one, parts))

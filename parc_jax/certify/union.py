@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from parc_jax.certify.draw import Points, cell_of, points
+from parc_jax.certify.draw import Points, points
 from parc_jax.certify.evaluate import anchor, evaluate
 from parc_jax.certify.inside import inside_pairs, pairs_of_cells
 from parc_jax.certify.piece import Piece
@@ -21,8 +21,7 @@ class SafeUnion:
         self._w, self._need = np.array([p.w for p in pieces]), np.array([p.need for p in pieces])
         self._by_cell: dict[bytes, list[int]] = {}
         for index, piece in enumerate(pieces):
-            cell = cell_of(piece.pattern[None], np.array([piece.bin]))[0].tobytes()
-            self._by_cell.setdefault(cell, []).append(index)
+            self._by_cell.setdefault(piece.cell, []).append(index)
 
     @property
     def bodies(self) -> list[Body | None]:

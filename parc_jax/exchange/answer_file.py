@@ -7,13 +7,13 @@ import numpy as np
 from parc_jax.answer import LEVELS, Answer
 from parc_jax.avoid.directions import Multiplier, direction
 from parc_jax.certify.certificate import FORMAT
-from parc_jax.certify.cover import Cover, Coverage
+from parc_jax.certify.corridor import Corridor
+from parc_jax.certify.cover import Cover, Coverage, nothing_covered
 from parc_jax.certify.draw import points
 from parc_jax.certify.evaluate import evaluate
 from parc_jax.certify.no_plan import BRACKET, PROVED, UNDECIDED, NoPlan
 from parc_jax.certify.piece import Piece
 from parc_jax.certify.scene import Scene, scene
-from parc_jax.certify.union import SafeUnion
 from parc_jax.checker import Rejected, check_answer, load, number
 from parc_jax.error.claim import claim_from_json
 from parc_jax.error.tube import NO_CLAIM, tube
@@ -57,13 +57,14 @@ def _answer(data: dict, report) -> Answer:
     pieces = [_piece(model, problem, laid_out, part) for part in data["sets"]]
     p0, k = samples[:, : model.n_p], samples[:, model.n_p :]
     seen = points(p0, k, evaluate(model, laid_out, p0, k))
-    known = {name: _count(value) for name, value in meta["coverage"].items()}
     counts = meta["counts"]
-    coverage = Coverage(**known)
+    coverage = _coverage(meta["coverage"])
+    kept = _coverage(meta["corridor_coverage"]) if "corridor_coverage" in meta else nothing_covered(coverage.confidence)
+    corridors = [_corridor(problem, laid_out, part) for part in data.get("corridors", [])]
     tally = counts["drawn"], counts["reaching"], counts["safe"], float(meta["volume_drawn"])
-    cover = Cover(pieces, coverage, *tally, seen, None, None, [])
-    union, no_plan = SafeUnion(model, laid_out, pieces), _no_plan(data["no_plan"], report.no_plan)
-    return Answer(model, problem, laid_out, cover, samples, data["samples"], union, LEVELS[1], 0, {}, no_plan)
+    cover = Cover(*tally, seen, kept, coverage, corridors, pieces)
+    no_plan = _no_plan(data["no_plan"], report.no_plan)
+    return Answer(model, problem, laid_out, cover, samples, data["samples"], LEVELS[1], 0, {}, no_plan)
 
 
 def _model(data: dict) -> TrajectoryModel:
@@ -91,25 +92,26 @@ def problem_of_file(asked: dict) -> ReachAvoid:
 
 
 def _piece(model: TrajectoryModel, problem: ReachAvoid, laid_out: Scene, part: dict) -> Piece:
-    """The piece with its directions, each rounded as when it was grown."""
-    n_o, T = laid_out.obstacles.active.shape
-    w, need, spelled = np.zeros((n_o, T, 2)), np.full((n_o, T), -np.inf), []
-    error = model.tube.interval[part["bin"]]
+    """The piece of its certificate."""
+    corridor = _corridor(problem, laid_out, part)
+    pattern = np.array([bit == "1" for bit in part["pattern"]], bool)
+    return Piece(model, laid_out, corridor.p0, corridor.k, pattern, part["bin"], corridor)
+
+
+def _corridor(problem: ReachAvoid, laid_out: Scene, part: dict) -> Corridor:
+    """The corridor of its certificate, each direction rounded as when it was grown."""
+    active = laid_out.obstacles.active
+    w, reach, spelled = np.zeros((*active.shape, 2)), np.full(active.shape, -np.inf), np.empty(active.shape, object)
     for o, runs in enumerate(part["sep"]):
-        first = int(np.argmax(laid_out.obstacles.active[o]))
-        mine: list[Multiplier | None] = [None] * T
+        first = int(np.argmax(active[o]))
         for end, terms in runs:
             m = Multiplier(tuple(row for row, _ in terms), tuple(number(v) for _, v in terms))
-            along, reach = direction(problem, o, m)
-            size = np.abs(along)
-            w[o, first:end] = along
-            need[o, first:end] = reach + error[first:end] @ size + laid_out.slack * size.sum()
-            mine[first:end] = [m] * (end - first)
+            along, need = direction(problem, o, m)
+            w[o, first:end], reach[o, first:end] = along, need + laid_out.slack * np.abs(along).sum()
+            for t in range(first, end):
+                spelled[o, t] = m
             first = end
-        spelled.append(mine)
-    pattern = np.array([bit == "1" for bit in part["pattern"]], bool)
-    p0, k = np.array(_floats(part["p0"])), np.array(_floats(part["k"]))
-    return Piece(model, laid_out, p0, k, pattern, part["bin"], w, need, spelled, float("nan"))
+    return Corridor(w, reach, spelled, np.array(_floats(part["p0"])), np.array(_floats(part["k"])), float("nan"))
 
 
 def _no_plan(certificate: dict | None, volumes: dict | None) -> NoPlan | None:
@@ -124,6 +126,10 @@ def _no_plan(certificate: dict | None, volumes: dict | None) -> NoPlan | None:
 
 def _polytope(part: dict) -> HPolytope:
     return hpolytope(_floats(part["A"]), _floats(part["b"]))
+
+
+def _coverage(part: dict) -> Coverage:
+    return Coverage(**{name: _count(value) for name, value in part.items()})
 
 
 def _count(value):

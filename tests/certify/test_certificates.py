@@ -146,7 +146,7 @@ def test_prove_keeps_what_holds_and_drops_what_does_not(saved):
     answer, _, _ = saved
     parts = copy.deepcopy(answer.sample_parts)
     parts[3]["p0"][0] = (float.fromhex(parts[3]["p0"][0]) + 3).hex()
-    kept, pieces = prove(answer.problem, answer.model, parts, answer.pieces)
+    kept, _, pieces = prove(answer.problem, answer.model, parts, pieces=answer.pieces)
     assert pieces.all() and kept.tolist() == [i != 3 for i in range(12)]
 
 

@@ -1,10 +1,12 @@
 """The quick test of many points gives the verdicts of the exact one; a screen that trusts too much is caught."""
 
+import jax
 import jax.numpy as jnp
 import numpy as np
 import pytest
-from toy_models import line_model, toy_case
+from toy_models import line_model, random_model, random_problem, toy_case
 
+from parc_jax.arrays import x64
 from parc_jax.certify import draw as drawing
 from parc_jax.certify import screen as screening
 from parc_jax.certify.draw import draw, near
@@ -54,6 +56,34 @@ def test_what_is_safe_comes_back_as_the_network_says(rng):
     np.testing.assert_array_equal(path, e.path)
     np.testing.assert_array_equal(pattern, e.pattern)
     np.testing.assert_array_equal(number, e.bin)
+
+
+@pytest.mark.parametrize("body", ["disc", "polygon"])
+def test_a_glance_loses_no_safe_plan_and_most_of_the_others(body, rng):
+    model = random_model(rng)
+    problem = random_problem(rng, model, n_obstacles=3, body=body)
+    laid_out = scene(problem, model)
+    z, k = proposals(model, laid_out, rng, 4000)
+    few, knots = screening._few_outputs(model)
+    with x64():
+        reaches, outside = screening._glances(few, knots, model.tube, laid_out.arrays, z, k)
+    p0, expected = anchor(model, laid_out, z, k)
+    e = evaluate(model, laid_out, p0, k)
+    np.testing.assert_array_equal(reaches, expected)
+    assert not (e.safe & ~np.asarray(outside)).any()
+    unsafe = expected & ~e.safe
+    assert (unsafe & np.asarray(outside)).sum() < 0.5 * unsafe.sum()
+
+
+def test_a_glance_that_strikes_too_much_is_caught(rng, monkeypatch):
+    model, problem = toy_case(4)
+    laid_out = scene(problem, model)
+    right = screening._struck
+    wide = lambda corner, sign, radius, p, error: right(corner, sign, radius + 0.05, p, error)  # noqa: E731
+    monkeypatch.setattr(screening, "_struck", wide)
+    monkeypatch.setattr(screening, "_glances", jax.jit(jax.vmap(screening.glance, (None, None, None, None, 0, 0))))
+    quick, exact = both(model, laid_out, *proposals(model, laid_out, rng, 3 * CHUNK))
+    assert len(np.setdiff1d(exact, quick)) > 0
 
 
 def test_without_obstacles_all_that_reaches_is_safe(rng):

@@ -37,13 +37,13 @@ def test_network_and_tube_are_read_once_for_many_problems(plan, monkeypatch):
     reads, real = [], checker.Context._read_network
     monkeypatch.setattr(checker.Context, "_read_network", lambda self, part: (reads.append(1), real(self, part))[1])
     part = part_of(PROBLEM, MODEL, plan)
-    verdicts = [prove(p, MODEL, [part], [])[0][0] for p in (PROBLEM, NEARER, PROBLEM)]
+    verdicts = [prove(p, MODEL, [part])[0][0] for p in (PROBLEM, NEARER, PROBLEM)]
     assert verdicts == [True, False, True] and len(reads) == 1
     moved = relu_network(MODEL.net.weights, [*MODEL.net.biases[:-1], MODEL.net.biases[-1] + 5.0])
-    assert not prove(PROBLEM, MODEL.replace(net=moved), [part], [])[0][0] and len(reads) == 2
+    assert not prove(PROBLEM, MODEL.replace(net=moved), [part])[0][0] and len(reads) == 2
     for shift in range(1, 8):
         other = relu_network(MODEL.net.weights, [*MODEL.net.biases[:-1], MODEL.net.biases[-1] + shift])
-        prove(PROBLEM, MODEL.replace(net=other), [], [])
+        prove(PROBLEM, MODEL.replace(net=other), [])
     assert len(module._RECENT) == 4
 
 

@@ -26,8 +26,12 @@ def test_everything_but_timings_comes_back(answer, tmp_path, rng):
         assert (mine.A == theirs.A).all() and (mine.b == theirs.b).all()
     p0, k = rng.uniform(-1, 1, (2000, 2)), rng.uniform(-1, 1, (2000, 2))
     assert (again.contains(p0, k) == answer.contains(p0, k)).all()
+    assert (again.keeps(p0, k) == answer.keeps(p0, k)).all() and again.corridor_coverage == answer.corridor_coverage
+    for mine, theirs in zip(again.corridors, answer.corridors, strict=True):
+        exists = np.isfinite(mine.reach)
+        assert (mine.w == theirs.w)[exists].all() and (mine.reach == theirs.reach).all() and mine.runs == theirs.runs
     first, second = answer.to_json(), again.to_json()
-    assert first["sets"] == second["sets"] and first["hash"] == second["hash"]
+    assert all(first[part] == second[part] for part in ("corridors", "sets", "hash"))
 
 
 def test_a_file_whose_proof_fails_is_refused(answer, tmp_path):

@@ -115,19 +115,17 @@ def test_vertices_of_the_float_polytopes_satisfy_the_exact_rows(answers):
 
 
 def test_pieces_lost_of_a_guard_would_be_refused(answers, monkeypatch):
-    # A grower that forgets the tube yields pieces that the exact checker does not accept.
+    # A grower that believes any direction yields corridors and pieces that the exact checker does not accept.
     model, problem = toy_case(4)
-    right = growing.Grower._pieces
+    right = growing.Grower._spelled_out
 
-    def careless(self, points, seeds, growth, rows):
-        pieces = right(self, points, seeds, growth._replace(choice=growth.choice * 0), rows)
-        for piece in pieces:
-            piece.need = piece.need - 10.0
-        return pieces
+    def careless(self, growth):
+        corridors = right(self, growth._replace(choice=growth.choice * 0))
+        return [c._replace(reach=c.reach - 10.0) for c in corridors]
 
-    monkeypatch.setattr(growing.Grower, "_pieces", careless)
+    monkeypatch.setattr(growing.Grower, "_spelled_out", careless)
     answer = Planner(model).solve(problem, jax.random.key(4), target=0.1, n_samples=1, budget_s=300)
-    assert answer.refused > 0
+    assert answer.refused > 0 and answer.coverage.at_least == answer.corridor_coverage.at_least == 0
     check = context_of(answer).check_set
     for piece in answer.pieces:
         check(piece_part(piece))
@@ -179,7 +177,7 @@ def test_what_a_broken_engine_finds_is_refused_unless_it_is_true(fault):
         answer = Planner(WRONG[fault](model, problem)[0]).solve(
             WRONG[fault](model, problem)[1], jax.random.key(0), target=0.5, n_samples=150, proof=False, budget_s=300
         )
-        samples, pieces = prove(problem, model, answer.sample_parts, answer.pieces)
+        samples, _, pieces = prove(problem, model, answer.sample_parts, pieces=answer.pieces)
         assert not (samples.all() and pieces.all())
         x = answer.samples
         right = evaluate(model, scene(problem, model), x[:, :2], x[:, 2:])
@@ -193,7 +191,7 @@ def test_low_precision_in_the_search_is_found_out_or_harmless():
     answer = Planner(rounded_weights(model)).solve(
         problem, jax.random.key(0), target=0.5, n_samples=150, proof=False, budget_s=300
     )
-    samples, _ = prove(problem, model, answer.sample_parts, answer.pieces)
+    samples, *_ = prove(problem, model, answer.sample_parts)
     x = answer.samples
     right = evaluate(model, scene(problem, model), x[:, :2], x[:, 2:])
     assert not samples[right.clearance < -1e-6].any() and samples.mean() > 0.9
@@ -314,7 +312,7 @@ def test_coverage_statement_is_honest_over_many_repeats():
 
 
 def test_a_dishonest_cover_is_noticed(monkeypatch):
-    import parc_jax.planner as planner
+    import parc_jax.answer as answers
 
     class Half(union_stage.SafeUnion):
         """Loses half of its pieces after their coverage was stated."""
@@ -322,7 +320,7 @@ def test_a_dishonest_cover_is_noticed(monkeypatch):
         def __init__(self, model, scene, pieces):
             super().__init__(model, scene, pieces[: len(pieces) // 2])
 
-    monkeypatch.setattr(planner, "SafeUnion", Half)
+    monkeypatch.setattr(answers, "SafeUnion", Half)
     assert honest_looks(repeats=3, confidence=0.9, target=0.3, fresh=5_000) == 3
 
 
