@@ -26,8 +26,8 @@ MAX_BYTES, MAX_CHARS, MAX_BITS, MAX_LAYERS = 1 << 26, 1000, 1 << 13, 64
 HEX = re.compile(r"(-?)0x([0-9a-f]{1,40})(?:\.([0-9a-f]{0,40}))?p([+-]?[0-9]{1,4})")
 DECIMAL = re.compile(r"-?[0-9]+(?:/[0-9]+|(?:\.[0-9]+)?(?:e[+-]?[0-9]{1,3})?)")
 
-# What was proved: numbers of samples and sets, None or kind and exact volumes of no_plan. The claim is only quoted.
-Report = collections.namedtuple("Report", "samples sets no_plan claim hash")
+# What was proved: how many of each, None or kind and exact volumes of no_plan. The claim is only quoted.
+Report = collections.namedtuple("Report", "samples sets corridors no_plan claim hash")
 # w . p0 + v . y[part] + c >= 0, or > 0 if strict, in integers.
 Condition = collections.namedtuple("Condition", "name strict w v part c")
 
@@ -101,9 +101,8 @@ def integers(numbers):
     """Integers n_i and one denominator D > 0 with numbers_i = n_i / D, of bounded length."""
     D = 1
     for x in numbers:
-        if D % x.denominator:
-            D = math.lcm(D, x.denominator)
-            need(D.bit_length() <= MAX_BITS, "a common denominator is too long")
+        D = math.lcm(D, x.denominator)
+        need(D.bit_length() <= MAX_BITS, "a common denominator is too long")
     return [x.numerator * (D // x.denominator) for x in numbers], D
 
 
@@ -203,11 +202,9 @@ class Context:
         for edge, a, b in zip(self.edges, lo, hi, strict=False):
             inside = [i for i in range(len(edge) - 1) if before(edge[i], b) and before(a, edge[i + 1])]
             bins = [n * (len(edge) - 1) + i for n in bins for i in inside]
-        if len(bins) == 1:
-            return self.interval[bins[0]], self.final[bins[0]]
         intervals = zip(*(self.interval[b] for b in bins), strict=True)
         finals = zip(*(self.final[b] for b in bins), strict=True)
-        return [[pick(v) for v in zip(*e, strict=True)] for e in intervals], [pick(v) for v in finals]
+        return [list(map(pick, zip(*e, strict=True))) for e in intervals], list(map(pick, finals))
 
     def evaluate(self, columns, scale, pattern=None):
         """The network as an exact affine map: columns hold the coefficients of k and, last, the constant.
@@ -310,9 +307,8 @@ class Context:
         Safety needs no test: the rows are its conditions. The point is strictly inside each row that is not constant,
         hence so is a ball around it; a constant row has only to be true.
         """
-        rows = self.set_rows(piece)
         point, scale = integers(vector(piece["p0"], self.n_p) + vector(piece["k"], self.n_k))
-        for name, strict, a, c in rows:
+        for name, strict, a, c in self.set_rows(piece):
             value, constant = dot(a, point) + c * scale, not strict and not any(a)
             need(value >= 0 if constant else value > 0, f"the point is not inside the set's row of {name}")
 
@@ -346,16 +342,19 @@ def check_answer(answer):
         need(claim["network_hash"] == hashes["network"], "the claim is about another network")
         need(claim["tube_hash"] == hashes["tube"], "the claim is about another tube")
     context = Context(answer["problem"], answer["network"], answer["tube"])
-    for kind, check in (("samples", context.check_sample), ("sets", context.check_set)):
+    # A corridor is the set of all (p0, k) that meet what check_sample asks with its directions, in whatever region and
+    # bin: each of them is safe as a sample is (T14). Its own (p0, k) is one of them, so the set is not empty.
+    checks = {"samples": context.check_sample, "sets": context.check_set, "corridors": context.check_sample}
+    answer = {"corridors": [], **answer}  # older files have none
+    for kind, check in checks.items():
         for i, entry in enumerate(array(answer[kind])):
             with rejecting(f"{kind}[{i}]: "):
                 check(entry)
-    plan = answer["no_plan"]
-    if plan is not None:  # a second file, so that this one stays short; it imports nothing and gets this one
+    if (plan := answer["no_plan"]) is not None:  # a second file keeps this one short; it imports nothing and gets this
         cells = importlib.import_module("parc_jax.checker_cells" if __package__ else "checker_cells")
         with rejecting("no_plan: "):
             plan = cells.check_no_plan(types.SimpleNamespace(**globals()), context, plan)
-    return Report(len(answer["samples"]), len(answer["sets"]), plan, claim, hashes)
+    return Report(len(answer["samples"]), len(answer["sets"]), len(answer["corridors"]), plan, claim, hashes)
 
 
 def summary(report):
@@ -363,6 +362,7 @@ def summary(report):
     yield "ACCEPTED. Proved in exact arithmetic, for every trajectory inside the tube:"
     yield f"  {report.samples} samples (p0, k) reach the goal and touch no obstacle"
     yield f"  {report.sets} polytopes of (p0, k) do so at every point of them"
+    yield f"  {report.corridors} corridors: so does every (p0, k) of the domain that meets all conditions of one"
     if report.no_plan is not None and report.no_plan["kind"] == "proved":
         yield "  no (p0, k) of the model is safe: a longer search cannot find one"
     elif report.no_plan is not None:

@@ -145,10 +145,15 @@ def _bad_network(rng, net, bad: float):
 
 
 def _certificates(rng, data: dict, n: int) -> tuple[int, int]:
-    """Broken sample and set certificates, each provably wrong: all must be rejected."""
+    """Broken certificates of samples, sets and corridors, each provably wrong: all must be rejected."""
     context = checker.Context(data["problem"], data["network"], data["tube"])
     injected = accepted = 0
-    for part, check in (("samples", context.check_sample), ("sets", context.check_set)):
+
+    def check_corridor(entry):
+        checker.check_answer(data | {"samples": [], "sets": [], "corridors": [entry]})
+
+    check_corridor(data["samples"][0])  # whole, it is accepted
+    for part, check in (("samples", context.check_sample), ("sets", context.check_set), ("samples", check_corridor)):
         for entry in data[part][:n]:
             for broken in _broken(rng, entry):
                 injected += 1

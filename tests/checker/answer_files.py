@@ -12,6 +12,8 @@ import math
 import random
 from fractions import Fraction as F
 
+KINDS = ("samples", "sets", "corridors")
+
 
 def text(x):
     """Nested numbers as strings: dyadic ones as hex floats, the rest as p/q."""
@@ -43,12 +45,24 @@ def rehash(answer):
     return answer
 
 
-def answer(problem, network, tube, samples=(), sets=(), no_plan=None, kind="pac"):
-    """A complete answer around parts that are already JSON."""
+def answer(problem, network, tube, samples=(), sets=(), no_plan=None, kind="pac", corridors=()):
+    """A complete answer around parts that are already JSON; without corridors as older files are, without their key."""
     claim = {"kind": kind, "statement": "a new rollout leaves the tube with probability at most 0.001", "n": 6905}
     parts = {"problem": problem, "network": network, "tube": tube, "claim": claim}
     rest = {"samples": list(samples), "sets": list(sets), "no_plan": no_plan}
+    rest |= {"corridors": list(corridors)} if corridors else {}
     return rehash(json.loads(json.dumps({"format": "parc_jax.answer/1", **parts, **rest})))  # shares nothing
+
+
+def only(answer, kind, *entries):
+    """The answer with these entries of one kind, all of its own by default, and nothing else."""
+    kept = list(entries) or answer[kind]
+    return {**answer, **{key: [] for key in KINDS}, "no_plan": None, kind: kept}
+
+
+def entries(answer):
+    """All samples, sets and corridors."""
+    return [entry for kind in KINDS for entry in answer.get(kind, [])]
 
 
 def box_rows(lo, hi):
@@ -158,6 +172,22 @@ def sample(problem, network, tube, p0, k):
     return None if sep is None else {"p0": text(p0), "k": text(k), "sep": sep}
 
 
+def keeps(problem, network, tube, sep, p0, k):
+    """Whether (p0, k) meets all conditions of the corridor with these directions."""
+    knots, q = path(problem, network, p0, k)
+    if not bins_of(tube, k) or not reaches(problem, tube, knots, q, k):
+        return False
+    interval, body = widths(tube, k)[0], problem["body"]
+    for obstacle, runs in zip(problem["obstacles"], sep, strict=True):
+        rows, t = list(zip(value(obstacle["A"]), value(obstacle["b"]), strict=True)), obstacle.get("steps", [0])[0]
+        for stop, multipliers in runs:
+            option = [(i, value(m)) for i, m in multipliers]
+            if any(slack(rows, body, option, knots[s : s + 2], interval[s]) <= 0 for s in range(t, stop)):
+                return False
+            t = stop
+    return True
+
+
 def piece(network, tube, found):
     """The set certificate around a sample certificate."""
     k = value(found["k"])
@@ -211,8 +241,8 @@ DISC = {"radius": "0.2"}
 TRIANGLE = {"vertices": [["0.3", "0"], ["-0.2", "0.1"], ["-0.2", "-0.1"]]}
 
 
-def scene(seed, hidden=(4, 3), T=6, n_q=1, n_k=2, bins=(2, 1), body=DISC, starts=True, n_samples=2, n_sets=2, bits=10):
-    """An answer to a random problem in the plane, with samples and sets that prove it."""
+def scene(seed, hidden=(4, 3), T=6, n_q=1, n_k=2, bins=(2, 1), body=DISC, starts=True, counts=(2, 2, 2), bits=10):
+    """An answer to a random problem in the plane, with so many samples, sets and corridors that prove it."""
     rng = random.Random(seed)
     network, tube = random_network(rng, n_k, 2, n_q, T, hidden, bits=bits), random_tube(rng, bins, 2, n_q, T)
     k0, p0 = [dyadic(rng, F(7, 8)) for _ in range(n_k)], [dyadic(rng, 1), dyadic(rng, 1)]
@@ -231,8 +261,10 @@ def scene(seed, hidden=(4, 3), T=6, n_q=1, n_k=2, bins=(2, 1), body=DISC, starts
         if separation({**problem, "obstacles": [new]}, knots, widths(tube, k0)[0]) is not None:
             problem["obstacles"].append(new)
     found = [sample(problem, network, tube, p0, k0)]
-    while len(found) < max(n_samples, n_sets):
+    while len(found) < max(counts):
         near = [[v + dyadic(rng, F(1, 16)) for v in x] for x in (p0, k0)]
         if (extra := sample(problem, network, tube, *near)) is not None:
             found.append(extra)
-    return answer(problem, network, tube, found[:n_samples], [piece(network, tube, s) for s in found[:n_sets]])
+    samples, sets, corridors = (found[:count] for count in counts)
+    sets = [piece(network, tube, s) for s in sets]
+    return answer(problem, network, tube, samples, sets, corridors=corridors)

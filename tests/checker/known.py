@@ -28,6 +28,12 @@ def plain(obstacle=((0.5, -3), (1.5, -1))):
     return build.answer(problem, network, tube, [sample], [{**sample, "bin": 1, "pattern": "1"}])
 
 
+def corridor():
+    """The plain scene with the sample's directions as a corridor, and nothing else."""
+    answer = plain()
+    return build.only(answer, "corridors", *answer["samples"])
+
+
 def line():
     """One axis, one interval, no hidden neuron, nothing to hit: c_1 = k."""
     problem = {"n_p": 1, "n_q": 0, "n_k": 1, "steps": 1, "dt": "1", "domain": {"lo": ["-1"], "hi": ["1"]}}
@@ -112,7 +118,7 @@ def rounding(half):
     return {"problem__obstacles__0": obstacle, "samples__0__sep": [[[1, [[1, "1"], [2, "1"]]]]], "sets": []}
 
 
-VALID = {make.__name__: make for make in (plain, line, blocked, bracket, triangle)}
+VALID = {make.__name__: make for make in (plain, corridor, line, blocked, bracket, triangle)}
 VALID |= {"wide": lambda: wide("safe", "-7", "7") | {"no_plan": None}, "bent": lambda: bent("9")}
 CASES = {}
 
@@ -260,6 +266,27 @@ bad("an inner point in contact", sets__0__p0=["0", "-0.25"])
 CONSTANT = {"weights": [[["1"], ["0"]], [["0", "0"], ["1", "0"], ["0", "0"], ["2", "0"]]]}
 bad("a constant neuron with the wrong sign", sets__0__pattern="11",
     network=CONSTANT | {"biases": [["0", "-1"], ["1", "0", "2", "0"]]})  # fmt: skip
+
+# What a corridor claims.
+bad("corridors as an object", corridor, corridors={})
+bad("corridors null", corridor, corridors=None)
+bad("an unknown field in corridors__0", corridor, corridors__0__note="1")
+bad("a set for a corridor", corridor, corridors__0=plain()["sets"][0])
+bad("directions without a plan", corridor, corridors__0={"sep": ABOVE})
+bad("a plan without directions", corridor, corridors__0__sep=[])
+bad("directions as numbers", corridor, corridors__0__sep=[[[2, [[1, 1.0]]]]])
+bad("a direction from another side", corridor, corridors__0__sep=[[[2, [[0, "1"]]]]])
+bad("a corridor with a negative multiplier", corridor, corridors__0__sep=[[[2, [[1, "-1"]]]]],
+    corridors__0__p0=["0", "-3"], problem__goal__b__3="9", problem__start=None)  # fmt: skip
+bad("a corridor whose runs stop early", corridor, corridors__0__sep=[[[1, TOP]]])
+bad("a corridor whose plan starts outside", corridor, corridors__0__p0=["1.125", "0"], problem__goal__b__0="9")
+bad("a corridor whose plan misses the goal", corridor, corridors__0__p0=["0.875", "0"])
+bad("a corridor whose plan has k outside the domain", corridor, problem__domain__hi=["0.25"])
+bad("a corridor whose plan does not keep to it", corridor, corridors__0__p0=["0", "-0.25"])
+bad("a corridor whose plan does not keep to it in one of two bins", corridor, corridors__0__k=["0"],
+    tube__interval__0=[["0", "0.75"]] * 2)  # fmt: skip
+bad("a second corridor whose plan does not keep to it", corridor,
+    corridors__append={"p0": ["0", "-0.25"], "k": ["0.5"], "sep": ABOVE})  # fmt: skip
 
 # The file and its hashes.
 bad("another format", format="parc_jax.answer/2")

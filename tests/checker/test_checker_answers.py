@@ -65,7 +65,7 @@ def wall(x, thick, steps=None):
     answer["tube"] |= {"interval": [[["0", "0"]] * 2] * 2, "final": [["0", "0"]] * 2}
     if steps:
         answer["problem"]["obstacles"][0]["steps"] = steps
-    return answer
+    return answer | {"corridors": copy.deepcopy(answer["samples"])}
 
 
 def separations(n_runs):
@@ -81,18 +81,17 @@ def test_a_wall_between_knots_is_never_jumped(x, thick):
     answer = wall(x, thick)
     answer["problem"]["start"] = build.box_rows((-0.1, -0.1), (0.1, 0.1))
     for sep in separations(2):
-        for part in ("samples", "sets"):
-            other = {"samples": [], "sets": []} | {part: [answer[part][0] | {"sep": sep}]}
-            assert not verdict(answer | other)
+        for part in build.KINDS:
+            assert not verdict(build.only(answer, part, answer[part][0] | {"sep": sep}))
 
 
 def test_a_wall_that_exists_only_in_other_intervals_is_passed():
     answer = wall(1.5, 0.1, steps=[0, 0])
-    for entry in (*answer["samples"], *answer["sets"]):
+    for entry in build.entries(answer):
         entry["sep"] = [[[1, [[2, "1"]]]]]
     assert verdict(answer)
     answer["problem"]["obstacles"][0]["steps"] = [1, 1]
-    for entry in (*answer["samples"], *answer["sets"]):
+    for entry in build.entries(answer):
         entry["sep"] = [[[2, [[2, "1"]]]]]
     assert not verdict(answer)
 
@@ -176,7 +175,7 @@ def refined(answer):
     for obstacle in new["problem"]["obstacles"]:
         if "steps" in obstacle:
             obstacle["steps"] = [2 * obstacle["steps"][0], 2 * obstacle["steps"][1] + 1]
-    for entry in (*new["samples"], *new["sets"]):
+    for entry in build.entries(new):
         entry["sep"] = [[[2 * stop, m] for stop, m in runs] for runs in entry["sep"]]
     return new
 
@@ -187,7 +186,7 @@ def moved(answer):
     for rows in (new["problem"]["goal"], new["problem"]["start"], *new["problem"]["obstacles"]):
         pairs = zip(build.value(rows["A"]), build.value(rows["b"]), strict=True)
         rows["b"] = build.text([b + build.dot(a[:2], shift) for a, b in pairs])
-    for entry in (*new["samples"], *new["sets"]):
+    for entry in build.entries(new):
         entry["p0"] = build.text([x + s for x, s in zip(build.value(entry["p0"]), shift, strict=True)])
     return new
 
@@ -198,7 +197,7 @@ def scaled(answer):
     for obstacle in new["problem"]["obstacles"]:
         obstacle["A"] = build.text([[3 * x for x in row] for row in build.value(obstacle["A"])])
         obstacle["b"] = build.text([3 * x for x in build.value(obstacle["b"])])
-    for entry in (*new["samples"], *new["sets"]):
+    for entry in build.entries(new):
         for _, multipliers in itertools.chain(*entry["sep"]):
             multipliers[:] = [[i, build.text(build.value(m) / 7)] for i, m in multipliers]
     return new
@@ -242,8 +241,8 @@ def test_changes_that_mean_nothing_keep_every_verdict(change):
     for seed in range(6):
         answer = build.scene(seed, T=4, hidden=(3, 2), body=build.DISC if seed % 2 else build.TRIANGLE)
         for variant in (answer, shrunken(answer, rng), shrunken(answer, rng)):
-            for part in ("samples", "sets"):
-                single = variant | {"samples": [], "sets": []} | {part: variant[part]}
+            for part in build.KINDS:
+                single = build.only(variant, part)
                 seen.add(verdict(single))
                 assert verdict(change(single)) is verdict(single)
     assert seen == {True, False}

@@ -141,7 +141,7 @@ def test_cells_in_other_dimensions_tile_the_box(n_k, bits):
 
 
 def test_volumes_of_a_bracket_add_up():
-    answer, names = build.scene(1, T=4, hidden=(3,), n_samples=0, n_sets=0), set()
+    answer, names = build.scene(1, T=4, hidden=(3,), counts=(0, 0, 0)), set()
     answer["no_plan"] = search.grow(answer["problem"], answer["network"], answer["tube"], depth=5)
     for case in (answer, known.bracket()):
         report, plan, sizes = checker.check_answer(case).no_plan, case["no_plan"], {}

@@ -144,11 +144,13 @@ def run(arguments, cwd):
 
 @pytest.fixture
 def folder(tmp_path):
-    """A folder with the checker's two files, a good answer, a bad one and a proof."""
+    """A folder with the checker's two files, a good answer, a bad one, the same of corridors, and a proof."""
     for module in (checker, checker_cells):
         shutil.copy(module.__file__, tmp_path)
     (tmp_path / "good.json").write_text(json.dumps(known.plain()))
     (tmp_path / "bad.json").write_text(known.CASES["touching"][0]())
+    (tmp_path / "corridor.json").write_text(json.dumps(known.corridor()))
+    (tmp_path / "left.json").write_text(known.CASES["a corridor whose plan does not keep to it"][0]())
     (tmp_path / "bracket.json").write_text(json.dumps(known.bracket()))
     return tmp_path
 
@@ -159,8 +161,13 @@ def test_the_copied_file_checks_alone(folder):
     assert (good.returncode, bad.returncode) == (0, 1)
     assert "1 samples" in good.stdout
     assert "1 polytopes" in good.stdout
+    assert "0 corridors" in good.stdout
     assert "rests on the tube" in good.stdout
     assert bad.stdout.startswith("REJECTED: samples[0]: the condition of obstacle 0 at knot 0 fails")
+    corridor, left = run(["checker.py", "corridor.json"], folder), run(["checker.py", "left.json"], folder)
+    assert (corridor.returncode, left.returncode) == (0, 1)
+    assert "  1 corridors: so does every (p0, k) of the domain that meets all conditions of one\n" in corridor.stdout
+    assert left.stdout.startswith("REJECTED: corridors[0]: the condition of obstacle 0 at knot 0 fails")
     proof = run(["checker.py", "bracket.json"], folder)
     assert proof.returncode == 1, "without its second file the checker must not accept a no_plan part"
 
@@ -172,6 +179,9 @@ def test_exit_codes_and_json(folder):
     assert result.returncode == 0
     assert report["accepted"] is True
     assert report["no_plan"] == {"kind": "bracket", "safe": "3/2", "unsafe": "61/16", "undecided": "119/16"}
+    assert list(report) == ["accepted", "samples", "sets", "corridors", "no_plan", "claim", "hash"]
+    counts = json.loads(run(["checker.py", "corridor.json", "--json"], folder).stdout)
+    assert [counts[kind] for kind in build.KINDS] == [0, 0, 1]
     assert json.loads(run(["checker.py", "--json", "bad.json"], folder).stdout)["accepted"] is False
     for arguments in (["missing.json"], [], ["good.json", "bad.json"], ["--help"], ["."]):
         assert run(["checker.py", *arguments], folder).returncode == 2

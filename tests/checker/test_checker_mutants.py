@@ -39,7 +39,7 @@ def replace(rng, part, values):
 
 
 def entry(rng, answer):
-    return rng.choice([*answer["samples"], *answer["sets"]])
+    return rng.choice(build.entries(answer))
 
 
 def runs(rng, answer):
@@ -91,8 +91,9 @@ KINDS = {
     "pattern": lambda r, a: flip(r, r.choice(a["sets"])),
     "bin": lambda r, a: set_item(r.choice(a["sets"]), "bin", r.randint(-1, 3)),
     "not a number": lambda r, a: replace(r, entry(r, a), ODD),
-    "entry doubled": lambda r, a: double(r, r.choice([a["samples"], a["sets"]])),
+    "entry doubled": lambda r, a: double(r, a[r.choice(build.KINDS)]),
     "sample for set": lambda r, a: a["sets"].append(a["samples"][0]),
+    "set for corridor": lambda r, a: a["corridors"].append(a["sets"][0]),
     "hash": lambda r, a: set_item(a["hash"], r.choice(["problem", "network", "tube"]), "0" * 64),
     # The next ones change the question, with correct hashes: old answers may be wrong now.
     "obstacle moved": lambda r, a: shake(r, obstacle(r, a)["b"]),
@@ -123,16 +124,32 @@ def inside(rows, x, rng):
 
 
 def judge(answer):
-    """Asserts that the oracle finds nothing wrong with the samples and with some members of the sets."""
+    """Asserts that samples and some members of sets and corridors are safe for the oracle; how many of corridors."""
     seen, rng = oracle.Oracle(answer), np.random.default_rng(1)
     for sample in answer["samples"]:
         assert seen.safe(build.value(sample["p0"]), build.value(sample["k"]))
-    context = checker.Context(*(answer[p] for p in ("problem", "network", "tube")))
+    context, n, members = checker.Context(*(answer[p] for p in checker.PARTS)), answer["problem"]["n_p"], 0
     for piece in answer["sets"]:
-        rows, n = context.set_rows(piece), answer["problem"]["n_p"]
+        rows = context.set_rows(piece)
         centre = np.array(build.value(piece["p0"]) + build.value(piece["k"]), float)
         for x in (centre, inside(rows, centre, rng)):
             assert seen.safe(x[:n], x[n:])
+    for corridor in answer["corridors"]:
+        centre = np.array(build.value(corridor["p0"]) + build.value(corridor["k"]), float)
+        for x in (centre, *(centre + rng.uniform(-0.3, 0.3, (6, len(centre))))):
+            if keeps(context, corridor, x[:n], x[n:]):
+                assert seen.safe(x[:n], x[n:])
+                members += 1
+    return members
+
+
+def keeps(context, corridor, p0, k):
+    """Whether the checker counts a plan in floats to a corridor."""
+    try:
+        context.check_sample({"p0": build.text(list(p0)), "k": build.text(list(k)), "sep": corridor["sep"]})
+    except checker.Rejected:
+        return False
+    return True
 
 
 def check_mutants(seed, count, tally):
@@ -161,6 +178,16 @@ def test_two_thousand_mutants_none_wrongly_accepted():
     rejected = {kind for kind, verdict in tally if verdict == "rejected"}
     assert len(rejected) >= len(KINDS) - 2, f"never rejected: {set(KINDS) - rejected}"
     assert sum(tally[kind, "accepted"] for kind in KINDS) > 50, "some mutants must still be true, or the test is blind"
+
+
+def test_the_judge_sees_members_of_corridors(monkeypatch):
+    """And is not fooled by a checker for which every condition holds."""
+    answers = [build.only(build.scene(seed), "corridors") for seed in range(5)]
+    assert sum(map(judge, answers)) > 20
+    monkeypatch.setattr(checker, "holds", lambda *_: True)
+    with pytest.raises(AssertionError):
+        for answer in answers:
+            judge(answer)
 
 
 @pytest.mark.slow
@@ -208,7 +235,7 @@ def test_mutants_of_no_plan_none_wrongly_accepted():
     for seed in range(3):
         rng = random.Random(seed)
         body = build.DISC if seed % 2 else build.TRIANGLE
-        answer = build.scene(seed, T=4, hidden=(3,), body=body, n_samples=0, n_sets=0)
+        answer = build.scene(seed, T=4, hidden=(3,), body=body, counts=(0, 0, 0))
         answer["no_plan"] = search.grow(answer["problem"], answer["network"], answer["tube"], depth=5)
         judge_plan(answer, rng, 30)
         fresh = json.dumps(answer)

@@ -30,7 +30,7 @@ def answer(request):
 
 def test_valid_certificates_are_accepted(answer):
     report = checker.check_answer(answer)
-    assert (report.samples, report.sets) == (2, 2)
+    assert (report.samples, report.sets, report.corridors) == (2, 2, 2)
     assert report.claim["kind"] == "pac"
     assert report.hash == answer["hash"]
 
