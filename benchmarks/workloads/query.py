@@ -1,4 +1,5 @@
-"""One query to a model in memory, over many seeds: first safe sample, first safe polytope, 99 % of the safe set.
+"""One query to a model in memory, over many seeds: first safe sample, first safe polytope, 99 % of the safe set by
+corridors and by polytopes.
 
 Every query starts from nothing but the model: the scene is laid out anew, and that is part of all three times. Warm:
 one query has run before; the first query's compile time is reported apart. 99 % means that a fresh draw proves, with
@@ -23,7 +24,7 @@ def run(bench: Bench) -> Result:
     planner, problem = Planner(model), case.problem()
     options = {"target": bench.size(0.01, 0.5), "budget_s": 30.0, "proof": False}
     cold = timed(lambda: planner.solve(problem, bench.key(1), **options) and None, 0)
-    first, piece, cover, none_found, missed = [], [], [], 0, 0
+    first, piece, corridors, cover, none_found, missed = [], [], [], [], 0, 0
     for seed in range(bench.size(100, 2)):
         begin = time.perf_counter()
         scene(problem, model)
@@ -34,20 +35,23 @@ def run(bench: Bench) -> Result:
             continue
         first.append(laid_out + answer.timings["first_sample_s"])
         piece.append(laid_out + answer.timings["first_piece_s"])
+        corridors.append(laid_out + answer.timings["corridors_s"])
         cover.append(answer.timings["cover_s"])
         missed += answer.coverage.at_least < 1 - options["target"]
     proved = planner.solve(problem, bench.key(1), **options | {"proof": True, "n_samples": bench.size(100, 5)})
-    share = [answer.safe_share, len(answer.pieces)]
+    share = [answer.safe_share, len(answer.pieces), len(answer.corridors)]
     return Result(
         [
             *times("query.first_sample", first),
             *times("query.first_polytope", piece),
+            *times("query.corridors_cover", corridors),
             *times("query.cover", cover),
             metric("query.compile", cold.compile_s, "s", "lower", rel_tol=1.0, abs_tol=1.0),
             metric("query.cold", cold.cold_s, "s", "lower", rel_tol=1.0, abs_tol=1.0),
             exact("query.none_found", none_found),
             exact("query.short_of_target", missed),
             metric("query.safe_share", share[0], "1", "same", abs_tol=0.02),
+            metric("query.corridors", np.float64(share[2]), "count", "lower", rel_tol=0.5),
             metric("query.polytopes", np.float64(share[1]), "count", "lower", rel_tol=0.3),
             metric("query.proof", proved.timings["proof_s"], "s", "lower", rel_tol=0.5),
             exact("query.refused_by_checker", proved.refused),

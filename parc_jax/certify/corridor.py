@@ -16,7 +16,7 @@ from parc_jax.arrays import on_all_cores, x64
 from parc_jax.avoid.directions import Multiplier
 from parc_jax.avoid.segment import dot2
 
-SMALLEST = 32  # padded number of corridors; it grows by fours, for few compiled shapes
+SMALLEST = 128  # padded number of corridors; it grows by fours, for few compiled shapes
 KNOTS = 16  # that a first look sees: who leaves a corridor mostly does so for long
 TILES = ((1024, 8), (512, 32))  # plans and corridors of a first look
 NEAR_PAIRS = 8192  # (plan, corridor) pairs of a first look, where it is about chosen ones

@@ -12,7 +12,8 @@ from typing import NamedTuple
 import numpy as np
 
 from parc_jax.certify.corridor import Corridor
-from parc_jax.certify.draw import Points, draw, joined, near
+from parc_jax.certify.draw import Points, joined, near
+from parc_jax.certify.draws import Draws
 from parc_jax.certify.grower import Grower
 from parc_jax.certify.piece import Piece
 from parc_jax.certify.pieces import Pieces
@@ -20,18 +21,12 @@ from parc_jax.certify.scene import Scene
 from parc_jax.model import TrajectoryModel
 from parc_jax.problem import ReachAvoid
 
-FIRST_DRAW = 512
-LARGEST_DRAW = 2**18
-HOPELESS = 50_000  # drawn without a safe one: other means have to decide whether there is any
-SOME = 100  # safe points seen before a draw may be as large as it wants
-ENOUGH = 6000  # fresh safe points of a look: a share a little below a target of 1 % is then told from it
-NEAR = 48  # points drawn close to each that a look found outside, MOST_NEAR in all
+NEAR = 32  # points drawn close to each that a look found outside, MOST_NEAR in all
 MOST_NEAR = 16384
 SLIVERS = 0.1  # while more than this share is outside, plain draws say enough of where
 ARMED = 1.6  # [target] the next look may stop once this one left less than this share uncovered: growing halves it
 LEAVE = 0.1  # [target] share of a look that may stay without a corridor: those points cost most and hold least
 LEAVE_NEAR = 0.5  # the same for points drawn close by, as a share of those outside
-REMEMBERED = 60_000  # safe points kept, the last ones: a uniform sample of the safe set, whose paths take memory
 
 
 class Coverage(NamedTuple):
@@ -93,46 +88,40 @@ def cover(
     """
     begin = time.perf_counter()
     spent = lambda: time.perf_counter() - begin  # noqa: E731
+    for_draws, rng = rng.spawn(2)
     grower = Grower(model, problem, scene, rng)
     corridors, pieces = grower.corridors, Pieces(grower)
     by_corridors, by_pieces = Judge(target, confidence), Judge(target, confidence)
-    drawn = reaching = safe = 0
     first_sample = first_piece = corridors_s = compiled = None
-    seen: list[Points] = []
+    late = lambda: compiled is not None and spent() - compiled > budget_s  # noqa: E731
     history: list[Look] = []
-    size = FIRST_DRAW
-    while True:
-        batch = draw(model, scene, rng, size)
-        fresh = len(batch.safe.k)
-        drawn, reaching, safe = drawn + batch.drawn, reaching + batch.reaching, safe + fresh
-        seen.append(batch.safe)
-        while sum(len(s.k) for s in seen[1:]) > REMEMBERED:
-            seen.pop(0)
-        inside = pieces.inside(batch.safe) if polytopes else np.zeros(fresh, bool)
-        outside, kept = batch.safe.at(~inside), inside.copy()  # whoever is inside keeps to a corridor
-        kept[~inside] = grower.keep(outside)
-        covered = inside if polytopes else kept
-        if fresh:
-            first_sample = first_sample or spent()
-            by_corridors.look(kept)
-            by_pieces.look(covered)
-            corridors_s = corridors_s or (spent() if by_corridors.satisfied else None)
-            history.append(Look(spent(), len(corridors.all), kept.mean(), len(pieces), inside.mean()))
-        late = compiled is not None and spent() - compiled > budget_s
-        if late or by_pieces.satisfied or (safe == 0 and drawn >= HOPELESS):
-            break
-        slivers = np.count_nonzero(~covered) < SLIVERS * fresh
-        left = batch.safe.at(~covered)
-        for _ in _grow(pieces, left, int(LEAVE * target * fresh), rng, polytopes, slivers):
-            first_piece = first_piece or spent()
-            if compiled is not None and spent() - compiled > budget_s:
+    with Draws(model, scene, for_draws) as draws:
+        draws.start()
+        while True:
+            fresh = draws.take()
+            inside = pieces.inside(fresh) if polytopes else np.zeros(len(fresh.k), bool)
+            kept = inside.copy()  # whoever is inside keeps to a corridor
+            kept[~inside] = grower.keep(fresh.at(~inside))
+            covered = inside if polytopes else kept
+            if len(fresh.k):
+                first_sample = first_sample or spent()
+                by_corridors.look(kept)
+                by_pieces.look(covered)
+                corridors_s = corridors_s or (spent() if by_corridors.satisfied else None)
+                history.append(Look(spent(), len(corridors.all), kept.mean(), len(pieces), inside.mean()))
+            if late() or by_pieces.satisfied or draws.hopeless:
                 break
-        if compiled is None and fresh:
-            compiled = spent()  # the budget is for searching: the first pass mostly compiles
-        most = LARGEST_DRAW if safe >= SOME else LARGEST_DRAW // 4
-        size = int(np.clip(ENOUGH * drawn / max(safe, 1), FIRST_DRAW, most))
+            draws.start()
+            leave = int(LEAVE * target * len(fresh.k))
+            slivers = covered.sum() > (1 - SLIVERS) * len(covered)
+            for _ in _grow(pieces, fresh.at(~covered), leave, rng, polytopes, slivers):
+                first_piece = first_piece or spent()
+                if late():
+                    break
+            if compiled is None and len(fresh.k):
+                compiled = spent()  # the budget is for searching: the first pass mostly compiles
     return Cover(
-        drawn, reaching, safe, batch.volume, joined(seen), by_corridors.coverage,
+        draws.drawn, draws.reaching, draws.safe, draws.volume, draws.seen, by_corridors.coverage,
         by_pieces.coverage if polytopes else nothing_covered(confidence), corridors.all, pieces.all(),
         first_sample, first_piece, corridors_s, history,
     )  # fmt: skip

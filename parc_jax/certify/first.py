@@ -4,8 +4,9 @@ import time
 
 import numpy as np
 
-from parc_jax.certify.cover import FIRST_DRAW, HOPELESS, LARGEST_DRAW, Cover, nothing_covered
+from parc_jax.certify.cover import Cover, nothing_covered
 from parc_jax.certify.draw import draw, joined
+from parc_jax.certify.draws import FIRST_DRAW, HOPELESS, LARGEST_DRAW
 from parc_jax.certify.scene import Scene
 from parc_jax.model import TrajectoryModel
 

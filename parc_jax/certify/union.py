@@ -2,9 +2,9 @@
 
 import numpy as np
 
-from parc_jax.certify.draw import Points, points
+from parc_jax.certify.corridor import Corridors
+from parc_jax.certify.draw import Points, groups, points
 from parc_jax.certify.evaluate import anchor, evaluate
-from parc_jax.certify.inside import inside_pairs, pairs_of_cells
 from parc_jax.certify.piece import Piece
 from parc_jax.certify.scene import Scene
 from parc_jax.certify.volume import Body, body, sample_body
@@ -18,7 +18,10 @@ class SafeUnion:
     def __init__(self, model: TrajectoryModel, scene: Scene, pieces: list[Piece]):
         self.model, self.scene, self.pieces = model, scene, pieces
         self._bodies: list[Body | None] | None = None
-        self._w, self._need = np.array([p.w for p in pieces]), np.array([p.need for p in pieces])
+        corridors = {id(p.corridor): p.corridor for p in pieces}
+        number = {name: i for i, name in enumerate(corridors)}
+        self._corridors = Corridors(model.tube.interval, list(corridors.values()))
+        self._corridor_of = np.array([number[id(p.corridor)] for p in pieces], int)
         self._by_cell: dict[bytes, list[int]] = {}
         for index, piece in enumerate(pieces):
             self._by_cell.setdefault(piece.cell, []).append(index)
@@ -37,11 +40,14 @@ class SafeUnion:
 
     def count(self, at: Points) -> np.ndarray:
         """(b,) number of pieces around each safe point."""
-        rows, numbers = pairs_of_cells(at.cell, self._by_cell)
-        if len(rows) == 0:
-            return np.zeros(len(at.k), int)
-        hit = inside_pairs(at.path, self._w, self._need, rows, numbers)
-        return np.bincount(rows[hit], minlength=len(at.k))
+        rows, numbers = [np.zeros(0, int)], [np.zeros(0, int)]
+        for cell, index in groups(at.cell):
+            own = self._by_cell.get(cell, [])
+            rows.append(np.repeat(index, len(own)))
+            numbers.append(np.tile(np.array(own, int), len(index)))
+        rows, corridors = np.concatenate(rows), self._corridor_of[np.concatenate(numbers)]
+        inside = self._corridors.kept_pairs(at.path, at.bin, rows, corridors)  # in a piece's cell, they are the piece
+        return np.bincount(rows[inside], minlength=len(at.k))
 
     def sample(self, rng: np.random.Generator, n: int) -> np.ndarray:
         """n points (n, n_p + n_k), uniform over the union: a point of m pieces is kept with probability 1 / m."""

@@ -15,6 +15,7 @@ def solve(
     target: float = 0.01,
     confidence: float = 0.99,
     budget: float = 20.0,
+    polytopes: bool = True,
     method: Literal["exact", "paper", "paper-lp"] = "exact",
     seed: int = 0,
     quiet: bool = False,
@@ -31,9 +32,10 @@ def solve(
         out: The answer file, with certificates; it is written in every case but bad input.
         system: Refuse a model of any other system.
         samples: Safe plans to return.
-        target: Largest share of the safe set that the polytopes may leave out.
+        target: Largest share of the safe set that the polytopes (without them: the corridors) may leave out.
         confidence: Confidence in that.
         budget: Most seconds to spend on covering the safe set.
+        polytopes: Cut the corridors into polytopes of (p0, k). Corridors alone take a fraction of the time.
         method: The exact engine, or the published search by supports (paper) or linear programs (paper-lp).
         seed: Everything random follows from it.
         quiet: Print the verdict only.
@@ -59,6 +61,7 @@ def solve(
     require_sense(problem, planner)
     key = jax.random.PRNGKey(seed)
     options = {"n_samples": samples, "target": target, "confidence": confidence, "method": method}
+    options["polytopes"] = polytopes
     # compiles and answers once, so that the budget is spent on the safe set and not on the compiler
     apart = jax.random.fold_in(stream(key, Stage.SEARCH), 1)
     cold = planner.solve(problem, apart, budget_s=1e-3, no_plan_budget_s=0.0, proof=False, **options)

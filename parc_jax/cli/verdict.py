@@ -6,7 +6,7 @@ from pathlib import Path
 import numpy as np
 
 from parc_jax.answer import Answer
-from parc_jax.study.words import seconds
+from parc_jax.study.words import covering, seconds
 
 
 def as_json(answer: Answer, path: Path, cold_s: float | None) -> str:
@@ -14,7 +14,8 @@ def as_json(answer: Answer, path: Path, cold_s: float | None) -> str:
     proved = answer.no_plan is not None and answer.no_plan.kind == "proved"
     facts = {
         "answer": str(path), "found": answer.found, "proved_no_plan": proved, "samples": len(answer.samples),
-        "polytopes": len(answer.pieces), "coverage": answer.coverage._asdict(), "counts": answer.counts,
+        "polytopes": len(answer.pieces), "coverage": answer.coverage._asdict(), "corridors": len(answer.corridors),
+        "corridor_coverage": answer.corridor_coverage._asdict(), "counts": answer.counts,
         "safe_share": answer.safe_share, "volume": answer.volume(), "level": answer.level, "refused": answer.refused,
         "first_sample_cold_s": cold_s, "timings": answer.timings,
         "first": answer.samples[0].tolist() if len(answer.samples) else None, "statement": answer.statement(),
@@ -26,19 +27,15 @@ def verdict(answer: Answer, path: Path, cold_s: float | None, short: bool = Fals
     """For a terminal. cold_s: [s] to the first sample of a first query, compiling included."""
     lines = []
     if answer.found and not short:
-        n_p, c, t = answer.model.n_p, answer.coverage, answer.timings
+        n_p, t = answer.model.n_p, answer.timings
         # the exact check may have refused every sample and accepted a polytope
         plan = answer.samples[0] if len(answer.samples) else np.concatenate([answer.pieces[0].p0, answer.pieces[0].k])
-        covering = (
-            f"covering {100 * c.share:.2f} % of the safe set (at least {100 * c.at_least:.2f} % with confidence "
-            f"{c.confidence:g})"
-        )
-        if c.share == 0:
-            covering = "how much of the safe set they cover was not measured in time (--budget)"
         lines += [
             f"first safe sample      {seconds(cold_s)} cold, {seconds(t['first_sample_s'])} warm",
             f"safe                   {100 * answer.safe_share:.1f} % of the goal-reaching set",
-            f"safe polytopes         {len(answer.pieces)}, {covering}, in {seconds(t['cover_s'])}",
+            f"corridors              {len(answer.corridors)}, {covering(answer.corridor_coverage._asdict())}",
+            f"safe polytopes         {len(answer.pieces)}, {covering(answer.coverage._asdict())}",
+            f"safe set               in {seconds(t['cover_s'])}",
             f"proof                  {answer.level}, {answer.refused} refused, in {seconds(t['proof_s'])}",
             f"for example            p0 = {_row(plan[:n_p])}, k = {_row(plan[n_p:])}",
             "",

@@ -6,6 +6,7 @@ from typing import NamedTuple
 import jax
 import numpy as np
 
+from parc_jax.certify.cover import Look
 from parc_jax.certify.draw import draw, generator
 from parc_jax.errors import InputError
 from parc_jax.plot import style
@@ -37,7 +38,7 @@ def cover(curves: Sequence[CoverCurve], to=None, *, target: float | None = 0.01,
             for ax, along in zip(sheet.axes, (curve.pieces, curve.seconds), strict=True):
                 if along is not None:
                     ax.step(along, left, where="post", **style.line(number), label=curve.name)
-        for ax, label in zip(sheet.axes, ("number of safe polytopes", "time [s]"), strict=True):
+        for ax, label in zip(sheet.axes, ("number of corridors or polytopes", "time [s]"), strict=True):
             if target is not None:
                 ax.axhline(target, color=style.GREY, linewidth=0.8, linestyle=":")
                 ax.annotate("target", (1, target), (-2, 3), xycoords=("axes fraction", "data"),
@@ -71,10 +72,12 @@ def by_size(answer, key: jax.Array, name: str = "safe polytopes, largest first",
     return CoverCurve(name, np.array(share), np.arange(1, len(share) + 1))
 
 
-def of_history(name: str, history: Sequence[tuple[float, int, float]]) -> CoverCurve:
-    """The curve of a cover's looks: (seconds, polytopes, share covered) each."""
-    seconds, pieces, share = (np.array(column) for column in zip(*history, strict=True))
-    return CoverCurve(name, share, pieces, seconds)
+def of_history(history: Sequence[Look]) -> list[CoverCurve]:
+    """The curves of a search's looks (`answer.history`): corridors, and polytopes where it cut any."""
+    look = Look(*(np.array(column) for column in zip(*history, strict=True)))
+    corridors = CoverCurve("corridors", look.kept, look.corridors, look.seconds)
+    polytopes = CoverCurve("polytopes", look.inside, look.polytopes, look.seconds)
+    return [corridors, polytopes] if look.polytopes.any() else [corridors]
 
 
 def _handles(curves: Sequence[CoverCurve]) -> list:

@@ -3,7 +3,7 @@
 from parc_jax.study.compare import safe_share
 from parc_jax.study.job import Outcome
 from parc_jax.study.settings import Study
-from parc_jax.study.words import seconds, spread
+from parc_jax.study.words import covering, seconds, spread
 
 
 def report(outcome: Outcome, study: Study) -> str:
@@ -28,15 +28,16 @@ def report(outcome: Outcome, study: Study) -> str:
             error = spread(row["final_error"], study.names)
             rows.append((row["network"], str(row["regions"]), kind, error, *shown))
         lines += _table(("network", "regions", "claim", "error at the end", "safe", "of reaching"), rows)
-    t, c = m["timings"], m["coverage"]
+    t = m["timings"]
     lines += [
         "",
         f"first safe sample      {seconds(m['first_sample_cold_s'])} cold, {seconds(t['first_sample_s'])} warm",
         f"first safe polytope    {seconds(t['first_piece_s'])} warm",
         f"safe                   {100 * m['safe_share']:.1f} % of the goal-reaching set "
         f"({m['counts']['safe']} of {m['counts']['reaching']} points)",
-        f"safe polytopes         {m['polytopes']}, covering {100 * c['share']:.2f} % of the safe set "
-        f"(at least {100 * c['at_least']:.2f} % with confidence {c['confidence']:g}), in {seconds(t['cover_s'])}",
+        f"corridors              {m['corridors']}, {covering(m['corridor_coverage'])}",
+        f"safe polytopes         {m['polytopes']}, {covering(m['coverage'])}",
+        f"safe set               in {seconds(t['cover_s'])}",
         f"proof                  {m['level']}, {m['refused']} refused, in {seconds(t['proof_s'])}",
     ]
     if m["replay"] is not None:

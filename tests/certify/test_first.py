@@ -7,7 +7,7 @@ import jax
 import numpy as np
 from toy_models import line_model, toy_case
 
-from parc_jax.certify.cover import HOPELESS
+from parc_jax.certify.draws import HOPELESS
 from parc_jax.certify.evaluate import evaluate
 from parc_jax.planner import Planner
 from parc_jax.problem import reach_avoid

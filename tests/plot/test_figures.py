@@ -7,6 +7,7 @@ import pytest
 from matplotlib.figure import Figure
 from toy_answer import K, toy_answer, toy_replay
 
+from parc_jax.certify.cover import Look
 from parc_jax.errors import InputError
 from parc_jax.plot import shapes
 from parc_jax.plot.claim import claim, when
@@ -135,10 +136,12 @@ def test_direction_runs_are_unit_sums_of_rows(answer):
 
 
 def test_cover_draws_what_is_known(answer):
-    drawn = cover([of_history("cover", [(0.1, 3, 0.5), (0.2, 9, 1.0)]), CoverCurve("by size", [0.2, 0.9], [1, 2])])
+    looks = [Look(0.1, 2, 0.7, 3, 0.5), Look(0.2, 5, 1.0, 9, 0.9)]
+    drawn = cover([*of_history(looks), CoverCurve("by size", [0.2, 0.9], [1, 2])])
     count, seconds = drawn.axes
-    assert len([line for line in count.lines if len(line.get_xdata()) == 2 and line.get_linestyle() != ":"]) == 2
+    assert len([line for line in count.lines if len(line.get_xdata()) == 2 and line.get_linestyle() != ":"]) == 3
     assert seconds.get_xlabel() == "time [s]"
     assert count.lines[0].get_ydata()[-1] == 1e-3  # all covered: drawn at the floor
+    assert [c.name for c in of_history([look._replace(polytopes=0) for look in looks])] == ["corridors"]
     with pytest.raises(InputError):
         cover([CoverCurve("nothing to draw against", [0.1])])
