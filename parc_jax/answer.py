@@ -130,7 +130,7 @@ class Answer:
         return self._union.contains(*self._plans("contains", p0, k))
 
     def keeps(self, p0, k) -> np.ndarray:
-        """p0 (b, n_p), k (b, n_k) -> bool (b,): safe by one of `corridors`. True for more than `contains`."""
+        """p0 (b, n_p), k (b, n_k) -> bool (b,): safe, as it keeps to one of `corridors`."""
         e = evaluate(self.model, self.scene, *self._plans("keeps", p0, k))
         return e.safe & (self._corridors.first(e.path, e.bin) >= 0)
 

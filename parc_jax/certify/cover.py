@@ -53,8 +53,9 @@ class Look(NamedTuple):
 class Cover(NamedTuple):
     """What a search found. drawn, reaching, safe: counts over all draws, which are uniform over a set of that volume.
 
-    points: safe ones among them. kept, coverage: what the corridors and what the pieces cover. corridors_s: [s] until
-    the corridors were certified to cover enough.
+    points: safe ones among them. kept, coverage: what the corridors and what the pieces cover. corridors: those that
+    were certified to cover enough, corridors_s [s] after the beginning, or all where none were; pieces are cut from
+    later ones too.
     """
 
     drawn: int
@@ -84,7 +85,7 @@ def cover(
     """Grow until the pieces leave out at most `target` of the safe set, with `confidence`, or the budget ends.
 
     polytopes: False asks that of the corridors, and cuts no pieces. budget_s: [s] after the first pass, so that
-    compiling is not counted; the last draw, which judges, comes after it.
+    compiling is not counted; the draw that is under way when it ends judges.
     """
     begin = time.perf_counter()
     spent = lambda: time.perf_counter() - begin  # noqa: E731
@@ -92,7 +93,7 @@ def cover(
     grower = Grower(model, problem, scene, rng)
     corridors, pieces = grower.corridors, Pieces(grower)
     by_corridors, by_pieces = Judge(target, confidence), Judge(target, confidence)
-    first_sample = first_piece = corridors_s = compiled = None
+    first_sample = first_piece = corridors_s = enough = compiled = None
     late = lambda: compiled is not None and spent() - compiled > budget_s  # noqa: E731
     history: list[Look] = []
     with Draws(model, scene, for_draws) as draws:
@@ -107,7 +108,8 @@ def cover(
                 first_sample = first_sample or spent()
                 by_corridors.look(kept)
                 by_pieces.look(covered)
-                corridors_s = corridors_s or (spent() if by_corridors.satisfied else None)
+                if by_corridors.satisfied and corridors_s is None:
+                    corridors_s, enough = spent(), len(corridors.all)
                 history.append(Look(spent(), len(corridors.all), kept.mean(), len(pieces), inside.mean()))
             if late() or by_pieces.satisfied or draws.hopeless:
                 break
@@ -122,8 +124,8 @@ def cover(
                 compiled = spent()  # the budget is for searching: the first pass mostly compiles
     return Cover(
         draws.drawn, draws.reaching, draws.safe, draws.volume, draws.seen, by_corridors.coverage,
-        by_pieces.coverage if polytopes else nothing_covered(confidence), corridors.all, pieces.all(),
-        first_sample, first_piece, corridors_s, history,
+        by_pieces.coverage if polytopes else nothing_covered(confidence), corridors.all[:enough],
+        pieces.all(), first_sample, first_piece, corridors_s, history,
     )  # fmt: skip
 
 
