@@ -11,15 +11,7 @@ import jax
 import numpy as np
 
 from parc_jax.certify.best import best_plan
-from parc_jax.certify.certificate import (
-    FORMAT,
-    corridor_part,
-    network_part,
-    part_hash,
-    piece_part,
-    problem_part,
-    tube_part,
-)
+from parc_jax.certify.certificate import answer_part
 from parc_jax.certify.corridor import Corridor, Corridors
 from parc_jax.certify.cover import Cover, Coverage, Look
 from parc_jax.certify.draw import generator
@@ -203,7 +195,7 @@ class Answer:
         `model.claim.risk`: with k itself uniform on the certified k-set, Uniform(answer.share_of_k).
         """
         if not self.pieces:
-            return NoStatement("no safe set was found, so there is nothing to draw k from")
+            return NoStatement("there are no safe polytopes to draw k from")
         if self.model.claim.law.k_law != "uniform":
             return NoStatement(f"the claim is about k drawn by {self.model.claim.law.k_law!r}, not uniformly over K")
         if not np.isfinite(self.density):
@@ -238,21 +230,15 @@ class Answer:
 
     def to_json(self) -> dict:
         """The answer as certificates; numbers are strings, nothing in it has to be trusted but the tube."""
-        problem = problem_part(self.problem, self.model)
-        network, tube = network_part(self.model.net), tube_part(self.model.tube)
-        hashes = {"problem": part_hash(problem), "network": part_hash(network), "tube": part_hash(tube)}
-        claim = self.model.claim.to_json() | {"network_hash": hashes["network"], "tube_hash": hashes["tube"]}
         meta = {
             "system": self.model.system, "level": self.level, "statement": self.statement(),
             "counts": self.counts, "volume_drawn": self._cover.volume, "coverage": self.coverage._asdict(),
             "corridor_coverage": self.corridor_coverage._asdict(),
         }  # fmt: skip
-        return {
-            "format": FORMAT, "problem": problem, "network": network, "tube": tube, "claim": _plain(claim),
-            "hash": hashes, "samples": self.sample_parts, "corridors": [corridor_part(c) for c in self.corridors],
-            "sets": [piece_part(p) for p in self.pieces],
-            "no_plan": None if self.no_plan is None else self.no_plan.certificate, "meta": _plain(meta),
-        }  # fmt: skip
+        no_plan = None if self.no_plan is None else self.no_plan.certificate
+        return answer_part(
+            self.problem, self.model, self.sample_parts, self.corridors, self.pieces, no_plan=no_plan, meta=meta
+        )
 
     def save(self, path) -> Path:
         """Write answer.json; it appears complete or not at all. `parc-jax check` verifies it."""
@@ -264,12 +250,3 @@ def _rounded_up(value) -> str:
     exact = Decimal(value.numerator) / Decimal(value.denominator) if isinstance(value, Fraction) else Decimal(value)
     digits = Context(prec=2, rounding=ROUND_CEILING).create_decimal(exact)
     return f"{float(digits):.12g}"
-
-
-def _plain(value):
-    """JSON without floats: certificates spell every number that is not a count as text."""
-    if isinstance(value, dict):
-        return {name: _plain(part) for name, part in value.items()}
-    if isinstance(value, list | tuple):
-        return [_plain(part) for part in value]
-    return repr(float(value)) if isinstance(value, float) else value

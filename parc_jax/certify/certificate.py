@@ -62,6 +62,20 @@ def tube_part(tube: Tube) -> dict:
     }
 
 
+def answer_part(
+    problem: ReachAvoid, model: TrajectoryModel, samples: list[dict], corridors, pieces, *, no_plan: dict | None, meta
+) -> dict:
+    """The whole answer file. samples: their parts. meta: what needs no proof, as plain values."""
+    asked, network, tube = problem_part(problem, model), network_part(model.net), tube_part(model.tube)
+    hashes = {"problem": part_hash(asked), "network": part_hash(network), "tube": part_hash(tube)}
+    claim = model.claim.to_json() | {"network_hash": hashes["network"], "tube_hash": hashes["tube"]}
+    return {
+        "format": FORMAT, "problem": asked, "network": network, "tube": tube, "claim": _plain(claim), "hash": hashes,
+        "samples": samples, "corridors": [corridor_part(c) for c in corridors],
+        "sets": [piece_part(p) for p in pieces], "no_plan": no_plan, "meta": _plain(meta),
+    }  # fmt: skip
+
+
 def part_hash(part: dict) -> str:
     """SHA-256 of the canonical JSON text of a part."""
     return hashlib.sha256(json.dumps(part, sort_keys=True, separators=(",", ":")).encode()).hexdigest()
@@ -146,6 +160,15 @@ def _decimal(value) -> str:
 
 def _hexes(values) -> list[str]:
     return [float(v).hex() for v in values]
+
+
+def _plain(value):
+    """JSON without floats: certificates spell every number that is not a count as text."""
+    if isinstance(value, dict):
+        return {name: _plain(part) for name, part in value.items()}
+    if isinstance(value, list | tuple):
+        return [_plain(part) for part in value]
+    return repr(float(value)) if isinstance(value, float) else value
 
 
 def _fraction(value: Fraction) -> str:

@@ -54,6 +54,17 @@ def test_solve_check_plot(shell, files):
     assert code == 2 and "errors" in complained
 
 
+def test_corridors_alone_are_found_checked_and_drawn(shell):
+    code, said, _ = shell("solve", "model.npz", "scene.toml", "--no-polytopes", "--json", "--no-cache")
+    facts = json.loads(said)
+    assert code == 0 and facts["polytopes"] == 0 and facts["coverage"]["share"] == 0
+    assert facts["corridors"] > 0 and facts["corridor_coverage"]["at_least"] >= 0.99
+    code, said, _ = shell("check", "answer.json")
+    assert code == 0 and f"{facts['corridors']} corridors" in said and "0 polytopes" in said
+    assert shell("plot", "answer.json", "--html", "page.html")[0] == 0
+    assert shell("plot", "answer.json", "--out", "figures")[0] == 0
+
+
 def test_no_plan_is_exit_code_one_with_a_certificate(shell, files):
     save_problem(files / "wall.json", toy_query.gap(wall=True))
     code, said, _ = shell("solve", "model.npz", "wall.json", "--out", "none.json", "--json", "--no-cache")

@@ -1,0 +1,88 @@
+"""How fast the safe set of a saved model is covered, over seeds: `python -m benchmarks.covering --model MODEL`.
+
+A share is seen when a fresh draw of the search shows it, and certified when the answer states it with confidence. The
+clock starts with the query, its scene laid out anew; one query has run before, so nothing compiles. Nothing is proved
+in exact arithmetic here; that is `answer.timings["proof_s"]`.
+"""
+
+import json
+from dataclasses import dataclass
+from pathlib import Path
+
+import jax
+import numpy as np
+import tyro
+
+from parc_jax.answer import Answer
+from parc_jax.cli.cache import keep_compiled
+from parc_jax.cli.systems import find
+from parc_jax.model import load
+from parc_jax.planner import Planner
+from parc_jax.plot.cover import cover, of_history
+
+
+@dataclass(frozen=True)
+class Options:
+    """Queries of one model."""
+
+    model: Path
+    """A saved model."""
+    system: str = "drift_parking"
+    """The system it was learned from."""
+    seeds: int = 10
+    """Queries."""
+    target: float = 0.01
+    """Share of the safe set that may stay uncovered."""
+    at: float = 3.0
+    """[s] What is covered by then?"""
+    budget: float = 15.0
+    """[s] Where a search ends."""
+    figure: Path | None = None
+    """Draw the curves of the last query."""
+
+
+def main(options: Options) -> dict:
+    """Search, with corridors alone and with polytopes, and print medians with their range."""
+    keep_compiled()
+    planner, problem = Planner(load(options.model, system=options.system)), find(options.system).problem()
+    measured: dict[str, list[float | None]] = {}
+    for seed in range(-1, options.seeds):
+        for polytopes in (False, True):
+            answer = planner.solve(
+                problem, jax.random.PRNGKey(seed + 1), n_samples=1, target=options.target, budget_s=options.budget,
+                polytopes=polytopes, proof=False,
+            )  # fmt: skip
+            if seed >= 0:  # the first ones compile
+                for name, value in _facts(answer, options, polytopes).items():
+                    measured.setdefault(name, []).append(value)
+    out = {name: _spread(values) for name, values in measured.items()}
+    print(json.dumps(out, indent=1))
+    if options.figure is not None:
+        cover(of_history(answer.history), options.figure, target=options.target)
+    return out
+
+
+def _facts(answer: Answer, options: Options, polytopes: bool) -> dict[str, float | None]:
+    """Of one query: when the target was seen and certified, with how many; how much was covered at the time asked."""
+    share, count, who = ("inside", "polytopes", "polytopes") if polytopes else ("kept", "corridors", "corridors alone")
+    looks = answer.history
+    enough = [look for look in looks if getattr(look, share) >= 1 - options.target]
+    known = [getattr(look, share) for look in looks if look.seconds <= options.at]
+    certified = (answer.coverage if polytopes else answer.corridor_coverage).at_least >= 1 - options.target
+    return {
+        f"{who}: seen [s]": enough[0].seconds if enough else None,
+        f"{who}: number then": getattr(enough[0], count) if enough else None,
+        f"{who}: certified [s]": looks[-1].seconds if certified else None,
+        f"{who}: share seen after {options.at:g} s": known[-1] if known else None,
+    }
+
+
+def _spread(values: list[float | None]) -> dict:
+    """Median and range of those that are known, and how many are."""
+    known = [float(v) for v in values if v is not None]
+    middle = {"median": float(np.median(known)), "least": min(known), "most": max(known)} if known else {}
+    return middle | {"known": f"{len(known)} of {len(values)}"}
+
+
+if __name__ == "__main__":
+    main(tyro.cli(Options, description=__doc__))

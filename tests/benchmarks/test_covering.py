@@ -1,0 +1,22 @@
+"""The times of a cover are read off its looks, and what never came is not a number."""
+
+from pathlib import Path
+from types import SimpleNamespace
+
+from benchmarks.covering import Options, _facts, _spread
+from parc_jax.certify.cover import Coverage, Look
+
+LOOKS = [Look(0.1, 3, 0.9, 10, 0.5), Look(0.4, 8, 0.993, 40, 0.95), Look(3.2, 9, 0.995, 90, 0.991)]
+SURE, SHORT = Coverage(0.995, 0.991, 0.99, 6000, 30), Coverage(0.991, 0.985, 0.99, 6000, 54)
+
+
+def test_facts_of_one_query():
+    answer = SimpleNamespace(history=LOOKS, corridor_coverage=SURE, coverage=SHORT)
+    options = Options(Path("model.npz"))
+    assert list(_facts(answer, options, polytopes=False).values()) == [0.4, 8, 3.2, 0.993]
+    assert list(_facts(answer, options, polytopes=True).values()) == [3.2, 90, None, 0.95]
+
+
+def test_unknown_values_are_counted_and_left_out():
+    assert _spread([1.0, None, 3.0]) == {"median": 2.0, "least": 1.0, "most": 3.0, "known": "2 of 3"}
+    assert _spread([None]) == {"known": "0 of 1"}
