@@ -97,7 +97,6 @@ def cover(
     late = lambda: compiled is not None and spent() - compiled > budget_s  # noqa: E731
     history: list[Look] = []
     with Draws(model, scene, for_draws) as draws:
-        draws.start()
         while True:
             fresh = draws.take()
             inside = pieces.inside(fresh) if polytopes else np.zeros(len(fresh.k), bool)
@@ -113,7 +112,8 @@ def cover(
                 history.append(Look(spent(), len(corridors.all), kept.mean(), len(pieces), inside.mean()))
             if late() or by_pieces.satisfied or draws.hopeless:
                 break
-            draws.start()
+            if corridors.all:  # the first one should come soon, with all cores
+                draws.start()
             leave = int(LEAVE * target * len(fresh.k))
             slivers = covered.sum() > (1 - SLIVERS) * len(covered)
             for _ in _grow(pieces, fresh.at(~covered), leave, rng, polytopes, slivers):

@@ -43,8 +43,10 @@ class Draws:
         self._coming = self._thread.submit(draw, self._model, self._scene, self._rng, size)
 
     def take(self) -> Points:
-        """The safe plans of the draw that was started last."""
-        batch = self._coming.result()
+        """The safe plans of the draw that was started, or of one made now."""
+        if self._coming is None:
+            self.start()
+        batch, self._coming = self._coming.result(), None
         self.drawn, self.reaching = self.drawn + batch.drawn, self.reaching + batch.reaching
         self.safe, self.volume = self.safe + len(batch.safe.k), batch.volume
         self._seen.append(batch.safe)
