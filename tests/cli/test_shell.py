@@ -54,7 +54,7 @@ def test_solve_check_plot(shell, files):
     assert code == 2 and "errors" in complained
 
 
-def test_corridors_alone_are_found_checked_and_drawn(shell):
+def test_corridors_alone_are_found_checked_and_drawn(shell, files):
     code, said, _ = shell("solve", "model.npz", "scene.toml", "--no-polytopes", "--json", "--no-cache")
     facts = json.loads(said)
     assert code == 0 and facts["polytopes"] == 0 and facts["coverage"]["share"] == 0
