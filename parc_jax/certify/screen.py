@@ -48,21 +48,23 @@ def glance(few: ReLUNetwork, knots, tube, scene: Scene, z, k):
 def _struck(corner, sign, radius, p, error):
     """(t,) bool: are points p (t, 2) inside the polygon corner (m, 2) + sign * error (t, 2), or within the radius?
 
-    Edge by edge and without a division of the field into cases: this runs for every plan that is ever drawn.
+    Edge by edge and without a division of the field into cases: this runs for every plan that is ever drawn. A point
+    or a wall has no inside; their area is exactly zero, as it is measured from one of the corners.
     """
-    inside, nearest = jnp.ones(len(p), bool), jnp.full(len(p), jnp.inf)
-    for i in range(len(corner)):
-        a, b = (corner[j][None] + sign[j][None] * error for j in (i - 1, i))
-        along, to = b - a, p - a
+    inside, nearest, area = jnp.ones(len(p), bool), jnp.full(len(p), jnp.inf), jnp.zeros(len(p), p.dtype)
+    corners = [c[None] + s[None] * error for c, s in zip(corner, sign, strict=True)]
+    for a, b in zip([corners[-1], *corners[:-1]], corners, strict=True):
+        along, to, from_a, from_b = b - a, p - a, a - corners[0], b - corners[0]
+        area += from_a[:, 0] * from_b[:, 1] - from_a[:, 1] * from_b[:, 0]
         inside &= along[:, 0] * to[:, 1] >= along[:, 1] * to[:, 0]
         share = jnp.clip(dot2(to, along) / jnp.maximum(dot2(along, along), TINY), 0, 1)
         off = to - share[:, None] * along
         nearest = jnp.minimum(nearest, dot2(off, off))
-    return inside | (nearest <= radius * radius)
+    return (inside & (area > 0)) | (nearest <= radius * radius)
 
 
 class Sighting(NamedTuple):
-    """What the second look tells; leading axis b. p0, path, pattern, bin, reaches: as in Evaluation.
+    """What the second look tells; leading axis b. p0, path, pattern, bin: as in Evaluation.
 
     hopeful (b,): reaches, and touches nothing in the interval that looks worst. open (b, o, T): no facet separates.
     """

@@ -75,6 +75,16 @@ def test_a_glance_loses_no_safe_plan_and_most_of_the_others(body, rng):
     assert (unsafe & np.asarray(outside)).sum() < 0.5 * unsafe.sum()
 
 
+@pytest.mark.parametrize("size", [[0.0, 0.0], [0.0, 0.4], [0.3, 0.0]])
+def test_a_pole_or_a_wall_has_no_inside(size, rng):
+    model = line_model(4, 0.0)
+    thin = box([1.8, 1.2], np.add([1.8, 1.2], size))
+    laid_out = scene(reach_avoid(box([2.0, 1, -9], [2.5, 2, 9]), [thin], 0.1), model)
+    quick, exact = both(model, laid_out, *proposals(model, laid_out, rng, 1500))
+    assert 0 < len(exact) < 1500
+    np.testing.assert_array_equal(quick, exact)
+
+
 def test_a_glance_that_strikes_too_much_is_caught(rng, monkeypatch):
     model, problem = toy_case(4)
     laid_out = scene(problem, model)
