@@ -41,8 +41,8 @@ def cover(curves: Sequence[CoverCurve], to=None, *, target: float | None = 0.01,
         for ax, label in zip(sheet.axes, ("number of corridors or polytopes", "time [s]"), strict=True):
             if target is not None:
                 ax.axhline(target, color=style.GREY, linewidth=0.8, linestyle=":")
-                ax.annotate("target", (1, target), (-2, -3), xycoords=("axes fraction", "data"),
-                            textcoords="offset points", ha="right", va="top", color=style.GREY, fontsize=8)  # fmt: skip
+                ax.annotate("target", (0, target), (3, -3), xycoords=("axes fraction", "data"),
+                            textcoords="offset points", ha="left", va="top", color=style.GREY, fontsize=8)  # fmt: skip
             ax.set_yscale("log")
             ax.yaxis.set_major_formatter("{x:g}")
             ax.set_ylim(floor, 1.2)
