@@ -44,11 +44,12 @@ def on_all_cores(call: Callable, parts: Iterable) -> list:
     parts = list(parts)
     if len(parts) < 2:  # a thread costs more than a first look
         return [call(part) for part in parts]
-    return list(_threads().map(call, parts))
+    return list(_threads(os.getpid()).map(call, parts))
 
 
 @cache
-def _threads() -> ThreadPoolExecutor:
+def _threads(process: int) -> ThreadPoolExecutor:
+    """The threads of a process; a forked child has none of its parent's."""
     return ThreadPoolExecutor(os.cpu_count() or 1, thread_name_prefix="parc_jax")
 
 

@@ -35,14 +35,13 @@ class Run(NamedTuple):
 class Corridor(NamedTuple):
     """w (o, T, 2): directions. reach (o, T): w . p^ > reach + |w| . e must hold; float slack included, -inf where the
     obstacle is absent. multipliers (o, T): what spells w exactly. p0 (n_p,), k (n_k,): a plan that keeps to it.
-    born: [s] after the query began."""
+    """
 
     w: np.ndarray
     reach: np.ndarray
     multipliers: np.ndarray
     p0: np.ndarray
     k: np.ndarray
-    born: float
 
     def need(self, error: np.ndarray) -> np.ndarray:
         """(o, T): what w . p^ must exceed in a bin with the errors (T, 2)."""

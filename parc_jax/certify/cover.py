@@ -55,7 +55,7 @@ class Cover(NamedTuple):
 
     points: safe ones among them. kept, coverage: what the corridors and what the pieces cover. corridors: those that
     were certified to cover enough, corridors_s [s] after the beginning, or all where none were; pieces are cut from
-    later ones too.
+    later ones too. first_piece_s: [s] until the first corridor, which in its seed's cell is a safe polytope.
     """
 
     drawn: int

@@ -4,15 +4,13 @@ Safe needs three positive proofs: goal margin, start margin, and a separating di
 each clearing the float slack. A comparison with NaN is False, so nothing undefined is ever safe.
 """
 
-import os
-from concurrent.futures import ThreadPoolExecutor
 from typing import NamedTuple
 
 import jax
 import jax.numpy as jnp
 import numpy as np
 
-from parc_jax.arrays import x64
+from parc_jax.arrays import on_all_cores, x64
 from parc_jax.avoid.segment import separations
 from parc_jax.certify.scene import Scene
 from parc_jax.error.tube import Tube
@@ -144,7 +142,7 @@ _anchored = jax.jit(jax.vmap(anchored, in_axes=(None, None, None, 0, 0)))
 
 def evaluate(model: TrajectoryModel, scene: Scene, p0, k) -> Evaluation:
     """Verdicts on p0 (b, n_p), k (b, n_k), as NumPy arrays."""
-    return _in_chunks(CHUNK, lambda p, x: _verdicts(model.net, model.tube, scene.arrays, p, x), p0, k)
+    return in_chunks(CHUNK, lambda p, x: _verdicts(model.net, model.tube, scene.arrays, p, x), p0, k)
 
 
 def paths_of(model: TrajectoryModel, p0: np.ndarray, k: np.ndarray) -> np.ndarray:
@@ -159,10 +157,10 @@ def paths_of(model: TrajectoryModel, p0: np.ndarray, k: np.ndarray) -> np.ndarra
 
 def anchor(model: TrajectoryModel, scene: Scene, z, k) -> tuple[np.ndarray, np.ndarray]:
     """Starts (b, n_p) whose predicted ends are z (b, n_p), and which of them reach the goal (b,). No obstacle test."""
-    return _in_chunks(CHUNK_ANCHOR, lambda p, x: _anchored(model.net, model.tube, scene.arrays, p, x), z, k)
+    return in_chunks(CHUNK_ANCHOR, lambda p, x: _anchored(model.net, model.tube, scene.arrays, p, x), z, k)
 
 
-def _in_chunks(size: int, call, *batch):
+def in_chunks(size: int, call, *batch):
     """Run a compiled call over fixed-size chunks on all cores; the last chunk is padded with its own last row."""
     n = len(batch[0])
     rows = np.minimum(np.arange(-(-max(n, 1) // size) * size), max(n - 1, 0)).reshape(-1, size)
@@ -173,6 +171,4 @@ def _in_chunks(size: int, call, *batch):
         with x64():
             return jax.device_get(call(*(np.asarray(x)[index] for x in batch)))
 
-    with ThreadPoolExecutor(max_workers=min(len(rows), os.cpu_count() or 1)) as pool:
-        parts = list(pool.map(one, rows))
-    return jax.tree.map(lambda *xs: np.concatenate(xs)[:n], *parts)
+    return jax.tree.map(lambda *xs: np.concatenate(xs)[:n], *on_all_cores(one, rows))

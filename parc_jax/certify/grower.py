@@ -1,6 +1,5 @@
 """The loop that grows corridors around plans that keep to none."""
 
-import time
 from collections.abc import Iterator
 
 import jax
@@ -29,7 +28,6 @@ class Grower:
         self.model, self.problem, self.scene, self.rng = model, problem, scene, rng
         self.corridors = Corridors(model.tube.interval)
         self.waiting: Points | None = None
-        self._begin = time.perf_counter()
         self._spelled = _objects(scene.directions)
 
     def keep(self, points: Points) -> np.ndarray:
@@ -92,9 +90,8 @@ class Grower:
             w[i, j, t], reach[i, j, t] = direction(self.problem, j, own)
             spelled[i, j, t] = own
         reach = np.where(active, reach + self.scene.slack * np.abs(w).sum(axis=3), -np.inf)
-        born = time.perf_counter() - self._begin
         none = np.zeros(0)  # the plan that shows that it is not empty is named when it is taken
-        return [Corridor(*fields, none, none, born) for fields in zip(w, reach, spelled, strict=True)]
+        return [Corridor(*fields, none, none) for fields in zip(w, reach, spelled, strict=True)]
 
 
 def greedy(kept: np.ndarray, worth: float = 0.0) -> Iterator[int]:

@@ -15,12 +15,13 @@ from parc_jax.sets.hpolytope import HPolytope
 class Piece:
     """The polytope of all (p0, k) with this pattern, in this bin, that keep to the corridor.
 
-    p0 (n_p,), k (n_k,): a point strictly inside. pattern (n_hidden,) bool.
+    p0 (n_p,), k (n_k,): a point strictly inside. pattern (n_hidden,) bool. born: [s] after the query began.
     w (o, T, 2), need (o, T): every inequality w . p^ > need, at both ends of every interval; float slack included.
     """
 
-    def __init__(self, model, scene, p0, k, pattern, bin_number: int, corridor: Corridor):
+    def __init__(self, model, scene, p0, k, pattern, bin_number: int, corridor: Corridor, born: float):
         self.p0, self.k, self.pattern, self.bin, self.corridor = p0, k, pattern, int(bin_number), corridor
+        self.born = born
         self.w, self.need = corridor.w, corridor.need(model.tube.interval[self.bin])
         self._model, self._scene = model, scene
 

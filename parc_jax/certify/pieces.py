@@ -1,5 +1,7 @@
 """The safe polytopes of a query: which corridors are used in which cells."""
 
+import time
+
 import numpy as np
 
 from parc_jax.certify.draw import Points, groups
@@ -14,7 +16,8 @@ class Pieces:
         self.grower, self.corridors = grower, grower.corridors
         self._row: dict[bytes, int] = {}  # of a cell in the table of uses
         self._used = np.zeros((0, 0), bool)
-        self._inner: list[tuple] = []  # p0, k, pattern, bin, number of the corridor
+        self._inner: list[tuple] = []  # p0, k, pattern, bin, number of the corridor, seconds
+        self._begin = time.perf_counter()
 
     def __len__(self) -> int:
         return len(self._inner)
@@ -30,6 +33,7 @@ class Pieces:
         """Polytopes around those of the given plans that keep to a corridor: in every cell as few as hold them all."""
         maybe = self.corridors.nearly(points.path, points.bin)
         popular = self.corridors.hits / (1 + self.corridors.hits.sum())  # decides where corridors hold equally many
+        born = time.perf_counter() - self._begin
         open_cells, left = groups(points.cell), np.ones(len(points.k), bool)
         while open_cells:
             chosen = []
@@ -49,14 +53,14 @@ class Pieces:
                 if left[mine].any():
                     left[mine] = False
                     middle = points.p0[mine].mean(axis=0), points.k[mine].mean(axis=0)  # inside: a polytope is convex
-                    self._inner.append((*middle, points.pattern[mine[0]], points.bin[mine[0]], n))
+                    self._inner.append((*middle, points.pattern[mine[0]], points.bin[mine[0]], n, born))
                     self._use(cell, n)
             open_cells = [(cell, index) for cell, index, *_ in chosen]
 
     def all(self) -> list[Piece]:
         """Every polytope with all that describes it."""
         model, scene = self.grower.model, self.grower.scene
-        return [Piece(model, scene, *found, self.corridors.all[n]) for *found, n in self._inner]
+        return [Piece(model, scene, *found, self.corridors.all[n], born) for *found, n, born in self._inner]
 
     def _uses(self, points: Points) -> np.ndarray:
         """(b, c) bool: the corridors that are used in the cell of each plan."""

@@ -12,9 +12,8 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
-from parc_jax.arrays import on_all_cores, x64
 from parc_jax.avoid.segment import dot2, separation
-from parc_jax.certify.evaluate import arrival, predict, prediction
+from parc_jax.certify.evaluate import arrival, in_chunks, predict, prediction
 from parc_jax.certify.scene import Scene
 from parc_jax.model import TrajectoryModel
 from parc_jax.network.relu import ReLUNetwork
@@ -131,38 +130,16 @@ def screen(model: TrajectoryModel, scene: Scene, z, k) -> tuple[int, np.ndarray,
     arrays = scene.arrays
     few, knots = _few_outputs(model)
 
-    def first(rows):
-        reaches, outside = _glances(few, knots, model.tube, arrays, z[rows], k[rows])
-        return np.asarray(reaches), np.asarray(outside)
-
-    def second(rows):
-        return jax.device_get(_sightings(model.net, model.tube, arrays, z[rows], k[rows]))
-
-    def apart(rows):
-        who, o, t = (x[rows] for x in items)
-        return np.asarray(_aparts(model.tube, arrays, path[who, t], path[who, t + 1], number[who], o, t))
-
-    reaches, outside = _in_parts(first, np.arange(len(k)), GLANCES)
+    glances = lambda z, k: _glances(few, knots, model.tube, arrays, z, k)  # noqa: E731
+    sightings = lambda z, k: _sightings(model.net, model.tube, arrays, z, k)  # noqa: E731
+    aparts = lambda *items: _aparts(model.tube, arrays, *items)  # noqa: E731
+    reaches, outside = in_chunks(GLANCES, glances, z, k)
     rows = np.flatnonzero(outside)
-    seen = Sighting(*_in_parts(second, rows, CHUNK))
+    seen = in_chunks(CHUNK, sightings, z[rows], k[rows])
     hopeful = seen.hopeful
     p0, path, pattern, number, left = (field[hopeful] for field in (*seen[:4], seen.open))
-    items = np.nonzero(left)
+    who, o, t = np.nonzero(left)
     safe = np.ones(len(p0), bool)
-    if left.any():
-        safe[items[0][~_in_parts(apart, np.arange(len(items[0])), ITEMS)]] = False
+    if len(who):
+        safe[who[~in_chunks(ITEMS, aparts, path[who, t], path[who, t + 1], number[who], o, t)]] = False
     return int(reaches.sum()), rows[hopeful][safe], [x[safe] for x in (p0, path, pattern, number)]
-
-
-def _in_parts(call, rows: np.ndarray, size: int):
-    """call(rows) as arrays, `size` rows at a time on all cores, the last part padded with its own.
-
-    Without rows, the call is asked about row 0: shapes are its business.
-    """
-
-    def one(part):
-        with x64():
-            return jax.tree.map(lambda x: x[: len(part)], call(np.resize(part, size)))
-
-    parts = [rows[i : i + size] for i in range(0, max(len(rows), 1), size)]
-    return jax.tree.map(lambda *xs: np.concatenate(xs), *on_all_cores(one, parts))

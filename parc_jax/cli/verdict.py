@@ -34,7 +34,10 @@ def verdict(answer: Answer, path: Path, cold_s: float | None, short: bool = Fals
             f"first safe sample      {seconds(cold_s)} cold, {seconds(t['first_sample_s'])} warm",
             f"safe                   {100 * answer.safe_share:.1f} % of the goal-reaching set",
             f"corridors              {len(answer.corridors)}, {covering(answer.corridor_coverage._asdict())}",
-            f"safe polytopes         {len(answer.pieces)}, {covering(answer.coverage._asdict())}",
+        ]
+        if answer.pieces:
+            lines.append(f"safe polytopes         {len(answer.pieces)}, {covering(answer.coverage._asdict())}")
+        lines += [
             f"safe set               in {seconds(t['cover_s'])}",
             f"proof                  {answer.level}, {answer.refused} refused, in {seconds(t['proof_s'])}",
             f"for example            p0 = {_row(plan[:n_p])}, k = {_row(plan[n_p:])}",

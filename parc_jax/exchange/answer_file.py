@@ -95,7 +95,7 @@ def _piece(model: TrajectoryModel, problem: ReachAvoid, laid_out: Scene, part: d
     """The piece of its certificate."""
     corridor = _corridor(problem, laid_out, part)
     pattern = np.array([bit == "1" for bit in part["pattern"]], bool)
-    return Piece(model, laid_out, corridor.p0, corridor.k, pattern, part["bin"], corridor)
+    return Piece(model, laid_out, corridor.p0, corridor.k, pattern, part["bin"], corridor, float("nan"))
 
 
 def _corridor(problem: ReachAvoid, laid_out: Scene, part: dict) -> Corridor:
@@ -111,7 +111,7 @@ def _corridor(problem: ReachAvoid, laid_out: Scene, part: dict) -> Corridor:
             for t in range(first, end):
                 spelled[o, t] = m
             first = end
-    return Corridor(w, reach, spelled, np.array(_floats(part["p0"])), np.array(_floats(part["k"])), float("nan"))
+    return Corridor(w, reach, spelled, np.array(_floats(part["p0"])), np.array(_floats(part["k"])))
 
 
 def _no_plan(certificate: dict | None, volumes: dict | None) -> NoPlan | None:

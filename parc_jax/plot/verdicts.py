@@ -20,7 +20,7 @@ def region_seconds(answer, table: RegionTable) -> np.ndarray:
     if answer.pieces:
         number = table.locate(np.array([piece.k for piece in answer.pieces]))
         for i, piece in zip(number, answer.pieces, strict=True):
-            seconds[i] = np.fmin(seconds[i], piece.corridor.born)
+            seconds[i] = np.fmin(seconds[i], piece.born)
     return seconds
 
 

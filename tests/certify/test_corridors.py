@@ -188,7 +188,7 @@ def test_plans_that_no_short_direction_separates_are_given_up(rng, monkeypatch):
     grower = Grower(model, problem, scene(problem, model), rng)
     monkeypatch.setattr(grower, "_spelled_out", lambda growth: [
         corridor_stage.Corridor(
-            np.ones((*growth.choice.shape[1:], 2)), np.full(growth.choice.shape[1:], 1e3), None, None, None, 0.0
+            np.ones((*growth.choice.shape[1:], 2)), np.full(growth.choice.shape[1:], 1e3), None, None, None
         )
         for _ in growth.choice
     ])  # fmt: skip

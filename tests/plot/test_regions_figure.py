@@ -21,7 +21,7 @@ def arcs():
     model = model_of(arc_network(), box(LO, HI), tube.interval, tube.final)
     table = enumerate_regions(model.net, model.domain)
     samples = np.array([[4.5, 0.0, 5.0, 0.05], [4.6, 0.0, 5.2, -0.05]])
-    pieces = [SimpleNamespace(k=np.array([4.8, 0.1]), corridor=SimpleNamespace(born=t)) for t in (0.5, 0.25)]
+    pieces = [SimpleNamespace(k=np.array([4.8, 0.1]), born=t) for t in (0.5, 0.25)]
     return SimpleNamespace(model=model, problem=gap_problem(), samples=samples, pieces=pieces), table
 
 
