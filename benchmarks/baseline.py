@@ -19,7 +19,9 @@ def load_baselines(path: Path = BASELINE) -> dict[str, dict]:
 
 
 def update(report: dict, path: Path = BASELINE, page_path: Path = PAGE) -> dict[str, dict]:
-    """Accept a report: it replaces the workloads it holds on its platform. Redraws the figures and writes the page."""
+    """Accept a report: it replaces the workloads it holds on its platform. Redraws the figures and
+    writes the page.
+    """
     baselines, platform = load_baselines(path), report["environment"]["platform"]
     report = merged(baselines.get(platform), report)
     for entry in report["workloads"]:

@@ -6,7 +6,7 @@ from pathlib import Path
 import jax
 
 from benchmarks.cases import Case, case
-from benchmarks.models import Lesson, learn
+from benchmarks.models import CaseModels, learn
 from benchmarks.result import Skip
 from parc_jax.model import TrajectoryModel, load
 
@@ -17,14 +17,15 @@ ROOT = Path(__file__).resolve().parents[1]
 class Bench:
     """One run. quick: tiny sizes, to see that everything works; its numbers mean nothing.
 
-    platform: "cpu" or "gpu". saved: file of a learned drift model. reference: folder of networks counted elsewhere.
+    platform: "cpu" or "gpu". saved: file of a learned drift model. reference: folder of networks
+        counted elsewhere.
     """
 
     quick: bool = False
     platform: str = "cpu"
     saved: Path = ROOT / "tests" / "data" / "drift_4x8.npz"
     reference: Path = ROOT.parent / "shared" / "data" / "nets"
-    lessons: dict[str, Lesson] = field(default_factory=dict)
+    known: dict[str, CaseModels] = field(default_factory=dict)
 
     def size(self, full, quick):
         """A size: the full one, or the quick one."""
@@ -37,11 +38,13 @@ class Bench:
     def model(self) -> tuple[Case, TrajectoryModel]:
         """The drift case and its saved 4x8 model. Raises Skip."""
         if not self.saved.is_file():
-            raise Skip(f"the saved model {'/'.join(self.saved.parts[-3:])} is not in this installation")
+            raise Skip(
+                f"the saved model {'/'.join(self.saved.parts[-3:])} is not in this installation"
+            )
         return case("drift"), load(self.saved)
 
-    def lesson(self, name: str) -> Lesson:
+    def learned(self, name: str) -> CaseModels:
         """Everything learned of a case; learned once per run."""
-        if name not in self.lessons:
-            self.lessons[name] = learn(case(name), self.key(), self.quick)
-        return self.lessons[name]
+        if name not in self.known:
+            self.known[name] = learn(case(name), self.key(), self.quick)
+        return self.known[name]

@@ -1,4 +1,6 @@
-"""The scenes that are measured: a black box, its task, the networks of Table I, and how its gap narrows."""
+"""The scenes that are measured: a black box, its task, the networks of Table I, and how its gap
+narrows.
+"""
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -13,10 +15,14 @@ from parc_jax.problem import ReachAvoid
 class Case:
     """One scene.
 
-    system, problem: constructors. hidden: widths of the networks of Table I, the last one also used elsewhere.
-    larger: widths of the network that shows how narrow a gap can be. bins: of the tube, per axis of K.
-    axis: workspace axis along which the obstacles close in. slack: [m] room between body and obstacles as published.
-    published: figures of the paper, measured on its machine: regions and seconds for BRAS of all of them.
+    system, problem: constructors. hidden: widths of the networks of Table I, the last one also used
+        elsewhere.
+    larger: widths of the network that shows how narrow a gap can be. bins: of the tube, per axis of
+        K.
+    axis: workspace axis along which the obstacles close in. slack: [m] room between body and
+        obstacles as published.
+    published: figures of the paper, measured on its machine: regions and seconds for BRAS of all of
+        them.
     """
 
     name: str
@@ -30,7 +36,9 @@ class Case:
     published: dict[tuple[int, ...], tuple[int, float]]
 
     def narrowed(self, slack: float) -> ReachAvoid:
-        """The problem with both obstacles moved together until `slack` [m] is left. They move along `axis`."""
+        """The problem with both obstacles moved together until `slack` [m] is left. They move along
+        `axis`.
+        """
         problem = self.problem()
         shift, moved = 0.5 * (self.slack - slack), []
         middle = np.mean([_centre(o)[self.axis] for o in problem.obstacles])

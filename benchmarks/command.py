@@ -10,19 +10,25 @@ from benchmarks.workloads import NAMES
 
 
 def run(arguments: list[str] | None = None) -> int:
-    """Parse, run, report, judge. Exit codes: 0 good, 1 a workload failed or the gate is closed, 2 bad input."""
+    """Parse, run, report, judge. Exit codes: 0 good, 1 a workload failed or the gate is closed, 2
+    bad input.
+    """
     try:
         options = _parser().parse_args(arguments)
     except SystemExit as stop:
         return int(stop.code or 0)
     if options.quick and (options.gate or options.update_baseline):
-        return _refuse("--quick measures something else: it can neither be gated nor become the baseline.")
+        return _refuse(
+            "--quick measures something else: it can neither be gated nor become the baseline."
+        )
     unknown = [name for name in options.only or () if name not in NAMES]
     if unknown:
         return _refuse(f"--only: expected names of {', '.join(NAMES)}; got {', '.join(unknown)}.")
     platform = _platform(options.device)
     if options.device not in (None, platform):
-        return _refuse(f"--device {options.device}: JAX offers {platform} here. Install the matching jaxlib.")
+        return _refuse(
+            f"--device {options.device}: JAX offers {platform} here. Install the matching jaxlib."
+        )
     return _measure(options, platform)
 
 
@@ -32,9 +38,13 @@ def _parser() -> argparse.ArgumentParser:
     )
     parser.add_argument("--quick", action="store_true", help="tiny sizes: does everything work?")
     parser.add_argument("--only", nargs="+", metavar="NAME", help=f"some of: {', '.join(NAMES)}")
-    parser.add_argument("--gate", action="store_true", help="fail if anything is worse than the committed baseline")
     parser.add_argument(
-        "--update-baseline", action="store_true", help="accept this run: baseline.json, docs page, figure"
+        "--gate", action="store_true", help="fail if anything is worse than the committed baseline"
+    )
+    parser.add_argument(
+        "--update-baseline",
+        action="store_true",
+        help="accept this run: baseline.json, docs page, figure",
     )
     parser.add_argument("--device", choices=("cpu", "gpu"), help="default: what JAX finds")
     parser.add_argument("--json", type=Path, metavar="PATH", help="write the report as JSON")
@@ -59,7 +69,11 @@ def _measure(options, platform: str) -> int:
     from parc_jax.rollout.files import write_atomic
 
     names = [name for name in NAMES if not options.only or name in options.only]
-    report = run_suite(Bench(quick=options.quick, platform=platform), names, lambda line: print(line, file=sys.stderr))
+    report = run_suite(
+        Bench(quick=options.quick, platform=platform),
+        names,
+        lambda line: print(line, file=sys.stderr),
+    )
     print(results(report, "# Benchmark results", 2))
     if options.json is not None:
         write_atomic(options.json, json.dumps(report, indent=1).encode())
@@ -68,7 +82,16 @@ def _measure(options, platform: str) -> int:
     if options.gate:
         verdict = gate(report, load_baselines().get(platform))
         closed = verdict.failures
-        print("\n".join(["", "Gate: " + ("open" if verdict.open else "CLOSED"), *verdict.failures, *verdict.notes]))
+        print(
+            "\n".join(
+                [
+                    "",
+                    "Gate: " + ("open" if verdict.open else "CLOSED"),
+                    *verdict.failures,
+                    *verdict.notes,
+                ]
+            )
+        )
     if options.update_baseline:
         if broken:
             return _refuse(f"the baseline stays as it is: {'; '.join(broken)}", 1)

@@ -1,8 +1,10 @@
-"""How fast the safe set of a saved model is covered, over seeds: `python -m benchmarks.covering --model MODEL`.
+"""How fast the safe set of a saved model is covered, over seeds: `python -m benchmarks.covering
+--model MODEL`.
 
-A share is seen when a fresh draw of the search shows it, and certified when the answer states it with confidence. The
-clock starts with the query, its scene laid out anew; one query has run before, so nothing compiles. Nothing is proved
-in exact arithmetic here; that is `answer.timings["proof_s"]`.
+A share is seen when a fresh draw of the search shows it, and certified when the answer states it
+with confidence. The clock starts with the query, its scene laid out anew; one query has run before,
+so nothing compiles. Nothing is proved in exact arithmetic here; that is
+`answer.timings["proof_s"]`.
 """
 
 import json
@@ -19,6 +21,7 @@ from parc_jax.cli.systems import find
 from parc_jax.model import load
 from parc_jax.planner import Planner
 from parc_jax.plot.cover import cover, of_history
+from parc_jax.settings import Settings
 
 
 @dataclass(frozen=True)
@@ -44,14 +47,24 @@ class Options:
 def main(options: Options) -> dict:
     """Search, with corridors alone and with polytopes, and print medians with their range."""
     keep_compiled()
-    planner, problem = Planner(load(options.model, system=options.system)), find(options.system).problem()
+    planner, problem = (
+        Planner(load(options.model, system=options.system)),
+        find(options.system).problem(),
+    )
     measured: dict[str, list[float | None]] = {}
     for seed in range(-1, options.seeds):
         for polytopes in (False, True):
             answer = planner.solve(
-                problem, jax.random.PRNGKey(seed + 1), n_samples=1, target=options.target, budget_s=options.budget,
-                polytopes=polytopes, proof=False,
-            )  # fmt: skip
+                problem,
+                jax.random.PRNGKey(seed + 1),
+                Settings(
+                    n_samples=1,
+                    target=options.target,
+                    budget_s=options.budget,
+                    polytopes=polytopes,
+                    proof=False,
+                ),
+            )
             if seed >= 0:  # the first ones compile
                 for name, value in _facts(answer, options, polytopes).items():
                     measured.setdefault(name, []).append(value)
@@ -63,12 +76,20 @@ def main(options: Options) -> dict:
 
 
 def _facts(answer: Answer, options: Options, polytopes: bool) -> dict[str, float | None]:
-    """Of one query: when the target was seen and certified, with how many; how much was covered at the time asked."""
-    share, count, who = ("inside", "polytopes", "polytopes") if polytopes else ("kept", "corridors", "corridors alone")
+    """Of one query: when the target was seen and certified, with how many; how much was covered at
+    the time asked.
+    """
+    share, count, who = (
+        ("inside", "polytopes", "polytopes")
+        if polytopes
+        else ("kept", "corridors", "corridors alone")
+    )
     looks = answer.history
     enough = [look for look in looks if getattr(look, share) >= 1 - options.target]
     known = [getattr(look, share) for look in looks if look.seconds <= options.at]
-    certified = (answer.coverage if polytopes else answer.corridor_coverage).at_least >= 1 - options.target
+    certified = (
+        answer.coverage if polytopes else answer.corridor_coverage
+    ).at_least >= 1 - options.target
     return {
         f"{who}: seen [s]": enough[0].seconds if enough else None,
         f"{who}: number then": getattr(enough[0], count) if enough else None,
@@ -80,7 +101,11 @@ def _facts(answer: Answer, options: Options, polytopes: bool) -> dict[str, float
 def _spread(values: list[float | None]) -> dict:
     """Median and range of those that are known, and how many are."""
     known = [float(v) for v in values if v is not None]
-    middle = {"median": float(np.median(known)), "least": min(known), "most": max(known)} if known else {}
+    middle = (
+        {"median": float(np.median(known)), "least": min(known), "most": max(known)}
+        if known
+        else {}
+    )
     return middle | {"known": f"{len(known)} of {len(values)}"}
 
 

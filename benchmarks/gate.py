@@ -1,4 +1,6 @@
-"""Compare a report with the committed baseline. A worse metric, a lost metric or a failed workload closes the gate."""
+"""Compare a report with the committed baseline. A worse metric, a lost metric or a failed workload
+closes the gate.
+"""
 
 from typing import NamedTuple
 
@@ -30,15 +32,17 @@ def worse(now: Metric, before: Metric) -> bool:
 def gate(report: dict, baseline: dict | None) -> Verdict:
     """Judge the workloads of a report by those of the baseline of the same platform.
 
-    Times count only when device and number of processors are those of the baseline. A workload that was skipped, or
-    not asked for, is noted with its reason.
+    Times count only when device and number of processors are those of the baseline. A workload that
+    was skipped, or not asked for, is noted with its reason.
     """
     failures, notes = [], []
     if baseline is None:
         return Verdict(["no baseline for this platform: make one with --update-baseline"], [])
     same_machine = _machine(report) == _machine(baseline)
     if not same_machine:
-        notes.append(f"times not compared: baseline on {_machine(baseline)}, this run on {_machine(report)}")
+        notes.append(
+            f"times not compared: baseline on {_machine(baseline)}, this run on {_machine(report)}"
+        )
     now = {w["name"]: w for w in report["workloads"]}
     for before in baseline["workloads"]:
         name, run = before["name"], now.pop(before["name"], None)
@@ -51,7 +55,9 @@ def gate(report: dict, baseline: dict | None) -> Verdict:
         elif before["status"] == "ok":
             _compare(name, run, before, same_machine, failures, notes)
     for run in now.values():
-        (failures if run["status"] == "failed" else notes).append(f"{run['name']}: not in the baseline")
+        (failures if run["status"] == "failed" else notes).append(
+            f"{run['name']}: not in the baseline"
+        )
     return Verdict(failures, notes)
 
 
@@ -63,7 +69,8 @@ def _compare(name, run, before, same_machine, failures, notes) -> None:
             failures.append(f"{old.key}: in the baseline, no longer reported by {name}")
         elif (same_machine or not old.tied_to_machine) and worse(new, old):
             failures.append(
-                f"{old.key}: {new.value:.4g} {new.unit}, was {old.value:.4g} ({old.better} is better, "
+                f"{old.key}: {new.value:.4g} {new.unit}, was {old.value:.4g} ({old.better} is "
+                "better, "
                 f"tolerance {100 * old.rel_tol:g} % + {old.abs_tol:g})"
             )
     notes += [f"{key}: new, not in the baseline" for key in values]
@@ -71,4 +78,7 @@ def _compare(name, run, before, same_machine, failures, notes) -> None:
 
 def _machine(report: dict) -> str:
     environment = report["environment"]
-    return f"{environment['device']} x {environment['devices']}, {environment['processors']} processors"
+    return (
+        f"{environment['device']} x {environment['devices']}, {environment['processors']} "
+        "processors"
+    )

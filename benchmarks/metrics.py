@@ -6,16 +6,19 @@ from dataclasses import asdict, dataclass
 import numpy as np
 
 BETTER = ("lower", "higher", "same")
-LOOSE = 0.5  # [1] allowed relative change of a median time: machines are shared and turbo comes and goes
+# [1] allowed relative change of a median time: machines are shared and turbo comes and goes
+LOOSE = 0.5
 
 
 @dataclass(frozen=True)
 class Metric:
     """One number with all that is needed to judge a change of it.
 
-    key: "workload.what.statistic". unit: "s", "1/s", "x" (a ratio), "1" (a share), "count", or a length "m".
+    key: "workload.what.statistic". unit: "s", "1/s", "x" (a ratio), "1" (a share), "count", or a
+        length "m".
     better: "lower", "higher", or "same" for what must not change either way.
-    rel_tol, abs_tol: allowed change for the worse, relative to the baseline and in units of the value; they add up.
+    rel_tol, abs_tol: allowed change for the worse, relative to the baseline and in units of the
+        value; they add up.
     batch: items per call, 0 where there is none. dtype: of the arithmetic that was measured.
     """
 
@@ -42,10 +45,15 @@ def metric(key: str, value, unit: str, better: str, **rest) -> Metric:
     """Validated metric. Raises ValueError."""
     value = float(value)
     if not np.isfinite(value):
-        raise ValueError(f"metric {key}: expected a finite number; got {value}. Skip the workload with its reason.")
+        raise ValueError(
+            f"metric {key}: expected a finite number; got {value}. Skip the workload with its "
+            "reason."
+        )
     made = Metric(key, value, unit, better, **rest)
     if better not in BETTER or made.rel_tol < 0 or made.abs_tol < 0:
-        raise ValueError(f"metric {key}: expected better in {BETTER} and tolerances >= 0; got {made}.")
+        raise ValueError(
+            f"metric {key}: expected better in {BETTER} and tolerances >= 0; got {made}."
+        )
     return made
 
 
@@ -55,7 +63,9 @@ def exact(key: str, value) -> Metric:
 
 
 def times(key: str, seconds, batch: int = 0, dtype: str = "float64") -> list[Metric]:
-    """Median, 95th percentile and maximum of wall times [s]; the rarer the event, the looser the tolerance."""
+    """Median, 95th percentile and maximum of wall times [s]; the rarer the event, the looser the
+    tolerance.
+    """
     seconds = np.asarray(seconds, float)
     values = (
         ("median", np.median(seconds), LOOSE),
@@ -63,7 +73,16 @@ def times(key: str, seconds, batch: int = 0, dtype: str = "float64") -> list[Met
         ("max", seconds.max(), 3),
     )
     return [
-        metric(f"{key}.{name}", value, "s", "lower", rel_tol=tol, abs_tol=1e-3, batch=batch, dtype=dtype)
+        metric(
+            f"{key}.{name}",
+            value,
+            "s",
+            "lower",
+            rel_tol=tol,
+            abs_tol=1e-3,
+            batch=batch,
+            dtype=dtype,
+        )
         for name, value, tol in values
     ]
 

@@ -1,14 +1,16 @@
-"""Networks and their tubes, learned inside the run: nothing is measured on data that somebody else prepared."""
+"""Networks and their tubes, learned inside the run: nothing is measured on data that somebody else
+prepared.
+"""
 
 from typing import NamedTuple
 
 import jax
 
 from benchmarks.cases import Case
-from parc_jax.error.bound import assumed_claim
-from parc_jax.error.calibrate import calibrate
-from parc_jax.error.counts import required_runs
-from parc_jax.error.shape import training_shape
+from parc_jax.claim.calibrate import calibrate
+from parc_jax.claim.counts import required_runs
+from parc_jax.claim.declared import assumed_claim
+from parc_jax.claim.profile import training_profile
 from parc_jax.keys import Stage, stream
 from parc_jax.model import TrajectoryModel, trajectory_model
 from parc_jax.network.parc import fit_affine
@@ -22,14 +24,18 @@ CHUNK = 256
 
 
 class Claims(NamedTuple):
-    """One network under two tubes. assumed: the published kind, largest training error, one bin. honest: at eps."""
+    """One network under two tubes. assumed: the published kind, largest training error, one bin.
+    honest: at eps.
+    """
 
     assumed: TrajectoryModel
     honest: TrajectoryModel
 
 
-class Lesson(NamedTuple):
-    """case, system and its training rollouts; models by hidden widths; eps of the honest claims, all valid at once."""
+class CaseModels(NamedTuple):
+    """case, system and its training rollouts; models by hidden widths; eps of the honest claims,
+    all valid at once.
+    """
 
     case: Case
     system: object
@@ -38,8 +44,10 @@ class Lesson(NamedTuple):
     eps: float
 
 
-def learn(case: Case, key: jax.Array, quick: bool) -> Lesson:
-    """Roll out, train every network of the case, claim both tubes of each. One holdout serves all: delta is split."""
+def learn(case: Case, key: jax.Array, quick: bool) -> CaseModels:
+    """Roll out, train every network of the case, claim both tubes of each. One holdout serves all:
+    delta is split.
+    """
     hidden = case.hidden[-1:] if quick else (*case.hidden, case.larger)
     eps, delta, bins = (0.05, 0.05, (2,) * len(case.bins)) if quick else (1e-3, 1e-3, case.bins)
     runs, seeds, steps = (256, 1, 50) if quick else (10_240, 4, 4000)
@@ -49,20 +57,28 @@ def learn(case: Case, key: jax.Array, quick: bool) -> Lesson:
     fresh = required_runs(eps, delta / looks, 0)
     holdout = collect(system, key, fresh, Stage.BOUND, chunk=CHUNK, quiet=True)
     nets: dict[tuple[int, ...], ReLUNetwork] = {
-        widths: train(data, widths, key=jax.random.fold_in(stream(key, Stage.FIT), number), seeds=seeds, steps=steps)
+        widths: train(
+            data,
+            widths,
+            key=jax.random.fold_in(stream(key, Stage.FIT), number),
+            seeds=seeds,
+            steps=steps,
+        )
         for number, widths in enumerate(hidden)
     }
     nets[PARC] = fit_affine(*training_arrays(data))
     models = {}
     for widths, net in nets.items():
-        honest = calibrate(net, holdout, training_shape(net, data, bins), eps, delta, looks=looks, train=data)
+        honest = calibrate(
+            net, holdout, training_profile(net, data, bins), eps, delta, looks=looks, train=data
+        )
         models[widths] = Claims(
             *(
                 trajectory_model(net, claim, system.domain, system.time, system.name)
                 for claim in (assumed_claim(net, data), honest)
             )
         )
-    return Lesson(case, system, data, models, eps)
+    return CaseModels(case, system, data, models, eps)
 
 
 def name_of(widths: tuple[int, ...]) -> str:

@@ -1,6 +1,8 @@
-"""Replay plans drawn from the safe set in the simulator, by the million: `python -m benchmarks.replays --n 1000000`.
+"""Replay plans drawn from the safe set in the simulator, by the million: `python -m
+benchmarks.replays --n 1000000`.
 
-A plan that fails although its run stayed inside the tube contradicts the proof and ends the program with an error.
+A plan that fails although its run stayed inside the tube contradicts the proof and ends the program
+with an error.
 """
 
 import json
@@ -13,9 +15,9 @@ import tyro
 from tqdm import tqdm
 
 import sims
-from parc_jax.certify.replay import replay
 from parc_jax.cli.cache import keep_compiled
 from parc_jax.cli.systems import find
+from parc_jax.experiment.replay import replay
 from parc_jax.keys import Stage, stream
 from parc_jax.model import load
 from parc_jax.planner import Planner
@@ -48,7 +50,9 @@ def main(options: Options) -> dict:
     system, problem = sims.load(options.system, plant=options.plant), find(options.system).problem()
     model, key = load(options.model, system=system.name), jax.random.PRNGKey(options.seed)
     answer = Planner(model).solve(problem, key)
-    counts = dict.fromkeys(("plans", "reached", "touched", "left the tube", "failed inside the tube"), 0)
+    counts = dict.fromkeys(
+        ("plans", "reached", "touched", "left the tube", "failed inside the tube"), 0
+    )
     begin = time.perf_counter()
     with tqdm(total=options.n, unit="replay") as bar:
         while counts["plans"] < options.n:

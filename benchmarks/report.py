@@ -42,7 +42,10 @@ def results(report: dict, title: str, level: int) -> str:
     """One report as Markdown. level: of the headings of its workloads."""
     e = report["environment"]
     versions = ", ".join(f"{name} {version}" for name, version in e["versions"].items())
-    where = f"{e['device']}, {e['devices']} device(s), {e['processors']} processors, load {e['load']} at the start"
+    where = (
+        f"{e['device']}, {e['devices']} device(s), {e['processors']} processors, load "
+        f"{e['load']} at the start"
+    )
     lines = [title, "", f"{where}; {e['date']}; commit {e['commit']}; {e['dtype']}."]
     lines += [f"Python {e['python']}, {versions}.", ""]
     if report["quick"]:
@@ -81,7 +84,11 @@ def _rows(metrics: list[dict]) -> list[tuple[str, ...]]:
 
 def _allowed(m: dict) -> str:
     parts = [f"{100 * m['rel_tol']:g} %"] if m["rel_tol"] else []
-    parts += [f"{m['abs_tol']:g} {'' if m['unit'] == '1' else m['unit']}".strip()] if m["abs_tol"] else []
+    parts += (
+        [f"{m['abs_tol']:g} {'' if m['unit'] == '1' else m['unit']}".strip()]
+        if m["abs_tol"]
+        else []
+    )
     return " + ".join(parts) or "none"
 
 

@@ -26,7 +26,9 @@ class Table:
 
 @dataclass(frozen=True)
 class Result:
-    """metrics: all numbers. tables: the same numbers side by side. data: curves for figures, JSON-able."""
+    """metrics: all numbers. tables: the same numbers side by side. data: curves for figures,
+    JSON-able.
+    """
 
     metrics: list[Metric]
     tables: list[Table] = field(default_factory=list)

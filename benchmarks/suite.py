@@ -1,4 +1,6 @@
-"""Run workloads one after another into a report: a plain dictionary that is JSON and from which the page is made."""
+"""Run workloads one after another into a report: a plain dictionary that is JSON and from which the
+page is made.
+"""
 
 import time
 import traceback
@@ -14,14 +16,17 @@ FORMAT = "parc_jax.benchmarks/1"
 
 
 def run_suite(bench: Bench, names: Sequence[str] = NAMES, say=lambda line: None) -> dict:
-    """Report of the named workloads. A workload that cannot run is skipped with its reason; one that breaks is
-    reported as failed and the others go on. say: called with a line of progress."""
+    """Report of the named workloads. A workload that cannot run is skipped with its reason; one
+    that breaks is reported as failed and the others go on. say: called with a line of progress."""
     report = {"format": FORMAT, "quick": bench.quick, "environment": environment(), "workloads": []}
     for name in names:
         say(f"{name} ...")
         entry = _one(name, bench)
         report["workloads"].append(entry)
-        say(f"{name}: {entry['status']}{', ' + entry['reason'] if entry['reason'] else ''} ({entry['seconds']:.1f} s)")
+        say(
+            f"{name}: {entry['status']}{', ' + entry['reason'] if entry['reason'] else ''} "
+            f"({entry['seconds']:.1f} s)"
+        )
     return report
 
 
@@ -38,7 +43,10 @@ def _one(name: str, bench: Bench) -> dict:
         status, reason = "skipped", str(why)
     except Exception as error:  # one broken workload must not lose the results of the others
         last = traceback.extract_tb(error.__traceback__)[-1]
-        status, reason = "failed", f"{type(error).__name__}: {error} ({last.name}, line {last.lineno})"
+        status, reason = (
+            "failed",
+            f"{type(error).__name__}: {error} ({last.name}, line {last.lineno})",
+        )
         result = Result([])
     return {
         "name": name,
@@ -58,7 +66,9 @@ def failed(report: dict) -> list[str]:
 
 
 def merged(before: dict | None, now: dict) -> dict:
-    """`now`, with the workloads of an earlier report that were not run this time, in the order of the suite."""
+    """`now`, with the workloads of an earlier report that were not run this time, in the order of
+    the suite.
+    """
     earlier = before["workloads"] if before else []
     entries = {entry["name"]: entry for entry in [*earlier, *now["workloads"]]}
     return now | {"workloads": [entries[name] for name in NAMES if name in entries]}

@@ -1,4 +1,6 @@
-"""Wall times that mean something: blocked on the result, the first call apart, the compiler's share apart."""
+"""Wall times that mean something: blocked on the result, the first call apart, the compiler's share
+apart.
+"""
 
 import time
 from collections.abc import Callable
@@ -7,11 +9,13 @@ from typing import NamedTuple
 import jax
 import numpy as np
 
-from parc_jax.study.stopwatch import Stopwatch
+from parc_jax.experiment.stopwatch import Stopwatch
 
 
 class Timed(NamedTuple):
-    """cold_s: first call [s]. compile_s: of it in the compiler [s]. warm: (repeats,) later calls [s]. result: last."""
+    """cold_s: first call [s]. compile_s: of it in the compiler [s]. warm: (repeats,) later calls
+    [s]. result: last.
+    """
 
     cold_s: float
     compile_s: float
@@ -25,7 +29,9 @@ def timed(call: Callable, repeats: int) -> Timed:
     with watch("first"):
         jax.block_until_ready(call())
     warm, result = seconds_of(call, repeats)
-    return Timed(watch.stages["first"]["seconds"], watch.stages["first"]["compile_seconds"], warm, result)
+    return Timed(
+        watch.stages["first"]["seconds"], watch.stages["first"]["compile_seconds"], warm, result
+    )
 
 
 def seconds_of(call: Callable, repeats: int) -> tuple[np.ndarray, object]:
@@ -39,7 +45,9 @@ def seconds_of(call: Callable, repeats: int) -> tuple[np.ndarray, object]:
 
 
 def control() -> float:
-    """Smallest of a few wall times [s] of a fixed piece of NumPy work: it only changes when the machine is busy."""
+    """Smallest of a few wall times [s] of a fixed piece of NumPy work: it only changes when the
+    machine is busy.
+    """
     a = np.linspace(0.0, 1.0, 256 * 256).reshape(256, 256)
 
     def work():

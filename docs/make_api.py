@@ -8,12 +8,19 @@ import parc_jax
 
 FURTHER = {
     "Files in and out": (
-        "exchange.problem_file", "exchange.answer_file", "exchange.network_file", "exchange.onnx_write",
-        "exchange.question",
+        "io.problem_file",
+        "io.answer_file",
+        "io.network_file",
+        "io.onnx_write",
+        "io.question",
     ),
-    "Other ways to run a robot": ("rollout.python_system", "rollout.environment", "rollout.invariance"),
-    "After deployment": ("error.monitor", "error.adapt", "error.validate"),
-}  # fmt: skip
+    "Other ways to run a robot": (
+        "rollout.python_system",
+        "rollout.environment",
+        "rollout.invariance",
+    ),
+    "After deployment": ("claim.monitor", "claim.update", "claim.validate"),
+}
 
 
 def page() -> str:
@@ -27,19 +34,35 @@ def page() -> str:
             module = importlib.import_module(f"parc_jax.{name}")
             parts.append(f"### parc_jax.{name}\n\n{inspect.getdoc(module)}")
             own = [
-                (n, thing) for n, thing in vars(module).items() if getattr(thing, "__module__", "") == module.__name__
+                (n, thing)
+                for n, thing in vars(module).items()
+                if getattr(thing, "__module__", "") == module.__name__
             ]
-            parts += [entry(n, thing) for n, thing in own if not n.startswith("_") and callable(thing)]
+            parts += [
+                entry(n, thing) for n, thing in own if not n.startswith("_") and callable(thing)
+            ]
     return "\n\n".join(parts) + "\n"
 
 
 def entry(name: str, thing) -> str:
     """One name: signature, docstring, public methods."""
-    lines = [f"#### `{name}`", "```text", signature(name.rsplit(".", 1)[-1], thing), "```", block(thing)]
+    lines = [
+        f"#### `{name}`",
+        "```text",
+        signature(name.rsplit(".", 1)[-1], thing),
+        "```",
+        block(thing),
+    ]
     if inspect.isclass(thing):
         for own, member in vars(thing).items():
-            target = member.fget if isinstance(member, property) else getattr(member, "__func__", member)
-            if own.startswith("_") or own == "replace" or not (callable(target) and inspect.getdoc(target)):
+            target = (
+                member.fget if isinstance(member, property) else getattr(member, "__func__", member)
+            )
+            if (
+                own.startswith("_")
+                or own == "replace"
+                or not (callable(target) and inspect.getdoc(target))
+            ):
                 continue
             shown = own if isinstance(member, property) else signature(own, target)
             lines.append(f"* `{shown}`: {' '.join(inspect.getdoc(target).split())}")
@@ -47,12 +70,18 @@ def entry(name: str, thing) -> str:
 
 
 def signature(name: str, thing) -> str:
-    """name(parameters) with defaults, without annotations: shapes and units are in the docstring."""
+    """name(parameters) with defaults, without annotations: shapes and units are in the
+    docstring.
+    """
     try:
         found = inspect.signature(thing)
     except (TypeError, ValueError):
         return name
-    bare = [p.replace(annotation=inspect.Parameter.empty) for p in found.parameters.values() if p.name != "self"]
+    bare = [
+        p.replace(annotation=inspect.Parameter.empty)
+        for p in found.parameters.values()
+        if p.name != "self"
+    ]
     return name + str(found.replace(parameters=bare, return_annotation=inspect.Signature.empty))
 
 

@@ -1,5 +1,8 @@
-"""The answer to a query: samples, safe polytopes, coverage, and the two sentences that say what they are worth."""
+"""The answer to a query: samples, safe polytopes, coverage, and the two sentences that say what
+they are worth.
+"""
 
+import html
 import json
 from collections.abc import Sequence
 from decimal import ROUND_CEILING, Context, Decimal
@@ -10,17 +13,17 @@ from pathlib import Path
 import jax
 import numpy as np
 
-from parc_jax.certify.best import best_plan
-from parc_jax.certify.certificate import answer_part
-from parc_jax.certify.corridor import Corridor, Corridors
-from parc_jax.certify.cover import Cover, Coverage, Look
-from parc_jax.certify.draw import generator
-from parc_jax.certify.evaluate import evaluate
-from parc_jax.certify.no_plan import NoPlan
-from parc_jax.certify.piece import Piece
-from parc_jax.certify.scene import Scene
-from parc_jax.certify.union import SafeUnion
-from parc_jax.error.risk import Density, NoStatement, Risk
+from parc_jax.certificate.write import answer_part
+from parc_jax.claim.counts import clopper_pearson, least_probability
+from parc_jax.claim.risk import Density, NoStatement, Risk
+from parc_jax.cover.best import best_plan
+from parc_jax.cover.corridor import Corridor
+from parc_jax.cover.corridors import Corridors
+from parc_jax.cover.polytope import SafePolytope
+from parc_jax.cover.sampling import generator
+from parc_jax.cover.search import Cover, Progress
+from parc_jax.cover.stopping import Coverage
+from parc_jax.cover.union import SafeUnion
 from parc_jax.errors import InputError
 from parc_jax.lp.status import LPStatus
 from parc_jax.model import TrajectoryModel
@@ -28,63 +31,117 @@ from parc_jax.problem import ReachAvoid
 from parc_jax.rollout.files import write_atomic
 from parc_jax.sets.chebyshev import chebyshev_center
 from parc_jax.sets.hpolytope import HPolytope
-
-LEVELS = ("float-bounded", "exact-proved")
+from parc_jax.status import Status
+from parc_jax.verdict.pointwise import verdicts
+from parc_jax.verdict.scene import Scene
+from parc_jax.volume_bounds.no_plan import PROVED, NoPlan
 
 
 class Answer:
     """What `Planner.solve` returns. All methods take and return float64 NumPy arrays.
 
-    samples (n, n_p + n_k): safe starts and parameters, uniform over the safe set. sample_parts: their certificates.
-    level: "exact-proved" when the independent checker accepted every sample and piece, else "float-bounded".
-    refused: points or pieces that the exact check did not accept and that are therefore not in the answer.
-    no_plan: when no draw was safe, what branch and bound says: proved that none is, or how much is undecided.
+    samples (n, n_p + n_k): safe starts and parameters, uniform over the safe set. sample_parts:
+    their certificates.
+    proved: the independent checker accepted all that is returned. refused: samples, corridors and
+    polytopes that it did not accept and that are therefore not in the answer. no_plan: when no draw
+    was safe, what branch and bound says: proved that none is, or how much is undecided.
     """
 
     def __init__(
-        self, model: TrajectoryModel, problem: ReachAvoid, scene: Scene, cover: Cover, samples: np.ndarray,
-        sample_parts: list[dict], level: str, refused: int, timings: dict[str, float], no_plan: NoPlan | None,
-    ):  # fmt: skip
-        self.model, self.problem, self.scene = model, problem, scene
-        self.samples, self.sample_parts, self.level, self.refused = samples, sample_parts, level, refused
-        self.timings, self._cover, self.no_plan = timings, cover, no_plan
-        self._union = SafeUnion(model, scene, list(cover.pieces))
+        self,
+        model: TrajectoryModel,
+        scene: Scene,
+        cover: Cover,
+        samples: np.ndarray,
+        sample_parts: list[dict],
+        proved: bool,
+        refused: int,
+        timings: dict[str, float],
+        no_plan: NoPlan | None,
+    ):
+        self.model = model
+        self.scene = scene
+        self.samples = samples
+        self.sample_parts = sample_parts
+        self.proved = proved
+        self.refused = refused
+        self.timings = timings
+        self.no_plan = no_plan
+        self._cover = cover
+        self._union = SafeUnion(model, scene, list(cover.polytopes))
         self._corridors = Corridors(model.tube.interval, cover.corridors)
+
+    @property
+    def problem(self) -> ReachAvoid:
+        """The question, as it was asked."""
+        return self.scene.problem
 
     @property
     def found(self) -> bool:
         """A safe plan exists and is in hand."""
-        return len(self.samples) > 0 or len(self.pieces) > 0
+        return len(self.samples) > 0 or len(self.polytopes) > 0
 
     @property
-    def corridors(self) -> list[Corridor]:
-        """One separating direction per obstacle and interval each: every plan that keeps to one and ends in the
-        shrunken goal is safe, whatever its region. The safe polytopes are their intersections with the cells."""
+    def status(self) -> Status:
+        """What is known: safe plans proved or bounded, none exists (proved), or none found."""
+        if self.found:
+            return Status.PROVED if self.proved else Status.BOUNDED
+        absent = self.no_plan is not None and self.no_plan.kind == PROVED
+        return Status.NO_PLAN if absent else Status.NOT_FOUND
+
+    def __repr__(self) -> str:
+        name = self.model.system or "unnamed system"
+        if not self.found:
+            return f"<Answer for {name}: {self.status}>"
+        held = self.coverage if self.polytopes else self.corridor_coverage
+        share = f"at least {100 * held.at_least:.1f} % of the model's safe set"
+        return (
+            f"<Answer for {name}: {self.status}, {len(self.samples)} plans, "
+            f"{len(self.corridors)} corridors, {len(self.polytopes)} polytopes, {share}>"
+        )
+
+    def _repr_html_(self) -> str:
+        lines = "".join(f"<li>{html.escape(line)}</li>" for line in self.statement().split("\n"))
+        return f"<b>{html.escape(repr(self)[1:-1])}</b><ul>{lines}</ul>"
+
+    @property
+    def corridors(self) -> Sequence[Corridor]:
+        """One separating direction per obstacle and interval each: every plan that keeps to one and
+        ends in the shrunken goal is safe, whatever its region. The safe polytopes are their
+        intersections with the cells."""
         return self._corridors.all
 
     @property
-    def pieces(self) -> list[Piece]:
-        """The safe pieces: pattern, bin, corridor and inner point each."""
-        return self._union.pieces
+    def polytopes(self) -> list[SafePolytope]:
+        """The safe polytopes: pattern, bin, corridor and inner point each."""
+        return self._union.polytopes
 
     @cached_property
     def safe_sets(self) -> list[HPolytope]:
-        """Safe convex polytopes in (p0, k), each inside one region and one bin, redundant rows removed."""
-        return [b.polytope for b in self._union.bodies if b is not None]
+        """Safe convex polytopes in (p0, k), each inside one region and one bin, redundant rows
+        removed.
+        """
+        return [b.polytope for b in self._union.solids if b is not None]
 
     @cached_property
     def volumes(self) -> np.ndarray:
-        """Volume of every polytope of `safe_sets` [units of p0 and k multiplied]; they may overlap inside a region."""
-        return np.array([b.volume for b in self._union.bodies if b is not None])
+        """Volume of every polytope of `safe_sets` [units of p0 and k multiplied]; they may overlap
+        inside a region.
+        """
+        return np.array([b.volume for b in self._union.solids if b is not None])
 
     @property
-    def history(self) -> Sequence[Look]:
-        """The looks of the search: seconds from its start, corridors and polytopes so far, shares that they cover."""
+    def history(self) -> Sequence[Progress]:
+        """Progress of the search at every fresh draw: seconds from its start, corridors and
+        polytopes so far, shares that they cover.
+        """
         return self._cover.history
 
     @property
     def coverage(self) -> Coverage:
-        """Share of the model's safe set inside `safe_sets`: estimate, lower confidence bound, counts behind them."""
+        """Share of the model's safe set inside `safe_sets`: estimate, lower confidence bound,
+        counts behind them.
+        """
         return self._cover.coverage
 
     @property
@@ -94,8 +151,14 @@ class Answer:
 
     @property
     def counts(self) -> dict[str, int]:
-        """Points drawn uniformly over all that could reach the goal, how many of them do, how many are safe."""
-        return {"drawn": self._cover.drawn, "reaching": self._cover.reaching, "safe": self._cover.safe}
+        """Points drawn uniformly over all that could reach the goal, how many of them do, how many
+        are safe.
+        """
+        return {
+            "drawn": self._cover.drawn,
+            "reaching": self._cover.reaching,
+            "safe": self._cover.safe,
+        }
 
     @property
     def safe_share(self) -> float:
@@ -103,18 +166,17 @@ class Answer:
         return self._cover.safe / max(self._cover.reaching, 1)
 
     def volume(self, confidence: float = 0.99) -> tuple[float, float, float] | None:
-        """Volume of the model's safe set: estimate and Clopper-Pearson interval, in units of p0 and k multiplied.
+        """Volume of the model's safe set: estimate and Clopper-Pearson interval, in units of p0 and
+        k multiplied.
 
-        None when nothing was drawn uniformly (the published search). The interval takes the number of draws as fixed.
+        None when nothing was drawn uniformly (the published search). The interval takes the number
+        of draws as fixed.
         """
-        from scipy.special import betaincinv
-
         whole = self._cover.volume
         if not self._cover.drawn or not np.isfinite(whole):
             return None
         n, x, tail = self._cover.drawn, self._cover.safe, (1 - confidence) / 2
-        low = 0.0 if x == 0 else float(betaincinv(x, n - x + 1, tail))
-        high = 1.0 if x == n else float(betaincinv(x + 1, n - x, 1 - tail))
+        low, high = least_probability(x, n, tail), float(clopper_pearson(x, n, tail))
         return whole * x / n, whole * low, whole * high
 
     def contains(self, p0, k) -> np.ndarray:
@@ -123,7 +185,7 @@ class Answer:
 
     def keeps(self, p0, k) -> np.ndarray:
         """p0 (b, n_p), k (b, n_k) -> bool (b,): safe, as it keeps to one of `corridors`."""
-        e = evaluate(self.model, self.scene, *self._plans("keeps", p0, k))
+        e = verdicts(self.model, self.scene, *self._plans("keeps", p0, k))
         return e.safe & (self._corridors.first(e.path, e.bin) >= 0)
 
     def _plans(self, name: str, p0, k) -> tuple[np.ndarray, np.ndarray]:
@@ -133,7 +195,8 @@ class Answer:
             raise InputError(f"{name}: expected numbers; {error}.") from None
         if p0.shape[1:] != (self.model.n_p,) or k.shape != (len(p0), self.model.n_k):
             raise InputError(
-                f"{name}: expected p0 (b, {self.model.n_p}) and k (b, {self.model.n_k}); got {p0.shape}, {k.shape}."
+                f"{name}: expected p0 (b, {self.model.n_p}) and k (b, {self.model.n_k}); got "
+                f"{p0.shape}, {k.shape}."
             )
         return p0, k
 
@@ -144,22 +207,30 @@ class Answer:
         return self._union.sample(generator(key), n)
 
     def project(self, dims) -> list[np.ndarray]:
-        """Vertices (v, len(dims)) of every safe polytope projected onto coordinates of (p0, k), for plots."""
+        """Vertices (v, len(dims)) of every safe polytope projected onto coordinates of (p0, k), for
+        plots.
+        """
         n = self.model.n_p + self.model.n_k
         if not all(0 <= d < n for d in dims):
-            raise InputError(f"project: expected coordinates of (p0, k), 0 to {n - 1}; got {list(dims)}.")
-        return [b.vertices[:, list(dims)] for b in self._union.bodies if b is not None]
+            raise InputError(
+                f"project: expected coordinates of (p0, k), 0 to {n - 1}; got {list(dims)}."
+            )
+        return [b.vertices[:, list(dims)] for b in self._union.solids if b is not None]
 
     def best(self, objective="clearance", key: jax.Array | None = None) -> tuple[np.ndarray, float]:
         """The plan (n_p + n_k,) of the safe set with the largest objective found, and its value.
 
-        objective: "clearance" [m]; a vector c for the linear c . (p0, k), exact at a vertex; or a JAX function of
-        p0 (n_p,), k (n_k,). A hand-picked k has no probabilistic statement: see `risk`.
+        objective: "clearance" [m]; a vector c for the linear c . (p0, k), exact at a vertex; or a
+        JAX function of p0 (n_p,), k (n_k,). A hand-picked k has no probabilistic statement: see
+        `risk`.
         """
-        return best_plan(self._union, objective, generator(jax.random.PRNGKey(0) if key is None else key))
+        return best_plan(
+            self._union, objective, generator(jax.random.PRNGKey(0) if key is None else key)
+        )
 
     def safest(self) -> tuple[np.ndarray, float]:
-        """Centre (n_p + n_k,) and radius of the largest ball, in (p0, k) units, inside one safe polytope.
+        """Centre (n_p + n_k,) and radius of the largest ball, in (p0, k) units, inside one safe
+        polytope.
 
         Its radius is room for state-estimation and command error: every plan in the ball is safe.
         """
@@ -171,48 +242,74 @@ class Answer:
 
     @cached_property
     def share_of_k(self) -> float:
-        """Lower estimate of Pi(T): share of K that some returned piece proves safe for some start."""
+        """Lower estimate of Pi(T): share of K that some returned polytope proves safe for some
+        start.
+        """
         return self._union.share_of_k()
 
     @property
     def density(self) -> float:
-        """Upper bound W of the density of k, relative to uniform on K, when plans are drawn by `sample`. Else infinite.
+        """Upper bound W of the density of k, relative to uniform on K, when plans are drawn by
+        `sample`. Else infinite. [T34]
 
-        Per unit of k a bin offers at most the box of end points in the goal less its error; `sample` spreads over the
-        whole union, whose volume is at least the lower bound of the safe set's times the covered share.
+        Per unit of k a bin offers at most the box of end points in the goal less its error;
+        `sample` spreads over the whole union, whose volume is at least the lower bound of the safe
+        set's times the covered share.
         """
         tube, n_p = self.model.tube, self.model.n_p
         with np.errstate(invalid="ignore"):
-            room = np.prod(np.maximum(self.scene.z_hi - self.scene.z_lo - 2 * tube.final[:, :n_p], 0), axis=1)
+            ends = np.prod(
+                np.maximum(self.scene.z_hi - self.scene.z_lo - 2 * tube.final[:, :n_p], 0), axis=1
+            )
         known = self.volume(0.999)
         union = 0.0 if known is None else known[1] * self.coverage.at_least
-        return float(self.model.domain.volume * np.nanmax(room) / union) if union > 0 else np.inf
+        return float(self.model.domain.volume * np.nanmax(ends) / union) if union > 0 else np.inf
 
     def risk(self) -> Risk | NoStatement:
-        """What the claim promises for a plan drawn by `sample`: uniformly from the safe polytopes. [T5, T18]
+        """What the claim promises for a plan drawn by `sample`: uniformly from the safe polytopes.
+        [T5, T18]
 
-        The density of such k relative to the claim's uniform law is at most `density`. For another law over k use
-        `model.claim.risk`: with k itself uniform on the certified k-set, Uniform(answer.share_of_k).
+        The density of such k relative to the claim's uniform law is at most `density`. For another
+        law over k use `model.claim.risk`: with k itself uniform on the certified k-set,
+        Uniform(answer.share_of_k).
         """
-        if not self.pieces:
+        if not self.polytopes:
             return NoStatement("there are no safe polytopes to draw k from")
-        if self.model.claim.law.k_law != "uniform":
-            return NoStatement(f"the claim is about k drawn by {self.model.claim.law.k_law!r}, not uniformly over K")
+        promised = self.model.claim.risk(Density(1.0))
+        if isinstance(promised, NoStatement) or self.model.claim.kind == "cover":
+            return promised
+        law = self.model.claim.law.k_law
+        if law != "uniform":
+            return NoStatement(f"the claim is about k drawn by {law!r}, not uniformly over K")
         if not np.isfinite(self.density):
-            return NoStatement("how much of the safe set the polytopes cover was not measured within the budget")
+            return NoStatement(
+                "how much of the safe set the polytopes cover was not measured within the budget"
+            )
         return self.model.claim.risk(Density(self.density))
 
     def statement(self) -> str:
-        """The two sentences: (C) what is proved of the model and its tube, (E) what is known of the tube."""
-        if not self.found and not self.pieces:
+        """The two sentences: (C) what is proved of the model and its tube, (E) what is known of the
+        tube.
+        """
+        if not self.found and not self.polytopes:
             if self.no_plan is None:
-                return "No safe plan was found within the budget. This is not a proof that none exists."
+                return (
+                    "No safe plan was found within the budget. This is not a proof that none "
+                    "exists."
+                )
             return f"{self.no_plan.statement()}\n(E) {self.model.claim.statement()}"
-        proved = "proved in exact arithmetic" if self.level == LEVELS[1] else "shown in float64 with a rounding margin"
+        proved = (
+            "proved in exact arithmetic"
+            if self.proved
+            else "shown in float64 with a rounding margin"
+        )
         first = (
-            f"(C) For each of the {len(self.samples)} samples, every (p0, k) in the {len(self.pieces)} safe "
-            f"polytopes and every (p0, k) that meets all conditions of one of the {len(self.corridors)} corridors, and "
-            f"for every trajectory inside the tube: the goal is reached and nothing is touched; {proved}."
+            f"(C) For each of the {len(self.samples)} samples, every (p0, k) in the "
+            f"{len(self.polytopes)} safe "
+            "polytopes and every (p0, k) that meets all conditions of one of the "
+            f"{len(self.corridors)} corridors, and "
+            "for every trajectory inside the tube: the goal is reached and nothing is touched; "
+            f"{proved}."
         )
         return f"{first}\n(E) {self.model.claim.statement()}\n{self._risk_sentence()}"
 
@@ -220,24 +317,43 @@ class Answer:
         risk = self.risk()
         if isinstance(risk, NoStatement):
             return f"Risk: no statement, since {risk.reason}."
-        confidence = float(1 - self.model.claim.delta) if self.model.claim.delta is not None else 1.0
+        confidence = (
+            float(1 - self.model.claim.delta) if self.model.claim.delta is not None else 1.0
+        )
         return (
-            "Risk: a plan drawn by `sample`, uniformly from the safe polytopes, leaves the tube with probability at "
-            f"most {_rounded_up(risk.bound)} (the density of its k is at most {_rounded_up(self.density)} times "
-            f"uniform, measured with confidence 0.999 and {self.coverage.confidence:g}; the claim has confidence "
+            "Risk: a plan drawn by `sample`, uniformly from the safe polytopes, leaves the tube "
+            "with probability at "
+            f"most {_rounded_up(risk.bound)} (the density of its k is at most "
+            f"{_rounded_up(self.density)} times "
+            f"uniform, measured with confidence 0.999 and {self.coverage.confidence:g}; the claim "
+            "has confidence "
             f"{confidence:.12g})."
         )
 
     def to_json(self) -> dict:
-        """The answer as certificates; numbers are strings, nothing in it has to be trusted but the tube."""
+        """The answer as certificates; numbers are strings, nothing in it has to be trusted but the
+        tube.
+        """
         meta = {
-            "system": self.model.system, "level": self.level, "statement": self.statement(),
-            "counts": self.counts, "volume_drawn": self._cover.volume, "coverage": self.coverage._asdict(),
+            "system": self.model.system,
+            "labels": self.model.labels._asdict(),
+            "time": [self.model.time.dt, self.model.time.t_f, self.model.time.dt_record],
+            "status": self.status.label,
+            "statement": self.statement(),
+            "counts": self.counts,
+            "volume_drawn": self._cover.volume,
+            "coverage": self.coverage._asdict(),
             "corridor_coverage": self.corridor_coverage._asdict(),
-        }  # fmt: skip
+        }
         no_plan = None if self.no_plan is None else self.no_plan.certificate
         return answer_part(
-            self.problem, self.model, self.sample_parts, self.corridors, self.pieces, no_plan=no_plan, meta=meta
+            self.problem,
+            self.model,
+            self.sample_parts,
+            self.corridors,
+            self.polytopes,
+            no_plan=no_plan,
+            meta=meta,
         )
 
     def save(self, path) -> Path:
@@ -247,6 +363,10 @@ class Answer:
 
 def _rounded_up(value) -> str:
     """Two significant digits, never below the value."""
-    exact = Decimal(value.numerator) / Decimal(value.denominator) if isinstance(value, Fraction) else Decimal(value)
+    exact = (
+        Decimal(value.numerator) / Decimal(value.denominator)
+        if isinstance(value, Fraction)
+        else Decimal(value)
+    )
     digits = Context(prec=2, rounding=ROUND_CEILING).create_decimal(exact)
     return f"{float(digits):.12g}"

@@ -1,8 +1,10 @@
-"""Array doors: everything that ends in a verdict is float64, whatever the user's global JAX flag says."""
+"""Array doors: everything that ends in a verdict is float64, whatever the user's global JAX flag
+says; compiled calls over many rows, on all cores.
+"""
 
 import hashlib
 import os
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Iterator
 from concurrent.futures import ThreadPoolExecutor
 from functools import cache
 
@@ -13,7 +15,9 @@ from parc_jax.errors import InputError
 
 
 def x64():
-    """Context in which JAX computes in float64. Verdict kernels are called inside it; no global flag is touched."""
+    """Context in which JAX computes in float64. Verdict kernels are called inside it; no global
+    flag is touched.
+    """
     return jax.enable_x64(True)
 
 
@@ -25,19 +29,32 @@ def as_float64(name: str, value, shape: tuple[int | None, ...]) -> np.ndarray:
     try:
         array = np.array(value, dtype=np.float64)
     except (TypeError, ValueError) as error:
-        raise InputError(f"{name}: expected numbers of shape {_spell(shape)}; got {value!r:.80} ({error}).") from None
-    fits = array.ndim == len(shape) and all(want in (None, have) for want, have in zip(shape, array.shape, strict=True))
+        raise InputError(
+            f"{name}: expected numbers of shape {_spell(shape)}; got {value!r:.80} ({error})."
+        ) from None
+    fits = array.ndim == len(shape) and all(
+        want in (None, have) for want, have in zip(shape, array.shape, strict=True)
+    )
     if not fits:
         raise InputError(f"{name}: expected shape {_spell(shape)}; got {array.shape}.")
     if not np.isfinite(array).all():
         bad = int(np.size(array) - np.isfinite(array).sum())
-        raise InputError(f"{name}: expected finite numbers; got {bad} NaN or infinite entries. Clean the data first.")
+        raise InputError(
+            f"{name}: expected finite numbers; got {bad} NaN or infinite entries. Clean the data "
+            "first."
+        )
     array.setflags(write=False)
     return array
 
 
+def slices(n: int, size: int) -> Iterator[slice]:
+    """The rows 0..n-1 in chunks of at most `size`, in order."""
+    return (slice(first, min(first + size, n)) for first in range(0, n, size))
+
+
 def on_all_cores(call: Callable, parts: Iterable) -> list:
-    """[call(part), ...] on one thread per core: compiled calls and large NumPy operations let other threads run.
+    """[call(part), ...] on one thread per core: compiled calls and large NumPy operations let other
+    threads run.
 
     Not for use inside of a call: its threads would wait for each other.
     """
@@ -53,6 +70,35 @@ def _threads(process: int) -> ThreadPoolExecutor:
     return ThreadPoolExecutor(os.cpu_count() or 1, thread_name_prefix="parc_jax")
 
 
+def in_chunks(n: int, size: int, call: Callable):
+    """The results of call(rows) for all rows 0 ... n - 1, on all cores. The one way to run a
+    compiled call over many rows.
+
+    rows: (size,) int, always as many, so that one program is compiled; the last chunk is filled up
+    by repeating its last row. call returns arrays, or a tuple of them, with leading axis `size`;
+    they are put together and cut to n rows. n must be positive. See `map_rows` for whole arrays.
+    """
+    rows = np.minimum(np.arange(-(-n // size) * size), n - 1).reshape(-1, size)
+    parts = on_all_cores(call, rows)
+    return jax.tree.map(lambda *x: np.concatenate(x)[:n], *parts)
+
+
+def map_rows(size: int, kernel: Callable, *batch):
+    """A compiled, vectorised kernel over the rows of arrays (n, ...), `size` rows a call, in
+    float64. No row is needed.
+    """
+    n = len(batch[0])
+    if n == 0:
+        batch = [np.zeros((1, *np.shape(x)[1:]), np.asarray(x).dtype) for x in batch]
+
+    def one(rows):
+        with x64():
+            return jax.device_get(kernel(*(np.asarray(x)[rows] for x in batch)))
+
+    found = in_chunks(max(n, 1), size, one)
+    return jax.tree.map(lambda x: x[:n], found)
+
+
 def content_hash(*arrays) -> str:
     """SHA-256 over shapes and float64 bytes: equal content, equal hash, on every machine."""
     digest = hashlib.sha256()
@@ -64,4 +110,9 @@ def content_hash(*arrays) -> str:
 
 
 def _spell(shape) -> str:
-    return "(" + ", ".join("any" if n is None else str(n) for n in shape) + ("," if len(shape) == 1 else "") + ")"
+    return (
+        "("
+        + ", ".join("any" if n is None else str(n) for n in shape)
+        + ("," if len(shape) == 1 else "")
+        + ")"
+    )

@@ -1,8 +1,10 @@
-"""Many devices and many hosts: `jax.distributed`, one mesh with one axis of rows, and nothing home-made below that.
+"""Many devices and many hosts: `jax.distributed`, one mesh with one axis of rows, and nothing
+home-made below that.
 
-Every host runs the same program with the same arguments. Rows are split over hosts and devices and gathered again, so
-every host ends with all results, equal to those of a single process. Rollouts, errors and scores are split inside of
-`shared()` only, where every host is bound to make the same calls; scenes are split over the mesh that they are given.
+Every host runs the same program with the same arguments. Rows are split over hosts and devices and
+gathered again, so every host ends with all results, equal to those of a single process. Rollouts,
+errors and scores are split inside of `shared()` only, where every host is bound to make the same
+calls; scenes are split over the mesh that they are given.
 """
 
 import contextlib
@@ -20,36 +22,53 @@ AXIS = "rows"
 
 
 def init(hosts: str = "auto", *, timeout_s: int = 300) -> None:
-    """Join the other processes. Call before anything else touches JAX; a single process needs no call.
+    """Join the other processes. Call before anything else touches JAX; a single process needs no
+    call.
 
-    hosts: "auto" reads the environment of the cluster (SLURM, Open MPI, Kubernetes, TPU); "ADDRESS:PORT,COUNT,NUMBER"
-    names the first process, how many there are and which one this is. timeout_s: [s] to wait for the others.
+    hosts: "auto" reads the environment of the cluster (SLURM, Open MPI, Kubernetes, TPU);
+    "ADDRESS:PORT,COUNT,NUMBER" names the first process, how many there are and which one this is.
+    timeout_s: [s] to wait for the others.
     Raises InputError, or HostLost when the others do not come.
     """
     where = {}
     if hosts != "auto":
         parts = hosts.rsplit(",", 2)
         if len(parts) != 3 or ":" not in parts[0] or not all(p.isdigit() for p in parts[1:]):
-            raise InputError(f'hosts: expected "auto" or "ADDRESS:PORT,COUNT,NUMBER"; got {hosts!r}.')
-        where = {"coordinator_address": parts[0], "num_processes": int(parts[1]), "process_id": int(parts[2])}
+            raise InputError(
+                f'hosts: expected "auto" or "ADDRESS:PORT,COUNT,NUMBER"; got {hosts!r}.'
+            )
+        where = {
+            "coordinator_address": parts[0],
+            "num_processes": int(parts[1]),
+            "process_id": int(parts[2]),
+        }
         if not where["process_id"] < where["num_processes"]:
-            raise InputError(f"hosts: expected a number below the count {parts[1]}; got {parts[2]}. They begin at 0.")
+            raise InputError(
+                f"hosts: expected a number below the count {parts[1]}; got {parts[2]}. They begin "
+                "at 0."
+            )
     try:
         jax.distributed.initialize(**where, initialization_timeout=timeout_s)
     except ValueError as error:
         raise InputError(
-            f'hosts: no cluster was recognised ({error}). Name the processes: "ADDRESS:PORT,COUNT,NUMBER".'
+            f"hosts: no cluster was recognised ({error}). Name the processes: "
+            '"ADDRESS:PORT,COUNT,NUMBER".'
         ) from None
     except RuntimeError as error:
         raise HostLost(
-            f"hosts: the other processes did not come within {timeout_s} s, or JAX ran before: {error}"
+            f"hosts: the other processes did not come within {timeout_s} s, or JAX ran before: "
+            f"{error}"
         ) from None
 
 
 def mesh(devices=None) -> jax.sharding.Mesh:
-    """All devices of all hosts, or the given ones, in one axis; of Auto type, so code for one device works as it is."""
+    """All devices of all hosts, or the given ones, in one axis; of Auto type, so code for one
+    device works as it is.
+    """
     devices = jax.devices() if devices is None else devices
-    return jax.make_mesh((len(devices),), (AXIS,), axis_types=(jax.sharding.AxisType.Auto,), devices=devices)
+    return jax.make_mesh(
+        (len(devices),), (AXIS,), axis_types=(jax.sharding.AxisType.Auto,), devices=devices
+    )
 
 
 _SHARING = contextvars.ContextVar("sharing", default=False)
@@ -57,7 +76,9 @@ _SHARING = contextvars.ContextVar("sharing", default=False)
 
 @contextlib.contextmanager
 def shared():
-    """In here (or in a function decorated with it) rollouts, errors and scores are shared with the other hosts."""
+    """In here (or in a function decorated with it) rollouts, errors and scores are shared with the
+    other hosts.
+    """
     token = _SHARING.set(True)
     try:
         yield
@@ -65,7 +86,7 @@ def shared():
         _SHARING.reset(token)
 
 
-def place() -> tuple[int, int]:
+def rank_and_size() -> tuple[int, int]:
     """The number of this host and how many there are; (0, 1) outside of `shared`."""
     return (jax.process_index(), jax.process_count()) if _SHARING.get() else (0, 1)
 
@@ -76,7 +97,9 @@ def pad(n: int, over: jax.sharding.Mesh) -> int:
 
 
 def shard_rows(over: jax.sharding.Mesh, tree):
-    """Host arrays (rows, ...) -> global arrays split over the devices; each host moves its own rows only."""
+    """Host arrays (rows, ...) -> global arrays split over the devices; each host moves its own rows
+    only.
+    """
     return _placed(jax.sharding.NamedSharding(over, jax.P(over.axis_names[0])), tree)
 
 
@@ -93,39 +116,30 @@ def _placed(sharding, tree):
     return jax.tree.map(one, tree)
 
 
-def local_rows(tree):
-    """The rows of global arrays that lie on this host, as NumPy."""
-
-    def one(x):
-        parts = sorted(x.addressable_shards, key=lambda shard: shard.index[0].start or 0)
-        return np.concatenate([np.asarray(shard.data) for shard in parts])
-
-    return jax.tree.map(one, tree)
-
-
 def all_rows(tree):
     """All rows of global arrays, as NumPy, on every host."""
     if all(x.is_fully_addressable for x in jax.tree.leaves(tree)):
         return jax.device_get(tree)
     from jax.experimental.multihost_utils import process_allgather
 
-    with together(), x64():
+    with reporting_lost_hosts(), x64():
         return jax.tree.map(lambda x: np.asarray(process_allgather(x, tiled=True)), tree)
 
 
-def exchange(arrays: dict[str, np.ndarray]) -> list[dict[str, np.ndarray]]:
-    """What every host brings, in the order of hosts, on every host; of any shapes and dtypes, bit for bit.
+def gather_arrays(arrays: dict[str, np.ndarray]) -> list[dict[str, np.ndarray]]:
+    """What every host brings, in the order of hosts, on every host; of any shapes and dtypes, bit
+    for bit.
 
     Like everything below: inside of `shared`; outside, this host is the only one.
     """
-    if place()[1] == 1:
+    if rank_and_size()[1] == 1:
         return [arrays]
     from jax.experimental.multihost_utils import process_allgather
 
     buffer = io.BytesIO()
     np.savez(buffer, **arrays)
     mine = np.frombuffer(buffer.getbuffer(), np.uint8)
-    with together():
+    with reporting_lost_hosts():
         sizes = np.asarray(process_allgather(np.array([len(mine)], np.int32))).ravel()
         joined = np.asarray(process_allgather(np.pad(mine, (0, int(sizes.max()) - len(mine)))))
     out = []
@@ -135,36 +149,44 @@ def exchange(arrays: dict[str, np.ndarray]) -> list[dict[str, np.ndarray]]:
     return out
 
 
-def from_all(value) -> list:
+def gather(value) -> list:
     """One JSON value of every host, in the order of hosts, on every host."""
-    return [json.loads(str(part["value"])) for part in exchange({"value": np.array(json.dumps(value))})]
+    return [
+        json.loads(str(part["value"]))
+        for part in gather_arrays({"value": np.array(json.dumps(value))})
+    ]
 
 
-def from_first(tree):
-    """The arrays of the first host, on every host: for what machines may round differently, such as training."""
+def broadcast(tree):
+    """The arrays of the first host, on every host: for what machines may round differently, such as
+    training.
+    """
     leaves, structure = jax.tree.flatten(tree)
-    first = exchange({str(i): np.asarray(x) for i, x in enumerate(leaves)})[0]
+    first = gather_arrays({str(i): np.asarray(x) for i, x in enumerate(leaves)})[0]
     return jax.tree.unflatten(structure, [first[str(i)] for i in range(len(leaves))])
 
 
 def require_same(name: str, value) -> None:
     """Refuse to share work that hosts describe in different words. Raises InputError."""
-    said = from_all(value)
+    said = gather(value)
     if any(other != said[0] for other in said):
         number = next(i for i, other in enumerate(said) if other != said[0])
         raise InputError(
             f"{name}: expected the same work on every host; host {number} differs from host 0 in "
-            f"{sorted(f for f in said[0] if said[number].get(f) != said[0][f])}. Same command, files and versions?"
+            f"{sorted(f for f in said[0] if said[number].get(f) != said[0][f])}. Same command, "
+            "files and versions?"
         )
 
 
 @contextlib.contextmanager
-def together():
+def reporting_lost_hosts():
     """Around every step that needs all hosts: an error of the connection becomes HostLost."""
     try:
         yield
     except (jax.errors.JaxRuntimeError, ValueError) as error:
         raise HostLost(
-            f"host {jax.process_index()} of {jax.process_count()}: another process of this run has ended "
-            f"({str(error).splitlines()[0][:120]}). Finished chunks are kept; start the same command again everywhere."
+            f"host {jax.process_index()} of {jax.process_count()}: another process of this run has "
+            "ended "
+            f"({str(error).splitlines()[0][:120]}). Finished chunks are kept; start the same "
+            "command again everywhere."
         ) from error

@@ -6,7 +6,9 @@ class ParcError(Exception):
 
 
 class InputError(ParcError, ValueError):
-    """The caller's input cannot be used. One sentence: expected, got, what to try. Exit code 2 on the shell."""
+    """The caller's input cannot be used. One sentence: expected, got, what to try. Exit code 2 on
+    the shell.
+    """
 
 
 class BudgetError(ParcError, RuntimeError):
@@ -14,8 +16,18 @@ class BudgetError(ParcError, RuntimeError):
 
 
 class HostLost(ParcError):
-    """Another process of a shared run has ended. The same command, started again, continues from what is on disk."""
+    """Another process of a shared run has ended. The same command, started again, continues from
+    what is on disk.
+    """
 
 
 class SoundnessError(ParcError, RuntimeError):
-    """A proof obligation failed (incomplete region table, refused probe): nothing is certified from here on."""
+    """A proof obligation failed (incomplete region table, refused probe): nothing is certified from
+    here on.
+    """
+
+
+def expected(call: str, what: str, got, hint: str) -> str:
+    """The sentence for an argument of a wrong type: what was expected, what came, what to try."""
+    shown = f"{got!r:.60}" if isinstance(got, str | int | float) else type(got).__name__
+    return f"{call}: expected {what}; got {shown}. Try {hint}."

@@ -1,7 +1,8 @@
 """Random streams that never meet: training, bound, search, replay.
 
-Every rollout has a global row number; its key and its parameters depend on (seed, stage, row) alone, so the numbers do
-not depend on chunking, batch size, devices or hosts, and a resumed run continues bit for bit.
+Every rollout has a global row number; its key and its parameters depend on (seed, stage, row)
+alone, so the numbers do not depend on chunking, batch size, devices or hosts, and a resumed run
+continues bit for bit.
 """
 
 import enum
@@ -9,6 +10,8 @@ import enum
 import jax
 import jax.numpy as jnp
 import numpy as np
+
+from parc_jax.errors import InputError, expected
 
 
 class Stage(enum.IntEnum):
@@ -22,9 +25,27 @@ class Stage(enum.IntEnum):
     VALIDATE = 6
 
 
+def as_key(key) -> jax.Array:
+    """The key itself, of either kind that `jax.random` makes. Raises InputError for anything else,
+    such as a seed.
+    """
+    is_array = isinstance(key, jax.Array | np.ndarray)
+    typed = is_array and jnp.issubdtype(key.dtype, jax.dtypes.prng_key) and key.shape == ()
+    raw = is_array and key.dtype == np.uint32 and key.shape == (2,)
+    if not (typed or raw):
+        seed = key if isinstance(key, int) else 0
+        raise InputError(expected("key", "a random key", key, f"jax.random.PRNGKey({seed})"))
+    return key
+
+
+def key_data(key) -> np.ndarray:
+    """The numbers of a key of either kind, for kernels that fold further numbers in."""
+    return np.asarray(jax.random.key_data(key))
+
+
 def stream(key: jax.Array, stage: Stage) -> jax.Array:
-    """The key of one stage. Does not consume `key`."""
-    return jax.random.fold_in(key, int(stage))
+    """The key of one stage. Does not consume `key`. Raises InputError for what is no key."""
+    return jax.random.fold_in(as_key(key), int(stage))
 
 
 def row_keys(key: jax.Array, stage: Stage, rows: np.ndarray) -> jax.Array:

@@ -1,4 +1,6 @@
-"""The model of a system: network, claim, domain, time. One file holds it; loading refuses anything incomplete."""
+"""The model of a system: network, claim, domain, time. One file holds it; loading refuses anything
+incomplete.
+"""
 
 import json
 from pathlib import Path
@@ -6,9 +8,11 @@ from pathlib import Path
 import numpy as np
 from flax import struct
 
-from parc_jax.error.claim import ErrorClaim, claim_from_json
-from parc_jax.error.tube import Tube, tube
+from parc_jax.claim.claim import ErrorClaim, check_tube, claim_from_json
+from parc_jax.claim.tube import Tube, tube
 from parc_jax.errors import InputError
+from parc_jax.labels import Labels
+from parc_jax.labels import labels as valid_labels
 from parc_jax.network.relu import ReLUNetwork, relu_network
 from parc_jax.rollout.files import read_npz, write_npz
 from parc_jax.sets.box import Box, box
@@ -21,8 +25,9 @@ FORMAT = "parc_jax.model/1"
 class TrajectoryModel:
     """What a query needs to know of a system. Build with `trajectory_model`, which validates.
 
-    net: k -> (c_1 ... c_T, q). claim: what its error bound states. domain: K. time: knots and horizon.
-    system: name of the black box it was learned from.
+    net: k -> (c_1 ... c_T, q). claim: what its error bound states. domain: K. time: knots and
+        horizon.
+    system: name of the black box it was learned from. labels: what the coordinates are called.
     """
 
     net: ReLUNetwork
@@ -30,6 +35,7 @@ class TrajectoryModel:
     domain: Box
     time: TimeGrid
     system: str = struct.field(pytree_node=False, default="")
+    labels: Labels = struct.field(pytree_node=False, default=Labels((), (), ()))
 
     @property
     def tube(self) -> Tube:
@@ -51,6 +57,10 @@ class TrajectoryModel:
         """Number of manoeuvre parameters."""
         return self.domain.n
 
+    def __repr__(self) -> str:
+        size = f"{self.n_k} parameters, {self.time.t_f:g} s in {self.time.n_steps} intervals"
+        return f"TrajectoryModel({self.system or 'unnamed'}: {size}, {self.net}, {self.claim})"
+
     def save(self, path) -> Path:
         """Write one .npz; it appears complete or not at all."""
         meta = {
@@ -58,55 +68,101 @@ class TrajectoryModel:
             "system": self.system,
             "claim": self.claim.to_json(),
             "time": [self.time.dt, self.time.t_f, self.time.dt_record],
+            "labels": self.labels._asdict(),
         }
         arrays = {f"W{i}": W for i, W in enumerate(self.net.weights)}
         arrays |= {f"b{i}": b for i, b in enumerate(self.net.biases)}
         arrays |= {f"edges{i}": e for i, e in enumerate(self.tube.edges)}
-        arrays |= {"interval": self.tube.interval, "final": self.tube.final, "lo": self.domain.lo, "hi": self.domain.hi}
+        arrays |= {
+            "interval": self.tube.interval,
+            "final": self.tube.final,
+            "lo": self.domain.lo,
+            "hi": self.domain.hi,
+        }
         return write_npz(path, {"meta": np.array(json.dumps(meta)), **arrays})
 
 
-def trajectory_model(net: ReLUNetwork, claim: ErrorClaim, domain: Box, time: TimeGrid, system: str = ""):
-    """Validated model. Raises InputError that names the two parts that do not fit."""
+def trajectory_model(
+    net: ReLUNetwork,
+    claim: ErrorClaim,
+    domain: Box,
+    time: TimeGrid,
+    system: str = "",
+    labels: Labels | dict | None = None,
+):
+    """Validated model. Raises InputError that names the two parts that do not fit.
+
+    labels: what the coordinates are called, as `labels_of(system)` or {"k": ("speed [m/s]", ...)};
+    None leaves the plain ones.
+    """
+    check_tube(claim)
     measured = claim.evidence.get("network")
     if measured is not None and measured != net.hash:
         raise InputError(
-            f"model: expected the network its claim was measured on ({measured[:12]}); got another one "
+            f"model: expected the network its claim was measured on ({measured[:12]}); got another "
+            "one "
             f"({net.hash[:12]}). Bound the error of this network anew."
         )
     n_steps, n_p = claim.tube.interval.shape[1:]
     n_q = claim.tube.final.shape[1] - n_p
     if time.n_steps != n_steps:
-        raise InputError(f"model: expected a tube with {time.n_steps} intervals, as the time grid has; got {n_steps}.")
+        raise InputError(
+            f"model: expected a tube with {time.n_steps} intervals, as the time grid has; got "
+            f"{n_steps}."
+        )
     if net.n_out != n_steps * n_p + n_q:
-        raise InputError(f"model: expected {n_steps} x {n_p} + {n_q} network outputs for this tube; got {net.n_out}.")
+        raise InputError(
+            f"model: expected {n_steps} x {n_p} + {n_q} network outputs for this tube; got "
+            f"{net.n_out}."
+        )
     if net.n_in != domain.n:
-        raise InputError(f"model: expected a network with {domain.n} inputs, as the domain has; got {net.n_in}.")
+        raise InputError(
+            f"model: expected a network with {domain.n} inputs, as the domain has; got {net.n_in}."
+        )
     for axis, edge in enumerate(claim.tube.edges):
         if edge[0] != domain.lo[axis] or edge[-1] != domain.hi[axis]:
             raise InputError(
                 f"model: expected the tube's bins to span the domain; axis {axis} has bins over "
                 f"[{edge[0]:g}, {edge[-1]:g}] but K is [{domain.lo[axis]:g}, {domain.hi[axis]:g}]."
             )
-    return TrajectoryModel(net, claim, domain, time, system)
+    given = labels._asdict() if isinstance(labels, Labels) else labels or {}
+    named = valid_labels(n_p, n_q, domain.n, **given)
+    return TrajectoryModel(net, claim, domain, time, system, named)
 
 
 def load(path, system: str | None = None) -> TrajectoryModel:
-    """Read a model written by `save`. With `system`, refuse a model of another system. Raises InputError."""
+    """Read a model written by `save`. With `system`, refuse a model of another system. Raises
+    InputError.
+    """
+    if Path(path).suffix == ".json":
+        raise InputError(
+            f"{path}: expected a model (.npz of `TrajectoryModel.save`); a .json file is an answer "
+            "or a scene. Try pj.load_answer(path) or pj.load_problem(path)."
+        )
     file = read_npz(path)
     try:
         meta = json.loads(str(file["meta"]))
         if meta["format"] != FORMAT:
-            raise InputError(f"{path}: expected a model of format {FORMAT}; got {meta['format']!r}.")
+            raise InputError(
+                f"{path}: expected a model of format {FORMAT}; got {meta['format']!r}."
+            )
         layers = sum(name.startswith("W") for name in file)
-        net = relu_network([file[f"W{i}"] for i in range(layers)], [file[f"b{i}"] for i in range(layers)])
+        net = relu_network(
+            [file[f"W{i}"] for i in range(layers)], [file[f"b{i}"] for i in range(layers)]
+        )
         domain = box(file["lo"], file["hi"])
-        error_tube = tube([file[f"edges{i}"] for i in range(domain.n)], file["interval"], file["final"])
-        claim, time = claim_from_json(meta["claim"], error_tube), time_grid(*meta["time"])
+        error_tube = tube(
+            [file[f"edges{i}"] for i in range(domain.n)], file["interval"], file["final"]
+        )
+        claim = claim_from_json(meta["claim"], error_tube)
+        time = time_grid(*meta["time"])
     except (KeyError, TypeError, json.JSONDecodeError) as error:
         raise InputError(
-            f"{path}: expected a file of `TrajectoryModel.save`; {type(error).__name__}: {error}. Save it again."
+            f"{path}: expected a file of `TrajectoryModel.save`; {type(error).__name__}: {error}. "
+            "Save it again."
         ) from None
     if system is not None and meta["system"] != system:
-        raise InputError(f"{path}: expected a model of {system!r}; it was learned from {meta['system']!r}.")
-    return trajectory_model(net, claim, domain, time, meta["system"])
+        raise InputError(
+            f"{path}: expected a model of {system!r}; it was learned from {meta['system']!r}."
+        )
+    return trajectory_model(net, claim, domain, time, meta["system"], meta.get("labels"))

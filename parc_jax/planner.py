@@ -1,45 +1,45 @@
 """The planner: one model, any number of queries."""
 
 import time
+from collections.abc import Sequence
 from functools import cached_property
 
 import jax
 import numpy as np
 
-from parc_jax.answer import LEVELS, Answer
-from parc_jax.avoid.paper import paper_search
-from parc_jax.avoid.paper_scene import paper_scene
-from parc_jax.certify.batch import BatchAnswer, Problems, problem_of, solve_batch
-from parc_jax.certify.certificate import sample_part
-from parc_jax.certify.cover import Cover, cover, nothing_covered
-from parc_jax.certify.draw import generator, points
-from parc_jax.certify.evaluate import evaluate
-from parc_jax.certify.first import first_look
-from parc_jax.certify.grower import Grower
-from parc_jax.certify.no_plan import NoPlan, prove_no_plan
-from parc_jax.certify.pieces import Pieces
-from parc_jax.certify.probes import require_sound_arithmetic
-from parc_jax.certify.prove import prove
-from parc_jax.certify.scene import Scene, scene
-from parc_jax.errors import InputError
+from parc_jax.answer import Answer
+from parc_jax.batch.solve import BatchAnswer, Problems, problem_of, solve_batch
+from parc_jax.certificate.prove import prove
+from parc_jax.certificate.write import sample_part
+from parc_jax.cover.sampling import generator
+from parc_jax.cover.search import Cover
+from parc_jax.errors import InputError, expected
 from parc_jax.keys import Stage, stream
+from parc_jax.methods import MAX_LEAVES, Exact
 from parc_jax.model import TrajectoryModel
+from parc_jax.probes import require_sound_arithmetic
 from parc_jax.problem import ReachAvoid
 from parc_jax.pwa import RegionTable, enumerate_regions
-from parc_jax.reach.pieces import pieces_outward
+from parc_jax.settings import Settings
+from parc_jax.verdict.scene import scene_of
+from parc_jax.volume_bounds.no_plan import NoPlan, prove_no_plan
 
-MAX_LEAVES = 20_000  # boxes of a branch and bound; a certificate has a few hundred bytes per box
-METHODS = {"exact": None, "paper": "supports", "paper-lp": "lp"}
+COLD_BUDGET_S = 1e-3  # [s] of search after compiling: `warm_up` wants the compiled programs alone
 
 
 class Planner:
     """Answers reach-avoid queries about one model.
 
-    model: network, claim, domain and time grid of the system.
+    model: network, claim, domain and time grid of the system. Raises InputError for anything else.
     """
 
     def __init__(self, model: TrajectoryModel):
+        if not isinstance(model, TrajectoryModel):
+            raise InputError(expected("Planner", "a TrajectoryModel", model, "pj.load(path)"))
         self.model = model
+
+    def __repr__(self) -> str:
+        return f"Planner({self.model!r})"
 
     @cached_property
     def regions(self) -> RegionTable:
@@ -47,132 +47,162 @@ class Planner:
         return enumerate_regions(self.model.net, self.model.domain)
 
     def solve(
-        self, problem: ReachAvoid, key: jax.Array, *, n_samples: int = 100, target: float = 0.01,
-        confidence: float = 0.99, budget_s: float = 20.0, polytopes: bool = True, proof: bool = True,
-        method: str = "exact", no_plan_budget_s: float = 5.0,
-    ) -> Answer:  # fmt: skip
-        """The safe set of one problem, as samples, corridors and polytopes with certificates. Uses the SEARCH stream of
-        `key`.
+        self, problem: ReachAvoid, key: jax.Array, settings: Settings | None = None
+    ) -> Answer:
+        """The safe set of one problem: samples, corridors and polytopes, with certificates.
 
-        n_samples: safe plans to return. target, confidence: the polytopes leave out at most `target` of the model's
-        safe set, with this confidence, unless budget_s [s] ends first; 0 grows none, for samples only. polytopes: False
-        stops as soon as the corridors leave out so little, which is several times earlier, and returns no polytopes.
-        proof: check all of it in exact arithmetic. method: "exact"; or the published search, samples only, region by
-        region: "paper" through supports, "paper-lp" with its LPs. no_plan_budget_s: [s] for a proof that there is no
-        safe plan, spent only when none was drawn.
-        Raises InputError when the problem does not fit the model, SoundnessError when this installation
-        computes wrong numbers.
+        problem: from `reach_avoid` or `load_problem`. key: from `jax.random`; its SEARCH stream is
+        used. settings: sizes, budgets and method; by default `Settings.whole()`.
+        Raises InputError when the problem does not fit the model, SoundnessError when this
+        installation computes wrong numbers.
         """
-        if not 0 < target < 1 or not 0 < confidence < 1:
-            raise InputError(f"solve: expected target and confidence between 0 and 1; got {target}, {confidence}.")
-        if n_samples < 1:
-            raise InputError(f"solve: expected n_samples >= 1; got {n_samples}.")
-        if method not in METHODS:
-            raise InputError(f"solve: expected method {', '.join(METHODS)}; got {method!r}.")
+        settings = _checked("solve", problem, settings, Settings.whole())
+        search = stream(key, Stage.SEARCH)
+        rng = generator(search)
         require_sound_arithmetic()
         begin = time.perf_counter()
-        rng = generator(stream(key, Stage.SEARCH))
-        laid_out = scene(problem, self.model)
-        if method == "exact" and budget_s <= 0:
-            found = first_look(self.model, laid_out, rng, n_samples, confidence)
-        elif method == "exact":
-            found = cover(
-                self.model, problem, laid_out, rng, target=target, confidence=confidence, budget_s=budget_s,
-                polytopes=polytopes,
-            )  # fmt: skip
-        else:
-            found = self._published(problem, laid_out, stream(key, Stage.SEARCH), METHODS[method], confidence)
-        no_plan = None
-        if method == "exact" and not len(found.points.k):
-            no_plan, found = self._search_on(problem, laid_out, rng, found, no_plan_budget_s)
+        scene = scene_of(problem, self.model)
+        method = settings.method or Exact()
+        found, no_plan = method.search(
+            self.model, lambda: self.regions, scene, search, rng, settings
+        )
         covered = time.perf_counter()
-        pick = rng.permutation(len(found.points.k))[:n_samples]
+        pick = rng.permutation(len(found.points.k))[: settings.n_samples]
         parts = [
-            sample_part(problem, laid_out, self.model.tube, p.p0, p.k, p.path, int(p.bin))
+            sample_part(scene, self.model.tube, p.p0, p.k, p.path, int(p.bin))
             for p in (found.points.at(i) for i in pick)
         ]
         samples = np.concatenate([found.points.p0[pick], found.points.k[pick]], axis=1)
-        level, refused = LEVELS[0], 0
-        if proof:
-            accepted = prove(problem, self.model, parts, found.corridors, found.pieces)
-            level, refused = LEVELS[1], sum(int((~kept).sum()) for kept in accepted)
-            samples, parts = samples[accepted[0]], _those(parts, accepted[0])
+        refused = 0
+        if settings.proof:
+            accepted = prove(problem, self.model, parts, found.corridors, found.polytopes)
+            refused = sum(int((~kept).sum()) for kept in accepted)
+            samples = samples[accepted[0]]
+            parts = _those(parts, accepted[0])
             found = _without_refused(found, *accepted[1:])
         timings = {
-            "first_sample_s": found.first_sample_s, "first_piece_s": found.first_piece_s,
-            "corridors_s": found.corridors_s, "cover_s": covered - begin, "proof_s": time.perf_counter() - covered,
-        }  # fmt: skip
-        return Answer(self.model, problem, laid_out, found, samples, parts, level, refused, timings, no_plan)
+            "first_sample_s": found.first_sample_s,
+            "first_polytope_s": found.first_polytope_s,
+            "corridors_s": found.corridors_s,
+            "cover_s": covered - begin,
+            "proof_s": time.perf_counter() - covered,
+        }
+        return Answer(
+            self.model,
+            scene,
+            found,
+            samples,
+            parts,
+            settings.proof,
+            refused,
+            timings,
+            no_plan,
+        )
+
+    def warm_up(self, problem: ReachAvoid, settings: Settings | None = None) -> Answer:
+        """Compile what a query of this size needs: a query with next to no budget, from a stream of
+        its own, so that the next `solve` spends its budget on the safe set. Its answer counts for
+        nothing but its timings: those of a cold start.
+        """
+        settings = _checked("warm_up", problem, settings, Settings.whole())
+        cold = settings.replace(
+            budget_s=min(settings.budget_s, COLD_BUDGET_S), proof=False, no_plan_budget_s=0.0
+        )
+        apart = jax.random.fold_in(jax.random.PRNGKey(0), int(Stage.SEARCH))
+        return self.solve(problem, apart, cold)
 
     def solve_batch(
-        self, problems: Problems, key: jax.Array, *, n_samples: int = 4, draws: int = 4096, pool: int = 1024,
-        numbers=None, warm=None, proof: bool = False, polytopes=(), budget_s: float = 5.0, mesh=None,
-    ) -> BatchAnswer:  # fmt: skip
+        self,
+        problems: Problems,
+        key: jax.Array,
+        settings: Settings | None = None,
+        *,
+        draws: int = 4096,
+        pool: int = 1024,
+        numbers=None,
+        warm=None,
+        whole: Sequence[int] = (),
+        mesh=None,
+    ) -> BatchAnswer:
         """Safe plans for many problems in a few compiled calls. Uses the SEARCH stream of `key`.
 
-        problems: a list, `box_scenes` (no cost per scene in Python), or stacked scene arrays. n_samples: safe plans per
-        problem. draws: most plans to propose per problem; solved ones stop early. pool: values of k shared by all.
-        numbers: (s,) the problems' own numbers, by default 0, 1, ...: with the key they decide an answer, so it does
-        not depend on what else is in the batch. warm: an earlier BatchAnswer of the same problems, or plans.
-        proof: exact check of every best plan, some ten milliseconds each. polytopes: rows that `solve` answers as
-        well, budget_s [s] each. mesh: devices to spread over (`distributed.mesh`). Raises as `solve` does.
+        problems: a list, `box_scenes` (no cost per scene in Python), or stacked scene arrays.
+        settings: by default `Settings.fast()`; of its fields n_samples (safe plans per problem) and
+        proof (exact check of every best plan, some ten milliseconds each) count here.
+        draws: most plans to propose per problem; solved ones stop early. pool: values of k shared
+        by all. numbers: (s,) the problems' own numbers, by default 0, 1, ...: with the key they
+        decide an answer, so it does not depend on what else is in the batch. warm: an earlier
+        BatchAnswer of the same problems, or plans. whole: rows that `solve` answers as well, with
+        these settings, or with `Settings.whole()` where these have no budget. mesh: devices to
+        spread over (`distributed.mesh`).
+        Raises as `solve` does.
         """
+        settings = Settings.fast() if settings is None else settings
+        if not isinstance(settings, Settings):
+            raise InputError(expected("solve_batch", "Settings", settings, "pj.Settings.fast()"))
+        if isinstance(problems, ReachAvoid):
+            raise InputError("solve_batch: expected several problems; got one. Use `solve`.")
         require_sound_arithmetic()
-        chosen = {int(i): problem_of(problems, i) for i in polytopes}
+        chosen = {int(i): problem_of(problems, i) for i in whole}
         answer = solve_batch(
-            self.model, problems, key, n_samples=n_samples, draws=draws, pool=pool, numbers=numbers, warm=warm,
-            proof=proof, mesh=mesh,
-        )  # fmt: skip
-        return answer._replace(answers={i: self.solve(p, key, budget_s=budget_s) for i, p in chosen.items()})
+            self.model,
+            problems,
+            key,
+            n_samples=settings.n_samples,
+            draws=draws,
+            pool=pool,
+            numbers=numbers,
+            warm=warm,
+            proof=settings.proof,
+            mesh=mesh,
+        )
+        each = settings if settings.budget_s > 0 else Settings.whole()
+        return answer._replace(answers={i: self.solve(p, key, each) for i, p in chosen.items()})
 
-    def bracket(self, problem: ReachAvoid, *, budget_s: float = 20.0, max_leaves: int = MAX_LEAVES) -> NoPlan:
-        """Exact bounds on the volume of safe (p0, k): safe <= volume <= total - unsafe. [T14]
+    def bound_volume(
+        self, problem: ReachAvoid, *, budget_s: float = 20.0, max_leaves: int = MAX_LEAVES
+    ) -> NoPlan:
+        """Exact bounds on the volume of safe (p0, k): safe <= volume <= total - unsafe. [T30]
 
         budget_s: [s] for search and exact check. max_leaves: boxes. Raises as `solve` does.
         """
+        _checked("bound_volume", problem, None, Settings.whole())
         require_sound_arithmetic()
-        laid_out = scene(problem, self.model)
-        return prove_no_plan(self.model, problem, laid_out, budget_s=budget_s, max_leaves=max_leaves, bracket=True)
+        return prove_no_plan(
+            self.model,
+            scene_of(problem, self.model),
+            budget_s=budget_s,
+            max_leaves=max_leaves,
+            bounds=True,
+        )
 
-    def _search_on(self, problem: ReachAvoid, laid_out: Scene, rng, found: Cover, budget_s: float):
-        """Branch and bound after no draw was safe: the proof, or pieces around a plan that it came across."""
-        begin, model = time.perf_counter(), self.model
-        no_plan = prove_no_plan(model, problem, laid_out, budget_s=budget_s, max_leaves=MAX_LEAVES)
-        if no_plan.safe_plan is None:
-            return no_plan, found
-        p0, k = (x[None] for x in no_plan.safe_plan)
-        seen = points(p0, k, evaluate(model, laid_out, p0, k))
-        pieces = Pieces(Grower(model, problem, laid_out, rng))
-        pieces.grower.keep(seen)
-        for _ in pieces.grower.grow(few=True):
-            pass
-        pieces.add(seen)
-        return no_plan, found._replace(
-            points=seen, corridors=pieces.corridors.all, pieces=pieces.all(), first_sample_s=no_plan.seconds,
-            first_piece_s=time.perf_counter() - begin,
-        )  # fmt: skip
 
-    def _published(self, problem: ReachAvoid, laid_out: Scene, key, method: str, confidence: float) -> Cover:
-        """Samples of the published search from the middle of K outward, as a cover without polytopes."""
-        begin, model = time.perf_counter(), self.model
-        regions = pieces_outward(self.regions, model.tube, model.domain.center)
-        found = paper_search(key, regions, paper_scene(problem, model.tube), method=method).samples
-        p0, k = found[:, : model.n_p], found[:, model.n_p :]
-        e = evaluate(model, laid_out, p0, k)
-        seen = points(p0, k, e).at(e.safe)
-        first = time.perf_counter() - begin if len(seen.k) else None
-        counts, none = (len(found), len(found), len(seen.k)), nothing_covered(confidence)
-        return Cover(*counts, float("nan"), seen, none, none, first_sample_s=first)
+def _checked(call: str, problem, settings, default: Settings) -> Settings:
+    """The settings, after a look at the types that users mix up."""
+    if not isinstance(problem, ReachAvoid):
+        hint = "pj.load_problem(path) reads a scene file, pj.reach_avoid(...) makes one"
+        raise InputError(expected(call, "a problem", problem, hint))
+    if settings is None:
+        return default
+    if not isinstance(settings, Settings):
+        hint = "pj.Settings(n_samples=10) or pj.Settings.fast()"
+        raise InputError(expected(call, "Settings", settings, hint))
+    return settings
 
 
 def _those(parts, accepted) -> list:
     return [part for part, keep in zip(parts, accepted, strict=True) if keep]
 
 
-def _without_refused(found: Cover, corridors: np.ndarray, pieces: np.ndarray) -> Cover:
-    """The accepted ones. Where any was refused, the looks judged more than is returned, and nothing is stated of it."""
+def _without_refused(found: Cover, corridors: np.ndarray, polytopes: np.ndarray) -> Cover:
+    """The accepted ones. Where any was refused, the looks judged more than is returned, and nothing
+    is stated of it.
+    """
     kept = found.kept if corridors.all() else found.kept._replace(at_least=0.0)
-    coverage = found.coverage if pieces.all() else found.coverage._replace(at_least=0.0)
+    coverage = found.coverage if polytopes.all() else found.coverage._replace(at_least=0.0)
     return found._replace(
-        corridors=_those(found.corridors, corridors), pieces=_those(found.pieces, pieces), kept=kept, coverage=coverage
+        corridors=_those(found.corridors, corridors),
+        polytopes=_those(found.polytopes, polytopes),
+        kept=kept,
+        coverage=coverage,
     )

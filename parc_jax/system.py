@@ -13,7 +13,8 @@ from parc_jax.sets.box import Box
 class Trajectory(NamedTuple):
     """One recorded run, relative to its start: p[0] = 0.
 
-    p: (n_record + 1, n_p) workspace positions [m] on the record grid, q: (n_q,) other goal states at t_f.
+    p: (n_record + 1, n_p) workspace positions [m] on the record grid, q: (n_q,) other goal states
+        at t_f.
     """
 
     p: jax.Array | np.ndarray
@@ -22,7 +23,8 @@ class Trajectory(NamedTuple):
 
 @struct.dataclass
 class TimeGrid:
-    """Model knots every dt, records every dt_record, up to t_f. Build with `time_grid`, which validates.
+    """Model knots every dt, records every dt_record, up to t_f. Build with `time_grid`, which
+    validates.
 
     dt, t_f, dt_record: [s], static.
     """
@@ -48,10 +50,14 @@ class TimeGrid:
 
 
 def time_grid(dt: float, t_f: float, dt_record: float | None = None) -> TimeGrid:
-    """Validated grid: t_f is a whole number of dt, dt a whole number of dt_record. Raises InputError."""
+    """Validated grid: t_f is a whole number of dt, dt a whole number of dt_record. Raises
+    InputError.
+    """
     dt_record = dt if dt_record is None else dt_record
     if not (0 < dt_record <= dt <= t_f):
-        raise InputError(f"time grid: expected 0 < dt_record <= dt <= t_f; got {dt_record}, {dt}, {t_f} s.")
+        raise InputError(
+            f"time grid: expected 0 < dt_record <= dt <= t_f; got {dt_record}, {dt}, {t_f} s."
+        )
     for name, ratio in (("t_f / dt", t_f / dt), ("dt / dt_record", dt / dt_record)):
         if abs(ratio - round(ratio)) > 1e-9 * ratio:
             raise InputError(f"time grid: expected {name} to be a whole number; got {ratio:g}.")
@@ -62,8 +68,16 @@ def time_grid(dt: float, t_f: float, dt_record: float | None = None) -> TimeGrid
 class BlackBoxSystem(Protocol):
     """Anything with these attributes can be certified. `rollout` takes one k and is vmapped by us.
 
-    A system that is not JAX, or has a faster batch path, offers `rollout_batch(keys (B, 2), ks (B, n_k)) -> Trajectory`
+    A system is immutable: for another gust make another object. Attributes (nested), closures and
+    the globals that its code names are compared at every call, and what was changed in place is
+    compiled anew; a change inside of an opaque object, such as a C library, is not seen.
+
+    A system that is not JAX, or has a faster batch path, offers `rollout_batch(keys (B, 2), ks (B,
+    n_k)) -> Trajectory`
     with a leading batch axis instead of, or beside, `rollout`.
+
+    Pictures and messages use its p_labels (n_p,), q_labels (n_q,) and k_labels (n_k,), where it has
+    them: names with units, such as "speed [m/s]".
     """
 
     name: str
@@ -73,5 +87,29 @@ class BlackBoxSystem(Protocol):
     n_q: int
 
     def rollout(self, key: jax.Array, k: jax.Array) -> Trajectory:
-        """Run once from rest at the origin with parameters k (n_k,). All randomness comes from `key`."""
+        """Run once from rest at the origin with parameters k (n_k,). All randomness comes from
+        `key`.
+        """
         ...
+
+
+def check_system(system) -> None:
+    """Refuse what is no black box. Raises InputError that names the attribute."""
+    kinds = {"name": str, "domain": Box, "time": TimeGrid, "n_p": int, "n_q": int}
+    for attribute, kind in kinds.items():
+        value = getattr(system, attribute, None)
+        if not isinstance(value, kind):
+            raise InputError(
+                f"{type(system).__name__}: expected a system with {attribute}, a {kind.__name__}; "
+                f"got {type(value).__name__}. See `BlackBoxSystem`."
+            )
+    if system.n_p < 1 or system.n_q < 0:
+        raise InputError(
+            f"{system.name}: expected n_p >= 1 and n_q >= 0; got {system.n_p} and {system.n_q}."
+        )
+    names = ("rollout", "rollout_batch")
+    if not any(callable(getattr(system, name, None)) for name in names):
+        raise InputError(
+            f"{system.name}: expected a method rollout(key, k), or rollout_batch(keys, ks); there "
+            "is neither."
+        )

@@ -1,4 +1,6 @@
-"""Every slack of the engine, with its unit and its safe direction. Goals only shrink, obstacles only grow."""
+"""Every slack of the engine, with its unit and its safe direction. Goals only shrink, obstacles
+only grow.
+"""
 
 from dataclasses import dataclass
 
@@ -7,15 +9,23 @@ from dataclasses import dataclass
 class Tolerances:
     """Named slacks. Enlarging any of them never turns an unsafe verdict into a safe one.
 
-    lp_feasible: [row units] a point may miss a row by this and still be called feasible-to-look-at (never: safe).
+    lp_feasible: [row units] a point may miss a row by this and still be called feasible-to-look-at
+        (never: safe).
     lp_margin: [row units] a dual proof of emptiness must clear zero by this.
-    lp_gap: [1 + |optimum|] an optimum is called OPTIMAL if its proved bounds are this close; verdicts use the bounds.
-    redundant_row: [row units] a row may be dropped if the others exceed it by at most this; sets only grow by it.
-    vertex_relative: [1] bound on the relative rounding of a float polytope vertex; obstacles grow by it.
-    leaf_margin: [m or row units] a box of plans must clear its condition by this before it is written down as unsafe or
-        safe; otherwise it stays undecided.
+    lp_gap: [1 + |optimum|] an optimum is called OPTIMAL if its proved bounds are this close;
+        verdicts use the bounds.
+    redundant_row: [row units] a row may be dropped if the others exceed it by at most this; sets
+        only grow by it.
+    vertex_relative: [1] bound on the relative rounding of a float polytope vertex; obstacles grow
+        by it.
+    leaf_margin: [m or row units] a box of plans must clear its condition by this before it is
+        written down as unsafe or safe; otherwise it stays undecided.
     contact_depth: [m] how deep a contact must lie in the obstacle; less than leaf_margin.
-    shape_floor: [m or rad] smallest half width of a tube's shape; tubes only grow by it.
+    profile_floor: [m or rad] smallest half width of a tube's profile; tubes only grow by it.
+    resumed, resumed_single: [1 + |value|] stored runs that are simulated again, in float64 or
+        float32, may differ by this; a larger difference refuses them.
+    near_k, near_p: [range of the parameter], [largest |value| of the coordinate] two recorded runs
+        that agree this closely in k, and in p and q, are copies of each other; copies are refused.
     """
 
     lp_feasible: float = 1e-9
@@ -25,7 +35,11 @@ class Tolerances:
     vertex_relative: float = 1e-12
     leaf_margin: float = 1e-6
     contact_depth: float = 2e-7
-    shape_floor: float = 1e-3
+    profile_floor: float = 1e-3
+    resumed: float = 1e-6
+    resumed_single: float = 1e-3
+    near_k: float = 1e-6
+    near_p: float = 1e-5
 
 
 TOLERANCES = Tolerances()

@@ -6,7 +6,9 @@ NAMES = ("drift_parking", "asv", "asv_published", "f110")
 
 
 def load(name: str, **options):
-    """The system of that name, e.g. load("drift_parking", plant="ode"). Options go to its `system` constructor."""
+    """The system of that name, e.g. load("drift_parking", plant="ode"). Options go to its `system`
+    constructor.
+    """
     from parc_jax.errors import InputError
 
     if name not in NAMES:

@@ -1,4 +1,6 @@
-"""The boat as the released data behave: one sample per control period of 0.2 s, labelled 0.02 s. See docs/asv.md."""
+"""The boat as the released data behave: one sample per control period of 0.2 s, labelled 0.02 s.
+See docs/asv.md.
+"""
 
 from pathlib import Path
 
@@ -10,6 +12,8 @@ from sims.asv.study import PUBLISHED as STUDY
 __all__ = ["STUDY", "problem", "system"]
 
 
-def system(plant: str = "mjx", law: str = "study", policy: Policy | str | Path = HOVER) -> AsvSystem:
+def system(
+    plant: str = "mjx", law: str = "study", policy: Policy | str | Path = HOVER
+) -> AsvSystem:
     """`sims.asv.system` with published_time=True."""
     return _system(plant, law, policy, published_time=True)

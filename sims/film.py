@@ -1,19 +1,16 @@
-"""Rendered films of MuJoCo models, without a screen: .mp4, .gif, or a folder of .png files.
+"""Frames of MuJoCo models, rendered without a screen; `parc_jax.plot.film_file` writes them.
 
-Needs a software or hardware OpenGL, in Debian libegl1 with libgl1-mesa-dri (MUJOCO_GL=egl) or libosmesa6
-(MUJOCO_GL=osmesa); and for .mp4 files the extra `film` (imageio, imageio-ffmpeg).
+Needs a software or hardware OpenGL, in Debian libegl1 with libgl1-mesa-dri (MUJOCO_GL=egl) or
+libosmesa6 (MUJOCO_GL=osmesa).
 """
 
 import os
-from collections.abc import Sequence
-from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
 
 from parc_jax.errors import InputError
-
-KINDS = (".mp4", ".gif", "")
+from parc_jax.plot.film_file import counted
 
 
 class View(NamedTuple):
@@ -26,34 +23,26 @@ class View(NamedTuple):
 
 
 def headless_mujoco():
-    """The module mujoco, set up to render without a screen if it is imported here for the first time.
+    """The module mujoco, set up to render without a screen if it is imported here for the first
+    time.
 
     Raises InputError when the OpenGL that MUJOCO_GL names is not there.
     """
     os.environ.setdefault("MUJOCO_GL", "egl")  # read once, at the first import
     try:
         import mujoco
-    except Exception as error:  # each OpenGL backend has errors of its own, and some come with the import
+    except (
+        Exception
+    ) as error:  # each OpenGL backend has errors of its own, and some come with the import
         raise _no_opengl(error) from None
     return mujoco
 
 
-def require_kind(out: Path) -> None:
-    """Raise InputError, before anything is rendered, for a file that `write` could not write."""
-    if out.suffix not in KINDS:
-        raise InputError(f"film: expected a .mp4 or .gif file, or a folder for .png files; got {out}.")
-    if out.suffix == ".mp4":
-        try:
-            import imageio_ffmpeg  # noqa: F401
-        except ImportError:
-            raise InputError(
-                f"film: {out} needs imageio and imageio-ffmpeg: pip install 'parc_jax[film]'. A .gif file, or a "
-                "folder for .png files, needs neither."
-            ) from None
-
-
-def frames(model, states: np.ndarray, view: View, size: tuple[int, int]) -> list[np.ndarray]:
+def frames(
+    model, states: np.ndarray, view: View, size: tuple[int, int], quiet: bool = True
+) -> list[np.ndarray]:
     """Images (height, width, 3) uint8 of joint coordinates (n, nq). size: width, height [pixels].
+    quiet: no progress bar.
 
     Raises InputError where there is no OpenGL.
     """
@@ -69,7 +58,7 @@ def frames(model, states: np.ndarray, view: View, size: tuple[int, int]) -> list
         raise _no_opengl(error) from None
     images = []
     with renderer:
-        for state in states:
+        for state in counted(states, len(states), quiet):
             data.qpos[:] = state
             mujoco.mj_forward(model, data)
             renderer.update_scene(data, camera)
@@ -79,43 +68,17 @@ def frames(model, states: np.ndarray, view: View, size: tuple[int, int]) -> list
 
 def _no_opengl(error: Exception) -> InputError:
     return InputError(
-        f"film: no OpenGL here ({' '.join(str(error).split())}). Install libegl1 and libgl1-mesa-dri, or libosmesa6, "
+        f"film: no OpenGL here ({' '.join(str(error).split())}). Install libegl1 and "
+        "libgl1-mesa-dri, or libosmesa6, "
         "and set MUJOCO_GL to egl or osmesa before Python starts."
     )
 
 
-def write(out: Path, images: Sequence[np.ndarray], rate: float) -> Path:
-    """Write images as a film of `rate` frames per second, by the ending of `out`. Raises InputError."""
-    out = Path(out)
-    require_kind(out)
-    out.parent.mkdir(parents=True, exist_ok=True)
-    if out.suffix == ".mp4":
-        import imageio.v2 as imageio
-
-        imageio.mimwrite(out, images, fps=rate, macro_block_size=2)
-    elif out.suffix == ".gif":
-        _write_gif(out, images, rate)
-    else:
-        from matplotlib.image import imsave
-
-        out.mkdir(exist_ok=True)
-        for number, image in enumerate(images):
-            imsave(out / f"{number:04d}.png", image)
-    return out
-
-
-def _write_gif(out: Path, images: Sequence[np.ndarray], rate: float) -> None:
-    """One palette for all frames and no dithering: what stands still costs nothing."""
-    from PIL import Image
-
-    some = np.concatenate(images[:: max(1, len(images) // 6)])
-    palette = Image.fromarray(some).quantize(128)
-    shown = [Image.fromarray(image).quantize(palette=palette, dither=Image.Dither.NONE) for image in images]
-    shown[0].save(out, save_all=True, append_images=shown[1:], duration=1000 / rate, loop=0, optimize=False)
-
-
-def add_car(body, name: str, length: float, width: float, rgba, at=(0.0, 0.0), wheels: bool = True) -> None:
-    """Draw a car on a body of an MjSpec: hull, cabin, headlights, wheels standing on z = 0. Nothing touches it.
+def add_car(
+    body, name: str, length: float, width: float, rgba, at=(0.0, 0.0), wheels: bool = True
+) -> None:
+    """Draw a car on a body of an MjSpec: hull, cabin, headlights, wheels standing on z = 0. Nothing
+    touches it.
 
     length, width [m] over everything. at: of its middle in the body's frame [m]. rgba: of the hull.
     """
@@ -125,22 +88,35 @@ def add_car(body, name: str, length: float, width: float, rgba, at=(0.0, 0.0), w
         ("cabin", -0.04, 0.228, (0.21, 0.4, 0.044), [0.13, 0.14, 0.17, 1]),
     ):
         body.add_geom(
-            name=f"{name}_{part}", type=mujoco.mjtGeom.mjGEOM_BOX, pos=[at[0] + x * length, at[1], z * length],
-            size=[half[0] * length, half[1] * width, half[2] * length], rgba=colour, contype=0, conaffinity=0,
-        )  # fmt: skip
+            name=f"{name}_{part}",
+            type=mujoco.mjtGeom.mjGEOM_BOX,
+            pos=[at[0] + x * length, at[1], z * length],
+            size=[half[0] * length, half[1] * width, half[2] * length],
+            rgba=colour,
+            contype=0,
+            conaffinity=0,
+        )
     for y in (-0.33, 0.33):
         body.add_geom(
-            type=mujoco.mjtGeom.mjGEOM_BOX, pos=[at[0] + 0.495 * length, at[1] + y * width, 0.145 * length],
-            size=[0.012 * length, 0.09 * width, 0.02 * length], rgba=[1, 1, 0.8, 1], contype=0, conaffinity=0,
-        )  # fmt: skip
+            type=mujoco.mjtGeom.mjGEOM_BOX,
+            pos=[at[0] + 0.495 * length, at[1] + y * width, 0.145 * length],
+            size=[0.012 * length, 0.09 * width, 0.02 * length],
+            rgba=[1, 1, 0.8, 1],
+            contype=0,
+            conaffinity=0,
+        )
     if wheels:
         for x in (-0.3, 0.3):
             for y in (-0.44, 0.44):
                 body.add_geom(
-                    type=mujoco.mjtGeom.mjGEOM_CYLINDER, pos=[at[0] + x * length, at[1] + y * width, 0.078 * length],
-                    size=[0.078 * length, 0.055 * width, 0], quat=[np.sqrt(0.5), np.sqrt(0.5), 0, 0],
-                    rgba=[0.06, 0.06, 0.06, 1], contype=0, conaffinity=0,
-                )  # fmt: skip
+                    type=mujoco.mjtGeom.mjGEOM_CYLINDER,
+                    pos=[at[0] + x * length, at[1] + y * width, 0.078 * length],
+                    size=[0.078 * length, 0.055 * width, 0],
+                    quat=[np.sqrt(0.5), np.sqrt(0.5), 0, 0],
+                    rgba=[0.06, 0.06, 0.06, 1],
+                    contype=0,
+                    conaffinity=0,
+                )
 
 
 def paint(spec, name: str, lo, hi, rgba, z: float = 0.002) -> None:
@@ -148,6 +124,11 @@ def paint(spec, name: str, lo, hi, rgba, z: float = 0.002) -> None:
     mujoco = headless_mujoco()
     lo, hi = np.asarray(lo), np.asarray(hi)
     spec.worldbody.add_geom(
-        name=name, type=mujoco.mjtGeom.mjGEOM_BOX, pos=[*(lo + hi) / 2, z], size=[*(hi - lo) / 2, z],
-        rgba=rgba, contype=0, conaffinity=0,
-    )  # fmt: skip
+        name=name,
+        type=mujoco.mjtGeom.mjGEOM_BOX,
+        pos=[*(lo + hi) / 2, z],
+        size=[*(hi - lo) / 2, z],
+        rgba=rgba,
+        contype=0,
+        conaffinity=0,
+    )

@@ -1,6 +1,6 @@
 """A MuJoCo model file with a controller, stepped by MJX, as a black box."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -18,8 +18,8 @@ from sims.quiet import lenient, quiet_import
 class MJXSystem:
     """A MuJoCo model under a controller that k steers. Build with `mjx_system`, which validates.
 
-    The first n_p joint coordinates are the workspace position, so they must be slide joints (or the first three of a
-    free joint). Deterministic unless `start` draws something from the key.
+    The first n_p joint coordinates are the workspace position, so they must be slide joints (or the
+    first three of a free joint). Deterministic unless `start` draws something from the key.
     """
 
     name: str
@@ -32,6 +32,8 @@ class MJXSystem:
     controller: Callable
     final: Callable
     start: Callable
+    q_labels: tuple[str, ...] | None = None
+    k_labels: tuple[str, ...] | None = None
 
     def rollout(self, key: jax.Array, k: jax.Array) -> Trajectory:
         """One run from the model's initial state."""
@@ -57,18 +59,32 @@ class MJXSystem:
 
             data, p = jax.lax.scan(record, data, length=self.time.n_record)
             p = jnp.concatenate([jnp.zeros((1, self.n_p), p.dtype), p])
-            return Trajectory(p, jnp.reshape(self.final(data.qpos, data.qvel), (self.n_q,)).astype(p.dtype))
+            return Trajectory(
+                p, jnp.reshape(self.final(data.qpos, data.qvel), (self.n_q,)).astype(p.dtype)
+            )
 
 
 def mjx_system(
-    model, controller: Callable, domain: Box, time: TimeGrid, *, n_p: int = 2, n_q: int = 0,
-    final: Callable = lambda qpos, qvel: qpos[:0], start: Callable = lambda key, k, data: data, name: str | None = None,
-) -> MJXSystem:  # fmt: skip
+    model,
+    controller: Callable,
+    domain: Box,
+    time: TimeGrid,
+    *,
+    n_p: int = 2,
+    n_q: int = 0,
+    final: Callable = lambda qpos, qvel: qpos[:0],
+    start: Callable = lambda key, k, data: data,
+    name: str | None = None,
+    q_labels: Sequence[str] | None = None,
+    k_labels: Sequence[str] | None = None,
+) -> MJXSystem:
     """A black box from a MuJoCo model.
 
-    model: path of an MJCF file, or its text. controller: (qpos, qvel, time, k (n_k,)) -> ctrl (n_u,), traceable, held
-    over one step of the model. final: (qpos, qvel) -> q (n_q,). start: (key, k, data) -> data, the initial state and
-    every disturbance that is drawn per run. time.dt_record must be a whole number of the model's time steps.
+    model: path of an MJCF file, or its text. controller: (qpos, qvel, time, k (n_k,)) -> ctrl
+    (n_u,), traceable, held over one step of the model. final: (qpos, qvel) -> q (n_q,). start:
+    (key, k, data) -> data, the initial state and every disturbance that is drawn per run.
+    time.dt_record must be a whole number of the model's time steps. q_labels, k_labels: names with
+    units, such as "speed [m/s]".
     Raises InputError.
     """
     import mujoco
@@ -85,10 +101,14 @@ def mjx_system(
     steps = time.dt_record / compiled.opt.timestep
     if abs(steps - round(steps)) > 1e-9 * steps:
         raise InputError(
-            f"MuJoCo model: expected dt_record to be a whole number of its time steps of {compiled.opt.timestep} s; "
+            "MuJoCo model: expected dt_record to be a whole number of its time steps of "
+            f"{compiled.opt.timestep} s; "
             f"got {time.dt_record} s."
         )
     if compiled.nq < n_p:
-        raise InputError(f"MuJoCo model: expected at least {n_p} joint coordinates; it has {compiled.nq}.")
+        raise InputError(
+            f"MuJoCo model: expected at least {n_p} joint coordinates; it has {compiled.nq}."
+        )
     name = name or ("mujoco" if text.lstrip().startswith("<") else Path(text).stem)
-    return MJXSystem(name, domain, time, n_p, n_q, compiled, round(steps), controller, final, start)
+    run = (compiled, round(steps), controller, final, start)
+    return MJXSystem(name, domain, time, n_p, n_q, *run, q_labels, k_labels)

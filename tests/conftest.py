@@ -5,16 +5,21 @@ from pathlib import Path
 
 import pytest
 
+ROOT = Path(__file__).resolve().parents[1]
 SHAPE_CHECKED = ["parc_jax.sets"]  # annotated shapes and types of these hold at every call
 
 
 def pytest_addoption(parser):
-    parser.addoption("--gpu", action="store_true", help="run on the accelerator JAX finds, and the gpu tests")
+    parser.addoption(
+        "--gpu", action="store_true", help="run on the accelerator JAX finds, and the gpu tests"
+    )
 
 
 def pytest_configure(config):
     if not config.getoption("--gpu"):
         os.environ["JAX_PLATFORMS"] = "cpu"
+    # Each program that comes from the folder of compiled ones is remarked on, in vain, on stderr.
+    os.environ.setdefault("TF_CPP_MIN_LOG_LEVEL", "3")
     import jax
     from jaxtyping import install_import_hook
 
@@ -22,6 +27,28 @@ def pytest_configure(config):
     jax.config.update("jax_enable_x64", True)
     jax.config.update("jax_numpy_dtype_promotion", "strict")
     jax.config.update("jax_numpy_rank_promotion", "raise")
+    keep_compiled()
+
+
+def keep_compiled():
+    """Compiled programs of all test processes, of this run and later ones, in one ignored folder:
+    most tests compile the same kernels. Programs are found again by their content. The environment
+    hands the folder on to processes that tests start, and to the shell's commands.
+    """
+    import jax
+
+    from parc_jax.cli.cache import processor
+
+    folder = ROOT / ".pytest_cache" / "compiled" / processor()
+    folder.mkdir(parents=True, exist_ok=True)
+    settings = {
+        "jax_compilation_cache_dir": str(folder),
+        "jax_persistent_cache_min_compile_time_secs": 0.0,  # small programs are many
+        "jax_persistent_cache_min_entry_size_bytes": 0,
+    }
+    for name, value in settings.items():
+        jax.config.update(name, value)
+        os.environ[name.upper()] = str(value)
 
 
 def pytest_collection_modifyitems(config, items):
@@ -40,7 +67,9 @@ def rng():
 
 @pytest.fixture(scope="session")
 def shared_data() -> Path:
-    """Reference data of other implementations, beside the checkout; tests that use it skip when it is absent."""
+    """Reference data of other implementations, beside the checkout; tests that use it skip when it
+    is absent.
+    """
     folder = Path(__file__).resolve().parents[2] / "shared" / "data"
     if not folder.is_dir():
         pytest.skip("reference data not present")

@@ -1,6 +1,8 @@
-"""Everything shown in README and docs runs. Blocks of a page share their names, as a reader would expect.
+"""Everything shown in README and docs runs. Blocks of a page share their names, as a reader would
+expect.
 
-A block after the comment `<!-- slow -->` needs minutes: it and the rest of its page run under the slow marker only.
+A block after the comment `<!-- slow -->` needs minutes: it and the rest of its page run under the
+slow marker only.
 """
 
 import functools
@@ -77,9 +79,7 @@ def small_model(tmp_path_factory) -> bytes:
     from parc_jax import cli
 
     path = tmp_path_factory.mktemp("model") / "model.npz"
-    options = (
-        "--plant ode --rollouts 1500 --hidden 8 8 --seeds 2 --steps 600 --eps 0.02 --delta 0.05 --bins 8 3 --quiet"
-    )
+    options = "--plant ode --rollouts 1500 --hidden 8 8 --seeds 2 --steps 600 --eps 0.02 --delta 0.05 --bins 8 3 --quiet"
     with pytest.raises(SystemExit) as stop:
         cli.main(["learn", "drift_parking", "--out", str(path), *options.split()])
     assert stop.value.code == 0
@@ -104,12 +104,19 @@ def test_every_door_has_an_example():
 
 
 def command_lines(page: Path) -> list[list[str]]:
-    """The arguments of every line of a block that calls parc-jax, without comments and redirections."""
+    """The arguments of every line of a block that calls parc-jax, without comments and
+    redirections.
+    """
     text, found = page.read_text(encoding="utf-8"), []
     for block in re.findall(r"^```(?:bash)?\n(.*?)^```|^((?: {4}.*\n)+)", text, re.M | re.S):
         for line in "".join(block).splitlines():
             for call in re.findall(r"(?:^|\s|/)parc-jax (\S.*)", line):
-                found.append(re.split(r"\s{2,}|\s#|\s>|\s&&", call)[0].replace("[", "").replace("]", "").split())
+                found.append(
+                    re.split(r"\s{2,}|\s#|\s>|\s&&", call)[0]
+                    .replace("[", "")
+                    .replace("]", "")
+                    .split()
+                )
     return found
 
 
@@ -129,9 +136,11 @@ def test_commands_shown_are_commands_that_the_shell_takes(page, monkeypatch):
         assert not stop.value.code, f"{page.name}: parc-jax {' '.join(arguments)}"
 
 
-@pytest.mark.parametrize("page", [p for p in PAGES if "```toml" in p.read_text("utf-8")], ids=lambda p: p.name)
+@pytest.mark.parametrize(
+    "page", [p for p in PAGES if "```toml" in p.read_text("utf-8")], ids=lambda p: p.name
+)
 def test_scenes_shown_are_scenes(page):
-    from parc_jax.exchange.problem_file import problem_of_text
+    from parc_jax.io.problem_file import problem_of_text
 
     for block in re.findall(r"^```toml\n(.*?)^```", page.read_text(encoding="utf-8"), re.M | re.S):
         assert problem_of_text(block, page.name).obstacles
@@ -156,7 +165,15 @@ def test_the_site_builds_without_a_warning(tmp_path):
     shutil.copytree(ROOT / "docs", tmp_path / "docs", ignore=shutil.ignore_patterns("site"))
 
     def build():
-        command = [sys.executable, "-m", "zensical", "build", "--strict", "-f", str(tmp_path / "docs" / "mkdocs.yml")]
+        command = [
+            sys.executable,
+            "-m",
+            "zensical",
+            "build",
+            "--strict",
+            "-f",
+            str(tmp_path / "docs" / "mkdocs.yml"),
+        ]
         return subprocess.run(command, cwd=tmp_path, capture_output=True, text=True)
 
     done = build()
@@ -167,5 +184,17 @@ def test_the_site_builds_without_a_warning(tmp_path):
 
 
 def test_every_page_is_in_the_site():
-    listed = set(re.findall(r"- (\w+\.md)", (ROOT / "docs" / "mkdocs.yml").read_text(encoding="utf-8")))
-    assert {page.name for page in (ROOT / "docs").glob("*.md")} == listed, "list it in docs/mkdocs.yml"
+    listed = set(
+        re.findall(r"- (\w+\.md)", (ROOT / "docs" / "mkdocs.yml").read_text(encoding="utf-8"))
+    )
+    assert {page.name for page in (ROOT / "docs").glob("*.md")} == listed, (
+        "list it in docs/mkdocs.yml"
+    )
+
+
+def test_readme_counts_all_runs_of_the_main_job():
+    from parc_jax.claim.pipeline import runs_ahead
+    from sims.drift_parking import STUDY
+
+    runs = STUDY.rollouts + runs_ahead(STUDY.bound, len(STUDY.networks))
+    assert f"The main job: {runs:,} rollouts" in (ROOT / "README.md").read_text()

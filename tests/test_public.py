@@ -1,7 +1,10 @@
 """The public face: the names, and that each says what it is."""
 
 import inspect
+import os
 import re
+import subprocess
+import sys
 from pathlib import Path
 
 import pytest
@@ -9,11 +12,71 @@ import pytest
 import parc_jax
 
 NAMES = [
-    "Answer", "BlackBoxSystem", "Box", "Disc", "ErrorClaim", "HPolytope", "InputError", "Planner", "Polygon",
-    "ReLUNetwork", "ReachAvoid", "RegionTable", "RolloutBatch", "SoundnessError", "TimeGrid", "Trajectory",
-    "TrajectoryModel", "Tube", "assumed_claim", "bound_error", "box", "collect", "enumerate_regions", "hpolytope",
-    "load", "load_rollouts", "march", "reach_avoid", "relu_network", "time_grid", "train", "trajectory_model", "tube",
-]  # fmt: skip
+    "Answer",
+    "BlackBoxSystem",
+    "Box",
+    "Density",
+    "Disc",
+    "Episode",
+    "ErrorClaim",
+    "Exact",
+    "HPolytope",
+    "InputError",
+    "NoStatement",
+    "Normalisation",
+    "Planner",
+    "Point",
+    "Polygon",
+    "Published",
+    "ReLUNetwork",
+    "ReachAvoid",
+    "RegionTable",
+    "RolloutBatch",
+    "Settings",
+    "SoundnessError",
+    "Status",
+    "TimeGrid",
+    "Trajectory",
+    "TrajectoryModel",
+    "Tube",
+    "Uniform",
+    "assumed_claim",
+    "bound_error",
+    "box",
+    "box_scenes",
+    "collect",
+    "declared_claim",
+    "enumerate_regions",
+    "hpolytope",
+    "labels_of",
+    "load",
+    "load_answer",
+    "load_network",
+    "load_problem",
+    "load_rollouts",
+    "march",
+    "monitor",
+    "moving",
+    "problem_of_text",
+    "python_system",
+    "reach_avoid",
+    "refit",
+    "relu_network",
+    "replay",
+    "required_runs",
+    "safety_question",
+    "save_problem",
+    "time_grid",
+    "train",
+    "trajectory_model",
+    "translation_gap",
+    "tube",
+    "update",
+    "validate_choice",
+    "vnnlib",
+    "write_onnx",
+    "write_question",
+]
 
 
 def test_names_are_the_agreed_ones_and_sorted():
@@ -33,14 +96,21 @@ def test_every_name_loads_and_has_a_docstring(name):
             if attribute.startswith("_") or attribute == "replace":
                 continue
             if inspect.isfunction(member) or isinstance(member, property | classmethod):
-                target = member.fget if isinstance(member, property) else getattr(member, "__func__", member)
+                target = (
+                    member.fget
+                    if isinstance(member, property)
+                    else getattr(member, "__func__", member)
+                )
                 assert inspect.getdoc(target), f"{name}.{attribute}"
 
 
 def test_type_checkers_see_the_same_names():
     """The stub beside the package, since checkers do not follow names that are loaded on first use."""
     stub = Path(parc_jax.__file__).with_suffix(".pyi").read_text()
-    homes = dict(reversed(pair) for pair in re.findall(r"^from parc_jax\.([\w.]+) import (\w+) as \2$", stub, re.M))
+    homes = dict(
+        reversed(pair)
+        for pair in re.findall(r"^from parc_jax\.([\w.]+) import (\w+) as \2$", stub, re.M)
+    )
     assert homes == parc_jax._HOME
     assert Path(parc_jax.__file__).with_name("py.typed").exists()
 
@@ -48,3 +118,24 @@ def test_type_checkers_see_the_same_names():
 def test_a_name_that_is_not_there_is_an_attribute_error():
     with pytest.raises(AttributeError, match="no attribute 'solve_everything'"):
         parc_jax.solve_everything  # noqa: B018
+
+
+@pytest.mark.slow
+def test_the_types_of_an_installed_package_are_seen(tmp_path):
+    """From a folder of one's own, as installed (the gate installs an editable package): the types
+    of the public names are known, and a wrong argument is found.
+    """
+    pytest.importorskip("mypy")
+    (tmp_path / "mine.py").write_text(
+        "import parc_jax as pj\nmodel = pj.load('x.npz')\nreveal_type(model)\npj.Planner(3)\n"
+    )
+    environment = {k: v for k, v in os.environ.items() if k not in ("PYTHONPATH", "MYPYPATH")}
+    done = subprocess.run(
+        [sys.executable, "-m", "mypy", "--cache-dir", str(tmp_path / "cache"), "mine.py"],
+        cwd=tmp_path,
+        env=environment,
+        capture_output=True,
+        text=True,
+    )
+    assert 'Revealed type is "parc_jax.model.TrajectoryModel"' in done.stdout, done.stdout
+    assert 'has incompatible type "int"; expected "TrajectoryModel"' in done.stdout

@@ -5,19 +5,24 @@ import numpy as np
 import pytest
 from toy_models import random_model, rectangle_problem, toy_case
 
-from parc_jax.certify import scene as scenes
 from parc_jax.planner import Planner
+from parc_jax.settings import Settings
+from parc_jax.verdict import scene as scenes
 
 COMPILED: list[str] = []
 jax.monitoring.register_event_duration_secs_listener(
-    lambda event, seconds, **_: COMPILED.append(event) if event.endswith("backend_compile_duration") else None
+    lambda event, seconds, **_: (
+        COMPILED.append(event) if event.endswith("backend_compile_duration") else None
+    )
 )
 
 
 def solve(number: int, **changes):
     model, problem = toy_case(number)
     answer = Planner(model).solve(
-        problem.replace(**changes), jax.random.key(number), target=0.3, n_samples=5, budget_s=300
+        problem.replace(**changes),
+        jax.random.key(number),
+        Settings(target=0.3, n_samples=5, budget_s=300),
     )
     answer.contains(answer.samples[:, :2], answer.samples[:, 2:])
     return answer
@@ -36,11 +41,12 @@ def warm():
 
 
 def test_other_obstacles_goals_bodies_networks_and_tubes_compile_nothing(warm):
-    # Numbers 9 and 50 have their own networks, tubes, goals and turned obstacles; radius and steps are values too.
+    # Numbers 9 and 50 have their own networks, tubes, goals and turned obstacles; radius and spans
+    # are values too.
     assert compiled_by(lambda: solve(9)) == 0
     _, problem = toy_case(4)
     assert compiled_by(lambda: solve(4, body=problem.body.replace(radius=0.02))) == 0
-    assert compiled_by(lambda: solve(4, steps=((0, 1), None))) == 0
+    assert compiled_by(lambda: solve(4, spans=((0, 1), None))) == 0
     assert compiled_by(lambda: solve(4, goal=problem.goal.replace(b=problem.goal.b * 0.9))) == 0
 
 
@@ -48,16 +54,16 @@ def test_a_new_size_compiles_and_is_counted(warm):
     rng = np.random.default_rng(0)
     model = random_model(rng, 5, (6, 5), (1, 2), 0.02)
     problem = rectangle_problem(rng, model)
-    from parc_jax.certify.evaluate import evaluate
+    from parc_jax.verdict.pointwise import verdicts
 
-    laid_out = scenes.scene(problem, model)
-    assert compiled_by(lambda: evaluate(model, laid_out, np.zeros((1, 2)), np.zeros((1, 2)))) > 0
+    scene = scenes.scene_of(problem, model)
+    assert compiled_by(lambda: verdicts(model, scene, np.zeros((1, 2)), np.zeros((1, 2)))) > 0
 
 
 def test_host_only_parts_in_the_kernels_arguments_would_be_noticed(warm, monkeypatch):
     monkeypatch.setattr(scenes.Scene, "arrays", property(lambda self: self))
     model, problem = toy_case(51)
-    from parc_jax.certify.evaluate import evaluate
+    from parc_jax.verdict.pointwise import verdicts
 
-    laid_out = scenes.scene(problem, model)
-    assert compiled_by(lambda: evaluate(model, laid_out, np.zeros((1, 2)), np.zeros((1, 2)))) > 0
+    scene = scenes.scene_of(problem, model)
+    assert compiled_by(lambda: verdicts(model, scene, np.zeros((1, 2)), np.zeros((1, 2)))) > 0

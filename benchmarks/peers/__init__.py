@@ -1,1 +1,3 @@
-"""Other programs on the one piece we share with them: boxes around what a network says over a box of inputs."""
+"""Other programs on the one piece we share with them: boxes around what a network says over a box
+of inputs.
+"""

@@ -1,6 +1,8 @@
-"""bound_propagation: interval, CROWN and optimised CROWN bounds over boxes. Runs alone, in its own environment.
+"""bound_propagation: interval, CROWN and optimised CROWN bounds over boxes. Runs alone, in its own
+environment.
 
-`python peer_bound_propagation.py work.npz result.npz`; both files as `benchmarks.peers.__main__` says.
+`python peer_bound_propagation.py work.npz result.npz`; both files as `benchmarks.peers.__main__`
+says.
 """
 
 import sys

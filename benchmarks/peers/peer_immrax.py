@@ -1,4 +1,5 @@
-"""immrax: interval and linear bounds of every output over boxes of inputs. Runs alone, in its own environment.
+"""immrax: interval and linear bounds of every output over boxes of inputs. Runs alone, in its own
+environment.
 
 `python peer_immrax.py work.npz result.npz`; both files as `benchmarks.peers.__main__` says.
 """
@@ -50,7 +51,9 @@ def main(source: str, target: str) -> None:
     """Bounds and times of every method over all boxes."""
     jax.config.update("jax_enable_x64", True)
     work = np.load(source)
-    weights, biases = ([jnp.asarray(work[f"{name}{i}"]) for i in range(int(work["layers"]))] for name in "Wb")
+    weights, biases = (
+        [jnp.asarray(work[f"{name}{i}"]) for i in range(int(work["layers"]))] for name in "Wb"
+    )
     net = network(weights, biases)
     out = {"version": version("immrax"), "on": f"jax {jax.__version__}"}
     for number, (name, method) in enumerate(methods(net).items()):

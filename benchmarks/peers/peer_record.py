@@ -1,4 +1,6 @@
-"""Calls a peer's method, cold and warm, and spells the result. Imported by the peers' scripts: NumPy only."""
+"""Calls a peer's method, cold and warm, and spells the result. Imported by the peers' scripts:
+NumPy only.
+"""
 
 import time
 
@@ -8,7 +10,9 @@ LONG = 5.0  # [s] a first call beyond this is repeated once only
 
 
 def record(number: int, name: str, call, repeats: int) -> dict:
-    """Bounds lower, upper (b, n_out) of `call()` and its times [s], under keys that end in `number`."""
+    """Bounds lower, upper (b, n_out) of `call()` and its times [s], under keys that end in
+    `number`.
+    """
     begin = time.perf_counter()
     lower, upper = call()
     cold, warm = time.perf_counter() - begin, []

@@ -1,4 +1,6 @@
-"""One file per workload: the docstring is its method, `run(bench) -> Result` measures it, `Skip` says why not."""
+"""One file per workload: the docstring is its method, `run(bench) -> Result` measures it, `Skip`
+says why not.
+"""
 
 import importlib
 

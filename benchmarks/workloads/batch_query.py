@@ -1,9 +1,9 @@
 """Scenes per second to the first certified plan, many scenes in a few compiled calls.
 
-Drift scenes with a random gap (from half of the published slack to all of it) and both cars moved a little. Verdicts
-are float-bounded: float64 with the margin that covers rounding; layout of the scenes is part of the time. The exact
-proof of the returned plan is timed apart, on the smallest batch. Same key, same scenes: the share that is solved is
-gated.
+Drift scenes with a random gap (from half of the published slack to all of it) and both cars moved a
+little. Verdicts are float-bounded: float64 with the margin that covers rounding; layout of the
+scenes is part of the time. The exact proof of the returned plan is timed apart, on the smallest
+batch. Same key, same scenes: the share that is solved is gated.
 """
 
 import numpy as np
@@ -13,9 +13,10 @@ from benchmarks.cases import Case
 from benchmarks.metrics import exact, metric, rate
 from benchmarks.result import Result
 from benchmarks.timing import timed
-from parc_jax.certify.batch_boxes import BoxScenes, box_scenes
+from parc_jax.batch.box_scenes import BoxScenes, box_scenes
 from parc_jax.model import TrajectoryModel
 from parc_jax.planner import Planner
+from parc_jax.settings import Settings
 
 BATCHES = {"cpu": (64, 1024, 4096), "gpu": (64, 4096, 1 << 16, 1 << 20)}
 
@@ -24,7 +25,10 @@ def scenes(case: Case, model: TrajectoryModel, s: int) -> BoxScenes:
     """s random scenes."""
     rng, problem, n = np.random.default_rng(0), case.problem(), model.n_p + model.n_q
     goal_lo, goal_hi = (np.tile(x, (s, 1)) for x in (-problem.goal.b[n:], problem.goal.b[:n]))
-    lo, hi = (np.tile([x(o) for o in problem.obstacles], (s, 1, 1)) for x in (lambda o: -o.b[2:], lambda o: o.b[:2]))
+    lo, hi = (
+        np.tile([x(o) for o in problem.obstacles], (s, 1, 1))
+        for x in (lambda o: -o.b[2:], lambda o: o.b[:2])
+    )
     inward = -np.sign(lo[0] + hi[0] - (lo[0] + hi[0]).mean(axis=0))[:, case.axis]
     move = rng.uniform(-0.1, 0.1, lo.shape)
     move[:, :, case.axis] = inward * 0.5 * case.slack * rng.uniform(0.0, 0.5, (s, 1))
@@ -39,19 +43,29 @@ def run(bench: Bench) -> Result:
         some, key = scenes(case, model, size), f"batch_query.{size}"
 
         def call(some=some):
-            return planner.solve_batch(some, bench.key(), n_samples=1)
+            return planner.solve_batch(some, bench.key(), Settings.fast().replace(n_samples=1))
 
         done = timed(lambda call=call: call().found, bench.size(5, 1))
         metrics += [
             rate(f"{key}.rate", size, done.warm, batch=size),
-            metric(f"{key}.compile", done.compile_s, "s", "lower", rel_tol=1.0, abs_tol=1.0, batch=size),
+            metric(
+                f"{key}.compile", done.compile_s, "s", "lower", rel_tol=1.0, abs_tol=1.0, batch=size
+            ),
             metric(f"{key}.found", done.result.mean(), "1", "higher", abs_tol=0.01, batch=size),
         ]
     small = scenes(case, model, bench.size(BATCHES[bench.platform][0], 4))
-    proved = planner.solve_batch(small, bench.key(), n_samples=1, proof=True)
+    proved = planner.solve_batch(
+        small, bench.key(), Settings.fast().replace(n_samples=1, proof=True)
+    )
     found = int(proved.found.sum())
     metrics += [
-        metric("batch_query.proof_per_plan", proved.seconds["proof"] / max(found, 1), "s", "lower", rel_tol=0.5),
+        metric(
+            "batch_query.proof_per_plan",
+            proved.seconds["proof"] / max(found, 1),
+            "s",
+            "lower",
+            rel_tol=0.5,
+        ),
         exact("batch_query.not_proved", found - int(proved.proved.sum())),
     ]
     return Result(metrics)

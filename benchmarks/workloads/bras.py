@@ -1,12 +1,16 @@
-"""BRS and BAS of all regions: the published LP method against the LP-free one, side by side in one run.
+"""BRS and BAS of all regions: the published LP method against the LP-free one, side by side in one
+run.
 
-Same model, same scene, same machine, same float64. Published: per region one LP for the reach set, one AH-polytope
-and one LP per obstacle and interval for the avoid sets (Clarabel, one thread). LP-free: reach sets by the vertices of
-their pieces (a batched LP kernel for what those leave open), avoid sets as polygons through support functions, on all
-cores. Both prune empty sets and both only claim what they re-checked. The LP method is timed on a random tenth of the
-regions (at least ten) and scaled up; the spread is two standard errors of that. The LP-free one does all regions, warm;
-its compile time is reported apart. Starts drawn in the goal-reaching sets are then judged by both: nowhere may they
-contradict each other beyond rounding.
+Same model, same scene, same machine, same float64. Published: per region one LP for the reach set,
+one AH-polytope and one LP per obstacle and interval for the avoid sets (Clarabel, one thread).
+LP-free: reach sets by the vertices of their cells (a batched LP kernel for what those leave open),
+avoid sets as polygons through support functions, on all cores. Both prune empty sets and both only
+claim what they re-checked. The LP method is timed on a random tenth of the regions (at least ten)
+and scaled up; the spread is two standard errors of that. The LP-free one does all regions, warm;
+its compile time is reported apart. The programs of the sampled regions are then solved once more by
+the same solver with nothing around it: the lean yardstick, against which a ratio is worth stating.
+Starts drawn in the goal-reaching sets are then judged by both: nowhere may they contradict each
+other beyond rounding.
 """
 
 import time
@@ -16,17 +20,19 @@ import jax
 import numpy as np
 
 from benchmarks.bench import Bench
+from benchmarks.lean_lps import recorded, solve_lean
 from benchmarks.metrics import Metric, exact, metric, ratio, times
 from benchmarks.published import AllSets, Partition, all_sets, rows_of
 from benchmarks.result import Result, Table, milliseconds
 from benchmarks.timing import timed
-from parc_jax.avoid.paper_lp import avoid_by_lp, reach_by_lp, safe_by_lp
-from parc_jax.avoid.paper_scene import PaperScene, paper_scene
-from parc_jax.avoid.shadow import margins
-from parc_jax.avoid.tally import Tally
+from parc_jax.lp.program import LinearProgram
 from parc_jax.lp.status import LPStatus
 from parc_jax.model import TrajectoryModel
 from parc_jax.problem import ReachAvoid
+from parc_jax.published.answer import Tally
+from parc_jax.published.by_lp import avoid_by_lp, reach_by_lp, safe_by_lp
+from parc_jax.published.by_support import margins
+from parc_jax.published.scene import PaperScene, paper_scene
 from parc_jax.pwa import enumerate_regions
 from parc_jax.sets.hit_and_run import sample_polytopes
 
@@ -37,8 +43,11 @@ BAND = 1e-7  # [m] rounding of the LP solver: closer starts may be judged either
 class Comparison:
     """Both methods on one model and scene.
 
-    regions, measured: all, and those timed with LPs. reachable: pieces with a non-empty reach set. lp_s: [s] for all
-    regions, scaled up; lp_error_s: two standard errors. free_s: (repeats,) [s] LP-free. unknown: undecided LPs.
+    regions, measured: all, and those timed with LPs. reachable: cells with a non-empty reach set.
+    lp_s: [s] for all regions, scaled up; lp_error_s: two standard errors. lean_s: [s] the same
+        programs with nothing around the solver; solver_s: [s] what the solver reports of that.
+    free_s: (repeats,) [s]
+        LP-free. unknown: undecided LPs.
     judged, contradictions: starts judged by both, and those on which they differ beyond BAND.
     """
 
@@ -47,6 +56,8 @@ class Comparison:
     reachable: int
     lp_s: float
     lp_error_s: float
+    lean_s: float
+    solver_s: float
     free_s: np.ndarray
     compile_s: float
     unknown: int
@@ -54,41 +65,64 @@ class Comparison:
     contradictions: int
 
 
-def compare(model: TrajectoryModel, problem: ReachAvoid, bench: Bench, starts: int = 0) -> Comparison:
+def compare(
+    model: TrajectoryModel, problem: ReachAvoid, bench: Bench, starts: int = 0
+) -> Comparison:
     """Time both methods. starts: per measured region, judged by both (slow)."""
     parts = Partition(model, enumerate_regions(model.net, model.domain))
     scene = paper_scene(problem, model.tube)
-    free_done = timed(lambda: all_sets(parts.pieces, scene), bench.size(7, 1))
+    free_done = timed(lambda: all_sets(parts.cells, scene), bench.size(7, 1))
     sets = free_done.result
     rng, count = np.random.default_rng(0), len(parts.regions)
     tenth = rng.permutation(count)[: min(count, bench.size(max(10, -(-count // 10)), 2))]
-    tally, spent, judged, differ = Tally(), [], 0, 0
+    tally = Tally()
+    spent: list[float] = []
+    programs: list[LinearProgram] = []
+    judged = differ = 0
     for number in tenth:
-        begin = time.perf_counter()
-        found = [(piece, *_by_lp(piece, scene, tally)) for piece in parts.regions[number]]
-        spent.append(time.perf_counter() - begin)
-        for piece, omega, avoid_sets in found:
+        with recorded() as asked:
+            begin = time.perf_counter()
+            found = [(cell, *_by_lp(cell, scene, tally)) for cell in parts.regions[number]]
+            spent.append(time.perf_counter() - begin)
+        programs += asked
+        for cell, omega, avoid_sets in found:
             if starts and int(omega.status) == int(LPStatus.FEASIBLE):
-                at = parts.number[int(piece.region), int(piece.bin)]
+                at = parts.number[int(cell.region), int(cell.bin)]
                 some = _judge(sets, at, scene, omega, avoid_sets, starts)
                 judged, differ = judged + some[0], differ + some[1]
+    lean = solve_lean(programs)
+    scale = count / len(tenth)
     spent = np.array(spent)
     error = 2 * spent.std(ddof=1) / np.sqrt(len(spent)) * count if 1 < len(spent) < count else 0.0
     return Comparison(
-        count, len(tenth), len(sets.live), float(spent.mean() * count), float(error), free_done.warm,
-        free_done.compile_s, tally.unknown, judged, differ,
-    )  # fmt: skip
+        count,
+        len(tenth),
+        len(sets.live),
+        float(spent.mean() * count),
+        float(error),
+        lean.seconds * scale,
+        lean.solver_seconds * scale,
+        free_done.warm,
+        free_done.compile_s,
+        tally.unknown,
+        judged,
+        differ,
+    )
 
 
-def _by_lp(piece, scene: PaperScene, tally: Tally):
-    """Reach set and avoid sets of one piece, as published."""
-    omega = reach_by_lp(piece, scene)
+def _by_lp(cell, scene: PaperScene, tally: Tally):
+    """Reach set and avoid sets of one cell, as published."""
+    omega = reach_by_lp(cell, scene)
     alive = int(omega.status) == int(LPStatus.FEASIBLE)
-    return omega, avoid_by_lp(piece, omega, scene, frozenset(), tally) if alive else []
+    return omega, avoid_by_lp(cell, omega, scene, frozenset(), tally) if alive else []
 
 
-def _judge(sets: AllSets, number: int, scene: PaperScene, omega, avoid_sets, n: int) -> tuple[int, int]:
-    """Draw n points of one Omega; how many, and on how many starts the two methods contradict each other."""
+def _judge(
+    sets: AllSets, number: int, scene: PaperScene, omega, avoid_sets, n: int
+) -> tuple[int, int]:
+    """Draw n points of one Omega; how many, and on how many starts the two methods contradict each
+    other.
+    """
     keys, inner = jax.random.PRNGKey(number)[None], np.nan_to_num(omega.inner)[None]
     drawn = sample_polytopes(keys, omega.A[None], omega.b[None], inner, n, 16)
     p0 = drawn[0, :, : scene.n_p]
@@ -107,12 +141,17 @@ def metrics_of(key: str, c: Comparison) -> list[Metric]:
         metric(f"{key}.lp", c.lp_s, "s", "lower", rel_tol=1.0),
         metric(f"{key}.lp_free.compile", c.compile_s, "s", "lower", rel_tol=1.0, abs_tol=1.0),
         ratio(f"{key}.ratio", c.lp_s, float(np.median(c.free_s))),
+        metric(f"{key}.lean_lp", c.lean_s, "s", "lower", rel_tol=1.0),
+        metric(f"{key}.lean_lp.solver", c.solver_s, "s", "lower", rel_tol=1.0),
+        ratio(f"{key}.lean_ratio", c.lean_s, float(np.median(c.free_s))),
         metric(f"{key}.unknown", c.unknown, "count", "lower"),
     ]
 
 
 def run(bench: Bench) -> Result:
-    """The saved drift model: under its own tube of many bins, and under its widest errors in a single bin."""
+    """The saved drift model: under its own tube of many bins, and under its widest errors in a
+    single bin.
+    """
     case, model = bench.model()
     metrics, rows = [], []
     for name, one in (("one_bin", one_bin(model)), ("bins", model)):
@@ -122,24 +161,44 @@ def run(bench: Bench) -> Result:
             metrics.append(exact("bras.contradictions", c.contradictions))
         free = np.median(c.free_s)
         rows.append(
-            (name.replace("_", " "), str(c.regions), str(c.reachable), f"{c.lp_s:.3g} ± {c.lp_error_s:.2g} s",
-             f"{c.measured} of {c.regions}", milliseconds(free), f"{c.lp_s / free:,.0f}")
-        )  # fmt: skip
-    header = ("tube", "regions", "pieces that reach", "with LPs", "timed", "LP-free, median", "times faster")
-    note = "One bin: the median over bins of the saved tube's errors. With bins, regions are cut into more pieces."
+            (
+                name.replace("_", " "),
+                str(c.regions),
+                str(c.reachable),
+                f"{c.lp_s:.3g} ± {c.lp_error_s:.2g} s",
+                f"{c.measured} of {c.regions}",
+                f"{c.lean_s:.3g} s",
+                milliseconds(free),
+                f"{c.lp_s / free:,.0f}",
+                f"{c.lean_s / free:,.0f}",
+            )
+        )
+    header = (
+        "tube",
+        "regions",
+        "cells that reach",
+        "with LPs",
+        "timed",
+        "lean LPs",
+        "LP-free, median",
+        "times faster",
+        "than lean LPs",
+    )
+    note = (
+        "One bin: the median over bins of the saved tube's errors. With bins, regions "
+        "are cut into more cells."
+    )
     return Result(metrics, [Table("BRS and BAS of all regions, drift 4x8", header, rows, note)])
 
 
 def one_bin(model: TrajectoryModel) -> TrajectoryModel:
-    """The model with a single bin that has the median errors of its bins: for timing only, its claim is void."""
-    from dataclasses import replace
-
-    from parc_jax.error.tube import tube
+    """The model with a single bin that has the median errors of its bins: for timing only, its
+    claim is void.
+    """
+    from parc_jax.claim.declared import declared_claim
+    from parc_jax.claim.tube import tube
 
     t = model.tube
     edges = [np.array([e[0], e[-1]]) for e in t.edges]
     middle = [np.median(a, axis=0, keepdims=True) for a in (t.interval, t.final)]
-    claim = replace(
-        model.claim, kind="assumed", tube=tube(edges, *middle), eps=None, delta=None, quantifier="for timing"
-    )
-    return model.replace(claim=claim)
+    return model.replace(claim=declared_claim(tube(edges, *middle), "it is for timing alone"))

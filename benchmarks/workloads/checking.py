@@ -1,7 +1,8 @@
-"""The independent checker, in exact arithmetic, standard library only: per sample, per set, and as a program.
+"""The independent checker, in exact arithmetic, standard library only: per sample, per set, and as
+a program.
 
-One answer of the drift scene with 100 samples and all its safe polytopes. `checking.program` is the wall time of
-`python -m parc_jax.checker answer.json`, interpreter start included.
+One answer of the drift scene with 100 samples and all its safe polytopes. `checking.program` is the
+wall time of `python -m parc_jax.checker answer.json`, interpreter start included.
 """
 
 import json
@@ -19,13 +20,16 @@ from benchmarks.result import Result
 from benchmarks.timing import seconds_of
 from parc_jax import checker
 from parc_jax.planner import Planner
+from parc_jax.settings import Settings
 
 
 def run(bench: Bench) -> Result:
     """Check every entry of one answer, then the whole file."""
     case, model = bench.model()
     target, n = bench.size((0.01, 100), (0.5, 3))
-    answer = Planner(model).solve(case.problem(), bench.key(), n_samples=n, target=target, proof=False)
+    answer = Planner(model).solve(
+        case.problem(), bench.key(), Settings(n_samples=n, target=target, proof=False)
+    )
     data = answer.to_json()
     context = checker.Context(data["problem"], data["network"], data["tube"])
     samples, sets, rejected = [], [], 0
@@ -43,8 +47,13 @@ def run(bench: Bench) -> Result:
     with tempfile.TemporaryDirectory() as folder:
         path = answer.save(Path(folder) / "answer.json")
         command = [sys.executable, "-m", "parc_jax.checker", str(path)]
-        program, done = seconds_of(lambda: subprocess.run(command, capture_output=True, check=False), bench.size(3, 1))
-    sizes = [np.mean([len(json.dumps(e, separators=(",", ":"))) for e in data[part]]) for part in ("samples", "sets")]
+        program, done = seconds_of(
+            lambda: subprocess.run(command, capture_output=True, check=False), bench.size(3, 1)
+        )
+    sizes = [
+        np.mean([len(json.dumps(e, separators=(",", ":"))) for e in data[part]])
+        for part in ("samples", "sets")
+    ]
     return Result(
         [
             *times("checking.sample", samples),

@@ -1,8 +1,9 @@
 """From starting `python` to the first certified sample with a saved model, in a process of its own.
 
-The child loads model and scene, asks for one sample, has it proved by the independent checker, and prints a line; the
-clock runs in the parent from before the start until that line. First with an empty compilation cache, then with the
-one that the first child filled (the cache that `parc-jax run` keeps by default).
+The child loads model and scene, asks for one sample, has it proved by the independent checker, and
+prints a line; the clock runs in the parent from before the start until that line. First with an
+empty compilation cache, then with the one that the first child filled (the cache that `parc-jax
+run` keeps by default).
 """
 
 import os
@@ -14,7 +15,7 @@ import time
 from benchmarks.bench import ROOT, Bench
 from benchmarks.metrics import exact, metric, times
 from benchmarks.result import Result
-from parc_jax.answer import LEVELS
+from parc_jax.status import Status
 
 _CHILD = """
 import sys
@@ -24,24 +25,32 @@ import jax
 from benchmarks.cases import case
 from parc_jax.model import load
 from parc_jax.planner import Planner
+from parc_jax.settings import Settings
 planner, problem = Planner(load(sys.argv[1])), case("drift").problem()
-answer = planner.solve(problem, jax.random.PRNGKey(int(sys.argv[2])), n_samples=1, budget_s=0.0)
-print(answer.level if answer.found else "none", flush=True)
+key = jax.random.PRNGKey(int(sys.argv[2]))
+answer = planner.solve(problem, key, Settings(n_samples=1, budget_s=0.0))
+print(answer.status, flush=True)
 """
 
 
 def first_sample(bench: Bench, cache: str, seed: int) -> tuple[float, bool]:
     """Wall time [s] of one child, and whether its sample was proved."""
-    environment = {name: value for name, value in os.environ.items() if name != "JAX_COMPILATION_CACHE_DIR"}
+    environment = {
+        name: value for name, value in os.environ.items() if name != "JAX_COMPILATION_CACHE_DIR"
+    }
     command = [sys.executable, "-c", _CHILD, str(bench.saved), str(seed)]
     begin = time.perf_counter()
     with subprocess.Popen(
-        command, env=environment | {"XDG_CACHE_HOME": cache}, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL,
-        text=True, cwd=ROOT,
-    ) as child:  # fmt: skip
+        command,
+        env=environment | {"XDG_CACHE_HOME": cache},
+        stdout=subprocess.PIPE,
+        stderr=subprocess.DEVNULL,
+        text=True,
+        cwd=ROOT,
+    ) as child:
         said = child.stdout.readline().strip()
         seconds = time.perf_counter() - begin
-    return seconds, said == LEVELS[1]
+    return seconds, said == Status.PROVED.label
 
 
 def run(bench: Bench) -> Result:

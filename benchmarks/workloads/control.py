@@ -1,7 +1,7 @@
 """The machine against itself: one fixed piece of NumPy work, many times, before everything else.
 
-`control.spread` is how many times slower the slow tenth of the repeats was than the fastest. On a quiet machine it is
-close to 1; beyond 2 the times of this run say little.
+`control.spread` is how many times slower the slow tenth of the repeats was than the fastest. On a
+quiet machine it is close to 1; beyond 2 the times of this run say little.
 """
 
 import numpy as np

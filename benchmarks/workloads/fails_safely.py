@@ -1,8 +1,9 @@
 """Injected failures must never yield "safe", "empty" or "accepted". The gate allows no single one.
 
-Lying host solver and lying batched kernel on programs whose truth is known; the published search with every avoid-set
-LP in trouble; NaN and infinities in network, tube, margin and points, at points that are safe without them; broken
-certificates. Counts are of injections and of wrong verdicts (an "unknown" is never wrong).
+Lying host solver and lying batched kernel on programs whose truth is known; the published search
+with every avoid-set LP in trouble; NaN and infinities in network, tube, margin and points, at
+points that are safe without them; broken certificates. Counts are of injections and of wrong
+verdicts (an "unknown" is never wrong).
 """
 
 import copy
@@ -16,17 +17,18 @@ from benchmarks.metrics import Metric, exact
 from benchmarks.result import Result, Table
 from benchmarks.workloads.lps import N, programs
 from parc_jax import checker
-from parc_jax.avoid.paper import paper_search
-from parc_jax.avoid.paper_scene import paper_scene
-from parc_jax.certify.evaluate import evaluate
-from parc_jax.certify.scene import scene
 from parc_jax.lp.batch import solve_batch
 from parc_jax.lp.clarabel_hint import Hint
 from parc_jax.lp.solve import solve
 from parc_jax.lp.status import LPResult, LPStatus
 from parc_jax.planner import Planner
+from parc_jax.published.cells import cells_outward
+from parc_jax.published.scene import paper_scene
+from parc_jax.published.search import paper_search
 from parc_jax.pwa import enumerate_regions
-from parc_jax.reach.pieces import pieces_outward
+from parc_jax.settings import Settings
+from parc_jax.verdict.pointwise import verdicts
+from parc_jax.verdict.scene import scene_of
 
 KINDS = ("solved", "empty", "unbounded", "trouble")
 BAD = (np.nan, np.inf, -np.inf)
@@ -42,20 +44,29 @@ def run(bench: Bench) -> Result:
         "solver_in_trouble": _solver_in_trouble(bench, model, problem),
     }
     options = {"n_samples": bench.size(50, 3), "target": 0.5, "proof": False}
-    answer = Planner(model).solve(problem, bench.key(), **options)
+    answer = Planner(model).solve(problem, bench.key(), Settings(**options))
     counts["arithmetic"] = _arithmetic(rng, model, problem, answer.samples, bench.size(200, 12))
     counts["certificates"] = _certificates(rng, answer.to_json(), bench.size(20, 1))
     metrics: list[Metric] = []
     for name, (injected, wrong) in counts.items():
-        metrics += [exact(f"fails_safely.{name}.injected", injected), exact(f"fails_safely.{name}.wrong", wrong)]
+        metrics += [
+            exact(f"fails_safely.{name}.injected", injected),
+            exact(f"fails_safely.{name}.wrong", wrong),
+        ]
     rows = [(name.replace("_", " "), str(n), str(wrong)) for name, (n, wrong) in counts.items()]
-    return Result(metrics, [Table("Injected failures", ("failure", "injected", "wrong verdicts"), rows)])
+    return Result(
+        metrics, [Table("Injected failures", ("failure", "injected", "wrong verdicts"), rows)]
+    )
 
 
 def _wrong(status: int, empty: bool) -> bool:
     """A verdict that contradicts the truth."""
     claims_empty = status == int(LPStatus.INFEASIBLE)
-    claims_point = status in (int(LPStatus.OPTIMAL), int(LPStatus.FEASIBLE), int(LPStatus.UNBOUNDED))
+    claims_point = status in (
+        int(LPStatus.OPTIMAL),
+        int(LPStatus.FEASIBLE),
+        int(LPStatus.UNBOUNDED),
+    )
     return (claims_empty and not empty) or (claims_point and empty)
 
 
@@ -68,7 +79,13 @@ def _lying_solver(rng, n: int) -> tuple[int, int]:
             return np.full(size, rng.choice(BAD)) if rng.random() < 0.2 else v
 
         rows = len(lp.A) + 2 * len(lp.E)
-        return Hint(str(rng.choice(KINDS)), vector(lp.n), vector(rows), vector(len(lp.bound_rows()[1])), "injected")
+        return Hint(
+            str(rng.choice(KINDS)),
+            vector(lp.n),
+            vector(rows),
+            vector(len(lp.bound_rows()[1])),
+            "injected",
+        )
 
     c, A, b = programs(rng, n)
     with mock.patch("parc_jax.lp.solve.clarabel_hint", liar), np.errstate(all="ignore"):
@@ -101,38 +118,54 @@ def _solver_in_trouble(bench: Bench, model, problem) -> tuple[int, int]:
         return LPResult(LPStatus.UNKNOWN, nothing, nothing, nothing, -np.inf, np.inf, "injected")
 
     table = enumerate_regions(model.net, model.domain)
-    regions = islice(pieces_outward(table, model.tube, 0.5 * (model.domain.lo + model.domain.hi)), bench.size(20, 2))
-    names = ("parc_jax.avoid.paper_lp.membership", "parc_jax.avoid.paper_lp.find_point")
+    regions = islice(
+        cells_outward(table, model.tube, 0.5 * (model.domain.lo + model.domain.hi)),
+        bench.size(20, 2),
+    )
+    names = ("parc_jax.published.by_lp.membership", "parc_jax.published.by_lp.find_point")
     with mock.patch(names[0], trouble), mock.patch(names[1], trouble):
         found = paper_search(
-            bench.key(), regions, paper_scene(problem, model.tube), method="lp", samples=bench.size(10, 2)
+            bench.key(),
+            regions,
+            paper_scene(problem, model.tube),
+            method="lp",
+            samples=bench.size(10, 2),
         )
     return injected, len(found.samples)
 
 
 def _arithmetic(rng, model, problem, plans: np.ndarray, n: int) -> tuple[int, int]:
     """One bad number in network, tube, margin or point: none of the safe plans may stay safe."""
-    laid_out, wrong = scene(problem, model), 0
+    scene, wrong = scene_of(problem, model), 0
     p0, k = plans[:, : model.n_p], plans[:, model.n_p :]
-    assert evaluate(model, laid_out, p0, k).safe.all()
+    assert verdicts(model, scene, p0, k).safe.all()
     for i in range(n):
-        bad_model, bad_scene, bad_p0, bad_k, bad = model, laid_out, p0.copy(), k.copy(), rng.choice(BAD)
+        bad_model, bad_scene, bad_p0, bad_k, bad = (
+            model,
+            scene,
+            p0.copy(),
+            k.copy(),
+            rng.choice(BAD),
+        )
         match i % 5:
             case 0:
                 bad_model = model.replace(net=_bad_network(rng, model.net, bad))
             case 1:
                 claim = copy.copy(model.claim)
                 tube = claim.tube
-                interval, final = np.full_like(tube.interval, abs(bad)), np.full_like(tube.final, abs(bad))
+                interval, final = (
+                    np.full_like(tube.interval, abs(bad)),
+                    np.full_like(tube.final, abs(bad)),
+                )
                 object.__setattr__(claim, "tube", tube.replace(interval=interval, final=final))
                 bad_model = model.replace(claim=claim)
             case 2:
-                bad_scene = laid_out.replace(slack=np.float64(abs(bad)))
+                bad_scene = scene.replace(slack=np.float64(abs(bad)))
             case 3:
                 bad_p0[:, rng.integers(model.n_p)] = bad
             case 4:
                 bad_k[:, rng.integers(model.n_k)] = bad
-        wrong += int(evaluate(bad_model, bad_scene, bad_p0, bad_k).safe.any())
+        wrong += int(verdicts(bad_model, bad_scene, bad_p0, bad_k).safe.any())
     return n, wrong
 
 
@@ -145,7 +178,9 @@ def _bad_network(rng, net, bad: float):
 
 
 def _certificates(rng, data: dict, n: int) -> tuple[int, int]:
-    """Broken certificates of samples, sets and corridors, each provably wrong: all must be rejected."""
+    """Broken certificates of samples, sets and corridors, each provably wrong: all must be
+    rejected.
+    """
     context = checker.Context(data["problem"], data["network"], data["tube"])
     injected = accepted = 0
 
@@ -153,7 +188,11 @@ def _certificates(rng, data: dict, n: int) -> tuple[int, int]:
         checker.check_answer(data | {"samples": [], "sets": [], "corridors": [entry]})
 
     check_corridor(data["samples"][0])  # whole, it is accepted
-    for part, check in (("samples", context.check_sample), ("sets", context.check_set), ("samples", check_corridor)):
+    for part, check in (
+        ("samples", context.check_sample),
+        ("sets", context.check_set),
+        ("samples", check_corridor),
+    ):
         for entry in data[part][:n]:
             for broken in _broken(rng, entry):
                 injected += 1
@@ -173,7 +212,11 @@ def _broken(rng, entry: dict):
         {"p0": ["nan"] * len(entry["p0"])},
         {"sep": entry["sep"][:-1]},
         {"sep": [[]] * len(entry["sep"])},
-        {"sep": [[[end, [[r, "-" + v] for r, v in w]] for end, w in runs] for runs in entry["sep"]]},
+        {
+            "sep": [
+                [[end, [[r, "-" + v] for r, v in w]] for end, w in runs] for runs in entry["sep"]
+            ]
+        },
     ):
         yield entry | change
     if "pattern" in entry:

@@ -1,13 +1,17 @@
-"""How narrow may the gap be? Obstacles moved together in steps; all methods at the same eps, on the same scene.
+"""How narrow may the gap be? Obstacles moved together in steps; all methods at the same eps, on the
+same scene.
 
-Share: of the (p0, k) that reach the goal for every trajectory inside the tube, the part that a method keeps as safe.
-One set of points is drawn per model, uniform over its goal-reaching set, and judged at every slack (room left between
-body and obstacles). Published: outside every projected avoid set of its region. Ours: the point test in joint space.
-PARC: its affine map through the published method. All get the same bins of K, which flatters PARC and the published
+Share: of the (p0, k) that reach the goal for every trajectory inside the tube, the part that a
+method keeps as safe. One set of points is drawn per model, uniform over its goal-reaching set, and
+judged at every slack (room left between body and obstacles). Published: outside every projected
+avoid set of its region. Ours: the point test in joint space.
+PARC: its affine map through the published method. All get the same bins of K, which flatters PARC
+    and the published
 method: in the papers one bound holds for all of K. Bounds are Clopper-Pearson at 95 %.
 
-The narrowest gap is then searched downwards: points that were safe one step earlier are perturbed, and the search
-ends at the first step at which none is safe. The last plan of ours is proved by the independent checker.
+The narrowest gap is then searched downwards: points that were safe one step earlier are perturbed,
+and the search ends at the first step at which none is safe. The last plan of ours is proved by the
+independent checker.
 """
 
 from typing import NamedTuple
@@ -17,17 +21,17 @@ from scipy.stats import beta
 
 from benchmarks.bench import Bench
 from benchmarks.metrics import Metric, exact, metric
-from benchmarks.models import PARC, Lesson, name_of
+from benchmarks.models import PARC, CaseModels, name_of
 from benchmarks.published import Partition, kept
 from benchmarks.result import Result, Table, percent
-from parc_jax.certify.certificate import sample_part
-from parc_jax.certify.evaluate import anchor, evaluate
-from parc_jax.certify.prove import prove
-from parc_jax.certify.scene import scene
+from parc_jax.certificate.prove import prove
+from parc_jax.certificate.write import sample_part
 from parc_jax.errors import InputError
 from parc_jax.model import TrajectoryModel
 from parc_jax.plot.gap import GapCurve
 from parc_jax.pwa import enumerate_regions
+from parc_jax.verdict.pointwise import anchor, verdicts
+from parc_jax.verdict.scene import scene_of
 
 SHARES = (1.0, 0.85, 0.7, 0.6, 0.5, 0.4, 0.3, 0.25, 0.2, 0.15, 0.1, 0.05)  # of the published slack
 STEP = 0.02  # [m] of the search for the narrowest gap
@@ -35,9 +39,11 @@ NEIGHBOURS = 4096  # points tried per step of that search
 
 
 class Curve(NamedTuple):
-    """One method. slack (g,) [m], reaching points judged, kept (g,) of them as safe; narrowest slack [m] with a plan.
+    """One method. slack (g,) [m], reaching points judged, kept (g,) of them as safe; narrowest
+    slack [m] with a plan.
 
-    narrowest: None when there is no plan even at the published slack. proved: the checker accepted that plan (ours).
+    narrowest: None when there is no plan even at the published slack. proved: the checker accepted
+        that plan (ours).
     """
 
     name: str
@@ -64,68 +70,83 @@ class Points(NamedTuple):
 
 def run(bench: Bench) -> Result:
     """PARC, the published method, ours with the same network, ours with a larger one."""
-    lesson = bench.lesson(bench.size("drift", "boat"))
-    case = lesson.case
+    learned = bench.learned(bench.size("drift", "boat"))
+    case = learned.case
     slacks = case.slack * np.array(bench.size(SHARES, SHARES[::4]))
     small, large = case.hidden[-1], case.larger
     wanted = [("PARC", PARC, _published), ("published", small, _published), ("ours", small, _ours)]
-    if large in lesson.models:
+    if large in learned.models:
         wanted.append(("ours", large, _ours))
     curves = []
     for method, widths, safe in wanted:
         name = method if widths == PARC else f"{method}, {name_of(widths)}"
-        curves.append(_curve(bench, lesson, lesson.models[widths].honest, name, safe, slacks))
+        curves.append(_curve(bench, learned, learned.models[widths].honest, name, safe, slacks))
     metrics = [m for c in curves for m in _metrics(c)]
-    rows = [(f"{s:.2f} m", *(percent(c.kept[i] / max(c.reaching, 1)) for c in curves)) for i, s in enumerate(slacks)]
+    rows = [
+        (f"{s:.2f} m", *(percent(c.kept[i] / max(c.reaching, 1)) for c in curves))
+        for i, s in enumerate(slacks)
+    ]
     narrow = [
-        (c.name, "none" if c.narrowest is None else f"{c.narrowest:.2f} m", _spell(c.proved), c.why) for c in curves
+        (c.name, "none" if c.narrowest is None else f"{c.narrowest:.2f} m", _spell(c.proved), c.why)
+        for c in curves
     ]
     return Result(
         metrics,
         [
-            Table("Share of the goal-reaching set kept as safe", ("slack", *(c.name for c in curves)), rows),
             Table(
-                "Narrowest gap with a plan", ("method", "slack left", "proved", "remark"), narrow,
-                f"Published scene: {case.slack:.2f} m. Tubes claimed at eps = {lesson.eps:g}.",
+                "Share of the goal-reaching set kept as safe",
+                ("slack", *(c.name for c in curves)),
+                rows,
+            ),
+            Table(
+                "Narrowest gap with a plan",
+                ("method", "slack left", "proved", "remark"),
+                narrow,
+                f"Published scene: {case.slack:.2f} m. Tubes claimed at eps = {learned.eps:g}.",
             ),
         ],
         {"published": case.slack, "curves": [_data(c) for c in curves]},
-    )  # fmt: skip
+    )
 
 
 def figure(data: dict, path) -> None:
     """Draw the curves of `Result.data`."""
     from parc_jax.plot.gap import gap
 
-    curves = [GapCurve(c["name"], *(np.array(c[n]) for n in ("slack", "share", "low", "high"))) for c in data["curves"]]
+    curves = [
+        GapCurve(c["name"], *(np.array(c[n]) for n in ("slack", "share", "low", "high")))
+        for c in data["curves"]
+    ]
     gap(curves, path, published=data["published"], label="slack between body and obstacles [m]")
 
 
-def _curve(bench: Bench, lesson: Lesson, model: TrajectoryModel, name: str, safe, slacks: np.ndarray) -> Curve:
+def _curve(
+    bench: Bench, learned: CaseModels, model: TrajectoryModel, name: str, safe, slacks: np.ndarray
+) -> Curve:
     rng = np.random.default_rng(0)
     try:
-        at = _reaching(model, lesson.case.problem(), rng, bench.size(1 << 16, 1 << 9))
+        at = _reaching(model, learned.case.problem(), rng, bench.size(1 << 16, 1 << 9))
     except InputError as why:
         return Curve(name, slacks, 0, np.zeros(len(slacks), int), None, None, str(why))
     judge = safe(model)
-    masks = [judge(lesson.case.narrowed(s), at) for s in slacks]
+    masks = [judge(learned.case.narrowed(s), at) for s in slacks]
     count = np.array([int(m.sum()) for m in masks])
     if not count.any():
         return Curve(name, slacks, len(at.k), count, None, None)
     last = int(np.flatnonzero(count)[-1])
     seeds = Points(*(x[masks[last]] for x in at))
     step = bench.size(STEP, 0.2)
-    slack, plan = _search(lesson, model, judge, float(slacks[last]), seeds, rng, step)
-    proved = _prove(model, lesson.case.narrowed(slack), plan) if safe is _ours else None
+    slack, plan = _search(learned, model, judge, float(slacks[last]), seeds, rng, step)
+    proved = _prove(model, learned.case.narrowed(slack), plan) if safe is _ours else None
     return Curve(name, slacks, len(at.k), count, slack, proved)
 
 
 def _reaching(model, problem, rng, n: int) -> Points:
     """Points of the goal-reaching set, uniform by volume."""
-    laid_out = scene(problem, model)
+    scene = scene_of(problem, model)
     k = rng.uniform(model.domain.lo, model.domain.hi, (n, model.n_k))
-    z = rng.uniform(laid_out.z_lo, laid_out.z_hi, (n, model.n_p))
-    p0, reaches = anchor(model, laid_out, z, k)
+    z = rng.uniform(scene.z_lo, scene.z_hi, (n, model.n_p))
+    p0, reaches = anchor(model, scene, z, k)
     return Points(p0[reaches], k[reaches])
 
 
@@ -133,13 +154,19 @@ def _ours(model: TrajectoryModel):
     """Judge of points: exact in joint space."""
 
     def judge(problem, at: Points) -> np.ndarray:
-        return evaluate(model, scene(problem, model), at.p0, at.k).safe if len(at.k) else np.zeros(0, bool)
+        return (
+            verdicts(model, scene_of(problem, model), at.p0, at.k).safe
+            if len(at.k)
+            else np.zeros(0, bool)
+        )
 
     return judge
 
 
 def _published(model: TrajectoryModel):
-    """Judge of points: outside the projected avoid sets, which hold every unsafe point; so only safe ones are asked."""
+    """Judge of points: outside the projected avoid sets, which hold every unsafe point; so only
+    safe ones are asked.
+    """
     parts, exactly = Partition(model, enumerate_regions(model.net, model.domain)), _ours(model)
 
     def judge(problem, at: Points) -> np.ndarray:
@@ -151,14 +178,21 @@ def _published(model: TrajectoryModel):
     return judge
 
 
-def _search(lesson: Lesson, model, judge, slack: float, seeds: Points, rng, step: float) -> tuple[float, Points]:
+def _search(
+    learned: CaseModels, model, judge, slack: float, seeds: Points, rng, step: float
+) -> tuple[float, Points]:
     """Step the obstacles together until no neighbour of the plans of the step before is safe."""
     spread = 0.02 * (model.domain.hi - model.domain.lo)
     while slack - step > 0:
-        problem = lesson.case.narrowed(slack - step)
+        problem = learned.case.narrowed(slack - step)
         pick = rng.integers(len(seeds.k), size=NEIGHBOURS)
-        scale = rng.choice([0.0, 0.1, 0.3, 1.0], (NEIGHBOURS, 1))  # some stay where they are, some move far
-        k = np.clip(seeds.k[pick] + scale * spread * rng.normal(size=(NEIGHBOURS, model.n_k)), *_corners(model))
+        scale = rng.choice(
+            [0.0, 0.1, 0.3, 1.0], (NEIGHBOURS, 1)
+        )  # some stay where they are, some move far
+        k = np.clip(
+            seeds.k[pick] + scale * spread * rng.normal(size=(NEIGHBOURS, model.n_k)),
+            *_corners(model),
+        )
         p0 = seeds.p0[pick] + scale * 0.1 * rng.normal(size=(NEIGHBOURS, model.n_p))
         fine = judge(problem, Points(p0, k))
         if not fine.any():
@@ -173,9 +207,9 @@ def _corners(model) -> tuple[np.ndarray, np.ndarray]:
 
 def _prove(model: TrajectoryModel, problem, plan: Points) -> bool:
     """The checker accepts this one plan."""
-    laid_out = scene(problem, model)
-    e = evaluate(model, laid_out, plan.p0, plan.k)
-    part = sample_part(problem, laid_out, model.tube, plan.p0[0], plan.k[0], e.path[0], int(e.bin[0]))
+    scene = scene_of(problem, model)
+    e = verdicts(model, scene, plan.p0, plan.k)
+    part = sample_part(scene, model.tube, plan.p0[0], plan.k[0], e.path[0], int(e.bin[0]))
     return bool(prove(problem, model, [part])[0].all())
 
 
@@ -194,7 +228,9 @@ def _metrics(c: Curve) -> list[Metric]:
 def _data(c: Curve) -> dict:
     share, low, high = c.bounds()
     lists = {"slack": c.slack, "share": share, "low": low, "high": high}
-    return {"name": c.name, "narrowest": c.narrowest} | {n: [float(x) for x in a] for n, a in lists.items()}
+    return {"name": c.name, "narrowest": c.narrowest} | {
+        n: [float(x) for x in a] for n, a in lists.items()
+    }
 
 
 def _spell(proved: bool | None) -> str:

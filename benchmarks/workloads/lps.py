@@ -1,7 +1,8 @@
 """Many tiny linear programs: 3 variables, 40 rows, half of them empty.
 
-The batched kernel with its checks against Clarabel one by one with the same checks, same machine, same float64. Every
-verdict rests on a re-checked witness in both; the statuses must agree, and how many stay undecided is gated at zero.
+The batched kernel with its checks against Clarabel one by one with the same checks, same machine,
+same float64. Every verdict rests on a re-checked witness in both; the statuses must agree, and how
+many stay undecided is gated at zero.
 """
 
 import numpy as np
@@ -18,7 +19,9 @@ BATCH, ROWS, N = 1024, 40, 3
 
 
 def programs(rng: np.random.Generator, batch: int):
-    """c (B, n), A (B, h, n) of unit rows, b (B, h): every second one has two rows that contradict each other."""
+    """c (B, n), A (B, h, n) of unit rows, b (B, h): every second one has two rows that contradict
+    each other.
+    """
     A = rng.normal(size=(batch, ROWS, N))
     A /= np.linalg.norm(A, axis=2, keepdims=True)
     b = rng.uniform(0.3, 1.0, (batch, ROWS))

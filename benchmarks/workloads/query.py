@@ -1,9 +1,10 @@
-"""One query to a model in memory, over many seeds: first safe sample, first safe polytope, 99 % of the safe set by
-corridors and by polytopes.
+"""One query to a model in memory, over many seeds: first safe sample, first safe polytope, 99 % of
+the safe set by corridors and by polytopes.
 
-Every query starts from nothing but the model: the scene is laid out anew, and that is part of all three times. Warm:
-one query has run before; the first query's compile time is reported apart. 99 % means that a fresh draw proves, with
-confidence 99 %, that at most 1 % of the model's safe set is left out. The last query is proved in exact arithmetic.
+Every query starts from nothing but the model: the scene is laid out anew, and that is part of all
+three times. Warm: one query has run before; the first query's compile time is reported apart. 99 %
+means that a fresh draw proves, with confidence 99 %, that at most 1 % of the model's safe set is
+left out. The last query is proved in exact arithmetic.
 """
 
 import time
@@ -14,8 +15,9 @@ from benchmarks.bench import Bench
 from benchmarks.metrics import exact, metric, times
 from benchmarks.result import Result
 from benchmarks.timing import timed
-from parc_jax.certify.scene import scene
 from parc_jax.planner import Planner
+from parc_jax.settings import Settings
+from parc_jax.verdict.scene import scene_of
 
 
 def run(bench: Bench) -> Result:
@@ -23,27 +25,31 @@ def run(bench: Bench) -> Result:
     case, model = bench.model()
     planner, problem = Planner(model), case.problem()
     options = {"target": bench.size(0.01, 0.5), "budget_s": 30.0, "proof": False}
-    cold = timed(lambda: planner.solve(problem, bench.key(1), **options) and None, 0)
-    first, piece, corridors, cover, none_found, missed = [], [], [], [], 0, 0
+    cold = timed(lambda: planner.solve(problem, bench.key(1), Settings(**options)) and None, 0)
+    first, polytope, corridors, cover, none_found, missed = [], [], [], [], 0, 0
     for seed in range(bench.size(100, 2)):
         begin = time.perf_counter()
-        scene(problem, model)
-        laid_out = time.perf_counter() - begin
-        answer = planner.solve(problem, bench.key(seed + 2), **options)
+        scene_of(problem, model)
+        layout = time.perf_counter() - begin
+        answer = planner.solve(problem, bench.key(seed + 2), Settings(**options))
         if not answer.found:
             none_found += 1
             continue
-        first.append(laid_out + answer.timings["first_sample_s"])
-        piece.append(laid_out + answer.timings["first_piece_s"])
-        corridors.append(laid_out + answer.timings["corridors_s"])
+        first.append(layout + answer.timings["first_sample_s"])
+        polytope.append(layout + answer.timings["first_polytope_s"])
+        corridors.append(layout + answer.timings["corridors_s"])
         cover.append(answer.timings["cover_s"])
         missed += answer.coverage.at_least < 1 - options["target"]
-    proved = planner.solve(problem, bench.key(1), **options | {"proof": True, "n_samples": bench.size(100, 5)})
-    share = [answer.safe_share, len(answer.pieces), len(answer.corridors)]
+    proved = planner.solve(
+        problem,
+        bench.key(1),
+        Settings(**options | {"proof": True, "n_samples": bench.size(100, 5)}),
+    )
+    share = [answer.safe_share, len(answer.polytopes), len(answer.corridors)]
     return Result(
         [
             *times("query.first_sample", first),
-            *times("query.first_polytope", piece),
+            *times("query.first_polytope", polytope),
             *times("query.corridors_cover", corridors),
             *times("query.cover", cover),
             metric("query.compile", cold.compile_s, "s", "lower", rel_tol=1.0, abs_tol=1.0),

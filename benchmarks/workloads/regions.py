@@ -1,7 +1,8 @@
-"""All linear regions of random networks over a box, with the proof of completeness that every table carries.
+"""All linear regions of random networks over a box, with the proof of completeness that every table
+carries.
 
-He-normal weights from a fixed seed, so the counts are the same on every machine and are gated exactly. Times are of
-one whole enumeration, proof included; there is nothing to compile.
+He-normal weights from a fixed seed, so the counts are the same on every machine and are gated
+exactly. Times are of one whole enumeration, proof included; there is nothing to compile.
 """
 
 from itertools import pairwise
@@ -32,7 +33,18 @@ def run(bench: Bench) -> Result:
     for n, widths in bench.size(NETWORKS, NETWORKS[:2]):
         name = f"{n}-" + "-".join(map(str, widths))
         net, domain = random_network(n, widths), box(-np.ones(n), np.ones(n))
-        seconds, table = seconds_of(lambda net=net, domain=domain: enumerate_regions(net, domain), bench.size(7, 2))
+        seconds, table = seconds_of(
+            lambda net=net, domain=domain: enumerate_regions(net, domain), bench.size(7, 2)
+        )
         metrics += [exact(f"regions.{name}.count", table.count), *times(f"regions.{name}", seconds)]
-        rows.append((name, f"{table.count:,}", milliseconds(np.median(seconds)), milliseconds(seconds.max())))
-    return Result(metrics, [Table("Random networks", ("network", "regions", "median", "max"), rows)])
+        rows.append(
+            (
+                name,
+                f"{table.count:,}",
+                milliseconds(np.median(seconds)),
+                milliseconds(seconds.max()),
+            )
+        )
+    return Result(
+        metrics, [Table("Random networks", ("network", "regions", "median", "max"), rows)]
+    )

@@ -1,7 +1,8 @@
 """Simulated runs per second, whole batches, results on the device; compile time apart.
 
-`ode` is the closed-form plant, `mjx` the same body through MuJoCo XLA (on a CPU in one batch size only: it compiles
-long). Drift parking: 780 steps of 10 ms with the controller inside; the boat: 10 s with its neural policy.
+`ode` is the closed-form plant, `mjx` the same body through MuJoCo XLA (on a CPU in one batch size
+only: it compiles long). Drift parking: 780 steps of 10 ms with the controller inside; the boat: 10
+    s with its neural policy.
 """
 
 import jax
@@ -12,7 +13,7 @@ from benchmarks.metrics import metric, rate
 from benchmarks.result import Result, Table, milliseconds
 from benchmarks.timing import timed
 from parc_jax.keys import Stage
-from parc_jax.rollout.collect import simulate_rows
+from parc_jax.rollout.rows import simulate_rows
 
 BATCHES = {
     ("cpu", "ode"): (1, 256, 2048),
@@ -34,16 +35,34 @@ def run(bench: Bench) -> Result:
                 numbers = np.arange(batch)
 
                 def call(system=system, numbers=numbers):
-                    return jax.tree.leaves(simulate_rows(system, bench.key(), Stage.TRAIN, numbers)[1])
+                    return jax.tree.leaves(
+                        simulate_rows(system, bench.key(), Stage.TRAIN, numbers)[1]
+                    )
 
                 done, key = timed(call, bench.size(3, 1)), f"rollouts.{system_name}.{plant}.{batch}"
                 finite = float(np.isfinite(np.asarray(done.result[0])).all(axis=(1, 2)).mean())
                 metrics += [
                     rate(f"{key}.rate", batch, done.warm, batch=batch),
-                    metric(f"{key}.compile", done.compile_s, "s", "lower", rel_tol=1.0, abs_tol=1.0, batch=batch),
+                    metric(
+                        f"{key}.compile",
+                        done.compile_s,
+                        "s",
+                        "lower",
+                        rel_tol=1.0,
+                        abs_tol=1.0,
+                        batch=batch,
+                    ),
                     metric(f"{key}.finite", finite, "1", "higher", abs_tol=0.01, batch=batch),
                 ]
                 per_second = batch / np.median(done.warm)
-                rows.append((system_name, plant, f"{batch:,}", f"{per_second:,.0f}", milliseconds(done.compile_s)))
+                rows.append(
+                    (
+                        system_name,
+                        plant,
+                        f"{batch:,}",
+                        f"{per_second:,.0f}",
+                        milliseconds(done.compile_s),
+                    )
+                )
     header = ("system", "plant", "batch", "runs per second", "compile")
     return Result(metrics, [Table("Rollouts", header, rows)])

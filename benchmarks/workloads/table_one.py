@@ -1,14 +1,16 @@
-"""Table I of the paper in one run, with the columns it does not have. Drift parking and the boat, learned in this run.
+"""Table I of the paper in one run, with the columns it does not have. Drift parking and the boat,
+learned in this run.
 
-Rows of one network share one trajectory network and one scene. "assumed" tube: the published statistic, largest
-training error, one bin. Otherwise the tube is claimed from fresh rollouts at the stated eps, over bins of K; all
-claims hold at once. PARC is one affine map, through the published method. "LPs as published": BRAS timed on a random
-tenth of the regions and scaled up; the anytime search starts from a random region per seed, 50 samples per region,
-and is cut off after a few seconds (then "none in time"). LP-free: the same sets through support functions. Ours: the
-planner, which needs no regions for a sample. Share of the safe set: of the (p0, k) that are safe for the model inside
-the same tube, the part that the method keeps (published: not in any avoid set; ours: inside returned polytopes,
-lower bound with confidence 99 %, after at most 8 s).
-The paper's figures stand beside ours as its authors measured them on their machine, for their networks.
+Rows of one network share one trajectory network and one scene. "assumed" tube: the published
+statistic, largest training error, one bin. Otherwise the tube is claimed from fresh rollouts at the
+stated eps, over bins of K; all claims hold at once. PARC is one affine map, through the published
+method. "LPs as published": BRAS timed on a random tenth of the regions and scaled up; the anytime
+search starts from a random region per seed, 50 samples per region, and is cut off after a few
+seconds (then "none in time"). LP-free: the same sets through support functions. Ours: the planner,
+which needs no regions for a sample. Share of the safe set: of the (p0, k) that are safe for the
+model inside the same tube, the part that the method keeps (published: not in any avoid set; ours:
+inside returned polytopes, lower bound with confidence 99 %, after at most 8 s). The paper's figures
+stand beside ours as its authors measured them on their machine, for their networks.
 """
 
 import time
@@ -20,32 +22,39 @@ import numpy as np
 
 from benchmarks.bench import Bench
 from benchmarks.metrics import Metric, exact, metric, ratio, times
-from benchmarks.models import PARC, Lesson, name_of
+from benchmarks.models import PARC, CaseModels, name_of
 from benchmarks.published import Partition, kept
 from benchmarks.result import Result, Skip, Table, milliseconds, percent
 from benchmarks.workloads.bras import Comparison, compare
-from parc_jax.answer import LEVELS
-from parc_jax.avoid.paper import paper_search
-from parc_jax.avoid.paper_scene import paper_scene
-from parc_jax.certify.draw import draw
-from parc_jax.certify.scene import scene
+from parc_jax.cover.sampling import draw
 from parc_jax.errors import InputError
 from parc_jax.model import TrajectoryModel
 from parc_jax.planner import Planner
 from parc_jax.problem import ReachAvoid
+from parc_jax.published.cells import Cell, cells_outward
+from parc_jax.published.scene import paper_scene
+from parc_jax.published.search import paper_search
 from parc_jax.pwa import RegionTable, enumerate_regions
-from parc_jax.reach.pieces import Piece, pieces_outward
+from parc_jax.settings import Settings
+from parc_jax.verdict.scene import scene_of
 
 HEADER = (
-    "method", "network", "tube", "regions", "BRAS", "first sample min / mean / max", "found", "of the safe set",
+    "method",
+    "network",
+    "tube",
+    "regions",
+    "BRAS",
+    "first sample min / mean / max",
+    "found",
+    "of the safe set",
     "proof",
-)  # fmt: skip
+)
 
 
 @dataclass(frozen=True)
 class Search:
-    """First samples over seeds: times [s] of those that found one, how many seeds there were, and whether the others
-    saw everything there is before the time was up."""
+    """First samples over seeds: times [s] of those that found one, how many seeds there were, and
+    whether the others saw everything there is before the time was up."""
 
     seconds: np.ndarray
     seeds: int
@@ -65,44 +74,74 @@ def run(bench: Bench) -> Result:
     metrics, tables, skipped = [], [], []
     for name in bench.size(("drift", "boat"), ("boat",)):
         try:
-            lesson = bench.lesson(name)
+            learned = bench.learned(name)
         except Skip as why:
             skipped.append(f"{name}: {why}")
             continue
         rows: list[tuple[str, ...]] = []
-        for widths in (PARC, *(h for h in lesson.case.hidden if h in lesson.models)):
+        for widths in (PARC, *(h for h in learned.case.hidden if h in learned.models)):
             key = f"table_one.{name}.{name_of(widths)}"
-            more, lines = _network(bench, lesson, widths, key)
+            more, lines = _network(bench, learned, widths, key)
             metrics, rows = metrics + more, rows + lines
-        tables.append(Table(f"Table I, {name}", HEADER, rows, f"Claimed tubes: eps = {lesson.eps:g}."))
+        tables.append(
+            Table(f"Table I, {name}", HEADER, rows, f"Claimed tubes: eps = {learned.eps:g}.")
+        )
     if not tables:
         raise Skip("; ".join(skipped))
     return Result(metrics, tables)
 
 
-def _network(bench: Bench, lesson: Lesson, widths, key: str) -> tuple[list[Metric], list[tuple[str, ...]]]:
+def _network(
+    bench: Bench, learned: CaseModels, widths, key: str
+) -> tuple[list[Metric], list[tuple[str, ...]]]:
     """All rows of one network."""
-    claims, problem, label = lesson.models[widths], lesson.case.problem(), name_of(widths)
+    claims, problem, label = learned.models[widths], learned.case.problem(), name_of(widths)
     table = enumerate_regions(claims.assumed.net, claims.assumed.domain)
     who = "PARC" if widths == PARC else "NeuralPARC"
     rows, metrics = [], [metric(f"{key}.regions", table.count, "count", "lower", rel_tol=0.3)]
-    if widths in lesson.case.published:
-        regions, seconds = lesson.case.published[widths]
-        rows.append(("NeuralPARC, paper's own figure", label, "assumed", str(regions), f"{seconds:g} s", *[""] * 4))
+    if widths in learned.case.published:
+        regions, seconds = learned.case.published[widths]
+        rows.append(
+            (
+                "NeuralPARC, paper's own figure",
+                label,
+                "assumed",
+                str(regions),
+                f"{seconds:g} s",
+                *[""] * 4,
+            )
+        )
     try:
         both = compare(claims.assumed, problem, bench)
         share = published_share(bench, claims.assumed, problem, table)
         search = search_published(bench, claims.assumed, problem, table)
     except InputError as why:
-        rows.append((f"{who}, LPs as published", label, "assumed", str(table.count), "", "no plan", "", "", str(why)))
+        rows.append(
+            (
+                f"{who}, LPs as published",
+                label,
+                "assumed",
+                str(table.count),
+                "",
+                "no plan",
+                "",
+                "",
+                str(why),
+            )
+        )
     else:
         metrics += _published_metrics(key, both, share)
-        with_lps = f"{both.lp_s:.3g} s ± {milliseconds(both.lp_error_s)} ({both.measured} of {both.regions} timed)"
+        with_lps = (
+            f"{both.lp_s:.3g} s ± {milliseconds(both.lp_error_s)} ({both.measured} of "
+            f"{both.regions} timed)"
+        )
         same = label, "assumed", str(table.count)
         free = milliseconds(np.median(both.free_s))
-        rows.append((f"{who}, LPs as published", *same, with_lps, *search.text, percent(share), "none"))
+        rows.append(
+            (f"{who}, LPs as published", *same, with_lps, *search.text, percent(share), "none")
+        )
         rows.append((f"{who}, LP-free", *same, free, "", "", percent(share), "none"))
-    for tube, model in (("assumed", claims.assumed), (f"eps = {lesson.eps:g}", claims.honest)):
+    for tube, model in (("assumed", claims.assumed), (f"eps = {learned.eps:g}", claims.honest)):
         more, line = _ours(bench, model, problem, f"{key}.ours.{tube.split()[0]}")
         metrics += more
         rows.append(("ours", label, tube, str(table.count), "not needed", *line))
@@ -114,23 +153,33 @@ def _published_metrics(key: str, both: Comparison, share: float) -> list[Metric]
         *times(f"{key}.lp_free", both.free_s),
         metric(f"{key}.lp", both.lp_s, "s", "lower", rel_tol=1.0),
         ratio(f"{key}.ratio", both.lp_s, float(np.median(both.free_s))),
+        metric(f"{key}.lean_lp", both.lean_s, "s", "lower", rel_tol=1.0),
+        ratio(f"{key}.lean_ratio", both.lean_s, float(np.median(both.free_s))),
         metric(f"{key}.published_share", share, "1", "same", abs_tol=0.2),
     ]
 
 
-def _ours(bench: Bench, model: TrajectoryModel, problem: ReachAvoid, key: str) -> tuple[list[Metric], tuple[str, ...]]:
+def _ours(
+    bench: Bench, model: TrajectoryModel, problem: ReachAvoid, key: str
+) -> tuple[list[Metric], tuple[str, ...]]:
     """Metrics and the last four cells of a row of ours."""
     try:
         search = search_ours(bench, model, problem)
         if not len(search.seconds):
             return [metric(f"{key}.found", 0, "count", "higher")], (*search.text, "", "")
-        options = {"n_samples": bench.size(100, 3), "target": bench.size(0.01, 0.5), "budget_s": bench.size(8.0, 0.5)}
-        answer = Planner(model).solve(problem, bench.key(), **options)
-        if answer.coverage.at_least < 1 - options["target"]:  # the budget went into compiling: again, warm
-            answer = Planner(model).solve(problem, bench.key(), **options)
+        options = {
+            "n_samples": bench.size(100, 3),
+            "target": bench.size(0.01, 0.5),
+            "budget_s": bench.size(8.0, 0.5),
+        }
+        answer = Planner(model).solve(problem, bench.key(), Settings(**options))
+        if (
+            answer.coverage.at_least < 1 - options["target"]
+        ):  # the budget went into compiling: again, warm
+            answer = Planner(model).solve(problem, bench.key(), Settings(**options))
     except InputError as why:
         return [], ("no plan", "", "", str(why))
-    level = "every sample and polytope" if answer.level == LEVELS[1] else answer.level
+    level = "every sample and polytope" if answer.proved else answer.status.label
     share = answer.coverage.at_least
     metrics = [
         *times(f"{key}.first_sample", search.seconds),
@@ -146,9 +195,9 @@ def search_ours(bench: Bench, model: TrajectoryModel, problem: ReachAvoid) -> Se
     seconds, seeds = [], bench.size(100, 2)
     for seed in range(-1, seeds):  # the first one compiles
         begin, rng = time.perf_counter(), np.random.default_rng(seed + 1)
-        laid_out, found = scene(problem, model), 0
+        scene, found = scene_of(problem, model), 0
         while not found and time.perf_counter() - begin < bench.size(2.0, 0.5):
-            found = len(draw(model, laid_out, rng, 512).safe.k)
+            found = len(draw(model, scene, rng, 512).safe.k)
         if found and seed >= 0:
             seconds.append(time.perf_counter() - begin)
         if not found and seed == 4 and not seconds:  # hopeless: do not wait for the others
@@ -156,17 +205,24 @@ def search_ours(bench: Bench, model: TrajectoryModel, problem: ReachAvoid) -> Se
     return Search(np.array(seconds), seeds)
 
 
-def search_published(bench: Bench, model: TrajectoryModel, problem: ReachAvoid, table: RegionTable) -> Search:
+def search_published(
+    bench: Bench, model: TrajectoryModel, problem: ReachAvoid, table: RegionTable
+) -> Search:
     """Time to the first safe sample of the anytime search with LPs, from random regions."""
-    laid_out, seconds, seeds, exhausted = paper_scene(problem, model.tube), [], bench.size(5, 1), True
+    scene, seconds, seeds, exhausted = (
+        paper_scene(problem, model.tube),
+        [],
+        bench.size(5, 1),
+        True,
+    )
     rng, most = np.random.default_rng(0), bench.size(4.0, 0.5)
     for seed in range(-1, seeds):
         first = rng.uniform(model.domain.lo, model.domain.hi)
         begin = time.perf_counter()
-        regions = _until(begin + most, pieces_outward(table, model.tube, first))
+        regions = _until(begin + most, cells_outward(table, model.tube, first))
         if seed < 0:  # warm-up: the sampler compiles
             regions = islice(regions, 1)
-        found = paper_search(bench.key(seed + 1), regions, laid_out, method="lp", anytime=True)
+        found = paper_search(bench.key(seed + 1), regions, scene, method="lp", anytime=True)
         if seed >= 0 and len(found.samples):
             seconds.append(time.perf_counter() - begin)
         elif seed >= 0:
@@ -174,7 +230,7 @@ def search_published(bench: Bench, model: TrajectoryModel, problem: ReachAvoid, 
     return Search(np.array(seconds), seeds, exhausted)
 
 
-def _until(end: float, regions: Iterator[list[Piece]]) -> Iterator[list[Piece]]:
+def _until(end: float, regions: Iterator[list[Cell]]) -> Iterator[list[Cell]]:
     """Regions until the clock says `end`."""
     for region in regions:
         if time.perf_counter() > end:
@@ -182,7 +238,17 @@ def _until(end: float, regions: Iterator[list[Piece]]) -> Iterator[list[Piece]]:
         yield region
 
 
-def published_share(bench: Bench, model: TrajectoryModel, problem: ReachAvoid, table: RegionTable) -> float:
-    """Share of the model's safe set, by volume, that the published avoid sets keep. 0 if nothing is safe."""
-    found = draw(model, scene(problem, model), np.random.default_rng(0), bench.size(1 << 15, 1 << 9)).safe
-    return float(kept(Partition(model, table), problem, found.p0, found.k, found.bin).mean()) if len(found.k) else 0.0
+def published_share(
+    bench: Bench, model: TrajectoryModel, problem: ReachAvoid, table: RegionTable
+) -> float:
+    """Share of the model's safe set, by volume, that the published avoid sets keep. 0 if nothing is
+    safe.
+    """
+    found = draw(
+        model, scene_of(problem, model), np.random.default_rng(0), bench.size(1 << 15, 1 << 9)
+    ).safe
+    return (
+        float(kept(Partition(model, table), problem, found.p0, found.k, found.bin).mean())
+        if len(found.k)
+        else 0.0
+    )

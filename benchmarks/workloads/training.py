@@ -1,7 +1,8 @@
-"""Training one 4x8 network on the drift rollouts: float32 features, float64 last layer in closed form.
+"""Training one 4x8 network on the drift rollouts: float32 features, float64 last layer in closed
+form.
 
-Time per seed and step, compile time apart. What matters for the tube is the tail of the held-out error, which is
-gated too (loosely: it depends on the order of float32 sums).
+Time per seed and step, compile time apart. What matters for the tube is the tail of the held-out
+error, which is gated too (loosely: it depends on the order of float32 sums).
 """
 
 import numpy as np
@@ -16,13 +17,29 @@ from parc_jax.network.train import train_report
 def run(bench: Bench) -> Result:
     """Train the same network several times."""
     name = bench.size("drift", "boat")
-    data, seeds, steps = bench.lesson(name).train, bench.size(2, 1), bench.size(1000, 20)
-    done = timed(lambda: train_report(data, (8, 8, 8, 8), key=bench.key(1), seeds=seeds, steps=steps), bench.size(3, 1))
+    data, seeds, steps = bench.learned(name).train, bench.size(2, 1), bench.size(1000, 20)
+    done = timed(
+        lambda: train_report(data, (8, 8, 8, 8), key=bench.key(1), seeds=seeds, steps=steps),
+        bench.size(3, 1),
+    )
     report = done.result[1]
     return Result(
         [
-            *times("training.per_seed_and_step", done.warm / (seeds * steps), batch=1000, dtype="float32"),
-            metric("training.compile", done.compile_s, "s", "lower", rel_tol=1.0, abs_tol=1.0, dtype="float32"),
+            *times(
+                "training.per_seed_and_step",
+                done.warm / (seeds * steps),
+                batch=1000,
+                dtype="float32",
+            ),
+            metric(
+                "training.compile",
+                done.compile_s,
+                "s",
+                "lower",
+                rel_tol=1.0,
+                abs_tol=1.0,
+                dtype="float32",
+            ),
             metric("training.tail", np.min(report.tail), "m", "lower", rel_tol=0.3),
             metric("training.rms", np.min(report.rms), "m", "lower", rel_tol=0.3),
         ]

@@ -1,4 +1,6 @@
-"""Door 1: a JAX function. A skidding cart; one rollout is written down, the rest is vmapped and compiled."""
+"""Door 1: a JAX function. A skidding cart; one rollout is written down, the rest is vmapped and
+compiled.
+"""
 
 import jax
 import jax.numpy as jnp
@@ -7,7 +9,9 @@ import parc_jax as pj
 
 
 class Skid:
-    """k = (speed, turn). The cart drives, its wheels lose grip at random, and it slides to a halt after one second."""
+    """k = (speed, turn). The cart drives, its wheels lose grip at random, and it slides to a halt
+    after one second.
+    """
 
     name, n_p, n_q = "skid", 2, 1
     domain = pj.box([0.5, -0.5], [1.0, 0.5])
@@ -23,23 +27,31 @@ class Skid:
         grip = 1 + 0.05 * jax.random.normal(key, (), k.dtype)
         heading = grip * k[1] * t**2
         step = self.time.dt_record * k[0] * (1.5 - t)[:-1, None]
-        path = p0 + jnp.cumsum(step * jnp.stack([jnp.cos(heading), jnp.sin(heading)], axis=1)[:-1], axis=0)
+        path = p0 + jnp.cumsum(
+            step * jnp.stack([jnp.cos(heading), jnp.sin(heading)], axis=1)[:-1], axis=0
+        )
         return pj.Trajectory(jnp.concatenate([p0[None], path]) - p0, heading[-1:])
 
 
 def ask(system, key, n=600):
-    """Learn the system, then ask from where and with which k it surely passes a block and stops in the goal."""
+    """Learn the system, then ask from where and with which k it surely passes a block and stops in
+    the goal.
+    """
     data = pj.collect(system, key, n=n, quiet=True)
     net = pj.train(data, hidden=(8, 8), key=key, seeds=2, steps=400)
-    claim = pj.bound_error(net, system, key, eps=0.02, delta=0.01, bins=(2, 2), train=data, search=64, quiet=True)
+    claim = pj.bound_error(
+        net, system, key, eps=0.02, delta=0.01, bins=(2, 2), train=data, search=64, quiet=True
+    )
     model = pj.trajectory_model(net, claim, system.domain, system.time, system.name)
     return solve(model, key)
 
 
 def solve(model, key):
     """The same scene for every door."""
-    scene = pj.reach_avoid(pj.box([0.7, -0.3, -0.4], [1.3, 0.3, 0.4]), [pj.box([0.2, 0.25], [0.5, 0.5])], 0.1)
-    return pj.Planner(model).solve(scene, jax.random.PRNGKey(1), budget_s=2.0)
+    scene = pj.reach_avoid(
+        pj.box([0.7, -0.3, -0.4], [1.3, 0.3, 0.4]), [pj.box([0.2, 0.25], [0.5, 0.5])], 0.1
+    )
+    return pj.Planner(model).solve(scene, jax.random.PRNGKey(1), pj.Settings(budget_s=2.0))
 
 
 if __name__ == "__main__":

@@ -1,4 +1,6 @@
-"""Door 3: logged data. No simulator at all: 400 recorded runs, of which some are kept aside for the bound."""
+"""Door 3: logged data. No simulator at all: 400 recorded runs, of which some are kept aside for the
+bound.
+"""
 
 import runpy
 import tempfile
@@ -29,10 +31,12 @@ if __name__ == "__main__":
     with tempfile.TemporaryDirectory() as folder:
         time, domain = log(Path(folder) / "log")
         logged = pj.load_rollouts(Path(folder) / "log", time=time, domain=domain)
-    train, holdout = logged.select(slice(0, 250)), logged.select(slice(250, None))  # split before training
+    train, holdout = logged.split(0.375)  # before training
     net = pj.train(train, hidden=(8, 8), key=jax.random.PRNGKey(0), seeds=2, steps=400)
     claim = pj.bound_error(net, holdout, None, eps=0.001, delta=0.01, bins=(2, 2), train=train)
     model = pj.trajectory_model(net, claim, logged.domain, logged.time, logged.name)
     answer = solve(model, jax.random.PRNGKey(0))
-    print(answer.statement())  # 150 runs do not support eps = 0.001: the statement says what they do support
+    print(
+        answer.statement()
+    )  # 150 runs do not support eps = 0.001: the statement says what they do support
     print("a safe plan (p0, k):", answer.samples[0])

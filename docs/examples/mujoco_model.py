@@ -39,9 +39,16 @@ def push(key, k, data):
 def system():
     """The black box. `model` may be the path of an MJCF file as well."""
     return mjx_system(
-        MODEL, controller, pj.box([0.5, -0.5], [1.0, 0.5]), pj.time_grid(dt=0.1, t_f=1.0, dt_record=0.05),
-        n_p=2, n_q=1, final=lambda qpos, qvel: qpos[2:], start=push, name="puck",
-    )  # fmt: skip
+        MODEL,
+        controller,
+        pj.box([0.5, -0.5], [1.0, 0.5]),
+        pj.time_grid(dt=0.1, t_f=1.0, dt_record=0.05),
+        n_p=2,
+        n_q=1,
+        final=lambda qpos, qvel: qpos[2:],
+        start=push,
+        name="puck",
+    )
 
 
 if __name__ == "__main__":
@@ -49,7 +56,11 @@ if __name__ == "__main__":
 
     key, puck = jax.random.PRNGKey(0), system()
     gap = translation_gap(puck, key, starts=[[0.5, -0.3]])
-    print("moving the start moves the run by", gap.p, "m: this controller pulls towards a place, not by an offset")
+    print(
+        "moving the start moves the run by",
+        gap.p,
+        "m: this controller pulls towards a place, not by an offset",
+    )
     assert gap.p.max() > 0.1  # so it is made relative to where it starts
 
     def relative(qpos, qvel, time, k):
@@ -57,8 +68,16 @@ if __name__ == "__main__":
         return 20 * (jnp.array([k[0], k[1], k[1]]) * (1.5 - time) - qvel)
 
     puck = mjx_system(
-        MODEL, relative, puck.domain, puck.time, n_p=2, n_q=1, final=puck.final, start=push, name="puck"
-    )  # fmt: skip
+        MODEL,
+        relative,
+        puck.domain,
+        puck.time,
+        n_p=2,
+        n_q=1,
+        final=puck.final,
+        start=push,
+        name="puck",
+    )
     assert translation_gap(puck, key, starts=[[0.5, -0.3]]).p.max() < 1e-9
     ask = runpy.run_path(str(Path(__file__).with_name("jax_function.py")))["ask"]
     answer = ask(puck, key)

@@ -1,6 +1,8 @@
-"""Door 2: an environment with a policy, run in worker processes. Gymnasium's interface, without needing Gymnasium.
+"""Door 2: an environment with a policy, run in worker processes. Gymnasium's interface, without
+needing Gymnasium.
 
-Worker processes import this file, so everything they run is at the top level and the start is guarded below.
+Worker processes import this file, so everything they run is at the top level and the start is
+guarded below.
 """
 
 from pathlib import Path
@@ -9,12 +11,12 @@ import jax
 import numpy as np
 
 import parc_jax as pj
-from parc_jax.rollout.environment import Episode
-from parc_jax.rollout.python_system import python_system
 
 
 class SkidEnv:
-    """The cart as an environment: state (x, y, heading, time). gymnasium.make(...) gives one like it."""
+    """The cart as an environment: state (x, y, heading, time). gymnasium.make(...) gives one like
+    it.
+    """
 
     dt = 0.05
 
@@ -28,10 +30,14 @@ class SkidEnv:
         """action = (speed, turn rate)."""
         x, y, heading, t = self.state
         speed, rate = action
-        self.state = np.array([
-            x + self.dt * speed * np.cos(heading), y + self.dt * speed * np.sin(heading),
-            heading + self.dt * self.grip * rate, t + self.dt,
-        ])  # fmt: skip
+        self.state = np.array(
+            [
+                x + self.dt * speed * np.cos(heading),
+                y + self.dt * speed * np.sin(heading),
+                heading + self.dt * self.grip * rate,
+                t + self.dt,
+            ]
+        )
         return self.state, 0.0, False, False, {}
 
 
@@ -54,9 +60,11 @@ def heading(environment, observation):
 def system(workers=None):
     """The black box: one process per core unless told otherwise."""
     time = pj.time_grid(dt=0.1, t_f=1.0, dt_record=SkidEnv.dt)
-    episode = Episode(SkidEnv, policy, time.n_record, position, heading)
+    episode = pj.Episode(SkidEnv, policy, time.n_record, position, heading)
     domain = pj.box([0.5, -0.5], [1.0, 0.5])
-    return python_system(episode, domain, time, name="skid_env", n_p=2, n_q=1, workers=workers, law={"grip": 0.05})
+    return pj.python_system(
+        episode, domain, time, name="skid_env", n_p=2, n_q=1, workers=workers, law={"grip": 0.05}
+    )
 
 
 if __name__ == "__main__":

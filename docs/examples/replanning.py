@@ -1,4 +1,5 @@
-"""A planning loop: the gap and the goal drift, a pedestrian crosses, every answer warm-starts the next one.
+"""A planning loop: the gap and the goal drift, a pedestrian crosses, every answer warm-starts the
+next one.
 
     python docs/examples/replanning.py MODEL.npz [CYCLES]
 
@@ -12,9 +13,8 @@ from typing import NamedTuple
 import jax
 import numpy as np
 
-from parc_jax.certify.batch_boxes import BoxScenes, box_scenes
-from parc_jax.model import TrajectoryModel, load
-from parc_jax.planner import Planner
+import parc_jax as pj
+from parc_jax.batch.box_scenes import BoxScenes
 from sims.drift_parking.scenario import BODY_RADIUS, GOAL, PARKED_CARS
 
 DRIFT = np.array([0.25, -0.1])  # [m/s] of gap and goal, as the camera's estimate wanders
@@ -25,7 +25,9 @@ CYCLE = 0.05  # [s] between two plans
 
 
 class Outcome(NamedTuple):
-    """found (c,) bool, best (c, 4) plans, clearance (c,) [m], warm (c,) bool: the last plans sufficed; hertz: [1/s]."""
+    """found (c,) bool, best (c, 4) plans, clearance (c,) [m], warm (c,) bool: the last plans
+    sufficed; hertz: [1/s].
+    """
 
     found: np.ndarray
     best: np.ndarray
@@ -34,24 +36,29 @@ class Outcome(NamedTuple):
     hertz: float
 
 
-def at(model: TrajectoryModel, t: float) -> BoxScenes:
+def at(model: pj.TrajectoryModel, t: float) -> BoxScenes:
     """The scene as it is seen at time t [s]. A plan made now starts now, so interval 0 begins at t."""
     shift, cars = DRIFT * t, np.array(PARKED_CARS)
     first = np.arange(0, model.time.n_steps, EVERY)
     last = np.minimum(first + EVERY, model.time.n_steps) - 1
     begin, end = (WALK * (t + model.time.dt * moment[:, None]) for moment in (first, last + 1))
-    walker = HERE + np.minimum(begin, end) - 0.3, HERE + np.maximum(begin, end) + 0.3  # where it is in these intervals
+    walker = (
+        HERE + np.minimum(begin, end) - 0.3,
+        HERE + np.maximum(begin, end) + 0.3,
+    )  # where it is in these intervals
     goal = np.array(GOAL)
     goal[:, :2] += shift
     lo, hi = (np.concatenate([cars[:, side] + shift, walker[side]])[None] for side in (0, 1))
     always = np.tile([0, model.time.n_steps - 1], (len(cars), 1))
-    steps = np.concatenate([always, np.stack([first, last], axis=1)])[None]
-    return box_scenes(model, goal[:1], goal[1:], lo, hi, BODY_RADIUS, steps=steps)
+    spans = np.concatenate([always, np.stack([first, last], axis=1)])[None]
+    return pj.box_scenes(model, goal[:1], goal[1:], lo, hi, BODY_RADIUS, spans=spans)
 
 
-def replan(model: TrajectoryModel, cycles: int, seed: int = 0) -> Outcome:
-    """Plan once per cycle. The first cycle compiles and is not in the rate; the others are timed with everything."""
-    planner, key, last, spent, answers = Planner(model), jax.random.PRNGKey(seed), None, [], []
+def replan(model: pj.TrajectoryModel, cycles: int, seed: int = 0) -> Outcome:
+    """Plan once per cycle. The first cycle compiles and is not in the rate; the others are timed
+    with everything.
+    """
+    planner, key, last, spent, answers = pj.Planner(model), jax.random.PRNGKey(seed), None, [], []
     for cycle in range(cycles):
         begin = time.perf_counter()
         scenes, key_now = at(model, CYCLE * cycle), jax.random.fold_in(key, cycle)
@@ -63,14 +70,18 @@ def replan(model: TrajectoryModel, cycles: int, seed: int = 0) -> Outcome:
         answers.append(last)
     found = np.array([a.found[0] for a in answers])
     warm = np.array([a.draws[0] == 0 for a in answers])
-    best, clearance = (np.stack(rows) for rows in zip(*((a.best[0], a.clearance[0, 0]) for a in answers), strict=True))
+    best, clearance = (
+        np.stack(rows)
+        for rows in zip(*((a.best[0], a.clearance[0, 0]) for a in answers), strict=True)
+    )
     return Outcome(found, best, clearance, warm, 1 / float(np.median(spent[1:])))
 
 
 def main(path: str, cycles: str = "85") -> None:
-    seen = replan(load(path, system="drift_parking"), int(cycles))
+    seen = replan(pj.load(path, system="drift_parking"), int(cycles))
     print(
-        f"{seen.found.sum()} of {len(seen.found)} cycles with a safe plan, {seen.warm.sum()} from the last plan alone; "
+        f"{seen.found.sum()} of {len(seen.found)} cycles with a safe plan, {seen.warm.sum()} from "
+        "the last plan alone; "
         f"smallest clearance {np.nanmin(seen.clearance):.3f} m; {seen.hertz:.0f} plans per second."
     )
 

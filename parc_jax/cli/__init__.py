@@ -1,10 +1,12 @@
 """The shell: learn a robot, find its safe sets, prove them, draw them.
 
-Exit codes: 0 an answer, 1 no plan found or a certificate refused, 2 bad input, 3 a fault in a program. Files appear
-complete or not at all, and a stopped `run` or `learn` continues where it was. Completion scripts: parc-jax
---tyro-print-completion bash (or zsh).
+Exit codes: 0 an answer, 1 no plan found or a certificate refused, 2 bad input, 3 a fault in a
+program, or a part that `check --second` did not look at. Files appear complete or not at all, and a
+stopped `run` or `learn` continues where it was.
+Completion scripts: parc-jax --tyro-print-completion bash (or zsh). Version: parc-jax --version.
 """
 
+import contextlib
 import os
 import sys
 import traceback
@@ -24,10 +26,15 @@ def main(arguments: list[str] | None = None) -> None:
 
 
 def _run(arguments: list[str]) -> int:
-    if arguments[:1] == ["check"] and not {"-h", "--help"} & set(arguments):
+    if arguments[:1] == ["check"] and not {"-h", "--help", "--second"} & set(arguments):
         from parc_jax import checker  # before anything heavy: the checker needs no JAX
 
         return checker.main(arguments[1:])
+    if arguments[:1] == ["--version"]:
+        from parc_jax import __version__
+
+        print(f"parc-jax {__version__}")
+        return OK
     return _dispatch(arguments)
 
 
@@ -39,6 +46,7 @@ def _dispatch(arguments: list[str]) -> int:
     from parc_jax.cli.bench import bench
     from parc_jax.cli.check import check
     from parc_jax.cli.doctor import doctor
+    from parc_jax.cli.help import readable, wrapped
     from parc_jax.cli.learn import learn
     from parc_jax.cli.plot import plot
     from parc_jax.cli.run import run
@@ -47,11 +55,17 @@ def _dispatch(arguments: list[str]) -> int:
     from parc_jax.errors import HostLost, InputError, ParcError
 
     functions = (run, learn, solve, check, plot, bench, systems, doctor)
-    commands = {function.__name__: function for function in functions}
+    commands = {function.__name__: readable(function) for function in functions}
     try:
-        return tyro.extras.subcommand_cli_from_dict(
-            commands, prog="parc-jax", description=__doc__, args=arguments, use_underscores=False
-        )
+        asks = {"-h", "--help"} & set(arguments)
+        with wrapped() if asks else contextlib.nullcontext():
+            return tyro.extras.subcommand_cli_from_dict(
+                commands,
+                prog="parc-jax",
+                description=__doc__,
+                args=arguments,
+                use_underscores=False,
+            )
     except InputError as error:
         return _say(error, BAD_INPUT)
     except HostLost as error:
@@ -61,8 +75,15 @@ def _dispatch(arguments: list[str]) -> int:
     except BrokenPipeError:
         raise
     except OSError as error:
-        return _say(f"expected to read and write the files named; {error}.", BAD_INPUT)
-    except Exception:  # a fault of ours, or in a robot's own program: never to be taken for "no plan"
+        what = f"{error.filename}: {error.strerror}" if error.filename else str(error)
+        return _say(
+            f"expected to read and write the files named; {what}. Name another file or folder, or "
+            "make room and give the right to write.",
+            BAD_INPUT,
+        )
+    except (
+        Exception
+    ):  # a fault of ours, or in a robot's own program: never to be taken for "no plan"
         traceback.print_exc()
         return _say("this should not have happened; the lines above say where.", BROKEN)
     except KeyboardInterrupt:

@@ -18,7 +18,8 @@ def bench(
     device: Literal["cpu", "gpu"] | None = None,
     json: Path | None = None,
 ) -> int:
-    """Measure this installation; method and results are in docs/benchmarks.md. Example: parc-jax bench --quick
+    """Measure this installation; method and results are in docs/benchmarks.md. Example: parc-jax
+    bench --quick
 
     The suite is part of the source, not of the installed package: run this in a clone.
 
@@ -38,13 +39,18 @@ def bench(
 
 
 def suite() -> ModuleType:
-    """The package `benchmarks` of the clone that this is run in or from. Raises InputError elsewhere."""
+    """The package `benchmarks` of the clone that this is run in or from. Raises InputError
+    elsewhere.
+    """
     places = (Path.cwd(), Path(__file__).resolve().parents[2])
     needed = ("benchmarks/baseline.json", "parc_jax/cli/bench.py")
-    root = next((place for place in places if all((place / name).is_file() for name in needed)), None)
+    root = next(
+        (place for place in places if all((place / name).is_file() for name in needed)), None
+    )
     if root is None:
         raise InputError(
-            "bench: expected a clone of the source, which has the folder benchmarks; there is none here. "
+            "bench: expected a clone of the source, which has the folder benchmarks; there is none "
+            "here. "
             "Run it in the root of a clone."
         )
     if str(root) not in sys.path:

@@ -7,16 +7,18 @@ from pathlib import Path
 
 
 def keep_compiled() -> None:
-    """Turn JAX's persistent cache on, unless JAX_COMPILATION_CACHE_DIR already says where (or that) it is.
+    """Turn JAX's persistent cache on, unless JAX_COMPILATION_CACHE_DIR already says where (or that)
+    it is.
 
-    Entries are native code: the folder is readable by its owner only, and named after what the code was made for.
+    Entries are native code: the folder is readable by its owner only, and named after what the code
+        was made for.
     """
     import jax
     import jaxlib
 
     if os.environ.get("JAX_COMPILATION_CACHE_DIR") is None:
         base = Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache")
-        folder = base / "parc_jax" / f"jaxlib-{jaxlib.__version__}-{_processor()}"
+        folder = base / "parc_jax" / f"jaxlib-{jaxlib.__version__}-{processor()}"
         try:
             folder.mkdir(parents=True, exist_ok=True, mode=0o700)
         except OSError:
@@ -26,7 +28,8 @@ def keep_compiled() -> None:
     jax.config.update("jax_persistent_cache_min_entry_size_bytes", 0)
 
 
-def _processor() -> str:
+def processor() -> str:
+    """A name for what compiled code runs on."""
     text = platform.machine()
     try:
         lines = Path("/proc/cpuinfo").read_text().splitlines()

@@ -5,9 +5,20 @@ from importlib import metadata
 
 def doctor() -> int:
     """Check versions and arithmetic of this installation. Example: parc-jax doctor"""
-    from parc_jax.certify.probes import Finding, probe_all, probe_hang
+    from parc_jax.probes import Finding, probe_all, probe_hang
 
-    for name in ("jax", "jaxlib", "flax", "optax", "mujoco", "mujoco-mjx", "brax", "scipy", "clarabel", "numpy"):
+    for name in (
+        "jax",
+        "jaxlib",
+        "flax",
+        "optax",
+        "mujoco",
+        "mujoco-mjx",
+        "brax",
+        "scipy",
+        "clarabel",
+        "numpy",
+    ):
         try:
             print(f"  {name:12} {metadata.version(name)}")
         except metadata.PackageNotFoundError:

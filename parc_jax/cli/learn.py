@@ -21,73 +21,104 @@ def learn(
     delta: float | None = None,
     claims: tuple[str, ...] | None = None,
     fresh: int | None = None,
+    discard: int | None = None,
     seeds: int | None = None,
     steps: int | None = None,
     dt: float | None = None,
     t_f: float | None = None,
     dt_record: float | None = None,
     holdout: float = 0.4,
+    domain: tuple[float, ...] | None = None,
+    k_law: str = "logged",
+    search: int | None = None,
     gap: float | None = None,
     seed: int = 0,
     quiet: bool = False,
     json: bool = False,
     cache: bool = True,
 ) -> int:
-    """Learn a trajectory model and bound its error. Example: parc-jax learn drift_parking --out model.npz
+    """Learn a trajectory model and bound its error. Example: parc-jax learn drift_parking --out
+    model.npz
 
     From logged runs: parc-jax learn logs.npz --dt 0.1 --t-f 4 --dt-record 0.05 --out model.npz
 
     Args:
-        source: A system of `parc-jax systems`, a module of yours with `system()`, or logged runs (.npz, .mat, folder).
+        source: A system of `parc-jax systems`, a module of yours with `system()`, or logged runs
+            (.npz, .mat, folder).
         out: The model file. Unfinished work is kept beside it, in OUT.unfinished.
         plant: Plant of the simulator, e.g. mjx or ode. Default: the system's own.
         rollouts: Number of training rollouts.
         hidden: Widths of the hidden layers, e.g. 8 8 8 8.
-        bins: Bins per axis of K over which the tube's shape varies. Default: cut where the error changes.
-        head: Hidden layers of a network that learns how the error depends on k, e.g. 8 8. Default: the largest error
-            in every bin.
+        bins: Bins per axis of K over which the tube's profile varies. Default: cut where the error
+            changes.
+        head: Hidden layers of a network that learns how the error depends on k, e.g. 8 8. Default:
+            the largest error in every bin.
         eps: Probability with which a new run may leave the tube.
         delta: One minus the confidence in that.
         claims: "one" over all of K, "bins" in every bin at once; the first is the one of the model.
         fresh: Runs behind the claims. Default: as many as they need, or the study's.
+        discard: Runs to leave outside of the tube, fixed before any is seen; with 0 the claim
+            carries the eps that the runs support. Default: as many as eps and delta allow.
         seeds: Networks trained, of which the best is kept.
         steps: Training steps.
         dt: Logged runs only: time between model knots [s].
         t_f: Logged runs only: length of a run [s].
         dt_record: Logged runs only: time between records [s]. Default: dt.
         holdout: Logged runs only: share of the runs set aside for the bound.
-        gap: Most that the start of a run may matter [m or rad]. It is tried from a few starts, a larger effect is
-            refused, and the tube is widened by it.
+        domain: Logged runs only: K as LO HI for every parameter. Default: the box of all k.
+        k_law: Logged runs only: "uniform" if all k were drawn uniformly from the domain; only then
+            does the claim speak of shares of K.
+        search: Runs spent looking for bad ones on purpose, which can only widen the tube; 0 for
+            none. Default: as many as the fresh runs, 2,048 at most.
+        gap: Most that the start of a run may matter [m or rad]. It is tried from a few starts, a
+            larger effect is refused, and the tube is widened by it.
         seed: Everything random follows from it.
         quiet: No progress bars.
         json: Print the result as JSON.
         cache: Keep compiled programs in the user's cache folder.
     """
     from parc_jax.cli.cache import keep_compiled
-    from parc_jax.cli.lesson import from_logs, from_system, told
+    from parc_jax.cli.help import fitted
+    from parc_jax.cli.learning import Log, from_log, from_system, summary
+    from parc_jax.cli.places import require_place
     from parc_jax.cli.systems import build, find
     from parc_jax.cli.unfinished import only_of
-    from parc_jax.study.settings import Study, checked
+    from parc_jax.experiment.settings import Study, checked
 
     if cache:
         keep_compiled()
     given = {
-        "hidden": hidden, "bins": bins, "head": head, "rollouts": rollouts, "eps": eps, "delta": delta, "seeds": seeds,
-        "steps": steps, "gap": gap, "claims": claims, "fresh": fresh,
-    }  # fmt: skip
+        "hidden": hidden,
+        "bins": bins,
+        "head": head,
+        "rollouts": rollouts,
+        "eps": eps,
+        "delta": delta,
+        "seeds": seeds,
+        "steps": steps,
+        "gap": gap,
+        "claims": claims,
+        "fresh": fresh,
+        "discard": discard,
+        "search": search,
+    }
     given = {name: value for name, value in given.items() if value is not None}
+    require_place(out)
     work = out.with_name(f"{out.name}.unfinished")
     if Path(source).suffix in (".npz", ".mat") or Path(source).is_dir():
         study = checked(replace(Study(), **given))
-        lesson = from_logs(Path(source), (dt, t_f, dt_record), study, holdout, seed)
+        log = Log(Path(source), (dt, t_f, dt_record), domain, k_law, holdout)
+        learned = from_log(log, study, seed)
     else:
         module = find(source, needed=("system",))
         study = checked(replace(getattr(module, "STUDY", Study()), **given))
-        with contextlib.redirect_stdout(io.StringIO()):  # the simulator's libraries print to stdout on import
+        with contextlib.redirect_stdout(
+            io.StringIO()
+        ):  # the simulator's libraries print to stdout on import
             black_box = build(module, "system", plant=plant or study.plant)
         with only_of(module, work):
-            lesson = from_system(black_box, study, seed, work, quiet)
-    lesson.main.save(out)
+            learned = from_system(black_box, study, seed, work, quiet)
+    learned.main.save(out)
     shutil.rmtree(work, ignore_errors=True)
-    print(told(lesson, out, as_json=json))
-    return 0 if lesson.main.tube.claimed.any() else 1
+    print(summary(learned, out, as_json=True) if json else fitted(summary(learned, out)))
+    return 0 if learned.main.tube.claimed.any() else 1

@@ -2,10 +2,12 @@
 
 import importlib
 import sys
+from collections.abc import Callable
 from pathlib import Path
 from typing import Literal
 
 Figure = Literal["samples", "regions", "projections", "timeline"]
+Job = tuple[str, Callable[[], Path]]  # what is drawn, and what draws it and names the file
 
 
 def plot(
@@ -17,6 +19,7 @@ def plot(
     figures: tuple[Figure, ...] | None = None,
     video: Path | None = None,
     sample: int = 0,
+    system: str | None = None,
     quiet: bool = False,
 ) -> int:
     """Draw an answer from its file alone. Example: parc-jax plot answer.json --html page.html
@@ -27,58 +30,118 @@ def plot(
 
     Args:
         answer: An answer file of `solve` or `run`.
-        html: Write one interactive page: scene, time slider, p0 and k by dragging with the verdict live.
+        html: Write one interactive page: scene, time slider, p0 and k by dragging or typing, with
+            the verdict live.
         out: Folder of the figures. Default: the answer's own.
-        figures: Which figures. Default: all that the answer supports, or none with --html or --video.
-        video: Simulate one safe sample and film it: .gif, .mp4 (needs the extra film), or a folder of .png files.
-        sample: Number of the sample that is filmed.
-        quiet: Do not name the files.
+        figures: Which figures. Default: all that the answer supports, or none with --html or
+            --video.
+        video: Film one safe sample: .gif, .mp4 (needs the extra film), or a folder of .png files.
+            Without a simulator the film shows the model's prediction.
+        sample: Number of the sample that is filmed, from 0.
+        system: Simulator for the film, as for `learn`. Default: the system that the answer names,
+            where it can be found.
+        quiet: Neither progress nor the names of the files.
     """
-    from parc_jax.plot.html import write_page
+    from tqdm import tqdm
+
+    from parc_jax.cli.places import require_place
+    from parc_jax.io.answer_file import load_answer
+    from parc_jax.plot.film_file import require_kind, require_sample
 
     if figures is None and (html is not None or video is not None):
         figures = ()
-    drawn = [write_page(answer, html)] if html is not None else []
-    if figures is None or figures:
-        drawn += _figures(answer, out or answer.parent, figures)
+    for place in (html, video, None if figures == () else (out or answer.parent) / "samples.png"):
+        require_place(place)
     if video is not None:
-        drawn.append(_film(answer, video, sample))
+        require_kind(video)
+    with tqdm(desc="checking the answer", total=1, disable=quiet, leave=False, delay=0.5) as bar:
+        loaded = load_answer(answer)
+        bar.update()
+    if video is not None:
+        require_sample(loaded, sample)
+    jobs = _jobs(loaded, html, out or answer.parent, figures)
+    drawn = []
+    still = quiet or not jobs
+    with tqdm(desc="drawing", total=len(jobs), disable=still, leave=False) as bar:
+        for name, draw in jobs:
+            bar.set_description(f"drawing {name}")
+            drawn.append(draw())
+            bar.update()
+    if video is not None:
+        drawn.append(_film(loaded, video, sample, system, quiet))
     if not quiet:
         print("\n".join(str(path) for path in drawn))
     return 0
 
 
-def _figures(path: Path, out: Path, wanted) -> list[Path]:
-    from parc_jax.cli.systems import settings
+def _jobs(answer, html: Path | None, out: Path, wanted) -> list[Job]:
+    """What is to be drawn. Raises InputError for a figure that the answer does not support."""
     from parc_jax.errors import InputError
-    from parc_jax.exchange.answer_file import load_answer
 
-    answer = load_answer(path)
-    study, possible = settings(answer.model.system), _possible(answer)
+    possible = _possible(answer)
     chosen = tuple(possible) if wanted is None else wanted
     for name in chosen:
         if name not in possible:
-            raise InputError(f"{name}: this answer supports {', '.join(possible) or 'no figure'} only.")
-    if not chosen:
-        print("parc-jax: the answer has no plans and no plane of parameters to draw.", file=sys.stderr)
-    return [_draw(name, answer, out / f"{name}.png", study) for name in chosen]
+            raise InputError(
+                f"{name}: this answer supports {', '.join(possible) or 'no figure'} only."
+            )
+    if not chosen and html is None and wanted is None:
+        print(
+            "parc-jax: the answer has no plans and no plane of parameters to draw.", file=sys.stderr
+        )
+    jobs: list[Job] = []
+    if html is not None:
+        jobs.append(("the page", lambda: _page(answer, html)))
+    for name in chosen:
+        jobs.append((name, lambda name=name: _draw(name, answer, out / f"{name}.png")))
+    return jobs
 
 
-def _film(path: Path, out: Path, sample: int) -> Path:
-    from parc_jax.cli.systems import find
+def _page(answer, path: Path) -> Path:
+    from parc_jax.plot.html import write_page
+
+    return write_page(answer, path)
+
+
+def _film(answer, out: Path, sample: int, named: str | None, quiet: bool) -> Path:
+    """The system's own film, or a plain one of its run, or of the prediction where it is not
+    known.
+    """
+    from parc_jax.cli.systems import build, find
     from parc_jax.errors import InputError
-    from parc_jax.exchange.answer_file import load_answer
+    from parc_jax.plot.film import film
 
-    answer = load_answer(path)
-    home = find(answer.model.system, needed=()).__name__
     try:
-        film = importlib.import_module(f"{home}.film")
-    except ModuleNotFoundError:
+        module = find(named or answer.model.system, needed=())
+    except InputError:
+        if named is not None:
+            raise
+        print(
+            f"parc-jax: no simulator called {answer.model.system!r} is here, so the film shows the "
+            "model's prediction; a film of true runs needs one: --system MODULE.",
+            file=sys.stderr,
+        )
+        return film(answer, out, sample, quiet=quiet)
+    home = module.__name__
+    if importlib.util.find_spec(f"{home}.film") if hasattr(module, "__path__") else None:
+        return importlib.import_module(f"{home}.film").film_of(answer, out, sample, quiet)
+    return film(answer, out, sample, _run(build(module, "system"), answer, sample), quiet=quiet)
+
+
+def _run(black_box, answer, sample: int):
+    """One fresh true run of a sample, (n_record + 1, n_p) [m]."""
+    import jax
+
+    from parc_jax.errors import InputError
+    from parc_jax.experiment.replay import replay
+
+    if black_box.time != answer.model.time:
         raise InputError(
-            f"video: expected a system that can be filmed; {answer.model.system!r} has no module {home}.film with a "
-            "function film_of(answer, out, sample)."
-        ) from None
-    return film.film_of(answer, out, sample)
+            f"system {black_box.name!r}: expected the time grid of the answer "
+            f"({answer.model.time}); got {black_box.time}."
+        )
+    plans = answer.samples[[sample]]
+    return replay(black_box, answer.model, answer.scene, plans, jax.random.PRNGKey(0)).path[0]
 
 
 def _possible(answer) -> list[str]:
@@ -86,16 +149,16 @@ def _possible(answer) -> list[str]:
     return [
         *(["samples"] if len(answer.samples) and planar else []),
         *(["regions"] if 2 <= answer.model.n_k <= 3 else []),
-        *(["projections"] if answer.pieces else []),
+        *(["projections"] if answer.polytopes else []),
         *(["timeline"] if len(answer.samples) and answer.problem.obstacles and planar else []),
     ]
 
 
-def _draw(name: Figure, answer, path: Path, study) -> Path:
+def _draw(name: Figure, answer, path: Path) -> Path:
     if name == "samples":
         from parc_jax.plot.samples import samples
 
-        samples(answer, None, path, heading=study.heading)
+        samples(answer, None, path)
     elif name == "regions":
         from parc_jax.plot.regions import regions
         from parc_jax.plot.verdicts import region_verdicts
@@ -103,12 +166,12 @@ def _draw(name: Figure, answer, path: Path, study) -> Path:
 
         table = enumerate_regions(answer.model.net, answer.model.domain)
         safe_k = answer.samples[:, answer.model.n_p :]
-        regions(table, region_verdicts(answer, table), None, path, names=study.parameters or None, safe_k=safe_k)
+        verdict = region_verdicts(answer, table)
+        regions(table, verdict, None, path, names=answer.model.labels.k, safe_k=safe_k)
     elif name == "projections":
         from parc_jax.plot.projections import projections
 
-        planar = answer.model.n_p == 2 and study.parameters
-        projections(answer, to=path, names=("x [m]", "y [m]", *study.parameters) if planar else None)
+        projections(answer, to=path)
     else:
         from parc_jax.plot.timeline import timeline
 

@@ -23,6 +23,8 @@ def run(
     delta: float | None = None,
     claims: tuple[str, ...] | None = None,
     fresh: int | None = None,
+    discard: int | None = None,
+    search: int | None = None,
     gap: float | None = None,
     samples: int | None = None,
     repeats: int | None = None,
@@ -33,30 +35,37 @@ def run(
     cache: bool = True,
     hosts: str | None = None,
 ) -> int:
-    """Learn a system, find its safe set, prove it, replay it, draw it. Example: parc-jax run drift_parking
+    """Learn a system, find its safe set, prove it, replay it, draw it. Example: parc-jax run
+    drift_parking
 
-    A system may have a study of its own, a function `job` beside `system` and `problem`, and then that is what runs;
-    it takes the options that make sense for it, and refuses the others.
+    A system may have a study of its own, a function `job` beside `system` and `problem`, and then
+    that is what runs; it takes the options that make sense for it, and refuses the others.
 
     Args:
-        system: A system of `parc-jax systems`, or a module of your own with `system()` and `problem()`.
+        system: A system of `parc-jax systems`, or a module of your own with `system()` and
+            `problem()`.
         out: Folder for model, answer, metrics and figures. Default: runs/SYSTEM.
         model: A saved model; skips rollouts and training.
         seed: Everything random follows from it.
-        plant: Plant of the simulator for everything, e.g. mjx or ode. Default: the system's own, for learning its
-            study's.
+        plant: Plant of the simulator for everything, e.g. mjx or ode. Default: the system's own,
+            for learning its study's.
         body: Body of the scene, e.g. disc or decagon. Default: the scene's own.
         hidden: Widths of the hidden layers. Default: the system's own.
-        bins: Bins per axis of K over which the tube's shape varies.
-        head: Hidden layers of a network that learns how the error depends on k, e.g. 8 8. Default: the largest error
-            in every bin.
+        bins: Bins per axis of K over which the tube's profile varies.
+        head: Hidden layers of a network that learns how the error depends on k, e.g. 8 8. Default:
+            the largest error in every bin.
         rollouts: Number of training rollouts.
         eps: Probability with which a new run may leave the tube.
         delta: One minus the confidence in that.
-        claims: "one" over all of K, "bins" in every bin at once; the first is the one returned, the others compared.
+        claims: "one" over all of K, "bins" in every bin at once; the first is the one returned, the
+            others compared.
         fresh: Runs behind the claims. Default: as many as they need, or the study's.
-        gap: Most that the start of a run may matter [m or rad]. It is tried from a few starts, a larger effect is
-            refused, and the tube is widened by it.
+        search: Runs spent looking for bad ones on purpose, which can only widen the tube; 0 for
+            none. Default: as many as the fresh runs, 2,048 at most.
+        discard: Runs to leave outside of the tube, fixed before any is seen; with 0 the claims
+            carry the eps that the runs support. Default: as many as eps and delta allow.
+        gap: Most that the start of a run may matter [m or rad]. It is tried from a few starts, a
+            larger effect is refused, and the tube is widened by it.
         samples: Safe plans to return.
         repeats: Runs of each returned plan in the replay.
         budget: Most seconds to spend on covering the safe set.
@@ -64,35 +73,67 @@ def run(
         quiet: No progress bars.
         json: Print the metrics as JSON instead of the table.
         cache: Keep compiled programs in the user's cache folder.
-        hosts: Share rollouts and error claims with other processes that run the same command: "auto" reads the
-            cluster's environment, "ADDRESS:PORT,COUNT,NUMBER" names the first process, how many and which one.
+        hosts: Share rollouts and error claims with other processes that run the same command:
+            "auto" reads the cluster's environment, "ADDRESS:PORT,COUNT,NUMBER" names the first
+            process, how many and which one.
     """
     from parc_jax.cli.cache import keep_compiled
-    from parc_jax.cli.hosts import folder_of, join
+    from parc_jax.cli.help import fitted
+    from parc_jax.cli.places import require_place
     from parc_jax.cli.systems import build, find
     from parc_jax.cli.unfinished import only_of
+    from parc_jax.experiment.figures import figures as draw_figures
+    from parc_jax.experiment.job import finish, run_study
+    from parc_jax.experiment.report import report
+    from parc_jax.experiment.settings import Study
     from parc_jax.model import load
-    from parc_jax.study.figures import figures as draw_figures
-    from parc_jax.study.job import finish, run_study
-    from parc_jax.study.report import report
-    from parc_jax.study.settings import Study
 
     if cache:
         keep_compiled()
     module = find(system)
     given = {
-        "hidden": hidden, "bins": bins, "head": head, "rollouts": rollouts, "eps": eps, "delta": delta,
-        "claims": claims, "fresh": fresh, "gap": gap, "samples": samples, "repeats": repeats, "budget_s": budget,
-    }  # fmt: skip
+        "hidden": hidden,
+        "bins": bins,
+        "head": head,
+        "rollouts": rollouts,
+        "eps": eps,
+        "delta": delta,
+        "claims": claims,
+        "fresh": fresh,
+        "discard": discard,
+        "search": search,
+        "gap": gap,
+        "samples": samples,
+        "repeats": repeats,
+        "budget_s": budget,
+    }
     if hasattr(module, "job"):
-        given |= {"out": out or Path("runs") / system, "model": model, "plant": plant, "body": body, "hosts": hosts}
+        given |= {
+            "out": out or Path("runs") / system,
+            "model": model,
+            "plant": plant,
+            "body": body,
+            "hosts": hosts,
+        }
         return build(module, "job", **given, seed=seed, figures=figures, quiet=quiet, json=json)
-    host = join(hosts)
-    study = replace(getattr(module, "STUDY", Study()), **{k: v for k, v in given.items() if v is not None})
-    with contextlib.redirect_stdout(io.StringIO()):  # the simulator's libraries print to stdout on import
-        black_box, problem = build(module, "system", plant=plant), build(module, "problem", body=body)
-        learn_from = build(module, "system", plant=study.plant) if plant is None and study.plant else black_box
-    out = folder_of(host, out or Path("runs") / black_box.name)
+    host = _join(hosts)
+    study = replace(
+        getattr(module, "STUDY", Study()), **{k: v for k, v in given.items() if v is not None}
+    )
+    with contextlib.redirect_stdout(
+        io.StringIO()
+    ):  # the simulator's libraries print to stdout on import
+        black_box, problem = (
+            build(module, "system", plant=plant),
+            build(module, "problem", body=body),
+        )
+        learn_from = (
+            build(module, "system", plant=study.plant)
+            if plant is None and study.plant
+            else black_box
+        )
+    out = _folder_of(host, out or Path("runs") / black_box.name)
+    require_place(out / "answer.json")
     saved = None if model is None else load(model, system=black_box.name)
     with only_of(module, out / "unfinished"):
         outcome = run_study(black_box, problem, study, out, seed, saved, quiet, learn_from)
@@ -100,12 +141,35 @@ def run(
         return 0
     if figures:
         files = draw_figures(outcome, study, out)
-        outcome = outcome._replace(metrics=finish(out, outcome.metrics | {"figures": [f.name for f in files]}))
+        outcome = outcome._replace(
+            metrics=finish(out, outcome.metrics | {"figures": [f.name for f in files]})
+        )
     if json:
         import json as as_json
 
         print(as_json.dumps(outcome.metrics, indent=1))
     else:
-        print(report(outcome, study))
+        print(fitted(report(outcome, study)))
         print(f"Written to {out}. Verify with: parc-jax check {out / 'answer.json'}")
     return 0 if outcome.answer.found else 1
+
+
+def _join(hosts: str | None) -> int:
+    """Join the other processes, if there are any; the number of this one. Call before anything else
+    uses JAX.
+    """
+    if hosts is None:
+        return 0
+    from parc_jax import distributed
+
+    distributed.init(hosts)
+    import jax
+
+    return jax.process_index()
+
+
+def _folder_of(host: int, out: Path) -> Path:
+    """The first host owns `out`; the others keep their finished chunks in a folder each, shared
+    disk or not.
+    """
+    return out if host == 0 else out / "hosts" / str(host)

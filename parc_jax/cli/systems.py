@@ -1,12 +1,15 @@
 """`parc-jax systems`, and finding a system by name."""
 
+import contextlib
 import importlib
 import inspect
+import io
 import os
 import sys
 from types import ModuleType
 
 from parc_jax.errors import InputError
+from parc_jax.rollout.user_code import blamed, own_place, said
 
 WANTED = {
     "system": ("name", "domain", "time", "n_p", "n_q"),
@@ -15,7 +18,8 @@ WANTED = {
 
 
 def systems(name: str | None = None, /, *, body: str | None = None) -> int:
-    """List the systems that `run` and `learn` know, or print the scene of one. Example: parc-jax systems drift_parking
+    """List the systems that `run` and `learn` know, or print the scene of one. Example: parc-jax
+    systems drift_parking
 
     Args:
         name: Print this system's scene as a TOML file for `solve`, to be changed.
@@ -25,9 +29,13 @@ def systems(name: str | None = None, /, *, body: str | None = None) -> int:
         for each in known():
             print(f"{each:16} {(find(each).__doc__ or '').splitlines()[0]}")
         return 0
-    from parc_jax.exchange.problem_file import problem_text
+    from parc_jax.io.problem_file import problem_text
+    from parc_jax.labels import labels_of
 
-    print(problem_text(build(find(name), "problem", body=body)), end="")
+    module = find(name)
+    with contextlib.redirect_stdout(io.StringIO()):  # simulators print on import
+        named = labels_of(build(module, "system"))
+    print(problem_text(build(module, "problem", body=body), named), end="")
     return 0
 
 
@@ -37,15 +45,10 @@ def known() -> tuple[str, ...]:
     return tuple(name for name in sims.NAMES if importlib.util.find_spec(f"sims.{name}"))
 
 
-def settings(name: str):
-    """The Study of a known system, or the default one."""
-    from parc_jax.study.settings import Study
-
-    return getattr(find(name), "STUDY", Study()) if name in known() else Study()
-
-
 def find(name: str, needed: tuple[str, ...] = ("system", "problem")) -> ModuleType:
-    """The module of a system: one of `known`, or any importable module with the functions needed. Raises InputError."""
+    """The module of a system: one of `known`, or any importable module with the functions needed.
+    Raises InputError.
+    """
     target = f"sims.{name}" if name in known() else name
     if target == name and os.getcwd() not in sys.path:
         sys.path.insert(0, os.getcwd())  # a console script does not look where it is started
@@ -54,29 +57,43 @@ def find(name: str, needed: tuple[str, ...] = ("system", "problem")) -> ModuleTy
     except Exception as error:  # whatever the user's module raises
         if isinstance(error, ModuleNotFoundError) and error.name in (target, target.split(".")[0]):
             raise InputError(
-                f"system: expected one of {', '.join(known())}, or a module of your own; got {name!r} ({error})."
+                f"system: expected one of {', '.join(known())}, or a module of your own; got "
+                f"{name!r} ({error})."
             ) from None
-        raise InputError(f"system {name!r}: importing it failed with {type(error).__name__}: {error}.") from None
+        place = own_place(error)
+        raise InputError(
+            f"system {name!r}: expected a module that can be imported; it fails"
+            f"{f' in {place}' if place else ''}: {said(error)}."
+        ) from None
     for function in needed:
         if not callable(getattr(module, function, None)):
-            raise InputError(f"system {name!r}: expected a function `{function}()` in module {target}; there is none.")
+            raise InputError(
+                f"system {name!r}: expected a function `{function}()` in module {target}; there is "
+                "none."
+            )
     return module
 
 
 def build(module: ModuleType, function: str, **options):
-    """Call module.system or module.problem with the options that were given. Raises InputError for unknown ones."""
+    """Call module.system or module.problem with the options that were given. Raises InputError for
+    unknown ones.
+    """
     chosen = {key: value for key, value in options.items() if value is not None}
     target = getattr(module, function)
     takes = inspect.signature(target).parameters
     for key in chosen:
         if key not in takes:
             known_options = ", ".join(takes) or "no options"
-            raise InputError(f"{key}: expected an option of {module.__name__}.{function} ({known_options}).")
-    built = target(**chosen)
+            raise InputError(
+                f"{key}: expected an option of {module.__name__}.{function} ({known_options})."
+            )
+    with blamed(f"{module.__name__}.{function}(): expected it to run"):
+        built = target(**chosen)
     lacking = [name for name in WANTED.get(function, ()) if not hasattr(built, name)]
     if lacking:
         raise InputError(
-            f"{module.__name__}.{function}(): expected something with {', '.join(WANTED[function])}; "
+            f"{module.__name__}.{function}(): expected something with "
+            f"{', '.join(WANTED[function])}; "
             f"got {type(built).__name__} without {lacking[0]}."
         )
     return built

@@ -6,20 +6,32 @@ from pathlib import Path
 import numpy as np
 
 from parc_jax.answer import Answer
-from parc_jax.study.words import covering, seconds
+from parc_jax.experiment.numbers import covering, seconds
+from parc_jax.labels import name_of, unit_of
 
 
 def as_json(answer: Answer, path: Path, cold_s: float | None) -> str:
     """The facts of an answer for other programs; the answer itself is in its file."""
     proved = answer.no_plan is not None and answer.no_plan.kind == "proved"
     facts = {
-        "answer": str(path), "found": answer.found, "proved_no_plan": proved, "samples": len(answer.samples),
-        "polytopes": len(answer.pieces), "coverage": answer.coverage._asdict(), "corridors": len(answer.corridors),
-        "corridor_coverage": answer.corridor_coverage._asdict(), "counts": answer.counts,
-        "safe_share": answer.safe_share, "volume": answer.volume(), "level": answer.level, "refused": answer.refused,
-        "first_sample_cold_s": cold_s, "timings": answer.timings,
-        "first": answer.samples[0].tolist() if len(answer.samples) else None, "statement": answer.statement(),
-    }  # fmt: skip
+        "answer": str(path),
+        "found": answer.found,
+        "proved_no_plan": proved,
+        "samples": len(answer.samples),
+        "polytopes": len(answer.polytopes),
+        "coverage": answer.coverage._asdict(),
+        "corridors": len(answer.corridors),
+        "corridor_coverage": answer.corridor_coverage._asdict(),
+        "counts": answer.counts,
+        "safe_share": answer.safe_share,
+        "volume": answer.volume(),
+        "status": answer.status.label,
+        "refused": answer.refused,
+        "first_sample_cold_s": cold_s,
+        "timings": answer.timings,
+        "first": answer.samples[0].tolist() if len(answer.samples) else None,
+        "statement": answer.statement(),
+    }
     return json.dumps(facts, indent=1)
 
 
@@ -27,20 +39,30 @@ def verdict(answer: Answer, path: Path, cold_s: float | None, short: bool = Fals
     """For a terminal. cold_s: [s] to the first sample of a first query, compiling included."""
     lines = []
     if answer.found and not short:
-        n_p, t = answer.model.n_p, answer.timings
+        n_p, names, t = answer.model.n_p, answer.model.labels, answer.timings
         # the exact check may have refused every sample and accepted a polytope
-        plan = answer.samples[0] if len(answer.samples) else np.concatenate([answer.pieces[0].p0, answer.pieces[0].k])
+        plan = (
+            answer.samples[0]
+            if len(answer.samples)
+            else np.concatenate([answer.polytopes[0].p0, answer.polytopes[0].k])
+        )
         lines += [
             f"first safe sample      {seconds(cold_s)} cold, {seconds(t['first_sample_s'])} warm",
             f"safe                   {100 * answer.safe_share:.1f} % of the goal-reaching set",
-            f"corridors              {len(answer.corridors)}, {covering(answer.corridor_coverage._asdict())}",
+            f"corridors              {len(answer.corridors)}, "
+            f"{covering(answer.corridor_coverage._asdict())}",
         ]
-        if answer.pieces:
-            lines.append(f"safe polytopes         {len(answer.pieces)}, {covering(answer.coverage._asdict())}")
+        if answer.polytopes:
+            lines.append(
+                f"safe polytopes         {len(answer.polytopes)}, "
+                f"{covering(answer.coverage._asdict())}"
+            )
         lines += [
             f"safe set               in {seconds(t['cover_s'])}",
-            f"proof                  {answer.level}, {answer.refused} refused, in {seconds(t['proof_s'])}",
-            f"for example            p0 = {_row(plan[:n_p])}, k = {_row(plan[n_p:])}",
+            f"proof                  {answer.status}, {answer.refused} refused, in "
+            f"{seconds(t['proof_s'])}",
+            f"for example            start at {_named(plan[:n_p], names.p)}",
+            f"                       with {_named(plan[n_p:], names.k)}",
             "",
         ]
     lines.append(answer.statement())
@@ -49,5 +71,7 @@ def verdict(answer: Answer, path: Path, cold_s: float | None, short: bool = Fals
     return "\n".join(lines)
 
 
-def _row(values: np.ndarray) -> str:
-    return "(" + ", ".join(f"{v:.5g}" for v in values) + ")"
+def _named(values: np.ndarray, labels: tuple[str, ...]) -> str:
+    """Values with names and units."""
+    parts = zip(values, labels, strict=True)
+    return ", ".join(f"{name_of(n)} = {v:.5g} {unit_of(n)}".rstrip() for v, n in parts)

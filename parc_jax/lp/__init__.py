@@ -1,0 +1,1 @@
+"""Linear programs with checked answers: the calls of docs/lp.md are public."""

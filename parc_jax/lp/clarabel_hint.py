@@ -8,6 +8,7 @@ from parc_jax.lp.program import LinearProgram
 
 _MAX_ITERATIONS = 200
 _ACCURACY = 1e-10  # asked of the solver; the verdict does not rely on it
+_KINDS = {"Solved": "solved", "PrimalInfeasible": "empty", "DualInfeasible": "unbounded"}
 
 
 @dataclass(frozen=True)
@@ -32,13 +33,15 @@ def clarabel_hint(lp: LinearProgram) -> Hint:
 
     rows, offsets = lp.bound_rows()
     matrix = np.concatenate([lp.E, lp.A, rows])
-    e, h = lp.E.shape[0], lp.A.shape[0]
-    nothing = Hint("trouble", np.full(lp.n, np.nan), np.full(h + 2 * e, np.nan), np.full(len(offsets), np.nan), "")
+    e = lp.E.shape[0]
+    h = lp.A.shape[0]
     settings = clarabel.DefaultSettings()
     settings.verbose = False
     settings.max_iter = _MAX_ITERATIONS
     settings.max_threads = 1
-    settings.tol_gap_abs = settings.tol_gap_rel = settings.tol_feas = _ACCURACY
+    settings.tol_gap_abs = _ACCURACY
+    settings.tol_gap_rel = _ACCURACY
+    settings.tol_feas = _ACCURACY
     cones = [clarabel.NonnegativeConeT(h + len(offsets))]
     if e:
         cones.insert(0, clarabel.ZeroConeT(e))
@@ -52,14 +55,28 @@ def clarabel_hint(lp: LinearProgram) -> Hint:
             settings,
         ).solve()
         words = str(solution.status)
-        x, z = np.array(solution.x, dtype=float), np.array(solution.z, dtype=float)
+        x = np.array(solution.x, dtype=float)
+        z = np.array(solution.z, dtype=float)
     except Exception as error:  # a solver that panics is a solver in trouble
-        return Hint(nothing.kind, nothing.x, nothing.y, nothing.y_bounds, f"{type(error).__name__}: {error}")
-    kind = {"Solved": "solved", "PrimalInfeasible": "empty", "DualInfeasible": "unbounded"}.get(words, "trouble")
+        return _trouble(lp, f"{type(error).__name__}: {error}")
     if x.shape != (lp.n,) or z.shape != (matrix.shape[0],):
-        return Hint(nothing.kind, nothing.x, nothing.y, nothing.y_bounds, f"{words} with vectors of the wrong length")
-    w = z[:e]
-    return Hint(kind, x, np.concatenate([z[e : e + h], np.maximum(w, 0), np.maximum(-w, 0)]), z[e + h :], words)
+        return _trouble(lp, f"{words} with vectors of the wrong length")
+    of_equalities = z[:e]
+    y = np.concatenate([z[e : e + h], np.maximum(of_equalities, 0), np.maximum(-of_equalities, 0)])
+    return Hint(_KINDS.get(words, "trouble"), x, y, z[e + h :], words)
+
+
+def _trouble(lp: LinearProgram, words: str) -> Hint:
+    """A hint that says nothing."""
+    n_rows = len(lp.b) + 2 * len(lp.f)
+    n_bounds = len(lp.bound_rows()[1])
+    return Hint(
+        "trouble",
+        np.full(lp.n, np.nan),
+        np.full(n_rows, np.nan),
+        np.full(n_bounds, np.nan),
+        words,
+    )
 
 
 def _dense_to_csc(matrix: np.ndarray):
@@ -68,4 +85,6 @@ def _dense_to_csc(matrix: np.ndarray):
 
     rows, columns = matrix.shape
     indices = np.tile(np.arange(rows), columns)
-    return sparse.csc_matrix((matrix.T.ravel(), indices, np.arange(columns + 1) * rows), shape=matrix.shape)
+    return sparse.csc_matrix(
+        (matrix.T.ravel(), indices, np.arange(columns + 1) * rows), shape=matrix.shape
+    )

@@ -1,11 +1,13 @@
-"""Interior-point kernel for one tiny linear program, min c.x over {A x <= b}, or for many at once along trailing axes.
+"""Interior-point kernel for one tiny linear program, min c.x over {A x <= b}, or for many at once
+along trailing axes.
 
-The simplified homogeneous self-dual embedding (Xu, Hung, Ye 1996) with Mehrotra's predictor and corrector: it needs no
-feasible start, and ends either at an optimum (tau > kappa) or at a Farkas ray (tau < kappa). The number of iterations
-is fixed, so the whole batch runs in one compiled loop. Its answers are hints; `batch` checks them.
+The simplified homogeneous self-dual embedding (Xu, Hung, Ye 1996) with Mehrotra's predictor and
+corrector: it needs no feasible start, and ends either at an optimum (tau > kappa) or at a Farkas
+ray (tau < kappa). The number of iterations is fixed, so the whole batch runs in one compiled loop.
+Its answers are hints; `batch` checks them.
 
-Layout: a vector over the n variables is a list of n arrays, a vector over the h rows is one array with axis 0 = rows.
-All further axes are batch axes and come last, where the arithmetic vectorises.
+Layout: a vector over the n variables is a list of n arrays, a vector over the h rows is one array
+with axis 0 = rows. All further axes are batch axes and come last, where the arithmetic vectorises.
 """
 
 from typing import NamedTuple
@@ -13,16 +15,23 @@ from typing import NamedTuple
 import jax
 import jax.numpy as jnp
 
-from parc_jax.lp.cholesky import dot, factor, solve
-
 N_ITERATIONS = 18
 _STEP = 0.995  # share of the way to the boundary
-_STOP = 1e-15  # complementarity below which an iterate is frozen: further steps would only add rounding
+# complementarity below which an iterate is frozen: further steps would only add rounding
+_STOP = 1e-15
 _RIDGE = 1e-15  # relative diagonal shift of the normal matrix
+# a pivot that rounding made negative: the step is then poor, and the check afterwards says so
+_FLOOR = 1e-300
+
+# strict lower triangle by row, and reciprocals of the diagonal
+Factor = tuple[list[list[jax.Array]], list[jax.Array]]
 
 
 class State(NamedTuple):
-    """Iterate of the embedding. x: list of n arrays (...). y, s: (h, ...) > 0. tau, kappa: (...) > 0."""
+    """Iterate of the embedding.
+
+    x: list of n arrays (...). y, s: (h, ...) > 0. tau, kappa: (...) > 0.
+    """
 
     x: list[jax.Array]
     y: jax.Array
@@ -32,10 +41,11 @@ class State(NamedTuple):
 
 
 def interior_point(c: list[jax.Array], A: list[jax.Array], b: jax.Array) -> State:
-    """c: n arrays (...). A: n columns (h, ...). b: (h, ...). Rows of unit length; a padding row has A = 0, b = 1.
+    """c: n arrays (...). A: n columns (h, ...). b: (h, ...). Rows of unit length; a padding row has
+    A = 0, b = 1.
 
-    If tau > kappa: x / tau is nearly optimal, y / tau nearly dual optimal. Otherwise y is nearly a Farkas ray, or x a
-    ray of descent.
+    If tau > kappa: x / tau is nearly optimal, y / tau nearly dual optimal. Otherwise y is nearly a
+    Farkas ray, or x a ray of descent.
     """
     one = jnp.ones_like(c[0])
     start = State([jnp.zeros_like(one) for _ in A], jnp.ones_like(b), jnp.ones_like(b), one, one)
@@ -44,7 +54,8 @@ def interior_point(c: list[jax.Array], A: list[jax.Array], b: jax.Array) -> Stat
 
 def _iterate(c, A, b, st: State) -> State:
     """One predictor-corrector step; a converged or broken iterate stays where it is."""
-    h, zero = b.shape[0], st.tau
+    h = b.shape[0]
+    zero = st.tau
     D = st.y / st.s
     scaled = [column * D for column in A]
     M = [[(scaled[i] * A[j]).sum(0) for j in range(i + 1)] for i in range(len(A))]
@@ -58,17 +69,24 @@ def _iterate(c, A, b, st: State) -> State:
     value_gap = -(dot(c, st.x, zero) + (b * st.y).sum(0) + st.kappa)
     mu = ((st.s * st.y).sum(0) + st.tau * st.kappa) / (h + 1.0)
 
-    # The direction is affine in the step of tau: dx = u + v dtau; v is shared by predictor and corrector.
-    v = solve(factored, [g - c_j for g, c_j in zip(_transposed(A, D * b), c, strict=True)])
+    # The direction is affine in the step of tau: dx = u + v dtau; v is shared by predictor and
+    # corrector.
+    v = solve_factored(factored, [g - c_j for g, c_j in zip(_transposed(A, D * b), c, strict=True)])
     dy_per_tau = D * (_rows(A, v) - b)
     slope = dot(c, v, zero) + (b * dy_per_tau).sum(0) - st.kappa / st.tau
 
     def direction(eta, to_center, to_center_tau) -> State:
-        """Newton direction that removes the share eta of the gaps and aims s*y and tau*kappa at their targets."""
+        """Newton direction that removes the share eta of the gaps and aims s*y and tau*kappa at
+        their targets.
+        """
         pull = D * row_gap * eta[None] - to_center / st.s
-        u = solve(factored, [eta * r + g for r, g in zip(dual_gap, _transposed(A, pull), strict=True)])
+        u = solve_factored(
+            factored, [eta * r + g for r, g in zip(dual_gap, _transposed(A, pull), strict=True)]
+        )
         dy_fixed = D * _rows(A, u) - pull
-        dtau = (eta * value_gap - dot(c, u, zero) - (b * dy_fixed).sum(0) - to_center_tau / st.tau) / slope
+        dtau = (
+            eta * value_gap - dot(c, u, zero) - (b * dy_fixed).sum(0) - to_center_tau / st.tau
+        ) / slope
         dy = dy_fixed + dy_per_tau * dtau[None]
         return State(
             [p + q * dtau for p, q in zip(u, v, strict=True)],
@@ -118,3 +136,41 @@ def _rows(A, x):
 def _transposed(A, y):
     """A'y: list of n arrays."""
     return [(column * y).sum(0) for column in A]
+
+
+# Cholesky factorisation written out entry by entry (n <= 10): XLA fuses it over any trailing batch
+# axes, and no LAPACK call is involved, whose batched form is slow for such sizes and has been seen
+# to hang on machines with few cores.
+
+
+def factor(M: list[list[jax.Array]]) -> Factor:
+    """M = L L' from the lower triangle M[i][j], j <= i; entries of any one shape."""
+    n = len(M)
+    L: list[list[jax.Array]] = [[] for _ in range(n)]
+    inverse: list[jax.Array] = []
+    for i in range(n):
+        for j in range(i):
+            L[i].append((M[i][j] - dot(L[i][:j], L[j][:j], M[i][j])) * inverse[j])
+        pivot = M[i][i] - dot(L[i], L[i], M[i][i])
+        inverse.append(jax.lax.rsqrt(jnp.maximum(pivot, _FLOOR)))
+    return L, inverse
+
+
+def solve_factored(factored: Factor, r: list[jax.Array]) -> list[jax.Array]:
+    """x with L L' x = r; entries as in `factor`."""
+    L, inverse = factored
+    n = len(r)
+    z: list[jax.Array] = []
+    for i in range(n):
+        z.append((r[i] - dot(L[i], z, r[i])) * inverse[i])
+    for i in reversed(range(n)):
+        z[i] = (z[i] - dot([L[k][i] for k in range(i + 1, n)], z[i + 1 :], z[i])) * inverse[i]
+    return z
+
+
+def dot(u: list[jax.Array], v: list[jax.Array], like: jax.Array) -> jax.Array:
+    """Sum of products entry by entry; zeros shaped as `like` for empty lists."""
+    total = jnp.zeros_like(like)
+    for a, b in zip(u, v, strict=True):
+        total = total + a * b
+    return total

@@ -10,7 +10,8 @@ from parc_jax.errors import InputError
 
 @dataclass(frozen=True)
 class LinearProgram:
-    """min c.x over {A x <= b, E x = f, lo <= x <= hi}. Build with `linear_program`, which validates.
+    """min c.x over {A x <= b, E x = f, lo <= x <= hi}. Build with `linear_program`, which
+    validates.
 
     c: (n,). A: (h, n). b: (h,). E: (e, n). f: (e,). lo, hi: (n,), infinite where there is no bound.
     """
@@ -34,9 +35,11 @@ class LinearProgram:
 
     def bound_rows(self) -> tuple[np.ndarray, np.ndarray]:
         """The finite bounds as rows: x_j <= hi_j first, then -x_j <= -lo_j."""
-        above, below = np.isfinite(self.hi), np.isfinite(self.lo)
+        above = np.isfinite(self.hi)
+        below = np.isfinite(self.lo)
         eye = np.eye(self.n)
-        return np.concatenate([eye[above], -eye[below]]), np.concatenate([self.hi[above], -self.lo[below]])
+        rows = np.concatenate([eye[above], -eye[below]])
+        return rows, np.concatenate([self.hi[above], -self.lo[below]])
 
 
 def linear_program(c, A, b, E=None, f=None, lo=None, hi=None) -> LinearProgram:
@@ -46,10 +49,13 @@ def linear_program(c, A, b, E=None, f=None, lo=None, hi=None) -> LinearProgram:
     b = as_float64("LP offsets b", b, (A.shape[0],))
     c = as_float64("LP objective c", c, (n,))
     if (E is None) != (f is None):
-        raise InputError("LP: expected equalities as a pair E (e, n), f (e,); got only one of them.")
+        raise InputError(
+            "LP: expected equalities as a pair E (e, n), f (e,); got only one of them."
+        )
     E = np.zeros((0, n)) if E is None else as_float64("LP equalities E", E, (None, n))
     f = np.zeros(0) if f is None else as_float64("LP equality offsets f", f, (E.shape[0],))
-    lo, hi = _bound("lo", lo, -np.inf, n), _bound("hi", hi, np.inf, n)
+    lo = _bound("lo", lo, -np.inf, n)
+    hi = _bound("hi", hi, np.inf, n)
     return LinearProgram(c, A, b, E, f, lo, hi)
 
 
@@ -58,5 +64,7 @@ def _bound(name: str, value, missing: float, n: int) -> np.ndarray:
         return np.full(n, missing)
     value = np.asarray(value, dtype=np.float64)
     if value.shape != (n,) or np.isnan(value).any() or (value == -missing).any():
-        raise InputError(f"LP bound {name}: expected shape ({n},), finite or {missing}; got {value}.")
+        raise InputError(
+            f"LP bound {name}: expected shape ({n},), finite or {missing}; got {value}."
+        )
     return value

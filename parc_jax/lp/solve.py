@@ -1,4 +1,6 @@
-"""The host door to linear programs: Clarabel's answers, each checked before it becomes a verdict."""
+"""The host door to linear programs: Clarabel's answers, each checked before it becomes a
+verdict.
+"""
 
 import numpy as np
 
@@ -14,14 +16,17 @@ def solve(c, A, b, E=None, f=None, lo=None, hi=None) -> LPResult:
     """min c.x over {A x <= b, E x = f, lo <= x <= hi}.
 
     c: (n,). A: (h, n), b: (h,). E: (e, n), f: (e,) or None. lo, hi: (n,), may be infinite, or None.
-    Returns LPResult; its `lower` is proved whatever the status. Bounds make proofs cheap; without them the dual witness
-    is repaired in rational arithmetic. Raises InputError on wrong shapes or non-finite data, never on solver trouble.
+    Returns LPResult; its `lower` is proved whatever the status. Bounds make proofs cheap; without
+    them the dual witness is repaired in rational arithmetic. Raises InputError on wrong shapes or
+    non-finite data, never on solver trouble.
     """
     return solve_program(linear_program(c, A, b, E, f, lo, hi))
 
 
 def feasible(A, b, E=None, f=None, lo=None, hi=None) -> LPResult:
-    """Is {A x <= b, E x = f, lo <= x <= hi} empty? FEASIBLE with a point, INFEASIBLE with a proof, or UNKNOWN."""
+    """Is {A x <= b, E x = f, lo <= x <= hi} empty? FEASIBLE with a point, INFEASIBLE with a proof,
+    or UNKNOWN.
+    """
     return solve(np.zeros(np.shape(A)[1]), A, b, E, f, lo, hi)
 
 
@@ -51,7 +56,9 @@ def _checked(lp: LinearProgram, hint: Hint) -> LPResult:
 
 
 def _with_point(lp: LinearProgram, x, hint: Hint, lower: float) -> LPResult:
-    """FEASIBLE if the point satisfies the rows, OPTIMAL if the proved lower bound meets its value."""
+    """FEASIBLE if the point satisfies the rows, OPTIMAL if the proved lower bound meets its
+    value.
+    """
     A, b = lp.stacked()
     if not violation(x, A, b, lp.lo, lp.hi) <= TOLERANCES.lp_feasible:  # False for NaN
         return _result(lp, LPStatus.UNKNOWN, None, hint, lower)
@@ -65,7 +72,8 @@ def _lower_bound(lp: LinearProgram, c, hint: Hint) -> float:
     A, b = lp.stacked()
     lo, hi = row_bounds(A, b, lp.lo, lp.hi)
     y = np.where(hint.y > 0, hint.y, 0.0)
-    scale = 1.0 if c.any() else max(float(np.max(y, initial=0.0)), float(np.max(hint.y_bounds, initial=0.0)))
+    largest = max(float(np.max(y, initial=0.0)), float(np.max(hint.y_bounds, initial=0.0)))
+    scale = 1.0 if c.any() else largest
     if not (np.isfinite(scale) and scale > 0):
         return -np.inf
     # Valid for any multipliers. The float proof finds the best multipliers of the bounds by itself.
@@ -79,19 +87,25 @@ def _lower_bound(lp: LinearProgram, c, hint: Hint) -> float:
 
 
 def _falls_for_ever(lp: LinearProgram, ray: np.ndarray) -> bool:
-    """Does the objective fall along the ray without leaving the rows (to lp_feasible, for a ray of size one)?"""
+    """Does the objective fall along the ray without leaving the rows (to lp_feasible, for a ray of
+    size one)?
+    """
     length = float(np.abs(ray).max())
     if not (np.isfinite(length) and length > 0):
         return False
     ray = ray / length
     A, b = lp.stacked()
     rows, offsets = lp.bound_rows()
-    stays = violation(ray, np.concatenate([A, rows]), np.zeros(len(b) + len(offsets))) <= TOLERANCES.lp_feasible
-    return bool(stays) and float(lp.c @ ray) < -TOLERANCES.lp_feasible * float(np.linalg.norm(lp.c))
+    leaves = violation(ray, np.concatenate([A, rows]), np.zeros(len(b) + len(offsets)))
+    stays = bool(leaves <= TOLERANCES.lp_feasible)
+    least = TOLERANCES.lp_feasible * float(np.linalg.norm(lp.c))
+    return stays and float(lp.c @ ray) < -least
 
 
 def _by_elastic_rows(lp: LinearProgram, words: str) -> LPResult:
-    """Second opinion on feasibility: min t over {A x <= b + t |A|, |E x - f| <= t |E|}, never empty nor flat."""
+    """Second opinion on feasibility: min t over {A x <= b + t |A|, |E x - f| <= t |E|}, never empty
+    nor flat.
+    """
     A, b = lp.stacked()
     rows, offsets = lp.bound_rows()
     length = np.linalg.norm(A, axis=1, keepdims=True)
@@ -109,9 +123,13 @@ def _by_elastic_rows(lp: LinearProgram, words: str) -> LPResult:
 
 
 def _result(lp: LinearProgram, status: LPStatus, x, hint: Hint, lower: float) -> LPResult:
-    h, e = lp.A.shape[0], lp.E.shape[0]
+    h = lp.A.shape[0]
+    e = lp.E.shape[0]
     x = np.full(lp.n, np.nan) if x is None else x
     upper = float(lp.c @ x) if np.isfinite(x).all() else np.inf
-    signed = hint.y[h : h + e] - hint.y[h + e :] if status is not LPStatus.UNKNOWN else np.full(e, np.nan)
-    multipliers = np.maximum(hint.y[:h], 0.0) if status is not LPStatus.UNKNOWN else np.full(h, np.nan)
-    return LPResult(status, x, multipliers, signed, float(lower), upper, hint.words)
+    multipliers = np.full(h, np.nan)
+    of_equalities = np.full(e, np.nan)
+    if status is not LPStatus.UNKNOWN:
+        multipliers = np.maximum(hint.y[:h], 0.0)
+        of_equalities = hint.y[h : h + e] - hint.y[h + e :]
+    return LPResult(status, x, multipliers, of_equalities, float(lower), upper, hint.words)

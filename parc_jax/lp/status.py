@@ -7,9 +7,11 @@ import numpy as np
 
 
 class LPStatus(enum.IntEnum):
-    """Verdict on min c.x over a polytope. Every one but UNKNOWN rests on a witness that we checked ourselves.
+    """Verdict on min c.x over a polytope. Every one but UNKNOWN rests on a witness that we checked
+    ourselves.
 
-    Only INFEASIBLE may be read as "empty" or "not contained". UNKNOWN never means safe, and never means empty.
+    Only INFEASIBLE may be read as "empty" or "not contained". UNKNOWN never means safe, and never
+    means empty.
     """
 
     OPTIMAL = 0
@@ -25,12 +27,16 @@ class LPStatus(enum.IntEnum):
 
 
 _ADVICE = {
-    LPStatus.OPTIMAL: "A point satisfies the rows; a dual witness shows that no point is better by more than lp_gap.",
-    LPStatus.FEASIBLE: "A point satisfies the rows to lp_feasible; nothing is claimed about how good it is. "
+    LPStatus.OPTIMAL: "A point satisfies the rows; a dual witness shows that no point is better by "
+    "more than lp_gap.",
+    LPStatus.FEASIBLE: "A point satisfies the rows to lp_feasible; nothing is claimed about how "
+    "good it is. "
     "For a proved optimum give bounds (lo, hi) or rescale the rows to unit length.",
     LPStatus.INFEASIBLE: "A dual witness proves that no point satisfies the rows.",
-    LPStatus.UNBOUNDED: "A point and a direction show that the objective falls without limit. Add the bounds you know.",
-    LPStatus.UNKNOWN: "The solver stopped early, or its answer failed our check. Treat the set as possibly non-empty. "
+    LPStatus.UNBOUNDED: "A point and a direction show that the objective falls without limit. Add "
+    "the bounds you know.",
+    LPStatus.UNKNOWN: "The solver stopped early, or its answer failed our check. Treat the set as "
+    "possibly non-empty. "
     "Rescale the rows to unit length, or give bounds (lo, hi) that the set is known to satisfy.",
 }
 
@@ -41,7 +47,8 @@ class LPResult:
 
     status: LPStatus.
     x: (n,) a point that satisfies the rows to lp_feasible; NaN where there is none.
-    multipliers: (h,) of the rows, >= 0, and equality_multipliers: (e,): the dual hint; NaN where there is none.
+    multipliers: (h,) of the rows, >= 0, and equality_multipliers: (e,): the dual hint; NaN where
+        there is none.
     lower: proved lower bound of the minimum, -inf where none was proved (+inf: proved empty).
     upper: c.x at the point, +inf where there is no point.
     words: what the solver said, for people.

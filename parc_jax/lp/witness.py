@@ -1,8 +1,9 @@
-"""Witnesses: the few inequalities on which every LP verdict rests. NumPy float64 with rounding accounted for.
+"""Witnesses: the few inequalities on which every LP verdict rests. NumPy float64 with rounding
+accounted for.
 
-A solver's output is a hint. A point is checked against the rows; multipliers are turned into a bound that is valid
-whatever they are (Neumaier and Shcherbina's self-correcting bound, theorem T12): there is no equality to miss.
-All functions take leading batch axes.
+A solver's output is a hint. A point is checked against the rows; multipliers are turned into a
+bound that is valid whatever they are (Neumaier and Shcherbina's self-correcting bound, [T12]):
+there is no equality to miss. All functions take leading batch axes.
 """
 
 import numpy as np
@@ -12,12 +13,16 @@ _TINY = np.finfo(np.float64).tiny
 
 
 def gamma(n: int) -> float:
-    """Relative error bound of a float64 sum of n products in any order, with room for the bound's own rounding."""
+    """Relative error bound of a float64 sum of n products in any order, with room for the bound's
+    own rounding.
+    """
     return 1.01 * n * _UNIT / (1 - n * _UNIT)
 
 
 def violation(x, A, b, lo=None, hi=None):
-    """Largest amount by which x (..., n) misses a row of A x <= b or a bound [row units]: (...), NaN for a NaN x."""
+    """Largest amount by which x (..., n) misses a row of A x <= b or a bound [row units]: (...),
+    NaN for a NaN x.
+    """
     with np.errstate(invalid="ignore", over="ignore"):
         worst = (np.einsum("...hn,...n->...h", A, x) - b).max(axis=-1, initial=0.0)
         if lo is not None:
@@ -30,20 +35,26 @@ def violation(x, A, b, lo=None, hi=None):
 def dual_bound(c, A, b, multipliers, lo, hi):
     """Proved lower bound of min c.x over {A x <= b, lo <= x <= hi}. [T12b]
 
-    c: (..., n). A: (..., h, n). b, multipliers: (..., h); negative and NaN multipliers count as zero.
-    lo, hi: (..., n), infinite where unknown. Returns (...), rounded down; -inf where the multipliers prove nothing.
+    c: (..., n). A: (..., h, n). b, multipliers: (..., h); negative and NaN multipliers count as
+        zero.
+    lo, hi: (..., n), infinite where unknown. Returns (...), rounded down; -inf where the
+        multipliers prove nothing.
 
-    For any mu >= 0 and rho = c + A'mu:  c.x = rho.x - mu.A x >= sum_j min(rho_j lo_j, rho_j hi_j) - mu.b.
+    For any mu >= 0 and rho = c + A'mu:  c.x = rho.x - mu.A x >= sum_j min(rho_j lo_j, rho_j hi_j) -
+    mu.b.
     """
     mu = np.where(multipliers > 0, multipliers, 0.0)
     h, n = A.shape[-2:]
     with np.errstate(invalid="ignore", over="ignore"):
         rho = c + np.einsum("...hn,...h->...n", A, mu)
         slack = gamma(h + 2) * (np.abs(c) + np.einsum("...hn,...h->...n", np.abs(A), mu))
-        slack = slack + h * _TINY * (A != 0).any(axis=-2)  # products that underflow; an unused coordinate is free
-        below, above = rho - slack, rho + slack
+        # products that underflow; an unused coordinate is free
+        slack = slack + h * _TINY * (A != 0).any(axis=-2)
+        below = rho - slack
+        above = rho + slack
         least = np.minimum(
-            np.minimum(_times(below, lo), _times(below, hi)), np.minimum(_times(above, lo), _times(above, hi))
+            np.minimum(_times(below, lo), _times(below, hi)),
+            np.minimum(_times(above, lo), _times(above, hi)),
         )
         offset = np.einsum("...h,...h->...", mu, b)
         size = np.einsum("...h,...h->...", mu, np.abs(b)) + np.abs(least).sum(axis=-1)
@@ -52,28 +63,39 @@ def dual_bound(c, A, b, multipliers, lo, hi):
 
 
 def proves_empty(A, b, multipliers, lo, hi, margin: float):
-    """True where the multipliers prove that {A x <= b, lo <= x <= hi} is empty. [T12b with c = 0, a Farkas witness]
+    """True where the multipliers prove that {A x <= b, lo <= x <= hi} is empty. [T12b], with c
+    = 0 a Farkas witness.
 
-    multipliers: (..., h), scaled so that the largest is one. margin: [row units] by which the proof must clear zero.
+    multipliers: (..., h), scaled so that the largest is one. margin: [row units] by which the proof
+        must clear zero.
     """
-    scale = np.max(np.where(np.isfinite(multipliers), multipliers, 0.0), axis=-1, keepdims=True, initial=0.0)
+    scale = np.max(
+        np.where(np.isfinite(multipliers), multipliers, 0.0), axis=-1, keepdims=True, initial=0.0
+    )
     y = multipliers / np.where(scale > 0, scale, 1.0)
     return dual_bound(np.zeros(A.shape[-1]), A, b, y, lo, hi) > margin
 
 
 def row_bounds(A, b, lo=None, hi=None):
-    """Bounds (lo, hi), each (..., n), that rows with a single nonzero entry imply; infinite where none do.
+    """Bounds (lo, hi), each (..., n), that rows with a single nonzero entry imply; infinite where
+    none do.
 
     Rounded outward. Bounds passed in are intersected with them.
     """
     single = (A != 0).sum(axis=-1, keepdims=True) == 1
     with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
         limit = b[..., None] / A
-    above = np.where(single & (A > 0), np.nextafter(limit, np.inf), np.inf).min(axis=-2, initial=np.inf)
-    below = np.where(single & (A < 0), np.nextafter(limit, -np.inf), -np.inf).max(axis=-2, initial=-np.inf)
-    return (below if lo is None else np.maximum(below, lo)), (above if hi is None else np.minimum(above, hi))
+        up = np.nextafter(limit, np.inf)
+        down = np.nextafter(limit, -np.inf)
+    above = np.where(single & (A > 0), up, np.inf).min(axis=-2, initial=np.inf)
+    below = np.where(single & (A < 0), down, -np.inf).max(axis=-2, initial=-np.inf)
+    below = below if lo is None else np.maximum(below, lo)
+    above = above if hi is None else np.minimum(above, hi)
+    return below, above
 
 
 def _times(a, b):
-    """Product in which 0 * inf is 0: a coefficient that is exactly zero pays nothing for an unknown bound."""
+    """Product in which 0 * inf is 0: a coefficient that is exactly zero pays nothing for an unknown
+    bound.
+    """
     return np.where(a == 0, 0.0, a * b)

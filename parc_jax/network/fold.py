@@ -1,13 +1,17 @@
-"""Normalisation, and folding it into float64 weights: the folded network is the one that is verified."""
+"""Normalisation, and folding it into float64 weights: the folded network is the one that is
+verified.
+"""
 
 from typing import NamedTuple
 
 import numpy as np
 
 from parc_jax.errors import InputError, SoundnessError
+from parc_jax.network.predict import outputs
 from parc_jax.network.relu import ReLUNetwork, relu_network
 
-FOLD_RELATIVE = 1e-10  # [1] largest difference of folded and unfolded outputs, relative to their size
+# [1] largest difference of folded and unfolded outputs, relative to their size
+FOLD_RELATIVE = 1e-10
 
 
 class Normalisation(NamedTuple):
@@ -20,13 +24,17 @@ class Normalisation(NamedTuple):
 
     @classmethod
     def of(cls, k: np.ndarray, y: np.ndarray, n_p_outputs: int) -> "Normalisation":
-        """Statistics of k (n, n_k), y (n, n_out). All workspace outputs share one scale: metres stay comparable.
+        """Statistics of k (n, n_k), y (n, n_out). All workspace outputs share one scale: metres
+        stay comparable.
 
         Raises InputError when a parameter does not vary at all.
         """
         x_scale = k.std(axis=0)
         if not (x_scale > 0).all():
-            raise InputError(f"train: expected every parameter to vary; axis {int(np.argmin(x_scale))} is constant.")
+            raise InputError(
+                f"train: expected every parameter to vary; axis {int(np.argmin(x_scale))} is "
+                "constant."
+            )
         spread = y.std(axis=0)
         scale = np.where(spread > 0, spread, 1.0)
         scale[:n_p_outputs] = np.sqrt((spread[:n_p_outputs] ** 2).mean()) or 1.0
@@ -44,11 +52,13 @@ class Normalisation(NamedTuple):
 def fold(weights, biases, norm: Normalisation) -> ReLUNetwork:
     """The float64 network on raw units equal to y_mean + y_scale * net((k - x_mean) / x_scale).
 
-    weights: list of (out, in), biases: list of (out,), hidden ReLU. The equality is checked on corner and random inputs
-    before the network is returned; a difference above FOLD_RELATIVE raises SoundnessError.
+    weights: list of (out, in), biases: list of (out,), hidden ReLU. The equality is checked on
+    corner and random inputs before the network is returned; a difference above FOLD_RELATIVE raises
+    SoundnessError.
     """
-    weights, biases = [np.array(W, np.float64) for W in weights], [np.array(b, np.float64) for b in biases]
-    plain = (list(weights), list(biases))
+    weights = [np.array(W, np.float64) for W in weights]
+    biases = [np.array(b, np.float64) for b in biases]
+    plain = ReLUNetwork(tuple(weights), tuple(biases))
     weights[-1] = norm.y_scale[:, None] * weights[-1]
     biases[-1] = norm.y_scale * biases[-1] + norm.y_mean
     first = weights[0] / norm.x_scale
@@ -56,15 +66,12 @@ def fold(weights, biases, norm: Normalisation) -> ReLUNetwork:
     weights[0] = first
     net = relu_network(weights, biases)
     x = np.random.default_rng(0).uniform(-2, 2, (512, len(norm.x_mean)))
-    expected = norm.y_mean + norm.y_scale * _forward(*plain, x)
-    got = _forward(net.weights, net.biases, norm.x_mean + norm.x_scale * x)
+    expected = norm.y_mean + norm.y_scale * outputs(plain, x)
+    got = outputs(net, norm.x_mean + norm.x_scale * x)
     gap = np.abs(expected - got).max() / max(1.0, np.abs(expected).max())
     if not gap <= FOLD_RELATIVE:
-        raise SoundnessError(f"fold: folded and unfolded networks differ by {gap:.1e} (relative); check the scalings.")
+        raise SoundnessError(
+            f"fold: folded and unfolded networks differ by {gap:.1e} (relative); check the "
+            "scalings."
+        )
     return net
-
-
-def _forward(weights, biases, x):
-    for W, b in zip(weights[:-1], biases[:-1], strict=True):
-        x = np.maximum(x @ W.T + b, 0)
-    return x @ weights[-1].T + biases[-1]

@@ -1,4 +1,6 @@
-"""PARC as the simplest trajectory model: one affine map per time step, fitted by least squares over K."""
+"""PARC as the simplest trajectory model: one affine map per time step, fitted by least squares over
+K.
+"""
 
 import numpy as np
 
@@ -8,10 +10,12 @@ from parc_jax.network.relu import ReLUNetwork, relu_network
 
 
 def fit_affine(k, outputs) -> ReLUNetwork:
-    """The affine map k -> C k + d nearest to the samples in the mean square: a network without hidden layers. [PARC]
+    """The affine map k -> C k + d nearest to the samples in the mean square: a network without
+    hidden layers. [PARC]
 
-    k: (N, n_k). outputs: (N, n_out), trajectories in the output layout c_1 ... c_T, q. N > n_k samples in general
-    position. It passes through the same stages as any network: one region, one activation pattern of length zero.
+    k: (N, n_k). outputs: (N, n_out), trajectories in the output layout c_1 ... c_T, q. N > n_k
+    samples in general position. It passes through the same stages as any network: one region, one
+    activation pattern of length zero.
     Raises InputError if the samples do not determine the map.
     """
     k = as_float64("parameters k", k, (None, None))
@@ -22,7 +26,8 @@ def fit_affine(k, outputs) -> ReLUNetwork:
     solution, _, rank, _ = np.linalg.lstsq(rows, outputs, rcond=None)
     if rank < rows.shape[1]:
         raise InputError(
-            f"fit_affine: expected more than {k.shape[1]} samples that vary in all {k.shape[1]} parameters; "
+            f"fit_affine: expected more than {k.shape[1]} samples that vary in all {k.shape[1]} "
+            "parameters; "
             f"got {len(k)} samples of rank {rank}. Draw k at random from the domain."
         )
     C = solution[:-1].T / spread

@@ -1,14 +1,16 @@
-"""The trajectory network as plain float64 arrays: the object every claim and every proof is about."""
+"""The trajectory network as plain float64 arrays: the object every claim and every proof is
+about.
+"""
 
 import itertools
 
 import jax
-import jax.numpy as jnp
 import numpy as np
 from flax import struct
 
 from parc_jax.arrays import as_float64, content_hash
 from parc_jax.errors import InputError
+from parc_jax.network.predict import forward
 
 
 @struct.dataclass
@@ -16,7 +18,8 @@ class ReLUNetwork:
     """x -> W_L relu(... relu(W_0 x + b_0) ...) + b_L. Build with `relu_network`, which validates.
 
     weights: tuple of (out, in) float64. biases: tuple of (out,) float64.
-    Hidden neurons are numbered layer by layer; an activation pattern is a bool vector in that order.
+    Hidden neurons are numbered layer by layer; an activation pattern is a bool vector in that
+    order.
     """
 
     weights: tuple[np.ndarray, ...]
@@ -42,24 +45,37 @@ class ReLUNetwork:
         """Content hash of the float64 weights."""
         return content_hash(*self.weights, *self.biases)
 
+    def __repr__(self) -> str:
+        if not isinstance(self.weights[0], np.ndarray):
+            return f"ReLUNetwork({self.weights!r})"
+        hidden = "-".join(map(str, self.hidden)) or "affine"
+        return f"ReLUNetwork({self.n_in} -> {hidden} -> {self.n_out}, {self.hash[:8]})"
+
     def __call__(self, x: jax.Array) -> jax.Array:
         """One input (n_in,) -> (n_out,). Pure; vmap for batches."""
-        for W, b in zip(self.weights[:-1], self.biases[:-1], strict=True):
-            x = jnp.maximum(jnp.matmul(W, x, precision=jax.lax.Precision.HIGHEST) + b, 0)
-        return jnp.matmul(self.weights[-1], x, precision=jax.lax.Precision.HIGHEST) + self.biases[-1]
+        return forward(self.weights, self.biases, x)[0]
 
 
 def relu_network(weights, biases) -> ReLUNetwork:
-    """Validated network from matching lists of (out, in) weights and (out,) biases. Raises InputError."""
+    """Validated network from matching lists of (out, in) weights and (out,) biases. Raises
+    InputError.
+    """
     if len(weights) != len(biases) or not weights:
-        raise InputError(f"network: expected one bias per weight, at least one; got {len(biases)} and {len(weights)}.")
+        raise InputError(
+            f"network: expected one bias per weight, at least one; got {len(biases)} and "
+            f"{len(weights)}."
+        )
     weights = tuple(as_float64(f"weights[{i}]", W, (None, None)) for i, W in enumerate(weights))
     rows = [W.shape[0] for W in weights]
-    biases = tuple(as_float64(f"biases[{i}]", b, (n,)) for i, (n, b) in enumerate(zip(rows, biases, strict=True)))
+    biases = tuple(
+        as_float64(f"biases[{i}]", b, (n,))
+        for i, (n, b) in enumerate(zip(rows, biases, strict=True))
+    )
     for i, (first, second) in enumerate(itertools.pairwise(weights)):
         if second.shape[1] != first.shape[0]:
             raise InputError(
-                f"network: expected weights[{i + 1}] to take the {first.shape[0]} outputs of layer {i}; "
+                f"network: expected weights[{i + 1}] to take the {first.shape[0]} outputs of layer "
+                f"{i}; "
                 f"got {second.shape[1]} columns."
             )
     return ReLUNetwork(weights, biases)

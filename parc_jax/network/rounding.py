@@ -1,4 +1,6 @@
-"""How far a float64 evaluation of the network can be from the real-number network, for every input of a box. [T10]"""
+"""How far a float64 evaluation of the network can be from the real-number network, for every input
+of a box. [T10]
+"""
 
 from typing import NamedTuple
 
@@ -13,14 +15,16 @@ SAFETY = 1 + 2.0**-10  # pays for evaluating the bound itself in float64
 
 
 class RoundingBound(NamedTuple):
-    """error: (n_out,) >= |fl N(k) - N(k)| for every k of the box. magnitude: (n_out,) >= |N(k)| and |fl N(k)|."""
+    """error: (n_out,) >= |fl N(k) - N(k)| for every k of the box. magnitude: (n_out,) >= |N(k)| and
+    |fl N(k)|.
+    """
 
     error: np.ndarray
     magnitude: np.ndarray
 
 
 def rounding_bound(net: ReLUNetwork, domain: Box) -> RoundingBound:
-    """Static bound by the recursion of T10: sums in any order, fused or not, subnormals flushed or not."""
+    """Static bound by the recursion of [T10]: sums in any order, fused or not, flushed or not."""
     size = np.maximum(np.abs(domain.lo), np.abs(domain.hi))
     error = np.zeros_like(size)
     for W, b in zip(net.weights, net.biases, strict=True):

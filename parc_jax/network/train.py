@@ -1,7 +1,8 @@
 """Training: Flax features, Optax steps, and the last layer in closed form (variable projection).
 
-The outputs are linear in the last hidden features, so that layer is solved exactly inside the loss instead of being
-descended on. By the envelope theorem the gradient needs no derivative of the solve.
+The outputs are linear in the last hidden features, so that layer is solved exactly inside the loss
+instead of being descended on. By the envelope theorem the gradient needs no derivative of the
+solve.
 """
 
 import os
@@ -18,11 +19,14 @@ import optax
 from parc_jax.errors import InputError
 from parc_jax.keys import Stage, stream
 from parc_jax.network.fold import Normalisation, fold
+from parc_jax.network.predict import features, outputs
 from parc_jax.network.relu import ReLUNetwork
 
-RIDGE = 1e-5  # [mean feature power] keeps dead and twin features from making the last layer singular
+# [mean feature power] keeps dead and twin features from making the last layer singular
+RIDGE = 1e-5
 LEARNING_RATE = 2e-2  # [normalised weights] peak step at width 8; wider layers take smaller ones
-COMPONENTS = 24  # principal directions of the outputs that training sees; the final solve uses every output
+# principal directions of the outputs that training sees; the final solve uses every output
+COMPONENTS = 24
 
 
 class Features(nn.Module):
@@ -34,29 +38,52 @@ class Features(nn.Module):
     def __call__(self, x):
         """Apply the hidden layers."""
         for width in self.hidden:
-            x = nn.relu(nn.Dense(width, kernel_init=nn.initializers.he_uniform(), bias_init=_spread)(x))
+            x = nn.relu(
+                nn.Dense(width, kernel_init=nn.initializers.he_uniform(), bias_init=_spread)(x)
+            )
         return x
 
 
 class TrainReport(NamedTuple):
-    """What training saw. tail: (seeds,) mean over K of the largest held-out error [m]; rms: (seeds,) held-out [m]."""
+    """What training saw. tail: (seeds,) mean over K of the largest held-out error [m]; rms:
+    (seeds,) held-out [m].
+    """
 
     best: int
     tail: np.ndarray
     rms: np.ndarray
 
 
-def train(data, hidden=(8, 8, 8, 8), *, key, seeds: int = 8, steps: int = 3000, batch: int = 1000, validation=0.15):
+def train(
+    data,
+    hidden=(8, 8, 8, 8),
+    *,
+    key,
+    seeds: int = 8,
+    steps: int = 3000,
+    batch: int = 1000,
+    validation=0.15,
+):
     """A ReLUNetwork k -> (c_1 ... c_T, q) fitted to `data` (RolloutBatch). [paper Sec. III-B]
 
-    Trains `seeds` networks (two at a time on two cores) and returns the one with the smallest held-out tail error,
-    which is what the tube pays for. float32 inside, float64 last layer and folding. The FIT stream of `key` is used.
+    Trains `seeds` networks (two at a time on two cores) and returns the one with the smallest
+    held-out tail error, which is what the tube pays for. float32 inside, float64 last layer and
+    folding. The FIT stream of `key` is used.
     """
-    return train_report(data, hidden, key=key, seeds=seeds, steps=steps, batch=batch, validation=validation)[0]
+    return train_report(
+        data, hidden, key=key, seeds=seeds, steps=steps, batch=batch, validation=validation
+    )[0]
 
 
 def train_report(
-    data, hidden=(8, 8, 8, 8), *, key, seeds: int = 8, steps: int = 3000, batch: int = 1000, validation=0.15
+    data,
+    hidden=(8, 8, 8, 8),
+    *,
+    key,
+    seeds: int = 8,
+    steps: int = 3000,
+    batch: int = 1000,
+    validation=0.15,
 ) -> tuple[ReLUNetwork, TrainReport]:
     """As `train`, with the held-out errors of every seed."""
     options = {"key": key, "seeds": seeds, "steps": steps, "batch": batch, "validation": validation}
@@ -64,12 +91,24 @@ def train_report(
 
 
 def fit(
-    k: np.ndarray, y: np.ndarray, n_p_outputs: int, hidden: tuple[int, ...], *, key, seeds: int = 8, steps: int = 3000,
-    batch: int = 1000, validation: float = 0.15,
-) -> tuple[ReLUNetwork, TrainReport]:  # fmt: skip
-    """`train_report` from finite arrays k (n, n_k), y (n, n_out); the first n_p_outputs of a row share one unit [m]."""
+    k: np.ndarray,
+    y: np.ndarray,
+    n_p_outputs: int,
+    hidden: tuple[int, ...],
+    *,
+    key,
+    seeds: int = 8,
+    steps: int = 3000,
+    batch: int = 1000,
+    validation: float = 0.15,
+) -> tuple[ReLUNetwork, TrainReport]:
+    """`train_report` from finite arrays k (n, n_k), y (n, n_out); the first n_p_outputs of a row
+    share one unit [m].
+    """
     if not hidden or any(int(width) < 1 for width in hidden):
-        raise InputError(f"train: expected at least one hidden layer of positive width; got {tuple(hidden)}.")
+        raise InputError(
+            f"train: expected at least one hidden layer of positive width; got {tuple(hidden)}."
+        )
     n_fit = max(1, round(len(k) * (1 - validation)))
     norm = Normalisation.of(k[:n_fit], y[:n_fit], n_p_outputs)
     x = norm.inputs(k).astype(np.float32)
@@ -78,36 +117,33 @@ def fit(
     batch = min(batch, n_fit)
 
     def one_seed(seed_key):
-        with jax.numpy_dtype_promotion("standard"):  # Optax mixes dtypes that a strict caller would refuse
+        # Optax mixes dtypes that a strict caller would refuse
+        with jax.numpy_dtype_promotion("standard"):
             params = _fit_features(seed_key, x[:n_fit], targets, tuple(hidden), steps, batch)
         return _finish(jax.device_get(params), norm, k[:n_fit], y[:n_fit])
 
     with ThreadPoolExecutor(max_workers=min(seeds, os.cpu_count() or 1)) as pool:
         nets = list(pool.map(one_seed, list(keys)))
-    held_k, held_y = (k[n_fit:], y[n_fit:]) if n_fit < len(k) else (k, y)
-    errors = [np.abs(evaluate(net, held_k) - held_y) for net in nets]
-    tail = np.array([_tail(held_k, e.max(axis=1)) for e in errors])
+    held = slice(n_fit, None) if n_fit < len(k) else slice(None)
+    errors = [np.abs(outputs(net, k[held]) - y[held]) for net in nets]
+    tail = np.array([_tail(k[held], e.max(axis=1)) for e in errors])
     rms = np.array([np.sqrt((e**2).mean()) for e in errors])
     best = int(np.argmin(tail))
     return nets[best], TrainReport(best, tail, rms)
 
 
 def training_arrays(data) -> tuple[np.ndarray, np.ndarray]:
-    """Parameters (n, n_k) and targets (n, T n_p + n_q) at the model knots, finite rows only. Raises InputError."""
+    """Parameters (n, n_k) and targets (n, T n_p + n_q) at the model knots, finite rows only. Raises
+    InputError.
+    """
     knots = np.asarray(data.p, np.float64)[:, data.time.stride :: data.time.stride]
     y = np.concatenate([knots.reshape(len(knots), -1), np.asarray(data.q, np.float64)], axis=1)
     finite = np.isfinite(y).all(axis=1)
     if finite.sum() < 10:
-        raise InputError(f"train: expected at least 10 finite rollouts; got {int(finite.sum())} of {len(y)}.")
+        raise InputError(
+            f"train: expected at least 10 finite rollouts; got {int(finite.sum())} of {len(y)}."
+        )
     return np.asarray(data.k, np.float64)[finite], y[finite]
-
-
-def evaluate(net: ReLUNetwork, k: np.ndarray) -> np.ndarray:
-    """Network outputs (n, n_out) on the host in float64."""
-    h = k
-    for W, b in zip(net.weights[:-1], net.biases[:-1], strict=True):
-        h = np.maximum(h @ W.T + b, 0)
-    return h @ net.weights[-1].T + net.biases[-1]
 
 
 @partial(jax.jit, static_argnames=("hidden", "steps", "batch"))
@@ -121,9 +157,9 @@ def _fit_features(key, x, targets, hidden, steps, batch):
     optimiser = optax.chain(optax.clip_by_global_norm(1.0), optax.adam(schedule))
 
     def loss(params, xb, tb):
-        features = _with_one(model.apply(params, xb))
-        last = jax.lax.stop_gradient(_solve_last(features, tb))
-        return jnp.mean((features @ last - tb) ** 2)
+        hidden = _with_one(model.apply(params, xb))
+        last = jax.lax.stop_gradient(_solve_last(hidden, tb))
+        return jnp.mean((hidden @ last - tb) ** 2)
 
     def step(carry, step_key):
         params, state = carry
@@ -132,39 +168,48 @@ def _fit_features(key, x, targets, hidden, steps, batch):
         updates, state = optimiser.update(grads, state)
         return (optax.apply_updates(params, updates), state), None
 
-    (params, _), _ = jax.lax.scan(step, (params, optimiser.init(params)), jax.random.split(key_rows, steps))
+    (params, _), _ = jax.lax.scan(
+        step, (params, optimiser.init(params)), jax.random.split(key_rows, steps)
+    )
     return params
 
 
 def _solve_last(features, targets):
     gram = features.T @ features / features.shape[0]
     gram += RIDGE * (jnp.trace(gram) / len(gram) + 1) * jnp.eye(len(gram), dtype=gram.dtype)
-    return jax.scipy.linalg.cho_solve(jax.scipy.linalg.cho_factor(gram), features.T @ targets / features.shape[0])
+    return jax.scipy.linalg.cho_solve(
+        jax.scipy.linalg.cho_factor(gram), features.T @ targets / features.shape[0]
+    )
 
 
 def _finish(params, norm: Normalisation, k, y) -> ReLUNetwork:
-    """Exact float64 least squares for the last layer on all rows, then fold the normalisation into the weights."""
+    """Exact float64 least squares for the last layer on all rows, then fold the normalisation into
+    the weights.
+    """
     layers = params["params"]
     weights = [np.asarray(layers[f"Dense_{i}"]["kernel"], np.float64).T for i in range(len(layers))]
     biases = [np.asarray(layers[f"Dense_{i}"]["bias"], np.float64) for i in range(len(layers))]
-    h = norm.inputs(k)
-    for W, b in zip(weights, biases, strict=True):
-        h = np.maximum(h @ W.T + b, 0)
+    h = features(weights, biases, norm.inputs(k))
     h = np.concatenate([h, np.ones((len(h), 1))], axis=1)
     last = np.linalg.lstsq(h, norm.outputs(y), rcond=1e-10)[0]
     return fold([*weights, last[:-1].T], [*biases, last[-1]], norm)
 
 
 def _principal(targets: np.ndarray) -> np.ndarray:
-    """Coordinates of the targets along their leading principal directions, unwhitened (metres stay metres)."""
+    """Coordinates of the targets along their leading principal directions, unwhitened (metres stay
+    metres).
+    """
     _, vectors = np.linalg.eigh(targets.T @ targets / len(targets))
     return targets @ vectors[:, ::-1][:, :COMPONENTS]
 
 
 def _tail(k: np.ndarray, worst: np.ndarray, bins: int = 6) -> float:
-    """Mean over a grid of K of the largest error in each cell: one jump in K must not hide the rest."""
+    """Mean over a grid of K of the largest error in each cell: one jump in K must not hide the
+    rest.
+    """
     span = np.ptp(k, axis=0)
-    cell = np.minimum(((k - k.min(axis=0)) / np.where(span > 0, span, 1) * bins).astype(int), bins - 1)
+    share = (k - k.min(axis=0)) / np.where(span > 0, span, 1)
+    cell = np.minimum((share * bins).astype(int), bins - 1)
     number = np.ravel_multi_index(cell.T, (bins,) * k.shape[1])
     largest = np.full(bins ** k.shape[1], -np.inf)
     np.maximum.at(largest, number, worst)

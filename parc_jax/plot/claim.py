@@ -1,11 +1,13 @@
-"""One claim about the error: the tube over time, the largest scores over K, and where the worst runs live."""
+"""One claim about the error: the tube over time, the largest scores over K, and where the worst
+runs live.
+"""
 
 from collections.abc import Sequence
 
 import numpy as np
 
-from parc_jax.error.claim import ErrorClaim
-from parc_jax.error.score import Scores
+from parc_jax.claim.claim import ErrorClaim
+from parc_jax.claim.score import Scores
 from parc_jax.errors import InputError
 from parc_jax.plot import style
 from parc_jax.plot.errors import quantile
@@ -16,18 +18,28 @@ RUNS_PER_CELL = 16  # of the map of largest scores, on average
 
 
 def claim(
-    claimed: ErrorClaim, scores: Scores, time: TimeGrid, to=None, *, names: Sequence[str] | None = None, axes=(0, 1)
+    claimed: ErrorClaim,
+    scores: Scores,
+    time: TimeGrid,
+    to=None,
+    *,
+    names: Sequence[str] | None = None,
+    axes=(0, 1),
 ):
     """Picture of a claim and of the holdout runs behind it.
 
-    claimed: the claim. scores: of n runs against its shape. time: the model's grid. names: labels with units of the
-    coordinates of k. axes: the two coordinates of k shown. to: as in `style.sheet`; three Axes. Raises InputError.
+    claimed: the claim. scores: of n runs against its profile. time: the model's grid. names: labels
+    with units of the coordinates of k. axes: the two coordinates of k shown. to: as in
+    `style.sheet`; three Axes. Raises InputError.
     """
     if scores.k.shape[1] < 2:
-        raise InputError(f"claim: expected at least two parameters k to show K in the plane; got {scores.k.shape[1]}.")
+        raise InputError(
+            "claim: expected at least two parameters k to show K in the plane; got "
+            f"{scores.k.shape[1]}."
+        )
     with style.sheet(to, (10.5, 3.4), columns=3) as sheet:
         _tube(sheet.axes[0], claimed, time)
-        k, n_p = scores.k[:, list(axes)], claimed.tube.interval.shape[2]
+        k, n_p = scores.k[:, list(axes)], claimed.tube.n_p
         _largest(sheet, k, scores.score)
         _worst(sheet, k, scores, time, n_p)
         for ax in sheet.axes[1:]:
@@ -48,16 +60,32 @@ def _tube(ax, claimed: ErrorClaim, time: TimeGrid) -> None:
     used = np.flatnonzero(tube.claimed)
     volume = np.array([np.prod(np.subtract(*tube.bin_box(int(i)))) for i in used])
     edges = np.arange(time.n_steps + 1) * time.dt
-    for axis in range(tube.interval.shape[2] if len(used) else 0):
+    for axis in range(tube.n_p if len(used) else 0):
         values = tube.interval[used][:, :, axis]
         name = "xyz"[axis]
         middle = quantile(values, np.abs(volume) / np.abs(volume).sum(), 0.5)
-        ax.stairs(middle, edges, baseline=None, **style.line(axis), linewidth=1.7, label=f"{name}, median over K")
+        ax.stairs(
+            middle,
+            edges,
+            baseline=None,
+            **style.line(axis),
+            linewidth=1.7,
+            label=f"{name}, median over K",
+        )
         if len(used) > 1:
             widest = values.max(axis=0)
-            ax.stairs(widest, edges, baseline=None, **style.line(axis), linewidth=0.7, label=f"{name}, widest bin")
+            ax.stairs(
+                widest,
+                edges,
+                baseline=None,
+                **style.line(axis),
+                linewidth=0.7,
+                label=f"{name}, widest bin",
+            )
     if any(claimed.intersample):
-        ax.axhline(max(claimed.intersample), color=style.GREY, linewidth=0.7, label="part between records")
+        ax.axhline(
+            max(claimed.intersample), color=style.GREY, linewidth=0.7, label="part between records"
+        )
     ax.set_xlim(0, time.t_f)
     ax.set_ylim(0, 1.35 * ax.get_ylim()[1])  # room for the legend
     ax.grid(True, axis="y")
@@ -74,13 +102,22 @@ def _largest(sheet, k, score) -> None:
     ax, finite = sheet.axes[1], np.isfinite(score)
     across = int(np.clip(np.sqrt(finite.sum() / RUNS_PER_CELL), 4, 48))
     cells = ax.hexbin(
-        *k[finite].T, C=score[finite], reduce_C_function=np.max, gridsize=across, cmap=style.SEQUENTIAL,
-        linewidths=0.2, rasterized=True,
-    )  # fmt: skip
-    sheet.figure.colorbar(cells, ax=ax, label="largest score [widths of the shape]", pad=0.02, aspect=30)
+        *k[finite].T,
+        C=score[finite],
+        reduce_C_function=np.max,
+        gridsize=across,
+        cmap=style.SEQUENTIAL,
+        linewidths=0.2,
+        rasterized=True,
+    )
+    sheet.figure.colorbar(
+        cells, ax=ax, label="largest score [widths of the profile]", pad=0.02, aspect=30
+    )
     ax.set_title("largest scores over K")
     if not finite.all():
-        ax.scatter(*k[~finite].T, s=14, marker="x", color=style.RED, linewidth=1.0, label="failed run")
+        ax.scatter(
+            *k[~finite].T, s=14, marker="x", color=style.RED, linewidth=1.0, label="failed run"
+        )
         ax.legend(loc="upper right", frameon=True)
 
 
@@ -90,9 +127,15 @@ def _worst(sheet, k, scores: Scores, time: TimeGrid, n_p: int) -> None:
     seconds = when(scores, time.n_steps, n_p)[top] * time.dt
     ax.scatter(*k[scores.score < np.inf].T, s=1, color="#D9D9D9", linewidth=0, rasterized=True)
     dots = ax.scatter(
-        *k[top].T, c=seconds, s=18, cmap=style.SEQUENTIAL, vmin=0, vmax=time.t_f, edgecolor=style.BLACK, linewidth=0.3
+        *k[top].T,
+        c=seconds,
+        s=18,
+        cmap=style.SEQUENTIAL,
+        vmin=0,
+        vmax=time.t_f,
+        edgecolor=style.BLACK,
+        linewidth=0.3,
     )
     ax.scatter(*k[top[-1]], s=70, facecolor="none", edgecolor=style.RED, linewidth=1.2)
     sheet.figure.colorbar(dots, ax=ax, label="when they were worst [s]", pad=0.02, aspect=30)
     ax.set_title(f"the {len(top)} worst runs (ring: the worst, {scores.score[top[-1]]:.2f})")
-

@@ -1,4 +1,6 @@
-"""How safe polytopes cover the safe set: what is still uncovered against their number and against time."""
+"""How safe polytopes cover the safe set: what is still uncovered against their number and against
+time.
+"""
 
 from collections.abc import Sequence
 from typing import NamedTuple
@@ -6,8 +8,8 @@ from typing import NamedTuple
 import jax
 import numpy as np
 
-from parc_jax.certify.cover import Look
-from parc_jax.certify.draw import draw, generator
+from parc_jax.cover.sampling import draw, generator
+from parc_jax.cover.search import Progress
 from parc_jax.errors import InputError
 from parc_jax.plot import style
 
@@ -15,34 +17,53 @@ from parc_jax.plot import style
 class CoverCurve(NamedTuple):
     """One run. name: as in the legend. share (m,): covered, in [0, 1].
 
-    pieces (m,): polytopes behind each share. seconds (m,): after the query began. Either may be None.
+    polytopes (m,): polytopes behind each share. seconds (m,): after the query began. Either may be
+    None.
     """
 
     name: str
     share: np.ndarray
-    pieces: np.ndarray | None = None
+    polytopes: np.ndarray | None = None
     seconds: np.ndarray | None = None
 
 
-def cover(curves: Sequence[CoverCurve], to=None, *, target: float | None = 0.01, floor: float = 1e-3):
-    """Uncovered share on a logarithmic scale, against the number of polytopes and against time where these are known.
+def cover(
+    curves: Sequence[CoverCurve], to=None, *, target: float | None = 0.01, floor: float = 1e-3
+):
+    """Uncovered share on a logarithmic scale, against the number of polytopes and against time
+    where these are known.
 
-    target: uncovered share asked for. floor: shares below are drawn here. to: as in `style.sheet`; two Axes.
+    target: uncovered share asked for. floor: shares below are drawn here. to: as in `style.sheet`;
+        two Axes.
     Raises InputError.
     """
-    if not curves or any(c.pieces is None and c.seconds is None for c in curves):
-        raise InputError("cover: expected at least one curve, each with a number of polytopes or a time per share.")
+    if not curves or any(c.polytopes is None and c.seconds is None for c in curves):
+        raise InputError(
+            "cover: expected at least one curve, each with a number of polytopes or a time per "
+            "share."
+        )
     with style.sheet(to, (8.0, 3.4), columns=2, sharey=True) as sheet:
         for number, curve in enumerate(curves):
             left = np.maximum(1 - np.asarray(curve.share, float), floor)
-            for ax, along in zip(sheet.axes, (curve.pieces, curve.seconds), strict=True):
+            for ax, along in zip(sheet.axes, (curve.polytopes, curve.seconds), strict=True):
                 if along is not None:
                     ax.step(along, left, where="post", **style.line(number), label=curve.name)
-        for ax, label in zip(sheet.axes, ("number of corridors or polytopes", "time [s]"), strict=True):
+        for ax, label in zip(
+            sheet.axes, ("number of corridors or polytopes", "time [s]"), strict=True
+        ):
             if target is not None:
                 ax.axhline(target, color=style.GREY, linewidth=0.8, linestyle=":")
-                ax.annotate("target", (0, target), (3, -3), xycoords=("axes fraction", "data"),
-                            textcoords="offset points", ha="left", va="top", color=style.GREY, fontsize=8)  # fmt: skip
+                ax.annotate(
+                    "target",
+                    (0, target),
+                    (3, -3),
+                    xycoords=("axes fraction", "data"),
+                    textcoords="offset points",
+                    ha="left",
+                    va="top",
+                    color=style.GREY,
+                    fontsize=8,
+                )
             ax.set_yscale("log")
             ax.yaxis.set_major_formatter("{x:g}")
             ax.set_ylim(floor, 1.2)
@@ -55,14 +76,19 @@ def cover(curves: Sequence[CoverCurve], to=None, *, target: float | None = 0.01,
     return sheet.out
 
 
-def by_size(answer, key: jax.Array, name: str = "safe polytopes, largest first", n: int = 20_000) -> CoverCurve:
-    """What the polytopes of an answer cover of fresh safe points, out of n drawn, when the largest come first.
+def by_size(
+    answer, key: jax.Array, name: str = "safe polytopes, largest first", n: int = 20_000
+) -> CoverCurve:
+    """What the polytopes of an answer cover of fresh safe points, out of n drawn, when the largest
+    come first.
 
     Consumes `key`. Raises InputError if none of the points is safe.
     """
     fresh = draw(answer.model, answer.scene, generator(key), n).safe
     if not len(fresh.k):
-        raise InputError(f"by_size: expected safe points among {n} fresh ones; there are none. Draw more.")
+        raise InputError(
+            f"by_size: expected safe points among {n} fresh ones; there are none. Draw more."
+        )
     points = np.concatenate([fresh.p0, fresh.k], axis=1)
     inside = np.zeros(len(points), bool)
     share = []
@@ -72,12 +98,14 @@ def by_size(answer, key: jax.Array, name: str = "safe polytopes, largest first",
     return CoverCurve(name, np.array(share), np.arange(1, len(share) + 1))
 
 
-def of_history(history: Sequence[Look]) -> list[CoverCurve]:
-    """The curves of a search's looks (`answer.history`): corridors, and polytopes where it cut any."""
-    look = Look(*(np.array(column) for column in zip(*history, strict=True)))
-    corridors = CoverCurve("corridors", look.kept, look.corridors, look.seconds)
-    polytopes = CoverCurve("polytopes", look.inside, look.polytopes, look.seconds)
-    return [corridors, polytopes] if look.polytopes.any() else [corridors]
+def of_history(history: Sequence[Progress]) -> list[CoverCurve]:
+    """The curves of a search (`answer.history`): corridors, and polytopes where it cut
+    any.
+    """
+    progress = Progress(*(np.array(column) for column in zip(*history, strict=True)))
+    corridors = CoverCurve("corridors", progress.kept, progress.corridors, progress.seconds)
+    polytopes = CoverCurve("polytopes", progress.inside, progress.polytopes, progress.seconds)
+    return [corridors, polytopes] if progress.polytopes.any() else [corridors]
 
 
 def _handles(curves: Sequence[CoverCurve]) -> list:

@@ -1,18 +1,22 @@
-"""How wide the tubes of several models are over time: what is merely assumed beside what is claimed."""
+"""How wide the tubes of several models are over time: what is merely assumed beside what is
+claimed.
+"""
 
 from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
 
-from parc_jax.error.claim import ErrorClaim
+from parc_jax.claim.claim import ErrorClaim
 from parc_jax.errors import InputError
 from parc_jax.plot import style
 from parc_jax.system import TimeGrid
 
 
 class Entry(NamedTuple):
-    """One model of the comparison. name: as in the legend. assumed, claimed: claims about it; either may be None."""
+    """One model of the comparison. name: as in the legend. assumed, claimed: claims about it;
+    either may be None.
+    """
 
     name: str
     assumed: ErrorClaim | None
@@ -20,13 +24,17 @@ class Entry(NamedTuple):
 
 
 def errors(entries: Sequence[Entry], time: TimeGrid, to=None):
-    """Half width of the tube over time, the wider axis of the workspace: median over K, and widest bin.
+    """Half width of the tube over time, the wider axis of the workspace: median over K, and widest
+    bin.
 
-    entries: the models in order. time: their common grid. to: as in `style.sheet`; two Axes. Left: published kind of
-    bound, the largest error over the training data, which is assumed. Right: claims. Raises InputError.
+    entries: the models in order. time: their common grid. to: as in `style.sheet`; two Axes. Left:
+    published kind of bound, the largest error over the training data, which is assumed. Right:
+    claims. Raises InputError.
     """
     if not entries or any(e.assumed is None and e.claimed is None for e in entries):
-        raise InputError("errors: expected at least one model, each with an assumed or a claimed bound.")
+        raise InputError(
+            "errors: expected at least one model, each with an assumed or a claimed bound."
+        )
     with style.sheet(to, (8.4, 3.5), columns=2, sharey=True) as sheet:
         for side, ax in enumerate(sheet.axes):
             for number, entry in enumerate(entries):
@@ -39,7 +47,9 @@ def errors(entries: Sequence[Entry], time: TimeGrid, to=None):
             ax.set_xlabel("time [s]")
         sheet.axes[0].set_ylabel("half width of the tube [m]")
         sheet.axes[0].set_title("assumed: largest error over training runs")
-        sheet.axes[1].set_title("claimed: " + _terms([e.claimed for e in entries if e.claimed is not None]))
+        sheet.axes[1].set_title(
+            "claimed: " + _terms([e.claimed for e in entries if e.claimed is not None])
+        )
         if sheet.out is sheet.figure:
             style.legend(sheet.figure, _handles(entries), min(len(entries) + 2, 6))
         else:
@@ -48,7 +58,9 @@ def errors(entries: Sequence[Entry], time: TimeGrid, to=None):
 
 
 def widths(claim: ErrorClaim) -> tuple[np.ndarray, np.ndarray]:
-    """Half widths (b, T) [m] of the wider axis in the bins with a claim, and the share (b,) of each in their volume."""
+    """Half widths (b, T) [m] of the wider axis in the bins with a claim, and the share (b,) of each
+    in their volume.
+    """
     tube = claim.tube
     used = np.flatnonzero(tube.claimed)
     boxes = [tube.bin_box(int(i)) for i in used]
@@ -57,10 +69,14 @@ def widths(claim: ErrorClaim) -> tuple[np.ndarray, np.ndarray]:
 
 
 def quantile(values: np.ndarray, share: np.ndarray, level: float) -> np.ndarray:
-    """Weighted quantile over the first axis: smallest value that at least `level` of the weight does not exceed."""
+    """Weighted quantile over the first axis: smallest value that at least `level` of the weight
+    does not exceed.
+    """
     order = np.argsort(values, axis=0)
     reached = np.cumsum(share[order], axis=0) >= level - 1e-12
-    return np.take_along_axis(np.take_along_axis(values, order, axis=0), reached.argmax(axis=0)[None], axis=0)[0]
+    return np.take_along_axis(
+        np.take_along_axis(values, order, axis=0), reached.argmax(axis=0)[None], axis=0
+    )[0]
 
 
 def _tube(ax, claim: ErrorClaim, time: TimeGrid, number: int) -> None:
@@ -70,7 +86,9 @@ def _tube(ax, claim: ErrorClaim, time: TimeGrid, number: int) -> None:
     edges = np.arange(time.n_steps + 1) * time.dt
     if len(values) > 1:
         ax.stairs(values.max(axis=0), edges, baseline=None, **style.line(number), linewidth=0.7)
-    ax.stairs(quantile(values, share, 0.5), edges, baseline=None, **style.line(number), linewidth=1.7)
+    ax.stairs(
+        quantile(values, share, 0.5), edges, baseline=None, **style.line(number), linewidth=1.7
+    )
 
 
 def _terms(claims: Sequence[ErrorClaim]) -> str:
@@ -87,7 +105,9 @@ def _terms(claims: Sequence[ErrorClaim]) -> str:
 def _handles(entries: Sequence[Entry]) -> list:
     from matplotlib.lines import Line2D
 
-    lines = [Line2D([], [], **style.line(i), linewidth=1.7, label=e.name) for i, e in enumerate(entries)]
+    lines = [
+        Line2D([], [], **style.line(i), linewidth=1.7, label=e.name) for i, e in enumerate(entries)
+    ]
     claims = [c for e in entries for c in e[1:] if c is not None]
     if any(c.tube.n_bins > 1 for c in claims):
         lines += [

@@ -10,7 +10,8 @@ from parc_jax.plot import style
 
 
 class GapCurve(NamedTuple):
-    """One method. name: as in the legend. gaps (g,) [m]. share (g,) of the goal-reaching set kept as safe, in [0, 1].
+    """One method. name: as in the legend. gaps (g,) [m]. share (g,) of the goal-reaching set kept
+    as safe, in [0, 1].
 
     low, high: (g,) confidence bounds, or None.
     """
@@ -22,12 +23,22 @@ class GapCurve(NamedTuple):
     high: np.ndarray | None = None
 
 
-def gap(curves: Sequence[GapCurve], to=None, *, published: float | None = None, label: str = "gap width [m]"):
-    """Safe share against gap width on a logarithmic scale; nothing kept is a hollow mark on the floor.
+def gap(
+    curves: Sequence[GapCurve],
+    to=None,
+    *,
+    published: float | None = None,
+    label: str = "gap width [m]",
+):
+    """Safe share against gap width on a logarithmic scale; nothing kept is a hollow mark on the
+    floor.
 
-    published: gap [m] of the published scene, marked by a line. to: as in `style.sheet`. Raises InputError.
+    published: gap [m] of the published scene, marked by a line. to: as in `style.sheet`. Raises
+        InputError.
     """
-    if not curves or any(np.shape(c.gaps) != np.shape(c.share) or np.size(c.gaps) == 0 for c in curves):
+    if not curves or any(
+        np.shape(c.gaps) != np.shape(c.share) or np.size(c.gaps) == 0 for c in curves
+    ):
         raise InputError("gap: expected at least one curve, with one share per gap.")
     kept = np.concatenate([np.asarray(c.share, float) for c in curves])
     kept = kept[kept > 0]
@@ -39,9 +50,16 @@ def gap(curves: Sequence[GapCurve], to=None, *, published: float | None = None, 
         if published is not None:
             ax.axvline(published, color=style.GREY, linewidth=0.8, linestyle=":")
             ax.annotate(
-                "published scene", (published, 1.0), (3, 3), xycoords=("data", "axes fraction"),
-                textcoords="offset points", ha="center", color=style.GREY, fontsize=8, annotation_clip=False,
-            )  # fmt: skip
+                "published scene",
+                (published, 1.0),
+                (3, 3),
+                xycoords=("data", "axes fraction"),
+                textcoords="offset points",
+                ha="center",
+                color=style.GREY,
+                fontsize=8,
+                annotation_clip=False,
+            )
         ax.set_yscale("log")
         ax.set_ylim(0.8 * floor, 1.3)
         ticks = 10.0 ** np.arange(round(np.log10(floor)) + 1, 1)
@@ -64,10 +82,23 @@ def _curve(ax, curve: GapCurve, number: int, floor: float) -> None:
     marker = "osD^v"[number % 5]
     ax.plot(gaps, np.maximum(share, floor), **looks, label=curve.name, marker=marker, markersize=4)
     none = share <= 0
-    ax.plot(gaps[none], np.full(none.sum(), floor), color=looks["color"], marker=marker, markersize=5 + 3 * number,
-            markerfacecolor="white", linestyle="none", zorder=3 - 0.1 * number)  # fmt: skip
+    ax.plot(
+        gaps[none],
+        np.full(none.sum(), floor),
+        color=looks["color"],
+        marker=marker,
+        markersize=5 + 3 * number,
+        markerfacecolor="white",
+        linestyle="none",
+        zorder=3 - 0.1 * number,
+    )
     if curve.low is not None and curve.high is not None:
         low, high = np.asarray(curve.low, float)[order], np.asarray(curve.high, float)[order]
         ax.fill_between(
-            gaps, np.maximum(low, floor), np.maximum(high, floor), color=looks["color"], alpha=0.18, linewidth=0
+            gaps,
+            np.maximum(low, floor),
+            np.maximum(high, floor),
+            color=looks["color"],
+            alpha=0.18,
+            linewidth=0,
         )

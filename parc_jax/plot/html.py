@@ -1,37 +1,49 @@
 """One interactive page of an answer: a single file that needs no network and no server."""
 
 import json
+import re
 from pathlib import Path
 
-from parc_jax.errors import InputError
 from parc_jax.plot.page_data import page_data
 from parc_jax.rollout.files import write_atomic
 
 PARTS = Path(__file__).with_name("page")
+MARKS = {
+    "STYLE": "page.css",
+    "MODEL": "model.js",
+    "VIEW": "view.js",
+    "MAIN": "main.js",
+    "PROOF": "proof.js",
+    "PROVED": "proved.js",
+}
+MAX_ANSWER = 20_000_000  # bytes of an answer that a page carries for the proved checker
 
 
-def write_page(answer_path, html_path) -> Path:
-    """Write the page of an answer.json: scene, time slider, p0 and k by dragging, live verdict, certificates.
+def write_page(answer, html_path) -> Path:
+    """Write the page of an answer: scene, time slider, p0 and k by dragging or typing, live
+    verdict, certificates.
 
-    The page computes verdicts in double precision: pictures, not proofs. What it calls proved are the file's own
-    samples and sets, as `parc-jax check` verifies them. Raises InputError.
+    The page judges in double precision: pictures, not proofs. What it calls proved are plans that
+    keep to one of the answer's own samples, corridors or polytopes, which `parc-jax check`
+    verifies. Answers up to 20 MB are in the page as a whole, and a button has the proved checker
+    check them there. Raises InputError.
     """
-    try:
-        answer = json.loads(Path(answer_path).read_bytes())
-    except FileNotFoundError:
-        raise InputError(f"{answer_path}: no such file.") from None
-    except (ValueError, UnicodeDecodeError) as error:
-        raise InputError(f"{answer_path}: expected an answer.json; {error}. Save the answer again.") from None
-    if not isinstance(answer, dict):
-        raise InputError(f"{answer_path}: expected an answer.json; got a {type(answer).__name__}.")
-    return write_atomic(html_path, page_of(page_data(answer)).encode())
+    whole = json.dumps(answer.to_json(), separators=(",", ":"))
+    return write_atomic(html_path, page_of(page_data(answer), whole).encode())
 
 
-def page_of(data: dict) -> str:
-    """The page around its data."""
+def page_of(data: dict, whole: str) -> str:
+    """The page around its data and the text of the answer's file."""
+    parts = {mark: (PARTS / name).read_text(encoding="utf-8") for mark, name in MARKS.items()}
+    parts["PROVED"] = parts["PROVED"].replace("</script", "<\\/script")
+    parts["DATA"] = _within(json.dumps(data, separators=(",", ":"), allow_nan=False))
+    parts["ANSWER"] = _within(whole) if len(whole) <= MAX_ANSWER else ""
+    parts["BYTES"] = str(len(whole))
     page = (PARTS / "page.html").read_text(encoding="utf-8")
-    numbers = json.dumps(data, separators=(",", ":"), allow_nan=False).replace("<", "\\u003c")
-    parts = {"STYLE": "page.css", "MODEL": "model.js", "VIEW": "view.js", "MAIN": "main.js"}
-    for mark, name in parts.items():
-        page = page.replace(f"/*{mark}*/", (PARTS / name).read_text(encoding="utf-8"))
-    return page.replace("/*DATA*/", numbers)
+    # in one pass: nothing within a part is taken for a mark
+    return re.sub(r"/\*([A-Z]+)\*/", lambda mark: parts[mark[1]], page)
+
+
+def _within(text: str) -> str:
+    """JSON that cannot end the script which holds it: `<` occurs in strings only."""
+    return text.replace("<", "\\u003c")

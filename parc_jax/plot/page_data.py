@@ -1,105 +1,154 @@
-"""What the interactive page needs of an answer.json, as plain numbers."""
+"""What the interactive page needs of an answer, as plain numbers."""
 
-from fractions import Fraction
+from itertools import combinations
 
 import numpy as np
 
-from parc_jax.avoid.grown import grown_obstacles
-from parc_jax.certify.certificate import FORMAT
-from parc_jax.checker import Rejected
+from parc_jax.certificate.write import network_part, part_hash, problem_part, tube_part
 from parc_jax.errors import InputError
-from parc_jax.exchange.answer_file import problem_of_file
+from parc_jax.io.answer_file import corridor_of
 from parc_jax.plot import shapes
-from parc_jax.plot.page_pieces import piece_outlines
-from parc_jax.problem import Polygon, ReachAvoid
+
+DIGITS = 6  # significant digits of an outline: enough for a screen
 
 
-def page_data(answer: dict) -> dict:
-    """JSON-able numbers of an answer file: scene, network, tube, certificates, outlines of the safe polytopes.
-
-    answer: the parsed file. Floats are those nearest to the file's numbers. Raises InputError.
+def page_data(answer) -> dict:
+    """JSON-able numbers of an answer: scene, network, tube, certificates, outlines of the safe
+    polytopes. Raises InputError.
     """
-    if answer.get("format") != FORMAT:
-        raise InputError(f"page: expected an answer of format {FORMAT}; got {answer.get('format')!r}.")
-    try:
-        return _data(answer)
-    except (KeyError, TypeError, IndexError, ZeroDivisionError, Rejected) as error:
+    model, problem = answer.model, answer.problem
+    if model.n_p != 2:
         raise InputError(
-            f"page: expected a complete answer file; {type(error).__name__}: {error}. Save the answer again."
-        ) from None
-
-
-def _data(answer: dict) -> dict:
-    asked, meta, claim = answer["problem"], answer.get("meta") or {}, answer.get("claim") or {}
-    if asked["n_p"] != 2:
-        raise InputError(f"page: expected a planar workspace; this answer's has {asked['n_p']} dimensions.")
-    problem = problem_of_file(asked)
-    grown = grown_obstacles(problem, asked["steps"])
-    spans = [o.get("steps", [0, asked["steps"] - 1]) for o in asked["obstacles"]]
-    network = {name: _numbers(part) for name, part in answer["network"].items()}
-    tube = {name: _numbers(part) for name, part in answer["tube"].items()}
-    samples = [_certificate(part, problem, spans) for part in answer["samples"]]
-    sets = [_certificate(part, problem, spans) for part in answer["sets"]]
-    outlines = piece_outlines(network, tube, problem, sets, asked["steps"], asked["n_k"])
+            f"page: expected a planar workspace; this answer's has {model.n_p} dimensions."
+        )
+    directions = _Directions(np.asarray(answer.scene.obstacles.active)[: len(problem.obstacles)])
+    interval, final = model.tube.finite_widths
+    samples = [
+        {
+            "p0": part[:2].tolist(),
+            "k": part[2:].tolist(),
+            "sep": directions.number(corridor_of(answer.scene, certificate)),
+        }
+        for part, certificate in zip(answer.samples, answer.sample_parts, strict=True)
+    ]
+    corridors = [{"sep": directions.number(corridor)} for corridor in answer.corridors]
+    polytopes = [
+        {
+            "sep": directions.number(polytope.corridor),
+            "bin": int(polytope.bin),
+            "pattern": "".join("1" if on else "0" for on in polytope.pattern),
+        }
+        for polytope in answer.polytopes
+    ]
     return {
-        "system": meta.get("system", ""),
-        "level": meta.get("level", "float-bounded"),
-        "statement": meta.get("statement", claim.get("statement", "")),
-        "claim": claim.get("kind", "none"),
-        "hash": answer.get("hash", {}),
-        "coverage": {name: _float(v) for name, v in meta.get("coverage", {}).items()},
-        **{name: asked[name] for name in ("n_p", "n_q", "n_k", "steps")},
-        "dt": _float(asked["dt"]),
-        "domain": {side: _numbers(asked["domain"][side]) for side in ("lo", "hi")},
-        "goal": {"A": problem.goal.A.tolist(), "b": problem.goal.b.tolist()},
+        "system": model.system,
+        "labels": model.labels._asdict(),
+        "level": answer.status.label,
+        "statement": answer.statement(),
+        "claim": model.claim.kind,
+        "hash": {
+            "problem": part_hash(problem_part(problem, model)),
+            "network": part_hash(network_part(model.net)),
+            "tube": part_hash(tube_part(model.tube)),
+        },
+        "share": answer.coverage.share,
+        "corridor_share": answer.corridor_coverage.share,
+        "n_k": model.n_k,
+        "steps": model.time.n_steps,
+        "dt": model.time.dt,
+        "domain": {"lo": model.domain.lo.tolist(), "hi": model.domain.hi.tolist()},
+        "goal": _rows(problem.goal),
         "goal_outline": shapes.shadow(problem.goal).tolist(),
-        "start": None if problem.start is None else {"A": problem.start.A.tolist(), "b": problem.start.b.tolist()},
-        "radius": float(grown.radius),
+        "start": None if problem.start is None else _rows(problem.start),
+        "radius": float(answer.scene.obstacles.radius),
         "body": shapes.body_outline(problem.body).tolist(),
-        "obstacles": [
-            {
-                "outline": shapes.shadow(obstacle).tolist(),
-                "corner": grown.corner[o].tolist(),
-                "sign": grown.sign[o].tolist(),
-                "steps": spans[o],
-            }
-            for o, obstacle in enumerate(problem.obstacles)
-        ],
-        "network": network,
-        "tube": tube,
+        "obstacles": _obstacles(answer),
+        "network": {
+            "weights": [W.tolist() for W in model.net.weights],
+            "biases": [b.tolist() for b in model.net.biases],
+        },
+        "tube": {
+            "edges": [edge.tolist() for edge in map(np.asarray, model.tube.edges)],
+            "interval": interval.tolist(),
+            "final": final.tolist(),
+        },
         "samples": samples,
-        "sets": sets,
-        "outlines": outlines,
+        "corridors": corridors,
+        "polytopes": polytopes,
+        "directions": directions.all,
+        "outlines": outlines(answer),
     }
 
 
-def _certificate(part: dict, problem: ReachAvoid, spans) -> dict:
-    """A sample or set piece; runs are [first, end, w_x, w_y, reach of obstacle and body along w]."""
-    out = {"p0": _numbers(part["p0"]), "k": _numbers(part["k"]), "sep": []}
-    for obstacle, span, runs in zip(problem.obstacles, spans, part["sep"], strict=True):
-        first, mine = span[0], []
-        for end, multipliers in runs:
-            rows, values = [row for row, _ in multipliers], np.array([_float(v) for _, v in multipliers])
-            w, reach = values @ obstacle.A[rows], float(values @ obstacle.b[rows])
-            mine.append([first, end, float(w[0]), float(w[1]), reach + _body_reach(problem.body, w)])
-            first = end
-        out["sep"].append(mine)
-    return out | {name: part[name] for name in ("bin", "pattern") if name in part}
+def outlines(answer) -> dict[str, list]:
+    """Per pair of coordinates of (p0, k), written "i,j", the outlines [[x, y], ...] of the safe
+    polytopes: of the workspace, and of all pairs of parameters.
+    """
+    n_p, n_k = answer.model.n_p, answer.model.n_k
+    pairs = [(0, 1), *((n_p + i, n_p + j) for i, j in combinations(range(n_k), 2))]
+    return {
+        f"{i},{j}": [
+            [[_short(x), _short(y)] for x, y in shapes.hull(points)]
+            for points in answer.project((i, j))
+        ]
+        for i, j in pairs
+    }
 
 
-def _body_reach(body, w: np.ndarray) -> float:
-    """Support of the mirrored body along w."""
-    if isinstance(body, Polygon):
-        return float((-body.vertices @ w).max())
-    return float(body.radius * np.hypot(*w))
+class _Directions:
+    """Separating directions by number, each kept once: per obstacle its runs
+    [first, end, w_x, w_y, support of obstacle and body along w].
+
+    active (o, T): which obstacle exists when.
+    """
+
+    def __init__(self, active: np.ndarray):
+        self.active, self.all = active, []
+        self._known: dict[bytes, int] = {}
+
+    def number(self, corridor) -> int:
+        """The number of a corridor's directions."""
+        w = np.asarray(corridor.w, np.float64)
+        support = np.asarray(corridor.support, np.float64)
+        spelled = w.tobytes() + support.tobytes()
+        if spelled not in self._known:
+            self._known[spelled] = len(self.all)
+            n = len(self.active)  # those behind it only pad
+            rows = zip(w[:n], support[:n], self.active, strict=True)
+            self.all.append([_runs(*row) for row in rows])
+        return self._known[spelled]
 
 
-def _numbers(value):
-    return [_numbers(v) for v in value] if isinstance(value, list) else _float(value)
+def _runs(w: np.ndarray, support: np.ndarray, active: np.ndarray) -> list[list]:
+    """Runs of equal directions of one obstacle: w (T, 2), support (T,), active (T,)."""
+    runs: list[list] = []
+    for t in np.flatnonzero(active).tolist():
+        now = [float(w[t, 0]), float(w[t, 1]), float(support[t])]
+        if runs and runs[-1][2:] == now:
+            runs[-1][1] = t + 1
+        else:
+            runs.append([t, t + 1, *now])
+    return runs
 
 
-def _float(text) -> float:
-    """The float64 nearest to a number of the file: hexadecimal, p/q or decimal."""
-    if isinstance(text, str) and "x" in text.lower():
-        return float.fromhex(text)
-    return float(Fraction(text))
+def _obstacles(answer) -> list[dict]:
+    grown, last = answer.scene.obstacles, answer.model.time.n_steps - 1
+    return [
+        {
+            "outline": shapes.shadow(obstacle).tolist(),
+            "corner": grown.corner[o].tolist(),
+            "sign": grown.sign[o].tolist(),
+            "steps": [0, last] if span is None else [int(i) for i in span],
+        }
+        for o, (obstacle, span) in enumerate(
+            zip(answer.problem.obstacles, answer.problem.spans, strict=True)
+        )
+    ]
+
+
+def _rows(polytope) -> dict:
+    return {"A": polytope.A.tolist(), "b": polytope.b.tolist()}
+
+
+def _short(value: float) -> float:
+    return float(f"{value:.{DIGITS}g}")

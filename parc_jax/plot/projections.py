@@ -9,28 +9,48 @@ from parc_jax.errors import InputError
 from parc_jax.plot import shapes, style
 
 COLUMNS = 3
+FILL, OUTLINE = "#BBDDF2", 0.8  # colour, width [points] of the line around the union
+MANY = 300  # polytopes: the edges of more of them hide each other
 
 
-def projections(answer, pairs: Sequence[tuple[int, int]] | None = None, to=None, *, names: Sequence[str] | None = None):
-    """Projections of the safe polytopes onto pairs of coordinates of (p0, k), with the samples as dots.
+def projections(
+    answer,
+    pairs: Sequence[tuple[int, int]] | None = None,
+    to=None,
+    *,
+    names: Sequence[str] | None = None,
+):
+    """Projections of the safe polytopes onto pairs of coordinates of (p0, k), with the samples as
+    dots.
 
-    pairs: coordinates shown, None = starts, then parameters, then starts against parameters, six at most. names: labels
-    with units of all coordinates of (p0, k). to: as in `style.sheet`, one Axes per pair. Raises InputError.
+    pairs: coordinates shown, None = starts, then parameters, then starts against parameters, six at
+    most. names: labels with units of all coordinates of (p0, k), None = the model's. More than MANY
+    polytopes are drawn as their union, with its outline. to: as in `style.sheet`, one Axes
+    per pair. Raises InputError.
     """
-    if not answer.pieces:
+    if not answer.polytopes:
         raise InputError("projections: expected an answer with safe polytopes; this one has none.")
     pairs = default_pairs(answer.model.n_p, answer.model.n_k) if pairs is None else list(pairs)
+    names = answer.model.labels.plan if names is None else names
     columns = min(COLUMNS, len(pairs))
     rows = -(-len(pairs) // columns)
     if rows * columns != len(pairs):
-        raise InputError(f"projections: expected a number of pairs that fills rows of {columns}; got {len(pairs)}.")
+        raise InputError(
+            f"projections: expected a number of pairs that fills rows of {columns}; got "
+            f"{len(pairs)}."
+        )
     with style.sheet(to, (3.3 * columns, 3.0 * rows), rows, columns) as sheet:
         for ax, pair in zip(sheet.axes, pairs, strict=True):
             _one(ax, answer, pair, names)
         if sheet.out is sheet.figure:
             covered = f"{100 * answer.coverage.share:.1f} % of the model's safe set"
-            sheet.figure.suptitle(f"{len(answer.pieces)} safe polytopes, {covered}", x=0.01, ha="left", fontsize=9.5)
-            style.legend(sheet.figure, _handles(), 2)
+            sheet.figure.suptitle(
+                f"{len(answer.polytopes)} safe polytopes, {covered}",
+                x=0.01,
+                ha="left",
+                fontsize=9.5,
+            )
+            style.legend(sheet.figure, _handles(len(answer.polytopes) > MANY), 2)
     return sheet.out
 
 
@@ -47,30 +67,45 @@ def _one(ax, answer, pair, names) -> None:
     from matplotlib.collections import PolyCollection
 
     outlines = [shapes.hull(points) for points in answer.project(pair)]
-    ax.add_collection(PolyCollection(outlines, facecolors="#BBDDF2", edgecolors="none", rasterized=len(outlines) > 300))
-    thin = 0.4 if len(outlines) < 200 else 0.15
-    ax.add_collection(
-        PolyCollection(outlines, facecolors="none", edgecolors=style.BLUE, linewidths=thin, alpha=0.35,
-                       rasterized=len(outlines) > 300)
-    )  # fmt: skip
+    if len(outlines) > MANY:
+        _union(ax, outlines)
+    else:
+        edges = {"facecolors": "none", "edgecolors": style.BLUE, "linewidths": 0.4, "alpha": 0.35}
+        ax.add_collection(PolyCollection(outlines, facecolors=FILL, edgecolors="none"))
+        ax.add_collection(PolyCollection(outlines, **edges))
     ax.scatter(*answer.samples[:, list(pair)].T, s=5, color=style.BLACK, linewidth=0, zorder=3)
-    lo, hi = np.min([o.min(axis=0) for o in outlines], axis=0), np.max([o.max(axis=0) for o in outlines], axis=0)
+    lo, hi = (
+        np.min([o.min(axis=0) for o in outlines], axis=0),
+        np.max([o.max(axis=0) for o in outlines], axis=0),
+    )
     room = 0.04 * np.maximum(hi - lo, 1e-9)
     ax.set_xlim(lo[0] - room[0], hi[0] + room[0])
     ax.set_ylim(lo[1] - room[1], hi[1] + room[1])
-    n_p = answer.model.n_p
     for axis, put in zip(pair, (ax.set_xlabel, ax.set_ylabel), strict=True):
-        symbol, number = ("p_{0}", axis) if axis < n_p else ("k", axis - n_p)
-        put(names[axis] if names is not None else f"${symbol}$, coordinate {number + 1}")
-    if max(pair) < n_p:
+        put(names[axis])
+    if max(pair) < answer.model.n_p:
         ax.set_aspect("equal")
 
 
-def _handles() -> list:
+def _union(ax, outlines) -> None:
+    """Many polygons as one area: fills cover the strokes inside the union, so that only
+    those along its border remain.
+    """
+    from matplotlib.collections import PolyCollection
+
+    stroke = {"facecolors": style.BLUE, "edgecolors": style.BLUE, "linewidths": 2 * OUTLINE}
+    ax.add_collection(PolyCollection(outlines, **stroke, rasterized=True, zorder=1))
+    ax.add_collection(
+        PolyCollection(outlines, facecolors=FILL, edgecolors="none", rasterized=True, zorder=1.1)
+    )
+
+
+def _handles(union: bool) -> list:
     from matplotlib.lines import Line2D
     from matplotlib.patches import Patch
 
+    what = "projection of all safe polytopes" if union else "projection of a safe polytope"
     return [
-        Patch(facecolor="#BBDDF2", edgecolor=style.BLUE, label="projection of a safe polytope"),
+        Patch(facecolor=FILL, edgecolor=style.BLUE, label=what),
         Line2D([], [], color=style.BLACK, marker=".", linestyle="none", label="safe sample"),
     ]

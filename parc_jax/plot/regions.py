@@ -17,25 +17,38 @@ COLORS = ("#8CC8EC", style.ORANGE, "#D9D9D9")  # as WORDS
 
 
 def regions(
-    table: RegionTable, verdict, seconds=None, to=None, *, names: Sequence[str] | None = None, axes=(0, 1), at=None,
-    time_label: str = "first safe polytope after [s]", safe_k=None,
-):  # fmt: skip
+    table: RegionTable,
+    verdict,
+    seconds=None,
+    to=None,
+    *,
+    names: Sequence[str] | None = None,
+    axes=(0, 1),
+    at=None,
+    time_label: str = "first safe polytope after [s]",
+    safe_k=None,
+):
     """Regions coloured by verdict and, beside them, by time.
 
-    table: RegionTable over a box. verdict: (r,) from `region_verdicts`. seconds: (r,) a time per region, NaN where
-    there is none; None leaves the second panel out. names: labels with units of the coordinates of k. axes: the two
-    coordinates shown. at: (n_k,) where the other coordinates are cut, None = the middle of K. safe_k: (m, n_k) safe
-    parameters shown as dots where n_k = 2. to: as in `style.sheet`, one Axes or two. Raises InputError.
+    table: RegionTable over a box. verdict: (r,) from `region_verdicts`. seconds: (r,) a time per
+    region, NaN where there is none; None leaves the second panel out. names: labels with units of
+    the coordinates of k. axes: the two coordinates shown. at: (n_k,) where the other coordinates
+    are cut, None = the middle of K. safe_k: (m, n_k) safe parameters shown as dots where n_k = 2.
+    to: as in `style.sheet`, one Axes or two. Raises InputError.
     """
     verdict = np.asarray(verdict)
-    if verdict.shape != (table.count,) or (seconds is not None and np.shape(seconds) != (table.count,)):
+    if verdict.shape != (table.count,) or (
+        seconds is not None and np.shape(seconds) != (table.count,)
+    ):
         raise InputError(f"regions: expected one verdict and one time per region ({table.count}).")
     shown, outlines = slices(table, axes, at)
     columns = 1 if seconds is None else 2
     with style.sheet(to, (4.6 * columns, 4.2), columns=columns) as sheet:
         _coloured(sheet.axes[0], outlines, [COLORS[v] for v in verdict[shown]])
         if safe_k is not None and table.net.n_in == 2:
-            sheet.axes[0].scatter(*np.asarray(safe_k)[:, axes].T, s=4, color=style.BLACK, linewidth=0)
+            sheet.axes[0].scatter(
+                *np.asarray(safe_k)[:, axes].T, s=4, color=style.BLACK, linewidth=0
+            )
         sheet.axes[0].set_title(_title(table, shown, names, axes, at))
         if seconds is not None:
             _by_time(sheet, outlines, np.asarray(seconds, float)[shown], time_label)
@@ -53,11 +66,15 @@ def regions(
 
 
 def slices(table: RegionTable, axes=(0, 1), at=None) -> tuple[np.ndarray, list[np.ndarray]]:
-    """Numbers (m,) and outlines (v, 2) of the regions that meet the plane through `at` along two axes of k."""
+    """Numbers (m,) and outlines (v, 2) of the regions that meet the plane through `at` along two
+    axes of k.
+    """
     if not isinstance(table.domain, Box):
         raise InputError("regions: expected regions over a box K; these are over another polytope.")
     if table.net.n_in == 2:
-        return np.arange(table.count), [table.region_vertices(i)[:, list(axes)] for i in range(table.count)]
+        return np.arange(table.count), [
+            table.region_vertices(i)[:, list(axes)] for i in range(table.count)
+        ]
     at = 0.5 * (table.domain.lo + table.domain.hi) if at is None else np.asarray(at, float)
     others = [i for i in range(table.net.n_in) if i not in axes]
     numbers, outlines = [], []
@@ -79,7 +96,9 @@ def slices(table: RegionTable, axes=(0, 1), at=None) -> tuple[np.ndarray, list[n
 def _coloured(ax, outlines, colors) -> None:
     from matplotlib.collections import PolyCollection
 
-    ax.add_collection(PolyCollection(outlines, facecolors=colors, edgecolors="white", linewidths=0.35))
+    ax.add_collection(
+        PolyCollection(outlines, facecolors=colors, edgecolors="white", linewidths=0.35)
+    )
 
 
 def _by_time(sheet, outlines, seconds, label) -> None:
@@ -89,9 +108,12 @@ def _by_time(sheet, outlines, seconds, label) -> None:
     known = np.isfinite(seconds)
     _coloured(ax, outlines, ["#EFEFEF"] * len(outlines))
     timed = PolyCollection(
-        [o for o, k in zip(outlines, known, strict=True) if k], array=seconds[known], cmap=style.SEQUENTIAL,
-        edgecolors="white", linewidths=0.35,
-    )  # fmt: skip
+        [o for o, k in zip(outlines, known, strict=True) if k],
+        array=seconds[known],
+        cmap=style.SEQUENTIAL,
+        edgecolors="white",
+        linewidths=0.35,
+    )
     ax.add_collection(timed)
     sheet.figure.colorbar(timed, ax=ax, label=label, pad=0.02, aspect=30)
     ax.set_title("the same by time" + ("" if known.all() else " (pale: none)"))
@@ -101,7 +123,9 @@ def _title(table, shown, names, axes, at) -> str:
     if table.net.n_in == 2:
         return f"{table.count} regions"
     at = 0.5 * (table.domain.lo + table.domain.hi) if at is None else at
-    fixed = ", ".join(f"{style.name_axis(names, i, 'k')} = {at[i]:.3g}" for i in range(len(at)) if i not in axes)
+    fixed = ", ".join(
+        f"{style.name_axis(names, i, 'k')} = {at[i]:.3g}" for i in range(len(at)) if i not in axes
+    )
     return f"{len(shown)} of {table.count} regions, cut at {fixed}"
 
 
@@ -114,5 +138,7 @@ def _handles(verdict, dots: bool) -> list:
         for i, (color, word) in enumerate(zip(COLORS, WORDS, strict=True))
     ]
     if dots:
-        entries.append(Line2D([], [], color=style.BLACK, marker=".", linestyle="none", label="sample"))
+        entries.append(
+            Line2D([], [], color=style.BLACK, marker=".", linestyle="none", label="sample")
+        )
     return entries

@@ -2,22 +2,21 @@
 
 import numpy as np
 
-from parc_jax.certify.scene import Scene
 from parc_jax.sets.hpolytope import HPolytope
+from parc_jax.sets.qhull import convex_hull
 from parc_jax.sets.vertices import vertices
+from parc_jax.verdict.scene import Scene
 
 ARC = 48  # points on the circle of a disc body
 
 
 def hull(points: np.ndarray) -> np.ndarray:
-    """Convex hull (v, 2) of points (n, 2), counter-clockwise; the points themselves where they enclose no area."""
-    from scipy.spatial import ConvexHull, QhullError
-
+    """Convex hull (v, 2) of points (n, 2), counter-clockwise; the points themselves where they
+    enclose no area.
+    """
     points = np.asarray(points, float)
-    try:
-        return points[ConvexHull(points).vertices]
-    except (QhullError, ValueError):
-        return points
+    found = convex_hull(points)
+    return points if found is None else points[found.vertices]
 
 
 def shadow(poly: HPolytope, axes: tuple[int, int] = (0, 1)) -> np.ndarray:
@@ -49,7 +48,9 @@ def placed(outline: np.ndarray, at: np.ndarray, heading: float = 0.0) -> np.ndar
 
 
 def tubes(path: np.ndarray, error: np.ndarray) -> np.ndarray:
-    """Hexagons (..., T, 6, 2) swept by error boxes (..., T, 2) along the segments of a path (..., T + 1, 2)."""
+    """Hexagons (..., T, 6, 2) swept by error boxes (..., T, 2) along the segments of a path (..., T
+    + 1, 2).
+    """
     a, b = path[..., :-1, :], path[..., 1:, :]
     sign = np.where(b >= a, 1.0, -1.0)
     behind, ahead = -sign * error, sign * error

@@ -1,4 +1,6 @@
-"""What disturbances do to plans: many runs of each in the workspace, and all their errors over time inside the tube."""
+"""What disturbances do to plans: many runs of each in the workspace, and all their errors over time
+inside the tube.
+"""
 
 import numpy as np
 
@@ -9,20 +11,29 @@ from parc_jax.plot.predict import predicted
 SHOWN = 4  # plans in the workspace, far apart
 RUNS = 100  # runs drawn per plan
 POINTS = 120  # points per drawn run
-LEVELS = ((0.0, 1.0, "#DCE9F3", "all runs"), (0.05, 0.95, "#A9CBE4", "90 %"), (0.25, 0.75, "#5A9BCB", "half"))
+LEVELS = (
+    (0.0, 1.0, "#DCE9F3", "all runs"),
+    (0.05, 0.95, "#A9CBE4", "90 %"),
+    (0.25, 0.75, "#5A9BCB", "half"),
+)
 
 
 def spread(answer, runs, repeats: int, to=None, *, shown: int = SHOWN):
     """Runs of an answer's samples under fresh disturbances.
 
-    answer: Answer with n samples. runs: Replay of n * repeats runs, grouped by plan. to: as in `style.sheet`; three
-    Axes: workspace with a few plans, signed error over time along the first and the second axis (positive: the run is
-    ahead of the prediction), with the median half width of the tube over the plans. shown: plans in the workspace.
+    answer: Answer with n samples. runs: Replay of n * repeats runs, grouped by plan. to: as in
+        `style.sheet`; three
+    Axes: workspace with a few plans, signed error over time along the first and the second axis
+    (positive: the run is ahead of the prediction), with the median half width of the tube over the
+    plans. shown: plans in the workspace.
     Raises InputError.
     """
     n = len(answer.samples)
     if n == 0 or len(runs.path) != n * repeats:
-        raise InputError(f"spread: expected {repeats} runs of each of the {n} samples; got {len(runs.path)} runs.")
+        raise InputError(
+            f"spread: expected {repeats} runs of each of the {n} samples; got {len(runs.path)} "
+            "runs."
+        )
     path, _, error = predicted(answer.model, answer.samples)
     true = runs.path.reshape(n, repeats, *runs.path.shape[1:])
     with style.sheet(to, (11.0, 3.6), columns=3, width_ratios=(1.5, 1, 1)) as sheet:
@@ -55,22 +66,45 @@ def _workspace(ax, answer, path, error, true, failed, shown: int) -> None:
 
     for number in range(len(answer.problem.obstacles)):
         around = shapes.grown(answer.scene, number)
-        ax.fill(*around.T, facecolor="#EBEBEB", edgecolor=style.GREY, linewidth=0.9, linestyle="--", zorder=0.5)
-        ax.fill(*shapes.shadow(answer.problem.obstacles[number]).T, facecolor="#6E6E6E", edgecolor="none", zorder=2)
+        ax.fill(
+            *around.T,
+            facecolor="#EBEBEB",
+            edgecolor=style.GREY,
+            linewidth=0.9,
+            linestyle="--",
+            zorder=0.5,
+        )
+        ax.fill(
+            *shapes.shadow(answer.problem.obstacles[number]).T,
+            facecolor="#6E6E6E",
+            edgecolor="none",
+            zorder=2,
+        )
     goal = shapes.shadow(answer.problem.goal)
-    ax.fill(*goal.T, facecolor=style.GREEN, alpha=0.18, edgecolor=style.GREEN, linewidth=1.0, zorder=0.4)
+    ax.fill(
+        *goal.T, facecolor=style.GREEN, alpha=0.18, edgecolor=style.GREEN, linewidth=1.0, zorder=0.4
+    )
     chosen = far_apart(np.concatenate([path[:, 0], path[:, -1]], axis=1), shown)
     every = max(1, true.shape[2] // POINTS)
     for rank, number in enumerate(chosen):
         color = style.CYCLE[rank % len(style.CYCLE)]
         swept = shapes.tubes(path[number], error[number])
-        ax.add_collection(PolyCollection(swept, facecolors=color, alpha=0.04, edgecolors="none", zorder=1))
+        ax.add_collection(
+            PolyCollection(swept, facecolors=color, alpha=0.04, edgecolors="none", zorder=1)
+        )
         colors = [style.RED if bad else color for bad in failed[number, :RUNS]]
         lines = true[number, :RUNS, ::every]
         ax.add_collection(LineCollection(lines, colors=colors, linewidths=0.3, alpha=0.5, zorder=3))
         ax.plot(*path[number].T, color="white", linewidth=2.4, zorder=4)
         ax.plot(*path[number].T, color=color, linewidth=1.4, zorder=4.5)
-        ax.plot(*path[number, 0], marker="o", markersize=4, color=color, markeredgecolor="white", zorder=5)
+        ax.plot(
+            *path[number, 0],
+            marker="o",
+            markersize=4,
+            color=color,
+            markeredgecolor="white",
+            zorder=5,
+        )
     lo, hi = shapes.span(path[chosen], true[chosen, :, ::every], goal, room=0.06)
     ax.set_xlim(lo[0], hi[0])
     ax.set_ylim(lo[1], hi[1])
@@ -90,7 +124,9 @@ def _errors(ax, time, true, path, error, fine) -> None:
     ax.plot(at, np.nanmedian(gap, axis=0), color=style.BLUE)
     edges, half = np.arange(time.n_steps + 1) * time.dt, np.median(error, axis=0)
     for sign in (-1, 1):
-        ax.stairs(sign * half, edges, baseline=None, color=style.BLACK, linewidth=1.0, linestyle="--")
+        ax.stairs(
+            sign * half, edges, baseline=None, color=style.BLACK, linewidth=1.0, linestyle="--"
+        )
     ax.set_xlim(0, time.t_f)
     ax.grid(True, axis="y")
     ax.set_xlabel("time [s]")
@@ -101,12 +137,31 @@ def _handles(any_failed: bool) -> list:
     from matplotlib.patches import Patch
 
     entries = [
-        Line2D([], [], color=style.GREY, linewidth=1.4, marker="o", markersize=4, label="predicted, from its start"),
+        Line2D(
+            [],
+            [],
+            color=style.GREY,
+            linewidth=1.4,
+            marker="o",
+            markersize=4,
+            label="predicted, from its start",
+        ),
         Line2D([], [], color=style.GREY, linewidth=0.5, label="true run"),
         *(Patch(facecolor=color, label=f"error: {name}") for _, _, color, name in LEVELS),
         Line2D([], [], color=style.BLUE, label="error: median"),
-        Line2D([], [], color=style.BLACK, linestyle="--", label="half width of the tube (median over plans)"),
-        Patch(facecolor="#EBEBEB", edgecolor=style.GREY, linestyle="--", label="obstacle grown by the body"),
+        Line2D(
+            [],
+            [],
+            color=style.BLACK,
+            linestyle="--",
+            label="half width of the tube (median over plans)",
+        ),
+        Patch(
+            facecolor="#EBEBEB",
+            edgecolor=style.GREY,
+            linestyle="--",
+            label="obstacle grown by the body",
+        ),
     ]
     if any_failed:
         entries.append(Line2D([], [], color=style.RED, label="true run that failed"))

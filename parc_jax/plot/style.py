@@ -1,6 +1,8 @@
-"""One look for every picture: fonts, colours that colour-blind readers can tell apart, how figures are made and saved.
+"""One look for every picture: fonts, colours that colour-blind readers can tell apart, how figures
+are made and saved.
 
-Figures are built without pyplot, inside `rc_context`: no backend is chosen and no global setting survives the call.
+Figures are built without pyplot, inside `rc_context`: no backend is chosen and no global setting
+survives the call.
 """
 
 import io
@@ -44,7 +46,9 @@ RC = {
 
 
 class Sheet(NamedTuple):
-    """What a figure function draws on. axes: flat array of Axes. out: what the function hands back."""
+    """What a figure function draws on. axes: flat array of Axes. out: what the function hands
+    back.
+    """
 
     figure: Any
     axes: np.ndarray
@@ -52,12 +56,15 @@ class Sheet(NamedTuple):
 
 
 @contextmanager
-def sheet(to, size: tuple[float, float], rows: int = 1, columns: int = 1, **grid) -> Iterator[Sheet]:
+def sheet(
+    to, size: tuple[float, float], rows: int = 1, columns: int = 1, **grid
+) -> Iterator[Sheet]:
     """Axes to draw on, in the house style.
 
-    to: None for a new figure; a path, which is also saved to on leaving, as PNG and PDF; or existing Axes, one or
-    rows x columns of them. size: [inch] of a new figure. grid: width_ratios, height_ratios, sharex, sharey.
-    The function hands back the figure it made, or the Axes it was given. Raises InputError.
+    to: None for a new figure; a path, which is also saved to on leaving, as PNG and PDF; or
+    existing Axes, one or rows x columns of them. size: [inch] of a new figure. grid: width_ratios,
+    height_ratios, sharex, sharey. The function hands back the figure it made, or the Axes it was
+    given. Raises InputError.
     """
     import matplotlib
     from matplotlib.axes import Axes
@@ -66,18 +73,29 @@ def sheet(to, size: tuple[float, float], rows: int = 1, columns: int = 1, **grid
     with matplotlib.rc_context(RC):
         if to is None or isinstance(to, str | Path):
             figure = Figure(size, layout="constrained")
-            yield Sheet(figure, np.atleast_1d(figure.subplots(rows, columns, **grid)).ravel(), figure)
+            yield Sheet(
+                figure, np.atleast_1d(figure.subplots(rows, columns, **grid)).ravel(), figure
+            )
             if to is not None:
                 save(figure, to)
             return
-        given = [to] if isinstance(to, Axes) else list(to) if isinstance(to, Sequence | np.ndarray) else []
+        given = (
+            [to]
+            if isinstance(to, Axes)
+            else list(to)
+            if isinstance(to, Sequence | np.ndarray)
+            else []
+        )
         if len(given) != rows * columns or not all(isinstance(ax, Axes) for ax in given):
-            raise InputError(f"plot: expected None, a path, or {rows * columns} matplotlib Axes; got {to!r:.80}.")
+            raise InputError(
+                f"plot: expected None, a path, or {rows * columns} matplotlib Axes; got {to!r:.80}."
+            )
         yield Sheet(given[0].figure, np.array(given, dtype=object), to)
 
 
 def save(figure, path) -> tuple[Path, Path]:
-    """Write a figure as PNG and PDF; each file appears complete or not at all. Same input, same bytes.
+    """Write a figure as PNG and PDF; each file appears complete or not at all. Same input, same
+    bytes.
 
     path: with or without suffix; .png and .pdf replace it.
     """
@@ -85,7 +103,10 @@ def save(figure, path) -> tuple[Path, Path]:
 
     path = Path(path)
     stem = path.with_suffix("") if path.suffix in (".png", ".pdf") else path
-    unstamped = {"png": {"Software": None}, "pdf": {"CreationDate": None, "Creator": None, "Producer": None}}
+    unstamped = {
+        "png": {"Software": None},
+        "pdf": {"CreationDate": None, "Creator": None, "Producer": None},
+    }
     done = []
     with matplotlib.rc_context(RC):
         for kind, metadata in unstamped.items():
@@ -97,7 +118,13 @@ def save(figure, path) -> tuple[Path, Path]:
 
 def legend(figure, handles, columns: int) -> None:
     """A legend below the axes, where it hides no data."""
-    figure.legend(handles=handles, loc="outside lower center", ncols=columns, handlelength=1.8, columnspacing=1.4)
+    figure.legend(
+        handles=handles,
+        loc="outside lower center",
+        ncols=columns,
+        handlelength=1.8,
+        columnspacing=1.4,
+    )
 
 
 def line(number: int) -> dict:
@@ -106,5 +133,5 @@ def line(number: int) -> dict:
 
 
 def name_axis(names: Sequence[str] | None, axis: int, otherwise: str) -> str:
-    """Label of a coordinate: the caller's, or symbol and number."""
-    return names[axis] if names is not None else f"${otherwise}_{{{axis + 1}}}$"
+    """Label of a coordinate: the caller's, or letter and number, from 0."""
+    return names[axis] if names is not None else f"{otherwise}{axis}"

@@ -1,50 +1,62 @@
-"""What is known of every region of K: a safe plan, none found, or a proof that the goal is out of reach."""
+"""What is known of every region of K: a safe plan, none found, or a proof that the goal is out of
+reach.
+"""
 
 import numpy as np
 
 from parc_jax.errors import InputError
 from parc_jax.lp.status import LPStatus
+from parc_jax.published.brs import reach_sets
+from parc_jax.published.cells import cells_of, stack
 from parc_jax.pwa.table import RegionTable
-from parc_jax.reach.brs import reach_sets
-from parc_jax.reach.pieces import pieces_of, stack
 from parc_jax.sets.bounding_box import bounding_box
 from parc_jax.sets.pontryagin import shrink
 
 SAFE, NOT_FOUND, UNREACHABLE = range(3)
-WORDS = ("safe plan found", "no safe plan found", "goal out of reach (empty BRS)")
+WORDS = ("safe plan found", "no safe plan found", "goal proved out of reach")
 
 
 def region_seconds(answer, table: RegionTable) -> np.ndarray:
-    """Seconds (r,) after the query began at which each region had its first safe polytope; NaN where it has none."""
+    """Seconds (r,) after the query began at which each region had its first safe polytope; NaN
+    where it has none.
+    """
     seconds = np.full(table.count, np.nan)
-    if answer.pieces:
-        number = table.locate(np.array([piece.k for piece in answer.pieces]))
-        for i, piece in zip(number, answer.pieces, strict=True):
-            seconds[i] = np.fmin(seconds[i], piece.born)
+    if answer.polytopes:
+        number = table.locate(np.array([p.k for p in answer.polytopes]))
+        for i, p in zip(number, answer.polytopes, strict=True):
+            seconds[i] = np.fmin(seconds[i], p.born)
     return seconds
 
 
 def region_verdicts(answer, table: RegionTable) -> np.ndarray:
-    """Verdict (r,) of each region of a table of the answer's network: SAFE, NOT_FOUND or UNREACHABLE.
+    """Verdict (r,) of each region of a table of the answer's network: SAFE, NOT_FOUND or
+    UNREACHABLE.
 
-    SAFE: a returned sample or the inner point of a safe piece lies in it. UNREACHABLE: the backward reachable set is
-    proved empty in every bin of the tube that the region meets. NOT_FOUND: neither. Raises InputError.
+    SAFE: a returned sample or the inner point of a safe polytope lies in it. UNREACHABLE: the
+    backward reachable set is proved empty in every bin of the tube that the region meets.
+    NOT_FOUND: neither. Raises InputError.
     """
     model, problem = answer.model, answer.problem
     if table.net.hash != model.net.hash:
-        raise InputError("regions: expected the regions of the answer's network; these belong to another one.")
+        raise InputError(
+            "regions: expected the regions of the answer's network; these belong to another one."
+        )
     verdict = np.full(table.count, NOT_FOUND)
-    inner = [piece.k for piece in answer.pieces]
-    known = np.concatenate([answer.samples[:, model.n_p :], np.reshape(inner, (len(inner), model.n_k))])
+    inner = [p.k for p in answer.polytopes]
+    known = np.concatenate(
+        [answer.samples[:, model.n_p :], np.reshape(inner, (len(inner), model.n_k))]
+    )
     found = table.locate(known)
     verdict[found[found >= 0]] = SAFE
-    pieces = []
+    cells = []
     for region in np.flatnonzero(verdict != SAFE):
-        pieces += pieces_of(table, model.tube, int(region))
+        cells += cells_of(table, model.tube, int(region))
     claimed = model.tube.claimed
-    verdict[[int(piece.region) for piece in pieces]] = UNREACHABLE
-    verdict[[int(piece.region) for piece in pieces if not claimed[piece.bin]]] = NOT_FOUND  # no tube, nothing proved
-    judged = [piece for piece in pieces if claimed[piece.bin]]
+    verdict[[int(cell.region) for cell in cells]] = UNREACHABLE
+    verdict[[int(cell.region) for cell in cells if not claimed[cell.bin]]] = (
+        NOT_FOUND  # no tube, nothing proved
+    )
+    judged = [cell for cell in cells if claimed[cell.bin]]
     if judged:
         goals = shrink(problem.goal, np.where(claimed[:, None], model.tube.final, 0.0))
         many = stack(judged)

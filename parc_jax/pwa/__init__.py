@@ -1,4 +1,6 @@
-"""Piecewise affine structure of a ReLU network: all regions by exact subdivision, or one by one by marching."""
+"""Piecewise affine structure of a ReLU network: all regions by exact subdivision, or one by one by
+marching.
+"""
 
 from parc_jax.pwa.marching import MarchedRegion, march
 from parc_jax.pwa.subdivide import enumerate_regions

@@ -2,42 +2,42 @@
 
 import numpy as np
 
-from parc_jax.pwa.bits import unpack
 from parc_jax.pwa.complex import Complex
-from parc_jax.pwa.proof import prove_complete
-from parc_jax.pwa.recheck import recheck_signs
+from parc_jax.pwa.proof import prove_complete, recheck_signs
 from parc_jax.pwa.signs import SignOracle
+from parc_jax.pwa.storage import unpack
 from parc_jax.pwa.table import RegionTable
 from parc_jax.pwa.volume import cell_volumes
 
 
-def build_table(net, domain, lattice: Complex, oracle: SignOracle, scale, domain_volume, first_row: int) -> RegionTable:
+def build_table(
+    net, domain, lattice: Complex, oracle: SignOracle, scale, domain_volume, first_row: int
+) -> RegionTable:
     """The proved table of a finished subdivision. Raises SoundnessError when the proof fails.
 
-    scale (n,): unit coordinates to the caller's. domain_volume: in unit coordinates. Columns from first_row on, up to
-    those of the neurons, are the rows of the caller's domain.
+    scale (n,): unit coordinates to the caller's. domain_volume: in unit coordinates. Columns from
+    first_row on, up to those of the neurons, are the rows of the caller's domain.
     """
-    n, n_rows = lattice.n, len(oracle.exact.rows)
+    n = lattice.n
+    n_rows = len(oracle.exact.rows)
     boundaries = tuple(lattice.rows(k) for k in range(1, n + 1))
     volumes = cell_volumes(lattice.x.view, boundaries)
-    facets, offsets = boundaries[-1]
-    count, label = len(offsets) - 1, lattice.label.view[min(n - 1, 1) :]
-    facet_label = np.where(label < n_rows, first_row - 1 - label, label - n_rows)
+    column = lattice.label.view[min(n - 1, 1) :]
+    facet_label = np.where(column < n_rows, first_row - 1 - column, column - n_rows)
+    facet_regions, facet_count = _sides(*boundaries[-1], len(column))
 
-    region = np.repeat(np.arange(count), np.diff(offsets))
-    facet_count = np.bincount(facets, minlength=len(label))
-    facet_regions = np.full((len(label), 2), -1)
-    facet_regions[facets[::-1], 0] = region[::-1]
-    facet_regions[facets, 1] = region
-    facet_regions[facet_count == 1, 1] = -1
-
-    points, point_error = lattice.x.view * scale, lattice.rho.view[:, None] * scale
-    recheck_signs(net, points, point_error, lattice.bits.plus.view, lattice.bits.minus.view, n_rows)
-    plus = lattice.signs_of_cells(lattice.bits.plus.view)
-    minus = lattice.signs_of_cells(lattice.bits.minus.view)
+    points = lattice.x.view * scale
+    point_error = lattice.rho.view[:, None] * scale
+    plus = lattice.bits.plus.view
+    minus = lattice.bits.minus.view
+    recheck_signs(net, points, point_error, plus, minus, n_rows)
+    plus = lattice.signs_of_cells(plus)
+    minus = lattice.signs_of_cells(minus)
     faces = [lattice.count(k) - (k > 0) for k in range(n + 1)]
     effort = (oracle.n_signs, oracle.n_exact, oracle.n_repaired)
-    proof = prove_complete(volumes, domain_volume, faces, plus, minus, facet_label, facet_count, effort)
+    proof = prove_complete(
+        volumes, domain_volume, faces, plus, minus, facet_label, facet_count, effort
+    )
     unit = float(np.prod(scale))
     return RegionTable(
         net=net,
@@ -53,6 +53,19 @@ def build_table(net, domain, lattice: Complex, oracle: SignOracle, scale, domain
     )
 
 
+def _sides(facets: np.ndarray, offsets: np.ndarray, n_facets: int) -> tuple[np.ndarray, np.ndarray]:
+    """The regions (f, 2) on the two sides of each facet, -1 for outside, and their number (f,)."""
+    region = np.repeat(np.arange(len(offsets) - 1), np.diff(offsets))
+    count = np.bincount(facets, minlength=n_facets)
+    sides = np.full((n_facets, 2), -1)
+    # of several assignments to one facet the last one stays: the first region, then the last
+    sides[facets[::-1], 0] = region[::-1]
+    sides[facets, 1] = region
+    sides[count == 1, 1] = -1
+    return sides, count
+
+
 def domain_volume(lattice: Complex) -> float:
     """Volume of a complex that is one cell, in its own coordinates."""
-    return float(cell_volumes(lattice.x.view, tuple(lattice.rows(k) for k in range(1, lattice.n + 1)))[0])
+    boundaries = tuple(lattice.rows(k) for k in range(1, lattice.n + 1))
+    return float(cell_volumes(lattice.x.view, boundaries)[0])

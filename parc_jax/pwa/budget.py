@@ -6,24 +6,34 @@ import time
 from parc_jax.errors import BudgetError
 from parc_jax.pwa.complex import Complex
 
-ROOM = 4  # peak memory of the next cut and of the finished table, per byte held now (measured: 1.5 to 2.6)
+# peak memory of the next cut and of the finished table, per byte held now (measured: 1.5 to 2.6)
+PEAK = 4
 
 
 class Budget:
-    """Caps on regions, seconds and bytes, checked after every cut; seconds also between exact evaluations."""
+    """Caps on regions, seconds and bytes, checked after every cut; seconds also between exact
+    evaluations.
+    """
 
     def __init__(self, regions: int, seconds: float, memory: int | None, n_columns: int):
-        self.regions, self.seconds, self.n_columns = regions, seconds, n_columns
+        self.regions = regions
+        self.seconds = seconds
         self.memory = memory if memory is not None else _half_of_the_machine()
-        self.start, self.column, self.found = time.perf_counter(), 0, 1
+        self.n_columns = n_columns
+        self.start = time.perf_counter()
+        self.column = 0
+        self.found = 1
 
     def check(self, lattice: Complex, column: int) -> None:
         """Called when `column` hyperplanes are cut. Raises BudgetError."""
-        self.column, self.found = column, lattice.n_cells
+        self.column = column
+        self.found = lattice.n_cells
         if self.found > self.regions:
             self._stop(f"more than max_regions = {self.regions} regions")
-        if ROOM * lattice.nbytes > self.memory:
-            self._stop(f"may need more than max_bytes = {self.memory} ({ROOM} x {lattice.nbytes} held)")
+        if PEAK * lattice.nbytes > self.memory:
+            self._stop(
+                f"may need more than max_bytes = {self.memory} ({PEAK} x {lattice.nbytes} held)"
+            )
         self.check_time()
 
     def check_time(self) -> None:
@@ -32,10 +42,12 @@ class Budget:
             self._stop(f"more than max_seconds = {self.seconds:g} s")
 
     def _stop(self, why: str) -> None:
+        seconds = time.perf_counter() - self.start
         raise BudgetError(
-            f"enumerate_regions: {why}, with {self.column} of {self.n_columns} hyperplanes cut, {self.found} regions, "
-            f"{time.perf_counter() - self.start:.1f} s. Nothing is returned, since a part would not cover the domain. "
-            "Shrink the domain or the network, raise the cap, or march through the regions you need."
+            f"enumerate_regions: {why}, with {self.column} of {self.n_columns} hyperplanes cut, "
+            f"{self.found} regions, {seconds:.1f} s. Nothing is returned, since a part would not "
+            "cover the domain. Shrink the domain or the network, raise the cap, or march through "
+            "the regions you need."
         )
 
 

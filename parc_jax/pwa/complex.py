@@ -1,18 +1,34 @@
-"""The polyhedral complex as a face lattice: vertices, edges, ..., cells, each face a list of the faces one dimension
-down.
+"""The polyhedral complex as a face lattice: vertices, edges, ..., cells, each face a list of the
+faces one dimension down.
 
-Vertices are shared by all faces that contain them, so a network is evaluated once per vertex. A vertex carries,
-beside its floats, its exact sign at every hyperplane seen so far; that is what it *is* (see exact.py).
+Vertices are shared by all faces that contain them, so a network is evaluated once per vertex. A
+vertex carries, beside its floats, its exact sign at every hyperplane seen so far; that is what it
+*is* (see exact.py).
 """
 
 import numpy as np
 
-from parc_jax.pwa.bits import unpack
-from parc_jax.pwa.growable import Growable, row_positions
+from parc_jax.pwa.storage import Growable, row_positions, unpack
+
+
+class Sign:
+    """Sign of a function at a vertex, or the union of those at the vertices of a face.
+
+    Bits of a uint8; not an IntFlag, since NumPy takes the members of one for 64-bit integers and
+    converts whole arrays for every comparison.
+    """
+
+    ZERO = np.uint8(0)
+    PLUS = np.uint8(1)
+    MINUS = np.uint8(2)
+    CUT = PLUS | MINUS  # a face with vertices on both sides
+    NEW = CUT | np.uint8(4)  # the face made by the cut itself, which bounds both parts
 
 
 class SignBits:
-    """Exact signs of the vertices at the columns (domain rows, then neurons): one bit each for plus and minus."""
+    """Exact signs of the vertices at the columns (domain rows, then neurons): one bit each for plus
+    and minus.
+    """
 
     def __init__(self, n_columns: int, count: int):
         words = (n_columns + 63) // 64
@@ -20,16 +36,24 @@ class SignBits:
         self.minus = Growable(np.zeros((count, words), np.uint64))
 
     def inherit(self, a: np.ndarray, b: np.ndarray) -> None:
-        """Append points inside the edges (a, b): nonzero where an end is nonzero (the ends never disagree)."""
+        """Append points inside the edges (a, b): nonzero where an end is nonzero (the ends never
+        disagree).
+        """
         self.plus.append(self.plus.data.take(a, axis=0) | self.plus.data.take(b, axis=0))
         self.minus.append(self.minus.data.take(a, axis=0) | self.minus.data.take(b, axis=0))
 
     def mark(self, column: int, codes: np.ndarray) -> None:
-        """Set one column for the first len(codes) vertices. codes: uint8, 1 plus, 2 minus, 0 zero."""
-        word, bit = column >> 6, np.uint64(column & 63)
-        wide = codes.astype(np.uint64)
-        self.plus.data[: len(codes), word] |= (wide & np.uint64(1)) << bit
-        self.minus.data[: len(codes), word] |= (wide >> np.uint64(1)) << bit
+        """Set one column for the first len(codes) vertices. codes: uint8, see `Sign`."""
+        word, bit = _place(column)
+        for bits, sign in ((self.plus, Sign.PLUS), (self.minus, Sign.MINUS)):
+            bits.data[: len(codes), word] |= ((codes & sign) != 0).astype(np.uint64) << bit
+
+    def codes(self, vertices: np.ndarray, column: int) -> np.ndarray:
+        """`Sign` uint8 (len(vertices),) at a column."""
+        word, bit = _place(column)
+        plus = (self.plus.data[vertices, word] >> bit) & np.uint64(1)
+        minus = (self.minus.data[vertices, word] >> bit) & np.uint64(1)
+        return plus.astype(np.uint8) * Sign.PLUS + minus.astype(np.uint8) * Sign.MINUS
 
     def is_plus(self, first: int, last: int) -> np.ndarray:
         """Bool (V, last - first): strictly positive at the columns first..last-1."""
@@ -37,25 +61,46 @@ class SignBits:
 
     def at(self, vertex: int, n_columns: int) -> tuple[np.ndarray, np.ndarray]:
         """(plus, zero) of one vertex, each bool (n_columns,)."""
-        plus, minus = (unpack(bits.data[vertex : vertex + 1], n_columns)[0] for bits in (self.plus, self.minus))
+        row = slice(vertex, vertex + 1)
+        plus = unpack(self.plus.data[row], n_columns)[0]
+        minus = unpack(self.minus.data[row], n_columns)[0]
         return plus, ~(plus | minus)
+
+    def kept(self, vertices: np.ndarray) -> "SignBits":
+        """Those of some vertices: bool (V,)."""
+        out = SignBits(0, 0)
+        out.plus = Growable(self.plus.view[vertices])
+        out.minus = Growable(self.minus.view[vertices])
+        return out
+
+
+def _place(column: int) -> tuple[int, np.uint64]:
+    """Word and bit of a column."""
+    return column >> 6, np.uint64(column & 63)
+
+
+def _with_dummy(values: np.ndarray, dummy=0) -> Growable:
+    """Values of all faces of one dimension, with that of the dummy in front."""
+    return Growable(np.concatenate([[dummy], values]))
 
 
 class Level:
-    """Faces of one dimension k >= 2 in one pool. Face 0 is a dummy that owns what is no longer used, and pool
-    position 0.
+    """Faces of one dimension k >= 2 in one pool. Face 0 is a dummy that owns what is no longer
+    used, and pool position 0.
 
-    sub: pooled (k-1)-faces. own: face of each pool entry. start, size: where a face's row lies. first: a vertex of
-    the face.
-    radius: see rounding.py. home: cell of the complex at the start of the layer that contains the face.
+    sub: pooled (k-1)-faces. own: face of each pool entry. start, size: where a face's row lies.
+    first: a vertex of the face. radius: see rounding.py.
+    home: cell of the complex at the start of the layer that contains the face.
     """
 
-    def __init__(self, sub, size, first):
+    def __init__(self, sub, size, first, radius=None):
         size = np.concatenate([[0], size])
-        self.sub = Growable(np.concatenate([[0], sub]))
-        self.own = Growable(np.concatenate([[0], np.repeat(np.arange(len(size)), size)]))
-        self.start, self.size = Growable(1 + np.cumsum(size) - size), Growable(size)
-        self.first, self.radius = Growable(np.concatenate([[0], first])), Growable(np.zeros(len(size)))
+        self.sub = _with_dummy(sub)
+        self.own = _with_dummy(np.repeat(np.arange(len(size)), size))
+        self.start = Growable(1 + np.cumsum(size) - size)
+        self.size = Growable(size)
+        self.first = _with_dummy(first)
+        self.radius = Growable(np.zeros(len(size))) if radius is None else _with_dummy(radius, 0.0)
         self.home = Growable(np.zeros(len(size), int))
 
     @property
@@ -64,7 +109,9 @@ class Level:
         return self.size.n
 
     def append_rows(self, sub, own, size) -> np.ndarray:
-        """Append rows to the pool; returns their starts. The rows' faces are entered by the caller."""
+        """Append rows to the pool; returns their starts. The rows' faces are entered by the
+        caller.
+        """
         starts = self.sub.n + np.cumsum(size) - size
         self.sub.append(sub)
         self.own.append(own)
@@ -84,20 +131,34 @@ class Level:
 class Complex:
     """All faces of dimension 0..n. Mutable; lives only inside the subdivision.
 
-    x: (V, n) float vertices. z: (V, w) pre-activations of the current layer. rho: (V,). bits: exact signs.
-    a, b: ends of the edges (edge 0 is a dummy), edge_radius. levels[k]: faces of dimension k = 2..n.
+    x: (V, n) float vertices. z: (V, w) pre-activations of the current layer. rho: (V,).
+    bits: exact signs. vertex_home: (V,), as of a level.
+    a, b: ends of the edges (edge 0 is a dummy). edge_radius, edge_home: as of a level.
+    levels[k]: faces of dimension k = 2..n.
     label: column of the hyperplane that carries each (n-1)-face.
     """
 
     def __init__(self, x, bits: SignBits, a, b, levels: dict[int, Level], label):
         self.n = x.shape[1]
-        self.x, self.bits = Growable(x), bits
-        self.z, self.rho = Growable(np.zeros((len(x), 0))), Growable(np.zeros(len(x)))
-        self.a, self.b = Growable(np.concatenate([[0], a])), Growable(np.concatenate([[0], b]))
-        self.edge_radius, self.edge_home = Growable(np.zeros(self.a.n)), Growable(np.zeros(self.a.n, int))
+        self.x = Growable(x)
+        self.z = Growable(np.zeros((len(x), 0)))
+        self.rho = Growable(np.zeros(len(x)))
         self.vertex_home = Growable(np.zeros(len(x), int))
+        self.bits = bits
+        self.set_edges(a, b)
         self.levels = levels
-        self.label = Growable(label if self.n == 1 else np.concatenate([[-1], label]))
+        self.set_labels(label)
+
+    def set_edges(self, a: np.ndarray, b: np.ndarray, radius: np.ndarray | None = None) -> None:
+        """Replace all edges: ends a, b (E,), radius (E,) or zero."""
+        self.a = _with_dummy(a)
+        self.b = _with_dummy(b)
+        self.edge_radius = _with_dummy(np.zeros(len(a)) if radius is None else radius, 0.0)
+        self.edge_home = Growable(np.zeros(self.a.n, int))
+
+    def set_labels(self, label: np.ndarray) -> None:
+        """Replace the labels of the (n-1)-faces, which have a dummy unless they are vertices."""
+        self.label = Growable(label) if self.n == 1 else _with_dummy(label, -1)
 
     @property
     def n_cells(self) -> int:
@@ -106,15 +167,21 @@ class Complex:
 
     def count(self, k: int) -> int:
         """Number of stored k-faces; one more than there are for k >= 1 (the dummy)."""
-        return self.x.n if k == 0 else self.a.n if k == 1 else self.levels[k].count
+        if k == 0:
+            return self.x.n
+        return self.a.n if k == 1 else self.levels[k].count
 
     def radius(self, k: int) -> Growable:
         """Distance bound of the k-faces, 0 <= k < n."""
-        return self.rho if k == 0 else self.edge_radius if k == 1 else self.levels[k].radius
+        if k == 0:
+            return self.rho
+        return self.edge_radius if k == 1 else self.levels[k].radius
 
     def home(self, k: int) -> Growable:
         """A cell of the complex at the start of the layer that contains each k-face."""
-        return self.vertex_home if k == 0 else self.edge_home if k == 1 else self.levels[k].home
+        if k == 0:
+            return self.vertex_home
+        return self.edge_home if k == 1 else self.levels[k].home
 
     def settle(self) -> None:
         """Start a layer: the cells of now are the homes of all faces."""
@@ -125,7 +192,8 @@ class Complex:
             if k > 1:
                 below[self.levels[k].sub.view] = inside[self.levels[k].own.view]
             else:
-                below[self.a.view[1:]] = below[self.b.view[1:]] = inside[1:]
+                below[self.a.view[1:]] = inside[1:]
+                below[self.b.view[1:]] = inside[1:]
             inside = below
         self.vertex_home.data[: self.x.n] = inside
 
@@ -141,7 +209,9 @@ class Complex:
         return words[1:]
 
     def rows(self, k: int) -> tuple[np.ndarray, np.ndarray]:
-        """Boundaries of all k-faces, dummy dropped: (k-1)-faces flat, and offsets. Numbered from 0 on both sides."""
+        """Boundaries of all k-faces, dummy dropped: (k-1)-faces flat, and offsets. Numbered from 0
+        on both sides.
+        """
         if k == 1:
             ends = np.stack([self.a.view[1:], self.b.view[1:]], axis=1)
             return ends.ravel(), 2 * np.arange(len(ends) + 1)
@@ -151,10 +221,14 @@ class Complex:
 
     @property
     def nbytes(self) -> int:
-        """Bytes held by the complex, spare capacity included (a close count, asked for after every cut)."""
+        """Bytes held by the complex, spare capacity included (a close count, asked for after every
+        cut).
+        """
         per_vertex = 8 * (self.n + self.z.data.shape[1] + 2 * self.bits.plus.data.shape[1] + 2)
-        pools = sum(16 * len(level.sub.data) + 40 * len(level.size.data) for level in self.levels.values())
-        return per_vertex * len(self.x.data) + 32 * len(self.a.data) + pools
+        held = per_vertex * len(self.x.data) + 32 * len(self.a.data)
+        for level in self.levels.values():
+            held += 16 * len(level.sub.data) + 40 * len(level.size.data)
+        return held
 
     def set_values(self, z: np.ndarray) -> None:
         """Store the pre-activations (V, w) of a new layer."""

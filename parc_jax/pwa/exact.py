@@ -1,31 +1,39 @@
-"""The network over the integers: exact vertices and exact signs, for the few cases that floats leave open.
+"""The network over the integers: exact vertices and exact signs, for the few cases that floats
+leave open.
 
-Every float64 is a dyadic rational, so each layer is an integer matrix over a power of two. A vertex is known by the
-hyperplanes through it, never by its floats: its neurons of sign 0 and the domain rows it touches. With every neuron of
-sign 0 taken as inactive their affine forms have full rank n at the vertex (each face of the complex was made by a form
-that takes both signs on the face it cuts, and forms depend only on signs decided earlier), so the point is a rational.
+Every float64 is a dyadic rational, so each layer is an integer matrix over a power of two. A vertex
+is known by the hyperplanes through it, never by its floats: its neurons of sign 0 and the domain
+rows it touches. With every neuron of sign 0 taken as inactive their affine forms have full rank n
+at the vertex (each face of the complex was made by a form that takes both signs on the face it
+cuts, and forms depend only on signs decided earlier), so the point is a rational.
 """
 
+from fractions import Fraction
 from math import gcd
 
 import numpy as np
 
 from parc_jax.errors import SoundnessError
+from parc_jax.pwa.complex import Sign
+from parc_jax.pwa.domain import unit_problem
 
 CACHED_FORMS = 4096  # patterns whose integer forms are kept
 
 
 class ExactNetwork:
-    """Integer copy of domain rows and layers. `on` is always a bool (n_hidden,): strictly positive neurons.
+    """Integer copy of domain rows and layers. `on` is always a bool (n_hidden,): strictly positive
+    neurons.
 
-    rows: domain rows (h, n + 1) = (A, -b) 2^row_shift. layers: per layer W (out, in), b (out,) as integers; shifts: the
-    power of two of all layers up to this one.
+    rows: domain rows (h, n + 1) = (A, -b) 2^row_shift. layers: per layer W (out, in), b (out,) as
+    integers; shifts: the power of two of all layers up to this one.
     """
 
     def __init__(self, A, b, weights, biases):
         self.n = A.shape[1]
         self.rows, self.row_shift = _integers(np.column_stack([A, -np.asarray(b)]))
-        self.layers, self.shifts, self.first_neuron = [], [], [0]
+        self.layers = []
+        self.shifts = []
+        self.first_neuron = [0]
         total = 0
         for W, beta in zip(weights, biases, strict=True):
             table, shift = _integers(np.column_stack([W, beta]))
@@ -36,8 +44,8 @@ class ExactNetwork:
         self._forms: dict = {}
 
     def forms(self, layer: int, on: np.ndarray) -> np.ndarray:
-        """Affine pre-activations of a layer under the pattern `on`: integers (w, n + 1), gradient then constant, times
-        2^shifts[layer]. Cached by the pattern of the layers before."""
+        """Affine pre-activations of a layer under the pattern `on`: integers (w, n + 1), gradient
+        then constant, times 2^shifts[layer]. Cached by the pattern of the layers before."""
         key = (layer, on[: self.first_neuron[layer]].tobytes())
         if key not in self._forms:
             if len(self._forms) >= CACHED_FORMS:
@@ -54,22 +62,31 @@ class ExactNetwork:
             self._forms[key] = table
         return self._forms[key]
 
-    def values(self, layer: int, point: list[int], q: int, on: np.ndarray) -> tuple[np.ndarray, int]:
-        """Pre-activations of a layer at point / q: integers (w,) and their common positive denominator."""
-        h, scale = np.array(point, dtype=object), q
+    def values(
+        self, layer: int, point: list[int], q: int, on: np.ndarray
+    ) -> tuple[np.ndarray, int]:
+        """Pre-activations of a layer at point / q: integers (w,) and their common positive
+        denominator.
+        """
+        h = np.array(point, dtype=object)
+        scale = q
         for l in range(layer + 1):
             W, b = self.layers[l]
             active = np.arange(self.n) if l == 0 else self._active(l - 1, on)
             z = b * scale
             if len(active):
                 z = z + np.dot(W[:, active], h[active])
-            h, scale = z, q << self.shifts[l]
+            h = z
+            scale = q << self.shifts[l]
         return h, scale
 
     def row_values(self, point: list[int], q: int, first: int) -> tuple[np.ndarray, int]:
-        """a.x - b of the domain rows from `first` on at point / q: integers and their common positive denominator."""
+        """a.x - b of the domain rows from `first` on at point / q: integers and their common
+        positive denominator.
+        """
         rows = self.rows[first:]
-        return np.dot(rows[:, :-1], np.array(point, dtype=object)) + rows[:, -1] * q, q << self.row_shift
+        values = np.dot(rows[:, :-1], np.array(point, dtype=object)) + rows[:, -1] * q
+        return values, q << self.row_shift
 
     @staticmethod
     def rational(x: np.ndarray) -> tuple[list[int], int]:
@@ -78,18 +95,22 @@ class ExactNetwork:
         return list(point), 1 << shift
 
     def codes(self, x: np.ndarray) -> np.ndarray:
-        """Signs of all hidden neurons at a float point (n,): uint8 (n_hidden,), 1 plus, 2 minus, 0 zero."""
+        """`Sign` of all hidden neurons at a float point (n,): uint8 (n_hidden,)."""
         point, q = self.rational(x)
         on = np.zeros(self.first_neuron[-1], bool)
-        out: list[int] = []
+        out: list[np.uint8] = []
         for layer in range(len(self.layers)):
             values, _ = self.values(layer, point, q, on)
-            out.extend(sign_code(v) for v in values)
+            out.extend(sign_of(v) for v in values)
             on[self.first_neuron[layer] : self.first_neuron[layer + 1]] = [v > 0 for v in values]
         return np.array(out, np.uint8)
 
     def vertex(self, tight_rows, zero_neurons, on: np.ndarray) -> tuple[list[int], int]:
-        """The point on all given domain rows and zero neurons, as integers over a positive q, in lowest terms."""
+        """The point on all given domain rows and zero neurons, as integers over a positive q, in
+        lowest terms.
+
+        Elimination without fractions: six to eight times faster here than `lp.rational.Basis`.
+        """
         basis: list[tuple[int, list[int]]] = []
         for form in self._through(tight_rows, zero_neurons, on):
             row = _reduce(list(form), basis, self.n)
@@ -99,7 +120,8 @@ class ExactNetwork:
             if len(basis) == self.n:
                 return _solve(basis, self.n)
         raise SoundnessError(
-            f"exact vertex: its {len(tight_rows) + len(zero_neurons)} hyperplanes have rank {len(basis)} < {self.n}. "
+            f"exact vertex: its {len(tight_rows) + len(zero_neurons)} hyperplanes have rank "
+            f"{len(basis)} < {self.n}. "
             "The complex is inconsistent; please report the network."
         )
 
@@ -114,9 +136,11 @@ class ExactNetwork:
         return np.flatnonzero(on[self.first_neuron[layer] : self.first_neuron[layer + 1]])
 
 
-def sign_code(value) -> int:
-    """1 plus, 2 minus, 0 zero."""
-    return 1 if value > 0 else 2 if value < 0 else 0
+def sign_of(value) -> np.uint8:
+    """`Sign` of one exact number."""
+    if value > 0:
+        return Sign.PLUS
+    return Sign.MINUS if value < 0 else Sign.ZERO
 
 
 def _integers(array: np.ndarray) -> tuple[np.ndarray, int]:
@@ -129,24 +153,63 @@ def _integers(array: np.ndarray) -> tuple[np.ndarray, int]:
 
 
 def _reduce(row: list[int], basis, n: int) -> list[int]:
-    """Eliminate the pivots of `basis` from an integer row, in lowest terms (a multiple, sign irrelevant)."""
+    """Eliminate the pivots of `basis` from an integer row, in lowest terms (a multiple, sign
+    irrelevant).
+    """
     for pivot, other in basis:
         if row[pivot]:
-            f, g = other[pivot], row[pivot]
-            row = [f * x - g * y for x, y in zip(row, other, strict=True)]
+            row = [other[pivot] * x - row[pivot] * y for x, y in zip(row, other, strict=True)]
     d = gcd(*row[:n], row[n])
     return [x // d for x in row] if d > 1 else row
 
 
 def _solve(basis, n: int) -> tuple[list[int], int]:
     """Back substitution of n reduced rows g.x + c = 0."""
-    point, q = [0] * n, 1
+    point = [0] * n  # numerators over q, for the pivots already solved
+    q = 1
     for pivot, row in reversed(basis):
-        # point holds numerators over q for the pivots already solved
         rest = row[n] * q + sum(row[c] * point[c] for c in range(n) if c != pivot)
         point = [x * row[pivot] for x in point]
         point[pivot] = -rest
         q *= row[pivot]
         d = gcd(*point, q)
-        point, q = [x // d for x in point], q // d
+        point = [x // d for x in point]
+        q //= d
     return ([-x for x in point], -q) if q < 0 else (point, q)
+
+
+class ExactPoints:
+    """Exact vertices of a table, one at a time (a fraction of a millisecond each).
+
+    The facets of one region that meet at one of its vertices have normals of rank n there, so they
+    define the point.
+    """
+
+    def __init__(self, table):
+        self.table = table
+        self.unit = unit_problem(table.net, table.domain)
+        self.network = ExactNetwork(self.unit.A, self.unit.b, self.unit.weights, self.unit.biases)
+        flat, offsets = table.face_vertices(table.net.n_in - 1)
+        order = np.argsort(flat, kind="stable")
+        self._facets = np.repeat(np.arange(len(offsets) - 1), np.diff(offsets))[order]
+        self._starts = np.searchsorted(flat[order], np.arange(len(table.points) + 1))
+
+    def point(self, v: int) -> list[Fraction]:
+        """Coordinates of table.points[v] without rounding."""
+        through = self._facets[self._starts[v] : self._starts[v + 1]]
+        sides = self.table.facet_regions[through]
+        region = sides[0, 0]
+        label = self.table.facet_label[through[(sides == region).any(axis=1)]]
+        rows = -1 - label[label < 0]
+        neurons = np.sort(label[label >= 0])
+        point, q = self.network.vertex(rows, neurons, self.table.patterns[region])
+        return [Fraction(x, q) * Fraction(s) for x, s in zip(point, self.unit.scale, strict=True)]
+
+
+def with_exact_points(table):
+    """The same table, every vertex rounded from its exact value; point_error is half a unit in the
+    last place.
+    """
+    exact = ExactPoints(table)
+    points = np.array([[float(x) for x in exact.point(v)] for v in range(len(table.points))])
+    return table.replace(points=points, point_error=0.5 * np.spacing(np.abs(points)))

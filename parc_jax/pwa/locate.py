@@ -1,11 +1,15 @@
-"""Which region contains a point: its activation pattern, exactly, looked up among the patterns of the table."""
+"""Which region contains a point: its activation pattern, exactly, looked up among the patterns of
+the table.
+"""
 
 import numpy as np
 
+from parc_jax.arrays import slices
 from parc_jax.errors import SoundnessError
-from parc_jax.pwa.bits import hash_words, pack
+from parc_jax.pwa.complex import Sign
 from parc_jax.pwa.exact import ExactNetwork
-from parc_jax.pwa.rounding import SAFETY, TINY, U
+from parc_jax.pwa.rounding import TINY, U, forward_error
+from parc_jax.pwa.storage import hash_words, pack
 from parc_jax.sets.box import Box
 from parc_jax.sets.hpolytope import HPolytope
 
@@ -16,7 +20,8 @@ class PatternIndex:
     """Lookup by pattern. Built once per table."""
 
     def __init__(self, net, patterns: np.ndarray):
-        self.net, self.patterns = net, patterns
+        self.net = net
+        self.patterns = patterns
         self._words = pack(patterns)
         keys = hash_words(self._words)
         self._order = np.argsort(keys, kind="stable")
@@ -25,8 +30,8 @@ class PatternIndex:
     def find(self, k: np.ndarray) -> np.ndarray:
         """Region number (m,) of points k (m, n) inside the domain."""
         number = np.empty(len(k), int)
-        for start in range(0, len(k), CHUNK):
-            number[start : start + CHUNK] = self._find_chunk(k[start : start + CHUNK])
+        for rows in slices(len(k), CHUNK):
+            number[rows] = self._find_chunk(k[rows])
         return number
 
     def _find_chunk(self, k: np.ndarray) -> np.ndarray:
@@ -37,31 +42,38 @@ class PatternIndex:
         # an undecided sign, or a hash collision: the slow way
         slow = np.flatnonzero(~(sure & (self._words[number] == words).all(axis=1)))
         if len(slow):
-            exact = ExactNetwork(np.zeros((0, k.shape[1])), np.zeros(0), self.net.weights[:-1], self.net.biases[:-1])
+            no_rows = np.zeros((0, k.shape[1]))
+            hidden = (self.net.weights[:-1], self.net.biases[:-1])
+            exact = ExactNetwork(no_rows, np.zeros(0), *hidden)
             for i in slow:
                 number[i] = self._closed_region(exact.codes(k[i]), k[i])
         return number
 
     def _closed_region(self, codes: np.ndarray, k: np.ndarray) -> int:
         """A region whose pattern agrees with all nonzero signs at k; its closure contains k."""
-        nonzero = codes != 0
-        fits = np.flatnonzero((self.patterns[:, nonzero] == (codes[nonzero] == 1)).all(axis=1))
+        nonzero = codes != Sign.ZERO
+        plus = codes[nonzero] == Sign.PLUS
+        fits = np.flatnonzero((self.patterns[:, nonzero] == plus).all(axis=1))
         if not len(fits):
-            raise SoundnessError(f"locate: no region contains {k}; the table is incomplete. Please report the network.")
+            raise SoundnessError(
+                f"locate: no region contains {k}; the table is incomplete. Please report the "
+                "network."
+            )
         return int(fits[0])
 
 
 def float_patterns(net, k: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Patterns (m, n_hidden) bool at k (m, n), and whether rounding cannot have changed them (m,).
 
-    Forward error as in T10, from the largest activations of the batch.
+    Forward error as in [T10], from the largest activations of the batch.
     """
-    h, error, on = k, np.zeros(net.n_in), []
+    h = k
+    error = np.zeros(net.n_in)
+    on = []
     sure = np.ones(len(k), bool)
     for W, b in zip(net.weights[:-1], net.biases[:-1], strict=True):
-        size, z = np.abs(W), h @ W.T + b
-        largest = np.abs(h).max(axis=0, initial=0.0)
-        error = (size @ error + (W.shape[1] + 4) * U * (size @ largest + np.abs(b)) + TINY * size.any(axis=1)) * SAFETY
+        z = h @ W.T + b
+        error = forward_error(W, b, error, np.abs(h).max(axis=0, initial=0.0))
         sure &= ((np.abs(z) > error) | (error == 0)).all(axis=1)
         on.append(z > 0)
         h = np.maximum(z, 0.0)
@@ -72,11 +84,14 @@ def inside_domain(domain: Box | HPolytope, k: np.ndarray) -> np.ndarray:
     """Closed membership (m,) of k (m, n), exact."""
     if isinstance(domain, Box):
         return domain.contains(k)
-    A, b = domain.A, domain.b
+    A = domain.A
+    b = domain.b
     excess = k @ A.T - b
     error = (domain.n + 4) * U * (np.abs(k) @ np.abs(A).T + np.abs(b)) + TINY
-    outside, sure = (excess > error).any(axis=1), (excess < -error).all(axis=1)
+    outside = (excess > error).any(axis=1)
+    inside = (excess < -error).all(axis=1)
     exact = ExactNetwork(A, b, [], [])
-    for i in np.flatnonzero(~(outside | sure)):
-        outside[i] = any(v > 0 for v in exact.row_values(*exact.rational(k[i]), 0)[0])
+    for i in np.flatnonzero(~(outside | inside)):
+        values, _ = exact.row_values(*exact.rational(k[i]), 0)
+        outside[i] = any(v > 0 for v in values)
     return ~outside

@@ -1,8 +1,9 @@
-"""Reachable polyhedral marching: region after region outward from a seed, one facet at a time (Vincent, Schwager 2021).
+"""Reachable polyhedral marching: region after region outward from a seed, one facet at a time
+(Vincent, Schwager 2021).
 
-No table, no limit on the number of inputs. Facets by LPs, the pattern behind a facet by exact comparison of affine
-forms, so neurons that are constant, dead, rescaled or nearly parallel neither switch by mistake nor hide a region
-(A7-A9).
+No table, no limit on the number of inputs. Facets by LPs, the pattern behind a facet by exact
+comparison of affine forms, so neurons that are constant, dead, rescaled or nearly parallel neither
+switch by mistake nor hide a region [A7, A8, A9].
 """
 
 from collections import deque
@@ -13,11 +14,10 @@ from flax import struct
 
 from parc_jax.arrays import as_float64
 from parc_jax.errors import InputError
-from parc_jax.pwa.across import pattern_across, pattern_at
 from parc_jax.pwa.domain import interior_point, unit_problem
 from parc_jax.pwa.exact import ExactNetwork
 from parc_jax.pwa.facets import find_facets
-from parc_jax.pwa.halfspaces import Halfspaces, halfspaces
+from parc_jax.pwa.halfspaces import Halfspaces, halfspaces, pattern_across, pattern_at
 from parc_jax.pwa.locate import inside_domain
 from parc_jax.sets.box import Box
 from parc_jax.sets.hpolytope import HPolytope
@@ -27,8 +27,10 @@ from parc_jax.sets.hpolytope import HPolytope
 class MarchedRegion:
     """One region {x : A x <= b} without redundant rows, f facets.
 
-    pattern: (n_hidden,) bool. A: (f, n), b: (f,). label: (f,) hidden neuron of each facet, or -1 - (row of the domain).
-    neighbours: (f, n_hidden) bool, the pattern behind each facet; its own behind the domain's boundary.
+    pattern: (n_hidden,) bool. A: (f, n), b: (f,).
+    label: (f,) hidden neuron of each facet, or -1 - (row of the domain).
+    neighbours: (f, n_hidden) bool, the pattern behind each facet; its own behind the domain's
+        boundary.
     """
 
     pattern: np.ndarray
@@ -39,9 +41,11 @@ class MarchedRegion:
 
 
 def march(net, domain: Box | HPolytope, seed) -> Iterator[MarchedRegion]:
-    """Regions of `net` over `domain`, breadth first from the one that contains `seed` (n,); every region once.
+    """Regions of `net` over `domain`, breadth first from the one that contains `seed` (n,); every
+    region once.
 
-    Lazy: stop asking and it stops working. Any number of inputs. Raises InputError when the seed is outside the domain.
+    Lazy: stop asking and it stops working. Any number of inputs. Raises InputError when the seed is
+    outside the domain.
     """
     unit = unit_problem(net, domain)
     seed = as_float64("march seed", seed, (net.n_in,))
@@ -54,12 +58,15 @@ def march(net, domain: Box | HPolytope, seed) -> Iterator[MarchedRegion]:
 
 
 def _march(network: ExactNetwork, unit, first: np.ndarray) -> Iterator[MarchedRegion]:
-    waiting, seen = deque([first]), {first.tobytes()}
+    waiting = deque([first])
+    seen = {first.tobytes()}
     while waiting:
         on = waiting.popleft()
         rows = halfspaces(network, on)
         facets = find_facets(rows, unit.lo, unit.hi)
-        neighbours = np.array([on if rows.label[i] < 0 else pattern_across(network, on, rows, i) for i in facets])
+        neighbours = np.array(
+            [on if rows.label[i] < 0 else pattern_across(network, on, rows, i) for i in facets]
+        )
         table = _caller_rows(rows, facets, unit.scale)
         yield MarchedRegion(on, table[:, :-1], table[:, -1], rows.label[facets], neighbours)
         for pattern in neighbours:

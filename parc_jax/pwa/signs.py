@@ -1,48 +1,71 @@
-"""Exact signs of the pre-activations at the vertices: floats where the error bound decides, rationals elsewhere."""
+"""Exact signs of the pre-activations at the vertices: floats where the error bound decides,
+rationals elsewhere.
+"""
 
 from fractions import Fraction
 
 import numpy as np
 
-from parc_jax.pwa.bits import unpack
 from parc_jax.pwa.budget import Budget
-from parc_jax.pwa.complex import Complex
-from parc_jax.pwa.cut import Slack
-from parc_jax.pwa.exact import ExactNetwork, sign_code
+from parc_jax.pwa.complex import Complex, Sign
+from parc_jax.pwa.cut_edges import Slack
+from parc_jax.pwa.exact import ExactNetwork, sign_of
 from parc_jax.pwa.rounding import LayerBound
+from parc_jax.pwa.storage import unpack
 
-POOR = 2.0**-10  # a new vertex whose bound rho is larger than this (unit coordinates) is computed exactly at once
+# [unit coordinates] a new vertex with a bound rho above this is computed exactly at once
+POOR = 2.0**-10
+
+
+_OPPOSITE = np.array([Sign.ZERO, Sign.MINUS, Sign.PLUS])  # by sign
 
 
 class SignOracle:
-    """Signs for one complex. `begin` opens a layer (or the domain rows), then one `codes` per column in order.
+    """Signs for one complex. `begin` opens a layer (or the domain rows), then one `codes` per
+    column in order.
 
-    n_exact, n_repaired: vertices evaluated in rationals because a sign was open, or because the float was poor.
+    n_exact, n_repaired: vertices evaluated in rationals because a sign was open, or because the
+        float was poor.
     n_signs: signs asked for.
     """
 
     def __init__(self, lattice: Complex, exact: ExactNetwork, delta: float, budget: Budget):
-        self.lattice, self.exact, self.delta, self.budget = lattice, exact, delta, budget
+        self.lattice = lattice
+        self.exact = exact
+        self.delta = delta
+        self.budget = budget
         self.points: dict[int, tuple[list[int], int]] = {}
-        self.n_exact = self.n_repaired = self.n_signs = 0
+        self.n_exact = 0
+        self.n_repaired = 0
+        self.n_signs = 0
 
-    def begin(self, layer: int | None, W, b, bound: LayerBound, first_column: int, lip: np.ndarray) -> None:
-        """Open a layer (None: the domain rows) with weights W (w, in), b (w,); its columns start at first_column.
+    def begin(
+        self, layer: int | None, W, b, bound: LayerBound, first_column: int, lip: np.ndarray
+    ) -> None:
+        """Open a layer (None: the domain rows) with weights W (w, in), b (w,); its columns start at
+        first_column.
 
         lip: (cells, w) bounds on the gradients in the cells of now, or (1, w) for all cells.
         """
+        self.layer = layer
+        self.W = W
+        self.b = b
+        self.bound = bound
+        self.first_column = first_column
         self.lip = lip
-        self.layer, self.W, self.b, self.bound, self.first_column = layer, W, b, bound, first_column
         self.rows: dict[int, np.ndarray] = {}
         self.twins = _proportional(W, b)
 
     def codes(self, j: int) -> tuple[np.ndarray, Slack]:
-        """Codes (V,) uint8 of neuron j of the open layer (1 plus, 2 minus, 0 zero), and the slack of a cut along it."""
-        lattice, column = self.lattice, self.first_column + j
+        """`Sign` (V,) uint8 of neuron j of the open layer at all vertices, and the slack of a cut
+        along it.
+        """
+        lattice = self.lattice
+        column = self.first_column + j
         z = lattice.z.view[:, j]
         threshold = self.bound.lip[j] * lattice.rho.view
         threshold += self.bound.eta[j]
-        codes = (z < 0).view(np.uint8) + np.uint8(1)
+        codes = Sign.PLUS << (z < 0).view(np.uint8)  # minus is the next bit; faster than where
         undecided = np.flatnonzero(~(np.abs(z) > threshold))
         self.n_signs += len(z)
         if len(undecided):
@@ -70,11 +93,11 @@ class SignOracle:
 
     def _decide(self, vertices, j: int) -> np.ndarray:
         if not self.W[j].any():
-            return np.full(len(vertices), sign_code(self.b[j]))
+            return np.full(len(vertices), sign_of(self.b[j]))
         if j in self.twins:
             other, same = self.twins[j]
-            codes = self._known(vertices, self.first_column + other)
-            return codes if same else np.array([0, 2, 1], np.uint8)[codes]
+            codes = self.lattice.bits.codes(vertices, self.first_column + other)
+            return codes if same else _OPPOSITE[codes]
         codes = np.zeros(len(vertices), np.uint8)
         fed = np.ones(len(vertices), bool)
         if self.layer:
@@ -82,18 +105,10 @@ class SignOracle:
             before = self.first_column - self.W.shape[1]
             on = unpack(self.lattice.bits.plus.data[vertices], self.first_column)[:, before:]
             fed = (on & (self.W[j] != 0)).any(axis=1)
-            codes[~fed] = sign_code(self.b[j])
+            codes[~fed] = sign_of(self.b[j])
         for i in np.flatnonzero(fed):
             codes[i] = self._row(int(vertices[i]), self.first_column + j)[j]
         return codes
-
-    def _known(self, vertices, column: int) -> np.ndarray:
-        word, bit = column >> 6, np.uint64(column & 63)
-        plus, minus = (
-            (bits.data[vertices, word] >> bit) & np.uint64(1)
-            for bits in (self.lattice.bits.plus, self.lattice.bits.minus)
-        )
-        return (plus + 2 * minus).astype(np.uint8)
 
     def _repair(self, new, n_columns: int) -> None:
         for v in new[~(self.lattice.rho.data[new] <= POOR)]:
@@ -101,18 +116,19 @@ class SignOracle:
             self._row(int(v), n_columns)
 
     def _row(self, v: int, n_columns: int) -> np.ndarray:
-        """Exact codes of the whole layer at vertex v; its floats are replaced by the rounded exact ones."""
+        """Exact codes of the whole layer at vertex v; its floats are replaced by the rounded exact
+        ones.
+        """
         if v in self.rows:
             return self.rows[v]
         self.budget.check_time()
-        n_rows = len(self.exact.rows)
-        plus, zero = self.lattice.bits.at(v, n_columns)
-        on = np.zeros(self.exact.first_neuron[-1], bool)
-        on[: max(n_columns - n_rows, 0)] = plus[n_rows:]
+        on, zero = self._signs_before(v, n_columns)
         if v not in self.points:
             self.n_exact += 1
-            columns = np.flatnonzero(zero)
-            self.points[v] = self.exact.vertex(columns[columns < n_rows], columns[columns >= n_rows] - n_rows, on)
+            n_rows = len(self.exact.rows)
+            self.points[v] = self.exact.vertex(
+                zero[zero < n_rows], zero[zero >= n_rows] - n_rows, on
+            )
         point, q = self.points[v]
         if self.layer is None:
             values, scale = self.exact.row_values(point, q, self.first_column)
@@ -122,18 +138,27 @@ class SignOracle:
         lattice.x.data[v] = [x / q for x in point]
         lattice.z.data[v] = [z / scale for z in values]
         lattice.rho.data[v] = 2.0**-52 * lattice.n
-        self.rows[v] = np.array([sign_code(z) for z in values], np.uint8)
+        self.rows[v] = np.array([sign_of(z) for z in values], np.uint8)
         return self.rows[v]
+
+    def _signs_before(self, v: int, n_columns: int) -> tuple[np.ndarray, np.ndarray]:
+        """Neurons (n_hidden,) bool that are plus at vertex v, and the columns of sign zero."""
+        n_rows = len(self.exact.rows)
+        plus, zero = self.lattice.bits.at(v, n_columns)
+        on = np.zeros(self.exact.first_neuron[-1], bool)
+        on[: max(n_columns - n_rows, 0)] = plus[n_rows:]
+        return on, np.flatnonzero(zero)
 
 
 def _proportional(W, b) -> dict[int, tuple[int, bool]]:
-    """Neurons whose (W, b) is an exact multiple of an earlier one's: {j: (earlier i, same sign)}."""
+    """Neurons whose (W, b) is an exact multiple of an earlier one's: {j: (earlier i, same
+    sign)}.
+    """
     table = np.column_stack([W, b])
     size = np.abs(table).max(axis=1)
     unit = table / np.where(size > 0, size, 1.0)[:, None]
-    cosine = np.abs(unit @ unit.T) / np.maximum(
-        np.linalg.norm(unit, axis=1)[:, None] * np.linalg.norm(unit, axis=1), 1e-300
-    )
+    length = np.linalg.norm(unit, axis=1)
+    cosine = np.abs(unit @ unit.T) / np.maximum(length[:, None] * length, 1e-300)
     twins: dict[int, tuple[int, bool]] = {}
     for i, j in zip(*np.nonzero(np.triu(cosine > 1 - 1e-9, 1)), strict=True):
         if j not in twins and i not in twins and _is_multiple(table[i], table[j]):
@@ -144,5 +169,6 @@ def _proportional(W, b) -> dict[int, tuple[int, bool]]:
 def _is_multiple(p, q) -> bool:
     """q = c p exactly, c a nonzero rational."""
     at = int(np.argmax(np.abs(p)))
-    a, c = Fraction(p[at]), Fraction(q[at])
-    return all(Fraction(x) * c == Fraction(y) * a for x, y in zip(p, q, strict=True))
+    p_at = Fraction(p[at])
+    q_at = Fraction(q[at])
+    return all(Fraction(x) * q_at == Fraction(y) * p_at for x, y in zip(p, q, strict=True))

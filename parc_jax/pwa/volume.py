@@ -1,9 +1,10 @@
 """Volumes of all cells at once, by pyramids over the face lattice.
 
-A k-face F with a vertex c is the union of the pyramids from c over its facets G, so its k-vector (volume times unit
-k-vector) is M(F) = (1/k) sum_G +-(p_G - c) ^ M(G) with p_G any point of G; all terms are parallel, and the signs are
-those that make them point the same way. For k = n it is a number: vol(F) = (1/n) sum_G |(p_G - c) ^ M(G)|. Each face
-is treated once, however many cells share it. Rounding: about u times the surface times the diameter.
+A k-face F with a vertex c is the union of the pyramids from c over its facets G, so its k-vector
+(volume times unit k-vector) is M(F) = (1/k) sum_G +-(p_G - c) ^ M(G) with p_G any point of G; all
+terms are parallel, and the signs are those that make them point the same way. For k = n it is a
+number: vol(F) = (1/n) sum_G |(p_G - c) ^ M(G)|. Each face is treated once, however many cells share
+it. Rounding: about u times the surface times the diameter.
 """
 
 from functools import lru_cache
@@ -15,25 +16,32 @@ CHUNK = 1 << 15  # boundary entries treated at once, so that the working set sta
 
 
 def cell_volumes(x: np.ndarray, boundaries) -> np.ndarray:
-    """Volumes (r,) of the n-faces. x: (V, n). boundaries[k - 1]: (k-1)-faces of the k-faces, flat, and offsets."""
+    """Volumes (r,) of the n-faces. x: (V, n). boundaries[k - 1]: (k-1)-faces of the k-faces, flat,
+    and offsets.
+    """
     n = x.shape[1]
     ends = boundaries[0][0].reshape(-1, 2)
-    apex, vector = ends[:, 0], x[ends[:, 1]] - x[ends[:, 0]]
+    apex = ends[:, 0]  # the vertex c of every face
+    vector = x[ends[:, 1]] - x[ends[:, 0]]  # M of every face
     for k in range(2, n + 1):
         sub, offsets = boundaries[k - 1]
-        top, out = apex[sub[offsets[:-1]]], np.empty((len(offsets) - 1, len(_wedge_table(n, k))))
+        top = apex[sub[offsets[:-1]]]
+        out = np.empty((len(offsets) - 1, len(_wedge_table(n, k))))
         for first, last in _chunks(offsets):
             entry = sub[offsets[first] : offsets[last]]
             here = np.repeat(top[first:last], np.diff(offsets[first : last + 1]))
             to_facet = x.take(apex[entry], axis=0) - x.take(here, axis=0)
             terms = _wedge(to_facet.T.copy(), vector.take(entry, axis=0).T.copy(), k)
             out[first:last] = _add_parallel(terms, offsets[first : last + 1] - offsets[first]).T
-        apex, vector = top, out / k
+        apex = top
+        vector = out / k
     return np.abs(vector[:, 0])
 
 
 def _add_parallel(terms: np.ndarray, offsets: np.ndarray) -> np.ndarray:
-    """Sum (C, rows) of parallel vectors, terms (C, m), over the rows of `offsets`, all turned to point the same way."""
+    """Sum (C, rows) of parallel vectors, terms (C, m), over the rows of `offsets`, all turned to
+    point the same way.
+    """
     weight = np.add.reduceat(np.abs(terms), offsets[:-1], axis=1)
     if len(terms) == 1:
         return weight
@@ -51,7 +59,9 @@ def _chunks(offsets: np.ndarray):
 
 
 def _wedge(v: np.ndarray, M: np.ndarray, k: int) -> np.ndarray:
-    """v ^ M by components: (n, m), (C(n, k - 1), m) -> (C(n, k), m); index sets in lexicographic order."""
+    """v ^ M by components: (n, m), (C(n, k - 1), m) -> (C(n, k), m); index sets in lexicographic
+    order.
+    """
     table = _wedge_table(len(v), k)
     out = np.zeros((len(table), v.shape[1]))
     for component, terms in zip(out, table, strict=True):

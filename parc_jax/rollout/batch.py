@@ -19,12 +19,15 @@ class RolloutBatch:
 
     rows:   (n,) int64           global row numbers within (seed, stage).
     k:      (n, n_k) float64     parameters that were run.
-    p:      (n, n_record + 1, n_p) [m], float64 or float32 storage; relative to the start, so p[:, 0] = 0.
+    p:      (n, n_record + 1, n_p) [m], float64 or float32 storage; relative to the start, so p[:,
+        0] = 0.
     q:      (n, n_q)             other goal states at t_f.
     domain: Box                  K.
-    time, law, seed, stage: static; seed is the data of the random key, seed and stage are None for files.
-    A run that failed holds NaN or infinities. It stays in the batch: a failure is an error without bound, not a
-    missing row.
+    groups: (n,) int64           which recording a row is part of; None = every row is its own run.
+        Rows of one group are not independent: they are split together and count as one.
+    time, law, seed, stage: static; seed is the data of the random key, seed and stage are None for
+    files. A run that failed holds NaN or infinities. It stays in the batch: a failure is an error
+    without bound, not a missing row.
     """
 
     rows: np.ndarray
@@ -36,6 +39,7 @@ class RolloutBatch:
     law: LawSpec = struct.field(pytree_node=False)
     seed: tuple[int, ...] | None = struct.field(pytree_node=False, default=None)
     stage: int | None = struct.field(pytree_node=False, default=None)
+    groups: np.ndarray | None = None
 
     @property
     def n(self) -> int:
@@ -69,25 +73,67 @@ class RolloutBatch:
 
     def select(self, index) -> "RolloutBatch":
         """The runs picked by an index array, mask or slice (n,)."""
-        return dataclasses.replace(self, rows=self.rows[index], k=self.k[index], p=self.p[index], q=self.q[index])
+        return dataclasses.replace(
+            self,
+            rows=self.rows[index],
+            k=self.k[index],
+            p=self.p[index],
+            q=self.q[index],
+            groups=None if self.groups is None else self.groups[index],
+        )
+
+    def split(self, share: float, seed: int = 0) -> tuple["RolloutBatch", "RolloutBatch"]:
+        """(the rest, a random share), rows in order; a group is never torn apart. Raises
+        InputError when either would be empty.
+
+        Split recorded runs like this before anything is learned from them: the share is the
+        holdout.
+        """
+        if not 0 < share < 1:
+            raise InputError(f"holdout: expected a share between 0 and 1; got {share}.")
+        own = np.arange(self.n) if self.groups is None else self.groups
+        names = np.unique(own)
+        order = np.random.default_rng(seed).permutation(len(names))
+        chosen = np.isin(own, names[order[: round(share * len(names))]])
+        if chosen.all() or not chosen.any():
+            raise InputError(
+                f"{self.name}: expected enough runs for training and a holdout; got {len(names)}"
+                f"{'' if self.groups is None else ' groups'}."
+            )
+        return self.select(~chosen), self.select(chosen)
 
     def hashes(self) -> np.ndarray:
-        """(n,) 128-bit content hashes as 32 hex characters: k in float64, p and q rounded to float32.
+        """(n,) 128-bit content hashes as 32 hex characters: k in float64, p and q rounded to
+        float32.
 
         The same run has the same hash in either storage.
         """
         k = np.ascontiguousarray(self.k, "<f8")
         p, q = np.ascontiguousarray(self.p, "<f4"), np.ascontiguousarray(self.q, "<f4")
         digests = [
-            hashlib.sha256(k[i].tobytes() + p[i].tobytes() + q[i].tobytes()).hexdigest()[:32] for i in range(self.n)
+            hashlib.sha256(k[i].tobytes() + p[i].tobytes() + q[i].tobytes()).hexdigest()[:32]
+            for i in range(self.n)
         ]
         return np.array(digests, dtype="S32")
 
 
 def rollout_batch(
-    k, p, q, *, time: TimeGrid, domain: Box, law: LawSpec, rows=None, seed=None, stage=None
+    k,
+    p,
+    q,
+    *,
+    time: TimeGrid,
+    domain: Box,
+    law: LawSpec,
+    rows=None,
+    seed=None,
+    stage=None,
+    groups=None,
 ) -> RolloutBatch:
-    """Validated batch. k must be finite and inside the domain; p and q may hold NaN (failed runs)."""
+    """Validated batch. k must be finite and inside the domain; p and q may hold NaN (failed
+    runs). groups: (n,) whole numbers or names, or None.
+    """
+    require_finite_k(k)
     k = as_float64("rollouts k", k, (None, domain.n))
     n = k.shape[0]
     p, q = np.asarray(p), np.asarray(q, dtype=np.float64)
@@ -95,33 +141,99 @@ def rollout_batch(
         p = p.astype(np.float64, copy=False)
     if p.ndim != 3 or p.shape[:2] != (n, time.n_record + 1):
         raise InputError(
-            f"rollouts p: expected shape ({n}, {time.n_record + 1}, n_p), one row per k, one sample per record time; "
+            f"rollouts p: expected shape ({n}, {time.n_record + 1}, n_p), one row per k, one "
+            "sample per record time; "
             f"got {p.shape}. Do dt_record and t_f match the recording?"
         )
     if q.ndim != 2 or q.shape[0] != n:
-        raise InputError(f"rollouts q: expected shape ({n}, n_q), (n, 0) without other goal states; got {q.shape}.")
+        raise InputError(
+            f"rollouts q: expected shape ({n}, n_q), (n, 0) without other goal states; got "
+            f"{q.shape}."
+        )
     moved = np.isfinite(p[:, 0]).all(axis=1) & (p[:, 0] != 0).any(axis=1)
     if moved.any():
         raise InputError(
-            f"rollouts p: expected positions relative to the start, p[:, 0] = 0; run {int(np.argmax(moved))} starts at "
+            "rollouts p: expected positions relative to the start, p[:, 0] = 0; run "
+            f"{int(np.argmax(moved))} starts at "
             f"{p[np.argmax(moved), 0]}. Subtract the start."
         )
     outside = ~domain.contains(k)
     if outside.any():
         first = int(np.argmax(outside))
         raise InputError(
-            f"rollouts k: {int(outside.sum())} of {n} outside the domain, first row {first}: {k[first]}. Widen it?"
+            f"rollouts k: {int(outside.sum())} of {n} outside the domain, first row {first}: "
+            f"{k[first]}. Widen it?"
         )
     rows = np.arange(n, dtype=np.int64) if rows is None else np.asarray(rows, np.int64)
-    return RolloutBatch(rows, k, p, q, domain, time, law, seed, stage)
+    return RolloutBatch(rows, k, p, q, domain, time, law, seed, stage, group_numbers(groups, n))
+
+
+def group_numbers(groups, n: int) -> np.ndarray | None:
+    """Names of groups as int64: whole numbers as they are, texts by their hash, equal in every
+    file. Raises InputError.
+    """
+    if groups is None:
+        return None
+    names = np.asarray(groups)
+    if names.shape != (n,) or names.dtype.kind not in "iuUS":
+        raise InputError(
+            f"groups: expected a whole number or a name for each of {n} rows; got "
+            f"{names.dtype} of shape {names.shape}."
+        )
+    if names.dtype.kind in "iu":
+        return names.astype(np.int64)
+    return np.array(
+        [
+            int.from_bytes(hashlib.sha256(name.encode()).digest()[:7])
+            for name in names.astype(str).tolist()
+        ],
+        np.int64,
+    )
+
+
+def worst_by_group(values: np.ndarray, groups: np.ndarray | None) -> np.ndarray:
+    """The largest of the values (n,) of every group, in the order in which groups first appear;
+    all of them without groups.
+    """
+    if groups is None:
+        return values
+    _, first, number = np.unique(groups, return_index=True, return_inverse=True)
+    worst = values[first].copy()
+    np.maximum.at(worst, number.ravel(), values)
+    return worst[np.argsort(first, kind="stable")]
+
+
+def require_finite_k(k) -> None:
+    """Name the row whose parameters are not known. Raises InputError."""
+    k = np.asarray(k)
+    if k.ndim != 2 or k.dtype.kind not in "fiu" or np.isfinite(k).all():
+        return  # other faults have other words
+    bad = ~np.isfinite(k).all(axis=1)
+    row = int(np.argmax(bad))
+    raise InputError(
+        f"rollouts k: expected finite parameters; row {row} is {k[row]}, {int(bad.sum())} of "
+        f"{len(k)} rows in all. A run whose command is not known cannot be used: leave it out."
+    )
 
 
 def concatenate(batches) -> RolloutBatch:
-    """One batch from several of the same law, time grid and domain, in order. Raises InputError when they differ."""
+    """One batch from several of the same law, time grid and domain, in order. Raises InputError
+    when they differ.
+    """
     batches = list(batches)
     first = batches[0]
     for other in batches[1:]:
-        if (other.law, other.time, other.seed, other.stage) != (first.law, first.time, first.seed, first.stage):
-            raise InputError("concatenate: expected batches of one law, time grid, seed and stage; they differ.")
-    parts = {name: np.concatenate([getattr(b, name) for b in batches]) for name in ("rows", "k", "p", "q")}
+        if (other.law, other.time, other.seed, other.stage) != (
+            first.law,
+            first.time,
+            first.seed,
+            first.stage,
+        ):
+            raise InputError(
+                "concatenate: expected batches of one law, time grid, seed and stage; they differ."
+            )
+    if len({b.groups is None for b in batches}) > 1:
+        raise InputError("concatenate: expected groups in all batches or in none.")
+    names = ("rows", "k", "p", "q") if first.groups is None else ("rows", "k", "p", "q", "groups")
+    parts = {name: np.concatenate([getattr(b, name) for b in batches]) for name in names}
     return first.replace(**parts)

@@ -1,4 +1,6 @@
-"""Work in chunks: several worker threads, bounded memory, results in order, finished chunks kept on disk."""
+"""Work in chunks: several worker threads, bounded memory, results in order, finished chunks kept on
+disk.
+"""
 
 import contextlib
 import json
@@ -13,34 +15,33 @@ from pathlib import Path
 import jax
 import numpy as np
 
-from parc_jax.distributed import exchange, place
+from parc_jax.distributed import gather_arrays, rank_and_size
 from parc_jax.errors import InputError
 from parc_jax.rollout.files import read_npz, write_atomic, write_npz
+from parc_jax.rollout.resume import refuse_other_work
 
 Arrays = dict[str, np.ndarray]
 
 
 class ChunkStore:
-    """A folder with one .npz per finished chunk and a meta.json that says what work it belongs to."""
+    """A folder with one .npz per finished chunk and a meta.json that says what work it belongs
+    to.
+    """
 
     def __init__(self, folder, meta: dict):
         """Open or create. Raises InputError when the folder holds chunks of other work."""
         self.folder = Path(folder)
         known = self.folder / "meta.json"
         if known.exists():
-            stored = json.loads(known.read_text())
-            differs = sorted(name for name in meta.keys() | stored.keys() if meta.get(name) != stored.get(name))
-            if differs:
-                raise InputError(
-                    f"{self.folder}: holds chunks of other work; expected the same {', '.join(differs)}. "
-                    "Delete the folder or choose another path."
-                )
+            refuse_other_work(self.folder, json.loads(known.read_text()), meta)
         else:
             write_atomic(known, json.dumps(meta, sort_keys=True, indent=1).encode())
 
     @staticmethod
     def stored_chunk(folder) -> int | None:
-        """Chunk size of the work already in the folder: resuming must cut the rows in the same places."""
+        """Chunk size of the work already in the folder: resuming must cut the rows in the same
+        places.
+        """
         known = Path(folder) / "meta.json"
         return json.loads(known.read_text())["chunk"] if known.exists() else None
 
@@ -51,6 +52,15 @@ class ChunkStore:
             return read_npz(path) if path.exists() else None
         except InputError:
             return None
+
+    def first(self) -> tuple[int, Arrays] | None:
+        """The first finished chunk that can be read, with its number."""
+        for path in sorted(self.folder.glob("chunk_*.npz")):
+            index = int(path.stem.removeprefix("chunk_"))
+            arrays = self.get(index)
+            if arrays is not None:
+                return index, arrays
+        return None
 
     def put(self, index: int, arrays: Arrays) -> None:
         """Keep a finished chunk, atomically."""
@@ -65,7 +75,8 @@ class ChunkStore:
 
 
 def worker_devices(system) -> list:
-    """One entry per worker thread: the device it runs on. XLA releases the interpreter, so threads use all CPU cores.
+    """One entry per worker thread: the device it runs on. XLA releases the interpreter, so threads
+    use all CPU cores.
 
     A system with its own `rollout_batch` gets one worker: its parallelism is its own.
     """
@@ -74,25 +85,33 @@ def worker_devices(system) -> list:
     devices = jax.local_devices()
     if devices[0].platform != "cpu":
         return devices
-    cores = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else (os.cpu_count() or 1)
+    cores = (
+        len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else (os.cpu_count() or 1)
+    )
     return [devices[i % len(devices)] for i in range(max(cores, len(devices)))]
 
 
-def run_chunks(work: Callable[[int, object], Arrays], n_chunks: int, devices: list, store=None) -> Iterator[Arrays]:
-    """Yield work(index, device) for every index, in order, at most two results per worker ahead of the consumer.
+def run_chunks(
+    work: Callable[[int, object], Arrays], n_chunks: int, devices: list, store=None
+) -> Iterator[Arrays]:
+    """Yield work(index, device) for every index, in order, at most two results per worker ahead of
+    the consumer.
 
-    Inside of `distributed.shared` the hosts deal the chunks out among them, and each yields all. A chunk found in the
-    store is not computed again. On an error or Ctrl-C, waiting chunks are cancelled.
+    Inside of `distributed.shared` the hosts deal the chunks out among them, and each yields all. A
+    chunk found in the store is not computed again. On an error or Ctrl-C, waiting chunks are
+    cancelled.
     """
-    host, hosts = place()
+    host, hosts = rank_and_size()
     mine = run_here(work, range(host, n_chunks, hosts), devices, store)
     with contextlib.closing(mine):
         for _ in range(0, n_chunks, hosts):
             # in the last turn a host without a chunk brings nothing
-            yield from (arrays for arrays in exchange(next(mine, {})) if arrays)
+            yield from (arrays for arrays in gather_arrays(next(mine, {})) if arrays)
 
 
-def run_here(work: Callable[[int, object], Arrays], indices, devices: list, store=None) -> Iterator[Arrays]:
+def run_here(
+    work: Callable[[int, object], Arrays], indices, devices: list, store=None
+) -> Iterator[Arrays]:
     """The chunks of this host, in order."""
     free = queue.SimpleQueue()
     for device in devices:
@@ -124,7 +143,9 @@ def run_here(work: Callable[[int, object], Arrays], indices, devices: list, stor
 
 
 def default_chunk(system, n: int, workers: int) -> int:
-    """Rows per compiled call: a power of two, small enough for the caches of a CPU or for 256 MiB on an accelerator."""
+    """Rows per compiled call: a power of two, small enough for the caches of a CPU or for 256 MiB
+    on an accelerator.
+    """
     row_bytes = 8 * ((system.time.n_record + 1) * system.n_p + system.n_q)
     largest = 256 if jax.default_backend() == "cpu" else max(256, 2**28 // row_bytes)
     wanted = max(16, -(-n // workers))

@@ -8,12 +8,15 @@ import numpy as np
 
 @dataclass(frozen=True)
 class Episode:
-    """simulate(rng, k): one episode of an environment under a policy that k steers. Picklable if its parts are.
+    """simulate(rng, k): one episode of an environment under a policy that k steers. Picklable if
+    its parts are.
 
-    make: () -> environment with reset(seed=, options=) -> (observation, info) and step(action) -> (observation, reward,
-    terminated, truncated, info), as Gymnasium's have; Gymnasium itself is not needed.
+    make: () -> environment with reset(seed=, options=) -> (observation, info) and step(action) ->
+    (observation, reward, terminated, truncated, info), as Gymnasium's have; Gymnasium itself is not
+    needed.
     policy: (observation, k (n_k,)) -> action. n_record: steps per episode, one record each.
-    position: (environment, observation) -> workspace position (n_p,). final: (environment, observation) -> q (n_q,).
+    position: (environment, observation) -> workspace position (n_p,). final: (environment,
+        observation) -> q (n_q,).
     options: k -> the options of reset; an environment that knows k at reset gets it here.
     An episode that ends early counts as a failed run: say in `make` when it must not end.
     """
@@ -36,7 +39,9 @@ class Episode:
                 seen, _, terminated, truncated, _ = environment.step(self.policy(seen, k))
                 positions.append(self._position(environment, seen))
                 if (terminated or truncated) and step + 1 < self.n_record:
-                    raise RuntimeError(f"the episode ended after {step + 1} of {self.n_record} steps")
+                    raise RuntimeError(
+                        f"the episode ended after {step + 1} of {self.n_record} steps"
+                    )
             return np.stack(positions), np.asarray(self.final(environment, seen), np.float64)
         finally:
             getattr(environment, "close", lambda: None)()

@@ -16,10 +16,16 @@ from parc_jax.sets.box import box
 from parc_jax.system import time_grid
 
 FORMAT = "parc_jax.rollouts/1"
+RAGGED = (
+    "Runs of different lengths go onto one record grid first: interpolate each at the times of the "
+    "grid, with NaN after its end (page Your own robot, door 3)."
+)
 
 
 def write_atomic(path, data: bytes) -> Path:
-    """Write bytes to a temporary file beside `path`, then rename: a reader never sees half a file."""
+    """Write bytes to a temporary file beside `path`, then rename: a reader never sees half a
+    file.
+    """
     path = Path(path)
     path.parent.mkdir(parents=True, exist_ok=True)
     temporary = path.with_name(f".{path.name}.{os.getpid()}.tmp")
@@ -39,26 +45,41 @@ def write_npz(path, arrays: dict) -> Path:
 
 
 def read_npz(path) -> dict[str, np.ndarray]:
-    """All arrays of an .npz file. Raises InputError when it is missing, truncated or not an .npz file."""
+    """All arrays of an .npz file. Raises InputError when it is missing, truncated or not an .npz
+    file.
+    """
     try:
         with open(path, "rb") as handle, np.load(handle, allow_pickle=False) as archive:
             return {name: archive[name] for name in archive.files}
     except FileNotFoundError:
         raise InputError(f"{path}: no such file.") from None
-    except (zipfile.BadZipFile, ValueError, EOFError, OSError, AttributeError) as error:
-        raise InputError(
-            f"{path}: expected a complete .npz file; it is truncated or damaged ({error}). Write it again."
-        ) from None
+    except ValueError as error:
+        if "Object arrays" not in str(error):
+            raise _damaged(path, error) from None
+        raise InputError(f"{path}: expected arrays of numbers; one is a list. {RAGGED}") from None
+    except (zipfile.BadZipFile, EOFError, OSError, AttributeError) as error:
+        raise _damaged(path, error) from None
 
 
-def save_rollouts(path, batch: RolloutBatch) -> Path:
-    """Save a batch as .npz, atomically. `load_rollouts` gives back equal numbers."""
+def _damaged(path, error) -> InputError:
+    return InputError(
+        f"{path}: expected a complete .npz file; it is truncated or damaged ({error}). Write it "
+        "again."
+    )
+
+
+def save_rollouts(path, batch: RolloutBatch, made_by: dict | None = None) -> Path:
+    """Save a batch as .npz, atomically. `load_rollouts` gives back equal numbers.
+
+    made_by: JSON-able facts about the program that made the runs, for `collect(path=)`.
+    """
     meta = {
         "format": FORMAT,
         "time": asdict(batch.time),
         "law": asdict(batch.law),
         "seed": batch.seed,
         "stage": batch.stage,
+        "made_by": made_by,
     }
     arrays = {
         "rows": batch.rows,
@@ -68,6 +89,8 @@ def save_rollouts(path, batch: RolloutBatch) -> Path:
         "lo": batch.domain.lo,
         "hi": batch.domain.hi,
     }
+    if batch.groups is not None:
+        arrays["groups"] = batch.groups
     return write_npz(path, arrays | {"meta": np.array(json.dumps(meta))})
 
 
@@ -89,6 +112,9 @@ def rollouts_from_npz(path, arrays: dict) -> RolloutBatch:
             rows=arrays["rows"],
             seed=None if meta["seed"] is None else tuple(meta["seed"]),
             stage=meta["stage"],
+            groups=arrays.get("groups"),
         )
     except KeyError as error:
-        raise InputError(f"{path}: array {error} is missing. Write the file again with save_rollouts.") from None
+        raise InputError(
+            f"{path}: array {error} is missing. Write the file again with save_rollouts."
+        ) from None

@@ -5,7 +5,9 @@ import json
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass, is_dataclass
 
+from parc_jax.rollout.user_code import blamed
 from parc_jax.sets.box import Box
+from parc_jax.spelling import hex_text
 
 
 @dataclass(frozen=True)
@@ -14,7 +16,8 @@ class LawSpec:
 
     generator:  what produced the rollouts: a system's name, or file:<name>.
     parameters: (name, value) pairs as text, sorted: the disturbance law of the system.
-    k_law:      how k is drawn: "uniform" on [lo, hi], "given" (chosen by the caller), "logged", or a sampler's name.
+    k_law:      how k is drawn: "uniform" on [lo, hi], "given" (chosen by the caller), "logged", or
+        a sampler's name.
     lo, hi:     (n_k,) corners of K, as hex floats.
     """
 
@@ -38,15 +41,20 @@ class LawSpec:
         return f"{self.generator} ({how}{extra}; {self.hash[:8]})"
 
 
-def law_spec(generator: str, domain: Box, k_law: str = "uniform", parameters: Mapping | None = None) -> LawSpec:
+def law_spec(
+    generator: str, domain: Box, k_law: str = "uniform", parameters: Mapping | None = None
+) -> LawSpec:
     """The law of a named generator over K = domain, with the parameters of its disturbances."""
     pairs = tuple(sorted((str(name), str(value)) for name, value in (parameters or {}).items()))
     return LawSpec(generator, pairs, k_law, _hex(domain.lo), _hex(domain.hi))
 
 
 def law_of(system, k_law: str = "uniform") -> LawSpec:
-    """The law of a system: what `law` offers (mapping or dataclass), and `plant` when that is a name."""
-    law = getattr(system, "law", None)
+    """The law of a system: what `law` offers (mapping or dataclass), and `plant` when that is a
+    name.
+    """
+    with blamed(f"{system.name}: expected a law that can be read"):
+        law = getattr(system, "law", None)
     parameters = dict((asdict(law) if is_dataclass(law) else law) or {})
     if isinstance(getattr(system, "plant", None), str):
         parameters["plant"] = system.plant
@@ -54,4 +62,4 @@ def law_of(system, k_law: str = "uniform") -> LawSpec:
 
 
 def _hex(values) -> tuple[str, ...]:
-    return tuple(float(v).hex() for v in values)
+    return tuple(hex_text(values))

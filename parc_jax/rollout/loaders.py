@@ -5,51 +5,93 @@ from pathlib import Path
 import numpy as np
 
 from parc_jax.errors import InputError
-from parc_jax.rollout.batch import RolloutBatch, rollout_batch
-from parc_jax.rollout.files import read_npz, rollouts_from_npz
+from parc_jax.rollout.batch import RolloutBatch, require_finite_k, rollout_batch
+from parc_jax.rollout.files import RAGGED, read_npz, rollouts_from_npz
 from parc_jax.rollout.law import law_spec
 from parc_jax.sets.box import Box, box
 from parc_jax.system import TimeGrid
 
+K_LAWS = ("logged", "uniform")
 
-def load_rollouts(path, time: TimeGrid | None = None, domain: Box | None = None) -> RolloutBatch:
+
+def load_rollouts(
+    path,
+    time: TimeGrid | None = None,
+    domain: Box | None = None,
+    *,
+    k_law: str = "logged",
+    groups=None,
+) -> RolloutBatch:
     """A batch from a file or folder. Raises InputError that says what is missing.
 
-    *.npz   written by `save_rollouts`: complete as it is. Others: arrays k (n, n_k), p (n, n_record + 1, n_p) and,
-            where there are other goal states, q (n, n_q).
-    *.mat   ks_data (n_k, n), ps_data (n_t, n_p, n), qs_data (n_q, n), as the published code saves it.
-    folder  k.csv (n rows of n_k numbers), q.csv (n rows of n_q; may be absent), and one file per run in p/, whose names
-            sort in the order of the rows, each with n_record + 1 rows of n_p numbers. One header line is allowed.
-    time: the record grid of the runs; needed for all but our own files. domain: K; None = the smallest box that holds
-    all k, which makes the claim about that box. Positions are made relative to each run's start. Runs with NaN stay.
+    *.npz   written by `save_rollouts`: complete as it is. Others: arrays k (n, n_k), p (n, n_record
+            + 1, n_p) and, where there are other goal states, q (n, n_q); groups (n,) see below.
+    *.mat   ks_data (n_k, n), ps_data (n_t, n_p, n), qs_data (n_q, n), as the published code saves
+    it. folder  k.csv (n rows of n_k numbers), q.csv (n rows of n_q; may be absent), and one file
+            per run in p/, whose names sort in the order of the rows, each with n_record + 1 rows of
+            n_p numbers. One header line is allowed. groups.csv may name the recording of each row.
+    time: the record grid of the runs; needed for all but our own files. domain: K; None = the
+    smallest box that holds all k, which makes the claim about that box. k_law: "logged", or
+    "uniform" where the k are known to be independent uniform draws from `domain`, which must then
+    be given; a claim speaks of shares of K only then. groups: (n,) which recording each row was cut
+    from, numbers or names; rows of one recording are not independent, and count as one. Positions
+    are made relative to each run's start. Runs with NaN stay.
     """
     path = Path(path)
+    if k_law not in K_LAWS or (k_law == "uniform" and domain is None):
+        raise InputError(
+            f'{path}: expected k_law "logged", or "uniform" with the domain that k was drawn from; '
+            f"got {k_law!r} and domain = {domain}."
+        )
     if path.is_dir():
-        return _assemble(path, _csv_folder(path), time, domain)
+        return _assemble(path, _csv_folder(path), time, domain, k_law, groups)
     if path.suffix == ".mat":
-        return _assemble(path, _mat_arrays(path), time, domain)
+        return _assemble(path, _mat_arrays(path), time, domain, k_law, groups)
     if path.suffix != ".npz":
         raise InputError(f"{path}: expected a .npz file, a .mat file or a folder of CSV files.")
     arrays = read_npz(path)
-    return rollouts_from_npz(path, arrays) if "meta" in arrays else _assemble(path, arrays, time, domain)
+    if "meta" not in arrays:
+        return _assemble(path, arrays, time, domain, k_law, groups)
+    if k_law != "logged" or groups is not None:
+        raise InputError(
+            f"{path}: expected neither k_law nor groups; a file of save_rollouts knows its own."
+        )
+    return rollouts_from_npz(path, arrays)
 
 
-def _assemble(path: Path, arrays: dict, time, domain) -> RolloutBatch:
+def _assemble(path: Path, arrays: dict, time, domain, k_law: str, groups) -> RolloutBatch:
     missing = {"k", "p"} - arrays.keys()
     if missing:
-        raise InputError(f"{path}: expected arrays k and p; {', '.join(sorted(missing))} is missing.")
-    k, p = np.asarray(arrays["k"], np.float64), np.asarray(arrays["p"], np.float64)
+        raise InputError(
+            f"{path}: expected arrays k and p; {', '.join(sorted(missing))} is missing."
+        )
+    k, p = (_numbers(path, name, arrays[name]) for name in ("k", "p"))
     if p.ndim != 3 or k.ndim != 2:
-        raise InputError(f"{path}: expected k (n, n_k) and p (n, n_record + 1, n_p); got {k.shape} and {p.shape}.")
+        raise InputError(
+            f"{path}: expected k (n, n_k) and p (n, n_record + 1, n_p); got {k.shape} and "
+            f"{p.shape}."
+        )
     if time is None:
         raise InputError(
-            f"{path}: expected time=time_grid(dt, t_f, dt_record): the file does not say when its {p.shape[1]} samples "
+            f"{path}: expected time=time_grid(dt, t_f, dt_record): the file does not say when its "
+            f"{p.shape[1]} samples "
             "per run were taken."
         )
-    q = np.asarray(arrays["q"], np.float64) if "q" in arrays else np.zeros((len(k), 0))
-    domain = box(k.min(axis=0), k.max(axis=0)) if domain is None else domain
-    law = law_spec(f"file:{path.name}", domain, "logged")
-    return rollout_batch(k, p - p[:, :1], q, time=time, domain=domain, law=law)
+    q = _numbers(path, "q", arrays["q"]) if "q" in arrays else np.zeros((len(k), 0))
+    require_finite_k(k)
+    if domain is None:
+        domain = box(k.min(axis=0), k.max(axis=0))
+    law = law_spec(f"file:{path.name}", domain, k_law)
+    groups = arrays.get("groups") if groups is None else groups
+    return rollout_batch(k, p - p[:, :1], q, time=time, domain=domain, law=law, groups=groups)
+
+
+def _numbers(path: Path, name: str, values) -> np.ndarray:
+    """An array of the file as floats. Raises InputError, for ragged runs too."""
+    try:
+        return np.asarray(values, np.float64)
+    except (TypeError, ValueError):
+        raise InputError(f"{path}: expected {name} to be one array of numbers. {RAGGED}") from None
 
 
 def _mat_arrays(path: Path) -> dict:
@@ -60,14 +102,23 @@ def _mat_arrays(path: Path) -> dict:
     except FileNotFoundError:
         raise InputError(f"{path}: no such file.") from None
     except NotImplementedError:
-        raise InputError(f"{path}: a version 7.3 file; expected version 7 or older. Save it again with -v7.") from None
+        raise InputError(
+            f"{path}: a version 7.3 file; expected version 7 or older. Save it again with -v7."
+        ) from None
     except (ValueError, TypeError, OSError, EOFError) as error:
-        raise InputError(f"{path}: expected a complete .mat file; it is truncated or damaged ({error}).") from None
+        raise InputError(
+            f"{path}: expected a complete .mat file; it is truncated or damaged ({error})."
+        ) from None
     if "ks_data" not in raw or "ps_data" not in raw:
         names = ", ".join(sorted(name for name in raw if not name.startswith("__")))
-        raise InputError(f"{path}: expected ks_data (n_k, n), ps_data (n_t, n_p, n), qs_data (n_q, n); got {names}.")
+        raise InputError(
+            f"{path}: expected ks_data (n_k, n), ps_data (n_t, n_p, n), qs_data (n_q, n); got "
+            f"{names}."
+        )
     positions = raw["ps_data"]
-    positions = positions[..., None] if positions.ndim == 2 else positions  # a single run loses its last axis
+    positions = (
+        positions[..., None] if positions.ndim == 2 else positions
+    )  # a single run loses its last axis
     arrays = {"k": raw["ks_data"].T, "p": positions.transpose(2, 0, 1)}
     return arrays | ({"q": raw["qs_data"].T} if raw.get("qs_data", np.zeros(0)).size else {})
 
@@ -78,14 +129,25 @@ def _csv_folder(path: Path) -> dict:
         raise InputError(f"{path}: expected k.csv and one file per run in {path / 'p'}; not there.")
     k, tracks = _csv(path / "k.csv"), [_csv(run) for run in runs]
     if len(k) != len(tracks):
-        raise InputError(f"{path}: expected as many rows in k.csv as files in p/; got {len(k)} and {len(tracks)}.")
-    for run, track in zip(runs, tracks, strict=True):
+        raise InputError(
+            f"{path}: expected as many rows in k.csv as files in p/; got {len(k)} and "
+            f"{len(tracks)}."
+        )
+    for row, (run, track) in enumerate(zip(runs, tracks, strict=True)):
         if track.shape != tracks[0].shape:
             raise InputError(
-                f"{run}: expected {tracks[0].shape} (rows, columns) like the other runs; got {track.shape}."
+                f"{run}: expected {tracks[0].shape} (rows, columns) like the run of row 0; row "
+                f"{row} has {track.shape}. {RAGGED}"
             )
     arrays = {"k": k, "p": np.stack(tracks)}
-    return arrays | ({"q": _csv(path / "q.csv")} if (path / "q.csv").exists() else {})
+    if (path / "q.csv").exists():
+        arrays["q"] = _csv(path / "q.csv")
+    if (path / "groups.csv").exists():
+        names = [line.strip() for line in (path / "groups.csv").read_text().splitlines()]
+        names = [name for name in names if name]
+        # one line more than rows: a header
+        arrays["groups"] = np.array(names[1:] if len(names) == len(k) + 1 else names, dtype=str)
+    return arrays
 
 
 def _csv(path: Path) -> np.ndarray:
@@ -100,4 +162,6 @@ def _csv(path: Path) -> np.ndarray:
     try:
         return np.array([[float(cell) for cell in line.split(",")] for line in lines])
     except ValueError as error:
-        raise InputError(f"{path}: expected rows of as many numbers each, separated by commas; {error}.") from None
+        raise InputError(
+            f"{path}: expected rows of as many numbers each, separated by commas; {error}."
+        ) from None

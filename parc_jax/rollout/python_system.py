@@ -1,10 +1,12 @@
-"""A plain Python callable as a black box: worker processes, reproducible row by row, failures stay failures."""
+"""A plain Python callable as a black box: worker processes, reproducible row by row, failures stay
+failures.
+"""
 
 import atexit
 import multiprocessing
 import os
 import pickle
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import ProcessPoolExecutor
 from concurrent.futures.process import BrokenProcessPool
 
@@ -23,15 +25,27 @@ TASKS_PER_WORKER = 4  # per chunk: the progress bar moves and finished work is k
 class PythonSystem:
     """A black box around simulate(rng, k) -> (p, q). Build with `python_system`, which validates.
 
-    name, domain, time, n_p, n_q, law: as of any black box. chunk: runs per step of the progress bar.
+    name, domain, time, n_p, n_q, law: as of any black box. chunk: runs per step of the progress
+    bar.
     """
 
     def __init__(
-        self, simulate, simulate_from, name: str, domain: Box, time: TimeGrid, n_p: int, n_q: int, workers: int, law
+        self,
+        simulate,
+        simulate_from,
+        name: str,
+        domain: Box,
+        time: TimeGrid,
+        n_p: int,
+        n_q: int,
+        workers: int,
+        law,
     ):
         self.simulate, self.simulate_from, self.name, self.law = simulate, simulate_from, name, law
         self.domain, self.time, self.n_p, self.n_q, self.workers = domain, time, n_p, n_q, workers
         self.chunk = RUNS_PER_TASK * TASKS_PER_WORKER * max(1, workers)
+        self.q_labels: Sequence[str] | None = None
+        self.k_labels: Sequence[str] | None = None
         self._pool: ProcessPoolExecutor | None = None
         self._has_worked = False
         if simulate_from is not None:
@@ -40,7 +54,7 @@ class PythonSystem:
     def rollout_batch(self, keys: jax.Array, ks: np.ndarray) -> Trajectory:
         """Runs (B, ...) of keys (B, 2) and ks (B, n_k), in float64. A run that raised is NaN.
 
-        Raises InputError with the traceback when not one run has worked so far.
+        Raises InputError with file and line of the fault when not one run has worked so far.
         """
         return self._run(self.simulate, keys, [(k,) for k in np.asarray(ks, np.float64)])
 
@@ -55,7 +69,11 @@ class PythonSystem:
         return self._run(self.simulate_from, keys, list(pairs))
 
     def _run(self, function: Callable, keys, arguments: list[tuple]) -> Trajectory:
-        data = jax.random.key_data(keys) if jax.dtypes.issubdtype(keys.dtype, jax.dtypes.prng_key) else keys
+        data = (
+            jax.random.key_data(keys)
+            if jax.dtypes.issubdtype(keys.dtype, jax.dtypes.prng_key)
+            else keys
+        )
         seeds = [tuple(int(v) for v in row) for row in np.asarray(data)]
         shapes = (self.time.n_record + 1, self.n_p), (self.n_q,)
         spread = self._spread if self.workers else run_many
@@ -63,27 +81,34 @@ class PythonSystem:
         self._has_worked |= not all(run.why for run in runs)
         if not self._has_worked:
             raise InputError(
-                f"{self.name}: expected simulate(rng, k) to work; all {len(runs)} runs of a batch failed. The first:\n"
-                f"{runs[0].why.strip()}"
+                f"{self.name}: expected simulate(rng, k) to work; all {len(runs)} runs of a batch "
+                f"failed, the first {runs[0].why}."
             )
         return Trajectory(np.stack([run.p for run in runs]), np.stack([run.q for run in runs]))
 
     def _spread(self, function, seeds, arguments, *shapes) -> list[Run]:
-        """The runs in worker processes. A run that kills its process is a failed run; the others are done again."""
+        """The runs in worker processes. A run that kills its process is a failed run; the others
+        are done again.
+        """
         parts = [slice(i, i + RUNS_PER_TASK) for i in range(0, len(seeds), RUNS_PER_TASK)]
         try:
-            tasks = [self._workers().submit(run_many, function, seeds[s], arguments[s], *shapes) for s in parts]
+            tasks = [
+                self._workers().submit(run_many, function, seeds[s], arguments[s], *shapes)
+                for s in parts
+            ]
             return [run for task in tasks for run in task.result()]
         except BrokenProcessPool:
             self.close()
         runs = []
         for seed, given in zip(seeds, arguments, strict=True):
             try:
-                runs.append(self._workers().submit(run_one, function, seed, given, *shapes).result())
+                runs.append(
+                    self._workers().submit(run_one, function, seed, given, *shapes).result()
+                )
             except BrokenProcessPool:
                 self.close()
                 p, q = (np.full(shape, np.nan) for shape in shapes)
-                runs.append(Run(p, q, f"the worker process died in the run with k = {given[0]}"))
+                runs.append(Run(p, q, f"as its worker process died, with k = {given[0]}"))
         return runs
 
     def _workers(self) -> ProcessPoolExecutor:
@@ -96,29 +121,50 @@ class PythonSystem:
 
 
 def python_system(
-    simulate: Callable, domain: Box, time: TimeGrid, *, name: str, n_p: int, n_q: int = 0, workers: int | None = None,
-    law: Mapping | None = None, simulate_from: Callable | None = None,
-) -> PythonSystem:  # fmt: skip
+    simulate: Callable,
+    domain: Box,
+    time: TimeGrid,
+    *,
+    name: str,
+    n_p: int,
+    n_q: int = 0,
+    workers: int | None = None,
+    law: Mapping | None = None,
+    simulate_from: Callable | None = None,
+    q_labels: Sequence[str] | None = None,
+    k_labels: Sequence[str] | None = None,
+) -> PythonSystem:
     """A black box around a plain Python function.
 
-    simulate: (rng, k (n_k,)) -> (p (n_record + 1, n_p) [m], q (n_q,)). All randomness comes from rng, a NumPy generator
-    seeded by the row alone. Positions are made relative to the first one. An exception counts as a failed run.
-    simulate_from: (rng, k, p0) -> the same from another start: with it, translation invariance can be measured.
-    workers: processes, None = one per core, 0 = none (runs in this process; anything callable will do). With workers
-    the function is pickled: define it at the top level of a module, and guard a script's own start with
-    `if __name__ == "__main__":`, since every worker imports it.
-    law: parameters of the disturbances, to have them on record. Raises InputError.
+    simulate: (rng, k (n_k,)) -> (p (n_record + 1, n_p) [m], q (n_q,)). All randomness comes from
+    rng, a NumPy generator seeded by the row alone. Positions are made relative to the first one. An
+    exception counts as a failed run.
+    simulate_from: (rng, k, p0) -> the same from another start: with it, translation invariance can
+        be measured.
+    workers: processes, None = one per core, 0 = none (runs in this process; anything callable will
+        do). With workers
+    the function is pickled: define it at the top level of a module, and guard a script's own start
+    with `if __name__ == "__main__":`, since every worker imports it.
+    law: parameters of the disturbances, to have them on record. q_labels, k_labels: names with
+    units, such as "speed [m/s]". Raises InputError.
     """
-    cores = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
+    cores = (
+        len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
+    )
     workers = cores if workers is None else workers
     if n_p < 1 or n_q < 0 or workers < 0:
-        raise InputError(f"{name}: expected n_p >= 1, n_q >= 0 and workers >= 0; got {n_p}, {n_q}, {workers}.")
+        raise InputError(
+            f"{name}: expected n_p >= 1, n_q >= 0 and workers >= 0; got {n_p}, {n_q}, {workers}."
+        )
     for function in (simulate, simulate_from):
         if function is not None and not callable(function):
             raise InputError(f"{name}: expected a function; got {type(function).__name__}.")
         if workers:
             _require_picklable(name, function)
-    return PythonSystem(simulate, simulate_from, name, domain, time, n_p, n_q, workers, law)
+    system = PythonSystem(simulate, simulate_from, name, domain, time, n_p, n_q, workers, law)
+    system.q_labels = q_labels
+    system.k_labels = k_labels
+    return system
 
 
 def _require_picklable(name: str, function) -> None:
@@ -126,6 +172,7 @@ def _require_picklable(name: str, function) -> None:
         pickle.dumps(function)
     except Exception as error:  # pickle raises whatever the object's own hooks do
         raise InputError(
-            f"{name}: expected a function that can be sent to worker processes; {error}. Define it at the top level of "
+            f"{name}: expected a function that can be sent to worker processes; {error}. Define it "
+            "at the top level of "
             "a module, or pass workers=0."
         ) from None

@@ -1,32 +1,47 @@
-"""What runs in the worker processes of a plain Python system. Imports NumPy alone, so that workers start at once."""
+"""What runs in the worker processes of a plain Python system. Imports NumPy alone, so that workers
+start at once.
+"""
 
-import traceback
 from typing import NamedTuple
 
 import numpy as np
 
+from parc_jax.rollout.user_code import own_place, said
+
 
 class Run(NamedTuple):
-    """One finished call. p (n_record + 1, n_p), q (n_q,), both NaN when it failed; why: its traceback, or ""."""
+    """One finished call. p (n_record + 1, n_p), q (n_q,), both NaN when it failed; why: where and
+    with which error, or "".
+    """
 
     p: np.ndarray
     q: np.ndarray
     why: str
 
 
-def run_one(simulate, seed: tuple[int, ...], arguments: tuple, shape_p: tuple, shape_q: tuple) -> Run:
-    """simulate(rng, *arguments), rng made from the seed alone; an exception or a wrong shape is a failed run."""
+def run_one(
+    simulate, seed: tuple[int, ...], arguments: tuple, shape_p: tuple, shape_q: tuple
+) -> Run:
+    """simulate(rng, *arguments), rng made from the seed alone; an exception or a wrong shape is a
+    failed run.
+    """
     rng = np.random.default_rng(np.random.SeedSequence(seed))
     try:
         p, q = simulate(rng, *arguments)
         p, q = np.asarray(p, np.float64), np.asarray(q, np.float64)
         if p.shape != shape_p or q.shape != shape_q:
-            raise ValueError(f"expected p {shape_p} on the record grid and q {shape_q}; got {p.shape} and {q.shape}")
+            raise ValueError(
+                f"expected p {shape_p} on the record grid and q {shape_q}; got {p.shape} and "
+                f"{q.shape}"
+            )
         return Run(p - p[:1], q, "")
-    except Exception:
-        return Run(np.full(shape_p, np.nan), np.full(shape_q, np.nan), traceback.format_exc())
+    except Exception as error:
+        why = f"in {own_place(error) or 'what it returned'}: {said(error)}"
+        return Run(np.full(shape_p, np.nan), np.full(shape_q, np.nan), why)
 
 
 def run_many(simulate, seeds, arguments, shape_p: tuple, shape_q: tuple) -> list[Run]:
     """Several runs, one after another."""
-    return [run_one(simulate, s, a, shape_p, shape_q) for s, a in zip(seeds, arguments, strict=True)]
+    return [
+        run_one(simulate, s, a, shape_p, shape_q) for s, a in zip(seeds, arguments, strict=True)
+    ]

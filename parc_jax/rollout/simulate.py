@@ -1,7 +1,8 @@
-"""Rows of a random stream -> parameters and trajectories: one compiled program per system and chunk shape."""
+"""Rows of a random stream -> parameters and trajectories: one compiled program per system and chunk
+shape.
+"""
 
 import threading
-from collections.abc import Callable
 from typing import NamedTuple
 
 import jax
@@ -11,30 +12,53 @@ import numpy as np
 from parc_jax.arrays import x64
 from parc_jax.errors import InputError
 from parc_jax.keys import Stage, row_keys, split_rollout
-from parc_jax.system import Trajectory
+from parc_jax.rollout.identity import content_of
+from parc_jax.rollout.user_code import blamed
+from parc_jax.system import Trajectory, check_system
 
 _KEPT = 8  # compiled systems held at a time: enough for a few plants side by side, bounded memory
 
 
 class Rows(NamedTuple):
-    """What is to be run: keys (B, 2) of the systems and k (B, n_k) float64, exactly as the system will see it."""
+    """What is to be run: keys (B, 2) of the systems and k (B, n_k) float64, exactly as the system
+    will see it.
+    """
 
     keys: jax.Array
     k: np.ndarray
 
 
 class Simulator:
-    """A system, compiled once for every chunk shape. Get it from `simulator`, which remembers the last few systems."""
+    """A system as it is now, compiled once for every chunk shape. Get it from `simulator`, which
+    remembers the last few systems.
+    """
 
     def __init__(self, system):
+        check_system(system)
         self.system = system
+        self.traceable = is_traceable(system)
         self.double = np.dtype(getattr(system, "dtype", np.float64)) == np.float64
-        self._many = jax.jit(jax.vmap(system.rollout)) if _is_traceable(system) else system.rollout_batch
-        self._compiled, self._compiling = set(), threading.Lock()
+        self._many = jax.jit(jax.vmap(system.rollout)) if self.traceable else system.rollout_batch
+        self._content = content_of(system)
+        self._compiled: set = set()
+        self._compiling = threading.Lock()
+
+    @property
+    def content(self) -> str:
+        """Digest of what the compiled program was made from."""
+        return self._content.digest
+
+    def is_current(self) -> bool:
+        """Does the system still hold what the program was made from? What is not compiled reads
+        its attributes at every run.
+        """
+        with self._compiling:  # while it is traced, a system may fill caches of its own
+            return not self.traceable or content_of(self.system).digest == self.content
 
     def rows(self, key: jax.Array, stage: Stage, rows: np.ndarray, k=None) -> Rows:
-        """Keys and parameters of global rows (B,). k: None = uniform on K, (n_k,) = that one, (B, n_k) = as given,
-        a function key -> (n_k,) = drawn by it. Depends on (key, stage, row) alone."""
+        """Keys and parameters of global rows (B,). k: None = uniform on K, (n_k,) = that one, (B,
+        n_k) = as given, a function key -> (n_k,) = drawn by it. Depends on (key, stage, row) alone.
+        """
         lo, hi = self._bounds()
         with x64():
             k_keys, keys = _split_many(jax.random.key_data(row_keys(key, stage, rows)))
@@ -47,28 +71,47 @@ class Simulator:
         return Rows(keys, self.as_run(drawn))
 
     def as_run(self, k: np.ndarray) -> np.ndarray:
-        """k (B, n_k) as the system will see it: inside K, rounded to float32 for a float32 system."""
+        """k (B, n_k) as the system will see it: inside K, rounded to float32 for a float32
+        system.
+        """
         k = np.clip(k, *self._bounds())
         return k if self.double else k.astype(np.float32).astype(np.float64)
 
     def run(self, rows: Rows, device=None) -> Trajectory:
-        """Trajectories (B, ...) of the rows, on the device; float64 unless the system declares dtype = float32."""
+        """Trajectories (B, ...) of the rows, on the device; float64 unless the system declares
+        dtype = float32.
+        """
         shape = (rows.k.shape, device)
         if shape in self._compiled:
             return self._run(rows, device)
         with self._compiling:  # two workers that meet a new shape would both compile it
             trajectory = self._run(rows, device)
             self._compiled.add(shape)
+            if self.traceable:
+                self._content = content_of(self.system)
         return trajectory
 
     def _run(self, rows: Rows, device) -> Trajectory:
         with jax.enable_x64(self.double):
-            k = jax.device_put(jnp.asarray(rows.k, np.float64 if self.double else np.float32), device)
-            return Trajectory(*self._many(jax.device_put(rows.keys, device), k))
+            k = jax.device_put(
+                jnp.asarray(rows.k, np.float64 if self.double else np.float32), device
+            )
+            keys = jax.device_put(rows.keys, device)
+            with blamed(f"{self.system.name}: expected rollout(key, k) to run"):
+                out = self._many(keys, k)
+        if not isinstance(out, tuple) or len(out) != 2:
+            raise InputError(
+                f"{self.system.name}: expected rollout(key, k) to return Trajectory(p, q); got "
+                f"{type(out).__name__}."
+            )
+        return Trajectory(*out)
 
     def _bounds(self) -> tuple[np.ndarray, np.ndarray]:
         """Corners of K; for a float32 system the outermost float32 numbers inside K."""
-        lo, hi = np.asarray(self.system.domain.lo, np.float64), np.asarray(self.system.domain.hi, np.float64)
+        lo, hi = (
+            np.asarray(self.system.domain.lo, np.float64),
+            np.asarray(self.system.domain.hi, np.float64),
+        )
         if self.double:
             return lo, hi
         lo32, hi32 = lo.astype(np.float32), hi.astype(np.float32)
@@ -78,28 +121,49 @@ class Simulator:
 
 
 def simulator(system) -> Simulator:
-    """The compiled form of a system; the last few systems are remembered, so later calls do not compile again."""
-    for known in _RECENT:
-        if known.system is system:
-            return known
-    _RECENT.append(Simulator(system))
-    del _RECENT[:-_KEPT]
-    return _RECENT[-1]
+    """The compiled form of a system as it is now; the last few systems are remembered, so later
+    calls do not compile again. A system that was changed in place is compiled anew.
+    """
+    with _REMEMBERING:
+        for place, known in enumerate(_RECENT):
+            if known.system is not system:
+                continue
+            if known.is_current():
+                return known
+            del _RECENT[place]
+            # jitted parts of the system, with the system as a static argument, were traced with
+            # the old values too
+            jax.clear_caches()
+            break
+        _RECENT.append(Simulator(system))
+        del _RECENT[:-_KEPT]
+        return _RECENT[-1]
+
+
+def remembered(system) -> Simulator:
+    """The compiled form that the last call of `simulator` gave, without another look at the
+    system.
+    """
+    with _REMEMBERING:
+        known = next((s for s in _RECENT if s.system is system), None)
+    return known or simulator(system)
 
 
 def check_shapes(system, trajectory: Trajectory) -> None:
     """Refuse a rollout that does not keep its word about shapes. Raises InputError."""
     want_p, want_q = (system.time.n_record + 1, system.n_p), (system.n_q,)
-    have_p, have_q = tuple(trajectory.p.shape[1:]), tuple(trajectory.q.shape[1:])
+    have_p, have_q = np.shape(trajectory.p)[1:], np.shape(trajectory.q)[1:]
     if have_p != want_p or have_q != want_q:
         raise InputError(
-            f"{system.name}: expected rollout(key, k) to return p {want_p} on the record grid and q {want_q}; "
+            f"{system.name}: expected rollout(key, k) to return p {want_p} on the record grid and "
+            f"q {want_q}; "
             f"got p {have_p} and q {have_q}. p holds n_record + 1 samples, the start included."
         )
 
 
-def _is_traceable(system) -> bool:
-    return not isinstance(getattr(system, "rollout_batch", None), Callable)
+def is_traceable(system) -> bool:
+    """Is it run by JAX? A system with its own `rollout_batch` is not."""
+    return not callable(getattr(system, "rollout_batch", None))
 
 
 def _uniform_one(key, lo, hi):
@@ -110,3 +174,4 @@ def _uniform_one(key, lo, hi):
 _uniform = jax.jit(jax.vmap(_uniform_one, in_axes=(0, None, None)))
 _split_many = jax.jit(jax.vmap(split_rollout))
 _RECENT: list[Simulator] = []
+_REMEMBERING = threading.Lock()

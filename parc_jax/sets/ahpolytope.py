@@ -13,11 +13,11 @@ from parc_jax.sets.hpolytope import HPolytope, from_box
 
 @struct.dataclass
 class AHPolytope:
-    """The set {x = G xi + c : A xi <= b}. Build with `ahpolytope` or `as_ah`. [NP Sec. II-A]
+    """The set {x = G xi + c : A xi <= b}. Build with `ahpolytope` or `as_ah`. [NP, Sec. II-A]
 
     G: (n, m) and c: (n,) of the map. A: (h, m) and b: (h,) of the base, rows kept as given.
-    lo, hi: (m,) bounds that every xi of the base is known to satisfy, infinite where none is known. They change nothing
-    about the set; they make proofs of emptiness cheap (T12b).
+    lo, hi: (m,) bounds that every xi of the base is known to satisfy, infinite where none is known.
+    They change nothing about the set; they make proofs of emptiness cheap [T12b].
     """
 
     G: Float[np.ndarray, "... n m"]
@@ -44,14 +44,18 @@ class AHPolytope:
 
 
 def ahpolytope(G, c, A, b, lo=None, hi=None) -> AHPolytope:
-    """Validated AH-polytope; A may have zero rows. Bounds are completed from single-entry rows. Raises InputError."""
+    """Validated AH-polytope; A may have zero rows. Bounds are completed from single-entry rows.
+    Raises InputError.
+    """
     G = as_float64("AH-polytope G", G, (None, None))
     c = as_float64("AH-polytope c", c, (G.shape[0],))
     A = as_float64("AH-polytope A", A, (None, G.shape[1]))
     b = as_float64("AH-polytope b", b, (A.shape[0],))
     for name, bound in (("lo", lo), ("hi", hi)):
         if bound is not None and np.shape(bound) != (G.shape[1],):
-            raise InputError(f"AH-polytope {name}: expected shape ({G.shape[1]},); got {np.shape(bound)}.")
+            raise InputError(
+                f"AH-polytope {name}: expected shape ({G.shape[1]},); got {np.shape(bound)}."
+            )
     return AHPolytope(G, c, A, b, *row_bounds(A, b, lo, hi))
 
 

@@ -20,12 +20,15 @@ def bounding_box(s: Set) -> Box:
     eye = np.eye(s.n)
     found = support(s, np.concatenate([eye, -eye]))
     if (found.upper == -np.inf).any():
-        raise InputError("bounding_box: expected a set with points in it; its rows contradict each other.")
+        raise InputError(
+            "bounding_box: expected a set with points in it; its rows contradict each other."
+        )
     return Box(-found.upper[s.n :], found.upper[: s.n])
 
 
 def with_bounds(s: Set) -> AHPolytope:
-    """The same set with proved bounds on its base points: two LPs per coordinate, worth it for many questions.
+    """The same set with proved bounds on its base points: two LPs per coordinate, worth it for many
+    questions.
 
     Raises InputError if the base is proved empty.
     """

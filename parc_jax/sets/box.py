@@ -50,7 +50,8 @@ def box(lo, hi) -> Box:
     if not (lo <= hi).all():
         axis = int(np.argmax(lo > hi))
         raise InputError(
-            f"box: expected lo <= hi in every axis; axis {axis} has lo = {lo[axis]:g} > hi = {hi[axis]:g}. "
+            f"box: expected lo <= hi in every axis; axis {axis} has lo = {lo[axis]:g} > hi = "
+            f"{hi[axis]:g}. "
             "Swap the two corners?"
         )
     return Box(lo, hi)

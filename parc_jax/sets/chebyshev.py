@@ -13,7 +13,8 @@ class Ball(NamedTuple):
     """Largest inscribed ball found.
 
     status: FEASIBLE (a ball of this radius fits), INFEASIBLE (the set is proved empty) or UNKNOWN.
-    center: (n,). radius: () >= 0, measured from the rows at the centre and not taken from the solver. Else NaN.
+    center: (n,). radius: () >= 0, measured from the rows at the centre and not taken from the
+    solver. NaN where there is no ball.
     """
 
     status: LPStatus
@@ -22,7 +23,8 @@ class Ball(NamedTuple):
 
 
 def chebyshev_center(p: HPolytope, largest: float | None = None) -> Ball:
-    """Centre of the largest ball in p, or of a ball of radius `largest` for sets that hold bigger ones.
+    """Centre of the largest ball in p, or of a ball of radius `largest` for sets that hold bigger
+    ones.
 
     The default for `largest` is the size of the offsets, so that unbounded sets have an answer too.
     """

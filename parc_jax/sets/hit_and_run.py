@@ -12,23 +12,27 @@ _INSIDE = 1e-9  # share of a chord kept free at both ends, so that rounding does
 def hit_and_run(key, A, b, start, count: int, thin: int):
     """A chain of count points in {A x <= b}, `thin` steps apart. Consumes `key`. Pure kernel.
 
-    A: (h, n); a padding row is zero with b = 1. b: (h,). start: (n,) with A start < b. Returns (count, n). Each step
-    picks a uniform direction and a uniform point of the chord, so the uniform law is stationary (Smith 1984);
-    n^2 steps apart, samples of a well rounded set are nearly independent. An unbounded chord gives infinite samples.
+    A: (h, n); a padding row is zero with b = 1. b: (h,). start: (n,) with A start < b. Returns
+    (count, n). Each step picks a uniform direction and a uniform point of the chord, so the uniform
+    law is stationary (Smith 1984); n^2 steps apart, samples of a well rounded set are nearly
+    independent. An unbounded chord gives infinite samples.
     """
     precision = jax.lax.Precision.HIGHEST
 
-    # One draw for directions and places: compiling the generator is most of what a first call costs.
-    drawn = jax.random.uniform(key, (count, thin, start.shape[0] + 1), start.dtype, _INSIDE, 1.0 - _INSIDE)
-    directions, places = jax.lax.erf_inv(2.0 * drawn[..., :-1] - 1.0), drawn[..., -1]
+    # One draw for directions and places: compiling the generator is most of a first call's cost.
+    drawn = jax.random.uniform(
+        key, (count, thin, start.shape[0] + 1), start.dtype, _INSIDE, 1.0 - _INSIDE
+    )
+    directions = jax.lax.erf_inv(2.0 * drawn[..., :-1] - 1.0)
+    places = drawn[..., -1]
 
     def step(x, drawn):
         d, place = drawn
         slope = jnp.matmul(A, d, precision=precision)
         slack = jnp.maximum(b - jnp.matmul(A, x, precision=precision), 0.0)
-        reach = slack / jnp.where(slope != 0, slope, 1.0)
-        ahead = jnp.min(jnp.where(slope > 0, reach, jnp.inf))
-        behind = jnp.max(jnp.where(slope < 0, reach, -jnp.inf))
+        steps = slack / jnp.where(slope != 0, slope, 1.0)
+        ahead = jnp.min(jnp.where(slope > 0, steps, jnp.inf))
+        behind = jnp.max(jnp.where(slope < 0, steps, -jnp.inf))
         return x + (behind + place * (ahead - behind)) * d, None
 
     def sample(x, drawn):
@@ -44,7 +48,11 @@ hit_and_run_batch = jax.jit(  # over polytopes: keys (r, 2), A (r, h, n), b (r, 
 )
 
 
-def sample_polytopes(keys, A: np.ndarray, b: np.ndarray, start: np.ndarray, count: int, thin: int) -> np.ndarray:
+def sample_polytopes(
+    keys, A: np.ndarray, b: np.ndarray, start: np.ndarray, count: int, thin: int
+) -> np.ndarray:
     """Host door of `hit_and_run_batch` in float64: (r, count, n). Consumes `keys` (r, 2)."""
     with x64():
-        return np.asarray(hit_and_run_batch(keys, jnp.asarray(A), jnp.asarray(b), jnp.asarray(start), count, thin))
+        return np.asarray(
+            hit_and_run_batch(keys, jnp.asarray(A), jnp.asarray(b), jnp.asarray(start), count, thin)
+        )

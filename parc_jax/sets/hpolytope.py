@@ -13,8 +13,8 @@ from parc_jax.sets.box import Box
 class HPolytope:
     """The set {x : A x <= b}. Build with `hpolytope`, which validates.
 
-    A: (h, n) outward normals, kept as given (decimals of a scene stay what the user wrote; nothing is rescaled).
-    b: (h,)   offsets.
+    A: (h, n) outward normals, kept as given: nothing is rescaled.
+    b: (h,) offsets.
     """
 
     A: Float[np.ndarray, "... h n"]
@@ -37,7 +37,8 @@ def hpolytope(A, b) -> HPolytope:
     zero = ~A.any(axis=1)
     if zero.any():
         raise InputError(
-            f"hpolytope: expected a nonzero normal in every row; row {int(np.argmax(zero))} is zero. Remove it."
+            f"hpolytope: expected a nonzero normal in every row; row {int(np.argmax(zero))} is "
+            "zero. Remove it."
         )
     return HPolytope(A, b)
 

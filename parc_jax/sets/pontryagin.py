@@ -1,4 +1,6 @@
-"""Pontryagin difference {x : x + y in P for all y in Q}: how a goal shrinks. Offsets are rounded down."""
+"""Pontryagin difference {x : x + y in P for all y in Q}: how a goal shrinks. Offsets are rounded
+down.
+"""
 
 import numpy as np
 from jaxtyping import Float
@@ -12,9 +14,10 @@ from parc_jax.sets.support import support
 
 
 def shrink(p: HPolytope, radius: Float[np.ndarray, "... n"]) -> HPolytope:
-    """P minus the box [-radius, radius], closed form. [NP Sec. III-B, maximum final error]
+    """P minus the box [-radius, radius], closed form. [NP, Sec. III-B]
 
-    p: h rows in R^n. radius: (..., n) >= 0. Returns b of shape (..., h): one shrunken polytope per leading index.
+    p: h rows in R^n. radius: (..., n) >= 0. Returns b of shape (..., h): one shrunken polytope per
+        leading index.
     """
     # |A| radius, not A radius: each row loses the box corner that hurts it most.
     loss = radius @ np.abs(p.A).T
@@ -23,22 +26,28 @@ def shrink(p: HPolytope, radius: Float[np.ndarray, "... n"]) -> HPolytope:
 
 
 def pontryagin_difference(p: HPolytope, q: Set) -> HPolytope:
-    """P minus any set Q: row i loses the support of Q along it. Box in closed form, else one LP per row.
+    """P minus any set Q: row i loses the support of Q along it. Box in closed form, else one LP per
+    row.
 
-    Raises InputError if Q is unbounded along a row of P, or if an LP proved no bound (then the difference is undecided,
-    and an empty one is the only safe answer).
+    Raises InputError if Q is unbounded along a row of P, or if an LP proved no bound (then the
+    difference is undecided, and an empty one is the only safe answer).
     """
     if p.n != q.n:
-        raise InputError(f"pontryagin_difference: expected two sets of one dimension; got {p.n} and {q.n}.")
+        raise InputError(
+            f"pontryagin_difference: expected two sets of one dimension; got {p.n} and {q.n}."
+        )
     if isinstance(q, Box):
         moved = shrink(p, q.radius)
-        drift, size = p.A @ q.center, np.abs(p.A) @ np.maximum(np.abs(q.lo), np.abs(q.hi))
-        return moved.replace(b=np.nextafter(moved.b - drift - gamma(p.n + 5) * (np.abs(moved.b) + size), -np.inf))
-    reach = support(q, p.A).upper
-    if not (reach < np.inf).all():
-        row = int(np.argmax(reach))
+        drift = p.A @ q.center
+        size = np.abs(p.A) @ np.maximum(np.abs(q.lo), np.abs(q.hi))
+        slack = gamma(p.n + 5) * (np.abs(moved.b) + size)
+        return moved.replace(b=np.nextafter(moved.b - drift - slack, -np.inf))
+    loss = support(q, p.A).upper
+    if not (loss < np.inf).all():
+        row = int(np.argmax(loss))
         raise InputError(
-            f"pontryagin_difference: expected Q to be bounded along every row of P; row {row} has no proved bound. "
+            f"pontryagin_difference: expected Q to be bounded along every row of P; row {row} has "
+            "no proved bound. "
             "Give Q the missing rows, or rescale its rows to unit length."
         )
-    return p.replace(b=np.nextafter(p.b - reach, -np.inf))
+    return p.replace(b=np.nextafter(p.b - loss, -np.inf))

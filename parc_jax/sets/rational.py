@@ -1,4 +1,6 @@
-"""Planar polytopes in exact rational arithmetic: vertices, support, area. For sets of a few dozen rows."""
+"""Planar polytopes in exact rational arithmetic: vertices, support, area. For sets of a few dozen
+rows.
+"""
 
 from fractions import Fraction
 from itertools import combinations
@@ -11,14 +13,19 @@ from parc_jax.sets.hpolytope import HPolytope
 Point = tuple[Fraction, Fraction]
 
 
-def rational_vertices(p: HPolytope) -> list[Point]:
-    """Vertices of {A x <= b} in the plane, counter-clockwise, exact for the floats A and b as they are.
+def rational_vertices(p: HPolytope, name: str = "rational_vertices") -> list[Point]:
+    """Vertices of {A x <= b} in the plane, counter-clockwise, exact for the floats A and b as they
+    are.
 
-    An empty set gives [], a single point one vertex, a segment two. Raises InputError if it is unbounded.
+    An empty set gives [], a single point one vertex, a segment two. Raises InputError, which begins
+    with `name`, if it is unbounded.
     """
     if p.n != 2:
-        raise InputError(f"rational_vertices: expected a set in the plane; got {p.n} dimensions.")
-    rows = [(Fraction(float(a)), Fraction(float(c)), Fraction(float(b))) for (a, c), b in zip(p.A, p.b, strict=True)]
+        raise InputError(f"{name}: expected a set in the plane; got {p.n} dimensions.")
+    rows = [
+        (Fraction(float(a)), Fraction(float(c)), Fraction(float(b)))
+        for (a, c), b in zip(p.A, p.b, strict=True)
+    ]
     rows = [row for row in rows if row[0] or row[1] or row[2] < 0]
     if any(not (a or c) for a, c, _ in rows):
         return []  # a row 0 <= b with b < 0
@@ -26,16 +33,22 @@ def rational_vertices(p: HPolytope) -> list[Point]:
     for (a, c, e), (f, g, h) in combinations(rows, 2):
         det = a * g - c * f
         if det != 0:
-            x, y = (e * g - c * h) / det, (a * h - e * f) / det
+            x = (e * g - c * h) / det
+            y = (a * h - e * f) / det
             if all(u * x + v * y <= w for u, v, w in rows):
                 found.add((x, y))
     if _is_unbounded(rows) and (found or _has_point_without_vertex(rows)):
-        raise InputError("rational_vertices: expected a bounded set; its rows leave a direction open. Close it.")
+        raise InputError(
+            f"{name}: expected a bounded set; its rows leave a direction open. Add the missing far "
+            "side."
+        )
     return convex_polygon(list(found))
 
 
 def convex_polygon(points: list[Point]) -> list[Point]:
-    """Hull of points, counter-clockwise from the lowest-leftmost, collinear ones dropped (Andrew's monotone chain)."""
+    """Hull of points, counter-clockwise from the lowest-leftmost, collinear ones dropped (Andrew's
+    monotone chain).
+    """
     points = sorted(set(points))
     if len(points) <= 2:
         return points
@@ -52,14 +65,15 @@ def convex_polygon(points: list[Point]) -> list[Point]:
 
 def exact_support(vertices: list[Point], w: np.ndarray) -> Fraction:
     """max w.v over the vertices, w (2,) floats read as rationals."""
-    a, b = Fraction(float(w[0])), Fraction(float(w[1]))
+    a, b = (Fraction(float(entry)) for entry in w)
     return max(a * x + b * y for x, y in vertices)
 
 
 def area(vertices: list[Point]) -> Fraction:
     """Area of a counter-clockwise polygon (shoelace); 0 for fewer than three vertices."""
     following = vertices[1:] + vertices[:1]
-    return sum((x * v - u * y for (x, y), (u, v) in zip(vertices, following, strict=True)), Fraction(0)) / 2
+    pairs = zip(vertices, following, strict=True)
+    return sum((x * v - u * y for (x, y), (u, v) in pairs), Fraction(0)) / 2
 
 
 def _is_unbounded(rows) -> bool:
@@ -77,7 +91,8 @@ def _has_point_without_vertex(rows) -> bool:
     if not rows:
         return True
     a, c, _ = rows[0]
-    along = [((u * a + v * c) / (a * a + c * c), w) for u, v, w in rows]  # row k reads share * (a x + c y) <= w
+    # row k reads share * (a x + c y) <= w
+    along = [((u * a + v * c) / (a * a + c * c), w) for u, v, w in rows]
     above = [w / share for share, w in along if share > 0]
     below = [w / share for share, w in along if share < 0]
     return not (above and below) or max(below) <= min(above)

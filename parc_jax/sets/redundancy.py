@@ -9,10 +9,12 @@ from parc_jax.tolerances import TOLERANCES
 
 
 def irredundant_rows(p: HPolytope) -> np.ndarray:
-    """Indices of rows that define the same set, in order: one LP per row, each against the rows kept so far.
+    """Indices of rows that define the same set, in order: one LP per row, each against the rows
+    kept so far.
 
-    A row is dropped only with a proof that the others keep a.x <= b + redundant_row (|a| + |b|): the set can only grow,
-    and by no more than that. Undecided rows stay, and so do all that empty a set.
+    A row is dropped only with a proof that the others keep a.x <= b + redundant_row (|a| + |b|):
+    the set can only grow, and by no more than that. Undecided rows stay, and so do all that empty a
+    set.
     """
     kept = list(_without_repeats(p))
     for row in list(kept):
@@ -25,7 +27,8 @@ def irredundant_rows(p: HPolytope) -> np.ndarray:
         found = solve(-p.A[row], A, np.r_[p.b[others], p.b[row] + length])
         # With no point at all, the moved row itself may be what empties the set: keep it.
         has_point = found.status in (LPStatus.OPTIMAL, LPStatus.FEASIBLE)
-        if has_point and -found.lower <= p.b[row] + TOLERANCES.redundant_row * (length + abs(p.b[row])):
+        slack = TOLERANCES.redundant_row * (length + abs(p.b[row]))
+        if has_point and -found.lower <= p.b[row] + slack:
             kept = others
     return np.array(sorted(kept), dtype=int)
 
@@ -37,21 +40,23 @@ def without_redundant_rows(p: HPolytope) -> HPolytope:
 
 
 def _without_repeats(p: HPolytope) -> list[int]:
-    """Of rows that are exact positive multiples by a power of two, or equal, the tightest; trivial rows 0 <= b go."""
+    """Of rows that are exact positive multiples by a power of two, or equal, the tightest; trivial
+    rows 0 <= b go.
+    """
     best: dict[bytes, int] = {}
     for i, (row, offset) in enumerate(zip(p.A, p.b, strict=True)):
-        size = float(np.abs(row).max())
-        if size == 0:
+        if not row.any():
             if offset < 0:
                 best[row.tobytes() + b"contradiction"] = i
             continue
-        scale = 2.0 ** -np.frexp(size)[1]
+        scale = _power_of_two(row)
         name = (row * scale + 0.0).tobytes()
         other = best.get(name)
-        if other is None:
-            best[name] = i
-            continue
-        other_scale = 2.0 ** -np.frexp(float(np.abs(p.A[other]).max()))[1]
-        if offset * scale < p.b[other] * other_scale:
+        if other is None or offset * scale < p.b[other] * _power_of_two(p.A[other]):
             best[name] = i
     return sorted(best.values())
+
+
+def _power_of_two(row: np.ndarray) -> float:
+    """Factor that brings the largest entry of a row into [1/2, 1), without rounding."""
+    return 2.0 ** -np.frexp(float(np.abs(row).max()))[1]

@@ -1,4 +1,6 @@
-"""Uniform samples in boxes, simplices and polytopes with few vertices. Keys first; each function consumes its key."""
+"""Uniform samples in simplices and in polytopes with few vertices. Keys first; each function
+consumes its key.
+"""
 
 import jax
 import jax.numpy as jnp
@@ -11,13 +13,9 @@ from parc_jax.sets.vertices import vertices
 from parc_jax.sets.volume import simplex_volumes, triangulate
 
 
-def sample_box(key, lo, hi, count: int):
-    """count points uniform in the box. lo, hi: (n,). Returns (count, n). Consumes `key`. Pure kernel."""
-    return lo[None] + (hi - lo)[None] * jax.random.uniform(key, (count, lo.shape[0]), lo.dtype)
-
-
 def sample_simplices(key, simplices, volumes, count: int):
-    """count points uniform in a union of simplices with disjoint interiors. Consumes `key`. Pure kernel.
+    """count points uniform in a union of simplices with disjoint interiors. Consumes `key`. Pure
+    kernel.
 
     simplices: (s, n + 1, n). volumes: (s,) >= 0, any common scale. Returns (count, n).
     """
@@ -32,16 +30,18 @@ def sample_simplices(key, simplices, volumes, count: int):
 
 
 def sample_polytope(key, p: HPolytope, count: int) -> np.ndarray:
-    """count points uniform in a full-dimensional bounded polytope, n <= 6: (count, n). Consumes `key`.
+    """count points uniform in a full-dimensional bounded polytope, n <= 6: (count, n). Consumes
+    `key`.
 
-    Through a triangulation of its vertices; for more dimensions or many rows use `hit_and_run`. Raises InputError.
+    Through a triangulation of its vertices; for more dimensions or many rows use `hit_and_run`.
+    Raises InputError.
     """
     simplices = triangulate(vertices(p))
     if not len(simplices):
         raise InputError("sample_polytope: expected a set with interior; it is empty or flat.")
     with x64():
-        found = _sample_simplices(key, jnp.asarray(simplices), jnp.asarray(simplex_volumes(simplices)), count)
-        return np.asarray(found)
+        volumes = jnp.asarray(simplex_volumes(simplices))
+        return np.asarray(_sample_simplices(key, jnp.asarray(simplices), volumes, count))
 
 
 _sample_simplices = jax.jit(sample_simplices, static_argnums=3)

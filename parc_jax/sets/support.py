@@ -1,4 +1,6 @@
-"""Support functions h(w) = max {w.x : x in S}: the view of a set that needs neither vertices nor projection."""
+"""Support functions h(w) = max {w.x : x in S}: the view of a set that needs neither vertices nor
+projection.
+"""
 
 from typing import NamedTuple
 
@@ -9,7 +11,7 @@ from parc_jax.lp.batch import MAX_N, solve_batch
 from parc_jax.lp.solve import solve
 from parc_jax.lp.witness import gamma
 from parc_jax.sets.affine import Set
-from parc_jax.sets.ahpolytope import as_ah
+from parc_jax.sets.ahpolytope import AHPolytope, as_ah
 
 _MANY = 64  # directions from which the batched kernel is worth its compilation
 
@@ -17,7 +19,8 @@ _MANY = 64  # directions from which the batched kernel is worth its compilation
 class Support(NamedTuple):
     """h(w) for a batch of directions.
 
-    status: (d,) LPStatus. upper: (d,) proved h(w) <= upper; inf where nothing is proved, -inf for a set proved empty.
+    status: (d,) LPStatus.
+    upper: (d,) proved h(w) <= upper; inf where nothing is proved, -inf for a set proved empty.
     lower: (d,) value at a point of the set. point: (d, n) that point, NaN where there is none.
     """
 
@@ -30,28 +33,40 @@ class Support(NamedTuple):
 def support(s: Set, w: Float[np.ndarray, "d n"]) -> Support:
     """Supports of any set in directions w (d, n), by LPs with proved upper bounds.
 
-    Obstacles use `upper`, so they only grow. An unbounded direction has status UNBOUNDED and upper inf.
+    Obstacles use `upper`, so they only grow. An unbounded direction has status UNBOUNDED and upper
+    inf.
     """
     s = as_ah(s)
     w = np.asarray(w, dtype=np.float64)
     cost = -(w @ s.G)
-    # The cost in base coordinates is rounded; the bound must hold for the exact one.
-    reach = np.where(np.isfinite(s.lo) & np.isfinite(s.hi), np.maximum(np.abs(s.lo), np.abs(s.hi)), np.inf)
-    error = gamma(s.n + 1) * (np.abs(w) @ np.abs(s.G))
-    with np.errstate(invalid="ignore"):
-        slack = np.where(error > 0, error * reach, 0.0).sum(axis=1) if not _is_selection(s.G) else np.zeros(len(w))
     offset = w @ s.c
-    if len(w) >= _MANY and s.m <= MAX_N and np.isfinite(s.lo).all() and np.isfinite(s.hi).all():
+    bounded = np.isfinite(s.lo) & np.isfinite(s.hi)
+    if len(w) >= _MANY and s.m <= MAX_N and bounded.all():
         found = solve_batch(cost, s.A, np.broadcast_to(s.b, (len(w), len(s.b))), s.lo, s.hi)
-        status, xi, lower, upper = found.status, found.x, found.lower, found.upper
+        status = found.status
+        xi = found.x
+        lower = found.lower
+        upper = found.upper
     else:
         one_by_one = [solve(row, s.A, s.b, lo=s.lo, hi=s.hi) for row in cost]
         status = np.array([int(one.status) for one in one_by_one])
         xi = np.array([one.x for one in one_by_one]).reshape(len(w), s.m)
-        lower, upper = (np.array([getattr(one, side) for one in one_by_one]) for side in ("lower", "upper"))
-    slack = slack + gamma(s.n + 4) * (np.abs(w) @ np.abs(s.c) + np.where(np.isfinite(lower), np.abs(lower), 0.0))
+        lower = np.array([one.lower for one in one_by_one])
+        upper = np.array([one.upper for one in one_by_one])
+    size = np.abs(w) @ np.abs(s.c) + np.where(np.isfinite(lower), np.abs(lower), 0.0)
+    slack = _rounding_of_cost(s, w, bounded) + gamma(s.n + 4) * size
     proved = np.where(lower == np.inf, -np.inf, np.nextafter(offset - lower + slack, np.inf))
     return Support(status, proved, offset - upper, xi @ s.G.T + s.c)
+
+
+def _rounding_of_cost(s: AHPolytope, w: np.ndarray, bounded: np.ndarray) -> np.ndarray:
+    """(d,) How much the rounded cost w G can differ from the exact one over the base of s."""
+    if _is_selection(s.G):
+        return np.zeros(len(w))
+    largest_xi = np.where(bounded, np.maximum(np.abs(s.lo), np.abs(s.hi)), np.inf)
+    error = gamma(s.n + 1) * (np.abs(w) @ np.abs(s.G))
+    with np.errstate(invalid="ignore"):
+        return np.where(error > 0, error * largest_xi, 0.0).sum(axis=1)
 
 
 def _is_selection(G: np.ndarray) -> bool:

@@ -8,30 +8,40 @@ from parc_jax.lp.solve import solve
 from parc_jax.lp.status import LPStatus
 from parc_jax.sets.chebyshev import chebyshev_center
 from parc_jax.sets.hpolytope import HPolytope
+from parc_jax.sets.qhull import halfspace_intersection
 
 MAX_N = 6
-_FLAT = 1e-9  # [size of the set] a set thinner than this is treated as flat: its vertices move by at most this much
+# [size of the set] thinner sets are treated as flat: their vertices move by at most this much
+_FLAT = 1e-9
 _SAME = 1e-10  # [size of the set] vertices closer than this are one
 
 
 def vertices(p: HPolytope) -> Float[np.ndarray, "v n"]:
     """Vertices (v, n) of a bounded polytope, in no particular order; (0, n) if it is proved empty.
 
-    Floats: a vertex misses its rows by rounding. What must be exact uses `rational_vertices` or the supports.
+    Floats: a vertex misses its rows by rounding. What must be exact uses `rational_vertices` or the
+    supports.
     Raises InputError if p is unbounded or n > 6, SoundnessError if emptiness could not be decided.
     """
     if p.n > MAX_N:
-        raise InputError(f"vertices: expected at most {MAX_N} dimensions; got {p.n}. Use supports instead.")
+        raise InputError(
+            f"vertices: expected at most {MAX_N} dimensions; got {p.n}. Use supports instead."
+        )
     ball = chebyshev_center(p)
     if ball.status is LPStatus.INFEASIBLE:
         return np.zeros((0, p.n))
     if ball.status is LPStatus.UNKNOWN:
-        raise SoundnessError("vertices: could not decide whether the set is empty. " + LPStatus.UNKNOWN.advice)
+        raise SoundnessError(
+            "vertices: could not decide whether the set is empty. " + LPStatus.UNKNOWN.advice
+        )
     length = np.linalg.norm(p.A, axis=1)
     kept = length > 0
     rows = HPolytope(p.A[kept] / length[kept, None], p.b[kept] / length[kept])
     size = 1.0 + float(np.abs(ball.center).max())
-    found = _round_vertices(rows, ball.center) if ball.radius > _FLAT * size else _flat_vertices(rows, size)
+    if ball.radius > _FLAT * size:
+        found = _round_vertices(rows, ball.center)
+    else:
+        found = _flat_vertices(rows, size)
     return _distinct(found, _SAME * size)
 
 
@@ -39,41 +49,51 @@ def _round_vertices(p: HPolytope, inside: np.ndarray) -> np.ndarray:
     """Vertices of a full-dimensional polytope from an interior point."""
     if p.n == 1:
         ends = p.b / p.A[:, 0]
-        above, below = ends[p.A[:, 0] > 0], ends[p.A[:, 0] < 0]
+        above = ends[p.A[:, 0] > 0]
+        below = ends[p.A[:, 0] < 0]
         if not (len(above) and len(below)):
             raise _unbounded()
         return np.array([[below.max()], [above.min()]])
-    from scipy.spatial import HalfspaceIntersection, QhullError
-
-    try:
-        with np.errstate(divide="ignore", invalid="ignore"):
-            found = HalfspaceIntersection(np.concatenate([p.A, -p.b[:, None]], axis=1), inside)
-    except (QhullError, ValueError):
-        raise _unbounded() from None  # too few rows to enclose the point, or all parallel
+    found = halfspace_intersection(p.A, p.b, inside)
+    if found is None:
+        raise _unbounded()  # too few rows to enclose the point, or all parallel
     # The dual points enclose the origin exactly when the rows close the set in every direction.
-    if not (found.dual_equations[:, -1] < -1e-12).all() or not np.isfinite(found.intersections).all():
+    closed = (found.dual_equations[:, -1] < -1e-12).all()
+    if not closed or not np.isfinite(found.intersections).all():
         raise _unbounded()
     return found.intersections
 
 
 def _flat_vertices(p: HPolytope, size: float) -> np.ndarray:
-    """Vertices of a set without interior: rows that hold with equality everywhere are solved for and taken out."""
-    n, h = p.n, len(p.b)
-    # max sum t over A x + t <= b, 0 <= t <= size: exactly the rows that can be slack somewhere get t > 0.
+    """Vertices of a set without interior: rows that hold with equality everywhere are solved for
+    and taken out.
+    """
+    n = p.n
+    h = len(p.b)
+    # max sum t over A x + t <= b, 0 <= t <= size: exactly the rows that can be slack somewhere get
+    # t > 0.
     rows = np.concatenate([p.A, np.eye(h)], axis=1)
     unknown = np.full(n, np.inf)
     slack = solve(
-        np.r_[np.zeros(n), -np.ones(h)], rows, p.b, lo=np.r_[-unknown, np.zeros(h)], hi=np.r_[unknown, np.full(h, size)]
+        np.r_[np.zeros(n), -np.ones(h)],
+        rows,
+        p.b,
+        lo=np.r_[-unknown, np.zeros(h)],
+        hi=np.r_[unknown, np.full(h, size)],
     )
     if slack.status not in (LPStatus.OPTIMAL, LPStatus.FEASIBLE):
-        raise SoundnessError("vertices: could not find the flat directions of the set. " + slack.status.advice)
-    point, tight = slack.x[:n], slack.x[n:] <= 10 * _FLAT * size
+        raise SoundnessError(
+            "vertices: could not find the flat directions of the set. " + slack.status.advice
+        )
+    point = slack.x[:n]
+    tight = slack.x[n:] <= 10 * _FLAT * size
     _, singular, right = np.linalg.svd(p.A[tight])
     rank = int((singular > 1e-9).sum())
     if rank == n:
         return point[None]
     free = right[rank:].T
-    inner, offset = p.A[~tight] @ free, p.b[~tight] - p.A[~tight] @ point
+    inner = p.A[~tight] @ free
+    offset = p.b[~tight] - p.A[~tight] @ point
     used = np.linalg.norm(inner, axis=1) > 1e-9
     if rank == 0 or not used.any():
         raise _unbounded()
@@ -90,4 +110,6 @@ def _distinct(points: np.ndarray, distance: float) -> np.ndarray:
 
 
 def _unbounded() -> InputError:
-    return InputError("vertices: expected a bounded set; its rows leave a direction open. Add the missing rows.")
+    return InputError(
+        "vertices: expected a bounded set; its rows leave a direction open. Add the missing rows."
+    )

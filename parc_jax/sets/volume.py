@@ -4,6 +4,8 @@ import math
 
 import numpy as np
 
+from parc_jax.sets.qhull import delaunay
+
 
 def simplex_volumes(simplices: np.ndarray) -> np.ndarray:
     """Volumes of simplices (..., n + 1, n): (...)."""
@@ -12,23 +14,23 @@ def simplex_volumes(simplices: np.ndarray) -> np.ndarray:
 
 
 def triangulate(points: np.ndarray) -> np.ndarray:
-    """Simplices (s, n + 1, n) with disjoint interiors that fill the hull of points (v, n); s = 0 for a flat hull."""
+    """Simplices (s, n + 1, n) with disjoint interiors that fill the hull of points (v, n); s = 0
+    for a flat hull.
+    """
     n = points.shape[1]
     if n == 1:
         ends = np.array([[points.min()], [points.max()]]) if len(points) else np.zeros((2, 1))
         return ends[None] if ends[1, 0] > ends[0, 0] else np.zeros((0, 2, 1))
     if len(points) <= n:
         return np.zeros((0, n + 1, n))
-    from scipy.spatial import Delaunay, QhullError
-
-    centre, scale = points.mean(axis=0), np.ptp(points, axis=0)
+    centre = points.mean(axis=0)
+    scale = np.ptp(points, axis=0)
     if not (scale > 0).all():
         return np.zeros((0, n + 1, n))
-    try:
-        cells = Delaunay((points - centre) / scale).simplices  # thin sets triangulate like round ones
-    except QhullError:
+    corners = delaunay((points - centre) / scale)  # thin sets triangulate like round ones
+    if corners is None:
         return np.zeros((0, n + 1, n))
-    simplices = points[cells]
+    simplices = points[corners]
     return simplices[simplex_volumes(simplices) > 0]
 
 

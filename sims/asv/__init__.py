@@ -1,4 +1,6 @@
-"""An autonomous surface vessel steered to a point by a neural policy, under disturbances it cannot see."""
+"""An autonomous surface vessel steered to a point by a neural policy, under disturbances it cannot
+see.
+"""
 
 from sims.asv.disturbance import LAWS, Law
 from sims.asv.policy import Policy, load_policy

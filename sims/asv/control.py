@@ -1,4 +1,6 @@
-"""The control loop: measure, decide, command, move. One run from rest with all randomness from one key."""
+"""The control loop: measure, decide, command, move. One run from rest with all randomness from one
+key.
+"""
 
 import jax
 import jax.numpy as jnp
@@ -11,21 +13,48 @@ from sims.asv.vessel import Vessel, VesselState, at_rest, hull_position
 
 
 def draw_noise(key: jax.Array, law: Law, dtype) -> jax.Array:
-    """Noise (8,) of one control step: position 2 [m], yaw [rad], velocity 2 [m/s], yaw rate [rad/s], command 2 [1]."""
+    """Noise (8,) of one control step: position 2 [m], yaw [rad], velocity 2 [m/s], yaw rate
+    [rad/s], command 2 [1].
+    """
     position, velocity = (law.position_noise,) * 2, (law.velocity_noise,) * 2
-    half_width = (*position, law.heading_noise, *velocity, law.velocity_noise, law.command_noise, law.command_noise)
+    half_width = (
+        *position,
+        law.heading_noise,
+        *velocity,
+        law.velocity_noise,
+        law.command_noise,
+        law.command_noise,
+    )
     return jnp.array(half_width, dtype) * jax.random.uniform(key, (8,), dtype, -1.0, 1.0)
 
 
-def measure(vessel: Vessel, layout: str, obs_clip: float, state: VesselState, goal: jax.Array, noise: jax.Array):
-    """Noisy, clipped observation (n_obs,); velocities are rotated with the noisy yaw. goal: (2,) [m] from the start."""
+def measure(
+    vessel: Vessel,
+    layout: str,
+    obs_clip: float,
+    state: VesselState,
+    goal: jax.Array,
+    noise: jax.Array,
+):
+    """Noisy, clipped observation (n_obs,); velocities are rotated with the noisy yaw. goal: (2,)
+    [m] from the start.
+    """
     position = hull_position(vessel, state) + noise[:2]
-    observation = observe(layout, position, state.pose[2] + noise[2], state.velocity + noise[3:6], goal)
+    observation = observe(
+        layout, position, state.pose[2] + noise[2], state.velocity + noise[3:6], goal
+    )
     return jnp.clip(observation, -obs_clip, obs_clip)
 
 
 def control_step(
-    vessel: Vessel, plant: Plant, law: Law, d: Disturbance, policy: Policy, goal, state: VesselState, noise
+    vessel: Vessel,
+    plant: Plant,
+    law: Law,
+    d: Disturbance,
+    policy: Policy,
+    goal,
+    state: VesselState,
+    noise,
 ) -> tuple[VesselState, jax.Array]:
     """One control period. Returns the state and p (n_physics, 2) after each physics step."""
     action = act(policy, measure(vessel, policy.layout, policy.obs_clip, state, goal, noise))
@@ -34,19 +63,33 @@ def control_step(
 
 
 def run(
-    vessel: Vessel, plant: Plant, law: Law, policy: Policy, key: jax.Array, goal, heading, n_control: int, every: int
+    vessel: Vessel,
+    plant: Plant,
+    law: Law,
+    policy: Policy,
+    key: jax.Array,
+    goal,
+    heading,
+    n_control: int,
+    every: int,
 ) -> jax.Array:
-    """Positions p (1 + n_control * n_physics // every, 2) [m] from rest at the origin, every `every` physics steps.
+    """Positions p (1 + n_control * n_physics // every, 2) [m] from rest at the origin, every
+    `every` physics steps.
 
-    goal: (2,) [m] from the start; heading: () [rad]. `every` divides the policy's physics steps per control step.
+    goal: (2,) [m] from the start; heading: () [rad]. `every` divides the policy's physics steps per
+        control step.
     """
     episode_key, noise_key = jax.random.split(key)
     d = draw_disturbance(episode_key, law, vessel.mass)
     return run_with(vessel, plant, law, policy, d, noise_key, goal, heading, n_control, every)
 
 
-def run_with(vessel, plant, law, policy, d: Disturbance, noise_key, goal, heading, n_control: int, every: int):
-    """`run` with a given disturbance; the noise of step i comes from noise_key folded with i, whatever the horizon."""
+def run_with(
+    vessel, plant, law, policy, d: Disturbance, noise_key, goal, heading, n_control: int, every: int
+):
+    """`run` with a given disturbance; the noise of step i comes from noise_key folded with i,
+    whatever the horizon.
+    """
 
     def step(state, i):
         noise = jnp.zeros(8, goal.dtype)

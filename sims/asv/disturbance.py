@@ -1,4 +1,5 @@
-"""What water, build and sensors do to a run: named laws; one draw frozen per episode, noise per control step.
+"""What water, build and sensors do to a run: named laws; one draw frozen per episode, noise per
+control step.
 
 | uniform in                        | "none" | "study" | "full" | unit |
 |-----------------------------------|--------|---------|--------|------|
@@ -13,8 +14,8 @@
 | heading noise ±                   | 0      | 0.025   | 0.025  | rad  |
 | command noise ±                   | 0      | 0.05    | 0.05   | 1    |
 
-"study" is the level at which the published hovering data can be met, "full" the level the published capture policies
-were trained and tested at.
+"study" is the level at which the published hovering data can be met, "full" the level the published
+capture policies were trained and tested at.
 """
 
 import math
@@ -29,7 +30,9 @@ from parc_jax.errors import InputError
 
 @dataclass(frozen=True)
 class Law:
-    """Half widths of the uniform draws; see the module's table. Hashable, so it is static under jit."""
+    """Half widths of the uniform draws; see the module's table. Hashable, so it is static under
+    jit.
+    """
 
     name: str
     thrust_gain: float = 0.0  # [1]
@@ -96,8 +99,10 @@ class Disturbance:
     """One episode's draw; constant over the episode.
 
     mass, thrust_gain: () [kg], [1]. force: (2,) [N] and torque: () [N m], steady, body axes.
-    Waves add force_i = amplitude sin(number_i p_i + phase_i) and a torque of the same form in p_x + p_y, where p is the
-    position *since the start*: the field moves with p0, so the law, like the vessel, does not know where it started.
+    Waves add force_i = amplitude sin(number_i p_i + phase_i) and a torque of the same form in p_x +
+    p_y, where p is the
+    position *since the start*: the field moves with p0, so the law, like the vessel, does not know
+    where it started.
     wave_force: () [N], wave_number, wave_phase: (2,) [rad/m], [rad]; the torque's are ().
     linear_drag_factor, quadratic_drag_factor: (3,) multiply the vessel's coefficients.
     """
@@ -117,7 +122,9 @@ class Disturbance:
 
 
 def draw_disturbance(key: jax.Array, law: Law, nominal_mass: float) -> Disturbance:
-    """The episode's disturbance: 19 uniform numbers from `key`, scaled by the law. Same key, same draw."""
+    """The episode's disturbance: 19 uniform numbers from `key`, scaled by the law. Same key, same
+    draw.
+    """
     u = jax.random.uniform(key, (19,), jnp.result_type(float))
     sym = 2.0 * u - 1.0
     direction = 2.0 * math.pi * u[3]
@@ -138,8 +145,12 @@ def draw_disturbance(key: jax.Array, law: Law, nominal_mass: float) -> Disturban
 
 
 def body_load(law: Law, d: Disturbance, position: jax.Array) -> tuple[jax.Array, jax.Array]:
-    """Disturbing force (2,) [N] and torque () [N m] in body axes at `position` (2,) [m] since the start."""
+    """Disturbing force (2,) [N] and torque () [N m] in body axes at `position` (2,) [m] since the
+    start.
+    """
     if not (law.wave_force or law.wave_torque):
         return d.force, d.torque
     force = d.force + d.wave_force * jnp.sin(d.wave_number * position + d.wave_phase)
-    return force, d.torque + d.wave_torque * jnp.sin(d.torque_wave_number * position.sum() + d.torque_wave_phase)
+    return force, d.torque + d.wave_torque * jnp.sin(
+        d.torque_wave_number * position.sum() + d.torque_wave_phase
+    )

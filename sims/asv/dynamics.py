@@ -1,4 +1,6 @@
-"""From a command to a motion: thruster lag, drag and disturbance act on the body, one physics step at a time."""
+"""From a command to a motion: thruster lag, drag and disturbance act on the body, one physics step
+at a time.
+"""
 
 import math
 
@@ -11,7 +13,9 @@ from sims.asv.vessel import PHYSICS_DT, Vessel, VesselState, hull_position, stea
 
 
 def world_load(vessel: Vessel, law: Law, d: Disturbance, state: VesselState) -> jax.Array:
-    """Force (2) [N] in world axes and yaw torque [N m], stacked (3,): thrust, drag and disturbance at `state`."""
+    """Force (2) [N] in world axes and yaw torque [N m], stacked (3,): thrust, drag and disturbance
+    at `state`.
+    """
     cos, sin = jnp.cos(state.pose[2]), jnp.sin(state.pose[2])
     vx, vy, r = state.velocity
     body_velocity = jnp.stack([cos * vx + sin * vy, cos * vy - sin * vx, r])
@@ -26,16 +30,26 @@ def world_load(vessel: Vessel, law: Law, d: Disturbance, state: VesselState) -> 
 
 
 def apply_command(
-    vessel: Vessel, plant: Plant, law: Law, d: Disturbance, state: VesselState, command: jax.Array, n_physics: int
+    vessel: Vessel,
+    plant: Plant,
+    law: Law,
+    d: Disturbance,
+    state: VesselState,
+    command: jax.Array,
+    n_physics: int,
 ) -> tuple[VesselState, jax.Array]:
-    """Hold `command` (2,) in [-1, 1] for n_physics steps. Returns the state and p (n_physics, 2) after each step."""
+    """Hold `command` (2,) in [-1, 1] for n_physics steps. Returns the state and p (n_physics, 2)
+    after each step.
+    """
     target = d.thrust_gain * steady_thrust(vessel, command)
     keep = math.exp(-PHYSICS_DT / vessel.thruster_lag)
 
     def physics_step(state, _):
         # the thrust of the end of the step acts over the whole step, as in the identified model
         state = state.replace(thrust=keep * state.thrust + (1.0 - keep) * target)
-        pose, velocity = plant(state.pose, state.velocity, world_load(vessel, law, d, state), d.mass)
+        pose, velocity = plant(
+            state.pose, state.velocity, world_load(vessel, law, d, state), d.mass
+        )
         state = state.replace(pose=pose, velocity=velocity)
         return state, hull_position(vessel, state)
 

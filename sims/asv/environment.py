@@ -1,9 +1,10 @@
-"""A Brax environment over either plant: steer to a goal and stay there, under redrawn disturbances. No obstacles, ever.
+"""A Brax environment over either plant: steer to a goal and stay there, under redrawn disturbances.
+No obstacles, ever.
 
-Instead of episodes, goal and disturbance are redrawn with a small probability per step, about the vessel as it moves.
-Brax's auto-reset brings back the *first* state of each environment again and again; so a state that comes from a reset
-is marked fresh and redrawn at the end of its first step, and the random key lives in `info`, which auto-reset leaves
-alone.
+Instead of episodes, goal and disturbance are redrawn with a small probability per step, about the
+vessel as it moves. Brax's auto-reset brings back the *first* state of each environment again and
+again; so a state that comes from a reset is marked fresh and redrawn at the end of its first step,
+and the random key lives in `info`, which auto-reset leaves alone.
 """
 
 import functools
@@ -32,7 +33,8 @@ NEAREST, FARTHEST = 0.3, 10.0  # [m] goal distances drawn
 class Task:
     """State of one environment.
 
-    vessel, disturbance: the plant's. goal: (2,) [m]. distance: () [m] to it. fresh: () 1.0 straight after a reset.
+    vessel, disturbance: the plant's. goal: (2,) [m]. distance: () [m] to it. fresh: () 1.0 straight
+        after a reset.
     """
 
     vessel: VesselState
@@ -45,12 +47,16 @@ class Task:
 class HoverEnv(brax.Env):
     """Observation (6,) of layout "goto", action (2,) left and right command.
 
-    reward = progress to the goal [m] + period * (exp(-distance / 0.25 m) - 0.05 r^2 - 0.02 |action|^2), with the true
-    distance, not the measured one.
+    reward = progress to the goal [m] + period * (exp(-distance / 0.25 m) - 0.05 r^2 - 0.02
+    |action|^2), with the true distance, not the measured one.
     """
 
-    def __init__(self, plant: str = "ode", law: str = "study", period: float = 0.2, redraw: float = REDRAW):
-        """plant: "mjx" or "ode". law: see sims.asv.disturbance. period: [s] control. redraw: probability per step."""
+    def __init__(
+        self, plant: str = "ode", law: str = "study", period: float = 0.2, redraw: float = REDRAW
+    ):
+        """plant: "mjx" or "ode". law: see sims.asv.disturbance. period: [s] control. redraw:
+        probability per step.
+        """
         self._plant, self._law = make_plant(plant, SYSID), named_law(law)
         self._period, self._n_physics, self._redraw = period, round(period / PHYSICS_DT), redraw
 
@@ -95,11 +101,21 @@ class HoverEnv(brax.Env):
 
         moved = task.replace(vessel=vessel, distance=distance, fresh=jnp.zeros_like(task.fresh))
         again = (jax.random.uniform(redraw_key) < self._redraw) | (task.fresh > 0)
-        task = jax.tree.map(functools.partial(jnp.where, again), self._draw(task_key, vessel), moved)
-        metrics = {**state.metrics, "distance": distance, "near": (distance < 0.1).astype(distance.dtype)}
+        task = jax.tree.map(
+            functools.partial(jnp.where, again), self._draw(task_key, vessel), moved
+        )
+        metrics = {
+            **state.metrics,
+            "distance": distance,
+            "near": (distance < 0.1).astype(distance.dtype),
+        }
         observation = self._observe(task, draw_noise(measure_key, self._law, task.goal.dtype))
         return state.replace(
-            pipeline_state=task, obs=observation, reward=reward, metrics=metrics, info={**state.info, "key": key}
+            pipeline_state=task,
+            obs=observation,
+            reward=reward,
+            metrics=metrics,
+            info={**state.info, "key": key},
         )
 
     def _observe(self, task: Task, noise: jax.Array) -> jax.Array:
@@ -110,7 +126,9 @@ class HoverEnv(brax.Env):
         u = jax.random.uniform(goal_key, (2,), vessel.pose.dtype)
         distance = NEAREST + (FARTHEST - NEAREST) * u[0]
         goal = distance * jnp.stack([jnp.cos(2.0 * math.pi * u[1]), jnp.sin(2.0 * math.pi * u[1])])
-        here = jnp.zeros_like(vessel.pose).at[:2].set(hull_position(SYSID, vessel))  # the new start is the origin
+        here = (
+            jnp.zeros_like(vessel.pose).at[:2].set(hull_position(SYSID, vessel))
+        )  # the new start is the origin
         return Task(
             vessel=vessel.replace(pose=vessel.pose - here),
             disturbance=draw_disturbance(disturbance_key, self._law, SYSID.mass),

@@ -1,4 +1,6 @@
-"""How well a policy arrives and hovers: `python -m sims.asv.evaluate` prints the table and can write it as JSON."""
+"""How well a policy arrives and hovers: `python -m sims.asv.evaluate` prints the table and can
+write it as JSON.
+"""
 
 import functools
 import json
@@ -25,7 +27,10 @@ def _distances(policy: Policy, keys, ks, law: str, plant: str, n_control: int):
     step = make_plant(plant, SYSID)
 
     def one(key, k):
-        return run(SYSID, step, LAWS[law], policy, key, k[:2], k[2], n_control, policy.n_physics) - k[None, :2]
+        return (
+            run(SYSID, step, LAWS[law], policy, key, k[:2], k[2], n_control, policy.n_physics)
+            - k[None, :2]
+        )
 
     return jax.vmap(one)(keys, ks)
 
@@ -33,8 +38,8 @@ def _distances(policy: Policy, keys, ks, law: str, plant: str, n_control: int):
 def hover_statistics(offsets: np.ndarray, period: float) -> dict:
     """Arrival and hovering of offsets from the goal (B, n + 1, 2) [m], sampled every `period` [s].
 
-    arrival: first time within ARRIVED; never counts as infinite. spread: standard deviation over the rollouts, larger
-    axis, of the offset at 10 s and at the end. error: distance to the goal.
+    arrival: first time within ARRIVED; never counts as infinite. spread: standard deviation over
+    the rollouts, larger axis, of the offset at 10 s and at the end. error: distance to the goal.
     """
     distance = np.hypot(offsets[..., 0], offsets[..., 1])
     inside = distance <= ARRIVED
@@ -55,14 +60,23 @@ def hover_statistics(offsets: np.ndarray, period: float) -> dict:
 
 
 def evaluate(
-    policy: Policy, law: str, key: jax.Array, n: int = 2000, seconds: float = 20.0, plant: str = "ode"
+    policy: Policy,
+    law: str,
+    key: jax.Array,
+    n: int = 2000,
+    seconds: float = 20.0,
+    plant: str = "ode",
 ) -> dict:
-    """`hover_statistics` of n rollouts over the study's K (goals 4 ... 7 m ahead) under the named law."""
+    """`hover_statistics` of n rollouts over the study's K (goals 4 ... 7 m ahead) under the named
+    law.
+    """
     draw_key, run_key = jax.random.split(key)
     dtype = jnp.result_type(float)
     lo, hi = jnp.asarray(DOMAIN.lo, dtype)[None], jnp.asarray(DOMAIN.hi, dtype)[None]
     ks = lo + (hi - lo) * jax.random.uniform(draw_key, (n, 3), dtype)
-    offsets = _distances(policy, jax.random.split(run_key, n), ks, law, plant, round(seconds / policy.period))
+    offsets = _distances(
+        policy, jax.random.split(run_key, n), ks, law, plant, round(seconds / policy.period)
+    )
     return hover_statistics(np.asarray(offsets), policy.period)
 
 
@@ -82,7 +96,9 @@ def main(argv: list[str] | None = None) -> None:
     """Command line."""
     import tyro
 
-    options = tyro.cli(Options, args=argv, prog="python -m sims.asv.evaluate", description="Arrival and hovering.")
+    options = tyro.cli(
+        Options, args=argv, prog="python -m sims.asv.evaluate", description="Arrival and hovering."
+    )
     policy = load_policy(options.policy, options.layout)
     key = jax.random.key(options.seed)
     table = {law: evaluate(policy, law, key, options.rollouts, options.seconds) for law in LAWS}

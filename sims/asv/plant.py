@@ -1,7 +1,9 @@
-"""One physics step of the rigid body, twice: a MuJoCo body stepped by MJX, and the same step written out in JAX.
+"""One physics step of the rigid body, twice: a MuJoCo body stepped by MJX, and the same step
+written out in JAX.
 
-Both take the load of the step (held over it) and do semi-implicit Euler: velocities first, positions with the new ones.
-They differ by rounding only; a test holds them to it. "mjx" is the default, "ode" its oracle and the fast path.
+Both take the load of the step (held over it) and do semi-implicit Euler: velocities first,
+positions with the new ones. They differ by rounding only; a test holds them to it. "mjx" is the
+default, "ode" its oracle and the fast path.
 """
 
 import functools
@@ -14,12 +16,13 @@ from parc_jax.errors import InputError
 from sims.asv.vessel import PHYSICS_DT, Vessel
 from sims.quiet import lenient, quiet_import
 
-# (pose (3,), velocity (3,), load (3,) world force and yaw torque, mass ()) -> (pose, velocity) after PHYSICS_DT
+# (pose (3,), velocity (3,), load (3,) world force and yaw torque, mass ()) -> (pose, velocity)
+# after PHYSICS_DT
 Plant = Callable[[jax.Array, jax.Array, jax.Array, jax.Array], tuple[jax.Array, jax.Array]]
 
-# Three joints at the centre of mass: the world-frame force and the yaw torque are the generalised forces. Nothing
-# touches anything. Roll and pitch inertia cannot matter; the identified ones break the triangle inequality, so legal
-# ones stand here.
+# Three joints at the centre of mass: the world-frame force and the yaw torque are the generalised
+# forces. Nothing touches anything. Roll and pitch inertia cannot matter; the identified ones break
+# the triangle inequality, so legal ones stand here.
 _XML = """
 <mujoco>
   <option timestep="{dt}" integrator="Euler" gravity="0 0 0"><flag contact="disable"/></option>
@@ -40,7 +43,9 @@ def make_plant(name: str, vessel: Vessel) -> Plant:
     if name == "ode":
         return functools.partial(_ode_step, vessel.inertia)
     if name == "mjx":
-        return functools.partial(_mjx_step, *_mjx_model(vessel.mass, vessel.inertia, jax.config.jax_enable_x64))
+        return functools.partial(
+            _mjx_step, *_mjx_model(vessel.mass, vessel.inertia, jax.config.jax_enable_x64)
+        )
     raise InputError(f"asv plant: expected 'mjx' or 'ode'; got {name!r}.")
 
 
@@ -65,7 +70,8 @@ def _mjx_step(model, template, pose, velocity, load, mass):
 
     with lenient():
         model = model.replace(
-            body_mass=model.body_mass.at[1].set(mass), body_subtreemass=jnp.full_like(model.body_subtreemass, mass)
+            body_mass=model.body_mass.at[1].set(mass),
+            body_subtreemass=jnp.full_like(model.body_subtreemass, mass),
         )
         data = mjx.step(model, template.replace(qpos=pose, qvel=velocity, qfrc_applied=load))
     return data.qpos, data.qvel

@@ -1,4 +1,6 @@
-"""Control steps per second of both plants, rollouts of the scenario in a batch: `python -m sims.asv.speed`."""
+"""Control steps per second of both plants, rollouts of the scenario in a batch: `python -m
+sims.asv.speed`.
+"""
 
 import time
 from dataclasses import dataclass
@@ -9,10 +11,16 @@ import jax.numpy as jnp
 from sims.asv.scenario import system
 
 
-def control_steps_per_second(plant: str, law: str, batch: int, repeats: int = 5) -> tuple[float, float]:
-    """(best rate of `repeats` runs over all local devices, seconds to compile). Blocks on the result."""
+def control_steps_per_second(
+    plant: str, law: str, batch: int, repeats: int = 5
+) -> tuple[float, float]:
+    """(best rate of `repeats` runs over all local devices, seconds to compile). Blocks on the
+    result.
+    """
     box = system(plant, law)
-    mesh = jax.make_mesh((jax.device_count(),), ("batch",), axis_types=(jax.sharding.AxisType.Auto,))
+    mesh = jax.make_mesh(
+        (jax.device_count(),), ("batch",), axis_types=(jax.sharding.AxisType.Auto,)
+    )
     rows = jax.sharding.NamedSharding(mesh, jax.sharding.PartitionSpec("batch"))
     draw_key, run_key = jax.random.split(jax.random.key(0))
     dtype = jnp.result_type(float)
@@ -50,7 +58,8 @@ def main(argv: list[str] | None = None) -> None:
     for plant in ("ode", "mjx"):
         rate, compiling = control_steps_per_second(plant, options.law, options.batch)
         print(
-            f"{plant}: {rate:12,.0f} control steps/s, {10 * rate:12,.0f} physics steps/s, compiled in {compiling:.1f} s"
+            f"{plant}: {rate:12,.0f} control steps/s, {10 * rate:12,.0f} physics steps/s, compiled "
+            f"in {compiling:.1f} s"
         )
 
 

@@ -2,7 +2,7 @@
 
 from dataclasses import replace
 
-from parc_jax.study.settings import Study
+from parc_jax.experiment.settings import Study
 
 STUDY = Study(
     hidden=(8, 8, 8, 8),
@@ -12,14 +12,12 @@ STUDY = Study(
     eps=1e-2,
     claims=("bins", "one"),
     fresh=100_000,
-    shape_runs=60_000,
+    profile_runs=60_000,
     search=0,  # the worst runs are discarded, and the search would bring them back
     plant="ode",
     tail=8.0,
     repeats=100,
-    names=("m x", "m y"),
-    parameters=("goal x from the start [m]", "goal y from the start [m]", "initial heading [rad]"),
 )
 
 # ten times the motion per rollout, and hardly any spread: fewer runs, on the faster plant
-PUBLISHED = replace(STUDY, others=((),), fresh=None, shape_runs=10_000)
+PUBLISHED = replace(STUDY, others=((),), fresh=None, profile_runs=10_000)

@@ -1,8 +1,10 @@
-"""Train the hovering policy from nothing with Brax PPO: `python -m sims.asv.train`. Interrupted, it goes on.
+"""Train the hovering policy from nothing with Brax PPO: `python -m sims.asv.train`. Interrupted, it
+goes on.
 
-A checkpoint holds network, value and normaliser; Brax keeps Adam's moments to itself, so a resumed run starts those
-anew.
-Training is in float32 and not reproducible to the bit across core counts: the policy ships as a file with its record.
+A checkpoint holds network, value and normaliser; Brax keeps Adam's moments to itself, so a resumed
+run starts those anew.
+Training is in float32 and not reproducible to the bit across core counts: the policy ships as a
+file with its record.
 """
 
 import functools
@@ -42,11 +44,15 @@ class Settings:
 
 
 def train(settings: Settings, out: Path, evaluations: int) -> Policy:
-    """Train, or go on training, in folder `out`; writes checkpoint.npz, hover.npz and hover_training.json there.
+    """Train, or go on training, in folder `out`; writes checkpoint.npz, hover.npz and
+    hover_training.json there.
 
-    evaluations: how often to evaluate, report and save on the way. Raises InputError if `out` holds another training.
+    evaluations: how often to evaluate, report and save on the way. Raises InputError if `out` holds
+        another training.
     """
-    networks, ppo = (quiet_import(f"brax.training.agents.ppo.{name}") for name in ("networks", "train"))
+    networks, ppo = (
+        quiet_import(f"brax.training.agents.ppo.{name}") for name in ("networks", "train")
+    )
     from sims.asv.environment import HoverEnv
     from sims.asv.training_log import TrainingLog
 
@@ -80,7 +86,8 @@ def train(settings: Settings, out: Path, evaluations: int) -> Policy:
             ),
             seed=settings.seed + log.steps,  # a resumed run must not see the first run's data again
             num_evals=1 + max(1, round(evaluations * left / settings.steps)),
-            run_evals=False,  # the log evaluates: fixed tasks, and the study's own measure beside the return
+            # the log evaluates: fixed tasks, and the study's own measure beside the return
+            run_evals=False,
             policy_params_fn=log,
             restore_params=restored,
         )

@@ -1,4 +1,6 @@
-"""What a training leaves behind: a line per stage, a checkpoint to go on from, the record to ship with the policy."""
+"""What a training leaves behind: a line per stage, a checkpoint to go on from, the record to ship
+with the policy.
+"""
 
 import functools
 import json
@@ -34,7 +36,9 @@ class TrainingLog:
         self._clock = None
 
     def restore(self):
-        """(normaliser, policy, value) of an earlier run here, or None. Raises InputError if settings differ."""
+        """(normaliser, policy, value) of an earlier run here, or None. Raises InputError if
+        settings differ.
+        """
         if not self.checkpoint.exists():
             return None
         running_statistics = quiet_import("brax.training.acme.running_statistics")
@@ -42,17 +46,22 @@ class TrainingLog:
             arrays = dict(file)
         record = json.loads(str(arrays.pop("record")))
         mine = asdict(self.settings)
-        differing = [name for name in mine if name != "steps" and mine[name] != record["settings"].get(name)]
+        differing = [
+            name for name in mine if name != "steps" and mine[name] != record["settings"].get(name)
+        ]
         if differing:
             raise InputError(
-                f"asv train: expected the settings of the training in {self.checkpoint.parent}; {', '.join(differing)} "
+                f"asv train: expected the settings of the training in {self.checkpoint.parent}; "
+                f"{', '.join(differing)} "
                 "differ. Choose another folder, or delete that one."
             )
         self.start = self.steps = record["steps"]
         self.seconds, self.history = record["seconds"], record["history"]
         self.resumed = [*record["resumed_at"], self.steps]
         tree = _unflatten(arrays)
-        empty = running_statistics.init_state(jax.ShapeDtypeStruct((HoverEnv().observation_size,), jnp.float32))
+        empty = running_statistics.init_state(
+            jax.ShapeDtypeStruct((HoverEnv().observation_size,), jnp.float32)
+        )
         count = type(empty.count)(**tree["normalizer"].pop("count"))
         normalizer = empty.replace(count=count, **tree["normalizer"])
         self.policy = policy_arrays(normalizer, tree["policy"], self.settings.period)
@@ -106,7 +115,8 @@ class TrainingLog:
             "steps": self.steps,
             "seconds": round(self.seconds, 1),
             "resumed_at": self.resumed,
-            "return_is": f"sum of rewards over {EVALUATION_STEPS} control steps, mean of 256 tasks, deterministic",
+            "return_is": f"sum of rewards over {EVALUATION_STEPS} control steps, mean of 256 "
+            "tasks, deterministic",
             "packages": packages,
             "machine": f"{platform.machine()}, {jax.local_device_count()} devices",
             "history": self.history,
@@ -116,12 +126,19 @@ class TrainingLog:
 def policy_arrays(normalizer, params: dict, period: float) -> dict:
     """The deterministic policy, tanh of the mean, as the arrays of a policy file."""
     meta = {"layout": "goto", "squash": "tanh", "obs_clip": OBS_CLIP, "period": period}
-    arrays = {"meta": np.array(json.dumps(meta)), "norm_eps": np.array(0.0), "norm_clip": np.array(1e6)}
+    arrays = {
+        "meta": np.array(json.dumps(meta)),
+        "norm_eps": np.array(0.0),
+        "norm_clip": np.array(1e6),
+    }
     arrays |= {"obs_mean": np.asarray(normalizer.mean), "obs_var": np.asarray(normalizer.std) ** 2}
     for i, (W, b) in enumerate((("W0", "b0"), ("W1", "b1"), ("mu_W", "mu_b"))):
         layer = params["params"][f"hidden_{i}"]
         arrays |= {W: np.asarray(layer["kernel"]).T, b: np.asarray(layer["bias"])}
-    return arrays | {"mu_W": arrays["mu_W"][:2], "mu_b": arrays["mu_b"][:2]}  # the other half is exploration noise
+    return arrays | {
+        "mu_W": arrays["mu_W"][:2],
+        "mu_b": arrays["mu_b"][:2],
+    }  # the other half is exploration noise
 
 
 @functools.partial(jax.jit, static_argnames=("plant", "law"))
@@ -143,7 +160,9 @@ def _flatten(tree: dict, prefix: str = "") -> dict:
     flat = {}
     for name, value in tree.items():
         path = f"{prefix}{name}"
-        flat |= _flatten(value, f"{path}/") if isinstance(value, dict) else {path: np.asarray(value)}
+        flat |= (
+            _flatten(value, f"{path}/") if isinstance(value, dict) else {path: np.asarray(value)}
+        )
     return flat
 
 

@@ -1,4 +1,6 @@
-"""A rendered film of drift parking: the simulated run of one safe plan, over the tube that was proved for it."""
+"""A rendered film of drift parking: the simulated run of one safe plan, over the tube that was
+proved for it.
+"""
 
 from pathlib import Path
 
@@ -6,7 +8,7 @@ import numpy as np
 
 from parc_jax.answer import Answer
 from parc_jax.arrays import x64
-from parc_jax.errors import InputError
+from parc_jax.plot.film_file import require_kind, require_sample, write_film
 from parc_jax.problem import ReachAvoid
 from parc_jax.sets.bounding_box import bounding_box
 from sims import film
@@ -15,58 +17,77 @@ from sims.drift_parking.system import system
 
 RATE = 25  # [frames/s]
 REST = 0.6  # [s] shown after the car has stopped
-NEARNESS = 0.74  # distance of the camera over the width of the scene; at 0.68 the scene fills the picture
+NEARNESS = (
+    0.74  # distance of the camera over the width of the scene; at 0.68 the scene fills the picture
+)
 ROOM, LINE = 0.45, 0.12  # [m] between a parked car and the line around it, width of the line
 RED, GREY, WHITE = [0.85, 0.13, 0.12, 1], [0.62, 0.65, 0.7, 1], [0.92, 0.92, 0.9, 1]
 BLUE, GREEN, ASPHALT = [0.34, 0.62, 0.85, 1], [0.1, 0.72, 0.5, 1], [0.27, 0.28, 0.3, 1]
 
 
-def film_of(answer: Answer, out: Path, sample: int = 0, size: tuple[int, int] = (960, 480)) -> Path:
-    """Simulate one safe sample of an answer and write the film: .mp4, .gif, or a folder of .png files.
+def film_of(
+    answer: Answer,
+    out: Path,
+    sample: int = 0,
+    quiet: bool = True,
+    size: tuple[int, int] = (960, 480),
+) -> Path:
+    """Simulate one safe sample of an answer and write the film: .mp4, .gif, or a folder of .png
+    files.
 
-    On the floor: the goal (green) and the boxes around the predicted positions that hold the whole run (blue).
+    On the floor: the goal (green) and the boxes around the predicted positions that hold the whole
+        run (blue).
     Raises InputError when there is no such sample or nothing can be rendered here.
     """
     from parc_jax.plot.predict import predicted
 
-    film.require_kind(Path(out))
-    if not 0 <= sample < len(answer.samples):
-        raise InputError(f"film: expected the number of one of {len(answer.samples)} safe samples; got {sample}.")
+    require_kind(Path(out))
+    require_sample(answer, sample)
     film.headless_mujoco()  # before the long part: without OpenGL it is in vain
     plan = answer.samples[sample]
     path, _, error = predicted(answer.model, plan[None])
     poses = run(plan)
     model = stage(answer.problem, path[0], error[0])
-    images = film.frames(model, poses, view(answer.problem, poses, size), size)
-    return film.write(out, images, RATE)
+    images = film.frames(model, poses, view(answer.problem, poses, size), size, quiet)
+    return write_film(out, images, RATE)
 
 
 def run(plan: np.ndarray) -> np.ndarray:
-    """Poses (n, 5) of the car at RATE until it has stopped: x, y [m], yaw [rad], steering of both front wheels [rad].
+    """Poses (n, 5) of the car at RATE until it has stopped: x, y [m], yaw [rad], steering of both
+    front wheels [rad].
 
-    plan: (p0, k). The closed-form body: it moves as the MuJoCo body does, to rounding, and compiles faster. The
-    front wheels are drawn into the slip, as the braking law steers them.
+    plan: (p0, k). The closed-form body: it moves as the MuJoCo body does, to rounding, and compiles
+    faster. The front wheels are drawn into the slip, as the braking law steers them.
     """
     with x64():
         import jax.numpy as jnp
 
         states = system("ode").run(jnp.asarray(plan[2:], jnp.float64)).states
-    x, y, yaw, speed, slip = (np.asarray(s) for s in (states.x, states.y, states.yaw, states.speed, states.sideslip))
+    x, y, yaw, speed, slip = (
+        np.asarray(s) for s in (states.x, states.y, states.yaw, states.speed, states.sideslip)
+    )
     moving = np.flatnonzero(np.hypot(np.diff(x), np.diff(y)) > 0.05 * c.STEP)
-    every = np.arange(0, min(len(x), moving[-1] + round(REST / c.STEP)), 1 / (RATE * c.STEP)).astype(int)
+    every = np.arange(
+        0, min(len(x), moving[-1] + round(REST / c.STEP)), 1 / (RATE * c.STEP)
+    ).astype(int)
     steer = np.where(speed > 0.5, np.clip(slip, -c.STEER_MAX, c.STEER_MAX), 0.0)
     return np.stack([plan[0] + x, plan[1] + y, yaw, steer, steer], axis=-1)[every]
 
 
 def stage(problem: ReachAvoid, path: np.ndarray, error: np.ndarray):
-    """The compiled scene: the plant's body dressed as a car, parked cars, goal, tube. path (T + 1, 2), error (T, 2)."""
+    """The compiled scene: the plant's body dressed as a car, parked cars, goal, tube. path (T + 1,
+    2), error (T, 2).
+    """
     from sims.drift_parking.plant_mjx import MODEL
 
     mujoco = film.headless_mujoco()
     spec = mujoco.MjSpec.from_string(MODEL)
     spec.visual.headlight.ambient, spec.visual.headlight.diffuse = [0.4] * 3, [0.2] * 3
     spec.worldbody.add_light(
-        pos=[0, 0, 40], dir=[0.3, 0.4, -1], type=mujoco.mjtLightType.mjLIGHT_DIRECTIONAL, diffuse=[0.6] * 3
+        pos=[0, 0, 40],
+        dir=[0.3, 0.4, -1],
+        type=mujoco.mjtLightType.mjLIGHT_DIRECTIONAL,
+        diffuse=[0.6] * 3,
     )
     spec.worldbody.add_geom(type=mujoco.mjtGeom.mjGEOM_PLANE, size=[200, 200, 1], rgba=ASPHALT)
     for number, obstacle in enumerate(problem.obstacles):
@@ -77,7 +98,14 @@ def stage(problem: ReachAvoid, path: np.ndarray, error: np.ndarray):
     goal = bounding_box(problem.goal)
     film.paint(spec, "goal", goal.lo[:2], goal.hi[:2], GREEN, z=0.008)
     for i, (start, end, half) in enumerate(zip(path[:-1], path[1:], error, strict=True)):
-        film.paint(spec, f"tube_{i}", np.minimum(start, end) - half, np.maximum(start, end) + half, BLUE, z=0.003)
+        film.paint(
+            spec,
+            f"tube_{i}",
+            np.minimum(start, end) - half,
+            np.maximum(start, end) + half,
+            BLUE,
+            z=0.003,
+        )
     _dress(spec)
     return spec.compile()
 
@@ -87,14 +115,18 @@ def view(problem: ReachAvoid, poses: np.ndarray, size: tuple[int, int]) -> film.
     boxes = [bounding_box(o) for o in problem.obstacles]
     points = np.array([*poses[:, :2], *(corner for b in boxes for corner in (b.lo, b.hi))])
     lo, hi = points.min(axis=0), points.max(axis=0)
-    wide = max(hi[0] - lo[0] + c.BODY_LENGTH, (hi[1] - lo[1] + c.BODY_LENGTH) * 0.75 * size[0] / size[1])
+    wide = max(
+        hi[0] - lo[0] + c.BODY_LENGTH, (hi[1] - lo[1] + c.BODY_LENGTH) * 0.75 * size[0] / size[1]
+    )
     aim = lo + (0.5, 0.52) * (hi - lo)  # what is near the camera looks larger and needs more room
     return film.View((*aim, 0.0), NEARNESS * wide, 90.0, -50.0)
 
 
 def _mark(spec, name: str, lo: np.ndarray, hi: np.ndarray) -> None:
     """White lines around a parking space."""
-    for side, (a, b) in enumerate((((0, 0), (1, 0)), ((0, 1), (1, 1)), ((0, 0), (0, 1)), ((1, 0), (1, 1)))):
+    for side, (a, b) in enumerate(
+        (((0, 0), (1, 0)), ((0, 1), (1, 1)), ((0, 0), (0, 1)), ((1, 0), (1, 1)))
+    ):
         start, end = lo + np.array(a) * (hi - lo), lo + np.array(b) * (hi - lo)
         film.paint(spec, f"{name}_{side}", start - LINE / 2, end + LINE / 2, WHITE, z=0.004)
 
@@ -111,6 +143,11 @@ def _dress(spec) -> None:
             if x > 0:
                 wheel.add_joint(type=mujoco.mjtJoint.mjJNT_HINGE, axis=[0, 0, 1])
             wheel.add_geom(
-                type=mujoco.mjtGeom.mjGEOM_CYLINDER, size=[0.33, 0.12, 0], quat=[np.sqrt(0.5), np.sqrt(0.5), 0, 0],
-                rgba=[0.06, 0.06, 0.06, 1], contype=0, conaffinity=0, mass=1.0,
-            )  # fmt: skip
+                type=mujoco.mjtGeom.mjGEOM_CYLINDER,
+                size=[0.33, 0.12, 0],
+                quat=[np.sqrt(0.5), np.sqrt(0.5), 0, 0],
+                rgba=[0.06, 0.06, 0.06, 1],
+                contype=0,
+                conaffinity=0,
+                mass=1.0,
+            )

@@ -1,7 +1,9 @@
 """Receding-horizon controller: iLQR over five kinematic steps, warm-started from the last solve.
 
-Arrays carry the horizon first and any lanes (trajectories) last, and all arithmetic is elementwise over lanes, written
-out per entry: many entries of the 4-by-4 algebra are known zeros, and XLA fuses the rest into a few vector loops.
+Arrays carry the horizon first and any lanes (trajectories) last, and all arithmetic is elementwise
+over lanes, written
+out per entry: many entries of the 4-by-4 algebra are known zeros, and XLA fuses the rest into a few
+    vector loops.
 """
 
 from typing import NamedTuple
@@ -40,7 +42,8 @@ class Input(NamedTuple):
 
 
 class Memory(NamedTuple):
-    """What the controller keeps between solves: nominal states (6, *lanes), inputs (5, *lanes), gains (5, *lanes).
+    """What the controller keeps between solves: nominal states (6, *lanes), inputs (5, *lanes),
+    gains (5, *lanes).
 
     gains is an Input of Pose: one row of the feedback matrix per input.
     """
@@ -56,16 +59,24 @@ class Memory(NamedTuple):
 
 
 def first(plan: Plan) -> Memory:
-    """The solve at plan index 0. The car stands on the plan, so the plan is optimal already; only gains are needed."""
+    """The solve at plan index 0. The car stands on the plan, so the plan is optimal already; only
+    gains are needed.
+    """
     reference, inputs = _targets(plan, 0)
     _, gains, _ = _backward(reference, inputs, reference)
     return Memory(reference, inputs, gains)
 
 
 def solve(memory: Memory, plan: Plan, j, now: Pose) -> Memory:
-    """The solve at plan index j >= 1 from the measured pose (*lanes). The gains of the last solve are not shifted."""
+    """The solve at plan index j >= 1 from the measured pose (*lanes). The gains of the last solve
+    are not shifted.
+    """
     reference, new_inputs = _targets(plan, j)
-    states, inputs, gains = _shift(memory.states, reference), _shift(memory.inputs, new_inputs), memory.gains
+    states, inputs, gains = (
+        _shift(memory.states, reference),
+        _shift(memory.inputs, new_inputs),
+        memory.gains,
+    )
     rest = jax.tree.map(jnp.zeros_like, inputs)
     cost, states, inputs = _roll_out(now, states, inputs, gains, rest, 0.0, reference)
 
@@ -76,7 +87,9 @@ def solve(memory: Memory, plan: Plan, j, now: Pose) -> Memory:
         running &= jnp.abs(1.5 * expected) >= CONVERGED  # G + Hs, and Hs = G / 2
 
         def cost_at(epsilon):
-            return _roll_out(now, states, inputs, gains, steps, epsilon, reference, unroll=HORIZON)[0]
+            return _roll_out(now, states, inputs, gains, steps, epsilon, reference, unroll=HORIZON)[
+                0
+            ]
 
         epsilon, running = first_accepted(cost_at, cost, expected, running)
         moved = _roll_out(now, states, inputs, gains, steps, epsilon, reference)
@@ -90,7 +103,9 @@ def solve(memory: Memory, plan: Plan, j, now: Pose) -> Memory:
 
 def _targets(plan: Plan, j):
     """Plan states j..j+5 and inputs j..j+4."""
-    x, y, yaw, speed, accel, steer = (jax.lax.dynamic_slice_in_dim(field, j, HORIZON + 1) for field in plan)
+    x, y, yaw, speed, accel, steer = (
+        jax.lax.dynamic_slice_in_dim(field, j, HORIZON + 1) for field in plan
+    )
     return Pose(x, y, yaw, speed), Input(accel[:-1], steer[:-1])
 
 
@@ -108,7 +123,8 @@ def _move(xi: Pose, u: Input) -> Pose:
 
 
 def _roll_out(now, states, inputs, gains, steps, epsilon, reference, unroll=1):
-    """Follow the nominal from `now` with feedback plus epsilon times the open-loop steps: (cost, states, inputs).
+    """Follow the nominal from `now` with feedback plus epsilon times the open-loop steps: (cost,
+    states, inputs).
 
     The cost has no factor 1/2, unlike its expansion, and the first input change is free.
     """
@@ -131,23 +147,37 @@ def _roll_out(now, states, inputs, gains, steps, epsilon, reference, unroll=1):
 
 
 def _backward(states, inputs, reference):
-    """Riccati sweep: (open-loop steps (5, *lanes), feedback gains, expected reduction G). Hs is G / 2.
+    """Riccati sweep: (open-loop steps (5, *lanes), feedback gains, expected reduction G). Hs is G /
+    2.
 
-    With k = -Quu^-1 Qu and K = -Quu^-1 Qux the value updates collapse to v = Qx + Qux' k and M = Qxx + Qux' K, which is
-    symmetric. The previous input counts as a constant in the expansion.
+    With k = -Quu^-1 Qu and K = -Quu^-1 Qux the value updates collapse to v = Qx + Qux' k and M =
+    Qxx + Qux' K, which is symmetric. The previous input counts as a constant in the expansion.
     """
-    # Jacobians: I + [a13 a14; a23 a24; a34] in the last two columns, and [(4,1) = T; (3,2) = b]. Before the loop, so
-    # that its many outputs do not each recompute the trigonometry.
+    # Jacobians: I + [a13 a14; a23 a24; a34] in the last two columns, and [(4,1) = T; (3,2) = b].
+    # Before the loop, so that its many outputs do not each recompute the trigonometry.
     sin, cos = trig.sincos(states.yaw[:-1])
     tan, speed = trig.tan(inputs.steer), states.speed[:-1]
     jacobians = (-T * speed * sin, T * cos, T * speed * cos, T * sin)
     jacobians += (T / c.WHEELBASE * tan, T / c.WHEELBASE * speed * (1.0 + tan * tan))
     errors = jax.tree.map(lambda a, b: STATE_WEIGHT * (a - b)[:-1], states, reference)
-    changes = jax.tree.map(lambda a: CHANGE_WEIGHT * jnp.concatenate([jnp.zeros_like(a[:1]), a[1:] - a[:-1]]), inputs)
+    changes = jax.tree.map(
+        lambda a: CHANGE_WEIGHT * jnp.concatenate([jnp.zeros_like(a[:1]), a[1:] - a[:-1]]), inputs
+    )
     end = jax.tree.map(lambda a, b: FINAL_WEIGHT * (a - b)[-1], states, reference)
     zero = jnp.zeros_like(end.x)
     weight = zero + FINAL_WEIGHT
-    hessian = (weight, zero, zero, zero, weight, zero, zero, weight, zero, weight)  # upper triangle, row by row
+    hessian = (
+        weight,
+        zero,
+        zero,
+        zero,
+        weight,
+        zero,
+        zero,
+        weight,
+        zero,
+        weight,
+    )  # upper triangle, row by row
 
     def step(carry, row):
         (v1, v2, v3, v4), (m11, m12, m13, m14, m22, m23, m24, m33, m34, m44), expected = carry
@@ -184,8 +214,13 @@ def _backward(states, inputs, reference):
             (2, 3): a13 * p14 + a23 * p24 + p34,
             (3, 3): STATE_WEIGHT + a14 * p14 + a24 * p24 + a34 * p34 + p44,
         }
-        hessian = tuple(q + qax[r] * gain_a[col] + qsx[r] * gain_s[col] for (r, col), q in qxx.items())
-        return (v, hessian, expected - (qa * ka + qs * ks)), (Input(ka, ks), Input(Pose(*gain_a), Pose(*gain_s)))
+        hessian = tuple(
+            q + qax[r] * gain_a[col] + qsx[r] * gain_s[col] for (r, col), q in qxx.items()
+        )
+        return (v, hessian, expected - (qa * ka + qs * ks)), (
+            Input(ka, ks),
+            Input(Pose(*gain_a), Pose(*gain_s)),
+        )
 
     start, rows = (tuple(end), hessian, zero), (jacobians, errors, changes)
     (_, _, expected), (steps, gains) = jax.lax.scan(step, start, rows, reverse=True)
@@ -212,5 +247,7 @@ def _distance(a, b):
 def _where(lanes, new, old):
     """Per lane: new or old; leaves may have leading axes."""
     return jax.tree.map(
-        lambda n, o: jnp.where(jnp.expand_dims(lanes, tuple(range(n.ndim - lanes.ndim))), n, o), new, old
+        lambda n, o: jnp.where(jnp.expand_dims(lanes, tuple(range(n.ndim - lanes.ndim))), n, o),
+        new,
+        old,
     )

@@ -1,4 +1,6 @@
-"""Measure compile time, rates and agreement of both plants: `python -m sims.drift_parking.measure --help`."""
+"""Measure compile time, rates and agreement of both plants: `python -m sims.drift_parking.measure
+--help`.
+"""
 
 import argparse
 import os
@@ -21,11 +23,14 @@ def main():
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--plants", nargs="+", default=["ode", "mjx"], choices=["ode", "mjx"])
     parser.add_argument("--batch", type=int, default=512, help="trajectories in one compiled call")
-    parser.add_argument("--rollouts", type=int, default=4096, help="trajectories collected with all cores")
+    parser.add_argument(
+        "--rollouts", type=int, default=4096, help="trajectories collected with all cores"
+    )
     parser.add_argument("--reference", help=".npz with k, p, theta, n_switch to compare with")
     options = parser.parse_args()
     print(
-        f"{jax.devices()[0].device_kind}, {os.cpu_count()} cores, jax {jax.__version__}, load {os.getloadavg()[0]:.1f}"
+        f"{jax.devices()[0].device_kind}, {os.cpu_count()} cores, jax {jax.__version__}, load "
+        f"{os.getloadavg()[0]:.1f}"
     )
     with x64():
         for name in options.plants:
@@ -42,7 +47,8 @@ def rate(plant, batch: int) -> str:
     compiled = jax.jit(jax.vmap(plant.rollout)).lower(keys, k).compile()
     compile_time = time.perf_counter() - started
     cpu = min(_cpu_time(lambda: compiled(keys, k)) for _ in range(REPEATS))
-    return f"compile {compile_time:.1f} s; batch {batch}: {1e6 * cpu / batch:.0f} us of one core per trajectory"
+    each = f"{1e6 * cpu / batch:.0f} us of one core per trajectory"
+    return f"compile {compile_time:.1f} s; batch {batch}: {each}"
 
 
 def collected(plant, n: int) -> str:
@@ -64,8 +70,10 @@ def agreement(plant, path: str) -> str:
     pose = np.stack([np.asarray(field).T for field in run.states[:3]], axis=-1)
     error = np.abs(pose - want_pose)
     return (
-        f"{same} of {len(error)} switch at the same sample; to 4.8 s {error[:, :SURE, :2].max():.1e} m "
-        f"{error[:, :SURE, 2].max():.1e} rad; to 7.8 s {error[..., :2].max():.3f} m {error[..., 2].max():.3f} rad"
+        f"{same} of {len(error)} switch at the same sample; to 4.8 s "
+        f"{error[:, :SURE, :2].max():.1e} m "
+        f"{error[:, :SURE, 2].max():.1e} rad; to 7.8 s {error[..., :2].max():.3f} m "
+        f"{error[..., 2].max():.3f} rad"
     )
 
 

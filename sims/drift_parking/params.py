@@ -15,7 +15,9 @@ GRIP_FRONT = FRICTION * MASS * GRAVITY * REAR_ARM / WHEELBASE  # largest tyre fo
 GRIP_REAR = FRICTION * MASS * GRAVITY * FRONT_ARM / WHEELBASE
 
 STEER_MAX = math.radians(38.0)
-STEER_STEP = math.radians(1.0)  # largest steering change per evaluation of the right-hand side, not per step
+STEER_STEP = math.radians(
+    1.0
+)  # largest steering change per evaluation of the right-hand side, not per step
 DRIVE_MAX = min(GRIP_REAR - 1.0, 7684.0)  # rear drive force [N]
 BRAKE_MAX = min(GRIP_FRONT - 1.0, 7684.0)  # front brake force [N]
 

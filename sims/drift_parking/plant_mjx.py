@@ -5,8 +5,9 @@ import functools
 from sims.drift_parking import params as c
 from sims.quiet import lenient, quiet_import
 
-# Planar joints in the order x, y, yaw. Nothing can touch anything: no geometry collides and no joint has a limit, so
-# MuJoCo's acceleration is the unconstrained one. The yaw joint passes through the centre of mass.
+# Planar joints in the order x, y, yaw. Nothing can touch anything: no geometry collides and no
+# joint has a limit, so MuJoCo's acceleration is the unconstrained one. The yaw joint passes through
+# the centre of mass.
 MODEL = f"""
 <mujoco model="drift_parking">
   <option jacobian="sparse" timestep="{c.STEP}" gravity="0 0 0">
@@ -18,7 +19,8 @@ MODEL = f"""
       <joint name="x" type="slide" axis="1 0 0"/>
       <joint name="y" type="slide" axis="0 1 0"/>
       <joint name="yaw" type="hinge" axis="0 0 1"/>
-      <geom type="box" size="{0.5 * c.BODY_LENGTH} {0.5 * c.BODY_WIDTH} 0.5" contype="0" conaffinity="0"/>
+      <geom type="box" size="{0.5 * c.BODY_LENGTH} {0.5 * c.BODY_WIDTH} 0.5"
+            contype="0" conaffinity="0"/>
     </body>
   </worldbody>
 </mujoco>
@@ -27,7 +29,9 @@ MODEL = f"""
 
 @functools.cache
 def mujoco_body():
-    """A plant (see vehicle.Plant) that asks MuJoCo for the accelerations. Needs mujoco and mujoco-mjx."""
+    """A plant (see vehicle.Plant) that asks MuJoCo for the accelerations. Needs mujoco and
+    mujoco-mjx.
+    """
     import jax
     import jax.numpy as jnp
     import mujoco
@@ -44,14 +48,21 @@ def mujoco_body():
             return mjx.forward(model, data).qacc
 
     def accelerations(z, cos_yaw, sin_yaw, wrench):
-        """Body-frame forces are turned to world axes for MuJoCo, its accelerations back to body axes."""
+        """Body-frame forces are turned to world axes for MuJoCo, its accelerations back to body
+        axes.
+        """
         batched = forward
         for _ in range(z.x.ndim):
             batched = jax.vmap(batched, in_axes=-1, out_axes=-1)
-        fx, fy = cos_yaw * wrench.fx - sin_yaw * wrench.fy, sin_yaw * wrench.fx + cos_yaw * wrench.fy
+        fx, fy = (
+            cos_yaw * wrench.fx - sin_yaw * wrench.fy,
+            sin_yaw * wrench.fx + cos_yaw * wrench.fy,
+        )
         vx, vy = z.ux * cos_yaw - z.uy * sin_yaw, z.ux * sin_yaw + z.uy * cos_yaw
         ax, ay, yaw_acceleration = batched(
-            jnp.stack([z.x, z.y, z.yaw]), jnp.stack([vx, vy, z.yaw_rate]), jnp.stack([fx, fy, wrench.moment])
+            jnp.stack([z.x, z.y, z.yaw]),
+            jnp.stack([vx, vy, z.yaw_rate]),
+            jnp.stack([fx, fy, wrench.moment]),
         )
         return cos_yaw * ax + sin_yaw * ay, cos_yaw * ay - sin_yaw * ax, yaw_acceleration
 

@@ -1,4 +1,6 @@
-"""Classical Runge-Kutta, one evaluation at a time, because the control laws act and remember at every evaluation."""
+"""Classical Runge-Kutta, one evaluation at a time, because the control laws act and remember at
+every evaluation.
+"""
 
 from typing import Any, NamedTuple
 
@@ -17,8 +19,8 @@ COMPLETES = np.array([False, False, False, True])  # the step
 class Point(NamedTuple):
     """A place between two evaluations.
 
-    sample, memory_then: state and law memory when the last step was complete. now, memory: those the next evaluation
-    will see. total: the sample plus the weighted rates of this step so far.
+    sample, memory_then: state and law memory when the last step was complete. now, memory: those
+    the next evaluation will see. total: the sample plus the weighted rates of this step so far.
     """
 
     sample: State
@@ -40,14 +42,18 @@ def stages(indices):
 
 
 def evaluate(law, point: Point, rows) -> Point:
-    """Perform the evaluations of `rows` (see `stages`) in turn. law: (state, memory) -> (rate, memory)."""
+    """Perform the evaluations of `rows` (see `stages`) in turn. law: (state, memory) -> (rate,
+    memory).
+    """
 
     def one(point, row):
         weight, next_offset, completes = row
         rate, memory = law(point.now, point.memory)
         total = _advance(point.total, rate, weight)
         sample, memory_then = jax.tree.map(
-            lambda new, old: jnp.where(completes, new, old), (total, memory), (point.sample, point.memory_then)
+            lambda new, old: jnp.where(completes, new, old),
+            (total, memory),
+            (point.sample, point.memory_then),
         )
         return Point(sample, memory_then, _advance(sample, rate, next_offset), memory, total), None
 

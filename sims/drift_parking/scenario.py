@@ -19,17 +19,26 @@ DECAGON_SIDES = 10
 
 
 def problem(body: str = "disc") -> ReachAvoid:
-    """The scene with the true circumscribed circle ("disc") or the regular decagon around it ("decagon").
+    """The scene with the true circumscribed circle ("disc") or the regular decagon around it
+    ("decagon").
 
     Raises InputError for any other body.
     """
     bodies = {"disc": BODY_RADIUS, "decagon": Polygon(decagon_vertices())}
     if body not in bodies:
         raise InputError(f'body: expected "disc" or "decagon"; got {body!r}.')
-    return reach_avoid(goal=box(*GOAL), obstacles=[box(*car) for car in PARKED_CARS], body=bodies[body])
+    return reach_avoid(
+        goal=box(*GOAL), obstacles=[box(*car) for car in PARKED_CARS], body=bodies[body]
+    )
 
 
 def decagon_vertices() -> np.ndarray:
-    """Vertices (10, 2) of the regular decagon circumscribed to the body circle, one face normal along +x."""
+    """Vertices (10, 2) of the regular decagon circumscribed to the body circle, one face normal
+    along +x.
+    """
     angle = (np.arange(DECAGON_SIDES) + 0.5) * 2 * np.pi / DECAGON_SIDES
-    return BODY_RADIUS / np.cos(np.pi / DECAGON_SIDES) * np.stack([np.cos(angle), np.sin(angle)], axis=1)
+    return (
+        BODY_RADIUS
+        / np.cos(np.pi / DECAGON_SIDES)
+        * np.stack([np.cos(angle), np.sin(angle)], axis=1)
+    )

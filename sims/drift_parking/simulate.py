@@ -1,8 +1,9 @@
 """The closed loop: plan, track until the sideslip test fires, brake for four seconds, stand still.
 
-One driver for every plant, elementwise over any lanes (trajectories) in the trailing axes. No branch depends on k: the
-controller is solved at fixed stages of fixed steps, the tracking phase always runs to its last admissible end, and the
-braking phase starts from the sample picked out afterwards.
+One driver for every plant, elementwise over any lanes (trajectories) in the trailing axes. No
+branch depends on k: the controller is solved at fixed stages of fixed steps, the tracking phase
+always runs to its last admissible end, and the braking phase starts from the sample picked out
+afterwards.
 """
 
 from typing import NamedTuple
@@ -16,17 +17,20 @@ from sims.drift_parking.plan import reference_plan
 from sims.drift_parking.runge_kutta import begin, evaluate, stages
 from sims.drift_parking.vehicle import Plant, State
 
-# Plan index j is solved before evaluation 1 of step 10 j - 5; j = 6..12 before evaluation 3 of step 10 j - 6. (It is
-# due at t = 0.1 j - 0.05, and the rounding of accumulated times decides which of the two evaluations sees it first.)
+# Plan index j is solved before evaluation 1 of step 10 j - 5; j = 6..12 before evaluation 3 of step
+# 10 j - 6. (It is due at t = 0.1 j - 0.05, and the rounding of accumulated times decides which of
+# the two evaluations sees it first.)
 EARLY_FIRST, EARLY_LAST = 6, 12
-N_SOLVES = 39  # blocks of ten steps; enough for the switch test to look 9 samples beyond SWITCH_LATEST
+N_SOLVES = (
+    39  # blocks of ten steps; enough for the switch test to look 9 samples beyond SWITCH_LATEST
+)
 
 
 class Run(NamedTuple):
     """One closed-loop run.
 
-    states: fields (N_RECORD + 1, *lanes). switch (*lanes): sample n_s, 0 when the test never fired in time.
-    steer (*lanes): steering handed over at the switch [rad].
+    states: fields (N_RECORD + 1, *lanes). switch (*lanes): sample n_s, 0 when the test never fired
+    in time. steer (*lanes): steering handed over at the switch [rad].
     """
 
     states: State
@@ -35,7 +39,9 @@ class Run(NamedTuple):
 
 
 def simulate(plant: Plant, k) -> Run:
-    """Run with k (2, *lanes) = (v [m/s], threshold sideslip [rad]). No switch by 3.8 s gives NaN states."""
+    """Run with k (2, *lanes) = (v [m/s], threshold sideslip [rad]). No switch by 3.8 s gives NaN
+    states.
+    """
     tracked, steers = _track(plant, k[0])
     switch = _switch_sample(tracked.sideslip, k[1])
     handed, steer = jax.tree.map(lambda a: _pick(a, switch[None])[0], (tracked, steers))
@@ -44,10 +50,12 @@ def simulate(plant: Plant, k) -> Run:
 
 
 def _track(plant, v):
-    """Samples 0, 1, ... of the tracking phase: the states, and the steering applied last before each.
+    """Samples 0, 1, ... of the tracking phase: the states, and the steering applied last before
+    each.
 
-    A block starts before evaluation 3 of step 10 j - 6. In its first four evaluations lie the two places where the
-    controller may be due; nine steps follow, all shifted by three evaluations so that one program serves both places.
+    A block starts before evaluation 3 of step 10 j - 6. In its first four evaluations lie the two
+    places where the controller may be due; nine steps follow, all shifted by three evaluations so
+    that one program serves both places.
     """
     plan = reference_plan(v)
 
@@ -68,7 +76,9 @@ def _track(plant, v):
         def half(carry, place):
             (point, controller), (due, rows) = carry, place
             pose = ilqr.Pose(point.now.x, point.now.y, point.now.yaw, point.now.speed)
-            controller = jax.lax.cond(due, lambda m: ilqr.solve(m, plan, j, pose), lambda m: m, controller)
+            controller = jax.lax.cond(
+                due, lambda m: ilqr.solve(m, plan, j, pose), lambda m: m, controller
+            )
             return (move(point, controller, rows), controller), None
 
         early = (j >= EARLY_FIRST) & (j <= EARLY_LAST)
@@ -76,7 +86,9 @@ def _track(plant, v):
         (point, controller), _ = jax.lax.scan(half, carry, places)
         begun = sample(point)
         point, rest = shifted_steps(point, controller, 9)
-        return (point, controller), jax.tree.map(lambda a, b: jnp.concatenate([a[None], b]), begun, rest)
+        return (point, controller), jax.tree.map(
+            lambda a, b: jnp.concatenate([a[None], b]), begun, rest
+        )
 
     def lanes(value):
         return jnp.full(v.shape, value, bool if isinstance(value, bool) else v.dtype)
@@ -87,11 +99,15 @@ def _track(plant, v):
     first = jax.tree.map(lambda a, b: jnp.stack([a, b]), (at_rest, lanes(0.0)), sample(point))
     point, lead = shifted_steps(move(point, controller, stages((0, 1, 2))), controller, 3)
     _, blocks = jax.lax.scan(block, (point, controller), jnp.arange(1, N_SOLVES + 1))
-    return jax.tree.map(lambda a, b, d: jnp.concatenate([a, b, d.reshape(-1, *v.shape)]), first, lead, blocks)
+    return jax.tree.map(
+        lambda a, b, d: jnp.concatenate([a, b, d.reshape(-1, *v.shape)]), first, lead, blocks
+    )
 
 
 def _switch_sample(sideslip, threshold):
-    """n_s = i + 1 for the first i with SWITCH_RUN samples in a row beyond the threshold; 0 when none is in time."""
+    """n_s = i + 1 for the first i with SWITCH_RUN samples in a row beyond the threshold; 0 when
+    none is in time.
+    """
     beyond = sideslip > threshold[None]
     runs = jnp.stack([beyond[i : i + c.SWITCH_LATEST] for i in range(c.SWITCH_RUN)]).all(axis=0)
     return jnp.where(runs.any(axis=0), jnp.argmax(runs, axis=0) + 1, 0)
@@ -103,7 +119,9 @@ def _brake(plant, handed, steer):
     z = handed._replace(ux=handed.speed * cos, uy=handed.speed * sin)
 
     def step(carry, _):
-        point = evaluate(lambda z, steer: control.brake(plant, z, steer), begin(*carry), stages((0, 1, 2, 3)))
+        point = evaluate(
+            lambda z, steer: control.brake(plant, z, steer), begin(*carry), stages((0, 1, 2, 3))
+        )
         return (point.sample, point.memory), point.sample
 
     primed = control.steer_into_slip(z, steer)

@@ -1,12 +1,10 @@
 """The main job's settings for drift parking; docs/drift_parking.md says how they were chosen."""
 
-from parc_jax.study.settings import Study
+from parc_jax.experiment.settings import Study
 
 STUDY = Study(
     hidden=(8, 8, 8, 8),
     others=((6, 6, 6, 6), (7, 7, 7, 7), (16, 16, 16, 16), ()),
-    shape_runs=20_000,  # the tube follows the jumps better: a safe set larger by a sixth to a half
-    heading=0,
-    names=("m x", "m y", "rad"),
-    parameters=("v [m/s]", "sideslip at which braking starts [rad]"),
+    # the tube follows the jumps better: a safe set larger by a sixth to a half
+    profile_runs=20_000,
 )

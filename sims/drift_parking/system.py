@@ -16,7 +16,8 @@ from sims.drift_parking.vehicle import Plant
 
 @dataclass(frozen=True, eq=False)
 class DriftParking:
-    """Drift parking over k = (v [m/s], threshold sideslip [rad]); p = (x, y) [m], q = (final yaw, not wrapped [rad]).
+    """Drift parking over k = (v [m/s], threshold sideslip [rad]); p = (x, y) [m], q = (final yaw,
+    not wrapped [rad]).
 
     Build with `system`. Deterministic. Float64 only: float32 does not reproduce the manoeuvre.
     """
@@ -29,6 +30,8 @@ class DriftParking:
     name: ClassVar[str] = "drift_parking"
     n_p: ClassVar[int] = 2
     n_q: ClassVar[int] = 1
+    q_labels: ClassVar[tuple[str, ...]] = ("final yaw [rad]",)
+    k_labels: ClassVar[tuple[str, ...]] = ("speed [m/s]", "sideslip at braking [rad]")
 
     @property
     def law(self) -> dict[str, str]:
@@ -36,23 +39,32 @@ class DriftParking:
         return {"plant": self.plant_name}
 
     def run(self, k) -> Run:
-        """Everything the simulation knows for k (2, *lanes): all states, switching sample, steering at the switch.
+        """Everything the simulation knows for k (2, *lanes): all states, switching sample, steering
+        at the switch.
 
-        Lanes (parallel runs) are trailing axes here; `jax.vmap` over single k works as well. Raises InputError.
+        Lanes (parallel runs) are trailing axes here; `jax.vmap` over single k works as well. Raises
+        InputError.
         """
         if k.dtype != jnp.float64:
-            raise InputError(f"drift_parking: expected float64 k; got {k.dtype}. Call inside parc_jax.arrays.x64().")
+            raise InputError(
+                f"drift_parking: expected float64 k; got {k.dtype}. Call inside "
+                "parc_jax.arrays.x64()."
+            )
         return simulate(self.plant, k)
 
     def rollout(self, key, k) -> Trajectory:
-        """p (781, 2) relative to the start, q (1,). NaN when the drift never starts. `key` is unused."""
+        """p (781, 2) relative to the start, q (1,). NaN when the drift never starts. `key` is
+        unused.
+        """
         del key
         states = self.run(k).states
         return Trajectory(jnp.stack([states.x, states.y], axis=-1), states.yaw[-1:])
 
 
 def system(plant: str = "mjx") -> DriftParking:
-    """The system on a MuJoCo body ("mjx") or on the closed-form rigid body ("ode"). Raises InputError otherwise."""
+    """The system on a MuJoCo body ("mjx") or on the closed-form rigid body ("ode"). Raises
+    InputError otherwise.
+    """
     if plant == "ode":
         accelerations = newton_euler
     elif plant == "mjx":
@@ -62,4 +74,6 @@ def system(plant: str = "mjx") -> DriftParking:
     else:
         raise InputError(f'plant: expected "mjx" or "ode"; got {plant!r}.')
     lo, hi = zip(c.SPEED_RANGE, c.SIDESLIP_RANGE, strict=True)
-    return DriftParking(box(lo, hi), time_grid(c.PLAN_STEP, c.T_FINAL, c.STEP), accelerations, plant)
+    return DriftParking(
+        box(lo, hi), time_grid(c.PLAN_STEP, c.T_FINAL, c.STEP), accelerations, plant
+    )

@@ -1,6 +1,8 @@
-"""Eight-state planar car: tyre and brake forces, and the rates that follow from a plant's accelerations.
+"""Eight-state planar car: tyre and brake forces, and the rates that follow from a plant's
+accelerations.
 
-V, beta and ux, uy are two copies of the velocity, each integrated by its own equation and never re-synchronised within
+V, beta and ux, uy are two copies of the velocity, each integrated by its own equation and never
+re-synchronised within
 a phase: the tyres and the path use ux, uy; the control laws use V, beta.
 """
 
@@ -16,7 +18,9 @@ TINY = 1e-300  # [m^2/s^2]
 
 
 class State(NamedTuple):
-    """x, y [m], yaw [rad], yaw_rate [rad/s], speed V [m/s], sideslip beta [rad], body-frame velocity ux, uy [m/s]."""
+    """x, y [m], yaw [rad], yaw_rate [rad/s], speed V [m/s], sideslip beta [rad], body-frame
+    velocity ux, uy [m/s].
+    """
 
     x: jax.Array
     y: jax.Array
@@ -37,28 +41,42 @@ class Wrench(NamedTuple):
 
 
 class Plant(Protocol):
-    """Turns a body-frame wrench at a state into body-frame accelerations of the centre of mass and yaw acceleration."""
+    """Turns a body-frame wrench at a state into body-frame accelerations of the centre of mass and
+    yaw acceleration.
+    """
 
-    def __call__(self, z: State, cos_yaw, sin_yaw, wrench: Wrench) -> tuple[jax.Array, jax.Array, jax.Array]: ...
+    def __call__(
+        self, z: State, cos_yaw, sin_yaw, wrench: Wrench
+    ) -> tuple[jax.Array, jax.Array, jax.Array]: ...
 
 
 class Slip(NamedTuple):
-    """Rear slip angle and the angle beyond which the rear tyre slides [rad]; the pre-drift law remembers them."""
+    """Rear slip angle and the angle beyond which the rear tyre slides [rad]; the pre-drift law
+    remembers them.
+    """
 
     rear: jax.Array
     threshold: jax.Array
 
 
 def rates(plant: Plant, z: State, steer, drive=0.0, brake: float = 0.0) -> tuple[State, Slip]:
-    """Time derivative of the state under steering [rad], rear drive [N] and front brake command [N, <= 0]."""
+    """Time derivative of the state under steering [rad], rear drive [N] and front brake command [N,
+    <= 0].
+    """
     sin_steer, cos_steer = trig.sincos(steer)
     vy_front, vy_rear = z.uy + c.FRONT_ARM * z.yaw_rate, z.uy - c.REAR_ARM * z.yaw_rate
-    # Velocity of the front wheel along and across its plane: tan and cos of the slip angle without calling them.
-    rolling, sliding = z.ux * cos_steer + vy_front * sin_steer, vy_front * cos_steer - z.ux * sin_steer
+    # Velocity of the front wheel along and across its plane: tan and cos of the slip angle without
+    # calling them.
+    rolling, sliding = (
+        z.ux * cos_steer + vy_front * sin_steer,
+        vy_front * cos_steer - z.ux * sin_steer,
+    )
     slip_front = trig.arctan2(vy_front, z.ux) - steer
     slip_rear = trig.arctan2(vy_rear, z.ux)
     fx_front = 0.0
-    if brake:  # scaled by the squared cosine of the slip angle, faded through zero with the rolling speed
+    if (
+        brake
+    ):  # scaled by the squared cosine of the slip angle, faded through zero with the rolling speed
         along = rolling * rolling
         fx_front = brake * jnp.tanh(5.0 * rolling) * along / (along + sliding * sliding + TINY)
 
@@ -66,8 +84,12 @@ def rates(plant: Plant, z: State, steer, drive=0.0, brake: float = 0.0) -> tuple
     capacity_rear = tyre.lateral_capacity(c.GRIP_REAR, drive)
     threshold_front = tyre.sliding_threshold(capacity_front, c.STIFFNESS_FRONT)
     threshold_rear = tyre.sliding_threshold(capacity_rear, c.STIFFNESS_REAR)
-    fy_front = tyre.lateral_force(slip_front, sliding / rolling, capacity_front, threshold_front, c.STIFFNESS_FRONT)
-    fy_rear = tyre.lateral_force(slip_rear, vy_rear / z.ux, capacity_rear, threshold_rear, c.STIFFNESS_REAR)
+    fy_front = tyre.lateral_force(
+        slip_front, sliding / rolling, capacity_front, threshold_front, c.STIFFNESS_FRONT
+    )
+    fy_rear = tyre.lateral_force(
+        slip_rear, vy_rear / z.ux, capacity_rear, threshold_rear, c.STIFFNESS_REAR
+    )
 
     lateral_front = fy_front * cos_steer + fx_front * sin_steer
     wrench = Wrench(

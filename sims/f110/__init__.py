@@ -1,4 +1,6 @@
-"""A 1:10 car that drifts into a parking space, learned from few runs, each different: the stand-in for hardware."""
+"""A 1:10 car that drifts into a parking space, learned from few runs, each different: the stand-in
+for hardware.
+"""
 
 from sims.f110.disturbance import LAWS, Law
 from sims.f110.job import job

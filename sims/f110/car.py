@@ -20,7 +20,9 @@ def model():
 
 
 def batch_of_cars(draws: Draws, origin: np.ndarray, threads: int):
-    """A mujoco.batch.Batch at its start poses (B), moved by origin (2,) [m]. threads: 0 = all cores."""
+    """A mujoco.batch.Batch at its start poses (B), moved by origin (2,) [m]. threads: 0 = all
+    cores.
+    """
     from mujoco.batch import Batch
 
     m = model()
@@ -49,7 +51,9 @@ def ackermann(steer: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
 
 
 def friction_under_wheels(draws: Draws, pose: np.ndarray, origin: np.ndarray) -> np.ndarray:
-    """(B, 4) coefficients where the wheels stand. pose (B, 3): x, y, heading; patches lie in the lab's frame."""
+    """(B, 4) coefficients where the wheels stand. pose (B, 3): x, y, heading; patches lie in the
+    lab's frame.
+    """
     cos, sin = np.cos(pose[:, 2].copy())[:, None], np.sin(pose[:, 2].copy())[:, None]
     ahead = np.array([1, 1, -1, -1])[None] * c.WHEELBASE / 2
     left = np.array([1, -1, 1, -1])[None] * c.TRACK / 2

@@ -16,12 +16,15 @@ FLOOR = ((-1.0, 10.0), (-4.0, 2.0))  # [m] where patches lie, seen from the star
 
 @dataclass(frozen=True)
 class Law:
-    """Ranges (lo, hi) of uniform laws, and standard deviations. The fields are the declared law of the system.
+    """Ranges (lo, hi) of uniform laws, and standard deviations. The fields are the declared law of
+    the system.
 
-    friction: coefficient of tyre and floor. patches: number of round patches of other friction; patch_radius [m];
-    patch_friction: factor on the coefficient inside. motor, battery, mass: factors. steering [rad]: offset of the
-    servo. latency [s]: from the motion capture to the command. position, heading [m, rad]: of the start.
-    noise_position, noise_heading [m, rad]: standard deviations of the motion capture.
+    friction: coefficient of tyre and floor. patches: number of round patches of other friction;
+        patch_radius [m];
+    patch_friction: factor on the coefficient inside. motor, battery, mass: factors. steering [rad]:
+    offset of the servo. latency [s]: from the motion capture to the command. position, heading [m,
+    rad]: of the start. noise_position, noise_heading [m, rad]: standard deviations of the motion
+    capture.
     """
 
     friction: tuple[float, float] = (0.346, 0.374)
@@ -40,17 +43,28 @@ class Law:
 
 
 NONE = Law(
-    (0.36, 0.36), 0, (0.3, 0.3), (1.0, 1.0), (1.0, 1.0), (1.0, 1.0), (1.0, 1.0), (0.0, 0.0), (0.0275, 0.0275),
-    (0.0, 0.0), (0.0, 0.0), 0.0, 0.0,
-)  # fmt: skip
+    (0.36, 0.36),
+    0,
+    (0.3, 0.3),
+    (1.0, 1.0),
+    (1.0, 1.0),
+    (1.0, 1.0),
+    (1.0, 1.0),
+    (0.0, 0.0),
+    (0.0275, 0.0275),
+    (0.0, 0.0),
+    (0.0, 0.0),
+    0.0,
+    0.0,
+)
 LAWS = {"floor": Law(), "none": NONE}
 
 
 class Draws(NamedTuple):
     """What the keys gave, float64 on the host.
 
-    friction, motor, battery, mass, steering, latency (B,); start (B, 3) x, y, heading; patches (B, n, 4) x, y, radius,
-    factor; noise (B, ticks + 1, 3) of the motion capture.
+    friction, motor, battery, mass, steering, latency (B,); start (B, 3) x, y, heading; patches (B,
+    n, 4) x, y, radius, factor; noise (B, ticks + 1, 3) of the motion capture.
     """
 
     friction: np.ndarray
@@ -69,7 +83,10 @@ def draw(law: Law, keys, ticks: int) -> Draws:
     keys = np.asarray(keys)
     padded = np.resize(keys, (-(-len(keys) // BLOCK) * BLOCK, 2))
     with x64():
-        blocks = [_draw_many(law, jnp.asarray(padded[i : i + BLOCK]), ticks) for i in range(0, len(padded), BLOCK)]
+        blocks = [
+            _draw_many(law, jnp.asarray(padded[i : i + BLOCK]), ticks)
+            for i in range(0, len(padded), BLOCK)
+        ]
     parts = (np.concatenate(part)[: len(keys)] for part in zip(*blocks, strict=True))
     return Draws(*(np.array(part, np.float64) for part in parts))
 
@@ -93,7 +110,9 @@ def _draw(law: Law, key, ticks: int) -> Draws:
     parts = [uniform(20, FLOOR[0], n), uniform(21, FLOOR[1], n), uniform(22, law.patch_radius, n)]
     patches = jnp.stack([*parts, uniform(23, law.patch_friction, n)], axis=-1)
     spread = jnp.array([law.noise_position, law.noise_position, law.noise_heading])
-    noise = spread[None] * jax.random.normal(jax.random.fold_in(key, 30), (ticks + 1, 3), jnp.float64)
+    noise = spread[None] * jax.random.normal(
+        jax.random.fold_in(key, 30), (ticks + 1, 3), jnp.float64
+    )
     return Draws(*scalars, start, patches, noise)
 
 

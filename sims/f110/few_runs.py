@@ -1,7 +1,8 @@
-"""What a number of runs is worth: a laboratory that had so many and no more, its claims, and how its plans fare.
+"""What a number of runs is worth: a laboratory that had so many and no more, its claims, and how
+its plans fare.
 
-sims/f110/lesson.py says what a laboratory does with its runs. The plan that a claim allows is then driven again, 10 and
-1,000 times, and so are 1,000 runs of other safe plans.
+sims/f110/lesson.py says what a laboratory does with its runs. The plan that a claim allows is then
+driven again, 10 and 1,000 times, and so are 1,000 runs of other safe plans.
 """
 
 from typing import NamedTuple
@@ -10,8 +11,9 @@ import jax
 import numpy as np
 
 from parc_jax.answer import Answer
-from parc_jax.certify.replay import Replay, replay
+from parc_jax.experiment.replay import Replay, replay
 from parc_jax.planner import Planner
+from parc_jax.settings import Settings
 from sims.f110.lesson import Model
 from sims.f110.rows import MANY, REPEATS, Row
 from sims.f110.scenario import problem
@@ -31,27 +33,42 @@ class Tried(NamedTuple):
 
 
 def attempt(car: F110, n: int, learned: Model, key: jax.Array, quiet: bool = True) -> Tried:
-    """Look for safe plans under the model's claim, drive the first one 1,000 times, and others 1,000 times in all."""
+    """Look for safe plans under the model's claim, drive the first one 1,000 times, and others
+    1,000 times in all.
+    """
     model, claim = learned.model, learned.model.claim
     eps = None if claim.eps is None else float(claim.eps)
     width = tuple(np.median(model.tube.final, axis=0).tolist())
     row = Row(n, learned.claim, learned.fitted, eps, claim.discard if eps else 0, width)
     planner = Planner(model)
-    answer = planner.solve(problem(), key, n_samples=PLANS, budget_s=BUDGET)
+    answer = planner.solve(problem(), key, Settings(n_samples=PLANS, budget_s=BUDGET))
     if not answer.found:
         none = answer.no_plan
         return Tried(row._replace(why=none.reason or none.statement()), learned, answer, None)
-    first = planner.solve(problem(), key, n_samples=PLANS, budget_s=0.0)  # a first look: no clock decides its plans
+    first = planner.solve(
+        problem(), key, Settings(n_samples=PLANS, budget_s=0.0)
+    )  # a first look: no clock decides its plans
     plans = first.samples if first.found else answer.samples
     plan = plans[0]
     repeats = replay(car, model, answer.scene, np.tile(plan, (MANY, 1)), key, quiet)
-    others = replay(car, model, answer.scene, np.resize(plans, (MANY, len(plan))), jax.random.fold_in(key, 1), quiet)
+    others = replay(
+        car,
+        model,
+        answer.scene,
+        np.resize(plans, (MANY, len(plan))),
+        jax.random.fold_in(key, 1),
+        quiet,
+    )
     row = row._replace(
-        safe=answer.safe_share, share_of_k=answer.share_of_k,
+        safe=answer.safe_share,
+        share_of_k=answer.share_of_k,
         promise=None if eps is None else min(1.0, float(getattr(answer.risk(), "bound", 1.0))),
-        plan=tuple(plan.tolist()), failed_10=int(repeats.failed[:REPEATS].sum()),
-        failed_1000=int(repeats.failed.sum()), touched_1000=int(repeats.touched.sum()),
-        left_1000=int((~repeats.inside).sum()), failed_random=int(others.failed.sum()),
+        plan=tuple(plan.tolist()),
+        failed_10=int(repeats.failed[:REPEATS].sum()),
+        failed_1000=int(repeats.failed.sum()),
+        touched_1000=int(repeats.touched.sum()),
+        left_1000=int((~repeats.inside).sum()),
+        failed_random=int(others.failed.sum()),
         left_random=int((~others.inside).sum()),
-    )  # fmt: skip
+    )
     return Tried(row, learned, answer, repeats)

@@ -1,4 +1,6 @@
-"""A rendered film of the car drifting into the space, without a screen: `python -m sims.f110.film --out film.mp4`."""
+"""A rendered film of the car drifting into the space, without a screen: `python -m sims.f110.film
+--out film.mp4`.
+"""
 
 from pathlib import Path
 
@@ -6,7 +8,7 @@ import jax
 import numpy as np
 
 from parc_jax.answer import Answer
-from parc_jax.errors import InputError
+from parc_jax.plot.film_file import require_kind, require_sample, write_film
 from parc_jax.problem import ReachAvoid
 from parc_jax.sets.bounding_box import bounding_box
 from sims import film as films
@@ -22,40 +24,57 @@ RED, GREEN = [0.55, 0.1, 0.12, 1], [0.0, 0.62, 0.45, 0.5]
 
 
 def film(
-    out: Path, k: tuple[float, float] = (-1.45, 2.6), start: tuple[float, float] | None = None, seed: int = 0,
+    out: Path,
+    k: tuple[float, float] = (-1.45, 2.6),
+    start: tuple[float, float] | None = None,
+    seed: int = 0,
     size: tuple[int, int] = (1280, 720),
-) -> Path:  # fmt: skip
-    """Drive once in the scene of the study and write the film. Raises InputError when it cannot be rendered here.
+) -> Path:
+    """Drive once in the scene of the study and write the film. Raises InputError when it cannot be
+    rendered here.
 
     Args:
         out: A .mp4 or .gif file, or a folder for .png files.
         k: Line [m] and speed [m/s].
-        start: [m]; by default the one from which the car without disturbance stops in the middle of the space.
+        start: [m]; by default the one from which the car without disturbance stops in the middle of
+            the space.
         seed: Of the run's disturbances.
         size: Width and height [pixels].
     """
-    films.require_kind(out)
+    require_kind(out)
     films.headless_mujoco()  # before the engine imports it
     if start is None:
         still = system(law="none").run(np.zeros((1, 2), np.uint32), np.array([k], np.float64))
         start = np.array(SPACE) - still.pose[0, -1, :2]
-    return _film(out, problem(), start, k, seed, size)
+    return _film(out, problem(), start, k, seed, size, quiet=False)
 
 
-def film_of(answer: Answer, out: Path, sample: int = 0, size: tuple[int, int] = (1280, 720)) -> Path:
-    """Drive one safe sample of an answer once, in its scene, and write the film. Raises InputError."""
-    films.require_kind(Path(out))
-    if not 0 <= sample < len(answer.samples):
-        raise InputError(f"film: expected the number of one of {len(answer.samples)} safe samples; got {sample}.")
+def film_of(
+    answer: Answer,
+    out: Path,
+    sample: int = 0,
+    quiet: bool = True,
+    size: tuple[int, int] = (1280, 720),
+) -> Path:
+    """Drive one safe sample of an answer once, in its scene, and write the film. Raises
+    InputError.
+    """
+    require_kind(Path(out))
+    require_sample(answer, sample)
     films.headless_mujoco()
     plan = answer.samples[sample]
-    return _film(Path(out), answer.problem, plan[:2], plan[2:], 0, size)
+    return _film(Path(out), answer.problem, plan[:2], plan[2:], 0, size, quiet)
 
 
-def _film(out: Path, scene: ReachAvoid, start, k, seed: int, size: tuple[int, int]) -> Path:
-    run = system().run(jax.random.PRNGKey(seed)[None], np.array([k], np.float64), origin=start, keep_qpos=True)
+def _film(
+    out: Path, scene: ReachAvoid, start, k, seed: int, size: tuple[int, int], quiet: bool
+) -> Path:
+    run = system().run(
+        jax.random.PRNGKey(seed)[None], np.array([k], np.float64), origin=start, keep_qpos=True
+    )
     seen = run.qpos[0, np.argmax(run.qpos[0, :, 0] > ENTERS) :: EVERY]
-    return films.write(out, films.frames(stage(scene), seen, VIEW, size), 1 / (EVERY * c.TICK))
+    images = films.frames(stage(scene), seen, VIEW, size, quiet)
+    return write_film(out, images, 1 / (EVERY * c.TICK))
 
 
 def stage(scene: ReachAvoid):

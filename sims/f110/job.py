@@ -1,4 +1,6 @@
-"""`parc-jax run f110`: the study of few runs, from the runs of several laboratories to table, figures and film."""
+"""`parc-jax run f110`: the study of few runs, from the runs of several laboratories to table,
+figures and film.
+"""
 
 import json as as_json
 import shutil
@@ -8,12 +10,12 @@ from pathlib import Path
 
 import jax
 
-from parc_jax.error.translation import try_starts
+from parc_jax.claim.start_gap import try_starts
 from parc_jax.errors import InputError
+from parc_jax.experiment.stopwatch import Stopwatch
 from parc_jax.keys import Stage
 from parc_jax.rollout.collect import collect
 from parc_jax.rollout.files import write_atomic
-from parc_jax.study.stopwatch import Stopwatch
 from sims.f110.few_runs import Tried, attempt
 from sims.f110.lesson import PUBLISHED, models
 from sims.f110.rows import sentence, table
@@ -27,24 +29,34 @@ FILM_S = 240  # [s] most time for the film
 
 
 def job(
-    *, out: Path = Path("runs/f110"), seed: int = 0, rollouts: int | None = None, figures: bool = True,
-    quiet: bool = False, json: bool = False,
-) -> int:  # fmt: skip
+    *,
+    out: Path = Path("runs/f110"),
+    seed: int = 0,
+    rollouts: int | None = None,
+    figures: bool = True,
+    quiet: bool = False,
+    json: bool = False,
+) -> int:
     """The whole study. Returns 0 when an honest claim allows a plan, else 1.
 
-    Writes rows and times (metrics.json), the table, the model and the answer of the honest laboratory with the most
-    runs, figures and a film below `out`. rollouts: one laboratory with so many runs, instead of SIZES.
+    Writes rows and times (metrics.json), the table, the model and the answer of the honest
+    laboratory with the most runs, figures and a film below `out`. rollouts: one laboratory with so
+    many runs, instead of SIZES.
     Raises InputError.
     """
     sizes = SIZES if rollouts is None else (rollouts,)
     if min(sizes) < LEAST:
-        raise InputError(f"rollouts: expected at least {LEAST} runs for a laboratory; got {rollouts}.")
+        raise InputError(
+            f"rollouts: expected at least {LEAST} runs for a laboratory; got {rollouts}."
+        )
     headless_mujoco()  # quietly: stdout is the report's
     out, car, key, watch = Path(out), system(), jax.random.PRNGKey(seed), Stopwatch()
     with watch("other starts"):
         start = try_starts(car, key, STUDY.gap)
     with watch("rollouts"):
-        runs = collect(car, key, max(sizes), Stage.TRAIN, path=out / "unfinished" / "runs.npz", quiet=quiet)
+        runs = collect(
+            car, key, max(sizes), Stage.TRAIN, path=out / "unfinished" / "runs.npz", quiet=quiet
+        )
     tried: list[Tried] = []
     for n in sizes:
         with watch(f"{n} runs: models"):
@@ -54,7 +66,9 @@ def job(
                 tried.append(attempt(car, n, model, key, quiet))
                 if not quiet:
                     print(table([tried[-1].row])[1], file=sys.stderr, flush=True)
-    best = next((t for t in reversed(tried) if t.row.claim != PUBLISHED and t.row.plan is not None), None)
+    best = next(
+        (t for t in reversed(tried) if t.row.claim != PUBLISHED and t.row.plan is not None), None
+    )
     if best is not None:
         best.model.model.save(out / "model.npz")
         best.answer.save(out / "answer.json")
@@ -69,7 +83,12 @@ def job(
     rows = [t.row for t in tried]
     text = "\n".join([*table(rows), "", *map(sentence, rows), ""])
     write_atomic(out / "table.txt", text.encode())
-    metrics = {"system": car.name, "seed": seed, "rows": [row._asdict() for row in rows], "stages": watch.stages}
+    metrics = {
+        "system": car.name,
+        "seed": seed,
+        "rows": [row._asdict() for row in rows],
+        "stages": watch.stages,
+    }
     metrics |= {} if no_film is None else {"no_film": no_film}
     write_atomic(out / "metrics.json", as_json.dumps(metrics, indent=1).encode())
     shutil.rmtree(out / "unfinished", ignore_errors=True)
@@ -77,7 +96,12 @@ def job(
         print(as_json.dumps(metrics, indent=1))
     else:
         seconds = sum(stage["seconds"] for stage in watch.stages.values())
-        print(text, *([f"No film: {no_film}"] if no_film else []), f"{seconds:.0f} s in all.", sep="\n")
+        print(
+            text,
+            *([f"No film: {no_film}"] if no_film else []),
+            f"{seconds:.0f} s in all.",
+            sep="\n",
+        )
         print(f"Written to {out}.")
         if best is not None:
             print(f"Verify with: parc-jax check {out / 'answer.json'}")
@@ -85,12 +109,29 @@ def job(
 
 
 def _film(to: Path, plan, seed: int) -> str | None:
-    """Film one run of the plan; why there is none, or None. Its own process: MuJoCo settles on an OpenGL on import."""
-    command = [sys.executable, "-m", "sims.f110.film", "--out", str(to), "--seed", str(seed), "--size", "640", "360"]
+    """Film one run of the plan; why there is none, or None. Its own process: MuJoCo settles on an
+    OpenGL on import.
+    """
+    command = [
+        sys.executable,
+        "-m",
+        "sims.f110.film",
+        "--out",
+        str(to),
+        "--seed",
+        str(seed),
+        "--size",
+        "640",
+        "360",
+    ]
     if plan is not None:
         command += ["--start", *map(str, plan[:2]), "--k", *map(str, plan[2:])]
     try:
         done = subprocess.run(command, capture_output=True, text=True, timeout=FILM_S, check=False)
     except subprocess.TimeoutExpired:
         return f"it took longer than {FILM_S} s."
-    return None if done.returncode == 0 else (done.stderr.strip().splitlines() or ["no reason given."])[-1]
+    return (
+        None
+        if done.returncode == 0
+        else (done.stderr.strip().splitlines() or ["no reason given."])[-1]
+    )

@@ -5,12 +5,13 @@ from typing import NamedTuple
 import jax
 import numpy as np
 
-from parc_jax.error.bound import assumed_claim
-from parc_jax.error.calibrate import calibrate
-from parc_jax.error.counts import supported_eps
-from parc_jax.error.measure import Errors
-from parc_jax.error.shape import shape_of, training_errors
-from parc_jax.error.translation import StartTrial, allow_for_start
+from parc_jax.claim.calibrate import calibrate
+from parc_jax.claim.counts import supported_eps
+from parc_jax.claim.declared import assumed_claim
+from parc_jax.claim.measure import Errors
+from parc_jax.claim.profile import profile_of, training_errors
+from parc_jax.claim.start_gap import StartTrial, allow_for_start
+from parc_jax.labels import labels_of
 from parc_jax.model import TrajectoryModel, trajectory_model
 from parc_jax.network.parc import fit_affine
 from parc_jax.network.relu import ReLUNetwork
@@ -21,14 +22,22 @@ from sims.f110.study import STUDY
 from sims.f110.system import F110
 
 PUBLISHED, STEADY, STRICT = "published", "honest", "honest, strict"
-EPS, DELTA = 0.05, 0.05  # one run in twenty may leave the tube; every row holds with 95 % confidence
+EPS, DELTA = (
+    0.05,
+    0.05,
+)  # one run in twenty may leave the tube; every row holds with 95 % confidence
 FOLDS = 5
-FOLD_SEEDS, FOLD_STEPS = 2, 1000  # the folds say how far off a network is, not how good the last one will be
+FOLD_SEEDS, FOLD_STEPS = (
+    2,
+    1000,
+)  # the folds say how far off a network is, not how good the last one will be
 KINDS = ("network", "affine")
 
 
 class Model(NamedTuple):
-    """A model with the name of its claim (PUBLISHED, STEADY, STRICT) and of what was fitted (one of KINDS)."""
+    """A model with the name of its claim (PUBLISHED, STEADY, STRICT) and of what was fitted (one of
+    KINDS).
+    """
 
     claim: str
     fitted: str
@@ -36,32 +45,53 @@ class Model(NamedTuple):
 
 
 def models(car: F110, runs: RolloutBatch, start: StartTrial, key: jax.Array) -> list[Model]:
-    """The published model of n runs, and the honest one under two claims about the same tube shape.
+    """The published model of n runs, and the honest one under two claims on one profile.
 
-    Published: all runs train a network of the study's size; the largest error over the same runs is assumed to hold.
-    Honest: the first half trains; cross-validation inside it picks network or affine fit and learns the tube's shape
-    from errors on runs that a fit has not seen; the second half, unseen by all that, sizes the tube.
-    STEADY asks for EPS and discards as many bad runs as the holdout affords; STRICT discards none and gets the smallest
-    eps. Both use one holdout, so each has half of DELTA. [T1, T2] start: how little the start matters.
+    Published: all runs train a network of the study's size; the largest error over the same runs is
+        assumed to hold.
+    Honest: the first half trains; cross-validation inside it picks network or affine fit and learns
+    the tube's profile from errors on runs that a fit has not seen; the second half, unseen by all
+    that, sizes the tube. STEADY asks for EPS and discards as many bad runs as the holdout affords;
+    STRICT discards none and gets the smallest eps. Both use one holdout, so each has half of DELTA.
+    [T1, T2] start: how little the start matters.
     """
     half = runs.n // 2
     train, holdout = runs.select(slice(0, half)), runs.select(slice(half, runs.n))
     every = fitted("network", runs, key)
     tested = {kind: out_of_fold(kind, train, key) for kind in KINDS}
     kind = min(KINDS, key=lambda name: tail(tested[name][1]))
-    net, shape = fitted(kind, train, key), shape_of(*tested[kind], train.domain)
+    net, profile = fitted(kind, train, key), profile_of(*tested[kind], train.domain)
     options = {"delta": DELTA, "looks": 2, "train": train}
     strict = supported_eps(holdout.n, DELTA / 2)
     claims = [
         (PUBLISHED, "network", every, assumed_claim(every, runs)),
-        (STEADY, kind, net, allow_for_start(calibrate(net, holdout, shape, EPS, discard="most", **options), start)),
-        (STRICT, kind, net, allow_for_start(calibrate(net, holdout, shape, strict, **options), start)),
+        (
+            STEADY,
+            kind,
+            net,
+            allow_for_start(
+                calibrate(net, holdout, profile, EPS, discard="most", **options), start
+            ),
+        ),
+        (
+            STRICT,
+            kind,
+            net,
+            allow_for_start(calibrate(net, holdout, profile, strict, **options), start),
+        ),
     ]
-    return [Model(c, f, trajectory_model(n, claim, car.domain, car.time, car.name)) for c, f, n, claim in claims]
+    return [
+        Model(c, f, trajectory_model(n, claim, car.domain, car.time, car.name, labels_of(car)))
+        for c, f, n, claim in claims
+    ]
 
 
 def fitted(
-    kind: str, data: RolloutBatch, key: jax.Array, seeds: int = STUDY.seeds, steps: int = STUDY.steps
+    kind: str,
+    data: RolloutBatch,
+    key: jax.Array,
+    seeds: int = STUDY.seeds,
+    steps: int = STUDY.steps,
 ) -> ReLUNetwork:
     """A "network" of the study's size, or the "affine" map of PARC, fitted to the runs."""
     if kind == "affine":
@@ -70,16 +100,22 @@ def fitted(
 
 
 def out_of_fold(kind: str, train: RolloutBatch, key: jax.Array) -> tuple[np.ndarray, Errors]:
-    """k (n, n_k) and errors of the finite runs, each measured against a fit that has not seen its fold."""
+    """k (n, n_k) and errors of the finite runs, each measured against a fit that has not seen its
+    fold.
+    """
     fold, parts = np.arange(train.n) % FOLDS, []
     for i in range(FOLDS):
-        net = fitted(kind, train.select(fold != i), jax.random.fold_in(key, i), FOLD_SEEDS, FOLD_STEPS)
+        net = fitted(
+            kind, train.select(fold != i), jax.random.fold_in(key, i), FOLD_SEEDS, FOLD_STEPS
+        )
         parts.append(training_errors(net, train.select(fold == i)))
     interval, final = (np.concatenate([np.asarray(e[j]) for _, e in parts]) for j in (0, 1))
     return np.concatenate([k for k, _ in parts]), Errors(interval, final)
 
 
 def tail(errors: Errors) -> float:
-    """The worst error of all runs at any time, in half sizes of the goal: it is the worst run that a tube pays for."""
+    """The worst error of all runs at any time, in half sizes of the goal: it is the worst run that
+    a tube pays for.
+    """
     half = np.array(GOAL_SIZE) / 2
     return float(max((errors.interval / half[:2]).max(), (errors.final / half).max()))

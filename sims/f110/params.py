@@ -1,4 +1,6 @@
-"""Numbers of the car, its driver and the recording. The masses, lags and torques of the car are in f110.xml."""
+"""Numbers of the car, its driver and the recording. The masses, lags and torques of the car are in
+f110.xml.
+"""
 
 import math
 
@@ -19,7 +21,10 @@ SPEED_RANGE = (2.0, 3.25)  # [m/s]
 
 # Following the line, until the car is seen past SWITCH_X
 SWITCH_X = 4.5  # [m]
-APPROACH_RATE, APPROACH_LIMIT = 1.5, 0.7  # [1/s], [rad] heading asked for: towards the line at this rate
+APPROACH_RATE, APPROACH_LIMIT = (
+    1.5,
+    0.7,
+)  # [1/s], [rad] heading asked for: towards the line at this rate
 APPROACH_ACCELERATION = 0.9  # [m/s^2] sideways, for turning onto the line
 LINE_INTEGRAL, LINE_LIMIT = 0.3, 0.05  # [rad/(m s)], [rad]
 HEADING_RATE, YAW_RATE_GAIN = 6.0, 0.6  # [1/s], [1]
@@ -32,7 +37,10 @@ VELOCITY_FILTER = 0.2  # weight of the newest difference of two motion-capture p
 
 # The open loop after it; time counts from the switch
 LOCK_UNTIL = 0.34  # [s] rear wheels locked while the front wheels steer in: the tail breaks away
-POWER_UNTIL, POWER_PER_SPEED = 0.91, -0.14  # [s], [s per m/s above 2 m/s] rear wheels spin: the car turns about
+POWER_UNTIL, POWER_PER_SPEED = (
+    0.91,
+    -0.14,
+)  # [s], [s per m/s above 2 m/s] rear wheels spin: the car turns about
 POWER_SPEED = 3.5  # [m/s] of the spinning wheels; after that all four lock until the end
 DRIFT_STEER, END_STEER = 0.30, 0.45  # [rad] while turning about, and after it
 

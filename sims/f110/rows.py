@@ -2,7 +2,7 @@
 
 from typing import NamedTuple
 
-from parc_jax.error.validate import clopper_pearson
+from parc_jax.claim.counts import clopper_pearson
 
 REPEATS, MANY = 10, 1000
 
@@ -10,13 +10,16 @@ REPEATS, MANY = 10, 1000
 class Row(NamedTuple):
     """One laboratory with `runs` runs, one claim.
 
-    claim: "published", "honest" or "honest, strict". fitted: "network" or "affine". eps: None = nothing is claimed.
-    discarded: runs of the holdout left outside the tube, and paid for. final_error: half widths of the tube at the end
-    [m, m, rad], median over K. why: in words, when there is no plan; then the rest is empty.
-    safe: share of the goal-reaching set that is safe. share_of_k: of K, certified. promise: probability that a run of a
-    random safe plan leaves the tube, at most. plan: start [m] and k. failed_10, failed_1000: repeats of that plan
-    that missed the goal or touched a car; touched_1000: touched; left_1000: left the tube. failed_random, left_random:
-    the same of 1,000 runs of random safe plans.
+    claim: "published", "honest" or "honest, strict". fitted: "network" or "affine". eps: None =
+        nothing is claimed.
+    discarded: runs of the holdout left outside the tube, and paid for. final_error: half widths of
+    the tube at the end [m, m, rad], median over K. why: in words, when there is no plan; then the
+    rest is empty.
+    safe: share of the goal-reaching set that is safe. share_of_k: of K, certified. promise:
+    probability that a run of a random safe plan leaves the tube, at most. plan: start [m] and k.
+    failed_10, failed_1000: repeats of that plan that missed the goal or touched a car;
+    touched_1000: touched; left_1000: left the tube. failed_random, left_random: the same of 1,000
+        runs of random safe plans.
     """
 
     runs: int
@@ -40,25 +43,35 @@ class Row(NamedTuple):
 
 def interval(failed: int, n: int) -> tuple[float, float]:
     """Two-sided 95 % Clopper-Pearson interval of a failure probability."""
-    return 1 - float(clopper_pearson(n - failed, n, 0.025)), float(clopper_pearson(failed, n, 0.025))
+    return 1 - float(clopper_pearson(n - failed, n, 0.025)), float(
+        clopper_pearson(failed, n, 0.025)
+    )
 
 
 def sentence(row: Row) -> str:
     """A row in words."""
     if row.eps is None:
-        said = f"{row.runs:,} runs, as published: a tube that held these is ASSUMED to hold all; nothing backs that"
+        said = (
+            f"{row.runs:,} runs, as published: a tube that held these is ASSUMED to hold all; "
+            "nothing backs that"
+        )
     else:
         said = (
-            f"{row.runs:,} runs, {row.claim}: the {row.runs - row.runs // 2:,} runs kept apart show, with at least "
-            f"95 % confidence, that no more than one new run in {1 / row.eps:.1f} (eps = {row.eps:.4f}) leaves the tube"
+            f"{row.runs:,} runs, {row.claim}: the {row.runs - row.runs // 2:,} runs kept apart "
+            "show, with at least "
+            f"95 % confidence, that no more than one new run in {1 / row.eps:.1f} (eps = "
+            f"{row.eps:.4f}) leaves the tube"
         )
     if row.plan is None:
         return f"{said}. That tube leaves NO SAFE PLAN: {row.why}"
     low, high = interval(row.failed_1000, MANY)
     return (
-        f"{said}. One safe plan, driven {REPEATS} times, failed {row.failed_10} times; driven {MANY:,} times, it "
-        f"failed {row.failed_1000} times (so {100 * low:.2f} to {100 * high:.2f} % of the time) and left the tube "
-        f"{row.left_1000} times. Of {MANY:,} runs of random safe plans {row.failed_random} failed and "
+        f"{said}. One safe plan, driven {REPEATS} times, failed {row.failed_10} times; driven "
+        f"{MANY:,} times, it "
+        f"failed {row.failed_1000} times (so {100 * low:.2f} to {100 * high:.2f} % of the time) "
+        "and left the tube "
+        f"{row.left_1000} times. Of {MANY:,} runs of random safe plans {row.failed_random} failed "
+        "and "
         f"{row.left_random} left the tube."
     )
 
@@ -66,13 +79,16 @@ def sentence(row: Row) -> str:
 def table(rows: list[Row]) -> list[str]:
     """Lines of plain text."""
     lines = [
-        f"{'runs':>6}  {'claim':14}  {'fit':7}  {'eps':>7}  {'tube at the end':21}  {'safe':>6}  {'of 10':>5}  "
-        f"{'of 1,000 failed':>22}  {'left tube':>9}  {'random plans':>12}  {'left tube':>9}  {'promised':>8}"
+        f"{'runs':>6}  {'claim':14}  {'fit':7}  {'eps':>7}  {'tube at the end':21}  {'safe':>6}  "
+        f"{'of 10':>5}  "
+        f"{'of 1,000 failed':>22}  {'left tube':>9}  {'random plans':>12}  {'left tube':>9}  "
+        f"{'promised':>8}"
     ]
     for r in rows:
         x, y, heading = r.final_error
         eps = "none" if r.eps is None else f"{r.eps:.4f}"
-        line = f"{r.runs:6,}  {r.claim:14}  {r.fitted:7}  {eps:>7}  {f'±{x:.2f} ±{y:.2f} m ±{heading:.2f}':21}"
+        width = f"±{x:.2f} ±{y:.2f} m ±{heading:.2f}"
+        line = f"{r.runs:6,}  {r.claim:14}  {r.fitted:7}  {eps:>7}  {width:21}"
         if r.plan is None:
             lines.append(f"{line}  {'none':>6}  no safe plan")
             continue
@@ -80,7 +96,8 @@ def table(rows: list[Row]) -> list[str]:
         failed = f"{r.failed_1000} ({100 * low:.2f}..{100 * high:.2f} %)"
         promised = "-" if r.promise is None else f"{r.promise:.3f}"
         lines.append(
-            f"{line}  {100 * r.safe:5.1f}%  {r.failed_10:5}  {failed:>22}  {r.left_1000:9}  {r.failed_random:12}  "
+            f"{line}  {100 * r.safe:5.1f}%  {r.failed_10:5}  {failed:>22}  {r.left_1000:9}  "
+            f"{r.failed_random:12}  "
             f"{r.left_random:9}  {promised:>8}"
         )
     return lines

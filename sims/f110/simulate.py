@@ -15,9 +15,10 @@ TICKS = round(c.T_FINAL / c.TICK)
 class Run(NamedTuple):
     """What happened, true and as recorded. B runs, n + 1 records.
 
-    pose (B, n + 1, 3): x, y [m], heading [rad, not wrapped] in the lab; velocity (B, n + 1, 3) of them; measured
-    (B, n + 1, 3): the motion capture's pose; commands (B, n, 3): steering [rad], wheel speed [m/s], brake; switched
-    (B,) [s]; failed (B,): MuJoCo warned, so that the run is worthless; qpos (B, n + 1, 17), or None unless asked for.
+    pose (B, n + 1, 3): x, y [m], heading [rad, not wrapped] in the lab; velocity (B, n + 1, 3) of
+    them; measured (B, n + 1, 3): the motion capture's pose; commands (B, n, 3): steering [rad],
+    wheel speed [m/s], brake; switched (B,) [s]; failed (B,): MuJoCo warned, so that the run is
+    worthless; qpos (B, n + 1, 17), or None unless asked for.
     """
 
     pose: np.ndarray
@@ -30,19 +31,27 @@ class Run(NamedTuple):
 
     @property
     def sideslip(self) -> np.ndarray:
-        """(B, n + 1) angle [rad] from where the car points to where it goes; 0 below 0.3 m/s, where it means little."""
+        """(B, n + 1) angle [rad] from where the car points to where it goes; 0 below 0.3 m/s, where
+        it means little.
+        """
         vx, vy = self.velocity[..., 0], self.velocity[..., 1]
         angle = np.arctan2(vy, vx) - self.pose[..., 2]
         return np.where(np.hypot(vx, vy) > 0.3, np.arctan2(np.sin(angle), np.cos(angle)), 0.0)
 
 
 def simulate(
-    ks: np.ndarray, draws: Draws, ticks: int = TICKS, threads: int = 0, origin=(0.0, 0.0), keep_qpos: bool = False
+    ks: np.ndarray,
+    draws: Draws,
+    ticks: int = TICKS,
+    threads: int = 0,
+    origin=(0.0, 0.0),
+    keep_qpos: bool = False,
 ) -> Run:
     """Drive B cars with parameters ks (B, 2) for `ticks` ticks.
 
-    threads: of the C engine, 0 = all cores; the result is the same to the bit. origin (2,) [m]: where the lab lies.
-    A run that MuJoCo warned about (it would have been reset in silence) is marked as failed and is NaN.
+    threads: of the C engine, 0 = all cores; the result is the same to the bit. origin (2,) [m]:
+    where the lab lies. A run that MuJoCo warned about (it would have been reset in silence) is
+    marked as failed and is NaN.
     """
     ks, origin = np.asarray(ks, np.float64), np.asarray(origin, np.float64)
     n, m = len(ks), model()
@@ -79,7 +88,9 @@ def simulate(
 
 
 def _unwrapped(turned: np.ndarray, qpos: np.ndarray) -> np.ndarray:
-    """Heading (B,) next to the last one; the car stays upright, so the quaternion is a heading to first order."""
+    """Heading (B,) next to the last one; the car stays upright, so the quaternion is a heading to
+    first order.
+    """
     w, x, y, z = np.ascontiguousarray(qpos[:, 3:7].T)
     heading = np.arctan2(2 * (w * z + x * y), 1 - 2 * (y * y + z * z))
     step = heading - turned

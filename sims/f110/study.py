@@ -1,6 +1,8 @@
-"""Settings: sixty training runs, as for a car that somebody has to carry back to the start; the study is `job`."""
+"""Settings: sixty training runs, as for a car that somebody has to carry back to the start; the
+study is `job`.
+"""
 
-from parc_jax.study.settings import Study
+from parc_jax.experiment.settings import Study
 
 STUDY = Study(
     hidden=(8, 8, 8),
@@ -9,7 +11,4 @@ STUDY = Study(
     rollouts=60,
     eps=0.05,
     delta=0.05,
-    heading=0,
-    names=("m x", "m y", "rad"),
-    parameters=("y of the line [m]", "speed [m/s]"),
 )

@@ -14,9 +14,11 @@ from sims.f110.simulate import Run, simulate
 
 @dataclass(frozen=True, eq=False)
 class F110:
-    """Drifting over k = (line y [m], speed [m/s]); p = (x, y) [m] as the motion capture saw them, q = (last heading,).
+    """Drifting over k = (line y [m], speed [m/s]); p = (x, y) [m] as the motion capture saw them, q
+    = (last heading,).
 
-    Build with `system`. Every run differs: friction, motor, start and the rest are drawn from its key (see `law`).
+    Build with `system`. Every run differs: friction, motor, start and the rest are drawn from its
+    key (see `law`).
     """
 
     domain: Box
@@ -27,21 +29,40 @@ class F110:
     name: ClassVar[str] = "f110"
     n_p: ClassVar[int] = 2
     n_q: ClassVar[int] = 1
+    q_labels: ClassVar[tuple[str, ...]] = ("last heading [rad]",)
+    k_labels: ClassVar[tuple[str, ...]] = ("y of the line [m]", "speed [m/s]")
 
     def run(self, keys, ks, **options) -> Run:
         """Everything about runs with keys (B, 2), ks (B, 2); options go to `simulate`."""
         ks = np.asarray(ks, np.float64)
-        return simulate(ks, draw(self.law, keys, self.time.n_record), self.time.n_record, self.threads, **options)
+        return simulate(
+            ks,
+            draw(self.law, keys, self.time.n_record),
+            self.time.n_record,
+            self.threads,
+            **options,
+        )
 
     def rollout_batch(self, keys, ks) -> Trajectory:
-        """p (B, 589, 2) relative to the recorded start, q (B, 1). NaN for a run on which the physics failed."""
+        """p (B, 589, 2) relative to the recorded start, q (B, 1). NaN for a run on which the
+        physics failed.
+        """
         measured = self.run(keys, ks).measured
         return Trajectory(measured[:, :, :2] - measured[:, :1, :2], measured[:, -1, 2:])
 
     def rollout_from_batch(self, keys, ks, starts) -> Trajectory:
-        """The runs with each lab, and with it the start, moved by starts (B, 2) [m]; p is relative to the start."""
-        keys, ks, starts = np.asarray(keys), np.asarray(ks, np.float64), np.asarray(starts, np.float64)
-        runs = [self.run(keys[i : i + 1], ks[i : i + 1], origin=start).measured for i, start in enumerate(starts)]
+        """The runs with each lab, and with it the start, moved by starts (B, 2) [m]; p is relative
+        to the start.
+        """
+        keys, ks, starts = (
+            np.asarray(keys),
+            np.asarray(ks, np.float64),
+            np.asarray(starts, np.float64),
+        )
+        runs = [
+            self.run(keys[i : i + 1], ks[i : i + 1], origin=start).measured
+            for i, start in enumerate(starts)
+        ]
         measured = np.concatenate(runs)
         return Trajectory(measured[:, :, :2] - measured[:, :1, :2], measured[:, -1, 2:])
 
@@ -52,7 +73,9 @@ class F110:
 
 
 def system(law: str = "floor", threads: int = 0) -> F110:
-    """The car. law: "floor", or "none": every run the same. threads: of the C engine, 0 = all. Raises InputError."""
+    """The car. law: "floor", or "none": every run the same. threads: of the C engine, 0 = all.
+    Raises InputError.
+    """
     lo, hi = zip(c.LINE_RANGE, c.SPEED_RANGE, strict=True)
     grid = time_grid(c.PLAN_STEP, c.T_FINAL, c.PLAN_STEP / c.TICKS_PER_PLAN_STEP)
     return F110(box(lo, hi), grid, named_law(law), threads)

@@ -4,9 +4,14 @@ from pathlib import Path
 from types import SimpleNamespace
 
 from benchmarks.covering import Options, _facts, _spread
-from parc_jax.certify.cover import Coverage, Look
+from parc_jax.cover.search import Progress
+from parc_jax.cover.stopping import Coverage
 
-LOOKS = [Look(0.1, 3, 0.9, 10, 0.5), Look(0.4, 8, 0.993, 40, 0.95), Look(3.2, 9, 0.995, 90, 0.991)]
+LOOKS = [
+    Progress(0.1, 3, 0.9, 10, 0.5),
+    Progress(0.4, 8, 0.993, 40, 0.95),
+    Progress(3.2, 9, 0.995, 90, 0.991),
+]
 SURE, SHORT = Coverage(0.995, 0.991, 0.99, 6000, 30), Coverage(0.991, 0.985, 0.99, 6000, 54)
 
 
@@ -18,5 +23,10 @@ def test_facts_of_one_query():
 
 
 def test_unknown_values_are_counted_and_left_out():
-    assert _spread([1.0, None, 3.0]) == {"median": 2.0, "least": 1.0, "most": 3.0, "known": "2 of 3"}
+    assert _spread([1.0, None, 3.0]) == {
+        "median": 2.0,
+        "least": 1.0,
+        "most": 3.0,
+        "known": "2 of 3",
+    }
     assert _spread([None]) == {"known": "0 of 1"}

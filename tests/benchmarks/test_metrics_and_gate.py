@@ -1,4 +1,6 @@
-"""The metric contract and the gate: what is reported is gated, what got worse closes it, what was skipped says why."""
+"""The metric contract and the gate: what is reported is gated, what got worse closes it, what was
+skipped says why.
+"""
 
 import pytest
 
@@ -12,7 +14,12 @@ def report(*entries, device="chip", processors=2):
 
 
 def entry(name, *metrics, status="ok", reason=""):
-    return {"name": name, "status": status, "reason": reason, "metrics": [m.to_json() for m in metrics]}
+    return {
+        "name": name,
+        "status": status,
+        "reason": reason,
+        "metrics": [m.to_json() for m in metrics],
+    }
 
 
 def test_a_metric_must_be_finite_and_know_its_direction():
@@ -76,8 +83,12 @@ def test_lost_metrics_and_broken_workloads_close_the_gate_skipped_ones_are_noted
     assert broken.failures == ["w: failed, boom"] and "v: not run" in broken.notes
     skipped = gate(report(entry("w", status="skipped", reason="no device")), before)
     assert skipped.open and "w: skipped, no device" in skipped.notes
-    new = gate(report(entry("w", exact("w.a", 1), exact("w.b", 2), exact("w.c", 3)), entry("u")), before)
-    assert new.open and {"w.c: new, not in the baseline", "u: not in the baseline"} <= set(new.notes)
+    new = gate(
+        report(entry("w", exact("w.a", 1), exact("w.b", 2), exact("w.c", 3)), entry("u")), before
+    )
+    assert new.open and {"w.c: new, not in the baseline", "u: not in the baseline"} <= set(
+        new.notes
+    )
     assert not gate(before, None).open
 
 

@@ -1,4 +1,6 @@
-"""The yardstick of the comparison with peers: exact ranges over boxes, and rows that refuse bounds that are wrong."""
+"""The yardstick of the comparison with peers: exact ranges over boxes, and rows that refuse bounds
+that are wrong.
+"""
 
 import numpy as np
 import pytest

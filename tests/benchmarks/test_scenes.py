@@ -1,4 +1,6 @@
-"""The measured scenes and comparisons on a tiny model: narrowed gaps, both methods agree, failures are seen."""
+"""The measured scenes and comparisons on a tiny model: narrowed gaps, both methods agree, failures
+are seen.
+"""
 
 from unittest import mock
 
@@ -10,19 +12,19 @@ from toy_models import model_of
 from benchmarks.bench import Bench
 from benchmarks.cases import Case, case
 from benchmarks.metrics import metric
-from benchmarks.models import PARC, Claims, Lesson, name_of
+from benchmarks.models import PARC, CaseModels, Claims, name_of
 from benchmarks.published import Partition, kept
 from benchmarks.result import Skip
 from benchmarks.workloads import bras, fails_safely, gap, points
-from parc_jax.avoid.bas import avoid_set
-from parc_jax.avoid.paper_scene import paper_scene
-from parc_jax.certify.evaluate import evaluate
-from parc_jax.certify.scene import scene
 from parc_jax.lp.status import LPStatus
 from parc_jax.network.parc import fit_affine
+from parc_jax.published.bas import avoid_set
+from parc_jax.published.scene import paper_scene
 from parc_jax.pwa import enumerate_regions
 from parc_jax.sets.box import box
 from parc_jax.sets.membership import membership
+from parc_jax.verdict.pointwise import verdicts
+from parc_jax.verdict.scene import scene_of
 
 T, DOMAIN = 4, box([4.0, -0.4], [6.0, 0.4])
 QUICK = Bench(quick=True)
@@ -35,14 +37,14 @@ def model():
 
 
 @pytest.fixture(scope="module")
-def lesson(model):
+def learned(model):
     rng = np.random.default_rng(0)
     k = rng.uniform(DOMAIN.lo, DOMAIN.hi, (50, 2))
     outputs = np.array([model.net(x) for x in k])
     straight = model.replace(net=fit_affine(k, outputs))
     toy = Case("toy", None, lambda: gap_problem(2.0), ((6, 5),), (9,), (1, 1), 1, 2.0 - 0.6, {})
     both = {PARC: Claims(straight, straight), (6, 5): Claims(model, model)}
-    return Lesson(toy, None, None, both, 0.05)
+    return CaseModels(toy, None, None, both, 0.05)
 
 
 @pytest.mark.parametrize("name", ["drift", "boat"])
@@ -67,13 +69,17 @@ def test_published_keeps_exactly_what_no_avoid_set_contains(model, rng):
     bins = model.tube.bin_of(k)
     ours = kept(parts, problem, p0, k, bins)
     grown = paper_scene(problem, model.tube).grown
-    for i, number in enumerate(parts.piece_of(k, bins)):
-        piece = parts.pieces[number]
-        sets = [avoid_set(piece, grown.at(int(bins[i]), t, j), t, None) for t in range(T) for j in range(2)]
+    for i, number in enumerate(parts.cell_of(k, bins)):
+        cell = parts.cells[number]
+        sets = [
+            avoid_set(cell, grown.at(int(bins[i]), t, j), t, None)
+            for t in range(T)
+            for j in range(2)
+        ]
         by_lp = all(membership(one, p0[i]).status is LPStatus.INFEASIBLE for one in sets)
         assert by_lp == ours[i]
     assert 0 < ours.sum() < 40
-    safe = evaluate(model, scene(problem, model), p0, k)
+    safe = verdicts(model, scene_of(problem, model), p0, k)
     assert (safe.clearance[ours] > 0).all()  # what it keeps is clear; the converse does not hold
 
 
@@ -84,8 +90,8 @@ def test_lp_and_lp_free_agree_and_both_are_timed(model):
     assert c.contradictions == 0
 
 
-def test_the_gap_workload_orders_the_methods(lesson):
-    bench = Bench(quick=True, lessons={"boat": lesson})
+def test_the_gap_workload_orders_the_methods(learned):
+    bench = Bench(quick=True, known={"boat": learned})
     result = gap.run(bench)
     shares = {c["name"]: np.array(c["share"]) for c in result.data["curves"]}
     assert (shares["ours, 6-5"] >= shares["published, 6-5"]).all() and shares["ours, 6-5"][0] > 0

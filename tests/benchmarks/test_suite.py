@@ -24,7 +24,10 @@ def quick():
 
 def fake(monkeypatch, **runs):
     """Workloads that cost nothing: name -> function of bench."""
-    modules = {name: types.SimpleNamespace(__doc__=f"{name}: how it is done.", run=run) for name, run in runs.items()}
+    modules = {
+        name: types.SimpleNamespace(__doc__=f"{name}: how it is done.", run=run)
+        for name, run in runs.items()
+    }
     for module in (suite, baseline):
         monkeypatch.setattr(module, "workload", modules.__getitem__)
     monkeypatch.setattr(suite, "NAMES", tuple(runs))
@@ -39,16 +42,22 @@ def breaking(bench):
 
 
 def counting(bench):
-    return Result([exact("good.count", 3)], [Table("T", ("a", "b"), [("1", "x|y")], "Mind the gap.")])
+    return Result(
+        [exact("good.count", 3)], [Table("T", ("a", "b"), [("1", "x|y")], "Mind the gap.")]
+    )
 
 
 def test_quick_workloads_report_metrics_of_their_own(quick):
-    assert [w["status"] for w in quick["workloads"]] == ["ok", "ok"], [w["reason"] for w in quick["workloads"]]
+    assert [w["status"] for w in quick["workloads"]] == ["ok", "ok"], [
+        w["reason"] for w in quick["workloads"]
+    ]
     for entry in quick["workloads"]:
         keys = [m["key"] for m in entry["metrics"]]
         assert len(keys) == len(set(keys)) > 3
-        assert all(key.startswith(entry["name"] + ".") and np.isfinite(m["value"]) for key, m in
-                   zip(keys, entry["metrics"], strict=True))  # fmt: skip
+        assert all(
+            key.startswith(entry["name"] + ".") and np.isfinite(m["value"])
+            for key, m in zip(keys, entry["metrics"], strict=True)
+        )
     values = {m["key"]: m["value"] for entry in quick["workloads"] for m in entry["metrics"]}
     assert values["lps.unknown"] == values["lps.disagree"] == 0
     assert values["regions.2-8-8-8-8.count"] == 394  # as the baseline of the full run must say, too
@@ -72,14 +81,22 @@ def test_skipped_and_broken_workloads_do_not_stop_the_others(monkeypatch):
     report = suite.run_suite(Bench(quick=True), ("first", "second", "good"))
     assert [w["status"] for w in report["workloads"]] == ["skipped", "failed", "ok"]
     assert "nothing to measure" in report["workloads"][0]["reason"]
-    assert suite.failed(report) == [f"second: {report['workloads'][1]['reason']}"] and "boom" in suite.failed(report)[0]
+    assert (
+        suite.failed(report) == [f"second: {report['workloads'][1]['reason']}"]
+        and "boom" in suite.failed(report)[0]
+    )
 
 
 def test_metrics_under_a_foreign_or_repeated_name_are_refused(monkeypatch):
-    fake(monkeypatch, other=counting, good=lambda b: Result([exact("good.a", 1), exact("good.a", 1)]))
+    fake(
+        monkeypatch, other=counting, good=lambda b: Result([exact("good.a", 1), exact("good.a", 1)])
+    )
     report = suite.run_suite(Bench(quick=True), ("other", "good"))
     assert [w["status"] for w in report["workloads"]] == ["failed", "failed"]
-    assert "another workload" in report["workloads"][0]["reason"] and "twice" in report["workloads"][1]["reason"]
+    assert (
+        "another workload" in report["workloads"][0]["reason"]
+        and "twice" in report["workloads"][1]["reason"]
+    )
 
 
 def test_the_page_shows_method_tables_reasons_and_escapes(monkeypatch):
@@ -99,7 +116,10 @@ def test_the_page_shows_method_tables_reasons_and_escapes(monkeypatch):
 
 def test_median_p95_and_max_share_a_row(quick):
     text = results(quick, "# R", 2)
-    assert text.count("`regions.2-8-8-8-8` median / p95 / max") == 1 and "`regions.2-8-8-8-8.p95`" not in text
+    assert (
+        text.count("`regions.2-8-8-8-8` median / p95 / max") == 1
+        and "`regions.2-8-8-8-8.p95`" not in text
+    )
 
 
 def test_updating_merges_runs_of_parts_and_writes_the_page(monkeypatch, tmp_path):
@@ -126,7 +146,12 @@ def test_command_line_runs_gates_and_refuses(monkeypatch, tmp_path, capsys):
     monkeypatch.setattr("benchmarks.baseline.load_baselines", dict)
     assert main(["--only", "good", "--gate"]) == 1 and "no baseline" in capsys.readouterr().out
     assert main(["--only", "bad", "--update-baseline"]) == 1
-    for wrong in (["--quick", "--gate"], ["--quick", "--update-baseline"], ["--only", "nothing"], ["--device", "gpu"]):
+    for wrong in (
+        ["--quick", "--gate"],
+        ["--quick", "--update-baseline"],
+        ["--only", "nothing"],
+        ["--device", "gpu"],
+    ):
         assert main(wrong) == 2
     assert main(["--help"]) == 0
 

@@ -26,7 +26,9 @@ def spoilt(**changes):
     return verdict(known.change(known.plain(), changes))
 
 
-@pytest.mark.parametrize("body", [{"radius": "0.5"}, {"vertices": [["0", "-0.5"], ["0.5", "0.25"], ["-0.5", "0.25"]]}])
+@pytest.mark.parametrize(
+    "body", [{"radius": "0.5"}, {"vertices": [["0", "-0.5"], ["0.5", "0.25"], ["-0.5", "0.25"]]}]
+)
 def test_touching_is_refused_and_one_ulp_of_room_accepted(body):
     """Gap = body + tube exactly: closed obstacles, strict separation."""
     for room, accepted in ((F(0), False), (ULP, True), (-ULP, False)):
@@ -51,7 +53,11 @@ def test_the_goal_is_closed():
 
 def test_decimals_are_not_floats():
     """0.1 + 0.2 is exactly 0.3: the goal ends there and is reached."""
-    changes = {"samples__0__p0": ["0.1", "0"], "network__biases__1__2": "0.2", "network__biases__1__0": "0.1"}
+    changes = {
+        "samples__0__p0": ["0.1", "0"],
+        "network__biases__1__2": "0.2",
+        "network__biases__1__0": "0.1",
+    }
     changes |= {"problem__goal": build.box_rows((-9, -9), (9, 9)), "problem__goal__b__0": "0.3"}
     changes |= {"tube__final": [["0", "0"]] * 2, "sets": []}
     assert spoilt(**changes)
@@ -70,14 +76,18 @@ def wall(x, thick, steps=None):
 
 def separations(n_runs):
     """Many candidate separations by the rows of a box."""
-    choices = [[[i, "1"]] for i in range(4)] + [[[i, "1"], [j, "0.5"]] for i, j in itertools.permutations(range(4), 2)]
+    choices = [[[i, "1"]] for i in range(4)] + [
+        [[i, "1"], [j, "0.5"]] for i, j in itertools.permutations(range(4), 2)
+    ]
     for combination in itertools.product(choices, repeat=n_runs):
         yield [[[t + 1, m] for t, m in enumerate(combination)]]
 
 
 @pytest.mark.parametrize("x, thick", [(1.5, 1e-9), (0.5, 1e-6), (1.0, 0.1)])
 def test_a_wall_between_knots_is_never_jumped(x, thick):
-    """Knots at x = 0, 1, 2. Also the jump over a wall that is hidden by a bounded start set: P0 = [-.1, .1]^2."""
+    """Knots at x = 0, 1, 2. Also the jump over a wall that is hidden by a bounded start set: P0 =
+    [-.1, .1]^2.
+    """
     answer = wall(x, thick)
     answer["problem"]["start"] = build.box_rows((-0.1, -0.1), (0.1, 0.1))
     for sep in separations(2):
@@ -125,12 +135,16 @@ def test_rescaling_a_neuron_changes_nothing(power):
         for row in answer["network"]["weights"][layer][: 1 if column is None else None]:
             for i in range(len(row)) if column is None else [column]:
                 row[i] = f"{build.value(row[i]) * F(2) ** (power if layer == 0 else -power)}"
-    answer["network"]["biases"][0][0] = f"{build.value(answer['network']['biases'][0][0]) * F(2) ** power}"
+    answer["network"]["biases"][0][0] = (
+        f"{build.value(answer['network']['biases'][0][0]) * F(2) ** power}"
+    )
     assert verdict(answer)
 
 
 def spike():
-    """y_2 of the plain scene plus a spike of height -4 on a share of 1e-8 of the k axis, at k = 0.75."""
+    """y_2 of the plain scene plus a spike of height -4 on a share of 1e-8 of the k axis, at k =
+    0.75.
+    """
     w = F(1, 10**8)
     bias = [[build.text(-(F(3, 4) + s * w)) for s in (-1, 0, 1)]]
     height = build.text(-4 / w)
@@ -141,22 +155,41 @@ def spike():
 
 
 def test_a_hidden_spike_is_found():
-    """Everywhere else is safe; sets beside the spike do not contain it, and nothing that does is accepted."""
-    changes = {"network": spike(), "tube__interval": [[["0", "0"]] * 2] * 2, "sets__0__pattern": "1000"}
+    """Everywhere else is safe; sets beside the spike do not contain it, and nothing that does is
+    accepted.
+    """
+    changes = {
+        "network": spike(),
+        "tube__interval": [[["0", "0"]] * 2] * 2,
+        "sets__0__pattern": "1000",
+    }
     assert spoilt(**changes)
     inside = build.text(F(3, 4))
     assert not spoilt(**changes, samples__0__k=[inside], sets=[])
     for pattern in map("".join, itertools.product("01", repeat=3)):
-        assert not spoilt(**changes | {"sets__0__pattern": "1" + pattern}, samples=[], sets__0__k=[inside])
-    for low, high, accepted in (("0.5", "0.74", True), ("0.76", "0.9", True), ("0.5", "0.9", False)):
+        assert not spoilt(
+            **changes | {"sets__0__pattern": "1" + pattern}, samples=[], sets__0__k=[inside]
+        )
+    for low, high, accepted in (
+        ("0.5", "0.74", True),
+        ("0.76", "0.9", True),
+        ("0.5", "0.9", False),
+    ):
         nodes = (1, "1.5", known.REST, (1, "1.75", {"safe": known.ABOVE}, known.REST))
-        answer = known.with_plan(known.plain(), "bracket", ["1.25", "-0.75"], ["2.75", "2.75"], nodes)
+        answer = known.with_plan(
+            known.plain(), "bracket", ["1.25", "-0.75"], ["2.75", "2.75"], nodes
+        )
         kept = {key: changes[key] for key in ("network", "tube__interval")}
-        assert verdict(known.change(answer, kept | {"problem__domain": {"lo": [low], "hi": [high]}})) is accepted
+        assert (
+            verdict(known.change(answer, kept | {"problem__domain": {"lo": [low], "hi": [high]}}))
+            is accepted
+        )
 
 
 def refined(answer):
-    """The same answer with a knot inserted in the middle of every interval: piecewise linear, so nothing changes."""
+    """The same answer with a knot inserted in the middle of every interval: piecewise linear, so
+    nothing changes.
+    """
     new, T = copy.deepcopy(answer), answer["problem"]["steps"]
     n = answer["problem"]["n_p"]
     new["problem"]["steps"] = 2 * T
@@ -167,7 +200,10 @@ def refined(answer):
         rows = []
         for a, b in itertools.pairwise(knots):
             if key == "weights":
-                rows += [[(u + v) / 2 for u, v in zip(x, y, strict=True)] for x, y in zip(a, b, strict=True)] + b
+                rows += [
+                    [(u + v) / 2 for u, v in zip(x, y, strict=True)]
+                    for x, y in zip(a, b, strict=True)
+                ] + b
             else:
                 rows += [(x + y) / 2 for x, y in zip(a, b, strict=True)] + b
         new["network"][key][-1] = build.text(rows + last[T * n :])
@@ -187,7 +223,9 @@ def moved(answer):
         pairs = zip(build.value(rows["A"]), build.value(rows["b"]), strict=True)
         rows["b"] = build.text([b + build.dot(a[:2], shift) for a, b in pairs])
     for entry in build.entries(new):
-        entry["p0"] = build.text([x + s for x, s in zip(build.value(entry["p0"]), shift, strict=True)])
+        entry["p0"] = build.text(
+            [x + s for x, s in zip(build.value(entry["p0"]), shift, strict=True)]
+        )
     return new
 
 
@@ -239,7 +277,9 @@ def shrunken(answer, rng):
 def test_changes_that_mean_nothing_keep_every_verdict(change):
     rng, seen = random.Random(5), set()
     for seed in range(6):
-        answer = build.scene(seed, T=4, hidden=(3, 2), body=build.DISC if seed % 2 else build.TRIANGLE)
+        answer = build.scene(
+            seed, T=4, hidden=(3, 2), body=build.DISC if seed % 2 else build.TRIANGLE
+        )
         for variant in (answer, shrunken(answer, rng), shrunken(answer, rng)):
             for part in build.KINDS:
                 single = build.only(variant, part)

@@ -1,4 +1,6 @@
-"""Cells of the network, exact: they tile the box, the network is affine on each, and volumes add up."""
+"""Cells of the network, exact: they tile the box, the network is affine on each, and volumes add
+up.
+"""
 
 import itertools
 import random
@@ -8,9 +10,10 @@ import answer_files as build
 import known
 import numpy as np
 import pytest
-import search
+import tree_search
 
-from parc_jax import checker, checker_cells
+from parc_jax import checker
+from parc_jax.checker import no_plan
 
 
 def context(weights, biases, lo, hi):
@@ -21,25 +24,38 @@ def context(weights, biases, lo, hi):
     problem |= {"goal": {"A": [], "b": []}, "start": None, "obstacles": [], "body": {"radius": "0"}}
     tube = {"edges": build.text([[a, b] for a, b in zip(lo, hi, strict=True)])}
     tube |= {"interval": [[["0"]]], "final": [["0"] * n_y]}
-    return checker.Context(problem, {"weights": build.text(weights), "biases": build.text(biases)}, tube)
+    return checker.Context(
+        problem, {"weights": build.text(weights), "biases": build.text(biases)}, tube
+    )
 
 
 def cells(weights, biases, lo, hi):
     """Cells as lists of (vertex, outputs) in fractions."""
     scene = context(weights, biases, lo, hi)
-    for cell in checker_cells.network_cells(checker, scene, [F(v) for v in lo], [F(v) for v in hi]):
-        yield [([F(x, p[-1]) for x in p[:-1]], [F(v, scale) for v in y]) for p, (_, (y,), scale) in cell.items()]
+    for cell in no_plan.network_cells(scene, [F(v) for v in lo], [F(v) for v in hi]):
+        yield [
+            ([F(x, p[-1]) for x in p[:-1]], [F(v, scale) for v in y])
+            for p, (_, (y,), scale) in cell.items()
+        ]
 
 
 def area(points):
     """Exact area of a convex polygon given by its vertices in any order."""
     centre = [sum(x) / len(points) for x in zip(*points, strict=True)]
-    points = sorted(points, key=lambda p: np.arctan2(float(p[1] - centre[1]), float(p[0] - centre[0])))
-    return sum(a[0] * b[1] - a[1] * b[0] for a, b in zip(points, points[1:] + points[:1], strict=True)) / 2
+    points = sorted(
+        points, key=lambda p: np.arctan2(float(p[1] - centre[1]), float(p[0] - centre[0]))
+    )
+    return (
+        sum(a[0] * b[1] - a[1] * b[0] for a, b in zip(points, points[1:] + points[:1], strict=True))
+        / 2
+    )
 
 
 def random_layers(rng, sizes, bits=8):
-    weights = [[[build.dyadic(rng, 1, bits) for _ in range(a)] for _ in range(b)] for a, b in itertools.pairwise(sizes)]
+    weights = [
+        [[build.dyadic(rng, 1, bits) for _ in range(a)] for _ in range(b)]
+        for a, b in itertools.pairwise(sizes)
+    ]
     return weights, [[build.dyadic(rng, F(1, 2), bits) for _ in range(b)] for b in sizes[1:]]
 
 
@@ -64,7 +80,11 @@ def concurrent(rng):
 
 def integral(rng):
     draw = lambda n: [F(rng.randint(-1, 1)) for _ in range(n)]  # noqa: E731
-    return [[draw(2) for _ in range(6)], [draw(6) for _ in range(4)], [draw(4)] * 2], [draw(6), draw(4), draw(2)]
+    return [[draw(2) for _ in range(6)], [draw(6) for _ in range(4)], [draw(4)] * 2], [
+        draw(6),
+        draw(4),
+        draw(2),
+    ]
 
 
 def nearly_parallel(rng):
@@ -91,7 +111,9 @@ FAMILIES = [ordinary, duplicates, constants, concurrent, integral, nearly_parall
 
 @pytest.mark.parametrize("family", FAMILIES)
 def test_cells_tile_the_box_and_the_network_is_affine_on_each(family):
-    """Areas are positive and add up exactly; at random mixtures of vertices the network is the mixture (T16, T17)."""
+    """Areas are positive and add up exactly; at random mixtures of vertices the network is the
+    mixture [T16, T17].
+    """
     for seed in range(4):
         rng = random.Random(seed)
         weights, biases = family(rng)
@@ -104,13 +126,17 @@ def test_cells_tile_the_box_and_the_network_is_affine_on_each(family):
             share = [F(rng.randint(1, 9)) for _ in cell]
             share = [v / sum(share) for v in share]
             mixed = [build.dot(share, column) for column in zip(*vertices, strict=True)]
-            outputs = [build.dot(share, column) for column in zip(*(y for _, y in cell), strict=True)]
+            outputs = [
+                build.dot(share, column) for column in zip(*(y for _, y in cell), strict=True)
+            ]
             assert build.evaluate(network, mixed)[1] == outputs
         assert total == 4
 
 
 def test_cells_of_known_networks():
-    """|x| + |y| has four cells; n lines in general position that cross inside the box 1 + n + n (n - 1) / 2."""
+    """|x| + |y| has four cells; n lines in general position that cross inside the box 1 + n + n (n
+    - 1) / 2.
+    """
     unit = [[F(1), F(0)], [F(-1), F(0)], [F(0), F(1)], [F(0), F(-1)]]
     found = list(cells([unit, [[F(1)] * 4]], [[F(0)] * 4, [F(0)]], (-1, -1), (1, 1)))
     assert len(found) == 4
@@ -120,12 +146,17 @@ def test_cells_of_known_networks():
     for n in (1, 2, 5, 9):
         slopes = [(F(1), F(i, n)) for i in range(n)]
         biases = [[-F(i * i, 4 * n * n) for i in range(n)], [F(0)]]
-        assert len(list(cells([slopes, [[F(1)] * n]], biases, (-2, -2), (2, 2)))) == 1 + n + n * (n - 1) // 2
+        assert (
+            len(list(cells([slopes, [[F(1)] * n]], biases, (-2, -2), (2, 2))))
+            == 1 + n + n * (n - 1) // 2
+        )
 
 
 @pytest.mark.parametrize("n_k, bits", [(1, 8), (3, 8), (4, 8), (3, 0), (4, 0)])
 def test_cells_in_other_dimensions_tile_the_box(n_k, bits):
-    """Volumes by an independent float hull add up, also with weights -1, 0, 1, and the network is affine on each."""
+    """Volumes by an independent float hull add up, also with weights -1, 0, 1, and the network is
+    affine on each.
+    """
     from scipy.spatial import ConvexHull
 
     rng = random.Random(n_k)
@@ -142,16 +173,20 @@ def test_cells_in_other_dimensions_tile_the_box(n_k, bits):
 
 def test_volumes_of_a_bracket_add_up():
     answer, names = build.scene(1, T=4, hidden=(3,), counts=(0, 0, 0)), set()
-    answer["no_plan"] = search.grow(answer["problem"], answer["network"], answer["tube"], depth=5)
+    answer["no_plan"] = tree_search.grow(
+        answer["problem"], answer["network"], answer["tube"], depth=5
+    )
     for case in (answer, known.bracket()):
         report, plan, sizes = checker.check_answer(case).no_plan, case["no_plan"], {}
-        root = [build.value(plan["z"][side] + case["problem"]["domain"][side]) for side in ("lo", "hi")]
-        for name, lo, hi in search.boxes(plan, *root):
-            sizes[name] = sizes.get(name, 0) + search.volume(lo, hi)
+        root = [
+            build.value(plan["z"][side] + case["problem"]["domain"][side]) for side in ("lo", "hi")
+        ]
+        for name, lo, hi in tree_search.boxes(plan, *root):
+            sizes[name] = sizes.get(name, 0) + tree_search.volume(lo, hi)
         unsafe = sum(sizes.get(name, 0) for name in ("goal", "start", "hit"))
         expected = [sizes.get("safe", 0), unsafe, sizes["open"]]
         assert [F(report[key]) for key in ("safe", "unsafe", "undecided")] == expected
-        assert sum(sizes.values()) == search.volume(*root)
+        assert sum(sizes.values()) == tree_search.volume(*root)
         names |= set(sizes)
     assert names == {"goal", "start", "hit", "safe", "open"}
 
@@ -160,11 +195,19 @@ def test_a_proof_does_not_depend_on_how_boxes_are_cut():
     """Further cuts of any leaf of the hand-made bracket keep it valid, with the same volumes."""
     fresh = known.bracket()
     volumes = checker.check_answer(fresh).no_plan
-    root = [build.value(fresh["no_plan"]["z"][side] + fresh["problem"]["domain"][side]) for side in ("lo", "hi")]
+    root = [
+        build.value(fresh["no_plan"]["z"][side] + fresh["problem"]["domain"][side])
+        for side in ("lo", "hi")
+    ]
     leaves = [i for i, node in enumerate(fresh["no_plan"]["tree"]) if "split" not in node]
-    for (_, lo, hi), place in zip(list(search.boxes(fresh["no_plan"], *root)), leaves, strict=True):
+    for (_, lo, hi), place in zip(
+        list(tree_search.boxes(fresh["no_plan"], *root)), leaves, strict=True
+    ):
         for axis in range(3):
             tree = list(fresh["no_plan"]["tree"])
             at = build.text((lo[axis] + 2 * hi[axis]) / 3)
             tree[place : place + 1] = [{"split": [axis, at]}, tree[place], tree[place]]
-            assert checker.check_answer(fresh | {"no_plan": fresh["no_plan"] | {"tree": tree}}).no_plan == volumes
+            assert (
+                checker.check_answer(fresh | {"no_plan": fresh["no_plan"] | {"tree": tree}}).no_plan
+                == volumes
+            )

@@ -1,6 +1,8 @@
-"""Corridors: whoever meets the conditions of a corridor's directions is safe, in whatever region and bin (T14, T16).
+"""Corridors: whoever meets the conditions of a corridor's directions is safe, in whatever region
+and bin [T14, T27].
 
-The conditions are computed a second time, in plain fractions, and the dense oracle has the last word.
+The conditions are computed a second time, in plain fractions, and the dense oracle has the last
+word.
 """
 
 import json
@@ -32,7 +34,9 @@ def accepted(check, *entry):
 
 
 def plans(answer, corridor, rng, count):
-    """Random (p0, k): near the corridor's plan, far from it, with an end near its end, on edges, outside the domain."""
+    """Random (p0, k): near the corridor's plan, far from it, with an end near its end, on edges,
+    outside the domain.
+    """
     problem, network = answer["problem"], answer["network"]
     centre, k0 = build.value(corridor["p0"]), build.value(corridor["k"])
     end = build.path(problem, network, centre, k0)[0][-1]
@@ -46,13 +50,25 @@ def plans(answer, corridor, rng, count):
             k[0] += rng.choice((-2, 2))
         p0 = [v + build.dyadic(rng, F(1) if i % 7 == 0 else F(1, 8), 40) for v in centre]
         if i % 3 == 0:
-            p0 = [v + z - e for v, z, e in zip(p0, end, build.path(problem, network, centre, k)[0][-1], strict=True)]
+            p0 = [
+                v + z - e
+                for v, z, e in zip(
+                    p0, end, build.path(problem, network, centre, k)[0][-1], strict=True
+                )
+            ]
         yield p0, k
 
 
 def look(answer, count, seed=0):
-    """Draws plans around each corridor. Returns (faults, cells): what is wrong, and (bins, pattern) of all members."""
-    parts, rng, faults, cells = [answer[part] for part in checker.PARTS], random.Random(seed), set(), set()
+    """Draws plans around each corridor. Returns (faults, cells): what is wrong, and (bins, pattern)
+    of all members.
+    """
+    parts, rng, faults, cells = (
+        [answer[part] for part in checker.PARTS],
+        random.Random(seed),
+        set(),
+        set(),
+    )
     context, judge = checker.Context(*parts), oracle.Oracle(answer)
     for corridor in answer["corridors"]:
         for p0, k in plans(answer, corridor, rng, count):
@@ -65,7 +81,11 @@ def look(answer, count, seed=0):
                 cells.add((bins, piece["pattern"]))
                 if not judge.safe(p0, k):
                     faults.add("not safe")
-                if len(bins) == 1 and max(map(abs, k)) < 1 and not accepted(context.check_set, piece):
+                if (
+                    len(bins) == 1
+                    and max(map(abs, k)) < 1
+                    and not accepted(context.check_set, piece)
+                ):
                     faults.add("no polytope")
     return faults, cells
 
@@ -73,7 +93,9 @@ def look(answer, count, seed=0):
 @pytest.mark.soundness
 @pytest.mark.parametrize("variant", range(len(VARIANTS)))
 def test_members_of_corridors_are_safe_in_every_region_and_bin(variant):
-    """The checker's verdict is that of the fractions; members are safe, each in the polytope of its region and bin."""
+    """The checker's verdict is that of the fractions; members are safe, each in the polytope of its
+    region and bin.
+    """
     seen, alone = set(), set()
     for seed in range(2):
         faults, cells = look(build.scene(200 + seed, **VARIANTS[variant]), 120)
@@ -103,7 +125,7 @@ def uneven():
 
 
 def narrowest(real):
-    return lambda self, lo, hi, before, pick: real(self, lo, hi, before, min)
+    return lambda self, bins, pick: real(self, bins, min)
 
 
 def without_obstacles(real):
@@ -111,7 +133,9 @@ def without_obstacles(real):
 
 
 def all_pass(real):
-    return lambda self, columns, scale, pattern=None: real(self, columns, scale, pattern and "1" * len(pattern))
+    return lambda self, columns, scale, pattern=None: real(
+        self, columns, scale, pattern and "1" * len(pattern)
+    )
 
 
 BROKEN = [
@@ -151,7 +175,9 @@ def test_corridors_are_optional():
     report = checker.check_answer(older)
     assert report.corridors == 0
     assert checker.check_answer(older | {"corridors": []}) == report
-    assert checker.check_answer(older | {"corridors": older["samples"] * 3}) == report._replace(corridors=3)
+    assert checker.check_answer(older | {"corridors": older["samples"]}) == report._replace(
+        corridors=1
+    )
     assert reason(older | {"corridors": None}) == "a list was expected"
 
 
@@ -164,7 +190,9 @@ def test_a_rejection_says_which_corridor():
 
 @pytest.mark.soundness
 def test_whatever_is_wrong_with_a_sample_is_wrong_with_a_corridor():
-    """Every certificate that is rejected for its sample is so, for the same reason, with the sample as a corridor."""
+    """Every certificate that is rejected for its sample is so, for the same reason, with the sample
+    as a corridor.
+    """
     count = 0
     for make, limits in known.CASES.values():
         try:
@@ -174,7 +202,9 @@ def test_whatever_is_wrong_with_a_sample_is_wrong_with_a_corridor():
         why = None if limits else reason(answer)
         if why is not None and why.startswith("samples[0]"):
             count += 1
-            assert reason(build.only(answer, "corridors", *answer["samples"])) == why.replace("samples", "corridors")
+            assert reason(build.only(answer, "corridors", *answer["samples"])) == why.replace(
+                "samples", "corridors"
+            )
     assert count > 30
 
 
@@ -183,7 +213,11 @@ def test_the_directions_of_one_corridor_do_not_prove_another_place(seed):
     """Directions that turn round, change obstacles or lose one of them admit nothing."""
     answer = build.scene(seed)
     part = answer["corridors"][0]
-    turned = [[[stop, [[i, f"-{m}"] for i, m in terms]] for stop, terms in runs] for runs in part["sep"]]
+    turned = [
+        [[stop, [[i, f"-{m}"] for i, m in terms]] for stop, terms in runs] for runs in part["sep"]
+    ]
     for sep in (turned, part["sep"][:1], part["sep"] * 2, [[], []], [[[6, []]], [[6, []]]]):
-        assert reason(build.only(answer, "corridors", part | {"sep": sep})).startswith("corridors[0]: ")
+        assert reason(build.only(answer, "corridors", part | {"sep": sep})).startswith(
+            "corridors[0]: "
+        )
     assert reason(build.only(answer, "corridors", part)) is None

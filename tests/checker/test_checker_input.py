@@ -13,7 +13,7 @@ import answer_files as build
 import known
 import pytest
 
-from parc_jax import checker, checker_cells
+from parc_jax import checker
 
 BAD_JSON = {
     "nothing": b"",
@@ -55,7 +55,13 @@ def test_odd_numbers_are_rejected(text):
         checker.check_answer(known.change(known.plain(), {"samples__0__k": [text]}))
 
 
-EXACT = {"31.3": F(313, 10), "-0.05": F(-1, 20), "7/3": F(7, 3), "-7/21": F(-1, 3), "1e-3": F(1, 1000)}
+EXACT = {
+    "31.3": F(313, 10),
+    "-0.05": F(-1, 20),
+    "7/3": F(7, 3),
+    "-7/21": F(-1, 3),
+    "1e-3": F(1, 1000),
+}
 EXACT |= {"2.5e+2": F(250), "0x1.8p+1": F(3), "-0x1p-1074": -F(1, 2**1074), "0x0.0p+0": F(0)}
 EXACT |= {"0x1.00000000000000000001p+0": 1 + F(1, 16**20)}
 
@@ -69,11 +75,32 @@ def test_numbers_are_read_exactly(text, value):
 def places(part, path=()):
     """Every place of a JSON value."""
     yield path
-    for key in part if isinstance(part, dict) else range(len(part)) if isinstance(part, list) else ():
+    for key in (
+        part if isinstance(part, dict) else range(len(part)) if isinstance(part, list) else ()
+    ):
         yield from places(part[key], (*path, key))
 
 
-ODD = [None, True, False, 0, -1, 1, 10**17, "", "0", "-1", "1/0", "0x1p+5000", [], [[]], ["0"], [None], {}, {"A": 1}]
+ODD = [
+    None,
+    True,
+    False,
+    0,
+    -1,
+    1,
+    10**17,
+    "",
+    "0",
+    "-1",
+    "1/0",
+    "0x1p+5000",
+    [],
+    [[]],
+    ["0"],
+    [None],
+    {},
+    {"A": 1},
+]
 
 
 def swap(answer, rng):
@@ -111,7 +138,12 @@ def test_methods_of_the_context_raise_nothing_but_rejected():
     answer = known.plain()
     context = checker.Context(*(answer[part] for part in ("problem", "network", "tube")))
     for odd in (*ODD, object(), 1.5):
-        for method in (context.check_sample, context.check_set, context.set_rows, checker.check_answer):
+        for method in (
+            context.check_sample,
+            context.check_set,
+            context.set_rows,
+            checker.check_answer,
+        ):
             with pytest.raises(checker.Rejected):
                 method(odd)
         with pytest.raises(checker.Rejected):
@@ -133,58 +165,130 @@ def test_recursion_and_memory_errors_are_rejections(monkeypatch):
         def fail(*_, error=error):
             raise error
 
-        monkeypatch.setattr(checker, "integers", fail)
+        monkeypatch.setattr(checker.plans, "integers", fail)
         with pytest.raises(checker.Rejected):
             checker.check_answer(known.plain())
 
 
 def run(arguments, cwd):
-    return subprocess.run([sys.executable, *arguments], cwd=cwd, capture_output=True, text=True, timeout=60)
+    return subprocess.run(
+        [sys.executable, *arguments], cwd=cwd, capture_output=True, text=True, timeout=60
+    )
 
 
 @pytest.fixture
 def folder(tmp_path):
-    """A folder with the checker's two files, a good answer, a bad one, the same of corridors, and a proof."""
-    for module in (checker, checker_cells):
-        shutil.copy(module.__file__, tmp_path)
+    """A folder with a copy of the checker, a good answer, a bad one, the same of corridors, and a
+    proof.
+    """
+    shutil.copytree(
+        Path(checker.__file__).parent,
+        tmp_path / "checker",
+        ignore=shutil.ignore_patterns("__pycache__"),
+    )
     (tmp_path / "good.json").write_text(json.dumps(known.plain()))
     (tmp_path / "bad.json").write_text(known.CASES["touching"][0]())
     (tmp_path / "corridor.json").write_text(json.dumps(known.corridor()))
-    (tmp_path / "left.json").write_text(known.CASES["a corridor whose plan does not keep to it"][0]())
+    (tmp_path / "left.json").write_text(
+        known.CASES["a corridor whose plan does not keep to it"][0]()
+    )
     (tmp_path / "bracket.json").write_text(json.dumps(known.bracket()))
     return tmp_path
 
 
-def test_the_copied_file_checks_alone(folder):
-    (folder / "checker_cells.py").unlink()
-    good, bad = run(["checker.py", "good.json"], folder), run(["checker.py", "bad.json"], folder)
-    assert (good.returncode, bad.returncode) == (0, 1)
+@pytest.mark.parametrize("command", [["checker"], ["-m", "checker"], ["-I", "checker"]])
+def test_the_copied_folder_checks_alone(folder, command):
+    good, bad = run([*command, "good.json"], folder), run([*command, "bad.json"], folder)
+    assert (good.returncode, bad.returncode) == (0, 1), good.stderr
     assert "1 samples" in good.stdout
     assert "1 polytopes" in good.stdout
     assert "0 corridors" in good.stdout
+    assert "borders between bins\n    of k are no part of them" in good.stdout
     assert "rests on the tube" in good.stdout
-    assert bad.stdout.startswith("REJECTED: samples[0]: the condition of obstacle 0 at knot 0 fails")
-    corridor, left = run(["checker.py", "corridor.json"], folder), run(["checker.py", "left.json"], folder)
+    assert good.stderr == bad.stderr == ""
+    assert bad.stdout.startswith(
+        "REJECTED: samples[0]: the condition of obstacle 0 at knot 0 fails"
+    )
+    corridor, left = (
+        run([*command, "corridor.json"], folder),
+        run([*command, "left.json"], folder),
+    )
     assert (corridor.returncode, left.returncode) == (0, 1)
-    assert "  1 corridors: so does every (p0, k) of the domain that meets all conditions of one\n" in corridor.stdout
-    assert left.stdout.startswith("REJECTED: corridors[0]: the condition of obstacle 0 at knot 0 fails")
-    proof = run(["checker.py", "bracket.json"], folder)
-    assert proof.returncode == 1, "without its second file the checker must not accept a no_plan part"
+    assert "  1 corridors: so does every (p0, k) of the domain" in corridor.stdout
+    assert left.stdout.startswith(
+        "REJECTED: corridors[0]: the condition of obstacle 0 at knot 0 fails"
+    )
+
+
+def test_the_copied_folder_may_have_any_name(folder):
+    (folder / "checker").rename(folder / "judge")
+    assert run(["judge", "good.json"], folder).returncode == 0
+    assert run(["-m", "judge", "bad.json"], folder).returncode == 1
+    (folder / "judge" / "no_plan.py").unlink()
+    assert run(["judge", "good.json"], folder).returncode == 1  # a part is missing: nothing passes
 
 
 def test_exit_codes_and_json(folder):
-    assert "safe 11.76 %" in run(["checker.py", "bracket.json"], folder).stdout
-    result = run(["checker.py", "bracket.json", "--json"], folder)
+    assert "safe 11.76 %" in run(["checker", "bracket.json"], folder).stdout
+    result = run(["checker", "bracket.json", "--json"], folder)
     report = json.loads(result.stdout)
     assert result.returncode == 0
     assert report["accepted"] is True
-    assert report["no_plan"] == {"kind": "bracket", "safe": "3/2", "unsafe": "61/16", "undecided": "119/16"}
+    assert report["no_plan"] == {
+        "kind": "bracket",
+        "safe": "3/2",
+        "unsafe": "61/16",
+        "undecided": "119/16",
+    }
     assert list(report) == ["accepted", "samples", "sets", "corridors", "no_plan", "claim", "hash"]
-    counts = json.loads(run(["checker.py", "corridor.json", "--json"], folder).stdout)
+    counts = json.loads(run(["checker", "corridor.json", "--json"], folder).stdout)
     assert [counts[kind] for kind in build.KINDS] == [0, 0, 1]
-    assert json.loads(run(["checker.py", "--json", "bad.json"], folder).stdout)["accepted"] is False
-    for arguments in (["missing.json"], [], ["good.json", "bad.json"], ["--help"], ["."]):
-        assert run(["checker.py", *arguments], folder).returncode == 2
+    assert json.loads(run(["checker", "--json", "bad.json"], folder).stdout)["accepted"] is False
+
+
+NO_ANSWERS = {
+    "missing.json": (None, "No such file"),
+    ".": (None, "directory"),
+    "model.npz": (b"PK\x03\x04 and so on", "saved models"),
+    "photo.json": (b"\xff\xd8\xff\xe0", "not text"),
+    "scene.toml": (b"[goal]\nlo = [1, 2]\n", "not JSON"),
+    "nothing.json": (b"", "not JSON"),
+    "half.json": (json.dumps(known.plain()).encode()[:500], "not JSON"),
+    "package.json": (b'{"name": "something else"}', "without this format"),
+    "list.json": (b"[1, 2]", "without this format"),
+}
+
+
+@pytest.mark.parametrize("name", NO_ANSWERS)
+def test_what_is_no_answer_file_ends_with_what_was_expected(folder, name, capsys):
+    content, words = NO_ANSWERS[name]
+    if content is not None:
+        (folder / name).write_bytes(content)
+    assert checker.main([str(folder / name)]) == 2
+    out, err = capsys.readouterr()
+    assert out == "" and "expected an answer file (JSON of format parc_jax.answer/1" in err
+    assert words in err and len(err.splitlines()) == 1
+
+
+@pytest.mark.parametrize("arguments", [[], ["good.json", "bad.json"], ["--help"], ["--json"]])
+def test_other_arguments_end_with_the_usage(arguments, capsys):
+    assert checker.main(arguments) == 2
+    assert capsys.readouterr().err.startswith("usage: ")
+
+
+def test_a_reader_who_leaves_early_ends_it_quietly(folder):
+    """As `check answer.json | head` does. The answer is longer than what a pipe holds."""
+    answer = known.plain()
+    answer["claim"]["statement"] = "so " * 100_000
+    (folder / "long.json").write_text(json.dumps(build.rehash(answer)))
+    command = [sys.executable, "checker", "long.json", "--json"]
+    with subprocess.Popen(
+        command, cwd=folder, stdout=subprocess.PIPE, stderr=subprocess.PIPE
+    ) as program:
+        program.stdout.read(20)
+        program.stdout.close()
+        words = program.stderr.read()
+    assert words == b"" and program.returncode == 0
 
 
 def test_the_module_runs_without_jax(folder):
@@ -192,6 +296,100 @@ def test_the_module_runs_without_jax(folder):
     code = "import sys, runpy; sys.argv = ['checker', 'good.json']\n"
     code += "try:\n    runpy.run_module('parc_jax.checker', run_name='__main__')\n"
     code += "except SystemExit as e:\n    assert e.code == 0\nassert not {'jax', 'numpy'} & set(sys.modules)\n"
-    (folder / "go.py").write_text(f"import sys; sys.path.insert(0, {str(Path(checker.__file__).parents[1])!r})\n{code}")
+    (folder / "go.py").write_text(
+        f"import sys; sys.path.insert(0, {str(Path(checker.__file__).parents[2])!r})\n{code}"
+    )
     result = run(["go.py"], folder)
     assert result.returncode == 0, result.stderr
+
+
+def cube(n_k, width, leaves):
+    """A short file whose leaves have very many cells: hyperplanes across a cube of k."""
+    rng, answer = random.Random(1), known.line()
+    first = [[str(rng.randint(-9, 9)) for _ in range(n_k)] for _ in range(width)]
+    biases = [[str(rng.randint(-2, 2)) for _ in range(width)], ["0"]]
+    answer["network"] = {"weights": [first, [["1"] * width]], "biases": biases}
+    answer["problem"] |= {"n_k": n_k, "domain": {"lo": ["-1"] * n_k, "hi": ["1"] * n_k}}
+    answer["tube"] |= {"edges": [["-1", "1"]] * n_k}
+    answer = known.with_plan(answer, "bracket", ["-9"], ["9"], {"safe": []})
+    tree = [node for i in range(1, leaves) for node in ({"split": [1, f"{i}/{leaves}"]}, SAFE)]
+    answer["no_plan"]["tree"] = [*tree, SAFE]
+    return build.rehash(answer)
+
+
+SAFE = {"safe": []}
+
+
+def long_integers():
+    """Each layer multiplies numbers of thousands of bits."""
+    answer = known.line()
+    weights = [[["0x1p-8000"]] * 4, *[[["0x1p-8000"] * 4] * 4] * 60, [["0x1p-8000"] * 4]]
+    answer["network"] = {"weights": weights, "biases": [["0x1p-8000"] * 4] * 61 + [["0"]]}
+    return build.rehash(answer | {"samples": answer["samples"] * 100})
+
+
+def many_bins():
+    """Each sample lies on the corner of 256 bins."""
+    answer, n = known.line(), 8
+    answer["network"]["weights"] = [[["1"] * n]]
+    answer["problem"] |= {"n_k": n, "domain": {"lo": ["-1"] * n, "hi": ["1"] * n}, "steps": 100}
+    answer["network"] = {"weights": [[["1"] * n], [["1"]] * 100], "biases": [["0"], ["0"] * 100]}
+    answer["tube"] = {
+        "edges": [["-1", "0", "1"]] * n,
+        "interval": [[["0"]] * 100] * 256,
+        "final": [["0"]] * 256,
+    }
+    sample = {"p0": ["0"], "k": ["0"] * n, "sep": []}
+    return build.rehash(answer | {"samples": [sample] * 200})
+
+
+@pytest.mark.soundness
+@pytest.mark.parametrize(
+    "make",
+    [lambda: cube(8, 6, 1), lambda: cube(3, 60, 60), lambda: cube(4, 40, 20), long_integers],
+)
+def test_a_small_file_cannot_ask_for_long_work(make):
+    """Cells of a cube with 256 corners, many cells in few leaves, long integers. The bound in seconds
+    is loose because machines are shared; the work that is counted is exact.
+    """
+    answer = make()
+    assert len(json.dumps(answer)) < 50_000
+    start = time.process_time()
+    with pytest.raises(checker.Rejected, match="more work than the size of the file allows"):
+        checker.check_answer(answer)
+    assert time.process_time() - start < 20
+
+
+def test_the_work_that_is_allowed_grows_with_the_file():
+    """A file in which every entry asks for what its size allows is accepted, however long it is."""
+    assert checker.check_answer(many_bins()).samples == 1
+    assert checker.allowance("x" * 1000) - checker.allowance("") == 1000 * 400
+
+
+def test_what_is_said_twice_counts_once():
+    """The same plan in another spelling, the same polytope about another point."""
+    answer = known.plain()
+    (sample,), (piece,) = answer["samples"], answer["sets"]
+    again = sample | {"p0": ["0x0.0p+0", "0/7"], "k": ["1/2"]}
+    other = sample | {"k": ["0.375"]}
+    answer["samples"] = [sample, again, other, other]
+    answer["sets"] = [piece, piece | {"k": ["0.375"]}]
+    answer["corridors"] = [sample, other]
+    report = checker.check_answer(answer)
+    assert (report.samples, report.sets, report.corridors) == (2, 1, 1)
+
+
+def test_unknown_keys_are_refused_but_not_meta():
+    answer = known.plain()
+    assert checker.check_answer(answer | {"meta": {"what": ["ever", 1]}}).samples == 1
+    with pytest.raises(checker.Rejected, match="expected the fields"):
+        checker.check_answer(answer | {"notes": {}})
+
+
+def test_a_bin_that_nothing_has_cannot_be_asked_for():
+    """No widths are never taken for no error."""
+    context = checker.Context(*(known.plain()[part] for part in checker.PARTS))
+    outside = context.bins_meeting([F(2)], [F(2)], closed=True)
+    assert outside == []
+    with pytest.raises(ValueError, match="empty"):
+        context.widths(outside, max)

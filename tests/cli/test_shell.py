@@ -1,4 +1,6 @@
-"""The shell end to end on toys: files, exit codes, and one clear sentence for every kind of bad input."""
+"""The shell end to end on toys: files, exit codes, and one clear sentence for every kind of bad
+input.
+"""
 
 import json
 import subprocess
@@ -11,7 +13,7 @@ import pytest
 import toy_query
 
 from parc_jax import cli
-from parc_jax.exchange.problem_file import load_problem, save_problem
+from parc_jax.io.problem_file import load_problem, save_problem
 
 
 @pytest.fixture
@@ -37,12 +39,16 @@ def files(tmp_path):
 
 
 def test_solve_check_plot(shell, files):
-    code, said, complained = shell("solve", "model.npz", "scene.toml", "--budget", 0.5, "--no-cache")
+    code, said, complained = shell(
+        "solve", "model.npz", "scene.toml", "--budget", 0.5, "--no-cache"
+    )
     assert code == 0 and "safe polytopes" in said and "(C) For each" in said and not complained
     assert shell("check", "answer.json")[0] == 0
     code, said, _ = shell("plot", "answer.json", "--html", "page.html")
     assert code == 0 and said == "page.html\n" and (files / "page.html").stat().st_size > 10_000
-    code, said, _ = shell("plot", "answer.json", "--out", "figures", "--figures", "samples", "regions")
+    code, said, _ = shell(
+        "plot", "answer.json", "--out", "figures", "--figures", "samples", "regions"
+    )
     assert code == 0 and said.splitlines() == ["figures/samples.png", "figures/regions.png"]
     assert {f.name for f in (files / "figures").iterdir()} == {
         "samples.png",
@@ -55,7 +61,9 @@ def test_solve_check_plot(shell, files):
 
 
 def test_corridors_alone_are_found_checked_and_drawn(shell, files):
-    code, said, _ = shell("solve", "model.npz", "scene.toml", "--no-polytopes", "--json", "--no-cache")
+    code, said, _ = shell(
+        "solve", "model.npz", "scene.toml", "--no-polytopes", "--json", "--no-cache"
+    )
     facts = json.loads(said)
     assert code == 0 and facts["polytopes"] == 0 and facts["coverage"]["share"] == 0
     assert facts["corridors"] > 0 and facts["corridor_coverage"]["at_least"] >= 0.99
@@ -67,7 +75,9 @@ def test_corridors_alone_are_found_checked_and_drawn(shell, files):
 
 def test_no_plan_is_exit_code_one_with_a_certificate(shell, files):
     save_problem(files / "wall.json", toy_query.gap(wall=True))
-    code, said, _ = shell("solve", "model.npz", "wall.json", "--out", "none.json", "--json", "--no-cache")
+    code, said, _ = shell(
+        "solve", "model.npz", "wall.json", "--out", "none.json", "--json", "--no-cache"
+    )
     facts = json.loads(said)
     assert code == 1 and not facts["found"] and facts["proved_no_plan"] and facts["first"] is None
     code, said, _ = shell("check", "none.json")
@@ -92,15 +102,35 @@ SCENES = {
     "NaN": (change("radius = 0.1", "radius = nan"), "expected finite numbers; got NaN"),
     "goal of the wrong shape": (change(", 1.0]", "]"), "expected shape"),
     "too few goal coordinates": (
-        change("lo = [-0.25, -0.25, -1.0]\nhi = [0.25, 0.25, 1.0]", "lo = [-0.25, -0.25]\nhi = [0.25, 0.25]"),
+        change(
+            "lo = [-0.25, -0.25, -1.0]\nhi = [0.25, 0.25, 1.0]",
+            "lo = [-0.25, -0.25]\nhi = [0.25, 0.25]",
+        ),
         "1 further goal coordinates",
     ),
-    "goal reversed": (change("lo = [-0.25", "lo = [9.25"), "Swap the two corners"),
-    "obstacle over the goal": (change("lo = [-0.5, 0.3]\nhi = [0.0", "lo = [-9, -9]\nhi = [9"), "in obstacle 0"),
-    "goal outside reach": (change("-1.0]\nhi = [0.25, 0.25, 1.0]", "4.0]\nhi = [0.25, 0.25, 5.0]"), "q[0] in [4, 5]"),
-    "start too far": (change("lo = [-1.5, -1.5]\nhi = [1.5, 1.5]", "lo = [7, 7]\nhi = [8, 8]"), "p[0] in [-0.25,"),
+    "goal reversed": (change("lo = [-0.25", "lo = [9.25"), "goal: expected lo <= hi"),
+    "obstacle reversed": (
+        change("lo = [-0.5, 0.3]", "lo = [-0.5, 9.3]"),
+        "obstacle 0: expected lo",
+    ),
+    "labels of another robot": (
+        lambda text: text + '\n[labels]\nk = ["speed [m/s]"]\n',
+        "labels of k: expected 2",
+    ),
+    "obstacle over the goal": (
+        change("lo = [-0.5, 0.3]\nhi = [0.0", "lo = [-9, -9]\nhi = [9"),
+        "in obstacle 0",
+    ),
+    "goal outside reach": (
+        change("-1.0]\nhi = [0.25, 0.25, 1.0]", "4.0]\nhi = [0.25, 0.25, 5.0]"),
+        "q0 in [4, 5]",
+    ),
+    "start too far": (
+        change("lo = [-1.5, -1.5]\nhi = [1.5, 1.5]", "lo = [7, 7]\nhi = [8, 8]"),
+        "x [m] in [-0.25,",
+    ),
     "no TOML": (change("[goal]", "[goal"), "expected a scene in TOML"),
-}  # fmt: skip
+}
 
 
 @pytest.mark.parametrize("case", SCENES)
@@ -117,31 +147,50 @@ def refused(outcome, message):
     """Exit code 2 and one sentence on stderr, nothing else."""
     code, said, complained = outcome
     assert code == 2 and said == "" and message in complained
-    assert complained.startswith("parc-jax: ") and complained.count("\n") == 1 and "Traceback" not in complained
+    assert (
+        complained.startswith("parc-jax: ")
+        and complained.count("\n") == 1
+        and "Traceback" not in complained
+    )
 
 
 def test_bad_files(shell, files):
     whole = (files / "model.npz").read_bytes()
     refused(shell("solve", "none.npz", "scene.toml", "--no-cache"), "none.npz: no such file")
     refused(shell("solve", "model.npz", "none.toml", "--no-cache"), "none.toml: no such file")
-    refused(shell("solve", "model.npz", "scene.toml", "--system", "asv", "--no-cache"), "expected a model of 'asv'")
+    refused(
+        shell("solve", "model.npz", "scene.toml", "--system", "asv", "--no-cache"),
+        "expected a model of 'asv'",
+    )
     (files / "model.npz").write_bytes(whole[: len(whole) // 2])
     refused(shell("solve", "model.npz", "scene.toml", "--no-cache"), "truncated or damaged")
     np.savez(files / "model.npz", x=1)
     refused(shell("solve", "model.npz", "scene.toml", "--no-cache"), "TrajectoryModel.save")
     (files / "model.npz").write_bytes(whole)
-    refused(shell("solve", "model.npz", "scene.toml", "--out", "scene.toml/answer.json", "--no-cache"), "scene.toml")
+    refused(
+        shell("solve", "model.npz", "scene.toml", "--out", "scene.toml/answer.json", "--no-cache"),
+        "scene.toml",
+    )
     refused(shell("plot", "model.npz", "--out", "figures"), "model.npz")
     refused(shell("plot", "model.npz", "--html", "page.html"), "model.npz")
     assert {f.name for f in files.iterdir()} == {"model.npz", "scene.toml"}
 
 
 def test_bad_options(shell, files):
-    refused(shell("solve", "model.npz", "scene.toml", "--samples", 0, "--no-cache"), "at least one sample")
-    refused(shell("solve", "model.npz", "scene.toml", "--target", 2, "--no-cache"), "between 0 and 1")
+    refused(
+        shell("solve", "model.npz", "scene.toml", "--samples", 0, "--no-cache"),
+        "at least one sample",
+    )
+    refused(
+        shell("solve", "model.npz", "scene.toml", "--target", 2, "--no-cache"), "between 0 and 1"
+    )
     refused(shell("learn", "nowhere", "--out", "m.npz", "--no-cache"), "drift_parking")
-    refused(shell("learn", "drift_parking", "--out", "m.npz", "--plant", "clay", "--no-cache"), "'clay'")
-    refused(shell("learn", "drift_parking", "--out", "m.npz", "--eps", 2, "--no-cache"), "probabilities")
+    refused(
+        shell("learn", "drift_parking", "--out", "m.npz", "--plant", "clay", "--no-cache"), "'clay'"
+    )
+    refused(
+        shell("learn", "drift_parking", "--out", "m.npz", "--eps", 2, "--no-cache"), "probabilities"
+    )
     refused(shell("learn", "none.npz", "--out", "m.npz", "--no-cache"), "no such file")
     for arguments in (
         ["fly"],
@@ -159,7 +208,11 @@ def test_help_has_an_example_for_every_command(shell):
     for command in ("run", "learn", "solve", "check", "plot", "bench", "systems", "doctor"):
         assert command in said
         code, text, _ = shell(command, "--help")
-        assert code == 0 and "Example" in text and f"parc-jax {command}" in text.replace("\n", " ").replace("  ", " ")
+        assert (
+            code == 0
+            and "Example" in text
+            and f"parc-jax {command}" in text.replace("\n", " ").replace("  ", " ")
+        )
 
 
 def test_systems_prints_a_scene_that_solve_reads(shell, tmp_path):
@@ -170,9 +223,15 @@ def test_systems_prints_a_scene_that_solve_reads(shell, tmp_path):
 
 
 MODULES = {
-    "typo": ("import nosuchmodule\n", "importing it failed with ModuleNotFoundError: No module named 'nosuchmodule'"),
-    "syntax": ("def system(:\n", "importing it failed with SyntaxError"),
-    "number": ("def system():\n    return 3\n", "expected something with name, domain, time, n_p, n_q; got int"),
+    "typo": (
+        "import nosuchmodule\n",
+        "line 1 (`import nosuchmodule`): ModuleNotFoundError: No module named 'nosuchmodule'",
+    ),
+    "syntax": ("def system(:\n", "it fails: SyntaxError"),
+    "number": (
+        "def system():\n    return 3\n",
+        "expected something with name, domain, time, n_p, n_q; got int",
+    ),
     "nothing": ("", "expected a function `system()`"),
 }
 
@@ -187,7 +246,12 @@ def test_modules_of_your_own_that_are_none(shell, tmp_path, name):
 def test_a_fault_in_a_program_is_not_taken_for_no_plan(shell, monkeypatch):
     monkeypatch.setattr("parc_jax.cli.systems.known", lambda: 1 / 0)
     code, said, complained = shell("systems")
-    assert code == 3 and said == "" and "ZeroDivisionError" in complained and "lines above say where" in complained
+    assert (
+        code == 3
+        and said == ""
+        and "ZeroDivisionError" in complained
+        and "lines above say where" in complained
+    )
 
 
 def test_a_reader_that_has_seen_enough_is_no_fault(files):
@@ -211,7 +275,10 @@ def test_unfinished_runs_of_another_program_are_discarded(tmp_path, monkeypatch,
         assert (work / "train").exists() and not capsys.readouterr().err
     source.write_text("def system(): return 1\n")
     with pytest.raises(ValueError), only_of(module, work):
-        assert not (work / "train").exists() and "robot_that_changes has changed" in capsys.readouterr().err
+        assert (
+            not (work / "train").exists()
+            and "robot_that_changes has changed" in capsys.readouterr().err
+        )
         raise ValueError
     assert not work.exists()
 
@@ -242,14 +309,21 @@ def test_bench_without_the_source_says_so_in_one_sentence(shell, monkeypatch, tm
 def test_the_wheel_brings_two_top_level_packages():
     setuptools = pytest.importorskip("setuptools")
     root = Path(__file__).resolve().parents[2]
-    wanted = tomllib.loads((root / "pyproject.toml").read_text())["tool"]["setuptools"]["packages"]["find"]
-    assert {name.split(".")[0] for name in setuptools.find_packages(root, **wanted)} == {"parc_jax", "sims"}
+    wanted = tomllib.loads((root / "pyproject.toml").read_text())["tool"]["setuptools"]["packages"][
+        "find"
+    ]
+    assert {name.split(".")[0] for name in setuptools.find_packages(root, **wanted)} == {
+        "parc_jax",
+        "sims",
+    }
 
 
 def test_the_console_script_refuses_without_a_traceback(tmp_path):
     script = Path(sys.executable).with_name("parc-jax")
     if not script.exists():
         pytest.skip("the package is not installed")
-    done = subprocess.run([script, "solve", "none.npz", "none.toml"], cwd=tmp_path, capture_output=True, text=True)
+    done = subprocess.run(
+        [script, "solve", "none.npz", "none.toml"], cwd=tmp_path, capture_output=True, text=True
+    )
     assert done.returncode == 2 and done.stdout == "" and not list(tmp_path.iterdir())
     assert done.stderr == "parc-jax: none.npz: no such file.\n"

@@ -23,7 +23,9 @@ def test_fit_is_the_least_squares_one(rng):
     outputs = arcs(k, 5)
     net = fit_affine(k, outputs)
     residual = outputs - k @ net.weights[0].T - net.biases[0]
-    np.testing.assert_allclose(np.c_[k, np.ones(200)].T @ residual, 0, atol=1e-9)  # normal equations
+    np.testing.assert_allclose(
+        np.c_[k, np.ones(200)].T @ residual, 0, atol=1e-9
+    )  # normal equations
 
 
 def test_it_passes_through_the_region_stage(rng):
@@ -40,7 +42,9 @@ def test_samples_that_do_not_determine_the_map_are_refused():
 
 
 def test_it_is_too_coarse_for_the_parking_scene(shared_data):
-    """A tube from 60 runs, scaled to hold on 40 fresh ones, ends wider than the goal, whose half width is 0.8 m."""
+    """A tube from 60 runs, scaled to hold on 40 fresh ones, ends wider than the goal, whose half
+    width is 0.8 m.
+    """
     data = np.load(shared_data / "drift_reference.npz")
     k, p = data["k"], data["p"][:, ::10]
     outputs = (p - p[:, :1])[:, 1:].reshape(len(k), -1)

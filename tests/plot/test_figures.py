@@ -4,10 +4,11 @@ from fractions import Fraction
 
 import numpy as np
 import pytest
+from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 from toy_answer import K, toy_answer, toy_replay
 
-from parc_jax.certify.cover import Look
+from parc_jax.cover.search import Progress
 from parc_jax.errors import InputError
 from parc_jax.plot import shapes
 from parc_jax.plot.claim import claim, when
@@ -17,6 +18,9 @@ from parc_jax.plot.gap import GapCurve, gap
 from parc_jax.plot.projections import default_pairs, projections
 from parc_jax.plot.samples import samples
 from parc_jax.plot.timeline import clearances, direction_runs, timeline
+from parc_jax.problem import reach_avoid
+from parc_jax.sets.box import box
+from parc_jax.verdict.scene import scene_of
 
 
 @pytest.fixture(scope="module")
@@ -33,7 +37,7 @@ def pac(answer):
 
 
 def scores_of(k, score, worst):
-    from parc_jax.error.score import Scores
+    from parc_jax.claim.score import Scores
 
     return Scores(np.arange(len(k)), k, score, worst, None, None, None, None)
 
@@ -78,7 +82,13 @@ def test_errors_draw_both_kinds_on_one_scale(answer):
 
 def test_weighted_quantile_is_the_smallest_value_that_carries_the_weight():
     values, share = np.array([[3.0], [1.0], [2.0]]), np.array([0.5, 0.2, 0.3])
-    assert [quantile(values, share, q)[0] for q in (0.1, 0.2, 0.5, 0.51, 1.0)] == [1.0, 1.0, 2.0, 3.0, 3.0]
+    assert [quantile(values, share, q)[0] for q in (0.1, 0.2, 0.5, 0.51, 1.0)] == [
+        1.0,
+        1.0,
+        2.0,
+        3.0,
+        3.0,
+    ]
 
 
 def test_claims_show_failed_and_worst_runs(answer, rng):
@@ -86,7 +96,9 @@ def test_claims_show_failed_and_worst_runs(answer, rng):
     score = rng.uniform(0.2, 1.0, 200)
     score[7], score[9] = np.inf, 1.5
     worst = rng.integers(0, 4 * 2 + 3, 200).astype(np.int32)
-    drawn = claim(pac(answer), scores_of(k, score, worst), answer.model.time, names=["v [m/s]", "β [rad]"])
+    drawn = claim(
+        pac(answer), scores_of(k, score, worst), answer.model.time, names=["v [m/s]", "β [rad]"]
+    )
     assert drawn.axes[1].get_xlabel() == "v [m/s]"
     assert drawn.axes[1].get_legend() is not None  # the failed run
     interval = when(scores_of(k, score, worst), 4, 2)
@@ -99,7 +111,9 @@ def test_gap_marks_methods_that_keep_nothing():
     drawn = gap([joint, GapCurve("old", gaps, [0.001, 0, 0])], published=6.5)
     ax = drawn.axes[0]
     assert ax.get_yticklabels()[0].get_text() == "none"
-    hollow = [line for line in ax.lines if line.get_markerfacecolor() == "white" and len(line.get_xdata())]
+    hollow = [
+        line for line in ax.lines if line.get_markerfacecolor() == "white" and len(line.get_xdata())
+    ]
     assert [sorted(line.get_xdata()) for line in hollow] == [[5.5, 6.0]]
     assert isinstance(gap([GapCurve("none at all", gaps, [0, 0, 0])]), Figure)
     with pytest.raises(InputError):
@@ -136,12 +150,62 @@ def test_direction_runs_are_unit_sums_of_rows(answer):
 
 
 def test_cover_draws_what_is_known(answer):
-    looks = [Look(0.1, 2, 0.7, 3, 0.5), Look(0.2, 5, 1.0, 9, 0.9)]
+    looks = [Progress(0.1, 2, 0.7, 3, 0.5), Progress(0.2, 5, 1.0, 9, 0.9)]
     drawn = cover([*of_history(looks), CoverCurve("by size", [0.2, 0.9], [1, 2])])
     count, seconds = drawn.axes
-    assert len([line for line in count.lines if len(line.get_xdata()) == 2 and line.get_linestyle() != ":"]) == 3
+    assert (
+        len(
+            [
+                line
+                for line in count.lines
+                if len(line.get_xdata()) == 2 and line.get_linestyle() != ":"
+            ]
+        )
+        == 3
+    )
     assert seconds.get_xlabel() == "time [s]"
     assert count.lines[0].get_ydata()[-1] == 1e-3  # all covered: drawn at the floor
-    assert [c.name for c in of_history([look._replace(polytopes=0) for look in looks])] == ["corridors"]
+    assert [c.name for c in of_history([look._replace(polytopes=0) for look in looks])] == [
+        "corridors"
+    ]
     with pytest.raises(InputError):
         cover([CoverCurve("nothing to draw against", [0.1])])
+
+
+def test_many_polytopes_are_drawn_as_their_union(answer):
+    """Two overlapping squares among many: no line where they meet, one around both."""
+
+    def lines_inside(copies):
+        crowd = toy_answer()
+        square = np.array([[0.0, 0], [1, 0], [1, 1], [0, 1]])
+        crowd.polytopes = crowd.polytopes * copies
+        crowd.samples = crowd.samples[:0]
+        crowd.project = lambda dims: [square, square + np.array([0.5, 0])] * (2 * copies)
+        figure = projections(crowd, pairs=[(0, 1)])
+        figure.set_dpi(100)
+        canvas = FigureCanvasAgg(figure)
+        canvas.draw()
+        image = np.asarray(canvas.buffer_rgba())[..., :3].astype(int)
+        ax = figure.axes[0]
+        row = ax.transData.transform([0, 0.5])[1]
+        left, right = (ax.transData.transform([x, 0.5])[0] for x in (0.1, 1.4))
+        inside = image[int(image.shape[0] - row), int(left) : int(right)]
+        return int((np.abs(inside - inside[0]).max(axis=1) > 8).sum())
+
+    assert lines_inside(100) == 0 < lines_inside(1)
+
+
+def test_the_second_panel_of_samples_only_where_it_shows_more(answer, tmp_path):
+    assert len(samples(answer).axes) == 2
+    wide = toy_answer()  # a goal as large as the scene
+    wide.problem = reach_avoid(box([-2, -2, -1.0], [2, 2, 1.0]), [], 0.1)
+    wide.scene = scene_of(wide.problem, wide.model)
+    assert len(samples(wide, to=tmp_path / "a.png").axes) == 1
+    with pytest.raises(InputError, match="matplotlib Axes"):
+        samples(answer, to=np.array([1, 2]))
+
+
+def test_verdicts_are_in_words():
+    from parc_jax.plot.verdicts import WORDS
+
+    assert not any("BRS" in word for word in WORDS)

@@ -1,91 +1,118 @@
-"""The page holds the numbers of the file, nothing foreign, and refuses what is no answer."""
+"""The page holds the numbers of the answer, nothing foreign; only an answer that was checked gets to it."""
 
-import copy
 import json
 import re
+from types import SimpleNamespace
 
+import jax
 import numpy as np
 import pytest
+import toy_query
 from toy_file import save, toy_file, toy_scene
 from toy_models import host_outputs
 
+import parc_jax as pj
 from parc_jax.errors import InputError
+from parc_jax.io.answer_file import load_answer
+from parc_jax.labels import labels
 from parc_jax.plot.html import write_page
 from parc_jax.plot.page_data import page_data
-from parc_jax.plot.page_pieces import corners_of, piece_rows
 
 
 def embedded(page: str) -> dict:
     """The data block of a page."""
-    return json.loads(re.search(r'<script id="data" type="application/json">(.*?)</script>', page, re.S).group(1))
+    return json.loads(
+        re.search(r'<script id="data" type="application/json">(.*?)</script>', page, re.S).group(1)
+    )
 
 
-def test_the_page_is_whole_and_needs_no_network(tmp_path):
-    page = write_page(save(tmp_path / "answer.json", toy_file()), tmp_path / "page.html").read_text()
-    for foreign in ("http:", "https:", " src=", "@import", "url(", "fetch(", "import(", "XMLHttpRequest", "WebSocket"):
-        assert foreign not in page
+@pytest.fixture(scope="module")
+def loaded(tmp_path_factory):
+    return load_answer(save(tmp_path_factory.mktemp("toy") / "answer.json", toy_file()))
+
+
+def test_the_page_is_whole_and_needs_no_network(loaded, tmp_path):
+    page = write_page(loaded, tmp_path / "page.html").read_text()
+    foreign = ["http:", "https:", " src=", "@import", "url(", "fetch(", "import("]
+    for words in (*foreign, "XMLHttpRequest", "WebSocket"):
+        assert words not in page
     assert not re.search(r"/\*[A-Z]+\*/", page)  # every part is in
-    assert page.count("<script") == page.count("</script>") == 2  # a name from the file cannot end the data block
+    assert (
+        page.count("<script") == page.count("</script>") == 4
+    )  # a name from the file cannot end the data block
     assert embedded(page)["system"] == "toy </script><b>"
 
 
-def test_numbers_survive_exactly():
+def test_numbers_survive_exactly(loaded):
     model, problem = toy_scene()
-    data = page_data(toy_file())
-    assert all((np.array(W) == V).all() for W, V in zip(data["network"]["weights"], model.net.weights, strict=True))
+    data = page_data(loaded)
+    assert all(
+        (np.array(W) == V).all()
+        for W, V in zip(data["network"]["weights"], model.net.weights, strict=True)
+    )
     assert (np.array(data["tube"]["interval"]) == model.tube.interval).all()
     assert (np.array(data["goal"]["b"]) == problem.goal.b).all()
     assert data["samples"][0]["k"] == [0.9, 0.0625]
-    first, last = data["samples"][0]["sep"][0]
-    assert first[:4] == [0, 2, -1.0, -1.0] and first[4] == pytest.approx(0.5 - 0.3 + 0.1 * np.sqrt(2))
-    assert last[:2] == [2, 4] and data["samples"][0]["sep"][1][0][2:] == pytest.approx([0, 0.75, 0.75 * (-0.3 + 0.1)])
+    # both samples, both polytopes and the corridor have the same directions, kept once
+    assert len(data["directions"]) == 1
+    kinds = ("samples", "polytopes", "corridors")
+    assert [part["sep"] for kind in kinds for part in data[kind]] == [0] * 5
+    over, under = data["directions"][0]
+    first, last = over
+    assert first[:4] == [0, 2, -1.0, -1.0] and first[4] == pytest.approx(
+        0.5 - 0.3 + 0.1 * np.sqrt(2)
+    )
+    assert last[:2] == [2, 4]
+    assert under[0][2:] == pytest.approx([0, 0.75, 0.75 * (-0.3 + 0.1)])
 
 
-def test_polytopes_of_the_page_are_safe_plans_of_the_model(rng):
-    model, problem = toy_scene()
-    data = page_data(toy_file())
-    for number, piece in enumerate(data["sets"]):
-        rows = piece_rows(data["network"], data["tube"], problem, piece, 4)
-        corners = corners_of(rows, np.array(piece["p0"] + piece["k"]))
-        assert len(corners) > 5 and (corners @ rows.A.T <= rows.b + 1e-9).all()
-        inner = rng.dirichlet(np.full(len(corners), 0.3), 300) @ corners
-        y = host_outputs(model.net, inner[:, 2:])
-        path = inner[:, None, :2] + np.concatenate([np.zeros((300, 1, 2)), y[:, :8].reshape(-1, 4, 2)], axis=1)
-        assert (np.abs(path[:, -1]) <= 0.2 - 0.02 + 1e-9).all()
-        assert (path[:, 2:, 1] < 0.3 - 0.12 + 1e-9).all() and (path[:, :, 1] > -0.3 + 0.12 - 1e-9).all()
-        assert ((inner[:, 3] >= -1e-9) if number == 0 else (inner[:, 3] <= 1e-9)).all()  # its own region
+def test_the_corridors_of_an_answer_are_on_its_page():
+    answer = toy_query.answer()
+    data = page_data(answer)
+    assert len(data["corridors"]) == len(answer.corridors) > 0
+    assert data["corridor_share"] == answer.corridor_coverage.share > 0
+    for corridor, part in zip(answer.corridors, data["corridors"], strict=True):
+        ((first, end, *w, support),) = data["directions"][part["sep"]][0][:1]
+        assert w == corridor.w[0, first].tolist() and support == corridor.support[0, first]
+        assert first == 1 and end <= 4  # the obstacle exists in intervals 1 to 3
+
+
+def test_outlines_hold_the_plans_of_their_polytopes(loaded, rng):
+    data = page_data(loaded)
     starts, parameters = data["outlines"]["0,1"], data["outlines"]["2,3"]
     assert len(starts) == len(parameters) == 2
     assert min(y for _, y in parameters[0]) == pytest.approx(0, abs=1e-6)
+    for number, safe in enumerate(loaded.project(range(4))):
+        inner = rng.dirichlet(np.full(len(safe), 0.3), 300) @ safe
+        y = host_outputs(loaded.model.net, inner[:, 2:])
+        steps = np.concatenate([np.zeros((300, 1, 2)), y[:, :8].reshape(-1, 4, 2)], axis=1)
+        path = inner[:, None, :2] + steps
+        assert (np.abs(path[:, -1]) <= 0.2 - 0.02 + 1e-9).all()
+        assert (path[:, :, 1] > -0.3 + 0.12 - 1e-9).all()
+        sign = 1 if number == 0 else -1
+        assert (sign * inner[:, 3] >= -1e-9).all()  # its own region
 
 
-def test_a_point_outside_its_piece_gives_no_outline():
-    _, problem = toy_scene()
-    data = page_data(toy_file())
-    rows = piece_rows(data["network"], data["tube"], problem, data["sets"][0], 4)
-    assert corners_of(rows, np.array([5.0, 5.0, 0.5, 0.5])) is None
+def test_labels_are_those_of_the_model():
+    answer = toy_query.answer()
+    assert page_data(answer)["labels"]["k"] == ("k0", "k1")
+    named = labels(2, 1, 2, k=("speed [m/s]", "turn [rad]"))
+    planner = pj.Planner(answer.model.replace(labels=named))
+    one = pj.Settings(n_samples=1, budget_s=0.0)
+    answer = planner.solve(answer.problem, jax.random.PRNGKey(0), one)
+    assert page_data(answer)["labels"]["k"] == ("speed [m/s]", "turn [rad]")
 
 
-@pytest.mark.parametrize(
-    ("change", "match"),
-    [
-        (lambda a: a.update(format="other/1"), "expected an answer of format"),
-        (lambda a: a.pop("network"), "complete answer file"),
-        (lambda a: a["problem"].update(n_p=3), "planar workspace"),
-    ],
-)
-def test_files_that_are_no_answers_are_refused(tmp_path, change, match):
-    answer = copy.deepcopy(toy_file())
-    change(answer)
-    with pytest.raises(InputError, match=match):
-        write_page(save(tmp_path / "answer.json", answer), tmp_path / "page.html")
-    assert not (tmp_path / "page.html").exists()
+def test_another_workspace_is_refused():
+    answer = SimpleNamespace(model=SimpleNamespace(n_p=3), problem=None)
+    with pytest.raises(InputError, match="planar workspace; this answer's has 3"):
+        page_data(answer)
 
 
-def test_missing_and_broken_files_are_refused(tmp_path):
-    with pytest.raises(InputError, match="no such file"):
-        write_page(tmp_path / "none.json", tmp_path / "page.html")
-    for text in ('{"format": ', "[1, 2]", "\xff"):
-        (tmp_path / "broken.json").write_bytes(text.encode("latin-1"))
-        with pytest.raises(InputError, match="expected an answer"):
-            write_page(tmp_path / "broken.json", tmp_path / "page.html")
+def test_a_doctored_answer_gets_no_page(tmp_path):
+    """What the page calls proved was checked when it was written."""
+    answer = toy_file()
+    answer["samples"][0]["p0"] = ["-0.9", "0.5"]
+    save(tmp_path / "answer.json", answer)
+    with pytest.raises(InputError, match="the checker says: sample"):
+        load_answer(tmp_path / "answer.json")

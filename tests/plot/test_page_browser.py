@@ -1,4 +1,6 @@
-"""The page in a real browser: verdicts equal the engine's, dragging and sliders move the plan, the canvas is drawn."""
+"""The page in a real browser: verdicts equal the engine's, dragging and sliders move the plan, the
+canvas is drawn.
+"""
 
 import html
 import json
@@ -7,22 +9,33 @@ import shutil
 import subprocess
 from pathlib import Path
 
+import jax
 import numpy as np
 import pytest
-from toy_file import answer_file, save, toy_file, toy_scene
+from toy_file import SEP, answer_file, save, toy_file, toy_scene
 from toy_models import model_of, random_network, uniform_tube
 
-from parc_jax.certify.evaluate import evaluate
-from parc_jax.certify.scene import scene
+import parc_jax as pj
+from parc_jax.io.answer_file import load_answer
 from parc_jax.plot.html import write_page
 from parc_jax.sets.box import box
+from parc_jax.verdict.pointwise import verdicts
+from parc_jax.verdict.scene import scene_of
+from sims import drift_parking
 
 BROWSERS = ("chromium", "chromium-browser", "google-chrome", "chrome")
 FLAGS = (
-    "--headless", "--no-sandbox", "--disable-gpu", "--disable-quic", "--no-first-run",
-    "--disable-background-networking", "--disable-component-update", "--disable-sync",
-    "--window-size=1300,900", "--virtual-time-budget=20000",
-)  # fmt: skip
+    "--headless",
+    "--no-sandbox",
+    "--disable-gpu",
+    "--disable-quic",
+    "--no-first-run",
+    "--disable-background-networking",
+    "--disable-component-update",
+    "--disable-sync",
+    "--window-size=1300,900",
+    "--virtual-time-budget=20000",
+)
 
 pytestmark = pytest.mark.slow
 
@@ -38,10 +51,18 @@ def browser():
 def run(browser, page: Path, *flags: str, script: str = "", address: str = "") -> str:
     """What the browser prints of a page, with a script run at its end."""
     if script:
-        text = page.read_text().replace("</body>", f'<pre id="result"></pre><script>{script}</script></body>')
+        text = page.read_text().replace(
+            "</body>", f'<pre id="result"></pre><script>{script}</script></body>'
+        )
         page = page.with_name("scripted.html")
         page.write_text(text)
-    command = [browser, *FLAGS, f"--user-data-dir={page.with_name('profile')}", *flags, f"{page.as_uri()}{address}"]
+    command = [
+        browser,
+        *FLAGS,
+        f"--user-data-dir={page.with_name('profile')}",
+        *flags,
+        f"{page.as_uri()}{address}",
+    ]
     return subprocess.run(command, check=True, capture_output=True, timeout=120, text=True).stdout
 
 
@@ -52,29 +73,33 @@ def result(dom: str):
 
 @pytest.fixture
 def toy_page(tmp_path):
-    return write_page(save(tmp_path / "answer.json", toy_file()), tmp_path / "page.html")
+    return page_of_file(tmp_path, toy_file())
+
+
+def page_of_file(folder: Path, answer: dict) -> Path:
+    """The page of a hand-made answer file."""
+    return write_page(load_answer(save(folder / "answer.json", answer)), folder / "page.html")
 
 
 def test_verdicts_equal_the_engine_s(browser, tmp_path, rng):
-    import parc_jax as pj
-    from sims.drift_parking.scenario import problem as parking
-
     model = pj.load(Path(__file__).parents[1] / "data" / "drift_4x8.npz")
-    problem = parking()
-    page = write_page(save(tmp_path / "answer.json", answer_file(model, problem)), tmp_path / "page.html")
+    problem = drift_parking.problem()
+    page = page_of_file(tmp_path, answer_file(model, problem))
     k = rng.uniform(model.domain.lo, model.domain.hi, (300, 2))
     end = rng.uniform([29.5, -17.0], [31.5, -15.0], (300, 2))
-    laid_out = scene(problem, model)
-    p0 = end - evaluate(model, laid_out, np.zeros_like(k), k).path[:, -1]
-    seen = evaluate(model, laid_out, p0, k)
+    scene = scene_of(problem, model)
+    p0 = end - verdicts(model, scene, np.zeros_like(k), k).path[:, -1]
+    seen = verdicts(model, scene, p0, k)
     script = (
-        f"const P = {p0.tolist()}, K = {k.tolist()}; const out = P.map((p, i) => {{ const v = model.verdict(p, K[i]);"
-        " return [v.clearance, v.goal.least, v.bin, Number(v.safe), Number(model.isSafe(p, K[i])), v.q[0],"
+        f"const P = {p0.tolist()}, K = {k.tolist()}; const out = P.map((p, i) => "
+        f"{{ const v = model.verdict(p, K[i]);"
+        " return [v.clearance, v.goal.least, v.bins[0], Number(v.safe), model.level(p, K[i]), "
+        "v.q[0],"
         " v.path[40][0]]; });"
         "document.getElementById('result').textContent = JSON.stringify(out);"
     )
     got = np.array(result(run(browser, page, "--dump-dom", script=script)))
-    slack = 4 * float(laid_out.slack) * max(1.0, float(np.abs(problem.goal.A).sum(axis=1).max()))
+    slack = 4 * float(scene.slack) * max(1.0, float(np.abs(problem.goal.A).sum(axis=1).max()))
     assert 0 < slack < 1e-6
     assert np.abs(got[:, 0] - seen.clearance).max() < slack
     assert np.abs(got[:, 1] - seen.goal).max() < slack
@@ -83,28 +108,90 @@ def test_verdicts_equal_the_engine_s(browser, tmp_path, rng):
     assert (got[:, 3] == got[:, 4]).all() and (got[:, 3].astype(bool) == seen.safe).all()
     assert 10 < seen.safe.sum() < 290  # both verdicts occur
     # a page that forgot the tube must be caught by the same numbers
-    forgot = page.read_text().replace("o.sign[i][0] * e[0]", "0").replace("o.sign[i][1] * e[1]", "0")
+    forgot = (
+        page.read_text().replace("o.sign[i][0] * e[0]", "0").replace("o.sign[i][1] * e[1]", "0")
+    )
     page.write_text(forgot)
     wrong = np.array(result(run(browser, page, "--dump-dom", script=script)))
     assert np.abs(wrong[:, 0] - seen.clearance).max() > 0.01 and (wrong[:, 3] > seen.safe).any()
 
 
+def test_what_the_engine_proves_by_corridors_the_page_calls_proved(browser, tmp_path, rng):
+    """Of 400 plans near the samples those that keep to a corridor, with polytopes and without."""
+    model = pj.load(Path(__file__).parents[1] / "data" / "drift_4x8.npz")
+    for polytopes in (False, True):
+        answer = pj.Planner(model).solve(
+            drift_parking.problem(),
+            jax.random.PRNGKey(1),
+            pj.Settings(n_samples=40, budget_s=1.0, polytopes=polytopes),
+        )
+        page = write_page(answer, tmp_path / "page.html")
+        plans = np.repeat(answer.samples, 10, axis=0)
+        plans = plans + rng.normal(size=(400, 4)) * [0.3, 0.3, 0.02, 0.01]
+        p0, k = plans[:, :2], np.clip(plans[:, 2:], model.domain.lo, model.domain.hi)
+        proved = answer.keeps(p0, k) | answer.contains(p0, k)
+        script = (
+            f"const P = {p0.tolist()}, K = {k.tolist()}; const out = P.map((p, i) => {{"
+            " move(p, K[i]); return [$('verdict').dataset.kind === 'proved' ? 1 : 0,"
+            " model.level(p, K[i]) === 2 ? 1 : 0]; });"
+            "document.getElementById('result').textContent = JSON.stringify(out);"
+        )
+        said, painted = np.array(result(run(browser, page, "--dump-dom", script=script))).T
+        assert (said == proved).all() and (painted == proved).all()
+        assert 40 < proved.sum() < 360  # both occur
+        assert bool(answer.polytopes) == polytopes
+        if polytopes:  # they hold most of what the corridors hold, how much depends on the budget
+            continue
+        # a page that forgot the corridors must be caught by the same numbers
+        script = script.replace("const out", "data.corridors.length = 0; const out", 1)
+        forgot, _ = np.array(result(run(browser, page, "--dump-dom", script=script))).T
+        assert (forgot < proved).sum() > 10
+
+
+def test_on_a_border_between_bins_the_widest_tube_counts(browser, tmp_path):
+    """At k_0 = 7/8 two bins meet: the corridor holds with the wide one's widths or not at all."""
+    folded, problem = toy_scene()
+    interval, final = (np.repeat(w, 2, axis=0) for w in uniform_tube(4, 0.02))
+    interval[1] = 0.04
+    final[1] = 0.04
+    edges = [[-1.0, 0.875, 1.0], [-1.0, 1.0]]
+    model = model_of(folded.net, folded.domain, interval, final, edges)
+    plan = {"p0": ["-0.875", "-0.05"], "k": ["0.875", "0.0625"], "sep": SEP}
+    file = answer_file(model, problem, corridors=[plan])
+    page = page_of_file(tmp_path, file)
+    script = (
+        "const out = [[-0.875, -0.05], [-0.705, -0.05]].map((p) => { move(p, [0.875, 0.0625]);"
+        " return [state.seen.bins, state.seen.widths.final[0], $('verdict').dataset.kind]; });"
+        "document.getElementById('result').textContent = JSON.stringify(out);"
+    )
+    near, far = result(run(browser, page, "--dump-dom", script=script))
+    assert near == [[0, 1], 0.04, "proved"]
+    assert far == [[0, 1], 0.04, "unsafe"]  # |p| = 0.17 at the end: 0.2 - 0.02 would do
+
+
 def test_sets_and_samples_are_called_proved_and_nothing_else(browser, toy_page):
     points = {
         "sample": ([-0.9, -0.05], [0.9, 0.0625]),
-        "set": ([-0.9, -0.045], [0.905, 0.06]),
-        "safe": ([-0.1, 0.0], [0.1, 0.01]),  # near the goal all along: another direction would be needed
+        "polytope": ([-0.9, -0.045], [0.905, 0.06]),
+        "corridor": ([-0.9, -0.045], [0.905, 0.0]),  # on the fold: in neither polytope
+        "safe": (
+            [-0.1, 0.0],
+            [0.1, 0.01],
+        ),  # near the goal all along: another direction would be needed
         "miss": ([-0.9, -0.05], [0.5, 0.0625]),
         "touch": ([-0.9, 0.9], [0.9, -0.9]),
     }
     script = (
-        f"const out = {{}}; for (const [name, [p, k]] of Object.entries({json.dumps(points)})) {{ move(p, k);"
-        " out[name] = [$('verdict').dataset.kind, Number($('verdict').dataset.set), $('verdict').textContent]; }"
+        f"const out = {{}}; for (const [name, [p, k]] of Object.entries({json.dumps(points)})) "
+        f"{{ move(p, k);"
+        " const box = $('verdict');"
+        " out[name] = [box.dataset.kind, Number(box.dataset.polytope), box.textContent]; }"
         "document.getElementById('result').textContent = JSON.stringify(out);"
     )
     got = result(run(browser, toy_page, "--dump-dom", script=script))
-    assert got["sample"][0] == got["set"][0] == "proved" and got["set"][1] == 0
-    assert "sample 1" in got["sample"][2] and "inside set 1" in got["set"][2]
+    assert {got[name][0] for name in ("sample", "polytope", "corridor")} == {"proved"}
+    assert "sample 0" in got["sample"][2] and "inside polytope 0" in got["polytope"][2]
+    assert "keeps to corridor 0" in got["corridor"][2]
     assert got["safe"][:2] == ["safe", -1] and "not proved" in got["safe"][2]
     assert got["miss"][0] == got["touch"][0] == "unsafe" and "misses the goal" in got["miss"][2]
 
@@ -124,7 +211,7 @@ const to = plane.px([0.5, 0.5]);
 fire(plane.canvas, "pointerdown", to); fire(plane.canvas, "pointerup", to);
 out.k = state.k.slice();
 $("anchor").checked = true; const end = model.plan(state.p0, state.k).path[model.T];
-sliders[0].value = 0.25; sliders[0].oninput();
+sliders[0].slider.value = 0.25; sliders[0].slider.oninput();
 out.slid = state.k.slice(); out.kept = model.plan(state.p0, state.k).path[model.T].map((v, i) => v - end[i]);
 $("time").value = 3; $("time").oninput(); out.clock = $("clock").textContent;
 $("next").onclick(); out.sample = [state.sample, state.k.slice()];
@@ -142,12 +229,16 @@ document.getElementById("result").textContent = JSON.stringify(out);
 def test_the_address_holds_the_state_and_safe_cells_agree_with_the_engine(browser, toy_page):
     dom = run(browser, toy_page, "--dump-dom", address="#p0=-0.85,-0.02&k=0.85,0.03&t=2")
     assert 'data-ready="1"' in dom and "0.50 of 1.00 s" in dom
-    cells = int(re.search(r'data-cells="(\d+)"', dom).group(1))
+    cells, proved = (
+        int(re.search(rf'data-{name}="(\d+)"', dom).group(1)) for name in ("cells", "proved")
+    )
     model, problem = toy_scene()
     middle = (np.arange(36) + 0.5) / 36 * 2 - 1
     k = np.stack(np.meshgrid(middle, middle), axis=-1).reshape(-1, 2)
-    safe = evaluate(model, scene(problem, model), np.broadcast_to([-0.85, -0.02], k.shape), k).safe
-    assert cells == safe.sum() > 0
+    safe = verdicts(
+        model, scene_of(problem, model), np.broadcast_to([-0.85, -0.02], k.shape), k
+    ).safe
+    assert cells == safe.sum() >= proved > 0
 
 
 def test_the_canvas_is_drawn(browser, toy_page, tmp_path):
@@ -155,7 +246,12 @@ def test_the_canvas_is_drawn(browser, toy_page, tmp_path):
 
     run(browser, toy_page, f"--screenshot={tmp_path / 'page.png'}", address="#t=2")
     picture = imread(tmp_path / "page.png")[..., :3]
-    inks = {"path": (0, 114, 178), "goal": (0, 158, 115), "start": (230, 159, 0), "block": (110, 110, 110)}
+    inks = {
+        "path": (0, 114, 178),
+        "goal": (0, 158, 115),
+        "start": (230, 159, 0),
+        "block": (110, 110, 110),
+    }
     for name, color in inks.items():
         near = np.abs(picture * 255 - np.array(color)).max(axis=-1) < 12
         assert near.sum() > 20, name
@@ -165,11 +261,36 @@ def test_the_canvas_is_drawn(browser, toy_page, tmp_path):
 def test_any_number_of_parameters_is_shown(browser, tmp_path, rng, n_k):
     net, domain = random_network(rng, T=4, n_k=n_k), box(-np.ones(n_k), np.ones(n_k))
     model, (_, problem) = model_of(net, domain, *uniform_tube(4, 0.01)), toy_scene()
-    page = write_page(save(tmp_path / "answer.json", answer_file(model, problem)), tmp_path / "page.html")
+    page = page_of_file(tmp_path, answer_file(model, problem))
     script = (
         "const choice = document.querySelectorAll('#axes select'); if (choice.length) {"
         " choice[1].value = 2; choice[1].onchange(); }"
-        "document.getElementById('result').textContent = JSON.stringify([state.axes, sliders.length, state.k]);"
+        "document.getElementById('result').textContent = JSON.stringify([state.axes, "
+        "sliders.length, state.k]);"
     )
     axes, sliders, k = result(run(browser, page, "--dump-dom", script=script))
     assert axes == ([0, 0] if n_k == 1 else [0, 2]) and sliders == n_k and k == [0.0] * n_k
+
+
+def test_a_plan_can_be_typed_and_linked_to(browser, toy_page):
+    script = """
+const out = {}, fields = [...document.querySelectorAll("#starts input, #sliders input[type=number]")];
+const type = (field, text) => { field.value = text; field.onchange(); };
+out.named = fields.map((field) => field.getAttribute("aria-label"));
+["-0.9", "-0.045", "0.905", "0.06"].forEach((text, i) => type(fields[i], text));
+out.plan = [state.p0, state.k]; out.words = $("verdict").textContent;
+type(fields[0], ""); out.kept = [state.p0[0], fields[0].value];
+type(fields[3], "7"); out.clamped = state.k[1];
+type(fields[3], "0.06");
+out.link = $("link").getAttribute("href");
+document.getElementById("result").textContent = JSON.stringify(out);
+"""
+    got = result(run(browser, toy_page, "--dump-dom", script=script))
+    assert got["named"] == ["start x [m]", "start y [m]", "k0", "k1"]
+    assert got["plan"] == [[-0.9, -0.045], [0.905, 0.06]] and "inside polytope 0" in got["words"]
+    assert got["kept"] == [-0.9, "-0.9"] and got["clamped"] == 1
+    assert got["link"] == "#p0=-0.9,-0.045&k=0.905,0.06&t=0"
+    dom = run(browser, toy_page, "--dump-dom", address=got["link"])
+    assert "inside polytope 0" in dom
+    dom = run(browser, toy_page, "--dump-dom", address="#sample=1")
+    assert "Safe: sample 1" in dom

@@ -16,25 +16,31 @@ from parc_jax.sets.box import box
 
 @pytest.fixture(scope="module")
 def arcs():
-    """Model of arcs, its regions, and an answer with two samples and one piece."""
+    """Model of arcs, its regions, and an answer with two samples and one polytope."""
     tube = arc_tube()
     model = model_of(arc_network(), box(LO, HI), tube.interval, tube.final)
     table = enumerate_regions(model.net, model.domain)
     samples = np.array([[4.5, 0.0, 5.0, 0.05], [4.6, 0.0, 5.2, -0.05]])
-    pieces = [SimpleNamespace(k=np.array([4.8, 0.1]), born=t) for t in (0.5, 0.25)]
-    return SimpleNamespace(model=model, problem=gap_problem(), samples=samples, pieces=pieces), table
+    polytopes = [SimpleNamespace(k=np.array([4.8, 0.1]), born=t) for t in (0.5, 0.25)]
+    return SimpleNamespace(
+        model=model, problem=gap_problem(), samples=samples, polytopes=polytopes
+    ), table
 
 
 def test_verdicts_are_safe_where_plans_are_and_unreachable_only_where_no_k_reaches(arcs, rng):
     answer, table = arcs
     verdict = region_verdicts(answer, table)
-    assert set(np.flatnonzero(verdict == SAFE)) == set(table.locate(np.r_[answer.samples[:, 2:], [[4.8, 0.1]]]))
+    assert set(np.flatnonzero(verdict == SAFE)) == set(
+        table.locate(np.r_[answer.samples[:, 2:], [[4.8, 0.1]]])
+    )
     k = rng.uniform(LO, HI, (4000, 2))
     x = k
     for W, b in zip(answer.model.net.weights[:-1], answer.model.net.biases[:-1], strict=True):
         x = np.maximum(x @ W.T + b, 0)
     heading = (x @ answer.model.net.weights[-1].T + answer.model.net.biases[-1])[:, -1]
-    reaches = np.abs(heading) <= 0.25 - answer.model.tube.final[0, 2]  # p0 is free, so only the heading can fail
+    reaches = (
+        np.abs(heading) <= 0.25 - answer.model.tube.final[0, 2]
+    )  # p0 is free, so only the heading can fail
     region = table.locate(k)
     assert not np.isin(region[reaches], np.flatnonzero(verdict == UNREACHABLE)).any()
     lost = [r for r in np.unique(region) if verdict[r] == NOT_FOUND and (region == r).sum() > 50]
@@ -66,7 +72,10 @@ def test_both_panels_are_drawn(arcs):
     shown = [tuple(np.round(255 * c[:3])) for c in left.collections[0].get_facecolors()[:3]]
     assert shown == [tuple(int(c[i : i + 2], 16) for i in (1, 3, 5)) for c in COLORS]
     assert len(right.collections[1].get_array()) == 1
-    assert left.get_xlabel() == "v [m/s]" and right.get_title("left") == "the same by time (pale: none)"
+    assert (
+        left.get_xlabel() == "v [m/s]"
+        and right.get_title("left") == "the same by time (pale: none)"
+    )
     with pytest.raises(InputError):
         regions(table, verdict[:-1])
 
@@ -76,10 +85,13 @@ def test_slices_of_three_parameters_tile_the_plane(rng):
     table = enumerate_regions(net, box([-1, -1, -1], [1, 1, 1]))
     numbers, outlines = slices(table, (0, 2), np.array([0.0, 0.3, 0.0]))
     nexts = [np.roll(o, -1, axis=0) for o in outlines]
-    areas = [0.5 * (o[:, 0] * n[:, 1] - o[:, 1] * n[:, 0]).sum() for o, n in zip(outlines, nexts, strict=True)]
+    areas = [
+        0.5 * (o[:, 0] * n[:, 1] - o[:, 1] * n[:, 0]).sum()
+        for o, n in zip(outlines, nexts, strict=True)
+    ]
     assert sum(areas) == pytest.approx(4.0, abs=1e-6)
     for number, outline in zip(numbers, outlines, strict=True):
         middle = outline.mean(axis=0)
         assert int(table.locate(np.array([middle[0], 0.3, middle[1]]))) == number
     drawn = regions(table, np.zeros(table.count, int), axes=(0, 2), at=np.array([0.0, 0.3, 0.0]))
-    assert "cut at $k_{2}$ = 0.3" in drawn.axes[0].get_title("left")
+    assert "cut at k1 = 0.3" in drawn.axes[0].get_title("left")

@@ -20,7 +20,9 @@ def many_runs(answer, repeats: int):
     """Every run of the toy replay, repeated with a growing sideways shift."""
     shifts = [toy_replay(answer, shift) for shift in np.linspace(-0.02, 0.02, repeats)]
     path = np.stack([one.path for one in shifts], axis=1).reshape(-1, *shifts[0].path.shape[1:])
-    return SimpleNamespace(path=path, failed=np.stack([one.failed for one in shifts], axis=1).ravel())
+    return SimpleNamespace(
+        path=path, failed=np.stack([one.failed for one in shifts], axis=1).ravel()
+    )
 
 
 def test_error_bands_lie_inside_their_axes_and_files_are_written(answer, tmp_path):

@@ -1,4 +1,6 @@
-"""Files are whole or absent and the same each time; nothing global changes; no picture starts a window system."""
+"""Files are whole or absent and the same each time; nothing global changes; no picture starts a
+window system.
+"""
 
 import subprocess
 import sys
@@ -81,7 +83,9 @@ def test_grown_obstacles_hold_obstacle_body_and_error():
     assert plain.min(axis=0) == pytest.approx([-0.6, 0.2], abs=1e-3)
     assert wide.max(axis=0) == pytest.approx([0.3, 0.75], abs=1e-3)
     triangle = np.array([[0.0, 0.0], [0.2, 0.0], [0.0, 0.1]])
-    assert sorted(map(tuple, shapes.body_outline(Polygon(triangle)))) == sorted(map(tuple, triangle))
+    assert sorted(map(tuple, shapes.body_outline(Polygon(triangle)))) == sorted(
+        map(tuple, triangle)
+    )
     turned = shapes.placed(np.array([[1.0, 0.0]]), np.array([5.0, 5.0]), np.pi / 2)
     assert turned == pytest.approx(np.array([[5.0, 6.0]]))
 
@@ -90,6 +94,9 @@ def test_predictions_on_the_host_are_the_network_s():
     answer = toy_answer()
     seen = predicted(answer.model, answer.samples)
     n = len(answer.samples)
-    expected = answer.samples[:, None, :2] + np.linspace(0, 1, 5)[None, :, None] * answer.samples[:, None, 2:]
+    expected = (
+        answer.samples[:, None, :2]
+        + np.linspace(0, 1, 5)[None, :, None] * answer.samples[:, None, 2:]
+    )
     assert seen.path == pytest.approx(expected) and seen.q == pytest.approx(answer.samples[:, 2:3])
     assert seen.error.shape == (n, 4, 2) and (seen.error == 0.02).all()

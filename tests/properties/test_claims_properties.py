@@ -9,11 +9,11 @@ pytest.importorskip("hypothesis")
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from parc_jax.error.calibrate import kept_maximum, scaled
-from parc_jax.error.claim import tube_from_json, tube_to_json
-from parc_jax.error.measure import Errors
-from parc_jax.error.score import bins_of, score_errors
-from parc_jax.error.tube import tube
+from parc_jax.claim.calibrate import kept_maximum, scaled
+from parc_jax.claim.claim import tube_from_json, tube_to_json
+from parc_jax.claim.measure import Errors
+from parc_jax.claim.score import score_errors
+from parc_jax.claim.tube import tube
 
 pytestmark = pytest.mark.property
 PROFILE = settings(derandomize=True, deadline=None, max_examples=60)
@@ -23,23 +23,25 @@ def random_case(seed, n, bins):
     rng = np.random.default_rng(seed)
     edges = [np.concatenate([[0.0], np.sort(rng.random(b - 1)), [1.0]]) for b in bins]
     n_bins, size = int(np.prod(bins)), 10.0 ** rng.uniform(-9, 3)
-    shape = tube(edges, size * rng.uniform(1e-3, 1, (n_bins, 4, 2)), size * rng.uniform(1e-3, 1, (n_bins, 3)))
+    profile = tube(
+        edges, size * rng.uniform(1e-3, 1, (n_bins, 4, 2)), size * rng.uniform(1e-3, 1, (n_bins, 3))
+    )
     k = rng.random((n, len(bins)))
     on_edge = rng.random(n) < 0.2
     k[on_edge, 0] = rng.choice(edges[0], on_edge.sum())
     errors = Errors(size * rng.exponential(size=(n, 4, 2)), size * rng.exponential(size=(n, 3)))
-    return rng, shape, k, errors
+    return rng, profile, k, errors
 
 
 @PROFILE
 @given(st.integers(0, 2**32 - 1), st.integers(1, 40), st.integers(1, 4), st.integers(1, 3))
 def test_a_run_fits_the_tube_exactly_when_its_score_does(seed, n, b0, b1):
-    rng, shape, k, errors = random_case(seed, n, (b0, b1))
-    score, _ = score_errors(errors, shape, k)
+    rng, profile, k, errors = random_case(seed, n, (b0, b1))
+    score, _ = score_errors(errors, profile, k)
     discard = int(rng.integers(0, n))
     scale = kept_maximum(score, discard)
-    held = scaled(shape, np.full(shape.n_bins, scale), np.zeros(2))
-    numbers = bins_of(shape, k)
+    held = scaled(profile, np.full(profile.n_bins, scale), np.zeros(2))
+    numbers = profile.bins_of(k)
     fits = (errors.interval <= held.interval[numbers].min(axis=1)).all(axis=(1, 2))
     fits &= (errors.final <= held.final[numbers].min(axis=1)).all(axis=1)
     assert fits[score <= scale].all() and (~fits[score > scale * (1 + 1e-12)]).all()
@@ -49,10 +51,10 @@ def test_a_run_fits_the_tube_exactly_when_its_score_does(seed, n, b0, b1):
 @PROFILE
 @given(st.integers(0, 2**32 - 1), st.floats(0, 1e300), st.floats(0, 1e-300))
 def test_tubes_travel_through_json_bit_for_bit(seed, large, small):
-    _, shape, _, _ = random_case(seed, 3, (2, 2))
-    interval = np.array(shape.interval)
+    _, profile, _, _ = random_case(seed, 3, (2, 2))
+    interval = np.array(profile.interval)
     interval[0, 0], interval[3] = [large, small], np.inf
-    before = tube(shape.edges, interval, shape.final)
+    before = tube(profile.edges, interval, profile.final)
     after = tube_from_json(json.loads(json.dumps(tube_to_json(before))))
     assert after.hash == before.hash and (after.claimed == before.claimed).all()
 

@@ -1,4 +1,6 @@
-"""Laws of the regions, for networks drawn by hypothesis: generic, integer (degenerate) and bias-free ones."""
+"""Laws of the regions, for networks drawn by hypothesis: generic, integer (degenerate) and
+bias-free ones.
+"""
 
 import numpy as np
 import pytest
@@ -34,7 +36,9 @@ def interior_points(table, rng, per_region=3):
 
 
 def same_volumes(first, second, tolerance=1e-12):
-    np.testing.assert_allclose(np.sort(first.volumes), np.sort(second.volumes), rtol=1e-9, atol=tolerance)
+    np.testing.assert_allclose(
+        np.sort(first.volumes), np.sort(second.volumes), rtol=1e-9, atol=tolerance
+    )
 
 
 @laws
@@ -51,7 +55,9 @@ def test_piece_equals_the_network_on_its_region(net, seed):
 def test_different_regions_share_no_interior_point(net, seed):
     table = enumerate_regions(net, unit_box(net.n_in))
     number, k = interior_points(table, np.random.default_rng(seed), per_region=2)
-    holds = np.add.reduceat(table.A @ k.T < table.b[:, None] - 1e-9, table.facet_offsets[:-1], axis=0)
+    holds = np.add.reduceat(
+        table.A @ k.T < table.b[:, None] - 1e-9, table.facet_offsets[:-1], axis=0
+    )
     strictly_inside = holds == np.diff(table.facet_offsets)[:, None]  # (region, point)
     assert (strictly_inside.sum(axis=0) <= 1).all()
     claimed = strictly_inside.any(axis=0)
@@ -95,7 +101,9 @@ def test_scaling_a_neuron_by_a_power_of_two_and_undoing_it_changes_nothing(net, 
 @laws
 @given(networks(), seeds, st.sampled_from([1.0, 0.5, -2.0]))
 def test_duplicating_a_neuron_leaves_the_cells(net, seed, factor):
-    """A copy (or a multiple, or the opposite) beside a neuron adds a column to the patterns, and no region."""
+    """A copy (or a multiple, or the opposite) beside a neuron adds a column to the patterns, and no
+    region.
+    """
     rng = np.random.default_rng(seed)
     layer = int(rng.integers(len(net.hidden)))
     j = int(rng.integers(net.hidden[layer]))
@@ -117,7 +125,9 @@ def test_mirroring_an_axis_mirrors_the_cells(net, axis):
     lo, hi = -np.ones(net.n_in), np.linspace(1.0, 1.5, net.n_in)
     table = enumerate_regions(net, box(lo, hi))
     ends = np.sort(np.array([lo * mirror, hi * mirror]), axis=0)
-    other = enumerate_regions(relu_network([net.weights[0] * mirror, *net.weights[1:]], net.biases), box(*ends))
+    other = enumerate_regions(
+        relu_network([net.weights[0] * mirror, *net.weights[1:]], net.biases), box(*ends)
+    )
     assert patterns_of(table) == patterns_of(other)
     same_volumes(table, other)
 

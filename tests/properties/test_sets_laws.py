@@ -1,4 +1,6 @@
-"""Laws of sets and LPs, for polytopes drawn by hypothesis; each law is shown to fail on a broken kernel."""
+"""Laws of sets and LPs, for polytopes drawn by hypothesis; each law is shown to fail on a broken
+kernel.
+"""
 
 from fractions import Fraction
 
@@ -17,7 +19,6 @@ from parc_jax.sets import (
     bounding_box,
     chebyshev,
     hit_and_run,
-    hull,
     membership,
     minkowski,
     pontryagin,
@@ -50,7 +51,7 @@ def law_image_of_the_preimage_stays_inside(rng, n, h):
 def law_hull_contains_both_ends_and_their_mixtures(rng, n, h):
     p, q = round_polytope(rng, n, h), round_polytope(rng, n, h)
     x, y = vertices.vertices(p)[0], vertices.vertices(q)[-1]
-    both = hull.convex_hull(p, q)
+    both = affine.convex_hull(p, q)
     for share in (0.0, 0.3, 1.0):
         assert not membership.is_proved_outside(both, share * x + (1 - share) * y)
 
@@ -58,14 +59,16 @@ def law_hull_contains_both_ends_and_their_mixtures(rng, n, h):
 def law_hull_is_no_larger_than_both_supports(rng, n, h):
     p, q, w = round_polytope(rng, n, h), round_polytope(rng, n, h), rng.normal(size=(3, n))
     reach = np.maximum(support.support(p, w).upper, support.support(q, w).upper)
-    assert (support.support(hull.convex_hull(p, q), w).lower <= reach + ROUNDING).all()
+    assert (support.support(affine.convex_hull(p, q), w).lower <= reach + ROUNDING).all()
 
 
 def law_shrink_then_perturb_stays_inside(rng, n, h):
     p, e = round_polytope(rng, n, h), rng.uniform(0, 0.2, n)
     x = points_around(rng, p, 200)
     kept = x[pontryagin.shrink(p, e).contains(x)]
-    assert p.replace(b=p.b + ROUNDING).contains(kept + e * rng.choice([-1.0, 1.0], kept.shape)).all()
+    assert (
+        p.replace(b=p.b + ROUNDING).contains(kept + e * rng.choice([-1.0, 1.0], kept.shape)).all()
+    )
 
 
 def law_difference_plus_the_set_stays_inside(rng, n, h):
@@ -80,13 +83,19 @@ def law_grown_set_contains_every_perturbation(rng, n, h):
     p, e = round_polytope(rng, n, h), rng.uniform(0, 0.2, n)
     corners = vertices.vertices(p)
     grown = minkowski.grow(p, e)
-    assert grown.replace(b=grown.b + ROUNDING).contains(corners + e * rng.choice([-1.0, 1.0], corners.shape)).all()
+    assert (
+        grown.replace(b=grown.b + ROUNDING)
+        .contains(corners + e * rng.choice([-1.0, 1.0], corners.shape))
+        .all()
+    )
 
 
 def law_supports_of_a_sum_add(rng, n, h):
     p, q, w = round_polytope(rng, n, h), round_polytope(rng, n, h), rng.normal(size=(2, n))
     parts = support.support(p, w).upper + support.support(q, w).upper
-    np.testing.assert_allclose(support.support(minkowski.minkowski_sum(p, q), w).upper, parts, atol=1e-6)
+    np.testing.assert_allclose(
+        support.support(minkowski.minkowski_sum(p, q), w).upper, parts, atol=1e-6
+    )
 
 
 def law_polygon_sum_has_the_sums_corners(rng, n, h):
@@ -112,7 +121,9 @@ def law_volumes_add_scale_and_ignore_translation(rng, n, h):
     w = rng.normal(size=n)
     level = float(w @ corners.mean(axis=0))
     halves = [HPolytope(np.vstack([p.A, s * w]), np.r_[p.b, s * level]) for s in (1.0, -1.0)]
-    np.testing.assert_allclose(sum(volume.volume(vertices.vertices(q)) for q in halves), whole, rtol=1e-9)
+    np.testing.assert_allclose(
+        sum(volume.volume(vertices.vertices(q)) for q in halves), whole, rtol=1e-9
+    )
     np.testing.assert_allclose(volume.volume(3.0 * corners + w), whole * 3.0**n, rtol=1e-9)
 
 
@@ -120,8 +131,12 @@ def law_row_order_changes_nothing(rng, n, h):
     p = round_polytope(rng, n, h)
     order = rng.permutation(len(p.b))
     q = HPolytope(p.A[order] * 4.0, p.b[order] * 4.0)
-    np.testing.assert_allclose(bounding_box.bounding_box(q).hi, bounding_box.bounding_box(p).hi, atol=1e-6)
-    np.testing.assert_allclose(volume.volume(vertices.vertices(q)), volume.volume(vertices.vertices(p)), rtol=1e-9)
+    np.testing.assert_allclose(
+        bounding_box.bounding_box(q).hi, bounding_box.bounding_box(p).hi, atol=1e-6
+    )
+    np.testing.assert_allclose(
+        volume.volume(vertices.vertices(q)), volume.volume(vertices.vertices(p)), rtol=1e-9
+    )
 
 
 def law_fewer_rows_same_set(rng, n, h):
@@ -150,7 +165,9 @@ def law_lower_bound_is_below_every_point(rng, n, h):
 def law_multipliers_give_a_bound_whatever_they_are(rng, n, h):
     p, c, mu = round_polytope(rng, n, h), rng.normal(size=n), rng.normal(size=h + 2 * n)
     lo, hi = vertices.vertices(p).min(axis=0) - 1, vertices.vertices(p).max(axis=0) + 1
-    assert witness.dual_bound(c, p.A, p.b, mu, lo, hi) <= (vertices.vertices(p) @ c).min() + ROUNDING
+    assert (
+        witness.dual_bound(c, p.A, p.b, mu, lo, hi) <= (vertices.vertices(p) @ c).min() + ROUNDING
+    )
 
 
 def law_more_rows_never_fill_an_empty_set(rng, n, h):
@@ -158,14 +175,19 @@ def law_more_rows_never_fill_an_empty_set(rng, n, h):
     w = rng.normal(size=n)
     beyond = float((vertices.vertices(p) @ w).max()) + 0.01
     empty = HPolytope(np.vstack([p.A, -w]), np.r_[p.b, -beyond])
-    more = HPolytope(np.vstack([empty.A, rng.normal(size=(2, n))]), np.r_[empty.b, rng.normal(size=2)])
+    more = HPolytope(
+        np.vstack([empty.A, rng.normal(size=(2, n))]), np.r_[empty.b, rng.normal(size=2)]
+    )
     assert solving.feasible(empty.A, empty.b).status is LPStatus.INFEASIBLE
     assert solving.feasible(more.A, more.b).status is LPStatus.INFEASIBLE
 
 
 def law_rational_vertices_satisfy_their_rows_exactly(rng, n, h):
     p = round_polytope(rng, 2, h)
-    rows = [(Fraction(float(a)), Fraction(float(c)), Fraction(float(b))) for (a, c), b in zip(p.A, p.b, strict=True)]
+    rows = [
+        (Fraction(float(a)), Fraction(float(c)), Fraction(float(b)))
+        for (a, c), b in zip(p.A, p.b, strict=True)
+    ]
     corners = rational.rational_vertices(p)
     for x, y in corners:
         slack = [b - a * x - c * y for a, c, b in rows]
@@ -177,7 +199,9 @@ def law_samples_stay_inside(rng, n, h):
     p = round_polytope(rng, 3, 6)
     start = chebyshev.chebyshev_center(p).center
     key = jax.random.split(jax.random.key(int(rng.integers(1 << 30))), 1)
-    assert p.contains(hit_and_run.sample_polytopes(key, p.A[None], p.b[None], start[None], 64, 2)).all()
+    assert p.contains(
+        hit_and_run.sample_polytopes(key, p.A[None], p.b[None], start[None], 64, 2)
+    ).all()
 
 
 def bad_hit_and_run(key, A, b, start, count, thin):
@@ -197,7 +221,7 @@ def without_clipping(c, A, b, mu, lo, hi):
     return np.minimum(rho * lo, rho * hi).sum() - mu @ b
 
 
-REAL_HULL, REAL_VERTICES, REAL_SUM = hull.convex_hull, vertices.vertices, minkowski.polygon_sum
+REAL_HULL, REAL_VERTICES, REAL_SUM = affine.convex_hull, vertices.vertices, minkowski.polygon_sum
 REAL_TRIANGULATE, REAL_RATIONAL = volume.triangulate, rational.rational_vertices
 
 
@@ -206,32 +230,80 @@ def first_rows(p, count):
 
 
 CASES = {  # law: (module, name, mutant)
-    law_preimage_is_membership_of_the_image: (affine, "preimage", lambda p, C, d: HPolytope(p.A @ C, p.b)),
-    law_image_of_the_preimage_stays_inside: (affine, "preimage", lambda p, C, d: HPolytope(p.A @ C, p.b + p.A @ d)),
-    law_hull_contains_both_ends_and_their_mixtures: (hull, "convex_hull", lambda s, t: affine.as_ah(s)),
-    law_hull_is_no_larger_than_both_supports: (hull, "convex_hull", no_share),
+    law_preimage_is_membership_of_the_image: (
+        affine,
+        "preimage",
+        lambda p, C, d: HPolytope(p.A @ C, p.b),
+    ),
+    law_image_of_the_preimage_stays_inside: (
+        affine,
+        "preimage",
+        lambda p, C, d: HPolytope(p.A @ C, p.b + p.A @ d),
+    ),
+    law_hull_contains_both_ends_and_their_mixtures: (
+        affine,
+        "convex_hull",
+        lambda s, t: affine.as_ah(s),
+    ),
+    law_hull_is_no_larger_than_both_supports: (affine, "convex_hull", no_share),
     law_shrink_then_perturb_stays_inside: (
-        pontryagin, "shrink", lambda p, e: p.replace(b=p.b - e @ p.A.T)),
+        pontryagin,
+        "shrink",
+        lambda p, e: p.replace(b=p.b - e @ p.A.T),
+    ),
     law_difference_plus_the_set_stays_inside: (
-        pontryagin, "support", lambda q, w: support.support(q, w)._replace(upper=support.support(q, -w).upper)),
-    law_grown_set_contains_every_perturbation: (minkowski, "grow", lambda p, e: p.replace(b=p.b + e @ p.A.T)),
-    law_supports_of_a_sum_add: (minkowski, "minkowski_sum", lambda p, q: hull.convex_hull(p, q)),
+        pontryagin,
+        "support",
+        lambda q, w: support.support(q, w)._replace(upper=support.support(q, -w).upper),
+    ),
+    law_grown_set_contains_every_perturbation: (
+        minkowski,
+        "grow",
+        lambda p, e: p.replace(b=p.b + e @ p.A.T),
+    ),
+    law_supports_of_a_sum_add: (minkowski, "minkowski_sum", lambda p, q: affine.convex_hull(p, q)),
     law_polygon_sum_has_the_sums_corners: (
-        minkowski, "polygon_sum", lambda p, q: first_rows(REAL_SUM(p, q), len(p.b))),
+        minkowski,
+        "polygon_sum",
+        lambda p, q: first_rows(REAL_SUM(p, q), len(p.b)),
+    ),
     law_vertices_span_the_set: (vertices, "vertices", lambda p: REAL_VERTICES(p)[1:]),
-    law_volumes_add_scale_and_ignore_translation: (volume, "triangulate", lambda v: REAL_TRIANGULATE(v)[1:]),
-    law_row_order_changes_nothing: (vertices, "vertices", lambda p: REAL_VERTICES(p) * (1 + abs(p.b[0]))),
+    law_volumes_add_scale_and_ignore_translation: (
+        volume,
+        "triangulate",
+        lambda v: REAL_TRIANGULATE(v)[1:],
+    ),
+    law_row_order_changes_nothing: (
+        vertices,
+        "vertices",
+        lambda p: REAL_VERTICES(p) * (1 + abs(p.b[0])),
+    ),
     law_fewer_rows_same_set: (redundancy, "irredundant_rows", lambda p: np.arange(1, len(p.b))),
     law_chebyshev_ball_fits_and_none_is_larger: (
-        chebyshev, "chebyshev_center", lambda p: chebyshev.Ball(LPStatus.FEASIBLE, REAL_VERTICES(p).mean(axis=0), 0.3)),
-    law_lower_bound_is_below_every_point: (solving, "_lower_bound", lambda lp, c, hint: c @ hint.x + 1e-3),
+        chebyshev,
+        "chebyshev_center",
+        lambda p: chebyshev.Ball(LPStatus.FEASIBLE, REAL_VERTICES(p).mean(axis=0), 0.3),
+    ),
+    law_lower_bound_is_below_every_point: (
+        solving,
+        "_lower_bound",
+        lambda lp, c, hint: c @ hint.x + 1e-3,
+    ),
     law_multipliers_give_a_bound_whatever_they_are: (witness, "dual_bound", without_clipping),
     law_more_rows_never_fill_an_empty_set: (solving, "_lower_bound", lambda lp, c, hint: -np.inf),
     law_rational_vertices_satisfy_their_rows_exactly: (
-        rational, "rational_vertices", lambda p: [(x + Fraction(1, 10**18), y) for x, y in REAL_RATIONAL(p)]),
-    law_samples_stay_inside: (hit_and_run, "hit_and_run_batch",
-        lambda keys, A, b, start, count, thin: bad_hit_and_run(keys, A, b, np.asarray(start), count, thin)),
-}  # fmt: skip
+        rational,
+        "rational_vertices",
+        lambda p: [(x + Fraction(1, 10**18), y) for x, y in REAL_RATIONAL(p)],
+    ),
+    law_samples_stay_inside: (
+        hit_and_run,
+        "hit_and_run_batch",
+        lambda keys, A, b, start, count, thin: bad_hit_and_run(
+            keys, A, b, np.asarray(start), count, thin
+        ),
+    ),
+}
 
 
 @pytest.mark.parametrize("law", CASES, ids=lambda law: law.__name__)

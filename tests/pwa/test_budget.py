@@ -12,7 +12,10 @@ NET, DOMAIN = random_network(3, [12, 12], seed=1), unit_box(3)
 @pytest.mark.parametrize(
     ("cap", "words"),
     [
-        ({"max_regions": 50}, r"max_regions = 50 regions, with \d+ of 30 hyperplanes cut, \d+ regions"),
+        (
+            {"max_regions": 50},
+            r"max_regions = 50 regions, with \d+ of 30 hyperplanes cut, \d+ regions",
+        ),
         ({"max_seconds": 0.0}, r"max_seconds = 0 s"),
         ({"max_bytes": 100_000}, r"max_bytes = 100000"),
     ],
@@ -25,7 +28,9 @@ def test_caps(cap, words):
 
 def test_caps_do_not_change_the_result():
     free = enumerate_regions(NET, DOMAIN)
-    held = enumerate_regions(NET, DOMAIN, max_regions=free.count, max_seconds=60.0, max_bytes=1 << 30)
+    held = enumerate_regions(
+        NET, DOMAIN, max_regions=free.count, max_seconds=60.0, max_bytes=1 << 30
+    )
     assert held.count == free.count and (held.patterns == free.patterns).all()
 
 

@@ -47,14 +47,18 @@ def test_integer_weights_meet_everywhere(n, widths):
 
 def test_polytope_domain_with_redundant_repeated_and_touching_rows():
     A = np.array([[1.0, 0], [-1, 0], [0, 1], [0, -1], [1, 1], [2, 2], [1, 1], [1, -1]])
-    b = np.array([1.0, 1, 1, 1, 1, 2, 2, 2])  # x + y <= 1 twice; <= 2 touches a corner; x - y <= 2 touches one
+    b = np.array(
+        [1.0, 1, 1, 1, 1, 2, 2, 2]
+    )  # x + y <= 1 twice; <= 2 touches a corner; x - y <= 2 touches one
     for seed in range(3):
         table = assert_same_regions(random_network(2, [3, 2], seed, integer=2), hpolytope(A, b))
         assert table.proof.domain_volume == pytest.approx(3.5, rel=1e-14)
 
 
 def test_a_deep_neuron_that_copies_one_of_the_first_layer():
-    """relu(relu(z)), relu(-relu(z)) and relu(relu(z) - relu(z)): zero on whole regions, or the same hinge again."""
+    """relu(relu(z)), relu(-relu(z)) and relu(relu(z) - relu(z)): zero on whole regions, or the same
+    hinge again.
+    """
     W0 = np.array([[1.0, 0.3], [-0.2, 0.9]])
     W1 = np.array([[1.0, 0.0], [-1.0, 0.0], [0.0, 0.0], [0.5, 0.5]])
     net = relu_network([W0, W1, np.ones((1, 4))], [np.array([0.1, -0.2]), np.zeros(4), np.zeros(1)])
@@ -62,7 +66,7 @@ def test_a_deep_neuron_that_copies_one_of_the_first_layer():
 
 
 def test_dead_layer_feeds_its_bias_forward():
-    """Every neuron of a layer is off: the next layer is constant, positive and active (A7)."""
+    """Every neuron of a layer is off: the next layer is constant, positive and active [A7]."""
     W0, b0 = np.eye(2), np.full(2, -5.0)
     net = relu_network([W0, np.eye(2), np.ones((1, 2))], [b0, np.array([0.5, -0.5]), np.zeros(1)])
     table = assert_same_regions(net, unit_box(2))
@@ -71,7 +75,7 @@ def test_dead_layer_feeds_its_bias_forward():
 
 
 def test_sliver_between_two_nearly_equal_neurons_is_kept():
-    """A region 2^-40 wide exists, is found, and has the volume it should have (A9)."""
+    """A region 2^-40 wide exists, is found, and has the volume it should have [A9]."""
     W = np.array([[1.0, 0.5], [1.0, 0.5]])
     net = relu_network([W, np.ones((1, 2))], [np.array([0.0, 2.0**-40]), np.zeros(1)])
     table = assert_same_regions(net, unit_box(2))
@@ -96,5 +100,10 @@ def test_random_degenerate_networks(seed):
         widths = [int(v) for v in rng.integers(1, {1: 6, 2: 5, 3: 4, 4: 3}[n], rng.integers(1, 4))]
         net = random_network(n, widths, int(rng.integers(1 << 30)), integer=int(rng.integers(1, 4)))
         nudge = 2.0 ** -rng.integers(30, 60) * rng.integers(2)
-        net = relu_network([W + nudge * np.sign(W) * np.arange(W.shape[0])[:, None] for W in net.weights], net.biases)
-        assert_same_regions(net, box(-rng.integers(1, 4, n).astype(float), rng.integers(1, 4, n).astype(float)))
+        net = relu_network(
+            [W + nudge * np.sign(W) * np.arange(W.shape[0])[:, None] for W in net.weights],
+            net.biases,
+        )
+        assert_same_regions(
+            net, box(-rng.integers(1, 4, n).astype(float), rng.integers(1, 4, n).astype(float))
+        )

@@ -37,7 +37,10 @@ def test_more_than_six_inputs_are_sent_to_march():
 
 
 def test_facets_on_the_domain_carry_its_row_numbers():
-    A, b = np.array([[-1.0, 0], [0, -1], [1, 1], [5, 5]]), np.array([0.0, 0, 1, 9])  # the last row is redundant
+    A, b = (
+        np.array([[-1.0, 0], [0, -1], [1, 1], [5, 5]]),
+        np.array([0.0, 0, 1, 9]),
+    )  # the last row is redundant
     table = enumerate_regions(NET, hpolytope(A, b))
     on_domain = table.facet_label < 0
     assert set(-1 - table.facet_label[on_domain]) == {0, 1, 2}
@@ -51,7 +54,15 @@ def test_numbers_that_would_overflow_are_refused_and_lesser_ones_are_not():
     assert enumerate_regions(NET, box([-1e30, -1e30], [1e30, 1e30])).count > 1
     with pytest.raises(InputError, match="sizes between"):
         enumerate_regions(NET, box([-1e60, -1.0], [1e60, 1.0]))
-    huge = relu_network([NET.weights[0] * 1e90, NET.weights[1]], [NET.biases[0] * 1e90, NET.biases[1]])
-    assert enumerate_regions(huge, box([-1, -1], [1, 1])).count == enumerate_regions(NET, box([-1, -1], [1, 1])).count
+    huge = relu_network(
+        [NET.weights[0] * 1e90, NET.weights[1]], [NET.biases[0] * 1e90, NET.biases[1]]
+    )
+    assert (
+        enumerate_regions(huge, box([-1, -1], [1, 1])).count
+        == enumerate_regions(NET, box([-1, -1], [1, 1])).count
+    )
     with pytest.raises(InputError, match="Rescale"):
-        enumerate_regions(relu_network([NET.weights[0] * 1e150, NET.weights[1]], NET.biases), box([-1, -1], [1, 1]))
+        enumerate_regions(
+            relu_network([NET.weights[0] * 1e150, NET.weights[1]], NET.biases),
+            box([-1, -1], [1, 1]),
+        )

@@ -53,7 +53,9 @@ def test_a_network_without_hidden_layer_is_one_region():
 
 
 def test_hinge_of_one_input():
-    table = enumerate_regions(one_layer(np.array([[1.0], [2.0]]), np.array([-0.25, 1.0])), unit_box(1))
+    table = enumerate_regions(
+        one_layer(np.array([[1.0], [2.0]]), np.array([-0.25, 1.0])), unit_box(1)
+    )
     order = np.argsort(table.vertices[table.vertex_offsets[:-1], 0])
     np.testing.assert_allclose(table.volumes[order], [0.5, 0.75, 0.75], rtol=1e-15)
     np.testing.assert_allclose(table.C[order, 0, 0], [0.0, 2.0, 3.0])
@@ -63,9 +65,9 @@ def test_hinge_of_one_input():
 def test_simplex_domain(n):
     """{x >= 0, sum x <= 1} has volume 1 / n!; its regions fill it."""
     simplex = hpolytope(np.concatenate([-np.eye(n), np.ones((1, n))]), np.append(np.zeros(n), 1.0))
-    assert enumerate_regions(relu_network([np.eye(n)], [np.zeros(n)]), simplex).proof.domain_volume == pytest.approx(
-        1 / factorial(n), rel=1e-12
-    )
+    assert enumerate_regions(
+        relu_network([np.eye(n)], [np.zeros(n)]), simplex
+    ).proof.domain_volume == pytest.approx(1 / factorial(n), rel=1e-12)
     table = enumerate_regions(random_network(n, [8, 4], seed=60), simplex)
     assert table.count > 1
     assert table.volumes.sum() == pytest.approx(1 / factorial(n), rel=1e-12)

@@ -4,7 +4,14 @@ from itertools import islice
 
 import numpy as np
 import pytest
-from region_networks import degenerate_networks, outputs, patterns_of, random_network, reference_network, unit_box
+from region_networks import (
+    degenerate_networks,
+    outputs,
+    patterns_of,
+    random_network,
+    reference_network,
+    unit_box,
+)
 
 from parc_jax.errors import InputError
 from parc_jax.network.relu import relu_network
@@ -100,7 +107,7 @@ def thin_network():
 
 
 def flip_all_near(network: ExactNetwork, on, rows, i):
-    """The published rule: every neuron whose row is within 1e-6 of the crossed one changes (A9)."""
+    """The published rule: every neuron whose row is within 1e-6 of the crossed one changes [A9]."""
     new = on.copy()
     near = np.abs(rows.unit - rows.unit[i]).max(axis=1) < 1e-6
     near |= np.abs(rows.unit + rows.unit[i]).max(axis=1) < 1e-6
@@ -110,7 +117,7 @@ def flip_all_near(network: ExactNetwork, on, rows, i):
 
 
 def switch_off_constant(network: ExactNetwork, on, rows, i):
-    """The published rule: neurons without a gradient are switched off in the neighbour (A7)."""
+    """The published rule: neurons without a gradient are switched off in the neighbour [A7]."""
     new = flip_all_near(network, on, rows, i)
     new[[j for j in range(len(on)) if j not in rows.label]] = False
     return new
@@ -123,7 +130,9 @@ def test_the_published_neighbour_rules_would_be_noticed(monkeypatch, rule):
     assert {r.pattern.tobytes() for r in march(net, unit_box(2), np.zeros(2) - 0.5)} == right
     monkeypatch.setattr("parc_jax.pwa.marching.pattern_across", rule)
     try:
-        wrong = {r.pattern.tobytes() for r in islice(march(net, unit_box(2), np.zeros(2) - 0.5), 20)}
+        wrong = {
+            r.pattern.tobytes() for r in islice(march(net, unit_box(2), np.zeros(2) - 0.5), 20)
+        }
     except Exception:
         return  # a pattern without interior: noticed as well
     assert wrong != right

@@ -17,7 +17,11 @@ pytestmark = pytest.mark.soundness
 @pytest.fixture
 def watched(monkeypatch):
     """Ratios error / bound of pre-activations and of vertices, sampled at every cut."""
-    ratios, rng, original = {"value": [], "point": []}, np.random.default_rng(0), signs.SignOracle.codes
+    ratios, rng, original = (
+        {"value": [], "point": []},
+        np.random.default_rng(0),
+        signs.SignOracle.codes,
+    )
 
     def codes(self, j):
         lattice, column, n_rows = self.lattice, self.first_column + j, len(self.exact.rows)
@@ -28,11 +32,15 @@ def watched(monkeypatch):
             on = np.zeros(self.exact.first_neuron[-1], bool)
             on[: max(column - n_rows, 0)] = plus[n_rows:]
             columns = np.flatnonzero(zero)
-            point, q = self.exact.vertex(columns[columns < n_rows], columns[columns >= n_rows] - n_rows, on)
+            point, q = self.exact.vertex(
+                columns[columns < n_rows], columns[columns >= n_rows] - n_rows, on
+            )
             exact, scale = self.exact.values(self.layer, point, q, on)
             error = abs(Fraction(values[v]) - Fraction(exact[j], scale))
             ratios["value"].append(float(error / Fraction(slack.threshold[v])) if error else 0.0)
-            away = [Fraction(x) - Fraction(p, q) for x, p in zip(lattice.x.data[v], point, strict=True)]
+            away = [
+                Fraction(x) - Fraction(p, q) for x, p in zip(lattice.x.data[v], point, strict=True)
+            ]
             distance = float(sum(d * d for d in away)) ** 0.5
             ratios["point"].append(distance / lattice.rho.data[v] if distance else 0.0)
             assert found[v] == (1 if exact[j] > 0 else 2 if exact[j] < 0 else 0)
@@ -43,7 +51,9 @@ def watched(monkeypatch):
 
 
 def nasty_network(rng, n):
-    """Rows and biases over twelve orders of magnitude, and a nearly equal pair of neurons in every layer."""
+    """Rows and biases over twelve orders of magnitude, and a nearly equal pair of neurons in every
+    layer.
+    """
     sizes = [n, *rng.integers(2, 5, 3), 1]
     weights, biases = [], []
     for a, b in pairwise(sizes):

@@ -2,7 +2,8 @@
 
 OPENBLAS_NUM_THREADS=1 pytest -m slow -s tests/pwa/test_speed.py
 
-Columns: network, regions, smallest and median time [ms], time of unpacking the vertices [ms], gap, signs, rationals.
+Columns: network, regions, smallest and median time [ms], time of unpacking the vertices [ms], gap,
+    signs, rationals.
 """
 
 import time
@@ -31,7 +32,8 @@ RANDOM = [  # inputs, widths, seed, CPU seconds allowed
     (5, (12, 12), 0, 4.0),
     (6, (8, 8, 8), 0, 8.0),
 ]
-BUSY = 3.0  # the caps are for a quiet core; a shared one may take this many times longer before a test fails
+# the caps are for a quiet core; a shared one may take this many times longer before a test fails
+BUSY = 3.0
 
 
 def he_network(n, widths, seed, out=157):
@@ -52,7 +54,11 @@ def measure(name, net, domain, allowed, repeats=5):
     vertices = time.process_time() - start
     proof = table.proof
     times = " | ".join(f"{1e3 * t:.3g}" for t in (min(seconds), np.median(seconds), vertices))
-    print(f"\n| {name} | {table.count:,} | {times} | {proof.gap:.0e} | {proof.n_signs:,} | {proof.n_exact} |", end="")
+    print(
+        f"\n| {name} | {table.count:,} | {times} | {proof.gap:.0e} | {proof.n_signs:,} | "
+        f"{proof.n_exact} |",
+        end="",
+    )
     assert min(seconds) <= BUSY * allowed
     return table
 

@@ -1,4 +1,6 @@
-"""The table: rows, neighbours, maps, vertices and `locate` agree with one another and with the network."""
+"""The table: rows, neighbours, maps, vertices and `locate` agree with one another and with the
+network.
+"""
 
 import jax
 import numpy as np
@@ -37,7 +39,9 @@ def test_neighbours_are_mutual_and_share_the_facet(table):
     ends = table.facet_offsets
     for i in range(table.count):
         for facet, other in zip(
-            table.facet_index[ends[i] : ends[i + 1]], table.neighbours[ends[i] : ends[i + 1]], strict=True
+            table.facet_index[ends[i] : ends[i + 1]],
+            table.neighbours[ends[i] : ends[i + 1]],
+            strict=True,
         ):
             label = table.facet_label[facet]
             assert (other < 0) == (label < 0)
@@ -51,7 +55,9 @@ def test_maps_are_the_network_on_closed_regions(table):
     for i in range(table.count):
         v = table.region_vertices(i)
         points = np.concatenate([v, v.mean(axis=0, keepdims=True)])
-        np.testing.assert_allclose(points @ table.C[i].T + table.d[i], outputs(table.net, points), atol=1e-12)
+        np.testing.assert_allclose(
+            points @ table.C[i].T + table.d[i], outputs(table.net, points), atol=1e-12
+        )
     C, d = table.maps(slice(0, 3))
     np.testing.assert_array_equal(C, table.C[:3])
     np.testing.assert_array_equal(d, table.d[:3])

@@ -15,6 +15,7 @@ from synthetic_plants import disturbed, failing, noisy, plant
 from parc_jax.errors import InputError
 from parc_jax.keys import Stage
 from parc_jax.rollout import collect as collecting
+from parc_jax.rollout import rows
 from parc_jax.rollout.batch import concatenate
 from parc_jax.rollout.chunks import default_chunk, run_chunks
 from parc_jax.rollout.collect import collect, stream_rollouts
@@ -29,14 +30,19 @@ def system():
 
 
 def equal(a, b):
-    return all(np.array_equal(getattr(a, f), getattr(b, f), equal_nan=True) for f in ("rows", "k", "p", "q"))
+    return all(
+        np.array_equal(getattr(a, f), getattr(b, f), equal_nan=True)
+        for f in ("rows", "k", "p", "q")
+    )
 
 
 def test_rows_do_not_depend_on_chunking_or_on_how_many_are_asked_for(system):
     whole = collect(system, KEY, 300, chunk=64, quiet=True)
     other = collect(system, KEY, 300, chunk=32, quiet=True)
     np.testing.assert_array_equal(whole.k, other.k)
-    np.testing.assert_allclose(whole.p, other.p, rtol=0, atol=1e-14)  # another program may round differently
+    np.testing.assert_allclose(
+        whole.p, other.p, rtol=0, atol=1e-14
+    )  # another program may round differently
     assert equal(collect(system, KEY, 70, chunk=64, quiet=True), whole.select(slice(70)))
     tail = collect(system, KEY, 108, first_row=192, chunk=64, quiet=True)
     assert equal(tail, whole.select(slice(192, None)))
@@ -44,7 +50,7 @@ def test_rows_do_not_depend_on_chunking_or_on_how_many_are_asked_for(system):
 
 def test_the_number_of_workers_changes_nothing(system, monkeypatch):
     two = collect(system, KEY, 100, chunk=16, quiet=True)
-    monkeypatch.setattr(collecting, "worker_devices", lambda system: [jax.devices()[0]])
+    monkeypatch.setattr(rows, "worker_devices", lambda system: [jax.devices()[0]])
     assert equal(two, collect(system, KEY, 100, chunk=16, quiet=True))
 
 
@@ -56,7 +62,9 @@ def test_the_users_dtype_flag_changes_nothing(system):
 
 
 def test_stages_share_no_numbers(system):
-    train, bound = (collect(system, KEY, 64, stage, quiet=True) for stage in (Stage.TRAIN, Stage.BOUND))
+    train, bound = (
+        collect(system, KEY, 64, stage, quiet=True) for stage in (Stage.TRAIN, Stage.BOUND)
+    )
     assert not np.isin(train.k, bound.k).any()
     assert len(np.unique(np.concatenate([train.hashes(), bound.hashes()]))) == 128
 
@@ -69,11 +77,20 @@ def test_parameters_are_uniform_on_the_domain(system):
         assert ((counts - 400) ** 2 / 400).sum() < 33  # chi-squared, 9 degrees: 1e-4
 
 
+def test_k_and_disturbance_are_independent():
+    runs = collect(plant(disturbed), KEY, 2000, quiet=True)
+    error = runs.p[:, -1] - runs.k
+    correlation = np.corrcoef(np.concatenate([runs.k, error], axis=1).T)
+    assert np.abs(correlation[:2, 2:]).max() < 4 / np.sqrt(2000)
+
+
 def test_given_and_sampled_parameters_are_run_as_they_are(system):
     rows = np.random.default_rng(0).uniform(size=(40, 2))
     np.testing.assert_array_equal(collect(system, KEY, 40, k=rows, chunk=16, quiet=True).k, rows)
     one = collect(system, KEY, 5, k=[0.25, 0.5], quiet=True)
-    assert (one.k == [0.25, 0.5]).all() and len(np.unique(one.p[:, -1, 0])) == 5  # fresh disturbances
+    assert (one.k == [0.25, 0.5]).all() and len(
+        np.unique(one.p[:, -1, 0])
+    ) == 5  # fresh disturbances
     corner = collect(system, KEY, 30, k=lambda key: 0.5 * jax.random.uniform(key, (2,)), quiet=True)
     assert corner.k.max() < 0.5 and corner.law.k_law != "uniform"
     with pytest.raises(InputError, match="inside the domain"):
@@ -105,7 +122,9 @@ def test_an_interrupted_run_continues_with_the_same_numbers(system, tmp_path, mo
         collect(system, KEY, 160, chunk=16, path=path, quiet=True)
     assert not path.exists() and len(list(Path(f"{path}.parts").glob("chunk_*"))) >= 3
     calls[:] = range(100)  # no more interruptions; count again
-    assert equal(collect(system, KEY, 160, path=path, quiet=True), whole)  # the chunk size is remembered
+    assert equal(
+        collect(system, KEY, 160, path=path, quiet=True), whole
+    )  # the chunk size is remembered
     assert len(calls) - 100 <= 7 and path.exists() and not Path(f"{path}.parts").exists()
     assert equal(collect(system, KEY, 160, path=path, quiet=True), whole)
     with pytest.raises(InputError, match="other rollouts"):
@@ -121,7 +140,9 @@ def test_a_folder_of_other_work_is_refused_and_a_damaged_chunk_is_computed_again
 
 
 def test_new_style_keys_are_the_same_keys(system):
-    assert equal(collect(system, jax.random.key(3), 20, quiet=True), collect(system, KEY, 20, quiet=True))
+    assert equal(
+        collect(system, jax.random.key(3), 20, quiet=True), collect(system, KEY, 20, quiet=True)
+    )
 
 
 @pytest.mark.slow
@@ -131,11 +152,17 @@ def test_several_devices_give_the_same_rows(system):
         "import jax; from synthetic_plants import noisy, plant\n"
         "from parc_jax.rollout.collect import collect\n"
         "assert len(jax.devices()) == 3\n"
-        "print(collect(plant(noisy), jax.random.PRNGKey(3), 100, chunk=16, quiet=True).hashes()[-1].decode())\n"
+        "print(collect(plant(noisy), jax.random.PRNGKey(3), 100, chunk=16, "
+        "quiet=True).hashes()[-1].decode())\n"
     )
     flags = {"JAX_PLATFORMS": "cpu", "XLA_FLAGS": "--xla_force_host_platform_device_count=3"}
-    here = str(Path(__file__).resolve().parents[1])
-    out = subprocess.run([sys.executable, "-c", script, here], env=os.environ | flags, capture_output=True, check=True)
+    here = str(Path(__file__).resolve().parents[1] / "helpers")
+    out = subprocess.run(
+        [sys.executable, "-c", script, here],
+        env=os.environ | flags,
+        capture_output=True,
+        check=True,
+    )
     assert out.stdout.strip() == collect(system, KEY, 100, chunk=16, quiet=True).hashes()[-1]
 
 
@@ -145,11 +172,13 @@ def test_a_killed_process_continues_with_the_same_numbers(system, tmp_path):
         "import sys, time; sys.path.insert(0, sys.argv[1])\n"
         "import jax; from synthetic_plants import noisy, plant\n"
         "from parc_jax.rollout import collect as c\n"
+        "from parc_jax.rollout.collect import collect\n"
         "run = c.simulate_rows\n"
         "c.simulate_rows = lambda *a: (time.sleep(0.2), run(*a))[1]\n"
-        "c.collect(plant(noisy), jax.random.PRNGKey(3), 640, chunk=16, path=sys.argv[2], quiet=True)\n"
+        "collect(plant(noisy), jax.random.PRNGKey(3), 640, chunk=16, path=sys.argv[2], "
+        "quiet=True)\n"
     )
-    path, here = tmp_path / "train.npz", str(Path(__file__).resolve().parents[1])
+    path, here = tmp_path / "train.npz", str(Path(__file__).resolve().parents[1] / "helpers")
     process = subprocess.Popen(
         [sys.executable, "-c", script, here, str(path)], env=os.environ | {"JAX_PLATFORMS": "cpu"}
     )
@@ -175,7 +204,13 @@ class NotJax:
     """A batch simulator in NumPy that reports failures as NaN."""
 
     def __init__(self, like):
-        self.name, self.domain, self.time, self.n_p, self.n_q = "numpy", like.domain, like.time, 2, 1
+        self.name, self.domain, self.time, self.n_p, self.n_q = (
+            "numpy",
+            like.domain,
+            like.time,
+            2,
+            1,
+        )
         self.calls = []
 
     def rollout_batch(self, keys, ks):

@@ -24,7 +24,12 @@ def test_a_saved_batch_comes_back_equal(batch, tmp_path):
     back = load_rollouts(save_rollouts(tmp_path / "a.npz", batch))
     for field in ("rows", "k", "p", "q"):
         np.testing.assert_array_equal(getattr(back, field), getattr(batch, field))
-    assert (back.law, back.time, back.seed, back.stage) == (batch.law, batch.time, batch.seed, batch.stage)
+    assert (back.law, back.time, back.seed, back.stage) == (
+        batch.law,
+        batch.time,
+        batch.seed,
+        batch.stage,
+    )
     assert (back.hashes() == batch.hashes()).all()
 
 
@@ -58,7 +63,11 @@ def test_a_failed_write_leaves_the_old_file(tmp_path, monkeypatch):
 
 
 def test_published_mat_layout(batch, tmp_path):
-    arrays = {"ks_data": batch.k.T, "ps_data": batch.p.transpose(1, 2, 0) + 3.0, "qs_data": batch.q.T}
+    arrays = {
+        "ks_data": batch.k.T,
+        "ps_data": batch.p.transpose(1, 2, 0) + 3.0,
+        "qs_data": batch.q.T,
+    }
     savemat(tmp_path / "drift_rawdata.mat", arrays)
     back = load_rollouts(tmp_path / "drift_rawdata.mat", time=GRID)
     np.testing.assert_array_equal(back.k, batch.k)
@@ -71,12 +80,28 @@ def test_published_mat_layout(batch, tmp_path):
         load_rollouts(tmp_path / "other.mat", time=GRID)
 
 
+def test_commands_are_uniform_only_where_that_is_said(batch, tmp_path):
+    np.savez(tmp_path / "log.npz", k=batch.k, p=batch.p, q=batch.q)
+    said = load_rollouts(tmp_path / "log.npz", GRID, batch.domain, k_law="uniform")
+    assert said.law.k_law == "uniform" and said.law.lo == batch.law.lo
+    assert load_rollouts(tmp_path / "log.npz", GRID, batch.domain).law.k_law == "logged"
+    for wrong in ({"k_law": "uniform"}, {"k_law": "even", "domain": batch.domain}):
+        with pytest.raises(InputError, match="expected k_law"):
+            load_rollouts(tmp_path / "log.npz", GRID, **wrong)
+    with pytest.raises(InputError, match="knows its own"):
+        load_rollouts(
+            save_rollouts(tmp_path / "own.npz", batch), domain=batch.domain, k_law="uniform"
+        )
+
+
 def test_folder_of_csv_logs(batch, tmp_path):
     (tmp_path / "p").mkdir()
     np.savetxt(tmp_path / "k.csv", batch.k, delimiter=",", header="speed,angle", comments="")
     np.savetxt(tmp_path / "q.csv", batch.q, delimiter=",")
     for i, track in enumerate(batch.p):
-        np.savetxt(tmp_path / "p" / f"run_{i:03d}.csv", track, delimiter=",", header="x,y", comments="")
+        np.savetxt(
+            tmp_path / "p" / f"run_{i:03d}.csv", track, delimiter=",", header="x,y", comments=""
+        )
     back = load_rollouts(tmp_path, time=GRID, domain=batch.domain)
     np.testing.assert_array_equal(back.k, batch.k)
     np.testing.assert_array_equal(back.p, batch.p)

@@ -18,7 +18,14 @@ class Slope:
 
     def __init__(self, tilt):
         base = plant(noisy)
-        self.name, self.domain, self.time, self.n_p, self.n_q, self.tilt = "slope", base.domain, base.time, 2, 1, tilt
+        self.name, self.domain, self.time, self.n_p, self.n_q, self.tilt = (
+            "slope",
+            base.domain,
+            base.time,
+            2,
+            1,
+            tilt,
+        )
         self.rollout = base.rollout
 
     def rollout_from(self, key, k, p0):

@@ -1,4 +1,6 @@
-"""Plain Python systems: the same rows in any number of processes, failures kept, death of a worker survived."""
+"""Plain Python systems: the same rows in any number of processes, failures kept, death of a worker
+survived.
+"""
 
 import functools
 import os
@@ -19,7 +21,9 @@ KEY = jax.random.PRNGKey(3)
 
 def walk(rng, k):
     """A random walk with drift k, somewhere in the plane."""
-    return 7.0 + np.concatenate([np.zeros((1, 2)), np.cumsum(k[0] + rng.normal(size=(2, 2)), axis=0)]), [k[0]]
+    return 7.0 + np.concatenate(
+        [np.zeros((1, 2)), np.cumsum(k[0] + rng.normal(size=(2, 2)), axis=0)]
+    ), [k[0]]
 
 
 def walk_from(rng, k, p0, pull=0.0):
@@ -51,7 +55,10 @@ def test_rows_do_not_depend_on_processes_or_chunks():
     first = pj.collect(here, KEY, n=40, quiet=True)
     assert (first.p[:, 0] == 0).all() and not first.failed.any() and (first.q == first.k).all()
     assert len(np.unique(first.p[:, 1])) == 80  # every row has its own randomness
-    for other in (pj.collect(there, KEY, n=40, quiet=True), pj.collect(here, KEY, n=40, chunk=7, quiet=True)):
+    for other in (
+        pj.collect(there, KEY, n=40, quiet=True),
+        pj.collect(here, KEY, n=40, chunk=7, quiet=True),
+    ):
         assert (other.p == first.p).all() and (other.k == first.k).all()
     stumbling = system(stumble, 2)
     k = np.array([[0.5], [0.05], [0.9], [0.6]])
@@ -61,8 +68,11 @@ def test_rows_do_not_depend_on_processes_or_chunks():
     stumbling.close()
 
 
-def test_what_never_works_is_an_error_with_its_traceback():
-    with pytest.raises(InputError, match=r"all 5 runs of a batch failed(.|\n)*expected p \(3, 2\) on the record grid"):
+def test_what_never_works_is_an_error():
+    with pytest.raises(
+        InputError,
+        match=r"all 5 runs of a batch failed.*expected p \(3, 2\) on the record grid",
+    ):
         pj.collect(system(broken, 0), KEY, n=5, quiet=True)
 
 
@@ -81,7 +91,9 @@ def test_translation_invariance_is_measured():
     same = translation_gap(system(walk, 0, simulate_from=walk_from), KEY, starts)
     assert same.p.max() < 1e-12
     pulled = functools.partial(walk_from, pull=0.1)
-    assert translation_gap(system(walk, 0, simulate_from=pulled), KEY, starts).p.tolist() == pytest.approx([3.0, 0.2])
+    assert translation_gap(
+        system(walk, 0, simulate_from=pulled), KEY, starts
+    ).p.tolist() == pytest.approx([3.0, 0.2])
     with pytest.raises(InputError, match="rollout_from"):
         translation_gap(system(walk, 0), KEY, starts)
 
@@ -101,8 +113,13 @@ class Room:
 
 def test_an_environment_becomes_a_system():
     episode = Episode(
-        Room, lambda seen, k: k[0], 2, lambda room, seen: seen, lambda room, seen: seen[:1], lambda k: {"push": 2.0}
-    )  # fmt: skip
+        Room,
+        lambda seen, k: k[0],
+        2,
+        lambda room, seen: seen,
+        lambda room, seen: seen[:1],
+        lambda k: {"push": 2.0},
+    )
     runs = pj.collect(system(episode, 0), KEY, n=20, quiet=True)
     assert np.allclose(runs.p[:, 1], 2 * runs.k) or runs.failed.any()
     assert (runs.failed == (2 * runs.k[:, 0] > 1)).all() and 0 < runs.failed.sum() < 20
@@ -119,7 +136,9 @@ def pendulum_policy(seen, k):
 def test_a_gymnasium_environment():
     gymnasium = pytest.importorskip("gymnasium")
     make = functools.partial(gymnasium.make, "Pendulum-v1", disable_env_checker=True)
-    episode = Episode(make, pendulum_policy, 2, pendulum_position, lambda environment, seen: seen[2:])
+    episode = Episode(
+        make, pendulum_policy, 2, pendulum_position, lambda environment, seen: seen[2:]
+    )
     runs = pj.collect(system(episode, 0), KEY, n=6, quiet=True)
     again = pj.collect(system(episode, 0), KEY, n=6, quiet=True)
     assert not runs.failed.any() and (runs.p == again.p).all()

@@ -1,4 +1,6 @@
-"""Images, preimages, projections, products, intersections and hulls against membership by definition."""
+"""Images, preimages, projections, products, intersections and hulls against membership by
+definition.
+"""
 
 import numpy as np
 import pytest
@@ -6,13 +8,18 @@ from random_polytopes import points_around, round_polytope
 
 from parc_jax.errors import InputError
 from parc_jax.lp.status import LPStatus
-from parc_jax.sets.affine import image, intersection, preimage, preimage_ah, product, projection
+from parc_jax.sets.affine import (
+    convex_hull,
+    image,
+    intersection,
+    preimage,
+    product,
+    projection,
+)
 from parc_jax.sets.ahpolytope import ahpolytope, as_ah
 from parc_jax.sets.box import Box, box
-from parc_jax.sets.emptiness import find_point
 from parc_jax.sets.hpolytope import HPolytope, from_box
-from parc_jax.sets.hull import convex_hull
-from parc_jax.sets.membership import is_proved_outside, membership
+from parc_jax.sets.membership import find_point, is_proved_outside, membership
 from parc_jax.sets.vertices import vertices
 
 BAND = 1e-7  # points this close to a boundary may be decided either way by a float LP
@@ -48,21 +55,13 @@ def test_image_of_a_flattening_map_is_the_hull_of_mapped_vertices(rng):
     assert is_proved_outside(s, beyond + np.array([BAND, 0.3 * BAND]))
 
 
-def test_preimage_of_an_ah_polytope(rng):
-    target = image(round_polytope(rng, 3, 4), rng.normal(size=(2, 3)), np.zeros(2))
-    C, d = rng.normal(size=(2, 2)), rng.normal(size=2)
-    x = rng.normal(size=(40, 2))
-    s = preimage_ah(target, C, d)
-    expected = status_of(target, x @ C.T + d)
-    assert {LPStatus.FEASIBLE, LPStatus.INFEASIBLE} <= set(expected)
-    np.testing.assert_array_equal(status_of(s, x), expected)
-
-
 def test_projection_keeps_exactly_the_shadow():
     triangle = HPolytope(np.array([[-1.0, 0], [0, -1.0], [1.0, 1.0]]), np.array([0.0, 0.0, 1.0]))
     shadow = projection(triangle, [1])
     assert membership(shadow, np.array([0.999])).status is LPStatus.FEASIBLE
-    assert is_proved_outside(shadow, np.array([1.001])) and is_proved_outside(shadow, np.array([-0.001]))
+    assert is_proved_outside(shadow, np.array([1.001])) and is_proved_outside(
+        shadow, np.array([-0.001])
+    )
     with pytest.raises(InputError, match="between 0 and 1"):
         projection(triangle, [2])
 
@@ -78,16 +77,25 @@ def test_product_and_intersection_by_definition(rng, kinds):
     s, t = draw(kinds[0]), draw(kinds[1])
     x = rng.normal(size=(60, 2)) * 0.8
     in_s, in_t = (status_of(u, x) == LPStatus.FEASIBLE for u in (s, t))
-    np.testing.assert_array_equal(status_of(intersection(s, t), x) == LPStatus.FEASIBLE, in_s & in_t)
+    np.testing.assert_array_equal(
+        status_of(intersection(s, t), x) == LPStatus.FEASIBLE, in_s & in_t
+    )
     pair = np.concatenate([x, x[::-1]], axis=1)
-    np.testing.assert_array_equal(status_of(product(s, t), pair) == LPStatus.FEASIBLE, in_s & in_t[::-1])
-    assert isinstance(product(s, t), Box if kinds == "bb" else type(as_ah(s)) if "a" in kinds else HPolytope)
+    np.testing.assert_array_equal(
+        status_of(product(s, t), pair) == LPStatus.FEASIBLE, in_s & in_t[::-1]
+    )
+    assert isinstance(
+        product(s, t), Box if kinds == "bb" else type(as_ah(s)) if "a" in kinds else HPolytope
+    )
     with pytest.raises(InputError, match="one dimension"):
         intersection(s, box([0.0], [1.0]))
 
 
 def test_hull_contains_both_ends_and_everything_between_and_nothing_else(rng):
-    s, t = round_polytope(rng, 2, 4), image(round_polytope(rng, 3, 3), rng.normal(size=(2, 3)), np.array([6.0, 0.0]))
+    s, t = (
+        round_polytope(rng, 2, 4),
+        image(round_polytope(rng, 3, 3), rng.normal(size=(2, 3)), np.array([6.0, 0.0])),
+    )
     corners = np.concatenate([vertices(s), vertices(t.base) @ t.G.T + t.c])
     h = convex_hull(s, t)
     between = rng.dirichlet(np.ones(len(corners)), 30) @ corners
@@ -107,7 +115,9 @@ def test_hull_with_an_empty_bounded_set_is_the_other_set(rng):
 
 
 def test_hull_without_shares_would_be_caught():
-    """The guard bites: if one set is not scaled by its share the hull becomes a sum, and the test above fails."""
+    """The guard bites: if one set is not scaled by its share the hull becomes a sum, and the test
+    above fails.
+    """
     s, t = from_box(box([0.0, 0.0], [1.0, 1.0])), from_box(box([3.0, 0.0], [4.0, 1.0]))
     h = convex_hull(s, t)
     A, b = h.A.copy(), h.b.copy()

@@ -1,4 +1,6 @@
-"""Emptiness, membership, supports, centres and boxes, against HiGHS, vertices and each other; both answers of each."""
+"""Emptiness, membership, supports, centres and boxes, against HiGHS, vertices and each other; both
+answers of each.
+"""
 
 import numpy as np
 import pytest
@@ -8,17 +10,24 @@ from scipy.optimize import linprog
 from parc_jax.errors import InputError
 from parc_jax.lp import solve as solve_module
 from parc_jax.lp.status import LPStatus
-from parc_jax.sets.affine import image
+from parc_jax.sets.affine import convex_hull, image
 from parc_jax.sets.bounding_box import bounding_box, with_bounds
 from parc_jax.sets.chebyshev import chebyshev_center
-from parc_jax.sets.emptiness import find_point, find_points, is_proved_empty
 from parc_jax.sets.hpolytope import HPolytope
-from parc_jax.sets.hull import convex_hull
-from parc_jax.sets.membership import is_proved_outside, membership, memberships
+from parc_jax.sets.membership import (
+    find_point,
+    find_points,
+    is_proved_empty,
+    is_proved_outside,
+    membership,
+    memberships,
+)
 from parc_jax.sets.support import support
 from parc_jax.sets.vertices import vertices
 
-FLAT = HPolytope(np.concatenate([np.eye(2), -np.eye(2)]), np.array([1.0, 0.0, 1.0, 0.0]))  # a segment
+FLAT = HPolytope(
+    np.concatenate([np.eye(2), -np.eye(2)]), np.array([1.0, 0.0, 1.0, 0.0])
+)  # a segment
 EMPTY = HPolytope(np.concatenate([np.eye(2), -np.eye(2)]), np.array([1.0, 0.0, 1.0, -1e-3]))
 
 
@@ -36,7 +45,9 @@ def test_emptiness_of_a_batch_is_a_loop(rng):
     A, b = np.stack([p.A for p in many]), np.stack([p.b for p in many])
     b[2] -= 3.0
     found = find_points(HPolytope(A, b), np.full(3, -50.0), np.full(3, 50.0))
-    assert [int(find_point(HPolytope(*rows)).status) for rows in zip(A, b, strict=True)] == found.status.tolist()
+    assert [
+        int(find_point(HPolytope(*rows)).status) for rows in zip(A, b, strict=True)
+    ] == found.status.tolist()
     assert found.status[2] == LPStatus.INFEASIBLE
 
 
@@ -44,12 +55,17 @@ def test_emptiness_of_a_batch_is_a_loop(rng):
 def test_solver_trouble_is_neither_empty_nor_outside(monkeypatch):
     def trouble(lp):
         h = lp.A.shape[0] + 2 * lp.E.shape[0]
-        return solve_module.Hint("trouble", np.zeros(lp.n), np.zeros(h), np.zeros(len(lp.bound_rows()[1])), "MaxTime")
+        return solve_module.Hint(
+            "trouble", np.zeros(lp.n), np.zeros(h), np.zeros(len(lp.bound_rows()[1])), "MaxTime"
+        )
 
     monkeypatch.setattr(solve_module, "clarabel_hint", trouble)
     assert not is_proved_empty(EMPTY)
     assert not is_proved_outside(FLAT, np.array([9.0, 9.0]))
-    assert support(FLAT, np.eye(2)).upper.tolist() == [np.inf, np.inf] or (support(FLAT, np.eye(2)).upper >= 0).all()
+    assert (
+        support(FLAT, np.eye(2)).upper.tolist() == [np.inf, np.inf]
+        or (support(FLAT, np.eye(2)).upper >= 0).all()
+    )
 
 
 def test_membership_agrees_with_rows_and_gives_the_base_point(rng):
@@ -64,7 +80,9 @@ def test_membership_agrees_with_rows_and_gives_the_base_point(rng):
 
 
 def test_many_memberships_are_a_loop(rng):
-    s = convex_hull(round_polytope(rng, 2, 3), image(round_polytope(rng, 2, 3), np.eye(2), np.array([4.0, 0.0])))
+    s = convex_hull(
+        round_polytope(rng, 2, 3), image(round_polytope(rng, 2, 3), np.eye(2), np.array([4.0, 0.0]))
+    )
     x = rng.uniform(-4, 8, (64, 2))
     together = memberships(s, x)
     one_by_one = [int(membership(s, q).status) for q in x[:40]]
@@ -98,10 +116,14 @@ def test_chebyshev_centre_is_the_deepest_point(rng):
         ball = chebyshev_center(p)
         length = np.linalg.norm(p.A, axis=1)
         rows = np.c_[p.A, length]
-        theirs = linprog(np.r_[np.zeros(n), -1], rows, p.b, bounds=[(None, None)] * (n + 1), method="highs")
+        theirs = linprog(
+            np.r_[np.zeros(n), -1], rows, p.b, bounds=[(None, None)] * (n + 1), method="highs"
+        )
         assert abs(ball.radius + theirs.fun) < 1e-6
         assert p.replace(b=p.b - length * (ball.radius - 1e-6)).contains(ball.center)
-    assert chebyshev_center(FLAT).radius < 1e-8 and chebyshev_center(FLAT).status is LPStatus.FEASIBLE
+    assert (
+        chebyshev_center(FLAT).radius < 1e-8 and chebyshev_center(FLAT).status is LPStatus.FEASIBLE
+    )
     assert chebyshev_center(EMPTY).status is LPStatus.INFEASIBLE
     assert chebyshev_center(HPolytope(np.eye(2), np.ones(2)), largest=7.0).radius > 6.99
 

@@ -48,7 +48,9 @@ def test_flat_and_empty_sets_have_their_vertices():
     assert rows_of(vertices(point)) == [(1.0, 2.0, 0.5)]
     assert vertices(HPolytope(axes, np.array([1.0, 1, 1, -1.001, 1, 1]))).shape == (0, 3)
     assert volume(vertices(square)) == volume(vertices(segment)) == volume(vertices(point)) == 0.0
-    diagonal = HPolytope(np.array([[1.0, -1.0], [-1.0, 1.0], [1.0, 0.0], [-1.0, 0.0]]), np.array([0.0, 0, 1, 1]))
+    diagonal = HPolytope(
+        np.array([[1.0, -1.0], [-1.0, 1.0], [1.0, 0.0], [-1.0, 0.0]]), np.array([0.0, 0, 1, 1])
+    )
     assert rows_of(vertices(diagonal)) == [(-1.0, -1.0), (1.0, 1.0)]
 
 
@@ -85,7 +87,9 @@ def test_float_vertices_equal_rational_ones(rng):
 
 
 def test_rational_vertices_are_exact_and_ordered():
-    third = HPolytope(np.array([[3.0, 0.0], [-1.0, 0.0], [0.0, 1.0], [0.0, -1.0]]), np.array([1.0, 0.0, 1.0, 0.0]))
+    third = HPolytope(
+        np.array([[3.0, 0.0], [-1.0, 0.0], [0.0, 1.0], [0.0, -1.0]]), np.array([1.0, 0.0, 1.0, 0.0])
+    )
     assert rational_vertices(third) == [(0, 0), (Fraction(1, 3), 0), (Fraction(1, 3), 1), (0, 1)]
     assert area(rational_vertices(third)) == Fraction(1, 3)
     assert exact_support(rational_vertices(third), np.array([3.0, 1.0])) == 2
@@ -141,14 +145,18 @@ def test_clipping_vertices_is_cutting_the_set(rng, n):
         lo, hi = centre - radius, centre + 0.5 * radius
         cut = HPolytope(np.concatenate([p.A, np.eye(n), -np.eye(n)]), np.r_[p.b, hi, -lo])
         found, w = clip_to_box(vertices(p), lo, hi), rng.normal(size=(20, n))
-        np.testing.assert_allclose((found @ w.T).max(axis=0), (vertices(cut) @ w.T).max(axis=0), atol=1e-9)
+        np.testing.assert_allclose(
+            (found @ w.T).max(axis=0), (vertices(cut) @ w.T).max(axis=0), atol=1e-9
+        )
         assert abs(volume(found) - volume(vertices(cut))) < 1e-9
     assert len(clip_to_box(vertices(p), hi + 9, hi + 10)) == 0
 
 
 @pytest.mark.soundness
 def test_clipping_is_never_too_small_for_edges_parallel_to_a_wall():
-    """An edge tilted by one unit in the last place: where it crosses is not knowable, so all of it stays."""
+    """An edge tilted by one unit in the last place: where it crosses is not knowable, so all of it
+    stays.
+    """
     low, high = 1.0, np.nextafter(1.0, 2)
     triangle = np.array([[0.0, low], [8.0, high], [0.0, 0.0]])
     cut = clip_to_box(triangle, np.array([-1.0, -1.0]), np.array([9.0, low + 0.3 * (high - low)]))

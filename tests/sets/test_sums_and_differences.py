@@ -51,12 +51,16 @@ class _NumpyWithoutAbs:
 
 @pytest.mark.soundness
 def test_offsets_round_towards_safety(rng):
-    """Exact arithmetic: the shrunken offset is never above b - |A| e, the grown one never below b + |A| e."""
+    """Exact arithmetic: the shrunken offset is never above b - |A| e, the grown one never below b +
+    |A| e.
+    """
     for _ in range(50):
         p, e = HPolytope(rng.normal(size=(4, 3)), rng.normal(size=4) * 10), rng.exponential(size=3)
         down, up = shrink(p, e).b, grow(p, e).b
         for i in range(4):
-            loss = sum(abs(Fraction(float(a))) * Fraction(float(r)) for a, r in zip(p.A[i], e, strict=True))
+            loss = sum(
+                abs(Fraction(float(a))) * Fraction(float(r)) for a, r in zip(p.A[i], e, strict=True)
+            )
             assert Fraction(float(down[i])) <= Fraction(float(p.b[i])) - loss
             assert Fraction(float(up[i])) >= Fraction(float(p.b[i])) + loss
 
@@ -93,7 +97,9 @@ def test_sum_contains_every_pair_and_its_supports_add(rng):
     pairs = [vertices(p)[i] + vertices(q)[j] for i in range(3) for j in range(3)]
     assert all(membership(total, x).status is LPStatus.FEASIBLE for x in pairs)
     w = rng.normal(size=(10, 2))
-    np.testing.assert_allclose(support(total, w).upper, support(p, w).upper + support(q, w).upper, atol=1e-6)
+    np.testing.assert_allclose(
+        support(total, w).upper, support(p, w).upper + support(q, w).upper, atol=1e-6
+    )
 
 
 def test_sum_of_boxes_is_a_box_rounded_outward():
@@ -108,22 +114,32 @@ def test_polygon_sum_is_the_sum_and_not_larger(rng):
     corners = (vertices(p)[:, None] + vertices(q)[None]).reshape(-1, 2)
     assert total.replace(b=total.b + 1e-12).contains(corners).all()  # corners are rounded
     w = rng.normal(size=(20, 2))
-    np.testing.assert_allclose((vertices(total) @ w.T).max(axis=0), (corners @ w.T).max(axis=0), atol=1e-9)
+    np.testing.assert_allclose(
+        (vertices(total) @ w.T).max(axis=0), (corners @ w.T).max(axis=0), atol=1e-9
+    )
 
 
 def test_growing_a_polygon_with_axis_rows_is_the_sum(rng):
     p, e = round_polytope(rng, 2, 5), np.array([0.3, 0.1])
     grown, total = grow(with_axis_rows(p), e), polygon_sum(p, from_box(box(-e, e)))
     w = rng.normal(size=(30, 2))
-    np.testing.assert_allclose((vertices(grown) @ w.T).max(axis=0), (vertices(total) @ w.T).max(axis=0), atol=1e-9)
-    # Without the axis rows the corners are cut too late: the set is larger, on the safe side for an obstacle.
+    np.testing.assert_allclose(
+        (vertices(grown) @ w.T).max(axis=0), (vertices(total) @ w.T).max(axis=0), atol=1e-9
+    )
+    # Without the axis rows the corners are cut too late: the set is larger, on the safe side for an
+    # obstacle.
     triangle = HPolytope(np.array([[-1.0, -0.5], [0.3, -1.0], [0.5, 1.0]]), np.ones(3))
-    assert volume(vertices(grow(triangle, e))) > volume(vertices(grow(with_axis_rows(triangle), e))) + 0.01
+    assert (
+        volume(vertices(grow(triangle, e)))
+        > volume(vertices(grow(with_axis_rows(triangle), e))) + 0.01
+    )
 
 
 def test_sums_refuse_what_they_cannot_do(rng):
     p = round_polytope(rng, 2, 4)
-    empty = HPolytope(np.array([[1.0, 0], [-1.0, 0], [0, 1.0], [0, -1.0]]), np.array([0.0, -1.0, 1.0, 1.0]))
+    empty = HPolytope(
+        np.array([[1.0, 0], [-1.0, 0], [0, 1.0], [0, -1.0]]), np.array([0.0, -1.0, 1.0, 1.0])
+    )
     assert rational_vertices(empty) == []
     with pytest.raises(InputError, match="is empty"):
         polygon_sum(p, empty)

@@ -24,7 +24,8 @@ def within(values, lo, hi):
 
 
 @pytest.mark.parametrize(
-    ("name", "force", "torque", "wave", "drag"), [("study", 0.5, 0.1, 0, 0), ("full", 1.76777, 1, 1, 0.1)]
+    ("name", "force", "torque", "wave", "drag"),
+    [("study", 0.5, 0.1, 0, 0), ("full", 1.76777, 1, 1, 0.1)],
 )
 def test_draws_fill_the_stated_ranges(name, force, torque, wave, drag):
     d = jax.vmap(lambda key: draw_disturbance(key, LAWS[name], SYSID.mass))(KEYS)
@@ -56,23 +57,32 @@ def test_none_is_the_nominal_vessel_and_silent():
 
 def test_draws_are_independent_and_depend_on_the_key_alone():
     one, again = (draw_disturbance(KEYS[5], LAWS["full"], SYSID.mass) for _ in range(2))
-    assert all(bool((a == b).all()) for a, b in zip(jax.tree.leaves(one), jax.tree.leaves(again), strict=True))
+    assert all(
+        bool((a == b).all())
+        for a, b in zip(jax.tree.leaves(one), jax.tree.leaves(again), strict=True)
+    )
     d = jax.vmap(lambda key: draw_disturbance(key, LAWS["full"], SYSID.mass))(KEYS)
-    columns = np.concatenate([np.asarray(leaf).reshape(len(KEYS), -1) for leaf in jax.tree.leaves(d)], axis=1)
+    columns = np.concatenate(
+        [np.asarray(leaf).reshape(len(KEYS), -1) for leaf in jax.tree.leaves(d)], axis=1
+    )
     correlation = np.corrcoef(columns.T) - np.eye(columns.shape[1])
     assert np.abs(correlation).max() < 0.04  # 5 standard errors of 20,000 pairs
 
 
 def test_noise_has_the_stated_half_widths():
     noise = np.asarray(jax.vmap(lambda key: draw_noise(key, LAWS["full"], float))(KEYS))
-    for column, half_width in zip(noise.T, (0.03, 0.03, 0.025, 0.03, 0.03, 0.03, 0.05, 0.05), strict=True):
+    for column, half_width in zip(
+        noise.T, (0.03, 0.03, 0.025, 0.03, 0.03, 0.03, 0.05, 0.05), strict=True
+    ):
         within(column, -half_width, half_width)
 
 
 def test_waves_are_skipped_only_where_the_law_has_none():
     d = draw_disturbance(KEYS[0], LAWS["full"], SYSID.mass)
     here, there = jnp.zeros(2), jnp.array([1.0, -0.5])
-    assert not np.allclose(body_load(LAWS["full"], d, here)[0], body_load(LAWS["full"], d, there)[0])
+    assert not np.allclose(
+        body_load(LAWS["full"], d, here)[0], body_load(LAWS["full"], d, there)[0]
+    )
     assert np.array_equal(body_load(LAWS["study"], d, here)[0], d.force)
     silent = dataclasses.replace(LAWS["full"], wave_force=0.0)  # the torque's waves alone still act
     assert float(body_load(silent, d, here)[1]) != float(d.torque)

@@ -14,7 +14,9 @@ ACTION = jnp.array([0.8, 0.6])
 def test_reward_is_progress_plus_hovering_minus_effort():
     env = HoverEnv(law="none", redraw=0.0)
     step = jax.jit(env.step)
-    state = step(jax.jit(env.reset)(jax.random.PRNGKey(0)), ACTION)  # the first step redraws: start from the second
+    state = step(
+        jax.jit(env.reset)(jax.random.PRNGKey(0)), ACTION
+    )  # the first step redraws: start from the second
     before, state = state.pipeline_state, step(state, ACTION)
     after = state.pipeline_state
     d0, d1 = float(before.distance), float(after.distance)
@@ -50,7 +52,9 @@ def test_tasks_are_redrawn_at_the_stated_rate_about_the_vessel():
     assert distance[changed].min() > NEAREST
     assert distance[changed].max() < FARTHEST
     np.testing.assert_allclose(distance[~changed], measured[~changed])
-    assert np.abs(pose[changed][:, :2]).max() < 0.03  # the new start is where the vessel is: waves and goal move along
+    assert (
+        np.abs(pose[changed][:, :2]).max() < 0.03
+    )  # the new start is where the vessel is: waves and goal move along
     assert np.abs(np.diff(distance[changed])).min() > 0  # no two draws alike
 
 
@@ -65,7 +69,9 @@ def test_stock_wrappers_do_not_repeat_the_first_task():
             goals.append(np.asarray(state.pipeline_state.goal))
             done.append(np.asarray(state.done))
     assert np.array_equal(np.flatnonzero(np.array(done)[:, 0]), [2, 5, 8])
-    assert np.array_equal(goals[2], goals[5])  # auto-reset: the first state again, for one observation ...
+    assert np.array_equal(
+        goals[2], goals[5]
+    )  # auto-reset: the first state again, for one observation ...
     episodes = [goals[0], goals[3], goals[6]]
     assert len({tuple(map(float, g[0])) for g in episodes}) == 3  # ... then a task of its own
     assert np.array_equal(goals[3], goals[4])
@@ -75,7 +81,9 @@ def test_stock_wrappers_do_not_repeat_the_first_task():
 def test_environment_over_mjx_is_the_one_over_the_twin():
     def run(plant):
         env = HoverEnv(plant, law="full", redraw=0.3)
-        scan = jax.jit(lambda s: jax.lax.scan(lambda s, _: (env.step(s, ACTION), s.obs), s, None, length=10)[1])
+        scan = jax.jit(
+            lambda s: jax.lax.scan(lambda s, _: (env.step(s, ACTION), s.obs), s, None, length=10)[1]
+        )
         return np.asarray(scan(jax.jit(env.reset)(jax.random.PRNGKey(3))))
 
     np.testing.assert_allclose(run("mjx"), run("ode"), atol=1e-10)

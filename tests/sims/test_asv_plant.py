@@ -1,4 +1,6 @@
-"""The physics step against a plain NumPy transcription of the equations, and the two plants against each other."""
+"""The physics step against a plain NumPy transcription of the equations, and the two plants against
+each other.
+"""
 
 import functools
 import math
@@ -34,7 +36,9 @@ def textbook(d, heading, commands, n_physics):
             u, v, hx, hy = c * vx + s * vy, -s * vx + c * vy, x + off * c, y + off * s
             fx = d.force[0] + d.wave_force * math.sin(d.wave_number[0] * hx + d.wave_phase[0])
             fy = d.force[1] + d.wave_force * math.sin(d.wave_number[1] * hy + d.wave_phase[1])
-            tau = d.torque + d.wave_torque * math.sin(d.torque_wave_number * (hx + hy) + d.torque_wave_phase)
+            tau = d.torque + d.wave_torque * math.sin(
+                d.torque_wave_number * (hx + hy) + d.torque_wave_phase
+            )
             X = fl + fr - (linear[0] + quadratic[0] * abs(u)) * u + fx
             Y = -(linear[1] + quadratic[1] * abs(v)) * v + fy
             N = 0.377654 * (fr - fl) - (linear[2] + quadratic[2] * abs(r)) * r + tau
@@ -55,7 +59,9 @@ def ours(plant, d, heading, commands, n_physics):
 
 @functools.partial(jax.jit, static_argnames="name")
 def batch(name, ds, headings, commands):
-    return jax.vmap(functools.partial(ours, make_plant(name, SYSID), n_physics=10))(ds, headings, commands)
+    return jax.vmap(functools.partial(ours, make_plant(name, SYSID), n_physics=10))(
+        ds, headings, commands
+    )
 
 
 @pytest.fixture(scope="module")
@@ -69,12 +75,16 @@ def test_twin_is_the_textbook(case):
     p = np.asarray(batch("ode", *case))
     for i in range(8):
         d = jax.tree.map(lambda leaf, i=i: np.asarray(leaf[i]), case[0])
-        np.testing.assert_allclose(p[i], textbook(d, float(case[1][i]), np.asarray(case[2][i]), 10), atol=1e-11)
+        np.testing.assert_allclose(
+            p[i], textbook(d, float(case[1][i]), np.asarray(case[2][i]), 10), atol=1e-11
+        )
 
 
 @pytest.mark.slow
 def test_mjx_is_the_twin_in_open_loop(case):
-    np.testing.assert_allclose(np.asarray(batch("mjx", *case)), np.asarray(batch("ode", *case)), atol=1e-11)
+    np.testing.assert_allclose(
+        np.asarray(batch("mjx", *case)), np.asarray(batch("ode", *case)), atol=1e-11
+    )
 
 
 def test_a_plant_that_moves_before_it_accelerates_is_caught(case):
@@ -93,7 +103,9 @@ def test_mjx_follows_the_default_float_type():
         d = draw_disturbance(KEYS[0], LAWS["full"], SYSID.mass)
         commands = jnp.full((3, 2), 0.7, jnp.float32)
         single = [
-            jax.jit(functools.partial(ours, make_plant(n, SYSID), n_physics=5))(d, heading, commands)
+            jax.jit(functools.partial(ours, make_plant(n, SYSID), n_physics=5))(
+                d, heading, commands
+            )
             for n in ("mjx", "ode")
         ]
     assert single[0].dtype == jnp.float32

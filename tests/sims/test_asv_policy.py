@@ -7,7 +7,15 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 
-from sims.asv.policy import HOVER, LAYOUTS, act, load_policy, observe, policy_from_file_arrays, save_arrays
+from sims.asv.policy import (
+    HOVER,
+    LAYOUTS,
+    act,
+    load_policy,
+    observe,
+    policy_from_file_arrays,
+    save_arrays,
+)
 
 
 @pytest.fixture
@@ -19,18 +27,36 @@ def arrays():
 @pytest.mark.parametrize("layout", LAYOUTS)
 def test_observation_is_the_definition(layout, rng):
     for _ in range(20):
-        position, goal, velocity, yaw = rng.normal(size=2), rng.normal(size=2), rng.normal(size=3), rng.uniform(-9, 9)
+        position, goal, velocity, yaw = (
+            rng.normal(size=2),
+            rng.normal(size=2),
+            rng.normal(size=3),
+            rng.uniform(-9, 9),
+        )
         e = goal - position
         alpha, d = np.arctan2(e[1], e[0]) - yaw, np.hypot(*e)
         c, s = np.cos(yaw), np.sin(yaw)
-        motion = [c * velocity[0] + s * velocity[1], -s * velocity[0] + c * velocity[1], velocity[2]]
-        tail = [d, np.cos(alpha), np.sin(alpha)] if layout == "neuralparc" else [np.cos(alpha), np.sin(alpha), d]
+        motion = [
+            c * velocity[0] + s * velocity[1],
+            -s * velocity[0] + c * velocity[1],
+            velocity[2],
+        ]
+        tail = (
+            [d, np.cos(alpha), np.sin(alpha)]
+            if layout == "neuralparc"
+            else [np.cos(alpha), np.sin(alpha), d]
+        )
         expected = np.array(motion + tail + [0.0] * (LAYOUTS[layout] - 6))
         seen = observe(layout, *map(jnp.asarray, (position, yaw, velocity, goal)))
         np.testing.assert_allclose(seen, expected, atol=1e-12)
-        shift = jnp.asarray(rng.normal(size=2))  # the vessel does not know where it is, only where the goal is from it
+        shift = jnp.asarray(
+            rng.normal(size=2)
+        )  # the vessel does not know where it is, only where the goal is from it
         moved = observe(
-            layout, jnp.asarray(position) + shift, *map(jnp.asarray, (yaw, velocity)), jnp.asarray(goal) + shift
+            layout,
+            jnp.asarray(position) + shift,
+            *map(jnp.asarray, (yaw, velocity)),
+            jnp.asarray(goal) + shift,
         )
         np.testing.assert_allclose(moved, expected, atol=1e-12)
 
@@ -54,7 +80,10 @@ def test_file_round_trip(arrays, tmp_path):
     save_arrays(tmp_path / "p.npz", arrays)
     assert [f.name for f in tmp_path.iterdir()] == ["p.npz"]
     ours, back = load_policy(), load_policy(tmp_path / "p.npz")
-    assert all(np.array_equal(a, b) for a, b in zip(jax.tree.leaves(ours), jax.tree.leaves(back), strict=True))
+    assert all(
+        np.array_equal(a, b)
+        for a, b in zip(jax.tree.leaves(ours), jax.tree.leaves(back), strict=True)
+    )
     assert HOVER.stat().st_size < 200_000
 
 
@@ -81,11 +110,15 @@ def broken(arrays, **changes):
         (lambda a: broken(a, activation=np.array("relu")), "expected tanh layers"),
         (lambda a: broken(a, meta=np.array("{}")), "expected meta"),
         (
-            lambda a: broken(a, meta=np.array(json.dumps({**json.loads(str(a["meta"])), "period": 0.03}))),
+            lambda a: broken(
+                a, meta=np.array(json.dumps({**json.loads(str(a["meta"])), "period": 0.03}))
+            ),
             "control period",
         ),
         (
-            lambda a: broken(a, meta=np.array(json.dumps({**json.loads(str(a["meta"])), "layout": "x"}))),
+            lambda a: broken(
+                a, meta=np.array(json.dumps({**json.loads(str(a["meta"])), "layout": "x"}))
+            ),
             "expected a layout",
         ),
     ],

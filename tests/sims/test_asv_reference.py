@@ -1,4 +1,6 @@
-"""The boat against rollouts of an independent implementation and the published policies (skipped without that data)."""
+"""The boat against rollouts of an independent implementation and the published policies (skipped
+without that data).
+"""
 
 import dataclasses
 
@@ -14,7 +16,9 @@ from sims.asv.plant import make_plant
 from sims.asv.policy import act, load_policy
 from sims.asv.vessel import SYSID, at_rest
 
-WAVES = Law("given disturbance, no noise", wave_force=1.0)  # the waves' amplitude comes with the reference draw
+WAVES = Law(
+    "given disturbance, no noise", wave_force=1.0
+)  # the waves' amplitude comes with the reference draw
 GROUPS = {"parc": 10, "cap": 5, "own": 10}  # physics steps per control step
 
 
@@ -28,9 +32,7 @@ def disturbances(reference, group, condition):
     if condition == "nodist":
         keys = jax.random.split(jax.random.key(0), len(reference[f"{group}_k"]))
         return jax.vmap(lambda key: draw_disturbance(key, LAWS["none"], SYSID.mass))(keys)
-    names = (
-        "mass thrust_mult force_const torque_const force_amp force_freq force_shift torque_amp torque_freq torque_shift"
-    )
+    names = "mass thrust_mult force_const torque_const force_amp force_freq force_shift torque_amp torque_freq torque_shift"
     fields = [jnp.asarray(reference[f"{group}_{condition}_d_{name}"]) for name in names.split()]
     drag = jnp.asarray(reference[f"{group}_{condition}_d_drag_mult"])
     return Disturbance(*fields, drag[:, :3], drag[:, 3:])
@@ -59,7 +61,10 @@ def test_open_loop_replay_agrees_to_a_hundredth_of_a_millimetre(reference, plant
             p, yaw = replay(disturbances(reference, group, condition), headings, commands)
             # the reference is float32: 3e-6 m was seen; the stated bound is 1e-4 m
             assert np.abs(np.asarray(p) - reference[f"{group}_{condition}_p"][:, 1:51]).max() < 1e-5
-            assert np.abs(np.asarray(yaw) - reference[f"{group}_{condition}_psi"][:, 1:51]).max() < 1e-5
+            assert (
+                np.abs(np.asarray(yaw) - reference[f"{group}_{condition}_psi"][:, 1:51]).max()
+                < 1e-5
+            )
 
 
 def test_closed_loop_with_the_capture_policy(reference, shared_data):
@@ -75,11 +80,18 @@ def test_closed_loop_with_the_capture_policy(reference, shared_data):
 
 @pytest.mark.slow
 def test_hovering_statistics_agree_within_five_percent(reference, shared_data):
-    # chatters about the dead zone: single runs are chaotic, so 20 sets of 60 runs against the reference's one set
+    # chatters about the dead zone: single runs are chaotic, so 20 sets of 60 runs against the
+    #     reference's one set
     policy = load_policy(shared_data / "policy_neuralparc_policy.npz", "neuralparc")
     ks = jnp.asarray(reference["parc_k"])
-    noises = {name: getattr(LAWS["study"], name) for name in vars(LAWS["study"]) if name.endswith("_noise")}
-    silent, noisy = (_runs(policy, 500, 10, law) for law in (WAVES, dataclasses.replace(WAVES, **noises)))
+    noises = {
+        name: getattr(LAWS["study"], name)
+        for name in vars(LAWS["study"])
+        if name.endswith("_noise")
+    }
+    silent, noisy = (
+        _runs(policy, 500, 10, law) for law in (WAVES, dataclasses.replace(WAVES, **noises))
+    )
     for condition, runs in (("nodist", silent), ("distsmall", silent), ("noisysmall", noisy)):
         sets = []
         for seed in range(20):
@@ -104,13 +116,19 @@ def _arrival_and_hover(p, k):
     """Median time to 0.3 m [s]; median distance over the second half of the run [m]."""
     distance = np.linalg.norm(p - k[:, None, :2], axis=-1)
     assert (distance < 0.3).any(axis=1).all()
-    return np.array([np.median((distance < 0.3).argmax(axis=1)) * 0.2, np.median(distance[:, 250:])])
+    return np.array(
+        [np.median((distance < 0.3).argmax(axis=1)) * 0.2, np.median(distance[:, 250:])]
+    )
 
 
-@pytest.mark.parametrize(("name", "layout"), [("Capture_SysID-DR50", "capture"), ("neuralparc_policy", "neuralparc")])
+@pytest.mark.parametrize(
+    ("name", "layout"), [("Capture_SysID-DR50", "capture"), ("neuralparc_policy", "neuralparc")]
+)
 def test_published_policies_reproduce_their_reference_actions(shared_data, name, layout):
     path = shared_data / f"policy_{name}.npz"
     policy = load_policy(path, layout)
     with np.load(path) as file:
         observations, actions = jnp.asarray(file["ref_obs"], float), file["ref_action"]
-    assert np.abs(np.asarray(jax.vmap(lambda o: act(policy, o))(observations)) - actions).max() < 2e-6
+    assert (
+        np.abs(np.asarray(jax.vmap(lambda o: act(policy, o))(observations)) - actions).max() < 2e-6
+    )

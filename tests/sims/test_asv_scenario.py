@@ -18,13 +18,17 @@ from sims.asv.policy import HOVER
 
 # rows 0 and 1: same key, same k; row 2: another key, same k
 KEYS = jax.random.split(jax.random.key(4), 6)[jnp.array([0, 0, 1, 2, 3, 4])]
-KS = np.random.default_rng(2).uniform([4, -1, -np.pi / 6], [7, 1, np.pi / 6], (6, 3))[[0, 0, 0, 1, 2, 3]]
+KS = np.random.default_rng(2).uniform([4, -1, -np.pi / 6], [7, 1, np.pi / 6], (6, 3))[
+    [0, 0, 0, 1, 2, 3]
+]
 RECORD = Path(asv.__file__).parent / "hover_training.json"
 
 
 @functools.cache
 def rollouts(plant="ode", **options):
-    return jax.tree.map(np.asarray, jax.jit(jax.vmap(asv.system(plant, **options).rollout))(KEYS, jnp.asarray(KS)))
+    return jax.tree.map(
+        np.asarray, jax.jit(jax.vmap(asv.system(plant, **options).rollout))(KEYS, jnp.asarray(KS))
+    )
 
 
 def test_black_box_of_the_study():
@@ -52,7 +56,9 @@ def test_same_key_same_run_other_key_other_run():
 
 def test_default_plant_is_mjx_and_equals_the_twin():
     assert asv.system().plant == "mjx"
-    np.testing.assert_allclose(rollouts("mjx").p, rollouts("ode").p, atol=1e-8)  # rounding, through 50 decisions
+    np.testing.assert_allclose(
+        rollouts("mjx").p, rollouts("ode").p, atol=1e-8
+    )  # rounding, through 50 decisions
 
 
 def test_published_scenario_is_the_same_motion_ten_times_as_long():

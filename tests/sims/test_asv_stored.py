@@ -1,4 +1,5 @@
-"""The shipped boat, run for run, against a small stored file: a change of draws, plant or weights must be deliberate.
+"""The shipped boat, run for run, against a small stored file: a change of draws, plant or weights
+must be deliberate.
 
 `python -m tests.sims.test_asv_stored` writes the file anew.
 """

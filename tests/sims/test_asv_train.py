@@ -35,7 +35,11 @@ def test_exported_policy_acts_like_braxs_own():
     statistics = quiet_import("brax.training.acme.running_statistics")
     from sims.asv.training_log import policy_arrays
 
-    with jax.enable_x64(False), jax.numpy_dtype_promotion("standard"), jax.numpy_rank_promotion("allow"):
+    with (
+        jax.enable_x64(False),
+        jax.numpy_dtype_promotion("standard"),
+        jax.numpy_rank_promotion("allow"),
+    ):
         network = networks.make_ppo_networks(
             6, 2, statistics.normalize, policy_hidden_layer_sizes=(16, 16), activation=jnp.tanh
         )
@@ -55,7 +59,17 @@ def test_exported_policy_acts_like_braxs_own():
 def command(folder, *options):
     environment = {**os.environ, "JAX_PLATFORMS": "cpu"}
     return subprocess.run(
-        [sys.executable, "-m", "sims.asv.train", "--out", str(folder), "--evaluations", "2", *TINY, *options],
+        [
+            sys.executable,
+            "-m",
+            "sims.asv.train",
+            "--out",
+            str(folder),
+            "--evaluations",
+            "2",
+            *TINY,
+            *options,
+        ],
         capture_output=True,
         text=True,
         env=environment,
@@ -76,7 +90,9 @@ def test_training_goes_on_from_its_checkpoint(tmp_path):
     assert again.returncode == 0, again.stderr
     record = json.loads((tmp_path / "hover_training.json").read_text())
     assert record["resumed_at"] == [10240]
-    assert [row["steps"] for row in record["history"]] == sorted({row["steps"] for row in record["history"]})
+    assert [row["steps"] for row in record["history"]] == sorted(
+        {row["steps"] for row in record["history"]}
+    )
     assert record["history"][-1]["steps"] >= 20480
     after = load_policy(tmp_path / "hover.npz")
     step = np.abs(after.weights[1] - before.weights[1]).max()
@@ -95,5 +111,7 @@ def test_training_goes_on_from_its_checkpoint(tmp_path):
 def test_both_plants_are_fast_enough():
     from sims.asv.speed import control_steps_per_second
 
-    assert control_steps_per_second("ode", "study", 1024)[0] > 100_000  # a tenth of what one free core does
+    assert (
+        control_steps_per_second("ode", "study", 1024)[0] > 100_000
+    )  # a tenth of what one free core does
     assert control_steps_per_second("mjx", "study", 1024)[0] > 30_000

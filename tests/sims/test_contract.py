@@ -12,7 +12,9 @@ from parc_jax.system import BlackBoxSystem
 
 
 class Case(NamedTuple):
-    """A system, its options, and how far a batch may differ from a loop: atol up to sure_until [s], rough after."""
+    """A system, its options, and how far a batch may differ from a loop: atol up to sure_until [s],
+    rough after.
+    """
 
     name: str
     options: dict
@@ -24,7 +26,9 @@ class Case(NamedTuple):
 SYSTEMS = [
     pytest.param(Case("drift_parking", {"plant": "ode"}, 4.8, 1e-9, 0.06), id="drift_parking-ode"),
     pytest.param(
-        Case("drift_parking", {"plant": "mjx"}, 4.8, 1e-9, 0.06), id="drift_parking-mjx", marks=pytest.mark.slow
+        Case("drift_parking", {"plant": "mjx"}, 4.8, 1e-9, 0.06),
+        id="drift_parking-mjx",
+        marks=pytest.mark.slow,
     ),
     pytest.param(Case("f110", {}, 4.9, 0.0, 0.0), id="f110"),
 ]
@@ -48,7 +52,8 @@ def runs(request):
     ks = jnp.asarray(lo + (hi - lo) * np.random.default_rng(11).random((3, lo.size)))
     keys = jax.random.split(jax.random.PRNGKey(4), 3)
     batched = getattr(system, "rollout_batch", None) or jax.jit(jax.vmap(system.rollout))
-    # Row i alone, in a batch of copies of itself: the program is compiled once, and no other row can leak into it.
+    # Row i alone, in a batch of copies of itself: the program is compiled once, and no other row
+    # can leak into it.
     alone = [jnp.full(3, i) for i in range(3)]
     single = [jax.tree.map(lambda a: a[2], batched(keys[i], ks[i])) for i in alone]
     return Runs(system, case, batched(keys, ks), batched(keys, ks), single)
@@ -84,7 +89,9 @@ def test_same_key_same_result(runs):
 def test_a_batch_is_a_loop(runs):
     sure = round(runs.case.sure_until / runs.system.time.dt_record) + 1
     for i, alone in enumerate(runs.single):
-        np.testing.assert_allclose(runs.batch.p[i, :sure], alone.p[:sure], rtol=0, atol=runs.case.atol)
+        np.testing.assert_allclose(
+            runs.batch.p[i, :sure], alone.p[:sure], rtol=0, atol=runs.case.atol
+        )
         np.testing.assert_allclose(runs.batch.p[i], alone.p, rtol=0, atol=runs.case.rough)
         np.testing.assert_allclose(runs.batch.q[i], alone.q, rtol=0, atol=runs.case.rough)
 

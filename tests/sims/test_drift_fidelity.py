@@ -1,7 +1,9 @@
-"""Whole drift manoeuvres against three references: the plain transcription, stored runs, and the original simulator's.
+"""Whole drift manoeuvres against three references: the plain transcription, stored runs, and the
+original simulator's.
 
-Up to 4.8 s every implementation agrees to rounding. After the stop the car creeps by centimetres in a direction that is
-chaotic in the rounding, so that 0.06 m and 0.06 rad is all that can be asked of the end.
+Up to 4.8 s every implementation agrees to rounding. After the stop the car creeps by centimetres in
+a direction that is chaotic in the rounding, so that 0.06 m and 0.06 rad is all that can be asked of
+the end.
 """
 
 from pathlib import Path
@@ -109,7 +111,9 @@ def test_mujoco_body_agrees_with_the_original_simulator(mjx, shared_data):
     _agree_with_original(mjx, shared_data)
 
 
-CHECKED = {  # k: switch, steering at the switch, final (x, y, yaw), rows of t, x, y, yaw, yaw rate, V, beta, ux, uy
+# k: switch, steering at the switch, final (x, y, yaw), rows of t, x, y, yaw, yaw rate, V, beta, ux,
+#     uy
+CHECKED = {
     (10.0, 0.6): (
         359,
         -0.536681752,

@@ -17,7 +17,14 @@ def test_constants_are_those_of_the_description():
     assert params.STEER_MAX == 0.6632251157578453
     assert params.STEER_STEP == 0.017453292519943295
     np.testing.assert_allclose(
-        [params.GRIP_FRONT, params.GRIP_REAR, params.BRAKE_MAX, params.DRIVE_MAX, params.FRONT_ARM, params.REAR_ARM],
+        [
+            params.GRIP_FRONT,
+            params.GRIP_REAR,
+            params.BRAKE_MAX,
+            params.DRIVE_MAX,
+            params.FRONT_ARM,
+            params.REAR_ARM,
+        ],
         [5163.4935, 10483.4565, 5162.4935, 7684.0, 1.608, 0.792],
         rtol=1e-14,
     )
@@ -36,12 +43,17 @@ def test_trigonometry_agrees_with_the_c_library(rng):
 
 
 def test_tyre_force_is_the_stitched_brush_model(rng):
-    alpha = np.concatenate([rng.uniform(-3.5, 3.5, 2000), rng.normal(size=2000) * 0.2, [0.0, np.pi / 2, -np.pi / 2]])
+    alpha = np.concatenate(
+        [rng.uniform(-3.5, 3.5, 2000), rng.normal(size=2000) * 0.2, [0.0, np.pi / 2, -np.pi / 2]]
+    )
     fx = rng.uniform(-0.999, 0.999, alpha.size) * params.GRIP_FRONT
     capacity = tyre.lateral_capacity(params.GRIP_FRONT, fx)
     threshold = tyre.sliding_threshold(capacity, params.STIFFNESS_FRONT)
     force = tyre.lateral_force(alpha, np.tan(alpha), capacity, threshold, params.STIFFNESS_FRONT)
-    want = [oracle.tyre(a, params.STIFFNESS_FRONT, params.GRIP_FRONT, f) for a, f in zip(alpha, fx, strict=True)]
+    want = [
+        oracle.tyre(a, params.STIFFNESS_FRONT, params.GRIP_FRONT, f)
+        for a, f in zip(alpha, fx, strict=True)
+    ]
     np.testing.assert_allclose(force, want, atol=1e-8)  # of 5000 N
     assert min(want) < -5000 and max(want) > 5000
 
@@ -54,10 +66,14 @@ def test_rates_of_the_state(rng, brake):
     steer = rng.uniform(-1, 1, n) * params.STEER_MAX
     drive = rng.uniform(0, 1, n) * params.DRIVE_MAX if brake == 0.0 else np.zeros(n)
     rate, slip = jax.jit(
-        lambda z, s, d: vehicle.rates(newton_euler, vehicle.State(*z), s, *([d] if brake == 0.0 else []), brake=brake)
+        lambda z, s, d: vehicle.rates(
+            newton_euler, vehicle.State(*z), s, *([d] if brake == 0.0 else []), brake=brake
+        )
     )(z, steer, drive)
     want = [oracle.rates(z[:, i], drive[i], brake, steer[i]) for i in range(n)]
-    np.testing.assert_allclose(np.stack(rate, axis=1), np.array([w[0] for w in want]), rtol=1e-9, atol=1e-9)
+    np.testing.assert_allclose(
+        np.stack(rate, axis=1), np.array([w[0] for w in want]), rtol=1e-9, atol=1e-9
+    )
     np.testing.assert_allclose(slip.rear, [w[1] for w in want], atol=1e-15)
     np.testing.assert_allclose(np.broadcast_to(slip.threshold, n), [w[2] for w in want], atol=1e-15)
 
@@ -82,8 +98,12 @@ def test_plan_is_elementwise_over_lanes():
     plan = reference_plan(jnp.asarray(v))
     for lane, speed in enumerate(v):
         states, inputs = oracle.plan(speed)
-        np.testing.assert_allclose(np.stack([f[:, lane] for f in plan[:4]], axis=1), states, atol=1e-12)
-        np.testing.assert_allclose(np.stack([f[:, lane] for f in plan[4:]], axis=1), inputs, atol=1e-12)
+        np.testing.assert_allclose(
+            np.stack([f[:, lane] for f in plan[:4]], axis=1), states, atol=1e-12
+        )
+        np.testing.assert_allclose(
+            np.stack([f[:, lane] for f in plan[4:]], axis=1), inputs, atol=1e-12
+        )
 
 
 def test_start_from_rest():
@@ -95,18 +115,30 @@ def test_start_from_rest():
 
 def test_steering_is_limited_per_evaluation():
     step, top = params.STEER_STEP, params.STEER_MAX
-    cases = ((0.0, 1.0, step), (0.0, -1.0, -step), (0.1, 0.105, 0.105), (top, 2.0, top), (0.3, np.nan, 0.3 - step))
+    cases = (
+        (0.0, 1.0, step),
+        (0.0, -1.0, -step),
+        (0.1, 0.105, 0.105),
+        (top, 2.0, top),
+        (0.3, np.nan, 0.3 - step),
+    )
     for last, want, got in cases:
         z = vehicle.State(*[jnp.float64(0.0)] * 5, jnp.float64(want), *[jnp.float64(0.0)] * 2)
         assert float(control.steer_into_slip(z, jnp.float64(last))) == pytest.approx(got, abs=1e-16)
 
 
 def _driven(v, rng):
-    """38 solves of the plain controller for a car that lags behind its commands: poses, commands, one gain."""
+    """38 solves of the plain controller for a car that lags behind its commands: poses, commands,
+    one gain.
+    """
     controller, pose = oracle.Controller(v), np.array([0.0, 0.0, 0.0, 0.1])
     command, rows = controller.U[0], []
     for j in range(1, 39):
-        applied = command * [0.8, 1.0] if abs(command[1]) < 0.5 else [0.8 * command[0], 0.5 * np.sign(command[1])]
+        applied = (
+            command * [0.8, 1.0]
+            if abs(command[1]) < 0.5
+            else [0.8 * command[0], 0.5 * np.sign(command[1])]
+        )
         pose = oracle.kinematic(pose, applied) + 0.01 * rng.normal(size=4)
         command = controller.solve(j, pose)
         rows.append((*pose, *command, controller.K[2][1, 2]))
@@ -131,7 +163,9 @@ def test_controller_solves_as_described(rng):
 
 
 def _search_cases():
-    """Costs that are smooth, or have a pole in (0, 3) as a tangent has; the plain search ends in every possible way."""
+    """Costs that are smooth, or have a pole in (0, 3) as a tangent has; the plain search ends in
+    every possible way.
+    """
     rng = np.random.default_rng(8)
     n = 3000
     slope, curve, cubic = rng.normal(size=(3, n)) * np.array([1.0, 3.0, 1.0])[:, None]
@@ -139,7 +173,13 @@ def _search_cases():
     strength = np.where(rng.random(n) < 0.5, 0.0, 10.0 ** rng.uniform(-6, 0, n))
 
     def cost_at(e):
-        return 100.0 - slope * e + curve * e**2 + cubic * e**3 + strength * (np.pi / 2 / (1 - e / pole)) ** 2
+        return (
+            100.0
+            - slope * e
+            + curve * e**2
+            + cubic * e**3
+            + strength * (np.pi / 2 / (1 - e / pole)) ** 2
+        )
 
     return cost_at, cost_at(0.0), np.full(n, 1.0)
 
@@ -147,10 +187,14 @@ def _search_cases():
 def _disagreements():
     cost_at, cost, expected = _search_cases()
     length, accepted = jax.jit(
-        lambda: line_search.first_accepted(cost_at, jnp.asarray(cost), jnp.asarray(expected), cost > 0)
+        lambda: line_search.first_accepted(
+            cost_at, jnp.asarray(cost), jnp.asarray(expected), cost > 0
+        )
     )()
     trials = np.array([cost_at(e) for e in line_search.LENGTHS[:-1]])
-    passes = (cost - trials) / (line_search.LENGTHS[:-1, None] * (1 + line_search.LENGTHS[:-1, None] / 2)) > 0.1
+    passes = (cost - trials) / (
+        line_search.LENGTHS[:-1, None] * (1 + line_search.LENGTHS[:-1, None] / 2)
+    ) > 0.1
     found = passes.any(axis=0)
     want = np.where(found, line_search.LENGTHS[np.argmax(passes, axis=0)], line_search.LENGTHS[-1])
     assert found.any() and not found.all() and (want[found] < 1).any() and (want[found] == 1).any()
@@ -172,10 +216,16 @@ def test_scene():
     assert isinstance(disc.body, Disc) and disc.body.radius == pytest.approx(2.35369, abs=5e-6)
     assert isinstance(decagon.body, Polygon) and decagon.body.vertices.shape == (10, 2)
     edges = 0.5 * (decagon.body.vertices + np.roll(decagon.body.vertices, -1, axis=0))
-    np.testing.assert_allclose(np.hypot(*edges.T), disc.body.radius, rtol=1e-12)  # faces touch the circle
-    assert np.abs(edges - [disc.body.radius, 0.0]).max(axis=1).min() < 1e-12  # one face normal along +x
+    np.testing.assert_allclose(
+        np.hypot(*edges.T), disc.body.radius, rtol=1e-12
+    )  # faces touch the circle
+    assert (
+        np.abs(edges - [disc.body.radius, 0.0]).max(axis=1).min() < 1e-12
+    )  # one face normal along +x
     inside = np.array([30.5, -16.0, -np.pi])
-    assert disc.goal.contains(inside) and not disc.goal.contains(inside + np.array([0, 0, 2 * np.pi]))
+    assert disc.goal.contains(inside) and not disc.goal.contains(
+        inside + np.array([0, 0, 2 * np.pi])
+    )
     assert [bool(o.contains(np.array([25.0, -16.0]))) for o in disc.obstacles] == [True, False]
     with pytest.raises(InputError, match="disc"):
         scenario.problem("square")

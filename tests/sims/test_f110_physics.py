@@ -1,4 +1,6 @@
-"""The car's physics: nothing is gained while coasting, tyres keep inside their circle, failures are seen."""
+"""The car's physics: nothing is gained while coasting, tyres keep inside their circle, failures are
+seen.
+"""
 
 import mujoco
 import numpy as np
@@ -14,7 +16,9 @@ SETTLED = 0.02  # [J] energy that the soft contacts take and give back; the car 
 
 
 def coasting(velocity, actuated=False, steps=240):
-    """Mechanical energy (steps,) [J] of a car that is let go with velocity (3,) m/s and rolling wheels."""
+    """Mechanical energy (steps,) [J] of a car that is let go with velocity (3,) m/s and rolling
+    wheels.
+    """
     model = mujoco.MjModel.from_xml_path(str(XML))
     model.opt.enableflags |= mujoco.mjtEnableBit.mjENBL_ENERGY
     if not actuated:
@@ -32,10 +36,14 @@ def coasting(velocity, actuated=False, steps=240):
     return np.array(energy)
 
 
-@pytest.mark.parametrize("velocity", [(3, 0, 0), (0, 3, 0), (2, 2, 0)], ids=["rolling", "sideways", "askew"])
+@pytest.mark.parametrize(
+    "velocity", [(3, 0, 0), (0, 3, 0), (2, 2, 0)], ids=["rolling", "sideways", "askew"]
+)
 def test_coasting_gains_no_energy(velocity):
     energy = coasting(velocity)
-    assert (np.diff(energy).cumsum() - np.minimum.accumulate(np.diff(energy).cumsum())).max() < SETTLED
+    assert (
+        np.diff(energy).cumsum() - np.minimum.accumulate(np.diff(energy).cumsum())
+    ).max() < SETTLED
     assert energy[-1] < energy[0]
 
 
@@ -54,14 +62,18 @@ def test_sliding_sideways_loses_what_friction_takes():
 
 @pytest.fixture(scope="module")
 def drift():
-    """One nominal run, and the same commands given to a single MjData: contacts (ticks, 4, 2) normal and tangential."""
+    """One nominal run, and the same commands given to a single MjData: contacts (ticks, 4, 2)
+    normal and tangential.
+    """
     draws = draw(LAWS["none"], np.zeros((1, 2), np.uint32), 588)
     run = simulate(np.array([[-1.4, 2.8]]), draws, keep_qpos=True)
     return run, *driven(mujoco.MjModel.from_xml_path(str(XML)), run.commands[0])
 
 
 def driven(model, commands):
-    """The MjData after the commands, and friction, normal and tangential force (n, 3) of every contact on the way."""
+    """The MjData after the commands, and friction, normal and tangential force (n, 3) of every
+    contact on the way.
+    """
     data, forces = mujoco.MjData(model), []
     for steer, speed, brake in commands:
         data.ctrl[0], data.ctrl[1] = ackermann(np.array(steer))
@@ -82,7 +94,9 @@ def test_a_batch_is_mujoco_step_by_step(drift):
 def test_tyres_keep_inside_their_circle(drift):
     friction, normal, tangential = drift[2].T
     assert (tangential <= friction * normal * (1 + 1e-6) + 1e-9).all()
-    assert (tangential > 0.99 * friction * normal).mean() > 0.05  # the test is about sliding: it must occur
+    assert (
+        tangential > 0.99 * friction * normal
+    ).mean() > 0.05  # the test is about sliding: it must occur
     assert np.allclose(friction, 0.36)
 
 
@@ -93,7 +107,9 @@ def test_wheels_stay_on_the_floor_while_they_slide(drift):
 
 
 def test_with_tyres_that_do_not_slip_first_the_car_would_hop(drift):
-    """The reason for solreffriction in the model file: MuJoCo's convex contact throws a fast sliding wheel off."""
+    """The reason for solreffriction in the model file: MuJoCo's convex contact throws a fast
+    sliding wheel off.
+    """
     stiff = mujoco.MjModel.from_xml_path(str(XML))
     stiff.pair_solreffriction[:] = 0.0  # "as solref": the default
     normal = driven(stiff, drift[0].commands[0])[1][80:, 1]

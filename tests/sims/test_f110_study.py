@@ -14,10 +14,22 @@ from parc_jax.cli import main
 from sims.f110.rows import Row, interval, sentence, table
 
 PLAN = Row(
-    60, "published", "network", None, 0, (0.1, 0.1, 0.2), safe=0.3, plan=(0.0, 0.0, -1.5, 2.5), failed_1000=12,
-    left_1000=300, failed_random=9, left_random=400,
-)  # fmt: skip
-NONE = Row(60, "honest", "affine", 0.1157, 0, (0.3, 0.2, 0.3), why="the goal is narrower than the tube.")
+    60,
+    "published",
+    "network",
+    None,
+    0,
+    (0.1, 0.1, 0.2),
+    safe=0.3,
+    plan=(0.0, 0.0, -1.5, 2.5),
+    failed_1000=12,
+    left_1000=300,
+    failed_random=9,
+    left_random=400,
+)
+NONE = Row(
+    60, "honest", "affine", 0.1157, 0, (0.3, 0.2, 0.3), why="the goal is narrower than the tube."
+)
 
 
 @pytest.mark.parametrize("failed", [0, 1, 12, 1000])
@@ -36,7 +48,10 @@ def test_words_say_what_is_known_and_what_is_not():
 
 
 def test_bad_input_is_refused_with_code_2_before_anything_is_run(tmp_path, capsys):
-    for arguments, word in ((["--rollouts", "12"], "at least 30"), (["--eps", "0.1"], "eps: expected an option of")):
+    for arguments, word in (
+        (["--rollouts", "12"], "at least 30"),
+        (["--eps", "0.1"], "eps: expected an option of"),
+    ):
         with pytest.raises(SystemExit) as stop:
             main(["run", "f110", "--out", str(tmp_path / "new"), "--no-cache", *arguments])
         said = capsys.readouterr()
@@ -46,21 +61,43 @@ def test_bad_input_is_refused_with_code_2_before_anything_is_run(tmp_path, capsy
 
 @pytest.mark.slow
 def test_a_small_laboratory(tmp_path, capsys):
-    """Sixty runs by the shell's command: no honest plan, which is exit code 1 and not bad input, for a reason."""
+    """Sixty runs by the shell's command: no honest plan, which is exit code 1 and not bad input,
+    for a reason.
+    """
     with pytest.raises(SystemExit) as stop:
-        main(["run", "f110", "--rollouts", "60", "--out", str(tmp_path), "--quiet", "--json", "--no-cache"])
+        main(
+            [
+                "run",
+                "f110",
+                "--rollouts",
+                "60",
+                "--out",
+                str(tmp_path),
+                "--quiet",
+                "--json",
+                "--no-cache",
+            ]
+        )
     said = capsys.readouterr()
     metrics = json.loads(said.out)
-    assert stop.value.code == 1 and said.err == "" and metrics == json.loads((tmp_path / "metrics.json").read_text())
+    assert (
+        stop.value.code == 1
+        and said.err == ""
+        and metrics == json.loads((tmp_path / "metrics.json").read_text())
+    )
     rows = metrics["rows"]
     assert rows[0]["plan"] is not None
     assert rows[1]["plan"] is None and "narrower than the tube at the end" in rows[2]["why"]
     assert [r["claim"] for r in rows] == ["published", "honest", "honest, strict"]
-    assert rows[0]["eps"] is None and rows[2]["eps"] == pytest.approx(1 - 0.025 ** (1 / 30), rel=1e-4)
+    assert rows[0]["eps"] is None and rows[2]["eps"] == pytest.approx(
+        1 - 0.025 ** (1 / 30), rel=1e-4
+    )
     assert (tmp_path / "table.txt").read_text().count("60 runs") == 3
     for name in ("sideslip", "tubes", "more_runs"):
         assert (tmp_path / f"{name}.png").stat().st_size > 10_000
-    assert (tmp_path / "repeats_60_published.png").exists() and not (tmp_path / "answer.json").exists()
+    assert (tmp_path / "repeats_60_published.png").exists() and not (
+        tmp_path / "answer.json"
+    ).exists()
     assert (tmp_path / "film.gif").exists() != ("no_film" in metrics)
     for row in rows:
         assert (row["plan"] is None) == (row["why"] != "")
@@ -69,11 +106,17 @@ def test_a_small_laboratory(tmp_path, capsys):
 @pytest.mark.slow
 @pytest.mark.parametrize("backend", ["egl", "osmesa"])
 def test_the_film_shows_the_car(backend, tmp_path):
-    """Rendered headless where that OpenGL is there; in its own process, since mujoco picks one when it is imported."""
+    """Rendered headless where that OpenGL is there; in its own process, since mujoco picks one when
+    it is imported.
+    """
     done = subprocess.run(
         [sys.executable, "-m", "sims.f110.film", "--out", str(tmp_path), "--size", "160", "90"],
-        env=os.environ | {"MUJOCO_GL": backend}, capture_output=True, text=True, timeout=300, check=False,
-    )  # fmt: skip
+        env=os.environ | {"MUJOCO_GL": backend},
+        capture_output=True,
+        text=True,
+        timeout=300,
+        check=False,
+    )
     if done.returncode and ("no OpenGL" in done.stderr or "OpenGL" in done.stderr):
         pytest.skip(f"no {backend} here")
     assert not done.returncode, done.stderr

@@ -1,4 +1,6 @@
-"""The car as a black box: repeatable by key at any thread count, the same everywhere, and really drifting."""
+"""The car as a black box: repeatable by key at any thread count, the same everywhere, and really
+drifting.
+"""
 
 from dataclasses import fields, replace
 
@@ -40,7 +42,9 @@ def test_repeatable_to_the_bit_at_any_thread_count(system, ks, run):
 
 def test_a_run_does_not_depend_on_its_neighbours(system, ks, run):
     for i in (0, 7):
-        np.testing.assert_array_equal(system.run(KEYS[i : i + 1], ks[i : i + 1]).measured[0], run.measured[i])
+        np.testing.assert_array_equal(
+            system.run(KEYS[i : i + 1], ks[i : i + 1]).measured[0], run.measured[i]
+        )
     one = system.rollout(KEYS[7], ks[7])
     np.testing.assert_array_equal(one.p, run.measured[7, :, :2] - run.measured[7, :1, :2])
 
@@ -61,7 +65,9 @@ def test_without_disturbance_the_key_does_not_matter(ks):
 def test_the_same_run_elsewhere(system, ks, run):
     """Up to the rounding of larger coordinates, which a slide of two seconds amplifies."""
     moved = system.run(KEYS[:4], ks[:4], origin=(37.0, -11.0))
-    np.testing.assert_allclose(moved.pose[:, :, :2] - [37.0, -11.0], run.pose[:4, :, :2], rtol=0, atol=1e-6)
+    np.testing.assert_allclose(
+        moved.pose[:, :, :2] - [37.0, -11.0], run.pose[:4, :, :2], rtol=0, atol=1e-6
+    )
     np.testing.assert_allclose(moved.pose[:, :, 2], run.pose[:4, :, 2], rtol=0, atol=1e-6)
 
 

@@ -1,4 +1,6 @@
-"""MuJoCo models as black boxes: what does not fit is said at once. The physics is tested by the example in docs."""
+"""MuJoCo models as black boxes: what does not fit is said at once. The physics is tested by the
+example in docs.
+"""
 
 import pytest
 

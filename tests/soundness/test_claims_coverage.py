@@ -14,13 +14,13 @@ from synthetic_plants import (
     straight_network,
 )
 
-from parc_jax.error.bound import assumed_claim
-from parc_jax.error.calibrate import calibrate, kept_maximum
-from parc_jax.error.counts import required_runs, wrong_claim_probability
-from parc_jax.error.measure import measure
-from parc_jax.error.monitor import inside_tube
-from parc_jax.error.score import score_system
-from parc_jax.error.shape import training_shape
+from parc_jax.claim.calibrate import calibrate, kept_maximum
+from parc_jax.claim.counts import required_runs, wrong_claim_probability
+from parc_jax.claim.declared import assumed_claim
+from parc_jax.claim.measure import measure
+from parc_jax.claim.monitor import inside_tube
+from parc_jax.claim.profile import training_profile
+from parc_jax.claim.score import score_system
 from parc_jax.keys import Stage
 from parc_jax.rollout.collect import collect
 
@@ -33,7 +33,10 @@ LAWS = {
     "exponential": (lambda u: -np.log1p(-u), lambda s: np.exp(-s)),
     "heavy": (lambda u: (1 - u) ** -2.0, lambda s: s**-0.5),
     "discrete": (lambda u: np.floor(u * 200), lambda s: 1 - (s + 1) / 200),
-    "failing": (lambda u: np.where(u > 0.99, np.inf, u), lambda s: np.where(np.isinf(s), 0.0, 1 - s)),
+    "failing": (
+        lambda u: np.where(u > 0.99, np.inf, u),
+        lambda s: np.where(np.isinf(s), 0.0, 1 - s),
+    ),
 }
 
 
@@ -48,17 +51,21 @@ def test_wrong_claims_are_as_rare_as_the_theorem_says(law, discard):
     error = np.sqrt(bound / repeats)
     assert wrong <= bound + 4 * error  # 4 standard errors: one false failure in 30,000
     if law in ("uniform", "exponential", "heavy"):
-        assert wrong >= bound - 4 * error  # equality for continuous scores: the theorem is not loose
+        assert (
+            wrong >= bound - 4 * error
+        )  # equality for continuous scores: the theorem is not loose
 
 
 def test_wrong_claims_on_a_plant_from_end_to_end():
     system, eps, delta, repeats = plant(noisy), 0.03, 0.05, 200
     n = required_runs(eps, delta)
     train = collect(system, jax.random.PRNGKey(1), 400, quiet=True)
-    shape = training_shape(NET, train, (4, 1))
-    holdout = score_system(NET, system, jax.random.PRNGKey(2), shape, repeats * n, chunk=2048, quiet=True)
+    profile = training_profile(NET, train, (4, 1))
+    holdout = score_system(
+        NET, system, jax.random.PRNGKey(2), profile, repeats * n, chunk=2048, quiet=True
+    )
     truth = score_system(
-        NET, system, jax.random.PRNGKey(3), shape, 60_000, Stage.VALIDATE, chunk=2048, quiet=True
+        NET, system, jax.random.PRNGKey(3), profile, 60_000, Stage.VALIDATE, chunk=2048, quiet=True
     ).score
     scales = kept_maximum(holdout.score.reshape(repeats, n), 0)
     violated = (truth[None] > scales[:, None]).mean(axis=1)
@@ -69,15 +76,21 @@ def test_wrong_claims_on_a_plant_from_end_to_end():
 
 def test_an_error_spike_in_a_sliver_of_k_keeps_the_claim_true():
     system, width, height = plant(spike(1e-4, 10.0)), 1e-4, 10.0
-    shape = training_shape(NET, collect(plant(exact), jax.random.PRNGKey(1), 50, quiet=True), (1, 1))
+    profile = training_profile(
+        NET, collect(plant(exact), jax.random.PRNGKey(1), 50, quiet=True), (1, 1)
+    )
     outcomes = []
     for seed in range(6):
-        scores = score_system(NET, system, jax.random.PRNGKey(seed), shape, 6905, chunk=1024, quiet=True)
-        claim = calibrate(NET, scores, shape, 1e-3, 1e-3, time=system.time)
+        scores = score_system(
+            NET, system, jax.random.PRNGKey(seed), profile, 6905, chunk=1024, quiet=True
+        )
+        claim = calibrate(NET, scores, profile, 1e-3, 1e-3, time=system.time)
         violated = 0.0 if claim.tube.final[0, 0] >= height else width  # exact, by construction
         assert violated <= claim.eps
         outcomes.append(violated)
-    assert 0.0 in outcomes and width in outcomes  # a holdout of this size misses the sliver half the time
+    assert (
+        0.0 in outcomes and width in outcomes
+    )  # a holdout of this size misses the sliver half the time
 
 
 @pytest.mark.parametrize(
@@ -85,9 +98,9 @@ def test_an_error_spike_in_a_sliver_of_k_keeps_the_claim_true():
 )
 def test_errors_that_hide_in_one_place_are_held(run, where):
     system = plant(run, 4, 10)
-    shape = training_shape(NET, collect(system, jax.random.PRNGKey(1), 50, quiet=True), (1, 1))
-    scores = score_system(NET, system, jax.random.PRNGKey(2), shape, 688, quiet=True)
-    claim = calibrate(NET, scores, shape, 1e-2, 1e-3, time=system.time)
+    profile = training_profile(NET, collect(system, jax.random.PRNGKey(1), 50, quiet=True), (1, 1))
+    scores = score_system(NET, system, jax.random.PRNGKey(2), profile, 688, quiet=True)
+    claim = calibrate(NET, scores, profile, 1e-2, 1e-3, time=system.time)
     new = collect(system, jax.random.PRNGKey(3), 4000, Stage.VALIDATE, quiet=True)
     assert (~inside_tube(claim, NET, new)).mean() <= 0.01 + 4 * np.sqrt(0.01 / 4000)
     assert getattr(claim.tube, where).max() > 0.2
@@ -106,7 +119,9 @@ def test_control_the_training_maximum_is_left_far_more_often_than_it_seems():
         claim = assumed_claim(NET, train, (4, 4))
         new = collect(system, jax.random.PRNGKey(100 + seed), 2000, quiet=True)
         left.append((~inside_tube(claim, NET, new)).mean())
-    assert min(left) > 0.05  # 100 honest runs would support 0.067 at 1e-3 with one bin; every seed leaves more
+    assert (
+        min(left) > 0.05
+    )  # 100 honest runs would support 0.067 at 1e-3 with one bin; every seed leaves more
     assert claim.kind == "assumed"
 
 
@@ -136,7 +151,8 @@ def test_control_choosing_the_discards_afterwards():
     score = rng.random((4000, n))
     allowed = [r for r in range(n) if wrong_claim_probability(n, eps, r) <= 0.3]
     ordered = np.sort(score, axis=1)[:, ::-1][:, : len(allowed) + 1]
-    # the largest gap decides: looks harmless, and the claim is made as if that number had been fixed before
+    # the largest gap decides: looks harmless, and the claim is made as if that number had been
+    #     fixed before
     chosen = np.argmax(ordered[:, :-1] - ordered[:, 1:], axis=1) + 1
     violated = 1 - ordered[np.arange(len(score)), chosen]
     assert (violated > eps).mean() > 10 * delta
@@ -154,9 +170,9 @@ def test_control_calibrating_on_the_training_runs():
 def test_the_measured_violation_of_a_default_claim():
     system = plant(noisy)
     train = collect(system, jax.random.PRNGKey(1), 1000, quiet=True)
-    shape = training_shape(NET, train, (8, 1))
-    scores = score_system(NET, system, jax.random.PRNGKey(2), shape, 6905, chunk=1024, quiet=True)
-    claim = calibrate(NET, scores, shape, 1e-3, 1e-3, time=system.time, train=train)
+    profile = training_profile(NET, train, (8, 1))
+    scores = score_system(NET, system, jax.random.PRNGKey(2), profile, 6905, chunk=1024, quiet=True)
+    claim = calibrate(NET, scores, profile, 1e-3, 1e-3, time=system.time, train=train)
     new = collect(system, jax.random.PRNGKey(3), 20_000, Stage.VALIDATE, chunk=1024, quiet=True)
     assert (~inside_tube(claim, NET, new)).mean() <= 1e-3
     assert np.isfinite(measure(NET, new).interval).all()

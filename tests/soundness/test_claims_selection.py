@@ -1,4 +1,6 @@
-"""What a claim is worth after somebody has chosen: k by a hostile planner, or a world that has changed."""
+"""What a claim is worth after somebody has chosen: k by a hostile planner, or a world that has
+changed.
+"""
 
 from functools import partial
 
@@ -8,9 +10,9 @@ import numpy as np
 import pytest
 from synthetic_plants import disturbed, plant, spike, straight, straight_network
 
-from parc_jax.error.bound import bound_error
-from parc_jax.error.monitor import inside_tube, monitor
-from parc_jax.error.risk import NoStatement, Point, Uniform
+from parc_jax.claim.monitor import inside_tube, monitor
+from parc_jax.claim.pipeline import bound_error
+from parc_jax.claim.risk import NoStatement, Point, Uniform
 from parc_jax.keys import Stage
 from parc_jax.rollout.collect import collect
 
@@ -54,12 +56,16 @@ def test_a_hostile_planner_that_chooses_a_set_is_covered(rough_claim, half_width
     risk = rough_claim.risk(Uniform(hi - lo))
     rate = violated(rough_claim, in_the_set, 10_000)
     assert rate <= float(risk.bound) + 4 * np.sqrt(float(risk.bound) / 10_000)
-    assert rate > float(rough_claim.eps) / 4 or half_width > 0.1  # the set was chosen where it hurts
+    assert (
+        rate > float(rough_claim.eps) / 4 or half_width > 0.1
+    )  # the set was chosen where it hurts
 
 
 def test_without_disturbance_a_bad_k_is_bad_every_time():
     system = plant(spike(1e-3, 10.0))
-    claim = bound_error(NET, system, jax.random.PRNGKey(4), 0.01, 1e-3, (1, 1), search=0, quiet=True)
+    claim = bound_error(
+        NET, system, jax.random.PRNGKey(4), 0.01, 1e-3, (1, 1), search=0, quiet=True
+    )
     if claim.tube.final[0, 0] < 10.0:  # the holdout missed the sliver
         run = collect(system, KEY, 1, k=[0.5005, 0.5], quiet=True)
         assert not inside_tube(claim, NET, run).any()
@@ -68,11 +74,14 @@ def test_without_disturbance_a_bad_k_is_bad_every_time():
 
 def test_a_changed_world_rings_and_the_shifted_bound_holds():
     eps, scale = 0.02, 1.2
-    claim = bound_error(NET, plant(disturbed), KEY, eps, 1e-3, (1, 1), n=2000, discard="most", search=0, quiet=True)
+    claim = bound_error(
+        NET, plant(disturbed), KEY, eps, 1e-3, (1, 1), n=2000, discard="most", search=0, quiet=True
+    )
     shifted = collect(plant(partial(disturbed, scale=scale)), KEY, 6000, Stage.REPLAY, quiet=True)
     observed = (~inside_tube(claim, NET, shifted)).mean()
     assert observed > 1.5 * eps
-    # total variation of two normal pairs that differ by a factor: from the likelihood ratio, by sampling the first law
+    # total variation of two normal pairs that differ by a factor: from the likelihood ratio, by
+    # sampling the first law
     gains = np.random.default_rng(1).normal(size=(200_000, 2))
     ratio = np.exp(0.5 * (gains**2).sum(axis=1) * (1 - scale**-2)) / scale**2
     variation = float(np.maximum(0.0, 1 - ratio).mean())

@@ -7,16 +7,24 @@ from exact_oracle import exact_safe
 from toy_models import fold_model, line_model, model_of, random_model, rectangle, uniform_tube
 
 from parc_jax import checker
-from parc_jax.avoid.segment import separation
-from parc_jax.certify import evaluate as engine
-from parc_jax.certify.certificate import network_part, piece_part, problem_part, sample_part, tube_part
-from parc_jax.certify.evaluate import evaluate
-from parc_jax.certify.scene import scene
+from parc_jax.certificate.write import (
+    network_part,
+    polytope_part,
+    problem_part,
+    sample_part,
+    tube_part,
+)
+from parc_jax.checker.exact import dot
 from parc_jax.network.relu import relu_network
+from parc_jax.obstacles.segment import separation
 from parc_jax.planner import Planner
 from parc_jax.problem import Polygon, reach_avoid
 from parc_jax.sets.box import box
 from parc_jax.sets.hpolytope import hpolytope
+from parc_jax.settings import Settings
+from parc_jax.verdict import pointwise as engine
+from parc_jax.verdict.pointwise import verdicts
+from parc_jax.verdict.scene import scene_of
 
 pytestmark = pytest.mark.soundness
 
@@ -27,11 +35,13 @@ TINY = 2.0**-46  # [m] less than it
 
 def judge(model, problem, p0, k):
     """(the planner's verdict, the exact checker's) on one plan."""
-    laid_out = scene(problem, model)
+    scene = scene_of(problem, model)
     p0, k = np.array([p0], float), np.array([k], float)
-    e = evaluate(model, laid_out, p0, k)
-    part = sample_part(problem, laid_out, model.tube, p0[0], k[0], e.path[0], int(e.bin[0]))
-    context = checker.Context(problem_part(problem, model), network_part(model.net), tube_part(model.tube))
+    e = verdicts(model, scene, p0, k)
+    part = sample_part(scene, model.tube, p0[0], k[0], e.path[0], int(e.bin[0]))
+    context = checker.Context(
+        problem_part(problem, model), network_part(model.net), tube_part(model.tube)
+    )
     try:
         context.check_sample(part)
     except checker.Rejected:
@@ -40,7 +50,9 @@ def judge(model, problem, p0, k):
 
 
 def corridor(room, body=0.25, e=0.125):
-    """Straight drive along the x axis between two walls; `room` [m] beyond body and tube on either side."""
+    """Straight drive along the x axis between two walls; `room` [m] beyond body and tube on either
+    side.
+    """
     half = (body if np.isscalar(body) else 0.25) + e + room
     walls = [box([-1, half], [2, 3]), box([-1, -3], [2, -half])]
     return line_model(4, e), reach_avoid(ANYWHERE, walls, body)
@@ -62,11 +74,13 @@ def test_a_gap_of_exactly_body_and_tubes_is_refused_and_one_step_more_is_accepte
 def test_accepting_equality_would_be_noticed(monkeypatch):
     # The float margin is what refuses touching: without it, equality would pass an open comparison.
     model, problem = corridor(0.0)
-    laid_out = scene(problem, model).replace(slack=np.float64(0.0))
-    e = evaluate(model, laid_out, np.zeros((1, 2)), np.array([[1.0, 0.0]]))
+    scene = scene_of(problem, model).replace(slack=np.float64(0.0))
+    e = verdicts(model, scene, np.zeros((1, 2)), np.array([[1.0, 0.0]]))
     assert e.clearance[0] == 0.0 and not e.safe[0]
-    monkeypatch.setattr(engine.Evaluation, "safe", property(lambda self: self.reaches & (self.clearance >= 0)))
-    assert evaluate(model, laid_out, np.zeros((1, 2)), np.array([[1.0, 0.0]])).safe[0]
+    monkeypatch.setattr(
+        engine.Verdicts, "safe", property(lambda self: self.reaches & (self.clearance >= 0))
+    )
+    assert verdicts(model, scene, np.zeros((1, 2)), np.array([[1.0, 0.0]])).safe[0]
 
 
 def test_a_disc_that_touches_a_corner_is_refused():
@@ -102,24 +116,29 @@ def test_a_thin_obstacle_between_knots_is_seen(width):
 
 def test_knots_alone_would_jump_the_wall(monkeypatch):
     model = line_model(4, 0.0)
-    laid_out = scene(reach_avoid(ANYWHERE, [box([0.1, -1], [0.11, 1])], 0.0), model)
-    plan = model.net, model.tube, laid_out, np.zeros(2), np.array([1.0, 0.0])
+    scene = scene_of(reach_avoid(ANYWHERE, [box([0.1, -1], [0.11, 1])], 0.0), model)
+    plan = model.net, model.tube, scene, np.zeros(2), np.array([1.0, 0.0])
     assert not bool(engine.verdict(*plan).clearance > 0)
-    points = jax.vmap(lambda pa, pb, corners, radius: separation(pa, pa, corners, radius), in_axes=(0, 0, 0, None))
+    points = jax.vmap(
+        lambda pa, pb, corners, radius: separation(pa, pa, corners, radius), in_axes=(0, 0, 0, None)
+    )
     monkeypatch.setattr(engine, "separations", points)
     assert bool(engine.verdict(*plan).clearance > 0)
 
 
 def test_a_wall_outside_a_bounded_start_set_is_not_jumped():
-    # The published code intersects both preimages of the wall with P0 before the hull, and loses this collision.
+    # The published code intersects both preimages of the wall with P0 before the hull, and loses
+    # this collision.
     W = np.array([[1.0, 0.0], [0.0, 1.0], [1.0, 0.0]])
-    model = model_of(relu_network([W], [np.zeros(3)]), box([1.75, -0.25], [2.25, 0.25]), *uniform_tube(1, 0.0))
+    model = model_of(
+        relu_network([W], [np.zeros(3)]), box([1.75, -0.25], [2.25, 0.25]), *uniform_tube(1, 0.0)
+    )
     start = box([-0.1, -0.1], [0.1, 0.1])
     problem = reach_avoid(ANYWHERE, [box([0.9, -4], [1.1, 4])], 0.0, start=start)
     assert judge(model, problem, (0.0, 0.0), (2.0, 0.0)) == (False, False)
     p0, k = np.meshgrid(np.linspace(-0.1, 0.1, 9), np.linspace(1.75, 2.25, 9))
     p0, k = (np.stack([x.ravel(), 0 * x.ravel()], axis=1) for x in (p0, k))
-    assert not evaluate(model, scene(problem, model), p0, k).safe.any()
+    assert not verdicts(model, scene_of(problem, model), p0, k).safe.any()
     free = reach_avoid(ANYWHERE, [box([2.6, -4], [2.8, 4])], 0.0, start=start)
     assert judge(model, free, (0.0, 0.0), (2.0, 0.0)) == (True, True)
 
@@ -127,8 +146,14 @@ def test_a_wall_outside_a_bounded_start_set_is_not_jumped():
 def test_an_obstacle_is_there_only_during_its_steps():
     model = line_model(4, 0.0)
     wall = box([0.3, -1], [0.4, 1])  # crossed during interval 1
-    for steps, safe in ((None, False), ((1, 1), False), ((0, 0), True), ((2, 3), True), ((0, 1), False)):
-        problem = reach_avoid(ANYWHERE, [wall], 0.0, steps=[steps])
+    for steps, safe in (
+        (None, False),
+        ((1, 1), False),
+        ((0, 0), True),
+        ((2, 3), True),
+        ((0, 1), False),
+    ):
+        problem = reach_avoid(ANYWHERE, [wall], 0.0, spans=[steps])
         assert judge(model, problem, (0.0, 0.0), (1.0, 0.0)) == (safe, safe)
 
 
@@ -151,23 +176,29 @@ def test_the_fold_has_the_safe_set_that_it_has_on_paper(rng):
     ceiling, floor = box([-4, 0.75], [4, 2]), box([-4, -2], [4, -0.25])
     problem = reach_avoid(ANYWHERE, [ceiling, floor], 0.125)
     k = rng.uniform(-1, 1, (2000, 2))
-    e = evaluate(model, scene(problem, model), np.zeros((2000, 2)), k)
-    np.testing.assert_allclose(e.clearance, np.minimum(0.75 - 0.1875 - np.abs(k[:, 1]), 0.25 - 0.1875), atol=1e-12)
+    e = verdicts(model, scene_of(problem, model), np.zeros((2000, 2)), k)
+    np.testing.assert_allclose(
+        e.clearance, np.minimum(0.75 - 0.1875 - np.abs(k[:, 1]), 0.25 - 0.1875), atol=1e-12
+    )
     assert (e.safe == (np.abs(k[:, 1]) < 0.5625)).all()
     assert len(np.unique(e.pattern, axis=0)) == 4
 
 
 @pytest.mark.slow
 def test_volume_of_a_safe_set_known_on_paper():
-    # Straight lines above a floor: z in [-1, 1]^2, start and end above -1/2: 2 * 2 * area{(z_1, k_1)}, one piece.
+    # Straight lines above a floor: z in [-1, 1]^2, start and end above -1/2: 2 * 2 * area{(z_1,
+    #     k_1)}, one polytope.
     model = line_model(4, 0.0)
     goal, floor = box([-1, -1, -2], [1, 1, 2]), box([-8, -4], [8, -0.75])
     problem = reach_avoid(goal, [floor], 0.25)
-    answer = Planner(model).solve(problem, jax.random.key(0), target=0.05, n_samples=10, budget_s=300)
-    z = 1.5  # height of end points above the body's lowest place: both z_1 and z_1 - k_1 must be in [0, ..)
+    answer = Planner(model).solve(
+        problem, jax.random.key(0), Settings(target=0.05, n_samples=10, budget_s=300)
+    )
+    # height of end points above the body's lowest place: both z_1 and z_1 - k_1 must be in [0, ..)
+    z = 1.5
     area = z * 2 - 0.5 * 1.0  # k_1 in [-1, 1] for each z_1, less the triangle z_1 < k_1
     volume = 2 * 2 * area
-    assert len(answer.pieces) == 1 and answer.coverage.share == 1.0
+    assert len(answer.polytopes) == 1 and answer.coverage.share == 1.0
     assert answer.volumes[0] == pytest.approx(volume, rel=1e-9)
     _, low, high = answer.volume(0.9999)
     assert low < volume < high
@@ -176,9 +207,13 @@ def test_volume_of_a_safe_set_known_on_paper():
 
 
 def spike_model(height=1.0, half=1e-4):
-    """Straight lines, pushed sideways by up to `height` in a diamond of half width `half` about k = (0.3, 0.2)."""
+    """Straight lines, pushed sideways by up to `height` in a diamond of half width `half` about k =
+    (0.3, 0.2).
+    """
     W = np.array([[1.0, 0], [-1, 0], [0, 1], [0, -1], [1, 0], [-1, 0], [0, 1], [0, -1]])
-    b = np.array([0, 0, 0, 0, -0.3, 0.3, -0.2, 0.2])  # relu(+-k_0), relu(+-k_1), |k - centre| in four halves
+    b = np.array(
+        [0, 0, 0, 0, -0.3, 0.3, -0.2, 0.2]
+    )  # relu(+-k_0), relu(+-k_1), |k - centre| in four halves
     keep = np.concatenate([np.eye(4), np.zeros((4, 4))], axis=1)
     bump = np.concatenate([np.zeros(4), np.full(4, -1.0)])[None]
     first, second = np.concatenate([keep, bump]), np.append(np.zeros(4), half)
@@ -202,39 +237,50 @@ def test_a_hidden_spike_is_refused_and_its_surroundings_are_not():
 def test_a_hidden_spike_of_relative_area_1e_8_is_in_no_polytope():
     model, problem = spike_model(), reach_avoid(*SPIKE)
     assert 2 * 1e-4**2 / 4 <= 1e-8
-    answer = Planner(model).solve(problem, jax.random.key(0), target=0.05, n_samples=20, budget_s=300)
+    answer = Planner(model).solve(
+        problem, jax.random.key(0), Settings(target=0.05, n_samples=20, budget_s=300)
+    )
     assert answer.coverage.at_least > 0.95 and answer.refused == 0
     rng = np.random.default_rng(0)
     k = np.array([0.3, 0.2]) + 1e-4 * rng.uniform(-1, 1, (4000, 2))
     p0 = np.stack([rng.uniform(-0.5, 0.5, 4000), rng.uniform(-1, 1, 4000)], axis=1)
-    e = evaluate(model, answer.scene, p0, k)
+    e = verdicts(model, answer.scene, p0, k)
     assert 100 < e.safe.sum() < 3900 and not answer.contains(p0, k)[~e.safe].any()
-    exact = checker.Context(problem_part(problem, model), network_part(model.net), tube_part(model.tube))
-    rows = [exact.set_rows(piece_part(piece)) for piece in answer.pieces]
-    for i in np.flatnonzero(e.clearance < -1e-6)[:200]:  # no exact polytope holds a plan that runs into the wall
+    exact = checker.Context(
+        problem_part(problem, model), network_part(model.net), tube_part(model.tube)
+    )
+    rows = [exact.set_rows(polytope_part(polytope)) for polytope in answer.polytopes]
+    for i in np.flatnonzero(e.clearance < -1e-6)[
+        :200
+    ]:  # no exact polytope holds a plan that runs into the wall
         point, scale = checker.integers([checker.number(float(v).hex()) for v in (*p0[i], *k[i])])
         for polytope in rows:
-            assert any(checker.dot(a, point) + c * scale < 0 for _, _, a, c in polytope)
+            assert any(dot(a, point) + c * scale < 0 for _, _, a, c in polytope)
 
 
 def plans_at_the_edge(seed, slack=None):
-    """(model, problem, computed verdicts, plans) after a bisection on the computed verdict: the last bit decides."""
+    """(model, problem, computed verdicts, plans) after a bisection on the computed verdict: the
+    last bit decides.
+    """
     rng = np.random.default_rng([11, seed])
     model = random_model(rng, 2, (3,), (1, 1), 0.05)
-    body = (rng.uniform(0, 0.2), Polygon(0.1 * np.array([[-1, -1], [2, 0], [0, 1.5]]) * rng.uniform(0.5, 1)))[seed % 2]
+    body = (
+        rng.uniform(0, 0.2),
+        Polygon(0.1 * np.array([[-1, -1], [2, 0], [0, 1.5]]) * rng.uniform(0.5, 1)),
+    )[seed % 2]
     problem = reach_avoid(box([-9, -9, -99], [9, 9, 99]), [rectangle(rng, [0.3, 0.7], 0.3)], body)
-    laid_out = scene(problem, model)
+    scene = scene_of(problem, model)
     if slack is not None:
-        laid_out = laid_out.replace(slack=np.float64(slack))
+        scene = scene.replace(slack=np.float64(slack))
     k, way = rng.uniform(-1, 1, (24, 2)), rng.normal(size=(24, 2))
     way /= np.linalg.norm(way, axis=1, keepdims=True)
     near, far = np.zeros((24, 1)), np.full((24, 1), 6.0)
     for _ in range(60):
         middle = (near + far) / 2
-        safe = (evaluate(model, laid_out, 0.3 + middle * way, k).clearance > 0)[:, None]
+        safe = (verdicts(model, scene, 0.3 + middle * way, k).clearance > 0)[:, None]
         near, far = np.where(safe, near, middle), np.where(safe, middle, far)
     p0 = 0.3 + far * way + rng.integers(-3, 4, (24, 2)) * 2.0**-52
-    return model, problem, evaluate(model, laid_out, p0, k).safe, p0, k
+    return model, problem, verdicts(model, scene, p0, k).safe, p0, k
 
 
 def test_what_floats_accept_is_exactly_safe_even_at_the_last_bit():
@@ -251,18 +297,24 @@ def test_without_the_slack_the_last_bit_is_wrong():
     wrong = 0
     for seed in range(2):
         model, problem, got, p0, k = plans_at_the_edge(seed, slack=-1e-14)
-        wrong += sum(bool(got[i]) and not exact_safe(problem, model, p0[i], k[i]) for i in range(24))
+        wrong += sum(
+            bool(got[i]) and not exact_safe(problem, model, p0[i], k[i]) for i in range(24)
+        )
     assert wrong > 5
 
 
 @pytest.mark.parametrize("opening", [1e-3, 1e-6, 1e-9])
 def test_thin_wedges_are_where_their_decimals_put_them(opening):
-    # The float images of the offsets would move the tip by about 1e-16 / opening, into the unsafe direction for some.
+    # The float images of the offsets would move the tip by about 1e-16 / opening, into the unsafe
+    # direction for some.
     model = line_model(2, 0.0)
     for offset in (0.1, 0.3, 0.7, 1.1):
-        A, b = [[-opening, 1], [-opening, -1], [1, 0]], [1.3 * opening + offset, 1.3 * opening - offset, 2.0]
+        A, b = (
+            [[-opening, 1], [-opening, -1], [1, 0]],
+            [1.3 * opening + offset, 1.3 * opening - offset, 2.0],
+        )
         problem = reach_avoid(ANYWHERE, [hpolytope(A, b)], 0.0)
-        tip = scene(problem, model).obstacles.corner[0, :, 0].min()
+        tip = scene_of(problem, model).obstacles.corner[0, :, 0].min()
         for room in (0.0, 1e-12, 1e-11):
             p0 = np.array([tip - room, offset])
             got, exact = judge(model, problem, p0, (0.0, 1.0))

@@ -1,6 +1,7 @@
-"""Changes that must not change the verdict, and changes that may only change it one way. [SOUNDNESS section 5]
+"""Changes that must not change the verdict, and changes that may only change it one way.
 
-The margins of the pointwise test are exact distances, so equal problems give equal margins up to rounding.
+The margins of the pointwise test are exact distances, so equal problems give equal margins up to
+rounding.
 """
 
 import jax
@@ -8,13 +9,14 @@ import numpy as np
 import pytest
 from toy_models import TRIANGLE, anchored_plans, model_of, toy_case
 
-from parc_jax.certify.evaluate import evaluate
-from parc_jax.certify.scene import scene
 from parc_jax.network.relu import relu_network
 from parc_jax.planner import Planner
 from parc_jax.problem import Disc, Polygon, reach_avoid
 from parc_jax.sets.box import box
 from parc_jax.sets.hpolytope import HPolytope, hpolytope
+from parc_jax.settings import Settings
+from parc_jax.verdict.pointwise import verdicts
+from parc_jax.verdict.scene import scene_of
 
 pytestmark = pytest.mark.soundness
 
@@ -25,12 +27,16 @@ CLOSE = 1e-11  # [m] rounding of these scenes
 
 def example(seed, body="disc"):
     model, problem = toy_case(40 + seed, {"disc": 0.08, "polygon": TRIANGLE}[body], start=True)
-    return model, problem.replace(steps=((0, 2), None)), *anchored_plans(np.random.default_rng(seed), model, 400)
+    return (
+        model,
+        problem.replace(spans=((0, 2), None)),
+        *anchored_plans(np.random.default_rng(seed), model, 400),
+    )
 
 
 def margins(model, problem, p0, k):
     """(bin >= 0, goal, start, clearance) of every plan, as columns."""
-    e = evaluate(model, scene(problem, model), p0, k)
+    e = verdicts(model, scene_of(problem, model), p0, k)
     return np.stack([e.bin >= 0, e.goal, e.start, e.clearance], axis=1).astype(float)
 
 
@@ -40,7 +46,9 @@ def same(first, second, close=CLOSE):
     assert 5 < (first[known][:, 1:] > 0).all(axis=1).sum()
     inside = first[:, 3] > 1e-6  # below zero the clearance is only a sign
     np.testing.assert_allclose(second[known, 1:3], first[known, 1:3], atol=close, rtol=1e-11)
-    np.testing.assert_allclose(second[known & inside, 3], first[known & inside, 3], atol=close, rtol=1e-11)
+    np.testing.assert_allclose(
+        second[known & inside, 3], first[known & inside, 3], atol=close, rtol=1e-11
+    )
     assert ((first[known, 3] > 0) == (second[known, 3] > 0))[np.abs(first[known, 3]) > 1e-6].all()
 
 
@@ -51,22 +59,29 @@ def moved(poly: HPolytope, M, shift) -> HPolytope:
 
 
 def image(model, problem, p0, M, shift, unit=1.0):
-    """World x -> M x + shift, M diagonal with entries +-`unit`; network, tube, problem and starts moved."""
+    """World x -> M x + shift, M diagonal with entries +-`unit`; network, tube, problem and starts
+    moved.
+    """
     n_q = model.n_q
     W, b = [list(part) for part in (model.net.weights, model.net.biases)]
     big = np.kron(np.eye(T), M)
     W[-1] = np.concatenate([big @ W[-1][: 2 * T], W[-1][2 * T :]])
     b[-1] = np.concatenate([big @ b[-1][: 2 * T], b[-1][2 * T :]])
     final = np.concatenate([model.tube.final[:, :2] * unit, model.tube.final[:, 2:]], axis=1)
-    new = model_of(relu_network(W, b), model.domain, model.tube.interval * unit, final, model.tube.edges)
+    new = model_of(
+        relu_network(W, b), model.domain, model.tube.interval * unit, final, model.tube.edges
+    )
     M3 = np.eye(2 + n_q)
     M3[:2, :2] = M
     body = problem.body
     body = Disc(body.radius * unit) if isinstance(body, Disc) else Polygon(body.vertices @ M.T)
     parts = reach_avoid(
         moved(problem.goal, M3, np.concatenate([shift, np.zeros(n_q)])),
-        [moved(o, M, shift) for o in problem.obstacles], body, moved(problem.start, M, shift), problem.steps,
-    )  # fmt: skip
+        [moved(o, M, shift) for o in problem.obstacles],
+        body,
+        moved(problem.start, M, shift),
+        problem.spans,
+    )
     return new, parts, p0 @ M.T + shift
 
 
@@ -86,7 +101,9 @@ def test_metres_may_be_millimetres(seed):
     model, problem, p0, k = example(seed)
     before = margins(model, problem, p0, k)
     for unit in (1e3, 1e-3):
-        after = margins(*[x for x in image(model, problem, p0, unit * np.eye(2), np.zeros(2), unit)], k)
+        after = margins(
+            *[x for x in image(model, problem, p0, unit * np.eye(2), np.zeros(2), unit)], k
+        )
         after[:, 3] /= unit
         assert ((before > 0) == (after > 0))[(np.abs(before) > 1e-8) & (np.abs(after) > 1e-8)].all()
         clear = before[:, 3] > 1e-6
@@ -95,7 +112,11 @@ def test_metres_may_be_millimetres(seed):
 
 def rebuilt(model, weights, biases):
     return model_of(
-        relu_network(weights, biases), model.domain, model.tube.interval, model.tube.final, model.tube.edges
+        relu_network(weights, biases),
+        model.domain,
+        model.tube.interval,
+        model.tube.final,
+        model.tube.edges,
     )
 
 
@@ -111,9 +132,14 @@ def test_neurons_may_be_permuted_rescaled_and_duplicated(seed):
     power = 2.0 ** rng.integers(-40, 40, 6)
     scaled = rebuilt(model, [W[0] * power[:, None], W[1] / power, W[2]], [b[0] * power, *b[1:]])
     np.testing.assert_allclose(margins(scaled, problem, p0, k)[:, 3], before[:, 3], atol=1e-9)
-    pattern = lambda m: evaluate(m, scene(problem, m), p0, k).pattern  # noqa: E731
-    np.testing.assert_array_equal(pattern(scaled), pattern(model))  # powers of two: the same cells, bit for bit
-    first, halves = np.concatenate([W[0], W[0][:1]]), np.concatenate([W[1], W[1][:, :1] / 2], axis=1)
+    pattern = lambda m: verdicts(m, scene_of(problem, m), p0, k).pattern  # noqa: E731
+    np.testing.assert_array_equal(
+        pattern(scaled), pattern(model)
+    )  # powers of two: the same cells, bit for bit
+    first, halves = (
+        np.concatenate([W[0], W[0][:1]]),
+        np.concatenate([W[1], W[1][:, :1] / 2], axis=1),
+    )
     halves[:, 0] /= 2
     doubled = rebuilt(model, [first, halves, W[2]], [np.append(b[0], b[0][0]), *b[1:]])
     same(before, margins(doubled, problem, p0, k))
@@ -124,9 +150,15 @@ def test_neurons_may_be_permuted_rescaled_and_duplicated(seed):
         [b[0], both(b[1]), np.zeros(5), b[2]],
     )
     same(before, margins(split, problem, p0, k))
-    dead = rebuilt(  # a neuron that is never on, and one that is constant and positive with its share taken out again
+    # a neuron that is never on, and one that is constant and positive with its share taken out
+    # again
+    dead = rebuilt(
         model,
-        [np.concatenate([W[0], np.zeros((2, 2))]), np.concatenate([W[1], np.ones((5, 2))], axis=1), W[2]],
+        [
+            np.concatenate([W[0], np.zeros((2, 2))]),
+            np.concatenate([W[1], np.ones((5, 2))], axis=1),
+            W[2],
+        ],
         [np.concatenate([b[0], [-1.0, 3.0]]), b[1] - 3.0, b[2]],
     )
     same(before, margins(dead, problem, p0, k))
@@ -145,10 +177,14 @@ def refined(model, problem):
     W[-1] = np.concatenate([big @ W[-1][: 2 * T], W[-1][2 * T :]])
     b[-1] = np.concatenate([big @ b[-1][: 2 * T], b[-1][2 * T :]])
     new = model_of(
-        relu_network(W, b), model.domain, model.tube.interval.repeat(2, axis=1), model.tube.final, model.tube.edges
+        relu_network(W, b),
+        model.domain,
+        model.tube.interval.repeat(2, axis=1),
+        model.tube.final,
+        model.tube.edges,
     )
-    steps = tuple(None if s is None else (2 * s[0], 2 * s[1] + 1) for s in problem.steps)
-    return new, problem.replace(steps=steps)
+    steps = tuple(None if s is None else (2 * s[0], 2 * s[1] + 1) for s in problem.spans)
+    return new, problem.replace(spans=steps)
 
 
 @pytest.mark.parametrize("seed", SEEDS)
@@ -168,12 +204,13 @@ def test_rows_may_be_reordered_rescaled_and_repeated_and_obstacles_swapped(seed,
         order, size = rng.permutation(len(o.b)), 2.0 ** rng.integers(-20, 20, len(o.b))
         obstacles.append(hpolytope(o.A[order] * size[:, None], o.b[order] * size))
     same(before, margins(model, problem.replace(obstacles=tuple(obstacles)), p0, k))
-    swapped = problem.replace(obstacles=problem.obstacles[::-1], steps=problem.steps[::-1])
+    swapped = problem.replace(obstacles=problem.obstacles[::-1], spans=problem.spans[::-1])
     same(before, margins(model, swapped, p0, k))
-    twice = problem.replace(obstacles=problem.obstacles * 2, steps=problem.steps * 2)
+    twice = problem.replace(obstacles=problem.obstacles * 2, spans=problem.spans * 2)
     same(before, margins(model, twice, p0, k))
     extra = tuple(  # a row that cuts nothing
-        hpolytope(np.concatenate([o.A, [[1.0, 0.5]]]), np.append(o.b, 1e3)) for o in problem.obstacles
+        hpolytope(np.concatenate([o.A, [[1.0, 0.5]]]), np.append(o.b, 1e3))
+        for o in problem.obstacles
     )
     same(before, margins(model, problem.replace(obstacles=extra), p0, k))
 
@@ -184,9 +221,12 @@ def test_bins_with_equal_widths_are_one_bin(seed):
     one = model_of(model.net, model.domain, model.tube.interval[:1], model.tube.final[:1])
     edges = [np.linspace(-1, 1, 4), np.linspace(-1, 1, 8)]
     many = model_of(
-        model.net, model.domain, model.tube.interval[:1].repeat(21, axis=0), model.tube.final[:1].repeat(21, axis=0),
+        model.net,
+        model.domain,
+        model.tube.interval[:1].repeat(21, axis=0),
+        model.tube.final[:1].repeat(21, axis=0),
         edges,
-    )  # fmt: skip
+    )
     same(margins(one, problem, p0, k), margins(many, problem, p0, k))
 
 
@@ -199,7 +239,9 @@ def test_the_order_and_the_company_of_plans_do_not_matter(rng):
 
 
 def tightened(model, problem, rng):
-    """Changes that can only help: a smaller tube, body, obstacles, a later absence; a bigger goal and start set."""
+    """Changes that can only help: a smaller tube, body, obstacles, a later absence; a bigger goal
+    and start set.
+    """
     tube = model.tube
     less = rng.uniform(0.3, 0.9)
     yield (
@@ -211,13 +253,24 @@ def tightened(model, problem, rng):
         yield "smaller disc", model, problem.replace(body=Disc(problem.body.radius * less))
     else:
         yield "smaller body", model, problem.replace(body=Polygon(problem.body.vertices[:-1]))
-    smaller = tuple(o.replace(b=o.b - rng.uniform(0, 0.02) * np.linalg.norm(o.A, axis=1)) for o in problem.obstacles)
+    smaller = tuple(
+        o.replace(b=o.b - rng.uniform(0, 0.02) * np.linalg.norm(o.A, axis=1))
+        for o in problem.obstacles
+    )
     yield "smaller obstacles", model, problem.replace(obstacles=smaller)
-    yield "one obstacle fewer", model, problem.replace(obstacles=problem.obstacles[1:], steps=problem.steps[1:])
-    yield "shorter presence", model, problem.replace(steps=((1, 2), (0, 2)))
+    yield (
+        "one obstacle fewer",
+        model,
+        problem.replace(obstacles=problem.obstacles[1:], spans=problem.spans[1:]),
+    )
+    yield "shorter presence", model, problem.replace(spans=((1, 2), (0, 2)))
     wider = problem.goal.replace(b=problem.goal.b + 0.05)
     yield "bigger goal", model, problem.replace(goal=wider)
-    yield "bigger start", model, problem.replace(start=problem.start.replace(b=problem.start.b + 0.1))
+    yield (
+        "bigger start",
+        model,
+        problem.replace(start=problem.start.replace(b=problem.start.b + 0.1)),
+    )
     yield "any start", model, problem.replace(start=None)
 
 
@@ -225,32 +278,44 @@ def tightened(model, problem, rng):
 @pytest.mark.parametrize("seed", SEEDS)
 def test_tightening_never_turns_accept_into_reject(seed, body):
     model, problem, p0, k = example(seed, body)
-    before = evaluate(model, scene(problem, model), p0, k)
+    before = verdicts(model, scene_of(problem, model), p0, k)
     clear = before.safe & (np.minimum(before.goal, before.clearance) > 1e-9)
     assert clear.sum() > 5
     gained = 0
     for name, new_model, new_problem in tightened(model, problem, np.random.default_rng(seed)):
-        after = evaluate(new_model, scene(new_problem, new_model), p0, k)
+        after = verdicts(new_model, scene_of(new_problem, new_model), p0, k)
         assert after.safe[clear].all(), name
         gained += int((after.safe & ~before.safe).sum())
     assert gained > 0
     # and the other way round something is lost, so the comparison can fail
-    wider = model_of(model.net, model.domain, model.tube.interval * 3 + 0.05, model.tube.final * 2, model.tube.edges)
-    assert not evaluate(wider, scene(problem, wider), p0, k).safe[clear].all()
+    wider = model_of(
+        model.net,
+        model.domain,
+        model.tube.interval * 3 + 0.05,
+        model.tube.final * 2,
+        model.tube.edges,
+    )
+    assert not verdicts(wider, scene_of(problem, wider), p0, k).safe[clear].all()
 
 
 def test_polytopes_of_an_equal_problem_are_accepted_for_each_other():
-    # Pieces found in the translated world, moved back, are safe here: the set does not depend on the frame.
+    # Polytopes found in the translated world, moved back, are safe here: the set does not depend on
+    # the frame.
     model, problem = toy_case(4)
     shift = np.array([5.0, 8.0])
     moved_problem = reach_avoid(
-        moved(problem.goal, np.eye(3), np.append(shift, 0.0)), [moved(o, np.eye(2), shift) for o in problem.obstacles],
+        moved(problem.goal, np.eye(3), np.append(shift, 0.0)),
+        [moved(o, np.eye(2), shift) for o in problem.obstacles],
         problem.body,
-    )  # fmt: skip
-    answer = Planner(model).solve(moved_problem, jax.random.key(0), target=0.3, n_samples=50, budget_s=3.0)
+    )
+    answer = Planner(model).solve(
+        moved_problem, jax.random.key(0), Settings(target=0.3, n_samples=50, budget_s=3.0)
+    )
     x = np.concatenate([answer.samples, answer.sample(jax.random.key(1), 500)])
-    here = evaluate(model, scene(problem, model), x[:, :2] - shift, x[:, 2:])
-    assert (here.safe | (here.clearance > -1e-9) & (here.goal > -1e-9)).all() and here.safe.mean() > 0.99
+    here = verdicts(model, scene_of(problem, model), x[:, :2] - shift, x[:, 2:])
+    assert (
+        here.safe | (here.clearance > -1e-9) & (here.goal > -1e-9)
+    ).all() and here.safe.mean() > 0.99
 
 
 def test_box_is_its_rows():

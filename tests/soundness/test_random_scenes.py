@@ -1,5 +1,6 @@
-"""Random scenes and networks: what the pointwise test accepts, a dense oracle finds free of contact; what the oracle
-finds clearly free, the test accepts. Broken engines are shown to be caught by the same comparison.
+"""Random scenes and networks: what the pointwise test accepts, a dense oracle finds free of
+contact; what the oracle finds clearly free, the test accepts. Broken engines are shown to be caught
+by the same comparison.
 """
 
 from typing import NamedTuple
@@ -11,13 +12,13 @@ import pytest
 from dense_oracle import DEPTH, knots_of, row_room, smallest_distance
 from toy_models import anchored_plans, random_model, random_problem
 
-from parc_jax.avoid import segment
-from parc_jax.certify import evaluate as engine
-from parc_jax.certify.evaluate import evaluate
-from parc_jax.certify.scene import scene
+from parc_jax.obstacles import segment
 from parc_jax.problem import ReachAvoid
 from parc_jax.sets.box import box
 from parc_jax.sets.hpolytope import from_box, hpolytope
+from parc_jax.verdict import pointwise as engine
+from parc_jax.verdict.pointwise import verdicts as verdicts_of
+from parc_jax.verdict.scene import scene_of
 
 pytestmark = pytest.mark.soundness
 
@@ -36,7 +37,9 @@ class Case(NamedTuple):
 
 
 class Truth(NamedTuple):
-    """What the oracle says (NETS,): smallest distance, what it may miss between samples, room of goal and start."""
+    """What the oracle says (NETS,): smallest distance, what it may miss between samples, room of
+    goal and start.
+    """
 
     gap: np.ndarray
     blind: np.ndarray
@@ -46,7 +49,9 @@ class Truth(NamedTuple):
 @pytest.fixture(scope="module")
 def models():
     rng = np.random.default_rng(0)
-    return [random_model(rng, T, HIDDEN, BINS, size=rng.choice([0.01, 0.05, 0.15])) for _ in range(NETS)]
+    return [
+        random_model(rng, T, HIDDEN, BINS, size=rng.choice([0.01, 0.05, 0.15])) for _ in range(NETS)
+    ]
 
 
 def random_case(models, seed: int) -> Case:
@@ -54,18 +59,22 @@ def random_case(models, seed: int) -> Case:
     order = rng.permutation(len(models))
     models = [models[i] for i in order]
     problem = random_problem(rng, models[0], 2, BODIES[seed % 3], start=seed % 4 == 0)
-    steps = (None, (0, T - 1), (0, 0), (1, T - 1))[seed % 4]
+    span = (None, (0, T - 1), (0, 0), (1, T - 1))[seed % 4]
     goal = box([-0.5, -0.5, -5.0], [0.5, 0.5, 5.0])
-    problem = problem.replace(goal=goal_rows(goal, rng), steps=(steps, None))
+    problem = problem.replace(goal=goal_rows(goal, rng), spans=(span, None))
     plans = [nearest_call(problem, model, *anchored_plans(rng, model, 6)) for model in models]
     p0, k = (np.array(x) for x in zip(*plans, strict=True))
-    return Case(models, problem, scene(problem, models[0]), p0, k)
+    return Case(models, problem, scene_of(problem, models[0]), p0, k)
 
 
 def nearest_call(problem, model, p0, k):
-    """The plan whose distance to the obstacles is nearest to zero: the one that is hardest to judge."""
+    """The plan whose distance to the obstacles is nearest to zero: the one that is hardest to
+    judge.
+    """
     knots, _ = knots_of(model.net, T, p0, k)
-    gap, _ = smallest_distance(problem, knots, model.tube.interval[model.tube.bin_of(k)], n_points=7)
+    gap, _ = smallest_distance(
+        problem, knots, model.tube.interval[model.tube.bin_of(k)], n_points=7
+    )
     best = int(np.argmin(np.abs(gap)))
     return p0[best], k[best]
 
@@ -74,7 +83,9 @@ def goal_rows(goal, rng):
     """The box cut by one slanted row, in units of its own."""
     rows = from_box(goal)
     cut = rng.normal(size=3) * rng.uniform(0.1, 10)
-    return hpolytope(np.concatenate([rows.A, cut[None]]), np.append(rows.b, 0.6 * np.abs(cut[:2]).sum()))
+    return hpolytope(
+        np.concatenate([rows.A, cut[None]]), np.append(rows.b, 0.6 * np.abs(cut[:2]).sum())
+    )
 
 
 def stacked(case: Case):
@@ -82,11 +93,21 @@ def stacked(case: Case):
     over = lambda parts: jax.tree.map(lambda *xs: np.stack(xs), *parts)  # noqa: E731
     grown = case.scene.obstacles
     pad = ((0, 0), (0, CORNERS - grown.corner.shape[1]), (0, 0))  # one compiled shape
-    grown = grown.replace(corner=np.pad(grown.corner, pad, "edge"), sign=np.pad(grown.sign, pad, "edge"))
-    return over(nets), over(tubes), case.scene.replace(obstacles=grown, directions=None), case.p0, case.k
+    grown = grown.replace(
+        corner=np.pad(grown.corner, pad, "edge"), sign=np.pad(grown.sign, pad, "edge")
+    )
+    return (
+        over(nets),
+        over(tubes),
+        case.scene.replace(obstacles=grown, directions=None, problem=None),
+        case.p0,
+        case.k,
+    )
 
 
-verdicts = jax.vmap(engine.verdict, in_axes=(0, 0, None, 0, 0))  # not compiled as a whole: faults are patched in
+verdicts = jax.vmap(
+    engine.verdict, in_axes=(0, 0, None, 0, 0)
+)  # not compiled as a whole: faults are patched in
 compiled = jax.jit(verdicts)  # traced before any fault
 
 
@@ -98,7 +119,9 @@ def truth(case: Case) -> Truth:
         knots.append(path[0]), q.append(further[0])
         errors.append(model.tube.interval[number]), finals.append(model.tube.final[number])
     knots, q, errors, finals = (np.array(x) for x in (knots, q, errors, finals))
-    return Truth(*smallest_distance(case.problem, knots, errors), row_room(case.problem, knots, q, finals))
+    return Truth(
+        *smallest_distance(case.problem, knots, errors), row_room(case.problem, knots, q, finals)
+    )
 
 
 def known(models, seed, cache={}):  # noqa: B006  (kept on purpose: the faults share their cases)
@@ -112,7 +135,9 @@ def known(models, seed, cache={}):  # noqa: B006  (kept on purpose: the faults s
 
 
 def compare(models, seeds, verdicts):
-    """Counts over all pairs: accepted, accepted although the oracle objects, refused although clearly safe."""
+    """Counts over all pairs: accepted, accepted although the oracle objects, refused although
+    clearly safe.
+    """
     accepted = wrong = missed = pairs = clear = 0
     for seed in seeds:
         case, real = known(models, seed)
@@ -127,7 +152,11 @@ def compare(models, seeds, verdicts):
 def test_accepted_plans_are_free_and_clearly_free_plans_are_accepted(models):
     accepted, wrong, missed, pairs, clear = compare(models, range(20), compiled)
     assert wrong == 0 and missed == 0
-    assert 0.1 * pairs < accepted < 0.7 * pairs and clear > 0.95 * accepted, (accepted, pairs, clear)
+    assert 0.1 * pairs < accepted < 0.7 * pairs and clear > 0.95 * accepted, (
+        accepted,
+        pairs,
+        clear,
+    )
 
 
 @pytest.mark.slow
@@ -144,7 +173,7 @@ def test_the_batched_entry_agrees_with_the_kernel(models):
     expected = compiled(*stacked(case))
     for i in (7, 23):
         model = case.models[i]
-        got = evaluate(model, scene(case.problem, model), case.p0[[i]], case.k[[i]])
+        got = verdicts_of(model, scene_of(case.problem, model), case.p0[[i]], case.k[[i]])
         np.testing.assert_allclose(got.clearance[0], expected.clearance[i], atol=1e-12)
         np.testing.assert_allclose(got.path[0], expected.path[i], atol=1e-12)
         assert got.bin[0] == expected.bin[i] and (got.pattern[0] == expected.pattern[i]).all()
@@ -202,18 +231,21 @@ def no_tube_at_the_goal(A, b, x, slack):
     return jnp.asarray(1.0)
 
 
-CLEARANCE, PREDICT, BIN_OF = engine.clearance, engine.predict, engine.bin_of
+CLEARANCE, PREDICT, BIN_OF = engine.clearance, engine.predict, engine.open_bin_of
 FAULTS = {
     "first end of the segment only": ("separations", jax.vmap(one_end, in_axes=(0, 0, 0, None))),
     "second end of the segment only": ("separations", jax.vmap(other_end, in_axes=(0, 0, 0, None))),
     "disc dropped": ("separations", jax.vmap(no_disc, in_axes=(0, 0, 0, None))),
-    "farther end for the nearer one": ("separations", jax.vmap(farther_end, in_axes=(0, 0, 0, None))),
+    "farther end for the nearer one": (
+        "separations",
+        jax.vmap(farther_end, in_axes=(0, 0, 0, None)),
+    ),
     "error of the next interval": ("clearance", later_error),
     "no error": ("clearance", no_error),
     "obstacles active in the other intervals": ("clearance", always_active),
     "outputs read space-major": ("predict", space_major),
     "no ReLU": ("predict", no_activation),
-    "tube of the first bin": ("bin_of", one_bin),
+    "tube of the first bin": ("open_bin_of", one_bin),
     "goal and start not looked at": ("row_margin", no_tube_at_the_goal),
 }
 
@@ -226,6 +258,8 @@ def test_broken_engines_are_caught_by_the_oracle(monkeypatch, models, fault):
 
 
 def test_an_engine_that_refuses_everything_near_is_caught_too(monkeypatch, models):
-    monkeypatch.setattr(engine, "clearance", lambda scene, path, error: CLEARANCE(scene, path, error * 1.1 + 0.01))
+    monkeypatch.setattr(
+        engine, "clearance", lambda scene, path, error: CLEARANCE(scene, path, error * 1.1 + 0.01)
+    )
     _, wrong, missed, _, _ = compare(models, range(6), verdicts)
     assert wrong == 0 and missed > 0

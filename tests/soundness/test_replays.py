@@ -1,4 +1,6 @@
-"""Certified plans in the black box: a run inside the tube must succeed, a run outside it is counted, not hidden."""
+"""Certified plans in the black box: a run inside the tube must succeed, a run outside it is
+counted, not hidden.
+"""
 
 import json
 
@@ -6,19 +8,21 @@ import jax
 import numpy as np
 import pytest
 from dense_oracle import distance, polygon_corners
-from synthetic_plants import disturbed, exact, plant, straight_network
+from synthetic_plants import between_knots, disturbed, exact, plant, straight_network
 from toy_models import model_of
 
 import parc_jax
 from parc_jax import checker
-from parc_jax.certify import replay as replaying
-from parc_jax.certify.evaluate import evaluate
-from parc_jax.certify.replay import replay
-from parc_jax.certify.scene import scene
 from parc_jax.errors import SoundnessError
+from parc_jax.experiment import replay as replaying
+from parc_jax.experiment.replay import replay
 from parc_jax.planner import Planner
 from parc_jax.problem import reach_avoid
 from parc_jax.sets.box import box
+from parc_jax.settings import Settings
+from parc_jax.status import Status
+from parc_jax.verdict.pointwise import verdicts
+from parc_jax.verdict.scene import scene_of
 
 pytestmark = pytest.mark.soundness
 
@@ -26,10 +30,14 @@ T = 4
 
 
 def straight_model(system, e, bins=1):
-    """The straight-line network, which predicts the undisturbed plant exactly, with a tube of half width e."""
+    """The straight-line network, which predicts the undisturbed plant exactly, with a tube of half
+    width e.
+    """
     edges = [np.linspace(0, 1, bins + 1), [0.0, 1.0]]
     interval, final = np.full((bins, T, 2), float(e)), np.full((bins, 3), float(e))
-    return model_of(straight_network(T), system.domain, interval, final, edges).replace(time=system.time)
+    return model_of(straight_network(T), system.domain, interval, final, edges).replace(
+        time=system.time
+    )
 
 
 def problem_with(wall, radius=0.05):
@@ -48,11 +56,13 @@ def test_what_a_replay_reports_is_what_the_runs_did(rng):
     system = plant(disturbed, T)
     model, problem = straight_model(system, 5.0), problem_with(WALL)
     x = plans(rng, 300)
-    laid_out = scene(problem, model.replace(claim=straight_model(system, 0.01).claim))
-    with pytest.raises(SoundnessError):  # with a tube of five metres every run is inside, so failures are bugs
-        replay(system, model, laid_out, x, jax.random.key(0))
+    scene = scene_of(problem, model.replace(claim=straight_model(system, 0.01).claim))
+    with pytest.raises(
+        SoundnessError
+    ):  # with a tube of five metres every run is inside, so failures are bugs
+        replay(system, model, scene, x, jax.random.key(0))
     tight = straight_model(system, 1e-6)
-    out = replay(system, tight, scene(problem, tight), x, jax.random.key(0))
+    out = replay(system, tight, scene_of(problem, tight), x, jax.random.key(0))
     assert not out.inside.any()
     corners = polygon_corners(problem.obstacles[0].A, problem.obstacles[0].b)
     s = np.linspace(0, 1, 21)[:, None]
@@ -71,9 +81,9 @@ def test_what_a_replay_reports_is_what_the_runs_did(rng):
 def test_certified_plans_never_fail_inside_the_tube(rng):
     system = plant(disturbed, T)
     model, problem = straight_model(system, 0.15), problem_with(WALL)
-    laid_out, x = scene(problem, model), plans(rng, 4000)
-    x = x[evaluate(model, laid_out, x[:, :2], x[:, 2:]).safe]
-    out = replay(system, model, laid_out, x, jax.random.key(2))
+    scene, x = scene_of(problem, model), plans(rng, 4000)
+    x = x[verdicts(model, scene, x[:, :2], x[:, 2:]).safe]
+    out = replay(system, model, scene, x, jax.random.key(2))
     assert len(x) > 200
     assert 0.5 < out.inside.mean() < 0.95  # N(0, 0.1) against 0.15, two axes
     assert not out.failed[out.inside].any() and out.failed[~out.inside].any()
@@ -82,25 +92,38 @@ def test_certified_plans_never_fail_inside_the_tube(rng):
 def test_a_proof_that_contradicts_the_plant_is_reported(rng):
     system = plant(exact, T)
     model, problem = straight_model(system, 0.01), problem_with(WALL)
-    laid_out = scene(problem, model)
+    scene = scene_of(problem, model)
     x = np.array([[0.0, 0.0, 1.0, 0.0]])  # straight through the wall
-    with pytest.raises(SoundnessError, match="1 of 1 plans failed although their run stayed inside"):
-        replay(system, model, laid_out, x, jax.random.key(0))
+    with pytest.raises(
+        SoundnessError, match="1 of 1 plans failed although their run stayed inside"
+    ):
+        replay(system, model, scene, x, jax.random.key(0))
     missed = np.array([[0.0, 0.8, 0.0, 0.9]])  # clear of the wall, past the goal
     with pytest.raises(SoundnessError):
-        replay(system, model, laid_out, missed, jax.random.key(0))
+        replay(system, model, scene, missed, jax.random.key(0))
 
 
 def test_a_replay_blind_between_knots_would_miss_contact(rng, monkeypatch):
     system = plant(exact, T, stride=10)
     thin = box([0.12, -1.0], [0.121, 1.0])  # between the first two knots of a drive at k_0 = 1
     model, problem = straight_model(system, 0.001), problem_with(thin, radius=0.0)
-    laid_out, x = scene(problem, model), np.array([[0.0, 0.3, 1.0, 0.5]])
+    scene, x = scene_of(problem, model), np.array([[0.0, 0.3, 1.0, 0.5]])
     with pytest.raises(SoundnessError):
-        replay(system, model, laid_out, x, jax.random.key(0))
+        replay(system, model, scene, x, jax.random.key(0))
     monkeypatch.setattr(replaying, "_true_clearance", lambda *_: np.ones(1))
-    out = replay(system, model, laid_out, x, jax.random.key(0))
+    out = replay(system, model, scene, x, jax.random.key(0))
     assert not out.touched.any()
+
+
+def test_a_bend_between_knots_is_replayed():
+    """The run is at its knots where the model says, and hits a pole between the first two."""
+    system = plant(between_knots(T), T, stride=10)
+    pole = box([0.42, 0.36], [0.43, 0.37])  # (1, 0.5) / 8 + 0.3
+    model = straight_model(system, 1e-3)
+    scene, x = scene_of(problem_with(pole, 0.0), model), np.array([[0.0, 0.0, 1.0, 0.5]])
+    assert verdicts(model, scene, x[:, :2], x[:, 2:]).clearance > 0
+    out = replay(system, model, scene, x, jax.random.key(0))
+    assert out.touched.all() and out.reached.all() and not out.inside.any()
 
 
 def test_obstacles_are_there_during_their_steps_only(rng):
@@ -109,12 +132,14 @@ def test_obstacles_are_there_during_their_steps_only(rng):
     model = straight_model(system, 0.001)
     x = np.array([[0.0, 0.3, 1.0, 0.5]])
     for steps, touched in (((0, 0), True), ((1, 3), False)):
-        problem = problem_with(thin, 0.0).replace(steps=(steps,))
+        problem = problem_with(thin, 0.0).replace(spans=(steps,))
         if touched:
             with pytest.raises(SoundnessError):
-                replay(system, model, scene(problem, model), x, jax.random.key(0))
+                replay(system, model, scene_of(problem, model), x, jax.random.key(0))
         else:
-            assert not replay(system, model, scene(problem, model), x, jax.random.key(0)).touched[0]
+            assert not replay(
+                system, model, scene_of(problem, model), x, jax.random.key(0)
+            ).touched[0]
 
 
 @pytest.fixture(scope="module")
@@ -124,8 +149,12 @@ def parking():
 
     from sims.drift_parking import scenario
 
-    model = parc_jax.load(Path(__file__).parents[1] / "data" / "drift_4x8.npz", system="drift_parking")
-    answer = Planner(model).solve(scenario.problem(), jax.random.key(0), target=0.05, n_samples=100, budget_s=60.0)
+    model = parc_jax.load(
+        Path(__file__).parents[1] / "data" / "drift_4x8.npz", system="drift_parking"
+    )
+    answer = Planner(model).solve(
+        scenario.problem(), jax.random.key(0), Settings(target=0.05, n_samples=100, budget_s=60.0)
+    )
     return model, answer
 
 
@@ -134,19 +163,23 @@ def test_two_thousand_drifts_from_the_safe_set_touch_nothing(parking):
     import sims
 
     model, answer = parking
-    assert answer.level == "exact-proved" and answer.refused == 0
+    assert answer.status is Status.PROVED and answer.refused == 0
     x = answer.sample(jax.random.key(1), 2000)
     system = sims.load("drift_parking", plant="ode")
-    out = replay(system, model, answer.scene, x, jax.random.key(2))  # raises on a failure inside the tube
+    out = replay(
+        system, model, answer.scene, x, jax.random.key(2)
+    )  # raises on a failure inside the tube
     assert not out.failed[out.inside].any()
-    assert (~out.inside).sum() <= 2000 * 0.01  # the claim: 0.001 over all of K, more over the certified part
+    assert (
+        ~out.inside
+    ).sum() <= 2000 * 0.01  # the claim: 0.001 over all of K, more over the certified part
 
 
 @pytest.mark.slow
 def test_parking_certificates_are_small_and_accepted(parking, tmp_path):
     _, answer = parking
     report = checker.check_answer(checker.load(answer.save(tmp_path / "answer.json")))
-    assert report.samples == len(answer.samples) and report.sets == len(answer.pieces) > 10
+    assert report.samples == len(answer.samples) and report.sets == len(answer.polytopes) > 10
     data = answer.to_json()
     assert max(len(json.dumps(part, separators=(",", ":"))) for part in data["samples"]) <= 1000
     assert max(len(json.dumps(part, separators=(",", ":"))) for part in data["sets"]) <= 2000

@@ -1,5 +1,5 @@
-"""Safe polytopes: every member passes the point test, the dense oracle and the exact checker; nothing is lost between
-floats and proofs; coverage, volumes and draws are what they say.
+"""Safe polytopes: every member passes the point test, the dense oracle and the exact checker;
+nothing is lost between floats and proofs; coverage, volumes and draws are what they say.
 """
 
 import json
@@ -13,15 +13,24 @@ from scipy.stats import beta, binom, chi2
 from toy_models import model_of, toy_case
 
 from parc_jax import checker
-from parc_jax.certify import grower as growing
-from parc_jax.certify import union as union_stage
-from parc_jax.certify.certificate import network_part, piece_part, problem_part, sample_part, tube_part
-from parc_jax.certify.draw import draw
-from parc_jax.certify.evaluate import anchor, evaluate
-from parc_jax.certify.prove import prove
-from parc_jax.certify.scene import scene
+from parc_jax.certificate.prove import prove
+from parc_jax.certificate.write import (
+    network_part,
+    polytope_part,
+    problem_part,
+    sample_part,
+    tube_part,
+)
+from parc_jax.checker.exact import dot
+from parc_jax.cover import build as building
+from parc_jax.cover import union as union_stage
+from parc_jax.cover.sampling import draw
 from parc_jax.network.relu import relu_network
 from parc_jax.planner import Planner
+from parc_jax.settings import Settings
+from parc_jax.status import Status
+from parc_jax.verdict.pointwise import anchor, verdicts
+from parc_jax.verdict.scene import scene_of
 
 pytestmark = pytest.mark.soundness
 
@@ -34,32 +43,38 @@ def answers():
     out = {}
     for number in SCENES:
         model, problem = toy_case(number)
-        out[number] = Planner(model).solve(problem, jax.random.key(number), target=0.1, n_samples=30, budget_s=300)
+        out[number] = Planner(model).solve(
+            problem, jax.random.key(number), Settings(target=0.1, n_samples=30, budget_s=300)
+        )
     return out
 
 
 def context_of(answer):
     return checker.Context(
-        problem_part(answer.problem, answer.model), network_part(answer.model.net), tube_part(answer.model.tube)
+        problem_part(answer.problem, answer.model),
+        network_part(answer.model.net),
+        tube_part(answer.model.tube),
     )
 
 
 def certificates(answer, p0, k):
-    e = evaluate(answer.model, answer.scene, p0, k)
-    given = answer.problem, answer.scene, answer.model.tube
+    e = verdicts(answer.model, answer.scene, p0, k)
+    given = answer.scene, answer.model.tube
     return [sample_part(*given, p0[i], k[i], e.path[i], int(e.bin[i])) for i in range(len(k))]
 
 
 def members(answer, rng, n):
-    """n points (n, 4) of the polytopes as their rows say, by our own vertices; a tenth of them vertices themselves."""
+    """n points (n, 4) of the polytopes as their rows say, by our own vertices; a tenth of them
+    vertices themselves.
+    """
     out = []
-    for polytope, piece in zip(answer.safe_sets, answer.pieces, strict=True):
-        inner = np.concatenate([piece.p0, piece.k])
-        vertices = HalfspaceIntersection(np.column_stack([polytope.A, -polytope.b]), inner).intersections
-        per_piece = n // len(answer.pieces) + 1
-        weights = rng.dirichlet(np.full(len(vertices), 0.1), per_piece)
+    for outer, polytope in zip(answer.safe_sets, answer.polytopes, strict=True):
+        inner = np.concatenate([polytope.p0, polytope.k])
+        vertices = HalfspaceIntersection(np.column_stack([outer.A, -outer.b]), inner).intersections
+        per_polytope = n // len(answer.polytopes) + 1
+        weights = rng.dirichlet(np.full(len(vertices), 0.1), per_polytope)
         x = weights @ vertices
-        x[: per_piece // 10] = vertices[rng.integers(len(vertices), size=per_piece // 10)]
+        x[: per_polytope // 10] = vertices[rng.integers(len(vertices), size=per_polytope // 10)]
         out.append(x + 1e-9 * (inner - x))  # off the very boundary, by less than the oracle sees
     return np.concatenate(out)
 
@@ -69,20 +84,22 @@ def oracle_accepts(answer, p0, k):
     knots, q = knots_of(answer.model.net, answer.model.time.n_steps, p0, k)
     bins = answer.model.tube.bin_of(k)
     gap, _ = smallest_distance(answer.problem, knots, answer.model.tube.interval[bins], n_points=51)
-    return (gap > -DEPTH) & (row_room(answer.problem, knots, q, answer.model.tube.final[bins]) > -DEPTH)
+    return (gap > -DEPTH) & (
+        row_room(answer.problem, knots, q, answer.model.tube.final[bins]) > -DEPTH
+    )
 
 
 def test_answers_are_exact_proved_and_nothing_was_refused(answers):
     for answer in answers.values():
-        assert answer.level == "exact-proved" and answer.refused == 0
-        assert len(answer.pieces) > 3 and len(answer.samples) == 30
+        assert answer.status is Status.PROVED and answer.refused == 0
+        assert len(answer.polytopes) > 3 and len(answer.samples) == 30
 
 
 def test_ten_thousand_members_pass_the_point_test_and_the_oracle(answers, rng):
     for answer in answers.values():
         x = members(answer, rng, 10_000 // len(SCENES))
         p0, k = x[:, :2], x[:, 2:]
-        assert evaluate(answer.model, answer.scene, p0, k).safe.all()
+        assert verdicts(answer.model, answer.scene, p0, k).safe.all()
         assert answer.contains(p0, k).all()
         assert oracle_accepts(answer, p0[::4], k[::4]).all()
 
@@ -91,7 +108,9 @@ def test_members_pass_the_exact_sample_check(answers, rng):
     for answer in answers.values():
         x = members(answer, rng, 60)[:60]
         check = context_of(answer).check_sample
-        deep = evaluate(answer.model, answer.scene, x[:, :2], x[:, 2:]).clearance > 1e-6  # short fractions separate
+        deep = (
+            verdicts(answer.model, answer.scene, x[:, :2], x[:, 2:]).clearance > 1e-6
+        )  # short fractions separate
         assert deep.sum() > 30
         for part in certificates(answer, x[deep, :2], x[deep, 2:]):
             check(part)
@@ -100,35 +119,40 @@ def test_members_pass_the_exact_sample_check(answers, rng):
 def test_vertices_of_the_float_polytopes_satisfy_the_exact_rows(answers):
     for answer in answers.values():
         context = context_of(answer)
-        for polytope, piece in list(zip(answer.safe_sets, answer.pieces, strict=True))[:12]:
-            inner = np.concatenate([piece.p0, piece.k])
-            vertices = HalfspaceIntersection(np.column_stack([polytope.A, -polytope.b]), inner).intersections
-            rows = context.set_rows(piece_part(piece))
+        for outer, polytope in list(zip(answer.safe_sets, answer.polytopes, strict=True))[:12]:
+            inner = np.concatenate([polytope.p0, polytope.k])
+            vertices = HalfspaceIntersection(
+                np.column_stack([outer.A, -outer.b]), inner
+            ).intersections
+            rows = context.set_rows(polytope_part(polytope))
             for x in vertices:
                 point, scale = checker.integers([checker.number(float(v).hex()) for v in x])
                 worst = min(
-                    (checker.dot(a, point) + c * scale) / scale / max(sum(map(abs, a)), 1)
+                    (dot(a, point) + c * scale) / scale / max(sum(map(abs, a)), 1)
                     for _, strict, a, c in rows
                     if any(a)
                 )
                 assert worst > -1e-12  # vertices are rounded by our geometry
 
 
-def test_pieces_lost_of_a_guard_would_be_refused(answers, monkeypatch):
-    # A grower that believes any direction yields corridors and pieces that the exact checker does not accept.
+def test_polytopes_that_lost_a_guard_would_be_refused(answers, monkeypatch):
+    # A search that believes any direction yields corridors and polytopes that the exact checker does
+    # not accept.
     model, problem = toy_case(4)
-    right = growing.Grower._spelled_out
+    right = building._spelled_out
 
-    def careless(self, growth):
-        corridors = right(self, growth._replace(choice=growth.choice * 0))
-        return [c._replace(reach=c.reach - 10.0) for c in corridors]
+    def careless(scene, choice):
+        corridors = right(scene, choice._replace(direction=choice.direction * 0))
+        return [c._replace(support=c.support - 10.0) for c in corridors]
 
-    monkeypatch.setattr(growing.Grower, "_spelled_out", careless)
-    answer = Planner(model).solve(problem, jax.random.key(4), target=0.1, n_samples=1, budget_s=300)
+    monkeypatch.setattr(building, "_spelled_out", careless)
+    answer = Planner(model).solve(
+        problem, jax.random.key(4), Settings(target=0.1, n_samples=1, budget_s=300)
+    )
     assert answer.refused > 0 and answer.coverage.at_least == answer.corridor_coverage.at_least == 0
     check = context_of(answer).check_set
-    for piece in answer.pieces:
-        check(piece_part(piece))
+    for polytope in answer.polytopes:
+        check(polytope_part(polytope))
 
 
 def with_tube(model, interval, final):
@@ -138,11 +162,15 @@ def with_tube(model, interval, final):
 def with_output(model, change):
     W, b = list(model.net.weights), list(model.net.biases)
     W[-1], b[-1] = change(W[-1]), change(b[-1])
-    return model_of(relu_network(W, b), model.domain, model.tube.interval, model.tube.final, model.tube.edges)
+    return model_of(
+        relu_network(W, b), model.domain, model.tube.interval, model.tube.final, model.tube.edges
+    )
 
 
 def space_major(rows):
-    return np.concatenate([rows[:8].reshape(4, 2, -1).swapaxes(0, 1).reshape(rows[:8].shape), rows[8:]])
+    return np.concatenate(
+        [rows[:8].reshape(4, 2, -1).swapaxes(0, 1).reshape(rows[:8].shape), rows[8:]]
+    )
 
 
 def first_bias_lost(model):
@@ -151,18 +179,29 @@ def first_bias_lost(model):
 
 
 def rounded_weights(model):
-    net = relu_network([w.astype(np.float16).astype(float) for w in model.net.weights], model.net.biases)
+    net = relu_network(
+        [w.astype(np.float16).astype(float) for w in model.net.weights], model.net.biases
+    )
     return model_of(net, model.domain, model.tube.interval, model.tube.final, model.tube.edges)
 
 
 WRONG = {  # what a broken engine would have solved instead: (model, problem) -> (model, problem)
     "no tube": lambda m, p: (with_tube(m, m.tube.interval * 0, m.tube.final), p),
-    "error of the next interval": lambda m, p: (with_tube(m, np.roll(m.tube.interval, -1, axis=1), m.tube.final), p),
-    "tube of the other bin": lambda m, p: (with_tube(m, m.tube.interval[::-1], m.tube.final[::-1]), p),
+    "error of the next interval": lambda m, p: (
+        with_tube(m, np.roll(m.tube.interval, -1, axis=1), m.tube.final),
+        p,
+    ),
+    "tube of the other bin": lambda m, p: (
+        with_tube(m, m.tube.interval[::-1], m.tube.final[::-1]),
+        p,
+    ),
     "goal not shrunk": lambda m, p: (with_tube(m, m.tube.interval, m.tube.final * 0), p),
     "disc dropped": lambda m, p: (m, p.replace(body=p.body.replace(radius=0.0))),
-    "obstacle forgotten at the end": lambda m, p: (m, p.replace(steps=((0, 2), (0, 2)))),
-    "obstacles mirrored": lambda m, p: (m, p.replace(obstacles=tuple(o.replace(A=-o.A) for o in p.obstacles))),
+    "obstacle forgotten at the end": lambda m, p: (m, p.replace(spans=((0, 2), (0, 2)))),
+    "obstacles mirrored": lambda m, p: (
+        m,
+        p.replace(obstacles=tuple(o.replace(A=-o.A) for o in p.obstacles)),
+    ),
     "outputs read space-major": lambda m, p: (with_output(m, space_major), p),
     "a bias lost": lambda m, p: (first_bias_lost(m), p),
 }
@@ -175,12 +214,16 @@ def test_what_a_broken_engine_finds_is_refused_unless_it_is_true(fault):
         model, problem = toy_case(number)
         model = with_tube(model, model.tube.interval * 3, model.tube.final * 3)
         answer = Planner(WRONG[fault](model, problem)[0]).solve(
-            WRONG[fault](model, problem)[1], jax.random.key(0), target=0.5, n_samples=150, proof=False, budget_s=300
+            WRONG[fault](model, problem)[1],
+            jax.random.key(0),
+            Settings(target=0.5, n_samples=150, proof=False, budget_s=300),
         )
-        samples, _, pieces = prove(problem, model, answer.sample_parts, pieces=answer.pieces)
-        assert not (samples.all() and pieces.all())
+        samples, _, polytopes = prove(
+            problem, model, answer.sample_parts, polytopes=answer.polytopes
+        )
+        assert not (samples.all() and polytopes.all())
         x = answer.samples
-        right = evaluate(model, scene(problem, model), x[:, :2], x[:, 2:])
+        right = verdicts(model, scene_of(problem, model), x[:, :2], x[:, 2:])
         assert not samples[(right.clearance < -1e-6) | (right.goal < -1e-6)].any()
         wrong_any += (~right.safe).sum()
     assert wrong_any > 0
@@ -189,11 +232,11 @@ def test_what_a_broken_engine_finds_is_refused_unless_it_is_true(fault):
 def test_low_precision_in_the_search_is_found_out_or_harmless():
     model, problem = toy_case(8)
     answer = Planner(rounded_weights(model)).solve(
-        problem, jax.random.key(0), target=0.5, n_samples=150, proof=False, budget_s=300
+        problem, jax.random.key(0), Settings(target=0.5, n_samples=150, proof=False, budget_s=300)
     )
     samples, *_ = prove(problem, model, answer.sample_parts)
     x = answer.samples
-    right = evaluate(model, scene(problem, model), x[:, :2], x[:, 2:])
+    right = verdicts(model, scene_of(problem, model), x[:, :2], x[:, 2:])
     assert not samples[right.clearance < -1e-6].any() and samples.mean() > 0.9
 
 
@@ -201,7 +244,9 @@ def test_contains_is_the_union_of_the_rows(answers, rng):
     for answer in answers.values():
         seen = draw(answer.model, answer.scene, rng, 3000)
         p0, k = seen.safe.p0, seen.safe.k
-        room = np.stack([(s.b - np.concatenate([p0, k], axis=1) @ s.A.T).min(axis=1) for s in answer.safe_sets])
+        room = np.stack(
+            [(s.b - np.concatenate([p0, k], axis=1) @ s.A.T).min(axis=1) for s in answer.safe_sets]
+        )
         got = answer.contains(p0, k)
         assert got[(room > 1e-9).any(axis=0)].all() and not got[(room < -1e-9).all(axis=0)].any()
         assert 0 < got.sum()
@@ -214,7 +259,7 @@ def test_contains_is_the_union_of_the_rows(answers, rng):
 def test_samples_are_safe_and_proved_one_by_one(answers):
     for answer in answers.values():
         p0, k = answer.samples[:, :2], answer.samples[:, 2:]
-        assert evaluate(answer.model, answer.scene, p0, k).safe.all()
+        assert verdicts(answer.model, answer.scene, p0, k).safe.all()
         assert oracle_accepts(answer, p0, k).all()
         check = context_of(answer).check_sample
         for part, x in zip(answer.sample_parts, answer.samples, strict=True):
@@ -224,14 +269,18 @@ def test_samples_are_safe_and_proved_one_by_one(answers):
 
 def cell_counts(answer, x, edges):
     """Counts of points by number of polytopes around them, on a coarse grid of (p0, k)."""
-    number = np.minimum(sum((s.A @ x.T <= s.b[:, None]).all(axis=0) for s in answer.safe_sets), 5).astype(int)
+    number = np.minimum(
+        sum((s.A @ x.T <= s.b[:, None]).all(axis=0) for s in answer.safe_sets), 5
+    ).astype(int)
     for axis, cuts in enumerate(edges):
         number = number * (len(cuts) + 1) + np.searchsorted(cuts, x[:, axis])
     return np.bincount(number, minlength=6 * int(np.prod([len(c) + 1 for c in edges])))
 
 
 def uniformity(answer, key, rng):
-    """p-value that `sample` and rejection from the uniform draw have the same law (two-sample chi-square)."""
+    """p-value that `sample` and rejection from the uniform draw have the same law (two-sample
+    chi-square).
+    """
     own = answer.sample(key, 6000)
     other = []
     while sum(map(len, other)) < 6000:
@@ -251,14 +300,20 @@ def test_sample_is_uniform_over_the_union(answers, rng, monkeypatch):
     assert own.shape == (4000, 4) and answer.contains(own[:, :2], own[:, 2:]).all()
     assert uniformity(answer, jax.random.key(1), rng) > 1e-4
     right = union_stage.SafeUnion.count
-    monkeypatch.setattr(union_stage.SafeUnion, "count", lambda self, at: np.minimum(right(self, at), 1))
+    monkeypatch.setattr(
+        union_stage.SafeUnion, "count", lambda self, at: np.minimum(right(self, at), 1)
+    )
     assert uniformity(answer, jax.random.key(1), rng) < 1e-4  # overlaps counted twice are seen
 
 
 def test_same_key_same_answer_other_key_other_answer():
     model, problem = toy_case(4)
     one, two, three = (
-        Planner(model).solve(problem, jax.random.key(s), target=0.2, n_samples=10, proof=False, budget_s=300)
+        Planner(model).solve(
+            problem,
+            jax.random.key(s),
+            Settings(target=0.2, n_samples=10, proof=False, budget_s=300),
+        )
         for s in (1, 1, 2)
     )
     np.testing.assert_array_equal(one.samples, two.samples)
@@ -287,11 +342,7 @@ def honest_looks(repeats, confidence, target, fresh):
         answer = Planner(model).solve(
             problem,
             jax.random.key(100 + seed),
-            target=target,
-            confidence=confidence,
-            n_samples=1,
-            proof=False,
-            budget_s=300,
+            Settings(target=target, confidence=confidence, n_samples=1, proof=False, budget_s=300),
         )
         seen = draw(model, answer.scene, np.random.default_rng(seed), fresh).safe
         inside = int(answer.contains(seen.p0, seen.k).sum())
@@ -315,10 +366,10 @@ def test_a_dishonest_cover_is_noticed(monkeypatch):
     import parc_jax.answer as answers
 
     class Half(union_stage.SafeUnion):
-        """Loses half of its pieces after their coverage was stated."""
+        """Loses half of its polytopes after their coverage was stated."""
 
-        def __init__(self, model, scene, pieces):
-            super().__init__(model, scene, pieces[: len(pieces) // 2])
+        def __init__(self, model, scene, polytopes):
+            super().__init__(model, scene, polytopes[: len(polytopes) // 2])
 
     monkeypatch.setattr(answers, "SafeUnion", Half)
     assert honest_looks(repeats=3, confidence=0.9, target=0.3, fresh=5_000) == 3
@@ -337,11 +388,18 @@ def test_share_of_k_is_not_too_large(answers, rng):
 def test_statements_say_what_is_shown_and_what_is_assumed(answers):
     answer = answers[2]
     text = answer.statement()
-    assert text.startswith("(C) For each of the 30 samples") and "proved in exact arithmetic" in text
+    assert (
+        text.startswith("(C) For each of the 30 samples") and "proved in exact arithmetic" in text
+    )
     assert "ASSUMED, not shown" in text and "Risk: no statement" in text
     model, problem = toy_case(2)
-    floats = Planner(model).solve(problem, jax.random.key(0), target=0.3, n_samples=3, proof=False, budget_s=300)
-    assert floats.level == "float-bounded" and "shown in float64 with a rounding margin" in floats.statement()
+    floats = Planner(model).solve(
+        problem, jax.random.key(0), Settings(target=0.3, n_samples=3, proof=False, budget_s=300)
+    )
+    assert (
+        floats.status is Status.BOUNDED
+        and "shown in float64 with a rounding margin" in floats.statement()
+    )
 
 
 def test_safest_ball_is_safe(answers, rng):
@@ -361,7 +419,7 @@ def test_best_plans_are_inside_and_no_sample_beats_the_linear_best(answers, rng)
         assert answer.contains(plan[:2], plan[2:])[0]
         assert value == pytest.approx(plan @ objective) and value >= (x @ objective).max() - 1e-6
     plan, value = answer.best("clearance", jax.random.key(0))
-    e = evaluate(answer.model, answer.scene, x[:, :2], x[:, 2:])
+    e = verdicts(answer.model, answer.scene, x[:, :2], x[:, 2:])
     assert answer.contains(plan[:2], plan[2:])[0] and value >= e.clearance.max() - 1e-3
 
 
@@ -377,7 +435,7 @@ def test_saved_answers_are_accepted_by_the_checker_and_small(answers, tmp_path):
     for number, answer in answers.items():
         path = answer.save(tmp_path / f"{number}.json")
         report = checker.check_answer(checker.load(path))
-        assert (report.samples, report.sets) == (30, len(answer.pieces))
+        assert (report.samples, report.sets) == (30, len(answer.polytopes))
         data = answer.to_json()
         for kind, most in (("samples", 1000), ("sets", 2000)):
             assert max(len(json.dumps(part, separators=(",", ":"))) for part in data[kind]) <= most
@@ -386,9 +444,11 @@ def test_saved_answers_are_accepted_by_the_checker_and_small(answers, tmp_path):
 def test_random_scenes_lose_nothing_between_floats_and_proofs():
     for number in range(20, 24):
         model, problem = toy_case(number)
-        answer = Planner(model).solve(problem, jax.random.key(number), target=0.3, n_samples=40, budget_s=2.0)
+        answer = Planner(model).solve(
+            problem, jax.random.key(number), Settings(target=0.3, n_samples=40, budget_s=2.0)
+        )
         shallow = 0
         if answer.refused:  # allowed only for what short fractions cannot separate
-            e = evaluate(model, answer.scene, answer._cover.points.p0, answer._cover.points.k)
+            e = verdicts(model, answer.scene, answer._cover.points.p0, answer._cover.points.k)
             shallow = int((e.clearance[e.safe] < 1e-6).sum())
         assert answer.refused <= shallow

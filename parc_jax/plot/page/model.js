@@ -5,12 +5,12 @@
 function makeModel(data) {
   const T = data.steps, nP = 2, { weights, biases } = data.network;
   const shapeOf = data.tube.edges.map((e) => e.length - 1);
-  const cornersOfBin = new Map();
-  const setsOf = new Map();
-  data.sets.forEach((s, i) => {
-    const cell = s.pattern + "/" + s.bin;
-    if (!setsOf.has(cell)) setsOf.set(cell, []);
-    setsOf.get(cell).push(i);
+  const widthsOf = new Map(), cornersOf = new Map(); // by the bins that contain k
+  const polytopesOf = new Map(); // by cell
+  data.polytopes.forEach((polytope, i) => {
+    const cell = polytope.pattern + "/" + polytope.bin;
+    if (!polytopesOf.has(cell)) polytopesOf.set(cell, []);
+    polytopesOf.get(cell).push(i);
   });
 
   function forward(k) {
@@ -29,34 +29,43 @@ function makeModel(data) {
     return { y: x, pattern };
   }
 
-  // -1 outside K and on a border between bins, where two tubes would have to hold
-  function binOf(k) {
-    let number = 0;
+  // numbers of the closed bins that contain k: none outside K, several on a border between bins
+  function binsOf(k) {
+    let numbers = [0];
     for (let axis = 0; axis < k.length; axis++) {
-      const edge = data.tube.edges[axis], last = edge.length - 1;
-      if (!(k[axis] >= edge[0] && k[axis] <= edge[last])) return -1;
-      let cell = 0;
-      while (cell < last - 1 && k[axis] >= edge[cell + 1]) cell++;
-      if (cell > 0 && k[axis] === edge[cell]) return -1;
-      number = number * shapeOf[axis] + cell;
+      const edge = data.tube.edges[axis], holding = [];
+      if (!(k[axis] >= data.domain.lo[axis] && k[axis] <= data.domain.hi[axis])) return [];
+      for (let i = 0; i < edge.length - 1; i++) if (k[axis] >= edge[i] && k[axis] <= edge[i + 1]) holding.push(i);
+      numbers = numbers.flatMap((number) => holding.map((i) => number * shapeOf[axis] + i));
     }
-    return number;
+    return numbers;
+  }
+
+  // half widths of the tube that count there: the widest of all bins
+  function widths(bins) {
+    const key = bins.join();
+    if (!widthsOf.has(key)) {
+      const widest = (a, b) => a.map((v, i) => (Array.isArray(v) ? widest(v, b[i]) : Math.max(v, b[i])));
+      const of = (part) => bins.map((bin) => data.tube[part][bin]).reduce(widest);
+      widthsOf.set(key, { interval: of("interval"), final: of("final") });
+    }
+    return widthsOf.get(key);
   }
 
   function plan(p0, k) {
     const { y, pattern } = forward(k), path = [[p0[0], p0[1]]];
     for (let t = 0; t < T; t++) path.push([p0[0] + y[t * nP], p0[1] + y[t * nP + 1]]);
-    return { path, q: y.slice(T * nP), pattern, bin: binOf(k) };
+    const bins = binsOf(k);
+    return { path, q: y.slice(T * nP), pattern, bins, widths: bins.length ? widths(bins) : null };
   }
 
   // corners of every obstacle grown by polygon body and tube, per interval: [obstacle][interval] -> [[x, y], ...]
-  function grown(bin) {
-    if (!cornersOfBin.has(bin)) {
-      const error = data.tube.interval[bin];
-      cornersOfBin.set(bin, data.obstacles.map((o) => error.map((e) =>
+  function grown(seen) {
+    const key = seen.bins.join();
+    if (!cornersOf.has(key))
+      cornersOf.set(key, data.obstacles.map((o) => seen.widths.interval.map((e) =>
         o.corner.map((c, i) => [c[0] + o.sign[i][0] * e[0], c[1] + o.sign[i][1] * e[1]]))));
-    }
-    return cornersOfBin.get(bin);
+    return cornersOf.get(key);
   }
 
   // largest gap over edge normals, the segment's normals and the direction from the nearest corner
@@ -96,8 +105,8 @@ function makeModel(data) {
   const active = (o, t) => t >= data.obstacles[o].steps[0] && t <= data.obstacles[o].steps[1];
 
   function goalMargin(seen) {
-    if (seen.bin < 0) return { least: -Infinity, worst: -1 };
-    return rowMargin(data.goal, [...seen.path[T], ...seen.q], data.tube.final[seen.bin]);
+    if (!seen.widths) return { least: -Infinity, worst: -1 };
+    return rowMargin(data.goal, [...seen.path[T], ...seen.q], seen.widths.final);
   }
 
   function verdict(p0, k) {
@@ -105,8 +114,8 @@ function makeModel(data) {
     const start = data.start ? rowMargin(data.start, p0, [0, 0]).least : Infinity;
     const gaps = data.obstacles.map(() => new Array(T).fill(NaN));
     let clearance = Infinity, worst = null;
-    if (seen.bin >= 0) {
-      const corners = grown(seen.bin);
+    if (seen.widths) {
+      const corners = grown(seen);
       data.obstacles.forEach((_, o) => {
         for (let t = 0; t < T; t++) {
           if (!active(o, t)) continue;
@@ -116,34 +125,45 @@ function makeModel(data) {
       });
     }
     const reaches = goal.least >= 0 && start >= 0;
-    return { ...seen, goal, start, gaps, clearance, worst, reaches, safe: reaches && clearance > 0, set: setAround(seen, reaches) };
+    const polytope = reaches ? polytopeAround(seen) : -1, corridor = reaches ? corridorAround(seen) : -1;
+    return { ...seen, goal, start, gaps, clearance, worst, reaches, safe: reaches && clearance > 0, polytope, corridor };
   }
 
-  // number of a returned set whose certificate separates this plan, -1 if there is none
-  function setAround(seen, reaches) {
-    if (!reaches) return -1;
-    for (const i of setsOf.get(seen.pattern + "/" + seen.bin) || [])
-      if (data.sets[i].sep.every((runs) => runs.every((run) => runMargin(run, seen) > 0))) return i;
-    return -1;
+  // number of a returned polytope that holds this plan, -1 for none: polytopes are open at the borders between bins
+  function polytopeAround(seen) {
+    if (seen.bins.length !== 1) return -1;
+    const mine = polytopesOf.get(seen.pattern + "/" + seen.bins[0]) || [];
+    return mine.find((i) => keeps(data.polytopes[i].sep, seen)) ?? -1;
   }
+
+  // number of a returned corridor that this plan keeps to, -1 for none; the widest widths count
+  const corridorAround = (seen) => data.corridors.findIndex((corridor) => keeps(corridor.sep, seen));
+
+  // does every run of these directions (by number) leave room around the plan?
+  const keeps = (sep, seen) => data.directions[sep].every((runs) => runs.every((run) => runMargin(run, seen) > 0));
 
   // room [m] that a run of a certificate leaves around a plan
   function runMargin([first, end, wx, wy, reach], seen) {
     let least = Infinity;
     for (let t = first; t < end; t++) {
-      const e = data.tube.interval[seen.bin][t], a = seen.path[t], b = seen.path[t + 1];
+      const e = seen.widths.interval[t], a = seen.path[t], b = seen.path[t + 1];
       const need = reach + Math.abs(wx) * e[0] + Math.abs(wy) * e[1];
       least = Math.min(least, wx * a[0] + wy * a[1] - need, wx * b[0] + wy * b[1] - need);
     }
     return least / Math.hypot(wx, wy);
   }
 
-  // the verdict alone, leaving at the first failure
-  function isSafe(p0, k) {
+  // 2: proved, in a returned corridor or polytope; 1: safe for this page's arithmetic alone; 0: not shown safe
+  function level(p0, k) {
     const seen = plan(p0, k);
-    if (!(goalMargin(seen).least >= 0)) return false;
-    if (data.start && !(rowMargin(data.start, p0, [0, 0]).least >= 0)) return false;
-    const corners = grown(seen.bin);
+    if (!(goalMargin(seen).least >= 0)) return 0;
+    if (data.start && !(rowMargin(data.start, p0, [0, 0]).least >= 0)) return 0;
+    if (!touchesNothing(seen)) return 0;
+    return corridorAround(seen) >= 0 || polytopeAround(seen) >= 0 ? 2 : 1;
+  }
+
+  function touchesNothing(seen) {
+    const corners = grown(seen);
     for (let o = 0; o < data.obstacles.length; o++)
       for (let t = 0; t < T; t++)
         if (active(o, t) && !farApart(seen.path[t], seen.path[t + 1], corners[o][t])
@@ -160,5 +180,5 @@ function makeModel(data) {
     return false;
   }
 
-  return { T, plan, verdict, isSafe, grown, separation, runMargin, active };
+  return { T, plan, verdict, level, grown, separation, runMargin, active };
 }

@@ -101,8 +101,8 @@ function drawScene(view, data, model, state) {
   view.clear();
   for (const outline of data.outlines["0,1"]) view.shape(outline, { fill: "#fbe3b0" });
   for (const o of data.obstacles) view.shape(swell(o.corner, data.radius), { fill: "#ececec", stroke: INK.grey, dash: [5, 4] });
-  if (seen.bin >= 0) {
-    const corners = model.grown(seen.bin);
+  if (seen.widths) {
+    const corners = model.grown(seen);
     data.obstacles.forEach((_, o) => {
       if (model.active(o, interval))
         view.shape(swell(corners[o][interval], data.radius), { fill: "rgba(213,94,0,0.10)", stroke: INK.red });
@@ -112,28 +112,33 @@ function drawScene(view, data, model, state) {
   data.obstacles.forEach((o, number) => {
     view.shape(o.outline, { fill: "#6e6e6e" });
     const [x, y] = view.px([0, 1].map((a) => o.outline.reduce((sum, v) => sum + v[a], 0) / o.outline.length));
-    view.text(String(number + 1), x, y + 4, "center", "#fff");
+    view.text(String(number), x, y + 4, "center", "#fff");
   });
-  if (seen.bin >= 0)
+  if (seen.widths)
     for (let i = 0; i < model.T; i++)
-      view.shape(sweep(seen.path[i], seen.path[i + 1], data.tube.interval[seen.bin][i]), { fill: "#cfe4f3", stroke: "#cfe4f3" });
-  for (const cell of state.starts) view.shape(cell, { fill: "rgba(0,158,115,.75)" });
+      view.shape(sweep(seen.path[i], seen.path[i + 1], seen.widths.interval[i]), { fill: "#cfe4f3", stroke: "#cfe4f3" });
+  drawCells(view, state.starts);
   for (const s of data.samples) view.dot(s.p0, 2.2, "#b8860b", "rgba(255,255,255,.6)");
   view.shape(seen.path, { stroke: INK.blue, width: 2, open: true });
   const here = seen.path[t];
   view.shape(data.body.map((v) => [here[0] + v[0], here[1] + v[1]]), { fill: "rgba(0,114,178,.12)", stroke: INK.blue, width: 1.5 });
-  if (seen.bin >= 0) view.shape(sweep(here, here, data.tube.interval[seen.bin][interval]), { stroke: INK.blue });
+  if (seen.widths) view.shape(sweep(here, here, seen.widths.interval[interval]), { stroke: INK.blue });
   drawSeparators(view, data, state, interval);
   view.dot(here, 3, INK.blue);
   view.dot(seen.path[0], 7, INK.orange);
-  view.ticks("x [m]", "y [m]");
+  view.ticks(...data.labels.p);
+}
+
+// cells of a grid: proved ones full, those that only this page computed pale
+function drawCells(view, cells) {
+  for (const { corners, level } of cells) view.shape(corners, { fill: level === 2 ? "rgba(0,158,115,.75)" : "rgba(204,121,167,.75)" });
 }
 
 // the line that the certificate puts between tube and obstacle now: w . p = reach of obstacle and body
 function drawSeparators(view, data, state, interval) {
-  if (!state.certificate) return;
+  if (state.directions < 0) return;
   const size = Math.hypot(view.hi[0] - view.lo[0], view.hi[1] - view.lo[1]);
-  state.certificate.sep.forEach((runs, o) => {
+  data.directions[state.directions].forEach((runs, o) => {
     for (const [first, end, wx, wy, reach] of runs) {
       if (interval < first || interval >= end) continue;
       const n2 = wx * wx + wy * wy, here = state.seen.path[interval], shift = (reach - (wx * here[0] + wy * here[1])) / n2;
@@ -150,10 +155,10 @@ function drawParameters(view, data, state) {
   const { lo, hi } = data.domain, point = (k) => [k[i], i === j ? lo[j] + 0.5 : k[j]], top = i === j ? lo[j] + 1 : hi[j];
   view.shape([[lo[i], lo[j]], [hi[i], lo[j]], [hi[i], top], [lo[i], top]], { fill: "#f4f4f4", stroke: "#ccc" });
   for (const outline of outlines) view.shape(outline, { fill: "#bbddf2", stroke: "#8cc8ec", width: 0.5 });
-  for (const cell of state.cells) view.shape(cell, { fill: "rgba(0,158,115,.75)" });
+  drawCells(view, state.cells);
   for (const s of data.samples) view.dot(point(s.k), 2, "#444", "rgba(255,255,255,.6)");
   view.dot(point(state.k), 7, INK.orange);
-  view.ticks(`k${i + 1}`, i === j ? "" : `k${j + 1}`);
+  view.ticks(data.labels.k[i], i === j ? "" : data.labels.k[j]);
 }
 
 function drawClearance(view, data, model, state) {
@@ -168,7 +173,7 @@ function drawClearance(view, data, model, state) {
   gaps.forEach((gap, o) => {
     const line = gap.map((g, t) => [(t + 0.5) * dt, Math.max(bottom, bend(g))]).filter((p) => Number.isFinite(p[1]));
     view.shape(line, { stroke: lineOf(o), width: 1.6, dash: o >= LINES.length ? [4, 3] : [], open: true });
-    if (o < LINES.length) view.text(`obstacle ${o + 1}`, view.w - 6, 14 + 13 * o, "right", lineOf(o));
+    if (o < LINES.length) view.text(`obstacle ${o}`, view.w - 6, 14 + 13 * o, "right", lineOf(o));
   });
   view.shape([[state.t * dt, bottom], [state.t * dt, top]], { stroke: INK.grey, open: true });
   view.text("clearance of the tube", view.w / 2, 12, "center");

@@ -1,0 +1,173 @@
+"""Would the tests notice? `python -m benchmarks.attacks faults [--only NAME ...] [--sample N]`.
+
+The code is copied, and one fault after another is planted in the copy: a sign, an index, a
+comparison, a row that is dropped. The tests named for it run and must fail; on the clean copy they
+must pass. A fault whose text no longer stands in the code is an error too, so that the table keeps
+up with the code.
+"""
+
+import os
+import random
+import shutil
+import subprocess
+import sys
+import tempfile
+import time
+from dataclasses import dataclass
+from pathlib import Path
+
+import tyro
+
+from benchmarks.attacks.fault import ROOT, Fault
+from benchmarks.attacks.faults_checker import CHECKER
+from benchmarks.attacks.faults_claims import CLAIMS
+from benchmarks.attacks.faults_engine import ENGINE
+from benchmarks.attacks.faults_files import FILES
+
+FAULTS: tuple[Fault, ...] = (*ENGINE, *CHECKER, *CLAIMS, *FILES)
+COPIED = ("parc_jax", "sims", "benchmarks", "tests", "docs", "pyproject.toml", "README.md")
+LEFT_OUT = shutil.ignore_patterns("__pycache__", ".*", "site", "*.gif", "*.png", "*.pdf")
+LONGEST_S = 600.0  # one run of pytest with a fault; longer counts as not noticed
+FAILED, PASSED = ("FAILED ", "ERROR "), ("PASSED ",)
+
+
+@dataclass(frozen=True)
+class Options:
+    """Which faults."""
+
+    only: tuple[str, ...] = ()
+    """These faults; default: all."""
+    sample: int = 0
+    """So many faults at random; 0 = all."""
+    seed: int = 0
+    """Seed of the sample."""
+    list: bool = False
+    """Print the table, check that it fits the code, run nothing."""
+
+
+def chosen(options: Options) -> list[Fault]:
+    """The faults asked for. Raises SystemExit for a name that is not in the table."""
+    known = {fault.name: fault for fault in FAULTS}
+    unknown = [name for name in options.only if name not in known]
+    if unknown:
+        raise SystemExit(f"faults: expected names of the table; got {', '.join(unknown)}.")
+    faults = [known[name] for name in options.only] or list(FAULTS)
+    if options.sample:
+        faults = random.Random(options.seed).sample(faults, min(options.sample, len(faults)))
+    return faults
+
+
+def misfits(faults=FAULTS) -> list[str]:
+    """Faults whose text or tests are not in the code, one line each; and names that occur twice."""
+    names = [fault.name for fault in faults]
+    twice = sorted({name for name in names if names.count(name) > 1})
+    found = [f"{fault.name}: {why}" for fault in faults if (why := fault.missing())]
+    return found + [f"{name}: two faults of this name" for name in twice]
+
+
+class Copy:
+    """A copy of the code in a temporary folder, in which faults are planted and tests run."""
+
+    def __init__(self, folder: str):
+        self.root = Path(folder)
+        self._stamp = int(time.time()) + 10
+        for name in COPIED:
+            source = ROOT / name
+            if source.is_dir():
+                shutil.copytree(source, self.root / name, ignore=LEFT_OUT)
+            elif source.exists():
+                shutil.copy(source, self.root / name)
+
+    def try_fault(self, fault: Fault) -> list[str]:
+        """Tests of the fault that did not notice it."""
+        good = fault.plant(self.root)
+        self._touch(fault.file)
+        try:
+            failed, _ = self.run(fault.tests, LONGEST_S)
+        finally:
+            (self.root / fault.file).write_text(good)
+            self._touch(fault.file)
+        return [test for test in fault.tests if not any(_case_of(test, f) for f in failed)]
+
+    def run(self, tests, longest: float | None = None) -> tuple[list[str], list[str]]:
+        """Cases of tests that failed and that passed. A run that takes too long has neither."""
+        command = [sys.executable, "-m", "pytest", "-q", "-rA", "--tb=no", "-p", "no:cacheprovider"]
+        environment = os.environ | {"PYTHONPATH": str(self.root), "COLUMNS": "400"}
+        try:
+            done = subprocess.run(
+                [*command, "-m", "", *tests],
+                cwd=self.root,
+                env=environment,
+                capture_output=True,
+                text=True,
+                timeout=longest,
+                check=False,
+            )
+        except subprocess.TimeoutExpired:
+            return [], []
+        lines = done.stdout.splitlines()
+        return _cases(lines, FAILED), _cases(lines, PASSED)
+
+    def _touch(self, file: str) -> None:
+        """A new time for the file, or compiled code of the same size and second would be reused."""
+        self._stamp += 2
+        os.utime(self.root / file, (self._stamp, self._stamp))
+
+
+def run(options: Options) -> int:
+    """Print a line per fault. Exit code 1 when one survives, does not fit the code, or a test fails
+    on the clean code.
+    """
+    faults = chosen(options)
+    wrong = misfits(faults)
+    for line in wrong:
+        print(line)
+    if options.list:
+        for fault in faults:
+            print(f"| {fault.name} | {fault.file} | {'<br>'.join(fault.tests)} |")
+    if wrong or options.list:
+        print(f"{len(faults)} faults, {len(wrong)} do not fit the code")
+        return int(bool(wrong))
+    if options.sample:
+        print(f"a sample of {len(faults)} out of {len(FAULTS)} faults, seed {options.seed}")
+    with tempfile.TemporaryDirectory() as folder:
+        copy = Copy(folder)
+        tests = sorted({test for fault in faults for test in fault.tests})
+        failed, passed = copy.run(tests)
+        broken = {test for test in tests if any(_case_of(test, case) for case in failed)}
+        skipped = {test for test in tests if not any(_case_of(test, case) for case in passed)}
+        skipped -= broken
+        for word, some in (("do not pass", broken), ("are skipped here", skipped)):
+            for test in sorted(some):
+                print(f"on the clean code these {word}: {test}", flush=True)
+        tried = [fault for fault in faults if not (broken | skipped) & set(fault.tests)]
+        survivors = [fault.name for fault in tried if not _noticed(copy, fault)]
+    print(f"{len(tried) - len(survivors)} of {len(tried)} faults noticed")
+    if len(tried) < len(faults):
+        print(f"{len(faults) - len(tried)} not tried, for want of a test that passes here")
+    if survivors:
+        print(f"survived: {', '.join(survivors)}")
+    return int(bool(survivors or broken))
+
+
+def _noticed(copy: Copy, fault: Fault) -> bool:
+    begin = time.perf_counter()
+    silent = copy.try_fault(fault)
+    said = f"not noticed by {', '.join(silent)}" if silent else f"noticed by {len(fault.tests)}"
+    print(f"{fault.name:<44} {said} ({time.perf_counter() - begin:.0f} s)", flush=True)
+    return not silent
+
+
+def _cases(lines: list[str], heads: tuple[str, ...]) -> list[str]:
+    """Node ids of the lines of pytest's summary that begin so."""
+    found = [line.removeprefix(head) for head in heads for line in lines if line.startswith(head)]
+    return [line.split(" - ")[0].strip() for line in found]
+
+
+def _case_of(test: str, case: str) -> bool:
+    return case == test or case.startswith(f"{test}[")
+
+
+def main(arguments: list[str]) -> int:
+    """The command."""
+    return run(tyro.cli(Options, args=arguments, description=__doc__))

@@ -1,0 +1,429 @@
+"""Faults of what is said about the error: measuring, scoring, counting runs, claims, risks."""
+
+from benchmarks.attacks.fault import Fault
+
+CALIBRATE = "tests/claim/test_calibrate.py"
+FRESH = "tests/claim/test_fresh.py"
+IDENTITY = "tests/rollout/test_identity.py"
+CLAIM = "tests/claim/test_claim.py"
+COUNTS = "tests/claim/test_counts.py"
+MEASURE = "tests/claim/test_measure.py"
+COVERAGE = "tests/soundness/test_claims_coverage.py"
+RARE = f"{COVERAGE}::test_wrong_claims_are_as_rare_as_the_theorem_says"
+
+MEASURED = (
+    Fault(
+        "last_record_of_an_interval_dropped",
+        "parc_jax/claim/measure.py",
+        "return Errors(_failures_to_infinity(gap.max(axis=1))",
+        "return Errors(_failures_to_infinity(gap[:, :-1].max(axis=1))",
+        (f"{MEASURE}::test_an_end_knot_counts_in_both_intervals",),
+    ),
+    Fault(
+        "errors_at_knots_only",
+        "parc_jax/claim/measure.py",
+        "return Errors(_failures_to_infinity(gap.max(axis=1))",
+        "return Errors(_failures_to_infinity(gap[:, ::stride].max(axis=1))",
+        (f"{MEASURE}::test_an_error_between_knots_is_seen",),
+    ),
+    Fault(
+        "failed_runs_without_error",
+        "parc_jax/claim/measure.py",
+        "return jnp.where(jnp.isnan(x), jnp.inf, x)",
+        "return jnp.where(jnp.isnan(x), 0.0, x)",
+        (f"{MEASURE}::test_failed_runs_have_infinite_errors",),
+    ),
+    Fault(
+        "goal_state_not_measured",
+        "parc_jax/claim/measure.py",
+        "jnp.abs(q - out[T * n_p :])",
+        "0 * jnp.abs(q - out[T * n_p :])",
+        (f"{MEASURE}::test_an_error_in_the_goal_state_alone_is_seen",),
+    ),
+    Fault(
+        "signed_errors",
+        "parc_jax/claim/measure.py",
+        "gap = jnp.abs(seen - p_hat)",
+        "gap = (seen - p_hat)",
+        (f"{MEASURE}::test_errors_are_the_definition",),
+    ),
+    Fault(
+        "rounding_of_the_network_not_paid",
+        "parc_jax/claim/measure.py",
+        "return Allowance(start + knots, at_end)",
+        "return Allowance(0 * start, at_end)",
+        (f"{MEASURE}::test_the_allowance_covers_the_rounding_of_the_network",),
+    ),
+    Fault(
+        "float32_storage_not_paid",
+        "parc_jax/claim/measure.py",
+        "stored = _FLOAT32_UNIT if p.dtype == jnp.float32 else 0.0",
+        "stored = 0.0",
+        (f"{MEASURE}::test_float32_storage_is_paid_for",),
+    ),
+    Fault(
+        "runs_on_an_edge_keep_to_the_wider_bin",
+        "parc_jax/claim/tube.py",
+        "return self.interval[bins].min(axis=1), self.final[bins].min(axis=1)",
+        "return self.interval[bins].max(axis=1), self.final[bins].max(axis=1)",
+        (
+            "tests/claim/test_tube.py"
+            "::test_on_a_shared_edge_a_proof_allows_for_the_widest_bin_and_a_run_keeps_to_the_narrowest",
+        ),
+    ),
+    Fault(
+        "proofs_on_an_edge_use_the_narrower_bin",
+        "parc_jax/claim/tube.py",
+        "return self.interval[bins].max(axis=1), self.final[bins].max(axis=1)",
+        "return self.interval[bins].min(axis=1), self.final[bins].min(axis=1)",
+        (
+            "tests/claim/test_tube.py"
+            "::test_on_a_shared_edge_a_proof_allows_for_the_widest_bin_and_a_run_keeps_to_the_narrowest",
+        ),
+    ),
+    Fault(
+        "an_edge_belongs_to_one_bin",
+        "parc_jax/claim/tube.py",
+        "choices = [right] if (left == right).all() else [right, left]",
+        "choices = [right]",
+        (
+            "tests/claim/test_tube.py::test_a_parameter_on_a_shared_edge_belongs_to_every_bin_it_touches",
+        ),
+    ),
+    Fault(
+        "score_of_the_intervals_only",
+        "parc_jax/claim/score.py",
+        "np.asarray(errors.final) / final,",
+        "0 * np.asarray(errors.final) / final,",
+        (f"{COVERAGE}::test_errors_that_hide_in_one_place_are_held",),
+    ),
+    Fault(
+        "mean_score_of_a_run",
+        "parc_jax/claim/score.py",
+        "return ratio.max(axis=1), ",
+        "return ratio.mean(axis=1), ",
+        (f"{CALIBRATE}::test_the_tube_holds_every_run_it_was_sized_by",),
+    ),
+)
+
+COUNTED = (
+    Fault(
+        "one_run_more_discarded",
+        "parc_jax/claim/calibrate.py",
+        "[..., score.shape[-1] - 1 - discard]",
+        "[..., score.shape[-1] - 2 - discard]",
+        (RARE,),
+    ),
+    Fault(
+        "discards_cost_nothing",
+        "parc_jax/claim/counts.py",
+        "if discard == 0 else float(bdtr(float(discard), n, eps))",
+        "",
+        (f"{COUNTS}::test_discards_against_exact_rationals",),
+    ),
+    Fault(
+        "eps_and_delta_swapped",
+        "parc_jax/claim/counts.py",
+        "> delta) + 1",
+        "> eps) + 1",
+        (f"{COUNTS}::test_the_table_of_runs",),
+    ),
+    Fault(
+        "one_run_too_few",
+        "parc_jax/claim/counts.py",
+        "> delta) + 1",
+        "> delta)",
+        (f"{COUNTS}::test_the_table_of_runs",),
+    ),
+    Fault(
+        "supported_eps_rounded_down",
+        "parc_jax/claim/counts.py",
+        "return math.ceil(eps / unit + 1e-9) * unit",
+        "return math.floor(eps / unit) * unit",
+        (f"{COUNTS}::test_the_supported_eps_is_supported_and_nearly_the_smallest",),
+    ),
+    Fault(
+        "looks_do_not_split_delta",
+        "parc_jax/claim/calibrate.py",
+        "pac_label(n, eps, delta / looks, discard)",
+        "pac_label(n, eps, delta, discard)",
+        (f"{CALIBRATE}::test_discards_and_looks_cost_runs",),
+    ),
+    Fault(
+        "networks_do_not_split_delta",
+        "parc_jax/claim/pipeline.py",
+        "looks = asked.looks * len(nets) * len(asked.claims)",
+        "looks = asked.looks",
+        ("tests/claim/test_pipeline.py::test_networks_and_claims_about_the_same_runs_split_delta",),
+    ),
+    Fault(
+        "bins_do_not_split_delta",
+        "parc_jax/claim/by_bin.py",
+        "share_of_delta = float(delta / (profile.n_bins * looks))",
+        "share_of_delta = float(delta / looks)",
+        (f"{CALIBRATE}::test_per_bin_claims_need_runs_in_every_bin",),
+    ),
+    Fault(
+        "bins_with_few_runs_get_a_claim",
+        "parc_jax/claim/by_bin.py",
+        "        if wanted <= allowed:",
+        "        if len(inside):",
+        (f"{CALIBRATE}::test_per_bin_claims_need_runs_in_every_bin",),
+    ),
+    Fault(
+        "clopper_pearson_from_below",
+        "parc_jax/claim/counts.py",
+        "betainccinv(failures + 1, n - failures, delta)",
+        "betainccinv(failures + 1, n - failures, 1 - delta)",
+        ("tests/claim/test_validate.py::test_the_bound_inverts_the_binomial_tail",),
+    ),
+    Fault(
+        "lower_bounds_of_the_other_side",
+        "parc_jax/claim/counts.py",
+        "return float(1 - clopper_pearson(n - successes, n, delta))",
+        "return float(clopper_pearson(successes, n, delta))",
+        ("tests/claim/test_counts.py::test_one_bound_on_a_probability_serves_everybody",),
+    ),
+    Fault(
+        "choices_that_failed_with_nan_pass",
+        "parc_jax/claim/validate.py",
+        "int((verdicts | batch.failed).sum())",
+        "int(verdicts.sum())",
+        ("tests/claim/test_validate.py::test_a_run_with_nan_has_failed_whatever_the_test_says",),
+    ),
+    Fault(
+        "looks_at_a_choice_cost_nothing",
+        "parc_jax/claim/validate.py",
+        "float(delta / looks)",
+        "float(delta)",
+        ("tests/claim/test_validate.py::test_looks_split_delta",),
+    ),
+)
+
+CLAIMED = (
+    Fault(
+        "training_runs_in_the_holdout",
+        "parc_jax/claim/fresh.py",
+        "seen = np.isin(scores.ids, train.hashes())",
+        "seen = np.zeros(scores.n, bool)",
+        (f"{FRESH}::test_copies_of_failed_runs_are_copies_too",),
+    ),
+    Fault(
+        "near_copies_of_training_runs",
+        "parc_jax/claim/fresh.py",
+        "_width(scores))[:, 0]] = True",
+        "_width(scores))[:, 0]] = False",
+        (f"{FRESH}::test_copies_of_training_runs_are_found_beyond_float32",),
+    ),
+    Fault(
+        "windows_count_as_runs",
+        "parc_jax/claim/calibrate.py",
+        "independent = scores.by_group()",
+        "independent = scores.score",
+        (
+            f"{FRESH}::test_the_score_of_a_group_is_its_worst",
+            f"{FRESH}::test_a_claim_from_groups_is_not_too_good",
+        ),
+    ),
+    Fault(
+        "recordings_torn_apart",
+        "parc_jax/rollout/batch.py",
+        "own = np.arange(self.n) if self.groups is None else self.groups",
+        "own = np.arange(self.n)",
+        ("tests/rollout/test_batch.py::test_a_split_never_tears_a_group",),
+    ),
+    Fault(
+        "changed_plants_keep_their_program",
+        "parc_jax/rollout/simulate.py",
+        "if known.is_current():",
+        "if True:",
+        (f"{IDENTITY}::test_a_claim_about_a_changed_plant_is_made_from_its_own_runs",),
+    ),
+    Fault(
+        "copies_in_the_holdout",
+        "parc_jax/claim/fresh.py",
+        "repeated = len(scores.ids) - len(np.unique(scores.ids))",
+        "repeated = 0",
+        (f"{FRESH}::test_copies_of_failed_runs_are_copies_too",),
+    ),
+    Fault(
+        "tube_rounded_inward",
+        "parc_jax/claim/calibrate.py",
+        "+ term) * _OUTWARD, np.inf)",
+        "+ term) / _OUTWARD, -np.inf)",
+        (
+            "tests/properties/test_claims_properties.py"
+            "::test_a_run_fits_the_tube_exactly_when_its_score_does",
+        ),
+    ),
+    Fault(
+        "time_between_records_forgotten",
+        "parc_jax/claim/calibrate.py",
+        "* profile.interval + term) *",
+        "* profile.interval + 0 * term) *",
+        (f"{CALIBRATE}::test_time_between_records_is_declared_and_added",),
+    ),
+    Fault(
+        "half_of_the_speed_between_records",
+        "parc_jax/claim/intersample.py",
+        "self.v, n_p) * (0.5 * h)",
+        "self.v, n_p) * (0.25 * h)",
+        (f"{CALIBRATE}::test_time_between_records_is_declared_and_added",),
+    ),
+    Fault(
+        "acceleration_between_records_over_sixteen",
+        "parc_jax/claim/intersample.py",
+        "(h * h / 8)",
+        "(h * h / 16)",
+        (f"{CALIBRATE}::test_time_between_records_is_declared_and_added",),
+    ),
+    Fault(
+        "start_gap_named_and_not_added",
+        "parc_jax/claim/start_gap.py",
+        "np.nextafter(claim.tube.interval + trial.declared, np.inf)",
+        "np.nextafter(claim.tube.interval, np.inf)",
+        (
+            "tests/claim/test_start_gap.py"
+            "::test_the_tube_holds_runs_from_elsewhere_and_without_the_allowance_it_does_not",
+        ),
+    ),
+    Fault(
+        "start_gap_left_out_of_the_pipeline",
+        "parc_jax/claim/pipeline.py",
+        "out.append([allow_for_start(claim, start) for claim in claims])",
+        "out.append(claims)",
+        ("tests/claim/test_pipeline.py::test_the_start_is_declared_tried_and_added",),
+    ),
+    Fault(
+        "start_gap_larger_than_declared_accepted",
+        "parc_jax/claim/start_gap.py",
+        "    if seen > declared:",
+        "    if seen > 1e9:",
+        (
+            "tests/claim/test_start_gap.py"
+            "::test_a_start_that_matters_more_than_declared_is_refused_with_its_size",
+        ),
+    ),
+    Fault(
+        "search_may_narrow_the_tube",
+        "parc_jax/claim/search.py",
+        "np.maximum(claim.tube.interval, held.interval),",
+        "np.minimum(claim.tube.interval, held.interval),",
+        ("tests/claim/test_search.py::test_the_tube_is_widened_only_where_something_was_found",),
+    ),
+    Fault(
+        "claims_survive_narrower_tubes",
+        "parc_jax/claim/claim.py",
+        "(wider.interval >= claim.tube.interval).all() and",
+        "(wider.interval <= np.inf).all() and",
+        (f"{CLAIM}::test_a_claim_survives_a_wider_tube_only",),
+    ),
+    Fault(
+        "risk_of_a_point",
+        "parc_jax/claim/claim.py",
+        "        if isinstance(nu, Point):\n            return NoStatement(",
+        "        if isinstance(nu, Point):\n            return Risk(self.eps, self.eps)\n"
+        "            return NoStatement(",
+        (f"{CLAIM}::test_risk_of_a_set_a_density_and_a_point",),
+    ),
+    Fault(
+        "risk_of_a_set_without_its_share",
+        "parc_jax/claim/risk.py",
+        "return whole / share",
+        "return whole",
+        (f"{CLAIM}::test_risk_of_a_set_a_density_and_a_point",),
+    ),
+    Fault(
+        "marginal_claims_read_as_confident",
+        "parc_jax/claim/claim.py",
+        'if self.kind == "conformal":',
+        'if self.kind == "none":',
+        (f"{CLAIM}::test_a_marginal_claim_does_not_survive_selection",),
+    ),
+    Fault(
+        "assumed_tubes_promise",
+        "parc_jax/claim/claim.py",
+        'if self.kind in ("assumed", "declared"):',
+        'if self.kind in ("declared",):',
+        (f"{CLAIM}::test_assumed_is_printed_as_assumed_and_promises_nothing",),
+    ),
+    Fault(
+        "tube_hash_not_compared",
+        "parc_jax/claim/claim.py",
+        "made_about != claim.tube.hash",
+        "made_about == 0",
+        (
+            "tests/test_model.py::test_a_tube_that_is_not_the_claims_is_refused_on_load_and_in_python",
+        ),
+    ),
+    Fault(
+        "declared_tubes_read_as_shown",
+        "parc_jax/claim/claim.py",
+        'if self.kind in ("assumed", "declared"):',
+        'if self.kind == "assumed":',
+        (
+            "tests/claim/test_declared.py"
+            "::test_a_bound_from_elsewhere_gives_its_reason_and_no_probability",
+        ),
+    ),
+    Fault(
+        "a_smaller_eps_without_the_runs_for_it",
+        "parc_jax/claim/calibrate.py",
+        "    return supported, discard\n",
+        "    return supported / 2, discard\n",
+        (f"{CALIBRATE}::test_more_runs_than_asked_for_support_a_smaller_eps",),
+    ),
+    Fault(
+        "shares_of_k_for_logged_runs",
+        "parc_jax/claim/statement.py",
+        'if c.law.k_law == "uniform":',
+        "if c.law.k_law:",
+        (f"{CLAIM}::test_a_share_of_K_is_promised_only_where_k_was_uniform",),
+    ),
+    Fault(
+        "alarm_that_stops",
+        "parc_jax/claim/monitor.py",
+        "return bool(self.peak >= 1.0 / self.alpha)",
+        "return bool(self.e_value >= 1.0 / self.alpha)",
+        ("tests/claim/test_monitor.py::test_an_alarm_does_not_stop",),
+    ),
+    Fault(
+        "monitor_does_not_see_what_is_outside",
+        "parc_jax/claim/monitor.py",
+        "fits = (errors.interval <= interval - between).all(axis=(1, 2))",
+        "fits = (errors.interval <= interval).any(axis=(1, 2))",
+        ("tests/claim/test_monitor.py::test_a_run_that_leaves_the_tube_between_knots_has_left",),
+    ),
+    Fault(
+        "an_update_looks_at_its_holdout",
+        "parc_jax/claim/update.py",
+        "        train=seen,\n",
+        "",
+        ("tests/claim/test_monitor.py::test_new_data_gives_a_new_claim",),
+    ),
+    Fault(
+        "cover_without_the_growth_in_a_cell",
+        "parc_jax/claim/for_all.py",
+        "(_bin_maxima(errors.interval, cells, bins) + growth_interval)",
+        "(_bin_maxima(errors.interval, cells, bins) + 0 * growth_interval)",
+        ("tests/claim/test_for_all.py::test_a_lipschitz_cover_bounds_the_true_maximum",),
+    ),
+    Fault(
+        "half_of_the_bend_of_a_simplex",
+        "parc_jax/claim/for_all.py",
+        "bend = mesh.longest**2 * n / (4 * (n + 1))",
+        "bend = mesh.longest**2 * n / (64 * (n + 1))",
+        (
+            "tests/claim/test_for_all.py::test_a_curvature_cover_bounds_the_true_maximum_with_fewer_runs",
+        ),
+    ),
+    Fault(
+        "cover_of_a_disturbed_system",
+        "parc_jax/claim/for_all.py",
+        '        raise InputError(\n            f"cover: expected a system without disturbance;',
+        '        print(\n            f"cover: expected a system without disturbance;',
+        ("tests/claim/test_for_all.py::test_systems_with_a_disturbance_are_refused",),
+    ),
+)
+
+CLAIMS = (*MEASURED, *COUNTED, *CLAIMED)

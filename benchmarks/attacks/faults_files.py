@@ -1,0 +1,213 @@
+"""Faults of rollouts, files, replay and the page: what is stored, read back, repeated, shown."""
+
+from benchmarks.attacks.fault import Fault
+
+COLLECT = "tests/rollout/test_collect.py"
+REPLAYS = "tests/soundness/test_replays.py"
+
+ROLLOUTS = (
+    Fault(
+        "stages_share_random_numbers",
+        "parc_jax/keys.py",
+        "return jax.random.fold_in(as_key(key), int(stage))",
+        "return jax.random.fold_in(as_key(key), 0)",
+        (f"{COLLECT}::test_stages_share_no_numbers",),
+    ),
+    Fault(
+        "k_and_disturbance_share_a_key",
+        "parc_jax/keys.py",
+        "k_key, system_key = jax.random.split(key)",
+        "k_key, system_key = key, key",
+        (f"{COLLECT}::test_k_and_disturbance_are_independent",),
+    ),
+    Fault(
+        "rows_start_anew_in_every_chunk",
+        "parc_jax/rollout/rows.py",
+        "[np.arange(first_row + i, first_row + i + chunk) for i in range(0, n, chunk)]",
+        "[np.arange(first_row, first_row + chunk) for i in range(0, n, chunk)]",
+        (f"{COLLECT}::test_rows_do_not_depend_on_chunking_or_on_how_many_are_asked_for",),
+    ),
+    Fault(
+        "k_in_a_corner_of_the_domain",
+        "parc_jax/rollout/simulate.py",
+        "jnp.clip(lo + u * (hi - lo), lo, hi)",
+        "jnp.clip(lo + u * u * (hi - lo), lo, hi)",
+        (f"{COLLECT}::test_parameters_are_uniform_on_the_domain",),
+    ),
+    Fault(
+        "chunks_of_another_grid",
+        "parc_jax/rollout/identity.py",
+        '"grid": [float(v).hex() for v in (time.dt, time.t_f, time.dt_record)],',
+        '"grid": [],',
+        ("tests/rollout/test_resume.py::test_another_record_grid_is_refused",),
+    ),
+    Fault(
+        "chunks_of_other_code",
+        "parc_jax/rollout/identity.py",
+        'identity[f"attribute {name}"] = reader.digest(value)',
+        'identity[f"attribute {name}"] = ""',
+        ("tests/rollout/test_resume.py::test_changed_code_is_refused",),
+    ),
+    Fault(
+        "stored_runs_not_repeated",
+        "parc_jax/rollout/resume.py",
+        "        if not np.all(same):",
+        "        if np.shape(same) is None:",
+        ("tests/rollout/test_resume.py::test_stored_runs_are_simulated_again",),
+    ),
+    Fault(
+        "failed_runs_look_finished",
+        "parc_jax/rollout/batch.py",
+        "return ~(np.isfinite(self.p).all(axis=(1, 2)) & np.isfinite(self.q).all(axis=1))",
+        "return ~(np.isfinite(self.p).any(axis=(1, 2)) & np.isfinite(self.q).all(axis=1))",
+        ("tests/rollout/test_batch.py::test_one_record_that_is_no_number_fails_its_run",),
+    ),
+    Fault(
+        "hash_of_a_run_without_its_path",
+        "parc_jax/rollout/batch.py",
+        "k[i].tobytes() + p[i].tobytes() + q[i].tobytes()",
+        "k[i].tobytes() + q[i].tobytes()",
+        ("tests/rollout/test_batch.py::test_the_hash_of_a_run_sees_k_path_and_end",),
+    ),
+)
+
+FILES_IN_AND_OUT = (
+    Fault(
+        "half_a_file_is_seen",
+        "parc_jax/rollout/files.py",
+        'temporary = path.with_name(f".{path.name}.{os.getpid()}.tmp")',
+        "temporary = path",
+        ("tests/rollout/test_files.py::test_a_failed_write_leaves_the_old_file",),
+    ),
+    Fault(
+        "mat_axes_mixed_up",
+        "parc_jax/rollout/loaders.py",
+        "positions.transpose(2, 0, 1)",
+        "positions.transpose(2, 0, 1)[:, :, ::-1]",
+        ("tests/rollout/test_files.py::test_published_mat_layout",),
+    ),
+    Fault(
+        "logged_runs_keep_their_start",
+        "parc_jax/rollout/loaders.py",
+        "p - p[:, :1]",
+        "p - 0 * p[:, :1]",
+        ("tests/rollout/test_files.py::test_published_mat_layout",),
+    ),
+    Fault(
+        "layers_in_reverse",
+        "parc_jax/model.py",
+        '[file[f"W{i}"] for i in range(layers)]',
+        '[file[f"W{i}"] for i in reversed(range(layers))]',
+        ("tests/test_model.py::test_a_saved_model_comes_back_equal",),
+    ),
+    Fault(
+        "saved_tube_of_half_the_width",
+        "parc_jax/model.py",
+        '"interval": self.tube.interval,',
+        '"interval": self.tube.interval * 0.5,',
+        ("tests/test_model.py::test_a_saved_model_comes_back_equal",),
+    ),
+    Fault(
+        "shortest_decimals",
+        "parc_jax/spelling.py",
+        'text = format(Decimal(values.item()), "f")',
+        "text = repr(values.item())",
+        ("tests/certificate/test_write.py::test_numbers_are_spelled_exactly",),
+    ),
+    Fault(
+        "multipliers_through_floats",
+        "parc_jax/spelling.py",
+        "return str(Fraction(values))",
+        "return str(float(values))",
+        ("tests/certificate/test_write.py::test_fractions_are_spelled_as_fractions",),
+    ),
+    Fault(
+        "certificates_without_spans",
+        "parc_jax/certificate/write.py",
+        'part["steps"] = list(span)',
+        "pass",
+        ("tests/io/test_answer_file.py::test_everything_but_timings_comes_back",),
+    ),
+    Fault(
+        "hashes_of_the_names_only",
+        "parc_jax/certificate/write.py",
+        'json.dumps(part, sort_keys=True, separators=(",", ":")).encode()',
+        "json.dumps(sorted(part)).encode()",
+        ("tests/certificate/test_write.py::test_hashes_see_every_number",),
+    ),
+    Fault(
+        "answers_believed_unchecked",
+        "parc_jax/io/answer_file.py",
+        "report = check_answer(data)",
+        'report = type("Unchecked", (), {"no_plan": None})',
+        ("tests/io/test_answer_file.py::test_a_file_whose_proof_fails_is_refused",),
+    ),
+    Fault(
+        "spans_lost_in_reading",
+        "parc_jax/io/answer_file.py",
+        'spans=[tuple(o["steps"]) if "steps" in o else None for o in asked["obstacles"]],',
+        "spans=None,",
+        ("tests/io/test_answer_file.py::test_everything_but_timings_comes_back",),
+    ),
+    Fault(
+        "corridor_read_without_slack",
+        "parc_jax/io/answer_file.py",
+        "exact + scene.slack * np.abs(along).sum()",
+        "exact",
+        ("tests/io/test_answer_file.py::test_everything_but_timings_comes_back",),
+    ),
+)
+
+REPLAY = (
+    Fault(
+        "replay_from_the_origin",
+        "parc_jax/experiment/replay.py",
+        "np.asarray(runs.p, np.float64) + p0[:, None]",
+        "np.asarray(runs.p, np.float64) + 0 * p0[:, None]",
+        (f"{REPLAYS}::test_what_a_replay_reports_is_what_the_runs_did",),
+    ),
+    Fault(
+        "replay_looks_at_knots_only",
+        "parc_jax/experiment/replay.py",
+        "_true_clearance(scene.arrays, model.time.stride, path)",
+        "_true_clearance(scene.arrays, 1, path[:, :: model.time.stride])",
+        (f"{REPLAYS}::test_a_bend_between_knots_is_replayed",),
+    ),
+    Fault(
+        "replay_keeps_contradictions_to_itself",
+        "parc_jax/experiment/replay.py",
+        "    if bugs.any():",
+        "    if bugs.all() and len(bugs) > 1:",
+        (f"{REPLAYS}::test_a_proof_that_contradicts_the_plant_is_reported",),
+    ),
+    Fault(
+        "replay_compares_the_end_only",
+        "parc_jax/experiment/replay.py",
+        "inside = (errors.interval <= model.tube.interval[bins]).all(axis=(1, 2))",
+        "inside = np.ones(len(plans), bool)",
+        (f"{REPLAYS}::test_a_bend_between_knots_is_replayed",),
+    ),
+    Fault(
+        "replay_fails_only_by_both",
+        "parc_jax/experiment/replay.py",
+        "self.reached | self.touched",
+        "self.reached & self.touched",
+        (f"{REPLAYS}::test_what_a_replay_reports_is_what_the_runs_did",),
+    ),
+    Fault(
+        "page_forgets_the_tube",
+        "parc_jax/plot/page/model.js",
+        "c[0] + o.sign[i][0] * e[0]",
+        "c[0] - o.sign[i][0] * e[0]",
+        ("tests/plot/test_page_browser.py::test_verdicts_equal_the_engine_s",),
+    ),
+    Fault(
+        "page_sees_one_end_of_a_segment",
+        "parc_jax/plot/page/model.js",
+        "Math.min(ux * a[0] + uy * a[1], ux * b[0] + uy * b[1]) - reach",
+        "ux * a[0] + uy * a[1] - reach",
+        ("tests/plot/test_page_browser.py::test_verdicts_equal_the_engine_s",),
+    ),
+)
+
+FILES = (*ROLLOUTS, *FILES_IN_AND_OUT, *REPLAY)

@@ -1,0 +1,249 @@
+"""One scene of a batch: plans proposed in float32 from a pool that all scenes share, checked in
+float64. Kernels. [T15]
+
+The network is evaluated once for the pool, so a scene costs segment tests only. A proposal is never
+an answer: what is returned has passed the point test in float64, with the slack of [T11], like the
+samples of a single query.
+"""
+
+from typing import NamedTuple
+
+import jax
+import jax.numpy as jnp
+from flax import struct
+
+from parc_jax.claim.tube import Tube, open_bin_of
+from parc_jax.network.predict import HIGHEST, predict
+from parc_jax.network.relu import ReLUNetwork
+from parc_jax.verdict.pointwise import verdict
+from parc_jax.verdict.scene import Scene
+
+PROPOSED = 64  # plans proposed per scene and round
+CHECKED = 4  # of which so many, those of the largest estimated clearance, are checked in float64
+# shares of K by which a warm start varies k, from the first to the last proposal
+NARROW = 0.003
+WIDE = 0.3
+
+
+@struct.dataclass
+class Pool:
+    """n values of k with what the model says of them, relative to the predicted end.
+
+    k (n, n_k), end (n, n_p), q (n, n_q), final (n, n_p + n_q): float64.
+    known: (n,) bool, k has one bin, with a claim.
+    way (n, n_p, T + 1), error (n, n_p, T): float32, time last; only proposals are made from them.
+    """
+
+    k: jax.Array
+    end: jax.Array
+    q: jax.Array
+    final: jax.Array
+    known: jax.Array
+    way: jax.Array
+    error: jax.Array
+
+
+@struct.dataclass
+class Best:
+    """The safe plans found so far, best first: plans (n, n_p + n_k), clearance (n,) [m], -inf where
+    there is none.
+    """
+
+    plans: jax.Array
+    clearance: jax.Array
+
+
+def pool_of(net: ReLUNetwork, tube: Tube, k) -> Pool:
+    """The pool of given k (n, n_k)."""
+
+    def one(k):
+        offsets, q, _ = predict(net, tube.n_steps, tube.n_p, k)
+        bin = open_bin_of(tube, k)
+        error = tube.during(bin)
+        final = tube.at_end(bin)
+        way = (offsets - offsets[-1][None]).T.astype(jnp.float32)
+        return Pool(
+            k=k,
+            end=offsets[-1],
+            q=q,
+            final=final,
+            known=(bin >= 0) & jnp.isfinite(final).all(),
+            way=way,
+            error=error.T.astype(jnp.float32),
+        )
+
+    return jax.vmap(one)(k)
+
+
+def pool_at_random(net: ReLUNetwork, tube: Tube, key, lo, hi, n: int) -> Pool:
+    """A pool of n values of k, uniform on the box [lo, hi] (n_k,) of floats."""
+    share = jax.random.uniform(key, (n, len(lo)), lo.dtype)
+    k = jnp.clip(lo[None] + share * (hi - lo)[None], lo[None], hi[None])
+    return pool_of(net, tube, k)
+
+
+class Ends(NamedTuple):
+    """Where plans may end with each of n values of k: boxes lo, hi (n, n_p) of z, any (n,) bool.
+
+    Everything outside of a box misses the goal or the start set. Inside, rows that mix axes are
+    still to be tested.
+    """
+
+    lo: jax.Array
+    hi: jax.Array
+    any: jax.Array
+
+
+def allowed_ends(pool: Pool, scene: Scene) -> Ends:
+    """The ends that reach the goal from the start set."""
+    n_p = pool.end.shape[1]
+    pad = 4 * scene.slack
+    start_lo, start_hi = _sides(scene.start_A, scene.start_b)
+    lo = jnp.maximum(scene.z_lo[None] + pool.final[:, :n_p], start_lo[None] + pool.end) + pad
+    hi = jnp.minimum(scene.z_hi[None] - pool.final[:, :n_p], start_hi[None] + pool.end) - pad
+    goal_p = scene.goal_A[:, :n_p]
+    goal_q = scene.goal_A[:, n_p:]
+    left = scene.goal_b[None] - _dot(pool.q, goal_q.T) - _dot(pool.final, jnp.abs(scene.goal_A).T)
+    goal = (left - _least(goal_p, lo, hi) >= 0).all(axis=1)
+    left = scene.start_b[None] - _least(scene.start_A, lo - pool.end, hi - pool.end)
+    start = (left >= 0).all(axis=1)
+    return Ends(lo, hi, pool.known & (lo <= hi).all(axis=1) & goal & start)
+
+
+def estimate_clearance(pool: Pool, scene: Scene, chosen, z):
+    """Estimated clearance [m] (c,) of plans that end in z (c, n_p) with k of the chosen items (c,).
+    Unsound by purpose.
+
+    The largest gap along edge normals of the grown obstacle: exact beside an edge, too small around
+    a corner of a disc.
+    """
+    path = z.astype(jnp.float32)[:, :, None] + pool.way[chosen]
+    error = pool.error[chosen]
+    grown = jax.tree.map(_single, scene.obstacles)
+
+    def obstacle(j, clearance):
+        corner = grown.corner[j]
+        sign = grown.sign[j]
+        # an edge for some error > 0
+        edge = jnp.roll(corner, -1, axis=0) - corner + jnp.roll(sign, -1, axis=0) - sign
+        length = jnp.sqrt((edge * edge).sum(axis=1))
+        normal = jnp.stack([edge[:, 1], -edge[:, 0]], axis=1)
+        w = normal / jnp.where(length > 0, length, 1)[:, None]
+        support = _dot(corner, w.T).max(axis=0)
+
+        def side(i, gap):
+            out = w[i, 0] * path[:, 0] + w[i, 1] * path[:, 1] - support[i]
+            grow = jnp.abs(w[i, 0]) * error[:, 0] + jnp.abs(w[i, 1]) * error[:, 1]
+            here = jnp.minimum(out[:, :-1], out[:, 1:]) - grow
+            return jnp.where(length[i] > 0, jnp.maximum(gap, here), gap)
+
+        nothing = jnp.full(error.shape[::2], -jnp.inf, jnp.float32)
+        gap = jax.lax.fori_loop(0, len(corner), side, nothing)
+        return jnp.minimum(clearance, jnp.where(grown.active[j][None], gap, jnp.inf).min(axis=1))
+
+    far = jnp.full(len(z), jnp.inf, jnp.float32)
+    return jax.lax.fori_loop(0, len(grown.corner), obstacle, far) - grown.radius
+
+
+def improve(best: Best, net, tube, scene: Scene, pool: Pool, chosen, z, worth) -> Best:
+    """Estimate plans that end in z (c, n_p) with k of the chosen items (c,), check the most
+    promising ones in float64, keep the best. worth (c,) bool: the others are left alone.
+    """
+    estimate = jnp.where(worth, estimate_clearance(pool, scene, chosen, z), -jnp.inf)
+    _, most = jax.lax.top_k(estimate, min(CHECKED, len(z)))
+    k = pool.k[chosen[most]]
+    p0 = z[most] - pool.end[chosen[most]]
+    seen = jax.vmap(verdict, in_axes=(None, None, None, 0, 0))(net, tube, scene, p0, k)
+    clearance = jnp.where(seen.safe, seen.clearance, -jnp.inf)
+    plans = jnp.concatenate([best.plans, jnp.concatenate([p0, k], axis=1)])
+    clearance = jnp.concatenate([best.clearance, clearance])
+    clearance, kept = jax.lax.top_k(clearance, len(best.clearance))
+    return Best(plans[kept], clearance)
+
+
+class Rounds(NamedTuple):
+    """Where a search stands: the next round, and the best plans so far."""
+
+    next: jax.Array
+    best: Best
+
+
+def search(
+    net, tube, scene: Scene, number, best: Best, pool: Pool, key, first, last
+) -> tuple[Best, jax.Array]:
+    """Rounds first..last - 1 of one scene; ends when every place of `best` holds a safe plan.
+
+    number (): the scene's own number, folded into the key. Returns the best plans and the rounds
+    that were run.
+    """
+    ends = allowed_ends(pool, scene)
+    rank = jnp.cumsum(ends.any, dtype=jnp.int32)
+    n = rank[-1]  # items of the pool with an end
+    key = jax.random.fold_in(key, number)
+    order = jnp.arange(PROPOSED, dtype=jnp.int32)
+
+    def step(rounds: Rounds) -> Rounds:
+        item = (rounds.next * PROPOSED + order) % jnp.maximum(n, 1)
+        chosen = jnp.minimum(jnp.searchsorted(rank, item + 1), len(rank) - 1)
+        round_key = jax.random.fold_in(key, rounds.next)
+        share = jax.random.uniform(round_key, (PROPOSED, ends.lo.shape[1]), ends.lo.dtype)
+        z = ends.lo[chosen] + share * (ends.hi - ends.lo)[chosen]
+        worth = jnp.broadcast_to(n > 0, order.shape)
+        best = improve(rounds.best, net, tube, scene, pool, chosen, z, worth)
+        return Rounds(rounds.next + 1, best)
+
+    def unfinished(rounds: Rounds):
+        return (rounds.next < last) & (n > 0) & ~(rounds.best.clearance > 0).all()
+
+    end = jax.lax.while_loop(unfinished, step, Rounds(first, best))
+    return end.best, end.next - first
+
+
+def rewarm(net, tube, scene: Scene, number, best: Best, plans, key) -> Best:
+    """Begin from earlier plans (w, n_p + n_k), NaN where there is none: the same k and ends, then
+    more and more apart.
+
+    Proposal i < w is plan i itself, moved as little as goal and start ask for; the others vary k
+    and keep the end.
+    """
+    n_p = scene.z_lo.shape[0]
+    usable = jnp.isfinite(plans).all(axis=1)
+    source = jnp.arange(PROPOSED) % len(plans)
+    old = jnp.where(usable[:, None], plans, 0.0)[source]
+    spread = NARROW * (WIDE / NARROW) ** (jnp.arange(PROPOSED, dtype=old.dtype) / PROPOSED)
+    spread = jnp.where(jnp.arange(PROPOSED) < len(plans), 0.0, spread)
+    sizes = spread[:, None] * (scene.k_hi - scene.k_lo)[None]
+    noise_key = jax.random.fold_in(key, number)
+    noise = jax.random.normal(noise_key, (PROPOSED, len(scene.k_lo)), old.dtype)
+    near = jnp.clip(old[:, n_p:] + sizes * noise, scene.k_lo[None], scene.k_hi[None])
+    pool = pool_of(net, tube, near)
+    before = pool_of(net, tube, old[:, n_p:])
+    ends = allowed_ends(pool, scene)
+    z = jnp.clip(old[:, :n_p] + before.end, ends.lo, jnp.maximum(ends.lo, ends.hi))
+    worth = ends.any & usable[source]
+    return improve(best, net, tube, scene, pool, jnp.arange(PROPOSED), z, worth)
+
+
+def _sides(A, b):
+    """Bounding box lo, hi (n,) by the rows that bound one axis alone; infinite where there is
+    none.
+    """
+    alone = (A != 0) & ((A != 0).sum(axis=1) == 1)[:, None]
+    at = b[:, None] / jnp.where(alone, A, 1)
+    lo = jnp.where(alone & (A < 0), at, -jnp.inf).max(axis=0)
+    hi = jnp.where(alone & (A > 0), at, jnp.inf).min(axis=0)
+    return lo, hi
+
+
+def _least(A, lo, hi):
+    """Least value (n, h) of each row of A (h, n_p) over the boxes [lo, hi] (n, n_p)."""
+    return jnp.minimum(A[None] * lo[:, None], A[None] * hi[:, None]).sum(axis=2)
+
+
+def _dot(a, b):
+    return jnp.matmul(a, b, precision=HIGHEST)
+
+
+def _single(x):
+    x = jnp.asarray(x)
+    return x.astype(jnp.float32) if jnp.issubdtype(x.dtype, jnp.floating) else x

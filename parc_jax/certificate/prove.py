@@ -1,0 +1,81 @@
+"""The last word: the independent checker, in exact arithmetic, on everything that is returned."""
+
+import hashlib
+
+import jax
+import numpy as np
+
+from parc_jax import checker
+from parc_jax.certificate.write import (
+    corridor_part,
+    network_part,
+    polytope_part,
+    problem_part,
+    tube_part,
+)
+from parc_jax.errors import InputError
+from parc_jax.model import TrajectoryModel
+from parc_jax.problem import ReachAvoid
+
+
+def prove(
+    problem: ReachAvoid, model: TrajectoryModel, samples: list[dict], corridors=(), polytopes=()
+):
+    """Which sample certificates, which corridors and which polytopes the checker accepts: three
+    bool arrays.
+
+    A corridor is certified as a sample is: directions that hold for all plans, and one plan that
+    keeps to them. Raises InputError for a problem or a model beyond the limits of the checker.
+    """
+    if not (len(samples) or len(corridors) or len(polytopes)):
+        return tuple(np.zeros(0, bool) for _ in range(3))
+    context = _context(problem, model)
+    asked = (
+        (context.check_sample, samples),
+        (context.check_sample, [corridor_part(c) for c in corridors]),
+        (context.check_set, [polytope_part(p) for p in polytopes]),
+    )
+    return tuple(
+        np.array([_accepts(check, part) for part in parts], bool) for check, parts in asked
+    )
+
+
+def _context(problem: ReachAvoid, model: TrajectoryModel) -> checker.Context:
+    """The checker's exact form of the question. Networks and tubes of the last few models are read
+    once.
+    """
+    question = problem_part(problem, model)
+    name = hashlib.sha256(
+        repr([question[part] for part in ("n_p", "n_q", "n_k", "steps", "domain")]).encode()
+    )
+    for array in jax.tree.leaves(
+        (model.net, model.tube)
+    ):  # by every bit: an array changed in place is another model
+        name.update(
+            repr(np.shape(array)).encode() + np.ascontiguousarray(array, np.float64).tobytes()
+        )
+    known = _RECENT.pop(name.digest(), None)
+    if known is None:
+        try:
+            known = checker.Context(question, network_part(model.net), tube_part(model.tube))
+        except checker.Rejected as error:
+            raise InputError(
+                f"proof: expected a question within the limits of the exact checker; {error}. "
+                "Ask with proof=False, or for a smaller model."
+            ) from None
+        if len(_RECENT) >= _KEPT:
+            _RECENT.pop(next(iter(_RECENT)), None)
+    _RECENT[name.digest()] = known
+    return known.about(question)
+
+
+_KEPT = 4  # models
+_RECENT: dict[bytes, checker.Context] = {}  # the oldest first
+
+
+def _accepts(check, part: dict) -> bool:
+    try:
+        check(part)
+    except checker.Rejected:
+        return False
+    return True

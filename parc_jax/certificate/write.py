@@ -1,0 +1,167 @@
+"""Spell problems, networks, tubes, samples and polytopes as certificates: exact numbers as text,
+nothing to trust.
+
+Every float is spelled as the rational that it holds: those of the problem and the edges of the tube
+as exact decimals, where people read them, all others in hexadecimal; multipliers are p/q.
+"""
+
+import hashlib
+import json
+
+import numpy as np
+
+from parc_jax.checker import FORMAT
+from parc_jax.claim.tube import Tube
+from parc_jax.cover.corridor import Corridor, longest_lasting, merged_runs
+from parc_jax.cover.polytope import SafePolytope
+from parc_jax.model import TrajectoryModel
+from parc_jax.network.relu import ReLUNetwork
+from parc_jax.obstacles.segment import separation
+from parc_jax.problem import Disc, ReachAvoid
+from parc_jax.spelling import decimal_text, fraction_text, hex_text, plain
+from parc_jax.verdict.scene import Scene
+
+
+def problem_part(problem: ReachAvoid, model: TrajectoryModel) -> dict:
+    """The question."""
+    obstacles = []
+    for poly, span in zip(problem.obstacles, problem.all_spans, strict=True):
+        part = _rows(poly)
+        if span is not None:
+            part["steps"] = list(span)
+        obstacles.append(part)
+    body = problem.body
+    return {
+        "n_p": model.n_p,
+        "n_q": model.n_q,
+        "n_k": model.n_k,
+        "domain": {"lo": decimal_text(model.domain.lo), "hi": decimal_text(model.domain.hi)},
+        "goal": _rows(problem.goal),
+        "obstacles": obstacles,
+        "body": {"radius": decimal_text(body.radius)}
+        if isinstance(body, Disc)
+        else {"vertices": decimal_text(body.vertices)},
+        "start": None if problem.start is None else _rows(problem.start),
+        "steps": model.time.n_steps,
+        "dt": decimal_text(model.time.dt),
+    }
+
+
+def network_part(net: ReLUNetwork) -> dict:
+    """The network, float64 exactly."""
+    return {
+        "weights": [hex_text(W) for W in net.weights],
+        "biases": [hex_text(b) for b in net.biases],
+    }
+
+
+def tube_part(tube: Tube) -> dict:
+    """The tube, float64 exactly; a bin without claim is NO_CLAIM wide."""
+    interval, final = tube.finite_widths
+    return {
+        "edges": [decimal_text(e) for e in tube.edges],
+        "interval": hex_text(interval),
+        "final": hex_text(final),
+    }
+
+
+def answer_part(
+    problem: ReachAvoid,
+    model: TrajectoryModel,
+    samples: list[dict],
+    corridors,
+    polytopes,
+    *,
+    no_plan: dict | None,
+    meta,
+) -> dict:
+    """The whole answer file. samples: their parts. meta: what needs no proof, as plain values."""
+    asked, network, tube = (
+        problem_part(problem, model),
+        network_part(model.net),
+        tube_part(model.tube),
+    )
+    hashes = {"problem": part_hash(asked), "network": part_hash(network), "tube": part_hash(tube)}
+    claim = model.claim.to_json() | {"network_hash": hashes["network"], "tube_hash": hashes["tube"]}
+    return {
+        "format": FORMAT,
+        "problem": asked,
+        "network": network,
+        "tube": tube,
+        "claim": plain(claim),
+        "hash": hashes,
+        "samples": samples,
+        "corridors": [corridor_part(c) for c in corridors],
+        "sets": [polytope_part(p) for p in polytopes],
+        "no_plan": no_plan,
+        "meta": plain(meta),
+    }
+
+
+def part_hash(part: dict) -> str:
+    """SHA-256 of the canonical JSON text of a part."""
+    return hashlib.sha256(
+        json.dumps(part, sort_keys=True, separators=(",", ":")).encode()
+    ).hexdigest()
+
+
+def sample_part(
+    scene: Scene, tube: Tube, p0: np.ndarray, k: np.ndarray, path: np.ndarray, bin: int
+) -> dict:
+    """Certificate of one safe point; path (T + 1, n_p) is its prediction."""
+    table, slack, error = scene.directions, scene.slack, tube.during(bin)
+    sep = []
+    for o, multipliers in enumerate(table.multipliers):
+        w, support = table.w[o], table.support[o]
+        size = np.abs(w)
+        threshold = support[:, None] + size @ error.T + slack * size.sum(axis=1)[:, None]
+        along = w @ path.T
+        chosen = longest_lasting(np.minimum(along[:, :-1], along[:, 1:]) > threshold)
+        exists = np.flatnonzero(scene.obstacles.active[o])
+        spelled = [
+            multipliers[chosen[t]]
+            if chosen[t] >= 0
+            else table.nearest(o, _nearest(scene, o, path, error, t))
+            for t in exists
+        ]
+        sep.append(merged_runs(spelled, exists))
+    return {"p0": hex_text(p0), "k": hex_text(k), "sep": _separation(sep)}
+
+
+def polytope_part(polytope: SafePolytope) -> dict:
+    """Certificate of a polytope: pattern, directions and one inner point."""
+    return {
+        "p0": hex_text(polytope.p0),
+        "k": hex_text(polytope.k),
+        "bin": polytope.bin,
+        "pattern": "".join("1" if on else "0" for on in polytope.pattern),
+        "sep": _separation(polytope.corridor.runs),
+    }
+
+
+def corridor_part(corridor: Corridor) -> dict:
+    """Certificate of a corridor: its directions and one plan that keeps to it."""
+    return {
+        "p0": hex_text(corridor.p0),
+        "k": hex_text(corridor.k),
+        "sep": _separation(corridor.runs),
+    }
+
+
+def _nearest(scene: Scene, o: int, path, error, t: int) -> np.ndarray:
+    corners = scene.obstacles.corner[o] + scene.obstacles.sign[o] * error[t]
+    return separation(path[t], path[t + 1], corners, scene.obstacles.radius, np)[1]
+
+
+def _separation(runs_by_obstacle) -> list:
+    return [
+        [
+            [run.end, [[r, fraction_text(v)] for r, v in zip(*run.multiplier, strict=True)]]
+            for run in runs
+        ]
+        for runs in runs_by_obstacle
+    ]
+
+
+def _rows(poly) -> dict:
+    return {"A": decimal_text(poly.A), "b": decimal_text(poly.b)}

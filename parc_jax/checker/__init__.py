@@ -1,0 +1,41 @@
+"""Checks a saved answer in exact arithmetic, independently of the program that wrote it.
+
+    python -m parc_jax.checker answer.json [--json]
+    python checker answer.json [--json]              this folder alone, copied anywhere
+
+Standard library only; nothing of parc_jax is imported. Every number is a rational and every
+comparison exact: there is no tolerance. A check passes only on `is True`, and any exception is a
+rejection. docs/certificates.md has the format and what an accepted answer proves.
+
+exact.py    numbers, lists, half-spaces; what a rejection is
+plans.py    problem, network and tube; samples, corridors and polytopes
+no_plan.py  boxes in which no plan is safe, or every one
+answer.py   the whole file, the report, the command line
+
+Letters: p position, q further goal states, k parameters, y = (c_1 .. c_T, q) the outputs of the
+network, p_s = p0 + c_s the position at knot s, z = p_T, t the interval from knot t to knot t + 1,
+e the widths of the tube, w a direction. Vectors are integers over one common denominator ("scale").
+"""
+
+from .answer import FORMAT, PARTS, Report, allowance, check_answer, load, main, summary
+from .exact import NotAnAnswer, Rejected, integers, number, rejecting
+from .no_plan import check_no_plan
+from .plans import Context
+
+__all__ = [
+    "FORMAT",
+    "PARTS",
+    "Context",
+    "NotAnAnswer",
+    "Rejected",
+    "Report",
+    "allowance",
+    "check_answer",
+    "check_no_plan",
+    "integers",
+    "load",
+    "main",
+    "number",
+    "rejecting",
+    "summary",
+]

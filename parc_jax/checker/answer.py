@@ -1,0 +1,181 @@
+"""A whole answer file: reading it, checking all that it claims, saying what was proved."""
+
+import collections
+import hashlib
+import json
+import os
+import sys
+from fractions import Fraction
+
+from .exact import NotAnAnswer, Rejected, array, fields, need, rejecting
+from .no_plan import check_no_plan
+from .plans import Context
+
+FORMAT = "parc_jax.answer/1"
+PARTS = ("problem", "network", "tube")  # of the question; each has a hash
+LISTS = ("samples", "sets", "corridors")
+MAX_BYTES = 1 << 26  # of a file
+MAX_VALUES = 1 << 22  # commas and opening brackets in a file: what its numbers and lists weigh
+MAX_REMARK = 1 << 20  # characters of what is not checked: meta and claim
+WORK_AT_LEAST = 4_000_000  # products of short integers, a second or two
+WORK_PER_CHARACTER = 400
+
+# What was proved: how many different samples, sets and corridors; None, or kind and exact volumes
+# of no_plan. The claim is only quoted.
+Report = collections.namedtuple("Report", "samples sets corridors no_plan claim hash")
+
+
+def canonical(part):
+    """The JSON text of a part that its hash is taken of."""
+    return json.dumps(part, sort_keys=True, separators=(",", ":"))
+
+
+def allowance(*parts):
+    """Work that a file made of these parts may ask for. See Context.spend."""
+    return WORK_AT_LEAST + WORK_PER_CHARACTER * sum(len(canonical(part)) for part in parts)
+
+
+def unique(pairs):
+    """An object of JSON, in which no key may appear twice."""
+    found = dict(pairs)
+    need(len(found) == len(pairs), "a key appears twice")
+    return found
+
+
+def refuse(text):
+    """Called for a JSON number that is not whole."""
+    raise Rejected(f"the JSON number {text[:40]} is not whole; numbers are strings here")
+
+
+@rejecting()
+def load(path):
+    """The content of an answer file. Raises OSError if the file cannot be read, NotAnAnswer if it
+    is another kind of file, Rejected if it is not strictly spelled.
+    """
+    with open(path, "rb") as file:
+        data = file.read(MAX_BYTES + 1)
+    need(len(data) <= MAX_BYTES, "the file is too large")
+    values = data.count(b",") + data.count(b"[") + data.count(b"{")
+    need(values <= MAX_VALUES, "the file has too many numbers and lists")
+    if data.startswith(b"PK\x03\x04"):
+        raise NotAnAnswer("got an archive, as saved models (.npz) are; they hold no certificates")
+    try:
+        text = data.decode("utf-8")
+    except UnicodeDecodeError:
+        raise NotAnAnswer("got a file that is not text") from None
+    try:
+        return json.loads(text, object_pairs_hook=unique, parse_float=refuse, parse_constant=refuse)
+    except json.JSONDecodeError as error:
+        raise NotAnAnswer(f"got a file that is not JSON ({error})") from None
+
+
+@rejecting()
+def check_answer(answer):
+    """Checks all that an answer (as `load` returns it) claims; returns a Report or raises
+    Rejected.
+    """
+    if type(answer) is not dict or answer.get("format") != FORMAT:
+        raise NotAnAnswer("got JSON without this format")
+    needed = ("format", *PARTS, "claim", "hash", "samples", "sets", "no_plan")
+    fields(answer, needed, ("corridors", "meta"))
+    answer = {"corridors": [], "meta": None, **answer}  # older files have neither
+    need(len(canonical(answer["meta"])) <= MAX_REMARK, "the part meta is too long")
+    need(len(canonical(answer["claim"])) <= MAX_REMARK, "the claim is too long")
+    hashes = {}
+    for part in PARTS:
+        hashes[part] = hashlib.sha256(canonical(answer[part]).encode()).hexdigest()
+    need(answer["hash"] == hashes, "a hash does not match its content")
+    claim = answer["claim"]
+    if claim is not None:
+        need(claim["network_hash"] == hashes["network"], "the claim is about another network")
+        need(claim["tube_hash"] == hashes["tube"], "the claim is about another tube")
+    context = Context(answer["problem"], answer["network"], answer["tube"])
+    proofs = [answer[part] for part in (*PARTS, *LISTS, "no_plan")]
+    context.work_left = allowance(*proofs)
+    samples = set()
+    for i, entry in enumerate(array(answer["samples"])):
+        with rejecting(f"samples[{i}]: "):
+            p0, k = context.check_sample(entry)
+            samples.add((*p0, *k))
+    sets = set()
+    for i, entry in enumerate(array(answer["sets"])):
+        with rejecting(f"sets[{i}]: "):
+            context.check_set(entry)
+            sets.add(canonical([entry["bin"], entry["pattern"], entry["sep"]]))
+    corridors = set()
+    for i, entry in enumerate(array(answer["corridors"])):
+        with rejecting(f"corridors[{i}]: "):
+            context.check_sample(entry)  # its plan is one of those that it stands for
+            corridors.add(canonical(entry["sep"]))
+    volumes = None
+    if answer["no_plan"] is not None:
+        with rejecting("no_plan: "):
+            volumes = check_no_plan(context, answer["no_plan"])
+    return Report(len(samples), len(sets), len(corridors), volumes, claim, hashes)
+
+
+def summary(report):
+    """What was proved and what it rests on, as lines fit for a terminal: quotes from the file are
+    escaped.
+    """
+    yield "ACCEPTED. Proved in exact arithmetic, for every trajectory inside the tube:"
+    yield f"  {report.samples} samples (p0, k) reach the goal and touch no obstacle"
+    yield f"  {report.sets} polytopes of (p0, k) do so at every point of them (borders between bins"
+    yield "    of k are no part of them)"
+    yield f"  {report.corridors} corridors: so does every (p0, k) of the domain that meets all"
+    yield "    conditions of one (at a border between bins with the widest of their widths)"
+    if report.no_plan is not None and report.no_plan["kind"] == "proved":
+        yield "  no (p0, k) of the model is safe: a longer search cannot find one"
+    elif report.no_plan is not None:
+        names = ("safe", "unsafe", "undecided")
+        sizes = [Fraction(report.no_plan[name]) for name in names]
+        shares = [float(100 * size / sum(sizes)) for size in sizes]
+        listed = ", ".join(f"{name} {x:.4g} %" for name, x in zip(names, shares, strict=True))
+        yield f"  of the (p0, k) whose end lies in the goal's box by volume: {listed}"
+    claim = report.claim or {"kind": "no claim"}
+    if claim.get("kind") in ("pac", "conformal", "cover"):
+        yield "The proof rests on the tube, of which the file says (unchecked):"
+    else:
+        yield "The proof rests on the tube, which is ASSUMED:"
+    yield f"  {ascii(claim.get('kind'))[:40]} {ascii(claim.get('statement'))[:2000]}"
+    for part, value in report.hash.items():
+        yield f"  sha256 {part} {value}"
+
+
+def main(arguments=None):
+    """Command line. Returns 0 for an accepted file, 1 for a rejected one, 2 if there is none."""
+    arguments = sys.argv[1:] if arguments is None else list(arguments)
+    paths = [argument for argument in arguments if argument != "--json"]
+    if len(paths) != 1 or paths[0].startswith("-"):
+        print("usage: checker answer.json [--json]", file=sys.stderr)
+        return 2
+    try:
+        report = check_answer(load(paths[0]))
+        result = {"accepted": True, **report._asdict()}
+        lines = list(summary(report))
+        code = 0
+    except NotAnAnswer as why:
+        return unreadable(paths[0], why)
+    except OSError as error:
+        return unreadable(paths[0], f"it cannot be read ({error.strerror})")
+    except Rejected as why:
+        result = {"accepted": False, "reason": str(why)}
+        lines = [f"REJECTED: {ascii(str(why))[1:-1]}"]
+        code = 1
+    tell(json.dumps(result, indent=1) if "--json" in arguments else "\n".join(lines))
+    return code
+
+
+def unreadable(path, why):
+    """Says that there is no answer to check; the exit code."""
+    expected = f"expected an answer file (JSON of format {FORMAT}, from `Answer.save` or `solve`)"
+    print(f"{ascii(path)[1:-1]}: {expected}; {ascii(str(why))[1:-1]}.", file=sys.stderr)
+    return 2
+
+
+def tell(text):
+    """Prints; a reader who has seen enough, as `head` does, ends it quietly."""
+    try:
+        print(text, flush=True)
+    except BrokenPipeError:
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())

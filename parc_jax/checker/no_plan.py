@@ -1,0 +1,256 @@
+"""Proofs that no plan exists, and exact volumes of safe and unsafe plans.
+
+A proof is a binary tree of boxes over (z, k), z = p_T = p0 + c_T(k). A leaf is checked at its
+vertices: each corner of the box of z with each vertex of a cell of the network inside the box of k.
+The cells are derived here.
+"""
+
+import itertools
+import math
+
+from .exact import array, box, combine, dot, fields, integers, need, number, vector, whole
+from .plans import FRACTION, condition, holds
+
+MAX_POINTS = 20_000  # vertices of cells in a leaf
+UNSAFE = ("goal", "start", "hit")
+
+
+def network_cells(context, lo, hi):
+    """Yields the cells of the network in a box of k with interior, each as {vertex: (neurons,
+    outputs, scale)}. [T16]
+
+    A vertex is (homogeneous coordinates, bit set of the facets through it). All earlier neurons
+    keep their sign on a cell, so the next neuron is affine on it. If that has both signs at the
+    vertices, it splits the cell.
+    """
+    known = {}
+    corners = []
+    for sides in itertools.product((0, 1), repeat=context.n_k):
+        point = [(lo, hi)[side][i] for i, side in enumerate(sides)]
+        coordinates, scale = integers(point)
+        facets = sum(1 << (2 * i + side) for i, side in enumerate(sides))
+        corners.append(((*coordinates, scale), facets))
+    stack = [(corners, 0)]
+    while stack:
+        cell, first = stack.pop()
+        for p, _ in cell:
+            if p not in known:
+                known[p] = context.evaluate([p[:-1]], p[-1])
+        need(len(known) <= MAX_POINTS, "too many cells in a leaf")
+        context.spend(len(cell) * (context.n_neurons - first))
+        j = first
+        while j < context.n_neurons:
+            values = [known[p][0][j][0] for p, _ in cell]
+            if min(values) < 0 < max(values):
+                break
+            j += 1
+        if j == context.n_neurons:
+            yield {p: known[p] for p, _ in cell}
+        else:
+            facet = 1 << (2 * context.n_k + j)
+            for part in split(context, cell, values, facet):
+                stack.append((part, j + 1))
+
+
+def split(context, cell, values, facet):
+    """The two parts of a cell where an affine function with these values at its vertices is >= 0
+    and <= 0.
+
+    New vertices are the zeros on edges between vertices of opposite signs; two vertices span an
+    edge if no third lies on all facets that they share.
+    """
+    above = [(p, f, x) for (p, f), x in zip(cell, values, strict=True) if x > 0]
+    below = [(p, f, x) for (p, f), x in zip(cell, values, strict=True) if x < 0]
+    context.spend(len(above) * len(below) * len(cell))
+    on = []
+    for p, f, x in above:
+        for q, g, y in below:
+            shared = f & g
+            if sum(h & shared == shared for _, h in cell) == 2:
+                # values scale with the homogeneous coordinates: x q - y p is the zero between
+                zero = [x * b - y * a for a, b in zip(p, q, strict=True)]
+                common = math.gcd(*zero)
+                on.append((tuple(v // common for v in zero), shared | facet))
+    for (p, f), x in zip(cell, values, strict=True):
+        if x == 0:
+            on.append((p, f | facet))
+    yield [(p, f) for p, f, _ in above] + on
+    yield [(p, f) for p, f, _ in below] + on
+
+
+class CellVertices:
+    """Vertices of the cells in a box of k, as outputs (y, scale). The last box is remembered:
+    neighbouring leaves of a tree often share it.
+    """
+
+    def __init__(self, context):
+        self.context = context
+        self.box = None
+        self.points = []
+
+    def of(self, lo, hi):
+        """[(y, scale)] of all vertices of all cells."""
+        if self.box != (lo, hi):
+            found = {}
+            for cell in network_cells(self.context, lo, hi):
+                for p, (_, columns, scale) in cell.items():
+                    found[p] = (columns[0], scale)
+            self.box = (lo, hi)
+            self.points = list(found.values())
+        return self.points
+
+
+def contact(context, entry, widths):
+    """The offset of a contact [body, error]: a point of the body plus an error inside the tube."""
+    body, error = entry
+    error = vector(error, context.n_p)
+    inside = all(abs(x) * context.e_scale <= e for x, e in zip(error, widths, strict=True))
+    need(inside, "the error of a contact is outside the tube")
+    if context.vertices is None:
+        point = vector(body, context.n_p)
+        need(dot(point, point) <= context.radius**2, "a contact's body point is outside the disc")
+    else:
+        weights = vector(body, len(context.vertices))
+        need(all(v >= 0 for v in weights), "a weight of a contact is negative")
+        need(sum(weights) == 1, "the weights of a contact do not sum to one")
+        point = [dot(weights, column) for column in zip(*context.vertices, strict=True)]
+    return [x + y for x, y in zip(point, error, strict=True)]
+
+
+def hit(context, what, interval):
+    """For each contact the conditions on (p0, y) that p + contact is in the obstacle, where p is
+    the share alpha of interval t: a list of lists.
+    """
+    o, t, alpha, contacts = what
+    whole(o, 0, len(context.obstacles) - 1)
+    rows, first, last = context.obstacles[o]
+    whole(t, first, last)
+    alpha = number(alpha)
+    need(0 <= alpha <= 1, "a hit is outside its interval")
+    n = context.n_p
+    if t == 0:  # c_0 = 0 is not an output
+        part = slice(0, n)
+        shares = [alpha]
+    else:
+        part = slice((t - 1) * n, (t + 1) * n)
+        shares = [1 - alpha, alpha]
+    options = []
+    for entry in contacts:
+        offset = contact(context, entry, interval[t])
+        context.spend(FRACTION * len(rows) * 3 * n)
+        inside = []
+        for a, b in rows:
+            away = [-x for x in a]
+            along = [x * share for share in shares for x in away]
+            inside.append(condition("", False, away, along, part, b - dot(a, offset)))
+        options.append(inside)
+    return options
+
+
+def check_leaf(context, name, what, lo, hi, vertices):
+    """Proves that all (z, k) of a box are safe, or miss the goal, or start outside the start set,
+    or hit an obstacle.
+
+    p0 and y are affine on each cell times the box of z, and each condition is affine in them: one
+    that holds at all vertices holds everywhere. Several contacts may share a hit, since the
+    obstacle grown by body and tube is convex. Unsafe leaves use the least widths of the bins that
+    they overlap, since whatever fails for these fails for wider ones.
+    """
+    n = context.n_p
+    bins = context.bins_meeting(lo[n:], hi[n:], closed=False)
+    interval, final = context.widths(bins, max if name == "safe" else min)
+    if name == "safe":
+        options = [list(context.conditions(what, interval, final))]
+    elif name == "goal":  # a combination of goal rows that (z, q) violates
+        w, h = combine(context.shrunken_goal(final), what, n + context.n_q)
+        options = [[condition("", True, w[:n], w, context.end, -h)]]
+    elif name == "start":  # a combination of start rows that p0 violates
+        w, h = combine(context.start, what, n)
+        options = [[condition("", True, w, [], slice(0), -h)]]
+    else:
+        options = hit(context, what, interval)
+    if name == "goal" and not any(w[n:]):  # it is about z alone: any k, and so any y, will do
+        points = [([0] * (context.T * n + context.n_q), 1)]
+    else:
+        points = vertices.of(lo[n:], hi[n:])
+    longest = 1
+    for option in options:
+        for asked in option:
+            longest = max(longest, max(x.bit_length() for x in (*asked.w, *asked.v, asked.c)))
+    for y, scale in points:
+        for corner in itertools.product(*zip(lo[:n], hi[:n], strict=True)):
+            z, z_scale = integers(corner)
+            c_T = y[context.end][:n]
+            p0 = [x * scale - c * z_scale for x, c in zip(z, c_T, strict=True)]
+            held = False
+            for option in options:
+                products = len(option) * (3 * n + context.n_q)
+                context.spend(products, longest, scale.bit_length())
+                held = all(holds(asked, p0, z_scale * scale, y, scale) for asked in option)
+                if held:
+                    break
+            need(held, f"a {name} leaf fails at one of its vertices")
+
+
+def check_faces(context, faces, lo, hi):
+    """Proves that each plan that meets the goal, for the least final widths, has z in the box."""
+    n = context.n_p
+    bins = context.bins_meeting(context.lo, context.hi, closed=True)
+    _, final = context.widths(bins, min)
+    goal = context.shrunken_goal(final)
+    for i, pair in enumerate(array(faces, n)):
+        for sign, bound, multipliers in zip((-1, 1), (-lo[i], hi[i]), pair, strict=True):
+            w, h = combine(goal, multipliers, n + context.n_q)
+            unit = [sign * int(i == j) for j in range(n + context.n_q)]
+            need(w == unit, "a face of z has another direction")
+            need(h <= bound, "a face of z does not follow from the goal")
+
+
+def check_no_plan(context, plan):
+    """Proves that no (p0, k) is safe, or brackets the volume of those that are: a dict of kind and
+    exact volumes.
+
+    (p0, k) -> (z, k) is a bijection that keeps volume [T15, T30]; the leaves tile the box of z
+    times the domain, by the way the tree is built.
+    """
+    fields(plan, ("kind", "z", "faces", "tree"))
+    z_lo, z_hi = box(plan["z"], context.n_p)
+    lo = z_lo + context.lo
+    hi = z_hi + context.hi
+    need(all(a < b for a, b in zip(lo, hi, strict=True)), "the box of (z, k) is flat")
+    check_faces(context, plan["faces"], z_lo, z_hi)
+    if plan["kind"] == "proved":
+        allowed = list(UNSAFE)
+    else:
+        need(plan["kind"] == "bracket", "the kind is neither proved nor bracket")
+        allowed = [*UNSAFE, "safe", "open"]
+    vertices = CellVertices(context)
+    volumes = dict.fromkeys((*UNSAFE, "safe", "open"), 0)
+    nodes = iter(plan["tree"])
+    stack = [(lo, hi)]
+    while stack:
+        lo, hi = stack.pop()
+        ((name, what),) = next(nodes).items()
+        if name == "split":
+            axis, at = what
+            whole(axis, 0, len(lo) - 1)
+            at = number(at)
+            need(lo[axis] < at < hi[axis], "a split is outside its box")
+            lower_hi = [*hi[:axis], at, *hi[axis + 1 :]]
+            upper_lo = [*lo[:axis], at, *lo[axis + 1 :]]
+            stack.append((upper_lo, hi))
+            stack.append((lo, lower_hi))  # the lower part comes next
+        else:
+            need(name in allowed, f"a leaf {name!r} has no place here")
+            if name != "open":
+                check_leaf(context, name, what, lo, hi, vertices)
+            volumes[name] += math.prod(b - a for a, b in zip(lo, hi, strict=True))
+            integers([volumes[name]])  # bounds its length
+    need(next(nodes, None) is None, "the tree has nodes left over")
+    unsafe = sum(volumes[name] for name in UNSAFE)
+    return {
+        "kind": plan["kind"],
+        "safe": str(volumes["safe"]),
+        "unsafe": str(unsafe),
+        "undecided": str(volumes["open"]),
+    }

@@ -1,0 +1,181 @@
+"""A fresh holdout and a profile -> a tube and a claim. [T1, T2, T9]"""
+
+from fractions import Fraction
+
+import numpy as np
+
+from parc_jax.arrays import content_hash
+from parc_jax.claim.claim import ErrorClaim, error_claim
+from parc_jax.claim.counts import as_probability, most_discards, required_runs, supported_eps
+from parc_jax.claim.fresh import check_fresh
+from parc_jax.claim.intersample import DISCRETE_TIME, AccelerationBound, DiscreteTime, SpeedBound
+from parc_jax.claim.score import Scores, score_batch
+from parc_jax.claim.tube import Tube, tube
+from parc_jax.errors import InputError
+from parc_jax.network.relu import ReLUNetwork
+from parc_jax.rollout.batch import RolloutBatch
+from parc_jax.spelling import hex_text
+from parc_jax.system import TimeGrid
+
+Intersample = DiscreteTime | SpeedBound | AccelerationBound
+# the division that made the score and the product that undoes it, rounded up
+_OUTWARD = 1 + 2.0**-48
+_SHOWN = 32  # largest scores kept as evidence
+
+
+def calibrate(
+    net: ReLUNetwork,
+    holdout: RolloutBatch | Scores,
+    profile: Tube,
+    eps=1e-3,
+    delta=1e-3,
+    *,
+    time: TimeGrid | None = None,
+    discard: int | str = 0,
+    looks: int = 1,
+    kind: str = "pac",
+    intersample: Intersample = DISCRETE_TIME,
+    train: RolloutBatch | None = None,
+) -> ErrorClaim:
+    """The claim that a holdout supports about tube = (largest score) x profile. [T1, T2]
+
+    holdout: runs that neither the network nor the profile has seen, i.i.d. from one law, or their
+        `Scores` (then `time`
+    is needed).
+    eps, delta: asked for. The claim carries the eps that the runs support: a larger one with too
+        few runs, and says so; a smaller one with more than needed, unless discard = "most".
+    discard: runs to leave outside, fixed before the holdout is seen; "most" = as many as n, eps,
+        delta allow.
+    looks: how many times this holdout is used in all (nets compared, retries); each look gets delta
+        / looks.
+    kind: "pac", or "conformal" for the marginal reading. intersample: what happens between records.
+        [T9]
+    train: the training runs, to refuse any of them in the holdout. A failed run has an infinite
+        score.
+    Runs that come in groups (parts of one recording) count as one: n is the number of groups, and
+    the score of a group is its worst. Raises InputError, also for repeated runs and near copies.
+    """
+    scores, time = _scored(net, holdout, profile, time)
+    check_fresh(scores, train)
+    eps, delta = as_probability("eps", eps), as_probability("delta", delta)
+    if looks < 1 or kind not in ("pac", "conformal"):
+        raise InputError(
+            f'calibrate: expected looks >= 1 and kind "pac" or "conformal"; got {looks}, {kind!r}.'
+        )
+    evidence = {"network": net.hash, "profile": profile.hash, **evidence_of(scores)}
+    independent = scores.by_group()
+    n = len(independent)
+    if train is not None:
+        evidence["train"] = content_hash(train.k, train.q)
+    if kind == "pac":
+        claimed, discard = pac_label(n, eps, delta / looks, discard)
+        if claimed > eps:
+            evidence["eps_asked"] = (
+                f"eps = {float(eps):g} (needs "
+                f"{required_runs(float(eps), float(delta / looks), discard):,} runs)"
+            )
+    else:
+        discard = int(eps * (n + 1)) - 1 if discard == "most" else discard
+        claimed = Fraction(discard + 1, n + 1)
+        delta = None
+        if claimed >= 1:
+            raise InputError(
+                f"calibrate: {n} runs with {discard} discards support no claim; collect more."
+            )
+    scale = float(kept_maximum(independent, discard))
+    evidence["scale"] = scale.hex()
+    term = intersample.term(time.dt_record, profile.n_p)
+    return error_claim(
+        kind=kind,
+        tube=scaled(profile, np.full(profile.n_bins, scale), term),
+        quantifier=f"{scores.each} drawn from {scores.law.describe()}",
+        eps=claimed,
+        delta=delta,
+        n=n,
+        discard=discard,
+        looks=looks,
+        law=scores.law,
+        assumptions=ledger(intersample.assumption(time.dt_record)),
+        evidence=evidence,
+        intersample=tuple(term),
+    )
+
+
+def kept_maximum(score: np.ndarray, discard: int) -> np.ndarray:
+    """The (discard + 1)-th largest of the scores along the last axis: all but `discard` runs fit.
+    [T2]
+    """
+    return np.sort(score, axis=-1)[..., score.shape[-1] - 1 - discard]
+
+
+def pac_label(n: int, eps: Fraction, delta: Fraction, discard: int | str) -> tuple[Fraction, int]:
+    """(eps that n runs support, discards): the eps asked for where "most" of the runs beyond its
+    need are discarded; else whatever they support, less when there are more of them. All of it is
+    fixed before a run is seen. Raises InputError if they support none.
+    """
+    spent = discard == "most"
+    if discard == "most":
+        discard = max(0, most_discards(n, float(eps), float(delta)))
+    needed = required_runs(float(eps), float(delta), discard)
+    if n == needed or (n > needed and spent):
+        return eps, discard
+    supported = supported_eps(n, float(delta), discard)
+    if supported is None:
+        raise InputError(
+            f"calibrate: {n} runs with {discard} discards support no eps at delta = "
+            f"{float(delta):g}; collect more."
+        )
+    return supported, discard
+
+
+def scaled(profile: Tube, scale: np.ndarray, term: np.ndarray) -> Tube:
+    """Tube scale_b x shape_b + term, rounded up; an infinite scale (n_bins,) leaves its bin without
+    claim.
+    """
+    scale = np.asarray(scale, np.float64)
+    interval = np.nextafter((scale[:, None, None] * profile.interval + term) * _OUTWARD, np.inf)
+    return tube(
+        profile.edges, interval, np.nextafter(scale[:, None] * profile.final * _OUTWARD, np.inf)
+    )
+
+
+def evidence_of(scores: Scores) -> dict:
+    """What is kept of a holdout: its identity and its worst runs."""
+    order = np.argsort(-scores.score, kind="stable")[:_SHOWN]
+    worst = [
+        {
+            "row": int(scores.rows[i]),
+            "score": hex_text(scores.score[i]),
+            "k": hex_text(scores.k[i]),
+            "coordinate": int(scores.worst[i]),
+        }
+        for i in order
+    ]
+    grouped = {} if scores.groups is None else {"rows": scores.n}
+    return grouped | {
+        "holdout": content_hash(scores.k, scores.score),
+        "holdout_rows": [int(scores.rows.min()), int(scores.rows.max())],
+        "seed": None if scores.seed is None else list(scores.seed),
+        "stage": scores.stage,
+        "failed": int(np.isinf(scores.score).sum()),
+        "worst": worst,
+    }
+
+
+def ledger(between: str) -> tuple[str, ...]:
+    """Assumptions every statistical claim rests on."""
+    return (
+        "IID",
+        "TRANSLATION_INVARIANCE",
+        between,
+        "DEPLOYMENT_LAW = CALIBRATION_LAW",
+        "UNCHANGED_SYSTEM",
+    )
+
+
+def _scored(net, holdout, profile, time) -> tuple[Scores, TimeGrid]:
+    if isinstance(holdout, RolloutBatch):
+        return score_batch(net, holdout, profile), holdout.time
+    if time is None:
+        raise InputError("calibrate: expected time (the TimeGrid of the runs) beside Scores.")
+    return holdout, time

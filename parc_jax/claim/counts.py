@@ -1,0 +1,122 @@
+"""How many runs a claim costs, and what a number of runs can support. [T1, T2, T6]"""
+
+import math
+from fractions import Fraction
+
+from parc_jax.errors import InputError
+
+# covers the rounding of the binomial tail and its inverse; always towards more runs or a larger eps
+_OUTWARD = 1.0 + 1e-9
+
+
+def wrong_claim_probability(n: int, eps: float, discard: int = 0) -> float:
+    """Bound on P(more than eps of new runs leave the tube) after n runs and `discard` discards,
+    rounded up. [T2]
+
+    sum_{i <= discard} C(n, i) eps^i (1 - eps)^(n - i)
+    """
+    from scipy.special import bdtr
+
+    if n <= discard:
+        return 1.0
+    tail = math.exp(n * math.log1p(-eps)) if discard == 0 else float(bdtr(float(discard), n, eps))
+    return min(1.0, tail * _OUTWARD)
+
+
+def required_runs(eps: float, delta: float, discard: int = 0) -> int:
+    """Smallest n that supports (eps, delta): ceil(ln delta / ln(1 - eps)) without discards. [T1,
+    T2]
+    """
+    _check(eps, delta, discard)
+    low, high = discard, max(2 * discard, 16)
+    while wrong_claim_probability(high, eps, discard) > delta:
+        low, high = high, 2 * high
+    return _last(low, high, lambda n: wrong_claim_probability(n, eps, discard) > delta) + 1
+
+
+def supported_eps(n: int, delta: float, discard: int = 0) -> Fraction | None:
+    """The smallest eps that n runs support with confidence 1 - delta, rounded up; None for none.
+    [T1, T2]
+    """
+    _check(0.5, delta, discard)
+    if n <= discard:
+        return None
+    eps = -math.expm1(math.log(delta) / n)
+    if discard:
+        eps = float(clopper_pearson(discard, n, delta)) / _OUTWARD
+    for _ in range(60):
+        if eps >= 1.0:
+            return None
+        if wrong_claim_probability(n, eps, discard) <= delta:
+            return Fraction(f"{_round_up(eps):.6g}")
+        eps *= _OUTWARD**2
+    return None
+
+
+def clopper_pearson(failures: int, n: int, delta: float) -> Fraction:
+    """Upper bound, rounded up, with confidence 1 - delta on a probability of which n independent
+    trials showed `failures`; 1 - delta^(1/n) for none. [T6] Raises InputError.
+    """
+    from scipy.special import betainccinv
+
+    if not 0 <= failures <= n or n < 1:
+        raise InputError(
+            f"clopper_pearson: expected 0 <= failures <= n, n >= 1; got {failures} of {n}."
+        )
+    if failures == n:
+        return Fraction(1)
+    bound = float(betainccinv(failures + 1, n - failures, delta)) * _OUTWARD
+    return min(Fraction(1), Fraction(bound))
+
+
+def least_probability(successes: int, n: int, delta: float) -> float:
+    """Lower bound, rounded down, with confidence 1 - delta on a probability of which n independent
+    trials showed `successes`. [T6]
+    """
+    return float(1 - clopper_pearson(n - successes, n, delta))
+
+
+def most_discards(n: int, eps: float, delta: float) -> int:
+    """The largest number of discards that n runs allow for (eps, delta); -1 when n is too small."""
+    _check(eps, delta, 0)
+    return _last(-1, n, lambda discard: wrong_claim_probability(n, eps, discard) <= delta)
+
+
+def cheaper(eps: float, delta: float, spelled: str = "eps = ") -> str:
+    """What ten times the eps would cost, in words, or "" when that is none."""
+    if 10 * eps >= 1:
+        return ""
+    return f"{spelled}{10 * eps:.3g} needs {required_runs(10 * eps, delta):,} fresh ones"
+
+
+def as_probability(name: str, value) -> Fraction:
+    """The decimal the user wrote, as an exact fraction in (0, 1). Raises InputError."""
+    exact = value if isinstance(value, Fraction) else Fraction(str(value))
+    if not 0 < exact < 1:
+        raise InputError(f"{name}: expected a probability strictly between 0 and 1; got {value}.")
+    return exact
+
+
+def _last(low: int, high: int, holds) -> int:
+    """The last number from low (where it holds) to below high (where it does not) at which `holds`
+    is true.
+    """
+    while high - low > 1:
+        middle = (low + high) // 2
+        low, high = (middle, high) if holds(middle) else (low, middle)
+    return low
+
+
+def _round_up(eps: float) -> float:
+    """Six significant digits, upward."""
+    unit = 10.0 ** (math.floor(math.log10(eps)) - 5)
+    return math.ceil(eps / unit + 1e-9) * unit
+
+
+def _check(eps: float, delta: float, discard: int) -> None:
+    as_probability("eps", eps)
+    as_probability("delta", delta)
+    if discard < 0:
+        raise InputError(
+            f"discard: expected a number >= 0, chosen before the holdout is seen; got {discard}."
+        )

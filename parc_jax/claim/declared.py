@@ -1,0 +1,74 @@
+"""Tubes of which nothing is shown here: the published maximum over training data, and bounds from
+elsewhere.
+"""
+
+import numpy as np
+
+from parc_jax.claim.calibrate import ledger
+from parc_jax.claim.claim import ErrorClaim, error_claim
+from parc_jax.claim.intersample import DISCRETE_TIME
+from parc_jax.claim.profile import bin_maxima, edges_of, training_errors
+from parc_jax.claim.tube import Tube, tube
+from parc_jax.errors import InputError
+from parc_jax.network.relu import ReLUNetwork
+from parc_jax.rollout.batch import RolloutBatch
+from parc_jax.rollout.law import law_spec
+from parc_jax.sets.box import box
+
+_HOLDS = "THE TUBE HOLDS"
+
+
+def assumed_claim(net: ReLUNetwork, train: RolloutBatch, bins=None) -> ErrorClaim:
+    """The published bound: the largest error over the training data, per bin. Shows nothing and
+    says so. [paper Sec. III-C]
+
+    bins: per axis of K, None = one bin. A bin without finite runs has no claim. Raises InputError.
+    """
+    k, errors = training_errors(net, train)
+    edges = edges_of(train.domain, (1,) * train.n_k if bins is None else bins)
+    frame, (interval, final), counts = bin_maxima(k, errors, edges)
+    interval[counts == 0] = np.inf
+    final[counts == 0] = np.inf
+    between = DISCRETE_TIME.assumption(train.time.dt_record)
+    return error_claim(
+        kind="assumed",
+        tube=tube(frame.edges, interval, final),
+        quantifier="assumed for every run",
+        eps=None,
+        delta=None,
+        n=len(k),
+        discard=train.n - len(k),
+        looks=1,
+        law=train.law,
+        assumptions=(_HOLDS, *ledger(between)[1:3]),
+        evidence={"network": net.hash, "failed": int(train.failed.sum())},
+    )
+
+
+def declared_claim(tube: Tube, why: str, net: ReLUNetwork | None = None) -> ErrorClaim:
+    """A bound from elsewhere, such as an analysis of the robot or a data sheet. Nothing is shown
+    here, and every sentence says so.
+
+    tube: half widths [m, .] for runs from every start and for all times. why: the reason, one
+    clause: "... no run leaves the tube, because {why}". net: the network that the bound is about,
+    to be refused beside another one. Raises InputError for an empty reason.
+    """
+    if not isinstance(tube, Tube) or not isinstance(why, str) or not why.strip():
+        raise InputError(
+            "declared_claim: expected a Tube (see parc_jax.tube) and a reason in words; got "
+            f"{type(tube).__name__} and {why!r}."
+        )
+    domain = box([e[0] for e in tube.edges], [e[-1] for e in tube.edges])
+    return error_claim(
+        kind="declared",
+        tube=tube,
+        quantifier=why.strip().rstrip("."),
+        eps=None,
+        delta=None,
+        n=0,
+        discard=0,
+        looks=1,
+        law=law_spec("declared", domain, "given"),
+        assumptions=(_HOLDS,),
+        evidence={} if net is None else {"network": net.hash},
+    )

@@ -1,0 +1,108 @@
+"""Is a holdout fresh? Independent runs, none of them twice, none that training has seen."""
+
+import numpy as np
+
+from parc_jax.claim.score import Scores
+from parc_jax.errors import InputError
+from parc_jax.rollout.batch import RolloutBatch
+from parc_jax.rollout.copies import marks_of, near_copies
+from parc_jax.tolerances import TOLERANCES
+
+_CHANCE = 1e-6  # probability with which honest uniform draws may be refused
+_HOW_NEAR = (
+    f"k within {TOLERANCES.near_k:g} of its range, p and q within {TOLERANCES.near_p:g} of their "
+    "size"
+)
+
+
+def check_fresh(scores: Scores, train: RolloutBatch | None) -> None:
+    """Refuse repeated runs, near copies, and runs of the training data. Raises InputError."""
+    repeated = len(scores.ids) - len(np.unique(scores.ids))
+    if repeated:
+        raise InputError(
+            f"holdout: {repeated} of {len(scores.ids)} runs occur twice; expected independent "
+            "runs. Remove the copies."
+        )
+    if scores.seed is None:  # the rows of a seed are independent by construction
+        _check_recorded(scores)
+    if train is not None:
+        _check_unseen(scores, train)
+
+
+def _check_recorded(scores: Scores) -> None:
+    """Recorded runs that cannot be independent of each other."""
+    if scores.law.k_law == "uniform":
+        _check_uniform(scores)
+    pairs = near_copies(scores.marks, None, _width(scores))
+    if scores.groups is not None:
+        pairs = pairs[scores.groups[pairs[:, 0]] != scores.groups[pairs[:, 1]]]
+    if len(pairs):
+        first, second = scores.rows[pairs[0]]
+        raise InputError(
+            f"holdout: expected independent runs; rows {first} and {second} are copies of each "
+            f"other ({_HOW_NEAR}), {len(pairs):,} pairs in all. Parts of one recording belong to "
+            "one group (groups=); remove other copies."
+        )
+
+
+def _check_uniform(scores: Scores) -> None:
+    """Two independent uniform draws of k are never equal, but for their resolution."""
+    k = np.ascontiguousarray(scores.k, "<f8")
+    if scores.groups is not None:  # windows of one recording may share their k
+        k = np.unique(np.column_stack([k, scores.groups]), axis=0)[:, : k.shape[1]]
+    equal = len(k) - len(np.unique(k, axis=0))
+    if equal > _by_chance(k, len(k) * (len(k) - 1) / 2):
+        raise InputError(
+            f"holdout: expected k drawn uniformly, as declared; {equal:,} of {len(k):,} rows "
+            "repeat the k of another one. Parts of one recording belong to one group (groups=); "
+            'else the law of k is "logged".'
+        )
+
+
+def _by_chance(k: np.ndarray, pairs: float) -> float:
+    """Equal pairs of uniform k that the resolution of their numbers explains."""
+    from scipy.stats import poisson
+
+    bits = 23 if (k == k.astype(np.float32)).all() else 52
+    return float(poisson.isf(_CHANCE, pairs / 2.0 ** (bits * k.shape[1])))
+
+
+def _check_unseen(scores: Scores, train: RolloutBatch) -> None:
+    """Runs of the holdout that are training runs, or parts of the same recordings."""
+    seen = np.isin(scores.ids, train.hashes())
+    if scores.seed is not None and (scores.seed, scores.stage) == (train.seed, train.stage):
+        seen |= np.isin(scores.rows, train.rows)
+    if scores.seed is None or train.seed is None:
+        if scores.law.k_law == "uniform":
+            equal = np.isin(_row_bytes(scores.k), _row_bytes(train.k))
+            if equal.sum() > _by_chance(scores.k, len(scores.k) * train.n):
+                seen |= equal
+        if scores.marks is not None:
+            seen[near_copies(scores.marks, marks_of(train), _width(scores))[:, 0]] = True
+    if seen.any():
+        raise InputError(
+            f"holdout: {int(seen.sum())} of {len(seen)} runs are training runs or copies of them "
+            f"({_HOW_NEAR}), the first is row {scores.rows[np.argmax(seen)]}; expected fresh ones. "
+            "Draw from stage BOUND, or set recordings aside before training."
+        )
+    both = scores.groups is not None and train.groups is not None
+    if both and scores.law.generator == train.law.generator:
+        shared = np.isin(scores.groups, train.groups)
+        if shared.any():
+            raise InputError(
+                f"holdout: {int(shared.sum())} of {len(shared)} runs belong to recordings of which "
+                f"training has seen a part, the first is row {scores.rows[np.argmax(shared)]}. "
+                "Split by group: batch.split(share)."
+            )
+
+
+def _width(scores: Scores) -> np.ndarray:
+    lo, hi = (
+        np.array([float.fromhex(v) for v in corner]) for corner in (scores.law.lo, scores.law.hi)
+    )
+    return hi - lo
+
+
+def _row_bytes(k: np.ndarray) -> np.ndarray:
+    k = np.ascontiguousarray(k, "<f8")
+    return k.view(f"V{k.shape[1] * 8}").ravel()

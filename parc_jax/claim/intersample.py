@@ -1,0 +1,67 @@
+"""What the robot may do between two records: declared, or declared to be nothing. [T9]"""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from parc_jax.errors import InputError
+
+
+@dataclass(frozen=True)
+class DiscreteTime:
+    """The system is declared to exist at its record times only; nothing is added."""
+
+    def term(self, h: float, n_p: int) -> np.ndarray:
+        """(n_p,) [m] to add to interval errors; h: record step [s]."""
+        return np.zeros(n_p)
+
+    def assumption(self, h: float) -> str:
+        """Identifier for the ledger."""
+        return f"DISCRETE_TIME(h = {h:g} s)"
+
+
+@dataclass(frozen=True)
+class SpeedBound:
+    """Declared: |velocity| <= v [m/s] per axis (a number or one per axis) at all times. Adds v h /
+    2. [T9]
+    """
+
+    v: float | tuple[float, ...]
+
+    def term(self, h: float, n_p: int) -> np.ndarray:
+        """(n_p,) [m] to add to interval errors; h: record step [s]."""
+        return _per_axis("speed bound", self.v, n_p) * (0.5 * h) * _UP
+
+    def assumption(self, h: float) -> str:
+        """Identifier for the ledger."""
+        return f"INTERSAMPLE(speed <= {self.v} m/s, h = {h:g} s)"
+
+
+@dataclass(frozen=True)
+class AccelerationBound:
+    """Declared: |acceleration| <= a [m/s^2] per axis (a number or one per axis) at all times. Adds
+    a h^2 / 8. [T9]
+    """
+
+    a: float | tuple[float, ...]
+
+    def term(self, h: float, n_p: int) -> np.ndarray:
+        """(n_p,) [m] to add to interval errors; h: record step [s]."""
+        return _per_axis("acceleration bound", self.a, n_p) * (h * h / 8) * _UP
+
+    def assumption(self, h: float) -> str:
+        """Identifier for the ledger."""
+        return f"INTERSAMPLE(acceleration <= {self.a} m/s^2, h = {h:g} s)"
+
+
+_UP = 1 + 2.0**-50  # a few roundings, upward
+
+
+def _per_axis(name: str, value, n_p: int) -> np.ndarray:
+    bound = np.asarray(value, np.float64)
+    if bound.shape not in ((), (n_p,)) or not (np.isfinite(bound) & (bound >= 0)).all():
+        raise InputError(f"{name}: expected one number >= 0, or {n_p} of them; got {value}.")
+    return np.broadcast_to(bound, (n_p,))
+
+
+DISCRETE_TIME = DiscreteTime()

@@ -1,0 +1,110 @@
+"""Watching a claim at run time: bets against it, and rings when the bets have won too much to be
+luck.
+"""
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from parc_jax.claim.claim import ErrorClaim
+from parc_jax.claim.measure import measure
+from parc_jax.claim.risk import Density, NoStatement, Uniform
+from parc_jax.errors import InputError
+from parc_jax.network.relu import ReLUNetwork
+from parc_jax.rollout.batch import RolloutBatch, worst_by_group
+
+_BETS = 16  # alternatives, log-spaced from just above the claimed rate to one half
+
+
+@dataclass(frozen=True, eq=False)
+class Monitor:
+    """An e-process against "runs leave the tube with probability <= rate". Make it with `monitor`.
+
+    log_wealth: (bets,) logarithm of the wealth of each bet. seen, left: runs observed, runs outside
+        the tube.
+    peak: largest e-value so far.
+    alpha: if the claim is true, the alarm ever rings with probability <= alpha, however long one
+        watches.
+    """
+
+    claim: ErrorClaim
+    net: ReLUNetwork
+    rate: float
+    alpha: float
+    bets: np.ndarray
+    log_wealth: np.ndarray
+    seen: int = 0
+    left: int = 0
+    peak: float = 1.0
+
+    @property
+    def e_value(self) -> float:
+        """Mean wealth of the bets; under a true claim its expectation never exceeds one. [T32]"""
+        top = self.log_wealth.max()
+        return float(np.exp(min(700.0, top)) * np.exp(self.log_wealth - top).mean())
+
+    @property
+    def alarm(self) -> bool:
+        """True when the claim is refuted at level alpha. It stays refuted: the largest wealth ever
+        reached counts.
+        """
+        return bool(self.peak >= 1.0 / self.alpha)
+
+    def observe(self, batch: RolloutBatch) -> "Monitor":
+        """The monitor after the runs of the batch, one by one in order. A failed run has left the
+        tube; a group of runs counts as one, which has left when one of them has.
+        """
+        state = self
+        left = ~inside_tube(self.claim, self.net, batch)
+        for outside in worst_by_group(left, batch.groups):
+            state = state.bet(bool(outside))
+        return state
+
+    def bet(self, outside: bool) -> "Monitor":
+        """The monitor after one run that stayed inside or left the tube."""
+        if outside:
+            gain = np.log(self.bets / self.rate)
+        else:
+            gain = np.log1p(-self.bets) - np.log1p(-self.rate)
+        after = replace(
+            self,
+            log_wealth=self.log_wealth + gain,
+            seen=self.seen + 1,
+            left=self.left + int(outside),
+        )
+        return replace(after, peak=max(self.peak, after.e_value))
+
+
+def monitor(
+    claim: ErrorClaim, net: ReLUNetwork, nu: Uniform | Density | None = None, alpha=1e-3
+) -> Monitor:
+    """A fresh monitor of a claim. nu: the law of the k that are driven; None = the calibration law
+    itself.
+
+    Each bet is a likelihood ratio of a fixed larger rate against the claimed one: its wealth is a
+    supermartingale whenever
+    every run, given the past, leaves the tube with probability <= rate. Raises InputError when the
+    claim has no rate.
+    """
+    risk = claim.risk(Uniform(1.0) if nu is None else nu)
+    if isinstance(risk, NoStatement):
+        raise InputError(f"monitor: expected a claim with a probability; {risk.reason}.")
+    rate = max(float(risk.bound), 1e-9)
+    if rate >= 0.5:
+        raise InputError(
+            f"monitor: expected a claimed rate below 1/2; got {rate:.3g}. There is nothing to "
+            "refute."
+        )
+    bets = np.geomspace(1.5 * rate, 0.75, _BETS)
+    return Monitor(claim, net, rate, float(alpha), bets, np.zeros(_BETS))
+
+
+def inside_tube(claim: ErrorClaim, net: ReLUNetwork, batch: RolloutBatch) -> np.ndarray:
+    """(n,) bool: runs that the claim's tube holds at their records, in every bin they touch, as
+    calibration counts.
+    """
+    errors = measure(net, batch)
+    interval, final = claim.tube.narrowest_at(batch.k)
+    between = np.asarray(claim.intersample or (0.0,) * batch.n_p)
+    fits = (errors.interval <= interval - between).all(axis=(1, 2))
+    return fits & (errors.final <= final).all(axis=1)

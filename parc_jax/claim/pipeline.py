@@ -1,0 +1,281 @@
+"""From trained networks and runs to claims: the one pipeline behind `bound_error`, `parc-jax learn`
+and `parc-jax run`.
+
+profile (training runs and further ones) -> scores of fresh runs -> claims -> search for bad runs ->
+allowance for the start. Every step after the scores only widens a tube, so every label stays true.
+"""
+
+import itertools
+from collections.abc import Callable, Iterable
+from contextlib import AbstractContextManager, nullcontext
+from dataclasses import dataclass
+
+import jax
+import numpy as np
+
+from parc_jax.claim.by_bin import bin_shares, calibrate_bins
+from parc_jax.claim.calibrate import Intersample, calibrate
+from parc_jax.claim.claim import ErrorClaim
+from parc_jax.claim.counts import as_probability, cheaper, required_runs
+from parc_jax.claim.edges import choose_edges
+from parc_jax.claim.intersample import DISCRETE_TIME
+from parc_jax.claim.measure import Errors, measure
+from parc_jax.claim.profile import profile_of
+from parc_jax.claim.runs import RecordedRuns, Runs, SystemRuns
+from parc_jax.claim.scale import scale_profile
+from parc_jax.claim.score import scores_of
+from parc_jax.claim.search import enlarge, search_size
+from parc_jax.claim.start_gap import StartTrial, allow_for_start, try_starts
+from parc_jax.claim.tube import Tube
+from parc_jax.errors import InputError
+from parc_jax.network.relu import ReLUNetwork
+from parc_jax.rollout.batch import RolloutBatch
+from parc_jax.rollout.forecast import Forecast
+from parc_jax.system import TimeGrid
+
+GAP = 1e-5  # [m or rad] that the start of a run may matter, unless declared otherwise
+# [standard deviations] by which the expected runs of the smallest bin exceed what its claim needs
+SPARE = 4.0
+_PROFILE_RUNS = 2000  # when there is nothing else to learn a profile from
+
+
+@dataclass(frozen=True)
+class BoundSettings:
+    """What is asked of the claims about some networks.
+
+    eps, delta: with confidence 1 - delta, for all networks and claims at once, a new run leaves the
+        tube with probability at most eps.
+    claims: made for every network. "one": one number over all of K. [T1, T2] "bins": each bin with
+        its own. [T4]
+    bins: how the profile varies over K: numbers of bins per axis, edges per axis, None = cut where
+        the error of the first network changes.
+    head: widths of a network that learns the profile, None = the largest errors in every bin.
+    profile_runs: runs beside the training ones for the profile. None = as many as the holdout.
+    fresh: runs of the holdout, None = as many as the claims need.
+    discard: of them left outside, fixed beforehand; "most" = as many as eps and delta allow.
+    looks: times this holdout is used beyond the networks and claims asked for here.
+    intersample: what happens between records. [T9]
+    search: runs spent looking for bad ones of the first network, 0 = none, None = as many as the
+        holdout has, 2,048 at most. [T8]
+    """
+
+    eps: float = 1e-3
+    delta: float = 1e-3
+    claims: tuple[str, ...] = ("one",)
+    bins: tuple | None = None
+    head: tuple[int, ...] | None = None
+    profile_runs: int | None = None
+    fresh: int | None = None
+    discard: int | str = 0
+    looks: int = 1
+    intersample: Intersample = DISCRETE_TIME
+    search: int | None = None
+
+
+def bound_error(
+    net: ReLUNetwork,
+    system,
+    key: jax.Array | None,
+    eps=1e-3,
+    delta=1e-3,
+    bins=None,
+    *,
+    profile: Tube | None = None,
+    train: RolloutBatch | None = None,
+    n: int | None = None,
+    profile_runs: int | None = None,
+    discard: int | str = 0,
+    looks: int = 1,
+    intersample: Intersample = DISCRETE_TIME,
+    search: int | None = None,
+    gap: float = GAP,
+    path=None,
+    quiet: bool = False,
+) -> ErrorClaim:
+    """Bound the error of the network by fresh runs of the system, the stage BOUND of `key` (which
+    is not consumed).
+
+    system: a black box; or a RolloutBatch of recorded runs that neither network nor profile has
+        seen: then key is unused, train is needed, and the claim carries the eps they support.
+    eps, delta: with confidence 1 - delta a new run leaves the tube with probability at most eps.
+    bins: how the tube varies over K: numbers of bins per axis, edges per axis, or None = cut where
+        the error changes.
+    train: the runs the network was trained on, for the profile. profile_runs: further runs for the
+        profile, which is where tightness comes from (the network need not see them); None = as many
+        as the holdout. profile: one of your own instead.
+    n: holdout runs, None = as many as (eps, delta, discard, looks) need.
+    discard, looks, intersample: as in `calibrate`.
+    search: runs spent looking for bad ones on purpose, which only widens the tube where it finds
+        some; 0 = none, None = as many as the holdout has, 2,048 at most.
+    gap: [m or rad] declared: the start of a run matters by at most this. It is tried from a few
+        starts where the system allows, refused when larger, and added to every width.
+    path: a folder that keeps finished chunks, so a killed run continues with the same numbers.
+    quiet: no progress bars, and no word about the cost when it is more than half a minute.
+    Raises InputError.
+    """
+    asked = BoundSettings(
+        eps=eps,
+        delta=delta,
+        bins=bins,
+        profile_runs=profile_runs,
+        fresh=n,
+        discard=discard,
+        looks=looks,
+        intersample=intersample,
+        search=search,
+    )
+    if isinstance(system, RolloutBatch):
+        if train is None:
+            raise InputError(
+                "bound_error: expected train (the training runs) beside a holdout of recorded runs."
+            )
+        runs = RecordedRuns(system)
+        start = StartTrial(gap, None)
+    else:
+        first_row = 0 if train is None else int(train.rows.max()) + 1
+        ahead = runs_ahead(asked, 1, has_train=train is not None, has_profile=profile is not None)
+        forecast = Forecast(ahead, advice(asked), quiet)
+        runs = SystemRuns(system, key, first_row, path, quiet, forecast)
+        start = try_starts(system, key, gap)
+    own = None if profile is None else [profile]
+    return bound_errors([net], runs, train, asked, start, system.time, key=key, profiles=own)[0][0]
+
+
+def bound_errors(
+    nets: list[ReLUNetwork],
+    runs: Runs,
+    train: RolloutBatch | None,
+    asked: BoundSettings,
+    start: StartTrial,
+    time: TimeGrid,
+    *,
+    key: jax.Array | None,
+    profiles: list[Tube] | None = None,
+    watch: Callable[[str], AbstractContextManager] = nullcontext,
+) -> list[list[ErrorClaim]]:
+    """The claims of every network, in the order of asked.claims, all of them about the same fresh
+    runs: delta is split over them, so all hold together. [T1]
+
+    train: the training runs. start: what is known of the influence of the start. key: for a head.
+    profiles: own ones, one per network on the same bins. watch: names the stage that runs.
+    """
+    looks = asked.looks * len(nets) * len(asked.claims)
+    if profiles is None:
+        with watch("profile"):
+            n = _profile_runs(asked, train is not None, looks)
+            further = runs.further(n) if n else ()
+            profiles = learn_profiles(nets, train, further, asked.bins, asked.head, key)
+    with watch("fresh rollouts"):
+        fresh = runs.fresh(fresh_runs(asked, profiles[0], looks))
+        seen = scores_of(nets, profiles, fresh)
+    options = {
+        "time": time,
+        "discard": asked.discard,
+        "looks": looks,
+        "intersample": asked.intersample,
+        "train": train,
+    }
+    make = {"one": calibrate, "bins": calibrate_bins}
+    out = []
+    for number, (net, profile, scores) in enumerate(zip(nets, profiles, seen, strict=True)):
+        with watch("claims"):
+            claims = [
+                make[kind](net, scores, profile, asked.eps, asked.delta, **options)
+                for kind in asked.claims
+            ]
+        n_search = search_size(asked.search, scores.n)
+        if n_search and number == 0:
+            with watch("search for bad runs"):
+                attack = runs.attack(net, profile, n_search)
+            if attack is not None:
+                claims = [enlarge(claim, profile, attack) for claim in claims]
+        out.append([allow_for_start(claim, start) for claim in claims])
+    return out
+
+
+def learn_profiles(
+    nets: list[ReLUNetwork],
+    train: RolloutBatch | None,
+    further: Iterable[RolloutBatch],
+    bins=None,
+    head: tuple[int, ...] | None = None,
+    key: jax.Array | None = None,
+) -> list[Tube]:
+    """A profile per network from the training runs and further ones, on the bins cut for the first
+    network. bins, head as in `BoundSettings`; key: for the head. Raises InputError when no run is
+    finite.
+    """
+    drawn: list[np.ndarray] = []
+    measured: list[list[Errors]] = [[] for _ in nets]
+    domain = None
+    for batch in itertools.chain([] if train is None else [train], further):
+        usable = batch.select(~batch.failed)
+        if not usable.n:
+            continue
+        domain = batch.domain
+        drawn.append(usable.k)
+        for net, errors in zip(nets, measured, strict=True):
+            found = measure(net, usable)
+            if batch is not train:  # a profile needs no rigour, and there may be many further runs
+                found = Errors(*(np.asarray(e, np.float32) for e in found))
+            errors.append(found)
+    if not drawn:
+        raise InputError("profile: expected at least one finite training run; got none.")
+    k = np.concatenate(drawn)
+    out = []
+    for errors in measured:
+        joined = Errors(*(np.concatenate(e) for e in zip(*errors, strict=True)))
+        if head is None:
+            out.append(profile_of(k, joined, domain, bins))
+        else:
+            cut = choose_edges(k, joined, domain) if bins is None else bins
+            out.append(scale_profile(k, joined, domain, cut, head, key))
+        if bins is None:  # all networks share the first one's bins, and so its compiled code
+            bins = out[0].edges
+    return out
+
+
+def runs_ahead(
+    asked: BoundSettings, n_nets: int, *, has_train: bool = True, has_profile: bool = False
+) -> int:
+    """All runs that the claims will take: exact, but for claims by bin on bins that are still to be
+    cut, where it is the least.
+    """
+    looks = asked.looks * n_nets * len(asked.claims)
+    fresh = _holdout(asked, looks)
+    further = 0 if has_profile else _profile_runs(asked, has_train, looks)
+    return further + fresh + search_size(asked.search, fresh)
+
+
+def advice(asked: BoundSettings, n_nets: int = 1, spelled: str = "eps = ") -> str:
+    """What would be cheaper, in words, or "" where no eps decides."""
+    if asked.fresh is not None or "bins" in asked.claims or asked.discard not in (0, "most"):
+        return ""
+    return cheaper(asked.eps, asked.delta / (asked.looks * n_nets * len(asked.claims)), spelled)
+
+
+def _profile_runs(asked: BoundSettings, has_train: bool, looks: int) -> int:
+    n = _holdout(asked, looks) if asked.profile_runs is None else asked.profile_runs
+    return n if n or has_train else _PROFILE_RUNS
+
+
+def fresh_runs(asked: BoundSettings, profile: Tube, looks: int) -> int:
+    """How many fresh runs the claims need; for claims by bin, so many that the smallest bin has
+    enough.
+    """
+    needed = _holdout(asked, looks)
+    if asked.fresh is not None or "bins" not in asked.claims:
+        return needed
+    each = _needed(asked, looks * profile.n_bins)
+    smallest = float(min(bin_shares(profile)))
+    return max(needed, int(np.ceil((each + SPARE * np.sqrt(each)) / smallest)))
+
+
+def _holdout(asked: BoundSettings, looks: int) -> int:
+    return _needed(asked, looks) if asked.fresh is None else asked.fresh
+
+
+def _needed(asked: BoundSettings, looks: int) -> int:
+    eps, delta = as_probability("eps", asked.eps), as_probability("delta", asked.delta)
+    discard = 0 if asked.discard == "most" else asked.discard
+    return required_runs(float(eps), float(delta / looks), discard)

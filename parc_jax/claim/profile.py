@@ -1,0 +1,108 @@
+"""The profile of a tube: how error is spread over time, axes and K, learnt before the holdout is
+seen.
+"""
+
+import numpy as np
+
+from parc_jax.claim.edges import choose_edges, smoothed
+from parc_jax.claim.measure import Errors, measure
+from parc_jax.claim.tube import Tube, tube, zero_tube
+from parc_jax.errors import InputError
+from parc_jax.network.relu import ReLUNetwork
+from parc_jax.rollout.batch import RolloutBatch
+from parc_jax.sets.box import Box
+from parc_jax.tolerances import TOLERANCES
+
+
+def training_profile(
+    net: ReLUNetwork, train: RolloutBatch, bins=None, floor: float = TOLERANCES.profile_floor
+) -> Tube:
+    """Per-bin maxima of the training errors, smoothed over neighbouring bins, plus a floor [m,
+    rad].
+
+    Any profile fixed before the holdout is valid; this one keeps the tube tight. A bin borrows from
+    its neighbours, the more the fewer runs it holds; an empty bin far from others takes the maximum
+    over all. Failed runs are left out of the profile (never of the claim). bins: numbers per axis,
+    edges per axis, or None = edges where the error changes.
+    Raises InputError when no run is finite.
+    """
+    k, errors = training_errors(net, train)
+    return profile_of(k, errors, train.domain, bins, floor)
+
+
+def training_errors(net: ReLUNetwork, train: RolloutBatch) -> tuple[np.ndarray, Errors]:
+    """Parameters (n, n_k) and errors of the finite runs. Raises InputError when there is none."""
+    usable = train.select(~train.failed)
+    if usable.n == 0:
+        raise InputError("profile: expected at least one finite training run; got none.")
+    return usable.k, measure(net, usable)
+
+
+def profile_of(
+    k: np.ndarray, errors: Errors, domain: Box, bins=None, floor: float = TOLERANCES.profile_floor
+) -> Tube:
+    """The profile of `training_profile` from measured, finite errors."""
+    edges = choose_edges(k, errors, domain, floor) if bins is None else edges_of(domain, bins)
+    empty, largest, counts = bin_maxima(k, errors, edges)
+    widths = [
+        smoothed(part.reshape(*empty.grid, -1), counts.reshape(empty.grid)).reshape(part.shape)
+        for part in largest
+    ]
+    return tube(empty.edges, widths[0] + floor, widths[1] + floor)
+
+
+def edges_of(domain: Box, bins) -> tuple[np.ndarray, ...]:
+    """Edges per axis of K from numbers of equal bins per axis, or from edges; the outer edges are
+    the domain, exactly.
+
+    Raises InputError.
+    """
+    bins = tuple(bins) if isinstance(bins, tuple | list) else tuple(np.atleast_1d(bins))
+    if len(bins) != domain.n or any(np.ndim(b) == 0 and int(b) < 1 for b in bins):
+        raise InputError(
+            f"bins: expected {domain.n} numbers >= 1 or lists of edges, one per axis of K; got "
+            f"{bins}."
+        )
+    edges = []
+    for axis, (lo, hi, given) in enumerate(zip(domain.lo, domain.hi, bins, strict=True)):
+        edge = (
+            np.linspace(lo, hi, int(given) + 1)
+            if np.ndim(given) == 0
+            else np.array(given, np.float64)
+        )
+        if np.ndim(given) and (edge[0] != lo or edge[-1] != hi):
+            raise InputError(
+                f"bins: expected edges of axis {axis} from {lo} to {hi}; got {edge[0]} to "
+                f"{edge[-1]}."
+            )
+        edge[0] = lo
+        edge[-1] = hi
+        edges.append(edge)
+    return tuple(edges)
+
+
+def bin_maxima(k: np.ndarray, errors: Errors, edges) -> tuple[Tube, Errors, np.ndarray]:
+    """Largest errors per closed bin: a zero tube with the edges, Errors (n_bins, ...), runs per bin
+    (n_bins,).
+    """
+    empty = zero_tube(edges, *errors.interval.shape[1:], errors.final.shape[1])
+    numbers = empty.bins_of(k)
+    largest = Errors(np.array(empty.interval), np.array(empty.final))
+    for column in numbers.T:
+        order = np.argsort(column, kind="stable")
+        present, first = np.unique(column[order], return_index=True)
+        for seen, new in zip(largest, errors, strict=True):
+            seen[present] = np.maximum(
+                seen[present], np.maximum.reduceat(new[order], first, axis=0)
+            )
+    return empty, largest, runs_per_bin(numbers, empty.n_bins)
+
+
+def runs_per_bin(numbers: np.ndarray, n_bins: int) -> np.ndarray:
+    """(n_bins,) runs in each closed bin; numbers (n, c) as from `bins_of`, where a run may name a
+    bin twice.
+    """
+    ordered = np.sort(numbers, axis=1)
+    first = np.ones_like(ordered, bool)
+    first[:, 1:] = ordered[:, 1:] != ordered[:, :-1]
+    return np.bincount(ordered[first], minlength=n_bins)

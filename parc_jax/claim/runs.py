@@ -1,0 +1,94 @@
+"""Where the runs behind claims come from: a system that can be run again, or the past."""
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+from pathlib import Path
+from typing import NamedTuple, Protocol
+
+import jax
+
+from parc_jax.claim.search import Attack, search_worst
+from parc_jax.claim.tube import Tube
+from parc_jax.distributed import broadcast
+from parc_jax.keys import Stage
+from parc_jax.network.relu import ReLUNetwork
+from parc_jax.rollout.batch import RolloutBatch
+from parc_jax.rollout.collect import stream_rollouts
+from parc_jax.rollout.forecast import Forecast
+
+
+class Runs(Protocol):
+    """Where the runs behind claims come from."""
+
+    def further(self, n: int) -> Iterable[RolloutBatch]:
+        """n runs for the profile."""
+        ...
+
+    def fresh(self, n: int) -> Iterable[RolloutBatch]:
+        """n runs that nothing has seen."""
+        ...
+
+    def attack(self, net: ReLUNetwork, profile: Tube, n: int) -> Attack | None:
+        """n runs searched for; None where that is impossible."""
+        ...
+
+
+@dataclass(frozen=True, eq=False)
+class SystemRuns:
+    """Runs of a black box from the streams of `key`. first_row: of the further runs, behind the
+    training ones. path: a folder that keeps finished chunks. quiet: no progress bars. forecast: of
+    the cost of all of them.
+    """
+
+    system: object
+    key: jax.Array
+    first_row: int
+    path: Path | None
+    quiet: bool
+    forecast: Forecast | None = None
+
+    def further(self, n: int) -> Iterable[RolloutBatch]:
+        """The TRAIN stream behind the training runs."""
+        return self._stream(n, Stage.TRAIN, "profile", self.first_row)
+
+    def fresh(self, n: int) -> Iterable[RolloutBatch]:
+        """The BOUND stream."""
+        return self._stream(n, Stage.BOUND, "fresh", 0)
+
+    def attack(self, net: ReLUNetwork, profile: Tube, n: int) -> Attack:
+        """The SEARCH stream; the first host searches for all."""
+        found = search_worst(
+            net, self.system, self.key, profile, n, path=self._inside("search"), **self._options
+        )
+        return Attack(*broadcast(tuple(found)))
+
+    def _stream(self, n: int, stage: Stage, name: str, first_row: int):
+        path = self._inside(name)
+        return stream_rollouts(
+            self.system, self.key, n, stage, first_row=first_row, path=path, **self._options
+        )
+
+    @property
+    def _options(self) -> dict:
+        return {"quiet": self.quiet, "forecast": self.forecast}
+
+    def _inside(self, name: str) -> Path | None:
+        return None if self.path is None else Path(self.path) / name
+
+
+class RecordedRuns(NamedTuple):
+    """Runs of the past, unseen by training: nothing can be run again, nor searched."""
+
+    held: RolloutBatch
+
+    def further(self, n: int) -> Iterable[RolloutBatch]:
+        """None are left."""
+        return ()
+
+    def fresh(self, n: int) -> Iterable[RolloutBatch]:
+        """All of them, whatever was asked for."""
+        return (self.held,)
+
+    def attack(self, net: ReLUNetwork, profile: Tube, n: int) -> None:
+        """Cannot be done."""
+        return None

@@ -1,0 +1,280 @@
+"""Looking for bad runs on purpose: what is found can only make the tube wider. [T8]"""
+
+import time
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+
+from parc_jax.arrays import x64
+from parc_jax.claim.calibrate import scaled
+from parc_jax.claim.claim import ErrorClaim, weaker
+from parc_jax.claim.measure import Allowance, allowance, measure_arrays, rollout_errors
+from parc_jax.claim.score import check_profile, score_errors
+from parc_jax.claim.tube import Tube, tube
+from parc_jax.distributed import rank_and_size
+from parc_jax.errors import InputError
+from parc_jax.keys import Stage, stream
+from parc_jax.network.relu import ReLUNetwork
+from parc_jax.rollout.chunks import ChunkStore
+from parc_jax.rollout.forecast import Forecast, Pace
+from parc_jax.rollout.identity import identity_of
+from parc_jax.rollout.resume import require_same_runs
+from parc_jax.rollout.rows import seed_of
+from parc_jax.rollout.simulate import Rows, Simulator, simulator
+from parc_jax.spelling import hex_text
+
+MOST_RUNS = 2048  # of a search that nobody sized
+_ROUNDS = 8
+_ELITE = 0.1  # share of all runs so far that have children
+_FRESH_K = 0.2  # share of children that start anew in K
+_FRESH_KEY = 0.5  # share of children that meet a new disturbance
+# spread of children around their parent, as a share of K, in the first round and in the last
+_WIDEST = 0.2
+_NARROWEST = 0.005
+_PIECE = 16  # runs between two steps of the bar, for a system that is not compiled
+
+
+class Attack(NamedTuple):
+    """All runs that a search tried: k (m, n_k), keys (m, 2) of the system, score (m,) against the
+    profile, in order.
+    """
+
+    k: np.ndarray
+    keys: np.ndarray
+    score: np.ndarray
+
+    @property
+    def best(self) -> int:
+        """Index of the worst finite run."""
+        return int(np.argmax(np.where(np.isfinite(self.score), self.score, -np.inf)))
+
+
+def search_size(asked: int | None, fresh: int) -> int:
+    """Runs of a search: as asked; by default never more than the fresh runs of the claim, nor than
+    MOST_RUNS. Raises InputError.
+    """
+    runs = min(MOST_RUNS, fresh) if asked is None else asked
+    if runs < 0:
+        raise InputError(f"search: expected a number of runs >= 0, 0 for no search; got {runs}.")
+    return runs
+
+
+def search_worst(
+    net: ReLUNetwork,
+    system,
+    key: jax.Array,
+    profile: Tube,
+    runs: int = 1024,
+    rounds: int | None = None,
+    gradients: bool = False,
+    *,
+    path=None,
+    quiet: bool = False,
+    forecast: Forecast | None = None,
+) -> Attack:
+    """Cross-entropy search for the largest score over k and the disturbance, from the SEARCH stream
+    of `key`.
+
+    Each round runs a batch on the device: children of the best tenth so far (k perturbed, the
+    spread shrinking from round to round; half keep their parent's disturbance, half meet a new one)
+    and fresh k. rounds: None = eight, or one per run when there are fewer. gradients: a third of
+    the children step along the derivative of the score in k instead, taken forward through the
+    system, which must be differentiable.
+    path: a folder that keeps finished rounds, so a killed search continues with the same numbers.
+    quiet, forecast: as in `collect`.
+    Proves nothing; see `enlarge`. Raises InputError.
+    """
+    rounds = min(_ROUNDS, runs) if rounds is None else rounds
+    if runs < rounds or rounds < 1:
+        raise InputError(
+            f"search: expected runs >= rounds >= 1; got {runs} runs in {rounds} rounds."
+        )
+    from tqdm import tqdm
+
+    check_profile(net, profile, system.time, system.n_p)
+    batch = runs // rounds
+    sim = simulator(system)
+    search = _Search(
+        net=net,
+        sim=sim,
+        key=key,
+        profile=profile,
+        batch=batch,
+        rounds=rounds,
+        slack=allowance(net, system.domain, system.time, system.n_p),
+        slopes=_slope_function(net, system) if gradients else None,
+        rng=np.random.default_rng(
+            np.asarray(jax.random.key_data(stream(key, Stage.SEARCH)), np.uint32)
+        ),
+    )
+    store = None if path is None else _store(path, search, gradients)
+    quiet = quiet or rank_and_size()[0] > 0
+    forecast = forecast or Forecast(runs, quiet=quiet)
+    pace = Pace(1, compiles=sim.traceable)
+    n_k = system.domain.n
+    tried = Attack(np.zeros((0, n_k)), np.zeros((0, 2), np.uint32), np.zeros(0))
+    title = f"{system.name}: search for bad runs"
+    with tqdm(total=rounds * batch, unit="rollout", desc=title, disable=quiet) as bar:
+        for number in range(rounds):
+            k, keys = search.candidates(number, tried)
+            score = None if store is None else _stored(store, search, number, k, keys)
+            if score is None:
+                began = time.perf_counter()
+                score = search.run(k, keys, bar)
+                each = pace.of(batch, began, time.perf_counter())
+                if each is not None and not quiet:
+                    forecast.measured(system.name, each)
+                if store is not None:
+                    store.put(number, {"k": k, "keys": keys, "score": score})
+            else:
+                bar.update(batch)
+            tried = Attack(
+                *(np.concatenate(pair) for pair in zip(tried, (k, keys, score), strict=True))
+            )
+    return tried
+
+
+@dataclass(frozen=True, eq=False)
+class _Search:
+    """What stays the same from round to round."""
+
+    net: ReLUNetwork
+    sim: Simulator
+    key: jax.Array
+    profile: Tube
+    batch: int
+    rounds: int
+    slack: Allowance
+    slopes: Callable | None
+    rng: np.random.Generator
+
+    def candidates(self, number: int, tried: Attack) -> tuple[np.ndarray, np.ndarray]:
+        """k (batch, n_k) as the system will see it, and keys (batch, 2), of one round."""
+        rows = np.arange(number * self.batch, (number + 1) * self.batch)
+        drawn = self.sim.rows(self.key, Stage.SEARCH, rows)
+        k = drawn.k
+        keys = np.asarray(jax.random.key_data(drawn.keys))
+        if number:
+            lo = np.asarray(self.sim.system.domain.lo)
+            hi = np.asarray(self.sim.system.domain.hi)
+            share = _WIDEST * (_NARROWEST / _WIDEST) ** (number / max(1, self.rounds - 1))
+            spread = share * (hi - lo)
+            k, keys = _children(self.rng, tried, k, keys, spread, lo, hi)
+            if self.slopes is not None:
+                third = slice(0, self.batch // 3)
+                step = _uphill(self.slopes, self.profile, keys[third], k[third]) * spread
+                k[third] = np.clip(k[third] + step, lo, hi)
+        return self.sim.as_run(k), keys
+
+    def run(self, k: np.ndarray, keys: np.ndarray, bar=None) -> np.ndarray:
+        """Scores (n,) of runs; a compiled system in one call, another one piece by piece."""
+        system = self.sim.system
+        piece = len(k) if self.sim.traceable else int(getattr(system, "chunk", None) or _PIECE)
+        scores = []
+        for start in range(0, len(k), piece):
+            part = slice(start, start + piece)
+            trajectory = self.sim.run(Rows(jnp.asarray(keys[part]), k[part]))
+            errors = measure_arrays(
+                self.net, self.slack, system.time, k[part], trajectory.p, trajectory.q
+            )
+            scores.append(score_errors(errors, self.profile, k[part])[0])
+            if bar is not None:
+                bar.update(len(scores[-1]))
+        return np.concatenate(scores)
+
+
+def _store(path, search: _Search, gradients: bool) -> ChunkStore:
+    """The folder of finished rounds. Raises InputError when it holds another search."""
+    meta = identity_of(search.sim.system) | {
+        "what": "search",
+        "network": search.net.hash,
+        "profile": search.profile.hash,
+        "seed": list(seed_of(search.key)),
+        "chunk": search.batch,
+        "rounds": search.rounds,
+        "gradients": gradients,
+    }
+    return ChunkStore(path, meta)
+
+
+def _stored(store: ChunkStore, search: _Search, number: int, k, keys) -> np.ndarray | None:
+    """Scores of a finished round; of the first one, a part is run again and compared."""
+    arrays = store.get(number)
+    if arrays is None or not (
+        np.array_equal(arrays["k"], k) and np.array_equal(arrays["keys"], keys)
+    ):
+        return None
+    if number == 0:
+        again = slice(0, search.batch if search.sim.traceable else 1)
+        require_same_runs(
+            store.folder,
+            {"score": arrays["score"][again]},
+            {"score": search.run(k[again], keys[again])},
+            getattr(search.sim.system, "dtype", np.float64),
+        )
+    return arrays["score"]
+
+
+def enlarge(claim: ErrorClaim, profile: Tube, attack: Attack) -> ErrorClaim:
+    """The claim with its tube widened, bin by bin, to hold every finite run of the attack; all
+    labels stay true. [T8]
+
+    Failed runs cannot be held by any tube; their number is put on record.
+    """
+    finite = np.isfinite(attack.score)
+    scale = np.zeros(profile.n_bins)
+    for column in profile.bins_of(attack.k[finite]).T:
+        np.maximum.at(scale, column, attack.score[finite])
+    held = scaled(profile, scale, np.asarray(claim.intersample))
+    wider = tube(
+        profile.edges,
+        np.maximum(claim.tube.interval, held.interval),
+        np.maximum(claim.tube.final, held.final),
+    )
+    grown = int((wider.interval > claim.tube.interval).any(axis=(1, 2)).sum())
+    found = {"runs": len(attack.score), "failed": int((~finite).sum()), "bins_widened": grown}
+    if finite.any():
+        found |= {
+            "score": hex_text(attack.score[attack.best]),
+            "k": hex_text(attack.k[attack.best]),
+        }
+    return weaker(claim, wider, search=found)
+
+
+def _children(rng, tried: Attack, k, keys, spread, lo, hi):
+    """Replace most of a fresh batch by children of the best runs so far; failed runs are as good as
+    any.
+    """
+    elite = np.argsort(-tried.score, kind="stable")[: max(1, int(_ELITE * len(tried.score)))]
+    parent = rng.choice(elite, len(k))
+    child = np.clip(tried.k[parent] + rng.normal(size=k.shape) * spread, lo, hi)
+    is_fresh = rng.random(len(k)) < _FRESH_K
+    new_key = is_fresh | (rng.random(len(k)) < _FRESH_KEY)
+    return np.where(is_fresh[:, None], k, child), np.where(
+        new_key[:, None], keys, tried.keys[parent]
+    )
+
+
+def _uphill(slopes, profile, keys, k):
+    """Signs (B, n_k) of the derivative of the score in k; zero where it is not finite."""
+    numbers = profile.bins_of(k)[:, 0]
+    with x64():
+        widths = (jnp.asarray(profile.during(numbers)), jnp.asarray(profile.at_end(numbers)))
+        return np.nan_to_num(np.sign(np.asarray(slopes(jnp.asarray(k), jnp.asarray(keys), widths))))
+
+
+def _slope_function(net, system):
+    """(k (B, n_k), keys (B, 2), widths) -> derivatives (B, n_k) of the scores, taken forward
+    through the system.
+    """
+
+    def score(k, key, widths):
+        p, q = system.rollout(key, k)
+        errors = rollout_errors(net, k, p, q, stride=system.time.stride)
+        return jnp.maximum((errors.interval / widths[0]).max(), (errors.final / widths[1]).max())
+
+    return jax.jit(jax.vmap(jax.jacfwd(score)))

@@ -1,0 +1,100 @@
+"""What a claim says, in sentences that never say more than was shown."""
+
+from fractions import Fraction
+
+
+def statement(c) -> str:
+    """The sentences of an `ErrorClaim`."""
+    if not c.tube.claimed.any():
+        failed = c.evidence.get("failed", 0)
+        return (
+            f"No claim: {failed:,} of {c.n:,} runs failed, with {c.discard} discards fixed "
+            "beforehand, so no finite tube holds. Repair the system, shrink K, or calibrate on new "
+            "runs with more discards."
+        )
+    sentences = [_HEAD[c.kind](c)]
+    without = int((~c.tube.claimed).sum())
+    if without:
+        sentences.append(f"{without} of {c.tube.n_bins} bins of K have no claim.")
+    sentences.append(f"Assumes: {', '.join(c.assumptions)}.")
+    return " ".join(sentences)
+
+
+def decimal(value: Fraction) -> str:
+    """A number for people, ten digits at most."""
+    return f"{float(value):.10g}"
+
+
+def _behind(c) -> str:
+    """The independent runs that a claim rests on."""
+    if "rows" in c.evidence:
+        return f"{c.n:,} calibration recordings (of {c.evidence['rows']:,} runs)"
+    return f"{c.n:,} calibration rollouts"
+
+
+def _pac(c) -> str:
+    asked = c.evidence.get("eps_asked")
+    short = f" ({asked} was asked; {c.n:,} runs do not support it.)" if asked else ""
+    by_bin = "" if c.bin_eps is None else " (the largest over the bins of K, each bin with its own)"
+    return (
+        f"With confidence {decimal(1 - c.delta)} over the {_behind(c)}, "
+        f"{c.quantifier} leaves the tube at any time with probability at most "
+        f"{decimal(c.eps)}{by_bin}, in every environment.{short} {_chosen(c)} "
+        "For a single hand-picked k: no probabilistic statement."
+    )
+
+
+def _chosen(c) -> str:
+    """What the claim promises of k from a certified set; a share of K is a probability only where k
+    was drawn uniformly. [T5]
+    """
+    eps = decimal(c.eps)
+    if c.law.k_law == "uniform":
+        return (
+            "For k drawn uniformly at random from a certified set of share s of K: at most "
+            f"{eps}/s."
+        )
+    how = {"logged": "as in the log", "given": "as the calibration's k were given"}.get(
+        c.law.k_law, f"by {c.law.k_law}"
+    )
+    return (
+        f"For k drawn {how}, whenever it falls into a certified set that it falls into with "
+        f"probability s: at most {eps}/s. The share of K that the set fills says nothing: these "
+        "runs may hardly visit some of K."
+    )
+
+
+def _conformal(c) -> str:
+    return (
+        f"Over the draw of the {_behind(c)} and of a new one together, "
+        f"{c.quantifier} leaves the tube at any time with probability at most {decimal(c.eps)}. "
+        "This marginal claim does not hold for a k or a set chosen afterwards."
+    )
+
+
+def _cover(c) -> str:
+    return (
+        f"No run leaves the tube: {c.quantifier}, shown on a cover of K by {c.n:,} runs "
+        "and the declared constants."
+    )
+
+
+def _assumed(c) -> str:
+    return (
+        "ASSUMED, not shown: that no run leaves the tube. It is the largest error over the "
+        f"{c.n:,} training rollouts, the statistic of the published method; new rollouts are known "
+        "to leave such a tube."
+    )
+
+
+def _declared(c) -> str:
+    return f"DECLARED, not shown here: that no run leaves the tube, because {c.quantifier}."
+
+
+_HEAD = {
+    "pac": _pac,
+    "conformal": _conformal,
+    "cover": _cover,
+    "assumed": _assumed,
+    "declared": _declared,
+}

@@ -1,0 +1,272 @@
+"""The tube: how far the black box may be from the model, per bin of k, interval and axis."""
+
+from typing import Literal
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+from flax import struct
+
+from parc_jax.arrays import as_float64, content_hash
+from parc_jax.errors import InputError
+from parc_jax.network.predict import HIGHEST
+
+NO_CLAIM = 1e100  # [m, .] wider than any world, and its square is still finite
+
+
+@struct.dataclass
+class Tube:
+    """Interval and final errors by bin of k. Build with `tube`, which validates.
+
+    edges:    tuple over the n_k axes of (n_bins_i + 1,) increasing edges; the outer ones bound K.
+              Bins are closed boxes, numbered row-major (last axis fastest).
+    interval: (n_bins, T, n_p) [m]       |p(s) - p^(s)| per axis for all recorded s in [t, t + 1].
+    final:    (n_bins, n_p + n_q) [m, .] |final state - predicted|.
+    A bin whose widths are infinite has no claim: nothing in it is ever safe. See `claimed`.
+
+    Ask it through its methods: `during` and `at_end` give the widths of bins, `support_at_end` what
+    a row of a goal loses, `bins_of` and `widest_at` what holds at a k, `widest` and `least` what
+    holds over several bins.
+    """
+
+    edges: tuple[np.ndarray, ...]
+    interval: np.ndarray
+    final: np.ndarray
+
+    @property
+    def n_bins(self) -> int:
+        """Number of bins of K."""
+        return self.interval.shape[0]
+
+    @property
+    def n_steps(self) -> int:
+        """Number of intervals T."""
+        return self.interval.shape[1]
+
+    @property
+    def n_p(self) -> int:
+        """Workspace dimension."""
+        return self.interval.shape[2]
+
+    @property
+    def n_q(self) -> int:
+        """Number of further goal states."""
+        return self.final.shape[1] - self.n_p
+
+    @property
+    def n_k(self) -> int:
+        """Number of manoeuvre parameters."""
+        return len(self.edges)
+
+    @property
+    def grid(self) -> tuple[int, ...]:
+        """Number of bins along each axis of K."""
+        return tuple(len(e) - 1 for e in self.edges)
+
+    @property
+    def claimed(self) -> np.ndarray:
+        """(n_bins,) bool: bins whose widths are all finite. Only these may be planned in."""
+        return np.isfinite(self.interval).all(axis=(1, 2)) & np.isfinite(self.final).all(axis=1)
+
+    @property
+    def hash(self) -> str:
+        """Content hash of edges and widths."""
+        return content_hash(*self.edges, self.interval, self.final)
+
+    @property
+    def finite_widths(self) -> tuple[np.ndarray, np.ndarray]:
+        """Interval and final, where a bin without claim is NO_CLAIM wide, for certificates and code
+        that cannot take infinity. Its obstacles fill the world and its goal is empty, so still
+        nothing in it is ever safe."""
+        interval = np.where(np.isinf(self.interval), NO_CLAIM, self.interval)
+        return interval, np.where(np.isinf(self.final), NO_CLAIM, self.final)
+
+    def during(self, bins, t=slice(None)):
+        """Half widths (..., T, n_p) [m] of bins (...) during all intervals, or (..., n_p) during
+        intervals t (...). Also in kernels.
+        """
+        return _device_when_traced(self.interval, bins)[bins, t]
+
+    def at_end(self, bins):
+        """Half widths (..., n_p + n_q) [m, .] of bins (...) at the end. Also in kernels."""
+        return _device_when_traced(self.final, bins)[bins]
+
+    def support_at_end(self, A, bin_number):
+        """(h,) largest A e over the errors e that one bin allows at the end; A (h, n_p + n_q): what
+        the rows of a goal lose. Kernel.
+        """
+        return jnp.matmul(jnp.abs(A), jnp.asarray(self.final)[bin_number], precision=HIGHEST)
+
+    def widest(self, bins=slice(None)) -> tuple[np.ndarray, np.ndarray]:
+        """Largest half widths over the bins: interval (T, n_p), final (n_p + n_q,)."""
+        return self.interval[bins].max(axis=0), self.final[bins].max(axis=0)
+
+    def least(self, bins=slice(None)) -> tuple[np.ndarray, np.ndarray]:
+        """Smallest half widths over the bins: interval (T, n_p), final (n_p + n_q,)."""
+        return self.interval[bins].min(axis=0), self.final[bins].min(axis=0)
+
+    def bin_of(self, k: np.ndarray) -> np.ndarray:
+        """Bin number of k (..., n_k), one of the closed bins that contain it; -1 outside K."""
+        k = np.asarray(k)
+        number = np.zeros(k.shape[:-1], int)
+        inside = np.ones(k.shape[:-1], bool)
+        for axis, edge in enumerate(self.edges):
+            x = k[..., axis]
+            inside &= (x >= edge[0]) & (x <= edge[-1])
+            number = number * (len(edge) - 1) + _place(edge, x, "right")
+        return np.where(inside, number, -1)
+
+    def bins_of(self, k: np.ndarray) -> np.ndarray:
+        """(n, c) numbers of all closed bins that contain k (n, n_k); c is 1 unless a row lies
+        exactly on an inner edge.
+
+        Raises InputError for a k outside every bin.
+        """
+        k = np.asarray(k, np.float64)
+        numbers = np.zeros((len(k), 1), int)
+        for axis, edge in enumerate(self.edges):
+            x = k[:, axis]
+            outside = ~((x >= edge[0]) & (x <= edge[-1]))
+            if outside.any():
+                row = int(np.argmax(outside))
+                raise InputError(
+                    f"bins: k row {row} = {k[row]} falls in no bin; axis {axis} covers [{edge[0]}, "
+                    f"{edge[-1]}]."
+                )
+            right, left = _place(edge, x, "right"), _place(edge, x, "left")
+            choices = [right] if (left == right).all() else [right, left]
+            numbers = np.concatenate(
+                [numbers * (len(edge) - 1) + choice[:, None] for choice in choices], axis=1
+            )
+        return numbers
+
+    def widest_at(self, k: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Half widths that a proof about k (n, n_k) must allow for: interval (n, T, n_p), final (n,
+        n_p + n_q), the widest of all closed bins that contain k. Raises InputError outside K.
+        """
+        bins = self.bins_of(k)
+        return self.interval[bins].max(axis=1), self.final[bins].max(axis=1)
+
+    def narrowest_at(self, k: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Half widths that a run with k must keep to when it is counted: the narrowest of all
+        closed bins that contain k. Sizes as of `widest_at`.
+        """
+        bins = self.bins_of(k)
+        return self.interval[bins].min(axis=1), self.final[bins].min(axis=1)
+
+    def bin_box(self, number: int) -> tuple[np.ndarray, np.ndarray]:
+        """Corners lo (n_k,), hi (n_k,) of a bin."""
+        index = np.unravel_index(number, self.grid)
+        lo = np.array([e[i] for e, i in zip(self.edges, index, strict=True)])
+        hi = np.array([e[i + 1] for e, i in zip(self.edges, index, strict=True)])
+        return lo, hi
+
+    def __repr__(self) -> str:
+        if not isinstance(self.interval, np.ndarray):
+            return f"Tube({self.interval!r})"
+        claimed = self.claimed
+        without = int((~claimed).sum())
+        if without == self.n_bins:
+            size = "without claim"
+        else:
+            middle = np.median(self.interval[claimed])
+            size = f"median half width {middle:.3g} m"
+            size += f", {without} without claim" if without else ""
+        bins = "1 bin" if self.n_bins == 1 else f"{self.n_bins} bins"
+        return f"Tube({bins} of K, {self.n_steps} intervals, {size})"
+
+
+def open_bin_of(tube: Tube, k):
+    """`Tube.bin_of` for one k (n_k,) in a kernel, except that a k on a border between bins has
+    none, -1, as one outside K: several tubes count there. [T28]
+    """
+    bin = jnp.asarray(0)
+    known = jnp.asarray(True)
+    for axis, given in enumerate(tube.edges):
+        edge = jnp.asarray(given)
+        along = jnp.clip(jnp.searchsorted(edge, k[axis], side="right") - 1, 0, len(edge) - 2)
+        on_inner_edge = (k[axis] == edge[1:-1]).any()
+        known &= (k[axis] >= edge[0]) & (k[axis] <= edge[-1]) & ~on_inner_edge
+        bin = bin * (len(edge) - 1) + along
+    return jnp.where(known, bin, -1)
+
+
+def tube(edges, interval, final) -> Tube:
+    """Validated tube; widths >= 0, infinite in bins without claim. Raises InputError."""
+    edges = tuple(as_float64(f"tube edges[{i}]", e, (None,)) for i, e in enumerate(edges))
+    for i, e in enumerate(edges):
+        if len(e) < 2 or not (np.diff(e) > 0).all():
+            raise InputError(f"tube edges[{i}]: expected at least two increasing numbers; got {e}.")
+    n_bins = int(np.prod([len(e) - 1 for e in edges]))
+    interval = _widths("tube interval errors", interval, (n_bins, None, None))
+    final = _widths("tube final errors", final, (n_bins, None))
+    return Tube(edges, interval, final)
+
+
+def _widths(name: str, value, shape) -> np.ndarray:
+    """Half widths >= 0, read-only. One infinite width makes its bin infinite: a claim or none."""
+    value = np.asarray(value, np.float64)
+    infinite = np.isposinf(value)
+    checked = as_float64(name, np.where(infinite, 0.0, value), shape)
+    if (checked < 0).any():
+        raise InputError(f"{name}: expected half widths >= 0; got a negative one.")
+    if not infinite.any():
+        return checked
+    out = np.array(value)
+    out[infinite.reshape(len(value), -1).any(axis=1)] = np.inf
+    out.setflags(write=False)
+    return out
+
+
+def refined(coarse: Tube, edges) -> Tube:
+    """The same tube told bin by bin on finer edges, which must contain the coarse ones. Raises
+    InputError.
+    """
+    edges = tuple(as_float64(f"tube edges[{i}]", e, (None,)) for i, e in enumerate(edges))
+    for axis, (old, new) in enumerate(zip(coarse.edges, edges, strict=True)):
+        if not np.isin(old, new).all():
+            raise InputError(
+                f"tube: expected finer edges that keep the old ones; axis {axis} loses some of "
+                f"{old}."
+            )
+    middles = np.meshgrid(*(0.5 * (e[1:] + e[:-1]) for e in edges), indexing="ij")
+    source = coarse.bin_of(np.stack(middles, axis=-1).reshape(-1, len(edges)))
+    return Tube(edges, coarse.interval[source], coarse.final[source])
+
+
+def zero_tube(edges, n_steps: int, n_p: int, n_end: int) -> Tube:
+    """A tube of zero widths on these bins of K."""
+    n_bins = int(np.prod([len(e) - 1 for e in edges]))
+    return tube(edges, np.zeros((n_bins, n_steps, n_p)), np.zeros((n_bins, n_end)))
+
+
+def tube_to_json(error_tube: Tube) -> dict:
+    """Edges and widths as nested lists of hex floats ("inf" in bins without claim)."""
+    return {
+        "edges": [_hex(e) for e in error_tube.edges],
+        "interval": _hex(error_tube.interval),
+        "final": _hex(error_tube.final),
+    }
+
+
+def tube_from_json(data: dict) -> Tube:
+    """The tube of `tube_to_json`."""
+    return tube([_unhex(e) for e in data["edges"]], _unhex(data["interval"]), _unhex(data["final"]))
+
+
+def _hex(values):
+    return float(values).hex() if np.ndim(values) == 0 else [_hex(v) for v in values]
+
+
+def _unhex(values):
+    return [_unhex(v) for v in values] if isinstance(values, list) else float.fromhex(values)
+
+
+def _place(edge: np.ndarray, x: np.ndarray, side: Literal["left", "right"]) -> np.ndarray:
+    """Number of the step of increasing edges that holds x, at an edge the one on this side."""
+    return np.clip(np.searchsorted(edge, x, side=side) - 1, 0, len(edge) - 2)
+
+
+def _device_when_traced(values, index):
+    """Arrays on the host cannot be indexed by what a kernel computes."""
+    return jnp.asarray(values) if isinstance(index, jax.Array) else values

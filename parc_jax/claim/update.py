@@ -1,0 +1,99 @@
+"""New data, new claim: refitting and re-certifying in one call."""
+
+from collections.abc import Callable
+
+import numpy as np
+
+from parc_jax.claim.calibrate import Intersample
+from parc_jax.claim.claim import ErrorClaim
+from parc_jax.claim.intersample import DISCRETE_TIME
+from parc_jax.claim.pipeline import GAP, bound_error
+from parc_jax.errors import InputError
+from parc_jax.network.predict import features, outputs
+from parc_jax.network.relu import ReLUNetwork, relu_network
+from parc_jax.rollout.batch import RolloutBatch
+
+
+def update(
+    claim: ErrorClaim,
+    net: ReLUNetwork,
+    seen: RolloutBatch,
+    fresh: RolloutBatch,
+    tune: Callable[[ReLUNetwork, RolloutBatch], ReLUNetwork] | None = None,
+    eps=None,
+    delta=None,
+    bins=None,
+    *,
+    discard: int | str = 0,
+    intersample: Intersample = DISCRETE_TIME,
+    gap: float | None = None,
+) -> tuple[ReLUNetwork, ErrorClaim]:
+    """The network and a new claim after new data; the fresh runs support as small an eps as their
+    number allows.
+
+    seen:  everything looked at before the decision to update: training runs, and those a monitor
+        watched until it rang.
+    fresh: runs of the law to be deployed, made after that decision. Neither network nor profile may
+        see them.
+    tune:  (net, seen) -> net, for example `refit`; None = keep the network.
+    eps, delta: asked for; None = those of the old claim. gap: declared, as in `bound_error`; None =
+        that of the old claim. Raises InputError, also when a fresh run
+        was seen before.
+    """
+    if claim.eps is None and eps is None:
+        raise InputError("update: expected eps and delta, since the old claim has none.")
+    net = net if tune is None else tune(net, seen)
+    if gap is None:
+        start = claim.evidence.get("start")
+        gap = GAP if start is None else float.fromhex(start["gap"])
+    new = bound_error(
+        net,
+        fresh,
+        None,
+        claim.eps if eps is None else eps,
+        claim.delta if delta is None else delta,
+        bins,
+        train=seen,
+        discard=discard,
+        intersample=intersample,
+        gap=gap,
+    )
+    new.evidence["updated_from"] = {
+        "network": claim.evidence.get("network"),
+        "n": claim.n,
+        "law": claim.law.hash,
+    }
+    return net, new
+
+
+def refit(net: ReLUNetwork, data: RolloutBatch) -> ReLUNetwork:
+    """The network with its last layer solved anew by least squares on the data; hidden layers, and
+    so regions, stay.
+
+    Raises InputError when fewer than ten runs are finite.
+    """
+    from parc_jax.network.train import training_arrays
+
+    k, y = training_arrays(data)
+    hidden = features(net.weights[:-1], net.biases[:-1], k)
+    centre = hidden.mean(axis=0)
+    solution = np.linalg.lstsq(hidden - centre, y - y.mean(axis=0), rcond=1e-10)[0].T
+    return relu_network(
+        [*net.weights[:-1], solution], [*net.biases[:-1], y.mean(axis=0) - solution @ centre]
+    )
+
+
+def centred(net: ReLUNetwork, data: RolloutBatch) -> ReLUNetwork:
+    """The network with its last biases moved to the middle of the signed errors seen at the knots
+    of the data.
+
+    A symmetric tube around it is the signed tube around the old one: never wider, and nothing else
+    changes its form. Do it before profile and holdout. Raises InputError when fewer than ten runs
+    are finite.
+    """
+    from parc_jax.network.train import training_arrays
+
+    k, y = training_arrays(data)
+    signed = y - outputs(net, k)
+    middle = 0.5 * (signed.max(axis=0) + signed.min(axis=0))
+    return relu_network(net.weights, [*net.biases[:-1], net.biases[-1] + middle])

@@ -1,0 +1,160 @@
+"""Choose a corridor around a safe plan, its seed. [T14, T27]
+
+Whatever is chosen, plans that keep to it are safe (`corridor`); the choice decides how many they
+are. It keeps as many neighbours of the seed as it can: safe plans with similar paths that no
+corridor holds yet, in whatever cell. Equal directions are then merged into the fewest runs over
+time that keep the same neighbours, so certificates stay short.
+"""
+
+from typing import NamedTuple
+
+import jax
+import jax.numpy as jnp
+
+from parc_jax.obstacles.segment import dot2, separations
+
+PLANS = 64  # the seed and its neighbours: which of them a direction separates is one 64-bit mask
+SWEEPS = 1  # rounds of swapping each interval's direction while all others stay
+LEVELS = 4  # a plan that l other intervals lose counts 4^-l, but no less than 4^-(LEVELS - 1)
+
+
+class Choice(NamedTuple):
+    """Outcome for one seed. direction (o, T): of the table, or the table's length for the
+    seed's own.
+
+    nearest (o, T, 2): the seed's own direction, from the nearest point of the obstacle. kept ():
+    the seed is inside.
+    """
+
+    direction: jax.Array
+    nearest: jax.Array
+    kept: jax.Array
+
+
+def choose(scene, paths, error) -> Choice:
+    """One seed and its neighbours: paths (PLANS, T + 1, 2), the seed first, error (PLANS, T, 2) of
+    their bins. Kernel.
+
+    Chosen in float32: whatever is chosen, who is inside is decided elsewhere, in float64.
+    """
+    paths, error, scene = jax.tree.map(_rough, (paths, error, scene))
+    obstacles, table = scene.obstacles, scene.directions
+    nearest, masks = jax.vmap(_separation_masks, in_axes=(0, 0, 0, 0, 0, None, None, None, None))(
+        obstacles.corner,
+        obstacles.sign,
+        obstacles.active,
+        table.w,
+        table.support,
+        obstacles.radius,
+        scene.slack,
+        paths,
+        error,
+    )
+    items = masks.reshape(-1, masks.shape[2])
+    allowed = _count(items & jnp.uint64(1)) > 0
+    choice = jnp.argmax(jnp.where(allowed, _count(items), -1), axis=1)
+    for _ in range(SWEEPS):
+        choice = _sweep(choice, allowed, items)
+    inside = jax.lax.reduce_and(_of_choice(choice, items), (0,))
+    valid = (items & inside == inside).reshape(masks.shape)
+    runs = jax.vmap(_fewest_runs)(valid)
+    kept = jnp.take_along_axis(valid, runs[:, :, None], axis=2).all() & (
+        _count(inside & jnp.uint64(1)) > 0
+    )
+    return Choice(runs, nearest, kept)
+
+
+choose_batch = jax.jit(jax.vmap(choose, in_axes=(None, 0, 0)))  # of many seeds
+
+
+def _rough(x):
+    x = jnp.asarray(x)
+    return x.astype(jnp.float32) if jnp.issubdtype(x.dtype, jnp.floating) else x
+
+
+def _separation_masks(corner, sign, active, w, support, radius, slack, paths, error):
+    """For one obstacle: the seed's nearest directions (T, 2), and which plans each direction
+    separates, as the bits of masks (T, d + 1), the seed's own direction last. An absent obstacle is
+    separated by anything.
+    """
+    corners = corner[None] + sign[None] * error[0][:, None]
+    _, nearest = separations(paths[0, :-1], paths[0, 1:], corners, radius)
+    own_support = dot2(corner[None], nearest[:, None]).max(axis=1) + radius
+    w, support = _with_own(w, nearest), _with_own(support, own_support)
+    size = jnp.abs(w)
+    support = support + slack * size.sum(axis=2)
+
+    def bit(number, path, error):
+        along = jnp.minimum(dot2(w, path[:-1, None]), dot2(w, path[1:, None]))
+        separated = along > support + dot2(size, error[:, None])
+        return jnp.where(separated | ~active[:, None], jnp.uint64(1) << number, jnp.uint64(0))
+
+    return nearest, jax.vmap(bit)(_bits(), paths, error).sum(axis=0)
+
+
+def _with_own(table, own):
+    """(T, d + 1, ...): the table (d, ...) at every interval, and the interval's own (T, ...)
+    last.
+    """
+    everywhere = jnp.broadcast_to(table, (len(own), *table.shape))
+    return jnp.concatenate([everywhere, own[:, None]], axis=1)
+
+
+def _sweep(choice, allowed, masks):
+    """Swap one item after another: a plan that l other items lose counts 4^-l."""
+    lost = _loses(_of_choice(choice, masks)).sum(axis=0, dtype=jnp.int32)
+
+    def swap(lost, item):
+        choice, allowed, masks = item
+        others = lost - _loses(masks[choice])
+        level = jnp.minimum(others, LEVELS - 1)
+        score = sum(
+            4 ** (LEVELS - 1 - n)
+            * _count(masks & jnp.where(level == n, jnp.uint64(1) << _bits(), jnp.uint64(0)).sum())
+            for n in range(LEVELS)
+        )
+        best = jnp.argmax(jnp.where(allowed, score, -1))
+        return others + _loses(masks[best]), best
+
+    return jax.lax.scan(swap, lost, (choice, allowed, masks))[1]
+
+
+def _bits():
+    return jnp.arange(PLANS, dtype=jnp.uint64)
+
+
+def _count(masks):
+    return jax.lax.population_count(masks).astype(jnp.int32)
+
+
+def _loses(masks):
+    """(..., PLANS) 1 for each plan whose bit is not set."""
+    bits = jnp.broadcast_to(_bits(), (*masks.shape, PLANS))
+    return 1 - (masks[..., None] >> bits & jnp.uint64(1)).astype(jnp.int32)
+
+
+def _of_choice(choice, masks):
+    """(i,) the mask of the direction chosen at each item."""
+    return jnp.take_along_axis(masks, choice[:, None], axis=1)[:, 0]
+
+
+def _fewest_runs(valid):
+    """valid (T, d + 1) -> choice (T,): always take the direction that lasts longest.
+
+    The last column is each interval's own nearest direction: it never lasts, and is taken only
+    where nothing else holds.
+    """
+    table = jnp.arange(valid.shape[1]) < valid.shape[1] - 1
+
+    def lasts(later, valid):
+        here = jnp.where(valid & table, 2 + later, jnp.where(valid, 1, 0))
+        return jnp.where(table, here, 0), here
+
+    _, length = jax.lax.scan(lasts, jnp.zeros(valid.shape[1], int), valid, reverse=True)
+
+    def take(current, item):
+        length, valid = item
+        current = jnp.where(valid[current] & table[current], current, jnp.argmax(length))
+        return current, current
+
+    return jax.lax.scan(take, jnp.argmax(length[0]), (length, valid))[1]

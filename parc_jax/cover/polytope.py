@@ -1,0 +1,137 @@
+"""A safe polytope: a corridor cut to one cell (region and bin), where the network is an affine map.
+Everything else follows from pattern, bin, directions and one inner point. [T29]
+"""
+
+from functools import cached_property
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+from flax import struct
+
+from parc_jax.arrays import x64
+from parc_jax.cover.corridor import Corridor
+from parc_jax.cover.sampling import cell_of
+from parc_jax.model import TrajectoryModel
+from parc_jax.network.predict import HIGHEST
+from parc_jax.pwa.maps import pattern_map
+from parc_jax.sets.hpolytope import HPolytope
+from parc_jax.verdict.scene import Scene
+
+
+class SafePolytope:
+    """The polytope of all (p0, k) with this pattern, in this bin, that keep to the corridor.
+
+    p0 (n_p,), k (n_k,): a point strictly inside. pattern (n_hidden,) bool. born: [s] after the
+    query began. w (o, T, 2), threshold (o, T): every inequality w . p^ > threshold, at both ends of
+    every interval; float slack included.
+    """
+
+    def __init__(
+        self,
+        model: TrajectoryModel,
+        scene: Scene,
+        p0: np.ndarray,
+        k: np.ndarray,
+        pattern: np.ndarray,
+        bin: int,
+        corridor: Corridor,
+        born: float,
+    ):
+        self.p0 = p0
+        self.k = k
+        self.pattern = pattern
+        self.bin = int(bin)
+        self.corridor = corridor
+        self.born = born
+        self.w = corridor.w
+        self.threshold = corridor.threshold(model.tube.during(self.bin))
+        self._model = model
+        self._scene = scene
+
+    @property
+    def cell(self) -> bytes:
+        """Name of its region and bin, as points have it."""
+        return cell_of(self.pattern[None], np.array([self.bin]))[0].tobytes()
+
+    @cached_property
+    def halfspaces(self) -> HPolytope:
+        """The polytope as float64 rows over (p0, k); every row is pulled in by the float slack."""
+        model, scene = self._model, self._scene
+        final = model.tube.at_end(self.bin)
+        lo, hi = model.tube.bin_box(self.bin)
+        with x64():
+            parts = _cell_rows(model.net, model.tube, scene.arrays, self.pattern, final, lo, hi)
+        A, b, C, d = (np.asarray(x) for x in parts)
+        rows, bounds = [A], [b]
+        active = np.asarray(scene.obstacles.active)
+        for shift in (0, 1):
+            knots = slice(shift, shift + model.time.n_steps)
+            along = np.einsum("otp,tpk->otk", self.w, C[knots])
+            offset = np.einsum("otp,tp->ot", self.w, d[knots])
+            rows.append(-np.concatenate([self.w, along], axis=2)[active])
+            bounds.append((offset - self.threshold)[active])
+        A, b = np.concatenate(rows), np.concatenate(bounds)
+        size = np.abs(A).sum(axis=1)
+        real = size > 0
+        return HPolytope(A[real], b[real] - float(scene.slack) * size[real])
+
+
+@struct.dataclass
+class CellMap:
+    """The network on one activation pattern.
+
+    region_A (h, n_k), region_b (h,): rows of the region. C (T + 1, n_p, n_k), d (T + 1, n_p):
+    offsets, zero at the start. q_C (n_q, n_k), q_d (n_q,): further goal states.
+    """
+
+    region_A: jax.Array
+    region_b: jax.Array
+    C: jax.Array
+    d: jax.Array
+    q_C: jax.Array
+    q_d: jax.Array
+
+
+def cell_map(net, pattern, n_steps: int, n_p: int) -> CellMap:
+    """Affine map and region rows of an activation pattern (n_hidden,)."""
+    with jax.default_matmul_precision("highest"):
+        region_A, region_b, C, d = pattern_map(net.weights, net.biases, pattern, jnp)
+    split = n_steps * n_p
+    knots_C = jnp.concatenate([jnp.zeros((1, n_p, net.n_in)), C[:split].reshape(n_steps, n_p, -1)])
+    knots_d = jnp.concatenate([jnp.zeros((1, n_p)), d[:split].reshape(n_steps, n_p)])
+    return CellMap(region_A, region_b, knots_C, knots_d, C[split:], d[split:])
+
+
+def anchored_rows(scene, cell: CellMap, final, bin_lo, bin_hi):
+    """Rows A (h, n_p + n_k), b (h,) of the cell's goal-reaching set: bin, region, shrunken goal,
+    start set.
+    """
+    n_p, n_k = cell.C.shape[1:]
+    eye = jnp.eye(n_k, dtype=float)
+    none = jnp.zeros((n_k, n_p))
+    goal_p, goal_q = scene.goal_A[:, :n_p], scene.goal_A[:, n_p:]
+    goal_k = jnp.matmul(goal_p, cell.C[-1], precision=HIGHEST) + jnp.matmul(
+        goal_q, cell.q_C, precision=HIGHEST
+    )
+    at_zero = jnp.matmul(goal_p, cell.d[-1], precision=HIGHEST) + jnp.matmul(
+        goal_q, cell.q_d, precision=HIGHEST
+    )
+    goal_b = scene.goal_b - jnp.matmul(jnp.abs(scene.goal_A), final, precision=HIGHEST) - at_zero
+    A = [
+        jnp.concatenate([none, eye], axis=1),
+        jnp.concatenate([none, -eye], axis=1),
+        jnp.concatenate([jnp.zeros((len(cell.region_b), n_p)), cell.region_A], axis=1),
+        jnp.concatenate([goal_p, goal_k], axis=1),
+        jnp.concatenate([scene.start_A, jnp.zeros((len(scene.start_b), n_k))], axis=1),
+    ]
+    b = jnp.concatenate(
+        [jnp.asarray(bin_hi), -jnp.asarray(bin_lo), cell.region_b, goal_b, scene.start_b]
+    )
+    return jnp.concatenate(A), b
+
+
+@jax.jit
+def _cell_rows(net, tube, scene, pattern, final, lo, hi):
+    cell = cell_map(net, pattern, tube.n_steps, tube.n_p)
+    return *anchored_rows(scene, cell, final, lo, hi), cell.C, cell.d

@@ -1,0 +1,225 @@
+"""Random plans of the goal-reaching set, drawn without rejection and without a search over regions.
+[T15]
+"""
+
+from concurrent.futures import Future, ThreadPoolExecutor
+from typing import NamedTuple
+
+import jax
+import numpy as np
+
+from parc_jax.model import TrajectoryModel
+from parc_jax.verdict.pointwise import Verdicts
+from parc_jax.verdict.scene import Scene
+from parc_jax.verdict.screen import screen
+
+NEAREST, FARTHEST = 0.003, 0.1  # [size of K, size of the goal] spread of `near`
+FIRST_DRAW = 512
+LARGEST_DRAW = 2**18
+HOPELESS = 50_000  # drawn without a safe one: other means have to decide whether there is any
+SOME = 100  # safe plans seen before a draw may be as large as it wants
+# fresh safe plans of a look: a share a little below a target of 1 % is then told from it
+ENOUGH = 6000
+# safe plans kept, the last ones: a uniform sample of the safe set, whose paths take memory
+REMEMBERED = 60_000
+
+
+class Points(NamedTuple):
+    """Points with everything known of them; leading axis b.
+
+    p0 (b, n_p), k (b, n_k), path (b, T + 1, n_p), bin (b,), pattern (b, n_hidden) bool.
+    cell (b,): an integer per region and bin, equal for points that share both (bytes of pattern and
+    bin).
+    """
+
+    p0: np.ndarray
+    k: np.ndarray
+    path: np.ndarray
+    bin: np.ndarray
+    pattern: np.ndarray
+    cell: np.ndarray
+
+    def at(self, index) -> "Points":
+        """The points of an index array or mask."""
+        return Points(*(field[index] for field in self))
+
+
+class Draw(NamedTuple):
+    """One batch: how many points were drawn, how many reach the goal in the model, and the safe
+    ones.
+
+    volume: of the set they are uniform over, in units of p0 and k multiplied; it holds every (p0,
+        k) that reaches.
+    """
+
+    drawn: int
+    reaching: int
+    safe: Points
+    volume: float
+
+
+def draw(model: TrajectoryModel, scene: Scene, rng: np.random.Generator, n: int) -> Draw:
+    """n points (z, k), uniform over bin x (the goal's box less the bin's final error) for all bins
+    of the tube.
+
+    z is where the plan ends in the model; p0 = z - c_f(k) follows. Volumes of (z, k) are volumes of
+    (p0, k). [T15]
+    """
+    boxes = [model.tube.bin_box(b) for b in range(model.tube.n_bins)]
+    k_lo, k_hi = np.array([lo for lo, _ in boxes]), np.array([hi for _, hi in boxes])
+    error = model.tube.final[:, : model.n_p]
+    z_lo, z_hi = scene.z_lo + error, scene.z_hi - error
+    with np.errstate(invalid="ignore"):  # a bin without claim has an infinite error: no ends at all
+        ends = np.where((z_lo < z_hi).all(axis=1), np.prod(z_hi - z_lo, axis=1), 0.0)
+    volume = ends * np.prod(k_hi - k_lo, axis=1)
+    whole = float(volume.sum())
+    if whole == 0:
+        return Draw(n, 0, no_points(model), 0.0)
+    b = rng.choice(len(volume), n, p=volume / whole)
+    k = rng.uniform(k_lo[b], k_hi[b])
+    reaching, safe = _safe_ones(model, scene, rng.uniform(z_lo[b], z_hi[b]), k)
+    return Draw(n, reaching, safe, whole)
+
+
+class Tally(NamedTuple):
+    """Counts over several draws: plans drawn, that reach in the model, that are safe. volume: of
+    the set that the draws are uniform over.
+    """
+
+    drawn: int = 0
+    reaching: int = 0
+    safe: int = 0
+    volume: float = 0.0
+
+    def plus(self, one: Draw) -> "Tally":
+        """With one draw more."""
+        return Tally(
+            drawn=self.drawn + one.drawn,
+            reaching=self.reaching + one.reaching,
+            safe=self.safe + len(one.safe.k),
+            volume=one.volume,
+        )
+
+    @property
+    def hopeless(self) -> bool:
+        """So many drawn, and none was safe."""
+        return self.safe == 0 and self.drawn >= HOPELESS
+
+
+class Sampler:
+    """Fresh draws, one after another, each made by a thread of its own while the search is at work:
+    as many plans as a look needs. They depend on nothing but `rng`. Use in a `with` statement.
+
+    tally: counts over all that were taken.
+    """
+
+    def __init__(self, model: TrajectoryModel, scene: Scene, rng: np.random.Generator):
+        self._model = model
+        self._scene = scene
+        self._rng = rng
+        self.tally = Tally()
+        self._seen: list[Points] = []
+        self._thread = ThreadPoolExecutor(1)
+        self._coming: Future[Draw] | None = None
+
+    def __enter__(self) -> "Sampler":
+        return self
+
+    def __exit__(self, *_) -> None:
+        self._thread.shutdown()
+
+    def start(self) -> None:
+        """Begin the next draw: so many that ENOUGH of them should be safe."""
+        drawn, safe = self.tally.drawn, self.tally.safe
+        most = LARGEST_DRAW if safe >= SOME else LARGEST_DRAW // 4
+        size = int(np.clip(ENOUGH * drawn / max(safe, 1), FIRST_DRAW, most))
+        self._coming = self._thread.submit(draw, self._model, self._scene, self._rng, size)
+
+    def take(self) -> Points:
+        """The safe plans of the draw that was started, or of one made now."""
+        if self._coming is None:
+            self.start()
+        one = self._coming.result()
+        self._coming = None
+        self.tally = self.tally.plus(one)
+        self._seen.append(one.safe)
+        while sum(len(s.k) for s in self._seen[1:]) > REMEMBERED:
+            self._seen.pop(0)
+        return one.safe
+
+    @property
+    def seen(self) -> Points:
+        """The last safe plans taken."""
+        return joined(self._seen)
+
+
+def near(
+    model: TrajectoryModel, scene: Scene, rng: np.random.Generator, around: Points, n: int
+) -> Points:
+    """Safe ones among n points of no particular law, close to the given ones: to look where uniform
+    draws miss.
+    """
+    to = rng.integers(0, len(around.k), n)
+    size = np.exp(rng.uniform(np.log(NEAREST), np.log(FARTHEST), (n, 1)))
+    k = around.k[to] + size * (scene.k_hi - scene.k_lo) * rng.standard_normal((n, model.n_k))
+    z = around.path[to, -1] + size * (scene.z_hi - scene.z_lo) * rng.standard_normal((n, model.n_p))
+    known = ((k > scene.k_lo) & (k < scene.k_hi)).all(axis=1)
+    if not known.any():
+        return no_points(model)
+    return _safe_ones(model, scene, z[known], k[known])[1]
+
+
+def _safe_ones(model: TrajectoryModel, scene: Scene, z, k) -> tuple[int, Points]:
+    """How many of the plans with ends z (b, n_p) and parameters k (b, n_k) reach, and the safe
+    ones.
+    """
+    seen = screen(model, scene, z, k)
+    cell = cell_of(seen.pattern, seen.bin)
+    return seen.reaching, Points(seen.p0, k[seen.row], seen.path, seen.bin, seen.pattern, cell)
+
+
+def no_points(model: TrajectoryModel) -> Points:
+    """None at all."""
+    pattern = np.zeros((0, sum(model.net.hidden)), bool)
+    bins = np.zeros(0, int)
+    path = np.zeros((0, model.time.n_steps + 1, model.n_p))
+    p0, k = np.zeros((0, model.n_p)), np.zeros((0, model.n_k))
+    return Points(p0, k, path, bins, pattern, cell_of(pattern, bins))
+
+
+def points(p0: np.ndarray, k: np.ndarray, e: Verdicts) -> Points:
+    """Points with what their verdicts say of them, and their cells named."""
+    return Points(p0, k, e.path, e.bin, e.pattern, cell_of(e.pattern, e.bin))
+
+
+def joined(parts: list[Points]) -> Points:
+    """All points of several batches, in order."""
+    return Points(*(np.concatenate(fields) for fields in zip(*parts, strict=True)))
+
+
+def cell_of(pattern: np.ndarray, bins: np.ndarray) -> np.ndarray:
+    """(b,) byte strings that are equal exactly when pattern (b, n_hidden) and bin (b,) are."""
+    packed = np.packbits(pattern, axis=1)
+    tail = np.ascontiguousarray(bins, dtype="<i4").view(np.uint8).reshape(len(packed), 4)
+    name = np.ascontiguousarray(np.concatenate([packed, tail], axis=1))
+    return name.view(f"V{name.shape[1]}")[:, 0]
+
+
+def groups(cells: np.ndarray):
+    """Pairs (cell bytes, indices) of equal cells."""
+    if len(cells) == 0:
+        return []
+    order = np.argsort(cells, kind="stable")
+    ranked = cells[order]
+    cut = np.flatnonzero(ranked[1:] != ranked[:-1]) + 1
+    return [(cells[index[0]].tobytes(), index) for index in np.split(order, cut)]
+
+
+def generator(key: jax.Array) -> np.random.Generator:
+    """A host generator seeded by all bits of a JAX key: draws are cheap and the key still decides
+    everything.
+    """
+    words = np.asarray(
+        jax.random.key_data(key) if jax.dtypes.issubdtype(key.dtype, jax.dtypes.prng_key) else key
+    )
+    return np.random.default_rng([int(w) for w in words.ravel()])

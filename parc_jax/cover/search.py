@@ -1,0 +1,290 @@
+"""Cover the safe set: draw plans, build corridors and cut polytopes around those outside, until a
+fresh draw finds almost none.
+
+A search is a record, `Search`. `look` shows it a fresh draw, `extend` builds and cuts around what
+the draw found outside, `cover` does both in turn until a stopping rule is satisfied or time is up.
+[T31]
+"""
+
+import time
+from collections.abc import Sequence
+from typing import NamedTuple
+
+import numpy as np
+
+from parc_jax.cover.build import Building, admit, build, nothing_built
+from parc_jax.cover.corridor import Corridor
+from parc_jax.cover.polytope import SafePolytope
+from parc_jax.cover.polytopes import Polytopes, cut_around
+from parc_jax.cover.sampling import (
+    FIRST_DRAW,
+    LARGEST_DRAW,
+    Points,
+    Sampler,
+    Tally,
+    draw,
+    joined,
+    near,
+    no_points,
+)
+from parc_jax.cover.stopping import Coverage, StoppingRule, nothing_covered, stopping_rule
+from parc_jax.model import TrajectoryModel
+from parc_jax.verdict.scene import Scene
+
+NEAR = 32  # points drawn close to each that a look found outside, MOST_NEAR in all
+MOST_NEAR = 16384
+SLIVERS = 0.1  # while more than this share is outside, plain draws say enough of where
+# [target] share of a look that may stay without a corridor: those points cost most and hold least
+LEAVE = 0.1
+LEAVE_NEAR = 0.5  # the same for points drawn close by, as a share of those outside
+
+
+class Progress(NamedTuple):
+    """What one fresh draw from the safe set shows, `seconds` after the beginning of the search:
+    corridors and polytopes so far, and the shares of its plans that keep to some corridor and that
+    are inside some polytope.
+    """
+
+    seconds: float
+    corridors: int
+    kept: float
+    polytopes: int
+    inside: float
+
+
+class Cover(NamedTuple):
+    """What a search found. drawn, reaching, safe: counts over all draws, which are uniform over a
+    set of that volume.
+
+    points: safe ones among them. kept, coverage: what the corridors and what the polytopes cover.
+    corridors: those that were certified to cover enough, corridors_s [s] after the beginning, or
+    all where none were; polytopes are cut from later ones too. first_polytope_s: [s] until the
+    first corridor, which in its seed's cell is a safe polytope.
+    """
+
+    drawn: int
+    reaching: int
+    safe: int
+    volume: float
+    points: Points
+    kept: Coverage
+    coverage: Coverage
+    corridors: Sequence[Corridor] = ()
+    polytopes: Sequence[SafePolytope] = ()
+    first_sample_s: float | None = None
+    first_polytope_s: float | None = None
+    corridors_s: float | None = None
+    history: Sequence[Progress] = ()
+
+
+class Query(NamedTuple):
+    """What stays the same during a search. rng: of building; draws have their own. cut: polytopes
+    are wanted. begin: [s] of the clock.
+    """
+
+    model: TrajectoryModel
+    scene: Scene
+    rng: np.random.Generator
+    target: float
+    budget_s: float
+    cut: bool
+    begin: float
+
+    def spent(self) -> float:
+        """[s] since the search began."""
+        return time.perf_counter() - self.begin
+
+
+class Search(NamedTuple):
+    """What changes during a search.
+
+    by_corridors, by_polytopes: when they cover enough. outside: plans of the last fresh draw that
+    are not covered. leave: so many may stay without a corridor. slivers: what uniform draws still
+    leave out lies in slivers. enough: number of corridors that were certified to cover enough.
+    compiled_s: [s] until the first pass was over, which mostly compiles. The other times as in
+    Cover.
+    """
+
+    building: Building
+    polytopes: Polytopes
+    by_corridors: StoppingRule
+    by_polytopes: StoppingRule
+    outside: Points
+    leave: int = 0
+    slivers: bool = False
+    enough: int | None = None
+    compiled_s: float | None = None
+    first_sample_s: float | None = None
+    first_polytope_s: float | None = None
+    corridors_s: float | None = None
+    history: tuple[Progress, ...] = ()
+
+
+def cover(
+    model: TrajectoryModel,
+    scene: Scene,
+    rng: np.random.Generator,
+    *,
+    target: float,
+    confidence: float,
+    budget_s: float,
+    polytopes: bool = True,
+) -> Cover:
+    """Build and cut until the polytopes leave out at most `target` of the safe set, with
+    `confidence`, or the budget ends.
+
+    polytopes: False asks that of the corridors, and cuts no polytopes. budget_s: [s] after the
+    first pass, so that compiling is not counted; the draw that is under way when it ends decides.
+    """
+    begin = time.perf_counter()
+    for_draws, rng = rng.spawn(2)
+    query = Query(model, scene, rng, target, budget_s, polytopes, begin)
+    search = _beginning(query, no_points(model), stopping_rule(target, confidence))
+    with Sampler(model, scene, for_draws) as sampler:
+        while True:
+            search = look(query, search, sampler.take())
+            if _late(query, search) or search.by_polytopes.satisfied or sampler.tally.hopeless:
+                break
+            if len(search.building.corridors):  # the first one should come soon, with all cores
+                sampler.start()
+            search = extend(query, search)
+    return _found(query, search, sampler)
+
+
+def look(query: Query, search: Search, fresh: Points) -> Search:
+    """The search after a look at a fresh draw of safe plans."""
+    building = search.building
+    n = len(fresh.k)
+    inside = np.zeros(n, bool)
+    if query.cut:
+        found = search.polytopes.first(fresh, building)
+        building = building.counting(found)
+        inside = found >= 0
+    kept = inside.copy()  # whoever is inside keeps to a corridor
+    building, kept[~inside] = admit(building, fresh.at(~inside))
+    covered = inside if query.cut else kept
+    search = search._replace(
+        building=building,
+        outside=fresh.at(~covered),
+        leave=int(LEAVE * query.target * n),
+        slivers=covered.sum() > (1 - SLIVERS) * n,
+    )
+    return _noted(query, search, kept, inside, covered) if n else search
+
+
+def _noted(query: Query, search: Search, kept, inside, covered) -> Search:
+    """With what the stopping rules and the history say of the look."""
+    seconds = query.spent()
+    n_corridors = len(search.building.corridors)
+    by_corridors = search.by_corridors.after(kept)
+    if by_corridors.satisfied and not search.by_corridors.satisfied:
+        search = search._replace(corridors_s=seconds, enough=n_corridors)
+    shares = float(kept.mean()), len(search.polytopes), float(inside.mean())
+    return search._replace(
+        by_corridors=by_corridors,
+        by_polytopes=search.by_polytopes.after(covered),
+        first_sample_s=search.first_sample_s or seconds,
+        history=(*search.history, Progress(seconds, n_corridors, *shares)),
+    )
+
+
+def extend(query: Query, search: Search) -> Search:
+    """The search after corridors were built and polytopes cut around the plans outside."""
+    outside, leave = search.outside, search.leave
+    if search.slivers and len(outside.k):
+        search, around = _draw_close_by(query, search)
+        leave = max(leave, int(LEAVE_NEAR * len(outside.k)))
+        outside = joined([outside, around])
+    few = len(search.building.corridors) == 0  # the first one should come soon
+    while len(search.building.waiting.k) > leave:
+        building = build(query.scene, search.building, query.rng, few)
+        few = False
+        since = search.first_polytope_s or query.spent()
+        search = search._replace(building=building, first_polytope_s=since)
+        if _late(query, search):
+            return search
+    if query.cut:
+        cuts = cut_around(search.building, outside, query.spent())
+        search = search._replace(polytopes=search.polytopes.with_more(cuts))
+    if search.compiled_s is None and search.history:
+        search = search._replace(compiled_s=query.spent())
+    return search
+
+
+def _draw_close_by(query: Query, search: Search) -> tuple[Search, Points]:
+    """Safe plans close to those outside. Slivers are hit by one uniform draw in a hundred; close to
+    a hit plans are dense, and say which corridor and which polytope holds most.
+    """
+    n = min(NEAR * len(search.outside.k), MOST_NEAR)
+    around = near(query.model, query.scene, query.rng, search.outside, n)
+    building = search.building
+    if query.cut:
+        found = search.polytopes.first(around, building)
+        building = building.counting(found)
+        around = around.at(found < 0)
+    building, _ = admit(building, around)
+    return search._replace(building=building), around
+
+
+def cover_around(
+    model: TrajectoryModel, scene: Scene, rng: np.random.Generator, plans: Points
+) -> tuple[Sequence[Corridor], Sequence[SafePolytope]]:
+    """Corridors and polytopes around given safe plans, for a query whose draws found none."""
+    begin = time.perf_counter()
+    building = nothing_built(model.tube.interval, plans)
+    few = True
+    while len(building.waiting.k):
+        building = build(scene, building, rng, few)
+        few = False
+    polytopes = Polytopes(cut_around(building, plans, time.perf_counter() - begin))
+    return building.corridors.all, polytopes.spelled_out(model, scene, building)
+
+
+def draw_safe_plans(
+    model: TrajectoryModel, scene: Scene, rng: np.random.Generator, n: int, confidence: float
+) -> Cover:
+    """Safe plans alone: draw until n are safe, or until it is hopeless. Nothing is built, nothing
+    is covered.
+    """
+    begin = time.perf_counter()
+    first = None
+    tally = Tally()
+    seen = []
+    size = FIRST_DRAW
+    while tally.safe < n and not tally.hopeless:
+        one = draw(model, scene, rng, size)
+        seen.append(one.safe)
+        tally = tally.plus(one)
+        if tally.safe and first is None:
+            first = time.perf_counter() - begin
+        size = int(np.clip(1.2 * n * tally.drawn / max(tally.safe, 1), FIRST_DRAW, LARGEST_DRAW))
+    none = nothing_covered(confidence)
+    return Cover(*tally, joined(seen), none, none, first_sample_s=first)
+
+
+def _beginning(query: Query, points: Points, rule: StoppingRule) -> Search:
+    building = nothing_built(query.model.tube.interval, points)
+    return Search(building, Polytopes(), by_corridors=rule, by_polytopes=rule, outside=points)
+
+
+def _late(query: Query, search: Search) -> bool:
+    """Is the budget spent? Compiling is not counted."""
+    return search.compiled_s is not None and query.spent() - search.compiled_s > query.budget_s
+
+
+def _found(query: Query, search: Search, sampler: Sampler) -> Cover:
+    """The end of a search."""
+    building = search.building
+    nothing = nothing_covered(search.by_polytopes.coverage.confidence)
+    return Cover(
+        *sampler.tally,
+        points=sampler.seen,
+        kept=search.by_corridors.coverage,
+        coverage=search.by_polytopes.coverage if query.cut else nothing,
+        corridors=building.corridors.all[: search.enough],
+        polytopes=search.polytopes.spelled_out(query.model, query.scene, building),
+        first_sample_s=search.first_sample_s,
+        first_polytope_s=search.first_polytope_s,
+        corridors_s=search.corridors_s,
+        history=search.history,
+    )

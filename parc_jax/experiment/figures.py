@@ -1,0 +1,35 @@
+"""The pictures of a study."""
+
+from pathlib import Path
+
+from parc_jax.experiment.job import Outcome
+from parc_jax.experiment.settings import Study
+from parc_jax.experiment.trial import first_of
+
+
+def figures(outcome: Outcome, study: Study, out: Path) -> list[Path]:
+    """Draw everything that this outcome supports; returns the files."""
+    from parc_jax.plot.errors import Entry, errors
+    from parc_jax.plot.regions import regions
+    from parc_jax.plot.samples import samples
+    from parc_jax.plot.spread import spread as spread_of_runs
+    from parc_jax.plot.verdicts import region_seconds, region_verdicts
+
+    answer = outcome.answer
+    drawn = []
+    if answer.found:
+        drawn.append(out / "samples.png")
+        samples(answer, first_of(outcome.runs, study.repeats), drawn[-1])
+        if study.repeats > 1:
+            drawn.append(out / "spread.png")
+            spread_of_runs(answer, outcome.runs, study.repeats, drawn[-1])
+    if 2 <= answer.model.n_k <= 3:
+        drawn.append(out / "regions.png")
+        verdicts = region_verdicts(answer, outcome.table)
+        when = region_seconds(answer, outcome.table)
+        regions(outcome.table, verdicts, when, drawn[-1], names=answer.model.labels.k)
+    if outcome.learned is not None:
+        drawn.append(out / "errors.png")
+        entries = [Entry(m.name, m.assumed.claim, m.honest.claim) for m in outcome.learned.networks]
+        errors(entries, answer.model.time, drawn[-1])
+    return drawn

@@ -1,0 +1,122 @@
+"""The main job: one command from rollouts to a proved safe set, its replay in the black box, and
+the pictures.
+"""
+
+import json
+import platform
+from pathlib import Path
+from typing import NamedTuple
+
+import jax
+
+from parc_jax.answer import Answer
+from parc_jax.experiment.compare import compare
+from parc_jax.experiment.learn import Learned, final_error, learn
+from parc_jax.experiment.replay import Replay
+from parc_jax.experiment.settings import Study, checked
+from parc_jax.experiment.stopwatch import Stopwatch
+from parc_jax.experiment.trial import tally, trial
+from parc_jax.model import TrajectoryModel
+from parc_jax.planner import Planner
+from parc_jax.problem import ReachAvoid
+from parc_jax.pwa import RegionTable, enumerate_regions
+from parc_jax.rollout.files import write_atomic
+from parc_jax.settings import Settings
+
+
+class Outcome(NamedTuple):
+    """Everything a study produced. learned is None when the model came from a file.
+
+    runs: of every returned plan, study.repeats each, grouped by plan; None when there is no plan.
+    """
+
+    answer: Answer
+    runs: Replay | None
+    table: RegionTable
+    learned: Learned | None
+    metrics: dict
+
+
+def run_study(
+    system,
+    problem: ReachAvoid,
+    study: Study,
+    out: Path,
+    seed: int,
+    model: TrajectoryModel | None = None,
+    quiet: bool = False,
+    learn_from=None,
+) -> Outcome:
+    """Learn (unless a model is given), solve, replay, and write it all below `out`.
+
+    learn_from: the same system on another plant, for the many runs of training and claims; the
+        replay is of `system`.
+
+    Raises InputError for settings or scenes that make no sense, SoundnessError when a replay
+    contradicts a proof.
+    """
+    checked(study)
+    key = jax.random.PRNGKey(seed)
+    watch = Stopwatch()
+    out = Path(out)
+    learned = None
+    if model is None:
+        learned = learn(learn_from or system, study, key, watch, out / "unfinished", quiet)
+        model = learned.main
+        model.save(out / "model.npz")
+    rows = []
+    with watch("regions"):
+        table = enumerate_regions(model.net, model.domain)
+    if learned is not None:
+        with watch("comparison"):
+            rows = [row for one in learned.networks for row in compare(one, problem, key)]
+    planner = Planner(model)
+    settings = Settings(
+        n_samples=study.samples,
+        target=study.target,
+        confidence=study.confidence,
+        budget_s=study.budget_s,
+    )
+    with watch("first query (cold)"):
+        cold = planner.warm_up(problem, settings)
+    with watch("safe set"):
+        answer = planner.solve(problem, key, settings)
+    answer.save(
+        out / "answer.json"
+    )  # before the replay: if that finds a contradiction, the evidence is on disk
+    runs = None
+    if len(answer.samples):
+        with watch("replay"):
+            runs = trial(system, model, answer.scene, answer.samples, key, study.repeats, quiet)
+    metrics = {
+        "system": system.name,
+        "seed": seed,
+        "jax": jax.__version__,
+        "python": platform.python_version(),
+        "device": jax.devices()[0].device_kind,
+        "regions": table.count,
+        "final_error": final_error(model).tolist(),
+        "counts": answer.counts,
+        "safe_share": answer.safe_share,
+        "polytopes": len(answer.polytopes),
+        "coverage": answer.coverage._asdict(),
+        "corridors": len(answer.corridors),
+        "corridor_coverage": answer.corridor_coverage._asdict(),
+        "status": answer.status.label,
+        "refused": answer.refused,
+        "volume": answer.volume(),
+        "share_of_k": answer.share_of_k,
+        "first_sample_cold_s": cold.timings["first_sample_s"],
+        "timings": answer.timings,
+        "replay": None if runs is None else tally(runs, study.repeats, study.delta),
+        "comparison": rows,
+        "stages": watch.stages,
+        "claim": model.claim.to_json(),
+    }
+    return Outcome(answer, runs, table, learned, finish(out, metrics))
+
+
+def finish(out: Path, metrics: dict) -> dict:
+    """Write metrics.json and hand the metrics back."""
+    write_atomic(out / "metrics.json", json.dumps(metrics, indent=1).encode())
+    return metrics

@@ -1,0 +1,83 @@
+"""Replay of certified plans in the black box: the only test that knows the truth.
+
+A plan whose run stayed inside the tube must reach the goal and touch nothing: anything else is a
+bug, and raises. A run that left the tube is counted against the claim.
+"""
+
+from typing import NamedTuple
+
+import jax
+import numpy as np
+
+from parc_jax.arrays import x64
+from parc_jax.claim.measure import measure
+from parc_jax.errors import SoundnessError
+from parc_jax.keys import Stage
+from parc_jax.model import TrajectoryModel
+from parc_jax.rollout.collect import collect
+from parc_jax.verdict.pointwise import clearance
+from parc_jax.verdict.scene import Scene
+
+# runs per compiled call, as in the large collections: nothing is compiled for a replay alone
+CHUNK = 256
+
+
+class Replay(NamedTuple):
+    """What the black box did with n plans. reached, touched, inside (n,) bool: goal, any obstacle,
+    tube.
+
+    clearance (n,) [m]: smallest distance to an obstacle over the recorded path, negative when
+    touched. path (n, n_record + 1, n_p), q (n, n_q): the true runs, started at p0.
+    """
+
+    reached: np.ndarray
+    touched: np.ndarray
+    inside: np.ndarray
+    clearance: np.ndarray
+    path: np.ndarray
+    q: np.ndarray
+
+    @property
+    def failed(self) -> np.ndarray:
+        """(n,) bool: goal missed or obstacle touched."""
+        return ~self.reached | self.touched
+
+
+def replay(
+    system, model: TrajectoryModel, scene: Scene, plans: np.ndarray, key: jax.Array, quiet=True
+) -> Replay:
+    """Run plans (n, n_p + n_k) with fresh randomness. Raises SoundnessError when the proof and the
+    run disagree.
+    """
+    p0, k = plans[:, : model.n_p], plans[:, model.n_p :]
+    runs = collect(system, key, len(plans), Stage.REPLAY, k=k, chunk=CHUNK, quiet=quiet)
+    path = np.asarray(runs.p, np.float64) + p0[:, None]
+    state = np.concatenate([path[:, -1], runs.q], axis=1)
+    reached = (state @ scene.goal_A.T <= scene.goal_b).all(axis=1)
+    with x64():
+        distance = np.asarray(_true_clearance(scene.arrays, model.time.stride, path))
+    errors, bins = measure(model.net, runs), model.tube.bin_of(k)
+    inside = (errors.interval <= model.tube.interval[bins]).all(axis=(1, 2))
+    inside &= (errors.final <= model.tube.final[bins]).all(axis=1)
+    out = Replay(reached, ~(distance > 0), inside, distance, path, np.asarray(runs.q))
+    bugs = out.inside & out.failed
+    if bugs.any():
+        first = int(np.argmax(bugs))
+        raise SoundnessError(
+            f"replay: {int(bugs.sum())} of {len(plans)} plans failed although their run stayed "
+            "inside the tube; the "
+            f"first is p0 = {p0[first]}, k = {k[first]}. This contradicts the proof: please report "
+            "it with the answer."
+        )
+    return out
+
+
+@jax.jit(static_argnums=1)
+def _true_clearance(scene: Scene, stride: int, path):
+    """Distance of recorded paths (n, n_record + 1, 2) from the obstacles grown by the body
+    alone.
+    """
+    active = scene.obstacles.active.repeat(stride, axis=1)
+    fine = scene.replace(obstacles=scene.obstacles.replace(active=active), slack=np.float64(0))
+    still = np.zeros((path.shape[1] - 1, 2))
+    return jax.lax.map(lambda one: clearance(fine, one, still), path)

@@ -1,0 +1,96 @@
+"""The one honest table a study prints."""
+
+from parc_jax.experiment.compare import safe_share
+from parc_jax.experiment.job import Outcome
+from parc_jax.experiment.numbers import covering, seconds, spread
+from parc_jax.experiment.settings import Study
+
+
+def report(outcome: Outcome, study: Study) -> str:
+    """Plain text for a terminal: stages, comparison, answer, replay, statement."""
+    m = outcome.metrics
+    lines = [
+        "",
+        f"{m['system']}: {m['regions']} regions; seed {m['seed']}; jax {m['jax']} on {m['device']}",
+        "",
+    ]
+    lines += _table(
+        ("stage", "seconds", "of it compiling"),
+        [
+            (name, f"{s['seconds']:.1f}", f"{s['compile_seconds']:.1f}")
+            for name, s in m["stages"].items()
+        ],
+    )
+    if m["comparison"]:
+        lines += [
+            "",
+            "Networks and claims (error at the end: median over K; safe: share of all (p0, k) that "
+            "end in the",
+            "goal's box, and of those among them that end in the goal shrunken by the error)",
+        ]
+        rows = []
+        for row in m["comparison"]:
+            kind = _claim_name(row, study)
+            share = safe_share(row)
+            shown = (
+                ("none", "")
+                if row["safe"] == 0
+                else (f"{100 * row['safe']:.1f} %", f"{100 * share:.1f} %")
+            )
+            error = spread(row["final_error"], outcome.answer.model.labels.goal)
+            rows.append((row["network"], str(row["regions"]), kind, error, *shown))
+        lines += _table(
+            ("network", "regions", "claim", "error at the end", "safe", "of reaching"), rows
+        )
+    t = m["timings"]
+    lines += [
+        "",
+        f"first safe sample      {seconds(m['first_sample_cold_s'])} cold, "
+        f"{seconds(t['first_sample_s'])} warm",
+        f"first safe polytope    {seconds(t['first_polytope_s'])} warm",
+        f"safe                   {100 * m['safe_share']:.1f} % of the goal-reaching set "
+        f"({m['counts']['safe']} of {m['counts']['reaching']} points)",
+        f"corridors              {m['corridors']}, {covering(m['corridor_coverage'])}",
+        f"safe polytopes         {m['polytopes']}, {covering(m['coverage'])}",
+        f"safe set               in {seconds(t['cover_s'])}",
+        f"proof                  {m['status']}, {m['refused']} refused, in {seconds(t['proof_s'])}",
+    ]
+    if m["replay"] is not None:
+        lines += _replayed(m["replay"], study)
+    return "\n".join([*lines, "", outcome.answer.statement(), ""])
+
+
+def _claim_name(row: dict, study: Study) -> str:
+    if row["claim"] == "assumed":
+        return "ASSUMED (published kind)"
+    where = " in every bin" if row["by_bin"] else ""
+    without = f", {row['unclaimed_bins']} bins without" if row["unclaimed_bins"] else ""
+    return f"honest{where}, eps = {study.eps:g}{without}"
+
+
+def _replayed(r: dict, study: Study) -> list[str]:
+    often = "" if r["repeats"] == 1 else f", {r['repeats']} runs each"
+    lines = [
+        f"replay                 {r['plans']} plans{often} in the simulator: {r['reached']} "
+        "reached, "
+        f"{r['touched']} touched, {r['left_tube']} left the tube (claim: eps = {study.eps:g})"
+    ]
+    if r["repeats"] > 1:
+        blank = " " * 23
+        lines += [
+            f"{blank}{r['failed']} of {r['runs']} runs failed: with confidence "
+            f"{r['confidence']:g}, a run of one of "
+            f"these plans, drawn at random,",
+            f"{blank}fails with probability at most {r['failure_mean_at_most']:.2g}; no plan of "
+            "them with more than "
+            f"{r['every_plan_at_most']:.2g} (worst: {r['worst_plan_failed']} of {r['repeats']})",
+        ]
+    return lines
+
+
+def _table(head: tuple[str, ...], rows: list[tuple[str, ...]]) -> list[str]:
+    widths = [max(len(row[i]) for row in [head, *rows]) for i in range(len(head))]
+    return [
+        "  ".join(cell.ljust(w) for cell, w in zip(row, widths, strict=True)).rstrip()
+        for row in [head, tuple("-" * w for w in widths), *rows]
+    ]

@@ -1,0 +1,123 @@
+"""What a study runs: sizes, probabilities and budgets. Frozen; the same record fills the shell's
+options.
+"""
+
+from dataclasses import dataclass
+
+from parc_jax.claim.pipeline import GAP, BoundSettings
+from parc_jax.errors import InputError
+
+CLAIMS = ("one", "bins")
+
+
+@dataclass(frozen=True)
+class Study:
+    """Settings of a study of one system, from rollouts to a proved safe set.
+
+    hidden: widths of the network whose answer is returned. others: further networks for the
+    comparison table; without hidden layers, (), it is PARC's affine map.
+    bins: bins per axis of K over which the tube's profile varies; None = cut where the main
+        network's error changes.
+    head: widths of a network that learns how the error depends on k and so gives the tube its
+        profile; None = the largest error in every bin.
+    rollouts: training runs.
+    eps, delta: with confidence 1 - delta, for all networks at once, a new run leaves the tube with
+        probability <= eps.
+    claims: made for every network, the returned one first. "one": over all of K, one number scales
+    the whole profile. [T1, T2] "bins": in every bin at once, each with its own number. [T4]
+    fresh: runs behind the claims, None = as many as they need. More leave room to discard the
+        worst.
+    discard: how many of the worst are left outside, fixed before any is seen; "most" = as many as
+        fresh, eps and delta allow. Without discards the claims carry the eps that the runs support.
+    profile_runs: runs beside the training ones from which the tube's profile is learnt.
+    plant: plant of the simulator that all of these are drawn from, None = the system's own, which
+        also runs the replay.
+    search: runs spent looking for bad ones of the returned network on purpose, in eight rounds;
+        None = as many as there are fresh runs, 2,048 at most (then a round has the size of a chunk
+        of rollouts on a CPU, and shares its compiled code); 0 = none. What they find only widens
+        the tube. [T8]
+    gap: [m or rad] most that the start of a run may matter; tried from a few starts, and added to
+        the tube.
+    seeds, steps: training. tail: power of the error that the last layer is refitted to, None =
+        least squares.
+    samples: safe plans to return. repeats: runs of each in the replay, with fresh randomness.
+    target, confidence: what may be left uncovered, and how sure. budget_s: [s] most time to cover
+        the safe set.
+    """
+
+    hidden: tuple[int, ...] = (8, 8, 8, 8)
+    others: tuple[tuple[int, ...], ...] = ((6, 6, 6, 6), (7, 7, 7, 7), ())
+    bins: tuple[int, ...] | None = None
+    head: tuple[int, ...] | None = None
+    rollouts: int = 10_000
+    eps: float = 1e-3
+    delta: float = 1e-3
+    claims: tuple[str, ...] = ("one",)
+    fresh: int | None = None
+    discard: int | str = "most"
+    profile_runs: int = 0
+    search: int | None = None
+    gap: float = GAP
+    plant: str | None = None
+    seeds: int = 6
+    steps: int = 3000
+    tail: float | None = None
+    samples: int = 100
+    repeats: int = 1
+    target: float = 0.01
+    confidence: float = 0.99
+    budget_s: float = 15.0
+
+    @property
+    def bound(self) -> BoundSettings:
+        """What is asked of the claims."""
+        return BoundSettings(
+            eps=self.eps,
+            delta=self.delta,
+            claims=self.claims,
+            bins=self.bins,
+            head=self.head,
+            profile_runs=self.profile_runs,
+            fresh=self.fresh,
+            discard=self.discard,
+            search=self.search,
+        )
+
+    @property
+    def networks(self) -> tuple[tuple[int, ...], ...]:
+        """All sizes, the returned one first."""
+        return (self.hidden, *(h for h in self.others if h != self.hidden))
+
+
+def name_of(hidden: tuple[int, ...]) -> str:
+    """A network's name: its widths, or PARC."""
+    return "-".join(map(str, hidden)) or "PARC"
+
+
+def checked(study: Study) -> Study:
+    """The same settings when they make sense. Raises InputError."""
+    if study.rollouts < 20:
+        raise InputError(f"rollouts: expected at least 20 training runs; got {study.rollouts}.")
+    if study.samples < 1 or study.repeats < 1:
+        raise InputError(
+            f"samples, repeats: expected at least 1; got {study.samples}, {study.repeats}."
+        )
+    if study.discard != "most" and not (isinstance(study.discard, int) and study.discard >= 0):
+        raise InputError(
+            f'discard: expected a number >= 0, or "most" in Python; got {study.discard!r}.'
+        )
+    if not (0 < study.eps < 1 and 0 < study.delta < 1):
+        raise InputError(
+            f"eps, delta: expected probabilities between 0 and 1; got {study.eps}, {study.delta}."
+        )
+    if (
+        not study.claims
+        or len(set(study.claims)) < len(study.claims)
+        or set(study.claims) - set(CLAIMS)
+    ):
+        raise InputError(
+            f"claims: expected one or more of {', '.join(CLAIMS)}, each once; got {study.claims}."
+        )
+    if study.search is not None and study.search < 0:
+        raise InputError(f"search: expected runs >= 0, 0 for none; got {study.search}.")
+    return study

@@ -1,0 +1,176 @@
+"""An answer again from its file, for pictures and further questions: nothing else is needed."""
+
+import json
+
+import numpy as np
+
+from parc_jax.answer import Answer
+from parc_jax.certificate.write import FORMAT
+from parc_jax.checker import Rejected, check_answer, load, number
+from parc_jax.claim.claim import claim_from_json
+from parc_jax.claim.tube import NO_CLAIM, tube
+from parc_jax.cover.corridor import Corridor
+from parc_jax.cover.polytope import SafePolytope
+from parc_jax.cover.sampling import points
+from parc_jax.cover.search import Cover
+from parc_jax.cover.stopping import Coverage, nothing_covered
+from parc_jax.errors import InputError
+from parc_jax.model import TrajectoryModel, trajectory_model
+from parc_jax.network.relu import relu_network
+from parc_jax.obstacles.directions import Multiplier, direction
+from parc_jax.problem import Polygon, ReachAvoid, reach_avoid
+from parc_jax.sets.box import box
+from parc_jax.sets.hpolytope import HPolytope, hpolytope
+from parc_jax.spelling import nearest_floats
+from parc_jax.system import time_grid
+from parc_jax.verdict.pointwise import verdicts
+from parc_jax.verdict.scene import Scene, scene_of
+from parc_jax.volume_bounds.no_plan import BOUNDS, PROVED, UNDECIDED, NoPlan
+
+
+def load_answer(path) -> Answer:
+    """The answer of a file written by `Answer.save`, checked anew in exact arithmetic before
+    anything is believed.
+
+    Samples, polytopes, statement and pictures are as they were; timings are not in the file. Raises
+    InputError when the file is no answer or its proof fails.
+    """
+    try:
+        data = load(path)
+        report = check_answer(data)
+    except FileNotFoundError:
+        raise InputError(f"{path}: no such file.") from None
+    except OSError as error:
+        raise InputError(f"{path}: cannot be read ({error}).") from None
+    except Rejected as why:
+        raise InputError(
+            f"{path}: expected an answer whose certificates hold; the checker says: {why}."
+        ) from None
+    try:
+        return _answer(data, report)
+    except (KeyError, TypeError, IndexError, AttributeError, json.JSONDecodeError) as error:
+        raise InputError(
+            f"{path}: expected a file of `Answer.save` (format {FORMAT}); {type(error).__name__}: "
+            f"{error}."
+        ) from None
+
+
+def _answer(data: dict, report) -> Answer:
+    model, problem, meta = _model(data), problem_of_file(data["problem"]), data["meta"]
+    scene = scene_of(problem, model)
+    samples = np.array(
+        [nearest_floats(s["p0"]) + nearest_floats(s["k"]) for s in data["samples"]], np.float64
+    )
+    samples = samples.reshape(len(data["samples"]), model.n_p + model.n_k)
+    polytopes = [_safe_polytope(model, scene, part) for part in data["sets"]]
+    p0, k = samples[:, : model.n_p], samples[:, model.n_p :]
+    seen = points(p0, k, verdicts(model, scene, p0, k))
+    counts = meta["counts"]
+    coverage = _coverage(meta["coverage"])
+    kept = (
+        _coverage(meta["corridor_coverage"])
+        if "corridor_coverage" in meta
+        else nothing_covered(coverage.confidence)
+    )
+    corridors = [corridor_of(scene, part) for part in data.get("corridors", [])]
+    tally = counts["drawn"], counts["reaching"], counts["safe"], float(meta["volume_drawn"])
+    cover = Cover(*tally, seen, kept, coverage, corridors, polytopes)
+    no_plan = _no_plan(data["no_plan"], report.no_plan)
+    return Answer(model, scene, cover, samples, data["samples"], True, 0, {}, no_plan)
+
+
+def _model(data: dict) -> TrajectoryModel:
+    asked, network, widths = data["problem"], data["network"], data["tube"]
+    net = relu_network(
+        [nearest_floats(W) for W in network["weights"]],
+        [nearest_floats(b) for b in network["biases"]],
+    )
+    interval, final = (np.array(nearest_floats(widths[name])) for name in ("interval", "final"))
+    interval, final = (np.where(wide >= NO_CLAIM, np.inf, wide) for wide in (interval, final))
+    profile = tube([nearest_floats(e) for e in widths["edges"]], interval, final)
+    dt = nearest_floats(asked["dt"])
+    domain = box(nearest_floats(asked["domain"]["lo"]), nearest_floats(asked["domain"]["hi"]))
+    meta = data["meta"]
+    time = (
+        time_grid(*nearest_floats(meta["time"]))
+        if "time" in meta
+        else time_grid(dt, dt * asked["steps"])
+    )
+    claim = claim_from_json(data["claim"], profile)
+    return trajectory_model(net, claim, domain, time, meta["system"], meta.get("labels"))
+
+
+def problem_of_file(asked: dict) -> ReachAvoid:
+    """The problem in the parsed part `problem` of an answer file, in float64."""
+    body = asked["body"]
+    return reach_avoid(
+        goal=_polytope(asked["goal"]),
+        obstacles=[_polytope(o) for o in asked["obstacles"]],
+        body=nearest_floats(body["radius"])
+        if "radius" in body
+        else Polygon(np.array(nearest_floats(body["vertices"]))),
+        start=None if asked["start"] is None else _polytope(asked["start"]),
+        spans=[tuple(o["steps"]) if "steps" in o else None for o in asked["obstacles"]],
+    )
+
+
+def _safe_polytope(model: TrajectoryModel, scene: Scene, part: dict) -> SafePolytope:
+    """The polytope of its certificate."""
+    corridor = corridor_of(scene, part)
+    pattern = np.array([bit == "1" for bit in part["pattern"]], bool)
+    return SafePolytope(
+        model, scene, corridor.p0, corridor.k, pattern, part["bin"], corridor, float("nan")
+    )
+
+
+def corridor_of(scene: Scene, part: dict) -> Corridor:
+    """The corridor of a certificate, each direction rounded as when it was chosen."""
+    active = scene.obstacles.active
+    w = np.zeros((*active.shape, 2))
+    support = np.full(active.shape, -np.inf)
+    multipliers = np.empty(active.shape, object)
+    for o, runs in enumerate(part["sep"]):
+        first = int(np.argmax(active[o]))
+        for end, terms in runs:
+            m = Multiplier(tuple(row for row, _ in terms), tuple(number(v) for _, v in terms))
+            along, exact = direction(scene.problem.obstacles[o], scene.problem.body, m)
+            w[o, first:end] = along
+            support[o, first:end] = exact + scene.slack * np.abs(along).sum()
+            for t in range(first, end):
+                multipliers[o, t] = m
+            first = end
+    p0, k = (np.array(nearest_floats(part[name])) for name in ("p0", "k"))
+    return Corridor(w, support, multipliers, p0, k)
+
+
+def _no_plan(certificate: dict | None, volumes: dict | None) -> NoPlan | None:
+    """What the checker has just proved of it."""
+    if certificate is None or volumes is None:
+        return None
+    safe, unsafe, undecided = (number(volumes[name]) for name in ("safe", "unsafe", "undecided"))
+    kind = PROVED if volumes["kind"] == "proved" else BOUNDS if safe else UNDECIDED
+    leaves = sum("split" not in node for node in certificate["tree"])
+    return NoPlan(
+        kind,
+        safe,
+        unsafe,
+        undecided,
+        safe + unsafe + undecided,
+        certificate,
+        leaves,
+        None,
+        0.0,
+        0.0,
+    )
+
+
+def _polytope(part: dict) -> HPolytope:
+    return hpolytope(nearest_floats(part["A"]), nearest_floats(part["b"]))
+
+
+def _coverage(part: dict) -> Coverage:
+    return Coverage(**{name: _count(value) for name, value in part.items()})
+
+
+def _count(value):
+    return value if isinstance(value, int) else nearest_floats(value)

@@ -1,0 +1,155 @@
+"""One safety question for other verifiers: a ReLU network of margins over a box of plans, as ONNX
+and VNN-LIB.
+
+For a sample of an answer, with its separating directions fixed, "every plan in this box is safe" is
+"every margin is positive over the box". Margins are affine in the trajectory, so they are one more
+linear layer. The start p0 is carried past the hidden layers by p0 = relu(p0 - lo) + lo, which is
+exact on the box.
+"""
+
+from decimal import Decimal
+from pathlib import Path
+from typing import NamedTuple
+
+import numpy as np
+
+from parc_jax.answer import Answer
+from parc_jax.checker import number
+from parc_jax.errors import InputError
+from parc_jax.io.onnx_write import write_onnx
+from parc_jax.network.relu import ReLUNetwork, relu_network
+from parc_jax.obstacles.directions import Multiplier, direction
+from parc_jax.rollout.files import write_atomic
+from parc_jax.sets.box import Box, box
+
+
+class Question(NamedTuple):
+    """Is every output of the network positive over the box? Then every plan in it is safe, for
+    every run in the tube.
+
+    net: (p0, k) (n_p + n_k,) -> margins (m,) [row units]: goal rows first, then two per obstacle
+        and interval.
+    plans: Box over (p0, k).
+    """
+
+    net: ReLUNetwork
+    plans: Box
+
+
+def safety_question(answer: Answer, sample: int, half_width) -> Question:
+    """The question about the box around one sample of an answer, with the directions of its
+    certificate.
+
+    half_width: () or (n_p + n_k,) in units of p0 and k. Widths of the tube are the largest of the
+    bins that the box meets. A "no" does not mean unsafe: other directions may still prove it.
+    Raises InputError.
+    """
+    model = answer.model
+    if not 0 <= sample < len(answer.samples):
+        raise InputError(
+            f"question: expected a sample between 0 and {len(answer.samples) - 1}; got {sample}."
+        )
+    half = np.broadcast_to(np.asarray(half_width, np.float64), answer.samples[sample].shape)
+    if not (half > 0).all():
+        raise InputError("question: expected positive half widths.")
+    lo, hi = answer.samples[sample] - half, answer.samples[sample] + half
+    k = slice(model.n_p, None)
+    lo[k], hi[k] = np.maximum(lo[k], model.domain.lo), np.minimum(hi[k], model.domain.hi)
+    bins = _bins(model.tube, lo[k], hi[k])
+    rows, offsets = _margins(answer, sample, *model.tube.widest(bins))
+    return Question(
+        _margin_network(model.net, model.n_p, lo[: model.n_p], rows, offsets), box(lo, hi)
+    )
+
+
+def write_question(folder, question: Question, dtype=np.float64) -> tuple[Path, Path]:
+    """question.onnx and question.vnnlib in a folder. unsat: every plan of the box is safe. dtype as
+    in `write_onnx`.
+    """
+    folder = Path(folder)
+    model = write_onnx(folder / "question.onnx", question.net, dtype)
+    return model, write_atomic(folder / "question.vnnlib", vnnlib(question).encode())
+
+
+def vnnlib(question: Question) -> str:
+    """The negated question in VNN-LIB: a plan in the box with some margin <= 0."""
+    n_in, n_out = question.net.n_in, question.net.n_out
+    lines = ["; unsat: every plan (p0, k) in the box is safe for every run inside the tube"]
+    lines += [f"(declare-const X_{i} Real)" for i in range(n_in)] + [
+        f"(declare-const Y_{i} Real)" for i in range(n_out)
+    ]
+    for i, (lo, hi) in enumerate(zip(question.plans.lo, question.plans.hi, strict=True)):
+        lines += [f"(assert (>= X_{i} {_real(lo)}))", f"(assert (<= X_{i} {_real(hi)}))"]
+    unsafe = "\n  ".join(f"(and (<= Y_{i} 0.0))" for i in range(n_out))
+    return "\n".join([*lines, f"(assert (or\n  {unsafe}\n))", ""])
+
+
+def _bins(tube, lo: np.ndarray, hi: np.ndarray) -> np.ndarray:
+    """Numbers of the closed bins that meet the box of k. Raises InputError when one of them has no
+    claim.
+    """
+    boxes = [tube.bin_box(i) for i in range(tube.n_bins)]
+    met = np.array([i for i, (a, b) in enumerate(boxes) if (a <= hi).all() and (b >= lo).all()])
+    if not tube.claimed[met].all():
+        raise InputError("question: the box meets a bin of K that has no claim; make it smaller.")
+    return met
+
+
+def _margins(answer: Answer, sample: int, interval: np.ndarray, final: np.ndarray):
+    """Rows (m, n_p + T n_p + n_q) over (p0, outputs) and offsets (m,): margin = row . (p0, outputs)
+    + offset.
+    """
+    problem, model = answer.problem, answer.model
+    n_p, n_q, T = model.n_p, model.n_q, model.time.n_steps
+    rows, offsets = [], []
+
+    def at(knot: int) -> np.ndarray:
+        """(n_p, ...) selects p at a knot: p0 + c_t."""
+        out = np.zeros((n_p, n_p + T * n_p + n_q))
+        out[:, :n_p] = np.eye(n_p)
+        if knot:
+            out[:, n_p * knot : n_p * (knot + 1)] = np.eye(n_p)
+        return out
+
+    end = np.zeros((n_p + n_q, n_p + T * n_p + n_q))
+    end[:n_p], end[n_p:, n_p + T * n_p :] = at(T), np.eye(n_q)
+    for a, b in zip(problem.goal.A, problem.goal.b, strict=True):
+        rows.append(-a @ end)
+        offsets.append(b - np.abs(a) @ final)
+    if problem.start is not None:
+        rows += list(-problem.start.A @ at(0))
+        offsets += list(problem.start.b)
+    for o, runs in enumerate(answer.sample_parts[sample]["sep"]):
+        first = int(np.argmax(answer.scene.obstacles.active[o]))
+        for stop, terms in runs:
+            multiplier = Multiplier(
+                tuple(row for row, _ in terms), tuple(number(v) for _, v in terms)
+            )
+            w, reach = direction(problem.obstacles[o], problem.body, multiplier)
+            for t in range(first, stop):
+                rows += [w @ at(t), w @ at(t + 1)]
+                offsets += 2 * [-(reach + np.abs(w) @ interval[t])]
+            first = stop
+    slack = float(answer.scene.slack)  # margins are rounded; each pays for it
+    sizes = np.abs(np.array(rows)).sum(axis=1)
+    return np.array(rows), np.array(offsets) - slack * sizes
+
+
+def _margin_network(net: ReLUNetwork, n_p: int, p0_lo: np.ndarray, rows, offsets) -> ReLUNetwork:
+    """rows (m, n_p + n_out) over (p0, net(k)) as a network of (p0, k)."""
+    weights, biases = [], []
+    for i, (W, b) in enumerate(zip(net.weights[:-1], net.biases[:-1], strict=True)):
+        carry = np.zeros((n_p + W.shape[0], n_p + W.shape[1]))
+        carry[:n_p, :n_p], carry[n_p:, n_p:] = np.eye(n_p), W
+        weights.append(carry)
+        biases.append(np.concatenate([-p0_lo if i == 0 else np.zeros(n_p), b]))
+    shift = p0_lo if weights else np.zeros(n_p)
+    last = np.concatenate([rows[:, :n_p], rows[:, n_p:] @ net.weights[-1]], axis=1)
+    bias = rows[:, n_p:] @ net.biases[-1] + rows[:, :n_p] @ shift + offsets
+    return relu_network([*weights, last], [*biases, bias])
+
+
+def _real(value: float) -> str:
+    """A decimal without exponent that spells the float exactly."""
+    text = format(Decimal(float(value)), "f")
+    return text if "." in text else f"{text}.0"

@@ -1,0 +1,103 @@
+"""What coordinates are called, for people: pictures, page, films, messages. No verdict reads it."""
+
+from collections.abc import Sequence
+from typing import NamedTuple
+
+from parc_jax.errors import InputError
+
+LONGEST = 80  # characters of a label
+HEADINGS = ("heading", "yaw", "theta", "θ")  # names by which a goal state is taken as a heading
+PARTS = ("p", "q", "k")
+
+
+class Labels(NamedTuple):
+    """One label per coordinate: a name and, in brackets, its unit, as in "speed [m/s]".
+
+    p (n_p,): workspace. q (n_q,): the other goal states. k (n_k,): parameters. Build with `labels`
+    or `labels_of`, which validate.
+    """
+
+    p: tuple[str, ...]
+    q: tuple[str, ...]
+    k: tuple[str, ...]
+
+    @property
+    def plan(self) -> tuple[str, ...]:
+        """Of (p0, k): the coordinates of a plan."""
+        return (*self.p, *self.k)
+
+    @property
+    def goal(self) -> tuple[str, ...]:
+        """Of (p, q): the coordinates of the goal."""
+        return (*self.p, *self.q)
+
+    @property
+    def heading(self) -> int | None:
+        """Index in q of the final heading [rad], by its name (HEADINGS); None for none."""
+        for i, label in enumerate(self.q):
+            words = name_of(label).lower().split()
+            if unit_of(label) == "rad" and any(word in HEADINGS for word in words):
+                return i
+        return None
+
+
+def labels(
+    n_p: int,
+    n_q: int,
+    n_k: int,
+    p: Sequence[str] | None = None,
+    q: Sequence[str] | None = None,
+    k: Sequence[str] | None = None,
+) -> Labels:
+    """Validated labels; None leaves the plain ones: x [m], y [m], z [m], then q0, q1, k0, k1.
+
+    Raises InputError for a wrong number of labels, or one that is no short plain text.
+    """
+    axes = ("x [m]", "y [m]", "z [m]")
+    plain = {
+        "p": axes[:n_p] if n_p <= len(axes) else tuple(f"p{i} [m]" for i in range(n_p)),
+        "q": tuple(f"q{i}" for i in range(n_q)),
+        "k": tuple(f"k{i}" for i in range(n_k)),
+    }
+    given = {"p": p, "q": q, "k": k}
+    return Labels(
+        *(
+            plain[part] if given[part] is None else _checked(part, given[part], len(plain[part]))
+            for part in PARTS
+        )
+    )
+
+
+def labels_of(system) -> Labels:
+    """The labels of a system: its attributes p_labels, q_labels and k_labels, where it has them.
+    Raises InputError.
+    """
+    given = {part: getattr(system, f"{part}_labels", None) for part in PARTS}
+    return labels(system.n_p, system.n_q, system.domain.n, **given)
+
+
+def name_of(label: str) -> str:
+    """The label without its unit."""
+    return label.rsplit(" [", 1)[0] if label.endswith("]") else label
+
+
+def unit_of(label: str) -> str:
+    """The unit in the label's brackets, or nothing."""
+    return label.rsplit(" [", 1)[1][:-1] if label.endswith("]") and " [" in label else ""
+
+
+def _checked(part: str, given, n: int) -> tuple[str, ...]:
+    words = (given,) if isinstance(given, str) else tuple(given)
+    if len(words) != n:
+        raise InputError(
+            f"labels of {part}: expected {n}, one per coordinate, such as 'speed [m/s]'; got "
+            f"{len(words)}."
+        )
+    for word in words:
+        plain = isinstance(word, str) and word.isprintable() and "$" not in word
+        if not plain or not 0 < len(word) <= LONGEST:
+            raise InputError(
+                f"labels of {part}: expected plain text of 1 to {LONGEST} characters without '$'; "
+                f"got {word!r:.60}."
+            )
+    return words

@@ -1,0 +1,128 @@
+"""How a query is searched: by the exact engine, or as published.
+
+A method has one call, `search`: (model, regions, scene, key, rng, settings) -> what was found, and
+what is known where nothing was. Samples, proofs and sentences are the planner's, whatever the
+method.
+"""
+
+import time
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import jax
+import numpy as np
+
+from parc_jax.cover.sampling import points
+from parc_jax.cover.search import Cover, cover, cover_around, draw_safe_plans
+from parc_jax.cover.stopping import nothing_covered
+from parc_jax.model import TrajectoryModel
+from parc_jax.published.cells import cells_outward
+from parc_jax.published.scene import paper_scene
+from parc_jax.published.search import paper_search
+from parc_jax.pwa import RegionTable
+from parc_jax.settings import Settings
+from parc_jax.verdict.pointwise import verdicts
+from parc_jax.verdict.scene import Scene
+from parc_jax.volume_bounds.no_plan import NoPlan, prove_no_plan
+
+MAX_LEAVES = 20_000  # boxes of a branch and bound; a certificate has a few hundred bytes per box
+
+
+@dataclass(frozen=True)
+class Exact:
+    """Plans judged in float64 with a rounding margin, corridors grown around them, polytopes cut
+    from these; branch and bound where no draw was safe. [T14, T15, T27, T30]
+    """
+
+    def search(
+        self,
+        model: TrajectoryModel,
+        regions: Callable[[], RegionTable],
+        scene: Scene,
+        key: jax.Array,
+        rng: np.random.Generator,
+        settings: Settings,
+    ) -> tuple[Cover, NoPlan | None]:
+        """Draws from `rng`; `regions` and `key` are not used."""
+        if settings.budget_s > 0:
+            found = cover(
+                model,
+                scene,
+                rng,
+                target=settings.target,
+                confidence=settings.confidence,
+                budget_s=settings.budget_s,
+                polytopes=settings.polytopes,
+            )
+        else:
+            found = draw_safe_plans(model, scene, rng, settings.n_samples, settings.confidence)
+        if len(found.points.k):
+            return found, None
+        begin = time.perf_counter()
+        no_plan = prove_no_plan(
+            model, scene, budget_s=settings.no_plan_budget_s, max_leaves=MAX_LEAVES
+        )
+        if no_plan.safe_plan is None:
+            return found, no_plan
+        return _around(found, no_plan, model, scene, rng, begin), no_plan
+
+
+@dataclass(frozen=True)
+class Published:
+    """The published search, samples only, region by region from the middle of K outward.
+    [NP, Sec. IV]
+
+    lps: decide with linear programs, as published; False does the same through support functions.
+    """
+
+    lps: bool = False
+
+    def search(
+        self,
+        model: TrajectoryModel,
+        regions: Callable[[], RegionTable],
+        scene: Scene,
+        key: jax.Array,
+        rng: np.random.Generator,
+        settings: Settings,
+    ) -> tuple[Cover, None]:
+        """A cover without corridors; only what the exact verdict accepts too is kept. Draws from
+        `key`; `rng` is not used.
+        """
+        begin = time.perf_counter()
+        cells = cells_outward(regions(), model.tube, model.domain.center)
+        method = "lp" if self.lps else "supports"
+        asked = paper_scene(scene.problem, model.tube)
+        drawn = paper_search(key, cells, asked, method=method).samples
+        p0 = drawn[:, : model.n_p]
+        k = drawn[:, model.n_p :]
+        e = verdicts(model, scene, p0, k)
+        seen = points(p0, k, e).at(e.safe)
+        none = nothing_covered(settings.confidence)
+        found = Cover(
+            drawn=len(drawn),
+            reaching=len(drawn),
+            safe=len(seen.k),
+            volume=float("nan"),
+            points=seen,
+            kept=none,
+            coverage=none,
+            first_sample_s=time.perf_counter() - begin if len(seen.k) else None,
+        )
+        return found, None
+
+
+def _around(
+    found: Cover, no_plan: NoPlan, model: TrajectoryModel, scene: Scene, rng, begin: float
+) -> Cover:
+    """Corridors and polytopes around the plan that branch and bound came across."""
+    p0, k = (x[None] for x in no_plan.safe_plan)
+    seen = points(p0, k, verdicts(model, scene, p0, k))
+    corridors, polytopes = cover_around(model, scene, rng, seen)
+    return found._replace(
+        points=seen,
+        corridors=corridors,
+        polytopes=polytopes,
+        first_sample_s=no_plan.seconds,
+        first_polytope_s=time.perf_counter() - begin,
+    )

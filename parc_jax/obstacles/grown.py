@@ -1,0 +1,111 @@
+"""Obstacles grown by body and tube, kept implicit: a polygon whose corners move with the error box,
+plus a radius.
+
+O + (-B) + box(e): with a polygon body the sum is a polygon; every corner of it is a corner of O +
+(-B) displaced by a fixed sign pattern times e. The pattern depends on the corner only, so one table
+serves every interval and every bin. A disc body stays a radius: no circumscribed polygon is ever
+formed.
+"""
+
+from fractions import Fraction
+
+import numpy as np
+from flax import struct
+
+from parc_jax.errors import InputError
+from parc_jax.obstacles.polygon import corners
+from parc_jax.problem import Disc, ReachAvoid
+from parc_jax.sets.rational import convex_polygon
+
+BUCKETS = (1, 2, 3, 4, 6, 8, 12, 16, 24, 32, 48, 64, 96, 128)
+
+
+@struct.dataclass
+class GrownObstacles:
+    """Padded obstacles of a scene. A padding obstacle is never active; a padding corner repeats the
+    last one.
+
+    corner: (o, m, 2) [m], sign: (o, m, 2) in {-1, 0, 1}: corners of the grown polygon are corner +
+        sign * e, ccw.
+    radius: () [m] of a disc body, 0 for a polygon body (already inside the corners).
+    active: (o, T) bool, the intervals in which the obstacle exists.
+    """
+
+    corner: np.ndarray
+    sign: np.ndarray
+    radius: np.ndarray
+    active: np.ndarray
+
+
+def grown_obstacles(problem: ReachAvoid, n_steps: int) -> GrownObstacles:
+    """Corner tables of all obstacles of a planar problem, exact until the last rounding. Raises
+    InputError.
+    """
+    radius = float(problem.body.radius) if isinstance(problem.body, Disc) else 0.0
+    body = [(Fraction(0), Fraction(0))]
+    if not isinstance(problem.body, Disc):
+        body = [(-Fraction(x), -Fraction(y)) for x, y in problem.body.vertices]
+    tables = [_signed_corners(o, body, f"obstacle {j}") for j, o in enumerate(problem.obstacles)]
+    n_o = bucket(len(tables))
+    n_m = bucket(max((len(t) for t in tables), default=1))
+    corner, sign = np.zeros((n_o, n_m, 2)), np.zeros((n_o, n_m, 2))
+    active = np.zeros((n_o, n_steps), bool)
+    for j, table in enumerate(tables):
+        padded = table + [table[-1]] * (n_m - len(table))
+        corner[j] = [[float(x) for x in point] for point, _ in padded]
+        sign[j] = [s for _, s in padded]
+        first, last = problem.all_spans[j] or (0, n_steps - 1)
+        if last >= n_steps:
+            raise InputError(
+                f"span of obstacle {j}: expected last < {n_steps} intervals; got {last}."
+            )
+        active[j, first : last + 1] = True
+    return GrownObstacles(corner, sign, np.float64(radius), active)
+
+
+def bucket(n: int) -> int:
+    """Smallest padded size for n items: few compiled shapes."""
+    for size in BUCKETS:
+        if n <= size:
+            return size
+    raise InputError(
+        f"scene: expected at most {BUCKETS[-1]} obstacles or corners; got {n}. Split the scene."
+    )
+
+
+def _signed_corners(obstacle, body, name: str):
+    """[(corner, sign pattern)] of obstacle + body + box(e), counter-clockwise, for every e >= 0 at
+    once.
+
+    A corner of the sum maximises some w; near an axis of w its sign pattern changes. Walking around
+    the circle in the quadrants of w gives each corner of the polygon once per quadrant that its
+    normal cone meets.
+    """
+    polygon = convex_polygon(
+        [(v.point[0] + p[0], v.point[1] + p[1]) for v in corners(obstacle, name) for p in body]
+    )
+    out = []
+    for sx, sy in ((1, 1), (-1, 1), (-1, -1), (1, -1)):  # quadrants of w, counter-clockwise
+        entry, leave = ((sx, 0), (0, sy)) if sx == sy else ((0, sy), (sx, 0))
+        start = _support(polygon, entry, leave)
+        end = _support(polygon, leave, entry)
+        index = start
+        while True:
+            out.append((polygon[index], (sx, sy)))
+            if index == end:
+                break
+            index = (index + 1) % len(polygon)
+    return out
+
+
+def _support(polygon, w, tie) -> int:
+    """Index of the corner that maximises w, ties broken towards `tie`. Both are plus or minus a
+    unit vector.
+    """
+    return max(range(len(polygon)), key=lambda i: (_along(w, polygon[i]), _along(tie, polygon[i])))
+
+
+def _along(axis, point):
+    """axis . point of exact numbers, without a product."""
+    value = point[0] if axis[0] else point[1]
+    return value if sum(axis) > 0 else -value

@@ -1,0 +1,1 @@
+"""The published method (PARC, NeuralPARC): baseline of benchmarks, method="paper", pictures."""

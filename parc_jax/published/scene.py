@@ -1,0 +1,54 @@
+"""A problem laid out for the published method: shrunken goals and grown obstacles, per bin and
+interval.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from parc_jax.claim.tube import Tube
+from parc_jax.errors import InputError
+from parc_jax.problem import ReachAvoid
+from parc_jax.published.grown_polytopes import GrownPolytopes, grown_polytopes
+from parc_jax.sets.bounding_box import bounding_box
+from parc_jax.sets.box import Box
+from parc_jax.sets.hpolytope import HPolytope
+from parc_jax.sets.pontryagin import shrink
+
+
+@dataclass(frozen=True)
+class PaperScene:
+    """What the search needs of a problem.
+
+    goals: shrunken goals over (p, q), b of shape (n_bins, g). goal_box: around the goal.
+    grown: obstacles. start: P0 or None. n_k: number of parameters.
+    """
+
+    goals: HPolytope
+    goal_box: Box
+    grown: GrownPolytopes
+    start: HPolytope | None
+    n_k: int
+
+    @property
+    def n_p(self) -> int:
+        """Workspace dimension."""
+        return self.grown.corners.shape[-1]
+
+
+def paper_scene(problem: ReachAvoid, tube: Tube) -> PaperScene:
+    """Shrink the goal and grow the obstacles, for every bin and interval. Raises InputError."""
+    n_goal = tube.n_p + tube.n_q
+    if problem.goal.n != n_goal:
+        raise InputError(
+            f"goal: expected {n_goal} dimensions (p, q), as the tube has; got {problem.goal.n}."
+        )
+    goal_box = bounding_box(problem.goal)
+    if not (np.isfinite(goal_box.lo).all() and np.isfinite(goal_box.hi).all()):
+        raise InputError(
+            "goal: expected a bounded set; its rows leave a direction open. Add the missing rows."
+        )
+    interval, final = tube.finite_widths
+    goals = shrink(problem.goal, final)
+    grown = grown_polytopes(problem, tube.replace(interval=interval, final=final))
+    return PaperScene(goals, goal_box, grown, problem.start, len(tube.edges))

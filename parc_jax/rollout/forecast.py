@@ -1,0 +1,67 @@
+"""What a long computation will cost, said before it is spent."""
+
+import sys
+import threading
+
+LONG_S = 30.0  # what takes longer is announced
+
+
+class Forecast:
+    """The cost of all runs that a command will make, said once, at the rate of the first ones.
+
+    runs: of all stages together. advice: what would be cheaper, in words. quiet: say nothing.
+    """
+
+    def __init__(self, runs: int, advice: str = "", quiet: bool = False):
+        self.runs = runs
+        self.advice = advice
+        self._is_said = quiet
+        self._lock = threading.Lock()
+
+    def measured(self, name: str, seconds_per_run: float) -> None:
+        """Tell the forecast how long a run of the system `name` takes, all workers together."""
+        with self._lock:
+            if self._is_said:
+                return
+            self._is_said = True
+        if self.runs * seconds_per_run > LONG_S:
+            from tqdm import tqdm
+
+            tqdm.write(self.sentence(name, seconds_per_run), file=sys.stderr)
+
+    def sentence(self, name: str, seconds_per_run: float) -> str:
+        """For example "cart: 12,300 runs x 0.6 s = 2 h; eps = 0.01 needs 690 runs"."""
+        cost = (
+            f"{name}: {self.runs:,} runs x {spell(seconds_per_run)} = "
+            f"{spell(self.runs * seconds_per_run)}"
+        )
+        return f"{cost}; {self.advice}" if self.advice else cost
+
+
+class Pace:
+    """Seconds per run from the chunks that workers hand in; those that wait for a compiler do not
+    count.
+    """
+
+    def __init__(self, workers: int, compiles: bool):
+        self._workers = workers
+        self._from: float | None = None if compiles else 0.0
+        self._lock = threading.Lock()
+
+    def of(self, runs: int, began: float, ended: float) -> float | None:
+        """Seconds per run of one chunk that ran from `began` to `ended` [s], or None."""
+        with self._lock:
+            if self._from is None:
+                self._from = ended
+                return None
+        return (ended - began) / runs / self._workers if began >= self._from else None
+
+
+def spell(seconds: float) -> str:
+    """A duration for people: two digits and a unit."""
+    sizes = {"d": 86_400, "h": 3_600, "min": 60, "s": 1}
+    unit = next((name for name, size in sizes.items() if seconds >= size), "s")
+    if seconds < 0.1:
+        return f"{1e3 * seconds:.2g} ms"
+    amount = seconds / sizes[unit]
+    return f"{amount:,.0f} {unit}" if amount >= 100 else f"{amount:.2g} {unit}"

@@ -1,0 +1,59 @@
+"""Exact numbers as text: certificates, claims and questions hold no JSON floats. A float is the
+rational that it holds, and every spelling here is that rational.
+"""
+
+from decimal import Decimal
+from fractions import Fraction
+
+import numpy as np
+
+from parc_jax.checker import number
+
+LONGEST_DECIMAL = 80  # characters of a decimal that a person still reads; beyond, hexadecimal
+
+
+def hex_text(values):
+    """Floats of any shape as nested lists of hexadecimal floats, a single one as a string."""
+    values = np.asarray(values, np.float64)
+    return values.item().hex() if values.ndim == 0 else [hex_text(v) for v in values]
+
+
+def decimal_text(values):
+    """Floats of any shape as nested lists of exact decimals without exponent, a single one as a
+    string: 0.1 gives 0.1000000000000000055511151231257827…. What would take more than
+    LONGEST_DECIMAL characters is spelled in hexadecimal.
+    """
+    values = np.asarray(values, np.float64)
+    if values.ndim:
+        return [decimal_text(v) for v in values]
+    text = format(Decimal(values.item()), "f")
+    return text if len(text) <= LONGEST_DECIMAL else values.item().hex()
+
+
+def fraction_text(values):
+    """Exact rationals in nested lists as "p/q", whole ones as "p"."""
+    if isinstance(values, list | tuple):
+        return [fraction_text(v) for v in values]
+    return str(Fraction(values))
+
+
+def plain(value):
+    """Plain data without floats: each becomes its shortest decimal, for people; nothing is proved
+    from it.
+    """
+    if isinstance(value, dict):
+        return {name: plain(part) for name, part in value.items()}
+    if isinstance(value, list | tuple):
+        return [plain(part) for part in value]
+    return repr(float(value)) if isinstance(value, float) else value
+
+
+def nearest_floats(value):
+    """Nested lists of spelled numbers as nested lists of the nearest floats. The sign of a zero is
+    kept: it is in the hashes.
+    """
+    if isinstance(value, list):
+        return [nearest_floats(v) for v in value]
+    if not isinstance(value, str):
+        return float(value)
+    return float(number(value)) or (-0.0 if value.startswith("-") else 0.0)

@@ -1,0 +1,39 @@
+"""What is known at the end of a query."""
+
+from enum import Enum
+
+
+class Status(Enum):
+    """What a query ended with. The text says it to people, and what to try next."""
+
+    PROVED = (
+        "exact-proved",
+        "safe plans in hand, each accepted by the independent checker in exact arithmetic",
+    )
+    BOUNDED = (
+        "float-bounded",
+        "safe plans in hand, shown in float64 with a margin for every rounding; "
+        "for the last word ask with proof=True",
+    )
+    NO_PLAN = (
+        "no-plan",
+        "proved: the model with its tube has no safe plan; "
+        "a narrower tube (more runs, more bins, a better network) or another scene may",
+    )
+    NOT_FOUND = (
+        "not-found",
+        "no safe plan was found within the budget, which proves nothing; "
+        "try a larger budget_s or no_plan_budget_s, a wider gap or a narrower tube",
+    )
+
+    def __init__(self, label: str, text: str):
+        self.label = label
+        self.text = text
+
+    def __str__(self) -> str:
+        return self.label
+
+    @property
+    def found(self) -> bool:
+        """Safe plans are in hand."""
+        return self in (Status.PROVED, Status.BOUNDED)

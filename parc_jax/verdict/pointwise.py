@@ -1,0 +1,146 @@
+"""The pointwise test: is (p0, k) safe for every trajectory inside the tube? No region, no LP. [T11,
+T14]
+
+Safe needs three positive proofs: goal margin, start margin, and a separating direction for every
+obstacle and interval, each clearing the float slack. A comparison with NaN is False, so nothing
+undefined is ever safe.
+"""
+
+from typing import NamedTuple
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+
+from parc_jax.arrays import map_rows
+from parc_jax.claim.tube import Tube, open_bin_of
+from parc_jax.model import TrajectoryModel
+from parc_jax.network.predict import HIGHEST, predict, trajectories
+from parc_jax.network.relu import ReLUNetwork
+from parc_jax.obstacles.segment import separations
+from parc_jax.verdict.scene import Scene
+
+CHUNK = 512  # points per compiled verdict: intermediates stay in cache, two calls run on two cores
+CHUNK_ANCHOR = 2048  # points per compiled look at the goal alone, which is cheap
+
+
+class Verdicts(NamedTuple):
+    """Verdicts on a batch of points; leading axis b.
+
+    path (b, T + 1, n_p), q (b, n_q): prediction. pattern (b, n_hidden) bool.
+    bin (b,): bin of k, -1 on a shared boundary.
+    goal, start, clearance (b,): margins [row units, row units, m], slack already subtracted.
+    """
+
+    path: np.ndarray
+    q: np.ndarray
+    pattern: np.ndarray
+    bin: np.ndarray
+    goal: np.ndarray
+    start: np.ndarray
+    clearance: np.ndarray
+
+    @property
+    def reaches(self) -> np.ndarray:
+        """(b,) the goal is reached from an allowed start, whatever happens on the way."""
+        return (self.goal >= 0) & (self.start >= 0) & (self.bin >= 0)
+
+    @property
+    def safe(self) -> np.ndarray:
+        """(b,) proved in float64: reaches the goal and touches nothing."""
+        return self.reaches & (self.clearance > 0)
+
+
+def row_margin(A, b, x, slack):
+    """Smallest of b - A x over the rows, less the slack of each."""
+    values = jnp.matmul(A, x, precision=HIGHEST)
+    return jnp.min(b - values - slack * jnp.abs(A).sum(axis=1))
+
+
+class Prediction(NamedTuple):
+    """What the network says of one point, and whether it ends in the goal. Fields as in
+    Verdicts.
+    """
+
+    path: jax.Array
+    q: jax.Array
+    pattern: jax.Array
+    bin: jax.Array
+    goal: jax.Array
+    start: jax.Array
+
+    @property
+    def reaches(self):
+        """The goal is reached from an allowed start, whatever happens on the way."""
+        return (self.goal >= 0) & (self.start >= 0) & (self.bin >= 0)
+
+
+def prediction(net: ReLUNetwork, tube: Tube, scene: Scene, p0, k) -> Prediction:
+    """Path, pattern, bin, goal and start margins of one point p0 (n_p,), k (n_k,). Kernel."""
+    offsets, q, pattern = predict(net, tube.n_steps, tube.n_p, k)
+    path = p0[None] + offsets
+    return Prediction(path, q, pattern, *arrival(tube, scene, p0, path[-1], q, k))
+
+
+def arrival(tube: Tube, scene: Scene, p0, end, q, k):
+    """Bin of k, goal margin and start margin of a plan from p0 (n_p,) to the predicted end (n_p,),
+    q (n_q,). Kernel.
+    """
+    bin = jnp.where(((k >= scene.k_lo) & (k <= scene.k_hi)).all(), open_bin_of(tube, k), -1)
+    lost = tube.support_at_end(scene.goal_A, bin)
+    goal = row_margin(scene.goal_A, scene.goal_b - lost, jnp.concatenate([end, q]), scene.slack)
+    return bin, goal, row_margin(scene.start_A, scene.start_b, p0, scene.slack)
+
+
+def verdict(net: ReLUNetwork, tube: Tube, scene: Scene, p0, k) -> Verdicts:
+    """Everything about one point p0 (n_p,), k (n_k,). Kernel; vmap for batches."""
+    seen = prediction(net, tube, scene, p0, k)
+    return Verdicts(*seen, clearance(scene, seen.path, tube.during(seen.bin)))
+
+
+def clearance(scene: Scene, path, error):
+    """Smallest gap [m] of a path (T + 1, 2) with interval errors (T, 2) from all active obstacles,
+    less the slack.
+    """
+    grown = scene.obstacles
+
+    def one_obstacle(corner, sign, active):
+        corners = corner[None] + sign[None] * error[:, None]
+        gap, w = separations(path[:-1], path[1:], corners, grown.radius)
+        return jnp.where(active, gap - scene.slack * jnp.abs(w).sum(axis=1), jnp.inf).min()
+
+    return jax.vmap(one_obstacle)(grown.corner, grown.sign, grown.active).min()
+
+
+def anchored(net: ReLUNetwork, tube: Tube, scene: Scene, z, k) -> tuple[jax.Array, jax.Array]:
+    """Start p0 (n_p,) whose predicted end is z (n_p,), and whether it reaches the goal. Keeps
+    volumes. [T15]
+    """
+    offsets, _, _ = predict(net, tube.n_steps, tube.n_p, k)
+    p0 = z - offsets[-1]
+    return p0, prediction(net, tube, scene, p0, k).reaches
+
+
+_verdicts = jax.jit(jax.vmap(verdict, in_axes=(None, None, None, 0, 0)))
+_anchored = jax.jit(jax.vmap(anchored, in_axes=(None, None, None, 0, 0)))
+
+
+def verdicts(model: TrajectoryModel, scene: Scene, p0, k) -> Verdicts:
+    """Verdicts on p0 (b, n_p), k (b, n_k), as NumPy arrays."""
+    arrays = scene.arrays
+    return map_rows(CHUNK, lambda p, x: _verdicts(model.net, model.tube, arrays, p, x), p0, k)
+
+
+def paths_of(model: TrajectoryModel, p0: np.ndarray, k: np.ndarray) -> np.ndarray:
+    """Predicted paths (b, T + 1, n_p) of p0 (b, n_p), k (b, n_k), on the host: a hint for
+    certificates, no verdict.
+    """
+    return p0[:, None] + trajectories(model.net, model.time.n_steps, model.n_p, k)[0]
+
+
+def anchor(model: TrajectoryModel, scene: Scene, z, k) -> tuple[np.ndarray, np.ndarray]:
+    """Starts (b, n_p) whose predicted ends are z (b, n_p), and which of them reach the goal (b,).
+    No obstacle test.
+    """
+    arrays = scene.arrays
+    return map_rows(CHUNK_ANCHOR, lambda p, x: _anchored(model.net, model.tube, arrays, p, x), z, k)

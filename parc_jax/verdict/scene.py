@@ -1,0 +1,167 @@
+"""A problem as arrays for one model: everything a query needs, padded to few compiled shapes."""
+
+import numpy as np
+from flax import struct
+
+from parc_jax.arrays import as_float64
+from parc_jax.errors import InputError
+from parc_jax.network.rounding import UNIT, rounding_bound
+from parc_jax.obstacles.directions import DirectionTable, direction_table
+from parc_jax.obstacles.grown import GrownObstacles, bucket, grown_obstacles
+from parc_jax.problem import ReachAvoid
+from parc_jax.sets.bounding_box import bounding_box
+from parc_jax.sets.hpolytope import HPolytope
+
+
+@struct.dataclass
+class Scene:
+    """Padded arrays of a problem. A padding row is 0 x <= 1, which always holds.
+
+    goal_A (g, n_p + n_q), goal_b (g,): rows of the goal. start_A (s, n_p), start_b (s,): rows of
+    P0. z_lo, z_hi (n_p,): bounding box of the goal's workspace part, from which end points are
+    drawn. k_lo, k_hi (n_k,): K, whose ends belong to it.
+    slack: () [m or row units] float margin [T11]: a verdict that clears it in float64 holds in
+        real arithmetic.
+    directions: None in a scene of a batch, where no corridor is built. The kernels of `pointwise`
+        take stacks of scenes too.
+    problem: the question as it was asked, for certificates and proofs; for the host only, and not
+        in a scene of a batch.
+    """
+
+    goal_A: np.ndarray
+    goal_b: np.ndarray
+    start_A: np.ndarray
+    start_b: np.ndarray
+    z_lo: np.ndarray
+    z_hi: np.ndarray
+    k_lo: np.ndarray
+    k_hi: np.ndarray
+    obstacles: GrownObstacles
+    directions: DirectionTable | None
+    slack: np.ndarray
+    problem: ReachAvoid = struct.field(pytree_node=False, default=None)
+
+    @property
+    def arrays(self) -> "Scene":
+        """The scene without what only the host reads: a kernel given this compiles once for all
+        scenes of a size.
+        """
+        return self.replace(directions=self.directions.arrays, problem=None)
+
+
+def scene_of(problem: ReachAvoid, model) -> Scene:
+    """Check the problem against the model and lay it out. Raises InputError when they do not
+    fit.
+    """
+    return bare_scene(problem, model).replace(directions=direction_table(problem), problem=problem)
+
+
+def bare_scene(problem: ReachAvoid, model) -> Scene:
+    """The same without the table of directions, which only corridors and certificates need and
+    which takes longest.
+    """
+    n_y = model.n_p + model.n_q
+    if problem.goal.n != n_y:
+        raise InputError(
+            f"goal: expected a set over the {model.n_p} workspace and {model.n_q} further goal "
+            "coordinates of this "
+            f"model ({n_y}); got {problem.goal.n} dimensions. Give bounds for every one of them."
+        )
+    for j, o in enumerate(problem.obstacles):
+        if o.n != model.n_p:
+            raise InputError(
+                f"obstacle {j}: expected a set in the {model.n_p}-D workspace; got {o.n} "
+                "dimensions."
+            )
+    if problem.start is not None and problem.start.n != model.n_p:
+        raise InputError(
+            f"start: expected a set in the {model.n_p}-D workspace; got {problem.start.n} "
+            "dimensions."
+        )
+    box_lo, box_hi = finite_box(problem.goal, "goal")
+    start = problem.start or HPolytope(np.zeros((0, model.n_p)), np.zeros(0))
+    grown = grown_obstacles(problem, model.time.n_steps)
+    size = np.abs([*box_lo, *box_hi]).max() + np.abs(grown.corner).max() + grown.radius
+    z_lo, z_hi = box_lo[: model.n_p], box_hi[: model.n_p]
+    goal, first = _padded(problem.goal), _padded(start)
+    k_lo, k_hi = model.domain.lo, model.domain.hi
+    slack = float_slack(model, size)
+    return Scene(*goal, *first, z_lo, z_hi, k_lo, k_hi, grown, None, slack)
+
+
+def finite_box(poly: HPolytope, name: str) -> tuple[np.ndarray, np.ndarray]:
+    """Smallest box around a bounded polytope: rows along the axes are read off, others ask LPs.
+    Raises InputError.
+    """
+    lo, hi = np.full(poly.n, -np.inf), np.full(poly.n, np.inf)
+    single = (poly.A != 0).sum(axis=1) == 1
+    for row, offset in zip(poly.A[single], poly.b[single], strict=True):
+        axis = int(np.flatnonzero(row)[0])
+        if row[axis] > 0:
+            hi[axis] = min(hi[axis], offset / row[axis])
+        else:
+            lo[axis] = max(lo[axis], offset / row[axis])
+    if not single.all():
+        try:
+            around = bounding_box(poly)
+        except InputError:
+            raise InputError(
+                f"{name}: expected a set with points in it; its rows contradict each other."
+            ) from None
+        lo, hi = np.maximum(lo, around.lo), np.minimum(hi, around.hi)
+    if not (np.isfinite(lo) & np.isfinite(hi)).all():
+        axis = int(np.argmin(np.isfinite(lo) & np.isfinite(hi)))
+        raise InputError(
+            f"{name}: expected a bounded set; axis {axis} has no bound. Add the missing rows."
+        )
+    if (lo > hi).any():
+        axis = int(np.argmax(lo - hi))
+        span = f"[{lo[axis]:g}, {hi[axis]:g}]"
+        raise InputError(
+            f"{name}: expected a set with points in it; axis {axis} asks for a value in {span}."
+        )
+    return lo, hi
+
+
+def no_end_fits(scene: Scene, model) -> str | None:
+    """Why no plan can be safe, in a sentence, where the tube is wider than the goal in every bin of
+    K; else None.
+    """
+    lo, hi = finite_box(scene.problem.goal, "goal")
+    short = 2 * model.tube.final - (hi - lo)
+    if not (short > 0).any(axis=1).all():
+        return None
+    axis = int(np.argmax(short.min(axis=0)))
+    least = model.tube.final.min(axis=0)
+    if not np.isfinite(least).all():
+        return "no bin of K has a claim."
+    if short[:, axis].min() <= 0:
+        return "in every bin of K the goal is narrower than the tube at the end along some axis."
+    return (
+        f"the goal is narrower than the tube at the end: its axis {axis} is {(hi - lo)[axis]:.3g} "
+        "wide, and the error "
+        f"there is bounded by no less than ±{least[axis]:.3g}."
+    )
+
+
+def _padded(poly: HPolytope):
+    rows = bucket(max(1, len(poly.b)))
+    A, b = np.zeros((rows, poly.A.shape[1])), np.ones(rows)
+    A[: len(poly.b)], b[: len(poly.b)] = poly.A, poly.b
+    return as_float64("rows", A, (None, None)), as_float64("offsets", b, (None,))
+
+
+def float_slack(model, size):
+    """[T11] One number that covers every rounding between the real-number verdict and its float64
+    evaluation.
+
+    size: (...) [m] largest goal bound plus largest corner plus radius, of one scene or of many.
+    Network error, the sums p0 + c and w.p - h (fewer than 32 operations on numbers no larger than
+    the sizes together), corners and reaches rounded to nearest; all per unit of |w|_1.
+    """
+    bound = rounding_bound(model.net, model.domain)
+    claimed = model.tube.claimed  # in the other bins nothing is ever safe
+    widest = max(
+        model.tube.interval[claimed].max(initial=0.0), model.tube.final[claimed].max(initial=0.0)
+    )
+    return 4 * bound.error.max() + 64 * UNIT * (4 * bound.magnitude.max() + size + widest)

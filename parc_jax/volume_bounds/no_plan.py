@@ -1,0 +1,197 @@
+"""No safe plan: proved, or not found and this much undecided; and bounds of the volume of the safe
+set. [T15, T30]
+
+In coordinates (z, k), z = p_T = p0 + c_T(k), volumes are kept and every plan that can reach the
+goal lies in a box. The box is split until each part misses the goal, starts outside the start set,
+or hits one obstacle in one interval with errors inside the tube. What is returned was accepted by
+the independent checker, in exact arithmetic.
+"""
+
+import time
+from fractions import Fraction
+from typing import NamedTuple
+
+import numpy as np
+
+from parc_jax import checker
+from parc_jax.certificate.write import network_part, problem_part, tube_part
+from parc_jax.errors import InputError
+from parc_jax.model import TrajectoryModel
+from parc_jax.pwa.domain import MAX_DIMENSION
+from parc_jax.spelling import decimal_text
+from parc_jax.verdict.scene import Scene, no_end_fits
+from parc_jax.volume_bounds.faces import goal_faces
+from parc_jax.volume_bounds.search import Found, Search
+from parc_jax.volume_bounds.tree import Node
+
+PROVED = "proved"
+UNDECIDED = "undecided"
+BOUNDS = "bounds"
+KIND_IN_FILE = {PROVED: "proved", UNDECIDED: "bracket", BOUNDS: "bracket"}  # of format 1
+CHECK_FACTOR = 1.5  # time of the checker per vertex of a cell, in evaluations of the network
+
+
+class NoPlan(NamedTuple):
+    """What is known of the volume of safe (p0, k) among those whose predicted end lies in the
+    goal's box.
+
+    kind: "proved" (none is safe), "undecided" (not proved within the budget) or "bounds".
+    safe, unsafe, undecided, total: exact volumes [units of p0 and k multiplied], as the checker
+        accepted them; without an accepted certificate all is undecided.
+    certificate: the `no_plan` entry of answer.json, None when the checker refused it.
+    leaves: boxes. safe_plan: (p0, k), a safe plan that the search came across, or None.
+    seconds, check_seconds: search and exact check.
+    reason: why none is safe, where a sentence can say it, else None.
+    """
+
+    kind: str
+    safe: Fraction
+    unsafe: Fraction
+    undecided: Fraction
+    total: Fraction
+    certificate: dict | None
+    leaves: int
+    safe_plan: tuple[np.ndarray, np.ndarray] | None
+    seconds: float
+    check_seconds: float
+    reason: str | None = None
+
+    def statement(self) -> str:
+        """One sentence: what is true of the model and its tube."""
+        if self.kind == PROVED:
+            why = f"; {self.reason}" if self.reason else "; a longer search cannot find one."
+            return (
+                f"Proved in exact arithmetic: the model has no safe (p0, k) with this tube{why} "
+                "The robot may still be able to do it: a better model or a narrower tube may tell."
+            )
+        safe, unsafe, share = (
+            100 * float(v / self.total) for v in (self.safe, self.unsafe, self.undecided)
+        )
+        if self.kind == BOUNDS:
+            return (
+                f"Of the plans that end in the goal's box, by volume: at least {safe:.4g} % are "
+                f"safe and at least {unsafe:.4g} % are unsafe, proved in exact arithmetic; "
+                f"{share:.4g} % are undecided."
+            )
+        why = f": {self.reason}" if self.reason else "."
+        return (
+            f"No safe plan was found within the budget{why} This is not a proof that none exists: "
+            f"of the plans that end in the goal's box, {share:.3g} % by volume are undecided; the "
+            "others are proved unsafe."
+        )
+
+
+def prove_no_plan(
+    model: TrajectoryModel,
+    scene: Scene,
+    *,
+    budget_s: float,
+    max_leaves: int,
+    bounds: bool = False,
+) -> NoPlan:
+    """Prove that no (p0, k) is safe, or say how much is undecided; with `bounds`, also prove boxes
+    safe.
+
+    budget_s: [s] for search and check together; a finished proof is checked however long that
+    takes, and compiling, once for scenes of a size, comes on top. max_leaves: boxes of the tree.
+    Planar workspaces, like `scene`.
+    With more parameters than MAX_DIMENSION nothing is searched, and all is undecided.
+    Raises InputError for a goal without bounds on its workspace part, and for bounds with more
+    parameters than MAX_DIMENSION.
+    """
+    z_lo, z_hi, faces = goal_faces(scene.problem, model)
+    root = Node(np.concatenate([z_lo, model.domain.lo]), np.concatenate([z_hi, model.domain.hi]))
+    if model.n_k > MAX_DIMENSION:
+        if bounds:
+            raise InputError(
+                f"bound_volume: expected a model with at most {MAX_DIMENSION} parameters; this one "
+                f"has {model.n_k}. `answer.volume()` is an estimate that needs no cells."
+            )
+        return _not_searched(root, model.n_k, no_end_fits(scene, model))
+    question = (problem_part(scene.problem, model), network_part(model.net), tube_part(model.tube))
+    context = checker.Context(*question)
+    search = Search(model, scene, root, bounds)
+    search.compile()
+    begin = time.perf_counter()
+    per_vertex = CHECK_FACTOR * _seconds_per_evaluation(context, model)
+
+    def out_of_time(exact_vertices: int) -> bool:
+        return time.perf_counter() - begin + per_vertex * exact_vertices > budget_s
+
+    found = search.run(out_of_time, max_leaves)
+    searched = time.perf_counter()
+    tree = found.root.spell()
+    closed = not any("open" in node or "safe" in node for node in tree)
+    kind = PROVED if closed else BOUNDS if bounds else UNDECIDED
+    plan = {
+        "kind": KIND_IN_FILE[kind],
+        "z": {"lo": decimal_text(z_lo), "hi": decimal_text(z_hi)},
+        "faces": faces,
+        "tree": tree,
+    }
+    context.work_left = checker.allowance(*question, plan)  # as for the file that will hold it
+    return _checked(context, plan, kind, found, searched - begin)._replace(
+        reason=no_end_fits(scene, model)
+    )
+
+
+def _not_searched(root: Node, n_k: int, reason: str | None) -> NoPlan:
+    """Nothing is known of any plan: the cells of a network with so many inputs are not listed."""
+    limit = (
+        f"a proof is searched for with at most {MAX_DIMENSION} parameters; this model has {n_k}."
+    )
+    nothing = Fraction(0)
+    return NoPlan(
+        kind=UNDECIDED,
+        safe=nothing,
+        unsafe=nothing,
+        undecided=root.volume,
+        total=root.volume,
+        certificate=None,
+        leaves=1,
+        safe_plan=None,
+        seconds=0.0,
+        check_seconds=0.0,
+        reason=reason or limit,
+    )
+
+
+def _checked(
+    context: checker.Context, plan: dict, kind: str, found: Found, seconds: float
+) -> NoPlan:
+    """The verdict after the checker's; a refused certificate proves nothing and is dropped."""
+    total = found.root.volume
+    begin = time.perf_counter()
+    certificate: dict | None = plan
+    try:
+        with checker.rejecting():
+            report = checker.check_no_plan(context, plan)
+    except checker.Rejected:
+        kind = UNDECIDED
+        certificate = None
+        report = {"safe": 0, "unsafe": 0, "undecided": total}
+    return NoPlan(
+        kind=kind,
+        safe=Fraction(report["safe"]),
+        unsafe=Fraction(report["unsafe"]),
+        undecided=Fraction(report["undecided"]),
+        total=total,
+        certificate=certificate,
+        leaves=found.leaves,
+        safe_plan=found.safe_plan,
+        seconds=seconds,
+        check_seconds=time.perf_counter() - begin,
+    )
+
+
+def _seconds_per_evaluation(context: checker.Context, model: TrajectoryModel) -> float:
+    """How long the checker takes for one exact evaluation of the network on this machine."""
+    point, scale = checker.integers(
+        [Fraction(float(v)) for v in (model.domain.lo + model.domain.hi) / 2]
+    )
+    seconds = []
+    for _ in range(3):
+        begin = time.perf_counter()
+        context.evaluate([point], scale)
+        seconds.append(time.perf_counter() - begin)
+    return min(seconds)

@@ -1,0 +1,93 @@
+"""Boxes over (z, k) in which every plan is safe: one separating direction per obstacle and run of
+intervals. [T14, T30]
+"""
+
+from typing import NamedTuple
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+
+from parc_jax.arrays import slices, x64
+from parc_jax.cover.corridor import longest_lasting
+from parc_jax.model import TrajectoryModel
+from parc_jax.network.predict import HIGHEST
+from parc_jax.obstacles.directions import Multiplier
+from parc_jax.tolerances import TOLERANCES
+from parc_jax.verdict.scene import Scene
+from parc_jax.volume_bounds.bounds import Boxes, offsets_from_end
+from parc_jax.volume_bounds.tree import Node
+
+VERTICES = 64  # of one box per compiled call; a box with more is examined in parts
+
+
+class SafeBoxes:
+    """Tries the scene's table of directions on boxes."""
+
+    def __init__(self, model: TrajectoryModel, scene: Scene):
+        self.model = model
+        self.scene = scene
+
+    def separation(self, node: Node, boxes: Boxes, i: int, k: np.ndarray) -> list | None:
+        """The certificate's `sep` for box i with cell vertices k (v, n_k), or None where a
+        direction is missing.
+        """
+        n_p = self.model.n_p
+        table = self.scene.directions
+        along_z = np.minimum(table.w * node.lo[:n_p], table.w * node.hi[:n_p]).sum(axis=2)
+        along = self._least_along(boxes.least[i], k) + along_z[:, :, None]  # (o, d, T + 1)
+        size = np.abs(table.w)
+        margin = TOLERANCES.leaf_margin + self.scene.slack
+        threshold = table.support[:, :, None] + np.einsum("odj,tj->odt", size, boxes.most[i])
+        threshold = threshold + margin * size.sum(axis=2)[:, :, None]
+        holds = np.minimum(along[:, :, :-1], along[:, :, 1:]) > threshold
+        active = np.asarray(self.scene.obstacles.active)
+        out = []
+        for o, spelled in enumerate(table.multipliers):
+            runs = _fewest_runs(holds[o], np.flatnonzero(active[o]))
+            if runs is None:
+                return None
+            out.append([[run.stop, _spell(spelled[run.direction])] for run in runs])
+        return out
+
+    def _least_along(self, like: np.ndarray, k: np.ndarray) -> np.ndarray:
+        """Least w . (p_s - z) over all k (v, n_k) and directions w of the table: (o, d, T + 1)."""
+        least = np.inf
+        for rows in slices(len(k), VERTICES):
+            # short parts are filled up with the last vertex
+            part = k[np.minimum(np.arange(rows.start, rows.start + VERTICES), len(k) - 1)]
+            with x64():
+                found = _least_jit(self.model.net, like, self.scene.directions.w, part)
+            least = np.minimum(least, np.asarray(found))
+        return least
+
+
+class Run(NamedTuple):
+    """Intervals up to `stop` (exclusive) in which one direction separates."""
+
+    stop: int
+    direction: int
+
+
+def _least(net, like, w, k):
+    """Least w . (p_s - z) over vertices k (v, n_k), for directions w (o, d, 2) and all knots: (o,
+    d, T + 1).
+    """
+    back, _ = jax.vmap(lambda x: offsets_from_end(net, *like.shape, x))(k)
+    return jnp.einsum("odj,vsj->odsv", w, back, precision=HIGHEST).min(axis=3)
+
+
+_least_jit = jax.jit(_least)
+
+
+def _fewest_runs(holds: np.ndarray, intervals: np.ndarray) -> list[Run] | None:
+    """Fewest runs over the given intervals; holds (d, T). None where no direction holds."""
+    chosen = longest_lasting(holds[:, intervals])
+    if (chosen < 0).any():
+        return None
+    last = np.flatnonzero(np.diff(chosen, append=-1))  # where the next direction is another one
+    return [Run(int(intervals[t]) + 1, int(chosen[t])) for t in last]
+
+
+def _spell(m: Multiplier) -> list:
+    return [[row, str(value)] for row, value in zip(m.rows, m.values, strict=True)]

@@ -1,0 +1,189 @@
+(* From JSON to what the extracted checker takes.  Not proved: it refuses what it does not know, and its limits are
+   those of docs/certificates.md. *)
+module Big = Z (* zarith's, before Check's own Z hides it *)
+open Check
+open Json
+
+let list f = function Arr l -> List.map f l | _ -> bad "a list was expected"
+
+let sized n f v =
+  let l = list f v in
+  if List.length l <> n then bad "a list of %d entries was expected, got %d" n (List.length l);
+  l
+
+let whole least most = function
+  | Int s ->
+    let v = if String.length s > 9 then bad "a whole number is too large" else int_of_string s in
+    if v < least || v > most then bad "the whole number %d is not in %d..%d" v least most;
+    v
+  | _ -> bad "a whole number was expected"
+
+(* The fields of an object: all of `names`, none but those and the optional ones. *)
+let fields ?(optional = []) names = function
+  | Obj l ->
+    List.iter (fun (k, _) -> if not (List.mem k names || List.mem k optional) then bad "an unknown field: %S" k) l;
+    List.iter (fun k -> if not (List.mem_assoc k l) then bad "a field is missing: %s" k) names;
+    fun k -> List.assoc k l
+  | _ -> bad "an object was expected"
+
+let has k = function Obj l -> List.mem_assoc k l | _ -> false
+
+(* ---- Numbers: hex floats, p/q, decimals; exactly what they spell ---- *)
+let max_chars = 1000
+let longest = Big.shift_left Big.one 8192 (* denominators are below it *)
+let is_digit c = c >= '0' && c <= '9'
+let is_hex c = is_digit c || (c >= 'a' && c <= 'f')
+let all test s = let ok = ref true in String.iter (fun c -> if not (test c) then ok := false) s; !ok
+
+let fraction n d =
+  if Big.sign d <= 0 then bad "a denominator is zero";
+  let g = Big.gcd n d in
+  let d = Big.divexact d g in
+  if Big.leq longest d then bad "a denominator is too long";
+  { qnum = Big.divexact n g; qden = d }
+
+let cut c s =
+  match String.index_opt s c with
+  | Some j -> Some (String.sub s 0 j, String.sub s (j + 1) (String.length s - j - 1))
+  | None -> None
+
+let number = function
+  | Str s ->
+    let wrong () = bad "not a finite number: %S" (if String.length s > 40 then String.sub s 0 40 else s) in
+    if String.length s > max_chars then bad "a number is too long";
+    let negative = String.length s > 0 && s.[0] = '-' in
+    let t = if negative then String.sub s 1 (String.length s - 1) else s in
+    let signed z = if negative then Big.neg z else z in
+    let some test least most x = if String.length x < least || String.length x > most || not (all test x) then wrong () in
+    let exponent most e =
+      let sign, e =
+        if e <> "" && e.[0] = '-' then (-1, String.sub e 1 (String.length e - 1))
+        else if e <> "" && e.[0] = '+' then (1, String.sub e 1 (String.length e - 1))
+        else (1, e) in
+      some is_digit 1 most e;
+      sign * int_of_string ("0u" ^ e) in
+    let power base z e = if e >= 0 then fraction (Big.mul z (Big.pow base e)) Big.one else fraction z (Big.pow base (-e)) in
+    if String.length t > 2 && String.sub t 0 2 = "0x" then begin
+      match cut 'p' (String.sub t 2 (String.length t - 2)) with
+      | None -> wrong ()
+      | Some (m, e) ->
+        let a, b = match cut '.' m with Some (a, b) -> (a, b) | None -> (m, "") in
+        some is_hex 1 40 a; some is_hex 0 40 b;
+        power (Big.of_int 2) (signed (Big.of_string_base 16 (a ^ b))) (exponent 4 e - (4 * String.length b))
+    end else begin
+      match cut '/' t with
+      | Some (a, b) ->
+        some is_digit 1 max_chars a; some is_digit 1 max_chars b;
+        fraction (signed (Big.of_string a)) (Big.of_string b)
+      | None ->
+        let m, e = match cut 'e' t with Some (m, e) -> (m, exponent 3 e) | None -> (t, 0) in
+        let a, b = match cut '.' m with Some (a, b) -> some is_digit 1 max_chars b; (a, b) | None -> (m, "") in
+        some is_digit 1 max_chars a;
+        power (Big.of_int 10) (signed (Big.of_string (a ^ b))) (e - String.length b)
+    end
+  | _ -> bad "a number is a text here"
+
+let vec = list number
+let vecn n = sized n number
+
+(* ---- Problem, network, tube ---- *)
+let rows_of get n =
+  let a = list (vecn n) (get "A") in
+  List.combine a (vecn (List.length a) (get "b"))
+let poly n o = rows_of (fields [ "A"; "b" ] o) n
+
+type format = One | Two
+
+let problem format o =
+  let names = [ "n_p"; "n_q"; "n_k"; "domain"; "goal"; "obstacles"; "body"; "start"; "steps"; "dt" ] in
+  let get = fields (if format = Two then "points" :: names else names) o in
+  let n_p = whole 1 8 (get "n_p") and n_q = whole 0 64 (get "n_q") and n_k = whole 1 8 (get "n_k") in
+  let steps = whole 1 100_000 (get "steps") in
+  let n_points = if format = Two then whole 1 64 (get "points") else 1 in
+  let d = fields [ "lo"; "hi" ] (get "domain") in
+  let obstacle x =
+    let get = fields ~optional:[ "steps" ] [ "A"; "b" ] x in
+    let first, last0 =
+      if not (has "steps" x) then (0, steps - 1)
+      else match get "steps" with
+        | Arr [ a; b ] -> let first = whole 0 (steps - 1) a in (first, whole first (steps - 1) b)
+        | _ -> bad "the steps of an obstacle are a first and a last one" in
+    { rows = rows_of get n_p; first; last0 } in
+  let shape x get =
+    match (has "radius" x, has "vertices" x) with
+    | true, false -> Disc (number (get "radius"))
+    | false, true -> Hull (list (vecn n_p) (get "vertices"))
+    | _ -> bad "a body has a radius or vertices" in
+  let optional = [ "radius"; "vertices" ] in
+  let part x =
+    let get = fields ~optional [ "points" ] x in
+    { corners = list (whole 0 (n_points - 1)) (get "points"); grown_by = shape x get } in
+  let parts =
+    match format with
+    | One -> [ { corners = [ 0 ]; grown_by = shape (get "body") (fields ~optional [] (get "body")) } ]
+    | Two -> list part (fields [ "parts" ] (get "body") "parts") in
+  { n_p; n_q; n_k; n_points; steps; parts;
+    domain = List.combine (vecn n_k (d "lo")) (vecn n_k (d "hi"));
+    goal = poly ((n_points * n_p) + n_q) (get "goal");
+    start = (match get "start" with Null -> [] | x -> poly n_p x);
+    obstacles = list obstacle (get "obstacles") }
+
+let max_layers = 64
+
+let network o =
+  let get = fields [ "weights"; "biases" ] o in
+  let w = list (list vec) (get "weights") and b = list vec (get "biases") in
+  if w = [] || List.length w > max_layers then bad "too few or too many layers";
+  if List.map List.length w <> List.map List.length b then bad "weights and biases do not fit";
+  List.map2 List.combine w b
+
+(* An error is a list of widths or, in format 2, a polytope; for the end with multipliers for each row of the goal. *)
+let multipliers = list (function Arr [ row; m ] -> (whole 0 9999 row, number m) | _ -> bad "a multiplier is [row, m]")
+
+let tube format p o =
+  let get = fields [ "edges"; "interval"; "final" ] o in
+  let error n = function
+    | Obj _ as x when format = Two -> Rows (poly n x)
+    | x -> Widths (vecn n x) in
+  let step x = match format with One -> [ error p.n_p x ] | Two -> sized p.n_points (error p.n_p) x in
+  let size = (p.n_points * p.n_p) + p.n_q in
+  let final = function
+    | Obj _ as x when format = Two ->
+      let get = fields [ "A"; "b"; "goal" ] x in
+      (Rows (rows_of get size), sized (List.length p.goal) (list multipliers) (get "goal"))
+    | x -> (Widths (vecn size x), []) in
+  let finals = list final (get "final") in
+  ( { edges = sized p.n_k vec (get "edges"); intervals = list (sized p.steps step) (get "interval");
+      finals = List.map fst finals },
+    List.map snd finals )
+
+(* ---- Samples, corridors, polytopes ---- *)
+let sep format p v =
+  let run = function Arr [ stop; m ] -> (whole 0 p.steps stop, multipliers m) | _ -> bad "a run is [stop, multipliers]" in
+  let runs = list run in
+  sized (List.length p.obstacles) (fun x -> match format with One -> [ runs x ] | Two -> sized (List.length p.parts) runs x) v
+
+let sample format p o =
+  let get = fields [ "p0"; "k"; "sep" ] o in
+  { p0 = vecn p.n_p (get "p0"); k = vecn p.n_k (get "k"); sep = sep format p (get "sep") }
+
+let piece format p net o =
+  let get = fields [ "p0"; "k"; "bin"; "pattern"; "sep" ] o in
+  let digits = match get "pattern" with Str s -> s | _ -> bad "the pattern is not a text" in
+  let hidden = List.filteri (fun i _ -> i < List.length net - 1) (List.map List.length net) in
+  if String.length digits <> List.fold_left ( + ) 0 hidden then
+    bad "the pattern does not have one digit for each hidden neuron";
+  let bit j = match digits.[j] with '1' -> true | '0' -> false | _ -> bad "the pattern is not of 0 and 1" in
+  let _, layers = List.fold_left (fun (at, l) n -> (at + n, List.init n (fun j -> bit (at + j)) :: l)) (0, []) hidden in
+  { inner = vecn p.n_p (get "p0") @ vecn p.n_k (get "k"); which = whole 0 999_999_999 (get "bin");
+    pattern = List.rev layers; sep_ = sep format p (get "sep") }
+
+(* Format 2 only: a box of doubt. Half widths around p0 and k within which a plan may be executed. *)
+let boxed format p o =
+  let get = fields [ "p0"; "k"; "room"; "sep" ] o in
+  let room = fields [ "p0"; "k" ] (get "room") in
+  let side k r =
+    if Big.sign r.qnum < 0 then bad "a half width is negative";
+    (qadd k { r with qnum = Big.neg r.qnum }, qadd k r) in
+  { middle_p0 = vecn p.n_p (get "p0"); room_p0 = vecn p.n_p (room "p0");
+    region = List.map2 side (vecn p.n_k (get "k")) (vecn p.n_k (room "k")); sep_of = sep format p (get "sep") }

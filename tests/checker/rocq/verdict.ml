@@ -1,0 +1,110 @@
+(* A whole answer: reads it, asks the proved checker about every entry, and says what was proved and what nobody looked
+   at.  Not proved. *)
+open Check
+open Json
+
+(* 0 all that the answer claims is proved, 1 rejected, 3 something in it was not looked at. *)
+type t = { code : int; lines : string list; entries : (string * bool list) list }
+
+let kinds = [ "samples"; "sets"; "corridors"; "doubt" ]
+let optional = [ "corridors"; "doubt" ] (* older files have none; doubt is of format 2 *)
+let hashed = [ "problem"; "network"; "tube" ]
+let text what = function Str s -> s | _ -> bad "%s is not a text" what
+
+(* An entry that cannot be read is refused like one that fails. *)
+let accepted check x =
+  match check x with v -> v | exception (Bad _ | Failure _ | Invalid_argument _ | Not_found | Stack_overflow) -> false
+
+let check_answer ?(progress = fun _ _ _ -> ()) (source : string) : t =
+  match
+    let answer = parse source in
+    let get k = match answer with
+      | Obj l -> (match List.assoc_opt k l with Some v -> v | None -> bad "a field is missing: %s" k)
+      | _ -> bad "the file is not an object" in
+    let format = match get "format" with
+      | Str "parc_jax.answer/1" -> Reader.One
+      | Str "parc_jax.answer/2" -> Reader.Two
+      | _ -> bad "the format is unknown" in
+    let quoted = Reader.fields hashed (get "hash") in
+    List.iter (fun part ->
+        if text "a hash" (quoted part) <> Sha256.hex (canonical (get part)) then bad "the hash of the %s does not match" part)
+      hashed;
+    let claim = match get "claim" with
+      | Null -> None
+      | Obj l as claim ->
+        List.iter (fun part ->
+            match List.assoc_opt (part ^ "_hash") l with
+            | Some h when h = quoted part -> ()
+            | _ -> bad "the claim is about another %s" part)
+          [ "network"; "tube" ];
+        Some claim
+      | _ -> bad "the claim is not an object" in
+    let p = Reader.problem format (get "problem") and n = Reader.network (get "network") in
+    let e, h = Reader.tube format p (get "tube") in
+    if not (context_ok p n e) then bad "problem, network and tube do not fit each other, or a width is negative";
+    let one x = check_sample p n e h (Reader.sample format p x) in
+    let piece x = check_set p n e h (Reader.piece format p n x) in
+    let box x = check_box p n e h (Reader.boxed format p x) in
+    let check = function "sets" -> piece | "doubt" -> box | _ -> one in
+    ignore (Reader.fields ("format" :: "claim" :: "no_plan" :: "samples" :: "sets" :: hashed @ [ "hash" ])
+              ~optional:("meta" :: optional) answer);
+    if format = Reader.One && Reader.has "doubt" answer then bad "boxes of doubt are of format 2";
+    let entries = List.map (fun kind ->
+        let l = match get kind with
+          | Arr l -> l
+          | exception Bad _ when List.mem kind optional -> []
+          | _ -> bad "%s is not a list" kind in
+        let total = List.length l in
+        (* not List.mapi: JavaScript's stack ends at some thousand entries *)
+        let _, oks = List.fold_left (fun (i, oks) x ->
+            let ok = accepted (check kind) x in
+            progress kind i total;
+            (i + 1, ok :: oks)) (1, []) l in
+        (kind, List.rev oks)) kinds in
+    (get "no_plan", claim, quoted, entries)
+  with
+  | exception Bad why -> { code = 1; lines = [ "REJECTED: " ^ why ]; entries = [] }
+  | exception (Stack_overflow | Out_of_memory) ->
+    { code = 1; lines = [ "REJECTED: the file asks for more memory than this program has; nothing was found wrong" ]; entries = [] }
+  | exception (Failure _ | Invalid_argument _ | Not_found | Division_by_zero) ->
+    { code = 1; lines = [ "REJECTED: the file is malformed" ]; entries = [] }
+  | no_plan, claim, quoted, entries ->
+    let refused = List.concat_map (fun (kind, l) ->
+        let _, found = List.fold_left (fun (i, found) ok ->
+            (i + 1, if ok then found else Printf.sprintf "%s[%d]" kind i :: found)) (0, []) l in
+        List.rev found) entries in
+    if refused <> [] then
+      { code = 1; entries; lines = [ Printf.sprintf "REJECTED: %d entries are not proved, the first is %s"
+                                       (List.length refused) (List.hd refused) ] }
+    else
+      let count kind = List.length (List.assoc kind entries) in
+      let open_part = no_plan <> Null in
+      let head = if open_part then "PROVED IN PART" else "ACCEPTED" in
+      let kind = match claim with Some (Obj l) -> (match List.assoc_opt "kind" l with Some (Str s) -> s | _ -> "") | _ -> "" in
+      let known = List.mem kind [ "pac"; "conformal"; "cover" ] in
+      let lines =
+        [ head ^ ". Proved by a checker that is itself proved, for every trajectory inside the tube:";
+          Printf.sprintf "  %d samples (p0, k) reach the goal and touch no obstacle" (count "samples");
+          Printf.sprintf "  %d polytopes of (p0, k) do so at every point of them" (count "sets");
+          Printf.sprintf "  %d corridors: so does every (p0, k) of the domain that meets all conditions of one" (count "corridors") ]
+        @ (if count "doubt" = 0 then []
+           else [ Printf.sprintf "  %d boxes of doubt: so does every execution within the room of one" (count "doubt") ])
+        @ (if open_part then [ "NOT LOOKED AT: no_plan. This program cannot check it; parc_jax.checker can." ] else [])
+        @ [ (if known then "The proof rests on the tube; the file's claim about it is not checked: kind " ^ kind
+             else "The proof rests on the tube, which is ASSUMED.") ]
+        @ List.map (fun part -> Printf.sprintf "  sha256 %s %s" part (text "a hash" (quoted part))) hashed in
+      { code = (if open_part then 3 else 0); lines; entries }
+
+(* As JSON, with a digit for every entry: for comparisons and for the page. *)
+let to_json (v : t) : string =
+  let quote s =
+    let b = Buffer.create (String.length s + 2) in
+    String.iter (function
+        | '"' -> Buffer.add_string b "\\\"" | '\\' -> Buffer.add_string b "\\\\"
+        | c when c < ' ' || c > '~' -> Buffer.add_string b (Printf.sprintf "\\u%04x" (Char.code c))
+        | c -> Buffer.add_char b c) s;
+    "\"" ^ Buffer.contents b ^ "\"" in
+  let digits l = quote (String.concat "" (List.rev (List.rev_map (fun ok -> if ok then "1" else "0") l))) in
+  let entries = String.concat ", " (List.map (fun (kind, l) -> quote kind ^ ": " ^ digits l) v.entries) in
+  Printf.sprintf "{\"code\": %d, \"lines\": [%s], \"entries\": {%s}}" v.code
+    (String.concat ", " (List.map quote v.lines)) entries

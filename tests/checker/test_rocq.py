@@ -1,0 +1,221 @@
+"""The checker that is itself proved (tests/checker/rocq): its proofs, what they rest on, and that
+it says the same as the Python one.
+
+Needs coqc, ocamlfind and zarith (Debian: coq, ocaml-findlib, libzarith-ocaml-dev). Without them
+everything here but the length of the specification is skipped.
+"""
+
+import hashlib
+import json
+import re
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+
+import answer_files as build
+import known
+import pytest
+
+sys.path.insert(0, str(Path(__file__).parent / "rocq" / "compare"))
+
+import format2
+import kernel
+import two
+import two_borders
+import two_mutants
+
+SOURCE = Path(__file__).parent / "rocq"
+PROVED = Path(__file__).parents[2] / "parc_jax" / "plot" / "page" / "proved.js"
+# What the engine wrote for helpers/toy_models.py's case 4, some entries of each kind: a random
+# network, a disc, two obstacles, two bins.
+ENGINE = SOURCE / "compare" / "engine_answer.json"
+THEOREMS = 6
+REALS = {  # the axioms of Coq's real numbers, and nothing else
+    "ClassicalDedekindReals.sig_forall_dec",
+    "FunctionalExtensionality.functional_extensionality_dep",
+}
+LIBRARY = REALS | {  # the same files of the library state these too; no theorem here uses them
+    "ClassicalDedekindReals.sig_not_dec",
+    "Classical_Prop.classic",
+}
+needs_coq = pytest.mark.skipif(
+    shutil.which("coqc") is None or shutil.which("ocamlfind") is None,
+    reason="coqc or ocamlfind is not installed: the proofs are not checked here",
+)
+
+
+def run(command, folder, code=0):
+    done = subprocess.run(
+        list(map(str, command)), cwd=folder, capture_output=True, text=True, timeout=550
+    )
+    assert done.returncode == code, done.stdout[-2000:] + done.stderr[-2000:]
+    return done.stdout
+
+
+@pytest.fixture(scope="module")
+def built(tmp_path_factory):
+    """A copy of the sources, with all proofs and the program made anew."""
+    folder = tmp_path_factory.mktemp("rocq") / "rocq"
+    made = shutil.ignore_patterns("*.vo*", "*.glob", ".*", "check", "check.ml*", "*.cm*", "*.o")
+    shutil.copytree(SOURCE, folder, ignore=made)
+    run(["make"], folder)
+    return folder
+
+
+def test_the_specification_is_short():
+    lines = (SOURCE / "Spec.v").read_text().splitlines()
+    assert len(lines) <= 150 and max(map(len, lines)) <= 120
+
+
+def test_nothing_is_admitted():
+    for path in SOURCE.glob("*.v"):
+        text = re.sub(r"\(\*.*?\*\)", "", path.read_text(), flags=re.DOTALL)
+        assert not re.search(r"\b(Admitted|admit|Axiom|Parameter|Conjecture)\b", text), path.name
+
+
+def test_the_javascript_program_is_made_from_these_sources():
+    """Its first line has their hash: `make js` writes both."""
+    names = re.search(r"^JS_FROM := (.*)$", (SOURCE / "Makefile").read_text(), re.M).group(1)
+    names = names.replace("$(OCAML)", "json.ml sha256.ml reader.ml verdict.ml").split()
+    digest = hashlib.sha256(b"".join((SOURCE / name).read_bytes() for name in names)).hexdigest()
+    assert PROVED.read_text().splitlines()[0] == f"// sha256 of the sources: {digest}"
+    assert PROVED.stat().st_size < 150_000
+
+
+@pytest.mark.slow
+@needs_coq
+@pytest.mark.timeout(600)
+def test_the_theorems_rest_on_the_axioms_of_the_reals_only(built):
+    out = run(["make", "-s", "assumptions"], built)
+    blocks = out.split("Axioms:\n")[1:]
+    assert len(blocks) == THEOREMS and "Closed under" not in out
+    for block in blocks:
+        assert set(re.findall(r"^([A-Za-z_.]+)$", block, flags=re.MULTILINE)) == REALS
+
+
+@pytest.mark.slow
+@needs_coq
+@pytest.mark.timeout(600)
+def test_coqs_small_checker_agrees(built):
+    out = run(["sh", "-c", "make -s coqchk 2>&1"], built)
+    axioms = out.split("* Axioms:")[1].split("* Constants")[0].split()
+    assert {".".join(name.split(".")[-2:]) for name in axioms} <= LIBRARY
+    assert out.count("<none>") == 3  # nothing was taken on trust: types, fixpoints, positivity
+
+
+@pytest.mark.slow
+@needs_coq
+@pytest.mark.timeout(600)
+def test_unsound_checkers_break_a_proof(built):
+    """The first few; the script alone tries all."""
+    out = run(["bash", "compare/seeded.sh", "3"], built)
+    assert out.count("as it must") == 4 and "WRONG" not in out
+
+
+@pytest.mark.slow
+@needs_coq
+@pytest.mark.timeout(600)
+def test_mutants_get_the_same_verdict_from_both_checkers(built):
+    seen, accepted, different = two_mutants.campaign([built / "check"], 1500, seed=0)
+    assert different == []
+    assert seen >= 1500 and 0.2 * seen < accepted < 0.8 * seen
+
+
+@pytest.mark.slow
+@needs_coq
+@pytest.mark.timeout(600)
+def test_points_of_polytopes_on_borders_between_bins_are_samples(built):
+    on, beside, refused = two_borders.compare([built / "check"], json.loads(ENGINE.read_text()))
+    assert beside > 10
+    assert on == 0  # faces that bins share belong to no polytope
+    assert refused == 0
+
+
+@pytest.mark.slow
+@needs_coq
+@pytest.mark.timeout(600)
+def test_bodies_of_several_points_in_space_and_template_tubes(built):
+    seen, good, different, hit = format2.campaign([built / "check"], 500, seed=0)
+    assert different == [] and hit == 0
+    assert seen >= 500 and good > 0.1 * seen
+
+
+@pytest.mark.slow
+@needs_coq
+@pytest.mark.timeout(600)
+def test_bad_files_are_refused(built):
+    """Every bad file of the Python checker's tests, but for its limits and the part on no plan."""
+    limits_of_its_own = {"a goal of 18000 bits"}  # of the integers over a common denominator
+    bad = {
+        why: make()
+        for why, (make, limits) in known.CASES.items()
+        if not limits and '"tree"' not in str(make()) and why not in limits_of_its_own
+    }
+    assert len(bad) > 90
+    for why, verdict in zip(bad, two.Proved([built / "check"]).verdicts(bad.values()), strict=True):
+        assert verdict["code"] == 1, why
+
+
+@pytest.mark.slow
+@needs_coq
+@pytest.mark.timeout(600)
+@pytest.mark.parametrize("name", known.VALID)
+def test_a_part_that_nobody_looked_at_is_never_accepted_bare(built, tmp_path, name):
+    answer = known.VALID[name]()
+    path = tmp_path / "answer.json"
+    path.write_text(json.dumps(answer))
+    if answer["no_plan"] is None:
+        assert run([built / "check", path], built).startswith("ACCEPTED.")
+    else:
+        out = run([built / "check", path], built, code=3)
+        assert out.startswith("PROVED IN PART.") and "NOT LOOKED AT: no_plan" in out
+    run([built / "check", tmp_path / "absent.json"], built, code=2)
+
+
+@pytest.mark.slow
+@needs_coq
+@pytest.mark.timeout(600)
+def test_an_answer_of_the_engine_in_the_kernel(built):
+    """Neither extraction nor OCaml nor the reader: Coq's kernel computes the check itself."""
+    answer = json.loads(ENGINE.read_text())
+    (built / "Real.v").write_text(kernel.script(answer, ENGINE.name, 1, 1))
+    out = run(["coqc", "-q", "Real.v"], built)
+    assert "sample0_is_safe" in out and "piece0_is_safe" in out
+    assert set(re.findall(r"^([A-Za-z]+\.[A-Za-z_]+)$", out, flags=re.MULTILINE)) == REALS
+
+
+@pytest.mark.slow
+@needs_coq
+@pytest.mark.timeout(600)
+def test_an_answer_of_the_engine_and_its_mutants(built):
+    run([built / "check", ENGINE], built)
+    answer = json.loads(ENGINE.read_text())
+    _, accepted, different = two_mutants.campaign([built / "check"], 300, seed=0, valid=answer)
+    assert accepted > 30 and different == []
+
+
+@pytest.mark.slow
+@needs_coq
+@pytest.mark.timeout(600)
+def test_files_with_changed_bytes_get_the_same_verdict_from_both_checkers(built):
+    answer = json.loads(ENGINE.read_text())
+    seen, accepted, different = two_mutants.texts([built / "check"], 300, 0, answer)
+    assert different == [] and 0.2 * seen < accepted < 0.8 * seen
+
+
+@pytest.mark.slow
+@needs_coq
+@pytest.mark.timeout(600)
+@pytest.mark.skipif(
+    shutil.which("js_of_ocaml") is None or shutil.which("node") is None,
+    reason="js_of_ocaml or node is not installed",
+)
+def test_the_javascript_program_says_the_same(built):
+    run(["make", "js", "PROVED=js/proved.js"], built)
+    program = built / "js" / "proved.js"
+    assert program.read_bytes() == PROVED.read_bytes()
+    files = [json.dumps(make()) for make in known.VALID.values()]
+    files += [ENGINE.read_text(), json.dumps(build.scene(1))]
+    native = two.Proved([built / "check"]).verdicts(files)
+    assert two.Proved(["node", built / "js" / "run.js", program]).verdicts(files) == native

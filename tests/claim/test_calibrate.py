@@ -1,0 +1,261 @@
+"""From a holdout to a claim: what is refused, what is reported, what is never dropped."""
+
+from dataclasses import replace
+from fractions import Fraction
+
+import jax
+import numpy as np
+import pytest
+from synthetic_plants import failing, noisy, plant, straight_network
+
+from parc_jax.claim.by_bin import bin_shares, calibrate_bins
+from parc_jax.claim.calibrate import calibrate
+from parc_jax.claim.counts import supported_eps
+from parc_jax.claim.declared import assumed_claim
+from parc_jax.claim.intersample import AccelerationBound, SpeedBound
+from parc_jax.claim.measure import measure
+from parc_jax.claim.monitor import inside_tube
+from parc_jax.claim.pipeline import bound_error
+from parc_jax.claim.profile import training_profile
+from parc_jax.claim.risk import NoStatement, Point, Uniform
+from parc_jax.claim.score import score_batch, score_system
+from parc_jax.errors import InputError
+from parc_jax.keys import Stage
+from parc_jax.rollout import collect as rolling
+from parc_jax.rollout.batch import concatenate
+from parc_jax.rollout.collect import collect
+
+KEY, NET = jax.random.PRNGKey(0), straight_network(4)
+pytestmark = pytest.mark.soundness
+
+
+@pytest.fixture(scope="module")
+def system():
+    return plant(noisy)
+
+
+@pytest.fixture(scope="module")
+def train(system):
+    return collect(system, KEY, 500, quiet=True)
+
+
+@pytest.fixture(scope="module")
+def profile(train):
+    return training_profile(NET, train, (3, 1))
+
+
+@pytest.fixture(scope="module")
+def holdout(system):
+    return collect(system, KEY, 688, Stage.BOUND, quiet=True)
+
+
+def test_the_tube_holds_every_run_it_was_sized_by(holdout, profile, train):
+    claim = calibrate(NET, holdout, profile, 1e-2, 1e-3, train=train)
+    assert (claim.eps, claim.delta, claim.n, claim.kind) == (
+        Fraction(1, 100),
+        Fraction(1, 1000),
+        688,
+        "pac",
+    )
+    errors, number = measure(NET, holdout), claim.tube.bin_of(holdout.k)
+    assert (errors.interval <= claim.tube.interval[number]).all() and (
+        errors.final <= claim.tube.final[number]
+    ).all()
+    assert inside_tube(claim, NET, holdout).all()
+    touching = (errors.interval >= claim.tube.interval[number] * (1 - 1e-12)).any() or (
+        errors.final >= claim.tube.final[number] * (1 - 1e-12)
+    ).any()
+    assert touching  # and no larger than the worst run needs
+
+
+def test_streamed_and_held_runs_give_the_same_claim(system, holdout, profile):
+    streamed = calibrate(
+        NET,
+        score_system(NET, system, KEY, profile, 688, quiet=True),
+        profile,
+        1e-2,
+        time=system.time,
+    )
+    held = calibrate(NET, holdout, profile, 1e-2)
+    np.testing.assert_allclose(streamed.tube.interval, held.tube.interval, rtol=1e-12)
+    assert streamed.statement() == held.statement()
+
+
+def test_scoring_resumes_with_the_same_numbers(system, profile, tmp_path):
+    whole = score_system(NET, system, KEY, profile, 200, chunk=16, quiet=True)
+    score_system(NET, system, KEY, profile, 100, chunk=16, path=tmp_path, quiet=True)
+    again = score_system(NET, system, KEY, profile, 200, path=tmp_path, quiet=True)
+    np.testing.assert_array_equal(again.score, whole.score)
+    other = training_profile(NET, collect(system, KEY, 60, quiet=True), (1, 1))
+    anew = score_system(NET, system, KEY, other, 200, path=tmp_path, quiet=True)  # the same runs
+    np.testing.assert_array_equal(
+        anew.score, score_system(NET, system, KEY, other, 200, quiet=True).score
+    )
+
+
+def test_more_runs_than_asked_for_support_a_smaller_eps(holdout, profile):
+    many = holdout.select(slice(99))
+    claim = calibrate(NET, many, profile, 0.1, 0.05)
+    assert claim.eps == supported_eps(99, 0.05) < Fraction(31, 1000)
+    assert "at most 0.0298" in claim.statement() and "asked" not in claim.statement()
+    assert calibrate(NET, many, profile, 0.1, 0.05, discard=2).eps == supported_eps(99, 0.05, 2)
+    # here the runs beyond the need are spent on a smaller tube instead
+    spent = calibrate(NET, many, profile, 0.1, 0.05, discard="most")
+    assert spent.eps == Fraction(1, 10) and spent.discard > 2
+    assert calibrate(NET, holdout.select(slice(29)), profile, 0.1, 0.05).eps == Fraction(1, 10)
+
+
+def test_few_runs_support_a_larger_eps_and_say_so(holdout, profile):
+    claim = calibrate(NET, holdout.select(slice(60)), profile, 1e-3, 1e-3)
+    assert 0.1087 < claim.eps < 0.1088
+    assert (
+        "eps = 0.001 (needs 6,905 runs) was asked; 60 runs do not support it" in claim.statement()
+    )
+    with pytest.raises(InputError, match="support no eps"):
+        calibrate(NET, holdout.select(slice(3)), profile, 1e-3, 1e-3, discard=3)
+
+
+def test_copies_and_training_runs_are_refused(system, holdout, profile, train):
+    with pytest.raises(InputError, match="occur twice"):
+        calibrate(NET, concatenate([holdout, holdout.select([4])]), profile, 1e-2)
+    with pytest.raises(InputError, match="500 of 500 runs are training runs"):
+        calibrate(NET, train, profile, 1e-2, train=train)
+    renamed = replace(holdout, seed=None, stage=None)  # the same content under another name
+    one_seen = concatenate([renamed, replace(train, seed=None, stage=None).select([7])])
+    with pytest.raises(InputError, match="1 of 689"):
+        calibrate(NET, one_seen, profile, 1e-2, train=train)
+    with pytest.raises(InputError, match="training runs"):
+        scores = score_system(NET, system, KEY, profile, 700, Stage.TRAIN, quiet=True)
+        calibrate(NET, scores, profile, 1e-2, time=system.time, train=train)
+
+
+def test_a_failed_run_is_an_infinite_score(profile):
+    broken = collect(plant(failing), KEY, 688, Stage.BOUND, quiet=True)
+    scores = score_batch(NET, broken, profile)
+    assert (np.isinf(scores.score) == broken.failed).all() and broken.failed.any()
+    claim = calibrate(NET, broken, profile, 1e-2)
+    assert not claim.tube.claimed.any() and claim.statement().startswith("No claim")
+    assert isinstance(claim.risk(Uniform(0.5)), NoStatement)
+    kept = calibrate(NET, broken, profile, 0.1, 1e-3, discard=int(broken.failed.sum()))
+    assert kept.tube.claimed.all() and kept.eps < Fraction(1, 10)
+
+
+def test_discards_and_looks_cost_runs(holdout, profile):
+    plain = calibrate(NET, holdout, profile, 0.02, 1e-3)
+    most = calibrate(NET, holdout, profile, 0.02, 1e-3, discard="most")
+    assert (
+        most.discard >= 1
+        and most.eps == Fraction(1, 50) > plain.eps
+        and most.tube.interval.sum() < plain.tube.interval.sum()
+    )
+    assert calibrate(NET, holdout, profile, 1e-2, 1e-3, looks=2).eps > Fraction(1, 100)
+    scores = np.sort(score_batch(NET, holdout, profile).score)
+    assert float.fromhex(most.evidence["scale"]) == scores[-1 - most.discard]
+
+
+def test_the_marginal_reading(holdout, profile):
+    claim = calibrate(NET, holdout, profile, 1e-2, kind="conformal", discard="most")
+    assert claim.eps == Fraction(claim.discard + 1, 689) <= Fraction(1, 100) and claim.delta is None
+    assert isinstance(claim.risk(Uniform(0.5)), NoStatement)
+
+
+def test_time_between_records_is_declared_and_added(holdout, profile):
+    plain = calibrate(NET, holdout, profile, 1e-2)
+    fast = calibrate(NET, holdout, profile, 1e-2, intersample=SpeedBound((2.0, 4.0)))
+    np.testing.assert_allclose(
+        fast.tube.interval - plain.tube.interval, [[[0.05, 0.1]] * 4] * 3, rtol=1e-9
+    )
+    np.testing.assert_array_equal(fast.tube.final, plain.tube.final)
+    bent = calibrate(NET, holdout, profile, 1e-2, intersample=AccelerationBound(8.0))
+    np.testing.assert_allclose(bent.tube.interval - plain.tube.interval, 8 * 0.05**2 / 8, rtol=1e-9)
+    assert (
+        "speed <= (2.0, 4.0) m/s" in fast.statement()
+        and "DISCRETE_TIME(h = 0.05 s)" in plain.statement()
+    )
+    assert (inside_tube(fast, NET, holdout) == inside_tube(plain, NET, holdout)).all()
+    with pytest.raises(InputError, match="speed bound"):
+        calibrate(NET, holdout, profile, 1e-2, intersample=SpeedBound((1.0, 2.0, 3.0)))
+
+
+def test_per_bin_claims_need_runs_in_every_bin(system, profile, train):
+    scores = score_system(NET, system, KEY, profile, 3000, quiet=True)
+    claim = calibrate_bins(NET, scores, profile, 1e-2, 1e-3, time=system.time, train=train)
+    assert "in each claimed bin" in claim.statement()
+    supported = [supported_eps(n, 1e-3 / 3) for n in claim.evidence["bin_runs"]]
+    assert list(claim.bin_eps) == supported and claim.eps == max(supported) < Fraction(1, 100)
+    assert claim.risk(Uniform(0.1, bin=1)).bound == supported[1] * bin_shares(profile)[1] * 10
+    spent = calibrate_bins(NET, scores, profile, 1e-2, 1e-3, time=system.time, discard="most")
+    assert spent.bin_eps == (Fraction(1, 100),) * 3
+    assert isinstance(claim.risk(Point()), NoStatement)
+    one = np.array([float.fromhex(s) for s in claim.evidence["bin_scale"]])
+    assert one.max() == scores.score.max() and one.min() < one.max()
+    lopsided = score_system(NET, system, KEY, profile, 900, k=_mostly_left, quiet=True)
+    thin = calibrate_bins(NET, lopsided, profile, 1e-2, 1e-3, time=system.time)
+    assert thin.tube.claimed.tolist() == [True, False, False] and thin.bin_eps[1:] == (None, None)
+    assert isinstance(
+        thin.risk(Uniform(0.1, bin=0)), NoStatement
+    )  # this law is not uniform: shares unknown
+    with pytest.raises(InputError, match="at least 8,003 runs in a bin"):
+        calibrate_bins(NET, scores, profile, 1e-3, 1e-3, time=system.time)
+
+
+def _mostly_left(key):
+    u = jax.random.uniform(key, (2,))
+    return u.at[0].multiply(jax.numpy.where(u[1] < 0.95, 0.33, 1.0))
+
+
+def test_bin_shares_are_exact(profile):
+    assert sum(bin_shares(profile)) == 1 and len(bin_shares(profile)) == 3
+
+
+def test_the_one_call(system, train):
+    claim = bound_error(
+        NET, system, KEY, eps=0.05, delta=0.01, bins=(2, 1), train=train, search=64, quiet=True
+    )
+    assert claim.n == 90 and claim.tube.n_bins == 2 and claim.evidence["search"]["runs"] == 64
+    plain = bound_error(
+        NET, system, KEY, eps=0.05, delta=0.01, bins=(2, 1), train=train, search=0, quiet=True
+    )
+    assert (claim.tube.interval >= plain.tube.interval).all()
+    chosen = bound_error(NET, system, KEY, eps=0.05, delta=0.01, train=train, search=0, quiet=True)
+    assert chosen.tube.n_bins >= 2  # the error grows along an axis of K
+
+
+def test_a_killed_one_call_continues_with_the_same_claim(system, train, tmp_path, monkeypatch):
+    arguments = {
+        "eps": 0.05,
+        "delta": 0.01,
+        "bins": (2, 1),
+        "train": train,
+        "search": 0,
+        "quiet": True,
+    }
+    whole = bound_error(NET, system, KEY, **arguments)
+    monkeypatch.setattr(
+        "parc_jax.claim.pipeline.calibrate",
+        lambda *a, **b: (_ for _ in ()).throw(KeyboardInterrupt),
+    )
+    with pytest.raises(KeyboardInterrupt):
+        bound_error(NET, system, KEY, path=tmp_path, **arguments)
+    monkeypatch.undo()
+    real, calls = rolling.simulate_rows, []
+    monkeypatch.setattr(rolling, "simulate_rows", lambda *a: (calls.append(a), real(*a))[1])
+    assert bound_error(NET, system, KEY, path=tmp_path, **arguments).to_json() == whole.to_json()
+    # one stored chunk of the profile's runs and one of the holdout's are run again, to see that the
+    # system still repeats them
+    assert len(calls) == 2
+
+
+def test_the_one_call_on_recorded_runs(train, holdout):
+    claim = bound_error(NET, holdout, None, train=train, bins=(2, 1))
+    assert claim.n == 688 and 0.0099 < claim.eps < 0.01
+    with pytest.raises(InputError, match="expected train"):
+        bound_error(NET, holdout, None)
+
+
+def test_the_published_bound_is_the_training_maximum(train):
+    claim, errors = assumed_claim(NET, train), measure(NET, train)
+    np.testing.assert_array_equal(claim.tube.interval[0], errors.interval.max(axis=0))
+    assert claim.kind == "assumed" and claim.eps is None
+    by_bin = assumed_claim(NET, train.select(train.k[:, 0] < 0.4), (2, 1))
+    assert by_bin.tube.claimed.tolist() == [True, False]

@@ -1,0 +1,95 @@
+"""How many runs a claim costs: against the published table and against exact rationals."""
+
+import re
+from fractions import Fraction
+from math import comb
+from pathlib import Path
+
+import pytest
+from scipy.special import bdtr
+
+import parc_jax
+from parc_jax.claim.counts import (
+    as_probability,
+    clopper_pearson,
+    least_probability,
+    most_discards,
+    required_runs,
+    supported_eps,
+    wrong_claim_probability,
+)
+from parc_jax.errors import InputError
+
+pytestmark = pytest.mark.soundness
+
+
+def exact_tail(n, eps, discard):
+    eps = Fraction(str(eps))
+    return sum(comb(n, i) * eps**i * (1 - eps) ** (n - i) for i in range(discard + 1))
+
+
+def test_the_table_of_runs():
+    deltas = (0.05, 1e-3, 1e-6, 1e-9)
+    table = {
+        0.1: (29, 66, 132, 197),
+        0.01: (299, 688, 1375, 2062),
+        1e-3: (2995, 6905, 13809, 20713),
+        1e-4: (29956, 69075, 138149, 207223),
+    }
+    for eps, row in table.items():
+        assert tuple(required_runs(eps, delta) for delta in deltas) == row
+    assert required_runs(1e-5, 1e-6) == 1_381_545
+
+
+@pytest.mark.parametrize(
+    ("discard", "n"), [(0, 1375), (1, 1661), (5, 2532), (10, 3431), (50, 9219)]
+)
+def test_discards_against_exact_rationals(discard, n):
+    assert required_runs(0.01, 1e-6, discard) == n
+    assert exact_tail(n, 0.01, discard) <= Fraction(1, 10**6) < exact_tail(n - 1, 0.01, discard)
+    assert wrong_claim_probability(n, 0.01, discard) >= exact_tail(n, 0.01, discard)
+
+
+@pytest.mark.parametrize(("n", "discard"), [(60, 0), (400, 3), (6905, 0), (2_000, 5)])
+def test_the_supported_eps_is_supported_and_nearly_the_smallest(n, discard):
+    eps = supported_eps(n, 1e-3, discard)
+    assert (
+        exact_tail(n, eps, discard)
+        <= Fraction(1, 1000)
+        < exact_tail(n, eps * (1 - Fraction(1, 10**4)), discard)
+    )
+
+
+def test_sixty_runs_support_eleven_percent():
+    assert 0.1087 < supported_eps(60, 1e-3) < 0.1088
+    assert supported_eps(3, 1e-3, 3) is None
+
+
+def test_most_discards_is_the_inverse_of_required_runs():
+    for discard in (0, 1, 7, 40):
+        n = required_runs(0.01, 1e-3, discard)
+        assert (
+            most_discards(n, 0.01, 1e-3) == discard
+            and most_discards(n - 1, 0.01, 1e-3) == discard - 1
+        )
+
+
+def test_probabilities_are_the_decimals_the_user_wrote():
+    assert as_probability("eps", 1e-3) == Fraction(1, 1000)
+    for bad in (0, 1, 1.5, -0.1):
+        with pytest.raises(InputError, match="between 0 and 1"):
+            as_probability("eps", bad)
+
+
+def test_one_bound_on_a_probability_serves_everybody():
+    """Against the binomial tail itself; and no second inversion anywhere in the package."""
+    for failures, n, delta in ((0, 10, 0.05), (3, 50, 1e-3), (49, 50, 1e-6), (120, 9_000, 1e-9)):
+        high = float(clopper_pearson(failures, n, delta))
+        assert 0.9 * delta < bdtr(failures, n, high) <= delta  # never on the small side
+        low = least_probability(n - failures, n, delta)
+        assert low == pytest.approx(1 - high, abs=1e-12)
+    assert least_probability(0, 5, 0.01) == 0.0 and clopper_pearson(5, 5, 0.01) == 1
+    inverted = re.compile(r"betainc|beta\.(ppf|isf)")
+    root = Path(parc_jax.__file__).parent
+    found = {str(p.relative_to(root)) for p in root.rglob("*.py") if inverted.search(p.read_text())}
+    assert found == {"claim/counts.py"}

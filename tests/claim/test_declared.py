@@ -1,0 +1,49 @@
+"""Tubes of which nothing is shown: they say so, and promise nothing."""
+
+import jax
+import numpy as np
+import pytest
+from synthetic_plants import noisy, plant, straight_network
+
+import parc_jax as pj
+from parc_jax.claim.risk import Density, NoStatement, Point, Uniform
+from parc_jax.rollout.collect import collect
+
+WHY = "the data sheet gives 2 cm over the whole workspace"
+TUBE = pj.tube([[0, 0.5, 1], [0, 1]], np.full((2, 4, 2), 0.02), np.full((2, 3), 0.02))
+
+
+def test_a_bound_from_elsewhere_gives_its_reason_and_no_probability():
+    claim = pj.declared_claim(TUBE, WHY + ".")
+    assert claim.kind == "declared" and claim.tube is TUBE
+    assert claim.statement() == (
+        f"DECLARED, not shown here: that no run leaves the tube, because {WHY}. "
+        "Assumes: THE TUBE HOLDS."
+    )
+    assert repr(claim).startswith(f"ErrorClaim(declared, {WHY}, Tube(2 bins of K")
+    for nu in (Uniform(0.5), Density(1.0), Point()):
+        assert isinstance(claim.risk(nu), NoStatement)
+
+
+def test_a_declared_tube_makes_a_model_for_its_network_only(tmp_path):
+    net = straight_network(4)
+    claim = pj.declared_claim(TUBE, WHY, net)
+    time = pj.time_grid(0.25, 1.0)
+    model = pj.trajectory_model(net, claim, pj.box([0, 0], [1, 1]), time)
+    again = pj.load(model.save(tmp_path / "m.npz"))
+    assert again.claim.statement() == claim.statement()
+    other = pj.relu_network([w + 1 for w in net.weights], net.biases)
+    with pytest.raises(pj.InputError, match="network its claim was measured on"):
+        pj.trajectory_model(other, claim, pj.box([0, 0], [1, 1]), time)
+
+
+@pytest.mark.parametrize(("tube", "why"), [(None, WHY), (TUBE, "  "), (TUBE, None)])
+def test_a_tube_and_a_reason_are_asked_for(tube, why):
+    with pytest.raises(pj.InputError, match="expected a Tube"):
+        pj.declared_claim(tube, why)
+
+
+def test_the_published_bound_says_assumed():
+    train = collect(plant(noisy), jax.random.PRNGKey(0), 60, quiet=True)
+    claim = pj.assumed_claim(straight_network(4), train)
+    assert claim.kind == "assumed" and claim.evidence["tube"] == claim.tube.hash

@@ -1,0 +1,181 @@
+"""What counts as independent: copies are found beyond storage and printing, groups count as one."""
+
+import jax
+import numpy as np
+import pytest
+from synthetic_plants import disturbed, exact, noisy, plant, straight_network
+
+from parc_jax.claim.by_bin import calibrate_bins
+from parc_jax.claim.calibrate import calibrate
+from parc_jax.claim.monitor import monitor
+from parc_jax.claim.pipeline import bound_error
+from parc_jax.claim.profile import training_profile
+from parc_jax.claim.score import score_batch
+from parc_jax.errors import InputError
+from parc_jax.keys import Stage
+from parc_jax.rollout.batch import rollout_batch
+from parc_jax.rollout.collect import collect
+from parc_jax.rollout.law import law_spec
+
+KEY, NET = jax.random.PRNGKey(0), straight_network(4)
+pytestmark = pytest.mark.soundness
+
+
+def recorded(k, p, q, like, k_law="logged", groups=None, name="file:log"):
+    """Runs as from a file."""
+    law = law_spec(name, like.domain, k_law)
+    return rollout_batch(k, p, q, time=like.time, domain=like.domain, law=law, groups=groups)
+
+
+@pytest.fixture(scope="module")
+def train():
+    return collect(plant(noisy), KEY, 100, quiet=True)
+
+
+@pytest.fixture(scope="module")
+def held():
+    return collect(plant(noisy), KEY, 100, Stage.BOUND, quiet=True)
+
+
+@pytest.fixture(scope="module")
+def profile(train):
+    return training_profile(NET, train, (1, 1))
+
+
+def windows(held, shift):
+    """Every run twice, the second time micrometres away, as overlapping windows are."""
+    p = np.concatenate([held.p, held.p + shift * np.linspace(0, 1, 21)[None, :, None]])
+    return np.concatenate([held.k, held.k]), p, np.concatenate([held.q, held.q])
+
+
+def test_windows_of_one_recording_are_not_two_runs(held, profile):
+    k, p, q = windows(held, 3e-6)
+    with pytest.raises(InputError, match=r"rows 0 and 100 are copies.*100 pairs.*groups="):
+        calibrate(NET, recorded(k, p, q, held), profile, 0.1)
+    with pytest.raises(InputError, match=r"drawn uniformly, as declared; 100 of 200"):
+        calibrate(NET, recorded(k, p + 0.1 * p**2, q, held, "uniform"), profile, 0.1)
+    groups = np.tile(np.arange(100), 2)
+    one, two = (
+        calibrate(NET, recorded(*runs, held, "uniform", groups=own), profile, 0.1)
+        for runs, own in (((held.k, held.p, held.q), None), ((k, p, q), groups))
+    )
+    assert (one.n, two.n) == (100, 100) and one.eps == two.eps
+    assert "over the 100 calibration recordings (of 200 runs), any run of a new" in two.statement()
+    assert two.evidence["rows"] == 200
+
+
+def test_the_score_of_a_group_is_its_worst(held, profile):
+    groups = np.arange(100) // 4
+    batch = recorded(held.k, held.p, held.q, held, groups=groups)
+    scores = score_batch(NET, batch, profile)
+    claim = calibrate(NET, batch, profile, 0.5, 0.05, discard=3)
+    worst = scores.score.reshape(25, 4).max(axis=1)
+    assert claim.n == 25 and float.fromhex(claim.evidence["scale"]) == np.sort(worst)[-4]
+    with pytest.raises(InputError, match="come in groups"):
+        calibrate_bins(NET, scores, profile, 0.5, 0.05, time=held.time)
+    through = bound_error(
+        NET, batch, None, 0.5, 0.05, train=collect(plant(noisy), KEY, 60, quiet=True)
+    )
+    assert through.n == 25
+
+
+def test_a_claim_from_groups_is_not_too_good():
+    """One bad recording of many windows is one piece of evidence."""
+    system = plant(disturbed)
+    wrong = {True: 0, False: 0}
+    for seed in range(60):
+        key = jax.random.PRNGKey(seed)
+        runs = collect(system, key, 40, quiet=True)
+        # ten windows of each: the same gust, k moved a little
+        rng = np.random.default_rng(seed)
+        k = np.clip(np.repeat(runs.k, 10, axis=0) + 0.01 * rng.normal(size=(400, 2)), 0, 1)
+        s = np.linspace(0, 1, 21)[None, :, None]
+        p = s * k[:, None] + np.repeat(runs.p - s * runs.k[:, None], 10, axis=0)
+        flat = training_profile(NET, collect(plant(exact), key, 10, quiet=True), (1, 1))
+        for grouped in (True, False):
+            own = np.repeat(np.arange(40), 10) if grouped else None
+            batch = recorded(k, p, k[:, :1], runs, groups=own)
+            claim = calibrate(NET, batch, flat, 0.001, 0.2)
+            wide = claim.tube.interval[0, -1].min()
+            from scipy.stats import norm
+
+            inside = (2 * norm.cdf(wide / 0.1) - 1) ** 2  # a new gust stays inside
+            wrong[grouped] += 1 - inside > float(claim.eps)
+    # promised: at most one in five
+    assert wrong[True] <= 20 and wrong[False] >= 40, wrong
+
+
+def test_copies_of_training_runs_are_found_beyond_float32(train, held, profile):
+    printed = [
+        np.array([[float(f"{v:.6g}") for v in row] for row in part]) for part in (train.k, train.q)
+    ]
+    p = np.round(train.p, 6)
+    copies = recorded(np.clip(printed[0], 0, 1), p, printed[1], train)
+    assert not np.isin(copies.hashes(), train.hashes()).any()  # not equal in float32
+    mixed = recorded(
+        np.concatenate([held.k, copies.k[:3]]),
+        np.concatenate([held.p, copies.p[:3]]),
+        np.concatenate([held.q, copies.q[:3]]),
+        train,
+    )
+    with pytest.raises(InputError, match=r"3 of 103 runs are training runs.*first is row 100"):
+        calibrate(NET, mixed, profile, 0.1, train=train)
+    calibrate(NET, mixed.select(slice(100)), profile, 0.1, train=train)
+
+
+@pytest.mark.parametrize("n_k", [1, 2])
+def test_independent_runs_are_no_copies(n_k):
+    """Even where nothing but k tells them apart, and thousands of k lie close together."""
+    from parc_jax.rollout.copies import marks_of, near_copies
+    from parc_jax.sets.box import box
+    from parc_jax.system import time_grid
+
+    rng, domain, time = np.random.default_rng(0), box([0.0] * n_k, [1.0] * n_k), time_grid(0.5, 1.0)
+    law = law_spec("file:x", domain)
+    marks = []
+    for _ in range(2):
+        k = rng.uniform(size=(3000, n_k))
+        p = np.array([0.0, 0.5, 1.0])[None, :, None] * k[:, None, :1]
+        marks.append(
+            marks_of(rollout_batch(k, p, np.zeros((3000, 0)), time=time, domain=domain, law=law))
+        )
+    assert len(near_copies(marks[0], None, np.ones(n_k))) == 0
+    assert len(near_copies(*marks, np.ones(n_k))) == 0
+
+
+def test_copies_of_failed_runs_are_copies_too(train, held, profile):
+    """They cannot be near anything, but they can be equal."""
+    p = np.array(train.p[:2])
+    p[:, 5:] = np.nan
+    broken = recorded(train.k[:2], p, train.q[:2], train)
+    one, two = broken.select([0]), broken.select([0, 1])
+    mixed = recorded(*(np.concatenate([getattr(b, f) for b in (held, one)]) for f in "kpq"), held)
+    with pytest.raises(InputError, match="1 of 101 runs are training runs"):
+        calibrate(NET, mixed, profile, 0.1, train=two)
+    twice = recorded(*(np.concatenate([getattr(b, f) for b in (one, mixed)]) for f in "kpq"), held)
+    with pytest.raises(InputError, match="1 of 102 runs occur twice"):
+        calibrate(NET, twice, profile, 0.1)
+
+
+def test_training_and_holdout_share_no_recording(train, held, profile):
+    groups = np.arange(100) // 2
+    mine = recorded(train.k, train.p, train.q, train, groups=groups)
+    theirs = recorded(held.k, held.p, held.q, held, groups=groups + 30)
+    with pytest.raises(InputError, match=r"40 of 100 runs belong to recordings.*batch.split"):
+        calibrate(NET, theirs, profile, 0.1, train=mine)
+    elsewhere = recorded(held.k, held.p, held.q, held, groups=groups, name="file:other")
+    assert calibrate(NET, elsewhere, profile, 0.1, train=mine).n == 50
+
+
+def test_float32_systems_are_not_refused_for_equal_k(profile, held):
+    k = np.float64(np.float32(held.k))
+    batch = recorded(k, held.p, held.q, held, "uniform")
+    assert calibrate(NET, batch, profile, 0.1).n == 100
+
+
+def test_a_monitor_counts_recordings(held, profile, train):
+    claim = calibrate(NET, held, profile, 0.1)
+    watch = monitor(claim, NET)
+    groups = np.arange(100) // 4
+    seen = watch.observe(recorded(train.k, train.p, train.q, train, groups=groups))
+    assert seen.seen == 25 and watch.observe(train).seen == 100

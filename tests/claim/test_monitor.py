@@ -1,0 +1,128 @@
+"""Watching a claim: silent while it is true, rings when it is not; and a new claim from new data."""
+
+from functools import partial
+
+import jax
+import numpy as np
+import pytest
+from synthetic_plants import (
+    between_knots,
+    disturbed,
+    exact,
+    noisy,
+    plant,
+    straight_network,
+)
+
+from parc_jax.claim.declared import assumed_claim
+from parc_jax.claim.monitor import inside_tube, monitor
+from parc_jax.claim.pipeline import bound_error
+from parc_jax.claim.profile import training_profile
+from parc_jax.claim.risk import Point, Uniform
+from parc_jax.claim.update import centred, refit, update
+from parc_jax.errors import InputError
+from parc_jax.rollout.collect import collect
+
+KEY, NET = jax.random.PRNGKey(0), straight_network(4)
+pytestmark = pytest.mark.soundness
+
+
+@pytest.fixture(scope="module")
+def claim():
+    return bound_error(NET, plant(disturbed), KEY, 0.02, 1e-3, (1, 1), search=0, quiet=True)
+
+
+def test_a_true_claim_rarely_rings(claim, rng):
+    alpha, alarms, watch = 0.05, 0, monitor(claim, NET, alpha=0.05)
+    outside = rng.random((300, 400)) < watch.rate  # the worst rate that the claim allows
+    gain = np.where(
+        outside[..., None],
+        np.log(watch.bets / watch.rate),
+        np.log1p(-watch.bets) - np.log1p(-watch.rate),
+    )
+    wealth = np.exp(np.cumsum(gain, axis=1)).mean(axis=2)
+    alarms = (wealth.max(axis=1) >= 1 / alpha).mean()
+    assert alarms <= alpha + 4 * np.sqrt(alpha * (1 - alpha) / 300)
+    state = watch
+    for x in outside[0]:
+        state = state.bet(bool(x))
+    assert state.e_value == pytest.approx(wealth[0, -1]) and state.left == outside[0].sum()
+
+
+def test_a_shifted_disturbance_rings(claim):
+    shifted = collect(plant(partial(disturbed, scale=2.0)), KEY, 1500, quiet=True)
+    before = monitor(claim, NET)
+    after = before.observe(shifted)
+    assert after.alarm and after.left / after.seen > 0.05 and after.e_value >= 1000
+    assert not before.alarm and before.seen == 0  # monitors are values
+    calm = before.observe(collect(plant(disturbed), jax.random.PRNGKey(8), 1500, quiet=True))
+    assert not calm.alarm
+
+
+def test_an_alarm_does_not_stop(claim):
+    """Runs inside the tube win the wealth of the bets back; the claim stays refuted."""
+    watch = monitor(claim, NET, alpha=0.05)
+    for outside in [True] * 4 + [False] * 400:
+        watch = watch.bet(outside)
+    assert watch.e_value < 1 < 20 < watch.peak and watch.alarm
+
+
+def test_a_run_that_leaves_the_tube_between_knots_has_left(claim):
+    bent = collect(plant(between_knots(height=1.0)), KEY, 5, quiet=True)
+    straight = collect(plant(exact), KEY, 5, quiet=True)
+    assert not inside_tube(claim, NET, bent).any() and inside_tube(claim, NET, straight).all()
+    once = np.array(straight.p)
+    once[:, 7, 1] += 1.0  # one record of one axis
+    assert not inside_tube(claim, NET, straight.replace(p=once)).any()
+
+
+def test_a_monitor_needs_a_rate(claim):
+    assert monitor(claim, NET, Uniform(0.25)).rate == pytest.approx(0.08)
+    with pytest.raises(InputError, match="one k"):
+        monitor(claim, NET, Point())
+    with pytest.raises(InputError, match="below 1/2"):
+        monitor(claim, NET, Uniform(0.01))
+    with pytest.raises(InputError, match="assumed"):
+        monitor(assumed_claim(NET, collect(plant(disturbed), KEY, 50, quiet=True)), NET)
+
+
+def test_new_data_gives_a_new_claim(claim):
+    shifted = plant(partial(disturbed, scale=2.0), name="icy")
+    seen = collect(shifted, KEY, 400, quiet=True)
+    fresh = collect(shifted, KEY, 400, 2, quiet=True)
+    net, new = update(claim, NET, seen, fresh, bins=(1, 1))
+    assert (
+        net is NET
+        and new.eps < claim.eps  # as small as the fresh runs allow
+        and new.tube.interval.max() > 1.5 * claim.tube.interval.max()
+    )
+    assert new.law.generator == "icy" and new.evidence["updated_from"]["n"] == claim.n
+    _, small = update(claim, NET, seen, fresh.select(slice(100)), bins=(1, 1))
+    assert small.eps > claim.eps  # what a hundred runs support
+    with pytest.raises(InputError, match="training runs"):
+        update(claim, NET, seen, seen, bins=(1, 1))
+
+
+def test_refitting_the_last_layer_keeps_the_regions_and_lowers_the_error():
+    train = collect(plant(noisy), KEY, 500, quiet=True)
+    features = np.random.default_rng(0).normal(size=(12, 2))
+    from parc_jax.network.relu import relu_network
+
+    deep = relu_network([features, np.zeros((9, 12))], [np.linspace(-1, 1, 12), np.zeros(9)])
+    better = refit(deep, train)
+    np.testing.assert_array_equal(better.weights[0], deep.weights[0])
+    assert (
+        training_profile(better, train, (1, 1)).interval.mean()
+        < 0.5 * training_profile(deep, train, (1, 1)).interval.mean()
+    )
+
+
+def test_centring_makes_the_tube_no_wider():
+    train = collect(plant(noisy), KEY, 500, quiet=True)
+    shifted = straight_network(4)
+    shifted = shifted.replace(biases=(shifted.biases[0] + 0.2,))
+    middle = centred(shifted, train)
+    before, after = (training_profile(net, train, (1, 1)) for net in (shifted, middle))
+    assert (after.final <= before.final + 1e-12).all() and after.interval[
+        :, -1
+    ].mean() < 0.8 * before.interval[:, -1].mean()

@@ -1,0 +1,130 @@
+"""One pipeline: Python and the shell promise the same of the same runs, the start included."""
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+import pytest
+from synthetic_plants import Plant, noisy, plant, straight, straight_network
+
+import parc_jax as pj
+from parc_jax.claim.claim import check_tube
+from parc_jax.claim.update import update
+from parc_jax.experiment.learn import learn, learn_recorded
+from parc_jax.experiment.settings import Study
+from parc_jax.experiment.stopwatch import Stopwatch
+from parc_jax.keys import Stage
+from parc_jax.rollout.collect import collect
+
+KEY = jax.random.PRNGKey(5)
+NET = straight_network(4)
+STUDY = Study(
+    hidden=(),
+    others=(),
+    bins=(2, 1),
+    rollouts=80,
+    eps=0.1,
+    delta=0.05,
+    profile_runs=50,
+    search=64,
+    discard=0,
+    gap=0.02,
+)
+
+
+class Leaning(Plant):
+    """Its runs lean by up to `size` when they start elsewhere."""
+
+    size = 0.5
+
+    def rollout_from(self, key, k, p0):
+        p, q = straight(k, jnp.linspace(0.0, 1.0, 21))
+        return pj.Trajectory(p + self.size * jnp.sin(p0[0]), q)
+
+
+def test_the_start_is_declared_tried_and_added(tmp_path):
+    options = {"eps": 0.1, "delta": 0.05, "bins": (1, 1), "profile_runs": 40, "search": 0}
+    narrow = pj.bound_error(NET, plant(noisy), KEY, gap=0.0, quiet=True, **options)
+    wide = pj.bound_error(NET, plant(noisy), KEY, gap=0.25, quiet=True, **options)
+    assert (wide.tube.interval >= narrow.tube.interval + 0.25).all()
+    assert (wide.tube.final >= narrow.tube.final + 0.25).all()
+    assert "TRANSLATION_INVARIANCE(within 0.25; not measured)" in wide.assumptions
+    plain = pj.bound_error(NET, plant(noisy), KEY, quiet=True, **options)
+    assert any(a.startswith("TRANSLATION_INVARIANCE(within 1e-05") for a in plain.assumptions)
+    held, train = (
+        collect(plant(noisy), KEY, 60, s, quiet=True) for s in (Stage.BOUND, Stage.TRAIN)
+    )
+    logged = pj.bound_error(NET, held, None, 0.1, 0.05, train=train, gap=0.25)
+    assert "TRANSLATION_INVARIANCE(within 0.25; not measured)" in logged.assumptions
+
+
+def test_a_start_that_matters_more_is_refused():
+    base = plant(noisy)
+    leaning = Leaning(base.domain, base.time, base.run)
+    with pytest.raises(pj.InputError, match="do not depend on where they start"):
+        pj.bound_error(NET, leaning, KEY, 0.1, 0.05, quiet=True)
+
+
+def test_python_and_shell_make_the_same_claim(tmp_path):
+    system = plant(noisy)
+    learned = learn(system, STUDY, KEY, Stopwatch(), tmp_path, True)
+    again = pj.bound_error(
+        learned.main.net,
+        system,
+        KEY,
+        STUDY.eps,
+        STUDY.delta,
+        STUDY.bins,
+        train=learned.train,
+        profile_runs=STUDY.profile_runs,
+        search=STUDY.search,
+        gap=STUDY.gap,
+        quiet=True,
+    )
+    assert again.to_json() == learned.main.claim.to_json()
+    assert again.tube.hash == learned.main.tube.hash
+    check_tube(again)
+
+
+def test_an_update_keeps_the_declared_start():
+    train, held, more = (
+        collect(plant(noisy), key, 80, stage, quiet=True)
+        for key, stage in ((KEY, 1), (KEY, 2), (jax.random.PRNGKey(6), 2))
+    )
+    old = pj.bound_error(NET, held, None, 0.1, 0.05, (1, 1), train=train, gap=0.25)
+    for gap, declared in ((None, 0.25), (0.5, 0.5)):
+        _, new = update(old, NET, train, more, bins=(1, 1), gap=gap)
+        assert f"TRANSLATION_INVARIANCE(within {declared}; not measured)" in new.assumptions
+        assert (new.tube.interval > declared).all()
+
+
+def test_recorded_runs_too():
+    train, held = (collect(plant(noisy), KEY, 80, stage, quiet=True) for stage in (1, 2))
+    learned = learn_recorded(train, held, STUDY, KEY)
+    again = pj.bound_error(
+        learned.main.net, held, None, 0.1, 0.05, (2, 1), train=train, gap=STUDY.gap
+    )
+    assert again.to_json() == learned.main.claim.to_json()
+    assert np.isfinite(again.tube.interval).all()
+
+
+def test_networks_and_claims_about_the_same_runs_split_delta():
+    """Two networks and two claims each: four looks at one holdout, at a quarter of delta each."""
+    from parc_jax.claim.counts import supported_eps
+    from parc_jax.claim.pipeline import BoundSettings, SystemRuns, bound_errors
+    from parc_jax.claim.start_gap import StartTrial
+
+    system = plant(noisy)
+    asked = BoundSettings(
+        eps=0.1,
+        delta=0.05,
+        claims=("one", "bins"),
+        bins=(1, 1),
+        profile_runs=40,
+        fresh=100,
+        search=0,
+    )
+    runs = SystemRuns(system, KEY, 0, None, True)
+    made = bound_errors([NET, NET], runs, None, asked, StartTrial(0.0, None), system.time, key=KEY)
+    claims = [claim for of_one in made for claim in of_one]
+    assert len(claims) == 4 and {claim.looks for claim in claims} == {4}
+    assert {claim.eps for claim in claims} == {supported_eps(100, 0.05 / 4)}

@@ -1,0 +1,92 @@
+"""Shapes: learnt from training data, never from the holdout."""
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+import pytest
+from synthetic_plants import disturbed, failing, noisy, plant, straight, straight_network
+
+from parc_jax.claim.edges import choose_edges
+from parc_jax.claim.measure import measure
+from parc_jax.claim.profile import edges_of, training_errors, training_profile
+from parc_jax.errors import InputError
+from parc_jax.rollout.collect import collect
+from parc_jax.sets.box import box
+
+KEY, NET = jax.random.PRNGKey(0), straight_network(4)
+
+
+def test_one_bin_is_the_training_maximum_plus_the_floor():
+    train = collect(plant(noisy), KEY, 300, quiet=True)
+    profile, errors = training_profile(NET, train, (1, 1), floor=1e-3), measure(NET, train)
+    np.testing.assert_allclose(profile.interval[0], errors.interval.max(axis=0) + 1e-3)
+    np.testing.assert_allclose(profile.final[0], errors.final.max(axis=0) + 1e-3)
+
+
+def test_bins_hold_their_own_maximum_and_borrow_from_neighbours():
+    train = collect(plant(noisy), KEY, 400, quiet=True)
+    profile, errors = training_profile(NET, train, (4, 4), floor=1e-3), measure(NET, train)
+    number = profile.bin_of(train.k)
+    own = np.zeros_like(profile.interval)
+    np.maximum.at(own, number, errors.interval)
+    assert (profile.interval >= own + 1e-3 - 1e-15).all() and (
+        profile.interval <= own.max(axis=0) + 1e-3
+    ).all()
+    grid = own.reshape(4, 4, 4, 2)
+    assert (profile.interval.reshape(4, 4, 4, 2)[1, 2] >= 0.5 * grid[:3, 1:].max(axis=(0, 1))).all()
+
+
+def test_empty_bins_get_a_width_too():
+    train = collect(plant(noisy), KEY, 200, quiet=True)
+    left = train.select(train.k[:, 0] < 0.1)
+    profile = training_profile(NET, left, (8, 1))
+    np.testing.assert_allclose(profile.interval[7], measure(NET, left).interval.max(axis=0) + 1e-3)
+    assert (profile.interval[1] >= profile.interval[0] * 0.5).all()
+
+
+def test_failed_runs_do_not_shape():
+    profile = training_profile(NET, collect(plant(failing), KEY, 200, quiet=True), (1, 1))
+    assert np.isfinite(profile.interval).all()
+
+
+def chosen(run, n=2000):
+    train = collect(plant(run), KEY, n, quiet=True)
+    return choose_edges(*training_errors(NET, train), train.domain)
+
+
+def test_k_is_cut_where_that_helps_and_nowhere_else():
+    varied = chosen(noisy)
+    assert len(varied[0]) >= 4 and len(varied[1]) == 2  # the error grows along the first axis only
+    assert (
+        sum(len(edge) - 2 for edge in chosen(disturbed)) <= 1
+    )  # the same everywhere: at most one cut, by chance
+
+
+def test_a_jump_is_cut_out():
+    def jump(key, k, s):
+        p, q = straight(k, s)
+        bad = (k[0] > 0.5) & (k[0] < 0.55)
+        return p + jnp.where(bad, 1.0, 0.02) * jax.random.normal(key, (2,))[None] * s[:, None], q
+
+    edges = chosen(jump)[0]
+    assert 0.5 in edges and 0.5625 in edges and len(edges) <= 8
+
+
+def test_bins_hold_twenty_runs_on_average():
+    few = chosen(noisy, 60)
+    assert (len(few[0]) - 1) * (len(few[1]) - 1) <= 3
+    with pytest.raises(InputError, match="at least 4"):
+        chosen(noisy, 3)
+
+
+def test_edges_end_exactly_at_the_domain():
+    edges = edges_of(box([0.1, -1.0], [0.7, np.pi]), (3, 7))
+    assert (
+        edges[0][0] == 0.1 and edges[0][-1] == 0.7 and edges[1][-1] == np.pi and len(edges[1]) == 8
+    )
+    with pytest.raises(InputError, match="2 numbers >= 1"):
+        edges_of(box([0, 0], [1, 1]), (3,))
+    given = edges_of(box([0, 0], [1, 1]), ([0, 0.2, 1], 2))
+    assert given[0].tolist() == [0, 0.2, 1] and given[1].tolist() == [0, 0.5, 1]
+    with pytest.raises(InputError, match="edges of axis 0"):
+        edges_of(box([0, 0], [1, 1]), ([0, 0.2, 0.9], 2))

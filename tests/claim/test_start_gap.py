@@ -1,0 +1,110 @@
+"""How much the start matters: refused when a trial sees more than declared, added to the tube,
+named in the claim.
+"""
+
+from dataclasses import replace
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+import pytest
+from synthetic_plants import noisy, plant
+from toy_models import line_model
+
+from parc_jax.claim.claim import claim_from_json
+from parc_jax.claim.measure import measure
+from parc_jax.claim.start_gap import allow_for_start, try_starts
+from parc_jax.errors import InputError
+from parc_jax.experiment.learn import learn
+from parc_jax.experiment.settings import Study
+from parc_jax.experiment.stopwatch import Stopwatch
+from parc_jax.rollout.collect import collect
+from parc_jax.system import Trajectory
+
+KEY = jax.random.PRNGKey(3)
+STUDY = Study(
+    hidden=(3,),
+    others=(),
+    bins=(1, 1),
+    rollouts=40,
+    eps=0.2,
+    delta=0.2,
+    search=0,
+    seeds=1,
+    steps=20,
+    gap=0.02,
+)
+
+
+class Hill:
+    """Pushed aside by what the start's first coordinate says, at most `size` [m]: it violates
+    invariance, a little.
+    """
+
+    def __init__(self, size: float):
+        base = plant(noisy)
+        self.name, self.domain, self.time, self.n_p, self.n_q = "hill", base.domain, base.time, 2, 1
+        self.flat, self.size = base.rollout, size
+
+    def rollout(self, key, k):
+        return self.rollout_from(key, k, jnp.zeros(2, k.dtype))
+
+    def rollout_from(self, key, k, p0):
+        p, q = self.flat(key, k)
+        push = self.size * jnp.sin(p0[0])
+        return Trajectory(
+            p + push * jnp.linspace(0.0, 1.0, len(p), dtype=p.dtype)[:, None], q + push
+        )
+
+
+def test_a_start_that_matters_more_than_declared_is_refused_with_its_size(tmp_path):
+    with pytest.raises(
+        InputError, match=r"more than 0.02; moving the start by up to .* m moved the offsets by 0.0"
+    ):
+        learn(Hill(0.1), STUDY, KEY, Stopwatch(), tmp_path, True)
+    with pytest.raises(InputError, match="a number >= 0"):
+        try_starts(Hill(0.0), KEY, float("nan"))
+    assert try_starts(Hill(0.0), KEY, 0.0).seen == 0.0
+
+
+def test_the_tube_holds_runs_from_elsewhere_and_without_the_allowance_it_does_not(tmp_path):
+    """The worst start for every run: all that stay inside from the origin stay inside of the wider
+    tube.
+    """
+    hill = Hill(0.02)
+    learned = learn(hill, STUDY, KEY, Stopwatch(), tmp_path, True)
+    model, claim = learned.main, learned.main.claim
+    runs = collect(hill, jax.random.PRNGKey(8), 400, quiet=True)
+    worst = np.where(runs.p[:, -1] > 0, 1.0, -1.0)[:, :1]  # moved either way, both must hold
+    ramp = np.linspace(0.0, 1.0, runs.p.shape[1])[None, :, None]
+
+    def inside(tube, push):
+        moved = replace(runs, p=runs.p + push[:, None] * ramp, q=runs.q + push)
+        errors = measure(model.net, moved)
+        return (errors.interval <= tube.interval[0]).all(axis=(1, 2)) & (
+            errors.final <= tube.final[0]
+        ).all(axis=1)
+
+    narrow = replace(
+        model.tube, interval=model.tube.interval - STUDY.gap, final=model.tube.final - STUDY.gap
+    )  # as it was calibrated, at the origin
+    held = inside(narrow, 0.0 * worst)
+    assert held.mean() > 0.8
+    for way in (1.0, -1.0):
+        assert inside(model.tube, way * 0.02 * worst)[held].all()
+    assert not all(inside(narrow, way * 0.02 * worst)[held].all() for way in (1.0, -1.0))
+    named = [a for a in claim.assumptions if a.startswith("TRANSLATION_INVARIANCE")]
+    assert len(named) == 1 and "within 0.02" in named[0] and "seen from 8 starts" in named[0]
+    assert named[0] in claim.statement()
+    assert "mattered by at most 0.0" in learned.start.statement()
+    assert claim_from_json(claim.to_json(), claim.tube).assumptions == claim.assumptions
+
+
+def test_a_system_that_cannot_start_elsewhere_says_so():
+    trial = try_starts(plant(noisy), KEY, 1e-3)
+    assert trial.seen is None and "not measured" in trial.statement()
+    claim = replace(line_model(4, 0.1).claim, assumptions=("IID", "TRANSLATION_INVARIANCE", "X"))
+    wider = allow_for_start(claim, trial)
+    assert wider.assumptions == ("IID", "TRANSLATION_INVARIANCE(within 0.001; not measured)", "X")
+    np.testing.assert_allclose(wider.tube.interval - claim.tube.interval, 1e-3, rtol=0, atol=1e-15)
+    assert (wider.tube.final - claim.tube.final >= 1e-3 - 1e-17).all()

@@ -1,0 +1,92 @@
+"""Bins and widths."""
+
+import itertools
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+import pytest
+
+from parc_jax.arrays import x64
+from parc_jax.claim.profile import runs_per_bin
+from parc_jax.claim.tube import tube
+from parc_jax.errors import InputError
+
+EDGES = [[0.0, 1.0, 3.0], [0.0, 0.5, 1.0, 2.0]]
+
+
+def widths(n_bins=6):
+    return np.full((n_bins, 4, 2), 0.1), np.full((n_bins, 3), 0.2)
+
+
+def test_bins_are_row_major_closed_boxes(rng):
+    t = tube(EDGES, *widths())
+    k = rng.uniform([0, 0], [3, 2], (200, 2))
+    for row, number in zip(k, t.bin_of(k), strict=True):
+        lo, hi = t.bin_box(number)
+        assert (lo <= row).all() and (row <= hi).all()
+    assert (t.bin_of(np.array([[0.5, 1.5], [3.0, 2.0], [3.1, 0.0]])) == [2, 5, -1]).all()
+
+
+def test_a_parameter_on_a_shared_edge_belongs_to_every_bin_it_touches():
+    t = tube(EDGES, *widths())
+    numbers = t.bins_of(np.array([[1.0, 0.5], [1.0, 2.0], [0.2, 0.2], [0.0, 0.0]]))
+    assert [set(row) for row in numbers.tolist()] == [{0, 1, 3, 4}, {2, 5}, {0}, {0}]
+    assert runs_per_bin(numbers, 6).tolist() == [3, 1, 1, 1, 1, 1]
+    with pytest.raises(InputError, match="falls in no bin"):
+        t.bins_of(np.array([[1.0, np.nan]]))
+
+
+def test_one_infinite_width_takes_the_claim_from_its_bin():
+    interval, final = widths()
+    interval[2, 1, 0], final[4, 0] = np.inf, np.inf
+    t = tube(EDGES, interval, final)
+    assert t.claimed.tolist() == [True, True, False, True, False, True]
+    assert np.isinf(t.interval[2]).all()
+
+
+def test_bad_widths_are_refused():
+    interval, final = widths()
+    with pytest.raises(InputError, match="negative"):
+        tube(EDGES, -interval, final)
+    with pytest.raises(InputError, match="NaN"):
+        tube(EDGES, interval * np.nan, final)
+    with pytest.raises(InputError, match="expected shape"):
+        tube(EDGES, interval[:5], final)
+
+
+def test_on_a_shared_edge_a_proof_allows_for_the_widest_bin_and_a_run_keeps_to_the_narrowest(rng):
+    interval = rng.uniform(0.1, 1.0, (6, 4, 2))
+    final = rng.uniform(0.1, 1.0, (6, 3))
+    t = tube(EDGES, interval, final)
+    k = np.array([[0.2, 0.2], [1.0, 0.5], [3.0, 2.0]])
+    most, least = t.widest_at(k), t.narrowest_at(k)
+    for number, (widths, ends) in enumerate([t.widest([0]), t.widest([0, 1, 3, 4]), t.widest([5])]):
+        np.testing.assert_array_equal(most[0][number], widths)
+        np.testing.assert_array_equal(most[1][number], ends)
+    np.testing.assert_array_equal(least[0][1], interval[[0, 1, 3, 4]].min(axis=0))
+    np.testing.assert_array_equal(least[1][1], t.least([0, 1, 3, 4])[1])
+    assert (most[0][1] > least[0][1]).all()
+
+
+def test_host_and_kernel_are_told_the_same(rng):
+    t = tube(EDGES, rng.uniform(0.1, 1.0, (6, 4, 2)), rng.uniform(0.1, 1.0, (6, 3)))
+    A = rng.normal(size=(5, 3))
+    with x64():
+        during, end = jax.jit(lambda b: (t.during(b, 2), t.at_end(b)))(jnp.asarray(4))
+        lost = jax.jit(lambda t, b: t.support_at_end(A, b))(t, jnp.asarray(4))
+    np.testing.assert_array_equal(during, t.during(4)[2])
+    np.testing.assert_array_equal(end, t.at_end(4))
+    corners = np.array(list(itertools.product([-1, 1], repeat=3))) * t.at_end(4)
+    np.testing.assert_allclose(lost, (A @ corners.T).max(axis=1), rtol=1e-15)
+    assert (t.n_steps, t.n_p, t.n_q, t.n_k, t.grid) == (4, 2, 1, 2, (2, 3))
+
+
+def test_a_tube_is_one_line():
+    interval, final = widths()
+    interval[2] = np.inf
+    text = "Tube(6 bins of K, 4 intervals, median half width 0.1 m"
+    assert repr(tube(EDGES, *widths())) == text + ")"
+    assert repr(tube(EDGES, interval, final)) == text + ", 1 without claim)"
+    assert "without claim" in repr(tube([[0, 1]], np.full((1, 4, 2), np.inf), final[:1]))
+    assert "\n" not in repr(jax.tree.map(lambda x: None, tube(EDGES, *widths())))

@@ -1,0 +1,95 @@
+"""`plot` from the shell: films of robots that are here and of those that are not, progress, places."""
+
+import pytest
+import toy_query
+from matplotlib.image import imread
+
+from parc_jax import cli
+
+ROBOT = """
+import jax.numpy as jnp
+import parc_jax as pj
+
+
+class Folded:
+    name, n_p, n_q = "folded", 2, 1
+    domain, time = pj.box([-1.0, -1.0], [1.0, 1.0]), pj.time_grid({dt}, 1.0)
+
+    def rollout(self, key, k):
+        s = jnp.linspace(0.0, 1.0, self.time.n_record + 1)[:, None]
+        return pj.Trajectory(s * jnp.array([k[0], jnp.abs(k[1])])[None], k[:1])
+
+
+def system():
+    return Folded()
+"""
+
+
+@pytest.fixture
+def shell(capsys, monkeypatch, tmp_path):
+    """Run a command line beside an answer of the toy query: (exit code, said, complained)."""
+    monkeypatch.chdir(tmp_path)
+    toy_query.answer().save(tmp_path / "answer.json")
+
+    def run(*arguments):
+        capsys.readouterr()
+        with pytest.raises(SystemExit) as stop:
+            cli.main([str(a) for a in arguments])
+        return (stop.value.code or 0), *capsys.readouterr()
+
+    return run
+
+
+def test_without_the_simulator_the_prediction_is_filmed_and_that_is_said(shell, tmp_path):
+    code, said, complained = shell("plot", "answer.json", "--video", "film", "--sample", 1)
+    assert code == 0 and said == "film\n"
+    assert "no simulator called 'toy' is here" in complained and "--system MODULE" in complained
+    assert "frame" in complained  # the bar
+    assert len(list((tmp_path / "film").iterdir())) > 25
+
+
+def test_with_a_simulator_a_true_run_is_filmed(shell, tmp_path, monkeypatch):
+    monkeypatch.syspath_prepend(tmp_path)
+    (tmp_path / "folded_robot.py").write_text(ROBOT.format(dt=0.25))
+    command = ("plot", "answer.json", "--system", "folded_robot", "--quiet")
+    assert shell(*command, "--video", "film") == (0, "", "")
+    first = imread(tmp_path / "film" / "0000.png")
+    assert first.shape[:2] == (460, 720)
+    (tmp_path / "other_robot.py").write_text(ROBOT.format(dt=0.5))
+    code, _, complained = shell(
+        "plot", "answer.json", "--system", "other_robot", "--video", "other.gif", "--quiet"
+    )
+    assert code == 2 and "expected the time grid of the answer" in complained
+    code, _, complained = shell("plot", "answer.json", "--system", "none", "--video", "f.gif")
+    assert code == 2 and "a module of your own; got 'none'" in complained
+    assert not (tmp_path / "f.gif").exists()
+
+
+def test_every_figure_that_is_drawn_is_named_while_it_is(shell):
+    code, said, complained = shell("plot", "answer.json", "--figures", "timeline", "projections")
+    assert code == 0 and said.split() == ["timeline.png", "projections.png"]
+    assert "drawing timeline" in complained and "drawing projections" in complained
+    assert shell("plot", "answer.json", "--figures", "timeline", "--quiet") == (0, "", "")
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        (("--video", "film.avi"), ".mp4 or .gif"),
+        (("--video", "f.gif", "--sample", "99"), "one of 5 safe samples, 0 to 4; got 99"),
+        (("--out", "answer.json"), "answer.json is a file and no folder. Name another place"),
+        (("--html", "answer.json/page.html"), "is a file and no folder"),
+        (("--html", "folder.html"), "there is a folder of that name"),
+    ],
+)
+def test_what_cannot_be_drawn_is_refused_in_one_sentence(shell, tmp_path, arguments, message):
+    (tmp_path / "folder.html").mkdir()
+    before = sorted(tmp_path.rglob("*"))
+    code, said, complained = shell("plot", "answer.json", *arguments, "--quiet")
+    assert code == 2 and said == "" and message in complained and complained.count("\n") == 1
+    assert sorted(tmp_path.rglob("*")) == before
+
+
+def test_model_and_scene_the_wrong_way_round(shell):
+    code, _, complained = shell("solve", "scene.toml", "model.npz", "--no-cache")
+    assert code == 2 and "Swap the two" in complained

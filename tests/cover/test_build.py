@@ -1,0 +1,54 @@
+"""Batches of corridors around plans that wait: every batch leaves fewer, and ends."""
+
+import numpy as np
+from toy_models import toy_case
+
+from parc_jax.cover import build as stage
+from parc_jax.cover.build import admit, build, greedy, nothing_built
+from parc_jax.cover.corridor import Corridor
+from parc_jax.cover.sampling import draw, no_points
+from parc_jax.verdict.scene import scene_of
+
+
+def begin(model, plans):
+    """Nothing built, and all plans asked."""
+    return admit(nothing_built(model.tube.interval, no_points(model)), plans)
+
+
+def test_plans_that_no_short_direction_separates_are_given_up(rng, monkeypatch):
+    model, problem = toy_case(4)
+    scene = scene_of(problem, model)
+
+    def nowhere(scene, choice):
+        shape = choice.direction.shape[1:]
+        one = Corridor(np.ones((*shape, 2)), np.full(shape, 1e3), None, None, None)
+        return [one] * len(choice.direction)
+
+    monkeypatch.setattr(stage, "_spelled_out", nowhere)
+    building, kept = begin(model, draw(model, scene, rng, 2000).safe)
+    assert not kept.any()
+    while waiting := len(building.waiting.k):
+        building = build(scene, building, rng)
+        assert len(building.waiting.k) < waiting  # an endless search would be the price of hope
+    assert len(building.corridors) == 0
+
+
+def test_every_batch_leaves_fewer_plans_and_changes_nothing_before_it(rng):
+    model, problem = toy_case(8)
+    scene = scene_of(problem, model)
+    plans = draw(model, scene, rng, 4000).safe
+    building, kept = begin(model, plans)
+    assert not kept.any() and len(building.waiting.k) == len(plans.k)
+    after = build(scene, building, rng, few=True)
+    assert len(building.corridors) == 0 and len(building.waiting.k) == len(plans.k)
+    assert 0 < len(after.corridors) <= stage.CALL and len(after.waiting.k) < len(plans.k)
+    again, kept = admit(after, plans)
+    assert kept.sum() == again.counts.sum() > 0 and after.counts.sum() == 0
+    assert len(again.waiting.k) == len(after.waiting.k) + (~kept).sum()
+    assert (np.diff(again.counts[again.order]) <= 0).all()
+
+
+def test_greedy_takes_the_column_that_adds_most():
+    kept = np.array([[1, 0, 1], [1, 0, 0], [1, 1, 0], [0, 1, 0], [0, 0, 1]], bool)
+    assert list(greedy(kept)) == [0, 1, 2] and list(greedy(kept, worth=0.5)) == [0]
+    assert list(greedy(kept[:0])) == [] and list(greedy(kept[:, :0])) == []

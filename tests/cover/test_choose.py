@@ -1,0 +1,65 @@
+"""The choice of directions around a seed: masks of plans, and who is inside of what is chosen."""
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+from toy_models import toy_case
+
+from parc_jax.arrays import x64
+from parc_jax.cover import build as building
+from parc_jax.cover import choose as choosing
+from parc_jax.cover.corridors import Corridors
+from parc_jax.cover.sampling import draw
+from parc_jax.verdict.scene import scene_of
+
+
+def seed_and_neighbours(model, problem, rng):
+    """Paths and errors of one seed with 63 neighbours, and the directions chosen for them."""
+    scene = scene_of(problem, model)
+    seen = draw(model, scene, rng, 20_000).safe.at(slice(0, choosing.PLANS))
+    path, error = seen.path.astype(np.float32), model.tube.interval[seen.bin].astype(np.float32)
+    with x64():
+        choice = jax.device_get(choosing.choose_batch(scene.arrays, path[None], error[None]))
+    return scene, path, error, choice
+
+
+def test_masks_say_which_plans_a_direction_separates(rng):
+    model, problem = toy_case(4)
+    scene, path, error, _ = seed_and_neighbours(model, problem, rng)
+    grown, table = scene.obstacles, scene.directions
+    with x64():
+        _, masks = choosing._separation_masks(
+            grown.corner[0],
+            grown.sign[0],
+            grown.active[0],
+            table.w[0],
+            table.support[0],
+            grown.radius,
+            scene.slack,
+            jnp.asarray(path, float),
+            jnp.asarray(error, float),
+        )
+    masks = np.asarray(masks)
+    for t, d, b in zip(
+        *(rng.integers(0, n, 400) for n in (len(masks), table.w.shape[1], len(path))), strict=True
+    ):
+        w = table.w[0, d]
+        gap = (
+            min(path[b, t] @ w, path[b, t + 1] @ w) - table.support[0, d] - error[b, t] @ np.abs(w)
+        )
+        if abs(gap) > 1e-6:
+            assert bool(masks[t, d] >> np.uint64(b) & np.uint64(1)) == (
+                gap > 0 or not grown.active[0, t]
+            )
+
+
+def test_the_seed_keeps_to_what_is_built_around_it_and_most_neighbours_do(rng):
+    model, problem = toy_case(4)
+    scene, _, _, choice = seed_and_neighbours(model, problem, rng)
+    assert choice.kept.all()
+    seen = draw(model, scene, rng, 20_000).safe.at(slice(0, 400))
+    seeds = np.arange(0, 400, 40)
+    state = building.nothing_built(model.tube.interval, seen)
+    around = building._around(scene, state, building._with_neighbours(seen, seeds, rng))
+    kept = Corridors(model.tube.interval, around).kept(seen.path, seen.bin)
+    assert kept[seeds, np.arange(len(seeds))].all() and kept.sum(axis=0).max() > 100

@@ -1,0 +1,102 @@
+"""A search as a whole: any scene is covered and proved, corridors alone, safe plans alone; nothing is
+loaded that a query does not need.
+"""
+
+import subprocess
+import sys
+
+import jax
+import numpy as np
+import pytest
+from scipy.stats import binom
+from toy_models import line_model, toy_case
+
+from parc_jax.cover.sampling import HOPELESS, draw
+from parc_jax.planner import Planner
+from parc_jax.problem import reach_avoid
+from parc_jax.sets.box import box
+from parc_jax.settings import Settings
+from parc_jax.status import Status
+from parc_jax.verdict.pointwise import verdicts
+
+MODEL, PROBLEM = toy_case(4)
+
+
+def test_samples_come_proved_and_without_polytopes():
+    first, again = (
+        Planner(MODEL).solve(PROBLEM, jax.random.PRNGKey(3), Settings(n_samples=600, budget_s=0.0))
+        for _ in "ab"
+    )
+    assert (
+        first.found
+        and len(first.samples) == 600
+        and not first.polytopes
+        and first.timings["first_polytope_s"] is None
+    )
+    assert first.status is Status.PROVED and first.refused == 0 and first.coverage.at_least == 0.0
+    np.testing.assert_array_equal(first.samples, again.samples)
+    seen = verdicts(
+        MODEL, first.scene, first.samples[:, : MODEL.n_p], first.samples[:, MODEL.n_p :]
+    )
+    assert seen.safe.all() and 0 < first.safe_share < 1
+
+
+def test_where_nothing_is_safe_the_look_ends():
+    blocks = [
+        box([2, 0.295], [5, 2.3]),
+        box([2, -2.3], [5, -0.295]),
+    ]  # a gap narrower than the tube needs
+    problem = reach_avoid(box([3.0, -0.5, -1.0], [4.0, 0.5, 1.0]), blocks, 0.25)
+    answer = Planner(line_model(e=0.05)).solve(
+        problem, jax.random.key(0), Settings(budget_s=0.0, no_plan_budget_s=0.0)
+    )
+    assert not answer.found and answer.counts["safe"] == 0 and answer.counts["drawn"] >= HOPELESS
+
+
+def test_a_query_of_a_saved_model_loads_no_simulator_and_no_solver():
+    heavy = {
+        "mujoco",
+        "brax",
+        "optax",
+        "clarabel",
+        "scipy.stats",
+        "scipy.spatial",
+        "scipy.optimize",
+        "matplotlib",
+    }
+    code = (
+        f"import sys, parc_jax.model, parc_jax.planner; print(sorted({heavy!r} & set(sys.modules)))"
+    )
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert done.stdout.strip() == "[]"
+
+
+@pytest.mark.parametrize("n_obstacles", [0, 1, 5, 7])
+def test_any_number_of_obstacles_is_covered_and_proved(n_obstacles):
+    """Scenes are padded to few numbers of obstacles; what only pads must not reach a certificate."""
+    blocks = [box([2, 0.5 + i], [3, 0.9 + i]) for i in range(n_obstacles)]
+    problem = reach_avoid(box([3.0, -0.5, -1.0], [4.0, 0.5, 1.0]), blocks, 0.1)
+    answer = Planner(line_model(e=0.05)).solve(
+        problem, jax.random.key(0), Settings(n_samples=5, target=0.1, budget_s=300)
+    )
+    assert answer.refused == 0 and answer.polytopes and answer.corridors
+    assert min(answer.coverage.at_least, answer.corridor_coverage.at_least) >= 0.9
+
+
+def test_corridors_alone_are_certified_without_polytopes(rng):
+    model, problem = toy_case(4)
+    options = {"n_samples": 5, "target": 0.02, "budget_s": 300}
+    answer = Planner(model).solve(problem, jax.random.key(0), Settings(polytopes=False, **options))
+    assert (
+        not answer.polytopes
+        and answer.coverage.at_least == 0
+        and answer.corridor_coverage.at_least >= 0.98
+    )
+    assert 0 < answer.timings["corridors_s"] <= answer.timings["cover_s"]
+    assert all(p.polytopes == p.inside == 0 for p in answer.history)
+    fresh = draw(model, answer.scene, rng, 40_000).safe
+    kept = int(answer.keeps(fresh.p0, fresh.k).sum())
+    assert binom.cdf(kept, len(fresh.k), 0.98) > 1e-6
+    both = Planner(model).solve(problem, jax.random.key(0), Settings(**options))
+    assert both.corridor_coverage.at_least >= 0.98 and both.coverage.at_least >= 0.98
+    assert [p.kept >= p.inside for p in both.history] == [True] * len(both.history)

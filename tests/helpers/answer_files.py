@@ -1,0 +1,333 @@
+"""Builds certificates for the checker's tests from scratch: pure Python, fractions, nothing shared
+with the checker.
+
+The network is evaluated neuron by neuron with fractions, and a separating direction is found by
+trying facets and mixtures of two facets in every interval. Plain on purpose: this is the second
+opinion.
+"""
+
+import copy
+import functools
+import hashlib
+import itertools
+import json
+import math
+import random
+from fractions import Fraction as F
+
+KINDS = ("samples", "sets", "corridors")
+
+
+def text(x):
+    """Nested numbers as strings: dyadic ones as hex floats, the rest as p/q."""
+    if isinstance(x, list | tuple):
+        return [text(v) for v in x]
+    x = F(x)
+    return float(x).hex() if x == F(float(x)) else f"{x.numerator}/{x.denominator}"
+
+
+def value(x):
+    """Inverse of `text`, reads decimals too."""
+    if isinstance(x, list):
+        return [value(v) for v in x]
+    return one_value(x)
+
+
+@functools.lru_cache(maxsize=1 << 16)
+def one_value(x):
+    """The number that a text spells."""
+    return F(float.fromhex(x)) if "0x" in x else F(x)
+
+
+def dot(a, b):
+    return sum((x * y for x, y in zip(a, b, strict=True)), F(0))
+
+
+def rehash(answer):
+    """Makes all hashes agree with the content; returns the answer."""
+    answer["hash"] = {
+        part: hashlib.sha256(
+            json.dumps(answer[part], sort_keys=True, separators=(",", ":")).encode()
+        ).hexdigest()
+        for part in ("problem", "network", "tube")
+    }
+    if answer["claim"] is not None:
+        answer["claim"] |= {f"{part}_hash": answer["hash"][part] for part in ("network", "tube")}
+    return answer
+
+
+def answer(problem, network, tube, samples=(), sets=(), no_plan=None, kind="pac", corridors=()):
+    """A complete answer around parts that are already JSON; without corridors as older files are,
+    without their key.
+    """
+    claim = {
+        "kind": kind,
+        "statement": "a new rollout leaves the tube with probability at most 0.001",
+        "n": 6905,
+    }
+    parts = {"problem": problem, "network": network, "tube": tube, "claim": claim}
+    rest = {"samples": list(samples), "sets": list(sets), "no_plan": no_plan}
+    rest |= {"corridors": list(corridors)} if corridors else {}
+    return rehash(
+        json.loads(json.dumps({"format": "parc_jax.answer/1", **parts, **rest}))
+    )  # shares nothing
+
+
+def only(answer, kind, *entries):
+    """The answer with these entries of one kind, all of its own by default, and nothing else."""
+    kept = list(entries) or answer[kind]
+    return {**answer, **{key: [] for key in KINDS}, "no_plan": None, kind: kept}
+
+
+def entries(answer):
+    """All samples, sets and corridors."""
+    return [entry for kind in KINDS for entry in answer.get(kind, [])]
+
+
+def box_rows(lo, hi):
+    """A box as half-spaces A x <= b, upper faces first."""
+    A = [[sign * int(i == j) for j in range(len(lo))] for sign in (1, -1) for i in range(len(lo))]
+    return {"A": text(A), "b": text([*hi, *(-v for v in lo)])}
+
+
+def evaluate(network, k):
+    """(pre-activations of the hidden neurons, outputs) at a point, in fractions."""
+    x, hidden = list(k), []
+    layers = list(zip(value(network["weights"]), value(network["biases"]), strict=True))
+    for depth, (W, b) in enumerate(layers):
+        x = [dot(row, x) + c for row, c in zip(W, b, strict=True)]
+        if depth < len(layers) - 1:
+            hidden += x
+            x = [max(v, F(0)) for v in x]
+    return hidden, x
+
+
+def path(problem, network, p0, k):
+    """(knots p_0 .. p_T, q) in fractions."""
+    n, T = problem["n_p"], problem["steps"]
+    _, y = evaluate(network, k)
+    offsets = [[F(0)] * n] + [y[s * n : (s + 1) * n] for s in range(T)]
+    return [[p + c for p, c in zip(p0, offset, strict=True)] for offset in offsets], y[T * n :]
+
+
+def bins_of(tube, k):
+    """All closed bins that contain k."""
+    found = [0]
+    for edge, x in zip(value(tube["edges"]), k, strict=True):
+        inside = [i for i in range(len(edge) - 1) if edge[i] <= x <= edge[i + 1]]
+        found = [n * (len(edge) - 1) + i for n in found for i in inside]
+    return found
+
+
+def widths(tube, k):
+    """Largest widths over the closed bins that contain k: (interval, final)."""
+    intervals = zip(*(value(tube["interval"][b]) for b in bins_of(tube, k)), strict=True)
+    finals = zip(*(value(tube["final"][b]) for b in bins_of(tube, k)), strict=True)
+    return [[max(v) for v in zip(*e, strict=True)] for e in intervals], [max(v) for v in finals]
+
+
+def norm_up(w):
+    """A rational upper bound of |w| within 2^-100 or so."""
+    square = dot(w, w)
+    up = math.isqrt((square.numerator << 240) // square.denominator + 1) + 1
+    return F(up, 1 << 120)
+
+
+def reaches(problem, tube, knots, q, k):
+    """Start, domain and goal with margin, in fractions."""
+    goal, start, end = problem["goal"], problem["start"], [*knots[-1], *q]
+    final = widths(tube, k)[1]
+    rows = zip(value(goal["A"]), value(goal["b"]), strict=True)
+    if not all(dot(a, end) + dot(map(abs, a), final) <= b for a, b in rows):
+        return False
+    lo, hi = (value(problem["domain"][side]) for side in ("lo", "hi"))
+    inside = [a <= x <= b for a, x, b in zip(lo, k, hi, strict=True)]
+    if start is not None:
+        inside += [
+            dot(a, knots[0]) <= b for a, b in zip(value(start["A"]), value(start["b"]), strict=True)
+        ]
+    return all(inside)
+
+
+def slack(rows, body, multipliers, ends, e):
+    """How far both ends of a segment lie beyond the grown obstacle in the direction of the
+    multipliers.
+    """
+    w = [sum(m * rows[i][0][j] for i, m in multipliers) for j in range(len(e))]
+    if not any(w):
+        return F(-1)
+    size = norm_up(w)
+    h = sum(m * rows[i][1] for i, m in multipliers) + dot(map(abs, w), e)
+    h += (
+        value(body["radius"]) * size
+        if "radius" in body
+        else max(-dot(w, v) for v in value(body["vertices"]))
+    )
+    return (min(dot(w, p) for p in ends) - h) / size
+
+
+def separation(problem, knots, interval):
+    """SEP of a path, or None if facets and mixtures of two facets do not separate it."""
+    sep = []
+    for obstacle in problem["obstacles"]:
+        first, last = obstacle.get("steps", [0, problem["steps"] - 1])
+        rows = list(zip(value(obstacle["A"]), value(obstacle["b"]), strict=True))
+        options = [[(i, F(1))] for i in range(len(rows))]
+        options += [
+            [(i, F(1, 2)), (j, F(1, 2))] for i, j in itertools.combinations(range(len(rows)), 2)
+        ]
+        runs, chosen = [], None
+        for t in range(first, last + 1):
+
+            def beyond(option, t=t, rows=rows):
+                return slack(rows, problem["body"], option, knots[t : t + 2], interval[t])
+
+            if chosen is None or beyond(chosen) <= 0:
+                chosen = max(options, key=beyond)
+                if beyond(chosen) <= 0:
+                    return None
+                runs.append(None)
+            runs[-1] = [t + 1, [[i, text(v)] for i, v in chosen]]
+        sep.append(runs)
+    return sep
+
+
+def sample(problem, network, tube, p0, k):
+    """A sample certificate, or None."""
+    knots, q = path(problem, network, p0, k)
+    if not reaches(problem, tube, knots, q, k):
+        return None
+    sep = separation(problem, knots, widths(tube, k)[0])
+    return None if sep is None else {"p0": text(p0), "k": text(k), "sep": sep}
+
+
+def keeps(problem, network, tube, sep, p0, k):
+    """Whether (p0, k) meets all conditions of the corridor with these directions."""
+    knots, q = path(problem, network, p0, k)
+    if not bins_of(tube, k) or not reaches(problem, tube, knots, q, k):
+        return False
+    interval, body = widths(tube, k)[0], problem["body"]
+    for obstacle, runs in zip(problem["obstacles"], sep, strict=True):
+        rows, t = (
+            list(zip(value(obstacle["A"]), value(obstacle["b"]), strict=True)),
+            obstacle.get("steps", [0])[0],
+        )
+        for stop, multipliers in runs:
+            option = [(i, value(m)) for i, m in multipliers]
+            if any(
+                slack(rows, body, option, knots[s : s + 2], interval[s]) <= 0
+                for s in range(t, stop)
+            ):
+                return False
+            t = stop
+    return True
+
+
+def piece(network, tube, found):
+    """The set certificate around a sample certificate."""
+    k = value(found["k"])
+    pattern = "".join("1" if v > 0 else "0" for v in evaluate(network, k)[0])
+    return {**found, "bin": bins_of(tube, k)[0], "pattern": pattern}
+
+
+def dyadic(rng, scale, bits=10):
+    """A random number in [-scale, scale]."""
+    return F(rng.randint(-(1 << bits), 1 << bits), 1 << bits) * F(scale)
+
+
+def random_network(rng, n_k=2, n_p=2, n_q=1, T=6, hidden=(4, 3), length=4, bits=10):
+    """A network whose path runs roughly along the first axis for `length` metres and bends with k."""
+    sizes, weights, biases = [n_k, *hidden], [], []
+    for a, b in itertools.pairwise(sizes):
+        weights.append([[dyadic(rng, 1, bits) for _ in range(a)] for _ in range(b)])
+        biases.append([dyadic(rng, F(1, 2), bits) for _ in range(b)])
+    bend = [[dyadic(rng, 1, bits) for _ in range(sizes[-1])] for _ in range(n_p)]
+    last = [[w * s / T for w in bend[j]] for s in range(1, T + 1) for j in range(n_p)]
+    weights.append(
+        last + [[dyadic(rng, F(1, 4), bits) for _ in range(sizes[-1])] for _ in range(n_q)]
+    )
+    drive = [F(length * s, T) if j == 0 else F(0) for s in range(1, T + 1) for j in range(n_p)]
+    biases.append(drive + [F(0)] * n_q)
+    return {"weights": text(weights), "biases": text(biases)}
+
+
+def random_tube(rng, bins=(2, 1), n_p=2, n_q=1, T=6, size=F(1, 16)):
+    """Widths between size/2 and size on equal bins of [-1, 1]."""
+    edges = [[F(2 * i, b) - 1 for i in range(b + 1)] for b in bins]
+
+    def draw(*shape):
+        if not shape:
+            return size * (1 + abs(dyadic(rng, 1, 6))) / 2
+        return [draw(*shape[1:]) for _ in range(shape[0])]
+
+    n = math.prod(bins)
+    return {
+        "edges": text(edges),
+        "interval": text(draw(n, T, n_p)),
+        "final": text(draw(n, n_p + n_q)),
+    }
+
+
+def random_obstacle(rng, centre, size):
+    """A convex polygon of 4 to 6 facets about a centre as half-spaces."""
+    rows = box_rows([c - size for c in centre], [c + size for c in centre])
+    for _ in range(rng.randint(0, 2)):
+        a = [F(rng.randint(1, 4)) * rng.choice((-1, 1)) for _ in centre]
+        rows["A"].append(text(a))
+        rows["b"].append(text(dot(a, centre) + size * rng.randint(2, 5)))
+    return rows
+
+
+DISC = {"radius": "0.2"}
+TRIANGLE = {"vertices": [["0.3", "0"], ["-0.2", "0.1"], ["-0.2", "-0.1"]]}
+
+
+def scene(
+    seed,
+    hidden=(4, 3),
+    T=6,
+    n_q=1,
+    n_k=2,
+    bins=(2, 1),
+    body=DISC,
+    starts=True,
+    counts=(2, 2, 2),
+    bits=10,
+):
+    """An answer to a random problem in the plane, with so many samples, sets and corridors that
+    prove it.
+    """
+    rng = random.Random(seed)
+    network, tube = (
+        random_network(rng, n_k, 2, n_q, T, hidden, bits=bits),
+        random_tube(rng, bins, 2, n_q, T),
+    )
+    k0, p0 = [dyadic(rng, F(7, 8)) for _ in range(n_k)], [dyadic(rng, 1), dyadic(rng, 1)]
+    problem = {
+        "n_p": 2,
+        "n_q": n_q,
+        "n_k": n_k,
+        "domain": {"lo": ["-1"] * n_k, "hi": ["0x1p+0"] * n_k},
+        "steps": T,
+    }
+    problem |= {"dt": "0.05", "obstacles": [], "start": None, "body": copy.deepcopy(body)}
+    if starts:
+        problem["start"] = box_rows([v - F(1, 4) for v in p0], [v + F(1, 4) for v in p0])
+    knots, q = path(problem, network, p0, k0)
+    end = [*knots[-1], *q]
+    problem["goal"] = box_rows([v - F(3, 4) for v in end], [v + F(3, 4) for v in end])
+    while len(problem["obstacles"]) < 2:
+        centre = [dyadic(rng, 3) + 2 + p0[0], dyadic(rng, 2) + p0[1]]
+        new = random_obstacle(rng, centre, F(rng.randint(1, 4), 8))
+        if rng.random() < 0.3:
+            new["steps"] = sorted([rng.randrange(T), rng.randrange(T)])
+        if separation({**problem, "obstacles": [new]}, knots, widths(tube, k0)[0]) is not None:
+            problem["obstacles"].append(new)
+    found = [sample(problem, network, tube, p0, k0)]
+    while len(found) < max(counts):
+        near = [[v + dyadic(rng, F(1, 16)) for v in x] for x in (p0, k0)]
+        if (extra := sample(problem, network, tube, *near)) is not None:
+            found.append(extra)
+    samples, sets, corridors = (found[:count] for count in counts)
+    sets = [piece(network, tube, s) for s in sets]
+    return answer(problem, network, tube, samples, sets, corridors=corridors)

@@ -1,0 +1,87 @@
+"""Is a plan of an answer file safe, by the definition and in plain fractions? It shares nothing with
+the checker: no separating directions and no affine maps, but polygons and distances.
+
+At a border between bins the widest widths of all closed bins that contain k count.
+"""
+
+from fractions import Fraction as F
+
+import answer_files as build
+import exact_oracle
+
+
+class Truth:
+    """The scene of an answer in the plane; polygons grown by body and tube are remembered."""
+
+    def __init__(self, answer):
+        self.problem, self.network, self.tube = (answer[p] for p in ("problem", "network", "tube"))
+        body = self.problem["body"]
+        self.radius = build.value(body.get("radius", "0"))
+        self.body = build.value(body["vertices"]) if "vertices" in body else [[F(0), F(0)]]
+        self.grown = {}
+        self.widths = {}
+
+    def safe(self, p0, k):
+        """Strictly clear of every obstacle, for every trajectory in the tube; start and goal met."""
+        bins = tuple(build.bins_of(self.tube, k))
+        lo, hi = (build.value(self.problem["domain"][side]) for side in ("lo", "hi"))
+        if not bins or not all(a <= x <= b for a, x, b in zip(lo, k, hi, strict=True)):
+            return False
+        if bins not in self.widths:
+            self.widths[bins] = build.widths(self.tube, k)
+        interval, _ = self.widths[bins]
+        knots, q = build.path(self.problem, self.network, p0, k)
+        if not build.reaches(self.problem, self.tube, knots, q, k):
+            return False
+        for o, obstacle in enumerate(self.problem["obstacles"]):
+            first, last = obstacle.get("steps", [0, self.problem["steps"] - 1])
+            for t in range(first, last + 1):
+                if not self.clear(o, t, bins, interval[t], knots[t], knots[t + 1]):
+                    return False
+        return True
+
+    def clear(self, o, t, bins, error, a, b):
+        """Whether the segment from a to b is farther than the radius from a grown obstacle."""
+        if (o, t, bins) not in self.grown:
+            corners = grown_polygon(self.problem["obstacles"][o], self.body, error)
+            box = [(min(c[j] for c in corners), max(c[j] for c in corners)) for j in (0, 1)]
+            self.grown[o, t, bins] = corners, box
+        corners, box = self.grown[o, t, bins]
+        for j in (0, 1):  # far apart along an axis
+            if min(a[j], b[j]) > box[j][1] + self.radius:
+                return True
+            if max(a[j], b[j]) < box[j][0] - self.radius:
+                return True
+        if exact_oracle.meets(a, b, corners):
+            return False
+        sides = zip(corners, corners[1:] + corners[:1], strict=True)
+        closest = min(
+            min(
+                exact_oracle.to_segment(a, c, d),
+                exact_oracle.to_segment(b, c, d),
+                exact_oracle.to_segment(c, a, b),
+            )
+            for c, d in sides
+        )
+        return closest > self.radius**2
+
+
+def grown_polygon(obstacle, body, error):
+    """Corners, counter-clockwise, of obstacle + (-body) + box(error)."""
+    rows = list(zip(build.value(obstacle["A"]), build.value(obstacle["b"]), strict=True))
+    points = set()
+    for i, (a, x) in enumerate(rows):
+        for c, y in rows[:i]:
+            det = a[0] * c[1] - a[1] * c[0]
+            if det:
+                point = ((x * c[1] - y * a[1]) / det, (a[0] * y - c[0] * x) / det)
+                if all(build.dot(row, point) <= end for row, end in rows):
+                    points.add(point)
+    signs = [(sx, sy) for sx in (-1, 1) for sy in (-1, 1)]
+    everything = {
+        (x - u + sx * error[0], y - v + sy * error[1])
+        for x, y in points
+        for u, v in body
+        for sx, sy in signs
+    }
+    return exact_oracle.hull(everything)

@@ -1,0 +1,505 @@
+"""Hand-made scenes with known answers, and a bad certificate for every check of the checker.
+
+The plain scene: T = 2, k in [-1, 1], h = max(k, 0), c_1 = (1, h), c_2 = (2, 2h). The plan p0 = (0,
+0), k = 1/2 visits (0, 0), (1, 0.5), (2, 1). The obstacle's top is y = -1; disc 1/2 and tube 1/4
+leave it 1/4 of room, at knot 0.
+"""
+
+import copy
+import json
+import math
+
+import answer_files as build
+
+TOP = [[1, "1"]]  # the upper y face of an obstacle made by build.box_rows
+ABOVE = [[[2, TOP]]]  # separation by that face throughout
+ZERO = [["0", "0"], ["0", "0"]]  # a contact of the reference point without error
+REST = {"open": None}
+
+
+def plain(obstacle=((0.5, -3), (1.5, -1))):
+    """The plain scene with one sample and one set."""
+    problem = {
+        "n_p": 2,
+        "n_q": 0,
+        "n_k": 1,
+        "steps": 2,
+        "dt": "0.05",
+        "domain": {"lo": ["-1"], "hi": ["1"]},
+    }
+    problem |= {"goal": build.box_rows((1, -1), (3, 3)), "start": build.box_rows((-1, -1), (1, 1))}
+    problem |= {"obstacles": [build.box_rows(*obstacle)], "body": {"radius": "0.5"}}
+    network = {
+        "weights": [[["1"]], [["0"], ["1"], ["0"], ["2"]]],
+        "biases": [["0"], ["1", "0", "2", "0"]],
+    }
+    quarter = ["0x1p-2", "1/4"]
+    tube = {"edges": [["-1", "0", "1"]], "interval": [[quarter] * 2] * 2, "final": [quarter] * 2}
+    sample = {"p0": ["0", "0"], "k": ["0.5"], "sep": ABOVE}
+    return build.answer(problem, network, tube, [sample], [{**sample, "bin": 1, "pattern": "1"}])
+
+
+def corridor():
+    """The plain scene with the sample's directions as a corridor, and nothing else."""
+    answer = plain()
+    return build.only(answer, "corridors", *answer["samples"])
+
+
+def line():
+    """One axis, one interval, no hidden neuron, nothing to hit: c_1 = k."""
+    problem = {
+        "n_p": 1,
+        "n_q": 0,
+        "n_k": 1,
+        "steps": 1,
+        "dt": "1",
+        "domain": {"lo": ["-1"], "hi": ["1"]},
+    }
+    problem |= {
+        "goal": build.box_rows((-9,), (9,)),
+        "start": None,
+        "obstacles": [],
+        "body": {"radius": "0"},
+    }
+    tube = {"edges": [["-1", "1"]], "interval": [[["0"]]], "final": [["0"]]}
+    network = {"weights": [[["1"]]], "biases": [["0"]]}
+    return build.answer(problem, network, tube, [{"p0": ["0"], "k": ["0"], "sep": []}])
+
+
+def tree(node):
+    """Flat list of a nested tree: (axis, at, lower, upper) or a leaf."""
+    if isinstance(node, dict):
+        return [node]
+    axis, at, lower, upper = node
+    return [{"split": [axis, at]}, *tree(lower), *tree(upper)]
+
+
+def faces(n):
+    """Proof of a box of z by a goal made by build.box_rows, without q."""
+    return [[[[n + i, "1"]], [[i, "1"]]] for i in range(n)]
+
+
+def with_plan(answer, kind, lo, hi, nodes):
+    """The answer with a no_plan part only."""
+    plan = {"kind": kind, "z": {"lo": lo, "hi": hi}, "faces": faces(len(lo)), "tree": tree(nodes)}
+    return json.loads(json.dumps({**answer, "samples": [], "sets": [], "no_plan": plan}))
+
+
+def hit(*contacts, o=0, t=1, alpha="1"):
+    return {"hit": [o, t, alpha, list(contacts)]}
+
+
+def proof(obstacle, nodes):
+    """The plain scene's proof that there is no plan; an admissible z is in [1.25, 2.75] x [-0.75,
+    2.75].
+    """
+    return with_plan(plain(obstacle), "proved", ["1.25", "-0.75"], ["2.75", "2.75"], nodes)
+
+
+def blocked():
+    """An obstacle that covers the end of every admissible plan."""
+    return proof(((1, -1), (3, 3)), hit(ZERO))
+
+
+def bracket():
+    """Each kind of leaf once. k <= 0 is the straight path with h = 0; z_y reaches 3.5, where the
+    goal is missed.
+    """
+    down = hit([["0", "-0.5"], ["0", "0"]], t=0)
+    low = (0, "1.5", REST, (0, "2.5", down, REST))
+    high = (1, "-0.125", REST, (1, "0.875", {"safe": ABOVE}, (1, "1.75", REST, {"start": TOP})))
+    nodes = (1, "2.875", (2, "0", (1, "-0.5", low, high), REST), {"goal": TOP})
+    return with_plan(plain(), "bracket", ["1.25", "-0.75"], ["2.75", "3.5"], nodes)
+
+
+def triangle(obstacle=((1, -1), (3, 2.5)), *contacts):
+    """The plain proof with a polygonal body that reaches 1/2 down and 1/4 up."""
+    middle = [["1/3", "1/3", "1/3"], ["0", "0"]]
+    answer = proof(
+        obstacle, hit(middle, *(contacts or [[["0.5", "0.25", "0.25"], ["0", "-0.25"]]]))
+    )
+    answer["problem"]["body"] = {"vertices": [["0", "-0.5"], ["0.5", "0.25"], ["-0.5", "0.25"]]}
+    return build.rehash(answer)
+
+
+def wide(name, lo="-8", hi="8"):
+    """The line with two bins of final widths 1 and 2, and one leaf of the given name, or a split of
+    z at 7.5.
+    """
+    answer = line()
+    answer["tube"] = {
+        "edges": [["-1", "0", "1"]],
+        "interval": [[["0"]]] * 2,
+        "final": [["1"], ["2"]],
+    }
+    nodes = {name: []} if name != "goal" else (0, "7.5", REST, {"goal": [[0, "1"]]})
+    return build.rehash(with_plan(answer, "bracket", [lo], [hi], nodes))
+
+
+def bent(b):
+    """c_1 = |k + 1/2| and starts below b: z = 9 is safe at the corners of k but at k = -1/2 only if
+    b >= 9.
+    """
+    answer = line()
+    weights = [[["1"], ["1"], ["-1"]], [["0", "1", "1"]]]
+    answer["network"] = {"weights": weights, "biases": [["0", "0.5", "-0.5"], ["0"]]}
+    answer["problem"]["start"] = {"A": [["1"]], "b": [b]}
+    return build.rehash(with_plan(answer, "bracket", ["-9"], ["9"], {"safe": []}))
+
+
+def rounding(half):
+    """Room for the disc along (-1, 1) of floor(sqrt(2) 2^80) + half/2 in units of 2^-81: is the
+    root rounded up?
+    """
+    room = build.F(2 * math.isqrt(2 << 160) + half, 4 << 80)
+    b = ["9", "-0.5", build.text(-room - build.F(1, 2))]
+    obstacle = {"A": [["1", "0"], ["0", "1"], ["-1", "0"]], "b": b, "steps": [0, 0]}
+    return {
+        "problem__obstacles__0": obstacle,
+        "samples__0__sep": [[[1, [[1, "1"], [2, "1"]]]]],
+        "sets": [],
+    }
+
+
+VALID = {make.__name__: make for make in (plain, corridor, line, blocked, bracket, triangle)}
+VALID |= {"wide": lambda: wide("safe", "-7", "7") | {"no_plan": None}, "bent": lambda: bent("9")}
+CASES = {}
+
+
+def change(answer, changes):
+    """Changes an answer in place; hashes are made right again afterwards, unless a hash is what is
+    changed.
+
+    A place is a path of keys joined by "__", ending in "append" to append.
+    """
+    for hashes in (False, True):
+        for place, value in changes.items():
+            if ("hash" in place) == hashes:
+                *keys, last = [int(key) if key.isdigit() else key for key in place.split("__")]
+                part = answer
+                for key in keys:
+                    part = part[key]
+                if last == "append":
+                    part.append(copy.deepcopy(value))
+                else:
+                    part[last] = copy.deepcopy(value)
+        if not hashes:
+            build.rehash(answer)
+    return answer
+
+
+def bad(why, fresh=plain, limits=None, **changes):
+    """Registers a bad certificate: a valid one changed in places, perhaps with smaller limits of
+    the checker.
+    """
+    assert why not in CASES
+    CASES[why] = (lambda: json.dumps(change(fresh(), changes)), limits or {})
+
+
+def bad_text(why, new):
+    """Registers a bad file: the plain answer with something put in front of its first key."""
+    CASES[why] = (lambda: json.dumps(plain()).replace('{"format"', new + '"format"', 1), {})
+
+
+def bad_proof(why, obstacle, nodes):
+    bad(why, lambda: proof(obstacle, nodes))
+
+
+# Numbers, lists and whole numbers.
+bad("a number of a thousand digits", samples__0__k=["0.5" + "0" * 1000])
+bad("a number with blanks", samples__0__k=[" 0.5 "])
+bad("a string for a list of digits", samples__0__p0="00")
+bad("p0 with a third entry", samples__0__p0=["0", "0", "7"])
+bad("k with a second entry", samples__0__k=["0.5", "7"])
+bad("p0 of a set with a third entry, taken for k", sets__0__p0=["0", "0", "0.5"])
+bad("k of a set with a second entry", sets__0__k=["0.5", "7"])
+bad("a denominator of 9000 bits", samples__0__p0=["0x1p-9000", "0"])
+bad("a goal of 18000 bits", line, problem__goal={"A": [["0x1p-8000"]], "b": ["0x1p+9999"]})
+bad("row true", samples__0__sep=[[[2, [[True, "1"]]]]])
+bad("row -3", samples__0__sep=[[[2, [[-3, "1"]]]]])
+bad("a run that ends at true", samples__0__sep=[[[True, TOP], [2, TOP]]])
+bad("a run past the end", samples__0__sep=[[[3, TOP]]])
+bad("a run that ends where it starts", samples__0__sep=[[[0, TOP], [2, TOP]]])
+bad("runs that stop early", samples__0__sep=[[[1, TOP]]])
+bad("no runs", samples__0__sep=[[]])
+bad("an obstacle without separation", samples__0__sep=[])
+bad("separation as an object", line, samples__0__sep={})
+for name in ("n_p", "n_k", "steps"):
+    bad(f"{name} true", line, **{f"problem__{name}": True})
+bad("n_q false", line, problem__n_q=False)
+bad("first step false", problem__obstacles__0__steps=[False, 1])
+bad("last step true", problem__obstacles__0__steps=[0, True])
+bad("bin true", sets__0__bin=True)
+bad("samples as an object", samples={})
+bad("sets as an object", sets={})
+for place in (
+    "samples__0",
+    "sets__0",
+    "problem__goal",
+    "problem__start",
+    "problem__obstacles__0",
+    "problem",
+):
+    bad(f"an unknown field in {place}", **{f"{place}__note": "1"})
+bad("an unknown field in the network", network__note="1")
+bad("an unknown field in the tube", tube__note="1")
+bad("an unknown field in a box", problem__domain__note="1")
+bad("an unknown field in a polygon", triangle, problem__body__note="1")
+bad(
+    "a body that is a disc and a polygon", problem__body={"radius": "0.1", "vertices": [["9", "9"]]}
+)
+
+# The problem.
+bad("a reversed domain", samples=[], sets=[], problem__domain={"lo": ["0.5"], "hi": ["-0.5"]})
+bad("obstacles as an object", samples=[], sets=[], problem__obstacles={})
+bad("goal rows as an object", line, problem__goal={"A": {}, "b": []})
+bad("a goal row that is too long", line, problem__goal={"A": [["1", "1"]], "b": ["9"]})
+bad("more goal offsets than rows", line, problem__goal={"A": [["1"]], "b": ["9", "-9"]})
+bad("an obstacle that starts before 0", problem__obstacles__0__steps=[-1, 1], samples=[], sets=[])
+bad(
+    "an obstacle that ends before it starts",
+    problem__obstacles__0__steps=[1, 0],
+    samples__0__sep=[[]],
+    sets=[],
+)
+bad(
+    "an obstacle that ends after the horizon",
+    problem__obstacles__0__steps=[0, 2],
+    samples=[],
+    sets=[],
+)
+bad("a negative radius", problem__body__radius="-0.5", problem__obstacles__0__b__1="-0.3")
+bad("vertices as an object", line, problem__body={"vertices": {}})
+bad("a body of nothing", line, problem__body={"vertices": []})
+bad("a vertex of three coordinates", problem__body={"vertices": [["0", "0", "0"]]})
+
+# The network.
+bad("65 layers", line, network={"weights": [[["1"]]] * 65, "biases": [["0"]] * 65})
+bad("no layers", line, network={"weights": [], "biases": []}, samples=[])
+bad("an output too many", network__weights__1__append=["0"], network__biases__1__append="0")
+bad("a layer as an object", line, network={"weights": [{}, [[]]], "biases": [[], ["0"]]})
+bad("a row of weights that is too long", line, network__weights=[[["1", "1"]]], samples=[])
+bad("a bias too many", line, network__biases=[["0", "0"]], samples=[])
+bad("biases of another layer", line, network__biases=[["0"], ["0"]])
+
+# The tube.
+bad(
+    "edges that go back",
+    line,
+    tube={"edges": [["-1", "2", "-2", "1"]], "interval": [[["0"]]] * 3, "final": [["0"]] * 3},
+)
+bad(
+    "edges as a string of digits",
+    line,
+    tube__edges=["01"],
+    problem__domain={"lo": ["0"], "hi": ["1"]},
+)
+bad("edges of a second axis", line, tube__edges__append=["0", "1"], samples=[])
+FLAT = {"edges": [["0"]], "interval": [], "final": []}
+bad(
+    "a flat axis without a bin",
+    line,
+    problem__domain={"lo": ["0"], "hi": ["0"]},
+    tube=FLAT,
+    samples=[],
+)
+bad("bins that end before the domain", tube__edges=[["-1", "0", "0.75"]])
+bad("a negative width", tube__interval=[[["1/4", "-1"]] * 2] * 2)
+bad("a bin too many", tube__interval__append=[["0", "0"]] * 2)
+bad("a final bin too many", tube__final__append=["0", "0"])
+bad("an interval too many", tube__interval__1__append=["0", "0"])
+bad("a width too many", tube__interval__1__1__append="0")
+bad("a final width too many", tube__final__1__append="0")
+
+# What a sample claims.
+bad("k outside the domain", problem__domain__hi=["0.25"], sets=[])
+bad("p0 outside the start set", samples__0__p0=["1.125", "0"], problem__goal__b__0="9")
+bad("a goal missed by less than the tube", samples__0__p0=["0.875", "0"])
+bad("a goal missed by less than the tube on its lower side", samples__0__p0=["-0.875", "0"])
+bad(
+    "a goal reached by the network without ReLU only",
+    samples__0__k=["-0.5"],
+    problem__obstacles__0__b__1="-2.9",
+    problem__goal=build.box_rows((1, -3), (3, -0.5)),
+    sets=[],
+)
+bad(
+    "a negative multiplier",
+    samples__0__sep=[[[2, [[1, "-1"]]]]],
+    samples__0__p0=["0", "-3"],
+    sets=[],
+    problem__goal__b__3="9",
+    problem__start=None,
+)
+bad(
+    "a zero direction for an empty obstacle",
+    samples__0__sep=[[[2, [[0, "1"], [2, "1"]]]]],
+    problem__obstacles__0__b=["0", "-1", "-1", "3"],
+)
+bad("touching", problem__obstacles__0__b__1="-0.75", sets=[])
+bad(
+    "touching with a polygon",
+    problem__obstacles__0__b__1="-0.75",
+    sets=[],
+    problem__body={"vertices": [["0", "-0.5"], ["0.5", "0.25"], ["-0.5", "0.25"]]},
+)
+bad("touching by less than the rounding of a root", **rounding(1))
+bad("contact at the first knot only", samples__0__p0=["0", "-0.25"])
+bad("contact at the last knot only", network__weights__1__3=["-0.5"], sets=[])
+bad(
+    "contact at knot 1, in the second interval's width only",
+    samples__0__k=["0.25"],
+    sets=[],
+    tube__interval__1__1__1="0.75",
+)
+bad(
+    "contact at knot 1, in the first interval's width only",
+    samples__0__p0=["0", "0.5"],
+    sets=[],
+    tube__interval__1__0__1="0.75",
+    network__weights__1__1=["-0.5"],
+)
+bad(
+    "contact in the width of one of two bins",
+    tube__interval__0=[["0", "0.75"]] * 2,
+    samples__0__k=["0"],
+)
+bad("a goal missed in one of two bins", tube__final__0=["1.5", "0"], samples__0__k=["0"])
+
+# What a set claims.
+bad("a pattern with a digit too many", sets__0__pattern="10")
+bad("a pattern as a list", sets__0__pattern=["1"])
+bad("a pattern for the other side", sets__0__pattern="0")
+bad("an inner point on a neuron's boundary", sets__0__k=["0"], tube__edges=[["-1", "-0.5", "1"]])
+bad("an inner point below its bin", sets__0__k=["0"], network__biases__0=["1"], samples=[])
+bad("an inner point above its bin", sets__0__bin=0)
+bad("an inner point at the domain's lower end", problem__domain__lo=["0.5"])
+bad("an inner point at the domain's upper end", problem__domain__hi=["0.5"])
+bad("an inner point on the start set's boundary", sets__0__p0=["-1", "0"], problem__goal__b__2="9")
+bad("an inner point on the goal's boundary", sets__0__p0=["0.75", "0"])
+bad("an inner point in contact", sets__0__p0=["0", "-0.25"])
+CONSTANT = {"weights": [[["1"], ["0"]], [["0", "0"], ["1", "0"], ["0", "0"], ["2", "0"]]]}
+bad(
+    "a constant neuron with the wrong sign",
+    sets__0__pattern="11",
+    network=CONSTANT | {"biases": [["0", "-1"], ["1", "0", "2", "0"]]},
+)
+
+# What a corridor claims.
+bad("corridors as an object", corridor, corridors={})
+bad("corridors null", corridor, corridors=None)
+bad("an unknown field in corridors__0", corridor, corridors__0__note="1")
+bad("a set for a corridor", corridor, corridors__0=plain()["sets"][0])
+bad("directions without a plan", corridor, corridors__0={"sep": ABOVE})
+bad("a plan without directions", corridor, corridors__0__sep=[])
+bad("directions as numbers", corridor, corridors__0__sep=[[[2, [[1, 1.0]]]]])
+bad("a direction from another side", corridor, corridors__0__sep=[[[2, [[0, "1"]]]]])
+bad(
+    "a corridor with a negative multiplier",
+    corridor,
+    corridors__0__sep=[[[2, [[1, "-1"]]]]],
+    corridors__0__p0=["0", "-3"],
+    problem__goal__b__3="9",
+    problem__start=None,
+)
+bad("a corridor whose runs stop early", corridor, corridors__0__sep=[[[1, TOP]]])
+bad(
+    "a corridor whose plan starts outside",
+    corridor,
+    corridors__0__p0=["1.125", "0"],
+    problem__goal__b__0="9",
+)
+bad("a corridor whose plan misses the goal", corridor, corridors__0__p0=["0.875", "0"])
+bad("a corridor whose plan has k outside the domain", corridor, problem__domain__hi=["0.25"])
+bad("a corridor whose plan does not keep to it", corridor, corridors__0__p0=["0", "-0.25"])
+bad(
+    "a corridor whose plan does not keep to it in one of two bins",
+    corridor,
+    corridors__0__k=["0"],
+    tube__interval__0=[["0", "0.75"]] * 2,
+)
+bad(
+    "a second corridor whose plan does not keep to it",
+    corridor,
+    corridors__append={"p0": ["0", "-0.25"], "k": ["0.5"], "sep": ABOVE},
+)
+
+# The file and its hashes.
+bad("another format", format="parc_jax.answer/2")
+bad("a field that nobody knows", coverage={})
+bad("a meta part that is too long", claim=None, meta="0" * 100, limits={"MAX_REMARK": 99})
+bad("a claim that is too long", limits={"MAX_REMARK": 99})
+bad("more work than allowed", limits={"WORK_AT_LEAST": 0, "WORK_PER_CHARACTER": 0})
+CASES["a file with too many values"] = (lambda: json.dumps(plain()), {"MAX_VALUES": 50})
+bad("a wrong hash", hash__tube="0" * 64)
+bad("a claim about another network", claim__network_hash="0" * 64)
+bad("a claim about another tube", claim__tube_hash="0" * 64)
+bad_text("a key twice", '{"format": 0, ')
+bad_text("a float in a part that is ignored", '{"meta": 1.5, ')
+bad_text("a NaN in a part that is ignored", '{"meta": NaN, ')
+CASES["a file that is too large"] = (
+    lambda: json.dumps(plain()) + "  ",
+    {"MAX_BYTES": len(json.dumps(plain()))},
+)
+
+# No plan.
+bad("an unknown field in no_plan", blocked, no_plan__note="1")
+bad("a no_plan part of another kind", blocked, no_plan__kind="likely")
+bad("an open leaf in a proof", blocked, no_plan__tree=[REST])
+bad("a leaf too many", blocked, no_plan__tree__append=REST)
+bad("a box of z that the goal does not imply", blocked, no_plan__z__lo=["1.5", "-0.75"])
+bad(
+    "a face of z in another direction",
+    blocked,
+    no_plan__faces__0__1=[[0, "1"], [1, "0.001"]],
+    no_plan__z__hi=["2.8", "2.75"],
+)
+bad("the faces of an axis missing", blocked, no_plan__faces=faces(2)[:1])
+bad("one face missing", blocked, no_plan__faces__1=faces(2)[1][:1])
+bad(
+    "a box of z with a third axis",
+    bracket,
+    no_plan__z={"lo": ["1.25", "-0.75", "0"], "hi": ["2.75", "3.5", "1"]},
+    no_plan__tree=[REST],
+)
+FLAT_Z = with_plan(line(), "bracket", ["9"], ["9"], REST)
+bad("a flat box of z", lambda: copy.deepcopy(FLAT_Z), problem__goal=build.box_rows((9,), (9,)))
+bad("a flat domain", lambda: wide("safe", "-9", "9"), problem__domain={"lo": ["0"], "hi": ["0"]})
+bad("a split below its box", blocked, no_plan__tree=tree((0, "1", hit(ZERO), hit(ZERO))))
+bad("a split above its box", blocked, no_plan__tree=tree((0, "3", hit(ZERO), hit(ZERO))))
+bad("a split on axis false", blocked, no_plan__tree=tree((False, "2", hit(ZERO), hit(ZERO))))
+bad("a hit of obstacle false", blocked, no_plan__tree=[hit(ZERO, o=False)])
+bad("a hit of obstacle -1", blocked, no_plan__tree=[hit(ZERO, o=-1)])
+bad_proof("a hit in interval false", ((0, -2), (2, 3)), hit(ZERO, t=False))
+bad(
+    "a hit before the obstacle exists",
+    blocked,
+    no_plan__tree=[hit(ZERO, t=1)],
+    problem__obstacles__0__steps=[0, 0],
+)
+bad_proof("a hit beyond the interval", ((2, -1), (4, 4)), hit(ZERO, alpha="2"))
+bad_proof("a hit at some vertices only", ((1, -1), (3, 2)), hit(ZERO))
+bad_proof("an error outside the tube", ((1, -1), (3, 2.25)), hit(ZERO, [["0", "0"], ["0", "-0.5"]]))
+bad_proof("an error of three coordinates", ((1, -1), (3, 3)), hit([["0", "0"], ["0", "0", "0"]]))
+bad_proof(
+    "a body point outside the disc", ((1, -1), (3, 2)), hit(ZERO, [["0", "-0.75"], ["0", "0"]])
+)
+bad_proof(
+    "a body point of three coordinates", ((1, -1), (3, 3)), hit([["0", "0", "0"], ["0", "0"]])
+)
+bad("a negative weight", lambda: triangle(((1, -1), (3, 1.5)), [["2", "-0.5", "-0.5"], ["0", "0"]]))
+bad(
+    "weights that sum to two", lambda: triangle(((1, -1), (3, 1.75)), [["2", "0", "0"], ["0", "0"]])
+)
+bad("a fourth weight", lambda: triangle(((1, -1), (3, 2.5)), [["1", "0", "0", "0"], ["0", "0"]]))
+REACH = hit(ZERO, [["0", "0"], ["0", "-0.5"]])
+bad(
+    "an error in the wider of two bins",
+    lambda: proof(((1, -1), (3, 2.25)), REACH),
+    tube__interval__0=[["0.5", "0.5"]] * 2,
+)
+bad("a safe leaf inside the narrower of two bins", lambda: wide("safe"))
+bad("a goal leaf for the wider of two bins", lambda: wide("goal"))
+bad("a box of z for the wider of two bins", lambda: wide("open", "-7", "7"))
+bad("a safe leaf that fails between the corners of k", lambda: bent("8.5"))
+bad("too many cells", blocked, limits={"MAX_POINTS": 2})

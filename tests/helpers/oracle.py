@@ -1,0 +1,149 @@
+"""A dense oracle in floats: plans in the plane, checked at 201 points of every segment against the
+grown obstacle.
+
+One-sided: it reports contact deeper than 1e-9 m and a goal missed by more than 1e-9, so rounding
+never accuses a proof.
+"""
+
+import answer_files as build
+import numpy as np
+
+DEPTH = 1e-9  # [m] far above rounding of these scenes, far below anything that matters
+
+
+def array(x):
+    """Nested number strings as a float array."""
+    return np.array([array(v) if isinstance(v, list) else float(build.value(v)) for v in x])
+
+
+def polygon(obstacle):
+    """Vertices of {A x <= b} in the plane, () if it is empty; it must be bounded."""
+    A, b = array(obstacle["A"]), array(obstacle["b"])
+    points = []
+    for i in range(len(b)):
+        for j in range(i):
+            M = A[[i, j]]
+            if abs(np.linalg.det(M)) > 1e-12:
+                x = np.linalg.solve(M, b[[i, j]])
+                if (A @ x <= b + 1e-9 * (1 + np.abs(b))).all():
+                    points.append(x)
+    return np.array(points)
+
+
+def turn(a, b, c):
+    """Positive if a, b, c turn left."""
+    return (b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0])
+
+
+def hull(points):
+    """Convex hull, counter-clockwise (monotone chain)."""
+    points = sorted(map(tuple, points))
+    halves = []
+    for order in (points, points[::-1]):
+        half = []
+        for p in order:
+            while len(half) > 1 and turn(half[-2], half[-1], p) <= 0:
+                half.pop()
+            half.append(p)
+        halves += half[:-1]
+    return np.array(halves)
+
+
+def distance(vertices, points):
+    """Distance of points (m, 2) to a convex polygon; negative inside."""
+    a, b = vertices, np.roll(vertices, -1, axis=0)
+    edge = b - a
+    share = np.clip(
+        np.einsum("mvi,vi->mv", points[:, None] - a[None], edge) / (edge**2).sum(1)[None], 0, 1
+    )
+    nearest = np.linalg.norm(
+        points[:, None] - a[None] - share[..., None] * edge[None], axis=-1
+    ).min(1)
+    outward = np.stack([edge[:, 1], -edge[:, 0]], 1) / np.linalg.norm(edge, axis=1)[:, None]
+    beyond = np.einsum("mvi,vi->mv", points[:, None] - a[None], outward).max(1)
+    return np.where(beyond > 0, nearest, beyond)
+
+
+class Oracle:
+    """The scene of an answer in floats."""
+
+    def __init__(self, answer):
+        self.problem, self.network, self.tube = answer["problem"], answer["network"], answer["tube"]
+        self.layers = [(array(W), array(b)) for W, b in zip(*self.network.values(), strict=True)]
+        self.edges, self.interval, self.final = (
+            [array(v) for v in self.tube[key]] for key in self.tube
+        )
+        body = self.problem["body"]
+        self.radius = float(build.value(body["radius"])) if "radius" in body else 0.0
+        shape = -array(body["vertices"]) if "vertices" in body else np.zeros((1, 2))
+        self.grown = []
+        for obstacle in self.problem["obstacles"]:
+            first, last = obstacle.get("steps", [0, self.problem["steps"] - 1])
+            base = polygon(obstacle)
+            self.grown.append(
+                (
+                    first,
+                    last,
+                    base if len(base) == 0 else (base[:, None] + shape[None]).reshape(-1, 2),
+                )
+            )
+
+    def path(self, p0, k):
+        """(knots (T + 1, 2), q) of a plan."""
+        x = k
+        for depth, (W, b) in enumerate(self.layers, 1):
+            x = W @ x + b
+            x = np.maximum(x, 0) if depth < len(self.layers) else x
+        T = self.problem["steps"]
+        return p0[None] + np.vstack([np.zeros((1, 2)), x[: 2 * T].reshape(T, 2)]), x[2 * T :]
+
+    def widths(self, k):
+        """Largest widths (interval, final) of the closed bins that contain k."""
+        bins = [0]
+        for edge, x in zip(self.edges, k, strict=True):
+            inside = [i for i in range(len(edge) - 1) if edge[i] <= x <= edge[i + 1]]
+            bins = [n * (len(edge) - 1) + i for n in bins for i in inside]
+        return np.max([self.interval[b] for b in bins], 0), np.max([self.final[b] for b in bins], 0)
+
+    def gap(self, knots, interval):
+        """Smallest distance of a path to the obstacles grown by body and widths, at most 0.1;
+        negative in contact.
+        """
+        gap = 0.1
+        for first, last, base in self.grown:
+            for t in range(first, last + 1) if len(base) else ():
+                reach = interval[t] + self.radius + gap
+                ends = knots[t : t + 2]
+                if (ends.max(0) + reach < base.min(0)).any() or (
+                    ends.min(0) - reach > base.max(0)
+                ).any():
+                    continue  # too far away to matter
+                corners = np.array([[1, 1], [1, -1], [-1, 1], [-1, -1]]) * interval[t][None]
+                share = np.linspace(0, 1, 201)[:, None]
+                segment = (1 - share) * ends[0][None] + share * ends[1][None]
+                vertices = hull((base[:, None] + corners[None]).reshape(-1, 2))
+                gap = min(gap, distance(vertices, segment).min() - self.radius)
+        return gap
+
+    def margin(self, knots, q, final):
+        """Smallest slack of the goal and start rows, normalised; negative if missed."""
+        end, slack = np.concatenate([knots[-1], q]), np.inf
+        for rows, x, e in (
+            (self.problem["goal"], end, final),
+            (self.problem["start"], knots[0], np.zeros(2)),
+        ):
+            if rows is not None:
+                A = array(rows["A"])
+                size = np.maximum(np.abs(A).max(1), 1e-300)
+                slack = min(slack, ((array(rows["b"]) - A @ x - np.abs(A) @ e) / size).min())
+        return slack
+
+    def safe(self, p0, k):
+        """False if the plan is seen to fail by more than rounding could explain."""
+        p0, k = np.array(p0, float), np.array(k, float)
+        if (k < array(self.problem["domain"]["lo"])).any() or (
+            k > array(self.problem["domain"]["hi"])
+        ).any():
+            return False
+        (knots, q), (interval, final) = self.path(p0, k), self.widths(k)
+        return bool(self.margin(knots, q, final) >= -DEPTH and self.gap(knots, interval) >= -DEPTH)

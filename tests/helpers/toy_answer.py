@@ -1,0 +1,63 @@
+"""A hand-made answer: straight lines past two blocks into a goal, with certificates, polytopes and
+a replay.
+"""
+
+import itertools
+from types import SimpleNamespace
+
+import numpy as np
+from toy_models import line_model
+
+from parc_jax.problem import reach_avoid
+from parc_jax.sets.box import box
+from parc_jax.sets.hpolytope import from_box
+from parc_jax.verdict.scene import scene_of
+
+P0 = np.array([[-0.9, -0.05], [-0.95, 0.0], [-0.85, 0.05], [-0.9, 0.02]])
+K = np.array([[0.9, 0.05], [0.95, -0.01], [0.85, -0.04], [0.9, 0.0]])
+SEP = [
+    [[2, [[2, "1"], [3, "1"]]], [4, [[3, "1"]]]],
+    [[4, [[1, "3/4"]]]],
+]  # rows of a box: x <=, y <=, -x <=, -y <=
+
+
+def toy_answer():
+    """Everything the pictures read of an Answer. Unit goal offset; corridor |y| < 0.3 between two
+    blocks; disc body.
+    """
+    model = line_model(T=4, e=0.02)
+    goal = box([-0.2, -0.2, -1.0], [0.2, 0.2, 1.0])
+    blocks = [box([-0.5, 0.3], [0.0, 0.6]), box([-0.5, -0.6], [0.0, -0.3])]
+    problem = reach_avoid(goal, blocks, 0.1, spans=[None, (0, 3)])
+    plans = np.concatenate([P0, K], axis=1)
+    polytopes = [
+        SimpleNamespace(p0=p0, k=k, born=0.1 * (i + 1))
+        for i, (p0, k) in enumerate(zip(P0, K, strict=True))
+    ]
+    solids = [box(plan - 0.02, plan + 0.02) for plan in plans]
+    corners = [np.array(list(itertools.product(*zip(s.lo, s.hi, strict=True)))) for s in solids]
+    return SimpleNamespace(
+        model=model,
+        problem=problem,
+        scene=scene_of(problem, model),
+        samples=plans,
+        polytopes=polytopes,
+        sample_parts=[{"sep": SEP}] * len(plans),
+        safe_sets=[from_box(s) for s in solids],
+        volumes=np.full(len(plans), 0.04**4),
+        coverage=SimpleNamespace(share=0.8),
+        project=lambda dims: [c[:, list(dims)] for c in corners],
+    )
+
+
+def toy_replay(answer, shift=0.01):
+    """Runs that follow the prediction, moved sideways by `shift` [m]; the last one is marked as
+    failed.
+    """
+    n, steps = len(answer.samples), answer.model.time.n_record
+    share = np.linspace(0, 1, steps + 1)[None, :, None]
+    path = P0[:, None] + share * K[:, None] + shift * share
+    touched = np.arange(n) == n - 1
+    return SimpleNamespace(
+        path=path, q=K[:, :1], reached=np.ones(n, bool), touched=touched, failed=touched
+    )

@@ -1,0 +1,76 @@
+"""An answer comes back from its file with the same polytopes, and only if its proof holds."""
+
+import json
+
+import jax
+import numpy as np
+import pytest
+import toy_query
+from toy_models import model_of
+
+import parc_jax as pj
+from parc_jax.errors import InputError
+from parc_jax.io.answer_file import load_answer
+
+
+@pytest.fixture
+def answer():
+    return toy_query.answer()
+
+
+def test_everything_but_timings_comes_back(answer, tmp_path, rng):
+    again = load_answer(answer.save(tmp_path / "answer.json"))
+    assert (again.samples == answer.samples).all() and again.counts == answer.counts
+    assert again.statement() == answer.statement() and again.coverage == answer.coverage
+    for mine, theirs in zip(again.safe_sets, answer.safe_sets, strict=True):
+        assert (mine.A == theirs.A).all() and (mine.b == theirs.b).all()
+    p0, k = rng.uniform(-1, 1, (2000, 2)), rng.uniform(-1, 1, (2000, 2))
+    assert (again.contains(p0, k) == answer.contains(p0, k)).all()
+    assert (
+        again.keeps(p0, k) == answer.keeps(p0, k)
+    ).all() and again.corridor_coverage == answer.corridor_coverage
+    for mine, theirs in zip(again.corridors, answer.corridors, strict=True):
+        exists = np.isfinite(mine.support)
+        assert (
+            (mine.w == theirs.w)[exists].all()
+            and (mine.support == theirs.support).all()
+            and mine.runs == theirs.runs
+        )
+    first, second = answer.to_json(), again.to_json()
+    assert all(first[part] == second[part] for part in ("corridors", "sets", "hash"))
+
+
+def test_a_file_whose_proof_fails_is_refused(answer, tmp_path):
+    data = json.loads(answer.save(tmp_path / "answer.json").read_text())
+    data["samples"][0]["p0"][0] = "0x9p0"
+    (tmp_path / "answer.json").write_text(json.dumps(data))
+    with pytest.raises(InputError, match="the checker says"):
+        load_answer(tmp_path / "answer.json")
+    (tmp_path / "answer.json").write_text("{")
+    with pytest.raises(InputError, match="the checker says"):
+        load_answer(tmp_path / "answer.json")
+    with pytest.raises(InputError, match="no such file"):
+        load_answer(tmp_path / "none.json")
+
+
+def test_a_proof_that_there_is_no_plan_comes_back(tmp_path):
+    answer = toy_query.answer(wall=True)
+    assert not answer.found and answer.no_plan.kind == "proved"
+    again = load_answer(answer.save(tmp_path / "answer.json"))
+    assert again.no_plan.unsafe == answer.no_plan.unsafe and again.statement() == answer.statement()
+    assert np.shape(again.samples) == (0, 4)
+
+
+@pytest.mark.slow
+def test_bins_without_a_claim_stay_without(tmp_path):
+    whole = toy_query.planner().model
+    interval, final = (
+        np.concatenate([wide, np.full_like(wide, np.inf)])
+        for wide in (whole.tube.interval, whole.tube.final)
+    )
+    model = model_of(whole.net, whole.domain, interval, final, [[-1, 0, 1], [-1, 1]])
+    answer = pj.Planner(model).solve(
+        toy_query.gap(), jax.random.PRNGKey(0), pj.Settings(n_samples=3, budget_s=0.2)
+    )
+    again = load_answer(answer.save(tmp_path / "answer.json"))
+    assert again.model.tube.claimed.tolist() == [True, False]

@@ -1,0 +1,161 @@
+"""Networks trained elsewhere come in unchanged; what is no chain of linear layers and ReLU is
+refused.
+"""
+
+import sys
+
+import numpy as np
+import pytest
+from toy_models import host_outputs, random_network
+
+from parc_jax.errors import InputError, SoundnessError
+from parc_jax.io import chain as chains
+from parc_jax.io.chain import Linear, Relu, Scale, apply, fold_chain
+from parc_jax.io.network_file import from_state_dict, load_network
+from parc_jax.network.fold import Normalisation
+
+
+def normalisation(rng, net):
+    return Normalisation(
+        rng.normal(size=net.n_in),
+        rng.uniform(0.5, 2, net.n_in),
+        rng.normal(size=net.n_out),
+        np.full(net.n_out, 3.0),
+    )
+
+
+def state_of(net):
+    parts = {}
+    for i, (W, b) in enumerate(zip(net.weights, net.biases, strict=True)):
+        parts |= {f"layers.{2 * i}.weight": W, f"layers.{2 * i}.bias": b}
+    return parts
+
+
+def test_a_chain_folds_into_an_equal_network(rng):
+    net = random_network(rng, 4)
+    (W0, W1, W2), (b0, b1, b2) = net.weights, net.biases
+    chain = [
+        Scale(rng.uniform(0.5, 2, 2), rng.normal(size=2)),
+        Linear(W0, b0),
+        Scale(np.float64(-2), b0),
+        Relu(),
+        Relu(),
+        Linear(W1, b1),
+        Relu(),
+        Linear(W2, b2),
+        Linear(np.eye(net.n_out), -b2),
+        Scale(rng.normal(size=net.n_out), b2),
+    ]
+    folded = fold_chain(chain, "net")
+    assert folded.hidden == net.hidden
+    x = rng.normal(size=(300, 2))
+    assert np.allclose(host_outputs(folded, x), apply(chain, x), rtol=1e-12, atol=1e-12)
+
+
+def test_a_relu_in_front_or_at_the_end_is_kept(rng):
+    chain = [Relu(), Linear(np.array([[1.0, -1.0]]), np.zeros(1)), Relu()]
+    net = fold_chain(chain, "net")
+    x = rng.normal(size=(100, 2))
+    assert (host_outputs(net, x) == apply(chain, x)).all() and (host_outputs(net, x) >= 0).all()
+
+
+def test_a_wrong_fold_is_noticed(rng, monkeypatch):
+    real = chains.relu_network
+    monkeypatch.setattr(chains, "relu_network", lambda W, b: real(W, [v + 1e-6 for v in b]))
+    with pytest.raises(SoundnessError, match="differs"):
+        fold_chain(chains.chain_of(random_network(rng, 2)), "net")
+
+
+def test_npz_and_state_dicts(rng, tmp_path):
+    net = random_network(rng, 4)
+    arrays = {f"W{i}": W for i, W in enumerate(net.weights)} | {
+        f"b{i}": b for i, b in enumerate(net.biases)
+    }
+    np.savez(tmp_path / "net.npz", **arrays)
+    assert (
+        load_network(tmp_path / "net.npz").hash == net.hash == from_state_dict(state_of(net)).hash
+    )
+    norm, x = normalisation(rng, net), rng.normal(size=(200, 2))
+    np.savez(tmp_path / "net.npz", **arrays, **norm._asdict())
+    folded = load_network(tmp_path / "net.npz")
+    assert np.allclose(
+        host_outputs(folded, x), norm.y_mean + norm.y_scale * host_outputs(net, norm.inputs(x))
+    )
+    del arrays["b1"]
+    np.savez(tmp_path / "net.npz", **arrays)
+    with pytest.raises(InputError, match="no b1"):
+        load_network(tmp_path / "net.npz")
+
+
+def test_what_is_no_such_network_is_refused(rng, tmp_path):
+    state = state_of(random_network(rng, 4))
+    with pytest.raises(InputError, match="running_mean"):
+        from_state_dict(state | {"norm.running_mean": np.zeros(3)})
+    with pytest.raises(InputError, match="Convolutions"):
+        from_state_dict({"conv.weight": np.zeros((4, 3, 5, 5))})
+    with pytest.raises(InputError, match="fit the one before"):
+        from_state_dict({"0.weight": np.zeros((4, 3)), "1.weight": np.zeros((2, 5))})
+    with pytest.raises(InputError, match=r"expected x_mean \(2,\)"):
+        from_state_dict(state, Normalisation(np.zeros(3), np.ones(3), np.zeros(1), np.ones(1)))
+    for name in ("net.h5", "net.npz", "net.onnx"):
+        with pytest.raises(InputError):
+            load_network(tmp_path / name)
+
+
+def test_without_torch_one_sentence_says_what_to_do(tmp_path, monkeypatch):
+    monkeypatch.setitem(sys.modules, "torch", None)  # an import of it fails, installed or not
+    with pytest.raises(InputError, match=r"needs torch.*np\.savez\(path") as refusal:
+        load_network(tmp_path / "net.pt")
+    assert "\n" not in str(refusal.value)
+
+
+@pytest.fixture
+def trained():
+    """A network as PyTorch users have it: nn.Sequential in float32, with its own initial weights."""
+    nn = pytest.importorskip("torch", reason="needs torch; docs/contributing.md has the command").nn
+    return nn.Sequential(
+        nn.Linear(2, 8), nn.ReLU(), nn.Linear(8, 8), nn.ReLU(), nn.Linear(8, 5, bias=False)
+    )
+
+
+def torch_outputs(net, x):
+    import torch
+
+    with torch.no_grad():
+        return net.double()(torch.tensor(x)).numpy()
+
+
+@pytest.mark.parametrize("suffix", [".pt", ".pth"])
+def test_a_state_dict_of_torch_computes_the_same(trained, rng, tmp_path, suffix):
+    import torch
+
+    torch.save(trained.state_dict(), tmp_path / f"net{suffix}")
+    net, x = load_network(tmp_path / f"net{suffix}"), rng.normal(size=(300, 2))
+    assert (
+        net.hidden == (8, 8)
+        and np.abs(host_outputs(net, x) - torch_outputs(trained, x)).max() < 1e-12
+    )
+    norm = normalisation(rng, net)
+    folded = load_network(tmp_path / f"net{suffix}", norm)
+    wanted = norm.y_mean + norm.y_scale * torch_outputs(trained, np.asarray(norm.inputs(x)))
+    assert np.abs(host_outputs(folded, x) - wanted).max() < 1e-11
+
+
+def test_the_arrays_of_a_state_dict_are_the_way_without_torch(trained, tmp_path):
+    import torch
+
+    torch.save(trained.state_dict(), tmp_path / "net.pt")
+    np.savez(tmp_path / "net.npz", **{k: v.numpy() for k, v in trained.state_dict().items()})
+    assert load_network(tmp_path / "net.npz").hash == load_network(tmp_path / "net.pt").hash
+
+
+def test_other_files_of_torch_are_refused(trained, tmp_path):
+    import torch
+
+    torch.save(trained, tmp_path / "module.pt")  # a pickled program, which is never run
+    torch.save([1, 2], tmp_path / "list.pt")
+    torch.save({"epoch": 3, "model": trained.state_dict()}, tmp_path / "checkpoint.pt")
+    (tmp_path / "torn.pt").write_bytes((tmp_path / "list.pt").read_bytes()[:100])
+    for name in ("module", "list", "checkpoint", "torn", "absent"):
+        with pytest.raises(InputError, match=r"state dict|no such file|expected"):
+            load_network(tmp_path / f"{name}.pt")

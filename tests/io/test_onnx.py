@@ -1,0 +1,139 @@
+"""ONNX in and out against onnxruntime, and a safety question that another program reads."""
+
+import re
+
+import numpy as np
+import pytest
+import toy_query
+from toy_models import host_outputs, random_network
+
+from parc_jax.errors import InputError
+from parc_jax.io.network_file import load_network
+from parc_jax.io.onnx_write import write_onnx
+from parc_jax.io.question import safety_question, vnnlib, write_question
+from parc_jax.pwa import enumerate_regions
+
+onnx = pytest.importorskip("onnx")
+
+
+def run_onnx(path, x):
+    """The outputs of an ONNX file by onnxruntime."""
+    runtime = pytest.importorskip("onnxruntime")
+    session = runtime.InferenceSession(str(path), providers=["CPUExecutionProvider"])
+    (entry,) = session.get_inputs()
+    kind = np.float64 if entry.type == "tensor(double)" else np.float32
+    return session.run(None, {entry.name: x.astype(kind)})[0]
+
+
+def test_out_and_in_again_loses_nothing(rng, tmp_path):
+    net, x = random_network(rng, 5), rng.normal(size=(300, 2))
+    path = write_onnx(tmp_path / "net.onnx", net)
+    assert load_network(path).hash == net.hash
+    assert np.abs(run_onnx(path, x) - host_outputs(net, x)).max() < 1e-12
+    single = write_onnx(tmp_path / "single.onnx", net, np.float32)
+    assert np.abs(run_onnx(single, x) - host_outputs(load_network(single), x)).max() < 1e-4
+
+
+def saved_graph(path, nodes, constants, n_in, n_out):
+    """An ONNX file of the given nodes from X to Y."""
+    ends = [
+        [onnx.helper.make_tensor_value_info(name, onnx.TensorProto.FLOAT, [None, n])]
+        for name, n in (("X", n_in), ("Y", n_out))
+    ]
+    tensors = [
+        onnx.numpy_helper.from_array(np.asarray(v, np.float32), name)
+        for name, v in constants.items()
+    ]
+    graph = onnx.helper.make_graph(
+        [onnx.helper.make_node(*n[:3], **n[3]) for n in nodes], "g", *ends, tensors
+    )
+    opset = [onnx.helper.make_opsetid("", 17)]
+    onnx.save(onnx.helper.make_model(graph, opset_imports=opset, ir_version=8), path)
+    return path
+
+
+def test_what_exporters_write_is_read(rng, tmp_path):
+    constants = {
+        "mean": [0.5, -1.0],
+        "scale": [2.0, 4.0],
+        "W": rng.normal(size=(2, 6)),
+        "b": rng.normal(size=6),
+        "V": rng.normal(size=(3, 6)),
+        "v": rng.normal(size=3),
+        "gain": 3.0,
+        "one": [[1.0, 2.0, 3.0]],
+    }
+    nodes = [
+        ("Sub", ["X", "mean"], ["a"], {}),
+        ("Div", ["a", "scale"], ["c"], {}),
+        ("MatMul", ["c", "W"], ["d"], {}),
+        ("Add", ["b", "d"], ["e"], {}),
+        ("Relu", ["e"], ["f"], {}),
+        ("Identity", ["f"], ["i"], {}),
+        ("Gemm", ["i", "V", "v"], ["g"], {"transB": 1, "alpha": 0.5, "beta": 2.0}),
+        ("Mul", ["gain", "g"], ["h"], {}),
+        ("Sub", ["one", "h"], ["Y"], {}),
+    ]
+    path = saved_graph(tmp_path / "net.onnx", nodes, constants, 2, 3)
+    x = rng.normal(size=(200, 2))
+    assert np.abs(run_onnx(path, x) - host_outputs(load_network(path), x)).max() < 1e-4
+
+
+@pytest.mark.parametrize(
+    ("nodes", "message"),
+    [
+        ([("Tanh", ["X"], ["Y"], {})], "Tanh"),
+        ([("Relu", ["X"], ["a"], {}), ("Add", ["a", "a"], ["Y"], {})], "Add"),
+        ([("Relu", ["X"], ["a"], {}), ("Relu", ["X"], ["Y"], {})], "does not follow"),
+        ([("Add", ["X", "unknown"], ["Y"], {})], "no constant"),
+        ([("Relu", ["X"], ["Y"], {})], "at least one linear layer"),
+    ],
+)
+def test_other_graphs_are_refused(tmp_path, nodes, message):
+    with pytest.raises(InputError, match=message):
+        load_network(saved_graph(tmp_path / "net.onnx", nodes, {}, 2, 2))
+
+
+@pytest.fixture
+def asked():
+    return toy_query.answer()
+
+
+def margins_at_vertices(question):
+    """The exact minimum of a piecewise affine map over a box is at a vertex of a region."""
+    return host_outputs(
+        question.net, np.asarray(enumerate_regions(question.net, question.plans).points)
+    ).min()
+
+
+def test_the_question_is_about_the_samples_safety(asked, rng, tmp_path):
+    small, large = (safety_question(asked, 0, h) for h in (1e-6, 0.6))
+    assert margins_at_vertices(small) > 0 > margins_at_vertices(large)
+    x = rng.uniform(large.plans.lo, large.plans.hi, (4000, 4))
+    positive = (host_outputs(large.net, x) > 0).all(axis=1)
+    assert 0 < positive.sum() < 4000
+    x = x[positive]
+    step = np.stack([x[:, 2], np.abs(x[:, 3])], axis=1)
+    path = x[:, None, :2] + np.linspace(0, 1, 5)[None, :, None] * step[:, None]
+    assert (np.abs(path[:, -1]) <= 0.25 - 0.02).all()
+    late = path[:, 1:].reshape(-1, 2)  # the block exists in intervals 1 to 3
+    assert not ((late > [-0.52, 0.28]) & (late < [0.02, 0.62])).all(axis=1).any()
+    model, text = write_question(tmp_path, small)
+    assert np.abs(run_onnx(model, x) - host_outputs(small.net, x)).max() < 1e-12
+    assert text.read_text() == vnnlib(small)
+
+
+def test_the_property_file_spells_box_and_margins_exactly(asked):
+    question = safety_question(asked, 1, 0.01)
+    text = vnnlib(question)
+    lo = [float(v) for v in re.findall(r"\(assert \(>= X_\d+ (\S+?)\)\)", text)]
+    hi = [float(v) for v in re.findall(r"\(assert \(<= X_\d+ (\S+?)\)\)", text)]
+    assert (lo == question.plans.lo).all() and (hi == question.plans.hi).all()
+    assert text.count("(and (<= Y_") == question.net.n_out and text.count("(") == text.count(")")
+
+
+def test_questions_that_make_no_sense(asked):
+    with pytest.raises(InputError, match="sample between"):
+        safety_question(asked, 99, 0.1)
+    with pytest.raises(InputError, match="positive half widths"):
+        safety_question(asked, 0, 0.0)

@@ -1,0 +1,108 @@
+"""Scenes survive the way to a file and back, keep their decimals, and say what is wrong with them."""
+
+import json
+from fractions import Fraction
+
+import numpy as np
+import pytest
+from toy_models import line_model, random_polygon
+
+from parc_jax.certificate.write import problem_part
+from parc_jax.errors import InputError
+from parc_jax.io.problem_file import load_problem, problem_of_text, problem_text, save_problem
+from parc_jax.problem import Polygon, reach_avoid
+from parc_jax.sets.box import box
+
+SCENE = """
+[goal]
+lo = [29.7, -16.8, -1]
+hi = [31.3, -15.2, 1.0]
+
+[body]
+radius = 0.1
+
+[[obstacles]]
+lo = [22.9665, -16.994]
+hi = [27.2335, -15.006]
+steps = [0, 3]
+"""
+
+
+def scenes(rng):
+    goal = box([-0.2, -0.2, -1.0], [0.2, 0.2, 1.0])
+    yield reach_avoid(goal, [], 0.0)
+    yield reach_avoid(
+        goal, [box([1.0, 0.0], [2.0, 1.0])], 0.25, box([-1.0, -1.0], [0.0, 0.1]), spans=[(1, 2)]
+    )
+    triangle = Polygon(np.array([[0.1, 0.0], [0.0, 0.1], [-0.1, -0.3]]))
+    yield reach_avoid(
+        goal,
+        [random_polygon(rng, [3.0, 1.0], 0.4), box([0, 0], [1, 1])],
+        triangle,
+        spans=[None, (0, 3)],
+    )
+
+
+@pytest.mark.parametrize("suffix", ["toml", "json"])
+def test_a_scene_survives_its_file(rng, tmp_path, suffix):
+    for number, problem in enumerate(scenes(rng)):
+        again = load_problem(save_problem(tmp_path / f"{number}.{suffix}", problem))
+        assert problem_part(again, line_model()) == problem_part(problem, line_model())
+
+
+def test_decimals_are_the_floats_nearest_to_them():
+    problem = problem_of_text(SCENE, "scene.toml")
+    spelled = problem_part(problem, line_model())
+    assert Fraction(31.3) in map(Fraction, spelled["goal"]["b"])
+    assert Fraction(-22.9665) in map(Fraction, spelled["obstacles"][0]["b"])
+    assert Fraction(spelled["body"]["radius"]) == Fraction(0.1)
+    assert spelled["obstacles"][0]["steps"] == [0, 3]
+    assert problem_of_text(problem_text(problem), "again").spans == ((0, 3),)
+
+
+WRONG = [
+    ("radius = 0.1", "radius = nan", "body radius: expected finite numbers; got NaN"),
+    ("radius = 0.1", "radius = -0.1", "radius >= 0"),
+    ("radius = 0.1", "size = 0.1", "'size'. Is it misspelled?"),
+    ("radius = 0.1", "radius = 0.1\nvertices = [[0, 0]]", "either `radius` or `vertices`"),
+    ("radius = 0.1", "vertices = [[0.0, 1.0], [2.0]]", "list of rows of as many numbers"),
+    ("hi = [31.3, -15.2, 1.0]", "hi = [31.3, -15.2]", "expected shape (3,); got (2,)"),
+    (
+        "hi = [31.3, -15.2, 1.0]",
+        "hi = [28.3, -15.2, 1.0]",
+        "axis 0 has lo = 29.7 > hi = 28.3. Swap",
+    ),
+    ("hi = [31.3, -15.2, 1.0]", "", "`lo` and `hi`, or rows `A` and `b`; got lo"),
+    ("hi = [31.3, -15.2, 1.0]", "hi = 31.3", "expected a list of numbers"),
+    ("hi = [31.3, -15.2, 1.0]", "hi = ['a', 1, 2]", "expected finite numbers; got a"),
+    ("hi = [31.3, -15.2, 1.0]", "hi = [31.3000000000000000001, -15.2, 1.0]", "Round it"),
+    ("hi = [27.2335, -15.006]", "hi = [27.2335, -15.006, 0.0]", "expected shape (2,); got (3,)"),
+    ("steps = [0, 3]", "steps = [3, 0]", "0 <= first <= last"),
+    ("[goal]", "[gaol]", "'gaol'. Is it misspelled?"),
+    ("[body]\nradius = 0.1", "", "expected an entry 'body'"),
+    ("[goal]", "[goal", "expected a scene in TOML"),
+]
+
+
+@pytest.mark.parametrize(("old", "new", "message"), WRONG, ids=[w[2][:40] for w in WRONG])
+def test_wrong_scenes_are_refused_in_one_sentence(old, new, message):
+    assert old in SCENE
+    with pytest.raises(InputError) as caught:
+        problem_of_text(SCENE.replace(old, new), "scene.toml")
+    assert message in str(caught.value) and str(caught.value).startswith("scene.toml: ")
+
+
+def test_rows_and_json(tmp_path):
+    rows = {"A": [[1, 0.5], [-1, 0], [0, -1]], "b": [1, 0, 0]}
+    (tmp_path / "scene.json").write_text(
+        json.dumps({"goal": rows, "body": {"radius": 0}, "obstacles": [rows]})
+    )
+    problem = load_problem(tmp_path / "scene.json")
+    assert (problem.goal.A == np.array(rows["A"])).all() and problem.start is None
+    (tmp_path / "scene.json").write_text(
+        '{"goal": {"lo": [NaN], "hi": [1]}, "body": {"radius": 0}}'
+    )
+    with pytest.raises(InputError, match="expected finite numbers; got nan"):
+        load_problem(tmp_path / "scene.json")
+    with pytest.raises(InputError, match="no such file"):
+        load_problem(tmp_path / "other.toml")

@@ -1,0 +1,66 @@
+"""Training: targets in the right order, known functions learned, the key decides, bad data refused."""
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+import pytest
+from synthetic_plants import Plant, failing, plant, straight
+
+from parc_jax.errors import InputError
+from parc_jax.keys import Stage
+from parc_jax.network.predict import outputs
+from parc_jax.network.train import train, train_report, training_arrays
+from parc_jax.rollout.collect import collect
+
+SETTINGS = {"hidden": (8,), "seeds": 2, "steps": 150, "batch": 128}
+
+
+def bent(key, k, s):
+    """Straight, but the second axis bends upward where k_1 exceeds 1/2: one kink."""
+    p, q = straight(k, s)
+    return p + jnp.maximum(k[1] - 0.5, 0) * s[:, None] * jnp.array([[0.0, 2.0]]), q
+
+
+@pytest.fixture(scope="module")
+def data():
+    system: Plant = plant(bent)
+    return collect(system, jax.random.key(0), 600, Stage.TRAIN, quiet=True)
+
+
+def test_targets_are_the_knots_time_major_then_the_goal_states(data):
+    k, y = training_arrays(data)
+    assert y.shape == (600, 2 * 4 + 1)
+    np.testing.assert_allclose(y[:, :8].reshape(-1, 4, 2), data.p[:, 5::5], atol=1e-12)
+    np.testing.assert_array_equal(y[:, 8:], data.q)
+    np.testing.assert_array_equal(k, data.k)
+
+
+def test_a_function_with_a_kink_is_learned_in_raw_units(data):
+    net, report = train_report(data, key=jax.random.key(1), **SETTINGS)
+    k, y = training_arrays(data)
+    error = np.abs(outputs(net, k) - y)
+    assert error.max() < 0.1 and np.sqrt((error**2).mean()) < 0.02
+    assert net.hidden == (8,) and net.n_in == 2 and net.n_out == 9
+    assert report.tail.shape == report.rms.shape == (2,) and report.best == int(
+        np.argmin(report.tail)
+    )
+    np.testing.assert_allclose(outputs(net, k[:4]), [np.asarray(net(x)) for x in k[:4]], atol=1e-12)
+
+
+def test_the_key_decides(data):
+    one, two, three = (train(data, key=jax.random.key(s), **SETTINGS) for s in (4, 4, 5))
+    assert one.hash == two.hash != three.hash
+
+
+def test_failed_runs_are_left_out_and_too_few_are_refused(data):
+    broken = collect(plant(failing), jax.random.key(0), 300, Stage.TRAIN, quiet=True)
+    k, y = training_arrays(broken)
+    assert 200 < len(k) < 300 and np.isfinite(y).all()
+    with pytest.raises(InputError, match="at least 10 finite"):
+        training_arrays(data.select(slice(0, 5)))
+
+
+@pytest.mark.parametrize("hidden", [(), (0,), (8, -1)])
+def test_layers_without_neurons_are_refused(data, hidden):
+    with pytest.raises(InputError, match="positive width"):
+        train(data, hidden, key=jax.random.key(0))

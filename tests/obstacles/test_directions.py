@@ -1,0 +1,121 @@
+"""Separating directions: multipliers that are proofs, spread over the circle, in any units of the
+rows.
+"""
+
+from fractions import Fraction
+
+import numpy as np
+import pytest
+from toy_models import random_polygon
+
+from parc_jax.obstacles.directions import (
+    N_DIRECTIONS,
+    Multiplier,
+    direction_table,
+)
+from parc_jax.obstacles.polygon import corners
+from parc_jax.problem import Polygon, reach_avoid
+from parc_jax.sets.box import box
+from parc_jax.sets.hpolytope import hpolytope
+from parc_jax.sets.rational import convex_polygon
+
+GOAL = box([0, 0, 0], [1, 1, 1])
+
+
+def exact_direction(obstacle, m: Multiplier):
+    """(w, lambda . b) of a multiplier in rationals."""
+    rows = [
+        (Fraction(obstacle.A[i, 0]), Fraction(obstacle.A[i, 1]), Fraction(obstacle.b[i]))
+        for i in m.rows
+    ]
+    return tuple(sum(v * row[c] for v, row in zip(m.values, rows, strict=True)) for c in range(3))
+
+
+def problems(seed):
+    rng = np.random.default_rng(seed)
+    obstacles = [
+        random_polygon(
+            rng, 3 * rng.normal(size=2), rng.uniform(0.1, 2), rows=int(rng.integers(0, 8))
+        ),
+        box([1, -2], [1, 2]),
+        box([1, -2], [1, -2]),
+        hpolytope([[-1e-4, 1], [-1e-4, -1], [1, 0]], [1e-4, 1e-4, 2]),
+    ]
+    return reach_avoid(GOAL, obstacles, (0.0, 0.3, Polygon(rng.normal(size=(4, 2))))[seed % 3])
+
+
+@pytest.mark.parametrize("seed", range(9))
+def test_every_multiplier_is_a_proof_and_the_support_is_exact(seed):
+    problem = problems(seed)
+    table = direction_table(problem)
+    for j, obstacle in enumerate(problem.obstacles):
+        points = [c.point for c in corners(obstacle)]
+        assert len(table.multipliers[j]) == N_DIRECTIONS
+        for d, m in enumerate(table.multipliers[j]):
+            assert m.values and all(v > 0 for v in m.values) and all(type(i) is int for i in m.rows)
+            x, y, bound = exact_direction(obstacle, m)
+            assert (x, y) != (0, 0)
+            assert (
+                max(x * p[0] + y * p[1] for p in points) == bound
+            )  # both rows meet in a corner: nothing is lost
+            size = abs(x) + abs(y)
+            w, support = table.w[j, d], table.support[j, d]
+            assert abs(Fraction(w[0]) - x) + abs(Fraction(w[1]) - y) <= Fraction(1, 2**52) * size
+            body = bound + body_support(problem.body, float(x), float(y))
+            assert abs(support - float(body)) <= 1e-14 * (abs(support) + float(size) * 10)
+
+
+def body_support(body, x, y):
+    if isinstance(body, Polygon):
+        return Fraction(max(-x * v[0] - y * v[1] for v in body.vertices.tolist()))
+    return Fraction(body.radius * float(np.hypot(x, y)))
+
+
+@pytest.mark.parametrize("seed", range(6))
+def test_directions_are_spread_over_the_circle_and_facets_come_first(seed):
+    rng = np.random.default_rng(seed)
+    polygon = random_polygon(rng, [0, 0], 1.0, rows=5)  # rows differ in length by up to 100
+    table = direction_table(reach_avoid(GOAL, [polygon], 0.0))
+    angle = np.sort(np.arctan2(table.w[0, :, 1], table.w[0, :, 0]))
+    assert np.diff(angle, append=angle[0] + 2 * np.pi).max() < np.radians(3 * 360 / N_DIRECTIONS)
+    facets = {m.rows[0] for m in table.multipliers[0][: table.n_facets] if len(m.rows) == 1}
+    seen = [i for corner in corners(polygon) for i in corner.rows]
+    assert facets >= {i for i in seen if seen.count(i) == 2}  # a side has two ends
+
+
+@pytest.mark.parametrize("unit", [1.0, 1e-9, 1e-3, 1e6, 1e12])
+def test_any_direction_has_a_multiplier_close_to_it_in_any_units(unit):
+    rng = np.random.default_rng(3)
+    A = np.array([[1.0, 1], [-1, 1], [-1, -1], [1, -1]]) * np.array([unit, 1, 1, 1])[:, None]
+    b = np.array([0.5, 0.4, 0.3, 0.6]) * np.array([unit, 1, 1, 1])
+    problem = reach_avoid(GOAL, [hpolytope(A, b)], 0.1)
+    table = direction_table(problem)
+    points = [c.point for c in corners(problem.obstacles[0])]
+    for angle in rng.uniform(-np.pi, np.pi, 200):
+        w = np.array([np.cos(angle), np.sin(angle)])
+        m = table.nearest(0, w)
+        x, y, bound = exact_direction(problem.obstacles[0], m)
+        assert max(x * p[0] + y * p[1] for p in points) == bound
+        got, _ = table.direction(0, m)
+        turned = got[0] * w[1] - got[1] * w[0]
+        assert got @ w > 0 and abs(turned) < 1e-7 * np.hypot(*got)
+
+
+def test_multipliers_stay_short():
+    problem = problems(0)
+    table = direction_table(problem)
+    assert max(len(str(v)) for m in table.multipliers[0] for v in m.values) <= 12
+    m = table.nearest(0, np.array([0.3, -0.8]))
+    assert max(len(str(v)) for v in m.values) <= 20
+
+
+def test_an_obstacle_with_more_facets_than_directions_still_has_proofs():
+    angle = np.arange(60) * 2 * np.pi / 60
+    problem = reach_avoid(
+        GOAL, [hpolytope(np.stack([np.cos(angle), np.sin(angle)], axis=1), np.ones(60))], 0.0
+    )
+    table = direction_table(problem)
+    assert len(table.multipliers[0]) == N_DIRECTIONS and np.isfinite(table.w).all()
+    points = convex_polygon([c.point for c in corners(problem.obstacles[0])])
+    x, y, bound = exact_direction(problem.obstacles[0], table.nearest(0, np.array([0.8, 0.6])))
+    assert max(x * p[0] + y * p[1] for p in points) == bound

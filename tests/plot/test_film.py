@@ -1,0 +1,57 @@
+"""The plain film: any robot, from above, its true run or the model's prediction."""
+
+import numpy as np
+import pytest
+from matplotlib.image import imread
+from toy_answer import toy_answer, toy_replay
+
+from parc_jax.errors import InputError
+from parc_jax.plot.film import REST, film
+
+INK = {"goal": (203, 232, 223), "block": (110, 110, 110), "tube": (214, 232, 245)}
+
+
+def frames(folder):
+    return [imread(path)[..., :3] * 255 for path in sorted(folder.iterdir())]
+
+
+def near(image, color) -> np.ndarray:
+    """(n, 2) row and column of the pixels of about this colour."""
+    return np.argwhere(np.abs(image - np.array(color)).max(axis=-1) < 12)
+
+
+@pytest.mark.parametrize("true", [False, True])
+def test_a_prediction_and_a_true_run(tmp_path, true, capsys):
+    answer = toy_answer()
+    run = toy_replay(answer, shift=0.05).path[1] if true else None
+    shown = frames(film(answer, tmp_path / "film", 1, run))
+    assert len(shown) == round(answer.model.time.t_f * 25) + 1 + REST
+    for name, color in INK.items():
+        assert len(near(shown[0], color)) > 50, name
+    moved = np.abs(shown[0] - shown[-1]).max(axis=-1) > 30
+    columns = np.argwhere(moved)[:, 1]
+    assert np.ptp(columns) > 200  # the robot went from the left to the right
+    assert (shown[-1] == shown[-REST]).all() and capsys.readouterr().err == ""
+
+
+def test_an_obstacle_is_seen_while_it_exists(tmp_path):
+    from dataclasses import replace
+
+    answer = toy_answer()
+    answer.problem = replace(answer.problem, spans=((0, 0), (0, 0)))
+    shown = frames(film(answer, tmp_path / "film", 0))
+    assert len(near(shown[0], INK["block"])) > 500 > len(near(shown[-1], INK["block"]))
+
+
+def test_what_cannot_be_filmed_is_refused(tmp_path):
+    answer = toy_answer()
+    with pytest.raises(InputError, match="0 to 3; got 4"):
+        film(answer, tmp_path / "film.gif", 4)
+    with pytest.raises(InputError, match=r"film\.avi"):
+        film(answer, tmp_path / "film.avi")
+    assert not list(tmp_path.iterdir())
+
+
+def test_progress_is_shown_unless_quiet(tmp_path, capsys):
+    film(toy_answer(), tmp_path / "film.gif", quiet=False)
+    assert "film" in capsys.readouterr().err

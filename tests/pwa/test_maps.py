@@ -1,0 +1,37 @@
+"""The affine map of a pattern: one at a time, for NumPy and JAX, and of a whole table in chunks."""
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+import pytest
+from region_networks import outputs, random_network, unit_box
+
+from parc_jax.pwa import enumerate_regions, maps
+from parc_jax.pwa.maps import affine_maps, pattern_map
+
+
+@pytest.mark.parametrize(("n", "widths"), [(1, [4]), (2, [6, 5]), (3, [5, 4, 3])])
+def test_one_pattern_and_many_in_numpy_and_jax_agree(n, widths, monkeypatch):
+    monkeypatch.setattr(maps, "CHUNK_BYTES", 1000)  # several chunks
+    table = enumerate_regions(random_network(n, widths, seed=n), unit_box(n))
+    net = table.net
+    C, d = affine_maps(net, table.patterns)
+    traced = jax.jit(lambda pattern: pattern_map(net.weights, net.biases, pattern, jnp))
+    for i in range(0, table.count, max(1, table.count // 7)):
+        inside = table.region_vertices(i).mean(axis=0)
+        one = pattern_map(net.weights, net.biases, table.patterns[i])
+        for ours, theirs in zip(one, traced(table.patterns[i]), strict=True):
+            np.testing.assert_allclose(ours, theirs, rtol=1e-12, atol=1e-13)
+        A, b, one_C, one_d = one
+        np.testing.assert_allclose(one_C, C[i], rtol=1e-12, atol=1e-13)
+        np.testing.assert_allclose(one_d, d[i], rtol=1e-12, atol=1e-13)
+        np.testing.assert_allclose(one_C @ inside + one_d, outputs(net, inside[None])[0])
+        assert (A @ inside <= b).all() and len(b) == sum(net.hidden)
+
+
+def test_a_network_without_hidden_layers_is_its_own_map():
+    net = random_network(2, [], seed=0)
+    A, b, C, d = pattern_map(net.weights, net.biases, np.zeros(0, bool))
+    assert A.shape == (0, 2) and b.shape == (0,)
+    np.testing.assert_array_equal(C, net.weights[0])
+    np.testing.assert_array_equal(d, net.biases[0])

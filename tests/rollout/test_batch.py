@@ -1,0 +1,124 @@
+"""A run that failed anywhere has failed, two runs are the same only if all of them is, rows that belong
+together stay together, and messages name the row.
+"""
+
+import jax
+import numpy as np
+import pytest
+from synthetic_plants import noisy, plant
+
+import parc_jax as pj
+from parc_jax.errors import InputError
+from parc_jax.rollout.batch import concatenate, rollout_batch, worst_by_group
+from parc_jax.rollout.collect import collect
+from parc_jax.rollout.files import save_rollouts
+from parc_jax.rollout.loaders import load_rollouts
+
+GRID = pj.time_grid(0.25, 1.0, 0.05)
+
+
+@pytest.fixture(scope="module")
+def runs():
+    return collect(plant(noisy), jax.random.PRNGKey(1), 30, quiet=True)
+
+
+def grouped(runs, groups):
+    return rollout_batch(
+        runs.k, runs.p, runs.q, time=runs.time, domain=runs.domain, law=runs.law, groups=groups
+    )
+
+
+def test_a_split_never_tears_a_group(runs):
+    groups = np.repeat(np.arange(10), 3)[np.random.default_rng(0).permutation(30)]
+    batch = grouped(runs, groups)
+    train, held = batch.split(0.3, seed=4)
+    assert (train.n, held.n) == (21, 9) and not np.isin(held.groups, train.groups).any()
+    assert sorted([*train.rows, *held.rows]) == list(range(30))
+    alone = grouped(runs, None).split(0.3, seed=4)
+    assert [part.n for part in alone] == [21, 9]
+    again = batch.split(0.3, seed=4)[1]
+    np.testing.assert_array_equal(again.rows, held.rows)
+    for share in (0.0, 1.0):
+        with pytest.raises(InputError, match="between 0 and 1"):
+            batch.split(share)
+    with pytest.raises(InputError, match="got 1 groups"):
+        grouped(runs, np.zeros(30, int)).split(0.5)
+
+
+def test_the_value_of_a_group_is_its_worst():
+    values = np.array([1.0, 5.0, np.inf, 2.0, 3.0])
+    np.testing.assert_array_equal(worst_by_group(values, np.array([7, 2, 9, 7, 2])), [2, 5, np.inf])
+    assert worst_by_group(values, None) is values
+    left = worst_by_group(np.array([False, True, False]), np.array([1, 1, 0]))
+    assert left.tolist() == [True, False]
+
+
+def test_names_of_groups_mean_the_same_in_every_file(runs, tmp_path):
+    names = np.array(["monday", "tuesday", "sunday"] * 10)
+    batch = grouped(runs, names)
+    np.savez(tmp_path / "log.npz", k=runs.k, p=runs.p, q=runs.q, groups=names[::-1])
+    other = load_rollouts(tmp_path / "log.npz", GRID, runs.domain)
+    np.testing.assert_array_equal(other.groups, batch.groups[::-1])
+    back = load_rollouts(save_rollouts(tmp_path / "own.npz", batch))
+    np.testing.assert_array_equal(back.groups, batch.groups)
+    given = load_rollouts(tmp_path / "log.npz", GRID, runs.domain, groups=np.arange(30) // 3)
+    assert len(np.unique(given.groups)) == 10
+    whole = concatenate([batch, batch.select(slice(3))])
+    assert len(whole.groups) == 33
+    with pytest.raises(InputError, match="groups in all batches or in none"):
+        concatenate([batch, grouped(runs, None)])
+    for bad in (np.arange(29), np.linspace(0, 1, 30)):
+        with pytest.raises(InputError, match="for each of 30 rows"):
+            grouped(runs, bad)
+
+
+def test_groups_in_a_folder(runs, tmp_path):
+    (tmp_path / "p").mkdir()
+    np.savetxt(tmp_path / "k.csv", runs.k, delimiter=",")
+    for i, track in enumerate(runs.p):
+        np.savetxt(tmp_path / "p" / f"{i:03d}.csv", track, delimiter=",")
+    (tmp_path / "groups.csv").write_text("recording\n" + "a\nb\n" * 15)
+    batch = load_rollouts(tmp_path, GRID, runs.domain)
+    assert len(np.unique(batch.groups)) == 2 and (batch.groups[::2] == batch.groups[0]).all()
+
+
+def test_a_parameter_that_is_not_known_is_named_by_its_row(runs, tmp_path):
+    k = np.array(runs.k)
+    k[[7, 9], 1] = np.nan
+    for domain in (runs.domain, None):
+        np.savez(tmp_path / "log.npz", k=k, p=runs.p)
+        with pytest.raises(InputError, match=r"row 7 is \[.* nan\], 2 of 30 rows"):
+            load_rollouts(tmp_path / "log.npz", GRID, domain)
+
+
+def test_ragged_runs_get_advice(runs, tmp_path):
+    ragged = np.empty(30, object)
+    ragged[:] = [track[: 15 + i % 2] for i, track in enumerate(runs.p)]
+    np.savez(tmp_path / "log.npz", k=runs.k, p=ragged)
+    with pytest.raises(InputError, match="Runs of different lengths go onto one record grid"):
+        load_rollouts(tmp_path / "log.npz", GRID)
+    (tmp_path / "p").mkdir()
+    np.savetxt(tmp_path / "k.csv", runs.k, delimiter=",")
+    for i, track in enumerate(ragged):
+        np.savetxt(tmp_path / "p" / f"{i:03d}.csv", track, delimiter=",")
+    with pytest.raises(InputError, match=r"001.csv.*row 1 has \(16, 2\).*one record grid"):
+        load_rollouts(tmp_path, GRID)
+
+
+@pytest.fixture(scope="module")
+def batch():
+    return collect(plant(noisy), jax.random.PRNGKey(2), 6, quiet=True)
+
+
+def test_one_record_that_is_no_number_fails_its_run(batch):
+    p, q = np.array(batch.p), np.array(batch.q)
+    p[1, 3, 1], p[2, -1, 0], q[4, 0] = np.nan, -np.inf, np.nan
+    assert batch.replace(p=p, q=q).failed.tolist() == [False, True, True, False, True, False]
+
+
+@pytest.mark.parametrize("field", ["k", "p", "q"])
+def test_the_hash_of_a_run_sees_k_path_and_end(batch, field):
+    changed = np.array(getattr(batch, field))
+    changed[3].flat[-1] += 1e-3
+    same = batch.replace(**{field: changed}).hashes() == batch.hashes()
+    assert same.tolist() == [True, True, True, False, True, True]

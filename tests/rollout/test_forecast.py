@@ -1,0 +1,103 @@
+"""What a long stage will cost is said before it is spent; no two bars share a name."""
+
+import dataclasses
+import re
+import time
+
+import jax
+import numpy as np
+import pytest
+from synthetic_plants import noisy, plant, straight_network
+from toy_system import STUDY
+
+import parc_jax as pj
+from parc_jax.experiment.learn import forecast_of, learn
+from parc_jax.experiment.stopwatch import Stopwatch
+from parc_jax.keys import Stage
+from parc_jax.rollout import forecast as forecasting
+from parc_jax.rollout.forecast import Forecast, Pace, spell
+
+KEY, NET = jax.random.PRNGKey(0), straight_network(4)
+
+
+def test_the_sentence():
+    told = Forecast(12_300, "eps = 0.01 needs 690 runs").sentence("cart", 0.6)
+    assert told == "cart: 12,300 runs x 0.6 s = 2 h; eps = 0.01 needs 690 runs"
+    assert [spell(s) for s in (0.012, 0.6, 90, 7380, 1e6, 1e8)] == [
+        "12 ms",
+        "0.6 s",
+        "1.5 min",
+        "2 h",
+        "12 d",
+        "1,157 d",
+    ]
+
+
+def test_it_is_said_once_and_only_when_it_is_long(capsys):
+    short, long, quiet = Forecast(29), Forecast(100), Forecast(100, quiet=True)
+    for forecast in (short, long, long, quiet):
+        forecast.measured("cart", 1.0)
+    assert capsys.readouterr().err == "cart: 100 runs x 1 s = 1.7 min\n"
+
+
+def test_time_spent_on_compiling_does_not_count():
+    pace = Pace(2, compiles=True)
+    assert pace.of(10, 0.0, 60.0) is None  # the chunk that compiled
+    assert pace.of(10, 0.0, 61.0) is None  # another worker waited for it
+    assert pace.of(10, 60.0, 64.0) == pytest.approx(0.2)
+    assert Pace(1, compiles=False).of(10, 5.0, 6.0) == pytest.approx(0.1)
+
+
+class Slow:
+    """Not JAX, and slow."""
+
+    name, n_p, n_q, chunk = "slow", 2, 1, 4
+    domain, time = plant(noisy).domain, plant(noisy).time
+
+    def rollout_batch(self, keys, ks):
+        time.sleep(0.02 * len(ks))
+        s = np.linspace(0, 1, self.time.n_record + 1)[None, :, None]
+        return pj.Trajectory(s * np.asarray(ks)[:, None], np.asarray(ks)[:, :1])
+
+
+def test_collect_and_bound_error_forecast_all_that_they_will_run(monkeypatch, capsys):
+    monkeypatch.setattr(forecasting, "LONG_S", 0.1)
+    pj.collect(Slow(), KEY, 12)
+    assert re.search(r"slow: 12 runs x \S+ m?s = \S+ s", capsys.readouterr().err)
+    pj.bound_error(NET, Slow(), KEY, 0.05, 0.5, bins=(1, 1), profile_runs=10)
+    told = capsys.readouterr().err
+    # 10 for the profile, 14 for the holdout, 14 for the search
+    assert len(re.findall(r"slow: \S+ runs x", told)) == 1 and "slow: 38 runs x" in told
+    assert "eps = 0.5 needs 2 fresh ones" in told
+    pj.bound_error(NET, Slow(), KEY, 0.05, 0.5, bins=(1, 1), profile_runs=10, quiet=True)
+    assert capsys.readouterr().err == ""
+
+
+def test_the_shell_forecasts_a_whole_study():
+    told = forecast_of(STUDY)
+    assert told.runs > 60 + 100 + 64 and told.advice == ""  # claims by bin
+    one = forecast_of(dataclasses.replace(STUDY, claims=("one",), eps=0.01, others=()))
+    assert (one.runs, one.advice) == (60 + 100 + 299 + 64, "--eps 0.1 needs 29 fresh ones")
+
+
+def test_two_bars_never_share_a_name(tmp_path, monkeypatch):
+    import toy_system
+    import tqdm
+
+    names, real = [], tqdm.tqdm
+
+    def noted(*args, **kwargs):
+        names.append(kwargs["desc"])
+        return real(*args, **kwargs | {"disable": True})
+
+    monkeypatch.setattr(tqdm, "tqdm", noted)
+    study = dataclasses.replace(STUDY, others=())
+    learn(toy_system.system(), study, KEY, Stopwatch(), tmp_path / "work", False)
+    names = [name for name in names if "runs of the search" not in name]  # quiet: tries of starts
+    assert len(names) == 4 and len(set(names)) == 4
+    names.clear()
+    pj.bound_error(NET, plant(noisy), KEY, 0.1, 0.1, bins=(1, 1))
+    assert len(names) == 3 and len(set(names)) == 3
+    for stage in (Stage.REPLAY, Stage.VALIDATE):
+        pj.collect(plant(noisy), KEY, 5, stage)
+    assert len(set(names)) == 5

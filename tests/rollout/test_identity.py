@@ -1,0 +1,267 @@
+"""A system that was changed in place, or whose code has changed, is not the system it was."""
+
+import dataclasses
+import functools
+import subprocess
+import sys
+import textwrap
+import types
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+import pytest
+from synthetic_plants import straight_network
+
+import parc_jax as pj
+from parc_jax.claim.monitor import inside_tube
+from parc_jax.claim.start_gap import try_starts
+from parc_jax.claim.validate import validate_choice
+from parc_jax.errors import InputError
+from parc_jax.keys import Stage
+from parc_jax.rollout.collect import stream_rollouts
+from parc_jax.rollout.identity import content_of, identity_of
+
+KEY, NET = jax.random.PRNGKey(0), straight_network(4)
+SCALE = 1.0
+
+
+class Gusty:
+    """A cart with a gust that can be changed from outside."""
+
+    name, n_p, n_q = "gusty", 2, 1
+    domain, time = pj.box([0.0, 0.0], [1.0, 1.0]), pj.time_grid(0.25, 1.0, 0.05)
+    side = 0.0
+
+    def __init__(self, gust=0.01):
+        self.gust = gust
+        self.inner = types.SimpleNamespace(bias=np.zeros(2))
+
+    @property
+    def law(self):
+        return {"gust": self.gust}
+
+    def rollout(self, key, k):
+        s = jnp.linspace(0.0, 1.0, 21)[:, None]
+        push = self.gust * jax.random.normal(key, (2,)) + self.side + jnp.asarray(self.inner.bias)
+        return pj.Trajectory(s * k[None] + SCALE * s**2 * push[None], k[:1])
+
+
+@dataclasses.dataclass(frozen=True, eq=False)
+class Frozen:
+    """The same with nested parts and a jitted method of a static self."""
+
+    part: types.SimpleNamespace
+
+    name, n_p, n_q = "frozen", 2, 1
+    domain, time = Gusty.domain, Gusty.time
+
+    @functools.partial(jax.jit, static_argnums=0)
+    def _moved(self, s, k):
+        return s * k[None] + self.part.shift
+
+    def rollout(self, key, k):
+        p = self._moved(jnp.linspace(0.0, 1.0, 21)[:, None], k)
+        return pj.Trajectory(p - p[:1] + self.part.shift * jnp.arange(21.0)[:, None], k[:1])
+
+
+def end(system, n=20, **options):
+    return pj.collect(system, KEY, n, quiet=True, **options).p[:, -1]
+
+
+def test_a_claim_about_a_changed_plant_is_made_from_its_own_runs():
+    plant = Gusty(0.01)
+    options = {"eps": 0.05, "delta": 0.01, "bins": (1, 1), "search": 0, "quiet": True}
+    pj.bound_error(NET, plant, KEY, **options)
+    plant.gust = 5.0
+    claim = pj.bound_error(NET, plant, KEY, **options)
+    assert "gust = 5.0" in claim.statement()
+    fresh = pj.collect(Gusty(5.0), jax.random.PRNGKey(9), 200, quiet=True)
+    assert (~inside_tube(claim, NET, fresh)).mean() <= 0.1  # all of them, once
+
+
+def test_every_door_sees_the_change():
+    plant = Gusty(0.0)
+    far = lambda batch: np.abs(batch.p[:, -1] - [0.5, 0.5]).max(axis=1) > 0.1  # noqa: E731
+    assert validate_choice(plant, KEY, [0.5, 0.5], far, n=20).failures == 0
+    plant.gust = 5.0
+    assert validate_choice(plant, KEY, [0.5, 0.5], far, n=20).failures > 15
+    assert try_starts(plant, KEY, 1e-5).seen is None
+
+
+@pytest.mark.parametrize(
+    "change",
+    [
+        lambda plant: setattr(plant, "gust", 1.0),
+        lambda plant: setattr(plant.inner, "bias", np.ones(2)),
+        lambda plant: plant.inner.bias.__setitem__(0, 1.0),
+        lambda plant: setattr(type(plant), "side", 1.0),
+        lambda plant: setattr(plant, "rollout", lambda key, k: Gusty(1.0).rollout(key, k)),
+    ],
+)
+def test_any_attribute_counts(change, monkeypatch):
+    monkeypatch.setattr(Gusty, "side", 0.0)  # given back afterwards
+    plant = Gusty()
+    before = end(plant)
+    change(plant)
+    assert np.abs(end(plant) - before).max() > 0.1
+
+
+def test_a_global_that_the_rollout_names_counts(monkeypatch):
+    plant = Gusty(1.0)
+    before = end(plant)
+    monkeypatch.setattr(sys.modules[__name__], "SCALE", 3.0)
+    np.testing.assert_allclose(end(plant) - before, 2 * (before - end(Gusty(0.0))), atol=1e-9)
+
+
+def test_jitted_methods_of_a_static_self_are_traced_again():
+    plant = Frozen(types.SimpleNamespace(shift=0.0))
+    before = end(plant)
+    plant.part.shift = 2.0
+    np.testing.assert_allclose(end(plant) - before, 40.0)
+
+
+def test_the_grid_may_change_too():
+    plant = Gusty(0.0)
+    end(plant)
+    plant.domain = pj.box([5.0, 5.0], [6.0, 6.0])
+    assert end(plant).min() >= 5.0
+
+
+def test_what_did_not_change_is_not_compiled_again():
+    plant = Gusty()
+    end(plant)
+    compiled = []
+    jax.monitoring.register_event_duration_secs_listener(
+        lambda event, seconds, **_: (
+            compiled.append(event) if event.endswith("backend_compile_duration") else None
+        )
+    )
+    end(plant)
+    assert compiled == []
+    plant.gust = 0.5
+    end(plant)
+    assert compiled
+
+
+def test_caches_that_a_system_fills_while_it_is_traced_are_no_change():
+    class Caching(Gusty):
+        @functools.cached_property
+        def table(self):
+            return np.arange(21.0)
+
+        def rollout(self, key, k):
+            p, q = super().rollout(key, k)
+            return pj.Trajectory(p + 0 * jnp.asarray(self.table)[:, None], q)
+
+    assert len(end(Caching(), n=100, chunk=16)) == 100
+
+
+def test_a_system_that_changes_while_it_runs_is_refused():
+    plant = Gusty()
+    stream = stream_rollouts(plant, KEY, 2000, chunk=16, quiet=True)
+    next(stream)
+    plant.inner.bias = np.ones(2)
+    with pytest.raises(InputError, match="gusty: expected a system that stays as it is"):
+        list(stream)
+
+
+class Plain:
+    """Not JAX: its attributes are read at every run."""
+
+    name, n_p, n_q, domain, time = "plain", 2, 0, Gusty.domain, Gusty.time
+
+    def __init__(self):
+        self.law = {"gust": 1}
+
+    def rollout_batch(self, keys, ks):
+        s = np.linspace(0, 1, 21)[None, :, None]
+        return pj.Trajectory(s * np.asarray(ks)[:, None], np.zeros((len(ks), 0)))
+
+
+def test_a_law_that_changes_while_a_system_runs_is_refused():
+    plant = Plain()
+    stream = stream_rollouts(plant, KEY, 200, chunk=16, quiet=True)
+    next(stream)
+    plant.law = {"gust": 2}
+    with pytest.raises(InputError, match="stays as it is"):
+        list(stream)
+
+
+def test_a_grid_that_changes_while_a_system_runs_is_refused():
+    plant = Plain()
+    stream = stream_rollouts(plant, KEY, 200, chunk=16, quiet=True)
+    next(stream)
+    plant.time = pj.time_grid(0.5, 2.0, 0.1)  # as many records
+    with pytest.raises(InputError, match="stays as it is"):
+        list(stream)
+
+
+def test_equal_content_has_equal_digests_and_opaque_parts_their_own():
+    assert content_of(Gusty(0.1)).digest == content_of(Gusty(0.1)).digest
+    assert content_of(Gusty(0.1)).digest != content_of(Gusty(0.2)).digest
+    one, two = Gusty(), Gusty()
+    one.rng = two.rng = np.random.default_rng(0)  # opaque: only told apart by identity
+    assert content_of(one).digest == content_of(two).digest
+    two.rng = np.random.default_rng(0)
+    assert content_of(one).digest != content_of(two).digest
+    assert identity_of(one) == identity_of(two)
+    one.me = one  # a cycle ends
+    assert content_of(one).digest == content_of(one).digest
+
+
+def test_the_identity_outlives_the_process(tmp_path):
+    source = textwrap.dedent(
+        """
+        import jax.numpy as jnp
+        import parc_jax as pj
+
+        GUSTS = {"north", "south", "east", "west"}   # a set: its order differs between processes
+
+
+        class Robot:
+            '''A robot.'''
+            name, n_p, n_q = "robot", 2, 0
+            domain, time = pj.box([0.0, 0.0], [1.0, 1.0]), pj.time_grid(0.25, 1.0)
+
+            def __init__(self):
+                self.workers, self._started, self.lock = 3, object(), object()
+
+            def rollout(self, key, k):
+                return pj.Trajectory(FACTOR * jnp.linspace(0, 1, 5)[:, None] * k + len(GUSTS) * 0, k[:0])
+
+        FACTOR = 1.0
+        """
+    )
+
+    def asked(text, seed):
+        (tmp_path / "robot.py").write_text(text)
+        code = (
+            "import sys, json; sys.dont_write_bytecode = True; sys.path.insert(0, sys.argv[1])\n"
+            "import robot; from parc_jax.rollout.identity import identity_of\n"
+            "print(json.dumps(identity_of(robot.Robot())))"
+        )
+        import os
+
+        out = subprocess.run(
+            [sys.executable, "-c", code, str(tmp_path)],
+            env=os.environ | {"PYTHONHASHSEED": str(seed), "JAX_PLATFORMS": "cpu"},
+            capture_output=True,
+            check=True,
+            text=True,
+        )
+        return out.stdout
+
+    first = asked(source, 1)
+    assert asked(source, 2) == first
+    assert (
+        asked(source.replace("workers, self", "workers, self").replace("= 3,", "= 4,"), 1) == first
+    )
+    assert asked("# a comment\n" + source, 1) == first
+    assert asked(source.replace("FACTOR = 1.0", "FACTOR = 2.0"), 1) != first
+    assert asked(source.replace("FACTOR * jnp", "FACTOR + jnp"), 1) != first
+    assert asked(source.replace('"robot"', '"other"'), 1) != first
+
+
+def test_stages_of_one_key_are_still_apart():
+    assert not np.isin(end(Gusty()), end(Gusty(), stage=Stage.BOUND)).any()

@@ -1,0 +1,180 @@
+"""Leaves against the point test: nothing in an unsafe leaf is accepted, nothing in a safe leaf is
+refused.
+"""
+
+import itertools
+
+import numpy as np
+import pytest
+from toy_models import host_outputs, model_of, random_model, random_problem
+
+from parc_jax.checker import number
+from parc_jax.problem import Polygon, reach_avoid
+from parc_jax.sets.box import box
+from parc_jax.verdict.pointwise import verdicts
+from parc_jax.verdict.scene import scene_of
+from parc_jax.volume_bounds.no_plan import prove_no_plan
+from parc_jax.volume_bounds.search import ends
+from tests.volume_bounds.test_no_plan import check
+
+pytestmark = pytest.mark.soundness
+BINS = (2, 2)  # one shape, compiled once
+# [m or row units] by which a refused point may miss; leaves hold with a margin of 1e-6
+SLACK = 1e-5
+
+
+def leaves(plan, model):
+    """(names, lo, hi) of the leaves, read from the certificate alone."""
+    lo = [float(number(v)) for v in plan["z"]["lo"]] + list(model.domain.lo)
+    hi = [float(number(v)) for v in plan["z"]["hi"]] + list(model.domain.hi)
+    stack, names, los, his = [(lo, hi)], [], [], []
+    for node in plan["tree"]:
+        ((name, what),), (lo, hi) = node.items(), stack.pop()
+        if name == "split":
+            axis, at = what[0], float(number(what[1]))
+            stack += [
+                ([*lo[:axis], at, *lo[axis + 1 :]], hi),
+                (lo, [*hi[:axis], at, *hi[axis + 1 :]]),
+            ]
+        else:
+            names.append(name), los.append(lo), his.append(hi)
+    assert not stack
+    return np.array(names), np.array(los), np.array(his)
+
+
+def crowded(rng, model):
+    """A goal and start set about the mean, two boxes on mean paths: goal, start, hit and safe
+    leaves all occur.
+    """
+    k = rng.uniform(model.domain.lo, model.domain.hi, (200, 2))
+    y, T = host_outputs(model.net, k), model.time.n_steps
+    q = y[:, 2 * T :].mean(axis=0)
+    half = y[:, 2 * T :].std(axis=0) + 0.3
+    end = y[:, 2 * T - 2 : 2 * T]
+    at = [
+        (y[:, 2 * t : 2 * t + 2] - end)[rng.integers(200)] + 0.4 * rng.normal(size=2)
+        for t in (0, 1)
+    ]
+    start = box(-end.mean(axis=0) - 0.9, -end.mean(axis=0) + 0.9)
+    goal = box([-0.5, -0.5, *(q - half)], [0.5, 0.5, *(q + half)])
+    return reach_avoid(goal, [box(x - 0.2, x + 0.2) for x in at], 0.1, start)
+
+
+def agree(model, problem, answer, rng, n=6000):
+    """Draw over the certified box; returns the share of accepted points after checking every
+    leaf's.
+    """
+    names, lo, hi = leaves(answer.certificate, model)
+    scene = scene_of(problem, model)
+    x = rng.uniform(lo.min(axis=0), hi.max(axis=0), (n, lo.shape[1]))
+    # some leaves are tiny: draw in each of them too
+    extra = rng.integers(0, len(lo), n)
+    y = lo[extra] + rng.uniform(size=(n, lo.shape[1])) * (hi - lo)[extra]
+    p = np.concatenate([x, y])
+    seen = verdicts(model, scene, p[:, :2] - ends(model, p[:, 2:]), p[:, 2:])
+    margin = np.minimum(np.minimum(seen.goal, seen.start), seen.clearance)
+    inside = [
+        np.flatnonzero(((p >= a) & (p <= b)).all(axis=1)) for a, b in zip(lo, hi, strict=True)
+    ]
+    for name, which in zip(names, inside, strict=True):
+        if name in ("goal", "start", "hit"):
+            assert not seen.safe[which].any(), f"a {name} leaf holds a safe plan"
+        elif name == "safe":
+            assert (margin[which] > -SLACK).all(), "a safe leaf holds a plan that is refused"
+    return seen.safe[:n].mean(), set(names)
+
+
+def bounded(model, problem, max_leaves=400, bounds=True):
+    return prove_no_plan(
+        model,
+        scene_of(problem, model),
+        budget_s=60,
+        max_leaves=max_leaves,
+        bounds=bounds,
+    )
+
+
+def test_leaves_agree_with_points_and_the_bounds_hold_the_estimate(rng):
+    met = set()
+    for _ in range(4):
+        model = random_model(rng, bins=BINS, size=0.02)
+        problem = crowded(rng, model)
+        answer = bounded(model, problem)
+        assert answer.certificate is not None, "the checker refused a leaf"
+        assert answer.safe + answer.unsafe + answer.undecided == answer.total
+        share, names = agree(model, problem, answer, rng)
+        low, high = float(answer.safe / answer.total), 1 - float(answer.unsafe / answer.total)
+        noise = 4 * np.sqrt(max(share * (1 - share), 1e-4) / 6000)
+        assert low - noise <= share <= high + noise
+        met |= names
+    assert met >= {"goal", "start", "hit", "safe", "open"}
+
+
+def test_more_leaves_only_tighten_the_bounds(rng):
+    model = random_model(rng, bins=BINS)
+    problem = crowded(rng, model)
+    answers = [bounded(model, problem, n) for n in (20, 100, 400)]
+    for coarse, fine in itertools.pairwise(answers):
+        assert (
+            fine.safe >= coarse.safe
+            and fine.unsafe >= coarse.unsafe
+            and fine.undecided < coarse.undecided
+        )
+
+
+def test_a_leaf_of_another_scene_would_be_noticed(rng):
+    """The comparison itself has teeth: leaves of a scene without obstacles fail against the true
+    one.
+    """
+    model = random_model(rng, bins=BINS)
+    problem = crowded(rng, model)
+    empty = reach_avoid(problem.goal, [box([90, 90], [91, 91])] * 2, 0.1, problem.start)
+    answer = bounded(model, empty)
+    covered = reach_avoid(problem.goal, [box([-9, -9], [9, 9])] * 2, 0.1, problem.start)
+    assert answer.safe > 0
+    with pytest.raises(AssertionError, match="safe leaf"):
+        agree(model, covered, answer, rng)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("seed", range(8))
+def test_random_scenes_with_polygons(seed):
+    """Slanted obstacles, disc and polygon bodies, start sets, bins; proofs, bounds and both with
+    few leaves.
+    """
+    rng = np.random.default_rng(seed)
+    model = random_model(rng, bins=((1, 1), (2, 3))[seed % 2])
+    problem = random_problem(
+        rng, model, body=("disc", "polygon")[seed // 2 % 2], start=bool(seed % 2)
+    )
+    for bounds in (True, False):
+        answer = bounded(model, problem, 400, bounds)
+        assert answer.certificate is not None, "the checker refused a leaf"
+        share, _ = agree(model, problem, answer, rng)
+        low, high = float(answer.safe / answer.total), 1 - float(answer.unsafe / answer.total)
+        assert low - 0.03 <= share <= high + 0.03
+        if answer.safe_plan is not None:
+            p0, k = answer.safe_plan
+            assert verdicts(model, scene_of(problem, model), p0[None], k[None]).safe.all()
+
+
+def test_tube_enters_the_hit_test_in_the_unsafe_direction(rng):
+    """A wider tube never makes a box safe again: the same tree still holds, and the verdicts of
+    points agree.
+    """
+    narrow = random_model(rng, bins=BINS, size=0.01)
+    problem = crowded(rng, narrow)
+    wide = model_of(
+        narrow.net, narrow.domain, narrow.tube.interval + 0.1, narrow.tube.final, narrow.tube.edges
+    )
+    plan = bounded(narrow, problem, 150, bounds=False).certificate
+    assert check(wide, problem, plan)["unsafe"] == check(narrow, problem, plan)["unsafe"]
+
+
+def test_polygon_body_of_one_point_is_the_disc_of_radius_zero(rng):
+    model = random_model(rng, bins=BINS)
+    problem = crowded(rng, model)
+    disc = reach_avoid(problem.goal, problem.obstacles, 0.0, problem.start)
+    point = reach_avoid(problem.goal, problem.obstacles, Polygon(np.zeros((1, 2))), problem.start)
+    one, other = bounded(model, disc, 100), bounded(model, point, 100)
+    assert one.unsafe == other.unsafe and one.safe == other.safe

@@ -1,0 +1,46 @@
+"""One way to run a compiled call over many rows: every row once, in order, whatever their number."""
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+import pytest
+
+from parc_jax.arrays import in_chunks, map_rows
+
+
+@pytest.mark.parametrize("n", [1, 7, 8, 9, 40])
+def test_chunks_hold_every_row_once_in_order_and_are_filled_up_with_the_last(n):
+    seen = []
+
+    def call(rows):
+        seen.append(rows)
+        return rows, 2.0 * rows
+
+    once, twice = in_chunks(n, 8, call)
+    assert once.tolist() == list(range(n)) and (twice == 2 * once).all()
+    assert {len(rows) for rows in seen} == {8} and len(seen) == -(-n // 8)
+    assert max(rows.max() for rows in seen) == n - 1
+
+
+@pytest.mark.parametrize("n", [0, 1, 5, 64])
+def test_rows_are_mapped_in_float64_whatever_their_number_and_flags(n):
+    kernel = jax.jit(jax.vmap(lambda x, i: (x.sum() + i.astype(x.dtype), i)))
+    x = np.arange(3.0 * n).reshape(n, 3)
+    with jax.enable_x64(False):
+        total, index = map_rows(4, kernel, x, np.arange(n))
+    assert total.dtype == np.float64 and index.dtype == np.int64
+    np.testing.assert_array_equal(total, x.sum(axis=1) + np.arange(n))
+    np.testing.assert_array_equal(index, np.arange(n))
+
+
+def test_one_program_serves_all_numbers_of_rows():
+    traced = []
+
+    def kernel(x):
+        traced.append(x.shape)
+        return jnp.sqrt(x)
+
+    compiled = jax.jit(jax.vmap(kernel))
+    for n in (0, 1, 5, 9):
+        assert len(map_rows(4, compiled, np.ones(n))) == n
+    assert len(traced) == 1

@@ -1,0 +1,97 @@
+"""Names and units reach every place that speaks of a coordinate, and nothing else depends on them."""
+
+import json
+
+import jax
+import numpy as np
+import pytest
+from toy_models import fold_model, line_model
+
+import parc_jax as pj
+from parc_jax.errors import InputError
+from parc_jax.io.answer_file import load_answer
+from parc_jax.io.problem_file import labelled, load_problem, save_problem
+from parc_jax.labels import labels, labels_of, name_of, unit_of
+from parc_jax.plot.film import _caption
+from parc_jax.plot.projections import projections
+
+NAMED = labels(2, 1, 2, q=("final yaw [rad]",), k=("speed [m/s]", "turn [rad]"))
+
+
+def scene():
+    return pj.reach_avoid(pj.box([-0.25, -0.25, -1.0], [0.25, 0.25, 1.0]), [], 0.1)
+
+
+class Cart:
+    name, n_p, n_q = "cart", 2, 1
+    domain = pj.box([0.5, -0.5], [1.0, 0.5])
+    k_labels = ("speed [m/s]", "turn [rad]")
+
+
+def test_plain_labels_and_those_of_a_system():
+    assert labels(3, 1, 2) == (("x [m]", "y [m]", "z [m]"), ("q0",), ("k0", "k1"))
+    assert labels(4, 0, 1).p == ("p0 [m]", "p1 [m]", "p2 [m]", "p3 [m]")
+    named = labels_of(Cart())
+    assert named.plan == ("x [m]", "y [m]", "speed [m/s]", "turn [rad]")
+    assert named.goal == ("x [m]", "y [m]", "q0") and named.heading is None
+    assert NAMED.heading == 0
+    assert name_of("goal [left] [m]") == "goal [left]" and unit_of("goal [left] [m]") == "m"
+    assert name_of("k0") == "k0" and unit_of("k0") == ""
+
+
+@pytest.mark.parametrize(
+    "wrong", [("speed [m/s]",), ("", "turn"), ("a$b$", "turn"), ("a\n", "b"), 3]
+)
+def test_wrong_labels_are_refused(wrong):
+    given = (wrong, wrong) if isinstance(wrong, int) else wrong
+    with pytest.raises(InputError, match="labels of k: expected"):
+        labels(2, 0, 2, k=given)
+
+
+def test_labels_go_from_the_model_to_answer_and_figures(tmp_path):
+    toy = fold_model(T=4, e=0.02)
+    model = pj.trajectory_model(toy.net, toy.claim, toy.domain, toy.time, "toy", NAMED)
+    model.save(tmp_path / "model.npz")
+    model = pj.load(tmp_path / "model.npz")
+    assert model.labels == NAMED
+    answer = pj.Planner(model).solve(
+        scene(), jax.random.PRNGKey(0), pj.Settings(n_samples=4, budget_s=0.3)
+    )
+    answer.save(tmp_path / "answer.json")
+    meta = json.loads((tmp_path / "answer.json").read_text())["meta"]
+    assert meta["labels"]["k"] == ["speed [m/s]", "turn [rad]"]
+    again = load_answer(tmp_path / "answer.json")
+    assert again.model.labels == NAMED and again.model.time == model.time
+    drawn = {ax.get_xlabel() for ax in projections(again).axes}
+    assert {"speed [m/s]", "turn [rad]"} <= drawn
+    speed, turn = answer.samples[1, 2:]
+    assert _caption(again, 1, True) == (
+        f"toy: true run, sample 1\nspeed {speed:.4g} m/s, turn {turn:.4g} rad"
+    )
+
+
+def test_a_model_without_labels_has_the_plain_ones(tmp_path):
+    toy = line_model()
+    toy.save(tmp_path / "model.npz")
+    arrays = dict(np.load(tmp_path / "model.npz"))
+    meta = json.loads(str(arrays["meta"]))
+    del meta["labels"]  # as written before there were any
+    np.savez(tmp_path / "old.npz", **arrays | {"meta": np.array(json.dumps(meta))})
+    assert pj.load(tmp_path / "old.npz").labels.k == ("k0", "k1")
+
+
+@pytest.mark.parametrize("suffix", ["toml", "json"])
+def test_a_scene_file_can_name_them(tmp_path, suffix):
+    path = save_problem(tmp_path / f"scene.{suffix}", scene(), NAMED)
+    assert load_problem(path).goal.n == 3
+    assert labelled(line_model(), path).labels == NAMED
+    save_problem(path, scene())
+    assert labelled(line_model(), path).labels == line_model().labels
+
+
+def test_learned_models_carry_the_labels_of_their_system():
+    from sims import load
+
+    for name in ("drift_parking", "f110"):
+        assert labels_of(load(name)).heading == 0
+    assert labels_of(load("asv", plant="ode")).k[2] == "initial heading [rad]"

@@ -1,0 +1,271 @@
+"""Bad input: one clear sentence that says what was expected and what came. Files are whole or
+absent.
+"""
+
+import jax
+import numpy as np
+import pytest
+from toy_models import line_model, model_of, toy_case, uniform_tube
+
+import parc_jax
+from parc_jax.errors import InputError
+from parc_jax.network.relu import relu_network
+from parc_jax.planner import Planner
+from parc_jax.problem import Disc, Polygon, reach_avoid
+from parc_jax.sets.box import box
+from parc_jax.sets.hpolytope import hpolytope
+from parc_jax.settings import Settings
+from parc_jax.system import time_grid
+from parc_jax.verdict.scene import scene_of
+
+GOAL, OBSTACLE = box([-0.5, -0.5, -1], [0.5, 0.5, 1]), box([2, 2], [3, 3])
+
+
+def one_sentence(error) -> str:
+    text = str(error.value)
+    assert (
+        "expected" in text and text.endswith((".", "?")) and "\n" not in text and len(text) < 400
+    ), text
+    return text
+
+
+PROBLEMS = {
+    "K reversed": (lambda: box([1, 1], [0, 2]), "axis 0 has lo = 1 > hi = 0"),
+    "NaN in a box": (lambda: box([0, np.nan], [1, 2]), "1 NaN or infinite"),
+    "infinite obstacle": (lambda: box([0, 0], [np.inf, 2]), "1 NaN or infinite"),
+    "NaN in rows": (lambda: hpolytope([[1, np.nan]], [1]), "1 NaN or infinite"),
+    "rows and offsets": (
+        lambda: hpolytope([[1, 0], [0, 1]], [1, 2, 3]),
+        r"expected shape \(2,\); got \(3,\)",
+    ),
+    "zero row": (lambda: hpolytope([[1, 0], [0, 0]], [1, 1]), "row 1 is zero"),
+    "text for numbers": (lambda: box(["a", "b"], [1, 2]), "expected numbers"),
+    "goal is a list": (
+        lambda: reach_avoid([0, 1], [OBSTACLE], 0.1),
+        "expected a Box or an HPolytope; got list",
+    ),
+    "obstacle is an array": (lambda: reach_avoid(GOAL, [np.eye(2)], 0.1), "got ndarray"),
+    "negative radius": (lambda: reach_avoid(GOAL, [OBSTACLE], -0.1), "radius >= 0 m; got -0.1"),
+    "NaN radius": (lambda: reach_avoid(GOAL, [OBSTACLE], np.nan), "1 NaN or infinite"),
+    "infinite disc": (lambda: reach_avoid(GOAL, [OBSTACLE], Disc(np.inf)), "got inf"),
+    "two radii": (lambda: reach_avoid(GOAL, [OBSTACLE], [0.1, 0.2]), "body radius"),
+    "no vertices": (
+        lambda: reach_avoid(GOAL, [OBSTACLE], Polygon(np.zeros((0, 2)))),
+        "at least one vertex",
+    ),
+    "3-D vertices": (
+        lambda: reach_avoid(GOAL, [OBSTACLE], Polygon(np.zeros((4, 3)))),
+        "body vertices",
+    ),
+    "mixed dimensions": (lambda: reach_avoid(GOAL, [OBSTACLE, box([1], [2])], 0.1), "obstacle 1"),
+    "start of another size": (lambda: reach_avoid(GOAL, [OBSTACLE], 0.1, box([0], [1])), "start"),
+    "goal too small": (
+        lambda: reach_avoid(box([0], [1]), [OBSTACLE], 0.1),
+        "goal: expected at least",
+    ),
+    "spans too few": (
+        lambda: reach_avoid(GOAL, [OBSTACLE], 0.1, spans=[]),
+        "one entry per obstacle",
+    ),
+    "span reversed": (lambda: reach_avoid(GOAL, [OBSTACLE], 0.1, spans=[(3, 1)]), "first <= last"),
+    "span of fractions": (
+        lambda: reach_avoid(GOAL, [OBSTACLE], 0.1, spans=[(0.5, 1.5)]),
+        "whole numbers",
+    ),
+    "span of one number": (lambda: reach_avoid(GOAL, [OBSTACLE], 0.1, spans=[3]), "whole numbers"),
+    "time runs backwards": (lambda: time_grid(0.1, -1.0), "0 < dt_record <= dt <= t_f"),
+    "time does not divide": (lambda: time_grid(0.3, 1.0), "whole number"),
+}
+
+
+@pytest.mark.parametrize("name", PROBLEMS)
+def test_problems_are_refused_in_one_sentence(name):
+    build, words = PROBLEMS[name]
+    with pytest.raises(InputError, match=words) as caught:
+        build()
+    one_sentence(caught)
+
+
+def test_parts_of_a_model_must_fit_each_other():
+    line = line_model(4)
+    with pytest.raises(InputError, match="tube with 5 intervals") as caught:
+        parc_jax.trajectory_model(line.net, line.claim, line.domain, time_grid(0.2, 1.0))
+    one_sentence(caught)
+    with pytest.raises(
+        InputError, match="4 x 2 \\+ 1 network outputs for this tube; got 5"
+    ) as caught:
+        model_of(line_model(2).net, line.domain, *uniform_tube(4))
+    one_sentence(caught)
+    with pytest.raises(InputError, match="3 inputs") as caught:
+        net = relu_network([np.zeros((9, 2))], [np.zeros(9)])
+        model_of(net, box([0] * 3, [1] * 3), *uniform_tube(4))
+    one_sentence(caught)
+    with pytest.raises(InputError, match="axis 1 has bins over") as caught:
+        model_of(line.net, line.domain, *uniform_tube(4), [[-1, 1], [-1, 2]])
+    one_sentence(caught)
+    with pytest.raises(InputError, match="NaN"):
+        relu_network([np.full((9, 2), np.nan)], [np.zeros(9)])
+
+
+@pytest.mark.parametrize(
+    ("changes", "words"),
+    [
+        ({"target": 0.0}, "target and confidence between 0 and 1; got 0.0"),
+        ({"target": 2}, "between 0 and 1"),
+        ({"confidence": 1.0}, "between 0 and 1"),
+        ({"n_samples": -1}, "n_samples >= .*got -1"),
+        ({"method": "magic"}, "method"),
+    ],
+)
+def test_settings_of_a_query_are_checked_before_the_search(changes, words):
+    with pytest.raises(InputError, match=words) as caught:
+        Planner(line_model(4)).solve(
+            reach_avoid(GOAL, [OBSTACLE], 0.1), jax.random.key(0), Settings(**changes)
+        )
+    one_sentence(caught)
+
+
+@pytest.mark.parametrize(
+    ("goal", "obstacles"),
+    [
+        (GOAL, [box([-2, -2], [2, 2])]),
+        (box([-0.5, -0.5, 5], [0.5, 0.5, 6]), [OBSTACLE]),
+        (
+            hpolytope(
+                [[1, 1, 0], [1, -1, 0], [-1, 1, 0], [-1, -1, 0], [0, 0, 1], [0, 0, -1]],
+                [0.1] * 4 + [1, 1],
+            ),
+            [],
+        ),
+    ],
+    ids=["obstacle over the goal", "goal out of reach", "goal empty after shrinking"],
+)
+@pytest.mark.slow
+def test_questions_without_an_answer_say_so_with_a_proof(goal, obstacles):
+    model = line_model(4, 0.09)
+    answer = Planner(model).solve(
+        reach_avoid(goal, obstacles, 0.1), jax.random.key(0), Settings(budget_s=0.2)
+    )
+    assert not answer.found and answer.polytopes == []
+    assert answer.statement().startswith(
+        "Proved in exact arithmetic: the model has no safe (p0, k)"
+    )
+    assert not answer.contains(np.zeros(2), np.zeros(2))[0]
+    with pytest.raises(InputError, match="none to sample from"):
+        answer.sample(jax.random.key(0), 3)
+    with pytest.raises(InputError, match="this one has none"):
+        answer.safest()
+
+
+@pytest.fixture(scope="module")
+def answer():
+    model, problem = toy_case(4)
+    return Planner(model).solve(
+        problem, jax.random.key(0), Settings(target=0.3, n_samples=3, budget_s=300)
+    )
+
+
+@pytest.mark.parametrize(
+    ("p0", "k"),
+    [
+        (np.zeros((3, 3)), np.zeros((3, 2))),
+        (np.zeros((3, 2)), np.zeros((3, 5))),
+        (np.zeros((3, 2)), np.zeros((2, 2))),
+        (np.zeros((2, 3, 2)), np.zeros((2, 3, 2))),
+        ("here", np.zeros(2)),
+        (np.zeros(2), None),
+    ],
+)
+def test_contains_wants_matching_plans(answer, p0, k):
+    with pytest.raises(InputError, match="contains") as caught:
+        answer.contains(p0, k)
+    one_sentence(caught)
+
+
+def test_samples_and_projections_want_sense(answer):
+    assert answer.sample(jax.random.key(0), 0).shape == (0, 4)
+    for call in (lambda: answer.sample(jax.random.key(0), -1), lambda: answer.project([0, 4])):
+        with pytest.raises(InputError) as caught:
+            call()
+        one_sentence(caught)
+    with pytest.raises(InputError, match='expected "clearance"'):
+        answer.best("speed")
+
+
+def test_models_survive_a_file_and_damage_is_refused(tmp_path):
+    model, problem = toy_case(4)
+    path = model.save(tmp_path / "deep" / "model.npz")
+    again = parc_jax.load(path, system="toy")
+    assert (
+        again.net.hash == model.net.hash
+        and again.tube.hash == model.tube.hash
+        and again.time == model.time
+    )
+    assert again.claim.statement() == model.claim.statement()
+    np.testing.assert_array_equal(
+        scene_of(problem, again).obstacles.corner, scene_of(problem, model).obstacles.corner
+    )
+    assert [p.name for p in path.parent.iterdir()] == ["model.npz"]
+
+    with pytest.raises(InputError, match="model of 'boat'; it was learned from 'toy'"):
+        parc_jax.load(path, system="boat")
+    with pytest.raises(InputError, match="no such file"):
+        parc_jax.load(tmp_path / "nothing.npz")
+    whole = path.read_bytes()
+    for size in (0, 3, 100, len(whole) // 2, len(whole) - 1):
+        short = tmp_path / "short.npz"
+        short.write_bytes(whole[:size])
+        with pytest.raises(InputError) as caught:
+            parc_jax.load(short)
+        assert "truncated" in one_sentence(caught) or "complete" in str(caught.value)
+    (tmp_path / "text.npz").write_text("not a model")
+    with pytest.raises(InputError):
+        parc_jax.load(tmp_path / "text.npz")
+
+
+@pytest.mark.parametrize("lost", ["meta", "W1", "b0", "edges1", "interval", "final", "lo"])
+def test_models_with_a_part_missing_are_refused(tmp_path, lost):
+    model, _ = toy_case(4)
+    path = model.save(tmp_path / "model.npz")
+    with np.load(path) as archive:
+        parts = {name: archive[name] for name in archive.files if name != lost}
+    np.savez(path, **parts)
+    with pytest.raises(InputError) as caught:
+        parc_jax.load(path)
+    one_sentence(caught)
+
+
+@pytest.mark.parametrize(
+    ("name", "value"),
+    [
+        ("interval", np.zeros((2, 4, 3))),
+        ("interval", -np.ones((2, 4, 2))),
+        ("final", np.zeros((1, 3))),
+        ("W0", np.full((6, 2), np.nan)),
+        ("hi", np.array([-2.0, -2.0])),
+        ("edges0", np.array([1.0, -1.0])),
+    ],
+)
+def test_models_with_a_wrong_part_are_refused(tmp_path, name, value):
+    model, _ = toy_case(4)
+    path = model.save(tmp_path / "model.npz")
+    with np.load(path) as archive:
+        parts = {n: archive[n] for n in archive.files}
+    np.savez(path, **(parts | {name: value}))
+    with pytest.raises(InputError):
+        parc_jax.load(path)
+
+
+def test_a_failed_save_leaves_the_old_file(tmp_path, monkeypatch, answer):
+    import os
+
+    path = answer.save(tmp_path / "answer.json")
+    before = path.read_bytes()
+
+    def full_disc(*_):
+        raise OSError("no space left on device")
+
+    monkeypatch.setattr(os, "replace", full_disc)
+    with pytest.raises(OSError, match="no space"):
+        answer.save(path)
+    assert path.read_bytes() == before

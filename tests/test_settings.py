@@ -1,0 +1,42 @@
+"""The record of a query's choices: presets, changes, and values without meaning."""
+
+import pytest
+
+import parc_jax as pj
+
+
+def test_the_default_is_the_whole_set_and_presets_differ_in_effort_alone():
+    fast, whole, thorough = pj.Settings.fast(), pj.Settings.whole(), pj.Settings.thorough()
+    assert pj.Settings() == whole
+    assert fast.budget_s == 0 < whole.budget_s < thorough.budget_s
+    assert not fast.proof and whole.proof and thorough.proof
+    assert thorough.target < whole.target and thorough.confidence > whole.confidence
+    assert {s.method for s in (fast, whole, thorough)} == {None}  # the exact engine
+
+
+def test_replace_changes_only_what_it_names():
+    changed = pj.Settings().replace(n_samples=7, method=pj.Published(lps=True))
+    assert changed.n_samples == 7 and changed.method.lps
+    assert changed.replace(n_samples=100, method=None) == pj.Settings()
+    with pytest.raises(pj.InputError, match=r"expected fields among n_samples, .* got 'samples'"):
+        pj.Settings().replace(samples=3)
+
+
+@pytest.mark.parametrize(
+    "changes",
+    [
+        {"target": 0.0},
+        {"target": 1.0},
+        {"confidence": 1.5},
+        {"confidence": float("nan")},
+        {"n_samples": 0},
+        {"budget_s": -1.0},
+        {"budget_s": float("nan")},
+        {"no_plan_budget_s": -0.1},
+        {"method": "paper"},
+    ],
+    ids=str,
+)
+def test_values_without_meaning_are_refused_in_a_sentence(changes):
+    with pytest.raises(pj.InputError, match=r"^settings: expected .*; got .*\.$"):
+        pj.Settings(**changes)

@@ -1,0 +1,163 @@
+"""The pointwise verdict: prediction, bins, margins, batches."""
+
+import jax
+import numpy as np
+import pytest
+from toy_models import anchored_plans, host_outputs, line_model, model_of, toy_case
+
+from parc_jax.problem import reach_avoid
+from parc_jax.sets.box import box
+from parc_jax.verdict import pointwise as engine
+from parc_jax.verdict.pointwise import CHUNK, Verdicts, anchor, row_margin, verdicts
+from parc_jax.verdict.scene import scene_of
+
+
+@pytest.fixture(scope="module")
+def example():
+    model, problem = toy_case(40, start=True)
+    return (
+        model,
+        scene_of(problem, model),
+        *anchored_plans(np.random.default_rng(5), model, CHUNK + 88),
+    )
+
+
+def test_bins_are_the_tubes_bins_and_boundaries_have_none(example):
+    model, scene, p0, k = example
+    e = verdicts(model, scene, p0, k)
+    np.testing.assert_array_equal(e.bin, model.tube.bin_of(k))
+    edge = k.copy()
+    edge[:, 1] = 0.0  # where the two bins meet
+    assert (verdicts(model, scene, p0, edge).bin == -1).all()
+    outside = k + np.array([2.5, 0.0])
+    got = verdicts(model, scene, p0, outside)
+    assert (got.bin == -1).all() and not got.safe.any() and not got.reaches.any()
+
+
+def test_margins_of_goal_and_start_are_those_of_the_rows(example):
+    model, scene, p0, k = example
+    e = verdicts(model, scene, p0, k)
+    y = host_outputs(model.net, k)
+    end = np.concatenate([p0 + y[:, 6:8], y[:, 8:]], axis=1)
+    final = model.tube.final[model.tube.bin_of(k)]
+    A, b = scene.goal_A, scene.goal_b
+    np.testing.assert_allclose(
+        e.goal, (b - final @ np.abs(A).T - end @ A.T).min(axis=1), atol=1e-11
+    )
+    np.testing.assert_allclose(
+        e.start, (scene.start_b - p0 @ scene.start_A.T).min(axis=1), atol=1e-11
+    )
+    assert (e.safe == ((e.goal >= 0) & (e.start >= 0) & (e.bin >= 0) & (e.clearance > 0))).all()
+    assert 0 < e.safe.sum() < len(k)
+
+
+@pytest.mark.parametrize("n", [0, 1, CHUNK - 1, CHUNK, CHUNK + 1])
+def test_any_batch_size_gives_the_same_rows(example, n):
+    model, scene, p0, k = example
+    whole, part = verdicts(model, scene, p0, k), verdicts(model, scene, p0[:n], k[:n])
+    for a, b in zip(whole, part, strict=True):
+        assert len(b) == n
+        np.testing.assert_array_equal(a[:n], b)
+
+
+def test_nothing_undefined_is_safe(example):
+    model, scene, p0, k = example
+    e = verdicts(model, scene, p0, k)
+    assert e.safe.any()
+    for bad in (np.nan, np.inf, -np.inf):
+        assert not verdicts(model, scene, p0 + np.array([bad, 0]), k).safe.any()
+        assert not verdicts(model, scene, p0, k + np.array([0, bad])).safe.any()
+    for broken in (
+        scene.replace(slack=np.float64(np.nan)),
+        scene.replace(slack=np.float64(np.inf)),
+    ):
+        assert not verdicts(model, broken, p0, k).safe.any()
+    holes = scene.obstacles.replace(corner=scene.obstacles.corner * np.nan)
+    assert not verdicts(model, scene.replace(obstacles=holes), p0, k).safe.any()
+
+
+def test_comparing_the_wrong_way_round_would_let_nan_pass(example, monkeypatch):
+    model, scene, p0, k = example
+    monkeypatch.setattr(
+        engine.Verdicts, "safe", property(lambda e: ~(e.clearance <= 0) & ~(e.goal < 0))
+    )
+    assert verdicts(model, scene, p0 + np.array([np.nan, 0]), k).safe.any()
+
+
+def test_anchored_starts_end_where_they_were_asked_to(example, rng):
+    model, scene, _, k = example
+    z = rng.uniform(-0.4, 0.4, k.shape)
+    p0, reaches = anchor(model, scene, z, k)
+    e = verdicts(model, scene, p0, k)
+    np.testing.assert_allclose(e.path[:, -1], z, atol=1e-12)
+    np.testing.assert_array_equal(reaches, e.reaches)
+
+
+def test_verdicts_do_not_depend_on_the_users_flags(example):
+    model, scene, p0, k = example
+    expected = verdicts(model, scene, p0, k)
+    with jax.enable_x64(False):
+        got = verdicts(model, scene, p0, k)
+    assert got.clearance.dtype == np.float64
+    np.testing.assert_array_equal(got.clearance, expected.clearance)
+
+
+def test_a_scene_without_obstacles_is_all_clear():
+    model = line_model(4, 0.01)
+    scene = scene_of(reach_avoid(box([-1, -1, -1], [1, 1, 1]), [], 0.3), model)
+    e = verdicts(model, scene, np.zeros((3, 2)), np.zeros((3, 2)))
+    assert np.isposinf(e.clearance).all() and e.safe.all()
+
+
+def test_row_margins_pay_the_slack_by_the_size_of_the_row():
+    A, b = np.array([[2.0, -1.0], [0.0, 0.0]]), np.array([5.0, 1.0])
+    assert (
+        float(row_margin(A, b * 10, np.array([1.0, 1.0]), 0.5)) == 10.0
+    )  # the padding row costs nothing
+    assert float(row_margin(A[:1], b[:1], np.array([1.0, 1.0]), 0.5)) == 2.5
+
+
+def test_the_clearance_pays_the_slack(example):
+    model, scene, p0, k = example
+    free = verdicts(model, scene.replace(slack=np.float64(0.0)), p0, k).clearance
+    paid = free - verdicts(model, scene.replace(slack=np.float64(1e-3)), p0, k).clearance
+    assert (paid > 0.999e-3).all() and (paid < 1.4143e-3).all()  # slack times |w|_1
+
+
+@pytest.mark.parametrize("t", range(4))
+def test_every_interval_has_its_own_widths(t):
+    """Standing still beside a wall that is there in one interval only."""
+    net, domain = line_model(4).net, line_model(4).domain
+    widths = 0.01 * np.arange(1.0, 5.0)[None, :, None] * np.ones(2)
+    model = model_of(net, domain, widths, np.zeros((1, 3)), [[-1, 1], [-1, 1]])
+    wall = box([1.0, -9.0], [2.0, 9.0])
+    problem = reach_avoid(box([-1, -1, -1], [1, 1, 1]), [wall], 0.1, spans=[(t, t)])
+    e = verdicts(model, scene_of(problem, model), np.zeros((1, 2)), np.zeros((1, 2)))
+    assert e.clearance[0] == pytest.approx(1 - 0.1 - 0.01 * (t + 1), abs=1e-9)
+
+
+def test_a_clearance_of_nothing_is_not_safe():
+    none = np.zeros((1, 2, 2)), np.zeros((1, 1)), np.zeros((1, 3), bool), np.zeros(1, int)
+    touching = Verdicts(*none, goal=np.zeros(1), start=np.zeros(1), clearance=np.zeros(1))
+    assert touching.reaches.all() and not touching.safe.any()
+    assert touching._replace(clearance=np.full(1, 1e-300)).safe.all()
+
+
+def test_every_product_of_a_verdict_keeps_full_precision(example):
+    """Accelerators round the inputs of products unless told not to; no CPU test would notice."""
+    model, scene, p0, k = example
+    sample = (model.net, model.tube, scene.arrays, p0[0], k[0])
+    seen = list(precisions(jax.make_jaxpr(engine.verdict)(*sample).jaxpr))
+    assert len(seen) >= 4
+    assert all(given == (jax.lax.Precision.HIGHEST,) * 2 for given in seen)
+
+
+def precisions(jaxpr):
+    """Of all products in a program and in the programs that it calls."""
+    for equation in jaxpr.eqns:
+        if equation.primitive.name == "dot_general":
+            yield equation.params["precision"]
+        for inner in jax.tree.leaves(equation.params, is_leaf=lambda x: hasattr(x, "eqns")):
+            inner = getattr(inner, "jaxpr", inner)
+            if hasattr(inner, "eqns"):
+                yield from precisions(inner)

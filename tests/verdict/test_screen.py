@@ -1,0 +1,154 @@
+"""The quick test of many points gives the verdicts of the exact one; a screen that trusts too much
+is caught.
+"""
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+import pytest
+from toy_models import line_model, random_model, random_problem, toy_case
+
+from parc_jax.arrays import x64
+from parc_jax.cover import sampling as drawing
+from parc_jax.cover.sampling import draw, near
+from parc_jax.problem import reach_avoid
+from parc_jax.sets.box import box
+from parc_jax.verdict import screen as screening
+from parc_jax.verdict.pointwise import anchor, verdicts
+from parc_jax.verdict.scene import scene_of
+from parc_jax.verdict.screen import CHUNK, screen
+
+
+def both(model, scene, z, k):
+    """Which points are safe: by the screen, and one by one."""
+    seen = screen(model, scene, z, k)
+    p0, reaches = anchor(model, scene, z, k)
+    assert seen.reaching == reaches.sum()
+    return seen.row, np.flatnonzero(verdicts(model, scene, p0, k).safe)
+
+
+def proposals(model, scene, rng, n):
+    z = rng.uniform(scene.z_lo, scene.z_hi, (n, model.n_p))
+    return z, rng.uniform(scene.k_lo, scene.k_hi, (n, model.n_k))
+
+
+@pytest.mark.parametrize("seed", [2, 4, 8])
+def test_same_verdicts_as_the_exact_test(seed, rng):
+    model, problem = toy_case(seed)
+    scene = scene_of(problem, model)
+    quick, exact = both(model, scene, *proposals(model, scene, rng, 3 * CHUNK + 17))
+    assert len(exact) > 100
+    np.testing.assert_array_equal(quick, exact)
+
+
+@pytest.mark.parametrize("n", [1, CHUNK, CHUNK + 1])
+def test_any_number_of_points(n, rng):
+    model, problem = toy_case(2)
+    scene = scene_of(problem, model)
+    np.testing.assert_array_equal(*both(model, scene, *proposals(model, scene, rng, n)))
+
+
+def test_what_is_safe_comes_back_as_the_network_says(rng):
+    model, problem = toy_case(4)
+    scene = scene_of(problem, model)
+    z, k = proposals(model, scene, rng, 2000)
+    seen = screen(model, scene, z, k)
+    e = verdicts(model, scene, seen.p0, k[seen.row])
+    assert e.safe.all()
+    np.testing.assert_array_equal(seen.path, e.path)
+    np.testing.assert_array_equal(seen.pattern, e.pattern)
+    np.testing.assert_array_equal(seen.bin, e.bin)
+
+
+@pytest.mark.parametrize("body", ["disc", "polygon"])
+def test_the_test_at_a_few_knots_loses_no_safe_plan_and_most_of_the_others(body, rng):
+    model = random_model(rng)
+    problem = random_problem(rng, model, n_obstacles=3, body=body)
+    scene = scene_of(problem, model)
+    z, k = proposals(model, scene, rng, 4000)
+    few, knots = screening._few_outputs(model)
+    with x64():
+        reaches, outside = screening._knot_tests(few, knots, model.tube, scene.arrays, z, k)
+    p0, expected = anchor(model, scene, z, k)
+    e = verdicts(model, scene, p0, k)
+    np.testing.assert_array_equal(reaches, expected)
+    assert not (e.safe & ~np.asarray(outside)).any()
+    unsafe = expected & ~e.safe
+    assert (unsafe & np.asarray(outside)).sum() < 0.5 * unsafe.sum()
+
+
+@pytest.mark.parametrize("size", [[0.0, 0.0], [0.0, 0.4], [0.3, 0.0]])
+def test_a_pole_or_a_wall_has_no_inside(size, rng):
+    model = line_model(4, 0.0)
+    thin = box([1.8, 1.2], np.add([1.8, 1.2], size))
+    scene = scene_of(reach_avoid(box([2.0, 1, -9], [2.5, 2, 9]), [thin], 0.1), model)
+    quick, exact = both(model, scene, *proposals(model, scene, rng, 1500))
+    assert 0 < len(exact) < 1500
+    np.testing.assert_array_equal(quick, exact)
+
+
+def test_a_test_that_sees_contact_too_early_is_caught(rng, monkeypatch):
+    model, problem = toy_case(4)
+    scene = scene_of(problem, model)
+    right = screening._touching
+    wide = lambda corner, sign, radius, p, error: right(corner, sign, radius + 0.05, p, error)  # noqa: E731
+    monkeypatch.setattr(screening, "_touching", wide)
+    monkeypatch.setattr(
+        screening,
+        "_knot_tests",
+        jax.jit(jax.vmap(screening.knot_test, (None, None, None, None, 0, 0))),
+    )
+    quick, exact = both(model, scene, *proposals(model, scene, rng, 3 * CHUNK))
+    assert len(np.setdiff1d(exact, quick)) > 0
+
+
+def test_without_obstacles_all_that_reaches_is_safe(rng):
+    model = line_model(4, 0.0)
+    scene = scene_of(reach_avoid(box([-0.5, 1, -9], [0.5, 2, 9]), [], 0.1), model)
+    seen = screen(model, scene, *proposals(model, scene, rng, 300))
+    assert seen.reaching == len(seen.row) == 300
+
+
+def test_points_close_by_are_safe_and_close(rng):
+    model, problem = toy_case(4)
+    scene = scene_of(problem, model)
+    seen = draw(model, scene, rng, 500).safe.at(slice(0, 3))
+    found = near(model, scene, rng, seen, 4000)
+    assert len(found.k) > 100 and verdicts(model, scene, found.p0, found.k).safe.all()
+    span = scene.k_hi - scene.k_lo
+    distance = (np.abs(found.k[:, None] - seen.k[None]) / span).max(axis=2).min(axis=1)
+    assert np.median(distance) < 0.1
+
+
+def test_no_point_close_by_may_be_inside_of_the_domain(rng, monkeypatch):
+    model, problem = toy_case(4)
+    scene = scene_of(problem, model)
+    seen = draw(model, scene, rng, 500).safe
+    monkeypatch.setattr(drawing, "NEAREST", 1e6)
+    monkeypatch.setattr(drawing, "FARTHEST", 1e7)
+    assert len(near(model, scene, rng, seen, 20).k) == 0
+
+
+def test_a_screen_that_trusts_its_first_look_is_caught(rng, monkeypatch):
+    model, problem = toy_case(4)
+    scene = scene_of(problem, model)
+    monkeypatch.setattr(
+        screening, "_separated_items", lambda *items: jnp.ones(len(items[-1]), bool)
+    )
+    quick, exact = both(model, scene, *proposals(model, scene, rng, 6 * CHUNK))
+    assert len(np.setdiff1d(quick, exact)) > 0
+
+
+def test_contact_where_it_does_not_look_worst_is_seen():
+    """The end passes a corner, where no facet separates it though nothing is touched; on the way,
+    between two knots, it grazes a pole, where the facets look better.
+    """
+    model = line_model(T=2, half=8.0)
+    corner, pole = box([4.4, -2.0], [6.0, -0.4]), box([0.99, 0.45], [1.01, 0.47])
+    far = box([20.0, 20.0], [21.0, 21.0])  # so that both scenes are of one compiled shape
+    goal = box([3.0, -1.0, -9.0], [5.0, 1.0, 9.0])
+    drive = np.array([[4.0, 0.0]])
+    for obstacles, safe in (([corner, far], [0]), ([corner, pole], [])):
+        scene = scene_of(reach_avoid(goal, obstacles, 0.5), model)
+        quick, exact = both(model, scene, drive, drive)
+        assert quick.tolist() == exact.tolist() == safe

@@ -1,0 +1,355 @@
+"""No safe plan: every reason, the two verdicts, the certificates and what happens when they are
+wrong.
+"""
+
+import copy
+from fractions import Fraction
+
+import numpy as np
+import pytest
+from toy_models import line_model, model_of, random_network
+
+from parc_jax import checker
+from parc_jax.certificate.write import network_part, problem_part, tube_part
+from parc_jax.errors import InputError
+from parc_jax.planner import Planner
+from parc_jax.problem import Polygon, reach_avoid
+from parc_jax.sets.box import box
+from parc_jax.sets.hpolytope import hpolytope
+from parc_jax.settings import Settings
+from parc_jax.status import Status
+from parc_jax.verdict.pointwise import verdicts
+from parc_jax.verdict.scene import scene_of
+from parc_jax.volume_bounds.contacts import Contacts, DiscBody
+from parc_jax.volume_bounds.faces import goal_faces
+from parc_jax.volume_bounds.no_plan import prove_no_plan
+
+GOAL = ((3.0, -0.5, -1.0), (4.0, 0.5, 1.0))  # over (z, q); q = k_0
+FAR = [box([50, 50], [51, 51]), box([-51, 50], [-50, 51])]
+
+
+def walls(gap):
+    """Two blocks beside the goal, `gap` apart in y, and a disc of radius 0.25."""
+    blocks = [box([2, gap / 2], [5, gap / 2 + 2]), box([2, -gap / 2 - 2], [5, -gap / 2])]
+    return reach_avoid(box(*GOAL), blocks, 0.25)
+
+
+def decide(model, problem, **options):
+    options = {"budget_s": 60, "max_leaves": 400} | options
+    return prove_no_plan(model, scene_of(problem, model), **options)
+
+
+def check(model, problem, plan):
+    """The independent checker on a certificate; raises Rejected."""
+    context = checker.Context(
+        problem_part(problem, model), network_part(model.net), tube_part(model.tube)
+    )
+    with checker.rejecting():
+        return checker.check_no_plan(context, plan)
+
+
+def reasons(plan):
+    return {name for node in plan["tree"] for name in node}
+
+
+@pytest.mark.parametrize(
+    ("reason", "problem"),
+    [
+        ("goal", reach_avoid(box((3, -0.5, 2.0), (4, 0.5, 3.0)), FAR, 0.25)),
+        ("start", reach_avoid(box(*GOAL), FAR, 0.25, start=box([20, 20], [21, 21]))),
+        ("hit", reach_avoid(box(*GOAL), [box([2.9, -0.6], [4.1, 0.6]), FAR[0]], 0.25)),
+    ],
+)
+def test_each_reason_proves_alone(reason, problem):
+    model = line_model(e=0.05)
+    answer = decide(model, problem)
+    assert answer.kind == "proved" and reason in reasons(answer.certificate)
+    assert answer.undecided == answer.safe == 0 and answer.unsafe == answer.total
+    assert check(model, problem, answer.certificate)["kind"] == "proved"
+    assert answer.statement().startswith("Proved")
+
+
+def test_a_start_set_that_leaves_a_sliver_is_not_proved_away():
+    """Starts at x <= -3 + k_0 / ... exist: the plan is handed over and the point test accepts it."""
+    model = line_model(e=0.05)
+    problem = reach_avoid(box(*GOAL), FAR, 0.25, start=box([2.0, -2.0], [2.2, 2.0]))
+    answer = decide(model, problem)
+    assert answer.kind == "undecided" and answer.safe_plan is not None
+    p0, k = answer.safe_plan
+    assert verdicts(model, scene_of(problem, model), p0[None], k[None]).safe.all()
+
+
+def test_verdicts_switch_once_as_the_gap_widens():
+    """Body 2 x 0.25 and error 2 x 0.05: nothing fits below 0.6, at 0.6 it touches, above plans
+    exist.
+    """
+    model = line_model(e=0.05)
+    kinds = {}
+    for gap in (0.2, 0.5, 0.59, 0.599, 0.6, 0.61, 0.7, 1.2):
+        answer = decide(model, walls(gap), max_leaves=200)
+        kinds[gap] = "safe" if answer.safe_plan else answer.kind
+        assert answer.certificate is not None and answer.safe == 0
+        assert answer.unsafe + answer.undecided == answer.total
+    assert [kinds[g] for g in (0.2, 0.5, 0.59, 0.599)] == ["proved"] * 4
+    assert (
+        kinds[0.6] == "undecided"
+    )  # only in a set of volume zero does nothing clear: no box shows it
+    assert [kinds[g] for g in (0.61, 0.7, 1.2)] == ["safe"] * 3
+
+
+def test_out_of_budget_the_rest_is_undecided_and_the_certificate_says_so():
+    model, problem = line_model(e=0.05), walls(0.6)
+    answer = decide(model, problem, max_leaves=20)
+    report = check(model, problem, answer.certificate)
+    assert answer.kind == "undecided" and report["kind"] == "bracket"
+    assert Fraction(report["undecided"]) == answer.undecided > 0
+    assert "not a proof" in answer.statement()
+    untouched = decide(model, problem, budget_s=0.0)
+    assert untouched.undecided == untouched.total and untouched.leaves == 1
+
+
+def test_goal_without_room_is_proved():
+    """A slanted goal narrower than the error: the box of z is opened up and all of it misses."""
+    model = line_model(e=0.05, final=0.3)
+    rows = [[1, 1, 0], [-1, -1, 0], [1, -1, 0], [-1, 1, 0], [0, 0, 1], [0, 0, -1]]
+    problem = reach_avoid(hpolytope(rows, [3.5, -3.4, 4, 4, 1, 1]), FAR, 0.25)
+    answer = decide(model, problem)
+    assert answer.kind == "proved" and reasons(answer.certificate) <= {"goal", "split"}
+    assert answer.reason is None  # its box is wide enough: no axis tells
+
+
+@pytest.mark.parametrize(
+    ("final", "kind", "words"),
+    [
+        (
+            [[0.3, 0.1, 0.1]],
+            "proved",
+            "axis 0 is 0.5 wide, and the error there is bounded by no less than ±0.3.",
+        ),
+        ([[0.3, 0.1, 0.1], [0.1, 0.3, 0.1]], None, "along some axis"),
+        ([[np.inf] * 3], "undecided", "within the budget: no bin of K has a claim."),
+        ([[0.3, 0.1, 0.1], [0.2, 0.1, 0.1]], "undecided", None),
+    ],
+)
+def test_the_reason_is_said_where_a_sentence_can_say_it(final, kind, words):
+    line, final = line_model(e=0.01), np.array(final)
+    interval = np.where(np.isinf(final[:, :1, None]), np.inf, np.full((len(final), 4, 2), 0.01))
+    model = model_of(
+        line.net, line.domain, interval, final, [np.linspace(-1, 1, len(final) + 1), [-1.0, 1.0]]
+    )
+    answer = decide(model, reach_avoid(box([0, 0, -1], [0.5, 0.5, 1]), FAR, 0.1), budget_s=0.5)
+    assert kind in (None, answer.kind)
+    assert answer.reason is None if words is None else words in answer.statement()
+
+
+def test_faces_of_a_slanted_goal_are_exact_and_enclose_it(rng):
+    turn = np.array([[0.8, 0.6, 0.1], [-0.6, 0.8, -0.2], [0.1, 0.05, 1.0]])
+    goal = hpolytope(np.concatenate([turn, -turn]), [2.0, 1.0, 0.5, 1.5, 1.0, 0.5])
+    model, problem = line_model(e=0.05), reach_avoid(goal, FAR, 0.25)
+    lo, hi, faces = goal_faces(problem, model)
+    for axis, pair in enumerate(faces):
+        for sign, used in zip((-1, 1), pair, strict=True):
+            m = [Fraction(v) for _, v in used]
+            combined = [
+                sum(v * Fraction(goal.A[r, j]) for (r, _), v in zip(used, m, strict=True))
+                for j in range(3)
+            ]
+            assert min(m) > 0 and combined == [sign * (j == axis) for j in range(3)]
+    y = np.linalg.solve(turn, rng.uniform([-1.4, -0.9, -0.4], [1.9, 0.9, 0.4], (500, 3)).T).T
+    assert ((y[:, :2] > lo) & (y[:, :2] < hi)).all()
+    assert decide(model, problem).certificate is not None
+
+
+@pytest.mark.parametrize("body", [0.3, Polygon(np.array([[0.4, 0.0], [-0.2, 0.3], [-0.3, -0.25]]))])
+def test_contacts_hold_exactly_wherever_the_grown_obstacle_is(rng, body):
+    """Random points of a thin obstacle grown by body and error: contacts are found and hold in
+    fractions.
+    """
+    obstacle = hpolytope([[1, 2], [-1, -2], [2, -1], [-2, 1]], [0.02, 0.02, 1.5, 1.0])
+    contacts = Contacts(reach_avoid(box(*GOAL), [obstacle], body), 0)
+    error = np.array([0.05, 0.1])
+    corners = contacts.corners
+    inside = rng.dirichlet(np.ones(len(corners)), 60) @ corners
+    if isinstance(body, Polygon):
+        moved = rng.dirichlet(np.ones(3), 60) @ body.vertices
+    else:
+        angle = rng.uniform(0, 2 * np.pi, (60, 1))
+        moved = (
+            0.3
+            * np.sqrt(rng.uniform(0, 1, (60, 1)))
+            * np.concatenate([np.cos(angle), np.sin(angle)], axis=1)
+        )
+    p = inside - 0.999 * moved - 0.999 * rng.uniform(-error, error, (60, 2))
+    for group in np.split(p, 12):
+        entries = contacts.find(group, error)
+        assert entries is not None
+        for point in group:
+            assert any(_touches(obstacle, body, point, error, *entry) for entry in entries)
+    assert contacts.find(np.array([[5.0, 5.0]]), error) is None
+
+
+def _touches(obstacle, body, p, error, spelled, shift):
+    shift = [checker.number(v) for v in shift]
+    assert all(abs(s) <= Fraction(float(e)) for s, e in zip(shift, error, strict=True))
+    part = [checker.number(v) for v in spelled]
+    if isinstance(body, Polygon):
+        assert min(part) >= 0 and sum(part) == 1
+        part = [
+            sum(w * Fraction(v[j]) for w, v in zip(part, body.vertices, strict=True))
+            for j in range(2)
+        ]
+    else:
+        assert sum(v * v for v in part) <= Fraction(body) ** 2
+    x = [Fraction(float(p[j])) + part[j] + shift[j] for j in range(2)]
+    rows = zip(obstacle.A, obstacle.b, strict=True)
+    return all(
+        sum(Fraction(a) * v for a, v in zip(row, x, strict=True)) <= Fraction(b) for row, b in rows
+    )
+
+
+def test_tampered_certificates_are_rejected():
+    model, problem = line_model(e=0.05), walls(0.59)
+    plan = decide(model, problem).certificate
+    hits = [i for i, node in enumerate(plan["tree"]) if "hit" in node]
+    splits = [i for i, node in enumerate(plan["tree"]) if "split" in node]
+    assert hits and splits
+
+    def tampered():
+        for edit in (
+            lambda c: c["z"]["lo"].__setitem__(1, "0.0"),
+            lambda c: c["faces"].reverse(),
+            lambda c: c["faces"][0].reverse(),
+            lambda c: c["tree"].pop(),
+            lambda c: c["tree"].append(c["tree"][-1]),
+            lambda c: c["tree"][splits[0]]["split"].__setitem__(1, "0.4"),
+            lambda c: c["tree"].__setitem__(hits[0], {"open": None}),
+            lambda c: c["tree"].__setitem__(hits[0], {"goal": [[0, "1"]]}),
+            lambda c: c["tree"].__setitem__(hits[0], c["tree"][hits[-1]]),
+            lambda c: c["tree"][hits[0]]["hit"].__setitem__(0, 1 - c["tree"][hits[0]]["hit"][0]),
+            lambda c: c["tree"][hits[0]]["hit"].__setitem__(3, []),
+            lambda c: c["tree"][hits[0]]["hit"][3][0].__setitem__(1, ["0.0", "0.051"]),
+            lambda c: c["tree"][hits[0]]["hit"][3][0].__setitem__(0, ["0.0", "0.2500001"]),
+        ):
+            changed = copy.deepcopy(plan)
+            edit(changed)
+            yield changed
+
+    assert check(model, problem, plan)["kind"] == "proved"
+    for changed in tampered():
+        with pytest.raises(checker.Rejected):
+            check(model, problem, changed)
+    with pytest.raises(checker.Rejected):
+        check(model, walls(0.61), plan)  # the same proof about another scene
+
+
+def test_a_search_that_errs_is_caught_by_the_checker(monkeypatch):
+    """Mutant: a scene whose robot is too large. What it proves is refused, and all is undecided."""
+    model, problem = line_model(e=0.05), walls(0.7)
+    grown = scene_of(problem, model)
+    grown = grown.replace(obstacles=grown.obstacles.replace(radius=np.float64(0.4)))
+    answer = prove_no_plan(model, grown, budget_s=60, max_leaves=200)
+    # no contact of the true disc reaches: nothing false is even written
+    assert answer.kind == "undecided"
+    monkeypatch.setattr(DiscBody, "spell", lambda self, x: [float(v).hex() for v in 1.6 * x])
+    monkeypatch.setattr(Contacts, "_depth", lambda self, x: np.ones(x.shape[:-1]))
+    answer = prove_no_plan(model, grown, budget_s=60, max_leaves=200)
+    assert (
+        answer.kind == "undecided"
+        and answer.certificate is None
+        and answer.undecided == answer.total
+    )
+
+
+def test_planner_says_which_of_the_two_is_true(tmp_path):
+    import jax
+
+    model = line_model(e=0.05)
+    answer = Planner(model).solve(walls(0.59), jax.random.key(0))
+    assert (
+        not answer.found
+        and answer.no_plan.kind == "proved"
+        and answer.statement().startswith("Proved")
+    )
+    report = checker.check_answer(checker.load(answer.save(tmp_path / "answer.json")))
+    assert report.no_plan["kind"] == "proved" and report.samples == report.sets == 0
+    narrow = Planner(model).solve(walls(0.6001), jax.random.key(0), Settings(budget_s=3))
+    assert (
+        narrow.found and narrow.polytopes and narrow.status is Status.PROVED
+    )  # no draw was safe, the search found one
+    assert narrow.counts["safe"] == 0 and narrow.no_plan.kind == "undecided"
+    report = checker.check_answer(checker.load(narrow.save(tmp_path / "narrow.json")))
+    assert report.samples and report.sets and report.no_plan["kind"] == "bracket"
+    easy = Planner(model).solve(walls(1.2), jax.random.key(0), Settings(budget_s=3))
+    assert easy.found and easy.no_plan is None
+
+
+def buried(n_k):
+    """A model of n_k parameters, and a problem whose goal lies inside of an obstacle."""
+    net = random_network(np.random.default_rng(0), 4, hidden=(6, 5), n_k=n_k)
+    model = model_of(
+        net, box(-np.ones(n_k), np.ones(n_k)), np.full((1, 4, 2), 0.05), np.full((1, 3), 0.05)
+    )
+    return model, reach_avoid(box((3, -0.5, -100), (4, 0.5, 100)), [box((-50, -50), (50, 50))], 0.1)
+
+
+@pytest.mark.parametrize("n_k", [7, 9])
+def test_with_too_many_parameters_for_cells_the_answer_is_not_found(n_k, tmp_path):
+    """Cells are listed for up to six parameters, and the checker takes up to eight."""
+    import jax
+
+    model, problem = buried(n_k)
+    answer = Planner(model).solve(problem, jax.random.key(0), Settings(budget_s=0.5))
+    assert not answer.found and answer.no_plan.kind == "undecided"
+    assert answer.no_plan.undecided == answer.no_plan.total and answer.no_plan.safe == 0
+    assert f"at most 6 parameters; this model has {n_k}" in answer.statement()
+    if n_k == 7:
+        report = checker.check_answer(checker.load(answer.save(tmp_path / "answer.json")))
+        assert report.no_plan is None and report.samples == 0
+    with pytest.raises(InputError, match="at most 6 parameters"):
+        Planner(model).bound_volume(problem)
+
+
+def test_a_proof_beyond_the_limits_of_the_checker_is_refused_in_words():
+    import jax
+
+    model, _ = buried(9)
+    problem = reach_avoid(box((3, -0.5, -100), (4, 0.5, 100)), [], 0.1)
+    with pytest.raises(InputError, match="limits of the exact checker"):
+        Planner(model).solve(problem, jax.random.key(0), Settings(n_samples=1, budget_s=0.0))
+    unproved = Settings(n_samples=1, budget_s=0.0, proof=False)
+    found = Planner(model).solve(problem, jax.random.key(0), unproved)
+    assert found.found
+
+
+@pytest.mark.slow
+def test_boxes_with_too_many_cells_are_split_first(rng):
+    """A wide network: no call has room for all cells of K, so the first boxes are halved unseen."""
+    net = random_network(rng, 4, hidden=(40,))
+    model = model_of(net, box([-1, -1], [1, 1]), np.full((1, 4, 2), 0.01), np.full((1, 3), 0.01))
+    problem = reach_avoid(
+        box((3, -0.5, -50), (4, 0.5, 50)), [box([2.9, -0.6], [4.1, 0.6]), FAR[0]], 0.25
+    )
+    answer = decide(model, problem)
+    assert answer.kind == "proved" and answer.leaves > 1
+
+
+@pytest.mark.slow
+def test_drift_parking_is_decided_within_a_centimetre():
+    from parc_jax.model import load
+    from sims.drift_parking.scenario import BODY_RADIUS
+    from sims.drift_parking.scenario import GOAL as PARKED
+
+    model = load("tests/data/drift_4x8.npz")
+
+    def parked(gap):
+        left, right = 30.5 - gap / 2, 30.5 + gap / 2
+        cars = [
+            box((left - 4.267, -16.994), (left, -15.006)),
+            box((right, -16.994), (right + 4.267, -15.006)),
+        ]
+        return reach_avoid(box(*PARKED), cars, BODY_RADIUS)
+
+    for gap in (4.0, 4.8, 4.9, 4.925):
+        assert decide(model, parked(gap), max_leaves=2000).kind == "proved"
+    for gap in (4.935, 5.0):
+        assert decide(model, parked(gap), max_leaves=2000).safe_plan is not None
