@@ -4,6 +4,12 @@ use.
 
 from parc_jax.answer import Answer as Answer
 from parc_jax.batch.box_scenes import box_scenes as box_scenes
+from parc_jax.body import Body as Body
+from parc_jax.body import Disc as Disc
+from parc_jax.body import Part as Part
+from parc_jax.body import Polygon as Polygon
+from parc_jax.body import body_of as body_of
+from parc_jax.body import hull as hull
 from parc_jax.claim.claim import ErrorClaim as ErrorClaim
 from parc_jax.claim.counts import required_runs as required_runs
 from parc_jax.claim.declared import assumed_claim as assumed_claim
@@ -43,9 +49,8 @@ from parc_jax.network.relu import relu_network as relu_network
 from parc_jax.network.train import train as train
 from parc_jax.obstacles.moving import moving as moving
 from parc_jax.planner import Planner as Planner
-from parc_jax.problem import Disc as Disc
-from parc_jax.problem import Polygon as Polygon
 from parc_jax.problem import ReachAvoid as ReachAvoid
+from parc_jax.problem import goal_of_points as goal_of_points
 from parc_jax.problem import reach_avoid as reach_avoid
 from parc_jax.pwa import RegionTable as RegionTable
 from parc_jax.pwa import enumerate_regions as enumerate_regions

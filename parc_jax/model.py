@@ -3,6 +3,7 @@ incomplete.
 """
 
 import json
+from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
@@ -13,10 +14,11 @@ from parc_jax.claim.tube import Tube, tube
 from parc_jax.errors import InputError
 from parc_jax.labels import Labels
 from parc_jax.labels import labels as valid_labels
+from parc_jax.network.predict import Layout
 from parc_jax.network.relu import ReLUNetwork, relu_network
 from parc_jax.rollout.files import read_npz, write_npz
 from parc_jax.sets.box import Box, box
-from parc_jax.system import TimeGrid, time_grid
+from parc_jax.system import ONE_POINT, TimeGrid, time_grid
 
 FORMAT = "parc_jax.model/1"
 
@@ -28,6 +30,7 @@ class TrajectoryModel:
     net: k -> (c_1 ... c_T, q). claim: what its error bound states. domain: K. time: knots and
         horizon.
     system: name of the black box it was learned from. labels: what the coordinates are called.
+    points: names of the robot's reference points.
     """
 
     net: ReLUNetwork
@@ -36,6 +39,7 @@ class TrajectoryModel:
     time: TimeGrid
     system: str = struct.field(pytree_node=False, default="")
     labels: Labels = struct.field(pytree_node=False, default=Labels((), (), ()))
+    points: tuple[str, ...] = struct.field(pytree_node=False, default=ONE_POINT)
 
     @property
     def tube(self) -> Tube:
@@ -45,12 +49,27 @@ class TrajectoryModel:
     @property
     def n_p(self) -> int:
         """Workspace dimension."""
-        return self.tube.interval.shape[2]
+        return self.tube.n_p
+
+    @property
+    def n_points(self) -> int:
+        """Number of reference points."""
+        return self.tube.n_points
+
+    @property
+    def n_c(self) -> int:
+        """Number of columns: the coordinates of all reference points."""
+        return self.tube.n_c
+
+    @property
+    def layout(self) -> Layout:
+        """Of the network's outputs."""
+        return self.tube.layout
 
     @property
     def n_q(self) -> int:
         """Number of further goal states."""
-        return self.tube.final.shape[1] - self.n_p
+        return self.tube.n_q
 
     @property
     def n_k(self) -> int:
@@ -69,6 +88,7 @@ class TrajectoryModel:
             "claim": self.claim.to_json(),
             "time": [self.time.dt, self.time.t_f, self.time.dt_record],
             "labels": self.labels._asdict(),
+            "points": list(self.points),
         }
         arrays = {f"W{i}": W for i, W in enumerate(self.net.weights)}
         arrays |= {f"b{i}": b for i, b in enumerate(self.net.biases)}
@@ -89,11 +109,13 @@ def trajectory_model(
     time: TimeGrid,
     system: str = "",
     labels: Labels | dict | None = None,
+    points: Sequence[str] | None = None,
 ):
     """Validated model. Raises InputError that names the two parts that do not fit.
 
     labels: what the coordinates are called, as `labels_of(system)` or {"k": ("speed [m/s]", ...)};
-    None leaves the plain ones.
+    None leaves the plain ones. points: names of the robot's reference points, None where it has
+    only one.
     """
     check_tube(claim)
     measured = claim.evidence.get("network")
@@ -103,17 +125,24 @@ def trajectory_model(
             "one "
             f"({net.hash[:12]}). Bound the error of this network anew."
         )
-    n_steps, n_p = claim.tube.interval.shape[1:]
-    n_q = claim.tube.final.shape[1] - n_p
-    if time.n_steps != n_steps:
+    layout = claim.tube.layout
+    n_q = claim.tube.n_q
+    if time.n_steps != layout.n_steps:
         raise InputError(
             f"model: expected a tube with {time.n_steps} intervals, as the time grid has; got "
-            f"{n_steps}."
+            f"{layout.n_steps}."
         )
-    if net.n_out != n_steps * n_p + n_q:
+    points = ONE_POINT if points is None else tuple(points)
+    if len(points) != layout.n_points:
         raise InputError(
-            f"model: expected {n_steps} x {n_p} + {n_q} network outputs for this tube; got "
-            f"{net.n_out}."
+            f"model: expected the names of {layout.n_points} reference points, as the tube has; "
+            f"got {len(points)}."
+        )
+    if net.n_out != layout.n_offsets + n_q:
+        raise InputError(
+            f"model: expected {layout.n_offsets} + {n_q} network outputs for this tube (offsets of "
+            f"{layout.n_points} points in {layout.n_p} dimensions at {layout.n_steps} knots after "
+            f"the first, further states); got {net.n_out}."
         )
     if net.n_in != domain.n:
         raise InputError(
@@ -126,8 +155,8 @@ def trajectory_model(
                 f"[{edge[0]:g}, {edge[-1]:g}] but K is [{domain.lo[axis]:g}, {domain.hi[axis]:g}]."
             )
     given = labels._asdict() if isinstance(labels, Labels) else labels or {}
-    named = valid_labels(n_p, n_q, domain.n, **given)
-    return TrajectoryModel(net, claim, domain, time, system, named)
+    named = valid_labels(layout.n_p, n_q, domain.n, **given)
+    return TrajectoryModel(net, claim, domain, time, system, named, points)
 
 
 def load(path, system: str | None = None) -> TrajectoryModel:
@@ -151,9 +180,9 @@ def load(path, system: str | None = None) -> TrajectoryModel:
             [file[f"W{i}"] for i in range(layers)], [file[f"b{i}"] for i in range(layers)]
         )
         domain = box(file["lo"], file["hi"])
-        error_tube = tube(
-            [file[f"edges{i}"] for i in range(domain.n)], file["interval"], file["final"]
-        )
+        points = tuple(meta.get("points", ONE_POINT))
+        edges = [file[f"edges{i}"] for i in range(domain.n)]
+        error_tube = tube(edges, file["interval"], file["final"], len(points))
         claim = claim_from_json(meta["claim"], error_tube)
         time = time_grid(*meta["time"])
     except (KeyError, TypeError, json.JSONDecodeError) as error:
@@ -165,4 +194,4 @@ def load(path, system: str | None = None) -> TrajectoryModel:
         raise InputError(
             f"{path}: expected a model of {system!r}; it was learned from {meta['system']!r}."
         )
-    return trajectory_model(net, claim, domain, time, meta["system"], meta.get("labels"))
+    return trajectory_model(net, claim, domain, time, meta["system"], meta.get("labels"), points)

@@ -5,43 +5,26 @@ from collections.abc import Sequence
 import numpy as np
 from flax import struct
 
-from parc_jax.arrays import as_float64
+from parc_jax.body import Body, Disc, Part, Polygon, number_of, parts_of, shape
 from parc_jax.errors import InputError
 from parc_jax.sets.box import Box
-from parc_jax.sets.hpolytope import HPolytope, from_box
-
-
-@struct.dataclass
-class Disc:
-    """A ball of the given radius [m] about the reference point."""
-
-    radius: float
-
-
-@struct.dataclass
-class Polygon:
-    """The convex hull of vertices (v, n_p) about the reference point; it does not turn with the
-    robot.
-    """
-
-    vertices: np.ndarray
-
-    def __repr__(self) -> str:
-        return f"Polygon of {len(self.vertices)} vertices"
+from parc_jax.sets.hpolytope import HPolytope, from_box, hpolytope
 
 
 @struct.dataclass
 class ReachAvoid:
     """Reach the goal at t_f, never touch an obstacle. Build with `reach_avoid`, which validates.
 
-    goal: polytope over (p_f, q_f), closed. obstacles: polytopes over p, closed.
+    goal: polytope over (p_f, q_f), closed; of a robot with several reference points over the ends
+        of all of them, point by point, then q_f. obstacles: polytopes over p, closed.
     spans: per obstacle (first, last) interval in which it exists, or None for always.
-    body: Disc or Polygon. start: polytope over p0, or None for anywhere.
+    body: Disc or Polygon about the first reference point, or a Body of several parts. start:
+        polytope over p0, or None for anywhere.
     """
 
     goal: HPolytope
     obstacles: tuple[HPolytope, ...]
-    body: Disc | Polygon
+    body: Disc | Polygon | Body
     start: HPolytope | None = None
     spans: tuple[tuple[int, int] | None, ...] = struct.field(pytree_node=False, default=())
 
@@ -49,6 +32,11 @@ class ReachAvoid:
     def all_spans(self) -> tuple[tuple[int, int] | None, ...]:
         """`spans`, one entry per obstacle also when none were given."""
         return self.spans or (None,) * len(self.obstacles)
+
+    @property
+    def parts(self) -> tuple[Part, ...]:
+        """The parts of the body, of whatever kind it is."""
+        return parts_of(self.body)
 
     def __repr__(self) -> str:
         several = "obstacle" if len(self.obstacles) == 1 else "obstacles"
@@ -67,8 +55,8 @@ def reach_avoid(
     """
     goal, obstacles = _polytope("goal", goal), tuple(_polytope("obstacle", o) for o in obstacles)
     start = None if start is None else _polytope("start", start)
-    if not isinstance(body, Disc | Polygon):
-        body = Disc(float(as_float64("body radius", body, ())))
+    if not isinstance(body, Body):
+        body = shape("body", body)
     n_p = _workspace(goal, obstacles, body, start)
     for name, part in [*((f"obstacle {i}", o) for i, o in enumerate(obstacles)), ("start", start)]:
         if part is not None and part.n != n_p:
@@ -80,14 +68,11 @@ def reach_avoid(
             f"goal: expected at least the {n_p} workspace coordinates (p, q); got {goal.n} "
             "dimensions."
         )
-    if isinstance(body, Disc) and not (np.isfinite(body.radius) and body.radius >= 0):
-        raise InputError(f"body: expected a radius >= 0 m; got {body.radius}.")
-    if isinstance(body, Polygon):
-        body = Polygon(as_float64("body vertices", body.vertices, (None, n_p)))
-        if len(body.vertices) == 0:
+    for i, part in enumerate(parts_of(body)):
+        if isinstance(part.shape, Polygon) and part.shape.vertices.shape[1] != n_p:
             raise InputError(
-                "body: expected a polygon with at least one vertex; got none. For a point use "
-                "radius 0."
+                f"body: expected vertices in the {n_p}-D workspace; part {i} has "
+                f"{part.shape.vertices.shape[1]} coordinates."
             )
     spans = (None,) * len(obstacles) if spans is None else tuple(spans)
     if len(spans) != len(obstacles):
@@ -102,15 +87,45 @@ def reach_avoid(
     return ReachAvoid(goal, obstacles, body, start, spans)
 
 
+def goal_of_points(points: Sequence[str], where, q=None) -> HPolytope:
+    """A goal over the ends of several reference points, for `reach_avoid`. Raises InputError.
+
+    points: names of all points of the robot, as `model.points`. where: one Box or HPolytope that
+    all of them end in ("the whole car inside the bay"), or a dict with such a set for each point
+    that is asked for, by name. q: Box or HPolytope of the further goal states, for none leave it
+    out. The first point needs a bounded set: plans are drawn by where it ends.
+    """
+    given = where if isinstance(where, dict) else dict.fromkeys(points, where)
+    if not given:
+        raise InputError("goal: expected a set for at least one reference point; got none.")
+    numbers = {number_of(name, points, "goal"): region for name, region in given.items()}
+    regions = [(i, _polytope(f"goal of {points[i]}", r)) for i, r in sorted(numbers.items())]
+    n_p = regions[0][1].n
+    for i, region in regions:
+        if region.n != n_p:
+            raise InputError(
+                f"goal: expected sets of one dimension for all points; {points[i]} has {region.n}, "
+                f"not {n_p}."
+            )
+    blocks = [(i * n_p, region) for i, region in regions]
+    extra = None if q is None else _polytope("goal of q", q)
+    n = len(points) * n_p + (0 if extra is None else extra.n)
+    if extra is not None:
+        blocks.append((len(points) * n_p, extra))
+    A = np.zeros((sum(len(region.b) for _, region in blocks), n))
+    first = 0
+    for column, region in blocks:
+        A[first : first + len(region.b), column : column + region.n] = region.A
+        first += len(region.b)
+    return hpolytope(A, np.concatenate([region.b for _, region in blocks]))
+
+
 def _workspace(goal: HPolytope, obstacles, body, start) -> int:
     """Dimension of the workspace, from whatever names it."""
     if obstacles or start is not None:
         return obstacles[0].n if obstacles else start.n
-    return (
-        np.shape(body.vertices)[-1]
-        if isinstance(body, Polygon) and np.ndim(body.vertices) == 2
-        else goal.n
-    )
+    polygons = [p.shape for p in parts_of(body) if isinstance(p.shape, Polygon)]
+    return polygons[0].vertices.shape[1] if polygons else goal.n
 
 
 def _is_span(span) -> bool:

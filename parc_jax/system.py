@@ -13,7 +13,8 @@ from parc_jax.sets.box import Box
 class Trajectory(NamedTuple):
     """One recorded run, relative to its start: p[0] = 0.
 
-    p: (n_record + 1, n_p) workspace positions [m] on the record grid, q: (n_q,) other goal states
+    p: (n_record + 1, n_p) workspace positions [m] on the record grid; of a robot with m reference
+        points (n_record + 1, m, n_p), where only the first starts at 0. q: (n_q,) other goal states
         at t_f.
     """
 
@@ -76,6 +77,10 @@ class BlackBoxSystem(Protocol):
     n_k)) -> Trajectory`
     with a leading batch axis instead of, or beside, `rollout`.
 
+    A body that turns, or has several parts, is told by reference points fixed to it: corners, rotor
+    tips, the ends of a trailer. A system with several has `points`, a tuple of their names, and
+    returns the places of all of them.
+
     Pictures and messages use its p_labels (n_p,), q_labels (n_q,) and k_labels (n_k,), where it has
     them: names with units, such as "speed [m/s]".
     """
@@ -91,6 +96,21 @@ class BlackBoxSystem(Protocol):
         `key`.
         """
         ...
+
+
+ONE_POINT = ("reference",)  # what the point of a system without names is called
+
+
+def points_of(system) -> tuple[str, ...]:
+    """Names of the reference points of a system. Raises InputError."""
+    names = getattr(system, "points", ONE_POINT)
+    fine = isinstance(names, tuple | list) and all(isinstance(n, str) and n for n in names)
+    if not fine or len(names) == 0 or len(set(names)) < len(names):
+        raise InputError(
+            f"{getattr(system, 'name', 'system')}: expected points, a tuple of distinct names of "
+            f"reference points; got {names!r}."
+        )
+    return tuple(names)
 
 
 def check_system(system) -> None:

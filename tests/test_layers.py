@@ -25,6 +25,7 @@ ORDER = (
     "sets",
     "system",
     "labels",
+    "body",
     "problem",
     "distributed",
     "rollout",

@@ -7,10 +7,11 @@ from flax import struct
 
 from parc_jax.arrays import as_float64
 from parc_jax.batch.stack import LEAST_CORNERS, more_rows, size_class
+from parc_jax.body import Disc, Polygon
 from parc_jax.errors import InputError
 from parc_jax.model import TrajectoryModel
 from parc_jax.obstacles.grown import GrownObstacles, grown_obstacles
-from parc_jax.problem import Disc, Polygon, ReachAvoid, reach_avoid
+from parc_jax.problem import ReachAvoid, reach_avoid
 from parc_jax.sets.box import box
 from parc_jax.verdict.scene import Scene, float_slack
 

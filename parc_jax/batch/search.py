@@ -57,7 +57,7 @@ def pool_of(net: ReLUNetwork, tube: Tube, k) -> Pool:
     """The pool of given k (n, n_k)."""
 
     def one(k):
-        offsets, q, _ = predict(net, tube.n_steps, tube.n_p, k)
+        offsets, q, _ = predict(net, tube.layout, k)
         bin = open_bin_of(tube, k)
         error = tube.during(bin)
         final = tube.at_end(bin)

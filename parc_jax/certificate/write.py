@@ -10,6 +10,7 @@ import json
 
 import numpy as np
 
+from parc_jax.body import Disc
 from parc_jax.checker import FORMAT
 from parc_jax.claim.tube import Tube
 from parc_jax.cover.corridor import Corridor, longest_lasting, merged_runs
@@ -17,7 +18,7 @@ from parc_jax.cover.polytope import SafePolytope
 from parc_jax.model import TrajectoryModel
 from parc_jax.network.relu import ReLUNetwork
 from parc_jax.obstacles.segment import separation
-from parc_jax.problem import Disc, ReachAvoid
+from parc_jax.problem import ReachAvoid
 from parc_jax.spelling import decimal_text, fraction_text, hex_text, plain
 from parc_jax.verdict.scene import Scene
 

@@ -9,7 +9,7 @@ from flax import struct
 
 from parc_jax.arrays import as_float64, content_hash
 from parc_jax.errors import InputError
-from parc_jax.network.predict import HIGHEST
+from parc_jax.network.predict import HIGHEST, Layout
 
 NO_CLAIM = 1e100  # [m, .] wider than any world, and its square is still finite
 
@@ -20,8 +20,10 @@ class Tube:
 
     edges:    tuple over the n_k axes of (n_bins_i + 1,) increasing edges; the outer ones bound K.
               Bins are closed boxes, numbered row-major (last axis fastest).
-    interval: (n_bins, T, n_p) [m]       |p(s) - p^(s)| per axis for all recorded s in [t, t + 1].
-    final:    (n_bins, n_p + n_q) [m, .] |final state - predicted|.
+    interval: (n_bins, T, n_c) [m]       |p(s) - p^(s)| per axis for all recorded s in [t, t + 1],
+              of every reference point: n_c = n_points n_p columns, point by point.
+    final:    (n_bins, n_c + n_q) [m, .] |final state - predicted|.
+    n_points: number of reference points.
     A bin whose widths are infinite has no claim: nothing in it is ever safe. See `claimed`.
 
     Ask it through its methods: `during` and `at_end` give the widths of bins, `support_at_end` what
@@ -32,6 +34,17 @@ class Tube:
     edges: tuple[np.ndarray, ...]
     interval: np.ndarray
     final: np.ndarray
+    n_points: int = struct.field(pytree_node=False, default=1)
+
+    @property
+    def layout(self) -> Layout:
+        """Of the outputs of a network that has this tube."""
+        return Layout(self.n_steps, self.n_p, self.n_points)
+
+    @property
+    def n_c(self) -> int:
+        """Number of columns: the coordinates of all reference points."""
+        return self.interval.shape[2]
 
     @property
     def n_bins(self) -> int:
@@ -46,12 +59,12 @@ class Tube:
     @property
     def n_p(self) -> int:
         """Workspace dimension."""
-        return self.interval.shape[2]
+        return self.n_c // self.n_points
 
     @property
     def n_q(self) -> int:
         """Number of further goal states."""
-        return self.final.shape[1] - self.n_p
+        return self.final.shape[1] - self.n_c
 
     @property
     def n_k(self) -> int:
@@ -71,7 +84,8 @@ class Tube:
     @property
     def hash(self) -> str:
         """Content hash of edges and widths."""
-        return content_hash(*self.edges, self.interval, self.final)
+        points = () if self.n_points == 1 else (np.array(self.n_points),)
+        return content_hash(*self.edges, self.interval, self.final, *points)
 
     @property
     def finite_widths(self) -> tuple[np.ndarray, np.ndarray]:
@@ -82,27 +96,27 @@ class Tube:
         return interval, np.where(np.isinf(self.final), NO_CLAIM, self.final)
 
     def during(self, bins, t=slice(None)):
-        """Half widths (..., T, n_p) [m] of bins (...) during all intervals, or (..., n_p) during
+        """Half widths (..., T, n_c) [m] of bins (...) during all intervals, or (..., n_c) during
         intervals t (...). Also in kernels.
         """
         return _device_when_traced(self.interval, bins)[bins, t]
 
     def at_end(self, bins):
-        """Half widths (..., n_p + n_q) [m, .] of bins (...) at the end. Also in kernels."""
+        """Half widths (..., n_c + n_q) [m, .] of bins (...) at the end. Also in kernels."""
         return _device_when_traced(self.final, bins)[bins]
 
     def support_at_end(self, A, bin_number):
-        """(h,) largest A e over the errors e that one bin allows at the end; A (h, n_p + n_q): what
+        """(h,) largest A e over the errors e that one bin allows at the end; A (h, n_c + n_q): what
         the rows of a goal lose. Kernel.
         """
         return jnp.matmul(jnp.abs(A), jnp.asarray(self.final)[bin_number], precision=HIGHEST)
 
     def widest(self, bins=slice(None)) -> tuple[np.ndarray, np.ndarray]:
-        """Largest half widths over the bins: interval (T, n_p), final (n_p + n_q,)."""
+        """Largest half widths over the bins: interval (T, n_c), final (n_c + n_q,)."""
         return self.interval[bins].max(axis=0), self.final[bins].max(axis=0)
 
     def least(self, bins=slice(None)) -> tuple[np.ndarray, np.ndarray]:
-        """Smallest half widths over the bins: interval (T, n_p), final (n_p + n_q,)."""
+        """Smallest half widths over the bins: interval (T, n_c), final (n_c + n_q,)."""
         return self.interval[bins].min(axis=0), self.final[bins].min(axis=0)
 
     def bin_of(self, k: np.ndarray) -> np.ndarray:
@@ -141,8 +155,8 @@ class Tube:
         return numbers
 
     def widest_at(self, k: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Half widths that a proof about k (n, n_k) must allow for: interval (n, T, n_p), final (n,
-        n_p + n_q), the widest of all closed bins that contain k. Raises InputError outside K.
+        """Half widths that a proof about k (n, n_k) must allow for: interval (n, T, n_c), final (n,
+        n_c + n_q), the widest of all closed bins that contain k. Raises InputError outside K.
         """
         bins = self.bins_of(k)
         return self.interval[bins].max(axis=1), self.final[bins].max(axis=1)
@@ -191,7 +205,7 @@ def open_bin_of(tube: Tube, k):
     return jnp.where(known, bin, -1)
 
 
-def tube(edges, interval, final) -> Tube:
+def tube(edges, interval, final, n_points: int = 1) -> Tube:
     """Validated tube; widths >= 0, infinite in bins without claim. Raises InputError."""
     edges = tuple(as_float64(f"tube edges[{i}]", e, (None,)) for i, e in enumerate(edges))
     for i, e in enumerate(edges):
@@ -200,7 +214,13 @@ def tube(edges, interval, final) -> Tube:
     n_bins = int(np.prod([len(e) - 1 for e in edges]))
     interval = _widths("tube interval errors", interval, (n_bins, None, None))
     final = _widths("tube final errors", final, (n_bins, None))
-    return Tube(edges, interval, final)
+    n_c = interval.shape[2]
+    if n_points < 1 or n_c % n_points or final.shape[1] < n_c:
+        raise InputError(
+            f"tube: expected interval errors of {n_points} points with equally many axes and final "
+            f"errors that begin with theirs; got {n_c} and {final.shape[1]} columns."
+        )
+    return Tube(edges, interval, final, n_points)
 
 
 def _widths(name: str, value, shape) -> np.ndarray:
@@ -231,18 +251,20 @@ def refined(coarse: Tube, edges) -> Tube:
             )
     middles = np.meshgrid(*(0.5 * (e[1:] + e[:-1]) for e in edges), indexing="ij")
     source = coarse.bin_of(np.stack(middles, axis=-1).reshape(-1, len(edges)))
-    return Tube(edges, coarse.interval[source], coarse.final[source])
+    return coarse.replace(edges=edges, interval=coarse.interval[source], final=coarse.final[source])
 
 
-def zero_tube(edges, n_steps: int, n_p: int, n_end: int) -> Tube:
+def zero_tube(edges, n_steps: int, n_c: int, n_end: int, n_points: int = 1) -> Tube:
     """A tube of zero widths on these bins of K."""
     n_bins = int(np.prod([len(e) - 1 for e in edges]))
-    return tube(edges, np.zeros((n_bins, n_steps, n_p)), np.zeros((n_bins, n_end)))
+    interval = np.zeros((n_bins, n_steps, n_c))
+    return tube(edges, interval, np.zeros((n_bins, n_end)), n_points)
 
 
 def tube_to_json(error_tube: Tube) -> dict:
     """Edges and widths as nested lists of hex floats ("inf" in bins without claim)."""
-    return {
+    points = {} if error_tube.n_points == 1 else {"points": error_tube.n_points}
+    return points | {
         "edges": [_hex(e) for e in error_tube.edges],
         "interval": _hex(error_tube.interval),
         "final": _hex(error_tube.final),
@@ -251,7 +273,8 @@ def tube_to_json(error_tube: Tube) -> dict:
 
 def tube_from_json(data: dict) -> Tube:
     """The tube of `tube_to_json`."""
-    return tube([_unhex(e) for e in data["edges"]], _unhex(data["interval"]), _unhex(data["final"]))
+    edges = [_unhex(e) for e in data["edges"]]
+    return tube(edges, _unhex(data["interval"]), _unhex(data["final"]), data.get("points", 1))
 
 
 def _hex(values):

@@ -5,6 +5,7 @@ import json
 import numpy as np
 
 from parc_jax.answer import Answer
+from parc_jax.body import Polygon
 from parc_jax.certificate.write import FORMAT
 from parc_jax.checker import Rejected, check_answer, load, number
 from parc_jax.claim.claim import claim_from_json
@@ -18,7 +19,7 @@ from parc_jax.errors import InputError
 from parc_jax.model import TrajectoryModel, trajectory_model
 from parc_jax.network.relu import relu_network
 from parc_jax.obstacles.directions import Multiplier, direction
-from parc_jax.problem import Polygon, ReachAvoid, reach_avoid
+from parc_jax.problem import ReachAvoid, reach_avoid
 from parc_jax.sets.box import box
 from parc_jax.sets.hpolytope import HPolytope, hpolytope
 from parc_jax.spelling import nearest_floats

@@ -10,10 +10,11 @@ from pathlib import Path
 
 import numpy as np
 
+from parc_jax.body import Disc, Polygon
 from parc_jax.errors import InputError
 from parc_jax.labels import PARTS, Labels, labels
 from parc_jax.model import TrajectoryModel
-from parc_jax.problem import Disc, Polygon, ReachAvoid, reach_avoid
+from parc_jax.problem import ReachAvoid, reach_avoid
 from parc_jax.rollout.files import write_atomic
 from parc_jax.sets.box import box
 from parc_jax.sets.hpolytope import HPolytope, from_box, hpolytope

@@ -1,10 +1,33 @@
 """What the network says of an input: one kernel for JAX, one function for NumPy, for everybody."""
 
+from typing import NamedTuple
+
 import jax
 import jax.numpy as jnp
 import numpy as np
 
 HIGHEST = jax.lax.Precision.HIGHEST  # accelerators round inputs of products to fewer bits otherwise
+
+
+class Layout(NamedTuple):
+    """What the outputs of a network are: offsets from p0 of n_points reference points in n_p
+    dimensions at the knots 0 .. n_steps, knot by knot, point by point, without the first n_p (the
+    first point starts at p0 itself); then further states q.
+    """
+
+    n_steps: int
+    n_p: int
+    n_points: int = 1
+
+    @property
+    def n_c(self) -> int:
+        """Number of columns: the coordinates of all points at one knot."""
+        return self.n_points * self.n_p
+
+    @property
+    def n_offsets(self) -> int:
+        """Number of outputs before q."""
+        return (self.n_steps + 1) * self.n_c - self.n_p
 
 
 def forward(weights, biases, x) -> tuple[jax.Array, jax.Array]:
@@ -17,14 +40,13 @@ def forward(weights, biases, x) -> tuple[jax.Array, jax.Array]:
     return jnp.matmul(weights[-1], x, precision=HIGHEST) + biases[-1], jnp.concatenate(active)
 
 
-def predict(net, n_steps: int, n_p: int, k) -> tuple[jax.Array, jax.Array, jax.Array]:
-    """Offsets (T + 1, n_p) from p0, further states (n_q,), activation pattern (n_hidden,) of one k
+def predict(net, layout: Layout, k) -> tuple[jax.Array, jax.Array, jax.Array]:
+    """Offsets (T + 1, n_c) from p0, further states (n_q,), activation pattern (n_hidden,) of one k
     (n_k,). Kernel; vmap for batches.
     """
     y, active = forward(net.weights, net.biases, k)
-    knots = y[: n_steps * n_p].reshape(n_steps, n_p)
-    offsets = jnp.concatenate([jnp.zeros((1, n_p), knots.dtype), knots])
-    return offsets, y[n_steps * n_p :], active
+    knots = jnp.concatenate([jnp.zeros(layout.n_p, y.dtype), y[: layout.n_offsets]])
+    return knots.reshape(-1, layout.n_c), y[layout.n_offsets :], active
 
 
 def features(weights, biases, x: np.ndarray) -> np.ndarray:
@@ -40,9 +62,17 @@ def outputs(net, k: np.ndarray, rows: slice = slice(None)) -> np.ndarray:
     return h @ net.weights[-1][rows].T + net.biases[-1][rows]
 
 
-def trajectories(net, n_steps: int, n_p: int, k: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Offsets (n, T + 1, n_p) from p0 and further states (n, n_q) at k (n, n_k), on the host."""
+def trajectories(net, layout: Layout, k: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Offsets (n, T + 1, n_c) from p0 and further states (n, n_q) at k (n, n_k), on the host."""
     y = outputs(net, k)
-    knots = y[:, : n_steps * n_p].reshape(len(k), n_steps, n_p)
-    offsets = np.concatenate([np.zeros((len(k), 1, n_p)), knots], axis=1)
-    return offsets, y[:, n_steps * n_p :]
+    knots = np.concatenate([np.zeros((len(k), layout.n_p)), y[:, : layout.n_offsets]], axis=1)
+    return knots.reshape(len(k), -1, layout.n_c), y[:, layout.n_offsets :]
+
+
+def moved_to(p0, offsets):
+    """Places (..., T + 1, n_c) of all points, from offsets (..., T + 1, n_c) and the place p0 (...,
+    n_p) of the first one at the start. NumPy or JAX.
+    """
+    xp = jnp if isinstance(offsets, jax.Array) else np
+    n_points = offsets.shape[-1] // p0.shape[-1]
+    return xp.concatenate([p0] * n_points, axis=-1)[..., None, :] + offsets

@@ -14,9 +14,10 @@ from typing import NamedTuple
 import numpy as np
 from flax import struct
 
+from parc_jax.body import Disc, Polygon
 from parc_jax.obstacles.grown import bucket
 from parc_jax.obstacles.polygon import corners
-from parc_jax.problem import Disc, Polygon, ReachAvoid
+from parc_jax.problem import ReachAvoid
 from parc_jax.sets.hpolytope import HPolytope
 
 N_DIRECTIONS = 48  # per obstacle, about 7.5 degrees apart

@@ -12,9 +12,10 @@ from fractions import Fraction
 import numpy as np
 from flax import struct
 
+from parc_jax.body import Disc
 from parc_jax.errors import InputError
 from parc_jax.obstacles.polygon import corners
-from parc_jax.problem import Disc, ReachAvoid
+from parc_jax.problem import ReachAvoid
 from parc_jax.sets.rational import convex_polygon
 
 BUCKETS = (1, 2, 3, 4, 6, 8, 12, 16, 24, 32, 48, 64, 96, 128)

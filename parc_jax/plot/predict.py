@@ -23,5 +23,5 @@ def predicted(model: TrajectoryModel, plans: np.ndarray) -> Predicted:
     verdicts.
     """
     p0, k = plans[:, : model.n_p], plans[:, model.n_p :]
-    offsets, q = trajectories(model.net, model.time.n_steps, model.n_p, k)
+    offsets, q = trajectories(model.net, model.layout, k)
     return Predicted(p0[:, None] + offsets, q, model.tube.widest_at(k)[0])

@@ -77,7 +77,7 @@ class Prediction(NamedTuple):
 
 def prediction(net: ReLUNetwork, tube: Tube, scene: Scene, p0, k) -> Prediction:
     """Path, pattern, bin, goal and start margins of one point p0 (n_p,), k (n_k,). Kernel."""
-    offsets, q, pattern = predict(net, tube.n_steps, tube.n_p, k)
+    offsets, q, pattern = predict(net, tube.layout, k)
     path = p0[None] + offsets
     return Prediction(path, q, pattern, *arrival(tube, scene, p0, path[-1], q, k))
 
@@ -116,7 +116,7 @@ def anchored(net: ReLUNetwork, tube: Tube, scene: Scene, z, k) -> tuple[jax.Arra
     """Start p0 (n_p,) whose predicted end is z (n_p,), and whether it reaches the goal. Keeps
     volumes. [T15]
     """
-    offsets, _, _ = predict(net, tube.n_steps, tube.n_p, k)
+    offsets, _, _ = predict(net, tube.layout, k)
     p0 = z - offsets[-1]
     return p0, prediction(net, tube, scene, p0, k).reaches
 
@@ -135,7 +135,7 @@ def paths_of(model: TrajectoryModel, p0: np.ndarray, k: np.ndarray) -> np.ndarra
     """Predicted paths (b, T + 1, n_p) of p0 (b, n_p), k (b, n_k), on the host: a hint for
     certificates, no verdict.
     """
-    return p0[:, None] + trajectories(model.net, model.time.n_steps, model.n_p, k)[0]
+    return p0[:, None] + trajectories(model.net, model.layout, k)[0]
 
 
 def anchor(model: TrajectoryModel, scene: Scene, z, k) -> tuple[np.ndarray, np.ndarray]:

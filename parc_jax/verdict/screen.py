@@ -35,7 +35,7 @@ def knot_test(few: ReLUNetwork, knots, tube, scene: Scene, z, k):
 
     few: the network with the outputs of some knots (m,) only, the last one among them.
     """
-    offsets, q, _ = predict(few, len(knots), tube.n_p, k)
+    offsets, q, _ = predict(few, tube.layout._replace(n_steps=len(knots)), k)
     p0 = z - offsets[-1]
     path = p0[None] + offsets
     bin, goal, start = arrival(tube, scene, p0, path[-1], q, k)
@@ -92,7 +92,7 @@ class FacetTest(NamedTuple):
 
 def facet_test(net, tube, scene: Scene, z, k) -> FacetTest:
     """Facets and the plan with k (n_k,) whose predicted end is z (n_p,). Kernel."""
-    offsets, _, _ = predict(net, tube.n_steps, tube.n_p, k)
+    offsets, _, _ = predict(net, tube.layout, k)
     p0 = z - offsets[-1]
     seen = prediction(net, tube, scene, p0, k)
     error = tube.during(seen.bin)

@@ -14,7 +14,7 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
-from parc_jax.network.predict import HIGHEST, predict
+from parc_jax.network.predict import HIGHEST, Layout, predict
 from parc_jax.obstacles.segment import dot2
 
 SHARES = (0.0, 0.5, 1.0)  # moments within an interval at which contact is tried
@@ -88,7 +88,7 @@ class Candidates(NamedTuple):
 
 def offsets_from_end(net, n_steps: int, n_p: int, k):
     """p_s - z at all knots (T + 1, n_p) and q (n_q,) of one k."""
-    offsets, q, _ = predict(net, n_steps, n_p, k)
+    offsets, q, _ = predict(net, Layout(n_steps, n_p), k)
     return offsets - offsets[-1:], q
 
 

@@ -13,8 +13,9 @@ from typing import NamedTuple
 
 import numpy as np
 
+from parc_jax.body import Disc
 from parc_jax.obstacles.polygon import corners
-from parc_jax.problem import Disc, ReachAvoid
+from parc_jax.problem import ReachAvoid
 from parc_jax.spelling import fraction_text, hex_text
 from parc_jax.tolerances import TOLERANCES
 

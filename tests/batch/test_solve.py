@@ -15,10 +15,11 @@ from parc_jax.batch.run import Calls, run, search_many
 from parc_jax.batch.search import Best
 from parc_jax.batch.solve import Schedule
 from parc_jax.batch.stack import sized, stack_problems
+from parc_jax.body import Polygon
 from parc_jax.cover.sampling import draw
 from parc_jax.errors import InputError
 from parc_jax.planner import Planner
-from parc_jax.problem import Polygon, reach_avoid
+from parc_jax.problem import reach_avoid
 from parc_jax.sets.box import box
 from parc_jax.sets.hpolytope import hpolytope
 from parc_jax.settings import Settings

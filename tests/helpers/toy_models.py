@@ -6,11 +6,12 @@ import itertools
 
 import numpy as np
 
+from parc_jax.body import Polygon
 from parc_jax.claim.claim import error_claim
 from parc_jax.claim.tube import tube
 from parc_jax.model import TrajectoryModel, trajectory_model
 from parc_jax.network.relu import ReLUNetwork, relu_network
-from parc_jax.problem import Polygon, ReachAvoid, reach_avoid
+from parc_jax.problem import ReachAvoid, reach_avoid
 from parc_jax.rollout.law import law_spec
 from parc_jax.sets.box import Box, box
 from parc_jax.sets.hpolytope import HPolytope, hpolytope

@@ -9,9 +9,10 @@ from toy_models import host_outputs, random_network
 
 import parc_jax
 from parc_jax.arrays import x64
-from parc_jax.network.predict import outputs, predict, trajectories
+from parc_jax.network.predict import Layout, outputs, predict, trajectories
 
 T, N_P, N_Q = 4, 2, 1
+LAYOUT = Layout(T, N_P)
 ROOT = Path(parc_jax.__file__).parent
 
 
@@ -27,7 +28,7 @@ def k():
 
 def test_a_prediction_is_the_network_time_major_from_the_start(net, k):
     with x64():
-        offsets, q, pattern = predict(net, T, N_P, k[0])
+        offsets, q, pattern = predict(net, LAYOUT, k[0])
     y = host_outputs(net, k[:1])[0]
     knots = np.concatenate([np.zeros((1, N_P)), y[: T * N_P].reshape(T, N_P)])
     np.testing.assert_allclose(offsets, knots, atol=1e-13)
@@ -41,12 +42,12 @@ def test_a_prediction_is_the_network_time_major_from_the_start(net, k):
 
 
 def test_host_and_kernel_agree(net, k):
-    offsets, q = trajectories(net, T, N_P, k)
+    offsets, q = trajectories(net, LAYOUT, k)
     np.testing.assert_allclose(outputs(net, k), host_outputs(net, k), atol=1e-13)
     np.testing.assert_allclose(outputs(net, k, slice(6, 8)), outputs(net, k)[:, 6:8], atol=1e-13)
     for row in range(5):
         with x64():
-            one, one_q, _ = predict(net, T, N_P, k[row])
+            one, one_q, _ = predict(net, LAYOUT, k[row])
             direct = np.asarray(net(k[row]))
         np.testing.assert_allclose(offsets[row], one, atol=1e-13)
         np.testing.assert_allclose(q[row], one_q, atol=1e-13)
@@ -56,7 +57,7 @@ def test_host_and_kernel_agree(net, k):
 def test_a_network_without_hidden_layers_has_an_empty_pattern():
     affine = random_network(np.random.default_rng(5), T, hidden=())
     with x64():
-        assert predict(affine, T, N_P, np.zeros(2))[2].shape == (0,)
+        assert predict(affine, LAYOUT, np.zeros(2))[2].shape == (0,)
 
 
 def test_the_forward_pass_is_written_once():

@@ -8,13 +8,14 @@ import numpy as np
 import pytest
 from toy_models import random_polygon
 
+from parc_jax.body import Polygon
 from parc_jax.obstacles.directions import (
     N_DIRECTIONS,
     Multiplier,
     direction_table,
 )
 from parc_jax.obstacles.polygon import corners
-from parc_jax.problem import Polygon, reach_avoid
+from parc_jax.problem import reach_avoid
 from parc_jax.sets.box import box
 from parc_jax.sets.hpolytope import hpolytope
 from parc_jax.sets.rational import convex_polygon

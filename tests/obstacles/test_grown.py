@@ -7,10 +7,11 @@ import pytest
 from dense_oracle import polygon_corners
 from toy_models import random_polygon
 
+from parc_jax.body import Polygon
 from parc_jax.errors import InputError
 from parc_jax.obstacles import grown
 from parc_jax.obstacles.grown import BUCKETS, bucket, grown_obstacles
-from parc_jax.problem import Polygon, reach_avoid
+from parc_jax.problem import reach_avoid
 from parc_jax.sets.box import box
 from parc_jax.sets.hpolytope import hpolytope
 

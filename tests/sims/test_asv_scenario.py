@@ -11,7 +11,7 @@ import pytest
 
 import sims
 import sims.asv as asv
-from parc_jax.problem import Disc, Polygon
+from parc_jax.body import Disc, Polygon
 from parc_jax.system import BlackBoxSystem
 from sims.asv.evaluate import evaluate, hover_statistics
 from sims.asv.policy import HOVER

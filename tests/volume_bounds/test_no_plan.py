@@ -10,10 +10,11 @@ import pytest
 from toy_models import line_model, model_of, random_network
 
 from parc_jax import checker
+from parc_jax.body import Polygon
 from parc_jax.certificate.write import network_part, problem_part, tube_part
 from parc_jax.errors import InputError
 from parc_jax.planner import Planner
-from parc_jax.problem import Polygon, reach_avoid
+from parc_jax.problem import reach_avoid
 from parc_jax.sets.box import box
 from parc_jax.sets.hpolytope import hpolytope
 from parc_jax.settings import Settings
