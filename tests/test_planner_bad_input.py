@@ -48,7 +48,10 @@ PROBLEMS = {
     "obstacle is an array": (lambda: reach_avoid(GOAL, [np.eye(2)], 0.1), "got ndarray"),
     "negative radius": (lambda: reach_avoid(GOAL, [OBSTACLE], -0.1), "radius >= 0 m; got -0.1"),
     "NaN radius": (lambda: reach_avoid(GOAL, [OBSTACLE], np.nan), "1 NaN or infinite"),
-    "infinite disc": (lambda: reach_avoid(GOAL, [OBSTACLE], Disc(np.inf)), "got inf"),
+    "infinite disc": (
+        lambda: reach_avoid(GOAL, [OBSTACLE], Disc(np.inf)),
+        "body radius: expected finite",
+    ),
     "two radii": (lambda: reach_avoid(GOAL, [OBSTACLE], [0.1, 0.2]), "body radius"),
     "no vertices": (
         lambda: reach_avoid(GOAL, [OBSTACLE], Polygon(np.zeros((0, 2)))),
@@ -56,7 +59,7 @@ PROBLEMS = {
     ),
     "3-D vertices": (
         lambda: reach_avoid(GOAL, [OBSTACLE], Polygon(np.zeros((4, 3)))),
-        "body vertices",
+        "vertices in the 2-D workspace",
     ),
     "mixed dimensions": (lambda: reach_avoid(GOAL, [OBSTACLE, box([1], [2])], 0.1), "obstacle 1"),
     "start of another size": (lambda: reach_avoid(GOAL, [OBSTACLE], 0.1, box([0], [1])), "start"),
@@ -93,7 +96,7 @@ def test_parts_of_a_model_must_fit_each_other():
         parc_jax.trajectory_model(line.net, line.claim, line.domain, time_grid(0.2, 1.0))
     one_sentence(caught)
     with pytest.raises(
-        InputError, match="4 x 2 \\+ 1 network outputs for this tube; got 5"
+        InputError, match="8 \\+ 1 network outputs for this tube .*; got 5"
     ) as caught:
         model_of(line_model(2).net, line.domain, *uniform_tube(4))
     one_sentence(caught)
