@@ -1,0 +1,136 @@
+"""How far errors reach along a direction: boxes and templates against linear programs."""
+
+import itertools
+
+import jax
+import numpy as np
+import pytest
+from scipy.optimize import linprog
+
+from parc_jax.arrays import x64
+from parc_jax.claim.error_set import ErrorBox, template
+from parc_jax.errors import InputError
+
+
+def rows_of(directions, centre, half):
+    """(A, b) of the set."""
+    return np.concatenate([directions, -directions]), np.concatenate([centre + half, half - centre])
+
+
+def farthest(directions, centre, half, w):
+    A, b = rows_of(directions, centre, half)
+    found = linprog(-w, A, b, bounds=(None, None))
+    assert found.status == 0
+    return -found.fun
+
+
+def random_template(rng, n, n_rows):
+    """Directions with repetitions and axes among them, a set that is never empty."""
+    directions = rng.normal(size=(n_rows, n))
+    directions[:n] = np.eye(n)
+    directions[-1] = 2.0 * directions[0]
+    half = rng.uniform(0.1, 1.0, n_rows)
+    inside = 0.3 * rng.normal(size=n)
+    return directions, directions @ inside + half * rng.uniform(-0.9, 0.9, n_rows), half
+
+
+def directions_to_ask(rng, n, directions):
+    """Random ones, the axes, and the normals of all faces, where several corners are farthest."""
+    axes = np.concatenate([np.eye(n), -np.eye(n)])
+    return np.concatenate([rng.normal(size=(10, n)), axes, directions, -directions])
+
+
+@pytest.mark.soundness
+@pytest.mark.parametrize("n", [2, 3])
+@pytest.mark.parametrize("seed", range(6))
+def test_support_and_vertex_are_those_of_the_linear_program(n, seed):
+    rng = np.random.default_rng(seed)
+    directions, centre, half = random_template(rng, n, n + 3)
+    errors = template(directions, centre, half)
+    A, b = rows_of(directions, centre, half)
+    for w in directions_to_ask(rng, n, directions):
+        expected = farthest(directions, centre, half, w)
+        assert errors.support(w) == pytest.approx(expected, abs=1e-8)
+        vertex = errors.vertex(w)
+        assert (A @ vertex <= b + 1e-9).all()
+        assert w @ vertex == pytest.approx(errors.support(w), abs=1e-12)
+
+
+@pytest.mark.soundness
+@pytest.mark.parametrize("n", [2, 3])
+def test_no_error_of_the_set_reaches_beyond_the_support(n):
+    rng = np.random.default_rng(n)
+    directions, centre, half = random_template(rng, n, 2 * n)
+    errors = template(directions, centre, half)
+    A, b = rows_of(directions, centre, half)
+    inside = rng.uniform(-1, 1, (100000, n))
+    inside = inside[(inside @ A.T <= b).all(axis=1)]
+    assert len(inside) > 20
+    for w in directions_to_ask(rng, n, directions):
+        assert (inside @ w <= errors.support(w) + 1e-12).all()
+
+
+@pytest.mark.parametrize("n", [1, 2, 3, 5])
+def test_a_box_reaches_to_its_corners(n):
+    rng = np.random.default_rng(n)
+    half = rng.uniform(0, 1, n)
+    corners = np.array(list(itertools.product((-1, 1), repeat=n))) * half
+    for w in [*rng.normal(size=(20, n)), *np.eye(n)]:
+        assert ErrorBox(half).support(w) == pytest.approx((corners @ w).max(), abs=1e-15)
+        assert w @ ErrorBox(half).vertex(w) == pytest.approx(ErrorBox(half).support(w), abs=1e-15)
+
+
+@pytest.mark.parametrize("n", [2, 3])
+def test_a_template_of_the_axes_is_a_box(n):
+    rng = np.random.default_rng(n)
+    half = rng.uniform(0, 1, n)
+    errors = template(np.eye(n), np.zeros(n), half)
+    for w in rng.normal(size=(20, n)):
+        assert errors.support(w) == pytest.approx(ErrorBox(half).support(w), abs=1e-15)
+        np.testing.assert_allclose(errors.vertex(w), ErrorBox(half).vertex(w), atol=1e-15)
+
+
+@pytest.mark.soundness
+@pytest.mark.parametrize("xp", ["numpy", "jax"])
+def test_without_claim_errors_reach_infinitely_far_along_every_direction(xp):
+    everywhere = np.full(2, np.inf)
+    sets = [
+        ErrorBox(everywhere),
+        template(np.array([[1.0, 0], [0, 1], [1, 1]]), np.zeros(3), np.full(3, np.inf)),
+    ]
+    with x64():
+        for errors, w in itertools.product(sets, np.array([[1.0, 0], [0, -2], [0.3, 1e-300]])):
+            ask = jax.jit(lambda e, w: e.support(w)) if xp == "jax" else lambda e, w: e.support(w)
+            assert ask(errors, w) == np.inf
+            assert ask(errors, 0 * w) == 0
+            assert (errors.vertex(w) == 0).all()
+
+
+def test_directions_that_depend_on_each_other_are_left_out_and_never_nan():
+    directions = np.array([[1.0, 0], [1, 1e-9], [0, 1], [2, 0]])
+    errors = template(directions, np.zeros(4), np.array([1.0, 1.0, 2.0, 1.0]))
+    for w in np.array([[1.0, 0], [0, 1], [1, 1], [1, -1]]):
+        assert errors.support(w) == pytest.approx(abs(w) @ [0.5, 2.0], abs=1e-8)
+        assert np.isfinite(errors.vertex(w)).all()
+    flat = template(np.array([[1.0, 0], [1, 1e-9]]), np.zeros(2), np.ones(2))
+    assert flat.support(np.array([1.0, 0.0])) == np.inf  # bounded along x, not along y: no claim
+    with pytest.raises(InputError, match="at least as many directions"):
+        template(np.ones((1, 2)), np.zeros(1), np.ones(1))
+
+
+def test_leading_axes_broadcast_on_host_and_device_alike():
+    rng = np.random.default_rng(0)
+    directions = rng.normal(size=(4, 2))
+    half = rng.uniform(0.5, 1, (5, 3, 4))
+    errors = template(directions, np.zeros(4), half)
+    w = rng.normal(size=(3, 2))
+    host = errors.support(w), errors.vertex(w)
+    assert host[0].shape == (5, 3) and host[1].shape == (5, 3, 2)
+    for i, j in np.ndindex(5, 3):
+        one = template(directions, np.zeros(4), half[i, j])
+        assert one.support(w[j]) == host[0][i, j]
+        assert (one.vertex(w[j]) == host[1][i, j]).all()
+    with x64():
+        device = jax.jit(lambda e, w: (e.support(w), e.vertex(w)))(errors, w)
+    np.testing.assert_allclose(device[0], host[0], atol=1e-14)
+    np.testing.assert_allclose(device[1], host[1], atol=1e-14)
