@@ -25,7 +25,7 @@ class ErrorBox:
     broadcast against those of w.
     """
 
-    half: jax.Array
+    half: np.ndarray
 
     def support(self, w):
         """(...) largest w . e; w (..., n). Infinite without claim, but for w = 0."""
@@ -47,9 +47,9 @@ class ErrorTemplate:
     centre, half (..., B, n): of those directions; a basis that is left out is infinitely wide.
     """
 
-    dual: jax.Array
-    centre: jax.Array
-    half: jax.Array
+    dual: np.ndarray
+    centre: np.ndarray
+    half: np.ndarray
 
     def support(self, w):
         """(...) largest w . e; w (..., n). Infinite without claim, but for w = 0."""
