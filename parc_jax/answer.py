@@ -69,7 +69,7 @@ class Answer:
         self.no_plan = no_plan
         self._cover = cover
         self._union = SafeUnion(model, scene, list(cover.polytopes))
-        self._corridors = Corridors(model.tube.interval, cover.corridors)
+        self._corridors = Corridors(model.tube, cover.corridors)
 
     @property
     def problem(self) -> ReachAvoid:
@@ -256,11 +256,10 @@ class Answer:
         `sample` spreads over the whole union, whose volume is at least the lower bound of the safe
         set's times the covered share.
         """
-        tube, n_p = self.model.tube, self.model.n_p
+        least, most = self.model.tube.end_extent
         with np.errstate(invalid="ignore"):
-            ends = np.prod(
-                np.maximum(self.scene.z_hi - self.scene.z_lo - 2 * tube.final[:, :n_p], 0), axis=1
-            )
+            room = (self.scene.z_hi - most) - (self.scene.z_lo - least)
+            ends = np.prod(np.maximum(room, 0), axis=1)
         known = self.volume(0.999)
         union = 0.0 if known is None else known[1] * self.coverage.at_least
         return float(self.model.domain.volume * np.nanmax(ends) / union) if union > 0 else np.inf

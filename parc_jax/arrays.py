@@ -99,6 +99,14 @@ def map_rows(size: int, kernel: Callable, *batch):
     return jax.tree.map(lambda x: x[:n], found)
 
 
+def dot(a, b):
+    """Product of a and b (..., n) over the last axis, written out so that it fuses and never
+    becomes a matmul of reduced precision. Kernel; n is small.
+    """
+    products = a * b
+    return sum(products[..., i] for i in range(1, products.shape[-1])) + products[..., 0]
+
+
 def content_hash(*arrays) -> str:
     """SHA-256 over shapes and float64 bytes: equal content, equal hash, on every machine."""
     digest = hashlib.sha256()

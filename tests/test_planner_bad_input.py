@@ -96,7 +96,7 @@ def test_parts_of_a_model_must_fit_each_other():
         parc_jax.trajectory_model(line.net, line.claim, line.domain, time_grid(0.2, 1.0))
     one_sentence(caught)
     with pytest.raises(
-        InputError, match="8 \\+ 1 network outputs for this tube .*; got 5"
+        InputError, match=r"8 \+ 1 network outputs for this tube .*; got 5"
     ) as caught:
         model_of(line_model(2).net, line.domain, *uniform_tube(4))
     one_sentence(caught)

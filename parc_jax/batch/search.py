@@ -59,8 +59,8 @@ def pool_of(net: ReLUNetwork, tube: Tube, k) -> Pool:
     def one(k):
         offsets, q, _ = predict(net, tube.layout, k)
         bin = open_bin_of(tube, k)
-        error = tube.during(bin)
-        final = tube.at_end(bin)
+        error = tube.during(bin).half[:, 0]
+        final = tube.at_end(bin).half
         way = (offsets - offsets[-1][None]).T.astype(jnp.float32)
         return Pool(
             k=k,

@@ -10,14 +10,16 @@ import json
 
 import numpy as np
 
+from parc_jax.arrays import dot
 from parc_jax.body import Disc
 from parc_jax.checker import FORMAT
+from parc_jax.claim.error_set import ErrorSet, at
 from parc_jax.claim.tube import Tube
 from parc_jax.cover.corridor import Corridor, longest_lasting, merged_runs
 from parc_jax.cover.polytope import SafePolytope
 from parc_jax.model import TrajectoryModel
+from parc_jax.network.predict import by_point
 from parc_jax.network.relu import ReLUNetwork
-from parc_jax.obstacles.segment import separation
 from parc_jax.problem import ReachAvoid
 from parc_jax.spelling import decimal_text, fraction_text, hex_text, plain
 from parc_jax.verdict.scene import Scene
@@ -109,20 +111,23 @@ def part_hash(part: dict) -> str:
 def sample_part(
     scene: Scene, tube: Tube, p0: np.ndarray, k: np.ndarray, path: np.ndarray, bin: int
 ) -> dict:
-    """Certificate of one safe point; path (T + 1, n_p) is its prediction."""
-    table, slack, error = scene.directions, scene.slack, tube.during(bin)
+    """Certificate of one safe point; path (T + 1, n_c) is its prediction."""
+    table, slack, errors = scene.directions, scene.slack, tube.during(bin)
+    places = by_point(path, tube.n_points)
     sep = []
     for o, multipliers in enumerate(table.multipliers):
+        points = scene.obstacles.points[o]
         w, support = table.w[o], table.support[o]
-        size = np.abs(w)
-        threshold = support[:, None] + size @ error.T + slack * size.sum(axis=1)[:, None]
-        along = w @ path.T
-        chosen = longest_lasting(np.minimum(along[:, :-1], along[:, 1:]) > threshold)
+        lost = at(errors, np.s_[:, points, None]).support(-w)
+        along = dot(places[:, points, None], w)
+        room = np.minimum(along[:-1], along[1:]) - lost
+        threshold = support + slack * np.abs(w).sum(axis=1)
+        chosen = longest_lasting((room.min(axis=1) > threshold).T)
         exists = np.flatnonzero(scene.obstacles.active[o])
         spelled = [
             multipliers[chosen[t]]
             if chosen[t] >= 0
-            else table.nearest(o, _nearest(scene, o, path, error, t))
+            else table.nearest(o, _nearest(scene, o, path, errors, t))
             for t in exists
         ]
         sep.append(merged_runs(spelled, exists))
@@ -149,9 +154,9 @@ def corridor_part(corridor: Corridor) -> dict:
     }
 
 
-def _nearest(scene: Scene, o: int, path, error, t: int) -> np.ndarray:
-    corners = scene.obstacles.corner[o] + scene.obstacles.sign[o] * error[t]
-    return separation(path[t], path[t + 1], corners, scene.obstacles.radius, np)[1]
+def _nearest(scene: Scene, o: int, path, errors: ErrorSet, t: int) -> np.ndarray:
+    """The direction in which interval t is clearest of obstacle o."""
+    return scene.obstacles.gap(o, path[t], path[t + 1], at(errors, t))[1]
 
 
 def _separation(runs_by_obstacle) -> list:

@@ -86,6 +86,14 @@ class ErrorTemplate:
 ErrorSet = ErrorBox | ErrorTemplate
 
 
+def at(errors: ErrorSet, index) -> ErrorSet:
+    """Some of many sets, by an index of their leading axes. Arrays on the host cannot be indexed by
+    what a kernel computes.
+    """
+    traced = any(isinstance(i, jax.Array) for i in jax.tree.leaves(index))
+    return jax.tree.map(lambda x: (jnp.asarray(x) if traced else x)[index], errors)
+
+
 def template(directions, centre, half) -> ErrorTemplate:
     """Errors with |u_j . e - centre_j| <= half_j; directions (..., R, n), centre, half (..., R).
     Raises InputError.

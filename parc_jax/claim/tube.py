@@ -2,14 +2,14 @@
 
 from typing import Literal
 
-import jax
 import jax.numpy as jnp
 import numpy as np
 from flax import struct
 
 from parc_jax.arrays import as_float64, content_hash
+from parc_jax.claim.error_set import ErrorBox, ErrorSet, at
 from parc_jax.errors import InputError
-from parc_jax.network.predict import HIGHEST, Layout
+from parc_jax.network.predict import Layout
 
 NO_CLAIM = 1e100  # [m, .] wider than any world, and its square is still finite
 
@@ -95,21 +95,42 @@ class Tube:
         interval = np.where(np.isinf(self.interval), NO_CLAIM, self.interval)
         return interval, np.where(np.isinf(self.final), NO_CLAIM, self.final)
 
-    def during(self, bins, t=slice(None)):
-        """Half widths (..., T, n_c) [m] of bins (...) during all intervals, or (..., n_c) during
-        intervals t (...). Also in kernels.
+    @property
+    def errors(self) -> ErrorSet:
+        """What each bin allows in each interval at each point: leading axes (n_bins, T, n_points),
+        n_p coordinates [m].
         """
-        return _device_when_traced(self.interval, bins)[bins, t]
+        return ErrorBox(self.interval.reshape(*self.interval.shape[:2], self.n_points, -1))
 
-    def at_end(self, bins):
-        """Half widths (..., n_c + n_q) [m, .] of bins (...) at the end. Also in kernels."""
-        return _device_when_traced(self.final, bins)[bins]
+    @property
+    def final_errors(self) -> ErrorSet:
+        """What each bin allows at the end: leading axis n_bins, n_c + n_q coordinates [m, .]."""
+        return ErrorBox(self.final)
+
+    def during(self, bins, t=slice(None)) -> ErrorSet:
+        """What bins (...) allow at each point: leading axes (..., T, n_points), or (..., n_points)
+        for intervals t (...). Also in kernels.
+        """
+        return at(self.errors, (bins, t))
+
+    def at_end(self, bins) -> ErrorSet:
+        """What bins (...) allow at the end. Also in kernels."""
+        return at(self.final_errors, bins)
 
     def support_at_end(self, A, bin_number):
         """(h,) largest A e over the errors e that one bin allows at the end; A (h, n_c + n_q): what
         the rows of a goal lose. Kernel.
         """
-        return jnp.matmul(jnp.abs(A), jnp.asarray(self.final)[bin_number], precision=HIGHEST)
+        return at(self.final_errors, (bin_number, None)).support(A)
+
+    @property
+    def end_extent(self) -> tuple[np.ndarray, np.ndarray]:
+        """Least and largest error of the first point at the end along each axis: lo, hi (n_bins,
+        n_p) [m].
+        """
+        axes = np.eye(self.n_p, self.final.shape[1])
+        far = at(self.final_errors, (slice(None), None))
+        return -far.support(-axes), far.support(axes)
 
     def widest(self, bins=slice(None)) -> tuple[np.ndarray, np.ndarray]:
         """Largest half widths over the bins: interval (T, n_c), final (n_c + n_q,)."""
@@ -288,8 +309,3 @@ def _unhex(values):
 def _place(edge: np.ndarray, x: np.ndarray, side: Literal["left", "right"]) -> np.ndarray:
     """Number of the step of increasing edges that holds x, at an edge the one on this side."""
     return np.clip(np.searchsorted(edge, x, side=side) - 1, 0, len(edge) - 2)
-
-
-def _device_when_traced(values, index):
-    """Arrays on the host cannot be indexed by what a kernel computes."""
-    return jnp.asarray(values) if isinstance(index, jax.Array) else values

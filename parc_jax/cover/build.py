@@ -7,6 +7,8 @@ import jax
 import numpy as np
 
 from parc_jax.arrays import in_chunks, x64
+from parc_jax.claim.error_set import at
+from parc_jax.claim.tube import Tube
 from parc_jax.cover.choose import PLANS, Choice, choose_batch
 from parc_jax.cover.corridor import Corridor
 from parc_jax.cover.corridors import Corridors
@@ -42,9 +44,9 @@ class Building(NamedTuple):
         return self._replace(counts=self.counts + more)
 
 
-def nothing_built(interval: np.ndarray, points: Points) -> Building:
-    """No corridor under a tube with errors interval (n_bins, T, 2), and plans that wait."""
-    return Building(Corridors(interval), np.zeros(0, int), points)
+def nothing_built(tube: Tube, points: Points) -> Building:
+    """No corridor under a tube, and plans that wait."""
+    return Building(Corridors(tube), np.zeros(0, int), points)
 
 
 def admit(building: Building, points: Points) -> tuple[Building, np.ndarray]:
@@ -65,7 +67,7 @@ def build(
     n_seeds = min(CALL if few else SEEDS, len(points.k))
     seeds = rng.choice(len(points.k), n_seeds, replace=False)
     plans = _with_neighbours(points, seeds, rng)
-    chosen = Corridors(building.corridors.interval, _around(scene, building, plans))
+    chosen = Corridors(building.corridors.tube, _around(scene, building, plans))
     kept = chosen.kept(points.path, points.bin)
     done = np.zeros(len(points.k), bool)
     done[seeds] = ~kept[seeds].any(axis=1)
@@ -113,15 +115,15 @@ def _with_neighbours(points: Points, seeds: np.ndarray, rng: np.random.Generator
 
 def _around(scene: Scene, building: Building, plans: np.ndarray) -> list[Corridor]:
     """A corridor for every row (s, PLANS) of a seed and its neighbours, CALL rows at a time."""
-    points, interval = building.waiting, building.corridors.interval
+    points, errors = building.waiting, building.corridors.tube.errors
     arrays = scene.arrays
 
     def call(rows):
         some = plans[rows]
         path = points.path[some].astype(np.float32)
-        error = interval[points.bin[some]].astype(np.float32)
+        allowed = jax.tree.map(np.float32, at(errors, points.bin[some]))
         with x64():
-            return jax.device_get(choose_batch(arrays, path, error))
+            return jax.device_get(choose_batch(arrays, path, allowed))
 
     return _spelled_out(scene, in_chunks(len(plans), CALL, call))
 
@@ -143,4 +145,8 @@ def _spelled_out(scene: Scene, choice: Choice) -> list[Corridor]:
         multipliers[i, j, t] = m
     support = np.where(active, support + scene.slack * np.abs(w).sum(axis=3), -np.inf)
     none = np.zeros(0)  # the plan that shows that it is not empty is named when it is taken
-    return [Corridor(*fields, none, none) for fields in zip(w, support, multipliers, strict=True)]
+    points = scene.obstacles.points
+    return [
+        Corridor(*fields, points, none, none)
+        for fields in zip(w, support, multipliers, strict=True)
+    ]

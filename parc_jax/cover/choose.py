@@ -10,8 +10,11 @@ from typing import NamedTuple
 
 import jax
 import jax.numpy as jnp
+import numpy as np
 
-from parc_jax.obstacles.segment import dot2, separations
+from parc_jax.arrays import dot
+from parc_jax.claim.error_set import ErrorSet, at
+from parc_jax.network.predict import by_point
 
 PLANS = 64  # the seed and its neighbours: which of them a direction separates is one 64-bit mask
 SWEEPS = 1  # rounds of swapping each interval's direction while all others stay
@@ -22,7 +25,7 @@ class Choice(NamedTuple):
     """Outcome for one seed. direction (o, T): of the table, or the table's length for the
     seed's own.
 
-    nearest (o, T, 2): the seed's own direction, from the nearest point of the obstacle. kept ():
+    nearest (o, T, n_p): the seed's own direction, from the nearest point of the obstacle. kept ():
     the seed is inside.
     """
 
@@ -31,24 +34,26 @@ class Choice(NamedTuple):
     kept: jax.Array
 
 
-def choose(scene, paths, error) -> Choice:
-    """One seed and its neighbours: paths (PLANS, T + 1, 2), the seed first, error (PLANS, T, 2) of
-    their bins. Kernel.
+def choose(scene, paths, errors: ErrorSet) -> Choice:
+    """One seed and its neighbours: paths (PLANS, T + 1, n_c), the seed first, errors (PLANS, T,
+    n_points) of their bins. Kernel.
 
     Chosen in float32: whatever is chosen, who is inside is decided elsewhere, in float64.
     """
-    paths, error, scene = jax.tree.map(_rough, (paths, error, scene))
+    paths, errors, scene = jax.tree.map(_rough, (paths, errors, scene))
     obstacles, table = scene.obstacles, scene.directions
-    nearest, masks = jax.vmap(_separation_masks, in_axes=(0, 0, 0, 0, 0, None, None, None, None))(
-        obstacles.corner,
-        obstacles.sign,
+    _, nearest = obstacles.gaps(paths[0], at(errors, 0))
+    places = by_point(paths, jax.tree.leaves(errors)[0].shape[2])
+    masks = jax.vmap(_separation_masks, in_axes=(0, 0, 0, 0, 0, 0, None, None, None))(
+        nearest,
+        obstacles.support(nearest),
+        jnp.asarray(obstacles.points),
         obstacles.active,
         table.w,
         table.support,
-        obstacles.radius,
         scene.slack,
-        paths,
-        error,
+        places,
+        errors,
     )
     items = masks.reshape(-1, masks.shape[2])
     allowed = _count(items & jnp.uint64(1)) > 0
@@ -72,24 +77,28 @@ def _rough(x):
     return x.astype(jnp.float32) if jnp.issubdtype(x.dtype, jnp.floating) else x
 
 
-def _separation_masks(corner, sign, active, w, support, radius, slack, paths, error):
-    """For one obstacle: the seed's nearest directions (T, 2), and which plans each direction
-    separates, as the bits of masks (T, d + 1), the seed's own direction last. An absent obstacle is
-    separated by anything.
-    """
-    corners = corner[None] + sign[None] * error[0][:, None]
-    _, nearest = separations(paths[0, :-1], paths[0, 1:], corners, radius)
-    own_support = dot2(corner[None], nearest[:, None]).max(axis=1) + radius
-    w, support = _with_own(w, nearest), _with_own(support, own_support)
-    size = jnp.abs(w)
-    support = support + slack * size.sum(axis=2)
+def _separation_masks(
+    nearest, own_support, points, active, w, support, slack, places, errors: ErrorSet
+):
+    """Which plans each direction separates from one obstacle, as the bits of masks (T, d + 1), the
+    seed's own direction last. An absent obstacle is separated by anything.
 
-    def bit(number, path, error):
-        along = jnp.minimum(dot2(w, path[:-1, None]), dot2(w, path[1:, None]))
-        separated = along > support + dot2(size, error[:, None])
+    nearest (T, n_p), own_support (T,): the seed's own. w (d, n_p), support (d,): of the table.
+    points (i,): which have to be clear. places (PLANS, T + 1, n_points, n_p).
+    """
+    w, support = _with_own(w, nearest), _with_own(support, own_support)
+    support = support + slack * jnp.abs(w).sum(axis=2)
+    w = w[:, None]
+    support = support[:, None]
+
+    def bit(number, place, errors):
+        place = place[:, points, None]
+        lost = at(errors, np.s_[:, points, None]).support(-w)
+        along = jnp.minimum(dot(w, place[:-1]), dot(w, place[1:]))
+        separated = (along > support + lost).all(axis=1)
         return jnp.where(separated | ~active[:, None], jnp.uint64(1) << number, jnp.uint64(0))
 
-    return nearest, jax.vmap(bit)(_bits(), paths, error).sum(axis=0)
+    return jax.vmap(bit)(_bits(), places, errors).sum(axis=0)
 
 
 def _with_own(table, own):

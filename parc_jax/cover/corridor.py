@@ -1,10 +1,10 @@
 """A corridor: one separating direction per obstacle and interval. Whoever keeps to it touches
 nothing. [T14, T27]
 
-A direction w separates where w . p^ > h_O(w) + h_-B(w) + |w| . e at both knots of an interval. That
-asks nothing of the region or the bin a plan is in: the same directions serve every cell, and in
-each of them (the network is affine there, the error e constant) the plans that keep to a corridor
-form a convex polytope.
+A direction w separates where w . p^ > h_O(w) + h_-B(w) + h_E(-w) at both knots of an interval, for
+every reference point of a part of the body. That asks nothing of the region or the bin a plan is
+in: the same directions serve every cell, and in each of them (the network is affine there, the set
+of errors E the same) the plans that keep to a corridor form a convex polytope.
 """
 
 from collections.abc import Iterable
@@ -12,8 +12,16 @@ from typing import NamedTuple
 
 import numpy as np
 
+from parc_jax.claim.error_set import ErrorSet, at
 from parc_jax.obstacles.directions import Multiplier
-from parc_jax.obstacles.segment import dot2
+
+
+def lost(w, errors: ErrorSet, points):
+    """(o, T, i) how far the errors (T, n_points) reach against directions w (o, T, n_p), for the
+    points (o, i) of each obstacle. NumPy or JAX.
+    """
+    of_points = at(errors, np.s_[:, points])  # (T, o, i)
+    return of_points.support(-w.swapaxes(0, 1)[:, :, None]).swapaxes(0, 1)
 
 
 class Run(NamedTuple):
@@ -25,20 +33,24 @@ class Run(NamedTuple):
 
 
 class Corridor(NamedTuple):
-    """w (o, T, 2): directions. support (o, T): w . p^ > support + |w| . e must hold; float slack
-    included, -inf where the obstacle is absent. multipliers (o, T): what spells w exactly. p0
-    (n_p,), k (n_k,): a plan that keeps to it.
+    """w (o, T, n_p): directions. support (o, T): w . p^ > support + h_E(-w) must hold; float slack
+    included, -inf where the obstacle is absent. multipliers (o, T): what spells w exactly. points
+    (o, i): the reference points for which it must hold. p0 (n_p,), k (n_k,): a plan that keeps to
+    it.
     """
 
     w: np.ndarray
     support: np.ndarray
     multipliers: np.ndarray
+    points: np.ndarray
     p0: np.ndarray
     k: np.ndarray
 
-    def threshold(self, error: np.ndarray) -> np.ndarray:
-        """(o, T): what w . p^ must exceed in a bin with the errors (T, 2)."""
-        return self.support + dot2(np.abs(self.w), error[None])
+    def threshold(self, errors: ErrorSet) -> np.ndarray:
+        """(o, T, i): what w . p^ of each point must exceed in a bin with the errors (T,
+        n_points).
+        """
+        return self.support[..., None] + lost(self.w, errors, self.points)
 
     @property
     def runs(self) -> list[list[Run]]:

@@ -4,14 +4,17 @@ in float64. [T27]
 
 from collections.abc import Iterable
 from functools import cached_property
+from typing import NamedTuple
 
 import jax
 import jax.numpy as jnp
 import numpy as np
 
-from parc_jax.arrays import in_chunks, on_all_cores, x64
-from parc_jax.cover.corridor import Corridor
-from parc_jax.obstacles.segment import dot2
+from parc_jax.arrays import dot, in_chunks, on_all_cores, x64
+from parc_jax.claim.error_set import ErrorSet, at
+from parc_jax.claim.tube import Tube
+from parc_jax.cover.corridor import Corridor, lost
+from parc_jax.network.predict import by_point
 
 SMALLEST = 128  # padded number of corridors; it grows by fours, for few compiled shapes
 KNOTS = 16  # of the quick test: who leaves a corridor mostly does so for long
@@ -22,23 +25,24 @@ FEW = 8  # corridors that are asked before all others
 
 
 class Corridors:
-    """Corridors under one tube. Plans are given by path (b, T + 1, 2) and bin (b,). Nothing that is
-    asked changes what the next question answers.
+    """Corridors under one tube. Plans are given by path (b, T + 1, n_c) and bin (b,). Nothing that
+    is asked changes what the next question answers.
 
-    interval (n_bins, T, 2): errors of the tube. all: the corridors, in the order they were given.
+    tube: whose errors the plans have to allow for. all: the corridors, in the order they were
+        given.
     """
 
-    def __init__(self, interval, corridors: Iterable[Corridor] = ()):
-        self.interval = np.asarray(interval)
+    def __init__(self, tube: Tube, corridors: Iterable[Corridor] = ()):
+        self.tube = tube
         self.all = tuple(corridors)
-        self._knots = np.unique(np.linspace(0, self.interval.shape[1] - 1, KNOTS).astype(int))
+        self._knots = np.unique(np.linspace(0, tube.n_steps - 1, KNOTS).astype(int))
 
     def __len__(self) -> int:
         return len(self.all)
 
     def with_more(self, corridors: Iterable[Corridor]) -> "Corridors":
         """These and some more, which come last."""
-        return Corridors(self.interval, (*self.all, *corridors))
+        return Corridors(self.tube, (*self.all, *corridors))
 
     def kept(self, path, bins) -> np.ndarray:
         """(b, c) bool: which plans keep to which corridors."""
@@ -95,15 +99,15 @@ class Corridors:
         out = np.zeros((len(path), len(some)), bool)
         if not out.size:
             return out
-        _, _, w, support = self._stacked
-        path, interval = self._few_knots(path), self._few_knots(self.interval)
+        few = self._stacked.at_few
+        path = self._few_knots(path)
         height, width = TILES[len(some) > TILES[0][1]]
 
         def tile(corner):
             row = np.arange(corner[0], min(corner[0] + height, len(path)))
             column = np.arange(corner[1], min(corner[1] + width, len(some)))
             at, of = _padded(row, height), some[_padded(column, width)]
-            found = np.asarray(_nearly_kept(interval, path[at], bins[at], w, support, of))
+            found = np.asarray(_nearly_kept(few, path[at], bins[at], of))
             out[row[:, None], column] = found[: len(row), : len(column)]
 
         columns, rows = range(0, len(some), width), range(0, len(path), height)
@@ -114,15 +118,13 @@ class Corridors:
         """(pairs,) bool: the same for plan[i] and corridor[i]."""
         if not len(plan):
             return np.zeros(0, bool)
-        _, _, w, support = self._stacked
+        few = self._stacked.at_few
         used, at = np.unique(plan, return_inverse=True)
         path, bins = self._few_knots(path[used]), bins[used]
-        interval = self._few_knots(self.interval)
 
         def call(rows):
             i = at[rows]
-            found = _nearly_kept_pairs(interval, path[i], bins[i], w, support, corridor[rows])
-            return np.asarray(found)
+            return np.asarray(_nearly_kept_pairs(few, path[i], bins[i], corridor[rows]))
 
         return in_chunks(len(at), NEAR_PAIRS, call)
 
@@ -130,13 +132,12 @@ class Corridors:
         """(pairs,) bool: does plan[i] keep to corridor[i]?"""
         if not len(plan):
             return np.zeros(0, bool)
-        w, support, _, _ = self._stacked
+        at_all = self._stacked.at_all
 
         def call(rows):
             i = plan[rows]
             with x64():
-                found = _kept_pairs(self.interval, path[i], bins[i], w, support, corridor[rows])
-                return np.asarray(found)
+                return np.asarray(_kept_pairs(at_all, path[i], bins[i], corridor[rows]))
 
         return in_chunks(len(plan), PAIRS, call)
 
@@ -145,19 +146,43 @@ class Corridors:
         return x[:, self._knots].astype(np.float32)
 
     @cached_property
-    def _stacked(self) -> tuple:
-        """w and support of all corridors, and both at a few knots, padded to few sizes, as device
-        arrays.
-        """
+    def _stacked(self) -> "_Stacked":
+        """All corridors as device arrays, padded to few sizes, at all intervals and at a few."""
         size = SMALLEST
         while size < len(self):
             size *= 4
         padded = [self.all[i % len(self)] for i in range(size)]
         w = np.stack([c.w for c in padded])
         support = np.stack([c.support for c in padded])
-        few = [x[:, :, self._knots].astype(np.float32) for x in (w, support)]
+        at_all = _Conditions(w, support, self.all[0].points, self.tube.errors)
+        some = [x[:, :, self._knots].astype(np.float32) for x in (w, support)]
+        errors = jax.tree.map(self._few_knots, self.tube.errors)
         with x64():
-            return jax.device_put((w, support, *few))
+            return jax.device_put(_Stacked(at_all, _Conditions(*some, at_all.points, errors)))
+
+
+class _Conditions(NamedTuple):
+    """w (c, o, t, n_p), support (c, o, t), points (o, i) of corridors; errors (n_bins, t,
+    n_points).
+    """
+
+    w: jax.Array
+    support: jax.Array
+    points: jax.Array
+    errors: ErrorSet
+
+    def of(self, bin, corridor):
+        """(w, threshold (o, t, i)) of one corridor in one bin. Kernel."""
+        errors = at(self.errors, bin)
+        w = self.w[corridor]
+        return w, self.support[corridor][..., None] + lost(w, errors, self.points)
+
+
+class _Stacked(NamedTuple):
+    """Conditions at all intervals, in float64, and at a few, in float32."""
+
+    at_all: _Conditions
+    at_few: _Conditions
 
 
 def _padded(rows: np.ndarray, size: int) -> np.ndarray:
@@ -165,36 +190,38 @@ def _padded(rows: np.ndarray, size: int) -> np.ndarray:
     return np.pad(rows, (0, size - len(rows)), mode="edge")
 
 
-def keeps(interval, path, bin, w, support):
-    """Does the plan with path (T + 1, 2) and this bin keep to the corridor w (o, T, 2), support (o,
-    T)? Kernel.
+def keeps(conditions: _Conditions, path, bin, corridor):
+    """Does the plan with path (T + 1, n_c) and this bin keep to a corridor? Kernel."""
+    w, threshold = conditions.of(bin, corridor)
+    along = _along(conditions, w, path[:-1])
+    return (jnp.minimum(along, _along(conditions, w, path[1:])) > threshold).all()
+
+
+def keeps_knots(conditions: _Conditions, path, bin, corridor):
+    """The same at the beginning of some intervals only: path (t, n_c), and their conditions.
+    Kernel.
     """
-    threshold = support + dot2(jnp.abs(w), interval[bin][None])
-    return (jnp.minimum(dot2(w, path[None, :-1]), dot2(w, path[None, 1:])) > threshold).all()
+    w, threshold = conditions.of(bin, corridor)
+    return (_along(conditions, w, path) > threshold).all()
 
 
-def keeps_knots(interval, path, bin, w, support):
-    """The same at the beginning of some intervals only: path (t, 2), and their columns of the
-    others. Kernel.
-    """
-    return (dot2(w, path[None]) > support + dot2(jnp.abs(w), interval[bin][None])).all()
-
-
-@jax.jit
-def _kept_pairs(interval, path, bins, w, support, of):
-    return jax.vmap(keeps, in_axes=(None, 0, 0, 0, 0))(interval, path, bins, w[of], support[of])
+def _along(conditions: _Conditions, w, path):
+    """(o, t, i) places of the points of each obstacle, along its directions."""
+    places = by_point(path, path.shape[-1] // w.shape[-1])
+    return dot(w[:, :, None], places[:, conditions.points].swapaxes(0, 1))
 
 
 @jax.jit
-def _nearly_kept(interval, path, bins, w, support, of):
-    corridors = jax.vmap(keeps_knots, in_axes=(None, None, None, 0, 0))
-    return jax.vmap(corridors, in_axes=(None, 0, 0, None, None))(
-        interval, path, bins, w[of], support[of]
-    )
+def _kept_pairs(conditions, path, bins, of):
+    return jax.vmap(keeps, in_axes=(None, 0, 0, 0))(conditions, path, bins, of)
 
 
 @jax.jit
-def _nearly_kept_pairs(interval, path, bins, w, support, of):
-    return jax.vmap(keeps_knots, in_axes=(None, 0, 0, 0, 0))(
-        interval, path, bins, w[of], support[of]
-    )
+def _nearly_kept(conditions, path, bins, of):
+    corridors = jax.vmap(keeps_knots, in_axes=(None, None, None, 0))
+    return jax.vmap(corridors, in_axes=(None, 0, 0, None))(conditions, path, bins, of)
+
+
+@jax.jit
+def _nearly_kept_pairs(conditions, path, bins, of):
+    return jax.vmap(keeps_knots, in_axes=(None, 0, 0, 0))(conditions, path, bins, of)

@@ -13,7 +13,7 @@ from parc_jax.arrays import x64
 from parc_jax.cover.corridor import Corridor
 from parc_jax.cover.sampling import cell_of
 from parc_jax.model import TrajectoryModel
-from parc_jax.network.predict import HIGHEST
+from parc_jax.network.predict import HIGHEST, Layout
 from parc_jax.pwa.maps import pattern_map
 from parc_jax.sets.hpolytope import HPolytope
 from parc_jax.verdict.scene import Scene
@@ -23,8 +23,8 @@ class SafePolytope:
     """The polytope of all (p0, k) with this pattern, in this bin, that keep to the corridor.
 
     p0 (n_p,), k (n_k,): a point strictly inside. pattern (n_hidden,) bool. born: [s] after the
-    query began. w (o, T, 2), threshold (o, T): every inequality w . p^ > threshold, at both ends of
-    every interval; float slack included.
+    query began. w (o, T, n_p), threshold (o, T, i): every inequality w . p^ > threshold, for each
+    point of each obstacle at both ends of every interval; float slack included.
     """
 
     def __init__(
@@ -58,19 +58,23 @@ class SafePolytope:
     def halfspaces(self) -> HPolytope:
         """The polytope as float64 rows over (p0, k); every row is pulled in by the float slack."""
         model, scene = self._model, self._scene
-        final = model.tube.at_end(self.bin)
         lo, hi = model.tube.bin_box(self.bin)
         with x64():
-            parts = _cell_rows(model.net, model.tube, scene.arrays, self.pattern, final, lo, hi)
+            parts = _cell_rows(model.net, model.tube, scene.arrays, self.pattern, self.bin, lo, hi)
         A, b, C, d = (np.asarray(x) for x in parts)
         rows, bounds = [A], [b]
         active = np.asarray(scene.obstacles.active)
+        points = self.corridor.points
+        C = C.reshape(len(C), model.n_points, model.n_p, -1)[:, points]
+        d = d.reshape(len(d), model.n_points, model.n_p)[:, points]
+        w = np.broadcast_to(self.w[:, :, None], (*self.threshold.shape, model.n_p))
         for shift in (0, 1):
             knots = slice(shift, shift + model.time.n_steps)
-            along = np.einsum("otp,tpk->otk", self.w, C[knots])
-            offset = np.einsum("otp,tp->ot", self.w, d[knots])
-            rows.append(-np.concatenate([self.w, along], axis=2)[active])
-            bounds.append((offset - self.threshold)[active])
+            along = np.einsum("otip,toipk->otik", w, C[knots])
+            offset = np.einsum("otip,toip->oti", w, d[knots])
+            both = np.concatenate([w, along], axis=3)[active]
+            rows.append(-both.reshape(-1, both.shape[-1]))
+            bounds.append((offset - self.threshold)[active].ravel())
         A, b = np.concatenate(rows), np.concatenate(bounds)
         size = np.abs(A).sum(axis=1)
         real = size > 0
@@ -81,8 +85,8 @@ class SafePolytope:
 class CellMap:
     """The network on one activation pattern.
 
-    region_A (h, n_k), region_b (h,): rows of the region. C (T + 1, n_p, n_k), d (T + 1, n_p):
-    offsets, zero at the start. q_C (n_q, n_k), q_d (n_q,): further goal states.
+    region_A (h, n_k), region_b (h,): rows of the region. C (T + 1, n_c, n_k), d (T + 1, n_c):
+    offsets, zero at the start of the first point. q_C (n_q, n_k), q_d (n_q,): further goal states.
     """
 
     region_A: jax.Array
@@ -93,31 +97,40 @@ class CellMap:
     q_d: jax.Array
 
 
-def cell_map(net, pattern, n_steps: int, n_p: int) -> CellMap:
+def cell_map(net, pattern, layout: Layout) -> CellMap:
     """Affine map and region rows of an activation pattern (n_hidden,)."""
     with jax.default_matmul_precision("highest"):
         region_A, region_b, C, d = pattern_map(net.weights, net.biases, pattern, jnp)
-    split = n_steps * n_p
-    knots_C = jnp.concatenate([jnp.zeros((1, n_p, net.n_in)), C[:split].reshape(n_steps, n_p, -1)])
-    knots_d = jnp.concatenate([jnp.zeros((1, n_p)), d[:split].reshape(n_steps, n_p)])
-    return CellMap(region_A, region_b, knots_C, knots_d, C[split:], d[split:])
+    split = layout.n_offsets
+    knots_C = jnp.concatenate([jnp.zeros((layout.n_p, net.n_in)), C[:split]])
+    knots_d = jnp.concatenate([jnp.zeros(layout.n_p), d[:split]])
+    return CellMap(
+        region_A,
+        region_b,
+        knots_C.reshape(-1, layout.n_c, net.n_in),
+        knots_d.reshape(-1, layout.n_c),
+        C[split:],
+        d[split:],
+    )
 
 
-def anchored_rows(scene, cell: CellMap, final, bin_lo, bin_hi):
+def anchored_rows(scene, cell: CellMap, lost, bin_lo, bin_hi):
     """Rows A (h, n_p + n_k), b (h,) of the cell's goal-reaching set: bin, region, shrunken goal,
-    start set.
+    start set. lost (g,): what the rows of the goal lose to the errors at the end.
     """
-    n_p, n_k = cell.C.shape[1:]
+    n_p = scene.start_A.shape[1]
+    n_c, n_k = cell.C.shape[1:]
     eye = jnp.eye(n_k, dtype=float)
     none = jnp.zeros((n_k, n_p))
-    goal_p, goal_q = scene.goal_A[:, :n_p], scene.goal_A[:, n_p:]
-    goal_k = jnp.matmul(goal_p, cell.C[-1], precision=HIGHEST) + jnp.matmul(
+    goal_c, goal_q = scene.goal_A[:, :n_c], scene.goal_A[:, n_c:]
+    goal_p = goal_c.reshape(len(goal_c), -1, n_p).sum(axis=1)  # every point moves with p0
+    goal_k = jnp.matmul(goal_c, cell.C[-1], precision=HIGHEST) + jnp.matmul(
         goal_q, cell.q_C, precision=HIGHEST
     )
-    at_zero = jnp.matmul(goal_p, cell.d[-1], precision=HIGHEST) + jnp.matmul(
+    at_zero = jnp.matmul(goal_c, cell.d[-1], precision=HIGHEST) + jnp.matmul(
         goal_q, cell.q_d, precision=HIGHEST
     )
-    goal_b = scene.goal_b - jnp.matmul(jnp.abs(scene.goal_A), final, precision=HIGHEST) - at_zero
+    goal_b = scene.goal_b - lost - at_zero
     A = [
         jnp.concatenate([none, eye], axis=1),
         jnp.concatenate([none, -eye], axis=1),
@@ -132,6 +145,7 @@ def anchored_rows(scene, cell: CellMap, final, bin_lo, bin_hi):
 
 
 @jax.jit
-def _cell_rows(net, tube, scene, pattern, final, lo, hi):
-    cell = cell_map(net, pattern, tube.n_steps, tube.n_p)
-    return *anchored_rows(scene, cell, final, lo, hi), cell.C, cell.d
+def _cell_rows(net, tube, scene, pattern, bin, lo, hi):
+    cell = cell_map(net, pattern, tube.layout)
+    lost = tube.support_at_end(jnp.asarray(scene.goal_A), bin)
+    return *anchored_rows(scene, cell, lost, lo, hi), cell.C, cell.d

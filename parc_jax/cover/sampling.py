@@ -27,7 +27,7 @@ REMEMBERED = 60_000
 class Points(NamedTuple):
     """Points with everything known of them; leading axis b.
 
-    p0 (b, n_p), k (b, n_k), path (b, T + 1, n_p), bin (b,), pattern (b, n_hidden) bool.
+    p0 (b, n_p), k (b, n_k), path (b, T + 1, n_c), bin (b,), pattern (b, n_hidden) bool.
     cell (b,): an integer per region and bin, equal for points that share both (bytes of pattern and
     bin).
     """
@@ -62,13 +62,13 @@ def draw(model: TrajectoryModel, scene: Scene, rng: np.random.Generator, n: int)
     """n points (z, k), uniform over bin x (the goal's box less the bin's final error) for all bins
     of the tube.
 
-    z is where the plan ends in the model; p0 = z - c_f(k) follows. Volumes of (z, k) are volumes of
-    (p0, k). [T15]
+    z is where the first point ends in the model; p0 = z - c_f(k) follows. Volumes of (z, k) are
+    volumes of (p0, k). [T15]
     """
     boxes = [model.tube.bin_box(b) for b in range(model.tube.n_bins)]
     k_lo, k_hi = np.array([lo for lo, _ in boxes]), np.array([hi for _, hi in boxes])
-    error = model.tube.final[:, : model.n_p]
-    z_lo, z_hi = scene.z_lo + error, scene.z_hi - error
+    least, most = model.tube.end_extent
+    z_lo, z_hi = scene.z_lo - least, scene.z_hi - most
     with np.errstate(invalid="ignore"):  # a bin without claim has an infinite error: no ends at all
         ends = np.where((z_lo < z_hi).all(axis=1), np.prod(z_hi - z_lo, axis=1), 0.0)
     volume = ends * np.prod(k_hi - k_lo, axis=1)
@@ -162,7 +162,8 @@ def near(
     to = rng.integers(0, len(around.k), n)
     size = np.exp(rng.uniform(np.log(NEAREST), np.log(FARTHEST), (n, 1)))
     k = around.k[to] + size * (scene.k_hi - scene.k_lo) * rng.standard_normal((n, model.n_k))
-    z = around.path[to, -1] + size * (scene.z_hi - scene.z_lo) * rng.standard_normal((n, model.n_p))
+    ends = around.path[to, -1, : model.n_p]
+    z = ends + size * (scene.z_hi - scene.z_lo) * rng.standard_normal((n, model.n_p))
     known = ((k > scene.k_lo) & (k < scene.k_hi)).all(axis=1)
     if not known.any():
         return no_points(model)
@@ -182,7 +183,7 @@ def no_points(model: TrajectoryModel) -> Points:
     """None at all."""
     pattern = np.zeros((0, sum(model.net.hidden)), bool)
     bins = np.zeros(0, int)
-    path = np.zeros((0, model.time.n_steps + 1, model.n_p))
+    path = np.zeros((0, model.time.n_steps + 1, model.n_c))
     p0, k = np.zeros((0, model.n_p)), np.zeros((0, model.n_k))
     return Points(p0, k, path, bins, pattern, cell_of(pattern, bins))
 

@@ -231,7 +231,7 @@ def cover_around(
 ) -> tuple[Sequence[Corridor], Sequence[SafePolytope]]:
     """Corridors and polytopes around given safe plans, for a query whose draws found none."""
     begin = time.perf_counter()
-    building = nothing_built(model.tube.interval, plans)
+    building = nothing_built(model.tube, plans)
     few = True
     while len(building.waiting.k):
         building = build(scene, building, rng, few)
@@ -263,7 +263,7 @@ def draw_safe_plans(
 
 
 def _beginning(query: Query, points: Points, rule: StoppingRule) -> Search:
-    building = nothing_built(query.model.tube.interval, points)
+    building = nothing_built(query.model.tube, points)
     return Search(building, Polytopes(), by_corridors=rule, by_polytopes=rule, outside=points)
 
 

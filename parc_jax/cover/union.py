@@ -23,7 +23,7 @@ class SafeUnion:
         self._solids: list[Solid | None] | None = None
         corridors = {id(p.corridor): p.corridor for p in polytopes}
         place = {name: i for i, name in enumerate(corridors)}
-        self._corridors = Corridors(model.tube.interval, corridors.values())
+        self._corridors = Corridors(model.tube, corridors.values())
         self._corridor_of = np.array([place[id(p.corridor)] for p in polytopes], int)
         self._by_cell: dict[bytes, list[int]] = {}
         for index, polytope in enumerate(polytopes):
@@ -119,7 +119,7 @@ class SafeUnion:
         if not self.polytopes:
             return np.zeros((0, self.model.n_p))
         p0, k = np.array([p.p0 for p in self.polytopes]), np.array([p.k for p in self.polytopes])
-        ends = verdicts(self.model, self.scene, p0, k).path[:, -1]
+        ends = verdicts(self.model, self.scene, p0, k).path[:, -1, : self.model.n_p]
         chosen = [int(np.argmin(np.abs(ends - np.median(ends, axis=0)).sum(axis=1)))]
         distance = np.full(len(ends), np.inf)
         while len(chosen) < min(most, len(ends)):

@@ -153,5 +153,5 @@ def final_error(model: TrajectoryModel) -> np.ndarray:
     """(n_p + n_q,) median over the bins with a claim of the half widths at the end; infinite when
     there is none.
     """
-    final = model.tube.at_end(model.tube.claimed)
+    final = model.tube.final[model.tube.claimed]
     return np.median(final, axis=0) if len(final) else np.full(model.n_p + model.n_q, np.inf)

@@ -141,7 +141,7 @@ def corridor_of(scene: Scene, part: dict) -> Corridor:
                 multipliers[o, t] = m
             first = end
     p0, k = (np.array(nearest_floats(part[name])) for name in ("p0", "k"))
-    return Corridor(w, support, multipliers, p0, k)
+    return Corridor(w, support, multipliers, scene.obstacles.points, p0, k)
 
 
 def _no_plan(certificate: dict | None, volumes: dict | None) -> NoPlan | None:

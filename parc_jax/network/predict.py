@@ -69,6 +69,11 @@ def trajectories(net, layout: Layout, k: np.ndarray) -> tuple[np.ndarray, np.nda
     return knots.reshape(len(k), -1, layout.n_c), y[:, layout.n_offsets :]
 
 
+def by_point(columns, n_points: int):
+    """Coordinates (..., n_points, n_p) of each point, from columns (..., n_c)."""
+    return columns.reshape(*columns.shape[:-1], n_points, columns.shape[-1] // n_points)
+
+
 def moved_to(p0, offsets):
     """Places (..., T + 1, n_c) of all points, from offsets (..., T + 1, n_c) and the place p0 (...,
     n_p) of the first one at the start. NumPy or JAX.

@@ -9,15 +9,20 @@ formed.
 
 from fractions import Fraction
 
+import jax
+import jax.numpy as jnp
 import numpy as np
 from flax import struct
 
 from parc_jax.body import Disc
+from parc_jax.claim.error_set import ErrorSet
 from parc_jax.errors import InputError
 from parc_jax.obstacles.polygon import corners
+from parc_jax.obstacles.segment import dot2, separation, separations
 from parc_jax.problem import ReachAvoid
 from parc_jax.sets.rational import convex_polygon
 
+TINY = 1e-300  # [m^2] against 0 / 0 where a corner is repeated
 BUCKETS = (1, 2, 3, 4, 6, 8, 12, 16, 24, 32, 48, 64, 96, 128)
 
 
@@ -36,6 +41,50 @@ class GrownObstacles:
     sign: np.ndarray
     radius: np.ndarray
     active: np.ndarray
+
+    @property
+    def points(self) -> np.ndarray:
+        """(o, 1) the reference points that the body hangs on: the only one."""
+        return np.zeros((*self.active.shape[:-1], 1), int)
+
+    @property
+    def size(self):
+        """[m] Largest coordinate and radius together."""
+        axes = tuple(range(-3, 0))
+        return np.abs(self.corner).max(axis=axes, initial=0.0) + self.radius
+
+    def gaps(self, path, errors: ErrorSet):
+        """Gap (o, T) [m] from every obstacle, and the unit direction (o, T, 2) that shows it, of a
+        path (T + 1, 2) whose errors (T, 1) are boxes. Kernel. [T14]
+        """
+        error = errors.half[:, 0]
+
+        def one(corner, sign):
+            corners = corner[None] + sign[None] * error[:, None]
+            return separations(path[:-1], path[1:], corners, self.radius)
+
+        return jax.vmap(one)(self.corner, self.sign)
+
+    def gap(self, o, start, end, errors: ErrorSet):
+        """The same for one obstacle and one interval: start, end (2,) its knots, errors (1,).
+        Kernel.
+        """
+        xp = jnp if isinstance(start, jax.Array) else np
+        corners = self.corner[o] + self.sign[o] * errors.half
+        return separation(start, end, corners, self.radius, xp)
+
+    def touching(self, places, errors: ErrorSet):
+        """(o, t) bool: do places (t, 2) with errors (t, 1) touch for certain? Kernel."""
+        touch = jax.vmap(_touching, in_axes=(0, 0, None, None, None))
+        return touch(self.corner, self.sign, self.radius, places, errors.half[:, 0])
+
+    def support(self, w):
+        """(o, ...) of the obstacle and the body together along directions w (o, ..., 2), unit
+        vectors. Kernel.
+        """
+        corner = jnp.asarray(self.corner)
+        corner = corner.reshape(len(corner), *[1] * (w.ndim - 2), *corner.shape[1:])
+        return dot2(corner, w[..., None, :]).max(axis=-1) + self.radius
 
 
 def grown_obstacles(problem: ReachAvoid, n_steps: int) -> GrownObstacles:
@@ -62,6 +111,31 @@ def grown_obstacles(problem: ReachAvoid, n_steps: int) -> GrownObstacles:
             )
         active[j, first : last + 1] = True
     return GrownObstacles(corner, sign, np.float64(radius), active)
+
+
+def _touching(corner, sign, radius, p, error):
+    """(t,) bool: are points p (t, 2) inside the polygon corner (m, 2) + sign * error (t, 2), or
+    within the radius?
+
+    Edge by edge and without a division of the field into cases: this runs for every plan that is
+    ever drawn. A point or a wall has no inside; their area is exactly zero, as it is measured from
+    one of the corners.
+    """
+    inside = jnp.ones(len(p), bool)
+    nearest = jnp.full(len(p), jnp.inf)
+    area = jnp.zeros(len(p), p.dtype)
+    corners = [c[None] + s[None] * error for c, s in zip(corner, sign, strict=True)]
+    for a, b in zip([corners[-1], *corners[:-1]], corners, strict=True):
+        along = b - a
+        to = p - a
+        from_a = a - corners[0]
+        from_b = b - corners[0]
+        area += from_a[:, 0] * from_b[:, 1] - from_a[:, 1] * from_b[:, 0]
+        inside &= along[:, 0] * to[:, 1] >= along[:, 1] * to[:, 0]
+        share = jnp.clip(dot2(to, along) / jnp.maximum(dot2(along, along), TINY), 0, 1)
+        off = to - share[:, None] * along
+        nearest = jnp.minimum(nearest, dot2(off, off))
+    return (inside & (area > 0)) | (nearest <= radius * radius)
 
 
 def bucket(n: int) -> int:

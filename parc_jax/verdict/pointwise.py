@@ -13,11 +13,11 @@ import jax.numpy as jnp
 import numpy as np
 
 from parc_jax.arrays import map_rows
+from parc_jax.claim.error_set import ErrorSet
 from parc_jax.claim.tube import Tube, open_bin_of
 from parc_jax.model import TrajectoryModel
-from parc_jax.network.predict import HIGHEST, predict, trajectories
+from parc_jax.network.predict import HIGHEST, moved_to, predict, trajectories
 from parc_jax.network.relu import ReLUNetwork
-from parc_jax.obstacles.segment import separations
 from parc_jax.verdict.scene import Scene
 
 CHUNK = 512  # points per compiled verdict: intermediates stay in cache, two calls run on two cores
@@ -27,7 +27,7 @@ CHUNK_ANCHOR = 2048  # points per compiled look at the goal alone, which is chea
 class Verdicts(NamedTuple):
     """Verdicts on a batch of points; leading axis b.
 
-    path (b, T + 1, n_p), q (b, n_q): prediction. pattern (b, n_hidden) bool.
+    path (b, T + 1, n_c), q (b, n_q): prediction. pattern (b, n_hidden) bool.
     bin (b,): bin of k, -1 on a shared boundary.
     goal, start, clearance (b,): margins [row units, row units, m], slack already subtracted.
     """
@@ -78,12 +78,12 @@ class Prediction(NamedTuple):
 def prediction(net: ReLUNetwork, tube: Tube, scene: Scene, p0, k) -> Prediction:
     """Path, pattern, bin, goal and start margins of one point p0 (n_p,), k (n_k,). Kernel."""
     offsets, q, pattern = predict(net, tube.layout, k)
-    path = p0[None] + offsets
+    path = moved_to(p0, offsets)
     return Prediction(path, q, pattern, *arrival(tube, scene, p0, path[-1], q, k))
 
 
 def arrival(tube: Tube, scene: Scene, p0, end, q, k):
-    """Bin of k, goal margin and start margin of a plan from p0 (n_p,) to the predicted end (n_p,),
+    """Bin of k, goal margin and start margin of a plan from p0 (n_p,) to the predicted end (n_c,),
     q (n_q,). Kernel.
     """
     bin = jnp.where(((k >= scene.k_lo) & (k <= scene.k_hi)).all(), open_bin_of(tube, k), -1)
@@ -98,26 +98,21 @@ def verdict(net: ReLUNetwork, tube: Tube, scene: Scene, p0, k) -> Verdicts:
     return Verdicts(*seen, clearance(scene, seen.path, tube.during(seen.bin)))
 
 
-def clearance(scene: Scene, path, error):
-    """Smallest gap [m] of a path (T + 1, 2) with interval errors (T, 2) from all active obstacles,
+def clearance(scene: Scene, path, errors: ErrorSet):
+    """Smallest gap [m] of a path (T + 1, n_c) with errors (T, n_points) from all active obstacles,
     less the slack.
     """
-    grown = scene.obstacles
-
-    def one_obstacle(corner, sign, active):
-        corners = corner[None] + sign[None] * error[:, None]
-        gap, w = separations(path[:-1], path[1:], corners, grown.radius)
-        return jnp.where(active, gap - scene.slack * jnp.abs(w).sum(axis=1), jnp.inf).min()
-
-    return jax.vmap(one_obstacle)(grown.corner, grown.sign, grown.active).min()
+    gap, w = scene.obstacles.gaps(path, errors)
+    gap = gap - scene.slack * jnp.abs(w).sum(axis=-1)
+    return jnp.where(scene.obstacles.active, gap, jnp.inf).min()
 
 
 def anchored(net: ReLUNetwork, tube: Tube, scene: Scene, z, k) -> tuple[jax.Array, jax.Array]:
-    """Start p0 (n_p,) whose predicted end is z (n_p,), and whether it reaches the goal. Keeps
-    volumes. [T15]
+    """Start p0 (n_p,) from where the first point is predicted to end at z (n_p,), and whether it
+    reaches the goal. Keeps volumes. [T15]
     """
     offsets, _, _ = predict(net, tube.layout, k)
-    p0 = z - offsets[-1]
+    p0 = z - offsets[-1, : len(z)]
     return p0, prediction(net, tube, scene, p0, k).reaches
 
 
@@ -132,10 +127,10 @@ def verdicts(model: TrajectoryModel, scene: Scene, p0, k) -> Verdicts:
 
 
 def paths_of(model: TrajectoryModel, p0: np.ndarray, k: np.ndarray) -> np.ndarray:
-    """Predicted paths (b, T + 1, n_p) of p0 (b, n_p), k (b, n_k), on the host: a hint for
+    """Predicted paths (b, T + 1, n_c) of p0 (b, n_p), k (b, n_k), on the host: a hint for
     certificates, no verdict.
     """
-    return p0[:, None] + trajectories(model.net, model.layout, k)[0]
+    return moved_to(p0, trajectories(model.net, model.layout, k)[0])
 
 
 def anchor(model: TrajectoryModel, scene: Scene, z, k) -> tuple[np.ndarray, np.ndarray]:

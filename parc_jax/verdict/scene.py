@@ -5,6 +5,7 @@ from flax import struct
 
 from parc_jax.arrays import as_float64
 from parc_jax.errors import InputError
+from parc_jax.network.predict import Layout
 from parc_jax.network.rounding import UNIT, rounding_bound
 from parc_jax.obstacles.directions import DirectionTable, direction_table
 from parc_jax.obstacles.grown import GrownObstacles, bucket, grown_obstacles
@@ -17,9 +18,10 @@ from parc_jax.sets.hpolytope import HPolytope
 class Scene:
     """Padded arrays of a problem. A padding row is 0 x <= 1, which always holds.
 
-    goal_A (g, n_p + n_q), goal_b (g,): rows of the goal. start_A (s, n_p), start_b (s,): rows of
-    P0. z_lo, z_hi (n_p,): bounding box of the goal's workspace part, from which end points are
-    drawn. k_lo, k_hi (n_k,): K, whose ends belong to it.
+    goal_A (g, n_c + n_q), goal_b (g,): rows of the goal. start_A (s, n_p), start_b (s,): rows of
+    P0. z_lo, z_hi (n_p,): box around where the goal lets the first point end, from which end
+    points are drawn. k_lo, k_hi (n_k,): K, whose ends belong to it.
+    obstacles: grown by the body, with which every part of it is kept clear of them.
     slack: () [m or row units] float margin [T11]: a verdict that clears it in float64 holds in
         real arithmetic.
     directions: None in a scene of a batch, where no corridor is built. The kernels of `pointwise`
@@ -60,12 +62,13 @@ def bare_scene(problem: ReachAvoid, model) -> Scene:
     """The same without the table of directions, which only corridors and certificates need and
     which takes longest.
     """
-    n_y = model.n_p + model.n_q
+    n_y = model.n_c + model.n_q
     if problem.goal.n != n_y:
+        of_all = "" if model.n_points == 1 else f" of each of its {model.n_points} points"
         raise InputError(
-            f"goal: expected a set over the {model.n_p} workspace and {model.n_q} further goal "
-            "coordinates of this "
-            f"model ({n_y}); got {problem.goal.n} dimensions. Give bounds for every one of them."
+            f"goal: expected a set over the {model.n_p} workspace coordinates{of_all} and "
+            f"{model.n_q} further goal coordinates of this model ({n_y}); got {problem.goal.n} "
+            "dimensions. Give bounds for every one of them."
         )
     for j, o in enumerate(problem.obstacles):
         if o.n != model.n_p:
@@ -78,10 +81,11 @@ def bare_scene(problem: ReachAvoid, model) -> Scene:
             f"start: expected a set in the {model.n_p}-D workspace; got {problem.start.n} "
             "dimensions."
         )
-    box_lo, box_hi = finite_box(problem.goal, "goal")
+    box_lo, box_hi = goal_box(problem.goal, model.layout)
     start = problem.start or HPolytope(np.zeros((0, model.n_p)), np.zeros(0))
-    grown = grown_obstacles(problem, model.time.n_steps)
-    size = np.abs([*box_lo, *box_hi]).max() + np.abs(grown.corner).max() + grown.radius
+    grown = obstacles_of(problem, model)
+    bounds = np.array([*box_lo, *box_hi])
+    size = np.abs(bounds[np.isfinite(bounds)]).max() + grown.size
     z_lo, z_hi = box_lo[: model.n_p], box_hi[: model.n_p]
     goal, first = _padded(problem.goal), _padded(start)
     k_lo, k_hi = model.domain.lo, model.domain.hi
@@ -93,15 +97,8 @@ def finite_box(poly: HPolytope, name: str) -> tuple[np.ndarray, np.ndarray]:
     """Smallest box around a bounded polytope: rows along the axes are read off, others ask LPs.
     Raises InputError.
     """
-    lo, hi = np.full(poly.n, -np.inf), np.full(poly.n, np.inf)
-    single = (poly.A != 0).sum(axis=1) == 1
-    for row, offset in zip(poly.A[single], poly.b[single], strict=True):
-        axis = int(np.flatnonzero(row)[0])
-        if row[axis] > 0:
-            hi[axis] = min(hi[axis], offset / row[axis])
-        else:
-            lo[axis] = max(lo[axis], offset / row[axis])
-    if not single.all():
+    lo, hi = _box_of_rows(poly)
+    if (np.count_nonzero(poly.A, axis=1) != 1).any():
         try:
             around = bounding_box(poly)
         except InputError:
@@ -109,13 +106,46 @@ def finite_box(poly: HPolytope, name: str) -> tuple[np.ndarray, np.ndarray]:
                 f"{name}: expected a set with points in it; its rows contradict each other."
             ) from None
         lo, hi = np.maximum(lo, around.lo), np.minimum(hi, around.hi)
-    if not (np.isfinite(lo) & np.isfinite(hi)).all():
-        axis = int(np.argmin(np.isfinite(lo) & np.isfinite(hi)))
+    return _checked(lo, hi, np.ones(poly.n, bool), name)
+
+
+def goal_box(goal: HPolytope, layout: Layout) -> tuple[np.ndarray, np.ndarray]:
+    """A box around the goal, which must bound the first point and q; where a robot has several
+    points, the others may be free: infinite. Raises InputError.
+    """
+    if layout.n_points == 1:
+        return finite_box(goal, "goal")
+    needed = np.ones(goal.n, bool)
+    needed[layout.n_p : layout.n_c] = False
+    lo, hi = _box_of_rows(goal)
+    if (np.isfinite(lo) & np.isfinite(hi))[needed].all():
+        return _checked(lo, hi, needed, "goal")
+    return finite_box(goal, "goal")
+
+
+def _box_of_rows(poly: HPolytope) -> tuple[np.ndarray, np.ndarray]:
+    """The box that the rows along the axes make, infinite where there is none."""
+    lo, hi = np.full(poly.n, -np.inf), np.full(poly.n, np.inf)
+    single = np.count_nonzero(poly.A, axis=1) == 1
+    for row, offset in zip(poly.A[single], poly.b[single], strict=True):
+        axis = int(np.flatnonzero(row)[0])
+        if row[axis] > 0:
+            hi[axis] = min(hi[axis], offset / row[axis])
+        else:
+            lo[axis] = max(lo[axis], offset / row[axis])
+    return lo, hi
+
+
+def _checked(lo: np.ndarray, hi: np.ndarray, needed: np.ndarray, name: str):
+    """lo, hi themselves, if the needed axes are bounded and none is empty. Raises InputError."""
+    open_ = needed & ~(np.isfinite(lo) & np.isfinite(hi))
+    if open_.any():
+        axis = int(np.argmax(open_))
         raise InputError(
             f"{name}: expected a bounded set; axis {axis} has no bound. Add the missing rows."
         )
     if (lo > hi).any():
-        axis = int(np.argmax(lo - hi))
+        axis = int(np.argmax(lo > hi))
         span = f"[{lo[axis]:g}, {hi[axis]:g}]"
         raise InputError(
             f"{name}: expected a set with points in it; axis {axis} asks for a value in {span}."
@@ -127,7 +157,7 @@ def no_end_fits(scene: Scene, model) -> str | None:
     """Why no plan can be safe, in a sentence, where the tube is wider than the goal in every bin of
     K; else None.
     """
-    lo, hi = finite_box(scene.problem.goal, "goal")
+    lo, hi = goal_box(scene.problem.goal, model.layout)
     short = 2 * model.tube.final - (hi - lo)
     if not (short > 0).any(axis=1).all():
         return None
@@ -149,6 +179,11 @@ def _padded(poly: HPolytope):
     A, b = np.zeros((rows, poly.A.shape[1])), np.ones(rows)
     A[: len(poly.b)], b[: len(poly.b)] = poly.A, poly.b
     return as_float64("rows", A, (None, None)), as_float64("offsets", b, (None,))
+
+
+def obstacles_of(problem: ReachAvoid, model) -> GrownObstacles:
+    """The obstacles as the verdict asks for gaps from them. Raises InputError."""
+    return grown_obstacles(problem, model.time.n_steps)
 
 
 def float_slack(model, size):

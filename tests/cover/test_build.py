@@ -12,7 +12,7 @@ from parc_jax.verdict.scene import scene_of
 
 def begin(model, plans):
     """Nothing built, and all plans asked."""
-    return admit(nothing_built(model.tube.interval, no_points(model)), plans)
+    return admit(nothing_built(model.tube, no_points(model)), plans)
 
 
 def test_plans_that_no_short_direction_separates_are_given_up(rng, monkeypatch):
@@ -21,7 +21,9 @@ def test_plans_that_no_short_direction_separates_are_given_up(rng, monkeypatch):
 
     def nowhere(scene, choice):
         shape = choice.direction.shape[1:]
-        one = Corridor(np.ones((*shape, 2)), np.full(shape, 1e3), None, None, None)
+        one = Corridor(
+            np.ones((*shape, 2)), np.full(shape, 1e3), None, scene.obstacles.points, None, None
+        )
         return [one] * len(choice.direction)
 
     monkeypatch.setattr(stage, "_spelled_out", nowhere)

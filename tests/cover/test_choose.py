@@ -6,6 +6,7 @@ import numpy as np
 from toy_models import toy_case
 
 from parc_jax.arrays import x64
+from parc_jax.claim.error_set import ErrorBox, at
 from parc_jax.cover import build as building
 from parc_jax.cover import choose as choosing
 from parc_jax.cover.corridors import Corridors
@@ -18,8 +19,9 @@ def seed_and_neighbours(model, problem, rng):
     scene = scene_of(problem, model)
     seen = draw(model, scene, rng, 20_000).safe.at(slice(0, choosing.PLANS))
     path, error = seen.path.astype(np.float32), model.tube.interval[seen.bin].astype(np.float32)
+    errors = ErrorBox(error[None, :, :, None])
     with x64():
-        choice = jax.device_get(choosing.choose_batch(scene.arrays, path[None], error[None]))
+        choice = jax.device_get(choosing.choose_batch(scene.arrays, path[None], errors))
     return scene, path, error, choice
 
 
@@ -28,16 +30,18 @@ def test_masks_say_which_plans_a_direction_separates(rng):
     scene, path, error, _ = seed_and_neighbours(model, problem, rng)
     grown, table = scene.obstacles, scene.directions
     with x64():
-        _, masks = choosing._separation_masks(
-            grown.corner[0],
-            grown.sign[0],
+        places, errors = jnp.asarray(path, float), ErrorBox(jnp.asarray(error, float)[:, :, None])
+        _, nearest = grown.gaps(places[0], at(errors, 0))
+        masks = choosing._separation_masks(
+            nearest[0],
+            grown.support(nearest)[0],
+            grown.points[0],
             grown.active[0],
             table.w[0],
             table.support[0],
-            grown.radius,
             scene.slack,
-            jnp.asarray(path, float),
-            jnp.asarray(error, float),
+            places[:, :, None],
+            errors,
         )
     masks = np.asarray(masks)
     for t, d, b in zip(
@@ -59,7 +63,7 @@ def test_the_seed_keeps_to_what_is_built_around_it_and_most_neighbours_do(rng):
     assert choice.kept.all()
     seen = draw(model, scene, rng, 20_000).safe.at(slice(0, 400))
     seeds = np.arange(0, 400, 40)
-    state = building.nothing_built(model.tube.interval, seen)
+    state = building.nothing_built(model.tube, seen)
     around = building._around(scene, state, building._with_neighbours(seen, seeds, rng))
-    kept = Corridors(model.tube.interval, around).kept(seen.path, seen.bin)
+    kept = Corridors(model.tube, around).kept(seen.path, seen.bin)
     assert kept[seeds, np.arange(len(seeds))].all() and kept.sum(axis=0).max() > 100

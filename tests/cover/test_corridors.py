@@ -54,7 +54,7 @@ def kept_by_hand(answer, path, bins) -> np.ndarray:
 
 def test_who_keeps_is_found_as_by_hand(answer, rng):
     _, _, path, bins = plans(answer, rng, 700)
-    corridors = Corridors(answer.model.tube.interval, answer.corridors)
+    corridors = Corridors(answer.model.tube, answer.corridors)
     margin = kept_by_hand(answer, path, bins)
     clear = np.abs(margin) > 1e-5  # the quick look is in float32
     kept = corridors.kept(path, bins)
@@ -76,7 +76,7 @@ def test_who_keeps_is_found_as_by_hand(answer, rng):
 
 def test_whoever_keeps_is_safe_whatever_the_cell(answer, rng):
     p0, k, path, bins = plans(answer, rng, 12_000)
-    corridors = Corridors(answer.model.tube.interval, answer.corridors)
+    corridors = Corridors(answer.model.tube, answer.corridors)
     kept = corridors.first(path, bins) >= 0
     assert kept.sum() > 1000
     p0, k = p0[kept], k[kept]
@@ -120,7 +120,9 @@ def test_members_pass_the_exact_check_with_the_directions_of_the_corridor(answer
 
 def test_a_test_that_forgets_the_tube_is_noticed(answer, rng):
     _, _, path, bins = plans(answer, rng, 6000)
-    careless = Corridors(answer.model.tube.interval * 0, answer.corridors)
+    tube = answer.model.tube
+    without_width = tube.replace(interval=tube.interval * 0)
+    careless = Corridors(without_width, answer.corridors)
     assert (careless.kept(path, bins) & (kept_by_hand(answer, path, bins) < -1e-9)).any()
 
 
@@ -129,9 +131,7 @@ def test_the_polytopes_are_corridors_in_cells(answer, rng):
         inner = np.concatenate([polytope.p0, polytope.k])
         assert (rows.A @ inner < rows.b).all()
     p0, k, path, bins = plans(answer, rng, 3000)
-    used = Corridors(
-        answer.model.tube.interval, [polytope.corridor for polytope in answer.polytopes]
-    )
+    used = Corridors(answer.model.tube, [polytope.corridor for polytope in answer.polytopes])
     assert (used.first(path, bins) >= 0)[answer.contains(p0, k)].all()
     assert (answer.keeps(p0, k) == answer.contains(p0, k))[answer.keeps(p0, k)].mean() > 0.9
 
@@ -141,7 +141,7 @@ def test_no_question_changes_the_next_answer(answer, rng):
     whether one is.
     """
     _, _, path, bins = plans(answer, rng, 2000)
-    corridors = Corridors(answer.model.tube.interval, answer.corridors)
+    corridors = Corridors(answer.model.tube, answer.corridors)
     before = corridors.first(path, bins)
     backward = np.arange(len(corridors))[::-1]
     other = corridors.first(path, bins, backward)

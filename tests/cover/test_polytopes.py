@@ -13,7 +13,7 @@ def test_polytopes_hold_the_plans_they_were_cut_around(rng):
     model, problem = toy_case(8)
     scene = scene_of(problem, model)
     seen = draw(model, scene, rng, 6000).safe
-    building = nothing_built(model.tube.interval, seen)
+    building = nothing_built(model.tube, seen)
     none = Polytopes()
     assert (none.first(seen, building) == -1).all() and cut_around(building, seen, 0.0) == []
     while len(building.waiting.k):

@@ -89,7 +89,7 @@ def test_the_ends_of_the_domain_belong_to_it():
     [
         (
             lambda: reach_avoid(box([-1, -1], [1, 1]), [OBSTACLE], 0.1),
-            "2 workspace and 1 further goal coordinates",
+            "2 workspace coordinates and 1 further goal coordinates",
         ),
         (
             lambda: reach_avoid(GOAL, [box([2, 2, 2], [3, 3, 3])], 0.1),

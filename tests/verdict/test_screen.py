@@ -11,6 +11,7 @@ from toy_models import line_model, random_model, random_problem, toy_case
 from parc_jax.arrays import x64
 from parc_jax.cover import sampling as drawing
 from parc_jax.cover.sampling import draw, near
+from parc_jax.obstacles import grown
 from parc_jax.problem import reach_avoid
 from parc_jax.sets.box import box
 from parc_jax.verdict import screen as screening
@@ -90,9 +91,9 @@ def test_a_pole_or_a_wall_has_no_inside(size, rng):
 def test_a_test_that_sees_contact_too_early_is_caught(rng, monkeypatch):
     model, problem = toy_case(4)
     scene = scene_of(problem, model)
-    right = screening._touching
+    right = grown._touching
     wide = lambda corner, sign, radius, p, error: right(corner, sign, radius + 0.05, p, error)  # noqa: E731
-    monkeypatch.setattr(screening, "_touching", wide)
+    monkeypatch.setattr(grown, "_touching", wide)
     monkeypatch.setattr(
         screening,
         "_knot_tests",
