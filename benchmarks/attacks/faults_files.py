@@ -197,15 +197,15 @@ REPLAY = (
     Fault(
         "page_forgets_the_tube",
         "parc_jax/plot/page/model.js",
-        "c[0] + o.sign[i][0] * e[0]",
-        "c[0] - o.sign[i][0] * e[0]",
+        "const errors = during.map((points) => points.map(boxCorners));",
+        "const errors = during.map((points) => points.map((e) => [e.map(() => 0)]));",
         ("tests/plot/test_page_browser.py::test_verdicts_equal_the_engine_s",),
     ),
     Fault(
         "page_sees_one_end_of_a_segment",
         "parc_jax/plot/page/model.js",
-        "Math.min(ux * a[0] + uy * a[1], ux * b[0] + uy * b[1]) - reach",
-        "ux * a[0] + uy * a[1] - reach",
+        "sums([seen.path[t][i], seen.path[t + 1][i]], seen.tube.errors[t][i])",
+        "sums([seen.path[t][i]], seen.tube.errors[t][i])",
         ("tests/plot/test_page_browser.py::test_verdicts_equal_the_engine_s",),
     ),
 )

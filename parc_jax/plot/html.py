@@ -10,6 +10,7 @@ from parc_jax.rollout.files import write_atomic
 PARTS = Path(__file__).with_name("page")
 MARKS = {
     "STYLE": "page.css",
+    "GEOMETRY": "geometry.js",
     "MODEL": "model.js",
     "VIEW": "view.js",
     "MAIN": "main.js",

@@ -4,29 +4,29 @@ from itertools import combinations
 
 import numpy as np
 
+from parc_jax.body import Disc, numbered
 from parc_jax.certificate.write import network_part, part_hash, problem_part, tube_part
-from parc_jax.errors import InputError
 from parc_jax.io.answer_file import corridor_of
 from parc_jax.plot import shapes
+from parc_jax.plot.views import views_of
+from parc_jax.sets.vertices import vertices
 
 DIGITS = 6  # significant digits of an outline: enough for a screen
 
 
 def page_data(answer) -> dict:
     """JSON-able numbers of an answer: scene, network, tube, certificates, outlines of the safe
-    polytopes. Raises InputError.
+    polytopes.
     """
     model, problem = answer.model, answer.problem
-    if model.n_p != 2:
-        raise InputError(
-            f"page: expected a planar workspace; this answer's has {model.n_p} dimensions."
-        )
-    directions = _Directions(np.asarray(answer.scene.obstacles.active)[: len(problem.obstacles)])
+    views, parts = views_of(model.n_p), numbered(problem.body, model.points)
+    sides = [view.axes for view in views]
+    directions = _Directions(_active(problem, len(parts), model.time.n_steps))
     interval, final = model.tube.finite_widths
     samples = [
         {
-            "p0": part[:2].tolist(),
-            "k": part[2:].tolist(),
+            "p0": part[: model.n_p].tolist(),
+            "k": part[model.n_p :].tolist(),
             "sep": directions.number(corridor_of(answer.scene, certificate)),
         }
         for part, certificate in zip(answer.samples, answer.sample_parts, strict=True)
@@ -53,16 +53,22 @@ def page_data(answer) -> dict:
         },
         "share": answer.coverage.share,
         "corridor_share": answer.corridor_coverage.share,
+        "n_p": model.n_p,
         "n_k": model.n_k,
+        "points": model.points,
+        "views": [view._asdict() for view in views],
         "steps": model.time.n_steps,
         "dt": model.time.dt,
         "domain": {"lo": model.domain.lo.tolist(), "hi": model.domain.hi.tolist()},
         "goal": _rows(problem.goal),
-        "goal_outline": shapes.shadow(problem.goal).tolist(),
+        "goal_box": {"lo": answer.scene.z_lo.tolist(), "hi": answer.scene.z_hi.tolist()},
+        "goals": [
+            {"points": points, "outlines": [outline.tolist() for outline in outlines]}
+            for points, outlines in shapes.goals(problem.goal, model.n_p, model.n_points, sides)
+        ],
         "start": None if problem.start is None else _rows(problem.start),
-        "radius": float(answer.scene.obstacles.radius),
-        "body": shapes.body_outline(problem.body).tolist(),
-        "obstacles": _obstacles(answer),
+        "parts": [_part(part, model.n_p) for part in parts],
+        "obstacles": _obstacles(problem, model.time.n_steps, views),
         "network": {
             "weights": [W.tolist() for W in model.net.weights],
             "biases": [b.tolist() for b in model.net.biases],
@@ -82,10 +88,11 @@ def page_data(answer) -> dict:
 
 def outlines(answer) -> dict[str, list]:
     """Per pair of coordinates of (p0, k), written "i,j", the outlines [[x, y], ...] of the safe
-    polytopes: of the workspace, and of all pairs of parameters.
+    polytopes: of every view of the workspace, and of all pairs of parameters.
     """
     n_p, n_k = answer.model.n_p, answer.model.n_k
-    pairs = [(0, 1), *((n_p + i, n_p + j) for i, j in combinations(range(n_k), 2))]
+    seen = [view.axes for view in views_of(n_p)]
+    pairs = [*seen, *((n_p + i, n_p + j) for i, j in combinations(range(n_k), 2))]
     return {
         f"{i},{j}": [
             [[_short(x), _short(y)] for x, y in shapes.hull(points)]
@@ -96,10 +103,10 @@ def outlines(answer) -> dict[str, list]:
 
 
 class _Directions:
-    """Separating directions by number, each kept once: per obstacle its runs
-    [first, end, w_x, w_y, support of obstacle and body along w].
+    """Separating directions by number, each kept once: per obstacle and part of the body its runs
+    [first, end, w, support of obstacle and part along w].
 
-    active (o, T): which obstacle exists when.
+    active (o, T): which pair of obstacle and part exists when.
     """
 
     def __init__(self, active: np.ndarray):
@@ -120,10 +127,10 @@ class _Directions:
 
 
 def _runs(w: np.ndarray, support: np.ndarray, active: np.ndarray) -> list[list]:
-    """Runs of equal directions of one obstacle: w (T, 2), support (T,), active (T,)."""
+    """Runs of equal directions of one pair: w (T, n_p), support (T,), active (T,)."""
     runs: list[list] = []
     for t in np.flatnonzero(active).tolist():
-        now = [float(w[t, 0]), float(w[t, 1]), float(support[t])]
+        now = [w[t].tolist(), float(support[t])]
         if runs and runs[-1][2:] == now:
             runs[-1][1] = t + 1
         else:
@@ -131,18 +138,39 @@ def _runs(w: np.ndarray, support: np.ndarray, active: np.ndarray) -> list[list]:
     return runs
 
 
-def _obstacles(answer) -> list[dict]:
-    grown, last = answer.scene.obstacles, answer.model.time.n_steps - 1
+def _steps(problem, n_steps: int) -> list[tuple[int, int]]:
+    """First and last interval of every obstacle."""
+    return [span or (0, n_steps - 1) for span in problem.all_spans]
+
+
+def _active(problem, n_parts: int, n_steps: int) -> np.ndarray:
+    """(o, T) bool: the intervals in which each pair of obstacle and part counts."""
+    active = np.zeros((len(problem.obstacles), n_parts, n_steps), bool)
+    for obstacle, (first, last) in enumerate(_steps(problem, n_steps)):
+        active[obstacle, :, first : last + 1] = True
+    return active.reshape(-1, n_steps)
+
+
+def _part(part, n_p: int) -> dict:
+    """A part: its points by number, and what it is grown by: the hull of a shape, and a radius."""
+    disc = isinstance(part.shape, Disc)
+    return {
+        "points": list(part.points),
+        "shape": [[0.0] * n_p] if disc else part.shape.vertices.tolist(),
+        "radius": float(part.shape.radius) if disc else 0.0,
+    }
+
+
+def _obstacles(problem, n_steps: int, views) -> list[dict]:
+    """Corners, an outline for every view, first and last interval."""
+    corners = [vertices(obstacle) for obstacle in problem.obstacles]
     return [
         {
-            "outline": shapes.shadow(obstacle).tolist(),
-            "corner": grown.corner[o].tolist(),
-            "sign": grown.sign[o].tolist(),
-            "steps": [0, last] if span is None else [int(i) for i in span],
+            "vertices": v.tolist(),
+            "outlines": [shapes.hull(view.of(v)).tolist() for view in views],
+            "steps": [int(step) for step in steps],
         }
-        for o, (obstacle, span) in enumerate(
-            zip(answer.problem.obstacles, answer.problem.spans, strict=True)
-        )
+        for v, steps in zip(corners, _steps(problem, n_steps), strict=True)
     ]
 
 

@@ -1,7 +1,11 @@
-"""Outlines of planar sets, ready to draw."""
+"""Outlines of sets in the plane, or of their projections, ready to draw."""
+
+from collections.abc import Sequence
 
 import numpy as np
 
+from parc_jax.body import Disc, Part
+from parc_jax.errors import InputError
 from parc_jax.sets.hpolytope import HPolytope
 from parc_jax.sets.qhull import convex_hull
 from parc_jax.sets.vertices import vertices
@@ -20,14 +24,70 @@ def hull(points: np.ndarray) -> np.ndarray:
 
 
 def shadow(poly: HPolytope, axes: tuple[int, int] = (0, 1)) -> np.ndarray:
-    """Outline (v, 2) of the projection of a bounded polytope onto two of its coordinates."""
-    return hull(vertices(poly)[:, list(axes)])
+    """Outline (v, 2) of the projection of a bounded polytope onto two of its coordinates.
+
+    Coordinates that no row links to these, directly or over others, are left out: they may have
+    any number, and no bounds.
+    """
+    part, at = linked(poly, axes)
+    return hull(vertices(part)[:, at])
+
+
+def linked(poly: HPolytope, axes: Sequence[int]) -> tuple[HPolytope, list[int]]:
+    """The polytope over the coordinates that its rows link to some axes, and where these are among
+    them.
+    """
+    used = poly.A != 0
+    mine = np.isin(np.arange(poly.n), axes)
+    while True:
+        rows = used[:, mine].any(axis=1)
+        more = mine | used[rows].any(axis=0)
+        if (more == mine).all():
+            break
+        mine = more
+    at = [int(mine[:axis].sum()) for axis in axes]
+    return HPolytope(poly.A[np.ix_(rows, mine)], poly.b[rows]), at
+
+
+def goals(goal: HPolytope, n_p: int, n_points: int, sides: Sequence[tuple[int, int]] = ((0, 1),)):
+    """Where the reference points of a robot are to end, seen from some sides (pairs of axes): per
+    region that the goal has for any of them the numbers of these points and its outlines (v, 2),
+    one from each side. A region that is not bounded is left out.
+    """
+    found: list[tuple[list[int], list[np.ndarray]]] = []
+    for point in range(n_points):
+        columns = [tuple(point * n_p + axis for axis in axes) for axes in sides]
+        try:
+            outlines = [shadow(goal, pair) for pair in columns]
+        except InputError:
+            continue
+        known = [points for points, others in found if all(map(_same, others, outlines))]
+        if known:
+            known[0].append(point)
+        else:
+            found.append(([point], outlines))
+    return found
+
+
+def part_outline(part: Part, places: np.ndarray, axes: tuple[int, int] = (0, 1)) -> np.ndarray:
+    """Outline (v, 2) of a part of the body, seen along two axes, while its reference points are at
+    places (i, n_p).
+    """
+    if isinstance(part.shape, Disc):
+        around = disc(part.shape.radius) if part.shape.radius else np.zeros((1, 2))
+    else:
+        around = part.shape.vertices[:, list(axes)]
+    return hull((places[:, None, list(axes)] + around).reshape(-1, 2))
 
 
 def grown(scene: Scene, obstacle: int, error=(0.0, 0.0)) -> np.ndarray:
     """Outline (v, 2) of an obstacle grown by the body and by box(error), error (2,) [m]."""
     corners = scene.obstacles.corner[obstacle] + scene.obstacles.sign[obstacle] * np.asarray(error)
     return hull((corners[:, None] + disc(float(scene.obstacles.radius))[None]).reshape(-1, 2))
+
+
+def _same(one: np.ndarray, other: np.ndarray) -> bool:
+    return one.shape == other.shape and np.allclose(one, other)
 
 
 def disc(radius: float) -> np.ndarray:

@@ -95,7 +95,7 @@ def test_verdicts_equal_the_engine_s(browser, tmp_path, rng):
         f"{{ const v = model.verdict(p, K[i]);"
         " return [v.clearance, v.goal.least, v.bins[0], Number(v.safe), model.level(p, K[i]), "
         "v.q[0],"
-        " v.path[40][0]]; });"
+        " v.path[40][0][0]]; });"
         "document.getElementById('result').textContent = JSON.stringify(out);"
     )
     got = np.array(result(run(browser, page, "--dump-dom", script=script)))
@@ -108,10 +108,9 @@ def test_verdicts_equal_the_engine_s(browser, tmp_path, rng):
     assert (got[:, 3] == got[:, 4]).all() and (got[:, 3].astype(bool) == seen.safe).all()
     assert 10 < seen.safe.sum() < 290  # both verdicts occur
     # a page that forgot the tube must be caught by the same numbers
-    forgot = (
-        page.read_text().replace("o.sign[i][0] * e[0]", "0").replace("o.sign[i][1] * e[1]", "0")
+    page.write_text(
+        page.read_text().replace("points.map(boxCorners)", "points.map((e) => [e.map(() => 0)])")
     )
-    page.write_text(forgot)
     wrong = np.array(result(run(browser, page, "--dump-dom", script=script)))
     assert np.abs(wrong[:, 0] - seen.clearance).max() > 0.01 and (wrong[:, 3] > seen.safe).any()
 
@@ -161,7 +160,7 @@ def test_on_a_border_between_bins_the_widest_tube_counts(browser, tmp_path):
     page = page_of_file(tmp_path, file)
     script = (
         "const out = [[-0.875, -0.05], [-0.705, -0.05]].map((p) => { move(p, [0.875, 0.0625]);"
-        " return [state.seen.bins, state.seen.widths.final[0], $('verdict').dataset.kind]; });"
+        " return [state.seen.bins, state.seen.tube.final[0], $('verdict').dataset.kind]; });"
         "document.getElementById('result').textContent = JSON.stringify(out);"
     )
     near, far = result(run(browser, page, "--dump-dom", script=script))
@@ -200,7 +199,7 @@ def test_dragging_sliders_and_time_change_the_plan(browser, toy_page):
     script = """
 const fire = (canvas, kind, at) => { const r = canvas.getBoundingClientRect();
   canvas.dispatchEvent(new PointerEvent(kind, {clientX: r.left + at[0], clientY: r.top + at[1], pointerId: 1})); };
-View.prototype.fit.call(scene); frameScene();
+const scene = scenes[0]; scene.fit(); frameScene();
 scene.canvas.setPointerCapture = plane.canvas.setPointerCapture = () => {};
 const out = {before: [state.p0.slice(), state.k.slice()]};
 const from = scene.px(state.p0);
@@ -210,9 +209,9 @@ out.p0 = state.p0.slice(); out.expected = scene.at(from[0] + 20, from[1] - 10);
 const to = plane.px([0.5, 0.5]);
 fire(plane.canvas, "pointerdown", to); fire(plane.canvas, "pointerup", to);
 out.k = state.k.slice();
-$("anchor").checked = true; const end = model.plan(state.p0, state.k).path[model.T];
+$("anchor").checked = true; const end = endOf(state.p0, state.k);
 sliders[0].slider.value = 0.25; sliders[0].slider.oninput();
-out.slid = state.k.slice(); out.kept = model.plan(state.p0, state.k).path[model.T].map((v, i) => v - end[i]);
+out.slid = state.k.slice(); out.kept = endOf(state.p0, state.k).map((v, i) => v - end[i]);
 $("time").value = 3; $("time").oninput(); out.clock = $("clock").textContent;
 $("next").onclick(); out.sample = [state.sample, state.k.slice()];
 out.rows = document.querySelectorAll("#certificate tr").length;

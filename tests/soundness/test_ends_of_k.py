@@ -33,7 +33,9 @@ from parc_jax.spelling import hex_text
 from parc_jax.verdict.pointwise import verdicts
 from parc_jax.verdict.scene import scene_of
 
-PAGE = Path(parc_jax.__file__).parent / "plot" / "page" / "model.js"
+PAGE = [
+    Path(parc_jax.__file__).parent / "plot" / "page" / part for part in ("geometry.js", "model.js")
+]
 END = 1.6  # the float64 above 8/5
 PROBLEM = reach_avoid(box([-0.5, -0.5, -3], [0.5, 0.5, 3]), [box([-1, 0.4], [3, 0.8])], 0.1)
 
@@ -54,7 +56,8 @@ def by_the_page(folder, asked, plans, edges=None):
         pytest.skip("no node installed")
     data = page_data(load_answer(save(folder / "answer.json", answer_file(asked, PROBLEM))))
     data["tube"]["edges"] = edges or data["tube"]["edges"]
-    script = f"""{PAGE.read_text()}
+    script = "".join(part.read_text() for part in PAGE)
+    script += f"""
 const model = makeModel({json.dumps(data)});
 const plans = {json.dumps([[list(map(float, x)) for x in plan] for plan in plans])};
 console.log(JSON.stringify(plans.map(([p0, k]) => [model.verdict(p0, k).safe, model.level(p0, k) > 0])));

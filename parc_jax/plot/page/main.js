@@ -3,11 +3,20 @@
 const data = JSON.parse(document.getElementById("data").textContent);
 const model = makeModel(data);
 const $ = (id) => document.getElementById(id);
-const scene = new View($("scene"), true, [24, 24]), plane = new View($("parameters"), false, [42, 20]);
+const scenes = data.views.map(({ name, axes }, number) => {
+  const canvas = number ? document.createElement("canvas") : $("scene"), side = data.views.length > 1 ? `, seen ${name}` : "";
+  canvas.setAttribute("aria-label", `Workspace${side}: drag the orange start, scroll to zoom, drag the ground to pan`);
+  if (number) $("views").append(canvas);
+  return Object.assign(new View(canvas, true, [24, 24]), { axes, number });
+});
+const plane = new View($("parameters"), false, [42, 20]);
 const strip = new View($("clearance"), false, [34, 6]);
-const state = { p0: [0, 0], k: [], t: 0, sample: -1, axes: [0, Math.min(1, data.n_k - 1)], cells: [], starts: [], directions: -1 };
+const state = { p0: [], k: [], t: 0, sample: -1, axes: [0, Math.min(1, data.n_k - 1)], cells: [], starts: [], directions: -1 };
 const CELLS = 36; // across K and across the goal, for what is safe here and now
 const nameOf = (label) => label.replace(/ \[[^\]]*\]$/, "");
+const origin = data.labels.p.map(() => 0); // a start from which paths are offsets
+const endOf = (p0, k) => model.plan(p0, k).path[model.T][0]; // of the first reference point
+const partsOf = (pair) => (data.parts.length > 1 ? ` with part ${pair.part}` : "");
 const few = (values, digits = 4) => values.map((v) => Number(v.toPrecision(digits))).join(", ");
 let painting = 0, frame = 0;
 
@@ -22,8 +31,7 @@ function select(number) {
 function move(p0, k) {
   const inside = k.map((v, i) => Math.min(data.domain.hi[i], Math.max(data.domain.lo[i], v)));
   if ($("anchor").checked && p0 === state.p0) {
-    const end = model.plan(state.p0, state.k).path[model.T], offset = model.plan([0, 0], inside).path[model.T];
-    p0 = [end[0] - offset[0], end[1] - offset[1]];
+    p0 = minus(endOf(state.p0, state.k), endOf(origin, inside));
   }
   Object.assign(state, { p0, k: inside });
   update();
@@ -46,7 +54,7 @@ function update() {
 function draw() {
   cancelAnimationFrame(frame);
   frame = requestAnimationFrame(() => {
-    drawScene(scene, data, model, state);
+    for (const scene of scenes) drawScene(scene, data, model, state);
     drawParameters(plane, data, state);
     drawClearance(strip, data, model, state);
   });
@@ -55,19 +63,19 @@ function draw() {
 function words() {
   const { seen, within } = state, box = $("verdict");
   const kind = within ? "proved" : seen.safe ? "safe" : "unsafe";
-  const where = seen.worst ? `obstacle ${seen.worst[0]} at ${(seen.worst[1] * data.dt).toFixed(2)} s` : "no obstacle";
+  const where = seen.worst ? `obstacle ${seen.worst.pair.obstacle}${partsOf(seen.worst.pair)} at ${(seen.worst.t * data.dt).toFixed(2)} s` : "no obstacle";
   const room = Number.isFinite(seen.clearance) ? `${seen.clearance.toPrecision(3)} m from ${where}` : where;
   const title = {
     proved: within && { sample: "Safe: sample ", polytope: "Safe: inside polytope ", corridor: "Safe: keeps to corridor " }[within.kind] + within.number,
     safe: "Safe for the model, but in no returned corridor or polytope",
-    unsafe: !seen.widths ? "Not shown safe: k lies outside K" : !seen.reaches ? "Not shown safe: misses the goal" : "Not shown safe: touches",
+    unsafe: !seen.tube ? "Not shown safe: k lies outside K" : !seen.reaches ? "Not shown safe: misses the goal" : "Not shown safe: touches",
   }[kind];
   const level = data.level === "exact-proved" ? "proved in exact arithmetic" : "shown in float64";
   const proof = `${level} by the certificate in the answer file (parc-jax check verifies it)`;
   const lines = {
     proved: `For every run inside the tube, ${proof}. Least clearance ${room}.`,
     safe: `Computed by this page in double precision, not proved. Least clearance ${room}.`,
-    unsafe: !seen.widths ? "There is no tube." : `Goal margin ${seen.goal.least.toPrecision(3)}; least clearance ${room}.`,
+    unsafe: !seen.tube ? "There is no tube." : `Goal margin ${seen.goal.least.toPrecision(3)}; least clearance ${room}.`,
   }[kind];
   box.className = kind;
   box.replaceChildren(Object.assign(document.createElement("b"), { textContent: title }), lines);
@@ -85,14 +93,16 @@ function words() {
 function certificate() {
   const { within } = state, out = $("certificate");
   if (!within) { out.textContent = "None: this plan is no sample and lies in no returned corridor or polytope."; return; }
-  const rows = data.directions[within.sep].flatMap((runs, o) => runs.map((run) => {
-    const [first, end, wx, wy] = run, size = Math.hypot(wx, wy), now = state.t >= first && state.t < end;
+  const several = data.parts.length > 1;
+  const rows = data.directions[within.sep].flatMap((runs, number) => runs.map((run) => {
+    const pair = model.pairs[number], [first, end, w] = run, size = Math.hypot(...w), now = state.t >= first && state.t < end;
     const span = `${(first * data.dt).toFixed(2)} to ${(end * data.dt).toFixed(2)}`;
-    return `<tr class="${now ? "now" : ""}"><td>${o}</td><td>${span}</td><td>(${few([wx / size, wy / size], 3)})</td>`
-      + `<td>${model.runMargin(run, state.seen).toPrecision(3)}</td></tr>`;
+    return `<tr class="${now ? "now" : ""}"><td>${pair.obstacle}</td>${several ? `<td>${pair.part}</td>` : ""}<td>${span}</td>`
+      + `<td>(${few(w.map((v) => v / size), 3)})</td><td>${model.runMargin(run, pair, state.seen).toPrecision(3)}</td></tr>`;
   }));
   out.innerHTML = `<p>Of ${within.kind} ${within.number}: p0 = (${few(state.p0)}), k = (${few(state.k)}). While one direction w holds, the tube stays on`
-    + " the far side of the dotted line.</p><table><tr><th>obstacle</th><th>time [s]</th><th>direction w</th><th>room [m]</th></tr>"
+    + ` the far side of the dotted line.</p><table><tr><th>obstacle</th>${several ? "<th>part</th>" : ""}<th>time [s]</th>`
+    + "<th>direction w</th><th>room [m]</th></tr>"
     + `${rows.join("")}</table><p>Goal margin ${state.seen.goal.least.toPrecision(3)}.</p>`
     + "<p><code></code></p>";
   const [problem, network] = [data.hash.problem, data.hash.network].map((h) => String(h).slice(0, 16));
@@ -102,24 +112,24 @@ function certificate() {
 // what is safe with the start (or the end) held, and from where this k is safe: cell by cell, without blocking input
 function paintSafe() {
   const run = ++painting, [i, j] = state.axes, { lo, hi } = data.domain, anchored = $("anchor").checked;
-  const end = model.plan(state.p0, state.k).path[model.T], offset = model.plan([0, 0], state.k).path[model.T];
+  const end = endOf(state.p0, state.k), offset = endOf(origin, state.k);
   const ofK = (x, y) => {
     const k = state.k.slice();
     k[i] = x; k[j] = y;
-    const c = anchored ? model.plan([0, 0], k).path[model.T] : null;
-    return model.level(c ? [end[0] - c[0], end[1] - c[1]] : state.p0, k);
+    return model.level(anchored ? minus(end, endOf(origin, k)) : state.p0, k);
   };
-  const goal = [0, 1].map((a) => data.goal_outline.map((p) => p[a] - offset[a]));
-  const fields = [grid([Math.min(...goal[0]), Math.min(...goal[1])], [Math.max(...goal[0]), Math.max(...goal[1])],
-    (x, y) => model.level([x, y], state.k))];
+  const [goalLo, goalHi] = [minus(data.goal_box.lo, offset), minus(data.goal_box.hi, offset)];
+  const fields = scenes.map(({ axes: [a, b] }) => grid([goalLo[a], goalLo[b]], [goalHi[a], goalHi[b]],
+    (x, y) => model.level(state.p0.map((v, axis) => (axis === a ? x : axis === b ? y : v)), state.k)));
   if (data.n_k > 1) fields.push(grid([lo[i], lo[j]], [hi[i], hi[j]], ofK));
   const work = () => {
     if (run !== painting) return;
     for (const until = performance.now() + 12; performance.now() < until;) if (fields.every((field) => field.step())) break;
     if (!fields.every((field) => field.done())) { setTimeout(work, 0); return; }
-    [state.starts, state.cells] = [fields[0].cells, fields[1]?.cells || []];
+    state.starts = fields.slice(0, scenes.length).map((field) => field.cells);
+    state.cells = fields[scenes.length]?.cells || [];
     const proved = state.cells.filter((cell) => cell.level === 2).length;
-    Object.assign(document.body.dataset, { starts: state.starts.length, cells: state.cells.length, proved });
+    Object.assign(document.body.dataset, { starts: state.starts[0].length, cells: state.cells.length, proved });
     draw();
   };
   setTimeout(work, 60);
@@ -143,9 +153,13 @@ function grid(lo, hi, levelAt) {
 }
 
 function frameScene() {
-  const points = [...data.goal_outline, ...data.samples.map((s) => s.p0), state.p0, ...model.plan(state.p0, state.k).path];
-  for (const o of data.obstacles) points.push(...swell(o.corner, data.radius));
-  scene.show([0, 1].map((a) => Math.min(...points.map((p) => p[a]))), [0, 1].map((a) => Math.max(...points.map((p) => p[a]))));
+  for (const scene of scenes) {
+    const of = (place) => scene.axes.map((a) => place[a]), goals = data.goals.flatMap((goal) => goal.outlines[scene.number]);
+    const points = [...goals, ...data.samples.map((s) => of(s.p0)), of(state.p0), ...model.plan(state.p0, state.k).path.flat().map(of)];
+    for (const { corners, radius } of model.pairs) points.push(...swell(corners.map(of), radius));
+    const { lo, hi } = around(points);
+    scene.show(lo, hi);
+  }
   const [i, j] = state.axes, { lo, hi } = data.domain;
   plane.show([lo[i], lo[j]], i === j ? [hi[i], lo[j] + 1] : [hi[i], hi[j]]);
 }
@@ -194,18 +208,32 @@ function dragging(view, grab) {
   view.canvas.onpointerup = view.canvas.onpointercancel = () => { held = null; };
 }
 
-dragging(scene, (x, y) => {
-  const away = (p) => { const [u, v] = scene.px(p); return Math.hypot(u - x, v - y); };
-  if (away(state.p0) < 14) return (u, v) => move(scene.at(u, v), state.k);
-  const near = data.samples.findIndex((s) => away(s.p0) < 6);
-  if (near >= 0) { select(near); return null; }
-  let [fromX, fromY] = [x, y];
-  return (u, v) => {
-    scene.middle[0] -= (u - fromX) / scene.scale[0]; scene.middle[1] += (v - fromY) / scene.scale[1];
-    [fromX, fromY] = [u, v];
+for (const scene of scenes) {
+  const of = (place) => scene.axes.map((a) => place[a]);
+  const to = (x, y) => { const at = scene.at(x, y); return state.p0.map((v, a) => at[scene.axes.indexOf(a)] ?? v); };
+  dragging(scene, (x, y) => {
+    const away = (place) => { const [u, v] = scene.px(of(place)); return Math.hypot(u - x, v - y); };
+    if (away(state.p0) < 14) return (u, v) => move(to(u, v), state.k);
+    const near = data.samples.findIndex((s) => away(s.p0) < 6);
+    if (near >= 0) { select(near); return null; }
+    let [fromX, fromY] = [x, y];
+    return (u, v) => {
+      scene.middle[0] -= (u - fromX) / scene.scale[0]; scene.middle[1] += (v - fromY) / scene.scale[1];
+      [fromX, fromY] = [u, v];
+      draw();
+    };
+  });
+  scene.canvas.onwheel = (event) => {
+    event.preventDefault();
+    const r = scene.canvas.getBoundingClientRect(), x = event.clientX - r.left, y = event.clientY - r.top, before = scene.at(x, y);
+    const zoom = Math.exp(-event.deltaY / 400);
+    scene.scale = scene.scale.map((s) => s * zoom);
+    const after = scene.at(x, y);
+    scene.middle = scene.middle.map((m, a) => m + before[a] - after[a]);
     draw();
   };
-});
+  scene.canvas.ondblclick = () => { frameScene(); draw(); };
+}
 
 dragging(plane, (x, y) => {
   const go = (u, v) => {
@@ -217,17 +245,6 @@ dragging(plane, (x, y) => {
   go(x, y);
   return go;
 });
-
-scene.canvas.onwheel = (event) => {
-  event.preventDefault();
-  const r = scene.canvas.getBoundingClientRect(), x = event.clientX - r.left, y = event.clientY - r.top, before = scene.at(x, y);
-  const zoom = Math.exp(-event.deltaY / 400);
-  scene.scale = scene.scale.map((s) => s * zoom);
-  const after = scene.at(x, y);
-  scene.middle = scene.middle.map((m, a) => m + before[a] - after[a]);
-  draw();
-};
-scene.canvas.ondblclick = () => { frameScene(); draw(); };
 
 if (data.n_k > 2)
   for (const side of [0, 1]) {
@@ -261,7 +278,7 @@ $("previous").onclick = () => select(state.sample - 1);
 $("next").onclick = () => select(state.sample + 1);
 $("reset").onclick = () => select(Math.max(0, state.sample));
 $("anchor").onchange = update;
-window.onresize = () => { for (const view of [scene, plane]) view.fit(); draw(); };
+window.onresize = () => { for (const view of [...scenes, plane]) view.fit(); draw(); };
 window.onhashchange = readAddress;
 
 function readAddress() {
@@ -269,7 +286,7 @@ function readAddress() {
   if (wanted.has("t")) state.t = Math.min(model.T, Math.max(0, Number(wanted.get("t")) || 0));
   if (wanted.has("sample")) select(Math.trunc(Number(wanted.get("sample"))) || 0);
   const p0 = numbers("p0") || state.p0, k = numbers("k") || state.k;
-  if ([...p0, ...k].every(Number.isFinite) && p0.length === 2 && k.length === data.n_k) move(p0, k);
+  if ([...p0, ...k].every(Number.isFinite) && p0.length === data.n_p && k.length === data.n_k) move(p0, k);
 }
 
 $("title").textContent = `${data.system || "Answer"}: safe manoeuvres`;
@@ -278,8 +295,9 @@ $("summary").textContent = `${holding(data.samples.length, "sample")}, ${holding
   + `${holding(data.polytopes.length, "polytope", data.share)}; ${data.level}; claim about the tube: ${data.claim}.`;
 $("statement").textContent = data.statement;
 state.k = data.domain.lo.map((lo, i) => (lo + data.domain.hi[i]) / 2);
-state.p0 = data.goal_outline.reduce((a, p) => [a[0] + p[0] / data.goal_outline.length, a[1] + p[1] / data.goal_outline.length], [0, 0]);
+state.p0 = plus(data.goal_box.lo, data.goal_box.hi).map((v) => v / 2);
 if (data.samples.length) Object.assign(state, { sample: 0, p0: data.samples[0].p0.slice(), k: data.samples[0].k.slice() });
+document.body.classList.add(model.single ? "single" : "hull", data.n_p === 2 ? "plane" : "space");
 frameScene();
 update();
 readAddress();

@@ -1,17 +1,23 @@
-"use strict";
 // The trajectory model in double precision, with the formulas of the engine's verdict but without its rounding margin:
-// good for looking, not a proof.
+// good for looking, not a proof. A path is [knot][reference point] -> place.
 
 function makeModel(data) {
-  const T = data.steps, nP = 2, { weights, biases } = data.network;
+  const T = data.steps, nP = data.n_p, nPoints = data.points.length, { weights, biases } = data.network;
+  const outputs = (T + 1) * nPoints * nP - nP; // offsets: the first point starts at p0 itself
   const shapeOf = data.tube.edges.map((e) => e.length - 1);
-  const widthsOf = new Map(), cornersOf = new Map(); // by the bins that contain k
+  const tubeOf = new Map(); // by the bins that contain k
   const polytopesOf = new Map(); // by cell
   data.polytopes.forEach((polytope, i) => {
     const cell = polytope.pattern + "/" + polytope.bin;
     if (!polytopesOf.has(cell)) polytopesOf.set(cell, []);
     polytopesOf.get(cell).push(i);
   });
+  // what keeps apart: every obstacle with every part of the body, obstacle by obstacle
+  const pairs = data.obstacles.flatMap(({ vertices, steps }, obstacle) => data.parts.map(({ shape }, part) => {
+    const all = sums(vertices, shape.map((v) => v.map((x) => -x)));
+    const corners = nP === 2 ? hull(all) : all;
+    return { obstacle, part, steps, corners, box: around(corners), ...data.parts[part] };
+  }));
 
   function forward(k) {
     let x = k, pattern = "";
@@ -41,56 +47,33 @@ function makeModel(data) {
     return numbers;
   }
 
-  // half widths of the tube that count there: the widest of all bins
-  function widths(bins) {
+  // the tube that counts there, the widest of all bins: half widths, and the corners of the errors of each point
+  function tube(bins) {
     const key = bins.join();
-    if (!widthsOf.has(key)) {
+    if (!tubeOf.has(key)) {
       const widest = (a, b) => a.map((v, i) => (Array.isArray(v) ? widest(v, b[i]) : Math.max(v, b[i])));
       const of = (part) => bins.map((bin) => data.tube[part][bin]).reduce(widest);
-      widthsOf.set(key, { interval: of("interval"), final: of("final") });
+      const during = of("interval").map((columns) => data.points.map((_, i) => columns.slice(i * nP, (i + 1) * nP)));
+      const errors = during.map((points) => points.map(boxCorners));
+      tubeOf.set(key, { during, errors, final: of("final") });
     }
-    return widthsOf.get(key);
+    return tubeOf.get(key);
   }
 
   function plan(p0, k) {
-    const { y, pattern } = forward(k), path = [[p0[0], p0[1]]];
-    for (let t = 0; t < T; t++) path.push([p0[0] + y[t * nP], p0[1] + y[t * nP + 1]]);
-    const bins = binsOf(k);
-    return { path, q: y.slice(T * nP), pattern, bins, widths: bins.length ? widths(bins) : null };
+    const { y, pattern } = forward(k), bins = binsOf(k), path = [];
+    const offsets = [...new Array(nP).fill(0), ...y.slice(0, outputs)];
+    for (let t = 0, next = 0; t <= T; t++) path.push(data.points.map(() => p0.map((v) => v + offsets[next++])));
+    return { path, q: y.slice(outputs), pattern, bins, tube: bins.length ? tube(bins) : null };
   }
 
-  // corners of every obstacle grown by polygon body and tube, per interval: [obstacle][interval] -> [[x, y], ...]
-  function grown(seen) {
-    const key = seen.bins.join();
-    if (!cornersOf.has(key))
-      cornersOf.set(key, data.obstacles.map((o) => seen.widths.interval.map((e) =>
-        o.corner.map((c, i) => [c[0] + o.sign[i][0] * e[0], c[1] + o.sign[i][1] * e[1]]))));
-    return cornersOf.get(key);
-  }
+  // the places that the reference points of a part may take in an interval: corners of their hull
+  const swept = (seen, points, t) => {
+    const places = points.flatMap((i) => sums([seen.path[t][i], seen.path[t + 1][i]], seen.tube.errors[t][i]));
+    return nP === 2 ? hull(places) : places;
+  };
 
-  // largest gap over edge normals, the segment's normals and the direction from the nearest corner
-  function separation(a, b, corners) {
-    const dx = b[0] - a[0], dy = b[1] - a[1], length2 = dx * dx + dy * dy;
-    let best = -Infinity, w = [1, 0], near = Infinity, nx = 0, ny = 0;
-    const look = (ux, uy) => {
-      const size = Math.hypot(ux, uy);
-      if (!(size > 0)) return;
-      ux /= size; uy /= size;
-      let reach = -Infinity;
-      for (const c of corners) reach = Math.max(reach, ux * c[0] + uy * c[1]);
-      const gap = Math.min(ux * a[0] + uy * a[1], ux * b[0] + uy * b[1]) - reach;
-      if (gap > best) { best = gap; w = [ux, uy]; }
-    };
-    for (let i = 0; i < corners.length; i++) {
-      const c = corners[i], d = corners[(i + 1) % corners.length];
-      look(d[1] - c[1], c[0] - d[0]);
-      const share = length2 > 0 ? Math.min(1, Math.max(0, ((c[0] - a[0]) * dx + (c[1] - a[1]) * dy) / length2)) : 0;
-      const ox = a[0] + share * dx - c[0], oy = a[1] + share * dy - c[1], far = ox * ox + oy * oy;
-      if (far < near) { near = far; nx = ox; ny = oy; }
-    }
-    look(-dy, dx); look(dy, -dx); look(nx, ny);
-    return { gap: best - data.radius, w };
-  }
+  const gapOf = (seen, pair, t) => separation(swept(seen, pair.points, t), pair.corners).gap - pair.radius;
 
   function rowMargin(rows, x, lost) {
     let least = Infinity, worst = -1;
@@ -102,28 +85,27 @@ function makeModel(data) {
     return { least, worst };
   }
 
-  const active = (o, t) => t >= data.obstacles[o].steps[0] && t <= data.obstacles[o].steps[1];
+  const active = ({ steps: [first, last] }, t) => t >= first && t <= last;
 
   function goalMargin(seen) {
-    if (!seen.widths) return { least: -Infinity, worst: -1 };
-    return rowMargin(data.goal, [...seen.path[T], ...seen.q], seen.widths.final);
+    if (!seen.tube) return { least: -Infinity, worst: -1 };
+    return rowMargin(data.goal, [...seen.path[T].flat(), ...seen.q], seen.tube.final);
   }
 
+  const startMargin = (p0) => (data.start ? rowMargin(data.start, p0, p0.map(() => 0)).least : Infinity);
+
+  // gaps: [obstacle][interval], of the part that is nearest
   function verdict(p0, k) {
-    const seen = plan(p0, k), goal = goalMargin(seen);
-    const start = data.start ? rowMargin(data.start, p0, [0, 0]).least : Infinity;
+    const seen = plan(p0, k), goal = goalMargin(seen), start = startMargin(p0);
     const gaps = data.obstacles.map(() => new Array(T).fill(NaN));
     let clearance = Infinity, worst = null;
-    if (seen.widths) {
-      const corners = grown(seen);
-      data.obstacles.forEach((_, o) => {
-        for (let t = 0; t < T; t++) {
-          if (!active(o, t)) continue;
-          gaps[o][t] = separation(seen.path[t], seen.path[t + 1], corners[o][t]).gap;
-          if (gaps[o][t] < clearance) { clearance = gaps[o][t]; worst = [o, t]; }
-        }
-      });
-    }
+    for (const pair of seen.tube ? pairs : [])
+      for (let t = 0; t < T; t++) {
+        if (!active(pair, t)) continue;
+        const gap = gapOf(seen, pair, t), mine = gaps[pair.obstacle];
+        if (!(mine[t] <= gap)) mine[t] = gap;
+        if (gap < clearance) { clearance = gap; worst = { pair, t }; }
+      }
     const reaches = goal.least >= 0 && start >= 0;
     const polytope = reaches ? polytopeAround(seen) : -1, corridor = reaches ? corridorAround(seen) : -1;
     return { ...seen, goal, start, gaps, clearance, worst, reaches, safe: reaches && clearance > 0, polytope, corridor };
@@ -140,45 +122,48 @@ function makeModel(data) {
   const corridorAround = (seen) => data.corridors.findIndex((corridor) => keeps(corridor.sep, seen));
 
   // does every run of these directions (by number) leave room around the plan?
-  const keeps = (sep, seen) => data.directions[sep].every((runs) => runs.every((run) => runMargin(run, seen) > 0));
+  const keeps = (sep, seen) =>
+    data.directions[sep].every((runs, pair) => runs.every((run) => runMargin(run, pairs[pair], seen) > 0));
 
-  // room [m] that a run of a certificate leaves around a plan
-  function runMargin([first, end, wx, wy, reach], seen) {
+  // room [m] that a run of a certificate leaves between a pair
+  function runMargin([first, end, w, support], { points }, seen) {
     let least = Infinity;
-    for (let t = first; t < end; t++) {
-      const e = seen.widths.interval[t], a = seen.path[t], b = seen.path[t + 1];
-      const need = reach + Math.abs(wx) * e[0] + Math.abs(wy) * e[1];
-      least = Math.min(least, wx * a[0] + wy * a[1] - need, wx * b[0] + wy * b[1] - need);
-    }
-    return least / Math.hypot(wx, wy);
+    for (let t = first; t < end; t++)
+      for (const i of points) {
+        const nearest = dot(w, farthest(seen.tube.errors[t][i], w, -1));
+        for (const place of [seen.path[t][i], seen.path[t + 1][i]]) least = Math.min(least, dot(w, place) + nearest - support);
+      }
+    return least / Math.hypot(...w);
   }
 
   // 2: proved, in a returned corridor or polytope; 1: safe for this page's arithmetic alone; 0: not shown safe
   function level(p0, k) {
     const seen = plan(p0, k);
-    if (!(goalMargin(seen).least >= 0)) return 0;
-    if (data.start && !(rowMargin(data.start, p0, [0, 0]).least >= 0)) return 0;
-    if (!touchesNothing(seen)) return 0;
+    if (!(goalMargin(seen).least >= 0 && startMargin(p0) >= 0 && touchesNothing(seen))) return 0;
     return corridorAround(seen) >= 0 || polytopeAround(seen) >= 0 ? 2 : 1;
   }
 
   function touchesNothing(seen) {
-    const corners = grown(seen);
-    for (let o = 0; o < data.obstacles.length; o++)
+    for (const pair of pairs)
       for (let t = 0; t < T; t++)
-        if (active(o, t) && !farApart(seen.path[t], seen.path[t + 1], corners[o][t])
-            && !(separation(seen.path[t], seen.path[t + 1], corners[o][t]).gap > 0)) return false;
+        if (active(pair, t) && !farApart(seen, pair, t) && !(gapOf(seen, pair, t) > 0)) return false;
     return true;
   }
 
-  function farApart(a, b, corners) {
-    for (let axis = 0; axis < 2; axis++) {
+  // boxes around both that do not meet: most pairs, and cheap
+  function farApart(seen, { points, radius, box }, t) {
+    for (let axis = 0; axis < nP; axis++) {
       let lo = Infinity, hi = -Infinity;
-      for (const c of corners) { lo = Math.min(lo, c[axis]); hi = Math.max(hi, c[axis]); }
-      if (Math.min(a[axis], b[axis]) > hi + data.radius || Math.max(a[axis], b[axis]) < lo - data.radius) return true;
+      for (const i of points) {
+        const a = seen.path[t][i][axis], b = seen.path[t + 1][i][axis], half = seen.tube.during[t][i][axis];
+        lo = Math.min(lo, a - half, b - half);
+        hi = Math.max(hi, a + half, b + half);
+      }
+      if (lo > box.hi[axis] + radius || hi < box.lo[axis] - radius) return true;
     }
     return false;
   }
 
-  return { T, plan, verdict, level, grown, separation, runMargin, active };
+  const single = data.parts.length === 1 && data.parts[0].points.length === 1; // a body that is one point, grown
+  return { T, pairs, single, plan, verdict, level, swept, runMargin, active };
 }

@@ -62,71 +62,67 @@ function niceStep(rough) {
   return power * [1, 2, 5, 10].find((m) => m * power >= rough);
 }
 
-// a convex polygon swelled by a disc, as a dense outline
-function swell(corners, radius) {
-  const points = [];
-  for (const c of corners)
-    for (let i = 0; i < (radius > 0 ? 40 : 1); i++) {
-      const angle = (i * 2 * Math.PI) / 40;
-      points.push([c[0] + radius * Math.cos(angle), c[1] + radius * Math.sin(angle)]);
-    }
-  return hull(points);
-}
+// hexagon that an error set sweeps along a segment
+const sweep = (a, b, errors) => hull(sums([a, b], errors));
 
-function hull(points) {
-  const sorted = points.slice().sort((a, b) => a[0] - b[0] || a[1] - b[1]);
-  const half = (list) => {
-    const out = [];
-    for (const p of list) {
-      while (out.length > 1) {
-        const a = out[out.length - 2], b = out[out.length - 1];
-        if ((b[0] - a[0]) * (p[1] - a[1]) - (b[1] - a[1]) * (p[0] - a[0]) > 0) break;
-        out.pop();
-      }
-      out.push(p);
-    }
-    return out.slice(0, -1);
-  };
-  return sorted.length < 3 ? sorted : [...half(sorted), ...half(sorted.reverse())];
-}
+const FOOTPRINTS = 8; // of the body along the path
 
-// hexagon that an error box sweeps along a segment
-function sweep(a, b, e) {
-  const box = (p) => [[p[0] - e[0], p[1] - e[1]], [p[0] + e[0], p[1] - e[1]], [p[0] + e[0], p[1] + e[1]], [p[0] - e[0], p[1] + e[1]]];
-  return hull([...box(a), ...box(b)]);
-}
-
+// one side of the workspace; `of` is where a place is seen
 function drawScene(view, data, model, state) {
-  const { seen, t } = state, interval = Math.min(t, model.T - 1);
+  const { seen, t } = state, interval = Math.min(t, model.T - 1), { number } = view, of = (place) => view.axes.map((a) => place[a]);
+  const outlineOf = ({ points, shape, radius }, places) => swell(sums(points.map((i) => of(places[i])), shape.map(of)), radius);
   view.clear();
-  for (const outline of data.outlines["0,1"]) view.shape(outline, { fill: "#fbe3b0" });
-  for (const o of data.obstacles) view.shape(swell(o.corner, data.radius), { fill: "#ececec", stroke: INK.grey, dash: [5, 4] });
-  if (seen.widths) {
-    const corners = model.grown(seen);
-    data.obstacles.forEach((_, o) => {
-      if (model.active(o, interval))
-        view.shape(swell(corners[o][interval], data.radius), { fill: "rgba(213,94,0,0.10)", stroke: INK.red });
-    });
-  }
-  view.shape(data.goal_outline, { fill: "#bfe5d8", stroke: INK.green, width: 1.5 });
-  data.obstacles.forEach((o, number) => {
-    view.shape(o.outline, { fill: "#6e6e6e" });
-    const [x, y] = view.px([0, 1].map((a) => o.outline.reduce((sum, v) => sum + v[a], 0) / o.outline.length));
-    view.text(String(number), x, y + 4, "center", "#fff");
+  for (const outline of data.outlines[view.axes.join()]) view.shape(outline, { fill: "#fbe3b0" });
+  if (model.single) drawGrown(view, data, model, state, of);
+  for (const goal of data.goals) view.shape(goal.outlines[number], { fill: "rgba(0,158,115,.25)", stroke: INK.green, width: 1.5 });
+  data.obstacles.forEach(({ outlines }, o) => {
+    const exists = model.single || model.pairs.some((pair) => pair.obstacle === o && model.active(pair, interval));
+    const looks = exists ? { fill: data.n_p === 2 ? "#6e6e6e" : "rgba(110,110,110,.6)" } : { stroke: INK.grey, dash: [5, 4] };
+    view.shape(outlines[number], looks);
+    const [x, y] = view.px([0, 1].map((a) => outlines[number].reduce((sum, v) => sum + v[a], 0) / outlines[number].length));
+    view.text(String(o), x, y + 4, "center", exists ? "#fff" : INK.grey);
   });
-  if (seen.widths)
+  if (seen.tube)
     for (let i = 0; i < model.T; i++)
-      view.shape(sweep(seen.path[i], seen.path[i + 1], seen.widths.interval[i]), { fill: "#cfe4f3", stroke: "#cfe4f3" });
-  drawCells(view, state.starts);
-  for (const s of data.samples) view.dot(s.p0, 2.2, "#b8860b", "rgba(255,255,255,.6)");
-  view.shape(seen.path, { stroke: INK.blue, width: 2, open: true });
-  const here = seen.path[t];
-  view.shape(data.body.map((v) => [here[0] + v[0], here[1] + v[1]]), { fill: "rgba(0,114,178,.12)", stroke: INK.blue, width: 1.5 });
-  if (seen.widths) view.shape(sweep(here, here, seen.widths.interval[interval]), { stroke: INK.blue });
-  drawSeparators(view, data, state, interval);
+      data.points.forEach((_, point) => {
+        const errors = seen.tube.errors[i][point].map(of), [a, b] = [seen.path[i], seen.path[i + 1]].map((places) => of(places[point]));
+        view.shape(sweep(a, b, errors), { fill: "#cfe4f3", stroke: "#cfe4f3" });
+      });
+  drawCells(view, state.starts[number] || []);
+  for (const s of data.samples) view.dot(of(s.p0), 2.2, "#b8860b", "rgba(255,255,255,.6)");
+  if (!model.single)
+    for (let shown = 0; shown <= FOOTPRINTS; shown++) {
+      const places = seen.path[Math.round((shown * model.T) / FOOTPRINTS)];
+      for (const part of data.parts) view.shape(outlineOf(part, places), { stroke: "rgba(0,114,178,.35)" });
+    }
+  view.shape(seen.path.map((places) => of(places[0])), { stroke: INK.blue, width: 2, open: true });
+  for (const part of data.parts) {
+    const now = { fill: model.single ? "rgba(0,114,178,.12)" : "rgba(86,180,233,.55)", stroke: INK.blue, width: 1.5 };
+    view.shape(outlineOf(part, seen.path[t]), now);
+    if (seen.tube && !model.single) {
+      const places = model.swept(seen, part.points, interval).map(of);
+      view.shape(swell(sums(places, part.shape.map(of)), part.radius), { stroke: INK.red });
+    }
+  }
+  const here = of(seen.path[t][0]);
+  if (seen.tube && model.single) view.shape(sweep(here, here, seen.tube.errors[interval][0].map(of)), { stroke: INK.blue });
+  drawSeparators(view, data, model, state, interval);
   view.dot(here, 3, INK.blue);
-  view.dot(seen.path[0], 7, INK.orange);
-  view.ticks(...data.labels.p);
+  view.dot(of(seen.path[0][0]), 7, INK.orange);
+  view.ticks(...view.axes.map((a) => data.labels.p[a]));
+  if (data.views.length > 1) view.text(data.views[number].name, view.w / 2, 12, "center");
+}
+
+// obstacles around the path of a body with one point: grown by the body, and by the tube while they exist
+function drawGrown(view, data, model, state, of) {
+  const { seen, t } = state, interval = Math.min(t, model.T - 1);
+  for (const { corners, radius } of model.pairs) view.shape(swell(corners.map(of), radius), { fill: "#ececec", stroke: INK.grey, dash: [5, 4] });
+  if (!seen.tube) return;
+  for (const pair of model.pairs)
+    if (model.active(pair, interval)) {
+      const around = sums(pair.corners, seen.tube.errors[interval][pair.points[0]]).map(of);
+      view.shape(swell(around, pair.radius), { fill: "rgba(213,94,0,0.10)", stroke: INK.red });
+    }
 }
 
 // cells of a grid: proved ones full, those that only this page computed pale
@@ -134,23 +130,28 @@ function drawCells(view, cells) {
   for (const { corners, level } of cells) view.shape(corners, { fill: level === 2 ? "rgba(0,158,115,.75)" : "rgba(204,121,167,.75)" });
 }
 
-// the line that the certificate puts between tube and obstacle now: w . p = reach of obstacle and body
-function drawSeparators(view, data, state, interval) {
+const STEEP = 0.3; // a plane that is seen nearly from its face has no line here
+
+// what the certificate puts between body and obstacle now: w . p = support of obstacle and shape; in space where the
+// plane meets the depth of the pair's nearest point
+function drawSeparators(view, data, model, state, interval) {
   if (state.directions < 0) return;
   const size = Math.hypot(view.hi[0] - view.lo[0], view.hi[1] - view.lo[1]);
-  data.directions[state.directions].forEach((runs, o) => {
-    for (const [first, end, wx, wy, reach] of runs) {
-      if (interval < first || interval >= end) continue;
-      const n2 = wx * wx + wy * wy, here = state.seen.path[interval], shift = (reach - (wx * here[0] + wy * here[1])) / n2;
-      const foot = [here[0] + shift * wx, here[1] + shift * wy], along = [(-wy * size) / Math.sqrt(n2), (wx * size) / Math.sqrt(n2)];
-      const line = [[foot[0] - along[0], foot[1] - along[1]], [foot[0] + along[0], foot[1] + along[1]]];
-      view.shape(line, { stroke: lineOf(o), dash: [3, 4], open: true });
+  data.directions[state.directions].forEach((runs, number) => {
+    const pair = model.pairs[number];
+    for (const [first, end, w, support] of runs) {
+      const seen = view.axes.map((a) => w[a]), n2 = dot(seen, seen);
+      if (interval < first || interval >= end || n2 < (STEEP * Math.hypot(...w)) ** 2) continue;
+      const place = farthest(pair.points.map((i) => state.seen.path[interval][i]), w, -1), here = view.axes.map((a) => place[a]);
+      const shift = (support - dot(w, place)) / n2, foot = here.map((v, a) => v + shift * seen[a]);
+      const along = [-seen[1], seen[0]].map((v) => (v * size) / Math.sqrt(n2));
+      view.shape([minus(foot, along), plus(foot, along)], { stroke: lineOf(pair.obstacle), dash: [3, 4], open: true });
     }
   });
 }
 
 function drawParameters(view, data, state) {
-  const [i, j] = state.axes, outlines = data.outlines[`${2 + i},${2 + j}`] || [];
+  const [i, j] = state.axes, outlines = data.outlines[`${data.n_p + i},${data.n_p + j}`] || [];
   view.clear();
   const { lo, hi } = data.domain, point = (k) => [k[i], i === j ? lo[j] + 0.5 : k[j]], top = i === j ? lo[j] + 1 : hi[j];
   view.shape([[lo[i], lo[j]], [hi[i], lo[j]], [hi[i], top], [lo[i], top]], { fill: "#f4f4f4", stroke: "#ccc" });
