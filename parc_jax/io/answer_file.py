@@ -18,7 +18,7 @@ from parc_jax.cover.stopping import Coverage, nothing_covered
 from parc_jax.errors import InputError
 from parc_jax.model import TrajectoryModel, trajectory_model
 from parc_jax.network.relu import relu_network
-from parc_jax.obstacles.directions import Multiplier, direction
+from parc_jax.obstacles.directions import Multiplier
 from parc_jax.problem import ReachAvoid, reach_avoid
 from parc_jax.sets.box import box
 from parc_jax.sets.hpolytope import HPolytope, hpolytope
@@ -134,7 +134,7 @@ def corridor_of(scene: Scene, part: dict) -> Corridor:
         first = int(np.argmax(active[o]))
         for end, terms in runs:
             m = Multiplier(tuple(row for row, _ in terms), tuple(number(v) for _, v in terms))
-            along, exact = direction(scene.problem.obstacles[o], scene.problem.body, m)
+            along, exact = scene.directions.direction(o, m)
             w[o, first:end] = along
             support[o, first:end] = exact + scene.slack * np.abs(along).sum()
             for t in range(first, end):

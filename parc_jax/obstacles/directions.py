@@ -34,12 +34,13 @@ class Multiplier(NamedTuple):
 
 @struct.dataclass
 class DirectionTable:
-    """Directions of every obstacle of a scene, padded with repetitions. Facet normals come first.
+    """Directions of every pair of an obstacle and a part of the body, obstacle by obstacle, padded
+    with repetitions. Facet normals come first.
 
-    w: (o, d, 2). support: (o, d) [m * |w|] of obstacle + (-body) along w, rounded to nearest.
+    w: (o, d, 2). support: (o, d) [m * |w|] of obstacle + (-shape) along w, rounded to nearest.
     n_facets: number of leading directions that hold all facet normals, padded to few values.
-    multipliers: per obstacle a tuple of d Multiplier. cones: per obstacle the pairs of neighbouring
-        rows. obstacles, body: what they are the directions of. These four are for the host only.
+    multipliers: per pair a tuple of d Multiplier. cones: per pair the neighbouring rows of its
+        obstacle. obstacles, shapes: of every pair. These four are for the host only.
     """
 
     w: np.ndarray
@@ -48,7 +49,7 @@ class DirectionTable:
     multipliers: tuple = struct.field(pytree_node=False, default=())
     cones: tuple = struct.field(pytree_node=False, default=())
     obstacles: tuple[HPolytope, ...] = struct.field(pytree_node=False, default=())
-    body: Disc | Polygon | None = struct.field(pytree_node=False, default=None)
+    shapes: tuple[Disc | Polygon, ...] = struct.field(pytree_node=False, default=())
 
     @property
     def arrays(self) -> "DirectionTable":
@@ -66,11 +67,11 @@ class DirectionTable:
         return out
 
     def direction(self, o: int, m: Multiplier) -> tuple[np.ndarray, float]:
-        """The direction of a multiplier of obstacle o, as `direction` gives it."""
-        return direction(self.obstacles[o], self.body, m)
+        """The direction of a multiplier of pair o, as `direction` gives it."""
+        return direction(self.obstacles[o], self.shapes[o], m)
 
     def nearest(self, o: int, w: np.ndarray) -> Multiplier:
-        """The multiplier of obstacle o whose direction is nearest to w (2,), on the two rows whose
+        """The multiplier of pair o whose direction is nearest to w (2,), on the two rows whose
         normals enclose w.
         """
         A = self.obstacles[o].A
@@ -93,22 +94,31 @@ class DirectionTable:
 
 def direction_table(problem: ReachAvoid) -> DirectionTable:
     """Facet normals and evenly spread directions in the normal cone of every corner of every
-    obstacle.
+    obstacle, for every part of the body.
     """
-    n_o = bucket(len(problem.obstacles))
+    shapes = tuple(part.shape for part in problem.parts)
+    n_o = bucket(len(problem.obstacles) * len(shapes))
     w = np.zeros((n_o, N_DIRECTIONS, 2))
     support = np.zeros((n_o, N_DIRECTIONS))
     multipliers, cones = [], []
     for j, obstacle in enumerate(problem.obstacles):
-        cones.append(tuple(_cones(obstacle, f"obstacle {j}")))
-        fan = _fan(obstacle.A.tobytes(), cones[-1])
-        multipliers.append(fan.multipliers)
-        w[j] = fan.w
-        support[j] = _supports(obstacle.b, problem.body, fan)
+        own = tuple(_cones(obstacle, f"obstacle {j}"))
+        fan = _fan(obstacle.A.tobytes(), own)
+        for shape in shapes:
+            w[len(cones)] = fan.w
+            support[len(cones)] = _supports(obstacle.b, shape, fan)
+            multipliers.append(fan.multipliers)
+            cones.append(own)
     facets = [len({m.rows for m in chosen if len(m.rows) == 1}) for chosen in multipliers]
     n_facets = min(N_DIRECTIONS, bucket(max(facets, default=1)))
     return DirectionTable(
-        w, support, n_facets, tuple(multipliers), tuple(cones), problem.obstacles, problem.body
+        w,
+        support,
+        n_facets,
+        tuple(multipliers),
+        tuple(cones),
+        tuple(obstacle for obstacle in problem.obstacles for _ in shapes),
+        shapes * len(problem.obstacles),
     )
 
 

@@ -4,11 +4,14 @@ import numpy as np
 from flax import struct
 
 from parc_jax.arrays import as_float64
+from parc_jax.body import Body
+from parc_jax.claim.error_set import ErrorBox
 from parc_jax.errors import InputError
 from parc_jax.network.predict import Layout
 from parc_jax.network.rounding import UNIT, rounding_bound
 from parc_jax.obstacles.directions import DirectionTable, direction_table
 from parc_jax.obstacles.grown import GrownObstacles, bucket, grown_obstacles
+from parc_jax.obstacles.pairs import Pairs, pairs_of
 from parc_jax.problem import ReachAvoid
 from parc_jax.sets.bounding_box import bounding_box
 from parc_jax.sets.hpolytope import HPolytope
@@ -38,7 +41,7 @@ class Scene:
     z_hi: np.ndarray
     k_lo: np.ndarray
     k_hi: np.ndarray
-    obstacles: GrownObstacles
+    obstacles: GrownObstacles | Pairs
     directions: DirectionTable | None
     slack: np.ndarray
     problem: ReachAvoid = struct.field(pytree_node=False, default=None)
@@ -181,9 +184,15 @@ def _padded(poly: HPolytope):
     return as_float64("rows", A, (None, None)), as_float64("offsets", b, (None,))
 
 
-def obstacles_of(problem: ReachAvoid, model) -> GrownObstacles:
-    """The obstacles as the verdict asks for gaps from them. Raises InputError."""
-    return grown_obstacles(problem, model.time.n_steps)
+def obstacles_of(problem: ReachAvoid, model) -> GrownObstacles | Pairs:
+    """The obstacles, with which every part of the body is to be kept apart: for one point in the
+    plane whose errors are boxes the exact distance is known in closed form. Raises InputError.
+    """
+    planar = model.layout == Layout(model.time.n_steps, 2)
+    boxes = isinstance(model.tube.errors, ErrorBox)
+    if planar and boxes and not isinstance(problem.body, Body):
+        return grown_obstacles(problem, model.time.n_steps)
+    return pairs_of(problem, model.points, model.layout)
 
 
 def float_slack(model, size):
