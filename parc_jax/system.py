@@ -103,12 +103,16 @@ ONE_POINT = ("reference",)  # what the point of a system without names is called
 
 def points_of(system) -> tuple[str, ...]:
     """Names of the reference points of a system. Raises InputError."""
-    names = getattr(system, "points", ONE_POINT)
+    return check_points(getattr(system, "name", "system"), getattr(system, "points", ONE_POINT))
+
+
+def check_points(owner: str, names) -> tuple[str, ...]:
+    """Validated names of reference points of what `owner` names. Raises InputError."""
     fine = isinstance(names, tuple | list) and all(isinstance(n, str) and n for n in names)
     if not fine or len(names) == 0 or len(set(names)) < len(names):
         raise InputError(
-            f"{getattr(system, 'name', 'system')}: expected points, a tuple of distinct names of "
-            f"reference points; got {names!r}."
+            f"{owner}: expected points, a tuple of distinct names of reference points; got "
+            f"{names!r}."
         )
     return tuple(names)
 
@@ -133,3 +137,4 @@ def check_system(system) -> None:
             f"{system.name}: expected a method rollout(key, k), or rollout_batch(keys, ks); there "
             "is neither."
         )
+    points_of(system)

@@ -77,7 +77,7 @@ def calibrate_bins(
             f"{profile.n_bins} holds "
             f"{counts.max()}. Use fewer bins, a larger eps, or one claim over K (calibrate)."
         )
-    term = intersample.term(time.dt_record, profile.n_p)
+    term = intersample.term(time.dt_record, profile.n_p, profile.n_points)
     return error_claim(
         kind="pac",
         tube=scaled(profile, scale, term),

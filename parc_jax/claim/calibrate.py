@@ -84,7 +84,7 @@ def calibrate(
             )
     scale = float(kept_maximum(independent, discard))
     evidence["scale"] = scale.hex()
-    term = intersample.term(time.dt_record, profile.n_p)
+    term = intersample.term(time.dt_record, profile.n_p, profile.n_points)
     return error_claim(
         kind=kind,
         tube=scaled(profile, np.full(profile.n_bins, scale), term),
@@ -134,9 +134,8 @@ def scaled(profile: Tube, scale: np.ndarray, term: np.ndarray) -> Tube:
     """
     scale = np.asarray(scale, np.float64)
     interval = np.nextafter((scale[:, None, None] * profile.interval + term) * _OUTWARD, np.inf)
-    return tube(
-        profile.edges, interval, np.nextafter(scale[:, None] * profile.final * _OUTWARD, np.inf)
-    )
+    final = np.nextafter(scale[:, None] * profile.final * _OUTWARD, np.inf)
+    return tube(profile.edges, interval, final, profile.n_points)
 
 
 def evidence_of(scores: Scores) -> dict:

@@ -32,7 +32,7 @@ def assumed_claim(net: ReLUNetwork, train: RolloutBatch, bins=None) -> ErrorClai
     between = DISCRETE_TIME.assumption(train.time.dt_record)
     return error_claim(
         kind="assumed",
-        tube=tube(frame.edges, interval, final),
+        tube=tube(frame.edges, interval, final, len(train.points)),
         quantifier="assumed for every run",
         eps=None,
         delta=None,

@@ -177,7 +177,7 @@ def _cell_maxima(k, flat, domain: Box, per_axis: int) -> tuple[np.ndarray, np.nd
 
 
 def _join_times(interval: np.ndarray) -> np.ndarray:
-    """Errors (n, T, n_p) -> (n, m), neighbouring intervals joined by their maximum: enough to see
+    """Errors (n, T, n_c) -> (n, m), neighbouring intervals joined by their maximum: enough to see
     where to cut K.
     """
     first = np.unique(np.linspace(0, interval.shape[1], _TIMES, endpoint=False).astype(int))

@@ -16,6 +16,7 @@ from parc_jax.claim.simplices import Simplices, triangulate
 from parc_jax.claim.tube import Tube, tube, zero_tube
 from parc_jax.errors import InputError
 from parc_jax.keys import Stage
+from parc_jax.network.predict import Layout, layout_of
 from parc_jax.network.relu import ReLUNetwork
 from parc_jax.rollout.law import law_of
 from parc_jax.rollout.simulate import Rows, simulator
@@ -29,7 +30,7 @@ class Lipschitz:
     """Declared: moving k_i by 1 moves p_c(s) by at most p[c, i] [m] at every s, and q_c by at most
     q[c, i].
 
-    p: broadcastable to (n_p, n_k). q: broadcastable to (n_q, n_k).
+    p: broadcastable to (n_c, n_k). q: broadcastable to (n_q, n_k).
     """
 
     p: np.ndarray | float
@@ -41,7 +42,7 @@ class Curvature:
     """Declared: p_c(s; k) is differentiable in k, and its gradient changes by at most p[c] |k - k'|
     (Euclidean); same for q.
 
-    p: broadcastable to (n_p,). q: broadcastable to (n_q,).
+    p: broadcastable to (n_c,). q: broadcastable to (n_q,).
     """
 
     p: np.ndarray | float
@@ -83,8 +84,9 @@ def lipschitz_cover(
     centres = np.stack(np.meshgrid(*middles, indexing="ij"), axis=-1).reshape(-1, domain.n)
     errors = _errors_at(net, system, key, centres, path, quiet)
     half = np.array([np.diff(e).max() for e in edges]) / 2
-    slope = _network_slopes(C, system.time.n_steps, system.n_p)
-    declared_p = _constant("p", constants.p, (system.n_p, domain.n))
+    layout = layout_of(system)
+    slope = _network_slopes(C, layout)
+    declared_p = _constant("p", constants.p, (layout.n_c, domain.n))
     declared_q = _constant("q", constants.q, (system.n_q, domain.n))
     # by how much the error may grow between the centre of a cell and its farthest point
     growth_interval = (slope.interval + declared_p[None]) @ half
@@ -93,6 +95,7 @@ def lipschitz_cover(
         edges_of(domain, bins),
         (_bin_maxima(errors.interval, cells, bins) + growth_interval) * _UP,
         (_bin_maxima(errors.final, cells, bins) + growth_final) * _UP,
+        layout.n_points,
     )
     label = f"LIPSCHITZ(p <= {_text(constants.p)}, q <= {_text(constants.q)} per unit of k)"
     return _claim(net, system, found, len(centres), label, intersample)
@@ -135,7 +138,8 @@ def curvature_cover(
     n = domain.n
     mesh = triangulate(vertices, domain, size)
     errors = _errors_at(net, system, key, np.clip(mesh.points, domain.lo, domain.hi), path, quiet)
-    declared_p = _constant("p", constants.p, (system.n_p,))
+    layout = layout_of(system)
+    declared_p = _constant("p", constants.p, (layout.n_c,))
     declared_q = _constant("q", constants.q, (system.n_q,))
     bend = mesh.longest**2 * n / (4 * (n + 1))
     edges = edges_of(domain, (1,) * n if bins is None else bins)
@@ -146,7 +150,8 @@ def curvature_cover(
     # simplices this far apart
     loose = TOLERANCES.vertex_relative * np.abs(np.concatenate([domain.lo, domain.hi])).max()
     slack = loose * _steepest(net)
-    found = tube(edges, (largest.interval + slack) * _UP, (largest.final + slack) * _UP)
+    widths = ((largest.interval + slack) * _UP, (largest.final + slack) * _UP)
+    found = tube(edges, *widths, layout.n_points)
     label = f"CURVATURE(p <= {_text(constants.p)}, q <= {_text(constants.q)} per squared unit of k)"
     return _claim(net, system, found, len(mesh.points), label, intersample)
 
@@ -177,14 +182,16 @@ def _errors_at(net, system, key, k: np.ndarray, path, quiet) -> Errors:
     return errors
 
 
-def _network_slopes(C: np.ndarray, T: int, n_p: int) -> Errors:
-    """Largest |d output / d k_i| over regions: interval (T, n_p, n_k) over both end knots, final
-    (n_p + n_q, n_k).
+def _network_slopes(C: np.ndarray, layout: Layout) -> Errors:
+    """Largest |d output / d k_i| over regions: interval (T, n_c, n_k) over both end knots, final
+    (n_c + n_q, n_k).
     """
     steepest = np.abs(np.asarray(C, np.float64)).max(axis=0)
-    knots = steepest[: T * n_p].reshape(T, n_p, -1)
-    before = np.concatenate([np.zeros_like(knots[:1]), knots[:-1]])
-    return Errors(np.maximum(before, knots), steepest[(T - 1) * n_p :])
+    start = np.zeros((layout.n_p, steepest.shape[1]))
+    moving = np.concatenate([start, steepest[: layout.n_offsets]])
+    knots = moving.reshape(-1, layout.n_c, steepest.shape[1])
+    at_end = steepest[layout.n_offsets - layout.n_c :]
+    return Errors(np.maximum(knots[:-1], knots[1:]), at_end)
 
 
 def _constant(name: str, value, shape: tuple[int, ...]) -> np.ndarray:
@@ -228,10 +235,11 @@ def _steepest(net: ReLUNetwork) -> float:
 
 def _claim(net, system, found: Tube, n: int, label: str, intersample: Intersample) -> ErrorClaim:
     h = system.time.dt_record
-    term = intersample.term(h, system.n_p)
+    term = intersample.term(h, system.n_p, found.n_points)
+    interval = np.nextafter(found.interval + term, np.inf)
     return error_claim(
         kind="cover",
-        tube=tube(found.edges, np.nextafter(found.interval + term, np.inf), found.final),
+        tube=tube(found.edges, interval, found.final, found.n_points),
         quantifier=f"for every k in K of {system.name}, which has no disturbance",
         eps=None,
         delta=None,

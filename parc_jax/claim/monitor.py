@@ -105,6 +105,6 @@ def inside_tube(claim: ErrorClaim, net: ReLUNetwork, batch: RolloutBatch) -> np.
     """
     errors = measure(net, batch)
     interval, final = claim.tube.narrowest_at(batch.k)
-    between = np.asarray(claim.intersample or (0.0,) * batch.n_p)
+    between = np.asarray(claim.intersample or (0.0,) * batch.n_c)
     fits = (errors.interval <= interval - between).all(axis=(1, 2))
     return fits & (errors.final <= final).all(axis=1)

@@ -208,11 +208,13 @@ def learn_profiles(
     drawn: list[np.ndarray] = []
     measured: list[list[Errors]] = [[] for _ in nets]
     domain = None
+    n_points = 1
     for batch in itertools.chain([] if train is None else [train], further):
         usable = batch.select(~batch.failed)
         if not usable.n:
             continue
         domain = batch.domain
+        n_points = len(batch.points)
         drawn.append(usable.k)
         for net, errors in zip(nets, measured, strict=True):
             found = measure(net, usable)
@@ -226,10 +228,10 @@ def learn_profiles(
     for errors in measured:
         joined = Errors(*(np.concatenate(e) for e in zip(*errors, strict=True)))
         if head is None:
-            out.append(profile_of(k, joined, domain, bins))
+            out.append(profile_of(k, joined, domain, bins, n_points))
         else:
             cut = choose_edges(k, joined, domain) if bins is None else bins
-            out.append(scale_profile(k, joined, domain, cut, head, key))
+            out.append(scale_profile(k, joined, domain, cut, head, key, n_points))
         if bins is None:  # all networks share the first one's bins, and so its compiled code
             bins = out[0].edges
     return out

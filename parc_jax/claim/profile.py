@@ -27,7 +27,7 @@ def training_profile(
     Raises InputError when no run is finite.
     """
     k, errors = training_errors(net, train)
-    return profile_of(k, errors, train.domain, bins, floor)
+    return profile_of(k, errors, train.domain, bins, len(train.points), floor)
 
 
 def training_errors(net: ReLUNetwork, train: RolloutBatch) -> tuple[np.ndarray, Errors]:
@@ -39,16 +39,23 @@ def training_errors(net: ReLUNetwork, train: RolloutBatch) -> tuple[np.ndarray, 
 
 
 def profile_of(
-    k: np.ndarray, errors: Errors, domain: Box, bins=None, floor: float = TOLERANCES.profile_floor
+    k: np.ndarray,
+    errors: Errors,
+    domain: Box,
+    bins=None,
+    n_points: int = 1,
+    floor: float = TOLERANCES.profile_floor,
 ) -> Tube:
-    """The profile of `training_profile` from measured, finite errors."""
+    """The profile of `training_profile` from measured, finite errors; n_points: reference points
+    whose coordinates are the columns of the errors.
+    """
     edges = choose_edges(k, errors, domain, floor) if bins is None else edges_of(domain, bins)
     empty, largest, counts = bin_maxima(k, errors, edges)
     widths = [
         smoothed(part.reshape(*empty.grid, -1), counts.reshape(empty.grid)).reshape(part.shape)
         for part in largest
     ]
-    return tube(empty.edges, widths[0] + floor, widths[1] + floor)
+    return tube(empty.edges, widths[0] + floor, widths[1] + floor, n_points)
 
 
 def edges_of(domain: Box, bins) -> tuple[np.ndarray, ...]:

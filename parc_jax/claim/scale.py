@@ -40,23 +40,24 @@ def scale_profile(
     bins,
     hidden: tuple[int, ...],
     key: jax.Array,
+    n_points: int = 1,
     floor: float = TOLERANCES.profile_floor,
 ) -> Tube:
     """A profile from parameters k (n, n_k) and measured, finite errors, through a head with these
     hidden layers.
 
-    bins: numbers or edges per axis of K, as in `edges_of`. floor: [m, rad]. Uses the FIT stream of
+    bins: numbers or edges per axis of K, as in `edges_of`. n_points: reference points whose
+    coordinates are the columns of the errors. floor: [m, rad]. Uses the FIT stream of
         `key`.
     Raises InputError.
     """
     edges = edges_of(domain, bins)
     sizes = np.concatenate([np.asarray(e, np.float64).reshape(len(k), -1) for e in errors], axis=1)
-    n_steps, n_p = errors.interval.shape[1:]
-    largest = upper_bounds(fit_scale(k, sizes, n_steps * n_p, hidden, key), edges)
+    n_steps, n_c = errors.interval.shape[1:]
+    largest = upper_bounds(fit_scale(k, sizes, n_steps * n_c, hidden, key), edges)
     widths = np.maximum(largest, LEAST * sizes.max(axis=0)) + floor
-    return tube(
-        edges, widths[:, : n_steps * n_p].reshape(-1, n_steps, n_p), widths[:, n_steps * n_p :]
-    )
+    interval = widths[:, : n_steps * n_c].reshape(-1, n_steps, n_c)
+    return tube(edges, interval, widths[:, n_steps * n_c :], n_points)
 
 
 def fit_scale(

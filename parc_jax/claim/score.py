@@ -9,6 +9,7 @@ from parc_jax.claim.measure import Errors, measure
 from parc_jax.claim.tube import Tube
 from parc_jax.errors import InputError
 from parc_jax.keys import Stage
+from parc_jax.network.predict import Layout, layout_of
 from parc_jax.network.relu import ReLUNetwork
 from parc_jax.rollout.batch import RolloutBatch, worst_by_group
 from parc_jax.rollout.collect import stream_rollouts
@@ -22,7 +23,7 @@ class Scores:
     for a failed run.
 
     rows (n,), k (n, n_k), score (n,) float64; worst (n,) int32: coordinate of the maximum,
-    intervals (t, p) first, then final; ids (n,) content hashes.
+    intervals (t, column) first, then final; ids (n,) content hashes.
     law, seed, stage: where the runs come from. groups: (n,) which recording a row is part of, None
     = every row its own run. marks: of recorded runs, to recognise copies.
     """
@@ -74,7 +75,7 @@ def score_system(
     """Scores of n fresh runs, never holding more than a few chunks of them; resumable when `path`
     (a folder) is given. Arguments as in `collect`. Does not consume `key`. Raises InputError.
     """
-    check_profile(net, profile, system.time, system.n_p)
+    check_profile(net, profile, layout_of(system))
     fresh = stream_rollouts(system, key, n, stage, k=k, chunk=chunk, path=path, quiet=quiet)
     return scores_of([net], [profile], fresh)[0]
 
@@ -100,7 +101,7 @@ def scores_of(
         if batch.seed is None:
             marks.append(marks_of(batch))
         for number, (net, profile) in enumerate(zip(nets, profiles, strict=True)):
-            check_profile(net, profile, batch.time, batch.n_p)
+            check_profile(net, profile, layout_of(batch))
             largest, where = score_errors(measure(net, batch), profile, batch.k)
             score[number].append(largest)
             worst[number].append(where)
@@ -137,21 +138,17 @@ def score_errors(errors: Errors, profile: Tube, k: np.ndarray) -> tuple[np.ndarr
     return ratio.max(axis=1), ratio.argmax(axis=1).astype(np.int32)
 
 
-def check_profile(net: ReLUNetwork, profile: Tube, time, n_p: int) -> None:
+def check_profile(net: ReLUNetwork, profile: Tube, layout: Layout) -> None:
     """Refuse a profile that does not fit the network, or has a zero or infinite width. Raises
     InputError.
     """
-    T = time.n_steps
-    n_end = net.n_out - (time.n_steps - 1) * n_p
-    if (
-        (profile.n_steps, profile.n_p) != (T, n_p)
-        or profile.n_p + profile.n_q != n_end
-        or profile.n_k != net.n_in
-    ):
+    n_end = net.n_out - layout.n_offsets + layout.n_c
+    if profile.layout != layout or profile.n_c + profile.n_q != n_end or profile.n_k != net.n_in:
         raise InputError(
-            f"profile: expected interval (bins, {T}, {n_p}), final (bins, {n_end}), edges for "
-            f"{net.n_in} axes; "
-            f"got {profile.interval.shape}, {profile.final.shape}, {profile.n_k} axes."
+            f"profile: expected interval (bins, {layout.n_steps}, {layout.n_c}) of "
+            f"{layout.n_points} reference points, final (bins, {n_end}), edges for {net.n_in} "
+            f"axes; got {profile.interval.shape} of {profile.n_points}, {profile.final.shape}, "
+            f"{profile.n_k} axes."
         )
     widths = np.concatenate([profile.interval.reshape(-1), profile.final.reshape(-1)])
     if not (np.isfinite(widths).all() and (widths > 0).all()):

@@ -18,6 +18,7 @@ from parc_jax.claim.tube import Tube, tube
 from parc_jax.distributed import rank_and_size
 from parc_jax.errors import InputError
 from parc_jax.keys import Stage, stream
+from parc_jax.network.predict import layout_of
 from parc_jax.network.relu import ReLUNetwork
 from parc_jax.rollout.chunks import ChunkStore
 from parc_jax.rollout.forecast import Forecast, Pace
@@ -95,7 +96,8 @@ def search_worst(
         )
     from tqdm import tqdm
 
-    check_profile(net, profile, system.time, system.n_p)
+    layout = layout_of(system)
+    check_profile(net, profile, layout)
     batch = runs // rounds
     sim = simulator(system)
     search = _Search(
@@ -105,7 +107,7 @@ def search_worst(
         profile=profile,
         batch=batch,
         rounds=rounds,
-        slack=allowance(net, system.domain, system.time, system.n_p),
+        slack=allowance(net, system.domain, layout),
         slopes=_slope_function(net, system) if gradients else None,
         rng=np.random.default_rng(
             np.asarray(jax.random.key_data(stream(key, Stage.SEARCH)), np.uint32)
@@ -179,7 +181,7 @@ class _Search:
             part = slice(start, start + piece)
             trajectory = self.sim.run(Rows(jnp.asarray(keys[part]), k[part]))
             errors = measure_arrays(
-                self.net, self.slack, system.time, k[part], trajectory.p, trajectory.q
+                self.net, self.slack, layout_of(system), k[part], trajectory.p, trajectory.q
             )
             scores.append(score_errors(errors, self.profile, k[part])[0])
             if bar is not None:
@@ -234,6 +236,7 @@ def enlarge(claim: ErrorClaim, profile: Tube, attack: Attack) -> ErrorClaim:
         profile.edges,
         np.maximum(claim.tube.interval, held.interval),
         np.maximum(claim.tube.final, held.final),
+        profile.n_points,
     )
     grown = int((wider.interval > claim.tube.interval).any(axis=(1, 2)).sum())
     found = {"runs": len(attack.score), "failed": int((~finite).sum()), "bins_widened": grown}
@@ -263,7 +266,7 @@ def _uphill(slopes, profile, keys, k):
     """Signs (B, n_k) of the derivative of the score in k; zero where it is not finite."""
     numbers = profile.bins_of(k)[:, 0]
     with x64():
-        widths = (jnp.asarray(profile.during(numbers)), jnp.asarray(profile.at_end(numbers)))
+        widths = (jnp.asarray(profile.interval[numbers]), jnp.asarray(profile.final[numbers]))
         return np.nan_to_num(np.sign(np.asarray(slopes(jnp.asarray(k), jnp.asarray(keys), widths))))
 
 
@@ -274,7 +277,7 @@ def _slope_function(net, system):
 
     def score(k, key, widths):
         p, q = system.rollout(key, k)
-        errors = rollout_errors(net, k, p, q, stride=system.time.stride)
+        errors = rollout_errors(net, k, p.reshape(len(p), -1), q, layout=layout_of(system))
         return jnp.maximum((errors.interval / widths[0]).max(), (errors.final / widths[1]).max())
 
     return jax.jit(jax.vmap(jax.jacfwd(score)))

@@ -91,6 +91,7 @@ def allow_for_start(claim: ErrorClaim, trial: StartTrial) -> ErrorClaim:
         claim.tube.edges,
         np.nextafter(claim.tube.interval + trial.declared, np.inf),
         np.nextafter(claim.tube.final + trial.declared, np.inf),
+        claim.tube.n_points,
     )
     tried = "not measured" if trial.seen is None else f"{trial.seen:.2g} seen from {STARTS} starts"
     named = f"{IDENTIFIER}(within {trial.declared:g}; {tried})"

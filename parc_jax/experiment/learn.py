@@ -127,7 +127,7 @@ def _learned(
         with watch("claims"):
             published = assumed_claim(net, train, edges if "bins" in study.claims else None)
         assumed, *claimed = (
-            trajectory_model(net, claim, train.domain, train.time, train.name, named)
+            trajectory_model(net, claim, train.domain, train.time, train.name, named, train.points)
             for claim in (on_bins(published, edges), *honest)
         )
         found.append(NetworkModels(name_of(hidden), assumed, claimed))
@@ -150,8 +150,8 @@ def networks(train: RolloutBatch, study: Study, key: jax.Array) -> list[ReLUNetw
 
 
 def final_error(model: TrajectoryModel) -> np.ndarray:
-    """(n_p + n_q,) median over the bins with a claim of the half widths at the end; infinite when
+    """(n_c + n_q,) median over the bins with a claim of the half widths at the end; infinite when
     there is none.
     """
     final = model.tube.final[model.tube.claimed]
-    return np.median(final, axis=0) if len(final) else np.full(model.n_p + model.n_q, np.inf)
+    return np.median(final, axis=0) if len(final) else np.full(model.n_c + model.n_q, np.inf)

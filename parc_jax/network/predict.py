@@ -6,6 +6,8 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
+from parc_jax.system import points_of
+
 HIGHEST = jax.lax.Precision.HIGHEST  # accelerators round inputs of products to fewer bits otherwise
 
 
@@ -28,6 +30,11 @@ class Layout(NamedTuple):
     def n_offsets(self) -> int:
         """Number of outputs before q."""
         return (self.n_steps + 1) * self.n_c - self.n_p
+
+
+def layout_of(source) -> Layout:
+    """Of a network that is learned from this black box, or batch of its runs."""
+    return Layout(source.time.n_steps, source.n_p, len(points_of(source)))
 
 
 def forward(weights, biases, x) -> tuple[jax.Array, jax.Array]:

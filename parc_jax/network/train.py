@@ -19,7 +19,7 @@ import optax
 from parc_jax.errors import InputError
 from parc_jax.keys import Stage, stream
 from parc_jax.network.fold import Normalisation, fold
-from parc_jax.network.predict import features, outputs
+from parc_jax.network.predict import features, layout_of, outputs
 from parc_jax.network.relu import ReLUNetwork
 
 # [mean feature power] keeps dead and twin features from making the last layer singular
@@ -87,7 +87,7 @@ def train_report(
 ) -> tuple[ReLUNetwork, TrainReport]:
     """As `train`, with the held-out errors of every seed."""
     options = {"key": key, "seeds": seeds, "steps": steps, "batch": batch, "validation": validation}
-    return fit(*training_arrays(data), data.time.n_steps * data.n_p, hidden, **options)
+    return fit(*training_arrays(data), layout_of(data).n_offsets, hidden, **options)
 
 
 def fit(
@@ -133,11 +133,12 @@ def fit(
 
 
 def training_arrays(data) -> tuple[np.ndarray, np.ndarray]:
-    """Parameters (n, n_k) and targets (n, T n_p + n_q) at the model knots, finite rows only. Raises
-    InputError.
+    """Parameters (n, n_k) and targets (n, n_out) at the model knots, in the order of `Layout`,
+    finite rows only. Raises InputError.
     """
-    knots = np.asarray(data.p, np.float64)[:, data.time.stride :: data.time.stride]
-    y = np.concatenate([knots.reshape(len(knots), -1), np.asarray(data.q, np.float64)], axis=1)
+    knots = np.asarray(data.p, np.float64)[:, :: data.time.stride]
+    offsets = knots.reshape(len(knots), -1)[:, data.n_p :]
+    y = np.concatenate([offsets, np.asarray(data.q, np.float64)], axis=1)
     finite = np.isfinite(y).all(axis=1)
     if finite.sum() < 10:
         raise InputError(

@@ -10,7 +10,7 @@ from parc_jax.arrays import as_float64
 from parc_jax.errors import InputError
 from parc_jax.rollout.law import LawSpec
 from parc_jax.sets.box import Box
-from parc_jax.system import TimeGrid
+from parc_jax.system import ONE_POINT, TimeGrid, check_points
 
 
 @struct.dataclass
@@ -19,10 +19,11 @@ class RolloutBatch:
 
     rows:   (n,) int64           global row numbers within (seed, stage).
     k:      (n, n_k) float64     parameters that were run.
-    p:      (n, n_record + 1, n_p) [m], float64 or float32 storage; relative to the start, so p[:,
-        0] = 0.
+    p:      (n, n_record + 1, n_c) [m], float64 or float32 storage; columns: the coordinates of all
+        reference points, point by point, relative to the start of the first: p[:, 0, :n_p] = 0.
     q:      (n, n_q)             other goal states at t_f.
     domain: Box                  K.
+    points: (n_points,)          names of the reference points, static.
     groups: (n,) int64           which recording a row is part of; None = every row is its own run.
         Rows of one group are not independent: they are split together and count as one.
     time, law, seed, stage: static; seed is the data of the random key, seed and stage are None for
@@ -40,6 +41,7 @@ class RolloutBatch:
     seed: tuple[int, ...] | None = struct.field(pytree_node=False, default=None)
     stage: int | None = struct.field(pytree_node=False, default=None)
     groups: np.ndarray | None = None
+    points: tuple[str, ...] = struct.field(pytree_node=False, default=ONE_POINT)
 
     @property
     def n(self) -> int:
@@ -54,6 +56,11 @@ class RolloutBatch:
     @property
     def n_p(self) -> int:
         """Dimension of the workspace."""
+        return self.n_c // len(self.points)
+
+    @property
+    def n_c(self) -> int:
+        """Number of columns: the coordinates of all reference points."""
         return self.p.shape[2]
 
     @property
@@ -129,13 +136,16 @@ def rollout_batch(
     seed=None,
     stage=None,
     groups=None,
+    points=ONE_POINT,
 ) -> RolloutBatch:
     """Validated batch. k must be finite and inside the domain; p and q may hold NaN (failed
-    runs). groups: (n,) whole numbers or names, or None.
+    runs). groups: (n,) whole numbers or names, or None. points: names of the reference points,
+    whose coordinates are the columns of p. Raises InputError.
     """
     require_finite_k(k)
     k = as_float64("rollouts k", k, (None, domain.n))
     n = k.shape[0]
+    points = check_points("rollouts", points)
     p, q = np.asarray(p), np.asarray(q, dtype=np.float64)
     if p.dtype != np.float32:
         p = p.astype(np.float64, copy=False)
@@ -145,17 +155,25 @@ def rollout_batch(
             "sample per record time; "
             f"got {p.shape}. Do dt_record and t_f match the recording?"
         )
+    n_p, beyond = divmod(p.shape[2], len(points))
+    if beyond or n_p < 1:
+        raise InputError(
+            f"rollouts p: expected columns of {len(points)} reference points "
+            f"({', '.join(points)}), equally many each; got {p.shape[2]} columns."
+        )
     if q.ndim != 2 or q.shape[0] != n:
         raise InputError(
             f"rollouts q: expected shape ({n}, n_q), (n, 0) without other goal states; got "
             f"{q.shape}."
         )
-    moved = np.isfinite(p[:, 0]).all(axis=1) & (p[:, 0] != 0).any(axis=1)
+    begin = p[:, 0, :n_p]
+    moved = np.isfinite(begin).all(axis=1) & (begin != 0).any(axis=1)
     if moved.any():
         raise InputError(
             "rollouts p: expected positions relative to the start, p[:, 0] = 0; run "
             f"{int(np.argmax(moved))} starts at "
-            f"{p[np.argmax(moved), 0]}. Subtract the start."
+            f"{begin[np.argmax(moved)]}. Subtract the start"
+            f"{'.' if points == ONE_POINT else f' of {points[0]} from all points.'}"
         )
     outside = ~domain.contains(k)
     if outside.any():
@@ -165,7 +183,8 @@ def rollout_batch(
             f"{k[first]}. Widen it?"
         )
     rows = np.arange(n, dtype=np.int64) if rows is None else np.asarray(rows, np.int64)
-    return RolloutBatch(rows, k, p, q, domain, time, law, seed, stage, group_numbers(groups, n))
+    numbers = group_numbers(groups, n)
+    return RolloutBatch(rows, k, p, q, domain, time, law, seed, stage, numbers, points)
 
 
 def group_numbers(groups, n: int) -> np.ndarray | None:
@@ -217,20 +236,17 @@ def require_finite_k(k) -> None:
 
 
 def concatenate(batches) -> RolloutBatch:
-    """One batch from several of the same law, time grid and domain, in order. Raises InputError
-    when they differ.
+    """One batch from several of the same law, time grid, domain and reference points, in order.
+    Raises InputError when they differ.
     """
     batches = list(batches)
     first = batches[0]
+    shared = ("law", "time", "seed", "stage", "points")
     for other in batches[1:]:
-        if (other.law, other.time, other.seed, other.stage) != (
-            first.law,
-            first.time,
-            first.seed,
-            first.stage,
-        ):
+        if any(getattr(other, fact) != getattr(first, fact) for fact in shared):
             raise InputError(
-                "concatenate: expected batches of one law, time grid, seed and stage; they differ."
+                "concatenate: expected batches of one law, time grid, seed, stage and reference "
+                "points; they differ."
             )
     if len({b.groups is None for b in batches}) > 1:
         raise InputError("concatenate: expected groups in all batches or in none.")

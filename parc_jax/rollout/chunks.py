@@ -19,6 +19,7 @@ from parc_jax.distributed import gather_arrays, rank_and_size
 from parc_jax.errors import InputError
 from parc_jax.rollout.files import read_npz, write_atomic, write_npz
 from parc_jax.rollout.resume import refuse_other_work
+from parc_jax.system import points_of
 
 Arrays = dict[str, np.ndarray]
 
@@ -146,7 +147,8 @@ def default_chunk(system, n: int, workers: int) -> int:
     """Rows per compiled call: a power of two, small enough for the caches of a CPU or for 256 MiB
     on an accelerator.
     """
-    row_bytes = 8 * ((system.time.n_record + 1) * system.n_p + system.n_q)
+    n_c = len(points_of(system)) * system.n_p
+    row_bytes = 8 * ((system.time.n_record + 1) * n_c + system.n_q)
     largest = 256 if jax.default_backend() == "cpu" else max(256, 2**28 // row_bytes)
     wanted = max(16, -(-n // workers))
     return min(1 << (largest.bit_length() - 1), 1 << (wanted - 1).bit_length())

@@ -24,6 +24,7 @@ from parc_jax.rollout.rows import (
     seed_of,
     simulate_rows,
 )
+from parc_jax.system import points_of
 
 
 def collect(
@@ -151,4 +152,5 @@ def stream_rollouts(
             rows=rows,
             seed=seed,
             stage=int(stage),
+            points=points_of(system),
         )

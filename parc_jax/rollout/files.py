@@ -13,7 +13,7 @@ from parc_jax.errors import InputError
 from parc_jax.rollout.batch import RolloutBatch, rollout_batch
 from parc_jax.rollout.law import LawSpec
 from parc_jax.sets.box import box
-from parc_jax.system import time_grid
+from parc_jax.system import ONE_POINT, time_grid
 
 FORMAT = "parc_jax.rollouts/1"
 RAGGED = (
@@ -80,6 +80,7 @@ def save_rollouts(path, batch: RolloutBatch, made_by: dict | None = None) -> Pat
         "seed": batch.seed,
         "stage": batch.stage,
         "made_by": made_by,
+        "points": batch.points,
     }
     arrays = {
         "rows": batch.rows,
@@ -113,6 +114,7 @@ def rollouts_from_npz(path, arrays: dict) -> RolloutBatch:
             seed=None if meta["seed"] is None else tuple(meta["seed"]),
             stage=meta["stage"],
             groups=arrays.get("groups"),
+            points=meta.get("points", ONE_POINT),
         )
     except KeyError as error:
         raise InputError(

@@ -16,7 +16,7 @@ import numpy as np
 
 from parc_jax.rollout.law import law_of
 from parc_jax.rollout.user_code import is_own
-from parc_jax.system import check_system
+from parc_jax.system import check_system, points_of
 
 # how fast it runs and what its numbers are called, not what it is
 OPERATIONAL = ("workers", "threads", "chunk", "p_labels", "q_labels", "k_labels")
@@ -56,11 +56,12 @@ def identity_of(system) -> dict:
         "grid": [float(v).hex() for v in (time.dt, time.t_f, time.dt_record)],
         "n_p": int(system.n_p),
         "n_q": int(system.n_q),
+        "points": list(points_of(system)),
         "dtype of the system": np.dtype(getattr(system, "dtype", np.float64)).name,
         "code": reader.digest(type(system)),
     }
     for name, value in reader.attributes(system):
-        if name not in ("domain", "time", "law"):  # said above
+        if name not in ("domain", "time", "law", "points"):  # said above
             identity[f"attribute {name}"] = reader.digest(value)
     return identity
 

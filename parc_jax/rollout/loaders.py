@@ -1,5 +1,6 @@
 """Rollouts from files: our own .npz, a folder of CSV logs, the published *_rawdata.mat layout."""
 
+from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
@@ -9,7 +10,7 @@ from parc_jax.rollout.batch import RolloutBatch, require_finite_k, rollout_batch
 from parc_jax.rollout.files import RAGGED, read_npz, rollouts_from_npz
 from parc_jax.rollout.law import law_spec
 from parc_jax.sets.box import Box, box
-from parc_jax.system import TimeGrid
+from parc_jax.system import ONE_POINT, TimeGrid, check_points
 
 K_LAWS = ("logged", "uniform")
 
@@ -21,11 +22,13 @@ def load_rollouts(
     *,
     k_law: str = "logged",
     groups=None,
+    points: Sequence[str] | None = None,
 ) -> RolloutBatch:
     """A batch from a file or folder. Raises InputError that says what is missing.
 
     *.npz   written by `save_rollouts`: complete as it is. Others: arrays k (n, n_k), p (n, n_record
-            + 1, n_p) and, where there are other goal states, q (n, n_q); groups (n,) see below.
+            + 1, n_p), of m reference points (n, n_record + 1, m, n_p), and, where there are other
+            goal states, q (n, n_q); groups (n,) and points (m,) see below.
     *.mat   ks_data (n_k, n), ps_data (n_t, n_p, n), qs_data (n_q, n), as the published code saves
     it. folder  k.csv (n rows of n_k numbers), q.csv (n rows of n_q; may be absent), and one file
             per run in p/, whose names sort in the order of the rows, each with n_record + 1 rows of
@@ -34,8 +37,10 @@ def load_rollouts(
     smallest box that holds all k, which makes the claim about that box. k_law: "logged", or
     "uniform" where the k are known to be independent uniform draws from `domain`, which must then
     be given; a claim speaks of shares of K only then. groups: (n,) which recording each row was cut
-    from, numbers or names; rows of one recording are not independent, and count as one. Positions
-    are made relative to each run's start. Runs with NaN stay.
+    from, numbers or names; rows of one recording are not independent, and count as one. points:
+    names of the m reference points; a table with a column per coordinate (CSV, .mat) has them point
+    by point: x, y of the first, x, y of the second. Positions are made relative to where the first
+    point of each run starts. Runs with NaN stay.
     """
     path = Path(path)
     if k_law not in K_LAWS or (k_law == "uniform" and domain is None):
@@ -44,32 +49,33 @@ def load_rollouts(
             f"got {k_law!r} and domain = {domain}."
         )
     if path.is_dir():
-        return _assemble(path, _csv_folder(path), time, domain, k_law, groups)
+        return _assemble(path, _csv_folder(path), time, domain, k_law, groups, points)
     if path.suffix == ".mat":
-        return _assemble(path, _mat_arrays(path), time, domain, k_law, groups)
+        return _assemble(path, _mat_arrays(path), time, domain, k_law, groups, points)
     if path.suffix != ".npz":
         raise InputError(f"{path}: expected a .npz file, a .mat file or a folder of CSV files.")
     arrays = read_npz(path)
     if "meta" not in arrays:
-        return _assemble(path, arrays, time, domain, k_law, groups)
-    if k_law != "logged" or groups is not None:
+        return _assemble(path, arrays, time, domain, k_law, groups, points)
+    if k_law != "logged" or groups is not None or points is not None:
         raise InputError(
-            f"{path}: expected neither k_law nor groups; a file of save_rollouts knows its own."
+            f"{path}: expected neither k_law nor groups nor points; a file of save_rollouts knows "
+            "its own."
         )
     return rollouts_from_npz(path, arrays)
 
 
-def _assemble(path: Path, arrays: dict, time, domain, k_law: str, groups) -> RolloutBatch:
+def _assemble(path: Path, arrays: dict, time, domain, k_law: str, groups, points) -> RolloutBatch:
     missing = {"k", "p"} - arrays.keys()
     if missing:
         raise InputError(
             f"{path}: expected arrays k and p; {', '.join(sorted(missing))} is missing."
         )
     k, p = (_numbers(path, name, arrays[name]) for name in ("k", "p"))
-    if p.ndim != 3 or k.ndim != 2:
+    if p.ndim not in (3, 4) or k.ndim != 2:
         raise InputError(
-            f"{path}: expected k (n, n_k) and p (n, n_record + 1, n_p); got {k.shape} and "
-            f"{p.shape}."
+            f"{path}: expected k (n, n_k) and p (n, n_record + 1, n_p), of m reference points (n, "
+            f"n_record + 1, m, n_p); got {k.shape} and {p.shape}."
         )
     if time is None:
         raise InputError(
@@ -83,7 +89,31 @@ def _assemble(path: Path, arrays: dict, time, domain, k_law: str, groups) -> Rol
         domain = box(k.min(axis=0), k.max(axis=0))
     law = law_spec(f"file:{path.name}", domain, k_law)
     groups = arrays.get("groups") if groups is None else groups
-    return rollout_batch(k, p - p[:, :1], q, time=time, domain=domain, law=law, groups=groups)
+    named = _points(path, p, arrays["points"].tolist() if "points" in arrays else points)
+    by_point = p.reshape(*p.shape[:2], len(named), -1)
+    moved = (by_point - by_point[:, :1, :1]).reshape(*p.shape[:2], -1)
+    return rollout_batch(
+        k, moved, q, time=time, domain=domain, law=law, groups=groups, points=named
+    )
+
+
+def _points(path: Path, p: np.ndarray, given) -> tuple[str, ...]:
+    """Names of the reference points whose coordinates are in p (n, n_record + 1, n_p) or (n,
+    n_record + 1, m, n_p). Raises InputError.
+    """
+    if given is None:
+        if p.ndim == 3 or p.shape[2] == 1:
+            return ONE_POINT
+        raise InputError(
+            f"{path}: expected points, the names of the {p.shape[2]} reference points in p."
+        )
+    points = check_points(str(path), given)
+    if p.shape[2] != len(points) if p.ndim == 4 else p.shape[2] % len(points):
+        raise InputError(
+            f"{path}: expected p with coordinates of {len(points)} reference points "
+            f"({', '.join(points)}); got {p.shape}."
+        )
+    return points
 
 
 def _numbers(path: Path, name: str, values) -> np.ndarray:

@@ -16,7 +16,7 @@ import numpy as np
 from parc_jax.errors import InputError
 from parc_jax.rollout.python_worker import Run, run_many, run_one
 from parc_jax.sets.box import Box
-from parc_jax.system import TimeGrid, Trajectory
+from parc_jax.system import ONE_POINT, TimeGrid, Trajectory, check_points
 
 RUNS_PER_TASK = 4  # sent to a worker at a time
 TASKS_PER_WORKER = 4  # per chunk: the progress bar moves and finished work is kept this often
@@ -25,8 +25,8 @@ TASKS_PER_WORKER = 4  # per chunk: the progress bar moves and finished work is k
 class PythonSystem:
     """A black box around simulate(rng, k) -> (p, q). Build with `python_system`, which validates.
 
-    name, domain, time, n_p, n_q, law: as of any black box. chunk: runs per step of the progress
-    bar.
+    name, domain, time, n_p, n_q, law, points: as of any black box. chunk: runs per step of the
+    progress bar.
     """
 
     def __init__(
@@ -40,9 +40,11 @@ class PythonSystem:
         n_q: int,
         workers: int,
         law,
+        points: tuple[str, ...] = ONE_POINT,
     ):
         self.simulate, self.simulate_from, self.name, self.law = simulate, simulate_from, name, law
         self.domain, self.time, self.n_p, self.n_q, self.workers = domain, time, n_p, n_q, workers
+        self.points = points
         self.chunk = RUNS_PER_TASK * TASKS_PER_WORKER * max(1, workers)
         self.q_labels: Sequence[str] | None = None
         self.k_labels: Sequence[str] | None = None
@@ -75,7 +77,8 @@ class PythonSystem:
             else keys
         )
         seeds = [tuple(int(v) for v in row) for row in np.asarray(data)]
-        shapes = (self.time.n_record + 1, self.n_p), (self.n_q,)
+        each = (self.n_p,) if len(self.points) == 1 else (len(self.points), self.n_p)
+        shapes = (self.time.n_record + 1, *each), (self.n_q,)
         spread = self._spread if self.workers else run_many
         runs = spread(function, seeds, arguments, *shapes)
         self._has_worked |= not all(run.why for run in runs)
@@ -131,6 +134,7 @@ def python_system(
     workers: int | None = None,
     law: Mapping | None = None,
     simulate_from: Callable | None = None,
+    points: Sequence[str] = ONE_POINT,
     q_labels: Sequence[str] | None = None,
     k_labels: Sequence[str] | None = None,
 ) -> PythonSystem:
@@ -139,6 +143,7 @@ def python_system(
     simulate: (rng, k (n_k,)) -> (p (n_record + 1, n_p) [m], q (n_q,)). All randomness comes from
     rng, a NumPy generator seeded by the row alone. Positions are made relative to the first one. An
     exception counts as a failed run.
+    points: names of the reference points; with m of them p is (n_record + 1, m, n_p).
     simulate_from: (rng, k, p0) -> the same from another start: with it, translation invariance can
         be measured.
     workers: processes, None = one per core, 0 = none (runs in this process; anything callable will
@@ -161,7 +166,9 @@ def python_system(
             raise InputError(f"{name}: expected a function; got {type(function).__name__}.")
         if workers:
             _require_picklable(name, function)
-    system = PythonSystem(simulate, simulate_from, name, domain, time, n_p, n_q, workers, law)
+    named = check_points(name, points)
+    black_box = (name, domain, time, n_p, n_q)
+    system = PythonSystem(simulate, simulate_from, *black_box, workers, law, named)
     system.q_labels = q_labels
     system.k_labels = k_labels
     return system

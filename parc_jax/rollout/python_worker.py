@@ -10,8 +10,8 @@ from parc_jax.rollout.user_code import own_place, said
 
 
 class Run(NamedTuple):
-    """One finished call. p (n_record + 1, n_p), q (n_q,), both NaN when it failed; why: where and
-    with which error, or "".
+    """One finished call. p (n_record + 1, n_p), of a robot with several reference points (n_record
+    + 1, m, n_p), q (n_q,), both NaN when it failed; why: where and with which error, or "".
     """
 
     p: np.ndarray
@@ -34,7 +34,8 @@ def run_one(
                 f"expected p {shape_p} on the record grid and q {shape_q}; got {p.shape} and "
                 f"{q.shape}"
             )
-        return Run(p - p[:1], q, "")
+        start = p.reshape(-1, p.shape[-1])[0]  # of the first reference point
+        return Run(p - start, q, "")
     except Exception as error:
         why = f"in {own_place(error) or 'what it returned'}: {said(error)}"
         return Run(np.full(shape_p, np.nan), np.full(shape_q, np.nan), why)

@@ -51,6 +51,7 @@ def finished(path, identity: dict, work: dict) -> tuple[RolloutBatch, int | None
         "grid": hex_text((time.dt, time.t_f, time.dt_record)),
         "n_p": batch.n_p,
         "n_q": batch.n_q,
+        "points": list(batch.points),
     } | made_by.get("system", {})
     differs = {name for name, value in have.items() if identity.get(name) != value}
     facts = {

@@ -15,23 +15,21 @@ from parc_jax.rollout.forecast import Forecast, Pace
 from parc_jax.rollout.identity import identity_of
 from parc_jax.rollout.law import law_of
 from parc_jax.rollout.resume import require_same_runs
-from parc_jax.rollout.simulate import check_shapes, is_traceable, remembered, simulator
+from parc_jax.rollout.simulate import is_traceable, remembered, simulator
 from parc_jax.rollout.user_code import blamed
 from parc_jax.system import check_system
 
 
 def simulate_rows(system, key, stage: Stage, rows: np.ndarray, k=None, first_row=0, device=None):
     """Run the given global rows (B,). Returns k (B, n_k) on the host and the Trajectory (B, ...) on
-    the device.
+    the device, its p as columns (B, n_record + 1, n_c).
     """
     sim = simulator(system)
     if is_given(k) and np.ndim(k) == 2:
         # padding rows beyond the list repeat its last entry; they are cut off again
         k = np.asarray(k, np.float64)[np.minimum(rows - first_row, len(k) - 1)]
     drawn = sim.rows(key, stage, rows, k)
-    trajectory = sim.run(drawn, device)
-    check_shapes(system, trajectory)
-    return drawn.k, trajectory
+    return drawn.k, sim.run(drawn, device)
 
 
 def map_rows(

@@ -14,7 +14,7 @@ from parc_jax.errors import InputError
 from parc_jax.keys import Stage, row_keys, split_rollout
 from parc_jax.rollout.identity import content_of
 from parc_jax.rollout.user_code import blamed
-from parc_jax.system import Trajectory, check_system
+from parc_jax.system import Trajectory, check_system, points_of
 
 _KEPT = 8  # compiled systems held at a time: enough for a few plants side by side, bounded memory
 
@@ -78,8 +78,8 @@ class Simulator:
         return k if self.double else k.astype(np.float32).astype(np.float64)
 
     def run(self, rows: Rows, device=None) -> Trajectory:
-        """Trajectories (B, ...) of the rows, on the device; float64 unless the system declares
-        dtype = float32.
+        """Trajectories (B, ...) of the rows, on the device, p as columns (B, n_record + 1, n_c);
+        float64 unless the system declares dtype = float32. Raises InputError.
         """
         shape = (rows.k.shape, device)
         if shape in self._compiled:
@@ -104,7 +104,7 @@ class Simulator:
                 f"{self.system.name}: expected rollout(key, k) to return Trajectory(p, q); got "
                 f"{type(out).__name__}."
             )
-        return Trajectory(*out)
+        return in_columns(self.system, Trajectory(*out))
 
     def _bounds(self) -> tuple[np.ndarray, np.ndarray]:
         """Corners of K; for a float32 system the outermost float32 numbers inside K."""
@@ -149,16 +149,26 @@ def remembered(system) -> Simulator:
     return known or simulator(system)
 
 
-def check_shapes(system, trajectory: Trajectory) -> None:
-    """Refuse a rollout that does not keep its word about shapes. Raises InputError."""
-    want_p, want_q = (system.time.n_record + 1, system.n_p), (system.n_q,)
+def in_columns(system, trajectory: Trajectory) -> Trajectory:
+    """Trajectories (B, ...) with p as columns (B, n_record + 1, n_c): the coordinates of all
+    reference points, point by point. Raises InputError for a rollout that does not keep its word
+    about shapes.
+    """
+    n_record, n_points = system.time.n_record, len(points_of(system))
+    each = (system.n_p,) if n_points == 1 else (n_points, system.n_p)
+    want_p, want_q = (n_record + 1, *each), (system.n_q,)
     have_p, have_q = np.shape(trajectory.p)[1:], np.shape(trajectory.q)[1:]
     if have_p != want_p or have_q != want_q:
         raise InputError(
             f"{system.name}: expected rollout(key, k) to return p {want_p} on the record grid and "
             f"q {want_q}; "
-            f"got p {have_p} and q {have_q}. p holds n_record + 1 samples, the start included."
+            f"got p {have_p} and q {have_q}. p holds n_record + 1 samples, the start included"
+            f"{'.' if n_points == 1 else ', of all reference points.'}"
         )
+    if n_points == 1:
+        return trajectory
+    p = trajectory.p if isinstance(trajectory.p, jax.Array) else np.asarray(trajectory.p)
+    return trajectory._replace(p=p.reshape(-1, n_record + 1, n_points * system.n_p))
 
 
 def is_traceable(system) -> bool:

@@ -16,10 +16,12 @@ from synthetic_plants import (
     plant,
     straight_network,
 )
+from turning_bar import Bar
 
 from parc_jax.claim import measure as measuring
 from parc_jax.claim.measure import allowance, measure, rollout_errors
 from parc_jax.errors import InputError
+from parc_jax.network.predict import Layout, layout_of, trajectories
 from parc_jax.network.relu import relu_network
 from parc_jax.rollout.collect import collect
 
@@ -52,7 +54,7 @@ def textbook_errors(net, k, p, q, stride):
 def test_errors_are_the_definition(rng, T, stride):
     batch = collect(plant(noisy, T, stride), KEY, 20, quiet=True)
     net = random_network(rng, (2, 5, 6, 2 * T + 1))
-    errors, slack = measure(net, batch, chunk=8), allowance(net, batch.domain, batch.time, 2)
+    errors, slack = measure(net, batch, chunk=8), allowance(net, batch.domain, layout_of(batch))
     for i in range(batch.n):
         interval, final = textbook_errors(net, batch.k[i], batch.p[i], batch.q[i], stride)
         np.testing.assert_allclose(errors.interval[i], interval + slack.interval, rtol=1e-12)
@@ -62,7 +64,8 @@ def test_errors_are_the_definition(rng, T, stride):
 def test_an_end_knot_counts_in_both_intervals():
     net, p = straight_network(4), np.zeros((21, 2))
     p[10] = [0.7, 0.0]  # the knot between intervals 1 and 2, and nowhere else
-    interval, _ = rollout_errors(net, jnp.zeros(2), jnp.asarray(p), jnp.zeros(1), stride=5)
+    k, q, layout = jnp.zeros(2), jnp.zeros(1), Layout(4, 2)
+    interval, _ = rollout_errors(net, k, jnp.asarray(p), q, layout=layout)
     np.testing.assert_allclose(interval[:, 0], [0, 0.7, 0.7, 0])
     half_open = np.abs(p[:-1].reshape(4, 5, 2)).max(axis=1)  # the mistake this guards against
     assert half_open[1, 0] == 0
@@ -71,7 +74,7 @@ def test_an_end_knot_counts_in_both_intervals():
 def test_the_allowance_covers_the_rounding_of_the_network(rng):
     batch = collect(plant(exact), KEY, 12, quiet=True)
     net = random_network(rng, (2, 8, 8, 9))
-    slack = allowance(net, batch.domain, batch.time, 2)
+    slack = allowance(net, batch.domain, layout_of(batch))
     assert 0 < slack.interval.max() < 1e-12
     for k in batch.k:
         x = [Fraction(v) for v in k]
@@ -124,7 +127,7 @@ def test_an_error_in_the_goal_state_alone_is_seen():
 
 def test_a_network_of_the_wrong_shape_is_refused():
     batch = collect(plant(exact), KEY, 5, quiet=True)
-    with pytest.raises(InputError, match="4 x 2 = 8 outputs"):
+    with pytest.raises(InputError, match="at least 8 outputs"):
         measure(straight_network(2), batch)
 
 
@@ -133,3 +136,25 @@ def test_one_program_serves_every_chunk(monkeypatch):
     before = measuring._errors_many._cache_size()
     measure(net, batch, chunk=19)
     assert measuring._errors_many._cache_size() == before + 1
+
+
+def test_errors_of_several_points_are_those_of_each(rng):
+    runs = collect(Bar(), KEY, 12, quiet=True)
+    layout = layout_of(runs)
+    assert (layout.n_c, layout.n_offsets) == (4, 5 * 4 - 2)
+    net = random_network(rng, (2, 6, layout.n_offsets + 1))
+    errors, slack = measure(net, runs), allowance(net, runs.domain, layout)
+    offsets, q = trajectories(net, layout, runs.k)
+    knots, stride = np.arange(5) * runs.time.stride, runs.time.stride
+    records = np.arange(runs.time.n_record + 1)
+    for i in range(runs.n):
+        for column in range(4):
+            predicted = np.interp(records, knots, offsets[i, :, column])
+            gap = np.abs(runs.p[i, :, column] - predicted)
+            worst = [gap[t * stride : (t + 1) * stride + 1].max() for t in range(4)]
+            want = worst + slack.interval[:, column]
+            np.testing.assert_allclose(errors.interval[i, :, column], want, rtol=1e-12)
+        last = np.abs(np.concatenate([runs.p[i, -1] - offsets[i, -1], runs.q[i] - q[i]]))
+        np.testing.assert_allclose(errors.final[i], last + slack.final, rtol=1e-12)
+    # the first point starts where the plan says; the others only where the network says
+    assert (offsets[:, 0, :2] == 0).all() and (offsets[:, 0, 2:] != 0).all()

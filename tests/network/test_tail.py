@@ -17,7 +17,7 @@ def skewed(rng, n=400):
     k = rng.uniform(-1, 1, (n, 1))
     y = k + rng.uniform(0, 1, (n, 1)) ** 3
     p = np.concatenate([np.zeros((n, 1, 1)), y[:, :, None]], axis=1)
-    return SimpleNamespace(k=k, p=p, q=np.zeros((n, 0)), time=SimpleNamespace(stride=1)), y
+    return SimpleNamespace(k=k, p=p, q=np.zeros((n, 0)), n_p=1, time=SimpleNamespace(stride=1)), y
 
 
 def test_prediction_moves_from_the_mean_to_the_middle_of_the_range(rng):
