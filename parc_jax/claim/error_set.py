@@ -131,7 +131,8 @@ def _by_basis(dual, centre, half, w):
 
 def _product(size, half):
     """size * half, where nothing of an infinite width is nothing."""
-    return size * _namespace(size, half).where(size > 0, half, 0)
+    xp = _namespace(size, half)
+    return size * xp.where((size == 0) & xp.isinf(half), 0, half)
 
 
 def _finite(half):
