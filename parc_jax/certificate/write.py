@@ -11,7 +11,7 @@ import json
 import numpy as np
 
 from parc_jax.arrays import dot
-from parc_jax.body import Disc
+from parc_jax.body import Body, Disc
 from parc_jax.checker import FORMAT
 from parc_jax.claim.error_set import ErrorSet, at
 from parc_jax.claim.tube import Tube
@@ -23,6 +23,13 @@ from parc_jax.network.relu import ReLUNetwork
 from parc_jax.problem import ReachAvoid
 from parc_jax.spelling import decimal_text, fraction_text, hex_text, plain
 from parc_jax.verdict.scene import Scene
+
+
+def one_point(problem: ReachAvoid, model: TrajectoryModel) -> bool:
+    """Is the body a shape about the only reference point? Such questions are spelled in format 1,
+    all others in format 2.
+    """
+    return model.n_points == 1 and not isinstance(problem.body, Body)
 
 
 def problem_part(problem: ReachAvoid, model: TrajectoryModel) -> dict:

@@ -53,16 +53,16 @@ def _tightest(rows, bounds, axis: int, sign: int) -> tuple[Fraction, list[tuple[
     """Least bound h and multipliers with sum m row = sign * unit vector, from single rows or else
     bases of rows.
     """
-    n = len(rows[0])
     found = []
     for i, row in enumerate(rows):
         if row[axis] * sign > 0 and sum(v != 0 for v in row) == 1:
             found.append((bounds[i] / abs(row[axis]), [(i, 1 / abs(row[axis]))]))
     if not found:
-        target = [Fraction(sign * (j == axis)) for j in range(n)]
-        choices = itertools.combinations(range(len(rows)), n)
+        columns, coupled = _coupled(rows, axis)
+        target = [Fraction(sign * (j == axis)) for j in columns]
+        choices = itertools.combinations(coupled, len(columns))
         for used in itertools.islice(choices, MOST_COMBINATIONS):
-            m = _combination([rows[i] for i in used], target)
+            m = _combination([[rows[i][j] for j in columns] for i in used], target)
             if m is not None and min(m) >= 0:
                 pairs = [(i, v) for i, v in zip(used, m, strict=True) if v > 0]
                 found.append((sum(v * bounds[i] for i, v in pairs), pairs))
@@ -72,6 +72,17 @@ def _tightest(rows, bounds, axis: int, sign: int) -> tuple[Fraction, list[tuple[
             "row."
         )
     return min(found, key=lambda pair: pair[0])
+
+
+def _coupled(rows, axis: int) -> tuple[list[int], list[int]]:
+    """The coordinates that rows tie to an axis, directly or through others, and those rows."""
+    columns = {axis}
+    while True:
+        tied = [i for i, row in enumerate(rows) if any(row[j] != 0 for j in columns)]
+        wider = columns.union(*({j for j, v in enumerate(rows[i]) if v != 0} for i in tied))
+        if wider == columns:
+            return sorted(columns), tied
+        columns = wider
 
 
 def _combination(rows, target) -> list[Fraction] | None:

@@ -11,7 +11,7 @@ import numpy as np
 from parc_jax.arrays import slices, x64
 from parc_jax.cover.corridor import longest_lasting
 from parc_jax.model import TrajectoryModel
-from parc_jax.network.predict import HIGHEST
+from parc_jax.network.predict import HIGHEST, Layout, by_point
 from parc_jax.obstacles.directions import Multiplier
 from parc_jax.tolerances import TOLERANCES
 from parc_jax.verdict.scene import Scene
@@ -34,13 +34,15 @@ class SafeBoxes:
         """
         n_p = self.model.n_p
         table = self.scene.directions
+        points = self.scene.obstacles.points
         along_z = np.minimum(table.w * node.lo[:n_p], table.w * node.hi[:n_p]).sum(axis=2)
-        along = self._least_along(boxes.least[i], k) + along_z[:, :, None]  # (o, d, T + 1)
+        along = self._least_along(k) + along_z[:, :, None, None]  # (o, d, T + 1, i)
         size = np.abs(table.w)
         margin = TOLERANCES.leaf_margin + self.scene.slack
-        threshold = table.support[:, :, None] + np.einsum("odj,tj->odt", size, boxes.most[i])
-        threshold = threshold + margin * size.sum(axis=2)[:, :, None]
-        holds = np.minimum(along[:, :, :-1], along[:, :, 1:]) > threshold
+        most = by_point(boxes.most[i], self.model.n_points)[:, points]
+        threshold = table.support[:, :, None, None] + np.einsum("odj,toij->odti", size, most)
+        threshold = threshold + margin * size.sum(axis=2)[:, :, None, None]
+        holds = (np.minimum(along[:, :, :-1], along[:, :, 1:]) > threshold).all(axis=3)
         active = np.asarray(self.scene.obstacles.active)
         out = []
         for o, spelled in enumerate(table.multipliers):
@@ -50,14 +52,22 @@ class SafeBoxes:
             out.append([[run.stop, _spell(spelled[run.direction])] for run in runs])
         return out
 
-    def _least_along(self, like: np.ndarray, k: np.ndarray) -> np.ndarray:
-        """Least w . (p_s - z) over all k (v, n_k) and directions w of the table: (o, d, T + 1)."""
+    def _least_along(self, k: np.ndarray) -> np.ndarray:
+        """Least w . (p_s - z) over all k (v, n_k), of directions w of the table and the points of
+        their parts: (o, d, T + 1, i).
+        """
         least = np.inf
         for rows in slices(len(k), VERTICES):
             # short parts are filled up with the last vertex
             part = k[np.minimum(np.arange(rows.start, rows.start + VERTICES), len(k) - 1)]
             with x64():
-                found = _least_jit(self.model.net, like, self.scene.directions.w, part)
+                found = _least_jit(
+                    self.model.net,
+                    self.model.layout,
+                    self.scene.directions.w,
+                    self.scene.obstacles.points,
+                    part,
+                )
             least = np.minimum(least, np.asarray(found))
         return least
 
@@ -69,15 +79,16 @@ class Run(NamedTuple):
     direction: int
 
 
-def _least(net, like, w, k):
-    """Least w . (p_s - z) over vertices k (v, n_k), for directions w (o, d, 2) and all knots: (o,
-    d, T + 1).
+def _least(net, layout: Layout, w, points, k):
+    """Least w . (p_s - z) over vertices k (v, n_k), for directions w (o, d, n_p), points (o, i) and
+    all knots: (o, d, T + 1, i).
     """
-    back, _ = jax.vmap(lambda x: offsets_from_end(net, *like.shape, x))(k)
-    return jnp.einsum("odj,vsj->odsv", w, back, precision=HIGHEST).min(axis=3)
+    back, _ = jax.vmap(lambda x: offsets_from_end(net, layout, x))(k)
+    places = by_point(back, layout.n_points)[:, :, points]
+    return jnp.einsum("odj,vsoij->odsiv", w, places, precision=HIGHEST).min(axis=4)
 
 
-_least_jit = jax.jit(_least)
+_least_jit = jax.jit(_least, static_argnames="layout")
 
 
 def _fewest_runs(holds: np.ndarray, intervals: np.ndarray) -> list[Run] | None:

@@ -11,16 +11,20 @@ import jax
 import numpy as np
 
 from parc_jax.arrays import x64
+from parc_jax.body import numbered
+from parc_jax.certificate.write import one_point
 from parc_jax.errors import BudgetError
 from parc_jax.model import TrajectoryModel
-from parc_jax.network.predict import outputs
+from parc_jax.network.predict import by_point, outputs
 from parc_jax.pwa.subdivide import enumerate_regions
 from parc_jax.sets.box import Box
+from parc_jax.spelling import fraction_text
 from parc_jax.tolerances import TOLERANCES
 from parc_jax.verdict.pointwise import verdicts
 from parc_jax.verdict.scene import Scene
-from parc_jax.volume_bounds.bounds import SHARES, Boxes, Examined, examine_jit
-from parc_jax.volume_bounds.contacts import Contacts
+from parc_jax.volume_bounds.bounds import Boxes, Examined, examine_jit
+from parc_jax.volume_bounds.contact_margins import SHARES
+from parc_jax.volume_bounds.contacts import Contacts, short_weights
 from parc_jax.volume_bounds.safe_boxes import SafeBoxes
 from parc_jax.volume_bounds.tree import Node, Widths, choose_split, longest_k
 
@@ -78,7 +82,12 @@ class Search:
         self.bounds = bounds
         self.widths = Widths(model.tube)
         problem = scene.problem
-        self.contacts = [Contacts(problem, o) for o in range(len(problem.obstacles))]
+        self.contacts = [
+            Contacts(problem, o, part)
+            for o in range(len(problem.obstacles))
+            for part in range(len(problem.parts))
+        ]
+        self.parts = numbered(problem.body, model.points)
         self.goal_rows = len(problem.goal.b)
         self.start_rows = 0 if problem.start is None else len(problem.start.b)
         self.safe_boxes = SafeBoxes(model, scene) if bounds else None
@@ -206,14 +215,35 @@ class Search:
         ):
             if len(margins) and margins.max() > margin:
                 return reason, [[int(np.argmax(margins)), "1"]]
-        corners = _corners(node, self.model.n_p)
         for c in np.flatnonzero(seen.hit[i] > margin):
-            o, t, share = seen.which[i, c].tolist()
-            p = (seen.at[mine, c][:, None] + corners[None]).reshape(-1, self.model.n_p)
-            entries = self.contacts[o].find(p, boxes.least[i, t])
-            if entries is not None:
-                return "hit", [o, t, str(Fraction(SHARES[share])), entries]
+            what = self._hit(node, boxes, seen, i, c, mine)
+            if what is not None:
+                return "hit", what
         return None
+
+    def _hit(self, node: Node, boxes: Boxes, seen: Examined, i: int, c: int, mine: np.ndarray):
+        """What a certificate says of contact c of one box, or None where it cannot be written."""
+        pair, t, share = seen.which[i, c].tolist()
+        corners = _corners(node, self.model.n_p)
+        contacts = self.contacts[pair]
+        moment = [t, str(Fraction(SHARES[share]))]
+        if one_point(self.scene.problem, self.model):
+            p = (seen.at[mine, c, 0][:, None] + corners[None]).reshape(-1, self.model.n_p)
+            entries = contacts.find(p, boxes.least[i, t])
+            return None if entries is None else [pair, *moment, entries]
+        points = list(self.parts[pair % len(self.parts)].points)
+        at = seen.at[mine, c][:, points]
+        errors = by_point(boxes.least[i, t], self.model.n_points)[points]
+        groups = []
+        for corner, given in zip(corners, seen.weights[i, c][:, points], strict=True):
+            weights = short_weights(given)
+            mixed = np.array([float(w) for w in weights])
+            entries = contacts.find_mixed(corner + mixed @ at, mixed, errors)
+            if entries is None:
+                return None
+            groups.append([fraction_text(weights), entries])
+        unique = [group for g, group in enumerate(groups) if group not in groups[:g]]
+        return [*divmod(pair, len(self.parts)), *moment, unique]
 
     def _safe(self, node: Node, boxes: Boxes, seen: Examined, i: int, k: np.ndarray):
         """("safe", separation) of one box with cell vertices k (v, n_k), or None."""
@@ -242,9 +272,9 @@ def _corners(node: Node, n_p: int) -> np.ndarray:
 
 
 def ends(model: TrajectoryModel, k: np.ndarray) -> np.ndarray:
-    """Predicted displacement (b, n_p) at the end, on the host."""
-    last = slice((model.time.n_steps - 1) * model.n_p, model.time.n_steps * model.n_p)
-    return outputs(model.net, k, last)
+    """Predicted displacement (b, n_p) of the first point at the end, on the host."""
+    first = model.layout.n_offsets - model.n_c
+    return outputs(model.net, k, slice(first, first + model.n_p))
 
 
 def _spread(n: int) -> np.ndarray:
