@@ -2,27 +2,31 @@
 scene.
 """
 
+import itertools
+
 import numpy as np
 from flax import struct
 
 from parc_jax.arrays import as_float64
-from parc_jax.batch.stack import LEAST_CORNERS, more_rows, size_class
-from parc_jax.body import Disc, Polygon
+from parc_jax.batch.stack import more_rows, size_class
+from parc_jax.body import Body, Disc, Polygon, numbered
 from parc_jax.errors import InputError
 from parc_jax.model import TrajectoryModel
-from parc_jax.obstacles.grown import GrownObstacles, grown_obstacles
+from parc_jax.obstacles.grown import GrownObstacles
+from parc_jax.obstacles.pairs import Pairs
 from parc_jax.problem import ReachAvoid, reach_avoid
 from parc_jax.sets.box import box
-from parc_jax.verdict.scene import Scene, float_slack
+from parc_jax.sets.hpolytope import hpolytope
+from parc_jax.verdict.scene import Scene, float_slack, obstacles_of
 
 
 @struct.dataclass
 class BoxScenes:
     """s problems of boxes over one body. Build with `box_scenes`, which validates.
 
-    goal_lo, goal_hi: (s, n_p + n_q). obstacle_lo, obstacle_hi: (s, o, 2) [m]. present: (s, o) bool.
-    spans: (s, o, 2) int, first and last interval of every obstacle. start_lo, start_hi: (s, 2) [m],
-        infinite if free.
+    goal_lo, goal_hi: (s, n_c + n_q), infinite where a point but the first is free. obstacle_lo,
+    obstacle_hi: (s, o, n_p) [m]. present: (s, o) bool. spans: (s, o, 2) int, first and last
+    interval of every obstacle. start_lo, start_hi: (s, n_p) [m], infinite if free.
     """
 
     goal_lo: np.ndarray
@@ -33,7 +37,7 @@ class BoxScenes:
     spans: np.ndarray
     start_lo: np.ndarray
     start_hi: np.ndarray
-    body: Disc | Polygon
+    body: Disc | Polygon | Body
 
     def __len__(self) -> int:
         return len(self.goal_lo)
@@ -43,8 +47,10 @@ class BoxScenes:
         kept = np.flatnonzero(self.present[i])
         free = not np.isfinite(self.start_lo[i]).all()
         start = None if free else box(self.start_lo[i], self.start_hi[i])
+        A, b = _rows(self.goal_lo[i : i + 1], self.goal_hi[i : i + 1])
+        asked = (A[0] != 0).any(axis=1)
         return reach_avoid(
-            box(self.goal_lo[i], self.goal_hi[i]),
+            hpolytope(A[0, asked], b[0, asked]),
             [box(self.obstacle_lo[i, j], self.obstacle_hi[i, j]) for j in kept],
             self.body,
             start,
@@ -66,15 +72,15 @@ def box_scenes(
 ) -> BoxScenes:
     """Validated scenes from arrays of boxes. Raises InputError that names the first bad scene.
 
-    goal_lo, goal_hi (s, n_p + n_q); obstacle_lo, obstacle_hi (s, o, 2), or (o, 2) for the same in
-    all; body: a disc radius [m], Disc or Polygon; start: None or (lo (s, 2), hi (s, 2)); present
-    (s, o) bool: which obstacles exist; spans (s, o, 2): first and last interval of each.
+    goal_lo, goal_hi (s, n_c + n_q), which may be infinite for all points but the first;
+    obstacle_lo, obstacle_hi (s, o, n_p), or (o, n_p) for the same in all; body: a radius [m], Disc,
+    Polygon or Body; start: None or (lo (s, n_p), hi (s, n_p)); present (s, o) bool: which obstacles
+    exist; spans (s, o, 2): first and last interval of each.
     """
     n_p = model.n_p
     T = model.time.n_steps
-    goal_lo = as_float64("goal_lo", goal_lo, (None, n_p + model.n_q))
+    goal_lo, goal_hi = _goals(model, goal_lo, goal_hi)
     s = len(goal_lo)
-    goal_hi = as_float64("goal_hi", goal_hi, goal_lo.shape)
     lo = _of_every_scene("obstacle_lo", obstacle_lo, s, n_p)
     hi = _of_every_scene("obstacle_hi", obstacle_hi, s, n_p)
     o = lo.shape[1]
@@ -86,17 +92,18 @@ def box_scenes(
     else:
         start_lo, start_hi = (as_float64("start", x, (s, n_p)) for x in start)
     fits = hi.shape == lo.shape and present.shape == (s, o) and spans.shape == (s, o, 2)
-    if not fits or n_p != 2:
+    if not fits:
         raise InputError(
-            f"box_scenes: expected planar obstacles ({s}, {o}, 2), present ({s}, {o}), spans ({s}, "
+            f"box_scenes: expected obstacles ({s}, {o}, {n_p}), present ({s}, {o}), spans ({s}, "
             f"{o}, 2); got {hi.shape}, {present.shape}, {spans.shape}."
         )
-    narrow = 2 * model.tube.final.min(axis=0)
+    least, most = model.tube.end_extent
+    narrow = (most - least).min(axis=0)
     first = spans[..., 0]
     last = spans[..., 1]
     no_span = (first < 0) | (first > last) | (last >= T)
     faults = {
-        "a goal wider than twice the model's smallest final error": (goal_hi - goal_lo) < narrow,
+        "a goal wider than the model's smallest final error": (goal_hi - goal_lo)[:, :n_p] < narrow,
         "obstacles with lo <= hi": (lo > hi).any(axis=2) & present,
         "a start with lo <= hi": start_lo > start_hi,
         f"spans 0 <= first <= last < {T}": no_span & present,
@@ -106,10 +113,25 @@ def box_scenes(
         if bad.any():
             scene = int(np.argmax(bad))
             raise InputError(f"box_scenes: expected {expected}; scene {scene} differs.")
-    body = body if isinstance(body, Disc | Polygon) else Disc(float(body))
-    any_goal = box(goal_lo[0], goal_hi[0]) if s else box([0.0, 0.0], [1.0, 1.0])
-    reach_avoid(any_goal, [], body)  # checks the body
+    body = body if isinstance(body, Disc | Polygon | Body) else Disc(float(body))
+    # checks the body
+    body = reach_avoid(box(-np.ones(n_p), np.ones(n_p)), [], body).body
+    numbered(body, model.points)
     return BoxScenes(goal_lo, goal_hi, lo, hi, present, spans, start_lo, start_hi, body)
+
+
+def _goals(model: TrajectoryModel, lo, hi) -> tuple[np.ndarray, np.ndarray]:
+    """Boxes of goals (s, n_c + n_q). Raises InputError where what has to be bounded is not."""
+    lo, hi = (np.array(x, np.float64) for x in (lo, hi))
+    free = np.zeros(model.n_c + model.n_q, bool)
+    free[model.n_p : model.n_c] = True
+    shape = (None, model.n_c + model.n_q)
+    if lo.ndim == 2 and lo.shape[1:] == hi.shape[1:] == free.shape:
+        as_float64("goal_lo", np.where(free & (lo == -np.inf), 0.0, lo), shape)
+        as_float64("goal_hi", np.where(free & (hi == np.inf), 0.0, hi), lo.shape)
+        return lo, hi
+    lo = as_float64("goal_lo", lo, shape)
+    return lo, as_float64("goal_hi", hi, lo.shape)
 
 
 def _of_every_scene(name: str, value, s: int, n_p: int) -> np.ndarray:
@@ -124,11 +146,11 @@ def lay_out_boxes(boxes: BoxScenes, model: TrajectoryModel) -> Scene:
     """Stacked arrays, equal to those of `scene` for every problem up to one rounding of corners of
     a polygon body.
     """
-    s, o, _ = boxes.obstacle_lo.shape
-    grown = _grown(boxes, model.time.n_steps, size_class(o))
-    goal_size = np.abs(np.concatenate([boxes.goal_lo, boxes.goal_hi], axis=1))
-    size = goal_size.max(axis=1, initial=0.0)
-    size = size + np.abs(grown.corner).max(axis=(1, 2, 3), initial=0.0) + grown.radius
+    obstacles = _obstacles(boxes, model)
+    bounds = np.concatenate([boxes.goal_lo, boxes.goal_hi], axis=1)
+    size = np.abs(np.where(np.isfinite(bounds), bounds, 0.0)).max(axis=1, initial=0.0)
+    size = size + obstacles.size
+    s = len(boxes)
     goal_A, goal_b = _rows(boxes.goal_lo, boxes.goal_hi)
     start_A, start_b = _rows(boxes.start_lo, boxes.start_hi)
     return Scene(
@@ -140,18 +162,62 @@ def lay_out_boxes(boxes: BoxScenes, model: TrajectoryModel) -> Scene:
         z_hi=boxes.goal_hi[:, : model.n_p],
         k_lo=np.broadcast_to(model.domain.lo, (s, model.n_k)),
         k_hi=np.broadcast_to(model.domain.hi, (s, model.n_k)),
-        obstacles=grown,
+        obstacles=obstacles,
         directions=None,
         slack=float_slack(model, size),
     )
 
 
-def _grown(boxes: BoxScenes, T: int, n_o: int) -> GrownObstacles:
-    """The obstacles grown by the body, padded to n_o obstacles and a size class of corners."""
+def _obstacles(boxes: BoxScenes, model: TrajectoryModel) -> GrownObstacles | Pairs:
+    """The obstacles as `obstacles_of` gives them for every problem, padded to size classes."""
+    T = model.time.n_steps
+    n_p = model.n_p
+    point = box(np.zeros(n_p), np.zeros(n_p))
+    one = reach_avoid(box(-np.ones(n_p), np.ones(n_p)), [point], boxes.body)
+    about = obstacles_of(one, model)
+    t = np.arange(T)[None, None]
+    during = (t >= boxes.spans[..., :1]) & (t <= boxes.spans[..., 1:])
+    active = boxes.present[..., None] & during
+    if isinstance(about, GrownObstacles):
+        return _grown(boxes, active, about)
+    return _pairs(boxes, active, about, len(one.parts))
+
+
+def _pairs(boxes: BoxScenes, active: np.ndarray, about: Pairs, n_parts: int) -> Pairs:
+    """Pairs of all scenes. about: of a point obstacle at the origin, with every part once."""
+    s, o, n_p = boxes.obstacle_lo.shape
+    upper = np.array(list(itertools.product((False, True), repeat=n_p)))[None, None]
+    corner = np.where(upper, boxes.obstacle_hi[:, :, None], boxes.obstacle_lo[:, :, None])
+    corner = np.where(boxes.present[..., None, None], corner, 0.0)
+    shapes = about.vertices[:n_parts]
+    sums = corner[:, :, None, :, None] + shapes[None, None, :, None]
+    sums = sums.reshape(s, o * n_parts, -1, n_p)
+    n_o = size_class(o * n_parts)
+    n_v = size_class(sums.shape[2], 2**n_p)
+    vertices = np.zeros((s, n_o, n_v, n_p))
+    vertices[:, : o * n_parts] = np.pad(
+        sums, ((0, 0), (0, 0), (0, n_v - sums.shape[2]), (0, 0)), mode="edge"
+    )
+    own = np.resize(np.arange(n_parts), n_o)
+    pair_active = np.zeros((s, n_o, active.shape[2]), bool)
+    pair_active[:, : o * n_parts] = active.repeat(n_parts, axis=1)
+    return Pairs(
+        vertices=vertices,
+        radius=np.broadcast_to(about.radius[own], (s, n_o)),
+        points=np.broadcast_to(about.points[own], (s, n_o, about.points.shape[1])),
+        active=pair_active,
+    )
+
+
+def _grown(boxes: BoxScenes, active: np.ndarray, about: GrownObstacles) -> GrownObstacles:
+    """Grown obstacles of all scenes. about: of a point obstacle at the origin, whose corners and
+    signs are added to a box's corner of equal sign.
+    """
     s, o, _ = boxes.obstacle_lo.shape
-    body_corner, body_sign = _body_table(boxes.body, T)
+    n_o = size_class(o)
+    body_corner, body_sign = about.corner[0], about.sign[0]
     m = len(body_corner)
-    n_m = size_class(m, LEAST_CORNERS)
+    n_m = size_class(m, 4)
     upper = (body_sign > 0)[None, None]  # (1, 1, m, 2)
     kept = np.where(upper, boxes.obstacle_hi[:, :, None], boxes.obstacle_lo[:, :, None])
     kept = np.where(boxes.present[..., None, None], kept + body_corner[None, None], 0.0)
@@ -159,26 +225,14 @@ def _grown(boxes: BoxScenes, T: int, n_o: int) -> GrownObstacles:
     corner[:, :o, :m] = kept
     corner[:, :o, m:] = kept[:, :, -1:]
     sign = np.pad(body_sign, ((0, n_m - m), (0, 0)), mode="edge")
-    t = np.arange(T)[None, None]
-    during = (t >= boxes.spans[..., :1]) & (t <= boxes.spans[..., 1:])
-    active = np.zeros((s, n_o, T), bool)
-    active[:, :o] = boxes.present[..., None] & during
-    radius = boxes.body.radius if isinstance(boxes.body, Disc) else 0.0
+    during = np.zeros((s, n_o, active.shape[2]), bool)
+    during[:, :o] = active
     return GrownObstacles(
         corner=corner,
         sign=np.broadcast_to(sign, (s, n_o, n_m, 2)),
-        radius=np.full(s, float(radius)),
-        active=active,
+        radius=np.full(s, float(about.radius)),
+        active=during,
     )
-
-
-def _body_table(body, T: int) -> tuple[np.ndarray, np.ndarray]:
-    """Corners (m, 2) and signs (m, 2) of a point obstacle grown by the body: added to a box's
-    corner of equal sign.
-    """
-    point = reach_avoid(box([-1.0, -1.0], [1.0, 1.0]), [box([0.0, 0.0], [0.0, 0.0])], body)
-    table = grown_obstacles(point, T)
-    return table.corner[0], table.sign[0]
 
 
 def _rows(lo: np.ndarray, hi: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

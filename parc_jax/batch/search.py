@@ -10,10 +10,13 @@ from typing import NamedTuple
 
 import jax
 import jax.numpy as jnp
+import numpy as np
 from flax import struct
 
+from parc_jax.batch.estimate import estimate_clearance
+from parc_jax.claim.error_set import ErrorSet, at
 from parc_jax.claim.tube import Tube, open_bin_of
-from parc_jax.network.predict import HIGHEST, predict
+from parc_jax.network.predict import HIGHEST, moved_to, predict
 from parc_jax.network.relu import ReLUNetwork
 from parc_jax.verdict.pointwise import verdict
 from parc_jax.verdict.scene import Scene
@@ -27,20 +30,24 @@ WIDE = 0.3
 
 @struct.dataclass
 class Pool:
-    """n values of k with what the model says of them, relative to the predicted end.
+    """n values of k with what the model says of them.
 
-    k (n, n_k), end (n, n_p), q (n, n_q), final (n, n_p + n_q): float64.
+    k (n, n_k), end (n, n_c) from p0, q (n, n_q): float64. final (n,): what may be off at the end.
+    least, most (n, n_p): of that, the extent of the first point.
     known: (n,) bool, k has one bin, with a claim.
-    way (n, n_p, T + 1), error (n, n_p, T): float32, time last; only proposals are made from them.
+    way (n, n_c, T + 1) from where the first point ends, errors (n, T, n_points): float32; only
+    proposals are made from them.
     """
 
     k: jax.Array
     end: jax.Array
     q: jax.Array
-    final: jax.Array
+    final: ErrorSet
+    least: jax.Array
+    most: jax.Array
     known: jax.Array
     way: jax.Array
-    error: jax.Array
+    errors: ErrorSet
 
 
 @struct.dataclass
@@ -56,20 +63,22 @@ class Best:
 def pool_of(net: ReLUNetwork, tube: Tube, k) -> Pool:
     """The pool of given k (n, n_k)."""
 
+    least, most = (jnp.asarray(x) for x in tube.end_extent)
+
     def one(k):
         offsets, q, _ = predict(net, tube.layout, k)
         bin = open_bin_of(tube, k)
-        error = tube.during(bin).half[:, 0]
-        final = tube.at_end(bin).half
-        way = (offsets - offsets[-1][None]).T.astype(jnp.float32)
+        back = moved_to(-offsets[-1, : tube.n_p], offsets)
         return Pool(
             k=k,
             end=offsets[-1],
             q=q,
-            final=final,
-            known=(bin >= 0) & jnp.isfinite(final).all(),
-            way=way,
-            error=error.T.astype(jnp.float32),
+            final=tube.at_end(bin),
+            least=least[bin],
+            most=most[bin],
+            known=(bin >= 0) & jnp.isfinite(least[bin]).all() & jnp.isfinite(most[bin]).all(),
+            way=back.T.astype(jnp.float32),
+            errors=jax.tree.map(lambda x: x.astype(jnp.float32), tube.during(bin)),
         )
 
     return jax.vmap(one)(k)
@@ -96,63 +105,40 @@ class Ends(NamedTuple):
 
 def allowed_ends(pool: Pool, scene: Scene) -> Ends:
     """The ends that reach the goal from the start set."""
-    n_p = pool.end.shape[1]
+    n_p = scene.z_lo.shape[0]
+    n_c = pool.end.shape[1]
+    first = pool.end[:, :n_p]
     pad = 4 * scene.slack
+    goal_c = scene.goal_A[:, :n_c]
+    goal_p = goal_c.reshape(len(goal_c), -1, n_p).sum(axis=1)  # every point moves with the first
+    around = pool.end - jnp.concatenate([first] * (n_c // n_p), axis=1)
+    lost = at(pool.final, np.s_[:, None]).support(scene.goal_A[None])
+    room = scene.goal_b[None] - _dot(pool.q, scene.goal_A[:, n_c:].T) - lost
+    room = room - _dot(around, goal_c.T)
+    goal_lo, goal_hi = jax.vmap(_sides, in_axes=(None, 0))(goal_p, room)
     start_lo, start_hi = _sides(scene.start_A, scene.start_b)
-    lo = jnp.maximum(scene.z_lo[None] + pool.final[:, :n_p], start_lo[None] + pool.end) + pad
-    hi = jnp.minimum(scene.z_hi[None] - pool.final[:, :n_p], start_hi[None] + pool.end) - pad
-    goal_p = scene.goal_A[:, :n_p]
-    goal_q = scene.goal_A[:, n_p:]
-    left = scene.goal_b[None] - _dot(pool.q, goal_q.T) - _dot(pool.final, jnp.abs(scene.goal_A).T)
-    goal = (left - _least(goal_p, lo, hi) >= 0).all(axis=1)
-    left = scene.start_b[None] - _least(scene.start_A, lo - pool.end, hi - pool.end)
+    lo = jnp.maximum(scene.z_lo[None] - pool.least, start_lo[None] + first)
+    hi = jnp.minimum(scene.z_hi[None] - pool.most, start_hi[None] + first)
+    lo = jnp.maximum(lo, goal_lo) + pad
+    hi = jnp.minimum(hi, goal_hi) - pad
+    goal = (room - _least(goal_p, lo, hi) >= 0).all(axis=1)
+    left = scene.start_b[None] - _least(scene.start_A, lo - first, hi - first)
     start = (left >= 0).all(axis=1)
     return Ends(lo, hi, pool.known & (lo <= hi).all(axis=1) & goal & start)
-
-
-def estimate_clearance(pool: Pool, scene: Scene, chosen, z):
-    """Estimated clearance [m] (c,) of plans that end in z (c, n_p) with k of the chosen items (c,).
-    Unsound by purpose.
-
-    The largest gap along edge normals of the grown obstacle: exact beside an edge, too small around
-    a corner of a disc.
-    """
-    path = z.astype(jnp.float32)[:, :, None] + pool.way[chosen]
-    error = pool.error[chosen]
-    grown = jax.tree.map(_single, scene.obstacles)
-
-    def obstacle(j, clearance):
-        corner = grown.corner[j]
-        sign = grown.sign[j]
-        # an edge for some error > 0
-        edge = jnp.roll(corner, -1, axis=0) - corner + jnp.roll(sign, -1, axis=0) - sign
-        length = jnp.sqrt((edge * edge).sum(axis=1))
-        normal = jnp.stack([edge[:, 1], -edge[:, 0]], axis=1)
-        w = normal / jnp.where(length > 0, length, 1)[:, None]
-        support = _dot(corner, w.T).max(axis=0)
-
-        def side(i, gap):
-            out = w[i, 0] * path[:, 0] + w[i, 1] * path[:, 1] - support[i]
-            grow = jnp.abs(w[i, 0]) * error[:, 0] + jnp.abs(w[i, 1]) * error[:, 1]
-            here = jnp.minimum(out[:, :-1], out[:, 1:]) - grow
-            return jnp.where(length[i] > 0, jnp.maximum(gap, here), gap)
-
-        nothing = jnp.full(error.shape[::2], -jnp.inf, jnp.float32)
-        gap = jax.lax.fori_loop(0, len(corner), side, nothing)
-        return jnp.minimum(clearance, jnp.where(grown.active[j][None], gap, jnp.inf).min(axis=1))
-
-    far = jnp.full(len(z), jnp.inf, jnp.float32)
-    return jax.lax.fori_loop(0, len(grown.corner), obstacle, far) - grown.radius
 
 
 def improve(best: Best, net, tube, scene: Scene, pool: Pool, chosen, z, worth) -> Best:
     """Estimate plans that end in z (c, n_p) with k of the chosen items (c,), check the most
     promising ones in float64, keep the best. worth (c,) bool: the others are left alone.
     """
-    estimate = jnp.where(worth, estimate_clearance(pool, scene, chosen, z), -jnp.inf)
+    start = z.astype(jnp.float32)
+    path = jnp.concatenate([start] * (pool.way.shape[1] // z.shape[1]), axis=1)[:, :, None]
+    path = path + pool.way[chosen]
+    estimate = estimate_clearance(scene.obstacles, path, at(pool.errors, chosen))
+    estimate = jnp.where(worth, estimate, -jnp.inf)
     _, most = jax.lax.top_k(estimate, min(CHECKED, len(z)))
     k = pool.k[chosen[most]]
-    p0 = z[most] - pool.end[chosen[most]]
+    p0 = z[most] - pool.end[chosen[most], : z.shape[1]]
     seen = jax.vmap(verdict, in_axes=(None, None, None, 0, 0))(net, tube, scene, p0, k)
     clearance = jnp.where(seen.safe, seen.clearance, -jnp.inf)
     plans = jnp.concatenate([best.plans, jnp.concatenate([p0, k], axis=1)])
@@ -219,7 +205,7 @@ def rewarm(net, tube, scene: Scene, number, best: Best, plans, key) -> Best:
     pool = pool_of(net, tube, near)
     before = pool_of(net, tube, old[:, n_p:])
     ends = allowed_ends(pool, scene)
-    z = jnp.clip(old[:, :n_p] + before.end, ends.lo, jnp.maximum(ends.lo, ends.hi))
+    z = jnp.clip(old[:, :n_p] + before.end[:, :n_p], ends.lo, jnp.maximum(ends.lo, ends.hi))
     worth = ends.any & usable[source]
     return improve(best, net, tube, scene, pool, jnp.arange(PROPOSED), z, worth)
 
@@ -242,8 +228,3 @@ def _least(A, lo, hi):
 
 def _dot(a, b):
     return jnp.matmul(a, b, precision=HIGHEST)
-
-
-def _single(x):
-    x = jnp.asarray(x)
-    return x.astype(jnp.float32) if jnp.issubdtype(x.dtype, jnp.floating) else x

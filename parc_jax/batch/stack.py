@@ -9,11 +9,11 @@ import numpy as np
 from parc_jax.errors import InputError
 from parc_jax.model import TrajectoryModel
 from parc_jax.obstacles.grown import GrownObstacles
+from parc_jax.obstacles.pairs import Pairs
 from parc_jax.problem import ReachAvoid
 from parc_jax.verdict.scene import Scene, bare_scene
 
 LEAST_ROWS = 8  # of goal and start, so that most scenes agree; a row costs little
-LEAST_CORNERS = 4
 
 
 class SizeClass(NamedTuple):
@@ -60,17 +60,7 @@ def sized(scene: Scene) -> Scene:
     """One scene padded to its size class. Padding never holds a plan back: rows 0 x <= 1, obstacles
     never active.
     """
-    grown = scene.obstacles
-    o, m = grown.corner.shape[:2]
-    none = (0, 0)
-    more_o = (0, size_class(o) - o)
-    more_m = (0, size_class(m, LEAST_CORNERS) - m)
-    obstacles = GrownObstacles(
-        corner=np.pad(grown.corner, (more_o, more_m, none), mode="edge"),
-        sign=np.pad(grown.sign, (more_o, more_m, none), mode="edge"),
-        radius=grown.radius,
-        active=np.pad(grown.active, (more_o, none)),
-    )
+    obstacles = _sized_obstacles(scene.obstacles)
     goal_A, goal_b = more_rows(scene.goal_A, scene.goal_b)
     start_A, start_b = more_rows(scene.start_A, scene.start_b)
     return scene.replace(
@@ -81,6 +71,27 @@ def sized(scene: Scene) -> Scene:
         obstacles=obstacles,
         directions=None,
         problem=None,
+    )
+
+
+def _sized_obstacles(obstacles: GrownObstacles | Pairs) -> GrownObstacles | Pairs:
+    more_o = (0, size_class(len(obstacles.active)) - len(obstacles.active))
+    none = (0, 0)
+    corners = obstacles.vertices if isinstance(obstacles, Pairs) else obstacles.corner
+    more_m = (0, size_class(corners.shape[1], 2 ** corners.shape[2]) - corners.shape[1])
+    around = (more_o, more_m, none)
+    active = np.pad(obstacles.active, (more_o, none))
+    if isinstance(obstacles, GrownObstacles):
+        return obstacles.replace(
+            corner=np.pad(obstacles.corner, around, mode="edge"),
+            sign=np.pad(obstacles.sign, around, mode="edge"),
+            active=active,
+        )
+    return Pairs(
+        vertices=np.pad(obstacles.vertices, around, mode="edge"),
+        radius=np.pad(obstacles.radius, more_o),
+        points=np.pad(obstacles.points, (more_o, none), mode="edge"),
+        active=active,
     )
 
 
