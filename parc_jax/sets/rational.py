@@ -1,5 +1,5 @@
-"""Planar polytopes in exact rational arithmetic: vertices, support, area. For sets of a few dozen
-rows.
+"""Polytopes in exact rational arithmetic: vertices and support, in the plane hull and area. For
+sets of a few dozen rows.
 """
 
 from fractions import Fraction
@@ -9,19 +9,22 @@ import numpy as np
 
 from parc_jax.errors import InputError
 from parc_jax.sets.hpolytope import HPolytope
+from parc_jax.sets.rational_space import vertices_in_space
 
-Point = tuple[Fraction, Fraction]
+Point = tuple[Fraction, ...]
 
 
 def rational_vertices(p: HPolytope, name: str = "rational_vertices") -> list[Point]:
-    """Vertices of {A x <= b} in the plane, counter-clockwise, exact for the floats A and b as they
-    are.
+    """Vertices of {A x <= b} in the plane, counter-clockwise, or in space, sorted; exact for the
+    floats A and b as they are.
 
     An empty set gives [], a single point one vertex, a segment two. Raises InputError, which begins
     with `name`, if it is unbounded.
     """
+    if p.n == 3:
+        return vertices_in_space(p, name)
     if p.n != 2:
-        raise InputError(f"{name}: expected a set in the plane; got {p.n} dimensions.")
+        raise InputError(f"{name}: expected a set in the plane or in space; got {p.n} dimensions.")
     rows = [
         (Fraction(float(a)), Fraction(float(c)), Fraction(float(b)))
         for (a, c), b in zip(p.A, p.b, strict=True)
@@ -64,9 +67,9 @@ def convex_polygon(points: list[Point]) -> list[Point]:
 
 
 def exact_support(vertices: list[Point], w: np.ndarray) -> Fraction:
-    """max w.v over the vertices, w (2,) floats read as rationals."""
-    a, b = (Fraction(float(entry)) for entry in w)
-    return max(a * x + b * y for x, y in vertices)
+    """max w.v over the vertices, w (n,) floats read as rationals."""
+    exact = [Fraction(float(entry)) for entry in w]
+    return max(sum(a * x for a, x in zip(exact, v, strict=True)) for v in vertices)
 
 
 def area(vertices: list[Point]) -> Fraction:
