@@ -7,13 +7,16 @@ bug, and raises. A run that left the tube is counted against the claim.
 from typing import NamedTuple
 
 import jax
+import jax.numpy as jnp
 import numpy as np
 
 from parc_jax.arrays import x64
+from parc_jax.claim.error_set import ErrorBox
 from parc_jax.claim.measure import measure
 from parc_jax.errors import SoundnessError
 from parc_jax.keys import Stage
 from parc_jax.model import TrajectoryModel
+from parc_jax.network.predict import moved_to
 from parc_jax.rollout.collect import collect
 from parc_jax.verdict.pointwise import clearance
 from parc_jax.verdict.scene import Scene
@@ -27,7 +30,7 @@ class Replay(NamedTuple):
     tube.
 
     clearance (n,) [m]: smallest distance to an obstacle over the recorded path, negative when
-    touched. path (n, n_record + 1, n_p), q (n, n_q): the true runs, started at p0.
+    touched. path (n, n_record + 1, n_c), q (n, n_q): the true runs, started at p0.
     """
 
     reached: np.ndarray
@@ -51,7 +54,7 @@ def replay(
     """
     p0, k = plans[:, : model.n_p], plans[:, model.n_p :]
     runs = collect(system, key, len(plans), Stage.REPLAY, k=k, chunk=CHUNK, quiet=quiet)
-    path = np.asarray(runs.p, np.float64) + p0[:, None]
+    path = moved_to(p0, np.asarray(runs.p, np.float64))
     state = np.concatenate([path[:, -1], runs.q], axis=1)
     reached = (state @ scene.goal_A.T <= scene.goal_b).all(axis=1)
     with x64():
@@ -74,10 +77,11 @@ def replay(
 
 @jax.jit(static_argnums=1)
 def _true_clearance(scene: Scene, stride: int, path):
-    """Distance of recorded paths (n, n_record + 1, 2) from the obstacles grown by the body
+    """Distance of recorded paths (n, n_record + 1, n_c) from the obstacles grown by the body
     alone.
     """
     active = scene.obstacles.active.repeat(stride, axis=1)
     fine = scene.replace(obstacles=scene.obstacles.replace(active=active), slack=np.float64(0))
-    still = np.zeros((path.shape[1] - 1, 2))
+    n_p = scene.z_lo.shape[0]
+    still = ErrorBox(jnp.zeros((path.shape[1] - 1, path.shape[2] // n_p, n_p)))
     return jax.lax.map(lambda one: clearance(fine, one, still), path)

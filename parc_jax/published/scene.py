@@ -6,6 +6,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from parc_jax.body import Body
+from parc_jax.claim.error_set import ErrorBox
 from parc_jax.claim.tube import Tube
 from parc_jax.errors import InputError
 from parc_jax.problem import ReachAvoid
@@ -38,6 +40,13 @@ class PaperScene:
 
 def paper_scene(problem: ReachAvoid, tube: Tube) -> PaperScene:
     """Shrink the goal and grow the obstacles, for every bin and interval. Raises InputError."""
+    boxes = isinstance(tube.errors, ErrorBox)
+    if tube.n_points > 1 or tube.n_p != 2 or not boxes or isinstance(problem.body, Body):
+        raise InputError(
+            "published method: expected one point in the plane with a disc or a polygon that does "
+            f"not turn, and a tube of boxes; got {tube.n_points} points in {tube.n_p} dimensions "
+            f"with {problem.body!r}. Use the method Exact()."
+        )
     n_goal = tube.n_p + tube.n_q
     if problem.goal.n != n_goal:
         raise InputError(
