@@ -1,5 +1,5 @@
-"""Corners of planar polytopes, exact, with the rows that meet there. Floats are the rationals that
-they hold.
+"""Corners of polytopes in the plane and in space, exact, with the rows that meet there. Floats are
+the rationals that they hold.
 """
 
 from fractions import Fraction
@@ -16,8 +16,8 @@ FARTHEST = 10**100  # [m] a corner beyond this is taken for a direction left ope
 
 
 class Corner(NamedTuple):
-    """A vertex and the rows active at it. point: exact (x, y). rows: indices, sorted by the angle
-    of their normals.
+    """A vertex and the rows active at it. point: exact (n_p,). rows: indices, in the plane sorted by
+    the angle of their normals.
     """
 
     point: Point
@@ -25,22 +25,17 @@ class Corner(NamedTuple):
 
 
 def corners(poly: HPolytope, name: str = "polygon") -> tuple[Corner, ...]:
-    """Corners of a bounded planar polytope, counter-clockwise, exact. Raises InputError when empty
-    or unbounded.
+    """Corners of a bounded polytope in the plane, counter-clockwise, or in space; exact. Raises
+    InputError when empty or unbounded.
 
     The last few hundred polytopes are remembered.
     """
-    if poly.n != 2:
-        raise InputError(
-            f"{name}: expected a set in the plane; got {poly.n} dimensions. Only planar workspaces "
-            "solve."
-        )
-    return _corners(poly.A.tobytes(), poly.b.tobytes(), name)
+    return _corners(poly.A.tobytes(), poly.b.tobytes(), poly.n, name)
 
 
 @lru_cache(maxsize=512)
-def _corners(rows: bytes, offsets: bytes, name: str) -> tuple[Corner, ...]:
-    A = np.frombuffer(rows).reshape(-1, 2)
+def _corners(rows: bytes, offsets: bytes, n: int, name: str) -> tuple[Corner, ...]:
+    A = np.frombuffer(rows).reshape(-1, n)
     b = np.frombuffer(offsets)
     points = rational_vertices(HPolytope(A, b), name)
     if not points:
@@ -52,10 +47,11 @@ def _corners(rows: bytes, offsets: bytes, name: str) -> tuple[Corner, ...]:
             f"{name}: expected a bounded set; its rows leave a direction open. Add the missing far "
             "side."
         )
-    exact = [(Fraction(a), Fraction(c), Fraction(e)) for (a, c), e in zip(A, b, strict=True)]
-    by_angle = np.argsort(np.arctan2(A[:, 1], A[:, 0]), kind="stable").tolist()
+    exact = [tuple(map(Fraction, row)) for row in A.tolist()]
+    bounds = [Fraction(e) for e in b.tolist()]
+    in_order = np.argsort(np.arctan2(A[:, 1], A[:, 0]), kind="stable") if n == 2 else range(len(A))
     out = []
-    for x, y in points:
-        meeting = [i for i in by_angle if exact[i][0] * x + exact[i][1] * y == exact[i][2]]
-        out.append(Corner((x, y), tuple(meeting)))
+    for point in points:
+        along = [sum(a * x for a, x in zip(row, point, strict=True)) for row in exact]
+        out.append(Corner(point, tuple(int(i) for i in in_order if along[i] == bounds[i])))
     return tuple(out)

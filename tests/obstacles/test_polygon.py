@@ -89,13 +89,25 @@ def test_degenerate_sets_have_their_corners():
         ([[1, 0], [-1, 0], [0, 1]], [3, -2, 3], "bounded"),
         ([[1, 0], [-1, 0]], [1, 1], "bounded"),
         ([[1, 0], [-1, 0], [0, 1], [0, -1]], [1, -2, 1, 1], "contradict"),
-        ([[1, 0, 0], [-1, 0, 0], [0, 1, 0], [0, -1, 0]], [1, 1, 1, 1], "3 dimensions"),
+        ([[1, 0, 0], [-1, 0, 0], [0, 1, 0], [0, -1, 0]], [1, 1, 1, 1], "bounded"),
+        ([[1, 0, 0], [-1, 0, 0]], [1, -2], "contradict"),
+        ([[1, 0, 0, 0], [-1, 0, 0, 0]], [1, 1], "4 dimensions"),
     ],
 )
 def test_sets_without_corners_are_refused_in_one_sentence(A, b, words):
     with pytest.raises(InputError, match=words) as caught:
         corners(hpolytope(A, b), "obstacle 7")
     assert str(caught.value).startswith("obstacle 7: expected")
+
+
+def test_corners_in_space_name_the_rows_that_meet():
+    """A pyramid over a square, one of its rows twice; and a wall, where both of its sides meet."""
+    A = [[1, 0, 1], [-1, 0, 1], [0, 1, 1], [0, -1, 1], [0, 0, -1], [0, 0, -3]]
+    found = {c.point: c.rows for c in corners(hpolytope(A, [1, 1, 1, 1, 0, 0]))}
+    assert found[0, 0, 1] == (0, 1, 2, 3)
+    assert found[1, 1, 0] == (0, 2, 4, 5) and len(found) == 5
+    wall = corners(from_box(box([1, 0, 0], [1, 2, 3])))
+    assert len(wall) == 4 and all({0, 3} <= set(c.rows) for c in wall)
 
 
 @pytest.mark.parametrize("seed", range(10))
