@@ -5,12 +5,12 @@ from typing import NamedTuple
 import numpy as np
 
 from parc_jax.model import TrajectoryModel
-from parc_jax.network.predict import trajectories
+from parc_jax.network.predict import moved_to, trajectories
 
 
 class Predicted(NamedTuple):
-    """path (n, T + 1, n_p) [m], q (n, n_q), error (n, T, n_p) [m]: predicted paths, goal states,
-    tubes around them.
+    """path (n, T + 1, n_c) [m], q (n, n_q), error (n, T, n_c) [m]: predicted paths of all reference
+    points, goal states, tubes around them.
     """
 
     path: np.ndarray
@@ -24,4 +24,4 @@ def predicted(model: TrajectoryModel, plans: np.ndarray) -> Predicted:
     """
     p0, k = plans[:, : model.n_p], plans[:, model.n_p :]
     offsets, q = trajectories(model.net, model.layout, k)
-    return Predicted(p0[:, None] + offsets, q, model.tube.widest_at(k)[0])
+    return Predicted(moved_to(p0, offsets), q, model.tube.widest_at(k)[0])

@@ -1,30 +1,33 @@
-"""The scene with safe samples: starts, predicted paths with their tubes, obstacles, goal, and the
-true runs.
+"""The scene with safe samples: starts, predicted paths with their tubes, the body, obstacles, goal,
+and the true runs; in space from three sides.
 """
 
 from pathlib import Path
 
 import numpy as np
 
+from parc_jax.body import numbered
 from parc_jax.errors import InputError
 from parc_jax.plot import shapes, style
 from parc_jax.plot.predict import predicted
+from parc_jax.plot.views import View, views_of
 
 CLOSER = 0.8  # the second panel shows at most this share of the first one's extent
 NEAR = 0.9  # room around the goal on the right, in widths of the goal
 SHOWN_RECORDS = 4  # true runs are drawn through about this many points per model interval
+FOOTPRINTS = 9  # of the body along the first sample
 
 
 def samples(
     answer, replay=None, to=None, *, most: int = 100, heading: int | None = None, outline=None
 ):
-    """Safe samples of an answer in the workspace, whole on the left and, where that shows more,
-    around the goal on the right.
+    """Safe samples of an answer in the workspace, in the plane whole on the left and, where that
+    shows more, around the goal on the right; in space from above, from the side and from the front.
 
     answer: Answer with n samples. replay: Replay of the same samples, drawn as the true runs. to:
-    as in `style.sheet`; two Axes, or one for the whole alone. most: samples drawn. heading: number
-    of the goal state q that is the final heading [rad], None = the one whose label says so; arrows
-    show it.
+    as in `style.sheet`; two Axes, or one for the whole alone, in space three. most: samples drawn.
+    heading: number of the goal state q that is the final heading [rad], None = the one whose label
+    says so; arrows show it.
     outline: (v, 2) [m] vertices of the robot in its own frame, drawn at the end of the first
     sample; needs heading. Returns the figure or the Axes. Raises InputError.
     """
@@ -43,9 +46,18 @@ def samples(
             "samples: expected an answer with safe samples; this one has none. Draw its regions "
             "instead."
         )
-    scene = _Picture(
-        answer, *predicted(answer.model, answer.samples[:count]), replay, count, heading, outline
-    )
+    seen = predicted(answer.model, answer.samples[:count])
+    pictures = [
+        _Picture(answer, view, *seen, replay, count, heading, outline)
+        for view in views_of(answer.model.n_p)
+    ]
+    drawn = _in_space if len(pictures) > 1 else _in_plane
+    several = "sample" if count == 1 else "samples"
+    return drawn(pictures, to, f"{count} safe {several}{pictures[0].tally()}")
+
+
+def _in_plane(pictures: list["_Picture"], to, title: str):
+    (scene,) = pictures
     columns = _columns(scene, to)
     wide, ratios = (9.0, _widths(scene)) if columns == 2 else (6.0, [1.0])
     with style.sheet(to, (wide, 3.5), columns=columns, width_ratios=ratios) as sheet:
@@ -53,60 +65,98 @@ def samples(
         scene.draw(whole)
         scene.robot(whole)
         _limits(whole, *scene.span)
-        whole.set_title(f"{count} safe samples{scene.tally()}")
+        whole.set_title(title)
         for near in beside:
             scene.draw(near)
             scene.headings(near)
-            _limits(near, *shapes.span(scene.goal, room=NEAR))
+            _limits(near, *shapes.span(*scene.goals, room=NEAR))
             near.set_title("the same, at the goal")
             near.set_ylabel("")
         if not beside:
             scene.headings(whole)
-        if sheet.out is sheet.figure:
-            style.legend(sheet.figure, scene.handles(), 4)
-        else:
-            whole.legend(handles=scene.handles(), loc="best")
+        _legend(sheet, scene)
     return sheet.out
 
 
-class _Picture:
-    """Everything both panels show. path (n, T + 1, 2), error (n, T, 2), q (n, n_q)."""
+def _in_space(pictures: list["_Picture"], to, title: str):
+    ratios = [_shape(*picture.span) for picture in pictures]
+    with style.sheet(to, (12.0, 3.8), columns=len(pictures), width_ratios=ratios) as sheet:
+        for picture, ax in zip(pictures, sheet.axes, strict=True):
+            picture.draw(ax)
+            picture.robot(ax)
+            _limits(ax, *picture.span)
+            ax.set_title(picture.view.name)
+        sheet.axes[0].set_title(f"{title}, {pictures[0].view.name}")
+        _legend(sheet, pictures[0])
+    return sheet.out
 
-    def __init__(self, answer, path, q, error, replay, count, heading, outline):
-        self.path, self.error, self.q, self.outline = path, error, q, outline
-        self.heading = answer.model.labels.heading if heading is None else heading
-        self.problem, self.scene, self.labels = answer.problem, answer.scene, answer.model.labels.p
-        self.obstacles = [
-            shapes.grown(answer.scene, o) for o in range(len(answer.problem.obstacles))
+
+def _legend(sheet, picture: "_Picture") -> None:
+    if sheet.out is sheet.figure:
+        wide = picture.single or len(sheet.axes) > 1
+        style.legend(sheet.figure, picture.handles(), 4 if wide else 3)
+    else:
+        sheet.axes[0].legend(handles=picture.handles(), loc="best")
+
+
+class _Picture:
+    """Everything that all panels of a view show. path (n, T + 1, n_c), error (n, T, n_c), q (n,
+    n_q); on_view (n, m, T + 1, 2) and tubes (n, m, T, 6, 2) are of all reference points.
+    """
+
+    def __init__(self, answer, view: View, path, q, error, replay, count, heading, outline):
+        model = answer.model
+        self.view, self.n_p, self.q, self.outline = view, model.n_p, q, outline
+        self.heading = model.labels.heading if heading is None else heading
+        self.problem, self.labels = answer.problem, model.labels.p
+        self.parts = numbered(answer.problem.body, model.points)
+        # a robot that is one point in the plane: the obstacles are drawn grown by its body
+        self.single = model.n_c == 2 and len(self.parts) == 1
+        self.columns = path
+        self.path = self._of_points(path)
+        self.tubes = shapes.tubes(self.path, self._of_points(error))
+        self.obstacles = [shapes.shadow(o, view.axes) for o in answer.problem.obstacles]
+        self.grown = [
+            shapes.grown(answer.scene, o) for o in range(len(self.obstacles)) if self.single
         ]
-        self.goal = shapes.shadow(answer.problem.goal)
+        found = shapes.goals(answer.problem.goal, model.n_p, model.n_points, [view.axes])
+        self.goals = [outline for _, (outline,) in found]
         self.replay, self.count = replay, count
-        every = max(1, answer.model.time.stride // SHOWN_RECORDS)
-        self.true = None if replay is None else replay.path[:count, ::every]
+        every = max(1, model.time.stride // SHOWN_RECORDS)
+        if replay is not None:
+            self.true = self._of_points(replay.path[:count])[:, 0]
+            self.shown = self.true[:, ::every]
+
+    def _of_points(self, columns: np.ndarray) -> np.ndarray:
+        """What is seen (n, m, t, 2) of columns (n, t, n_c)."""
+        return self.view.of_points(columns, self.n_p).swapaxes(1, 2)
 
     @property
     def span(self):
         """Corners (2,), (2,) of all that is to be seen."""
-        return shapes.span(self.path, self.goal, *self.obstacles)
+        return shapes.span(
+            self.path, *self.goals, *self.obstacles, *self.grown, *self._ends_of_bodies[:1]
+        )
 
     def draw(self, ax) -> None:
         from matplotlib.collections import LineCollection, PolyCollection
 
-        swept = shapes.tubes(self.path, self.error).reshape(-1, 6, 2)
+        swept = self.tubes.reshape(-1, 6, 2)
         ax.add_collection(
             PolyCollection(
                 swept, facecolors="#D6E8F5", edgecolors="none", rasterized=True, zorder=1
             )
         )
-        first = shapes.tubes(self.path[:1], self.error[:1]).reshape(-1, 6, 2)
+        first = self.tubes[0].reshape(-1, 6, 2)
         ax.add_collection(
             PolyCollection(
                 first, facecolors="#9CCBE8", edgecolors="none", rasterized=True, zorder=1.5
             )
         )
-        ax.fill(*self.goal.T, facecolor=style.GREEN, alpha=0.25, edgecolor="none", zorder=2)
-        ax.fill(*self.goal.T, fill=False, edgecolor=style.GREEN, linewidth=1.2, zorder=2.5)
-        for obstacle, around in zip(self.problem.obstacles, self.obstacles, strict=True):
+        for goal in self.goals:
+            ax.fill(*goal.T, facecolor=style.GREEN, alpha=0.25, edgecolor="none", zorder=2)
+            ax.fill(*goal.T, fill=False, edgecolor=style.GREEN, linewidth=1.2, zorder=2.5)
+        for around in self.grown:
             ax.fill(
                 *around.T,
                 facecolor="#EBEBEB",
@@ -115,44 +165,53 @@ class _Picture:
                 linestyle="--",
                 zorder=0.5,
             )
-            ax.fill(*shapes.shadow(obstacle).T, facecolor="#6E6E6E", edgecolor="none", zorder=2)
+        for obstacle in self.obstacles:
+            ax.fill(*obstacle.T, facecolor="#6E6E6E", edgecolor="none", zorder=2, alpha=self._ink)
+        lines = self.path[:, 0]
         ax.add_collection(
-            LineCollection(self.path, colors=style.BLUE, linewidths=0.4, alpha=0.6, zorder=3)
+            LineCollection(lines, colors=style.BLUE, linewidths=0.4, alpha=0.6, zorder=3)
         )
-        ax.plot(*self.path[0].T, color=style.BLUE, linewidth=1.6, zorder=4.5)
-        if self.true is not None:
+        ax.plot(*lines[0].T, color=style.BLUE, linewidth=1.6, zorder=4.5)
+        if self.replay is not None:
             failed = self.replay.failed[: self.count]
             colors = np.where(failed, style.RED, style.BLACK)
             ax.add_collection(
-                LineCollection(self.true, colors=colors, linewidths=0.35, alpha=0.6, zorder=4)
+                LineCollection(self.shown, colors=colors, linewidths=0.35, alpha=0.6, zorder=4)
             )
             ax.plot(
-                *self.true[0].T, color=colors[0], linewidth=1.1, linestyle=(0, (3, 2)), zorder=4.6
+                *self.shown[0].T, color=colors[0], linewidth=1.1, linestyle=(0, (3, 2)), zorder=4.6
             )
         ax.scatter(
-            *self.path[:, 0].T, s=7, color=style.ORANGE, edgecolor="white", linewidth=0.3, zorder=5
+            *lines[:, 0].T, s=7, color=style.ORANGE, edgecolor="white", linewidth=0.3, zorder=5
         )
         ax.set_aspect("equal")
-        ax.set_xlabel(self.labels[0])
-        ax.set_ylabel(self.labels[1])
+        ax.set_xlabel(self.labels[self.view.axes[0]])
+        ax.set_ylabel(self.labels[self.view.axes[1]])
+
+    @property
+    def _ink(self) -> float | None:
+        """Opacity of obstacles: in space they hide what is behind them."""
+        return None if self.n_p == 2 else 0.6
 
     @property
     def _ends(self):
-        """Final positions (n, 2) and goal states (n, n_q): the true ones where there is a
-        replay.
+        """Final positions (n, 2) of the first point and goal states (n, n_q): the true ones where
+        there is a replay.
         """
-        return (
-            (self.path[:, -1], self.q)
-            if self.replay is None
-            else (self.replay.path[: self.count, -1], self._true_q)
-        )
+        if self.replay is None:
+            return self.path[:, 0, -1], self.q
+        return self.true[:, -1], self.replay.q[: self.count]
 
     @property
-    def _true_q(self):
-        return self.replay.q[: self.count]
+    def _ends_of_bodies(self) -> list[np.ndarray]:
+        """Outlines of all parts at the predicted ends of all samples."""
+        return shapes.footprints(self.parts, self.columns[:, -1], self.n_p, self.view.axes)
 
     def robot(self, ax) -> None:
-        """Body, and the robot itself, at the end of the first sample."""
+        """Body, and the robot itself, along or at the end of the first sample."""
+        if not self.single:
+            self._way(ax)
+            return
         end, q = self._ends
         body = shapes.placed(shapes.body_outline(self.problem.body), end[0])
         ax.fill(*body.T, fill=False, edgecolor=style.BLUE, linewidth=1.0, zorder=6)
@@ -167,13 +226,33 @@ class _Picture:
                 zorder=2.8,
             )
 
+    def _way(self, ax) -> None:
+        """The true shape of the body along the first sample."""
+        from matplotlib.collections import PolyCollection
+
+        knots = np.linspace(0, self.columns.shape[1] - 1, FOOTPRINTS).round().astype(int)
+        along = shapes.footprints(self.parts, self.columns[0, knots], self.n_p, self.view.axes)
+        ends = len(self.parts)
+        ax.add_collection(
+            PolyCollection(
+                along[:-ends], facecolors="none", edgecolors=style.BLUE, linewidths=0.6, zorder=4.2
+            )
+        )
+        looks = {"facecolors": style.SKY, "edgecolors": style.BLUE, "alpha": 0.6}
+        ax.add_collection(PolyCollection(along[-ends:], **looks, linewidths=1.0, zorder=4.3))
+
     def headings(self, ax) -> None:
         """Final positions, each with a stroke along the final heading."""
+        if not self.single:
+            from matplotlib.collections import PolyCollection
+
+            looks = {"facecolors": "none", "edgecolors": style.BLUE, "linewidths": 0.4}
+            ax.add_collection(PolyCollection(self._ends_of_bodies, **looks, alpha=0.5, zorder=4))
         end, q = self._ends
         ax.scatter(*end.T, s=4, color=style.BLUE, zorder=6)
         if self.heading is not None:
             along = np.stack([np.cos(q[:, self.heading]), np.sin(q[:, self.heading])], axis=1)
-            length = 0.09 * np.ptp(self.goal, axis=0).max()
+            length = 0.09 * np.ptp(self.goals[0], axis=0).max()
             from matplotlib.collections import LineCollection
 
             strokes = np.stack([end, end + length * along], axis=1)
@@ -192,14 +271,17 @@ class _Picture:
         from matplotlib.lines import Line2D
         from matplotlib.patches import Patch
 
+        grown = Patch(
+            facecolor="#EBEBEB", edgecolor=style.GREY, linestyle="--", label="grown by the body"
+        )
+        of_points = "" if len(self.path[0]) == 1 else " of all points"
+        of_first = "" if len(self.path[0]) == 1 else " of the first point"
         entries = [
             Patch(facecolor="#6E6E6E", label="obstacle"),
-            Patch(
-                facecolor="#EBEBEB", edgecolor=style.GREY, linestyle="--", label="grown by the body"
-            ),
+            *([grown] if self.single else []),
             Patch(facecolor="#CBE8DF", edgecolor=style.GREEN, label="goal"),
-            Patch(facecolor="#D6E8F5", label="tubes (first sample darker)"),
-            Line2D([], [], color=style.BLUE, label="predicted path"),
+            Patch(facecolor="#D6E8F5", label=f"tubes{of_points} (first sample darker)"),
+            Line2D([], [], color=style.BLUE, label=f"predicted path{of_first}"),
             Line2D(
                 [],
                 [],
@@ -209,21 +291,25 @@ class _Picture:
                 markersize=4,
                 label="start",
             ),
-            Line2D(
-                [],
-                [],
-                color=style.BLUE,
-                marker="o",
-                fillstyle="none",
-                linestyle="none",
-                label="body at its end",
-            ),
+            *self._bodies(),
         ]
         if self.replay is not None:
-            entries.append(Line2D([], [], color=style.BLACK, label="true run"))
+            entries.append(Line2D([], [], color=style.BLACK, label=f"true run{of_first}"))
             if self.replay.failed.any():
                 entries.append(Line2D([], [], color=style.RED, label="true run that failed"))
         return entries
+
+    def _bodies(self) -> list:
+        from matplotlib.lines import Line2D
+        from matplotlib.patches import Patch
+
+        if not self.single:
+            return [
+                Patch(facecolor="none", edgecolor=style.BLUE, label="body along the first sample"),
+                Patch(facecolor=style.SKY, edgecolor=style.BLUE, alpha=0.6, label="at its end"),
+            ]
+        ring = {"marker": "o", "fillstyle": "none", "linestyle": "none"}
+        return [Line2D([], [], color=style.BLUE, **ring, label="body at its end")]
 
 
 def _columns(scene: "_Picture", to) -> int:
@@ -233,15 +319,18 @@ def _columns(scene: "_Picture", to) -> int:
     if to is not None and not isinstance(to, str | Path):
         return len(np.atleast_1d(to))
     (x0, y0), (x1, y1) = scene.span
-    (u0, v0), (u1, v1) = shapes.span(scene.goal, room=NEAR)
+    (u0, v0), (u1, v1) = shapes.span(*scene.goals, room=NEAR)
     return 2 if max(u1 - u0, v1 - v0) < CLOSER * max(x1 - x0, y1 - y0) else 1
 
 
 def _widths(scene: "_Picture") -> list[float]:
     """Widths of the panels that give both the same height."""
-    (x0, y0), (x1, y1) = scene.span
-    (u0, v0), (u1, v1) = shapes.span(scene.goal, room=NEAR)
-    return [(x1 - x0) / (y1 - y0), (u1 - u0) / (v1 - v0)]
+    return [_shape(*scene.span), _shape(*shapes.span(*scene.goals, room=NEAR))]
+
+
+def _shape(lo, hi) -> float:
+    """Width over height of a box."""
+    return (hi[0] - lo[0]) / (hi[1] - lo[1])
 
 
 def _limits(ax, lo, hi) -> None:

@@ -96,6 +96,18 @@ def disc(radius: float) -> np.ndarray:
     return radius / np.cos(np.pi / ARC) * np.stack([np.cos(angle), np.sin(angle)], axis=1)
 
 
+def footprints(
+    parts: Sequence[Part], columns: np.ndarray, n_p: int, axes: tuple[int, int] = (0, 1)
+) -> list[np.ndarray]:
+    """Outlines (v, 2) of all parts of the body (`numbered`), seen along two axes, at poses (t, m
+    n_p): the places of the m reference points.
+    """
+    poses = columns.reshape(len(columns), -1, n_p)
+    return [
+        part_outline(part, places[list(part.points)], axes) for places in poses for part in parts
+    ]
+
+
 def body_outline(body) -> np.ndarray:
     """Outline (v, 2) of a Disc or Polygon about its reference point."""
     return hull(body.vertices) if hasattr(body, "vertices") else disc(body.radius)

@@ -7,6 +7,7 @@ import pytest
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 from toy_answer import K, toy_answer, toy_replay
+from drawn_bodies import bare_answer, car, drone
 
 from parc_jax.cover.search import Progress
 from parc_jax.errors import InputError
@@ -55,6 +56,30 @@ def test_samples_show_starts_tubes_and_failed_runs(answer, tmp_path):
     for points in (answer.samples[:, :2], answer.samples[:, :2] + K, shapes.grown(answer.scene, 0)):
         assert (points >= lo).all() and (points <= hi).all()
     assert {p.name for p in tmp_path.iterdir()} == {"a.png", "a.pdf"}
+
+
+def test_samples_show_the_body_and_the_tube_of_every_point():
+    answer = bare_answer(*car(e=0.02), [[-1.6, 0.2, 0.1, 0.4], [-1.5, 0.2, 0.0, 0.3]])
+    drawn = samples(answer)
+    (ax,) = drawn.axes
+    sizes = [len(part.get_paths()) for part in ax.collections]
+    assert 2 * 4 * 8 in sizes and 4 * 8 in sizes  # tubes: plans, points, intervals
+    labels = [text.get_text() for text in drawn.legends[0].get_texts()]
+    assert "body along the first sample" in labels and "grown by the body" not in labels
+
+
+def test_samples_in_space_are_seen_from_three_sides():
+    answer = bare_answer(*drone(), [[-2.2, -0.2, -0.5, 0.1, 0.4, 0.1]])
+    above, side, front = samples(answer).axes
+    assert [above.get_xlabel(), above.get_ylabel()] == ["x [m]", "y [m]"]
+    assert [side.get_xlabel(), side.get_ylabel()] == ["x [m]", "z [m]"]
+    assert [front.get_xlabel(), front.get_ylabel()] == ["y [m]", "z [m]"]
+    assert above.get_title("left") == "1 safe sample, from above"
+    for ax, axes in ((above, (0, 1)), (side, (0, 2)), (front, (1, 2))):  # a wall, from each side
+        lo, hi = np.array([ax.get_xlim(), ax.get_ylim()]).T
+        for wall in answer.problem.obstacles:
+            outline = shapes.shadow(wall, axes)
+            assert (outline > lo).all() and (outline < hi).all()
 
 
 def test_samples_refuse_what_they_cannot_draw(answer):

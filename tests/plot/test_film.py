@@ -4,8 +4,10 @@ import numpy as np
 import pytest
 from matplotlib.image import imread
 from toy_answer import toy_answer, toy_replay
+from drawn_bodies import CAR_AT, bare_answer, car, drone, turned
 
 from parc_jax.errors import InputError
+from parc_jax.plot import film as film_module
 from parc_jax.plot.film import REST, film
 
 INK = {"goal": (203, 232, 223), "block": (110, 110, 110), "tube": (214, 232, 245)}
@@ -40,7 +42,40 @@ def test_an_obstacle_is_seen_while_it_exists(tmp_path):
     answer = toy_answer()
     answer.problem = replace(answer.problem, spans=((0, 0), (0, 0)))
     shown = frames(film(answer, tmp_path / "film", 0))
-    assert len(near(shown[0], INK["block"])) > 500 > len(near(shown[-1], INK["block"]))
+    assert len(near(shown[0], INK["block"])) > 5000 > len(near(shown[-1], INK["block"]))
+
+
+def test_the_body_turns_with_its_points(tmp_path, monkeypatch):
+    """The polygon that is drawn is the turned rectangle, at every frame; the last one by k_1."""
+    seen = []
+    move = film_module._Side.move
+
+    def watched(side, *args):
+        move(side, *args)
+        seen.append(side.body[0].get_xy()[:-1])
+
+    monkeypatch.setattr(film_module._Side, "move", watched)
+    film(bare_answer(*car(), [[-1.6, 0.2, 0.0, 1.0]]), tmp_path / "film")
+    assert len(seen) == 26
+    for outline, heading in ((seen[0], 0.0), (seen[-1], 1.0)):
+        expected = turned(CAR_AT, heading)
+        expected = expected - expected.mean(axis=0) + outline.mean(axis=0)
+        gaps = np.linalg.norm(outline[:, None] - expected[None], axis=-1)
+        assert len(outline) == 4 and gaps.min(axis=0).max() < 1e-9
+
+
+def test_space_is_filmed_from_three_sides(tmp_path):
+    answer = bare_answer(*drone(), [[-2.2, -0.2, -0.5, 0.0, 0.4, 0.0]])
+    shown = frames(film(answer, tmp_path / "film"))
+    moved = np.argwhere(np.abs(shown[0] - shown[-1]).max(axis=-1) > 30)[:, 1]
+    third = shown[0].shape[1] // 3
+    assert all(((moved // third) == side).sum() > 500 for side in range(3))
+
+
+def test_a_run_of_one_point_is_no_run_of_a_car(tmp_path):
+    answer = bare_answer(*car(), [[-1.6, 0.2, 0.0, 0.0]])
+    with pytest.raises(InputError, match=r"8 columns.*got 2"):
+        film(answer, tmp_path / "film", run=np.zeros((9, 2)))
 
 
 def test_what_cannot_be_filmed_is_refused(tmp_path):

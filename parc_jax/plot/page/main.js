@@ -298,7 +298,7 @@ state.k = data.domain.lo.map((lo, i) => (lo + data.domain.hi[i]) / 2);
 state.p0 = plus(data.goal_box.lo, data.goal_box.hi).map((v) => v / 2);
 if (data.samples.length) Object.assign(state, { sample: 0, p0: data.samples[0].p0.slice(), k: data.samples[0].k.slice() });
 document.body.classList.add(model.single ? "single" : "hull", data.n_p === 2 ? "plane" : "space");
-frameScene();
 update();
 readAddress();
+frameScene();
 document.body.dataset.ready = "1";
