@@ -4,10 +4,10 @@ from fractions import Fraction
 
 import numpy as np
 import pytest
+from drawn_bodies import bare_answer, car, drone
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 from toy_answer import K, toy_answer, toy_replay
-from drawn_bodies import bare_answer, car, drone
 
 from parc_jax.cover.search import Progress
 from parc_jax.errors import InputError

@@ -2,9 +2,9 @@
 
 import numpy as np
 import pytest
+from drawn_bodies import CAR_AT, bare_answer, car, drone, turned
 from matplotlib.image import imread
 from toy_answer import toy_answer, toy_replay
-from drawn_bodies import CAR_AT, bare_answer, car, drone, turned
 
 from parc_jax.errors import InputError
 from parc_jax.plot import film as film_module
