@@ -1,0 +1,45 @@
+"""Problems: goals over several reference points, workspaces."""
+
+import numpy as np
+import pytest
+
+from parc_jax.body import hull
+from parc_jax.errors import InputError
+from parc_jax.problem import goal_of_points, reach_avoid
+from parc_jax.sets.box import box
+
+NAMES = ("centre", "left", "right")
+BAY = box([0.0, 1.0], [2.0, 3.0])
+
+
+def test_a_goal_may_ask_all_points_into_one_set(rng):
+    goal = goal_of_points(NAMES, BAY, box([-1.0], [1.0]))
+    assert goal.n == 7
+    for _ in range(200):
+        ends = rng.uniform([-0.5, 0.5], [2.5, 3.5], (3, 2))
+        q = rng.uniform(-1.5, 1.5)
+        state = np.append(ends.ravel(), q)
+        inside = ((ends >= BAY.lo) & (ends <= BAY.hi)).all() and abs(q) <= 1
+        assert (goal.A @ state <= goal.b).all() == inside
+
+
+def test_a_goal_may_ask_for_some_points_alone():
+    goal = goal_of_points(NAMES, {"right": BAY, "centre": box([-9.0, -9.0], [9.0, 9.0])})
+    free = np.array([0, 0, 1e6, -1e6, 1.0, 2.0])
+    assert goal.n == 6 and (goal.A @ free <= goal.b).all()
+    assert not (goal.A @ np.array([0, 0, 0, 0, 3.0, 2.0]) <= goal.b).all()
+
+
+def test_goals_over_points_there_are_not_are_refused():
+    with pytest.raises(InputError, match=r"\(centre, left, right\); got 'nose'"):
+        goal_of_points(NAMES, {"nose": BAY})
+    with pytest.raises(InputError, match="one dimension for all points; right has 3, not 2"):
+        goal_of_points(NAMES, {"left": BAY, "right": box([0.0] * 3, [1.0] * 3)})
+    with pytest.raises(InputError, match="at least one reference point"):
+        goal_of_points(NAMES, {})
+
+
+def test_a_problem_says_what_its_body_is():
+    problem = reach_avoid(goal_of_points(NAMES, BAY), [BAY], hull("left", "right", radius=0.5))
+    assert [part.points for part in problem.parts] == [("left", "right")]
+    assert "hull of left, right, grown by Disc(radius=0.5)" in repr(problem)
