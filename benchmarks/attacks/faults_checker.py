@@ -2,9 +2,12 @@
 
 from benchmarks.attacks.fault import Fault
 
-PLANS = "parc_jax/checker/plans.py"
 EXACT = "parc_jax/checker/exact.py"
+ERRORS = "parc_jax/checker/errors.py"
+QUESTION = "parc_jax/checker/question.py"
+PLANS = "parc_jax/checker/plans.py"
 NO_PLAN = "parc_jax/checker/no_plan.py"
+DOUBT = "parc_jax/checker/doubt.py"
 ANSWER = "parc_jax/checker/answer.py"
 BAD = "tests/checker/test_checker_checks.py::test_bad_certificates_are_rejected"
 CHECKER = (
@@ -20,57 +23,57 @@ CHECKER = (
     Fault(
         "checker_goal_not_shrunken",
         PLANS,
-        "rows.append((a, b - Fraction(lost, self.e_scale)))",
-        "rows.append((a, b - 0 * Fraction(lost, self.e_scale)))",
+        "return [(a, b - final.reach(a, i)) for i, (a, b) in enumerate(self.goal)]",
+        "return self.goal",
         (BAD,),
     ),
     Fault(
-        "checker_goal_without_absolute_values",
-        PLANS,
-        "lost = dot([abs(x) for x in a], final)",
-        "lost = dot(a, final)",
+        "checker_widths_without_absolute_values",
+        ERRORS,
+        "return Fraction(dot([abs(x) for x in w], self.e), self.scale)",
+        "return Fraction(dot(w, self.e), self.scale)",
         (BAD,),
     ),
     Fault(
         "checker_body_dropped",
         PLANS,
-        "integers([*w, h + self.body_support(w)])",
+        "integers([*w, h + support(part, w)])",
         "integers([*w, h])",
         (BAD,),
     ),
     Fault(
         "checker_body_mirrored",
         PLANS,
-        "return max(-dot(w, vertex) for vertex in self.vertices)",
-        "return max(dot(w, vertex) for vertex in self.vertices)",
+        "return max(-dot(w, vertex) for vertex in part.vertices)",
+        "return max(dot(w, vertex) for vertex in part.vertices)",
         (BAD,),
     ),
     Fault(
         "checker_root_rounded_down",
         PLANS,
-        "        if root * root < square:\n            root += 1\n",
+        "    if root * root < square:\n        root += 1\n",
         "",
         (BAD,),
     ),
     Fault(
         "checker_tube_dropped",
         PLANS,
-        "constant = -H - max(before, after)",
-        "constant = -H",
+        "H = h * wider.denominator + wider.numerator",
+        "H = h * wider.denominator",
         (BAD,),
     ),
     Fault(
         "checker_narrower_interval_at_a_knot",
         PLANS,
-        "constant = -H - max(before, after)",
-        "constant = -H - min(before, after)",
+        "wider = max(before, after)",
+        "wider = min(before, after)",
         (BAD,),
     ),
     Fault(
         "checker_last_knot_of_a_run_skipped",
         PLANS,
-        "for s in range(first, stop + 1):",
-        "for s in range(first, stop):",
+        "for s in range(first, first + len(errors) + 1):",
+        "for s in range(first, first + len(errors)):",
         ("tests/checker/test_checker_answers.py::test_a_wall_between_knots_is_never_jumped",),
     ),
     Fault(
@@ -83,13 +86,13 @@ CHECKER = (
     Fault(
         "checker_least_widths_on_a_border",
         PLANS,
-        "interval, final = self.widths(bins, max)",
-        "interval, final = self.widths(bins, min)",
+        "interval, final = self.errors(bins, max)",
+        "interval, final = self.errors(bins, min)",
         (BAD,),
     ),
     Fault(
         "checker_one_bin_on_a_border",
-        PLANS,
+        QUESTION,
         "meets = edge[i] <= b and a <= edge[i + 1]",
         "meets = edge[i] <= b and a < edge[i + 1]",
         (BAD,),
@@ -158,7 +161,7 @@ CHECKER = (
     ),
     Fault(
         "checker_a_flat_axis_has_no_bin",
-        PLANS,
+        QUESTION,
         'need(len(edge) >= 2, "an axis of the tube has no bin")',
         "",
         (BAD,),
@@ -173,23 +176,72 @@ CHECKER = (
         ),
     ),
     Fault(
+        "checker_first_point_of_a_part_only",
+        PLANS,
+        "for i in part.points:",
+        "for i in part.points[:1]:",
+        (BAD,),
+    ),
+    Fault(
+        "checker_first_part_only",
+        PLANS,
+        "for part, runs in zip(self.parts, by_part, strict=True):",
+        "for part, runs in zip(self.parts[:1], by_part[:1], strict=True):",
+        (BAD,),
+    ),
+    Fault(
+        "checker_template_reaches_along_the_wrong_side",
+        PLANS,
+        "grow = [each.reach(away) for each in errors]",
+        "grow = [each.reach(w) for each in errors]",
+        (BAD,),
+    ),
+    Fault(
+        "checker_template_with_negative_multipliers",
+        ERRORS,
+        "if all(dot(dual, w) >= 0 for dual in duals):",
+        "if duals:",
+        (BAD,),
+    ),
+    Fault(
+        "checker_any_way_for_a_row_of_the_goal",
+        ERRORS,
+        "if v == w and all(m >= 0 for _, m in way):",
+        "if all(m >= 0 for _, m in way):",
+        (BAD,),
+    ),
+    Fault(
+        "checker_no_room_for_p0",
+        DOUBT,
+        "condition.c * scale - lost,",
+        "condition.c * scale,",
+        (BAD,),
+    ),
+    Fault(
+        "checker_doubt_at_the_middle_only",
+        DOUBT,
+        "in CellVertices(context).of(lo, hi):",
+        "in CellVertices(context).of(k, k):",
+        ("tests/checker/test_checker_doubt.py::test_a_box_fails_where_one_of_its_corners_does",),
+    ),
+    Fault(
         "no_plan_widest_widths",
         NO_PLAN,
-        "_, final = context.widths(bins, min)",
-        "_, final = context.widths(bins, max)",
+        "_, final = context.errors(bins, min)",
+        "_, final = context.errors(bins, max)",
         (BAD,),
     ),
     Fault(
         "no_plan_contact_outside_the_disc",
         NO_PLAN,
-        "need(dot(point, point) <= context.radius**2,",
+        "need(dot(point, point) <= part.radius**2,",
         "need(True or point,",
         (BAD,),
     ),
     Fault(
         "no_plan_error_outside_the_tube",
         NO_PLAN,
-        'need(inside, "the error of a contact is outside the tube")',
+        'need(errors.contains(error), "the error of a contact is outside the tube")',
         "",
         (BAD,),
     ),

@@ -12,7 +12,6 @@ import numpy as np
 
 from parc_jax.arrays import dot
 from parc_jax.body import Body, Disc
-from parc_jax.checker import FORMAT
 from parc_jax.claim.error_set import ErrorSet, at
 from parc_jax.claim.tube import Tube
 from parc_jax.cover.corridor import Corridor, longest_lasting, merged_runs
@@ -94,7 +93,7 @@ def answer_part(
     hashes = {"problem": part_hash(asked), "network": part_hash(network), "tube": part_hash(tube)}
     claim = model.claim.to_json() | {"network_hash": hashes["network"], "tube_hash": hashes["tube"]}
     return {
-        "format": FORMAT,
+        "format": "parc_jax.answer/1",
         "problem": asked,
         "network": network,
         "tube": tube,

@@ -7,23 +7,29 @@ Standard library only; nothing of parc_jax is imported. Every number is a ration
 comparison exact: there is no tolerance. A check passes only on `is True`, and any exception is a
 rejection. docs/certificates.md has the format and what an accepted answer proves.
 
-exact.py    numbers, lists, half-spaces; what a rejection is
-plans.py    problem, network and tube; samples, corridors and polytopes
-no_plan.py  boxes in which no plan is safe, or every one
-answer.py   the whole file, the report, the command line
+exact.py     numbers, lists, half-spaces; what a rejection is
+errors.py    the errors that a tube allows, and how far they reach
+question.py  problem, network and tube
+plans.py     samples, corridors and polytopes
+no_plan.py   boxes in which no plan is safe, or every one
+doubt.py     boxes of plans that are safe with the same directions
+answer.py    the whole file, the report, the command line
 
 Letters: p position, q further goal states, k parameters, y = (c_1 .. c_T, q) the outputs of the
 network, p_s = p0 + c_s the position at knot s, z = p_T, t the interval from knot t to knot t + 1,
-e the widths of the tube, w a direction. Vectors are integers over one common denominator ("scale").
+e the widths of the tube, w a direction. Where a robot has several reference points, c_s are the
+offsets of all of them, of point 0 first; those of knot 0 are outputs too, but for point 0. Vectors
+are integers over one common denominator ("scale").
 """
 
-from .answer import FORMAT, PARTS, Report, allowance, check_answer, load, main, summary
+from .answer import FORMATS, PARTS, Report, allowance, check_answer, load, main, summary
+from .doubt import check_doubt
 from .exact import NotAnAnswer, Rejected, integers, number, rejecting
 from .no_plan import check_no_plan
 from .plans import Context
 
 __all__ = [
-    "FORMAT",
+    "FORMATS",
     "PARTS",
     "Context",
     "NotAnAnswer",
@@ -31,6 +37,7 @@ __all__ = [
     "Report",
     "allowance",
     "check_answer",
+    "check_doubt",
     "check_no_plan",
     "integers",
     "load",

@@ -7,22 +7,23 @@ import os
 import sys
 from fractions import Fraction
 
+from .doubt import check_doubt
 from .exact import NotAnAnswer, Rejected, array, fields, need, rejecting
 from .no_plan import check_no_plan
 from .plans import Context
 
-FORMAT = "parc_jax.answer/1"
+FORMATS = {"parc_jax.answer/1": 1, "parc_jax.answer/2": 2}
 PARTS = ("problem", "network", "tube")  # of the question; each has a hash
-LISTS = ("samples", "sets", "corridors")
+LISTS = ("samples", "sets", "corridors", "doubt")
 MAX_BYTES = 1 << 26  # of a file
 MAX_VALUES = 1 << 22  # commas and opening brackets in a file: what its numbers and lists weigh
 MAX_REMARK = 1 << 20  # characters of what is not checked: meta and claim
 WORK_AT_LEAST = 4_000_000  # products of short integers, a second or two
 WORK_PER_CHARACTER = 400
 
-# What was proved: how many different samples, sets and corridors; None, or kind and exact volumes
-# of no_plan. The claim is only quoted.
-Report = collections.namedtuple("Report", "samples sets corridors no_plan claim hash")
+# What was proved: how many different samples, sets, corridors and boxes of doubt; None, or kind and
+# exact volumes of no_plan. The claim is only quoted.
+Report = collections.namedtuple("Report", "samples sets corridors doubt no_plan claim hash")
 
 
 def canonical(part):
@@ -74,11 +75,14 @@ def check_answer(answer):
     """Checks all that an answer (as `load` returns it) claims; returns a Report or raises
     Rejected.
     """
-    if type(answer) is not dict or answer.get("format") != FORMAT:
+    if type(answer) is not dict or answer.get("format") not in FORMATS:
         raise NotAnAnswer("got JSON without this format")
     needed = ("format", *PARTS, "claim", "hash", "samples", "sets", "no_plan")
-    fields(answer, needed, ("corridors", "meta"))
-    answer = {"corridors": [], "meta": None, **answer}  # older files have neither
+    if FORMATS[answer["format"]] == 1:
+        fields(answer, needed, ("corridors", "meta"))
+    else:
+        fields(answer, needed, ("corridors", "doubt", "meta"))
+    answer = {"corridors": [], "doubt": [], "meta": None, **answer}  # older files have none
     need(len(canonical(answer["meta"])) <= MAX_REMARK, "the part meta is too long")
     need(len(canonical(answer["claim"])) <= MAX_REMARK, "the claim is too long")
     hashes = {}
@@ -90,6 +94,7 @@ def check_answer(answer):
         need(claim["network_hash"] == hashes["network"], "the claim is about another network")
         need(claim["tube_hash"] == hashes["tube"], "the claim is about another tube")
     context = Context(answer["problem"], answer["network"], answer["tube"])
+    need(context.format == FORMATS[answer["format"]], "the problem is of another format")
     proofs = [answer[part] for part in (*PARTS, *LISTS, "no_plan")]
     context.work_left = allowance(*proofs)
     samples = set()
@@ -107,11 +112,16 @@ def check_answer(answer):
         with rejecting(f"corridors[{i}]: "):
             context.check_sample(entry)  # its plan is one of those that it stands for
             corridors.add(canonical(entry["sep"]))
+    doubt = set()
+    for i, entry in enumerate(array(answer["doubt"])):
+        with rejecting(f"doubt[{i}]: "):
+            doubt.add(tuple(check_doubt(context, entry)))
     volumes = None
     if answer["no_plan"] is not None:
         with rejecting("no_plan: "):
             volumes = check_no_plan(context, answer["no_plan"])
-    return Report(len(samples), len(sets), len(corridors), volumes, claim, hashes)
+    found = [len(each) for each in (samples, sets, corridors, doubt)]
+    return Report(*found, volumes, claim, hashes)
 
 
 def summary(report):
@@ -124,6 +134,8 @@ def summary(report):
     yield "    of k are no part of them)"
     yield f"  {report.corridors} corridors: so does every (p0, k) of the domain that meets all"
     yield "    conditions of one (at a border between bins with the widest of their widths)"
+    if report.doubt:
+        yield f"  {report.doubt} boxes of doubt: so does every (p0, k) within the room of one"
     if report.no_plan is not None and report.no_plan["kind"] == "proved":
         yield "  no (p0, k) of the model is safe: a longer search cannot find one"
     elif report.no_plan is not None:
@@ -168,7 +180,8 @@ def main(arguments=None):
 
 def unreadable(path, why):
     """Says that there is no answer to check; the exit code."""
-    expected = f"expected an answer file (JSON of format {FORMAT}, from `Answer.save` or `solve`)"
+    formats = " or ".join(FORMATS)
+    expected = f"expected an answer file (JSON of format {formats}, from `Answer.save` or `solve`)"
     print(f"{ascii(path)[1:-1]}: {expected}; {ascii(str(why))[1:-1]}.", file=sys.stderr)
     return 2
 

@@ -8,6 +8,7 @@ from fractions import Fraction
 
 MAX_CHARS = 1000  # of one number
 MAX_BITS = 1 << 13  # of a common denominator
+FRACTION = 16  # work of one operation on fractions, in products of short integers
 
 HEX = re.compile(r"(-?)0x([0-9a-f]{1,40})(?:\.([0-9a-f]{0,40}))?p([+-]?[0-9]{1,4})")
 DECIMAL = re.compile(r"-?[0-9]+(?:/[0-9]+|(?:\.[0-9]+)?(?:e[+-]?[0-9]{1,3})?)")
@@ -127,13 +128,26 @@ def combine(rows, multipliers, n):
     """Multipliers m_i >= 0 of rows a_i . x <= b_i in n dimensions give w . x <= h for all x in the
     set, where w = sum m_i a_i and h = sum m_i b_i: (w, h). [T12a]
     """
+    parsed = parsed_multipliers(multipliers, len(rows))
+    for _, m in parsed:
+        need(m >= 0, "a multiplier is negative")
+    return weighted(rows, parsed, n)
+
+
+def parsed_multipliers(multipliers, n_rows):
+    """[(number of a row, multiplier)] of a list [[row, "m"], ...]."""
     values = [number(m) for _, m in multipliers]
     integers(values)  # bounds their length together
+    numbers = [whole(row, 0, n_rows - 1) for row, _ in multipliers]
+    return list(zip(numbers, values, strict=True))
+
+
+def weighted(rows, multipliers, n):
+    """The sum (w, h) of rows (a, b) in n dimensions with parsed multipliers."""
     w = [Fraction(0)] * n
     h = Fraction(0)
-    for (row, _), m in zip(multipliers, values, strict=True):
-        need(m >= 0, "a multiplier is negative")
-        a, b = rows[whole(row, 0, len(rows) - 1)]
+    for row, m in multipliers:
+        a, b = rows[row]
         w = [x + m * y for x, y in zip(w, a, strict=True)]
         h += m * b
     return w, h

@@ -8,16 +8,28 @@ The cells are derived here.
 import itertools
 import math
 
-from .exact import array, box, combine, dot, fields, integers, need, number, vector, whole
-from .plans import FRACTION, condition, holds
+from .exact import (
+    FRACTION,
+    array,
+    box,
+    combine,
+    dot,
+    fields,
+    integers,
+    need,
+    number,
+    vector,
+    whole,
+)
+from .plans import condition, holds
 
 MAX_POINTS = 20_000  # vertices of cells in a leaf
 UNSAFE = ("goal", "start", "hit")
 
 
 def network_cells(context, lo, hi):
-    """Yields the cells of the network in a box of k with interior, each as {vertex: (neurons,
-    outputs, scale)}. [T16]
+    """Yields the cells of the network in a box of k, each as {vertex: (neurons, outputs, scale)}.
+    [T16]
 
     A vertex is (homogeneous coordinates, bit set of the facets through it). All earlier neurons
     keep their sign on a cell, so the next neuron is affine on it. If that has both signs at the
@@ -25,7 +37,8 @@ def network_cells(context, lo, hi):
     """
     known = {}
     corners = []
-    for sides in itertools.product((0, 1), repeat=context.n_k):
+    ends = [(0, 1) if a < b else (0,) for a, b in zip(lo, hi, strict=True)]
+    for sides in itertools.product(*ends):
         point = [(lo, hi)[side][i] for i, side in enumerate(sides)]
         coordinates, scale = integers(point)
         facets = sum(1 << (2 * i + side) for i, side in enumerate(sides))
@@ -100,20 +113,20 @@ class CellVertices:
         return self.points
 
 
-def contact(context, entry, widths):
+def contact(context, entry, errors):
     """The offset of a contact [body, error]: a point of the body plus an error inside the tube."""
     body, error = entry
     error = vector(error, context.n_p)
-    inside = all(abs(x) * context.e_scale <= e for x, e in zip(error, widths, strict=True))
-    need(inside, "the error of a contact is outside the tube")
-    if context.vertices is None:
+    need(errors.contains(error), "the error of a contact is outside the tube")
+    (part,) = context.parts
+    if part.vertices is None:
         point = vector(body, context.n_p)
-        need(dot(point, point) <= context.radius**2, "a contact's body point is outside the disc")
+        need(dot(point, point) <= part.radius**2, "a contact's body point is outside the disc")
     else:
-        weights = vector(body, len(context.vertices))
+        weights = vector(body, len(part.vertices))
         need(all(v >= 0 for v in weights), "a weight of a contact is negative")
         need(sum(weights) == 1, "the weights of a contact do not sum to one")
-        point = [dot(weights, column) for column in zip(*context.vertices, strict=True)]
+        point = [dot(weights, column) for column in zip(*part.vertices, strict=True)]
     return [x + y for x, y in zip(point, error, strict=True)]
 
 
@@ -136,7 +149,7 @@ def hit(context, what, interval):
         shares = [1 - alpha, alpha]
     options = []
     for entry in contacts:
-        offset = contact(context, entry, interval[t])
+        offset = contact(context, entry, interval[t][0])
         context.spend(FRACTION * len(rows) * 3 * n)
         inside = []
         for a, b in rows:
@@ -158,19 +171,19 @@ def check_leaf(context, name, what, lo, hi, vertices):
     """
     n = context.n_p
     bins = context.bins_meeting(lo[n:], hi[n:], closed=False)
-    interval, final = context.widths(bins, max if name == "safe" else min)
+    interval, final = context.errors(bins, max if name == "safe" else min)
     if name == "safe":
         options = [list(context.conditions(what, interval, final))]
     elif name == "goal":  # a combination of goal rows that (z, q) violates
-        w, h = combine(context.shrunken_goal(final), what, n + context.n_q)
-        options = [[condition("", True, w[:n], w, context.end, -h)]]
+        w, h = combine(context.shrunken_goal(final), what, context.n_end)
+        options = [[condition("", True, context.along_p0(w), w, context.end, -h)]]
     elif name == "start":  # a combination of start rows that p0 violates
         w, h = combine(context.start, what, n)
         options = [[condition("", True, w, [], slice(0), -h)]]
     else:
         options = hit(context, what, interval)
     if name == "goal" and not any(w[n:]):  # it is about z alone: any k, and so any y, will do
-        points = [([0] * (context.T * n + context.n_q), 1)]
+        points = [([0] * context.n_outputs, 1)]
     else:
         points = vertices.of(lo[n:], hi[n:])
     longest = 1
@@ -196,12 +209,12 @@ def check_faces(context, faces, lo, hi):
     """Proves that each plan that meets the goal, for the least final widths, has z in the box."""
     n = context.n_p
     bins = context.bins_meeting(context.lo, context.hi, closed=True)
-    _, final = context.widths(bins, min)
+    _, final = context.errors(bins, min)
     goal = context.shrunken_goal(final)
     for i, pair in enumerate(array(faces, n)):
         for sign, bound, multipliers in zip((-1, 1), (-lo[i], hi[i]), pair, strict=True):
-            w, h = combine(goal, multipliers, n + context.n_q)
-            unit = [sign * int(i == j) for j in range(n + context.n_q)]
+            w, h = combine(goal, multipliers, context.n_end)
+            unit = [sign * int(i == j) for j in range(context.n_end)]
             need(w == unit, "a face of z has another direction")
             need(h <= bound, "a face of z does not follow from the goal")
 
@@ -213,6 +226,7 @@ def check_no_plan(context, plan):
     (p0, k) -> (z, k) is a bijection that keeps volume [T15, T30]; the leaves tile the box of z
     times the domain, by the way the tree is built.
     """
+    need(context.format == 1, "this checker reads no_plan in format 1 only")
     fields(plan, ("kind", "z", "faces", "tree"))
     z_lo, z_hi = box(plan["z"], context.n_p)
     lo = z_lo + context.lo

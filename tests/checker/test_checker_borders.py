@@ -46,7 +46,7 @@ def narrowest(real):
     ("name", "slip", "seen"),
     [
         ("_bin_rows", closed, "wrong: in the polytope, but no sample"),
-        ("widths", narrowest, "wrong: accepted, but not safe"),
+        ("errors", narrowest, "wrong: accepted, but not safe"),
     ],
 )
 def test_a_wrong_border_would_be_seen(monkeypatch, name, slip, seen):

@@ -1,7 +1,7 @@
 """Every check of the checker is needed: each has a certificate that it alone rejects.
 
 Each check is neutralised in turn, by rewriting the checker's source; some certificate of
-known.CASES must then be accepted wrongly. If none is, the check is redundant or untested.
+CASES must then be accepted wrongly. If none is, the check is redundant or untested.
 """
 
 import ast
@@ -15,12 +15,15 @@ from pathlib import Path
 
 import answer_files as build
 import known
+import known_points
 import pytest
 
 from parc_jax import checker
 
+CASES = known.CASES | known_points.CASES
+VALID = known.VALID | known_points.VALID
 FOLDER = Path(checker.__file__).parent
-FILES = ("exact", "plans", "no_plan", "answer")
+FILES = ("exact", "errors", "question", "plans", "no_plan", "doubt", "answer")
 SOURCES = {name: (FOLDER / f"{name}.py").read_text() for name in FILES}
 NUMBERS = itertools.count()
 
@@ -52,9 +55,9 @@ def rejection(case, folder, package=checker):
     return None
 
 
-@pytest.mark.parametrize("name", known.VALID)
+@pytest.mark.parametrize("name", VALID)
 def test_the_scenes_behind_the_cases_are_valid(name, tmp_path):
-    assert rejection((json.dumps(build.rehash(known.VALID[name]())), {}), tmp_path) is None
+    assert rejection((json.dumps(build.rehash(VALID[name]())), {}), tmp_path) is None
 
 
 def test_touching_needs_room_of_one_rounding(tmp_path):
@@ -65,9 +68,9 @@ def test_touching_needs_room_of_one_rounding(tmp_path):
     )
 
 
-@pytest.mark.parametrize("name", known.CASES)
+@pytest.mark.parametrize("name", CASES)
 def test_bad_certificates_are_rejected(name, tmp_path):
-    make, limits = known.CASES[name]
+    make, limits = CASES[name]
     assert rejection((make(), limits), tmp_path) is not None
 
 
@@ -108,12 +111,15 @@ def neutralised():
             yield name, *mutation.done, ast.unparse(tree)
 
 
-def load_mutant(monkeypatch, folder, name, source):
-    """The checker as a package of its own, with one of its files replaced by a mutant."""
+def load_mutant(monkeypatch, folder, name, source, strict=True):
+    """The checker as a package of its own, with one of its files replaced by a mutant; if it is not
+    strict, lists of different lengths are paired silently in all of them.
+    """
     package = f"checker_mutant_{next(NUMBERS)}"
     (folder / package).mkdir()
     for other in ("__init__", *FILES):
         text = source if other == name else (FOLDER / f"{other}.py").read_text()
+        text = text if strict else text.replace("strict=True", "strict=False")
         (folder / package / f"{other}.py").write_text(text)
     monkeypatch.syspath_prepend(folder)
     mutant = importlib.import_module(package)
@@ -136,15 +142,15 @@ def test_every_check_has_a_certificate_that_only_it_rejects(monkeypatch, tmp_pat
     """A mutant is shown the certificates that are rejected while its check runs; it must accept
     one. Lengths are checked when read and again where lists are paired: both guards go together.
     """
-    cases = {name: (make(), limits) for name, (make, limits) in known.CASES.items()}
+    cases = {name: (make(), limits) for name, (make, limits) in CASES.items()}
     lines = {name: set(passed_lines(rejection(case, tmp_path))) for name, case in cases.items()}
     survivors, count = [], 0
     for name, what, where, source in neutralised():
         count += 1
         related = [case for case in cases if any((name, line) in lines[case] for line in where)]
-        for mutated in (source, source.replace("strict=True", "strict=False")):
+        for strict in (True, False):
             with monkeypatch.context() as patch:
-                mutant = load_mutant(patch, tmp_path, name, mutated)
+                mutant = load_mutant(patch, tmp_path, name, source, strict)
                 found = any(rejection(cases[case], tmp_path, mutant) is None for case in related)
             if found:
                 break
@@ -156,32 +162,33 @@ def test_every_check_has_a_certificate_that_only_it_rejects(monkeypatch, tmp_pat
 
 # Slips of a programmer: file, right, wrong, and the certificate that tells them apart.
 WIDER = "max(before, after)"
+GROWN = "h * wider.denominator + wider.numerator"
 SLIPS = [
     ("plans", "        return value > 0\n", "        return value >= 0\n", "touching"),
     (
         "plans",
-        "b - Fraction(lost, self.e_scale)",
+        "b - final.reach(a, i)",
         "b",
         "a goal missed by less than the tube",
     ),
-    ("plans", "h + self.body_support(w)", "h", "touching"),
-    ("plans", f"-H - {WIDER}", "-H", "touching"),
+    ("plans", "h + support(part, w)", "h", "touching"),
+    ("plans", GROWN, "h * wider.denominator", "touching"),
     ("plans", WIDER, "before", "contact at knot 1, in the second interval's width only"),
     ("plans", WIDER, "after", "contact at knot 1, in the first interval's width only"),
     (
         "plans",
-        "for s in range(first, stop + 1)",
-        "for s in range(first + 1, stop + 1)",
+        "for s in range(first, first + len(errors) + 1)",
+        "for s in range(first + 1, first + len(errors) + 1)",
         "contact at the first knot only",
     ),
     (
         "plans",
-        "for s in range(first, stop + 1)",
-        "for s in range(first, stop)",
+        "for s in range(first, first + len(errors) + 1)",
+        "for s in range(first, first + len(errors))",
         "contact at the last knot only",
     ),
-    ("plans", "widths(bins, max)", "widths(bins, min)", "contact in the width of one of two bins"),
-    ("plans", "widths(bins, max)", "widths(bins, min)", "a goal missed in one of two bins"),
+    ("plans", "errors(bins, max)", "errors(bins, min)", "contact in the width of one of two bins"),
+    ("plans", "errors(bins, max)", "errors(bins, min)", "a goal missed in one of two bins"),
     ("plans", "root += 1", "root += 0", "touching by less than the rounding of a root"),
     ("plans", "max(-dot(w, vertex)", "max(dot(w, vertex)", "touching with a polygon"),
     ("plans", "max(-dot(w, vertex)", "min(-dot(w, vertex)", "touching with a polygon"),
@@ -216,8 +223,8 @@ SLIPS = [
     ),
     (
         "answer",
-        '{"corridors": [], "meta": None, **answer}',
-        '{"meta": None, **answer, "corridors": []}',
+        '{"corridors": [], "doubt": [], "meta": None, **answer}',
+        '{"doubt": [], "meta": None, **answer, "corridors": []}',
         "a corridor with a negative multiplier",
     ),
     (
@@ -228,24 +235,24 @@ SLIPS = [
     ),
     (
         "plans",
-        "widths(bins, max)",
-        "widths(bins, min)",
+        "errors(bins, max)",
+        "errors(bins, min)",
         "a corridor whose plan does not keep to it in one of two bins",
     ),
     (
-        "plans",
+        "question",
         "[x > 0 for x in",
         "[True for x in",
         "a goal reached by the network without ReLU only",
     ),
     (
-        "plans",
+        "question",
         'network["biases"], strict=True',
         'network["biases"], strict=False',
         "biases of another layer",
     ),
     (
-        "plans",
+        "question",
         'tube["edges"], self.lo, self.hi, strict=True',
         'tube["edges"], self.lo, self.hi, strict=False',
         "edges of a second axis",
@@ -253,16 +260,41 @@ SLIPS = [
     ("answer", "object_pairs_hook=unique, ", "", "a key twice"),
     ("answer", "parse_float=refuse, ", "", "a float in a part that is ignored"),
     ("answer", ", parse_constant=refuse", "", "a NaN in a part that is ignored"),
-    ("answer", 'answer.get("format") != FORMAT', "False", "another format"),
     ("no_plan", 'max if name == "safe" else min', "max", "a goal leaf for the wider of two bins"),
-    ("no_plan", 'max if name == "safe" else min', "max", "an error in the wider of two bins"),
+    (
+        "errors",
+        "all(each.contains(x) for",
+        "any(each.contains(x) for",
+        "an error in the wider of two bins",
+    ),
+    ("errors", "if v == w and all(", "if all(", "an end whose way is another row's"),
+    ("errors", " and all(m >= 0 for _, m in way)", "", "an end whose way is negative"),
+    (
+        "errors",
+        "if all(dot(dual, w) >= 0 for dual in duals)",
+        "if True",
+        "touching with a template",
+    ),
+    (
+        "plans",
+        "for i in part.points",
+        "for i in part.points[:1]",
+        "contact of the second point only",
+    ),
+    ("doubt", "condition.c * scale - lost", "condition.c * scale", "room to touch"),
+    (
+        "doubt",
+        "closed=True), max)",
+        "closed=True), min)",
+        "a box that meets a bin with wider errors",
+    ),
     (
         "no_plan",
         'max if name == "safe" else min',
         "min",
         "a safe leaf inside the narrower of two bins",
     ),
-    ("no_plan", "widths(bins, min)", "widths(bins, max)", "a box of z for the wider of two bins"),
+    ("no_plan", "errors(bins, min)", "errors(bins, max)", "a box of z for the wider of two bins"),
     (
         "no_plan",
         "hi[i]), pair, strict=True",
@@ -291,7 +323,7 @@ SLIPS = [
 def test_slips_in_the_checker_are_noticed(slip, monkeypatch, tmp_path):
     name, right, wrong, case = slip
     assert SOURCES[name].count(right) == 1
-    make, limits = known.CASES[case]
+    make, limits = CASES[case]
     assert rejection((make(), limits), tmp_path) is not None
     mutant = load_mutant(monkeypatch, tmp_path, name, SOURCES[name].replace(right, wrong))
     assert rejection((make(), limits), tmp_path, mutant) is None

@@ -240,7 +240,8 @@ def test_exit_codes_and_json(folder):
         "unsafe": "61/16",
         "undecided": "119/16",
     }
-    assert list(report) == ["accepted", "samples", "sets", "corridors", "no_plan", "claim", "hash"]
+    kinds = ["samples", "sets", "corridors", "doubt"]
+    assert list(report) == ["accepted", *kinds, "no_plan", "claim", "hash"]
     counts = json.loads(run(["checker", "corridor.json", "--json"], folder).stdout)
     assert [counts[kind] for kind in build.KINDS] == [0, 0, 1]
     assert json.loads(run(["checker", "--json", "bad.json"], folder).stdout)["accepted"] is False
@@ -266,7 +267,10 @@ def test_what_is_no_answer_file_ends_with_what_was_expected(folder, name, capsys
         (folder / name).write_bytes(content)
     assert checker.main([str(folder / name)]) == 2
     out, err = capsys.readouterr()
-    assert out == "" and "expected an answer file (JSON of format parc_jax.answer/1" in err
+    assert (
+        out == ""
+        and "expected an answer file (JSON of format parc_jax.answer/1 or parc_jax.answer/2" in err
+    )
     assert words in err and len(err.splitlines()) == 1
 
 
@@ -387,9 +391,9 @@ def test_unknown_keys_are_refused_but_not_meta():
 
 
 def test_a_bin_that_nothing_has_cannot_be_asked_for():
-    """No widths are never taken for no error."""
+    """No bin is never taken for no error."""
     context = checker.Context(*(known.plain()[part] for part in checker.PARTS))
     outside = context.bins_meeting([F(2)], [F(2)], closed=True)
     assert outside == []
-    with pytest.raises(ValueError, match="empty"):
-        context.widths(outside, max)
+    with pytest.raises(ValueError, match="not enough values"):
+        context.errors(outside, max)

@@ -120,10 +120,14 @@ def bins_of(tube, k):
 
 
 def widths(tube, k):
-    """Largest widths over the closed bins that contain k: (interval, final)."""
-    intervals = zip(*(value(tube["interval"][b]) for b in bins_of(tube, k)), strict=True)
-    finals = zip(*(value(tube["final"][b]) for b in bins_of(tube, k)), strict=True)
-    return [[max(v) for v in zip(*e, strict=True)] for e in intervals], [max(v) for v in finals]
+    """The widths of every closed bin that contains k: ([bin][T] widths, [bin] widths at the end)."""
+    bins = bins_of(tube, k)
+    return [value(tube["interval"][b]) for b in bins], [value(tube["final"][b]) for b in bins]
+
+
+def widest(w, many):
+    """The farthest that errors of any of these widths reach along w."""
+    return max(dot(map(abs, w), e) for e in many)
 
 
 def norm_up(w):
@@ -136,9 +140,9 @@ def norm_up(w):
 def reaches(problem, tube, knots, q, k):
     """Start, domain and goal with margin, in fractions."""
     goal, start, end = problem["goal"], problem["start"], [*knots[-1], *q]
-    final = widths(tube, k)[1]
+    finals = widths(tube, k)[1]
     rows = zip(value(goal["A"]), value(goal["b"]), strict=True)
-    if not all(dot(a, end) + dot(map(abs, a), final) <= b for a, b in rows):
+    if not all(dot(a, end) + widest(a, finals) <= b for a, b in rows):
         return False
     lo, hi = (value(problem["domain"][side]) for side in ("lo", "hi"))
     inside = [a <= x <= b for a, x, b in zip(lo, k, hi, strict=True)]
@@ -149,15 +153,15 @@ def reaches(problem, tube, knots, q, k):
     return all(inside)
 
 
-def slack(rows, body, multipliers, ends, e):
-    """How far both ends of a segment lie beyond the grown obstacle in the direction of the
-    multipliers.
+def slack(rows, body, multipliers, ends, many):
+    """How far both ends of a segment lie beyond the obstacle, grown by the body and the widths of
+    any bin, in the direction of the multipliers.
     """
-    w = [sum(m * rows[i][0][j] for i, m in multipliers) for j in range(len(e))]
+    w = [sum(m * rows[i][0][j] for i, m in multipliers) for j in range(len(ends[0]))]
     if not any(w):
         return F(-1)
     size = norm_up(w)
-    h = sum(m * rows[i][1] for i, m in multipliers) + dot(map(abs, w), e)
+    h = sum(m * rows[i][1] for i, m in multipliers) + widest(w, many)
     h += (
         value(body["radius"]) * size
         if "radius" in body
@@ -166,7 +170,7 @@ def slack(rows, body, multipliers, ends, e):
     return (min(dot(w, p) for p in ends) - h) / size
 
 
-def separation(problem, knots, interval):
+def separation(problem, knots, intervals):
     """SEP of a path, or None if facets and mixtures of two facets do not separate it."""
     sep = []
     for obstacle in problem["obstacles"]:
@@ -180,7 +184,8 @@ def separation(problem, knots, interval):
         for t in range(first, last + 1):
 
             def beyond(option, t=t, rows=rows):
-                return slack(rows, problem["body"], option, knots[t : t + 2], interval[t])
+                many = [interval[t] for interval in intervals]
+                return slack(rows, problem["body"], option, knots[t : t + 2], many)
 
             if chosen is None or beyond(chosen) <= 0:
                 chosen = max(options, key=beyond)
@@ -206,7 +211,7 @@ def keeps(problem, network, tube, sep, p0, k):
     knots, q = path(problem, network, p0, k)
     if not bins_of(tube, k) or not reaches(problem, tube, knots, q, k):
         return False
-    interval, body = widths(tube, k)[0], problem["body"]
+    intervals, body = widths(tube, k)[0], problem["body"]
     for obstacle, runs in zip(problem["obstacles"], sep, strict=True):
         rows, t = (
             list(zip(value(obstacle["A"]), value(obstacle["b"]), strict=True)),
@@ -215,7 +220,7 @@ def keeps(problem, network, tube, sep, p0, k):
         for stop, multipliers in runs:
             option = [(i, value(m)) for i, m in multipliers]
             if any(
-                slack(rows, body, option, knots[s : s + 2], interval[s]) <= 0
+                slack(rows, body, option, knots[s : s + 2], [e[s] for e in intervals]) <= 0
                 for s in range(t, stop)
             ):
                 return False

@@ -74,7 +74,7 @@ class Borders:
         keeps = build.keeps(*self.parts, sep, p0, k)
         if accepted and not keeps:
             self.tally["wrong: accepted, but the conditions in fractions fail"] += 1
-        if keeps and not accepted and not self.context.radius:
+        if keeps and not accepted and not self.context.parts[0].radius:
             self.tally["wrong: refused, but the conditions in fractions hold"] += 1
         if member and not accepted:
             self.tally["wrong: in the polytope, but no sample"] += 1
@@ -138,11 +138,11 @@ class Borders:
         bins = context.bins_meeting(x[self.n_p :], x[self.n_p :], closed=True)
         whole, scale = checker.integers(x[self.n_p :])
         _, (y,), y_scale = context.evaluate([whole], scale)
-        conditions = list(context.conditions(sep, *context.widths(bins, max)))
+        conditions = list(context.conditions(sep, *context.errors(bins, max)))
         asked = self.rng.choice([c for c in conditions if any(c.w)] or [None])
         if asked is None:
             return None
-        along = F(checker.exact.dot(asked.v, y[asked.part]), y_scale)
+        along = F(checker.exact.dot(asked.v, y[asked.outputs]), y_scale)
         value = build.dot(asked.w, x[: self.n_p]) + along + asked.c
         return [-value * F(w, build.dot(asked.w, asked.w)) for w in asked.w]
 

@@ -1,9 +1,10 @@
 """Is a plan of an answer file safe, by the definition and in plain fractions? It shares nothing with
 the checker: no separating directions and no affine maps, but polygons and distances.
 
-At a border between bins the widest widths of all closed bins that contain k count.
+At a border between bins a plan is safe if it is so in every closed bin that contains k.
 """
 
+import itertools
 from fractions import Fraction as F
 
 import answer_files as build
@@ -18,35 +19,35 @@ class Truth:
         body = self.problem["body"]
         self.radius = build.value(body.get("radius", "0"))
         self.body = build.value(body["vertices"]) if "vertices" in body else [[F(0), F(0)]]
+        self.interval = build.value(self.tube["interval"])
         self.grown = {}
-        self.widths = {}
 
     def safe(self, p0, k):
         """Strictly clear of every obstacle, for every trajectory in the tube; start and goal met."""
-        bins = tuple(build.bins_of(self.tube, k))
+        bins = build.bins_of(self.tube, k)
         lo, hi = (build.value(self.problem["domain"][side]) for side in ("lo", "hi"))
         if not bins or not all(a <= x <= b for a, x, b in zip(lo, k, hi, strict=True)):
             return False
-        if bins not in self.widths:
-            self.widths[bins] = build.widths(self.tube, k)
-        interval, _ = self.widths[bins]
         knots, q = build.path(self.problem, self.network, p0, k)
         if not build.reaches(self.problem, self.tube, knots, q, k):
             return False
         for o, obstacle in enumerate(self.problem["obstacles"]):
             first, last = obstacle.get("steps", [0, self.problem["steps"] - 1])
-            for t in range(first, last + 1):
-                if not self.clear(o, t, bins, interval[t], knots[t], knots[t + 1]):
+            for t, b in itertools.product(range(first, last + 1), bins):
+                if not self.clear(o, t, b, knots[t], knots[t + 1]):
                     return False
         return True
 
-    def clear(self, o, t, bins, error, a, b):
-        """Whether the segment from a to b is farther than the radius from a grown obstacle."""
-        if (o, t, bins) not in self.grown:
+    def clear(self, o, t, number, a, b):
+        """Whether the segment from a to b is farther than the radius from the obstacle, grown by
+        the widths of a bin.
+        """
+        if (o, t, number) not in self.grown:
+            error = self.interval[number][t]
             corners = grown_polygon(self.problem["obstacles"][o], self.body, error)
             box = [(min(c[j] for c in corners), max(c[j] for c in corners)) for j in (0, 1)]
-            self.grown[o, t, bins] = corners, box
-        corners, box = self.grown[o, t, bins]
+            self.grown[o, t, number] = corners, box
+        corners, box = self.grown[o, t, number]
         for j in (0, 1):  # far apart along an axis
             if min(a[j], b[j]) > box[j][1] + self.radius:
                 return True

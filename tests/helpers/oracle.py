@@ -98,12 +98,12 @@ class Oracle:
         return p0[None] + np.vstack([np.zeros((1, 2)), x[: 2 * T].reshape(T, 2)]), x[2 * T :]
 
     def widths(self, k):
-        """Largest widths (interval, final) of the closed bins that contain k."""
+        """Widths (interval, final) of every closed bin that contains k."""
         bins = [0]
         for edge, x in zip(self.edges, k, strict=True):
             inside = [i for i in range(len(edge) - 1) if edge[i] <= x <= edge[i + 1]]
             bins = [n * (len(edge) - 1) + i for n in bins for i in inside]
-        return np.max([self.interval[b] for b in bins], 0), np.max([self.final[b] for b in bins], 0)
+        return [(self.interval[b], self.final[b]) for b in bins]
 
     def gap(self, knots, interval):
         """Smallest distance of a path to the obstacles grown by body and widths, at most 0.1;
@@ -145,5 +145,8 @@ class Oracle:
             k > array(self.problem["domain"]["hi"])
         ).any():
             return False
-        (knots, q), (interval, final) = self.path(p0, k), self.widths(k)
-        return bool(self.margin(knots, q, final) >= -DEPTH and self.gap(knots, interval) >= -DEPTH)
+        knots, q = self.path(p0, k)
+        return all(
+            self.margin(knots, q, final) >= -DEPTH and self.gap(knots, interval) >= -DEPTH
+            for interval, final in self.widths(k)
+        )

@@ -70,7 +70,7 @@ def leaf(context, problem, network, tube, lo, hi):
             if accepted(context, name, [[i, "1"]], lo, hi, cells):
                 return {name: [[i, "1"]]}
     bins = context.bins_meeting(lo[n:], hi[n:], closed=False)
-    interval, _ = context.widths(bins, min)
+    interval = list(zip(*(build.value(tube["interval"][b]) for b in bins), strict=True))
     for o, obstacle in enumerate(problem["obstacles"]):
         first, last = obstacle.get("steps", [0, T - 1])
         rows = list(zip(build.value(obstacle["A"]), build.value(obstacle["b"]), strict=True))
@@ -80,7 +80,7 @@ def leaf(context, problem, network, tube, lo, hi):
                 p = [(1 - alpha) * a + alpha * b for a, b in zip(*knots[t : t + 2], strict=True)]
                 depth[t, alpha] = max((build.dot(a, p) - b) / build.norm_up(a) for a, b in rows)
         for t, alpha in sorted(depth, key=depth.get)[:2]:
-            e = [F(v, context.e_scale) for v in interval[t]]
+            e = [min(widths) for widths in zip(*interval[t], strict=True)]
             what = [o, t, build.text(alpha), contacts(problem, e)]
             if depth[t, alpha] < 1 and accepted(context, "hit", what, lo, hi, cells):
                 return {"hit": what}

@@ -120,7 +120,7 @@ def touch(rng, answer):
     )
     o = rng.randrange(len(problem["obstacles"]))
     rows = problem["obstacles"][o]
-    interval = build.widths(answer["tube"], build.value(sample["k"]))[0]
+    intervals, _ = build.widths(answer["tube"], build.value(sample["k"]))
     t = problem["obstacles"][o].get("steps", [0])[0]
     row = sample["sep"][o][0][1][0][0]
     w = build.value(rows["A"][row])
@@ -133,7 +133,7 @@ def touch(rng, answer):
         reach = max(-build.dot(w, v) for v in build.value(body["vertices"]))
     stop = sample["sep"][o][0][0]
     rooms = [
-        build.dot(w, knots[s]) - reach - build.dot(map(abs, w), interval[u])
+        build.dot(w, knots[s]) - reach - build.widest(w, [interval[u] for interval in intervals])
         for u in range(t, stop)
         for s in (u, u + 1)
     ]

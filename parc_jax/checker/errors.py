@@ -1,0 +1,127 @@
+"""Sets of errors that a tube allows, and how far they reach along a direction. [T14, T26]
+
+Each has `reach(w, goal_row)`: a number that no w . x of an error x exceeds. goal_row is the number
+of the row of the goal that w is, where it is one: a file may name multipliers for those.
+"""
+
+import itertools
+import math
+from fractions import Fraction
+
+from .exact import FRACTION, Rejected, dot, integers, need, weighted
+
+MOST_AXES = 3  # multipliers are found here in one to three dimensions
+
+
+class Widths:
+    """The errors x with |x_j| <= e_j."""
+
+    def __init__(self, e):
+        need(all(x >= 0 for x in e), "the tube has a negative width")
+        self.e, self.scale = integers(e)
+        self.cost = len(e)  # of reach, in products
+
+    def reach(self, w, goal_row=None):
+        return Fraction(dot([abs(x) for x in w], self.e), self.scale)
+
+    def contains(self, x):
+        """Whether x is one of the errors."""
+        return all(abs(v) * self.scale <= e for v, e in zip(x, self.e, strict=True))
+
+
+class Template:
+    """The errors x with a . x <= b for all rows (a, b), in n dimensions.
+
+    ways: for each row of the goal, lists of parsed multipliers that may give it.
+    """
+
+    def __init__(self, rows, n, ways=()):
+        self.rows = rows
+        self.n = n
+        self.ways = ways
+        self.known = None
+        named = max((sum(map(len, some)) for some in ways), default=0)
+        self.cost = FRACTION * n * named
+        if n <= MOST_AXES:
+            self.cost += n * (n + 1) * math.comb(len(rows), n)
+
+    def reach(self, w, goal_row=None):
+        """The least of the bounds: nonnegative multipliers m of the rows with sum m_i a_i = w give
+        w . x = sum m_i a_i . x <= sum m_i b_i.
+        """
+        bounds = []
+        for duals, corner, det in self.bases():
+            if all(dot(dual, w) >= 0 for dual in duals):
+                bounds.append(Fraction(dot(corner, w), det))
+        if goal_row is not None:
+            for way in self.ways[goal_row]:
+                v, h = weighted(self.rows, way, self.n)
+                if v == w and all(m >= 0 for _, m in way):
+                    bounds.append(h)
+        if not bounds:
+            raise Rejected("no multipliers of the tube's rows give a direction")
+        return min(bounds)
+
+    def contains(self, x):
+        """Whether x is one of the errors."""
+        return all(dot(a, x) <= b for a, b in self.rows)
+
+    def bases(self):
+        """Of any n rows that span the space: (duals, corner, det), in integers.
+
+        The only multipliers of these rows that give w are dual_i . w / det, det > 0, and with them
+        sum m_i b_i = corner . w / det.
+        """
+        if self.known is None:
+            rows = []
+            if self.n <= MOST_AXES:
+                rows = [integers([*a, b])[0] for a, b in self.rows]
+            found = [basis(some) for some in itertools.combinations(rows, self.n)]
+            self.known = [each for each in found if each[-1] > 0]
+        return self.known
+
+
+def basis(rows):
+    """(duals, corner, det) of n rows (*a, b) by Cramer's rule; det is zero where they do not
+    span.
+    """
+    normals = [row[:-1] for row in rows]
+    if len(rows) == 1:
+        duals = [[1]]
+    elif len(rows) == 2:
+        a, b = normals
+        duals = [[b[1], -b[0]], [-a[1], a[0]]]
+    else:
+        a, b, c = normals
+        duals = [cross(b, c), cross(c, a), cross(a, b)]
+    det = dot(duals[0], normals[0])
+    if det < 0:
+        duals = [[-x for x in dual] for dual in duals]
+    offsets = [row[-1] for row in rows]
+    corner = [dot(offsets, along) for along in zip(*duals, strict=True)]
+    return duals, corner, abs(det)
+
+
+def cross(a, b):
+    """The vector product in space."""
+    return [
+        a[1] * b[2] - a[2] * b[1],
+        a[2] * b[0] - a[0] * b[2],
+        a[0] * b[1] - a[1] * b[0],
+    ]
+
+
+class Several:
+    """The errors of several bins: how far any of them reaches (pick is max), or all (min)."""
+
+    def __init__(self, sets, pick):
+        self.sets = sets
+        self.pick = pick
+        self.cost = sum(each.cost for each in sets)
+
+    def reach(self, w, goal_row=None):
+        return self.pick(each.reach(w, goal_row) for each in self.sets)
+
+    def contains(self, x):
+        """Whether x is an error of every bin."""
+        return all(each.contains(x) for each in self.sets)

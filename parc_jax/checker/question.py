@@ -1,0 +1,273 @@
+"""The question that an answer is about, in exact numbers: problem, network and tube.
+
+Format 1 has one reference point and a body of one part; format 2, whose problem says how many
+points there are, has several of both.
+"""
+
+import collections
+import copy
+import itertools
+import math
+from fractions import Fraction
+
+from .errors import Several, Template, Widths
+from .exact import (
+    FRACTION,
+    Rejected,
+    array,
+    box,
+    dot,
+    fields,
+    halfspaces,
+    integers,
+    need,
+    number,
+    parsed_multipliers,
+    rejecting,
+    vector,
+    whole,
+)
+
+MAX_LAYERS = 64
+MAX_REFERENCE_POINTS = 64
+
+# The hull of some reference points, and every point of it grown by a ball of a radius, or by the
+# hull of vertices, which are else None.
+Part = collections.namedtuple("Part", "points radius vertices")
+
+
+class Question:
+    """Problem, network and tube. Raises Rejected.
+
+    work_left: products of short integers that may still be spent, so that a small file cannot ask
+    for long work; without end unless somebody sets it.
+    """
+
+    @rejecting()
+    def __init__(self, problem, network, tube):
+        self.work_left = math.inf
+        self._read_problem(problem)
+        self._read_network(network)
+        self._read_tube(tube)
+
+    @rejecting()
+    def about(self, problem):
+        """The same network and tube, not read again, under another problem of the same dimensions
+        and domain.
+        """
+        other = copy.copy(self)
+        other._read_problem(problem)
+        for name in ("format", "n_p", "n_points", "n_q", "n_k", "T", "lo", "hi"):
+            if getattr(other, name) != getattr(self, name):
+                raise Rejected("the other problem has other dimensions or another domain")
+        return other
+
+    def spend(self, count, bits=1, other_bits=1):
+        """Counts so many products of integers of these lengths."""
+        self.work_left -= count * (1 + bits * other_bits // (1 << 16))
+        need(self.work_left >= 0, "it asks for more work than the size of the file allows")
+
+    # --- problem -------------------------------------------------------------------------------
+
+    def _read_problem(self, problem):
+        names = ("n_p", "n_q", "n_k", "domain", "goal", "obstacles", "body", "start", "steps", "dt")
+        fields(problem, names, ("points",))
+        self.format = 2 if "points" in problem else 1
+        self.n_p = whole(problem["n_p"], 1, 8)
+        self.n_points = whole(problem.get("points", 1), 1, MAX_REFERENCE_POINTS)
+        self.n_q = whole(problem["n_q"], 0, 64)
+        self.n_k = whole(problem["n_k"], 1, 8)
+        self.T = whole(problem["steps"], 1, 100_000)
+        self.n_c = self.n_points * self.n_p  # coordinates of all points
+        self.n_end = self.n_c + self.n_q
+        self.n_outputs = (self.T + 1) * self.n_c - self.n_p + self.n_q
+        self.end = slice(self.T * self.n_c - self.n_p, None)  # (c_T of all points, q) in y
+        self.lo, self.hi = box(problem["domain"], self.n_k)
+        self.goal = halfspaces(fields(problem["goal"], ("A", "b")), self.n_end)
+        self.start = []
+        if problem["start"] is not None:
+            self.start = halfspaces(fields(problem["start"], ("A", "b")), self.n_p)
+        self.obstacles = [self._obstacle(part) for part in array(problem["obstacles"])]
+        self.parts = self._read_body(problem["body"])
+
+    def _obstacle(self, part):
+        """(rows, first interval, last interval) of an obstacle."""
+        fields(part, ("A", "b"), ("steps",))
+        first, last = part.get("steps", [0, self.T - 1])
+        whole(first, 0, self.T - 1)
+        whole(last, first, self.T - 1)
+        return halfspaces(part, self.n_p), first, last
+
+    def _read_body(self, body):
+        """The parts of a body."""
+        if self.format == 1:
+            return [self._part([0], body)]
+        parts = []
+        for entry in fields(body, ("parts",))["parts"]:
+            shape = dict(entry)
+            points = shape.pop("points")
+            parts.append(self._part(points, shape))
+        need(len(parts) > 0, "the body has no part")
+        return parts
+
+    def _part(self, points, shape):
+        """The Part that grows these points by a disc (or ball) of a radius, or by a polygon."""
+        points = [whole(i, 0, self.n_points - 1) for i in points]
+        need(len(points) > 0, "a part of the body has no point")
+        if "radius" in shape:
+            fields(shape, ("radius",))
+            radius = number(shape["radius"])
+            need(radius >= 0, "the radius is negative")
+            return Part(points, radius, None)
+        fields(shape, ("vertices",))
+        vertices = [vector(vertex, self.n_p) for vertex in shape["vertices"]]
+        need(len(vertices) > 0, "the body has no vertex")
+        return Part(points, Fraction(0), vertices)
+
+    def offset(self, s, i):
+        """Where the offset of point i from p0 at knot s is among the outputs: nowhere for point 0
+        at knot 0, which is p0.
+        """
+        number = s * self.n_points + i
+        if number == 0:
+            return slice(0)
+        return slice((number - 1) * self.n_p, number * self.n_p)
+
+    def along_p0(self, row):
+        """How a row over the end, of all points and q, changes with p0."""
+        return [sum(row[axis : self.n_c : self.n_p]) for axis in range(self.n_p)]
+
+    # --- network -------------------------------------------------------------------------------
+
+    def _read_network(self, network):
+        """Layers (integer weights, integer biases, their common denominator), and per layer the
+        length of its longest integer.
+        """
+        fields(network, ("weights", "biases"))
+        need(0 < len(network["weights"]) <= MAX_LAYERS, "too few or too many layers")
+        self.layers = []
+        self.layer_bits = []
+        width = self.n_k
+        for weights, biases in zip(network["weights"], network["biases"], strict=True):
+            rows = [vector(row, width) for row in array(weights)]
+            flat = vector(biases, len(rows))
+            for row in rows:
+                flat += row
+            flat, q = integers(flat)
+            bias = flat[: len(rows)]
+            W = []
+            for i in range(len(rows)):
+                begin = len(rows) + i * width
+                W.append(flat[begin : begin + width])
+            self.layers.append((W, bias, q))
+            self.layer_bits.append(max((x.bit_length() for x in [*flat, q]), default=1))
+            width = len(rows)
+        need(width == self.n_outputs, f"the network does not have {self.n_outputs} outputs")
+        self.n_neurons = sum(len(W) for W, _, _ in self.layers[:-1])
+
+    def evaluate(self, columns, scale, pattern=None):
+        """The network as an exact affine map of its input: columns hold the coefficients of the
+        input and, last, the constant; a point is a constant alone.
+
+        The pattern says which neurons pass; without one, at a point, the sign does, which is ReLU.
+        Returns the coefficients of each neuron over some positive scale, the columns of the
+        outputs, and their scale.
+        """
+        neurons: list = []
+        place = 0
+        for depth, (W, bias, q) in enumerate(self.layers, 1):
+            longest = max(abs(x).bit_length() for column in columns for x in [*column, scale])
+            products = len(columns) * len(W) * (len(columns[0]) + 1)
+            self.spend(products, longest, self.layer_bits[depth - 1])
+            columns = [[dot(row, column) for row in W] for column in columns]
+            columns[-1] = [x + b * scale for x, b in zip(columns[-1], bias, strict=True)]
+            scale *= q
+            if depth < len(self.layers):
+                if pattern is None:
+                    passes = [x > 0 for x in columns[-1]]
+                else:
+                    passes = [bit == "1" for bit in pattern[place : place + len(W)]]
+                place += len(W)
+                neurons += zip(*columns, strict=True)
+                columns = [
+                    [x if on else 0 for x, on in zip(column, passes, strict=True)]
+                    for column in columns
+                ]
+        return neurons, columns, scale
+
+    # --- tube ----------------------------------------------------------------------------------
+
+    def _read_tube(self, tube):
+        """Edges of the bins as fractions; the errors of each bin by interval and point, and at the
+        end.
+        """
+        fields(tube, ("edges", "interval", "final"))
+        self.edges = []
+        for edge, lo, hi in zip(tube["edges"], self.lo, self.hi, strict=True):
+            edge = [number(value) for value in array(edge)]
+            need(len(edge) >= 2, "an axis of the tube has no bin")
+            increase = all(a < b for a, b in itertools.pairwise(edge))
+            need(increase, "the edges of the tube do not increase")
+            need(edge[0] <= lo and hi <= edge[-1], "the tube does not cover the domain")
+            self.edges.append(edge)
+        self.n_bins = math.prod(len(edge) - 1 for edge in self.edges)
+        self.interval = []
+        for by_interval in array(tube["interval"], self.n_bins):
+            self.interval.append([self._during(entry) for entry in array(by_interval, self.T)])
+        self.final = [self._at_end(entry) for entry in array(tube["final"], self.n_bins)]
+
+    def _during(self, entry):
+        """The errors of each point in one interval."""
+        if self.format == 1:
+            return [Widths(vector(entry, self.n_p))]
+        return [self._errors(point) for point in array(entry, self.n_points)]
+
+    def _errors(self, entry):
+        """The errors of one point in one interval, of format 2."""
+        if type(entry) is list:
+            return Widths(vector(entry, self.n_p))
+        return Template(halfspaces(fields(entry, ("A", "b")), self.n_p), self.n_p)
+
+    def _at_end(self, entry):
+        """The errors at the end."""
+        if self.format == 1 or type(entry) is list:
+            return Widths(vector(entry, self.n_end))
+        rows = halfspaces(fields(entry, ("A", "b", "goal")), self.n_end)
+        ways = []
+        for some in array(entry["goal"], len(self.goal)):
+            ways.append([parsed_multipliers(way, len(rows)) for way in some])
+        return Template(rows, self.n_end, ways)
+
+    def bins_meeting(self, lo, hi, closed):
+        """Numbers of the bins that meet the box [lo, hi] of k, row-major: as closed boxes, or with
+        their interiors.
+        """
+        bins = [0]
+        for edge, a, b in zip(self.edges, lo, hi, strict=True):
+            self.spend(FRACTION * len(edge))
+            places = []
+            for i in range(len(edge) - 1):
+                if closed:
+                    meets = edge[i] <= b and a <= edge[i + 1]
+                else:
+                    meets = edge[i] < b and a < edge[i + 1]
+                if meets:
+                    places.append(i)
+            bins = [number * (len(edge) - 1) + i for number in bins for i in places]
+        return bins
+
+    def errors(self, bins, pick):
+        """(errors by interval and point, errors at the end) of some bins: as far along every
+        direction as those of any bin (pick is max), or of each (min). There must be a bin.
+        """
+        first, *others = bins
+        if not others:
+            return self.interval[first], self.final[first]
+        self.spend(len(bins) * (self.T * self.n_points + 1))
+        interval = []
+        for t in range(self.T):
+            by_point = []
+            for i in range(self.n_points):
+                by_point.append(Several([self.interval[b][t][i] for b in bins], pick))
+            interval.append(by_point)
+        return interval, Several([self.final[b] for b in bins], pick)

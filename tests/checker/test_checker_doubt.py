@@ -1,0 +1,77 @@
+"""Boxes of doubt: every plan in one is safe, and what is not a box of safe plans is refused."""
+
+import answer_files as build
+import known
+import known_points
+import pytest
+
+from parc_jax import checker
+
+# point 0 of the scene is at heights 0, h, 2 h with h = max(k, 0); the capsule reaches 1/2 down, the
+# errors 1/4, and the obstacle lies below -1
+KEPT = 1 / 4
+
+
+def check(**changes):
+    answer = known.change(known_points.points(), changes)
+    context = checker.Context(*(answer[part] for part in checker.PARTS))
+    return checker.check_doubt(context, answer["doubt"][0])
+
+
+def test_what_is_returned_is_the_middle_and_the_half_widths():
+    assert check() == [0, 0, 0.5, 0.125, 0.125, 0.125]
+
+
+def test_room_for_p0_up_to_contact():
+    check(doubt__0__room__p0=["1/8", build.text(KEPT - 2**-40)])
+    with pytest.raises(checker.Rejected, match="obstacle 0 at knot 0, point 0 fails in the box"):
+        check(doubt__0__room__p0=["1/8", build.text(KEPT)])
+
+
+def test_a_box_fails_where_one_of_its_corners_does():
+    """At k = 1 the end is at height 2, and at 3 with the second point: the goal ends at 4 - 1/4."""
+    wide = {"doubt__0__room__k": ["1/2"]}
+    check(**wide)
+    check(**wide, problem__goal__b__3=build.text(3 + 1 / 4 + 1 / 8))
+    with pytest.raises(checker.Rejected, match="goal row 3 fails in the box"):
+        check(**wide, problem__goal__b__3=build.text(3 + 1 / 4 + 1 / 8 - 2**-40))
+
+
+def test_a_box_without_room_is_its_plan():
+    check(doubt__0__room={"p0": ["0", "0"], "k": ["0"]})
+    with pytest.raises(checker.Rejected):
+        check(doubt__0__room={"p0": ["0", "0"], "k": ["0"]}, doubt__0__p0=["0", "-1/4"])
+
+
+def test_a_box_across_the_kink_of_the_network_is_looked_at_there():
+    """For k in [-1/2, 1/2] the heights are those of |k| after a change of the network: the least at
+    the kink, where no corner of the box is.
+    """
+    kink = {
+        "network__weights": [
+            [["1"], ["-1"]],
+            [["0", "0"]] * 2 + [["0", "0"], ["1", "1"]] * 2 + [["0", "0"], ["2", "2"]] * 2,
+        ],
+        "network__biases__0": ["0", "0"],
+        "samples": [],
+        "sets": [],
+        "corridors": [],
+        "doubt__0__k": ["0"],
+        "doubt__0__room__k": ["1/2"],
+        "problem__obstacles__0__steps": [1, 1],
+    }
+    only_end = {"doubt__0__sep": [[[[2, known.TOP]]] * 2]}
+    check(**kink, **only_end)
+    with pytest.raises(checker.Rejected, match="obstacle 0 at knot 1"):
+        check(**kink, **only_end, doubt__0__p0=["0", "-1/8"])
+
+
+def test_boxes_of_the_same_plans_count_once():
+    answer = known_points.points()
+    again = answer["doubt"][0] | {"k": ["1/2"]}
+    answer["doubt"] = [*answer["doubt"], again]
+    report = checker.check_answer(answer)
+    assert report.doubt == 1
+    lines = "\n".join(checker.summary(report))
+    assert "  1 boxes of doubt: so does every (p0, k) within the room of one" in lines
+    assert "boxes of doubt" not in "\n".join(checker.summary(checker.check_answer(known.plain())))

@@ -1,0 +1,131 @@
+"""Format 2: a hand-made scene with several points and parts, and a bad certificate for every check
+of the checker that only files of this format meet.
+
+The plain scene of known.py with a second point, 1 above the first. A capsule of radius 1/2 around
+both keeps 1/4 of room above the obstacle, a triangle hangs from the second point alone. The second
+bin's errors are templates: where the first has widths of 1/4, rows of them.
+"""
+
+import json
+
+import answer_files as build
+import known
+from known import ABOVE, TOP
+
+FORMAT = "parc_jax.answer/2"
+BOTH = [[[2, TOP]], [[2, TOP]]]  # separation of both parts by the upper face throughout
+AXES = [["1", "0"], ["-1", "0"], ["0", "1"], ["0", "-1"]]
+QUARTERS = {"A": AXES, "b": ["1/4"] * 4}
+END = [[str(int(i == j) - int(i + 4 == j)) for i in range(4)] for j in range(8)]
+PLAN = {"p0": ["0", "0"], "k": ["0.5"], "sep": [BOTH]}
+DOUBT = PLAN | {"room": {"p0": ["1/8", "1/8"], "k": ["1/8"]}}
+
+
+def points():
+    """The scene with one entry of each kind."""
+    answer = known.plain()
+    answer["format"] = FORMAT
+    problem, tube = answer["problem"], answer["tube"]
+    problem["points"] = 2
+    triangle = [["0", "-0.25"], ["0.25", "0"], ["-0.25", "0"]]
+    problem["body"] = {
+        "parts": [{"points": [0, 1], "radius": "0.5"}, {"points": [1], "vertices": triangle}]
+    }
+    problem["goal"] = build.box_rows((1, -1, 1, 0), (3, 3, 3, 4))
+    answer["network"] = {
+        "weights": [[["1"]], [["0"], ["0"], *[["0"], ["1"]] * 2, *[["0"], ["2"]] * 2]],
+        "biases": [["0"], ["0", "1", *["1", "0", "1", "1"], *["2", "0", "2", "1"]]],
+    }
+    widths = [["0x1p-2", "1/4"]] * 2
+    tube["interval"] = [[widths] * 2, [[QUARTERS] * 2] * 2]
+    ways = [[[[i, "1"]]] for i in range(8)]
+    tube["final"] = [["1/4"] * 4, {"A": END, "b": ["1/4"] * 8, "goal": ways}]
+    answer |= {"samples": [PLAN], "corridors": [PLAN], "doubt": [DOUBT]}
+    answer["sets"] = [{**PLAN, "bin": 1, "pattern": "1"}]
+    return build.rehash(json.loads(json.dumps(answer)))  # shares nothing
+
+
+def one_point():
+    """The bracket of known.py, spelled in format 2."""
+    answer = known.bracket()
+    answer["format"] = FORMAT
+    problem, tube = answer["problem"], answer["tube"]
+    problem["points"] = 1
+    problem["body"] = {"parts": [{"points": [0], **problem["body"]}]}
+    tube["interval"] = [[[widths] for widths in part] for part in tube["interval"]]
+    for node in answer["no_plan"]["tree"]:
+        if "safe" in node:
+            node["safe"] = [[runs] for runs in node["safe"]]
+    return build.rehash(answer)
+
+
+VALID = {"points": points}
+CASES = {}
+
+
+def bad(why, fresh=points, limits=None, **changes):
+    """Registers a bad certificate, as known.bad does."""
+    assert why not in {**CASES, **known.CASES}, why
+    CASES[why] = (lambda: json.dumps(known.change(fresh(), changes)), limits or {})
+
+
+bad("format 2 called format 1", lambda: points() | {"doubt": []}, format="parc_jax.answer/1")
+bad("format 1 called format 2", known.plain, format=FORMAT)
+bad("doubt in format 1", known.plain, doubt=[])
+bad("a field that nobody knows in format 2", coverage={})
+bad("too many points", limits={"MAX_REFERENCE_POINTS": 1})
+bad("no_plan in format 2", one_point)
+
+# The body.
+bad("an unknown field in a body of parts", problem__body__note="1")
+bad("no part", problem__body={"parts": []}, samples=[], sets=[], corridors=[], doubt=[])
+bad("a part without a point", problem__body__parts__0__points=[])
+bad("a part of point true", problem__body__parts__0__points=[0, True])
+bad("a part of a point that is not there", problem__body__parts__1__points=[2])
+bad("a part of format 1 with points", known.plain, problem__body__points=[0])
+bad("separation of a third part", samples__0__sep=[[*BOTH, []]])
+bad("separation of one of two parts", samples__0__sep=[[[[2, TOP]]]])
+bad("separation of no part", samples__0__sep=ABOVE)
+bad("contact of the second part only", problem__body__parts__1__vertices__0=["0", "-1.75"])
+bad(
+    "contact of the second point only",
+    problem__body={"parts": [{"points": [0, 1], "radius": "0.5"}]},
+    samples__0__sep=[[[[2, TOP]]]],
+    sets=[],
+    corridors=[],
+    doubt=[],
+    network__biases__1__1="-0.5",
+)
+
+# The tube.
+bad("errors of a third point", tube__interval__0__0__append=["1/4", "1/4"])
+bad("a width of a third axis", tube__interval__0__0__0=["1/4", "1/4", "0"])
+bad("an unknown field in a template", tube__interval__1__0__0=QUARTERS | {"note": "1"})
+bad("an unknown field in the errors of an end", tube__final__1__note="1")
+bad("ways for a ninth row of the goal", tube__final__1__goal__append=[])
+bad("a template without a lower end", tube__interval__1__0__0={"A": AXES[:3], "b": ["1/4"] * 3})
+bad("a template that reaches too low", tube__interval__1__0__0__b=["1/4", "1/4", "1/4", "1/2"])
+bad("an end without a way", tube__final__1__goal__0=[])
+bad("an end whose way is another row's", tube__final__1__goal__0=[[[1, "1"]]])
+bad("an end whose way is negative", tube__final__1__goal__0=[[[4, "-1"]]])
+bad("an end with a row that is not there", tube__final__1__goal__0=[[[8, "1"]]])
+bad("an end that is missed by the errors", tube__final__1__b=["1.5", *["1/4"] * 7])
+bad("touching with a template", samples__0__p0=["0", "-1/4"], sets=[], corridors=[], doubt=[])
+
+# Boxes of doubt.
+bad("an unknown field in a box of doubt", doubt__0__note="1")
+bad("an unknown field in a room", doubt__0__room__note="1")
+bad("p0 of a box with a third entry", doubt__0__p0=["0", "0", "7"])
+bad("k of a box with a second entry", doubt__0__k=["0.5", "7"])
+bad("room for a third axis", doubt__0__room__p0=["1/8", "1/8", "0"])
+bad("room for a second k", doubt__0__room__k=["1/8", "0"])
+bad("negative room", doubt__0__room__p0=["-1/8", "1/8"])
+bad("room to touch", doubt__0__room__p0=["1/8", "1/4"])
+bad("a box that leaves the domain below", doubt__0__k=["-1"], doubt__0__room__k=["1/8"])
+bad("a box that leaves the domain above", doubt__0__k=["1"], doubt__0__room__k=["1/8"])
+bad("boxes as an object", doubt={})
+bad(
+    "a box that meets a bin with wider errors",
+    doubt__0__k=["1/8"],
+    tube__interval__0__0__0=["1/4", "1/2"],
+)
