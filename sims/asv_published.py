@@ -13,7 +13,10 @@ __all__ = ["STUDY", "problem", "system"]
 
 
 def system(
-    plant: str = "mjx", law: str = "study", policy: Policy | str | Path = HOVER
+    plant: str = "mjx",
+    law: str = "study",
+    policy: Policy | str | Path = HOVER,
+    body: str = "disc",
 ) -> AsvSystem:
     """`sims.asv.system` with published_time=True."""
-    return _system(plant, law, policy, published_time=True)
+    return _system(plant, law, policy, published_time=True, body=body)

@@ -13,6 +13,7 @@ def learn(
     *,
     out: Path,
     plant: str | None = None,
+    body: str | None = None,
     rollouts: int | None = None,
     hidden: tuple[int, ...] | None = None,
     bins: tuple[int, ...] | None = None,
@@ -27,6 +28,7 @@ def learn(
     dt: float | None = None,
     t_f: float | None = None,
     dt_record: float | None = None,
+    points: tuple[str, ...] | None = None,
     holdout: float = 0.4,
     domain: tuple[float, ...] | None = None,
     k_law: str = "logged",
@@ -47,6 +49,8 @@ def learn(
             (.npz, .mat, folder).
         out: The model file. Unfinished work is kept beside it, in OUT.unfinished.
         plant: Plant of the simulator, e.g. mjx or ode. Default: the system's own.
+        body: Body of the robot, which says what points of it are learned, e.g. rectangle or disc.
+            Default: its study's, or the system's own.
         rollouts: Number of training rollouts.
         hidden: Widths of the hidden layers, e.g. 8 8 8 8.
         bins: Bins per axis of K over which the tube's profile varies. Default: cut where the error
@@ -64,6 +68,8 @@ def learn(
         dt: Logged runs only: time between model knots [s].
         t_f: Logged runs only: length of a run [s].
         dt_record: Logged runs only: time between records [s]. Default: dt.
+        points: Logged runs only: names of the robot's reference points, in the order of the
+            columns. Default: the file's own, or one point.
         holdout: Logged runs only: share of the runs set aside for the bound.
         domain: Logged runs only: K as LO HI for every parameter. Default: the box of all k.
         k_law: Logged runs only: "uniform" if all k were drawn uniformly from the domain; only then
@@ -81,7 +87,7 @@ def learn(
     from parc_jax.cli.help import fitted
     from parc_jax.cli.learning import Log, from_log, from_system, summary
     from parc_jax.cli.places import require_place
-    from parc_jax.cli.systems import build, find
+    from parc_jax.cli.systems import black_box_of, find
     from parc_jax.cli.unfinished import only_of
     from parc_jax.experiment.settings import Study, checked
 
@@ -107,7 +113,7 @@ def learn(
     work = out.with_name(f"{out.name}.unfinished")
     if Path(source).suffix in (".npz", ".mat") or Path(source).is_dir():
         study = checked(replace(Study(), **given))
-        log = Log(Path(source), (dt, t_f, dt_record), domain, k_law, holdout)
+        log = Log(Path(source), (dt, t_f, dt_record), domain, k_law, holdout, points)
         learned = from_log(log, study, seed)
     else:
         module = find(source, needed=("system",))
@@ -115,7 +121,7 @@ def learn(
         with contextlib.redirect_stdout(
             io.StringIO()
         ):  # the simulator's libraries print to stdout on import
-            black_box = build(module, "system", plant=plant or study.plant)
+            black_box = black_box_of(module, plant or study.plant, body or study.body)
         with only_of(module, work):
             learned = from_system(black_box, study, seed, work, quiet)
     learned.main.save(out)

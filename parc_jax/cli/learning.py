@@ -33,7 +33,8 @@ def from_system(system, study: Study, seed: int, work: Path, quiet: bool) -> Lea
 
 class Log(NamedTuple):
     """Recorded runs: the file, its times (dt, t_f, dt_record) [s] or None, the corners (lo, hi, lo,
-    hi, ...) of K or None, how k was drawn, the share of the runs set aside for the bound.
+    hi, ...) of K or None, how k was drawn, the share of the runs set aside for the bound, names of
+    the reference points or None.
     """
 
     path: Path
@@ -41,6 +42,7 @@ class Log(NamedTuple):
     domain: tuple[float, ...] | None
     k_law: str
     holdout: float
+    points: tuple[str, ...] | None = None
 
 
 def from_log(log: Log, study: Study, seed: int) -> Learned:
@@ -53,7 +55,8 @@ def from_log(log: Log, study: Study, seed: int) -> Learned:
             "dt, t-f: expected both, the time between knots and the length of a run in seconds."
         )
     time = None if dt is None else time_grid(dt, t_f, dt_record)
-    data = load_rollouts(log.path, time, _domain(log.domain), k_law=log.k_law)
+    domain = _domain(log.domain)
+    data = load_rollouts(log.path, time, domain, k_law=log.k_law, points=log.points)
     train, held = data.split(log.holdout, seed)
     return learn_recorded(train, held, replace(study, others=()), jax.random.PRNGKey(seed))
 

@@ -49,7 +49,7 @@ def run(
         seed: Everything random follows from it.
         plant: Plant of the simulator for everything, e.g. mjx or ode. Default: the system's own,
             for learning its study's.
-        body: Body of the scene, e.g. disc or decagon. Default: the scene's own.
+        body: Body of the robot, e.g. rectangle or disc. Default: its study's, or the scene's own.
         hidden: Widths of the hidden layers. Default: the system's own.
         bins: Bins per axis of K over which the tube's profile varies.
         head: Hidden layers of a network that learns how the error depends on k, e.g. 8 8. Default:
@@ -80,7 +80,7 @@ def run(
     from parc_jax.cli.cache import keep_compiled
     from parc_jax.cli.help import fitted
     from parc_jax.cli.places import require_place
-    from parc_jax.cli.systems import build, find
+    from parc_jax.cli.systems import black_box_of, build, find
     from parc_jax.cli.unfinished import only_of
     from parc_jax.experiment.figures import figures as draw_figures
     from parc_jax.experiment.job import finish, run_study
@@ -123,14 +123,13 @@ def run(
     with contextlib.redirect_stdout(
         io.StringIO()
     ):  # the simulator's libraries print to stdout on import
+        body = body or study.body
         black_box, problem = (
-            build(module, "system", plant=plant),
+            black_box_of(module, plant, body),
             build(module, "problem", body=body),
         )
         learn_from = (
-            build(module, "system", plant=study.plant)
-            if plant is None and study.plant
-            else black_box
+            black_box_of(module, study.plant, body) if plant is None and study.plant else black_box
         )
     out = _folder_of(host, out or Path("runs") / black_box.name)
     require_place(out / "answer.json")

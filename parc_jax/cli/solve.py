@@ -75,7 +75,7 @@ def solve(
         )
     require_place(out)
     learned = load(model, system=system)
-    problem = load_problem(scene)
+    problem = load_problem(scene, learned.points)
     planner = Planner(labelled(learned, scene))
     require_goal_in_reach(problem, planner)
     key = jax.random.PRNGKey(seed)

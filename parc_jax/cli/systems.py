@@ -23,7 +23,7 @@ def systems(name: str | None = None, /, *, body: str | None = None) -> int:
 
     Args:
         name: Print this system's scene as a TOML file for `solve`, to be changed.
-        body: Body of the scene, e.g. disc or decagon. Default: the scene's own.
+        body: Body of the robot, e.g. rectangle or disc. Default: its study's, or the scene's own.
     """
     if name is None:
         for each in known():
@@ -31,11 +31,14 @@ def systems(name: str | None = None, /, *, body: str | None = None) -> int:
         return 0
     from parc_jax.io.problem_file import problem_text
     from parc_jax.labels import labels_of
+    from parc_jax.system import points_of
 
     module = find(name)
+    body = body or getattr(getattr(module, "STUDY", None), "body", None)
     with contextlib.redirect_stdout(io.StringIO()):  # simulators print on import
-        named = labels_of(build(module, "system"))
-    print(problem_text(build(module, "problem", body=body), named), end="")
+        black_box = black_box_of(module, None, body)
+    scene = build(module, "problem", body=body)
+    print(problem_text(scene, labels_of(black_box), points_of(black_box)), end="")
     return 0
 
 
@@ -72,6 +75,14 @@ def find(name: str, needed: tuple[str, ...] = ("system", "problem")) -> ModuleTy
                 "none."
             )
     return module
+
+
+def black_box_of(module: ModuleType, plant: str | None, body: str | None):
+    """module.system() with the plant, and with the body where it depends on it. Raises
+    InputError.
+    """
+    depends = "body" in inspect.signature(module.system).parameters
+    return build(module, "system", plant=plant, body=body if depends else None)
 
 
 def build(module: ModuleType, function: str, **options):

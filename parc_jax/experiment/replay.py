@@ -29,8 +29,8 @@ class Replay(NamedTuple):
     """What the black box did with n plans. reached, touched, inside (n,) bool: goal, any obstacle,
     tube.
 
-    clearance (n,) [m]: smallest distance to an obstacle over the recorded path, negative when
-    touched. path (n, n_record + 1, n_c), q (n, n_q): the true runs, started at p0.
+    clearance (n,) [m]: smallest distance of the body from an obstacle over the recorded path, not
+    positive when touched. path (n, n_record + 1, n_c), q (n, n_q): the true runs, started at p0.
     """
 
     reached: np.ndarray
@@ -77,8 +77,8 @@ def replay(
 
 @jax.jit(static_argnums=1)
 def _true_clearance(scene: Scene, stride: int, path):
-    """Distance of recorded paths (n, n_record + 1, n_c) from the obstacles grown by the body
-    alone.
+    """Distance (n,) of recorded paths (n, n_record + 1, n_c) from the obstacles grown by the body
+    alone: of the hull of each part at two records in a row, so that nothing between them is missed.
     """
     active = scene.obstacles.active.repeat(stride, axis=1)
     fine = scene.replace(obstacles=scene.obstacles.replace(active=active), slack=np.float64(0))

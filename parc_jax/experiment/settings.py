@@ -32,6 +32,8 @@ class Study:
     profile_runs: runs beside the training ones from which the tube's profile is learnt.
     plant: plant of the simulator that all of these are drawn from, None = the system's own, which
         also runs the replay.
+    body: body of the robot in the scene, and so which reference points the simulator reports;
+        None = the system's own.
     search: runs spent looking for bad ones of the returned network on purpose, in eight rounds;
         None = as many as there are fresh runs, 2,048 at most (then a round has the size of a chunk
         of rollouts on a CPU, and shares its compiled code); 0 = none. What they find only widens
@@ -59,6 +61,7 @@ class Study:
     search: int | None = None
     gap: float = GAP
     plant: str | None = None
+    body: str | None = None
     seeds: int = 6
     steps: int = 3000
     tail: float | None = None

@@ -4,35 +4,45 @@ which spells that float exactly; one that a float64 does not print again is refu
 
 import json
 import tomllib
+from collections.abc import Sequence
 from dataclasses import replace
 from decimal import Decimal, InvalidOperation
 from pathlib import Path
 
 import numpy as np
 
-from parc_jax.body import Disc, Polygon
+from parc_jax.body import Body, Disc, Part, Polygon, body_of, numbered, parts_of
 from parc_jax.errors import InputError
 from parc_jax.labels import PARTS, Labels, labels
 from parc_jax.model import TrajectoryModel
-from parc_jax.problem import ReachAvoid, reach_avoid
+from parc_jax.problem import ReachAvoid, goal_of_points, reach_avoid
 from parc_jax.rollout.files import write_atomic
 from parc_jax.sets.box import box
 from parc_jax.sets.hpolytope import HPolytope, from_box, hpolytope
 
 KINDS = "`lo` and `hi`, or rows `A` and `b`"
+# words for the hull of so many reference points
+POINTS_OF_KIND = {"disc": 1, "ball": 1, "capsule": 2, "rectangle": 4, "box": 8}
 
 
-def load_problem(path) -> ReachAvoid:
+def load_problem(path, points: Sequence[str] | None = None) -> ReachAvoid:
     """The problem in a .toml or .json file. Raises InputError that names the entry.
 
-    [goal]       over (p, q) at the end: lo, hi; or rows A, b of A x <= b.
-    [[obstacles]] over p: the same, and optionally steps = [first, last], the intervals in which it
-        exists.
-    [body]       radius [m], or vertices = [[x, y], ...]; a polygon does not turn with the robot.
-    [start]      over p0, optional: the same as the goal.
+    [goal]       over (p, q) at the end: lo, hi; or rows A, b of A x <= b. With points = ["nose",
+        ...] over p: where these reference points end; and [goal.q] alike over q.
+    [[obstacles]] over p: lo, hi; or A, b; optionally steps = [first, last], the intervals in which
+        it exists.
+    [body]       radius [m], or vertices = [[x, y], ...], about the first reference point; a polygon
+        does not turn with the robot. With points = ["nose", ...] it is the hull of these reference
+        points, grown by the radius or the vertices, if any. In place of points also disc or ball
+        (one point), capsule (two), rectangle (four), box (eight). [[body]] for each of several
+        parts.
+    [start]      over p0, optional: lo, hi; or A, b.
     [labels]     for people, optional: p, q, k, a list of names with units each; see `labelled`.
+
+    points: names of the robot's reference points, as `model.points`, for a goal that names some.
     """
-    return problem_of_text(_text(path), str(path), is_json=Path(path).suffix == ".json")
+    return problem_of_text(_text(path), str(path), Path(path).suffix == ".json", points)
 
 
 def labelled(model: TrajectoryModel, path) -> TrajectoryModel:
@@ -45,11 +55,15 @@ def labelled(model: TrajectoryModel, path) -> TrajectoryModel:
     return replace(model, labels=named)
 
 
-def problem_of_text(text: str, name: str, is_json: bool = False) -> ReachAvoid:
-    """The problem in the text of a file called `name`. Raises InputError."""
+def problem_of_text(
+    text: str, name: str, is_json: bool = False, points: Sequence[str] | None = None
+) -> ReachAvoid:
+    """The problem in the text of a file called `name`. points: as of `load_problem`. Raises
+    InputError.
+    """
     data = _data(text, name, is_json)
     try:
-        return _problem(data)
+        return _problem(data, points)
     except InputError as error:
         raise InputError(f"{name}: {error}") from None
 
@@ -80,22 +94,30 @@ def _data(text: str, name: str, is_json: bool):
         raise InputError(f"{name}: a number in it cannot be read.") from None
 
 
-def save_problem(path, problem: ReachAvoid, named: Labels | None = None) -> Path:
+def save_problem(
+    path,
+    problem: ReachAvoid,
+    named: Labels | None = None,
+    points: Sequence[str] | None = None,
+) -> Path:
     """Write a .toml or .json file that `load_problem` reads back with equal numbers; complete or
-    not at all. named: labels to go with it.
+    not at all. named: labels to go with it. points: names of the robot's reference points, to spell
+    a goal over some of them by name; such a file is read back with the same names.
     """
     path = Path(path)
-    parts = _parts(problem, named)
+    parts = _parts(problem, named, points)
     text = json.dumps(parts, indent=1) if path.suffix == ".json" else "".join(_toml(parts))
     return write_atomic(path, text.encode())
 
 
-def problem_text(problem: ReachAvoid, named: Labels | None = None) -> str:
-    """The problem as TOML. named: labels to go with it."""
-    return "".join(_toml(_parts(problem, named)))
+def problem_text(
+    problem: ReachAvoid, named: Labels | None = None, points: Sequence[str] | None = None
+) -> str:
+    """The problem as TOML. Arguments as of `save_problem`."""
+    return "".join(_toml(_parts(problem, named, points)))
 
 
-def _problem(data) -> ReachAvoid:
+def _problem(data, points: Sequence[str] | None) -> ReachAvoid:
     known = ("goal", "obstacles", "body", "start", "labels")
     _table("scene", data, known, needed=("goal", "body"))
     for part, words in _table("labels", data.get("labels", {}), PARTS).items():
@@ -109,20 +131,74 @@ def _problem(data) -> ReachAvoid:
         raise InputError("obstacles: expected a list of tables, each [[obstacles]] in TOML.")
     sets = [_set(f"obstacle {i}", part, ("steps",)) for i, part in enumerate(obstacles)]
     spans = [part.get("steps") for part in obstacles]
-    body = _table("body", data["body"], ("radius", "vertices"))
-    if len(body) != 1:
-        raise InputError(
-            f"body: expected either `radius` or `vertices`; got {', '.join(body) or 'neither'}."
-        )
-    shape = (
-        Disc(float(_numbers("body radius", body["radius"], 0)))
-        if "radius" in body
-        else Polygon(_numbers("body vertices", body["vertices"], 2))
-    )
+    body = _body(data["body"])
+    if points is not None:
+        numbered(body, points)  # names what is unknown
     start = None if data.get("start") is None else _set("start", data["start"])
-    return reach_avoid(
-        _set("goal", data["goal"]), sets, shape, start, [tuple(s) if s else None for s in spans]
+    goal = _goal(data["goal"], points)
+    return reach_avoid(goal, sets, body, start, [tuple(s) if s else None for s in spans])
+
+
+def _goal(part, points: Sequence[str] | None) -> HPolytope:
+    if not isinstance(part, dict) or not part.keys() & {"points", "q"}:
+        return _set("goal", part)
+    where = _set("goal", part, ("points", "q"))
+    if points is None:
+        raise InputError(
+            "goal: expected to know the robot's reference points, since it names some; load the "
+            "scene with points=model.points."
+        )
+    further = _set("goal q", part["q"]) if "q" in part else None
+    return goal_of_points(
+        points, dict.fromkeys(_names("goal", part.get("points", list(points))), where), further
     )
+
+
+def _body(data) -> Disc | Polygon | Body:
+    if isinstance(data, list):
+        return body_of([_part(f"part {i} of the body", table) for i, table in enumerate(data)])
+    _table("body", data, ("radius", "vertices", "points", *POINTS_OF_KIND))
+    if data.keys() <= {"radius", "vertices"}:
+        return _shape("body", data)
+    return body_of([_part("body", data)])
+
+
+def _part(name: str, table) -> Part:
+    _table(name, table, ("points", "radius", "vertices", *POINTS_OF_KIND))
+    kinds = sorted(table.keys() - {"radius", "vertices"})
+    if len(kinds) != 1:
+        raise InputError(
+            f"{name}: expected its reference points, once: as points, or as one of "
+            f"{', '.join(POINTS_OF_KIND)}; got {', '.join(kinds) or 'none'}."
+        )
+    kind = kinds[0]
+    names = _names(name, table[kind])
+    if len(names) != POINTS_OF_KIND.get(kind, len(names)):
+        raise InputError(
+            f"{name}: expected {POINTS_OF_KIND[kind]} reference points for a {kind}; got "
+            f"{len(names)}."
+        )
+    grown = {key: table[key] for key in ("radius", "vertices") if key in table}
+    return Part(names, _shape(name, grown) if grown else Disc(0.0))
+
+
+def _shape(name: str, table: dict) -> Disc | Polygon:
+    if len(table) != 1:
+        raise InputError(
+            f"{name}: expected either `radius` or `vertices`; got {', '.join(table) or 'neither'}."
+        )
+    if "radius" in table:
+        return Disc(float(_numbers(f"{name} radius", table["radius"], 0)))
+    return Polygon(_numbers(f"{name} vertices", table["vertices"], 2))
+
+
+def _names(name: str, value) -> tuple[str | int, ...]:
+    """Names of reference points, or their numbers; one alone needs no list."""
+    names = value if isinstance(value, list) else [value]
+    fine = all(isinstance(n, str | int) and not isinstance(n, bool) for n in names)
+    if not fine or not names:
+        raise InputError(f"{name}: expected names of reference points; got {value!r:.60}.")
+    return tuple(names)
 
 
 def _set(name: str, part, further: tuple[str, ...] = ()) -> HPolytope:
@@ -183,23 +259,56 @@ def _numbers(name: str, value, ndim: int) -> np.ndarray:
     return array
 
 
-def _parts(problem: ReachAvoid, named: Labels | None) -> dict:
+def _parts(problem: ReachAvoid, named: Labels | None, points: Sequence[str] | None) -> dict:
     obstacles = []
     for part, span in zip(problem.obstacles, problem.all_spans, strict=True):
         obstacles.append(
             _spelled(part) | ({} if span is None else {"steps": [int(i) for i in span]})
         )
-    body = problem.body
-    shape = (
-        {"radius": float(body.radius)}
-        if isinstance(body, Disc)
-        else {"vertices": np.asarray(body.vertices).tolist()}
-    )
-    parts = {"goal": _spelled(problem.goal), "body": shape}
+    by_point = None if points is None else _goal_by_point(problem, points)
+    goal = _spelled(problem.goal) if by_point is None else by_point
+    parts = {"goal": goal, "body": _spelled_body(problem.body)}
     if named is not None:
         parts["labels"] = {part: list(words) for part, words in named._asdict().items() if words}
     parts |= {} if problem.start is None else {"start": _spelled(problem.start)}
     return parts | {"obstacles": obstacles}
+
+
+def _goal_by_point(problem: ReachAvoid, points: Sequence[str]) -> dict | None:
+    """The goal by names of points, where it asks the same of each point that it asks for, and of q
+    apart from them; else None.
+    """
+    goal = problem.goal
+    n_p = problem.obstacles[0].n if problem.obstacles else None
+    if n_p is None or len(points) == 1 or goal.n < len(points) * n_p:
+        return None
+    columns = [slice(i * n_p, (i + 1) * n_p) for i in range(len(points))]
+    columns.append(slice(len(points) * n_p, goal.n))
+    used = np.array([(goal.A[:, block] != 0).any(axis=1) for block in columns])
+    if (used.sum(axis=0) != 1).any():
+        return None
+    *asked, further = (
+        HPolytope(goal.A[rows][:, block], goal.b[rows])
+        for block, rows in zip(columns, used, strict=True)
+    )
+    asked = {name: _spelled(part) for name, part in zip(points, asked, strict=True) if len(part.b)}
+    if not asked or any(part != next(iter(asked.values())) for part in asked.values()):
+        return None
+    spelled = {"points": list(asked), **next(iter(asked.values()))}
+    return spelled | ({"q": _spelled(further)} if len(further.b) else {})
+
+
+def _spelled_body(body: Disc | Polygon | Body) -> dict | list[dict]:
+    if isinstance(body, Body):
+        parts = [{"points": list(part.points), **_spelled_shape(part)} for part in body.parts]
+        return parts[0] if len(parts) == 1 else parts
+    return _spelled_shape(parts_of(body)[0])
+
+
+def _spelled_shape(part: Part) -> dict:
+    if isinstance(part.shape, Disc):
+        return {"radius": float(part.shape.radius)}
+    return {"vertices": np.asarray(part.shape.vertices).tolist()}
 
 
 def _spelled(part: HPolytope) -> dict:
@@ -211,9 +320,13 @@ def _spelled(part: HPolytope) -> dict:
 
 
 def _toml(parts: dict):
-    tables = [
-        (f"[{name}]", parts[name]) for name in ("goal", "body", "start", "labels") if name in parts
-    ]
+    goal = dict(parts["goal"])
+    further = goal.pop("q", None)
+    tables = [("[goal]", goal)]
+    tables += [] if further is None else [("[goal.q]", further)]
+    body = parts["body"]
+    tables += [("[[body]]", p) for p in body] if isinstance(body, list) else [("[body]", body)]
+    tables += [(f"[{name}]", parts[name]) for name in ("start", "labels") if name in parts]
     tables += [("[[obstacles]]", part) for part in parts["obstacles"]]
     for head, part in tables:
         yield f"{head}\n"

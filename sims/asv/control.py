@@ -56,7 +56,9 @@ def control_step(
     state: VesselState,
     noise,
 ) -> tuple[VesselState, jax.Array]:
-    """One control period. Returns the state and p (n_physics, 2) after each physics step."""
+    """One control period. Returns the state and the hull's pose (n_physics, 3) after each physics
+    step.
+    """
     action = act(policy, measure(vessel, policy.layout, policy.obs_clip, state, goal, noise))
     command = jnp.clip(action + noise[6:], -1.0, 1.0)
     return apply_command(vessel, plant, law, d, state, command, policy.n_physics)
@@ -73,8 +75,8 @@ def run(
     n_control: int,
     every: int,
 ) -> jax.Array:
-    """Positions p (1 + n_control * n_physics // every, 2) [m] from rest at the origin, every
-    `every` physics steps.
+    """Poses (1 + n_control * n_physics // every, 3) of the hull, x, y [m] and heading [rad], from
+    rest at the origin, every `every` physics steps.
 
     goal: (2,) [m] from the start; heading: () [rad]. `every` divides the policy's physics steps per
         control step.
@@ -95,8 +97,9 @@ def run_with(
         noise = jnp.zeros(8, goal.dtype)
         if law.noisy:
             noise = draw_noise(jax.random.fold_in(noise_key, i), law, goal.dtype)
-        state, p = control_step(vessel, plant, law, d, policy, goal, state, noise)
-        return state, p[every - 1 :: every]
+        state, poses = control_step(vessel, plant, law, d, policy, goal, state, noise)
+        return state, poses[every - 1 :: every]
 
-    _, p = jax.lax.scan(step, at_rest(vessel, heading), jnp.arange(n_control))
-    return jnp.concatenate([jnp.zeros((1, 2), goal.dtype), p.reshape(-1, 2)])
+    _, poses = jax.lax.scan(step, at_rest(vessel, heading), jnp.arange(n_control))
+    start = jnp.concatenate([jnp.zeros_like(goal), jnp.reshape(heading, 1)])
+    return jnp.concatenate([start[None], poses.reshape(-1, 3)])

@@ -9,7 +9,14 @@ import jax.numpy as jnp
 
 from sims.asv.disturbance import Disturbance, Law, body_load
 from sims.asv.plant import Plant
-from sims.asv.vessel import PHYSICS_DT, Vessel, VesselState, hull_position, steady_thrust
+from sims.asv.vessel import (
+    PHYSICS_DT,
+    Vessel,
+    VesselState,
+    hull_pose,
+    hull_position,
+    steady_thrust,
+)
 
 
 def world_load(vessel: Vessel, law: Law, d: Disturbance, state: VesselState) -> jax.Array:
@@ -38,8 +45,8 @@ def apply_command(
     command: jax.Array,
     n_physics: int,
 ) -> tuple[VesselState, jax.Array]:
-    """Hold `command` (2,) in [-1, 1] for n_physics steps. Returns the state and p (n_physics, 2)
-    after each step.
+    """Hold `command` (2,) in [-1, 1] for n_physics steps. Returns the state and the hull's pose
+    (n_physics, 3) after each step.
     """
     target = d.thrust_gain * steady_thrust(vessel, command)
     keep = math.exp(-PHYSICS_DT / vessel.thruster_lag)
@@ -51,6 +58,6 @@ def apply_command(
             state.pose, state.velocity, world_load(vessel, law, d, state), d.mass
         )
         state = state.replace(pose=pose, velocity=velocity)
-        return state, hull_position(vessel, state)
+        return state, hull_pose(vessel, state)
 
     return jax.lax.scan(physics_step, state, None, length=n_physics)

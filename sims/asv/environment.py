@@ -92,10 +92,10 @@ class HoverEnv(brax.Env):
         noise = draw_noise(noise_key, self._law, task.goal.dtype)
         action = jnp.clip(action, -1.0, 1.0).astype(task.goal.dtype)
         command = jnp.clip(action + noise[6:], -1.0, 1.0)
-        vessel, p = apply_command(
+        vessel, hull = apply_command(
             SYSID, self._plant, self._law, task.disturbance, task.vessel, command, self._n_physics
         )
-        distance = jnp.hypot(*(task.goal - p[-1]))
+        distance = jnp.hypot(*(task.goal - hull[-1, :2]))
         effort = 0.05 * vessel.velocity[2] ** 2 + 0.02 * (action**2).sum()
         reward = task.distance - distance + self._period * (jnp.exp(-distance / 0.25) - effort)
 

@@ -27,10 +27,8 @@ def _distances(policy: Policy, keys, ks, law: str, plant: str, n_control: int):
     step = make_plant(plant, SYSID)
 
     def one(key, k):
-        return (
-            run(SYSID, step, LAWS[law], policy, key, k[:2], k[2], n_control, policy.n_physics)
-            - k[None, :2]
-        )
+        hull = run(SYSID, step, LAWS[law], policy, key, k[:2], k[2], n_control, policy.n_physics)
+        return hull[:, :2] - k[None, :2]
 
     return jax.vmap(one)(keys, ks)
 

@@ -5,7 +5,7 @@ it starts, p = p0 + offset(k), and "reach the goal set" means p0 + offset lands 
 and k made it so.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import ClassVar
 
@@ -17,7 +17,8 @@ from parc_jax.body import Disc, Polygon
 from parc_jax.errors import InputError
 from parc_jax.problem import ReachAvoid, reach_avoid
 from parc_jax.sets.box import Box, box
-from parc_jax.system import TimeGrid, Trajectory, time_grid
+from parc_jax.system import ONE_POINT, TimeGrid, Trajectory, time_grid
+from sims import rectangle
 from sims.asv.control import run
 from sims.asv.disturbance import Law, named_law
 from sims.asv.plant import make_plant
@@ -26,12 +27,14 @@ from sims.asv.vessel import SYSID
 
 DOMAIN = box([4.0, -1.0, -np.pi / 6], [7.0, 1.0, np.pi / 6])
 HULL = (1.3, 0.94)  # [m] footprint for collisions, length and width
+BODIES = (rectangle.BODY, "disc", "decagon")
 
 
 @dataclass(frozen=True, eq=False)
 class AsvSystem:
     """A `BlackBoxSystem`: k = (goal x, y [m] from the start, initial heading [rad]) -> p (n_record
-    + 1, 2), q (0,).
+    + 1, 2) of the hull's reference point or, with points, (n_record + 1, 5, 2) of it and of the
+    hull's corners; q (0,).
 
     control_steps: control steps per rollout. every: physics steps per record.
     """
@@ -46,6 +49,7 @@ class AsvSystem:
     every: int
     n_p: int = 2
     n_q: int = 0
+    points: tuple[str, ...] = ONE_POINT
     k_labels: ClassVar[tuple[str, ...]] = (
         "goal x from the start [m]",
         "goal y from the start [m]",
@@ -58,9 +62,12 @@ class AsvSystem:
         """
         k = jnp.asarray(k, jnp.result_type(float))
         plant = make_plant(self.plant, SYSID)
-        p = run(
+        hull = run(
             SYSID, plant, self.law, self.policy, key, k[:2], k[2], self.control_steps, self.every
         )
+        p = hull[:, :2]
+        if self.points != ONE_POINT:
+            p = rectangle.centre_and_corners(p, hull[:, 2], *HULL)
         return Trajectory(p, jnp.zeros((0,), k.dtype))
 
 
@@ -69,6 +76,7 @@ def system(
     law: str = "study",
     policy: Policy | str | Path = HOVER,
     published_time: bool = False,
+    body: str = "disc",
 ) -> AsvSystem:
     """The vessel of the reach-avoid study. Raises InputError.
 
@@ -79,7 +87,9 @@ def system(
     published_time: False reads the paper's 10 s as 10 s, recorded every 0.02 s. True is the
     scenario "asv_published": one sample per control period of 0.2 s, *labelled* 0.02 s, so that 100
     s of motion carry the label 10 s, as the released data do.
+    body: as of `problem`; with "rectangle" the hull's corners are reference points too.
     """
+    rectangle.require_body(body, BODIES)
     if not isinstance(policy, Policy):
         policy = load_policy(policy)
     make_plant(plant, SYSID)  # a wrong name should fail here, not in the first rollout
@@ -97,24 +107,27 @@ def system(
             "s."
         )
     name = "asv_published" if published_time else "asv"
-    return AsvSystem(name, DOMAIN, grid, plant, named_law(law), policy, control_steps, every)
+    found = AsvSystem(name, DOMAIN, grid, plant, named_law(law), policy, control_steps, every)
+    return replace(found, points=rectangle.POINTS) if body == rectangle.BODY else found
 
 
 def problem(body: str = "disc") -> ReachAvoid:
     """The study's scene: a goal area behind a gap of 2.6 m, anywhere to start. Raises InputError.
 
-    body: "disc", the circle around the hull (radius 0.802 m), or "decagon", the regular one around
-    that circle, as in the paper.
+    body: "rectangle", the true hull, which turns with the boat; "disc", the circle around it
+    (radius 0.802 m); or "decagon", the regular one around that circle, as in the paper.
     """
+    rectangle.require_body(body, BODIES)
+    obstacles = (box([2.25, 1.3], [2.75, 4.3]), box([2.25, -4.3], [2.75, -1.3]))
+    lo, hi = [4.0, -1.5], [7.0, 1.5]
+    if body == rectangle.BODY:
+        return reach_avoid(rectangle.goal_of_centre(lo, hi), obstacles, rectangle.rectangle())
     radius = 0.5 * float(np.hypot(*HULL))
     if body == "disc":
         shape = Disc(radius)
-    elif body == "decagon":
+    else:
         angles = np.pi / 5 * np.arange(10)
         shape = Polygon(
             radius / np.cos(np.pi / 10) * np.stack([np.cos(angles), np.sin(angles)], axis=1)
         )
-    else:
-        raise InputError(f"asv body: expected 'disc' or 'decagon'; got {body!r}.")
-    obstacles = (box([2.25, 1.3], [2.75, 4.3]), box([2.25, -4.3], [2.75, -1.3]))
-    return reach_avoid(box([4.0, -1.5], [7.0, 1.5]), obstacles, shape)
+    return reach_avoid(box(lo, hi), obstacles, shape)

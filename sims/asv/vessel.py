@@ -87,6 +87,11 @@ def hull_position(vessel: Vessel, state: VesselState) -> jax.Array:
     return state.pose[:2] + vessel.hull_offset * jnp.stack([jnp.cos(heading), jnp.sin(heading)])
 
 
+def hull_pose(vessel: Vessel, state: VesselState) -> jax.Array:
+    """Position [m] of the hull's reference point and heading [rad], stacked (3,)."""
+    return jnp.concatenate([hull_position(vessel, state), state.pose[2:]])
+
+
 def steady_thrust(vessel: Vessel, command: jax.Array) -> jax.Array:
     """Steady force (2,) [N] for the commands (2,) in [-1, 1]: linear interpolation of the tables.
 

@@ -5,9 +5,9 @@ import math
 import numpy as np
 
 from parc_jax.body import Polygon
-from parc_jax.errors import InputError
 from parc_jax.problem import ReachAvoid, reach_avoid
 from parc_jax.sets.box import box
+from sims import rectangle
 from sims.drift_parking import params as c
 
 GOAL = (
@@ -17,20 +17,22 @@ GOAL = (
 PARKED_CARS = (((22.9665, -16.994), (27.2335, -15.006)), ((33.7665, -16.994), (38.0335, -15.006)))
 BODY_RADIUS = 0.5 * math.hypot(c.BODY_LENGTH, c.BODY_WIDTH)  # circle about the centre of mass [m]
 DECAGON_SIDES = 10
+BODIES = (rectangle.BODY, "disc", "decagon")
 
 
 def problem(body: str = "disc") -> ReachAvoid:
-    """The scene with the true circumscribed circle ("disc") or the regular decagon around it
-    ("decagon").
+    """The scene with the true rectangle that turns with the car ("rectangle"), the circle around it
+    ("disc") or the regular decagon around that ("decagon").
 
-    Raises InputError for any other body.
+    The goal is over the centre of mass and the yaw, whatever the body. Raises InputError for any
+    other body.
     """
-    bodies = {"disc": BODY_RADIUS, "decagon": Polygon(decagon_vertices())}
-    if body not in bodies:
-        raise InputError(f'body: expected "disc" or "decagon"; got {body!r}.')
-    return reach_avoid(
-        goal=box(*GOAL), obstacles=[box(*car) for car in PARKED_CARS], body=bodies[body]
-    )
+    rectangle.require_body(body, BODIES)
+    cars = [box(*car) for car in PARKED_CARS]
+    if body == rectangle.BODY:
+        return reach_avoid(rectangle.goal_of_centre(*GOAL), cars, rectangle.rectangle())
+    round_body = BODY_RADIUS if body == "disc" else Polygon(decagon_vertices())
+    return reach_avoid(goal=box(*GOAL), obstacles=cars, body=round_body)
 
 
 def decagon_vertices() -> np.ndarray:

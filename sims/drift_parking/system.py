@@ -7,17 +7,19 @@ import jax.numpy as jnp
 
 from parc_jax.errors import InputError
 from parc_jax.sets.box import Box, box
-from parc_jax.system import TimeGrid, Trajectory, time_grid
+from parc_jax.system import ONE_POINT, TimeGrid, Trajectory, time_grid
+from sims import rectangle
 from sims.drift_parking import params as c
 from sims.drift_parking.plant_ode import newton_euler
+from sims.drift_parking.scenario import BODIES
 from sims.drift_parking.simulate import Run, simulate
 from sims.drift_parking.vehicle import Plant
 
 
 @dataclass(frozen=True, eq=False)
 class DriftParking:
-    """Drift parking over k = (v [m/s], threshold sideslip [rad]); p = (x, y) [m], q = (final yaw,
-    not wrapped [rad]).
+    """Drift parking over k = (v [m/s], threshold sideslip [rad]); p = (x, y) [m] of the centre of
+    mass or, with points, of it and of the four corners; q = (final yaw, not wrapped [rad]).
 
     Build with `system`. Deterministic. Float64 only: float32 does not reproduce the manoeuvre.
     """
@@ -26,6 +28,7 @@ class DriftParking:
     time: TimeGrid
     plant: Plant
     plant_name: str
+    points: tuple[str, ...] = ONE_POINT
 
     name: ClassVar[str] = "drift_parking"
     n_p: ClassVar[int] = 2
@@ -53,18 +56,24 @@ class DriftParking:
         return simulate(self.plant, k)
 
     def rollout(self, key, k) -> Trajectory:
-        """p (781, 2) relative to the start, q (1,). NaN when the drift never starts. `key` is
-        unused.
+        """p (781, 2) or (781, 5, 2) relative to the start, q (1,). NaN when the drift never starts.
+        `key` is unused.
         """
         del key
         states = self.run(k).states
-        return Trajectory(jnp.stack([states.x, states.y], axis=-1), states.yaw[-1:])
+        p = jnp.stack([states.x, states.y], axis=-1)
+        if self.points != ONE_POINT:
+            p = rectangle.centre_and_corners(p, states.yaw, c.BODY_LENGTH, c.BODY_WIDTH)
+        return Trajectory(p, states.yaw[-1:])
 
 
-def system(plant: str = "mjx") -> DriftParking:
+def system(plant: str = "mjx", body: str = "disc") -> DriftParking:
     """The system on a MuJoCo body ("mjx") or on the closed-form rigid body ("ode"). Raises
     InputError otherwise.
+
+    body: as of `problem`; with "rectangle" the corners are reference points too.
     """
+    rectangle.require_body(body, BODIES)
     if plant == "ode":
         accelerations = newton_euler
     elif plant == "mjx":
@@ -74,6 +83,6 @@ def system(plant: str = "mjx") -> DriftParking:
     else:
         raise InputError(f'plant: expected "mjx" or "ode"; got {plant!r}.')
     lo, hi = zip(c.SPEED_RANGE, c.SIDESLIP_RANGE, strict=True)
-    return DriftParking(
-        box(lo, hi), time_grid(c.PLAN_STEP, c.T_FINAL, c.STEP), accelerations, plant
-    )
+    points = rectangle.POINTS if body == rectangle.BODY else ONE_POINT
+    grid = time_grid(c.PLAN_STEP, c.T_FINAL, c.STEP)
+    return DriftParking(box(lo, hi), grid, accelerations, plant, points)

@@ -6,16 +6,18 @@ from typing import ClassVar
 import numpy as np
 
 from parc_jax.sets.box import Box, box
-from parc_jax.system import TimeGrid, Trajectory, time_grid
+from parc_jax.system import ONE_POINT, TimeGrid, Trajectory, time_grid
+from sims import rectangle
 from sims.f110 import params as c
 from sims.f110.disturbance import Law, draw, named_law
+from sims.f110.scenario import BODIES
 from sims.f110.simulate import Run, simulate
 
 
 @dataclass(frozen=True, eq=False)
 class F110:
-    """Drifting over k = (line y [m], speed [m/s]); p = (x, y) [m] as the motion capture saw them, q
-    = (last heading,).
+    """Drifting over k = (line y [m], speed [m/s]); p = (x, y) [m] as the motion capture saw them,
+    with points also of the four corners; q = (last heading,).
 
     Build with `system`. Every run differs: friction, motor, start and the rest are drawn from its
     key (see `law`).
@@ -25,6 +27,7 @@ class F110:
     time: TimeGrid
     law: Law
     threads: int = 0
+    points: tuple[str, ...] = ONE_POINT
 
     name: ClassVar[str] = "f110"
     n_p: ClassVar[int] = 2
@@ -44,11 +47,10 @@ class F110:
         )
 
     def rollout_batch(self, keys, ks) -> Trajectory:
-        """p (B, 589, 2) relative to the recorded start, q (B, 1). NaN for a run on which the
-        physics failed.
+        """p (B, 589, 2) or (B, 589, 5, 2) relative to the recorded start, q (B, 1). NaN for a run
+        on which the physics failed.
         """
-        measured = self.run(keys, ks).measured
-        return Trajectory(measured[:, :, :2] - measured[:, :1, :2], measured[:, -1, 2:])
+        return self._seen(self.run(keys, ks).measured)
 
     def rollout_from_batch(self, keys, ks, starts) -> Trajectory:
         """The runs with each lab, and with it the start, moved by starts (B, 2) [m]; p is relative
@@ -63,8 +65,14 @@ class F110:
             self.run(keys[i : i + 1], ks[i : i + 1], origin=start).measured
             for i, start in enumerate(starts)
         ]
-        measured = np.concatenate(runs)
-        return Trajectory(measured[:, :, :2] - measured[:, :1, :2], measured[:, -1, 2:])
+        return self._seen(np.concatenate(runs))
+
+    def _seen(self, measured: np.ndarray) -> Trajectory:
+        """What is reported of measured poses (B, n + 1, 3)."""
+        p = measured[:, :, :2] - measured[:, :1, :2]
+        if self.points != ONE_POINT:
+            p = rectangle.centre_and_corners(p, measured[..., 2], c.BODY_LENGTH, c.BODY_WIDTH)
+        return Trajectory(p, measured[:, -1, 2:])
 
     def rollout(self, key, k) -> Trajectory:
         """One run; outside of JAX, like `rollout_batch`."""
@@ -72,10 +80,12 @@ class F110:
         return Trajectory(*(part[0] for part in many))
 
 
-def system(law: str = "floor", threads: int = 0) -> F110:
+def system(law: str = "floor", threads: int = 0, body: str = "disc") -> F110:
     """The car. law: "floor", or "none": every run the same. threads: of the C engine, 0 = all.
-    Raises InputError.
+    body: as of `problem`; with "rectangle" the corners are reference points too. Raises InputError.
     """
+    rectangle.require_body(body, BODIES)
     lo, hi = zip(c.LINE_RANGE, c.SPEED_RANGE, strict=True)
     grid = time_grid(c.PLAN_STEP, c.T_FINAL, c.PLAN_STEP / c.TICKS_PER_PLAN_STEP)
-    return F110(box(lo, hi), grid, named_law(law), threads)
+    points = rectangle.POINTS if body == rectangle.BODY else ONE_POINT
+    return F110(box(lo, hi), grid, named_law(law), threads, points)

@@ -7,11 +7,11 @@ import numpy as np
 import pytest
 from toy_models import line_model, random_polygon
 
-from parc_jax.body import Polygon
+from parc_jax.body import Part, Polygon, body_of, hull
 from parc_jax.certificate.write import problem_part
 from parc_jax.errors import InputError
 from parc_jax.io.problem_file import load_problem, problem_of_text, problem_text, save_problem
-from parc_jax.problem import reach_avoid
+from parc_jax.problem import goal_of_points, reach_avoid
 from parc_jax.sets.box import box
 
 SCENE = """
@@ -107,3 +107,90 @@ def test_rows_and_json(tmp_path):
         load_problem(tmp_path / "scene.json")
     with pytest.raises(InputError, match="no such file"):
         load_problem(tmp_path / "other.toml")
+
+
+POINTS = ("centre", "nose", "left", "right")
+PARTS = """
+[goal]
+points = ["nose"]
+lo = [0.0, 1.0]
+hi = [2.0, 3.0]
+
+[goal.q]
+lo = [-0.5]
+hi = [0.5]
+
+[[body]]
+points = ["nose", "left", "right"]
+
+[[body]]
+capsule = ["centre", "nose"]
+radius = 0.1
+
+[[obstacles]]
+lo = [4.0, 4.0]
+hi = [5.0, 5.0]
+"""
+
+
+def test_points_are_named_in_body_and_goal():
+    problem = problem_of_text(PARTS, "scene.toml", points=POINTS)
+    assert problem.body == body_of(
+        [hull("nose", "left", "right"), hull("centre", "nose", radius=0.1)]
+    )
+    assert problem.goal.n == 4 * 2 + 1
+    ends = np.zeros((3, 9))
+    ends[:, 2:4] = [[1.0, 2.0], [1.0, 2.0], [1.0, 3.5]]
+    ends[1, 8] = 0.6
+    inside = (ends @ problem.goal.A.T <= problem.goal.b).all(axis=1)
+    assert inside.tolist() == [True, False, False]
+
+
+@pytest.mark.parametrize("suffix", ["toml", "json"])
+def test_a_scene_with_points_survives_its_file(tmp_path, suffix):
+    goals = [
+        goal_of_points(POINTS, {"nose": box([0, 1], [2, 3])}, box([-0.5], [0.5])),
+        goal_of_points(POINTS, box([0, 1], [2, 3])),
+        goal_of_points(POINTS, {"nose": box([0, 1], [2, 3]), "left": box([0, 0], [1, 1])}),
+    ]
+    square = Polygon(np.array([[0.0, 0.0], [0.1, 0.0], [0.0, 0.1]]))
+    bodies = [hull("nose"), body_of([hull(0, 1, radius=0.2), Part(("left",), square)])]
+    for goal in goals:
+        for body in bodies:
+            problem = reach_avoid(goal, [box([4, 4], [5, 5])], body)
+            path = save_problem(tmp_path / f"scene.{suffix}", problem, points=POINTS)
+            again = load_problem(path, POINTS)
+            np.testing.assert_array_equal(again.goal.A, goal.A)
+            np.testing.assert_array_equal(again.goal.b, goal.b)
+            assert repr(again.body) == repr(body)
+    assert 'points = ["nose"]' in problem_text(
+        reach_avoid(goals[0], [box([4, 4], [5, 5])], bodies[0]), points=POINTS
+    )
+
+
+WRONG_POINTS = [
+    ('"nose", "left", "right"]', '"nose", "tail"]', "(centre, nose, left, right); got 'tail'"),
+    ('points = ["nose"]', 'points = ["tip"]', "(centre, nose, left, right); got 'tip'"),
+    ('points = ["nose", "left", "right"]', "points = []", "expected names of reference points"),
+    ('points = ["nose", "left", "right"]', "points = [0.5]", "expected names of reference points"),
+    ('points = ["nose", "left", "right"]', "radius = 0.1", "expected its reference points, once"),
+    ('capsule = ["centre", "nose"]', 'capsule = "nose"', "2 reference points for a capsule; got 1"),
+    ('capsule = ["centre", "nose"]', 'box = ["nose"]', "8 reference points for a box; got 1"),
+    ("radius = 0.1", "radius = 0.1\nvertices = [[0, 0]]", "either `radius` or `vertices`"),
+    ("radius = 0.1", "vertices = [[0, 0, 0]]", "vertices in the 2-D workspace"),
+    ("hi = [2.0, 3.0]", "hi = [2.0, 3.0, 4.0]", "expected shape (2,); got (3,)"),
+    ("lo = [4.0, 4.0]", "lo = [4.0, 4.0, 4.0]", "expected shape (3,); got (2,)"),
+]
+
+
+@pytest.mark.parametrize(("old", "new", "message"), WRONG_POINTS, ids=[w[2] for w in WRONG_POINTS])
+def test_wrong_points_are_refused_in_one_sentence(old, new, message):
+    assert old in PARTS
+    with pytest.raises(InputError) as caught:
+        problem_of_text(PARTS.replace(old, new), "scene.toml", points=POINTS)
+    assert message in str(caught.value) and str(caught.value).startswith("scene.toml: ")
+
+
+def test_a_goal_that_names_points_needs_to_know_them():
+    with pytest.raises(InputError, match=r"scene.toml: goal: .*points=model.points"):
+        problem_of_text(PARTS, "scene.toml")

@@ -51,8 +51,8 @@ def textbook(d, heading, commands, n_physics):
 
 def ours(plant, d, heading, commands, n_physics):
     def one(state, command):
-        state, p = apply_command(SYSID, plant, LAWS["full"], d, state, command, n_physics)
-        return state, jnp.concatenate([p[-1], state.pose[2:]])
+        state, hull = apply_command(SYSID, plant, LAWS["full"], d, state, command, n_physics)
+        return state, hull[-1]
 
     return jax.lax.scan(one, at_rest(SYSID, heading), commands)[1]
 

@@ -108,7 +108,7 @@ def test_control_period_must_fit_the_scenario():
         asv.system(policy=asv.load_policy().replace(period=0.06))
     with pytest.raises(ValueError, match=r"control period of 0\.2 s"):
         asv.system(policy=asv.load_policy().replace(period=0.1), published_time=True)
-    with pytest.raises(ValueError, match="expected 'disc' or 'decagon'"):
+    with pytest.raises(ValueError, match="expected one of rectangle, disc, decagon"):
         asv.problem(body="hull")
 
 
