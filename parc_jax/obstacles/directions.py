@@ -1,14 +1,15 @@
-"""Directions that separate, with the multipliers that make them proofs. [T12a]
+"""Directions that separate, with the multipliers that make them proofs. [T12a, T20]
 
 A direction is w = lambda_i A_i + lambda_j A_j with lambda >= 0 on two rows of the obstacle that
-meet in a corner; then h_O(w) <= lambda_i b_i + lambda_j b_j for any such lambda, with equality
-because the corner attains both. Multipliers are short binary fractions, so a certificate spells
-them exactly in a few bytes.
+meet in a corner, in space on three; then h_O(w) <= lambda_i b_i + lambda_j b_j for any such lambda,
+with equality because the corner attains both. Multipliers are short binary fractions, so a
+certificate spells them exactly in a few bytes.
 """
 
 import math
 from fractions import Fraction
 from functools import lru_cache
+from itertools import combinations
 from typing import NamedTuple
 
 import numpy as np
@@ -20,9 +21,12 @@ from parc_jax.obstacles.polygon import corners
 from parc_jax.problem import ReachAvoid
 from parc_jax.sets.hpolytope import HPolytope
 
-N_DIRECTIONS = 48  # per obstacle, about 7.5 degrees apart
+N_DIRECTIONS = {2: 48, 3: 96}  # per obstacle, by dimension: about 7.5 and 20 degrees apart
 TABLE_BITS = 6  # lambda of the table: multiples of 2^-6, largest 1
 POINT_BITS = 26  # lambda of a direction made for one point: multiples of 2^-26
+N_POOL = 1500  # directions in space, of which the table takes those that spread best
+APART = np.radians(20)  # of the middle of two or three normals in space, to be worth a place
+FLAT = 1e-9  # [volume of unit normals] three rows in space whose normals span less are no cone
 
 
 class Multiplier(NamedTuple):
@@ -37,10 +41,11 @@ class DirectionTable:
     """Directions of every pair of an obstacle and a part of the body, obstacle by obstacle, padded
     with repetitions. Facet normals come first.
 
-    w: (o, d, 2). support: (o, d) [m * |w|] of obstacle + (-shape) along w, rounded to nearest.
+    w: (o, d, n_p). support: (o, d) [m * |w|] of obstacle + (-shape) along w, rounded to nearest.
     n_facets: number of leading directions that hold all facet normals, padded to few values.
-    multipliers: per pair a tuple of d Multiplier. cones: per pair the neighbouring rows of its
-        obstacle. obstacles, shapes: of every pair. These four are for the host only.
+    multipliers: per pair a tuple of d Multiplier. cones: per pair the rows of its obstacle, n_p
+        each, that meet in a corner. obstacles, shapes: of every pair. These four are for the host
+        only.
     """
 
     w: np.ndarray
@@ -71,35 +76,21 @@ class DirectionTable:
         return direction(self.obstacles[o], self.shapes[o], m)
 
     def nearest(self, o: int, w: np.ndarray) -> Multiplier:
-        """The multiplier of pair o whose direction is nearest to w (2,), on the two rows whose
+        """The multiplier of pair o whose direction is nearest to w (n_p,), on the rows whose
         normals enclose w.
         """
-        A = self.obstacles[o].A
-        pairs = np.array(self.cones[o])
-        first, second = A[pairs[:, 0]], A[pairs[:, 1]]
-        det = first[:, 0] * second[:, 1] - first[:, 1] * second[:, 0]
-        share = np.stack(
-            [
-                w[0] * second[:, 1] - w[1] * second[:, 0],
-                first[:, 0] * w[1] - first[:, 1] * w[0],
-            ],
-            axis=1,
-        )
-        share = share / det[:, None]
-        # the normal cones of a bounded polygon cover the plane
-        best = int(np.argmax(share.min(axis=1)))
-        rows = tuple(int(i) for i in pairs[best])
-        return _rounded(A, rows, np.maximum(share[best], 0), POINT_BITS)
+        return _nearest(self.obstacles[o].A, np.array(self.cones[o]), w, POINT_BITS)
 
 
-def direction_table(problem: ReachAvoid) -> DirectionTable:
+def direction_table(problem: ReachAvoid, n_p: int) -> DirectionTable:
     """Facet normals and evenly spread directions in the normal cone of every corner of every
     obstacle, for every part of the body.
     """
     shapes = tuple(part.shape for part in problem.parts)
     n_o = bucket(len(problem.obstacles) * len(shapes))
-    w = np.zeros((n_o, N_DIRECTIONS, 2))
-    support = np.zeros((n_o, N_DIRECTIONS))
+    n_d = N_DIRECTIONS[n_p]
+    w = np.zeros((n_o, n_d, n_p))
+    support = np.zeros((n_o, n_d))
     multipliers, cones = [], []
     for j, obstacle in enumerate(problem.obstacles):
         own = tuple(_cones(obstacle, f"obstacle {j}"))
@@ -110,7 +101,7 @@ def direction_table(problem: ReachAvoid) -> DirectionTable:
             multipliers.append(fan.multipliers)
             cones.append(own)
     facets = [len({m.rows for m in chosen if len(m.rows) == 1}) for chosen in multipliers]
-    n_facets = min(N_DIRECTIONS, bucket(max(facets, default=1)))
+    n_facets = min(n_d, bucket(max(facets, default=1)))
     return DirectionTable(
         w,
         support,
@@ -123,17 +114,20 @@ def direction_table(problem: ReachAvoid) -> DirectionTable:
 
 
 def direction(obstacle: HPolytope, body: Disc | Polygon, m: Multiplier) -> tuple[np.ndarray, float]:
-    """The direction w (2,) of a multiplier and the support of obstacle + (-body) along it, both
+    """The direction w (n_p,) of a multiplier and the support of obstacle + (-body) along it, both
     rounded to nearest.
     """
     rows = [(*map(Fraction, obstacle.A[i]), Fraction(obstacle.b[i])) for i in m.rows]
-    x, y, bound = (sum(v * row[c] for v, row in zip(m.values, rows, strict=True)) for c in range(3))
-    w = np.array([float(x), float(y)])
+    *along, bound = (
+        sum(v * x for v, x in zip(m.values, column, strict=True))
+        for column in zip(*rows, strict=True)
+    )
+    w = np.array([float(x) for x in along])
     return w, float(bound) + float(_body_support(body, w[None])[0])
 
 
 class _Fan(NamedTuple):
-    """Directions of an obstacle's normals, whatever its offsets: multipliers and w (d, 2).
+    """Directions of an obstacle's normals, whatever its offsets: multipliers and w (d, n_p).
 
     whole, denominator: the multipliers once more, as whole numbers (d, rows) over one denominator.
     """
@@ -149,12 +143,13 @@ def _fan(A: bytes, cones: tuple) -> _Fan:
     """Obstacles of one shape share their fan: in a batch, or a loop of replanning, it is made
     once.
     """
-    A = np.frombuffer(A).reshape(-1, 2)
-    chosen = _spread(A, cones)
+    n_p = len(cones[0])
+    A = np.frombuffer(A).reshape(-1, n_p)
+    chosen = _spread_in_plane(A, cones) if n_p == 2 else _spread_in_space(A, cones)
     rows = [[Fraction(v) for v in row] for row in A]
     w = np.array(
         [
-            [float(sum(v * rows[i][c] for i, v in zip(*m, strict=True))) for c in (0, 1)]
+            [float(sum(v * rows[i][c] for i, v in zip(*m, strict=True))) for c in range(n_p)]
             for m in chosen
         ]
     )
@@ -179,48 +174,115 @@ def _supports(b: np.ndarray, body: Disc | Polygon, fan: _Fan) -> np.ndarray:
 
 
 def _body_support(body: Disc | Polygon, w: np.ndarray) -> np.ndarray:
-    """Support of -body along directions w (d, 2): (d,)."""
+    """Support of -body along directions w (d, n_p): (d,)."""
     if isinstance(body, Disc):
-        return body.radius * np.hypot(*w.T)
+        return body.radius * np.hypot.reduce(w, axis=1)
     return (-body.vertices @ w.T).max(axis=0)
 
 
-def _spread(A: np.ndarray, cones) -> list[Multiplier]:
-    """N_DIRECTIONS multipliers for normals A (h, 2): every facet, then each cone in proportion to
-    its angle.
-    """
+def _spread_in_plane(A: np.ndarray, cones) -> list[Multiplier]:
+    """Multipliers for normals A (h, 2): every facet, then each cone in proportion to its angle."""
     facets = [Multiplier((i,), (Fraction(1),)) for i in dict.fromkeys(i for i, _ in cones)]
+    n_d = N_DIRECTIONS[2]
     angle = np.arctan2(A[:, 1], A[:, 0])
     width = np.array([(angle[j] - angle[i]) % (2 * np.pi) for i, j in cones])
-    count = np.floor(width / width.sum() * (N_DIRECTIONS - len(facets))).astype(int)
+    count = np.floor(width / width.sum() * (n_d - len(facets))).astype(int)
     out = list(facets)
     for (i, j), n, span in zip(cones, count, width, strict=True):
         for step in range(1, n + 1):
             a = angle[i] + span * step / (n + 1)
             share = np.linalg.solve(A[[i, j]].T, [np.cos(a), np.sin(a)])
             out.append(_rounded(A, (i, j), np.maximum(share, 0), TABLE_BITS))
-    return (out + [facets[0]] * N_DIRECTIONS)[:N_DIRECTIONS]
+    return (out + [facets[0]] * n_d)[:n_d]
 
 
-def _cones(obstacle, name: str) -> list[tuple[int, int]]:
-    """Pairs of rows (i, j), counter-clockwise neighbours that meet in a corner: their cones tile
-    the plane.
+def _spread_in_space(A: np.ndarray, cones) -> list[Multiplier]:
+    """Multipliers for normals A (h, 3): every facet, then always the direction that is farthest
+    from all so far: first among the middles of two or three normals that meet, then all around.
+    """
+    n_d = N_DIRECTIONS[3]
+    cones = np.array(cones)
+    facets = np.unique(cones)
+    unit = A / np.linalg.norm(A, axis=1)[:, None]
+    pairs = np.unique(np.sort(cones[:, [[0, 1], [1, 2], [0, 2]]].reshape(-1, 2), axis=1), axis=0)
+    middles = np.concatenate([unit[pairs].sum(axis=1), unit[cones].sum(axis=1)])
+    middles = middles / np.linalg.norm(middles, axis=1)[:, None]
+    chosen = unit[facets]
+    for pool, apart in ((middles, APART), (_sphere(N_POOL), 0.0)):
+        chosen = _with_farthest(chosen, pool, apart, n_d)
+    facets = [Multiplier((int(i),), (Fraction(1),)) for i in facets]
+    others = [_nearest(A, cones, w, TABLE_BITS) for w in chosen[len(facets) :]]
+    return (facets + others)[:n_d]
+
+
+def _with_farthest(chosen: np.ndarray, pool: np.ndarray, apart: float, n: int) -> np.ndarray:
+    """Up to n unit vectors: the chosen ones, then always that of the pool which is farthest from
+    all so far, while it is farther than `apart` [rad].
+    """
+    alike = (pool @ chosen.T).max(axis=1)
+    while len(chosen) < n and alike.min() < np.cos(apart):
+        farthest = pool[int(np.argmin(alike))]
+        chosen = np.concatenate([chosen, farthest[None]])
+        alike = np.maximum(alike, pool @ farthest)
+    return chosen
+
+
+def _sphere(n: int) -> np.ndarray:
+    """(n, 3) unit vectors, spread evenly: a spiral whose turns the golden angle keeps apart."""
+    i = np.arange(n)
+    height = 1 - (2 * i + 1) / n
+    angle = np.pi * (3 - np.sqrt(5)) * i
+    around = np.sqrt(1 - height**2)
+    return np.stack([around * np.cos(angle), around * np.sin(angle), height], axis=1)
+
+
+def _cones(obstacle, name: str) -> list[tuple[int, ...]]:
+    """Rows that meet in a corner and whose normals span a cone: together these cones fill the
+    plane, as pairs of counter-clockwise neighbours (i, j), or space, as all triples.
     """
     found = {}
     for corner in corners(obstacle, name):
         rows = corner.rows
-        for i, j in zip(rows, rows[1:] + rows[:1], strict=True):
-            cross = obstacle.A[i, 0] * obstacle.A[j, 1] - obstacle.A[i, 1] * obstacle.A[j, 0]
-            if cross > 0:
-                found[i, j] = None
+        if obstacle.n == 2:
+            for i, j in zip(rows, rows[1:] + rows[:1], strict=True):
+                if _det(obstacle.A[[i, j]]) > 0:
+                    found[i, j] = None
+        else:
+            for triple in combinations(rows, 3):
+                normals = obstacle.A[list(triple)]
+                if abs(_det(normals)) > FLAT * np.linalg.norm(normals, axis=1).prod():
+                    found[triple] = None
     return list(found)
+
+
+def _nearest(A: np.ndarray, cones: np.ndarray, w: np.ndarray, bits: int) -> Multiplier:
+    """The multiplier whose direction is nearest to w (n_p,), on the cone (c, n_p) of rows that
+    holds it: the normal cones of the corners of a bounded set cover everything.
+    """
+    normals = A[cones]
+    share = []
+    for i in range(len(w)):
+        with_w = normals.copy()
+        with_w[:, i] = w
+        share.append(_det(with_w))
+    share = np.stack(share, axis=1) / _det(normals)[:, None]
+    best = int(np.argmax(share.min(axis=1)))
+    rows = tuple(int(i) for i in cones[best])
+    return _rounded(A, rows, np.maximum(share[best], 0), bits)
+
+
+def _det(rows: np.ndarray):
+    """(...) determinants of rows (..., n, n), n = 2 or 3."""
+    if rows.shape[-1] == 3:
+        return (rows[..., 0, :] * np.cross(rows[..., 1, :], rows[..., 2, :])).sum(axis=-1)
+    return rows[..., 0, 0] * rows[..., 1, 1] - rows[..., 0, 1] * rows[..., 1, 0]
 
 
 def _rounded(A: np.ndarray, rows, share, bits: int) -> Multiplier:
     """Multipliers near `share`, rounded as if the rows had unit length: rows may be spelled in any
     units.
     """
-    power = [int(np.frexp(np.hypot(*A[i]))[1]) for i in rows]
+    power = [int(np.frexp(np.hypot.reduce(A[i]))[1]) for i in rows]
     size = np.array([s * 2.0**p for s, p in zip(share, power, strict=True)])
     whole = [round(float(s / size.max()) * 2**bits) for s in size]
     scaled = [

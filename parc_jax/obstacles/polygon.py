@@ -16,8 +16,8 @@ FARTHEST = 10**100  # [m] a corner beyond this is taken for a direction left ope
 
 
 class Corner(NamedTuple):
-    """A vertex and the rows active at it. point: exact (n_p,). rows: indices, in the plane sorted by
-    the angle of their normals.
+    """A vertex and the rows active at it. point: exact (n_p,). rows: indices, in the plane by the
+    angle of their normals.
     """
 
     point: Point

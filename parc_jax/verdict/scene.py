@@ -58,7 +58,9 @@ def scene_of(problem: ReachAvoid, model) -> Scene:
     """Check the problem against the model and lay it out. Raises InputError when they do not
     fit.
     """
-    return bare_scene(problem, model).replace(directions=direction_table(problem), problem=problem)
+    return bare_scene(problem, model).replace(
+        directions=direction_table(problem, model.n_p), problem=problem
+    )
 
 
 def bare_scene(problem: ReachAvoid, model) -> Scene:

@@ -97,7 +97,7 @@ def test_obstacles_of_one_shape_share_their_directions():
         box([0.0, -7.3], [0.1, -7.0]),
     ]
     problem = reach_avoid(PROBLEM.goal, blocks, 0.25)
-    table = directions.direction_table(problem)
+    table = directions.direction_table(problem, 2)
     assert table.multipliers[0] is table.multipliers[1] is table.multipliers[2]
     for j in range(3):
         for d, m in enumerate(table.multipliers[j]):
