@@ -19,28 +19,11 @@ def page_data(answer) -> dict:
     polytopes.
     """
     model, problem = answer.model, answer.problem
-    views, parts = views_of(model.n_p), numbered(problem.body, model.points)
-    sides = [view.axes for view in views]
-    directions = _Directions(_active(problem, len(parts), model.time.n_steps))
-    interval, final = model.tube.finite_widths
-    samples = [
-        {
-            "p0": part[: model.n_p].tolist(),
-            "k": part[model.n_p :].tolist(),
-            "sep": directions.number(corridor_of(answer.scene, certificate)),
-        }
-        for part, certificate in zip(answer.samples, answer.sample_parts, strict=True)
-    ]
-    corridors = [{"sep": directions.number(corridor)} for corridor in answer.corridors]
-    polytopes = [
-        {
-            "sep": directions.number(polytope.corridor),
-            "bin": int(polytope.bin),
-            "pattern": "".join("1" if on else "0" for on in polytope.pattern),
-        }
-        for polytope in answer.polytopes
-    ]
+    sides = [view.axes for view in views_of(model.n_p)]
+    goals = shapes.goals(problem.goal, model.n_p, model.n_points, sides)
     return {
+        **model_data(model, problem),
+        **_plans(answer),
         "system": model.system,
         "labels": model.labels._asdict(),
         "level": answer.status.label,
@@ -53,22 +36,32 @@ def page_data(answer) -> dict:
         },
         "share": answer.coverage.share,
         "corridor_share": answer.corridor_coverage.share,
+        "views": [view._asdict() for view in views_of(model.n_p)],
+        "goal_box": {"lo": answer.scene.z_lo.tolist(), "hi": answer.scene.z_hi.tolist()},
+        "goals": [
+            {"points": points, "outlines": [outline.tolist() for outline in outlines]}
+            for points, outlines in goals
+        ],
+        "outlines": outlines(answer),
+    }
+
+
+def model_data(model, problem) -> dict:
+    """What the page's verdict on a plan needs, without corridors and polytopes: network, tube,
+    body, goal, start, obstacles.
+    """
+    interval, final = model.tube.finite_widths
+    return {
         "n_p": model.n_p,
         "n_k": model.n_k,
         "points": model.points,
-        "views": [view._asdict() for view in views],
         "steps": model.time.n_steps,
         "dt": model.time.dt,
         "domain": {"lo": model.domain.lo.tolist(), "hi": model.domain.hi.tolist()},
         "goal": _rows(problem.goal),
-        "goal_box": {"lo": answer.scene.z_lo.tolist(), "hi": answer.scene.z_hi.tolist()},
-        "goals": [
-            {"points": points, "outlines": [outline.tolist() for outline in outlines]}
-            for points, outlines in shapes.goals(problem.goal, model.n_p, model.n_points, sides)
-        ],
         "start": None if problem.start is None else _rows(problem.start),
-        "parts": [_part(part, model.n_p) for part in parts],
-        "obstacles": _obstacles(problem, model.time.n_steps, views),
+        "parts": [_part(part, model.n_p) for part in numbered(problem.body, model.points)],
+        "obstacles": _obstacles(problem, model.time.n_steps, views_of(model.n_p)),
         "network": {
             "weights": [W.tolist() for W in model.net.weights],
             "biases": [b.tolist() for b in model.net.biases],
@@ -78,11 +71,33 @@ def page_data(answer) -> dict:
             "interval": interval.tolist(),
             "final": final.tolist(),
         },
-        "samples": samples,
-        "corridors": corridors,
-        "polytopes": polytopes,
+    }
+
+
+def _plans(answer) -> dict:
+    """Samples, corridors and polytopes, with their directions by number."""
+    n_p, problem = answer.model.n_p, answer.problem
+    active = _active(problem, len(problem.parts), answer.model.time.n_steps)
+    directions = _Directions(active)
+    return {
+        "samples": [
+            {
+                "p0": plan[:n_p].tolist(),
+                "k": plan[n_p:].tolist(),
+                "sep": directions.number(corridor_of(answer.scene, certificate)),
+            }
+            for plan, certificate in zip(answer.samples, answer.sample_parts, strict=True)
+        ],
+        "corridors": [{"sep": directions.number(corridor)} for corridor in answer.corridors],
+        "polytopes": [
+            {
+                "sep": directions.number(polytope.corridor),
+                "bin": int(polytope.bin),
+                "pattern": "".join("1" if on else "0" for on in polytope.pattern),
+            }
+            for polytope in answer.polytopes
+        ],
         "directions": directions.all,
-        "outlines": outlines(answer),
     }
 
 

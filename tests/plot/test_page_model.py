@@ -1,0 +1,77 @@
+"""The page's verdict on a plan, under node, against the engine's: bodies of several points and
+parts, in the plane and in space.
+"""
+
+import json
+import shutil
+import subprocess
+
+import numpy as np
+import pytest
+from drawn_bodies import car, drone
+from toy_bodies import points_model, points_problem
+
+from parc_jax.plot.html import PARTS
+from parc_jax.plot.page_data import model_data
+from parc_jax.verdict.pointwise import verdicts
+from parc_jax.verdict.scene import scene_of
+
+pytestmark = pytest.mark.skipif(shutil.which("node") is None, reason="node is not installed")
+
+
+def by_the_page(model, problem, p0, k) -> list[dict]:
+    """Path, clearance, goal margin and the verdict itself, by the scripts of the page."""
+    data = model_data(model, problem) | {"corridors": [], "polytopes": [], "directions": []}
+    program = (
+        "".join((PARTS / part).read_text() for part in ("geometry.js", "model.js"))
+        + f"""
+const model = makeModel({json.dumps(data)}), P = {p0.tolist()}, K = {k.tolist()};
+const out = P.map((p, i) => {{
+  const {{ path, clearance, goal, safe }} = model.verdict(p, K[i]);
+  return {{ path, clearance, goal: goal.least, safe, level: model.level(p, K[i]) }};
+}});
+console.log(JSON.stringify(out));
+"""
+    )
+    out = subprocess.run(["node", "-"], input=program, capture_output=True, text=True, check=True)
+    return json.loads(out.stdout)
+
+
+def random_case(n_p):
+    """Random points, two parts, boxes in the way."""
+
+    def case(rng):
+        model = points_model(rng, n_p=n_p)
+        return model, points_problem(rng, model)
+
+    return case
+
+
+CASES = {
+    "car": lambda _: car(e=0.02, parts=2),
+    "drone": lambda _: drone(e=0.02),
+    "random plane": random_case(2),
+    "random space": random_case(3),
+}
+
+
+@pytest.mark.parametrize("name", CASES)
+def test_the_page_says_what_the_engine_says(name, rng):
+    model, problem = CASES[name](rng)
+    scene = scene_of(problem, model)
+    n = 150
+    k = rng.uniform(model.domain.lo, model.domain.hi, (n, model.n_k))
+    ends = rng.uniform(scene.z_lo, scene.z_hi, (n, model.n_p))
+    p0 = ends - verdicts(model, scene, np.zeros((n, model.n_p)), k).path[:, -1, : model.n_p]
+    seen = verdicts(model, scene, p0, k)
+    said = by_the_page(model, problem, p0, k)
+    paths = np.array([one["path"] for one in said]).reshape(seen.path.shape)
+    assert paths == pytest.approx(seen.path, abs=1e-9)
+    assert [one["goal"] for one in said] == pytest.approx(seen.goal, abs=1e-6)
+    apart = seen.clearance > 1e-6
+    gaps = np.array([one["clearance"] for one in said])
+    assert gaps[apart] == pytest.approx(seen.clearance[apart], abs=1e-6)
+    assert (gaps[~apart] < 2e-6).all()
+    safe = np.array([one["safe"] for one in said])
+    assert (safe == seen.safe).all() and safe.tolist() == [one["level"] > 0 for one in said]
+    assert 0.2 < apart.mean() < 0.98 and 3 < safe.sum() < n - 3  # both verdicts occur
