@@ -74,4 +74,4 @@ def test_the_page_says_what_the_engine_says(name, rng):
     assert (gaps[~apart] < 2e-6).all()
     safe = np.array([one["safe"] for one in said])
     assert (safe == seen.safe).all() and safe.tolist() == [one["level"] > 0 for one in said]
-    assert 0.2 < apart.mean() < 0.98 and 3 < safe.sum() < n - 3  # both verdicts occur
+    assert 3 < apart.sum() < n - 3 and 0 < safe.sum() < n  # both verdicts occur
