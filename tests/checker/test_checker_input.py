@@ -5,13 +5,13 @@ import random
 import shutil
 import subprocess
 import sys
-import time
 from fractions import Fraction as F
 from pathlib import Path
 
 import answer_files as build
 import known
 import pytest
+from effort import calls_of
 
 from parc_jax import checker
 
@@ -39,10 +39,12 @@ BAD_JSON = {
 def test_files_that_are_not_strict_json_are_rejected(name, tmp_path):
     path = tmp_path / "answer.json"
     path.write_bytes(BAD_JSON[name])
-    start = time.perf_counter()
-    with pytest.raises(checker.Rejected):
-        checker.check_answer(checker.load(path))
-    assert time.perf_counter() - start < 5
+
+    def refused():
+        with pytest.raises(checker.Rejected):
+            checker.check_answer(checker.load(path))
+
+    assert calls_of(refused) < 1000
 
 
 NUMBERS = "nan NaN inf -inf 1e9999 0x1p+99999 0x1p 0x.8p0 0X1P0 1/0 1/-2 +1 1_000 \u0661 1. .5 1e --1 0b1 1/2/3 1,5 1j"
@@ -171,9 +173,7 @@ def test_recursion_and_memory_errors_are_rejections(monkeypatch):
 
 
 def run(arguments, cwd):
-    return subprocess.run(
-        [sys.executable, *arguments], cwd=cwd, capture_output=True, text=True, timeout=60
-    )
+    return subprocess.run([sys.executable, *arguments], cwd=cwd, capture_output=True, text=True)
 
 
 @pytest.fixture
@@ -353,15 +353,17 @@ def many_bins():
     [lambda: cube(8, 6, 1), lambda: cube(3, 60, 60), lambda: cube(4, 40, 20), long_integers],
 )
 def test_a_small_file_cannot_ask_for_long_work(make):
-    """Cells of a cube with 256 corners, many cells in few leaves, long integers. The bound in seconds
-    is loose because machines are shared; the work that is counted is exact.
+    """Cells of a cube with 256 corners, many cells in few leaves, long integers: all are refused
+    after a second or two.
     """
     answer = make()
     assert len(json.dumps(answer)) < 50_000
-    start = time.process_time()
-    with pytest.raises(checker.Rejected, match="more work than the size of the file allows"):
-        checker.check_answer(answer)
-    assert time.process_time() - start < 20
+
+    def refused():
+        with pytest.raises(checker.Rejected, match="more work than the size of the file allows"):
+            checker.check_answer(answer)
+
+    assert calls_of(refused) < 10_000_000
 
 
 def test_the_work_that_is_allowed_grows_with_the_file():

@@ -4,13 +4,13 @@ sets agree.
 
 import random
 import re
-import time
 from fractions import Fraction as F
 from pathlib import Path
 
 import answer_files as build
 import oracle
 import pytest
+from effort import calls_of
 
 from parc_jax import checker
 
@@ -136,23 +136,12 @@ def test_a_claim_is_optional_and_its_kind_is_reported():
         assert "\x1b" not in text
 
 
-def test_drift_sized_certificates_are_checked_in_milliseconds():
-    """One 4x8 network, 78 intervals, full 53-bit weights; the bounds are loose because the machine
-    is shared.
-    """
+def test_drift_sized_certificates_are_little_work():
+    """One 4x8 network, 78 intervals, full 53-bit weights: a millisecond or two."""
     answer = build.scene(1, hidden=(8, 8, 8, 8), T=78, bits=52)
     context = checker.Context(*(answer[p] for p in ("problem", "network", "tube")))
-
-    def best(check, entry):
-        times = []
-        for _ in range(7):
-            start = time.process_time()
-            check(entry)
-            times.append(time.process_time() - start)
-        return min(times)
-
-    assert best(context.check_sample, answer["samples"][0]) < 0.010
-    assert best(context.check_set, answer["sets"][0]) < 0.050
+    assert calls_of(lambda: context.check_sample(answer["samples"][0])) < 10_000
+    assert calls_of(lambda: context.check_set(answer["sets"][0])) < 20_000
 
 
 def test_the_checker_uses_the_standard_library_only_and_no_floats():

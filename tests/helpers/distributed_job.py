@@ -21,7 +21,7 @@ jax.config.update("jax_num_cpu_devices", DEVICES)
 from parc_jax import distributed  # noqa: E402
 
 if HOSTS is not None:
-    distributed.init(HOSTS, timeout_s=60)
+    distributed.init(HOSTS)
 
 import numpy as np  # noqa: E402
 from local_rows import local_rows  # noqa: E402

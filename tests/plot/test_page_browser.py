@@ -63,7 +63,7 @@ def run(browser, page: Path, *flags: str, script: str = "", address: str = "") -
         *flags,
         f"{page.as_uri()}{address}",
     ]
-    return subprocess.run(command, check=True, capture_output=True, timeout=120, text=True).stdout
+    return subprocess.run(command, check=True, capture_output=True, text=True).stdout
 
 
 def result(dom: str):

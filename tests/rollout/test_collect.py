@@ -4,7 +4,7 @@ import os
 import signal
 import subprocess
 import sys
-import time
+import threading
 from pathlib import Path
 
 import jax
@@ -169,26 +169,24 @@ def test_several_devices_give_the_same_rows(system):
 @pytest.mark.slow
 def test_a_killed_process_continues_with_the_same_numbers(system, tmp_path):
     script = (
-        "import sys, time; sys.path.insert(0, sys.argv[1])\n"
+        "import os, signal, sys; sys.path.insert(0, sys.argv[1])\n"
         "import jax; from synthetic_plants import noisy, plant\n"
-        "from parc_jax.rollout import collect as c\n"
+        "from parc_jax.rollout.chunks import ChunkStore\n"
         "from parc_jax.rollout.collect import collect\n"
-        "run = c.simulate_rows\n"
-        "c.simulate_rows = lambda *a: (time.sleep(0.2), run(*a))[1]\n"
+        "put = ChunkStore.put\n"
+        "def put_four(store, index, arrays):\n"
+        "    put(store, index, arrays)\n"
+        "    if len(list(store.folder.glob('chunk_*.npz'))) >= 4:\n"
+        "        os.kill(os.getpid(), signal.SIGKILL)\n"
+        "ChunkStore.put = put_four\n"
         "collect(plant(noisy), jax.random.PRNGKey(3), 640, chunk=16, path=sys.argv[2], "
         "quiet=True)\n"
     )
     path, here = tmp_path / "train.npz", str(Path(__file__).resolve().parents[1] / "helpers")
-    process = subprocess.Popen(
-        [sys.executable, "-c", script, here, str(path)], env=os.environ | {"JAX_PLATFORMS": "cpu"}
-    )
-    parts = Path(f"{path}.parts")
-    while len(list(parts.glob("chunk_*.npz"))) < 4:
-        assert process.poll() is None
-        time.sleep(0.05)
-    process.send_signal(signal.SIGKILL)
-    process.wait()
-    done = len(list(parts.glob("chunk_*.npz")))
+    command = [sys.executable, "-c", script, here, str(path)]
+    process = subprocess.run(command, env=os.environ | {"JAX_PLATFORMS": "cpu"})
+    assert process.returncode == -signal.SIGKILL
+    done = len(list(Path(f"{path}.parts").glob("chunk_*.npz")))
     assert 4 <= done < 40 and not path.exists()
     whole = collect(system, KEY, 640, chunk=16, quiet=True)
     np.testing.assert_array_equal(collect(system, KEY, 640, path=path, quiet=True).p, whole.p)
@@ -237,11 +235,14 @@ def test_a_float32_system_sees_the_k_on_record():
 
 
 def test_chunks_come_in_order_and_the_workers_do_not_run_ahead():
-    started = []
+    """Of two workers one finishes each chunk of even number after the next one."""
+    started, ended = [], [threading.Event() for _ in range(40)]
 
     def work(index, device):
         started.append(index)
-        time.sleep(0.001 * (index % 3))
+        if index % 2 == 0:
+            ended[index + 1].wait()
+        ended[index].set()
         return {"x": np.array([index])}
 
     seen = []

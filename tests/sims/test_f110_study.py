@@ -114,7 +114,6 @@ def test_the_film_shows_the_car(backend, tmp_path):
         env=os.environ | {"MUJOCO_GL": backend},
         capture_output=True,
         text=True,
-        timeout=300,
         check=False,
     )
     if done.returncode and ("no OpenGL" in done.stderr or "OpenGL" in done.stderr):
