@@ -83,7 +83,7 @@ def test_a_batch_has_a_status_for_every_problem():
 
 
 def test_warming_up_takes_no_numbers_from_the_query_after_it():
-    settings = pj.Settings(n_samples=5, budget_s=0.2, polytopes=False)
+    settings = pj.Settings(n_samples=5, target=0.3, budget_s=300, polytopes=False)
     before = PLANNER().solve(toy_query.gap(), KEY, settings.replace(budget_s=0.0))
     cold = PLANNER().warm_up(toy_query.gap(), settings)
     assert cold.timings["first_sample_s"] > 0 and cold.status is pj.Status.BOUNDED

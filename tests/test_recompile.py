@@ -3,18 +3,12 @@
 import jax
 import numpy as np
 import pytest
+from compilations import compiled_by
 from toy_models import random_model, rectangle_problem, toy_case
 
 from parc_jax.planner import Planner
 from parc_jax.settings import Settings
 from parc_jax.verdict import scene as scenes
-
-COMPILED: list[str] = []
-jax.monitoring.register_event_duration_secs_listener(
-    lambda event, seconds, **_: (
-        COMPILED.append(event) if event.endswith("backend_compile_duration") else None
-    )
-)
 
 
 def solve(number: int, **changes):
@@ -26,12 +20,6 @@ def solve(number: int, **changes):
     )
     answer.contains(answer.samples[:, :2], answer.samples[:, 2:])
     return answer
-
-
-def compiled_by(call) -> int:
-    before = len(COMPILED)
-    call()
-    return len(COMPILED) - before
 
 
 @pytest.fixture(scope="module")

@@ -236,7 +236,10 @@ def test_polytopes_for_the_chosen_ones(toy):
     planner, problems, answer = toy
     best = int(np.argmax(np.nan_to_num(answer.clearance[:, 0])))
     full = planner.solve_batch(
-        [problems[best]], KEY, Settings(n_samples=4, budget_s=1.0, proof=False), whole=[0]
+        [problems[best]],
+        KEY,
+        Settings(n_samples=4, target=0.3, budget_s=300, proof=False),
+        whole=[0],
     ).answers[0]
     assert full.found and len(full.safe_sets)
 

@@ -51,8 +51,7 @@ def narrowest(real):
 )
 def test_a_wrong_border_would_be_seen(monkeypatch, name, slip, seen):
     monkeypatch.setattr(checker.Context, name, slip(getattr(checker.Context, name)))
-    tally = sum((borders.look(seed, 20) for seed in range(10)), collections.Counter())
-    assert tally[seen] > 0
+    assert any(borders.look(seed, 20)[seen] for seed in range(10))
 
 
 def faces(answer, number):

@@ -159,7 +159,7 @@ BROKEN = [
 def test_the_look_at_members_notices_a_broken_checker(number, uneven, monkeypatch):
     name, slip, fault = BROKEN[number]
     monkeypatch.setattr(checker.Context, name, slip(getattr(checker.Context, name)))
-    assert fault in look(uneven, 300)[0]
+    assert any(fault in look(uneven, 50, seed)[0] for seed in range(6))
 
 
 def quarter(x):

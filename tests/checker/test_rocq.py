@@ -46,9 +46,7 @@ needs_coq = pytest.mark.skipif(
 
 
 def run(command, folder, code=0):
-    done = subprocess.run(
-        list(map(str, command)), cwd=folder, capture_output=True, text=True
-    )
+    done = subprocess.run(list(map(str, command)), cwd=folder, capture_output=True, text=True)
     assert done.returncode == code, done.stdout[-2000:] + done.stderr[-2000:]
     return done.stdout
 

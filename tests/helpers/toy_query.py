@@ -28,4 +28,5 @@ def planner():
 @functools.cache
 def answer(wall=False):
     """The answer to `gap`."""
-    return planner().solve(gap(wall), jax.random.PRNGKey(0), pj.Settings(n_samples=5, budget_s=0.5))
+    settings = pj.Settings(n_samples=5, target=0.1, budget_s=300, no_plan_budget_s=300)
+    return planner().solve(gap(wall), jax.random.PRNGKey(0), settings)

@@ -24,7 +24,7 @@ STUDY = Study(
     samples=5,
     repeats=20,
     target=0.2,
-    budget_s=4.0,
+    budget_s=300.0,
 )
 
 

@@ -122,7 +122,7 @@ def test_what_the_engine_proves_by_corridors_the_page_calls_proved(browser, tmp_
         answer = pj.Planner(model).solve(
             drift_parking.problem(),
             jax.random.PRNGKey(1),
-            pj.Settings(n_samples=40, budget_s=1.0, polytopes=polytopes),
+            pj.Settings(n_samples=40, target=0.1, budget_s=300, polytopes=polytopes),
         )
         page = write_page(answer, tmp_path / "page.html")
         plans = np.repeat(answer.samples, 10, axis=0)
@@ -139,7 +139,7 @@ def test_what_the_engine_proves_by_corridors_the_page_calls_proved(browser, tmp_
         assert (said == proved).all() and (painted == proved).all()
         assert 40 < proved.sum() < 360  # both occur
         assert bool(answer.polytopes) == polytopes
-        if polytopes:  # they hold most of what the corridors hold, how much depends on the budget
+        if polytopes:  # they hold most of what the corridors hold
             continue
         # a page that forgot the corridors must be caught by the same numbers
         script = script.replace("const out", "data.corridors.length = 0; const out", 1)

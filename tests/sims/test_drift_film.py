@@ -67,9 +67,7 @@ def test_a_film_or_one_sentence(backend, answer_file, tmp_path):
     environment = {key: value for key, value in os.environ.items() if key != "DISPLAY"} | {
         "MUJOCO_GL": backend
     }
-    done = subprocess.run(
-        command, cwd=tmp_path, env=environment, capture_output=True, text=True
-    )
+    done = subprocess.run(command, cwd=tmp_path, env=environment, capture_output=True, text=True)
     if done.returncode:
         assert (
             done.returncode == 2

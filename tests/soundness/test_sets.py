@@ -445,7 +445,7 @@ def test_random_scenes_lose_nothing_between_floats_and_proofs():
     for number in range(20, 24):
         model, problem = toy_case(number)
         answer = Planner(model).solve(
-            problem, jax.random.key(number), Settings(target=0.3, n_samples=40, budget_s=2.0)
+            problem, jax.random.key(number), Settings(target=0.3, n_samples=40, budget_s=300)
         )
         shallow = 0
         if answer.refused:  # allowed only for what short fractions cannot separate

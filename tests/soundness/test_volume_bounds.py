@@ -89,7 +89,7 @@ def bounded(model, problem, max_leaves=400, bounds=True):
     return prove_no_plan(
         model,
         scene_of(problem, model),
-        budget_s=60,
+        budget_s=300,
         max_leaves=max_leaves,
         bounds=bounds,
     )

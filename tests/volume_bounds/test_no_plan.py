@@ -36,7 +36,7 @@ def walls(gap):
 
 
 def decide(model, problem, **options):
-    options = {"budget_s": 60, "max_leaves": 400} | options
+    options = {"budget_s": 300, "max_leaves": 400} | options
     return prove_no_plan(model, scene_of(problem, model), **options)
 
 
@@ -138,7 +138,7 @@ def test_the_reason_is_said_where_a_sentence_can_say_it(final, kind, words):
     model = model_of(
         line.net, line.domain, interval, final, [np.linspace(-1, 1, len(final) + 1), [-1.0, 1.0]]
     )
-    answer = decide(model, reach_avoid(box([0, 0, -1], [0.5, 0.5, 1]), FAR, 0.1), budget_s=0.5)
+    answer = decide(model, reach_avoid(box([0, 0, -1], [0.5, 0.5, 1]), FAR, 0.1), max_leaves=100)
     assert kind in (None, answer.kind)
     assert answer.reason is None if words is None else words in answer.statement()
 
@@ -248,12 +248,12 @@ def test_a_search_that_errs_is_caught_by_the_checker(monkeypatch):
     model, problem = line_model(e=0.05), walls(0.7)
     grown = scene_of(problem, model)
     grown = grown.replace(obstacles=grown.obstacles.replace(radius=np.float64(0.4)))
-    answer = prove_no_plan(model, grown, budget_s=60, max_leaves=200)
+    answer = prove_no_plan(model, grown, budget_s=300, max_leaves=200)
     # no contact of the true disc reaches: nothing false is even written
     assert answer.kind == "undecided"
     monkeypatch.setattr(DiscBody, "spell", lambda self, x: [float(v).hex() for v in 1.6 * x])
     monkeypatch.setattr(Contacts, "_depth", lambda self, x: np.ones(x.shape[:-1]))
-    answer = prove_no_plan(model, grown, budget_s=60, max_leaves=200)
+    answer = prove_no_plan(model, grown, budget_s=300, max_leaves=200)
     assert (
         answer.kind == "undecided"
         and answer.certificate is None
@@ -265,7 +265,8 @@ def test_planner_says_which_of_the_two_is_true(tmp_path):
     import jax
 
     model = line_model(e=0.05)
-    answer = Planner(model).solve(walls(0.59), jax.random.key(0))
+    patient = Settings(target=0.3, budget_s=300, no_plan_budget_s=300)
+    answer = Planner(model).solve(walls(0.59), jax.random.key(0), patient)
     assert (
         not answer.found
         and answer.no_plan.kind == "proved"
@@ -273,14 +274,14 @@ def test_planner_says_which_of_the_two_is_true(tmp_path):
     )
     report = checker.check_answer(checker.load(answer.save(tmp_path / "answer.json")))
     assert report.no_plan["kind"] == "proved" and report.samples == report.sets == 0
-    narrow = Planner(model).solve(walls(0.6001), jax.random.key(0), Settings(budget_s=3))
+    narrow = Planner(model).solve(walls(0.6001), jax.random.key(0), patient)
     assert (
         narrow.found and narrow.polytopes and narrow.status is Status.PROVED
     )  # no draw was safe, the search found one
     assert narrow.counts["safe"] == 0 and narrow.no_plan.kind == "undecided"
     report = checker.check_answer(checker.load(narrow.save(tmp_path / "narrow.json")))
     assert report.samples and report.sets and report.no_plan["kind"] == "bracket"
-    easy = Planner(model).solve(walls(1.2), jax.random.key(0), Settings(budget_s=3))
+    easy = Planner(model).solve(walls(1.2), jax.random.key(0), patient)
     assert easy.found and easy.no_plan is None
 
 
@@ -299,7 +300,7 @@ def test_with_too_many_parameters_for_cells_the_answer_is_not_found(n_k, tmp_pat
     import jax
 
     model, problem = buried(n_k)
-    answer = Planner(model).solve(problem, jax.random.key(0), Settings(budget_s=0.5))
+    answer = Planner(model).solve(problem, jax.random.key(0), Settings())
     assert not answer.found and answer.no_plan.kind == "undecided"
     assert answer.no_plan.undecided == answer.no_plan.total and answer.no_plan.safe == 0
     assert f"at most 6 parameters; this model has {n_k}" in answer.statement()
