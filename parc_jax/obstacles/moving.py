@@ -9,7 +9,7 @@ from parc_jax.errors import InputError
 from parc_jax.lp.exact import round_up
 from parc_jax.sets.box import Box
 from parc_jax.sets.hpolytope import HPolytope, from_box, hpolytope
-from parc_jax.sets.rational import exact_support, rational_vertices
+from parc_jax.sets.rational import convex_polygon, exact_support, rational_vertices
 
 Span = tuple[int, int]
 
@@ -17,17 +17,17 @@ Span = tuple[int, int]
 def moving(
     obstacle, velocity, span: Span, dt: float, *, every: int = 1
 ) -> tuple[list[HPolytope], list[Span]]:
-    """A planar obstacle in uniform motion, as obstacles and spans for `reach_avoid`. Raises
-    InputError.
+    """An obstacle in uniform motion, in the plane or in space, as obstacles and spans for
+    `reach_avoid`. Raises InputError.
 
     obstacle: Box or HPolytope [m] as it stands at time 0 of the manoeuvre, its floats taken as they
-    are. velocity: (2,) [m/s]. span: first and last interval in which it exists. dt: [s] of an
+    are. velocity: (n_p,) [m/s]. span: first and last interval in which it exists. dt: [s] of an
     interval, `model.time.dt`. every: intervals per returned polytope; more makes fewer and larger
     ones. Each contains all places of the obstacle during its intervals, ends included; offsets are
     rounded up. A path that bends is several calls; a union is several obstacles.
     """
     poly = from_box(obstacle) if isinstance(obstacle, Box) else obstacle
-    v = as_float64("velocity", velocity, (2,))
+    v = as_float64("velocity", velocity, (poly.n,))
     first, last = span
     if not (0 <= first <= last) or every < 1 or not dt > 0:
         raise InputError(
@@ -39,15 +39,36 @@ def moving(
         raise InputError(
             "moving: expected an obstacle with points in it; its rows contradict each other."
         )
-    across = np.array([[-v[1], v[0]], [v[1], -v[0]]])
-    A = np.concatenate([poly.A, across]) if v.any() else poly.A
+    A = np.concatenate([poly.A, _sides(vertices, v)]) if v.any() else poly.A
     spans = [(t, min(t + every - 1, last)) for t in range(first, last + 1, every)]
     return [_swept(A, vertices, v, Fraction(float(dt)), span) for span in spans], spans
 
 
+def _sides(vertices, v: np.ndarray) -> np.ndarray:
+    """Normals of the sides of a sweep that the obstacle itself does not have: they are parallel to
+    the way v, and in space perpendicular to the sides of the shadow that is cast along it.
+    """
+    if len(v) == 2:
+        return np.array([[-v[1], v[0]], [v[1], -v[0]]])
+    along = int(np.argmax(np.abs(v)))
+    i, j = (axis for axis in range(3) if axis != along)
+    slope_i, slope_j = (Fraction(float(v[axis])) / Fraction(float(v[along])) for axis in (i, j))
+    shadow = convex_polygon(
+        [(x[i] - slope_i * x[along], x[j] - slope_j * x[along]) for x in vertices]
+    )
+    following = shadow[1:] + shadow[:1]
+    normals = [(y[1] - x[1], x[0] - y[0]) for x, y in zip(shadow, following, strict=True)]
+    if len(shadow) <= 2:  # a line or a point has ends besides
+        normals = [n for n in normals if any(n)] + [(1, 0), (-1, 0), (0, 1), (0, -1)]
+    sides = np.zeros((len(normals), 3))
+    for side, (a, b) in zip(sides, normals, strict=True):
+        side[[i, j, along]] = float(a), float(b), float(-a * slope_i - b * slope_j)
+    return sides
+
+
 def _swept(A: np.ndarray, vertices, v: np.ndarray, dt: Fraction, span: Span) -> HPolytope:
-    """Hull of the polygon at the first and the last moment of its intervals: in the plane every
-    edge of a sweep is an edge of the polygon or parallel to the way."""
+    """Hull of the obstacle at the first and the last moment of its intervals, whose sides are its
+    own and those parallel to the way."""
     ends = [span[0] * dt, (span[1] + 1) * dt]
     way = [tuple(Fraction(float(c)) * t for c in v) for t in ends]
     support = [round_up(exact_support(vertices, w) + exact_support(way, w)) for w in A]

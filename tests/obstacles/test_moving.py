@@ -14,6 +14,7 @@ from parc_jax.errors import InputError
 from parc_jax.model import load
 from parc_jax.obstacles.moving import moving
 from parc_jax.sets.box import box
+from parc_jax.sets.hpolytope import HPolytope, from_box, hpolytope
 from parc_jax.sets.rational import area, rational_vertices
 from parc_jax.verdict.pointwise import verdicts
 from parc_jax.verdict.scene import scene_of
@@ -37,6 +38,39 @@ def test_every_place_is_covered_and_little_else(rng, every):
             across = np.ptp(corners @ [-v[1], v[0]]) / np.hypot(*v)
             exact = float(area(rational_vertices(poly))) + way * across
             assert float(area(rational_vertices(part))) == pytest.approx(exact, rel=1e-9)
+
+
+def bodies_in_space():
+    """A box, a pyramid, a wall, a rod and a point."""
+    return [
+        box([0, 0, 0], [0.4, 0.3, 0.2]),
+        hpolytope(
+            [[1, 0, 1], [-1, 0.3, 1], [0, 1, 1], [0.2, -1, 1], [0, 0.1, -1]],
+            [0.4, 0.5, 0.4, 0.5, 0.1],
+        ),
+        box([0, 0, 0], [0, 0.3, 0.2]),
+        box([0, 0, 0], [0, 0, 0.2]),
+        box([1, 2, 3], [1, 2, 3]),
+    ]
+
+
+@pytest.mark.soundness
+@pytest.mark.parametrize("v", [[1.0, 0, 0], [1, 1, 0], [0, 0, -2], [0.3, -1.1, 0.7]])
+@pytest.mark.parametrize("body", range(5))
+def test_in_space_every_place_is_covered_and_nothing_else(v, body):
+    obstacle = bodies_in_space()[body]
+    poly = obstacle if isinstance(obstacle, HPolytope) else from_box(obstacle)
+    corners = np.array(rational_vertices(poly), float)
+    parts, spans = moving(obstacle, v, (2, 9), DT, every=4)
+    rng = np.random.default_rng(0)
+    for part, (first, last) in zip(parts, spans, strict=True):
+        ends = np.array([first * DT, (last + 1) * DT])
+        places = (corners[None] + np.linspace(*ends, 9)[:, None, None] * np.array(v)).reshape(-1, 3)
+        assert (places @ part.A.T <= part.b + 1e-12 * np.abs(part.A).sum(axis=1)).all()
+        hull = (corners[None] + ends[:, None, None] * np.array(v)).reshape(-1, 3)
+        around = np.array(rational_vertices(part), float)
+        for w in rng.normal(size=(50, 3)):
+            assert (around @ w).max() == pytest.approx((hull @ w).max(), abs=1e-9)
 
 
 def test_standing_still_and_bad_input():
