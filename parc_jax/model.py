@@ -10,7 +10,7 @@ import numpy as np
 from flax import struct
 
 from parc_jax.claim.claim import ErrorClaim, check_tube, claim_from_json
-from parc_jax.claim.tube import Tube, tube
+from parc_jax.claim.tube import Tube, tube_arrays, tube_from_arrays
 from parc_jax.errors import InputError
 from parc_jax.labels import Labels
 from parc_jax.labels import labels as valid_labels
@@ -92,13 +92,7 @@ class TrajectoryModel:
         }
         arrays = {f"W{i}": W for i, W in enumerate(self.net.weights)}
         arrays |= {f"b{i}": b for i, b in enumerate(self.net.biases)}
-        arrays |= {f"edges{i}": e for i, e in enumerate(self.tube.edges)}
-        arrays |= {
-            "interval": self.tube.interval,
-            "final": self.tube.final,
-            "lo": self.domain.lo,
-            "hi": self.domain.hi,
-        }
+        arrays |= tube_arrays(self.tube) | {"lo": self.domain.lo, "hi": self.domain.hi}
         return write_npz(path, {"meta": np.array(json.dumps(meta)), **arrays})
 
 
@@ -181,8 +175,7 @@ def load(path, system: str | None = None) -> TrajectoryModel:
         )
         domain = box(file["lo"], file["hi"])
         points = tuple(meta.get("points", ONE_POINT))
-        edges = [file[f"edges{i}"] for i in range(domain.n)]
-        error_tube = tube(edges, file["interval"], file["final"], len(points))
+        error_tube = tube_from_arrays(file, domain.n, len(points))
         claim = claim_from_json(meta["claim"], error_tube)
         time = time_grid(*meta["time"])
     except (KeyError, TypeError, json.JSONDecodeError) as error:

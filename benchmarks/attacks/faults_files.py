@@ -102,9 +102,9 @@ FILES_IN_AND_OUT = (
     ),
     Fault(
         "saved_tube_of_half_the_width",
-        "parc_jax/model.py",
-        '"interval": self.tube.interval,',
-        '"interval": self.tube.interval * 0.5,',
+        "parc_jax/claim/tube.py",
+        '"interval": error_tube.interval,',
+        '"interval": error_tube.interval * 0.5,',
         ("tests/test_model.py::test_a_saved_model_comes_back_equal",),
     ),
     Fault(
@@ -183,7 +183,7 @@ REPLAY = (
     Fault(
         "replay_compares_the_end_only",
         "parc_jax/experiment/replay.py",
-        "inside = (errors.interval <= model.tube.interval[bins]).all(axis=(1, 2))",
+        "inside = inside_tube(model.claim, model.net, runs)",
         "inside = np.ones(len(plans), bool)",
         (f"{REPLAYS}::test_a_bend_between_knots_is_replayed",),
     ),

@@ -10,7 +10,7 @@ from parc_jax.claim.counts import as_probability, most_discards, required_runs, 
 from parc_jax.claim.fresh import check_fresh
 from parc_jax.claim.intersample import DISCRETE_TIME, AccelerationBound, DiscreteTime, SpeedBound
 from parc_jax.claim.score import Scores, score_batch
-from parc_jax.claim.tube import Tube, tube
+from parc_jax.claim.tube import Tube
 from parc_jax.errors import InputError
 from parc_jax.network.relu import ReLUNetwork
 from parc_jax.rollout.batch import RolloutBatch
@@ -129,13 +129,15 @@ def pac_label(n: int, eps: Fraction, delta: Fraction, discard: int | str) -> tup
 
 
 def scaled(profile: Tube, scale: np.ndarray, term: np.ndarray) -> Tube:
-    """Tube scale_b x shape_b + term, rounded up; an infinite scale (n_bins,) leaves its bin without
-    claim.
+    """Tube scale_b x shape_b + term (n_c,), rounded up; an infinite scale (n_bins,) leaves its bin
+    without claim.
     """
     scale = np.asarray(scale, np.float64)
-    interval = np.nextafter((scale[:, None, None] * profile.interval + term) * _OUTWARD, np.inf)
-    final = np.nextafter(scale[:, None] * profile.final * _OUTWARD, np.inf)
-    return tube(profile.edges, interval, final, profile.n_points)
+    grown = [
+        np.nextafter((scale.reshape(-1, *[1] * (half.ndim - 1)) * half + more) * _OUTWARD, np.inf)
+        for half, more in zip(profile.halves, profile.reach(term, 0.0), strict=True)
+    ]
+    return profile.with_halves(*grown)
 
 
 def evidence_of(scores: Scores) -> dict:

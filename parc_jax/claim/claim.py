@@ -231,9 +231,7 @@ def weaker(claim: ErrorClaim, wider: Tube, **evidence) -> ErrorClaim:
     """The same claim with a tube at least as wide everywhere: every label stays true. [T8] Raises
     InputError.
     """
-    if not (
-        (wider.interval >= claim.tube.interval).all() and (wider.final >= claim.tube.final).all()
-    ):
+    if not wider.at_least(claim.tube):
         raise InputError(
             "claim: a claim survives a wider tube only; the new one is narrower somewhere."
         )

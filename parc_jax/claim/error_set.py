@@ -94,15 +94,17 @@ def at(errors: ErrorSet, index) -> ErrorSet:
     return jax.tree.map(lambda x: (jnp.asarray(x) if traced else x)[index], errors)
 
 
-def template(directions, centre, half) -> ErrorTemplate:
+def template(directions, centre, half, frames: bool = False) -> ErrorTemplate:
     """Errors with |u_j . e - centre_j| <= half_j; directions (..., R, n), centre, half (..., R).
     Raises InputError.
 
-    All bases of n among the R directions; nearly dependent ones are left out.
+    All bases of n among the R directions; nearly dependent ones are left out. frames: instead, n
+    directions after another are a basis, and there are no others.
     """
     directions = np.asarray(directions, np.float64)
     n_rows, n = directions.shape[-2:]
-    bases = np.array(list(combinations(range(n_rows), n)), int).reshape(-1, n)
+    every = np.arange(n_rows - n_rows % n).reshape(-1, n)
+    bases = every if frames else np.array(list(combinations(range(n_rows), n)), int).reshape(-1, n)
     if not len(bases):
         raise InputError(
             f"template: expected at least as many directions as dimensions, {n}; got {n_rows}."

@@ -7,7 +7,7 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
-from parc_jax.arrays import x64
+from parc_jax.arrays import dot, x64
 from parc_jax.errors import InputError
 from parc_jax.keys import Stage
 from parc_jax.network.predict import Layout, layout_of, predict
@@ -25,12 +25,24 @@ class Errors(NamedTuple):
     """Error bounds of runs, rounded outward; infinite where a run failed.
 
     interval: (..., T, n_c) [m]        max over the records s in the closed interval [t, t + 1] of
-        |p(s) - p^(s)|, for the coordinates of all reference points.
+        |p(s) - p^(s)|.
     final:    (..., n_c + n_q) [m, .]  |final state - predicted|.
     """
 
     interval: np.ndarray
     final: np.ndarray
+
+
+class Extremes(NamedTuple):
+    """How far the errors of runs reach both ways along directions, rounded outward; infinite where
+    a run failed. [T26]
+
+    least, most: as `Errors`, of u . error, for R directions u of every interval and point and
+        others of the end: interval (..., T, n_points, R), final (..., R).
+    """
+
+    least: Errors
+    most: Errors
 
 
 class Allowance(NamedTuple):
@@ -48,13 +60,25 @@ def measure(net: ReLUNetwork, batch: RolloutBatch, chunk: int = 1024) -> Errors:
     """
     layout = layout_of(batch)
     slack = allowance(net, batch.domain, layout)
-    parts = []
-    chunk = min(chunk, 1 << max(batch.n - 1, 1).bit_length())  # few shapes, few compilations
-    for start in range(0, batch.n, chunk):
-        rows = np.minimum(np.arange(start, start + chunk), batch.n - 1)
-        errors = measure_arrays(net, slack, layout, batch.k[rows], batch.p[rows], batch.q[rows])
-        parts.append(Errors(*(np.asarray(e)[: batch.n - start] for e in errors)))
-    return Errors(*(np.concatenate(e) for e in zip(*parts, strict=True)))
+
+    def errors(rows):
+        return measure_arrays(net, slack, layout, batch.k[rows], batch.p[rows], batch.q[rows])
+
+    return by_chunk(batch.n, errors, chunk)
+
+
+def by_chunk(n: int, work, chunk: int = 1024):
+    """What work(rows) gives for the rows 0 .. n - 1, joined on the host; few shapes, few
+    compilations.
+    """
+    parts = [jax.tree.map(np.asarray, work(rows)) for rows in padded_chunks(n, chunk)]
+    return jax.tree.map(lambda *x: np.concatenate(x)[:n], *parts)
+
+
+def padded_chunks(n: int, chunk: int = 1024) -> list[np.ndarray]:
+    """The rows 0 .. n - 1 in chunks of one size, the last one filled up with the last row."""
+    chunk = min(chunk, 1 << max(n - 1, 1).bit_length())
+    return [np.minimum(np.arange(start, start + chunk), n - 1) for start in range(0, n, chunk)]
 
 
 def measure_system(
@@ -118,6 +142,18 @@ def measure_arrays(net: ReLUNetwork, slack: Allowance, layout: Layout, k, p, q) 
         )
 
 
+def measure_arrays_along(
+    net: ReLUNetwork, slack: Allowance, layout: Layout, directions: Errors, k, p, q
+) -> Extremes:
+    """Extremes (B, ...) of runs as in `measure_arrays` along directions of their own: interval (B,
+    T, n_points, R, n_p), final (B, R, n_c + n_q).
+    """
+    with x64():
+        runs = [jnp.asarray(x) for x in (k, p, q)]
+        along = Errors(*(jnp.asarray(u) for u in directions))
+        return _extremes_many(net, slack, along, *runs, layout=layout)
+
+
 def allowance(net: ReLUNetwork, domain: Box, layout: Layout) -> Allowance:
     """Rounding of network, interpolation and subtraction over all of K. [T10, T11] Raises
     InputError.
@@ -125,17 +161,44 @@ def allowance(net: ReLUNetwork, domain: Box, layout: Layout) -> Allowance:
     if net.n_in != domain.n or net.n_out < layout.n_offsets:
         raise InputError(
             f"network: expected {domain.n} inputs and at least {layout.n_offsets} outputs (offsets "
-            f"of {layout.n_points} points in {layout.n_p} dimensions at {layout.n_steps} knots "
-            f"after the first, then q); got {net.n_in} inputs, {net.n_out} outputs."
+            f"of all reference points at the {layout.n_steps} knots after the start, then q); got "
+            f"{net.n_in} inputs, {net.n_out} outputs."
         )
     error, size = rounding_bound(net, domain)
-    first_at_end = layout.n_offsets - layout.n_c
-    at_end = error[first_at_end:] + 4 * UNIT * size[first_at_end:]
+    last = layout.n_offsets - layout.n_c
+    at_end = error[last:] + 4 * UNIT * size[last:]
     # interpolation c_t (1 - a) + c_{t+1} a: five roundings, each at most UNIT of a magnitude below
     # |c_t| + |c_{t+1}|
-    each = (error + 8 * UNIT * size)[: layout.n_offsets]
-    knots = np.concatenate([np.zeros(layout.n_p), each]).reshape(-1, layout.n_c)
+    offsets = (error + 8 * UNIT * size)[: layout.n_offsets]
+    knots = np.concatenate([np.zeros(layout.n_p), offsets]).reshape(-1, layout.n_c)
     return Allowance(knots[:-1] + knots[1:], at_end)
+
+
+class _Signed(NamedTuple):
+    """Errors of one run as computed, with their signs, and what storage may hide of each: interval
+    (T, stride + 1, n_c), both end records of an interval included; final (n_c + n_q,).
+    """
+
+    error: Errors
+    stored: Errors
+
+
+def _signed(net: ReLUNetwork, k, p, q, *, layout: Layout) -> _Signed:
+    """Of one run: k (n_k,), p (n_record + 1, n_c), q (n_q,). p^ is affine between knots."""
+    c, q_hat, _ = predict(net, layout, k)
+    stride = (p.shape[0] - 1) // layout.n_steps
+    share = (jnp.arange(stride + 1, dtype=c.dtype) / stride)[None, :, None]
+    p_hat = c[:-1, None] * (1 - share) + c[1:, None] * share
+    records = jnp.arange(layout.n_steps)[:, None] * stride + jnp.arange(stride + 1)[None]
+    unit = _FLOAT32_UNIT if p.dtype == jnp.float32 else 0.0
+    seen = p[records].astype(c.dtype)
+    last = p[-1].astype(c.dtype)
+    return _Signed(
+        Errors(seen - p_hat, jnp.concatenate([last - c[-1], q - q_hat])),
+        Errors(
+            unit * jnp.abs(seen), jnp.concatenate([unit * jnp.abs(last), jnp.zeros_like(q_hat)])
+        ),
+    )
 
 
 def rollout_errors(net: ReLUNetwork, k, p, q, *, layout: Layout) -> Errors:
@@ -145,19 +208,38 @@ def rollout_errors(net: ReLUNetwork, k, p, q, *, layout: Layout) -> Errors:
     Both end records of an interval belong to it, so a knot counts in two intervals. NaN becomes
     infinity.
     """
-    T = layout.n_steps
-    stride = (p.shape[0] - 1) // T
-    c, q_hat, _ = predict(net, layout, k)
-    share = (jnp.arange(stride + 1, dtype=c.dtype) / stride)[None, :, None]
-    p_hat = c[:-1, None] * (1 - share) + c[1:, None] * share
-    records = jnp.arange(T)[:, None] * stride + jnp.arange(stride + 1)[None]
-    seen = p[records]
-    stored = _FLOAT32_UNIT if p.dtype == jnp.float32 else 0.0
-    seen = seen.astype(c.dtype)
-    gap = jnp.abs(seen - p_hat) + stored * jnp.abs(seen)
-    last = p[-1].astype(c.dtype)
-    end = jnp.concatenate([jnp.abs(last - c[-1]) + stored * jnp.abs(last), jnp.abs(q - q_hat)])
-    return Errors(_failures_to_infinity(gap.max(axis=1)), _failures_to_infinity(end))
+    error, stored = _signed(net, k, p, q, layout=layout)
+    size = Errors(*(jnp.abs(e) + s for e, s in zip(error, stored, strict=True)))
+    return Errors(
+        _failures_to_infinity(size.interval.max(axis=1)), _failures_to_infinity(size.final)
+    )
+
+
+def rollout_extremes(
+    net: ReLUNetwork, slack: Allowance, directions: Errors, k, p, q, *, layout: Layout
+) -> Extremes:
+    """Extremes of one run as in `rollout_errors` along directions: interval (T, n_points, R, n_p),
+    final (R, n_c + n_q).
+    """
+    error, stored = _signed(net, k, p, q, layout=layout)
+    points = (*error.interval.shape[:2], layout.n_points, layout.n_p)
+    hidden = stored.interval + slack.interval[:, None]
+    low, high = _along(
+        directions.interval[:, None], error.interval.reshape(points), hidden.reshape(points)
+    )
+    low_end, high_end = _along(directions.final, error.final, stored.final + slack.final)
+    return Extremes(Errors(low.min(axis=1), low_end), Errors(high.max(axis=1), high_end))
+
+
+def _along(u, error, hidden):
+    """Least and most of u . e, (..., R), for u (..., R, n) and e (..., n) within `hidden` of the
+    error. NaN becomes infinity.
+    """
+    n = error.shape[-1]  # the subtraction rounds, and so do n products and their sum
+    middle = dot(u, error[..., None, :])
+    room = dot(jnp.abs(u), (hidden + (n + 4) * UNIT * jnp.abs(error))[..., None, :])
+    failed = jnp.isnan(middle + room)
+    return jnp.where(failed, -jnp.inf, middle - room), jnp.where(failed, jnp.inf, middle + room)
 
 
 @partial(jax.jit, static_argnames="layout")
@@ -167,6 +249,12 @@ def _errors_many(net, slack, k, p, q, *, layout):
     return Errors(
         errors.interval * up + slack.interval[None], errors.final * up + slack.final[None]
     )
+
+
+@partial(jax.jit, static_argnames="layout")
+def _extremes_many(net, slack, directions, k, p, q, *, layout):
+    one = partial(rollout_extremes, layout=layout)
+    return jax.vmap(one, in_axes=(None, None, 0, 0, 0, 0))(net, slack, directions, k, p, q)
 
 
 def _failures_to_infinity(x):

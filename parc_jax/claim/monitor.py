@@ -7,8 +7,9 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from parc_jax.claim.claim import ErrorClaim
-from parc_jax.claim.measure import measure
+from parc_jax.claim.measure import allowance, by_chunk
 from parc_jax.claim.risk import Density, NoStatement, Uniform
+from parc_jax.claim.score import sizes
 from parc_jax.errors import InputError
 from parc_jax.network.relu import ReLUNetwork
 from parc_jax.rollout.batch import RolloutBatch, worst_by_group
@@ -103,8 +104,18 @@ def inside_tube(claim: ErrorClaim, net: ReLUNetwork, batch: RolloutBatch) -> np.
     """(n,) bool: runs that the claim's tube holds at their records, in every bin they touch, as
     calibration counts.
     """
-    errors = measure(net, batch)
-    interval, final = claim.tube.narrowest_at(batch.k)
-    between = np.asarray(claim.intersample or (0.0,) * batch.n_c)
-    fits = (errors.interval <= interval - between).all(axis=(1, 2))
-    return fits & (errors.final <= final).all(axis=1)
+    tube = claim.tube
+    slack = allowance(net, batch.domain, tube.layout)
+    between, _ = tube.reach(claim.intersample or 0.0, 0.0)
+    held = (tube.halves[0] - between, tube.halves[1])
+
+    def inside(rows):
+        runs = batch.k[rows], batch.p[rows], batch.q[rows]
+        fits = np.ones(len(rows), bool)
+        for bins in tube.bins_of(batch.k[rows]).T:
+            needed = sizes(net, slack, tube, bins, *runs)
+            for size, half in zip(needed, held, strict=True):
+                fits &= (size <= half[bins]).reshape(len(rows), -1).all(axis=1)
+        return fits
+
+    return by_chunk(batch.n, inside)

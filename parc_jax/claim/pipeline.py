@@ -18,6 +18,7 @@ from parc_jax.claim.calibrate import Intersample, calibrate
 from parc_jax.claim.claim import ErrorClaim
 from parc_jax.claim.counts import as_probability, cheaper, required_runs
 from parc_jax.claim.edges import choose_edges
+from parc_jax.claim.fitting import fitted_profile
 from parc_jax.claim.intersample import DISCRETE_TIME
 from parc_jax.claim.measure import Errors, measure
 from parc_jax.claim.profile import profile_of
@@ -31,8 +32,10 @@ from parc_jax.errors import InputError
 from parc_jax.network.relu import ReLUNetwork
 from parc_jax.rollout.batch import RolloutBatch
 from parc_jax.rollout.forecast import Forecast
+from parc_jax.sets.box import Box
 from parc_jax.system import TimeGrid
 
+SHAPES = ("box", "fitted")
 GAP = 1e-5  # [m or rad] that the start of a run may matter, unless declared otherwise
 # [standard deviations] by which the expected runs of the smallest bin exceed what its claim needs
 SPARE = 4.0
@@ -50,6 +53,8 @@ class BoundSettings:
     bins: how the profile varies over K: numbers of bins per axis, edges per axis, None = cut where
         the error of the first network changes.
     head: widths of a network that learns the profile, None = the largest errors in every bin.
+    shape: of the tube. "box": a half width per axis about the prediction. "fitted": pairs of faces
+        that fit the errors, along the axes and their principal axes. [T26]
     profile_runs: runs beside the training ones for the profile. None = as many as the holdout.
     fresh: runs of the holdout, None = as many as the claims need.
     discard: of them left outside, fixed beforehand; "most" = as many as eps and delta allow.
@@ -64,6 +69,7 @@ class BoundSettings:
     claims: tuple[str, ...] = ("one",)
     bins: tuple | None = None
     head: tuple[int, ...] | None = None
+    shape: str = "box"
     profile_runs: int | None = None
     fresh: int | None = None
     discard: int | str = 0
@@ -80,6 +86,7 @@ def bound_error(
     delta=1e-3,
     bins=None,
     *,
+    shape: str = "box",
     profile: Tube | None = None,
     train: RolloutBatch | None = None,
     n: int | None = None,
@@ -100,6 +107,7 @@ def bound_error(
     eps, delta: with confidence 1 - delta a new run leaves the tube with probability at most eps.
     bins: how the tube varies over K: numbers of bins per axis, edges per axis, or None = cut where
         the error changes.
+    shape: "box", or "fitted" for faces that fit the errors, as in `BoundSettings`.
     train: the runs the network was trained on, for the profile. profile_runs: further runs for the
         profile, which is where tightness comes from (the network need not see them); None = as many
         as the holdout. profile: one of your own instead.
@@ -117,6 +125,7 @@ def bound_error(
         eps=eps,
         delta=delta,
         bins=bins,
+        shape=shape,
         profile_runs=profile_runs,
         fresh=n,
         discard=discard,
@@ -164,7 +173,9 @@ def bound_errors(
         with watch("profile"):
             n = _profile_runs(asked, train is not None, looks)
             further = runs.further(n) if n else ()
-            profiles = learn_profiles(nets, train, further, asked.bins, asked.head, key)
+            profiles = learn_profiles(
+                nets, train, further, asked.bins, asked.head, key, shape=asked.shape
+            )
     with watch("fresh rollouts"):
         fresh = runs.fresh(fresh_runs(asked, profiles[0], looks))
         seen = scores_of(nets, profiles, fresh)
@@ -200,41 +211,59 @@ def learn_profiles(
     bins=None,
     head: tuple[int, ...] | None = None,
     key: jax.Array | None = None,
+    *,
+    shape: str = "box",
 ) -> list[Tube]:
     """A profile per network from the training runs and further ones, on the bins cut for the first
-    network. bins, head as in `BoundSettings`; key: for the head. Raises InputError when no run is
-    finite.
+    network. bins, head, shape as in `BoundSettings`; key: for the head. A fitted shape holds all
+    of these runs in memory. Raises InputError, also when no run is finite.
     """
-    drawn: list[np.ndarray] = []
-    measured: list[list[Errors]] = [[] for _ in nets]
-    domain = None
-    n_points = 1
-    for batch in itertools.chain([] if train is None else [train], further):
-        usable = batch.select(~batch.failed)
-        if not usable.n:
-            continue
-        domain = batch.domain
-        n_points = len(batch.points)
-        drawn.append(usable.k)
-        for net, errors in zip(nets, measured, strict=True):
-            found = measure(net, usable)
-            if batch is not train:  # a profile needs no rigour, and there may be many further runs
-                found = Errors(*(np.asarray(e, np.float32) for e in found))
-            errors.append(found)
-    if not drawn:
-        raise InputError("profile: expected at least one finite training run; got none.")
-    k = np.concatenate(drawn)
+    if shape not in SHAPES or (shape == "fitted" and head is not None):
+        raise InputError(
+            f"shape: expected one of {SHAPES}, and a head beside boxes only; got {shape!r} with "
+            f"head {head}."
+        )
+    batches = itertools.chain([] if train is None else [train], further)
+    usable = (batch.select(~batch.failed) for batch in batches)
+    if shape == "fitted":
+        held = [batch for batch in usable if batch.n]
+        if bins is None:
+            k, errors, domain, _ = _measured(nets[:1], held)[0]
+            bins = choose_edges(k, errors, domain)
+        return [fitted_profile(net, held, bins) for net in nets]
     out = []
-    for errors in measured:
-        joined = Errors(*(np.concatenate(e) for e in zip(*errors, strict=True)))
+    for k, errors, domain, n_points in _measured(nets, usable, n_exact=0 if train is None else 1):
         if head is None:
-            out.append(profile_of(k, joined, domain, bins, n_points))
+            out.append(profile_of(k, errors, domain, bins, n_points))
         else:
-            cut = choose_edges(k, joined, domain) if bins is None else bins
-            out.append(scale_profile(k, joined, domain, cut, head, key, n_points))
+            cut = choose_edges(k, errors, domain) if bins is None else bins
+            out.append(scale_profile(k, errors, domain, cut, head, key, n_points))
         if bins is None:  # all networks share the first one's bins, and so its compiled code
             bins = out[0].edges
     return out
+
+
+def _measured(
+    nets: list[ReLUNetwork], batches: Iterable[RolloutBatch], n_exact: int = 0
+) -> list[tuple[np.ndarray, Errors, Box, int]]:
+    """Parameters, errors, domain and number of points of finite runs for every network. Beyond the
+    first batches in single precision: a profile needs no rigour, and there may be many runs.
+    """
+    drawn: list[np.ndarray] = []
+    measured: list[list[Errors]] = [[] for _ in nets]
+    for number, batch in enumerate(batches):
+        if not batch.n:
+            continue
+        domain, n_points = batch.domain, len(batch.points)
+        dtype = np.float64 if number < n_exact else np.float32
+        drawn.append(batch.k)
+        for net, errors in zip(nets, measured, strict=True):
+            errors.append(Errors(*(np.asarray(e, dtype) for e in measure(net, batch))))
+    if not drawn:
+        raise InputError("profile: expected at least one finite training run; got none.")
+    k = np.concatenate(drawn)
+    joined = (zip(*errors, strict=True) for errors in measured)
+    return [(k, Errors(*map(np.concatenate, parts)), domain, n_points) for parts in joined]
 
 
 def runs_ahead(

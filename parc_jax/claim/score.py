@@ -5,7 +5,14 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from parc_jax.claim.measure import Errors, measure
+from parc_jax.claim.measure import (
+    Allowance,
+    Errors,
+    allowance,
+    by_chunk,
+    measure_arrays,
+    measure_arrays_along,
+)
 from parc_jax.claim.tube import Tube
 from parc_jax.errors import InputError
 from parc_jax.keys import Stage
@@ -19,11 +26,11 @@ from parc_jax.rollout.law import LawSpec
 
 @dataclass(frozen=True, eq=False)
 class Scores:
-    """Scores of n runs against a profile: S = max over coordinates of |error| / profile; infinite
-    for a failed run.
+    """Scores of n runs against a profile: S = max over coordinates of |error| / profile, or over
+    pairs of faces of |u . error - centre| / half; infinite for a failed run. [T1, T26]
 
     rows (n,), k (n, n_k), score (n,) float64; worst (n,) int32: coordinate of the maximum,
-    intervals (t, column) first, then final; ids (n,) content hashes.
+    intervals (t, p), or (t, point, pair of faces), first, then final; ids (n,) content hashes.
     law, seed, stage: where the runs come from. groups: (n,) which recording a row is part of, None
     = every row its own run. marks: of recorded runs, to recognise copies.
     """
@@ -102,7 +109,13 @@ def scores_of(
             marks.append(marks_of(batch))
         for number, (net, profile) in enumerate(zip(nets, profiles, strict=True)):
             check_profile(net, profile, layout_of(batch))
-            largest, where = score_errors(measure(net, batch), profile, batch.k)
+            slack = allowance(net, batch.domain, profile.layout)
+
+            def judge(rows, net=net, profile=profile, slack=slack, batch=batch):
+                runs = batch.k[rows], batch.p[rows], batch.q[rows]
+                return score_arrays(net, slack, profile, *runs)
+
+            largest, where = by_chunk(batch.n, judge)
             score[number].append(largest)
             worst[number].append(where)
     common = {
@@ -121,21 +134,46 @@ def scores_of(
     ]
 
 
-def score_errors(errors: Errors, profile: Tube, k: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Scores (n,) and worst coordinates (n,) of measured errors of runs with parameters k (n,
-    n_k).
+def score_arrays(
+    net: ReLUNetwork, slack: Allowance, profile: Tube, k, p, q
+) -> tuple[np.ndarray, np.ndarray]:
+    """Scores (n,) and worst coordinates (n,) of runs k (n, n_k), p (n, n_record + 1, n_c), q (n,
+    n_q).
     """
-    n = len(k)
     # on a shared edge a run must fit every bin that it touches
-    interval, final = profile.narrowest_at(k)
-    ratio = np.concatenate(
+    ratio = np.maximum.reduce(
         [
-            (np.asarray(errors.interval) / interval).reshape(n, -1),
-            np.asarray(errors.final) / final,
-        ],
-        axis=1,
+            ratios(sizes(net, slack, profile, bins, k, p, q), profile, bins)
+            for bins in profile.bins_of(k).T
+        ]
     )
     return ratio.max(axis=1), ratio.argmax(axis=1).astype(np.int32)
+
+
+def sizes(net: ReLUNetwork, slack: Allowance, held_by: Tube, bins: np.ndarray, k, p, q) -> Errors:
+    """What `Tube.halves` of the bins (n,) must be at least to hold the runs: |error|, or its
+    distance from the middle of the faces. Host arrays.
+    """
+    if held_by.templates is None:
+        found = measure_arrays(net, slack, held_by.layout, k, p, q)
+        return Errors(*(np.asarray(e) for e in found))
+    along = Errors(*(given.directions[bins] for given in held_by.templates))
+    seen = measure_arrays_along(net, slack, held_by.layout, along, k, p, q)
+    centres = (given.centre[bins] for given in held_by.templates)
+    return Errors(
+        *(
+            np.maximum(np.asarray(most) - centre, centre - np.asarray(least))
+            for least, most, centre in zip(*seen, centres, strict=True)
+        )
+    )
+
+
+def ratios(needed: Errors, profile: Tube, bins: np.ndarray) -> np.ndarray:
+    """(n, coordinates) by what factor every half width of the bins (n,) must grow to what is
+    needed.
+    """
+    parts = zip(needed, profile.halves, strict=True)
+    return np.concatenate([(e / half[bins]).reshape(len(bins), -1) for e, half in parts], axis=1)
 
 
 def check_profile(net: ReLUNetwork, profile: Tube, layout: Layout) -> None:
@@ -150,7 +188,7 @@ def check_profile(net: ReLUNetwork, profile: Tube, layout: Layout) -> None:
             f"axes; got {profile.interval.shape} of {profile.n_points}, {profile.final.shape}, "
             f"{profile.n_k} axes."
         )
-    widths = np.concatenate([profile.interval.reshape(-1), profile.final.reshape(-1)])
+    widths = np.concatenate([half.reshape(-1) for half in profile.halves])
     if not (np.isfinite(widths).all() and (widths > 0).all()):
         raise InputError(
             "profile: expected finite widths > 0 (a floor); a zero width would make any error "

@@ -12,9 +12,9 @@ import numpy as np
 from parc_jax.arrays import x64
 from parc_jax.claim.calibrate import scaled
 from parc_jax.claim.claim import ErrorClaim, weaker
-from parc_jax.claim.measure import Allowance, allowance, measure_arrays, rollout_errors
-from parc_jax.claim.score import check_profile, score_errors
-from parc_jax.claim.tube import Tube, tube
+from parc_jax.claim.measure import Allowance, allowance, rollout_errors
+from parc_jax.claim.score import check_profile, score_arrays
+from parc_jax.claim.tube import Tube
 from parc_jax.distributed import rank_and_size
 from parc_jax.errors import InputError
 from parc_jax.keys import Stage, stream
@@ -180,10 +180,7 @@ class _Search:
         for start in range(0, len(k), piece):
             part = slice(start, start + piece)
             trajectory = self.sim.run(Rows(jnp.asarray(keys[part]), k[part]))
-            errors = measure_arrays(
-                self.net, self.slack, layout_of(system), k[part], trajectory.p, trajectory.q
-            )
-            scores.append(score_errors(errors, self.profile, k[part])[0])
+            scores.append(score_arrays(self.net, self.slack, self.profile, k[part], *trajectory)[0])
             if bar is not None:
                 bar.update(len(scores[-1]))
         return np.concatenate(scores)
@@ -232,13 +229,10 @@ def enlarge(claim: ErrorClaim, profile: Tube, attack: Attack) -> ErrorClaim:
     for column in profile.bins_of(attack.k[finite]).T:
         np.maximum.at(scale, column, attack.score[finite])
     held = scaled(profile, scale, np.asarray(claim.intersample))
-    wider = tube(
-        profile.edges,
-        np.maximum(claim.tube.interval, held.interval),
-        np.maximum(claim.tube.final, held.final),
-        profile.n_points,
-    )
-    grown = int((wider.interval > claim.tube.interval).any(axis=(1, 2)).sum())
+    both = zip(claim.tube.halves, held.halves, strict=True)
+    wider = claim.tube.with_halves(*(np.maximum(had, found) for had, found in both))
+    grew = wider.halves[0] > claim.tube.halves[0]
+    grown = int(grew.reshape(len(grew), -1).any(axis=1).sum())
     found = {"runs": len(attack.score), "failed": int((~finite).sum()), "bins_widened": grown}
     if finite.any():
         found |= {
@@ -275,9 +269,11 @@ def _slope_function(net, system):
     through the system.
     """
 
+    layout = layout_of(system)
+
     def score(k, key, widths):
         p, q = system.rollout(key, k)
-        errors = rollout_errors(net, k, p.reshape(len(p), -1), q, layout=layout_of(system))
+        errors = rollout_errors(net, k, p.reshape(len(p), -1), q, layout=layout)
         return jnp.maximum((errors.interval / widths[0]).max(), (errors.final / widths[1]).max())
 
     return jax.jit(jax.vmap(jax.jacfwd(score)))

@@ -14,7 +14,6 @@ import jax
 import numpy as np
 
 from parc_jax.claim.claim import ErrorClaim, weaker
-from parc_jax.claim.tube import tube
 from parc_jax.errors import InputError
 from parc_jax.keys import Stage
 from parc_jax.rollout.collect import collect
@@ -87,12 +86,9 @@ def allow_for_start(claim: ErrorClaim, trial: StartTrial) -> ErrorClaim:
 
     Last of all steps that change a tube: `enlarge` and `update` know nothing of it.
     """
-    wider = tube(
-        claim.tube.edges,
-        np.nextafter(claim.tube.interval + trial.declared, np.inf),
-        np.nextafter(claim.tube.final + trial.declared, np.inf),
-        claim.tube.n_points,
-    )
+    room = claim.tube.reach(trial.declared, trial.declared)
+    both = zip(claim.tube.halves, room, strict=True)
+    wider = claim.tube.with_halves(*(np.nextafter(half + more, np.inf) for half, more in both))
     tried = "not measured" if trial.seen is None else f"{trial.seen:.2g} seen from {STARTS} starts"
     named = f"{IDENTIFIER}(within {trial.declared:g}; {tried})"
     ledger = tuple(named if entry == IDENTIFIER else entry for entry in claim.assumptions)

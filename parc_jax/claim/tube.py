@@ -1,17 +1,30 @@
 """The tube: how far the black box may be from the model, per bin of k, interval and axis."""
 
-from typing import Literal
+from typing import Literal, NamedTuple
 
+import jax
 import jax.numpy as jnp
 import numpy as np
 from flax import struct
 
 from parc_jax.arrays import as_float64, content_hash
 from parc_jax.claim.error_set import ErrorBox, ErrorSet, at
+from parc_jax.claim.faces import Faces, faces
 from parc_jax.errors import InputError
 from parc_jax.network.predict import Layout
 
 NO_CLAIM = 1e100  # [m, .] wider than any world, and its square is still finite
+
+
+class Templates(NamedTuple):
+    """Faces that fit the errors better than boxes do. [T26]
+
+    interval: (n_bins, T, n_points) sets of n_p coordinates [m]. final: (n_bins,) sets of n_c + n_q
+        coordinates [m, .], given in frames.
+    """
+
+    interval: Faces
+    final: Faces
 
 
 @struct.dataclass
@@ -24,6 +37,8 @@ class Tube:
               of every reference point: n_c = n_points n_p columns, point by point.
     final:    (n_bins, n_c + n_q) [m, .] |final state - predicted|.
     n_points: number of reference points.
+    templates: faces that fit the errors better; then interval and final are boxes around them, for
+              all that asks for no more. None = the boxes are the tube.
     A bin whose widths are infinite has no claim: nothing in it is ever safe. See `claimed`.
 
     Ask it through its methods: `during` and `at_end` give the widths of bins, `support_at_end` what
@@ -35,6 +50,7 @@ class Tube:
     interval: np.ndarray
     final: np.ndarray
     n_points: int = struct.field(pytree_node=False, default=1)
+    templates: Templates | None = None
 
     @property
     def layout(self) -> Layout:
@@ -85,7 +101,48 @@ class Tube:
     def hash(self) -> str:
         """Content hash of edges and widths."""
         points = () if self.n_points == 1 else (np.array(self.n_points),)
-        return content_hash(*self.edges, self.interval, self.final, *points)
+        return content_hash(
+            *self.edges, self.interval, self.final, *points, *_face_arrays(self).values()
+        )
+
+    @property
+    def halves(self) -> tuple[np.ndarray, np.ndarray]:
+        """What a scale multiplies, bins first: half widths of the boxes, or between the faces."""
+        if self.templates is None:
+            return self.interval, self.final
+        return self.templates.interval.half, self.templates.final.half
+
+    def with_halves(self, interval: np.ndarray, final: np.ndarray) -> "Tube":
+        """The tube with other `halves`. Raises InputError."""
+        if self.templates is None:
+            return tube(self.edges, interval, final, self.n_points)
+        during, at_end = self.templates
+        return fitted_tube(self.edges, during.with_half(interval), at_end.with_half(final))
+
+    def at_least(self, other: "Tube") -> bool:
+        """Whether every set of the other tube is seen to lie in the one of this tube: the same bins
+        and faces, no half width smaller.
+        """
+        ours, theirs = ({} if t.templates is None else t.templates._asdict() for t in (self, other))
+        alike = ours.keys() == theirs.keys() and all(
+            np.array_equal(getattr(ours[part], name), getattr(theirs[part], name))
+            for part in ours
+            for name in ("directions", "centre")
+        )
+        return alike and all(
+            a.shape == b.shape and bool((a >= b).all())
+            for a, b in zip(self.halves, other.halves, strict=True)
+        )
+
+    def reach(self, interval, final) -> tuple[np.ndarray, np.ndarray]:
+        """`halves` that hold all errors of at most these per coordinate: interval () or (n_c,),
+        final () or (n_c + n_q,).
+        """
+        interval = np.broadcast_to(interval, self.n_c)
+        if self.templates is None:
+            return interval, np.broadcast_to(final, self.final.shape[1])
+        during, at_end = self.templates
+        return during.reach(interval.reshape(self.n_points, -1)), at_end.reach(final)
 
     @property
     def finite_widths(self) -> tuple[np.ndarray, np.ndarray]:
@@ -100,12 +157,14 @@ class Tube:
         """What each bin allows in each interval at each point: leading axes (n_bins, T, n_points),
         n_p coordinates [m].
         """
+        if self.templates is not None:
+            return self.templates.interval.errors
         return ErrorBox(self.interval.reshape(*self.interval.shape[:2], self.n_points, -1))
 
     @property
     def final_errors(self) -> ErrorSet:
         """What each bin allows at the end: leading axis n_bins, n_c + n_q coordinates [m, .]."""
-        return ErrorBox(self.final)
+        return ErrorBox(self.final) if self.templates is None else self.templates.final.errors
 
     def during(self, bins, t=slice(None)) -> ErrorSet:
         """What bins (...) allow at each point: leading axes (..., T, n_points), or (..., n_points)
@@ -182,13 +241,6 @@ class Tube:
         bins = self.bins_of(k)
         return self.interval[bins].max(axis=1), self.final[bins].max(axis=1)
 
-    def narrowest_at(self, k: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Half widths that a run with k must keep to when it is counted: the narrowest of all
-        closed bins that contain k. Sizes as of `widest_at`.
-        """
-        bins = self.bins_of(k)
-        return self.interval[bins].min(axis=1), self.final[bins].min(axis=1)
-
     def bin_box(self, number: int) -> tuple[np.ndarray, np.ndarray]:
         """Corners lo (n_k,), hi (n_k,) of a bin."""
         index = np.unravel_index(number, self.grid)
@@ -208,7 +260,10 @@ class Tube:
             size = f"median half width {middle:.3g} m"
             size += f", {without} without claim" if without else ""
         bins = "1 bin" if self.n_bins == 1 else f"{self.n_bins} bins"
-        return f"Tube({bins} of K, {self.n_steps} intervals, {size})"
+        fitted = ""
+        if self.templates is not None:
+            fitted = f", {self.templates.interval.half.shape[-1]} pairs of faces each"
+        return f"Tube({bins} of K, {self.n_steps} intervals{fitted}, {size})"
 
 
 def open_bin_of(tube: Tube, k):
@@ -244,6 +299,24 @@ def tube(edges, interval, final, n_points: int = 1) -> Tube:
     return Tube(edges, interval, final, n_points)
 
 
+def fitted_tube(edges, during: Faces, at_end: Faces) -> Tube:
+    """Validated tube between faces, as in `Templates`; infinite in bins without claim. Raises
+    InputError.
+    """
+    lost = np.isinf(during.half).any(axis=(1, 2, 3)) | np.isinf(at_end.half).any(axis=1)
+    if lost.any():
+        during, at_end = _without_claim(during, lost), _without_claim(at_end, lost)
+    n_bins, n_steps, n_points = during.half.shape[:3]
+    boxes = tube(edges, during.box.reshape(n_bins, n_steps, -1), at_end.box, n_points)
+    return boxes.replace(templates=Templates(during, at_end))
+
+
+def _without_claim(given: Faces, bins: np.ndarray) -> Faces:
+    half = np.array(given.half)
+    half[bins] = np.inf
+    return given.with_half(half)
+
+
 def _widths(name: str, value, shape) -> np.ndarray:
     """Half widths >= 0, read-only. One infinite width makes its bin infinite: a claim or none."""
     value = np.asarray(value, np.float64)
@@ -272,7 +345,9 @@ def refined(coarse: Tube, edges) -> Tube:
             )
     middles = np.meshgrid(*(0.5 * (e[1:] + e[:-1]) for e in edges), indexing="ij")
     source = coarse.bin_of(np.stack(middles, axis=-1).reshape(-1, len(edges)))
-    return coarse.replace(edges=edges, interval=coarse.interval[source], final=coarse.final[source])
+    whole = (coarse.interval, coarse.final, coarse.templates)
+    interval, final, templates = jax.tree.map(lambda x: x[source], whole)
+    return coarse.replace(edges=edges, interval=interval, final=final, templates=templates)
 
 
 def zero_tube(edges, n_steps: int, n_c: int, n_end: int, n_points: int = 1) -> Tube:
@@ -285,17 +360,54 @@ def zero_tube(edges, n_steps: int, n_c: int, n_end: int, n_points: int = 1) -> T
 def tube_to_json(error_tube: Tube) -> dict:
     """Edges and widths as nested lists of hex floats ("inf" in bins without claim)."""
     points = {} if error_tube.n_points == 1 else {"points": error_tube.n_points}
-    return points | {
-        "edges": [_hex(e) for e in error_tube.edges],
-        "interval": _hex(error_tube.interval),
-        "final": _hex(error_tube.final),
-    }
+    arrays = {name: _hex(array) for name, array in tube_arrays(error_tube).items()}
+    edges = [arrays.pop(f"edges{axis}") for axis in range(error_tube.n_k)]
+    return points | {"edges": edges} | arrays
 
 
 def tube_from_json(data: dict) -> Tube:
     """The tube of `tube_to_json`."""
-    edges = [_unhex(e) for e in data["edges"]]
-    return tube(edges, _unhex(data["interval"]), _unhex(data["final"]), data.get("points", 1))
+    arrays = {f"edges{axis}": edge for axis, edge in enumerate(data["edges"])} | data
+    known = {name: arrays[name] for name in arrays if name not in ("edges", "points")}
+    return tube_from_arrays(
+        {name: _unhex(values) for name, values in known.items()},
+        len(data["edges"]),
+        data.get("points", 1),
+    )
+
+
+def tube_arrays(error_tube: Tube) -> dict[str, np.ndarray]:
+    """Everything a tube is made of but n_points, by name."""
+    edges = {f"edges{axis}": edge for axis, edge in enumerate(error_tube.edges)}
+    boxes = {"interval": error_tube.interval, "final": error_tube.final}
+    return edges | boxes | _face_arrays(error_tube)
+
+
+def tube_from_arrays(arrays, n_k: int, n_points: int = 1) -> Tube:
+    """The tube of `tube_arrays`. Raises InputError, also for boxes that are not those around the
+    faces; KeyError when one is missing.
+    """
+    edges = [arrays[f"edges{axis}"] for axis in range(n_k)]
+    boxes = tube(edges, arrays["interval"], arrays["final"], n_points)
+    if "interval_directions" not in arrays:
+        return boxes
+    during, at_end = (
+        faces(*(arrays[f"{part}_{name}"] for name in _FACES), frames=part == "final")
+        for part in ("interval", "final")
+    )
+    fitted = fitted_tube(edges, during, at_end)
+    if fitted.replace(templates=None).hash != boxes.hash:
+        raise InputError("tube: expected the boxes around its faces; got other ones.")
+    return fitted
+
+
+_FACES = ("directions", "centre", "half")
+
+
+def _face_arrays(error_tube: Tube) -> dict[str, np.ndarray]:
+    """The arrays of the templates by name, none where there are none."""
+    parts = {} if error_tube.templates is None else error_tube.templates._asdict()
+    return {f"{p}_{name}": getattr(of, name) for p, of in parts.items() for name in _FACES}
 
 
 def _hex(values):

@@ -53,6 +53,7 @@ def update(
         claim.eps if eps is None else eps,
         claim.delta if delta is None else delta,
         bins,
+        shape="box" if claim.tube.templates is None else "fitted",
         train=seen,
         discard=discard,
         intersample=intersample,

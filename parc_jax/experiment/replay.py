@@ -12,7 +12,7 @@ import numpy as np
 
 from parc_jax.arrays import x64
 from parc_jax.claim.error_set import ErrorBox
-from parc_jax.claim.measure import measure
+from parc_jax.claim.monitor import inside_tube
 from parc_jax.errors import SoundnessError
 from parc_jax.keys import Stage
 from parc_jax.model import TrajectoryModel
@@ -59,9 +59,7 @@ def replay(
     reached = (state @ scene.goal_A.T <= scene.goal_b).all(axis=1)
     with x64():
         distance = np.asarray(_true_clearance(scene.arrays, model.time.stride, path))
-    errors, bins = measure(model.net, runs), model.tube.bin_of(k)
-    inside = (errors.interval <= model.tube.interval[bins]).all(axis=(1, 2))
-    inside &= (errors.final <= model.tube.final[bins]).all(axis=1)
+    inside = inside_tube(model.claim, model.net, runs)
     out = Replay(reached, ~(distance > 0), inside, distance, path, np.asarray(runs.q))
     bugs = out.inside & out.failed
     if bugs.any():

@@ -55,18 +55,15 @@ def test_bad_widths_are_refused():
         tube(EDGES, interval[:5], final)
 
 
-def test_on_a_shared_edge_a_proof_allows_for_the_widest_bin_and_a_run_keeps_to_the_narrowest(rng):
+def test_on_a_shared_edge_a_proof_allows_for_the_widest_bin(rng):
     interval = rng.uniform(0.1, 1.0, (6, 4, 2))
     final = rng.uniform(0.1, 1.0, (6, 3))
     t = tube(EDGES, interval, final)
     k = np.array([[0.2, 0.2], [1.0, 0.5], [3.0, 2.0]])
-    most, least = t.widest_at(k), t.narrowest_at(k)
+    most = t.widest_at(k)
     for number, (widths, ends) in enumerate([t.widest([0]), t.widest([0, 1, 3, 4]), t.widest([5])]):
         np.testing.assert_array_equal(most[0][number], widths)
         np.testing.assert_array_equal(most[1][number], ends)
-    np.testing.assert_array_equal(least[0][1], interval[[0, 1, 3, 4]].min(axis=0))
-    np.testing.assert_array_equal(least[1][1], t.least([0, 1, 3, 4])[1])
-    assert (most[0][1] > least[0][1]).all()
 
 
 def test_host_and_kernel_are_told_the_same(rng):

@@ -1,0 +1,101 @@
+"""Pairs of parallel faces around errors, which fit where a box along the axes does not. [T26]
+
+A robot that is early or late errs along its slanted path. A box along x and y pays for that on both
+axes; a pair of faces along the path and one across it do not. Errors are not centred about zero
+either, so every pair of faces has a centre, and is scaled about it.
+"""
+
+from fractions import Fraction
+
+import numpy as np
+from flax import struct
+
+from parc_jax.arrays import as_float64
+from parc_jax.claim.error_set import ErrorTemplate, template
+from parc_jax.errors import InputError
+
+# short binary fractions, so that exact arithmetic on certificates stays cheap
+DIRECTION_BITS = 10
+CENTRE_BITS = 20
+_UP = 1 + 2.0**-48  # a sum of a few products, rounded, upward
+
+
+@struct.dataclass
+class Faces:
+    """Errors e with |u_j . e - c_j| <= s_j for R directions u_j. Build with `faces`, which
+    validates.
+
+    directions: (..., R, n)   the first n are the axes, so there is a box around every such set.
+    centre:     (..., R)      middle between the two faces.
+    half:       (..., R) >= 0 half their distance, times |u_j|; infinite without claim.
+    errors:     the same set as kernels ask for it; its leading axes are (...).
+    frames:     the directions are taken n by n, each n of them a basis, and no others are combined:
+                for n so large that there are too many.
+    """
+
+    directions: np.ndarray
+    centre: np.ndarray
+    half: np.ndarray
+    errors: ErrorTemplate
+    frames: bool = struct.field(pytree_node=False, default=False)
+
+    @property
+    def box(self) -> np.ndarray:
+        """(..., n) half widths about zero that hold all of it, rounded up."""
+        n = self.directions.shape[-1]
+        centre, half = np.abs(self.centre[..., :n]), self.half[..., :n]
+        return np.where(centre == 0, half, np.nextafter(centre + half, np.inf))
+
+    def reach(self, size) -> np.ndarray:
+        """(..., R) largest |u_j . e| over all |e| <= size (..., n), rounded up."""
+        n = self.directions.shape[-1]
+        size = np.broadcast_to(size, (*self.directions.shape[:-2], n))
+        across = (np.abs(self.directions[..., n:, :]) * size[..., None, :]).sum(axis=-1) * _UP
+        return np.concatenate([size, across], axis=-1)
+
+    def with_half(self, half: np.ndarray) -> "Faces":
+        """The same faces at another distance from their middle. Raises InputError."""
+        return faces(self.directions, self.centre, half, self.frames)
+
+    def rows(self, index) -> list[tuple[list[Fraction], Fraction]]:
+        """Exact rows (a, b) with a . e <= b of one set, both faces of every pair in turn."""
+        out = []
+        for u, c, s in zip(
+            self.directions[index], self.centre[index], self.half[index], strict=True
+        ):
+            a, middle, half = [Fraction(x) for x in u], Fraction(c), Fraction(s)
+            out += [(a, half + middle), ([-x for x in a], half - middle)]
+        return out
+
+
+def faces(directions, centre, half, frames: bool = False) -> Faces:
+    """Validated faces, arguments as in `Faces`. Raises InputError."""
+    directions = _finite("faces directions", directions)
+    centre = _finite("faces centre", centre)
+    half = np.array(half, np.float64)
+    half.setflags(write=False)
+    n_rows, n = directions.shape[-2:]
+    if centre.shape != directions.shape[:-1] or half.shape != centre.shape:
+        raise InputError(
+            "faces: expected a centre and a half width for every direction "
+            f"{directions.shape[:-1]}; got {centre.shape} and {half.shape}."
+        )
+    if not (half >= 0).all():
+        raise InputError("faces: expected half widths >= 0; got a negative one or NaN.")
+    if n_rows < n or not (directions[..., :n, :] == np.eye(n)).all():
+        raise InputError(
+            f"faces: expected the {n} axes as first directions, so that a box is around the set; "
+            f"got {directions[(0,) * (directions.ndim - 2)][:n].tolist()}."
+        )
+    errors = template(directions, centre, half, frames)
+    return Faces(directions, centre, half, errors, frames)
+
+
+def short(values, bits: int) -> np.ndarray:
+    """The values rounded to multiples of 2^-bits."""
+    return np.round(np.ldexp(values, bits)) * 2.0**-bits
+
+
+def _finite(name: str, value) -> np.ndarray:
+    shape = np.shape(value)
+    return as_float64(name, value, shape)

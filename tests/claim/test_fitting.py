@@ -1,0 +1,259 @@
+"""Tubes of faces: the same claims as boxes give, by plain loops; faces that fit are smaller."""
+
+from dataclasses import replace
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+import pytest
+from synthetic_plants import failing, noisy, plant, straight, straight_network
+
+from parc_jax.claim.by_bin import calibrate_bins
+from parc_jax.claim.calibrate import calibrate, scaled
+from parc_jax.claim.claim import load_claim, on_bins, weaker
+from parc_jax.claim.faces import faces
+from parc_jax.claim.fitting import fitted_profile
+from parc_jax.claim.intersample import SpeedBound
+from parc_jax.claim.monitor import inside_tube, monitor
+from parc_jax.claim.pipeline import bound_error
+from parc_jax.claim.profile import training_profile
+from parc_jax.claim.score import score_batch, score_system
+from parc_jax.claim.search import enlarge, search_worst
+from parc_jax.claim.start_gap import StartTrial, allow_for_start
+from parc_jax.claim.tube import fitted_tube, refined, tube_from_json, tube_to_json
+from parc_jax.claim.update import update
+from parc_jax.errors import InputError
+from parc_jax.keys import Stage
+from parc_jax.model import load, trajectory_model
+from parc_jax.rollout.collect import collect
+
+KEY, NET = jax.random.PRNGKey(0), straight_network(4)
+pytestmark = pytest.mark.soundness
+
+
+def slanted(key, k, s):
+    """Early or late on a slanted path, and a little to one side: a long thin error off centre."""
+    p, q = straight(k, s)
+    late, aside = jax.random.uniform(key, (2,)) - jnp.array([0.2, 0.5])
+    along, across = jnp.array([0.8, 0.6]), jnp.array([-0.6, 0.8])
+    return p + s[:, None] * (late * along + 0.02 * aside * across)[None], q + 0.1 * late
+
+
+@pytest.fixture(scope="module")
+def train():
+    return collect(plant(slanted), KEY, 600, quiet=True)
+
+
+@pytest.fixture(scope="module")
+def holdout():
+    return collect(plant(slanted), KEY, 688, Stage.BOUND, quiet=True)
+
+
+@pytest.fixture(scope="module")
+def profile(train):
+    return fitted_profile(NET, [train], (3, 1))
+
+
+def signed_errors(batch, i):
+    """Errors (T, records of an interval, 2) and of the end (3,) of one run, by the definition."""
+    c = np.linspace(0, 1, 21)[:, None] * batch.k[i]
+    error = batch.p[i] - c
+    during = np.array([[error[5 * t + j] for j in range(6)] for t in range(4)])
+    return during, np.concatenate([error[-1], batch.q[i] - batch.k[i, :1]])
+
+
+def textbook_score(batch, i, tube, bin):
+    during, end = signed_errors(batch, i)
+    score = 0.0
+    for t in range(4):
+        for e in during[t]:
+            given = tube.templates.interval
+            for u, c, s in zip(
+                given.directions[bin, t, 0],
+                given.centre[bin, t, 0],
+                given.half[bin, t, 0],
+                strict=True,
+            ):
+                score = max(score, abs(u @ e - c) / s)
+    given = tube.templates.final
+    for u, c, s in zip(given.directions[bin], given.centre[bin], given.half[bin], strict=True):
+        score = max(score, abs(u @ end - c) / s)
+    return score
+
+
+def test_a_score_is_the_definition(profile, holdout):
+    scores = score_batch(NET, holdout, profile).score
+    bins = profile.bin_of(holdout.k)
+    for i in range(0, holdout.n, 13):
+        by_hand = textbook_score(holdout, i, profile, bins[i])
+        assert scores[i] >= by_hand
+        np.testing.assert_allclose(scores[i], by_hand, rtol=1e-9)
+
+
+def test_faces_along_the_axes_about_zero_are_a_box(holdout):
+    seen = collect(plant(noisy), KEY, 300, quiet=True)
+    box = training_profile(NET, seen, (2, 2))
+    during, at_end = (
+        faces(np.broadcast_to(np.eye(n), (*half.shape, n)), np.zeros(half.shape), half)
+        for half, n in ((box.interval[:, :, None], 2), (box.final, 3))
+    )
+    same = fitted_tube(box.edges, during, at_end)
+    np.testing.assert_array_equal(same.interval, box.interval)
+    np.testing.assert_array_equal(same.final, box.final)
+    fresh = collect(plant(noisy), KEY, 688, Stage.BOUND, quiet=True)
+    one, other = score_batch(NET, fresh, same), score_batch(NET, fresh, box)
+    np.testing.assert_allclose(one.score, other.score, rtol=1e-13)
+    np.testing.assert_array_equal(one.worst, other.worst)
+    claims = [calibrate(NET, fresh, p, 1e-2, 1e-3, discard=0) for p in (same, box)]
+    np.testing.assert_allclose(claims[0].tube.interval, claims[1].tube.interval, rtol=1e-13)
+
+
+def test_a_fitted_profile_holds_what_it_was_fitted_to(profile, train):
+    assert score_batch(NET, train, profile).score.max() < 1
+    assert not profile.templates.interval.frames and profile.templates.final.frames
+
+
+def test_a_fitted_tube_is_thin_across_the_error(profile):
+    across = np.broadcast_to([-0.6, 0.8], (3, 4, 1, 2))
+    box = np.abs(across * profile.interval.reshape(3, 4, 1, 2)).sum(axis=-1)
+    assert (profile.errors.support(across) < 0.3 * box)[:, 1:].all()
+    fit = profile.templates.interval.directions[:, 3, 0, 2]
+    assert (np.abs(fit @ [0.8, 0.6]) > 0.99).all()
+
+
+def test_every_kind_of_claim_holds_the_runs_it_was_sized_by(profile, holdout, train):
+    one = calibrate(NET, holdout, profile, 1e-2, 1e-3, train=train)
+    assert inside_tube(one, NET, holdout).all() and one.tube.templates is not None
+    kept = calibrate(NET, holdout, profile, 5e-2, 1e-3, discard="most", train=train)
+    assert (~inside_tube(kept, NET, holdout)).sum() == kept.discard > 0
+    by_bin = calibrate_bins(
+        NET, score_batch(NET, holdout, profile), profile, 0.1, 1e-2, time=holdout.time
+    )
+    assert inside_tube(by_bin, NET, holdout).all()
+    assert np.ptp([h[0, 0] for h in by_bin.tube.templates.interval.half[:, 3]]) > 0
+    watched = monitor(one, NET).observe(holdout)
+    assert (watched.seen, watched.left) == (holdout.n, 0)
+
+
+def test_a_run_on_a_shared_edge_must_fit_both_bins(profile, holdout):
+    edge = profile.edges[0][1]
+    on_edge = holdout.select(np.arange(5)).replace(
+        k=np.column_stack([np.full(5, edge), holdout.k[:5, 1]])
+    )
+    scores = score_batch(NET, on_edge, profile).score
+    for i in range(5):
+        both = [textbook_score(on_edge, i, profile, bin) for bin in (0, 1)]
+        np.testing.assert_allclose(scores[i], max(both), rtol=1e-9)
+
+
+def test_time_between_records_widens_every_pair_of_faces_by_its_own_reach(profile, holdout):
+    plain = calibrate(NET, holdout, profile, 1e-2, 1e-3)
+    fast = calibrate(NET, holdout, profile, 1e-2, 1e-3, intersample=SpeedBound((1.0, 2.0)))
+    grown = fast.tube.halves[0] - plain.tube.halves[0]
+    directions = profile.templates.interval.directions
+    by_hand = np.abs(directions) @ (np.array([1.0, 2.0]) * 0.5 * holdout.time.dt_record)
+    np.testing.assert_allclose(grown, by_hand, rtol=1e-9)
+    assert (inside_tube(fast, NET, holdout) == inside_tube(plain, NET, holdout)).all()
+
+
+def test_a_start_gap_widens_every_pair_of_faces_by_its_own_reach(profile, holdout):
+    claim = calibrate(NET, holdout, profile, 1e-2, 1e-3)
+    wider = allow_for_start(claim, StartTrial(0.01, None)).tube
+    for part, given in zip(("interval", "final"), claim.tube.templates, strict=True):
+        grown = getattr(wider.templates, part).half - given.half
+        np.testing.assert_allclose(grown, 0.01 * np.abs(given.directions).sum(axis=-1), rtol=1e-9)
+
+
+def test_a_search_widens_what_it_hits(profile, holdout):
+    system = plant(slanted)
+    claim = calibrate(NET, holdout, scaled(profile, np.full(3, 0.5), np.zeros(2)), 1e-2, 1e-3)
+    small = scaled(profile, np.full(3, 0.5), np.zeros(2))
+    attack = search_worst(NET, system, KEY, small, 400, gradients=True, quiet=True)
+    assert attack.score.max() > 1.5
+    wider = enlarge(claim, small, attack)
+    assert wider.tube.at_least(claim.tube)
+    again = collect(system, KEY, 1, k=attack.k[attack.best], quiet=True)
+    assert np.isfinite(score_batch(NET, again, wider.tube).score).all()
+
+
+def test_a_failed_run_takes_the_claim(profile):
+    broken = collect(plant(failing), KEY, 200, quiet=True)
+    scores = score_batch(NET, broken, profile)
+    assert (np.isinf(scores.score) == broken.failed).all() and broken.failed.any()
+    claim = calibrate(NET, broken, profile, 0.1, 1e-3)
+    assert not claim.tube.claimed.any() and "No claim" in claim.statement()
+
+
+def test_a_tube_of_faces_travels(profile, holdout, tmp_path):
+    claim = calibrate(NET, holdout, profile, 1e-2, 1e-3)
+    claim.save(tmp_path / "claim.json")
+    again = load_claim(tmp_path / "claim.json")
+    assert again.tube.hash == claim.tube.hash != claim.tube.replace(templates=None).hash
+    assert tube_from_json(tube_to_json(profile)).hash == profile.hash
+    model = trajectory_model(NET, claim, holdout.domain, holdout.time)
+    read = load(model.save(tmp_path / "model.npz"))
+    assert read.tube.hash == claim.tube.hash and "4 pairs of faces" in repr(read.tube)
+    data = tube_to_json(profile)
+    data["interval"][0][0][0] = (0.5).hex()
+    with pytest.raises(InputError, match="boxes around its faces"):
+        tube_from_json(data)
+
+
+def test_bins_and_scales_leave_the_faces_alone(profile, holdout):
+    finer = refined(profile, ([0.0, *profile.edges[0][1:3], 0.9, 1.0], profile.edges[1]))
+    assert finer.templates.interval.half.shape[0] == 4
+    np.testing.assert_array_equal(
+        finer.errors.support(np.ones(2)), profile.errors.support(np.ones(2))[[0, 1, 2, 2]]
+    )
+    claim = calibrate(NET, holdout, profile, 1e-2, 1e-3)
+    assert on_bins(claim, finer.edges).tube.templates is not None
+    lost = scaled(profile, np.array([1.0, np.inf, 1.0]), np.zeros(2))
+    assert lost.claimed.tolist() == [True, False, True]
+    assert np.isinf(lost.errors.support(np.ones(2))[1]).all()
+
+
+def test_a_claim_survives_wider_faces_only(profile, holdout):
+    claim = calibrate(NET, holdout, profile, 1e-2, 1e-3)
+    half = [np.array(h) for h in claim.tube.halves]
+    half[0][1, 2, 0, 3] *= 0.999
+    with pytest.raises(InputError, match="narrower somewhere"):
+        weaker(claim, claim.tube.with_halves(*half))
+    moved = claim.tube.templates.interval
+    shifted = faces(moved.directions, moved.centre + 2.0**-20, moved.half * 2)
+    other = fitted_tube(claim.tube.edges, shifted, claim.tube.templates.final)
+    with pytest.raises(InputError, match="narrower somewhere"):
+        weaker(claim, other)
+    with pytest.raises(InputError, match="narrower somewhere"):
+        weaker(claim, claim.tube.replace(templates=None))
+
+
+def test_a_bin_without_runs_gets_what_was_seen_anywhere(train):
+    seen = train.select(train.k[:, 0] < 0.5)
+    found = fitted_profile(NET, [seen], (4, 1))
+    assert score_batch(NET, train, found).score.max() < 3
+    with pytest.raises(InputError, match="at least one finite"):
+        fitted_profile(NET, [], (4, 1))
+
+
+def test_the_pipeline_fits_and_the_claim_holds(train):
+    system = plant(slanted)
+    claim = bound_error(NET, system, KEY, 5e-2, 1e-2, train=train, shape="fitted", quiet=True)
+    assert claim.tube.templates is not None and claim.evidence["tube"] == claim.tube.hash
+    new = collect(system, jax.random.PRNGKey(5), 4000, Stage.VALIDATE, quiet=True)
+    assert (~inside_tube(claim, NET, new)).mean() <= 0.05
+    with pytest.raises(InputError, match="shape: expected one of"):
+        bound_error(NET, system, KEY, 5e-2, 1e-2, train=train, shape="round", quiet=True)
+
+
+def test_scores_of_a_stream_are_those_of_its_runs(profile, holdout):
+    streamed = score_system(NET, plant(slanted), KEY, profile, holdout.n, quiet=True)
+    np.testing.assert_array_equal(streamed.score, score_batch(NET, holdout, profile).score)
+
+
+def test_an_update_keeps_the_shape(profile, train, holdout):
+    claim = calibrate(NET, holdout, profile, 1e-2, 1e-3)
+    fresh = collect(plant(slanted), jax.random.PRNGKey(9), 700, quiet=True)
+    _, new = update(claim, NET, train, fresh, bins=(3, 1))
+    assert new.tube.templates is not None
+    _, new = update(replace(claim, tube=training_profile(NET, train)), NET, train, fresh)
+    assert new.tube.templates is None
