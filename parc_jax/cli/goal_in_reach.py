@@ -5,12 +5,14 @@ or out of reach.
 import numpy as np
 
 from parc_jax.errors import InputError
+from parc_jax.model import TrajectoryModel
 from parc_jax.network.predict import outputs
 from parc_jax.planner import Planner
 from parc_jax.problem import ReachAvoid
 from parc_jax.pwa.table import RegionTable
+from parc_jax.sets.hpolytope import HPolytope
 from parc_jax.sets.vertices import vertices
-from parc_jax.verdict.scene import finite_box
+from parc_jax.verdict.scene import finite_box, goal_box
 
 MOST_PARAMETERS = 6  # of the exact enumeration of regions
 
@@ -23,10 +25,10 @@ def require_goal_in_reach(problem: ReachAvoid, planner: Planner) -> None:
         is proved.
     """
     model, goal = planner.model, problem.goal
-    if goal.n != model.n_p + model.n_q:
+    if goal.n != model.n_c + model.n_q:
         return  # the planner says it better
-    lo, hi = finite_box(goal, "goal")
-    corners = vertices(goal)[:, : model.n_p]
+    lo, hi = goal_box(goal, model.layout)
+    corners = _corners_of_first(goal, model)
     for j, (obstacle, span) in enumerate(zip(problem.obstacles, problem.spans, strict=True)):
         at_the_end = span is None or span[1] >= model.time.n_steps - 1
         if (
@@ -45,13 +47,13 @@ def require_goal_in_reach(problem: ReachAvoid, planner: Planner) -> None:
     missed = (lo > end_hi) | (hi < end_lo)
     if missed.any():
         axis = int(np.argmax(missed))
-        kind = model.labels.goal[axis]
+        kind = _name(model, axis)
         raise InputError(
             f"goal: expected some of it within reach; it asks for {kind} in [{lo[axis]:.5g}, "
             f"{hi[axis]:.5g}] and the "
             f"plans of this model end in [{end_lo[axis]:.5g}, {end_hi[axis]:.5g}]. Move the "
             "goal"
-            f"{' or the start set' if axis < model.n_p else ''}, or learn over a wider K."
+            f"{' or the start set' if axis < model.n_c else ''}, or learn over a wider K."
         )
 
 
@@ -62,12 +64,33 @@ def _ends(
     regions.
     """
     model = planner.model
-    T, n_p = model.time.n_steps, model.n_p
-    final = outputs(model.net, np.asarray(table.points), slice((T - 1) * n_p, None))
+    n_c = model.n_c
+    final = outputs(model.net, np.asarray(table.points), slice(model.layout.n_offsets - n_c, None))
     lo, hi = final.min(axis=0), final.max(axis=0)
-    if problem.start is None or problem.start.n != n_p:
-        lo[:n_p], hi[:n_p] = -np.inf, np.inf
+    if problem.start is None or problem.start.n != model.n_p:
+        lo[:n_c], hi[:n_c] = -np.inf, np.inf
         return lo, hi
     start_lo, start_hi = finite_box(problem.start, "start")
-    lo[:n_p], hi[:n_p] = lo[:n_p] + start_lo, hi[:n_p] + start_hi
+    lo[:n_c] += np.tile(start_lo, model.n_points)
+    hi[:n_c] += np.tile(start_hi, model.n_points)
     return lo, hi
+
+
+def _corners_of_first(goal: HPolytope, model: TrajectoryModel) -> np.ndarray:
+    """(v, n_p) corners of where the goal lets the first reference point end; none where it asks for
+    several points together.
+    """
+    if model.n_points == 1:
+        return vertices(goal)[:, : model.n_p]
+    first = (goal.A[:, : model.n_p] != 0).any(axis=1)
+    if (goal.A[first, model.n_p :] != 0).any():
+        return np.zeros((0, model.n_p))
+    return vertices(HPolytope(goal.A[first, : model.n_p], goal.b[first]))
+
+
+def _name(model: TrajectoryModel, axis: int) -> str:
+    """What a coordinate of the goal is called."""
+    if axis >= model.n_c:
+        return model.labels.q[axis - model.n_c]
+    label = model.labels.p[axis % model.n_p]
+    return label if model.n_points == 1 else f"{label} of {model.points[axis // model.n_p]}"

@@ -15,10 +15,12 @@ import numpy as np
 
 from parc_jax.answer import Answer
 from parc_jax.checker import number
+from parc_jax.claim.error_set import at
+from parc_jax.claim.tube import Tube
 from parc_jax.errors import InputError
 from parc_jax.io.onnx_write import write_onnx
 from parc_jax.network.relu import ReLUNetwork, relu_network
-from parc_jax.obstacles.directions import Multiplier, direction
+from parc_jax.obstacles.directions import Multiplier
 from parc_jax.rollout.files import write_atomic
 from parc_jax.sets.box import Box, box
 
@@ -27,8 +29,8 @@ class Question(NamedTuple):
     """Is every output of the network positive over the box? Then every plan in it is safe, for
     every run in the tube.
 
-    net: (p0, k) (n_p + n_k,) -> margins (m,) [row units]: goal rows first, then two per obstacle
-        and interval.
+    net: (p0, k) (n_p + n_k,) -> margins (m,) [row units]: goal rows first, then two per interval
+        and reference point of each pair of an obstacle and a part of the body.
     plans: Box over (p0, k).
     """
 
@@ -56,7 +58,7 @@ def safety_question(answer: Answer, sample: int, half_width) -> Question:
     k = slice(model.n_p, None)
     lo[k], hi[k] = np.maximum(lo[k], model.domain.lo), np.minimum(hi[k], model.domain.hi)
     bins = _bins(model.tube, lo[k], hi[k])
-    rows, offsets = _margins(answer, sample, *model.tube.widest(bins))
+    rows, offsets = _margins(answer, sample, bins)
     return Question(
         _margin_network(model.net, model.n_p, lo[: model.n_p], rows, offsets), box(lo, hi)
     )
@@ -84,7 +86,7 @@ def vnnlib(question: Question) -> str:
     return "\n".join([*lines, f"(assert (or\n  {unsafe}\n))", ""])
 
 
-def _bins(tube, lo: np.ndarray, hi: np.ndarray) -> np.ndarray:
+def _bins(tube: Tube, lo: np.ndarray, hi: np.ndarray) -> np.ndarray:
     """Numbers of the closed bins that meet the box of k. Raises InputError when one of them has no
     claim.
     """
@@ -95,48 +97,51 @@ def _bins(tube, lo: np.ndarray, hi: np.ndarray) -> np.ndarray:
     return met
 
 
-def _margins(answer: Answer, sample: int, interval: np.ndarray, final: np.ndarray):
-    """Rows (m, n_p + T n_p + n_q) over (p0, outputs) and offsets (m,): margin = row . (p0, outputs)
-    + offset.
+def _margins(answer: Answer, sample: int, bins: np.ndarray):
+    """Rows (m, n_p + n_out) over (p0, outputs) and offsets (m,): margin = row . (p0, outputs) +
+    offset, with the most that the errors of these bins may take.
     """
-    problem, model = answer.problem, answer.model
-    n_p, n_q, T = model.n_p, model.n_q, model.time.n_steps
+    problem, model, scene = answer.problem, answer.model, answer.scene
+    n_p, n_c, T, tube = model.n_p, model.n_c, model.time.n_steps, model.tube
+    n_in = n_p + model.net.n_out
     rows, offsets = [], []
 
-    def at(knot: int) -> np.ndarray:
-        """(n_p, ...) selects p at a knot: p0 + c_t."""
-        out = np.zeros((n_p, n_p + T * n_p + n_q))
-        out[:, :n_p] = np.eye(n_p)
-        if knot:
-            out[:, n_p * knot : n_p * (knot + 1)] = np.eye(n_p)
+    def place(knot: int, point: int) -> np.ndarray:
+        """(n_p, n_in) selects the place of a reference point at a knot: p0 + its offset."""
+        out = np.eye(n_p, n_in)
+        first = knot * n_c + point * n_p
+        if first:  # the first point starts at p0 itself
+            out[:, first : first + n_p] = np.eye(n_p)
         return out
 
-    end = np.zeros((n_p + n_q, n_p + T * n_p + n_q))
-    end[:n_p], end[n_p:, n_p + T * n_p :] = at(T), np.eye(n_q)
-    for a, b in zip(problem.goal.A, problem.goal.b, strict=True):
-        rows.append(-a @ end)
-        offsets.append(b - np.abs(a) @ final)
+    state = np.eye(model.n_q, n_in, (T + 1) * n_c)
+    end = np.concatenate([place(T, i) for i in range(model.n_points)] + [state])
+    lost = at(tube.final_errors, (bins, None)).support(problem.goal.A).max(axis=0)
+    rows += list(-problem.goal.A @ end)
+    offsets += list(problem.goal.b - lost)
     if problem.start is not None:
-        rows += list(-problem.start.A @ at(0))
+        rows += list(-problem.start.A @ place(0, 0))
         offsets += list(problem.start.b)
     for o, runs in enumerate(answer.sample_parts[sample]["sep"]):
-        first = int(np.argmax(answer.scene.obstacles.active[o]))
+        first = int(np.argmax(scene.obstacles.active[o]))
         for stop, terms in runs:
             multiplier = Multiplier(
                 tuple(row for row, _ in terms), tuple(number(v) for _, v in terms)
             )
-            w, reach = direction(problem.obstacles[o], problem.body, multiplier)
+            w, reach = scene.directions.direction(o, multiplier)
             for t in range(first, stop):
-                rows += [w @ at(t), w @ at(t + 1)]
-                offsets += 2 * [-(reach + np.abs(w) @ interval[t])]
+                most = tube.during(bins, t).support(-w).max(axis=0)
+                for i in np.unique(scene.obstacles.points[o]):
+                    rows += [w @ place(t, i), w @ place(t + 1, i)]
+                    offsets += 2 * [-(reach + most[i])]
             first = stop
-    slack = float(answer.scene.slack)  # margins are rounded; each pays for it
+    slack = float(scene.slack)  # margins are rounded; each pays for it
     sizes = np.abs(np.array(rows)).sum(axis=1)
     return np.array(rows), np.array(offsets) - slack * sizes
 
 
 def _margin_network(net: ReLUNetwork, n_p: int, p0_lo: np.ndarray, rows, offsets) -> ReLUNetwork:
-    """rows (m, n_p + n_out) over (p0, net(k)) as a network of (p0, k)."""
+    """Rows (m, n_p + n_out) over (p0, net(k)) as a network of (p0, k)."""
     weights, biases = [], []
     for i, (W, b) in enumerate(zip(net.weights[:-1], net.biases[:-1], strict=True)):
         carry = np.zeros((n_p + W.shape[0], n_p + W.shape[1]))

@@ -14,6 +14,7 @@ import toy_query
 
 from parc_jax import cli
 from parc_jax.io.problem_file import load_problem, save_problem
+from sims.rectangle import POINTS
 
 
 @pytest.fixture
@@ -218,6 +219,9 @@ def test_help_has_an_example_for_every_command(shell):
 def test_systems_prints_a_scene_that_solve_reads(shell, tmp_path):
     assert "drift_parking" in shell("systems")[1]
     code, said, _ = shell("systems", "drift_parking")
+    (tmp_path / "parking.toml").write_text(said)
+    assert code == 0 and load_problem(tmp_path / "parking.toml", POINTS).goal.n == 5 * 2 + 1
+    code, said, _ = shell("systems", "drift_parking", "--body", "disc")
     (tmp_path / "parking.toml").write_text(said)
     assert code == 0 and load_problem(tmp_path / "parking.toml").goal.n == 3
 
