@@ -8,10 +8,9 @@ import numpy as np
 from parc_jax import checker
 from parc_jax.certificate.write import (
     corridor_part,
-    network_part,
     polytope_part,
     problem_part,
-    tube_part,
+    question_parts,
 )
 from parc_jax.errors import InputError
 from parc_jax.model import TrajectoryModel
@@ -32,7 +31,7 @@ def prove(
     context = _context(problem, model)
     asked = (
         (context.check_sample, samples),
-        (context.check_sample, [corridor_part(c) for c in corridors]),
+        (context.check_sample, [corridor_part(c, problem, model.tube) for c in corridors]),
         (context.check_set, [polytope_part(p) for p in polytopes]),
     )
     return tuple(
@@ -45,9 +44,7 @@ def _context(problem: ReachAvoid, model: TrajectoryModel) -> checker.Context:
     once.
     """
     question = problem_part(problem, model)
-    name = hashlib.sha256(
-        repr([question[part] for part in ("n_p", "n_q", "n_k", "steps", "domain")]).encode()
-    )
+    name = hashlib.sha256(repr([question.get(part) for part in _SIZES]).encode())
     for array in jax.tree.leaves(
         (model.net, model.tube)
     ):  # by every bit: an array changed in place is another model
@@ -57,7 +54,7 @@ def _context(problem: ReachAvoid, model: TrajectoryModel) -> checker.Context:
     known = _RECENT.pop(name.digest(), None)
     if known is None:
         try:
-            known = checker.Context(question, network_part(model.net), tube_part(model.tube))
+            known = checker.Context(*question_parts(problem, model))
         except checker.Rejected as error:
             raise InputError(
                 f"proof: expected a question within the limits of the exact checker; {error}. "
@@ -69,6 +66,8 @@ def _context(problem: ReachAvoid, model: TrajectoryModel) -> checker.Context:
     return known.about(question)
 
 
+# all that a network and a tube have to do with a problem; points are there in format 2
+_SIZES = ("n_p", "n_q", "n_k", "points", "steps", "domain")
 _KEPT = 4  # models
 _RECENT: dict[bytes, checker.Context] = {}  # the oldest first
 

@@ -11,8 +11,8 @@ import json
 import numpy as np
 
 from parc_jax.arrays import dot
-from parc_jax.body import Body, Disc
-from parc_jax.claim.error_set import ErrorSet, at
+from parc_jax.body import Body, Disc, Polygon, numbered
+from parc_jax.claim.error_set import ErrorBox, ErrorSet, at
 from parc_jax.claim.tube import Tube
 from parc_jax.cover.corridor import Corridor, longest_lasting, merged_runs
 from parc_jax.cover.polytope import SafePolytope
@@ -23,12 +23,16 @@ from parc_jax.problem import ReachAvoid
 from parc_jax.spelling import decimal_text, fraction_text, hex_text, plain
 from parc_jax.verdict.scene import Scene
 
+FORMAT = "parc_jax.answer/1"
+FORMAT_OF_PARTS = "parc_jax.answer/2"
 
-def one_point(problem: ReachAvoid, model: TrajectoryModel) -> bool:
-    """Is the body a shape about the only reference point? Such questions are spelled in format 1,
-    all others in format 2.
+
+def one_point(problem: ReachAvoid, tube: Tube) -> bool:
+    """Is the body a shape about the only reference point, whose errors have half widths? Such
+    questions are spelled in format 1, all others in format 2.
     """
-    return model.n_points == 1 and not isinstance(problem.body, Body)
+    boxes = isinstance(tube.errors, ErrorBox)
+    return tube.n_points == 1 and boxes and not isinstance(problem.body, Body)
 
 
 def problem_part(problem: ReachAvoid, model: TrajectoryModel) -> dict:
@@ -39,21 +43,19 @@ def problem_part(problem: ReachAvoid, model: TrajectoryModel) -> dict:
         if span is not None:
             part["steps"] = list(span)
         obstacles.append(part)
-    body = problem.body
-    return {
+    asked = {
         "n_p": model.n_p,
         "n_q": model.n_q,
         "n_k": model.n_k,
         "domain": {"lo": decimal_text(model.domain.lo), "hi": decimal_text(model.domain.hi)},
         "goal": _rows(problem.goal),
         "obstacles": obstacles,
-        "body": {"radius": decimal_text(body.radius)}
-        if isinstance(body, Disc)
-        else {"vertices": decimal_text(body.vertices)},
+        "body": _body(problem, model),
         "start": None if problem.start is None else _rows(problem.start),
         "steps": model.time.n_steps,
         "dt": decimal_text(model.time.dt),
     }
+    return asked if one_point(problem, model.tube) else asked | {"points": model.n_points}
 
 
 def network_part(net: ReLUNetwork) -> dict:
@@ -64,14 +66,25 @@ def network_part(net: ReLUNetwork) -> dict:
     }
 
 
-def tube_part(tube: Tube) -> dict:
-    """The tube, float64 exactly; a bin without claim is NO_CLAIM wide."""
+def tube_part(tube: Tube, by_points: bool = False) -> dict:
+    """The tube, float64 exactly; a bin without claim is NO_CLAIM wide. by_points: as format 2 has
+    it, for every reference point by itself.
+    """
     interval, final = tube.finite_widths
+    if by_points:
+        interval = by_point(interval, tube.n_points)
     return {
         "edges": [decimal_text(e) for e in tube.edges],
         "interval": hex_text(interval),
         "final": hex_text(final),
     }
+
+
+def question_parts(problem: ReachAvoid, model: TrajectoryModel) -> tuple[dict, dict, dict]:
+    """Problem, network and tube, all of one format."""
+    by_points = not one_point(problem, model.tube)
+    tube = tube_part(model.tube, by_points)
+    return problem_part(problem, model), network_part(model.net), tube
 
 
 def answer_part(
@@ -85,22 +98,18 @@ def answer_part(
     meta,
 ) -> dict:
     """The whole answer file. samples: their parts. meta: what needs no proof, as plain values."""
-    asked, network, tube = (
-        problem_part(problem, model),
-        network_part(model.net),
-        tube_part(model.tube),
-    )
+    asked, network, tube = question_parts(problem, model)
     hashes = {"problem": part_hash(asked), "network": part_hash(network), "tube": part_hash(tube)}
     claim = model.claim.to_json() | {"network_hash": hashes["network"], "tube_hash": hashes["tube"]}
     return {
-        "format": "parc_jax.answer/1",
+        "format": FORMAT if one_point(problem, model.tube) else FORMAT_OF_PARTS,
         "problem": asked,
         "network": network,
         "tube": tube,
         "claim": plain(claim),
         "hash": hashes,
         "samples": samples,
-        "corridors": [corridor_part(c) for c in corridors],
+        "corridors": [corridor_part(c, problem, model.tube) for c in corridors],
         "sets": [polytope_part(p) for p in polytopes],
         "no_plan": no_plan,
         "meta": plain(meta),
@@ -137,26 +146,27 @@ def sample_part(
             for t in exists
         ]
         sep.append(merged_runs(spelled, exists))
-    return {"p0": hex_text(p0), "k": hex_text(k), "sep": _separation(sep)}
+    return {"p0": hex_text(p0), "k": hex_text(k), "sep": _separation(sep, scene.problem, tube)}
 
 
 def polytope_part(polytope: SafePolytope) -> dict:
     """Certificate of a polytope: pattern, directions and one inner point."""
+    problem, tube = polytope.scene.problem, polytope.model.tube
     return {
         "p0": hex_text(polytope.p0),
         "k": hex_text(polytope.k),
         "bin": polytope.bin,
         "pattern": "".join("1" if on else "0" for on in polytope.pattern),
-        "sep": _separation(polytope.corridor.runs),
+        "sep": _separation(polytope.corridor.runs, problem, tube),
     }
 
 
-def corridor_part(corridor: Corridor) -> dict:
+def corridor_part(corridor: Corridor, problem: ReachAvoid, tube: Tube) -> dict:
     """Certificate of a corridor: its directions and one plan that keeps to it."""
     return {
         "p0": hex_text(corridor.p0),
         "k": hex_text(corridor.k),
-        "sep": _separation(corridor.runs),
+        "sep": _separation(corridor.runs, problem, tube),
     }
 
 
@@ -165,14 +175,36 @@ def _nearest(scene: Scene, o: int, path, errors: ErrorSet, t: int) -> np.ndarray
     return scene.obstacles.gap(o, path[t], path[t + 1], at(errors, t))[1]
 
 
-def _separation(runs_by_obstacle) -> list:
-    return [
+def by_obstacle(pairs: list, problem: ReachAvoid, tube: Tube) -> list:
+    """What is said of each pair of an obstacle and a part, by obstacle and in format 2 by part."""
+    if one_point(problem, tube):
+        return pairs
+    n = len(problem.parts)
+    return [pairs[first : first + n] for first in range(0, len(pairs), n)]
+
+
+def _separation(runs_by_pair, problem: ReachAvoid, tube: Tube) -> list:
+    spelled = [
         [
             [run.end, [[r, fraction_text(v)] for r, v in zip(*run.multiplier, strict=True)]]
             for run in runs
         ]
-        for runs in runs_by_obstacle
+        for runs in runs_by_pair
     ]
+    return by_obstacle(spelled, problem, tube)
+
+
+def _body(problem: ReachAvoid, model: TrajectoryModel) -> dict:
+    if one_point(problem, model.tube):
+        return _shape(problem.body)
+    parts = numbered(problem.body, model.points)
+    return {"parts": [{"points": list(part.points)} | _shape(part.shape) for part in parts]}
+
+
+def _shape(shape: Disc | Polygon) -> dict:
+    if isinstance(shape, Disc):
+        return {"radius": decimal_text(shape.radius)}
+    return {"vertices": decimal_text(shape.vertices)}
 
 
 def _rows(poly) -> dict:

@@ -46,8 +46,8 @@ class SafePolytope:
         self.born = born
         self.w = corridor.w
         self.threshold = corridor.threshold(model.tube.during(self.bin))
-        self._model = model
-        self._scene = scene
+        self.model = model
+        self.scene = scene
 
     @property
     def cell(self) -> bytes:
@@ -57,7 +57,7 @@ class SafePolytope:
     @cached_property
     def halfspaces(self) -> HPolytope:
         """The polytope as float64 rows over (p0, k); every row is pulled in by the float slack."""
-        model, scene = self._model, self._scene
+        model, scene = self.model, self.scene
         lo, hi = model.tube.bin_box(self.bin)
         with x64():
             parts = _cell_rows(model.net, model.tube, scene.arrays, self.pattern, self.bin, lo, hi)

@@ -1,15 +1,16 @@
 """An answer again from its file, for pictures and further questions: nothing else is needed."""
 
 import json
+from itertools import chain
 
 import numpy as np
 
 from parc_jax.answer import Answer
 from parc_jax.body import Polygon
-from parc_jax.certificate.write import FORMAT
+from parc_jax.certificate.write import FORMAT, one_point
 from parc_jax.checker import Rejected, check_answer, load, number
 from parc_jax.claim.claim import claim_from_json
-from parc_jax.claim.tube import NO_CLAIM, tube
+from parc_jax.claim.tube import NO_CLAIM, Tube, tube
 from parc_jax.cover.corridor import Corridor
 from parc_jax.cover.polytope import SafePolytope
 from parc_jax.cover.sampling import points
@@ -73,7 +74,7 @@ def _answer(data: dict, report) -> Answer:
         if "corridor_coverage" in meta
         else nothing_covered(coverage.confidence)
     )
-    corridors = [corridor_of(scene, part) for part in data.get("corridors", [])]
+    corridors = [corridor_of(scene, model.tube, part) for part in data.get("corridors", [])]
     tally = counts["drawn"], counts["reaching"], counts["safe"], float(meta["volume_drawn"])
     cover = Cover(*tally, seen, kept, coverage, corridors, polytopes)
     no_plan = _no_plan(data["no_plan"], report.no_plan)
@@ -117,20 +118,21 @@ def problem_of_file(asked: dict) -> ReachAvoid:
 
 def _safe_polytope(model: TrajectoryModel, scene: Scene, part: dict) -> SafePolytope:
     """The polytope of its certificate."""
-    corridor = corridor_of(scene, part)
+    corridor = corridor_of(scene, model.tube, part)
     pattern = np.array([bit == "1" for bit in part["pattern"]], bool)
     return SafePolytope(
         model, scene, corridor.p0, corridor.k, pattern, part["bin"], corridor, float("nan")
     )
 
 
-def corridor_of(scene: Scene, part: dict) -> Corridor:
+def corridor_of(scene: Scene, tube: Tube, part: dict) -> Corridor:
     """The corridor of a certificate, each direction rounded as when it was chosen."""
     active = scene.obstacles.active
-    w = np.zeros((*active.shape, 2))
+    w = np.zeros((*active.shape, scene.directions.w.shape[2]))
     support = np.full(active.shape, -np.inf)
     multipliers = np.empty(active.shape, object)
-    for o, runs in enumerate(part["sep"]):
+    pairs = part["sep"] if one_point(scene.problem, tube) else chain(*part["sep"])
+    for o, runs in enumerate(pairs):
         first = int(np.argmax(active[o]))
         for end, terms in runs:
             m = Multiplier(tuple(row for row, _ in terms), tuple(number(v) for _, v in terms))

@@ -5,7 +5,8 @@ from itertools import combinations
 import numpy as np
 
 from parc_jax.body import Disc, numbered
-from parc_jax.certificate.write import network_part, part_hash, problem_part, tube_part
+from parc_jax.certificate.write import part_hash, question_parts
+from parc_jax.checker import PARTS
 from parc_jax.io.answer_file import corridor_of
 from parc_jax.plot import shapes
 from parc_jax.plot.views import views_of
@@ -30,9 +31,8 @@ def page_data(answer) -> dict:
         "statement": answer.statement(),
         "claim": model.claim.kind,
         "hash": {
-            "problem": part_hash(problem_part(problem, model)),
-            "network": part_hash(network_part(model.net)),
-            "tube": part_hash(tube_part(model.tube)),
+            name: part_hash(part)
+            for name, part in zip(PARTS, question_parts(problem, model), strict=True)
         },
         "share": answer.coverage.share,
         "corridor_share": answer.corridor_coverage.share,
@@ -76,7 +76,7 @@ def model_data(model, problem) -> dict:
 
 def _plans(answer) -> dict:
     """Samples, corridors and polytopes, with their directions by number."""
-    n_p, problem = answer.model.n_p, answer.problem
+    n_p, tube, problem = answer.model.n_p, answer.model.tube, answer.problem
     active = _active(problem, len(problem.parts), answer.model.time.n_steps)
     directions = _Directions(active)
     return {
@@ -84,7 +84,7 @@ def _plans(answer) -> dict:
             {
                 "p0": plan[:n_p].tolist(),
                 "k": plan[n_p:].tolist(),
-                "sep": directions.number(corridor_of(answer.scene, certificate)),
+                "sep": directions.number(corridor_of(answer.scene, tube, certificate)),
             }
             for plan, certificate in zip(answer.samples, answer.sample_parts, strict=True)
         ],

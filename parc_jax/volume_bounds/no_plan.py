@@ -14,7 +14,7 @@ from typing import NamedTuple
 import numpy as np
 
 from parc_jax import checker
-from parc_jax.certificate.write import network_part, problem_part, tube_part
+from parc_jax.certificate.write import question_parts
 from parc_jax.errors import InputError
 from parc_jax.model import TrajectoryModel
 from parc_jax.pwa.domain import MAX_DIMENSION
@@ -108,7 +108,7 @@ def prove_no_plan(
                 f"has {model.n_k}. `answer.volume()` is an estimate that needs no cells."
             )
         return _not_searched(root, model.n_k, no_end_fits(scene, model))
-    question = (problem_part(scene.problem, model), network_part(model.net), tube_part(model.tube))
+    question = question_parts(scene.problem, model)
     context = checker.Context(*question)
     search = Search(model, scene, root, bounds)
     search.compile()

@@ -9,6 +9,7 @@ import jax.numpy as jnp
 import numpy as np
 
 from parc_jax.arrays import slices, x64
+from parc_jax.certificate.write import by_obstacle
 from parc_jax.cover.corridor import longest_lasting
 from parc_jax.model import TrajectoryModel
 from parc_jax.network.predict import HIGHEST, Layout, by_point
@@ -50,7 +51,7 @@ class SafeBoxes:
             if runs is None:
                 return None
             out.append([[run.stop, _spell(spelled[run.direction])] for run in runs])
-        return out
+        return by_obstacle(out, self.scene.problem, self.model.tube)
 
     def _least_along(self, k: np.ndarray) -> np.ndarray:
         """Least w . (p_s - z) over all k (v, n_k), of directions w of the table and the points of

@@ -227,7 +227,7 @@ class Search:
         corners = _corners(node, self.model.n_p)
         contacts = self.contacts[pair]
         moment = [t, str(Fraction(SHARES[share]))]
-        if one_point(self.scene.problem, self.model):
+        if one_point(self.scene.problem, self.model.tube):
             p = (seen.at[mine, c, 0][:, None] + corners[None]).reshape(-1, self.model.n_p)
             entries = contacts.find(p, boxes.least[i, t])
             return None if entries is None else [pair, *moment, entries]
