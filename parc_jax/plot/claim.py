@@ -39,9 +39,9 @@ def claim(
         )
     with style.sheet(to, (10.5, 3.4), columns=3) as sheet:
         _tube(sheet.axes[0], claimed, time)
-        k, n_p = scores.k[:, list(axes)], claimed.tube.n_p
+        k = scores.k[:, list(axes)]
         _largest(sheet, k, scores.score)
-        _worst(sheet, k, scores, time, n_p)
+        _worst(sheet, k, scores, time, claimed.tube.n_c)
         for ax in sheet.axes[1:]:
             ax.set_xlim(k[:, 0].min(), k[:, 0].max())
             ax.set_ylim(k[:, 1].min(), k[:, 1].max())
@@ -50,9 +50,11 @@ def claim(
     return sheet.out
 
 
-def when(scores: Scores, n_steps: int, n_p: int) -> np.ndarray:
-    """Model interval (n,) in which each run was worst; n_steps when that was in the final state."""
-    return np.minimum(scores.worst // n_p, n_steps)
+def when(scores: Scores, n_steps: int, n_c: int) -> np.ndarray:
+    """Model interval (n,) in which each run was worst; n_steps when that was in the final state.
+    n_c: columns of the tube.
+    """
+    return np.minimum(scores.worst // n_c, n_steps)
 
 
 def _tube(ax, claimed: ErrorClaim, time: TimeGrid) -> None:
@@ -61,8 +63,9 @@ def _tube(ax, claimed: ErrorClaim, time: TimeGrid) -> None:
     volume = np.array([np.prod(np.subtract(*tube.bin_box(int(i)))) for i in used])
     edges = np.arange(time.n_steps + 1) * time.dt
     for axis in range(tube.n_p if len(used) else 0):
-        values = tube.interval[used][:, :, axis]
-        name = "xyz"[axis]
+        of_points = tube.interval[used].reshape(len(used), tube.n_steps, tube.n_points, tube.n_p)
+        values = of_points[..., axis].max(axis=2)
+        name = "xyz"[axis] + ("" if tube.n_points == 1 else " of the widest point")
         middle = quantile(values, np.abs(volume) / np.abs(volume).sum(), 0.5)
         ax.stairs(
             middle,
@@ -121,10 +124,10 @@ def _largest(sheet, k, score) -> None:
         ax.legend(loc="upper right", frameon=True)
 
 
-def _worst(sheet, k, scores: Scores, time: TimeGrid, n_p: int) -> None:
+def _worst(sheet, k, scores: Scores, time: TimeGrid, n_c: int) -> None:
     ax = sheet.axes[2]
     top = np.argsort(scores.score)[-min(WORST, scores.n) :]
-    seconds = when(scores, time.n_steps, n_p)[top] * time.dt
+    seconds = when(scores, time.n_steps, n_c)[top] * time.dt
     ax.scatter(*k[scores.score < np.inf].T, s=1, color="#D9D9D9", linewidth=0, rasterized=True)
     dots = ax.scatter(
         *k[top].T,

@@ -24,8 +24,8 @@ class Entry(NamedTuple):
 
 
 def errors(entries: Sequence[Entry], time: TimeGrid, to=None):
-    """Half width of the tube over time, the wider axis of the workspace: median over K, and widest
-    bin.
+    """Half width of the tube over time, the widest axis of all reference points: median over K, and
+    widest bin.
 
     entries: the models in order. time: their common grid. to: as in `style.sheet`; two Axes. Left:
     published kind of bound, the largest error over the training data, which is assumed. Right:
@@ -58,8 +58,8 @@ def errors(entries: Sequence[Entry], time: TimeGrid, to=None):
 
 
 def widths(claim: ErrorClaim) -> tuple[np.ndarray, np.ndarray]:
-    """Half widths (b, T) [m] of the wider axis in the bins with a claim, and the share (b,) of each
-    in their volume.
+    """Half widths (b, T) [m] of the widest axis of all reference points in the bins with a claim,
+    and the share (b,) of each in their volume.
     """
     tube = claim.tube
     used = np.flatnonzero(tube.claimed)

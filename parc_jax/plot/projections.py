@@ -56,7 +56,7 @@ def projections(
 
 def default_pairs(n_p: int, n_k: int) -> list[tuple[int, int]]:
     """Starts, parameters, then mixed pairs: as many as fill whole rows, six at most."""
-    first = [(0, 1)] if n_p > 1 else []
+    first = list(combinations(range(n_p), 2))
     inner = [(n_p + i, n_p + j) for i, j in combinations(range(n_k), 2)]
     mixed = [(n_p + i, j) for i in range(n_k) for j in range(n_p)]
     found = (first + inner + mixed)[:6]

@@ -110,14 +110,13 @@ class _Picture:
         self.heading = model.labels.heading if heading is None else heading
         self.problem, self.labels = answer.problem, model.labels.p
         self.parts = numbered(answer.problem.body, model.points)
-        # a robot that is one point in the plane: the obstacles are drawn grown by its body
-        self.single = model.n_c == 2 and len(self.parts) == 1
+        self.single = shapes.grows_obstacles(answer)
         self.columns = path
         self.path = self._of_points(path)
         self.tubes = shapes.tubes(self.path, self._of_points(error))
         self.obstacles = [shapes.shadow(o, view.axes) for o in answer.problem.obstacles]
         self.grown = [
-            shapes.grown(answer.scene, o) for o in range(len(self.obstacles)) if self.single
+            shapes.grown(o, self.parts[0]) for o in answer.problem.obstacles if self.single
         ]
         found = shapes.goals(answer.problem.goal, model.n_p, model.n_points, [view.axes])
         self.goals = [outline for _, (outline,) in found]

@@ -4,12 +4,11 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from parc_jax.body import Disc, Part
+from parc_jax.body import Disc, Part, Polygon
 from parc_jax.errors import InputError
 from parc_jax.sets.hpolytope import HPolytope
 from parc_jax.sets.qhull import convex_hull
 from parc_jax.sets.vertices import vertices
-from parc_jax.verdict.scene import Scene
 
 ARC = 48  # points on the circle of a disc body
 
@@ -80,10 +79,18 @@ def part_outline(part: Part, places: np.ndarray, axes: tuple[int, int] = (0, 1))
     return hull((places[:, None, list(axes)] + around).reshape(-1, 2))
 
 
-def grown(scene: Scene, obstacle: int, error=(0.0, 0.0)) -> np.ndarray:
-    """Outline (v, 2) of an obstacle grown by the body and by box(error), error (2,) [m]."""
-    corners = scene.obstacles.corner[obstacle] + scene.obstacles.sign[obstacle] * np.asarray(error)
-    return hull((corners[:, None] + disc(float(scene.obstacles.radius))[None]).reshape(-1, 2))
+def grows_obstacles(answer) -> bool:
+    """Is the robot one point in the plane, whose obstacles are drawn grown by its body?"""
+    return answer.model.n_c == 2 and len(answer.problem.parts) == 1
+
+
+def grown(obstacle: HPolytope, part: Part) -> np.ndarray:
+    """Outline (v, 2) of an obstacle in the plane grown by a part of the body, turned inside out."""
+    return part_outline(part.replace(shape=_turned(part.shape)), vertices(obstacle))
+
+
+def _turned(shape: Disc | Polygon) -> Disc | Polygon:
+    return shape if isinstance(shape, Disc) else Polygon(-shape.vertices)
 
 
 def _same(one: np.ndarray, other: np.ndarray) -> bool:

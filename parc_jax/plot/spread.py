@@ -19,14 +19,12 @@ LEVELS = (
 
 
 def spread(answer, runs, repeats: int, to=None, *, shown: int = SHOWN):
-    """Runs of an answer's samples under fresh disturbances.
+    """Runs of an answer's samples under fresh disturbances, of the first reference point.
 
     answer: Answer with n samples. runs: Replay of n * repeats runs, grouped by plan. to: as in
-        `style.sheet`; three
-    Axes: workspace with a few plans, signed error over time along the first and the second axis
-    (positive: the run is ahead of the prediction), with the median half width of the tube over the
-    plans. shown: plans in the workspace.
-    Raises InputError.
+    `style.sheet`; 1 + n_p Axes: workspace from above with a few plans, signed error over time along
+    each axis (positive: the run is ahead of the prediction), with the median half width of the tube
+    over the plans. shown: plans in the workspace. Raises InputError.
     """
     n = len(answer.samples)
     if n == 0 or len(runs.path) != n * repeats:
@@ -36,18 +34,20 @@ def spread(answer, runs, repeats: int, to=None, *, shown: int = SHOWN):
         )
     path, _, error = predicted(answer.model, answer.samples)
     true = runs.path.reshape(n, repeats, *runs.path.shape[1:])
-    with style.sheet(to, (11.0, 3.6), columns=3, width_ratios=(1.5, 1, 1)) as sheet:
+    n_p = answer.model.n_p
+    ratios = (1.5, *[1] * n_p)
+    with style.sheet(to, (3.14 * sum(ratios), 3.6), columns=1 + n_p, width_ratios=ratios) as sheet:
         _workspace(sheet.axes[0], answer, path, error, true, runs.failed.reshape(n, repeats), shown)
         time = answer.model.time
         fine = np.linspace(0, time.n_steps, time.n_record + 1)
         for axis, ax in enumerate(sheet.axes[1:]):
             _errors(ax, time, true[..., axis], path[..., axis], error[..., axis], fine)
-            ax.set_title(f"error along {'xy'[axis]}, {n} plans, {repeats} runs each")
+            ax.set_title(f"error along {'xyz'[axis]}, {n} plans, {repeats} runs each")
         sheet.axes[1].set_ylabel("run minus prediction [m]")
         if sheet.out is sheet.figure:
-            style.legend(sheet.figure, _handles(runs.failed.any()), 5)
+            style.legend(sheet.figure, _handles(answer, runs.failed.any()), 5)
         else:
-            sheet.axes[0].legend(handles=_handles(runs.failed.any()), loc="best")
+            sheet.axes[0].legend(handles=_handles(answer, runs.failed.any()), loc="best")
     return sheet.out
 
 
@@ -64,23 +64,14 @@ def far_apart(points: np.ndarray, most: int) -> np.ndarray:
 def _workspace(ax, answer, path, error, true, failed, shown: int) -> None:
     from matplotlib.collections import LineCollection, PolyCollection
 
-    for number in range(len(answer.problem.obstacles)):
-        around = shapes.grown(answer.scene, number)
-        ax.fill(
-            *around.T,
-            facecolor="#EBEBEB",
-            edgecolor=style.GREY,
-            linewidth=0.9,
-            linestyle="--",
-            zorder=0.5,
-        )
-        ax.fill(
-            *shapes.shadow(answer.problem.obstacles[number]).T,
-            facecolor="#6E6E6E",
-            edgecolor="none",
-            zorder=2,
-        )
+    for obstacle in answer.problem.obstacles:
+        if shapes.grows_obstacles(answer):
+            around = shapes.grown(obstacle, answer.problem.parts[0])
+            looks = {"facecolor": "#EBEBEB", "edgecolor": style.GREY, "linestyle": "--"}
+            ax.fill(*around.T, **looks, linewidth=0.9, zorder=0.5)
+        ax.fill(*shapes.shadow(obstacle).T, facecolor="#6E6E6E", edgecolor="none", zorder=2)
     goal = shapes.shadow(answer.problem.goal)
+    path, error, true = (part[..., :2] for part in (path, error, true))
     ax.fill(
         *goal.T, facecolor=style.GREEN, alpha=0.18, edgecolor=style.GREEN, linewidth=1.0, zorder=0.4
     )
@@ -109,8 +100,8 @@ def _workspace(ax, answer, path, error, true, failed, shown: int) -> None:
     ax.set_xlim(lo[0], hi[0])
     ax.set_ylim(lo[1], hi[1])
     ax.set_aspect("equal")
-    ax.set_xlabel("x [m]")
-    ax.set_ylabel("y [m]")
+    ax.set_xlabel(answer.model.labels.p[0])
+    ax.set_ylabel(answer.model.labels.p[1])
     ax.set_title(f"{len(chosen)} of {len(path)} plans, {min(true.shape[1], RUNS)} runs each")
 
 
@@ -132,7 +123,7 @@ def _errors(ax, time, true, path, error, fine) -> None:
     ax.set_xlabel("time [s]")
 
 
-def _handles(any_failed: bool) -> list:
+def _handles(answer, any_failed: bool) -> list:
     from matplotlib.lines import Line2D
     from matplotlib.patches import Patch
 
@@ -156,13 +147,12 @@ def _handles(any_failed: bool) -> list:
             linestyle="--",
             label="half width of the tube (median over plans)",
         ),
-        Patch(
-            facecolor="#EBEBEB",
-            edgecolor=style.GREY,
-            linestyle="--",
-            label="obstacle grown by the body",
-        ),
     ]
+    looks = {"facecolor": "#EBEBEB", "edgecolor": style.GREY, "linestyle": "--"}
+    if shapes.grows_obstacles(answer):
+        entries.append(Patch(**looks, label="obstacle grown by the body"))
+    else:
+        entries.append(Patch(facecolor="#6E6E6E", label="obstacle"))
     if any_failed:
         entries.append(Line2D([], [], color=style.RED, label="true run that failed"))
     return entries

@@ -6,9 +6,10 @@ import jax
 import numpy as np
 
 from parc_jax.arrays import x64
+from parc_jax.certificate.write import one_point
 from parc_jax.checker import number
+from parc_jax.claim.error_set import ErrorBox
 from parc_jax.errors import InputError
-from parc_jax.obstacles.segment import separations
 from parc_jax.plot import style
 from parc_jax.plot.predict import predicted
 
@@ -24,7 +25,7 @@ def timeline(
     names: Sequence[str] | None = None,
 ):
     """Clearance of chosen samples over time, above the runs of separating directions of their
-    certificates.
+    certificates, one row for every obstacle and part of the body.
 
     chosen: m numbers of samples, one column each. replay: Replay of the samples, adds the true
     clearance. names: of the obstacles. to: as in `style.sheet`; 2 m Axes, clearances first. Raises
@@ -37,9 +38,11 @@ def timeline(
         )
     names = [f"obstacle {o}" for o in range(n_o)] if names is None else names
     edges = np.arange(model.time.n_steps + 1) * model.time.dt
-    ratios = [2.6, 0.5 + 0.4 * n_o]
+    parts = _parts(answer)
+    rows = [f"{name}{part}" for name in names for part in parts]
+    ratios = [2.6, 0.5 + 0.4 * len(rows)]
     with style.sheet(
-        to, (4.6 * len(chosen) + 0.4, 2.6 + 0.45 * n_o), 2, len(chosen), height_ratios=ratios
+        to, (4.6 * len(chosen) + 0.4, 2.6 + 0.45 * len(rows)), 2, len(chosen), height_ratios=ratios
     ) as sheet:
         for column, i in enumerate(chosen):
             above, below = sheet.axes[column], sheet.axes[len(chosen) + column]
@@ -48,9 +51,10 @@ def timeline(
                 above.stairs(gap, edges, baseline=None, **style.line(o), label=f"{names[o]}: tube")
             if replay is not None:
                 _true(above, answer, replay.path[i], names)
-            for o, runs in enumerate(direction_runs(answer, answer.sample_parts[i]["sep"])):
-                _runs(below, n_o - 1 - o, runs, model.time.dt, style.line(o)["color"])
-            _dress(above, below, answer, i, names, model.time.t_f)
+            for row, runs in enumerate(direction_runs(answer, answer.sample_parts[i]["sep"])):
+                color = style.line(row // len(parts))["color"]
+                _runs(below, len(rows) - 1 - row, runs, model.time.dt, color)
+            _dress(above, below, answer, i, rows, model.time.t_f)
         if sheet.out is sheet.figure:
             style.legend(sheet.figure, sheet.axes[0].get_legend_handles_labels()[0], 4)
         else:
@@ -59,46 +63,60 @@ def timeline(
 
 
 def clearances(answer, plan: np.ndarray) -> np.ndarray:
-    """Gap (o, T) [m] of a plan (n_p + n_k,) from every obstacle grown by body and tube; NaN while
-    it does not exist.
+    """Gap (o, T) [m] of a plan (n_p + n_k,) from every obstacle, of body and tube, the least over
+    the parts of the body; NaN while the obstacle does not exist.
     """
-    model, grown = answer.model, answer.scene.obstacles
-    path, _, error = (part[0] for part in predicted(model, plan[None]))
-    gaps = []
-    for o in range(len(answer.problem.obstacles)):
-        corners = grown.corner[o] + grown.sign[o] * error[:, None]
-        with x64():
-            gap = np.asarray(_gaps(path[:-1], path[1:], corners, grown.radius)[0])
-        gaps.append(np.where(grown.active[o], gap, np.nan))
-    return np.array(gaps)
+    model = answer.model
+    path = predicted(model, plan[None]).path[0]
+    bins = model.tube.bins_of(plan[None, model.n_p :])[0]
+    return np.min([_clearances(answer, path, model.tube.during(b)) for b in bins], axis=0)
 
 
 def direction_runs(answer, sep) -> list[list[tuple[int, int, np.ndarray]]]:
-    """Per obstacle the runs (first, end, unit direction (2,)) of one certificate's separations."""
+    """Per obstacle and part the runs (first, end, unit direction (n_p,)) of one certificate's
+    separations.
+    """
     out = []
-    for o, (obstacle, runs) in enumerate(zip(answer.problem.obstacles, sep, strict=True)):
+    for o, (obstacle, pairs) in enumerate(zip(answer.problem.obstacles, sep, strict=True)):
         span = answer.problem.all_spans[o]
-        first, mine = 0 if span is None else span[0], []
-        for end, multipliers in runs:
-            w = sum(float(number(value)) * obstacle.A[row] for row, value in multipliers)
-            mine.append((first, end, w / np.linalg.norm(w)))
-            first = end
-        out.append(mine)
+        for runs in [pairs] if one_point(answer.problem, answer.model) else pairs:
+            first, mine = 0 if span is None else span[0], []
+            for end, multipliers in runs:
+                w = sum(float(number(value)) * obstacle.A[row] for row, value in multipliers)
+                mine.append((first, end, w / np.linalg.norm(w)))
+                first = end
+            out.append(mine)
     return out
 
 
-_gaps = jax.jit(separations)
+_gaps = jax.jit(lambda obstacles, path, errors: obstacles.gaps(path, errors)[0])
+
+
+def _clearances(answer, path: np.ndarray, errors) -> np.ndarray:
+    """Gap (o, t) [m] of a path (t + 1, n_c) with errors (t, n_points) from every obstacle, the
+    least over the parts; NaN while the obstacle does not exist.
+    """
+    obstacles, n_parts = answer.scene.obstacles, len(answer.problem.parts)
+    n = len(answer.problem.obstacles)
+    with x64():
+        gaps = np.asarray(_gaps(obstacles, path, errors))
+    stride = (len(path) - 1) // obstacles.active.shape[1]
+    gaps = np.where(obstacles.active.repeat(stride, axis=1), gaps, np.nan)
+    return gaps[: n * n_parts].reshape(n, n_parts, -1).min(axis=1)
+
+
+def _parts(answer) -> list[str]:
+    """What tells the parts of the body apart: nothing where there is only one."""
+    n = len(answer.problem.parts)
+    return [""] if n == 1 else [f", part {part}" for part in range(n)]
 
 
 def _true(ax, answer, path: np.ndarray, names) -> None:
-    """Clearance of one recorded run from the obstacles grown by the body alone."""
-    time, grown = answer.model.time, answer.scene.obstacles
+    """Clearance of one recorded run (n_record + 1, n_c), of the body alone."""
+    time, model = answer.model.time, answer.model
     seconds = (np.arange(time.n_record) + 0.5) * time.dt_record
-    for o in range(len(answer.problem.obstacles)):
-        corners = np.broadcast_to(grown.corner[o], (time.n_record, *grown.corner[o].shape))
-        with x64():
-            gap = np.asarray(_gaps(path[:-1], path[1:], corners, grown.radius)[0])
-        gap = np.where(grown.active[o].repeat(time.stride), gap, np.nan)
+    still = ErrorBox(np.zeros((time.n_record, model.n_points, model.n_p)))
+    for o, gap in enumerate(_clearances(answer, path, still)):
         ax.plot(
             seconds,
             gap,
@@ -147,7 +165,8 @@ def _dress(above, below, answer, i: int, names, t_f: float) -> None:
     above.set_xticklabels([])
     below.set_yticks(range(len(names)), list(names)[::-1])
     below.set_ylim(-0.6, len(names) - 0.4)
-    below.set_xlabel("time [s]; arrows: separating direction")
+    seen = "" if answer.model.n_p == 2 else ", from above"
+    below.set_xlabel(f"time [s]; arrows: separating direction{seen}")
     above.set_xlim(0, t_f)
 
 

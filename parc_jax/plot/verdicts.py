@@ -33,8 +33,8 @@ def region_verdicts(answer, table: RegionTable) -> np.ndarray:
     UNREACHABLE.
 
     SAFE: a returned sample or the inner point of a safe polytope lies in it. UNREACHABLE: the
-    backward reachable set is proved empty in every bin of the tube that the region meets.
-    NOT_FOUND: neither. Raises InputError.
+    backward reachable set is proved empty in every bin of the tube that the region meets; this is
+    asked for robots of one reference point only. NOT_FOUND: neither. Raises InputError.
     """
     model, problem = answer.model, answer.problem
     if table.net.hash != model.net.hash:
@@ -48,6 +48,8 @@ def region_verdicts(answer, table: RegionTable) -> np.ndarray:
     )
     found = table.locate(known)
     verdict[found[found >= 0]] = SAFE
+    if model.n_points > 1:
+        return verdict
     cells = []
     for region in np.flatnonzero(verdict != SAFE):
         cells += cells_of(table, model.tube, int(region))

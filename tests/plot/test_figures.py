@@ -53,7 +53,8 @@ def test_samples_show_starts_tubes_and_failed_runs(answer, tmp_path):
     labels = [text.get_text() for text in drawn.legends[0].get_texts()]
     assert "true run that failed" in labels and "goal" in labels
     lo, hi = np.array([whole.get_xlim(), whole.get_ylim()]).T
-    for points in (answer.samples[:, :2], answer.samples[:, :2] + K, shapes.grown(answer.scene, 0)):
+    grown = shapes.grown(answer.problem.obstacles[0], answer.problem.parts[0])
+    for points in (answer.samples[:, :2], answer.samples[:, :2] + K, grown):
         assert (points >= lo).all() and (points <= hi).all()
     assert {p.name for p in tmp_path.iterdir()} == {"a.png", "a.pdf"}
 

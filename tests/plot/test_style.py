@@ -11,7 +11,7 @@ import pytest
 from matplotlib.figure import Figure
 from toy_answer import toy_answer
 
-from parc_jax.body import Polygon
+from parc_jax.body import Part, Polygon
 from parc_jax.errors import InputError
 from parc_jax.plot import shapes, style
 from parc_jax.plot.gap import GapCurve, gap
@@ -76,13 +76,15 @@ def test_tubes_are_the_swept_boxes(rng):
                 assert (hexagons[run, t] @ w).max() == pytest.approx((swept @ w).max(), abs=1e-12)
 
 
-def test_grown_obstacles_hold_obstacle_body_and_error():
-    answer = toy_answer()
-    plain, wide = shapes.grown(answer.scene, 0), shapes.grown(answer.scene, 0, (0.2, 0.05))
+def test_grown_obstacles_hold_obstacle_and_body():
+    problem = toy_answer().problem
+    plain = shapes.grown(problem.obstacles[0], problem.parts[0])
     assert plain.max(axis=0) == pytest.approx([0.1, 0.7], abs=1e-3)
     assert plain.min(axis=0) == pytest.approx([-0.6, 0.2], abs=1e-3)
-    assert wide.max(axis=0) == pytest.approx([0.3, 0.75], abs=1e-3)
     triangle = np.array([[0.0, 0.0], [0.2, 0.0], [0.0, 0.1]])
+    turned_in = shapes.grown(problem.obstacles[0], Part((0,), Polygon(triangle)))
+    assert turned_in.min(axis=0) == pytest.approx([-0.7, 0.2])
+    assert turned_in.max(axis=0) == pytest.approx([0.0, 0.6])
     assert sorted(map(tuple, shapes.body_outline(Polygon(triangle)))) == sorted(
         map(tuple, triangle)
     )
