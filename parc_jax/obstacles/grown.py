@@ -45,7 +45,7 @@ class GrownObstacles:
     @property
     def points(self) -> np.ndarray:
         """(o, 1) the reference points that the body hangs on: the only one."""
-        return np.zeros((*self.active.shape[:-1], 1), int)
+        return np.zeros((*self.active.shape[:-1], 1), np.int32)
 
     @property
     def size(self):

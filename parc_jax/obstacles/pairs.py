@@ -5,13 +5,15 @@ obstacle instead, turned inside out; a disc or ball stays a radius. One directio
 of a pair apart, whatever the body does, so nothing about turning is needed.
 """
 
+from fractions import Fraction
+
 import jax
 import jax.numpy as jnp
 import numpy as np
 from flax import struct
 
 from parc_jax.arrays import dot, x64
-from parc_jax.body import Disc, Part, numbered
+from parc_jax.body import Disc, Polygon, numbered
 from parc_jax.claim.error_set import ErrorSet, at
 from parc_jax.errors import InputError
 from parc_jax.network.predict import Layout, by_point
@@ -20,6 +22,7 @@ from parc_jax.obstacles.grown import bucket
 from parc_jax.obstacles.polygon import corners
 from parc_jax.problem import ReachAvoid
 from parc_jax.sets.hpolytope import HPolytope
+from parc_jax.sets.rational import convex_polygon
 
 
 @struct.dataclass
@@ -95,7 +98,7 @@ def pairs_of(problem: ReachAvoid, points: tuple[str, ...], layout: Layout) -> Pa
     parts = numbered(problem.body, points)
     n_steps = layout.n_steps
     vertices = [
-        _sums(vertices_of(obstacle, f"obstacle {j}"), part)
+        _grown(obstacle, part.shape, f"obstacle {j}")
         for j, obstacle in enumerate(problem.obstacles)
         for part in parts
     ]
@@ -106,7 +109,7 @@ def pairs_of(problem: ReachAvoid, points: tuple[str, ...], layout: Layout) -> Pa
     pairs = Pairs(
         vertices=np.zeros((n_o, n_v, layout.n_p)),
         radius=np.zeros(n_o),
-        points=np.zeros((n_o, n_i), int),
+        points=np.zeros((n_o, n_i), np.int32),
         active=np.zeros((n_o, n_steps), bool),
     )
     for o in range(n):
@@ -126,14 +129,26 @@ def pairs_of(problem: ReachAvoid, points: tuple[str, ...], layout: Layout) -> Pa
 
 def vertices_of(obstacle: HPolytope, name: str) -> np.ndarray:
     """(v, n_p) vertices of a bounded polytope, each rounded to nearest. Raises InputError."""
-    return np.array([[float(x) for x in corner.point] for corner in corners(obstacle, name)])
+    return _rounded([corner.point for corner in corners(obstacle, name)])
 
 
-def _sums(vertices: np.ndarray, part: Part) -> np.ndarray:
-    """Vertices of the obstacle grown by a polygon shape, some of them inside."""
-    if isinstance(part.shape, Disc):
-        return vertices
-    return (vertices[:, None] - part.shape.vertices[None]).reshape(-1, vertices.shape[1])
+def _grown(obstacle: HPolytope, shape: Disc | Polygon, name: str) -> np.ndarray:
+    """(v, n_p) vertices of the obstacle + (-shape), a disc left out; each rounded to nearest. In
+    space some of them may lie inside.
+    """
+    if isinstance(shape, Disc):
+        return vertices_of(obstacle, name)
+    body = [tuple(map(Fraction, v)) for v in shape.vertices.tolist()]
+    sums = {
+        tuple(x - y for x, y in zip(corner.point, v, strict=True))
+        for corner in corners(obstacle, name)
+        for v in body
+    }
+    return _rounded(convex_polygon(list(sums)) if obstacle.n == 2 else sorted(sums))
+
+
+def _rounded(points) -> np.ndarray:
+    return np.array([[float(x) for x in point] for point in points])
 
 
 def _gap(pairs: Pairs, o, start, end, errors: ErrorSet):

@@ -1,5 +1,7 @@
 """Pairs of obstacles and parts: who is kept apart from what, in which intervals."""
 
+from fractions import Fraction
+
 import jax.numpy as jnp
 import numpy as np
 import pytest
@@ -71,3 +73,35 @@ def test_unknown_points_and_late_spans_are_refused(problem):
         pairs_of(problem, POINTS[:2], Layout(5, 2, 2))
     with pytest.raises(InputError, match="span of obstacle 1: expected last < 3 intervals; got 3"):
         pairs_of(problem, POINTS, LAYOUT._replace(n_steps=3))
+
+
+@pytest.mark.parametrize("n_p", [2, 3])
+def test_sums_are_exact_until_the_last_rounding(n_p):
+    """0.1 + 0.2 is not 0.3, but the nearest number to the sum of what the floats hold."""
+    shape = Polygon(np.array([[0.1] * n_p, [-0.7] * n_p, [0.1] * n_p]))
+    goal = goal_of_points(POINTS, box([-9.0] * n_p, [9.0] * n_p))
+    obstacle = box([0.2] * n_p, [1.1] * n_p)
+    problem = reach_avoid(goal, [obstacle], body_of([Part(("hitch",), shape)]))
+    vertices = pairs_of(problem, POINTS, Layout(5, n_p, 3)).vertices[0]
+    exact = {float(Fraction(a) - Fraction(b)) for a in (0.2, 1.1) for b in (0.1, -0.7)}
+    assert {float(x) for v in vertices for x in v} == exact
+    assert len(np.unique(vertices, axis=0)) == {2: 6, 3: 16}[n_p]
+
+
+def test_in_space_the_gap_is_that_of_what_is_seen_from_the_side():
+    """A plate over a box, both level: what happens is seen along any level axis."""
+    plate = np.array([[0.0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]])
+    names = ("a", "b", "c", "d")
+    goal = goal_of_points(names, box([-9.0] * 3, [9.0] * 3))
+    obstacle = box([-1.0, -1, -1], [0.5, 0.5, 0.5])
+    problem = reach_avoid(goal, [obstacle], hull(*names, radius=0.25))
+    pairs = pairs_of(problem, names, Layout(1, 3, 4))
+    over = plate + np.array([0.0, 0.0, 1.0])
+    beside = plate + np.array([0.9, 0.2, 0.1])
+    allowed = ErrorBox(np.full((4, 3), 0.05))
+    gap, w = pairs.gap(0, over.ravel(), over.ravel(), allowed)
+    assert gap == pytest.approx(1.0 - 0.5 - 0.25 - 0.05, abs=1e-12)
+    np.testing.assert_allclose(w, [0, 0, 1], atol=1e-12)
+    gap, w = pairs.gap(0, beside.ravel(), (beside + np.array([0.2, 0.0, 0.0])).ravel(), allowed)
+    assert gap == pytest.approx(0.9 - 0.5 - 0.25 - 0.05, abs=1e-12)
+    np.testing.assert_allclose(w, [1, 0, 0], atol=1e-12)
