@@ -16,6 +16,8 @@ MOST_AXES = 3  # multipliers are found here in one to three dimensions
 class Widths:
     """The errors x with |x_j| <= e_j."""
 
+    is_box = True
+
     def __init__(self, e):
         need(all(x >= 0 for x in e), "the tube has a negative width")
         self.e, self.scale = integers(e)
@@ -34,6 +36,8 @@ class Template:
 
     ways: for each row of the goal, lists of parsed multipliers that may give it.
     """
+
+    is_box = False
 
     def __init__(self, rows, n, ways=()):
         self.rows = rows
@@ -118,6 +122,7 @@ class Several:
         self.sets = sets
         self.pick = pick
         self.cost = sum(each.cost for each in sets)
+        self.is_box = all(each.is_box for each in sets)
 
     def reach(self, w, goal_row=None):
         return self.pick(each.reach(w, goal_row) for each in self.sets)

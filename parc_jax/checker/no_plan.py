@@ -7,6 +7,7 @@ The cells are derived here.
 
 import itertools
 import math
+from fractions import Fraction
 
 from .exact import (
     FRACTION,
@@ -113,51 +114,111 @@ class CellVertices:
         return self.points
 
 
-def contact(context, entry, errors):
-    """The offset of a contact [body, error]: a point of the body plus an error inside the tube."""
-    body, error = entry
-    error = vector(error, context.n_p)
-    need(errors.contains(error), "the error of a contact is outside the tube")
-    (part,) = context.parts
+def missed_goal(context, entries, final):
+    """A combination (w, h) of goal rows: an end y with w . y > h violates one of them for some
+    error that all bins allow.
+
+    An entry is [row, "m"], where all bins have half widths, and a corner of the least ones is the
+    error, or [row, "m", error].
+    """
+    rows = []
+    for row, _, *error in entries:
+        a, b = context.goal[whole(row, 0, len(context.goal) - 1)]
+        context.spend(FRACTION * context.n_end + final.cost)
+        if error:
+            (error,) = error
+            error = vector(error, context.n_end)
+            need(final.contains(error), "the error of a goal row is outside the tube")
+            rows.append((a, b - dot(a, error)))
+        else:
+            need(final.is_box, "a goal row names no error, and the tube has no half widths")
+            rows.append((a, b - final.reach(a)))
+    multipliers = [[i, m] for i, (_, m, *_) in enumerate(entries)]
+    return combine(rows, multipliers, context.n_end)
+
+
+def shape_point(context, part, spelled):
+    """A point of a part's shape: its coordinates in a disc, or weights of a polygon's vertices."""
     if part.vertices is None:
-        point = vector(body, context.n_p)
+        point = vector(spelled, context.n_p)
         need(dot(point, point) <= part.radius**2, "a contact's body point is outside the disc")
-    else:
-        weights = vector(body, len(part.vertices))
-        need(all(v >= 0 for v in weights), "a weight of a contact is negative")
-        need(sum(weights) == 1, "the weights of a contact do not sum to one")
-        point = [dot(weights, column) for column in zip(*part.vertices, strict=True)]
-    return [x + y for x, y in zip(point, error, strict=True)]
+        return point
+    weights = vector(spelled, len(part.vertices))
+    check_weights(weights)
+    return [dot(weights, column) for column in zip(*part.vertices, strict=True)]
+
+
+def check_weights(weights):
+    """Are these the weights of a mixture?"""
+    need(all(v >= 0 for v in weights), "a weight of a contact is negative")
+    need(sum(weights) == 1, "the weights of a contact do not sum to one")
+
+
+def contact(context, part, weights, entry, allowed):
+    """The offset of a contact [body, errors] from the mixture of a part's points: a point of its
+    shape, and the mixture of one error of each point.
+    """
+    spelled, errors = entry
+    offset = shape_point(context, part, spelled)
+    for weight, error, some in zip(weights, errors, allowed, strict=True):
+        error = vector(error, context.n_p)
+        need(some.contains(error), "the error of a contact is outside the tube")
+        offset = [x + weight * y for x, y in zip(offset, error, strict=True)]
+    return offset
 
 
 def hit(context, what, interval):
-    """For each contact the conditions on (p0, y) that p + contact is in the obstacle, where p is
-    the share alpha of interval t: a list of lists.
+    """Groups of contacts, each with the conditions on (p0, y) that the mixture of a part's points
+    at the share alpha of interval t, and the offset of the contact, are together in the obstacle:
+    a list of lists of lists. A group has one mixture.
     """
-    o, t, alpha, contacts = what
+    if context.format == 1:
+        o, t, alpha, contacts = what
+        which = 0
+        groups = [[["1"], [[body, [error]] for body, error in contacts]]]
+    else:
+        o, which, t, alpha, groups = what
     whole(o, 0, len(context.obstacles) - 1)
     rows, first, last = context.obstacles[o]
+    part = context.parts[whole(which, 0, len(context.parts) - 1)]
     whole(t, first, last)
     alpha = number(alpha)
     need(0 <= alpha <= 1, "a hit is outside its interval")
-    n = context.n_p
-    if t == 0:  # c_0 = 0 is not an output
-        part = slice(0, n)
-        shares = [alpha]
-    else:
-        part = slice((t - 1) * n, (t + 1) * n)
-        shares = [1 - alpha, alpha]
-    options = []
-    for entry in contacts:
-        offset = contact(context, entry, interval[t][0])
-        context.spend(FRACTION * len(rows) * 3 * n)
-        inside = []
-        for a, b in rows:
-            away = [-x for x in a]
-            along = [x * share for share in shares for x in away]
-            inside.append(condition("", False, away, along, part, b - dot(a, offset)))
-        options.append(inside)
-    return options
+    allowed = [interval[t][i] for i in part.points]
+    found = []
+    for weights, contacts in groups:
+        weights = vector(weights, len(part.points))
+        check_weights(weights)
+        moved, outputs = mixture(context, part, weights, t, alpha)
+        options = []
+        for entry in contacts:
+            offset = contact(context, part, weights, entry, allowed)
+            context.spend(FRACTION * len(rows) * (context.n_p + len(moved)))
+            inside = []
+            for a, b in rows:
+                away = [-x for x in a]
+                along = [x * away[axis] for axis, x in moved]
+                inside.append(condition("", False, away, along, outputs, b - dot(a, offset)))
+            options.append(inside)
+        found.append(options)
+    return found
+
+
+def mixture(context, part, weights, t, alpha):
+    """A mixture of a part's points at the share alpha of interval t, as p0 plus outputs y: (axis,
+    coefficient) of each of the outputs at both knots, and where these are.
+    """
+    by_point = [Fraction(0)] * context.n_points
+    for i, weight in zip(part.points, weights, strict=True):
+        by_point[i] += weight
+    moved = []
+    for share in (1 - alpha, alpha):
+        for weight in by_point:
+            moved += [(axis, share * weight) for axis in range(context.n_p)]
+    end = context.offset(t + 1, context.n_points - 1).stop
+    if t == 0:  # point 0 at knot 0 is p0, and no output
+        moved = moved[context.n_p :]
+    return moved, slice(end - len(moved), end)
 
 
 def check_leaf(context, name, what, lo, hi, vertices):
@@ -166,54 +227,65 @@ def check_leaf(context, name, what, lo, hi, vertices):
 
     p0 and y are affine on each cell times the box of z, and each condition is affine in them: one
     that holds at all vertices holds everywhere. Several contacts may share a hit, since the
-    obstacle grown by body and tube is convex. Unsafe leaves use the least widths of the bins that
-    they overlap, since whatever fails for these fails for wider ones.
+    obstacle grown by body and tube is convex. Unsafe leaves use errors that every bin allows which
+    they overlap, since whatever fails for these fails in the bin of each plan. [T30, T35]
     """
     n = context.n_p
     bins = context.bins_meeting(lo[n:], hi[n:], closed=False)
     interval, final = context.errors(bins, max if name == "safe" else min)
     if name == "safe":
-        options = [list(context.conditions(what, interval, final))]
+        groups = [[list(context.conditions(what, interval, final))]]
     elif name == "goal":  # a combination of goal rows that (z, q) violates
-        w, h = combine(context.shrunken_goal(final), what, context.n_end)
-        options = [[condition("", True, context.along_p0(w), w, context.end, -h)]]
+        w, h = missed_goal(context, what, final)
+        groups = [[[condition("", True, context.along_p0(w), w, context.end, -h)]]]
     elif name == "start":  # a combination of start rows that p0 violates
         w, h = combine(context.start, what, n)
-        options = [[condition("", True, w, [], slice(0), -h)]]
+        groups = [[[condition("", True, w, [], slice(0), -h)]]]
     else:
-        options = hit(context, what, interval)
+        groups = hit(context, what, interval)
     if name == "goal" and not any(w[n:]):  # it is about z alone: any k, and so any y, will do
         points = [([0] * context.n_outputs, 1)]
     else:
         points = vertices.of(lo[n:], hi[n:])
+    for corner in itertools.product(*zip(lo[:n], hi[:n], strict=True)):
+        served = any(holds_at(context, options, corner, points) for options in groups)
+        need(served, f"a {name} leaf fails at one of its vertices")
+
+
+def holds_at(context, options, z, points):
+    """Whether at every vertex of k, as (y, scale), all conditions of one of the options hold for
+    the plan that ends in z.
+    """
     longest = 1
     for option in options:
         for asked in option:
             longest = max(longest, max(x.bit_length() for x in (*asked.w, *asked.v, asked.c)))
+    z, z_scale = integers(z)
     for y, scale in points:
-        for corner in itertools.product(*zip(lo[:n], hi[:n], strict=True)):
-            z, z_scale = integers(corner)
-            c_T = y[context.end][:n]
-            p0 = [x * scale - c * z_scale for x, c in zip(z, c_T, strict=True)]
-            held = False
-            for option in options:
-                products = len(option) * (3 * n + context.n_q)
-                context.spend(products, longest, scale.bit_length())
-                held = all(holds(asked, p0, z_scale * scale, y, scale) for asked in option)
-                if held:
-                    break
-            need(held, f"a {name} leaf fails at one of its vertices")
+        c_T = y[context.end][: context.n_p]
+        p0 = [x * scale - c * z_scale for x, c in zip(z, c_T, strict=True)]
+        held = False
+        for option in options:
+            products = len(option) * (context.n_p + 2 * context.n_c + context.n_q)
+            context.spend(products, longest, scale.bit_length())
+            held = all(holds(asked, p0, z_scale * scale, y, scale) for asked in option)
+            if held:
+                break
+        if not held:
+            return False
+    return True
 
 
 def check_faces(context, faces, lo, hi):
-    """Proves that each plan that meets the goal, for the least final widths, has z in the box."""
+    """Proves that each plan that meets the goal, for errors that all bins allow, has z in the
+    box.
+    """
     n = context.n_p
     bins = context.bins_meeting(context.lo, context.hi, closed=True)
     _, final = context.errors(bins, min)
-    goal = context.shrunken_goal(final)
     for i, pair in enumerate(array(faces, n)):
-        for sign, bound, multipliers in zip((-1, 1), (-lo[i], hi[i]), pair, strict=True):
-            w, h = combine(goal, multipliers, context.n_end)
+        for sign, bound, entries in zip((-1, 1), (-lo[i], hi[i]), pair, strict=True):
+            w, h = missed_goal(context, entries, final)
             unit = [sign * int(i == j) for j in range(context.n_end)]
             need(w == unit, "a face of z has another direction")
             need(h <= bound, "a face of z does not follow from the goal")
@@ -223,10 +295,9 @@ def check_no_plan(context, plan):
     """Proves that no (p0, k) is safe, or brackets the volume of those that are: a dict of kind and
     exact volumes.
 
-    (p0, k) -> (z, k) is a bijection that keeps volume [T15, T30]; the leaves tile the box of z
+    (p0, k) -> (z, k) is a bijection that keeps volume [T15, T30, T35]; the leaves tile the box of z
     times the domain, by the way the tree is built.
     """
-    need(context.format == 1, "this checker reads no_plan in format 1 only")
     fields(plan, ("kind", "z", "faces", "tree"))
     z_lo, z_hi = box(plan["z"], context.n_p)
     lo = z_lo + context.lo

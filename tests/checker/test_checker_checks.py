@@ -315,6 +315,14 @@ SLIPS = [
         "a safe leaf that fails between the corners of k",
     ),
     ("no_plan", "held = all(", "held = any(", "a hit at some vertices only"),
+    (
+        "no_plan",
+        "any(holds_at(context, options, corner, points) for options in groups)",
+        "holds_at(context, sum(groups, []), corner, points)",
+        "a mixture that changes with k",
+    ),
+    ("no_plan", "(1 - alpha, alpha)", "(alpha, 1 - alpha)", "a hit at the other knot"),
+    ("no_plan", "x + weight * y for", "x + y for", "an error of a point without weight"),
 ]
 
 

@@ -56,10 +56,58 @@ def one_point():
     for node in answer["no_plan"]["tree"]:
         if "safe" in node:
             node["safe"] = [[runs] for runs in node["safe"]]
+        if "hit" in node:
+            o, t, alpha, contacts = node["hit"]
+            contacts = [[body, [error]] for body, error in contacts]
+            node["hit"] = [o, 0, t, alpha, [[["1"], contacts]]]
     return build.rehash(answer)
 
 
-VALID = {"points": points}
+STILL = [["0", "0"], [["0", "0"]] * 2]  # a contact of a mixture of both points without errors
+UP = [["0", "0.5"], [["0", "0"], ["0", "1/4"]]]  # 1/2 higher by the disc, and an error of point 1
+
+
+def hit(*groups, part=0, t=1, alpha="1"):
+    return {"hit": [0, part, t, alpha, [[weights, list(some)] for weights, *some in groups]]}
+
+
+def end_error(axis, size):
+    """An error at the end of one coordinate of the first point."""
+    return [size if axis == i else "0" for i in range(4)]
+
+
+BELOW = hit((["0", "1"], UP, STILL))  # the second point reaches up to the shelf
+ACROSS = hit((["1/4", "3/4"], STILL), (["1", "0"], STILL))  # each end of the box has its mixture
+
+
+def shelf(below=BELOW, across=ACROSS, beyond="1/4", split="2.875"):
+    """A shelf of height 1 to 1.25 over the end. Whoever ends below reaches up to it; between 1/4
+    and 1 it cuts the capsule; above 2.75 the goal is missed.
+    """
+    answer = points()
+    answer["problem"]["obstacles"] = [build.box_rows((0, 1), (3, "1.25"))]
+    missed = {"goal": [[1, "1", end_error(1, beyond)]]}
+    nodes = (1, split, (1, "0.25", below, (1, "1", across, known.REST)), missed)
+    answer = known.with_plan(answer, "bracket", ["1.25", "-0.75"], ["2.75", "3.5"], nodes)
+    answer["no_plan"]["faces"] = [
+        [[[4 + i, "1", end_error(i, "-1/4")]], [[i, "1", end_error(i, "1/4")]]] for i in range(2)
+    ]
+    return build.rehash(answer | {"corridors": [], "doubt": []})
+
+
+def narrow(what, half=0):
+    """The shelf with a hit where z is 1 to 1.125 high, in the lower or upper half of k.
+
+    In interval 1 the points move up by h = max(k, 0) and by 1 to the right until they reach z.
+    """
+    answer = shelf()
+    parts = [known.REST, known.REST]
+    parts[half] = (1, "1", known.REST, (1, "1.125", what, known.REST))
+    answer["no_plan"]["tree"] = known.tree((2, "0", *parts))
+    return build.rehash(answer)
+
+
+VALID = {"points": points, "one_point": one_point, "shelf": shelf}
 CASES = {}
 
 
@@ -74,7 +122,6 @@ bad("format 1 called format 2", known.plain, format=FORMAT)
 bad("doubt in format 1", known.plain, doubt=[])
 bad("a field that nobody knows in format 2", coverage={})
 bad("too many points", limits={"MAX_REFERENCE_POINTS": 1})
-bad("no_plan in format 2", one_point)
 
 # The body.
 bad("an unknown field in a body of parts", problem__body__note="1")
@@ -129,3 +176,45 @@ bad(
     doubt__0__k=["1/8"],
     tube__interval__0__0__0=["1/4", "1/2"],
 )
+
+# No plan.
+SHELF = {"problem__obstacles__0": build.box_rows((0, 1), (2, "1.25"))}  # which ends before z does
+bad("a hit of format 1 in format 2", shelf, no_plan__tree__2={"hit": [0, 1, "1", [known.ZERO]]})
+bad("a hit of part false", shelf, no_plan__tree__4__hit__1=False)
+bad("a hit of a part that is not there", shelf, no_plan__tree__4__hit__1=2)
+bad("a mixture of three points", shelf, no_plan__tree__4__hit__4__1__0=["1", "0", "0"])
+bad(
+    "a mixture with a negative weight",
+    shelf,
+    no_plan__tree__3={"split": [1, "1.5"]},
+    no_plan__tree__4__hit__4__1__0=["1.25", "-0.25"],
+)
+bad("a mixture that sums to a half", lambda: narrow(hit((["1/2", "0"], STILL))))
+CHANGES = hit((["1", "0"], STILL), (["0", "1"], STILL), alpha="0")
+bad("a mixture that changes with k", lambda: narrow(CHANGES, half=1))
+bad("a hit at the other knot", lambda: narrow(hit((["1", "0"], STILL))), **SHELF)
+OF_ONE = [["0", "0"], [["0", "0"]]]
+bad("a contact with the error of one point", shelf, no_plan__tree__4__hit__4__1__1__0=OF_ONE)
+IN_SPACE = [["0", "0"], [["0", "0", "0"], ["0", "0"]]]
+bad("a contact with an error in space", shelf, no_plan__tree__4__hit__4__1__1__0=IN_SPACE)
+OUTSIDE = [["0", "0.5"], [["0", "0"], ["0", "3/8"]]]
+bad("an error of a point outside the tube", shelf, no_plan__tree__2__hit__4__0__1__0=OUTSIDE)
+OTHER = [["0", "0.5"], [["0", "1/4"], ["0", "0"]]]
+bad("an error of a point without weight", shelf, no_plan__tree__2__hit__4__0__1__0=OTHER)
+bad(
+    "an error of a point in one of two bins",
+    shelf,
+    tube__interval__1__1__1__b=["1/4", "1/4", "1/8", "1/4"],
+)
+bad("a goal row with a fifth error", shelf, no_plan__tree__6__goal__0__2=["0", "1/4", *"000"])
+bad("an error of a goal row outside the tube", lambda: shelf(beyond="1/2", split="2.625"))
+bad("a goal row that is true", shelf, no_plan__tree__6__goal__0__0=True)
+bad(
+    "an error of a face outside the tube",
+    shelf,
+    no_plan__faces__1__1__0__2=end_error(1, "1/2"),
+    no_plan__z__hi=["2.75", "2.6"],
+    no_plan__tree=[known.REST],
+)
+WAYS = [[[[row, "1"]]] for row in (0, 2, 1, 3)]
+bad("a face without an error of a template", one_point, tube__final__1=QUARTERS | {"goal": WAYS})
