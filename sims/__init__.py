@@ -2,7 +2,7 @@
 
 import importlib
 
-NAMES = ("drift_parking", "asv", "asv_published", "f110")
+NAMES = ("drift_parking", "asv", "asv_published", "f110", "tractor", "drone")
 
 
 def load(name: str, **options):

@@ -1,7 +1,7 @@
 """A MuJoCo model file with a controller, stepped by MJX, as a black box."""
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -10,7 +10,7 @@ import jax.numpy as jnp
 
 from parc_jax.errors import InputError
 from parc_jax.sets.box import Box
-from parc_jax.system import TimeGrid, Trajectory
+from parc_jax.system import ONE_POINT, TimeGrid, Trajectory, check_points
 from sims.quiet import lenient, quiet_import
 
 
@@ -19,7 +19,8 @@ class MJXSystem:
     """A MuJoCo model under a controller that k steers. Build with `mjx_system`, which validates.
 
     The first n_p joint coordinates are the workspace position, so they must be slide joints (or the
-    first three of a free joint). Deterministic unless `start` draws something from the key.
+    first three of a free joint). Where there are sites, the reference points are these instead.
+    Deterministic unless `start` draws something from the key.
     """
 
     name: str
@@ -34,6 +35,8 @@ class MJXSystem:
     start: Callable
     q_labels: tuple[str, ...] | None = None
     k_labels: tuple[str, ...] | None = None
+    points: tuple[str, ...] = ONE_POINT
+    sites: tuple[int, ...] | None = None
 
     def rollout(self, key: jax.Array, k: jax.Array) -> Trajectory:
         """One run from the model's initial state."""
@@ -47,7 +50,8 @@ class MJXSystem:
             model = mjx.put_model(self.model)
             data = self.start(key, k, mjx.make_data(model))
             data = data.replace(qpos=data.qpos.at[: self.n_p].add(p0))
-            home = data.qpos[: self.n_p]
+            start = self._places(model, data)
+            home = start[:1] if start.ndim == 2 else start
 
             def step(data, _):
                 data = data.replace(ctrl=self.controller(data.qpos, data.qvel, data.time, k))
@@ -55,13 +59,23 @@ class MJXSystem:
 
             def record(data, _):
                 data, _ = jax.lax.scan(step, data, length=self.steps)
-                return data, data.qpos[: self.n_p] - home
+                return data, self._places(model, data) - home
 
             data, p = jax.lax.scan(record, data, length=self.time.n_record)
-            p = jnp.concatenate([jnp.zeros((1, self.n_p), p.dtype), p])
+            p = jnp.concatenate([(start - home)[None], p])
             return Trajectory(
                 p, jnp.reshape(self.final(data.qpos, data.qvel), (self.n_q,)).astype(p.dtype)
             )
+
+    def _places(self, model, data) -> jax.Array:
+        """Of the reference points: (n_p,) of one, (m, n_p) of sites."""
+        from mujoco import mjx
+
+        if self.sites is None:
+            return data.qpos[: self.n_p]
+        # a step leaves the sites where they were before it
+        now = mjx.kinematics(model, data)
+        return now.site_xpos[jnp.array(self.sites), : self.n_p]
 
 
 def mjx_system(
@@ -75,6 +89,7 @@ def mjx_system(
     final: Callable = lambda qpos, qvel: qpos[:0],
     start: Callable = lambda key, k, data: data,
     name: str | None = None,
+    points: Sequence[str] | None = None,
     q_labels: Sequence[str] | None = None,
     k_labels: Sequence[str] | None = None,
 ) -> MJXSystem:
@@ -83,8 +98,9 @@ def mjx_system(
     model: path of an MJCF file, or its text. controller: (qpos, qvel, time, k (n_k,)) -> ctrl
     (n_u,), traceable, held over one step of the model. final: (qpos, qvel) -> q (n_q,). start:
     (key, k, data) -> data, the initial state and every disturbance that is drawn per run.
-    time.dt_record must be a whole number of the model's time steps. q_labels, k_labels: names with
-    units, such as "speed [m/s]".
+    time.dt_record must be a whole number of the model's time steps. points: names of sites that
+    become the reference points, the first of which starts at the origin; None = the first n_p joint
+    coordinates. q_labels, k_labels: names with units, such as "speed [m/s]".
     Raises InputError.
     """
     import mujoco
@@ -111,4 +127,15 @@ def mjx_system(
         )
     name = name or ("mujoco" if text.lstrip().startswith("<") else Path(text).stem)
     run = (compiled, round(steps), controller, final, start)
-    return MJXSystem(name, domain, time, n_p, n_q, *run, q_labels, k_labels)
+    system = MJXSystem(name, domain, time, n_p, n_q, *run, q_labels, k_labels)
+    if points is None:
+        return system
+    named = check_points(name, points)
+    known = [compiled.site(i).name for i in range(compiled.nsite)]
+    unknown = [point for point in named if point not in known]
+    if unknown:
+        raise InputError(
+            f"{name}: expected points that are sites of the MuJoCo model ({', '.join(known)}); got "
+            f"{unknown[0]!r}."
+        )
+    return replace(system, points=named, sites=tuple(known.index(point) for point in named))
