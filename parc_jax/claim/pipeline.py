@@ -218,11 +218,7 @@ def learn_profiles(
     network. bins, head, shape as in `BoundSettings`; key: for the head. A fitted shape holds all
     of these runs in memory. Raises InputError, also when no run is finite.
     """
-    if shape not in SHAPES or (shape == "fitted" and head is not None):
-        raise InputError(
-            f"shape: expected one of {SHAPES}, and a head beside boxes only; got {shape!r} with "
-            f"head {head}."
-        )
+    check_shape(shape, head)
     batches = itertools.chain([] if train is None else [train], further)
     usable = (batch.select(~batch.failed) for batch in batches)
     if shape == "fitted":
@@ -241,6 +237,15 @@ def learn_profiles(
         if bins is None:  # all networks share the first one's bins, and so its compiled code
             bins = out[0].edges
     return out
+
+
+def check_shape(shape: str, head: tuple[int, ...] | None) -> None:
+    """Refuse an unknown shape of a tube, or one that a head does not learn. Raises InputError."""
+    if shape not in SHAPES or (shape == "fitted" and head is not None):
+        raise InputError(
+            f"shape: expected one of {', '.join(SHAPES)}, and a head beside boxes only; got "
+            f"{shape!r} with head {head}."
+        )
 
 
 def _measured(

@@ -18,6 +18,7 @@ def learn(
     hidden: tuple[int, ...] | None = None,
     bins: tuple[int, ...] | None = None,
     head: tuple[int, ...] | None = None,
+    shape: str | None = None,
     eps: float | None = None,
     delta: float | None = None,
     claims: tuple[str, ...] | None = None,
@@ -57,6 +58,8 @@ def learn(
             changes.
         head: Hidden layers of a network that learns how the error depends on k, e.g. 8 8. Default:
             the largest error in every bin.
+        shape: Shape of the tube: "box", half widths along the axes, or "fitted", faces along the
+            principal axes of the errors beside them. Default: box, or the study's.
         eps: Probability with which a new run may leave the tube.
         delta: One minus the confidence in that.
         claims: "one" over all of K, "bins" in every bin at once; the first is the one of the model.
@@ -97,6 +100,7 @@ def learn(
         "hidden": hidden,
         "bins": bins,
         "head": head,
+        "shape": shape,
         "rollouts": rollouts,
         "eps": eps,
         "delta": delta,

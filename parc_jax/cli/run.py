@@ -18,6 +18,7 @@ def run(
     hidden: tuple[int, ...] | None = None,
     bins: tuple[int, ...] | None = None,
     head: tuple[int, ...] | None = None,
+    shape: str | None = None,
     rollouts: int | None = None,
     eps: float | None = None,
     delta: float | None = None,
@@ -54,6 +55,8 @@ def run(
         bins: Bins per axis of K over which the tube's profile varies.
         head: Hidden layers of a network that learns how the error depends on k, e.g. 8 8. Default:
             the largest error in every bin.
+        shape: Shape of the tube: "box", half widths along the axes, or "fitted", faces along the
+            principal axes of the errors beside them. Default: box, or the study's.
         rollouts: Number of training rollouts.
         eps: Probability with which a new run may leave the tube.
         delta: One minus the confidence in that.
@@ -95,6 +98,7 @@ def run(
         "hidden": hidden,
         "bins": bins,
         "head": head,
+        "shape": shape,
         "rollouts": rollouts,
         "eps": eps,
         "delta": delta,

@@ -4,7 +4,7 @@ options.
 
 from dataclasses import dataclass
 
-from parc_jax.claim.pipeline import GAP, BoundSettings
+from parc_jax.claim.pipeline import GAP, BoundSettings, check_shape
 from parc_jax.errors import InputError
 
 CLAIMS = ("one", "bins")
@@ -20,6 +20,7 @@ class Study:
         network's error changes.
     head: widths of a network that learns how the error depends on k and so gives the tube its
         profile; None = the largest error in every bin.
+    shape: of the tube, "box" or "fitted", as in `BoundSettings`.
     rollouts: training runs.
     eps, delta: with confidence 1 - delta, for all networks at once, a new run leaves the tube with
         probability <= eps.
@@ -51,6 +52,7 @@ class Study:
     others: tuple[tuple[int, ...], ...] = ((6, 6, 6, 6), (7, 7, 7, 7), ())
     bins: tuple[int, ...] | None = None
     head: tuple[int, ...] | None = None
+    shape: str = "box"
     rollouts: int = 10_000
     eps: float = 1e-3
     delta: float = 1e-3
@@ -80,6 +82,7 @@ class Study:
             claims=self.claims,
             bins=self.bins,
             head=self.head,
+            shape=self.shape,
             profile_runs=self.profile_runs,
             fresh=self.fresh,
             discard=self.discard,
@@ -121,6 +124,7 @@ def checked(study: Study) -> Study:
         raise InputError(
             f"claims: expected one or more of {', '.join(CLAIMS)}, each once; got {study.claims}."
         )
+    check_shape(study.shape, study.head)
     if study.search is not None and study.search < 0:
         raise InputError(f"search: expected runs >= 0, 0 for none; got {study.search}.")
     return study
