@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from benchmarks.result import Skip
+from parc_jax.claim.pipeline import BoundSettings
 from parc_jax.problem import ReachAvoid
 
 
@@ -23,6 +24,7 @@ class Case:
         obstacles as published.
     published: figures of the paper, measured on its machine: regions and seconds for BRAS of all of
         them.
+    asked: of the claims, as in the system's main job.
     """
 
     name: str
@@ -34,6 +36,7 @@ class Case:
     axis: int
     slack: float
     published: dict[tuple[int, ...], tuple[int, float]]
+    asked: BoundSettings
 
     def narrowed(self, slack: float) -> ReachAvoid:
         """The problem with both obstacles moved together until `slack` [m] is left. They move along
@@ -57,7 +60,7 @@ def _centre(o) -> np.ndarray:
 def drift() -> Case:
     """Drift parking between two cars, on the closed-form plant."""
     import sims
-    from sims.drift_parking import scenario
+    from sims.drift_parking import scenario, study
 
     left, right = scenario.PARKED_CARS
     return Case(
@@ -70,13 +73,14 @@ def drift() -> Case:
         axis=0,
         slack=right[0][0] - left[1][0] - 2 * scenario.BODY_RADIUS,
         published={(8,) * 4: (203, 9.6)},
+        asked=study.STUDY.bound,
     )
 
 
 def boat() -> Case:
     """The boat through a gap of 2.6 m, on the closed-form plant."""
     import sims
-    from sims.asv import scenario
+    from sims.asv import scenario, study
 
     task = scenario.problem()
     lower, upper = sorted(task.obstacles, key=lambda o: _centre(o)[1])
@@ -90,6 +94,7 @@ def boat() -> Case:
         axis=1,
         slack=float(-upper.b[3] - lower.b[1] - 2 * task.body.radius),
         published={(8,) * 4: (611, 100.0)},
+        asked=study.STUDY.bound,
     )
 
 

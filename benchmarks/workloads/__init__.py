@@ -20,6 +20,7 @@ NAMES = (
     "training",
     "table_one",
     "gap",
+    "yield",
 )
 
 

@@ -17,6 +17,7 @@ from parc_jax.errors import SoundnessError
 from parc_jax.keys import Stage
 from parc_jax.model import TrajectoryModel
 from parc_jax.network.predict import moved_to
+from parc_jax.rollout.batch import RolloutBatch
 from parc_jax.rollout.collect import collect
 from parc_jax.verdict.pointwise import clearance
 from parc_jax.verdict.scene import Scene
@@ -54,11 +55,7 @@ def replay(
     """
     p0, k = plans[:, : model.n_p], plans[:, model.n_p :]
     runs = collect(system, key, len(plans), Stage.REPLAY, k=k, chunk=CHUNK, quiet=quiet)
-    path = moved_to(p0, np.asarray(runs.p, np.float64))
-    state = np.concatenate([path[:, -1], runs.q], axis=1)
-    reached = (state @ scene.goal_A.T <= scene.goal_b).all(axis=1)
-    with x64():
-        distance = np.asarray(_true_clearance(scene.arrays, model.time.stride, path))
+    path, reached, distance = outcomes(scene, runs, p0)
     inside = inside_tube(model.claim, model.net, runs)
     out = Replay(reached, ~(distance > 0), inside, distance, path, np.asarray(runs.q))
     bugs = out.inside & out.failed
@@ -71,6 +68,20 @@ def replay(
             "it with the answer."
         )
     return out
+
+
+def outcomes(
+    scene: Scene, runs: RolloutBatch, p0: np.ndarray
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """What runs from p0 (n, n_p) did: path (n, n_record + 1, n_c), whether the goal was reached
+    (n,), smallest distance [m] from an obstacle (n,). A failed run reached nothing.
+    """
+    path = moved_to(p0, np.asarray(runs.p, np.float64))
+    state = np.concatenate([path[:, -1], runs.q], axis=1)
+    reached = (state @ scene.goal_A.T <= scene.goal_b).all(axis=1)
+    with x64():
+        distance = np.asarray(_true_clearance(scene.arrays, runs.time.stride, path))
+    return path, reached, distance
 
 
 @jax.jit(static_argnums=1)

@@ -16,6 +16,7 @@ from benchmarks.models import PARC, CaseModels, Claims, name_of
 from benchmarks.published import Partition, kept
 from benchmarks.result import Skip
 from benchmarks.workloads import bras, fails_safely, gap, points
+from parc_jax.claim.pipeline import BoundSettings
 from parc_jax.lp.status import LPStatus
 from parc_jax.network.parc import fit_affine
 from parc_jax.published.bas import avoid_set
@@ -42,7 +43,18 @@ def learned(model):
     k = rng.uniform(DOMAIN.lo, DOMAIN.hi, (50, 2))
     outputs = np.array([model.net(x) for x in k])
     straight = model.replace(net=fit_affine(k, outputs))
-    toy = Case("toy", None, lambda: gap_problem(2.0), ((6, 5),), (9,), (1, 1), 1, 2.0 - 0.6, {})
+    toy = Case(
+        "toy",
+        None,
+        lambda: gap_problem(2.0),
+        ((6, 5),),
+        (9,),
+        (1, 1),
+        1,
+        2.0 - 0.6,
+        {},
+        BoundSettings(),
+    )
     both = {PARC: Claims(straight, straight), (6, 5): Claims(model, model)}
     return CaseModels(toy, None, None, both, 0.05)
 
