@@ -12,7 +12,7 @@ from pathlib import Path
 from parc_jax import checker
 
 HERE = Path(__file__).resolve().parent
-KINDS = ("samples", "sets", "corridors")
+KINDS = ("samples", "sets", "corridors", "doubt")
 
 
 def rejected(function, *arguments):
@@ -33,6 +33,7 @@ def python_verdicts(answer):
         "samples": context.check_sample,
         "sets": context.check_set,
         "corridors": context.check_sample,
+        "doubt": lambda entry: checker.check_doubt(context, entry),
     }
     return {
         kind: [rejected(checks[kind], entry) for entry in answer.get(kind, [])] for kind in KINDS

@@ -195,10 +195,18 @@ def batch(rng, valid, entries):
 
 def campaign(program, count, seed, valid=None):
     """(entries compared, accepted by both, differences) of at least `count` mutants."""
+
+    def answers_of(rng):
+        return batch(rng, scene(rng) if valid is None else valid, 60)
+
+    return compared(program, count, seed, answers_of)
+
+
+def compared(program, count, seed, answers_of):
+    """The same for the answers (name of the change, answer) that a random generator gives."""
     proved, seen, accepted, different = two.Proved(program), 0, 0, []
     while seen < count:
-        rng = random.Random(seed)
-        answers = list(batch(rng, scene(rng) if valid is None else valid, 60))
+        answers = list(answers_of(random.Random(seed)))
         results = proved.verdicts([json.dumps(answer) for _, answer in answers])
         for (question, answer), result in zip(answers, results, strict=True):
             python = two.python_verdicts(answer)
