@@ -12,7 +12,7 @@ from .exact import NotAnAnswer, Rejected, array, fields, need, rejecting
 from .no_plan import check_no_plan
 from .plans import Context
 
-FORMATS = {"parc_jax.answer/1": 1, "parc_jax.answer/2": 2}
+FORMATS = ("parc_jax.answer/1", "parc_jax.answer/2")
 PARTS = ("problem", "network", "tube")  # of the question; each has a hash
 LISTS = ("samples", "sets", "corridors", "doubt")
 MAX_BYTES = 1 << 26  # of a file
@@ -78,7 +78,7 @@ def check_answer(answer):
     if type(answer) is not dict or answer.get("format") not in FORMATS:
         raise NotAnAnswer("got JSON without this format")
     needed = ("format", *PARTS, "claim", "hash", "samples", "sets", "no_plan")
-    if FORMATS[answer["format"]] == 1:
+    if answer["format"] == FORMATS[0]:
         fields(answer, needed, ("corridors", "meta"))
     else:
         fields(answer, needed, ("corridors", "doubt", "meta"))
@@ -94,7 +94,7 @@ def check_answer(answer):
         need(claim["network_hash"] == hashes["network"], "the claim is about another network")
         need(claim["tube_hash"] == hashes["tube"], "the claim is about another tube")
     context = Context(answer["problem"], answer["network"], answer["tube"])
-    need(context.format == FORMATS[answer["format"]], "the problem is of another format")
+    need(FORMATS[context.format - 1] == answer["format"], "the problem is of another format")
     proofs = [answer[part] for part in (*PARTS, *LISTS, "no_plan")]
     context.work_left = allowance(*proofs)
     samples = set()

@@ -1,0 +1,90 @@
+"""Certificates of robots with several points, in the plane and in space: spelled in format 2, exact,
+accepted by the checker; those of one point stay in format 1.
+"""
+
+import copy
+import json
+from fractions import Fraction
+
+import numpy as np
+import pytest
+from toy_bodies import points_model, points_problem
+from toy_models import line_model
+
+from parc_jax import checker
+from parc_jax.body import Disc, Part, Polygon, body_of
+from parc_jax.certificate.prove import prove
+from parc_jax.certificate.write import answer_part, problem_part, question_parts, sample_part
+from parc_jax.problem import reach_avoid
+from parc_jax.sets.box import box
+from parc_jax.verdict.pointwise import anchor, verdicts
+from parc_jax.verdict.scene import scene_of
+
+PLANS = 300
+
+
+@pytest.fixture(scope="module", params=[2, 3], ids=["plane", "space"])
+def proved(request):
+    """(model, problem, sample certificates) of the safe ones among random plans."""
+    n_p = request.param
+    rng = np.random.default_rng([n_p, 0])
+    model = points_model(rng, n_p=n_p, m=4, size=0.01)
+    problem = points_problem(rng, model)
+    scene = scene_of(problem, model)
+    z = rng.uniform(scene.z_lo, scene.z_hi, (PLANS, n_p))
+    k = rng.uniform(-1, 1, (PLANS, 2))
+    p0, _ = anchor(model, scene, z, k)
+    e = verdicts(model, scene, p0, k)
+    parts = [
+        sample_part(scene, model.tube, p0[i], k[i], e.path[i], int(e.bin[i]))
+        for i in np.flatnonzero(e.safe)
+    ]
+    return model, problem, parts
+
+
+def test_safe_plans_are_accepted_and_their_parts_are_not_exchanged(proved):
+    model, problem, parts = proved
+    assert len(parts) > 20 and prove(problem, model, parts)[0].all()
+    exchanged = [{**part, "sep": [runs[::-1] for runs in part["sep"]]} for part in parts]
+    assert not prove(problem, model, exchanged)[0].all()
+
+
+def test_the_whole_file_is_accepted_in_format_2(proved):
+    model, problem, parts = proved
+    answer = answer_part(problem, model, parts, [], [], no_plan=None, meta={})
+    assert answer["format"] == "parc_jax.answer/2"
+    assert checker.check_answer(json.loads(json.dumps(answer))).samples == len(parts)
+
+
+def test_widths_and_parts_are_spelled_by_point(proved):
+    model, problem, _ = proved
+    question, _, tube = question_parts(problem, model)
+    assert question["points"] == 4 and len(question["goal"]["A"][0]) == model.n_c + model.n_q
+    assert [part["points"] for part in question["body"]["parts"]] == [[0, 1], [2, 3]]
+    assert checker.number(question["body"]["parts"][1]["radius"]) == Fraction(0.05)
+    spelled = np.vectorize(float.fromhex)(np.array(tube["interval"]))
+    assert spelled.shape == (model.tube.n_bins, model.time.n_steps, 4, model.n_p)
+    assert (spelled.reshape(model.tube.interval.shape) == model.tube.interval).all()
+
+
+def test_a_body_of_parts_about_one_point_is_spelled_in_format_2():
+    square = Polygon(np.array([[-0.1, -0.1], [0.1, -0.1], [0.1, 0.1], [-0.1, 0.1]]))
+    body = body_of([Part((0,), Disc(0.05)), Part((0,), square)])
+    goal, wall = box([-9, -9, -9], [9, 9, 9]), box([0.2, 0.3], [0.4, 0.5])
+    model = line_model(4, 0.01)
+    simple, several = (reach_avoid(goal, [wall], given) for given in (square, body))
+    assert "points" not in problem_part(simple, model)
+    assert problem_part(several, model)["points"] == 1
+    context = checker.Context(*question_parts(several, model))
+    assert [part.points for part in context.parts] == [[0], [0]]
+    assert context.parts[0].radius == Fraction(0.05) and len(context.parts[1].vertices) == 4
+
+
+def test_other_points_are_another_question(proved):
+    """The checker's memory of the last models is not asked about another format."""
+    model, problem, _ = proved
+    first = checker.Context(*question_parts(problem, model))
+    question = copy.deepcopy(problem_part(problem, model))
+    question["points"] = 2
+    with pytest.raises(checker.Rejected):
+        first.about(question)
