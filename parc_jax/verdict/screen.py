@@ -19,12 +19,15 @@ from parc_jax.claim.error_set import ErrorSet, at
 from parc_jax.model import TrajectoryModel
 from parc_jax.network.predict import by_point, moved_to, predict
 from parc_jax.network.relu import ReLUNetwork
+from parc_jax.obstacles.grown import GrownObstacles
+from parc_jax.obstacles.pairs import Pairs
 from parc_jax.verdict.pointwise import arrival, prediction
 from parc_jax.verdict.scene import Scene
 
 CHUNK = 512  # points per compiled call: intermediates stay in cache
 KNOT_CHUNK = 2048  # the same for the test at a few knots
-KNOTS = 12  # at which that test is made
+# at which that test is made: in closed form it costs little, for hulls more than it mostly saves
+KNOTS = {GrownObstacles: 12, Pairs: 3}
 ITEMS = 2048  # open obstacle-interval pairs per compiled call
 
 
@@ -98,12 +101,12 @@ def _facet_gap(places, errors: ErrorSet, points, w, support, slack):
     return gap.min(axis=1).max(axis=1)
 
 
-def _few_outputs(model: TrajectoryModel) -> tuple[ReLUNetwork, np.ndarray]:
-    """The network with the outputs of the start, of KNOTS knots and of q only, and the indices of
+def _few_outputs(model: TrajectoryModel, n_knots: int) -> tuple[ReLUNetwork, np.ndarray]:
+    """The network with the outputs of the start, of some knots and of q only, and the indices of
     those knots, evenly spread.
     """
     net, layout = model.net, model.layout
-    knots = np.unique(np.linspace(0, layout.n_steps, KNOTS).round().astype(int))[1:]
+    knots = np.unique(np.linspace(0, layout.n_steps, n_knots).round().astype(int))[1:]
     rows = [
         np.arange(layout.n_c - layout.n_p),
         layout.n_c * knots[:, None] - layout.n_p + np.arange(layout.n_c),
@@ -143,7 +146,7 @@ class Screened(NamedTuple):
 def screen(model: TrajectoryModel, scene: Scene, z, k) -> Screened:
     """Which of the plans with predicted ends z (b, n_p) and parameters k (b, n_k) are safe."""
     net, tube, arrays = model.net, model.tube, scene.arrays
-    few, knots = _few_outputs(model)
+    few, knots = _few_outputs(model, KNOTS[type(scene.obstacles)])
     reaches, outside = map_rows(
         KNOT_CHUNK, lambda z, k: _knot_tests(few, knots, tube, arrays, z, k), z, k
     )
