@@ -19,15 +19,18 @@ from parc_jax.obstacles.segment import separation as segment_separation
 N = 64
 
 
+separations = jax.jit(jax.vmap(distance.separation))
+touches = jax.jit(jax.vmap(distance.touching))
+
+
 def separate(*pairs):
     with x64():
-        found = jax.jit(jax.vmap(distance.separation))(*pairs)
-        return [np.asarray(x) for x in found]
+        return [np.asarray(x) for x in separations(*pairs)]
 
 
 def touch(*pairs):
     with x64():
-        return np.asarray(jax.jit(jax.vmap(distance.touching))(*pairs))
+        return np.asarray(touches(*pairs))
 
 
 def near(points):
@@ -230,9 +233,7 @@ def test_float32_proposes_the_same(n):
     half, radius = np.full(pairs[0].shape, 0.02), np.zeros(N)
     exact, _ = separate(*pairs[:2], ErrorBox(half), pairs[2], radius)
     rough = jax.tree.map(lambda x: np.asarray(x, np.float32), (*pairs, half, radius))
-    gap, w = jax.jit(jax.vmap(distance.separation))(
-        *rough[:2], ErrorBox(rough[3]), rough[2], rough[4]
-    )
+    gap, w = separations(*rough[:2], ErrorBox(rough[3]), rough[2], rough[4])
     assert gap.dtype == w.dtype == np.float32
     apart = exact > 0
     np.testing.assert_allclose(gap[apart], exact[apart], atol=1e-5)
@@ -283,7 +284,9 @@ def test_with_a_worse_step_distances_are_missed(monkeypatch, name, mutant):
     monkeypatch.setattr(distance, name, mutant)
     rng = np.random.default_rng(0)
     a, b, vertices = random_pairs(rng, 3)
-    gap, _ = separate(a, b, ErrorBox(np.zeros(a.shape)), vertices, np.zeros(N))
+    with x64():
+        mutated = jax.jit(jax.vmap(lambda *pair: distance.separation(*pair)))
+        gap = np.asarray(mutated(a, b, ErrorBox(np.zeros(a.shape)), vertices, np.zeros(N))[0])
     both = np.concatenate([a, b], axis=1)
     true = np.array([near(differences(p, 0 * p, v)) for p, v in zip(both, vertices, strict=True)])
     assert (gap[true > 1e-9] < true[true > 1e-9] - 1e-6).sum() > 10
