@@ -79,7 +79,7 @@ def direction_runs(answer, sep) -> list[list[tuple[int, int, np.ndarray]]]:
     out = []
     for o, (obstacle, pairs) in enumerate(zip(answer.problem.obstacles, sep, strict=True)):
         span = answer.problem.all_spans[o]
-        for runs in [pairs] if one_point(answer.problem, answer.model) else pairs:
+        for runs in [pairs] if one_point(answer.problem, answer.model.tube) else pairs:
             first, mine = 0 if span is None else span[0], []
             for end, multipliers in runs:
                 w = sum(float(number(value)) * obstacle.A[row] for row, value in multipliers)
