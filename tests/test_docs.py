@@ -26,7 +26,9 @@ ARGUMENTS = {"replanning": (str(ROOT / "tests" / "data" / "drift_4x8.npz"), "3")
 HEAVY = {
     "batch.md",
     "claims.md",
+    "devices.md",
     "no_plan.md",
+    "safe_sets.md",
     "your_own_robot.md",
 }  # more than a few seconds: under the slow marker as a whole
 

@@ -12,8 +12,9 @@ from parc_jax import checker
 
 
 @pytest.mark.soundness
-def test_two_thousand_mutants_none_wrongly_accepted():
-    tally = sum((mutants.check_mutants(seed, 200) for seed in range(10)), collections.Counter())
+@pytest.mark.parametrize("seeds", [range(3), pytest.param(range(3, 10), marks=pytest.mark.slow)])
+def test_of_two_thousand_mutants_none_is_wrongly_accepted(seeds):
+    tally = sum((mutants.check_mutants(seed, 200) for seed in seeds), collections.Counter())
     assert not [kind for kind, verdict in tally if verdict == "false"]
     rejected = {kind for kind, verdict in tally if verdict == "rejected"}
     assert len(rejected) >= len(mutants.KINDS) - 2, f"never: {set(mutants.KINDS) - rejected}"

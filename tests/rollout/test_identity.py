@@ -210,6 +210,7 @@ def test_equal_content_has_equal_digests_and_opaque_parts_their_own():
     assert content_of(one).digest == content_of(one).digest
 
 
+@pytest.mark.slow
 def test_the_identity_outlives_the_process(tmp_path):
     source = textwrap.dedent(
         """

@@ -50,6 +50,7 @@ def system(simulate, workers, **more):
     return python_system(simulate, DOMAIN, TIME, name="walk", n_p=2, n_q=1, workers=workers, **more)
 
 
+@pytest.mark.slow
 def test_rows_do_not_depend_on_processes_or_chunks():
     here, there = system(walk, 0), system(walk, 2)
     first = pj.collect(here, KEY, n=40, quiet=True)

@@ -30,6 +30,7 @@ TINY = (
 )
 
 
+@pytest.mark.slow
 def test_exported_policy_acts_like_braxs_own():
     networks = quiet_import("brax.training.agents.ppo.networks")
     statistics = quiet_import("brax.training.acme.running_statistics")

@@ -60,6 +60,7 @@ def _agree(states, switch, path, yaw, switch_want):
     assert np.abs(error).max() < LOOSE
 
 
+@pytest.mark.slow
 def test_agrees_with_the_plain_transcription(ode, rng):
     k = rng.uniform([9, np.pi / 6], [11, 2 * np.pi / 9], (6, 2))
     k[:2] = (9, np.pi / 6), (11, 2 * np.pi / 9)

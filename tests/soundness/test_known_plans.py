@@ -17,6 +17,7 @@ from parc_jax.certificate.write import (
 )
 from parc_jax.checker.exact import dot
 from parc_jax.network.relu import relu_network
+from parc_jax.obstacles import grown
 from parc_jax.obstacles.segment import separation
 from parc_jax.planner import Planner
 from parc_jax.problem import reach_avoid
@@ -119,12 +120,12 @@ def test_knots_alone_would_jump_the_wall(monkeypatch):
     model = line_model(4, 0.0)
     scene = scene_of(reach_avoid(ANYWHERE, [box([0.1, -1], [0.11, 1])], 0.0), model)
     plan = model.net, model.tube, scene, np.zeros(2), np.array([1.0, 0.0])
-    assert not bool(engine.verdict(*plan).clearance > 0)
+    assert not bool(jax.jit(lambda *plan: engine.verdict(*plan))(*plan).clearance > 0)
     points = jax.vmap(
         lambda pa, pb, corners, radius: separation(pa, pa, corners, radius), in_axes=(0, 0, 0, None)
     )
-    monkeypatch.setattr(engine, "separations", points)
-    assert bool(engine.verdict(*plan).clearance > 0)
+    monkeypatch.setattr(grown, "separations", points)
+    assert bool(jax.jit(lambda *plan: engine.verdict(*plan))(*plan).clearance > 0)
 
 
 def test_a_wall_outside_a_bounded_start_set_is_not_jumped():

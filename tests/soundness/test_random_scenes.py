@@ -12,18 +12,19 @@ import pytest
 from dense_oracle import DEPTH, knots_of, row_room, smallest_distance
 from toy_models import anchored_plans, random_model, random_problem
 
-from parc_jax.obstacles import segment
+from parc_jax.obstacles import grown, segment
 from parc_jax.problem import ReachAvoid
 from parc_jax.sets.box import box
 from parc_jax.sets.hpolytope import from_box, hpolytope
 from parc_jax.verdict import pointwise as engine
 from parc_jax.verdict.pointwise import verdicts as verdicts_of
-from parc_jax.verdict.scene import scene_of
+from parc_jax.verdict.scene import bare_scene, scene_of
 
 pytestmark = pytest.mark.soundness
 
 NETS, T, HIDDEN, BINS, CORNERS = 50, 3, (5, 4), (1, 2), 32  # one compiled shape
 BODIES = ("disc", "disc", "polygon")
+TRIES = 6  # plans drawn for each network
 
 
 class Case(NamedTuple):
@@ -62,21 +63,22 @@ def random_case(models, seed: int) -> Case:
     span = (None, (0, T - 1), (0, 0), (1, T - 1))[seed % 4]
     goal = box([-0.5, -0.5, -5.0], [0.5, 0.5, 5.0])
     problem = problem.replace(goal=goal_rows(goal, rng), spans=(span, None))
-    plans = [nearest_call(problem, model, *anchored_plans(rng, model, 6)) for model in models]
-    p0, k = (np.array(x) for x in zip(*plans, strict=True))
-    return Case(models, problem, scene_of(problem, models[0]), p0, k)
+    plans = nearest_calls(problem, models, [anchored_plans(rng, model, TRIES) for model in models])
+    return Case(models, problem, bare_scene(problem, models[0]), *plans)
 
 
-def nearest_call(problem, model, p0, k):
-    """The plan whose distance to the obstacles is nearest to zero: the one that is hardest to
-    judge.
+def nearest_calls(problem, models, drawn):
+    """Of the plans (p0, k) drawn for each network the one whose distance to the obstacles is
+    nearest to zero, the hardest to judge: p0, k (NETS, 2).
     """
-    knots, _ = knots_of(model.net, T, p0, k)
-    gap, _ = smallest_distance(
-        problem, knots, model.tube.interval[model.tube.bin_of(k)], n_points=7
-    )
-    best = int(np.argmin(np.abs(gap)))
-    return p0[best], k[best]
+    knots, widths = [], []
+    for model, (p0, k) in zip(models, drawn, strict=True):
+        knots.append(knots_of(model.net, T, p0, k)[0])
+        widths.append(model.tube.interval[model.tube.bin_of(k)])
+    gap, _ = smallest_distance(problem, np.concatenate(knots), np.concatenate(widths), n_points=7)
+    best = np.abs(gap).reshape(-1, TRIES).argmin(axis=1)
+    p0, k = (np.array(x) for x in zip(*drawn, strict=True))
+    return p0[np.arange(len(best)), best], k[np.arange(len(best)), best]
 
 
 def goal_rows(goal, rng):
@@ -91,15 +93,15 @@ def goal_rows(goal, rng):
 def stacked(case: Case):
     nets, tubes = ([getattr(m, name) for m in case.models] for name in ("net", "tube"))
     over = lambda parts: jax.tree.map(lambda *xs: np.stack(xs), *parts)  # noqa: E731
-    grown = case.scene.obstacles
-    pad = ((0, 0), (0, CORNERS - grown.corner.shape[1]), (0, 0))  # one compiled shape
-    grown = grown.replace(
-        corner=np.pad(grown.corner, pad, "edge"), sign=np.pad(grown.sign, pad, "edge")
+    laid_out = case.scene.obstacles
+    pad = ((0, 0), (0, CORNERS - laid_out.corner.shape[1]), (0, 0))  # one compiled shape
+    laid_out = laid_out.replace(
+        corner=np.pad(laid_out.corner, pad, "edge"), sign=np.pad(laid_out.sign, pad, "edge")
     )
     return (
         over(nets),
         over(tubes),
-        case.scene.replace(obstacles=grown, directions=None, problem=None),
+        case.scene.replace(obstacles=laid_out, problem=None),
         case.p0,
         case.k,
     )
@@ -197,29 +199,29 @@ def farther_end(pa, pb, corners, radius):
     return jnp.maximum(segment.dot2(w, pa), segment.dot2(w, pb)) - reach - radius, w
 
 
-def later_error(scene, path, error):
-    return CLEARANCE(scene, path, jnp.roll(error, -1, axis=0))
+def later_error(scene, path, errors):
+    return CLEARANCE(scene, path, errors.replace(half=jnp.roll(errors.half, -1, axis=0)))
 
 
-def no_error(scene, path, error):
-    return CLEARANCE(scene, path, error * 0)
+def no_error(scene, path, errors):
+    return CLEARANCE(scene, path, errors.replace(half=errors.half * 0))
 
 
-def always_active(scene, path, error):
+def always_active(scene, path, errors):
     off = scene.obstacles.replace(active=~scene.obstacles.active)
-    return CLEARANCE(scene.replace(obstacles=off), path, error)
+    return CLEARANCE(scene.replace(obstacles=off), path, errors)
 
 
-def space_major(net, n_steps, n_p, k):
-    offsets, q, pattern = PREDICT(net, n_steps, n_p, k)
-    knots = offsets[1:].reshape(n_p, n_steps).T
+def space_major(net, layout, k):
+    offsets, q, pattern = PREDICT(net, layout, k)
+    knots = offsets[1:].reshape(offsets.shape[1], T).T
     return jnp.concatenate([offsets[:1], knots]), q, pattern
 
 
-def no_activation(net, n_steps, n_p, k):
+def no_activation(net, layout, k):
     for W, b in zip(net.weights[:-1], net.biases[:-1], strict=True):
         k = jnp.matmul(W, k) + b
-    offsets, q, _ = PREDICT(type(net)(net.weights[-1:], net.biases[-1:]), n_steps, n_p, k)
+    offsets, q, _ = PREDICT(type(net)(net.weights[-1:], net.biases[-1:]), layout, k)
     return offsets, q, jnp.zeros(sum(HIDDEN), bool)
 
 
@@ -233,33 +235,43 @@ def no_tube_at_the_goal(A, b, x, slack):
 
 CLEARANCE, PREDICT, BIN_OF = engine.clearance, engine.predict, engine.open_bin_of
 FAULTS = {
-    "first end of the segment only": ("separations", jax.vmap(one_end, in_axes=(0, 0, 0, None))),
-    "second end of the segment only": ("separations", jax.vmap(other_end, in_axes=(0, 0, 0, None))),
-    "disc dropped": ("separations", jax.vmap(no_disc, in_axes=(0, 0, 0, None))),
+    "first end of the segment only": (
+        grown,
+        "separations",
+        jax.vmap(one_end, in_axes=(0, 0, 0, None)),
+    ),
+    "second end of the segment only": (
+        grown,
+        "separations",
+        jax.vmap(other_end, in_axes=(0, 0, 0, None)),
+    ),
+    "disc dropped": (grown, "separations", jax.vmap(no_disc, in_axes=(0, 0, 0, None))),
     "farther end for the nearer one": (
+        grown,
         "separations",
         jax.vmap(farther_end, in_axes=(0, 0, 0, None)),
     ),
-    "error of the next interval": ("clearance", later_error),
-    "no error": ("clearance", no_error),
-    "obstacles active in the other intervals": ("clearance", always_active),
-    "outputs read space-major": ("predict", space_major),
-    "no ReLU": ("predict", no_activation),
-    "tube of the first bin": ("open_bin_of", one_bin),
-    "goal and start not looked at": ("row_margin", no_tube_at_the_goal),
+    "error of the next interval": (engine, "clearance", later_error),
+    "no error": (engine, "clearance", no_error),
+    "obstacles active in the other intervals": (engine, "clearance", always_active),
+    "outputs read space-major": (engine, "predict", space_major),
+    "no ReLU": (engine, "predict", no_activation),
+    "tube of the first bin": (engine, "open_bin_of", one_bin),
+    "goal and start not looked at": (engine, "row_margin", no_tube_at_the_goal),
 }
 
 
 @pytest.mark.parametrize("fault", FAULTS)
 def test_broken_engines_are_caught_by_the_oracle(monkeypatch, models, fault):
-    monkeypatch.setattr(engine, *FAULTS[fault])
+    monkeypatch.setattr(*FAULTS[fault])
     wrong = compare(models, range(6), verdicts)[1]
     assert wrong > 0
 
 
 def test_an_engine_that_refuses_everything_near_is_caught_too(monkeypatch, models):
-    monkeypatch.setattr(
-        engine, "clearance", lambda scene, path, error: CLEARANCE(scene, path, error * 1.1 + 0.01)
-    )
+    def wider(scene, path, errors):
+        return CLEARANCE(scene, path, errors.replace(half=errors.half * 1.1 + 0.01))
+
+    monkeypatch.setattr(engine, "clearance", wider)
     _, wrong, missed, _, _ = compare(models, range(6), verdicts)
     assert wrong == 0 and missed > 0
