@@ -5,10 +5,11 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 from synthetic_plants import Plant, failing, plant, straight
+from turning_bar import Bar
 
 from parc_jax.errors import InputError
 from parc_jax.keys import Stage
-from parc_jax.network.predict import outputs
+from parc_jax.network.predict import layout_of, outputs, trajectories
 from parc_jax.network.train import train, train_report, training_arrays
 from parc_jax.rollout.collect import collect
 
@@ -64,3 +65,17 @@ def test_failed_runs_are_left_out_and_too_few_are_refused(data):
 def test_layers_without_neurons_are_refused(data, hidden):
     with pytest.raises(InputError, match="positive width"):
         train(data, hidden, key=jax.random.key(0))
+
+
+def test_outputs_are_all_points_at_all_knots_but_the_first_point_at_the_start():
+    runs = collect(Bar(), jax.random.PRNGKey(4), 60, quiet=True)
+    k, y = training_arrays(runs)
+    layout = layout_of(runs)
+    assert y.shape == (60, layout.n_offsets + 1) == (60, 5 * 4 - 2 + 1)
+    np.testing.assert_array_equal(y[:, :2], runs.p[:, 0, 2:])  # where the second point starts
+    at_knots = runs.p[:, :: runs.time.stride]
+    np.testing.assert_array_equal(y[:, 2:-1].reshape(60, 4, 4), at_knots[:, 1:])
+    np.testing.assert_array_equal(y[:, -1:], runs.q)
+    net = train(runs, (6,), key=jax.random.PRNGKey(0), seeds=1, steps=300)
+    offsets, q = trajectories(net, layout, k)
+    assert np.abs(offsets - at_knots).max() < 0.05 and np.abs(q - runs.q).max() < 0.05
