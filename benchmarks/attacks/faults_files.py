@@ -197,8 +197,8 @@ REPLAY = (
     Fault(
         "page_forgets_the_tube",
         "parc_jax/plot/page/model.js",
-        "const errors = during.map((points) => points.map(boxCorners));",
-        "const errors = during.map((points) => points.map((e) => [e.map(() => 0)]));",
+        "sums([seen.path[t][i], seen.path[t + 1][i]], seen.tube.errors[t][i])",
+        "[seen.path[t][i], seen.path[t + 1][i]]",
         ("tests/plot/test_page_browser.py::test_verdicts_equal_the_engine_s",),
     ),
     Fault(

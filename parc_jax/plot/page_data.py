@@ -7,6 +7,7 @@ import numpy as np
 from parc_jax.body import Disc, numbered
 from parc_jax.certificate.write import part_hash, question_parts
 from parc_jax.checker import PARTS
+from parc_jax.claim.tube import NO_CLAIM
 from parc_jax.io.answer_file import corridor_of
 from parc_jax.plot import shapes
 from parc_jax.plot.views import views_of
@@ -50,7 +51,8 @@ def model_data(model, problem) -> dict:
     """What the page's verdict on a plan needs, without corridors and polytopes: network, tube,
     body, goal, start, obstacles.
     """
-    interval, final = model.tube.finite_widths
+    tube = model.tube
+    lost = tube.support_at_end(problem.goal.A, np.arange(tube.n_bins))
     return {
         "n_p": model.n_p,
         "n_k": model.n_k,
@@ -67,9 +69,10 @@ def model_data(model, problem) -> dict:
             "biases": [b.tolist() for b in model.net.biases],
         },
         "tube": {
-            "edges": [edge.tolist() for edge in map(np.asarray, model.tube.edges)],
-            "interval": interval.tolist(),
-            "final": final.tolist(),
+            "edges": [edge.tolist() for edge in map(np.asarray, tube.edges)],
+            "interval": tube.finite_widths[0].tolist(),
+            "faces": None if tube.templates is None else _faces(tube.templates.interval),
+            "lost": np.minimum(lost, NO_CLAIM).tolist(),
         },
     }
 
@@ -164,6 +167,15 @@ def _active(problem, n_parts: int, n_steps: int) -> np.ndarray:
     for obstacle, (first, last) in enumerate(_steps(problem, n_steps)):
         active[obstacle, :, first : last + 1] = True
     return active.reshape(-1, n_steps)
+
+
+def _faces(faces) -> dict:
+    """Faces of the errors, where there are any instead of boxes."""
+    return {
+        "directions": faces.directions.tolist(),
+        "centre": faces.centre.tolist(),
+        "half": np.minimum(faces.half, NO_CLAIM).tolist(),
+    }
 
 
 def _part(part, n_p: int) -> dict:

@@ -108,9 +108,8 @@ def test_verdicts_equal_the_engine_s(browser, tmp_path, rng):
     assert (got[:, 3] == got[:, 4]).all() and (got[:, 3].astype(bool) == seen.safe).all()
     assert 10 < seen.safe.sum() < 290  # both verdicts occur
     # a page that forgot the tube must be caught by the same numbers
-    page.write_text(
-        page.read_text().replace("points.map(boxCorners)", "points.map((e) => [e.map(() => 0)])")
-    )
+    ends = "[seen.path[t][i], seen.path[t + 1][i]]"
+    page.write_text(page.read_text().replace(f"sums({ends}, seen.tube.errors[t][i])", ends))
     wrong = np.array(result(run(browser, page, "--dump-dom", script=script)))
     assert np.abs(wrong[:, 0] - seen.clearance).max() > 0.01 and (wrong[:, 3] > seen.safe).any()
 
@@ -160,7 +159,7 @@ def test_on_a_border_between_bins_the_widest_tube_counts(browser, tmp_path):
     page = page_of_file(tmp_path, file)
     script = (
         "const out = [[-0.875, -0.05], [-0.705, -0.05]].map((p) => { move(p, [0.875, 0.0625]);"
-        " return [state.seen.bins, state.seen.tube.final[0], $('verdict').dataset.kind]; });"
+        " return [state.seen.bins, state.seen.tube.lost[0], $('verdict').dataset.kind]; });"
         "document.getElementById('result').textContent = JSON.stringify(out);"
     )
     near, far = result(run(browser, page, "--dump-dom", script=script))

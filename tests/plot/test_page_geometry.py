@@ -108,6 +108,10 @@ def test_hulls_and_sums_are_those_of_qhull(rng):
     expected = points[ConvexHull(points).vertices]
     start = int(np.argmin(np.abs(expected - got[0]).sum(axis=1)))
     assert got == pytest.approx(np.roll(expected, -start, axis=0))
+    with_faces = "faceCorners([[1, 0], [0, 1], [1, 1]], [0, 0, 1], [1, 1, 0.5])"
+    cut = np.array(said(f"console.log(JSON.stringify(hull({with_faces})))"))
+    expected = [[-0.5, 1], [0.5, 1], [1, 0.5], [1, -0.5]]
+    assert sorted(cut.tolist()) == pytest.approx(np.array(sorted(expected)))
     corners = np.array(said("console.log(JSON.stringify(boxCorners([1, 2, 3])))"))
     assert len(np.unique(corners, axis=0)) == 8
     assert (np.abs(corners) == [1, 2, 3]).all()

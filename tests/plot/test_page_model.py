@@ -5,12 +5,15 @@ parts, in the plane and in space.
 import json
 import shutil
 import subprocess
+from dataclasses import replace
 
 import numpy as np
 import pytest
-from drawn_bodies import car, drone
+from drawn_bodies import car
 from toy_bodies import points_model, points_problem
 
+from parc_jax.claim.faces import faces
+from parc_jax.claim.tube import fitted_tube
 from parc_jax.plot.html import PARTS
 from parc_jax.plot.page_data import model_data
 from parc_jax.verdict.pointwise import verdicts
@@ -47,11 +50,38 @@ def random_case(n_p):
     return case
 
 
+def fitted_case(n_p):
+    """The same with a tube that fits: slanted faces, not centred, turned sets."""
+
+    def case(rng):
+        model, problem = random_case(n_p)(rng)
+        old = model.tube
+        lead = (old.n_bins, old.n_steps, old.n_points)
+        slanted = np.concatenate([np.eye(n_p), rng.normal(size=(2, n_p))])
+        shape = (*lead, len(slanted))
+        during = faces(
+            np.broadcast_to(slanted, (*shape, n_p)),
+            0.01 * rng.normal(size=shape),
+            rng.uniform(0.02, 0.05, shape),
+        )
+        n_end = old.n_c + old.n_q
+        at_end = faces(
+            np.broadcast_to(np.eye(n_end), (old.n_bins, n_end, n_end)),
+            0.02 * rng.normal(size=(old.n_bins, n_end)),
+            rng.uniform(0.01, 0.04, (old.n_bins, n_end)),
+            frames=True,
+        )
+        claim = replace(model.claim, tube=fitted_tube(old.edges, during, at_end))
+        return model.replace(claim=claim), problem
+
+    return case
+
+
 CASES = {
     "car": lambda _: car(e=0.02, parts=2),
-    "drone": lambda _: drone(e=0.02),
-    "random plane": random_case(2),
     "random space": random_case(3),
+    "fitted plane": fitted_case(2),
+    "fitted space": fitted_case(3),
 }
 
 

@@ -17,6 +17,21 @@ function around(points) {
 // corners of the box of errors |e| <= half
 const boxCorners = (half) => half.reduce((corners, h) => corners.flatMap((c) => [[...c, -h], [...c, h]]), [[]]);
 
+// corners of the errors between pairs of faces |u . e - c| <= s: where as many faces meet as there are dimensions
+function faceCorners(directions, centre, half) {
+  const inside = (e) => directions.every((u, j) => Math.abs(dot(u, e) - centre[j]) <= half[j] * (1 + 1e-9) + 1e-12);
+  return choices(directions.length, directions[0].length).flatMap((chosen) =>
+    boxCorners(chosen.map((j) => half[j]))
+      .map((ends) => solved(chosen.map((j) => directions[j]), chosen.map((j, i) => centre[j] + ends[i])))
+      .filter((corner) => corner && inside(corner)));
+}
+
+// all ways to choose some of n numbers, from 0
+function choices(n, some) {
+  if (some === 0) return [[]];
+  return Array.from({ length: n }, (_, last) => choices(last, some - 1).map((others) => [...others, last])).flat();
+}
+
 // convex hull in the plane, counter-clockwise, without points on its edges
 function hull(points) {
   const sorted = points.slice().sort((a, b) => a[0] - b[0] || a[1] - b[1]);

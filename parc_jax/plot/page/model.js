@@ -47,15 +47,21 @@ function makeModel(data) {
     return numbers;
   }
 
-  // the tube that counts there, the widest of all bins: half widths, and the corners of the errors of each point
+  // corners of the errors that a bin allows a point in an interval
+  function errorsIn(bin, t, i) {
+    const { faces, interval } = data.tube;
+    if (!faces) return boxCorners(interval[bin][t].slice(i * nP, (i + 1) * nP));
+    return faceCorners(faces.directions[bin][t][i], faces.centre[bin][t][i], faces.half[bin][t][i]);
+  }
+
+  // the tube that counts there, of all bins together: corners of the errors of each point and the box around them by
+  // interval, and what the rows of the goal lose
   function tube(bins) {
     const key = bins.join();
     if (!tubeOf.has(key)) {
-      const widest = (a, b) => a.map((v, i) => (Array.isArray(v) ? widest(v, b[i]) : Math.max(v, b[i])));
-      const of = (part) => bins.map((bin) => data.tube[part][bin]).reduce(widest);
-      const during = of("interval").map((columns) => data.points.map((_, i) => columns.slice(i * nP, (i + 1) * nP)));
-      const errors = during.map((points) => points.map(boxCorners));
-      tubeOf.set(key, { during, errors, final: of("final") });
+      const errors = Array.from({ length: T }, (_, t) => data.points.map((_, i) => bins.flatMap((bin) => errorsIn(bin, t, i))));
+      const lost = data.goal.b.map((_, row) => Math.max(...bins.map((bin) => data.tube.lost[bin][row])));
+      tubeOf.set(key, { errors, boxes: errors.map((points) => points.map(around)), lost });
     }
     return tubeOf.get(key);
   }
@@ -75,24 +81,20 @@ function makeModel(data) {
 
   const gapOf = (seen, pair, t) => separation(swept(seen, pair.points, t), pair.corners).gap - pair.radius;
 
-  function rowMargin(rows, x, lost) {
-    let least = Infinity, worst = -1;
-    rows.b.forEach((b, i) => {
-      let value = b;
-      rows.A[i].forEach((a, j) => { value -= a * x[j] + Math.abs(a) * lost[j]; });
-      if (value < least) { least = value; worst = i; }
-    });
-    return { least, worst };
+  // least of b - A x - lost over rows, and the row
+  function rowMargin({ A, b }, x, lost) {
+    const margins = b.map((bound, i) => bound - dot(A[i], x) - lost[i]), least = Math.min(...margins);
+    return { least, worst: margins.indexOf(least) };
   }
 
   const active = ({ steps: [first, last] }, t) => t >= first && t <= last;
 
   function goalMargin(seen) {
     if (!seen.tube) return { least: -Infinity, worst: -1 };
-    return rowMargin(data.goal, [...seen.path[T].flat(), ...seen.q], seen.tube.final);
+    return rowMargin(data.goal, [...seen.path[T].flat(), ...seen.q], seen.tube.lost);
   }
 
-  const startMargin = (p0) => (data.start ? rowMargin(data.start, p0, p0.map(() => 0)).least : Infinity);
+  const startMargin = (p0) => (data.start ? rowMargin(data.start, p0, data.start.b.map(() => 0)).least : Infinity);
 
   // gaps: [obstacle][interval], of the part that is nearest
   function verdict(p0, k) {
@@ -155,9 +157,9 @@ function makeModel(data) {
     for (let axis = 0; axis < nP; axis++) {
       let lo = Infinity, hi = -Infinity;
       for (const i of points) {
-        const a = seen.path[t][i][axis], b = seen.path[t + 1][i][axis], half = seen.tube.during[t][i][axis];
-        lo = Math.min(lo, a - half, b - half);
-        hi = Math.max(hi, a + half, b + half);
+        const a = seen.path[t][i][axis], b = seen.path[t + 1][i][axis], errors = seen.tube.boxes[t][i];
+        lo = Math.min(lo, a + errors.lo[axis], b + errors.lo[axis]);
+        hi = Math.max(hi, a + errors.hi[axis], b + errors.hi[axis]);
       }
       if (lo > box.hi[axis] + radius || hi < box.lo[axis] - radius) return true;
     }
