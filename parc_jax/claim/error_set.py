@@ -1,5 +1,5 @@
 """The errors that one bin of a tube allows at one point during one interval: how far along a
-direction they reach. [T14]
+direction they reach. [T14, T26]
 
 A box has half widths along the axes. A template has pairs of parallel faces, |u_j . e - c_j| <= s_j
 for a few directions u_j. By duality its support is the least of mu . c + |mu| . s over all mu with
@@ -99,7 +99,8 @@ def template(directions, centre, half, frames: bool = False) -> ErrorTemplate:
     Raises InputError.
 
     All bases of n among the R directions; nearly dependent ones are left out. frames: instead, n
-    directions after another are a basis, and there are no others.
+    directions after another are a basis, and there are no others; the support is a bound then, and
+    a vertex may lie outside.
     """
     directions = np.asarray(directions, np.float64)
     n_rows, n = directions.shape[-2:]

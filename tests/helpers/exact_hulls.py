@@ -1,4 +1,6 @@
-"""Exact distance of the origin from the hull of points, by trying every simplex of them."""
+"""Exact distance of the origin from the hull of points, by trying every simplex of them; corners of
+sets of errors, by trying every corner.
+"""
 
 from fractions import Fraction
 from itertools import combinations, product
@@ -62,3 +64,17 @@ def differences(points, half, vertices):
     signs = np.array(list(product((-1, 1), repeat=points.shape[1])))
     corners = (points[:, None] + signs[None] * half[:, None]).reshape(-1, points.shape[1])
     return (corners[:, None] - vertices[None]).reshape(-1, points.shape[1])
+
+
+def corners_between(directions, centre, half):
+    """All corners (v, n) of {e: |directions e - centre| <= half}."""
+    found = []
+    for rows in combinations(range(len(directions)), directions.shape[1]):
+        normals = directions[list(rows)]
+        if np.linalg.matrix_rank(normals) < len(rows):
+            continue
+        for signs in product((-1, 1), repeat=len(rows)):
+            faces = centre[list(rows)] + np.array(signs) * half[list(rows)]
+            found.append(np.linalg.solve(normals, faces))
+    found = np.array(found)
+    return found[(np.abs(found @ directions.T - centre) <= half + 1e-12).all(axis=1)]

@@ -6,7 +6,8 @@ import numpy as np
 
 from parc_jax.body import Disc, Part, body_of, hull
 from parc_jax.claim.claim import error_claim
-from parc_jax.claim.tube import tube
+from parc_jax.claim.faces import DIRECTION_BITS, Faces, faces, short
+from parc_jax.claim.tube import fitted_tube, tube
 from parc_jax.model import TrajectoryModel, trajectory_model
 from parc_jax.network.relu import relu_network
 from parc_jax.problem import ReachAvoid, goal_of_points, reach_avoid
@@ -18,10 +19,18 @@ HIDDEN = (7, 6)
 
 
 def points_model(
-    rng, n_p: int = 2, m: int = 4, T: int = 4, bins=(2, 1), size: float = 0.02, n_q: int = 1
+    rng,
+    n_p: int = 2,
+    m: int = 4,
+    T: int = 4,
+    bins=(2, 1),
+    size: float = 0.02,
+    n_q: int = 1,
+    fitted: bool = False,
 ) -> TrajectoryModel:
     """m points about a random path over K = [-1, 1]^2 that ends about (2, ...), each with an offset
-    that moves with k; the first is the reference. One random tube per bin.
+    that moves with k; the first is the reference. One random tube per bin, of boxes or between
+    faces (fitted).
     """
     n_c = m * n_p
     path = np.linspace(0, 2, T + 1)[:, None, None] * np.ones(n_p)
@@ -42,14 +51,19 @@ def points_model(
     net = relu_network([*weights, last], [*biases, np.concatenate([at_zero, np.zeros(n_q)])])
     domain = box([-1, -1], [1, 1])
     n_bins = int(np.prod(bins))
+    edges = [np.linspace(-1, 1, n + 1) for n in bins]
+    during, at_end = (n_bins, T, n_c), (n_bins, n_c + n_q)
+    if fitted:
+        errors = fitted_tube(
+            edges,
+            random_faces(rng, (n_bins, T, m), n_p, size),
+            random_faces(rng, (n_bins,), n_c + n_q, size, frames=True),
+        )
+    else:
+        errors = tube(edges, rng.uniform(0, 2 * size, during), rng.uniform(0, 2 * size, at_end), m)
     claim = error_claim(
         kind="assumed",
-        tube=tube(
-            [np.linspace(-1, 1, n + 1) for n in bins],
-            rng.uniform(0, 2 * size, (n_bins, T, n_c)),
-            rng.uniform(0, 2 * size, (n_bins, n_c + n_q)),
-            m,
-        ),
+        tube=errors,
         quantifier="assumed for every run",
         eps=None,
         delta=None,
@@ -61,6 +75,16 @@ def points_model(
     )
     names = tuple(f"c{i}" for i in range(m))
     return trajectory_model(net, claim, domain, time_grid(1.0 / T, 1.0), "toy", points=names)
+
+
+def random_faces(rng, lead: tuple[int, ...], n: int, size: float, frames: bool = False) -> Faces:
+    """Faces along the axes and along n directions more, about errors that are not about zero."""
+    slanted = short(rng.normal(size=(*lead, n, n)), DIRECTION_BITS)
+    directions = np.concatenate([np.broadcast_to(np.eye(n), slanted.shape), slanted], axis=-2)
+    half = rng.uniform(0.3, 2, directions.shape[:-1]) * size
+    middle = size * rng.uniform(-0.3, 0.3, (*lead, n))
+    centre = (directions * middle[..., None, :]).sum(axis=-1)
+    return faces(directions, centre, half, frames)
 
 
 def points_problem(rng, model: TrajectoryModel, n_obstacles: int = 2, radius=0.05) -> ReachAvoid:

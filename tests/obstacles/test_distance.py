@@ -2,13 +2,12 @@
 direction proves it, and contact is never called a gap.
 """
 
-import itertools
 from fractions import Fraction
 
 import jax
 import numpy as np
 import pytest
-from exact_hulls import differences, squared_distance
+from exact_hulls import corners_between, differences, squared_distance
 from scipy.optimize import nnls
 
 from parc_jax.arrays import x64
@@ -42,7 +41,8 @@ def near(points):
 
 def on_a_grid(rng, n):
     """Points on a grid of few places: they coincide, lie on lines and in planes, and touch."""
-    a = rng.integers(-1, 2, (N, 2, n)) + rng.integers(-2, 3, (N, 1, n))
+    far = 4 - n  # in space fewer meet
+    a = rng.integers(-1, 2, (N, 2, n)) + rng.integers(-far, far + 1, (N, 1, n))
     b = a + rng.integers(-1, 2, (N, 1, n))
     vertices = rng.integers(-2, 3, (N, 3, n))
     return a / 4, b / 4, vertices / 4
@@ -67,9 +67,11 @@ def test_on_a_grid_the_gap_is_the_exact_distance(n, seed):
     gap, w = separate(a, b, ErrorBox(nothing), vertices, np.zeros(N))
     both = np.concatenate([a, b], axis=1)
     hulls = [(p[:, None] - v[None]).reshape(-1, n) for p, v in zip(both, vertices, strict=True)]
-    exact = np.array([squared_distance(hull) for hull in hulls])
+    some = N if n == 2 else N // 2
+    exact = np.array([squared_distance(hull) for hull in hulls[:some]])
+    gap, w = gap[:some], w[:some]
     meet = exact == 0
-    assert meet.sum() >= 5 and (~meet).sum() > 10
+    assert meet.sum() >= 4 and (~meet).sum() > 10
     assert (gap[meet] <= 1e-15).all()
     np.testing.assert_allclose(gap[~meet], np.sqrt(exact[~meet].astype(float)), atol=1e-13)
     np.testing.assert_allclose(np.linalg.norm(w[~meet], axis=1), 1.0, atol=1e-15)
@@ -100,22 +102,11 @@ def test_with_templates_of_errors_the_gap_is_the_distance(n):
     errors = template(directions, 0.3 * half, half)
     gap, _ = separate(a, b, errors, vertices, np.zeros(N))
     for i in range(0, N, 4):
-        around = [corners_of(directions, 0.3 * half[i, j], half[i, j]) for j in range(4)]
+        around = [corners_between(directions, 0.3 * half[i, j], half[i, j]) for j in range(4)]
         points = [p[j] + around[j] for p in (a[i], b[i]) for j in range(4)]
         points = np.concatenate(points)[:, None] - vertices[i][None]
         true = near(points.reshape(-1, n))
         assert gap[i] == pytest.approx(true, abs=1e-9) if true > 1e-9 else gap[i] <= 1e-14
-
-
-def corners_of(directions, centre, half):
-    """All corners (v, n) of {e: |directions e - centre| <= half}."""
-    found = []
-    for rows in itertools.combinations(range(len(directions)), directions.shape[1]):
-        for signs in itertools.product((-1, 1), repeat=len(rows)):
-            faces = centre[list(rows)] + np.array(signs) * half[list(rows)]
-            found.append(np.linalg.solve(directions[list(rows)], faces))
-    found = np.array(found)
-    return found[(np.abs(found @ directions.T - centre) <= half + 1e-12).all(axis=1)]
 
 
 @pytest.mark.soundness
