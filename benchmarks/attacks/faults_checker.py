@@ -199,8 +199,8 @@ CHECKER = (
     Fault(
         "checker_template_with_negative_multipliers",
         ERRORS,
-        "if all(dot(dual, w) >= 0 for dual in duals):",
-        "if duals:",
+        "if own <= ahead:",
+        "if own:",
         (BAD,),
     ),
     Fault(

@@ -44,7 +44,10 @@ def _context(problem: ReachAvoid, model: TrajectoryModel) -> checker.Context:
     once.
     """
     question = problem_part(problem, model)
-    name = hashlib.sha256(repr([question.get(part) for part in _SIZES]).encode())
+    asked = [question.get(part) for part in _SIZES]
+    if model.tube.templates is not None:
+        asked.append(question["goal"])  # the tube names multipliers for its rows
+    name = hashlib.sha256(repr(asked).encode())
     for array in jax.tree.leaves(
         (model.net, model.tube)
     ):  # by every bit: an array changed in place is another model

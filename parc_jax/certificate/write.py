@@ -12,14 +12,16 @@ import numpy as np
 
 from parc_jax.arrays import dot
 from parc_jax.body import Body, Disc, Polygon, numbered
-from parc_jax.claim.error_set import ErrorBox, ErrorSet, at
-from parc_jax.claim.tube import Tube
+from parc_jax.certificate.templates import end_part, rows_part
+from parc_jax.claim.error_set import ErrorSet, at
+from parc_jax.claim.tube import NO_CLAIM, Templates, Tube
 from parc_jax.cover.corridor import Corridor, longest_lasting, merged_runs
 from parc_jax.cover.polytope import SafePolytope
 from parc_jax.model import TrajectoryModel
 from parc_jax.network.predict import by_point
 from parc_jax.network.relu import ReLUNetwork
 from parc_jax.problem import ReachAvoid
+from parc_jax.sets.hpolytope import HPolytope
 from parc_jax.spelling import decimal_text, fraction_text, hex_text, plain
 from parc_jax.verdict.scene import Scene
 
@@ -31,8 +33,8 @@ def one_point(problem: ReachAvoid, tube: Tube) -> bool:
     """Is the body a shape about the only reference point, whose errors have half widths? Such
     questions are spelled in format 1, all others in format 2.
     """
-    boxes = isinstance(tube.errors, ErrorBox)
-    return tube.n_points == 1 and boxes and not isinstance(problem.body, Body)
+    simple = tube.n_points == 1 and tube.templates is None
+    return simple and not isinstance(problem.body, Body)
 
 
 def problem_part(problem: ReachAvoid, model: TrajectoryModel) -> dict:
@@ -67,8 +69,8 @@ def network_part(net: ReLUNetwork) -> dict:
 
 
 def tube_part(tube: Tube, by_points: bool = False) -> dict:
-    """The tube, float64 exactly; a bin without claim is NO_CLAIM wide. by_points: as format 2 has
-    it, for every reference point by itself.
+    """A tube of boxes, float64 exactly; a bin without claim is NO_CLAIM wide. by_points: as format
+    2 has it, for every reference point by itself.
     """
     interval, final = tube.finite_widths
     if by_points:
@@ -80,10 +82,30 @@ def tube_part(tube: Tube, by_points: bool = False) -> dict:
     }
 
 
+def fitted_tube_part(tube: Tube, templates: Templates, goal: HPolytope) -> dict:
+    """A tube of templates, float64 exactly, with what bounds its errors along the rows of a goal; a
+    bin without claim is NO_CLAIM wide.
+    """
+    during, at_end = (
+        faces.with_half(np.where(np.isinf(faces.half), NO_CLAIM, faces.half)) for faces in templates
+    )
+    interval = [
+        [[rows_part(during, (b, t, i)) for i in range(tube.n_points)] for t in range(tube.n_steps)]
+        for b in range(tube.n_bins)
+    ]
+    return {
+        "edges": [decimal_text(e) for e in tube.edges],
+        "interval": interval,
+        "final": [end_part(at_end, b, goal) for b in range(tube.n_bins)],
+    }
+
+
 def question_parts(problem: ReachAvoid, model: TrajectoryModel) -> tuple[dict, dict, dict]:
     """Problem, network and tube, all of one format."""
-    by_points = not one_point(problem, model.tube)
-    tube = tube_part(model.tube, by_points)
+    if model.tube.templates is None:
+        tube = tube_part(model.tube, by_points=not one_point(problem, model.tube))
+    else:
+        tube = fitted_tube_part(model.tube, model.tube.templates, problem.goal)
     return problem_part(problem, model), network_part(model.net), tube
 
 

@@ -47,16 +47,20 @@ class Template:
         named = max((sum(map(len, some)) for some in ways), default=0)
         self.cost = FRACTION * n * named
         if n <= MOST_AXES:
-            self.cost += n * (n + 1) * math.comb(len(rows), n)
+            longest = 0
+            for a, b in rows:
+                for x in (*a, b):
+                    longest = max(longest, x.numerator.bit_length() + x.denominator.bit_length())
+            self.cost += n * (n + 1) * math.comb(len(rows), n) * (1 + longest**2 // (1 << 16))
 
     def reach(self, w, goal_row=None):
         """The least of the bounds: nonnegative multipliers m of the rows with sum m_i a_i = w give
         w . x = sum m_i a_i . x <= sum m_i b_i.
         """
         bounds = []
-        for duals, corner, det in self.bases():
-            if all(dot(dual, w) >= 0 for dual in duals):
-                bounds.append(Fraction(dot(corner, w), det))
+        found = self.least(w)
+        if found is not None:
+            bounds.append(found)
         if goal_row is not None:
             for way in self.ways[goal_row]:
                 v, h = weighted(self.rows, way, self.n)
@@ -66,28 +70,51 @@ class Template:
             raise Rejected("no multipliers of the tube's rows give a direction")
         return min(bounds)
 
-    def contains(self, x):
-        """Whether x is one of the errors."""
-        return all(dot(a, x) <= b for a, b in self.rows)
+    def least(self, w):
+        """The least bound by multipliers of n rows, None if no n of them give w."""
+        walls, bases = self.bases()
+        ahead = {number for wall, number in walls.items() if dot(wall, w) >= 0}
+        least = None
+        det = 1
+        for own, corner, own_det in bases:
+            if own <= ahead:
+                bound = dot(corner, w)
+                if least is None or bound * det < least * own_det:
+                    least, det = bound, own_det
+        return None if least is None else Fraction(least, det)
 
     def bases(self):
-        """Of any n rows that span the space: (duals, corner, det), in integers.
+        """(walls, bases): of any n rows that span the space, (numbers of their walls, corner, det).
 
-        The only multipliers of these rows that give w are dual_i . w / det, det > 0, and with them
-        sum m_i b_i = corner . w / det.
+        The only multipliers of these rows that give w are wall . w over something positive, and
+        with them sum m_i b_i = corner . w / det, det > 0. walls: {wall: number}, in integers.
         """
         if self.known is None:
             rows = []
             if self.n <= MOST_AXES:
                 rows = [integers([*a, b])[0] for a, b in self.rows]
-            found = [basis(some) for some in itertools.combinations(rows, self.n)]
-            self.known = [each for each in found if each[-1] > 0]
+            walls: dict = {}
+            bases = []
+            for some in itertools.combinations(rows, self.n):
+                duals, corner, det = basis(some)
+                if det > 0:
+                    own = []
+                    for dual in duals:
+                        common = math.gcd(*dual)
+                        wall = tuple(x // common for x in dual)
+                        own.append(walls.setdefault(wall, len(walls)))
+                    bases.append((frozenset(own), corner, det))
+            self.known = walls, bases
         return self.known
+
+    def contains(self, x):
+        """Whether x is one of the errors."""
+        return all(dot(a, x) <= b for a, b in self.rows)
 
 
 def basis(rows):
-    """(duals, corner, det) of n rows (*a, b) by Cramer's rule; det is zero where they do not
-    span.
+    """(duals, corner, det) of n rows (*a, b) by Cramer's rule, in integers: m_i = dual_i . w / det
+    give w = sum m_i a_i and corner . w / det = sum m_i b_i. det is zero where they do not span.
     """
     normals = [row[:-1] for row in rows]
     if len(rows) == 1:

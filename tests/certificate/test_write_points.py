@@ -3,6 +3,7 @@ accepted by the checker; those of one point stay in format 1.
 """
 
 import copy
+import dataclasses
 import json
 from fractions import Fraction
 
@@ -15,21 +16,50 @@ from parc_jax import checker
 from parc_jax.body import Disc, Part, Polygon, body_of
 from parc_jax.certificate.prove import prove
 from parc_jax.certificate.write import answer_part, problem_part, question_parts, sample_part
+from parc_jax.claim.error_set import at
+from parc_jax.claim.faces import faces, short
+from parc_jax.claim.tube import fitted_tube
 from parc_jax.problem import reach_avoid
 from parc_jax.sets.box import box
+from parc_jax.sets.hpolytope import hpolytope
 from parc_jax.verdict.pointwise import anchor, verdicts
 from parc_jax.verdict.scene import scene_of
 
 PLANS = 300
+SIZE = 0.02  # [m] of the errors
 
 
-@pytest.fixture(scope="module", params=[2, 3], ids=["plane", "space"])
+def random_faces(rng, lead, n, frames):
+    """The axes and n other directions per set, off centre."""
+    others = short(rng.normal(size=(*lead, n, n)), 10)
+    axes = np.broadcast_to(np.eye(n), others.shape)
+    centre = short(rng.normal(size=(*lead, 2 * n)) * SIZE / 4, 20)
+    half = rng.uniform(SIZE / 4, SIZE, centre.shape)
+    return faces(np.concatenate([axes, others], axis=-2), centre, half, frames)
+
+
+def fitted(rng, model):
+    """The model with templates in place of the boxes of its tube."""
+    n, n_e = model.tube.n_p, model.n_c + model.n_q
+    lead = (model.tube.n_bins, model.tube.n_steps, model.n_points)
+    during = random_faces(rng, lead, n, False)
+    at_end = random_faces(rng, lead[:1], n_e, True)
+    tube = fitted_tube(model.tube.edges, during, at_end)
+    return model.replace(claim=dataclasses.replace(model.claim, tube=tube))
+
+
+@pytest.fixture(
+    scope="module",
+    params=[(2, False), (3, False), (2, True), (3, True)],
+    ids=["plane", "space", "templates in the plane", "templates in space"],
+)
 def proved(request):
     """(model, problem, sample certificates) of the safe ones among random plans."""
-    n_p = request.param
+    n_p, templates = request.param
     rng = np.random.default_rng([n_p, 0])
     model = points_model(rng, n_p=n_p, m=4, size=0.01)
     problem = points_problem(rng, model)
+    model = fitted(rng, model) if templates else model
     scene = scene_of(problem, model)
     z = rng.uniform(scene.z_lo, scene.z_hi, (PLANS, n_p))
     k = rng.uniform(-1, 1, (PLANS, 2))
@@ -62,9 +92,33 @@ def test_widths_and_parts_are_spelled_by_point(proved):
     assert question["points"] == 4 and len(question["goal"]["A"][0]) == model.n_c + model.n_q
     assert [part["points"] for part in question["body"]["parts"]] == [[0, 1], [2, 3]]
     assert checker.number(question["body"]["parts"][1]["radius"]) == Fraction(0.05)
-    spelled = np.vectorize(float.fromhex)(np.array(tube["interval"]))
-    assert spelled.shape == (model.tube.n_bins, model.time.n_steps, 4, model.n_p)
-    assert (spelled.reshape(model.tube.interval.shape) == model.tube.interval).all()
+    n_bins, n_steps = model.tube.n_bins, model.time.n_steps
+    if model.tube.templates is None:
+        spelled = np.vectorize(float.fromhex)(np.array(tube["interval"]))
+        assert spelled.shape == (n_bins, n_steps, 4, model.n_p)
+        assert (spelled.reshape(model.tube.interval.shape) == model.tube.interval).all()
+    else:
+        assert [[len(e) for e in by_point] for by_point in tube["interval"]] == [[4] * n_steps] * 2
+
+
+def test_spelled_templates_reach_as_far_as_those_of_the_engine(proved):
+    model, problem, _ = proved
+    context = checker.Context(*question_parts(problem, model))
+    rng = np.random.default_rng(0)
+    for b, t, i in ((0, 0, 1), (1, 3, 3)):
+        w = rng.integers(-9, 9, model.n_p)
+        exact = context.interval[b][t][i].reach([int(x) for x in w])
+        assert float(exact) == pytest.approx(at(model.tube.errors, (b, t, i)).support(w), abs=1e-12)
+    lost = model.tube.support_at_end(problem.goal.A, 1)
+    exact = [context.final[1].reach(a, i) for i, (a, _) in enumerate(context.goal)]
+    np.testing.assert_allclose(lost, [float(x) for x in exact], rtol=1e-5)
+
+
+def test_another_goal_has_other_multipliers(proved):
+    """The memory of the last models is not asked: their tubes name multipliers for another goal."""
+    model, problem, parts = proved
+    turned = problem.replace(goal=hpolytope(problem.goal.A * 2.0, problem.goal.b * 2.0))
+    assert prove(problem, model, parts[:1])[0].all() and prove(turned, model, parts[:1])[0].all()
 
 
 def test_a_body_of_parts_about_one_point_is_spelled_in_format_2():

@@ -271,7 +271,7 @@ SLIPS = [
     ("errors", " and all(m >= 0 for _, m in way)", "", "an end whose way is negative"),
     (
         "errors",
-        "if all(dot(dual, w) >= 0 for dual in duals)",
+        "if own <= ahead",
         "if True",
         "touching with a template",
     ),

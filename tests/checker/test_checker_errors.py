@@ -1,0 +1,103 @@
+"""How far errors reach: templates against the corners of their polytopes, in fractions."""
+
+import itertools
+import random
+import sys
+from fractions import Fraction as F
+from pathlib import Path
+
+import pytest
+
+from parc_jax.checker import Rejected
+from parc_jax.checker.errors import Several, Template, Widths
+
+sys.path.insert(0, str(Path(__file__).parent / "rocq" / "compare"))
+
+import format2
+
+
+def dot(a, b):
+    return sum(x * y for x, y in zip(a, b, strict=True))
+
+
+def random_rows(rng, n):
+    """The axes both ways, and others; the offsets are not symmetric."""
+    rows = []
+    for axis in range(n):
+        for sign in (1, -1):
+            unit = [F(sign * int(axis == j)) for j in range(n)]
+            rows.append((unit, F(rng.randint(1, 30), 7)))
+    for _ in range(rng.randint(0, 5)):
+        rows.append(([F(rng.randint(-9, 9), 4) for _ in range(n)], F(rng.randint(1, 20), 3)))
+    return rows
+
+
+@pytest.mark.parametrize("n", [1, 2, 3])
+def test_a_template_reaches_as_far_as_its_farthest_corner(n):
+    rng = random.Random(n)
+    for _ in range(25):
+        rows = random_rows(rng, n)
+        corners = format2.vertices(rows, n)
+        error = Template(rows, n)
+        for _ in range(8):
+            w = [rng.randint(-9, 9) for _ in range(n)]
+            assert error.reach(w) == max(dot(w, x) for x in corners)
+        for x in corners:
+            assert error.contains(x) and not error.contains([2 * v for v in x])
+
+
+def test_rows_along_the_axes_reach_as_far_as_widths():
+    e = [F(1, 3), F(0), F(2)]
+    unit = [[F(int(i == j)) for j in range(3)] for i in range(3)]
+    rows = [(u, x) for u, x in zip(unit, e, strict=True)]
+    rows += [([-v for v in u], x) for u, x in zip(unit, e, strict=True)]
+    template, widths = Template(rows, 3), Widths(e)
+    for w in itertools.product((-2, 0, F(3, 5)), repeat=3):
+        assert template.reach(w) == widths.reach(w) == dot(map(abs, w), e)
+    assert widths.contains([F(-1, 3), F(0), F(2)]) and not widths.contains([F(0), F(1), F(0)])
+
+
+def test_errors_off_centre_reach_farther_one_way():
+    """Offsets may be negative: an error that is always between 1 and 2."""
+    rows = [([F(1), F(0)], F(2)), ([F(-1), F(0)], F(-1))]
+    rows += [([F(0), F(1)], F(1)), ([F(0), F(-1)], F(1))]
+    error = Template(rows, 2)
+    assert error.reach([1, 0]) == 2 and error.reach([-1, 0]) == -1
+
+
+def test_directions_that_no_rows_give_are_refused():
+    half_open = Template([([F(1), F(0)], F(1)), ([F(0), F(1)], F(1))], 2)
+    assert half_open.reach([1, 2]) == 3
+    for w in ([-1, 0], [1, -1]):
+        with pytest.raises(Rejected, match="no multipliers"):
+            half_open.reach(w)
+    slab = Template([([F(1), F(1)], F(1)), ([F(-1), F(-1)], F(1))], 2)
+    with pytest.raises(Rejected, match="no multipliers"):
+        slab.reach([1, 0])
+
+
+def test_in_more_dimensions_ways_are_needed_and_the_least_right_one_counts():
+    rows = [([F(int(i == j)) for j in range(4)], F(i + 1)) for i in range(4)]
+    rows.append(([F(1), F(1), F(0), F(0)], F(1)))
+    w = [F(1), F(1), F(0), F(0)]
+    ways = [[[(0, F(1)), (1, F(1))], [(4, F(1))]], [[(0, F(1))], [(4, F(-1))]], []]
+    error = Template(rows, 4, ways)
+    assert error.reach(w, 0) == 1
+    for goal_row in (1, 2, None):  # wrong rows, a negative multiplier, none
+        with pytest.raises(Rejected, match="no multipliers"):
+            error.reach(w, goal_row)
+
+
+def test_several_bins_reach_as_far_as_the_farthest_or_as_all():
+    """A diagonal: neither bin is as wide as both together, axis by axis."""
+    sets = [Widths([F(1), F(3)]), Widths([F(3), F(1)])]
+    assert Several(sets, max).reach([1, 1]) == 4
+    assert Several(sets, max).reach([1, 0]) == 3 and Several(sets, min).reach([1, 0]) == 1
+    assert not Several(sets, min).contains([F(2), F(0)])
+    assert Several(sets, min).contains([F(1), F(1)])
+
+
+def test_long_numbers_cost_more():
+    short = Template([([F(1), F(0)], F(1))] * 4, 2)
+    long = Template([([F(1), F(0)], F(1, 1 << 8000))] * 4, 2)
+    assert long.cost > 500 * short.cost
