@@ -5,8 +5,6 @@ they are worth.
 import html
 import json
 from collections.abc import Sequence
-from decimal import ROUND_CEILING, Context, Decimal
-from fractions import Fraction
 from functools import cached_property
 from pathlib import Path
 
@@ -29,6 +27,7 @@ from parc_jax.lp.status import LPStatus
 from parc_jax.model import TrajectoryModel
 from parc_jax.problem import ReachAvoid
 from parc_jax.rollout.files import write_atomic
+from parc_jax.sentences import NOTHING_FOUND, about_plans, about_risk
 from parc_jax.sets.chebyshev import chebyshev_center
 from parc_jax.sets.hpolytope import HPolytope
 from parc_jax.status import Status
@@ -290,44 +289,16 @@ class Answer:
         """The two sentences: (C) what is proved of the model and its tube, (E) what is known of the
         tube.
         """
+        claim = self.model.claim
+        about_tube = f"(E) {claim.statement()}"
         if not self.found and not self.polytopes:
             if self.no_plan is None:
-                return (
-                    "No safe plan was found within the budget. This is not a proof that none "
-                    "exists."
-                )
-            return f"{self.no_plan.statement()}\n(E) {self.model.claim.statement()}"
-        proved = (
-            "proved in exact arithmetic"
-            if self.proved
-            else "shown in float64 with a rounding margin"
-        )
-        first = (
-            f"(C) For each of the {len(self.samples)} samples, every (p0, k) in the "
-            f"{len(self.polytopes)} safe "
-            "polytopes and every (p0, k) that meets all conditions of one of the "
-            f"{len(self.corridors)} corridors, and "
-            "for every trajectory inside the tube: the goal is reached and nothing is touched; "
-            f"{proved}."
-        )
-        return f"{first}\n(E) {self.model.claim.statement()}\n{self._risk_sentence()}"
-
-    def _risk_sentence(self) -> str:
-        risk = self.risk()
-        if isinstance(risk, NoStatement):
-            return f"Risk: no statement, since {risk.reason}."
-        confidence = (
-            float(1 - self.model.claim.delta) if self.model.claim.delta is not None else 1.0
-        )
-        return (
-            "Risk: a plan drawn by `sample`, uniformly from the safe polytopes, leaves the tube "
-            "with probability at "
-            f"most {_rounded_up(risk.bound)} (the density of its k is at most "
-            f"{_rounded_up(self.density)} times "
-            f"uniform, measured with confidence 0.999 and {self.coverage.confidence:g}; the claim "
-            "has confidence "
-            f"{confidence:.12g})."
-        )
+                return NOTHING_FOUND
+            return f"{self.no_plan.statement()}\n{about_tube}"
+        counts = len(self.samples), len(self.polytopes), len(self.corridors)
+        plans = about_plans(*counts, self.proved)
+        risk = about_risk(self.risk(), self.density, self.coverage.confidence, claim.delta)
+        return f"(C) {plans}\n{about_tube}\n{risk}"
 
     def to_json(self) -> dict:
         """The answer as certificates; numbers are strings, nothing in it has to be trusted but the
@@ -358,14 +329,3 @@ class Answer:
     def save(self, path) -> Path:
         """Write answer.json; it appears complete or not at all. `parc-jax check` verifies it."""
         return write_atomic(path, json.dumps(self.to_json(), separators=(",", ":")).encode())
-
-
-def _rounded_up(value) -> str:
-    """Two significant digits, never below the value."""
-    exact = (
-        Decimal(value.numerator) / Decimal(value.denominator)
-        if isinstance(value, Fraction)
-        else Decimal(value)
-    )
-    digits = Context(prec=2, rounding=ROUND_CEILING).create_decimal(exact)
-    return f"{float(digits):.12g}"

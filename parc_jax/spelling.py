@@ -18,6 +18,11 @@ def hex_text(values):
     return values.item().hex() if values.ndim == 0 else [hex_text(v) for v in values]
 
 
+def hex_floats(values):
+    """The floats of `hex_text`, in lists nested alike."""
+    return float.fromhex(values) if isinstance(values, str) else [hex_floats(v) for v in values]
+
+
 def decimal_text(values):
     """Floats of any shape as nested lists of exact decimals without exponent, a single one as a
     string: 0.1 gives 0.1000000000000000055511151231257827…. What would take more than

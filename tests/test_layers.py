@@ -42,6 +42,7 @@ ORDER = (
     "batch",
     "published",
     "methods",
+    "sentences",
     "answer",
     "planner",
     "io",

@@ -6,6 +6,7 @@ from parc_jax.claim.score import Scores
 from parc_jax.errors import InputError
 from parc_jax.rollout.batch import RolloutBatch
 from parc_jax.rollout.copies import marks_of, near_copies
+from parc_jax.spelling import hex_floats
 from parc_jax.tolerances import TOLERANCES
 
 _CHANCE = 1e-6  # probability with which honest uniform draws may be refused
@@ -97,10 +98,7 @@ def _check_unseen(scores: Scores, train: RolloutBatch) -> None:
 
 
 def _width(scores: Scores) -> np.ndarray:
-    lo, hi = (
-        np.array([float.fromhex(v) for v in corner]) for corner in (scores.law.lo, scores.law.hi)
-    )
-    return hi - lo
+    return np.array(hex_floats(scores.law.hi)) - np.array(hex_floats(scores.law.lo))
 
 
 def _row_bytes(k: np.ndarray) -> np.ndarray:

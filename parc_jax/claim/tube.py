@@ -12,6 +12,7 @@ from parc_jax.claim.error_set import ErrorBox, ErrorSet, at
 from parc_jax.claim.faces import Faces, faces
 from parc_jax.errors import InputError
 from parc_jax.network.predict import Layout
+from parc_jax.spelling import hex_floats, hex_text
 
 NO_CLAIM = 1e100  # [m, .] wider than any world, and its square is still finite
 
@@ -360,7 +361,7 @@ def zero_tube(edges, n_steps: int, n_c: int, n_end: int, n_points: int = 1) -> T
 def tube_to_json(error_tube: Tube) -> dict:
     """Edges and widths as nested lists of hex floats ("inf" in bins without claim)."""
     points = {} if error_tube.n_points == 1 else {"points": error_tube.n_points}
-    arrays = {name: _hex(array) for name, array in tube_arrays(error_tube).items()}
+    arrays = {name: hex_text(array) for name, array in tube_arrays(error_tube).items()}
     edges = [arrays.pop(f"edges{axis}") for axis in range(error_tube.n_k)]
     return points | {"edges": edges} | arrays
 
@@ -370,7 +371,7 @@ def tube_from_json(data: dict) -> Tube:
     arrays = {f"edges{axis}": edge for axis, edge in enumerate(data["edges"])} | data
     known = {name: arrays[name] for name in arrays if name not in ("edges", "points")}
     return tube_from_arrays(
-        {name: _unhex(values) for name, values in known.items()},
+        {name: hex_floats(values) for name, values in known.items()},
         len(data["edges"]),
         data.get("points", 1),
     )
@@ -408,14 +409,6 @@ def _face_arrays(error_tube: Tube) -> dict[str, np.ndarray]:
     """The arrays of the templates by name, none where there are none."""
     parts = {} if error_tube.templates is None else error_tube.templates._asdict()
     return {f"{p}_{name}": getattr(of, name) for p, of in parts.items() for name in _FACES}
-
-
-def _hex(values):
-    return float(values).hex() if np.ndim(values) == 0 else [_hex(v) for v in values]
-
-
-def _unhex(values):
-    return [_unhex(v) for v in values] if isinstance(values, list) else float.fromhex(values)
 
 
 def _place(edge: np.ndarray, x: np.ndarray, side: Literal["left", "right"]) -> np.ndarray:

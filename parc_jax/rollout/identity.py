@@ -16,6 +16,7 @@ import numpy as np
 
 from parc_jax.rollout.law import law_of
 from parc_jax.rollout.user_code import is_own
+from parc_jax.spelling import hex_text
 from parc_jax.system import check_system, points_of
 
 # how fast it runs and what its numbers are called, not what it is
@@ -53,7 +54,7 @@ def identity_of(system) -> dict:
     time = system.time
     identity = {
         "law": law_of(system).hash,
-        "grid": [float(v).hex() for v in (time.dt, time.t_f, time.dt_record)],
+        "grid": hex_text([time.dt, time.t_f, time.dt_record]),
         "n_p": int(system.n_p),
         "n_q": int(system.n_q),
         "points": list(points_of(system)),

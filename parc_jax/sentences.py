@@ -1,0 +1,48 @@
+"""The sentences of an answer: what is proved of the model and its tube, what a drawn plan risks."""
+
+from decimal import ROUND_CEILING, Context, Decimal
+from fractions import Fraction
+
+from parc_jax.claim.risk import NoStatement, Risk
+
+NOTHING_FOUND = "No safe plan was found within the budget. This is not a proof that none exists."
+
+
+def about_plans(samples: int, polytopes: int, corridors: int, proved: bool) -> str:
+    """What holds for each of so many samples and for every plan of so many polytopes and corridors.
+    proved: the exact checker accepted them.
+    """
+    how = "proved in exact arithmetic" if proved else "shown in float64 with a rounding margin"
+    return (
+        f"For each of the {samples} samples, every (p0, k) in the {polytopes} safe polytopes and "
+        f"every (p0, k) that meets all conditions of one of the {corridors} corridors, and for "
+        f"every trajectory inside the tube: the goal is reached and nothing is touched; {how}."
+    )
+
+
+def about_risk(
+    risk: Risk | NoStatement, density: float, measured: float, delta: Fraction | None
+) -> str:
+    """What a plan drawn by `Answer.sample` risks. density: bound on that of its k, which rests on a
+    coverage known with confidence `measured`; delta: error probability of the claim.
+    """
+    if isinstance(risk, NoStatement):
+        return f"Risk: no statement, since {risk.reason}."
+    confidence = 1.0 if delta is None else float(1 - delta)
+    return (
+        "Risk: a plan drawn by `sample`, uniformly from the safe polytopes, leaves the tube with "
+        f"probability at most {_rounded_up(risk.bound)} (the density of its k is at most "
+        f"{_rounded_up(density)} times uniform, measured with confidence 0.999 and {measured:g}; "
+        f"the claim has confidence {confidence:.12g})."
+    )
+
+
+def _rounded_up(value) -> str:
+    """Two significant digits, never below the value."""
+    exact = (
+        Decimal(value.numerator) / Decimal(value.denominator)
+        if isinstance(value, Fraction)
+        else Decimal(value)
+    )
+    digits = Context(prec=2, rounding=ROUND_CEILING).create_decimal(exact)
+    return f"{float(digits):.12g}"

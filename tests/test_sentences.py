@@ -1,0 +1,28 @@
+"""The sentences of an answer promise no more than their numbers."""
+
+from fractions import Fraction
+
+import pytest
+
+from parc_jax.claim.risk import NoStatement
+from parc_jax.sentences import _rounded_up, about_plans, about_risk
+
+
+@pytest.mark.parametrize(
+    ("value", "text"),
+    [(Fraction(1, 3), "0.34"), (0.25, "0.25"), (0.1, "0.11"), (Fraction(1, 10), "0.1"), (1.0, "1")],
+)
+def test_a_bound_is_never_rounded_down(value, text):
+    """The float 0.1 is a little more than a tenth."""
+    assert _rounded_up(value) == text and Fraction(text) >= Fraction(value)
+
+
+def test_only_what_the_checker_accepted_is_called_proved():
+    assert about_plans(3, 2, 1, proved=True).endswith("proved in exact arithmetic.")
+    assert "proved" not in about_plans(3, 2, 1, proved=False)
+
+
+def test_without_a_bound_there_is_a_reason():
+    assert (
+        about_risk(NoStatement("of this"), 1.0, 0.99, None) == "Risk: no statement, since of this."
+    )
