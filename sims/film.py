@@ -119,6 +119,18 @@ def add_car(
                 )
 
 
+def paint_tube(spec, path: np.ndarray, error: np.ndarray, rgba, z: float = 0.003) -> None:
+    """The tube of every reference point on the floor: a box around what each may take in every
+    interval. path (T + 1, 2 n_points), error (T, 2 n_points) [m].
+    """
+    places = path.reshape(len(path), -1, 2)
+    widths = error.reshape(len(error), -1, 2)
+    lo = np.minimum(places[:-1], places[1:]) - widths
+    hi = np.maximum(places[:-1], places[1:]) + widths
+    for t, point in np.ndindex(widths.shape[:2]):
+        paint(spec, f"tube_{t}_{point}", lo[t, point], hi[t, point], rgba, z)
+
+
 def paint(spec, name: str, lo, hi, rgba, z: float = 0.002) -> None:
     """A rectangle from lo (2,) to hi (2,) [m] on the floor."""
     mujoco = headless_mujoco()

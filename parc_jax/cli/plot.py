@@ -129,7 +129,7 @@ def _film(answer, out: Path, sample: int, named: str | None, quiet: bool) -> Pat
 
 
 def _run(black_box, answer, sample: int):
-    """One fresh true run of a sample, (n_record + 1, n_p) [m]."""
+    """One fresh true run of a sample, (n_record + 1, n_c) [m], all reference points."""
     import jax
 
     from parc_jax.errors import InputError
@@ -145,12 +145,11 @@ def _run(black_box, answer, sample: int):
 
 
 def _possible(answer) -> list[str]:
-    planar = answer.model.n_p == 2
     return [
-        *(["samples"] if len(answer.samples) and planar else []),
+        *(["samples"] if len(answer.samples) else []),
         *(["regions"] if 2 <= answer.model.n_k <= 3 else []),
         *(["projections"] if answer.polytopes else []),
-        *(["timeline"] if len(answer.samples) and answer.problem.obstacles and planar else []),
+        *(["timeline"] if len(answer.samples) and answer.problem.obstacles else []),
     ]
 
 

@@ -9,6 +9,8 @@ import numpy as np
 from parc_jax.answer import Answer
 from parc_jax.arrays import x64
 from parc_jax.plot.film_file import require_kind, require_sample, write_film
+from parc_jax.plot.film_text import explained
+from parc_jax.plot.shapes import shadow
 from parc_jax.problem import ReachAvoid
 from parc_jax.sets.bounding_box import bounding_box
 from sims import film
@@ -35,9 +37,9 @@ def film_of(
     """Simulate one safe sample of an answer and write the film: .mp4, .gif, or a folder of .png
     files.
 
-    On the floor: the goal (green) and the boxes around the predicted positions that hold the whole
-        run (blue).
-    Raises InputError when there is no such sample or nothing can be rendered here.
+    On the floor: the goal (green) and, for every reference point, the boxes around its predicted
+    positions that hold its whole run (blue). Raises InputError when there is no such sample or
+    nothing can be rendered here.
     """
     from parc_jax.plot.predict import predicted
 
@@ -49,7 +51,11 @@ def film_of(
     poses = run(plan)
     model = stage(answer.problem, path[0], error[0])
     images = film.frames(model, poses, view(answer.problem, poses, size), size, quiet)
-    return write_film(out, images, RATE)
+    several = " of every reference point" if answer.model.n_points > 1 else ""
+    legend = [("car", RED), ("parked", GREY), ("goal", GREEN), (f"tube{several}", BLUE)]
+    seconds = np.arange(len(images)) / RATE
+    caption = f"{answer.model.system}: true run, sample {sample}"
+    return write_film(out, explained(images, seconds, caption, legend), RATE)
 
 
 def run(plan: np.ndarray) -> np.ndarray:
@@ -76,7 +82,7 @@ def run(plan: np.ndarray) -> np.ndarray:
 
 def stage(problem: ReachAvoid, path: np.ndarray, error: np.ndarray):
     """The compiled scene: the plant's body dressed as a car, parked cars, goal, tube. path (T + 1,
-    2), error (T, 2).
+    n_c), error (T, n_c).
     """
     from sims.drift_parking.plant_mjx import MODEL
 
@@ -95,17 +101,9 @@ def stage(problem: ReachAvoid, path: np.ndarray, error: np.ndarray):
         middle, span = (around.lo + around.hi) / 2, around.hi - around.lo
         film.add_car(spec.worldbody, f"parked_{number}", *span, GREY, at=middle)
         _mark(spec, f"space_{number}", around.lo - ROOM, around.hi + ROOM)
-    goal = bounding_box(problem.goal)
-    film.paint(spec, "goal", goal.lo[:2], goal.hi[:2], GREEN, z=0.008)
-    for i, (start, end, half) in enumerate(zip(path[:-1], path[1:], error, strict=True)):
-        film.paint(
-            spec,
-            f"tube_{i}",
-            np.minimum(start, end) - half,
-            np.maximum(start, end) + half,
-            BLUE,
-            z=0.003,
-        )
+    goal = shadow(problem.goal)
+    film.paint(spec, "goal", goal.min(axis=0), goal.max(axis=0), GREEN, z=0.008)
+    film.paint_tube(spec, path, error, BLUE)
     _dress(spec)
     return spec.compile()
 

@@ -9,6 +9,8 @@ import numpy as np
 
 from parc_jax.answer import Answer
 from parc_jax.plot.film_file import require_kind, require_sample, write_film
+from parc_jax.plot.film_text import explained
+from parc_jax.plot.shapes import shadow
 from parc_jax.problem import ReachAvoid
 from parc_jax.sets.bounding_box import bounding_box
 from sims import film as films
@@ -72,9 +74,12 @@ def _film(
     run = system().run(
         jax.random.PRNGKey(seed)[None], np.array([k], np.float64), origin=start, keep_qpos=True
     )
-    seen = run.qpos[0, np.argmax(run.qpos[0, :, 0] > ENTERS) :: EVERY]
-    images = films.frames(stage(scene), seen, VIEW, size, quiet)
-    return write_film(out, images, 1 / (EVERY * c.TICK))
+    first = int(np.argmax(run.qpos[0, :, 0] > ENTERS))
+    images = films.frames(stage(scene), run.qpos[0, first::EVERY], VIEW, size, quiet)
+    seconds = (first + EVERY * np.arange(len(images))) * c.TICK
+    legend = [("parked", RED), ("space", GREEN)]
+    caption = f"f110: one run, line {k[0]:.3g} m, speed {k[1]:.3g} m/s"
+    return write_film(out, explained(images, seconds, caption, legend), 1 / (EVERY * c.TICK))
 
 
 def stage(scene: ReachAvoid):
@@ -84,8 +89,8 @@ def stage(scene: ReachAvoid):
         around = bounding_box(car)
         middle, span = (around.lo + around.hi) / 2, around.hi - around.lo
         films.add_car(spec.worldbody, f"parked_{number}", *span, RED, at=middle)
-    goal = bounding_box(scene.goal)
-    films.paint(spec, "space", goal.lo[:2], goal.hi[:2], GREEN)
+    goal = shadow(scene.goal)
+    films.paint(spec, "space", goal.min(axis=0), goal.max(axis=0), GREEN)
     return spec.compile()
 
 

@@ -9,6 +9,7 @@ import shutil
 import subprocess
 from pathlib import Path
 
+import drawn_bodies
 import jax
 import numpy as np
 import pytest
@@ -144,6 +145,34 @@ def test_what_the_engine_proves_by_corridors_the_page_calls_proved(browser, tmp_
         script = script.replace("const out", "data.corridors.length = 0; const out", 1)
         forgot, _ = np.array(result(run(browser, page, "--dump-dom", script=script))).T
         assert (forgot < proved).sum() > 10
+
+
+@pytest.mark.parametrize("robot", [lambda: drawn_bodies.car(parts=2), drawn_bodies.drone])
+def test_bodies_are_judged_by_corridors_and_polytopes_of_their_parts(browser, tmp_path, rng, robot):
+    """Of 300 plans near the samples those that keep to a corridor or lie in a polytope."""
+    model, problem = robot()
+    settings = pj.Settings(n_samples=30, budget_s=1.0)
+    answer = pj.Planner(model).solve(problem, jax.random.PRNGKey(1), settings)
+    page = write_page(answer, tmp_path / "page.html")
+    n_p = model.n_p
+    plans = np.repeat(answer.samples, 10, axis=0)
+    plans = plans + rng.normal(size=plans.shape) * np.repeat([0.1, 0.05], [n_p, model.n_k])
+    p0, k = plans[:, :n_p], np.clip(plans[:, n_p:], model.domain.lo, model.domain.hi)
+    proved = answer.keeps(p0, k) | answer.contains(p0, k)
+    script = (
+        f"const P = {p0.tolist()}, K = {k.tolist()}; const out = P.map((p, i) => {{"
+        " move(p, K[i]); return [$('verdict').dataset.kind === 'proved' ? 1 : 0,"
+        " model.level(p, K[i]) === 2 ? 1 : 0]; });"
+        "document.getElementById('result').textContent = JSON.stringify(out);"
+    )
+    said, painted = np.array(result(run(browser, page, "--dump-dom", script=script))).T
+    assert (said == proved).all() and (painted == proved).all()
+    assert 30 < proved.sum() < 270  # both occur
+    # a page that took every part for the first must be caught by the same numbers
+    wrong = "for (const pair of model.pairs) pair.points = pair.points.slice(0, 1); const out"
+    script = script.replace("const out", wrong, 1)
+    fooled, _ = np.array(result(run(browser, page, "--dump-dom", script=script))).T
+    assert (fooled > proved).any()
 
 
 def test_on_a_border_between_bins_the_widest_tube_counts(browser, tmp_path):

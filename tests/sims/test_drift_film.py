@@ -27,8 +27,18 @@ def test_the_stage_is_the_scene():
         assert np.isclose((corners @ obstacle.A.T).max(axis=0), obstacle.b).all()
     goal = model.geom("goal")
     np.testing.assert_allclose(goal.pos[:2] + goal.size[:2], problem().goal.b[:2])
-    box = model.geom("tube_2")
+    box = model.geom("tube_2_0")
     assert (np.abs(path[2:4] - box.pos[:2]) <= box.size[:2] - 0.3 + 1e-12).all()
+
+
+def test_the_tube_of_every_point_is_on_the_floor():
+    path = np.linspace(0, 30, 5)[:, None] + np.arange(10.0)
+    model = stage(problem(), path, np.full((4, 10), 0.3))
+    for point in range(5):
+        box = model.geom(f"tube_3_{point}")
+        expected = path[3:, 2 * point : 2 * point + 2].mean(axis=0)
+        assert box.pos[:2] == pytest.approx(expected)
+        assert box.size[:2] == pytest.approx([7.5 / 2 + 0.3] * 2)
 
 
 @pytest.mark.slow
