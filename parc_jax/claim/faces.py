@@ -17,6 +17,7 @@ from parc_jax.errors import InputError
 # short binary fractions, so that exact arithmetic on certificates stays cheap
 DIRECTION_BITS = 10
 CENTRE_BITS = 20
+HALF_BITS = 40
 _UP = 1 + 2.0**-48  # a sum of a few products, rounded, upward
 
 
@@ -54,8 +55,11 @@ class Faces:
         return np.concatenate([size, across], axis=-1)
 
     def with_half(self, half: np.ndarray) -> "Faces":
-        """The same faces at another distance from their middle. Raises InputError."""
-        return faces(self.directions, self.centre, half, self.frames)
+        """The same faces at another distance from their middle, rounded up to a short fraction, so
+        that centre and half add up without rounding. Raises InputError.
+        """
+        whole = np.ceil(np.ldexp(half, HALF_BITS))
+        return faces(self.directions, self.centre, np.ldexp(whole, -HALF_BITS), self.frames)
 
     def rows(self, index) -> list[tuple[list[Fraction], Fraction]]:
         """Exact rows (a, b) with a . e <= b of one set, both faces of every pair in turn."""
