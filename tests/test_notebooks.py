@@ -58,7 +58,7 @@ def test_a_notebook_runs(path, tmp_path, monkeypatch):
         monkeypatch.delenv(name)
     book = nbformat.read(path, as_version=4)
     resources = {"metadata": {"path": str(tmp_path)}}
-    nbclient.NotebookClient(book, timeout=500, kernel_name="python3", resources=resources).execute()
+    nbclient.NotebookClient(book, kernel_name="python3", resources=resources).execute()
     shown = [out for cell in book.cells for out in cell.get("outputs", [])]
     pictures = sum("image/png" in out.get("data", {}) for out in shown)
     said = "".join(

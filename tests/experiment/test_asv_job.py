@@ -29,7 +29,8 @@ FEW = {
     "steps": 1000,
     "samples": 4,
     "repeats": 6,
-    "budget_s": 2.0,
+    "target": 0.3,
+    "budget_s": 300.0,
 }
 
 
