@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import sims
-from parc_jax.system import BlackBoxSystem
+from parc_jax.system import BlackBoxSystem, points_of
 
 
 class Case(NamedTuple):
@@ -31,6 +31,9 @@ SYSTEMS = [
         marks=pytest.mark.slow,
     ),
     pytest.param(Case("f110", {}, 4.9, 0.0, 0.0), id="f110"),
+    pytest.param(Case("f110", {"body": "rectangle"}, 4.9, 0.0, 0.0), id="f110-rectangle"),
+    pytest.param(Case("drone", {}, 2.0, 1e-9, 1e-9), id="drone"),
+    pytest.param(Case("tractor", {}, 8.0, 1e-9, 1e-9), id="tractor", marks=pytest.mark.slow),
 ]
 
 
@@ -67,13 +70,16 @@ def test_has_the_attributes_of_a_black_box(runs):
 
 def test_is_on_the_record_grid(runs):
     system = runs.system
-    assert runs.batch.p.shape == (3, system.time.n_record + 1, system.n_p)
+    n_points = len(points_of(system))
+    each = (system.n_p,) if n_points == 1 else (n_points, system.n_p)
+    assert runs.batch.p.shape == (3, system.time.n_record + 1, *each)
     assert runs.batch.q.shape == (3, system.n_q)
     assert runs.batch.p.dtype == runs.batch.q.dtype == jnp.float64
 
 
 def test_starts_at_the_origin(runs):
-    assert (runs.batch.p[:, 0] == 0.0).all()
+    start = runs.batch.p[:, 0].reshape(3, -1, runs.system.n_p)
+    assert (start[:, 0] == 0.0).all()
 
 
 def test_is_finite_and_moves(runs):

@@ -1,0 +1,107 @@
+"""The tractor and its trailer against MuJoCo's own engine: where sites are, and that parts are
+rigid, turn against each other and roll without sliding far.
+"""
+
+import itertools
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+import pytest
+
+import sims
+from parc_jax.body import numbered
+from parc_jax.errors import InputError
+from sims.mjx_system import mjx_system
+from sims.tractor.system import POINTS, TRACTOR, TRAILER, XML, drive, some_start
+
+KEYS = jax.random.split(jax.random.PRNGKey(3), 3)
+KS = np.array([[2.0, 1.2], [3.0, 1.5], [4.0, 1.05]])
+OF = {name: i for i, name in enumerate(POINTS)}
+
+
+@pytest.fixture(scope="module")
+def tractor():
+    return sims.load("tractor")
+
+
+@pytest.fixture(scope="module")
+def runs(tractor):
+    return np.asarray(jax.jit(jax.vmap(tractor.rollout))(KEYS, jnp.asarray(KS)).p)
+
+
+def by_the_engine(tractor, key, k) -> np.ndarray:
+    """The same run in MuJoCo's C engine: places (n_record + 1, 9, 2) of the sites."""
+    import mujoco
+
+    model = mujoco.MjModel.from_xml_path(str(XML))
+    data = mujoco.MjData(model)
+    control = jax.jit(drive)
+
+    class Start:
+        qpos, qfrc_applied = jnp.zeros(model.nq), jnp.zeros(model.nv)
+
+        def replace(self, qpos, qfrc_applied):
+            data.qpos[:], data.qfrc_applied[:] = qpos, qfrc_applied
+
+    some_start(key, k, Start())
+    places = []
+    for record in range(tractor.time.n_record + 1):
+        for _ in range(tractor.steps if record else 0):
+            data.ctrl[:] = control(data.qpos, data.qvel, data.time, k)
+            mujoco.mj_step(model, data)
+        mujoco.mj_kinematics(model, data)
+        places.append([data.site(name).xpos[:2].copy() for name in POINTS])
+    return np.array(places) - np.array(places[0][0])
+
+
+@pytest.mark.slow
+def test_points_are_the_sites_of_the_engine(tractor, runs):
+    assert runs.shape == (3, 161, 9, 2) and (runs[:, 0, 0] == 0).all()
+    for row in range(2):
+        want = by_the_engine(tractor, KEYS[row], jnp.asarray(KS[row]))
+        # a site that lags by one step would be 1.6 m/s x 0.01 s off
+        np.testing.assert_allclose(runs[row], want, rtol=0, atol=1e-4)
+
+
+@pytest.mark.slow
+def test_each_part_is_rigid_and_they_turn_against_each_other(runs):
+    for part in (TRACTOR, TRAILER):
+        for a, b in itertools.combinations(part, 2):
+            apart = np.linalg.norm(runs[:, :, OF[a]] - runs[:, :, OF[b]], axis=-1)
+            assert np.ptp(apart) < 1e-9
+    across = np.linalg.norm(runs[:, :, OF[TRACTOR[0]]] - runs[:, :, OF[TRAILER[1]]], axis=-1)
+    assert (np.ptp(across, axis=1) > 0.3).all()
+
+
+@pytest.mark.slow
+def test_the_tractor_turns_by_what_was_asked(runs):
+    ahead = runs[:, -1, OF["tractor front left"]] - runs[:, -1, OF["tractor rear left"]]
+    np.testing.assert_allclose(np.arctan2(ahead[:, 1], ahead[:, 0]), KS[:, 1], atol=0.1)
+
+
+@pytest.mark.slow
+def test_the_trailer_starts_where_its_hitch_is(runs):
+    tail = runs[:, 0, [OF[name] for name in TRAILER]].mean(axis=1)
+    np.testing.assert_allclose(np.linalg.norm(tail - [-0.9, 0.0], axis=1), 2.4, rtol=1e-12)
+    assert np.ptp(tail[:, 1]) > 0.01  # hardly ever straight
+
+
+@pytest.mark.slow
+def test_a_moved_start_moves_all_points(tractor):
+    import parc_jax as pj
+
+    gap = pj.translation_gap(tractor, KEYS[0], np.array([[30.0, -20.0]]))
+    assert gap.p.max() < 1e-9
+
+
+def test_the_body_has_two_parts():
+    problem = sims.tractor.problem()
+    tractor, trailer = numbered(problem.body, POINTS)
+    assert (tractor.points, trailer.points) == ((1, 2, 3, 4), (5, 6, 7, 8))
+    assert problem.goal.n == 18 and not problem.goal.A[:, 10:].any()
+
+
+def test_points_that_are_no_sites_are_refused(tractor):
+    with pytest.raises(InputError, match=r"sites of the MuJoCo model \(rear axle, .*'mirror'"):
+        mjx_system(XML, drive, tractor.domain, tractor.time, points=("rear axle", "mirror"))
