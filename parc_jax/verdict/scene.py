@@ -160,10 +160,14 @@ def _checked(lo: np.ndarray, hi: np.ndarray, needed: np.ndarray, name: str):
 
 def no_end_fits(scene: Scene, model) -> str | None:
     """Why no plan can be safe, in a sentence, where the tube is wider than the goal in every bin of
-    K; else None.
+    K; else None. Of tubes of half widths only.
     """
+    if not isinstance(model.tube.final_errors, ErrorBox):
+        return None
     lo, hi = goal_box(scene.problem.goal, model.layout)
-    short = 2 * model.tube.final - (hi - lo)
+    asked = np.isfinite(hi - lo)
+    short = np.full(model.tube.final.shape, -np.inf)
+    short[:, asked] = 2 * model.tube.final[:, asked] - (hi - lo)[asked]
     if not (short > 0).any(axis=1).all():
         return None
     axis = int(np.argmax(short.min(axis=0)))

@@ -15,6 +15,7 @@ import numpy as np
 
 from parc_jax import checker
 from parc_jax.certificate.write import question_parts
+from parc_jax.claim.error_set import ErrorBox
 from parc_jax.errors import InputError
 from parc_jax.model import TrajectoryModel
 from parc_jax.pwa.domain import MAX_DIMENSION
@@ -94,20 +95,20 @@ def prove_no_plan(
 
     budget_s: [s] for search and check together; a finished proof is checked however long that
     takes, and compiling, once for scenes of a size, comes on top. max_leaves: boxes of the tree.
-    Planar workspaces, like `scene`.
-    With more parameters than MAX_DIMENSION nothing is searched, and all is undecided.
-    Raises InputError for a goal without bounds on its workspace part, and for bounds with more
-    parameters than MAX_DIMENSION.
+    With more parameters than MAX_DIMENSION, or a tube whose errors are no boxes, nothing is
+    searched, and all is undecided.
+    Raises InputError for a goal without bounds on the end of the first point, and for bounds where
+    nothing can be searched.
     """
     z_lo, z_hi, faces = goal_faces(scene.problem, model)
     root = Node(np.concatenate([z_lo, model.domain.lo]), np.concatenate([z_hi, model.domain.hi]))
-    if model.n_k > MAX_DIMENSION:
+    missing = _missing(model)
+    if missing is not None:
         if bounds:
             raise InputError(
-                f"bound_volume: expected a model with at most {MAX_DIMENSION} parameters; this one "
-                f"has {model.n_k}. `answer.volume()` is an estimate that needs no cells."
+                f"bound_volume: expected {missing}. `answer.volume()` is an estimate for any model."
             )
-        return _not_searched(root, model.n_k, no_end_fits(scene, model))
+        return _not_searched(root, missing, no_end_fits(scene, model))
     question = question_parts(scene.problem, model)
     context = checker.Context(*question)
     search = Search(model, scene, root, bounds)
@@ -135,11 +136,17 @@ def prove_no_plan(
     )
 
 
-def _not_searched(root: Node, n_k: int, reason: str | None) -> NoPlan:
-    """Nothing is known of any plan: the cells of a network with so many inputs are not listed."""
-    limit = (
-        f"a proof is searched for with at most {MAX_DIMENSION} parameters; this model has {n_k}."
-    )
+def _missing(model: TrajectoryModel) -> str | None:
+    """What a search would need that a model does not have."""
+    if model.n_k > MAX_DIMENSION:
+        return f"a model with at most {MAX_DIMENSION} parameters; this model has {model.n_k}"
+    if not isinstance(model.tube.errors, ErrorBox):
+        return "a tube of half widths; this one has faces that fit its errors"
+    return None
+
+
+def _not_searched(root: Node, needed: str, reason: str | None) -> NoPlan:
+    """Nothing is known of any plan."""
     nothing = Fraction(0)
     return NoPlan(
         kind=UNDECIDED,
@@ -152,7 +159,7 @@ def _not_searched(root: Node, n_k: int, reason: str | None) -> NoPlan:
         safe_plan=None,
         seconds=0.0,
         check_seconds=0.0,
-        reason=reason or limit,
+        reason=reason or f"a proof needs {needed}.",
     )
 
 
