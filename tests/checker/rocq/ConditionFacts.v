@@ -22,6 +22,7 @@ Record sizes (P : problem) (N : list layer) : Prop := {
   goal_rows : poly_ok (n_points P * n_p P + n_q P) (goal P) = true;
   start_rows : poly_ok (n_p P) (start P) = true;
   last_step : forall o, In o (obstacles P) -> (last o < steps P)%nat;
+  obstacle_rows : forall o, In o (obstacles P) -> poly_ok (n_p P) (rows o) = true;
   part_shape : forall b, In b (parts P) -> shape_ok (n_p P) (grown_by b) = true;
   part_points : forall b i, In b (parts P) -> In i (corners b) -> (i < n_points P)%nat;
   net_sizes : net_ok (n_k P) N (outputs P) = true;
@@ -31,6 +32,7 @@ Proof.
   unfold problem_ok. rewrite !andb_true_iff, !Nat.ltb_lt, Nat.eqb_eq. intros ((((((((((A & B) & C) & D) & E) & F) & _) & G) & K) & L) & _).
   constructor; auto.
   - intros o Ho. eapply forallb_forall in F; [|exact Ho]. rewrite !andb_true_iff, Nat.ltb_lt in F. apply F.
+  - intros o Ho. eapply forallb_forall in F; [|exact Ho]. rewrite !andb_true_iff in F. apply F.
   - intros b Hb. eapply forallb_forall in G; [|exact Hb]. unfold part_ok in G. rewrite !andb_true_iff in G. apply G.
   - intros b i Hb Hi. eapply forallb_forall in G; [|exact Hb]. unfold part_ok in G. rewrite !andb_true_iff in G.
     destruct G as [_ G]. eapply forallb_forall in G; [|exact Hi]. apply Nat.ltb_lt. exact G.

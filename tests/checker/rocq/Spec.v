@@ -110,3 +110,31 @@ Definition safe (P : problem) (N : list layer) (E : tube) (p0 k : rv) : Prop :=
   inPoly (start P) p0 /\
   (exists B, In B (bins E) /\ inBox (box B) k) /\
   forall B, In B (bins E) -> inBox (box B) k -> forall tau, in_tube P N B p0 k tau -> succeeds P tau.
+
+(* ---- No plan ---- *)
+Definition continuous (tau : trajectory) : Prop := forall i a, continuity (fun s => at_ tau s i a).
+Definition misses (P : problem) (tau : trajectory) : Prop := ~ inPoly (goal P) (final_state P tau).
+Definition touches (P : problem) (tau : trajectory) : Prop :=
+  exists o t s b x, In o (obstacles P) /\ (first o <= t <= last o)%nat /\ 0 <= s <= 1 /\
+    In b (parts P) /\ inPart (n_p P) b (at_ tau (INR t + s)) x /\ inPoly (rows o) x.
+
+(* A plan fails: it may not start there, or in the tube of some closed bin that contains k there is a continuous
+   trajectory that misses the goal or touches an obstacle. *)
+Definition fails (P : problem) (N : list layer) (E : tube) (p0 k : rv) : Prop :=
+  ~ inPoly (start P) p0 \/
+  exists B tau, In B (bins E) /\ inBox (box B) k /\ in_tube P N B p0 k tau /\ continuous tau /\
+    (misses P tau \/ touches P tau).
+
+(* ---- Volumes, in the coordinates (z, k), z = where the model's point 0 ends ---- *)
+Definition place (P : problem) (N : list layer) (p0 k : rv) : rv :=
+  fun i => if (i <? n_p P)%nat then endR P p0 (netR N k) i else k (i - n_p P)%nat.
+Fixpoint inside (B : list (Q * Q)) (x : rv) : Prop :=
+  match B with [] => True | (lo, hi) :: B' => Q2R lo < x O < Q2R hi /\ inside B' (shift x) end.
+Fixpoint volume (B : list (Q * Q)) : R :=
+  match B with [] => 1 | (lo, hi) :: B' => (Q2R hi - Q2R lo) * volume B' end.
+Definition total (Bs : list (list (Q * Q))) : R := fold_right (fun B acc => volume B + acc) 0 Bs.
+(* Boxes that fill a box and overlap nowhere but at their faces. *)
+Definition tiles (Bs : list (list (Q * Q))) (B : list (Q * Q)) : Prop :=
+  (forall x, inBox B x -> exists C, In C Bs /\ inBox C x) /\
+  (forall C, In C Bs -> forall x, inBox C x -> inBox B x) /\
+  ForallOrdPairs (fun C D => forall x, ~ (inside C x /\ inside D x)) Bs /\ total Bs = volume B.

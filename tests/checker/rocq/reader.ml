@@ -187,3 +187,76 @@ let boxed format p o =
     (qadd k { r with qnum = Big.neg r.qnum }, qadd k r) in
   { middle_p0 = vecn p.n_p (get "p0"); room_p0 = vecn p.n_p (room "p0");
     region = List.map2 side (vecn p.n_k (get "k")) (vecn p.n_k (room "k")); sep_of = sep format p (get "sep") }
+
+(* ---- No plan, and volumes ---- *)
+exception Unsupported of string (* a part that is well formed, for all that is known, but not looked at *)
+let unsupported why = raise (Unsupported why)
+
+type kind = Proved | Bracket
+
+let pair f g = function Arr [ a; b ] -> (f a, g b) | _ -> bad "a pair was expected"
+
+(* Of format 2 only what has one mixture of the part's points in all of a hit. *)
+let hit format p = function
+  | Arr [ o; t; share; contacts ] when format = One ->
+    let contact x = let body, error = pair vec (vecn p.n_p) x in { body; errors = [ error ] } in
+    { whom = whole 0 999_999_999 o; which_part = 0; step = whole 0 (p.steps - 1) t; share = number share;
+      blend = [ number (Str "1") ]; contacts = list contact contacts }
+  | Arr [ o; part; t; share; groups ] when format = Two ->
+    let which_part = whole 0 (List.length p.parts - 1) part in
+    let corners = (List.nth p.parts which_part).corners in
+    if List.length (List.sort_uniq compare corners) < List.length corners then unsupported "a hit of a part that names a point twice";
+    let n = List.length corners in
+    let still = List.init p.n_p (fun _ -> number (Str "0")) in
+    let contact x =
+      let body, errors = pair vec (sized n (vecn p.n_p)) x in
+      let of_point i = match List.assoc_opt i (List.combine corners errors) with Some e -> e | None -> still in
+      { body; errors = List.init p.n_points of_point } in
+    let groups = list (pair (vecn n) (list contact)) groups in
+    let blend = match groups with (lam, _) :: _ -> lam | [] -> bad "a hit without contacts" in
+    if List.exists (fun (lam, _) -> lam <> blend) groups then unsupported "hits with several mixtures of points";
+    { whom = whole 0 999_999_999 o; which_part; step = whole 0 (p.steps - 1) t; share = number share; blend;
+      contacts = List.concat_map snd groups }
+  | _ -> bad "a hit has another form"
+
+let goal_rows format x =
+  let long = function Arr [ _; _; _ ] -> true | _ -> false in
+  (match x with Arr l when format = Two && List.exists long l -> unsupported "goal rows with an error of their own" | _ -> ());
+  multipliers x
+
+let reason format p = function
+  | Obj [ ("goal", m) ] -> Misses (goal_rows format m)
+  | Obj [ ("start", m) ] -> Elsewhere (multipliers m)
+  | Obj [ ("hit", h) ] -> Hits (hit format p h)
+  | Obj [ ("safe", s) ] -> Safe (sep format p s)
+  | Obj [ ("open", _) ] -> Open
+  | _ -> bad "a node of the tree is not known"
+
+(* The flat list of nodes, the lower part before the upper one, without a recursion as deep as the tree. *)
+let tree format p nodes =
+  let split = function
+    | Obj [ ("split", at) ] -> Some (pair (whole 0 (p.n_p + p.n_k - 1)) number at)
+    | _ -> None in
+  (* from the last node back: a split takes the two trees that begin after it *)
+  match List.fold_left (fun made node ->
+      match (split node, made) with
+      | Some (axis, at), lower :: upper :: made -> Split (axis, at, lower, upper) :: made
+      | Some _, _ -> bad "the tree has too few nodes"
+      | None, made -> Leaf (reason format p node) :: made) [] (List.rev nodes)
+  with
+  | [ tree ] -> tree
+  | _ -> bad "the tree has nodes left over, or none"
+
+let no_plan format p e o =
+  let get = fields [ "kind"; "z"; "faces"; "tree" ] o in
+  let kind = match get "kind" with
+    | Str "proved" -> Proved
+    | Str "bracket" -> Bracket
+    | _ -> bad "the kind is neither proved nor bracket" in
+  let z = fields [ "lo"; "hi" ] (get "z") in
+  let widths = List.for_all (function Widths _ -> true | Rows _ -> false) in
+  if not (widths e.finals && List.for_all (List.for_all widths) e.intervals) then unsupported "errors that are polytopes";
+  let side = goal_rows format in
+  (kind, { z_box = List.combine (vecn p.n_p (z "lo")) (vecn p.n_p (z "hi"));
+           faces = sized p.n_p (pair side side) (get "faces");
+           root = tree format p (match get "tree" with Arr l -> l | _ -> bad "the tree is not a list") })

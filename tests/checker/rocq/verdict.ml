@@ -9,14 +9,30 @@ type t = { code : int; lines : string list; entries : (string * bool list) list 
 let kinds = [ "samples"; "sets"; "corridors"; "doubt" ]
 let optional = [ "corridors"; "doubt" ] (* older files have none; doubt is of format 2 *)
 let hashed = [ "problem"; "network"; "tube" ]
+
+(* What is known about absence: nothing was claimed, exact volumes (safe, unsafe, all), or it was not looked at. *)
+type absence = Unclaimed | Volumes of Reader.kind * ((q * q) * q) | Unseen of string
+
+(* A share in per cent, rounded down. *)
+let per_cent part whole =
+  let times = Reader.Big.mul in
+  let n = times (times part.qnum whole.qden) (Reader.Big.of_int 100_000) and d = times part.qden whole.qnum in
+  let m = Reader.Big.to_int (Reader.Big.fdiv n d) in
+  Printf.sprintf "%d.%03d %%" (m / 1000) (m mod 1000)
+
 let text what = function Str s -> s | _ -> bad "%s is not a text" what
 
 (* An entry that cannot be read is refused like one that fails. *)
 let accepted check x =
   match check x with v -> v | exception (Bad _ | Failure _ | Invalid_argument _ | Not_found | Stack_overflow) -> false
 
+(* Work for what an answer of this many bytes may ask: what the engine writes needs a tenth of it or less. *)
+let work_at_least = 400_000_000
+let work_per_byte = 4000
+
 let check_answer ?(progress = fun _ _ _ -> ()) (source : string) : t =
   match
+    Work.left := work_at_least + (work_per_byte * String.length source);
     let answer = parse source in
     let get k = match answer with
       | Obj l -> (match List.assoc_opt k l with Some v -> v | None -> bad "a field is missing: %s" k)
@@ -45,6 +61,10 @@ let check_answer ?(progress = fun _ _ _ -> ()) (source : string) : t =
     let one x = check_sample p n e h (Reader.sample format p x) in
     let piece x = check_set p n e h (Reader.piece format p n x) in
     let box x = check_box p n e h (Reader.boxed format p x) in
+    let no_plan x =
+      let kind, proof = Reader.no_plan format p e x in
+      let ok = if kind = Reader.Proved then check_no_plan p n e proof else check_proof p n e proof in
+      (ok, Volumes (kind, volumes p proof)) in
     let check = function "sets" -> piece | "doubt" -> box | _ -> one in
     ignore (Reader.fields ("format" :: "claim" :: "no_plan" :: "samples" :: "sets" :: hashed @ [ "hash" ])
               ~optional:("meta" :: optional) answer);
@@ -61,14 +81,26 @@ let check_answer ?(progress = fun _ _ _ -> ()) (source : string) : t =
             progress kind i total;
             (i + 1, ok :: oks)) (1, []) l in
         (kind, List.rev oks)) kinds in
-    (get "no_plan", claim, quoted, entries)
+    let last = function
+      | Null -> ([], Unclaimed)
+      | x ->
+        let ok, found = match no_plan x with
+          | v -> v
+          | exception Reader.Unsupported why -> (true, Unseen why)
+          | exception (Bad _ | Failure _ | Invalid_argument _ | Not_found) -> (false, Unclaimed) in
+        progress "no_plan" 1 1;
+        ([ ("no_plan", [ ok ]) ], found) in
+    let absent, absence = last (get "no_plan") in
+    (absence, claim, quoted, entries @ absent)
   with
   | exception Bad why -> { code = 1; lines = [ "REJECTED: " ^ why ]; entries = [] }
+  | exception Work.Exceeded ->
+    { code = 1; lines = [ "REJECTED: it asks for more work than the size of the file allows" ]; entries = [] }
   | exception (Stack_overflow | Out_of_memory) ->
     { code = 1; lines = [ "REJECTED: the file asks for more memory than this program has; nothing was found wrong" ]; entries = [] }
   | exception (Failure _ | Invalid_argument _ | Not_found | Division_by_zero) ->
     { code = 1; lines = [ "REJECTED: the file is malformed" ]; entries = [] }
-  | no_plan, claim, quoted, entries ->
+  | absence, claim, quoted, entries ->
     let refused = List.concat_map (fun (kind, l) ->
         let _, found = List.fold_left (fun (i, found) ok ->
             (i + 1, if ok then found else Printf.sprintf "%s[%d]" kind i :: found)) (0, []) l in
@@ -78,7 +110,7 @@ let check_answer ?(progress = fun _ _ _ -> ()) (source : string) : t =
                                        (List.length refused) (List.hd refused) ] }
     else
       let count kind = List.length (List.assoc kind entries) in
-      let open_part = no_plan <> Null in
+      let open_part = match absence with Unseen _ -> true | _ -> false in
       let head = if open_part then "PROVED IN PART" else "ACCEPTED" in
       let kind = match claim with Some (Obj l) -> (match List.assoc_opt "kind" l with Some (Str s) -> s | _ -> "") | _ -> "" in
       let known = List.mem kind [ "pac"; "conformal"; "cover" ] in
@@ -89,7 +121,14 @@ let check_answer ?(progress = fun _ _ _ -> ()) (source : string) : t =
           Printf.sprintf "  %d corridors: so does every (p0, k) of the domain that meets all conditions of one" (count "corridors") ]
         @ (if count "doubt" = 0 then []
            else [ Printf.sprintf "  %d boxes of doubt: so does every execution within the room of one" (count "doubt") ])
-        @ (if open_part then [ "NOT LOOKED AT: no_plan. This program cannot check it; parc_jax.checker can." ] else [])
+        @ (match absence with
+           | Unclaimed -> []
+           | Unseen why -> [ Printf.sprintf "NOT LOOKED AT: no_plan (%s). This program cannot check it; parc_jax.checker can." why ]
+           | Volumes (Reader.Proved, _) ->
+             [ "  no (p0, k) of the domain is safe: each may not start or fails for a continuous trajectory in the tube" ]
+           | Volumes (Reader.Bracket, ((safe, unsafe), whole)) ->
+             [ Printf.sprintf "  of the (p0, k) whose end lies in the goal's box by volume: safe at least %s, unsafe at least %s"
+                 (per_cent safe whole) (per_cent unsafe whole) ])
         @ [ (if known then "The proof rests on the tube; the file's claim about it is not checked: kind " ^ kind
              else "The proof rests on the tube, which is ASSUMED.") ]
         @ List.map (fun part -> Printf.sprintf "  sha256 %s %s" part (text "a hash" (quoted part))) hashed in
