@@ -128,15 +128,9 @@ Proof.
   change (netR (L :: L' :: Ls) x) with (netR (L' :: Ls) (reluR (layerR L x))).
   rewrite IH by discriminate. reflexivity.
 Qed.
-Lemma toR_red v i : toR (map red v) i = toR v i.
-Proof.
-  unfold toR. destruct (Nat.lt_ge_cases i (length v)) as [H|H].
-  - rewrite (nth_indep _ 0%Q (red 0)) by (rewrite map_length; exact H). rewrite map_nth. apply Qeq_eqR, red_eq.
-  - rewrite !nth_overflow by (rewrite ?map_length; exact H). reflexivity.
-Qed.
-Definition onward (L : layer) (v : vec) : vec := map red (reluQ (layerQ L v)).
+Definition onward (L : layer) (v : vec) : vec := reluQ (layerQ L v).
 Lemma onward_R L v i : toR (onward L v) i = reluR (layerR L (toR v)) i.
-Proof. unfold onward. rewrite toR_red, reluQ_R. unfold reluR. rewrite layerQ_R. reflexivity. Qed.
+Proof. unfold onward. rewrite reluQ_R. unfold reluR. rewrite layerQ_R. reflexivity. Qed.
 Lemma layer_cone L V x w : steady L V = true -> cone V x w ->
   cone (map (onward L) V) (fun i => match nth_error L i with Some (a, b) => Rmax 0 (dotR a x + Q2R b * w) | None => 0 end) w.
 Proof.

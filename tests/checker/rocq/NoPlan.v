@@ -40,7 +40,7 @@ Fixpoint hidden (Ls : list layer) (V : list vec) : list (bool * list vec) :=
   | L :: Ls' => match Ls' with
     | [] => [(true, V)]
     | _ => flat_map (fun c => if steady L (snd c)
-                              then hidden Ls' (map (fun v => map red (reluQ (layerQ L v))) (snd c)) else [(false, [])])
+                              then hidden Ls' (map (fun v => reluQ (layerQ L v)) (snd c)) else [(false, [])])
                     (split_layer L V)
     end
   end.

@@ -130,12 +130,19 @@ let problem format o =
 
 let max_layers = 64
 
+(* The same numbers over one denominator, if there is a short one: the checker adds such numbers fastest. *)
+let level (rows : (q list * q) list) =
+  let lcm a b = Big.mul (Big.divexact a (Big.gcd a b)) b in
+  let d = List.fold_left (fun d (w, b) -> List.fold_left (fun d x -> if Big.leq longest d then d else lcm d x.qden) d (b :: w)) Big.one rows in
+  let over x = { qnum = Big.mul x.qnum (Big.divexact d x.qden); qden = d } in
+  if Big.leq longest d then rows else List.map (fun (w, b) -> (List.map over w, over b)) rows
+
 let network o =
   let get = fields [ "weights"; "biases" ] o in
   let w = list (list vec) (get "weights") and b = list vec (get "biases") in
   if w = [] || List.length w > max_layers then bad "too few or too many layers";
   if List.map List.length w <> List.map List.length b then bad "weights and biases do not fit";
-  List.map2 List.combine w b
+  List.map level (List.map2 List.combine w b)
 
 (* An error is a list of widths or, in format 2, a polytope; for the end with multipliers for each row of the goal. *)
 let multipliers = list (function Arr [ row; m ] -> (whole 0 9999 row, number m) | _ -> bad "a multiplier is [row, m]")

@@ -27,8 +27,8 @@ let accepted check x =
   match check x with v -> v | exception (Bad _ | Failure _ | Invalid_argument _ | Not_found | Stack_overflow) -> false
 
 (* Work for what an answer of this many bytes may ask: what the engine writes needs a tenth of it or less. *)
-let work_at_least = 400_000_000
-let work_per_byte = 4000
+let work_at_least = 200_000_000
+let work_per_byte = 1000
 
 let check_answer ?(progress = fun _ _ _ -> ()) (source : string) : t =
   match

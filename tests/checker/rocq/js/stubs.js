@@ -1,6 +1,14 @@
 // What z.ml needs, on JavaScript's own big integers.
 //Provides: jz_of_int
 function jz_of_int(a){return BigInt(a)}
+//Provides: jz_to_int
+function jz_to_int(a){return Number(a)}
+//Provides: jz_long
+var jz_long=BigInt(1)<<BigInt(512)
+// In words of 64 bits; up to eight count as one, since the length of a big integer is not to be had quickly.
+//Provides: jz_size
+//Requires: jz_long
+function jz_size(a){return a<jz_long&&a>-jz_long?1:a.toString(16).length>>4}
 //Provides: jz_add
 function jz_add(a,b){return a+b}
 //Provides: jz_sub
