@@ -7,8 +7,9 @@ along the first axis, with the size A drawn anew in each run:
     A = HEIGHT                       where SLAB <= k_1 <= SLAB + width
     A = (0.02 + 0.1 k_0) E           elsewhere, E exponential with mean one
 
-So a tube is left exactly when A exceeds the largest size that it holds, and the probability of that
-is a sum of a share of K and a smooth integral. Nothing is estimated.
+So a tube is left exactly when A exceeds the largest size that it holds, or, of a tube off centre,
+falls below the least; and the probability of that is a sum of a share of K and a smooth integral.
+Nothing is estimated.
 """
 
 from functools import cache
@@ -29,6 +30,7 @@ T, STRIDE = 4, 4
 HEIGHT = 10.0  # [m]
 SLAB = 0.37
 LEAST, SLOPE = 0.02, 0.1  # [m], [m per unit of k_0]
+STARTS, STOPS = np.arange(T) / T, np.arange(1, T + 1) / T  # of the intervals
 NODES, WEIGHTS = np.polynomial.legendre.leggauss(40)
 
 
@@ -82,10 +84,28 @@ def network() -> ReLUNetwork:
     return relu_network([W], [np.zeros(2 * T + 1)])
 
 
-def largest_held(tube: Tube) -> np.ndarray:
-    """(n_bins,) the largest size A that the tube holds."""
-    reach = np.arange(1, T + 1) / T
-    return np.minimum((tube.interval[:, :, 0] / reach).min(axis=1), tube.final[:, 0])
+def held_sizes(tube: Tube) -> tuple[np.ndarray, np.ndarray]:
+    """(n_bins,) the least and the largest size A >= 0 that the tube holds; the least is infinite
+    where it holds none.
+    """
+    if tube.templates is None:
+        reach = np.arange(1, T + 1) / T
+        largest = np.minimum((tube.interval[:, :, 0] / reach).min(axis=1), tube.final[:, 0])
+        return np.zeros(tube.n_bins), largest
+    least, largest = np.zeros(tube.n_bins), np.full(tube.n_bins, np.inf)
+    during, at_end = tube.templates
+    ends = [(given, s) for given, s in ((at_end, np.ones(1)), (during, STARTS), (during, STOPS))]
+    for given, s in ends:
+        for sign in (1, -1):
+            # sign u . (A s, 0, ..) <= sign c + half: one bound on A for every pair of faces
+            slope = sign * given.directions[..., 0] * s.reshape(-1, *[1] * (given.half.ndim - 2))
+            room = sign * given.centre + given.half
+            bound = room / np.where(slope == 0, 1.0, slope)
+            axes = tuple(range(1, room.ndim))
+            largest = np.minimum(largest, np.where(slope > 0, bound, np.inf).min(axis=axes))
+            none = np.where((slope == 0) & (room < 0), np.inf, 0.0)
+            least = np.maximum(least, np.where(slope < 0, bound, none).max(axis=axes))
+    return least, largest
 
 
 def truth(width: float, tube: Tube, low=(0.0, 0.0), high=(1.0, 1.0)) -> Truth:
@@ -93,7 +113,7 @@ def truth(width: float, tube: Tube, low=(0.0, 0.0), high=(1.0, 1.0)) -> Truth:
 
     In interval t the error is at most A (t + 1) / T, at the end A.
     """
-    held = largest_held(tube)
+    least, largest = held_sizes(tube)
     by_bin, share = np.zeros(tube.n_bins), np.zeros(tube.n_bins)
     for number in range(tube.n_bins):
         lo, hi = tube.bin_box(number)
@@ -103,8 +123,10 @@ def truth(width: float, tube: Tube, low=(0.0, 0.0), high=(1.0, 1.0)) -> Truth:
         inside = max(0.0, min(hi[1], SLAB + width) - max(lo[1], SLAB)) / (hi[1] - lo[1])
         middle, half = 0.5 * (hi[0] + lo[0]), 0.5 * (hi[0] - lo[0])
         scale = LEAST + SLOPE * (middle + half * NODES)
-        tail = float(WEIGHTS @ np.exp(-held[number] / scale)) / 2
-        by_bin[number] = inside * (held[number] < HEIGHT) + (1 - inside) * tail
+        inside_tube = np.exp(-least[number] / scale) - np.exp(-largest[number] / scale)
+        tail = 1.0 - float(WEIGHTS @ np.maximum(inside_tube, 0.0)) / 2
+        jump_leaves = not least[number] <= HEIGHT <= largest[number]
+        by_bin[number] = inside * jump_leaves + (1 - inside) * tail
         share[number] = np.prod(hi - lo) / np.prod(np.subtract(high, low))
     return Truth(float(by_bin @ share), by_bin, share)
 
@@ -137,7 +159,7 @@ def truth_of_recordings(width: float, tube: Tube, parts: int, nodes: int = 20_00
     """
     e = -np.log1p(-(np.arange(nodes) + 0.5) / nodes)
     stays = np.zeros(nodes)
-    for held, number in zip(largest_held(tube), range(tube.n_bins), strict=True):
+    for held, number in zip(held_sizes(tube)[1], range(tube.n_bins), strict=True):
         lo, hi = tube.bin_box(number)
         inside = max(0.0, min(hi[1], SLAB + width) - max(lo[1], SLAB)) / (hi[1] - lo[1])
         last = (held / e - LEAST) / SLOPE  # the largest k_0 that stays inside

@@ -132,6 +132,18 @@ def by_bin(width, key):
     return max(pairs, key=lambda pair: pair[1] - float(pair[0]), default=(1, 0.0))
 
 
+def fitted(width, key):
+    """One claim over K, of a tube between faces off centre, with a search that widens it."""
+    claim = _claim(width, key, shape="fitted", search=16)
+    return claim.eps, truth(width, claim.tube).whole
+
+
+def fitted_most_discards(width, key):
+    """The same with as many runs left outside as 300 runs allow."""
+    claim = _claim(width, key, shape="fitted", n=300, discard="most")
+    return claim.eps, truth(width, claim.tube).whole
+
+
 def watched(width, key):
     """A monitor of a true claim must not ring: broken = the alarm rang although the claim is true.
     Its level is its own.
@@ -211,6 +223,8 @@ PROMISES = (
     Promise("most_discards", most_discards),
     Promise("looks", looks),
     Promise("by_bin", by_bin),
+    Promise("fitted", fitted),
+    Promise("fitted_most_discards", fitted_most_discards),
     Promise("grouped", grouped),
     Promise("searched", searched),
     Promise("watched", watched, ALPHA),

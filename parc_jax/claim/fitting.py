@@ -102,10 +102,10 @@ def _directions(
     both = _Spread(
         2 * counts, knots.sum[:, :-1] + knots.sum[:, 1:], knots.outer[:, :-1] + knots.outer[:, 1:]
     )
-    return Errors(_with_principal_axes(both.covariance()), _with_principal_axes(end.covariance()))
+    return Errors(with_principal_axes(both.covariance()), with_principal_axes(end.covariance()))
 
 
-def _with_principal_axes(covariance: np.ndarray) -> np.ndarray:
+def with_principal_axes(covariance: np.ndarray) -> np.ndarray:
     """(..., 2 n, n) the axes, then the principal ones, longest first, as short fractions.
 
     Coordinates of different units are told apart by their own spread, a power of two.

@@ -23,8 +23,11 @@ from benchmarks.attacks.jump_plant import (
     truth_of_recordings,
 )
 from benchmarks.attacks.promises import PROMISES, Promise
+from parc_jax.claim.faces import faces
 from parc_jax.claim.monitor import inside_tube
+from parc_jax.claim.pipeline import learn_profiles
 from parc_jax.claim.profile import training_profile
+from parc_jax.claim.tube import fitted_tube
 from parc_jax.keys import Stage
 from parc_jax.rollout.collect import collect
 
@@ -32,9 +35,15 @@ KEY = jax.random.PRNGKey(3)
 
 
 @pytest.mark.parametrize("bins", [(4, 1), (2, 3)])
-def test_the_exact_truth_is_what_runs_do(bins):
+@pytest.mark.parametrize("shape", ["box", "fitted"])
+def test_the_exact_truth_is_what_runs_do(bins, shape):
     system, net = jump_plant(0.05), network()
-    tube = training_profile(net, collect(system, KEY, 60, quiet=True), bins)
+    seen = collect(system, KEY, 60, quiet=True)
+    tube = learn_profiles([net], seen, (), bins, shape=shape)[0]
+    if shape == "fitted":  # off centre, so that it is left on both sides
+        during, at_end = tube.templates
+        moved = faces(at_end.directions, at_end.centre + 0.1, at_end.half, frames=True)
+        tube = fitted_tube(tube.edges, during, moved)
     runs = collect(system, KEY, 20_000, Stage.VALIDATE, chunk=2048, quiet=True)
     known = truth(0.05, tube)
     # no claim: a plain tube of this size is all that is asked

@@ -8,12 +8,13 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 from synthetic_plants import failing, noisy, plant, straight, straight_network
+from turning_bar import Bar
 
 from parc_jax.claim.by_bin import calibrate_bins
 from parc_jax.claim.calibrate import calibrate, scaled
 from parc_jax.claim.claim import load_claim, on_bins, weaker
 from parc_jax.claim.faces import faces
-from parc_jax.claim.fitting import fitted_profile
+from parc_jax.claim.fitting import fitted_profile, with_principal_axes
 from parc_jax.claim.intersample import SpeedBound
 from parc_jax.claim.monitor import inside_tube, monitor
 from parc_jax.claim.pipeline import bound_error
@@ -26,6 +27,8 @@ from parc_jax.claim.update import update
 from parc_jax.errors import InputError
 from parc_jax.keys import Stage
 from parc_jax.model import load, trajectory_model
+from parc_jax.network.predict import layout_of
+from parc_jax.network.relu import relu_network
 from parc_jax.rollout.collect import collect
 
 KEY, NET = jax.random.PRNGKey(0), straight_network(4)
@@ -270,3 +273,31 @@ def test_an_update_keeps_the_shape(profile, train, holdout):
     assert new.tube.templates is not None
     _, new = update(replace(claim, tube=training_profile(NET, train)), NET, train, fresh)
     assert new.tube.templates is None
+
+
+def test_every_point_of_a_body_has_faces_of_its_own():
+    runs = collect(Bar(), KEY, 300, quiet=True)
+    layout = layout_of(runs)
+    net = relu_network([np.zeros((layout.n_offsets + 1, 2))], [np.zeros(layout.n_offsets + 1)])
+    found = fitted_profile(net, [runs], (1, 1))
+    given = found.templates.interval
+    assert given.half.shape == (1, 4, 2, 4) and found.templates.final.half.shape == (1, 2 * 5)
+    stride, at = runs.time.stride, runs.p.reshape(runs.n, -1, 2, 2)  # the network says 0
+    for t in range(4):
+        for i in range(2):
+            seen = at[:, t * stride : (t + 1) * stride + 1, i].reshape(-1, 2)
+            along = seen @ given.directions[0, t, i].T
+            half = np.abs(along - given.centre[0, t, i]).max(axis=0)
+            floor = 1e-3 * np.abs(given.directions[0, t, i]).sum(axis=-1)
+            np.testing.assert_allclose(given.half[0, t, i], half + floor, rtol=1e-6)
+    assert score_batch(net, runs, found).score.max() < 1
+
+
+def test_directions_with_different_units_are_told_apart_by_their_spread():
+    covariance = np.array([[[4.0, 1.9e-3], [1.9e-3, 1e-6]]])
+    rows = with_principal_axes(covariance)[0]
+    np.testing.assert_array_equal(rows[:2], np.eye(2))
+    unit = np.sqrt(np.diag(covariance[0]))
+    along, across = (row * unit / np.linalg.norm(row * unit) for row in rows[2:])
+    assert abs(along @ across) < 0.05 and abs(abs(along[0]) - np.sqrt(0.5)) < 0.1
+    assert rows[3] @ covariance[0] @ rows[3] < 0.1 * (rows[2] @ covariance[0] @ rows[2])

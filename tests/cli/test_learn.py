@@ -47,6 +47,13 @@ def learn(capsys, monkeypatch, tmp_path):
     return run
 
 
+def test_a_fitted_tube_is_asked_for_by_its_name(learn, tmp_path):
+    code, _, _ = learn("toy_cart", "--out", "m.npz", "--rollouts", 100, "--shape", "fitted")
+    assert code == 0 and pj.load(tmp_path / "m.npz").tube.templates is not None
+    code, _, err = learn("toy_cart", "--out", "n.npz", "--rollouts", 100, "--shape", "round")
+    assert code == 2 and "shape: expected one of box, fitted" in err
+
+
 @pytest.mark.slow
 def test_a_stopped_run_continues_to_the_same_model(learn, monkeypatch, tmp_path):
     real, calls = collecting.simulate_rows, []
