@@ -307,6 +307,7 @@ class Answer:
         meta = {
             "system": self.model.system,
             "labels": self.model.labels._asdict(),
+            "points": list(self.model.points),
             "time": [self.model.time.dt, self.model.time.t_f, self.model.time.dt_record],
             "status": self.status.label,
             "statement": self.statement(),

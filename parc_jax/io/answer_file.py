@@ -6,11 +6,12 @@ from itertools import chain
 import numpy as np
 
 from parc_jax.answer import Answer
-from parc_jax.body import Polygon
+from parc_jax.body import Body, Disc, Part, Polygon, body_of
 from parc_jax.certificate.write import FORMAT, one_point
 from parc_jax.checker import Rejected, check_answer, load, number
 from parc_jax.claim.claim import claim_from_json
-from parc_jax.claim.tube import NO_CLAIM, Tube, tube
+from parc_jax.claim.faces import Faces, faces
+from parc_jax.claim.tube import NO_CLAIM, Tube, fitted_tube, tube
 from parc_jax.cover.corridor import Corridor
 from parc_jax.cover.polytope import SafePolytope
 from parc_jax.cover.sampling import points
@@ -87,9 +88,8 @@ def _model(data: dict) -> TrajectoryModel:
         [nearest_floats(W) for W in network["weights"]],
         [nearest_floats(b) for b in network["biases"]],
     )
-    interval, final = (np.array(nearest_floats(widths[name])) for name in ("interval", "final"))
-    interval, final = (np.where(wide >= NO_CLAIM, np.inf, wide) for wide in (interval, final))
-    profile = tube([nearest_floats(e) for e in widths["edges"]], interval, final)
+    n_points = asked.get("points", 1)
+    profile = _tube(widths, n_points)
     dt = nearest_floats(asked["dt"])
     domain = box(nearest_floats(asked["domain"]["lo"]), nearest_floats(asked["domain"]["hi"]))
     meta = data["meta"]
@@ -99,7 +99,42 @@ def _model(data: dict) -> TrajectoryModel:
         else time_grid(dt, dt * asked["steps"])
     )
     claim = claim_from_json(data["claim"], profile)
-    return trajectory_model(net, claim, domain, time, meta["system"], meta.get("labels"))
+    points = meta["points"] if n_points > 1 else None
+    return trajectory_model(net, claim, domain, time, meta["system"], meta.get("labels"), points)
+
+
+def _tube(widths: dict, n_points: int) -> Tube:
+    """The tube in the parsed part `tube`, boxes or faces."""
+    edges = [nearest_floats(e) for e in widths["edges"]]
+    if isinstance(widths["final"][0], dict):
+        during = [[[_pairs_of(e) for e in at] for at in part] for part in widths["interval"]]
+        return fitted_tube(edges, _faces(during, frames=False), _faces_at_end(widths["final"]))
+    interval, final = (np.array(nearest_floats(widths[name])) for name in ("interval", "final"))
+    interval, final = (np.where(wide >= NO_CLAIM, np.inf, wide) for wide in (interval, final))
+    return tube(edges, interval.reshape(*interval.shape[:2], -1), final, n_points)
+
+
+def _pairs_of(error: dict) -> tuple[list, list, list]:
+    """Directions, centres and half widths of rows that come in pairs, one face and its other."""
+    directions = nearest_floats(error["A"][::2])
+    far, near = ([number(b) for b in error["b"][side::2]] for side in (0, 1))
+    centre = [float((x - y) / 2) for x, y in zip(far, near, strict=True)]
+    half = [float((x + y) / 2) for x, y in zip(far, near, strict=True)]
+    return directions, centre, [np.inf if s >= NO_CLAIM else s for s in half]
+
+
+def _faces_at_end(final: list) -> Faces:
+    return _faces([_pairs_of(error) for error in final], frames=True)
+
+
+def _faces(pairs: list, frames: bool) -> Faces:
+    """Faces of nested lists of what `_pairs_of` gives."""
+    parts = [_each(pairs, i) for i in range(3)]
+    return faces(*(np.array(part) for part in parts), frames)
+
+
+def _each(pairs, i: int):
+    return pairs[i] if isinstance(pairs, tuple) else [_each(part, i) for part in pairs]
 
 
 def problem_of_file(asked: dict) -> ReachAvoid:
@@ -108,12 +143,22 @@ def problem_of_file(asked: dict) -> ReachAvoid:
     return reach_avoid(
         goal=_polytope(asked["goal"]),
         obstacles=[_polytope(o) for o in asked["obstacles"]],
-        body=nearest_floats(body["radius"])
-        if "radius" in body
-        else Polygon(np.array(nearest_floats(body["vertices"]))),
+        body=_body(body),
         start=None if asked["start"] is None else _polytope(asked["start"]),
         spans=[tuple(o["steps"]) if "steps" in o else None for o in asked["obstacles"]],
     )
+
+
+def _body(body: dict) -> Disc | Polygon | Body:
+    if "parts" not in body:
+        return _shape(body)
+    return body_of([Part(tuple(part["points"]), _shape(part)) for part in body["parts"]])
+
+
+def _shape(part: dict) -> Disc | Polygon:
+    if "radius" in part:
+        return Disc(nearest_floats(part["radius"]))
+    return Polygon(np.array(nearest_floats(part["vertices"])))
 
 
 def _safe_polytope(model: TrajectoryModel, scene: Scene, part: dict) -> SafePolytope:
