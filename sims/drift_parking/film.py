@@ -94,6 +94,7 @@ def stage(problem: ReachAvoid, path: np.ndarray, error: np.ndarray):
         dir=[0.3, 0.4, -1],
         type=mujoco.mjtLightType.mjLIGHT_DIRECTIONAL,
         diffuse=[0.6] * 3,
+        castshadow=False,  # where boxes of the tube lie in one plane, shadows flicker
     )
     spec.worldbody.add_geom(type=mujoco.mjtGeom.mjGEOM_PLANE, size=[200, 200, 1], rgba=ASPHALT)
     for number, obstacle in enumerate(problem.obstacles):
