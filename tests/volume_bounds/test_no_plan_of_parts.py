@@ -128,7 +128,7 @@ def test_a_polygon_may_grow_a_part():
 
 def test_no_proof_is_searched_for_a_robot_whose_tube_has_no_claim():
     model = bar_model(e=np.inf)
-    answer = decide(model, walls(model, 0.3), budget_s=0.5)
+    answer = decide(model, walls(model, 0.3), max_leaves=20)
     assert answer.kind == "undecided" and answer.unsafe == 0
 
 
