@@ -32,7 +32,7 @@ def separation(a, b, errors, vertices, radius):
     def step(_, state):
         gap, w, towards, simplex = state
         tried, point = _support(a, b, errors, vertices, towards)
-        better = tried > gap
+        better = (tried > gap) & towards.any()
         gap, w = jnp.where(better, tried, gap), jnp.where(better, towards, w)
         simplex, nearest = _nearest(simplex, point)
         return gap, w, _unit(nearest), simplex
@@ -78,8 +78,9 @@ def _support(a, b, errors, vertices, w):
 
 
 def _first_direction(a, b, vertices):
-    """From the middle of the obstacle to that of the points."""
-    return _unit((a.mean(axis=0) + b.mean(axis=0)) / 2 - vertices.mean(axis=0))
+    """From the middle of the obstacle to that of the points; any where they coincide."""
+    w = _unit((a.mean(axis=0) + b.mean(axis=0)) / 2 - vertices.mean(axis=0))
+    return jnp.where(w.any(), w, jnp.eye(len(w), dtype=w.dtype)[0])
 
 
 def _nearest(simplex, point):

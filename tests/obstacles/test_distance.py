@@ -74,7 +74,7 @@ def test_on_a_grid_the_gap_is_the_exact_distance(n, seed):
     assert meet.sum() >= 4 and (~meet).sum() > 10
     assert (gap[meet] <= 1e-15).all()
     np.testing.assert_allclose(gap[~meet], np.sqrt(exact[~meet].astype(float)), atol=1e-13)
-    np.testing.assert_allclose(np.linalg.norm(w[~meet], axis=1), 1.0, atol=1e-15)
+    np.testing.assert_allclose(np.linalg.norm(w, axis=1), 1.0, atol=1e-15)
 
 
 @pytest.mark.parametrize("n", [2, 3])
@@ -177,6 +177,17 @@ def test_touching_is_not_a_gap_and_the_next_place_is(n):
         np.linalg.norm(away, axis=1) * (1 + 2.0**39),
     )[0]
     assert (np.abs(ball) <= 1e-11).all()
+
+
+@pytest.mark.parametrize("n", [2, 3])
+def test_where_both_have_one_middle_there_is_still_a_direction(n):
+    """The steps meet the origin at once: nothing is nearest, and nothing is no direction."""
+    corners = np.array(np.meshgrid(*[[-1.0, 1.0]] * n)).reshape(n, -1).T
+    points = np.stack([np.zeros((2, n)), np.eye(n)[:1] * [[1], [-1]], 2 * corners[[0, -1]]])
+    half, vertices = np.zeros(points.shape), np.stack([corners] * len(points))
+    gap, w = separate(points, points, ErrorBox(half), vertices, np.full(len(points), 0.1))
+    np.testing.assert_allclose(np.linalg.norm(w, axis=1), 1.0, atol=1e-15)
+    assert (gap <= -1.1 + 1e-15).all()
 
 
 @pytest.mark.soundness
