@@ -29,7 +29,8 @@ def load_problem(path, points: Sequence[str] | None = None) -> ReachAvoid:
     """The problem in a .toml or .json file. Raises InputError that names the entry.
 
     [goal]       over (p, q) at the end: lo, hi; or rows A, b of A x <= b. With points = ["nose",
-        ...] over p: where these reference points end; and [goal.q] alike over q.
+        ...] over p: where these reference points end; and [goal.q] alike over q. With [goal.q] and
+        without points, all of them end there.
     [[obstacles]] over p: lo, hi; or A, b; optionally steps = [first, last], the intervals in which
         it exists.
     [body]       radius [m], or vertices = [[x, y], ...], about the first reference point; a polygon

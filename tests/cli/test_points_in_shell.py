@@ -1,0 +1,122 @@
+"""Several reference points in the shell: what does not fit is one sentence and exit code 2."""
+
+import numpy as np
+import pytest
+from toy_models import error_claim, law_spec
+from turning_bar import LENGTH, Bar
+
+from parc_jax import cli
+from parc_jax.claim.tube import zero_tube
+from parc_jax.model import trajectory_model
+from parc_jax.network.predict import layout_of
+from parc_jax.network.relu import relu_network
+
+SCENE = """
+[goal]
+points = ["tail"]
+lo = [-0.1, -0.1]
+hi = [0.1, 0.1]
+
+[goal.q]
+lo = [-1.0]
+hi = [1.0]
+
+[body]
+capsule = ["tail", "nose"]
+radius = 0.05
+
+[[obstacles]]
+lo = [-0.5, 0.3]
+hi = [-0.3, 0.6]
+"""
+
+
+def straight_bar():
+    """A model of a bar that does not turn: tail at (s k_0, 0), nose LENGTH beside it, q = k_1."""
+    layout = layout_of(Bar())
+    W, b = np.zeros((layout.n_offsets + 1, 2)), np.zeros(layout.n_offsets + 1)
+    place = np.arange(layout.n_offsets) + layout.n_p  # the first point at the start is no output
+    W[:-1, 0] = np.where(place % 2 == 0, (place // layout.n_c) / layout.n_steps, 0.0)
+    b[:-1] = np.where(place % layout.n_c == 3, LENGTH, 0.0)
+    W[-1, 1] = 1.0
+    edges = [[lo, hi] for lo, hi in zip(Bar.domain.lo, Bar.domain.hi, strict=True)]
+    claim = error_claim(
+        kind="assumed",
+        tube=zero_tube(edges, layout.n_steps, layout.n_c, layout.n_c + 1, n_points=2),
+        quantifier="assumed for every run",
+        eps=None,
+        delta=None,
+        n=0,
+        discard=0,
+        looks=1,
+        law=law_spec("toy", Bar.domain),
+        assumptions=("THE TUBE HOLDS",),
+    )
+    net = relu_network([W], [b])
+    return trajectory_model(net, claim, Bar.domain, Bar.time, "bar", points=Bar.points)
+
+
+@pytest.fixture
+def shell(capsys, monkeypatch, tmp_path):
+    """Run a command line beside model.npz and scene.toml: (exit code, complaint)."""
+    monkeypatch.chdir(tmp_path)
+    straight_bar().save("model.npz")
+    (tmp_path / "scene.toml").write_text(SCENE)
+
+    def run(*arguments):
+        capsys.readouterr()
+        with pytest.raises(SystemExit) as stop:
+            cli.main([str(a) for a in arguments])
+        return (stop.value.code or 0), capsys.readouterr().err
+
+    return run
+
+
+def refused(outcome, message):
+    code, complained = outcome
+    assert code == 2 and message in complained and complained.count("\n") == 1
+    assert complained.startswith("parc-jax: ")
+
+
+WRONG = {
+    "unknown point of the body": ('"nose"]\nradius', '"tip"]\nradius', "(tail, nose); got 'tip'"),
+    "unknown point of the goal": ('points = ["tail"]', 'points = ["tip"]', "(tail, nose)"),
+    "number beyond the points": ('capsule = ["tail", "nose"]', "points = [0, 2]", "got 2"),
+    "no points": ('capsule = ["tail", "nose"]', "points = []", "names of reference points"),
+    "too few of a kind": ("capsule", "rectangle", "4 reference points for a rectangle; got 2"),
+    "an obstacle in space": (
+        "lo = [-0.5, 0.3]\nhi = [-0.3, 0.6]",
+        "lo = [-0.5, 0.3, 0.0]\nhi = [-0.3, 0.6, 1.0]",
+        "2-D workspace",
+    ),
+    "a goal over further points": (
+        SCENE[: SCENE.index("[body]")],
+        "[goal]\nlo = [-0.1, -0.1]\nhi = [0.1, 0.1]\n",
+        "each of its 2 points",
+    ),
+    "a goal over no state": ("[goal.q]\nlo = [-1.0]\nhi = [1.0]", "", "further goal coordinates"),
+    "a goal out of reach": ("lo = [-1.0]\nhi = [1.0]", "lo = [2.0]\nhi = [3.0]", "q0 in [2, 3]"),
+}
+
+
+@pytest.mark.parametrize("case", WRONG)
+def test_scenes_that_do_not_fit_the_points(shell, tmp_path, case):
+    old, new, message = WRONG[case]
+    assert old in SCENE
+    (tmp_path / "scene.toml").write_text(SCENE.replace(old, new))
+    refused(shell("solve", "model.npz", "scene.toml", "--no-cache"), message)
+
+
+def test_logs_whose_points_do_not_fit(shell, tmp_path):
+    p = np.zeros((30, 9, 2, 2))
+    np.savez(tmp_path / "log.npz", k=np.random.default_rng(0).random((30, 2)), p=p)
+    times = ("--dt", 0.25, "--t-f", 1, "--dt-record", 0.125, "--out", "m.npz", "--no-cache")
+    refused(shell("learn", "log.npz", *times), "names of the 2 reference points")
+    refused(shell("learn", "log.npz", *times, "--points", "a", "b", "c"), "3 reference points")
+    refused(shell("learn", "log.npz", *times, "--points", "a", "a"), "distinct names")
+
+
+def test_bodies_that_a_system_has_not(shell):
+    refused(shell("systems", "drift_parking", "--body", "triangle"), "rectangle, disc, decagon")
+    learn = ("learn", "drift_parking", "--out", "m.npz", "--no-cache")
+    refused(shell(*learn, "--plant", "ode", "--body", "triangle"), "rectangle, disc, decagon")
