@@ -26,7 +26,8 @@ TABLE_BITS = 6  # lambda of the table: multiples of 2^-6, largest 1
 POINT_BITS = 26  # lambda of a direction made for one point: multiples of 2^-26
 N_POOL = 1500  # directions in space, of which the table takes those that spread best
 APART = np.radians(20)  # of the middle of two or three normals in space, to be worth a place
-FLAT = 1e-9  # [volume of unit normals] three rows in space whose normals span less are no cone
+# [largest volume that three unit normals span at a corner] three that span less are no cone
+FLAT = 1e-9
 
 
 class Multiplier(NamedTuple):
@@ -248,10 +249,11 @@ def _cones(obstacle, name: str) -> list[tuple[int, ...]]:
                 if _det(obstacle.A[[i, j]]) > 0:
                     found[i, j] = None
         else:
-            for triple in combinations(rows, 3):
-                normals = obstacle.A[list(triple)]
-                if abs(_det(normals)) > FLAT * np.linalg.norm(normals, axis=1).prod():
-                    found[triple] = None
+            triples = np.array(list(combinations(rows, 3)))
+            normals = obstacle.A[triples]
+            spanned = np.abs(_det(normals)) / np.linalg.norm(normals, axis=-1).prod(axis=-1)
+            wide = triples[spanned > FLAT * spanned.max()]
+            found.update(dict.fromkeys(map(tuple, wide.tolist())))
     return list(found)
 
 

@@ -216,6 +216,22 @@ def test_in_space_any_direction_has_a_multiplier_close_to_it():
             assert max(len(str(v)) for v in m.values) <= 20
 
 
+@pytest.mark.parametrize("slope", [1e-2, 1e-5])
+def test_a_flat_lens_has_directions(slope):
+    """All normals are nearly along one axis: wherever three of them meet, they span little."""
+    angle = np.arange(3) * 2 * np.pi / 3
+    side = slope * np.stack([np.cos(angle), np.sin(angle)], axis=1)
+    A = np.concatenate([np.column_stack([s * side, np.full(3, s)]) for s in (1.0, -1.0)])
+    lens = hpolytope(A, np.full(6, slope))
+    table = direction_table(reach_avoid(SPACE, [lens], 0.0), 3)
+    for w in np.random.default_rng(0).normal(size=(50, 3)):
+        m = table.nearest(0, w)
+        exact, bound = exactly(lens, m)
+        assert support_of(lens, exact) == bound
+        got, _ = table.direction(0, m)
+        assert got @ w > 0.999 * np.linalg.norm(got) * np.linalg.norm(w)
+
+
 def test_every_part_of_a_body_has_its_own_support():
     body = body_of([hull(0, 1, radius=0.3), Part((1,), Polygon(np.array([[0.0, 0], [0.5, 0]])))])
     obstacles = [box([1, 1], [2, 2]), box([-3, 0], [-2, 2])]
