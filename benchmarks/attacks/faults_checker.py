@@ -241,7 +241,7 @@ CHECKER = (
     Fault(
         "no_plan_error_outside_the_tube",
         NO_PLAN,
-        'need(errors.contains(error), "the error of a contact is outside the tube")',
+        'need(some.contains(error), "the error of a contact is outside the tube")',
         "",
         (BAD,),
     ),

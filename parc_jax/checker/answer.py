@@ -133,7 +133,7 @@ def summary(report):
     yield f"  {report.sets} polytopes of (p0, k) do so at every point of them (borders between bins"
     yield "    of k are no part of them)"
     yield f"  {report.corridors} corridors: so does every (p0, k) of the domain that meets all"
-    yield "    conditions of one (at a border between bins with the widest of their widths)"
+    yield "    conditions of one (at a border between bins with the errors of each of them)"
     if report.doubt:
         yield f"  {report.doubt} boxes of doubt: so does every (p0, k) within the room of one"
     if report.no_plan is not None and report.no_plan["kind"] == "proved":

@@ -2,11 +2,11 @@
 
     python tests/checker/rocq/compare/format2.py --count 2000 [--seed 0]
 
-There is no second program for format 2 yet. Random entries are judged here in fractions, straight
-from the definitions: the support of a template is the largest value at its vertices,
-where the proved checker bounds it by multipliers. Both must agree, entry by entry. Entries that
-are accepted are driven as well: random trajectories in the tube, random points of the body. Boxes
-of doubt around each plan: without room they are samples; with room, points of accepted ones are.
+Random entries are judged here in fractions, straight from the definitions: the support of a
+template is the largest value at its vertices, where both checkers bound it by multipliers. All
+three must agree, entry by entry. Entries that are accepted are driven as well: random trajectories
+in the tube, random points of the body. Boxes of doubt around each plan: without room they are
+samples; with room, points of accepted ones are.
 """
 
 import argparse
@@ -341,6 +341,8 @@ def campaign(program, count, seed):
                 accepted += digits.count("1")
                 if got != digits:
                     different.append((seed, number, kind, got, digits))
+            for kind, i, why in two.differences(two.python_verdicts(answers[number]), result):
+                different.append((seed, number, f"{kind}[{i}] of the Python checker", why, "-"))
         seed += 1
     return seen, accepted, different, hit
 
