@@ -35,6 +35,15 @@ ROWS: tuple[tuple[str, Study], ...] = (
         "the same, 300,000 fresh runs",
         replace(STUDY, others=((),), seeds=2, bins=(3, 5, 5), fresh=300_000),
     ),
+    ("the study with a fitted tube", replace(STUDY, others=((),), seeds=2, shape="fitted")),
+    (
+        "the same, last layer by least squares",
+        replace(STUDY, others=((),), seeds=2, shape="fitted", tail=None),
+    ),
+    (
+        "fitted, 3 x 5 x 5 bins, 300,000 fresh runs",
+        replace(STUDY, others=((),), seeds=2, shape="fitted", bins=(3, 5, 5), fresh=300_000),
+    ),
     ("the study with 4 x 16 neurons", replace(STUDY, hidden=(16,) * 4, others=((),), seeds=2)),
     ("the study with 2 x 6 neurons", replace(STUDY, hidden=(6,) * 2, others=((),), seeds=2)),
     (
