@@ -29,6 +29,10 @@ class SafeBoxes:
         self.model = model
         self.scene = scene
 
+    def compile(self, k: np.ndarray) -> None:
+        """Compile for scenes of this size; k (v, n_k): any."""
+        self._least_along(k)
+
     def separation(self, node: Node, boxes: Boxes, i: int, k: np.ndarray) -> list | None:
         """The certificate's `sep` for box i with cell vertices k (v, n_k), or None where a
         direction is missing.

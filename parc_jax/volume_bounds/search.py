@@ -100,8 +100,13 @@ class Search:
 
     def compile(self) -> None:
         """Compile for scenes of this size, so that a budget is spent on searching."""
-        middle = ((self.root.lo + self.root.hi) / 2)[None, self.model.n_p :]
-        self._examine(*self._as_boxes([Node(self.root.lo, self.root.hi, middle)]))
+        middle = ((self.root.lo + self.root.hi) / 2)[None]
+        z, k = middle[:, : self.model.n_p], middle[:, self.model.n_p :]
+        self._examine(*self._as_boxes([Node(self.root.lo, self.root.hi, k)]))
+        if self.safe_boxes is None:
+            verdicts(self.model, self.scene, z - ends(self.model, k), k)
+        else:
+            self.safe_boxes.compile(k)
 
     def run(self, until, max_leaves: int) -> Found:
         """Decide the largest boxes first until none is left, `until()` says stop, or there are

@@ -4,6 +4,7 @@ the body just fits, and leaves judged by an independent computation of distances
 
 import itertools
 
+import jax
 import numpy as np
 import pytest
 from scipy.optimize import nnls
@@ -19,9 +20,11 @@ from parc_jax.errors import InputError
 from parc_jax.model import TrajectoryModel, trajectory_model
 from parc_jax.network.predict import by_point, moved_to, trajectories
 from parc_jax.network.relu import relu_network
+from parc_jax.planner import Planner
 from parc_jax.problem import goal_of_points, reach_avoid
 from parc_jax.rollout.law import law_spec
 from parc_jax.sets.box import box
+from parc_jax.settings import Settings
 from parc_jax.system import time_grid
 from parc_jax.verdict.scene import scene_of
 from parc_jax.volume_bounds.no_plan import prove_no_plan
@@ -101,6 +104,17 @@ def test_verdicts_switch_once_as_the_gap_widens(n_p):
         answer = decide(model, walls(model, gap))
         kinds.append("safe" if answer.safe_plan else answer.kind)
     assert kinds == ["proved", "proved", "safe", "safe"]
+
+
+def test_the_proof_is_in_the_file_of_the_answer(tmp_path):
+    model = bar_model()
+    settings = Settings(no_plan_budget_s=300.0)
+    answer = Planner(model).solve(walls(model, 0.59), jax.random.key(0), settings)
+    assert answer.statement().startswith("Proved in exact arithmetic: the model has no safe")
+    written = checker.load(answer.save(tmp_path / "answer.json"))
+    assert written["format"] == "parc_jax.answer/2"
+    report = checker.check_answer(written)
+    assert report.no_plan["kind"] == "proved" and report.samples == 0
 
 
 def test_a_bar_over_a_pole_is_one_box():
