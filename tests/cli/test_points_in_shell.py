@@ -2,14 +2,9 @@
 
 import numpy as np
 import pytest
-from toy_models import error_claim, law_spec
-from turning_bar import LENGTH, Bar
+from turning_bar import straight_bar
 
 from parc_jax import cli
-from parc_jax.claim.tube import zero_tube
-from parc_jax.model import trajectory_model
-from parc_jax.network.predict import layout_of
-from parc_jax.network.relu import relu_network
 
 SCENE = """
 [goal]
@@ -29,31 +24,6 @@ radius = 0.05
 lo = [-0.5, 0.3]
 hi = [-0.3, 0.6]
 """
-
-
-def straight_bar():
-    """A model of a bar that does not turn: tail at (s k_0, 0), nose LENGTH beside it, q = k_1."""
-    layout = layout_of(Bar())
-    W, b = np.zeros((layout.n_offsets + 1, 2)), np.zeros(layout.n_offsets + 1)
-    place = np.arange(layout.n_offsets) + layout.n_p  # the first point at the start is no output
-    W[:-1, 0] = np.where(place % 2 == 0, (place // layout.n_c) / layout.n_steps, 0.0)
-    b[:-1] = np.where(place % layout.n_c == 3, LENGTH, 0.0)
-    W[-1, 1] = 1.0
-    edges = [[lo, hi] for lo, hi in zip(Bar.domain.lo, Bar.domain.hi, strict=True)]
-    claim = error_claim(
-        kind="assumed",
-        tube=zero_tube(edges, layout.n_steps, layout.n_c, layout.n_c + 1, n_points=2),
-        quantifier="assumed for every run",
-        eps=None,
-        delta=None,
-        n=0,
-        discard=0,
-        looks=1,
-        law=law_spec("toy", Bar.domain),
-        assumptions=("THE TUBE HOLDS",),
-    )
-    net = relu_network([W], [b])
-    return trajectory_model(net, claim, Bar.domain, Bar.time, "bar", points=Bar.points)
 
 
 @pytest.fixture

@@ -2,8 +2,15 @@
 
 import jax
 import jax.numpy as jnp
+import numpy as np
 
 import parc_jax as pj
+from parc_jax.claim.claim import error_claim
+from parc_jax.claim.tube import zero_tube
+from parc_jax.model import trajectory_model
+from parc_jax.network.predict import layout_of
+from parc_jax.network.relu import relu_network
+from parc_jax.rollout.law import law_spec
 
 LENGTH = 0.5  # [m] from the first point to the second
 
@@ -39,3 +46,28 @@ class Tail(Bar):
         """Places of the tail."""
         p, q = super().rollout(key, k)
         return pj.Trajectory(p[:, 0], q)
+
+
+def straight_bar():
+    """A model of a bar that does not turn: tail at (s k_0, 0), nose LENGTH beside it, q = k_1."""
+    layout = layout_of(Bar())
+    W, b = np.zeros((layout.n_offsets + 1, 2)), np.zeros(layout.n_offsets + 1)
+    place = np.arange(layout.n_offsets) + layout.n_p  # the first point at the start is no output
+    W[:-1, 0] = np.where(place % 2 == 0, (place // layout.n_c) / layout.n_steps, 0.0)
+    b[:-1] = np.where(place % layout.n_c == 3, LENGTH, 0.0)
+    W[-1, 1] = 1.0
+    edges = [[lo, hi] for lo, hi in zip(Bar.domain.lo, Bar.domain.hi, strict=True)]
+    claim = error_claim(
+        kind="assumed",
+        tube=zero_tube(edges, layout.n_steps, layout.n_c, layout.n_c + 1, n_points=2),
+        quantifier="assumed for every run",
+        eps=None,
+        delta=None,
+        n=0,
+        discard=0,
+        looks=1,
+        law=law_spec("toy", Bar.domain),
+        assumptions=("THE TUBE HOLDS",),
+    )
+    net = relu_network([W], [b])
+    return trajectory_model(net, claim, Bar.domain, Bar.time, "bar", points=Bar.points)
