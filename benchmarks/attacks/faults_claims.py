@@ -8,6 +8,8 @@ IDENTITY = "tests/rollout/test_identity.py"
 CLAIM = "tests/claim/test_claim.py"
 COUNTS = "tests/claim/test_counts.py"
 MEASURE = "tests/claim/test_measure.py"
+FACES = "tests/claim/test_faces.py"
+FITTING = "tests/claim/test_fitting.py"
 COVERAGE = "tests/soundness/test_claims_coverage.py"
 RARE = f"{COVERAGE}::test_wrong_claims_are_as_rare_as_the_theorem_says"
 
@@ -420,4 +422,56 @@ CLAIMED = (
     ),
 )
 
-CLAIMS = (*MEASURED, *COUNTED, *CLAIMED)
+FITTED = (
+    Fault(
+        "faces_scored_on_one_side",
+        "parc_jax/claim/score.py",
+        "np.maximum(np.asarray(most) - centre, centre - np.asarray(least))",
+        "np.asarray(most) - centre",
+        (f"{FITTING}::test_a_score_is_the_definition",),
+    ),
+    Fault(
+        "failed_runs_between_faces",
+        "parc_jax/claim/measure.py",
+        "failed = jnp.isnan(middle + room)",
+        "failed = jnp.zeros_like(middle, bool)",
+        (f"{FITTING}::test_a_failed_run_takes_the_claim",),
+    ),
+    Fault(
+        "box_around_faces_without_their_centre",
+        "parc_jax/claim/faces.py",
+        "np.nextafter(centre + half, np.inf)",
+        "np.nextafter(half, np.inf)",
+        (f"{FACES}::test_the_box_holds_the_set_and_no_box_of_its_axes_is_smaller",),
+    ),
+    Fault(
+        "reach_with_signs",
+        "parc_jax/claim/faces.py",
+        "(np.abs(self.directions[..., n:, :])",
+        "((self.directions[..., n:, :])",
+        (f"{FACES}::test_the_reach_is_the_largest_over_the_corners_of_a_box",),
+    ),
+    Fault(
+        "faces_rounded_inward",
+        "parc_jax/claim/faces.py",
+        "whole = np.ceil(",
+        "whole = np.floor(",
+        (f"{FITTING}::test_faces_along_the_axes_about_zero_are_a_box",),
+    ),
+    Fault(
+        "claims_survive_moved_faces",
+        "parc_jax/claim/tube.py",
+        'for name in ("directions", "centre")',
+        'for name in ("directions",)',
+        (f"{FITTING}::test_a_claim_survives_wider_faces_only",),
+    ),
+    Fault(
+        "boxes_of_a_file_that_are_not_around_its_faces",
+        "parc_jax/claim/tube.py",
+        "if fitted.replace(templates=None).hash != boxes.hash:",
+        "if False:",
+        (f"{FITTING}::test_a_tube_of_faces_travels",),
+    ),
+)
+
+CLAIMS = (*MEASURED, *COUNTED, *CLAIMED, *FITTED)
