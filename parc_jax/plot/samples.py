@@ -273,13 +273,14 @@ class _Picture:
         grown = Patch(
             facecolor="#EBEBEB", edgecolor=style.GREY, linestyle="--", label="grown by the body"
         )
-        of_points = "" if len(self.path[0]) == 1 else " of all points"
-        of_first = "" if len(self.path[0]) == 1 else " of the first point"
+        one = self.path.shape[1] == 1
+        tubes = "tubes (first sample darker)" if one else "tubes of all points"
+        of_first = "" if one else " (first point)"
         entries = [
             Patch(facecolor="#6E6E6E", label="obstacle"),
             *([grown] if self.single else []),
             Patch(facecolor="#CBE8DF", edgecolor=style.GREEN, label="goal"),
-            Patch(facecolor="#D6E8F5", label=f"tubes{of_points} (first sample darker)"),
+            Patch(facecolor="#D6E8F5", label=tubes),
             Line2D([], [], color=style.BLUE, label=f"predicted path{of_first}"),
             Line2D(
                 [],
@@ -304,7 +305,7 @@ class _Picture:
 
         if not self.single:
             return [
-                Patch(facecolor="none", edgecolor=style.BLUE, label="body along the first sample"),
+                Patch(facecolor="none", edgecolor=style.BLUE, label="body, first sample"),
                 Patch(facecolor=style.SKY, edgecolor=style.BLUE, alpha=0.6, label="at its end"),
             ]
         ring = {"marker": "o", "fillstyle": "none", "linestyle": "none"}

@@ -66,7 +66,7 @@ def test_samples_show_the_body_and_the_tube_of_every_point():
     sizes = [len(part.get_paths()) for part in ax.collections]
     assert 2 * 4 * 8 in sizes and 4 * 8 in sizes  # tubes: plans, points, intervals
     labels = [text.get_text() for text in drawn.legends[0].get_texts()]
-    assert "body along the first sample" in labels and "grown by the body" not in labels
+    assert "body, first sample" in labels and "grown by the body" not in labels
 
 
 def test_samples_in_space_are_seen_from_three_sides():
