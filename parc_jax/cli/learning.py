@@ -97,7 +97,7 @@ def summary(learned: Learned, path: Path, as_json: bool = False) -> str:
             f"rollouts      {learned.train.n} for training, {failed} of them failed",
             f"network       {name_of(model.net.hidden)}, rms error {rms:.3g} on the training runs",
             f"tube          {model.tube.n_bins} bins; at the end, median over K: "
-            + spread(final_error(model), model.labels.goal, ".3g"),
+            + spread(final_error(model), model, ".3g"),
             f"invariance    {learned.start.statement()}",
             "",
             f"(E) {model.claim.statement()}",

@@ -3,6 +3,7 @@
 import numpy as np
 
 from parc_jax.labels import name_of, unit_of
+from parc_jax.model import TrajectoryModel
 
 
 def seconds(value: float | None) -> str:
@@ -23,9 +24,14 @@ def covering(coverage: dict) -> str:
     )
 
 
-def spread(values: np.ndarray, labels: tuple[str, ...], digits: str = ".2f") -> str:
-    """Half widths with their units and names, in the order of the labels."""
-    parts = zip(values, labels, strict=True)
-    return ", ".join(
+def spread(values: np.ndarray, model: TrajectoryModel, digits: str = ".2f") -> str:
+    """Half widths (n_c + n_q,) at the end with their units and names; along each axis that of the
+    reference point where it is widest.
+    """
+    values = np.asarray(values)
+    places = values[: model.n_c].reshape(model.n_points, model.n_p).max(axis=0)
+    parts = zip([*places, *values[model.n_c :]], model.labels.goal, strict=True)
+    said = ", ".join(
         f"±{v:{digits}} {unit_of(n)} {name_of(n)}".replace("  ", " ") for v, n in parts
     )
+    return said if model.n_points == 1 else f"{said}, at the widest of {model.n_points} points"

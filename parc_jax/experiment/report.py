@@ -37,7 +37,7 @@ def report(outcome: Outcome, study: Study) -> str:
                 if row["safe"] == 0
                 else (f"{100 * row['safe']:.1f} %", f"{100 * share:.1f} %")
             )
-            error = spread(row["final_error"], outcome.answer.model.labels.goal)
+            error = spread(row["final_error"], outcome.answer.model)
             rows.append((row["network"], str(row["regions"]), kind, error, *shown))
         lines += _table(
             ("network", "regions", "claim", "error at the end", "safe", "of reaching"), rows
