@@ -6,6 +6,7 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 import pytest
+from toy_bodies import points_model, points_problem
 from toy_models import line_model, random_model, random_problem, toy_case
 
 from parc_jax.arrays import x64
@@ -39,6 +40,19 @@ def test_same_verdicts_as_the_exact_test(seed, rng):
     scene = scene_of(problem, model)
     quick, exact = both(model, scene, *proposals(model, scene, rng, 3 * CHUNK + 17))
     assert len(exact) > 100
+    np.testing.assert_array_equal(quick, exact)
+
+
+@pytest.mark.parametrize(
+    ("n_p", "size", "fitted"), [(2, 0.01, False), (3, 0.03, False), (3, 0.03, True)]
+)
+def test_same_verdicts_for_bodies_of_several_points(n_p, size, fitted):
+    """Contact at a knot is claimed from a few points of the sets of errors: no safe plan is lost."""
+    rng = np.random.default_rng(n_p)
+    model = points_model(rng, n_p=n_p, size=size, fitted=fitted)
+    scene = scene_of(points_problem(rng, model), model)
+    quick, exact = both(model, scene, *proposals(model, scene, rng, 400))
+    assert 20 < len(exact) < 380
     np.testing.assert_array_equal(quick, exact)
 
 
