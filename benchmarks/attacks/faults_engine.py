@@ -18,8 +18,8 @@ NETWORK = (
     Fault(
         "knots_axis_major",
         "parc_jax/network/predict.py",
-        "knots = y[: n_steps * n_p].reshape(n_steps, n_p)",
-        "knots = y[: n_steps * n_p].reshape(n_p, n_steps).T",
+        "return knots.reshape(-1, layout.n_c), y[layout.n_offsets :], active",
+        "return knots.reshape(layout.n_c, -1).T, y[layout.n_offsets :], active",
         (
             "tests/network/test_predict.py::test_a_prediction_is_the_network_time_major_from_the_start",
         ),
@@ -98,7 +98,7 @@ OBSTACLES = (
     Fault(
         "disc_support_of_unit_directions",
         "parc_jax/obstacles/directions.py",
-        "return body.radius * np.hypot(*w.T)",
+        "return body.radius * np.hypot.reduce(w, axis=1)",
         "return body.radius * np.ones(len(w))",
         (
             "tests/obstacles/test_directions.py"
@@ -110,14 +110,14 @@ OBSTACLES = (
 VERDICT = (
     Fault(
         "only_the_first_knot_of_an_interval",
-        "parc_jax/verdict/pointwise.py",
+        "parc_jax/obstacles/grown.py",
         "separations(path[:-1], path[1:], corners",
         "separations(path[:-1], path[:-1], corners",
         ("tests/soundness/test_known_plans.py::test_a_thin_obstacle_between_knots_is_seen",),
     ),
     Fault(
         "tube_shrinks_obstacles",
-        "parc_jax/verdict/pointwise.py",
+        "parc_jax/obstacles/grown.py",
         "corners = corner[None] + sign[None] * error[:, None]",
         "corners = corner[None] - sign[None] * error[:, None]",
         (
@@ -135,8 +135,8 @@ VERDICT = (
     Fault(
         "slack_dropped",
         "parc_jax/verdict/pointwise.py",
-        "gap - scene.slack * jnp.abs(w).sum(axis=1)",
-        "gap - 0 * jnp.abs(w).sum(axis=1)",
+        "gap - scene.slack * jnp.abs(w).sum(axis=-1)",
+        "gap - 0 * jnp.abs(w).sum(axis=-1)",
         ("tests/verdict/test_pointwise.py::test_the_clearance_pays_the_slack",),
     ),
     Fault(
@@ -156,8 +156,8 @@ VERDICT = (
     Fault(
         "first_obstacle_only",
         "parc_jax/verdict/pointwise.py",
-        "(grown.corner, grown.sign, grown.active).min()",
-        "(grown.corner, grown.sign, grown.active)[0]",
+        "jnp.where(scene.obstacles.active, gap, jnp.inf).min()",
+        "jnp.where(scene.obstacles.active, gap, jnp.inf)[0].min()",
         (
             "tests/soundness/test_random_scenes.py::test_accepted_plans_are_free_and_clearly_free_plans_are_accepted",
         ),
@@ -178,10 +178,13 @@ VERDICT = (
     ),
     Fault(
         "goal_shrunken_without_absolute_values",
-        "parc_jax/claim/tube.py",
-        "jnp.matmul(jnp.abs(A), jnp.asarray(self.final)",
-        "jnp.matmul(A, jnp.asarray(self.final)",
-        ("tests/verdict/test_pointwise.py::test_margins_of_goal_and_start_are_those_of_the_rows",),
+        "parc_jax/claim/error_set.py",
+        "return _total(_product(abs(w), half))",
+        "return _total(_product(w, half))",
+        (
+            "tests/verdict/test_pointwise.py::test_margins_of_goal_and_start_are_those_of_the_rows",
+            "tests/claim/test_error_set.py::test_a_box_reaches_to_its_corners",
+        ),
     ),
     Fault(
         "start_set_ignored",
@@ -278,22 +281,22 @@ COVER = (
     Fault(
         "corridor_at_the_first_knot_only",
         "parc_jax/cover/corridors.py",
-        "jnp.minimum(dot2(w, path[None, :-1]), dot2(w, path[None, 1:])) > threshold",
-        "dot2(w, path[None, :-1]) > threshold",
+        "(jnp.minimum(along, _along(conditions, w, path[1:])) > threshold)",
+        "(along > threshold)",
         ("tests/cover/test_corridors.py::test_who_keeps_is_found_as_by_hand",),
     ),
     Fault(
         "corridor_without_the_tube",
         "parc_jax/cover/corridors.py",
-        "threshold = support + dot2(jnp.abs(w), interval[bin][None])",
-        "threshold = support",
+        "self.support[corridor][..., None] + lost(w, errors, self.points)",
+        "self.support[corridor][..., None] + 0 * lost(w, errors, self.points)",
         ("tests/cover/test_corridors.py::test_who_keeps_is_found_as_by_hand",),
     ),
     Fault(
         "polytope_needs_less_than_the_tube",
         "parc_jax/cover/corridor.py",
-        "return self.support + dot2(np.abs(self.w), error[None])",
-        "return self.support + dot2(self.w, error[None])",
+        "return self.support[..., None] + lost(self.w, errors, self.points)",
+        "return self.support[..., None] + 0.5 * lost(self.w, errors, self.points)",
         (
             "tests/soundness/test_sets.py::test_vertices_of_the_float_polytopes_satisfy_the_exact_rows",
         ),

@@ -37,7 +37,7 @@ ROLLOUTS = (
     Fault(
         "chunks_of_another_grid",
         "parc_jax/rollout/identity.py",
-        '"grid": [float(v).hex() for v in (time.dt, time.t_f, time.dt_record)],',
+        '"grid": hex_text([time.dt, time.t_f, time.dt_record]),',
         '"grid": [],',
         ("tests/rollout/test_resume.py::test_another_record_grid_is_refused",),
     ),
@@ -89,8 +89,8 @@ FILES_IN_AND_OUT = (
     Fault(
         "logged_runs_keep_their_start",
         "parc_jax/rollout/loaders.py",
-        "p - p[:, :1]",
-        "p - 0 * p[:, :1]",
+        "(by_point - by_point[:, :1, :1])",
+        "(by_point - 0 * by_point[:, :1, :1])",
         ("tests/rollout/test_files.py::test_published_mat_layout",),
     ),
     Fault(
