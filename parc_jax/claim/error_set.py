@@ -32,6 +32,13 @@ class ErrorBox:
         half, w = _same_rank(self.half, w)
         return _total(_product(abs(w), half))
 
+    def support_by_axis(self, w):
+        """`support` of many directions, told axis by axis: a tuple of n arrays, which broadcast
+        against the leading axes. A loop over them reads no array with a stride.
+        """
+        along = [_product(abs(x), self.half[..., i]) for i, x in enumerate(w)]
+        return sum(along[1:], along[0])
+
     def vertex(self, w):
         """(..., n) an error that is farthest along w (..., n); without claim the centre."""
         half, w = _same_rank(_finite(self.half), w)
@@ -55,6 +62,22 @@ class ErrorTemplate:
         """(...) largest w . e; w (..., n). Infinite without claim, but for w = 0."""
         dual, centre, half, w = self._same_rank(w)
         return _by_basis(dual, centre, half, w)[1].min(axis=-1)
+
+    def support_by_axis(self, w):
+        """`support` of many directions, told axis by axis, as of a box."""
+        n_bases, n = self.half.shape[-2:]
+        supports = []
+        for basis in range(n_bases):
+            along = []
+            for row in range(n):
+                mu = sum(self.dual[..., basis, row, i] * x for i, x in enumerate(w))
+                far = _product(abs(mu), self.half[..., basis, row])
+                along.append(mu * self.centre[..., basis, row] + far)
+            supports.append(sum(along[1:], along[0]))
+        least = supports[0]
+        for support in supports[1:]:
+            least = _namespace(least).minimum(least, support)
+        return least
 
     def vertex(self, w):
         """(..., n) an error that is farthest along w (..., n), not zero: a corner of the set, up

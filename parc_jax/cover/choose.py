@@ -12,7 +12,6 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
-from parc_jax.arrays import dot
 from parc_jax.claim.error_set import ErrorSet, at
 from parc_jax.network.predict import by_point
 
@@ -88,17 +87,25 @@ def _separation_masks(
     """
     w, support = _with_own(w, nearest), _with_own(support, own_support)
     support = support + slack * jnp.abs(w).sum(axis=2)
-    w = w[:, None]
-    support = support[:, None]
+    # axis by axis and point by point: a loop over plans whose arrays (T, d + 1) stay in cache
+    axes, support = jax.lax.optimization_barrier((tuple(jnp.moveaxis(w, 2, 0)), support))
+    back = tuple(-x for x in axes)
 
-    def bit(number, place, errors):
-        place = place[:, points, None]
-        lost = at(errors, np.s_[:, points, None]).support(-w)
-        along = jnp.minimum(dot(w, place[:-1]), dot(w, place[1:]))
-        separated = (along > support + lost).all(axis=1)
-        return jnp.where(separated | ~active[:, None], jnp.uint64(1) << number, jnp.uint64(0))
+    def with_plan(number, masks):
+        place = places[number]
+        allowed = at(errors, number)
+        separated = jnp.ones(support.shape, bool)
+        for point in points:
+            at_knots = place[:, point, :, None]
+            start = sum(x * at_knots[:-1, c] for c, x in enumerate(axes))
+            end = sum(x * at_knots[1:, c] for c, x in enumerate(axes))
+            lost = at(allowed, np.s_[:, point, None]).support_by_axis(back)
+            separated &= jnp.minimum(start, end) > support + lost
+        held = separated | ~active[:, None]
+        bit = jnp.uint64(1) << number.astype(jnp.uint64)
+        return masks | jnp.where(held, bit, jnp.uint64(0))
 
-    return jax.vmap(bit)(_bits(), places, errors).sum(axis=0)
+    return jax.lax.fori_loop(0, PLANS, with_plan, jnp.zeros(support.shape, jnp.uint64))
 
 
 def _with_own(table, own):
