@@ -75,5 +75,4 @@ try fails "no plan: one face of z unchecked" NoPlan.v 'qle g hi && check_faces' 
 try fails "volumes: cuts outside of their box" NoPlan.v 'Some (lo, hi) => qlt lo c && qlt c hi' 'Some (lo, hi) => true'
 try fails "volumes: safe leaves in one bin only" NoPlan.v 'everywhere cs Z (fun v => forallb (holdsQ v) rows)) bs' 'everywhere cs Z (fun v => forallb (holdsQ v) rows)) (firstn 1 bs)'
 try fails "volumes: open leaves counted as unsafe" NoPlan.v 'Misses _ | Elsewhere _ | Hits _ => true | _ => false' 'Misses _ | Elsewhere _ | Hits _ | Open => true | _ => false'
-try passes "harmless: leaves keep no cells" NoPlan.v 'else if same_box D (fst kept) then kept else' 'else'
 exit $wrong
