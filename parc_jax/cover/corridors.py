@@ -10,11 +10,10 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
-from parc_jax.arrays import dot, in_chunks, on_all_cores, x64
+from parc_jax.arrays import in_chunks, on_all_cores, x64
 from parc_jax.claim.error_set import ErrorSet, at
 from parc_jax.claim.tube import Tube
-from parc_jax.cover.corridor import Corridor, lost
-from parc_jax.network.predict import by_point
+from parc_jax.cover.corridor import Corridor
 
 SMALLEST = 128  # padded number of corridors; it grows by fours, for few compiled shapes
 KNOTS = 16  # of the quick test: who leaves a corridor mostly does so for long
@@ -154,16 +153,17 @@ class Corridors:
         padded = [self.all[i % len(self)] for i in range(size)]
         w = np.stack([c.w for c in padded])
         support = np.stack([c.support for c in padded])
+        w = np.moveaxis(w, 3, 1)
         at_all = _Conditions(w, support, self.all[0].points, self.tube.errors)
-        some = [x[:, :, self._knots].astype(np.float32) for x in (w, support)]
+        some = [x[..., self._knots].astype(np.float32) for x in (w, support)]
         errors = jax.tree.map(self._few_knots, self.tube.errors)
         with x64():
             return jax.device_put(_Stacked(at_all, _Conditions(*some, at_all.points, errors)))
 
 
 class _Conditions(NamedTuple):
-    """w (c, o, t, n_p), support (c, o, t), points (o, i) of corridors; errors (n_bins, t,
-    n_points).
+    """What keeping to corridors asks. w (c, n_p, o, t): axis by axis, so that no array is read with
+    a stride. support (c, o, t). points (o, i). errors (n_bins, t, n_points).
     """
 
     w: jax.Array
@@ -171,11 +171,23 @@ class _Conditions(NamedTuple):
     points: jax.Array
     errors: ErrorSet
 
-    def of(self, bin, corridor):
-        """(w, threshold (o, t, i)) of one corridor in one bin. Kernel."""
+    def met(self, bin, corridor, *paths):
+        """Is every condition of a corridor met in one bin, on all of some paths (t, n_c)? Kernel.
+
+        Point by point: a few arrays (o, t) stay in cache.
+        """
+        w, support = self.w[corridor], self.support[corridor]
         errors = at(self.errors, bin)
-        w = self.w[corridor]
-        return w, self.support[corridor][..., None] + lost(w, errors, self.points)
+        back = tuple(-x for x in w)
+        met = jnp.ones(support.shape, bool)
+        for slot in range(self.points.shape[1]):
+            point = self.points[:, slot]
+            allowed = jax.tree.map(lambda x: x.swapaxes(0, 1), at(errors, np.s_[:, point]))
+            threshold = support + allowed.support_by_axis(back)
+            for path in paths:
+                columns = [path.T[point * len(w) + axis] for axis in range(len(w))]
+                met &= sum(x * y for x, y in zip(w, columns, strict=True)) > threshold
+        return met.all()
 
 
 class _Stacked(NamedTuple):
@@ -192,23 +204,14 @@ def _padded(rows: np.ndarray, size: int) -> np.ndarray:
 
 def keeps(conditions: _Conditions, path, bin, corridor):
     """Does the plan with path (T + 1, n_c) and this bin keep to a corridor? Kernel."""
-    w, threshold = conditions.of(bin, corridor)
-    along = _along(conditions, w, path[:-1])
-    return (jnp.minimum(along, _along(conditions, w, path[1:])) > threshold).all()
+    return conditions.met(bin, corridor, path[:-1], path[1:])
 
 
 def keeps_knots(conditions: _Conditions, path, bin, corridor):
     """The same at the beginning of some intervals only: path (t, n_c), and their conditions.
     Kernel.
     """
-    w, threshold = conditions.of(bin, corridor)
-    return (_along(conditions, w, path) > threshold).all()
-
-
-def _along(conditions: _Conditions, w, path):
-    """(o, t, i) places of the points of each obstacle, along its directions."""
-    places = by_point(path, path.shape[-1] // w.shape[-1])
-    return dot(w[:, :, None], places[:, conditions.points].swapaxes(0, 1))
+    return conditions.met(bin, corridor, path)
 
 
 @jax.jit
