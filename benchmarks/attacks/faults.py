@@ -19,12 +19,13 @@ from pathlib import Path
 import tyro
 
 from benchmarks.attacks.fault import ROOT, Fault
+from benchmarks.attacks.faults_bodies import BODIES
 from benchmarks.attacks.faults_checker import CHECKER
 from benchmarks.attacks.faults_claims import CLAIMS
 from benchmarks.attacks.faults_engine import ENGINE
 from benchmarks.attacks.faults_files import FILES
 
-FAULTS: tuple[Fault, ...] = (*ENGINE, *CHECKER, *CLAIMS, *FILES)
+FAULTS: tuple[Fault, ...] = (*ENGINE, *BODIES, *CHECKER, *CLAIMS, *FILES)
 COPIED = ("parc_jax", "sims", "benchmarks", "tests", "docs", "pyproject.toml", "README.md")
 LEFT_OUT = shutil.ignore_patterns("__pycache__", ".*", "site", "*.gif", "*.png", "*.pdf")
 LONGEST_S = 600.0  # one run of pytest with a fault; longer counts as not noticed

@@ -143,8 +143,17 @@ bad(
     doubt=[],
     network__biases__1__1="-0.5",
 )
+bad(
+    "the second point ends outside the goal",
+    problem__goal=build.box_rows((1, -1, 1, 0), (3, 3, "2.25", 4)),
+    samples__0__p0=["1/2", "0"],
+    sets=[],
+    corridors=[],
+    doubt=[],
+)
 
 # The tube.
+bad("a second point that reaches too low", tube__interval__1__0__1__b=["1/4", "1/4", "1/4", "2"])
 bad("errors of a third point", tube__interval__0__0__append=["1/4", "1/4"])
 bad("a width of a third axis", tube__interval__0__0__0=["1/4", "1/4", "0"])
 bad("an unknown field in a template", tube__interval__1__0__0=QUARTERS | {"note": "1"})

@@ -5,11 +5,12 @@ import pytest
 from toy_models import line_model, model_of, random_model, random_problem, uniform_tube
 
 from parc_jax.errors import InputError
+from parc_jax.network.predict import Layout
 from parc_jax.obstacles.grown import BUCKETS
-from parc_jax.problem import reach_avoid
+from parc_jax.problem import goal_of_points, reach_avoid
 from parc_jax.sets.box import box
 from parc_jax.sets.hpolytope import from_box, hpolytope
-from parc_jax.verdict.scene import finite_box, scene_of
+from parc_jax.verdict.scene import finite_box, goal_box, scene_of
 
 GOAL = box([-0.5, -0.5, -1], [0.5, 0.5, 1])
 OBSTACLE = box([2, 2], [3, 3])
@@ -37,6 +38,20 @@ def test_finite_box_of_a_box_and_of_slanted_rows(rng):
 def test_goals_without_a_box_are_refused(A, b, words):
     with pytest.raises(InputError, match=words):
         finite_box(hpolytope(A, b), "goal")
+
+
+def test_a_goal_may_leave_free_all_but_the_first_point_and_q():
+    layout, small = Layout(4, 2, 3), box([-1.0, -2.0], [1.0, 2.0])
+    q = box([-3.0], [3.0])
+    names = ("nose", "tail", "hitch")
+    lo, hi = goal_box(goal_of_points(names, {"nose": small, "hitch": small}, q), layout)
+    free = [np.inf, np.inf]
+    assert hi.tolist() == [1, 2, *free, 1, 2, 3] and (lo == -hi).all()
+    other = hpolytope(np.eye(7)[[2, 2, 6, 6]] * [[1], [-1], [1], [-1]], np.ones(4))
+    with pytest.raises(InputError, match="axis 0 has no bound"):
+        goal_box(other, layout)
+    with pytest.raises(InputError, match="has no bound"):
+        goal_box(hpolytope(np.concatenate([np.eye(7)[:2], -np.eye(7)[:2]]), np.ones(4)), layout)
 
 
 def test_padding_rows_always_hold_and_sizes_come_from_few_buckets(rng):
