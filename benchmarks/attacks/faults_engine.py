@@ -281,15 +281,15 @@ COVER = (
     Fault(
         "corridor_at_the_first_knot_only",
         "parc_jax/cover/corridors.py",
-        "(jnp.minimum(along, _along(conditions, w, path[1:])) > threshold)",
-        "(along > threshold)",
+        "return conditions.met(bin, corridor, path[:-1], path[1:])",
+        "return conditions.met(bin, corridor, path[:-1])",
         ("tests/cover/test_corridors.py::test_who_keeps_is_found_as_by_hand",),
     ),
     Fault(
         "corridor_without_the_tube",
         "parc_jax/cover/corridors.py",
-        "self.support[corridor][..., None] + lost(w, errors, self.points)",
-        "self.support[corridor][..., None] + 0 * lost(w, errors, self.points)",
+        "threshold = support + allowed.support_by_axis(back)",
+        "threshold = support + 0 * allowed.support_by_axis(back)",
         ("tests/cover/test_corridors.py::test_who_keeps_is_found_as_by_hand",),
     ),
     Fault(
