@@ -161,6 +161,20 @@ ERRORS = (
 
 COVERED = (
     Fault(
+        "plans_keep_to_corridors_by_their_first_points",
+        "parc_jax/cover/corridors.py",
+        "point = self.points[:, slot]",
+        "point = self.points[:, 0]",
+        (BY_HAND,),
+    ),
+    Fault(
+        "plans_err_along_the_directions_of_corridors",
+        "parc_jax/cover/corridors.py",
+        "back = tuple(-x for x in w)",
+        "back = tuple(x for x in w)",
+        (BY_HAND,),
+    ),
+    Fault(
         "corridor_loses_to_the_other_side",
         "parc_jax/cover/corridor.py",
         "of_points.support(-w.swapaxes(0, 1)",

@@ -8,6 +8,7 @@ from toy_bodies import points_model, points_problem
 
 from parc_jax.claim.error_set import at
 from parc_jax.cover.build import admit, build, nothing_built
+from parc_jax.cover.corridors import Corridors
 from parc_jax.cover.polytopes import Polytopes, cut_around
 from parc_jax.cover.sampling import draw
 from parc_jax.network.predict import by_point
@@ -60,7 +61,11 @@ def test_the_rows_are_the_conditions_written_by_hand(n_p, fitted, seed):
         e = verdicts(model, scene, plans[:, :n_p], plans[:, n_p:])
         cell = (e.pattern == polytope.pattern).all(axis=1) & (e.bin == polytope.bin)
         bins = np.full(len(plans), polytope.bin)
-        along = [room(model, scene, polytope.corridor, *x) for x in zip(e.path, bins, strict=True)]
+        paths = zip(e.path, bins, strict=True)
+        along = np.array([room(model, scene, polytope.corridor, *x) for x in paths])
+        kept = Corridors(model.tube, [polytope.corridor]).kept(e.path, bins)[:, 0]
+        clear = np.abs(along) > 1e-5  # the quick look is in float32
+        assert (kept == (along > 0))[clear].all() and not kept[along < -1e-12].any()
         rows = (polytope.halfspaces.b - plans @ polytope.halfspaces.A.T).min(axis=1)
         by_hand = np.minimum(np.minimum(e.goal, e.start), along)
         assert (by_hand[rows > 1e-9] > 0).all() and cell[rows > 1e-9].all()
