@@ -40,10 +40,12 @@ def built(n_p: int, fitted: bool, seed: int):
 def room(model, scene, corridor, path, bin: int) -> float:
     """Least of w . p - support - (reach of the errors against w) over a corridor."""
     places, errors, out = by_point(path, model.n_points), model.tube.errors, []
+    threshold = corridor.threshold(model.tube.during(bin))
     for o, t in np.argwhere(scene.obstacles.active):
         w = corridor.w[o, t]
-        for i in scene.obstacles.points[o]:
+        for slot, i in enumerate(scene.obstacles.points[o]):
             lost = corridor.support[o, t] + at(errors, (bin, t, i)).support(-w)
+            assert threshold[o, t, slot] == pytest.approx(lost, abs=1e-12)
             out += [w @ places[s, i] - lost for s in (t, t + 1)]
     return min(out)
 
