@@ -15,7 +15,9 @@ from flax import struct
 
 from parc_jax.errors import InputError
 
-FLAT = 1e-6  # [volume spanned by unit directions] a basis that spans less is left out
+# [volume spanned by unit directions] A basis that spans less is left out: its multipliers would be
+# large, and with them what rounding adds.
+FLAT = 0.05
 EQUAL = 64  # [units in the last place] supports that agree so far are of one face
 
 
@@ -62,6 +64,12 @@ class ErrorTemplate:
         """(...) largest w . e; w (..., n). Infinite without claim, but for w = 0."""
         dual, centre, half, w = self._same_rank(w)
         return _by_basis(dual, centre, half, w)[1].min(axis=-1)
+
+    @property
+    def largest(self):
+        """(...) bound on the sum of the terms of `support`, of any basis, per unit of |w|_1."""
+        size = abs(self.dual).max(axis=-1)
+        return _total(_product(size, abs(self.centre) + _finite(self.half))).max(axis=-1)
 
     def support_by_axis(self, w):
         """`support` of many directions, told axis by axis, as of a box."""

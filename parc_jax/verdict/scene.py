@@ -5,7 +5,7 @@ from flax import struct
 
 from parc_jax.arrays import as_float64
 from parc_jax.body import Body
-from parc_jax.claim.error_set import ErrorBox
+from parc_jax.claim.error_set import ErrorBox, at
 from parc_jax.errors import InputError
 from parc_jax.network.predict import Layout
 from parc_jax.network.rounding import UNIT, rounding_bound
@@ -207,11 +207,17 @@ def float_slack(model, size):
 
     size: (...) [m] largest goal bound plus largest corner plus radius, of one scene or of many.
     Network error, the sums p0 + c and w.p - h (fewer than 32 operations on numbers no larger than
-    the sizes together), corners and reaches rounded to nearest; all per unit of |w|_1.
+    the sizes together), corners and reaches rounded to nearest; all per unit of |w|_1. Supports
+    between faces are sums of products with an inverse: its condition is at most about 60 (FLAT), so
+    8,192 units of the sum of their terms pay for it.
     """
     bound = rounding_bound(model.net, model.domain)
     claimed = model.tube.claimed  # in the other bins nothing is ever safe
     widest = max(
         model.tube.interval[claimed].max(initial=0.0), model.tube.final[claimed].max(initial=0.0)
     )
-    return 4 * bound.error.max() + 64 * UNIT * (4 * bound.magnitude.max() + size + widest)
+    slack = 4 * bound.error.max() + 64 * UNIT * (4 * bound.magnitude.max() + size + widest)
+    if isinstance(model.tube.errors, ErrorBox) or not claimed.any():
+        return slack
+    terms = [at(e, claimed).largest.max() for e in (model.tube.errors, model.tube.final_errors)]
+    return slack + 8192 * UNIT * max(terms)

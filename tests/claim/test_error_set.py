@@ -1,6 +1,7 @@
 """How far errors reach along a direction: boxes and templates against linear programs."""
 
 import itertools
+from fractions import Fraction
 
 import jax
 import numpy as np
@@ -134,3 +135,39 @@ def test_leading_axes_broadcast_on_host_and_device_alike():
         device = jax.jit(lambda e, w: (e.support(w), e.vertex(w)))(errors, w)
     np.testing.assert_allclose(device[0], host[0], atol=1e-14)
     np.testing.assert_allclose(device[1], host[1], atol=1e-14)
+
+
+def exact_support(directions, centre, half, w) -> Fraction:
+    """The least support over all bases of a set in the plane, in rationals."""
+    best = None
+    for i, j in itertools.combinations(range(len(directions)), 2):
+        (a, b), (c, d) = ([Fraction(x) for x in directions[r]] for r in (i, j))
+        det = a * d - b * c
+        if det == 0:
+            continue
+        x, y = (Fraction(v) for v in w)
+        mu = (x * d - y * c) / det, (a * y - b * x) / det
+        support = sum(
+            m * Fraction(centre[r]) + abs(m) * Fraction(half[r])
+            for m, r in zip(mu, (i, j), strict=True)
+        )
+        best = support if best is None else min(best, support)
+    return best
+
+
+def test_rounding_never_hides_more_of_a_support_than_the_slack_pays_for(rng):
+    """Faces that are nearly parallel have long multipliers: the float support may be too small by
+    rounding, but by no more than 8,192 units of `largest`. [T11]
+    """
+    worst = 0.0
+    for _ in range(300):
+        angle = rng.uniform(0, 2 * np.pi) + np.cumsum(rng.choice([0.051, 0.06, 0.3, 1.0], 4))
+        directions = np.round(np.stack([np.cos(angle), np.sin(angle)], axis=1) * 1024) / 1024
+        centre, half = rng.normal(size=4), rng.uniform(0, 1, 4)
+        w = rng.normal(size=2)
+        found = template(directions, centre, half)
+        short = float(
+            exact_support(directions, centre, half, w) - Fraction(float(found.support(w)))
+        )
+        worst = max(worst, short / (float(found.largest) * np.abs(w).sum() * 2.0**-53))
+    assert worst < 8192 / 16
