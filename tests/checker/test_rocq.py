@@ -34,6 +34,7 @@ import two_no_plan
 import two_points
 
 SOURCE = Path(__file__).parent / "rocq"
+DOCS = Path(__file__).parents[2] / "docs"
 PROVED = Path(__file__).parents[2] / "parc_jax" / "plot" / "page" / "proved.js"
 # What the engine wrote for helpers/toy_models.py's case 4, some entries of each kind: a random
 # network, a disc, two obstacles, two bins.
@@ -72,6 +73,14 @@ def built(tmp_path_factory):
 def test_the_specification_is_short():
     lines = (SOURCE / "Spec.v").read_text().splitlines()
     assert len(lines) <= 150 and max(map(len, lines)) <= 120
+
+
+@pytest.mark.parametrize("name, least", [("guarantees", 1), ("theorem", 3)])
+def test_the_pages_quote_the_specification(name, least):
+    page = (DOCS / f"{name}.md").read_text(encoding="utf-8")
+    quoted = re.findall(r"^Definition .*?(?=\n\n|\n```)", page, re.MULTILINE | re.DOTALL)
+    assert len(quoted) >= least
+    assert not [q for q in quoted if q not in (SOURCE / "Spec.v").read_text(encoding="utf-8")]
 
 
 def test_nothing_is_admitted():
