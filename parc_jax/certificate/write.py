@@ -205,6 +205,13 @@ def by_obstacle(pairs: list, problem: ReachAvoid, tube: Tube) -> list:
     return [pairs[first : first + n] for first in range(0, len(pairs), n)]
 
 
+def by_pair(sep: list, problem: ReachAvoid, tube: Tube) -> list:
+    """The other way round: what a certificate says by obstacle and part, for each pair in turn."""
+    if one_point(problem, tube):
+        return sep
+    return [runs for parts in sep for runs in parts]
+
+
 def _separation(runs_by_pair, problem: ReachAvoid, tube: Tube) -> list:
     spelled = [
         [

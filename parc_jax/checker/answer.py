@@ -120,8 +120,15 @@ def check_answer(answer):
     if answer["no_plan"] is not None:
         with rejecting("no_plan: "):
             volumes = check_no_plan(context, answer["no_plan"])
-    found = [len(each) for each in (samples, sets, corridors, doubt)]
-    return Report(*found, volumes, claim, hashes)
+    return Report(
+        samples=len(samples),
+        sets=len(sets),
+        corridors=len(corridors),
+        doubt=len(doubt),
+        no_plan=volumes,
+        claim=claim,
+        hash=hashes,
+    )
 
 
 def summary(report):

@@ -175,7 +175,7 @@ def hit(context, what, interval):
     if context.format == 1:
         o, t, alpha, contacts = what
         which = 0
-        groups = [[["1"], [[body, [error]] for body, error in contacts]]]
+        groups: list = [[["1"], [[body, [error]] for body, error in contacts]]]
     else:
         o, which, t, alpha, groups = what
     whole(o, 0, len(context.obstacles) - 1)

@@ -1,5 +1,6 @@
 """The tube: how far the black box may be from the model, per bin of k, interval and axis."""
 
+from dataclasses import replace
 from typing import Literal, NamedTuple
 
 import jax
@@ -309,7 +310,7 @@ def fitted_tube(edges, during: Faces, at_end: Faces) -> Tube:
         during, at_end = _without_claim(during, lost), _without_claim(at_end, lost)
     n_bins, n_steps, n_points = during.half.shape[:3]
     boxes = tube(edges, during.box.reshape(n_bins, n_steps, -1), at_end.box, n_points)
-    return boxes.replace(templates=Templates(during, at_end))
+    return replace(boxes, templates=Templates(during, at_end))
 
 
 def _without_claim(given: Faces, bins: np.ndarray) -> Faces:
@@ -348,7 +349,7 @@ def refined(coarse: Tube, edges) -> Tube:
     source = coarse.bin_of(np.stack(middles, axis=-1).reshape(-1, len(edges)))
     whole = (coarse.interval, coarse.final, coarse.templates)
     interval, final, templates = jax.tree.map(lambda x: x[source], whole)
-    return coarse.replace(edges=edges, interval=interval, final=final, templates=templates)
+    return replace(coarse, edges=edges, interval=interval, final=final, templates=templates)
 
 
 def zero_tube(edges, n_steps: int, n_c: int, n_end: int, n_points: int = 1) -> Tube:
@@ -393,11 +394,11 @@ def tube_from_arrays(arrays, n_k: int, n_points: int = 1) -> Tube:
     if "interval_directions" not in arrays:
         return boxes
     during, at_end = (
-        faces(*(arrays[f"{part}_{name}"] for name in _FACES), frames=part == "final")
+        faces(**{name: arrays[f"{part}_{name}"] for name in _FACES}, frames=part == "final")
         for part in ("interval", "final")
     )
     fitted = fitted_tube(edges, during, at_end)
-    if fitted.replace(templates=None).hash != boxes.hash:
+    if replace(fitted, templates=None).hash != boxes.hash:
         raise InputError("tube: expected the boxes around its faces; got other ones.")
     return fitted
 

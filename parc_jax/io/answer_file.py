@@ -1,13 +1,12 @@
 """An answer again from its file, for pictures and further questions: nothing else is needed."""
 
 import json
-from itertools import chain
 
 import numpy as np
 
 from parc_jax.answer import Answer
 from parc_jax.body import Body, Disc, Part, Polygon, body_of
-from parc_jax.certificate.write import FORMAT, one_point
+from parc_jax.certificate.write import FORMAT, by_pair
 from parc_jax.checker import Rejected, check_answer, load, number
 from parc_jax.claim.claim import claim_from_json
 from parc_jax.claim.faces import Faces, faces
@@ -130,7 +129,8 @@ def _faces_at_end(final: list) -> Faces:
 def _faces(pairs: list, frames: bool) -> Faces:
     """Faces of nested lists of what `_pairs_of` gives."""
     parts = [_each(pairs, i) for i in range(3)]
-    return faces(*(np.array(part) for part in parts), frames)
+    directions, centre, half = (np.array(part) for part in parts)
+    return faces(directions, centre, half, frames)
 
 
 def _each(pairs, i: int):
@@ -173,15 +173,16 @@ def _safe_polytope(model: TrajectoryModel, scene: Scene, part: dict) -> SafePoly
 def corridor_of(scene: Scene, tube: Tube, part: dict) -> Corridor:
     """The corridor of a certificate, each direction rounded as when it was chosen."""
     active = scene.obstacles.active
-    w = np.zeros((*active.shape, scene.directions.w.shape[2]))
+    table = scene.directions
+    assert table is not None  # the scene of an answer has them
+    w = np.zeros((*active.shape, table.w.shape[2]))
     support = np.full(active.shape, -np.inf)
     multipliers = np.empty(active.shape, object)
-    pairs = part["sep"] if one_point(scene.problem, tube) else chain(*part["sep"])
-    for o, runs in enumerate(pairs):
+    for o, runs in enumerate(by_pair(part["sep"], scene.problem, tube)):
         first = int(np.argmax(active[o]))
         for end, terms in runs:
             m = Multiplier(tuple(row for row, _ in terms), tuple(number(v) for _, v in terms))
-            along, exact = scene.directions.direction(o, m)
+            along, exact = table.direction(o, m)
             w[o, first:end] = along
             support[o, first:end] = exact + scene.slack * np.abs(along).sum()
             for t in range(first, end):

@@ -288,11 +288,12 @@ def _goal_by_point(problem: ReachAvoid, points: Sequence[str]) -> dict | None:
     used = np.array([(goal.A[:, block] != 0).any(axis=1) for block in columns])
     if (used.sum(axis=0) != 1).any():
         return None
-    *asked, further = (
+    *regions, further = (
         HPolytope(goal.A[rows][:, block], goal.b[rows])
         for block, rows in zip(columns, used, strict=True)
     )
-    asked = {name: _spelled(part) for name, part in zip(points, asked, strict=True) if len(part.b)}
+    named = zip(points, regions, strict=True)
+    asked = {name: _spelled(part) for name, part in named if len(part.b)}
     if not asked or any(part != next(iter(asked.values())) for part in asked.values()):
         return None
     spelled = {"points": list(asked), **next(iter(asked.values()))}

@@ -14,6 +14,7 @@ from typing import NamedTuple
 import numpy as np
 
 from parc_jax.answer import Answer
+from parc_jax.certificate.write import by_pair
 from parc_jax.checker import number
 from parc_jax.claim.error_set import at
 from parc_jax.claim.tube import Tube
@@ -122,13 +123,16 @@ def _margins(answer: Answer, sample: int, bins: np.ndarray):
     if problem.start is not None:
         rows += list(-problem.start.A @ place(0, 0))
         offsets += list(problem.start.b)
-    for o, runs in enumerate(answer.sample_parts[sample]["sep"]):
+    table = scene.directions
+    assert table is not None  # the scene of an answer has them
+    sep = by_pair(answer.sample_parts[sample]["sep"], problem, tube)
+    for o, runs in enumerate(sep):
         first = int(np.argmax(scene.obstacles.active[o]))
         for stop, terms in runs:
             multiplier = Multiplier(
                 tuple(row for row, _ in terms), tuple(number(v) for _, v in terms)
             )
-            w, reach = scene.directions.direction(o, multiplier)
+            w, reach = table.direction(o, multiplier)
             for t in range(first, stop):
                 most = tube.during(bins, t).support(-w).max(axis=0)
                 for i in np.unique(scene.obstacles.points[o]):
