@@ -38,7 +38,7 @@ def samples(
             f"{len(replay.path)} plans."
         )
     if replay is not None and not np.array_equal(
-        replay.path[:, 0], answer.samples[:, : answer.model.n_p]
+        replay.path[:, 0, : answer.model.n_p], answer.samples[:, : answer.model.n_p]
     ):
         raise InputError("samples: expected a replay of these samples; its runs start elsewhere.")
     if not count:

@@ -82,13 +82,18 @@ class Simulator:
         float64 unless the system declares dtype = float32. Raises InputError.
         """
         shape = (rows.k.shape, device)
-        if shape in self._compiled:
-            return self._run(rows, device)
-        with self._compiling:  # two workers that meet a new shape would both compile it
-            trajectory = self._run(rows, device)
-            self._compiled.add(shape)
-            if self.traceable:
-                self._content = content_of(self.system)
+        if shape not in self._compiled:
+            with self._compiling:  # two workers that meet a new shape would both compile it
+                if shape not in self._compiled:
+                    return self._first_run(shape, rows, device)
+        return self._run(rows, device)
+
+    def _first_run(self, shape, rows: Rows, device) -> Trajectory:
+        """The run that compiles, after which the system must stay as it is."""
+        trajectory = self._run(rows, device)
+        self._compiled.add(shape)
+        if self.traceable:
+            self._content = content_of(self.system)
         return trajectory
 
     def _run(self, rows: Rows, device) -> Trajectory:

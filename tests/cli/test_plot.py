@@ -54,7 +54,7 @@ def test_with_a_simulator_a_true_run_is_filmed(shell, tmp_path, monkeypatch):
     command = ("plot", "answer.json", "--system", "folded_robot", "--quiet")
     assert shell(*command, "--video", "film") == (0, "", "")
     first = imread(tmp_path / "film" / "0000.png")
-    assert first.shape[:2] == (460, 720)
+    assert first.shape[:2] == (500, 720)
     (tmp_path / "other_robot.py").write_text(ROBOT.format(dt=0.5))
     code, _, complained = shell(
         "plot", "answer.json", "--system", "other_robot", "--video", "other.gif", "--quiet"

@@ -100,7 +100,7 @@ def test_stopped_run_goes_on_with_the_same_numbers(tmp_path, capsys, monkeypatch
     """Stopped at the third chunk of the fresh runs, started again: chunks are reused, and the claim
     is the same.
     """
-    scored, real = [], score.score_errors
+    scored, real = [], score.score_arrays
 
     def stop_at_third(*arguments):
         scored.append(1)
@@ -108,7 +108,7 @@ def test_stopped_run_goes_on_with_the_same_numbers(tmp_path, capsys, monkeypatch
             raise KeyboardInterrupt
         return real(*arguments)
 
-    monkeypatch.setattr(score, "score_errors", stop_at_third)
+    monkeypatch.setattr(score, "score_arrays", stop_at_third)
     assert run("--out", tmp_path, "--quiet", "--fresh", 2000) == 130
     assert "continues" in capsys.readouterr().err
     kept = sorted((tmp_path / "unfinished" / "fresh").glob("chunk_*.npz"))
@@ -120,11 +120,11 @@ def test_stopped_run_goes_on_with_the_same_numbers(tmp_path, capsys, monkeypatch
         seen_again.append({f for f in kept if f.exists() and f.stat().st_mtime_ns == before[f]})
         return real(*arguments)
 
-    monkeypatch.setattr(score, "score_errors", watch)
+    monkeypatch.setattr(score, "score_arrays", watch)
     assert run("--out", tmp_path, "--quiet", "--fresh", 2000, "--no-figures") == 0
     assert seen_again[-1] == set(kept)  # not one was computed again
     assert not (tmp_path / "unfinished").exists()
-    monkeypatch.setattr(score, "score_errors", real)
+    monkeypatch.setattr(score, "score_arrays", real)
     assert run("--out", tmp_path / "whole", "--quiet", "--fresh", 2000, "--no-figures") == 0
     assert (
         load(tmp_path / "model.npz").tube.hash == load(tmp_path / "whole" / "model.npz").tube.hash
