@@ -204,8 +204,8 @@ VERDICT = (
     Fault(
         "float_slack_of_nothing",
         "parc_jax/verdict/scene.py",
-        "return 4 * bound.error.max() + 64 * UNIT *",
-        "return 0 * bound.error.max() + 0 * UNIT *",
+        "slack = 4 * bound.error.max() + 64 * UNIT *",
+        "slack = 0 * bound.error.max() + 0 * UNIT *",
         ("tests/verdict/test_scene.py::test_slack_grows_with_everything_that_rounds",),
     ),
     Fault(
