@@ -172,8 +172,8 @@ def test_bad_files_are_refused(built):
     """Every bad file of the Python checker's tests, but for its limits; of format 2 not what is bad
     about no_plan, of which this checker does not read every spelling.
     """
-    # of the integers over a common denominator; a box of negative room has no plans
-    limits_of_its_own = {"a goal of 18000 bits", "negative room"}
+    # of the integers over a common denominator
+    limits_of_its_own = {"a goal of 18000 bits"}
     of_points = {why: c for why, c in known_points.CASES.items() if '"tree"' not in c[0]()}
     bad = {
         why: make()

@@ -189,11 +189,13 @@ let piece format p net o =
 let boxed format p o =
   let get = fields [ "p0"; "k"; "room"; "sep" ] o in
   let room = fields [ "p0"; "k" ] (get "room") in
-  let side k r =
-    if Big.sign r.qnum < 0 then bad "a half width is negative";
-    (qadd k { r with qnum = Big.neg r.qnum }, qadd k r) in
-  { middle_p0 = vecn p.n_p (get "p0"); room_p0 = vecn p.n_p (room "p0");
-    region = List.map2 side (vecn p.n_k (get "k")) (vecn p.n_k (room "k")); sep_of = sep format p (get "sep") }
+  let widths n name =
+    let found = vecn n (room name) in
+    if List.exists (fun r -> Big.sign r.qnum < 0) found then bad "a half width is negative";
+    found in
+  let side k r = (qadd k { r with qnum = Big.neg r.qnum }, qadd k r) in
+  { middle_p0 = vecn p.n_p (get "p0"); room_p0 = widths p.n_p "p0";
+    region = List.map2 side (vecn p.n_k (get "k")) (widths p.n_k "k"); sep_of = sep format p (get "sep") }
 
 (* ---- No plan, and volumes ---- *)
 exception Unsupported of string (* a part that is well formed, for all that is known, but not looked at *)
