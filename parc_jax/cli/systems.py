@@ -45,14 +45,14 @@ def systems(name: str | None = None, /, *, body: str | None = None) -> int:
 def known() -> tuple[str, ...]:
     """Names of the systems that come with the package and are installed."""
     sims = importlib.import_module("sims")
-    return tuple(name for name in sims.NAMES if importlib.util.find_spec(f"sims.{name}"))
+    return tuple(name for name in sims.NAMES if importlib.util.find_spec(sims.place(name)))
 
 
 def find(name: str, needed: tuple[str, ...] = ("system", "problem")) -> ModuleType:
     """The module of a system: one of `known`, or any importable module with the functions needed.
     Raises InputError.
     """
-    target = f"sims.{name}" if name in known() else name
+    target = importlib.import_module("sims").place(name) if name in known() else name
     if target == name and os.getcwd() not in sys.path:
         sys.path.insert(0, os.getcwd())  # a console script does not look where it is started
     try:
