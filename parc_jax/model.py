@@ -10,7 +10,8 @@ import numpy as np
 from flax import struct
 
 from parc_jax.claim.claim import ErrorClaim, check_tube, claim_from_json
-from parc_jax.claim.tube import Tube, tube_arrays, tube_from_arrays
+from parc_jax.claim.tube import Tube
+from parc_jax.claim.tube_file import tube_arrays, tube_from_arrays
 from parc_jax.errors import InputError
 from parc_jax.labels import Labels
 from parc_jax.labels import labels as valid_labels

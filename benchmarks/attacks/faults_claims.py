@@ -467,7 +467,7 @@ FITTED = (
     ),
     Fault(
         "boxes_of_a_file_that_are_not_around_its_faces",
-        "parc_jax/claim/tube.py",
+        "parc_jax/claim/tube_file.py",
         "if replace(fitted, templates=None).hash != boxes.hash:",
         "if False:",
         (f"{FITTING}::test_a_tube_of_faces_travels",),

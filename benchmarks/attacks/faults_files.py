@@ -102,7 +102,7 @@ FILES_IN_AND_OUT = (
     ),
     Fault(
         "saved_tube_of_half_the_width",
-        "parc_jax/claim/tube.py",
+        "parc_jax/claim/tube_file.py",
         '"interval": error_tube.interval,',
         '"interval": error_tube.interval * 0.5,',
         ("tests/test_model.py::test_a_saved_model_comes_back_equal",),

@@ -17,7 +17,8 @@ from parc_jax.claim.risk import (
     risk_of,
 )
 from parc_jax.claim.statement import decimal, statement
-from parc_jax.claim.tube import Tube, refined, tube_from_json, tube_to_json
+from parc_jax.claim.tube import Tube, refined
+from parc_jax.claim.tube_file import tube_from_json, tube_to_json
 from parc_jax.errors import InputError
 from parc_jax.rollout.files import write_atomic
 from parc_jax.rollout.law import LawSpec

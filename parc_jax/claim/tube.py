@@ -10,10 +10,9 @@ from flax import struct
 
 from parc_jax.arrays import as_float64, content_hash
 from parc_jax.claim.error_set import ErrorBox, ErrorSet, at
-from parc_jax.claim.faces import Faces, faces
+from parc_jax.claim.faces import Faces
 from parc_jax.errors import InputError
 from parc_jax.network.predict import Layout
-from parc_jax.spelling import hex_floats, hex_text
 
 NO_CLAIM = 1e100  # [m, .] wider than any world, and its square is still finite
 
@@ -43,9 +42,9 @@ class Tube:
               all that asks for no more. None = the boxes are the tube.
     A bin whose widths are infinite has no claim: nothing in it is ever safe. See `claimed`.
 
-    Ask it through its methods: `during` and `at_end` give the widths of bins, `support_at_end` what
-    a row of a goal loses, `bins_of` and `widest_at` what holds at a k, `widest` and `least` what
-    holds over several bins.
+    Ask it through its methods: `during` and `at_end` give the errors that bins allow,
+    `support_at_end` what a row of a goal loses, `bins_of` and `widest_at` what holds at a k,
+    `widest` and `least` what holds over several bins.
     """
 
     edges: tuple[np.ndarray, ...]
@@ -104,7 +103,7 @@ class Tube:
         """Content hash of edges and widths."""
         points = () if self.n_points == 1 else (np.array(self.n_points),)
         return content_hash(
-            *self.edges, self.interval, self.final, *points, *_face_arrays(self).values()
+            *self.edges, self.interval, self.final, *points, *face_arrays(self).values()
         )
 
     @property
@@ -198,7 +197,11 @@ class Tube:
         return self.interval[bins].max(axis=0), self.final[bins].max(axis=0)
 
     def least(self, bins=slice(None)) -> tuple[np.ndarray, np.ndarray]:
-        """Smallest half widths over the bins: interval (T, n_c), final (n_c + n_q,)."""
+        """Smallest half widths over the bins: interval (T, n_c), final (n_c + n_q,). Raises
+        InputError between faces: boxes around them say nothing of what lies inside.
+        """
+        if self.templates is not None:
+            raise InputError("tube: expected boxes; between faces there are no least half widths.")
         return self.interval[bins].min(axis=0), self.final[bins].min(axis=0)
 
     def bin_of(self, k: np.ndarray) -> np.ndarray:
@@ -359,57 +362,13 @@ def zero_tube(edges, n_steps: int, n_c: int, n_end: int, n_points: int = 1) -> T
     return tube(edges, interval, np.zeros((n_bins, n_end)), n_points)
 
 
-def tube_to_json(error_tube: Tube) -> dict:
-    """Edges and widths as nested lists of hex floats ("inf" in bins without claim)."""
-    points = {} if error_tube.n_points == 1 else {"points": error_tube.n_points}
-    arrays = {name: hex_text(array) for name, array in tube_arrays(error_tube).items()}
-    edges = [arrays.pop(f"edges{axis}") for axis in range(error_tube.n_k)]
-    return points | {"edges": edges} | arrays
+FACE_FIELDS = ("directions", "centre", "half")
 
 
-def tube_from_json(data: dict) -> Tube:
-    """The tube of `tube_to_json`."""
-    arrays = {f"edges{axis}": edge for axis, edge in enumerate(data["edges"])} | data
-    known = {name: arrays[name] for name in arrays if name not in ("edges", "points")}
-    return tube_from_arrays(
-        {name: hex_floats(values) for name, values in known.items()},
-        len(data["edges"]),
-        data.get("points", 1),
-    )
-
-
-def tube_arrays(error_tube: Tube) -> dict[str, np.ndarray]:
-    """Everything a tube is made of but n_points, by name."""
-    edges = {f"edges{axis}": edge for axis, edge in enumerate(error_tube.edges)}
-    boxes = {"interval": error_tube.interval, "final": error_tube.final}
-    return edges | boxes | _face_arrays(error_tube)
-
-
-def tube_from_arrays(arrays, n_k: int, n_points: int = 1) -> Tube:
-    """The tube of `tube_arrays`. Raises InputError, also for boxes that are not those around the
-    faces; KeyError when one is missing.
-    """
-    edges = [arrays[f"edges{axis}"] for axis in range(n_k)]
-    boxes = tube(edges, arrays["interval"], arrays["final"], n_points)
-    if "interval_directions" not in arrays:
-        return boxes
-    during, at_end = (
-        faces(**{name: arrays[f"{part}_{name}"] for name in _FACES}, frames=part == "final")
-        for part in ("interval", "final")
-    )
-    fitted = fitted_tube(edges, during, at_end)
-    if replace(fitted, templates=None).hash != boxes.hash:
-        raise InputError("tube: expected the boxes around its faces; got other ones.")
-    return fitted
-
-
-_FACES = ("directions", "centre", "half")
-
-
-def _face_arrays(error_tube: Tube) -> dict[str, np.ndarray]:
+def face_arrays(error_tube: Tube) -> dict[str, np.ndarray]:
     """The arrays of the templates by name, none where there are none."""
     parts = {} if error_tube.templates is None else error_tube.templates._asdict()
-    return {f"{p}_{name}": getattr(of, name) for p, of in parts.items() for name in _FACES}
+    return {f"{p}_{name}": getattr(of, name) for p, of in parts.items() for name in FACE_FIELDS}
 
 
 def _place(edge: np.ndarray, x: np.ndarray, side: Literal["left", "right"]) -> np.ndarray:

@@ -16,7 +16,8 @@ from parc_jax.claim.claim import (
     weaker,
 )
 from parc_jax.claim.risk import Density, NoStatement, Point, Uniform
-from parc_jax.claim.tube import tube, tube_from_json, tube_to_json
+from parc_jax.claim.tube import tube
+from parc_jax.claim.tube_file import tube_from_json, tube_to_json
 from parc_jax.errors import InputError
 from parc_jax.rollout.law import law_spec
 from parc_jax.sets.box import box

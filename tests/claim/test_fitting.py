@@ -22,7 +22,8 @@ from parc_jax.claim.profile import training_profile
 from parc_jax.claim.score import score_batch, score_system
 from parc_jax.claim.search import enlarge, search_worst
 from parc_jax.claim.start_gap import StartTrial, allow_for_start
-from parc_jax.claim.tube import fitted_tube, refined, tube_from_json, tube_to_json
+from parc_jax.claim.tube import fitted_tube, refined
+from parc_jax.claim.tube_file import tube_from_json, tube_to_json
 from parc_jax.claim.update import update
 from parc_jax.errors import InputError
 from parc_jax.keys import Stage
@@ -204,6 +205,11 @@ def test_a_tube_of_faces_travels(profile, holdout, tmp_path):
     data["interval"][0][0][0] = (0.5).hex()
     with pytest.raises(InputError, match="boxes around its faces"):
         tube_from_json(data)
+
+
+def test_boxes_around_faces_are_no_inner_bound(profile):
+    with pytest.raises(InputError, match="no least half widths"):
+        profile.least()
 
 
 def test_bins_and_scales_leave_the_faces_alone(profile, holdout):

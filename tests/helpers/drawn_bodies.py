@@ -6,14 +6,13 @@ import itertools
 from types import SimpleNamespace
 
 import numpy as np
+from toy_models import assumed
 
 from parc_jax.body import Disc, Part, body_of, hull
-from parc_jax.claim.claim import error_claim
 from parc_jax.claim.tube import tube
 from parc_jax.model import TrajectoryModel, trajectory_model
 from parc_jax.network.relu import ReLUNetwork, relu_network
 from parc_jax.problem import ReachAvoid, goal_of_points, reach_avoid
-from parc_jax.rollout.law import law_spec
 from parc_jax.sets.box import box
 from parc_jax.system import time_grid
 
@@ -63,17 +62,8 @@ def model_of_points(at: np.ndarray, points, travel, e: float) -> TrajectoryModel
     domain = box(-np.ones(n_k), np.ones(n_k))
     n_c = n_points * n_p
     edges = [[-1.0, 1.0]] * n_k
-    claim = error_claim(
-        kind="assumed",
-        tube=tube(edges, np.full((1, T, n_c), e), np.full((1, n_c + 1), e), n_points),
-        quantifier="assumed for every run",
-        eps=None,
-        delta=None,
-        n=0,
-        discard=0,
-        looks=1,
-        law=law_spec("toy", domain),
-        assumptions=("THE TUBE HOLDS",),
+    claim = assumed(
+        tube(edges, np.full((1, T, n_c), e), np.full((1, n_c + 1), e), n_points), domain
     )
     net = straight_between(outputs, n_k, tail)
     return trajectory_model(net, claim, domain, time_grid(1 / T, 1.0), "toy", points=points)

@@ -3,15 +3,14 @@ plane and in space, and scenes for them.
 """
 
 import numpy as np
+from toy_models import assumed
 
 from parc_jax.body import Disc, Part, body_of, hull
-from parc_jax.claim.claim import error_claim
 from parc_jax.claim.faces import DIRECTION_BITS, Faces, faces, short
 from parc_jax.claim.tube import fitted_tube, tube
 from parc_jax.model import TrajectoryModel, trajectory_model
 from parc_jax.network.relu import relu_network
 from parc_jax.problem import ReachAvoid, goal_of_points, reach_avoid
-from parc_jax.rollout.law import law_spec
 from parc_jax.sets.box import box
 from parc_jax.system import time_grid
 
@@ -61,18 +60,7 @@ def points_model(
         )
     else:
         errors = tube(edges, rng.uniform(0, 2 * size, during), rng.uniform(0, 2 * size, at_end), m)
-    claim = error_claim(
-        kind="assumed",
-        tube=errors,
-        quantifier="assumed for every run",
-        eps=None,
-        delta=None,
-        n=0,
-        discard=0,
-        looks=1,
-        law=law_spec("toy", domain),
-        assumptions=("THE TUBE HOLDS",),
-    )
+    claim = assumed(errors, domain)
     names = tuple(f"c{i}" for i in range(m))
     return trajectory_model(net, claim, domain, time_grid(1.0 / T, 1.0), "toy", points=names)
 

@@ -7,8 +7,8 @@ import itertools
 import numpy as np
 
 from parc_jax.body import Polygon
-from parc_jax.claim.claim import error_claim
-from parc_jax.claim.tube import tube
+from parc_jax.claim.claim import ErrorClaim, error_claim
+from parc_jax.claim.tube import Tube, tube
 from parc_jax.model import TrajectoryModel, trajectory_model
 from parc_jax.network.relu import ReLUNetwork, relu_network
 from parc_jax.problem import ReachAvoid, reach_avoid
@@ -18,16 +18,11 @@ from parc_jax.sets.hpolytope import HPolytope, hpolytope
 from parc_jax.system import time_grid
 
 
-def model_of(net: ReLUNetwork, domain: Box, interval, final, edges=None) -> TrajectoryModel:
-    """A model whose tube is simply assumed. interval (n_bins, T, 2), final (n_bins, 2 + n_q), one
-    second long.
-    """
-    edges = (
-        [[lo, hi] for lo, hi in zip(domain.lo, domain.hi, strict=True)] if edges is None else edges
-    )
-    claim = error_claim(
+def assumed(error_tube: Tube, domain: Box) -> ErrorClaim:
+    """A claim whose tube is simply assumed."""
+    return error_claim(
         kind="assumed",
-        tube=tube(edges, interval, final),
+        tube=error_tube,
         quantifier="assumed for every run",
         eps=None,
         delta=None,
@@ -37,6 +32,16 @@ def model_of(net: ReLUNetwork, domain: Box, interval, final, edges=None) -> Traj
         law=law_spec("toy", domain),
         assumptions=("THE TUBE HOLDS",),
     )
+
+
+def model_of(net: ReLUNetwork, domain: Box, interval, final, edges=None) -> TrajectoryModel:
+    """A model whose tube is simply assumed. interval (n_bins, T, 2), final (n_bins, 2 + n_q), one
+    second long.
+    """
+    edges = (
+        [[lo, hi] for lo, hi in zip(domain.lo, domain.hi, strict=True)] if edges is None else edges
+    )
+    claim = assumed(tube(edges, interval, final), domain)
     T = claim.tube.interval.shape[1]
     return trajectory_model(net, claim, domain, time_grid(1.0 / T, 1.0), "toy")
 

@@ -3,14 +3,13 @@
 import jax
 import jax.numpy as jnp
 import numpy as np
+from toy_models import assumed
 
 import parc_jax as pj
-from parc_jax.claim.claim import error_claim
 from parc_jax.claim.tube import zero_tube
 from parc_jax.model import trajectory_model
 from parc_jax.network.predict import layout_of
 from parc_jax.network.relu import relu_network
-from parc_jax.rollout.law import law_spec
 
 LENGTH = 0.5  # [m] from the first point to the second
 
@@ -57,17 +56,8 @@ def straight_bar():
     b[:-1] = np.where(place % layout.n_c == 3, LENGTH, 0.0)
     W[-1, 1] = 1.0
     edges = [[lo, hi] for lo, hi in zip(Bar.domain.lo, Bar.domain.hi, strict=True)]
-    claim = error_claim(
-        kind="assumed",
-        tube=zero_tube(edges, layout.n_steps, layout.n_c, layout.n_c + 1, n_points=2),
-        quantifier="assumed for every run",
-        eps=None,
-        delta=None,
-        n=0,
-        discard=0,
-        looks=1,
-        law=law_spec("toy", Bar.domain),
-        assumptions=("THE TUBE HOLDS",),
+    claim = assumed(
+        zero_tube(edges, layout.n_steps, layout.n_c, layout.n_c + 1, n_points=2), Bar.domain
     )
     net = relu_network([W], [b])
     return trajectory_model(net, claim, Bar.domain, Bar.time, "bar", points=Bar.points)

@@ -9,11 +9,11 @@ import numpy as np
 import pytest
 from scipy.optimize import nnls
 from toy_bodies import points_model, points_problem
+from toy_models import assumed
 
 from parc_jax import checker
 from parc_jax.body import Disc, Part, Polygon, body_of, hull, numbered
 from parc_jax.certificate.write import question_parts
-from parc_jax.claim.claim import error_claim
 from parc_jax.claim.faces import faces
 from parc_jax.claim.tube import fitted_tube, zero_tube
 from parc_jax.errors import InputError
@@ -22,7 +22,6 @@ from parc_jax.network.predict import by_point, moved_to, trajectories
 from parc_jax.network.relu import relu_network
 from parc_jax.planner import Planner
 from parc_jax.problem import goal_of_points, reach_avoid
-from parc_jax.rollout.law import law_spec
 from parc_jax.sets.box import box
 from parc_jax.settings import Settings
 from parc_jax.system import time_grid
@@ -57,18 +56,7 @@ def bar_model(
     if fitted:
         during = between_faces(by_point(wide.interval, 2))
         wide = fitted_tube(wide.edges, during, between_faces(wide.final))
-    claim = error_claim(
-        kind="assumed",
-        tube=wide,
-        quantifier="assumed for every run",
-        eps=None,
-        delta=None,
-        n=0,
-        discard=0,
-        looks=1,
-        law=law_spec("toy", domain),
-        assumptions=("THE TUBE HOLDS",),
-    )
+    claim = assumed(wide, domain)
     return trajectory_model(
         net, claim, domain, time_grid(1 / T, 1.0), "toy", points=("tail", "tip")
     )
