@@ -10,6 +10,7 @@ _HOME = {
     "BlackBoxSystem": "system",
     "Body": "body",
     "Box": "sets.box",
+    "BoxScenes": "batch.box_scenes",
     "Density": "claim.risk",
     "Disc": "body",
     "Episode": "rollout.environment",

@@ -16,6 +16,7 @@ NAMES = [
     "BlackBoxSystem",
     "Body",
     "Box",
+    "BoxScenes",
     "Density",
     "Disc",
     "Episode",

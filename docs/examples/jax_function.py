@@ -55,10 +55,8 @@ def solve(model, key):
 
 
 if __name__ == "__main__":
-    from parc_jax.rollout.invariance import translation_gap
-
     key = jax.random.PRNGKey(0)
-    gap = translation_gap(Skid(), key, starts=[[10.0, -3.0], [-400.0, 80.0]])
+    gap = pj.translation_gap(Skid(), key, starts=[[10.0, -3.0], [-400.0, 80.0]])
     print("moving the start moves the run by", gap.p, gap.q)
     answer = ask(Skid(), key)
     print(answer.statement())

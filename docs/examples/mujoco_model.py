@@ -52,10 +52,8 @@ def system():
 
 
 if __name__ == "__main__":
-    from parc_jax.rollout.invariance import translation_gap
-
     key, puck = jax.random.PRNGKey(0), system()
-    gap = translation_gap(puck, key, starts=[[0.5, -0.3]])
+    gap = pj.translation_gap(puck, key, starts=[[0.5, -0.3]])
     print(
         "moving the start moves the run by",
         gap.p,
@@ -78,7 +76,7 @@ if __name__ == "__main__":
         start=push,
         name="puck",
     )
-    assert translation_gap(puck, key, starts=[[0.5, -0.3]]).p.max() < 1e-9
+    assert pj.translation_gap(puck, key, starts=[[0.5, -0.3]]).p.max() < 1e-9
     ask = runpy.run_path(str(Path(__file__).with_name("jax_function.py")))["ask"]
     answer = ask(puck, key)
     print(answer.statement())

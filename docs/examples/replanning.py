@@ -14,7 +14,6 @@ import jax
 import numpy as np
 
 import parc_jax as pj
-from parc_jax.batch.box_scenes import BoxScenes
 from sims.drift_parking.scenario import BODY_RADIUS, GOAL, PARKED_CARS
 
 DRIFT = np.array([0.25, -0.1])  # [m/s] of gap and goal, as the camera's estimate wanders
@@ -36,7 +35,7 @@ class Outcome(NamedTuple):
     hertz: float
 
 
-def at(model: pj.TrajectoryModel, t: float) -> BoxScenes:
+def at(model: pj.TrajectoryModel, t: float) -> pj.BoxScenes:
     """The scene as it is seen at time t [s]. A plan made now starts now, so interval 0 begins at t."""
     shift, cars = DRIFT * t, np.array(PARKED_CARS)
     first = np.arange(0, model.time.n_steps, EVERY)
