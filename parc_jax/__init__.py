@@ -13,6 +13,7 @@ _HOME = {
     "BoxScenes": "batch.box_scenes",
     "Density": "claim.risk",
     "Disc": "body",
+    "Doubt": "doubt",
     "Episode": "rollout.environment",
     "ErrorClaim": "claim.claim",
     "Exact": "methods",

@@ -26,8 +26,9 @@ from parc_jax.errors import InputError
 from parc_jax.lp.status import LPStatus
 from parc_jax.model import TrajectoryModel
 from parc_jax.problem import ReachAvoid
+from parc_jax.robust.withstood import Withstood
 from parc_jax.rollout.files import write_atomic
-from parc_jax.sentences import NOTHING_FOUND, about_plans, about_risk
+from parc_jax.sentences import NOTHING_FOUND, about_doubt, about_plans, about_risk, about_sensing
 from parc_jax.sets.chebyshev import chebyshev_center
 from parc_jax.sets.hpolytope import HPolytope
 from parc_jax.status import Status
@@ -44,6 +45,8 @@ class Answer:
     proved: the independent checker accepted all that is returned. refused: samples, corridors and
     polytopes that it did not accept and that are therefore not in the answer. no_plan: when no draw
     was safe, what branch and bound says: proved that none is, or how much is undecided.
+    doubt: what all plans withstand; `problem` and `model` are then the plain ones that allow for
+    it.
     """
 
     def __init__(
@@ -57,6 +60,7 @@ class Answer:
         refused: int,
         timings: dict[str, float],
         no_plan: NoPlan | None,
+        doubt: Withstood | None = None,
     ):
         self.model = model
         self.scene = scene
@@ -66,6 +70,7 @@ class Answer:
         self.refused = refused
         self.timings = timings
         self.no_plan = no_plan
+        self.doubt = doubt
         self._cover = cover
         self._union = SafeUnion(model, scene, list(cover.polytopes))
         self._corridors = Corridors(model.tube, cover.corridors)
@@ -261,7 +266,8 @@ class Answer:
             ends = np.prod(np.maximum(room, 0), axis=1)
         known = self.volume(0.999)
         union = 0.0 if known is None else known[1] * self.coverage.at_least
-        return float(self.model.domain.volume * np.nanmax(ends) / union) if union > 0 else np.inf
+        whole = self.model.domain.volume if self.doubt is None else self.doubt.k_volume
+        return float(whole * np.nanmax(ends) / union) if union > 0 else np.inf
 
     def risk(self) -> Risk | NoStatement:
         """What the claim promises for a plan drawn by `sample`: uniformly from the safe polytopes.
@@ -277,6 +283,10 @@ class Answer:
         if isinstance(promised, NoStatement) or self.model.claim.kind == "cover":
             return promised
         law = self.model.claim.law.k_law
+        if self.doubt is not None and len(set(self.doubt.parameters)) > 1:
+            return NoStatement(
+                "some parameters are not drawn: the claim is about k uniform over all of K"
+            )
         if law != "uniform":
             return NoStatement(f"the claim is about k drawn by {law!r}, not uniformly over K")
         if not np.isfinite(self.density):
@@ -291,6 +301,8 @@ class Answer:
         """
         claim = self.model.claim
         about_tube = f"(E) {claim.statement()}"
+        if self.doubt is not None:
+            about_tube = f"{about_doubt(self.doubt.words)}\n{about_tube}"
         if not self.found and not self.polytopes:
             if self.no_plan is None:
                 return NOTHING_FOUND
@@ -298,6 +310,8 @@ class Answer:
         counts = len(self.samples), len(self.polytopes), len(self.corridors)
         plans = about_plans(*counts, self.proved)
         risk = about_risk(self.risk(), self.density, self.coverage.confidence, claim.delta)
+        if self.doubt is not None and self.doubt.sensing_eps:
+            risk = f"{risk} {about_sensing(self.risk(), self.doubt.sensing_eps)}"
         return f"(C) {plans}\n{about_tube}\n{risk}"
 
     def to_json(self) -> dict:
@@ -316,6 +330,8 @@ class Answer:
             "coverage": self.coverage._asdict(),
             "corridor_coverage": self.corridor_coverage._asdict(),
         }
+        if self.doubt is not None:
+            meta["doubt"] = self.doubt.to_json()
         no_plan = None if self.no_plan is None else self.no_plan.certificate
         return answer_part(
             self.problem,

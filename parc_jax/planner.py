@@ -8,6 +8,7 @@ import jax
 import numpy as np
 
 from parc_jax.answer import Answer
+from parc_jax.batch.box_scenes import BoxScenes
 from parc_jax.batch.solve import BatchAnswer, Problems, problem_of, solve_batch
 from parc_jax.certificate.prove import prove
 from parc_jax.certificate.write import sample_part
@@ -20,8 +21,9 @@ from parc_jax.model import TrajectoryModel
 from parc_jax.probes import require_sound_arithmetic
 from parc_jax.problem import ReachAvoid
 from parc_jax.pwa import RegionTable, enumerate_regions
+from parc_jax.robust.question import Plain, plain, plain_problems
 from parc_jax.settings import Settings
-from parc_jax.verdict.scene import scene_of
+from parc_jax.verdict.scene import Scene, scene_of
 from parc_jax.volume_bounds.no_plan import NoPlan, prove_no_plan
 
 COLD_BUDGET_S = 1e-3  # [s] of search after compiling: `warm_up` wants the compiled programs alone
@@ -37,6 +39,7 @@ class Planner:
         if not isinstance(model, TrajectoryModel):
             raise InputError(expected("Planner", "a TrajectoryModel", model, "pj.load(path)"))
         self.model = model
+        self._under_doubt: dict[tuple, TrajectoryModel] = {}
 
     def __repr__(self) -> str:
         return f"Planner({self.model!r})"
@@ -51,8 +54,9 @@ class Planner:
     ) -> Answer:
         """The safe set of one problem: samples, corridors and polytopes, with certificates.
 
-        problem: from `reach_avoid` or `load_problem`. key: from `jax.random`; its SEARCH stream is
-        used. settings: sizes, budgets and method; by default `Settings.whole()`.
+        problem: from `reach_avoid` or `load_problem`; every plan of the answer withstands its
+        doubt. key: from `jax.random`; its SEARCH stream is used. settings: sizes, budgets and
+        method; by default `Settings.whole()`.
         Raises InputError when the problem does not fit the model, SoundnessError when this
         installation computes wrong numbers.
         """
@@ -61,21 +65,23 @@ class Planner:
         rng = generator(search)
         require_sound_arithmetic()
         begin = time.perf_counter()
-        scene = scene_of(problem, self.model)
+        asked = self._plain(problem)
+        model = asked.model
+        scene = scene_of(asked.problem, model)
         method = settings.method or Exact()
         found, no_plan = method.search(
-            self.model, lambda: self.regions, scene, search, rng, settings
+            model, lambda: self._regions_of(model), scene, search, rng, settings
         )
         covered = time.perf_counter()
         pick = rng.permutation(len(found.points.k))[: settings.n_samples]
         parts = [
-            sample_part(scene, self.model.tube, p.p0, p.k, p.path, int(p.bin))
+            sample_part(scene, model.tube, p.p0, p.k, p.path, int(p.bin))
             for p in (found.points.at(i) for i in pick)
         ]
         samples = np.concatenate([found.points.p0[pick], found.points.k[pick]], axis=1)
         refused = 0
         if settings.proof:
-            accepted = prove(problem, self.model, parts, found.corridors, found.polytopes)
+            accepted = prove(scene.problem, model, parts, found.corridors, found.polytopes)
             refused = sum(int((~kept).sum()) for kept in accepted)
             samples = samples[accepted[0]]
             parts = _those(parts, accepted[0])
@@ -88,7 +94,7 @@ class Planner:
             "proof_s": time.perf_counter() - covered,
         }
         return Answer(
-            self.model,
+            model,
             scene,
             found,
             samples,
@@ -97,7 +103,16 @@ class Planner:
             refused,
             timings,
             no_plan,
+            asked.doubt,
         )
+
+    def _plain(self, problem: ReachAvoid) -> Plain:
+        """The question without its doubt. Models under one doubt are made once."""
+        return plain(problem, self.model, self._under_doubt)
+
+    def _regions_of(self, model: TrajectoryModel) -> RegionTable:
+        same = model.net is self.model.net and model.domain is self.model.domain
+        return self.regions if same else enumerate_regions(model.net, model.domain)
 
     def warm_up(self, problem: ReachAvoid, settings: Settings | None = None) -> Answer:
         """Compile what a query of this size needs: a query with next to no budget, from a stream of
@@ -126,7 +141,8 @@ class Planner:
     ) -> BatchAnswer:
         """Safe plans for many problems in a few compiled calls. Uses the SEARCH stream of `key`.
 
-        problems: a list, `box_scenes` (no cost per scene in Python), or stacked scene arrays.
+        problems: a list, `box_scenes` (no cost per scene in Python), or stacked scene arrays. Those
+        of a list may be under doubt, all under the same one but for goal and obstacles.
         settings: by default `Settings.fast()`; of its fields n_samples (safe plans per problem) and
         proof (exact check of every best plan, some ten milliseconds each) count here.
         draws: most plans to propose per problem; solved ones stop early. pool: values of k shared
@@ -144,8 +160,11 @@ class Planner:
             raise InputError("solve_batch: expected several problems; got one. Use `solve`.")
         require_sound_arithmetic()
         chosen = {int(i): problem_of(problems, i) for i in whole}
+        model = self.model
+        if not isinstance(problems, BoxScenes | Scene):
+            problems, model = plain_problems(problems, model, self._under_doubt)
         answer = solve_batch(
-            self.model,
+            model,
             problems,
             key,
             n_samples=settings.n_samples,
@@ -168,9 +187,10 @@ class Planner:
         """
         _checked("bound_volume", problem, None, Settings.whole())
         require_sound_arithmetic()
+        asked = self._plain(problem)
         return prove_no_plan(
-            self.model,
-            scene_of(problem, self.model),
+            asked.model,
+            scene_of(asked.problem, asked.model),
             budget_s=budget_s,
             max_leaves=max_leaves,
             bounds=True,

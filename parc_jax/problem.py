@@ -6,6 +6,7 @@ import numpy as np
 from flax import struct
 
 from parc_jax.body import Body, Disc, Part, Polygon, number_of, parts_of, shape
+from parc_jax.doubt import Doubt
 from parc_jax.errors import InputError
 from parc_jax.sets.box import Box
 from parc_jax.sets.hpolytope import HPolytope, from_box, hpolytope
@@ -20,6 +21,7 @@ class ReachAvoid:
     spans: per obstacle (first, last) interval in which it exists, or None for always.
     body: Disc or Polygon about the first reference point, or a Body of several parts. start:
         polytope over p0, or None for anywhere.
+    doubt: what is not known exactly; `robust` turns it into a plain problem that allows for it.
     """
 
     goal: HPolytope
@@ -27,6 +29,7 @@ class ReachAvoid:
     body: Disc | Polygon | Body
     start: HPolytope | None = None
     spans: tuple[tuple[int, int] | None, ...] = struct.field(pytree_node=False, default=())
+    doubt: Doubt | None = struct.field(pytree_node=False, default=None)
 
     @property
     def all_spans(self) -> tuple[tuple[int, int] | None, ...]:
@@ -48,7 +51,12 @@ class ReachAvoid:
 
 
 def reach_avoid(
-    goal, obstacles: Sequence, body, start=None, spans: Sequence | None = None
+    goal,
+    obstacles: Sequence,
+    body,
+    start=None,
+    spans: Sequence | None = None,
+    doubt: Doubt | None = None,
 ) -> ReachAvoid:
     """Validated problem. Boxes become polytopes; a number is taken as a disc radius. Raises
     InputError.
@@ -84,7 +92,9 @@ def reach_avoid(
             raise InputError(
                 f"span of obstacle {j}: expected whole numbers 0 <= first <= last; got {span}."
             )
-    return ReachAvoid(goal, obstacles, body, start, spans)
+    if doubt is not None:
+        _check_doubt(doubt, n_p, obstacles)
+    return ReachAvoid(goal, obstacles, body, start, spans, doubt)
 
 
 def goal_of_points(points: Sequence[str], where, q=None) -> HPolytope:
@@ -118,6 +128,19 @@ def goal_of_points(points: Sequence[str], where, q=None) -> HPolytope:
         A[first : first + len(region.b), column : column + region.n] = region.A
         first += len(region.b)
     return hpolytope(A, np.concatenate([region.b for _, region in blocks]))
+
+
+def _check_doubt(doubt: Doubt, n_p: int, obstacles) -> None:
+    """Raises InputError for doubt about other dimensions or other obstacles than there are."""
+    if not isinstance(doubt, Doubt):
+        raise InputError(f"doubt: expected a Doubt; got {type(doubt).__name__}.")
+    doubt.shifts(n_p)
+    for j, seen in enumerate(doubt.of_obstacles(len(obstacles))):
+        if seen is not None and seen.n != n_p:
+            raise InputError(
+                f"doubt of obstacle {j}: expected a set in the {n_p}-D workspace; got {seen.n} "
+                "dimensions."
+            )
 
 
 def _workspace(goal: HPolytope, obstacles, body, start) -> int:

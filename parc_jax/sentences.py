@@ -20,6 +20,26 @@ def about_plans(samples: int, polytopes: int, corridors: int, proved: bool) -> s
     )
 
 
+def about_doubt(withstood: str) -> str:
+    """What every plan of the answer withstands."""
+    return (
+        "Robust: all this is said of a question that allows for the doubt, and so it holds for "
+        f"{withstood}. A plan that is absent is not shown to withstand all of it."
+    )
+
+
+def about_sensing(risk: Risk | NoStatement, sensing_eps: Fraction) -> str:
+    """The risk of the tube and that of the sensing together: the sum of two probabilities. [T21]"""
+    eps = _rounded_up(sensing_eps)
+    if isinstance(risk, NoStatement):
+        return f"What was measured lies outside of its doubt with probability at most {eps}."
+    both = _rounded_up(min(Fraction(1), risk.bound + sensing_eps))
+    return (
+        f"What was measured lies outside of its doubt with probability at most {eps}: together at "
+        f"most {both}, if the deviations do not depend on the plan."
+    )
+
+
 def about_risk(
     risk: Risk | NoStatement, density: float, measured: float, delta: Fraction | None
 ) -> str:

@@ -19,6 +19,7 @@ NAMES = [
     "BoxScenes",
     "Density",
     "Disc",
+    "Doubt",
     "Episode",
     "ErrorClaim",
     "Exact",

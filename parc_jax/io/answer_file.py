@@ -21,6 +21,7 @@ from parc_jax.model import TrajectoryModel, trajectory_model
 from parc_jax.network.relu import relu_network
 from parc_jax.obstacles.directions import Multiplier
 from parc_jax.problem import ReachAvoid, reach_avoid
+from parc_jax.robust.withstood import withstood_of_json
 from parc_jax.sets.box import box
 from parc_jax.sets.hpolytope import HPolytope, hpolytope
 from parc_jax.spelling import nearest_floats
@@ -78,7 +79,8 @@ def _answer(data: dict, report) -> Answer:
     tally = counts["drawn"], counts["reaching"], counts["safe"], float(meta["volume_drawn"])
     cover = Cover(*tally, seen, kept, coverage, corridors, polytopes)
     no_plan = _no_plan(data["no_plan"], report.no_plan)
-    return Answer(model, scene, cover, samples, data["samples"], True, 0, {}, no_plan)
+    doubt = withstood_of_json(meta.get("doubt"))
+    return Answer(model, scene, cover, samples, data["samples"], True, 0, {}, no_plan, doubt)
 
 
 def _model(data: dict) -> TrajectoryModel:

@@ -13,14 +13,14 @@ import numpy as np
 
 from parc_jax.body import Body, Disc, Part, Polygon, body_of, numbered, parts_of
 from parc_jax.errors import InputError
+from parc_jax.io.doubt_file import doubt_of, own_doubt, spelled_doubt
+from parc_jax.io.scene_values import numbers_of, set_of, spelled_set, table_of
 from parc_jax.labels import PARTS, Labels, labels
 from parc_jax.model import TrajectoryModel
 from parc_jax.problem import ReachAvoid, goal_of_points, reach_avoid
 from parc_jax.rollout.files import write_atomic
-from parc_jax.sets.box import box
-from parc_jax.sets.hpolytope import HPolytope, from_box, hpolytope
+from parc_jax.sets.hpolytope import HPolytope
 
-KINDS = "`lo` and `hi`, or rows `A` and `b`"
 # words for the hull of so many reference points
 POINTS_OF_KIND = {"disc": 1, "ball": 1, "capsule": 2, "rectangle": 4, "box": 8}
 
@@ -40,6 +40,7 @@ def load_problem(path, points: Sequence[str] | None = None) -> ReachAvoid:
         parts.
     [start]      over p0, optional: lo, hi; or A, b.
     [labels]     for people, optional: p, q, k, a list of names with units each; see `labelled`.
+    [doubt]      what is not known exactly, optional; see `io.doubt_file` and docs/doubt.md.
 
     points: names of the robot's reference points, as `model.points`, for a goal that names some.
     """
@@ -119,9 +120,9 @@ def problem_text(
 
 
 def _problem(data, points: Sequence[str] | None) -> ReachAvoid:
-    known = ("goal", "obstacles", "body", "start", "labels")
-    _table("scene", data, known, needed=("goal", "body"))
-    for part, words in _table("labels", data.get("labels", {}), PARTS).items():
+    known = ("goal", "obstacles", "body", "start", "labels", "doubt")
+    table_of("scene", data, known, needed=("goal", "body"))
+    for part, words in table_of("labels", data.get("labels", {}), PARTS).items():
         if not isinstance(words, list) or not all(isinstance(word, str) for word in words):
             raise InputError(
                 f"labels {part}: expected a list of names with units, such as 'speed [m/s]'; got "
@@ -130,26 +131,27 @@ def _problem(data, points: Sequence[str] | None) -> ReachAvoid:
     obstacles = data.get("obstacles", [])
     if not isinstance(obstacles, list):
         raise InputError("obstacles: expected a list of tables, each [[obstacles]] in TOML.")
-    sets = [_set(f"obstacle {i}", part, ("steps",)) for i, part in enumerate(obstacles)]
+    sets = [set_of(f"obstacle {i}", part, ("steps", "doubt")) for i, part in enumerate(obstacles)]
     spans = [part.get("steps") for part in obstacles]
     body = _body(data["body"])
     if points is not None:
         numbered(body, points)  # names what is unknown
-    start = None if data.get("start") is None else _set("start", data["start"])
+    start = None if data.get("start") is None else set_of("start", data["start"])
     goal = _goal(data["goal"], points)
-    return reach_avoid(goal, sets, body, start, [tuple(s) if s else None for s in spans])
+    asked = [tuple(s) if s else None for s in spans]
+    return reach_avoid(goal, sets, body, start, asked, doubt_of(data, obstacles))
 
 
 def _goal(part, points: Sequence[str] | None) -> HPolytope:
     if not isinstance(part, dict) or not part.keys() & {"points", "q"}:
-        return _set("goal", part)
-    where = _set("goal", part, ("points", "q"))
+        return set_of("goal", part)
+    where = set_of("goal", part, ("points", "q"))
     if points is None:
         raise InputError(
             "goal: expected to know the robot's reference points, since it names some; load the "
             "scene with points=model.points."
         )
-    further = _set("goal q", part["q"]) if "q" in part else None
+    further = set_of("goal q", part["q"]) if "q" in part else None
     return goal_of_points(
         points, dict.fromkeys(_names("goal", part.get("points", list(points))), where), further
     )
@@ -158,14 +160,14 @@ def _goal(part, points: Sequence[str] | None) -> HPolytope:
 def _body(data) -> Disc | Polygon | Body:
     if isinstance(data, list):
         return body_of([_part(f"part {i} of the body", table) for i, table in enumerate(data)])
-    _table("body", data, ("radius", "vertices", "points", *POINTS_OF_KIND))
+    table_of("body", data, ("radius", "vertices", "points", *POINTS_OF_KIND))
     if data.keys() <= {"radius", "vertices"}:
         return _shape("body", data)
     return body_of([_part("body", data)])
 
 
 def _part(name: str, table) -> Part:
-    _table(name, table, ("points", "radius", "vertices", *POINTS_OF_KIND))
+    table_of(name, table, ("points", "radius", "vertices", *POINTS_OF_KIND))
     kinds = sorted(table.keys() - {"radius", "vertices"})
     if len(kinds) != 1:
         raise InputError(
@@ -189,8 +191,8 @@ def _shape(name: str, table: dict) -> Disc | Polygon:
             f"{name}: expected either `radius` or `vertices`; got {', '.join(table) or 'neither'}."
         )
     if "radius" in table:
-        return Disc(float(_numbers(f"{name} radius", table["radius"], 0)))
-    return Polygon(_numbers(f"{name} vertices", table["vertices"], 2))
+        return Disc(float(numbers_of(f"{name} radius", table["radius"], 0)))
+    return Polygon(numbers_of(f"{name} vertices", table["vertices"], 2))
 
 
 def _names(name: str, value) -> tuple[str | int, ...]:
@@ -202,76 +204,20 @@ def _names(name: str, value) -> tuple[str | int, ...]:
     return tuple(names)
 
 
-def _set(name: str, part, further: tuple[str, ...] = ()) -> HPolytope:
-    _table(name, part, ("lo", "hi", "A", "b", *further))
-    given = {key for key in ("lo", "hi", "A", "b") if key in part}
-    if given == {"A", "b"}:
-        return hpolytope(_numbers(f"{name} A", part["A"], 2), _numbers(f"{name} b", part["b"], 1))
-    if given != {"lo", "hi"}:
-        raise InputError(
-            f"{name}: expected {KINDS}; got {', '.join(sorted(given)) or 'none of them'}."
-        )
-    lo = _numbers(f"{name} lo", part["lo"], 1)
-    hi = _numbers(f"{name} hi", part["hi"], 1)
-    try:
-        return from_box(box(lo, hi))
-    except InputError as error:
-        raise InputError(f"{name}: {str(error).removeprefix('box: ')}") from None
-
-
-def _table(name: str, part, known: tuple[str, ...], needed: tuple[str, ...] = ()) -> dict:
-    if not isinstance(part, dict):
-        raise InputError(f"{name}: expected a table with {', '.join(known)}; got {part!r:.60}.")
-    foreign = sorted(set(part) - set(known))
-    if foreign:
-        raise InputError(
-            f"{name}: expected {', '.join(known)}; got {foreign[0]!r}. Is it misspelled?"
-        )
-    for key in needed:
-        if key not in part:
-            raise InputError(f"{name}: expected an entry {key!r}; there is none.")
-    return part
-
-
-def _numbers(name: str, value, ndim: int) -> np.ndarray:
-    """Floats whose shortest decimals are the file's numbers, of the given depth of nesting."""
-
-    def one(v):
-        if isinstance(v, list):
-            return [one(x) for x in v]
-        if isinstance(v, bool) or not isinstance(v, int | Decimal) or not Decimal(v).is_finite():
-            raise InputError(f"{name}: expected finite numbers; got {v!s:.40}.")
-        if not np.isfinite(float(v)) or Decimal(repr(float(v))) != v:
-            raise InputError(
-                f"{name}: expected a decimal that a float64 keeps (up to 15 digits); got {v}. "
-                "Round it."
-            )
-        return float(v)
-
-    try:
-        array = np.array(one(value), np.float64)
-    except ValueError as error:
-        if isinstance(error, InputError):
-            raise
-        array = np.zeros((0,) * (ndim + 1))
-    if array.ndim != ndim:
-        wanted = ("one number", "a list of numbers", "a list of rows of as many numbers each")[ndim]
-        raise InputError(f"{name}: expected {wanted}; got {value!s:.60}.")
-    return array
-
-
 def _parts(problem: ReachAvoid, named: Labels | None, points: Sequence[str] | None) -> dict:
     obstacles = []
-    for part, span in zip(problem.obstacles, problem.all_spans, strict=True):
-        obstacles.append(
-            _spelled(part) | ({} if span is None else {"steps": [int(i) for i in span]})
-        )
+    doubt, sets = ({}, []) if problem.doubt is None else spelled_doubt(problem.doubt)
+    own = own_doubt(sets, len(problem.obstacles))
+    for part, span, seen in zip(problem.obstacles, problem.all_spans, own, strict=True):
+        more = {} if span is None else {"steps": [int(i) for i in span]}
+        obstacles.append(spelled_set(part) | more | ({} if seen is None else {"doubt": seen}))
     by_point = None if points is None else _goal_by_point(problem, points)
-    goal = _spelled(problem.goal) if by_point is None else by_point
+    goal = spelled_set(problem.goal) if by_point is None else by_point
     parts = {"goal": goal, "body": _spelled_body(problem.body)}
     if named is not None:
         parts["labels"] = {part: list(words) for part, words in named._asdict().items() if words}
-    parts |= {} if problem.start is None else {"start": _spelled(problem.start)}
+    parts |= {} if problem.start is None else {"start": spelled_set(problem.start)}
+    parts |= {"doubt": doubt} if doubt else {}
     return parts | {"obstacles": obstacles}
 
 
@@ -293,11 +239,11 @@ def _goal_by_point(problem: ReachAvoid, points: Sequence[str]) -> dict | None:
         for block, rows in zip(columns, used, strict=True)
     )
     named = zip(points, regions, strict=True)
-    asked = {name: _spelled(part) for name, part in named if len(part.b)}
+    asked = {name: spelled_set(part) for name, part in named if len(part.b)}
     if not asked or any(part != next(iter(asked.values())) for part in asked.values()):
         return None
     spelled = {"points": list(asked), **next(iter(asked.values()))}
-    return spelled | ({"q": _spelled(further)} if len(further.b) else {})
+    return spelled | ({"q": spelled_set(further)} if len(further.b) else {})
 
 
 def _spelled_body(body: Disc | Polygon | Body) -> dict | list[dict]:
@@ -313,14 +259,6 @@ def _spelled_shape(part: Part) -> dict:
     return {"vertices": np.asarray(part.shape.vertices).tolist()}
 
 
-def _spelled(part: HPolytope) -> dict:
-    """lo and hi where the rows are exactly those of a box, else the rows."""
-    n, eye = part.n, np.eye(part.n)
-    if part.A.shape == (2 * n, n) and (part.A == np.concatenate([eye, -eye])).all():
-        return {"lo": (0.0 - part.b[n:]).tolist(), "hi": part.b[:n].tolist()}
-    return {"A": part.A.tolist(), "b": part.b.tolist()}
-
-
 def _toml(parts: dict):
     goal = dict(parts["goal"])
     further = goal.pop("q", None)
@@ -328,10 +266,18 @@ def _toml(parts: dict):
     tables += [] if further is None else [("[goal.q]", further)]
     body = parts["body"]
     tables += [("[[body]]", p) for p in body] if isinstance(body, list) else [("[body]", body)]
-    tables += [(f"[{name}]", parts[name]) for name in ("start", "labels") if name in parts]
+    tables += [(f"[{name}]", parts[name]) for name in ("start", "labels", "doubt") if name in parts]
     tables += [("[[obstacles]]", part) for part in parts["obstacles"]]
     for head, part in tables:
         yield f"{head}\n"
         for key, value in part.items():
-            yield f"{key} = {json.dumps(value, ensure_ascii=False)}\n"
+            yield f"{key} = {_inline(value)}\n"
         yield "\n"
+
+
+def _inline(value) -> str:
+    """A value as TOML spells it on one line."""
+    if isinstance(value, dict):
+        pairs = [f"{_inline(key)} = {_inline(part)}" for key, part in value.items()]
+        return "{ " + ", ".join(pairs) + " }"
+    return json.dumps(value, ensure_ascii=False)

@@ -67,6 +67,11 @@ def bare_scene(problem: ReachAvoid, model) -> Scene:
     """The same without the table of directions, which only corridors and certificates need and
     which takes longest.
     """
+    if problem.doubt is not None:
+        raise InputError(
+            "scene: expected a plain problem; this one is under doubt. Ask a planner, or turn it "
+            "into a plain one by `robust.question.plain`."
+        )
     n_y = model.n_c + model.n_q
     if problem.goal.n != n_y:
         of_all = "" if model.n_points == 1 else f" of each of its {model.n_points} points"

@@ -1,0 +1,225 @@
+"""What is not known exactly when a plan is driven: measured poses, rough execution, obstacles and
+goals seen with error, parameters that nobody chooses. [T21, T22]
+"""
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from fractions import Fraction
+from typing import Any
+
+import numpy as np
+
+from parc_jax.errors import InputError
+from parc_jax.sets.box import Box
+from parc_jax.sets.hpolytope import HPolytope, from_box
+
+Parameter = str | int  # a name of a parameter, or its number from 0
+Interval = tuple[float, float]
+
+
+@dataclass(frozen=True)
+class Doubt:
+    """Doubt that a safe plan withstands: `reach_avoid(..., doubt=Doubt(...))`. Nothing is in doubt
+    where nothing is given. Raises InputError.
+
+    start: half widths [m] of a box around the start that is asked about, one number or (n_p,).
+    heading: half angle [rad] around the heading at the start, below 1; the system must declare
+        rotation invariance.
+    k: half widths by which parameters are executed wrongly, (n_k,) or by name.
+    goal: half widths [m, .] by which the goal is seen wrongly, (n_p,), or with those of q.
+    obstacles: polytope by which obstacles are seen wrongly (true place = seen place + a point of
+        it): one for all, or one for each, None for an exact one.
+    given: parameters that are measured and not chosen, by name: a number, or (lo, hi).
+    unknown: parameters that nobody chooses or measures, by name: (lo, hi).
+    sensing_eps: probability with which what is measured may lie outside of these boxes; 0 by
+        default: never.
+    """
+
+    # more is taken than is kept: tuples of floats, of pairs (name, value), of sets
+    start: Any = ()
+    heading: float = 0.0
+    k: Any = ()
+    goal: Any = ()
+    obstacles: Any = ()
+    given: Any = ()
+    unknown: Any = ()
+    sensing_eps: Any = 0
+
+    def __post_init__(self) -> None:
+        self._set("start", _widths("doubt start", self.start))
+        self._set("goal", _widths("doubt goal", self.goal))
+        self._set("k", _by_name("doubt k", self.k, lambda n, v: _widths(n, v, 1)[0], True))
+        self._set("heading", _heading(self.heading))
+        self._set("given", _by_name("doubt given", self.given, _value_or_box))
+        self._set("unknown", _by_name("doubt unknown", self.unknown, _box))
+        self._set("obstacles", _seen(self.obstacles))
+        self._set("sensing_eps", _probability(self.sensing_eps))
+        both = {name for name, _ in self.given} & {name for name, _ in self.unknown}
+        if both:
+            raise InputError(
+                f"doubt: expected a parameter to be given or unknown; {min(map(str, both))} is "
+                "both."
+            )
+
+    def _set(self, name: str, value) -> None:
+        object.__setattr__(self, name, value)
+
+    @property
+    def is_nothing(self) -> bool:
+        """Nothing at all is in doubt: the question is the plain one."""
+        wide = [*self.start, *self.goal, *(width for _, width in self.k), self.heading]
+        exact = all(s is None for s in self.obstacles)
+        return not any(wide) and exact and not self.given and not self.unknown
+
+    @property
+    def of_model(self) -> tuple:
+        """What of it changes the model, and not only the scene; equal for doubts that share one."""
+        return self.start, self.heading, self.k, self.given, self.unknown
+
+    def shifts(self, n: int) -> np.ndarray:
+        """(n,) half widths of the start. Raises InputError."""
+        return _fitted("doubt start", self.start, n, "one per axis of the workspace")
+
+    def of_goal(self, n_p: int, n_q: int) -> np.ndarray:
+        """(n_p + n_q,) half widths of the goal. Raises InputError."""
+        if n_q and len(self.goal) == n_p + n_q:
+            return np.array(self.goal)
+        return np.concatenate(
+            [_fitted("doubt goal", self.goal, n_p, "one per axis, or with q"), np.zeros(n_q)]
+        )
+
+    def of_obstacles(self, n: int) -> tuple[HPolytope | None, ...]:
+        """What each of n obstacles is seen wrongly by. Raises InputError."""
+        if not self.obstacles:
+            return (None,) * n
+        if len(self.obstacles) == 1:
+            return self.obstacles * n
+        if len(self.obstacles) != n:
+            raise InputError(
+                f"doubt obstacles: expected one set for all or one for each of {n}; got "
+                f"{len(self.obstacles)}."
+            )
+        return self.obstacles
+
+
+def words(doubt: Doubt, names: Sequence[str] = ()) -> str:
+    """What a robust answer holds for, in words: "every start within ±0.05, ±0.05 m ...". names: of
+    the parameters.
+    """
+    parts = []
+    if any(doubt.start):
+        parts.append(f"every start within {_spread(doubt.start)} m of the one asked about")
+    if doubt.heading:
+        parts.append(f"every heading within ±{doubt.heading:g} rad")
+    off = [f"{_called(name, names)} off by up to {w:g}" for name, w in doubt.k if w]
+    if off:
+        parts.append(f"every execution with {', '.join(off)}")
+    if any(doubt.goal):
+        parts.append(f"every goal moved by up to {_spread(doubt.goal)}")
+    if any(s is not None for s in doubt.obstacles):
+        parts.append("every place of the obstacles that fits what was seen of them")
+    for word, some in (("measured", doubt.given), ("unknown", doubt.unknown)):
+        for name, (lo, hi) in some:
+            if lo == hi:
+                parts.append(f"{_called(name, names)} = {lo:g} ({word})")
+            else:
+                parts.append(f"every {_called(name, names)} from {lo:g} to {hi:g} ({word})")
+    return "; ".join(parts)
+
+
+def _called(name: Parameter, names: Sequence[str]) -> str:
+    if isinstance(name, str):
+        return name
+    return names[name] if name < len(names) else f"k{name}"
+
+
+def _spread(widths: Sequence[float]) -> str:
+    return ", ".join(f"±{w:g}" for w in widths)
+
+
+def _widths(name: str, value, n: int | None = None) -> tuple[float, ...]:
+    """Half widths >= 0; one number alone is a tuple of one."""
+    try:
+        array = np.atleast_1d(np.asarray(value, np.float64))
+    except (TypeError, ValueError):
+        raise InputError(f"{name}: expected half widths, numbers; got {value!r:.60}.") from None
+    if array.ndim != 1 or not np.isfinite(array).all() or (n is not None and len(array) != n):
+        raise InputError(f"{name}: expected finite half widths; got {value!r:.60}.")
+    if (array < 0).any():
+        raise InputError(f"{name}: expected half widths >= 0; got {array.min():g}.")
+    return tuple(float(x) for x in array)
+
+
+def _fitted(name: str, widths: tuple[float, ...], n: int, what: str) -> np.ndarray:
+    if len(widths) <= 1:
+        return np.full(n, widths[0] if widths else 0.0)
+    if len(widths) != n:
+        raise InputError(f"{name}: expected one half width, or {n}, {what}; got {len(widths)}.")
+    return np.array(widths)
+
+
+def _by_name(name: str, given, read, listed: bool = False) -> tuple:
+    """((parameter, value), ...), read from a mapping, or by number from a list."""
+    if isinstance(given, Mapping):
+        pairs = list(given.items())
+    elif isinstance(given, tuple) and all(_is_pair(entry) for entry in given):
+        pairs = list(given)  # as it is kept here
+    elif listed and not isinstance(given, str) and np.ndim(given) == 1:
+        pairs = list(enumerate(given))
+    else:
+        example = ' such as {"speed": ...}'
+        raise InputError(f"{name}: expected parameters by name,{example}; got {given!r:.60}.")
+    return tuple((p, read(f"{name} of {p}", value)) for p, value in pairs)
+
+
+def _is_pair(entry) -> bool:
+    return isinstance(entry, tuple) and len(entry) == 2 and isinstance(entry[0], str | int)
+
+
+def _value_or_box(name: str, value) -> Interval:
+    if np.ndim(value) == 0 and not isinstance(value, str) and value is not None:
+        return _box(name, (value, value))
+    return _box(name, value)
+
+
+def _box(name: str, value) -> Interval:
+    try:
+        lo, hi = (float(x) for x in value)
+    except (TypeError, ValueError):
+        raise InputError(
+            f"{name}: expected a box (lo, hi) that it lies in; got {value!r:.60}."
+        ) from None
+    if not (math.isfinite(lo) and math.isfinite(hi) and lo <= hi):
+        raise InputError(f"{name}: expected a box lo <= hi of finite numbers; got ({lo}, {hi}).")
+    return lo, hi
+
+
+def _heading(value) -> float:
+    angle = _widths("doubt heading", value, 1)[0]
+    if angle >= 1:
+        raise InputError(f"doubt heading: expected a half angle below 1 rad; got {angle:g}.")
+    return angle
+
+
+def _seen(value) -> tuple[HPolytope | None, ...]:
+    sets = [value] if isinstance(value, Box | HPolytope) else list(value)
+    out: list[HPolytope | None] = []
+    for i, one in enumerate(sets):
+        if not (one is None or isinstance(one, Box | HPolytope)):
+            raise InputError(
+                f"doubt of obstacle {i}: expected a Box or HPolytope, or None; got "
+                f"{type(one).__name__}."
+            )
+        out.append(from_box(one) if isinstance(one, Box) else one)
+    return tuple(out)
+
+
+def _probability(value) -> Fraction:
+    try:
+        exact = Fraction(str(value))
+    except (ValueError, ZeroDivisionError):
+        exact = Fraction(-1)
+    if not 0 <= exact < 1:
+        raise InputError(f"doubt sensing_eps: expected a probability in [0, 1); got {value!r:.60}.")
+    return exact

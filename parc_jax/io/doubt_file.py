@@ -1,0 +1,82 @@
+"""The table [doubt] of a scene file, and what each of the obstacles says of its own."""
+
+import numpy as np
+
+from parc_jax.doubt import Doubt
+from parc_jax.errors import InputError
+from parc_jax.io.scene_values import numbers_of, set_of, spelled_set, table_of
+
+ENTRIES = ("start", "heading", "k", "goal", "obstacles", "given", "unknown", "sensing_eps")
+
+
+def doubt_of(data: dict, obstacles: list) -> Doubt | None:
+    """The doubt that a scene file spells, None where it has none. Raises InputError.
+
+    [doubt]      start, goal, k: half widths, one number or a list, k also by name; heading [rad];
+        obstacles: a set, lo and hi or A and b; given and unknown: parameters by name, [lo, hi] or,
+        given, a number; sensing_eps.
+    [[obstacles]] doubt = {lo = ..., hi = ...}: of this one alone.
+    """
+    own = [part.get("doubt") for part in obstacles]
+    if data.get("doubt") is None and not any(own):
+        return None
+    entries = table_of("doubt", data.get("doubt") or {}, ENTRIES)
+    seen = None if "obstacles" not in entries else set_of("doubt obstacles", entries["obstacles"])
+    sets = [seen if o is None else set_of(f"doubt of obstacle {i}", o) for i, o in enumerate(own)]
+    words = {
+        name: _numbers(f"doubt {name}", entries[name])
+        for name in ("start", "goal", "k", "given", "unknown")
+        if name in entries
+    }
+    eps = entries.get("sensing_eps", 0)
+    return Doubt(
+        **words,
+        heading=float(numbers_of("doubt heading", entries.get("heading", 0), 0)),
+        obstacles=sets if any(s is not None for s in sets) else (),
+        sensing_eps=str(eps) if not isinstance(eps, list | dict) else eps,
+    )
+
+
+def spelled_doubt(doubt: Doubt) -> tuple[dict, list]:
+    """The table of a doubt, and what each obstacle says, None for nothing; one entry stands for
+    all.
+    """
+    spelled: dict = {}
+    if any(doubt.start):
+        spelled["start"] = list(doubt.start)
+    if doubt.heading:
+        spelled["heading"] = doubt.heading
+    if any(doubt.goal):
+        spelled["goal"] = list(doubt.goal)
+    for name in ("k", "given", "unknown"):
+        pairs = getattr(doubt, name)
+        if pairs:
+            spelled[name] = {str(p): _listed(value) for p, value in pairs}
+    if doubt.sensing_eps:
+        spelled["sensing_eps"] = float(doubt.sensing_eps)
+    return spelled, [None if s is None else spelled_set(s) for s in doubt.obstacles]
+
+
+def _numbers(name: str, value):
+    """A number, a list of numbers, or a table of such by name (a number as a name is one)."""
+    if isinstance(value, dict):
+        return {_name(key): _numbers(f"{name} of {key}", part) for key, part in value.items()}
+    array = numbers_of(name, value, 1 if isinstance(value, list) else 0)
+    return float(array) if np.ndim(array) == 0 else tuple(array.tolist())
+
+
+def _name(key: str) -> str | int:
+    return int(key) if key.isdigit() else key
+
+
+def _listed(value):
+    if isinstance(value, tuple):
+        return value[0] if value[0] == value[1] else list(value)
+    return value
+
+
+def own_doubt(sets: list, n: int) -> list:
+    """What is spelled of each of n obstacles."""
+    if sets and len(sets) not in (1, n):
+        raise InputError(f"doubt: expected a set for each of {n} obstacles; got {len(sets)}.")
+    return sets * n if len(sets) == 1 else sets or [None] * n

@@ -1,0 +1,107 @@
+"""The scene under doubt: obstacles grow, the goal and the set of starts shrink. [T21]
+
+Everything is computed in exact rationals and rounded once, to the safe side.
+"""
+
+from fractions import Fraction
+
+import numpy as np
+
+from parc_jax.doubt import Doubt
+from parc_jax.errors import InputError
+from parc_jax.lp.exact import round_down, round_up
+from parc_jax.network.predict import Layout
+from parc_jax.problem import ReachAvoid
+from parc_jax.sets.hpolytope import HPolytope, hpolytope
+from parc_jax.sets.minkowski import polygon_sum
+from parc_jax.sets.rational import exact_support, rational_vertices
+
+
+def doubted_scene(problem: ReachAvoid, doubt: Doubt, layout: Layout) -> ReachAvoid:
+    """The plain problem that allows for doubt of start, goal and obstacles, but for the motion of
+    the points before the end, for which the tube has to be wider. Raises InputError.
+    """
+    n_p, n_q = layout.n_p, problem.goal.n - layout.n_c
+    start = doubt.shifts(n_p)
+    goal = _shrunken_goal(problem.goal, layout, start, doubt.of_goal(n_p, n_q))
+    seen = doubt.of_obstacles(len(problem.obstacles))
+    pairs = zip(problem.obstacles, seen, strict=True)
+    return problem.replace(
+        goal=goal,
+        obstacles=tuple(
+            o if by is None else _sum(o, by, f"obstacle {j}") for j, (o, by) in enumerate(pairs)
+        ),
+        start=None if problem.start is None else _shrunken_start(problem.start, start),
+        doubt=None,
+    )
+
+
+def _shrunken_goal(
+    goal: HPolytope, layout: Layout, start: np.ndarray, seen: np.ndarray
+) -> HPolytope:
+    """The goal where it is met from every start, however it was seen. All points move with the
+    start, and with the goal, alike: of a row only the sum over the points counts.
+    """
+    if not (start.any() or seen.any()):
+        return goal
+    n_p, n_c = layout.n_p, layout.n_c
+    widths = [Fraction(x) for x in np.concatenate([start + 0.0, np.zeros(goal.n - n_c)])]
+    widths = [a + Fraction(b) for a, b in zip(widths, seen, strict=True)]
+    bounds = []
+    for row, bound in zip(goal.A, goal.b, strict=True):
+        exact = [Fraction(x) for x in row]
+        along = [sum(exact[axis:n_c:n_p]) for axis in range(n_p)] + exact[n_c:]
+        bounds.append(round_down(Fraction(bound) - _reach(along, widths)))
+    shrunken = goal.replace(b=np.array(bounds))
+    _require_room(shrunken, goal)
+    return shrunken
+
+
+def _require_room(shrunken: HPolytope, goal: HPolytope) -> None:
+    """Raises InputError where two rows of the goal that face each other leave nothing."""
+    rows = {tuple(row): i for i, row in enumerate(goal.A.tolist())}
+    for i, row in enumerate(goal.A):
+        j = rows.get(tuple((-row).tolist()))
+        if j is not None and shrunken.b[i] + shrunken.b[j] < 0:
+            wide, taken = goal.b[i] + goal.b[j], (goal.b - shrunken.b)[[i, j]].sum()
+            raise InputError(
+                f"doubt: expected less doubt of start and goal than the goal is wide; row {i} of "
+                f"the goal leaves {wide:.3g}, and the doubt takes {taken:.3g} of it."
+            )
+
+
+def _shrunken_start(start: HPolytope, widths: np.ndarray) -> HPolytope:
+    """Starts around which the whole box of doubt is allowed."""
+    if not widths.any():
+        return start
+    exact = [Fraction(x) for x in widths]
+    bounds = [
+        round_down(Fraction(bound) - _reach([Fraction(x) for x in row], exact))
+        for row, bound in zip(start.A, start.b, strict=True)
+    ]
+    return start.replace(b=np.array(bounds))
+
+
+def _reach(row, widths) -> Fraction:
+    return sum((abs(a) * w for a, w in zip(row, widths, strict=True)), Fraction(0))
+
+
+def _sum(obstacle: HPolytope, by: HPolytope, name: str) -> HPolytope:
+    """All places of an obstacle: in the plane the sum itself, in space a little more than it (rows
+    of both, without those that cross two edges). Offsets are rounded up.
+    """
+    if obstacle.n == 2:
+        return _without_copies(polygon_sum(obstacle, by))
+    corners = [rational_vertices(s, name) for s in (obstacle, by)]
+    if not all(corners):
+        raise InputError(f"{name}: expected sets with points in them, also of doubt; one is empty.")
+    A = np.concatenate([obstacle.A, by.A])
+    offsets = [round_up(sum(exact_support(points, w) for points in corners)) for w in A]
+    return _without_copies(hpolytope(A, np.array(offsets)))
+
+
+def _without_copies(poly: HPolytope) -> HPolytope:
+    """Without rows whose normal has come before; their offsets are the same supports."""
+    _, first = np.unique(poly.A, axis=0, return_index=True)
+    kept = np.sort(first)
+    return hpolytope(poly.A[kept], poly.b[kept])

@@ -1,0 +1,44 @@
+"""What an answer under doubt withstands, in words, and what its sensing may miss. [T21]"""
+
+from fractions import Fraction
+from typing import NamedTuple
+
+import numpy as np
+
+from parc_jax.doubt import Doubt, words
+from parc_jax.labels import name_of
+from parc_jax.model import TrajectoryModel
+
+
+class Withstood(NamedTuple):
+    """words: "every start within ..."; for sentences. sensing_eps: probability with which the truth
+    may lie outside of what was asked. parameters: (all of k, those chosen); where some are not
+    chosen nothing is promised of a drawn plan. k_volume: of K as the claim has it, in units of k
+    multiplied, where all of k is chosen.
+    """
+
+    words: str
+    sensing_eps: Fraction
+    parameters: tuple[int, int]
+    k_volume: float
+
+    def to_json(self) -> dict:
+        """As plain data, for the answer file."""
+        return self._asdict() | {"sensing_eps": str(self.sensing_eps)}
+
+
+def withstood(doubt: Doubt, model: TrajectoryModel) -> Withstood:
+    """Of a doubt about plans of this model."""
+    names = [name_of(label) for label in model.labels.k]
+    chosen = model.n_k - len(doubt.given) - len(doubt.unknown)
+    volume = float(np.prod(model.domain.hi - model.domain.lo))
+    return Withstood(words(doubt, names), doubt.sensing_eps, (model.n_k, chosen), volume)
+
+
+def withstood_of_json(data: dict | None) -> Withstood | None:
+    """That of `to_json`."""
+    if data is None:
+        return None
+    n_k, chosen = data["parameters"]
+    eps = Fraction(data["sensing_eps"])
+    return Withstood(data["words"], eps, (n_k, chosen), float(data["k_volume"]))

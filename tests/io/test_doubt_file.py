@@ -1,0 +1,89 @@
+"""Doubt in scene files: read as it stands, written and read again alike."""
+
+import numpy as np
+import pytest
+
+from parc_jax.doubt import Doubt
+from parc_jax.errors import InputError
+from parc_jax.io.problem_file import load_problem, problem_of_text, save_problem
+from parc_jax.problem import reach_avoid
+from parc_jax.sets.box import box
+
+SCENE = """
+[goal]
+lo = [-1, -1, -1]
+hi = [1, 1, 1]
+[body]
+radius = 0.1
+[[obstacles]]
+lo = [2, -1]
+hi = [3, 1]
+[[obstacles]]
+lo = [-3, -1]
+hi = [-2, 1]
+doubt = { A = [[1.0, 1.0], [-1.0, 0.0], [0.0, -1.0]], b = [0.1, 0.1, 0.1] }
+"""
+DOUBT = """
+[doubt]
+start = [0.05, 0.02]
+heading = 0.03
+k = { speed = 0.1, 1 = 0.2 }
+goal = 0.1
+obstacles = { lo = [-0.1, -0.1], hi = [0.1, 0.1] }
+given = { load = 3.5, wind = [1, 2] }
+unknown = { grip = [0.7, 0.9] }
+sensing_eps = 0.001
+"""
+
+
+def same(a: Doubt, b: Doubt) -> bool:
+    plain = ("start", "heading", "k", "goal", "given", "unknown", "sensing_eps")
+    sets = zip(a.obstacles, b.obstacles, strict=True)
+    return all(getattr(a, name) == getattr(b, name) for name in plain) and all(
+        x is y or (np.array_equal(x.A, y.A) and np.array_equal(x.b, y.b)) for x, y in sets
+    )
+
+
+def test_the_table_says_what_it_says():
+    doubt = problem_of_text(SCENE + DOUBT, "scene").doubt
+    asked = Doubt(
+        start=[0.05, 0.02],
+        heading=0.03,
+        k={"speed": 0.1, 1: 0.2},
+        goal=0.1,
+        obstacles=[box([-0.1] * 2, [0.1] * 2), doubt.obstacles[1]],
+        given={"load": 3.5, "wind": (1, 2)},
+        unknown={"grip": (0.7, 0.9)},
+        sensing_eps="0.001",
+    )
+    assert same(doubt, asked) and len(doubt.obstacles[1].b) == 3
+    alone = problem_of_text(SCENE, "scene").doubt
+    assert alone.obstacles[0] is None and alone.start == ()
+
+
+@pytest.mark.parametrize("suffix", ["toml", "json"])
+def test_what_is_written_is_read_again(suffix, tmp_path):
+    first = problem_of_text(SCENE + DOUBT, "scene")
+    again = load_problem(save_problem(tmp_path / f"scene.{suffix}", first))
+    assert same(first.doubt, again.doubt)
+    box_of_all = Doubt(obstacles=box([-0.1] * 2, [0.1] * 2))
+    one = reach_avoid(first.goal, first.obstacles, 0.1, doubt=box_of_all)
+    again = load_problem(save_problem(tmp_path / f"one.{suffix}", one)).doubt
+    assert len(again.obstacles) == 2 and again.obstacles[0] is not None
+
+
+@pytest.mark.parametrize(
+    ("text", "sentence"),
+    [
+        ("[doubt]\nstrat = 1", "doubt: expected start, heading, .*; got 'strat'"),
+        ("[doubt]\nstart = -1", "doubt start: expected half widths >= 0; got -1"),
+        ("[doubt]\nstart = [[1]]", "doubt start: expected a list of numbers"),
+        ("[doubt]\nunknown = { load = 1 }", "doubt unknown of load: expected a box"),
+        ("[doubt]\nheading = [1]", "doubt heading: expected one number"),
+        ("[doubt]\nsensing_eps = 2", "doubt sensing_eps: expected a probability"),
+        ("[doubt]\nobstacles = { lo = [0] }", "doubt obstacles: expected `lo` and `hi`"),
+    ],
+)
+def test_bad_tables_are_refused_by_name(text, sentence):
+    with pytest.raises(InputError, match=sentence):
+        problem_of_text(SCENE + text, "scene")

@@ -1,0 +1,176 @@
+"""Questions under doubt of start, goal and obstacles, against the truth at corners and inside of
+the doubt, in exact arithmetic.
+"""
+
+import jax
+import numpy as np
+import pytest
+from exact_oracle import exact_safe
+from toy_models import anchored_plans, toy_case
+
+import parc_jax as pj
+from parc_jax import checker
+from parc_jax.body import hull
+from parc_jax.certificate.write import question_parts
+from parc_jax.doubt import Doubt
+from parc_jax.errors import InputError
+from parc_jax.planner import Planner
+from parc_jax.robust.question import plain
+from parc_jax.sets.box import box
+from parc_jax.sets.hpolytope import hpolytope
+from parc_jax.sets.rational import rational_vertices
+from parc_jax.settings import Settings
+from parc_jax.verdict.pointwise import verdicts
+from parc_jax.verdict.scene import scene_of
+
+KEY = jax.random.PRNGKey(0)
+SMALL = Settings(n_samples=12, target=0.2, budget_s=0.2, no_plan_budget_s=0.0)
+TRIANGLE = hpolytope([[1.0, 1.0], [-1.0, 2.0], [0.0, -1.0]], [0.03, 0.02, 0.01])
+SQUARE = box([-0.02, -0.02], [0.02, 0.02])
+DOUBT = Doubt(start=[0.03, 0.02], goal=[0.02, 0.01, 0.03], obstacles=[TRIANGLE, SQUARE])
+NEARLY = 1 - 1e-12  # so that the rounding of a moved scene leaves it within the doubt
+
+
+def corners_and_inside(rng, n: int) -> np.ndarray:
+    """(n,) shares of half widths: every axis at an end or between, alike often."""
+    inside = rng.uniform(-1, 1, n)
+    return np.where(rng.random(n) < 0.5, np.sign(inside), inside) * NEARLY
+
+
+def in_triangle(rng) -> np.ndarray:
+    """A corner of the triangle, or a point inside."""
+    vertices = np.array(rational_vertices(TRIANGLE), float)
+    weights = np.eye(3)[rng.integers(3)] if rng.random() < 0.5 else rng.dirichlet(np.ones(3))
+    middle = vertices.mean(axis=0)
+    return middle + (weights @ vertices - middle) * NEARLY
+
+
+def truth(rng, problem):
+    """One possible truth behind a scene that is seen with DOUBT, and how far the start is off."""
+    moves = [in_triangle(rng), 0.02 * corners_and_inside(rng, 2)]
+    obstacles = tuple(
+        o.replace(b=o.b + o.A @ move) for o, move in zip(problem.obstacles, moves, strict=True)
+    )
+    goal = problem.goal
+    goal = goal.replace(b=goal.b + goal.A @ (DOUBT.of_goal(2, 1) * corners_and_inside(rng, 3)))
+    asked = problem.replace(goal=goal, obstacles=obstacles, doubt=None)
+    return asked, DOUBT.shifts(2) * corners_and_inside(rng, 2)
+
+
+def withstands(rng, problem, model, p0, k, draws: int) -> bool:
+    for _ in range(draws):
+        asked, off = truth(rng, problem)
+        if not exact_safe(asked, model, p0 + off, k):
+            return False
+    return True
+
+
+@pytest.mark.parametrize("number", [0, 4])
+def test_plans_withstand_the_doubt_and_no_more_is_given_up_than_has_to_be(number, rng):
+    model, problem = toy_case(number, start=True)
+    asked = plain(problem.replace(doubt=DOUBT), model)
+    p0, k = anchored_plans(rng, model, 300)
+    safe = verdicts(asked.model, scene_of(asked.problem, asked.model), p0, k).safe
+    before = verdicts(model, scene_of(problem, model), p0, k).safe
+    assert (before | ~safe).all() and 0 < safe.sum() < before.sum()
+    for i in np.flatnonzero(safe)[:8]:
+        assert withstands(rng, problem, model, p0[i], k[i], 4)
+    # plain verdicts of a scene grown by less are safe for all of them; of the lost ones most fail
+    lost = np.flatnonzero(before & ~safe)[:10]
+    kept = sum(withstands(rng, problem, model, p0[i], k[i], 20) for i in lost)
+    assert kept <= len(lost) / 2
+
+
+def test_the_answer_is_proved_and_says_what_it_withstands(rng):
+    model, problem = toy_case(0)
+    doubt = Doubt(start=[0.03, 0.02], goal=[0.02, 0.01, 0.03], obstacles=SQUARE, sensing_eps=0.001)
+    robust = Planner(model).solve(problem.replace(doubt=doubt), KEY, SMALL)
+    assert robust.proved and robust.refused == 0
+    assert len(robust.samples) and len(robust.corridors) and len(robust.polytopes)
+    text = robust.statement()
+    assert "every start within ±0.03, ±0.02 m" in text and "probability at most 0.001" in text
+    inside = robust.sample(KEY, 40)
+    offs = np.array([doubt.shifts(2) * corners_and_inside(rng, 2) for _ in inside])
+    scene = scene_of(problem, model)
+    assert verdicts(model, scene, inside[:, :2] + offs, inside[:, 2:]).safe.all()
+
+
+def test_the_boxes_of_doubt_of_the_plain_question_say_the_same():
+    """Another proof of every sample: format 2 of certificates has boxes of doubt, and the checker
+    proves each about the question as it was asked.
+    """
+    model, problem = toy_case(0, start=True)
+    doubt = Doubt(start=[0.03, 0.02])
+    robust = Planner(model).solve(problem.replace(doubt=doubt), KEY, SMALL)
+    context = checker.Context(*as_format_2(problem, model))
+    assert len(robust.sample_parts) > 5
+    for part in robust.sample_parts:
+        entry = part | {"sep": [[runs] for runs in part["sep"]]}
+        room = {"p0": ["0.03", "0.02"], "k": ["0", "0"]}
+        checker.check_doubt(context, entry | {"room": room})
+        with pytest.raises(checker.Rejected):
+            checker.check_doubt(context, entry | {"room": {"p0": ["0.9", "0.9"], "k": ["0", "0"]}})
+
+
+def test_no_doubt_is_the_answer_of_today_bit_for_bit():
+    model, problem = toy_case(1)
+    nothing = problem.replace(doubt=Doubt(start=0.0, goal=[0.0, 0.0, 0.0], k=[0.0, 0.0]))
+    fixed = SMALL.replace(budget_s=60.0, target=0.3)
+    one, other = (Planner(model).solve(p, KEY, fixed).to_json() for p in (problem, nothing))
+    assert one == other
+
+
+def test_more_doubt_never_adds_plans(rng):
+    model, problem = toy_case(0, start=True)
+    p0, k = anchored_plans(rng, model, 600)
+    before = np.ones(600, bool)
+    counts = []
+    for size in (0.0, 0.5, 1.0, 2.0):
+        square = box([-0.02 * size] * 2, [0.02 * size] * 2)
+        doubt = Doubt(start=0.02 * size, goal=0.01 * size, obstacles=square)
+        asked = plain(problem.replace(doubt=doubt), model)
+        safe = verdicts(asked.model, scene_of(asked.problem, asked.model), p0, k).safe
+        assert (before | ~safe).all()
+        before = safe
+        counts.append(int(safe.sum()))
+    assert counts[0] > counts[1] > counts[3]
+
+
+def test_a_batch_under_doubt_answers_as_its_problems_would(rng):
+    model, problem = toy_case(0)
+    doubts = [Doubt(start=0.02, goal=0.01), Doubt(start=0.02, obstacles=SQUARE)]
+    asked = [problem.replace(doubt=d) for d in doubts]
+    batch = Planner(model).solve_batch(asked, KEY, Settings.fast(), draws=512)
+    assert batch.found.all()
+    for row, doubt in enumerate(doubts):
+        plans = batch.plans[row]
+        off = doubt.shifts(2) * np.array([corners_and_inside(rng, 2) for _ in plans])
+        assert verdicts(
+            model, scene_of(problem, model), plans[:, :2] + off, plans[:, 2:]
+        ).safe.all()
+    with pytest.raises(InputError, match="problem 1 is under another one than problem 0"):
+        other = [asked[0], problem.replace(doubt=Doubt(start=0.03))]
+        Planner(model).solve_batch(other, KEY)
+
+
+def test_what_cannot_be_asked_is_refused():
+    model, problem = toy_case(0)
+    with pytest.raises(InputError, match="less doubt of start and goal than the goal is wide"):
+        Planner(model).solve(problem.replace(doubt=Doubt(start=0.3, goal=0.3)), KEY, SMALL)
+    with pytest.raises(InputError, match="one half width, or 2, one per axis, or with q; got 4"):
+        Planner(model).solve(problem.replace(doubt=Doubt(goal=[0.1] * 4)), KEY, SMALL)
+    with pytest.raises(InputError, match="scene: expected a plain problem"):
+        scene_of(problem.replace(doubt=DOUBT), model)
+
+
+def test_an_answer_under_doubt_can_be_kept(tmp_path):
+    model, problem = toy_case(0)
+    answer = Planner(model).solve(problem.replace(doubt=Doubt(start=0.02)), KEY, SMALL)
+    again = pj.load_answer(answer.save(tmp_path / "answer.json"))
+    assert again.statement() == answer.statement() and again.doubt == answer.doubt
+    assert (again.samples == answer.samples).all()
+
+
+def as_format_2(problem, model):
+    """Problem, network and tube of a question about one point, spelled in format 2."""
+    return question_parts(problem.replace(body=hull(0, radius=problem.body.radius)), model)
