@@ -1,0 +1,57 @@
+"""Every held-out command against the answer: the recorded path, moved to starts that the answer
+proves safe for this command.
+"""
+
+from typing import NamedTuple
+
+import jax
+import numpy as np
+
+from parc_jax.answer import Answer
+from parc_jax.experiment.replay import Replay, replay
+from parc_jax.network.predict import trajectories
+from parc_jax.rollout.batch import RolloutBatch
+from sims.foreign.husky.robot import Husky
+
+ENDS = 400  # places in the goal tried as the predicted end of a command
+STARTS = 10  # of those that prove safe, replayed at most
+
+
+class Again(NamedTuple):
+    """Replays of recorded runs. plans (n, n_p + n_k): what was replayed. command (n,): row of each
+    among the runs. with_start (n_runs,) bool: commands with a start that the answer proves safe.
+    """
+
+    runs: Replay
+    plans: np.ndarray
+    command: np.ndarray
+    with_start: np.ndarray
+
+
+def again(robot: Husky, answer: Answer, runs: RolloutBatch, key: jax.Array) -> Again | None:
+    """Replay the runs from starts of the answer's polytopes; None when no command has one. Raises
+    SoundnessError when a run that stays in the tube misses the goal or touches a wall.
+    """
+    plans, command = starts_of(answer, runs)
+    if not len(plans):
+        return None
+    done = replay(robot, answer.model, answer.scene, plans, key)
+    return Again(done, plans, command, np.isin(np.arange(runs.n), command))
+
+
+def starts_of(answer: Answer, runs: RolloutBatch) -> tuple[np.ndarray, np.ndarray]:
+    """Plans (n, n_p + n_k) inside the answer's polytopes with the k of the runs, at most STARTS of
+    each, and the rows (n,) of the runs that they belong to.
+    """
+    model, scene = answer.model, answer.scene
+    lo, hi = (np.asarray(side)[: model.n_p] for side in (scene.z_lo, scene.z_hi))
+    ends = lo + (hi - lo) * np.random.default_rng(0).random((ENDS, model.n_p))
+    offsets = trajectories(model.net, model.layout, runs.k)[0][:, -1, : model.n_p]
+    plans, command = [], []
+    for row in range(runs.n):
+        p0 = ends - offsets[row]
+        k = np.tile(runs.k[row], (ENDS, 1))
+        inside = np.flatnonzero(answer.contains(p0, k))[:STARTS]
+        plans.append(np.concatenate([p0[inside], k[inside]], axis=1))
+        command.append(np.full(len(inside), row))
+    return np.concatenate(plans), np.concatenate(command)

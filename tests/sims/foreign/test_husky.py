@@ -1,0 +1,217 @@
+"""The log of a real robot: its frames, its law, its halves, and what the study says of it."""
+
+import json
+
+import jax
+import numpy as np
+import pytest
+
+import sims
+from parc_jax import cli
+from parc_jax.errors import InputError
+from parc_jax.io.answer_file import load_answer
+from parc_jax.network.parc import fit_affine
+from parc_jax.network.train import training_arrays
+from sims.foreign.husky import learn, twist
+from sims.foreign.husky import log as logs
+from sims.foreign.husky import params as c
+from sims.foreign.husky.again import again
+from sims.foreign.husky.convert import convert
+from sims.foreign.husky.job import job, tally
+from sims.foreign.husky.robot import Husky
+from sims.foreign.husky.unseen import unseen
+
+GAIN = np.array([[0.08, 0.07], [-0.02, 0.03], [-0.17, 0.16]])
+
+
+@pytest.fixture(scope="module")
+def log():
+    return logs.read_log()
+
+
+@pytest.fixture(scope="module")
+def runs(log):
+    return learn.halves(log)
+
+
+@pytest.fixture(scope="module")
+def affine(runs):
+    """A network without a hidden layer: poor, and trained in no time."""
+    return fit_affine(*training_arrays(runs.train))
+
+
+def synthetic(n: int = 12, records: int = 61) -> logs.Log:
+    """Steps of a robot that moves by a constant twist, integrated as complex numbers; it waits a
+    second before it obeys.
+    """
+    t = np.linspace(0.0, 6.0, records)
+    command = np.random.default_rng(3).uniform(*c.COMMANDS, (n, 2))
+    forward, leftward, turning = GAIN @ command.T
+    since = np.maximum(t - 1.0, 0.0)[None]
+    yaw = turning[:, None] * since
+    way = (forward + 1j * leftward)[:, None] * (np.exp(1j * yaw) - 1) / (1j * turning[:, None])
+    return logs.Log(t, np.stack([way.real, way.imag], axis=-1), yaw, command, np.arange(n))
+
+
+def test_the_log_is_small_whole_and_licensed(log):
+    licence = logs.FILE.with_name("LICENSE.txt").read_text()
+    assert (
+        "Copyright 2020-2023 the norlab_icp_mapper authors" in licence and "2309.10718" in licence
+    )
+    assert logs.FILE.stat().st_size < 300_000
+    assert log.p.shape == (200, 61, 2) and log.yaw.shape == (200, 61)
+    assert np.isfinite(log.p).all() and np.isfinite(log.yaw).all()
+    assert (log.number == np.arange(200)).all() and log.t[-1] == c.STEP
+    assert logs.domain().contains(log.command).all()
+    steps = np.linalg.norm(np.diff(log.p, axis=1), axis=2) / np.diff(log.t)
+    assert steps.max() < 1.0  # [m/s] the robot's own limit
+
+
+def test_a_window_starts_at_the_origin_and_heads_along_x():
+    cut = synthetic()
+    p, yaw = logs.windows(cut)
+    t = np.arange(41) * 0.1
+    forward, leftward, turning = GAIN @ cut.command.T
+    way = (forward + 1j * leftward) / (1j * turning) * (np.exp(1j * np.outer(t, turning)) - 1)
+    np.testing.assert_allclose(yaw, np.outer(t, turning).T, atol=1e-12)
+    np.testing.assert_allclose(p[..., 0] + 1j * p[..., 1], way.T, atol=1e-12)
+
+
+def test_a_window_beyond_the_command_is_refused(log):
+    with pytest.raises(InputError, match=r"within 6 s of a command; got one from 2\.5 to 6\.5 s"):
+        logs.windows(log, 2.5)
+
+
+def test_the_twist_of_a_robot_that_has_one_is_found():
+    found = twist.identify(synthetic())
+    np.testing.assert_allclose(found.gain, GAIN, atol=1e-9)
+    np.testing.assert_allclose(found.offset, 0.0, atol=1e-9)
+
+
+def test_the_model_of_a_twist_drives_it():
+    cut = synthetic()
+    model = twist.TwistModel(twist.Twist(GAIN, np.zeros(3)))
+    drive = jax.jit(jax.vmap(model.rollout, in_axes=(None, 0)))
+    driven = np.asarray(drive(jax.random.PRNGKey(0), cut.command).p)
+    np.testing.assert_allclose(driven[:, :, 0], logs.windows(cut)[0], atol=1e-9)
+
+
+def test_the_footprint_is_rigid(runs):
+    places = runs.held.p.reshape(runs.held.n, -1, 5, 2)
+    sides = np.linalg.norm(places[:, :, 1:] - np.roll(places[:, :, 1:], -1, axis=2), axis=-1)
+    expected = [c.LENGTH, c.WIDTH, c.LENGTH, c.WIDTH]
+    np.testing.assert_allclose(sides, np.broadcast_to(expected, sides.shape), atol=1e-9)
+
+
+def test_halves_share_no_command_and_the_law_is_declared(runs):
+    assert runs.train.n == runs.held.n == 100
+    assert not np.isin(runs.held.groups, runs.train.groups).any()
+    assert runs.held.law.k_law == "uniform" and (runs.held.groups % 2 == 1).all()
+
+
+def test_a_file_that_is_none_is_refused(tmp_path):
+    np.savez(tmp_path / "some.npz", t=np.zeros(3))
+    with pytest.raises(InputError, match="p is missing"):
+        logs.read_log(tmp_path / "some.npz")
+
+
+def test_conversion_keeps_whole_steps_at_half_the_rate(tmp_path):
+    whole = synthetic(3, 121)
+    np.savez(
+        tmp_path / "steps.npz",
+        t=whole.t,
+        p=whole.p,
+        yaw=whole.yaw,
+        cmd_wheel=whole.command,
+        command_id=whole.number,
+        complete=np.array([True, False, True]),
+        meta=np.array("{}"),
+    )
+    convert(tmp_path / "steps.npz", tmp_path / "log.npz")
+    read = logs.read_log(tmp_path / "log.npz")
+    assert (read.number == [0, 2]).all() and len(read.t) == 61
+    np.testing.assert_allclose(read.p, whole.p[[0, 2], ::2], atol=1e-6)
+    assert (read.command == whole.command[[0, 2]]).all()
+
+
+def test_the_robot_repeats_what_it_did_and_nothing_else(log):
+    robot = sims.load("husky")
+    again = robot.rollout_batch(None, log.command[[7, 3]])
+    assert (again.p.reshape(2, 41, 10) == logs.recorded(log).p[[7, 3]]).all()
+    with pytest.raises(InputError, match="was never driven"):
+        robot.rollout_batch(None, log.command[:1] + 1e-6)
+
+
+def test_the_profile_is_wide_where_a_wheel_may_stick(affine, runs):
+    found = learn.profile(affine, runs.train)
+    plain = [[2.0, 2.0], [-2.0, -2.0], [2.0, -2.0], [-2.0, 2.0]]
+    strips = [[0.1, 2.0], [-2.0, -0.1], [0.0, 0.0]]
+    wide, narrow = (found.interval[found.bins_of(np.array(k))[:, 0]] for k in (strips, plain))
+    assert (wide.min(axis=0) > 10 * (narrow.max(axis=0) - c.POSE_NOISE)).all()
+    drive, back, turn, other = narrow
+    assert (drive == back).all() and (turn == other).all() and (drive != turn).any()
+
+
+def test_a_hundred_held_out_commands_support_three_percent(affine, runs):
+    claim = learn.claimed(affine, runs, 0.1).claim
+    assert claim.n == 100 and claim.discard == 0
+    assert float(claim.eps) == pytest.approx(1 - 0.05**0.01, abs=1e-6)
+    assert (
+        "k uniform on K" in claim.statement() and "100 calibration recordings" in claim.statement()
+    )
+    loose = learn.claimed(affine, runs, 0.1, "most").claim
+    assert float(loose.eps) == 0.1 and loose.discard == 4
+    assert (loose.tube.interval <= claim.tube.interval).all()
+
+
+def test_wheels_that_stick_are_found_in_the_training_commands(affine, runs):
+    worst = learn.first_look(affine, runs.train)
+    assert all(one["command"] % 2 == 0 for one in worst)
+    assert worst[0]["score"] >= worst[-1]["score"]
+
+
+def test_a_floor_that_changes_is_noticed(affine, runs):
+    profile = learn.profile(affine, runs.train)
+    as_it_was = unseen(affine, runs.held, profile)
+    assert as_it_was.eps == pytest.approx(1 - 0.05**0.02, abs=1e-6) and as_it_was.runs == 50
+    late = runs.held.rows > np.median(runs.held.rows)
+    slide = np.linspace(0.0, 9.0, 41)[:, None] * late[:, None, None]
+    changed = unseen(affine, runs.held.replace(p=runs.held.p + slide), profile)
+    assert changed.later == 50 > as_it_was.later
+
+
+@pytest.fixture(scope="module")
+def study(tmp_path_factory):
+    """The whole job: exit code and what it wrote."""
+    out = tmp_path_factory.mktemp("husky")
+    return job(out=out, quiet=True), out
+
+
+@pytest.mark.slow
+def test_the_study_finds_plans_and_no_held_out_run_breaks_them(study):
+    code, out = study
+    metrics = json.loads((out / "metrics.json").read_text())
+    assert code == 0
+    with pytest.raises(SystemExit) as checked:
+        cli.main(["check", str(out / "answer.json")])
+    assert checked.value.code == 0
+    assert metrics["eps"] < 0.03 and metrics["promise"] < 0.1
+    replay = metrics["replay"]
+    assert replay["commands_with_a_safe_start"] >= 30 and replay["replays"] >= 200
+    assert replay["missed_the_goal"] == replay["touched"] == replay["left_the_tube"] == 0
+    sticking = [min(map(abs, one["k"])) < c.STICKING for one in metrics["first_look"][:3]]
+    assert all(sticking)
+    for name in ("errors", "commands", "paths"):
+        assert (out / f"{name}.png").stat().st_size > 10_000
+
+
+@pytest.mark.slow
+def test_a_robot_that_strays_is_counted(study, log):
+    """The same answer, replayed by a robot that slides a metre to the left on its way."""
+    answer = load_answer(study[1] / "answer.json")
+    robot = Husky(log)
+    slide = np.tile([0.0, 1.0], 5) * np.linspace(0.0, 1.0, 41)[:, None]
+    robot.runs = robot.runs.replace(p=robot.runs.p + slide)
+    counts = tally(again(robot, answer, learn.halves(log).held, jax.random.PRNGKey(0)))
+    assert counts["left_the_tube"] == counts["replays"] > 0
+    assert counts["touched"] > 0 and counts["missed_the_goal"] > 0
