@@ -1,0 +1,15 @@
+"""The main job's settings for the slot."""
+
+from parc_jax.experiment.settings import Study
+
+STUDY = Study(
+    hidden=(8, 8, 8),
+    others=(),
+    bins=(2, 3, 1),
+    shape="fitted",
+    rollouts=4000,
+    profile_runs=8000,
+    fresh=20_000,
+    budget_s=30.0,
+    repeats=10,
+)

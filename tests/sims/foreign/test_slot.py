@@ -1,0 +1,187 @@
+"""crazyflow's drone and its slot: the adapter against Newton's law and SciPy's rotations, the pilot
+against what it is to learn, the scene against the drone's size, and a machine without crazyflow.
+"""
+
+import importlib.util
+import os
+
+os.environ.setdefault("SCIPY_ARRAY_API", "1")  # crazyflow asks for it before SciPy is imported
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+import pytest
+
+import parc_jax as pj
+import sims
+from parc_jax.errors import InputError
+from sims.foreign.slot import params as c
+from sims.foreign.slot.pilot import ACROSS, Flight, command, learned, way
+from sims.foreign.slot.scenario import AHEAD, ALONG, problem
+from sims.foreign.slot.system import CORNERS, POINTS, rotation, system
+
+KEYS = jax.random.split(jax.random.PRNGKey(4), 4)
+KS = np.array([[2.2, 1.2, 0.0], [1.3, 0.85, -0.03], [2.4, 1.3, 0.03], [1.8, 1.0, 0.01]])
+DRAG = 0.0216436  # [N s/m] of crazyflow's cf21B_500, across its axis
+
+
+@pytest.fixture(scope="module")
+def drone():
+    pytest.importorskip("crazyflow", reason="needs pip install 'parc_jax[drone]'")
+    return sims.load("slot")
+
+
+@pytest.fixture(scope="module")
+def runs(drone):
+    p, q = jax.jit(jax.vmap(drone.rollout))(KEYS, jnp.asarray(KS))
+    assert p.shape == (4, 301, 9, 3) and q.shape == (4, 3)
+    return np.asarray(p), np.asarray(q)
+
+
+def axes(p):
+    """Unit vectors (..., 3, 3) of a drone with places p (..., 9, 3): along, across and up."""
+    corner = {name: p[..., 1 + i, :] for i, name in enumerate(CORNERS)}
+    first = corner["front left top"]
+    others = ("rear left top", "front right top", "front left bottom")
+    return np.stack([first - corner[name] for name in others], axis=-2) / np.array(c.SIZE)[:, None]
+
+
+@pytest.mark.slow
+def test_it_starts_level_at_the_origin_and_ends_hovering(runs):
+    p, q = runs
+    assert (p[:, 0, 0] == 0).all()
+    np.testing.assert_allclose(axes(p[:, 0]), np.array([np.eye(3)] * 4), atol=1e-14)
+    assert np.abs(q).max() < 0.25 and np.abs(p[:, -1, 0, 1:]).max() < 0.05
+    assert (axes(p[:, -1])[:, 2, 2] > np.cos(0.15)).all()
+
+
+@pytest.mark.slow
+def test_the_box_is_rigid(runs):
+    p, _ = runs
+    turn = axes(p)
+    np.testing.assert_allclose(turn @ np.swapaxes(turn, -1, -2), np.eye(3) + 0 * turn, atol=1e-12)
+    np.testing.assert_allclose(p[:, :, 1:].mean(axis=2), p[:, :, 0], atol=1e-12)
+
+
+@pytest.mark.slow
+def test_it_rolls_beyond_what_a_level_drone_could_pass(runs):
+    p, _ = runs
+    up = axes(p)[:, :, 2]
+    roll = np.arctan2(-up[..., 1], up[..., 2]).max(axis=1)
+    assert (roll > 0.85 * KS[:, 1]).all() and (roll < KS[:, 1] + 0.1).all()
+
+
+@pytest.mark.slow
+def test_rotors_push_along_the_drone_and_nothing_else_but_weight_and_drag_across_it(runs):
+    p, _ = runs
+    centre, turn = p[:, :, 0], axes(p)
+    speed = (centre[:, 2:] - centre[:, :-2]) / (2 * c.STEP)
+    gain = (centre[:, 2:] - 2 * centre[:, 1:-1] + centre[:, :-2]) / c.STEP**2
+    want = np.array([0.0, 0.0, -c.GRAVITY]) - DRAG / 0.0434 * speed
+    across = np.einsum("ntij,ntj->nti", turn[:, 1:-1], gain - want)[..., :2]
+    # 0.2: three standard deviations of the force, and half a step in which the drone turns on
+    assert np.abs(across).max() < 0.6 and np.median(np.abs(across)) < 0.2
+    assert np.abs(np.einsum("ntij,ntj->nti", turn[:, 1:-1], gain - want)[..., 2]).max() > 9.0
+
+
+@pytest.mark.slow
+def test_a_moved_start_moves_all_points(drone):
+    gap = pj.translation_gap(drone, KEYS[0], np.array([[30.0, -20.0, 25.0]]))
+    assert gap.p.max() < 1e-10
+
+
+@pytest.mark.slow
+def test_a_calm_day_knows_no_chance(runs):
+    calm = system(disturbed=0.0)
+    assert set(calm.law.values()) == {0.0}
+    p = np.asarray(jax.jit(jax.vmap(calm.rollout))(KEYS, jnp.asarray(KS[[0, 0, 1, 1]])).p)
+    assert (p[0] == p[1]).all() and (p[2] == p[3]).all()
+    assert 1e-4 < np.abs(p[0] - runs[0][0]).max() < 0.1
+
+
+def test_rotation_is_that_of_scipy():
+    from scipy.spatial.transform import Rotation
+
+    q = np.random.default_rng(0).normal(size=(5, 4))
+    q /= np.linalg.norm(q, axis=1, keepdims=True)
+    ours = jax.vmap(rotation)(jnp.asarray(q))
+    np.testing.assert_allclose(ours, Rotation.from_quat(q).as_matrix(), atol=1e-12)
+
+
+def test_the_way_is_where_its_speed_leads():
+    times = jnp.linspace(0.0, 1.2, 2401)
+    place, speed, gain = jax.vmap(way, in_axes=(0, None))(times, jnp.float64(2.0)).T
+    np.testing.assert_allclose(np.gradient(place, times)[1:-1], speed[1:-1], atol=1e-5)
+    np.testing.assert_allclose(np.gradient(speed, times)[1:-1], gain[1:-1], atol=1e-2)
+    assert speed[-1] == 2.0 and place[0] == speed[0] == 0.0
+
+
+def test_the_pilot_learns_what_pulls():
+    pull = jnp.array([0.05, -0.1, 0.2])
+    up = jnp.array([0.0, 0.0, 1.0])
+
+    def step(carry, _):
+        velocity, memory = carry
+        found, memory = learned(memory, Flight(jnp.zeros(3), velocity, up, jnp.float64(c.GRAVITY)))
+        return (velocity + c.STEP * pull, memory), found
+
+    _, found = jax.lax.scan(step, (jnp.zeros(3), jnp.zeros(3)), length=100)
+    np.testing.assert_allclose(found[-1], pull, rtol=1e-3)
+    assert np.abs(found[3]).max() < np.abs(found[-1]).max() / 2
+
+
+@pytest.mark.parametrize(
+    ("time", "rolls"), [(c.ROLL_AT - 0.01, False), (c.ROLL_AT + 0.01, True), (2.0, False)]
+)
+def test_the_pilot_rolls_when_it_should(time, rolls):
+    level = Flight(jnp.zeros(3), jnp.zeros(3), jnp.array([0.0, 0.0, 1.0]), jnp.float64(c.GRAVITY))
+    k = jnp.array([0.0, 1.1, 0.0])
+    roll, _, thrust = command(level, jnp.zeros(3), jnp.float64(time), k)
+    assert (float(roll) == 1.1) is rolls
+    assert float(thrust) >= c.LEAST_THRUST * c.GRAVITY
+
+
+def test_the_slot_is_inclined_and_lower_than_the_drone_is_wide():
+    scene = problem(0.08)
+    assert scene.goal.n == 3 * len(POINTS) + 3 and [o.n for o in scene.obstacles] == [3] * 4
+    frame = np.array([AHEAD, ALONG, ACROSS])
+    np.testing.assert_allclose(frame @ frame.T, np.eye(3), atol=1e-15)
+    assert np.isclose(np.degrees(np.arccos(ACROSS[2])), 60.0)
+    middle = np.array(sims.foreign.slot.scenario.AT)
+    arms = 0.5 * np.array(c.SIZE) * np.array([[0, y, z] for y in (1, -1) for z in (1, -1)])
+    held = [
+        np.any([o.contains(middle + part) for o in scene.obstacles])
+        for part in (arms @ frame, arms)
+    ]
+    assert held == [False, True]
+
+
+def test_what_a_level_drone_needs():
+    level = np.abs(ACROSS) @ np.array(c.SIZE)
+    assert np.isclose(level, 0.1291, atol=1e-4)
+
+
+def test_without_crazyflow_it_says_what_to_install(monkeypatch, capsys):
+    from parc_jax.cli import main
+
+    find = importlib.util.find_spec
+
+    def hidden(name, package=None):
+        return None if name == "crazyflow" else find(name, package)
+
+    monkeypatch.setattr(importlib.util, "find_spec", hidden)
+    with pytest.raises(InputError, match=r"pip install 'parc_jax\[drone\]'"):
+        system()
+    with pytest.raises(SystemExit, match="2"):
+        main(["run", "slot", "--quiet"])
+    assert "parc_jax[drone]" in capsys.readouterr().err
+
+
+def test_scipy_first_is_refused_in_words(monkeypatch):
+    pytest.importorskip("crazyflow", reason="needs pip install 'parc_jax[drone]'")
+    import scipy
+
+    assert scipy.__name__ == "scipy"
+    monkeypatch.delenv("SCIPY_ARRAY_API", raising=False)
+    with pytest.raises(InputError, match="before SciPy"):
+        system()
