@@ -21,6 +21,7 @@ from parc_jax.published.scene import paper_scene
 from parc_jax.published.search import paper_search
 from parc_jax.pwa import RegionTable
 from parc_jax.settings import Settings
+from parc_jax.verdict.near import whole_scene
 from parc_jax.verdict.pointwise import verdicts
 from parc_jax.verdict.scene import Scene
 from parc_jax.volume_bounds.no_plan import NoPlan, prove_no_plan
@@ -60,7 +61,10 @@ class Exact:
             return found, None
         begin = time.perf_counter()
         no_plan = prove_no_plan(
-            model, scene, budget_s=settings.no_plan_budget_s, max_leaves=MAX_LEAVES
+            model,
+            whole_scene(scene, model),
+            budget_s=settings.no_plan_budget_s,
+            max_leaves=MAX_LEAVES,
         )
         if no_plan.safe_plan is None:
             return found, no_plan

@@ -23,6 +23,7 @@ from parc_jax.problem import ReachAvoid
 from parc_jax.pwa import RegionTable, enumerate_regions
 from parc_jax.robust.question import Plain, plain, plain_problems
 from parc_jax.settings import Settings
+from parc_jax.verdict.near import near_scene
 from parc_jax.verdict.scene import Scene, scene_of
 from parc_jax.volume_bounds.no_plan import NoPlan, prove_no_plan
 
@@ -67,7 +68,7 @@ class Planner:
         begin = time.perf_counter()
         asked = self._plain(problem)
         model = asked.model
-        scene = scene_of(asked.problem, model)
+        scene = near_scene(asked.problem, model)
         method = settings.method or Exact()
         found, no_plan = method.search(
             model, lambda: self._regions_of(model), scene, search, rng, settings

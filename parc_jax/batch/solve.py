@@ -19,8 +19,9 @@ from parc_jax.keys import Stage, key_data, stream
 from parc_jax.model import TrajectoryModel
 from parc_jax.problem import ReachAvoid
 from parc_jax.status import Status
+from parc_jax.verdict.near import near_scene
 from parc_jax.verdict.pointwise import paths_of
-from parc_jax.verdict.scene import Scene, scene_of
+from parc_jax.verdict.scene import Scene
 
 Problems = Sequence[ReachAvoid] | BoxScenes | Scene
 
@@ -240,7 +241,7 @@ def _proved(model: TrajectoryModel, problems, plans: np.ndarray, found: np.ndarr
     bins = model.tube.bin_of(k)
     for i, row in enumerate(rows):
         problem = problem_of(problems, row)
-        scene = scene_of(problem, model)
+        scene = near_scene(problem, model)
         part = sample_part(scene, model.tube, p0[i], k[i], paths[i], int(bins[i]))
         out[row] = prove(problem, model, [part])[0][0]
     return out

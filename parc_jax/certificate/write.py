@@ -15,11 +15,12 @@ from parc_jax.body import Body, Disc, Polygon, numbered
 from parc_jax.certificate.templates import end_part, rows_part
 from parc_jax.claim.error_set import ErrorSet, at
 from parc_jax.claim.tube import NO_CLAIM, Templates, Tube
-from parc_jax.cover.corridor import Corridor, longest_lasting, merged_runs
+from parc_jax.cover.corridor import Corridor
 from parc_jax.cover.polytope import SafePolytope
 from parc_jax.model import TrajectoryModel
 from parc_jax.network.predict import by_point
 from parc_jax.network.relu import ReLUNetwork
+from parc_jax.obstacles.runs import longest_lasting, merged_runs
 from parc_jax.problem import ReachAvoid
 from parc_jax.sets.hpolytope import HPolytope
 from parc_jax.spelling import decimal_text, fraction_text, hex_text, plain
@@ -168,6 +169,8 @@ def sample_part(
             for t in exists
         ]
         sep.append(merged_runs(spelled, exists))
+    if scene.apart is not None:
+        sep = scene.apart.with_runs(sep)
     return {"p0": hex_text(p0), "k": hex_text(k), "sep": _separation(sep, scene.problem, tube)}
 
 

@@ -12,6 +12,7 @@ from parc_jax.arrays import as_float64, x64
 from parc_jax.cover.solid import sample_solid
 from parc_jax.cover.union import SafeUnion
 from parc_jax.errors import InputError
+from parc_jax.verdict.near import whole_scene
 from parc_jax.verdict.pointwise import verdicts
 
 DRAWS = 2048  # first look over the whole union
@@ -87,7 +88,9 @@ def _value(union: SafeUnion, objective):
     """Objective of plans (b, n_p + n_k) -> (b,) on the host; NaN counts as worst."""
     n_p = union.model.n_p
     if isinstance(objective, str):
-        return lambda x: verdicts(union.model, union.scene, x[:, :n_p], x[:, n_p:]).clearance
+        # of all obstacles, those too that no plan comes near
+        scene = whole_scene(union.scene, union.model)
+        return lambda x: verdicts(union.model, scene, x[:, :n_p], x[:, n_p:]).clearance
     compiled = jax.jit(jax.vmap(lambda x: jnp.asarray(objective(x[:n_p], x[n_p:]))))
 
     def value(x):

@@ -147,6 +147,6 @@ def _spelled_out(scene: Scene, choice: Choice) -> list[Corridor]:
     none = np.zeros(0)  # the plan that shows that it is not empty is named when it is taken
     points = scene.obstacles.points
     return [
-        Corridor(*fields, points, none, none)
+        Corridor(*fields, points, none, none, scene.apart)
         for fields in zip(w, support, multipliers, strict=True)
     ]

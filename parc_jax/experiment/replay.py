@@ -19,6 +19,7 @@ from parc_jax.model import TrajectoryModel
 from parc_jax.network.predict import moved_to
 from parc_jax.rollout.batch import RolloutBatch
 from parc_jax.rollout.collect import collect
+from parc_jax.verdict.near import whole_scene
 from parc_jax.verdict.pointwise import clearance
 from parc_jax.verdict.scene import Scene
 
@@ -55,7 +56,7 @@ def replay(
     """
     p0, k = plans[:, : model.n_p], plans[:, model.n_p :]
     runs = collect(system, key, len(plans), Stage.REPLAY, k=k, chunk=CHUNK, quiet=quiet)
-    path, reached, distance = outcomes(scene, runs, p0)
+    path, reached, distance = outcomes(whole_scene(scene, model), runs, p0)
     inside = inside_tube(model.claim, model.net, runs)
     out = Replay(reached, ~(distance > 0), inside, distance, path, np.asarray(runs.q))
     bugs = out.inside & out.failed

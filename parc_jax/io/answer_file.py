@@ -26,8 +26,9 @@ from parc_jax.sets.box import box
 from parc_jax.sets.hpolytope import HPolytope, hpolytope
 from parc_jax.spelling import nearest_floats
 from parc_jax.system import time_grid
+from parc_jax.verdict.near import near_scene
 from parc_jax.verdict.pointwise import verdicts
-from parc_jax.verdict.scene import Scene, scene_of
+from parc_jax.verdict.scene import Scene
 from parc_jax.volume_bounds.no_plan import BOUNDS, PROVED, UNDECIDED, NoPlan
 
 
@@ -60,7 +61,7 @@ def load_answer(path) -> Answer:
 
 def _answer(data: dict, report) -> Answer:
     model, problem, meta = _model(data), problem_of_file(data["problem"]), data["meta"]
-    scene = scene_of(problem, model)
+    scene = near_scene(problem, model)
     samples = np.array(
         [nearest_floats(s["p0"]) + nearest_floats(s["k"]) for s in data["samples"]], np.float64
     )
@@ -180,7 +181,9 @@ def corridor_of(scene: Scene, tube: Tube, part: dict) -> Corridor:
     w = np.zeros((*active.shape, table.w.shape[2]))
     support = np.full(active.shape, -np.inf)
     multipliers = np.empty(active.shape, object)
-    for o, runs in enumerate(by_pair(part["sep"], scene.problem, tube)):
+    said = by_pair(part["sep"], scene.problem, tube)
+    own = said if scene.apart is None else [said[pair] for pair in scene.apart.kept]
+    for o, runs in enumerate(own):
         first = int(np.argmax(active[o]))
         for end, terms in runs:
             m = Multiplier(tuple(row for row, _ in terms), tuple(number(v) for _, v in terms))
@@ -191,7 +194,7 @@ def corridor_of(scene: Scene, tube: Tube, part: dict) -> Corridor:
                 multipliers[o, t] = m
             first = end
     p0, k = (np.array(nearest_floats(part[name])) for name in ("p0", "k"))
-    return Corridor(w, support, multipliers, scene.obstacles.points, p0, k)
+    return Corridor(w, support, multipliers, scene.obstacles.points, p0, k, scene.apart)
 
 
 def _no_plan(certificate: dict | None, volumes: dict | None) -> NoPlan | None:

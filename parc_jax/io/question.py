@@ -24,6 +24,7 @@ from parc_jax.network.relu import ReLUNetwork, relu_network
 from parc_jax.obstacles.directions import Multiplier
 from parc_jax.rollout.files import write_atomic
 from parc_jax.sets.box import Box, box
+from parc_jax.verdict.near import whole_scene
 
 
 class Question(NamedTuple):
@@ -102,7 +103,8 @@ def _margins(answer: Answer, sample: int, bins: np.ndarray):
     """Rows (m, n_p + n_out) over (p0, outputs) and offsets (m,): margin = row . (p0, outputs) +
     offset, with the most that the errors of these bins may take.
     """
-    problem, model, scene = answer.problem, answer.model, answer.scene
+    problem, model = answer.problem, answer.model
+    scene = whole_scene(answer.scene, model)
     n_p, n_c, T, tube = model.n_p, model.n_c, model.time.n_steps, model.tube
     n_in = n_p + model.net.n_out
     rows, offsets = [], []

@@ -7,6 +7,7 @@ certificate spells them exactly in a few bytes.
 """
 
 import math
+from collections.abc import Sequence
 from fractions import Fraction
 from functools import lru_cache
 from itertools import combinations
@@ -16,7 +17,7 @@ import numpy as np
 from flax import struct
 
 from parc_jax.body import Disc, Polygon
-from parc_jax.obstacles.grown import bucket
+from parc_jax.obstacles.grown import bucket, numbered_pairs
 from parc_jax.obstacles.polygon import corners
 from parc_jax.problem import ReachAvoid
 from parc_jax.sets.hpolytope import HPolytope
@@ -83,24 +84,29 @@ class DirectionTable:
         return _nearest(self.obstacles[o].A, np.array(self.cones[o]), w, POINT_BITS)
 
 
-def direction_table(problem: ReachAvoid, n_p: int) -> DirectionTable:
+def direction_table(
+    problem: ReachAvoid, n_p: int, kept: Sequence[int] | None = None
+) -> DirectionTable:
     """Facet normals and evenly spread directions in the normal cone of every corner of every
-    obstacle, for every part of the body.
+    obstacle, for every part of the body; or of the pairs of these numbers alone.
     """
-    shapes = tuple(part.shape for part in problem.parts)
-    n_o = bucket(len(problem.obstacles) * len(shapes))
+    pairs = numbered_pairs(problem, kept)
+    n_o = bucket(len(pairs))
     n_d = N_DIRECTIONS[n_p]
     w = np.zeros((n_o, n_d, n_p))
     support = np.zeros((n_o, n_d))
     multipliers, cones = [], []
-    for j, obstacle in enumerate(problem.obstacles):
+    obstacles, shapes = [], []
+    for j, part in pairs:
+        obstacle, shape = problem.obstacles[j], problem.parts[part].shape
         own = tuple(_cones(obstacle, f"obstacle {j}"))
         fan = _fan(obstacle.A.tobytes(), own)
-        for shape in shapes:
-            w[len(cones)] = fan.w
-            support[len(cones)] = _supports(obstacle.b, shape, fan)
-            multipliers.append(fan.multipliers)
-            cones.append(own)
+        w[len(cones)] = fan.w
+        support[len(cones)] = _supports(obstacle.b, shape, fan)
+        multipliers.append(fan.multipliers)
+        cones.append(own)
+        obstacles.append(obstacle)
+        shapes.append(shape)
     facets = [len({m.rows for m in chosen if len(m.rows) == 1}) for chosen in multipliers]
     n_facets = min(n_d, bucket(max(facets, default=1)))
     return DirectionTable(
@@ -109,8 +115,8 @@ def direction_table(problem: ReachAvoid, n_p: int) -> DirectionTable:
         n_facets,
         tuple(multipliers),
         tuple(cones),
-        tuple(obstacle for obstacle in problem.obstacles for _ in shapes),
-        shapes * len(problem.obstacles),
+        tuple(obstacles),
+        tuple(shapes),
     )
 
 
@@ -124,7 +130,7 @@ def direction(obstacle: HPolytope, body: Disc | Polygon, m: Multiplier) -> tuple
         for column in zip(*rows, strict=True)
     )
     w = np.array([float(x) for x in along])
-    return w, float(bound) + float(_body_support(body, w[None])[0])
+    return w, float(bound) + float(body_support(body, w[None])[0])
 
 
 class _Fan(NamedTuple):
@@ -171,10 +177,10 @@ def _supports(b: np.ndarray, body: Disc | Polygon, fan: _Fan) -> np.ndarray:
     bounds = [v.numerator * (scale // v.denominator) for v in exact]
     total = fan.denominator * scale
     own = [sum(m * x for m, x in zip(line, bounds, strict=True)) / total for line in fan.whole]
-    return np.array(own) + _body_support(body, fan.w)
+    return np.array(own) + body_support(body, fan.w)
 
 
-def _body_support(body: Disc | Polygon, w: np.ndarray) -> np.ndarray:
+def body_support(body: Disc | Polygon, w: np.ndarray) -> np.ndarray:
     """Support of -body along directions w (d, n_p): (d,)."""
     if isinstance(body, Disc):
         return body.radius * np.hypot.reduce(w, axis=1)

@@ -7,6 +7,7 @@ serves every interval and every bin. A disc body stays a radius: no circumscribe
 formed.
 """
 
+from collections.abc import Sequence
 from fractions import Fraction
 
 import jax
@@ -87,15 +88,18 @@ class GrownObstacles:
         return dot2(corner, w[..., None, :]).max(axis=-1) + self.radius
 
 
-def grown_obstacles(problem: ReachAvoid, n_steps: int) -> GrownObstacles:
-    """Corner tables of all obstacles of a planar problem, exact until the last rounding. Raises
-    InputError.
+def grown_obstacles(
+    problem: ReachAvoid, n_steps: int, kept: Sequence[int] | None = None
+) -> GrownObstacles:
+    """Corner tables of all obstacles of a planar problem, or of those with these numbers, exact
+    until the last rounding. Raises InputError.
     """
     radius = float(problem.body.radius) if isinstance(problem.body, Disc) else 0.0
     body = [(Fraction(0), Fraction(0))]
     if not isinstance(problem.body, Disc):
         body = [(-Fraction(x), -Fraction(y)) for x, y in problem.body.vertices]
-    tables = [_signed_corners(o, body, f"obstacle {j}") for j, o in enumerate(problem.obstacles)]
+    chosen = [j for j, _ in numbered_pairs(problem, kept)]
+    tables = [_signed_corners(problem.obstacles[j], body, f"obstacle {j}") for j in chosen]
     n_o = bucket(len(tables))
     n_m = bucket(max((len(t) for t in tables), default=1))
     corner, sign = np.zeros((n_o, n_m, 2)), np.zeros((n_o, n_m, 2))
@@ -104,13 +108,24 @@ def grown_obstacles(problem: ReachAvoid, n_steps: int) -> GrownObstacles:
         padded = table + [table[-1]] * (n_m - len(table))
         corner[j] = [[float(x) for x in point] for point, _ in padded]
         sign[j] = [s for _, s in padded]
-        first, last = problem.all_spans[j] or (0, n_steps - 1)
-        if last >= n_steps:
-            raise InputError(
-                f"span of obstacle {j}: expected last < {n_steps} intervals; got {last}."
-            )
-        active[j, first : last + 1] = True
+        active[j] = exists(problem, chosen[j], n_steps)
     return GrownObstacles(corner, sign, np.float64(radius), active)
+
+
+def exists(problem: ReachAvoid, j: int, n_steps: int) -> np.ndarray:
+    """(T,) bool: the intervals in which obstacle j exists. Raises InputError."""
+    first, last = problem.all_spans[j] or (0, n_steps - 1)
+    if last >= n_steps:
+        raise InputError(f"span of obstacle {j}: expected last < {n_steps} intervals; got {last}.")
+    at = np.arange(n_steps)
+    return (at >= first) & (at <= last)
+
+
+def numbered_pairs(problem: ReachAvoid, kept: Sequence[int] | None = None) -> list[tuple[int, int]]:
+    """(obstacle, part) of the pairs with these numbers, of all where none are given."""
+    n_parts = len(problem.parts)
+    every = range(len(problem.obstacles) * n_parts) if kept is None else kept
+    return [divmod(int(pair), n_parts) for pair in every]
 
 
 def _touching(corner, sign, radius, p, error):
@@ -139,13 +154,11 @@ def _touching(corner, sign, radius, p, error):
 
 
 def bucket(n: int) -> int:
-    """Smallest padded size for n items: few compiled shapes."""
+    """Padded size for n items: few compiled shapes. Powers of two beyond the last bucket."""
     for size in BUCKETS:
         if n <= size:
             return size
-    raise InputError(
-        f"scene: expected at most {BUCKETS[-1]} obstacles or corners; got {n}. Split the scene."
-    )
+    return 1 << (n - 1).bit_length()
 
 
 def _signed_corners(obstacle, body, name: str):

@@ -5,6 +5,7 @@ obstacle instead, turned inside out; a disc or ball stays a radius. One directio
 of a pair apart, whatever the body does, so nothing about turning is needed.
 """
 
+from collections.abc import Sequence
 from fractions import Fraction
 
 import jax
@@ -15,10 +16,9 @@ from flax import struct
 from parc_jax.arrays import dot, x64
 from parc_jax.body import Disc, Polygon, numbered
 from parc_jax.claim.error_set import ErrorSet, at
-from parc_jax.errors import InputError
 from parc_jax.network.predict import Layout, by_point
 from parc_jax.obstacles.distance import separation, touching
-from parc_jax.obstacles.grown import bucket
+from parc_jax.obstacles.grown import bucket, exists, numbered_pairs
 from parc_jax.obstacles.polygon import corners
 from parc_jax.problem import ReachAvoid
 from parc_jax.sets.hpolytope import HPolytope
@@ -93,14 +93,20 @@ class Pairs:
         return dot(vertices, w[..., None, :]).max(axis=-1) + radius
 
 
-def pairs_of(problem: ReachAvoid, points: tuple[str, ...], layout: Layout) -> Pairs:
-    """All pairs of a problem for a robot with these reference points (names). Raises InputError."""
+def pairs_of(
+    problem: ReachAvoid,
+    points: tuple[str, ...],
+    layout: Layout,
+    kept: Sequence[int] | None = None,
+) -> Pairs:
+    """All pairs of a problem, or those with these numbers, for a robot with these reference points
+    (names). Raises InputError.
+    """
     parts = numbered(problem.body, points)
     n_steps = layout.n_steps
+    chosen = numbered_pairs(problem, kept)
     vertices = [
-        _grown(obstacle, part.shape, f"obstacle {j}")
-        for j, obstacle in enumerate(problem.obstacles)
-        for part in parts
+        _grown(problem.obstacles[j], parts[part].shape, f"obstacle {j}") for j, part in chosen
     ]
     n = len(vertices)
     n_o = bucket(n)
@@ -113,17 +119,12 @@ def pairs_of(problem: ReachAvoid, points: tuple[str, ...], layout: Layout) -> Pa
         active=np.zeros((n_o, n_steps), bool),
     )
     for o in range(n):
-        j, part = divmod(o, len(parts))
+        j, part = chosen[o]
         shape, own = parts[part].shape, parts[part].points
         pairs.vertices[o] = np.pad(vertices[o], ((0, n_v - len(vertices[o])), (0, 0)), "edge")
         pairs.radius[o] = shape.radius if isinstance(shape, Disc) else 0.0
         pairs.points[o] = np.resize(own, n_i)
-        first, last = problem.all_spans[j] or (0, n_steps - 1)
-        if last >= n_steps:
-            raise InputError(
-                f"span of obstacle {j}: expected last < {n_steps} intervals; got {last}."
-            )
-        pairs.active[o, first : last + 1] = True
+        pairs.active[o] = exists(problem, j, n_steps)
     return pairs
 
 

@@ -5,13 +5,15 @@ from itertools import combinations
 import numpy as np
 
 from parc_jax.body import Disc, numbered
-from parc_jax.certificate.write import part_hash, question_parts
+from parc_jax.certificate.write import corridor_part, part_hash, question_parts
 from parc_jax.checker import PARTS
 from parc_jax.claim.tube import NO_CLAIM
+from parc_jax.cover.corridor import Corridor
 from parc_jax.io.answer_file import corridor_of
 from parc_jax.plot import shapes
 from parc_jax.plot.views import views_of
 from parc_jax.sets.vertices import vertices
+from parc_jax.verdict.near import whole_scene
 
 DIGITS = 6  # significant digits of an outline: enough for a screen
 
@@ -82,19 +84,26 @@ def _plans(answer) -> dict:
     n_p, tube, problem = answer.model.n_p, answer.model.tube, answer.problem
     active = _active(problem, len(problem.parts), answer.model.time.n_steps)
     directions = _Directions(active)
+    scene = whole_scene(answer.scene, answer.model)
+
+    def whole(corridor: Corridor) -> Corridor:
+        if corridor.apart is None:
+            return corridor
+        return corridor_of(scene, tube, corridor_part(corridor, problem, tube))
+
     return {
         "samples": [
             {
                 "p0": plan[:n_p].tolist(),
                 "k": plan[n_p:].tolist(),
-                "sep": directions.number(corridor_of(answer.scene, tube, certificate)),
+                "sep": directions.number(corridor_of(scene, tube, certificate)),
             }
             for plan, certificate in zip(answer.samples, answer.sample_parts, strict=True)
         ],
-        "corridors": [{"sep": directions.number(corridor)} for corridor in answer.corridors],
+        "corridors": [{"sep": directions.number(whole(corridor))} for corridor in answer.corridors],
         "polytopes": [
             {
-                "sep": directions.number(polytope.corridor),
+                "sep": directions.number(whole(polytope.corridor)),
                 "bin": int(polytope.bin),
                 "pattern": "".join("1" if on else "0" for on in polytope.pattern),
             }

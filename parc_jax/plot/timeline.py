@@ -12,6 +12,7 @@ from parc_jax.claim.error_set import ErrorBox
 from parc_jax.errors import InputError
 from parc_jax.plot import style
 from parc_jax.plot.predict import predicted
+from parc_jax.verdict.near import whole_scene
 
 SHORT = 0.035  # runs shorter than this share of the horizon have no room for an arrow
 
@@ -96,7 +97,8 @@ def _clearances(answer, path: np.ndarray, errors) -> np.ndarray:
     """Gap (o, t) [m] of a path (t + 1, n_c) with errors (t, n_points) from every obstacle, the
     least over the parts; NaN while the obstacle does not exist.
     """
-    obstacles, n_parts = answer.scene.obstacles, len(answer.problem.parts)
+    obstacles = whole_scene(answer.scene, answer.model).obstacles
+    n_parts = len(answer.problem.parts)
     n = len(answer.problem.obstacles)
     with x64():
         gaps = np.asarray(_gaps(obstacles, path, errors))

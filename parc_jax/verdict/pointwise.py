@@ -100,11 +100,12 @@ def verdict(net: ReLUNetwork, tube: Tube, scene: Scene, p0, k) -> Verdicts:
 
 def clearance(scene: Scene, path, errors: ErrorSet):
     """Smallest gap [m] of a path (T + 1, n_c) with errors (T, n_points) from all active obstacles,
-    less the slack.
+    less the slack; of a plan that reaches the goal.
     """
     gap, w = scene.obstacles.gaps(path, errors)
     gap = gap - scene.slack * jnp.abs(w).sum(axis=-1)
-    return jnp.where(scene.obstacles.active, gap, jnp.inf).min()
+    nearest = jnp.where(scene.obstacles.active, gap, jnp.inf).min()
+    return nearest if scene.beyond is None else jnp.minimum(nearest, scene.beyond)
 
 
 def anchored(net: ReLUNetwork, tube: Tube, scene: Scene, z, k) -> tuple[jax.Array, jax.Array]:

@@ -1,5 +1,7 @@
 """A problem as arrays for one model: everything a query needs, padded to few compiled shapes."""
 
+from collections.abc import Sequence
+
 import numpy as np
 from flax import struct
 
@@ -9,6 +11,7 @@ from parc_jax.claim.error_set import ErrorBox, at
 from parc_jax.errors import InputError
 from parc_jax.network.predict import Layout
 from parc_jax.network.rounding import UNIT, rounding_bound
+from parc_jax.obstacles.apart import Apart
 from parc_jax.obstacles.directions import DirectionTable, direction_table
 from parc_jax.obstacles.grown import GrownObstacles, bucket, grown_obstacles
 from parc_jax.obstacles.pairs import Pairs, pairs_of
@@ -31,6 +34,8 @@ class Scene:
         take stacks of scenes too.
     problem: the question as it was asked, for certificates and proofs; for the host only, and not
         in a scene of a batch.
+    beyond: () [m] what is not among the obstacles stays farther away from every plan that reaches;
+        None where nothing was left out. apart: what was left out, for the host only.
     """
 
     goal_A: np.ndarray
@@ -45,13 +50,15 @@ class Scene:
     directions: DirectionTable | None
     slack: np.ndarray
     problem: ReachAvoid = struct.field(pytree_node=False, default=None)
+    beyond: np.ndarray | None = None
+    apart: Apart | None = struct.field(pytree_node=False, default=None)
 
     @property
     def arrays(self) -> "Scene":
         """The scene without what only the host reads: a kernel given this compiles once for all
         scenes of a size.
         """
-        return self.replace(directions=self.directions.arrays, problem=None)
+        return self.replace(directions=self.directions.arrays, problem=None, apart=None)
 
 
 def scene_of(problem: ReachAvoid, model) -> Scene:
@@ -63,10 +70,25 @@ def scene_of(problem: ReachAvoid, model) -> Scene:
     )
 
 
-def bare_scene(problem: ReachAvoid, model) -> Scene:
+def bare_scene(problem: ReachAvoid, model, kept: Sequence[int] | None = None) -> Scene:
     """The same without the table of directions, which only corridors and certificates need and
-    which takes longest.
+    which takes longest. kept: numbers of the pairs to be looked at, all where none are given.
     """
+    check_fits(problem, model)
+    box_lo, box_hi = goal_box(problem.goal, model.layout)
+    start = problem.start or HPolytope(np.zeros((0, model.n_p)), np.zeros(0))
+    grown = obstacles_of(problem, model, kept)
+    bounds = np.array([*box_lo, *box_hi])
+    size = np.abs(bounds[np.isfinite(bounds)]).max() + grown.size
+    z_lo, z_hi = box_lo[: model.n_p], box_hi[: model.n_p]
+    goal, first = _padded(problem.goal), _padded(start)
+    k_lo, k_hi = model.domain.lo, model.domain.hi
+    slack = float_slack(model, size)
+    return Scene(*goal, *first, z_lo, z_hi, k_lo, k_hi, grown, None, slack)
+
+
+def check_fits(problem: ReachAvoid, model) -> None:
+    """Raises InputError where the problem has other dimensions than the model, or a doubt."""
     if problem.doubt is not None:
         raise InputError(
             "scene: expected a plain problem; this one is under doubt. Ask a planner, or turn it "
@@ -91,23 +113,13 @@ def bare_scene(problem: ReachAvoid, model) -> Scene:
             f"start: expected a set in the {model.n_p}-D workspace; got {problem.start.n} "
             "dimensions."
         )
-    box_lo, box_hi = goal_box(problem.goal, model.layout)
-    start = problem.start or HPolytope(np.zeros((0, model.n_p)), np.zeros(0))
-    grown = obstacles_of(problem, model)
-    bounds = np.array([*box_lo, *box_hi])
-    size = np.abs(bounds[np.isfinite(bounds)]).max() + grown.size
-    z_lo, z_hi = box_lo[: model.n_p], box_hi[: model.n_p]
-    goal, first = _padded(problem.goal), _padded(start)
-    k_lo, k_hi = model.domain.lo, model.domain.hi
-    slack = float_slack(model, size)
-    return Scene(*goal, *first, z_lo, z_hi, k_lo, k_hi, grown, None, slack)
 
 
 def finite_box(poly: HPolytope, name: str) -> tuple[np.ndarray, np.ndarray]:
     """Smallest box around a bounded polytope: rows along the axes are read off, others ask LPs.
     Raises InputError.
     """
-    lo, hi = _box_of_rows(poly)
+    lo, hi = box_of_rows(poly)
     if (np.count_nonzero(poly.A, axis=1) != 1).any():
         try:
             around = bounding_box(poly)
@@ -127,13 +139,13 @@ def goal_box(goal: HPolytope, layout: Layout) -> tuple[np.ndarray, np.ndarray]:
         return finite_box(goal, "goal")
     needed = np.ones(goal.n, bool)
     needed[layout.n_p : layout.n_c] = False
-    lo, hi = _box_of_rows(goal)
+    lo, hi = box_of_rows(goal)
     if (np.isfinite(lo) & np.isfinite(hi))[needed].all():
         return _checked(lo, hi, needed, "goal")
     return finite_box(goal, "goal")
 
 
-def _box_of_rows(poly: HPolytope) -> tuple[np.ndarray, np.ndarray]:
+def box_of_rows(poly: HPolytope) -> tuple[np.ndarray, np.ndarray]:
     """The box that the rows along the axes make, infinite where there is none."""
     lo, hi = np.full(poly.n, -np.inf), np.full(poly.n, np.inf)
     single = np.count_nonzero(poly.A, axis=1) == 1
@@ -195,15 +207,18 @@ def _padded(poly: HPolytope):
     return as_float64("rows", A, (None, None)), as_float64("offsets", b, (None,))
 
 
-def obstacles_of(problem: ReachAvoid, model) -> GrownObstacles | Pairs:
+def obstacles_of(
+    problem: ReachAvoid, model, kept: Sequence[int] | None = None
+) -> GrownObstacles | Pairs:
     """The obstacles, with which every part of the body is to be kept apart: for one point in the
-    plane whose errors are boxes the exact distance is known in closed form. Raises InputError.
+    plane whose errors are boxes the exact distance is known in closed form. kept: numbers of the
+    pairs to be looked at. Raises InputError.
     """
     planar = model.layout == Layout(model.time.n_steps, 2)
     boxes = isinstance(model.tube.errors, ErrorBox)
     if planar and boxes and not isinstance(problem.body, Body):
-        return grown_obstacles(problem, model.time.n_steps)
-    return pairs_of(problem, model.points, model.layout)
+        return grown_obstacles(problem, model.time.n_steps, kept)
+    return pairs_of(problem, model.points, model.layout, kept)
 
 
 def float_slack(model, size):

@@ -10,10 +10,10 @@ import numpy as np
 
 from parc_jax.arrays import slices, x64
 from parc_jax.certificate.write import by_obstacle
-from parc_jax.cover.corridor import longest_lasting
 from parc_jax.model import TrajectoryModel
 from parc_jax.network.predict import HIGHEST, Layout, by_point
 from parc_jax.obstacles.directions import Multiplier
+from parc_jax.obstacles.runs import longest_lasting
 from parc_jax.tolerances import TOLERANCES
 from parc_jax.verdict.scene import Scene
 from parc_jax.volume_bounds.bounds import Boxes, offsets_from_end

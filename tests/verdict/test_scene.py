@@ -128,7 +128,6 @@ def test_the_ends_of_the_domain_belong_to_it():
             lambda: reach_avoid(GOAL, [OBSTACLE], 0.1, spans=[(0, 9)]),
             "span of obstacle 0: expected last < 4",
         ),
-        (lambda: reach_avoid(GOAL, [OBSTACLE] * 200, 0.1), "at most 128"),
     ],
 )
 def test_problems_that_do_not_fit_the_model_are_refused_in_one_sentence(problem, words):

@@ -1,0 +1,94 @@
+"""The drift model with other bodies and tubes, for what these cost: the same network, the same safe
+set but for a little, more points.
+"""
+
+from dataclasses import replace
+
+import numpy as np
+
+from parc_jax.body import hull
+from parc_jax.claim.error_set import ErrorBox
+from parc_jax.claim.faces import Faces, faces
+from parc_jax.claim.tube import fitted_tube, tube
+from parc_jax.model import TrajectoryModel
+from parc_jax.network.relu import relu_network
+from parc_jax.problem import ReachAvoid, reach_avoid
+from parc_jax.sets.box import box
+from parc_jax.sets.hpolytope import HPolytope
+
+CORNERS = ("front_left", "front_right", "rear_right", "rear_left")
+DIAGONALS = np.array([[1.0, 1.0], [1.0, -1.0]])  # with the axes: four pairs of faces, six bases
+
+
+def with_corners(model: TrajectoryModel, at: np.ndarray) -> TrajectoryModel:
+    """The model of one point with further points at fixed offsets (m, n_p) from it, the first of
+    which is zero; every point with the tube of the first.
+    """
+    n_points, n_p = at.shape
+    net, old = model.net, model.tube
+    W, b = net.weights[-1], net.biases[-1]
+    split = model.layout.n_offsets
+    steps = model.time.n_steps
+    moves = np.concatenate([np.zeros((n_p, W.shape[1])), W[:split]]).reshape(steps + 1, 1, n_p, -1)
+    places = np.concatenate([np.zeros(n_p), b[:split]]).reshape(steps + 1, 1, n_p) + at[None]
+    moves = np.broadcast_to(moves, (steps + 1, n_points, n_p, W.shape[1]))
+    last = np.concatenate([moves.reshape(-1, W.shape[1])[n_p:], W[split:]])
+    bias = np.concatenate([places.ravel()[n_p:], b[split:]])
+    net = relu_network([*net.weights[:-1], last], [*net.biases[:-1], bias])
+    final = np.concatenate([np.tile(old.final[:, :n_p], (1, n_points)), old.final[:, n_p:]], axis=1)
+    wide = tube(old.edges, np.tile(old.interval, (1, 1, n_points)), final, n_points)
+    points = CORNERS if n_points == len(CORNERS) else tuple(f"corner{i}" for i in range(n_points))
+    evidence = {"network": net.hash}
+    claim = replace(model.claim, tube=wide, evidence=model.claim.evidence | evidence)
+    return model.replace(net=net, claim=claim, points=points)
+
+
+def fitted(model: TrajectoryModel) -> TrajectoryModel:
+    """The model with faces along the diagonals besides those of its boxes, which cut no more than
+    a little off them.
+    """
+    old = model.tube
+    assert isinstance(old.errors, ErrorBox)
+    n_p, n_end = old.n_p, old.final.shape[1]
+    interval = old.interval.reshape(*old.interval.shape[:2], old.n_points, n_p)
+    during = _faces(np.concatenate([np.eye(n_p), DIAGONALS]), interval)
+    at_end = _faces(np.eye(n_end), old.final, frames=True)
+    tube_of_faces = fitted_tube(old.edges, during, at_end)
+    return model.replace(claim=replace(model.claim, tube=tube_of_faces))
+
+
+def _faces(directions: np.ndarray, half: np.ndarray, frames: bool = False) -> Faces:
+    """Faces around boxes of half widths (..., n), the ones across a little closer than corners."""
+    n = half.shape[-1]
+    across = 0.9 * half @ np.abs(directions[n:]).T
+    halves = np.concatenate([half, across], axis=-1)
+    everywhere = np.broadcast_to(directions, (*half.shape[:-1], *directions.shape))
+    return faces(everywhere, np.zeros(halves.shape), halves, frames)
+
+
+def as_rectangle(model: TrajectoryModel, problem: ReachAvoid) -> tuple[TrajectoryModel, ReachAvoid]:
+    """A rectangle of four points inside the disc of the problem, about the disc's centre, with
+    model and goal to match.
+    """
+    radius = problem.body.radius
+    side = radius * np.array([[0.8, 0.6], [0.8, -0.6], [-0.8, -0.6], [-0.8, 0.6]])
+    at = side - side[0]
+    n_p, n_points = model.n_p, len(at)
+    goal = problem.goal
+    A = np.zeros((len(goal.b), n_p * n_points + model.n_q))
+    A[:, :n_p] = goal.A[:, :n_p]
+    A[:, n_p * n_points :] = goal.A[:, n_p:]
+    moved = HPolytope(A, goal.b + goal.A[:, :n_p] @ side[0])
+    shaped = with_corners(model, at)
+    return shaped, problem.replace(goal=moved, body=hull(*CORNERS))
+
+
+def far_away(problem: ReachAvoid, n: int, first: float = 60.0) -> ReachAvoid:
+    """The problem with n further boxes of 2 m, in a grid that begins `first` [m] away."""
+    n_p = problem.goal.n if not problem.obstacles else problem.obstacles[0].n
+    side = int(np.ceil(n ** (1 / n_p)))
+    cells = np.stack(np.meshgrid(*[np.arange(side)] * n_p, indexing="ij"), axis=-1)
+    corners = first + 4.0 * cells.reshape(-1, n_p)[:n]
+    more = reach_avoid(problem.goal, [box(c, c + 2.0) for c in corners], problem.body).obstacles
+    spans = (*problem.all_spans, *(None for _ in more))
+    return problem.replace(obstacles=(*problem.obstacles, *more), spans=spans)

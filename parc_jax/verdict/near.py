@@ -1,0 +1,87 @@
+"""A problem laid out with what can matter: obstacles that no plan comes near are proved apart once,
+and cost nothing after that. [T11, T14]
+"""
+
+import numpy as np
+
+from parc_jax.body import numbered
+from parc_jax.claim.error_set import at
+from parc_jax.obstacles.apart import Reach, apart, reach_of, spans_of
+from parc_jax.obstacles.directions import direction_table
+from parc_jax.obstacles.grown import exists
+from parc_jax.obstacles.polygon import corners
+from parc_jax.obstacles.reach import ways_of
+from parc_jax.problem import ReachAvoid
+from parc_jax.verdict.scene import (
+    Scene,
+    bare_scene,
+    box_of_rows,
+    check_fits,
+    float_slack,
+    goal_box,
+    scene_of,
+)
+
+
+def near_scene(problem: ReachAvoid, model) -> Scene:
+    """The scene of a problem, without the obstacles that are proved apart from every plan that ends
+    in the goal. Raises InputError as `scene_of` does.
+    """
+    check_fits(problem, model)
+    _check_obstacles(problem, model.time.n_steps)
+    parts = numbered(problem.body, model.points)
+    reach, slack = reach_in(problem, model)
+    found = apart(problem, parts, reach, slack)
+    if not np.isfinite(found.beyond):
+        return scene_of(problem, model)
+    return bare_scene(problem, model, found.kept).replace(
+        directions=direction_table(problem, model.n_p, found.kept),
+        problem=problem,
+        beyond=np.float64(found.beyond),
+        apart=found,
+    )
+
+
+def whole_scene(scene: Scene, model) -> Scene:
+    """The scene with all of its obstacles, for what asks of each, or of plans that miss."""
+    return scene if scene.apart is None else scene_of(scene.problem, model)
+
+
+def reach_in(problem: ReachAvoid, model) -> tuple[Reach, float]:
+    """Where the points of plans that reach can be, and the slack [m] of inequalities about it.
+
+    Such a plan ends in the goal with any error that its bin allows, so it is predicted to end in
+    the goal's box moved back by all of these errors.
+    """
+    tube, n_p = model.tube, model.n_p
+    claimed = tube.claimed  # in the other bins nothing reaches
+    goal_lo, goal_hi = (x[:n_p] for x in goal_box(problem.goal, model.layout))
+    final = at(tube.final_errors, (claimed, None))
+    axes = np.eye(n_p, tube.final.shape[1])
+    most = final.support(axes).max(axis=0, initial=0.0)
+    least = -final.support(-axes).max(axis=0, initial=0.0)
+    starts = np.full(n_p, -np.inf), np.full(n_p, np.inf)
+    if problem.start is not None:
+        starts = box_of_rows(problem.start)
+    sizes = np.abs([goal_lo, goal_hi, most, least, *starts])
+    slack = float(float_slack(model, sizes[np.isfinite(sizes)].max()))
+    ways = ways_of(model.net, model.layout, model.domain)
+    ends = goal_lo - most, goal_hi - least
+    widest = tube.interval[claimed].max(axis=0, initial=0.0)
+    return reach_of(ways, ends, starts, widest, 2 * slack, n_p), slack
+
+
+def _check_obstacles(problem: ReachAvoid, n_steps: int) -> None:
+    """Raises InputError for one that exists too late, is empty or unbounded. Boxes as `from_box`
+    spells them show at once that they are neither.
+    """
+    for j in np.flatnonzero(spans_of(problem, n_steps)[:, 1] >= n_steps):
+        exists(problem, int(j), n_steps)
+    sides = np.zeros((0, 0))
+    for j, obstacle in enumerate(problem.obstacles):
+        n = obstacle.n
+        if len(sides) != 2 * n:
+            sides = np.concatenate([np.eye(n), -np.eye(n)])
+        boxed = obstacle.A.shape == sides.shape and (obstacle.A == sides).all()
+        if not (boxed and (obstacle.b[:n] >= -obstacle.b[n:]).all()):
+            corners(obstacle, f"obstacle {j}")
