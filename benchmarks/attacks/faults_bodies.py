@@ -62,8 +62,8 @@ DISTANCES = (
     Fault(
         "span_of_a_pair_ends_one_early",
         PAIRS,
-        "pairs.active[o, first : last + 1] = True",
-        "pairs.active[o, first:last] = True",
+        "pairs.active[o] = exists(problem, j, n_steps)",
+        "pairs.active[o] = np.roll(exists(problem, j, n_steps), -1)",
         (IN_ORDER,),
     ),
     Fault(

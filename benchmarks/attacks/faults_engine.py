@@ -74,8 +74,8 @@ OBSTACLES = (
     Fault(
         "span_ends_one_early",
         "parc_jax/obstacles/grown.py",
-        "active[j, first : last + 1] = True",
-        "active[j, first:last] = True",
+        "return (at >= first) & (at <= last)",
+        "return (at >= first) & (at < last)",
         ("tests/soundness/test_known_plans.py::test_an_obstacle_is_there_only_during_its_steps",),
     ),
     Fault(

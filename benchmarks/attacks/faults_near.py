@@ -1,0 +1,83 @@
+"""Faults of what is left out of a scene because no plan comes near it."""
+
+from benchmarks.attacks.fault import Fault
+
+APART = "parc_jax/obstacles/apart.py"
+REACH = "parc_jax/obstacles/reach.py"
+LAID_OUT = "parc_jax/verdict/near.py"
+NO_SOONER = (
+    "tests/verdict/test_near.py::test_an_obstacle_is_left_out_where_no_plan_comes_and_no_sooner"
+)
+WITHIN = "tests/verdict/test_near.py::test_all_plans_that_reach_stay_within_their_reach"
+BY_POINT = "tests/verdict/test_near.py::test_every_point_of_a_part_counts_and_each_part_by_itself"
+PROVED = "tests/verdict/test_near.py::test_what_is_left_out_is_proved_in_every_certificate"
+
+NEAR = (
+    Fault("apart_without_the_tube", APART, " - size @ e.T", "", (NO_SOONER,)),
+    Fault(
+        "apart_by_the_body_inside_out", APART, "b + body_support", "b - body_support", (NO_SOONER,)
+    ),
+    Fault(
+        "apart_by_the_worst_point_only_of_the_first",
+        APART,
+        "x[:, list(part.points)] for x",
+        "x[:, list(part.points)[:1]] for x",
+        (BY_POINT,),
+    ),
+    Fault(
+        "apart_at_the_first_knot_only",
+        APART,
+        "Reach(np.minimum(lo[:-1], lo[1:]), np.maximum(hi[:-1], hi[1:]),",
+        "Reach(lo[1:], hi[1:],",
+        (NO_SOONER, WITHIN),
+    ),
+    Fault(
+        "apart_outside_of_the_span",
+        APART,
+        "np.where(np.repeat(counts, rows, axis=0), gap, np.inf)",
+        "np.where(np.repeat(~counts, rows, axis=0), gap, np.inf)",
+        (NO_SOONER,),
+    ),
+    Fault(
+        "apart_where_it_touches",
+        APART,
+        "settled = (room > 0).ravel()",
+        "settled = (room > -0.2).ravel()",
+        (NO_SOONER,),
+    ),
+    Fault(
+        "another_row_is_spelled",
+        APART,
+        "return best, np.minimum.reduceat(place, first) - first",
+        "return best, np.zeros(len(first), int)",
+        (PROVED,),
+    ),
+    Fault(
+        "ways_through_the_hidden_layers_without_bounds",
+        REACH,
+        "lo @ up + hi @ down + b, hi @ up + lo @ down + b",
+        "lo @ up + lo @ down + b, hi @ up + hi @ down + b",
+        (WITHIN,),
+    ),
+    Fault(
+        "ends_without_their_errors",
+        LAID_OUT,
+        "ends = goal_lo - most, goal_hi - least",
+        "ends = goal_lo, goal_hi",
+        (NO_SOONER,),
+    ),
+    Fault(
+        "ends_as_if_the_start_were_the_end",
+        APART,
+        "starts[0] - own_hi",
+        "starts[0] + 1.0 - own_lo",
+        (WITHIN,),
+    ),
+    Fault(
+        "clearance_forgets_what_is_beyond",
+        "parc_jax/verdict/pointwise.py",
+        "jnp.minimum(nearest, scene.beyond)",
+        "nearest",
+        ("tests/verdict/test_near.py::test_verdicts_are_those_of_the_whole_scene",),
+    ),
+)
