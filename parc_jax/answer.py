@@ -249,7 +249,8 @@ class Answer:
         """Lower estimate of Pi(T): share of K that some returned polytope proves safe for some
         start.
         """
-        return self._union.share_of_k()
+        share = self._union.share_of_k()
+        return share if self.doubt is None else share * self.doubt.share_of_k(self.model.domain)
 
     @property
     def density(self) -> float:
@@ -283,10 +284,6 @@ class Answer:
         if isinstance(promised, NoStatement) or self.model.claim.kind == "cover":
             return promised
         law = self.model.claim.law.k_law
-        if self.doubt is not None and len(set(self.doubt.parameters)) > 1:
-            return NoStatement(
-                "some parameters are not drawn: the claim is about k uniform over all of K"
-            )
         if law != "uniform":
             return NoStatement(f"the claim is about k drawn by {law!r}, not uniformly over K")
         if not np.isfinite(self.density):

@@ -88,6 +88,11 @@ class ErrorClaim:
             return NoStatement("no bin of K has a claim")
         if self.kind == "cover":
             return Risk(Fraction(0), Fraction(0))
+        if self.evidence.get("not_drawn"):
+            return NoStatement(
+                f"{', '.join(self.evidence['not_drawn'])} are not drawn, and the claim is about k "
+                "drawn from all of K"
+            )
         if isinstance(nu, Point):
             return NoStatement(
                 "a probability over k says nothing about one k; draw k from a certified set, or "

@@ -48,6 +48,8 @@ def _chosen(c) -> str:
     """What the claim promises of k from a certified set; a share of K is a probability only where k
     was drawn uniformly. [T5]
     """
+    if c.evidence.get("not_drawn"):
+        return f"Of runs with chosen values of {', '.join(c.evidence['not_drawn'])}: nothing more."
     eps = decimal(c.eps)
     if c.law.k_law == "uniform":
         return (

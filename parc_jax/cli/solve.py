@@ -17,6 +17,13 @@ def solve(
     budget: float = 20.0,
     polytopes: bool = True,
     method: Literal["exact", "paper", "paper-lp"] = "exact",
+    doubt_start: tuple[float, ...] | None = None,
+    doubt_heading: float | None = None,
+    doubt_k: tuple[str, ...] | None = None,
+    doubt_goal: tuple[float, ...] | None = None,
+    given: tuple[str, ...] | None = None,
+    unknown: tuple[str, ...] | None = None,
+    sensing_eps: str | None = None,
     seed: int = 0,
     quiet: bool = False,
     json: bool = False,
@@ -42,6 +49,14 @@ def solve(
             the time.
         method: The exact engine, or the published search by supports (paper) or linear programs
             (paper-lp).
+        doubt_start: Half widths [m] of a box around the start within which it may be; see also the
+            table [doubt] of a scene, which these options replace entry by entry.
+        doubt_heading: Half angle [rad] around the heading at the start.
+        doubt_k: By how much parameters may be executed wrongly, e.g. speed=0.1.
+        doubt_goal: Half widths [m] by which the goal may be seen wrongly.
+        given: Parameters that are measured and not chosen, e.g. speed=9.2 load=1:2.
+        unknown: Parameters that nobody chooses, e.g. wind=-1:1; a plan is safe for all of it.
+        sensing_eps: Probability with which what was measured lies outside of these boxes.
         seed: Everything random follows from it.
         quiet: Print the verdict only.
         json: Print the result as JSON.
@@ -50,6 +65,7 @@ def solve(
     import jax
 
     from parc_jax.cli.cache import keep_compiled
+    from parc_jax.cli.doubt import under_doubt
     from parc_jax.cli.goal_in_reach import require_goal_in_reach
     from parc_jax.cli.help import fitted
     from parc_jax.cli.places import require_place
@@ -75,7 +91,16 @@ def solve(
         )
     require_place(out)
     learned = load(model, system=system)
-    problem = load_problem(scene, learned.points)
+    problem = under_doubt(
+        load_problem(scene, learned.points),
+        start=doubt_start,
+        heading=doubt_heading,
+        k=doubt_k,
+        goal=doubt_goal,
+        given=given,
+        unknown=unknown,
+        sensing_eps=sensing_eps,
+    )
     planner = Planner(labelled(learned, scene))
     require_goal_in_reach(problem, planner)
     key = jax.random.PRNGKey(seed)

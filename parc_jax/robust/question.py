@@ -15,7 +15,10 @@ from parc_jax.doubt import Doubt
 from parc_jax.errors import InputError
 from parc_jax.model import TrajectoryModel
 from parc_jax.problem import ReachAvoid
+from parc_jax.robust.copies import copied_model, copied_problem
+from parc_jax.robust.executions import executions_of
 from parc_jax.robust.scene import doubted_scene
+from parc_jax.robust.turn import no_turn
 from parc_jax.robust.widths import moved_tube
 from parc_jax.robust.withstood import Withstood, withstood
 
@@ -44,13 +47,18 @@ def plain(
     if doubt.is_nothing:
         return Plain(problem.replace(doubt=None), model)
     _check(problem, doubt, model)
+    executions = executions_of(doubt, model)
+    turn = no_turn(model.n_p, model.n_q)
     asked = doubted_scene(problem, doubt, model.layout)
+    asked = copied_problem(asked, model, len(executions.corners), len(turn.maps))
     known = {} if known is None else known
     under = known.get(doubt.of_model)
     if under is None:
         while len(known) >= KEPT:
             known.pop(next(iter(known)))
-        under = known[doubt.of_model] = moved(model, doubt)
+        simple = executions.plain and len(turn.maps) == 1
+        copies = model if simple else copied_model(model, executions, turn)
+        under = known[doubt.of_model] = moved(copies, doubt)
     return Plain(asked, under, withstood(doubt, model))
 
 

@@ -8,6 +8,7 @@ import numpy as np
 from parc_jax.doubt import Doubt, words
 from parc_jax.labels import name_of
 from parc_jax.model import TrajectoryModel
+from parc_jax.sets.box import Box
 
 
 class Withstood(NamedTuple):
@@ -21,6 +22,12 @@ class Withstood(NamedTuple):
     sensing_eps: Fraction
     parameters: tuple[int, int]
     k_volume: float
+
+    def share_of_k(self, domain: Box) -> float:
+        """Share of K, as the claim has it, in which plans may be chosen; 1 where some parameters
+        are not chosen at all.
+        """
+        return domain.volume / self.k_volume if len(set(self.parameters)) == 1 else 1.0
 
     def to_json(self) -> dict:
         """As plain data, for the answer file."""

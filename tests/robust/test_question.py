@@ -5,13 +5,12 @@ the doubt, in exact arithmetic.
 import jax
 import numpy as np
 import pytest
+from doubted import NEARLY, as_format_2, corners_and_inside
 from exact_oracle import exact_safe
 from toy_models import anchored_plans, toy_case
 
 import parc_jax as pj
 from parc_jax import checker
-from parc_jax.body import hull
-from parc_jax.certificate.write import question_parts
 from parc_jax.doubt import Doubt
 from parc_jax.errors import InputError
 from parc_jax.planner import Planner
@@ -28,13 +27,6 @@ SMALL = Settings(n_samples=12, target=0.2, budget_s=0.2, no_plan_budget_s=0.0)
 TRIANGLE = hpolytope([[1.0, 1.0], [-1.0, 2.0], [0.0, -1.0]], [0.03, 0.02, 0.01])
 SQUARE = box([-0.02, -0.02], [0.02, 0.02])
 DOUBT = Doubt(start=[0.03, 0.02], goal=[0.02, 0.01, 0.03], obstacles=[TRIANGLE, SQUARE])
-NEARLY = 1 - 1e-12  # so that the rounding of a moved scene leaves it within the doubt
-
-
-def corners_and_inside(rng, n: int) -> np.ndarray:
-    """(n,) shares of half widths: every axis at an end or between, alike often."""
-    inside = rng.uniform(-1, 1, n)
-    return np.where(rng.random(n) < 0.5, np.sign(inside), inside) * NEARLY
 
 
 def in_triangle(rng) -> np.ndarray:
@@ -169,8 +161,3 @@ def test_an_answer_under_doubt_can_be_kept(tmp_path):
     again = pj.load_answer(answer.save(tmp_path / "answer.json"))
     assert again.statement() == answer.statement() and again.doubt == answer.doubt
     assert (again.samples == answer.samples).all()
-
-
-def as_format_2(problem, model):
-    """Problem, network and tube of a question about one point, spelled in format 2."""
-    return question_parts(problem.replace(body=hull(0, radius=problem.body.radius)), model)

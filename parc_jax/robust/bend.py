@@ -1,0 +1,90 @@
+"""How far a ReLU network can be from the mixture of its values at the corners of a box. [T21]
+
+Between corners an affine network mixes. A neuron whose kink passes through the box gives less than
+the mixture of its values at the corners, by at most a quarter of how much its input varies over the
+box. Neurons that are on, or off, for all k of a bin's executions add nothing.
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from parc_jax.network.relu import ReLUNetwork
+
+ROUNDING = 2.0**-40  # of every bound here, far more than the rounding of float64 sums
+UP = 1 + 2.0**-20
+
+
+class _Intervals(NamedTuple):
+    """Matrices between lo and hi (b, r, c)."""
+
+    lo: np.ndarray
+    hi: np.ndarray
+
+    @property
+    def largest(self) -> np.ndarray:
+        return np.maximum(np.abs(self.lo), np.abs(self.hi))
+
+
+def bend(net: ReLUNetwork, lo: np.ndarray, hi: np.ndarray, width: np.ndarray) -> np.ndarray:
+    """(b, n_out) bound, for every box of the given full width (n_k,) within [lo, hi] (b, n_k), of
+    how far a value is from the mixture of those at its corners with the same weights.
+    """
+    layers = list(zip(net.weights, net.biases, strict=True))
+    middle = (lo + hi) / 2
+    reach = (hi - lo) / 2 * UP
+    least, most = lo, hi
+    n_k = lo.shape[1]
+    identity = np.broadcast_to(np.eye(n_k), (len(lo), n_k, n_k))
+    slope = _Intervals(identity, identity)
+    gaps, slopes = [], []
+    for W, b in layers[:-1]:
+        slope = _product(_Intervals(W[None], W[None]), slope)
+        middle = middle @ W.T + b
+        # bounds of the input: from those of the layer before, and from the slope
+        size = np.abs(W) @ np.maximum(np.abs(least), np.abs(most))[..., None]
+        pad = ROUNDING * (size[..., 0] + np.abs(b))
+        plus, minus = np.maximum(W, 0), np.minimum(W, 0)
+        below = least @ plus.T + most @ minus.T + b - pad
+        above = most @ plus.T + least @ minus.T + b + pad
+        off = (slope.largest @ reach[..., None])[..., 0] * UP + pad
+        below, above = np.maximum(below, middle - off), np.minimum(above, middle + off)
+        varies = np.minimum((slope.largest @ width) * UP, above - below)
+        gap = np.minimum(varies / 4, np.minimum(-below, above))
+        gaps.append(np.maximum(gap, 0) * UP)
+        on, off_ = below >= 0, above <= 0
+        slopes.append(_Intervals(np.where(on, 1.0, 0.0), np.where(off_, 0.0, 1.0)))
+        slope = _masked(slope, slopes[-1], rows=True)
+        least, most, middle = (np.maximum(x, 0) for x in (below, above, middle))
+    more = less = np.zeros((len(lo), net.n_out))
+    if not gaps:
+        return more
+    W = layers[-1][0]
+    after = _Intervals(*(np.broadcast_to(W, (len(lo), *W.shape)),) * 2)
+    for depth in range(len(gaps) - 1, -1, -1):
+        gap = gaps[depth][..., None]
+        less = less + (np.maximum(after.hi, 0) @ gap)[..., 0]
+        more = more + (np.maximum(-after.lo, 0) @ gap)[..., 0]
+        if depth:
+            W = layers[depth][0]
+            after = _product(
+                _masked(after, slopes[depth], rows=False), _Intervals(W[None], W[None])
+            )
+    return np.maximum(more, less) * UP
+
+
+def _product(a: _Intervals, b: _Intervals) -> _Intervals:
+    """Bounds of all products: by middle and radius, rounded outward."""
+    ma, mb = (a.lo + a.hi) / 2, (b.lo + b.hi) / 2
+    ra, rb = (a.hi - a.lo) / 2, (b.hi - b.lo) / 2
+    middle = ma @ mb
+    size = np.abs(ma) @ np.abs(mb)
+    radius = (np.abs(ma) @ rb + ra @ np.abs(mb) + ra @ rb) * UP + ROUNDING * size
+    return _Intervals(middle - radius, middle + radius)
+
+
+def _masked(a: _Intervals, by: _Intervals, rows: bool) -> _Intervals:
+    """Rows (or columns) multiplied by numbers between 0 and 1."""
+    low, high = (x[:, :, None] if rows else x[:, None, :] for x in by)
+    ends = [x * y for x in a for y in (low, high)]
+    return _Intervals(np.minimum.reduce(ends), np.maximum.reduce(ends))

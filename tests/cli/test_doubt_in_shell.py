@@ -1,0 +1,62 @@
+"""Doubt in the shell: options on top of the scene's own table; what does not fit is one sentence
+and exit code 2.
+"""
+
+import pytest
+import toy_query
+
+from parc_jax import cli
+from parc_jax.cli.doubt import under_doubt
+from parc_jax.doubt import Doubt
+from parc_jax.io.problem_file import save_problem
+
+NOTHING = dict.fromkeys(("start", "heading", "k", "goal", "given", "unknown", "sensing_eps"))
+
+
+@pytest.fixture
+def shell(capsys, monkeypatch, tmp_path):
+    """Run `solve` on the toy query with these options: (exit code, what it printed, complained)."""
+    monkeypatch.chdir(tmp_path)
+    toy_query.planner().model.save("model.npz")
+    save_problem("scene.toml", toy_query.gap())
+
+    def run(*options):
+        capsys.readouterr()
+        with pytest.raises(SystemExit) as stop:
+            cli.main(["solve", "model.npz", "scene.toml", "--no-cache", *map(str, options)])
+        return (stop.value.code or 0), *capsys.readouterr()
+
+    return run
+
+
+@pytest.mark.parametrize(
+    ("options", "sentence"),
+    [
+        (("--doubt-start", -0.1), "doubt start: expected half widths >= 0; got -0.1"),
+        (("--doubt-start", 0.5), "expected less doubt of start and goal than the goal is wide"),
+        (("--doubt-k", "speed=0.1"), "expected parameters of the model (k0, k1); got 'speed'"),
+        (("--doubt-k", "k0"), "--doubt-k: expected NAME=VALUE or NAME=LO:HI"),
+        (("--unknown", "k0=0.1"), "doubt unknown of k0: expected a box (lo, hi)"),
+        (("--unknown", "k0=0:9"), "expected a box within K, [-1, 1]; got [0, 9]"),
+        (("--given", "k0=0", "k1=0"), "expected at least one parameter to choose"),
+        (("--sensing-eps", "2"), "doubt sensing_eps: expected a probability"),
+    ],
+)
+def test_bad_doubt_is_one_sentence(shell, options, sentence):
+    code, _, complained = shell(*options)
+    assert code == 2 and sentence in complained and complained.count("\n") == 1
+
+
+def test_an_answer_under_doubt(shell):
+    options = ("--doubt-start", 0.02, 0.01, "--sensing-eps", "0.001", "--target", 0.3)
+    code, said, _ = shell(*options, "--budget", 2, "--no-polytopes")
+    assert code == 0 and "every start within ±0.02, ±0.01 m" in said
+    assert "lies outside of its doubt with probability at most 0.001" in said
+
+
+def test_options_replace_entries_of_the_scene():
+    own = toy_query.gap().replace(doubt=Doubt(start=0.1, goal=0.2, k={"k0": 0.3}))
+    asked = under_doubt(own, **NOTHING | {"goal": (0.4,), "unknown": ("1=0:1",), "k": ("k0=0.5",)})
+    assert asked.doubt.start == (0.1,) and asked.doubt.goal == (0.4,)
+    assert asked.doubt.k == (("k0", 0.5),) and asked.doubt.unknown == ((1, (0.0, 1.0)),)
+    assert under_doubt(own, **NOTHING) is own

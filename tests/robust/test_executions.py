@@ -1,0 +1,191 @@
+"""Plans that are executed roughly, and parameters that are given or unknown, against the truth in
+exact arithmetic at corners and inside of the doubt.
+"""
+
+import jax
+import numpy as np
+import pytest
+from doubted import as_format_2, corners_and_inside
+from exact_oracle import exact_safe
+from toy_models import anchored_plans, fold_model, random_network, toy_case
+
+import parc_jax as pj
+from parc_jax import checker
+from parc_jax.doubt import Doubt
+from parc_jax.errors import InputError
+from parc_jax.network.predict import outputs
+from parc_jax.planner import Planner
+from parc_jax.robust.bend import bend
+from parc_jax.robust.bins import axis_of
+from parc_jax.robust.question import plain
+from parc_jax.settings import Settings
+from parc_jax.verdict.pointwise import verdicts
+from parc_jax.verdict.scene import scene_of
+
+KEY = jax.random.PRNGKey(0)
+SMALL = Settings(n_samples=8, target=0.3, budget_s=0.2, no_plan_budget_s=0.0)
+ROUGH = Doubt(start=0.01, k=[0.05, 0.02])
+
+
+def verdicts_under(problem, model, p0, k):
+    asked = plain(problem, model)
+    return verdicts(asked.model, scene_of(asked.problem, asked.model), p0, k)
+
+
+def test_plans_withstand_rough_execution(rng):
+    model, problem = toy_case(0, start=True)
+    p0, k = anchored_plans(rng, model, 400)
+    inside = (np.abs(k) < [0.95, 0.98]).all(axis=1)
+    p0, k = p0[inside], k[inside]
+    safe = verdicts_under(problem.replace(doubt=ROUGH), model, p0, k).safe
+    before = verdicts(model, scene_of(problem, model), p0, k).safe
+    assert (before | ~safe).all() and 10 < safe.sum() < before.sum()
+    for i in np.flatnonzero(safe)[:6]:
+        for _ in range(6):
+            off = 0.01 * corners_and_inside(rng, 2)
+            rough = np.array([0.05, 0.02]) * corners_and_inside(rng, 2)
+            assert exact_safe(problem, model, p0[i] + off, k[i] + rough)
+
+
+def test_samples_are_boxes_of_doubt_of_the_question_as_it_was_asked():
+    """The checker looks at every vertex of every cell in the box: another proof, without copies."""
+    model, problem = toy_case(0, start=True)
+    answer = Planner(model).solve(problem.replace(doubt=ROUGH), KEY, SMALL)
+    assert answer.proved and len(answer.sample_parts) and answer.polytopes and answer.corridors
+    context = checker.Context(*as_format_2(problem, model))
+    room = {"room": {"p0": ["0.01"] * 2, "k": ["0.05", "0.02"]}}
+    for part in answer.sample_parts[:4]:
+        checker.check_doubt(context, part | room)
+    wide = {"room": {"p0": ["0.01"] * 2, "k": ["0.9", "0.9"]}}
+    with pytest.raises(checker.Rejected):
+        checker.check_doubt(context, answer.sample_parts[0] | wide)
+    plans = answer.sample(KEY, 30)
+    rng = np.random.default_rng(0)
+    rough = np.array([[0.05, 0.02] * corners_and_inside(rng, 2) for _ in plans])
+    scene = scene_of(problem, model)
+    assert verdicts(model, scene, plans[:, :2], plans[:, 2:] + rough).safe.all()
+    assert "k0 off by up to 0.05, k1 off by up to 0.02" in answer.statement()
+
+
+def test_little_is_lost_to_the_copies(rng):
+    """Of plans that are safe at a fine grid of executions most are shown to be."""
+    model, problem = toy_case(0)
+    p0, k = anchored_plans(rng, model, 300)
+    inside = (np.abs(k) < 0.9).all(axis=1)
+    p0, k = p0[inside], k[inside]
+    doubt = Doubt(k=[0.05, 0.05])
+    shown = verdicts_under(problem.replace(doubt=doubt), model, p0, k).safe
+    every = np.ones(len(k), bool)
+    scene = scene_of(problem, model)
+    for x in np.linspace(-0.05, 0.05, 5):
+        for y in np.linspace(-0.05, 0.05, 5):
+            every &= verdicts(model, scene, p0, k + np.array([x, y])).safe
+    assert (every | ~shown).all()
+    assert shown.sum() >= 0.75 * every.sum() > 0
+
+
+@pytest.mark.parametrize("hidden", [(7,), (6, 5), (5, 4, 6)])
+def test_what_a_mixture_misses_is_bounded(hidden, rng):
+    net = random_network(rng, 3, hidden)
+    for half in ([0.3, 0.1], [0.2, 0.0], [0.02, 0.03]):
+        width = 2 * np.array(half)
+        middle = rng.uniform(-0.5, 0.5, (8, 2))
+        size = rng.uniform(0, 0.3, (8, 2)) + half
+        bound = bend(net, middle - size, middle + size, width)
+        corners = np.array([[i, j] for i in (0.0, 1.0) for j in (0.0, 1.0)])
+        worst = np.zeros_like(bound)
+        for _ in range(300):
+            at = middle + rng.uniform(-1, 1, (8, 2)) * (size - half)
+            share = rng.random((8, 2))
+            weights = np.where(corners, share[:, None], 1 - share[:, None]).prod(axis=2)
+            ends = (at - half)[:, None] + corners * width
+            mixed = (weights[..., None] * outputs(net, ends.reshape(-1, 2)).reshape(8, 4, -1)).sum(
+                1
+            )
+            worst = np.maximum(worst, np.abs(outputs(net, at - half + share * width) - mixed))
+        assert (worst <= bound + 1e-12).all()
+    assert bend(net, middle, middle, np.zeros(2)).max() < 1e-9
+
+
+def test_one_kink_is_bounded_by_what_it_misses():
+    net = fold_model(T=2).net
+    bound = bend(net, np.array([[-0.1, -0.1]]), np.array([[0.1, 0.1]]), np.array([0.2, 0.2]))
+    # |k_1| is at most 0.1 below the chord, the first axis is straight but has two neurons
+    assert 0.1 <= bound[0, 3] < 0.101 and bound[0, 1] == pytest.approx(bound[0, 3] / 2)
+    away = bend(net, np.array([[0.2, 0.2]]), np.array([[0.5, 0.5]]), np.array([0.2, 0.2]))
+    assert away.max() == 0
+
+
+@pytest.mark.parametrize(
+    ("lo", "hi", "edges", "met"),
+    [
+        (-0.25, 0.25, [0.25, 0.75, 1.25, 1.75], [(0, 0), (0, 1), (1, 1)]),
+        (-0.75, 0.75, [0.75, 1.25], [(0, 1)]),
+        (0.0, 0.0, [0.0, 1.0, 2.0], [(0, 0), (1, 1)]),
+    ],
+)
+def test_bins_of_plans_hold_the_bins_of_their_executions(lo, hi, edges, met):
+    axis = axis_of(np.array([0.0, 1.0, 2.0]), lo, hi, True)
+    assert axis.edges.tolist() == edges and axis.met == met
+
+
+def test_values_between_bins_meet_both():
+    edges = np.array([0.0, 1.0, 2.0])
+    assert axis_of(edges, 1.0, 1.0, False).met == [(0, 1)]
+    assert axis_of(edges, 0.5, 0.9, False).met == [(0, 0)]
+
+
+def test_a_given_parameter_is_a_model_of_the_others(rng):
+    model, problem = toy_case(0)
+    asked = problem.replace(doubt=Doubt(given={"k1": 0.3}))
+    found = plain(asked, model)
+    assert found.model.n_k == 1 and found.model.net.hidden == model.net.hidden
+    assert found.model.points == model.points and found.problem.body == problem.body
+    p0, k = anchored_plans(rng, model, 300)
+    k[:, 1] = 0.3
+    whole = verdicts(model, scene_of(problem, model), p0, k)
+    few = verdicts(found.model, scene_of(found.problem, found.model), p0, k[:, :1])
+    assert (whole.safe == few.safe).mean() > 0.99 and whole.safe.any()
+    assert np.abs(whole.path - few.path).max() < 1e-12
+
+
+@pytest.fixture(scope="module")
+def unknown():
+    """Answer to a question with a rough and an unknown parameter."""
+    model, problem = toy_case(0)
+    doubt = Doubt(unknown={1: (0.1, 0.25)}, k={"k0": 0.02})
+    return Planner(model).solve(problem.replace(doubt=doubt), KEY, SMALL)
+
+
+def test_unknown_parameters_may_have_any_value_of_their_box(unknown, rng):
+    model, problem = toy_case(0)
+    assert unknown.proved and len(unknown.samples) and unknown.samples.shape[1] == 3
+    for plan in unknown.samples[:5]:
+        for _ in range(5):
+            k = [plan[2] + 0.02 * corners_and_inside(rng, 1)[0], rng.uniform(0.1, 0.25)]
+            assert exact_safe(problem, model, plan[:2], k)
+    assert "every k1 from 0.1 to 0.25 (unknown)" in unknown.statement()
+    assert "no statement" in unknown.statement()
+
+
+def test_answers_about_executions_can_be_kept(unknown, tmp_path):
+    again = pj.load_answer(unknown.save(tmp_path / "answer.json"))
+    assert again.statement() == unknown.statement() and (again.samples == unknown.samples).all()
+
+
+REFUSED = {
+    "expected parameters of the model .k0, k1.; got 'load'": Doubt(unknown={"load": (0, 1)}),
+    r"doubt unknown of k1: expected a box within K, \[-1, 1\]; got \[0, 3\]": Doubt(
+        unknown={"k1": (0, 3)}
+    ),
+    "at least one parameter to choose": Doubt(given={0: 0, 1: 0}),
+    "expected a parameter once; 1 is in it twice": Doubt(given={"k1": 0}, unknown={1: (0, 1)}),
+    "doubt k of k0: expected less than half of the range of K, 1; got 1": Doubt(k=[1.0, 0]),
+}
+
+
+@pytest.mark.parametrize("sentence", REFUSED)
+def test_what_does_not_fit_the_model_is_refused(sentence):
+    model, problem = toy_case(0)
+    with pytest.raises(InputError, match=sentence):
+        plain(problem.replace(doubt=REFUSED[sentence]), model)
