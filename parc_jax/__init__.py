@@ -75,6 +75,7 @@ _HOME = {
     "update": "claim.update",
     "validate_choice": "claim.validate",
     "vnnlib": "io.question",
+    "write_c": "onboard.header",
     "write_onnx": "io.onnx_write",
     "write_question": "io.question",
 }

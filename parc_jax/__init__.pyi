@@ -50,6 +50,7 @@ from parc_jax.network.relu import ReLUNetwork as ReLUNetwork
 from parc_jax.network.relu import relu_network as relu_network
 from parc_jax.network.train import train as train
 from parc_jax.obstacles.moving import moving as moving
+from parc_jax.onboard.header import write_c as write_c
 from parc_jax.planner import Planner as Planner
 from parc_jax.problem import ReachAvoid as ReachAvoid
 from parc_jax.problem import goal_of_points as goal_of_points

@@ -47,6 +47,7 @@ ORDER = (
     "sentences",
     "answer",
     "planner",
+    "onboard",
     "io",
     "plot",
     "experiment",

@@ -81,6 +81,7 @@ NAMES = [
     "update",
     "validate_choice",
     "vnnlib",
+    "write_c",
     "write_onnx",
     "write_question",
 ]

@@ -12,6 +12,7 @@ NAMES = (
     "points",
     "lps",
     "query",
+    "onboard",
     "batch_query",
     "checking",
     "fails_safely",

@@ -46,6 +46,7 @@ def _dispatch(arguments: list[str]) -> int:
     from parc_jax.cli.bench import bench
     from parc_jax.cli.check import check
     from parc_jax.cli.doctor import doctor
+    from parc_jax.cli.export import export
     from parc_jax.cli.help import readable, wrapped
     from parc_jax.cli.learn import learn
     from parc_jax.cli.plot import plot
@@ -54,7 +55,7 @@ def _dispatch(arguments: list[str]) -> int:
     from parc_jax.cli.systems import systems
     from parc_jax.errors import HostLost, InputError, ParcError
 
-    functions = (run, learn, solve, check, plot, bench, systems, doctor)
+    functions = (run, learn, solve, check, plot, export, bench, systems, doctor)
     commands = {function.__name__: readable(function) for function in functions}
     try:
         asks = {"-h", "--help"} & set(arguments)

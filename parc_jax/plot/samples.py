@@ -86,7 +86,7 @@ def _in_space(pictures: list["_Picture"], to, title: str):
             picture.robot(ax)
             _limits(ax, *picture.span)
             ax.set_title(picture.view.name)
-        sheet.axes[0].set_title(f"{title}, {pictures[0].view.name}")
+        sheet.axes[0].set_title(f"{title}\n{pictures[0].view.name}")
         _legend(sheet, pictures[0])
     return sheet.out
 

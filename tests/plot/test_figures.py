@@ -75,7 +75,7 @@ def test_samples_in_space_are_seen_from_three_sides():
     assert [above.get_xlabel(), above.get_ylabel()] == ["x [m]", "y [m]"]
     assert [side.get_xlabel(), side.get_ylabel()] == ["x [m]", "z [m]"]
     assert [front.get_xlabel(), front.get_ylabel()] == ["y [m]", "z [m]"]
-    assert above.get_title("left") == "1 safe sample, from above"
+    assert above.get_title("left") == "1 safe sample\nfrom above"
     for ax, axes in ((above, (0, 1)), (side, (0, 2)), (front, (1, 2))):  # a wall, from each side
         lo, hi = np.array([ax.get_xlim(), ax.get_ylim()]).T
         for wall in answer.problem.obstacles:

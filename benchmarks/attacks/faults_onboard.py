@@ -1,0 +1,60 @@
+"""Faults of the header for a robot's own computer: what C reads, and in which order."""
+
+from benchmarks.attacks.fault import Fault
+
+HEADER = "tests/onboard/test_header.py"
+SAME = f"{HEADER}::test_a_header_says_what_python_says"
+CODE = "parc_jax/onboard/safe_set.h"
+TABLES = "parc_jax/onboard/tables.py"
+
+ONBOARD = (
+    Fault(
+        "header_sees_one_end_of_an_interval",
+        CODE,
+        "if (!(at_start > least && at_end > least))",
+        "if (!(at_start > least))",
+        (SAME,),
+    ),
+    Fault(
+        "header_forgets_the_tube_on_the_way",
+        CODE,
+        "const double least = NAME_run_support[run] + NAME_lost(w, bin, t, point);",
+        "const double least = NAME_run_support[run];",
+        (SAME,),
+    ),
+    Fault(
+        "header_forgets_the_tube_at_the_end",
+        TABLES,
+        "goal_b - lost_at_end, -NO_CLAIM",
+        "goal_b + 0.0 * lost_at_end, -NO_CLAIM",
+        (SAME,),
+    ),
+    Fault(
+        "header_lets_borders_of_bins_pass",
+        CODE,
+        "if (along > 0 && k[j] == edge[along])",
+        "if (0)",
+        (f"{HEADER}::test_a_border_between_bins_is_not_safe",),
+    ),
+    Fault(
+        "header_asks_one_point_of_a_part",
+        CODE,
+        "for (int i = 0; i < NAME_N_PART; ++i) {",
+        "for (int i = 0; i < 1; ++i) {",
+        (f"{HEADER}::test_bodies_and_fitted_tubes_too",),
+    ),
+    Fault(
+        "header_starts_anywhere",
+        CODE,
+        "if (!(value <= NAME_start_b[row]))",
+        "if (0)",
+        (SAME,),
+    ),
+    Fault(
+        "header_offers_what_it_did_not_test",
+        CODE,
+        "        if (NAME_is_safe(p0, middle))\n",
+        "        if (1)\n",
+        (f"{HEADER}::test_the_nearest_plan_is_safe_and_near",),
+    ),
+)

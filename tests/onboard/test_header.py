@@ -1,0 +1,124 @@
+"""The header against Python, plan by plan; compiled with the system's compiler."""
+
+import jax
+import numpy as np
+import pytest
+import toy_query
+from toy_bodies import points_model, points_problem
+from toy_models import fold_model
+
+import parc_jax as pj
+from benchmarks.compiled_header import COMPILER, Header
+from parc_jax.cli import main
+from parc_jax.errors import InputError
+
+pytestmark = pytest.mark.soundness
+needs_compiler = pytest.mark.skipif(COMPILER is None, reason="no C compiler (cc) on this machine")
+N = 100_000
+
+
+def near(rng, plans, n: int, spread: float):
+    """n plans around some."""
+    chosen = plans[rng.integers(0, len(plans), n)]
+    return chosen + spread * rng.normal(size=chosen.shape)
+
+
+def compared(answer, path, spread: float = 0.1):
+    """What the header of an answer says of N plans, and what Python says: all over K, and close."""
+    header = Header(pj.write_c(answer, path))
+    rng = np.random.default_rng(0)
+    n_p = answer.model.n_p
+    domain = answer.model.domain
+    plans = near(rng, answer.samples, N, spread)
+    plans[::4, n_p:] = rng.uniform(domain.lo, domain.hi, (len(plans[::4]), answer.model.n_k))
+    p0, k = plans[:, :n_p], plans[:, n_p:]
+    k = np.where(rng.uniform(size=len(k))[:, None] < 0.9, np.clip(k, domain.lo, domain.hi), k)
+    inside = ((domain.lo <= k) & (k <= domain.hi)).all(axis=1)
+    known = np.zeros(N, bool)
+    known[inside] = answer.keeps(p0[inside], k[inside])
+    return header.are_safe(p0, k), known
+
+
+@needs_compiler
+def test_a_header_says_what_python_says(tmp_path):
+    said, known = compared(toy_query.answer(), tmp_path / "toy.h")
+    assert 1000 < known.sum() < N - 1000
+    np.testing.assert_array_equal(said, known)
+
+
+@needs_compiler
+@pytest.mark.slow
+@pytest.mark.parametrize(("n_p", "fitted"), [(2, False), (2, True), (3, False), (3, True)])
+def test_bodies_and_fitted_tubes_too(n_p, fitted, tmp_path):
+    rng = np.random.default_rng(5 + n_p)
+    model = points_model(rng, n_p=n_p, m=3, fitted=fitted)
+    problem = points_problem(rng, model)
+    settings = pj.Settings(n_samples=20, target=0.5, budget_s=300)
+    answer = pj.Planner(model).solve(problem, jax.random.PRNGKey(0), settings)
+    assert len(answer.corridors)
+    said, known = compared(answer, tmp_path / "body.h")
+    assert 1000 < known.sum() < N - 1000
+    np.testing.assert_array_equal(said, known)
+
+
+@needs_compiler
+def test_what_is_not_a_number_is_not_safe(tmp_path):
+    answer = toy_query.answer()
+    header = Header(pj.write_c(answer, tmp_path / "toy.h"))
+    plan = np.repeat(answer.samples[:1], 5, axis=0)
+    assert header.are_safe(plan[:, :2], plan[:, 2:]).all()
+    for bad in (np.nan, np.inf, -np.inf, 1e300):
+        broken = plan[:4] + np.diag([bad] * 4)
+        assert not header.are_safe(broken[:, :2], broken[:, 2:]).any()
+
+
+@needs_compiler
+def test_a_border_between_bins_is_not_safe(tmp_path):
+    rng = np.random.default_rng(1)
+    model = points_model(rng, m=1, bins=(2, 1))
+    goal = pj.box([-3.0, -3.0, -9.0], [3.0, 3.0, 9.0])
+    answer = pj.Planner(model).solve(pj.reach_avoid(goal, [], 0.1), jax.random.PRNGKey(0))
+    header = Header(pj.write_c(answer, tmp_path / "bins.h"))
+    k = np.array([[0.0, 0.1], [-0.001, 0.1], [0.001, 0.1], [1.0, 0.1], [-1.0, 1.0]])
+    p0 = np.full((5, 2), -2.0)
+    assert header.are_safe(p0, k).tolist() == [False, True, True, True, True]
+
+
+@needs_compiler
+def test_the_nearest_plan_is_safe_and_near(tmp_path):
+    answer = toy_query.answer()
+    header = Header(pj.write_c(answer, tmp_path / "toy.h"))
+    p0, safe = answer.samples[0, :2], answer.samples[0, 2:]
+    np.testing.assert_array_equal(header.nearest(p0, safe), safe)  # it is safe already
+    offered = header.nearest(p0, np.array([-1.0, 1.0]))
+    assert answer.keeps(p0[None], offered[None]).all()
+    further = np.linalg.norm(answer.samples[:, 2:] - [-1.0, 1.0], axis=1)
+    reachable = answer.keeps(np.repeat(p0[None], len(further), axis=0), answer.samples[:, 2:])
+    assert np.linalg.norm(offered - [-1.0, 1.0]) <= further[reachable].min()
+    assert header.nearest(np.array([9.0, 9.0]), safe) is None
+
+
+def test_the_shell_writes_one(tmp_path, capsys):
+    file = toy_query.answer().save(tmp_path / "answer.json")
+    with pytest.raises(SystemExit) as done:
+        main(["export", str(file), "--c", str(tmp_path / "safe_set.h")])
+    assert done.value.code == 0 and "safe_set.h" in capsys.readouterr().out
+    text = (tmp_path / "safe_set.h").read_text()
+    assert "safe_set_is_safe" in text and "(C)" in text and "-ffast-math" in text
+
+
+@pytest.mark.parametrize(
+    ("file", "name", "said"), [("set.txt", None, "ends in .h"), ("1.h", None, "C allows")]
+)
+def test_names_that_c_does_not_allow(file, name, said, tmp_path):
+    with pytest.raises(InputError, match=said):
+        pj.write_c(toy_query.answer(), tmp_path / file, name)
+
+
+def test_an_answer_without_corridors_is_refused(tmp_path):
+    goal = pj.box([-0.2, -0.2, -1.0], [0.2, 0.2, 1.0])
+    problem = pj.reach_avoid(goal, [pj.box([-9.0, -9.0], [9.0, 9.0])], 0.1)
+    settings = pj.Settings(budget_s=0.0, no_plan_budget_s=0.0)
+    nothing = pj.Planner(fold_model(T=4)).solve(problem, jax.random.PRNGKey(0), settings)
+    with pytest.raises(InputError, match="corridors"):
+        pj.write_c(nothing, tmp_path / "none.h")
