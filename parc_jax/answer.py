@@ -22,6 +22,8 @@ from parc_jax.cover.sampling import generator
 from parc_jax.cover.search import Cover, Progress
 from parc_jax.cover.stopping import Coverage
 from parc_jax.cover.union import SafeUnion
+from parc_jax.driven.choice import Choice, Solve
+from parc_jax.driven.looks import Looks
 from parc_jax.errors import InputError
 from parc_jax.lp.status import LPStatus
 from parc_jax.model import TrajectoryModel
@@ -71,6 +73,8 @@ class Answer:
         self.timings = timings
         self.no_plan = no_plan
         self.doubt = doubt
+        self.solve: Solve | None = None  # the same question with another model, of `Planner`
+        self._looks: Looks | None = None
         self._cover = cover
         self._union = SafeUnion(model, scene, list(cover.polytopes))
         self._corridors = Corridors(model.tube, cover.corridors)
@@ -224,13 +228,41 @@ class Answer:
     def best(self, objective="clearance", key: jax.Array | None = None) -> tuple[np.ndarray, float]:
         """The plan (n_p + n_k,) of the safe set with the largest objective found, and its value.
 
-        objective: "clearance" [m]; a vector c for the linear c . (p0, k), exact at a vertex; or a
+        objective: "clearance" [m]; "room", the least of clearance and of the margins of goal and
+        start; a vector c for the linear c . (p0, k), exact at a vertex; or a
         JAX function of p0 (n_p,), k (n_k,). A hand-picked k has no probabilistic statement: see
         `risk`.
         """
         return best_plan(
             self._union, objective, generator(jax.random.PRNGKey(0) if key is None else key)
         )
+
+    def choose(
+        self, objective="room", key: jax.Array | None = None, *, delta=1e-3, looks: int = 1
+    ) -> Choice:
+        """The one plan that is driven: the best for an objective, as in `best`. [T23]
+
+        Its `statement()` says what is known of this plan without new runs; `Choice.run` and
+        `Choice.claim_near` make runs, and each is a look. delta, looks: error probability of all
+        looks at plans of this answer together, and how many there may be; declared by the first
+        choice, kept by later ones. Raises InputError.
+        """
+        if self.doubt is not None:
+            raise InputError(
+                "choose: expected an answer without doubt, for its sentences are about one plan "
+                "driven exactly; solve the same problem with doubt=None and choose from that."
+            )
+        if self._looks is None:
+            self._looks = Looks(delta, looks)
+        declared = Looks(delta, looks)
+        same = (declared.delta, declared.planned) == (self._looks.delta, self._looks.planned)
+        if not same:
+            raise InputError(
+                f"choose: expected the looks declared by the first choice, {self._looks!r}; got "
+                f"{looks} looks and delta = {delta}."
+            )
+        plan, value = self.best(objective, key)
+        return Choice(plan, value, self.model, self.scene, self._looks, self.solve)
 
     def safest(self) -> tuple[np.ndarray, float]:
         """Centre (n_p + n_k,) and radius of the largest ball, in (p0, k) units, inside one safe

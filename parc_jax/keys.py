@@ -23,6 +23,7 @@ class Stage(enum.IntEnum):
     REPLAY = 4
     FIT = 5  # initial weights and minibatches: not rollouts
     VALIDATE = 6
+    DRIVEN = 7  # keys of runs around the plan that is driven, one per look
 
 
 def as_key(key) -> jax.Array:

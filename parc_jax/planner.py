@@ -94,7 +94,7 @@ class Planner:
             "cover_s": covered - begin,
             "proof_s": time.perf_counter() - covered,
         }
-        return Answer(
+        answer = Answer(
             model,
             scene,
             found,
@@ -106,6 +106,8 @@ class Planner:
             no_plan,
             asked.doubt,
         )
+        answer.solve = solve_with
+        return answer
 
     def _plain(self, problem: ReachAvoid) -> Plain:
         """The question without its doubt. Models under one doubt are made once."""
@@ -196,6 +198,13 @@ class Planner:
             max_leaves=max_leaves,
             bounds=True,
         )
+
+
+def solve_with(
+    model: TrajectoryModel, problem: ReachAvoid, key: jax.Array, settings: Settings | None = None
+) -> Answer:
+    """The answer to a problem with another model."""
+    return Planner(model).solve(problem, key, settings)
 
 
 def _checked(call: str, problem, settings, default: Settings) -> Settings:

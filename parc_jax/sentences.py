@@ -30,10 +30,10 @@ def about_doubt(withstood: str) -> str:
 
 def about_sensing(risk: Risk | NoStatement, sensing_eps: Fraction) -> str:
     """The risk of the tube and that of the sensing together: the sum of two probabilities. [T21]"""
-    eps = _rounded_up(sensing_eps)
+    eps = rounded_up(sensing_eps)
     if isinstance(risk, NoStatement):
         return f"What was measured lies outside of its doubt with probability at most {eps}."
-    both = _rounded_up(min(Fraction(1), risk.bound + sensing_eps))
+    both = rounded_up(min(Fraction(1), risk.bound + sensing_eps))
     return (
         f"What was measured lies outside of its doubt with probability at most {eps}: together at "
         f"most {both}, if the deviations do not depend on the plan."
@@ -51,13 +51,13 @@ def about_risk(
     confidence = 1.0 if delta is None else float(1 - delta)
     return (
         "Risk: a plan drawn by `sample`, uniformly from the safe polytopes, leaves the tube with "
-        f"probability at most {_rounded_up(risk.bound)} (the density of its k is at most "
-        f"{_rounded_up(density)} times uniform, measured with confidence 0.999 and {measured:g}; "
+        f"probability at most {rounded_up(risk.bound)} (the density of its k is at most "
+        f"{rounded_up(density)} times uniform, measured with confidence 0.999 and {measured:g}; "
         f"the claim has confidence {confidence:.12g})."
     )
 
 
-def _rounded_up(value) -> str:
+def rounded_up(value) -> str:
     """Two significant digits, never below the value."""
     exact = (
         Decimal(value.numerator) / Decimal(value.denominator)

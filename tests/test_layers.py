@@ -45,6 +45,7 @@ ORDER = (
     "published",
     "methods",
     "sentences",
+    "driven",
     "answer",
     "planner",
     "onboard",

@@ -5,7 +5,7 @@ from fractions import Fraction
 import pytest
 
 from parc_jax.claim.risk import NoStatement
-from parc_jax.sentences import _rounded_up, about_plans, about_risk
+from parc_jax.sentences import about_plans, about_risk, rounded_up
 
 
 @pytest.mark.parametrize(
@@ -14,7 +14,7 @@ from parc_jax.sentences import _rounded_up, about_plans, about_risk
 )
 def test_a_bound_is_never_rounded_down(value, text):
     """The float 0.1 is a little more than a tenth."""
-    assert _rounded_up(value) == text and Fraction(text) >= Fraction(value)
+    assert rounded_up(value) == text and Fraction(text) >= Fraction(value)
 
 
 def test_only_what_the_checker_accepted_is_called_proved():

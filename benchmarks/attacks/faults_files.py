@@ -161,14 +161,14 @@ FILES_IN_AND_OUT = (
 REPLAY = (
     Fault(
         "replay_from_the_origin",
-        "parc_jax/experiment/replay.py",
+        "parc_jax/verdict/outcomes.py",
         "moved_to(p0, np.asarray(runs.p, np.float64))",
         "moved_to(0 * p0, np.asarray(runs.p, np.float64))",
         (f"{REPLAYS}::test_what_a_replay_reports_is_what_the_runs_did",),
     ),
     Fault(
         "replay_looks_at_knots_only",
-        "parc_jax/experiment/replay.py",
+        "parc_jax/verdict/outcomes.py",
         "_true_clearance(scene.arrays, runs.time.stride, path)",
         "_true_clearance(scene.arrays, 1, path[:, :: runs.time.stride])",
         (f"{REPLAYS}::test_a_bend_between_knots_is_replayed",),

@@ -29,11 +29,11 @@ from parc_jax.claim.runs import SystemRuns
 from parc_jax.claim.start_gap import try_starts
 from parc_jax.claim.tube import zero_tube
 from parc_jax.errors import InputError
-from parc_jax.experiment.replay import outcomes
 from parc_jax.keys import Stage
 from parc_jax.model import TrajectoryModel, trajectory_model
 from parc_jax.network.predict import trajectories
 from parc_jax.rollout.collect import collect
+from parc_jax.verdict.outcomes import outcomes
 from parc_jax.verdict.pointwise import verdicts
 from parc_jax.verdict.scene import Scene, scene_of
 

@@ -39,6 +39,14 @@ def prove(
     )
 
 
+def proves_box(problem: ReachAvoid, model: TrajectoryModel, part: dict) -> bool:
+    """Whether the checker accepts a box of plans, each of them safe: a part as `check_doubt` takes
+    it. [T21] Raises InputError as `prove` does.
+    """
+    context = _context(problem, model)
+    return _accepts(lambda entry: checker.check_doubt(context, entry), part)
+
+
 def _context(problem: ReachAvoid, model: TrajectoryModel) -> checker.Context:
     """The checker's exact form of the question. Networks and tubes of the last few models are read
     once.

@@ -25,6 +25,7 @@ PULL = (
     1 - 1e-9
 )  # [share] vertices are pulled towards the inner point by this, against the rounding of qhull
 
+NAMED = ("clearance", "room")
 Objective = str | np.ndarray | Callable
 
 
@@ -33,12 +34,15 @@ def best_plan(
 ) -> tuple[np.ndarray, float]:
     """Plan (n_p + n_k,) of the safe union with the largest objective found, and its value.
 
-    objective: "clearance" [m], a vector c (n_p + n_k,) for c . (p0, k) (exact: attained at a
-    vertex), or a JAX function of p0 (n_p,), k (n_k,) -> scalar. Raises InputError.
+    objective: "clearance" [m], "room" (the least of clearance and of the margins of goal and
+    start), a vector c (n_p + n_k,) for c . (p0, k) (exact: attained at a vertex), or a JAX function
+    of p0 (n_p,), k (n_k,) -> scalar. Raises InputError.
     """
     n_p, n_k = union.model.n_p, union.model.n_k
-    if isinstance(objective, str) and objective != "clearance":
-        raise InputError(f'best: expected "clearance", a vector or a function; got {objective!r}.')
+    if isinstance(objective, str) and objective not in NAMED:
+        raise InputError(
+            f'best: expected "clearance", "room", a vector or a function; got {objective!r}.'
+        )
     if callable(objective) or isinstance(objective, str):
         return _search(union, _value(union, objective), rng)
     c = as_float64("best: linear objective", objective, (n_p + n_k,))
@@ -90,7 +94,14 @@ def _value(union: SafeUnion, objective):
     if isinstance(objective, str):
         # of all obstacles, those too that no plan comes near
         scene = whole_scene(union.scene, union.model)
-        return lambda x: verdicts(union.model, scene, x[:, :n_p], x[:, n_p:]).clearance
+
+        def named(x):
+            e = verdicts(union.model, scene, x[:, :n_p], x[:, n_p:])
+            if objective == "clearance":
+                return e.clearance
+            return np.minimum(np.minimum(e.goal, e.start), e.clearance)
+
+        return named
     compiled = jax.jit(jax.vmap(lambda x: jnp.asarray(objective(x[:n_p], x[n_p:]))))
 
     def value(x):

@@ -14,13 +14,13 @@ from toy_models import model_of
 import parc_jax
 from parc_jax import checker
 from parc_jax.errors import SoundnessError
-from parc_jax.experiment import replay as replaying
 from parc_jax.experiment.replay import replay
 from parc_jax.planner import Planner
 from parc_jax.problem import reach_avoid
 from parc_jax.sets.box import box
 from parc_jax.settings import Settings
 from parc_jax.status import Status
+from parc_jax.verdict import outcomes as judging
 from parc_jax.verdict.pointwise import verdicts
 from parc_jax.verdict.scene import scene_of
 
@@ -110,7 +110,7 @@ def test_a_replay_blind_between_knots_would_miss_contact(rng, monkeypatch):
     scene, x = scene_of(problem, model), np.array([[0.0, 0.3, 1.0, 0.5]])
     with pytest.raises(SoundnessError):
         replay(system, model, scene, x, jax.random.key(0))
-    monkeypatch.setattr(replaying, "_true_clearance", lambda *_: np.ones(1))
+    monkeypatch.setattr(judging, "_true_clearance", lambda *_: np.ones(1))
     out = replay(system, model, scene, x, jax.random.key(0))
     assert not out.touched.any()
 

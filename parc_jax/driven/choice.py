@@ -1,0 +1,158 @@
+"""One plan chosen from an answer, and the three honest sentences about it. [T23]"""
+
+from collections.abc import Callable
+from dataclasses import dataclass, field, replace
+from functools import cached_property
+from typing import Any
+
+import jax
+import numpy as np
+
+from parc_jax.claim.counts import as_probability
+from parc_jax.claim.risk import NoStatement, Risk, Uniform
+from parc_jax.driven.local_model import Local, local_model
+from parc_jax.driven.looks import Looks, fresh_key
+from parc_jax.driven.near import Near
+from parc_jax.driven.safe_box import SafeBox, box_around, safe_box, share_of
+from parc_jax.driven.tested import Tested, run_plan
+from parc_jax.driven.widths import compared
+from parc_jax.errors import InputError, expected
+from parc_jax.model import TrajectoryModel
+from parc_jax.sentences import rounded_up
+from parc_jax.system import check_system
+from parc_jax.verdict.near import whole_scene
+from parc_jax.verdict.scene import Scene
+
+# how a question is answered with another model: (model, problem, key, settings) -> Answer
+Solve = Callable[..., Any]
+
+
+@dataclass(frozen=True, eq=False)
+class Choice:
+    """The plan that is driven. From `Answer.choose`.
+
+    plan (n_p + n_k,): start and parameters, a plan of the proved safe set. value: of the objective.
+    looks: tests that may be made of it. tested, near: what fresh runs showed, where any were made;
+    `run` and `claim_near` give a choice that has them.
+    """
+
+    plan: np.ndarray
+    value: float
+    model: TrajectoryModel
+    scene: Scene
+    looks: Looks
+    solve: Solve | None = field(default=None, repr=False)
+    tested: Tested | None = None
+    near: Near | None = None
+
+    @property
+    def p0(self) -> np.ndarray:
+        """(n_p,) its start."""
+        return self.plan[: self.model.n_p]
+
+    @property
+    def k(self) -> np.ndarray:
+        """(n_k,) its parameters."""
+        return self.plan[self.model.n_p :]
+
+    @cached_property
+    def jitter(self) -> SafeBox | None:
+        """A box of k around the plan, each of them proved safe from its start under the tube in
+        hand: no new runs. None where no box was proved.
+        """
+        return safe_box(self.model, self.scene, self.p0, self.k, self.model.domain)
+
+    def jitter_risk(self) -> Risk | NoStatement:
+        """P(the run leaves the tube) for k uniform on the box of `jitter`: eps over its share of K.
+        [T5, T23]
+        """
+        if self.jitter is None:
+            return NoStatement("no box around the plan was proved safe")
+        claim = self.model.claim
+        if claim.kind == "pac" and claim.law.k_law != "uniform":
+            law = claim.law.k_law
+            return NoStatement(f"the claim is about k drawn by {law!r}, not uniformly over K")
+        return claim.risk(Uniform(self.jitter.share))
+
+    def run(self, system, key: jax.Array, *, eps=1e-3, n: int | None = None, quiet=True):
+        """The choice with `tested`: fresh runs of this very plan, one look. [T6]
+
+        eps: bound asked for when no run fails; n: runs, None = as many as that takes at this look's
+        share of delta (6,905 for 1e-3 at 1e-3). A system whose program is shown not to use its key
+        is run once. Runs are of the plan in hand: choose first, then run. Uses streams of `key`
+        that nothing else uses. Raises InputError, also when all looks are spent.
+        """
+        check_system(system)
+        eps = as_probability("eps", eps)
+        if n is not None and n < 1:
+            raise InputError(f"run: expected at least one run; got {n}.")
+        look = self.looks.take()
+        # all obstacles, those too that no run inside the tube comes near
+        scene = whole_scene(self.scene, self.model)
+        seen = run_plan(system, scene, self.p0, self.k, key, look, eps, n, quiet)
+        return replace(self, tested=seen)
+
+    def claim_near(
+        self, system, key: jax.Array, asked: Local | None = None, *, settings=None, quiet=True
+    ):
+        """The choice with `near`: a claim about a small box of k around the plan, from runs made on
+        that box alone, and everything proved again under it, one look. [T23]
+
+        asked: sizes, by default those of `Local`: 0.1 % of K, 1e-3. settings: of the query with the
+        local model. Uses streams of `key` that nothing else uses. Raises InputError, also when all
+        looks are spent.
+        """
+        check_system(system)
+        asked = Local() if asked is None else asked
+        if not isinstance(asked, Local):
+            raise InputError(expected("claim_near", "a Local", asked, "pj.Local(share=1e-3)"))
+        look = self.looks.take()
+        whole = self.model.domain
+        box = box_around(self.k, float(asked.share) ** (1 / whole.n), whole)
+        own = fresh_key(key, look, self.plan, box.lo, box.hi)
+        model = local_model(system, self.model, box, own, look.delta, asked, quiet)
+        return replace(self, near=near_of(self, model, look, own, settings))
+
+    def statement(self) -> str:
+        """The sentences (D): what is known of the plan that is driven, and of nothing else."""
+        start = ", ".join(f"{x:.4f}" for x in self.p0)
+        k = ", ".join(f"{x:.6g}" for x in self.k)
+        lines = [f"The plan chosen: p0 = ({start}), k = ({k})."]
+        if self.tested is None:
+            lines.append("This very plan: not run since it was chosen, so no statement.")
+        else:
+            lines.append(self.tested.statement())
+        if self.near is not None:
+            lines.append(self.near.statement())
+        lines.append(self._about_jitter())
+        if self.looks.taken:
+            lines.append(
+                f"Looks: {self.looks.taken} of {self.looks.planned} taken, delta = "
+                f"{float(self.looks.delta):g} split over them."
+            )
+        return "\n".join(f"(D) {line}" for line in lines)
+
+    def _about_jitter(self) -> str:
+        risk = self.jitter_risk()
+        if isinstance(risk, NoStatement):
+            return f"Jitter without new runs: no statement, since {risk.reason}."
+        half = ", ".join(f"{x:.3g}" for x in self.jitter.half)
+        bound = rounded_up(risk.bound)
+        worth = " (no promise at all: run the plan, or claim near it)" if risk.bound >= 1 else ""
+        return (
+            f"Jitter without new runs: from this start, k drawn uniformly within ±({half}) of the "
+            f"middle of a box around it, {100 * float(self.jitter.share):.2g} % of K and proved "
+            f"safe throughout, leaves the tube with probability at most {bound}{worth}."
+        )
+
+
+def near_of(choice: Choice, model: TrajectoryModel, look, key, settings=None) -> Near:
+    """What the local model, claimed in this look, proves around the plan."""
+    answer = None
+    proved = None
+    if choice.solve is not None and model.tube.claimed.any():
+        answer = choice.solve(model, choice.scene.problem, key, settings)
+        proved = safe_box(model, answer.scene, choice.p0, choice.k, model.domain)
+    share = share_of(model.domain, choice.model.domain)
+    widths = compared(choice.model.tube, model.tube, model.domain)
+    return Near(model, answer, share, proved, widths, look)

@@ -1,0 +1,97 @@
+"""A model of a small box of K: fresh runs on it, a small network, a claim about it alone. [T23]"""
+
+from dataclasses import dataclass
+from fractions import Fraction
+
+import jax
+
+from parc_jax.claim.pipeline import GAP, BoundSettings, bound_errors
+from parc_jax.claim.start_gap import try_starts
+from parc_jax.driven.local_runs import LocalRuns
+from parc_jax.errors import InputError
+from parc_jax.model import TrajectoryModel, trajectory_model
+from parc_jax.network.parc import fit_affine
+from parc_jax.network.tail import fit_tail
+from parc_jax.network.train import train_report, training_arrays
+from parc_jax.rollout.batch import RolloutBatch
+from parc_jax.sets.box import Box
+
+
+@dataclass(frozen=True)
+class Local:
+    """What a local model is made of.
+
+    share: of K that the box takes. eps: probability with which a new run may leave the local tube.
+    rollouts: training runs. profile_runs: beside them, for the shape. fresh: of the holdout, None =
+    as many as eps needs. discard: as in `bound_error`.
+    hidden: widths of the network; () is an affine map, which on so small a box is hard to beat.
+    seeds, steps: of its training. tail: power
+    of the error that its last layer is refitted to, None = least squares.
+    shape: of the tube, "box" or "fitted". gap: [m or rad] that the start may matter, declared.
+    """
+
+    share: float = 1e-3
+    eps: float = 1e-3
+    rollouts: int = 4000
+    profile_runs: int = 6000
+    fresh: int | None = None
+    discard: int | str = 0
+    hidden: tuple[int, ...] = ()
+    seeds: int = 4
+    steps: int = 1500
+    tail: float | None = None
+    shape: str = "box"
+    gap: float = GAP
+
+    def __post_init__(self):
+        if not 0 < self.share <= 1:
+            raise InputError(
+                f"local claim: expected a share of K between 0 and 1; got {self.share}."
+            )
+        if self.rollouts < 20:
+            raise InputError(
+                f"local claim: expected at least 20 training runs; got {self.rollouts}."
+            )
+
+
+def local_model(
+    system, like: TrajectoryModel, box: Box, key: jax.Array, delta: Fraction, asked: Local, quiet
+) -> TrajectoryModel:
+    """Learn the system on a box and claim its error there, with confidence 1 - delta. [T1, T23]
+
+    like: a model of the whole of K, for names and grid. key: of this look alone, see `fresh_key`.
+    Raises InputError, also for a system that is not the one of `like`.
+    """
+    if system.name != like.system and like.system:
+        raise InputError(
+            f"local claim: expected the system of this model, {like.system!r}; got {system.name!r}."
+        )
+    start = try_starts(system, key, asked.gap)
+    runs = LocalRuns(system, key, box, asked.rollouts, quiet)
+    train = runs.train()
+    return claimed(runs, train, local_network(train, key, asked), like, delta, asked, start)
+
+
+def claimed(
+    runs: LocalRuns, train: RolloutBatch, net, like: TrajectoryModel, delta, asked: Local, start
+) -> TrajectoryModel:
+    """The model of a network on the box of its runs, with what the fresh ones support."""
+    bound = BoundSettings(
+        eps=asked.eps,
+        delta=delta,
+        shape=asked.shape,
+        profile_runs=asked.profile_runs,
+        fresh=asked.fresh,
+        discard=asked.discard,
+        search=0,
+    )
+    claim = bound_errors([net], runs, train, bound, start, like.time, key=runs.key)[0][0]
+    return trajectory_model(net, claim, runs.box, like.time, like.system, like.labels, like.points)
+
+
+def local_network(train: RolloutBatch, key: jax.Array, asked: Local):
+    """The network of the training runs."""
+    if not asked.hidden:
+        return fit_affine(*training_arrays(train))
+    net = train_report(train, asked.hidden, key=key, seeds=asked.seeds, steps=asked.steps)[0]
+    return net if asked.tail is None else fit_tail(net, train, asked.tail)

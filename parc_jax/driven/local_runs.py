@@ -1,0 +1,63 @@
+"""Runs with k uniform on a box N inside K: training, shape and holdout of a claim about N alone."""
+
+from collections.abc import Iterable, Iterator
+from dataclasses import dataclass, replace
+
+import jax
+import jax.numpy as jnp
+
+from parc_jax.claim.search import Attack
+from parc_jax.claim.tube import Tube
+from parc_jax.keys import Stage
+from parc_jax.network.relu import ReLUNetwork
+from parc_jax.rollout.batch import RolloutBatch, concatenate
+from parc_jax.rollout.collect import stream_rollouts
+from parc_jax.rollout.law import law_of, law_spec
+from parc_jax.sets.box import Box
+
+
+@dataclass(frozen=True, eq=False)
+class LocalRuns:
+    """Runs of a system on a box, from the streams of a key of their own: the TRAIN stream first for
+    the network, then for the shape; the BOUND stream for the claim.
+
+    The system itself keeps its K, so nothing is compiled again. trained: training rows, behind
+    which the runs for the shape begin.
+    """
+
+    system: object
+    key: jax.Array
+    box: Box
+    trained: int
+    quiet: bool = True
+
+    def train(self) -> RolloutBatch:
+        """The training runs."""
+        return concatenate(self._stream(self.trained, Stage.TRAIN, 0))
+
+    def further(self, n: int) -> Iterable[RolloutBatch]:
+        """Runs for the shape of the tube, behind the training ones."""
+        return self._stream(n, Stage.TRAIN, self.trained)
+
+    def fresh(self, n: int) -> Iterable[RolloutBatch]:
+        """Runs that nothing has seen."""
+        return self._stream(n, Stage.BOUND, 0)
+
+    def attack(self, net: ReLUNetwork, profile: Tube, n: int) -> Attack | None:
+        """Not offered on a box: it could only widen the tube."""
+        return None
+
+    def _stream(self, n: int, stage: Stage, first_row: int) -> Iterator[RolloutBatch]:
+        def near(key):
+            lo = jnp.asarray(self.box.lo, jnp.float64)  # in here, where float64 is on
+            hi = jnp.asarray(self.box.hi, jnp.float64)
+            u = jax.random.uniform(key, lo.shape, lo.dtype)
+            return jnp.clip(lo + u * (hi - lo), lo, hi)
+
+        whole = law_of(self.system)
+        law = law_spec(whole.generator, self.box, "uniform", dict(whole.parameters))
+        runs = stream_rollouts(
+            self.system, self.key, n, stage, k=near, first_row=first_row, quiet=self.quiet
+        )
+        for batch in runs:
+            yield replace(batch, domain=self.box, law=law)

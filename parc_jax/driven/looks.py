@@ -1,0 +1,72 @@
+"""Looks at fresh runs: how many are declared, how many are taken, what each of them may err.
+
+A look is a test that may decide which plan is driven. m of them, declared beforehand, get delta / m
+each, so that all of them together err with probability at most delta. [T1, T6]
+"""
+
+from fractions import Fraction
+from typing import NamedTuple
+
+import jax
+import numpy as np
+
+from parc_jax.arrays import content_hash
+from parc_jax.claim.counts import as_probability
+from parc_jax.errors import InputError
+from parc_jax.keys import Stage, stream
+
+
+class Look(NamedTuple):
+    """One of the declared looks. number: from 1. delta: its share of the error probability."""
+
+    number: int
+    planned: int
+    delta: Fraction
+
+
+class Looks:
+    """The looks of one question. It is the one thing here that remembers: a look is spent when its
+    runs are made, whatever they show.
+
+    delta: error probability of all looks together. planned: how many may be taken. taken: how many
+    were.
+    """
+
+    def __init__(self, delta=1e-3, planned: int = 1):
+        if isinstance(planned, bool) or not isinstance(planned, int) or planned < 1:
+            raise InputError(
+                "looks: expected the number of tests that may decide what is driven, at least 1; "
+                f"got {planned!r}."
+            )
+        self.delta = as_probability("delta", delta)
+        self.planned = planned
+        self.taken = 0
+
+    def __repr__(self) -> str:
+        return f"Looks({self.taken} of {self.planned} taken, delta {float(self.delta):g})"
+
+    def take(self) -> Look:
+        """The next look. Raises InputError when all that were declared are spent."""
+        if self.taken >= self.planned:
+            raise InputError(
+                f"looks: all {self.planned} that were declared are spent, and one more would be "
+                "wrong more often than it says. Declare more beforehand: looks="
+                f"{self.planned + 1} splits delta over them."
+            )
+        self.taken += 1
+        return Look(self.taken, self.planned, self.delta / self.planned)
+
+
+def fresh_key(key: jax.Array, look: Look, *about: np.ndarray) -> jax.Array:
+    """A key for the runs of one look at `about` (plan, box): its streams meet neither those of
+    `key` nor those of another look, nor those of a look at anything else.
+
+    A choice that depends on earlier runs needs runs that these do not tell anything of, not even
+    through a shared disturbance.
+    """
+    arrays = [np.atleast_1d(np.asarray(x, np.float64)) for x in about]
+    words = np.frombuffer(bytes.fromhex(content_hash(*arrays)[:32]), ">u4")
+    own = stream(key, Stage.DRIVEN)
+    for word in (look.number, *words):
+        own = jax.random.fold_in(own, int(word))
+    return own

@@ -1,0 +1,45 @@
+"""Looks are declared, counted and paid for; their runs meet nobody else's."""
+
+from fractions import Fraction
+
+import jax
+import numpy as np
+import pytest
+
+from parc_jax.driven.looks import Looks, fresh_key
+from parc_jax.errors import InputError
+from parc_jax.keys import Stage, stream
+
+
+def test_delta_is_split_over_the_declared_looks_and_no_more_are_given():
+    looks = Looks(0.01, 4)
+    shares = [looks.take().delta for _ in range(4)]
+    assert sum(shares) == Fraction(1, 100) and len(set(shares)) == 1
+    with pytest.raises(InputError, match=r"all 4 that were declared are spent.*looks=5"):
+        looks.take()
+    assert looks.taken == 4
+
+
+@pytest.mark.parametrize("planned", [0, -1, 1.5, True, "two"])
+def test_a_number_of_looks_is_a_number(planned):
+    with pytest.raises(InputError, match="looks: expected"):
+        Looks(0.01, planned)
+
+
+def test_streams_of_looks_meet_neither_each_other_nor_any_stage():
+    key = jax.random.PRNGKey(0)
+    looks = Looks(0.01, 2)
+    first = looks.take()
+    second = looks.take()
+    plan, other = np.array([0.5, 0.25, 0.1]), np.array([0.5, 0.25, np.nextafter(0.1, 1)])
+    keys = [
+        key,
+        *(stream(key, stage) for stage in Stage),
+        fresh_key(key, first, plan),
+        fresh_key(key, second, plan),
+        fresh_key(key, first, other),
+        fresh_key(key, first, plan, plan),
+    ]
+    assert len({tuple(np.asarray(k).tolist()) for k in keys}) == len(keys)
+    again = fresh_key(key, first, plan)
+    assert (again == fresh_key(key, first, plan.copy())).all()  # the same look is the same runs

@@ -1,0 +1,77 @@
+"""A plant with a gust of known law, a claim about it, and one answer to choose from."""
+
+import functools
+
+import jax
+import jax.numpy as jnp
+from synthetic_plants import plant, straight, straight_network
+
+import parc_jax as pj
+from parc_jax.claim.pipeline import bound_error
+from parc_jax.rollout.collect import collect
+
+T = 4
+NET = straight_network(T)
+GUST = 0.05  # [m] at the end, times k_0
+
+
+def gusty(key, k, s):
+    """Pushed aside by at most GUST k_0, uniformly: the error is largest where k_0 is."""
+    p, q = straight(k, s)
+    push = GUST * k[0] * jax.random.uniform(key, (2,), minval=-1, maxval=1)
+    return p + s[:, None] ** 2 * push[None], q
+
+
+def still(key, k, s):
+    """The same error at the same k, whatever the key."""
+    p, q = straight(k, s)
+    return p + 0.02 * s[:, None] * jnp.sin(9 * k)[None], q
+
+
+def problem(wall=0.95):
+    """A goal at the end of the diagonal, and a wall along the upper edge."""
+    goal = pj.box([0.3, 0.3, -1.0], [0.7, 0.7, 2.0])
+    return pj.reach_avoid(goal, [pj.box([-1.0, wall], [2.0, wall + 1])], 0.05)
+
+
+@functools.cache
+def model(run=gusty):
+    """The straight line with a claim about all of K = [0, 1]^2 at 0.1, from 60 runs and more."""
+    system = plant(run, T)
+    key = jax.random.PRNGKey(3)
+    train = collect(system, key, 100, quiet=True)
+    options = {"eps": 0.1, "delta": 0.05, "bins": (1, 1), "search": 0, "quiet": True}
+    claim = bound_error(NET, system, key, train=train, profile_runs=100, **options)
+    return pj.trajectory_model(NET, claim, system.domain, system.time, system.name)
+
+
+@functools.cache
+def planner():
+    """Of the gusty plant."""
+    return pj.Planner(model())
+
+
+def answer():
+    """A new answer each time, for it remembers the looks at it; the search is done once."""
+    found = _answer()
+    again = type(found)(
+        found.model,
+        found.scene,
+        found._cover,
+        found.samples,
+        found.sample_parts,
+        found.proved,
+        found.refused,
+        found.timings,
+        found.no_plan,
+    )
+    again.solve = found.solve
+    return again
+
+
+SETTINGS = pj.Settings(n_samples=5, target=0.2, budget_s=300, no_plan_budget_s=300)
+
+
+@functools.cache
+def _answer():
+    return planner().solve(problem(), jax.random.PRNGKey(0), SETTINGS)
