@@ -30,7 +30,7 @@ class Local:
     shape: of the tube, "box" or "fitted". gap: [m or rad] that the start may matter, declared.
     """
 
-    share: float = 1e-3
+    share: float = 2e-4
     eps: float = 1e-3
     rollouts: int = 4000
     profile_runs: int = 6000
