@@ -98,9 +98,9 @@ class Choice:
         """The choice with `near`: a claim about a small box of k around the plan, from runs made on
         that box alone, and everything proved again under it, one look. [T23]
 
-        asked: sizes, by default those of `Local`: 0.02 % of K, 1e-3. settings: of the query with the
-        local model. Uses streams of `key` that nothing else uses. Raises InputError, also when all
-        looks are spent.
+        asked: sizes, by default those of `Local`: 0.02 % of K, 1e-3. settings: of the query with
+        the local model. Uses streams of `key` that nothing else uses. Raises InputError, also
+        when all looks are spent.
         """
         check_system(system)
         asked = Local() if asked is None else asked

@@ -12,6 +12,7 @@ from parc_jax.cover.search import cover_around
 from parc_jax.model import TrajectoryModel
 from parc_jax.sets.box import Box
 from parc_jax.spelling import hex_text
+from parc_jax.verdict.near import whole_scene
 from parc_jax.verdict.pointwise import verdicts
 from parc_jax.verdict.scene import Scene
 
@@ -58,6 +59,7 @@ def safe_box(model: TrajectoryModel, scene: Scene, p0, k, within: Box) -> SafeBo
     is returned is what the exact checker accepted. [T21]
     """
     rng = np.random.default_rng(0)
+    scene = whole_scene(scene, model)
     scale = _of_safe_plans(model, scene, p0, k, within, rng)
     if scale is None:
         return None
