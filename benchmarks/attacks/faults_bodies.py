@@ -11,6 +11,7 @@ FACES = "parc_jax/claim/faces.py"
 POLYTOPE = "parc_jax/cover/polytope.py"
 QUESTION = "parc_jax/checker/question.py"
 NO_PLAN = "parc_jax/checker/no_plan.py"
+HITS = "parc_jax/checker/hits.py"
 HULLS = "tests/soundness/test_bodies.py::test_clearances_are_the_distances_of_hulls"
 OF_ALL = "tests/obstacles/test_pairs.py::test_the_gap_of_one_interval_is_that_of_all"
 IN_ORDER = "tests/obstacles/test_pairs.py::test_pairs_go_obstacle_by_obstacle"
@@ -259,14 +260,14 @@ PROVED = (
     ),
     Fault(
         "no_plan_negative_shares_of_a_mixture",
-        NO_PLAN,
+        HITS,
         'need(all(v >= 0 for v in weights), "a weight of a contact is negative")',
         "",
         (BAD,),
     ),
     Fault(
         "no_plan_shares_of_less_than_one",
-        NO_PLAN,
+        HITS,
         'need(sum(weights) == 1, "the weights of a contact do not sum to one")',
         "",
         (BAD,),

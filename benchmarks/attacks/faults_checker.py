@@ -7,6 +7,7 @@ ERRORS = "parc_jax/checker/errors.py"
 QUESTION = "parc_jax/checker/question.py"
 PLANS = "parc_jax/checker/plans.py"
 NO_PLAN = "parc_jax/checker/no_plan.py"
+HITS = "parc_jax/checker/hits.py"
 DOUBT = "parc_jax/checker/doubt.py"
 ANSWER = "parc_jax/checker/answer.py"
 BAD = "tests/checker/test_checker_checks.py::test_bad_certificates_are_rejected"
@@ -226,22 +227,22 @@ CHECKER = (
     ),
     Fault(
         "no_plan_widest_widths",
-        NO_PLAN,
-        "_, final = context.errors(bins, min)",
-        "_, final = context.errors(bins, max)",
+        QUESTION,
+        "return Several(sets, min)",
+        "return Several(sets, max)",
         (BAD,),
     ),
     Fault(
         "no_plan_contact_outside_the_disc",
-        NO_PLAN,
+        HITS,
         "need(dot(point, point) <= part.radius**2,",
         "need(True or point,",
         (BAD,),
     ),
     Fault(
         "no_plan_error_outside_the_tube",
-        NO_PLAN,
-        'need(some.contains(error), "the error of a contact is outside the tube")',
+        HITS,
+        'need(inside_tube, "the error of a contact is outside the tube")',
         "",
         (BAD,),
     ),

@@ -11,6 +11,7 @@ exact.py     numbers, lists, half-spaces; what a rejection is
 errors.py    the errors that a tube allows, and how far they reach
 question.py  problem, network and tube
 plans.py     samples, corridors and polytopes
+hits.py      boxes in which every plan touches the same obstacle at the same moment
 no_plan.py   boxes in which no plan is safe, or every one
 doubt.py     boxes of plans that are safe with the same directions
 answer.py    the whole file, the report, the command line

@@ -22,6 +22,7 @@ class Widths:
         need(all(x >= 0 for x in e), "the tube has a negative width")
         self.e, self.scale = integers(e)
         self.cost = len(e)  # of reach, in products
+        self.allows_none = True
 
     def reach(self, w, goal_row=None):
         return Fraction(dot([abs(x) for x in w], self.e), self.scale)
@@ -29,6 +30,10 @@ class Widths:
     def contains(self, x):
         """Whether x is one of the errors."""
         return all(abs(v) * self.scale <= e for v, e in zip(x, self.e, strict=True))
+
+    def fractions(self):
+        """The half widths."""
+        return [Fraction(e, self.scale) for e in self.e]
 
 
 class Template:
@@ -44,6 +49,7 @@ class Template:
         self.n = n
         self.ways = ways
         self.known = None
+        self.allows_none = all(b >= 0 for _, b in rows)
         named = max((sum(map(len, some)) for some in ways), default=0)
         self.cost = FRACTION * n * named
         if n <= MOST_AXES:
@@ -140,6 +146,36 @@ def cross(a, b):
         a[2] * b[0] - a[0] * b[2],
         a[0] * b[1] - a[1] * b[0],
     ]
+
+
+class AtEnd:
+    """The errors of a trajectory at its end, of all points and q: there it keeps to those of the
+    end, and each point to its own of the last interval.
+    """
+
+    def __init__(self, final, last, n_p):
+        self.final = final
+        self.last = last
+        self.n_p = n_p
+        self.cost = final.cost + sum(each.cost for each in last)
+        self.is_box = final.is_box and all(each.is_box for each in last)
+        if self.is_box:
+            least = final.fractions()
+            positions = [e for each in last for e in each.fractions()]
+            least[: len(positions)] = map(min, positions, least)
+            self.least = Widths(least)
+
+    def reach(self, w, goal_row=None):
+        if not self.is_box:
+            raise Rejected("a goal row names no error, and the tube has no half widths")
+        return self.least.reach(w)
+
+    def contains(self, x):
+        """Whether x is one of the errors."""
+        held = self.final.contains(x)
+        for i, each in enumerate(self.last):
+            held = held and each.contains(x[i * self.n_p : (i + 1) * self.n_p])
+        return held
 
 
 class Several:

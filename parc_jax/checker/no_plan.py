@@ -7,7 +7,6 @@ The cells are derived here.
 
 import itertools
 import math
-from fractions import Fraction
 
 from .exact import (
     FRACTION,
@@ -22,6 +21,7 @@ from .exact import (
     vector,
     whole,
 )
+from .hits import hit
 from .plans import condition, holds
 
 MAX_POINTS = 20_000  # vertices of cells in a leaf
@@ -114,13 +114,14 @@ class CellVertices:
         return self.points
 
 
-def missed_goal(context, entries, final):
-    """A combination (w, h) of goal rows: an end y with w . y > h violates one of them for some
-    error that all bins allow.
+def missed_goal(context, entries, bins):
+    """A combination (w, h) of goal rows: an end y with w . y > h violates one of them, in each of
+    the bins with an error that it allows.
 
-    An entry is [row, "m"], where all bins have half widths, and a corner of the least ones is the
-    error, or [row, "m", error].
+    An entry is [row, "m"], where all bins have half widths, and a corner of them is the error, or
+    [row, "m", error], with an error that all bins allow.
     """
+    final = context.at_end(bins)
     rows = []
     for row, _, *error in entries:
         a, b = context.goal[whole(row, 0, len(context.goal) - 1)]
@@ -131,94 +132,9 @@ def missed_goal(context, entries, final):
             need(final.contains(error), "the error of a goal row is outside the tube")
             rows.append((a, b - dot(a, error)))
         else:
-            need(final.is_box, "a goal row names no error, and the tube has no half widths")
             rows.append((a, b - final.reach(a)))
     multipliers = [[i, m] for i, (_, m, *_) in enumerate(entries)]
     return combine(rows, multipliers, context.n_end)
-
-
-def shape_point(context, part, spelled):
-    """A point of a part's shape: its coordinates in a disc, or weights of a polygon's vertices."""
-    if part.vertices is None:
-        point = vector(spelled, context.n_p)
-        need(dot(point, point) <= part.radius**2, "a contact's body point is outside the disc")
-        return point
-    weights = vector(spelled, len(part.vertices))
-    check_weights(weights)
-    return [dot(weights, column) for column in zip(*part.vertices, strict=True)]
-
-
-def check_weights(weights):
-    """Are these the weights of a mixture?"""
-    need(all(v >= 0 for v in weights), "a weight of a contact is negative")
-    need(sum(weights) == 1, "the weights of a contact do not sum to one")
-
-
-def contact(context, part, weights, entry, allowed):
-    """The offset of a contact [body, errors] from the mixture of a part's points: a point of its
-    shape, and the mixture of one error of each point.
-    """
-    spelled, errors = entry
-    offset = shape_point(context, part, spelled)
-    for weight, error, some in zip(weights, errors, allowed, strict=True):
-        error = vector(error, context.n_p)
-        need(some.contains(error), "the error of a contact is outside the tube")
-        offset = [x + weight * y for x, y in zip(offset, error, strict=True)]
-    return offset
-
-
-def hit(context, what, interval):
-    """Groups of contacts, each with the conditions on (p0, y) that the mixture of a part's points
-    at the share alpha of interval t, and the offset of the contact, are together in the obstacle:
-    a list of lists of lists. A group has one mixture.
-    """
-    if context.format == 1:
-        o, t, alpha, contacts = what
-        which = 0
-        groups: list = [[["1"], [[body, [error]] for body, error in contacts]]]
-    else:
-        o, which, t, alpha, groups = what
-    whole(o, 0, len(context.obstacles) - 1)
-    rows, first, last = context.obstacles[o]
-    part = context.parts[whole(which, 0, len(context.parts) - 1)]
-    whole(t, first, last)
-    alpha = number(alpha)
-    need(0 <= alpha <= 1, "a hit is outside its interval")
-    allowed = [interval[t][i] for i in part.points]
-    found = []
-    for weights, contacts in groups:
-        weights = vector(weights, len(part.points))
-        check_weights(weights)
-        moved, outputs = mixture(context, part, weights, t, alpha)
-        options = []
-        for entry in contacts:
-            offset = contact(context, part, weights, entry, allowed)
-            context.spend(FRACTION * len(rows) * (context.n_p + len(moved)))
-            inside = []
-            for a, b in rows:
-                away = [-x for x in a]
-                along = [x * away[axis] for axis, x in moved]
-                inside.append(condition("", False, away, along, outputs, b - dot(a, offset)))
-            options.append(inside)
-        found.append(options)
-    return found
-
-
-def mixture(context, part, weights, t, alpha):
-    """A mixture of a part's points at the share alpha of interval t, as p0 plus outputs y: (axis,
-    coefficient) of each of the outputs at both knots, and where these are.
-    """
-    by_point = [Fraction(0)] * context.n_points
-    for i, weight in zip(part.points, weights, strict=True):
-        by_point[i] += weight
-    moved = []
-    for share in (1 - alpha, alpha):
-        for weight in by_point:
-            moved += [(axis, share * weight) for axis in range(context.n_p)]
-    end = context.offset(t + 1, context.n_points - 1).stop
-    if t == 0:  # point 0 at knot 0 is p0, and no output
-        moved = moved[context.n_p :]
-    return moved, slice(end - len(moved), end)
 
 
 def check_leaf(context, name, what, lo, hi, vertices):
@@ -232,17 +148,17 @@ def check_leaf(context, name, what, lo, hi, vertices):
     """
     n = context.n_p
     bins = context.bins_meeting(lo[n:], hi[n:], closed=False)
-    interval, final = context.errors(bins, max if name == "safe" else min)
     if name == "safe":
+        interval, final = context.errors(bins, max)
         groups = [[list(context.conditions(what, interval, final))]]
     elif name == "goal":  # a combination of goal rows that (z, q) violates
-        w, h = missed_goal(context, what, final)
+        w, h = missed_goal(context, what, bins)
         groups = [[[condition("", True, context.along_p0(w), w, context.end, -h)]]]
     elif name == "start":  # a combination of start rows that p0 violates
         w, h = combine(context.start, what, n)
         groups = [[[condition("", True, w, [], slice(0), -h)]]]
     else:
-        groups = hit(context, what, interval)
+        groups = hit(context, what, bins)
     if name == "goal" and not any(w[n:]):  # it is about z alone: any k, and so any y, will do
         points = [([0] * context.n_outputs, 1)]
     else:
@@ -276,16 +192,25 @@ def holds_at(context, options, z, points):
     return True
 
 
+def check_centred(context):
+    """Does every bin allow the model itself, and so trajectories that are beside it for a moment
+    only? A template may not.
+    """
+    for by_interval in context.interval:
+        for by_point in by_interval:
+            need(all(errors.allows_none for errors in by_point), "a template excludes the model")
+    need(all(errors.allows_none for errors in context.final), "a template excludes the model")
+
+
 def check_faces(context, faces, lo, hi):
     """Proves that each plan that meets the goal, for errors that all bins allow, has z in the
     box.
     """
     n = context.n_p
     bins = context.bins_meeting(context.lo, context.hi, closed=True)
-    _, final = context.errors(bins, min)
     for i, pair in enumerate(array(faces, n)):
         for sign, bound, entries in zip((-1, 1), (-lo[i], hi[i]), pair, strict=True):
-            w, h = missed_goal(context, entries, final)
+            w, h = missed_goal(context, entries, bins)
             unit = [sign * int(i == j) for j in range(context.n_end)]
             need(w == unit, "a face of z has another direction")
             need(h <= bound, "a face of z does not follow from the goal")
@@ -303,6 +228,7 @@ def check_no_plan(context, plan):
     lo = z_lo + context.lo
     hi = z_hi + context.hi
     need(all(a < b for a, b in zip(lo, hi, strict=True)), "the box of (z, k) is flat")
+    check_centred(context)
     check_faces(context, plan["faces"], z_lo, z_hi)
     if plan["kind"] == "proved":
         allowed = list(UNSAFE)

@@ -10,7 +10,7 @@ import itertools
 import math
 from fractions import Fraction
 
-from .errors import Several, Template, Widths
+from .errors import AtEnd, Several, Template, Widths
 from .exact import (
     FRACTION,
     Rejected,
@@ -271,3 +271,11 @@ class Question:
                 by_point.append(Several([self.interval[b][t][i] for b in bins], pick))
             interval.append(by_point)
         return interval, Several([self.final[b] for b in bins], pick)
+
+    def at_end(self, bins):
+        """The errors that a trajectory may have at its end in each of some bins."""
+        sets = []
+        for b in bins:
+            self.spend(FRACTION * self.n_end)
+            sets.append(AtEnd(self.final[b], self.interval[b][-1], self.n_p))
+        return Several(sets, min)

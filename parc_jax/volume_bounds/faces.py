@@ -17,15 +17,25 @@ from parc_jax.spelling import fraction_text
 MOST_COMBINATIONS = 50_000  # bases of goal rows tried per face
 
 
+def kept_at_end(interval: np.ndarray, final: np.ndarray) -> np.ndarray:
+    """Half widths (..., n_c + n_q) at the end of a trajectory, which keeps to the final ones and,
+    in its n_c positions, to those of the last interval. interval: (..., T, n_c). [T30]
+    """
+    last = interval[..., -1, :]
+    n = last.shape[-1]
+    return np.concatenate([np.minimum(final[..., :n], last), final[..., n:]], axis=-1)
+
+
 def goal_faces(problem: ReachAvoid, model: TrajectoryModel) -> tuple[np.ndarray, np.ndarray, list]:
     """Box lo, hi (n_p,) of z and the certificate's `faces`, from the goal shrunken by the least
-    final widths.
+    widths at the end.
 
     Exact: the combination of goal rows is the axis direction, the bound is rounded outward. Where
     the goal leaves no room at all the box is opened up, so that it has a volume; every plan in it
     then misses the goal.
     """
-    least = [Fraction(float(e)) for e in model.tube.finite_widths[1].min(axis=0)]
+    widths = kept_at_end(*model.tube.finite_widths).min(axis=0)
+    least = [Fraction(float(e)) for e in widths]
     rows = [[Fraction(v) for v in row] for row in problem.goal.A]
     ends = [Fraction(v) for v in problem.goal.b]
     bounds = [

@@ -10,6 +10,7 @@ from parc_jax.claim.tube import Tube
 from parc_jax.sets.box import Box
 from parc_jax.spelling import hex_text
 from parc_jax.tolerances import TOLERANCES
+from parc_jax.volume_bounds.faces import kept_at_end
 
 UNSAFE = ("goal", "start", "hit")
 # a side of k is split before a side of z of equal effect: boxes that share k share their proof's
@@ -90,6 +91,7 @@ class Widths:
             number = (number[:, None] * (len(edge) - 1) + inside[None]).ravel()
         least, final_least = self.tube.least(number)
         most, final_most = self.tube.widest(number)
+        final_least = kept_at_end(least, final_least)
         return least, most, final_least, final_most, np.array(straddles, float)
 
 

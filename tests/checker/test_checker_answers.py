@@ -175,10 +175,9 @@ def test_a_hidden_spike_is_found():
         ("0.76", "0.9", True),
         ("0.5", "0.9", False),
     ):
-        nodes = (1, "1.5", known.REST, (1, "1.75", {"safe": known.ABOVE}, known.REST))
-        answer = known.with_plan(
-            known.plain(), "bracket", ["1.25", "-0.75"], ["2.75", "2.75"], nodes
-        )
+        safe = (0, "2.75", {"safe": known.ABOVE}, known.REST)
+        nodes = (1, "1.5", known.REST, (1, "1.75", (0, "1.25", known.REST, safe), known.REST))
+        answer = known.with_plan(known.plain(), "bracket", ["1", "-1"], ["3", "3"], nodes)
         kept = {key: changes[key] for key in ("network", "tube__interval")}
         assert (
             verdict(known.change(answer, kept | {"problem__domain": {"lo": [low], "hi": [high]}}))

@@ -23,7 +23,7 @@ from parc_jax import checker
 CASES = known.CASES | known_points.CASES
 VALID = known.VALID | known_points.VALID
 FOLDER = Path(checker.__file__).parent
-FILES = ("exact", "errors", "question", "plans", "no_plan", "doubt", "answer")
+FILES = ("exact", "errors", "question", "plans", "hits", "no_plan", "doubt", "answer")
 SOURCES = {name: (FOLDER / f"{name}.py").read_text() for name in FILES}
 NUMBERS = itertools.count()
 
@@ -260,13 +260,39 @@ SLIPS = [
     ("answer", "object_pairs_hook=unique, ", "", "a key twice"),
     ("answer", "parse_float=refuse, ", "", "a float in a part that is ignored"),
     ("answer", ", parse_constant=refuse", "", "a NaN in a part that is ignored"),
-    ("no_plan", 'max if name == "safe" else min', "max", "a goal leaf for the wider of two bins"),
+    (
+        "question",
+        "Several(sets, min)",
+        "Several(sets, max)",
+        "a goal leaf for the wider of two bins",
+    ),
+    (
+        "question",
+        "Several(sets, min)",
+        "Several(sets, max)",
+        "a box of z for the wider of two bins",
+    ),
+    (
+        "errors",
+        "map(min, positions, least)",
+        "map(max, positions, least)",
+        "a box of z for an end wider than the last interval",
+    ),
+    ("errors", "held = held and", "held = held or", "an error of a face outside the last interval"),
     (
         "errors",
         "all(each.contains(x) for",
         "any(each.contains(x) for",
-        "an error in the wider of two bins",
+        "an error of a face in one of two bins",
     ),
+    (
+        "hits",
+        "inside_tube = all(",
+        "inside_tube = any(",
+        "an error of a point in one of two bins",
+    ),
+    ("hits", "strict = not only_touch", "strict = False and only_touch", "touching at a knot"),
+    ("hits", "max(s - 1, 0) : s + 1", "max(s - 1, 0) : s", "touching at a knot"),
     ("errors", "if v == w and all(", "if all(", "an end whose way is another row's"),
     ("errors", " and all(m >= 0 for _, m in way)", "", "an end whose way is negative"),
     (
@@ -290,11 +316,10 @@ SLIPS = [
     ),
     (
         "no_plan",
-        'max if name == "safe" else min',
-        "min",
+        "errors(bins, max)",
+        "errors(bins, min)",
         "a safe leaf inside the narrower of two bins",
     ),
-    ("no_plan", "errors(bins, min)", "errors(bins, max)", "a box of z for the wider of two bins"),
     (
         "no_plan",
         "hi[i]), pair, strict=True",
@@ -321,8 +346,8 @@ SLIPS = [
         "holds_at(context, sum(groups, []), corner, points)",
         "a mixture that changes with k",
     ),
-    ("no_plan", "(1 - alpha, alpha)", "(alpha, 1 - alpha)", "a hit at the other knot"),
-    ("no_plan", "x + weight * y for", "x + y for", "an error of a point without weight"),
+    ("hits", "(1 - alpha, alpha)", "(alpha, 1 - alpha)", "a hit at the other knot"),
+    ("hits", "x + weight * y for", "x + y for", "an error of a point without weight"),
 ]
 
 

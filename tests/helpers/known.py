@@ -129,7 +129,7 @@ def wide(name, lo="-8", hi="8"):
     answer = line()
     answer["tube"] = {
         "edges": [["-1", "0", "1"]],
-        "interval": [[["0"]]] * 2,
+        "interval": [[["1"]], [["2"]]],
         "final": [["1"], ["2"]],
     }
     nodes = {name: []} if name != "goal" else (0, "7.5", REST, {"goal": [[0, "1"]]})
@@ -145,6 +145,25 @@ def bent(b):
     answer["network"] = {"weights": weights, "biases": [["0", "0.5", "-0.5"], ["0"]]}
     answer["problem"]["start"] = {"A": [["1"]], "b": [b]}
     return build.rehash(with_plan(answer, "bracket", ["-9"], ["9"], {"safe": []}))
+
+
+def at_a_knot(depth, second):
+    """A point that stands still at z in [-1/1000, 1/1000] for two steps; the contact at knot 1, a
+    quarter beyond, lies `depth` inside an obstacle of the first step. second: widths of that step.
+
+    There is no trajectory that touches with an error which the next interval forbids; if the
+    contact is inside the obstacle, there is one a moment before.
+    """
+    answer = line()
+    answer["problem"] |= {
+        "steps": 2,
+        "goal": build.box_rows((build.F(-1, 1000),), (build.F(1, 1000),)),
+        "obstacles": [build.box_rows((build.F(1, 4) - depth,), (9,)) | {"steps": [0, 0]}],
+    }
+    answer["network"] = {"weights": [[["0"], ["0"]]], "biases": [["0", "0"]]}
+    answer["tube"] |= {"interval": [[["0.25"], [second]]], "final": [["0"]]}
+    what = {"hit": [0, 0, "1", [[["0"], ["0.25"]]]]}
+    return build.rehash(with_plan(answer, "proved", ["-0.001"], ["0.001"], what))
 
 
 def rounding(half):
@@ -465,6 +484,12 @@ bad(
 FLAT_Z = with_plan(line(), "bracket", ["9"], ["9"], REST)
 bad("a flat box of z", lambda: copy.deepcopy(FLAT_Z), problem__goal=build.box_rows((9,), (9,)))
 bad("a flat domain", lambda: wide("safe", "-9", "9"), problem__domain={"lo": ["0"], "hi": ["0"]})
+bad(
+    "a box of z for an end wider than the last interval",
+    blocked,
+    tube__interval__0__1=["1/8", "1/8"],
+)
+bad("touching at a knot", lambda: at_a_knot(build.F(1, 1000), "0"))
 bad("a split below its box", blocked, no_plan__tree=tree((0, "1", hit(ZERO), hit(ZERO))))
 bad("a split above its box", blocked, no_plan__tree=tree((0, "3", hit(ZERO), hit(ZERO))))
 bad("a split on axis false", blocked, no_plan__tree=tree((False, "2", hit(ZERO), hit(ZERO))))

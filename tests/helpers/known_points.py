@@ -81,11 +81,12 @@ ACROSS = hit((["1/4", "3/4"], STILL), (["1", "0"], STILL))  # each end of the bo
 
 
 def shelf(below=BELOW, across=ACROSS, beyond="1/4", split="2.875"):
-    """A shelf of height 1 to 1.25 over the end. Whoever ends below reaches up to it; between 1/4
+    """A shelf over the end, at a height of 1 to 1.25 and a little more, since contacts at the end have
+    to be inside where its errors are a template. Whoever ends below reaches up to it; between 1/4
     and 1 it cuts the capsule; above 2.75 the goal is missed.
     """
     answer = points()
-    answer["problem"]["obstacles"] = [build.box_rows((0, 1), (3, "1.25"))]
+    answer["problem"]["obstacles"] = [build.box_rows((0, build.F(15, 16)), (3, "21/16"))]
     missed = {"goal": [[1, "1", end_error(1, beyond)]]}
     nodes = (1, split, (1, "0.25", below, (1, "1", across, known.REST)), missed)
     answer = known.with_plan(answer, "bracket", ["1.25", "-0.75"], ["2.75", "3.5"], nodes)
@@ -187,7 +188,9 @@ bad(
 )
 
 # No plan.
-SHELF = {"problem__obstacles__0": build.box_rows((0, 1), (2, "1.25"))}  # which ends before z does
+SHELF = {
+    "problem__obstacles__0": build.box_rows((0, build.F(15, 16)), (2, "21/16"))
+}  # which ends before z does
 bad("a hit of format 1 in format 2", shelf, no_plan__tree__2={"hit": [0, 1, "1", [known.ZERO]]})
 bad("a hit of part false", shelf, no_plan__tree__4__hit__1=False)
 bad("a hit of a part that is not there", shelf, no_plan__tree__4__hit__1=2)
@@ -223,6 +226,26 @@ bad(
     shelf,
     no_plan__faces__1__1__0__2=end_error(1, "1/2"),
     no_plan__z__hi=["2.75", "2.6"],
+    no_plan__tree=[known.REST],
+)
+bad("an error of a face in one of two bins", shelf, tube__final__0=["1/4", "1/8", "1/4", "1/4"])
+bad(
+    "an error of a face outside the last interval",
+    shelf,
+    tube__interval__1__1__0__b=["1/4", "1/4", "1/8", "1/4"],
+)
+bad("contacts as an object", shelf, no_plan__tree__4__hit__4__append=[["1", "0"], {}])
+BESIDE = QUARTERS | {"b": ["1/4", "-1/8", "1/4", "1/4"]}
+bad("a template that excludes the model", shelf, tube__interval__1__0__0=BESIDE)
+bad(
+    "a template of the end that excludes the model",
+    shelf,
+    tube__final__1__b=["1/4"] * 4 + ["-1/8"] + ["1/4"] * 3,
+    no_plan__faces=[
+        [[[row, "1", ["1/4", error, "0", "0"]]] for row, error in pair]
+        for pair in (((4, "0"), (0, "0")), ((5, "-1/4"), (1, "1/4")))
+    ],
+    no_plan__z__lo=["0.75", "-0.75"],
     no_plan__tree=[known.REST],
 )
 WAYS = [[[[row, "1"]]] for row in (0, 2, 1, 3)]

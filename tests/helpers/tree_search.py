@@ -18,10 +18,14 @@ def goal_faces(n_p, n_q):
 
 
 def goal_box(problem, tube):
-    """Bounds of z for such a goal and the least final error."""
+    """Bounds of z for such a goal and the least error at the end, which is one of the last interval
+    too.
+    """
     n_p, n = problem["n_p"], problem["n_p"] + problem["n_q"]
     b = build.value(problem["goal"]["b"])
+    last = [interval[-1] for interval in build.value(tube["interval"])]
     e = [min(v) for v in zip(*build.value(tube["final"]), strict=True)]
+    e[:n_p] = [min(v) for v in zip(e, *last, strict=False)]
     return [e[i] - b[n + i] for i in range(n_p)], [b[i] - e[i] for i in range(n_p)]
 
 

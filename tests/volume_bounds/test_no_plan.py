@@ -134,7 +134,7 @@ def test_goal_without_room_is_proved():
 )
 def test_the_reason_is_said_where_a_sentence_can_say_it(final, kind, words):
     line, final = line_model(e=0.01), np.array(final)
-    interval = np.where(np.isinf(final[:, :1, None]), np.inf, np.full((len(final), 4, 2), 0.01))
+    interval = np.where(np.isinf(final[:, :1, None]), np.inf, np.full((len(final), 4, 2), 0.4))
     model = model_of(
         line.net, line.domain, interval, final, [np.linspace(-1, 1, len(final) + 1), [-1.0, 1.0]]
     )

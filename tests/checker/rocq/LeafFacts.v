@@ -98,6 +98,42 @@ Proof.
   unfold cut_off. rewrite LZ. destruct (Nat.ltb_spec i (n_p P)); [ring|lia].
 Qed.
 
+(* What holds throughout the cells holds at the points of a hull that covers what the last hidden layer gives. *)
+Lemma throughout_hull D test : length D = n_k P -> inBox D k -> throughout (cells_in N D) test = true ->
+  exists W, cone W (stateR N kk) 1 /\ forall test, throughout (cells_in N D) test = true -> forall w, In w W -> test w = true.
+Proof.
+  intros LD HD H0. pose proof (corners_R _ _ HD) as CD. rewrite LD in CD. fold kk in CD.
+  destruct (hidden_cover N _ _ CD) as (ok & W & Hin & HW).
+  assert (G : forall test, throughout (cells_in N D) test = true -> ok = true /\ forall w, In w W -> test w = true).
+  { intros f HT. eapply forallb_forall in HT; [|exact Hin]. cbn [fst snd] in HT. apply andb_prop in HT as [HT1 HT].
+    split; [exact HT1|]. intros w Hw. eapply forallb_forall in HT; eauto. }
+  exists W. split; [apply HW; apply (G _ H0)|]. intros f HT. apply (G f HT).
+Qed.
+
+(* ---- Errors ---- *)
+Lemma small_R e : forall w, small e w = true -> forall a, Rabs (toR e a) <= toR w a.
+Proof.
+  unfold toR. induction e as [|x e IH]; intros [|y w] H a; simpl in H; try discriminate.
+  - destruct a; simpl; rewrite R0, Rabs_R0; lra.
+  - apply andb_prop in H as [X H]. apply R_le in X. rewrite R_abs in X. destruct a as [|a]; [exact X|apply (IH w H a)].
+Qed.
+Lemma allows_R n E x : allows n E x = true -> length x = n /\ inError n E (toR x).
+Proof.
+  unfold allows. rewrite andb_true_iff, Nat.eqb_eq. intros [L H]. split; [exact L|]. destruct E as [w|A]; simpl.
+  - intros i _. apply small_R. exact H.
+  - intros a b Hab. eapply forallb_forall in H; [|exact Hab]. apply R_le in H. rewrite dotQ_R in H. exact H.
+Qed.
+Lemma chunk_vec_nth n : forall T w i, (i < T)%nat -> nth i (chunk_vec n T w) [] = firstn n (skipn (i * n) w).
+Proof.
+  induction T; intros w i H; [lia|]. destruct i as [|i]; simpl; [reflexivity|]. rewrite IHT by lia. rewrite skipn_two. reflexivity.
+Qed.
+Lemma chunk_vec_len n : forall T w, length (chunk_vec n T w) = T.
+Proof. induction T; intro w; simpl; [reflexivity|]. rewrite IHT. reflexivity. Qed.
+Lemma chunk_vec_R n T w i a : (i < T)%nat -> (a < n)%nat -> toR (nth i (chunk_vec n T w) []) a = toR w (i * n + a)%nat.
+Proof.
+  intros Hi Ha. rewrite chunk_vec_nth by exact Hi. unfold toR. rewrite nth_firstn_lt by exact Ha. rewrite nth_skipn'. reflexivity.
+Qed.
+
 (* ---- A missed goal ---- *)
 Lemma vmin_l u' : forall v i, (i < length u')%nat -> toR (vmin u' v) i <= toR u' i.
 Proof.
@@ -117,28 +153,13 @@ Proof.
 Qed.
 Lemma vmin_len u' : forall v, length (vmin u' v) = Nat.max (length u') (length v).
 Proof. induction u'; intros [|b v]; simpl; auto. Qed.
-Lemma least_R' l n : (forall v, In v l -> length v = n) -> forall v, In v l -> forall i, toR (least_of l) i <= toR v i.
+Lemma least_of_R l x : In x l -> Q2R (least_of l) <= Q2R x.
 Proof.
-  intros HL v Hv i.
-  assert (G : (i < n)%nat -> toR (least_of l) i <= toR v i /\ length (least_of l) = n).
-  { intro Hi. revert v Hv. induction l as [|a l IH]; intros v Hv; [destruct Hv|].
-    destruct l as [|b l]; [destruct Hv as [<-|[]]; simpl; split; [lra|apply HL; simpl; auto]|].
-    destruct (IH (fun v Hv => HL v (or_intror Hv)) b (or_introl eq_refl)) as [_ Lb].
-    change (least_of (a :: b :: l)) with (vmin a (least_of (b :: l))).
-    assert (La : length a = n) by (apply HL; simpl; auto).
-    split; [|rewrite vmin_len; lia]. destruct Hv as [<-|Hv]; [apply vmin_l; lia|].
-    eapply Rle_trans; [apply vmin_r; lia|]. apply IH; [intros; apply HL; simpl; auto|exact Hv]. }
-  destruct (Nat.lt_ge_cases i n) as [C|C]; [apply G; exact C|].
-  assert (L : (length (least_of l) <= n)%nat).
-  { clear G Hv v. induction l as [|a l IH]; [simpl; lia|]. destruct l as [|b l]; [simpl; rewrite (HL a) by (simpl; auto); lia|].
-    change (least_of (a :: b :: l)) with (vmin a (least_of (b :: l))). rewrite vmin_len, (HL a) by (simpl; auto).
-    specialize (IH (fun v Hv => HL v (or_intror Hv))). lia. }
-  unfold toR. rewrite !nth_overflow by (rewrite ?(HL v Hv); lia). lra.
-Qed.
-Lemma least_pos l : (forall v, In v l -> forall i, 0 <= toR v i) -> forall i, 0 <= toR (least_of l) i.
-Proof.
-  induction l as [|a l IH]; intros H i; [rewrite toR_nil; lra|]. destruct l as [|b l]; [apply H; simpl; auto|].
-  apply vmin_pos; [apply H; simpl; auto|]. apply IH. intros; apply H; simpl; auto.
+  induction l as [|y l IH]; intro H; [destruct H|]. destruct l as [|z l]; [destruct H as [<-|[]]; simpl; lra|].
+  change (least_of (y :: z :: l)) with (let m := least_of (z :: l) in if qle y m then y else m). cbv zeta.
+  destruct (qle y (least_of (z :: l))) eqn:E.
+  - apply R_le in E. destruct H as [<-|H]; [lra|specialize (IH H); lra].
+  - apply R_nle in E. destruct H as [<-|H]; [lra|apply IH; exact H].
 Qed.
 Definition extreme_error (a : vec) (e : rv) : rv := fun i => if Rle_dec 0 (toR a i) then e i else - e i.
 Lemma extreme_R a : forall e, dotR a (extreme_error a e) = dotR (vabs a) e.
@@ -149,80 +170,93 @@ Proof.
 Qed.
 Lemma extreme_abs a e i : 0 <= e i -> Rabs (extreme_error a e i) <= e i.
 Proof. intro H. unfold extreme_error. destruct (Rle_dec _ _); [rewrite Rabs_right by lra|rewrite Rabs_Ropp, Rabs_right by lra]; lra. Qed.
-Lemma shrunk_fails e A y : ~ inPoly (shrunk e A) y -> exists a b, In (a, b) A /\ Q2R b < dotR a (fun j => y j + extreme_error a (toR e) j).
-Proof.
-  intro H. destruct (not_in_poly _ _ H) as (a & b & Hin & L). apply in_map_iff in Hin as ([a' b'] & [= <- <-] & Hin).
-  exists a', b'. split; [exact Hin|]. cbn [fst snd] in L. rewrite R_add, Q2R_opp, dotQ_R in L. rewrite dotR_plus, extreme_R. lra.
-Qed.
-Lemma combine_shrunk_fits e A m : fits A m = true -> fits (shrunk e A) m = true.
-Proof. unfold fits, shrunk. rewrite map_length. auto. Qed.
 
-Lemma end_widths_R B : wide_bin P B -> length (end_widths P B) = (n_points P * n_p P + n_q P)%nat /\
+Lemma widths_of E : has_widths E = true -> E = Widths (width E).
+Proof. destruct E; [reflexivity|discriminate]. Qed.
+Lemma last_fit B : open_bin P B -> length (last_errors P B) = n_points P /\
+  forall i, error_ok (n_p P) (nth i (last_errors P B) (Rows [])) = true.
+Proof. intro HB. pose proof (some_step _ _ SP). split; [apply (all_points _ _ HB); lia|intro i; apply (all_fit _ _ HB)]. Qed.
+Lemma end_widths_R B : open_bin P B -> plain_end P B = true ->
   (forall j, 0 <= toR (end_widths P B) j) /\
   (forall j, (j < n_points P * n_p P + n_q P)%nat -> toR (end_widths P B) j <= toR (width (final B)) j) /\
-  (forall j, (j < n_points P * n_p P)%nat -> toR (end_widths P B) j <=
-     toR (width (nth (j / n_p P) (nth (steps P - 1) (interval B) []) (Rows []))) (j mod n_p P)%nat).
+  (forall i a, (i < n_points P)%nat -> (a < n_p P)%nat ->
+     toR (end_widths P B) (i * n_p P + a)%nat <= toR (width (nth i (last_errors P B) (Rows []))) a).
 Proof.
-  intros HW. destruct (end_width _ _ HW) as (w & E & Lw & W0). pose proof (some_step _ _ SP) as ST. pose proof (some_axis _ _ SP) as SA.
-  set (l := map width (nth (steps P - 1) (interval B) [])).
-  assert (Ll : length l = n_points P) by (unfold l; rewrite map_length; apply (all_points _ _ HW); lia).
-  assert (Ll' : @length (list Q) l = n_points P) by exact Ll.
-  assert (Hl : forall i, (i < n_points P)%nat -> length (nth i l []) = n_p P /\ forall a, 0 <= toR (nth i l []) a).
-  { intros i Hi. destruct (all_widths _ _ HW (steps P - 1)%nat i ltac:(lia) Hi) as (v & Ev & Lv & V0).
-    unfold l. change (@nil Q) with (width (Rows [])). rewrite map_nth, Ev. simpl. auto. }
-  assert (Hv : forall v, In v l -> length v = n_p P /\ forall a, 0 <= toR v a).
-  { intros v Hv. apply (In_nth _ _ []) in Hv as (i & Hi & <-). apply Hl. rewrite <- Ll. exact Hi. }
-  assert (Lc : length (concat l) = (n_points P * n_p P)%nat) by (rewrite (concat_len (n_p P)); [rewrite Ll'; reflexivity|apply Hv]).
-  unfold end_widths. fold l. rewrite E. simpl width. split; [rewrite vmin_len; lia|]. split; [|split].
-  - apply vmin_pos; [|exact W0]. intro j. unfold toR. destruct (Nat.lt_ge_cases j (length (concat l))) as [C|C].
-    + rewrite (nth_concat _ (n_p P)) by (try apply Hv; try exact SA; rewrite Ll'; lia). apply Hl. apply Nat.div_lt_upper_bound; lia.
-    + rewrite nth_overflow, R0 by exact C. lra.
-  - intros j Hj. apply vmin_r. lia.
-  - intros j Hj. eapply Rle_trans; [apply vmin_l; lia|]. unfold toR.
-    rewrite (nth_concat _ (n_p P)) by (try apply Hv; try exact SA; rewrite Ll'; lia).
-    unfold l. change (@nil Q) with (width (Rows [])). rewrite map_nth. simpl. lra.
+  intros HB HP. apply andb_prop in HP as [HP1 HP2]. pose proof (end_fit _ _ HB) as HF. rewrite (widths_of _ HP1) in HF.
+  cbn [error_ok] in HF. apply andb_prop in HF as [Lf Pf]. apply Nat.eqb_eq in Lf.
+  destruct (last_fit B HB) as [Ll Hl]. pose proof (some_axis _ _ SP) as SA.
+  set (l := map width (last_errors P B)).
+  assert (Ll' : @length (list Q) l = n_points P) by (unfold l; rewrite map_length; exact Ll).
+  assert (Nl : forall i, nth i l [] = width (nth i (last_errors P B) (Rows []))) by (intro i; unfold l; change (@nil Q) with (width (Rows [])); apply map_nth).
+  assert (Hw : forall v, In v l -> length v = n_p P /\ forallb (qle 0) v = true).
+  { intros v Hv. apply (In_nth _ _ []) in Hv as (i & Hi & <-). rewrite Nl. specialize (Hl i).
+    assert (Hi' : (i < length (last_errors P B))%nat) by (unfold l in Hi; rewrite map_length in Hi; exact Hi).
+    eapply forallb_forall in HP2; [|apply (@nth_In _ i _ (Rows [])); exact Hi']. rewrite (widths_of _ HP2) in Hl. cbn [error_ok] in Hl.
+    apply andb_prop in Hl as [H1 H2]. apply Nat.eqb_eq in H1. auto. }
+  assert (Lc : length (concat l) = (n_points P * n_p P)%nat) by (rewrite (concat_len (n_p P)); [rewrite Ll'; reflexivity|apply Hw]).
+  unfold end_widths. fold l. split; [|split].
+  - apply vmin_pos; apply nonneg_R; [|exact Pf]. apply forallb_forall. intros x Hx. apply in_concat in Hx as (v & Hv & Hx).
+    destruct (Hw v Hv) as [_ H]. eapply forallb_forall in H; eauto.
+  - intros j Hj. apply vmin_r. rewrite Lf. exact Hj.
+  - intros i a Hi Ha.
+    assert (Hj : (i * n_p P + a < n_points P * n_p P)%nat).
+    { assert (S i * n_p P <= n_points P * n_p P)%nat by (apply Nat.mul_le_mono_r; lia). simpl in *. lia. }
+    eapply Rle_trans; [apply vmin_l; lia|]. unfold toR.
+    rewrite (nth_concat _ (n_p P)) by (try apply Hw; try exact SA; rewrite Ll'; exact Hj).
+    replace ((i * n_p P + a) / n_p P)%nat with i by (rewrite Nat.add_comm, Nat.div_add by lia; rewrite Nat.div_small by exact Ha; reflexivity).
+    replace ((i * n_p P + a) mod n_p P)%nat with a by (rewrite Nat.add_comm, Nat.mod_add by lia; rewrite Nat.mod_small by exact Ha; reflexivity).
+    rewrite Nl. lra.
 Qed.
 
-(* The end misses the goal if it does so by more than the widths of its bin. *)
-Lemma goal_missed B bs : wide_bin P B -> In B bs -> (forall C, In C bs -> wide_bin P C) ->
-  ~ inPoly (goal_rows_of P bs) (endR P u (netR N k)) ->
+(* A row that an end misses by more than an error which a bin allows there. *)
+Lemma use_error B bs us : open_bin P B -> In B bs -> use_ok P bs us = true ->
+  exists a b x, In (a, b) (goal P) /\ fst (use_row P bs us) = a /\ Q2R b <= Q2R (snd (use_row P bs us)) + dotR a x /\
+    inError (n_points P * n_p P + n_q P) (final B) x /\
+    forall i, (i < n_points P)%nat -> inError (n_p P) (nth i (last_errors P B) (Rows [])) (fun c => x (i * n_p P + c)%nat).
+Proof.
+  intros HB IB H. unfold use_ok in H. rewrite !andb_true_iff in H. destruct H as [[Hr _] H]. apply Nat.ltb_lt in Hr.
+  pose proof (nth_In (goal P) ([], 0%Q) Hr) as Ha. unfold use_row. destruct (nth (which_row us) (goal P) ([], 0%Q)) as [a b].
+  cbn [fst snd]. eapply forallb_forall in H; [|exact IB]. destruct (last_fit B HB) as [Ll Hl]. destruct (shrink us) as [x|].
+  - exists a, b, (toR x). unfold end_allows in H. apply andb_prop in H as [H1 H2]. apply allows_R in H1 as [Lx H1].
+    split; [exact Ha|]. split; [reflexivity|]. split; [rewrite R_add, Q2R_opp, dotQ_R; lra|]. split; [exact H1|].
+    intros i Hi.
+    assert (I : In (nth i (last_errors P B) (Rows []), nth i (chunk_vec (n_p P) (n_points P) x) [])
+                   (combine (last_errors P B) (chunk_vec (n_p P) (n_points P) x))).
+    { rewrite <- combine_nth by (rewrite chunk_vec_len; exact Ll). apply nth_In. rewrite combine_length, chunk_vec_len, Ll. lia. }
+    eapply forallb_forall in H2; [|exact I]. apply allows_R in H2 as [_ H2]. cbn [fst snd] in H2.
+    eapply (inError_upto _ _ _ _ (Hl i)); [|exact H2]. intros c Hc. apply chunk_vec_R; assumption.
+  - destruct (end_widths_R B HB H) as (E0 & Ef & Ei). exists a, b, (extreme_error a (toR (end_widths P B))).
+    pose proof H as HP. apply andb_prop in HP as [HP1 HP2].
+    split; [exact Ha|]. split; [reflexivity|]. split; [|split].
+    + rewrite R_add, Q2R_opp, extreme_R, <- dotQ_R.
+      pose proof (least_of_R _ _ (in_map (fun B => dotQ (vabs a) (end_widths P B)) bs B IB)) as K. cbv beta in K. lra.
+    + rewrite (widths_of _ HP1). simpl. intros j Hj. eapply Rle_trans; [apply extreme_abs, E0|apply Ef; exact Hj].
+    + intros i Hi. assert (Hi' : (i < length (last_errors P B))%nat) by (rewrite Ll; exact Hi).
+      eapply forallb_forall in HP2; [|apply (@nth_In _ i _ (Rows [])); exact Hi']. rewrite (widths_of _ HP2). simpl.
+      intros c Hc. eapply Rle_trans; [apply extreme_abs, E0|apply Ei; assumption].
+Qed.
+Lemma goal_missed B bs us : open_bin P B -> In B bs -> use_ok P bs us = true ->
+  Q2R (snd (use_row P bs us)) < dotR (fst (use_row P bs us)) (endR P u (netR N k)) ->
   exists tau, in_tube P N B u k tau /\ continuous tau /\ misses P tau.
 Proof.
-  intros HB Hin Hbs HG. destruct (shrunk_fails _ _ _ HG) as (a & b & Hab & L). clear HG.
+  intros HB IB HU HG. destruct (use_error B bs us HB IB HU) as (a & b & x & Hab & Ea & Eb & Hf & Hi). rewrite Ea in HG.
   pose proof (some_axis _ _ SP) as SA. pose proof (some_step _ _ SP) as ST.
-  set (e := least_of (map (end_widths P) bs)) in *.
-  assert (He : forall j, toR e j <= toR (end_widths P B) j).
-  { apply (least_R' _ (n_points P * n_p P + n_q P)); [|apply in_map; exact Hin].
-    intros v Hv. apply in_map_iff in Hv as (C & <- & HC). apply end_widths_R. apply Hbs. exact HC. }
-  assert (He0 : forall j, 0 <= toR e j).
-  { apply least_pos. intros v Hv. apply in_map_iff in Hv as (C & <- & HC). apply end_widths_R. apply Hbs. exact HC. }
-  destruct (end_widths_R B HB) as (_ & _ & Hf & Hi).
-  set (x := extreme_error a (toR e)) in *.
-  assert (Hx : forall j, Rabs (x j) <= toR (end_widths P B) j).
-  { intro j. eapply Rle_trans; [apply extreme_abs, He0|apply He]. }
   set (tau := nudged P u (netR N k) (INR (steps P)) 1 (fun i c => x (i * n_p P + c)%nat)
                 (fun j => x (n_points P * n_p P + j)%nat)).
+  assert (Hx : forall j, (if (j <? n_points P * n_p P)%nat
+      then bump (INR (steps P)) 1 (INR (steps P)) * x (j / n_p P * n_p P + j mod n_p P)%nat
+      else x (n_points P * n_p P + (j - n_points P * n_p P))%nat) = x j).
+  { intro j. destruct (Nat.ltb_spec j (n_points P * n_p P)) as [C|C].
+    - rewrite bump_at, Rmult_1_l by lra. f_equal. pose proof (Nat.div_mod j (n_p P) ltac:(lia)). lia.
+    - f_equal. lia. }
   exists tau. split; [|split; [apply nudged_continuous|]].
-  - apply nudged_in_tube; auto; [lra| | |].
-    + intros t s i c Ht Hi' Hc Hs. destruct (Nat.eq_dec t (steps P - 1)) as [->|Nt].
-      * right. eapply Rle_trans; [apply Hx|].
-        assert (Hj : (i * n_p P + c < n_points P * n_p P)%nat).
-        { assert (S i * n_p P <= n_points P * n_p P)%nat by (apply Nat.mul_le_mono_r; lia). simpl in *. lia. }
-        specialize (Hi _ Hj). replace ((i * n_p P + c) / n_p P)%nat with i in Hi.
-        2: { rewrite Nat.add_comm, Nat.div_add by lia. rewrite Nat.div_small by exact Hc. reflexivity. }
-        replace ((i * n_p P + c) mod n_p P)%nat with c in Hi; [exact Hi|].
-        rewrite Nat.add_comm, Nat.mod_add by lia. rewrite Nat.mod_small by exact Hc. reflexivity.
-      * left. assert (INR (S (S t)) <= INR (steps P)) as LT by (apply le_INR; lia). rewrite !S_INR in LT.
-        rewrite Rabs_left1 by lra. lra.
-    + intros j Hj. right. replace (j / n_p P * n_p P + j mod n_p P)%nat with j.
-      * eapply Rle_trans; [apply Hx|apply Hf; lia].
-      * pose proof (Nat.div_mod j (n_p P) ltac:(lia)). lia.
-    + intros j Hj. replace (n_points P * n_p P + (j - n_points P * n_p P))%nat with j by lia.
-      eapply Rle_trans; [apply Hx|apply Hf; lia].
-  - intro K. specialize (K a b Hab). rewrite (dotR_ext a _ (fun j => endR P u (netR N k) j + x j)) in K; [lra|].
-    intros j Hj. pose proof (poly_len _ _ _ _ (goal_rows _ _ SP) Hab) as La. unfold tau. rewrite nudged_end by exact SA.
-    destruct (Nat.ltb_spec j (n_points P * n_p P)) as [C|C]; f_equal.
-    + rewrite bump_at, Rmult_1_l by lra. f_equal. pose proof (Nat.div_mod j (n_p P) ltac:(lia)). lia.
-    + f_equal. lia.
+  - apply nudged_in_tube; auto; [lra| |].
+    + intros t s i Ht Hi' Hs. destruct (Nat.eq_dec t (steps P - 1)) as [->|Nt]; [right; apply Hi; exact Hi'|].
+      left. assert (INR (S (S t)) <= INR (steps P)) as LT by (apply le_INR; lia). rewrite !S_INR in LT.
+      rewrite Rabs_left1 by lra. lra.
+    + apply (inError_upto _ _ x _ (end_fit _ _ HB)); [|exact Hf]. intros j _. symmetry. apply Hx.
+  - intro K. specialize (K a b Hab). rewrite (dotR_ext a _ (fun j => endR P u (netR N k) j + x j)) in K.
+    + rewrite dotR_plus in K. lra.
+    + intros j _. unfold tau. rewrite nudged_end by exact SA. f_equal. apply Hx.
 Qed.
 End Frame.

@@ -6,12 +6,13 @@ Import ListNotations.
 Open Scope Q_scope.
 
 (* ---- What a proof holds: a tree over the boxes of (z, k), each leaf with its reason ---- *)
-Record contact := Contact { body : vec; errors : list vec }.    (* a point of the shape (of a polygon its weights), *)
-Record hit := Hit {                                             (* and an error for each reference point *)
-  whom : nat; which_part : nat; step : nat; share : Q; blend : vec; contacts : list contact }.
-Inductive reason := Misses (m : multipliers) | Elsewhere (m : multipliers) | Hits (h : hit) | Safe (s : sepn) | Open.
+Record contact := Contact { body : vec; errors : list vec }.    (* a point of the shape (of a polygon its weights), and an *)
+Record group := Group { blend : vec; contacts : list contact }. (* error for each point of the part; contacts of one mixture *)
+Record hit := Hit { whom : nat; which_part : nat; step : nat; share : Q; groups : list group }.
+Record use := Use { which_row : nat; times : Q; shrink : option vec }.  (* of a row of the goal, and with which error *)
+Inductive reason := Misses (us : list use) | Elsewhere (m : multipliers) | Hits (h : hit) | Safe (s : sepn) | Open.
 Inductive tree := Leaf (r : reason) | Split (axis : nat) (cut : Q) (lower upper : tree).
-Record proof := Proof { z_box : list (Q * Q); faces : list (multipliers * multipliers); root : tree }.
+Record proof := Proof { z_box : list (Q * Q); faces : list (list use * list use); root : tree }.
 
 Definition area := list (Q * Q).
 Fixpoint lower_part (i : nat) (c : Q) (B : area) : area :=
@@ -59,24 +60,50 @@ Definition frame_of (P : problem) (N : list layer) : frame :=
   let K := places P X Y in
   Frame X Y K (endA P K Y).
 
-(* ---- Widths ---- *)
-Definition width (e : error) : vec := match e with Widths w => w | Rows _ => [] end.
-Definition plain (B : bin) : bool :=
-  let has e := match e with Widths _ => true | Rows _ => false end in
-  forallb (forallb has) (interval B) && has (final B).
-Fixpoint vmin (u v : vec) : vec :=
-  match u, v with [], _ => v | _, [] => u | a :: u', b :: v' => (if qle a b then a else b) :: vmin u' v' end.
-Fixpoint least_of (l : list vec) : vec :=
-  match l with [] => [] | [v] => v | v :: l' => vmin v (least_of l') end.
-(* A trajectory's end keeps to the final widths and to those of the last interval. *)
-Definition end_widths (P : problem) (B : bin) : vec :=
-  vmin (concat (map width (nth (steps P - 1) (interval B) []))) (width (final B)).
-Definition shrunk (e : vec) (A : poly) : poly := map (fun ab => (fst ab, qadd (snd ab) (- dotQ (vabs (fst ab)) e))) A.
+(* ---- Errors: every bin has to allow none, so that the model's own trajectory is in the tube ---- *)
+Fixpoint small (e w : vec) : bool :=
+  match e, w with [], [] => true | a :: e', b :: w' => qle (Qabs a) b && small e' w' | _, _ => false end.
+Definition allows (n : nat) (E : error) (x : vec) : bool :=
+  Nat.eqb (length x) n &&
+  match E with Widths w => small x w | Rows A => forallb (fun ab => qle (dotQ (fst ab) x) (snd ab)) A end.
+Definition allows_none (E : error) : bool :=
+  match E with Widths _ => true | Rows A => forallb (fun ab => qle 0 (snd ab)) A end.
+Definition centred (B : bin) : bool := forallb (forallb allows_none) (interval B) && allows_none (final B).
 Fixpoint overlaps (A B : area) : bool :=             (* their interiors *)
   match A, B with (a, b) :: A', (c, d) :: B' => qlt a d && qlt c b && overlaps A' B' | _, _ => true end.
-Definition met (bs : list bin) (D : area) : list bin := filter (fun B => overlaps (box B) D) bs.
+Definition met (bs : list (bin * goal_hints)) (D : area) : list (bin * goal_hints) :=
+  filter (fun BH => overlaps (box (fst BH)) D) bs.
 
-(* ---- A hit: at each point one of the contacts lies in the obstacle ---- *)
+(* ---- Rows of the goal, shrunken by an error that all of some bins allow at the end: there a trajectory keeps to the
+   errors of the end and to those of the last interval.  Where these are widths, the farthest error needs no name. ---- *)
+Fixpoint chunk_vec (n T : nat) (w : vec) : list vec :=
+  match T with O => [] | S T' => firstn n w :: chunk_vec n T' (skipn n w) end.
+Definition last_errors (P : problem) (B : bin) : list error := nth (steps P - 1) (interval B) [].
+Definition end_allows (P : problem) (x : vec) (B : bin) : bool :=
+  allows (n_points P * n_p P + n_q P) (final B) x &&
+  forallb (fun Ex => allows (n_p P) (fst Ex) (snd Ex)) (combine (last_errors P B) (chunk_vec (n_p P) (n_points P) x)).
+Definition has_widths (e : error) : bool := match e with Widths _ => true | Rows _ => false end.
+Definition width (e : error) : vec := match e with Widths w => w | Rows _ => [] end.
+Definition plain_end (P : problem) (B : bin) : bool := has_widths (final B) && forallb has_widths (last_errors P B).
+Fixpoint vmin (u v : vec) : vec :=
+  match u, v with [], _ => v | _, [] => u | a :: u', b :: v' => (if qle a b then a else b) :: vmin u' v' end.
+Definition end_widths (P : problem) (B : bin) : vec := vmin (concat (map width (last_errors P B))) (width (final B)).
+Fixpoint least_of (l : list Q) : Q :=
+  match l with [] => 0 | [x] => x | x :: l' => let y := least_of l' in if qle x y then x else y end.
+Definition use_ok (P : problem) (bs : list bin) (u : use) : bool :=
+  (which_row u <? length (goal P))%nat && qle 0 (times u) &&
+  forallb (match shrink u with Some x => end_allows P x | None => plain_end P end) bs.
+Definition use_row (P : problem) (bs : list bin) (u : use) : vec * Q :=
+  let (a, b) := nth (which_row u) (goal P) ([], 0) in
+  (a, qadd b (- match shrink u with
+                | Some x => dotQ a x
+                | None => least_of (map (fun B => dotQ (vabs a) (end_widths P B)) bs)
+                end)).
+Definition combine_uses (P : problem) (bs : list bin) (us : list use) : vec * Q :=
+  fold_right (fun u acc => let (a, b) := use_row P bs u in
+                           (vadd (vscale (times u) a) (fst acc), qadd (qmul (times u) b) (snd acc))) ([], 0) us.
+
+(* ---- A hit: at each corner of the box of z there is a group, of which at each point one contact lies in the obstacle ---- *)
 Definition fits (A : poly) (m : multipliers) : bool :=
   positive m && forallb (fun im => (fst im <? length A)%nat) m.
 Definition is_mixture (n : nat) (lam : vec) : bool :=
@@ -86,26 +113,25 @@ Fixpoint mixQ (lam : vec) (vs : list vec) : vec :=
 Definition body_ok (n : nat) (b : shape) (v : vec) : bool :=
   match b with Disc r => Nat.eqb (length v) n && qle (dotQ v v) (qmul r r) | Hull vs => is_mixture (length vs) v end.
 Definition body_point (b : shape) (v : vec) : vec := match b with Disc _ => v | Hull vs => mixQ v vs end.
-Fixpoint small (e w : vec) : bool :=
-  match e, w with [], [] => true | a :: e', b :: w' => qle (Qabs a) b && small e' w' | _, _ => false end.
-Definition errors_fit (P : problem) (c : contact) (Es : list vec) : bool :=
-  Nat.eqb (length (errors c)) (length Es) && forallb (fun ew => small (fst ew) (snd ew)) (combine (errors c) Es).
-(* The widths at the time of knot j: of the intervals before and after it, and at the end the final ones. *)
-Fixpoint chunk_vec (n T : nat) (w : vec) : list vec :=
-  match T with O => [] | S T' => firstn n w :: chunk_vec n T' (skipn n w) end.
-Definition widths_at (B : bin) (t : nat) : list vec := map width (nth t (interval B) []).
-Definition at_knot (P : problem) (B : bin) (j : nat) : list (list vec) :=
-  (if (0 <? j)%nat then [widths_at B (j - 1)] else []) ++
-  [if (j <? steps P)%nat then widths_at B j else chunk_vec (n_p P) (n_points P) (width (final B))].
+Definition errors_fit (n : nat) (Es : list error) (c : contact) : bool :=
+  Nat.eqb (length (errors c)) (length Es) && forallb (fun Ex => allows n (fst Ex) (snd Ex)) (combine Es (errors c)).
+Definition errors_at (B : bin) (b : part) (t : nat) : list error :=
+  map (fun i => nth i (nth t (interval B) []) (Rows [])) (corners b).
+Definition contact_ok (P : problem) (bs : list bin) (b : part) (t : nat) (c : contact) : bool :=
+  body_ok (n_p P) (grown_by b) (body c) && forallb (fun B => errors_fit (n_p P) (errors_at B b t) c) bs.
+(* Whether the errors of a contact fit a knot: the intervals before and after it, and at the end the final widths. *)
+Definition fits_knot (P : problem) (b : part) (j : nat) (c : contact) (B : bin) : bool :=
+  (if (0 <? j)%nat then errors_fit (n_p P) (errors_at B b (j - 1)) c else true) &&
+  (if (j <? steps P)%nat then errors_fit (n_p P) (errors_at B b j) c else
+   has_widths (final B) &&
+   let ws := chunk_vec (n_p P) (n_points P) (width (final B)) in
+   errors_fit (n_p P) (map (fun i => Widths (nth i ws [])) (corners b)) c).
 Definition between (h : hit) : bool := qlt 0 (share h) && qlt (share h) 1.
 Definition knot_of (h : hit) : nat := if qle 1 (share h) then S (step h) else step h.
-Definition contact_ok (P : problem) (bs : list bin) (b : part) (h : hit) (c : contact) : bool :=
-  body_ok (n_p P) (grown_by b) (body c) && forallb (fun B => errors_fit P c (widths_at B (step h))) bs.
-(* Between knots, or where the errors fit both neighbours of a knot, touching is enough.  Elsewhere the contact has to be
+(* Between knots, or where the errors of all contacts fit a knot, touching is enough.  Elsewhere the contacts have to be
    inside the obstacle, so that there is one a moment from the knot. *)
-Definition loose (P : problem) (bs : list bin) (h : hit) : bool :=
-  between h ||
-  forallb (fun c => forallb (fun B => forallb (errors_fit P c) (at_knot P B (knot_of h))) bs) (contacts h).
+Definition loose (P : problem) (bs : list bin) (b : part) (h : hit) : bool :=
+  between h || forallb (fun g => forallb (fun c => forallb (fits_knot P b (knot_of h) c) bs) (contacts g)) (groups h).
 Definition moment (P : problem) (F : frame) (t i : nat) (s : Q) : list aff :=
   zadd (map (ascale (qadd 1 (- s))) (nth (t * n_points P + i) (knots F) []))
        (map (ascale s) (nth (S t * n_points P + i) (knots F) [])).
@@ -114,34 +140,38 @@ Fixpoint blended (n : nat) (lam : vec) (Ps : list (list aff)) : list aff :=
   | l :: lam', Q :: Ps' => zadd (map (ascale l) Q) (blended n lam' Ps')
   | _, _ => repeat (aconst 0) n
   end.
-Definition offset (b : part) (h : hit) (c : contact) : vec :=
-  vadd (body_point (grown_by b) (body c)) (mixQ (blend h) (map (fun i => nth i (errors c) []) (corners b))).
+Definition offset (b : part) (lam : vec) (c : contact) : vec :=
+  vadd (body_point (grown_by b) (body c)) (mixQ lam (errors c)).
 Definition touching (strict : bool) (A : poly) (M : list aff) (d : vec) : list row :=
   map (fun ab => (strict, aadd (aneg (lincomb (fst ab) M)) (aconst (qadd (snd ab) (- dotQ (fst ab) d))))) A.
+Definition ways_to_touch (P : problem) (F : frame) (h : hit) (o : obstacle) (b : part) (strict : bool) (g : group) : list (list row) :=
+  let M := blended (n_p P) (blend g) (map (fun i => moment P F (step h) i (share h)) (corners b)) in
+  map (fun c => touching strict (rows o) M (offset b (blend g) c)) (contacts g).
+Definition throughout (cs : cells) (test : vec -> bool) : bool := forallb (fun c => fst c && forallb test (snd c)) cs.
 Definition check_hit (P : problem) (F : frame) (bs : list bin) (Z : area) (cs : cells) (h : hit) : bool :=
   match nth_error (obstacles P) (whom h), nth_error (parts P) (which_part h) with
   | Some o, Some b =>
       (first o <=? step h)%nat && (step h <=? last o)%nat && qle 0 (share h) && qle (share h) 1 &&
-      is_mixture (length (corners b)) (blend h) && forallb (contact_ok P bs b h) (contacts h) &&
-      let M := blended (n_p P) (blend h) (map (fun i => moment P F (step h) i (share h)) (corners b)) in
-      let strict := negb (loose P bs h) in
-      let options := map (fun c => touching strict (rows o) M (offset b h c)) (contacts h) in
-      everywhere cs Z (fun v => existsb (forallb (holdsQ v)) options)
+      forallb (fun g => is_mixture (length (corners b)) (blend g) &&
+                        forallb (contact_ok P bs b (step h)) (contacts g)) (groups h) &&
+      let options := map (ways_to_touch P F h o b (negb (loose P bs b h))) (groups h) in
+      forallb (fun z => existsb (fun some => throughout cs (fun w => existsb (forallb (holdsQ (z ++ w))) some)) options)
+              (corners_of Z)
   | _, _ => false
   end.
 
 (* ---- Leaves ---- *)
 Definition exceeds (wh : vec * Q) (X : list aff) : row := (true, aadd (lincomb (fst wh) X) (aconst (- snd wh))).
 Definition about_z (P : problem) (w : vec) : bool := negb (nonzero (skipn (n_p P) w)).
-Definition goal_rows_of (P : problem) (bs : list bin) : poly := shrunk (least_of (map (end_widths P) bs)) (goal P).
 Definition needs_cells (P : problem) (r : reason) : bool :=
-  match r with Misses m => negb (about_z P (fst (combine_rows (goal P) m))) | Open => false | _ => true end.
-Definition check_leaf (P : problem) (F : frame) (bins_ : list bin) (Z D : area) (cs : cells) (r : reason) : bool :=
-  let bs := met bins_ D in
+  match r with Misses us => negb (about_z P (fst (combine_uses P [] us))) | Open => false | _ => true end.
+Definition check_leaf (P : problem) (F : frame) (all : list (bin * goal_hints)) (Z D : area) (cs : cells) (r : reason) : bool :=
+  let bhs := met all D in
+  let bs := map fst bhs in
   match r with
-  | Misses m =>
-      let wh := combine_rows (goal_rows_of P bs) m in
-      fits (goal P) m &&
+  | Misses us =>
+      let wh := combine_uses P bs us in
+      forallb (use_ok P bs) us &&
       (if about_z P (fst wh) then forallb (fun z => qlt (snd wh) (dotQ (firstn (n_p P) (fst wh)) z)) (corners_of Z)
        else everywhere cs Z (fun v => holdsQ v (exceeds wh (ends_ F))))
   | Elsewhere m =>
@@ -149,8 +179,8 @@ Definition check_leaf (P : problem) (F : frame) (bins_ : list bin) (Z D : area) 
   | Hits h => check_hit P F bs Z cs h
   | Safe s =>
       sep_ok P s && let ds := dirs_of P s in
-      forallb (fun B => let rows := conditions P ds B [] (start_ F) (outs F) in
-                        everywhere cs Z (fun v => forallb (holdsQ v) rows)) bs
+      forallb (fun BH => let rows := conditions P ds (fst BH) (snd BH) (start_ F) (outs F) in
+                         everywhere cs Z (fun v => forallb (holdsQ v) rows)) bhs
   | Open => true
   end.
 (* Neighbouring leaves often share their box of k: its cells are kept. *)
@@ -162,7 +192,7 @@ Fixpoint same_box (A B : area) : bool :=
   | _, _ => false
   end.
 Definition cells_in (N : list layer) (D : area) : cells := hidden N (corners_of D).
-Fixpoint check_leaves (P : problem) (N : list layer) (F : frame) (bins_ : list bin) (kept : area * cells)
+Fixpoint check_leaves (P : problem) (N : list layer) (F : frame) (all : list (bin * goal_hints)) (kept : area * cells)
     (ls : list (area * reason)) : bool :=
   match ls with
   | [] => true
@@ -170,29 +200,29 @@ Fixpoint check_leaves (P : problem) (N : list layer) (F : frame) (bins_ : list b
       let Z := firstn (n_p P) B in let D := skipn (n_p P) B in
       let now := if negb (needs_cells P r) then kept
                  else if same_box D (fst kept) then kept else (D, cells_in N D) in
-      thick B && check_leaf P F bins_ Z D (if needs_cells P r then snd now else []) r &&
-      check_leaves P N F bins_ now ls'
+      thick B && check_leaf P F all Z D (if needs_cells P r then snd now else []) r &&
+      check_leaves P N F all now ls'
   end.
-Fixpoint check_faces (P : problem) (A : poly) (i : nat) (Z : area) (fs : list (multipliers * multipliers)) : bool :=
+Fixpoint check_faces (P : problem) (bs : list bin) (i : nat) (Z : area) (fs : list (list use * list use)) : bool :=
   match Z, fs with
   | [], [] => true
   | (lo, hi) :: Z', (l, u) :: fs' =>
-      let (w, h) := combine_rows A l in let (v, g) := combine_rows A u in
-      fits A l && fits A u && same w (vscale (-1) (unit_vec i)) && qle h (- lo) &&
-      same v (unit_vec i) && qle g hi && check_faces P A (S i) Z' fs'
+      let (w, h) := combine_uses P bs l in let (v, g) := combine_uses P bs u in
+      forallb (use_ok P bs) l && forallb (use_ok P bs) u && same w (vscale (-1) (unit_vec i)) && qle h (- lo) &&
+      same v (unit_vec i) && qle g hi && check_faces P bs (S i) Z' fs'
   | _, _ => false
   end.
 Definition leaves_of (P : problem) (p : proof) := leaves (z_box p ++ domain P) (root p).
-Definition check_proof (P : problem) (N : list layer) (E : tube) (p : proof) : bool :=
-  let all := bins E in
-  forallb plain all && Nat.eqb (length (z_box p)) (n_p P) && thick (z_box p ++ domain P) &&
-  check_faces P (goal_rows_of P (filter (fun B => meets (box B) (domain P)) all)) 0 (z_box p) (faces p) &&
-  splits_ok (z_box p ++ domain P) (root p) && check_leaves P N (frame_of P N) all ([], cells_in N []) (leaves_of P p).
+Definition check_proof (P : problem) (N : list layer) (E : tube) (H : list goal_hints) (p : proof) : bool :=
+  forallb centred (bins E) && Nat.eqb (length (z_box p)) (n_p P) && thick (z_box p ++ domain P) &&
+  check_faces P (filter (fun B => meets (box B) (domain P)) (bins E)) 0 (z_box p) (faces p) &&
+  splits_ok (z_box p ++ domain P) (root p) &&
+  check_leaves P N (frame_of P N) (hinted E H) ([], cells_in N []) (leaves_of P p).
 
 (* ---- What it says ---- *)
 Definition is_unsafe (r : reason) : bool := match r with Misses _ | Elsewhere _ | Hits _ => true | _ => false end.
 Definition is_safe (r : reason) : bool := match r with Safe _ => true | _ => false end.
-Definition check_no_plan P N E p := forallb (fun l => is_unsafe (snd l)) (leaves_of P p) && check_proof P N E p.
+Definition check_no_plan P N E H p := forallb (fun l => is_unsafe (snd l)) (leaves_of P p) && check_proof P N E H p.
 Definition volumeQ (B : area) : Q := fold_right (fun I acc => qmul (qadd (snd I) (- fst I)) acc) 1 B.
 Definition sum_of (pick : reason -> bool) (ls : list (area * reason)) : Q :=
   fold_right (fun l acc => if pick (snd l) then qadd (volumeQ (fst l)) acc else acc) 0 ls.

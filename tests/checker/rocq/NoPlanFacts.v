@@ -76,15 +76,31 @@ Proof.
 Qed.
 
 (* ---- Leaves ---- *)
-Lemma shrunk_directions e A m : fst (combine_rows (shrunk e A) m) = fst (combine_rows A m).
+(* A combination of rows of the goal that an end misses: it misses one of them. *)
+Lemma uses_R P bs us y : forallb (use_ok P bs) us = true ->
+  Q2R (snd (combine_uses P bs us)) < dotR (fst (combine_uses P bs us)) y ->
+  exists w, In w us /\ use_ok P bs w = true /\ Q2R (snd (use_row P bs w)) < dotR (fst (use_row P bs w)) y.
 Proof.
-  induction m as [|[i a] m IH]; [reflexivity|]. simpl.
-  assert (G : fst (nth i (shrunk e A) ([], 0%Q)) = fst (nth i A ([], 0%Q))).
-  { unfold shrunk. destruct (Nat.lt_ge_cases i (length A)) as [H|H].
-    - rewrite (nth_indep _ _ ((fun ab => (fst ab, qadd (snd ab) (- dotQ (vabs (fst ab)) e))) ([], 0%Q))) by (rewrite map_length; exact H).
-      rewrite (map_nth (fun ab => (fst ab, qadd (snd ab) (- dotQ (vabs (fst ab)) e)))). reflexivity.
-    - rewrite !nth_overflow by (rewrite ?map_length; exact H). reflexivity. }
-  destruct (nth i (shrunk e A) ([], 0%Q)) as [w b]. destruct (nth i A ([], 0%Q)) as [w' b']. simpl in *. rewrite G, IH. reflexivity.
+  induction us as [|w us IH]; simpl; intros HU H; [rewrite R0 in H; lra|]. apply andb_prop in HU as [Hw HU].
+  destruct (Rlt_dec (Q2R (snd (use_row P bs w))) (dotR (fst (use_row P bs w)) y)) as [C|C]; [exists w; auto|].
+  destruct IH as (w' & Hin & K); [exact HU| |exists w'; auto].
+  destruct (use_row P bs w) as [a b]. cbn [fst snd] in *. rewrite R_add, R_mul, dotR_vadd, dotR_vscale in H.
+  unfold use_ok in Hw. rewrite !andb_true_iff in Hw. destruct Hw as [[_ Hw] _]. apply R_le in Hw. rewrite R0 in Hw.
+  assert (Q2R (times w) * dotR a y <= Q2R (times w) * Q2R b) by (apply Rmult_le_compat_l; lra). lra.
+Qed.
+Lemma uses_directions P bs us : fst (combine_uses P bs us) = fst (combine_uses P [] us).
+Proof.
+  induction us as [|w us IH]; [reflexivity|]. simpl. unfold use_row. destruct (nth (which_row w) (goal P) ([], 0%Q)) as [a b].
+  cbn [fst snd]. rewrite IH. reflexivity.
+Qed.
+Lemma vadd_len p : forall q : vec, length (vadd p q) = Nat.max (length p) (length q).
+Proof. induction p; intros [|c q]; simpl; auto. Qed.
+Lemma uses_len n P bs us : poly_ok n (goal P) = true -> forallb (use_ok P bs) us = true -> (length (fst (combine_uses P bs us)) <= n)%nat.
+Proof.
+  intros HA. induction us as [|w us IH]; intro H; [simpl; lia|]. simpl in *. apply andb_prop in H as [Hw H]. specialize (IH H).
+  unfold use_ok in Hw. rewrite !andb_true_iff in Hw. destruct Hw as [[Hw _] _]. apply Nat.ltb_lt in Hw.
+  unfold use_row. pose proof (nth_In (goal P) ([], 0%Q) Hw) as K. destruct (nth (which_row w) (goal P) ([], 0%Q)) as [a b].
+  pose proof (poly_len _ _ _ _ HA K). cbn [fst snd]. rewrite vadd_len. unfold vscale. rewrite map_length. lia.
 Qed.
 Lemma exceeds_R wh X x : rowR x (exceeds wh X) -> Q2R (snd wh) < dotR (fst wh) (at_forms X x).
 Proof. unfold exceeds, rowR. cbn [fst snd]. rewrite affR_add, affR_const, affR_lincomb, Q2R_opp. lra. Qed.
@@ -98,33 +114,33 @@ Proof.
 Qed.
 
 Section Proof.
-Variables (P : problem) (N : list layer) (E : tube) (p : proof).
+Variables (P : problem) (N : list layer) (E : tube) (H : list goal_hints) (p : proof).
 Hypothesis HC : context_ok P N E = true.
-Hypothesis HP : check_proof P N E p = true.
+Hypothesis HP : check_proof P N E H p = true.
 
 Let all := bins E.
-Lemma HPr : problem_ok P N = true. Proof. apply andb_prop in HC as [H _]. exact H. Qed.
-Lemma HE : tube_ok P E = true. Proof. apply andb_prop in HC as [_ H]. exact H. Qed.
+Lemma HPr : problem_ok P N = true. Proof. apply andb_prop in HC as [G _]. exact G. Qed.
+Lemma HE : tube_ok P E = true. Proof. apply andb_prop in HC as [_ G]. exact G. Qed.
 Lemma SP : sizes P N. Proof. apply problem_inv, HPr. Qed.
-Lemma proof_inv : (forall B, In B all -> wide_bin P B) /\ length (z_box p) = n_p P /\ thick (z_box p ++ domain P) = true /\
-  check_faces P (goal_rows_of P (filter (fun B => meets (box B) (domain P)) all)) 0 (z_box p) (faces p) = true /\
+Lemma proof_inv : (forall B, In B all -> open_bin P B) /\ length (z_box p) = n_p P /\ thick (z_box p ++ domain P) = true /\
+  check_faces P (filter (fun B => meets (box B) (domain P)) all) 0 (z_box p) (faces p) = true /\
   splits_ok (z_box p ++ domain P) (root p) = true /\
-  check_leaves P N (frame_of P N) all ([], cells_in N []) (leaves_of P p) = true.
+  check_leaves P N (frame_of P N) (hinted E H) ([], cells_in N []) (leaves_of P p) = true.
 Proof.
-  pose proof HP as H. unfold check_proof in H. fold all in H. cbv zeta in H. rewrite !andb_true_iff in H.
-  destruct H as (((((H1 & H2) & H3) & H4) & H5) & H6). apply Nat.eqb_eq in H2. split; [|auto].
+  pose proof HP as G. unfold check_proof in G. fold all in G. rewrite !andb_true_iff in G.
+  destruct G as (((((H1 & H2) & H3) & H4) & H5) & H6). apply Nat.eqb_eq in H2. split; [|auto].
   pose proof HE as T. unfold tube_ok in T. rewrite !andb_true_iff in T. destruct T as [_ T]. intros B HB.
-  apply wide_bin_intro; [eapply forallb_forall in T; [exact T|exact HB]|eapply forallb_forall in H1; [exact H1|exact HB]].
+  apply open_bin_intro; [eapply forallb_forall in T; [exact T|exact HB]|eapply forallb_forall in H1; [exact H1|exact HB]].
 Qed.
 Lemma leaf_size B r : In (B, r) (leaves_of P p) -> length B = (n_p P + n_k P)%nat.
 Proof.
-  intro H. destruct proof_inv as (_ & LZ & _ & _ & HS & _). destruct (leaves_in _ _ _ _ HS H) as (L & _ & _).
+  intro Hin. destruct proof_inv as (_ & LZ & _ & _ & HS & _). destruct (leaves_in _ _ _ _ HS Hin) as (L & _ & _).
   rewrite L, app_length, LZ, (domain_size _ _ SP). reflexivity.
 Qed.
 Lemma leaf_ranges B r : In (B, r) (leaves_of P p) -> thick B = true -> ranges (skipn (n_p P) B) (domain P).
 Proof.
-  intros H T. pose proof (leaf_size B r H) as LB. destruct proof_inv as (_ & LZ & _ & _ & HS & _).
-  destruct (leaves_in _ _ _ _ HS H) as (_ & S & _).
+  intros Hin T. pose proof (leaf_size B r Hin) as LB. destruct proof_inv as (_ & LZ & _ & _ & HS & _).
+  destruct (leaves_in _ _ _ _ HS Hin) as (_ & S & _).
   assert (LF : length (firstn (n_p P) B) = n_p P) by (rewrite firstn_length; lia).
   assert (TT : thick (firstn (n_p P) B) = true /\ thick (skipn (n_p P) B) = true).
   { rewrite <- (firstn_skipn (n_p P) B) in T. unfold thick in *. rewrite forallb_app in T. apply andb_prop in T. exact T. }
@@ -144,38 +160,36 @@ Qed.
 Lemma unsafe_leaf B r : In (B, r) (leaves_of P p) -> is_unsafe r = true -> forall u k, inBox B (place P N u k) -> fails P N E u k.
 Proof.
   intros Hin Hr u k HB. pose proof SP as SP'. destruct proof_inv as (HW & LZ & HT & HF & HS & HL).
-  destruct (check_leaves_R P N _ all _ ([], cells_in N []) eq_refl HL B r Hin) as (Th & cs & NC & CL). clear HL.
+  destruct (check_leaves_R P N _ _ _ ([], cells_in N []) eq_refl HL B r Hin) as (Th & cs & NC & CL). clear HL.
   pose proof (leaf_size B r Hin) as LB. pose proof (leaf_ranges B r Hin Th) as HR.
   apply place_box in HB as [HZ HD]; [|lia].
   assert (LZ' : length (firstn (n_p P) B) = n_p P) by (rewrite firstn_length; lia).
   assert (LD' : length (skipn (n_p P) B) = n_k P) by (rewrite skipn_length; lia).
-  destruct (bin_met P E _ k HE HR HD) as (B0 & I0 & K0). fold all in I0.
-  assert (I1 : In B0 all) by (apply filter_In in I0; apply I0). pose proof (HW B0 I1) as W0.
-  assert (WW : forall C, In C (met all (skipn (n_p P) B)) -> wide_bin P C) by (intros C HC'; apply filter_In in HC' as [HC' _]; auto).
+  destruct (bin_met P E H _ k HE HR HD) as (B0 & I0 & I1 & K0). pose proof (HW B0 I1) as W0.
+  set (bs := map fst (met (hinted E H) (skipn (n_p P) B))) in *.
   assert (Failed : forall tau, in_tube P N B0 u k tau -> continuous tau -> misses P tau \/ touches P tau -> fails P N E u k).
   { intros tau A1 A2 A3. right. exists B0, tau. auto. }
-  destruct r as [m|m|h|s|]; try discriminate; unfold check_leaf in CL; cbv zeta in CL.
-  - apply andb_prop in CL as [Hm CL]. set (A := goal_rows_of P (met all (skipn (n_p P) B))) in *.
-    assert (Hm' : fits A m = true) by (apply combine_shrunk_fits; exact Hm).
-    assert (Dir : fst (combine_rows A m) = fst (combine_rows (goal P) m)) by apply shrunk_directions.
-    assert (Lw : (length (fst (combine_rows A m)) <= n_points P * n_p P + n_q P)%nat).
-    { rewrite Dir. apply combine_len; [apply (goal_rows _ _ SP')|exact Hm]. }
-    assert (G : Q2R (snd (combine_rows A m)) < dotR (fst (combine_rows A m)) (endR P u (netR N k))).
-    { destruct (about_z P (fst (combine_rows A m))) eqn:AZ.
+  destruct r as [us|m|h|s|]; try discriminate; unfold check_leaf in CL; cbv zeta in CL; fold bs in CL.
+  - apply andb_prop in CL as [Hm CL].
+    assert (Lw : (length (fst (combine_uses P bs us)) <= n_points P * n_p P + n_q P)%nat)
+      by (apply uses_len; [apply (goal_rows _ _ SP')|exact Hm]).
+    assert (G : Q2R (snd (combine_uses P bs us)) < dotR (fst (combine_uses P bs us)) (endR P u (netR N k))).
+    { destruct (about_z P (fst (combine_uses P bs us))) eqn:AZ.
       - unfold about_z in AZ. apply negb_true_iff in AZ. rewrite (dotR_split (n_p P)), (zero_R _ AZ), Rplus_0_r.
-        pose proof (corners_R _ _ HZ) as CZ. set (w := firstn (n_p P) (fst (combine_rows A m))) in *.
-        pose proof (cone_strict _ (- Q2R (snd (combine_rows A m))) w _ 1 CZ ltac:(lra)) as K.
+        pose proof (corners_R _ _ HZ) as CZ. set (w := firstn (n_p P) (fst (combine_uses P bs us))) in *.
+        pose proof (cone_strict _ (- Q2R (snd (combine_uses P bs us))) w _ 1 CZ ltac:(lra)) as K.
         rewrite (dotR_ext w (cut_off _ _) (endR P u (netR N k))) in K.
-        + enough (0 < - Q2R (snd (combine_rows A m)) * 1 + dotR w (endR P u (netR N k))) by lra. apply K.
+        + enough (0 < - Q2R (snd (combine_uses P bs us)) * 1 + dotR w (endR P u (netR N k))) by lra. apply K.
           intros v Hv. eapply forallb_forall in CL; [|exact Hv]. apply R_lt in CL. rewrite dotQ_R in CL. lra.
         + intros i Hi. unfold cut_off. rewrite LZ'. unfold w in Hi. rewrite firstn_length in Hi.
           destruct (Nat.ltb_spec i (n_p P)); [reflexivity|lia].
       - assert (NC' : cs = cells_in N (skipn (n_p P) B)).
-        { apply NC. unfold needs_cells. rewrite <- Dir, AZ. reflexivity. }
+        { apply NC. unfold needs_cells. rewrite <- (uses_directions P bs us), AZ. reflexivity. }
         rewrite NC' in CL. destruct (leaf_hull P N u k _ _ _ LZ' LD' HZ HD CL) as (V & HV & HVt).
         pose proof (hull_row V _ _ HV HVt) as K. apply exceeds_R in K.
         rewrite (dotR_ext _ _ (endR P u (netR N k))) in K; [exact K|]. intros j Hj. apply (ends_R' P N SP'). lia. }
-    destruct (goal_missed P N SP' u k B0 _ W0 I0 WW (combination_fails _ _ _ Hm' G)) as (tau & T1 & T2 & T3).
+    destruct (uses_R P bs us _ Hm G) as (w & _ & Hw & Gw).
+    destruct (goal_missed P N SP' u k B0 bs w W0 I0 Hw Gw) as (tau & T1 & T2 & T3).
     apply (Failed tau); auto.
   - left. apply andb_prop in CL as [Hm CL]. rewrite (NC eq_refl) in CL.
     destruct (leaf_hull P N u k _ _ _ LZ' LD' HZ HD CL) as (V & HV & HVt). pose proof (hull_row V _ _ HV HVt) as K.
@@ -184,18 +198,27 @@ Proof.
     pose proof (combine_len _ _ _ (start_rows _ _ SP') Hm). lia.
   - unfold check_hit in CL. destruct (nth_error (obstacles P) (whom h)) as [o|] eqn:Eo; [|discriminate].
     destruct (nth_error (parts P) (which_part h)) as [b|] eqn:Eb; [|discriminate]. rewrite !andb_true_iff in CL.
-    destruct CL as ((((((T1 & T2) & S1) & S2) & HL) & Hc) & CL). apply Nat.leb_le in T1, T2. apply R_le in S1, S2.
+    destruct CL as (((((T1 & T2) & S1) & S2) & Hg) & CL). apply Nat.leb_le in T1, T2. apply R_le in S1, S2.
     rewrite R0 in S1. rewrite R1 in S2. rewrite (NC eq_refl) in CL. cbv zeta in CL.
-    destruct (leaf_hull P N u k _ _ _ LZ' LD' HZ HD CL) as (V & HV & HVt).
-    destruct (hit_leaf P N SP' u k B0 _ h o b V W0 I0 (nth_error_In _ _ Eo) (nth_error_In _ _ Eb) (conj T1 T2) (conj S1 S2) HL Hc HV HVt)
-      as (tau & A1 & A2 & A3).
-    apply (Failed tau); auto.
+    pose proof (corners_R _ _ HZ) as CZ. rewrite LZ' in CZ.
+    assert (exists z0, In z0 (corners_of (firstn (n_p P) B))) as [z0 Hz0].
+    { destruct (corners_of (firstn (n_p P) B)) as [|z0 Zs]; [|exists z0; simpl; auto].
+      pose proof (hull_mean _ _ CZ) as (mu & (L & _ & S) & _). destruct mu; [simpl in S; lra|discriminate]. }
+    pose proof CL as C0. eapply forallb_forall in C0; [|exact Hz0]. apply existsb_exists in C0 as (some0 & _ & C0).
+    destruct (throughout_hull P N k _ _ LD' HD C0) as (W & HW' & HTh). clear some0 C0.
+    destruct (hit_leaf P N SP' u k B0 bs h o b (corners_of (firstn (n_p P) B)) W W0 I0 (nth_error_In _ _ Eo) (nth_error_In _ _ Eb)
+                (conj T1 T2) (conj S1 S2) Hg CZ) as (tau & A1 & A2 & A3).
+    + intros z Hz. rewrite (corners_len _ _ Hz). exact LZ'.
+    + exact HW'.
+    + intros z Hz. eapply forallb_forall in CL; [|exact Hz]. apply existsb_exists in CL as (some & Hin' & CL).
+      apply existsb_exists. exists some. split; [exact Hin'|]. apply forallb_forall. intros w Hw. exact (HTh _ CL w Hw).
+    + apply (Failed tau); auto.
 Qed.
 
 Lemma safe_leaf B s : In (B, Safe s) (leaves_of P p) -> forall u k, inside B (place P N u k) -> safe P N E u k.
 Proof.
   intros Hin u k HI. pose proof SP as SP'. destruct proof_inv as (HW & LZ & HT & HF & HS & HL).
-  destruct (check_leaves_R P N _ all _ ([], cells_in N []) eq_refl HL B _ Hin) as (Th & cs & NC & CL). clear HL.
+  destruct (check_leaves_R P N _ _ _ ([], cells_in N []) eq_refl HL B _ Hin) as (Th & cs & NC & CL). clear HL.
   pose proof (leaf_size B _ Hin) as LB. pose proof (place_inside P N u k B ltac:(lia) HI) as HK.
   pose proof (inside_in _ _ HI) as HB. destruct (leaves_in _ _ _ _ HS Hin) as (_ & Sub & _).
   pose proof (Sub _ HB) as HRoot. apply place_box in HRoot as [_ HDom]; [|rewrite app_length; lia].
@@ -204,29 +227,36 @@ Proof.
   assert (LZ' : length (firstn (n_p P) B) = n_p P) by (rewrite firstn_length; lia).
   assert (LD' : length (skipn (n_p P) B) = n_k P) by (rewrite skipn_length; lia).
   unfold check_leaf in CL. cbv zeta in CL. apply andb_prop in CL as [Hs CL]. rewrite (NC eq_refl) in CL.
-  assert (Cond : forall C, In C all -> inBox (box C) k -> conditionsR P (dirs_of P s) C [] u (netR N k)).
-  { intros C IC KC. eapply forallb_forall in CL.
+  assert (Cond : forall C hs, In (C, hs) (hinted E H) -> inBox (box C) k -> conditionsR P (dirs_of P s) C hs u (netR N k)).
+  { intros C hs IC KC. eapply forallb_forall in CL.
     2: { apply filter_In. split; [exact IC|]. apply (inside_met _ _ k HK KC). }
-    cbv zeta in CL. destruct (leaf_hull P N u k _ _ _ LZ' LD' HZ HD CL) as (V & HV & HVt).
+    cbv zeta in CL. cbn [fst snd] in CL. destruct (leaf_hull P N u k _ _ _ LZ' LD' HZ HD CL) as (V & HV & HVt).
     destruct (outs_R P N SP' u k) as [HY LY]. destruct (start_R P N SP' u k) as [HX LX].
     apply (conditions_R P N _ _ _ u (netR N k) SP' HX ltac:(intros; apply HY) LX LY).
     - intros q Hq. apply (hull_row V _ _ HV). intros v Hv. specialize (HVt v Hv). eapply forallb_forall in HVt; [exact HVt|exact Hq].
     - intros b d w g t Hbd Hd. eapply dirs_valid; eauto. }
   destruct (every_k_has_a_bin P E k HE HDom) as (B0 & I0 & X0). split; [|split; [eauto|]].
-  - apply (Cond B0 I0 X0).
-  - intros C IC KC. apply (conditions_succeed P N s C [] u k HPr Hs (Cond C IC KC)).
+  - destruct (hinted_ex E H B0 I0) as [hs Hh]. apply (Cond B0 hs Hh X0).
+  - intros C IC KC. destruct (hinted_ex E H C IC) as [hs Hh]. apply (conditions_succeed P N s C hs u k HPr Hs (Cond C hs Hh KC)).
 Qed.
 
-Lemma faces_R A (e : rv) : forall Z fs i, check_faces P A i Z fs = true -> inPoly A e -> inBox Z (fun j => e (i + j)%nat).
+Lemma faces_R bs (e : rv) : forall Z fs i, check_faces P bs i Z fs = true ->
+  (exists w, use_ok P bs w = true /\ Q2R (snd (use_row P bs w)) < dotR (fst (use_row P bs w)) e) \/ inBox Z (fun j => e (i + j)%nat).
 Proof.
-  induction Z as [|[lo hi] Z IH]; intros [|[l m] fs] i H HA; simpl in H; try discriminate; [exact I|].
-  destruct (combine_rows A l) as [w h] eqn:El. destruct (combine_rows A m) as [v g] eqn:Em. rewrite !andb_true_iff in H.
-  destruct H as ((((((F1 & F2) & S1) & Q1) & S2) & Q2) & H). apply andb_prop in F1 as [F1 _]. apply andb_prop in F2 as [F2 _].
-  pose proof (combine_R A l F1 e HA) as C1. pose proof (combine_R A m F2 e HA) as C2. rewrite El in C1. rewrite Em in C2. simpl in C1, C2.
+  induction Z as [|[lo hi] Z IH]; intros [|[l m] fs] i HF; simpl in HF; try discriminate; [right; exact I|].
+  destruct (combine_uses P bs l) as [w h] eqn:El. destruct (combine_uses P bs m) as [v g] eqn:Em. rewrite !andb_true_iff in HF.
+  destruct HF as ((((((F1 & F2) & S1) & Q1) & S2) & Q2) & HF).
+  assert (Miss : forall us, forallb (use_ok P bs) us = true ->
+    (exists w, use_ok P bs w = true /\ Q2R (snd (use_row P bs w)) < dotR (fst (use_row P bs w)) e) \/
+    dotR (fst (combine_uses P bs us)) e <= Q2R (snd (combine_uses P bs us))).
+  { intros us HU. destruct (Rlt_dec (Q2R (snd (combine_uses P bs us))) (dotR (fst (combine_uses P bs us)) e)) as [C|C]; [left|right; lra].
+    destruct (uses_R P bs us e HU C) as (x & _ & K). exists x. exact K. }
+  destruct (Miss l F1) as [K|C1]; [left; exact K|]. destruct (Miss m F2) as [K|C2]; [left; exact K|].
+  destruct (IH fs (S i) HF) as [K|C3]; [left; exact K|]. right. rewrite El in C1. rewrite Em in C2. simpl in C1, C2.
   rewrite (same_R _ _ S1), dotR_vscale, Rm1 in C1. rewrite (same_R _ _ S2) in C2. apply R_le in Q1, Q2. rewrite Q2R_opp in Q1.
   assert (U : dotR (unit_vec i) e = e i) by (pose proof (unit_R i e) as U; unfold affR, unit_form in U; simpl in U; rewrite R0 in U; lra).
   rewrite U in C1, C2. split; [rewrite Nat.add_0_r; lra|].
-  eapply inBox_upto; [|apply (IH fs (S i) H HA)]. intros j _. unfold shift. f_equal. lia.
+  eapply inBox_upto; [|exact C3]. intros j _. unfold shift. f_equal. lia.
 Qed.
 Lemma outside_fails u k : inBox (domain P) k -> ~ inBox (z_box p ++ domain P) (place P N u k) -> fails P N E u k.
 Proof.
@@ -236,30 +266,29 @@ Proof.
   assert (I1 : In B0 bs).
   { apply filter_In. split; [exact I0|]. apply (meets_R _ _ k); auto. apply zip3_box, boxes_len in I0.
     pose proof HE as T. apply tube_inv in T as (C & _). apply covers_len in C. congruence. }
-  assert (G : ~ inPoly (goal_rows_of P bs) (endR P u (netR N k))).
-  { intro K. apply HO. apply place_box; [rewrite app_length; lia|].
+  destruct (faces_R bs (endR P u (netR N k)) _ _ _ HF) as [(w & Hw & Gw)|C].
+  - destruct (goal_missed P N SP' u k B0 bs w (HW B0 I0) I1 Hw Gw) as (tau & T1 & T2 & T3). right. exists B0, tau. auto 7.
+  - exfalso. apply HO. apply place_box; [rewrite app_length; lia|].
     rewrite firstn_app, skipn_app, LZ, Nat.sub_diag, firstn_all2, skipn_all2 by lia. simpl. rewrite app_nil_r.
-    split; [|exact HK]. exact (faces_R _ _ _ _ _ HF K). }
-  destruct (goal_missed P N SP' u k B0 bs (HW B0 I0) I1 ltac:(intros C HC'; apply filter_In in HC' as [HC' _]; auto) G) as (tau & T1 & T2 & T3).
-  right. exists B0, tau. auto 7.
+    split; [exact C|exact HK].
 Qed.
 End Proof.
 
 (* No plan: every real p0 with every real k of the domain fails. *)
-Theorem no_plan P N E p : context_ok P N E = true -> check_no_plan P N E p = true ->
+Theorem no_plan P N E H p : context_ok P N E = true -> check_no_plan P N E H p = true ->
   forall u k, inBox (domain P) k -> fails P N E u k.
 Proof.
   intros HC HK u k Hk. apply andb_prop in HK as [HU HP].
-  destruct (inBox_dec (z_box p ++ domain P) (place P N u k)) as [H|H]; [|apply (outside_fails P N E p HC HP u k Hk H)].
-  destruct (leaves_cover (root p) _ _ H) as (B & r & Hin & HB).
-  apply (unsafe_leaf P N E p HC HP B r Hin); [|exact HB]. eapply forallb_forall in HU; [|exact Hin]. exact HU.
+  destruct (inBox_dec (z_box p ++ domain P) (place P N u k)) as [HB|HB]; [|apply (outside_fails P N E H p HC HP u k Hk HB)].
+  destruct (leaves_cover (root p) _ _ HB) as (B & r & Hin & HB').
+  apply (unsafe_leaf P N E H p HC HP B r Hin); [|exact HB']. eapply forallb_forall in HU; [|exact Hin]. exact HU.
 Qed.
 
 (* Volumes: the leaves tile the box of (z, k); inside the safe ones every plan is safe, in the unsafe ones and outside
    of the whole box every plan fails; the numbers are the sums of their volumes. *)
 Definition boxes_of (pick : reason -> bool) (P : problem) (p : proof) :=
   map fst (filter (fun l => pick (snd l)) (leaves_of P p)).
-Theorem volumes_true P N E p : context_ok P N E = true -> check_proof P N E p = true ->
+Theorem volumes_true P N E H p : context_ok P N E = true -> check_proof P N E H p = true ->
   tiles (map fst (leaves_of P p)) (z_box p ++ domain P) /\
   (forall B u k, In B (boxes_of is_safe P p) -> inside B (place P N u k) -> safe P N E u k) /\
   (forall B u k, In B (boxes_of is_unsafe P p) -> inBox B (place P N u k) -> fails P N E u k) /\
@@ -269,11 +298,11 @@ Theorem volumes_true P N E p : context_ok P N E = true -> check_proof P N E p = 
   Q2R all_ = volume (z_box p ++ domain P).
 Proof.
   intros HC HP. split; [|split; [|split; [|split]]].
-  - apply leaves_tile. apply (proof_inv P N E p HC HP).
+  - apply leaves_tile. apply (proof_inv P N E H p HC HP).
   - intros B u k HB HI. apply in_map_iff in HB as ([B' r] & <- & HB). apply filter_In in HB as [Hin Hr].
-    destruct r as [m|m|h|s|]; try discriminate. apply (safe_leaf P N E p HC HP B' s Hin u k HI).
+    destruct r as [m|m|h|s|]; try discriminate. apply (safe_leaf P N E H p HC HP B' s Hin u k HI).
   - intros B u k HB HI. apply in_map_iff in HB as ([B' r] & <- & HB). apply filter_In in HB as [Hin Hr].
-    apply (unsafe_leaf P N E p HC HP B' r Hin Hr u k HI).
-  - intros u k. apply (outside_fails P N E p HC HP).
+    apply (unsafe_leaf P N E H p HC HP B' r Hin Hr u k HI).
+  - intros u k. apply (outside_fails P N E H p HC HP).
   - unfold volumes. rewrite !sum_of_R, volumeQ_R. auto.
 Qed.

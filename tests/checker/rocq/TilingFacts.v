@@ -152,11 +152,12 @@ Proof.
     { intros p q G. unfold qlt. destruct (Qle_bool q p) eqn:E; [|reflexivity]. apply R_le in E. lra. }
     rewrite !Q by assumption. reflexivity.
 Qed.
-Lemma bin_met P E D x : tube_ok P E = true -> ranges D (domain P) -> inBox D x -> exists B, In B (met (bins E) D) /\ inBox (box B) x.
+Lemma bin_met P E H D x : tube_ok P E = true -> ranges D (domain P) -> inBox D x ->
+  exists B, In B (map fst (met (hinted E H) D)) /\ In B (bins E) /\ inBox (box B) x.
 Proof.
   intros HE R Hx. apply tube_inv in HE as (C & L1 & L2). destruct (covers_met _ _ _ _ C R Hx) as (b & Hb & Hi & Ho).
-  destruct (zip3_ex _ (intervals E) (finals E) b L1 L2 Hb) as (B & HB & <-). exists B. split; [|exact Hi].
-  apply filter_In. auto.
+  destruct (zip3_ex _ (intervals E) (finals E) b L1 L2 Hb) as (B & HB & <-). exists B. split; [|auto].
+  destruct (hinted_ex E H B HB) as [h Hh]. apply in_map_iff. exists (B, h). split; [reflexivity|]. apply filter_In. auto.
 Qed.
 Lemma inside_met D : forall A x, inside D x -> inBox A x -> overlaps A D = true.
 Proof.

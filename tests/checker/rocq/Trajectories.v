@@ -103,60 +103,83 @@ Proof.
   - simpl. do 2 f_equal; lia.
 Qed.
 
-Record wide_bin (P : problem) (B : bin) : Prop := {
-  all_points : forall t, (t < steps P)%nat -> length (nth t (interval B) []) = n_points P;
-  all_widths : forall t i, (t < steps P)%nat -> (i < n_points P)%nat ->
-    exists w, nth i (nth t (interval B) []) (Rows []) = Widths w /\ length w = n_p P /\ forall a, 0 <= toR w a;
-  end_width : exists w, final B = Widths w /\ length w = (n_points P * n_p P + n_q P)%nat /\ forall a, 0 <= toR w a }.
+(* ---- Sets of errors: convex; those of a centred bin allow none ---- *)
+Lemma inError_upto n E x z : error_ok n E = true -> (forall i, (i < n)%nat -> x i = z i) -> inError n E x -> inError n E z.
+Proof.
+  intros F H. destruct E as [e|A]; simpl in *.
+  - intros Hx i Hi. rewrite <- H by exact Hi. apply Hx. exact Hi.
+  - intros Hx a b Hab. rewrite <- (dotR_ext a x z); [apply Hx; exact Hab|]. intros i Hi. apply H. rewrite <- (poly_len _ _ _ _ F Hab). exact Hi.
+Qed.
+Lemma inError_shrink n E x s : inError n E (fun _ => 0) -> inError n E x -> 0 <= s <= 1 -> inError n E (fun i => s * x i).
+Proof.
+  intros Z H S. destruct E as [e|A]; simpl in *.
+  - intros i Hi. rewrite Rabs_mult, (Rabs_right s) by lra. specialize (H i Hi). pose proof (Rabs_pos (x i)).
+    assert (s * Rabs (x i) <= 1 * Rabs (x i)) by (apply Rmult_le_compat_r; lra). lra.
+  - intros a b Hab. rewrite dotR_mult. specialize (Z a b Hab). specialize (H a b Hab). rewrite dotR_zero in Z.
+    destruct (Rle_dec (dotR a x) 0) as [C|C].
+    + assert (s * dotR a x <= s * 0) by (apply Rmult_le_compat_l; lra). lra.
+    + assert (s * dotR a x <= 1 * dotR a x) by (apply Rmult_le_compat_r; lra). lra.
+Qed.
 Lemma nonneg_R w : forallb (qle 0) w = true -> forall a, 0 <= toR w a.
 Proof.
   intros H a. unfold toR. destruct (Nat.lt_ge_cases a (length w)) as [L|L].
   - eapply forallb_forall in H; [|apply nth_In; exact L]. apply R_le in H. rewrite R0 in H. exact H.
   - rewrite nth_overflow by exact L. rewrite R0. lra.
 Qed.
-Lemma wide_bin_intro P B : bin_ok P B = true -> plain B = true -> wide_bin P B.
+Lemma allows_none_R n E : error_ok n E = true -> allows_none E = true -> inError n E (fun _ => 0).
 Proof.
-  unfold bin_ok, plain. rewrite !andb_true_iff. intros ((LT & HI) & HF) (PI & PF). apply Nat.eqb_eq in LT.
-  split.
-  - intros t Ht. assert (It : In (nth t (interval B) []) (interval B)) by (apply nth_In; lia).
-    eapply forallb_forall in HI; [|exact It]. apply andb_prop in HI as [Lm _]. apply Nat.eqb_eq. exact Lm.
-  - intros t i Ht Hi. assert (It : In (nth t (interval B) []) (interval B)) by (apply nth_In; lia).
-    eapply forallb_forall in HI; [|exact It]. eapply forallb_forall in PI; [|exact It]. apply andb_prop in HI as [Lm HI].
-    apply Nat.eqb_eq in Lm. set (Es := nth t (interval B) []) in *.
-    assert (Ie : In (nth i Es (Rows [])) Es) by (apply nth_In; lia).
-    eapply forallb_forall in HI; [|exact Ie]. eapply forallb_forall in PI; [|exact Ie].
-    destruct (nth i Es (Rows [])) as [w|]; [|discriminate]. exists w. simpl in HI. apply andb_prop in HI as [L HI].
-    split; [reflexivity|]. split; [apply Nat.eqb_eq; exact L|apply nonneg_R; exact HI].
-  - destruct (final B) as [w|]; [|discriminate]. exists w. simpl in HF. apply andb_prop in HF as [L HF].
-    split; [reflexivity|]. split; [apply Nat.eqb_eq; exact L|apply nonneg_R; exact HF].
+  destruct E as [e|A]; simpl; intros F H.
+  - intros i _. apply andb_prop in F as [_ F]. rewrite Rabs_R0. apply nonneg_R. exact F.
+  - intros a b Hab. rewrite dotR_zero. eapply forallb_forall in H; [|exact Hab]. apply R_le in H. rewrite R0 in H. exact H.
 Qed.
 
-(* Where the bump is not zero its errors have to be within the widths. *)
-Lemma nudged_in_tube P N B u k c r e d : (0 < n_p P)%nat -> wide_bin P B -> 0 < r ->
-  (forall t s i a, (t < steps P)%nat -> (i < n_points P)%nat -> (a < n_p P)%nat -> 0 <= s <= 1 ->
-     r <= Rabs (INR t + s - c) \/ Rabs (e i a) <= toR (width (nth i (nth t (interval B) []) (Rows []))) a) ->
-  (forall j, (j < n_points P * n_p P)%nat ->
-     r <= Rabs (INR (steps P) - c) \/ Rabs (e (j / n_p P) (j mod n_p P))%nat <= toR (width (final B)) j) ->
-  (forall j, (n_points P * n_p P <= j < n_points P * n_p P + n_q P)%nat ->
-     Rabs (d (j - n_points P * n_p P)%nat) <= toR (width (final B)) j) ->
+Record open_bin (P : problem) (B : bin) : Prop := {
+  all_points : forall t, (t < steps P)%nat -> length (nth t (interval B) []) = n_points P;
+  all_fit : forall t i, error_ok (n_p P) (nth i (nth t (interval B) []) (Rows [])) = true;
+  all_open : forall t i, inError (n_p P) (nth i (nth t (interval B) []) (Rows [])) (fun _ => 0);
+  end_fit : error_ok (n_points P * n_p P + n_q P) (final B) = true;
+  end_open : inError (n_points P * n_p P + n_q P) (final B) (fun _ => 0) }.
+Lemma open_bin_intro P B : bin_ok P B = true -> centred B = true -> open_bin P B.
+Proof.
+  unfold bin_ok, centred. rewrite !andb_true_iff. intros ((LT & HI) & HF) (PI & PF). apply Nat.eqb_eq in LT.
+  assert (G : forall t i, error_ok (n_p P) (nth i (nth t (interval B) []) (Rows [])) = true /\
+                          allows_none (nth i (nth t (interval B) []) (Rows [])) = true).
+  { intros t i. destruct (Nat.lt_ge_cases t (length (interval B))) as [Ht|Ht];
+      [|rewrite (nth_overflow (interval B)) by exact Ht; destruct i; auto].
+    pose proof (nth_In (interval B) [] Ht) as It. eapply forallb_forall in HI; [|exact It]. eapply forallb_forall in PI; [|exact It].
+    apply andb_prop in HI as [_ HI]. set (Es := nth t (interval B) []) in *.
+    destruct (Nat.lt_ge_cases i (length Es)) as [Hi|Hi]; [|rewrite nth_overflow by exact Hi; auto].
+    pose proof (nth_In Es (Rows []) Hi) as Ii. eapply forallb_forall in HI; [|exact Ii]. eapply forallb_forall in PI; [|exact Ii]. auto. }
+  split; [| | |exact HF|apply allows_none_R; assumption].
+  - intros t Ht. assert (It : In (nth t (interval B) []) (interval B)) by (apply nth_In; lia).
+    eapply forallb_forall in HI; [|exact It]. apply andb_prop in HI as [Lm _]. apply Nat.eqb_eq. exact Lm.
+  - intros t i. apply G.
+  - intros t i. apply allows_none_R; apply G.
+Qed.
+
+(* Where the bump is not zero its errors have to be allowed; what is left of them at the end, with the extras, as well. *)
+Lemma nudged_in_tube P N B u k c r e d : (0 < n_p P)%nat -> open_bin P B -> 0 < r ->
+  (forall t s i, (t < steps P)%nat -> (i < n_points P)%nat -> 0 <= s <= 1 ->
+     r <= Rabs (INR t + s - c) \/ inError (n_p P) (nth i (nth t (interval B) []) (Rows [])) (e i)) ->
+  inError (n_points P * n_p P + n_q P) (final B) (fun j =>
+    if (j <? n_points P * n_p P)%nat then bump c r (INR (steps P)) * e (j / n_p P)%nat (j mod n_p P)%nat
+    else d (j - n_points P * n_p P)%nat) ->
   in_tube P N B u k (nudged P u (netR N k) c r e d).
 Proof.
-  intros Hn [_ HI HF] Hr Hin Hend Hex. split.
-  - intros t i s Ht Hi Hs. destruct (HI t i Ht Hi) as (w & E & _ & W0). rewrite E. unfold inError. intros a Ha.
-    rewrite nudged_at by assumption.
-    match goal with |- Rabs ?x <= _ => replace x with (bump c r (INR t + s) * e i a) by ring end.
-    destruct (Hin t s i a Ht Hi Ha Hs) as [F|F].
-    + rewrite (bump_far _ _ _ Hr F), Rmult_0_l, Rabs_R0. apply W0.
-    + rewrite E in F. simpl in F. rewrite Rabs_mult. pose proof (bump_range c r (INR t + s) Hr).
-      rewrite (Rabs_right (bump _ _ _)) by lra. pose proof (Rabs_pos (e i a)).
-      assert (bump c r (INR t + s) * Rabs (e i a) <= 1 * Rabs (e i a)) by (apply Rmult_le_compat_r; lra). lra.
-  - destruct HF as (w & E & _ & W0). rewrite E in *. simpl in Hend, Hex. unfold inError. intros j Hj.
-    rewrite nudged_end by exact Hn.
-    match goal with |- Rabs (?a + ?b - ?a) <= _ => replace (a + b - a) with b by ring end.
-    destruct (Nat.ltb_spec j (n_points P * n_p P)) as [C|C]; [|apply Hex; lia].
-    destruct (Hend j C) as [F|F].
-    + rewrite (bump_far _ _ _ Hr F), Rmult_0_l, Rabs_R0. apply W0.
-    + rewrite Rabs_mult. pose proof (bump_range c r (INR (steps P)) Hr).
-      rewrite (Rabs_right (bump _ _ _)) by lra. set (v := Rabs (e _ _)) in *. pose proof (Rabs_pos (e (j / n_p P) (j mod n_p P))%nat).
-      fold v in H0. assert (bump c r (INR (steps P)) * v <= 1 * v) by (apply Rmult_le_compat_r; lra). lra.
+  intros Hn [_ HI HO HF _] Hr Hin Hend. split.
+  - intros t i s Ht Hi Hs. apply (inError_upto _ _ (fun a => bump c r (INR t + s) * e i a) _ (HI t i)).
+    + intros a _. rewrite nudged_at by assumption. ring.
+    + destruct (Hin t s i Ht Hi Hs) as [F|F].
+      * apply (inError_upto _ _ (fun _ => 0) _ (HI t i)); [|apply HO]. intros a _. rewrite (bump_far _ _ _ Hr F). ring.
+      * apply inError_shrink; [apply HO|exact F|apply bump_range; exact Hr].
+  - eapply (inError_upto _ _ _ _ HF); [|exact Hend]. intros j _. cbv beta. rewrite nudged_end by exact Hn. ring.
+Qed.
+Lemma nudged_away P N B u k c r e : (0 < n_p P)%nat -> open_bin P B -> 0 < r -> r <= Rabs (INR (steps P) - c) ->
+  (forall t s i, (t < steps P)%nat -> (i < n_points P)%nat -> 0 <= s <= 1 ->
+     r <= Rabs (INR t + s - c) \/ inError (n_p P) (nth i (nth t (interval B) []) (Rows [])) (e i)) ->
+  in_tube P N B u k (nudged P u (netR N k) c r e (fun _ => 0)).
+Proof.
+  intros Hn HB Hr Hfar Hin. apply nudged_in_tube; auto.
+  apply (inError_upto _ _ (fun _ => 0) _ (end_fit _ _ HB)); [|apply (end_open _ _ HB)].
+  intros j _. rewrite (bump_far _ _ _ Hr Hfar). destruct (j <? _)%nat; ring.
 Qed.

@@ -1,4 +1,4 @@
-(* check answer.json ...         exit code 0 proved, 1 rejected, 2 cannot be read, 3 a part was not looked at
+(* check answer.json ...         exit code 0 proved, 1 rejected, 2 cannot be read
    check --each answer.json ...  for comparisons: a line of JSON for each file, with a digit for every entry *)
 let read path =
   let file = open_in_bin path in

@@ -31,6 +31,7 @@ let has k = function Obj l -> List.mem_assoc k l | _ -> false
 (* ---- Numbers: hex floats, p/q, decimals; exactly what they spell ---- *)
 let max_chars = 1000
 let longest = Big.shift_left Big.one 8192 (* denominators are below it *)
+let largest = Big.shift_left Big.one 16384 (* and integers over a common one below this *)
 let is_digit c = c >= '0' && c <= '9'
 let is_hex c = is_digit c || (c >= 'a' && c <= 'f')
 let all test s = let ok = ref true in String.iter (fun c -> if not (test c) then ok := false) s; !ok
@@ -86,10 +87,22 @@ let number = function
 let vec = list number
 let vecn n = sized n number
 
+(* The least common denominator of numbers that are used together, if it and the integers over it are short. *)
+let common numbers =
+  let lcm a b = if Big.equal a b || Big.equal b Big.one then a else Big.mul (Big.divexact a (Big.gcd a b)) b in
+  let d = List.fold_left (fun d x -> if Big.leq longest d then d else lcm d x.qden) Big.one numbers in
+  if Big.leq longest d then bad "a common denominator is too long";
+  let over x = Big.abs (Big.mul x.qnum (Big.divexact d x.qden)) in
+  if List.exists (fun x -> Big.leq largest (over x)) numbers then bad "a number is too large for its denominator";
+  d
+let short numbers = ignore (common numbers); numbers
+
 (* ---- Problem, network, tube ---- *)
 let rows_of get n =
   let a = list (vecn n) (get "A") in
-  List.combine a (vecn (List.length a) (get "b"))
+  let b = vecn (List.length a) (get "b") in
+  ignore (common (List.concat (b :: a)));
+  List.combine a b
 let poly n o = rows_of (fields [ "A"; "b" ] o) n
 
 type format = One | Two
@@ -130,12 +143,11 @@ let problem format o =
 
 let max_layers = 64
 
-(* The same numbers over one denominator, if there is a short one: the checker adds such numbers fastest. *)
+(* The same numbers over one denominator: the checker adds such numbers fastest. *)
 let level (rows : (q list * q) list) =
-  let lcm a b = Big.mul (Big.divexact a (Big.gcd a b)) b in
-  let d = List.fold_left (fun d (w, b) -> List.fold_left (fun d x -> if Big.leq longest d then d else lcm d x.qden) d (b :: w)) Big.one rows in
+  let d = common (List.concat_map (fun (w, b) -> b :: w) rows) in
   let over x = { qnum = Big.mul x.qnum (Big.divexact d x.qden); qden = d } in
-  if Big.leq longest d then rows else List.map (fun (w, b) -> (List.map over w, over b)) rows
+  List.map (fun (w, b) -> (List.map over w, over b)) rows
 
 let network o =
   let get = fields [ "weights"; "biases" ] o in
@@ -145,20 +157,24 @@ let network o =
   List.map level (List.map2 List.combine w b)
 
 (* An error is a list of widths or, in format 2, a polytope; for the end with multipliers for each row of the goal. *)
-let multipliers = list (function Arr [ row; m ] -> (whole 0 9999 row, number m) | _ -> bad "a multiplier is [row, m]")
+let multipliers_of n v =
+  let found = list (function Arr [ row; m ] -> (whole 0 (n - 1) row, number m) | _ -> bad "a multiplier is [row, m]") v in
+  ignore (common (List.map snd found));
+  found
 
 let tube format p o =
   let get = fields [ "edges"; "interval"; "final" ] o in
   let error n = function
     | Obj _ as x when format = Two -> Rows (poly n x)
-    | x -> Widths (vecn n x) in
+    | x -> Widths (short (vecn n x)) in
   let step x = match format with One -> [ error p.n_p x ] | Two -> sized p.n_points (error p.n_p) x in
   let size = (p.n_points * p.n_p) + p.n_q in
   let final = function
     | Obj _ as x when format = Two ->
       let get = fields [ "A"; "b"; "goal" ] x in
-      (Rows (rows_of get size), sized (List.length p.goal) (list multipliers) (get "goal"))
-    | x -> (Widths (vecn size x), []) in
+      let rows = rows_of get size in
+      (Rows rows, sized (List.length p.goal) (list (multipliers_of (List.length rows))) (get "goal"))
+    | x -> (Widths (short (vecn size x)), []) in
   let finals = list final (get "final") in
   ( { edges = sized p.n_k vec (get "edges"); intervals = list (sized p.steps step) (get "interval");
       finals = List.map fst finals },
@@ -166,13 +182,15 @@ let tube format p o =
 
 (* ---- Samples, corridors, polytopes ---- *)
 let sep format p v =
-  let run = function Arr [ stop; m ] -> (whole 0 p.steps stop, multipliers m) | _ -> bad "a run is [stop, multipliers]" in
-  let runs = list run in
-  sized (List.length p.obstacles) (fun x -> match format with One -> [ runs x ] | Two -> sized (List.length p.parts) runs x) v
+  let run o = function
+    | Arr [ stop; m ] -> (whole 0 p.steps stop, multipliers_of (List.length o.rows) m)
+    | _ -> bad "a run is [stop, multipliers]" in
+  let of_obstacle o x = match format with One -> [ list (run o) x ] | Two -> sized (List.length p.parts) (list (run o)) x in
+  List.map2 of_obstacle p.obstacles (sized (List.length p.obstacles) (fun x -> x) v)
 
 let sample format p o =
   let get = fields [ "p0"; "k"; "sep" ] o in
-  { p0 = vecn p.n_p (get "p0"); k = vecn p.n_k (get "k"); sep = sep format p (get "sep") }
+  { p0 = short (vecn p.n_p (get "p0")); k = short (vecn p.n_k (get "k")); sep = sep format p (get "sep") }
 
 let piece format p net o =
   let get = fields [ "p0"; "k"; "bin"; "pattern"; "sep" ] o in
@@ -182,7 +200,7 @@ let piece format p net o =
     bad "the pattern does not have one digit for each hidden neuron";
   let bit j = match digits.[j] with '1' -> true | '0' -> false | _ -> bad "the pattern is not of 0 and 1" in
   let _, layers = List.fold_left (fun (at, l) n -> (at + n, List.init n (fun j -> bit (at + j)) :: l)) (0, []) hidden in
-  { inner = vecn p.n_p (get "p0") @ vecn p.n_k (get "k"); which = whole 0 999_999_999 (get "bin");
+  { inner = short (vecn p.n_p (get "p0") @ vecn p.n_k (get "k")); which = whole 0 999_999_999 (get "bin");
     pattern = List.rev layers; sep_ = sep format p (get "sep") }
 
 (* Format 2 only: a box of doubt. Half widths around p0 and k within which a plan may be executed. *)
@@ -190,52 +208,46 @@ let boxed format p o =
   let get = fields [ "p0"; "k"; "room"; "sep" ] o in
   let room = fields [ "p0"; "k" ] (get "room") in
   let widths n name =
-    let found = vecn n (room name) in
+    let found = short (vecn n (room name)) in
     if List.exists (fun r -> Big.sign r.qnum < 0) found then bad "a half width is negative";
     found in
   let side k r = (qadd k { r with qnum = Big.neg r.qnum }, qadd k r) in
-  { middle_p0 = vecn p.n_p (get "p0"); room_p0 = widths p.n_p "p0";
+  { middle_p0 = short (vecn p.n_p (get "p0")); room_p0 = widths p.n_p "p0";
     region = List.map2 side (vecn p.n_k (get "k")) (widths p.n_k "k"); sep_of = sep format p (get "sep") }
 
 (* ---- No plan, and volumes ---- *)
-exception Unsupported of string (* a part that is well formed, for all that is known, but not looked at *)
-let unsupported why = raise (Unsupported why)
-
 type kind = Proved | Bracket
 
 let pair f g = function Arr [ a; b ] -> (f a, g b) | _ -> bad "a pair was expected"
 
-(* Of format 2 only what has one mixture of the part's points in all of a hit. *)
-let hit format p = function
+let hit format p v =
+  let some_obstacle = whole 0 (List.length p.obstacles - 1) and interval = whole 0 (p.steps - 1) in
+  let of_part which_part (o, t, share, groups) =
+    let n = List.length (List.nth p.parts which_part).corners in
+    let contact x = let body, errors = pair vec (sized n (vecn p.n_p)) x in { body; errors } in
+    let group x = let blend, contacts = pair (vecn n) (list contact) x in { blend; contacts } in
+    { whom = some_obstacle o; which_part; step = interval t; share = number share; groups = list group groups } in
+  match v with
   | Arr [ o; t; share; contacts ] when format = One ->
-    let contact x = let body, error = pair vec (vecn p.n_p) x in { body; errors = [ error ] } in
-    { whom = whole 0 999_999_999 o; which_part = 0; step = whole 0 (p.steps - 1) t; share = number share;
-      blend = [ number (Str "1") ]; contacts = list contact contacts }
+    (* one part of one point *)
+    let long = function Arr [ body; error ] -> Arr [ body; Arr [ error ] ] | _ -> bad "a contact has another form" in
+    of_part 0 (o, t, share, Arr [ Arr [ Arr [ Str "1" ]; Arr (list long contacts) ] ])
   | Arr [ o; part; t; share; groups ] when format = Two ->
-    let which_part = whole 0 (List.length p.parts - 1) part in
-    let corners = (List.nth p.parts which_part).corners in
-    if List.length (List.sort_uniq compare corners) < List.length corners then unsupported "a hit of a part that names a point twice";
-    let n = List.length corners in
-    let still = List.init p.n_p (fun _ -> number (Str "0")) in
-    let contact x =
-      let body, errors = pair vec (sized n (vecn p.n_p)) x in
-      let of_point i = match List.assoc_opt i (List.combine corners errors) with Some e -> e | None -> still in
-      { body; errors = List.init p.n_points of_point } in
-    let groups = list (pair (vecn n) (list contact)) groups in
-    let blend = match groups with (lam, _) :: _ -> lam | [] -> bad "a hit without contacts" in
-    if List.exists (fun (lam, _) -> lam <> blend) groups then unsupported "hits with several mixtures of points";
-    { whom = whole 0 999_999_999 o; which_part; step = whole 0 (p.steps - 1) t; share = number share; blend;
-      contacts = List.concat_map snd groups }
+    of_part (whole 0 (List.length p.parts - 1) part) (o, t, share, groups)
   | _ -> bad "a hit has another form"
 
-let goal_rows format x =
-  let long = function Arr [ _; _; _ ] -> true | _ -> false in
-  (match x with Arr l when format = Two && List.exists long l -> unsupported "goal rows with an error of their own" | _ -> ());
-  multipliers x
+(* A row of the goal with its multiplier and, in format 2, an error of the end. *)
+let uses p =
+  let row = whole 0 (List.length p.goal - 1) in
+  let checked l = ignore (common (List.map (fun u -> u.times) l)); l in
+  fun v -> checked (list (function
+    | Arr [ i; m ] -> { which_row = row i; times = number m; shrink = None }
+    | Arr [ i; m; x ] -> { which_row = row i; times = number m; shrink = Some (vecn ((p.n_points * p.n_p) + p.n_q) x) }
+    | _ -> bad "a row of the goal is [row, m] or [row, m, error]") v)
 
 let reason format p = function
-  | Obj [ ("goal", m) ] -> Misses (goal_rows format m)
-  | Obj [ ("start", m) ] -> Elsewhere (multipliers m)
+  | Obj [ ("goal", m) ] -> Misses (uses p m)
+  | Obj [ ("start", m) ] -> Elsewhere (multipliers_of (List.length p.start) m)
   | Obj [ ("hit", h) ] -> Hits (hit format p h)
   | Obj [ ("safe", s) ] -> Safe (sep format p s)
   | Obj [ ("open", _) ] -> Open
@@ -256,16 +268,13 @@ let tree format p nodes =
   | [ tree ] -> tree
   | _ -> bad "the tree has nodes left over, or none"
 
-let no_plan format p e o =
+let no_plan format p o =
   let get = fields [ "kind"; "z"; "faces"; "tree" ] o in
   let kind = match get "kind" with
     | Str "proved" -> Proved
     | Str "bracket" -> Bracket
     | _ -> bad "the kind is neither proved nor bracket" in
   let z = fields [ "lo"; "hi" ] (get "z") in
-  let widths = List.for_all (function Widths _ -> true | Rows _ -> false) in
-  if not (widths e.finals && List.for_all (List.for_all widths) e.intervals) then unsupported "errors that are polytopes";
-  let side = goal_rows format in
   (kind, { z_box = List.combine (vecn p.n_p (z "lo")) (vecn p.n_p (z "hi"));
-           faces = sized p.n_p (pair side side) (get "faces");
+           faces = sized p.n_p (pair (uses p) (uses p)) (get "faces");
            root = tree format p (match get "tree" with Arr l -> l | _ -> bad "the tree is not a list") })

@@ -1,17 +1,16 @@
-(* A whole answer: reads it, asks the proved checker about every entry, and says what was proved and what nobody looked
-   at.  Not proved. *)
+(* A whole answer: reads it, asks the proved checker about every entry, and says what was proved.  Not proved. *)
 open Check
 open Json
 
-(* 0 all that the answer claims is proved, 1 rejected, 3 something in it was not looked at. *)
+(* 0 all that the answer claims is proved, 1 rejected. *)
 type t = { code : int; lines : string list; entries : (string * bool list) list }
 
 let kinds = [ "samples"; "sets"; "corridors"; "doubt" ]
 let optional = [ "corridors"; "doubt" ] (* older files have none; doubt is of format 2 *)
 let hashed = [ "problem"; "network"; "tube" ]
 
-(* What is known about absence: nothing was claimed, exact volumes (safe, unsafe, all), or it was not looked at. *)
-type absence = Unclaimed | Volumes of Reader.kind * ((q * q) * q) | Unseen of string
+(* What is known about absence: nothing was claimed, or exact volumes (safe, unsafe, all). *)
+type absence = Unclaimed | Volumes of Reader.kind * ((q * q) * q)
 
 (* A share in per cent, rounded down. *)
 let per_cent part whole =
@@ -62,8 +61,8 @@ let check_answer ?(progress = fun _ _ _ -> ()) (source : string) : t =
     let piece x = check_set p n e h (Reader.piece format p n x) in
     let box x = check_box p n e h (Reader.boxed format p x) in
     let no_plan x =
-      let kind, proof = Reader.no_plan format p e x in
-      let ok = if kind = Reader.Proved then check_no_plan p n e proof else check_proof p n e proof in
+      let kind, proof = Reader.no_plan format p x in
+      let ok = if kind = Reader.Proved then check_no_plan p n e h proof else check_proof p n e h proof in
       (ok, Volumes (kind, volumes p proof)) in
     let check = function "sets" -> piece | "doubt" -> box | _ -> one in
     ignore (Reader.fields ("format" :: "claim" :: "no_plan" :: "samples" :: "sets" :: hashed @ [ "hash" ])
@@ -86,7 +85,6 @@ let check_answer ?(progress = fun _ _ _ -> ()) (source : string) : t =
       | x ->
         let ok, found = match no_plan x with
           | v -> v
-          | exception Reader.Unsupported why -> (true, Unseen why)
           | exception (Bad _ | Failure _ | Invalid_argument _ | Not_found) -> (false, Unclaimed) in
         progress "no_plan" 1 1;
         ([ ("no_plan", [ ok ]) ], found) in
@@ -110,12 +108,10 @@ let check_answer ?(progress = fun _ _ _ -> ()) (source : string) : t =
                                        (List.length refused) (List.hd refused) ] }
     else
       let count kind = List.length (List.assoc kind entries) in
-      let open_part = match absence with Unseen _ -> true | _ -> false in
-      let head = if open_part then "PROVED IN PART" else "ACCEPTED" in
       let kind = match claim with Some (Obj l) -> (match List.assoc_opt "kind" l with Some (Str s) -> s | _ -> "") | _ -> "" in
       let known = List.mem kind [ "pac"; "conformal"; "cover" ] in
       let lines =
-        [ head ^ ". Proved by a checker that is itself proved, for every trajectory inside the tube:";
+        [ "ACCEPTED. Proved by a checker that is itself proved, for every trajectory inside the tube:";
           Printf.sprintf "  %d samples (p0, k) reach the goal and touch no obstacle" (count "samples");
           Printf.sprintf "  %d polytopes of (p0, k) do so at every point of them" (count "sets");
           Printf.sprintf "  %d corridors: so does every (p0, k) of the domain that meets all conditions of one" (count "corridors") ]
@@ -123,7 +119,6 @@ let check_answer ?(progress = fun _ _ _ -> ()) (source : string) : t =
            else [ Printf.sprintf "  %d boxes of doubt: so does every execution within the room of one" (count "doubt") ])
         @ (match absence with
            | Unclaimed -> []
-           | Unseen why -> [ Printf.sprintf "NOT LOOKED AT: no_plan (%s). This program cannot check it; parc_jax.checker can." why ]
            | Volumes (Reader.Proved, _) ->
              [ "  no (p0, k) of the domain is safe: each may not start or fails for a continuous trajectory in the tube" ]
            | Volumes (Reader.Bracket, ((safe, unsafe), whole)) ->
@@ -132,7 +127,7 @@ let check_answer ?(progress = fun _ _ _ -> ()) (source : string) : t =
         @ [ (if known then "The proof rests on the tube; the file's claim about it is not checked: kind " ^ kind
              else "The proof rests on the tube, which is ASSUMED.") ]
         @ List.map (fun part -> Printf.sprintf "  sha256 %s %s" part (text "a hash" (quoted part))) hashed in
-      { code = (if open_part then 3 else 0); lines; entries }
+      { code = 0; lines; entries }
 
 (* As JSON, with a digit for every entry: for comparisons and for the page. *)
 let to_json (v : t) : string =
