@@ -17,7 +17,7 @@ import tyro
 
 from parc_jax.answer import Answer
 from parc_jax.cli.cache import keep_compiled
-from parc_jax.cli.systems import find
+from parc_jax.cli.systems import build, find
 from parc_jax.model import load
 from parc_jax.planner import Planner
 from parc_jax.plot.cover import cover, of_history
@@ -32,6 +32,8 @@ class Options:
     """A saved model."""
     system: str = "drift_parking"
     """The system it was learned from."""
+    body: str | None = None
+    """Body of the robot, as the model's. Default: its study's, or the system's own."""
     seeds: int = 10
     """Queries."""
     target: float = 0.01
@@ -47,10 +49,10 @@ class Options:
 def main(options: Options) -> dict:
     """Search, with corridors alone and with polytopes, and print medians with their range."""
     keep_compiled()
-    planner, problem = (
-        Planner(load(options.model, system=options.system)),
-        find(options.system).problem(),
-    )
+    module = find(options.system)
+    body = options.body or getattr(getattr(module, "STUDY", None), "body", None)
+    planner = Planner(load(options.model, system=options.system))
+    problem = build(module, "problem", body=body)
     measured: dict[str, list[float | None]] = {}
     for seed in range(-1, options.seeds):
         for polytopes in (False, True):

@@ -14,10 +14,10 @@ import jax
 import tyro
 from tqdm import tqdm
 
-import sims
 from parc_jax.cli.cache import keep_compiled
-from parc_jax.cli.systems import find
+from parc_jax.cli.systems import black_box_of, build, find
 from parc_jax.experiment.replay import replay
+from parc_jax.io.problem_file import load_problem
 from parc_jax.keys import Stage, stream
 from parc_jax.model import load
 from parc_jax.planner import Planner
@@ -36,6 +36,10 @@ class Options:
     """The system it was learned from."""
     plant: str = "ode"
     """Plant of the simulator."""
+    body: str | None = None
+    """Body of the robot, as the model's. Default: its study's, or the system's own."""
+    scene: Path | None = None
+    """A scene file, in place of the system's own scene."""
     n: int = 1_000_000
     """Plans to draw and replay."""
     seed: int = 0
@@ -47,8 +51,14 @@ class Options:
 def main(options: Options) -> dict:
     """Draw, replay, count."""
     keep_compiled()
-    system, problem = sims.load(options.system, plant=options.plant), find(options.system).problem()
+    module = find(options.system)
+    body = options.body or getattr(getattr(module, "STUDY", None), "body", None)
+    system = black_box_of(module, options.plant, body)
     model, key = load(options.model, system=system.name), jax.random.PRNGKey(options.seed)
+    if options.scene is None:
+        problem = build(module, "problem", body=body)
+    else:
+        problem = load_problem(options.scene, points=model.points)
     answer = Planner(model).solve(problem, key)
     counts = dict.fromkeys(
         ("plans", "reached", "touched", "left the tube", "failed inside the tube"), 0

@@ -13,6 +13,15 @@ from parc_jax.sets.hpolytope import HPolytope, from_box, hpolytope
 
 
 @struct.dataclass
+class GoalOfPoints(HPolytope):
+    """A goal over the ends of the named reference points, in this order, then q. Build with
+    `goal_of_points`.
+    """
+
+    points: tuple[str, ...] = struct.field(pytree_node=False, default=())
+
+
+@struct.dataclass
 class ReachAvoid:
     """Reach the goal at t_f, never touch an obstacle. Build with `reach_avoid`, which validates.
 
@@ -22,6 +31,8 @@ class ReachAvoid:
     body: Disc or Polygon about the first reference point, or a Body of several parts. start:
         polytope over p0, or None for anywhere.
     doubt: what is not known exactly; `robust` turns it into a plain problem that allows for it.
+    points: names of the reference points whose ends the goal is over, in its order, from
+        `goal_of_points`; a model with others, or in another order, is refused. () = not said.
     """
 
     goal: HPolytope
@@ -30,6 +41,7 @@ class ReachAvoid:
     start: HPolytope | None = None
     spans: tuple[tuple[int, int] | None, ...] = struct.field(pytree_node=False, default=())
     doubt: Doubt | None = struct.field(pytree_node=False, default=None)
+    points: tuple[str, ...] = struct.field(pytree_node=False, default=())
 
     @property
     def all_spans(self) -> tuple[tuple[int, int] | None, ...]:
@@ -61,7 +73,9 @@ def reach_avoid(
     """Validated problem. Boxes become polytopes; a number is taken as a disc radius. Raises
     InputError.
     """
-    goal, obstacles = _polytope("goal", goal), tuple(_polytope("obstacle", o) for o in obstacles)
+    points = goal.points if isinstance(goal, GoalOfPoints) else ()
+    goal = _polytope("goal", goal)
+    obstacles = tuple(_polytope("obstacle", o) for o in obstacles)
     start = None if start is None else _polytope("start", start)
     if not isinstance(body, Body):
         body = shape("body", body)
@@ -94,10 +108,10 @@ def reach_avoid(
             )
     if doubt is not None:
         _check_doubt(doubt, n_p, obstacles)
-    return ReachAvoid(goal, obstacles, body, start, spans, doubt)
+    return ReachAvoid(goal, obstacles, body, start, spans, doubt, points)
 
 
-def goal_of_points(points: Sequence[str], where, q=None) -> HPolytope:
+def goal_of_points(points: Sequence[str], where, q=None) -> GoalOfPoints:
     """A goal over the ends of several reference points, for `reach_avoid`. Raises InputError.
 
     points: names of all points of the robot, as `model.points`. where: one Box or HPolytope that
@@ -127,7 +141,8 @@ def goal_of_points(points: Sequence[str], where, q=None) -> HPolytope:
     for column, region in blocks:
         A[first : first + len(region.b), column : column + region.n] = region.A
         first += len(region.b)
-    return hpolytope(A, np.concatenate([region.b for _, region in blocks]))
+    rows = hpolytope(A, np.concatenate([region.b for _, region in blocks]))
+    return GoalOfPoints(rows.A, rows.b, tuple(points))
 
 
 def _check_doubt(doubt: Doubt, n_p: int, obstacles) -> None:
@@ -164,5 +179,5 @@ def _polytope(name: str, value) -> HPolytope:
     if isinstance(value, Box):
         return from_box(value)
     if isinstance(value, HPolytope):
-        return value
+        return HPolytope(value.A, value.b)
     raise InputError(f"{name}: expected a Box or an HPolytope; got {type(value).__name__}.")

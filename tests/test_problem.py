@@ -7,6 +7,7 @@ from parc_jax.body import hull
 from parc_jax.errors import InputError
 from parc_jax.problem import goal_of_points, reach_avoid
 from parc_jax.sets.box import box
+from parc_jax.sets.hpolytope import HPolytope
 
 NAMES = ("centre", "left", "right")
 BAY = box([0.0, 1.0], [2.0, 3.0])
@@ -37,6 +38,14 @@ def test_goals_over_points_there_are_not_are_refused():
         goal_of_points(NAMES, {"left": BAY, "right": box([0.0] * 3, [1.0] * 3)})
     with pytest.raises(InputError, match="at least one reference point"):
         goal_of_points(NAMES, {})
+
+
+def test_a_problem_keeps_the_names_its_goal_was_made_for():
+    goal = goal_of_points(NAMES, {"right": BAY})
+    problem = reach_avoid(goal, [BAY], hull("left", "right"))
+    assert problem.points == NAMES
+    assert type(problem.goal) is HPolytope and (problem.goal.A == goal.A).all()
+    assert reach_avoid(box([0.0] * 6, [1.0] * 6), [BAY], 0.5).points == ()
 
 
 def test_a_problem_says_what_its_body_is():

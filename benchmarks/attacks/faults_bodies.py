@@ -22,6 +22,7 @@ CONTACT = (
 PROGRAM = "tests/claim/test_error_set.py::test_support_and_vertex_are_those_of_the_linear_program"
 BY_HAND = "tests/cover/test_polytope.py::test_the_rows_are_the_conditions_written_by_hand"
 WRITTEN = "tests/certificate/test_write_points.py"
+SCENES = "tests/verdict/test_scene.py"
 BAD = "tests/checker/test_checker_checks.py::test_bad_certificates_are_rejected"
 
 DISTANCES = (
@@ -209,6 +210,20 @@ COVERED = (
         "needed[layout.n_p : layout.n_c] = False",
         "needed[: layout.n_c] = False",
         ("tests/verdict/test_scene.py::test_a_goal_may_leave_free_all_but_the_first_point_and_q",),
+    ),
+    Fault(
+        "goal_of_points_in_another_order",
+        "parc_jax/verdict/scene.py",
+        "problem.points != tuple(model.points)",
+        "len(problem.points) != len(model.points)",
+        (f"{SCENES}::test_a_goal_over_named_points_is_refused_by_a_model_with_another_order",),
+    ),
+    Fault(
+        "open_goal_told_by_a_free_axis",
+        "parc_jax/verdict/scene.py",
+        'finite_box(goal, "goal", needed)',
+        'finite_box(goal, "goal")',
+        (f"{SCENES}::test_an_open_goal_is_told_by_an_axis_that_needs_a_bound",),
     ),
 )
 

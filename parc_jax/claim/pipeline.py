@@ -18,6 +18,7 @@ from parc_jax.claim.calibrate import Intersample, calibrate
 from parc_jax.claim.claim import ErrorClaim
 from parc_jax.claim.counts import as_probability, cheaper, required_runs
 from parc_jax.claim.edges import choose_edges
+from parc_jax.claim.even import evened, learnt_from
 from parc_jax.claim.fitting import fitted_profile
 from parc_jax.claim.intersample import DISCRETE_TIME
 from parc_jax.claim.measure import Errors, measure
@@ -56,6 +57,8 @@ class BoundSettings:
     shape: of the tube. "box": a half width per axis about the prediction. "fitted": pairs of faces
         that fit the errors, along the axes and their principal axes. [T26]
     profile_runs: runs beside the training ones for the profile. None = as many as the holdout.
+    even: hold a quarter of those runs back, and widen every bin by what it lacked for them, so that
+        the worst learnt bin does not decide about all.
     fresh: runs of the holdout, None = as many as the claims need.
     discard: of them left outside, fixed beforehand; "most" = as many as eps and delta allow.
     looks: times this holdout is used beyond the networks and claims asked for here.
@@ -71,6 +74,7 @@ class BoundSettings:
     head: tuple[int, ...] | None = None
     shape: str = "box"
     profile_runs: int | None = None
+    even: bool = False
     fresh: int | None = None
     discard: int | str = 0
     looks: int = 1
@@ -172,10 +176,13 @@ def bound_errors(
     if profiles is None:
         with watch("profile"):
             n = _profile_runs(asked, train is not None, looks)
-            further = runs.further(n) if n else ()
+            further = iter(runs.further(n) if n else ())
+            early = learnt_from(further, n) if asked.even else further
             profiles = learn_profiles(
-                nets, train, further, asked.bins, asked.head, key, shape=asked.shape
+                nets, train, early, asked.bins, asked.head, key, shape=asked.shape
             )
+            if asked.even:
+                profiles = evened(nets, profiles, further)
     with watch("fresh rollouts"):
         fresh = runs.fresh(fresh_runs(asked, profiles[0], looks))
         seen = scores_of(nets, profiles, fresh)

@@ -30,7 +30,8 @@ class Study:
         worst.
     discard: how many of the worst are left outside, fixed before any is seen; "most" = as many as
         fresh, eps and delta allow. Without discards the claims carry the eps that the runs support.
-    profile_runs: runs beside the training ones from which the tube's profile is learnt.
+    profile_runs: runs beside the training ones from which the tube's profile is learnt. even: a
+        quarter of them only to widen every bin by what it lacked, as in `BoundSettings`.
     plant: plant of the simulator that all of these are drawn from, None = the system's own, which
         also runs the replay.
     body: body of the robot in the scene, and so which reference points the simulator reports;
@@ -60,6 +61,7 @@ class Study:
     fresh: int | None = None
     discard: int | str = "most"
     profile_runs: int = 0
+    even: bool = False
     search: int | None = None
     gap: float = GAP
     plant: str | None = None
@@ -84,6 +86,7 @@ class Study:
             head=self.head,
             shape=self.shape,
             profile_runs=self.profile_runs,
+            even=self.even,
             fresh=self.fresh,
             discard=self.discard,
             search=self.search,

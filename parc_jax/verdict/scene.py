@@ -95,6 +95,12 @@ def check_fits(problem: ReachAvoid, model) -> None:
             "into a plain one by `robust.question.plain`."
         )
     n_y = model.n_c + model.n_q
+    if problem.points and problem.points != tuple(model.points):
+        raise InputError(
+            f"goal: expected the reference points of this model, {', '.join(model.points)}, in "
+            f"this order; it was made for {', '.join(problem.points)}. Make it with "
+            "goal_of_points(model.points, ...)."
+        )
     if problem.goal.n != n_y:
         of_all = "" if model.n_points == 1 else f" of each of its {model.n_points} points"
         raise InputError(
@@ -115,10 +121,13 @@ def check_fits(problem: ReachAvoid, model) -> None:
         )
 
 
-def finite_box(poly: HPolytope, name: str) -> tuple[np.ndarray, np.ndarray]:
-    """Smallest box around a bounded polytope: rows along the axes are read off, others ask LPs.
-    Raises InputError.
+def finite_box(
+    poly: HPolytope, name: str, needed: np.ndarray | None = None
+) -> tuple[np.ndarray, np.ndarray]:
+    """Smallest box around a polytope, bounded along the needed axes (n,), by default all: rows
+    along the axes are read off, others ask LPs. Raises InputError.
     """
+    needed = np.ones(poly.n, bool) if needed is None else needed
     lo, hi = box_of_rows(poly)
     if (np.count_nonzero(poly.A, axis=1) != 1).any():
         try:
@@ -128,7 +137,7 @@ def finite_box(poly: HPolytope, name: str) -> tuple[np.ndarray, np.ndarray]:
                 f"{name}: expected a set with points in it; its rows contradict each other."
             ) from None
         lo, hi = np.maximum(lo, around.lo), np.minimum(hi, around.hi)
-    return _checked(lo, hi, np.ones(poly.n, bool), name)
+    return _checked(lo, hi, needed, name)
 
 
 def goal_box(goal: HPolytope, layout: Layout) -> tuple[np.ndarray, np.ndarray]:
@@ -142,7 +151,7 @@ def goal_box(goal: HPolytope, layout: Layout) -> tuple[np.ndarray, np.ndarray]:
     lo, hi = box_of_rows(goal)
     if (np.isfinite(lo) & np.isfinite(hi))[needed].all():
         return _checked(lo, hi, needed, "goal")
-    return finite_box(goal, "goal")
+    return finite_box(goal, "goal", needed)
 
 
 def box_of_rows(poly: HPolytope) -> tuple[np.ndarray, np.ndarray]:

@@ -1,8 +1,10 @@
-"""The main job's settings for drift parking; docs/drift_parking.md says how they were chosen."""
+"""The main job's settings for drift parking; docs/main_job.md says how they were chosen."""
 
 from parc_jax.experiment.settings import Study
+from sims import rectangle
 
 STUDY = Study(
+    body=rectangle.BODY,
     hidden=(8, 8, 8, 8),
     others=((6, 6, 6, 6), (7, 7, 7, 7), (16, 16, 16, 16), ()),
     # the tube follows the jumps better: a safe set larger by a sixth to a half

@@ -2,16 +2,21 @@
 
 import re
 
+import jax
 import numpy as np
 import pytest
 import toy_query
+from toy_bodies import points_model, points_problem
 from toy_models import host_outputs, random_network
 
 from parc_jax.errors import InputError
 from parc_jax.io.network_file import load_network
 from parc_jax.io.onnx_write import write_onnx
 from parc_jax.io.question import safety_question, vnnlib, write_question
+from parc_jax.planner import Planner
 from parc_jax.pwa import enumerate_regions
+from parc_jax.settings import Settings
+from parc_jax.verdict.pointwise import verdicts
 
 onnx = pytest.importorskip("onnx")
 
@@ -130,6 +135,25 @@ def test_the_property_file_spells_box_and_margins_exactly(asked):
     hi = [float(v) for v in re.findall(r"\(assert \(<= X_\d+ (\S+?)\)\)", text)]
     assert (lo == question.plans.lo).all() and (hi == question.plans.hi).all()
     assert text.count("(and (<= Y_") == question.net.n_out and text.count("(") == text.count(")")
+
+
+@pytest.mark.parametrize("fitted", [False, True], ids=["boxes", "faces"])
+def test_the_question_of_a_body_is_about_every_part_and_point(fitted):
+    """What the margins call safe is safe by the verdict, which knows nothing of them."""
+    rng = np.random.default_rng(3)
+    model = points_model(rng, fitted=fitted)
+    problem = points_problem(rng, model)
+    options = {"n_samples": 2, "polytopes": False, "target": 0.3, "budget_s": 30.0}
+    answer = Planner(model).solve(problem, jax.random.key(0), Settings(**options))
+    question = safety_question(answer, 0, 0.15)
+    of_parts = sum(len(part.points) for part in problem.parts) * len(problem.obstacles)
+    assert question.net.n_out == len(problem.goal.b) + 2 * model.time.n_steps * of_parts
+    x = rng.uniform(question.plans.lo, question.plans.hi, (4000, 4))
+    margins = host_outputs(question.net, x)
+    positive = (margins > 0).all(axis=1)
+    assert 0 < positive.sum() < 4000
+    safe = verdicts(model, answer.scene, x[:, :2], x[:, 2:]).safe
+    assert safe[positive].all()
 
 
 def test_questions_that_make_no_sense(asked):

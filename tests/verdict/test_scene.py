@@ -3,7 +3,9 @@
 import numpy as np
 import pytest
 from toy_models import line_model, model_of, random_model, random_problem, uniform_tube
+from turning_bar import straight_bar
 
+from parc_jax.body import hull
 from parc_jax.errors import InputError
 from parc_jax.network.predict import Layout
 from parc_jax.obstacles.grown import BUCKETS
@@ -52,6 +54,31 @@ def test_a_goal_may_leave_free_all_but_the_first_point_and_q():
         goal_box(other, layout)
     with pytest.raises(InputError, match="has no bound"):
         goal_box(hpolytope(np.concatenate([np.eye(7)[:2], -np.eye(7)[:2]]), np.ones(4)), layout)
+
+
+def test_an_open_goal_is_told_by_an_axis_that_needs_a_bound():
+    """Not by one of a further point, which may be free. With rows along the axes and aslant."""
+    layout, names = Layout(4, 2, 2), ("nose", "tail")
+    goal = goal_of_points(names, {"nose": box([-1.0, -1.0], [1.0, 1.0])}, box([-1.0], [1.0]))
+    aslant = np.eye(5)[:4]
+    aslant[2, 3] = 0.0
+    aslant[1, 0] = 0.5
+    for rows in (np.eye(5)[:2], aslant[:2]):
+        both = hpolytope(np.concatenate([rows, -rows]), np.ones(2 * len(rows)))
+        with pytest.raises(InputError, match="axis 4 has no bound"):
+            goal_box(both, layout)
+    assert np.isfinite(goal_box(goal, layout)[0]).tolist() == [True, True, False, False, True]
+
+
+def test_a_goal_over_named_points_is_refused_by_a_model_with_another_order():
+    model = straight_bar()
+    named = reversed(model.points)
+    goal = goal_of_points(tuple(named), {"nose": box([-1.0] * 2, [1.0] * 2)}, box([-1.0], [1.0]))
+    problem = reach_avoid(goal, [box([5.0, 5.0], [6.0, 6.0])], hull("tail", "nose"))
+    with pytest.raises(InputError, match="tail, nose, in this order; it was made for nose, tail"):
+        scene_of(problem, model)
+    goal = goal_of_points(model.points, {"tail": box([-1.0] * 2, [1.0] * 2)}, box([-1.0], [1.0]))
+    assert scene_of(problem.replace(goal=goal, points=goal.points), model).goal_A.shape[1] == 5
 
 
 def test_padding_rows_always_hold_and_sizes_come_from_few_buckets(rng):
