@@ -22,6 +22,8 @@ class Case:
         K.
     axis: workspace axis along which the obstacles close in. slack: [m] room between body and
         obstacles as published.
+    radius: [m] of the circle around the body. length: [m] of the true body along that axis, once it
+        stands in the gap; None = not looked at.
     published: figures of the paper, measured on its machine: regions and seconds for BRAS of all of
         them.
     asked: of the claims, as in the system's main job.
@@ -35,6 +37,8 @@ class Case:
     bins: tuple[int, ...]
     axis: int
     slack: float
+    radius: float
+    length: float | None
     published: dict[tuple[int, ...], tuple[int, float]]
     asked: BoundSettings
 
@@ -60,9 +64,8 @@ def _centre(o) -> np.ndarray:
 def drift() -> Case:
     """Drift parking between two cars, on the closed-form plant."""
     import sims
-    from sims.drift_parking import scenario, study
+    from sims.drift_parking import params, scenario, study
 
-    left, right = scenario.PARKED_CARS
     return Case(
         name="drift",
         system=lambda: sims.load("drift_parking", plant="ode"),
@@ -71,7 +74,9 @@ def drift() -> Case:
         larger=(16,) * 4,
         bins=(20, 4),
         axis=0,
-        slack=right[0][0] - left[1][0] - 2 * scenario.BODY_RADIUS,
+        slack=scenario.APART - 2 * scenario.BODY_RADIUS,
+        radius=scenario.BODY_RADIUS,
+        length=params.BODY_LENGTH,
         published={(8,) * 4: (203, 9.6)},
         asked=study.STUDY.bound,
     )
@@ -93,6 +98,8 @@ def boat() -> Case:
         bins=(4, 4, 2),
         axis=1,
         slack=float(-upper.b[3] - lower.b[1] - 2 * task.body.radius),
+        radius=float(task.body.radius),
+        length=None,
         published={(8,) * 4: (611, 100.0)},
         asked=study.STUDY.bound,
     )

@@ -143,10 +143,12 @@ def test_commands_shown_are_commands_that_the_shell_takes(page, monkeypatch):
     "page", [p for p in PAGES if "```toml" in p.read_text("utf-8")], ids=lambda p: p.name
 )
 def test_scenes_shown_are_scenes(page):
+    import sims.rectangle
     from parc_jax.io.problem_file import problem_of_text
 
+    points = sims.rectangle.POINTS if page.name == "tutorial.md" else ("tail", "nose")
     for block in re.findall(r"^```toml\n(.*?)^```", page.read_text(encoding="utf-8"), re.M | re.S):
-        assert problem_of_text(block, page.name, points=("tail", "nose")).obstacles
+        assert problem_of_text(block, page.name, points=points).obstacles
 
 
 @pytest.mark.parametrize("page", PAGES, ids=lambda p: p.name)

@@ -3,7 +3,8 @@ next one.
 
     python docs/examples/replanning.py MODEL.npz [CYCLES]
 
-MODEL is a saved drift-parking model. Prints what was found and how fast.
+MODEL is a saved drift-parking model of the disc (`parc-jax learn drift_parking --body disc`).
+Prints what was found and how fast.
 """
 
 import sys

@@ -220,10 +220,10 @@ def test_systems_prints_a_scene_that_solve_reads(shell, tmp_path):
     assert "drift_parking" in shell("systems")[1]
     code, said, _ = shell("systems", "drift_parking")
     (tmp_path / "parking.toml").write_text(said)
-    assert code == 0 and load_problem(tmp_path / "parking.toml").goal.n == 3
-    code, said, _ = shell("systems", "drift_parking", "--body", "rectangle")
-    (tmp_path / "parking.toml").write_text(said)
     assert code == 0 and load_problem(tmp_path / "parking.toml", POINTS).goal.n == 5 * 2 + 1
+    code, said, _ = shell("systems", "drift_parking", "--body", "disc")
+    (tmp_path / "parking.toml").write_text(said)
+    assert code == 0 and load_problem(tmp_path / "parking.toml").goal.n == 3
 
 
 MODULES = {

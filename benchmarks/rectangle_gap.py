@@ -1,0 +1,67 @@
+"""The narrowest gap for the true rectangle: a body that turns fits where its circle does not."""
+
+from dataclasses import replace
+from pathlib import Path
+from tempfile import TemporaryDirectory
+from typing import NamedTuple
+
+import jax
+import numpy as np
+
+from parc_jax.certificate.prove import prove
+from parc_jax.certificate.write import sample_part
+from parc_jax.experiment.learn import learn
+from parc_jax.experiment.stopwatch import Stopwatch
+from parc_jax.model import TrajectoryModel
+from parc_jax.problem import ReachAvoid
+from parc_jax.verdict.pointwise import verdicts
+from parc_jax.verdict.scene import scene_of
+
+# a study that only shows that everything fits together
+QUICK = {
+    "hidden": (4, 4),
+    "bins": (2, 2),
+    "rollouts": 64,
+    "profile_runs": 64,
+    "fresh": 128,
+    "eps": 0.1,
+    "delta": 0.1,
+    "seeds": 1,
+    "steps": 20,
+    "search": 0,
+}
+
+
+class Narrowest(NamedTuple):
+    """apart [m] between the cars at the narrowest gap with a plan, None for no plan at all. proved:
+    the checker accepted that plan.
+    """
+
+    apart: float | None
+    proved: bool | None
+
+
+def narrowest_for_rectangle(key: jax.Array, quick: bool = False) -> Narrowest:
+    """Learn the model of `sims.drift_parking.narrow`, close the gap, prove the last plan."""
+    from sims import rectangle
+    from sims.drift_parking.narrow import how_narrow, narrow_study
+    from sims.drift_parking.scenario import problem
+    from sims.drift_parking.system import system
+
+    study = replace(narrow_study(), **QUICK) if quick else narrow_study()
+    with TemporaryDirectory() as work:
+        car = system("ode", rectangle.BODY)
+        model = learn(car, study, key, Stopwatch(), Path(work) / "runs", True).main
+    at, plans = how_narrow(model, np.random.default_rng(0))
+    if not len(plans):
+        return Narrowest(None, None)
+    return Narrowest(at, proved(model, problem(rectangle.BODY, at), plans[0]))
+
+
+def proved(model: TrajectoryModel, problem: ReachAvoid, plan: np.ndarray) -> bool:
+    """Does the checker accept this one plan (n_p + n_k,)?"""
+    scene = scene_of(problem, model)
+    p0, k = plan[None, : model.n_p], plan[None, model.n_p :]
+    e = verdicts(model, scene, p0, k)
+    part = sample_part(scene, model.tube, p0[0], k[0], e.path[0], int(e.bin[0]))
+    return bool(prove(problem, model, [part])[0].all())

@@ -1,0 +1,92 @@
+"""A search for scenes that are too narrow for draws: plans of a wider scene are looked around, then
+those of a less wide one, and so on down to the scene that was asked about.
+"""
+
+import time
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+
+from parc_jax.cover.sampling import Points, Tally, draw, joined, near
+from parc_jax.cover.search import Cover, cover_around
+from parc_jax.cover.stopping import nothing_covered
+from parc_jax.model import TrajectoryModel
+from parc_jax.problem import ReachAvoid
+from parc_jax.settings import Settings
+from parc_jax.verdict.scene import Scene, scene_of
+
+FIRST = 20_000  # plans drawn in the widest scene
+AROUND = 2_000  # plans tried around the last ones, at each step
+TRIES = 4  # times, before a step counts as the last
+MOST = 400  # plans that are kept
+
+
+@dataclass(frozen=True)
+class ClosingIn:
+    """A method of `Settings`: from each of the wider problems to the next, then to the asked one.
+
+    The answer's corridors and polytopes lie around the plans found; nothing is said of the rest of
+    the safe set, so its coverage is unknown.
+    """
+
+    wider: tuple[ReachAvoid, ...]
+
+    def search(
+        self, model: TrajectoryModel, regions, scene: Scene, key, rng, settings: Settings
+    ) -> tuple[Cover, None]:
+        """Draws from `rng`; `regions` and `key` are not used."""
+        begin = time.perf_counter()
+        tally, seen = first_draw(model, scene_of(self.wider[0], model), rng)
+        for problem in self.wider[1:]:
+            seen = looked_around(model, scene_of(problem, model), rng, seen)
+        seen = looked_around(model, scene, rng, seen)
+        for _ in range(TRIES if len(seen.k) else 0):
+            seen = joined([seen, near(model, scene, rng, seen, AROUND)]).at(slice(-MOST, None))
+        found = time.perf_counter() - begin if len(seen.k) else None
+        corridors, polytopes = cover_around(model, scene, rng, seen) if len(seen.k) else ((), ())
+        none = nothing_covered(settings.confidence)
+        counts = tally._replace(safe=len(seen.k))
+        return Cover(*counts, seen, none, none, corridors, polytopes, first_sample_s=found), None
+
+
+def first_draw(
+    model: TrajectoryModel, scene: Scene, rng: np.random.Generator
+) -> tuple[Tally, Points]:
+    """Plans drawn from the widest scene: what was drawn, and the safe ones."""
+    one = draw(model, scene, rng, FIRST)
+    return Tally().plus(one), one.safe
+
+
+def looked_around(
+    model: TrajectoryModel, scene: Scene, rng: np.random.Generator, seen: Points
+) -> Points:
+    """Safe plans of this scene around those of the one before; none when there were none."""
+    for _ in range(TRIES):
+        if not len(seen.k):
+            break
+        found = near(model, scene, rng, seen, AROUND)
+        if len(found.k):
+            return found.at(slice(MOST))
+    return seen.at(slice(0))
+
+
+def narrowest(
+    model: TrajectoryModel,
+    problem_at: Callable[[float], ReachAvoid],
+    wide: float,
+    step: float,
+    rng: np.random.Generator,
+) -> tuple[float, Points]:
+    """The least of wide, wide - step, ... [m] at which plans were found, and these; with no plans
+    when there are none even at `wide`.
+    """
+    at = wide
+    seen = first_draw(model, scene_of(problem_at(at), model), rng)[1]
+    while len(seen.k):
+        closer = looked_around(model, scene_of(problem_at(at - step), model), rng, seen)
+        if not len(closer.k):
+            break
+        at = at - step
+        seen = closer
+    return at, seen
