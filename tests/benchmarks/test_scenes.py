@@ -52,6 +52,8 @@ def learned(model):
         (1, 1),
         1,
         2.0 - 0.6,
+        0.3,
+        None,
         {},
         BoundSettings(),
     )
@@ -108,6 +110,7 @@ def test_the_gap_workload_orders_the_methods(learned):
     shares = {c["name"]: np.array(c["share"]) for c in result.data["curves"]}
     assert (shares["ours, 6-5"] >= shares["published, 6-5"]).all() and shares["ours, 6-5"][0] > 0
     assert {m.key: m.value for m in result.metrics}["gap.ours.6-5.not_proved"] == 0
+    assert all(row[2] == "" for row in result.tables[1].rows)  # no true body to look at
     assert name_of((8, 8, 8, 8)) == "4x8" and name_of(PARC) == "affine"
 
 
