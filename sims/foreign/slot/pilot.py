@@ -11,7 +11,10 @@ import numpy as np
 
 from sims.foreign.slot import params as c
 
-ACROSS = np.array([0.0, -math.sin(c.INCLINE), math.cos(c.INCLINE)])  # the normal of the slot
+AHEAD = np.array([1.0, 0.0, 0.0])
+ALONG = np.array([0.0, math.cos(c.INCLINE), math.sin(c.INCLINE)])  # the direction of the slot
+ACROSS = np.array([0.0, -math.sin(c.INCLINE), math.cos(c.INCLINE)])  # the normal of it
+FRAME = np.array([AHEAD, ALONG, ACROSS])  # from the world, z upward, to the slot
 DOWN = np.array([0.0, 0.0, -c.GRAVITY])
 
 

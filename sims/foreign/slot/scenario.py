@@ -1,26 +1,22 @@
 """The task: through a slot in a wall, inclined by 60 degrees and lower than the drone is wide, and
-hover behind it.
+hover behind it. In the frame of the slot: through the wall, along the slot, across it.
 """
 
 import numpy as np
 
 from parc_jax.body import hull
 from parc_jax.problem import ReachAvoid, goal_of_points, reach_avoid
-from parc_jax.sets.box import box
-from parc_jax.sets.hpolytope import HPolytope, hpolytope
-from sims.foreign.slot.pilot import ACROSS
+from parc_jax.sets.box import Box, box
 from sims.foreign.slot.system import CORNERS, POINTS
 
-WIDTH = 0.08  # [m] of the slot; a level drone needs 0.129
-LENGTH = 1.0  # [m] of it
+WIDTH = 0.09  # [m] of the slot; a level drone needs 0.129
+LENGTH = 0.7  # [m] of it
 THICK = 0.02  # [m] of the wall
 FAR = 1.5  # [m] how far the wall reaches
-AT = (-0.65, -0.08, -0.13)  # [m] middle of the slot, seen from the middle of the goal
+AT = (-0.65, -0.15, 0.004)  # [m] middle of the slot, seen from the middle of the goal
 GOAL = (0.3, 0.1, 0.1)  # [m] half of the box in which the centre ends
 ROOM = (0.4, 0.2, 0.2)  # [m] half of the one in which all corners do
 SPEED = 0.25  # [m/s] most along each axis at the end
-ALONG = np.array([0.0, ACROSS[2], -ACROSS[1]])  # the direction of the slot
-AHEAD = np.array([1.0, 0.0, 0.0])
 
 
 def problem(width: float = WIDTH) -> ReachAvoid:
@@ -41,15 +37,12 @@ def problem(width: float = WIDTH) -> ReachAvoid:
     return reach_avoid(goal, wall, hull(*CORNERS))
 
 
-def around(half: tuple[float, ...]):
+def around(half: tuple[float, ...]) -> Box:
     """The box of these half sides about the origin."""
     return box(-np.array(half), half)
 
 
-def slab(along: tuple[float, float], across: tuple[float, float]) -> HPolytope:
+def slab(along: tuple[float, float], across: tuple[float, float]) -> Box:
     """A part of the wall, between bounds [m] along the slot and across it, from its middle."""
-    directions = np.array([AHEAD, ALONG, ACROSS])
     low, high = np.array([(-THICK / 2, THICK / 2), along, across]).T
-    middle = directions @ np.array(AT)
-    rows = np.concatenate([directions, -directions])
-    return hpolytope(rows, np.concatenate([middle + high, -middle - low]))
+    return box(AT + low, AT + high)

@@ -6,10 +6,9 @@ STUDY = Study(
     hidden=(8, 8, 8),
     others=(),
     bins=(2, 3, 1),
-    shape="fitted",
     rollouts=4000,
     profile_runs=8000,
-    fresh=20_000,
-    budget_s=30.0,
+    fresh=14_000,
+    budget_s=20.0,
     repeats=10,
 )

@@ -19,7 +19,7 @@ from parc_jax.errors import InputError
 from parc_jax.sets.box import Box, box
 from parc_jax.system import TimeGrid, Trajectory, time_grid
 from sims.foreign.slot import params as c
-from sims.foreign.slot.pilot import Flight, command, learned
+from sims.foreign.slot.pilot import FRAME, Flight, command, learned
 from sims.quiet import lenient, quiet_import
 
 SIDES = (("front", "rear"), ("left", "right"), ("top", "bottom"))
@@ -32,7 +32,8 @@ ARMS = 0.5 * np.array([(0, 0, 0), *itertools.product((1, -1), repeat=3)]) * np.a
 @dataclass(frozen=True, eq=False)
 class SlotDrone:
     """k = (speed [m/s], bank [rad], shift of the roll [s]) -> p (n_record + 1, 9, 3) of POINTS,
-    q (3,) the velocity at the end. Build with `system`.
+    q (3,) the velocity at the end, both in the frame of the slot: through the wall, along the slot,
+    across it. There the tube is narrow where it matters. Build with `system`.
 
     data, step: crazyflow's state with its parameters, and its pure step. disturbed: share of the
     disturbances of `params`, 0 for a calm day.
@@ -48,8 +49,10 @@ class SlotDrone:
     n_p: ClassVar[int] = 3
     n_q: ClassVar[int] = 3
     points: ClassVar[tuple[str, ...]] = POINTS
-    p_labels: ClassVar[tuple[str, ...]] = ("x [m]", "y [m]", "z [m]")
-    q_labels: ClassVar[tuple[str, ...]] = ("speed x [m/s]", "speed y [m/s]", "speed z [m/s]")
+    p_labels: ClassVar[tuple[str, ...]] = ("through [m]", "along [m]", "across [m]")
+    q_labels: ClassVar[tuple[str, ...]] = tuple(
+        f"speed {way} [m/s]" for way in ("through", "along", "across")
+    )
     k_labels: ClassVar[tuple[str, ...]] = ("speed [m/s]", "bank [rad]", "shift [s]")
 
     @property
@@ -64,13 +67,14 @@ class SlotDrone:
 
     def rollout_from(self, key: jax.Array, k: jax.Array, p0: jax.Array) -> Trajectory:
         """One run from hovering at p0 (3,); p is relative to it."""
-        _, places, turns, velocity = self.fly(key, k, p0)
+        frame = jnp.asarray(FRAME)
+        _, places, turns, velocity = self.fly(key, k, frame.T @ p0)
         p = places[:, None] + jnp.einsum("tij,cj->tci", turns, jnp.asarray(ARMS))
-        return Trajectory(p, velocity)
+        return Trajectory(p @ frame.T, frame @ velocity)
 
     def fly(self, key: jax.Array, k: jax.Array, p0: jax.Array):
         """Times (n,), places of the centre (n, 3) from the start, rotations (n, 3, 3) and the last
-        velocity (3,) of one run.
+        velocity (3,) of one run from p0 (3,), all in the world, whose z is upward.
         """
         from crazyflow.sim.functional import attitude_control
 

@@ -16,8 +16,8 @@ import parc_jax as pj
 import sims
 from parc_jax.errors import InputError
 from sims.foreign.slot import params as c
-from sims.foreign.slot.pilot import ACROSS, Flight, command, learned, way
-from sims.foreign.slot.scenario import AHEAD, ALONG, problem
+from sims.foreign.slot.pilot import ACROSS, FRAME, Flight, command, learned, way
+from sims.foreign.slot.scenario import AT, problem
 from sims.foreign.slot.system import CORNERS, POINTS, rotation, system
 
 KEYS = jax.random.split(jax.random.PRNGKey(4), 4)
@@ -35,7 +35,7 @@ def drone():
 def runs(drone):
     p, q = jax.jit(jax.vmap(drone.rollout))(KEYS, jnp.asarray(KS))
     assert p.shape == (4, 301, 9, 3) and q.shape == (4, 3)
-    return np.asarray(p), np.asarray(q)
+    return np.asarray(p) @ FRAME, np.asarray(q)  # in the world
 
 
 def axes(p):
@@ -96,7 +96,7 @@ def test_a_calm_day_knows_no_chance(runs):
     assert set(calm.law.values()) == {0.0}
     p = np.asarray(jax.jit(jax.vmap(calm.rollout))(KEYS, jnp.asarray(KS[[0, 0, 1, 1]])).p)
     assert (p[0] == p[1]).all() and (p[2] == p[3]).all()
-    assert 1e-4 < np.abs(p[0] - runs[0][0]).max() < 0.1
+    assert 1e-4 < np.abs(p[0] @ FRAME - runs[0][0]).max() < 0.1
 
 
 def test_rotation_is_that_of_scipy():
@@ -144,14 +144,11 @@ def test_the_pilot_rolls_when_it_should(time, rolls):
 def test_the_slot_is_inclined_and_lower_than_the_drone_is_wide():
     scene = problem(0.08)
     assert scene.goal.n == 3 * len(POINTS) + 3 and [o.n for o in scene.obstacles] == [3] * 4
-    frame = np.array([AHEAD, ALONG, ACROSS])
-    np.testing.assert_allclose(frame @ frame.T, np.eye(3), atol=1e-15)
+    np.testing.assert_allclose(FRAME @ FRAME.T, np.eye(3), atol=1e-15)
     assert np.isclose(np.degrees(np.arccos(ACROSS[2])), 60.0)
-    middle = np.array(sims.foreign.slot.scenario.AT)
     arms = 0.5 * np.array(c.SIZE) * np.array([[0, y, z] for y in (1, -1) for z in (1, -1)])
     held = [
-        np.any([o.contains(middle + part) for o in scene.obstacles])
-        for part in (arms @ frame, arms)
+        np.any([o.contains(AT + part) for o in scene.obstacles]) for part in (arms, arms @ FRAME.T)
     ]
     assert held == [False, True]
 
