@@ -2,6 +2,7 @@
 models were identified from real Crazyflies.
 """
 
+import contextlib
 import importlib.util
 import itertools
 import os
@@ -25,6 +26,7 @@ from sims.quiet import lenient, quiet_import
 SIDES = (("front", "rear"), ("left", "right"), ("top", "bottom"))
 CORNERS = tuple(map(" ".join, itertools.product(*SIDES)))
 POINTS = ("centre", *CORNERS)
+PLANTS = {"disturbed": 1.0, "calm": 0.0}  # share of the disturbances of `params`
 STEPS = 5  # of crazyflow, at 500 Hz, between two commands
 ARMS = 0.5 * np.array([(0, 0, 0), *itertools.product((1, -1), repeat=3)]) * np.array(c.SIZE)
 
@@ -139,13 +141,12 @@ def rotation(quaternion: jax.Array) -> jax.Array:
     return (quaternion[3] ** 2 - axis @ axis) * jnp.eye(3) + turned
 
 
-def system(disturbed: float = 1.0) -> SlotDrone:
-    """The drone with so much of the disturbances of `params`, 0 for a calm day. Raises InputError
-    without crazyflow.
-    """
+def system(plant: str = "disturbed") -> SlotDrone:
+    """The drone on a day of one of PLANTS. Raises InputError, also without crazyflow."""
+    if plant not in PLANTS:
+        raise InputError(f"plant: expected one of {', '.join(PLANTS)}; got {plant!r}.")
     crazyflow = _crazyflow()
-    with x64(), lenient(), warnings.catch_warnings():
-        warnings.simplefilter("ignore")  # of MuJoCo, about saving a model that nobody saves
+    with x64(), lenient(), _without_warnings():
         sim = crazyflow.Sim(
             n_worlds=1,
             drone=crazyflow.Drone.cf21B_500,
@@ -154,7 +155,23 @@ def system(disturbed: float = 1.0) -> SlotDrone:
         )
     lo, hi = zip(c.SPEED, c.BANK, c.SHIFT, strict=True)
     grid = time_grid(c.PLAN_STEP, c.T_FINAL, c.STEP)
-    return SlotDrone(sim.data, sim._step, disturbed, box(lo, hi), grid)
+    return SlotDrone(sim.data, sim._step, PLANTS[plant], box(lo, hi), grid)
+
+
+@contextlib.contextmanager
+def _without_warnings():
+    """crazyflow's model makes MuJoCo warn that it should not be saved, on stderr and in a file
+    MUJOCO_LOG.TXT where it is started. Nobody saves it.
+    """
+    import mujoco
+
+    mujoco.set_mju_user_warning(lambda text: None)
+    try:
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")
+            yield
+    finally:
+        mujoco.set_mju_user_warning(None)
 
 
 def _crazyflow():

@@ -92,7 +92,7 @@ def test_a_moved_start_moves_all_points(drone):
 
 @pytest.mark.slow
 def test_a_calm_day_knows_no_chance(runs):
-    calm = system(disturbed=0.0)
+    calm = system("calm")
     assert set(calm.law.values()) == {0.0}
     p = np.asarray(jax.jit(jax.vmap(calm.rollout))(KEYS, jnp.asarray(KS[[0, 0, 1, 1]])).p)
     assert (p[0] == p[1]).all() and (p[2] == p[3]).all()
@@ -156,6 +156,11 @@ def test_the_slot_is_inclined_and_lower_than_the_drone_is_wide():
 def test_what_a_level_drone_needs():
     level = np.abs(ACROSS) @ np.array(c.SIZE)
     assert np.isclose(level, 0.1291, atol=1e-4)
+
+
+def test_another_plant_is_refused():
+    with pytest.raises(InputError, match="disturbed, calm; got 'stormy'"):
+        system("stormy")
 
 
 def test_without_crazyflow_it_says_what_to_install(monkeypatch, capsys):
