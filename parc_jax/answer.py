@@ -28,11 +28,20 @@ from parc_jax.errors import InputError
 from parc_jax.lp.status import LPStatus
 from parc_jax.model import TrajectoryModel
 from parc_jax.problem import ReachAvoid
+from parc_jax.robust.pose import Pose
 from parc_jax.robust.withstood import Withstood
 from parc_jax.rollout.files import write_atomic
-from parc_jax.sentences import NOTHING_FOUND, about_doubt, about_plans, about_risk, about_sensing
+from parc_jax.sentences import (
+    NOTHING_FOUND,
+    about_doubt,
+    about_plans,
+    about_pose,
+    about_risk,
+    about_sensing,
+)
 from parc_jax.sets.chebyshev import chebyshev_center
 from parc_jax.sets.hpolytope import HPolytope
+from parc_jax.spelling import hex_text
 from parc_jax.status import Status
 from parc_jax.verdict.pointwise import verdicts
 from parc_jax.verdict.scene import Scene
@@ -48,7 +57,8 @@ class Answer:
     polytopes that it did not accept and that are therefore not in the answer. no_plan: when no draw
     was safe, what branch and bound says: proved that none is, or how much is undecided.
     doubt: what all plans withstand; `problem` and `model` are then the plain ones that allow for
-    it.
+    it. pose: where the robot is, where that was asked: all plans start there, and with a heading
+    the scene is told in the robot's frame.
     """
 
     def __init__(
@@ -63,6 +73,7 @@ class Answer:
         timings: dict[str, float],
         no_plan: NoPlan | None,
         doubt: Withstood | None = None,
+        pose: Pose | None = None,
     ):
         self.model = model
         self.scene = scene
@@ -73,6 +84,7 @@ class Answer:
         self.timings = timings
         self.no_plan = no_plan
         self.doubt = doubt
+        self.pose = pose
         self.solve: Solve | None = None  # the same question with another model, of `Planner`
         self._looks: Looks | None = None
         self._cover = cover
@@ -127,7 +139,7 @@ class Answer:
     @cached_property
     def safe_sets(self) -> list[HPolytope]:
         """Safe convex polytopes in (p0, k), each inside one region and one bin, redundant rows
-        removed.
+        removed; in k alone where all plans have one start, `scene.at`.
         """
         return [b.polytope for b in self._union.solids if b is not None]
 
@@ -297,6 +309,8 @@ class Answer:
         with np.errstate(invalid="ignore"):
             room = (self.scene.z_hi - most) - (self.scene.z_lo - least)
             ends = np.prod(np.maximum(room, 0), axis=1)
+        if self.scene.at is not None:  # k alone is drawn
+            ends = np.ones(1)
         known = self.volume(0.999)
         union = 0.0 if known is None else known[1] * self.coverage.at_least
         whole = self.model.domain.volume if self.doubt is None else self.doubt.k_volume
@@ -332,6 +346,8 @@ class Answer:
         about_tube = f"(E) {claim.statement()}"
         if self.doubt is not None:
             about_tube = f"{about_doubt(self.doubt.words)}\n{about_tube}"
+        if self.pose is not None:
+            about_tube = f"{about_pose(self.pose.place, self.pose.heading)}\n{about_tube}"
         if not self.found and not self.polytopes:
             if self.no_plan is None:
                 return NOTHING_FOUND
@@ -361,6 +377,10 @@ class Answer:
         }
         if self.doubt is not None:
             meta["doubt"] = self.doubt.to_json()
+        if self.scene.at is not None:
+            meta["at"] = hex_text(self.scene.at)
+        if self.pose is not None:
+            meta["pose"] = [*self.pose.place.tolist(), self.pose.heading]
         no_plan = None if self.no_plan is None else self.no_plan.certificate
         return answer_part(
             self.problem,

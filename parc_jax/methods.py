@@ -57,7 +57,7 @@ class Exact:
             )
         else:
             found = draw_safe_plans(model, scene, rng, settings.n_samples, settings.confidence)
-        if len(found.points.k):
+        if len(found.points.k) or scene.at is not None:  # a proof would be about any start
             return found, None
         begin = time.perf_counter()
         no_plan = prove_no_plan(

@@ -19,7 +19,7 @@ from parc_jax.network.predict import Layout
 from parc_jax.network.relu import ReLUNetwork, relu_network
 from parc_jax.rollout.files import read_npz, write_npz
 from parc_jax.sets.box import Box, box
-from parc_jax.system import ONE_POINT, TimeGrid, time_grid
+from parc_jax.system import ONE_POINT, TimeGrid, check_rotation, time_grid
 
 FORMAT = "parc_jax.model/1"
 
@@ -31,7 +31,8 @@ class TrajectoryModel:
     net: k -> (c_1 ... c_T, q). claim: what its error bound states. domain: K. time: knots and
         horizon.
     system: name of the black box it was learned from. labels: what the coordinates are called.
-    points: names of the robot's reference points.
+    points: names of the robot's reference points. rotation: what its system declares of the
+    heading, as `rotation_of` has it.
     """
 
     net: ReLUNetwork
@@ -41,6 +42,7 @@ class TrajectoryModel:
     system: str = struct.field(pytree_node=False, default="")
     labels: Labels = struct.field(pytree_node=False, default=Labels((), (), ()))
     points: tuple[str, ...] = struct.field(pytree_node=False, default=ONE_POINT)
+    rotation: tuple[str, ...] | None = struct.field(pytree_node=False, default=None)
 
     @property
     def tube(self) -> Tube:
@@ -91,6 +93,8 @@ class TrajectoryModel:
             "labels": self.labels._asdict(),
             "points": list(self.points),
         }
+        if self.rotation is not None:
+            meta["rotation"] = list(self.rotation)
         arrays = {f"W{i}": W for i, W in enumerate(self.net.weights)}
         arrays |= {f"b{i}": b for i, b in enumerate(self.net.biases)}
         arrays |= tube_arrays(self.tube) | {"lo": self.domain.lo, "hi": self.domain.hi}
@@ -105,12 +109,13 @@ def trajectory_model(
     system: str = "",
     labels: Labels | dict | None = None,
     points: Sequence[str] | None = None,
+    rotation: Sequence[str] | None = None,
 ):
     """Validated model. Raises InputError that names the two parts that do not fit.
 
     labels: what the coordinates are called, as `labels_of(system)` or {"k": ("speed [m/s]", ...)};
     None leaves the plain ones. points: names of the robot's reference points, None where it has
-    only one.
+    only one. rotation: as of `rotation_of(system)`.
     """
     check_tube(claim)
     measured = claim.evidence.get("network")
@@ -151,7 +156,9 @@ def trajectory_model(
             )
     given = labels._asdict() if isinstance(labels, Labels) else labels or {}
     named = valid_labels(layout.n_p, n_q, domain.n, **given)
-    return TrajectoryModel(net, claim, domain, time, system, named, points)
+    if rotation is not None:
+        rotation = check_rotation("model", rotation, layout.n_p, n_q)
+    return TrajectoryModel(net, claim, domain, time, system, named, points, rotation)
 
 
 def load(path, system: str | None = None) -> TrajectoryModel:
@@ -188,4 +195,13 @@ def load(path, system: str | None = None) -> TrajectoryModel:
         raise InputError(
             f"{path}: expected a model of {system!r}; it was learned from {meta['system']!r}."
         )
-    return trajectory_model(net, claim, domain, time, meta["system"], meta.get("labels"), points)
+    return trajectory_model(
+        net,
+        claim,
+        domain,
+        time,
+        meta["system"],
+        meta.get("labels"),
+        points,
+        meta.get("rotation"),
+    )

@@ -21,7 +21,7 @@ from parc_jax.model import TrajectoryModel
 from parc_jax.probes import require_sound_arithmetic
 from parc_jax.problem import ReachAvoid
 from parc_jax.pwa import RegionTable, enumerate_regions
-from parc_jax.robust.question import Plain, plain, plain_problems
+from parc_jax.robust.question import plain, plain_problems
 from parc_jax.settings import Settings
 from parc_jax.verdict.near import near_scene
 from parc_jax.verdict.scene import Scene, scene_of
@@ -51,13 +51,15 @@ class Planner:
         return enumerate_regions(self.model.net, self.model.domain)
 
     def solve(
-        self, problem: ReachAvoid, key: jax.Array, settings: Settings | None = None
+        self, problem: ReachAvoid, key: jax.Array, settings: Settings | None = None, *, at=None
     ) -> Answer:
         """The safe set of one problem: samples, corridors and polytopes, with certificates.
 
         problem: from `reach_avoid` or `load_problem`; every plan of the answer withstands its
         doubt. key: from `jax.random`; its SEARCH stream is used. settings: sizes, budgets and
-        method; by default `Settings.whole()`.
+        method; by default `Settings.whole()`. at: where the robot is, x, y or x, y, heading: the
+        answer is about plans from there, sets in k alone; with a heading told in the robot's frame,
+        for a system that declares `rotation`.
         Raises InputError when the problem does not fit the model, SoundnessError when this
         installation computes wrong numbers.
         """
@@ -66,9 +68,9 @@ class Planner:
         rng = generator(search)
         require_sound_arithmetic()
         begin = time.perf_counter()
-        asked = self._plain(problem)
+        asked = plain(problem, self.model, self._under_doubt, at)
         model = asked.model
-        scene = near_scene(asked.problem, model)
+        scene = near_scene(asked.problem, model).replace(at=asked.at)
         method = settings.method or Exact()
         found, no_plan = method.search(
             model, lambda: self._regions_of(model), scene, search, rng, settings
@@ -105,19 +107,16 @@ class Planner:
             timings,
             no_plan,
             asked.doubt,
+            asked.pose,
         )
         answer.solve = solve_with
         return answer
-
-    def _plain(self, problem: ReachAvoid) -> Plain:
-        """The question without its doubt. Models under one doubt are made once."""
-        return plain(problem, self.model, self._under_doubt)
 
     def _regions_of(self, model: TrajectoryModel) -> RegionTable:
         same = model.net is self.model.net and model.domain is self.model.domain
         return self.regions if same else enumerate_regions(model.net, model.domain)
 
-    def warm_up(self, problem: ReachAvoid, settings: Settings | None = None) -> Answer:
+    def warm_up(self, problem: ReachAvoid, settings: Settings | None = None, *, at=None) -> Answer:
         """Compile what a query of this size needs: a query with next to no budget, from a stream of
         its own, so that the next `solve` spends its budget on the safe set. Its answer counts for
         nothing but its timings: those of a cold start.
@@ -127,7 +126,7 @@ class Planner:
             budget_s=min(settings.budget_s, COLD_BUDGET_S), proof=False, no_plan_budget_s=0.0
         )
         apart = jax.random.fold_in(jax.random.PRNGKey(0), int(Stage.SEARCH))
-        return self.solve(problem, apart, cold)
+        return self.solve(problem, apart, cold, at=at)
 
     def solve_batch(
         self,
@@ -190,7 +189,7 @@ class Planner:
         """
         _checked("bound_volume", problem, None, Settings.whole())
         require_sound_arithmetic()
-        asked = self._plain(problem)
+        asked = plain(problem, self.model, self._under_doubt)
         return prove_no_plan(
             asked.model,
             scene_of(asked.problem, asked.model),

@@ -1,5 +1,6 @@
 """The sentences of an answer: what is proved of the model and its tube, what a drawn plan risks."""
 
+from collections.abc import Iterable
 from decimal import ROUND_CEILING, Context, Decimal
 from fractions import Fraction
 
@@ -25,6 +26,18 @@ def about_doubt(withstood: str) -> str:
     return (
         "Robust: all this is said of a question that allows for the doubt, and so it holds for "
         f"{withstood}. A plan that is absent is not shown to withstand all of it."
+    )
+
+
+def about_pose(place: Iterable[float], heading: float | None) -> str:
+    """Where all plans of the answer start."""
+    where = ", ".join(f"{x:g}" for x in place)
+    if heading is None:
+        return f"Here: all plans start at ({where}) m."
+    return (
+        f"Here: all plans start at ({where}) m with heading {heading:g} rad. Scene, plans and "
+        "certificates are told in the robot's frame: its start is the origin, its heading 0. That "
+        "a run turns with its heading is declared by the system."
     )
 
 

@@ -81,6 +81,11 @@ class BlackBoxSystem(Protocol):
     tips, the ends of a trailer. A system with several has `points`, a tuple of their names, and
     returns the places of all of them.
 
+    A system in the plane whose runs turn with the heading at their start (about the start, with the
+    same k and disturbance) may say so: `rotation`, one word per state of q, TURNS for an angle that
+    turns too, STAYS for all others. With `rollout_headed(key, k, heading) -> Trajectory` that is
+    tried.
+
     Pictures and messages use its p_labels (n_p,), q_labels (n_q,) and k_labels (n_k,), where it has
     them: names with units, such as "speed [m/s]".
     """
@@ -98,6 +103,8 @@ class BlackBoxSystem(Protocol):
         ...
 
 
+TURNS = "turns"  # a goal state that is an angle from a fixed direction
+STAYS = "stays"  # a goal state that does not depend on the heading at the start
 ONE_POINT = ("reference",)  # what the point of a system without names is called
 
 
@@ -115,6 +122,27 @@ def check_points(owner: str, names) -> tuple[str, ...]:
             f"{names!r}."
         )
     return tuple(names)
+
+
+def rotation_of(system) -> tuple[str, ...] | None:
+    """What a system declares of its heading: a word per goal state; None for nothing. Raises
+    InputError.
+    """
+    words = getattr(system, "rotation", None)
+    if words is None:
+        return None
+    return check_rotation(system.name, words, system.n_p, system.n_q)
+
+
+def check_rotation(owner: str, words, n_p: int, n_q: int) -> tuple[str, ...]:
+    """Validated words about the heading. Raises InputError."""
+    fine = isinstance(words, tuple | list) and len(words) == n_q and {*words} <= {TURNS, STAYS}
+    if not fine or n_p != 2:
+        raise InputError(
+            f"{owner}: expected rotation of a system in the plane, a tuple of {TURNS!r} or "
+            f"{STAYS!r} for each of {n_q} goal states; got {words!r:.60} in {n_p}-D."
+        )
+    return tuple(words)
 
 
 def check_system(system) -> None:

@@ -38,6 +38,17 @@ def under_doubt(
     return problem.replace(doubt=Doubt(**kept | asked))
 
 
+def numbers_of_option(option: str, text: str) -> list[float]:
+    """Numbers with commas between. Raises InputError."""
+    try:
+        return [float(x) for x in text.split(",")]
+    except ValueError:
+        raise InputError(
+            f"--{option}: expected numbers with commas between, such as 1.5,-2,0.1; got "
+            f"{text!r:.40}."
+        ) from None
+
+
 def _by_name(option: str, words: tuple[str, ...]) -> dict:
     """name=value or name=lo:hi, by name or by number."""
     found: dict = {}

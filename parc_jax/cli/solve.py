@@ -17,6 +17,8 @@ def solve(
     budget: float = 20.0,
     polytopes: bool = True,
     method: Literal["exact", "paper", "paper-lp"] = "exact",
+    at: str | None = None,
+    first: bool = False,
     doubt_start: tuple[float, ...] | None = None,
     doubt_heading: float | None = None,
     doubt_k: tuple[str, ...] | None = None,
@@ -49,6 +51,9 @@ def solve(
             the time.
         method: The exact engine, or the published search by supports (paper) or linear programs
             (paper-lp).
+        at: Where the robot is, x,y or x,y,heading: which k may it drive from here? With a heading
+            [rad] the scene is solved in the robot's frame.
+        first: Stop at the first plan, proved: no sets, no shares.
         doubt_start: Half widths [m] of a box around the start within which it may be; see also the
             table [doubt] of a scene, which these options replace entry by entry.
         doubt_heading: Half angle [rad] around the heading at the start.
@@ -65,7 +70,7 @@ def solve(
     import jax
 
     from parc_jax.cli.cache import keep_compiled
-    from parc_jax.cli.doubt import under_doubt
+    from parc_jax.cli.doubt import numbers_of_option, under_doubt
     from parc_jax.cli.goal_in_reach import require_goal_in_reach
     from parc_jax.cli.help import fitted
     from parc_jax.cli.places import require_place
@@ -102,7 +107,8 @@ def solve(
         sensing_eps=sensing_eps,
     )
     planner = Planner(labelled(learned, scene))
-    require_goal_in_reach(problem, planner)
+    if not first:
+        require_goal_in_reach(problem, planner)
     key = jax.random.PRNGKey(seed)
     methods = {"exact": Exact(), "paper": Published(), "paper-lp": Published(lps=True)}
     settings = Settings(
@@ -113,12 +119,18 @@ def solve(
         polytopes=polytopes,
         method=methods[method],
     )
-    # so that the budget is spent on the safe set and not on the compiler
-    cold = planner.warm_up(problem, settings)
-    answer = planner.solve(problem, key, settings)
+    place = None if at is None else numbers_of_option("at", at)
+    if first:
+        settings = settings.replace(n_samples=1, budget_s=0.0, no_plan_budget_s=0.0)
+        answer = planner.solve(problem, key, settings, at=place)
+        cold_s = answer.timings["first_sample_s"]
+    else:
+        # so that the budget is spent on the safe set and not on the compiler
+        cold_s = planner.warm_up(problem, settings, at=place).timings["first_sample_s"]
+        answer = planner.solve(problem, key, settings, at=place)
     answer.save(out)
     if json:
-        print(as_json(answer, out, cold.timings["first_sample_s"]))
+        print(as_json(answer, out, cold_s))
     else:
-        print(fitted(verdict(answer, out, cold.timings["first_sample_s"], short=quiet)))
+        print(fitted(verdict(answer, out, cold_s, short=quiet)))
     return 0 if answer.found else 1

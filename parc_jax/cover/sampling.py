@@ -9,6 +9,7 @@ import jax
 import numpy as np
 
 from parc_jax.model import TrajectoryModel
+from parc_jax.network.predict import outputs
 from parc_jax.verdict.pointwise import Verdicts
 from parc_jax.verdict.scene import Scene
 from parc_jax.verdict.screen import screen
@@ -63,8 +64,13 @@ def draw(model: TrajectoryModel, scene: Scene, rng: np.random.Generator, n: int)
     of the tube.
 
     z is where the first point ends in the model; p0 = z - c_f(k) follows. Volumes of (z, k) are
-    volumes of (p0, k). [T15]
+    volumes of (p0, k). [T15] Where all plans have one start, k is uniform on K, and volumes are
+    those of k.
     """
+    if scene.at is not None:
+        k = rng.uniform(scene.k_lo, scene.k_hi, (n, model.n_k))
+        reaching, safe = _safe_ones(model, scene, _ends_from(scene.at, model, k), k)
+        return Draw(n, reaching, safe, float(model.domain.volume))
     boxes = [model.tube.bin_box(b) for b in range(model.tube.n_bins)]
     k_lo, k_hi = np.array([lo for lo, _ in boxes]), np.array([hi for _, hi in boxes])
     least, most = model.tube.end_extent
@@ -164,6 +170,8 @@ def near(
     k = around.k[to] + size * (scene.k_hi - scene.k_lo) * rng.standard_normal((n, model.n_k))
     ends = around.path[to, -1, : model.n_p]
     z = ends + size * (scene.z_hi - scene.z_lo) * rng.standard_normal((n, model.n_p))
+    if scene.at is not None:
+        z = _ends_from(scene.at, model, k)
     known = ((k > scene.k_lo) & (k < scene.k_hi)).all(axis=1)
     if not known.any():
         return no_points(model)
@@ -176,7 +184,15 @@ def _safe_ones(model: TrajectoryModel, scene: Scene, z, k) -> tuple[int, Points]
     """
     seen = screen(model, scene, z, k)
     cell = cell_of(seen.pattern, seen.bin)
-    return seen.reaching, Points(seen.p0, k[seen.row], seen.path, seen.bin, seen.pattern, cell)
+    # a start that is asked for is not the one that rounding makes of it; the slack pays for that
+    p0 = seen.p0 if scene.at is None else np.tile(scene.at, (len(seen.p0), 1))
+    return seen.reaching, Points(p0, k[seen.row], seen.path, seen.bin, seen.pattern, cell)
+
+
+def _ends_from(start: np.ndarray, model: TrajectoryModel, k: np.ndarray) -> np.ndarray:
+    """(b, n_p) where the first point ends that starts there, for parameters k (b, n_k)."""
+    first = model.layout.n_offsets - model.n_c
+    return start + outputs(model.net, k, slice(first, first + model.n_p))
 
 
 def no_points(model: TrajectoryModel) -> Points:

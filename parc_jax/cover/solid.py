@@ -31,6 +31,8 @@ def solid(polytope: HPolytope, inside: np.ndarray) -> Solid | None:
     inside (n,): a point strictly inside. Coordinates are centred on it and scaled per axis before
     qhull sees them.
     """
+    if len(inside) == 1:
+        return _segment(polytope)
     scaled = scaled_around(polytope.A, polytope.b, inside)
     if scaled is None:
         return None
@@ -55,6 +57,17 @@ def solid(polytope: HPolytope, inside: np.ndarray) -> Solid | None:
         simplices,
         sizes / sizes.sum(),
     )
+
+
+def _segment(polytope: HPolytope) -> Solid | None:
+    """A set on a line, between the nearest of its rows."""
+    a, b = polytope.A[:, 0], polytope.b
+    ends = b[a != 0] / a[a != 0]
+    lo, hi = ends[a[a != 0] < 0].max(), ends[a[a != 0] > 0].min()
+    if not lo < hi:
+        return None
+    rows = HPolytope(np.array([[1.0], [-1.0]]), np.array([hi, -lo]))
+    return Solid(rows, np.array([[lo], [hi]]), hi - lo, np.array([[0, 1]]), np.ones(1))
 
 
 def _hull(corners: np.ndarray):

@@ -9,6 +9,7 @@ from parc_jax.cover.sampling import Points, groups, points
 from parc_jax.cover.solid import Solid, sample_solid, solid
 from parc_jax.errors import InputError
 from parc_jax.model import TrajectoryModel
+from parc_jax.sets.hpolytope import HPolytope
 from parc_jax.verdict.pointwise import anchor, verdicts
 from parc_jax.verdict.scene import Scene
 
@@ -33,10 +34,24 @@ class SafeUnion:
     def solids(self) -> list[Solid | None]:
         """Geometry of every polytope, computed once; None for one thinner than rounding."""
         if self._solids is None:
-            self._solids = [
-                solid(p.halfspaces, np.concatenate([p.p0, p.k])) for p in self.polytopes
-            ]
+            self._solids = [self._solid(p) for p in self.polytopes]
         return self._solids
+
+    def _solid(self, polytope: SafePolytope) -> Solid | None:
+        """Its geometry over (p0, k); where all plans have one start, that of its section there, a
+        set in k alone, whose vertices are told with the start all the same.
+        """
+        start = self.scene.at
+        if start is None:
+            return solid(polytope.halfspaces, np.concatenate([polytope.p0, polytope.k]))
+        n_p = len(start)
+        A, b = polytope.halfspaces.A, polytope.halfspaces.b
+        moves = A[:, n_p:].any(axis=1)
+        section = solid(HPolytope(A[moves, n_p:], (b - A[:, :n_p] @ start)[moves]), polytope.k)
+        if section is None:
+            return None
+        starts = np.tile(start, (len(section.vertices), 1))
+        return section._replace(vertices=np.concatenate([starts, section.vertices], axis=1))
 
     def contains(self, p0: np.ndarray, k: np.ndarray) -> np.ndarray:
         """p0 (b, n_p), k (b, n_k) -> bool (b,): proved safe in float64 and inside a returned
@@ -98,18 +113,21 @@ class SafeUnion:
         """
         rng = np.random.default_rng(0)
         k = rng.uniform(self.model.domain.lo, self.model.domain.hi, (n, self.model.n_k))
-        ends = self._ends()
-        if len(ends) == 0:
+        ends = self._ends() if self.scene.at is None else self.scene.at[None]
+        if not self.polytopes:
             return 0.0
         hit = np.zeros(n, bool)
         for z in ends:
             left = np.flatnonzero(~hit)
             if len(left) == 0:
                 break
-            p0, reaches = anchor(
-                self.model, self.scene, np.broadcast_to(z, (len(left), len(z))), k[left]
-            )
-            left, p0 = left[reaches], p0[reaches]
+            p0 = self.scene.at
+            if p0 is None:
+                ends_here = np.broadcast_to(z, (len(left), len(z)))
+                p0, reaches = anchor(self.model, self.scene, ends_here, k[left])
+                left, p0 = left[reaches], p0[reaches]
+            else:
+                p0 = np.tile(p0, (len(left), 1))
             e = verdicts(self.model, self.scene, p0, k[left])
             hit[left] = self.count(points(p0, k[left], e)) * e.safe > 0
         return least_probability(int(hit.sum()), n, 0.001)

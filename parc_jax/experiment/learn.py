@@ -27,6 +27,7 @@ from parc_jax.network.train import train_report, training_arrays
 from parc_jax.rollout.batch import RolloutBatch
 from parc_jax.rollout.collect import collect
 from parc_jax.rollout.forecast import Forecast
+from parc_jax.system import rotation_of
 
 
 class NetworkModels(NamedTuple):
@@ -83,7 +84,7 @@ def learn(
             forecast=forecast,
         )
     runs = SystemRuns(system, key, train.n, work, quiet, forecast)
-    learned = _learned(train, runs, start, study, key, watch, named)
+    learned = _learned(train, runs, start, study, key, watch, named, rotation_of(system))
     shutil.rmtree(work, ignore_errors=True)
     return learned
 
@@ -113,6 +114,7 @@ def _learned(
     key,
     watch: Stopwatch,
     named: Labels | None = None,
+    rotation: tuple[str, ...] | None = None,
 ) -> Learned:
     """Networks from the training runs, claims from the others. named: labels of the
     coordinates.
@@ -127,7 +129,16 @@ def _learned(
         with watch("claims"):
             published = assumed_claim(net, train, edges if "bins" in study.claims else None)
         assumed, *claimed = (
-            trajectory_model(net, claim, train.domain, train.time, train.name, named, train.points)
+            trajectory_model(
+                net,
+                claim,
+                train.domain,
+                train.time,
+                train.name,
+                named,
+                train.points,
+                rotation,
+            )
             for claim in (on_bins(published, edges), *honest)
         )
         found.append(NetworkModels(name_of(hidden), assumed, claimed))

@@ -1,6 +1,7 @@
 """An answer again from its file, for pictures and further questions: nothing else is needed."""
 
 import json
+from dataclasses import replace
 
 import numpy as np
 
@@ -21,6 +22,7 @@ from parc_jax.model import TrajectoryModel, trajectory_model
 from parc_jax.network.relu import relu_network
 from parc_jax.obstacles.directions import Multiplier
 from parc_jax.problem import ReachAvoid, reach_avoid
+from parc_jax.robust.pose import Pose
 from parc_jax.robust.withstood import withstood_of_json
 from parc_jax.sets.box import box
 from parc_jax.sets.hpolytope import HPolytope, hpolytope
@@ -62,6 +64,8 @@ def load_answer(path) -> Answer:
 def _answer(data: dict, report) -> Answer:
     model, problem, meta = _model(data), problem_of_file(data["problem"]), data["meta"]
     scene = near_scene(problem, model)
+    if "at" in meta:
+        scene = replace(scene, at=np.array(nearest_floats(meta["at"])))
     samples = np.array(
         [nearest_floats(s["p0"]) + nearest_floats(s["k"]) for s in data["samples"]], np.float64
     )
@@ -81,7 +85,16 @@ def _answer(data: dict, report) -> Answer:
     cover = Cover(*tally, seen, kept, coverage, corridors, polytopes)
     no_plan = _no_plan(data["no_plan"], report.no_plan)
     doubt = withstood_of_json(meta.get("doubt"))
-    return Answer(model, scene, cover, samples, data["samples"], True, 0, {}, no_plan, doubt)
+    return Answer(
+        model, scene, cover, samples, data["samples"], True, 0, {}, no_plan, doubt, _pose(meta)
+    )
+
+
+def _pose(meta: dict) -> Pose | None:
+    if "pose" not in meta:
+        return None
+    *place, heading = meta["pose"]
+    return Pose(np.array(nearest_floats(place)), None if heading is None else float(heading))
 
 
 def _model(data: dict) -> TrajectoryModel:

@@ -10,15 +10,18 @@ statement.
 from collections.abc import Sequence
 from typing import NamedTuple
 
+import numpy as np
+
 from parc_jax.claim.claim import weaker
 from parc_jax.doubt import Doubt
 from parc_jax.errors import InputError
 from parc_jax.model import TrajectoryModel
 from parc_jax.problem import ReachAvoid
 from parc_jax.robust.copies import copied_model, copied_problem
-from parc_jax.robust.executions import executions_of
+from parc_jax.robust.executions import Executions, executions_of
+from parc_jax.robust.pose import Pose, from_here, pose_of, require_rotation
 from parc_jax.robust.scene import doubted_scene
-from parc_jax.robust.turn import no_turn
+from parc_jax.robust.turn import Turn, no_turn, turn_by
 from parc_jax.robust.widths import moved_tube
 from parc_jax.robust.withstood import Withstood, withstood
 
@@ -26,40 +29,83 @@ KEPT = 16  # models under doubt that a planner remembers
 
 
 class Plain(NamedTuple):
-    """A plain question, and the doubt that its answers withstand; None where there was none."""
+    """A plain question; the doubt that its answers withstand, None where there was none; the one
+    start of its plans, None for any, and the pose that it is.
+    """
 
     problem: ReachAvoid
     model: TrajectoryModel
     doubt: Withstood | None = None
+    at: np.ndarray | None = None
+    pose: Pose | None = None
 
 
 def plain(
-    problem: ReachAvoid, model: TrajectoryModel, known: dict[tuple, TrajectoryModel] | None = None
+    problem: ReachAvoid,
+    model: TrajectoryModel,
+    known: dict[tuple, TrajectoryModel] | None = None,
+    at=None,
 ) -> Plain:
     """The plain question of one under doubt. Raises InputError where the doubt does not fit the
     model, or leaves nothing of the goal.
 
-    known: models under doubt that were made before, which are remembered there.
+    known: models under doubt that were made before, which are remembered there. at: the pose of the
+    robot, as of `pose_of`; then the scene is told in its frame.
     """
     doubt = problem.doubt
-    if doubt is None:
+    if doubt is None or doubt.is_nothing:
+        doubt = None
+        problem = problem.replace(doubt=None) if problem.doubt is not None else problem
+    pose = None if at is None else pose_of(at, model)
+    if doubt is None and pose is None:
         return Plain(problem, model)
-    if doubt.is_nothing:
-        return Plain(problem.replace(doubt=None), model)
-    _check(problem, doubt, model)
-    executions = executions_of(doubt, model)
-    turn = no_turn(model.n_p, model.n_q)
-    asked = doubted_scene(problem, doubt, model.layout)
-    asked = copied_problem(asked, model, len(executions.corners), len(turn.maps))
+    _check(problem, model)
     known = {} if known is None else known
-    under = known.get(doubt.of_model)
-    if under is None:
-        while len(known) >= KEPT:
-            known.pop(next(iter(known)))
-        simple = executions.plain and len(turn.maps) == 1
-        copies = model if simple else copied_model(model, executions, turn)
-        under = known[doubt.of_model] = moved(copies, doubt)
-    return Plain(asked, under, withstood(doubt, model))
+    under = model
+    if doubt is not None:
+        copies = _copies(doubt, model)
+        problem = doubted_scene(problem, doubt, model.layout, whole=pose is not None)
+    start = None
+    if pose is not None:
+        problem = from_here(problem, model, pose)
+        start = pose.place if pose.heading is None else np.zeros(model.n_p)
+    if doubt is not None:
+        problem = copied_problem(problem, model, *copies.counts)
+        name = (*doubt.of_model, pose is None)
+        if name not in known:
+            while len(known) >= KEPT:
+                known.pop(next(iter(known)))
+            known[name] = copies.model_of(model, doubt if pose is None else None)
+        under = known[name]
+    said = None if doubt is None else withstood(doubt, model)
+    return Plain(problem, under, said, start, pose)
+
+
+class _Copies(NamedTuple):
+    """The executions and turns that stand for all under a doubt."""
+
+    executions: Executions
+    turn: Turn
+
+    @property
+    def counts(self) -> tuple[int, int]:
+        return len(self.executions.corners), len(self.turn.maps)
+
+    def model_of(self, model: TrajectoryModel, moved_by: Doubt | None) -> TrajectoryModel:
+        """The model of all copies, also moved by the doubt of the start, unless that is in the
+        scene.
+        """
+        if not (self.executions.plain and len(self.turn.maps) == 1):
+            model = copied_model(model, self.executions, self.turn)
+        return model if moved_by is None else moved(model, moved_by)
+
+
+def _copies(doubt: Doubt, model: TrajectoryModel) -> _Copies:
+    turn = no_turn(model.n_p, model.n_q)
+    if doubt.heading:
+        require_rotation(model, "doubt heading")
+        turn = turn_by(doubt.heading, model.rotation or ())
+    return _Copies(executions_of(doubt, model), turn)
 
 
 def plain_problems(
@@ -93,10 +139,9 @@ def moved(model: TrajectoryModel, doubt: Doubt) -> TrajectoryModel:
     return model.replace(claim=weaker(model.claim, wider, start_doubt=start.tolist()))
 
 
-def _check(problem: ReachAvoid, doubt: Doubt, model: TrajectoryModel) -> None:
+def _check(problem: ReachAvoid, model: TrajectoryModel) -> None:
     if problem.goal.n != model.n_c + model.n_q:
         raise InputError(
             f"goal: expected a set over {model.n_c + model.n_q} coordinates, as the model has "
             f"them; got {problem.goal.n}."
         )
-    doubt.shifts(model.n_p)

@@ -12,25 +12,33 @@ from parc_jax.errors import InputError
 from parc_jax.lp.exact import round_down, round_up
 from parc_jax.network.predict import Layout
 from parc_jax.problem import ReachAvoid
-from parc_jax.sets.hpolytope import HPolytope, hpolytope
+from parc_jax.sets.box import box
+from parc_jax.sets.hpolytope import HPolytope, from_box, hpolytope
 from parc_jax.sets.minkowski import polygon_sum
 from parc_jax.sets.rational import exact_support, rational_vertices
 
 
-def doubted_scene(problem: ReachAvoid, doubt: Doubt, layout: Layout) -> ReachAvoid:
+def doubted_scene(
+    problem: ReachAvoid, doubt: Doubt, layout: Layout, whole: bool = False
+) -> ReachAvoid:
     """The plain problem that allows for doubt of start, goal and obstacles, but for the motion of
     the points before the end, for which the tube has to be wider. Raises InputError.
+
+    whole: for that too; obstacles grow by the box of the start.
     """
     n_p, n_q = layout.n_p, problem.goal.n - layout.n_c
     start = doubt.shifts(n_p)
     goal = _shrunken_goal(problem.goal, layout, start, doubt.of_goal(n_p, n_q))
+    moved = [from_box(box(-start, start))] if whole and start.any() else []
+    obstacles = []
     seen = doubt.of_obstacles(len(problem.obstacles))
-    pairs = zip(problem.obstacles, seen, strict=True)
+    for j, (obstacle, by) in enumerate(zip(problem.obstacles, seen, strict=True)):
+        for one in [*moved, *([] if by is None else [by])]:
+            obstacle = _sum(obstacle, one, f"obstacle {j}")
+        obstacles.append(obstacle)
     return problem.replace(
         goal=goal,
-        obstacles=tuple(
-            o if by is None else _sum(o, by, f"obstacle {j}") for j, (o, by) in enumerate(pairs)
-        ),
+        obstacles=tuple(obstacles),
         start=None if problem.start is None else _shrunken_start(problem.start, start),
         doubt=None,
     )

@@ -36,6 +36,7 @@ class Scene:
         in a scene of a batch.
     beyond: () [m] what is not among the obstacles stays farther away from every plan that reaches;
         None where nothing was left out. apart: what was left out, for the host only.
+    at: (n_p,) [m] the one start of all plans that are asked for, None for any; for the host only.
     """
 
     goal_A: np.ndarray
@@ -52,13 +53,14 @@ class Scene:
     problem: ReachAvoid = struct.field(pytree_node=False, default=None)
     beyond: np.ndarray | None = None
     apart: Apart | None = struct.field(pytree_node=False, default=None)
+    at: np.ndarray | None = struct.field(pytree_node=False, default=None)
 
     @property
     def arrays(self) -> "Scene":
         """The scene without what only the host reads: a kernel given this compiles once for all
         scenes of a size.
         """
-        return self.replace(directions=self.directions.arrays, problem=None, apart=None)
+        return self.replace(directions=self.directions.arrays, problem=None, apart=None, at=None)
 
 
 def scene_of(problem: ReachAvoid, model) -> Scene:

@@ -60,3 +60,15 @@ def test_options_replace_entries_of_the_scene():
     assert asked.doubt.start == (0.1,) and asked.doubt.goal == (0.4,)
     assert asked.doubt.k == (("k0", 0.5),) and asked.doubt.unknown == ((1, (0.0, 1.0)),)
     assert under_doubt(own, **NOTHING) is own
+
+
+def test_the_first_plan_from_here(shell):
+    code, said, _ = shell("--at", "0,0", "--first")
+    assert code == 0 and "all plans start at (0, 0) m" in said and "1 samples" in said
+    for options, sentence in (
+        (("--at", "0;0"), "--at: expected numbers with commas between"),
+        (("--at", "0,0,0.1"), "at: expected a planar system that declares rotation invariance"),
+        (("--at", "9,9"), "at: expected a place within the start set"),
+    ):
+        code, _, complained = shell(*options, "--first")
+        assert code == 2 and sentence in complained and complained.count("\n") == 1

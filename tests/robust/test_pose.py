@@ -1,0 +1,192 @@
+"""I am here: which k? Scenes seen from a pose, headings within an angle, sets in k alone."""
+
+import math
+from dataclasses import replace
+from fractions import Fraction
+
+import jax
+import numpy as np
+import pytest
+from doubted import corners_and_inside
+from toy_models import anchored_plans, line_model, toy_case
+
+import parc_jax as pj
+from parc_jax.doubt import Doubt
+from parc_jax.errors import InputError
+from parc_jax.network.relu import relu_network
+from parc_jax.planner import Planner
+from parc_jax.problem import reach_avoid
+from parc_jax.robust.pose import from_here, pose_of
+from parc_jax.robust.question import plain
+from parc_jax.robust.turn import misses_circle, turn_by
+from parc_jax.settings import Settings
+from parc_jax.system import STAYS, TURNS, rotation_of
+from parc_jax.verdict.pointwise import verdicts
+from parc_jax.verdict.scene import scene_of
+
+KEY = jax.random.PRNGKey(0)
+SMALL = Settings(n_samples=8, target=0.3, budget_s=0.3, no_plan_budget_s=0.0)
+
+
+def turned(model, angle: float, widths: bool = False):
+    """The model of runs that start with another heading: offsets turned, an angle in q added. The
+    tube is as it was, or (widths) the box around the turned one.
+    """
+    c, s = math.cos(angle), math.sin(angle)
+    W, b = np.array(model.net.weights[-1]), np.array(model.net.biases[-1])
+    n = model.layout.n_offsets
+    R = np.array([[c, -s], [s, c]])
+    W[:n] = np.einsum("pa,tac->tpc", R, W[:n].reshape(-1, 2, W.shape[1])).reshape(n, -1)
+    b[:n] = np.einsum("pa,ta->tp", R, b[:n].reshape(-1, 2)).ravel()
+    b[n:] += angle * np.array([word == TURNS for word in model.rotation])
+    net = relu_network([*model.net.weights[:-1], W], [*model.net.biases[:-1], b])
+    claim = model.claim
+    if widths:
+        across = np.abs(R)
+        tube = claim.tube
+        interval = np.einsum("pa,bta->btp", across, tube.interval)
+        final = np.array(tube.final)
+        final[:, :2] = final[:, :2] @ across.T
+        claim = replace(claim, tube=replace(tube, interval=interval, final=final))
+    return replace(model, net=net, claim=claim)
+
+
+@pytest.mark.parametrize("angle", [1e-6, 0.003, 0.1, 0.5, 0.99])
+def test_turns_are_mixtures_of_the_maps(angle):
+    turn = turn_by(angle, (TURNS, STAYS))
+    assert turn.of_q[0] > angle and turn.of_q[1] == 0 and math.sin(angle) <= turn.sine < 1
+    corners = [(Fraction(m[0, 0]), Fraction(m[1, 0])) for m in turn.maps]
+    for share in np.linspace(-1, 1, 41):
+        point = [Fraction(math.cos(share * angle)), Fraction(math.sin(share * angle))]
+        (ax, ay), (bx, by), (gx, gy) = corners
+        area = (bx - ax) * (gy - ay) - (by - ay) * (gx - ax)
+        one = ((point[0] - ax) * (gy - ay) - (point[1] - ay) * (gx - ax)) / area
+        two = ((bx - ax) * (point[1] - ay) - (by - ay) * (point[0] - ax)) / area
+        assert one >= 0 and two >= 0 and one + two <= 1
+    assert float(corners[2][0]) < 1 / math.cos(angle) + 1e-2
+
+
+def test_a_line_that_cuts_the_circle_is_no_side():
+    a, b = Fraction(4, 5), Fraction(3, 5)
+    assert misses_circle(a, b, 1 / a)
+    assert not misses_circle(a, b, 1 / a - Fraction(1, 1000))
+    assert not misses_circle(a, b - Fraction(1, 1000), 1 / a)
+
+
+def test_a_scene_seen_from_a_pose_is_the_scene(rng):
+    """With no errors a robot that turns is the model turned: the same verdicts, with both."""
+    model, problem = toy_case(0)
+    model = replace(model, rotation=(TURNS,))
+    still = replace(
+        model.claim.tube, interval=model.claim.tube.interval * 0, final=model.claim.tube.final * 0
+    )
+    model = replace(model, claim=replace(model.claim, tube=still))
+    heading = 0.7
+    world = turned(model, heading)
+    p0, k = anchored_plans(rng, world, 40)
+    there = verdicts(world, scene_of(problem, world), p0, k)
+    for i in range(0, 40, 4):
+        seen = from_here(problem, model, pose_of([*p0[i], heading], model))
+        here = verdicts(model, scene_of(seen, model), np.zeros((1, 2)), k[i : i + 1])
+        assert here.clearance[0] == pytest.approx(there.clearance[i], abs=1e-9)
+        assert here.clearance[0] <= there.clearance[i] + 1e-12
+        assert here.goal[0] == pytest.approx(there.goal[i], abs=1e-9)
+        assert here.safe[0] == there.safe[i]
+
+
+def test_plans_withstand_every_heading_within_the_angle(rng):
+    model, problem = toy_case(4)
+    model = replace(model, rotation=(TURNS,))
+    asked = plain(problem.replace(doubt=Doubt(heading=0.05, start=0.01)), model)
+    p0, k = anchored_plans(rng, model, 400)
+    safe = verdicts(asked.model, scene_of(asked.problem, asked.model), p0, k).safe
+    before = verdicts(model, scene_of(problem, model), p0, k).safe
+    assert (before | ~safe).all() and 5 < safe.sum() < before.sum()
+    every = np.ones(len(k), bool)
+    for share in (-1, -0.5, 0, 0.3, 1):
+        off = 0.01 * np.array([corners_and_inside(rng, 2) for _ in k])
+        other = turned(model, 0.05 * share * (1 - 1e-12), widths=True)
+        every &= verdicts(other, scene_of(problem, other), p0 + off, k).safe
+    assert (every | ~safe).all() and safe.sum() > 0.6 * every.sum()
+
+
+@pytest.fixture(scope="module")
+def here():
+    """A model with rotation, a problem, and the answer from a pose."""
+    model, problem = toy_case(0)
+    model = replace(model, rotation=(TURNS,))
+    free = Planner(model).solve(problem, KEY, SMALL.replace(n_samples=1, budget_s=0.0))
+    at = [*free.samples[0, :2], 0.0]
+    return model, problem, at, Planner(model).solve(problem, KEY, SMALL, at=at)
+
+
+def test_answers_from_here_are_sets_in_k_alone(here, rng):
+    model, problem, at, answer = here
+    assert answer.proved and len(answer.samples) and answer.safe_sets
+    assert (answer.samples[:, :2] == 0).all()
+    assert {one.n for one in answer.safe_sets} == {2}
+    drawn = answer.sample(KEY, 50)
+    assert (drawn[:, :2] == 0).all()
+    starts = np.tile(at[:2], (50, 1))
+    assert verdicts(model, scene_of(problem, model), starts, drawn[:, 2:]).safe.all()
+    k = rng.uniform(-1, 1, (4000, 2))
+    share = verdicts(model, scene_of(problem, model), np.tile(at[:2], (4000, 1)), k).safe.mean()
+    estimate, low, high = answer.volume(0.9999)
+    assert low / 4 - 0.02 < share < high / 4 + 0.02 and estimate > 0
+    assert answer.volumes.sum() <= 1.5 * high
+    assert 0 < answer.share_of_k <= share + 0.02
+    assert "with heading 0 rad" in answer.statement()
+
+
+def test_answers_from_here_can_be_kept(here, tmp_path):
+    answer = here[3]
+    again = pj.load_answer(answer.save(tmp_path / "answer.json"))
+    assert again.statement() == answer.statement() and (again.scene.at == answer.scene.at).all()
+    assert again.pose.heading == 0.0 and again.safe_sets[0].n == 2
+
+
+def test_what_is_no_pose_is_refused(here):
+    model, problem, at, _ = here
+    planner = Planner(model)
+    with pytest.raises(InputError, match="at: expected x, y or x, y, heading; got 4 numbers"):
+        planner.solve(problem, KEY, SMALL, at=[*at, 1.0])
+    plain_model = replace(model, rotation=None)
+    with pytest.raises(InputError, match="at: expected a planar system that declares rotation"):
+        Planner(plain_model).solve(problem, KEY, SMALL, at=at)
+    with pytest.raises(InputError, match="doubt heading: expected a planar system that declares"):
+        Planner(plain_model).solve(problem.replace(doubt=Doubt(heading=0.1)), KEY, SMALL)
+    fenced = problem.replace(start=pj.hpolytope([[1.0, 0.0]], [at[0] - 1]))
+    with pytest.raises(InputError, match="at: expected a place within the start set"):
+        planner.solve(fenced, KEY, SMALL, at=at)
+    flat = problem.replace(body=pj.Polygon(np.zeros((1, 2))))
+    with pytest.raises(InputError, match="at: expected a body that turns with the robot"):
+        planner.solve(flat, KEY, SMALL, at=at)
+
+
+def test_sets_of_one_parameter_are_intervals():
+    """The straight robot from the origin with k_1 given reaches x in the goal for k_0 there."""
+    model = line_model(T=4)
+    goal = pj.box([0.2, -0.1, -1.0], [0.4, 0.1, 1.0])
+    problem = reach_avoid(goal, [], 0.1, doubt=Doubt(given={1: 0.0}))
+    answer = Planner(model).solve(problem, KEY, SMALL, at=[0.0, 0.0])
+    (only,) = answer.safe_sets
+    assert only.n == 1 and np.allclose(sorted(only.b / only.A[:, 0]), [0.2, 0.4], atol=1e-9)
+
+
+def test_rotation_is_declared_word_by_word():
+    class Robot:
+        name, n_p, n_q, rotation = "robot", 2, 2, (TURNS, STAYS)
+
+    assert rotation_of(Robot()) == (TURNS, STAYS)
+    for wrong in ((TURNS,), ("spins", STAYS), "turns"):
+        Robot.rotation = wrong
+        with pytest.raises(InputError, match="robot: expected rotation of a system in the plane"):
+            rotation_of(Robot())
+    Robot.rotation = None
+    assert rotation_of(Robot()) is None
+
+
+def test_a_model_keeps_what_its_system_declares(tmp_path):
+    model = replace(line_model(), rotation=(STAYS,))
+    assert pj.load(model.save(tmp_path / "model.npz")).rotation == (STAYS,)
+    assert pj.load(line_model().save(tmp_path / "other.npz")).rotation is None
