@@ -79,7 +79,7 @@ def paths(answer: Answer, replayed: Again, to):
     from matplotlib.collections import LineCollection, PolyCollection
 
     model, runs = answer.model, replayed.runs
-    first = np.unique(replayed.command, return_index=True)[1]
+    first = np.unique(replayed.row, return_index=True)[1]
     way = np.abs(runs.path[first, -1, :2] - runs.path[first, 0, :2]).sum(axis=1)
     farthest = first[np.argsort(-way)[: SHOWN * 3 : 3]]
     parts = numbered(answer.problem.body, model.points)

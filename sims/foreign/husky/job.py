@@ -15,7 +15,6 @@ from parc_jax.settings import Settings
 from sims.foreign.husky.again import Again, again
 from sims.foreign.husky.learn import claimed, first_look, halves, network, profile, worst
 from sims.foreign.husky.log import read_log
-from sims.foreign.husky.robot import system
 from sims.foreign.husky.scenario import problem
 from sims.foreign.husky.unseen import Unseen, unseen
 
@@ -52,7 +51,7 @@ def job(
         answer = Planner(model).solve(problem(), key, Settings(n_samples=PLANS, budget_s=BUDGET))
         answer.save(out / "answer.json")
     with watch("held-out commands against the answer"):
-        replayed = again(system(), answer, runs.held, key) if answer.found else None
+        replayed = again(answer, runs.held) if answer.found else None
         others = unseen(net, runs.held, profile(net, runs.train))
     if figures:
         from sims.foreign.husky.figures import draw_all
@@ -108,15 +107,15 @@ def tally(replayed: Again) -> dict:
 
 
 def told(m: dict, answer: Answer) -> str:
-    """The study for a terminal."""
+    """The study for a terminal. Worst of training: cm; held out: shares of the profile."""
     lines = [
         "",
         f"tube             up to {100 * max(m['half_width_driving']):.0f} cm driving, "
         f"{100 * max(m['half_width_turning']):.0f} cm turning (any corner, any time)",
         f"claim            eps = {m['eps']:.3g} at 95 %, {m['runs_behind_the_claim']} commands, "
         f"{m['discarded']} left outside",
-        "worst, training  " + "; ".join(_command(one) for one in m["first_look"][:5]),
-        "worst, held out  " + "; ".join(_command(one) for one in m["worst_commands"][:5]),
+        "training, worst  " + "; ".join(_command(one, ".0f") for one in m["first_look"][:5]),
+        "held out, worst  " + "; ".join(_command(one, ".2f") for one in m["worst_commands"][:5]),
         f"safe set         {m['status']}, {m['polytopes']} polytopes, "
         f"{100 * m['share_of_k']:.0f} % of all commands have a safe start",
     ]
@@ -141,6 +140,6 @@ def told(m: dict, answer: Answer) -> str:
     return "\n".join([*lines, f"time             {seconds:.0f} s", "", answer.statement(), ""])
 
 
-def _command(one: dict) -> str:
+def _command(one: dict, digits: str) -> str:
     left, right = np.round(one["k"], 2)
-    return f"{one['score']:.2f} at ({left:g}, {right:g}) rad/s"
+    return f"{one['score']:{digits}} at ({left:g}, {right:g})"

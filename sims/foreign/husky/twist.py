@@ -12,9 +12,9 @@ import jax.numpy as jnp
 import numpy as np
 from scipy.optimize import least_squares
 
-from parc_jax.system import Trajectory
-from sims.foreign.husky import params as c
-from sims.foreign.husky.log import NAME, Log, domain, grid, windows
+from parc_jax.sets.box import Box
+from parc_jax.system import TimeGrid, Trajectory
+from sims.foreign.husky.log import NAME
 from sims.rectangle import POINTS, centre_and_corners
 
 _UNUSUAL = 0.02  # [m/s, rad/s] residuals beyond this count linearly: sticking wheels
@@ -30,14 +30,18 @@ class Twist(NamedTuple):
 
 
 class TwistModel:
-    """A black box in JAX: the footprint under the twist of k, without disturbance."""
+    """A black box in JAX: a footprint under the twist of k, without disturbance.
+
+    domain: K. time: the grid of its runs. size: (length, width) [m] of the footprint.
+    """
 
     name, n_p, n_q, points = f"{NAME}, twist model", 2, 0, POINTS
 
-    def __init__(self, twist: Twist):
+    def __init__(self, twist: Twist, domain: Box, time: TimeGrid, size: tuple[float, float]):
         self.twist = twist
-        self.domain = domain()
-        self.time = grid()
+        self.domain = domain
+        self.time = time
+        self.size = size
 
     def rollout(self, key, k):
         """k (2,) wheel speeds [rad/s]; p (n_record + 1, 5, 2) [m]."""
@@ -49,7 +53,7 @@ class TwistModel:
         centre = jnp.stack(
             [forward * along - leftward * across, forward * across + leftward * along], axis=-1
         )
-        return Trajectory(centre_and_corners(centre, turning * t, c.LENGTH, c.WIDTH), k[:0])
+        return Trajectory(centre_and_corners(centre, turning * t, *self.size), k[:0])
 
 
 def arc(t, turning):
@@ -62,15 +66,15 @@ def arc(t, turning):
     return chord * xp.cos(half), chord * xp.sin(half)
 
 
-def identify(log: Log) -> Twist:
-    """The twist that fits the runs of the log, each seen as one constant twist of its own."""
-    p, yaw = windows(log)
-    t = np.arange(p.shape[1]) * grid().dt_record
+def identify(t: np.ndarray, p: np.ndarray, yaw: np.ndarray, command: np.ndarray) -> Twist:
+    """The twist that fits runs p (n, n_t, 2) [m], yaw (n, n_t) [rad] at t (n_t,) [s] of commands
+    (n, 2), each run seen as one constant twist of its own.
+    """
     rates = (yaw @ t) / (t @ t)
     seen = np.array([_own_twist(t, run, rate) for run, rate in zip(p, rates, strict=True)])
-    inputs = np.column_stack([log.command, np.ones(len(p))])
-    rows = [_robust_line(inputs, column) for column in seen.T]
-    return Twist(np.array(rows)[:, :2], np.array(rows)[:, 2])
+    inputs = np.column_stack([command, np.ones(len(p))])
+    rows = np.array([_robust_line(inputs, column) for column in seen.T])
+    return Twist(rows[:, :2], rows[:, 2])
 
 
 def _own_twist(t: np.ndarray, run: np.ndarray, rate: float) -> np.ndarray:

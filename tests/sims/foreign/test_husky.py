@@ -8,17 +8,15 @@ import pytest
 
 import sims
 from parc_jax import cli
-from parc_jax.errors import InputError
+from parc_jax.errors import InputError, SoundnessError
 from parc_jax.io.answer_file import load_answer
 from parc_jax.network.parc import fit_affine
 from parc_jax.network.train import training_arrays
-from sims.foreign.husky import learn, twist
+from sims.foreign.husky import again, learn, twist
 from sims.foreign.husky import log as logs
 from sims.foreign.husky import params as c
-from sims.foreign.husky.again import again
 from sims.foreign.husky.convert import convert
 from sims.foreign.husky.job import job, tally
-from sims.foreign.husky.robot import Husky
 from sims.foreign.husky.unseen import unseen
 
 GAIN = np.array([[0.08, 0.07], [-0.02, 0.03], [-0.17, 0.16]])
@@ -83,14 +81,16 @@ def test_a_window_beyond_the_command_is_refused(log):
 
 
 def test_the_twist_of_a_robot_that_has_one_is_found():
-    found = twist.identify(synthetic())
+    cut = synthetic()
+    found = twist.identify(np.arange(41) * 0.1, *logs.windows(cut), cut.command)
     np.testing.assert_allclose(found.gain, GAIN, atol=1e-9)
     np.testing.assert_allclose(found.offset, 0.0, atol=1e-9)
 
 
 def test_the_model_of_a_twist_drives_it():
     cut = synthetic()
-    model = twist.TwistModel(twist.Twist(GAIN, np.zeros(3)))
+    still = twist.Twist(GAIN, np.zeros(3))
+    model = twist.TwistModel(still, logs.domain(), logs.grid(), (c.LENGTH, c.WIDTH))
     drive = jax.jit(jax.vmap(model.rollout, in_axes=(None, 0)))
     driven = np.asarray(drive(jax.random.PRNGKey(0), cut.command).p)
     np.testing.assert_allclose(driven[:, :, 0], logs.windows(cut)[0], atol=1e-9)
@@ -164,10 +164,13 @@ def test_a_hundred_held_out_commands_support_three_percent(affine, runs):
     assert (loose.tube.interval <= claim.tube.interval).all()
 
 
-def test_wheels_that_stick_are_found_in_the_training_commands(affine, runs):
-    worst = learn.first_look(affine, runs.train)
+@pytest.mark.slow
+def test_wheels_that_stick_are_found_in_the_training_commands(log, runs):
+    net = learn.network(log, jax.random.PRNGKey(0))
+    worst = learn.first_look(net, runs.train)
     assert all(one["command"] % 2 == 0 for one in worst)
-    assert worst[0]["score"] >= worst[-1]["score"]
+    slowest = [min(map(abs, one["k"])) for one in worst]
+    assert max(slowest[:3]) < c.STICKING and worst[2]["score"] > 1.5 * worst[3]["score"]
 
 
 def test_a_floor_that_changes_is_noticed(affine, runs):
@@ -199,19 +202,21 @@ def test_the_study_finds_plans_and_no_held_out_run_breaks_them(study):
     replay = metrics["replay"]
     assert replay["commands_with_a_safe_start"] >= 30 and replay["replays"] >= 200
     assert replay["missed_the_goal"] == replay["touched"] == replay["left_the_tube"] == 0
-    sticking = [min(map(abs, one["k"])) < c.STICKING for one in metrics["first_look"][:3]]
-    assert all(sticking)
     for name in ("errors", "commands", "paths"):
         assert (out / f"{name}.png").stat().st_size > 10_000
 
 
 @pytest.mark.slow
-def test_a_robot_that_strays_is_counted(study, log):
-    """The same answer, replayed by a robot that slides a metre to the left on its way."""
+def test_a_robot_that_strays_is_counted_and_one_that_cannot_fail_is_a_fault(
+    study, runs, monkeypatch
+):
+    """The same answer, against paths that slide a metre to the left on their way."""
     answer = load_answer(study[1] / "answer.json")
-    robot = Husky(log)
     slide = np.tile([0.0, 1.0], 5) * np.linspace(0.0, 1.0, 41)[:, None]
-    robot.runs = robot.runs.replace(p=robot.runs.p + slide)
-    counts = tally(again(robot, answer, learn.halves(log).held, jax.random.PRNGKey(0)))
+    strayed = runs.held.replace(p=runs.held.p + slide)
+    counts = tally(again.again(answer, strayed))
     assert counts["left_the_tube"] == counts["replays"] > 0
     assert counts["touched"] > 0 and counts["missed_the_goal"] > 0
+    monkeypatch.setattr(again, "inside_tube", lambda claim, net, batch: np.ones(batch.n, bool))
+    with pytest.raises(SoundnessError, match="contradicts the proof"):
+        again.again(answer, strayed)
