@@ -4,15 +4,20 @@ touched none.
 
 from parc_jax.problem import ReachAvoid, goal_of_points, reach_avoid
 from parc_jax.sets.box import box
+from sims.foreign.husky import params as c
 from sims.rectangle import POINTS, rectangle
 
 BAY_WIDTH, BAY_LENGTH = 1.6, 2.2  # [m]
 WALL = 0.3  # [m] thickness
+FAR = 3.0  # [m] no run is longer than 1.6 m
 
 
-def problem(width: float = BAY_WIDTH, length: float = BAY_LENGTH) -> ReachAvoid:
-    """A bay, open behind the robot: walls on its left and right and ahead, starts anywhere. The
-    frame is the robot's own as it stands at the start, ahead along x.
+def problem(
+    width: float = BAY_WIDTH, length: float = BAY_LENGTH, outside: bool = False
+) -> ReachAvoid:
+    """A bay, open behind the robot: walls on its left and right and ahead. Starts are anywhere, or
+    wholly outside, before the open side. The frame is the robot's own as it stands at the start,
+    ahead along x.
     """
     x, y = 0.5 * length, 0.5 * width
     walls = (
@@ -21,4 +26,6 @@ def problem(width: float = BAY_WIDTH, length: float = BAY_LENGTH) -> ReachAvoid:
         ((x, -y - WALL), (x + WALL, y + WALL)),
     )
     goal = goal_of_points(POINTS, box([-x, -y], [x, y]))
-    return reach_avoid(goal, [box(*wall) for wall in walls], rectangle())
+    before = -x - 0.5 * c.LENGTH
+    start = box([before - FAR, -FAR], [before, FAR]) if outside else None
+    return reach_avoid(goal, [box(*wall) for wall in walls], rectangle(), start)

@@ -1,0 +1,46 @@
+"""What a bay's width is worth: safe plans, and what the log promises about them.
+
+python -m sims.foreign.husky.bays --model runs/husky/model.npz
+"""
+
+import argparse
+from pathlib import Path
+
+import jax
+
+from parc_jax.claim.risk import Uniform
+from parc_jax.model import load
+from parc_jax.planner import Planner
+from parc_jax.settings import Settings
+from sims.foreign.husky.scenario import problem
+
+WIDTHS = (1.2, 1.3, 1.4, 1.5, 1.6, 1.8, 2.0)  # [m]
+BUDGET = 60.0  # [s] most time to cover a safe set
+
+
+def main() -> None:
+    """The command line: a row per width, for starts anywhere and for starts outside."""
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("--model", type=Path, default=Path("runs/husky/model.npz"))
+    planner = Planner(load(parser.parse_args().model))
+    claim = planner.model.claim
+    print("width  starts    safe plans  share of K  at most leave the tube")
+    for width in WIDTHS:
+        for outside in (False, True):
+            answer = planner.solve(
+                problem(width, outside=outside),
+                jax.random.PRNGKey(0),
+                Settings(n_samples=20, budget_s=BUDGET),
+            )
+            row = f"{width:.1f} m  {'outside ' if outside else 'anywhere'}"
+            if not answer.found:
+                print(f"{row}  {answer.status.label}", flush=True)
+                continue
+            share = answer.share_of_k
+            promise = float(claim.risk(Uniform(share)).bound)
+            plans = f"{100 * answer.safe_share:9.1f} %  {100 * share:8.1f} %"
+            print(f"{row}  {plans}  {100 * promise:.1f} %", flush=True)
+
+
+if __name__ == "__main__":
+    main()
