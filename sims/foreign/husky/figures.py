@@ -13,7 +13,7 @@ from sims.foreign.husky import params as c
 from sims.foreign.husky.again import Again
 from sims.foreign.husky.learn import Halves
 
-SHOWN = 6  # replays drawn one by one
+SHOWN = (0.0, 0.03, 0.2, 0.4, 0.6, 0.95)  # replays drawn, of all from the farthest way on
 KINDS = {"driving (both sides the same way)": 8, "turning (against each other)": 2}  # their bins
 
 
@@ -81,7 +81,8 @@ def paths(answer: Answer, replayed: Again, to):
     model, runs = answer.model, replayed.runs
     first = np.unique(replayed.row, return_index=True)[1]
     way = np.abs(runs.path[first, -1, :2] - runs.path[first, 0, :2]).sum(axis=1)
-    farthest = first[np.argsort(-way)[: SHOWN * 3 : 3]]
+    ranks = (np.array(SHOWN) * len(first)).astype(int)
+    chosen = first[np.argsort(-way)[ranks]]
     parts = numbered(answer.problem.body, model.points)
     walls = [shapes.shadow(o) for o in answer.problem.obstacles]
     ((_, (goal,)),) = shapes.goals(answer.problem.goal, 2, model.n_points, [(0, 1)])[:1]
@@ -89,7 +90,7 @@ def paths(answer: Answer, replayed: Again, to):
     every = model.time.stride
     with style.sheet(to, (10.5, 7.0), rows=2, columns=3) as sheet:
         sheet.axes[3].set(xlabel=model.labels.p[0], ylabel=model.labels.p[1])
-        for ax, row in zip(sheet.axes, farthest, strict=True):
+        for ax, row in zip(sheet.axes, chosen, strict=True):
             columns, _, half = predicted(model, plans[row : row + 1])
             for point in range(1, model.n_points):
                 own = slice(2 * point, 2 * point + 2)

@@ -18,6 +18,8 @@ from sims.rectangle import POINTS, centre_and_corners
 _NEEDED = ("t", "p", "yaw", "fresh", "cmd_wheel", "cmd_const", "command_id", "window", "suspect")
 SECONDS, STEP, RECORD = 1.4, 0.2, 0.1  # [s] of a run at most, between its knots, its records
 
+SAME_TIME = 1e-9  # [s] rounding of times
+
 
 class Cut(NamedTuple):
     """Runs cut from windows: places p (n, n_record + 1, 2) [m] and headings yaw (n, n_record + 1)
@@ -86,6 +88,7 @@ def _moved(t, p, yaw, at) -> tuple[np.ndarray, np.ndarray]:
     the last.
     """
     since = t - t[0]
+    at = np.where(np.abs(at - since[-1]) < SAME_TIME, since[-1], at)
     x, y, turn = (np.interp(at, since, part, right=np.nan) for part in (*p.T, np.unwrap(yaw)))
     turned = ((x - x[0]) + 1j * (y - y[0])) * np.exp(-1j * turn[0])
     return np.stack([turned.real, turned.imag], axis=1), turn - turn[0]
