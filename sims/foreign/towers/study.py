@@ -1,0 +1,13 @@
+"""The main job's settings for the aeroplane; docs/towers.md says how they were chosen."""
+
+from parc_jax.experiment.settings import Study
+
+STUDY = Study(
+    hidden=(8, 8, 8),
+    others=((),),
+    bins=(1, 1, 1),
+    rollouts=2_000,
+    eps=2e-3,
+    gap=0.25,
+    search=0,
+)

@@ -1,0 +1,181 @@
+"""The CommonRoad BMW: what is compiled is the package's own code, our integration against odeint,
+repeatable runs, nothing mutated, no place better than another; and a scene that asks something.
+"""
+
+import functools
+import importlib.util
+import math
+
+import jax
+import numpy as np
+import pytest
+
+import sims
+from parc_jax.errors import InputError
+from sims.foreign.kerb import params as c
+
+NEEDED = pytest.mark.skipif(
+    importlib.util.find_spec("vehiclemodels") is None,
+    reason="needs commonroad-vehicle-models: pip install 'parc_jax[cars]'",
+)
+K = (7.0, 0.34)
+EVERY = round(c.RECORD / c.STEP)  # steps from record to record
+
+
+@pytest.fixture(scope="module")
+def run():
+    """States (201, 29) of one disturbed drive."""
+    from sims.foreign.kerb.system import simulated
+
+    return simulated(np.random.default_rng(4), K, np.zeros(2))
+
+
+@pytest.mark.slow  # compiles the car: ten seconds, once
+@NEEDED
+def test_compiled_code_gives_the_bits_of_the_package_itself(monkeypatch):
+    """Where numba is absent the same code runs as Python: nothing of it is compiled here."""
+    from vehiclemodels.vehicle_dynamics_mb import vehicle_dynamics_mb
+
+    from sims.foreign.kerb import drive, model
+
+    p = model.standard()
+    start = model.rolling(np.zeros(2), 0.0, K[0], p)
+    orders = drive.Orders(*K, 0.0, 1.0)
+    fast = drive.drives()(model.right_hand_side(), start, orders, p, 400, EVERY)
+    monkeypatch.setattr(drive, "compiler", lambda: lambda function: function)
+    drive_in_python = drive.drives.__wrapped__()
+    slow = drive_in_python(vehicle_dynamics_mb, start, orders, p, 400, EVERY)
+    np.testing.assert_array_equal(fast, slow)
+
+
+@pytest.mark.slow  # compiles the car: ten seconds, once
+@NEEDED
+def test_the_start_state_is_not_changed_though_the_package_changes_its_own():
+    from vehiclemodels.vehicle_dynamics_mb import vehicle_dynamics_mb
+
+    from sims.foreign.kerb import drive, model
+
+    p = model.standard()
+    start = model.rolling(np.zeros(2), 0.0, 3.0, p)
+    start[23] = -1.0  # a wheel that turns backwards
+    theirs, ours = start.copy(), start.copy()
+    vehicle_dynamics_mb(theirs, [0.0, 0.0], p)
+    assert theirs[23] == 0.0
+    drive.drives()(model.right_hand_side(), ours, drive.Orders(3.0, 0.3, 0.0, 1.0), p, 40, EVERY)
+    np.testing.assert_array_equal(ours, start)
+
+
+@pytest.mark.slow  # compiles the car: ten seconds, once
+@NEEDED
+def test_the_integration_agrees_with_odeint():
+    """A second integrator, with a step and an error of its own, between two of the driver's
+    commands: the drive is repeated command by command.
+    """
+    from scipy.integrate import odeint
+
+    from sims.foreign.kerb import drive, model
+
+    f, p = model.right_hand_side(), model.standard()
+    x = model.rolling(np.zeros(2), 0.0, K[0], p)
+    orders = drive.Orders(*K, 0.0, 1.0)
+    steps = 1_000
+    ours = drive.drives()(f, x, orders, p, steps, EVERY)[-1]
+    command = drive._commanded_by(drive._planned)
+    driven = 0.0
+    beside = 0.0
+    for _ in range(steps):
+        u = command(x, driven, beside, orders)
+        driven += c.STEP * x[3]
+        meant = x[3] * math.sin(drive._planned(driven, orders)[0])
+        beside += c.STEP * (x[3] * math.sin(x[4]) + x[10] * math.cos(x[4]) - meant)
+
+        def rate(y, t, u=u):
+            return f(np.array(y), u, p)
+
+        x = odeint(rate, x, [0.0, c.STEP], rtol=1e-8, atol=1e-8)[-1]
+    assert abs(ours[:2] - x[:2]).max() < 2e-3  # [m]; a step of 5 ms is 1 cm off
+    assert abs(ours[4] - x[4]) < 1e-3
+
+
+@pytest.mark.slow  # compiles the car: ten seconds, once
+@NEEDED
+def test_runs_repeat_and_differ():
+    from sims.foreign.kerb.system import simulated
+
+    first, again, other = (
+        simulated(np.random.default_rng(seed), K, np.zeros(2)) for seed in (1, 1, 2)
+    )
+    np.testing.assert_array_equal(first, again)
+    assert 0.01 < abs(first - other)[:, :2].max() < 0.5
+
+
+@pytest.mark.slow  # compiles the car: ten seconds, once
+@NEEDED
+def test_the_car_swerves_stops_and_stays(run):
+    assert abs(run[0, 3] - K[0]) <= c.SPEED_OFF
+    assert run[-1, 3] < c.STOP and run[-1, 0] > 13.0
+    np.testing.assert_array_equal(run[-1], run[-10])
+    assert run[-1, 1] < -2.0 and abs(run[-1, 4]) < 0.3 < -run[:, 4].min()
+    assert abs(np.diff(run[:, 2])).max() / c.RECORD < 0.4 + 1e-9  # what its steering can do
+
+
+@pytest.mark.slow  # compiles the car: ten seconds, once
+@NEEDED
+def test_the_outline_is_rigid_and_of_the_true_size():
+    from sims.foreign.kerb.system import drive
+
+    p, q = drive(np.random.default_rng(4), K)
+    front_left, rear_left, rear_right, front_right = np.moveaxis(p[:, 1:], 1, 0)
+    np.testing.assert_allclose(np.linalg.norm(front_left - rear_left, axis=1), 4.508, atol=1e-12)
+    np.testing.assert_allclose(np.linalg.norm(front_left - front_right, axis=1), 1.61, atol=1e-12)
+    ahead = front_right - rear_right
+    assert math.atan2(ahead[-1, 1], ahead[-1, 0]) == pytest.approx(q[0], abs=1e-12)
+
+
+@pytest.mark.slow  # compiles the car: ten seconds, once
+@NEEDED
+def test_no_start_is_better_than_another():
+    import parc_jax as pj
+
+    car = sims.load("kerb", workers=0)
+    gap = pj.translation_gap(car, jax.random.PRNGKey(0), np.array([[80.0, -30.0]]))
+    assert gap.p.max() < 1e-9 and gap.q.max() < 1e-9
+
+
+@pytest.mark.slow  # compiles the car: ten seconds, once
+@NEEDED
+def test_the_model_cannot_reverse():
+    """Why the driver stops at 0.3 m/s: braked on, the model ends in a division by zero."""
+    from sims.foreign.kerb import drive, model
+
+    f, p = model.right_hand_side(), model.standard()
+    x = model.rolling(np.zeros(2), 0.0, 0.5, p)
+    with pytest.raises(ZeroDivisionError):
+        functools.reduce(lambda y, _: drive._step(f, y, np.array([0.0, -4.0]), p), range(400), x)
+
+
+@pytest.mark.slow  # compiles the car: ten seconds, once
+@NEEDED
+def test_runs_through_the_public_door_have_their_points():
+    import parc_jax as pj
+
+    runs = pj.collect(sims.load("kerb", workers=0), jax.random.PRNGKey(1), n=3, quiet=True)
+    assert runs.p.shape == (3, 201, 10) and not runs.failed.any()
+    assert len(np.unique(runs.q)) == 3
+    assert (runs.p[:, 0, :2] == 0).all()
+
+
+def test_the_bay_is_between_the_cars_and_the_kerb():
+    scene = sims.kerb.problem()
+    assert len(scene.obstacles) == 3 and scene.goal.n == 11
+    names = ("centre", "front left", "rear left", "rear right", "front right")
+    assert sims.rectangle.POINTS == names
+
+
+def test_without_the_package_the_line_that_installs_it_is_said(monkeypatch):
+    real = importlib.util.find_spec
+    monkeypatch.setattr(
+        importlib.util, "find_spec", lambda name: None if name == "vehiclemodels" else real(name)
+    )
+    with pytest.raises(InputError, match=r"pip install 'parc_jax\[cars\]'"):
+        sims.load("kerb")

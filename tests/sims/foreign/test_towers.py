@@ -1,0 +1,145 @@
+"""The aeroplane of JSBSim: the map against JSBSim's own, rigid wings, flights that repeat bit for
+bit, and what moves with the start, found and refused.
+"""
+
+import importlib.util
+
+import jax
+import numpy as np
+import pytest
+
+import sims
+from parc_jax.claim.start_gap import try_starts
+from parc_jax.errors import InputError
+from sims.foreign.towers import chart
+from sims.foreign.towers import params as c
+from sims.foreign.towers.flight import ARMS, FOOT, POINTS
+
+NEEDED = pytest.mark.skipif(
+    importlib.util.find_spec("jsbsim") is None,
+    reason="needs JSBSim: pip install 'parc_jax[flight]'",
+)
+K = (27.5, 3.5, 6.5)
+
+
+@pytest.fixture(scope="module")
+def flight():
+    """p (201, 5, 2), q (1,) of one flight."""
+    from sims.foreign.towers.flight import fly
+
+    return fly(np.random.default_rng(3), K)
+
+
+@NEEDED
+def test_flights_repeat_bit_for_bit_and_differ_by_the_turbulence(flight):
+    from sims.foreign.towers.flight import fly
+
+    again, other = fly(np.random.default_rng(3), K), fly(np.random.default_rng(4), K)
+    np.testing.assert_array_equal(flight[0], again[0])
+    np.testing.assert_array_equal(flight[1], again[1])
+    assert 0.5 < abs(flight[0] - other[0]).max() < 40.0  # [m]
+
+
+@NEEDED
+def test_the_map_agrees_with_the_distances_that_jsbsim_counts_itself():
+    from sims.foreign.towers.flight import flown, points, trimmed
+
+    aeroplane = trimmed(np.zeros(2), c.ALTITUDE)
+    names = ("position/from-start-neu-n-ft", "position/from-start-neu-e-ft")
+    began = [aeroplane[name] for name in names]
+    rows = flown(aeroplane, K)
+    north, east = ((aeroplane[name] - was) * FOOT for name, was in zip(names, began, strict=True))
+    centre = chart.on_map(rows[:, 6:] * FOOT)
+    np.testing.assert_allclose(centre[-1] - centre[0], [east, north], atol=0.005)  # of 1.1 km
+    assert points(rows).shape == (201, 5, 2)
+
+
+@NEEDED
+def test_the_aeroplane_turns_left_and_climbs(flight):
+    p, climb = flight
+    middle = p.mean(axis=1)
+    first, last = middle[10] - middle[0], middle[-1] - middle[-11]
+    before, after = (np.degrees(np.arctan2(way[1], way[0])) for way in (first, last))
+    assert before == pytest.approx(c.HEADING, abs=4.0)
+    assert -10.0 < after < 10.0
+    assert 25.0 < climb[0] < 100.0
+
+
+@NEEDED
+def test_wings_seen_from_above_are_never_longer_than_wings(flight):
+    p, _ = flight
+    span = np.linalg.norm(
+        p[:, POINTS.index("left wing")] - p[:, POINTS.index("right wing")], axis=1
+    )
+    true = np.linalg.norm(ARMS[1] - ARMS[4])
+    assert (span <= true + 1e-9).all()
+    assert span[0] == pytest.approx(true, rel=1e-3)  # level
+    assert span.min() == pytest.approx(true * np.cos(np.radians(K[0])), rel=0.03)  # banked
+
+
+def test_axes_of_the_aeroplane_and_of_the_earth_are_right_handed():
+    for axes in (chart.body_axes(0.3, -0.2, 1.1), chart.north_east_down(0.8, 0.1)):
+        np.testing.assert_allclose(axes @ axes.T, np.eye(3), atol=1e-15)
+        assert np.linalg.det(axes) == pytest.approx(1.0)
+    level = chart.body_axes(0.0, 0.0, np.pi / 2)
+    np.testing.assert_allclose(level @ [1.0, 0.0, 0.0], [0.0, 1.0, 0.0], atol=1e-15)  # nose east
+    dived = chart.body_axes(np.pi / 2, 0.0, 0.0)
+    np.testing.assert_allclose(dived @ [0.0, 1.0, 0.0], [0.0, 0.0, 1.0], atol=1e-15)  # wing down
+
+
+def test_a_place_on_the_map_is_where_it_says():
+    here = chart.place_of(np.zeros(2))
+    there = chart.place_of(np.array([3000.0, -2000.0]))
+
+    def earth(latitude, longitude):
+        squared = chart.FLATTENING * (2 - chart.FLATTENING)
+        across = chart.EQUATOR / np.sqrt(1 - squared * np.sin(latitude) ** 2)
+        out = np.array(
+            [np.cos(latitude) * np.cos(longitude), np.cos(latitude) * np.sin(longitude), 0]
+        )
+        out[2] = (1 - squared) * np.sin(latitude)
+        return across * out
+
+    moved = chart.on_map(earth(*there[:2])) - chart.on_map(earth(*here[:2]))
+    np.testing.assert_allclose(moved, [3000.0, -2000.0], atol=2.0)  # the map is flat, the earth not
+    assert here[2] == 0.0 and there[2] > 0.0
+
+
+@NEEDED
+@pytest.mark.slow
+def test_the_start_matters_and_a_gap_too_small_is_refused():
+    aeroplane = sims.load("towers", workers=0)
+    key = jax.random.PRNGKey(0)
+    with pytest.raises(InputError, match=r"moved the offsets by 0\.\d+ m"):
+        try_starts(aeroplane, key, 1e-5)
+    tried = try_starts(aeroplane, key, sims.towers.STUDY.gap)
+    assert 0.01 < tried.seen <= sims.towers.STUDY.gap
+
+
+@NEEDED
+def test_altitude_breaks_the_invariance(monkeypatch):
+    """Why the start is horizontal: a hundred metres higher, the same turbulence is another."""
+    from sims.foreign.towers import flight
+
+    here, _ = flight.fly(np.random.default_rng(1), K)
+    monkeypatch.setattr(c, "ALTITUDE", c.ALTITUDE + 100.0)
+    there, _ = flight.fly(np.random.default_rng(1), K)
+    assert abs((there - there[0, 0]) - (here - here[0, 0])).max() > 1.0
+
+
+@NEEDED
+def test_runs_through_the_public_door_have_their_points():
+    import parc_jax as pj
+
+    runs = pj.collect(sims.load("towers", workers=0), jax.random.PRNGKey(1), n=3, quiet=True)
+    assert runs.p.shape == (3, 201, 10) and not runs.failed.any()
+    assert (runs.p[:, 0, :2] == 0).all() and len(np.unique(runs.q)) == 3
+
+
+def test_without_the_package_the_line_that_installs_it_is_said(monkeypatch):
+    real = importlib.util.find_spec
+    monkeypatch.setattr(
+        importlib.util, "find_spec", lambda name: None if name == "jsbsim" else real(name)
+    )
+    with pytest.raises(InputError, match=r"pip install 'parc_jax\[flight\]'"):
+        sims.load("towers")
