@@ -17,7 +17,9 @@ from parc_jax.claim.claim import ErrorClaim, weaker
 from parc_jax.errors import InputError
 from parc_jax.keys import Stage
 from parc_jax.rollout.collect import collect
+from parc_jax.rollout.headings import can_be_headed, rotation_gap
 from parc_jax.rollout.invariance import can_start_elsewhere, translation_gap
+from parc_jax.system import rotation_of
 
 IDENTIFIER = "TRANSLATION_INVARIANCE"
 STARTS = 8  # tried, up to FAR times the travelled distance away
@@ -78,6 +80,25 @@ def try_starts(system, key: jax.Array, declared: float) -> StartTrial:
             "everywhere: the tube is widened by it."
         )
     return StartTrial(declared, seen)
+
+
+def try_headings(system, key: jax.Array, declared: float) -> float | None:
+    """Run a system that declares `rotation` with other headings, if it can be, and compare: the
+    largest effect seen, None where nothing is declared or tried. Raises InputError when it is
+    larger than declared [m or rad].
+    """
+    if rotation_of(system) is None or not can_be_headed(system):
+        return None
+    rng = np.random.default_rng(np.asarray(jax.random.key_data(key), np.uint32))
+    found = rotation_gap(system, key, rng.uniform(-np.pi, np.pi, STARTS))
+    seen = max(found.p, float(found.q.max(initial=0.0)))
+    if not seen <= declared:
+        raise InputError(
+            f"{system.name}: expected runs that turn with their heading to within {declared:.3g}, "
+            f"as it declares; they differ by up to {seen:.3g}. Leave `rotation` out, or make the "
+            "heading part of k."
+        )
+    return seen
 
 
 def allow_for_start(claim: ErrorClaim, trial: StartTrial) -> ErrorClaim:

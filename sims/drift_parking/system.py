@@ -7,7 +7,7 @@ import jax.numpy as jnp
 
 from parc_jax.errors import InputError
 from parc_jax.sets.box import Box, box
-from parc_jax.system import ONE_POINT, TimeGrid, Trajectory, time_grid
+from parc_jax.system import ONE_POINT, TURNS, TimeGrid, Trajectory, time_grid
 from sims import rectangle
 from sims.drift_parking import params as c
 from sims.drift_parking.plant_ode import newton_euler
@@ -34,6 +34,8 @@ class DriftParking:
     n_p: ClassVar[int] = 2
     n_q: ClassVar[int] = 1
     q_labels: ClassVar[tuple[str, ...]] = ("final yaw [rad]",)
+    # the controller works in the frame of the start, and the ground is even
+    rotation: ClassVar[tuple[str, ...]] = (TURNS,)
     k_labels: ClassVar[tuple[str, ...]] = ("speed [m/s]", "sideslip at braking [rad]")
 
     @property

@@ -190,3 +190,13 @@ def test_a_model_keeps_what_its_system_declares(tmp_path):
     model = replace(line_model(), rotation=(STAYS,))
     assert pj.load(model.save(tmp_path / "model.npz")).rotation == (STAYS,)
     assert pj.load(line_model().save(tmp_path / "other.npz")).rotation is None
+
+
+def test_errors_turn_with_the_robot(rng):
+    angle = 0.4
+    turn = turn_by(angle, ())
+    widths = rng.uniform(0, 1, (50, 2))
+    errors = widths * rng.choice([-1, 1], (50, 2))
+    for share in np.linspace(-1, 1, 9):
+        c, s = math.cos(share * angle), math.sin(share * angle)
+        assert (np.abs(errors @ np.array([[c, s], [-s, c]])) <= turn.widened(widths)).all()

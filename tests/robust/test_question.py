@@ -7,14 +7,19 @@ import numpy as np
 import pytest
 from doubted import NEARLY, as_format_2, corners_and_inside
 from exact_oracle import exact_safe
+from toy_bodies import points_model
 from toy_models import anchored_plans, toy_case
 
 import parc_jax as pj
 from parc_jax import checker
+from parc_jax.claim.error_set import at
 from parc_jax.doubt import Doubt
 from parc_jax.errors import InputError
+from parc_jax.network.predict import Layout
 from parc_jax.planner import Planner
 from parc_jax.robust.question import plain
+from parc_jax.robust.scene import doubted_scene
+from parc_jax.robust.widths import moved_tube
 from parc_jax.sets.box import box
 from parc_jax.sets.hpolytope import hpolytope
 from parc_jax.sets.rational import rational_vertices
@@ -161,3 +166,20 @@ def test_an_answer_under_doubt_can_be_kept(tmp_path):
     again = pj.load_answer(answer.save(tmp_path / "answer.json"))
     assert again.statement() == answer.statement() and again.doubt == answer.doubt
     assert (again.samples == answer.samples).all()
+
+
+def test_the_start_set_shrinks_and_the_goal_by_what_points_do_together():
+    """Two points that move alike: what asks for their distance shrinks by nothing."""
+    goal = hpolytope([[1.0, 0, 1.0, 0], [-1.0, 0, 1.0, 0], [0, 1.0, 0, 0]], [4.0, 1.0, 3.0])
+    problem = pj.reach_avoid(goal, [], 0.1, start=box([0.0, 0.0], [1.0, 2.0]))
+    asked = doubted_scene(problem, Doubt(start=[0.25, 0.5], goal=[0.125, 0.0]), Layout(4, 2, 2))
+    assert asked.goal.b.tolist() == [4 - 0.75, 1.0, 2.5]
+    assert asked.start.b.tolist() == [0.75, 1.5, -0.25, -0.5]
+
+
+def test_slanted_tubes_hold_a_moved_start(rng):
+    model = points_model(rng, fitted=True)
+    wide = moved_tube(model.tube, np.array([0.03, 0.01]))
+    w = rng.normal(size=(50, 2))
+    before, after = (at(t.errors, (0, 1, 2, None)).support(w) for t in (model.tube, wide))
+    assert (after >= before + np.abs(w) @ [0.03, 0.01] - 1e-12).all()

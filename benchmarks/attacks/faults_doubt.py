@@ -1,0 +1,121 @@
+"""Faults of doubt: scenes that grow too little, executions left out, kinks forgotten, turns cut
+short, poses mixed up.
+"""
+
+from benchmarks.attacks.fault import Fault
+
+QUESTION = "tests/robust/test_question.py::"
+EXECUTIONS = "tests/robust/test_executions.py::"
+POSE = "tests/robust/test_pose.py::"
+WITHSTAND = "test_plans_withstand_the_doubt_and_no_more_is_given_up_than_has_to_be"
+
+DOUBT = (
+    Fault(
+        "start_doubt_forgotten_on_the_way",
+        "parc_jax/robust/widths.py",
+        "wide = given.interval + np.tile(start, given.n_points)",
+        "wide = given.interval + 0 * np.tile(start, given.n_points)",
+        (QUESTION + "test_the_boxes_of_doubt_of_the_plain_question_say_the_same",),
+    ),
+    Fault(
+        "start_doubt_forgotten_at_the_goal",
+        "parc_jax/robust/scene.py",
+        "widths = [Fraction(x) for x in np.concatenate([start + 0.0, ",
+        "widths = [Fraction(x) for x in np.concatenate([start * 0.0, ",
+        (QUESTION + "test_the_boxes_of_doubt_of_the_plain_question_say_the_same",),
+    ),
+    Fault(
+        "start_set_does_not_shrink",
+        "parc_jax/robust/scene.py",
+        "round_down(Fraction(bound) - _reach([Fraction(x) for x in row], exact))",
+        "round_down(Fraction(bound))",
+        (QUESTION + "test_the_start_set_shrinks_and_the_goal_by_what_points_do_together",),
+    ),
+    Fault(
+        "points_shrink_the_goal_one_by_one",
+        "parc_jax/robust/scene.py",
+        "along = [sum(exact[axis:n_c:n_p]) for axis in range(n_p)]",
+        "along = [sum(map(abs, exact[axis:n_c:n_p])) for axis in range(n_p)]",
+        (QUESTION + "test_the_start_set_shrinks_and_the_goal_by_what_points_do_together",),
+    ),
+    Fault(
+        "obstacles_stay_as_they_were_seen",
+        "parc_jax/robust/scene.py",
+        "for one in [*moved, *([] if by is None else [by])]:",
+        "for one in moved:",
+        (QUESTION + WITHSTAND,),
+    ),
+    Fault(
+        "tolerance_on_one_side_only",
+        "parc_jax/robust/executions.py",
+        "lo[axis], hi[axis] = -value, value",
+        "lo[axis], hi[axis] = 0.0, value",
+        (EXECUTIONS + "test_samples_are_boxes_of_doubt_of_the_question_as_it_was_asked",),
+    ),
+    Fault(
+        "kinks_forgotten",
+        "parc_jax/robust/bend.py",
+        "gap = np.minimum(varies / 4, np.minimum(-below, above))",
+        "gap = 0 * varies",
+        (
+            EXECUTIONS + "test_what_a_mixture_misses_is_bounded",
+            EXECUTIONS + "test_one_kink_is_bounded_by_what_it_misses",
+        ),
+    ),
+    Fault(
+        "a_kink_takes_an_eighth",
+        "parc_jax/robust/bend.py",
+        "gap = np.minimum(varies / 4,",
+        "gap = np.minimum(varies / 8,",
+        (EXECUTIONS + "test_one_kink_is_bounded_by_what_it_misses",),
+    ),
+    Fault(
+        "bins_of_executions_forgotten",
+        "parc_jax/robust/bins.py",
+        "_met(exact, Fraction(a) + low, Fraction(b) + high, False)",
+        "_met(exact, Fraction(a), Fraction(b), False)",
+        (EXECUTIONS + "test_bins_of_plans_hold_the_bins_of_their_executions",),
+    ),
+    Fault(
+        "a_value_between_bins_counts_to_one",
+        "parc_jax/robust/bins.py",
+        "return Axis(None, [_met(exact, low, high, closed=True)])",
+        "return Axis(None, [(max(0, _met(exact, low, high, closed=True)[1]),) * 2])",
+        (EXECUTIONS + "test_values_between_bins_meet_both",),
+    ),
+    Fault(
+        "a_triangle_that_cuts_the_arc",
+        "parc_jax/robust/turn.py",
+        "g = math.ceil(a / (1 - b * b) / unit) * unit",
+        "g = Fraction(1)",
+        (POSE + "test_turns_are_mixtures_of_the_maps",),
+    ),
+    Fault(
+        "errors_do_not_turn",
+        "parc_jax/robust/turn.py",
+        "return widths + self.sine * widths[..., ::-1]",
+        "return widths",
+        (POSE + "test_errors_turn_with_the_robot",),
+    ),
+    Fault(
+        "a_pose_turned_the_other_way",
+        "parc_jax/robust/pose.py",
+        "turn = np.array([[cosine, -sine], [sine, cosine]])",
+        "turn = np.array([[cosine, sine], [-sine, cosine]])",
+        (POSE + "test_a_scene_seen_from_a_pose_is_the_scene",),
+    ),
+    Fault(
+        "an_angle_in_the_goal_does_not_turn",
+        "parc_jax/robust/pose.py",
+        "bounds = problem.goal.b - shift - angle - ROUNDING * terms",
+        "bounds = problem.goal.b - shift - ROUNDING * terms",
+        (POSE + "test_a_scene_seen_from_a_pose_is_the_scene",),
+    ),
+    Fault(
+        "plans_from_elsewhere",
+        "parc_jax/cover/sampling.py",
+        "p0 = seen.p0 if scene.at is None else np.tile(scene.at, (len(seen.p0), 1))",
+        "p0 = seen.p0 if scene.at is None else np.tile(scene.at + 0.01, (len(seen.p0), 1))",
+        (POSE + "test_answers_from_here_are_sets_in_k_alone",),
+    ),
+)

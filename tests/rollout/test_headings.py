@@ -1,0 +1,66 @@
+"""Rotation invariance is declared, and tried where a system can be started with a heading."""
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+import pytest
+
+import parc_jax as pj
+from parc_jax.claim.start_gap import try_headings
+from parc_jax.errors import InputError
+from parc_jax.rollout.headings import rotation_gap
+from parc_jax.system import STAYS, TURNS
+
+KEY = jax.random.PRNGKey(0)
+
+
+class Arc:
+    """A robot that drives an arc of curvature k_1 at speed k_0; a north wind pushes it, whatever
+    its heading.
+    """
+
+    name, n_p, n_q = "arc", 2, 2
+    rotation = (TURNS, STAYS)
+    domain, time = pj.box([0.5, -0.5], [1.0, 0.5]), pj.time_grid(dt=0.25, t_f=1.0)
+
+    def __init__(self, wind: float):
+        self.wind = wind
+
+    def rollout(self, key, k):
+        return self.rollout_headed(key, k, jnp.zeros((), k.dtype))
+
+    def rollout_headed(self, key, k, heading):
+        s = jnp.linspace(0.0, 1.0, self.time.n_record + 1).astype(k.dtype)
+        along, across = s * k[0], 0.5 * k[1] * s**2 + 0.1 * s * jax.random.uniform(key, (), k.dtype)
+        x = along * jnp.cos(heading) - across * jnp.sin(heading)
+        y = along * jnp.sin(heading) + across * jnp.cos(heading) - self.wind * s
+        return pj.Trajectory(jnp.stack([x, y], axis=-1), jnp.stack([k[1] + heading, k[0]]))
+
+
+def test_a_robot_that_turns_with_its_heading_has_no_gap():
+    gap = rotation_gap(Arc(0.0), KEY, [0.3, -2.0, 3.1])
+    assert gap.p < 1e-12 and gap.q.max() < 1e-12
+    assert try_headings(Arc(0.0), KEY, 1e-9) < 1e-9
+
+
+def test_a_wind_does_not_turn():
+    assert rotation_gap(Arc(0.1), KEY, [np.pi]).p == pytest.approx(0.2)
+    with pytest.raises(InputError, match="arc: expected runs that turn with their heading"):
+        try_headings(Arc(0.1), KEY, 1e-3)
+
+
+def test_a_wrong_word_for_a_goal_state_is_seen():
+    robot = Arc(0.0)
+    robot.rotation = (STAYS, STAYS)
+    assert rotation_gap(robot, KEY, [0.5]).q.tolist() == pytest.approx([0.5, 0.0])
+
+
+def test_what_cannot_be_tried_is_said():
+    class Silent(Arc):
+        rotation = None
+
+    with pytest.raises(InputError, match="rotation_gap: expected arc to declare rotation"):
+        rotation_gap(Silent(0.0), KEY, [0.1])
+    assert try_headings(Silent(0.0), KEY, 0.0) is None
+    with pytest.raises(InputError, match="expected headings"):
+        rotation_gap(Arc(0.0), KEY, [[0.1]])
