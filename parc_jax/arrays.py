@@ -4,6 +4,7 @@ says; compiled calls over many rows, on all cores.
 
 import hashlib
 import os
+import weakref
 from collections.abc import Callable, Iterable, Iterator
 from concurrent.futures import ThreadPoolExecutor
 from functools import cache
@@ -105,6 +106,22 @@ def dot(a, b):
     """
     products = a * b
     return sum(products[..., i] for i in range(1, products.shape[-1])) + products[..., 0]
+
+
+_REMEMBERED: dict[tuple, tuple] = {}
+
+
+def remembered(owner, name: tuple, make: Callable):
+    """What make() gives, made once for this name while the array `owner` lives. Arrays of models
+    are never written to."""
+    known = _REMEMBERED.get((id(owner), *name))
+    if known is not None and known[0]() is owner:
+        return known[1]
+    for stale in [n for n, (alive, _) in _REMEMBERED.items() if alive() is None]:
+        _REMEMBERED.pop(stale, None)
+    made = make()
+    _REMEMBERED[id(owner), *name] = weakref.ref(owner), made
+    return made
 
 
 def content_hash(*arrays) -> str:

@@ -9,10 +9,11 @@ import numpy as np
 from parc_jax.arrays import in_chunks, x64
 from parc_jax.claim.error_set import at
 from parc_jax.claim.tube import Tube
-from parc_jax.cover.choose import PLANS, Choice, choose_batch
+from parc_jax.cover.choose import PLANS, Choice, choose_batch, choose_by_bin
 from parc_jax.cover.corridor import Corridor
 from parc_jax.cover.corridors import Corridors
 from parc_jax.cover.sampling import Points, joined
+from parc_jax.cover.thresholds import by_bin
 from parc_jax.verdict.scene import Scene
 
 SEEDS = 16  # whose corridors are chosen together
@@ -117,10 +118,15 @@ def _around(scene: Scene, building: Building, plans: np.ndarray) -> list[Corrido
     """A corridor for every row (s, PLANS) of a seed and its neighbours, CALL rows at a time."""
     points, errors = building.waiting, building.corridors.tube.errors
     arrays = scene.arrays
+    shared = by_bin(scene, errors)
 
     def call(rows):
         some = plans[rows]
         path = points.path[some].astype(np.float32)
+        if shared is not None:
+            allowed = shared._replace(bins=points.bin[some])
+            with x64():
+                return jax.device_get(choose_by_bin(arrays, path, allowed))
         allowed = jax.tree.map(np.float32, at(errors, points.bin[some]))
         with x64():
             return jax.device_get(choose_batch(arrays, path, allowed))

@@ -33,7 +33,47 @@ class Choice(NamedTuple):
     kept: jax.Array
 
 
-def choose(scene, paths, errors: ErrorSet) -> Choice:
+class EachPlan(NamedTuple):
+    """What the errors of each plan's bin take. errors (PLANS, T, n_points)."""
+
+    errors: ErrorSet
+
+    def of_seed(self) -> ErrorSet:
+        """The errors of the first plan, (T, n_points)."""
+        return at(self.errors, 0)
+
+    def lost(self, number, point, back, _):
+        """(T, d + 1) how far the errors of a plan reach along `back`, axes of directions."""
+        allowed = at(self.errors, number)
+        return at(allowed, np.s_[:, point, None]).support_by_axis(back)
+
+
+class ByBin(NamedTuple):
+    """The same of errors between fitted faces, looked up for the directions of the table.
+
+    errors (n_bins, T, n_points). bins (PLANS,). lost_along (n_bins, n_points, T, u): along minus
+    each of u directions; which (o, d): the table's directions among them.
+    """
+
+    errors: ErrorSet
+    bins: jax.Array
+    lost_along: jax.Array
+    which: jax.Array
+
+    def of_seed(self) -> ErrorSet:
+        """The errors of the first plan, (T, n_points)."""
+        return at(self.errors, self.bins[0])
+
+    def lost(self, number, point, back, which):
+        """(T, d + 1) as of `EachPlan`; which (d,): the directions but the last."""
+        bin = self.bins[number]
+        known = self.lost_along[bin, point][:, which]
+        last = tuple(x[:, -1] for x in back)
+        own = at(self.errors, (bin, slice(None), point)).support_by_axis(last)
+        return jnp.concatenate([known, own[:, None]], axis=1)
+
+
+def choose(scene, paths, errors: ErrorSet | ByBin) -> Choice:
     """One seed and its neighbours: paths (PLANS, T + 1, n_c), the seed first, errors (PLANS, T,
     n_points) of their bins. Kernel.
 
@@ -41,9 +81,12 @@ def choose(scene, paths, errors: ErrorSet) -> Choice:
     """
     paths, errors, scene = jax.tree.map(_rough, (paths, errors, scene))
     obstacles, table = scene.obstacles, scene.directions
-    _, nearest = obstacles.gaps(paths[0], at(errors, 0))
-    places = by_point(paths, jax.tree.leaves(errors)[0].shape[2])
-    masks = jax.vmap(_separation_masks, in_axes=(0, 0, 0, 0, 0, 0, None, None, None))(
+    allowed = errors if isinstance(errors, ByBin) else EachPlan(errors)
+    _, nearest = obstacles.gaps(paths[0], allowed.of_seed())
+    places = by_point(paths, jax.tree.leaves(allowed.errors)[0].shape[2])
+    # of a table that is not shared nothing is looked up
+    which = allowed.which if isinstance(allowed, ByBin) else jnp.zeros(len(table.w), int)
+    masks = jax.vmap(_separation_masks, in_axes=(0, 0, 0, 0, 0, 0, None, None, None, 0))(
         nearest,
         obstacles.support(nearest),
         jnp.asarray(obstacles.points),
@@ -52,13 +95,14 @@ def choose(scene, paths, errors: ErrorSet) -> Choice:
         table.support,
         scene.slack,
         places,
-        errors,
+        allowed,
+        which,
     )
     items = masks.reshape(-1, masks.shape[2])
-    allowed = _count(items & jnp.uint64(1)) > 0
-    choice = jnp.argmax(jnp.where(allowed, _count(items), -1), axis=1)
+    with_seed = _count(items & jnp.uint64(1)) > 0
+    choice = jnp.argmax(jnp.where(with_seed, _count(items), -1), axis=1)
     for _ in range(SWEEPS):
-        choice = _sweep(choice, allowed, items)
+        choice = _sweep(choice, with_seed, items)
     inside = jax.lax.reduce_and(_of_choice(choice, items), (0,))
     valid = (items & inside == inside).reshape(masks.shape)
     runs = jax.vmap(_fewest_runs)(valid)
@@ -69,6 +113,7 @@ def choose(scene, paths, errors: ErrorSet) -> Choice:
 
 
 choose_batch = jax.jit(jax.vmap(choose, in_axes=(None, 0, 0)))  # of many seeds
+choose_by_bin = jax.jit(jax.vmap(choose, in_axes=(None, 0, ByBin(None, 0, None, None))))
 
 
 def _rough(x):
@@ -77,13 +122,14 @@ def _rough(x):
 
 
 def _separation_masks(
-    nearest, own_support, points, active, w, support, slack, places, errors: ErrorSet
+    nearest, own_support, points, active, w, support, slack, places, allowed, which
 ):
     """Which plans each direction separates from one obstacle, as the bits of masks (T, d + 1), the
     seed's own direction last. An absent obstacle is separated by anything.
 
     nearest (T, n_p), own_support (T,): the seed's own. w (d, n_p), support (d,): of the table.
-    points (i,): which have to be clear. places (PLANS, T + 1, n_points, n_p).
+    points (i,): which have to be clear. places (PLANS, T + 1, n_points, n_p). allowed: what errors
+    take, which: where the table's directions are known to it.
     """
     w, support = _with_own(w, nearest), _with_own(support, own_support)
     support = support + slack * jnp.abs(w).sum(axis=2)
@@ -93,13 +139,12 @@ def _separation_masks(
 
     def with_plan(number, masks):
         place = places[number]
-        allowed = at(errors, number)
         separated = jnp.ones(support.shape, bool)
         for point in points:
             at_knots = place[:, point, :, None]
             start = sum(x * at_knots[:-1, c] for c, x in enumerate(axes))
             end = sum(x * at_knots[1:, c] for c, x in enumerate(axes))
-            lost = at(allowed, np.s_[:, point, None]).support_by_axis(back)
+            lost = allowed.lost(number, point, back, which)
             separated &= jnp.minimum(start, end) > support + lost
         held = separated | ~active[:, None]
         bit = jnp.uint64(1) << number.astype(jnp.uint64)

@@ -11,9 +11,10 @@ import jax.numpy as jnp
 import numpy as np
 
 from parc_jax.arrays import in_chunks, on_all_cores, x64
-from parc_jax.claim.error_set import ErrorSet, at
+from parc_jax.claim.error_set import ErrorSet, ErrorTemplate, at
 from parc_jax.claim.tube import Tube
 from parc_jax.cover.corridor import Corridor
+from parc_jax.cover.thresholds import Looked, Thresholds, at_few_knots
 
 SMALLEST = 128  # padded number of corridors; it grows by fours, for few compiled shapes
 KNOTS = 16  # of the quick test: who leaves a corridor mostly does so for long
@@ -35,13 +36,20 @@ class Corridors:
         self.tube = tube
         self.all = tuple(corridors)
         self._knots = np.unique(np.linspace(0, tube.n_steps - 1, KNOTS).astype(int))
+        # of errors between fitted faces thresholds are looked up
+        fitted = isinstance(tube.errors, ErrorTemplate)
+        self._thresholds = Thresholds(tube.errors) if fitted else None
+        self._at_few: list = []
 
     def __len__(self) -> int:
         return len(self.all)
 
     def with_more(self, corridors: Iterable[Corridor]) -> "Corridors":
         """These and some more, which come last."""
-        return Corridors(self.tube, (*self.all, *corridors))
+        more = Corridors(self.tube, (*self.all, *corridors))
+        more._thresholds = self._thresholds
+        more._at_few = self._at_few
+        return more
 
     def kept(self, path, bins) -> np.ndarray:
         """(b, c) bool: which plans keep to which corridors."""
@@ -132,11 +140,27 @@ class Corridors:
         if not len(plan):
             return np.zeros(0, bool)
         at_all = self._stacked.at_all
+        if self._thresholds is not None:
+            return self._kept_by_threshold(path, bins, plan, corridor)
 
         def call(rows):
             i = plan[rows]
             with x64():
                 return np.asarray(_kept_pairs(at_all, path[i], bins[i], corridor[rows]))
+
+        return in_chunks(len(plan), PAIRS, call)
+
+    def _kept_by_threshold(self, path, bins, plan, corridor) -> np.ndarray:
+        """The same with thresholds that are looked up."""
+        row, table = self._thresholds.of(self.all, corridor, bins[plan])
+        with x64():
+            looked = Looked(self._stacked.at_all.w, self._stacked.at_all.points, jnp.asarray(table))
+
+        def call(rows):
+            with x64():
+                return np.asarray(
+                    _kept_by_threshold(looked, path[plan[rows]], row[rows], corridor[rows])
+                )
 
         return in_chunks(len(plan), PAIRS, call)
 
@@ -156,9 +180,18 @@ class Corridors:
         w = np.moveaxis(w, 3, 1)
         at_all = _Conditions(w, support, self.all[0].points, self.tube.errors)
         some = [x[..., self._knots].astype(np.float32) for x in (w, support)]
-        errors = jax.tree.map(self._few_knots, self.tube.errors)
+        at_few = _Conditions(*some, at_all.points, self._errors_at_few())
+        if self._thresholds is not None:
+            new = self.all[len(self._at_few) :]
+            self._at_few += at_few_knots(self.tube.errors, list(new), self._knots)
+            own = np.stack([self._at_few[i % len(self)] for i in range(size)])
+            at_all = at_all._replace(errors=None)
+            at_few = Looked(some[0], at_all.points, own)
         with x64():
-            return jax.device_put(_Stacked(at_all, _Conditions(*some, at_all.points, errors)))
+            return jax.device_put(_Stacked(at_all, at_few))
+
+    def _errors_at_few(self) -> ErrorSet:
+        return jax.tree.map(self._few_knots, self.tube.errors)
 
 
 class _Conditions(NamedTuple):
@@ -194,7 +227,7 @@ class _Stacked(NamedTuple):
     """Conditions at all intervals, in float64, and at a few, in float32."""
 
     at_all: _Conditions
-    at_few: _Conditions
+    at_few: _Conditions | Looked
 
 
 def _padded(rows: np.ndarray, size: int) -> np.ndarray:
@@ -207,16 +240,26 @@ def keeps(conditions: _Conditions, path, bin, corridor):
     return conditions.met(bin, corridor, path[:-1], path[1:])
 
 
-def keeps_knots(conditions: _Conditions, path, bin, corridor):
+def keeps_knots(conditions: _Conditions | Looked, path, bin, corridor):
     """The same at the beginning of some intervals only: path (t, n_c), and their conditions.
     Kernel.
     """
+    if isinstance(conditions, Looked):
+        return conditions.met(conditions.threshold[corridor, bin], corridor, path)
     return conditions.met(bin, corridor, path)
 
 
 @jax.jit
 def _kept_pairs(conditions, path, bins, of):
     return jax.vmap(keeps, in_axes=(None, 0, 0, 0))(conditions, path, bins, of)
+
+
+@jax.jit
+def _kept_by_threshold(conditions: Looked, path, row, of):
+    def one(path, row, corridor):
+        return conditions.met(conditions.threshold[row], corridor, path[:-1], path[1:])
+
+    return jax.vmap(one)(path, row, of)
 
 
 @jax.jit

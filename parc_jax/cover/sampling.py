@@ -210,8 +210,11 @@ def points(p0: np.ndarray, k: np.ndarray, e: Verdicts) -> Points:
 
 
 def joined(parts: list[Points]) -> Points:
-    """All points of several batches, in order."""
-    return Points(*(np.concatenate(fields) for fields in zip(*parts, strict=True)))
+    """All points of several batches, in order; paths are large, and not copied without need."""
+    some = [part for part in parts if len(part.k)] or parts[:1]
+    if len(some) == 1:
+        return some[0]
+    return Points(*(np.concatenate(fields) for fields in zip(*some, strict=True)))
 
 
 def cell_of(pattern: np.ndarray, bins: np.ndarray) -> np.ndarray:

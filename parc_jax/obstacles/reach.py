@@ -6,17 +6,16 @@ and interval arithmetic over small boxes of K bounds all other places against th
 is as wide as rounding may make it: `Scene.slack` covers every sum of the network's outputs.
 """
 
-import weakref
 from typing import NamedTuple
 
 import numpy as np
 
+from parc_jax.arrays import remembered
 from parc_jax.network.predict import Layout
 from parc_jax.network.relu import ReLUNetwork
 from parc_jax.sets.box import Box
 
 BOXES = 1024  # about so many boxes of K, alike along all axes
-_KNOWN: dict[tuple, tuple] = {}  # a few networks' ways, while the networks live
 
 
 class Ways(NamedTuple):
@@ -31,16 +30,11 @@ def ways_of(net: ReLUNetwork, layout: Layout, domain: Box) -> Ways:
     """Bounds on the ways of all plans with k in the domain, up to the rounding of the network.
     Those of a network that lives are remembered.
     """
-    name = (id(net.weights), layout, domain.lo.tobytes(), domain.hi.tobytes())
-    if name in _KNOWN and all(
-        seen() is array for seen, array in zip(_KNOWN[name][0], net.weights, strict=True)
-    ):
-        return _KNOWN[name][1]
-    found = _ways(net, layout, domain)
-    for stale in [n for n, (seen, _) in _KNOWN.items() if any(s() is None for s in seen)]:
-        del _KNOWN[stale]
-    _KNOWN[name] = (tuple(weakref.ref(array) for array in net.weights), found)
-    return found
+    arrays = (*net.weights, *net.biases, domain.lo, domain.hi)
+    name = ("ways", layout, *(id(x) for x in arrays))
+    owner = net.weights[-1]
+    others = [x for x in arrays if x is not owner]  # kept, so that no other takes their place
+    return remembered(owner, name, lambda: (_ways(net, layout, domain), others))[0]
 
 
 def _ways(net: ReLUNetwork, layout: Layout, domain: Box) -> Ways:

@@ -5,7 +5,7 @@ from collections.abc import Sequence
 import numpy as np
 from flax import struct
 
-from parc_jax.arrays import as_float64
+from parc_jax.arrays import as_float64, remembered
 from parc_jax.body import Body
 from parc_jax.claim.error_set import ErrorBox, at
 from parc_jax.errors import InputError
@@ -250,5 +250,13 @@ def float_slack(model, size):
     slack = 4 * bound.error.max() + 64 * UNIT * (4 * bound.magnitude.max() + size + widest)
     if isinstance(model.tube.errors, ErrorBox) or not claimed.any():
         return slack
-    terms = [at(e, claimed).largest.max() for e in (model.tube.errors, model.tube.final_errors)]
-    return slack + 8192 * UNIT * max(terms)
+    parts = model.tube.templates
+    half = parts.interval.half, parts.final.half  # what is remembered is about both
+    terms = remembered(half[0], ("terms", id(half[1])), lambda: (_terms(model.tube), half[1]))
+    return slack + 8192 * UNIT * terms[0]
+
+
+def _terms(tube) -> float:
+    """Largest sum of the terms of a support between the faces of a tube."""
+    sets = (tube.errors, tube.final_errors)
+    return max(float(at(e, tube.claimed).largest.max()) for e in sets)

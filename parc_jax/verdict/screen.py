@@ -14,13 +14,15 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
-from parc_jax.arrays import dot, map_rows
-from parc_jax.claim.error_set import ErrorSet, at
+from parc_jax.arrays import dot, map_rows, remembered, x64
+from parc_jax.claim.error_set import ErrorBox, ErrorSet, at
+from parc_jax.claim.tube import Tube
 from parc_jax.model import TrajectoryModel
 from parc_jax.network.predict import by_point, moved_to, predict
 from parc_jax.network.relu import ReLUNetwork
 from parc_jax.obstacles.grown import GrownObstacles
 from parc_jax.obstacles.pairs import Pairs
+from parc_jax.verdict.facets import Facets, facets_of
 from parc_jax.verdict.pointwise import arrival, prediction
 from parc_jax.verdict.scene import Scene
 
@@ -31,7 +33,7 @@ KNOTS = {GrownObstacles: 12, Pairs: 3}
 ITEMS = 2048  # open obstacle-interval pairs per compiled call
 
 
-def knot_test(few: ReLUNetwork, knots, tube, scene: Scene, z, k):
+def knot_test(few: ReLUNetwork, knots, tube, scene: Scene, z, k, facets: Facets | None = None):
     """Does the plan with k (n_k,) and predicted end z (n_p,) reach; does it, and is outside of
     everything? Kernel.
 
@@ -44,8 +46,17 @@ def knot_test(few: ReLUNetwork, knots, tube, scene: Scene, z, k):
     reaches = (goal >= 0) & (start >= 0) & (bin >= 0)
     # the interval that a knot begins
     at = jnp.minimum(jnp.concatenate([jnp.zeros(1, int), knots]), tube.n_steps - 1)
-    touching = scene.obstacles.touching(path, tube.during(bin, at))
+    if facets is None or facets.inside is None:
+        touching = scene.obstacles.touching(path, tube.during(bin, at))
+    else:  # one error of each set will do
+        off = facets.inside[bin, at].reshape(path.shape)
+        touching = scene.obstacles.touching(path + off, no_errors(tube, len(path)))
     return reaches, reaches & ~(touching & scene.obstacles.active[:, at]).any()
+
+
+def no_errors(tube, n: int) -> ErrorBox:
+    """None at all, at n places of all points."""
+    return ErrorBox(jnp.zeros((n, tube.n_points, tube.n_p)))
 
 
 class FacetTest(NamedTuple):
@@ -64,28 +75,35 @@ class FacetTest(NamedTuple):
     open: np.ndarray
 
 
-def facet_test(net, tube, scene: Scene, z, k) -> FacetTest:
+def facet_test(net, tube, scene: Scene, z, k, facets: Facets | None = None) -> FacetTest:
     """Facets and the plan with k (n_k,) whose predicted end is z (n_p,). Kernel."""
     offsets, _, _ = predict(net, tube.layout, k)
     p0 = z - offsets[-1, : len(z)]
     seen = prediction(net, tube, scene, p0, k)
-    places = by_point(seen.path, tube.n_points)
-    errors = tube.during(seen.bin)
     table = scene.directions
     n_facets = table.n_facets
-    gap = jax.vmap(_facet_gap, in_axes=(None, None, 0, 0, 0, None))(
-        places,
-        errors,
-        jnp.asarray(scene.obstacles.points),
-        table.w[:, :n_facets],
-        table.support[:, :n_facets],
-        scene.slack,
-    )
+    if facets is None:
+        places = by_point(seen.path, tube.n_points)
+        gap = jax.vmap(_facet_gap, in_axes=(None, None, 0, 0, 0, None))(
+            places,
+            tube.during(seen.bin),
+            jnp.asarray(scene.obstacles.points),
+            table.w[:, :n_facets],
+            table.support[:, :n_facets],
+            scene.slack,
+        )
+    else:
+        gap = facets.gap(seen.path, tube, seen.bin, table.support[:, :n_facets], scene.slack)
     gap = jnp.where(scene.obstacles.active, gap, jnp.inf)
     o, t = jnp.unravel_index(jnp.argmin(gap), gap.shape)
-    touching = ~(gap[o, t] > 0) & ~_separated(
-        tube, scene, seen.path[t], seen.path[t + 1], seen.bin, o, t
-    )
+    knots = seen.path[t], seen.path[t + 1]
+    if facets is None or facets.inside is None:
+        touching = ~_separated(tube, scene, *knots, seen.bin, o, t)
+    else:
+        off = facets.inside[seen.bin, t].ravel()
+        gap_there, _ = scene.obstacles.gap(o, *(p + off for p in knots), at(no_errors(tube, 1), 0))
+        touching = gap_there < 0
+    touching &= ~(gap[o, t] > 0)
     return FacetTest(p0, seen.path, seen.pattern, seen.bin, seen.reaches & ~touching, ~(gap > 0))
 
 
@@ -123,9 +141,22 @@ def _separated(tube, scene: Scene, start, end, bin, o, t):
     return gap - scene.slack * jnp.abs(w).sum() > 0
 
 
-_knot_tests = jax.jit(jax.vmap(knot_test, in_axes=(None, None, None, None, 0, 0)))
-_facet_tests = jax.jit(jax.vmap(facet_test, in_axes=(None, None, None, 0, 0)))
+_knot_tests = jax.jit(jax.vmap(knot_test, in_axes=(None, None, None, None, 0, 0, None)))
+_facet_tests = jax.jit(jax.vmap(facet_test, in_axes=(None, None, None, 0, 0, None)))
 _separated_items = jax.jit(jax.vmap(_separated, in_axes=(None, None, 0, 0, 0, 0, 0)))
+
+
+def on_device(tube: Tube) -> Tube:
+    """The tube where kernels find it. Sets between faces are large, and moved there once."""
+    if tube.templates is None:
+        return tube
+
+    def move():
+        with x64():
+            return jax.device_put(tube), tube.edges
+
+    name = ("on the device", id(tube.edges))
+    return remembered(tube.templates.interval.half, name, move)[0]
 
 
 class Screened(NamedTuple):
@@ -145,13 +176,16 @@ class Screened(NamedTuple):
 
 def screen(model: TrajectoryModel, scene: Scene, z, k) -> Screened:
     """Which of the plans with predicted ends z (b, n_p) and parameters k (b, n_k) are safe."""
-    net, tube, arrays = model.net, model.tube, scene.arrays
+    net, tube, arrays = model.net, on_device(model.tube), scene.arrays
     few, knots = _few_outputs(model, KNOTS[type(scene.obstacles)])
+    facets = facets_of(model.tube, scene)
     reaches, outside = map_rows(
-        KNOT_CHUNK, lambda z, k: _knot_tests(few, knots, tube, arrays, z, k), z, k
+        KNOT_CHUNK, lambda z, k: _knot_tests(few, knots, tube, arrays, z, k, facets), z, k
     )
     row = np.flatnonzero(outside)
-    seen = map_rows(CHUNK, lambda z, k: _facet_tests(net, tube, arrays, z, k), z[row], k[row])
+    seen = map_rows(
+        CHUNK, lambda z, k: _facet_tests(net, tube, arrays, z, k, facets), z[row], k[row]
+    )
     row = row[seen.possible]
     seen = FacetTest(*(field[seen.possible] for field in seen))
     plan, o, t = np.nonzero(seen.open)

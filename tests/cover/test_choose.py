@@ -41,7 +41,8 @@ def test_masks_say_which_plans_a_direction_separates(rng):
             table.support[0],
             scene.slack,
             places[:, :, None],
-            errors,
+            choosing.EachPlan(errors),
+            0,
         )
     masks = np.asarray(masks)
     for t, d, b in zip(

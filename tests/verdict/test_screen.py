@@ -83,7 +83,7 @@ def test_the_test_at_a_few_knots_loses_no_safe_plan_and_most_of_the_others(body,
     z, k = proposals(model, scene, rng, 4000)
     few, knots = screening._few_outputs(model, 12)
     with x64():
-        reaches, outside = screening._knot_tests(few, knots, model.tube, scene.arrays, z, k)
+        reaches, outside = screening._knot_tests(few, knots, model.tube, scene.arrays, z, k, None)
     p0, expected = anchor(model, scene, z, k)
     e = verdicts(model, scene, p0, k)
     np.testing.assert_array_equal(reaches, expected)
@@ -111,7 +111,7 @@ def test_a_test_that_sees_contact_too_early_is_caught(rng, monkeypatch):
     monkeypatch.setattr(
         screening,
         "_knot_tests",
-        jax.jit(jax.vmap(screening.knot_test, (None, None, None, None, 0, 0))),
+        jax.jit(jax.vmap(screening.knot_test, (None, None, None, None, 0, 0, None))),
     )
     quick, exact = both(model, scene, *proposals(model, scene, rng, 3 * CHUNK))
     assert len(np.setdiff1d(exact, quick)) > 0

@@ -1,0 +1,69 @@
+"""Thresholds of corridors that are looked up: those of the corridor itself, in every bin."""
+
+import numpy as np
+from toy_bodies import points_model, points_problem
+
+from parc_jax.cover.corridor import Corridor
+from parc_jax.cover.corridors import Corridors
+from parc_jax.cover.thresholds import Thresholds, at_few_knots, by_bin
+from parc_jax.verdict.scene import scene_of
+
+
+def drawn(rng, scene, n: int) -> list[Corridor]:
+    """Corridors of directions drawn from the table, and one that is in no table."""
+    table, active = scene.directions, scene.obstacles.active
+    o = np.arange(len(active))[:, None]
+    none = np.zeros(0)
+    out = []
+    for _ in range(n):
+        d = rng.integers(0, table.w.shape[1], active.shape)
+        w = table.w[o, d].copy()
+        w[0, 0] = rng.normal(size=2)
+        support = np.where(active, table.support[o, d] - 2.0, -np.inf)
+        out.append(Corridor(w, support, None, scene.obstacles.points, none, none))
+    return out
+
+
+def test_they_are_those_of_the_corridor_and_plans_keep_to_it_as_by_hand():
+    rng = np.random.default_rng(3)
+    model = points_model(rng, m=3, bins=(3, 1), size=0.05, fitted=True)
+    scene = scene_of(points_problem(rng, model), model)
+    tube, chosen = model.tube, drawn(rng, scene, 5)
+    table = Thresholds(tube.errors)
+    for _ in range(2):  # the second time they are known
+        corridor, bins = rng.integers(0, 5, 40), rng.integers(0, 3, 40)
+        row, found = table.of(tuple(chosen), corridor, bins)
+        for c, b, r in zip(corridor, bins, row, strict=True):
+            exact = chosen[c].threshold(tube.during(int(b)))
+            np.testing.assert_allclose(found[r], exact, rtol=0, atol=1e-12)
+    knots = np.array([0, 2])
+    for c, few in zip(chosen, at_few_knots(tube.errors, chosen, knots), strict=True):
+        exact = np.stack([c.threshold(tube.during(b))[:, knots] for b in range(3)])
+        np.testing.assert_allclose(few, exact, rtol=1e-5, atol=1e-5)
+    path = rng.normal(size=(200, model.time.n_steps + 1, model.n_c)) * 0.3
+    bins = rng.integers(0, 3, 200)
+    corridors = Corridors(tube, chosen[:2]).with_more(chosen[2:])
+    kept = corridors.kept(path, bins)
+    for c, one in enumerate(chosen):
+        for b in range(3):
+            mine = path[bins == b].reshape(-1, model.time.n_steps + 1, model.n_points, 2)
+            near = mine[:, :, one.points]  # (b, T + 1, o, i, 2)
+            along = np.stack(
+                [np.einsum("btoip,otp->boti", near[:, s], one.w) for s in (np.s_[:-1], np.s_[1:])]
+            )
+            clear = (along.min(axis=0) > one.threshold(tube.during(b))).all(axis=(1, 2, 3))
+            np.testing.assert_array_equal(kept[bins == b, c], clear)
+    assert 0 < kept.mean() < 1
+
+
+def test_what_errors_take_along_the_table_is_known_in_all_bins():
+    rng = np.random.default_rng(4)
+    model = points_model(rng, m=3, bins=(2, 1), size=0.05, fitted=True)
+    scene = scene_of(points_problem(rng, model), model)
+    shared = by_bin(scene, model.tube.errors)
+    for o, d in ((0, 3), (1, 20), (2, 47)):
+        w = scene.directions.w[o, d]
+        exact = model.tube.errors.support(-np.broadcast_to(w, (2, 4, 3, 2)))
+        found = np.asarray(shared.lost_along)[..., shared.which[o, d]].transpose(0, 2, 1)
+        np.testing.assert_allclose(found, exact, rtol=1e-5, atol=1e-6)
+    assert by_bin(scene, points_model(rng, m=3).tube.errors) is None

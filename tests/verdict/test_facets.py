@@ -1,0 +1,71 @@
+"""Facets that obstacles share: the gaps are those of the inequality, pair by pair."""
+
+import jax
+import numpy as np
+import pytest
+from toy_bodies import points_model, points_problem
+
+from parc_jax.arrays import x64
+from parc_jax.claim.error_set import at
+from parc_jax.network.predict import by_point
+from parc_jax.verdict.facets import facets_of
+from parc_jax.verdict.pointwise import anchor, verdicts
+from parc_jax.verdict.scene import scene_of
+from parc_jax.verdict.screen import screen
+
+
+def case(fitted: bool, n_p: int = 2):
+    rng = np.random.default_rng([n_p, fitted])
+    model = points_model(rng, n_p=n_p, m=4, size=0.05, fitted=fitted)
+    problem = points_problem(rng, model, 3)
+    return model, problem, scene_of(problem, model), rng
+
+
+@pytest.mark.parametrize("n_p", [2, 3])
+@pytest.mark.parametrize("fitted", [False, True])
+def test_gaps_are_those_of_the_inequality(fitted, n_p):
+    model, _, scene, rng = case(fitted, n_p)
+    table, tube = scene.directions, model.tube
+    facets = facets_of(tube, scene)
+    assert len(facets.w) < table.n_facets * len(table.multipliers)  # boxes share their normals
+    path = rng.normal(size=(model.time.n_steps + 1, model.n_c))
+    slack = 1e-3
+    for bin in range(tube.n_bins):
+        with x64():
+            support = table.support[:, : table.n_facets]
+            found = jax.jit(lambda p, b, s=support: facets.gap(p, tube, b, s, slack))(path, bin)
+        places, errors = by_point(path, model.n_points), tube.during(bin)
+        for o in range(len(table.multipliers)):
+            best = np.full(model.time.n_steps, -np.inf)
+            for d in range(table.n_facets):
+                w = table.w[o, d]
+                room = np.full(model.time.n_steps, np.inf)
+                for i in np.unique(scene.obstacles.points[o]):
+                    along = places[:, i] @ w
+                    lost = at(errors, np.s_[:, i]).support(-w[None])
+                    room = np.minimum(room, np.minimum(along[:-1], along[1:]) - lost)
+                best = np.maximum(best, room - table.support[o, d] - slack * np.abs(w).sum())
+            np.testing.assert_allclose(found[o], best, rtol=0, atol=1e-12)
+
+
+@pytest.mark.parametrize("fitted", [False, True])
+def test_an_error_that_every_bin_allows(fitted):
+    model, _, scene, rng = case(fitted)
+    inside = facets_of(model.tube, scene).inside
+    assert (inside is None) == (not fitted)
+    if fitted:
+        for w in rng.normal(size=(20, 2)):
+            reach = model.tube.errors.support(np.broadcast_to(w, inside.shape))
+            assert (np.asarray(inside) @ w <= reach + 1e-12).all()
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("fitted", [False, True])
+def test_the_screen_of_bodies_gives_the_verdicts_of_the_exact_test(fitted):
+    model, _, scene, rng = case(fitted)
+    z = rng.uniform(scene.z_lo, scene.z_hi, (1500, 2))
+    k = rng.uniform(-1, 1, (1500, 2))
+    p0, _ = anchor(model, scene, z, k)
+    exact = np.flatnonzero(verdicts(model, scene, p0, k).safe)
+    assert 0 < len(exact) < 1500
+    np.testing.assert_array_equal(screen(model, scene, z, k).row, exact)
