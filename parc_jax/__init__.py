@@ -30,6 +30,7 @@ _HOME = {
     "Published": "methods",
     "ReLUNetwork": "network.relu",
     "ReachAvoid": "problem",
+    "Refine": "driven.refine",
     "RegionTable": "pwa",
     "RolloutBatch": "rollout.batch",
     "Settings": "settings",

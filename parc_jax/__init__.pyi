@@ -29,6 +29,7 @@ from parc_jax.claim.validate import validate_choice as validate_choice
 from parc_jax.doubt import Doubt as Doubt
 from parc_jax.driven.choice import Choice as Choice
 from parc_jax.driven.local_model import Local as Local
+from parc_jax.driven.refine import Refine as Refine
 from parc_jax.errors import InputError as InputError
 from parc_jax.errors import SoundnessError as SoundnessError
 from parc_jax.experiment.replay import replay as replay

@@ -14,6 +14,8 @@ from parc_jax.certificate.prove import prove
 from parc_jax.certificate.write import sample_part
 from parc_jax.cover.sampling import generator
 from parc_jax.cover.search import Cover
+from parc_jax.driven.local_model import check_same
+from parc_jax.driven.refine import Refine, Refined, refine
 from parc_jax.errors import InputError, expected
 from parc_jax.keys import Stage, stream
 from parc_jax.methods import MAX_LEAVES, Exact
@@ -127,6 +129,36 @@ class Planner:
         )
         apart = jax.random.fold_in(jax.random.PRNGKey(0), int(Stage.SEARCH))
         return self.solve(problem, apart, cold, at=at)
+
+    def refine(
+        self,
+        problem: ReachAvoid,
+        system,
+        key: jax.Array,
+        asked: Refine | None = None,
+        settings: Settings | None = None,
+        *,
+        say=lambda line: None,
+    ) -> Refined:
+        """Look where the plans of a problem are, or nearly are, with new runs there: a plan, a
+        claim about a small box around it, and everything proved again under it. [T23, T24]
+
+        For scenes that are too narrow for a model of the whole of K, and for plans that are to be
+        driven close to something. Probes by a few runs zoom in on boxes of K until nothing
+        improves; then a local claim is made, one look of the few declared.
+        system: the black box of this model, for new runs. key: its DRIVEN stream is used, which no
+        other call uses. asked: sizes, looks and delta. settings: of the query under the local
+        claim. say: called with a line of progress. Raises InputError.
+        """
+        settings = _checked("refine", problem, settings, Settings.whole())
+        if problem.doubt is not None:
+            raise InputError("refine: expected a problem without doubt; set doubt=None.")
+        check_same(system, self.model)
+        asked = Refine() if asked is None else asked
+        if not isinstance(asked, Refine):
+            raise InputError(expected("refine", "a Refine", asked, "pj.Refine(looks=2)"))
+        require_sound_arithmetic()
+        return refine(self.model, problem, system, key, solve_with, asked, settings, say)
 
     def solve_batch(
         self,

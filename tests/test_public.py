@@ -36,6 +36,7 @@ NAMES = [
     "Published",
     "ReLUNetwork",
     "ReachAvoid",
+    "Refine",
     "RegionTable",
     "RolloutBatch",
     "Settings",

@@ -20,7 +20,7 @@ FOLDERS = ("parc_jax", "sims", "benchmarks", "tests", "docs")
 ALONE = ("README.md", "CONTRIBUTING.md", "pyproject.toml")
 KINDS = (".py", ".pyi", ".md", ".ipynb", ".toml")
 # Written down before the code that will use them. Whoever cites one takes it out here.
-ANNOUNCED = {"T24", "T25"}
+ANNOUNCED = {"T25"}
 
 ITEM = r"[TA]\d{1,2}[a-z]?"
 CITATION = re.compile(rf"\[({ITEM}(?:,\s+{ITEM})*)\]")

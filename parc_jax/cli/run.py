@@ -29,6 +29,7 @@ def run(
     gap: float | None = None,
     samples: int | None = None,
     repeats: int | None = None,
+    driven: bool | None = None,
     budget: float | None = None,
     figures: bool = True,
     quiet: bool = False,
@@ -71,6 +72,8 @@ def run(
             larger effect is refused, and the tube is widened by it.
         samples: Safe plans to return.
         repeats: Runs of each returned plan in the replay.
+        driven: Choose one plan, run it afresh and make a local claim near it, and say what is then
+            known of it. Default: as its study says.
         budget: Most seconds to spend on covering the safe set.
         figures: Draw the figures.
         quiet: No progress bars.
@@ -109,6 +112,7 @@ def run(
         "gap": gap,
         "samples": samples,
         "repeats": repeats,
+        "driven": driven,
         "budget_s": budget,
     }
     if hasattr(module, "job"):

@@ -1,20 +1,27 @@
 """A model of a small box of K: fresh runs on it, a small network, a claim about it alone. [T23]"""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from fractions import Fraction
 
 import jax
+import numpy as np
 
-from parc_jax.claim.pipeline import GAP, BoundSettings, bound_errors
+from parc_jax.claim.claim import ErrorClaim
+from parc_jax.claim.declared import assumed_claim
+from parc_jax.claim.pipeline import GAP, BoundSettings, bound_errors, learn_profiles
 from parc_jax.claim.start_gap import try_starts
+from parc_jax.claim.tube import Tube
 from parc_jax.driven.local_runs import LocalRuns
+from parc_jax.driven.nearly import nearly_safe
 from parc_jax.errors import InputError
 from parc_jax.model import TrajectoryModel, trajectory_model
 from parc_jax.network.parc import fit_affine
 from parc_jax.network.tail import fit_tail
 from parc_jax.network.train import train_report, training_arrays
+from parc_jax.problem import ReachAvoid
 from parc_jax.rollout.batch import RolloutBatch
 from parc_jax.sets.box import Box
+from parc_jax.verdict.scene import scene_of
 
 
 @dataclass(frozen=True)
@@ -62,20 +69,76 @@ def local_model(
     like: a model of the whole of K, for names and grid. key: of this look alone, see `fresh_key`.
     Raises InputError, also for a system that is not the one of `like`.
     """
-    if system.name != like.system and like.system:
-        raise InputError(
-            f"local claim: expected the system of this model, {like.system!r}; got {system.name!r}."
-        )
+    check_same(system, like)
     start = try_starts(system, key, asked.gap)
     runs = LocalRuns(system, key, box, asked.rollouts, quiet)
     train = runs.train()
     return claimed(runs, train, local_network(train, key, asked), like, delta, asked, start)
 
 
-def claimed(
-    runs: LocalRuns, train: RolloutBatch, net, like: TrajectoryModel, delta, asked: Local, start
+def best_claimed(
+    system,
+    like: TrajectoryModel,
+    box: Box,
+    key: jax.Array,
+    delta: Fraction,
+    asked: Local,
+    shapes: tuple[str, ...],
+    problem: ReachAvoid,
 ) -> TrajectoryModel:
-    """The model of a network on the box of its runs, with what the fresh ones support."""
+    """As `local_model`, with the network and the shape of the tube that leave a problem most room,
+    as far as training and shape runs tell; the holdout sees the chosen one alone, so it is one
+    look. [T1]
+    """
+    check_same(system, like)
+    start = try_starts(system, key, asked.gap)
+    runs = LocalRuns(system, key, box, asked.rollouts)
+    train = runs.train()
+    further = list(runs.further(asked.profile_runs))
+    nets = [local_network(train, key, asked)]
+    if not asked.hidden:
+        nets.append(fit_tail(nets[0], train))
+    rng = np.random.default_rng(0)
+    tried = []
+    for net in nets:
+        for shape in shapes:
+            profile = learn_profiles([net], train, further, shape=shape)[0]
+            guess = trajectory_model(
+                net, guessed_claim(net, train, profile), box, like.time, points=like.points
+            )
+            score = nearly_safe(guess, scene_of(problem, guess), rng).score
+            tried.append((score, net, profile))
+    _, net, profile = max(tried, key=lambda one: one[0])
+    return claimed(runs, train, net, like, delta, asked, start, profile)
+
+
+def guessed_claim(net, train: RolloutBatch, profile: Tube) -> ErrorClaim:
+    """A stand-in for a claim, the profile as it is, to compare shapes by; nothing is claimed."""
+    finite = train.select(~train.failed)
+    return replace(assumed_claim(net, finite), tube=profile, evidence={})
+
+
+def check_same(system, like: TrajectoryModel) -> None:
+    """Refuse another system than the model's. Raises InputError."""
+    if like.system and system.name != like.system:
+        raise InputError(
+            f"local claim: expected the system of this model, {like.system!r}; got {system.name!r}."
+        )
+
+
+def claimed(
+    runs: LocalRuns,
+    train: RolloutBatch,
+    net,
+    like: TrajectoryModel,
+    delta,
+    asked: Local,
+    start,
+    profile=None,
+) -> TrajectoryModel:
+    """The model of a network on the box of its runs, with what the fresh ones support. profile:
+    one in hand.
+    """
     bound = BoundSettings(
         eps=asked.eps,
         delta=delta,
@@ -85,7 +148,8 @@ def claimed(
         discard=asked.discard,
         search=0,
     )
-    claim = bound_errors([net], runs, train, bound, start, like.time, key=runs.key)[0][0]
+    own = {"key": runs.key, "profiles": None if profile is None else [profile]}
+    claim = bound_errors([net], runs, train, bound, start, like.time, **own)[0][0]
     return trajectory_model(net, claim, runs.box, like.time, like.system, like.labels, like.points)
 
 

@@ -11,6 +11,7 @@ import jax
 
 from parc_jax.answer import Answer
 from parc_jax.experiment.compare import compare
+from parc_jax.experiment.driven import drive
 from parc_jax.experiment.learn import Learned, final_error, learn
 from parc_jax.experiment.replay import Replay
 from parc_jax.experiment.settings import Study, checked
@@ -88,6 +89,10 @@ def run_study(
     if len(answer.samples):
         with watch("replay"):
             runs = trial(system, model, answer.scene, answer.samples, key, study.repeats, quiet)
+    chosen = None
+    if study.driven and answer.polytopes and answer.doubt is None:
+        with watch("the plan that is driven"):
+            chosen = drive(system, answer, study, key, out, quiet)
     metrics = {
         "system": system.name,
         "seed": seed,
@@ -109,6 +114,7 @@ def run_study(
         "first_sample_cold_s": cold.timings["first_sample_s"],
         "timings": answer.timings,
         "replay": None if runs is None else tally(runs, study.repeats, study.delta),
+        "driven": chosen,
         "comparison": rows,
         "stages": watch.stages,
         "claim": model.claim.to_json(),

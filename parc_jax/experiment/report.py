@@ -57,7 +57,8 @@ def report(outcome: Outcome, study: Study) -> str:
     ]
     if m["replay"] is not None:
         lines += _replayed(m["replay"], study)
-    return "\n".join([*lines, "", outcome.answer.statement(), ""])
+    driven = [] if m.get("driven") is None else [m["driven"]["statement"]]
+    return "\n".join([*lines, "", outcome.answer.statement(), *driven, ""])
 
 
 def _claim_name(row: dict, study: Study) -> str:

@@ -45,6 +45,7 @@ class Study:
     seeds, steps: training. tail: power of the error that the last layer is refitted to, None =
         least squares.
     samples: safe plans to return. repeats: runs of each in the replay, with fresh randomness.
+    driven: choose one plan, run it afresh and make a local claim near it: sentence (D). [T23]
     target, confidence: what may be left uncovered, and how sure. budget_s: [s] most time to cover
         the safe set.
     """
@@ -71,6 +72,7 @@ class Study:
     tail: float | None = None
     samples: int = 100
     repeats: int = 1
+    driven: bool = False
     target: float = 0.01
     confidence: float = 0.99
     budget_s: float = 15.0
