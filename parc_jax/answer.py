@@ -34,6 +34,7 @@ from parc_jax.rollout.files import write_atomic
 from parc_jax.sentences import (
     NOTHING_FOUND,
     about_doubt,
+    about_place,
     about_plans,
     about_pose,
     about_risk,
@@ -187,7 +188,7 @@ class Answer:
 
     def volume(self, confidence: float = 0.99) -> tuple[float, float, float] | None:
         """Volume of the model's safe set: estimate and Clopper-Pearson interval, in units of p0 and
-        k multiplied.
+        k multiplied. Where safe plans are so rare that draws came from a place, of the part in it.
 
         None when nothing was drawn uniformly (the published search). The interval takes the number
         of draws as fixed.
@@ -354,6 +355,10 @@ class Answer:
             return f"{self.no_plan.statement()}\n{about_tube}"
         counts = len(self.samples), len(self.polytopes), len(self.corridors)
         plans = about_plans(*counts, self.proved)
+        within = self._cover.within
+        if within is not None:
+            k_lo, k_hi = (side[-self.model.n_k :] for side in within.box)
+            plans = f"{plans}\n{about_place(k_lo, k_hi)}"
         risk = about_risk(self.risk(), self.density, self.coverage.confidence, claim.delta)
         if self.doubt is not None and self.doubt.sensing_eps:
             risk = f"{risk} {about_sensing(self.risk(), self.doubt.sensing_eps)}"
@@ -375,6 +380,8 @@ class Answer:
             "coverage": self.coverage._asdict(),
             "corridor_coverage": self.corridor_coverage._asdict(),
         }
+        if self._cover.within is not None:
+            meta["within"] = [hex_text(side) for side in self._cover.within]
         if self.doubt is not None:
             meta["doubt"] = self.doubt.to_json()
         if self.scene.at is not None:

@@ -12,6 +12,8 @@ from dataclasses import dataclass
 import jax
 import numpy as np
 
+from parc_jax.cover.place import Place
+from parc_jax.cover.rare import where_around, where_safe
 from parc_jax.cover.sampling import points
 from parc_jax.cover.search import Cover, cover, cover_around, draw_safe_plans
 from parc_jax.cover.stopping import nothing_covered
@@ -24,7 +26,7 @@ from parc_jax.settings import Settings
 from parc_jax.verdict.near import whole_scene
 from parc_jax.verdict.pointwise import verdicts
 from parc_jax.verdict.scene import Scene
-from parc_jax.volume_bounds.no_plan import NoPlan, prove_no_plan
+from parc_jax.volume_bounds.no_plan import PROVED, NoPlan, prove_no_plan
 
 MAX_LEAVES = 20_000  # boxes of a branch and bound; a certificate has a few hundred bytes per box
 
@@ -32,7 +34,8 @@ MAX_LEAVES = 20_000  # boxes of a branch and bound; a certificate has a few hund
 @dataclass(frozen=True)
 class Exact:
     """Plans judged in float64 with a rounding margin, corridors grown around them, polytopes cut
-    from these; branch and bound where no draw was safe. [T14, T15, T27, T30]
+    from these. Where no draw was safe, plans climb to where some are, and else branch and bound
+    decides; draws are made there then. [T14, T15, T24, T27, T30]
     """
 
     def search(
@@ -45,8 +48,34 @@ class Exact:
         settings: Settings,
     ) -> tuple[Cover, NoPlan | None]:
         """Draws from `rng`; `regions` and `key` are not used."""
+        begin = time.perf_counter()
+        found = self._drawn(model, scene, rng, settings)
+        if len(found.points.k):
+            return found, None
+        no_plan = None
+        within = where_safe(model, scene, rng, budget_s=0.0)
+        if within is None and scene.at is None:  # a proof would be about any start
+            no_plan = prove_no_plan(
+                model,
+                whole_scene(scene, model),
+                budget_s=settings.no_plan_budget_s,
+                max_leaves=MAX_LEAVES,
+            )
+            within = _elsewhere(no_plan, model, scene, rng, settings.budget_s)
+        if within is None:
+            return found, no_plan
+        spent = time.perf_counter() - begin
+        rare = self._drawn(model, scene, rng, settings, within)
+        if len(rare.points.k):
+            return rare.later(spent), no_plan
+        if no_plan is None or no_plan.safe_plan is None:
+            return found, no_plan
+        return _around(found, no_plan, model, scene, rng, begin), no_plan
+
+    def _drawn(self, model, scene: Scene, rng, settings: Settings, within=None) -> Cover:
+        """What draws show, from everywhere or within a place."""
         if settings.budget_s > 0:
-            found = cover(
+            return cover(
                 model,
                 scene,
                 rng,
@@ -54,21 +83,10 @@ class Exact:
                 confidence=settings.confidence,
                 budget_s=settings.budget_s,
                 polytopes=settings.polytopes,
+                within=within,
             )
-        else:
-            found = draw_safe_plans(model, scene, rng, settings.n_samples, settings.confidence)
-        if len(found.points.k) or scene.at is not None:  # a proof would be about any start
-            return found, None
-        begin = time.perf_counter()
-        no_plan = prove_no_plan(
-            model,
-            whole_scene(scene, model),
-            budget_s=settings.no_plan_budget_s,
-            max_leaves=MAX_LEAVES,
-        )
-        if no_plan.safe_plan is None:
-            return found, no_plan
-        return _around(found, no_plan, model, scene, rng, begin), no_plan
+        n, confidence = settings.n_samples, settings.confidence
+        return draw_safe_plans(model, scene, rng, n, confidence, within)
 
 
 @dataclass(frozen=True)
@@ -114,6 +132,19 @@ class Published:
             first_sample_s=time.perf_counter() - begin if len(seen.k) else None,
         )
         return found, None
+
+
+def _elsewhere(
+    no_plan: NoPlan, model: TrajectoryModel, scene: Scene, rng, budget_s: float
+) -> Place | None:
+    """Where to draw after branch and bound: around the safe plan that it came across, or where
+    larger populations climb to, for as long as it proved nothing.
+    """
+    if no_plan.safe_plan is not None:
+        return where_around(model, scene, rng, *no_plan.safe_plan)
+    if no_plan.kind == PROVED:
+        return None
+    return where_safe(model, scene, rng, budget_s)
 
 
 def _around(

@@ -170,6 +170,27 @@ VERDICT = (
         ("tests/verdict/test_pointwise.py::test_bins_are_the_tubes_bins_and_boundaries_have_none",),
     ),
     Fault(
+        "places_end_anywhere",
+        "parc_jax/cover/sampling.py",
+        "fits = (b >= 0) & ((z_lo[b] <= z) & (z <= z_hi[b])).all(axis=1)",
+        "fits = b > 0",
+        ("tests/cover/test_rare.py::test_a_set_of_share_1e_10_is_covered_like_any_other",),
+    ),
+    Fault(
+        "a_place_half_as_wide",
+        "parc_jax/cover/place.py",
+        "half = 0.5 * (most - least) * (1 + 2 * ROOM) + LEAST_ROOM",
+        "half = 0.25 * (most - least) * (1 + 2 * ROOM) + LEAST_ROOM",
+        ("tests/cover/test_rare.py::test_a_place_holds_what_it_is_made_around",),
+    ),
+    Fault(
+        "the_volume_of_a_place",
+        "parc_jax/cover/place.py",
+        "return float(2.0 ** len(self.middle) * abs(np.linalg.det(self.axes)))",
+        "return float(abs(np.linalg.det(self.axes)))",
+        ("tests/cover/test_rare.py::test_draws_are_uniform_over_a_place",),
+    ),
+    Fault(
         "goal_not_shrunken",
         "parc_jax/verdict/pointwise.py",
         "scene.goal_b - lost",

@@ -34,7 +34,7 @@ ONBOARD = (
         CODE,
         "if (along > 0 && k[j] == edge[along])",
         "if (0)",
-        (f"{HEADER}::test_a_border_between_bins_is_not_safe",),
+        (f"{HEADER}::test_borders_of_bins_and_starts_outside_are_not_safe",),
     ),
     Fault(
         "header_asks_one_point_of_a_part",
@@ -48,7 +48,7 @@ ONBOARD = (
         CODE,
         "if (!(value <= NAME_start_b[row]))",
         "if (0)",
-        (SAME,),
+        (f"{HEADER}::test_borders_of_bins_and_starts_outside_are_not_safe",),
     ),
     Fault(
         "header_offers_what_it_did_not_test",

@@ -8,6 +8,7 @@ from typing import NamedTuple
 import jax
 import numpy as np
 
+from parc_jax.cover.place import Place
 from parc_jax.model import TrajectoryModel
 from parc_jax.network.predict import outputs
 from parc_jax.verdict.pointwise import Verdicts
@@ -50,7 +51,7 @@ class Draw(NamedTuple):
     ones.
 
     volume: of the set they are uniform over, in units of p0 and k multiplied; it holds every (p0,
-        k) that reaches.
+        k) that reaches, if nothing narrower was asked for.
     """
 
     drawn: int
@@ -59,15 +60,21 @@ class Draw(NamedTuple):
     volume: float
 
 
-def draw(model: TrajectoryModel, scene: Scene, rng: np.random.Generator, n: int) -> Draw:
+def draw(
+    model: TrajectoryModel,
+    scene: Scene,
+    rng: np.random.Generator,
+    n: int,
+    within: Place | None = None,
+) -> Draw:
     """n points (z, k), uniform over bin x (the goal's box less the bin's final error) for all bins
-    of the tube.
+    of the tube; or over a place, of which the plans that end elsewhere do not reach.
 
     z is where the first point ends in the model; p0 = z - c_f(k) follows. Volumes of (z, k) are
     volumes of (p0, k). [T15] Where all plans have one start, k is uniform on K, and volumes are
     those of k.
     """
-    if scene.at is not None:
+    if scene.at is not None and within is None:
         k = rng.uniform(scene.k_lo, scene.k_hi, (n, model.n_k))
         reaching, safe = _safe_ones(model, scene, _ends_from(scene.at, model, k), k)
         return Draw(n, reaching, safe, float(model.domain.volume))
@@ -75,6 +82,8 @@ def draw(model: TrajectoryModel, scene: Scene, rng: np.random.Generator, n: int)
     k_lo, k_hi = np.array([lo for lo, _ in boxes]), np.array([hi for _, hi in boxes])
     least, most = model.tube.end_extent
     z_lo, z_hi = scene.z_lo - least, scene.z_hi - most
+    if within is not None:
+        return _draw_within(model, scene, within, rng, n, z_lo, z_hi)
     with np.errstate(invalid="ignore"):  # a bin without claim has an infinite error: no ends at all
         ends = np.where((z_lo < z_hi).all(axis=1), np.prod(z_hi - z_lo, axis=1), 0.0)
     volume = ends * np.prod(k_hi - k_lo, axis=1)
@@ -85,6 +94,19 @@ def draw(model: TrajectoryModel, scene: Scene, rng: np.random.Generator, n: int)
     k = rng.uniform(k_lo[b], k_hi[b])
     reaching, safe = _safe_ones(model, scene, rng.uniform(z_lo[b], z_hi[b]), k)
     return Draw(n, reaching, safe, whole)
+
+
+def _draw_within(model, scene: Scene, place: Place, rng, n: int, z_lo, z_hi) -> Draw:
+    """n points of a place; z_lo, z_hi (n_bins, n_p) are where a plan of each bin may end."""
+    x = place.draw(rng, n)
+    k = x[:, -model.n_k :]
+    z = x[:, : model.n_p] if scene.at is None else _ends_from(scene.at, model, k)
+    b = model.tube.bin_of(k)
+    fits = (b >= 0) & ((z_lo[b] <= z) & (z <= z_hi[b])).all(axis=1)
+    if not fits.any():
+        return Draw(n, 0, no_points(model), place.volume)
+    reaching, safe = _safe_ones(model, scene, z[fits], k[fits])
+    return Draw(n, reaching, safe, place.volume)
 
 
 class Tally(NamedTuple):
@@ -116,13 +138,20 @@ class Sampler:
     """Fresh draws, one after another, each made by a thread of its own while the search is at work:
     as many plans as a look needs. They depend on nothing but `rng`. Use in a `with` statement.
 
-    tally: counts over all that were taken.
+    within: a place to draw from. tally: counts over all that were taken.
     """
 
-    def __init__(self, model: TrajectoryModel, scene: Scene, rng: np.random.Generator):
+    def __init__(
+        self,
+        model: TrajectoryModel,
+        scene: Scene,
+        rng: np.random.Generator,
+        within: Place | None = None,
+    ):
         self._model = model
         self._scene = scene
         self._rng = rng
+        self._within = within
         self.tally = Tally()
         self._seen: list[Points] = []
         self._thread = ThreadPoolExecutor(1)
@@ -139,7 +168,8 @@ class Sampler:
         drawn, safe = self.tally.drawn, self.tally.safe
         most = LARGEST_DRAW if safe >= SOME else LARGEST_DRAW // 4
         size = int(np.clip(ENOUGH * drawn / max(safe, 1), FIRST_DRAW, most))
-        self._coming = self._thread.submit(draw, self._model, self._scene, self._rng, size)
+        asked = self._model, self._scene, self._rng, size, self._within
+        self._coming = self._thread.submit(draw, *asked)
 
     def take(self) -> Points:
         """The safe plans of the draw that was started, or of one made now."""

@@ -14,6 +14,7 @@ import numpy as np
 
 from parc_jax.cover.build import Building, admit, build, nothing_built
 from parc_jax.cover.corridor import Corridor
+from parc_jax.cover.place import Place
 from parc_jax.cover.polytope import SafePolytope
 from parc_jax.cover.polytopes import Polytopes, cut_around
 from parc_jax.cover.sampling import (
@@ -57,6 +58,8 @@ class Cover(NamedTuple):
     set of that volume.
 
     points: safe ones among them. kept, coverage: what the corridors and what the polytopes cover.
+    within: the place that was drawn from, where safe plans are too rare for draws from all; what is
+        covered, and the volume, are of the safe set in it then.
     corridors: those that were certified to cover enough, corridors_s [s] after the beginning, or
     all where none were; polytopes are cut from later ones too. first_polytope_s: [s] until the
     first corridor, which in its seed's cell is a safe polytope.
@@ -75,6 +78,17 @@ class Cover(NamedTuple):
     first_polytope_s: float | None = None
     corridors_s: float | None = None
     history: Sequence[Progress] = ()
+    within: Place | None = None
+
+    def later(self, seconds: float) -> "Cover":
+        """The same, found so many seconds later."""
+        times = {name: getattr(self, name) for name in _TIMES}
+        moved = {name: None if at is None else at + seconds for name, at in times.items()}
+        history = [p._replace(seconds=p.seconds + seconds) for p in self.history]
+        return self._replace(history=history, **moved)
+
+
+_TIMES = ("first_sample_s", "first_polytope_s", "corridors_s")
 
 
 class Query(NamedTuple):
@@ -129,18 +143,20 @@ def cover(
     confidence: float,
     budget_s: float,
     polytopes: bool = True,
+    within: Place | None = None,
 ) -> Cover:
     """Build and cut until the polytopes leave out at most `target` of the safe set, with
     `confidence`, or the budget ends.
 
     polytopes: False asks that of the corridors, and cuts no polytopes. budget_s: [s] after the
     first pass, so that compiling is not counted; the draw that is under way when it ends decides.
+    within: draw from this place only.
     """
     begin = time.perf_counter()
     for_draws, rng = rng.spawn(2)
     query = Query(model, scene, rng, target, budget_s, polytopes, begin)
     search = _beginning(query, no_points(model), stopping_rule(target, confidence))
-    with Sampler(model, scene, for_draws) as sampler:
+    with Sampler(model, scene, for_draws, within) as sampler:
         while True:
             search = look(query, search, sampler.take())
             if _late(query, search) or search.by_polytopes.satisfied or sampler.tally.hopeless:
@@ -148,7 +164,7 @@ def cover(
             if len(search.building.corridors):  # the first one should come soon, with all cores
                 sampler.start()
             search = extend(query, search)
-    return _found(query, search, sampler)
+    return _found(query, search, sampler)._replace(within=within)
 
 
 def look(query: Query, search: Search, fresh: Points) -> Search:
@@ -241,7 +257,12 @@ def cover_around(
 
 
 def draw_safe_plans(
-    model: TrajectoryModel, scene: Scene, rng: np.random.Generator, n: int, confidence: float
+    model: TrajectoryModel,
+    scene: Scene,
+    rng: np.random.Generator,
+    n: int,
+    confidence: float,
+    within: Place | None = None,
 ) -> Cover:
     """Safe plans alone: draw until n are safe, or until it is hopeless. Nothing is built, nothing
     is covered.
@@ -252,14 +273,14 @@ def draw_safe_plans(
     seen = []
     size = FIRST_DRAW
     while tally.safe < n and not tally.hopeless:
-        one = draw(model, scene, rng, size)
+        one = draw(model, scene, rng, size, within)
         seen.append(one.safe)
         tally = tally.plus(one)
         if tally.safe and first is None:
             first = time.perf_counter() - begin
         size = int(np.clip(1.2 * n * tally.drawn / max(tally.safe, 1), FIRST_DRAW, LARGEST_DRAW))
     none = nothing_covered(confidence)
-    return Cover(*tally, joined(seen), none, none, first_sample_s=first)
+    return Cover(*tally, joined(seen), none, none, first_sample_s=first, within=within)
 
 
 def _beginning(query: Query, points: Points, rule: StoppingRule) -> Search:

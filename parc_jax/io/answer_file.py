@@ -13,6 +13,7 @@ from parc_jax.claim.claim import claim_from_json
 from parc_jax.claim.faces import Faces, faces
 from parc_jax.claim.tube import NO_CLAIM, Tube, fitted_tube, tube
 from parc_jax.cover.corridor import Corridor
+from parc_jax.cover.place import Place
 from parc_jax.cover.polytope import SafePolytope
 from parc_jax.cover.sampling import points
 from parc_jax.cover.search import Cover
@@ -26,7 +27,7 @@ from parc_jax.robust.pose import Pose
 from parc_jax.robust.withstood import withstood_of_json
 from parc_jax.sets.box import box
 from parc_jax.sets.hpolytope import HPolytope, hpolytope
-from parc_jax.spelling import nearest_floats
+from parc_jax.spelling import hex_floats, nearest_floats
 from parc_jax.system import time_grid
 from parc_jax.verdict.near import near_scene
 from parc_jax.verdict.pointwise import verdicts
@@ -82,7 +83,8 @@ def _answer(data: dict, report) -> Answer:
     )
     corridors = [corridor_of(scene, model.tube, part) for part in data.get("corridors", [])]
     tally = counts["drawn"], counts["reaching"], counts["safe"], float(meta["volume_drawn"])
-    cover = Cover(*tally, seen, kept, coverage, corridors, polytopes)
+    within = Place(*map(hex_floats, meta["within"])) if "within" in meta else None
+    cover = Cover(*tally, seen, kept, coverage, corridors, polytopes, within=within)
     no_plan = _no_plan(data["no_plan"], report.no_plan)
     doubt = withstood_of_json(meta.get("doubt"))
     return Answer(

@@ -73,15 +73,19 @@ def test_what_is_not_a_number_is_not_safe(tmp_path):
 
 
 @needs_compiler
-def test_a_border_between_bins_is_not_safe(tmp_path):
+def test_borders_of_bins_and_starts_outside_are_not_safe(tmp_path):
     rng = np.random.default_rng(1)
     model = points_model(rng, m=1, bins=(2, 1))
     goal = pj.box([-3.0, -3.0, -9.0], [3.0, 3.0, 9.0])
-    answer = pj.Planner(model).solve(pj.reach_avoid(goal, [], 0.1), jax.random.PRNGKey(0))
+    start = pj.box([-2.5, -2.5], [-1.5, -1.5])
+    problem = pj.reach_avoid(goal, [], 0.1, start)
+    answer = pj.Planner(model).solve(problem, jax.random.PRNGKey(0))
     header = Header(pj.write_c(answer, tmp_path / "bins.h"))
     k = np.array([[0.0, 0.1], [-0.001, 0.1], [0.001, 0.1], [1.0, 0.1], [-1.0, 1.0]])
     p0 = np.full((5, 2), -2.0)
     assert header.are_safe(p0, k).tolist() == [False, True, True, True, True]
+    p0[1:3, 0] = [-1.4, np.nextafter(-2.5, -3)]  # outside of where it may start
+    assert header.are_safe(p0, k).tolist() == [False, False, False, True, True]
 
 
 @needs_compiler

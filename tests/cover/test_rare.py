@@ -1,0 +1,107 @@
+"""Safe sets that uniform draws never hit: a slit between two blocks, known by its width."""
+
+import jax
+import numpy as np
+import pytest
+from toy_models import line_model
+
+import parc_jax as pj
+from parc_jax.cover.place import Place, place_around
+from parc_jax.cover.rare import where_around, where_safe
+from parc_jax.cover.sampling import draw
+from parc_jax.verdict.near import near_scene
+from parc_jax.verdict.pointwise import verdicts
+
+pytestmark = pytest.mark.soundness
+MODEL = line_model(T=8, half=2.0)
+HALF = 1e-4  # [m] of the slit: a share of 3e-10 of all plans is safe
+
+
+def slit(half: float = HALF):
+    """Straight lines from the left of two blocks to their right, through a slit of width 2 half
+    about y = 0.1.
+    """
+    goal = pj.box([0.6, -1.0, -2.0], [1.0, 1.0, 2.0])
+    start = pj.box([-1.6, -0.5], [-1.1, 0.5])
+    blocks = [pj.box([-0.5, 0.1 + half], [0.5, 3.0]), pj.box([-0.5, -3.0], [0.5, 0.1 - half])]
+    return pj.reach_avoid(goal, blocks, 1e-4 * abs(half), start=start)
+
+
+def volume(half: float) -> float:
+    """Of the safe set in a place that was found, from 200,000 draws in it."""
+    scene = near_scene(slit(half), MODEL)
+    rng = np.random.default_rng(1)
+    one = draw(MODEL, scene, rng, 200_000, where_safe(MODEL, scene, rng, 0.0))
+    assert len(one.safe.k) > 5000
+    return one.volume * len(one.safe.k) / one.drawn
+
+
+@pytest.fixture(scope="module")
+def answer():
+    settings = pj.Settings(n_samples=20, target=0.05, budget_s=300, no_plan_budget_s=0)
+    return pj.Planner(MODEL).solve(slit(), jax.random.PRNGKey(0), settings)
+
+
+def test_a_set_of_share_1e_10_is_covered_like_any_other(answer):
+    assert answer.status is pj.Status.PROVED and answer.coverage.at_least >= 0.95
+    assert len(answer.samples) == 20 and answer.volume()[0] < 1e-8
+    assert "Safe plans are rare" in answer.statement() and "nothing is known" in answer.statement()
+    n_p = MODEL.n_p
+    for plan in answer.samples:  # the line y(x) of each stays in the slit, beside the blocks
+        x = np.array([-0.5, 0.5])
+        y = plan[1] + (x - plan[0]) / plan[n_p] * plan[n_p + 1]
+        assert (np.abs(y - 0.1) < HALF).all()
+
+
+def test_what_was_drawn_from_is_in_the_file(answer, tmp_path):
+    again = pj.load_answer(answer.save(tmp_path / "answer.json"))
+    assert again.statement() == answer.statement() and again.volume() == answer.volume()
+
+
+def test_no_part_of_a_thin_set_is_left_out():
+    """Two of its four sides shrink with the slit, so its volume does with the square."""
+    assert volume(1e-3) / volume(1e-5) == pytest.approx(1e4, rel=0.05)
+
+
+def test_samples_alone_are_found_too():
+    fast = pj.Settings.fast()
+    found = pj.Planner(MODEL).solve(slit(), jax.random.PRNGKey(1), fast)
+    assert len(found.samples) == fast.n_samples
+
+
+def test_around_one_plan(answer):
+    scene = near_scene(slit(), MODEL)
+    p0, k = answer.samples[0, :2], answer.samples[0, 2:]
+    rng = np.random.default_rng(2)
+    one = draw(MODEL, scene, rng, 50_000, where_around(MODEL, scene, rng, p0, k))
+    assert len(one.safe.k) > 1000
+    assert verdicts(MODEL, scene, one.safe.p0, one.safe.k).safe.all()
+
+
+def test_where_nothing_is_safe_a_climb_ends():
+    scene = near_scene(slit(-1e-3), MODEL)
+    assert where_safe(MODEL, scene, np.random.default_rng(0), 0.0) is None
+
+
+def test_draws_are_uniform_over_a_place():
+    place = Place(np.array([0.8, 0.0, 1.9, 0.1]), np.diag([0.1, 0.2, 0.05, 0.3]) @ _turn())
+    x = place.draw(np.random.default_rng(0), 200_000)
+    lo, hi = place.box
+    assert ((lo <= x) & (x <= hi)).all()
+    unit = np.linalg.solve(place.axes, (x - place.middle).T).T
+    assert np.abs(unit).max() <= 1 + 1e-9
+    counts = np.histogramdd(unit, bins=2, range=[(-1, 1)] * 4)[0] / len(x)
+    np.testing.assert_allclose(counts, 1 / 16, rtol=0.05)
+    assert place.volume == pytest.approx(16 * 0.1 * 0.2 * 0.05 * 0.3)
+
+
+def test_a_place_holds_what_it_is_made_around(rng):
+    x = rng.normal(size=(50, 4)) @ rng.normal(size=(4, 4))
+    place = place_around(x, np.full(4, -20.0), np.full(4, 20.0))
+    unit = np.linalg.solve(place.axes, (x - place.middle).T)
+    assert np.abs(unit).max() < 1
+
+
+def _turn() -> np.ndarray:
+    turn, _ = np.linalg.qr(np.random.default_rng(4).normal(size=(4, 4)))
+    return turn
