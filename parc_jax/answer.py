@@ -7,6 +7,7 @@ import json
 from collections.abc import Sequence
 from functools import cached_property
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import jax
 import numpy as np
@@ -22,7 +23,6 @@ from parc_jax.cover.sampling import generator
 from parc_jax.cover.search import Cover, Progress
 from parc_jax.cover.stopping import Coverage
 from parc_jax.cover.union import SafeUnion
-from parc_jax.driven.choice import Choice, Solve
 from parc_jax.driven.looks import Looks
 from parc_jax.errors import InputError
 from parc_jax.lp.status import LPStatus
@@ -47,6 +47,9 @@ from parc_jax.status import Status
 from parc_jax.verdict.pointwise import verdicts
 from parc_jax.verdict.scene import Scene
 from parc_jax.volume_bounds.no_plan import PROVED, NoPlan
+
+if TYPE_CHECKING:
+    from parc_jax.driven.choice import Choice, Solve
 
 
 class Answer:
@@ -252,7 +255,7 @@ class Answer:
 
     def choose(
         self, objective="room", key: jax.Array | None = None, *, delta=1e-3, looks: int = 1
-    ) -> Choice:
+    ) -> "Choice":
         """The one plan that is driven: the best for an objective, as in `best`. [T23]
 
         Its `statement()` says what is known of this plan without new runs; `Choice.run` and
@@ -275,6 +278,8 @@ class Answer:
                 f"{looks} looks and delta = {delta}."
             )
         plan, value = self.best(objective, key)
+        from parc_jax.driven.choice import Choice  # it trains: whoever only asks needs no trainer
+
         return Choice(plan, value, self.model, self.scene, self._looks, self.solve)
 
     def safest(self) -> tuple[np.ndarray, float]:
