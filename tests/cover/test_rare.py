@@ -105,3 +105,11 @@ def test_a_place_holds_what_it_is_made_around(rng):
 def _turn() -> np.ndarray:
     turn, _ = np.linalg.qr(np.random.default_rng(4).normal(size=(4, 4)))
     return turn
+
+
+def test_rare_parameters_from_one_start():
+    settings = pj.Settings(n_samples=5, target=0.2, budget_s=300)
+    planner = pj.Planner(MODEL)
+    answer = planner.solve(slit(1e-6), jax.random.PRNGKey(0), settings, at=(-1.2, 0.1))
+    assert answer.status is pj.Status.PROVED and answer.coverage.at_least >= 0.8
+    np.testing.assert_array_equal(answer.samples[:, :2], np.tile([-1.2, 0.1], (5, 1)))

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from toy_models import line_model, model_of, random_network
 
-from parc_jax import checker
+from parc_jax import checker, methods
 from parc_jax.body import Polygon
 from parc_jax.certificate.write import network_part, problem_part, tube_part
 from parc_jax.errors import InputError
@@ -261,7 +261,7 @@ def test_a_search_that_errs_is_caught_by_the_checker(monkeypatch):
     )
 
 
-def test_planner_says_which_of_the_two_is_true(tmp_path):
+def test_planner_says_which_of_the_two_is_true(tmp_path, monkeypatch):
     import jax
 
     model = line_model(e=0.05)
@@ -275,10 +275,13 @@ def test_planner_says_which_of_the_two_is_true(tmp_path):
     report = checker.check_answer(checker.load(answer.save(tmp_path / "answer.json")))
     assert report.no_plan["kind"] == "proved" and report.samples == report.sets == 0
     narrow = Planner(model).solve(walls(0.6001), jax.random.key(0), patient)
-    assert (
-        narrow.found and narrow.polytopes and narrow.status is Status.PROVED
-    )  # no draw was safe, the search found one
-    assert narrow.counts["safe"] == 0 and narrow.no_plan.kind == "undecided"
+    assert narrow.found and narrow.polytopes and narrow.status is Status.PROVED
+    assert narrow.no_plan is None  # no draw was safe, a climb found some
+    with monkeypatch.context() as blind:
+        blind.setattr(methods, "where_safe", lambda *asked, **options: None)
+        narrow = Planner(model).solve(walls(0.6001), jax.random.key(0), patient)
+    assert narrow.found and narrow.polytopes and narrow.status is Status.PROVED
+    assert narrow.no_plan.kind == "undecided"  # the proof that none is there came across one
     report = checker.check_answer(checker.load(narrow.save(tmp_path / "narrow.json")))
     assert report.samples and report.sets and report.no_plan["kind"] == "bracket"
     easy = Planner(model).solve(walls(1.2), jax.random.key(0), patient)
