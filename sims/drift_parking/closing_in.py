@@ -8,7 +8,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from parc_jax.cover.sampling import Points, Tally, draw, joined, near
+from parc_jax.cover.sampling import Points, draw, joined, near
 from parc_jax.cover.search import Cover, cover_around
 from parc_jax.cover.stopping import nothing_covered
 from parc_jax.model import TrajectoryModel
@@ -37,7 +37,7 @@ class ClosingIn:
     ) -> tuple[Cover, None]:
         """Draws from `rng`; `regions` and `key` are not used."""
         begin = time.perf_counter()
-        tally, seen = first_draw(model, scene_of(self.wider[0], model), rng)
+        seen = draw(model, scene_of(self.wider[0], model), rng, FIRST).safe
         for problem in self.wider[1:]:
             seen = looked_around(model, scene_of(problem, model), rng, seen)
         seen = looked_around(model, scene, rng, seen)
@@ -46,16 +46,19 @@ class ClosingIn:
         found = time.perf_counter() - begin if len(seen.k) else None
         corridors, polytopes = cover_around(model, scene, rng, seen) if len(seen.k) else ((), ())
         none = nothing_covered(settings.confidence)
-        counts = tally._replace(safe=len(seen.k))
-        return Cover(*counts, seen, none, none, corridors, polytopes, first_sample_s=found), None
-
-
-def first_draw(
-    model: TrajectoryModel, scene: Scene, rng: np.random.Generator
-) -> tuple[Tally, Points]:
-    """Plans drawn from the widest scene: what was drawn, and the safe ones."""
-    one = draw(model, scene, rng, FIRST)
-    return Tally().plus(one), one.safe
+        n = len(seen.k)  # of no law: no share and no volume follows from how many they are
+        return Cover(
+            drawn=n,
+            reaching=n,
+            safe=n,
+            volume=float("nan"),
+            points=seen,
+            kept=none,
+            coverage=none,
+            corridors=corridors,
+            polytopes=polytopes,
+            first_sample_s=found,
+        ), None
 
 
 def looked_around(
@@ -82,7 +85,7 @@ def narrowest(
     when there are none even at `wide`.
     """
     at = wide
-    seen = first_draw(model, scene_of(problem_at(at), model), rng)[1]
+    seen = draw(model, scene_of(problem_at(at), model), rng, FIRST).safe
     while len(seen.k):
         closer = looked_around(model, scene_of(problem_at(at - step), model), rng, seen)
         if not len(closer.k):
