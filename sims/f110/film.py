@@ -23,6 +23,7 @@ EVERY = 4  # ticks per frame: 30 frames a second
 VIEW = films.View((5.0, -0.85, 0.0), distance=3.8, elevation=-38.0)
 ENTERS = 2.4  # [m] where the car comes into view, and the film begins
 RED, GREEN = [0.55, 0.1, 0.12, 1], [0.0, 0.62, 0.45, 0.5]
+BLUE = [0.34, 0.62, 0.85, 1]
 
 
 def film(
@@ -58,32 +59,45 @@ def film_of(
     quiet: bool = True,
     size: tuple[int, int] = (1280, 720),
 ) -> Path:
-    """Drive one safe sample of an answer once, in its scene, and write the film. Raises
-    InputError.
+    """Drive one safe sample of an answer once, in its scene, and write the film. On the floor, blue:
+    the tube of every reference point. Raises InputError.
     """
+    from parc_jax.plot.predict import predicted
+
     require_kind(Path(out))
     require_sample(answer, sample)
     films.headless_mujoco()
     plan = answer.samples[sample]
-    return _film(Path(out), answer.problem, plan[:2], plan[2:], 0, size, quiet)
+    path, _, error = predicted(answer.model, plan[None])
+    tube = path[0], error[0]
+    return _film(Path(out), answer.problem, plan[:2], plan[2:], 0, size, quiet, tube)
 
 
 def _film(
-    out: Path, scene: ReachAvoid, start, k, seed: int, size: tuple[int, int], quiet: bool
+    out: Path,
+    scene: ReachAvoid,
+    start,
+    k,
+    seed: int,
+    size: tuple[int, int],
+    quiet: bool,
+    tube: tuple[np.ndarray, np.ndarray] | None = None,
 ) -> Path:
     run = system().run(
         jax.random.PRNGKey(seed)[None], np.array([k], np.float64), origin=start, keep_qpos=True
     )
     first = int(np.argmax(run.qpos[0, :, 0] > ENTERS))
-    images = films.frames(stage(scene), run.qpos[0, first::EVERY], VIEW, size, quiet)
+    images = films.frames(stage(scene, tube), run.qpos[0, first::EVERY], VIEW, size, quiet)
     seconds = (first + EVERY * np.arange(len(images))) * c.TICK
-    legend = [("parked", RED), ("space", GREEN)]
+    legend = [("parked", RED), ("space", GREEN), *([] if tube is None else [("tube", BLUE)])]
     caption = f"f110: one run, line {k[0]:.3g} m, speed {k[1]:.3g} m/s"
     return write_film(out, explained(images, seconds, caption, legend), 1 / (EVERY * c.TICK))
 
 
-def stage(scene: ReachAvoid):
-    """The car's model with the parked cars of a scene and its goal painted on the floor."""
+def stage(scene: ReachAvoid, tube: tuple[np.ndarray, np.ndarray] | None = None):
+    """The car's model with the parked cars of a scene, and its goal painted on the floor, with the
+    tube: predicted path (T + 1, n_c) and half widths (T, n_c) [m].
+    """
     spec = films.headless_mujoco().MjSpec.from_file(str(XML))
     for number, car in enumerate(scene.obstacles):
         around = bounding_box(car)
@@ -91,6 +105,8 @@ def stage(scene: ReachAvoid):
         films.add_car(spec.worldbody, f"parked_{number}", *span, RED, at=middle)
     goal = shadow(scene.goal)
     films.paint(spec, "space", goal.min(axis=0), goal.max(axis=0), GREEN)
+    if tube is not None:
+        films.paint_tube(spec, *tube, BLUE, z=0.001)
     return spec.compile()
 
 

@@ -137,3 +137,15 @@ def test_the_stage_has_the_scene_and_the_same_car():
         at = model.geom(f"parked_{number}_body").pos[:2]
         assert (parked.A @ at < parked.b).all()
     assert mujoco.mj_name2id(model, mujoco.mjtObj.mjOBJ_GEOM, "space") >= 0
+
+
+def test_the_stage_paints_the_tube_of_every_point():
+    from sims.f110.film import stage
+    from sims.f110.scenario import problem
+
+    path, error = np.cumsum(np.full((4, 4), 0.1), axis=0), np.full((3, 4), 0.05)
+    model, bare = stage(problem(), (path, error)), stage(problem())
+    assert model.ngeom == bare.ngeom + 3 * 2
+    last = model.geom("tube_2_1")
+    np.testing.assert_allclose(last.pos[:2] + last.size[:2], path[3, 2:] + 0.05)
+    assert model.body_subtreemass[1] == bare.body_subtreemass[1]
