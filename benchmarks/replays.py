@@ -1,5 +1,5 @@
 """Replay plans drawn from the safe set in the simulator, by the million: `python -m
-benchmarks.replays --n 1000000`.
+benchmarks.replays --model MODEL`.
 
 A plan that fails although its run stayed inside the tube contradicts the proof and ends the program
 with an error.
@@ -16,30 +16,31 @@ from tqdm import tqdm
 
 from parc_jax.cli.cache import keep_compiled
 from parc_jax.cli.systems import black_box_of, build, find
+from parc_jax.errors import InputError
 from parc_jax.experiment.replay import replay
-from parc_jax.io.problem_file import load_problem
+from parc_jax.io.answer_file import load_answer
 from parc_jax.keys import Stage, stream
 from parc_jax.model import load
 from parc_jax.planner import Planner
 from parc_jax.rollout.files import write_atomic
 
-CHUNK = 8192  # plans per step: a few hundred MiB of trajectories at a time
+CHUNK = 4096  # plans per step: a few hundred MiB of trajectories at a time
 
 
 @dataclass(frozen=True)
 class Options:
     """Replays of safe plans."""
 
-    model: Path
-    """A saved model."""
+    model: Path | None = None
+    """A saved model, which is asked about its system's own scene."""
+    answer: Path | None = None
+    """A saved answer in place of it, from whose sets the plans are drawn."""
     system: str = "drift_parking"
     """The system it was learned from."""
     plant: str = "ode"
     """Plant of the simulator."""
     body: str | None = None
     """Body of the robot, as the model's. Default: its study's, or the system's own."""
-    scene: Path | None = None
-    """A scene file, in place of the system's own scene."""
     n: int = 1_000_000
     """Plans to draw and replay."""
     seed: int = 0
@@ -54,12 +55,15 @@ def main(options: Options) -> dict:
     module = find(options.system)
     body = options.body or getattr(getattr(module, "STUDY", None), "body", None)
     system = black_box_of(module, options.plant, body)
-    model, key = load(options.model, system=system.name), jax.random.PRNGKey(options.seed)
-    if options.scene is None:
-        problem = build(module, "problem", body=body)
+    key = jax.random.PRNGKey(options.seed)
+    if (options.model is None) == (options.answer is None):
+        raise InputError("replays: expected a saved model, or else a saved answer.")
+    if options.answer is None:
+        model = load(options.model, system=system.name)
+        answer = Planner(model).solve(build(module, "problem", body=body), key)
     else:
-        problem = load_problem(options.scene, points=model.points)
-    answer = Planner(model).solve(problem, key)
+        answer = load_answer(options.answer)
+        model = answer.model
     counts = dict.fromkeys(
         ("plans", "reached", "touched", "left the tube", "failed inside the tube"), 0
     )

@@ -63,8 +63,11 @@ def build(
     """One batch: corridors around some of the plans that wait. few: a small batch.
 
     Fewer wait afterwards: a seed that no short direction separates is given up, and left uncovered.
+    Where none waits nothing is built.
     """
     points = building.waiting
+    if not len(points.k):
+        return building
     n_seeds = min(CALL if few else SEEDS, len(points.k))
     seeds = rng.choice(len(points.k), n_seeds, replace=False)
     plans = _with_neighbours(points, seeds, rng)

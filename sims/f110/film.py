@@ -59,7 +59,7 @@ def film_of(
     quiet: bool = True,
     size: tuple[int, int] = (1280, 720),
 ) -> Path:
-    """Drive one safe sample of an answer once, in its scene, and write the film. On the floor, blue:
+    """Drive one safe sample of an answer once, in its scene, and write the film. Blue on the floor:
     the tube of every reference point. Raises InputError.
     """
     from parc_jax.plot.predict import predicted

@@ -50,6 +50,12 @@ def test_every_batch_leaves_fewer_plans_and_changes_nothing_before_it(rng):
     assert (np.diff(again.counts[again.order]) <= 0).all()
 
 
+def test_where_no_plan_waits_nothing_is_built(rng):
+    model, problem = toy_case(4)
+    building = nothing_built(model.tube, no_points(model))
+    assert build(scene_of(problem, model), building, rng) is building
+
+
 def test_greedy_takes_the_column_that_adds_most():
     kept = np.array([[1, 0, 1], [1, 0, 0], [1, 1, 0], [0, 1, 0], [0, 0, 1]], bool)
     assert list(greedy(kept)) == [0, 1, 2] and list(greedy(kept, worth=0.5)) == [0]
