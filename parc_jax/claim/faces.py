@@ -96,8 +96,10 @@ def faces(directions, centre, half, frames: bool = False) -> Faces:
 
 
 def short(values, bits: int) -> np.ndarray:
-    """The values rounded to multiples of 2^-bits."""
-    return np.round(np.ldexp(values, bits)) * 2.0**-bits
+    """The values rounded to multiples of 2^-bits; none is a negative zero, which a fraction cannot
+    spell and so a file would lose, and with it the hash that binds a tube to its claim.
+    """
+    return np.round(np.ldexp(values, bits)) * 2.0**-bits + 0.0
 
 
 def _finite(name: str, value) -> np.ndarray:

@@ -58,6 +58,13 @@ def test_the_reach_is_the_largest_over_the_corners_of_a_box(rng):
     np.testing.assert_allclose(given.reach(size), by_hand, rtol=1e-13)
 
 
+def test_no_number_is_a_negative_zero():
+    """A fraction has none: read back from an answer, the tube would have another hash."""
+    rounded = short(np.array([-1e-9, -0.0, 0.0, -1.0]), DIRECTION_BITS)
+    assert rounded.tolist() == [0.0, 0.0, 0.0, -1.0]
+    assert np.signbit(rounded).tolist() == [False, False, False, True]
+
+
 def test_rows_are_exact_and_short(rng):
     given = random_faces(rng, 2)
     rows = given.rows(1)
