@@ -13,12 +13,14 @@ Definition red (q : Q) : Q :=
   | Zpos d => let r := Qmake (Qnum q / g)%Z d in if Qeq_bool r q then r else q
   | _ => q
   end.
+Definition short := (2 ^ 3000)%Z.
 Definition qadd (a b : Q) : Q :=
   if Z.eqb (Zpos (Qden a)) (Zpos (Qden b)) then Qmake (Qnum a + Qnum b) (Qden a) else
   let m := (Zpos (Qden b) / Zpos (Qden a))%Z in
   if Z.eqb (Zpos (Qden a) * m) (Zpos (Qden b)) then Qmake (Qnum a * m + Qnum b) (Qden b) else
   let m := (Zpos (Qden a) / Zpos (Qden b))%Z in
-  if Z.eqb (Zpos (Qden b) * m) (Zpos (Qden a)) then Qmake (Qnum a + Qnum b * m) (Qden a) else red (a + b).
+  if Z.eqb (Zpos (Qden b) * m) (Zpos (Qden a)) then Qmake (Qnum a + Qnum b * m) (Qden a) else
+  let q := a + b in if Z.leb (Zpos (Qden q)) short then q else red q.
 Definition qmul (a b : Q) : Q := if Z.eqb (Qnum a) 0 then 0 else if Z.eqb (Qnum b) 0 then 0 else a * b.
 Definition qle := Qle_bool.
 Definition qlt a b := negb (Qle_bool b a).

@@ -18,7 +18,7 @@ Proof.
   cbv zeta. set (m := (Zpos db / Zpos da)%Z). set (m' := (Zpos da / Zpos db)%Z). clearbody m m'.
   destruct (Z.eqb_spec (Zpos da * m) (Zpos db)) as [G|G].
   { unfold Qeq, Qplus; simpl Qnum; simpl Qden. rewrite Pos2Z.inj_mul, <- G. ring. }
-  destruct (Z.eqb_spec (Zpos db * m') (Zpos da)) as [K|K]; [|apply red_eq].
+  destruct (Z.eqb_spec (Zpos db * m') (Zpos da)) as [K|K]; [|destruct (Z.leb _ short); [reflexivity|apply red_eq]].
   unfold Qeq, Qplus; simpl Qnum; simpl Qden. rewrite Pos2Z.inj_mul, <- K. ring.
 Qed.
 Lemma R_mul a b : Q2R (qmul a b) = Q2R a * Q2R b.

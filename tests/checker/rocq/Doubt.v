@@ -21,9 +21,11 @@ Definition ends (l : list vec) : list vec :=            (* all points of a line 
   let a := extreme before l in let b := extreme (fun u v => before v u) l in
   if forallb (on_segment a b) l then [a; b] else l.
 Definition zero_between (f : aff) (a b : vec) : option vec :=
-  let s := qdiv (value f a) (qadd (value f a) (- value f b)) in
-  let v := map red (middle s a b) in
-  if qle 0 s && qle s 1 && Qeq_bool (value f v) 0 && same v (middle s a b) then Some v else None.
+  let x := value f a in
+  let s := qdiv x (qadd x (- value f b)) in
+  let m := middle s a b in
+  let v := map red m in
+  if qle 0 s && qle s 1 && Qeq_bool (value f v) 0 && same v m then Some v else None.
 Fixpoint zeros (f : aff) (pm : list (vec * vec)) : option (list vec) :=
   match pm with
   | [] => Some []

@@ -24,7 +24,32 @@ function jz_rem(a,b){return a%b}
 //Provides: jz_cmp
 function jz_cmp(a,b){return a<b?-1:a>b?1:0}
 //Provides: jz_gcd
-function jz_gcd(a,b){var z=BigInt(0);if(a<z)a=-a;if(b<z)b=-b;while(b!==z){var t=a%b;a=b;b=t}return a}
+function jz_gcd(a,b){
+  // Lehmer's: the quotients of the leading 52 bits serve many steps of Euclid's at once (not trusted: it is tried)
+  var z=BigInt(0),most=BigInt(9007199254740991),shift=-1,t;
+  if(a<z)a=-a;
+  if(b<z)b=-b;
+  if(a<b){t=a;a=b;b=t}
+  while(b>most){
+    if(shift<0)shift=a.toString(16).length*4-52;
+    var x=Number(a>>BigInt(shift));
+    if(x===0){shift=-1;continue}
+    var bits=Math.floor(Math.log2(x))+1;
+    if(bits<44){shift=Math.max(0,shift+bits-52);x=Number(a>>BigInt(shift))}
+    var y=Number(b>>BigInt(shift)),A=1,B=0,C=0,D=1;
+    while(y+C!==0&&y+D!==0){
+      var q=Math.floor((x+A)/(y+C));
+      if(q!==Math.floor((x+B)/(y+D)))break;
+      t=A-q*C;A=C;C=t;t=B-q*D;B=D;D=t;t=x-q*y;x=y;y=t
+    }
+    if(B===0){t=a%b;a=b;b=t}
+    else{t=BigInt(A)*a+BigInt(B)*b;b=BigInt(C)*a+BigInt(D)*b;a=t}
+  }
+  if(b===z)return a;
+  t=Number(a%b);var s=Number(b);
+  while(t!==0){var r=s%t;s=t;t=r}
+  return BigInt(s)
+}
 //Provides: jz_sqrt
 function jz_sqrt(a){if(a<BigInt(2))return a;var x=BigInt(1)<<BigInt((a.toString(2).length+1)>>1);for(;;){var y=(x+a/x)>>BigInt(1);if(y>=x)return x;x=y}}
 //Provides: jz_shl
