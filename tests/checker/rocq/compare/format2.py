@@ -207,6 +207,15 @@ def attempt(rng, problem, network, tube):
     n = problem["n_p"]
     p0 = [F(rng.randint(-64, 64), 16) for _ in range(n)]
     k = [rng.choice([F(0), build.dyadic(rng, 1)]), build.dyadic(rng, 1)]
+    return {
+        "p0": build.text(p0),
+        "k": build.text(k),
+        "sep": separation(problem, network, p0, k),
+    }
+
+
+def separation(problem, network, p0, k):
+    """For each obstacle and part the row with the most room, one run for each interval."""
     places, _ = knots(problem, network, p0, k)
     sep = []
     for o in problem["obstacles"]:
@@ -220,7 +229,7 @@ def attempt(rng, problem, network, tube):
                 room = [min(build.dot(a, x) for x in near) - b for a, b in rows]
                 runs.append([t + 1, [[room.index(max(room)), "1"]]])
             sep[-1].append(runs)
-    return {"p0": build.text(p0), "k": build.text(k), "sep": sep}
+    return sep
 
 
 def mixture(rng, points):

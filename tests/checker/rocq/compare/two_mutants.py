@@ -50,7 +50,11 @@ def shake(rng, part):
 
 
 def runs(rng, entry):
-    return rng.choice(entry["sep"])
+    """A list of runs of an entry: of an obstacle or, in format 2, of an obstacle and a part."""
+    found = rng.choice(entry["sep"])
+    if found and found[0] and isinstance(found[0][0], list):
+        found = rng.choice(found)
+    return found
 
 
 def multipliers(rng, entry):
@@ -85,7 +89,7 @@ def put(owner, key, value):
     owner[key] = value
 
 
-ENTRY = {
+ENTRY = {  # of both formats
     "nothing": lambda r, e, a: None,
     "p0": lambda r, e, a: shake(r, e["p0"]),
     "k": lambda r, e, a: shake(r, e["k"]),

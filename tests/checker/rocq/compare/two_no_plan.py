@@ -2,11 +2,14 @@
 
     python tests/checker/rocq/compare/two_no_plan.py --count 2000 [--seed 0]
 
-Random scenes with the trees of tests/helpers/tree_search.py, and the hand-made ones of known.py.
+Random scenes with the trees of tests/helpers/tree_search.py, in format 2 those of tree_points.py with
+the scenes of format2.py (several points and parts, space, templates), and the hand-made ones of
+known.py and known_points.py.
 """
 
 import argparse
 import copy
+import itertools
 import json
 import random
 import sys
@@ -15,12 +18,17 @@ from pathlib import Path
 sys.path.insert(0, str(Path(__file__).parents[3] / "helpers"))
 
 import answer_files as build
+import format2
 import known
+import known_points
+import tree_points
 import tree_search
 import two
 import two_mutants
+import two_points
 
-HAND_MADE = [name for name, make in known.VALID.items() if make()["no_plan"] is not None]
+VALID = known.VALID | known_points.VALID
+HAND_MADE = [name for name, make in VALID.items() if make()["no_plan"] is not None]
 NAMES = ("goal", "start", "hit", "safe", "open")
 
 
@@ -42,8 +50,37 @@ def hit(rng, plan):
 
 
 def odd_hit(rng, plan):
-    place = rng.randrange(3)
-    hit(rng, plan)[place] = [rng.randint(-1, 3), rng.randint(-1, 5), rng.choice("01")][place]
+    """Another obstacle, part, interval or moment."""
+    what = hit(rng, plan)
+    if len(what) == 4:
+        odd = [rng.randint(-1, 3), rng.randint(-1, 5), rng.choice("01")]
+    else:
+        odd = [rng.randint(-1, 3), rng.randint(-1, 3), rng.randint(-1, 5), rng.choice("01")]
+    place = rng.randrange(len(odd))
+    what[place] = odd[place]
+
+
+def weights(rng, plan):
+    """Other weights of a mixture: shaken, or moved to another point."""
+    group = rng.choice(hit(rng, plan)[4])
+    if rng.random() < 0.5:
+        two_mutants.shake(rng, group[0])
+    else:
+        rng.shuffle(group[0])
+
+
+def goal_error(rng, plan):
+    """Another error of a goal row: shaken, dropped, doubled."""
+    entries = [*itertools.chain(*plan["faces"])]
+    entries += [node["goal"] for node in plan["tree"] if "goal" in node]
+    entry = rng.choice(rng.choice(entries))
+    change = rng.choice(["shaken", "dropped", "doubled"])
+    if change == "dropped":
+        entry.pop(2)
+    elif change == "shaken":
+        two_mutants.shake(rng, entry[2])
+    else:
+        entry[2] = [build.text(2 * build.value(x)) for x in entry[2]]
 
 
 def copied(rng, plan):
@@ -67,20 +104,55 @@ MUTATIONS = {
     "the box of z": lambda r, p: two_mutants.shake(r, p["z"]),
     "a reason": rename,
     "a hit": odd_hit,
-    "a contact": lambda r, p: two_mutants.shake(r, hit(r, p)[3]),
-    "a contact dropped": lambda r, p: two_mutants.drop(r, hit(r, p)[3]),
+    "a contact": lambda r, p: two_mutants.shake(r, hit(r, p)[-1]),
+    "a contact dropped": lambda r, p: two_mutants.drop(r, hit(r, p)[-1]),
+    "a group's contact dropped": lambda r, p: two_mutants.drop(r, r.choice(hit(r, p)[4])[1]),
+    "weights": weights,
+    "a goal row's error": goal_error,
     "a combination": lambda r, p: two_mutants.shake(r, nodes(r, p, "goal", "start")),
     "a node dropped": lambda r, p: two_mutants.drop(r, p["tree"]),
     "a node copied": copied,
     "the kind": lambda r, p: p.update(kind=r.choice(["proved", "bracket", "likely"])),
 }
+OF_POINTS = [
+    name for name in two_points.QUESTION if not name.startswith("touch") and name != "ways"
+]
 QUESTIONS = ("obstacle moved", "body", "goal", "start", "network", "bias", "tube", "final", "edges")
+
+
+def of_points(rng):
+    """A bracket in format 2: a small goal for the first point, and an obstacle over it."""
+    problem, network, tube = format2.scene(rng)
+    n, size = problem["n_p"], problem["points"] * problem["n_p"] + problem["n_q"]
+    for i in [*range(n), *range(size, size + n)]:
+        problem["goal"]["b"][i] = build.text(build.F(rng.randint(2, 6), 4))
+    for i in [*range(n, size), *range(size + n, 2 * size)]:
+        problem["goal"]["b"][i] = build.text(build.F(rng.randint(1, 40), 4))
+    half = [build.F(rng.randint(1, 8), 4) for _ in range(n)]
+    near = build.box_rows([-x for x in half], [x + rng.randint(0, 1) for x in half])
+    problem["obstacles"][0] |= near
+    question = [problem, network, tube]
+
+    def corners(b, t, i):
+        return format2.corners(tube["interval"][b][t][i], n)
+
+    def attempt(middle):
+        _, y = build.evaluate(network, middle[n:])
+        last = problem["steps"] * problem["points"] * n - n
+        p0 = [a - c for a, c in zip(middle[:n], y[last : last + n], strict=True)]
+        return format2.separation(problem, network, p0, middle[n:])
+
+    plan = tree_points.grow(rng, question, corners, attempt, depth=4)
+    answer = build.answer(*question, [])
+    return build.rehash(answer | {"format": "parc_jax.answer/2", "no_plan": plan})
 
 
 def source(rng):
     """An answer with a part no_plan and nothing else."""
     if rng.random() < 0.2:
-        return known.VALID[rng.choice(HAND_MADE)]()
+        return VALID[rng.choice(HAND_MADE)]()
+    if rng.random() < 0.6:
+        return of_points(rng)
     answer = build.scene(
         rng.randrange(10**6),
         T=4,
@@ -100,7 +172,10 @@ def batch(rng, answer, count):
         mutant = copy.deepcopy(answer)
         try:
             if rng.random() < 0.2:
-                two_mutants.QUESTION[rng.choice(QUESTIONS)](rng, mutant)
+                if "points" in mutant["problem"]:
+                    two_points.QUESTION[rng.choice(OF_POINTS)](rng, mutant)
+                else:
+                    two_mutants.QUESTION[rng.choice(QUESTIONS)](rng, mutant)
             else:
                 MUTATIONS[rng.choice(list(MUTATIONS))](rng, mutant["no_plan"])
         except (IndexError, AttributeError, TypeError):  # nothing of this kind to change

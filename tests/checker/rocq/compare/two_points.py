@@ -21,7 +21,7 @@ import answer_files as build
 import format2
 import two
 import two_mutants
-from two_mutants import drop, flip, onto_border, other_bin, put, shake
+from two_mutants import drop, put, shake
 
 KINDS = two.KINDS
 TRIES = 40  # plans per scene; those that hold are kept, and two others
@@ -43,14 +43,6 @@ def scene(rng):
     return answer
 
 
-def runs(rng, entry):
-    return rng.choice(rng.choice(entry["sep"]))
-
-
-def multipliers(rng, entry):
-    return rng.choice(runs(rng, entry))[1]
-
-
 def room(rng, entry):
     """Changes the half widths of a box of doubt; they stay half widths."""
     if "room" in entry:
@@ -59,26 +51,11 @@ def room(rng, entry):
         side[:] = [build.text(abs(build.value(x))) for x in side]
 
 
-ENTRY = {
-    "nothing": lambda r, e, a: None,
-    "p0": lambda r, e, a: shake(r, e["p0"]),
-    "k": lambda r, e, a: shake(r, e["k"]),
-    "border": onto_border,
-    "multiplier": lambda r, e, a: shake(r, multipliers(r, e)),
-    "row": lambda r, e, a: put(r.choice(multipliers(r, e)), 0, r.randint(-2, 6)),
-    "run end": lambda r, e, a: put(r.choice(runs(r, e)), 0, r.randint(-1, 5)),
-    "run dropped": lambda r, e, a: drop(r, runs(r, e)),
-    "runs shuffled": lambda r, e, a: r.shuffle(runs(r, e)),
-    "run empty": lambda r, e, a: put(r.choice(runs(r, e)), 1, []),
+ENTRY = two_mutants.ENTRY | {
     "part dropped": lambda r, e, a: drop(r, r.choice(e["sep"])),
     "parts shuffled": lambda r, e, a: r.shuffle(r.choice(e["sep"])),
     "part doubled": lambda r, e, a: e["sep"][0].append(copy.deepcopy(e["sep"][0][0])),
-    "separation dropped": lambda r, e, a: drop(r, e["sep"]),
-    "separations shuffled": lambda r, e, a: r.shuffle(e["sep"]),
-    "pattern": lambda r, e, a: flip(r, e),
-    "bin": lambda r, e, a: other_bin(r, e),
     "room": lambda r, e, a: room(r, e),
-    "unknown field": lambda r, e, a: put(e, "note", "1"),
 }
 
 
