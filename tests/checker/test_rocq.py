@@ -39,6 +39,8 @@ PROVED = Path(__file__).parents[2] / "parc_jax" / "plot" / "page" / "proved.js"
 # What the engine wrote for helpers/toy_models.py's case 4, some entries of each kind: a random
 # network, a disc, two obstacles, two bins.
 ENGINE = SOURCE / "compare" / "engine_answer.json"
+# Some entries of an answer of the drone study, in format 2: space, nine points, two layers of eight.
+ENGINE_POINTS = SOURCE / "compare" / "engine_points.json"
 VALID = known.VALID | known_points.VALID
 BAD = known.CASES | known_points.CASES
 THEOREMS = 9
@@ -238,10 +240,11 @@ def test_a_short_file_cannot_ask_for_long_work(built, tmp_path):
 
 @pytest.mark.slow
 @needs_coq
-def test_an_answer_of_the_engine_in_the_kernel(built):
+@pytest.mark.parametrize("path", [ENGINE, ENGINE_POINTS], ids=lambda path: path.stem)
+def test_an_answer_of_the_engine_in_the_kernel(built, path):
     """Neither extraction nor OCaml nor the reader: Coq's kernel computes the check itself."""
-    answer = json.loads(ENGINE.read_text())
-    (built / "Real.v").write_text(kernel.script(answer, ENGINE.name, 1, 1))
+    answer = json.loads(path.read_text())
+    (built / "Real.v").write_text(kernel.script(answer, path.name, 1, 1))
     out = run(["coqc", "-q", "Real.v"], built)
     assert "sample0_is_safe" in out and "piece0_is_safe" in out
     assert set(re.findall(r"^([A-Za-z]+\.[A-Za-z_]+)$", out, flags=re.MULTILINE)) == REALS
@@ -251,6 +254,7 @@ def test_an_answer_of_the_engine_in_the_kernel(built):
 @needs_coq
 def test_an_answer_of_the_engine_and_its_mutants(built):
     run([built / "check", ENGINE], built)
+    run([built / "check", ENGINE_POINTS], built)
     answer = json.loads(ENGINE.read_text())
     _, accepted, different = two_mutants.campaign([built / "check"], 300, seed=0, valid=answer)
     assert accepted > 30 and different == []

@@ -12,6 +12,7 @@ import pytest
 import two
 
 from parc_jax import checker
+from parc_jax.io import answer_file
 
 SEEN, ACCEPTED, DIFFERENT, FORMATS = set(), [], [], {}
 
@@ -50,6 +51,7 @@ def pytest_configure(config):
         return two.check_answer(answer)
 
     checker.check_answer = both
+    answer_file.check_answer = both
 
 
 def pytest_terminal_summary(terminalreporter):
