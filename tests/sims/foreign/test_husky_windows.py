@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 from parc_jax.errors import InputError
+from sims.foreign.husky import learn, trials
 from sims.foreign.husky.windows import grid, read_windows
 
 SIZE = (1.5, 1.4)
@@ -70,3 +71,44 @@ def test_another_file_is_refused(tmp_path):
     np.savez(tmp_path / "steps.npz", t=np.zeros(3), p=np.zeros((1, 3, 2)))
     with pytest.raises(InputError, match="yaw is missing"):
         read_windows(tmp_path / "steps.npz", SIZE)
+
+
+def recording(path, slip: float):
+    """A file of 60 commands, two windows each, of a robot that follows its twist, and slides
+    sideways by a random part of `slip` [m/s].
+    """
+    rng = np.random.default_rng(5)
+    t = np.arange(40) * 0.05
+    k = np.repeat(rng.uniform(-3.0, 3.0, (60, 2)), 2, axis=0)
+    speed, turning = k @ [0.1, 0.1], k @ [-0.2, 0.2]
+    sideways = slip * rng.uniform(-1.0, 1.0, 120)
+    way = (speed + 1j * sideways)[:, None] * (np.exp(1j * turning[:, None] * t) - 1)
+    way = way / (1j * turning[:, None])
+    np.savez(
+        path,
+        t=t,
+        p=np.stack([way.real, way.imag], axis=-1),
+        yaw=turning[:, None] * t,
+        fresh=np.ones((120, 40), bool),
+        cmd_wheel=k,
+        cmd_const=np.ones(120, bool),
+        command_id=np.repeat(np.arange(60), 2),
+        window=np.tile([1, 2], 60),
+        suspect=np.zeros(120, bool),
+    )
+    return path
+
+
+@pytest.mark.slow
+def test_a_robot_on_ice_gets_no_plan_and_one_with_grip_gets_some(tmp_path, monkeypatch):
+    for name, less in (("MODEL_RUNS", 2000), ("SEEDS", 1), ("STEPS", 800)):
+        monkeypatch.setattr(learn, name, less)
+    monkeypatch.setattr(trials, "BUDGET", 1.0)
+    grip = trials.trial(recording(tmp_path / "grip.npz", 0.01), (0.84, 0.66))
+    assert grip["commands_behind_the_claim"] == 15 and grip["eps"] == pytest.approx(0.181, abs=1e-3)
+    assert grip["share_of_k"] > 0.5
+    assert grip["left_the_tube"] <= 6  # of 15: more happens with probability 1 % at that eps
+    assert grip["replays"] > 50 > grip["replays_failed"]
+    ice = trials.trial(recording(tmp_path / "ice.npz", 2.0), (0.84, 0.66))
+    assert ice["half_width_at_the_end"] > 1.0 and ice["share_of_k"] == 0.0
+    assert ice["status"] in ("no-plan", "not-found") and "replays" not in ice
