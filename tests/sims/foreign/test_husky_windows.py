@@ -103,10 +103,9 @@ def recording(path, slip: float):
 def test_a_robot_on_ice_gets_no_plan_and_one_with_grip_gets_some(tmp_path, monkeypatch):
     for name, less in (("MODEL_RUNS", 2000), ("SEEDS", 1), ("STEPS", 800)):
         monkeypatch.setattr(learn, name, less)
-    monkeypatch.setattr(trials, "BUDGET", 1.0)
     grip = trials.trial(recording(tmp_path / "grip.npz", 0.01), (0.84, 0.66))
     assert grip["commands_behind_the_claim"] == 15 and grip["eps"] == pytest.approx(0.181, abs=1e-3)
-    assert grip["share_of_k"] > 0.5
+    assert grip["share_of_k"] > 0.1  # one polytope is enough
     assert grip["left_the_tube"] <= 6  # of 15: more happens with probability 1 % at that eps
     assert grip["replays"] > 50 > grip["replays_failed"]
     ice = trials.trial(recording(tmp_path / "ice.npz", 2.0), (0.84, 0.66))
