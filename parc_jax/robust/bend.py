@@ -5,14 +5,18 @@ the mixture of its values at the corners, by at most a quarter of how much its i
 box. Neurons that are on, or off, for all k of a bin's executions add nothing.
 """
 
+import itertools
 from typing import NamedTuple
 
 import numpy as np
 
+from parc_jax.arrays import slices
 from parc_jax.network.relu import ReLUNetwork
 
 ROUNDING = 2.0**-40  # of every bound here, far more than the rounding of float64 sums
 UP = 1 + 2.0**-20
+PARTS = 8192  # that all bins together are looked at in
+CHUNK = 256  # of them at once
 
 
 class _Intervals(NamedTuple):
@@ -24,6 +28,40 @@ class _Intervals(NamedTuple):
     @property
     def largest(self) -> np.ndarray:
         return np.maximum(np.abs(self.lo), np.abs(self.hi))
+
+
+def bend_by_bin(net: ReLUNetwork, lo: np.ndarray, hi: np.ndarray, width: np.ndarray) -> np.ndarray:
+    """(b, n_out) the same, looked at in parts of every box [lo, hi] (b, n_k) as fine as the boxes
+    that are meant, or as PARTS allows: a box near one kink is not near all others of its bin.
+    """
+    if not width.any():
+        return np.zeros((len(lo), net.n_out))
+    counts = _parts(lo, hi, width, max(1, PARTS // len(lo)))
+    room = np.maximum(hi - lo - width, 0)  # for the lower corner of such a box
+    worst = np.zeros((len(lo), net.n_out))
+    for place in itertools.product(*(range(n) for n in counts)):
+        first = lo + room * (np.array(place) / counts)
+        last = lo + room * ((np.array(place) + 1) / counts)
+        pad = ROUNDING * (np.abs(lo) + np.abs(hi))
+        for rows in slices(len(lo), CHUNK):
+            parts = first[rows] - pad[rows], (last + width + pad)[rows], width
+            worst[rows] = np.maximum(worst[rows], bend(net, *parts))
+    return worst
+
+
+def _parts(lo: np.ndarray, hi: np.ndarray, width: np.ndarray, most: int) -> np.ndarray:
+    """(n_k,) into how many parts each axis of the boxes is cut, `most` in all."""
+    room = np.maximum((hi - lo).max(axis=0) - width, 0)
+    wanted = np.ceil(room / np.where(width > 0, width, room + 1)).clip(1, most)
+    # an axis on which nothing is in doubt is cut as finely as the others are
+    wanted = np.where((width > 0) | (room == 0), wanted, wanted.max())
+    counts = np.ones(len(width), int)
+    while True:
+        axis = int(np.argmax(wanted / counts))
+        more = counts + (np.arange(len(width)) == axis)
+        if counts[axis] >= wanted[axis] or more.prod() > most:
+            return counts
+        counts = more
 
 
 def bend(net: ReLUNetwork, lo: np.ndarray, hi: np.ndarray, width: np.ndarray) -> np.ndarray:

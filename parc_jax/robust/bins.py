@@ -15,7 +15,7 @@ import numpy as np
 from parc_jax.lp.exact import round_down, round_up
 from parc_jax.robust.executions import Executions
 
-MOST = 128  # bins, unless the old ones ask for more
+MOST = 256  # bins, unless the old ones ask for more
 COARSEST = 1e6
 
 

@@ -19,7 +19,7 @@ from parc_jax.labels import name_of, unit_of
 from parc_jax.model import TrajectoryModel
 from parc_jax.network.predict import Layout
 from parc_jax.problem import ReachAvoid
-from parc_jax.robust.bend import bend
+from parc_jax.robust.bend import bend_by_bin
 from parc_jax.robust.bins import Axis, axes_of, boxes, widest
 from parc_jax.robust.executions import Executions, require_few
 from parc_jax.robust.network import Copied, copied
@@ -107,7 +107,7 @@ def _tube(
     final = widest(old.final, old.grid, axes)
     n_bins = len(interval)
     lo, hi = boxes(axes, executions)
-    missed = bend(model.net, lo, hi, executions.widths)
+    missed = bend_by_bin(model.net, lo, hi, executions.widths)
     at_knots, missed_q = _knots(missed, layout)
     both = np.maximum(at_knots[:, :-1], at_knots[:, 1:])
     rounding = np.maximum(one.rounding[:-1], one.rounding[1:])

@@ -15,7 +15,7 @@ from parc_jax.doubt import Doubt
 from parc_jax.errors import InputError
 from parc_jax.network.predict import outputs
 from parc_jax.planner import Planner
-from parc_jax.robust.bend import bend
+from parc_jax.robust.bend import bend, bend_by_bin
 from parc_jax.robust.bins import axis_of
 from parc_jax.robust.question import plain
 from parc_jax.settings import Settings
@@ -50,8 +50,9 @@ def test_plans_withstand_rough_execution(rng):
 def test_samples_are_boxes_of_doubt_of_the_question_as_it_was_asked():
     """The checker looks at every vertex of every cell in the box: another proof, without copies."""
     model, problem = toy_case(0, start=True)
-    answer = Planner(model).solve(problem.replace(doubt=ROUGH), KEY, SMALL)
-    assert answer.proved and len(answer.sample_parts) and answer.polytopes and answer.corridors
+    few = SMALL.replace(n_samples=40, polytopes=False)
+    answer = Planner(model).solve(problem.replace(doubt=ROUGH), KEY, few)
+    assert answer.proved and len(answer.sample_parts) and answer.corridors
     context = checker.Context(*as_format_2(problem, model))
     room = {"room": {"p0": ["0.01"] * 2, "k": ["0.05", "0.02"]}}
     for part in answer.sample_parts[:4]:
@@ -59,7 +60,7 @@ def test_samples_are_boxes_of_doubt_of_the_question_as_it_was_asked():
     wide = {"room": {"p0": ["0.01"] * 2, "k": ["0.9", "0.9"]}}
     with pytest.raises(checker.Rejected):
         checker.check_doubt(context, answer.sample_parts[0] | wide)
-    plans = answer.sample(KEY, 30)
+    plans = answer.samples
     rng = np.random.default_rng(0)
     rough = np.array([[0.05, 0.02] * corners_and_inside(rng, 2) for _ in plans])
     scene = scene_of(problem, model)
@@ -107,6 +108,23 @@ def test_what_a_mixture_misses_is_bounded(hidden, rng):
     assert bend(net, middle, middle, np.zeros(2)).max() < 1e-9
 
 
+def test_a_bin_is_looked_at_in_parts(rng):
+    """No less than what is missed anywhere in the bin, and no more than for the whole bin."""
+    net = random_network(rng, 3, (6, 5))
+    lo, hi, width = np.array([[-0.6, -0.5]]), np.array([[0.4, 0.7]]), np.array([0.1, 0.06])
+    by_parts, whole = bend_by_bin(net, lo, hi, width), bend(net, lo, hi, width)
+    assert (by_parts <= whole * (1 + 1e-9)).all() and by_parts.max() < 0.8 * whole.max()
+    worst = np.zeros_like(whole)
+    for _ in range(60):
+        first = lo + rng.random((200, 2)) * (hi - lo - width)
+        middle = outputs(net, first + width / 2)
+        ends = [outputs(net, first + [x, y] * width) for x in (0, 1) for y in (0, 1)]
+        worst = np.maximum(worst, np.abs(middle - sum(ends) / 4).max(axis=0))
+    assert (worst <= by_parts + 1e-12).all()
+    straight = np.array([0.1, 0.0])
+    assert (bend_by_bin(net, lo, hi, straight) <= bend(net, lo, hi, straight) + 1e-9).all()
+
+
 def test_one_kink_is_bounded_by_what_it_misses():
     net = fold_model(T=2).net
     bound = bend(net, np.array([[-0.1, -0.1]]), np.array([[0.1, 0.1]]), np.array([0.2, 0.2]))
@@ -117,15 +135,16 @@ def test_one_kink_is_bounded_by_what_it_misses():
 
 
 @pytest.mark.parametrize(
-    ("lo", "hi", "edges", "met"),
+    ("tolerance", "edges", "met"),
     [
-        (-0.25, 0.25, [0.25, 0.75, 1.25, 1.75], [(0, 0), (0, 1), (1, 1)]),
-        (-0.75, 0.75, [0.75, 1.25], [(0, 1)]),
-        (0.0, 0.0, [0.0, 1.0, 2.0], [(0, 0), (1, 1)]),
+        (0.0, [0.0, 1.0, 2.0, 3.0], [(0, 0), (1, 1), (2, 2)]),
+        (0.25, [0.25, 0.75, 1.25, 1.75, 2.25, 2.75], [(0, 0), (0, 1), (1, 1), (1, 2), (2, 2)]),
+        (0.625, [0.625, 1.375, 1.625, 2.375], [(0, 1), (0, 2), (1, 2)]),
+        (1.25, [1.25, 1.75], [(0, 2)]),
     ],
 )
-def test_bins_of_plans_hold_the_bins_of_their_executions(lo, hi, edges, met):
-    axis = axis_of(np.array([0.0, 1.0, 2.0]), lo, hi, True)
+def test_bins_of_plans_hold_the_bins_of_their_executions(tolerance, edges, met):
+    axis = axis_of(np.array([0.0, 1.0, 2.0, 3.0]), -tolerance, tolerance, True)
     assert axis.edges.tolist() == edges and axis.met == met
 
 
@@ -164,6 +183,10 @@ def test_unknown_parameters_may_have_any_value_of_their_box(unknown, rng):
         for _ in range(5):
             k = [plan[2] + 0.02 * corners_and_inside(rng, 1)[0], rng.uniform(0.1, 0.25)]
             assert exact_safe(problem, model, plan[:2], k)
+    drawn = unknown.sample(KEY, 40)
+    p0, k = drawn[:, :2], np.stack([drawn[:, 2], rng.uniform(0.1, 0.25, 40)], axis=1)
+    k[:, 0] += 0.02 * corners_and_inside(rng, 40)
+    assert verdicts(model, scene_of(problem, model), p0, k).safe.all()
     assert "every k1 from 0.1 to 0.25 (unknown)" in unknown.statement()
     assert "no statement" in unknown.statement()
 
