@@ -1,4 +1,4 @@
-"""JSBSim's Cessna 172P climbs and turns between two towers, in turbulence. Needs
+"""JSBSim's Cessna 172P climbs and turns between two rows of towers, in turbulence. Needs
 parc_jax[flight].
 """
 

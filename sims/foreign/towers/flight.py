@@ -37,8 +37,7 @@ def fly_from(rng: np.random.Generator, k, p0) -> tuple[np.ndarray, np.ndarray]:
 def trimmed(p0, altitude: float):
     """A fresh simulation, in trimmed level flight over p0 (2,) [m] at an altitude [m], in calm air.
 
-    Fresh for every run: one that has flown before starts with other last digits, and turbulence
-    makes 17 mm of them.
+    Fresh for every run: one that has flown before, reset and trimmed again, flies another flight.
     """
     os.environ.setdefault("JSBSIM_DEBUG", "0")  # else a banner for every flight
     from jsbsim import FGFDMExec

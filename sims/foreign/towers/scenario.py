@@ -1,4 +1,4 @@
-"""The task: from the south-west between two towers, higher than they stand apart, and on."""
+"""The task: between two rows of towers, through the only gap between them, and on."""
 
 from parc_jax.body import hull
 from parc_jax.problem import ReachAvoid, goal_of_points, reach_avoid
@@ -6,8 +6,8 @@ from parc_jax.sets.box import box
 from sims.foreign.towers import params as c
 from sims.foreign.towers.flight import POINTS
 
-SIDE = 30.0  # [m] of a tower
-GAP = 50.0  # [m] between the towers
+DEEP, LONG = 30.0, 250.0  # [m] of a row of towers
+GAP = 50.0  # [m] between the rows
 START = ((-620.0, 100.0), (-480.0, 240.0))  # [m] where the nose may start
 GOAL = ((520.0, -200.0), (700.0, 200.0))  # [m] where the nose must end
 CLIMB = (25.0, 150.0)  # [m]
@@ -18,8 +18,8 @@ def problem() -> ReachAvoid:
     aeroplane, the hull of its points grown by ROUND.
     """
     towers = [
-        box([-SIDE / 2, GAP / 2], [SIDE / 2, GAP / 2 + SIDE]),
-        box([-SIDE / 2, -GAP / 2 - SIDE], [SIDE / 2, -GAP / 2]),
+        box([-DEEP / 2, GAP / 2], [DEEP / 2, GAP / 2 + LONG]),
+        box([-DEEP / 2, -GAP / 2 - LONG], [DEEP / 2, -GAP / 2]),
     ]
     goal = goal_of_points(POINTS, {POINTS[0]: box(*GOAL)}, box([CLIMB[0]], [CLIMB[1]]))
     return reach_avoid(goal, towers, hull(*POINTS, radius=c.ROUND), box(*START))

@@ -4,7 +4,7 @@ from parc_jax.experiment.settings import Study
 
 STUDY = Study(
     hidden=(8, 8, 8),
-    others=((),),
+    others=(),
     bins=(1, 1, 1),
     rollouts=2_000,
     eps=2e-3,
