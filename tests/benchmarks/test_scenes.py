@@ -2,6 +2,7 @@
 are seen.
 """
 
+from dataclasses import replace
 from unittest import mock
 
 import numpy as np
@@ -14,6 +15,7 @@ from benchmarks.cases import Case, case
 from benchmarks.metrics import metric
 from benchmarks.models import PARC, CaseModels, Claims, name_of
 from benchmarks.published import Partition, kept
+from benchmarks.rectangle_gap import Narrowest
 from benchmarks.result import Skip
 from benchmarks.workloads import bras, fails_safely, gap, points
 from parc_jax.claim.pipeline import BoundSettings
@@ -104,13 +106,19 @@ def test_lp_and_lp_free_agree_and_both_are_timed(model):
     assert c.contradictions == 0
 
 
-def test_the_gap_workload_orders_the_methods(learned):
+def test_the_gap_workload_orders_the_methods(learned, monkeypatch):
+    monkeypatch.setattr(gap, "narrowest_for_rectangle", lambda key, quick: Narrowest(0.5, True))
+    learned = learned._replace(case=replace(learned.case, length=0.45))
     bench = Bench(quick=True, known={"boat": learned})
     result = gap.run(bench)
     shares = {c["name"]: np.array(c["share"]) for c in result.data["curves"]}
     assert (shares["ours, 6-5"] >= shares["published, 6-5"]).all() and shares["ours, 6-5"][0] > 0
     assert {m.key: m.value for m in result.metrics}["gap.ours.6-5.not_proved"] == 0
-    assert all(row[2] == "" for row in result.tables[1].rows)  # no true body to look at
+    *discs, rectangle = result.tables[1].rows  # the circle of the toy is 0.6 m across
+    assert rectangle == ("ours, true rectangle", "-0.10 m", "0.05 m", "yes", "")
+    for row in discs:
+        assert row[1] == "none" or float(row[2][:-2]) == pytest.approx(float(row[1][:-2]) + 0.15)
+    assert {m.key: m.value for m in result.metrics}["gap.ours.rectangle.narrowest"] < 0
     assert name_of((8, 8, 8, 8)) == "4x8" and name_of(PARC) == "affine"
 
 
