@@ -17,6 +17,7 @@ from parc_jax.cover.rare import where_around, where_safe
 from parc_jax.cover.sampling import points
 from parc_jax.cover.search import Cover, cover, cover_around, draw_safe_plans
 from parc_jax.cover.stopping import nothing_covered
+from parc_jax.errors import InputError
 from parc_jax.model import TrajectoryModel
 from parc_jax.published.cells import cells_outward
 from parc_jax.published.scene import paper_scene
@@ -111,6 +112,11 @@ class Published:
         """A cover without corridors; only what the exact verdict accepts too is kept. Draws from
         `key`; `rng` is not used.
         """
+        if scene.at is not None:
+            raise InputError(
+                "at: expected the exact engine for plans from one place; the published search knows "
+                "sets of starts only. Leave method out."
+            )
         begin = time.perf_counter()
         cells = cells_outward(regions(), model.tube, model.domain.center)
         method = "lp" if self.lps else "supports"

@@ -148,9 +148,14 @@ def _possible(answer) -> list[str]:
     return [
         *(["samples"] if len(answer.samples) else []),
         *(["regions"] if 2 <= answer.model.n_k <= 3 else []),
-        *(["projections"] if answer.polytopes else []),
+        *(["projections"] if answer.polytopes and _several(answer) else []),
         *(["timeline"] if len(answer.samples) and answer.problem.obstacles else []),
     ]
+
+
+def _several(answer) -> bool:
+    """Do plans differ in more than one coordinate?"""
+    return answer.scene.at is None or answer.model.n_k > 1
 
 
 def _draw(name: Figure, answer, path: Path) -> Path:

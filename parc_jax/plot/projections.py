@@ -30,7 +30,13 @@ def projections(
     """
     if not answer.polytopes:
         raise InputError("projections: expected an answer with safe polytopes; this one has none.")
-    pairs = default_pairs(answer.model.n_p, answer.model.n_k) if pairs is None else list(pairs)
+    if pairs is None:
+        n_p = answer.model.n_p
+        pairs = default_pairs(n_p, answer.model.n_k, answer.scene.at is not None)
+        if not pairs:
+            raise InputError("projections: expected at least two coordinates that plans differ in.")
+    else:
+        pairs = list(pairs)
     names = answer.model.labels.plan if names is None else names
     columns = min(COLUMNS, len(pairs))
     rows = -(-len(pairs) // columns)
@@ -54,12 +60,14 @@ def projections(
     return sheet.out
 
 
-def default_pairs(n_p: int, n_k: int) -> list[tuple[int, int]]:
-    """Starts, parameters, then mixed pairs: as many as fill whole rows, six at most."""
+def default_pairs(n_p: int, n_k: int, from_here: bool = False) -> list[tuple[int, int]]:
+    """Starts, parameters, then mixed pairs: as many as fill whole rows, six at most. from_here:
+    there is one start, and only parameters are shown.
+    """
     first = list(combinations(range(n_p), 2))
     inner = [(n_p + i, n_p + j) for i, j in combinations(range(n_k), 2)]
     mixed = [(n_p + i, j) for i in range(n_k) for j in range(n_p)]
-    found = (first + inner + mixed)[:6]
+    found = inner[:6] if from_here else (first + inner + mixed)[:6]
     return found if len(found) < COLUMNS else found[: len(found) // COLUMNS * COLUMNS]
 
 

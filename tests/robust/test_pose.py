@@ -15,6 +15,7 @@ from parc_jax.doubt import Doubt
 from parc_jax.errors import InputError
 from parc_jax.network.relu import relu_network
 from parc_jax.planner import Planner
+from parc_jax.plot.projections import default_pairs
 from parc_jax.problem import reach_avoid
 from parc_jax.robust.pose import from_here, pose_of
 from parc_jax.robust.question import plain
@@ -200,3 +201,14 @@ def test_errors_turn_with_the_robot(rng):
     for share in np.linspace(-1, 1, 9):
         c, s = math.cos(share * angle), math.sin(share * angle)
         assert (np.abs(errors @ np.array([[c, s], [-s, c]])) <= turn.widened(widths)).all()
+
+
+def test_pictures_of_answers_from_here_show_parameters_alone():
+    assert default_pairs(2, 3, True) == [(2, 3), (2, 4), (3, 4)]
+    assert default_pairs(2, 2, True) == [(2, 3)] and default_pairs(2, 1, True) == []
+
+
+def test_the_published_search_knows_no_place(here):
+    model, problem, at, _ = here
+    with pytest.raises(InputError, match="at: expected the exact engine"):
+        Planner(model).solve(problem, KEY, SMALL.replace(method=pj.Published()), at=at)
