@@ -114,8 +114,8 @@ class Published:
         """
         if scene.at is not None:
             raise InputError(
-                "at: expected the exact engine for plans from one place; the published search knows "
-                "sets of starts only. Leave method out."
+                "at: expected the exact engine for plans from one place; the published search "
+                "knows sets of starts only. Leave method out."
             )
         begin = time.perf_counter()
         cells = cells_outward(regions(), model.tube, model.domain.center)
