@@ -9,13 +9,13 @@ from parc_jax.problem import ReachAvoid, goal_of_points, reach_avoid
 from parc_jax.sets.box import Box, box
 from sims.foreign.slot.system import CORNERS, POINTS
 
-WIDTH = 0.09  # [m] of the slot; a level drone needs 0.129
+WIDTH = 0.1  # [m] of the slot; a level drone needs 0.129
 LENGTH = 0.7  # [m] of it
 THICK = 0.02  # [m] of the wall
 FAR = 1.5  # [m] how far the wall reaches
 AT = (-0.65, -0.15, 0.004)  # [m] middle of the slot, seen from the middle of the goal
-GOAL = (0.3, 0.1, 0.1)  # [m] half of the box in which the centre ends
-ROOM = (0.4, 0.2, 0.2)  # [m] half of the one in which all corners do
+GOAL = (0.15, 0.1, 0.04)  # [m] half of the box in which the centre ends
+ROOM = (0.3, 0.2, 0.15)  # [m] half of the one in which all corners do
 SPEED = 0.25  # [m/s] most along each axis at the end
 
 

@@ -4,6 +4,8 @@ against what it is to learn, the scene against the drone's size, and a machine w
 
 import importlib.util
 import os
+import textwrap
+from pathlib import Path
 
 os.environ.setdefault("SCIPY_ARRAY_API", "1")  # crazyflow asks for it before SciPy is imported
 
@@ -156,6 +158,14 @@ def test_the_slot_is_inclined_and_lower_than_the_drone_is_wide():
 def test_what_a_level_drone_needs():
     level = np.abs(ACROSS) @ np.array(c.SIZE)
     assert np.isclose(level, 0.1291, atol=1e-4)
+
+
+def test_the_adapter_on_the_page_is_the_one_that_runs():
+    root = Path(__file__).resolve().parents[3]
+    page = (root / "docs" / "slot.md").read_text("utf-8")
+    shown = page.split("```py\n")[1].split("```")[0]
+    source = (root / "sims" / "foreign" / "slot" / "system.py").read_text("utf-8")
+    assert textwrap.indent(shown, "    ") in source and shown.count("\n") <= 40
 
 
 def test_another_plant_is_refused():
