@@ -23,12 +23,23 @@ from benchmarks.attacks.faults_bodies import BODIES
 from benchmarks.attacks.faults_checker import CHECKER
 from benchmarks.attacks.faults_claims import CLAIMS
 from benchmarks.attacks.faults_doubt import DOUBT
+from benchmarks.attacks.faults_driven import DRIVEN
 from benchmarks.attacks.faults_engine import ENGINE
 from benchmarks.attacks.faults_files import FILES
 from benchmarks.attacks.faults_near import NEAR
 from benchmarks.attacks.faults_onboard import ONBOARD
 
-FAULTS: tuple[Fault, ...] = (*ENGINE, *BODIES, *CHECKER, *CLAIMS, *DOUBT, *FILES, *NEAR, *ONBOARD)
+FAULTS: tuple[Fault, ...] = (
+    *ENGINE,
+    *BODIES,
+    *CHECKER,
+    *CLAIMS,
+    *DOUBT,
+    *DRIVEN,
+    *FILES,
+    *NEAR,
+    *ONBOARD,
+)
 COPIED = ("parc_jax", "sims", "benchmarks", "tests", "docs", "pyproject.toml", "README.md")
 LEFT_OUT = shutil.ignore_patterns("__pycache__", ".*", "site", "*.gif", "*.png", "*.pdf")
 LONGEST_S = 600.0  # one run of pytest with a fault; longer counts as not noticed

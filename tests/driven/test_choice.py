@@ -141,6 +141,12 @@ def test_a_local_tube_that_is_not_narrower_says_so(near):
     assert near.is_narrower == ("NOT narrower" not in near.statement())
 
 
+def test_a_smaller_proved_box_costs_its_share(near):
+    half = replace(near, proved=replace(near.proved, share=near.proved.share / 2))
+    assert half.risk().bound == 2 * near.risk().bound
+    assert "50 % of N" in half.statement()
+
+
 def test_without_a_proved_box_nothing_is_said_of_driving(near):
     none = replace(near, proved=None)
     assert isinstance(none.risk(), NoStatement) and "no statement" in none.statement()

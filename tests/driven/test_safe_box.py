@@ -52,6 +52,17 @@ def test_the_checker_refuses_a_box_that_is_too_large():
     assert not proves_box(scene.problem, model, safe.certificate | {"room": room})
 
 
+def test_only_what_the_checker_accepts_is_returned(monkeypatch):
+    asked = []
+
+    def refuse(problem, model, part):
+        asked.append(part)
+        return False
+
+    monkeypatch.setattr("parc_jax.driven.safe_box.proves_box", refuse)
+    assert found()[2] is None and asked
+
+
 def test_a_box_cut_to_another_one_is_all_of_it_when_all_is_safe():
     near = box_around(K0 + 0.01, 0.05, toy.model().domain)
     model, _, safe = found(within=near, k=K0 + 0.01)

@@ -1,0 +1,124 @@
+"""Faults of what is said about the plan that is driven: looks, fresh runs, boxes, refinement."""
+
+from benchmarks.attacks.fault import Fault
+
+CHOICE = "tests/driven/test_choice.py"
+LOOKS = "tests/driven/test_looks.py"
+RANDOM = "tests/driven/test_randomness.py"
+SAFE_BOX = "tests/driven/test_safe_box.py"
+REFINE = "tests/driven/test_refine.py"
+
+DRIVEN = (
+    Fault(
+        "looks_not_counted",
+        "parc_jax/driven/looks.py",
+        "        self.taken += 1\n",
+        "",
+        (f"{LOOKS}::test_delta_is_split_over_the_declared_looks_and_no_more_are_given",),
+    ),
+    Fault(
+        "looks_cost_nothing",
+        "parc_jax/driven/looks.py",
+        "self.delta / self.planned)",
+        "self.delta)",
+        (f"{LOOKS}::test_delta_is_split_over_the_declared_looks_and_no_more_are_given",),
+    ),
+    Fault(
+        "looks_share_their_runs",
+        "parc_jax/driven/looks.py",
+        "for word in (look.number, *words):",
+        "for word in words:",
+        (f"{LOOKS}::test_streams_of_looks_meet_neither_each_other_nor_any_stage",),
+    ),
+    Fault(
+        "looks_at_other_plans_share_their_runs",
+        "parc_jax/driven/looks.py",
+        "for word in (look.number, *words):",
+        "for word in (look.number,):",
+        (f"{LOOKS}::test_streams_of_looks_meet_neither_each_other_nor_any_stage",),
+    ),
+    Fault(
+        "host_code_taken_for_deterministic",
+        "parc_jax/driven/randomness.py",
+        "if _OUTSIDE in str(first) or not _alike(first, again):",
+        "if not _alike(first, again):",
+        (f"{RANDOM}::test_a_program_that_may_vary_is_not",),
+    ),
+    Fault(
+        "numbers_drawn_while_traced_not_seen",
+        "parc_jax/driven/randomness.py",
+        "if _OUTSIDE in str(first) or not _alike(first, again):",
+        "if _OUTSIDE in str(first):",
+        (f"{RANDOM}::test_a_program_that_may_vary_is_not",),
+    ),
+    Fault(
+        "only_the_path_asked_for_the_key",
+        "parc_jax/driven/randomness.py",
+        "for v in jaxpr.outvars if",
+        "for v in jaxpr.outvars[:1] if",
+        (f"{RANDOM}::test_a_program_that_may_vary_is_not",),
+    ),
+    Fault(
+        "chosen_plan_may_touch",
+        "parc_jax/driven/tested.py",
+        "failed = batch.failed | ~reached | ~(distance > 0)",
+        "failed = batch.failed | ~reached",
+        (f"{CHOICE}::test_nan_and_contact_are_failures",),
+    ),
+    Fault(
+        "chosen_plan_may_miss",
+        "parc_jax/driven/tested.py",
+        "failed = batch.failed | ~reached | ~(distance > 0)",
+        "failed = batch.failed | ~(distance > 0)",
+        (f"{CHOICE}::test_failures_are_counted_and_paid_for",),
+    ),
+    Fault(
+        "every_plan_taken_for_deterministic",
+        "parc_jax/driven/tested.py",
+        "    deterministic = ignores_key(system)\n",
+        "    deterministic = True\n",
+        (f"{CHOICE}::test_a_rare_gust_is_not_taken_for_none",),
+    ),
+    Fault(
+        "local_runs_in_single_precision",
+        "parc_jax/driven/local_runs.py",
+        "return jnp.clip(lo + u * (hi - lo), lo, hi)",
+        "return jnp.clip(lo + u * (hi - lo), lo, hi).astype(jnp.float32)",
+        (f"{CHOICE}::test_runs_on_a_box_are_uniform_there_and_disjoint",),
+    ),
+    Fault(
+        "shape_runs_are_the_training_runs",
+        "parc_jax/driven/local_runs.py",
+        "return self._stream(n, Stage.TRAIN, self.trained)",
+        "return self._stream(n, Stage.TRAIN, 0)",
+        (f"{CHOICE}::test_runs_on_a_box_are_uniform_there_and_disjoint",),
+    ),
+    Fault(
+        "risk_of_the_whole_box",
+        "parc_jax/driven/near.py",
+        "return self.model.claim.risk(Uniform(self.held))",
+        "return self.model.claim.risk(Uniform(1))",
+        (f"{CHOICE}::test_a_smaller_proved_box_costs_its_share",),
+    ),
+    Fault(
+        "every_local_tube_called_narrower",
+        "parc_jax/driven/near.py",
+        ">= NARROWER",
+        ">= 0",
+        (f"{CHOICE}::test_a_local_tube_that_is_not_narrower_says_so",),
+    ),
+    Fault(
+        "safe_box_not_asked_of_the_checker",
+        "parc_jax/driven/safe_box.py",
+        "if proves_box(scene.problem, model, certificate):",
+        "if True:",
+        (f"{SAFE_BOX}::test_only_what_the_checker_accepts_is_returned",),
+    ),
+    Fault(
+        "a_part_of_the_tube_called_all",
+        "parc_jax/driven/nearly.py",
+        "    if part == 1.0:\n        return model\n",
+        "    part = 0.5 * part\n",
+        (f"{REFINE}::test_the_score_is_the_share_of_the_tube_and_then_the_least_margin",),
+    ),
+)
