@@ -2,6 +2,7 @@
 set but for a little, more points.
 """
 
+import time
 from dataclasses import replace
 
 import numpy as np
@@ -10,11 +11,13 @@ from parc_jax.body import hull
 from parc_jax.claim.error_set import ErrorBox
 from parc_jax.claim.faces import Faces, faces
 from parc_jax.claim.tube import fitted_tube, tube
+from parc_jax.cover.search import cover, draw_safe_plans
 from parc_jax.model import TrajectoryModel
 from parc_jax.network.relu import relu_network
 from parc_jax.problem import ReachAvoid, reach_avoid
 from parc_jax.sets.box import box
 from parc_jax.sets.hpolytope import HPolytope
+from parc_jax.verdict.near import near_scene
 
 CORNERS = ("front_left", "front_right", "rear_right", "rear_left")
 DIAGONALS = np.array([[1.0, 1.0], [1.0, -1.0]])  # with the axes: four pairs of faces, six bases
@@ -92,3 +95,38 @@ def far_away(problem: ReachAvoid, n: int, first: float = 60.0) -> ReachAvoid:
     more = reach_avoid(problem.goal, [box(c, c + 2.0) for c in corners], problem.body).obstacles
     spans = (*problem.all_spans, *(None for _ in more))
     return problem.replace(obstacles=(*problem.obstacles, *more), spans=spans)
+
+
+def processor_times(scenes: dict, n_first: int, n_corridors: int) -> dict:
+    """Of named (model, problem), by turns: processor times [s] to a first safe plan (n_first,) and
+    to certified corridors (n_corridors,), and how many of these there were.
+    """
+    for model, problem in scenes.values():  # compiles
+        for seed in (100, 101):
+            _first(model, problem, seed)
+            _corridors(model, problem, seed)
+    out = {name: ([], [], []) for name in scenes}
+    for seed in range(n_first):
+        for name, scene in scenes.items():
+            out[name][0].append(_first(*scene, seed)[0])
+    for seed in range(n_corridors):
+        for name, scene in scenes.items():
+            spent, found = _corridors(*scene, seed)
+            out[name][1].append(spent)
+            out[name][2].append(len(found.corridors))
+    return {name: tuple(np.array(x) for x in lists) for name, lists in out.items()}
+
+
+def _first(model: TrajectoryModel, problem: ReachAvoid, seed: int):
+    begin = time.process_time()
+    rng = np.random.default_rng(seed)
+    found = draw_safe_plans(model, near_scene(problem, model), rng, 1, 0.99)
+    return time.process_time() - begin, found
+
+
+def _corridors(model: TrajectoryModel, problem: ReachAvoid, seed: int):
+    begin = time.process_time()
+    scene, rng = near_scene(problem, model), np.random.default_rng(seed)
+    asked = {"target": 0.01, "confidence": 0.99, "budget_s": 60.0}
+    found = cover(model, scene, rng, **asked, polytopes=False)
+    return time.process_time() - begin, found

@@ -22,6 +22,8 @@ NAMES = (
     "table_one",
     "gap",
     "yield",
+    "obstacles",
+    "bodies",
 )
 
 

@@ -31,6 +31,8 @@ KNOT_CHUNK = 2048  # the same for the test at a few knots
 # at which that test is made: in closed form it costs little, for hulls more than it mostly saves
 KNOTS = {GrownObstacles: 12, Pairs: 3}
 ITEMS = 2048  # open obstacle-interval pairs per compiled call
+# the same three where every pair is a search for a direction: what only fills up a call costs much
+OF_PAIRS = (512, 256, 256)
 
 
 def knot_test(few: ReLUNetwork, knots, tube, scene: Scene, z, k, facets: Facets | None = None):
@@ -44,6 +46,8 @@ def knot_test(few: ReLUNetwork, knots, tube, scene: Scene, z, k, facets: Facets 
     path = moved_to(p0, offsets)
     bin, goal, start = arrival(tube, scene, p0, path[-1], q, k)
     reaches = (goal >= 0) & (start >= 0) & (bin >= 0)
+    if facets is not None and len(z) == 3:
+        return reaches, reaches  # in space contact is looked for in vain: facets tell it sooner
     # the interval that a knot begins
     at = jnp.minimum(jnp.concatenate([jnp.zeros(1, int), knots]), tube.n_steps - 1)
     if facets is None or facets.inside is None:
@@ -179,12 +183,13 @@ def screen(model: TrajectoryModel, scene: Scene, z, k) -> Screened:
     net, tube, arrays = model.net, on_device(model.tube), scene.arrays
     few, knots = _few_outputs(model, KNOTS[type(scene.obstacles)])
     facets = facets_of(model.tube, scene)
+    sizes = (KNOT_CHUNK, CHUNK, ITEMS) if facets is None else OF_PAIRS
     reaches, outside = map_rows(
-        KNOT_CHUNK, lambda z, k: _knot_tests(few, knots, tube, arrays, z, k, facets), z, k
+        sizes[0], lambda z, k: _knot_tests(few, knots, tube, arrays, z, k, facets), z, k
     )
     row = np.flatnonzero(outside)
     seen = map_rows(
-        CHUNK, lambda z, k: _facet_tests(net, tube, arrays, z, k, facets), z[row], k[row]
+        sizes[1], lambda z, k: _facet_tests(net, tube, arrays, z, k, facets), z[row], k[row]
     )
     row = row[seen.possible]
     seen = FacetTest(*(field[seen.possible] for field in seen))
@@ -192,7 +197,7 @@ def screen(model: TrajectoryModel, scene: Scene, z, k) -> Screened:
     safe = np.ones(len(row), bool)
     if len(plan):
         separated = map_rows(
-            ITEMS,
+            sizes[2],
             lambda *items: _separated_items(tube, arrays, *items),
             seen.path[plan, t],
             seen.path[plan, t + 1],
