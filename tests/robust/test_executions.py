@@ -85,6 +85,18 @@ def test_little_is_lost_to_the_copies(rng):
     assert shown.sum() >= 0.75 * every.sum() > 0
 
 
+def test_rougher_execution_never_adds_plans(rng):
+    """On these plans: the bins of two tolerances differ, so it is seen and not shown."""
+    model, problem = toy_case(0, start=True)
+    p0, k = anchored_plans(rng, model, 600)
+    before = verdicts(model, scene_of(problem, model), p0, k).safe
+    for size in (0.005, 0.02, 0.05):
+        doubt = Doubt(start=0.01, k=[size, size])
+        safe = verdicts_under(problem.replace(doubt=doubt), model, p0, k).safe
+        assert (before | ~safe).all() and safe.sum() < before.sum()
+        before = safe
+
+
 @pytest.mark.parametrize("hidden", [(7,), (6, 5), (5, 4, 6)])
 def test_what_a_mixture_misses_is_bounded(hidden, rng):
     net = random_network(rng, 3, hidden)
