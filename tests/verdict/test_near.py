@@ -60,6 +60,8 @@ def test_verdicts_are_those_of_the_whole_scene(kind, seed):
     p0, k = plans_of(model, whole, rng)
     mine, theirs = verdicts(model, near, p0, k), verdicts(model, whole, p0, k)
     assert (mine.safe == theirs.safe).all() and theirs.reaches.sum() > 50
+    # of bodies in contact, how deep they are is not told
+    mine, theirs = (e._replace(clearance=np.maximum(e.clearance, 0)) for e in (mine, theirs))
     reaches = theirs.reaches
     assert (mine.clearance <= theirs.clearance + SLACKS)[reaches].all()
     exact = mine.clearance < float(near.beyond)
