@@ -3,6 +3,7 @@ against what it is to learn, the scene against the drone's size, and a machine w
 """
 
 import importlib.util
+import itertools
 import os
 import textwrap
 from pathlib import Path
@@ -19,6 +20,7 @@ import sims
 from parc_jax.errors import InputError
 from sims.foreign.slot import params as c
 from sims.foreign.slot.pilot import ACROSS, FRAME, Flight, command, learned, way
+from sims.foreign.slot.replays import clear_along_an_axis
 from sims.foreign.slot.scenario import AT, problem
 from sims.foreign.slot.system import CORNERS, POINTS, rotation, system
 
@@ -166,6 +168,17 @@ def test_the_adapter_on_the_page_is_the_one_that_runs():
     shown = page.split("```py\n")[1].split("```")[0]
     source = (root / "sims" / "foreign" / "slot" / "system.py").read_text("utf-8")
     assert textwrap.indent(shown, "    ") in source and shown.count("\n") <= 40
+
+
+def test_a_run_beyond_a_wall_along_an_axis_is_clear_and_one_through_it_is_not():
+    wall = pj.box([0.4, -1.0, -1.0], [0.5, 1.0, 1.0])
+    corners = np.array(list(itertools.product((0.05, -0.05), repeat=3)))
+    arms = np.concatenate([np.zeros((1, 3)), corners])
+    steps = np.linspace(0.0, 1.0, 4)[:, None]
+    below, through = (np.array(w) for w in ([0.0, 0.0, -1.2], [0.0, 0.0, 0.0]))
+    ways = [start + steps * np.array([1.0, 0.0, 0.0]) for start in (below, through)]
+    path = np.array([way[:, None] + arms for way in ways]).reshape(2, 4, 27)
+    assert clear_along_an_axis(path, [wall]).tolist() == [True, False]  # no record is in the wall
 
 
 def test_another_plant_is_refused():
