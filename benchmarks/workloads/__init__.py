@@ -13,6 +13,7 @@ NAMES = (
     "lps",
     "query",
     "onboard",
+    "rare",
     "batch_query",
     "checking",
     "fails_safely",
