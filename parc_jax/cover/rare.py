@@ -18,7 +18,8 @@ from parc_jax.network.predict import trajectories
 from parc_jax.verdict.pointwise import verdicts
 from parc_jax.verdict.scene import Scene
 
-POPULATION = 512
+POPULATION = 512  # of the first climb
+LARGEST = 8192  # of the last one: whoever needs more has little hope
 KEPT = 0.25  # of a population, at every level
 MOVES = 6  # of every plan, at every level
 SPREAD_MOVES = 12  # of safe plans, before they say where the safe set is
@@ -39,8 +40,8 @@ class _Plans(NamedTuple):
 def where_safe(
     model: TrajectoryModel, scene: Scene, rng: np.random.Generator, budget_s: float
 ) -> Place | None:
-    """A place around the safe plans that a climb finds; populations grow until one does, or until
-    [s] have passed. The first climb is always made to its end.
+    """A place around the safe plans that a climb finds; populations double until one does, or until
+    [s] have passed, or the LARGEST has failed. The first climb is always made to its end.
     """
     begin = time.perf_counter()
     size = POPULATION
@@ -48,7 +49,7 @@ def where_safe(
         safe = _climb(model, scene, rng, size)
         if safe is not None:
             return _around(model, scene, rng, safe)
-        if time.perf_counter() - begin >= budget_s:
+        if size >= LARGEST or time.perf_counter() - begin >= budget_s:
             return None
         size *= 2
 

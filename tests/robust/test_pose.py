@@ -26,7 +26,7 @@ from parc_jax.verdict.pointwise import verdicts
 from parc_jax.verdict.scene import scene_of
 
 KEY = jax.random.PRNGKey(0)
-SMALL = Settings(n_samples=8, target=0.3, budget_s=0.3, no_plan_budget_s=0.0)
+SMALL = Settings(n_samples=8, target=0.3, budget_s=300, no_plan_budget_s=0.0)
 
 
 def turned(model, angle: float, widths: bool = False):
@@ -134,7 +134,7 @@ def test_answers_from_here_are_sets_in_k_alone(here, rng):
     share = verdicts(model, scene_of(problem, model), np.tile(at[:2], (4000, 1)), k).safe.mean()
     estimate, low, high = answer.volume(0.9999)
     assert low / 4 - 0.02 < share < high / 4 + 0.02 and estimate > 0
-    assert answer.volumes.sum() <= 1.5 * high
+    assert answer.volumes.max() <= high  # several may overlap
     assert 0 < answer.share_of_k <= share + 0.02
     assert "with heading 0 rad" in answer.statement()
 

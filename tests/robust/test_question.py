@@ -28,7 +28,7 @@ from parc_jax.verdict.pointwise import verdicts
 from parc_jax.verdict.scene import scene_of
 
 KEY = jax.random.PRNGKey(0)
-SMALL = Settings(n_samples=12, target=0.2, budget_s=0.2, no_plan_budget_s=0.0)
+SMALL = Settings(n_samples=12, target=0.2, budget_s=300, no_plan_budget_s=0.0)
 TRIANGLE = hpolytope([[1.0, 1.0], [-1.0, 2.0], [0.0, -1.0]], [0.03, 0.02, 0.01])
 SQUARE = box([-0.02, -0.02], [0.02, 0.02])
 DOUBT = Doubt(start=[0.03, 0.02], goal=[0.02, 0.01, 0.03], obstacles=[TRIANGLE, SQUARE])
@@ -112,7 +112,7 @@ def test_the_boxes_of_doubt_of_the_plain_question_say_the_same():
 def test_no_doubt_is_the_answer_of_today_bit_for_bit():
     model, problem = toy_case(1)
     nothing = problem.replace(doubt=Doubt(start=0.0, goal=[0.0, 0.0, 0.0], k=[0.0, 0.0]))
-    fixed = SMALL.replace(budget_s=60.0, target=0.3)
+    fixed = SMALL.replace(budget_s=300, target=0.3)
     one, other = (Planner(model).solve(p, KEY, fixed).to_json() for p in (problem, nothing))
     assert one == other
 
