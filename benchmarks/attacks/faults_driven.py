@@ -38,13 +38,6 @@ DRIVEN = (
         (f"{LOOKS}::test_streams_of_looks_meet_neither_each_other_nor_any_stage",),
     ),
     Fault(
-        "host_code_taken_for_deterministic",
-        "parc_jax/driven/randomness.py",
-        "if _OUTSIDE in str(first) or not _alike(first, again):",
-        "if not _alike(first, again):",
-        (f"{RANDOM}::test_a_program_that_may_vary_is_not",),
-    ),
-    Fault(
         "numbers_drawn_while_traced_not_seen",
         "parc_jax/driven/randomness.py",
         "if _OUTSIDE in str(first) or not _alike(first, again):",
