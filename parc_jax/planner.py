@@ -1,7 +1,7 @@
 """The planner: one model, any number of queries."""
 
 import time
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from functools import cached_property
 
 import jax
@@ -138,7 +138,7 @@ class Planner:
         asked: Refine | None = None,
         settings: Settings | None = None,
         *,
-        say=lambda line: None,
+        say: Callable[[str], None] | None = None,
     ) -> Refined:
         """Look where the plans of a problem are, or nearly are, with new runs there: a plan, a
         claim about a small box around it, and everything proved again under it. [T23, T24]

@@ -119,12 +119,13 @@ def refine(
     solve: Callable[..., Any],
     asked: Refine,
     settings=None,
-    say: Callable[[str], None] = lambda line: None,
+    say: Callable[[str], None] | None = None,
 ) -> Refined:
     """Zoom, claim, prove: see `Planner.refine`. solve: as of `Choice`. say: called with a line of
     progress.
     """
     looks = Looks(asked.delta, asked.looks)
+    say = say or (lambda line: None)
     boxes, stages = _zoom(model, problem, system, key, asked, say)
     for box in boxes[: asked.looks]:
         look = looks.take()
