@@ -13,7 +13,7 @@ from parc_jax.model import TrajectoryModel
 from parc_jax.network.predict import outputs
 from parc_jax.verdict.pointwise import Verdicts
 from parc_jax.verdict.scene import Scene
-from parc_jax.verdict.screen import screen
+from parc_jax.verdict.screen import Screened, screen
 
 NEAREST, FARTHEST = 0.003, 0.1  # [size of K, size of the goal] spread of `near`
 FIRST_DRAW = 512
@@ -76,8 +76,8 @@ def draw(
     """
     if scene.at is not None and within is None:
         k = rng.uniform(scene.k_lo, scene.k_hi, (n, model.n_k))
-        reaching, safe = _safe_ones(model, scene, _ends_from(scene.at, model, k), k)
-        return Draw(n, reaching, safe, float(model.domain.volume))
+        seen, safe = safe_ones(model, scene, ends_from(scene.at, model, k), k)
+        return Draw(n, seen.reaching, safe, float(model.domain.volume))
     boxes = [model.tube.bin_box(b) for b in range(model.tube.n_bins)]
     k_lo, k_hi = np.array([lo for lo, _ in boxes]), np.array([hi for _, hi in boxes])
     least, most = model.tube.end_extent
@@ -92,21 +92,21 @@ def draw(
         return Draw(n, 0, no_points(model), 0.0)
     b = rng.choice(len(volume), n, p=volume / whole)
     k = rng.uniform(k_lo[b], k_hi[b])
-    reaching, safe = _safe_ones(model, scene, rng.uniform(z_lo[b], z_hi[b]), k)
-    return Draw(n, reaching, safe, whole)
+    seen, safe = safe_ones(model, scene, rng.uniform(z_lo[b], z_hi[b]), k)
+    return Draw(n, seen.reaching, safe, whole)
 
 
 def _draw_within(model, scene: Scene, place: Place, rng, n: int, z_lo, z_hi) -> Draw:
     """n points of a place; z_lo, z_hi (n_bins, n_p) are where a plan of each bin may end."""
     x = place.draw(rng, n)
     k = x[:, -model.n_k :]
-    z = x[:, : model.n_p] if scene.at is None else _ends_from(scene.at, model, k)
+    z = x[:, : model.n_p] if scene.at is None else ends_from(scene.at, model, k)
     b = model.tube.bin_of(k)
     fits = (b >= 0) & ((z_lo[b] <= z) & (z <= z_hi[b])).all(axis=1)
     if not fits.any():
         return Draw(n, 0, no_points(model), place.volume)
-    reaching, safe = _safe_ones(model, scene, z[fits], k[fits])
-    return Draw(n, reaching, safe, place.volume)
+    seen, safe = safe_ones(model, scene, z[fits], k[fits])
+    return Draw(n, seen.reaching, safe, place.volume)
 
 
 class Tally(NamedTuple):
@@ -201,25 +201,25 @@ def near(
     ends = around.path[to, -1, : model.n_p]
     z = ends + size * (scene.z_hi - scene.z_lo) * rng.standard_normal((n, model.n_p))
     if scene.at is not None:
-        z = _ends_from(scene.at, model, k)
+        z = ends_from(scene.at, model, k)
     known = ((k > scene.k_lo) & (k < scene.k_hi)).all(axis=1)
     if not known.any():
         return no_points(model)
-    return _safe_ones(model, scene, z[known], k[known])[1]
+    return safe_ones(model, scene, z[known], k[known])[1]
 
 
-def _safe_ones(model: TrajectoryModel, scene: Scene, z, k) -> tuple[int, Points]:
-    """How many of the plans with ends z (b, n_p) and parameters k (b, n_k) reach, and the safe
-    ones.
+def safe_ones(model: TrajectoryModel, scene: Scene, z, k) -> tuple[Screened, Points]:
+    """What screening says of the plans with ends z (b, n_p) and parameters k (b, n_k), and the safe
+    ones among them.
     """
     seen = screen(model, scene, z, k)
     cell = cell_of(seen.pattern, seen.bin)
     # a start that is asked for is not the one that rounding makes of it; the slack pays for that
     p0 = seen.p0 if scene.at is None else np.tile(scene.at, (len(seen.p0), 1))
-    return seen.reaching, Points(p0, k[seen.row], seen.path, seen.bin, seen.pattern, cell)
+    return seen, Points(p0, k[seen.row], seen.path, seen.bin, seen.pattern, cell)
 
 
-def _ends_from(start: np.ndarray, model: TrajectoryModel, k: np.ndarray) -> np.ndarray:
+def ends_from(start: np.ndarray, model: TrajectoryModel, k: np.ndarray) -> np.ndarray:
     """(b, n_p) where the first point ends that starts there, for parameters k (b, n_k)."""
     first = model.layout.n_offsets - model.n_c
     return start + outputs(model.net, k, slice(first, first + model.n_p))

@@ -5,12 +5,12 @@ import numpy as np
 from parc_jax.claim.counts import least_probability
 from parc_jax.cover.corridors import Corridors
 from parc_jax.cover.polytope import SafePolytope
-from parc_jax.cover.sampling import Points, groups, points
+from parc_jax.cover.sampling import Points, ends_from, groups, points, safe_ones
 from parc_jax.cover.solid import Solid, sample_solid, solid
 from parc_jax.errors import InputError
 from parc_jax.model import TrajectoryModel
 from parc_jax.sets.hpolytope import HPolytope
-from parc_jax.verdict.pointwise import anchor, verdicts
+from parc_jax.verdict.pointwise import verdicts
 from parc_jax.verdict.scene import Scene
 
 
@@ -121,15 +121,12 @@ class SafeUnion:
             left = np.flatnonzero(~hit)
             if len(left) == 0:
                 break
-            p0 = self.scene.at
-            if p0 is None:
-                ends_here = np.broadcast_to(z, (len(left), len(z)))
-                p0, reaches = anchor(self.model, self.scene, ends_here, k[left])
-                left, p0 = left[reaches], p0[reaches]
-            else:
-                p0 = np.tile(p0, (len(left), 1))
-            e = verdicts(self.model, self.scene, p0, k[left])
-            hit[left] = self.count(points(p0, k[left], e)) * e.safe > 0
+            some = k[left]
+            ends_here = np.broadcast_to(z, (len(left), len(z)))
+            if self.scene.at is not None:
+                ends_here = ends_from(self.scene.at, self.model, some)
+            seen, safe = safe_ones(self.model, self.scene, ends_here, some)
+            hit[left[seen.row]] = self.count(safe) > 0
         return least_probability(int(hit.sum()), n, 0.001)
 
     def _ends(self, most: int = 8) -> np.ndarray:
