@@ -3,6 +3,7 @@
 import time
 from collections.abc import Callable, Sequence
 from functools import cached_property
+from typing import TYPE_CHECKING
 
 import jax
 import numpy as np
@@ -14,8 +15,6 @@ from parc_jax.certificate.prove import prove
 from parc_jax.certificate.write import sample_part
 from parc_jax.cover.sampling import generator
 from parc_jax.cover.search import Cover
-from parc_jax.driven.local_model import check_same
-from parc_jax.driven.refine import Refine, Refined, refine
 from parc_jax.errors import InputError, expected
 from parc_jax.keys import Stage, stream
 from parc_jax.methods import MAX_LEAVES, Exact
@@ -28,6 +27,9 @@ from parc_jax.settings import Settings
 from parc_jax.verdict.near import near_scene
 from parc_jax.verdict.scene import Scene, scene_of
 from parc_jax.volume_bounds.no_plan import NoPlan, prove_no_plan
+
+if TYPE_CHECKING:
+    from parc_jax.driven.refine import Refine, Refined
 
 COLD_BUDGET_S = 1e-3  # [s] of search after compiling: `warm_up` wants the compiled programs alone
 
@@ -135,11 +137,11 @@ class Planner:
         problem: ReachAvoid,
         system,
         key: jax.Array,
-        asked: Refine | None = None,
+        asked: "Refine | None" = None,
         settings: Settings | None = None,
         *,
         say: Callable[[str], None] | None = None,
-    ) -> Refined:
+    ) -> "Refined":
         """Look where the plans of a problem are, or nearly are, with new runs there: a plan, a
         claim about a small box around it, and everything proved again under it. [T23, T24]
 
@@ -150,6 +152,10 @@ class Planner:
         other call uses. asked: sizes, looks and delta. settings: of the query under the local
         claim. say: called with a line of progress. Raises InputError.
         """
+        # who only asks needs no trainer
+        from parc_jax.driven.local_model import check_same
+        from parc_jax.driven.refine import Refine, refine
+
         settings = _checked("refine", problem, settings, Settings.whole())
         if problem.doubt is not None:
             raise InputError("refine: expected a problem without doubt; set doubt=None.")

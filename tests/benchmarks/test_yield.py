@@ -32,7 +32,8 @@ def scene():
 
 def toy(run):
     system = plant(run)
-    case = Case("toy", lambda: system, scene, ((2,),), (), (1, 1), 0, 1.0, {}, BoundSettings())
+    asked = (0, 1.0, 0.05, None, {}, BoundSettings())
+    case = Case("toy", lambda: system, scene, ((2,),), (), (1, 1), *asked)
     claim = declared_claim(zero_tube(([0.0, 1.0], [0.0, 1.0]), 4, 2, 3), "the model is exact")
     model = trajectory_model(straight_network(4), claim, system.domain, system.time)
     return case, system, model
