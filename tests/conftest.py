@@ -1,5 +1,6 @@
 """Strict numerics for every test: float64 on, no silent promotion, CPU unless --gpu."""
 
+import importlib.util
 import os
 from pathlib import Path
 
@@ -18,6 +19,8 @@ def pytest_addoption(parser):
 def pytest_configure(config):
     if not config.getoption("--gpu"):
         os.environ["JAX_PLATFORMS"] = "cpu"
+    if importlib.util.find_spec("crazyflow"):  # it asks for this before SciPy is imported
+        os.environ.setdefault("SCIPY_ARRAY_API", "1")
     # Each program that comes from the folder of compiled ones is remarked on, in vain, on stderr.
     os.environ.setdefault("TF_CPP_MIN_LOG_LEVEL", "3")
     import jax

@@ -4,11 +4,8 @@ against what it is to learn, the scene against the drone's size, and a machine w
 
 import importlib.util
 import itertools
-import os
 import textwrap
 from pathlib import Path
-
-os.environ.setdefault("SCIPY_ARRAY_API", "1")  # crazyflow asks for it before SciPy is imported
 
 import jax
 import jax.numpy as jnp
