@@ -119,6 +119,8 @@ class Answer:
             return f"<Answer for {name}: {self.status}>"
         held = self.coverage if self.polytopes else self.corridor_coverage
         share = f"at least {100 * held.at_least:.1f} % of the model's safe set"
+        if self._cover.within is not None:
+            share += " around what a search found"
         return (
             f"<Answer for {name}: {self.status}, {len(self.samples)} plans, "
             f"{len(self.corridors)} corridors, {len(self.polytopes)} polytopes, {share}>"

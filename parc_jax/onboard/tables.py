@@ -55,8 +55,14 @@ class Tables(NamedTuple):
 
 
 def tables(answer: Answer) -> Tables:
-    """The tables of an answer with corridors. Raises InputError for one without."""
+    """The tables of an answer with corridors. Raises InputError for one without, or
+    about one pose."""
     model, scene = answer.model, answer.scene
+    if answer.pose is not None:
+        raise InputError(
+            "export: expected an answer about any start; this one is told from one pose, perhaps "
+            "in the robot's own frame, which a header would not say. Solve without `at`."
+        )
     if not len(answer.corridors):
         raise InputError(
             "export: expected an answer with corridors; this one has none. Ask again with more "

@@ -9,6 +9,7 @@ import parc_jax as pj
 from parc_jax.cover.place import Place, place_around
 from parc_jax.cover.rare import where_around, where_safe
 from parc_jax.cover.sampling import draw
+from parc_jax.errors import InputError
 from parc_jax.verdict.near import near_scene
 from parc_jax.verdict.pointwise import verdicts
 
@@ -45,6 +46,7 @@ def answer():
 def test_a_set_of_share_1e_10_is_covered_like_any_other(answer):
     assert answer.status is pj.Status.PROVED and answer.coverage.at_least >= 0.95
     assert len(answer.samples) == 20 and answer.volume()[0] < 1e-8
+    assert "around what a search found" in repr(answer)
     assert "Safe plans are rare" in answer.statement() and "nothing is known" in answer.statement()
     n_p = MODEL.n_p
     for plan in answer.samples:  # the line y(x) of each stays in the slit, beside the blocks
@@ -113,3 +115,5 @@ def test_rare_parameters_from_one_start():
     answer = planner.solve(slit(1e-6), jax.random.PRNGKey(0), settings, at=(-1.2, 0.1))
     assert answer.status is pj.Status.PROVED and answer.coverage.at_least >= 0.8
     np.testing.assert_array_equal(answer.samples[:, :2], np.tile([-1.2, 0.1], (5, 1)))
+    with pytest.raises(InputError, match="any start"):
+        pj.write_c(answer, "pose.h")
