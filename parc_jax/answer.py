@@ -2,6 +2,7 @@
 they are worth.
 """
 
+import copy
 import html
 import json
 from collections.abc import Sequence
@@ -12,15 +13,20 @@ from typing import TYPE_CHECKING
 import jax
 import numpy as np
 
+from parc_jax.certificate.prove import prove
 from parc_jax.certificate.write import answer_part
 from parc_jax.claim.counts import clopper_pearson, least_probability
 from parc_jax.claim.risk import Density, NoStatement, Risk
 from parc_jax.cover.best import best_plan
 from parc_jax.cover.corridor import Corridor
 from parc_jax.cover.corridors import Corridors
+from parc_jax.cover.kept import KeptPlans
+from parc_jax.cover.later import cut_later
+from parc_jax.cover.plan_set import PlanSet
 from parc_jax.cover.polytope import SafePolytope
 from parc_jax.cover.sampling import generator
 from parc_jax.cover.search import Cover, Progress
+from parc_jax.cover.solid import Solid
 from parc_jax.cover.stopping import Coverage
 from parc_jax.cover.union import SafeUnion
 from parc_jax.driven.looks import Looks
@@ -50,6 +56,9 @@ from parc_jax.volume_bounds.no_plan import PROVED, NoPlan
 
 if TYPE_CHECKING:
     from parc_jax.driven.choice import Choice, Solve
+
+CUT_AROUND = 20_000  # safe plans around which `with_polytopes` cuts
+SPREAD_OUT = 6  # dimensions of (p0, k) up to which polytopes that nobody asked for are cut
 
 
 class Answer:
@@ -92,8 +101,12 @@ class Answer:
         self.solve: Solve | None = None  # the same question with another model, of `Planner`
         self._looks: Looks | None = None
         self._cover = cover
-        self._union = SafeUnion(model, scene, list(cover.polytopes))
         self._corridors = Corridors(model.tube, cover.corridors)
+        self._plans: PlanSet = (
+            SafeUnion(model, scene, list(cover.polytopes))
+            if len(cover.polytopes)
+            else KeptPlans(model, scene, self._corridors, cover.within)
+        )
 
     @property
     def problem(self) -> ReachAvoid:
@@ -103,7 +116,7 @@ class Answer:
     @property
     def found(self) -> bool:
         """A safe plan exists and is in hand."""
-        return len(self.samples) > 0 or len(self.polytopes) > 0
+        return len(self.samples) + len(self.corridors) + len(self.polytopes) > 0
 
     @property
     def status(self) -> Status:
@@ -117,8 +130,7 @@ class Answer:
         name = self.model.system or "unnamed system"
         if not self.found:
             return f"<Answer for {name}: {self.status}>"
-        held = self.coverage if self.polytopes else self.corridor_coverage
-        share = f"at least {100 * held.at_least:.1f} % of the model's safe set"
+        share = f"at least {100 * self._held.at_least:.1f} % of the model's safe set"
         if self._cover.within is not None:
             share += " around what a search found"
         return (
@@ -139,22 +151,66 @@ class Answer:
 
     @property
     def polytopes(self) -> list[SafePolytope]:
-        """The safe polytopes: pattern, bin, corridor and inner point each."""
-        return self._union.polytopes
+        """The safe polytopes: pattern, bin, corridor and inner point each. None unless the query
+        cut them (`Settings.polytopes`); `with_polytopes` cuts them later."""
+        return list(self._cover.polytopes)
+
+    def with_polytopes(self, key: jax.Array, n: int = CUT_AROUND) -> "Answer":
+        """This answer with its corridors cut into polytopes around n fresh safe plans, proved where
+        this answer is. Its `coverage` is that of one look at 6,000 further plans.
+
+        Corridors know no regions, polytopes do: they are many where parameters are.
+        """
+        rng = generator(key)
+        confidence = self.corridor_coverage.confidence
+        asked = self.model, self.scene, rng, self._corridors, self._cover.within
+        polytopes, coverage = cut_later(*asked, n, confidence)
+        refused = self.refused
+        if self.proved:
+            accepted = prove(self.scene.problem, self.model, [], (), polytopes)[2]
+            refused += int((~accepted).sum())
+            if not accepted.all():
+                polytopes = [p for p, kept in zip(polytopes, accepted, strict=True) if kept]
+                coverage = coverage._replace(at_least=0.0)
+        cut = copy.copy(self)
+        for name in _CACHED:
+            cut.__dict__.pop(name, None)
+        cut.refused = refused
+        cut._cover = self._cover._replace(polytopes=polytopes, coverage=coverage)
+        if polytopes:
+            cut._plans = SafeUnion(self.model, self.scene, polytopes)
+        return cut
+
+    @cached_property
+    def _solids(self) -> list[Solid]:
+        """The polytopes in the round; of an answer without any, those cut now."""
+        if isinstance(self._plans, SafeUnion):
+            return [solid for solid in self._plans.solids if solid is not None]
+        if not len(self.corridors):
+            return []
+        n = self.model.n_k + (self.model.n_p if self.scene.at is None else 0)
+        if n > SPREAD_OUT:
+            raise InputError(
+                f"expected at most {SPREAD_OUT} dimensions of (p0, k) for polytopes that were not "
+                f"asked for; this answer has {n}. Use `sample`, `keeps` and `best`, which need "
+                "none, or cut them with `with_polytopes`."
+            )
+        return self.with_polytopes(jax.random.PRNGKey(0))._solids
 
     @cached_property
     def safe_sets(self) -> list[HPolytope]:
         """Safe convex polytopes in (p0, k), each inside one region and one bin, redundant rows
-        removed; in k alone where all plans have one start, `scene.at`.
+        removed; in k alone where all plans have one start, `scene.at`. Cut on first use where the
+        query cut none.
         """
-        return [b.polytope for b in self._union.solids if b is not None]
+        return [solid.polytope for solid in self._solids]
 
     @cached_property
     def volumes(self) -> np.ndarray:
         """Volume of every polytope of `safe_sets` [units of p0 and k multiplied]; they may overlap
         inside a region.
         """
-        return np.array([b.volume for b in self._union.solids if b is not None])
+        return np.array([solid.volume for solid in self._solids])
 
     @property
     def history(self) -> Sequence[Progress]:
@@ -165,7 +221,7 @@ class Answer:
 
     @property
     def coverage(self) -> Coverage:
-        """Share of the model's safe set inside `safe_sets`: estimate, lower confidence bound,
+        """Share of the model's safe set inside `polytopes`: estimate, lower confidence bound,
         counts behind them.
         """
         return self._cover.coverage
@@ -174,6 +230,11 @@ class Answer:
     def corridor_coverage(self) -> Coverage:
         """Share of the model's safe set that keeps to some of `corridors`, as in `coverage`."""
         return self._cover.kept
+
+    @property
+    def _held(self) -> Coverage:
+        """Coverage of what `sample` draws from."""
+        return self.coverage if len(self.polytopes) else self.corridor_coverage
 
     @property
     def counts(self) -> dict[str, int]:
@@ -206,15 +267,17 @@ class Answer:
         return whole * x / n, whole * low, whole * high
 
     def contains(self, p0, k) -> np.ndarray:
-        """p0 (b, n_p), k (b, n_k) -> bool (b,): inside a returned safe polytope."""
-        return self._union.contains(*self._plans("contains", p0, k))
+        """p0 (b, n_p), k (b, n_k) -> bool (b,): inside a returned safe polytope; without any, safe
+        by one of `corridors`.
+        """
+        return self._plans.contains(*self._given("contains", p0, k))
 
     def keeps(self, p0, k) -> np.ndarray:
         """p0 (b, n_p), k (b, n_k) -> bool (b,): safe, as it keeps to one of `corridors`."""
-        e = verdicts(self.model, self.scene, *self._plans("keeps", p0, k))
+        e = verdicts(self.model, self.scene, *self._given("keeps", p0, k))
         return e.safe & (self._corridors.first(e.path, e.bin) >= 0)
 
-    def _plans(self, name: str, p0, k) -> tuple[np.ndarray, np.ndarray]:
+    def _given(self, name: str, p0, k) -> tuple[np.ndarray, np.ndarray]:
         try:
             p0, k = np.atleast_2d(np.asarray(p0, float)), np.atleast_2d(np.asarray(k, float))
         except (TypeError, ValueError) as error:
@@ -227,32 +290,34 @@ class Answer:
         return p0, k
 
     def sample(self, key: jax.Array, n: int) -> np.ndarray:
-        """n plans (n, n_p + n_k) drawn uniformly from the union of `safe_sets`. Consumes `key`."""
+        """n plans (n, n_p + n_k) drawn uniformly from the union of `polytopes`; without any, from
+        all plans that are safe by one of `corridors`. Consumes `key`.
+        """
         if n < 0:
             raise InputError(f"sample: expected a number of plans >= 0; got {n}.")
-        return self._union.sample(generator(key), n)
+        return self._plans.sample(generator(key), n)
 
     def project(self, dims) -> list[np.ndarray]:
         """Vertices (v, len(dims)) of every safe polytope projected onto coordinates of (p0, k), for
-        plots.
+        plots. Polytopes are cut on first use where the query cut none.
         """
         n = self.model.n_p + self.model.n_k
         if not all(0 <= d < n for d in dims):
             raise InputError(
                 f"project: expected coordinates of (p0, k), 0 to {n - 1}; got {list(dims)}."
             )
-        return [b.vertices[:, list(dims)] for b in self._union.solids if b is not None]
+        return [solid.vertices[:, list(dims)] for solid in self._solids]
 
     def best(self, objective="clearance", key: jax.Array | None = None) -> tuple[np.ndarray, float]:
         """The plan (n_p + n_k,) of the safe set with the largest objective found, and its value.
 
         objective: "clearance" [m]; "room", the least of clearance and of the margins of goal and
-        start; a vector c for the linear c . (p0, k), exact at a vertex; or a
-        JAX function of p0 (n_p,), k (n_k,). A hand-picked k has no probabilistic statement: see
+        start; a vector c for the linear c . (p0, k), exact at a vertex of `polytopes`; or a JAX
+        function of p0 (n_p,), k (n_k,). A hand-picked k has no probabilistic statement: see
         `risk`.
         """
         return best_plan(
-            self._union, objective, generator(jax.random.PRNGKey(0) if key is None else key)
+            self._plans, objective, generator(jax.random.PRNGKey(0) if key is None else key)
         )
 
     def choose(
@@ -298,10 +363,8 @@ class Answer:
 
     @cached_property
     def share_of_k(self) -> float:
-        """Lower estimate of Pi(T): share of K that some returned polytope proves safe for some
-        start.
-        """
-        share = self._union.share_of_k()
+        """Lower estimate of Pi(T): share of K with a start in what `sample` draws from."""
+        share = self._plans.share_of_k()
         return share if self.doubt is None else share * self.doubt.share_of_k(self.model.domain)
 
     @property
@@ -320,20 +383,20 @@ class Answer:
         if self.scene.at is not None:  # k alone is drawn
             ends = np.ones(1)
         known = self.volume(0.999)
-        union = 0.0 if known is None else known[1] * self.coverage.at_least
+        union = 0.0 if known is None else known[1] * self._held.at_least
         whole = self.model.domain.volume if self.doubt is None else self.doubt.k_volume
         return float(whole * np.nanmax(ends) / union) if union > 0 else np.inf
 
     def risk(self) -> Risk | NoStatement:
-        """What the claim promises for a plan drawn by `sample`: uniformly from the safe polytopes.
-        [T5, T18]
+        """What the claim promises for a plan drawn by `sample`: uniformly from the safe polytopes,
+        or without any from all that the corridors hold. [T5, T18, T34]
 
         The density of such k relative to the claim's uniform law is at most `density`. For another
         law over k use `model.claim.risk`: with k itself uniform on the certified k-set,
         Uniform(answer.share_of_k).
         """
-        if not self.polytopes:
-            return NoStatement("there are no safe polytopes to draw k from")
+        if not len(self.polytopes) and not len(self.corridors):
+            return NoStatement("there is no safe set to draw k from")
         promised = self.model.claim.risk(Density(1.0))
         if isinstance(promised, NoStatement) or self.model.claim.kind == "cover":
             return promised
@@ -342,7 +405,7 @@ class Answer:
             return NoStatement(f"the claim is about k drawn by {law!r}, not uniformly over K")
         if not np.isfinite(self.density):
             return NoStatement(
-                "how much of the safe set the polytopes cover was not measured within the budget"
+                "how much of the safe set they cover was not measured within the budget"
             )
         return self.model.claim.risk(Density(self.density))
 
@@ -356,7 +419,7 @@ class Answer:
             about_tube = f"{about_doubt(self.doubt.words)}\n{about_tube}"
         if self.pose is not None:
             about_tube = f"{about_pose(self.pose.place, self.pose.heading)}\n{about_tube}"
-        if not self.found and not self.polytopes:
+        if not self.found:
             if self.no_plan is None:
                 return NOTHING_FOUND
             return f"{self.no_plan.statement()}\n{about_tube}"
@@ -366,7 +429,8 @@ class Answer:
         if within is not None:
             k_lo, k_hi = (side[-self.model.n_k :] for side in within.box)
             plans = f"{plans}\n{about_place(k_lo, k_hi)}"
-        risk = about_risk(self.risk(), self.density, self.coverage.confidence, claim.delta)
+        drawn = "the safe polytopes" if len(self.polytopes) else "all that the corridors hold"
+        risk = about_risk(self.risk(), drawn, self.density, self._held.confidence, claim.delta)
         if self.doubt is not None and self.doubt.sensing_eps:
             risk = f"{risk} {about_sensing(self.risk(), self.doubt.sensing_eps)}"
         return f"(C) {plans}\n{about_tube}\n{risk}"
@@ -409,3 +473,6 @@ class Answer:
     def save(self, path) -> Path:
         """Write answer.json; it appears complete or not at all. `parc-jax check` verifies it."""
         return write_atomic(path, json.dumps(self.to_json(), separators=(",", ":")).encode())
+
+
+_CACHED = ("_solids", "safe_sets", "volumes", "share_of_k")  # that depend on the polytopes

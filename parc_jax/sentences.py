@@ -14,8 +14,9 @@ def about_plans(samples: int, polytopes: int, corridors: int, proved: bool) -> s
     proved: the exact checker accepted them.
     """
     how = "proved in exact arithmetic" if proved else "shown in float64 with a rounding margin"
+    inside = f"every (p0, k) in the {polytopes} safe polytopes and " if polytopes else ""
     return (
-        f"For each of the {samples} samples, every (p0, k) in the {polytopes} safe polytopes and "
+        f"For each of the {samples} samples, {inside}"
         f"every (p0, k) that meets all conditions of one of the {corridors} corridors, and for "
         f"every trajectory inside the tube: the goal is reached and nothing is touched; {how}."
     )
@@ -63,16 +64,21 @@ def about_sensing(risk: Risk | NoStatement, sensing_eps: Fraction) -> str:
 
 
 def about_risk(
-    risk: Risk | NoStatement, density: float, measured: float, delta: Fraction | None
+    risk: Risk | NoStatement,
+    drawn: str,
+    density: float,
+    measured: float,
+    delta: Fraction | None,
 ) -> str:
-    """What a plan drawn by `Answer.sample` risks. density: bound on that of its k, which rests on a
-    coverage known with confidence `measured`; delta: error probability of the claim.
+    """What a plan drawn by `Answer.sample` risks. drawn: what from, in words. density: bound on
+    that of its k, which rests on a coverage known with confidence `measured`; delta: error
+    probability of the claim.
     """
     if isinstance(risk, NoStatement):
         return f"Risk: no statement, since {risk.reason}."
     confidence = 1.0 if delta is None else float(1 - delta)
     return (
-        "Risk: a plan drawn by `sample`, uniformly from the safe polytopes, leaves the tube with "
+        f"Risk: a plan drawn by `sample`, uniformly from {drawn}, leaves the tube with "
         f"probability at most {rounded_up(risk.bound)} (the density of its k is at most "
         f"{rounded_up(density)} times uniform, measured with confidence 0.999 and {measured:g}; "
         f"the claim has confidence {confidence:.12g})."

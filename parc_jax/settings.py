@@ -15,7 +15,8 @@ class Settings:
     target, confidence: the corridors (with `polytopes`, these too) leave out at most `target` of
         the model's safe set, with this confidence, unless the budget ends first.
     budget_s: [s] for the search after the compiler is done; 0 grows nothing: samples only.
-    polytopes: cut polytopes from the corridors. Without them a query ends several times earlier.
+    polytopes: cut the corridors into polytopes too, region by region: several times the work, and
+        out of reach with many parameters. `Answer.with_polytopes` cuts them later.
     proof: check all that is returned in exact arithmetic.
     no_plan_budget_s: [s] for a proof that there is no safe plan, spent only when none was drawn.
     method: how the search is done: `Published(lps)`, or anything with its `search`; None is the
@@ -26,7 +27,7 @@ class Settings:
     target: float = 0.01
     confidence: float = 0.99
     budget_s: float = 20.0
-    polytopes: bool = True
+    polytopes: bool = False
     proof: bool = True
     no_plan_budget_s: float = 5.0
     method: object | None = None
@@ -54,11 +55,11 @@ class Settings:
         """A few safe plans as soon as they are found: no sets, no exact proof, no proof of
         absence.
         """
-        return cls(n_samples=4, budget_s=0.0, polytopes=False, proof=False, no_plan_budget_s=0.0)
+        return cls(n_samples=4, budget_s=0.0, proof=False, no_plan_budget_s=0.0)
 
     @classmethod
     def whole(cls) -> "Settings":
-        """The whole safe set but one hundredth, proved."""
+        """The whole safe set but one hundredth, as corridors, proved."""
         return cls()
 
     @classmethod

@@ -19,7 +19,7 @@ def answer():
     """Everything is safe: one cell, no obstacle, and one polytope that is all of it."""
     problem = reach_avoid(box([-0.5, -0.5, -9], [0.5, 0.5, 9]), [], 0.1)
     return Planner(line_model(4, 0.0)).solve(
-        problem, jax.random.key(0), Settings(n_samples=5, target=0.1, budget_s=300)
+        problem, jax.random.key(0), Settings(n_samples=5, target=0.1, budget_s=300, polytopes=True)
     )
 
 

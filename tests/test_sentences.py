@@ -24,5 +24,6 @@ def test_only_what_the_checker_accepted_is_called_proved():
 
 def test_without_a_bound_there_is_a_reason():
     assert (
-        about_risk(NoStatement("of this"), 1.0, 0.99, None) == "Risk: no statement, since of this."
+        about_risk(NoStatement("of this"), "a set", 1.0, 0.99, None)
+        == "Risk: no statement, since of this."
     )

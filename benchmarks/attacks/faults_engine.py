@@ -349,9 +349,9 @@ COVER = (
     ),
     Fault(
         "members_not_asked_for_safety",
-        "parc_jax/cover/union.py",
-        "return self.count(points(p0, k, e)) * e.safe > 0",
-        "return self.count(points(p0, k, e)) > 0",
+        "parc_jax/cover/plan_set.py",
+        "return self.has(points(p0, k, e)) & e.safe",
+        "return self.has(points(p0, k, e))",
         ("tests/test_answer.py::test_membership_asks_for_goal_and_start_too",),
     ),
     Fault(
@@ -373,7 +373,7 @@ COVER = (
     ),
     Fault(
         "share_of_k_from_above",
-        "parc_jax/cover/union.py",
+        "parc_jax/cover/plan_set.py",
         "return least_probability(int(hit.sum()), n, 0.001)",
         "return least_probability(int(hit.sum()), n, 1 - 1e-12)",
         ("tests/test_answer.py::test_the_share_of_k_is_a_lower_bound",),
@@ -388,7 +388,7 @@ COVER = (
     Fault(
         "density_without_the_covered_share",
         "parc_jax/answer.py",
-        "known[1] * self.coverage.at_least",
+        "known[1] * self._held.at_least",
         "known[1]",
         ("tests/test_answer.py::test_the_density_pays_for_what_the_polytopes_do_not_cover",),
     ),

@@ -28,7 +28,9 @@ def run(bench: Bench) -> Result:
     case, model = bench.model()
     target, n = bench.size((0.01, 100), (0.5, 3))
     answer = Planner(model).solve(
-        case.problem(), bench.key(), Settings(n_samples=n, target=target, proof=False)
+        case.problem(),
+        bench.key(),
+        Settings(n_samples=n, target=target, proof=False, polytopes=True),
     )
     data = answer.to_json()
     context = checker.Context(data["problem"], data["network"], data["tube"])

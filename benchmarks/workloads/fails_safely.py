@@ -43,7 +43,8 @@ def run(bench: Bench) -> Result:
         "lying_kernel": _lying_kernel(rng, bench.size(512, 64)),
         "solver_in_trouble": _solver_in_trouble(bench, model, problem),
     }
-    options = {"n_samples": bench.size(50, 3), "target": 0.5, "proof": False}
+    sizes = {"n_samples": bench.size(50, 3), "target": 0.5}
+    options = {**sizes, "proof": False, "polytopes": True}
     answer = Planner(model).solve(problem, bench.key(), Settings(**options))
     counts["arithmetic"] = _arithmetic(rng, model, problem, answer.samples, bench.size(200, 12))
     counts["certificates"] = _certificates(rng, answer.to_json(), bench.size(20, 1))

@@ -24,7 +24,7 @@ def run(bench: Bench) -> Result:
     """Query the drift scene with one seed after another."""
     case, model = bench.model()
     planner, problem = Planner(model), case.problem()
-    options = {"target": bench.size(0.01, 0.5), "budget_s": 30.0, "proof": False}
+    options = {"target": bench.size(0.01, 0.5), "budget_s": 30.0, "proof": False, "polytopes": True}
     cold = timed(lambda: planner.solve(problem, bench.key(1), Settings(**options)) and None, 0)
     first, polytope, corridors, cover, none_found, missed = [], [], [], [], 0, 0
     for seed in range(bench.size(100, 2)):

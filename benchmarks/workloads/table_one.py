@@ -171,6 +171,7 @@ def _ours(
             "n_samples": bench.size(100, 3),
             "target": bench.size(0.01, 0.5),
             "budget_s": bench.size(8.0, 0.5),
+            "polytopes": True,
         }
         answer = Planner(model).solve(problem, bench.key(), Settings(**options))
         if (

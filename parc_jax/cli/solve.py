@@ -15,7 +15,7 @@ def solve(
     target: float = 0.01,
     confidence: float = 0.99,
     budget: float = 20.0,
-    polytopes: bool = True,
+    polytopes: bool = False,
     method: Literal["exact", "paper", "paper-lp"] = "exact",
     at: str | None = None,
     first: bool = False,
@@ -43,12 +43,12 @@ def solve(
         out: The answer file, with certificates; it is written in every case but bad input.
         system: Refuse a model of any other system.
         samples: Safe plans to return.
-        target: Largest share of the safe set that the polytopes (without them: the corridors) may
+        target: Largest share of the safe set that the corridors (with --polytopes, these too) may
             leave out.
         confidence: Confidence in that.
         budget: Most seconds to spend on covering the safe set.
-        polytopes: Cut the corridors into polytopes of (p0, k). Corridors alone take a fraction of
-            the time.
+        polytopes: Cut the corridors into polytopes of (p0, k), for pictures of them and for
+            optimisers of yours. Corridors alone take a fraction of the time.
         method: The exact engine, or the published search by supports (paper) or linear programs
             (paper-lp).
         at: Where the robot is, x,y or x,y,heading: which k may it drive from here? With a heading

@@ -40,12 +40,7 @@ def verdict(answer: Answer, path: Path, cold_s: float | None, short: bool = Fals
     lines = []
     if answer.found and not short:
         n_p, names, t = answer.model.n_p, answer.model.labels, answer.timings
-        # the exact check may have refused every sample and accepted a polytope
-        plan = (
-            answer.samples[0]
-            if len(answer.samples)
-            else np.concatenate([answer.polytopes[0].p0, answer.polytopes[0].k])
-        )
+        plan = _some_plan(answer)
         lines += [
             f"first safe sample      {seconds(cold_s)} cold, {seconds(t['first_sample_s'])} warm",
             f"safe                   {100 * answer.safe_share:.1f} % of the goal-reaching set",
@@ -69,6 +64,14 @@ def verdict(answer: Answer, path: Path, cold_s: float | None, short: bool = Fals
     if not short:
         lines += ["", f"Written to {path}. Verify with: parc-jax check {path}"]
     return "\n".join(lines)
+
+
+def _some_plan(answer: Answer) -> np.ndarray:
+    """A plan of the answer: the exact check may have refused every sample and accepted others."""
+    if len(answer.samples):
+        return answer.samples[0]
+    one = [*answer.polytopes, *answer.corridors][0]
+    return np.concatenate([one.p0, one.k])
 
 
 def _named(values: np.ndarray, labels: tuple[str, ...]) -> str:

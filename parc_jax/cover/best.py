@@ -9,15 +9,17 @@ import jax.numpy as jnp
 import numpy as np
 
 from parc_jax.arrays import as_float64, x64
+from parc_jax.cover.plan_set import PlanSet
 from parc_jax.cover.solid import sample_solid
 from parc_jax.cover.union import SafeUnion
 from parc_jax.errors import InputError
 from parc_jax.verdict.near import whole_scene
 from parc_jax.verdict.pointwise import verdicts
 
-DRAWS = 2048  # first look over the whole union
+DRAWS = 2048  # first look over the whole set
 ROUNDS = 25
-PER_ROUND = 128
+PER_ROUND = 128  # of every polytope around the best point
+STEPS = 1024  # where there are no polytopes
 # each round draws this much closer to the best point; polytopes are convex, so nothing leaves its
 # polytope
 SHRINK = 0.75
@@ -30,22 +32,30 @@ Objective = str | np.ndarray | Callable
 
 
 def best_plan(
-    union: SafeUnion, objective: Objective, rng: np.random.Generator
+    plans: PlanSet, objective: Objective, rng: np.random.Generator
 ) -> tuple[np.ndarray, float]:
-    """Plan (n_p + n_k,) of the safe union with the largest objective found, and its value.
+    """Plan (n_p + n_k,) of a safe set with the largest objective found, and its value.
 
     objective: "clearance" [m], "room" (the least of clearance and of the margins of goal and
-    start), a vector c (n_p + n_k,) for c . (p0, k) (exact: attained at a vertex), or a JAX function
-    of p0 (n_p,), k (n_k,) -> scalar. Raises InputError.
+    start), a vector c (n_p + n_k,) for c . (p0, k) (exact for polytopes: attained at a vertex), or
+    a JAX function of p0 (n_p,), k (n_k,) -> scalar. Raises InputError.
     """
-    n_p, n_k = union.model.n_p, union.model.n_k
+    n_p, n_k = plans.model.n_p, plans.model.n_k
     if isinstance(objective, str) and objective not in NAMED:
         raise InputError(
             f'best: expected "clearance", "room", a vector or a function; got {objective!r}.'
         )
     if callable(objective) or isinstance(objective, str):
-        return _search(union, _value(union, objective), rng)
+        return _search(plans, _value(plans, objective), rng)
     c = as_float64("best: linear objective", objective, (n_p + n_k,))
+    if not isinstance(plans, SafeUnion):
+        return _search(plans, lambda x: x @ c, rng)
+    return _best_vertex(plans, c)
+
+
+def _best_vertex(union: SafeUnion, c: np.ndarray) -> tuple[np.ndarray, float]:
+    """Of a linear objective."""
+    n_p = union.model.n_p
     corners = [
         np.concatenate([p.p0, p.k]) * (1 - PULL) + s.vertices * PULL
         for p, s in zip(union.polytopes, union.solids, strict=True)
@@ -63,24 +73,17 @@ def best_plan(
     raise InputError("best: the safe polytopes are thinner than float64 resolves.")
 
 
-def _search(union: SafeUnion, value, rng) -> tuple[np.ndarray, float]:
-    n_p = union.model.n_p
-    x = union.sample(rng, DRAWS)
-    scores = value(x)
-    plan = x[np.argmax(scores)]
+def _search(plans: PlanSet, value, rng) -> tuple[np.ndarray, float]:
+    n_p = plans.model.n_p
+    drawn = plans.sample(rng, DRAWS)
+    scores = value(drawn)
+    plan = drawn[np.argmax(scores)]
     score = float(scores.max())
     scale = 1.0
     for _ in range(ROUNDS):
-        around = [
-            sample_solid(s, rng, PER_ROUND)
-            for p, s in zip(union.polytopes, union.solids, strict=True)
-            if s is not None and (p.halfspaces.A @ plan <= p.halfspaces.b + 1e-12).all()
-        ]
-        if not around:
-            break
         scale *= SHRINK
-        x = plan + scale * (np.concatenate(around) - plan)
-        x = x[union.contains(x[:, :n_p], x[:, n_p:])]
+        x = plan + scale * _steps(plans, drawn, plan, rng)
+        x = x[plans.contains(x[:, :n_p], x[:, n_p:])]
         scores = value(x) if len(x) else np.array([-np.inf])
         if scores.max() > score:
             plan = x[np.argmax(scores)]
@@ -88,15 +91,30 @@ def _search(union: SafeUnion, value, rng) -> tuple[np.ndarray, float]:
     return plan, score
 
 
-def _value(union: SafeUnion, objective):
+def _steps(plans: PlanSet, drawn, plan, rng) -> np.ndarray:
+    """Ways (m, n_p + n_k) from a plan: to points of the polytopes around it, or such as lead from
+    one drawn plan to another, which fit the set as a whole.
+    """
+    if not isinstance(plans, SafeUnion):
+        a, b = rng.integers(0, len(drawn), (2, STEPS))
+        return drawn[a] - drawn[b]
+    around = [
+        sample_solid(s, rng, PER_ROUND)
+        for p, s in zip(plans.polytopes, plans.solids, strict=True)
+        if s is not None and (p.halfspaces.A @ plan <= p.halfspaces.b + 1e-12).all()
+    ]
+    return np.concatenate([np.zeros((0, len(plan))), *around]) - plan
+
+
+def _value(plans: PlanSet, objective):
     """Objective of plans (b, n_p + n_k) -> (b,) on the host; NaN counts as worst."""
-    n_p = union.model.n_p
+    n_p = plans.model.n_p
     if isinstance(objective, str):
         # of all obstacles, those too that no plan comes near
-        scene = whole_scene(union.scene, union.model)
+        scene = whole_scene(plans.scene, plans.model)
 
         def named(x):
-            e = verdicts(union.model, scene, x[:, :n_p], x[:, n_p:])
+            e = verdicts(plans.model, scene, x[:, :n_p], x[:, n_p:])
             if objective == "clearance":
                 return e.clearance
             return np.minimum(np.minimum(e.goal, e.start), e.clearance)

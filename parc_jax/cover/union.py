@@ -1,11 +1,11 @@
-"""The union of the safe polytopes: membership, uniform samples, the safest point."""
+"""The union of the safe polytopes: membership and uniform samples."""
 
 import numpy as np
 
-from parc_jax.claim.counts import least_probability
 from parc_jax.cover.corridors import Corridors
+from parc_jax.cover.plan_set import PlanSet
 from parc_jax.cover.polytope import SafePolytope
-from parc_jax.cover.sampling import Points, ends_from, groups, points, safe_ones
+from parc_jax.cover.sampling import Points, groups, points
 from parc_jax.cover.solid import Solid, sample_solid, solid
 from parc_jax.errors import InputError
 from parc_jax.model import TrajectoryModel
@@ -14,12 +14,11 @@ from parc_jax.verdict.pointwise import verdicts
 from parc_jax.verdict.scene import Scene
 
 
-class SafeUnion:
+class SafeUnion(PlanSet):
     """Polytopes with an index by cell. Two polytopes of different cells share no interior point."""
 
     def __init__(self, model: TrajectoryModel, scene: Scene, polytopes: list[SafePolytope]):
-        self.model = model
-        self.scene = scene
+        super().__init__(model, scene)
         self.polytopes = polytopes
         self._solids: list[Solid | None] | None = None
         corridors = {id(p.corridor): p.corridor for p in polytopes}
@@ -53,12 +52,14 @@ class SafeUnion:
         starts = np.tile(start, (len(section.vertices), 1))
         return section._replace(vertices=np.concatenate([starts, section.vertices], axis=1))
 
-    def contains(self, p0: np.ndarray, k: np.ndarray) -> np.ndarray:
-        """p0 (b, n_p), k (b, n_k) -> bool (b,): proved safe in float64 and inside a returned
-        polytope.
-        """
-        e = verdicts(self.model, self.scene, p0, k)
-        return self.count(points(p0, k, e)) * e.safe > 0
+    @property
+    def inner(self) -> np.ndarray:
+        """The polytopes' inner points."""
+        return self._rows([np.concatenate([p.p0, p.k]) for p in self.polytopes])
+
+    def has(self, safe: Points) -> np.ndarray:
+        """(b,) bool: which of some safe plans are inside a polytope."""
+        return self.count(safe) > 0
 
     def count(self, at: Points) -> np.ndarray:
         """(b,) number of polytopes around each safe point."""
@@ -102,42 +103,3 @@ class SafeUnion:
                     "scene."
                 )
         return rng.permutation(np.concatenate(out))[:n]
-
-    def share_of_k(self, n: int = 20_000) -> float:
-        """Lower 99.9 % confidence bound of the share of K that has a safe start in some polytope.
-        Deterministic draw.
-
-        A k belongs when the start of a polytope's own anchored offset keeps it inside: p0 moves so
-        that the predicted end stays at the end of the polytope's inner point. Sufficient, so the
-        share is never too large.
-        """
-        rng = np.random.default_rng(0)
-        k = rng.uniform(self.model.domain.lo, self.model.domain.hi, (n, self.model.n_k))
-        ends = self._ends() if self.scene.at is None else self.scene.at[None]
-        if not self.polytopes:
-            return 0.0
-        hit = np.zeros(n, bool)
-        for z in ends:
-            left = np.flatnonzero(~hit)
-            if len(left) == 0:
-                break
-            some = k[left]
-            ends_here = np.broadcast_to(z, (len(left), len(z)))
-            if self.scene.at is not None:
-                ends_here = ends_from(self.scene.at, self.model, some)
-            seen, safe = safe_ones(self.model, self.scene, ends_here, some)
-            hit[left[seen.row]] = self.count(safe) > 0
-        return least_probability(int(hit.sum()), n, 0.001)
-
-    def _ends(self, most: int = 8) -> np.ndarray:
-        """A few well-spread predicted ends (m, n_p) of inner points: farthest-point order."""
-        if not self.polytopes:
-            return np.zeros((0, self.model.n_p))
-        p0, k = np.array([p.p0 for p in self.polytopes]), np.array([p.k for p in self.polytopes])
-        ends = verdicts(self.model, self.scene, p0, k).path[:, -1, : self.model.n_p]
-        chosen = [int(np.argmin(np.abs(ends - np.median(ends, axis=0)).sum(axis=1)))]
-        distance = np.full(len(ends), np.inf)
-        while len(chosen) < min(most, len(ends)):
-            distance = np.minimum(distance, np.abs(ends - ends[chosen[-1]]).sum(axis=1))
-            chosen.append(int(np.argmax(distance)))
-        return ends[chosen]

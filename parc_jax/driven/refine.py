@@ -136,7 +136,7 @@ def refine(
         bought, near = _proved(local, model, problem, own, solve, look, asked, settings)
         stages.append(bought)
         say(_line(bought))
-        if near is not None and near.answer.polytopes:
+        if near is not None and near.answer.corridors:
             plan, value = near.answer.best("room")
             scene = whole_scene(near.answer.scene, local)
             n_p = local.n_p

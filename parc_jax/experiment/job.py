@@ -77,6 +77,7 @@ def run_study(
         target=study.target,
         confidence=study.confidence,
         budget_s=study.budget_s,
+        polytopes=True,
     )
     with watch("first query (cold)"):
         cold = planner.warm_up(problem, settings)

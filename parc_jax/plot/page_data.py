@@ -115,7 +115,8 @@ def _plans(answer) -> dict:
 
 def outlines(answer) -> dict[str, list]:
     """Per pair of coordinates of (p0, k), written "i,j", the outlines [[x, y], ...] of the safe
-    polytopes: of every view of the workspace, and of all pairs of parameters.
+    polytopes, if the answer has any: of every view of the workspace, and of all pairs of
+    parameters.
     """
     n_p, n_k = answer.model.n_p, answer.model.n_k
     seen = [view.axes for view in views_of(n_p)]
@@ -123,7 +124,7 @@ def outlines(answer) -> dict[str, list]:
     return {
         f"{i},{j}": [
             [[_short(x), _short(y)] for x, y in shapes.hull(points)]
-            for points in answer.project((i, j))
+            for points in (answer.project((i, j)) if answer.polytopes else ())
         ]
         for i, j in pairs
     }

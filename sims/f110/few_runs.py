@@ -41,7 +41,9 @@ def attempt(car: F110, n: int, learned: Model, key: jax.Array, quiet: bool = Tru
     width = tuple(np.median(model.tube.final, axis=0).tolist())
     row = Row(n, learned.claim, learned.fitted, eps, claim.discard if eps else 0, width)
     planner = Planner(model)
-    answer = planner.solve(problem(), key, Settings(n_samples=PLANS, budget_s=BUDGET))
+    answer = planner.solve(
+        problem(), key, Settings(n_samples=PLANS, budget_s=BUDGET, polytopes=True)
+    )
     if not answer.found:
         none = answer.no_plan
         return Tried(row._replace(why=none.reason or none.statement()), learned, answer, None)

@@ -238,7 +238,7 @@ def test_polytopes_for_the_chosen_ones(toy):
     full = planner.solve_batch(
         [problems[best]],
         KEY,
-        Settings(n_samples=4, target=0.3, budget_s=300, proof=False),
+        Settings(n_samples=4, target=0.3, budget_s=300, proof=False, polytopes=True),
         whole=[0],
     ).answers[0]
     assert full.found and len(full.safe_sets)

@@ -49,7 +49,7 @@ def test_bad_doubt_is_one_sentence(shell, options, sentence):
 
 def test_an_answer_under_doubt(shell):
     options = ("--doubt-start", 0.02, 0.01, "--sensing-eps", "0.001", "--target", 0.3)
-    code, said, _ = shell(*options, "--budget", 2, "--no-polytopes")
+    code, said, _ = shell(*options, "--budget", 2)
     assert code == 0 and "every start within ±0.02, ±0.01 m" in said
     assert "lies outside of its doubt with probability at most 0.001" in said
 

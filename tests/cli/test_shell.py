@@ -40,9 +40,8 @@ def files(tmp_path):
 
 
 def test_solve_check_plot(shell, files):
-    code, said, complained = shell(
-        "solve", "model.npz", "scene.toml", "--target", 0.1, "--budget", 300, "--no-cache"
-    )
+    asked = ("--target", 0.1, "--budget", 300, "--polytopes", "--no-cache")
+    code, said, complained = shell("solve", "model.npz", "scene.toml", *asked)
     assert code == 0 and "safe polytopes" in said and "(C) For each" in said and not complained
     assert shell("check", "answer.json")[0] == 0
     code, said, _ = shell("plot", "answer.json", "--html", "page.html")
@@ -62,9 +61,7 @@ def test_solve_check_plot(shell, files):
 
 
 def test_corridors_alone_are_found_checked_and_drawn(shell, files):
-    code, said, _ = shell(
-        "solve", "model.npz", "scene.toml", "--no-polytopes", "--json", "--no-cache"
-    )
+    code, said, _ = shell("solve", "model.npz", "scene.toml", "--json", "--no-cache")
     facts = json.loads(said)
     assert code == 0 and facts["polytopes"] == 0 and facts["coverage"]["share"] == 0
     assert facts["corridors"] > 0 and facts["corridor_coverage"]["at_least"] >= 0.99

@@ -22,7 +22,9 @@ SCENES = (2, 4, 8)
 def answer(request):
     model, problem = toy_case(request.param)
     return Planner(model).solve(
-        problem, jax.random.key(request.param), Settings(target=0.05, n_samples=10, budget_s=300)
+        problem,
+        jax.random.key(request.param),
+        Settings(target=0.05, n_samples=10, budget_s=300, polytopes=True),
     )
 
 

@@ -39,7 +39,9 @@ def volume(half: float) -> float:
 
 @pytest.fixture(scope="module")
 def answer():
-    settings = pj.Settings(n_samples=20, target=0.05, budget_s=300, no_plan_budget_s=0)
+    settings = pj.Settings(
+        n_samples=20, target=0.05, budget_s=300, no_plan_budget_s=0, polytopes=True
+    )
     return pj.Planner(MODEL).solve(slit(), jax.random.PRNGKey(0), settings)
 
 
@@ -110,7 +112,7 @@ def _turn() -> np.ndarray:
 
 
 def test_rare_parameters_from_one_start():
-    settings = pj.Settings(n_samples=5, target=0.2, budget_s=300)
+    settings = pj.Settings(n_samples=5, target=0.2, budget_s=300, polytopes=True)
     planner = pj.Planner(MODEL)
     answer = planner.solve(slit(1e-6), jax.random.PRNGKey(0), settings, at=(-1.2, 0.1))
     assert answer.status is pj.Status.PROVED and answer.coverage.at_least >= 0.8

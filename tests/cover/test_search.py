@@ -77,7 +77,7 @@ def test_any_number_of_obstacles_is_covered_and_proved(n_obstacles):
     blocks = [box([2, 0.5 + i], [3, 0.9 + i]) for i in range(n_obstacles)]
     problem = reach_avoid(box([3.0, -0.5, -1.0], [4.0, 0.5, 1.0]), blocks, 0.1)
     answer = Planner(line_model(e=0.05)).solve(
-        problem, jax.random.key(0), Settings(n_samples=5, target=0.1, budget_s=300)
+        problem, jax.random.key(0), Settings(n_samples=5, target=0.1, budget_s=300, polytopes=True)
     )
     assert answer.refused == 0 and answer.polytopes and answer.corridors
     assert min(answer.coverage.at_least, answer.corridor_coverage.at_least) >= 0.9
@@ -86,7 +86,7 @@ def test_any_number_of_obstacles_is_covered_and_proved(n_obstacles):
 def test_corridors_alone_are_certified_without_polytopes(rng):
     model, problem = toy_case(4)
     options = {"n_samples": 5, "target": 0.02, "budget_s": 300}
-    answer = Planner(model).solve(problem, jax.random.key(0), Settings(polytopes=False, **options))
+    answer = Planner(model).solve(problem, jax.random.key(0), Settings(**options))
     assert (
         not answer.polytopes
         and answer.coverage.at_least == 0
@@ -97,6 +97,7 @@ def test_corridors_alone_are_certified_without_polytopes(rng):
     fresh = draw(model, answer.scene, rng, 40_000).safe
     kept = int(answer.keeps(fresh.p0, fresh.k).sum())
     assert binom.cdf(kept, len(fresh.k), 0.98) > 1e-6
-    both = Planner(model).solve(problem, jax.random.key(0), Settings(**options))
+    asked = Settings(polytopes=True, **options)
+    both = Planner(model).solve(problem, jax.random.key(0), asked)
     assert both.corridor_coverage.at_least >= 0.98 and both.coverage.at_least >= 0.98
     assert [p.kept >= p.inside for p in both.history] == [True] * len(both.history)

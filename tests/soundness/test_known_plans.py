@@ -194,7 +194,9 @@ def test_volume_of_a_safe_set_known_on_paper():
     goal, floor = box([-1, -1, -2], [1, 1, 2]), box([-8, -4], [8, -0.75])
     problem = reach_avoid(goal, [floor], 0.25)
     answer = Planner(model).solve(
-        problem, jax.random.key(0), Settings(target=0.05, n_samples=10, budget_s=300)
+        problem,
+        jax.random.key(0),
+        Settings(target=0.05, n_samples=10, budget_s=300, polytopes=True),
     )
     # height of end points above the body's lowest place: both z_1 and z_1 - k_1 must be in [0, ..)
     z = 1.5
@@ -240,7 +242,9 @@ def test_a_hidden_spike_of_relative_area_1e_8_is_in_no_polytope():
     model, problem = spike_model(), reach_avoid(*SPIKE)
     assert 2 * 1e-4**2 / 4 <= 1e-8
     answer = Planner(model).solve(
-        problem, jax.random.key(0), Settings(target=0.05, n_samples=20, budget_s=300)
+        problem,
+        jax.random.key(0),
+        Settings(target=0.05, n_samples=20, budget_s=300, polytopes=True),
     )
     assert answer.coverage.at_least > 0.95 and answer.refused == 0
     rng = np.random.default_rng(0)

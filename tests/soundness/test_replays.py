@@ -153,7 +153,9 @@ def parking():
         Path(__file__).parents[1] / "data" / "drift_4x8.npz", system="drift_parking"
     )
     answer = Planner(model).solve(
-        scenario.problem(), jax.random.key(0), Settings(target=0.05, n_samples=100, budget_s=300)
+        scenario.problem(),
+        jax.random.key(0),
+        Settings(target=0.05, n_samples=100, budget_s=300, polytopes=True),
     )
     return model, answer
 

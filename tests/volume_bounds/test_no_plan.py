@@ -265,7 +265,7 @@ def test_planner_says_which_of_the_two_is_true(tmp_path, monkeypatch):
     import jax
 
     model = line_model(e=0.05)
-    patient = Settings(target=0.3, budget_s=300, no_plan_budget_s=300)
+    patient = Settings(target=0.3, budget_s=300, no_plan_budget_s=300, polytopes=True)
     answer = Planner(model).solve(walls(0.59), jax.random.key(0), patient)
     assert (
         not answer.found

@@ -48,7 +48,9 @@ def job(
         model = claimed(net, runs, eps, discard or 0)
         model.save(out / "model.npz")
     with watch("safe set"):
-        answer = Planner(model).solve(problem(), key, Settings(n_samples=PLANS, budget_s=BUDGET))
+        answer = Planner(model).solve(
+            problem(), key, Settings(n_samples=PLANS, budget_s=BUDGET, polytopes=True)
+        )
         answer.save(out / "answer.json")
     with watch("held-out commands against the answer"):
         replayed = again(answer, runs.held) if answer.found else None

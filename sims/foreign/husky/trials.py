@@ -58,7 +58,7 @@ def trial(
         net, claim, cut.runs.domain, time, cut.runs.name, labels, cut.runs.points
     )
     bay = problem(BAY_WIDTH * size[1] / c.WIDTH, BAY_LENGTH * size[0] / c.LENGTH)
-    answer = Planner(model).solve(bay, key, Settings(n_samples=20, budget_s=BUDGET))
+    answer = Planner(model).solve(bay, key, Settings(n_samples=20, budget_s=BUDGET, polytopes=True))
     left = worst_by_group(~inside_tube(claim, net, later.runs), later.runs.groups)
     way = np.linalg.norm(fine.p[:, -1], axis=1)
     found = {

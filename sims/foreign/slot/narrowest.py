@@ -19,9 +19,7 @@ SAMPLES = 4  # safe plans to look for in each slot
 def narrowest(model, widths, key) -> list[dict]:
     """Per width [m], in order, the plans that were drawn and proved; ends where there are none."""
     planner = Planner(model)
-    settings = Settings(
-        n_samples=SAMPLES, budget_s=0.0, polytopes=False, proof=True, no_plan_budget_s=0.0
-    )
+    settings = Settings(n_samples=SAMPLES, budget_s=0.0, proof=True, no_plan_budget_s=0.0)
     found = []
     for width in widths:
         answer = planner.solve(problem(width), key, settings)

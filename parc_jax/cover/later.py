@@ -1,0 +1,42 @@
+"""Polytopes for corridors that a query built without any: cut around fresh plans, and counted on
+other ones.
+"""
+
+import numpy as np
+
+from parc_jax.cover.build import Building
+from parc_jax.cover.corridors import Corridors
+from parc_jax.cover.place import Place
+from parc_jax.cover.polytope import SafePolytope
+from parc_jax.cover.polytopes import Polytopes, cut_around
+from parc_jax.cover.sampling import no_points
+from parc_jax.cover.search import draw_safe_plans
+from parc_jax.cover.stopping import Coverage, nothing_covered, stopping_rule
+from parc_jax.model import TrajectoryModel
+from parc_jax.verdict.scene import Scene
+
+COUNTED = 6000  # fresh safe plans that say what the polytopes hold
+
+
+def cut_later(
+    model: TrajectoryModel,
+    scene: Scene,
+    rng: np.random.Generator,
+    corridors: Corridors,
+    within: Place | None,
+    n: int,
+    confidence: float,
+) -> tuple[list[SafePolytope], Coverage]:
+    """Polytopes around n safe plans, and the share of the model's safe set inside them: one look at
+    plans that nothing was cut from. [T31]
+    """
+    building = Building(corridors, np.zeros(len(corridors), int), no_points(model))
+    seen = draw_safe_plans(model, scene, rng, n, confidence, within).points
+    if not len(corridors) or not len(seen.k):
+        return [], nothing_covered(confidence)
+    building = building.counting(corridors.first(seen.path, seen.bin))
+    polytopes = Polytopes(cut_around(building, seen, 0.0))
+    fresh = draw_safe_plans(model, scene, rng, COUNTED, confidence, within).points
+    inside = polytopes.first(fresh, building) >= 0
+    look = stopping_rule(0.5, confidence).after(inside)  # whatever the target: nothing stops here
+    return polytopes.spelled_out(model, scene, building), look.coverage
