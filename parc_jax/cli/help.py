@@ -19,8 +19,8 @@ NARROWEST = 40
 
 def readable(command: Callable) -> Callable:
     """The same command for the parser: `--bins N N ...` where it would say
-    {None}|{[INT [INT ...]]}, and help texts in one piece, which it then breaks where the terminal
-    ends.
+    {None}|{[INT [INT ...]]}, no "(default: None)", and help texts in one piece, which it breaks
+    where the terminal ends.
     """
     import tyro
 
@@ -32,7 +32,8 @@ def readable(command: Callable) -> Callable:
         metavar = metavar_of(hint)
         if parameter.kind is parameter.POSITIONAL_ONLY:
             metavar = parameter.name.upper()
-        hint = typing.Annotated[hint, tyro.conf.arg(metavar=metavar)]
+        left_out = "" if parameter.default is None else None  # the help text says what happens
+        hint = typing.Annotated[hint, tyro.conf.arg(metavar=metavar, help_behavior_hint=left_out)]
         parameters.append(parameter.replace(annotation=hint))
 
     def shown(*arguments, **options):

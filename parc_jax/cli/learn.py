@@ -52,24 +52,25 @@ def learn(
         plant: Plant of the simulator, e.g. mjx or ode. Default: the system's own.
         body: Body of the robot, which says what points of it are learned, e.g. rectangle or disc.
             Default: its study's, or the system's own.
-        rollouts: Number of training rollouts.
-        hidden: Widths of the hidden layers, e.g. 8 8 8 8.
+        rollouts: Number of training rollouts. Default: the study's, or 10,000.
+        hidden: Widths of the hidden layers. Default: the study's, or 8 8 8 8.
         bins: Bins per axis of K over which the tube's profile varies. Default: cut where the error
             changes.
         head: Hidden layers of a network that learns how the error depends on k, e.g. 8 8. Default:
             the largest error in every bin.
         shape: Shape of the tube: "box", half widths along the axes, or "fitted", faces along the
             principal axes of the errors beside them. Default: box, or the study's.
-        eps: Probability with which a new run may leave the tube.
-        delta: One minus the confidence in that.
+        eps: Probability with which a new run may leave the tube. Default: the study's, or 0.001.
+        delta: One minus the confidence in that. Default: the study's, or 0.001.
         claims: "one" over all of K, "bins" in every bin at once; the first is the one of the model.
+            Default: the study's, or one.
         fresh: Runs behind the claims. Default: as many as they need, or the study's.
         discard: Runs to leave outside of the tube, fixed before any is seen; with 0 the claim
             carries the eps that the runs support. Default: as many as eps and delta allow.
-        seeds: Networks trained, of which the best is kept.
-        steps: Training steps.
-        dt: Logged runs only: time between model knots [s].
-        t_f: Logged runs only: length of a run [s].
+        seeds: Networks trained, of which the best is kept. Default: the study's, or 6.
+        steps: Training steps. Default: the study's, or 3,000.
+        dt: Logged runs only: time between model knots [s]. Default: the file's own, if it has one.
+        t_f: Logged runs only: length of a run [s]. Default: the file's own, if it has one.
         dt_record: Logged runs only: time between records [s]. Default: dt.
         points: Logged runs only: names of the robot's reference points, in the order of the
             columns. Default: the file's own, or one point.
@@ -80,7 +81,7 @@ def learn(
         search: Runs spent looking for bad ones on purpose, which can only widen the tube; 0 for
             none. Default: as many as the fresh runs, 2,048 at most.
         gap: Most that the start of a run may matter [m or rad]. It is tried from a few starts, a
-            larger effect is refused, and the tube is widened by it.
+            larger effect is refused, and the tube is widened by it. Default: the study's, or 1e-05.
         seed: Everything random follows from it.
         quiet: No progress bars.
         json: Print the result as JSON.

@@ -47,41 +47,42 @@ def run(
         system: A system of `parc-jax systems`, or a module of your own with `system()` and
             `problem()`.
         out: Folder for model, answer, metrics and figures. Default: runs/SYSTEM.
-        model: A saved model; skips rollouts and training.
+        model: A saved model, in place of rollouts and training.
         seed: Everything random follows from it.
         plant: Plant of the simulator for everything, e.g. mjx or ode. Default: the system's own,
             for learning its study's.
         body: Body of the robot, e.g. rectangle or disc. Default: its study's, or the scene's own.
         hidden: Widths of the hidden layers. Default: the system's own.
-        bins: Bins per axis of K over which the tube's profile varies.
+        bins: Bins per axis of K over which the tube's profile varies. Default: cut where the error
+            changes.
         head: Hidden layers of a network that learns how the error depends on k, e.g. 8 8. Default:
             the largest error in every bin.
         shape: Shape of the tube: "box", half widths along the axes, or "fitted", faces along the
             principal axes of the errors beside them. Default: box, or the study's.
-        rollouts: Number of training rollouts.
-        eps: Probability with which a new run may leave the tube.
-        delta: One minus the confidence in that.
+        rollouts: Number of training rollouts. Default: the study's, or 10,000.
+        eps: Probability with which a new run may leave the tube. Default: the study's, or 0.001.
+        delta: One minus the confidence in that. Default: the study's, or 0.001.
         claims: "one" over all of K, "bins" in every bin at once; the first is the one returned, the
-            others compared.
+            others compared. Default: the study's, or one.
         fresh: Runs behind the claims. Default: as many as they need, or the study's.
         search: Runs spent looking for bad ones on purpose, which can only widen the tube; 0 for
             none. Default: as many as the fresh runs, 2,048 at most.
         discard: Runs to leave outside of the tube, fixed before any is seen; with 0 the claims
             carry the eps that the runs support. Default: as many as eps and delta allow.
         gap: Most that the start of a run may matter [m or rad]. It is tried from a few starts, a
-            larger effect is refused, and the tube is widened by it.
-        samples: Safe plans to return.
-        repeats: Runs of each returned plan in the replay.
+            larger effect is refused, and the tube is widened by it. Default: the study's, or 1e-05.
+        samples: Safe plans to return. Default: the study's, or 100.
+        repeats: Runs of each returned plan in the replay. Default: the study's, or 1.
         driven: Choose one plan, run it afresh and make a local claim near it, and say what is then
             known of it. Default: as its study says.
-        budget: Most seconds to spend on covering the safe set.
+        budget: Most seconds to spend on covering the safe set. Default: the study's, or 15.
         figures: Draw the figures.
         quiet: No progress bars.
         json: Print the metrics as JSON instead of the table.
         cache: Keep compiled programs in the user's cache folder.
         hosts: Share rollouts and error claims with other processes that run the same command:
             "auto" reads the cluster's environment, "ADDRESS:PORT,COUNT,NUMBER" names the first
-            process, how many and which one.
+            process, how many and which one. Default: this process alone.
     """
     from parc_jax.cli.cache import keep_compiled
     from parc_jax.cli.help import fitted

@@ -41,7 +41,7 @@ def solve(
         model: A model of `parc-jax learn` or `parc-jax run`.
         scene: The scene, .toml or .json.
         out: The answer file, with certificates; it is written in every case but bad input.
-        system: Refuse a model of any other system.
+        system: Refuse a model of any other system. Default: take it.
         samples: Safe plans to return.
         target: Largest share of the safe set that the corridors (with --polytopes, these too) may
             leave out.
@@ -52,7 +52,7 @@ def solve(
         method: The exact engine, or the published search by supports (paper) or linear programs
             (paper-lp).
         at: Where the robot is, x,y or x,y,heading: which k may it drive from here? With a heading
-            [rad] the scene is solved in the robot's frame.
+            [rad] the scene is solved in the robot's frame. Default: from anywhere in its start set.
         first: Stop at the first plan, proved: no sets, no shares.
         doubt_start: Half widths [m] of a box around the start within which it may be; see also the
             table [doubt] of a scene, which these options replace entry by entry.

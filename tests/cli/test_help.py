@@ -1,5 +1,8 @@
 """Help fits a terminal of 80 columns and speaks of numbers, names and paths, not of types."""
 
+import dataclasses
+import inspect
+import re
 from pathlib import Path
 from typing import Literal
 
@@ -7,6 +10,9 @@ import pytest
 
 from parc_jax import __version__, cli
 from parc_jax.cli.help import fitted, metavar_of
+from parc_jax.cli.learn import learn
+from parc_jax.cli.run import run
+from parc_jax.experiment.settings import Study
 
 COMMANDS = ("run", "learn", "solve", "check", "plot", "bench", "systems", "doctor")
 
@@ -19,8 +25,23 @@ def test_help_fits_and_is_readable(command, capsys, monkeypatch):
     said = capsys.readouterr().out
     assert stop.value.code in (0, None)
     assert max(map(len, said.splitlines())) <= 80
-    for type_word in ("{None}", "[INT", "STR", "FLOAT"):
+    for type_word in ("{None}", "[INT", "STR", "FLOAT", "None)"):
         assert type_word not in said
+
+
+@pytest.mark.parametrize("command", [learn, run])
+def test_an_option_of_the_study_names_its_value_there(command):
+    hints = inspect.signature(command).parameters
+    told = dict(
+        re.findall(r"^        (\w+): (.*?)(?=^        \w|^    $|\Z)", command.__doc__, re.S | re.M)
+    )
+    shared = [f for f in dataclasses.fields(Study) if f.name in hints and f.name in told]
+    assert len(shared) >= 14
+    for field in shared:
+        text = " ".join(told[field.name].split())
+        assert hints[field.name].default is not None or "Default: " in text, field.name
+        if isinstance(field.default, int | float) and field.name != "driven":
+            assert f"or {field.default:,}." in text, field.name
 
 
 def test_metavars():
