@@ -50,6 +50,25 @@ def run(page: Path, with_slow: bool) -> None:
             exec(compile(code, str(page), "exec"), names)
 
 
+DEEP = re.compile(r"(?:from|import) parc_jax\.\w+\.\w+")  # a file inside a room
+
+
+def test_nothing_shown_needs_a_deep_import():
+    books = sorted((ROOT / "docs" / "notebooks").glob("*.ipynb"))
+    shown = {page.name: "".join(code for code, _ in blocks(page)) for page in PAGES}
+    shown |= {path.name: path.read_text(encoding="utf-8") for path in (*books, *EXAMPLES)}
+    assert [name for name, code in shown.items() if DEEP.search(code)] == []
+    assert DEEP.search("from parc_jax.sets.box import box")  # what it looks for
+    assert not DEEP.search("from parc_jax.geometry import box")
+
+
+@pytest.mark.parametrize("face", ["geometry", "figures"])
+def test_a_face_offers_what_it_imports(face):
+    module = importlib.import_module(f"parc_jax.{face}")
+    imported = {name for name in vars(module) if not name.startswith("_")}
+    assert imported == set(module.__all__) and module.__all__ == sorted(module.__all__)
+
+
 @pytest.fixture
 def folder(tmp_path, monkeypatch):
     """An empty folder to write in, from which the pages find the test data as from a clone."""

@@ -23,6 +23,7 @@ ORDER = (
     "arrays",
     "lp",
     "sets",
+    "geometry",  # a face
     "system",
     "labels",
     "body",
@@ -51,6 +52,7 @@ ORDER = (
     "onboard",
     "io",
     "plot",
+    "figures",  # a face
     "experiment",
     "cli",
 )

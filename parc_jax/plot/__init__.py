@@ -1,8 +1,8 @@
 """Pictures for papers, films, and one interactive page. Colour-blind safe; every file is complete
 or absent, every figure PNG and PDF.
 
-Each figure's function has the name of its file and draws on `to`: None (a new figure is returned),
-a path (it is also saved there, .png and .pdf), or matplotlib Axes.
+`from parc_jax import figures` offers them all. Each figure's function has the name of its file and
+draws on `to`: None (a new figure is returned), a path (it is also saved there, .png and .pdf), or matplotlib Axes.
 
 samples      safe plans in the workspace, with their true runs
 spread       many runs of each plan, and their errors inside the tube

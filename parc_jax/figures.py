@@ -1,0 +1,37 @@
+"""Every figure by its name, for papers and notebooks: `from parc_jax import figures`, then
+`figures.samples(answer)`. What each shows, and where it draws, is said in `parc_jax.plot`.
+"""
+
+from parc_jax.plot.claim import claim
+from parc_jax.plot.cover import CoverCurve, cover
+from parc_jax.plot.errors import Entry, errors
+from parc_jax.plot.film import film
+from parc_jax.plot.gap import GapCurve, gap
+from parc_jax.plot.html import write_page
+from parc_jax.plot.projections import projections
+from parc_jax.plot.regions import regions
+from parc_jax.plot.samples import samples
+from parc_jax.plot.spread import spread
+from parc_jax.plot.style import save
+from parc_jax.plot.timeline import timeline
+from parc_jax.plot.verdicts import region_seconds, region_verdicts
+
+__all__ = [
+    "CoverCurve",
+    "Entry",
+    "GapCurve",
+    "claim",
+    "cover",
+    "errors",
+    "film",
+    "gap",
+    "projections",
+    "region_seconds",
+    "region_verdicts",
+    "regions",
+    "samples",
+    "save",
+    "spread",
+    "timeline",
+    "write_page",
+]

@@ -1,0 +1,75 @@
+"""Sets, what is done with them, and linear programs with checked answers, in one place: the calls
+of docs/sets.md and docs/lp.md. The engine itself imports each from where it is defined.
+"""
+
+from parc_jax.lp.batch import feasible_batch, solve_batch
+from parc_jax.lp.solve import feasible, solve
+from parc_jax.lp.status import LPStatus
+from parc_jax.sets.affine import convex_hull, image, intersection, preimage, product, projection
+from parc_jax.sets.ahpolytope import AHPolytope, ahpolytope, as_ah
+from parc_jax.sets.bounding_box import bounding_box, with_bounds
+from parc_jax.sets.box import Box, box
+from parc_jax.sets.chebyshev import chebyshev_center
+from parc_jax.sets.hit_and_run import sample_polytopes
+from parc_jax.sets.hpolytope import HPolytope, from_box, hpolytope
+from parc_jax.sets.membership import (
+    find_point,
+    find_points,
+    is_proved_empty,
+    is_proved_outside,
+    membership,
+    memberships,
+)
+from parc_jax.sets.minkowski import grow, minkowski_sum, polygon_sum, with_axis_rows
+from parc_jax.sets.pontryagin import pontryagin_difference, shrink
+from parc_jax.sets.rational import rational_vertices
+from parc_jax.sets.redundancy import without_redundant_rows
+from parc_jax.sets.sampling import sample_polytope
+from parc_jax.sets.support import support
+from parc_jax.sets.vertices import vertices
+from parc_jax.sets.volume import triangulate, volume
+
+__all__ = [
+    "AHPolytope",
+    "Box",
+    "HPolytope",
+    "LPStatus",
+    "ahpolytope",
+    "as_ah",
+    "bounding_box",
+    "box",
+    "chebyshev_center",
+    "convex_hull",
+    "feasible",
+    "feasible_batch",
+    "find_point",
+    "find_points",
+    "from_box",
+    "grow",
+    "hpolytope",
+    "image",
+    "intersection",
+    "is_proved_empty",
+    "is_proved_outside",
+    "membership",
+    "memberships",
+    "minkowski_sum",
+    "polygon_sum",
+    "pontryagin_difference",
+    "preimage",
+    "product",
+    "projection",
+    "rational_vertices",
+    "sample_polytope",
+    "sample_polytopes",
+    "shrink",
+    "solve",
+    "solve_batch",
+    "support",
+    "triangulate",
+    "vertices",
+    "volume",
+    "with_axis_rows",
+    "with_bounds",
+    "without_redundant_rows",
+]
