@@ -2,7 +2,8 @@
 or absent, every figure PNG and PDF.
 
 `from parc_jax import figures` offers them all. Each figure's function has the name of its file and
-draws on `to`: None (a new figure is returned), a path (it is also saved there, .png and .pdf), or matplotlib Axes.
+draws on `to`: None (a new figure is returned), a path (it is also saved there, .png and .pdf), or
+matplotlib Axes.
 
 samples      safe plans in the workspace, with their true runs
 spread       many runs of each plan, and their errors inside the tube
