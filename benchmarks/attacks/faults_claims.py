@@ -155,9 +155,16 @@ COUNTED = (
     Fault(
         "bins_do_not_split_delta",
         "parc_jax/claim/by_bin.py",
-        "share_of_delta = float(delta / (profile.n_bins * looks))",
+        "share_of_delta = float(delta / (n_blocks * looks))",
         "share_of_delta = float(delta / looks)",
         (f"{CALIBRATE}::test_per_bin_claims_need_runs_in_every_bin",),
+    ),
+    Fault(
+        "a_block_read_as_if_it_were_one_bin",
+        "parc_jax/claim/by_bin.py",
+        "    return [whole[number] for number in block]",
+        "    return bin_shares(profile)",
+        (f"{CALIBRATE}::test_a_block_of_bins_has_one_claim_and_one_number",),
     ),
     Fault(
         "bins_with_few_runs_get_a_claim",

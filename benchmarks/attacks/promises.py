@@ -24,6 +24,7 @@ from benchmarks.attacks.jump_plant import (
 from parc_jax.claim.by_bin import calibrate_bins
 from parc_jax.claim.calibrate import calibrate
 from parc_jax.claim.counts import required_runs
+from parc_jax.claim.fitting import fitted_profile
 from parc_jax.claim.monitor import monitor
 from parc_jax.claim.pipeline import bound_error
 from parc_jax.claim.profile import training_profile
@@ -132,6 +133,20 @@ def by_bin(width, key):
     return max(pairs, key=lambda pair: pair[1] - float(pair[0]), default=(1, 0.0))
 
 
+def by_block(width, key):
+    """Four claims at once on a fitted profile of twelve bins, judged by the block of three bins
+    that breaks its own most.
+    """
+    system, n = jump_plant(width), 4 * required_runs(EPS, DELTA / 4)
+    profile = fitted_profile(NET, [collect(system, key, PROFILE_RUNS, quiet=True)], (12, 1))
+    scores = score_system(NET, system, key, profile, n, quiet=True)
+    options = {"blocks": (4, 1), "time": system.time}
+    claim = calibrate_bins(NET, scores, profile, EPS, DELTA, **options)
+    real = truth(width, claim.tube).by_bin.reshape(4, 3).mean(axis=1)
+    pairs = [(eps, p) for eps, p in zip(claim.bin_eps[::3], real, strict=True) if eps is not None]
+    return max(pairs, key=lambda pair: pair[1] - float(pair[0]), default=(1, 0.0))
+
+
 def fitted(width, key):
     """One claim over K, of a tube between faces off centre, with a search that widens it."""
     claim = _claim(width, key, shape="fitted", search=16)
@@ -223,6 +238,7 @@ PROMISES = (
     Promise("most_discards", most_discards),
     Promise("looks", looks),
     Promise("by_bin", by_bin),
+    Promise("by_block", by_block),
     Promise("fitted", fitted),
     Promise("fitted_most_discards", fitted_most_discards),
     Promise("grouped", grouped),

@@ -1,6 +1,11 @@
-"""One claim per bin of K, with delta split over the bins. [T4]"""
+"""One claim per bin of K, or per block of bins, with delta split over them. [T4]
+
+Where the profile has fine bins, too few fresh runs fall into each: neighbouring bins joined into a
+block have one claim, and one number, together.
+"""
 
 import itertools
+from collections.abc import Sequence
 from fractions import Fraction
 
 import numpy as np
@@ -34,6 +39,7 @@ def calibrate_bins(
     eps=1e-2,
     delta=1e-3,
     *,
+    blocks: Sequence[int] | None = None,
     time: TimeGrid,
     discard: int | str = 0,
     looks: int = 1,
@@ -46,8 +52,9 @@ def calibrate_bins(
     Stronger than one claim over K (it may be read bin by bin, and the planner may choose the bin
     afterwards), and dearer:
     each bin needs its own runs, at delta / (bins x looks). A bin with too few runs gets no claim,
-    never a small tube. Arguments as in `calibrate`; discard counts per bin, "most" = as many as
-    each bin allows. Raises InputError.
+    never a small tube. blocks: claims along each axis of K, each about a block of neighbouring bins
+    in place of one bin; None = of every bin its own. Arguments as in `calibrate`; discard counts
+    per claim, "most" = as many as each allows. Raises InputError.
     """
     check_fresh(scores, train)
     if scores.groups is not None:
@@ -56,34 +63,38 @@ def calibrate_bins(
             'in several bins. Make one claim over K: calibrate, or claims = ("one",).'
         )
     eps, delta = as_probability("eps", eps), as_probability("delta", delta)
-    share_of_delta = float(delta / (profile.n_bins * looks))
-    numbers = profile.bins_of(scores.k)
-    counts = runs_per_bin(numbers, profile.n_bins)
-    scale = np.full(profile.n_bins, np.inf)
-    bin_eps: list[Fraction | None] = [None] * profile.n_bins
+    block = block_of_bins(profile.grid, blocks)
+    n_blocks = int(block.max()) + 1
+    share_of_delta = float(delta / (n_blocks * looks))
+    numbers = block[profile.bins_of(scores.k)]
+    counts = runs_per_bin(numbers, n_blocks)
+    scale = np.full(n_blocks, np.inf)
+    block_eps: list[Fraction | None] = [None] * n_blocks
     discards = []
-    for number in range(profile.n_bins):
+    for number in range(n_blocks):
         inside = scores.score[(numbers == number).any(axis=1)]
         allowed = most_discards(len(inside), float(eps), share_of_delta)
         wanted = max(allowed, 0) if discard == "most" else discard
         if wanted <= allowed:
             scale[number] = kept_maximum(inside, wanted)
-            bin_eps[number], _ = pac_label(len(inside), eps, share_of_delta, discard)
+            block_eps[number], _ = pac_label(len(inside), eps, share_of_delta, discard)
             discards.append(wanted)
     if not discards:
         needed = required_runs(float(eps), share_of_delta, 0 if discard == "most" else discard)
         raise InputError(
             f"calibrate_bins: expected at least {needed:,} runs in a bin; the fullest of "
-            f"{profile.n_bins} holds "
+            f"{n_blocks} holds "
             f"{counts.max()}. Use fewer bins, a larger eps, or one claim over K (calibrate)."
         )
     term = intersample.term(time.dt_record, profile.n_p, profile.n_points)
+    scale = scale[block]
+    place = "bin" if n_blocks == profile.n_bins else "block of bins"
     return error_claim(
         kind="pac",
         tube=scaled(profile, scale, term),
-        quantifier=f"in each claimed bin of K, a new rollout drawn from {scores.law.describe()} "
-        "with k in that bin",
-        eps=max(e for e in bin_eps if e is not None),
+        quantifier=f"in each claimed {place} of K, a new rollout drawn from "
+        f"{scores.law.describe()} with k in that {place.split()[0]}",
+        eps=max(e for e in block_eps if e is not None),
         delta=delta,
         n=scores.n,
         discard=max(discards),
@@ -94,15 +105,43 @@ def calibrate_bins(
             "network": net.hash,
             "profile": profile.hash,
             **evidence_of(scores),
-            "bin_runs": [int(c) for c in counts],
+            "bin_runs": [int(c) for c in counts[block]],
             "bin_scale": hex_text(scale),
-            "bin_share": [str(s) for s in bin_shares(profile)]
+            "bin_share": [str(s) for s in block_shares(profile, block)]
             if scores.law.k_law == "uniform"
             else None,
         },
-        bin_eps=tuple(e if s < np.inf else None for e, s in zip(bin_eps, scale, strict=True)),
+        bin_eps=tuple(
+            block_eps[b] if s < np.inf else None for b, s in zip(block, scale, strict=True)
+        ),
         intersample=tuple(term),
     )
+
+
+def block_of_bins(grid: tuple[int, ...], blocks: Sequence[int] | None) -> np.ndarray:
+    """(n_bins,) block of every bin of the grid, row-major; as evenly many bins in each as can be,
+    and every bin its own block where blocks is None or finer. Raises InputError.
+    """
+    blocks = grid if blocks is None else tuple(blocks)
+    if len(blocks) != len(grid) or min(blocks) < 1:
+        raise InputError(
+            f"blocks: expected {len(grid)} numbers >= 1, one per axis of K; got {blocks}."
+        )
+    number = np.zeros((), int)
+    for n, along in zip(grid, blocks, strict=True):
+        along = min(n, along)
+        number = np.add.outer(number * along, np.arange(n) * along // n)
+    return number.reshape(-1)
+
+
+def block_shares(profile: Tube, block: np.ndarray) -> list[Fraction]:
+    """For every bin the exact share of K in its block (n_bins,): what a claim about the block is
+    worth for a set inside the bin. [T5]
+    """
+    whole = [Fraction(0)] * (int(block.max()) + 1)
+    for number, share in zip(block, bin_shares(profile), strict=True):
+        whole[number] += share
+    return [whole[number] for number in block]
 
 
 def bin_shares(profile: Tube) -> list[Fraction]:

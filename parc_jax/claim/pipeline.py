@@ -9,11 +9,12 @@ import itertools
 from collections.abc import Callable, Iterable
 from contextlib import AbstractContextManager, nullcontext
 from dataclasses import dataclass
+from functools import partial
 
 import jax
 import numpy as np
 
-from parc_jax.claim.by_bin import bin_shares, calibrate_bins
+from parc_jax.claim.by_bin import block_of_bins, block_shares, calibrate_bins
 from parc_jax.claim.calibrate import Intersample, calibrate
 from parc_jax.claim.claim import ErrorClaim
 from parc_jax.claim.counts import as_probability, cheaper, required_runs
@@ -51,6 +52,8 @@ class BoundSettings:
         tube with probability at most eps.
     claims: made for every network. "one": one number over all of K. [T1, T2] "bins": each bin with
         its own. [T4]
+    blocks: claims along each axis of K in place of one in every bin, each about the neighbouring
+        bins of a block; None = in every bin. A profile in fine bins, claims in coarse ones.
     bins: how the profile varies over K: numbers of bins per axis, edges per axis, None = cut where
         the error of the first network changes.
     head: widths of a network that learns the profile, None = the largest errors in every bin.
@@ -70,6 +73,7 @@ class BoundSettings:
     eps: float = 1e-3
     delta: float = 1e-3
     claims: tuple[str, ...] = ("one",)
+    blocks: tuple[int, ...] | None = None
     bins: tuple | None = None
     head: tuple[int, ...] | None = None
     shape: str = "box"
@@ -193,7 +197,7 @@ def bound_errors(
         "intersample": asked.intersample,
         "train": train,
     }
-    make = {"one": calibrate, "bins": calibrate_bins}
+    make = {"one": calibrate, "bins": partial(calibrate_bins, blocks=asked.blocks)}
     out = []
     for number, (net, profile, scores) in enumerate(zip(nets, profiles, seen, strict=True)):
         with watch("claims"):
@@ -303,14 +307,15 @@ def _profile_runs(asked: BoundSettings, has_train: bool, looks: int) -> int:
 
 
 def fresh_runs(asked: BoundSettings, profile: Tube, looks: int) -> int:
-    """How many fresh runs the claims need; for claims by bin, so many that the smallest bin has
-    enough.
+    """How many fresh runs the claims need; for claims by bin, so many that the smallest bin, or
+    block of bins, has enough.
     """
     needed = _holdout(asked, looks)
     if asked.fresh is not None or "bins" not in asked.claims:
         return needed
-    each = _needed(asked, looks * profile.n_bins)
-    smallest = float(min(bin_shares(profile)))
+    block = block_of_bins(profile.grid, asked.blocks)
+    each = _needed(asked, looks * (int(block.max()) + 1))
+    smallest = float(min(block_shares(profile, block)))
     return max(needed, int(np.ceil((each + SPARE * np.sqrt(each)) / smallest)))
 
 

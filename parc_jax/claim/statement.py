@@ -35,7 +35,7 @@ def _behind(c) -> str:
 def _pac(c) -> str:
     asked = c.evidence.get("eps_asked")
     short = f" ({asked} was asked; {c.n:,} runs do not support it.)" if asked else ""
-    by_bin = "" if c.bin_eps is None else " (the largest over the bins of K, each bin with its own)"
+    by_bin = "" if c.bin_eps is None else " (the largest of them, each with its own)"
     return (
         f"With confidence {decimal(1 - c.delta)} over the {_behind(c)}, "
         f"{c.quantifier} leaves the tube at any time with probability at most "

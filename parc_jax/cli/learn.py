@@ -22,6 +22,7 @@ def learn(
     eps: float | None = None,
     delta: float | None = None,
     claims: tuple[str, ...] | None = None,
+    blocks: tuple[int, ...] | None = None,
     fresh: int | None = None,
     discard: int | None = None,
     seeds: int | None = None,
@@ -64,6 +65,8 @@ def learn(
         delta: One minus the confidence in that. Default: the study's, or 0.001.
         claims: "one" over all of K, "bins" in every bin at once; the first is the one of the model.
             Default: the study's, or one.
+        blocks: Claims per axis of K where "bins" is asked for, each about a block of neighbouring
+            bins. Default: the study's, or every bin.
         fresh: Runs behind the claims. Default: as many as they need, or the study's.
         discard: Runs to leave outside of the tube, fixed before any is seen; with 0 the claim
             carries the eps that the runs support. Default: as many as eps and delta allow.
@@ -109,6 +112,7 @@ def learn(
         "steps": steps,
         "gap": gap,
         "claims": claims,
+        "blocks": blocks,
         "fresh": fresh,
         "discard": discard,
         "search": search,

@@ -23,6 +23,7 @@ def run(
     eps: float | None = None,
     delta: float | None = None,
     claims: tuple[str, ...] | None = None,
+    blocks: tuple[int, ...] | None = None,
     fresh: int | None = None,
     discard: int | None = None,
     search: int | None = None,
@@ -64,6 +65,8 @@ def run(
         delta: One minus the confidence in that. Default: the study's, or 0.001.
         claims: "one" over all of K, "bins" in every bin at once; the first is the one returned, the
             others compared. Default: the study's, or one.
+        blocks: Claims per axis of K where "bins" is asked for, each about a block of neighbouring
+            bins. Default: the study's, or every bin.
         fresh: Runs behind the claims. Default: as many as they need, or the study's.
         search: Runs spent looking for bad ones on purpose, which can only widen the tube; 0 for
             none. Default: as many as the fresh runs, 2,048 at most.
@@ -107,6 +110,7 @@ def run(
         "eps": eps,
         "delta": delta,
         "claims": claims,
+        "blocks": blocks,
         "fresh": fresh,
         "discard": discard,
         "search": search,

@@ -26,6 +26,8 @@ class Study:
         probability <= eps.
     claims: made for every network, the returned one first. "one": over all of K, one number scales
     the whole profile. [T1, T2] "bins": in every bin at once, each with its own number. [T4]
+    blocks: claims along each axis of K where "bins" is asked for, each about the neighbouring bins
+        of a block; None = in every bin.
     fresh: runs behind the claims, None = as many as they need. More leave room to discard the
         worst.
     discard: how many of the worst are left outside, fixed before any is seen; "most" = as many as
@@ -59,6 +61,7 @@ class Study:
     eps: float = 1e-3
     delta: float = 1e-3
     claims: tuple[str, ...] = ("one",)
+    blocks: tuple[int, ...] | None = None
     fresh: int | None = None
     discard: int | str = "most"
     profile_runs: int = 0
@@ -84,6 +87,7 @@ class Study:
             eps=self.eps,
             delta=self.delta,
             claims=self.claims,
+            blocks=self.blocks,
             bins=self.bins,
             head=self.head,
             shape=self.shape,

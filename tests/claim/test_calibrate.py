@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 from synthetic_plants import failing, noisy, plant, straight_network
 
-from parc_jax.claim.by_bin import bin_shares, calibrate_bins
+from parc_jax.claim.by_bin import bin_shares, block_of_bins, calibrate_bins
 from parc_jax.claim.calibrate import calibrate
-from parc_jax.claim.counts import supported_eps
+from parc_jax.claim.counts import most_discards, supported_eps
 from parc_jax.claim.declared import assumed_claim
 from parc_jax.claim.intersample import AccelerationBound, SpeedBound
 from parc_jax.claim.measure import measure
@@ -197,6 +197,38 @@ def test_per_bin_claims_need_runs_in_every_bin(system, profile, train):
     )  # this law is not uniform: shares unknown
     with pytest.raises(InputError, match="at least 8,003 runs in a bin"):
         calibrate_bins(NET, scores, profile, 1e-3, 1e-3, time=system.time)
+
+
+def test_a_block_of_bins_has_one_claim_and_one_number(system, train):
+    profile = training_profile(NET, train, (5, 2))
+    scores = score_system(NET, system, KEY, profile, 3000, quiet=True)
+    options = {"time": system.time, "discard": "most"}
+    claim = calibrate_bins(NET, scores, profile, 1e-2, 1e-3, blocks=(2, 1), **options)
+    assert "in each claimed block of bins" in claim.statement()
+    left = profile.bin_of(scores.k) < 6  # three of the five columns, two bins each
+    scale = [float.fromhex(s) for s in claim.evidence["bin_scale"]]
+    for inside, own in ((left, scale[:6]), (~left, scale[6:])):
+        kept = most_discards(int(inside.sum()), 1e-2, 1e-3 / 2)
+        assert set(own) == {np.sort(scores.score[inside])[-1 - kept]}
+    assert np.ptp(claim.tube.interval[:6, 2, 0]) > 0  # the widths still differ from bin to bin
+    assert claim.bin_eps == (Fraction(1, 100),) * 10
+    assert claim.risk(Uniform(0.05, bin=1)).bound == Fraction(1, 100) * sum(
+        bin_shares(profile)[:6]
+    ) / Fraction("0.05")
+    each, none = (
+        calibrate_bins(NET, scores, profile, 0.05, 1e-3, blocks=blocks, **options)
+        for blocks in ((9, 2), None)
+    )
+    assert each.tube.hash == none.tube.hash and each.statement() == none.statement()
+
+
+def test_blocks_are_boxes_of_neighbouring_bins():
+    assert block_of_bins((4, 3), (2, 1)).tolist() == [0] * 6 + [1] * 6
+    assert block_of_bins((2, 4), (1, 2)).tolist() == [0, 0, 1, 1] * 2
+    assert block_of_bins((3, 2), None).tolist() == list(range(6))
+    for wrong in ((2,), (0, 1)):
+        with pytest.raises(InputError, match="2 numbers >= 1"):
+            block_of_bins((4, 3), wrong)
 
 
 def _mostly_left(key):
