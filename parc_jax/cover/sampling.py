@@ -20,8 +20,10 @@ FIRST_DRAW = 512
 LARGEST_DRAW = 2**18
 HOPELESS = 50_000  # drawn without a safe one: other means have to decide whether there is any
 SOME = 100  # safe plans seen before a draw may be as large as it wants
-# fresh safe plans of a look: a share a little below a target of 1 % is then told from it
+# fresh safe plans of a look that may end a search: a share a little below a target of 1 % is then
+# told from it
 ENOUGH = 6000
+EXPLORING = 2000  # of any other, which only says where to build
 # safe plans kept, the last ones: a uniform sample of the safe set, whose paths take memory
 REMEMBERED = 60_000
 
@@ -163,11 +165,11 @@ class Sampler:
     def __exit__(self, *_) -> None:
         self._thread.shutdown()
 
-    def start(self) -> None:
-        """Begin the next draw: so many that ENOUGH of them should be safe."""
+    def start(self, enough: int = EXPLORING) -> None:
+        """Begin the next draw: so many that `enough` of them should be safe."""
         drawn, safe = self.tally.drawn, self.tally.safe
         most = LARGEST_DRAW if safe >= SOME else LARGEST_DRAW // 4
-        size = int(np.clip(ENOUGH * drawn / max(safe, 1), FIRST_DRAW, most))
+        size = int(np.clip(enough * drawn / max(safe, 1), FIRST_DRAW, most))
         asked = self._model, self._scene, self._rng, size, self._within
         self._coming = self._thread.submit(draw, *asked)
 

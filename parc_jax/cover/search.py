@@ -18,6 +18,8 @@ from parc_jax.cover.place import Place
 from parc_jax.cover.polytope import SafePolytope
 from parc_jax.cover.polytopes import Polytopes, cut_around
 from parc_jax.cover.sampling import (
+    ENOUGH,
+    EXPLORING,
     FIRST_DRAW,
     LARGEST_DRAW,
     Points,
@@ -133,6 +135,12 @@ class Search(NamedTuple):
     corridors_s: float | None = None
     history: tuple[Progress, ...] = ()
 
+    @property
+    def announced(self) -> bool:
+        """May the next look satisfy a rule?"""
+        rules = self.by_corridors, self.by_polytopes
+        return any(rule.announced and not rule.satisfied for rule in rules)
+
 
 def cover(
     model: TrajectoryModel,
@@ -162,7 +170,7 @@ def cover(
             if _late(query, search) or search.by_polytopes.satisfied or sampler.tally.hopeless:
                 break
             if len(search.building.corridors):  # the first one should come soon, with all cores
-                sampler.start()
+                sampler.start(ENOUGH if search.announced else EXPLORING)
             search = extend(query, search)
     return _found(query, search, sampler)._replace(within=within)
 

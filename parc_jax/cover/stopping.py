@@ -12,8 +12,8 @@ import numpy as np
 from parc_jax.claim.counts import clopper_pearson
 
 # [target] the next look may stop once this one left less than this share uncovered: building more
-# halves it
-ARMED = 1.6
+# makes it several times smaller, and a look that was announced in vain costs little
+ARMED = 6.0
 
 
 class Coverage(NamedTuple):
