@@ -112,8 +112,9 @@ _REMEMBERED: dict[tuple, tuple] = {}
 
 
 def remembered(owner, name: tuple, make: Callable):
-    """What make() gives, made once for this name while the array `owner` lives. Arrays of models
-    are never written to."""
+    """What make() gives, made once for this name while `owner` lives, an array or a frozen record.
+    Arrays of models and scenes are never written to; a name made of ids needs what they are of to
+    be in what is made."""
     known = _REMEMBERED.get((id(owner), *name))
     if known is not None and known[0]() is owner:
         return known[1]

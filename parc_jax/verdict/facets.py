@@ -17,7 +17,6 @@ from parc_jax.arrays import remembered, x64
 from parc_jax.claim.error_set import ErrorBox, ErrorTemplate
 from parc_jax.claim.tube import Tube
 from parc_jax.obstacles.grown import bucket
-from parc_jax.obstacles.pairs import Pairs
 from parc_jax.verdict.scene import Scene
 
 
@@ -59,12 +58,10 @@ class Facets(NamedTuple):
         return sum(jnp.abs(w) * half[..., c].T[None] for c, w in enumerate(axes))
 
 
-def facets_of(tube: Tube, scene: Scene) -> Facets | None:
-    """The facets of a scene; None where a closed form is used instead. What errors between faces
-    take along them is worked out once per tube and set of normals.
+def facets_of(tube: Tube, scene: Scene) -> Facets:
+    """The facets of a scene. What errors between faces take along them is worked out once per tube
+    and set of normals.
     """
-    if not isinstance(scene.obstacles, Pairs):
-        return None
     table, obstacles = scene.directions, scene.obstacles
     w = table.w[:, : table.n_facets]
     unique, number = np.unique(w.reshape(-1, w.shape[2]), axis=0, return_inverse=True)

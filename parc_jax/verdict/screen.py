@@ -14,11 +14,11 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
-from parc_jax.arrays import dot, map_rows, remembered, x64
-from parc_jax.claim.error_set import ErrorBox, ErrorSet, at
+from parc_jax.arrays import map_rows, remembered, x64
+from parc_jax.claim.error_set import ErrorBox, at
 from parc_jax.claim.tube import Tube
 from parc_jax.model import TrajectoryModel
-from parc_jax.network.predict import by_point, moved_to, predict
+from parc_jax.network.predict import moved_to, predict
 from parc_jax.network.relu import ReLUNetwork
 from parc_jax.obstacles.grown import GrownObstacles
 from parc_jax.obstacles.pairs import Pairs
@@ -31,11 +31,11 @@ KNOT_CHUNK = 2048  # the same for the test at a few knots
 # at which that test is made: in closed form it costs little, for hulls more than it mostly saves
 KNOTS = {GrownObstacles: 12, Pairs: 3}
 ITEMS = 2048  # open obstacle-interval pairs per compiled call
-# the same three where every pair is a search for a direction: what only fills up a call costs much
-OF_PAIRS = (512, 256, 256)
+# all three; where every pair is a search for a direction, what only fills up a call costs much
+SIZES = {GrownObstacles: (KNOT_CHUNK, CHUNK, ITEMS), Pairs: (512, 256, 256)}
 
 
-def knot_test(few: ReLUNetwork, knots, tube, scene: Scene, z, k, facets: Facets | None = None):
+def knot_test(few: ReLUNetwork, knots, tube, scene: Scene, z, k, facets: Facets):
     """Does the plan with k (n_k,) and predicted end z (n_p,) reach; does it, and is outside of
     everything? Kernel.
 
@@ -46,11 +46,11 @@ def knot_test(few: ReLUNetwork, knots, tube, scene: Scene, z, k, facets: Facets 
     path = moved_to(p0, offsets)
     bin, goal, start = arrival(tube, scene, p0, path[-1], q, k)
     reaches = (goal >= 0) & (start >= 0) & (bin >= 0)
-    if facets is not None and len(z) == 3:
+    if len(z) == 3:
         return reaches, reaches  # in space contact is looked for in vain: facets tell it sooner
     # the interval that a knot begins
     at = jnp.minimum(jnp.concatenate([jnp.zeros(1, int), knots]), tube.n_steps - 1)
-    if facets is None or facets.inside is None:
+    if facets.inside is None:
         touching = scene.obstacles.touching(path, tube.during(bin, at))
     else:  # one error of each set will do
         off = facets.inside[bin, at].reshape(path.shape)
@@ -79,29 +79,18 @@ class FacetTest(NamedTuple):
     open: np.ndarray
 
 
-def facet_test(net, tube, scene: Scene, z, k, facets: Facets | None = None) -> FacetTest:
+def facet_test(net, tube, scene: Scene, z, k, facets: Facets) -> FacetTest:
     """Facets and the plan with k (n_k,) whose predicted end is z (n_p,). Kernel."""
     offsets, _, _ = predict(net, tube.layout, k)
     p0 = z - offsets[-1, : len(z)]
     seen = prediction(net, tube, scene, p0, k)
     table = scene.directions
     n_facets = table.n_facets
-    if facets is None:
-        places = by_point(seen.path, tube.n_points)
-        gap = jax.vmap(_facet_gap, in_axes=(None, None, 0, 0, 0, None))(
-            places,
-            tube.during(seen.bin),
-            jnp.asarray(scene.obstacles.points),
-            table.w[:, :n_facets],
-            table.support[:, :n_facets],
-            scene.slack,
-        )
-    else:
-        gap = facets.gap(seen.path, tube, seen.bin, table.support[:, :n_facets], scene.slack)
+    gap = facets.gap(seen.path, tube, seen.bin, table.support[:, :n_facets], scene.slack)
     gap = jnp.where(scene.obstacles.active, gap, jnp.inf)
     o, t = jnp.unravel_index(jnp.argmin(gap), gap.shape)
     knots = seen.path[t], seen.path[t + 1]
-    if facets is None or facets.inside is None:
+    if facets.inside is None:
         touching = ~_separated(tube, scene, *knots, seen.bin, o, t)
     else:
         off = facets.inside[seen.bin, t].ravel()
@@ -109,18 +98,6 @@ def facet_test(net, tube, scene: Scene, z, k, facets: Facets | None = None) -> F
         touching = gap_there < 0
     touching &= ~(gap[o, t] > 0)
     return FacetTest(p0, seen.path, seen.pattern, seen.bin, seen.reaches & ~touching, ~(gap > 0))
-
-
-def _facet_gap(places, errors: ErrorSet, points, w, support, slack):
-    """(T,) [m * |w|]: by how much the best facet normal of w (f, n_p) separates some points (i,) in
-    each interval; not positive: by none. places (T + 1, m, n_p), errors (T, m).
-    """
-    w = w[None, None]
-    along = dot(places[:, points, None], w)
-    lost = at(errors, np.s_[:, points, None]).support(-w)
-    threshold = support[None, None] + lost + slack * jnp.abs(w).sum(axis=-1)
-    gap = jnp.minimum(along[:-1], along[1:]) - threshold
-    return gap.min(axis=1).max(axis=1)
 
 
 def _few_outputs(model: TrajectoryModel, n_knots: int) -> tuple[ReLUNetwork, np.ndarray]:
@@ -163,6 +140,22 @@ def on_device(tube: Tube) -> Tube:
     return remembered(tube.templates.interval.half, name, move)[0]
 
 
+def _resident(model: TrajectoryModel, scene: Scene) -> tuple:
+    """The network with a few outputs, their knots, network, tube, scene and facets where kernels
+    find them: moved there once, not at every call.
+    """
+    net, tube = model.net, model.tube
+
+    def move():
+        few = _few_outputs(model, KNOTS[type(scene.obstacles)])
+        facets = facets_of(tube, scene)
+        with x64():
+            moved = jax.device_put((*few, net, on_device(tube), scene.arrays, facets))
+        return moved, net, tube
+
+    return remembered(scene, ("screen", id(net), id(tube)), move)[0]
+
+
 class Screened(NamedTuple):
     """The safe ones of b plans, s of them. reaching: how many of all reach the goal.
 
@@ -180,10 +173,8 @@ class Screened(NamedTuple):
 
 def screen(model: TrajectoryModel, scene: Scene, z, k) -> Screened:
     """Which of the plans with predicted ends z (b, n_p) and parameters k (b, n_k) are safe."""
-    net, tube, arrays = model.net, on_device(model.tube), scene.arrays
-    few, knots = _few_outputs(model, KNOTS[type(scene.obstacles)])
-    facets = facets_of(model.tube, scene)
-    sizes = (KNOT_CHUNK, CHUNK, ITEMS) if facets is None else OF_PAIRS
+    few, knots, net, tube, arrays, facets = _resident(model, scene)
+    sizes = SIZES[type(scene.obstacles)]
     reaches, outside = map_rows(
         sizes[0], lambda z, k: _knot_tests(few, knots, tube, arrays, z, k, facets), z, k
     )
@@ -191,20 +182,21 @@ def screen(model: TrajectoryModel, scene: Scene, z, k) -> Screened:
     seen = map_rows(
         sizes[1], lambda z, k: _facet_tests(net, tube, arrays, z, k, facets), z[row], k[row]
     )
-    row = row[seen.possible]
-    seen = FacetTest(*(field[seen.possible] for field in seen))
-    plan, o, t = np.nonzero(seen.open)
-    safe = np.ones(len(row), bool)
+    left = np.flatnonzero(seen.possible)
+    plan, o, t = np.nonzero(seen.open[left])
+    safe = np.ones(len(left), bool)
     if len(plan):
+        at = left[plan]
         separated = map_rows(
             sizes[2],
             lambda *items: _separated_items(tube, arrays, *items),
-            seen.path[plan, t],
-            seen.path[plan, t + 1],
-            seen.bin[plan],
+            seen.path[at, t],
+            seen.path[at, t + 1],
+            seen.bin[at],
             o,
             t,
         )
         safe[plan[~separated]] = False
-    p0, path, pattern, bin = (field[safe] for field in seen[:4])
-    return Screened(int(reaches.sum()), row[safe], p0, path, pattern, bin)
+    left = left[safe]
+    p0, path, pattern, bin = (field[left] for field in seen[:4])
+    return Screened(int(reaches.sum()), row[left], p0, path, pattern, bin)

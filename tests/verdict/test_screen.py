@@ -16,6 +16,7 @@ from parc_jax.obstacles import grown
 from parc_jax.problem import reach_avoid
 from parc_jax.sets.box import box
 from parc_jax.verdict import screen as screening
+from parc_jax.verdict.facets import facets_of
 from parc_jax.verdict.pointwise import anchor, verdicts
 from parc_jax.verdict.scene import scene_of
 from parc_jax.verdict.screen import CHUNK, screen
@@ -82,8 +83,10 @@ def test_the_test_at_a_few_knots_loses_no_safe_plan_and_most_of_the_others(body,
     scene = scene_of(problem, model)
     z, k = proposals(model, scene, rng, 4000)
     few, knots = screening._few_outputs(model, 12)
+    facets = facets_of(model.tube, scene)
     with x64():
-        reaches, outside = screening._knot_tests(few, knots, model.tube, scene.arrays, z, k, None)
+        seen = screening._knot_tests(few, knots, model.tube, scene.arrays, z, k, facets)
+    reaches, outside = seen
     p0, expected = anchor(model, scene, z, k)
     e = verdicts(model, scene, p0, k)
     np.testing.assert_array_equal(reaches, expected)
