@@ -5,6 +5,7 @@ set but for a little, more points.
 import time
 from dataclasses import replace
 
+import jax
 import numpy as np
 
 from parc_jax.body import hull
@@ -119,8 +120,8 @@ def processor_times(scenes: dict, n_first: int, n_corridors: int) -> dict:
 
 def _first(model: TrajectoryModel, problem: ReachAvoid, seed: int):
     begin = time.process_time()
-    rng = np.random.default_rng(seed)
-    found = draw_safe_plans(model, near_scene(problem, model), rng, 1, 0.99)
+    key, rng = jax.random.PRNGKey(seed), np.random.default_rng(seed)
+    found = draw_safe_plans(model, near_scene(problem, model), key, rng, 1, 0.99)
     return time.process_time() - begin, found
 
 

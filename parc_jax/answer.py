@@ -5,7 +5,7 @@ they are worth.
 import copy
 import html
 import json
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -64,8 +64,7 @@ SPREAD_OUT = 6  # dimensions of (p0, k) up to which polytopes that nobody asked 
 class Answer:
     """What `Planner.solve` returns. All methods take and return float64 NumPy arrays.
 
-    samples (n, n_p + n_k): safe starts and parameters, uniform over the safe set. sample_parts:
-    their certificates.
+    samples (n, n_p + n_k): safe starts and parameters, uniform over the safe set.
     proved: the independent checker accepted all that is returned. refused: samples, corridors and
     polytopes that it did not accept and that are therefore not in the answer. no_plan: when no draw
     was safe, what branch and bound says: proved that none is, or how much is undecided.
@@ -80,7 +79,7 @@ class Answer:
         scene: Scene,
         cover: Cover,
         samples: np.ndarray,
-        sample_parts: list[dict],
+        sample_parts: list[dict] | Callable[[], list[dict]],
         proved: bool,
         refused: int,
         timings: dict[str, float],
@@ -91,7 +90,7 @@ class Answer:
         self.model = model
         self.scene = scene
         self.samples = samples
-        self.sample_parts = sample_parts
+        self._sample_parts = sample_parts
         self.proved = proved
         self.refused = refused
         self.timings = timings
@@ -107,6 +106,11 @@ class Answer:
             if len(cover.polytopes)
             else KeptPlans(model, scene, self._corridors, cover.within)
         )
+
+    @cached_property
+    def sample_parts(self) -> list[dict]:
+        """The certificates of the samples, written when they are first asked for."""
+        return self._sample_parts() if callable(self._sample_parts) else self._sample_parts
 
     @property
     def problem(self) -> ReachAvoid:

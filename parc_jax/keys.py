@@ -46,7 +46,7 @@ def key_data(key) -> np.ndarray:
 
 def stream(key: jax.Array, stage: Stage) -> jax.Array:
     """The key of one stage. Does not consume `key`. Raises InputError for what is no key."""
-    return jax.random.fold_in(as_key(key), int(stage))
+    return _of_stage(as_key(key), int(stage))
 
 
 def row_keys(key: jax.Array, stage: Stage, rows: np.ndarray) -> jax.Array:
@@ -60,4 +60,5 @@ def split_rollout(key: jax.Array) -> tuple[jax.Array, jax.Array]:
     return k_key, system_key
 
 
+_of_stage = jax.jit(jax.random.fold_in, static_argnums=1)
 _row_keys = jax.jit(jax.vmap(jax.random.fold_in, in_axes=(None, 0)))

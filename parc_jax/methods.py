@@ -48,9 +48,9 @@ class Exact:
         rng: np.random.Generator,
         settings: Settings,
     ) -> tuple[Cover, NoPlan | None]:
-        """Draws from `rng`; `regions` and `key` are not used."""
+        """Draws from `rng`, a few plans alone from `key`; `regions` is not used."""
         begin = time.perf_counter()
-        found = self._drawn(model, scene, rng, settings)
+        found = self._drawn(model, scene, key, rng, settings)
         if len(found.points.k):
             return found, None
         no_plan = None
@@ -66,14 +66,14 @@ class Exact:
         if within is None:
             return found, no_plan
         spent = time.perf_counter() - begin
-        rare = self._drawn(model, scene, rng, settings, within)
+        rare = self._drawn(model, scene, key, rng, settings, within)
         if len(rare.points.k):
             return rare.later(spent), no_plan
         if no_plan is None or no_plan.safe_plan is None:
             return found, no_plan
         return _around(found, no_plan, model, scene, rng, begin), no_plan
 
-    def _drawn(self, model, scene: Scene, rng, settings: Settings, within=None) -> Cover:
+    def _drawn(self, model, scene: Scene, key, rng, settings: Settings, within=None) -> Cover:
         """What draws show, from everywhere or within a place."""
         if settings.budget_s > 0:
             return cover(
@@ -87,7 +87,7 @@ class Exact:
                 within=within,
             )
         n, confidence = settings.n_samples, settings.confidence
-        return draw_safe_plans(model, scene, rng, n, confidence, within)
+        return draw_safe_plans(model, scene, key, rng, n, confidence, within)
 
 
 @dataclass(frozen=True)

@@ -6,19 +6,15 @@ from functools import cached_property
 from typing import TYPE_CHECKING
 
 import jax
-import numpy as np
 
 from parc_jax.answer import Answer
 from parc_jax.batch.box_scenes import BoxScenes
 from parc_jax.batch.solve import BatchAnswer, Problems, problem_of, solve_batch
-from parc_jax.certificate.prove import prove
-from parc_jax.certificate.write import sample_part
-from parc_jax.cover.sampling import generator
-from parc_jax.cover.search import Cover
 from parc_jax.errors import InputError, expected
-from parc_jax.keys import Stage, stream
-from parc_jax.methods import MAX_LEAVES, Exact
+from parc_jax.keys import Stage, as_key
+from parc_jax.methods import MAX_LEAVES
 from parc_jax.model import TrajectoryModel
+from parc_jax.prepared import Prepared
 from parc_jax.probes import require_sound_arithmetic
 from parc_jax.problem import ReachAvoid
 from parc_jax.pwa import RegionTable, enumerate_regions
@@ -68,53 +64,22 @@ class Planner:
         installation computes wrong numbers.
         """
         settings = _checked("solve", problem, settings, Settings.whole())
-        search = stream(key, Stage.SEARCH)
-        rng = generator(search)
+        as_key(key)
         require_sound_arithmetic()
         begin = time.perf_counter()
+        return self.prepare(problem, at=at)._solve(key, settings, begin)
+
+    def prepare(self, problem: ReachAvoid, *, at=None) -> Prepared:
+        """The problem laid out for this model, for many queries: safe plans from one compiled call
+        each, or whole answers.
+
+        problem, at: as of `solve`. Raises as `solve` does.
+        """
+        _checked("prepare", problem, None, Settings.whole())
+        require_sound_arithmetic()
         asked = plain(problem, self.model, self._under_doubt, at)
-        model = asked.model
-        scene = near_scene(asked.problem, model).replace(at=asked.at)
-        method = settings.method or Exact()
-        found, no_plan = method.search(
-            model, lambda: self._regions_of(model), scene, search, rng, settings
-        )
-        covered = time.perf_counter()
-        pick = rng.permutation(len(found.points.k))[: settings.n_samples]
-        parts = [
-            sample_part(scene, model.tube, p.p0, p.k, p.path, int(p.bin))
-            for p in (found.points.at(i) for i in pick)
-        ]
-        samples = np.concatenate([found.points.p0[pick], found.points.k[pick]], axis=1)
-        refused = 0
-        if settings.proof:
-            accepted = prove(scene.problem, model, parts, found.corridors, found.polytopes)
-            refused = sum(int((~kept).sum()) for kept in accepted)
-            samples = samples[accepted[0]]
-            parts = _those(parts, accepted[0])
-            found = _without_refused(found, *accepted[1:])
-        timings = {
-            "first_sample_s": found.first_sample_s,
-            "first_polytope_s": found.first_polytope_s,
-            "corridors_s": found.corridors_s,
-            "cover_s": covered - begin,
-            "proof_s": time.perf_counter() - covered,
-        }
-        answer = Answer(
-            model,
-            scene,
-            found,
-            samples,
-            parts,
-            settings.proof,
-            refused,
-            timings,
-            no_plan,
-            asked.doubt,
-            asked.pose,
-        )
-        answer.solve = solve_with
-        return answer
+        scene = near_scene(asked.problem, asked.model).replace(at=asked.at)
+        return Prepared(asked, scene, self._regions_of, solve_with)
 
     def _regions_of(self, model: TrajectoryModel) -> RegionTable:
         same = model.net is self.model.net and model.domain is self.model.domain
@@ -255,21 +220,3 @@ def _checked(call: str, problem, settings, default: Settings) -> Settings:
         hint = "pj.Settings(n_samples=10) or pj.Settings.fast()"
         raise InputError(expected(call, "Settings", settings, hint))
     return settings
-
-
-def _those(parts, accepted) -> list:
-    return [part for part, keep in zip(parts, accepted, strict=True) if keep]
-
-
-def _without_refused(found: Cover, corridors: np.ndarray, polytopes: np.ndarray) -> Cover:
-    """The accepted ones. Where any was refused, the looks judged more than is returned, and nothing
-    is stated of it.
-    """
-    kept = found.kept if corridors.all() else found.kept._replace(at_least=0.0)
-    coverage = found.coverage if polytopes.all() else found.coverage._replace(at_least=0.0)
-    return found._replace(
-        corridors=_those(found.corridors, corridors),
-        polytopes=_those(found.polytopes, polytopes),
-        kept=kept,
-        coverage=coverage,
-    )

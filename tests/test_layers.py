@@ -48,6 +48,7 @@ ORDER = (
     "sentences",
     "driven",
     "answer",
+    "prepared",
     "planner",
     "onboard",
     "io",

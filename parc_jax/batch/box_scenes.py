@@ -8,7 +8,6 @@ import numpy as np
 from flax import struct
 
 from parc_jax.arrays import as_float64
-from parc_jax.batch.stack import more_rows, size_class
 from parc_jax.body import Body, Disc, Polygon, numbered
 from parc_jax.errors import InputError
 from parc_jax.model import TrajectoryModel
@@ -18,6 +17,7 @@ from parc_jax.problem import ReachAvoid, reach_avoid
 from parc_jax.sets.box import box
 from parc_jax.sets.hpolytope import hpolytope
 from parc_jax.verdict.scene import Scene, float_slack, obstacles_of
+from parc_jax.verdict.sized import more_rows, size_class
 
 
 @struct.dataclass

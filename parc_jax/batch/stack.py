@@ -8,12 +8,9 @@ import numpy as np
 
 from parc_jax.errors import InputError
 from parc_jax.model import TrajectoryModel
-from parc_jax.obstacles.grown import GrownObstacles
-from parc_jax.obstacles.pairs import Pairs
 from parc_jax.problem import ReachAvoid
 from parc_jax.verdict.scene import Scene, bare_scene
-
-LEAST_ROWS = 8  # of goal and start, so that most scenes agree; a row costs little
+from parc_jax.verdict.sized import sized
 
 
 class SizeClass(NamedTuple):
@@ -24,13 +21,6 @@ class SizeClass(NamedTuple):
 
     rows: np.ndarray
     scenes: Scene
-
-
-def size_class(n: int, least: int = 1) -> int:
-    """Padded size for n rows, obstacles or corners: the next power of two. Depends on the scene
-    alone.
-    """
-    return max(least, 1 << max(n - 1, 0).bit_length())
 
 
 def stack_problems(problems: Sequence[ReachAvoid], model: TrajectoryModel) -> list[SizeClass]:
@@ -54,45 +44,6 @@ def stack_problems(problems: Sequence[ReachAvoid], model: TrajectoryModel) -> li
         )
         for group in groups.values()
     ]
-
-
-def sized(scene: Scene) -> Scene:
-    """One scene padded to its size class. Padding never holds a plan back: rows 0 x <= 1, obstacles
-    never active.
-    """
-    obstacles = _sized_obstacles(scene.obstacles)
-    goal_A, goal_b = more_rows(scene.goal_A, scene.goal_b)
-    start_A, start_b = more_rows(scene.start_A, scene.start_b)
-    return scene.replace(
-        goal_A=goal_A,
-        goal_b=goal_b,
-        start_A=start_A,
-        start_b=start_b,
-        obstacles=obstacles,
-        directions=None,
-        problem=None,
-    )
-
-
-def _sized_obstacles(obstacles: GrownObstacles | Pairs) -> GrownObstacles | Pairs:
-    more_o = (0, size_class(len(obstacles.active)) - len(obstacles.active))
-    none = (0, 0)
-    corners = obstacles.vertices if isinstance(obstacles, Pairs) else obstacles.corner
-    more_m = (0, size_class(corners.shape[1], 2 ** corners.shape[2]) - corners.shape[1])
-    around = (more_o, more_m, none)
-    active = np.pad(obstacles.active, (more_o, none))
-    if isinstance(obstacles, GrownObstacles):
-        return obstacles.replace(
-            corner=np.pad(obstacles.corner, around, mode="edge"),
-            sign=np.pad(obstacles.sign, around, mode="edge"),
-            active=active,
-        )
-    return Pairs(
-        vertices=np.pad(obstacles.vertices, around, mode="edge"),
-        radius=np.pad(obstacles.radius, more_o),
-        points=np.pad(obstacles.points, (more_o, none), mode="edge"),
-        active=active,
-    )
 
 
 def shape_of(scenes: Scene) -> tuple:
@@ -123,10 +74,3 @@ def check_stack(scenes: Scene, model: TrajectoryModel) -> int:
             f"solve_batch: expected scenes of this model, (T, n_p, n_k) = {want}; got {have}."
         )
     return counts.pop()
-
-
-def more_rows(A: np.ndarray, b: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Rows A (..., h, n), b (..., h) with padding rows up to their size class."""
-    extra = (0, size_class(b.shape[-1], LEAST_ROWS) - b.shape[-1])
-    none = [(0, 0)] * (b.ndim - 1)
-    return np.pad(A, [*none, extra, (0, 0)]), np.pad(b, [*none, extra], constant_values=1.0)

@@ -8,6 +8,7 @@ from typing import NamedTuple
 import jax
 import numpy as np
 
+from parc_jax.cover.ends import ends_of
 from parc_jax.cover.place import Place
 from parc_jax.model import TrajectoryModel
 from parc_jax.network.predict import outputs
@@ -80,15 +81,9 @@ def draw(
         k = rng.uniform(scene.k_lo, scene.k_hi, (n, model.n_k))
         seen, safe = safe_ones(model, scene, ends_from(scene.at, model, k), k)
         return Draw(n, seen.reaching, safe, float(model.domain.volume))
-    boxes = [model.tube.bin_box(b) for b in range(model.tube.n_bins)]
-    k_lo, k_hi = np.array([lo for lo, _ in boxes]), np.array([hi for _, hi in boxes])
-    least, most = model.tube.end_extent
-    z_lo, z_hi = scene.z_lo - least, scene.z_hi - most
+    k_lo, k_hi, z_lo, z_hi, volume = ends_of(model.tube, scene)
     if within is not None:
         return _draw_within(model, scene, within, rng, n, z_lo, z_hi)
-    with np.errstate(invalid="ignore"):  # a bin without claim has an infinite error: no ends at all
-        ends = np.where((z_lo < z_hi).all(axis=1), np.prod(z_hi - z_lo, axis=1), 0.0)
-    volume = ends * np.prod(k_hi - k_lo, axis=1)
     whole = float(volume.sum())
     if whole == 0:
         return Draw(n, 0, no_points(model), 0.0)

@@ -10,10 +10,12 @@ import time
 from collections.abc import Sequence
 from typing import NamedTuple
 
+import jax
 import numpy as np
 
 from parc_jax.cover.build import Building, admit, build, nothing_built
 from parc_jax.cover.corridor import Corridor
+from parc_jax.cover.first import MOST, first_draw
 from parc_jax.cover.place import Place
 from parc_jax.cover.polytope import SafePolytope
 from parc_jax.cover.polytopes import Polytopes, cut_around
@@ -267,18 +269,24 @@ def cover_around(
 def draw_safe_plans(
     model: TrajectoryModel,
     scene: Scene,
+    key: jax.Array,
     rng: np.random.Generator,
     n: int,
     confidence: float,
     within: Place | None = None,
 ) -> Cover:
     """Safe plans alone: draw until n are safe, or until it is hopeless. Nothing is built, nothing
-    is covered.
+    is covered. A few are drawn from `key` in one call, the others from `rng`.
     """
     begin = time.perf_counter()
     first = None
     tally = Tally()
     seen = []
+    if within is None and n <= MOST:
+        one = first_draw(model, scene, key, n)
+        seen.append(one.safe)
+        tally = tally.plus(one)
+        first = time.perf_counter() - begin if tally.safe else None
     size = FIRST_DRAW
     while tally.safe < n and not tally.hopeless:
         one = draw(model, scene, rng, size, within)

@@ -54,6 +54,12 @@ class GrownObstacles:
         axes = tuple(range(-3, 0))
         return np.abs(self.corner).max(axis=axes, initial=0.0) + self.radius
 
+    def only(self, o) -> "GrownObstacles":
+        """One of them. Kernel."""
+        every = (self.corner, self.sign, self.active)
+        corner, sign, active = (jnp.asarray(x)[o][None] for x in every)
+        return GrownObstacles(corner, sign, self.radius, active)
+
     def gaps(self, path, errors: ErrorSet):
         """Gap (o, T) [m] from every obstacle, and the unit direction (o, T, 2) that shows it, of a
         path (T + 1, 2) whose errors (T, 1) are boxes. Kernel. [T14]

@@ -46,6 +46,10 @@ class Pairs:
         largest = np.abs(self.vertices).max(axis=(-3, -2, -1), initial=0.0)
         return largest + self.radius.max(axis=-1, initial=0.0)
 
+    def only(self, o) -> "Pairs":
+        """One of them. Kernel."""
+        return jax.tree.map(lambda x: jnp.asarray(x)[o][None], self)
+
     def gaps(self, path, errors: ErrorSet):
         """Gap (o, T) [m] of every pair in every interval, and the unit direction (o, T, n_p) that
         shows it; path (T + 1, n_c), errors (T, n_points). Kernel.

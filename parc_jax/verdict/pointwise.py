@@ -98,6 +98,23 @@ def verdict(net: ReLUNetwork, tube: Tube, scene: Scene, p0, k) -> Verdicts:
     return Verdicts(*seen, clearance(scene, seen.path, tube.during(seen.bin)))
 
 
+def verdict_in_turn(net: ReLUNetwork, tube: Tube, scene: Scene, n, p0, k) -> Verdicts:
+    """The same, of the first n obstacles one after another, and no further than one that is
+    touched: its clearance is then of those looked at. Kernel, not for vmap.
+    """
+    seen = prediction(net, tube, scene, p0, k)
+    errors = tube.during(seen.bin)
+
+    def look(state):
+        o, nearest = state
+        one = scene.replace(obstacles=scene.obstacles.only(o))
+        return o + 1, jnp.minimum(nearest, clearance(one, seen.path, errors))
+
+    far = jnp.asarray(jnp.inf if scene.beyond is None else scene.beyond, seen.path.dtype)
+    open_ = lambda state: seen.reaches & (state[0] < n) & (state[1] > 0)  # noqa: E731
+    return Verdicts(*seen, jax.lax.while_loop(open_, look, (jnp.zeros_like(n), far))[1])
+
+
 def clearance(scene: Scene, path, errors: ErrorSet):
     """Smallest gap [m] of a path (T + 1, n_c) with errors (T, n_points) from all active obstacles,
     less the slack; of a plan that reaches the goal.

@@ -35,11 +35,12 @@ ITEMS = 2048  # open obstacle-interval pairs per compiled call
 SIZES = {GrownObstacles: (KNOT_CHUNK, CHUNK, ITEMS), Pairs: (512, 256, 256)}
 
 
-def knot_test(few: ReLUNetwork, knots, tube, scene: Scene, z, k, facets: Facets):
+def knot_test(few: ReLUNetwork, knots, tube, scene: Scene, z, k, facets: Facets | None = None):
     """Does the plan with k (n_k,) and predicted end z (n_p,) reach; does it, and is outside of
     everything? Kernel.
 
-    few: the network with the outputs of some knots (m,) only, the last one among them.
+    few: the network with the outputs of some knots (m,) only, the last one among them. facets: of
+    the scene, where one error of each set will do.
     """
     offsets, q, _ = predict(few, tube.layout._replace(n_steps=len(knots)), k)
     p0 = z - offsets[-1, : len(z)]
@@ -50,7 +51,7 @@ def knot_test(few: ReLUNetwork, knots, tube, scene: Scene, z, k, facets: Facets)
         return reaches, reaches  # in space contact is looked for in vain: facets tell it sooner
     # the interval that a knot begins
     at = jnp.minimum(jnp.concatenate([jnp.zeros(1, int), knots]), tube.n_steps - 1)
-    if facets.inside is None:
+    if facets is None or facets.inside is None:
         touching = scene.obstacles.touching(path, tube.during(bin, at))
     else:  # one error of each set will do
         off = facets.inside[bin, at].reshape(path.shape)
@@ -100,7 +101,7 @@ def facet_test(net, tube, scene: Scene, z, k, facets: Facets) -> FacetTest:
     return FacetTest(p0, seen.path, seen.pattern, seen.bin, seen.reaches & ~touching, ~(gap > 0))
 
 
-def _few_outputs(model: TrajectoryModel, n_knots: int) -> tuple[ReLUNetwork, np.ndarray]:
+def few_outputs(model: TrajectoryModel, n_knots: int) -> tuple[ReLUNetwork, np.ndarray]:
     """The network with the outputs of the start, of some knots and of q only, and the indices of
     those knots, evenly spread.
     """
@@ -147,7 +148,7 @@ def _resident(model: TrajectoryModel, scene: Scene) -> tuple:
     net, tube = model.net, model.tube
 
     def move():
-        few = _few_outputs(model, KNOTS[type(scene.obstacles)])
+        few = few_outputs(model, KNOTS[type(scene.obstacles)])
         facets = facets_of(tube, scene)
         with x64():
             moved = jax.device_put((*few, net, on_device(tube), scene.arrays, facets))

@@ -14,7 +14,7 @@ from parc_jax.batch.box_scenes import box_scenes, lay_out_boxes
 from parc_jax.batch.run import Calls, run, search_many
 from parc_jax.batch.search import Best
 from parc_jax.batch.solve import Schedule
-from parc_jax.batch.stack import sized, stack_problems
+from parc_jax.batch.stack import stack_problems
 from parc_jax.body import Polygon
 from parc_jax.cover.sampling import draw
 from parc_jax.errors import InputError
@@ -25,6 +25,7 @@ from parc_jax.sets.hpolytope import hpolytope
 from parc_jax.settings import Settings
 from parc_jax.verdict.pointwise import verdicts
 from parc_jax.verdict.scene import scene_of
+from parc_jax.verdict.sized import sized
 
 KEY = jax.random.PRNGKey(5)
 S = 20

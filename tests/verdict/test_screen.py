@@ -82,7 +82,7 @@ def test_the_test_at_a_few_knots_loses_no_safe_plan_and_most_of_the_others(body,
     problem = random_problem(rng, model, n_obstacles=3, body=body)
     scene = scene_of(problem, model)
     z, k = proposals(model, scene, rng, 4000)
-    few, knots = screening._few_outputs(model, 12)
+    few, knots = screening.few_outputs(model, 12)
     facets = facets_of(model.tube, scene)
     with x64():
         seen = screening._knot_tests(few, knots, model.tube, scene.arrays, z, k, facets)

@@ -1,0 +1,194 @@
+"""The first safe plans of a question in one compiled call: draw, keep what reaches the goal, judge
+one after another until as many as asked are safe. [T11, T15]
+
+Plans are drawn as by `sampling.draw`, uniform over all that may reach, and judged as every single
+plan is, in float64 with the slack of the scene. Those that are safe are taken in the order in which
+they were drawn, so they are uniform over the safe set. Nothing moves between host and device but
+the key.
+"""
+
+from functools import lru_cache, partial
+from typing import NamedTuple
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+
+from parc_jax.arrays import x64
+from parc_jax.cover.ends import ends_of
+from parc_jax.cover.placed import Placed, placed
+from parc_jax.cover.sampling import Draw, Points, cell_of
+from parc_jax.model import TrajectoryModel
+from parc_jax.network.predict import predict
+from parc_jax.verdict.pointwise import Verdicts, verdict, verdict_in_turn
+from parc_jax.verdict.scene import Scene
+from parc_jax.verdict.screen import knot_test
+
+# plans drawn at a time, and how many times at most, where they are judged in turn, as on CPU, and
+# where side by side; for a rarer plan the screen of many at once is the faster way
+ROUND = {True: 16, False: 512}
+ROUNDS = {True: 32, False: 1}
+JUDGED = 64  # one after another at most, for the same reason
+SLOTS = (1, 4, 16)  # plans that a program has room for
+MOST = SLOTS[-1]
+
+
+class First(NamedTuple):
+    """Safe plans (n, ...) in the order in which they were drawn, the first `found` of which count.
+
+    p0 (n, n_p), k (n, n_k), seen: their verdicts. drawn, reaching: plans looked at, up to the last
+    one found where there are enough, and how many of them reach the goal. judged: how many were
+    judged.
+    """
+
+    p0: jax.Array
+    k: jax.Array
+    seen: Verdicts
+    found: jax.Array
+    drawn: jax.Array
+    reaching: jax.Array
+    judged: jax.Array
+
+
+class Drawn(NamedTuple):
+    """A round of plans (r, ...): whether they reach the goal, and whether they may be safe."""
+
+    p0: jax.Array
+    k: jax.Array
+    reaches: jax.Array
+    possible: jax.Array
+
+
+def first_safe(asked: Placed, key, n: int) -> First:
+    """The first n safe plans, n at most MOST; arrays on the device of the question. Fewer where
+    looking on would be slow. key: of `jax.random`; it is consumed.
+    """
+    slots = next(size for size in SLOTS if size >= n)
+    (device,) = asked.n.devices()
+    with x64():
+        return _first_safe(asked, key, _number(n, device), slots, device.platform == "cpu")
+
+
+def first_draw(model: TrajectoryModel, scene: Scene, key, n: int) -> Draw:
+    """The first n safe plans as a draw, n at most MOST. Its size depends on what was found: draws
+    end with the last plan that was asked for.
+    """
+    first = first_safe(placed(model, scene), key, n)
+    found, drawn, reaching = (int(x) for x in (first.found, first.drawn, first.reaching))
+    seen = first.seen
+    p0, k, path, bin, pattern = (
+        np.asarray(x)[:found] for x in (first.p0, first.k, seen.path, seen.bin, seen.pattern)
+    )
+    safe = Points(p0, k, path, bin, pattern, cell_of(pattern, bin))
+    whole = ends_of(model.tube, scene).volume.sum() if scene.at is None else model.domain.volume
+    return Draw(drawn, reaching, safe, float(whole))
+
+
+@lru_cache
+def _number(n: int, device) -> jax.Array:
+    return jax.device_put(np.int32(n), device)
+
+
+@partial(jax.jit, static_argnames=("slots", "in_turn"))
+def _first_safe(asked: Placed, key, n, slots: int, in_turn: bool) -> First:
+    judge = _in_turn if in_turn else _side_by_side
+    size = ROUND[in_turn]
+
+    def round_of(state):
+        i, first = state
+        drawn = draw_round(asked, jax.random.fold_in(key, i), size)
+        return i + 1, judge(asked, drawn, n, first)
+
+    def unfinished(state):
+        i, first = state
+        some = asked.ends.volume.sum() > 0
+        return (i < ROUNDS[in_turn]) & (first.found < n) & (first.judged < JUDGED) & some
+
+    drawn = jax.eval_shape(lambda key: draw_round(asked, key, 1), key)
+    one = jax.eval_shape(
+        lambda p0, k: verdict(asked.net, asked.tube, asked.scene, p0[0], k[0]), drawn.p0, drawn.k
+    )
+    seen = jax.tree.map(lambda x: jnp.zeros((slots, *x.shape), x.dtype), one)
+    p0, k = (jnp.zeros((slots, *x.shape[1:]), x.dtype) for x in (drawn.p0, drawn.k))
+    zero = jnp.zeros((), jnp.int32)
+    nothing = First(p0, k, seen, zero, zero, zero, zero)
+    return jax.lax.while_loop(unfinished, round_of, (zero, nothing))[1]
+
+
+def draw_round(asked: Placed, key, size: int) -> Drawn:
+    """Plans drawn by their bins and ends, or from the one start; kernel."""
+    ends, scene, n_k = asked.ends, asked.scene, asked.scene.k_lo.shape[0]
+    n_z = scene.z_lo.shape[0]
+    share = jax.random.uniform(key, (size, 1 + n_k + n_z), scene.z_lo.dtype)
+    below = jnp.cumsum(ends.volume)
+    bin = jnp.searchsorted(below, share[:, 0] * below[-1], side="right")
+    bin = jnp.minimum(bin, len(below) - 1)
+    end_of = jax.vmap(lambda k: predict(asked.few, _layout(asked), k)[0][-1, :n_z])
+    if asked.at is None:
+        k = _between(ends.k_lo[bin], ends.k_hi[bin], share[:, 1 : 1 + n_k])
+        z = _between(ends.z_lo[bin], ends.z_hi[bin], share[:, 1 + n_k :])
+        p0 = z - end_of(k)
+    else:
+        k = _between(scene.k_lo[None], scene.k_hi[None], share[:, 1 : 1 + n_k])
+        p0 = jnp.broadcast_to(asked.at, (size, n_z))
+        z = p0 + end_of(k)
+    test = jax.vmap(knot_test, in_axes=(None, None, None, None, 0, 0))
+    return Drawn(p0, k, *test(asked.few, asked.knots, asked.tube, scene, z, k))
+
+
+def _between(lo, hi, share):
+    return lo + share * (hi - lo)
+
+
+def _layout(asked: Placed):
+    return asked.tube.layout._replace(n_steps=len(asked.knots))
+
+
+def _in_turn(asked: Placed, drawn: Drawn, n, first: First) -> First:
+    """With the safe plans of a round, each judged by itself until there are enough."""
+
+    def judge(state):
+        left, first, _ = state
+        i = jnp.argmax(left)
+        p0, k = drawn.p0[i], drawn.k[i]
+        seen = verdict_in_turn(asked.net, asked.tube, asked.scene, asked.n, p0, k)
+        put = partial(jax.tree.map, lambda whole, x: whole.at[first.found].set(x))
+        p0, k, kept = put((first.p0, first.k, first.seen), (p0, k, seen))
+        first = first._replace(
+            p0=p0, k=k, seen=kept, found=first.found + seen.safe.astype(jnp.int32), judged=first.judged + 1
+        )
+        return left.at[i].set(False), first, i
+
+    def unfinished(state):
+        left, first, _ = state
+        return left.any() & (first.found < n) & (first.judged < JUDGED)
+
+    start = (drawn.possible, first, jnp.argmax(drawn.possible))
+    left, first, last = jax.lax.while_loop(unfinished, judge, start)
+    whole = (first.found < n) & ~left.any()
+    return _counted(first, drawn, jnp.where(whole, len(drawn.k), last.astype(jnp.int32) + 1))
+
+
+def _side_by_side(asked: Placed, drawn: Drawn, n, first: First) -> First:
+    """The same, with all plans of a round judged at once."""
+    judge = jax.vmap(verdict, in_axes=(None, None, None, 0, 0))
+    seen = judge(asked.net, asked.tube, asked.scene, drawn.p0, drawn.k)
+    safe = seen.safe & drawn.possible
+    place = first.found + jnp.cumsum(safe, dtype=jnp.int32) - 1
+    to = jnp.where(safe & (place < n), place, len(first.p0))  # beyond the slots: dropped
+    put = partial(jax.tree.map, lambda whole, x: whole.at[to].set(x, mode="drop"))
+    p0, k, kept = put((first.p0, first.k, first.seen), (drawn.p0, drawn.k, seen))
+    found = jnp.minimum(first.found + safe.sum(dtype=jnp.int32), n)
+    last = jnp.argmax(safe & (place == n - 1)).astype(jnp.int32)
+    judged = first.judged + len(safe)
+    first = first._replace(p0=p0, k=k, seen=kept, found=found, judged=judged)
+    return _counted(first, drawn, jnp.where(found < n, len(safe), last + 1))
+
+
+def _counted(first: First, drawn: Drawn, looked_at) -> First:
+    """With the first so many plans of a round counted."""
+    counts = jnp.arange(len(drawn.reaches), dtype=jnp.int32) < looked_at
+    return first._replace(
+        drawn=first.drawn + looked_at,
+        reaching=first.reaching + (drawn.reaches & counts).sum(dtype=jnp.int32),
+    )

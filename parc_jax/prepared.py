@@ -1,0 +1,157 @@
+"""A problem laid out for one model: what a loop that replans keeps from one query to the next."""
+
+import time
+from collections.abc import Callable
+from typing import TYPE_CHECKING, NamedTuple
+
+import jax
+import numpy as np
+
+from parc_jax.answer import Answer
+from parc_jax.certificate.prove import prove
+from parc_jax.certificate.write import sample_part
+from parc_jax.cover.first import MOST, first_safe
+from parc_jax.cover.placed import placed
+from parc_jax.cover.sampling import Points, generator
+from parc_jax.cover.search import Cover
+from parc_jax.errors import InputError, expected
+from parc_jax.keys import Stage, stream
+from parc_jax.methods import Exact
+from parc_jax.model import TrajectoryModel
+from parc_jax.pwa import RegionTable
+from parc_jax.robust.question import Plain
+from parc_jax.settings import Settings
+from parc_jax.verdict.scene import Scene
+
+if TYPE_CHECKING:
+    from parc_jax.driven.choice import Solve
+
+
+class FirstPlans(NamedTuple):
+    """Safe plans in the order in which they were drawn: uniform over the safe set, each proved in
+    float64 with the margin that covers rounding. None at all says nothing of whether there are any.
+
+    plans (n, n_p + n_k). clearance (n,) [m]: kept from every obstacle by every run inside the tube.
+    drawn: plans that were looked at.
+    """
+
+    plans: np.ndarray
+    clearance: np.ndarray
+    drawn: int
+
+
+class Prepared:
+    """A problem laid out for one model. Made by `Planner.prepare`."""
+
+    def __init__(
+        self,
+        asked: Plain,
+        scene: Scene,
+        regions_of: Callable[[TrajectoryModel], RegionTable],
+        solve: "Solve",
+    ):
+        self.model = asked.model
+        self.scene = scene
+        self._asked = asked
+        self._regions_of = regions_of
+        self._again = solve
+
+    def __repr__(self) -> str:
+        return f"Prepared({self.scene.problem!r})"
+
+    def first(self, key: jax.Array, n: int = 1) -> FirstPlans:
+        """The first n safe plans of a few draws, in one compiled call: fewer, or none, where safe
+        plans are rarer than about one in a hundred; `solve` looks on.
+
+        key: its SEARCH stream is used. n: at most 16. Raises InputError.
+        """
+        if not 1 <= n <= MOST:
+            raise InputError(f"first: expected 1 to {MOST} plans; got {n}. `solve` gives more.")
+        first = first_safe(placed(self.model, self.scene), stream(key, Stage.SEARCH), n)
+        p0, k, clearance, found, drawn = jax.device_get(
+            (first.p0, first.k, first.seen.clearance, first.found, first.drawn)
+        )
+        plans = np.concatenate([p0, k], axis=1)[: int(found)]
+        return FirstPlans(plans, clearance[: int(found)], int(drawn))
+
+    def solve(self, key: jax.Array, settings: Settings | None = None) -> Answer:
+        """The answer that `Planner.solve` gives. Raises InputError."""
+        settings = Settings.whole() if settings is None else settings
+        if not isinstance(settings, Settings):
+            raise InputError(expected("solve", "Settings", settings, "pj.Settings.fast()"))
+        return self._solve(key, settings, time.perf_counter())
+
+    def _solve(self, key: jax.Array, settings: Settings, begin: float) -> Answer:
+        """begin: [s] of the clock, from which the times of the answer count."""
+        model, scene, asked = self.model, self.scene, self._asked
+        search = stream(key, Stage.SEARCH)
+        rng = generator(search)
+        method = settings.method or Exact()
+        found, no_plan = method.search(
+            model, lambda: self._regions_of(model), scene, search, rng, settings
+        )
+        covered = time.perf_counter()
+        pick = rng.permutation(len(found.points.k))[: settings.n_samples]
+        chosen = found.points.at(pick)
+        samples = np.concatenate([chosen.p0, chosen.k], axis=1)
+
+        def parts() -> list[dict]:
+            return _certificates(model, scene, chosen)
+
+        refused = 0
+        if settings.proof:
+            written = parts()
+            accepted = prove(scene.problem, model, written, found.corridors, found.polytopes)
+            refused = sum(int((~kept).sum()) for kept in accepted)
+            samples = samples[accepted[0]]
+            written = _those(written, accepted[0])
+            found = _without_refused(found, *accepted[1:])
+        timings = {
+            "first_sample_s": found.first_sample_s,
+            "first_polytope_s": found.first_polytope_s,
+            "corridors_s": found.corridors_s,
+            "cover_s": covered - begin,
+            "proof_s": time.perf_counter() - covered,
+        }
+        answer = Answer(
+            model,
+            scene,
+            found,
+            samples,
+            written if settings.proof else parts,
+            settings.proof,
+            refused,
+            timings,
+            no_plan,
+            asked.doubt,
+            asked.pose,
+        )
+        answer.solve = self._again
+        return answer
+
+
+def _certificates(model: TrajectoryModel, scene: Scene, chosen: Points) -> list[dict]:
+    """Of all points."""
+    each = (chosen.p0, chosen.k, chosen.path, chosen.bin)
+    return [
+        sample_part(scene, model.tube, p0, k, path, int(bin))
+        for p0, k, path, bin in zip(*each, strict=True)
+    ]
+
+
+def _those(parts, accepted) -> list:
+    return [part for part, keep in zip(parts, accepted, strict=True) if keep]
+
+
+def _without_refused(found: Cover, corridors: np.ndarray, polytopes: np.ndarray) -> Cover:
+    """The accepted ones. Where any was refused, the looks judged more than is returned, and nothing
+    is stated of it.
+    """
+    kept = found.kept if corridors.all() else found.kept._replace(at_least=0.0)
+    coverage = found.coverage if polytopes.all() else found.coverage._replace(at_least=0.0)
+    return found._replace(
+        corridors=_those(found.corridors, corridors),
+        polytopes=_those(found.polytopes, polytopes),
+        kept=kept,
+        coverage=coverage,
+    )

@@ -1,0 +1,157 @@
+"""The first safe plans: judged as every plan is, uniform over the safe set, in one call that moves
+nothing.
+"""
+
+import jax
+import numpy as np
+import pytest
+from compilations import compiled_by
+from scipy.stats import ks_2samp
+from toy_bodies import points_model, points_problem
+from toy_models import line_model, random_polygon, rectangle, toy_case
+
+from parc_jax.arrays import x64
+from parc_jax.cover import first as first_module
+from parc_jax.cover.first import MOST, first_draw, first_safe
+from parc_jax.cover.placed import placed
+from parc_jax.cover.sampling import draw
+from parc_jax.planner import Planner
+from parc_jax.problem import reach_avoid
+from parc_jax.sets.box import box
+from parc_jax.settings import Settings
+from parc_jax.verdict.near import near_scene
+from parc_jax.verdict.pointwise import verdicts
+from parc_jax.verdict.scene import scene_of
+
+KEYS = [jax.random.PRNGKey(seed) for seed in range(40)]
+
+
+def crowd(number: int = 8, n: int = 6):
+    """A model and obstacles about the paths, so many that the last ones count."""
+    model, problem = toy_case(number)
+    rng = np.random.default_rng(number)
+    more = [random_polygon(rng, rng.uniform(-0.8, 0.8, 2), 0.1) for _ in range(n - 2)]
+    return model, problem.replace(obstacles=(*problem.obstacles, *more), spans=())
+
+
+def turning():
+    rng = np.random.default_rng(3)
+    model = points_model(rng, fitted=True)
+    return model, points_problem(rng, model)
+
+
+@pytest.mark.parametrize("question", [toy_case, crowd, turning])
+def test_every_plan_is_judged_as_all_plans_are(question):
+    model, problem = question(8) if question is not turning else question()
+    scene = scene_of(problem, model)
+    seen = 0
+    for key in KEYS[:12]:
+        one = first_draw(model, scene, key, 4).safe
+        e = verdicts(model, scene, one.p0, one.k)
+        assert e.safe.all()
+        np.testing.assert_array_equal(e.bin, one.bin)
+        np.testing.assert_array_equal(e.pattern, one.pattern)
+        np.testing.assert_allclose(e.path, one.path, rtol=0, atol=1e-12)
+        seen += len(one.k)
+    assert seen > 30
+
+
+@pytest.mark.parametrize("question", [crowd, turning])
+def test_in_turn_and_side_by_side_find_the_same_plans(question, monkeypatch):
+    monkeypatch.setattr(first_module, "ROUND", {True: 64, False: 64})
+    monkeypatch.setattr(first_module, "ROUNDS", {True: 1, False: 1})
+    monkeypatch.setattr(first_module, "JUDGED", 65)
+    first_module._first_safe.clear_cache()
+    model, problem = question()
+    asked = placed(model, near_scene(problem, model))
+    (device,) = asked.n.devices()
+    found = []
+    for key in KEYS[:8]:
+        for n in (4, MOST):
+            with x64():
+                both = [
+                    first_module._first_safe(asked, key, first_module._number(n, device), MOST, one)
+                    for one in (True, False)
+                ]
+            turn, side = jax.device_get(both)
+            found.append(int(turn.found))
+            for name in ("found", "drawn", "reaching"):
+                assert getattr(turn, name) == getattr(side, name)
+            for name in ("p0", "k"):
+                np.testing.assert_array_equal(
+                    getattr(turn, name)[: found[-1]], getattr(side, name)[: found[-1]]
+                )
+            np.testing.assert_allclose(
+                turn.seen.clearance[: found[-1]], side.seen.clearance[: found[-1]], atol=1e-12
+            )
+    assert max(found) > 4
+    first_module._first_safe.clear_cache()
+
+
+def test_plans_are_uniform_over_the_safe_set_and_their_counts_those_of_draws():
+    model, problem = crowd()
+    scene = scene_of(problem, model)
+    ones = [first_draw(model, scene, key, MOST) for key in KEYS]
+    mine = np.concatenate([np.concatenate([d.safe.p0, d.safe.k], axis=1) for d in ones])
+    whole = draw(model, scene, np.random.default_rng(0), 20_000)
+    theirs = np.concatenate([whole.safe.p0, whole.safe.k], axis=1)
+    assert len(mine) > 300
+    for axis in range(mine.shape[1]):
+        assert ks_2samp(mine[:, axis], theirs[:, axis]).pvalue > 1e-4
+    drawn, reaching = (sum(getattr(d, name) for d in ones) for name in ("drawn", "reaching"))
+    for part, share in ((reaching, whole.reaching), (len(mine), len(whole.safe.k))):
+        expected = drawn * share / whole.drawn
+        assert abs(part - expected) < 5 * np.sqrt(expected)
+    assert ones[0].volume == pytest.approx(whole.volume)
+
+
+def test_one_obstacle_more_compiles_nothing_and_nothing_moves_but_the_key():
+    model, problem = crowd(n=2)
+    planner = Planner(model)
+    prepared = planner.prepare(problem)
+    assert len(prepared.first(KEYS[0]).plans) == 1
+    block = rectangle(np.random.default_rng(1), np.array([0.5, 0.5]), 0.1)
+    other = planner.prepare(problem.replace(obstacles=(*problem.obstacles, block), spans=()))
+    assert compiled_by(lambda: other.first(KEYS[1])) == 0
+    with jax.transfer_guard("disallow"):
+        assert len(prepared.first(KEYS[2]).plans) == 1
+        with pytest.raises(Exception, match=r"[Dd]isallowed"):  # the guard is at work here
+            jax.jit(lambda x: x)(np.ones(2))
+
+
+def test_what_cannot_be_found_ends_and_a_goal_without_ends_is_not_drawn_from():
+    model = line_model(4, 0.0)
+    wall = box([-9.0, -9.0], [9.0, 9.0])
+    none = placed(model, scene_of(reach_avoid(box([0, 0, -9], [1, 1, 9]), [wall], 0.1), model))
+    first = jax.device_get(first_safe(none, KEYS[0], 2))
+    assert first.found == 0 < first.drawn
+    model = line_model(4, 2.0)
+    narrow = placed(model, scene_of(reach_avoid(box([0, 0, -9], [1, 1, 9]), [], 0.1), model))
+    assert jax.device_get(first_safe(narrow, KEYS[0], 2)).drawn == 0
+
+
+def test_a_prepared_question_answers_as_the_planner_does():
+    model, problem = toy_case(8)
+    planner = Planner(model)
+    prepared = planner.prepare(problem)
+    settings = Settings(n_samples=3, budget_s=0.0)
+    ours, theirs = (
+        prepared.solve(KEYS[0], settings),
+        planner.solve(problem, KEYS[0], settings),
+    )
+    np.testing.assert_array_equal(ours.samples, theirs.samples)
+    assert ours.proved and len(ours.samples) == 3
+    plans = prepared.first(KEYS[0], 3)
+    assert {tuple(x) for x in plans.plans} == {tuple(x) for x in ours.samples}
+    e = verdicts(model, prepared.scene, plans.plans[:, :2], plans.plans[:, 2:])
+    np.testing.assert_allclose(plans.clearance, e.clearance, rtol=0, atol=1e-12)
+
+
+def test_plans_from_one_place_start_there():
+    model, problem = toy_case(8)
+    anywhere = Planner(model).prepare(problem).first(KEYS[0]).plans[0]
+    here = Planner(model).prepare(problem, at=anywhere[:2])
+    plans = np.concatenate([here.first(key, 4).plans for key in KEYS[:6]])
+    assert len(plans) and (plans[:, :2] == anywhere[:2]).all()
+    e = verdicts(model, here.scene, plans[:, :2], plans[:, 2:])
+    assert e.safe.all()
