@@ -27,6 +27,7 @@ _HOME = {
     "Planner": "planner",
     "Point": "claim.risk",
     "Polygon": "body",
+    "Prepared": "prepared",
     "Published": "methods",
     "ReLUNetwork": "network.relu",
     "ReachAvoid": "problem",

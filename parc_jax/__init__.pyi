@@ -55,6 +55,7 @@ from parc_jax.network.train import train as train
 from parc_jax.obstacles.moving import moving as moving
 from parc_jax.onboard.header import write_c as write_c
 from parc_jax.planner import Planner as Planner
+from parc_jax.prepared import Prepared as Prepared
 from parc_jax.problem import ReachAvoid as ReachAvoid
 from parc_jax.problem import goal_of_points as goal_of_points
 from parc_jax.problem import reach_avoid as reach_avoid

@@ -33,6 +33,7 @@ NAMES = [
     "Planner",
     "Point",
     "Polygon",
+    "Prepared",
     "Published",
     "ReLUNetwork",
     "ReachAvoid",

@@ -28,6 +28,7 @@ from benchmarks.attacks.faults_engine import ENGINE
 from benchmarks.attacks.faults_files import FILES
 from benchmarks.attacks.faults_near import NEAR
 from benchmarks.attacks.faults_onboard import ONBOARD
+from benchmarks.attacks.faults_query import QUERY
 
 FAULTS: tuple[Fault, ...] = (
     *ENGINE,
@@ -38,6 +39,7 @@ FAULTS: tuple[Fault, ...] = (
     *DRIVEN,
     *FILES,
     *NEAR,
+    *QUERY,
     *ONBOARD,
 )
 COPIED = ("parc_jax", "sims", "benchmarks", "tests", "docs", "pyproject.toml", "README.md")

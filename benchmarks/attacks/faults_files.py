@@ -9,8 +9,8 @@ ROLLOUTS = (
     Fault(
         "stages_share_random_numbers",
         "parc_jax/keys.py",
-        "return jax.random.fold_in(as_key(key), int(stage))",
-        "return jax.random.fold_in(as_key(key), 0)",
+        "return _of_stage(as_key(key), int(stage))",
+        "return _of_stage(as_key(key), 0)",
         (f"{COLLECT}::test_stages_share_no_numbers",),
     ),
     Fault(

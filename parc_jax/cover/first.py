@@ -155,7 +155,11 @@ def _in_turn(asked: Placed, drawn: Drawn, n, first: First) -> First:
         put = partial(jax.tree.map, lambda whole, x: whole.at[first.found].set(x))
         p0, k, kept = put((first.p0, first.k, first.seen), (p0, k, seen))
         first = first._replace(
-            p0=p0, k=k, seen=kept, found=first.found + seen.safe.astype(jnp.int32), judged=first.judged + 1
+            p0=p0,
+            k=k,
+            seen=kept,
+            found=first.found + seen.safe.astype(jnp.int32),
+            judged=first.judged + 1,
         )
         return left.at[i].set(False), first, i
 

@@ -111,8 +111,12 @@ def verdict_in_turn(net: ReLUNetwork, tube: Tube, scene: Scene, n, p0, k) -> Ver
         return o + 1, jnp.minimum(nearest, clearance(one, seen.path, errors))
 
     far = jnp.asarray(jnp.inf if scene.beyond is None else scene.beyond, seen.path.dtype)
-    open_ = lambda state: seen.reaches & (state[0] < n) & (state[1] > 0)  # noqa: E731
-    return Verdicts(*seen, jax.lax.while_loop(open_, look, (jnp.zeros_like(n), far))[1])
+
+    def clear_so_far(state):
+        o, nearest = state
+        return seen.reaches & (o < n) & (nearest > 0)
+
+    return Verdicts(*seen, jax.lax.while_loop(clear_so_far, look, (jnp.zeros_like(n), far))[1])
 
 
 def clearance(scene: Scene, path, errors: ErrorSet):

@@ -1,0 +1,48 @@
+"""Faults of the compiled query: what is looked at, what is taken, what is counted."""
+
+from benchmarks.attacks.fault import Fault
+
+FIRST = "parc_jax/cover/first.py"
+JUDGED = ("tests/cover/test_first.py::test_every_plan_is_judged_as_all_plans_are",)
+COUNTED = (
+    "tests/cover/test_first.py"
+    "::test_plans_are_uniform_over_the_safe_set_and_their_counts_those_of_draws",
+)
+
+QUERY = (
+    Fault(
+        "the_last_obstacle_is_not_looked_at",
+        "parc_jax/verdict/pointwise.py",
+        "seen.reaches & (o < n)",
+        "seen.reaches & (o < n - 1)",
+        JUDGED,
+    ),
+    Fault(
+        "always_the_same_obstacle",
+        "parc_jax/obstacles/grown.py",
+        "(jnp.asarray(x)[o][None] for x in every)",
+        "(jnp.asarray(x)[0][None] for x in every)",
+        JUDGED,
+    ),
+    Fault(
+        "fewer_obstacles_than_there_are",
+        "parc_jax/cover/placed.py",
+        ".max(initial=-1) + 1",
+        ".max(initial=-1)",
+        JUDGED,
+    ),
+    Fault(
+        "plans_taken_unsafe",
+        FIRST,
+        "found=first.found + seen.safe.astype(jnp.int32)",
+        "found=first.found + 1",
+        JUDGED,
+    ),
+    Fault(
+        "plans_after_the_last_one_are_counted",
+        FIRST,
+        "jnp.where(whole, len(drawn.k), last.astype(jnp.int32) + 1)",
+        "jnp.int32(len(drawn.k))",
+        COUNTED,
+    ),
+)
