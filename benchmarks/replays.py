@@ -1,10 +1,11 @@
 """Replay plans drawn from the safe set in the simulator, by the million: `python -m
-benchmarks.replays --model MODEL`.
+benchmarks.replays --answer ANSWER --json FILE`; the same command again goes on where it stopped.
 
 A plan that fails although its run stayed inside the tube contradicts the proof and ends the program
 with an error.
 """
 
+import hashlib
 import json
 import time
 from dataclasses import dataclass
@@ -17,14 +18,15 @@ from tqdm import tqdm
 from parc_jax.cli.cache import keep_compiled
 from parc_jax.cli.systems import black_box_of, build, find
 from parc_jax.errors import InputError
-from parc_jax.experiment.replay import replay
+from parc_jax.experiment.replay import counts_of
 from parc_jax.io.answer_file import load_answer
 from parc_jax.keys import Stage, stream
 from parc_jax.model import load
 from parc_jax.planner import Planner
 from parc_jax.rollout.files import write_atomic
 
-CHUNK = 4096  # plans per step: a few hundred MiB of trajectories at a time
+STEP = 2048  # plans at a time: a few hundred MiB of trajectories
+COUNTED = ("plans", "reached", "touched", "left the tube")
 
 
 @dataclass(frozen=True)
@@ -46,7 +48,7 @@ class Options:
     seed: int = 0
     """Everything random follows from it."""
     json: Path | None = None
-    """Keep the counts so far here."""
+    """Keep the counts so far here, and go on from those that are."""
 
 
 def main(options: Options) -> dict:
@@ -64,28 +66,38 @@ def main(options: Options) -> dict:
     else:
         answer = load_answer(options.answer)
         model = answer.model
-    counts = dict.fromkeys(
-        ("plans", "reached", "touched", "left the tube", "failed inside the tube"), 0
-    )
-    begin = time.perf_counter()
-    with tqdm(total=options.n, unit="replay") as bar:
-        while counts["plans"] < options.n:
-            size = min(CHUNK, options.n - counts["plans"])
-            step = jax.random.fold_in(stream(key, Stage.REPLAY), counts["plans"])
+    asked = {
+        "file": hashlib.sha256((options.answer or options.model).read_bytes()).hexdigest(),
+        "system": options.system,
+        "plant": options.plant,
+        "seed": options.seed,
+    }
+    out = so_far(options.json, asked)
+    before = out["CPU seconds"]
+    with tqdm(total=options.n, initial=out["plans"], unit="replay") as bar:
+        while out["plans"] < options.n:
+            size = min(STEP, options.n - out["plans"])
+            step = jax.random.fold_in(stream(key, Stage.REPLAY), out["plans"])
             plans = answer.sample(step, size)
-            seen = replay(system, model, answer.scene, plans, step)
-            counts["plans"] += size
-            counts["reached"] += int(seen.reached.sum())
-            counts["touched"] += int(seen.touched.sum())
-            counts["left the tube"] += int((~seen.inside).sum())
-            counts["failed inside the tube"] += int((seen.inside & seen.failed).sum())
-            bar.update(size)
-            spent = round(time.perf_counter() - begin, 1)
-            out = counts | {"seconds": spent, "model": model.net.hash, "seed": options.seed}
+            seen = counts_of(system, model, answer.scene, plans, step)
+            out |= {name: out[name] + seen[name] for name in COUNTED}
+            out["CPU seconds"] = round(before + time.process_time())
             if options.json is not None:
                 write_atomic(options.json, json.dumps(out, indent=1).encode())
+            bar.update(size)
     print(json.dumps(out, indent=1))
     return out
+
+
+def so_far(path: Path | None, asked: dict) -> dict:
+    """The counts of an earlier run that asked the same, or zeros. Raises InputError."""
+    if path is None or not path.exists():
+        return dict.fromkeys((*COUNTED, "CPU seconds"), 0) | asked
+    found = json.loads(path.read_text())
+    other = [name for name, value in asked.items() if found.get(name) != value]
+    if other:
+        raise InputError(f"{path}: expected counts of the same {other[0]}; give another file.")
+    return found
 
 
 if __name__ == "__main__":

@@ -4,6 +4,7 @@ from benchmarks.attacks.fault import Fault
 
 COLLECT = "tests/rollout/test_collect.py"
 REPLAYS = "tests/soundness/test_replays.py"
+MANY = "tests/verdict/test_outcomes.py"
 
 ROLLOUTS = (
     Fault(
@@ -186,6 +187,41 @@ REPLAY = (
         "inside = inside_tube(model.claim, model.net, runs)",
         "inside = np.ones(len(plans), bool)",
         (f"{REPLAYS}::test_a_bend_between_knots_is_replayed",),
+    ),
+    Fault(
+        "replay_counts_what_left_as_inside",
+        "parc_jax/experiment/replay.py",
+        "int((~inside).sum())",
+        "int(inside.sum())",
+        (f"{MANY}::test_counts_are_those_of_a_replay",),
+    ),
+    Fault(
+        "many_replays_keep_contradictions_to_themselves",
+        "parc_jax/experiment/replay.py",
+        "_refuse_contradictions(plans, inside & (touched | ~reached))",
+        "_refuse_contradictions(plans, inside & touched & ~reached)",
+        (f"{MANY}::test_a_contradiction_among_many_is_reported",),
+    ),
+    Fault(
+        "facets_promise_by_the_last_record_only",
+        "parc_jax/verdict/outcomes.py",
+        "gap = jnp.minimum(along[..., :-1], along[..., 1:]).max(axis=1)",
+        "gap = along[..., 1:].max(axis=1)",
+        (f"{MANY}::test_distances_are_those_of_every_hull_measured",),
+    ),
+    Fault(
+        "facets_promise_by_the_best_point",
+        "parc_jax/verdict/outcomes.py",
+        "along = along.min(axis=1) - support[..., None]",
+        "along = along.max(axis=1) - support[..., None]",
+        (f"{MANY}::test_distances_are_those_of_every_hull_measured",),
+    ),
+    Fault(
+        "touched_only_where_facets_promise_nothing_known",
+        "parc_jax/verdict/outcomes.py",
+        "touched[run[~(_measured(scene, path, run, o, t) > 0)]] = True",
+        "touched[run[_measured(scene, path, run, o, t) == 0]] = True",
+        (f"{MANY}::test_touched_is_what_a_distance_says",),
     ),
     Fault(
         "replay_fails_only_by_both",

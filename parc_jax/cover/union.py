@@ -5,12 +5,11 @@ import numpy as np
 from parc_jax.cover.corridors import Corridors
 from parc_jax.cover.plan_set import PlanSet
 from parc_jax.cover.polytope import SafePolytope
-from parc_jax.cover.sampling import Points, groups, points
+from parc_jax.cover.sampling import Points, ends_from, groups, safe_ones
 from parc_jax.cover.solid import Solid, sample_solid, solid
 from parc_jax.errors import InputError
 from parc_jax.model import TrajectoryModel
 from parc_jax.sets.hpolytope import HPolytope
-from parc_jax.verdict.pointwise import verdicts
 from parc_jax.verdict.scene import Scene
 
 
@@ -93,9 +92,10 @@ class SafeUnion(PlanSet):
             x = np.concatenate(
                 [sample_solid(s, rng, c) for s, c in zip(solids, counts, strict=True) if c]
             )
-            e = verdicts(self.model, self.scene, x[:, :n_p], x[:, n_p:])
-            around = self.count(points(x[:, :n_p], x[:, n_p:], e)) * e.safe
-            out.append(x[(around > 0) & (rng.random(len(x)) * around < 1)])
+            x = x[rng.random(len(x)) * self._around(solids, x) < 1]
+            p0, k = x[:, :n_p], x[:, n_p:]
+            _, safe = safe_ones(self.model, self.scene, ends_from(p0, self.model, k), k)
+            out.append(np.concatenate([safe.p0, safe.k], axis=1)[self.count(safe) > 0])
             tries += 1
             if tries > 100 and len(out[-1]) == 0:
                 raise InputError(
@@ -103,3 +103,9 @@ class SafeUnion(PlanSet):
                     "scene."
                 )
         return rng.permutation(np.concatenate(out))[:n]
+
+    def _around(self, solids: list[Solid], x: np.ndarray) -> np.ndarray:
+        """(b,) in how many of them each point x (b, n_p + n_k) is, which one of them gave."""
+        of = x if self.scene.at is None else x[:, self.model.n_p :]
+        inside = ((of @ s.polytope.A.T <= s.polytope.b).all(axis=1) for s in solids)
+        return np.maximum(sum(one.astype(int) for one in inside), 1)

@@ -13,9 +13,10 @@ from parc_jax.claim.monitor import inside_tube
 from parc_jax.errors import SoundnessError
 from parc_jax.keys import Stage
 from parc_jax.model import TrajectoryModel
+from parc_jax.rollout.batch import RolloutBatch
 from parc_jax.rollout.collect import collect
 from parc_jax.verdict.near import whole_scene
-from parc_jax.verdict.outcomes import outcomes
+from parc_jax.verdict.outcomes import outcomes, reached_and_touched
 from parc_jax.verdict.scene import Scene
 
 # runs per compiled call, as in the large collections: nothing is compiled for a replay alone
@@ -49,18 +50,50 @@ def replay(
     """Run plans (n, n_p + n_k) with fresh randomness. Raises SoundnessError when the proof and the
     run disagree.
     """
-    p0, k = plans[:, : model.n_p], plans[:, model.n_p :]
-    runs = collect(system, key, len(plans), Stage.REPLAY, k=k, chunk=CHUNK, quiet=quiet)
-    path, reached, distance = outcomes(whole_scene(scene, model), runs, p0)
-    inside = inside_tube(model.claim, model.net, runs)
+    runs, inside = _driven(system, model, plans, key, quiet)
+    path, reached, distance = outcomes(whole_scene(scene, model), runs, plans[:, : model.n_p])
     out = Replay(reached, ~(distance > 0), inside, distance, path, np.asarray(runs.q))
-    bugs = out.inside & out.failed
+    _refuse_contradictions(plans, out.inside & out.failed)
+    return out
+
+
+def counts_of(
+    system, model: TrajectoryModel, scene: Scene, plans: np.ndarray, key: jax.Array
+) -> dict[str, int]:
+    """How many of the plans did what, by the same judgement: for the many, whose distances nobody
+    reads. Raises SoundnessError as `replay` does.
+    """
+    runs, inside = _driven(system, model, plans, key, quiet=True)
+    scene = whole_scene(scene, model)
+    reached, touched = reached_and_touched(scene, runs, plans[:, : model.n_p])
+    _refuse_contradictions(plans, inside & (touched | ~reached))
+    return {
+        "plans": len(plans),
+        "reached": int(reached.sum()),
+        "touched": int(touched.sum()),
+        "left the tube": int((~inside).sum()),
+    }
+
+
+def _driven(
+    system, model: TrajectoryModel, plans: np.ndarray, key: jax.Array, quiet: bool
+) -> tuple[RolloutBatch, np.ndarray]:
+    """Runs of the plans with fresh randomness, and which of them stayed inside the tube (n,)."""
+    k = plans[:, model.n_p :]
+    runs = collect(system, key, len(plans), Stage.REPLAY, k=k, chunk=CHUNK, quiet=quiet)
+    inside = inside_tube(model.claim, model.net, runs)
+    return runs, inside
+
+
+def _refuse_contradictions(plans: np.ndarray, bugs: np.ndarray) -> None:
+    """Raises SoundnessError for plans (n, n_p + n_k) that failed although their run stayed inside
+    the tube: bugs (n,) bool.
+    """
     if bugs.any():
         first = int(np.argmax(bugs))
         raise SoundnessError(
-            f"replay: {int(bugs.sum())} of {len(plans)} plans failed although their run stayed "
+            f"replay: {int(bugs.sum())} of {len(bugs)} plans failed although their run stayed "
             "inside the tube; the "
-            f"first is p0 = {p0[first]}, k = {k[first]}. This contradicts the proof: please report "
-            "it with the answer."
+            f"first is (p0, k) = {plans[first].tolist()}. This contradicts the proof: please "
+            "report it with the answer."
         )
-    return out

@@ -1,15 +1,23 @@
 """What recorded runs did in a scene: no model, no tube, the truth as far as it was recorded."""
 
+from collections.abc import Callable
+from functools import partial
+
 import jax
 import jax.numpy as jnp
 import numpy as np
 
-from parc_jax.arrays import x64
-from parc_jax.claim.error_set import ErrorBox
+from parc_jax.arrays import dot, map_rows, slices
+from parc_jax.claim.error_set import ErrorBox, at
 from parc_jax.network.predict import moved_to
+from parc_jax.obstacles.pairs import Pairs
 from parc_jax.rollout.batch import RolloutBatch
 from parc_jax.verdict.pointwise import clearance
 from parc_jax.verdict.scene import Scene
+
+CHUNK = 32  # runs per compiled call: what a call holds of its records stays in cache
+ROUND = 512  # runs whose intervals are told apart at a time
+ITEMS = 256  # intervals per compiled search for a direction
 
 
 def outcomes(
@@ -18,21 +26,114 @@ def outcomes(
     """What runs from p0 (n, n_p) did: path (n, n_record + 1, n_c), whether the goal was reached
     (n,), smallest distance [m] from an obstacle (n,). A failed run reached nothing.
     """
-    path = moved_to(p0, np.asarray(runs.p, np.float64))
+    path = _path(runs, p0)
+    distance = _true_clearance(scene.arrays, runs.time.stride, path)
+    return path, _reached(scene, runs, path), distance
+
+
+def reached_and_touched(
+    scene: Scene, runs: RolloutBatch, p0: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
+    """Whether the goal was reached, and whether an obstacle was touched, (n,) each: as `outcomes`
+    says, without measuring how near the others came.
+    """
+    path = _path(runs, p0)
+    return _reached(scene, runs, path), _touched(scene.arrays, runs.time.stride, path)
+
+
+def _path(runs: RolloutBatch, p0: np.ndarray) -> np.ndarray:
+    """(n, n_record + 1, n_c) where the points of the runs were."""
+    return moved_to(p0, np.asarray(runs.p, np.float64))
+
+
+def _reached(scene: Scene, runs: RolloutBatch, path: np.ndarray) -> np.ndarray:
     state = np.concatenate([path[:, -1], runs.q], axis=1)
-    reached = (state @ scene.goal_A.T <= scene.goal_b).all(axis=1)
-    with x64():
-        distance = np.asarray(_true_clearance(scene.arrays, runs.time.stride, path))
-    return path, reached, distance
+    return (state @ scene.goal_A.T <= scene.goal_b).all(axis=1)
 
 
-@jax.jit(static_argnums=1)
-def _true_clearance(scene: Scene, stride: int, path):
+def _true_clearance(scene: Scene, stride: int, path: np.ndarray) -> np.ndarray:
     """Distance (n,) of recorded paths (n, n_record + 1, n_c) from the obstacles grown by the body
     alone: of the hull of each part at two records in a row, so that nothing between them is missed.
     """
+    return _by_round(_nearest, scene, stride, path)
+
+
+def _touched(scene: Scene, stride: int, path: np.ndarray) -> np.ndarray:
+    """(n,) bool: is the distance not positive?"""
+    return _by_round(_not_apart, scene, stride, path)
+
+
+def _by_round(judge: Callable, scene: Scene, stride: int, path: np.ndarray) -> np.ndarray:
+    """What `judge` says of paths from record to record, without slack."""
     active = scene.obstacles.active.repeat(stride, axis=1)
-    fine = scene.replace(obstacles=scene.obstacles.replace(active=active), slack=np.float64(0))
-    n_p = scene.z_lo.shape[0]
-    still = ErrorBox(jnp.zeros((path.shape[1] - 1, path.shape[2] // n_p, n_p)))
-    return jax.lax.map(lambda one: clearance(fine, one, still), path)
+    obstacles = scene.obstacles.replace(active=active)
+    fine = scene.replace(obstacles=obstacles, slack=np.float64(0))
+    return np.concatenate([judge(fine, path[rows]) for rows in slices(len(path), ROUND)])
+
+
+def _nearest(scene: Scene, path: np.ndarray) -> np.ndarray:
+    """Distance (n,). The hull for which facets promise least is measured first, then those for
+    which they promise less than that.
+    """
+    if not isinstance(scene.obstacles, Pairs):
+        return map_rows(CHUNK, partial(_clearances, scene), path)
+    promised = map_rows(CHUNK, partial(_promised, scene), path)
+    least = promised.reshape(len(path), -1).argmin(axis=1)
+    found = _measured(
+        scene, path, np.arange(len(path)), *np.unravel_index(least, promised[0].shape)
+    )
+    found[np.isinf(promised).all(axis=(1, 2))] = np.inf
+    run, o, t = np.nonzero(promised < found[:, None, None])
+    np.minimum.at(found, run, _measured(scene, path, run, o, t))
+    return found if scene.beyond is None else np.minimum(found, scene.beyond)
+
+
+def _not_apart(scene: Scene, path: np.ndarray) -> np.ndarray:
+    """(n,) bool: those that no facet keeps apart are measured."""
+    if not isinstance(scene.obstacles, Pairs):
+        return ~(_nearest(scene, path) > 0)
+    run, o, t = np.nonzero(~(map_rows(CHUNK, partial(_promised, scene), path) > 0))
+    touched = np.zeros(len(path), bool)
+    touched[run[~(_measured(scene, path, run, o, t) > 0)]] = True
+    return touched
+
+
+def _measured(scene: Scene, path: np.ndarray, run, o, t) -> np.ndarray:
+    """Distances (i,) [m] of pairs o from runs in their intervals t, (i,) each."""
+    return map_rows(ITEMS, partial(_distances, scene), path[run, t], path[run, t + 1], o)
+
+
+@jax.jit
+@partial(jax.vmap, in_axes=(None, 0))
+def _promised(scene: Scene, path):
+    """(o, T) [m] the least distance that the best facet promises of a path (T + 1, n_c)."""
+    pairs, table = scene.obstacles, scene.directions
+    n_p = pairs.vertices.shape[-1]
+    size = jnp.sqrt(dot(table.w, table.w))[:, : table.n_facets]
+    w = table.w[:, : table.n_facets] / size[..., None]
+    support = table.support[:, : table.n_facets] / size
+    places = path.T.reshape(-1, n_p, len(path))[jnp.asarray(pairs.points)]  # (o, i, n_p, T + 1)
+    along = sum(places[:, :, c, None] * w[:, None, :, c, None] for c in range(n_p))
+    along = along.min(axis=1) - support[..., None]  # (o, f, T + 1)
+    gap = jnp.minimum(along[..., :-1], along[..., 1:]).max(axis=1)
+    return jnp.where(pairs.active, gap, jnp.inf)
+
+
+@jax.jit
+@partial(jax.vmap, in_axes=(None, 0, 0, 0))
+def _distances(scene: Scene, start, end, o):
+    """Distance [m] of pair o between two records (n_c,)."""
+    n_p = scene.obstacles.vertices.shape[-1]
+    return scene.obstacles.gap(o, start, end, at(_still(1, start, n_p), 0))[0]
+
+
+@jax.jit
+@partial(jax.vmap, in_axes=(None, 0))
+def _clearances(scene: Scene, path):
+    """Distance [m] of a path (T + 1, n_c), in closed form."""
+    return clearance(scene, path, _still(len(path) - 1, path, scene.z_lo.shape[0]))
+
+
+def _still(n: int, path, n_p: int) -> ErrorBox:
+    """No errors, at n times: positions of runs are as they were recorded."""
+    return ErrorBox(jnp.zeros((n, path.shape[-1] // n_p, n_p)))

@@ -13,10 +13,10 @@ import numpy as np
 from parc_jax.answer import Answer
 from parc_jax.experiment.replay import Replay, replay
 from parc_jax.planner import Planner
+from parc_jax.problem import ReachAvoid
 from parc_jax.settings import Settings
 from sims.f110.lesson import Model
 from sims.f110.rows import MANY, REPEATS, Row
-from sims.f110.scenario import problem
 from sims.f110.system import F110
 
 BUDGET = 3.0  # [s] most time to cover one safe set
@@ -32,23 +32,24 @@ class Tried(NamedTuple):
     repeats: Replay | None
 
 
-def attempt(car: F110, n: int, learned: Model, key: jax.Array, quiet: bool = True) -> Tried:
+def attempt(
+    car: F110, scene: ReachAvoid, n: int, learned: Model, key: jax.Array, quiet: bool = True
+) -> Tried:
     """Look for safe plans under the model's claim, drive the first one 1,000 times, and others
     1,000 times in all.
     """
     model, claim = learned.model, learned.model.claim
     eps = None if claim.eps is None else float(claim.eps)
-    width = tuple(np.median(model.tube.final, axis=0).tolist())
+    width = tuple(np.median(model.tube.final, axis=0)[[0, 1, -1]].tolist())
     row = Row(n, learned.claim, learned.fitted, eps, claim.discard if eps else 0, width)
     planner = Planner(model)
-    answer = planner.solve(
-        problem(), key, Settings(n_samples=PLANS, budget_s=BUDGET, polytopes=True)
-    )
+    settings = Settings(n_samples=PLANS, budget_s=BUDGET, polytopes=True)
+    answer = planner.solve(scene, key, settings)
     if not answer.found:
         none = answer.no_plan
         return Tried(row._replace(why=none.reason or none.statement()), learned, answer, None)
     first = planner.solve(
-        problem(), key, Settings(n_samples=PLANS, budget_s=0.0)
+        scene, key, Settings(n_samples=PLANS, budget_s=0.0)
     )  # a first look: no clock decides its plans
     plans = first.samples if first.found else answer.samples
     plan = plans[0]

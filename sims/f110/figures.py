@@ -9,6 +9,7 @@ import numpy as np
 
 from parc_jax.claim.measure import measure
 from parc_jax.keys import Stage
+from parc_jax.network.predict import by_point
 from parc_jax.plot import shapes, style
 from parc_jax.plot.predict import predicted
 from parc_jax.rollout.batch import RolloutBatch
@@ -59,14 +60,18 @@ def sideslip(car: F110, runs: RolloutBatch, key: jax.Array, to, shown: int = 30)
 
 
 def timelapse(car: F110, tried, key: jax.Array, to):
-    """Ten repetitions of the plan over its tube: the whole way, and the space."""
+    """Ten repetitions of the plan over the tube of every reference point: the whole way, and the
+    space.
+    """
     plan, answer = np.array(tried.row.plan), tried.answer
     rows = simulator(car).rows(
         key, Stage.REPLAY, np.arange(REPEATS), np.tile(plan[2:], (REPEATS, 1))
     )
     run = car.run(rows.keys, rows.k)
     at = run.measured[:, :, :2] - run.measured[:, :1, :2] + plan[:2]
-    path, _, error = predicted(answer.model, plan[None])
+    path, _, error = (columns[0] for columns in predicted(answer.model, plan[None]))
+    n_points = answer.model.n_points
+    swept = shapes.tubes(*(by_point(part, n_points).swapaxes(0, 1) for part in (path, error)))
     shots = np.unique(
         np.append(np.arange(0, car.time.n_record, round(SHOTS / c.TICK)), car.time.n_record)
     )
@@ -75,9 +80,7 @@ def timelapse(car: F110, tried, key: jax.Array, to):
         from matplotlib.collections import LineCollection, PolyCollection
 
         for ax in sheet.axes:
-            ax.add_collection(
-                PolyCollection(shapes.tubes(path, error).reshape(-1, 6, 2), facecolors="#D6E8F5")
-            )
+            ax.add_collection(PolyCollection(swept.reshape(-1, 6, 2), facecolors="#D6E8F5"))
             ax.fill(*goal.T, facecolor=style.GREEN, alpha=0.25)
             for obstacle in answer.problem.obstacles:
                 ax.fill(*shapes.shadow(obstacle).T, facecolor="#6E6E6E")

@@ -8,6 +8,7 @@ import jax
 import numpy as np
 
 from parc_jax.answer import Answer
+from parc_jax.io.answer_file import load_answer
 from parc_jax.plot.film_file import require_kind, require_sample, write_film
 from parc_jax.plot.film_text import explained
 from parc_jax.plot.shapes import shadow
@@ -32,6 +33,7 @@ def film(
     start: tuple[float, float] | None = None,
     seed: int = 0,
     size: tuple[int, int] = (1280, 720),
+    answer: Path | None = None,
 ) -> Path:
     """Drive once in the scene of the study and write the film. Raises InputError when it cannot be
     rendered here.
@@ -43,7 +45,11 @@ def film(
             the space.
         seed: Of the run's disturbances.
         size: Width and height [pixels].
+        answer: A saved answer, whose first sample is driven in its own scene in place of k and
+            start, over its tube.
     """
+    if answer is not None:
+        return film_of(load_answer(answer), out, 0, False, size, seed)
     require_kind(out)
     films.headless_mujoco()  # before the engine imports it
     if start is None:
@@ -58,6 +64,7 @@ def film_of(
     sample: int = 0,
     quiet: bool = True,
     size: tuple[int, int] = (1280, 720),
+    seed: int = 0,
 ) -> Path:
     """Drive one safe sample of an answer once, in its scene, and write the film. Blue on the floor:
     the tube of every reference point. Raises InputError.
@@ -70,7 +77,7 @@ def film_of(
     plan = answer.samples[sample]
     path, _, error = predicted(answer.model, plan[None])
     tube = path[0], error[0]
-    return _film(Path(out), answer.problem, plan[:2], plan[2:], 0, size, quiet, tube)
+    return _film(Path(out), answer.problem, plan[:2], plan[2:], seed, size, quiet, tube)
 
 
 def _film(

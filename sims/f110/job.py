@@ -19,6 +19,7 @@ from parc_jax.rollout.files import write_atomic
 from sims.f110.few_runs import Tried, attempt
 from sims.f110.lesson import PUBLISHED, models
 from sims.f110.rows import sentence, table
+from sims.f110.scenario import problem
 from sims.f110.study import STUDY
 from sims.f110.system import system
 from sims.film import headless_mujoco
@@ -32,6 +33,7 @@ def job(
     *,
     out: Path = Path("runs/f110"),
     seed: int = 0,
+    body: str = "disc",
     rollouts: int | None = None,
     figures: bool = True,
     quiet: bool = False,
@@ -41,7 +43,7 @@ def job(
 
     Writes rows and times (metrics.json), the table, the model and the answer of the honest
     laboratory with the most runs, figures and a film below `out`. rollouts: one laboratory with so
-    many runs, instead of SIZES.
+    many runs, instead of SIZES. body: of the car, as of `problem`.
     Raises InputError.
     """
     sizes = SIZES if rollouts is None else (rollouts,)
@@ -50,7 +52,8 @@ def job(
             f"rollouts: expected at least {LEAST} runs for a laboratory; got {rollouts}."
         )
     headless_mujoco()  # quietly: stdout is the report's
-    out, car, key, watch = Path(out), system(), jax.random.PRNGKey(seed), Stopwatch()
+    out, key, watch = Path(out), jax.random.PRNGKey(seed), Stopwatch()
+    car, scene = system(body=body), problem(body)
     with watch("other starts"):
         start = try_starts(car, key, STUDY.gap)
     with watch("rollouts"):
@@ -63,7 +66,7 @@ def job(
             learned = models(car, runs.select(slice(0, n)), start, key)
         with watch(f"{n} runs: plans and replays"):
             for model in learned:
-                tried.append(attempt(car, n, model, key, quiet))
+                tried.append(attempt(car, scene, n, model, key, quiet))
                 if not quiet:
                     print(table([tried[-1].row])[1], file=sys.stderr, flush=True)
     best = next(
@@ -79,12 +82,13 @@ def job(
         with watch("figures"):
             draw_all(car, runs, tried, key, out)
         with watch("film"):
-            no_film = _film(out / "film.gif", best.row.plan if best else None, seed)
+            no_film = _film(out / "film.gif", out / "answer.json" if best else None, seed)
     rows = [t.row for t in tried]
     text = "\n".join([*table(rows), "", *map(sentence, rows), ""])
     write_atomic(out / "table.txt", text.encode())
     metrics = {
         "system": car.name,
+        "body": body,
         "seed": seed,
         "rows": [row._asdict() for row in rows],
         "stages": watch.stages,
@@ -108,9 +112,9 @@ def job(
     return 0 if best is not None else 1
 
 
-def _film(to: Path, plan, seed: int) -> str | None:
-    """Film one run of the plan; why there is none, or None. Its own process: MuJoCo settles on an
-    OpenGL on import.
+def _film(to: Path, answer: Path | None, seed: int) -> str | None:
+    """Film one run, where there is an answer of its first plan, over its tube; why there is none,
+    or None. Its own process: MuJoCo settles on an OpenGL on import.
     """
     command = [
         sys.executable,
@@ -124,8 +128,8 @@ def _film(to: Path, plan, seed: int) -> str | None:
         "640",
         "360",
     ]
-    if plan is not None:
-        command += ["--start", *map(str, plan[:2]), "--k", *map(str, plan[2:])]
+    if answer is not None:
+        command += ["--answer", str(answer)]
     try:
         done = subprocess.run(command, capture_output=True, text=True, timeout=FILM_S, check=False)
     except subprocess.TimeoutExpired:

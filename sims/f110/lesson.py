@@ -11,6 +11,7 @@ from parc_jax.claim.declared import assumed_claim
 from parc_jax.claim.measure import Errors
 from parc_jax.claim.profile import profile_of, training_errors
 from parc_jax.claim.start_gap import StartTrial, allow_for_start
+from parc_jax.claim.tube import Tube
 from parc_jax.labels import labels_of
 from parc_jax.model import TrajectoryModel, trajectory_model
 from parc_jax.network.parc import fit_affine
@@ -60,7 +61,7 @@ def models(car: F110, runs: RolloutBatch, start: StartTrial, key: jax.Array) -> 
     every = fitted("network", runs, key)
     tested = {kind: out_of_fold(kind, train, key) for kind in KINDS}
     kind = min(KINDS, key=lambda name: tail(tested[name][1]))
-    net, profile = fitted(kind, train, key), profile_of(*tested[kind], train.domain)
+    net, profile = fitted(kind, train, key), _profile(*tested[kind], train)
     options = {"delta": DELTA, "looks": 2, "train": train}
     strict = supported_eps(holdout.n, DELTA / 2)
     claims = [
@@ -113,9 +114,16 @@ def out_of_fold(kind: str, train: RolloutBatch, key: jax.Array) -> tuple[np.ndar
     return np.concatenate([k for k, _ in parts]), Errors(interval, final)
 
 
+def _profile(k: np.ndarray, errors: Errors, train: RolloutBatch) -> Tube:
+    """The tube's profile, of all reference points."""
+    return profile_of(k, errors, train.domain, n_points=len(train.points))
+
+
 def tail(errors: Errors) -> float:
-    """The worst error of all runs at any time, in half sizes of the goal: it is the worst run that
-    a tube pays for.
+    """The worst error of all runs at any time and point, in half sizes of the goal: it is the worst
+    run that a tube pays for.
     """
-    half = np.array(GOAL_SIZE) / 2
-    return float(max((errors.interval / half[:2]).max(), (errors.final / half).max()))
+    *half, turn = np.array(GOAL_SIZE) / 2
+    places = np.tile(half, errors.interval.shape[-1] // 2)
+    at_end = np.append(places, turn)
+    return float(max((errors.interval / places).max(), (errors.final / at_end).max()))

@@ -1,0 +1,107 @@
+"""Distances of recorded runs, told by facets where they can be, against every hull measured."""
+
+import dataclasses
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+import pytest
+from turning_bar import Bar, straight_bar
+
+import parc_jax as pj
+from parc_jax.arrays import x64
+from parc_jax.claim.error_set import ErrorBox
+from parc_jax.errors import SoundnessError
+from parc_jax.experiment.replay import counts_of, replay
+from parc_jax.keys import Stage
+from parc_jax.rollout.collect import collect
+from parc_jax.verdict.outcomes import outcomes, reached_and_touched
+from parc_jax.verdict.scene import scene_of
+
+KEY = jax.random.PRNGKey(7)
+GOAL = pj.goal_of_points(Bar.points, {"tail": pj.box([-0.3, -0.3], [0.3, 0.3])}, pj.box([-1], [1]))
+BLOCKS = (pj.box([-0.45, 0.3], [-0.25, 0.6]), pj.box([-0.3, -0.9], [-0.28, -0.5]))
+BODY = pj.body_of([pj.hull("tail", "nose", radius=0.05), pj.hull("nose", radius=0.1)])
+
+
+def asked(body=BODY, blocks=BLOCKS, spans=((0, 3), (2, 3))):
+    """Scene, runs and starts of bars that pass the blocks, many of them through one."""
+    model = straight_bar()
+    problem = pj.reach_avoid(GOAL, blocks, body).replace(spans=spans)
+    rng = np.random.default_rng(0)
+    k = rng.uniform(Bar.domain.lo, Bar.domain.hi, (300, 2))
+    p0 = np.stack([-k[:, 0], np.zeros(300)], axis=1)
+    p0 += rng.uniform([-0.3, -1.8], [0.3, 0.8], (300, 2))
+    runs = collect(Bar(), KEY, 300, Stage.REPLAY, k=k, quiet=True)
+    return scene_of(problem, model), runs, p0
+
+
+def every_hull(scene, stride, path):
+    """(n,) least distance of paths over all pairs and all intervals between records, each asked
+    for itself.
+    """
+    obstacles = scene.obstacles
+    still = ErrorBox(jnp.zeros((path.shape[1] - 1, 2, 2)))
+    with x64():
+        gaps = np.asarray(jax.lax.map(lambda one: obstacles.gaps(one, still)[0], path))
+    active = obstacles.active.repeat(stride, axis=1)
+    return np.where(active, gaps, np.inf).min(axis=(1, 2))
+
+
+def test_distances_are_those_of_every_hull_measured():
+    scene, runs, p0 = asked()
+    path, _, distance = outcomes(scene, runs, p0)
+    truth = every_hull(scene, runs.time.stride, path)
+    apart = truth > 0
+    assert 50 < apart.sum() < 250
+    np.testing.assert_allclose(distance[apart], truth[apart], atol=1e-12)
+    assert (distance[~apart] <= 0).all()
+
+
+def test_touched_is_what_a_distance_says():
+    scene, runs, p0 = asked()
+    _, reached, distance = outcomes(scene, runs, p0)
+    again, touched = reached_and_touched(scene, runs, p0)
+    np.testing.assert_array_equal(again, reached)
+    np.testing.assert_array_equal(touched, ~(distance > 0))
+    assert 50 < touched.sum() < 250
+
+
+def test_without_obstacles_nothing_is_near():
+    scene, runs, p0 = asked(blocks=(), spans=())
+    assert np.isinf(outcomes(scene, runs, p0)[2]).all()
+    assert not reached_and_touched(scene, runs, p0)[1].any()
+
+
+def test_a_failed_run_has_touched():
+    scene, runs, p0 = asked()
+    p = runs.p.copy()
+    p[3] = np.nan
+    failed = runs.replace(p=p)
+    assert not outcomes(scene, failed, p0)[2][3] > 0
+    assert reached_and_touched(scene, failed, p0)[1][3]
+
+
+def test_counts_are_those_of_a_replay():
+    scene, runs, p0 = asked()
+    plans = np.concatenate([p0, runs.k], axis=1)
+    seen = replay(Bar(), straight_bar(), scene, plans, KEY)
+    assert counts_of(Bar(), straight_bar(), scene, plans, KEY) == {
+        "plans": 300,
+        "reached": seen.reached.sum(),
+        "touched": seen.touched.sum(),
+        "left the tube": (~seen.inside).sum(),
+    }
+    assert seen.inside.sum() < 100  # the model knows nothing of turns
+
+
+def test_a_contradiction_among_many_is_reported():
+    """A tube that holds every run, and plans that the model sends through a block."""
+    scene, runs, p0 = asked()
+    plans = np.concatenate([p0, runs.k], axis=1)
+    model = straight_bar()
+    tube = model.claim.tube
+    wide = tube.replace(interval=tube.interval + 5, final=tube.final + 5)
+    model = model.replace(claim=dataclasses.replace(model.claim, tube=wide))
+    with pytest.raises(SoundnessError, match="of 300 plans failed"):
+        counts_of(Bar(), model, scene, plans, KEY)
