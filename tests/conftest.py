@@ -34,20 +34,27 @@ def pytest_configure(config):
 
 
 def keep_compiled():
-    """Compiled programs of all test processes, of this run and later ones, in one ignored folder:
-    most tests compile the same kernels. Programs are found again by their content. The environment
-    hands the folder on to processes that tests start, and to the shell's commands.
+    """Compiled programs of all test processes, of this run and later ones, in one ignored folder,
+    or in the one that JAX_COMPILATION_CACHE_DIR names: two thirds of a first run go into compiling.
+    Programs are found again by their content. The environment hands the folder on to processes that
+    tests start, and to the shell's commands.
     """
     import jax
 
     from parc_jax.cli.cache import processor
 
-    folder = ROOT / ".pytest_cache" / "compiled" / processor()
+    folder = Path(
+        os.environ.get("JAX_COMPILATION_CACHE_DIR") or ROOT / ".pytest_cache" / "compiled"
+    )
+    if folder.name != processor():  # native code; what starts a process has named the folder whole
+        folder = folder / processor()
     folder.mkdir(parents=True, exist_ok=True)
     settings = {
         "jax_compilation_cache_dir": str(folder),
         "jax_persistent_cache_min_compile_time_secs": 0.0,  # small programs are many
         "jax_persistent_cache_min_entry_size_bytes": 0,
+        # else the path of the folder is part of what names a program, and it cannot be moved
+        "jax_persistent_cache_enable_xla_caches": "none",
     }
     for name, value in settings.items():
         jax.config.update(name, value)
