@@ -165,9 +165,8 @@ class Answer:
 
         Corridors know no regions, polytopes do: they are many where parameters are.
         """
-        rng = generator(key)
         confidence = self.corridor_coverage.confidence
-        asked = self.model, self.scene, rng, self._corridors, self._cover.within
+        asked = self.model, self.scene, key, self._corridors, self._cover.within
         polytopes, coverage = cut_later(*asked, n, confidence)
         refused = self.refused
         if self.proved:

@@ -35,8 +35,8 @@ MAX_LEAVES = 20_000  # boxes of a branch and bound; a certificate has a few hund
 @dataclass(frozen=True)
 class Exact:
     """Plans judged in float64 with a rounding margin, corridors grown around them, polytopes cut
-    from these. Where no draw was safe, plans climb to where some are, and else branch and bound
-    decides; draws are made there then. [T14, T15, T24, T27, T30]
+    from these. Where hardly a draw was safe, plans climb to where some are, and where none was and
+    none is found branch and bound decides; draws are made there then. [T14, T15, T24, T27, T30]
     """
 
     def search(
@@ -51,11 +51,12 @@ class Exact:
         """Draws from `rng`, a few plans alone from `key`; `regions` is not used."""
         begin = time.perf_counter()
         found = self._drawn(model, scene, key, rng, settings)
-        if len(found.points.k):
+        if len(found.points.k) and not found.hopeless:
             return found, None
         no_plan = None
         within = where_safe(model, scene, rng, budget_s=0.0)
-        if within is None and scene.at is None:  # a proof would be about any start
+        nothing = within is None and not len(found.points.k)
+        if nothing and scene.at is None:  # a proof would be about any start
             no_plan = prove_no_plan(
                 model,
                 whole_scene(scene, model),

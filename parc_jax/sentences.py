@@ -26,8 +26,8 @@ def about_place(k_lo, k_hi) -> str:
     """Of what the coverage speaks, where plans are so rare that only a box was drawn from."""
     box = " x ".join(f"[{lo:.6g}, {hi:.6g}]" for lo, hi in zip(k_lo, k_hi, strict=True))
     return (
-        "Safe plans are rare: no uniform draw met one, a search did. Coverage and volume are of "
-        f"the safe set around what it found, with k in {box}; beyond that box nothing is known."
+        "Safe plans are rare: hardly a uniform draw met one, a search did. Coverage and volume are "
+        f"of the safe set around what it found, with k in {box}; beyond that box nothing is known."
     )
 
 

@@ -386,6 +386,27 @@ COVER = (
         ("tests/test_answer.py::test_the_volume_interval_is_clopper_pearson",),
     ),
     Fault(
+        "rare_only_where_no_draw_was_safe",
+        "parc_jax/cover/sampling.py",
+        "return self.safe < FEW and",
+        "return self.safe == 0 and",
+        ("tests/cover/test_rare.py::test_a_handful_of_safe_draws_is_no_reason_to_go_on_drawing",),
+    ),
+    Fault(
+        "samples_outside_of_the_corridors",
+        "parc_jax/cover/kept.py",
+        "kept = one.safe.at(self.has(one.safe))",
+        "kept = one.safe",
+        ("tests/cover/test_kept.py::test_every_sample_is_safe_by_a_corridor_of_the_answer",),
+    ),
+    Fault(
+        "later_polytopes_counted_on_their_own_plans",
+        "parc_jax/cover/later.py",
+        "inside = polytopes.first(fresh, building) >= 0",
+        "inside = polytopes.first(seen, building) >= 0",
+        ("tests/cover/test_kept.py::test_what_later_polytopes_hold_is_told_by_fresh_plans",),
+    ),
+    Fault(
         "density_without_the_covered_share",
         "parc_jax/answer.py",
         "known[1] * self._held.at_least",

@@ -18,9 +18,11 @@ class Widths:
 
     is_box = True
 
-    def __init__(self, e):
-        need(all(x >= 0 for x in e), "the tube has a negative width")
-        self.e, self.scale = integers(e)
+    def __init__(self, e, scale):
+        """e: integers over this scale."""
+        need(min(e) >= 0, "the tube has a negative width")
+        self.e = e
+        self.scale = scale
         self.cost = len(e)  # of reach, in products
         self.allows_none = True
 
@@ -163,7 +165,7 @@ class AtEnd:
             least = final.fractions()
             positions = [e for each in last for e in each.fractions()]
             least[: len(positions)] = map(min, positions, least)
-            self.least = Widths(least)
+            self.least = Widths(*integers(least))
 
     def reach(self, w, goal_row=None):
         if not self.is_box:

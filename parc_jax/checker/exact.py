@@ -45,14 +45,29 @@ def rejecting(where=""):
         raise Rejected(f"{where}malformed input, {kind}: {str(error)[:200]}") from error
 
 
+def dyadic(text):
+    """(n, i) of a hex float n 2^i, n odd unless i >= 0; None for what is spelled otherwise."""
+    if len(text) > MAX_CHARS:
+        raise Rejected("a number is too long")
+    found = HEX.fullmatch(text)
+    if found is None:
+        return None
+    sign, before, after, power = found.groups("")
+    digits = int(sign + before + after, 16)
+    exponent = int(power) - 4 * len(after)
+    if digits & 1 or exponent >= 0:
+        return digits, exponent
+    if digits == 0:
+        return 0, 0
+    twos = min(-exponent, (digits & -digits).bit_length() - 1)
+    return digits >> twos, exponent + twos
+
+
 def number(text):
     """The rational that a hex float, a decimal or p/q spells, exactly; never through a float."""
-    need(len(text) <= MAX_CHARS, "a number is too long")
-    found = HEX.fullmatch(text)
+    found = dyadic(text)
     if found is not None:
-        sign, before, after, power = found.groups("")
-        digits = int(sign + before + after, 16)
-        exponent = int(power) - 4 * len(after)
+        digits, exponent = found
         if exponent >= 0:
             return Fraction(digits << exponent)
         return Fraction(digits, 1 << -exponent)
@@ -96,6 +111,27 @@ def integers(numbers):
     longest = max((n.bit_length() for n in scaled), default=0)
     need(longest <= 2 * MAX_BITS, "a number is too large for its denominator")
     return scaled, D
+
+
+def whole_numbers(texts):
+    """The same of the numbers that texts spell."""
+    found = hex_integers(texts)
+    return integers([number(text) for text in texts]) if found is None else found
+
+
+def hex_integers(texts):
+    """The same of hex floats, None if any text is spelled otherwise. Networks and tubes are long
+    lists of these, which go without fractions.
+    """
+    found = [dyadic(text) for text in texts]
+    if None in found:
+        return None
+    shift = max([0, *(-exponent for _, exponent in found)])  # the denominator is 2^shift
+    need(shift < MAX_BITS, "a common denominator is too long")
+    scaled = [digits << (exponent + shift) for digits, exponent in found]
+    longest = max(map(int.bit_length, scaled), default=0)
+    need(longest <= 2 * MAX_BITS, "a number is too large for its denominator")
+    return scaled, 1 << shift
 
 
 def dot(a, b):

@@ -60,8 +60,8 @@ def fits_knot(context, part, contact, bins, s):
             final = context.final[b]
             if not final.is_box:
                 return False
-            e = final.fractions()
-            near = [*near, [Widths(e[i * n : (i + 1) * n]) for i in range(context.n_points)]]
+            own = [final.e[i * n : (i + 1) * n] for i in range(context.n_points)]
+            near = [*near, [Widths(e, final.scale) for e in own]]
         if not all(contact.fits(context, part, by_point) for by_point in near):
             return False
     return True

@@ -19,13 +19,14 @@ from .exact import (
     dot,
     fields,
     halfspaces,
-    integers,
+    hex_integers,
     need,
     number,
     parsed_multipliers,
     rejecting,
     vector,
     whole,
+    whole_numbers,
 )
 
 MAX_LAYERS = 64
@@ -149,11 +150,11 @@ class Question:
         self.layer_bits = []
         width = self.n_k
         for weights, biases in zip(network["weights"], network["biases"], strict=True):
-            rows = [vector(row, width) for row in array(weights)]
-            flat = vector(biases, len(rows))
+            rows = [array(row, width) for row in array(weights)]
+            texts = list(array(biases, len(rows)))
             for row in rows:
-                flat += row
-            flat, q = integers(flat)
+                texts += row
+            flat, q = whole_numbers(texts)
             bias = flat[: len(rows)]
             W = []
             for i in range(len(rows)):
@@ -213,25 +214,39 @@ class Question:
         self.n_bins = math.prod(len(edge) - 1 for edge in self.edges)
         self.interval = []
         for by_interval in array(tube["interval"], self.n_bins):
-            self.interval.append([self._during(entry) for entry in array(by_interval, self.T)])
+            array(by_interval, self.T)
+            if self.format == 1:
+                self.interval.append(self._boxes(by_interval))
+            else:
+                self.interval.append([self._during(entry) for entry in by_interval])
         self.final = [self._at_end(entry) for entry in array(tube["final"], self.n_bins)]
 
+    def _boxes(self, by_interval):
+        """The errors of the only point in every interval, in hex floats over one denominator."""
+        n = self.n_p
+        texts = []
+        for entry in by_interval:
+            texts += array(entry, n)
+        found = hex_integers(texts)
+        if found is None:
+            return [[Widths(*whole_numbers(entry))] for entry in by_interval]
+        e, scale = found
+        return [[Widths(e[i : i + n], scale)] for i in range(0, len(e), n)]
+
     def _during(self, entry):
-        """The errors of each point in one interval."""
-        if self.format == 1:
-            return [Widths(vector(entry, self.n_p))]
+        """The errors of each point in one interval, of format 2."""
         return [self._errors(point) for point in array(entry, self.n_points)]
 
     def _errors(self, entry):
         """The errors of one point in one interval, of format 2."""
         if type(entry) is list:
-            return Widths(vector(entry, self.n_p))
+            return Widths(*whole_numbers(array(entry, self.n_p)))
         return Template(halfspaces(fields(entry, ("A", "b")), self.n_p), self.n_p)
 
     def _at_end(self, entry):
         """The errors at the end."""
         if self.format == 1 or type(entry) is list:
-            return Widths(vector(entry, self.n_end))
+            return Widths(*whole_numbers(array(entry, self.n_end)))
         rows = halfspaces(fields(entry, ("A", "b", "goal")), self.n_end)
         ways = []
         for some in array(entry["goal"], len(self.goal)):

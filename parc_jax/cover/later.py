@@ -2,6 +2,7 @@
 other ones.
 """
 
+import jax
 import numpy as np
 
 from parc_jax.cover.build import Building
@@ -9,7 +10,7 @@ from parc_jax.cover.corridors import Corridors
 from parc_jax.cover.place import Place
 from parc_jax.cover.polytope import SafePolytope
 from parc_jax.cover.polytopes import Polytopes, cut_around
-from parc_jax.cover.sampling import no_points
+from parc_jax.cover.sampling import Points, generator, no_points
 from parc_jax.cover.search import draw_safe_plans
 from parc_jax.cover.stopping import Coverage, nothing_covered, stopping_rule
 from parc_jax.model import TrajectoryModel
@@ -21,7 +22,7 @@ COUNTED = 6000  # fresh safe plans that say what the polytopes hold
 def cut_later(
     model: TrajectoryModel,
     scene: Scene,
-    rng: np.random.Generator,
+    key: jax.Array,
     corridors: Corridors,
     within: Place | None,
     n: int,
@@ -31,12 +32,18 @@ def cut_later(
     plans that nothing was cut from. [T31]
     """
     building = Building(corridors, np.zeros(len(corridors), int), no_points(model))
-    seen = draw_safe_plans(model, scene, rng, n, confidence, within).points
+
+    def safe_plans(number: int, n: int) -> Points:
+        own = jax.random.fold_in(key, number)
+        found = draw_safe_plans(model, scene, own, generator(own), n, confidence, within)
+        return found.points
+
+    seen = safe_plans(0, n)
     if not len(corridors) or not len(seen.k):
         return [], nothing_covered(confidence)
     building = building.counting(corridors.first(seen.path, seen.bin))
     polytopes = Polytopes(cut_around(building, seen, 0.0))
-    fresh = draw_safe_plans(model, scene, rng, COUNTED, confidence, within).points
+    fresh = safe_plans(1, COUNTED)
     inside = polytopes.first(fresh, building) >= 0
     look = stopping_rule(0.5, confidence).after(inside)  # whatever the target: nothing stops here
     return polytopes.spelled_out(model, scene, building), look.coverage

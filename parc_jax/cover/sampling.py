@@ -19,7 +19,8 @@ from parc_jax.verdict.screen import Screened, screen
 NEAREST, FARTHEST = 0.003, 0.1  # [size of K, size of the goal] spread of `near`
 FIRST_DRAW = 512
 LARGEST_DRAW = 2**18
-HOPELESS = 50_000  # drawn without a safe one: other means have to decide whether there is any
+HOPELESS = 50_000  # drawn with fewer safe ones than FEW: other means have to look for them
+FEW = 10  # a look of ENOUGH safe ones would take 10^8 draws and more
 SOME = 100  # safe plans seen before a draw may be as large as it wants
 # fresh safe plans of a look that may end a search: a share a little below a target of 1 % is then
 # told from it
@@ -127,8 +128,8 @@ class Tally(NamedTuple):
 
     @property
     def hopeless(self) -> bool:
-        """So many drawn, and none was safe."""
-        return self.safe == 0 and self.drawn >= HOPELESS
+        """So many drawn, and hardly any was safe."""
+        return self.safe < FEW and self.drawn >= HOPELESS
 
 
 class Sampler:

@@ -84,6 +84,11 @@ class Cover(NamedTuple):
     history: Sequence[Progress] = ()
     within: Place | None = None
 
+    @property
+    def hopeless(self) -> bool:
+        """So many drawn, and hardly any was safe: a search elsewhere may find more."""
+        return Tally(self.drawn, self.reaching, self.safe).hopeless
+
     def later(self, seconds: float) -> "Cover":
         """The same, found so many seconds later."""
         times = {name: getattr(self, name) for name in _TIMES}

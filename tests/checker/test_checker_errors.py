@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 
-from parc_jax.checker import Rejected
+from parc_jax.checker import Rejected, integers
 from parc_jax.checker.errors import Several, Template, Widths
 
 sys.path.insert(0, str(Path(__file__).parent / "rocq" / "compare"))
@@ -51,7 +51,7 @@ def test_rows_along_the_axes_reach_as_far_as_widths():
     unit = [[F(int(i == j)) for j in range(3)] for i in range(3)]
     rows = [(u, x) for u, x in zip(unit, e, strict=True)]
     rows += [([-v for v in u], x) for u, x in zip(unit, e, strict=True)]
-    template, widths = Template(rows, 3), Widths(e)
+    template, widths = Template(rows, 3), Widths(*integers(e))
     for w in itertools.product((-2, 0, F(3, 5)), repeat=3):
         assert template.reach(w) == widths.reach(w) == dot(map(abs, w), e)
     assert widths.contains([F(-1, 3), F(0), F(2)]) and not widths.contains([F(0), F(1), F(0)])
@@ -90,7 +90,7 @@ def test_in_more_dimensions_ways_are_needed_and_the_least_right_one_counts():
 
 def test_several_bins_reach_as_far_as_the_farthest_or_as_all():
     """A diagonal: neither bin is as wide as both together, axis by axis."""
-    sets = [Widths([F(1), F(3)]), Widths([F(3), F(1)])]
+    sets = [Widths([1, 3], 1), Widths([3, 1], 1)]
     assert Several(sets, max).reach([1, 1]) == 4
     assert Several(sets, max).reach([1, 0]) == 3 and Several(sets, min).reach([1, 0]) == 1
     assert not Several(sets, min).contains([F(2), F(0)])

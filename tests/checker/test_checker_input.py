@@ -14,6 +14,7 @@ import pytest
 from effort import calls_of
 
 from parc_jax import checker
+from parc_jax.checker.exact import integers, whole_numbers
 
 BAD_JSON = {
     "nothing": b"",
@@ -399,3 +400,17 @@ def test_a_bin_that_nothing_has_cannot_be_asked_for():
     assert outside == []
     with pytest.raises(ValueError, match="not enough values"):
         context.errors(outside, max)
+
+
+def test_lists_of_hex_floats_read_without_fractions_are_the_same_numbers(rng):
+    """Integers over the least common denominator, as of fractions one by one; mixed lists too."""
+    for size in (1, 3, 40):
+        x = rng.normal(size=size) * 2.0 ** rng.integers(-40, 40, size)
+        texts = [float(v).hex() for v in x] + ["0x0.0p+0", "-0x1.8p+1", "0x10p-3"]
+        for some in (texts, [*texts, "1/3"], ["0x1p+5", "0x3p+2"], ["0x0p-90"], []):
+            assert whole_numbers(some) == integers([checker.number(text) for text in some])
+    for bad in ("0x1p-9000", "0x1p+17000", "nan", "0x1p0 0x1p0", "0x" + "1" * 999, ""):
+        with pytest.raises(checker.Rejected):
+            whole_numbers(["0x1p+0", bad])
+    with pytest.raises(checker.Rejected):  # one too large for the denominator of the others
+        whole_numbers(["0x1p+9999", "0x1p-8000"])

@@ -12,6 +12,7 @@ from scipy.stats import binom, kstest
 from toy_models import line_model, toy_case
 
 from parc_jax.cover.kept import KeptPlans
+from parc_jax.cover.later import cut_later
 from parc_jax.cover.sampling import draw
 from parc_jax.errors import InputError
 from parc_jax.planner import Planner
@@ -89,6 +90,14 @@ def test_polytopes_are_cut_later_and_proved(rng):
     assert binom.cdf(inside, len(fresh.k), later.coverage.at_least) > 1e-6
     assert len(later.to_json()["sets"]) == len(later.polytopes)
     assert len(later.safe_sets) == len(later.volumes) == len(later.project((0, 1)))
+
+
+def test_what_later_polytopes_hold_is_told_by_fresh_plans():
+    """Cut around three plans, which they all hold, they hold far from everything."""
+    model, scene = answer().model, answer().scene
+    corridors = answer()._corridors
+    few, coverage = cut_later(model, scene, KEY, corridors, None, 3, 0.99)
+    assert few and coverage.fresh_safe > 3000 and coverage.fresh_uncovered > 0
 
 
 def test_geometry_is_cut_on_first_use_and_refused_where_it_explodes(monkeypatch):

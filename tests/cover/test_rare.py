@@ -8,7 +8,7 @@ from toy_models import line_model
 import parc_jax as pj
 from parc_jax.cover.place import Place, place_around
 from parc_jax.cover.rare import where_around, where_safe
-from parc_jax.cover.sampling import draw
+from parc_jax.cover.sampling import FEW, HOPELESS, Tally, draw
 from parc_jax.errors import InputError
 from parc_jax.verdict.near import near_scene
 from parc_jax.verdict.pointwise import verdicts
@@ -55,6 +55,21 @@ def test_a_set_of_share_1e_10_is_covered_like_any_other(answer):
         x = np.array([-0.5, 0.5])
         y = plan[1] + (x - plan[0]) / plan[n_p] * plan[n_p + 1]
         assert (np.abs(y - 0.1) < HALF).all()
+
+
+@pytest.mark.parametrize(("safe", "found"), [(0, False), (FEW - 1, False), (FEW, True)])
+def test_a_handful_of_safe_draws_is_no_reason_to_go_on_drawing(safe, found):
+    """A look of 6,000 would take 10^8 draws: where safe plans are that rare, a search looks."""
+    tally = Tally(drawn=HOPELESS, reaching=HOPELESS, safe=safe, volume=1.0)
+    assert tally.hopeless is not found and not tally._replace(drawn=HOPELESS - 1).hopeless
+
+
+def test_a_share_of_one_in_forty_thousand_is_covered():
+    """A draw in forty thousand is safe: too many for "none", too few to draw until 99 % show."""
+    settings = pj.Settings(n_samples=20, target=0.05, budget_s=300, no_plan_budget_s=0)
+    wide = pj.Planner(MODEL).solve(slit(0.03), jax.random.PRNGKey(1), settings)
+    assert wide.proved and wide.corridor_coverage.at_least >= 0.95 and len(wide.samples) == 20
+    assert wide.counts["drawn"] < 10**6
 
 
 def test_what_was_drawn_from_is_in_the_file(answer, tmp_path):

@@ -234,6 +234,13 @@ bad("p0 of a set with a third entry, taken for k", sets__0__p0=["0", "0", "0.5"]
 bad("k of a set with a second entry", sets__0__k=["0.5", "7"])
 bad("a denominator of 9000 bits", samples__0__p0=["0x1p-9000", "0"])
 bad("a goal of 18000 bits", line, problem__goal={"A": [["0x1p-8000"]], "b": ["0x1p+9999"]})
+bad("a width of 9000 bits", line, tube__interval=[[["0x1p-9000"]]])
+bad(
+    "a network of 18000 bits",
+    line,
+    network__weights=[[["0x1p+9999"]]],
+    network__biases=[["0x1p-8000"]],
+)
 bad("row true", samples__0__sep=[[[2, [[True, "1"]]]]])
 bad("row -3", samples__0__sep=[[[2, [[-3, "1"]]]]])
 bad("a run that ends at true", samples__0__sep=[[[True, TOP], [2, TOP]]])
