@@ -24,6 +24,7 @@ NAMES = (
     "gap",
     "yield",
     "obstacles",
+    "scaling",
     "bodies",
 )
 
