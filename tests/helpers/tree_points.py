@@ -104,19 +104,11 @@ def grow(rng, question, corners, attempt, depth):
     n, size = problem["n_p"], problem["points"] * problem["n_p"] + problem["n_q"]
     b = build.value(problem["goal"]["b"])
     z = [[-b[size + i] for i in range(n)], b[:n]]
-    stack = [([*z[0], *context.lo], [*z[1], *context.hi], 0)]
-    root = [y - x for x, y in zip(*stack[0][:2], strict=True)]
-    tree = []
-    while stack:
-        lo, hi, level = stack.pop()
-        node = leaf(rng, context, question, corners, lo, hi, attempt)
-        if node is None and level < depth:
-            axis = max(range(len(lo)), key=lambda i: (hi[i] - lo[i]) / root[i])
-            at = (lo[axis] + hi[axis]) / 2
-            node = {"split": [axis, build.text(at)]}
-            stack.append(([*lo[:axis], at, *lo[axis + 1 :]], hi, level + 1))
-            stack.append((lo, [*hi[:axis], at, *hi[axis + 1 :]], level + 1))
-        tree.append({"open": None} if node is None else node)
+
+    def decide(lo, hi):
+        return leaf(rng, context, question, corners, lo, hi, attempt)
+
+    tree = tree_search.tree_of([*z[0], *context.lo], [*z[1], *context.hi], decide, depth)
     faces = [[uses(tube, row, size)[0] for row in (size + i, i)] for i in range(n)]
     box = {"lo": build.text(z[0]), "hi": build.text(z[1])}
     return {"kind": "bracket", "z": box, "faces": faces, "tree": tree}

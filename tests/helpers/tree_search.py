@@ -95,11 +95,27 @@ def grow(problem, network, tube, kind="bracket", depth=6):
     """A no_plan part; with kind "proved" it is only valid if no box is left open or safe."""
     context = checker.Context(problem, network, tube)
     zlo, zhi = goal_box(problem, tube)
-    stack, tree = [([*zlo, *context.lo], [*zhi, *context.hi], 0)], []
-    root = [b - a for a, b in zip(*stack[0][:2], strict=True)]
+
+    def decide(lo, hi):
+        return leaf(context, problem, network, tube, lo, hi)
+
+    return {
+        "kind": kind,
+        "z": {"lo": build.text(zlo), "hi": build.text(zhi)},
+        "faces": goal_faces(problem["n_p"], problem["n_q"]),
+        "tree": tree_of([*zlo, *context.lo], [*zhi, *context.hi], decide, depth),
+    }
+
+
+def tree_of(lo, hi, decide, depth):
+    """The nodes of a tree over a box, as a part lists them: decide(lo, hi) gives a leaf or None,
+    and what has none is halved along its relatively widest axis, `depth` times at most.
+    """
+    stack, tree = [(lo, hi, 0)], []
+    root = [b - a for a, b in zip(lo, hi, strict=True)]
     while stack:
         lo, hi, level = stack.pop()
-        node = leaf(context, problem, network, tube, lo, hi)
+        node = decide(lo, hi)
         if node is None and level < depth:
             axis = max(range(len(lo)), key=lambda i: (hi[i] - lo[i]) / root[i])
             at = (lo[axis] + hi[axis]) / 2
@@ -107,13 +123,7 @@ def grow(problem, network, tube, kind="bracket", depth=6):
             stack.append(([*lo[:axis], at, *lo[axis + 1 :]], hi, level + 1))
             stack.append((lo, [*hi[:axis], at, *hi[axis + 1 :]], level + 1))
         tree.append({"open": None} if node is None else node)
-    faces = goal_faces(problem["n_p"], problem["n_q"])
-    return {
-        "kind": kind,
-        "z": {"lo": build.text(zlo), "hi": build.text(zhi)},
-        "faces": faces,
-        "tree": tree,
-    }
+    return tree
 
 
 def boxes(plan, lo, hi):

@@ -1,5 +1,6 @@
 """The log as rollouts: steady driving of every command, in the frame in which it begins."""
 
+from collections.abc import Sequence
 from pathlib import Path
 from typing import NamedTuple
 
@@ -41,15 +42,23 @@ class Log(NamedTuple):
 
 def read_log(path: Path = FILE) -> Log:
     """The steps in a file of `convert`. Raises InputError."""
-    arrays = read_npz(path)
-    missing = [name for name in _NEEDED if name not in arrays]
-    if missing:
-        raise InputError(
-            f"{path}: expected arrays {', '.join(_NEEDED)}; {missing[0]} is missing. "
-            "`python -m sims.foreign.husky.convert` writes such a file."
-        )
+    hint = "`python -m sims.foreign.husky.convert` writes such a file."
+    arrays = read_arrays(path, _NEEDED, hint)
     t, p, yaw, command = (np.asarray(arrays[name], np.float64) for name in _NEEDED[:4])
     return Log(t, p, yaw, command, np.asarray(arrays["number"], np.int64))
+
+
+def read_arrays(path: Path, needed: Sequence[str], hint: str) -> dict[str, np.ndarray]:
+    """The arrays of an .npz file. Raises InputError, with the hint, where a needed one is
+    missing.
+    """
+    arrays = read_npz(path)
+    missing = [name for name in needed if name not in arrays]
+    if missing:
+        raise InputError(
+            f"{path}: expected arrays {', '.join(needed)}; {missing[0]} is missing. {hint}"
+        )
+    return arrays
 
 
 def grid() -> TimeGrid:

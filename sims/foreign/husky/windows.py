@@ -7,12 +7,11 @@ from typing import NamedTuple
 
 import numpy as np
 
-from parc_jax.errors import InputError
 from parc_jax.rollout.batch import RolloutBatch, rollout_batch
-from parc_jax.rollout.files import read_npz
 from parc_jax.rollout.law import law_spec
 from parc_jax.sets.box import box
 from parc_jax.system import TimeGrid, time_grid
+from sims.foreign.husky.log import read_arrays
 from sims.rectangle import POINTS, centre_and_corners
 
 _NEEDED = ("t", "p", "yaw", "fresh", "cmd_wheel", "cmd_const", "command_id", "window", "suspect")
@@ -53,13 +52,7 @@ def read_windows(
     who leaves them out makes the claim about the others.
     seconds: length of a run. Raises InputError.
     """
-    arrays = read_npz(path)
-    missing = [name for name in _NEEDED if name not in arrays]
-    if missing:
-        raise InputError(
-            f"{path}: expected arrays {', '.join(_NEEDED)}; {missing[0]} is missing. "
-            "Is it a file of windows?"
-        )
+    arrays = read_arrays(path, _NEEDED, "Is it a file of windows?")
     keep = arrays["cmd_const"] & (arrays["window"] > 0) & (suspects | ~arrays["suspect"])
     p, yaw, fresh, k, command = (arrays[name][keep] for name in (*_NEEDED[1:5], "command_id"))
     at = np.arange(grid(seconds).n_record + 1) * RECORD
