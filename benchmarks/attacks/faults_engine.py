@@ -96,6 +96,13 @@ OBSTACLES = (
         ),
     ),
     Fault(
+        "sums_of_multipliers_forget_the_low_bits",
+        "parc_jax/obstacles/directions.py",
+        "products += [factor * large, factor * (x - large)]",
+        "products += [factor * large, 0.0]",
+        ("tests/obstacles/test_directions.py::test_sums_are_rounded_once_whatever_is_summed",),
+    ),
+    Fault(
         "disc_support_of_unit_directions",
         "parc_jax/obstacles/directions.py",
         "return body.radius * np.hypot.reduce(w, axis=1)",

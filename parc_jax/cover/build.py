@@ -110,8 +110,9 @@ def _with_neighbours(points: Points, seeds: np.ndarray, rng: np.random.Generator
     n = len(points.k)
     candidates = rng.choice(n, min(n, CANDIDATES), replace=False)
     knots = np.linspace(0, points.path.shape[1] - 1, COMPARED).astype(int)
-    path = points.path[:, knots].reshape(n, -1)
-    distance = np.abs(path[seeds][:, None] - path[candidates][None]).max(axis=2)
+    path = points.path[:, knots].reshape(n, -1).astype(np.float32)
+    among = path[candidates]
+    distance = np.array([np.abs(among - own).max(axis=1) for own in path[seeds]])
     again = np.arange(PLANS - 1) % len(candidates)  # where they are few, some serve twice
     order = np.argsort(distance, axis=1)[:, again]
     return np.concatenate([seeds[:, None], candidates[order]], axis=1)
@@ -148,10 +149,12 @@ def _spelled_out(scene: Scene, choice: Choice) -> list[Corridor]:
     w, support = table.w[o, known], table.support[o, known]
     multipliers = table.spelled()[o, known]
     own = (choice.direction == n_w) & active & choice.kept[:, None, None]
-    for i, j, t in np.argwhere(own):
-        m = table.nearest(j, choice.nearest[i, j, t].astype(np.float64))
-        w[i, j, t], support[i, j, t] = table.direction(j, m)
-        multipliers[i, j, t] = m
+    for j in np.flatnonzero(own.any(axis=(0, 2))):
+        of_pair = np.argwhere(own[:, j])
+        nearest = choice.nearest[:, j][own[:, j]].astype(np.float64)
+        for (i, t), m in zip(of_pair, table.nearest_of_many(j, nearest), strict=True):
+            w[i, j, t], support[i, j, t] = table.direction(j, m)
+            multipliers[i, j, t] = m
     support = np.where(active, support + scene.slack * np.abs(w).sum(axis=3), -np.inf)
     none = np.zeros(0)  # the plan that shows that it is not empty is named when it is taken
     points = scene.obstacles.points

@@ -14,6 +14,7 @@ from parc_jax.arrays import in_chunks, on_all_cores, x64
 from parc_jax.claim.error_set import ErrorSet, ErrorTemplate, at
 from parc_jax.claim.tube import Tube
 from parc_jax.cover.corridor import Corridor
+from parc_jax.cover.nearly import nearly_kept
 from parc_jax.cover.thresholds import Looked, Thresholds, at_few_knots
 
 SMALLEST = 128  # padded number of corridors; it grows by fours, for few compiled shapes
@@ -264,6 +265,8 @@ def _kept_by_threshold(conditions: Looked, path, row, of):
 
 @jax.jit
 def _nearly_kept(conditions, path, bins, of):
+    if isinstance(conditions, _Conditions) and conditions.points.shape[1] > 1:
+        return nearly_kept(conditions, path, bins, of)
     corridors = jax.vmap(keeps_knots, in_axes=(None, None, None, 0))
     return jax.vmap(corridors, in_axes=(None, 0, 0, None))(conditions, path, bins, of)
 

@@ -29,6 +29,9 @@ N_POOL = 1500  # directions in space, of which the table takes those that spread
 APART = np.radians(20)  # of the middle of two or three normals in space, to be worth a place
 # [largest volume that three unit normals span at a corner] three that span less are no cone
 FLAT = 1e-9
+SHORT = 27  # bits of a value whose products with 26 bits are exact
+HALVES = 2.0**27 + 1
+FAR = 2.0**200  # numbers up to this, and from its inverse, neither overflow nor vanish in products
 
 
 class Multiplier(NamedTuple):
@@ -81,6 +84,10 @@ class DirectionTable:
         """The multiplier of pair o whose direction is nearest to w (n_p,), on the rows whose
         normals enclose w.
         """
+        return self.nearest_of_many(o, w[None])[0]
+
+    def nearest_of_many(self, o: int, w: np.ndarray) -> list[Multiplier]:
+        """The same for each of some directions w (m, n_p)."""
         return _nearest(self.obstacles[o].A, np.array(self.cones[o]), w, POINT_BITS)
 
 
@@ -124,13 +131,34 @@ def direction(obstacle: HPolytope, body: Disc | Polygon, m: Multiplier) -> tuple
     """The direction w (n_p,) of a multiplier and the support of obstacle + (-body) along it, both
     rounded to nearest.
     """
-    rows = [(*map(Fraction, obstacle.A[i]), Fraction(obstacle.b[i])) for i in m.rows]
-    *along, bound = (
-        sum(v * x for v, x in zip(m.values, column, strict=True))
-        for column in zip(*rows, strict=True)
+    rows = list(m.rows)
+    columns = np.concatenate([obstacle.A[rows], obstacle.b[rows, None]], axis=1).T.tolist()
+    *along, bound = (_rounded_sum(m.values, column) for column in columns)
+    w = np.array(along)
+    return w, bound + float(body_support(body, w[None])[0])
+
+
+def _rounded_sum(values: tuple[Fraction, ...], column: list[float]) -> float:
+    """The sum of value * x, rounded once. A short binary value has exact products with both halves
+    of x, whose sum `fsum` rounds once; all others are summed as fractions.
+    """
+    plain = all(
+        v.numerator.bit_length() <= SHORT
+        and v.denominator.bit_count() == 1
+        and max(v.numerator, v.denominator) < FAR
+        and (x == 0 or 1 / FAR < abs(x) < FAR)
+        for v, x in zip(values, column, strict=True)
     )
-    w = np.array([float(x) for x in along])
-    return w, float(bound) + float(body_support(body, w[None])[0])
+    if not plain:
+        terms = (v * Fraction(x) for v, x in zip(values, column, strict=True))
+        return float(sum(terms))
+    products = []
+    for v, x in zip(values, column, strict=True):
+        factor = v.numerator / v.denominator
+        large = x * HALVES
+        large = large - (large - x)  # the first 26 bits of x (Veltkamp)
+        products += [factor * large, factor * (x - large)]
+    return math.fsum(products)
 
 
 class _Fan(NamedTuple):
@@ -192,6 +220,7 @@ def _spread_in_plane(A: np.ndarray, cones) -> list[Multiplier]:
     facets = [Multiplier((i,), (Fraction(1),)) for i in dict.fromkeys(i for i, _ in cones)]
     n_d = N_DIRECTIONS[2]
     angle = np.arctan2(A[:, 1], A[:, 0])
+    power = _sizes(A)
     width = np.array([(angle[j] - angle[i]) % (2 * np.pi) for i, j in cones])
     count = np.floor(width / width.sum() * (n_d - len(facets))).astype(int)
     out = list(facets)
@@ -199,7 +228,7 @@ def _spread_in_plane(A: np.ndarray, cones) -> list[Multiplier]:
         for step in range(1, n + 1):
             a = angle[i] + span * step / (n + 1)
             share = np.linalg.solve(A[[i, j]].T, [np.cos(a), np.sin(a)])
-            out.append(_rounded(A, (i, j), np.maximum(share, 0), TABLE_BITS))
+            out.append(_rounded(power, (i, j), np.maximum(share, 0).tolist(), TABLE_BITS))
     return (out + [facets[0]] * n_d)[:n_d]
 
 
@@ -218,7 +247,7 @@ def _spread_in_space(A: np.ndarray, cones) -> list[Multiplier]:
     for pool, apart in ((middles, APART), (_sphere(N_POOL), 0.0)):
         chosen = _with_farthest(chosen, pool, apart, n_d)
     facets = [Multiplier((int(i),), (Fraction(1),)) for i in facets]
-    others = [_nearest(A, cones, w, TABLE_BITS) for w in chosen[len(facets) :]]
+    others = _nearest(A, cones, chosen[len(facets) :], TABLE_BITS)
     return (facets + others)[:n_d]
 
 
@@ -263,20 +292,22 @@ def _cones(obstacle, name: str) -> list[tuple[int, ...]]:
     return list(found)
 
 
-def _nearest(A: np.ndarray, cones: np.ndarray, w: np.ndarray, bits: int) -> Multiplier:
-    """The multiplier whose direction is nearest to w (n_p,), on the cone (c, n_p) of rows that
-    holds it: the normal cones of the corners of a bounded set cover everything.
+def _nearest(A: np.ndarray, cones: np.ndarray, w: np.ndarray, bits: int) -> list[Multiplier]:
+    """The multipliers whose directions are nearest to w (m, n_p), each on the cone (c, n_p) of rows
+    that holds it: the normal cones of the corners of a bounded set cover everything.
     """
     normals = A[cones]
     share = []
-    for i in range(len(w)):
-        with_w = normals.copy()
-        with_w[:, i] = w
+    for i in range(w.shape[1]):
+        with_w = np.tile(normals, (len(w), 1, 1, 1))
+        with_w[:, :, i] = w[:, None]
         share.append(_det(with_w))
-    share = np.stack(share, axis=1) / _det(normals)[:, None]
-    best = int(np.argmax(share.min(axis=1)))
-    rows = tuple(int(i) for i in cones[best])
-    return _rounded(A, rows, np.maximum(share[best], 0), bits)
+    share = np.stack(share, axis=2) / _det(normals)[:, None]
+    best = share.min(axis=2).argmax(axis=1)
+    share = np.maximum(share[np.arange(len(w)), best], 0)
+    size = _sizes(A)
+    chosen = cones[best].tolist()
+    return [_rounded(size, tuple(c), s, bits) for c, s in zip(chosen, share.tolist(), strict=True)]
 
 
 def _det(rows: np.ndarray):
@@ -286,16 +317,23 @@ def _det(rows: np.ndarray):
     return rows[..., 0, 0] * rows[..., 1, 1] - rows[..., 0, 1] * rows[..., 1, 0]
 
 
-def _rounded(A: np.ndarray, rows, share, bits: int) -> Multiplier:
-    """Multipliers near `share`, rounded as if the rows had unit length: rows may be spelled in any
-    units.
+def _sizes(A: np.ndarray) -> list[int]:
+    """Of every row the power of two just above its length."""
+    return np.frexp(np.hypot.reduce(A, axis=1))[1].tolist()
+
+
+def _rounded(power: list[int], rows, share, bits: int) -> Multiplier:
+    """Multipliers near `share`, rounded as if the rows, of sizes 2^power, had unit length: rows may
+    be spelled in any units.
     """
-    power = [int(np.frexp(np.hypot.reduce(A[i]))[1]) for i in rows]
-    size = np.array([s * 2.0**p for s, p in zip(share, power, strict=True)])
-    whole = [round(float(s / size.max()) * 2**bits) for s in size]
-    scaled = [
-        Fraction(n, 2**bits) * Fraction(2) ** (max(power) - p)
-        for n, p in zip(whole, power, strict=True)
-    ]
-    kept = [(r, v) for r, v in zip(rows, scaled, strict=True) if v > 0]
-    return Multiplier(tuple(r for r, _ in kept), tuple(v for _, v in kept))
+    power = [power[i] for i in rows]
+    size = [s * 2.0**p for s, p in zip(share, power, strict=True)]
+    largest = max(size)
+    kept, values = [], []
+    for row, s, p in zip(rows, size, power, strict=True):
+        whole = round(s / largest * 2**bits)
+        if whole > 0:
+            shift = max(power) - p
+            kept.append(row)
+            values.append(Fraction(whole << shift, 1 << bits))
+    return Multiplier(tuple(kept), tuple(values))

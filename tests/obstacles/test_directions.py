@@ -9,6 +9,7 @@ import pytest
 from toy_models import random_polygon
 
 from parc_jax.body import Part, Polygon, body_of, hull
+from parc_jax.obstacles import directions
 from parc_jax.obstacles.directions import (
     N_DIRECTIONS,
     Multiplier,
@@ -100,6 +101,23 @@ def test_any_direction_has_a_multiplier_close_to_it_in_any_units(unit):
         got, _ = table.direction(0, m)
         turned = got[0] * w[1] - got[1] * w[0]
         assert got @ w > 0 and abs(turned) < 1e-7 * np.hypot(*got)
+
+
+def test_sums_are_rounded_once_whatever_is_summed(rng):
+    """Short values without a fraction in the loop, all others as fractions: always the nearest
+    float of the exact sum.
+    """
+    for trial in range(300):
+        bits = 26 if trial % 3 else 40
+        n = int(rng.integers(1, 4))
+        values = tuple(Fraction(int(rng.integers(1, 2**bits)), 2**bits) for _ in range(n))
+        column = rng.normal(size=n) * 10.0 ** rng.integers(-8, 9, n)
+        if trial % 7 == 0:
+            column[-1] = -float(values[0] * Fraction(column[0]) / values[-1])  # mostly cancels
+        if trial % 50 == 0:
+            column[0] = 1e-300 if trial % 100 else 1e300
+        exact = float(sum(v * Fraction(x) for v, x in zip(values, column, strict=True)))
+        assert directions._rounded_sum(values, column.tolist()) == exact
 
 
 def test_multipliers_stay_short():

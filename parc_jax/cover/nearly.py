@@ -1,0 +1,38 @@
+"""The quick test of bodies of several points: which of many plans keep to which of many corridors
+at a few knots. [T27]
+
+One obstacle and knot after another, plans innermost: what is worked on stays in cache, however many
+the points are, and is read in order.
+"""
+
+import jax
+import jax.numpy as jnp
+
+
+def nearly_kept(conditions, path, bins, of):
+    """(b, c) bool: do plans with paths (b, t, n_c) and bins (b,) meet the conditions of corridors
+    of (c,) at the beginning of some intervals, t of them? Kernel.
+    """
+    w = conditions.w[of].transpose(2, 3, 1, 0)  # (o, t, n_p, c)
+    n_o, n_t, n_p, _ = w.shape
+    support = conditions.support[of].transpose(1, 2, 0)  # (o, t, c)
+    places = path.reshape(len(path), n_t, -1, n_p).transpose(1, 2, 3, 0)  # (t, n_points, n_p, b)
+    # (t, n_points, ..., b)
+    errors = jax.tree.map(lambda x: jnp.moveaxis(x[bins], 0, -1), conditions.errors)
+    points = jnp.asarray(conditions.points)
+
+    def at_knot(i, met):
+        o, t = i // n_t, i % n_t
+        own = jax.tree.map(lambda x: x[t][points[o]], (places, errors))
+        # read before the loop over points, which would read it anew for each plan and corridor
+        read = jax.lax.optimization_barrier((w[o, t][:, :, None], support[o, t][:, None], own))
+        axes, least, (place, allowed) = read
+        back = tuple(-x for x in axes)
+        for slot in range(points.shape[1]):
+            along = sum(x * place[slot, axis][None] for axis, x in enumerate(axes))
+            mine = jax.tree.map(lambda x: jnp.moveaxis(x[slot], -1, 0)[None], allowed)  # noqa: B023
+            met &= along > least + mine.support_by_axis(back)
+        return met
+
+    everywhere = jnp.ones((len(of), len(path)), bool)
+    return jax.lax.fori_loop(0, n_o * n_t, at_knot, everywhere).T
