@@ -22,6 +22,7 @@ from parc_jax.cover.corridor import Corridor
 from parc_jax.cover.corridors import Corridors
 from parc_jax.cover.kept import KeptPlans
 from parc_jax.cover.later import cut_later
+from parc_jax.cover.place import Place
 from parc_jax.cover.plan_set import PlanSet
 from parc_jax.cover.polytope import SafePolytope
 from parc_jax.cover.sampling import generator
@@ -38,6 +39,7 @@ from parc_jax.robust.pose import Pose
 from parc_jax.robust.withstood import Withstood
 from parc_jax.rollout.files import write_atomic
 from parc_jax.sentences import (
+    NONE_OF_COPIES,
     NOTHING_FOUND,
     about_doubt,
     about_place,
@@ -251,8 +253,17 @@ class Answer:
         }
 
     @property
+    def around(self) -> Place | None:
+        """Where safe plans are too rare for draws from everywhere, the place around what a search
+        found that was drawn from instead; counts, coverage and volume are of it then.
+        """
+        return self._cover.within
+
+    @property
     def safe_share(self) -> float:
-        """Share of the goal-reaching set (of the model) that is safe."""
+        """Share of the goal-reaching set (of the model) that is safe; of `around`, where that is a
+        place.
+        """
         return self._cover.safe / max(self._cover.reaching, 1)
 
     def volume(self, confidence: float = 0.99) -> tuple[float, float, float] | None:
@@ -425,7 +436,10 @@ class Answer:
         if not self.found:
             if self.no_plan is None:
                 return NOTHING_FOUND
-            return f"{self.no_plan.statement()}\n{about_tube}"
+            none = self.no_plan.statement()
+            if self.no_plan.kind == PROVED and self.doubt is not None and self.doubt.copies:
+                none = f"{none} {NONE_OF_COPIES}"
+            return f"{none}\n{about_tube}"
         counts = len(self.samples), len(self.polytopes), len(self.corridors)
         plans = about_plans(*counts, self.proved)
         within = self._cover.within

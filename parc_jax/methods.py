@@ -37,7 +37,12 @@ class Exact:
     """Plans judged in float64 with a rounding margin, corridors grown around them, polytopes cut
     from these. Where hardly a draw was safe, plans climb to where some are, and where none was and
     none is found branch and bound decides; draws are made there then. [T14, T15, T24, T27, T30]
+
+    around: p0 (n_p,), k (n_k,) of a plan that is known to be safe or nearly so; draws are made
+    around it from the beginning, in scenes too narrow for others.
     """
+
+    around: tuple[np.ndarray, np.ndarray] | None = None
 
     def search(
         self,
@@ -50,6 +55,9 @@ class Exact:
     ) -> tuple[Cover, NoPlan | None]:
         """Draws from `rng`, a few plans alone from `key`; `regions` is not used."""
         begin = time.perf_counter()
+        if self.around is not None:
+            within = where_around(model, scene, rng, *self.around)
+            return self._drawn(model, scene, key, rng, settings, within), None
         found = self._drawn(model, scene, key, rng, settings)
         if len(found.points.k) and not found.hopeless:
             return found, None

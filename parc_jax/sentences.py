@@ -6,6 +6,10 @@ from fractions import Fraction
 
 from parc_jax.claim.risk import NoStatement, Risk
 
+NONE_OF_COPIES = (
+    "Under this doubt of execution or heading that is: no plan that this method could show to "
+    "withstand it; a few executions stand for all, and more than all."
+)
 NOTHING_FOUND = "No safe plan was found within the budget. This is not a proof that none exists."
 
 

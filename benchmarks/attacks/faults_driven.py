@@ -110,8 +110,22 @@ DRIVEN = (
     Fault(
         "a_part_of_the_tube_called_all",
         "parc_jax/driven/nearly.py",
-        "    if part == 1.0:\n        return model\n",
-        "    part = 0.5 * part\n",
-        (f"{REFINE}::test_the_score_is_the_share_of_the_tube_and_then_the_least_margin",),
+        "    judged_by = _under(model, part)\n",
+        "    judged_by = _under(model, 0.5 * part)\n",
+        (f"{REFINE}::test_the_score_is_the_least_margin_under_all_of_the_tube_or_a_part",),
+    ),
+    Fault(
+        "smaller_boxes_anywhere",
+        "parc_jax/driven/probe.py",
+        "    found.sort(key=lambda one: one[0])\n",
+        "",
+        (f"{REFINE}::test_smaller_boxes_lie_where_runs_end_calmly",),
+    ),
+    Fault(
+        "a_local_claim_said_to_be_of_all_of_k",
+        "parc_jax/driven/local_runs.py",
+        'BOX: "N"}',
+        'BOX: "K"}',
+        (f"{CHOICE}::test_a_local_claim_is_about_its_box_and_narrower_where_the_error_is",),
     ),
 )

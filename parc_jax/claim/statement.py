@@ -15,7 +15,7 @@ def statement(c) -> str:
     sentences = [_HEAD[c.kind](c)]
     without = int((~c.tube.claimed).sum())
     if without:
-        sentences.append(f"{without} of {c.tube.n_bins} bins of K have no claim.")
+        sentences.append(f"{without} of {c.tube.n_bins} bins of {c.law.box} have no claim.")
     sentences.append(f"Assumes: {', '.join(c.assumptions)}.")
     return " ".join(sentences)
 
@@ -53,8 +53,8 @@ def _chosen(c) -> str:
     eps = decimal(c.eps)
     if c.law.k_law == "uniform":
         return (
-            "For k drawn uniformly at random from a certified set of share s of K: at most "
-            f"{eps}/s."
+            f"For k drawn uniformly at random from a certified set of share s of {c.law.box}: at "
+            f"most {eps}/s."
         )
     how = {"logged": "as in the log", "given": "as the calibration's k were given"}.get(
         c.law.k_law, f"by {c.law.k_law}"

@@ -6,7 +6,7 @@ from pathlib import Path
 import numpy as np
 
 from parc_jax.answer import Answer
-from parc_jax.experiment.numbers import covering, seconds
+from parc_jax.experiment.numbers import covering, drawn_from, seconds
 from parc_jax.labels import name_of, unit_of
 
 
@@ -41,16 +41,17 @@ def verdict(answer: Answer, path: Path, cold_s: float | None, short: bool = Fals
     if answer.found and not short:
         n_p, names, t = answer.model.n_p, answer.model.labels, answer.timings
         plan = _some_plan(answer)
+        drawn, part = drawn_from(answer)
         lines += [
             f"first safe sample      {seconds(cold_s)} cold, {seconds(t['first_sample_s'])} warm",
-            f"safe                   {100 * answer.safe_share:.1f} % of the goal-reaching set",
+            f"safe                   {100 * answer.safe_share:.1f} % of {drawn}",
             f"corridors              {len(answer.corridors)}, "
-            f"{covering(answer.corridor_coverage._asdict())}",
+            f"{covering(answer.corridor_coverage._asdict(), part)}",
         ]
         if answer.polytopes:
             lines.append(
                 f"safe polytopes         {len(answer.polytopes)}, "
-                f"{covering(answer.coverage._asdict())}"
+                f"{covering(answer.coverage._asdict(), part)}"
             )
         lines += [
             f"safe set               in {seconds(t['cover_s'])}",

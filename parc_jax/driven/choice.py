@@ -134,6 +134,11 @@ class Choice:
 
     def _about_jitter(self) -> str:
         risk = self.jitter_risk()
+        if self.jitter is None and self.near is not None and self.near.proved is not None:
+            return (
+                "Jitter without new runs: no statement under the tube over all of K, which leaves "
+                "no box around this plan; under the local tube, what is said above of S."
+            )
         if isinstance(risk, NoStatement):
             return f"Jitter without new runs: no statement, since {risk.reason}."
         half = ", ".join(f"{x:.3g}" for x in self.jitter.half)

@@ -12,7 +12,7 @@ from parc_jax.keys import Stage
 from parc_jax.network.relu import ReLUNetwork
 from parc_jax.rollout.batch import RolloutBatch, concatenate
 from parc_jax.rollout.collect import stream_rollouts
-from parc_jax.rollout.law import law_of, law_spec
+from parc_jax.rollout.law import BOX, law_of, law_spec
 from parc_jax.sets.box import Box
 
 
@@ -55,7 +55,8 @@ class LocalRuns:
             return jnp.clip(lo + u * (hi - lo), lo, hi)
 
         whole = law_of(self.system)
-        law = law_spec(whole.generator, self.box, "uniform", dict(whole.parameters))
+        on_box = {**dict(whole.parameters), BOX: "N"}
+        law = law_spec(whole.generator, self.box, "uniform", on_box)
         runs = stream_rollouts(
             self.system, self.key, n, stage, k=near, first_row=first_row, quiet=self.quiet
         )

@@ -1,7 +1,7 @@
 """How nearly safe are the plans of a model? A search needs an order where no plan is safe.
 
-A plan scores by the largest share of its tube under which it would be safe, -1 when it would not be
-even without one, and then by its least margin. Nothing is proved: scores say where to look. [T24]
+The order is by the least margin of the verdict, negative where something lacks, under all of the
+tube or under a part of it. Nothing is proved: margins say where to look. [T24]
 """
 
 from dataclasses import replace
@@ -11,87 +11,87 @@ import numpy as np
 
 from parc_jax.claim.tube import Tube
 from parc_jax.model import TrajectoryModel
-from parc_jax.verdict.pointwise import Verdicts, anchor, paths_of, verdicts
+from parc_jax.sets.box import Box
+from parc_jax.verdict.pointwise import anchor, paths_of, verdicts
 from parc_jax.verdict.scene import Scene
 
-# [1] shares of a tube that are tried, the largest first; with 1 a plan is safe
-LADDER = (1.0, 0.8, 0.6, 0.4, 0.2)
-DRAWS = 2048
-KEPT = 256  # plans with most room under no tube at all, which alone are tried under parts of it
-CLOSER = 3  # rounds of draws around the best plans
-AROUND = 8  # best plans that have children
-SPREAD = 0.15  # [sides of the boxes of k and of ends] of children, halved every round
+DRAWS = 1024
+CHILDREN = 512  # of all parents together, every round
+ROUNDS = 8
+PARENTS = 16
+SPREAD = 0.2  # [sides of the boxes of k and of ends] of the first children
+CLOSER = 0.65  # [1] spread of a round's children, over that of the round before
+KEPT = 256  # plans
 
 
 class Nearly(NamedTuple):
-    """Plans and their scores, best first: p0 (n, n_p), k (n, n_k), share (n,) of the tube, room
-    (n,) least margin under that share.
-    """
+    """Plans, best first: p0 (n, n_p), k (n, n_k), room (n,) their least margins."""
 
     p0: np.ndarray
     k: np.ndarray
-    share: np.ndarray
     room: np.ndarray
 
     @property
-    def score(self) -> tuple[float, float]:
-        """Of the best plan; what compares two models. (-1, -inf) when there is none."""
-        return (float(self.share[0]), float(self.room[0])) if len(self.k) else (-1.0, -np.inf)
+    def score(self) -> float:
+        """Of the best plan; what compares two models. -inf when there is none."""
+        return float(self.room[0]) if len(self.k) else -np.inf
 
 
-def nearly_safe(model: TrajectoryModel, scene: Scene, rng: np.random.Generator) -> Nearly:
-    """Plans of a model that end in the goal, the most nearly safe first. Uniform draws, then draws
+def nearly_safe(
+    model: TrajectoryModel,
+    scene: Scene,
+    rng: np.random.Generator,
+    part: float = 1.0,
+    apart: float = 0.0,
+) -> Nearly:
+    """Plans of a model, the most nearly safe first. Uniform draws, then rounds of draws closer and
     closer to the best.
+
+    part: of the tube under which they are judged, 0 for the model alone. apart: [sides of K] that
+    those have between each other around which the next are drawn, so that several places of K are
+    looked at.
     """
+    judged_by = _under(model, part)
     lo, hi = model.domain.lo, model.domain.hi
     k = rng.uniform(lo, hi, (DRAWS, model.n_k))
     z = rng.uniform(scene.z_lo, scene.z_hi, (DRAWS, model.n_p))
-    best = judged(model, scene, z, k)
+    best = judged(judged_by, scene, anchor(model, scene, z, k)[0], k)
     spread = SPREAD
-    for _ in range(CLOSER):
-        parents = np.arange(min(AROUND, len(best.k)))
+    for _ in range(ROUNDS):
+        parents = spread_out(best, model.domain, PARENTS, apart)
         if not len(parents):
             return best
-        chosen = rng.choice(parents, DRAWS // 8)
-        ends = _ends(model, best)[chosen]
-        near_k = best.k[chosen] + spread * (hi - lo) * rng.uniform(-1, 1, (len(chosen), model.n_k))
-        move = spread * (scene.z_hi - scene.z_lo) * rng.uniform(-1, 1, ends.shape)
-        best = _joined(best, judged(model, scene, ends + move, np.clip(near_k, lo, hi)))
-        spread /= 2
+        chosen = rng.choice(parents, CHILDREN)
+        ends = paths_of(model, best.p0[chosen], best.k[chosen])[:, -1, : model.n_p]
+        move_k = spread * (hi - lo) * rng.uniform(-1, 1, (CHILDREN, model.n_k))
+        near_k = np.clip(best.k[chosen] + move_k, lo, hi)
+        near_z = ends + spread * (scene.z_hi - scene.z_lo) * rng.uniform(-1, 1, ends.shape)
+        found = judged(judged_by, scene, anchor(model, scene, near_z, near_k)[0], near_k)
+        best = _sorted(*(np.concatenate(pair) for pair in zip(best, found, strict=True)))
+        spread *= CLOSER
     return best
 
 
-def judged(model: TrajectoryModel, scene: Scene, z: np.ndarray, k: np.ndarray) -> Nearly:
-    """The plans with these predicted ends z (n, n_p) and k (n, n_k), the best of them."""
-    p0, _ = anchor(model, scene, z, k)
-    room = _room(verdicts(_under(model, 0.0), scene, p0, k))
-    order = np.argsort(-room, kind="stable")[:KEPT]
-    order = order[np.isfinite(room[order])]
-    p0 = p0[order]
-    k = k[order]
-    room = room[order]
-    share = np.where(room > 0, 0.0, -1.0)
-    left = np.flatnonzero(room > 0)
-    for part in LADDER:
-        if not len(left):
+def judged(model: TrajectoryModel, scene: Scene, p0: np.ndarray, k: np.ndarray) -> Nearly:
+    """The best of the plans p0 (n, n_p), k (n, n_k)."""
+    e = verdicts(model, scene, p0, k)
+    room = np.minimum(np.minimum(e.goal, e.start), e.clearance)
+    known = np.isfinite(room) & (e.bin >= 0)
+    return _sorted(p0[known], k[known], room[known])
+
+
+def spread_out(plans: Nearly, domain: Box, most: int, apart: float) -> np.ndarray:
+    """(m,) numbers of good plans, the k of each at least `apart` [sides of the domain] from the
+    better ones.
+    """
+    side = domain.hi - domain.lo
+    chosen: list[int] = []
+    for number, k in enumerate(plans.k):
+        if all(np.abs((k - plans.k[other]) / side).max() >= apart for other in chosen):
+            chosen.append(number)
+        if len(chosen) == most:
             break
-        e = verdicts(_under(model, part), scene, p0[left], k[left])
-        share[left[e.safe]] = part
-        room[left[e.safe]] = _room(e)[e.safe]
-        left = left[~e.safe]
-    return _sorted(Nearly(p0, k, share, room))
-
-
-def _room(e: Verdicts) -> np.ndarray:
-    """(n,) the least margin of each plan."""
-    return np.minimum(np.minimum(e.goal, e.start), e.clearance)
-
-
-def _under(model: TrajectoryModel, part: float) -> TrajectoryModel:
-    """The model with a part of its tube, about which nothing is claimed."""
-    if part == 1.0:
-        return model
-    return model.replace(claim=replace(model.claim, tube=shrunk(model.tube, part)))
+    return np.array(chosen, int)
 
 
 def shrunk(given: Tube, part: float) -> Tube:
@@ -102,15 +102,13 @@ def shrunk(given: Tube, part: float) -> Tube:
     return given.with_halves(*halves)
 
 
-def _ends(model: TrajectoryModel, plans: Nearly) -> np.ndarray:
-    return paths_of(model, plans.p0[:AROUND], plans.k[:AROUND])[:, -1, : model.n_p]
+def _under(model: TrajectoryModel, part: float) -> TrajectoryModel:
+    """The model with a part of its tube, about which nothing is claimed."""
+    if part == 1.0:
+        return model
+    return model.replace(claim=replace(model.claim, tube=shrunk(model.tube, part)))
 
 
-def _joined(a: Nearly, b: Nearly) -> Nearly:
-    return _sorted(Nearly(*(np.concatenate(pair) for pair in zip(a, b, strict=True))))
-
-
-def _sorted(plans: Nearly) -> Nearly:
-    order = np.lexsort((-plans.room, -plans.share))
-    order = order[:KEPT]
-    return Nearly(*(part[order] for part in plans))
+def _sorted(p0: np.ndarray, k: np.ndarray, room: np.ndarray) -> Nearly:
+    order = np.argsort(-room, kind="stable")[:KEPT]
+    return Nearly(p0[order], k[order], room[order])

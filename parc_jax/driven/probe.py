@@ -1,90 +1,181 @@
-"""Probes: a few runs on each of some small boxes of K, an affine map, and how nearly it is safe."""
+"""Probes: a few runs on each of some small boxes of K, and how nearly all of them would be safe.
 
+Nothing is claimed of a probe. Its score is the room that its runs themselves leave, when the plan
+is meant to end at one place and an affine map of k says from where it starts. [T24]
+"""
+
+from collections.abc import Sequence
 from dataclasses import replace
 from typing import NamedTuple
 
+import jax
+import jax.numpy as jnp
 import numpy as np
 
-from parc_jax.claim.declared import assumed_claim
-from parc_jax.claim.profile import training_profile
-from parc_jax.driven.nearly import Nearly, nearly_safe, shrunk
+from parc_jax.arrays import map_rows
+from parc_jax.claim.error_set import ErrorBox
 from parc_jax.driven.safe_box import box_around
-from parc_jax.errors import InputError
 from parc_jax.keys import Stage
-from parc_jax.model import TrajectoryModel, trajectory_model
-from parc_jax.network.parc import fit_affine
-from parc_jax.network.train import training_arrays
-from parc_jax.problem import ReachAvoid
+from parc_jax.network.predict import moved_to
 from parc_jax.rollout.batch import RolloutBatch, concatenate
 from parc_jax.rollout.collect import stream_rollouts
 from parc_jax.sets.box import Box
-from parc_jax.verdict.scene import scene_of
+from parc_jax.verdict.pointwise import clearance, row_margin
+from parc_jax.verdict.scene import Scene
 
-# [1] by what factor the errors of a few runs are widened, to stand for those of many
-MANY = 1.25
+MANY = 1.25  # [1] errors of many runs, over those of a few
+CHUNK = 512  # runs from one start each, per compiled call
+TRIED = 64  # places of a box that are looked at for smaller boxes
+ENOUGH = 3  # [parameters of an affine map] runs that such a box must hold to be judged
+ENDS = 12  # places to end that are tried, every round
+ROUNDS = 4
+SPREAD = 0.06  # [sides of the box of ends] of the first of them about the given one
+FEW = 32  # runs that judge a place to end, before all of them do
 
 
 class Probe(NamedTuple):
-    """A box of K and what a few runs on it promise. plans: of the guessed model, best first. end:
-    (n_c + n_q,) its half widths at the end.
+    """A box of K and what a few runs on it promise. end: (n_p,) where its plans are meant to end.
+    room: [m, .] least margin of all its runs. unrest: [m, .] largest half width of their ends about
+    an affine map of k.
     """
 
     box: Box
-    plans: Nearly
     end: np.ndarray
+    runs: RolloutBatch
+    room: float
+    unrest: float
 
     @property
-    def score(self) -> tuple[float, float]:
-        """Larger is better."""
-        return self.plans.score
+    def score(self) -> float:
+        """Room that is left when errors grow as those of many runs do; larger is better."""
+        return self.room - (MANY - 1) * self.unrest
+
+
+class Place(NamedTuple):
+    """A box of K to probe, and where its plans are meant to end (n_p,)."""
+
+    box: Box
+    end: np.ndarray
 
 
 def probes(
-    system, problem: ReachAvoid, like: TrajectoryModel, centres, share: float, runs: int, key, rng
+    system, scene: Scene, places: Sequence[Place], runs: int, key: jax.Array, rng
 ) -> list[Probe]:
-    """A probe around every centre (m, n_k), on boxes that take `share` of K, the best first; boxes
-    on which too few runs are finite are left out.
+    """A probe of every place, the best first; boxes on which too few runs are finite are left
+    out.
     """
-    whole = like.domain
-    boxes = [box_around(k, share ** (1 / whole.n), whole) for k in centres]
-    k = np.concatenate([rng.uniform(box.lo, box.hi, (runs, whole.n)) for box in boxes])
+    n_k = places[0].box.n
+    k = np.concatenate([rng.uniform(at.box.lo, at.box.hi, (runs, n_k)) for at in places])
     seen = concatenate(stream_rollouts(system, key, len(k), Stage.SEARCH, k=k, quiet=True))
     found = []
-    for number, box in enumerate(boxes):
-        own = seen.select(slice(number * runs, (number + 1) * runs))
-        model = guessed(replace(own, domain=box), like)
-        if model is not None:
-            plans = nearly_safe(model, scene_of(problem, model), rng)
-            found.append(Probe(box, plans, model.tube.final[0]))
+    for number, at in enumerate(places):
+        own = replace(seen.select(slice(number * runs, (number + 1) * runs)), domain=at.box)
+        own = own.select(~own.failed)
+        if own.n >= ENOUGH * (n_k + 1):
+            found.append(_probe(scene, at, own, rng))
     return sorted(found, key=lambda probe: probe.score, reverse=True)
 
 
-def guessed(runs: RolloutBatch, like: TrajectoryModel) -> TrajectoryModel | None:
-    """An affine model of a few runs with a tube that they suggest; nothing is claimed of it. None
-    when too few of them are finite.
+def _probe(scene: Scene, at: Place, runs: RolloutBatch, rng) -> Probe:
+    """The probe of a place, its end moved to where the runs have most room."""
+    ends = _ends(runs)
+    left = _left(runs.k, ends)
+    starts = left[:, : len(at.end)] - ends[:, : len(at.end)]  # of plans meant to end at the origin
+    size = scene.z_hi - scene.z_lo
+    few = slice(FEW)
+    end = at.end
+    spread = SPREAD
+    for round_ in range(ROUNDS):
+        moves = spread * size * rng.uniform(-1, 1, (ENDS, len(end)))
+        tried = np.concatenate([end[None], end + moves])
+        rooms = rooms_of(scene, runs.select(few), tried[:, None] + starts[few])
+        # where a box is still so large that runs jump, a few of them tell nothing of the others
+        worth = np.median(rooms, axis=1) if round_ < ROUNDS - 2 else rooms.min(axis=1)
+        end = tried[worth.argmax()]
+        spread /= 2
+    room = float(rooms_of(scene, runs, end[None, None] + starts).min())
+    return Probe(at.box, end, runs, room, _half_width(left))
+
+
+def inside(
+    probe: Probe, scene: Scene, part: float, rng: np.random.Generator
+) -> list[tuple[float, Place]]:
+    """Places whose boxes are a part of that of a probe each, with what its runs promise there: the
+    room of the run that has least, less the half width of the ends about an affine map of k. The
+    best first, apart from each other.
+
+    The boxes are smaller along all axes alike, or along one alone: a robot may jump along one
+    parameter and hardly feel another.
     """
-    finite = runs.select(~runs.failed)
-    try:
-        net = fit_affine(*training_arrays(finite))
-        profile = training_profile(net, finite, (1,) * finite.n_k)
-    except InputError:
-        return None
-    claim = assumed_claim(net, finite)
-    claim = replace(claim, tube=shrunk(profile, MANY), evidence={})
-    return trajectory_model(
-        net, claim, runs.domain, like.time, like.system, like.labels, like.points
+    whole = probe.box
+    n = whole.n
+    shapes = [np.full(n, part ** (1 / n)), *np.where(np.eye(n) > 0, part, 1.0)]
+    k, ends = probe.runs.k, _ends(probe.runs)
+    n_p = len(probe.end)
+    size = scene.z_hi - scene.z_lo
+    spread = np.repeat([SPREAD / 2, SPREAD / 8], ENDS)[:, None]
+    moves = spread * size * rng.uniform(-1, 1, (2 * ENDS, n_p))
+    tried = probe.end + np.concatenate([np.zeros((1, n_p)), moves])
+    rooms = rooms_of(scene, probe.runs, tried[:, None] - ends[:, :n_p])
+    found = []
+    for shape in shapes:
+        for centre in k[rng.permutation(len(k))[:TRIED]]:
+            box = box_around(centre, shape, whole)
+            held = ((box.lo <= k) & (k <= box.hi)).all(axis=1)
+            if held.sum() >= ENOUGH * (n + 1):
+                least = rooms[:, held].min(axis=1)
+                unrest = _half_width(_left(k[held], ends[held]))
+                found.append((least.max() - unrest, Place(box, tried[least.argmax()])))
+    found.sort(key=lambda one: one[0], reverse=True)
+    chosen: list[tuple[float, Place]] = []
+    for value, place in found:
+        far = [np.abs(place.box.center - other.box.center) for _, other in chosen]
+        if all((gap / (whole.hi - whole.lo)).max() >= part / 2 for gap in far):
+            chosen.append((value, place))
+    return chosen
+
+
+def rooms_of(scene: Scene, runs: RolloutBatch, p0: np.ndarray) -> np.ndarray:
+    """(m, n) least margins of n runs from starts p0 (m, n, n_p), as they ran, straight between
+    knots.
+    """
+    path = np.asarray(runs.p[:, :: runs.time.stride], np.float64)
+    which = np.tile(np.arange(runs.n), len(p0))
+    arrays = scene.arrays
+    found = map_rows(
+        CHUNK,
+        lambda start, run: _rooms(arrays, start, path[run], runs.q[run]),
+        p0.reshape(len(which), -1),
+        which,
     )
+    return found.reshape(len(p0), runs.n)
 
 
-def spread_out(plans: Nearly, domain: Box, most: int, apart: float) -> np.ndarray:
-    """(m, n_k) the k of good plans, each at least `apart` [sides of the domain] from the better
-    ones.
-    """
-    side = domain.hi - domain.lo
-    chosen: list[np.ndarray] = []
-    for k in plans.k:
-        if all(np.abs((k - other) / side).max() >= apart for other in chosen):
-            chosen.append(k)
-        if len(chosen) == most:
-            break
-    return np.array(chosen).reshape(-1, domain.n)
+def _room(scene: Scene, p0, path, q):
+    """Least margin of one run, path (T + 1, n_c) about its start, from p0 (n_p,). Kernel."""
+    moved = moved_to(p0, path)
+    n_p = len(p0)
+    still = ErrorBox(jnp.zeros((len(path) - 1, path.shape[1] // n_p, n_p)))
+    end = jnp.concatenate([moved[-1], q])
+    goal = row_margin(scene.goal_A, scene.goal_b, end, scene.slack)
+    start = row_margin(scene.start_A, scene.start_b, p0, scene.slack)
+    return jnp.minimum(jnp.minimum(goal, start), clearance(scene, moved, still))
+
+
+_rooms = jax.jit(jax.vmap(_room, in_axes=(None, 0, 0, 0)))
+
+
+def _ends(runs: RolloutBatch) -> np.ndarray:
+    """(n, n_c + n_q) where runs end."""
+    last = np.asarray(runs.p[:, -1], np.float64).reshape(runs.n, -1)
+    return np.concatenate([last, np.asarray(runs.q, np.float64)], axis=1)
+
+
+def _left(k: np.ndarray, ends: np.ndarray) -> np.ndarray:
+    """(n, m) what an affine map of k (n, n_k) leaves of ends (n, m)."""
+    columns = np.concatenate([np.ones((len(k), 1)), k - k.mean(axis=0)], axis=1)
+    return ends - columns @ np.linalg.lstsq(columns, ends, rcond=None)[0]
+
+
+def _half_width(left: np.ndarray) -> float:
+    return float((left.max(axis=0) - left.min(axis=0)).max() / 2)

@@ -17,15 +17,19 @@ from parc_jax.driven.choice import Choice
 from parc_jax.driven.local_model import Local, best_claimed
 from parc_jax.driven.looks import Looks, fresh_key
 from parc_jax.driven.near import Near
-from parc_jax.driven.nearly import nearly_safe
-from parc_jax.driven.probe import Probe, probes, spread_out
-from parc_jax.driven.safe_box import safe_box, share_of
+from parc_jax.driven.nearly import judged, nearly_safe, spread_out
+from parc_jax.driven.probe import Place, Probe, inside, probes
+from parc_jax.driven.safe_box import box_around, safe_box, share_of
 from parc_jax.driven.widths import compared
 from parc_jax.errors import InputError
 from parc_jax.keys import Stage, stream
+from parc_jax.methods import Exact
 from parc_jax.model import TrajectoryModel
 from parc_jax.problem import ReachAvoid
+from parc_jax.sets.box import Box
+from parc_jax.settings import Settings
 from parc_jax.verdict.near import whole_scene
+from parc_jax.verdict.pointwise import paths_of
 from parc_jax.verdict.scene import scene_of
 
 
@@ -34,16 +38,15 @@ class Refine:
     """How a refinement looks for its box, and what it claims there.
 
     shares: of K that the boxes of each round of probes take, falling. centres: probes a round.
-    runs: of each probe. kept: probes whose plans are the next round's centres.
+    runs: of each probe.
     local: of the claim; its share is not used. shapes: of the tube, the most promising one is
     taken before the holdout is seen.
     looks: claims that may be made, delta is split over them. delta: of all together.
     """
 
-    shares: tuple[float, ...] = (2e-3, 2e-4, 3e-5)
-    centres: int = 10
+    shares: tuple[float, ...] = (2e-3, 2e-4, 2e-5, 2e-6)
+    centres: int = 12
     runs: int = 200
-    kept: int = 3
     local: Local = field(default_factory=Local)
     shapes: tuple[str, ...] = ("box", "fitted")
     looks: int = 2
@@ -55,25 +58,25 @@ class Refine:
             raise InputError(
                 f"refine: expected falling shares of K between 0 and 1; got {self.shares}."
             )
-        if min(self.centres, self.kept) < 1 or self.runs < 20:
+        if self.centres < 1 or self.runs < 20:
             raise InputError(
-                "refine: expected at least one centre, one kept probe and 20 runs of each; got "
-                f"{self.centres}, {self.kept}, {self.runs}."
+                "refine: expected at least one centre and 20 runs of each; got "
+                f"{self.centres}, {self.runs}."
             )
 
 
 class Bought(NamedTuple):
-    """What one stage bought. share: of K that its best box takes. runs: made in it. part: the
-    largest tried share of its tube under which a plan was found safe; -1 none even without a tube,
-    1 safe. room: least margin of that plan. end: (n_c + n_q,) half widths at the end.
+    """What one stage bought. box: of K, its best one; share: of K that it takes. runs: made in it.
+    room: [m, .] the least margin of the best plan found: under the tube, positive for a safe one,
+    or of all runs of a probe. widest: [m, .] half width at the end, the largest of all coordinates.
     """
 
     stage: str
+    box: Box
     share: float
     runs: int
-    part: float
     room: float
-    end: np.ndarray
+    widest: float
 
 
 @dataclass(frozen=True, eq=False)
@@ -104,10 +107,11 @@ class Refined:
 
     def table(self) -> str:
         """What each stage bought, one line each."""
-        lines = ["stage                 share of K      runs  safe under     room"]
+        lines = ["stage                     share of K      runs     room  half width at the end"]
         for s in self.stages:
-            under = f"{100 * s.part:.0f} % of tube" if s.part >= 0 else "no tube"
-            lines.append(f"{s.stage:20s} {s.share:11.2g} {s.runs:9,d}  {under:14s} {s.room:.3f}")
+            lines.append(
+                f"{s.stage:24s} {s.share:11.2g} {s.runs:9,d} {s.room:8.4f}  {s.widest:.4f}"
+            )
         return "\n".join(lines)
 
 
@@ -118,7 +122,7 @@ def refine(
     key: jax.Array,
     solve: Callable[..., Any],
     asked: Refine,
-    settings=None,
+    settings: Settings,
     say: Callable[[str], None] | None = None,
 ) -> Refined:
     """Zoom, claim, prove: see `Planner.refine`. solve: as of `Choice`. say: called with a line of
@@ -148,7 +152,12 @@ def refine(
 
 
 def _line(stage: Bought) -> str:
-    return f"{stage.stage}: safe under {stage.part:.2f} of its tube, room {stage.room:.3f}"
+    sides = zip(stage.box.lo, stage.box.hi, strict=True)
+    where = " x ".join(f"[{lo:.6g}, {hi:.6g}]" for lo, hi in sides)
+    return (
+        f"{stage.stage}: room {stage.room:.4f}, half width at the end {stage.widest:.4f}, k in "
+        f"{where}"
+    )
 
 
 def _zoom(model, problem, system, key, asked: Refine, say) -> tuple[list, list[Bought]]:
@@ -156,52 +165,64 @@ def _zoom(model, problem, system, key, asked: Refine, say) -> tuple[list, list[B
     of smaller boxes is no better than the last.
     """
     rng = np.random.default_rng(np.asarray(jax.random.key_data(stream(key, Stage.DRIVEN))))
-    plans = nearly_safe(model, scene_of(problem, model), rng)
-    end = np.median(model.tube.final, axis=0)
-    stages = [Bought("model of all of K", 1.0, 0, *plans.score, end)]
+    scene = scene_of(problem, model)
     side = asked.shares[0] ** (1 / model.n_k)
-    centres = spread_out(plans, model.domain, asked.centres, side)
+    # its tube is left out of the order, for that of a small box is another one
+    plans = nearly_safe(model, scene, rng, part=0.0, apart=side)
+    whole = judged(model, scene, plans.p0, plans.k).score
+    widest = float(np.median(model.tube.final, axis=0).max())
+    stages = [
+        Bought("model of all of K", model.domain, 1.0, 0, whole, widest),
+        Bought("the same without a tube", model.domain, 1.0, 0, plans.score, 0.0),
+    ]
+    for stage in stages:
+        say(_line(stage))
+    chosen = spread_out(plans, model.domain, asked.centres, side)
+    ends = paths_of(model, plans.p0[chosen], plans.k[chosen])[:, -1, : model.n_p]
+    places = [
+        Place(box_around(k, side, model.domain), end)
+        for k, end in zip(plans.k[chosen], ends, strict=True)
+    ]
     found: list[Probe] = []
-    best = None
+    best = -np.inf
     for number, share in enumerate(asked.shares):
-        if not len(centres):
+        if not places:
             break
         own = jax.random.fold_in(stream(key, Stage.DRIVEN), number)
-        round_ = probes(system, problem, model, centres, share, asked.runs, own, rng)
+        round_ = probes(system, scene, places, asked.runs, own, rng)
         if not round_:
             break
         top = round_[0]
-        stages.append(
-            Bought(
-                f"probes, round {number + 1}", share, len(centres) * asked.runs, *top.score, top.end
-            )
-        )
+        runs = len(places) * asked.runs
+        stage = f"probes, round {number + 1}"
+        stages.append(Bought(stage, top.box, share, runs, top.room, top.unrest))
         say(_line(stages[-1]))
         found = sorted([*found, *round_], key=lambda probe: probe.score, reverse=True)
-        if best is not None and top.score <= best:
+        if top.score <= best or share == asked.shares[-1]:
             break
         best = top.score
-        each = -(-asked.centres // asked.kept)
-        side = share ** (1 / model.n_k) / 4
-        centres = np.concatenate(
-            [spread_out(p.plans, model.domain, each, side) for p in round_[: asked.kept]]
-        )
+        part = asked.shares[number + 1] / share
+        smaller = [one for probe in round_ for one in inside(probe, scene, part, rng)]
+        smaller.sort(key=lambda one: one[0], reverse=True)
+        places = [place for _, place in smaller[: asked.centres]]
     return [probe.box for probe in found], stages
 
 
-def _proved(local, model, problem, key, solve, look, asked: Refine, settings):
-    """The claimed model's stage, and what is proved under it; None without a claim."""
+def _proved(local, model, problem, key, solve, look, asked: Refine, settings: Settings):
+    """The claimed model's stage, and what is proved under it; None where no plan is safe."""
     share = share_of(local.domain, model.domain)
     rng = np.random.default_rng(0)
-    end = local.tube.final.max(axis=0)
+    widest = float(local.tube.final.max())
     runs = asked.local.rollouts + asked.local.profile_runs + local.claim.n
     name = f"claim, look {look.number} of {look.planned}"
     if not local.tube.claimed.any():
-        return Bought(name, float(share), runs, -1.0, -np.inf, end), None
-    score = nearly_safe(local, scene_of(problem, local), rng).score
+        return Bought(name, local.domain, float(share), runs, -np.inf, widest), None
+    plans = nearly_safe(local, scene_of(problem, local), rng)
+    bought = Bought(name, local.domain, float(share), runs, plans.score, widest)
+    if not plans.score > 0:
+        return bought, None
+    if settings.method is None:
+        settings = settings.replace(method=Exact((plans.p0[0], plans.k[0])))
     answer = solve(local, problem, key, settings)
     widths = compared(model.tube, local.tube, local.domain)
-    return (
-        Bought(name, float(share), runs, *score, end),
-        Near(local, answer, share, None, widths, look),
-    )
+    return bought, Near(local, answer, share, None, widths, look)

@@ -72,9 +72,9 @@ def safe_box(model: TrajectoryModel, scene: Scene, p0, k, within: Box) -> SafeBo
     return None
 
 
-def box_around(k: np.ndarray, scale: float, within: Box) -> Box:
-    """The box around k (n_k,) with `scale` times the sides of `within`, moved into it at its
-    borders; its corners are short binary fractions, so that its middle is one too.
+def box_around(k: np.ndarray, scale: float | np.ndarray, within: Box) -> Box:
+    """The box around k (n_k,) with `scale` times the sides of `within`, of each or of all, moved
+    into it at its borders; its corners are short binary fractions, so that its middle is one too.
     """
     side = scale * (within.hi - within.lo)
     lo = np.clip(k - side / 2, within.lo, within.hi - side)

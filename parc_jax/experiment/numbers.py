@@ -2,6 +2,7 @@
 
 import numpy as np
 
+from parc_jax.answer import Answer
 from parc_jax.labels import name_of, unit_of
 from parc_jax.model import TrajectoryModel
 
@@ -13,15 +14,25 @@ def seconds(value: float | None) -> str:
     return f"{value * 1e3:.0f} ms" if value < 1 else f"{value:.1f} s"
 
 
-def covering(coverage: dict) -> str:
-    """What is known of how much of the safe set something covers: the fields of a `Coverage`."""
+def covering(coverage: dict, part: str = "the safe set") -> str:
+    """What is known of how much of the safe set, or of a part of it, something covers: the fields
+    of a `Coverage`.
+    """
     if coverage["share"] == 0:
-        return "how much of the safe set they cover was not measured in time"
+        return f"how much of {part} they cover was not measured in time"
     return (
-        f"covering {100 * coverage['share']:.2f} % of the safe set (at least "
+        f"covering {100 * coverage['share']:.2f} % of {part} (at least "
         f"{100 * coverage['at_least']:.2f} % with "
         f"confidence {coverage['confidence']:g})"
     )
+
+
+def drawn_from(answer: Answer) -> tuple[str, str]:
+    """What the share of safe plans and what a coverage are of."""
+    if answer.around is None:
+        return "the goal-reaching set", "the safe set"
+    where = "around what a search found"
+    return f"the plans drawn {where}", f"the safe set {where}"
 
 
 def spread(values: np.ndarray, model: TrajectoryModel, digits: str = ".2f") -> str:

@@ -2,7 +2,7 @@
 
 from parc_jax.experiment.compare import safe_share
 from parc_jax.experiment.job import Outcome
-from parc_jax.experiment.numbers import covering, seconds, spread
+from parc_jax.experiment.numbers import covering, drawn_from, seconds, spread
 from parc_jax.experiment.settings import Study
 
 
@@ -43,15 +43,16 @@ def report(outcome: Outcome, study: Study) -> str:
             ("network", "regions", "claim", "error at the end", "safe", "of reaching"), rows
         )
     t = m["timings"]
+    drawn, part = drawn_from(outcome.answer)
     lines += [
         "",
         f"first safe sample      {seconds(m['first_sample_cold_s'])} cold, "
         f"{seconds(t['first_sample_s'])} warm",
         f"first safe polytope    {seconds(t['first_polytope_s'])} warm",
-        f"safe                   {100 * m['safe_share']:.1f} % of the goal-reaching set "
+        f"safe                   {100 * m['safe_share']:.1f} % of {drawn} "
         f"({m['counts']['safe']} of {m['counts']['reaching']} points)",
-        f"corridors              {m['corridors']}, {covering(m['corridor_coverage'])}",
-        f"safe polytopes         {m['polytopes']}, {covering(m['coverage'])}",
+        f"corridors              {m['corridors']}, {covering(m['corridor_coverage'], part)}",
+        f"safe polytopes         {m['polytopes']}, {covering(m['coverage'], part)}",
         f"safe set               in {seconds(t['cover_s'])}",
         f"proof                  {m['status']}, {m['refused']} refused, in {seconds(t['proof_s'])}",
     ]

@@ -77,7 +77,7 @@ def plain(
                 known.pop(next(iter(known)))
             known[name] = copies.model_of(model, doubt if pose is None else None)
         under = known[name]
-    said = None if doubt is None else withstood(doubt, model)
+    said = None if doubt is None else withstood(doubt, model, max(copies.counts) > 1)
     return Plain(problem, under, said, start, pose)
 
 

@@ -15,13 +15,15 @@ class Withstood(NamedTuple):
     """words: "every start within ..."; for sentences. sensing_eps: probability with which the truth
     may lie outside of what was asked. parameters: (all of k, those chosen); where some are not
     chosen nothing is promised of a drawn plan. k_volume: of K as the claim has it, in units of k
-    multiplied, where all of k is chosen.
+    multiplied, where all of k is chosen. copies: several executions or headings stand for all, by a
+    hull that holds more than them; then "no plan" is none that could be shown to withstand it.
     """
 
     words: str
     sensing_eps: Fraction
     parameters: tuple[int, int]
     k_volume: float
+    copies: bool = False
 
     def share_of_k(self, domain: Box) -> float:
         """Share of K, as the claim has it, in which plans may be chosen; 1 where some parameters
@@ -34,12 +36,13 @@ class Withstood(NamedTuple):
         return self._asdict() | {"sensing_eps": str(self.sensing_eps)}
 
 
-def withstood(doubt: Doubt, model: TrajectoryModel) -> Withstood:
+def withstood(doubt: Doubt, model: TrajectoryModel, copies: bool) -> Withstood:
     """Of a doubt about plans of this model."""
     names = [name_of(label) for label in model.labels.k]
     chosen = model.n_k - len(doubt.given) - len(doubt.unknown)
     volume = float(np.prod(model.domain.hi - model.domain.lo))
-    return Withstood(words(doubt, names), doubt.sensing_eps, (model.n_k, chosen), volume)
+    parameters = (model.n_k, chosen)
+    return Withstood(words(doubt, names), doubt.sensing_eps, parameters, volume, copies)
 
 
 def withstood_of_json(data: dict | None) -> Withstood | None:
@@ -48,4 +51,5 @@ def withstood_of_json(data: dict | None) -> Withstood | None:
         return None
     n_k, chosen = data["parameters"]
     eps = Fraction(data["sensing_eps"])
-    return Withstood(data["words"], eps, (n_k, chosen), float(data["k_volume"]))
+    copies = data.get("copies", False)
+    return Withstood(data["words"], eps, (n_k, chosen), float(data["k_volume"]), copies)

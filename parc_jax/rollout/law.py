@@ -9,6 +9,9 @@ from parc_jax.rollout.user_code import blamed
 from parc_jax.sets.box import Box
 from parc_jax.spelling import hex_text
 
+# parameter of a law whose k are drawn from a small box inside K, which sentences call N
+BOX = "box of k"
+
 
 @dataclass(frozen=True)
 class LawSpec:
@@ -32,12 +35,19 @@ class LawSpec:
         """SHA-256 of the canonical JSON of all fields."""
         return hashlib.sha256(json.dumps(asdict(self), sort_keys=True).encode()).hexdigest()
 
+    @property
+    def box(self) -> str:
+        """What sentences call the box [lo, hi]: K, or N for a small box inside it."""
+        return dict(self.parameters).get(BOX, "K")
+
     def describe(self) -> str:
         """One phrase for people."""
-        how = {"uniform": "k uniform on K", "given": "k as given", "logged": "k as logged"}.get(
+        uniform = f"k uniform on {self.box}"
+        how = {"uniform": uniform, "given": "k as given", "logged": "k as logged"}.get(
             self.k_law, f"k by {self.k_law}"
         )
-        extra = "".join(f", {name} = {value}" for name, value in self.parameters)
+        others = (pair for pair in self.parameters if pair[0] != BOX)
+        extra = "".join(f", {name} = {value}" for name, value in others)
         return f"{self.generator} ({how}{extra}; {self.hash[:8]})"
 
 

@@ -4,6 +4,10 @@ The parked cars are moved together until they stand APART. The circle around the
 that; its true outline, turning, fits. One claim over all of K, as in the main job; what differs is
 where its tube is allowed to be tight: the bins keep the jumps of the manoeuvre to themselves.
 docs/drift_parking.md says what each of these choices bought.
+
+With --refine the cars stand REFINED apart, where that model has no plan: new runs are made where
+the plans nearly are, and one plan is proved under a claim about a small box of K
+(docs/driven_plan.md).
 """
 
 import math
@@ -15,6 +19,7 @@ import numpy as np
 import tyro
 
 from parc_jax.cli.cache import keep_compiled
+from parc_jax.driven.refine import Refine
 from parc_jax.experiment.learn import learn
 from parc_jax.experiment.settings import Study
 from parc_jax.experiment.stopwatch import Stopwatch
@@ -28,6 +33,7 @@ from sims.drift_parking.scenario import problem
 from sims.drift_parking.system import system
 
 APART = 4.6  # [m] between the parked cars; the circle around the car is 4.71 m across
+REFINED = 4.5  # [m] the same, for a refined model
 WIDE, STEP = 5.2, 0.01  # [m] apart where the search begins, and how much closer each time
 # Edges inside K. Few bins, so that each is learnt from many runs; the jumps of the manoeuvre, near
 # 9.21, 9.6 and 9.8 m/s, on their own; the sideslips that end straightest by the degree.
@@ -74,8 +80,11 @@ class Options:
     """Folder for model.npz, scene.toml and answer.json."""
     model: Path | None = None
     """A model of an earlier run; skips rollouts and training."""
-    apart: float = APART
-    """[m] between the parked cars."""
+    apart: float | None = None
+    """[m] between the parked cars. Default: 4.6, refined 4.5."""
+    refine: bool = False
+    """New runs where the scene's plans are, or nearly are, and a claim there; then the answer is
+    the refined one, and its model beside it is refined.npz."""
     seed: int = 0
     """Everything random follows from it."""
 
@@ -91,14 +100,32 @@ def main(options: Options) -> None:
         model.save(options.out / "model.npz")
     else:
         model = load(options.model, system="drift_parking")
+    if options.refine:
+        refined(model, options, key)
+        return
     least, plans = how_narrow(model, np.random.default_rng(options.seed))
     print(f"plans down to {least:.2f} m between the cars" if len(plans) else "no plan")
-    scene = problem(rectangle.BODY, options.apart)
+    apart = options.apart or APART
+    scene = problem(rectangle.BODY, apart)
     save_problem(options.out / "scene.toml", scene, model.labels, model.points)
-    settings = Settings(method=closing_in(options.apart))
+    settings = Settings(method=closing_in(apart))
     answer = Planner(model).solve(scene, key, settings)
     answer.save(options.out / "answer.json")
     print(answer.statement())
+
+
+def refined(model: TrajectoryModel, options: Options, key: jax.Array) -> None:
+    """One plan of a narrower scene, under a claim of its own; what each stage bought."""
+    scene = problem(rectangle.BODY, options.apart or REFINED)
+    save_problem(options.out / "refined.toml", scene, model.labels, model.points)
+    car = system("ode", rectangle.BODY)
+    found = Planner(model).refine(scene, car, key, Refine(), say=print)
+    print(found.table())
+    print(found.statement())
+    if found.choice is not None:
+        found.choice.near.model.save(options.out / "refined.npz")
+        found.answer.save(options.out / "refined.json")
+        print(found.answer.statement())
 
 
 if __name__ == "__main__":

@@ -6,6 +6,7 @@ import pytest
 from toy_models import line_model
 
 import parc_jax as pj
+from parc_jax.cli.verdict import verdict
 from parc_jax.cover.place import Place, place_around
 from parc_jax.cover.rare import where_around, where_safe
 from parc_jax.cover.sampling import FEW, HOPELESS, Tally, draw
@@ -70,6 +71,21 @@ def test_a_share_of_one_in_forty_thousand_is_covered():
     wide = pj.Planner(MODEL).solve(slit(0.03), jax.random.PRNGKey(1), settings)
     assert wide.proved and wide.corridor_coverage.at_least >= 0.95 and len(wide.samples) == 20
     assert wide.counts["drawn"] < 10**6
+
+
+def test_what_is_printed_does_not_speak_of_all_of_the_safe_set(answer, tmp_path):
+    said = verdict(answer, tmp_path / "answer.json", None)
+    assert "% of the plans drawn around what a search found" in said
+    assert said.count("% of the safe set around what a search found") == 2
+    assert "goal-reaching set" not in said and answer.around is not None
+
+
+def test_draws_begin_around_a_plan_that_is_known(answer):
+    known = answer.samples[0]
+    method = pj.Exact(around=(known[: MODEL.n_p], known[MODEL.n_p :]))
+    settings = pj.Settings(n_samples=5, target=0.2, budget_s=300, method=method)
+    again = pj.Planner(MODEL).solve(slit(), jax.random.PRNGKey(2), settings)
+    assert again.proved and len(again.samples) == 5 and again.around is not None
 
 
 def test_what_was_drawn_from_is_in_the_file(answer, tmp_path):

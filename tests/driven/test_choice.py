@@ -133,6 +133,9 @@ def test_a_local_claim_is_about_its_box_and_narrower_where_the_error_is(chosen, 
     most = toy.GUST * domain.hi[0]
     assert near.model.tube.final[:, :2].max() < 1.6 * most
     assert "all of N is proved safe" in near.statement()
+    said = near.answer.statement()
+    assert "k uniform on N" in said and "of share s of N" in said and "on K" not in said
+    assert "k uniform on K" in chosen.model.claim.statement()
 
 
 def test_a_local_tube_that_is_not_narrower_says_so(near):

@@ -18,6 +18,7 @@ from parc_jax.planner import Planner
 from parc_jax.robust.bend import bend, bend_by_bin
 from parc_jax.robust.bins import axis_of
 from parc_jax.robust.question import plain
+from parc_jax.sets.hpolytope import from_box
 from parc_jax.settings import Settings
 from parc_jax.verdict.pointwise import verdicts
 from parc_jax.verdict.scene import scene_of
@@ -45,6 +46,17 @@ def test_plans_withstand_rough_execution(rng):
             off = 0.01 * corners_and_inside(rng, 2)
             rough = np.array([0.05, 0.02]) * corners_and_inside(rng, 2)
             assert exact_safe(problem, model, p0[i] + off, k[i] + rough)
+
+
+def test_no_plan_under_copies_says_what_it_means():
+    """The hull of the copies holds more than all executions."""
+    model, problem = toy_case(0, start=True)
+    blocked = problem.replace(obstacles=(from_box(pj.box([-9.0] * 2, [9.0] * 2)),), spans=())
+    patient = SMALL.replace(no_plan_budget_s=300)
+    for doubt, said in ((ROUGH, True), (Doubt(start=0.01), False)):
+        answer = Planner(model).solve(blocked.replace(doubt=doubt), KEY, patient)
+        assert answer.status is pj.Status.NO_PLAN
+        assert ("no plan that this method could show" in answer.statement()) == said
 
 
 def test_samples_are_boxes_of_doubt_of_the_question_as_it_was_asked():

@@ -2,6 +2,8 @@
 answers of each.
 """
 
+from fractions import Fraction
+
 import numpy as np
 import pytest
 from random_polytopes import points_around, round_polytope
@@ -137,3 +139,45 @@ def test_bounding_box_contains_the_set_tightly(rng):
     assert bounding_box(HPolytope(np.eye(2), np.ones(2))).lo.tolist() == [-np.inf, -np.inf]
     with pytest.raises(InputError, match="contradict"):
         bounding_box(EMPTY)
+
+
+def test_bounding_box_of_pairs_of_coordinates_is_that_of_the_lps(rng):
+    for _ in range(30):
+        one = round_polytope(rng, 2, int(rng.integers(3, 9)))
+        two = round_polytope(rng, 2, 5)
+        n, m = len(one.b), len(two.b)
+        A = np.zeros((n + m + 2, 5))
+        A[:n, [0, 3]] = one.A
+        A[n : n + m, [1, 4]] = two.A
+        A[n + m :, 2] = [1.0, -2.0]
+        p = HPolytope(A, np.concatenate([one.b, two.b, [0.5, 3.0]]))
+        quick = bounding_box(p)
+        slow = support(p, np.concatenate([np.eye(5), -np.eye(5)]))
+        np.testing.assert_allclose(quick.hi, slow.upper[:5], atol=1e-6)
+        np.testing.assert_allclose(-quick.lo, slow.upper[5:], atol=1e-6)
+        # exact: it contains every corner
+        for rows, axes in ((slice(n), [0, 3]), (slice(n, n + m), [1, 4])):
+            for x in rational_corners(p.A[rows][:, axes], p.b[rows]):
+                for value, axis in zip(x, axes, strict=True):
+                    assert Fraction(quick.lo[axis]) <= value <= Fraction(quick.hi[axis])
+
+
+def rational_corners(A, b):
+    """Corners of a polygon in exact arithmetic, found by trying all pairs of rows."""
+    A = [[Fraction(x) for x in row] for row in A.tolist()]
+    b = [Fraction(x) for x in b.tolist()]
+    for (p, q), d in zip(A, b, strict=True):
+        for (r, s), e in zip(A, b, strict=True):
+            cross = p * s - q * r
+            if cross:
+                x = [(d * s - e * q) / cross, (p * e - r * d) / cross]
+                if all(u * x[0] + v * x[1] <= f for (u, v), f in zip(A, b, strict=True)):
+                    yield x
+
+
+def test_bounding_box_leaves_what_is_no_polygon_to_the_lps():
+    wedge = HPolytope(np.array([[-1.0, 1.0], [-1.0, -1.0]]), np.zeros(2))
+    assert bounding_box(wedge).hi.tolist() == [np.inf, np.inf]
+    triangle = np.array([[1.0, 1.0], [-1.0, 0.5], [0.0, -1.0]])
+    with pytest.raises(InputError, match="contradict"):
+        bounding_box(HPolytope(triangle, np.array([-1.0, 0.0, -1.0])))
