@@ -117,8 +117,8 @@ DRIVEN = (
     Fault(
         "smaller_boxes_anywhere",
         "parc_jax/driven/probe.py",
-        "    found.sort(key=lambda one: one[0])\n",
-        "",
+        "found.append((least.max() - unrest, Place",
+        "found.append((unrest - least.max(), Place",
         (f"{REFINE}::test_smaller_boxes_lie_where_runs_end_calmly",),
     ),
     Fault(

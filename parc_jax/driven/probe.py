@@ -136,33 +136,44 @@ def inside(
 
 
 def rooms_of(scene: Scene, runs: RolloutBatch, p0: np.ndarray) -> np.ndarray:
-    """(m, n) least margins of n runs from starts p0 (m, n, n_p), as they ran, straight between
-    knots.
+    """(m, n) least margins of n runs from starts p0 (m, n, n_p), as they ran: straight between
+    knots, in a tube that holds what bends there.
     """
     path = np.asarray(runs.p[:, :: runs.time.stride], np.float64)
+    bent = _bent(runs, path)
     which = np.tile(np.arange(runs.n), len(p0))
     arrays = scene.arrays
     found = map_rows(
         CHUNK,
-        lambda start, run: _rooms(arrays, start, path[run], runs.q[run]),
+        lambda start, run: _rooms(arrays, start, path[run], bent[run], runs.q[run]),
         p0.reshape(len(which), -1),
         which,
     )
     return found.reshape(len(p0), runs.n)
 
 
-def _room(scene: Scene, p0, path, q):
-    """Least margin of one run, path (T + 1, n_c) about its start, from p0 (n_p,). Kernel."""
+def _bent(runs: RolloutBatch, path: np.ndarray) -> np.ndarray:
+    """(n, T, n_points, n_p) half widths of what runs leave the straight line between knots by."""
+    n, knots, n_c = path.shape
+    stride = runs.time.stride
+    steps = np.asarray(runs.p[:, :-1], np.float64).reshape(n, knots - 1, stride, n_c)
+    share = (np.arange(stride) / stride)[:, None]
+    straight = path[:, :-1, None] * (1 - share) + path[:, 1:, None] * share
+    return np.abs(steps - straight).max(axis=2).reshape(n, knots - 1, -1, runs.n_p)
+
+
+def _room(scene: Scene, p0, path, bent, q):
+    """Least margin of one run from p0 (n_p,): its path (T + 1, n_c) about the start, and half
+    widths bent (T, n_points, n_p) around it. Kernel.
+    """
     moved = moved_to(p0, path)
-    n_p = len(p0)
-    still = ErrorBox(jnp.zeros((len(path) - 1, path.shape[1] // n_p, n_p)))
     end = jnp.concatenate([moved[-1], q])
     goal = row_margin(scene.goal_A, scene.goal_b, end, scene.slack)
     start = row_margin(scene.start_A, scene.start_b, p0, scene.slack)
-    return jnp.minimum(jnp.minimum(goal, start), clearance(scene, moved, still))
+    return jnp.minimum(jnp.minimum(goal, start), clearance(scene, moved, ErrorBox(bent)))
 
 
-_rooms = jax.jit(jax.vmap(_room, in_axes=(None, 0, 0, 0)))
+_rooms = jax.jit(jax.vmap(_room, in_axes=(None, 0, 0, 0, 0)))
 
 
 def _ends(runs: RolloutBatch) -> np.ndarray:

@@ -38,7 +38,8 @@ class Refine:
     """How a refinement looks for its box, and what it claims there.
 
     shares: of K that the boxes of each round of probes take, falling. centres: probes a round.
-    runs: of each probe.
+    runs: of each probe. around: values of k where something is known to be calm; the first round
+    looks there too.
     local: of the claim; its share is not used. shapes: of the tube, the most promising one is
     taken before the holdout is seen.
     looks: claims that may be made, delta is split over them. delta: of all together.
@@ -47,6 +48,7 @@ class Refine:
     shares: tuple[float, ...] = (2e-3, 2e-4, 2e-5, 2e-6)
     centres: int = 12
     runs: int = 200
+    around: tuple[tuple[float, ...], ...] = ()
     local: Local = field(default_factory=Local)
     shapes: tuple[str, ...] = ("box", "fitted")
     looks: int = 2
@@ -58,6 +60,8 @@ class Refine:
             raise InputError(
                 f"refine: expected falling shares of K between 0 and 1; got {self.shares}."
             )
+        if len({len(k) for k in self.around}) > 1:
+            raise InputError(f"refine: expected values of k alike in around; got {self.around}.")
         if self.centres < 1 or self.runs < 20:
             raise InputError(
                 "refine: expected at least one centre and 20 runs of each; got "
@@ -179,9 +183,16 @@ def _zoom(model, problem, system, key, asked: Refine, say) -> tuple[list, list[B
         say(_line(stage))
     chosen = spread_out(plans, model.domain, asked.centres, side)
     ends = paths_of(model, plans.p0[chosen], plans.k[chosen])[:, -1, : model.n_p]
+    known = np.array(asked.around, float).reshape(len(asked.around), -1)
+    if len(known) and known.shape[1] != model.n_k:
+        raise InputError(
+            f"refine: expected around of {model.n_k} parameters each; got {asked.around}."
+        )
+    known = known.reshape(-1, model.n_k)
+    centres = np.concatenate([known, plans.k[chosen]])[: asked.centres]
+    ends = np.concatenate([np.repeat(ends[:1], len(known), axis=0), ends])
     places = [
-        Place(box_around(k, side, model.domain), end)
-        for k, end in zip(plans.k[chosen], ends, strict=True)
+        Place(box_around(k, side, model.domain), end) for k, end in zip(centres, ends, strict=False)
     ]
     found: list[Probe] = []
     best = -np.inf

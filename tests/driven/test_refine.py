@@ -154,6 +154,7 @@ def test_no_plan_is_no_proof(narrow):
         ({"shares": ()}, "falling shares"),
         ({"runs": 3}, "20 runs"),
         ({"centres": 0}, "at least one centre and 20"),
+        ({"around": ((0.1,), (0.1, 0.2))}, "alike in around"),
     ],
 )
 def test_settings_that_make_no_sense(change, match):
@@ -164,5 +165,8 @@ def test_settings_that_make_no_sense(change, match):
 def test_questions_that_make_no_sense(narrow):
     with pytest.raises(InputError, match="expected the system of this model"):
         toy.planner().refine(narrow, plant(toy.gusty, toy.T, name="other"), KEY)
+    with pytest.raises(InputError, match="around of 2 parameters each"):
+        asked = dataclasses.replace(ASKED, around=((0.1, 0.2, 0.3),))
+        toy.planner().refine(narrow, plant(toy.gusty, toy.T, name=toy.model().system), KEY, asked)
     with pytest.raises(InputError, match="refine: expected a Refine"):
         Planner(toy.model()).refine(narrow, plant(toy.gusty, toy.T), KEY, 3)
