@@ -60,8 +60,6 @@ class Refine:
             raise InputError(
                 f"refine: expected falling shares of K between 0 and 1; got {self.shares}."
             )
-        if len({len(k) for k in self.around}) > 1:
-            raise InputError(f"refine: expected values of k alike in around; got {self.around}.")
         if self.centres < 1 or self.runs < 20:
             raise InputError(
                 "refine: expected at least one centre and 20 runs of each; got "
@@ -183,12 +181,11 @@ def _zoom(model, problem, system, key, asked: Refine, say) -> tuple[list, list[B
         say(_line(stage))
     chosen = spread_out(plans, model.domain, asked.centres, side)
     ends = paths_of(model, plans.p0[chosen], plans.k[chosen])[:, -1, : model.n_p]
-    known = np.array(asked.around, float).reshape(len(asked.around), -1)
-    if len(known) and known.shape[1] != model.n_k:
+    if any(len(k) != model.n_k for k in asked.around):
         raise InputError(
             f"refine: expected around of {model.n_k} parameters each; got {asked.around}."
         )
-    known = known.reshape(-1, model.n_k)
+    known = np.array(asked.around, float).reshape(-1, model.n_k)
     centres = np.concatenate([known, plans.k[chosen]])[: asked.centres]
     ends = np.concatenate([np.repeat(ends[:1], len(known), axis=0), ends])
     places = [

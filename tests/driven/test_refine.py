@@ -154,7 +154,6 @@ def test_no_plan_is_no_proof(narrow):
         ({"shares": ()}, "falling shares"),
         ({"runs": 3}, "20 runs"),
         ({"centres": 0}, "at least one centre and 20"),
-        ({"around": ((0.1,), (0.1, 0.2))}, "alike in around"),
     ],
 )
 def test_settings_that_make_no_sense(change, match):
