@@ -24,7 +24,7 @@ CHECKER = (
     Fault(
         "checker_goal_not_shrunken",
         PLANS,
-        "return [(a, b - final.reach(a, i)) for i, (a, b) in enumerate(self.goal)]",
+        "return [(a, b - final.support(a, i)) for i, (a, b) in enumerate(self.goal)]",
         "return self.goal",
         (BAD,),
     ),
@@ -193,8 +193,8 @@ CHECKER = (
     Fault(
         "checker_template_reaches_along_the_wrong_side",
         PLANS,
-        "grow = [each.reach(away) for each in errors]",
-        "grow = [each.reach(w) for each in errors]",
+        "grow = [each.support(away) for each in errors]",
+        "grow = [each.support(w) for each in errors]",
         (BAD,),
     ),
     Fault(

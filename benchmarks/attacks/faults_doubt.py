@@ -27,7 +27,7 @@ DOUBT = (
     Fault(
         "start_set_does_not_shrink",
         "parc_jax/robust/scene.py",
-        "round_down(Fraction(bound) - _reach([Fraction(x) for x in row], exact))",
+        "round_down(Fraction(bound) - _support_of_box([Fraction(x) for x in row], exact))",
         "round_down(Fraction(bound))",
         (QUESTION + "test_the_start_set_shrinks_and_the_goal_by_what_points_do_together",),
     ),

@@ -3,7 +3,7 @@
 from benchmarks.attacks.fault import Fault
 
 APART = "parc_jax/obstacles/apart.py"
-REACH = "parc_jax/obstacles/reach.py"
+REACH = "parc_jax/obstacles/ways.py"
 LAID_OUT = "parc_jax/verdict/near.py"
 NO_SOONER = (
     "tests/verdict/test_near.py::test_an_obstacle_is_left_out_where_no_plan_comes_and_no_sooner"
@@ -27,8 +27,8 @@ NEAR = (
     Fault(
         "apart_at_the_first_knot_only",
         APART,
-        "Reach(np.minimum(lo[:-1], lo[1:]), np.maximum(hi[:-1], hi[1:]),",
-        "Reach(lo[1:], hi[1:],",
+        "Extent(np.minimum(lo[:-1], lo[1:]), np.maximum(hi[:-1], hi[1:]),",
+        "Extent(lo[1:], hi[1:],",
         (NO_SOONER, WITHIN),
     ),
     Fault(

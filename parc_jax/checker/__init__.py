@@ -8,7 +8,7 @@ comparison exact: there is no tolerance. A check passes only on `is True`, and a
 rejection. docs/certificates.md has the format and what an accepted answer proves.
 
 exact.py     numbers, lists, half-spaces; what a rejection is
-errors.py    the errors that a tube allows, and how far they reach
+errors.py    the errors that a tube allows, and their support
 question.py  problem, network and tube
 plans.py     samples, corridors and polytopes
 hits.py      boxes in which every plan touches the same obstacle at the same moment

@@ -1,7 +1,7 @@
-"""Sets of errors that a tube allows, and how far they reach along a direction. [T14, T26]
+"""Sets of errors that a tube allows, and their support along a direction. [T14, T26]
 
-Each has `reach(w, goal_row)`: a number that no w . x of an error x exceeds. goal_row is the number
-of the row of the goal that w is, where it is one: a file may name multipliers for those.
+Each has `support(w, goal_row)`: a number that no w . x of an error x exceeds. goal_row is the
+number of the row of the goal that w is, where it is one: a file may name multipliers for those.
 """
 
 import itertools
@@ -23,10 +23,10 @@ class Widths:
         need(min(e) >= 0, "the tube has a negative width")
         self.e = e
         self.scale = scale
-        self.cost = len(e)  # of reach, in products
+        self.cost = len(e)  # of support, in products
         self.allows_none = True
 
-    def reach(self, w, goal_row=None):
+    def support(self, w, goal_row=None):
         return Fraction(dot([abs(x) for x in w], self.e), self.scale)
 
     def contains(self, x):
@@ -61,7 +61,7 @@ class Template:
                     longest = max(longest, x.numerator.bit_length() + x.denominator.bit_length())
             self.cost += n * (n + 1) * math.comb(len(rows), n) * (1 + longest**2 // (1 << 16))
 
-    def reach(self, w, goal_row=None):
+    def support(self, w, goal_row=None):
         """The least of the bounds: nonnegative multipliers m of the rows with sum m_i a_i = w give
         w . x = sum m_i a_i . x <= sum m_i b_i.
         """
@@ -167,10 +167,10 @@ class AtEnd:
             least[: len(positions)] = map(min, positions, least)
             self.least = Widths(*integers(least))
 
-    def reach(self, w, goal_row=None):
+    def support(self, w, goal_row=None):
         if not self.is_box:
             raise Rejected("a goal row names no error, and the tube has no half widths")
-        return self.least.reach(w)
+        return self.least.support(w)
 
     def contains(self, x):
         """Whether x is one of the errors."""
@@ -189,8 +189,8 @@ class Several:
         self.cost = sum(each.cost for each in sets)
         self.is_box = all(each.is_box for each in sets)
 
-    def reach(self, w, goal_row=None):
-        return self.pick(each.reach(w, goal_row) for each in self.sets)
+    def support(self, w, goal_row=None):
+        return self.pick(each.support(w, goal_row) for each in self.sets)
 
     def contains(self, x):
         """Whether x is an error of every bin."""

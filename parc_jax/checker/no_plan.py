@@ -132,7 +132,7 @@ def missed_goal(context, entries, bins):
             need(final.contains(error), "the error of a goal row is outside the tube")
             rows.append((a, b - dot(a, error)))
         else:
-            rows.append((a, b - final.reach(a)))
+            rows.append((a, b - final.support(a)))
     multipliers = [[i, m] for i, (_, m, *_) in enumerate(entries)]
     return combine(rows, multipliers, context.n_end)
 

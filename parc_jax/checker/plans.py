@@ -48,11 +48,11 @@ class Context(Question):
     # --- conditions ----------------------------------------------------------------------------
 
     def shrunken_goal(self, final):
-        """Rows of the predicted end: a . y <= b - (reach of the errors along a) there gives
+        """Rows of the predicted end: a . y <= b - (support of the errors along a) there gives
         a . y' <= b at every end y' in the tube.
         """
         self.spend(len(self.goal) * (FRACTION * self.n_end + final.cost))
-        return [(a, b - final.reach(a, i)) for i, (a, b) in enumerate(self.goal)]
+        return [(a, b - final.support(a, i)) for i, (a, b) in enumerate(self.goal)]
 
     def conditions(self, sep, interval, final):
         """The conditions on (p0, y) that make a plan safe for every trajectory in the tube with
@@ -87,15 +87,15 @@ class Context(Question):
         """The conditions that point i keeps beyond obstacle o and the shape around it in a
         direction (*w, h), during the intervals from `first` on that have these errors.
 
-        w . p > h + (reach of the errors along -w) at both knots of interval t holds on the segment
-        between them. If it holds for all points of a part of the body, no point of the part of a
+        w . p > h + (support of the errors along -w) at both knots of interval t holds on the
+        segment between them. If it holds for all points of a part of the body, no point of the part of a
         trajectory in the tube is in the obstacle during interval t. [T14, T19] Knot s bounds the
         intervals s - 1 and s, and the one with the wider errors counts.
         """
         *w, h = direction
         self.spend(sum(each.cost + 2 * self.n_p for each in errors))
         away = [-x for x in w]
-        grow = [each.reach(away) for each in errors]
+        grow = [each.support(away) for each in errors]
         for s in range(first, first + len(errors) + 1):
             before = grow[max(s - 1, first) - first]
             after = grow[min(s - first, len(errors) - 1)]

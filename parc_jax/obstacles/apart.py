@@ -15,15 +15,15 @@ import numpy as np
 from parc_jax.body import Part
 from parc_jax.network.rounding import UNIT
 from parc_jax.obstacles.directions import Multiplier, body_support
-from parc_jax.obstacles.reach import Ways
 from parc_jax.obstacles.runs import Run
+from parc_jax.obstacles.ways import Ways
 from parc_jax.problem import ReachAvoid
 
 # [units in the last place] of the sizes of all terms: rounding of one inequality, of few operations
 ROUNDING = 64
 
 
-class Reach(NamedTuple):
+class Extent(NamedTuple):
     """Where points can be during intervals: lo, hi (T, n_points, n_p) [m] around all predicted
     places at both knots, as wide as rounding may make them. error (T, n_points, n_p) [m]: of boxes
     around what any bin allows.
@@ -33,15 +33,15 @@ class Reach(NamedTuple):
     hi: np.ndarray
     error: np.ndarray
 
-    def of(self, part: Part) -> "Reach":
+    def of(self, part: Part) -> "Extent":
         """Of the points of a part alone."""
-        return Reach(*(x[:, list(part.points)] for x in self))
+        return Extent(*(x[:, list(part.points)] for x in self))
 
     @property
-    def at_any_time(self) -> "Reach":
+    def at_any_time(self) -> "Extent":
         """One interval that holds all."""
         lo, hi, error = self
-        return Reach(
+        return Extent(
             lo.min(axis=0, keepdims=True),
             hi.max(axis=0, keepdims=True),
             error.max(axis=0, keepdims=True),
@@ -83,7 +83,7 @@ class Apart(NamedTuple):
         return out
 
 
-def reach_of(ways: Ways, ends, starts, errors: np.ndarray, rounding: float, n_p: int) -> Reach:
+def extent_of(ways: Ways, ends, starts, errors: np.ndarray, rounding: float, n_p: int) -> Extent:
     """Where points can be, of plans whose first point ends in a box and starts in another one:
     ends, starts (lo, hi) (n_p,) [m], which may be infinite. errors (T, n_c). rounding: [m].
     """
@@ -94,20 +94,20 @@ def reach_of(ways: Ways, ends, starts, errors: np.ndarray, rounding: float, n_p:
     shape = (-1, n_points, n_p)
     lo = ways.lo.reshape(shape) + end_lo - rounding
     hi = ways.hi.reshape(shape) + end_hi + rounding
-    return Reach(np.minimum(lo[:-1], lo[1:]), np.maximum(hi[:-1], hi[1:]), errors.reshape(shape))
+    return Extent(np.minimum(lo[:-1], lo[1:]), np.maximum(hi[:-1], hi[1:]), errors.reshape(shape))
 
 
-def apart(problem: ReachAvoid, parts: Sequence[Part], reach: Reach, slack: float) -> Apart:
+def apart(problem: ReachAvoid, parts: Sequence[Part], extent: Extent, slack: float) -> Apart:
     """Settle what can be settled; parts with the numbers of their points. slack: [m] per unit of
     |w|_1, what every inequality pays.
     """
     n, n_parts = len(problem.obstacles), len(parts)
-    spans = spans_of(problem, len(reach.error))
+    spans = spans_of(problem, len(extent.error))
     room = np.full((n, n_parts), -np.inf)
     row = np.full((n, n_parts), -1)
-    known = np.isfinite(reach.lo).all() and np.isfinite(reach.hi).all()
+    known = np.isfinite(extent.lo).all() and np.isfinite(extent.hi).all()
     for p, part in enumerate(parts if n and known else ()):
-        own = reach.of(part)
+        own = extent.of(part)
         room[:, p], row[:, p] = _settled(problem, np.arange(n), part, own.at_any_time, slack, None)
         # far away from all times' box at once, or looked at interval by interval
         close = np.flatnonzero(room[:, p] <= 0)
@@ -129,14 +129,14 @@ def spans_of(problem: ReachAvoid, n_steps: int) -> np.ndarray:
     return np.array([span or every for span in problem.all_spans], int).reshape(-1, 2)
 
 
-def _settled(problem: ReachAvoid, some: np.ndarray, part: Part, reach: Reach, slack, spans):
+def _settled(problem: ReachAvoid, some: np.ndarray, part: Part, extent: Extent, slack, spans):
     """Of some obstacles (numbers) the room [m] that the best of their rows leaves to a part, and
     that row. spans (s, 2): intervals that count, None for all.
     """
     chosen = [problem.obstacles[j] for j in some]
     rows = np.array([len(o.b) for o in chosen])
     A, b = np.concatenate([o.A for o in chosen]), np.concatenate([o.b for o in chosen])
-    gap = _gap(A, b, part, reach, slack)
+    gap = _gap(A, b, part, extent, slack)
     if spans is not None:
         at = np.arange(gap.shape[1])
         counts = (at >= spans[:, :1]) & (at <= spans[:, 1:])
@@ -148,13 +148,13 @@ def _settled(problem: ReachAvoid, some: np.ndarray, part: Part, reach: Reach, sl
     return best, np.minimum.reduceat(place, first) - first
 
 
-def _gap(A: np.ndarray, b: np.ndarray, part: Part, reach: Reach, slack: float) -> np.ndarray:
+def _gap(A: np.ndarray, b: np.ndarray, part: Part, extent: Extent, slack: float) -> np.ndarray:
     """(rows, T) [m] by how much the row's normal keeps all points of a part apart, a bound."""
     up, down, size = np.maximum(A, 0.0), np.minimum(A, 0.0), np.abs(A)
     threshold = b + body_support(part.shape, A)
     along = np.minimum.reduce(
-        [up @ lo.T + down @ hi.T - size @ e.T for lo, hi, e in zip(*reach.by_point, strict=True)]
+        [up @ lo.T + down @ hi.T - size @ e.T for lo, hi, e in zip(*extent.by_point, strict=True)]
     )
-    terms = size.max(axis=1) * A.shape[1] * reach.size + np.abs(threshold)
+    terms = size.max(axis=1) * A.shape[1] * extent.size + np.abs(threshold)
     paid = threshold + slack * size.sum(axis=1) + ROUNDING * UNIT * terms
     return (along - paid[:, None]) / (np.hypot.reduce(A, axis=1) * (1 + ROUNDING * UNIT))[:, None]

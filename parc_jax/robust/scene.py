@@ -59,7 +59,7 @@ def _shrunken_goal(
     for row, bound in zip(goal.A, goal.b, strict=True):
         exact = [Fraction(x) for x in row]
         along = [sum(exact[axis:n_c:n_p]) for axis in range(n_p)] + exact[n_c:]
-        bounds.append(round_down(Fraction(bound) - _reach(along, widths)))
+        bounds.append(round_down(Fraction(bound) - _support_of_box(along, widths)))
     shrunken = goal.replace(b=np.array(bounds))
     _require_room(shrunken, goal)
     return shrunken
@@ -84,13 +84,13 @@ def _shrunken_start(start: HPolytope, widths: np.ndarray) -> HPolytope:
         return start
     exact = [Fraction(x) for x in widths]
     bounds = [
-        round_down(Fraction(bound) - _reach([Fraction(x) for x in row], exact))
+        round_down(Fraction(bound) - _support_of_box([Fraction(x) for x in row], exact))
         for row, bound in zip(start.A, start.b, strict=True)
     ]
     return start.replace(b=np.array(bounds))
 
 
-def _reach(row, widths) -> Fraction:
+def _support_of_box(row, widths) -> Fraction:
     return sum((abs(a) * w for a, w in zip(row, widths, strict=True)), Fraction(0))
 
 

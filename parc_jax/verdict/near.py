@@ -6,11 +6,11 @@ import numpy as np
 
 from parc_jax.body import numbered
 from parc_jax.claim.error_set import at
-from parc_jax.obstacles.apart import Reach, apart, reach_of, spans_of
+from parc_jax.obstacles.apart import Extent, apart, extent_of, spans_of
 from parc_jax.obstacles.directions import direction_table
 from parc_jax.obstacles.grown import exists
 from parc_jax.obstacles.polygon import corners
-from parc_jax.obstacles.reach import ways_of
+from parc_jax.obstacles.ways import ways_of
 from parc_jax.problem import ReachAvoid
 from parc_jax.verdict.scene import (
     Scene,
@@ -30,8 +30,8 @@ def near_scene(problem: ReachAvoid, model) -> Scene:
     check_fits(problem, model)
     _check_obstacles(problem, model.time.n_steps)
     parts = numbered(problem.body, model.points)
-    reach, slack = reach_in(problem, model)
-    found = apart(problem, parts, reach, slack)
+    extent, slack = extent_in(problem, model)
+    found = apart(problem, parts, extent, slack)
     if not np.isfinite(found.beyond):
         return scene_of(problem, model)
     return bare_scene(problem, model, found.kept).replace(
@@ -47,7 +47,7 @@ def whole_scene(scene: Scene, model) -> Scene:
     return scene if scene.apart is None else scene_of(scene.problem, model)
 
 
-def reach_in(problem: ReachAvoid, model) -> tuple[Reach, float]:
+def extent_in(problem: ReachAvoid, model) -> tuple[Extent, float]:
     """Where the points of plans that reach can be, and the slack [m] of inequalities about it.
 
     Such a plan ends in the goal with any error that its bin allows, so it is predicted to end in
@@ -68,7 +68,7 @@ def reach_in(problem: ReachAvoid, model) -> tuple[Reach, float]:
     ways = ways_of(model.net, model.layout, model.domain)
     ends = goal_lo - most, goal_hi - least
     widest = tube.interval[claimed].max(axis=0, initial=0.0)
-    return reach_of(ways, ends, starts, widest, 2 * slack, n_p), slack
+    return extent_of(ways, ends, starts, widest, 2 * slack, n_p), slack
 
 
 def _check_obstacles(problem: ReachAvoid, n_steps: int) -> None:

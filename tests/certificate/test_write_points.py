@@ -107,10 +107,10 @@ def test_spelled_templates_reach_as_far_as_those_of_the_engine(proved):
     rng = np.random.default_rng(0)
     for b, t, i in ((0, 0, 1), (1, 3, 3)):
         w = rng.integers(-9, 9, model.n_p)
-        exact = context.interval[b][t][i].reach([int(x) for x in w])
+        exact = context.interval[b][t][i].support([int(x) for x in w])
         assert float(exact) == pytest.approx(at(model.tube.errors, (b, t, i)).support(w), abs=1e-9)
     lost = model.tube.support_at_end(problem.goal.A, 1)
-    exact = [context.final[1].reach(a, i) for i, (a, _) in enumerate(context.goal)]
+    exact = [context.final[1].support(a, i) for i, (a, _) in enumerate(context.goal)]
     np.testing.assert_allclose(lost, [float(x) for x in exact], rtol=1e-5)
 
 

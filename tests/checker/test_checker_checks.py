@@ -167,7 +167,7 @@ SLIPS = [
     ("plans", "        return value > 0\n", "        return value >= 0\n", "touching"),
     (
         "plans",
-        "b - final.reach(a, i)",
+        "b - final.support(a, i)",
         "b",
         "a goal missed by less than the tube",
     ),

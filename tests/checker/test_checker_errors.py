@@ -41,7 +41,7 @@ def test_a_template_reaches_as_far_as_its_farthest_corner(n):
         error = Template(rows, n)
         for _ in range(8):
             w = [rng.randint(-9, 9) for _ in range(n)]
-            assert error.reach(w) == max(dot(w, x) for x in corners)
+            assert error.support(w) == max(dot(w, x) for x in corners)
         for x in corners:
             assert error.contains(x) and not error.contains([2 * v for v in x])
 
@@ -53,7 +53,7 @@ def test_rows_along_the_axes_reach_as_far_as_widths():
     rows += [([-v for v in u], x) for u, x in zip(unit, e, strict=True)]
     template, widths = Template(rows, 3), Widths(*integers(e))
     for w in itertools.product((-2, 0, F(3, 5)), repeat=3):
-        assert template.reach(w) == widths.reach(w) == dot(map(abs, w), e)
+        assert template.support(w) == widths.support(w) == dot(map(abs, w), e)
     assert widths.contains([F(-1, 3), F(0), F(2)]) and not widths.contains([F(0), F(1), F(0)])
 
 
@@ -62,18 +62,18 @@ def test_errors_off_centre_reach_farther_one_way():
     rows = [([F(1), F(0)], F(2)), ([F(-1), F(0)], F(-1))]
     rows += [([F(0), F(1)], F(1)), ([F(0), F(-1)], F(1))]
     error = Template(rows, 2)
-    assert error.reach([1, 0]) == 2 and error.reach([-1, 0]) == -1
+    assert error.support([1, 0]) == 2 and error.support([-1, 0]) == -1
 
 
 def test_directions_that_no_rows_give_are_refused():
     half_open = Template([([F(1), F(0)], F(1)), ([F(0), F(1)], F(1))], 2)
-    assert half_open.reach([1, 2]) == 3
+    assert half_open.support([1, 2]) == 3
     for w in ([-1, 0], [1, -1]):
         with pytest.raises(Rejected, match="no multipliers"):
-            half_open.reach(w)
+            half_open.support(w)
     slab = Template([([F(1), F(1)], F(1)), ([F(-1), F(-1)], F(1))], 2)
     with pytest.raises(Rejected, match="no multipliers"):
-        slab.reach([1, 0])
+        slab.support([1, 0])
 
 
 def test_in_more_dimensions_ways_are_needed_and_the_least_right_one_counts():
@@ -82,17 +82,17 @@ def test_in_more_dimensions_ways_are_needed_and_the_least_right_one_counts():
     w = [F(1), F(1), F(0), F(0)]
     ways = [[[(0, F(1)), (1, F(1))], [(4, F(1))]], [[(0, F(1))], [(4, F(-1))]], []]
     error = Template(rows, 4, ways)
-    assert error.reach(w, 0) == 1
+    assert error.support(w, 0) == 1
     for goal_row in (1, 2, None):  # wrong rows, a negative multiplier, none
         with pytest.raises(Rejected, match="no multipliers"):
-            error.reach(w, goal_row)
+            error.support(w, goal_row)
 
 
 def test_several_bins_reach_as_far_as_the_farthest_or_as_all():
     """A diagonal: neither bin is as wide as both together, axis by axis."""
     sets = [Widths([1, 3], 1), Widths([3, 1], 1)]
-    assert Several(sets, max).reach([1, 1]) == 4
-    assert Several(sets, max).reach([1, 0]) == 3 and Several(sets, min).reach([1, 0]) == 1
+    assert Several(sets, max).support([1, 1]) == 4
+    assert Several(sets, max).support([1, 0]) == 3 and Several(sets, min).support([1, 0]) == 1
     assert not Several(sets, min).contains([F(2), F(0)])
     assert Several(sets, min).contains([F(1), F(1)])
 

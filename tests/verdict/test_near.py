@@ -13,7 +13,7 @@ from parc_jax.network.predict import by_point
 from parc_jax.problem import reach_avoid
 from parc_jax.sets.box import box
 from parc_jax.sets.hpolytope import hpolytope
-from parc_jax.verdict.near import near_scene, reach_in, whole_scene
+from parc_jax.verdict.near import extent_in, near_scene, whole_scene
 from parc_jax.verdict.pointwise import anchor, verdicts
 from parc_jax.verdict.scene import scene_of
 
@@ -73,18 +73,18 @@ def test_verdicts_are_those_of_the_whole_scene(kind, seed):
 @pytest.mark.parametrize(("kind", "seed"), CASES)
 def test_all_plans_that_reach_stay_within_their_reach(kind, seed):
     model, problem, rng = crowded(kind, seed)
-    reach, slack = reach_in(problem, model)
+    extent, slack = extent_in(problem, model)
     p0, k = plans_of(model, scene_of(problem, model), rng, 2000)
     e = verdicts(model, scene_of(problem, model), p0, k)
     places = by_point(e.path[e.reaches], model.n_points)
     assert len(places) > 200 and 0 < slack < 1e-9
     for knots in (places[:, :-1], places[:, 1:]):
-        assert (knots >= reach.lo).all() and (knots <= reach.hi).all()
-    size = (reach.hi - reach.lo).max(axis=0)
+        assert (knots >= extent.lo).all() and (knots <= extent.hi).all()
+    size = (extent.hi - extent.lo).max(axis=0)
     seen = (places.max(axis=(0, 1)) - places.min(axis=(0, 1))) / size
     assert (seen > 0.3).all()  # not so wide that nothing were ever left out
-    widest = model.tube.interval.max(axis=0).reshape(reach.error.shape)
-    assert (reach.error == widest).all()
+    widest = model.tube.interval.max(axis=0).reshape(extent.error.shape)
+    assert (extent.error == widest).all()
 
 
 @pytest.mark.parametrize(("kind", "seed"), CASES[:3])
@@ -137,8 +137,8 @@ def test_an_obstacle_is_left_out_where_no_plan_comes_and_no_sooner(left, e, span
 def test_every_point_of_a_part_counts_and_each_part_by_itself():
     rng = np.random.default_rng(0)
     model = points_model(rng, m=3, size=0.002)
-    reach, _ = reach_in(points_problem(rng, model), model)
-    hi = reach.hi.max(axis=0)
+    extent, _ = extent_in(points_problem(rng, model), model)
+    hi = extent.hi.max(axis=0)
     # beyond the first point's reach along x, and not beyond the farthest one's
     far = int(np.argmax(hi[:, 0]))
     assert far != 0 and hi[far, 0] > hi[0, 0] + 0.05
