@@ -88,9 +88,9 @@ class Context(Question):
         direction (*w, h), during the intervals from `first` on that have these errors.
 
         w . p > h + (support of the errors along -w) at both knots of interval t holds on the
-        segment between them. If it holds for all points of a part of the body, no point of the part of a
-        trajectory in the tube is in the obstacle during interval t. [T14, T19] Knot s bounds the
-        intervals s - 1 and s, and the one with the wider errors counts.
+        segment between them. If it holds for all points of a part of the body, no point of the part
+        of a trajectory in the tube is in the obstacle during interval t. [T14, T19] Knot s bounds
+        the intervals s - 1 and s, and the one with the wider errors counts.
         """
         *w, h = direction
         self.spend(sum(each.cost + 2 * self.n_p for each in errors))
