@@ -8,7 +8,6 @@ from dataclasses import dataclass
 import numpy as np
 
 from benchmarks.result import Skip
-from parc_jax.claim.pipeline import BoundSettings
 from parc_jax.problem import ReachAvoid
 
 
@@ -26,7 +25,6 @@ class Case:
         stands in the gap; None = not looked at.
     published: figures of the paper, measured on its machine: regions and seconds for BRAS of all of
         them.
-    asked: of the claims, as in the system's main job.
     """
 
     name: str
@@ -40,7 +38,6 @@ class Case:
     radius: float
     length: float | None
     published: dict[tuple[int, ...], tuple[int, float]]
-    asked: BoundSettings
 
     def narrowed(self, slack: float) -> ReachAvoid:
         """The problem with both obstacles moved together until `slack` [m] is left. They move along
@@ -64,7 +61,7 @@ def _centre(o) -> np.ndarray:
 def drift() -> Case:
     """Drift parking between two cars, on the closed-form plant."""
     import sims
-    from sims.drift_parking import params, scenario, study
+    from sims.drift_parking import params, scenario
 
     return Case(
         name="drift",
@@ -78,14 +75,13 @@ def drift() -> Case:
         radius=scenario.BODY_RADIUS,
         length=params.BODY_LENGTH,
         published={(8,) * 4: (203, 9.6)},
-        asked=study.STUDY.bound,
     )
 
 
 def boat() -> Case:
     """The boat through a gap of 2.6 m, on the closed-form plant."""
     import sims
-    from sims.asv import scenario, study
+    from sims.asv import scenario
 
     task = scenario.problem()
     lower, upper = sorted(task.obstacles, key=lambda o: _centre(o)[1])
@@ -101,7 +97,6 @@ def boat() -> Case:
         radius=float(task.body.radius),
         length=None,
         published={(8,) * 4: (611, 100.0)},
-        asked=study.STUDY.bound,
     )
 
 

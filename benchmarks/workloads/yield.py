@@ -1,173 +1,222 @@
-"""Yield: of the plans that truly succeed, what share is certified? By shape of the tube, from the
-same runs.
+"""Yield: of the plans that truly succeed, what share is certified? By setting, from equally many
+runs.
 
 A plan is a k, uniform over K, and a place z, uniform over the goal's box, where the first point is
 meant to end. Truth: the plan starts so that the median of its runs ends at z, and succeeds when the
-goal is reached and nothing is touched in 99 % of its runs. Certified: it starts so that the network
-predicts its end at z, and is safe for every run inside the tube. Either way of starting moves each
-k's plans by a shift, which changes no volume, and leaves out no plan that succeeds or is certified:
-both are shares of one volume. Claims are those of the system's main job, on one network with equal
-eps, delta and numbers of runs. Bounds of shares are Clopper-Pearson at 95 %; those of a yield join
-them.
+goal is reached and nothing is touched in 99 % of its runs (a system without chance: in its one
+run). Certified: it starts so that the network predicts its end at z, and is safe for every run
+inside the tube. Either way of starting moves each k's plans by a shift, which changes no volume,
+and leaves out no plan that succeeds or is certified: both are shares of one volume. All settings of
+a system have equal eps and delta and spend equally many runs on training, profile and claims, each
+on its own; the runs are the same. Bounds at 95 %: of certified shares Clopper-Pearson, of truth
+from the spread over the k's; those of a yield join them.
 """
 
-from dataclasses import replace
+from collections.abc import Iterator
 from typing import NamedTuple
 
 import numpy as np
 
 from benchmarks.bench import Bench
-from benchmarks.cases import Case
-from benchmarks.metrics import Metric, metric
-from benchmarks.models import CaseModels
+from benchmarks.metrics import metric
 from benchmarks.result import Result, Skip, Table, percent
+from benchmarks.yields import Setting, Task, tasks
 from parc_jax.claim.claim import ErrorClaim
 from parc_jax.claim.counts import clopper_pearson, least_probability
 from parc_jax.claim.declared import declared_claim
-from parc_jax.claim.pipeline import GAP, SHAPES, BoundSettings, bound_errors
-from parc_jax.claim.runs import SystemRuns
+from parc_jax.claim.pipeline import bound_errors
+from parc_jax.claim.runs import HeldRuns
 from parc_jax.claim.start_gap import try_starts
 from parc_jax.claim.tube import zero_tube
+from parc_jax.driven.randomness import ignores_key
 from parc_jax.errors import InputError
+from parc_jax.experiment.learn import networks
 from parc_jax.keys import Stage
 from parc_jax.model import TrajectoryModel, trajectory_model
 from parc_jax.network.predict import trajectories
+from parc_jax.network.relu import ReLUNetwork
+from parc_jax.plot.shares import Bar, shares
+from parc_jax.problem import ReachAvoid
+from parc_jax.rollout.batch import RolloutBatch
 from parc_jax.rollout.collect import collect
 from parc_jax.verdict.outcomes import outcomes
 from parc_jax.verdict.pointwise import verdicts
 from parc_jax.verdict.scene import Scene, scene_of
 
-SYSTEMS = ("boat", "drift")
-RUNS = 200  # of each plan whose truth is asked
-ENOUGH = 0.99  # of them must succeed
-TOGETHER = 50  # plans run in one batch
+ENOUGH = 0.99  # of a plan's runs must succeed
+ENDS = 8  # places z of each k
+FIRST = (
+    10  # runs of a plan that are looked at first: with too many failures the others do not matter
+)
+TOGETHER = 50  # values of k run in one batch
 
 
 class Share(NamedTuple):
-    """count of n plans, drawn independently."""
+    """An estimate with its 95 % bounds."""
 
-    count: int
-    n: int
-
-    @property
-    def value(self) -> float:
-        """The estimate."""
-        return self.count / self.n
-
-    @property
-    def bounds(self) -> tuple[float, float]:
-        """95 % bounds."""
-        high = float(clopper_pearson(self.count, self.n, 0.025))
-        return least_probability(self.count, self.n, 0.025), high
+    value: float
+    low: float
+    high: float
 
     def __str__(self) -> str:
-        return _spelled(self.value, *self.bounds)
+        return f"{percent(self.value)} ({percent(self.low)} to {percent(self.high)})"
 
 
 def run(bench: Bench) -> Result:
-    """Truth once per system, then every shape of the tube under every kind of claim."""
-    metrics, rows = [], []
-    for name in bench.size(SYSTEMS, SYSTEMS[:1]):
+    """Truth once per system, then every setting under every kind of claim."""
+    metrics, rows, bars = [], [], []
+    for task in tasks(bench.quick):
         try:
-            learned = bench.learned(name)
-        except Skip as why:
-            rows.append((name, "", "", str(why), "", ""))
+            found = list(_of_task(bench, task))
+        except (Skip, ImportError) as why:
+            rows.append((task.name, "", "", str(why), "", ""))
             continue
-        more, lines = _of_system(bench, learned)
-        metrics += more
-        rows += lines
+        for number, (setting, kind, truth, share) in enumerate(found):
+            whole = _yield(share, truth)
+            label = f"yield.{task.name}"
+            if number == 0:
+                metrics.append(metric(f"{label}.truth", truth.value, "1", "same", abs_tol=0.05))
+            certified = metric(
+                f"{label}.{kind}.{setting.key}", share.value, "1", "higher", rel_tol=0.2
+            )
+            metrics.append(certified)
+            runs = f"{setting.runs:,}"
+            told = (str(truth), str(share), str(whole))
+            rows.append((task.name, kind, setting.name, runs, *told))
+            bars.append([task.title, kind, setting.name, *whole])
     if not metrics:
         raise Skip("no system of this workload can be simulated here")
-    header = ("system", "claim", "tube", "truly succeed", "certified", "yield")
-    return Result(metrics, [Table("Certified of what truly succeeds", header, rows)])
+    header = ("system", "claim", "setting", "runs", "truly succeed", "certified", "yield")
+    note = "one: a claim over all of K. bins: a claim in every bin, or block of bins, at once."
+    table = Table("Certified of what truly succeeds", header, rows, note)
+    return Result(metrics, [table], {"bars": bars})
 
 
-def _of_system(bench: Bench, learned: CaseModels) -> tuple[list[Metric], list[tuple[str, ...]]]:
-    case, key = learned.case, bench.key(1)
-    model = _without_errors(learned.models[case.hidden[-1]].honest)
-    start = try_starts(learned.system, key, GAP)
-    truth = truly_safe(case, learned.system, model, bench)
-    metrics = [metric(f"yield.{case.name}.truth", truth.value, "1", "same", abs_tol=0.03)]
-    rows = []
-    for shape in SHAPES:
-        asked = _asked(bench, case, shape)
-        runs = SystemRuns(learned.system, key, learned.train.n, None, True)
-        nets, time = [model.net], learned.system.time
-        claims = bound_errors(nets, runs, learned.train, asked, start, time, key=key)[0]
-        for kind, claim in zip(asked.claims, claims, strict=True):
-            found = certified(case, model, claim, bench)
-            part = _part(found.value, truth.value)
-            low, high = (_part(found.bounds[i], truth.bounds[1 - i]) for i in (0, 1))
-            label = f"yield.{case.name}.{kind}.{shape}"
-            metrics.append(metric(f"{label}.certified", found.value, "1", "higher", rel_tol=0.2))
-            shares = (str(truth), str(found), _spelled(part, low, high))
-            rows.append((case.name, kind, shape, *shares))
-    return metrics, rows
+def figure(data: dict, path) -> None:
+    """The yields as bars, a group per system and kind of claim."""
+    kinds = {"one": "one claim", "bins": "claims in parts of K"}
+    groups: dict[str, list[Bar]] = {}
+    for system, kind, setting, *share in data["bars"]:
+        groups.setdefault(f"{system}\n{kinds[kind]}", []).append(Bar(setting, *share))
+    shares(groups, path, label="certified of what truly succeeds")
 
 
-def _spelled(value: float, low: float, high: float) -> str:
-    return f"{percent(value)} ({percent(low)} to {percent(high)})"
+def _of_task(bench: Bench, task: Task) -> Iterator[tuple[Setting, str, Share, Share]]:
+    """Setting, kind of claim, truth and certified share."""
+    system, problem, key = task.system(), task.problem(), bench.key(1)
+    start = try_starts(system, key, task.gap)
+    largest = max(s.study.rollouts + s.study.profile_runs for s in task.settings)
+    learned = collect(system, key, largest, Stage.TRAIN, quiet=True)
+    fresh = max(s.study.fresh for s in task.settings)
+    holdout = collect(system, key, fresh, Stage.BOUND, quiet=True)
+    truth = None
+    trained: dict[tuple, ReLUNetwork] = {}
+    for setting in task.settings:
+        study = setting.study
+        train = learned.select(slice(0, study.rollouts))
+        known = (study.hidden, study.rollouts, study.tail)
+        if known not in trained:
+            trained[known] = networks(train, study, key)[0]
+        net = trained[known]
+        model = _without_errors(net, learned)
+        if truth is None:
+            truth = truly_safe(task, system, model, bench)
+        runs = HeldRuns(learned.select(slice(study.rollouts, None)), holdout)
+        claims = bound_errors([net], runs, train, study.bound, start, system.time, key=key)[0]
+        for kind, claim in zip(study.claims, claims, strict=True):
+            yield setting, kind, truth, certified(problem, model, claim, bench)
+
+
+def _yield(certified: Share, truth: Share) -> Share:
+    return Share(
+        _part(certified.value, truth.value),
+        _part(certified.low, truth.high),
+        _part(certified.high, truth.low),
+    )
 
 
 def _part(share: float, whole: float) -> float:
     return min(1.0, share / whole) if whole > 0 else 1.0
 
 
-def _without_errors(model: TrajectoryModel) -> TrajectoryModel:
+def _without_errors(net: ReLUNetwork, runs: RolloutBatch) -> TrajectoryModel:
     """The model under a tube of no width: a scene that leaves out no plan."""
-    t = model.tube
-    none = zero_tube(t.edges, t.n_steps, t.n_c, t.n_c + t.n_q, t.n_points)
-    claim = declared_claim(none, "truth is asked of the system itself", model.net)
-    return trajectory_model(model.net, claim, model.domain, model.time, model.system)
+    n_c, n_end = runs.p.shape[2], runs.p.shape[2] + runs.n_q
+    edges = tuple(np.array(pair) for pair in zip(runs.domain.lo, runs.domain.hi, strict=True))
+    none = zero_tube(edges, runs.time.n_steps, n_c, n_end, len(runs.points))
+    claim = declared_claim(none, "truth is asked of the system itself", net)
+    return _model(net, claim, runs)
 
 
-def _asked(bench: Bench, case: Case, shape: str) -> BoundSettings:
-    """The claims of the main job; tiny ones for a quick look."""
-    if not bench.quick:
-        return replace(case.asked, shape=shape)
-    few = {"eps": 0.1, "delta": 0.1, "claims": ("one",), "fresh": None, "search": 0}
-    return replace(case.asked, shape=shape, profile_runs=64, bins=(1,) * len(case.bins), **few)
+def _model(net: ReLUNetwork, claim: ErrorClaim, runs) -> TrajectoryModel:
+    """runs: batch or model that says what the network is about."""
+    points = runs.points
+    return trajectory_model(net, claim, runs.domain, runs.time, "yield", points=points)
 
 
-def truly_safe(case: Case, system, model: TrajectoryModel, bench: Bench) -> Share:
+def truly_safe(task: Task, system, model: TrajectoryModel, bench: Bench) -> Share:
     """Plans that succeed in ENOUGH of their runs."""
-    n = bench.size(1600, 10)
+    without_chance = ignores_key(system)
+    n = bench.size(2000 if without_chance else task.plans, 10)
+    each = 1 if without_chance else bench.size(task.repeats, 20)
     rng = np.random.default_rng(2)
-    scene = scene_of(case.problem(), model)
-    good = 0
+    scene = scene_of(task.problem(), model)
+    good = []
     for first in range(0, n, TOGETHER):
-        k, z = _drawn(rng, scene, model, min(TOGETHER, n - first))
+        k = rng.uniform(model.domain.lo, model.domain.hi, (min(TOGETHER, n - first), model.n_k))
         runs = collect(
             system,
             bench.key(2),
-            len(k) * RUNS,
+            len(k) * each,
             Stage.VALIDATE,
-            k=k.repeat(RUNS, axis=0),
-            first_row=first * RUNS,
+            k=k.repeat(each, axis=0),
+            first_row=first * each,
             quiet=True,
         )
-        ends = runs.p[:, -1, : model.n_p].reshape(len(k), RUNS, -1)
-        p0 = (z - np.nanmedian(ends, axis=1)).repeat(RUNS, axis=0)
-        _, reached, distance = outcomes(scene, runs, p0)
-        good += int(((reached & (distance > 0)).reshape(len(k), RUNS).mean(axis=1) >= ENOUGH).sum())
-    return Share(good, n)
+        ends = runs.p[:, -1, : model.n_p].reshape(len(k), each, -1)
+        p0 = rng.uniform(scene.z_lo, scene.z_hi, (ENDS, len(k), model.n_p))
+        p0 = (p0 - np.nanmedian(ends, axis=1)).swapaxes(0, 1).reshape(-1, model.n_p)
+        good.append(_succeed(scene, runs, p0, each).reshape(len(k), ENDS).mean(axis=1))
+    of_k = np.concatenate(good)
+    value, error = float(of_k.mean()), 1.96 * float(of_k.std()) / np.sqrt(n)
+    return Share(value, max(0.0, value - error), min(1.0, value + error))
 
 
-def certified(case: Case, model: TrajectoryModel, claim: ErrorClaim, bench: Bench) -> Share:
+def _succeed(scene: Scene, runs: RolloutBatch, p0: np.ndarray, each: int) -> np.ndarray:
+    """Whether plans from p0 (n, n_p), ENDS of every k in turn, succeed in ENOUGH of the runs of
+    their k, `each` of them in turn.
+    """
+    allowed = each - int(np.ceil(ENOUGH * each))
+    failures = np.zeros(len(p0), int)
+    for looked in (range(0, min(FIRST, each)), range(FIRST, each)):
+        left = np.flatnonzero(failures <= allowed)
+        if not len(looked) or not len(left):
+            continue
+        rows = ((left // ENDS) * each)[:, None] + np.array(looked)
+        _, reached, distance = outcomes(
+            scene, runs.select(rows.ravel()), p0[left].repeat(len(looked), axis=0)
+        )
+        failed = ~(reached & (distance > 0)).reshape(rows.shape)
+        failures[left] += failed.sum(axis=1)
+    return failures <= allowed
+
+
+def certified(
+    problem: ReachAvoid, model: TrajectoryModel, claim: ErrorClaim, bench: Bench
+) -> Share:
     """Plans that the exact test proves under a claim; none where its tube leaves no goal."""
-    n = bench.size(1 << 16, 1 << 9)
-    given = trajectory_model(model.net, claim, model.domain, model.time, model.system)
-    try:
-        scene = scene_of(case.problem(), given)
-    except InputError:
-        return Share(0, n)
-    k, z = _drawn(np.random.default_rng(3), scene_of(case.problem(), model), model, n)
-    offsets, _ = trajectories(given.net, given.layout, k)
-    safe = verdicts(given, scene, z - offsets[:, -1, : given.n_p], k).safe
-    return Share(int(safe.sum()), n)
-
-
-def _drawn(rng, scene: Scene, model: TrajectoryModel, n: int) -> tuple[np.ndarray, np.ndarray]:
-    """n plans: k (n, n_k) uniform over K, ends z (n, n_p) uniform over the goal's box."""
+    n, count = bench.size(1 << 13, 1 << 9), 0
+    given = _model(model.net, claim, model)
+    rng = np.random.default_rng(3)
+    whole = scene_of(problem, model)
     k = rng.uniform(model.domain.lo, model.domain.hi, (n, model.n_k))
-    return k, rng.uniform(scene.z_lo, scene.z_hi, (n, model.n_p))
+    z = rng.uniform(whole.z_lo, whole.z_hi, (n, model.n_p))
+    try:
+        scene = scene_of(problem, given)
+    except InputError:
+        pass
+    else:
+        offsets, _ = trajectories(given.net, given.layout, k)
+        count = int(verdicts(given, scene, z - offsets[:, -1, : given.n_p], k).safe.sum())
+    high = float(clopper_pearson(count, n, 0.025))
+    return Share(count / n, least_probability(count, n, 0.025), high)

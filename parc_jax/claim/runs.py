@@ -10,6 +10,7 @@ import jax
 from parc_jax.claim.search import Attack, search_worst
 from parc_jax.claim.tube import Tube
 from parc_jax.distributed import broadcast
+from parc_jax.errors import InputError
 from parc_jax.keys import Stage
 from parc_jax.network.relu import ReLUNetwork
 from parc_jax.rollout.batch import RolloutBatch
@@ -91,4 +92,27 @@ class RecordedRuns(NamedTuple):
 
     def attack(self, net: ReLUNetwork, profile: Tube, n: int) -> None:
         """Cannot be done."""
+        return None
+
+
+class HeldRuns(NamedTuple):
+    """Runs of a system that were simulated before: several claims that are to be compared, each on
+    its own, use the same. Nothing is searched.
+    """
+
+    held: RolloutBatch
+    unseen: RolloutBatch
+
+    def further(self, n: int) -> Iterable[RolloutBatch]:
+        """The first n that are held."""
+        return (self.held.select(slice(0, n)),)
+
+    def fresh(self, n: int) -> Iterable[RolloutBatch]:
+        """The first n that nothing has seen. Raises InputError for fewer."""
+        if self.unseen.n < n:
+            raise InputError(f"runs: expected at least {n:,} fresh ones; got {self.unseen.n:,}.")
+        return (self.unseen.select(slice(0, n)),)
+
+    def attack(self, net: ReLUNetwork, profile: Tube, n: int) -> None:
+        """Not done."""
         return None

@@ -1,14 +1,16 @@
 """Yield: truth by simulation equals what is certified where the model is exact."""
 
+from dataclasses import replace
+
 import numpy as np
 from synthetic_plants import disturbed, exact, plant, straight_network
 
 from benchmarks.bench import Bench
-from benchmarks.cases import Case
 from benchmarks.workloads import workload
+from benchmarks.yields import Setting, Task, tasks
 from parc_jax.claim.declared import declared_claim
-from parc_jax.claim.pipeline import BoundSettings
 from parc_jax.claim.tube import zero_tube
+from parc_jax.experiment.settings import Study
 from parc_jax.model import trajectory_model
 from parc_jax.problem import reach_avoid
 from parc_jax.sets.box import box
@@ -20,7 +22,7 @@ class Small(Bench):
     """Sizes between a quick look and a measurement."""
 
     def size(self, full, quick):
-        return {1600: 200, 1 << 16: 1 << 12}.get(full, quick)
+        return {400: 200, 200: 40, 2000: 200, 1 << 13: 1 << 12}.get(full, quick)
 
 
 def scene():
@@ -32,20 +34,19 @@ def scene():
 
 def toy(run):
     system = plant(run)
-    asked = (0, 1.0, 0.05, None, {}, BoundSettings())
-    case = Case("toy", lambda: system, scene, ((2,),), (), (1, 1), *asked)
+    task = Task("toy", "toy", lambda: system, scene, ())
     claim = declared_claim(zero_tube(([0.0, 1.0], [0.0, 1.0]), 4, 2, 3), "the model is exact")
     model = trajectory_model(straight_network(4), claim, system.domain, system.time)
-    return case, system, model
+    return task, system, model
 
 
 def test_where_the_model_is_exact_all_that_succeeds_is_certified():
-    case, system, model = toy(exact)
+    task, system, model = toy(exact)
     bench = Small(quick=True)
-    truth = measured.truly_safe(case, system, model, bench)
-    found = measured.certified(case, model, model.claim, bench)
+    truth = measured.truly_safe(task, system, model, bench)
+    found = measured.certified(scene(), model, model.claim, bench)
     assert 0.1 < truth.value < 0.9
-    assert truth.bounds[0] <= found.bounds[1] and found.bounds[0] <= truth.bounds[1]
+    assert truth.low <= found.high and found.low <= truth.high
 
 
 def test_disturbances_that_often_miss_the_goal_leave_less_that_succeeds():
@@ -55,10 +56,50 @@ def test_disturbances_that_often_miss_the_goal_leave_less_that_succeeds():
     assert rough < 0.5 * calm
 
 
+def test_a_plan_is_dropped_early_only_if_it_fails(monkeypatch):
+    early = measured.truly_safe(*toy(disturbed), Small(quick=True))
+    monkeypatch.setattr(measured, "FIRST", 1000)
+    assert early == measured.truly_safe(*toy(disturbed), Small(quick=True))
+
+
 def test_a_tube_wider_than_the_goal_certifies_nothing():
-    case, _, model = toy(exact)
+    _, _, model = toy(exact)
     wide = zero_tube(([0.0, 1.0], [0.0, 1.0]), 4, 2, 3).with_halves(
         np.ones((1, 4, 2)), np.ones((1, 3))
     )
-    found = measured.certified(case, model, declared_claim(wide, "a guess"), Small(quick=True))
-    assert found.count == 0 and found.bounds[0] == 0 < found.bounds[1] < 0.01
+    found = measured.certified(scene(), model, declared_claim(wide, "a guess"), Small(quick=True))
+    assert found.value == found.low == 0 < found.high < 0.01
+
+
+def test_every_setting_of_a_system_has_the_same_eps_delta_and_number_of_runs():
+    for task in tasks(quick=False):
+        asked = {(s.study.eps, s.study.delta, s.runs, s.study.claims) for s in task.settings}
+        assert len(asked) == 1 and all(s.study.search == 0 for s in task.settings)
+        assert len({s.key for s in task.settings}) == len(task.settings)
+
+
+def test_settings_share_their_runs_and_get_claims_of_their_own(monkeypatch, tmp_path):
+    one = Study(
+        hidden=(2,),
+        others=(),
+        bins=(2, 1),
+        rollouts=60,
+        profile_runs=60,
+        fresh=150,
+        eps=0.2,
+        delta=0.2,
+        claims=("one", "bins"),
+        seeds=1,
+        steps=30,
+    )
+    two = replace(one, rollouts=120, profile_runs=0, shape="fitted", blocks=(1, 1))
+    settings = (Setting("a", "boxes", one), Setting("b", "fitted", two))
+    task = replace(toy(disturbed)[0], settings=settings)
+    monkeypatch.setattr(measured, "tasks", lambda quick: (task,))
+    result = measured.run(Bench(quick=True))
+    keys = [m.key for m in result.metrics]
+    rows = [f"yield.toy.{kind}.{s}" for s in "ab" for kind in ("one", "bins")]
+    assert keys == ["yield.toy.truth", *rows]
+    assert [row[3] for row in result.tables[0].rows] == ["270"] * 4
+    measured.figure(result.data, tmp_path / "yield.png")
+    assert (tmp_path / "yield.png").stat().st_size > 1000
