@@ -111,7 +111,7 @@ def main(options: Options) -> None:
     apart = options.apart or APART
     scene = problem(rectangle.BODY, apart)
     save_problem(options.out / "scene.toml", scene, model.labels, model.points)
-    settings = Settings(method=closing_in(apart))
+    settings = Settings(method=closing_in(apart), polytopes=True)
     answer = Planner(model).solve(scene, key, settings)
     answer.save(options.out / "answer.json")
     print(answer.statement())

@@ -18,6 +18,7 @@ from parc_jax.network.parc import fit_affine
 from parc_jax.network.relu import ReLUNetwork
 from parc_jax.network.train import train_report, training_arrays
 from parc_jax.rollout.batch import RolloutBatch
+from parc_jax.system import points_of
 from sims.f110.scenario import GOAL_SIZE
 from sims.f110.study import STUDY
 from sims.f110.system import F110
@@ -82,7 +83,13 @@ def models(car: F110, runs: RolloutBatch, start: StartTrial, key: jax.Array) -> 
         ),
     ]
     return [
-        Model(c, f, trajectory_model(n, claim, car.domain, car.time, car.name, labels_of(car)))
+        Model(
+            c,
+            f,
+            trajectory_model(
+                n, claim, car.domain, car.time, car.name, labels_of(car), points_of(car)
+            ),
+        )
         for c, f, n, claim in claims
     ]
 
