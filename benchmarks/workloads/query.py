@@ -1,14 +1,19 @@
 """One query to a model in memory, over many seeds: first safe sample, first safe polytope, 99 % of
-the safe set by corridors and by polytopes.
+the safe set by corridors and by polytopes; and the first safe plan of a problem that is laid out.
 
 Every query starts from nothing but the model: the scene is laid out anew, and that is part of all
 three times. Warm: one query has run before; the first query's compile time is reported apart. 99 %
 means that a fresh draw proves, with confidence 99 %, that at most 1 % of the model's safe set is
 left out. The last query is proved in exact arithmetic.
+
+Prepared: the problem is laid out once, and every call asks for one safe plan with another key, as a
+loop that replans does; `new_scene` lays the problem out anew each time, `proved` also proves the
+plan. These three are CPU seconds, all calls taking turns.
 """
 
 import time
 
+import jax
 import numpy as np
 
 from benchmarks.bench import Bench
@@ -16,6 +21,7 @@ from benchmarks.metrics import exact, metric, times
 from benchmarks.result import Result
 from benchmarks.timing import timed
 from parc_jax.planner import Planner
+from parc_jax.problem import ReachAvoid
 from parc_jax.settings import Settings
 from parc_jax.verdict.scene import scene_of
 
@@ -45,6 +51,7 @@ def run(bench: Bench) -> Result:
         bench.key(1),
         Settings(**options | {"proof": True, "n_samples": bench.size(100, 5)}),
     )
+    prepared = replanning(planner, problem, bench.size(300, 3))
     share = [answer.safe_share, len(answer.polytopes), len(answer.corridors)]
     return Result(
         [
@@ -52,6 +59,10 @@ def run(bench: Bench) -> Result:
             *times("query.first_polytope", polytope),
             *times("query.corridors_cover", corridors),
             *times("query.cover", cover),
+            *times("query.prepared", prepared["prepared"]),
+            *times("query.prepared_new_scene", prepared["new_scene"]),
+            *times("query.prepared_proved", prepared["proved"]),
+            exact("query.prepared_none_found", prepared["none_found"]),
             metric("query.compile", cold.compile_s, "s", "lower", rel_tol=1.0, abs_tol=1.0),
             metric("query.cold", cold.cold_s, "s", "lower", rel_tol=1.0, abs_tol=1.0),
             exact("query.none_found", none_found),
@@ -63,3 +74,26 @@ def run(bench: Bench) -> Result:
             exact("query.refused_by_checker", proved.refused),
         ]
     )
+
+
+def replanning(planner: Planner, problem: ReachAvoid, n: int) -> dict:
+    """CPU seconds (n,) of a plan each: from what is laid out, from a new scene, proved as well."""
+    prepared = planner.prepare(problem)
+    one = Settings(n_samples=1, budget_s=0.0)
+    keys = [jax.random.PRNGKey(seed) for seed in range(n)]
+    found = []
+    ways = {
+        "prepared": lambda key: found.append(len(prepared.first(key).plans)),
+        "new_scene": lambda key: planner.prepare(problem).first(key),
+        "proved": lambda key: prepared.solve(key, one),
+    }
+    spent = {name: [] for name in ways}
+    for call in ways.values():
+        call(keys[0])
+    found.clear()
+    for key in keys:
+        for name, call in ways.items():
+            begin = time.process_time()
+            call(key)
+            spent[name].append(time.process_time() - begin)
+    return spent | {"none_found": n - sum(found)}

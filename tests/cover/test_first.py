@@ -103,6 +103,10 @@ def test_plans_are_uniform_over_the_safe_set_and_their_counts_those_of_draws():
         expected = drawn * share / whole.drawn
         assert abs(part - expected) < 5 * np.sqrt(expected)
     assert ones[0].volume == pytest.approx(whole.volume)
+    until_one = [first_draw(model, scene, key, 1) for key in KEYS]
+    drawn = sum(d.drawn for d in until_one)  # nothing after the plan that was asked for
+    expected = drawn * len(whole.safe.k) / whole.drawn
+    assert abs(len(KEYS) - expected) < 5 * np.sqrt(expected)
 
 
 def test_one_obstacle_more_compiles_nothing_and_nothing_moves_but_the_key():
