@@ -10,7 +10,7 @@ import numpy as np
 from parc_jax.answer import Answer
 from parc_jax.certificate.prove import prove
 from parc_jax.certificate.write import sample_part
-from parc_jax.cover.first import MOST, first_safe
+from parc_jax.cover.first import MOST, in_one_array
 from parc_jax.cover.placed import placed
 from parc_jax.cover.sampling import Points, generator
 from parc_jax.cover.search import Cover
@@ -67,12 +67,9 @@ class Prepared:
         """
         if not 1 <= n <= MOST:
             raise InputError(f"first: expected 1 to {MOST} plans; got {n}. `solve` gives more.")
-        first = first_safe(placed(self.model, self.scene), stream(key, Stage.SEARCH), n)
-        p0, k, clearance, found, drawn = jax.device_get(
-            (first.p0, first.k, first.seen.clearance, first.found, first.drawn)
-        )
-        plans = np.concatenate([p0, k], axis=1)[: int(found)]
-        return FirstPlans(plans, clearance[: int(found)], int(drawn))
+        asked = placed(self.model, self.scene)
+        rows, drawn = in_one_array(asked, stream(key, Stage.SEARCH), n)
+        return FirstPlans(rows[:, :-1], rows[:, -1], drawn)
 
     def solve(self, key: jax.Array, settings: Settings | None = None) -> Answer:
         """The answer that `Planner.solve` gives. Raises InputError."""

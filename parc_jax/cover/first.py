@@ -38,7 +38,7 @@ class First(NamedTuple):
 
     p0 (n, n_p), k (n, n_k), seen: their verdicts. drawn, reaching: plans looked at, up to the last
     one found where there are enough, and how many of them reach the goal. judged: how many were
-    judged.
+    judged. told: as of `in_one_array`, with `found` and `drawn` in one row more.
     """
 
     p0: jax.Array
@@ -48,6 +48,7 @@ class First(NamedTuple):
     drawn: jax.Array
     reaching: jax.Array
     judged: jax.Array
+    told: jax.Array | None = None
 
 
 class Drawn(NamedTuple):
@@ -84,6 +85,15 @@ def first_draw(model: TrajectoryModel, scene: Scene, key, n: int) -> Draw:
     return Draw(drawn, reaching, safe, float(whole))
 
 
+def in_one_array(asked: Placed, key, n: int) -> tuple[np.ndarray, int]:
+    """The same plans with their clearances, rows (found, n_p + n_k + 1), and how many were drawn,
+    fetched at once.
+    """
+    told = jax.device_get(first_safe(asked, key, n).told)
+    found, drawn = told[-1, :2].astype(int)
+    return told[:found], int(drawn)
+
+
 @lru_cache
 def _number(n: int, device) -> jax.Array:
     return jax.device_put(np.int32(n), device)
@@ -112,7 +122,12 @@ def _first_safe(asked: Placed, key, n, slots: int, in_turn: bool) -> First:
     p0, k = (jnp.zeros((slots, *x.shape[1:]), x.dtype) for x in (drawn.p0, drawn.k))
     zero = jnp.zeros((), jnp.int32)
     nothing = First(p0, k, seen, zero, zero, zero, zero)
-    return jax.lax.while_loop(unfinished, round_of, (zero, nothing))[1]
+    first = jax.lax.while_loop(unfinished, round_of, (zero, nothing))[1]
+    told = jnp.concatenate([first.p0, first.k, first.seen.clearance[:, None]], axis=1)
+    counts = jnp.zeros((1, told.shape[1]), told.dtype)
+    counts = counts.at[0, 0].set(first.found.astype(told.dtype))
+    counts = counts.at[0, 1].set(first.drawn.astype(told.dtype))
+    return first._replace(told=jnp.concatenate([told, counts]))
 
 
 def draw_round(asked: Placed, key, size: int) -> Drawn:
