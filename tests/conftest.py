@@ -35,7 +35,7 @@ def pytest_configure(config):
 
 def keep_compiled():
     """Compiled programs of all test processes, of this run and later ones, in one ignored folder,
-    or in the one that JAX_COMPILATION_CACHE_DIR names: two thirds of a first run go into compiling.
+    or in the one that JAX_COMPILATION_CACHE_DIR names: most of a first run may go into compiling.
     Programs are found again by their content. The environment hands the folder on to processes that
     tests start, and to the shell's commands.
     """
