@@ -70,6 +70,18 @@ def test_verdicts_are_those_of_the_whole_scene(kind, seed):
     assert whole_scene(whole, model) is whole
 
 
+def test_a_clearance_tells_no_more_than_what_was_left_out_allows():
+    """Nothing is left in the scene, and what was left out is at a distance all the same."""
+    model = line_model(4, 0.0)
+    problem = reach_avoid(GOAL, [box([4.0, 4.0], [5.0, 5.0])], 0.1)
+    near, whole = near_scene(problem, model), scene_of(problem, model)
+    assert len(near.apart.kept) == 0 and 1 < float(near.beyond) < 5
+    p0, k = plans_of(model, whole, np.random.default_rng(0))
+    mine, theirs = verdicts(model, near, p0, k), verdicts(model, whole, p0, k)
+    assert (mine.clearance == float(near.beyond)).all()
+    assert (mine.clearance <= theirs.clearance + SLACKS)[theirs.reaches].all()
+
+
 @pytest.mark.parametrize(("kind", "seed"), CASES)
 def test_all_plans_that_reach_stay_within_their_reach(kind, seed):
     model, problem, rng = crowded(kind, seed)
