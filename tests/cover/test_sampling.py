@@ -8,7 +8,7 @@ import pytest
 from scipy.stats import kstest
 from toy_models import line_model, toy_case
 
-from parc_jax.cover.sampling import cell_of, draw, generator, groups
+from parc_jax.cover.sampling import EXPLORING, FIRST_DRAW, Sampler, cell_of, draw, generator, groups
 from parc_jax.problem import reach_avoid
 from parc_jax.sets.box import box
 from parc_jax.verdict.pointwise import verdicts
@@ -37,6 +37,18 @@ def test_counts_are_of_what_reaches_and_what_is_safe(rng):
     e = verdicts(model, scene, seen.safe.p0, seen.safe.k)
     assert e.safe.all()
     np.testing.assert_array_equal(e.path, seen.safe.path)
+
+
+def test_a_draw_is_as_large_as_what_is_asked_of_it_needs(rng):
+    model, problem = toy_case(4)
+    with Sampler(model, scene_of(problem, model), rng) as sampler:
+        sampler.take()
+        assert sampler.tally.drawn == FIRST_DRAW  # nothing is known of how many are safe
+        sizes = []
+        for enough in (EXPLORING, 2 * EXPLORING):
+            sampler.start(enough)
+            sizes.append(len(sampler.take().k))
+        assert 0.5 < sizes[0] / EXPLORING < 2 and 1.2 < sizes[1] / sizes[0] < 3
 
 
 def test_cells_are_equal_exactly_when_pattern_and_bin_are(rng):
