@@ -8,7 +8,7 @@ left out. The last query is proved in exact arithmetic.
 
 Prepared: the problem is laid out once, and every call asks for one safe plan with another key, as a
 loop that replans does; `new_scene` lays the problem out anew each time, `proved` also proves the
-plan. These three are CPU seconds, all calls taking turns.
+plan. These three are CPU seconds, one way after the other, as a loop makes its calls.
 """
 
 import time
@@ -91,8 +91,8 @@ def replanning(planner: Planner, problem: ReachAvoid, n: int) -> dict:
     for call in ways.values():
         call(keys[0])
     found.clear()
-    for key in keys:
-        for name, call in ways.items():
+    for name, call in ways.items():
+        for key in keys:
             begin = time.process_time()
             call(key)
             spent[name].append(time.process_time() - begin)
