@@ -89,7 +89,7 @@ def _curves(bench: Bench) -> list[Curve]:
     rare = [(None, through, slit(half)) for half in sizes(0.03, 3e-3, 3e-4, 3e-5)]
     return [
         Curve("parameters", "parameters, 2 x 64 neurons, 16 bins", n_k),
-        Curve("neurons", "neurons in each of two layers", width),
+        Curve("neurons", "neurons a layer, two layers", width),
         Curve("horizon", "intervals", horizon),
         Curve("obstacles", "obstacles near the way", obstacles),
         Curve("rareness", "plans for one that is safe", rare),
@@ -136,6 +136,9 @@ def figure(data: dict, path) -> None:
                 cost = [p[kind] for p in curve["points"]]
                 ax.plot(work, cost, marker="o", markersize=3, label=name, **style.line(number))
             ax.set(xscale="log", yscale="log", title=curve["along"].split(",")[0])
+            some = [work[0], work[len(work) // 2], work[-1]]
+            ax.set_xticks(some, [f"{w:.0f}" if w < 1e4 else f"{w:.0e}" for w in some])
+            ax.set_xticks([], minor=True)
             ax.grid(True)
         sheet.axes[0].set_ylabel("processor time [s]")
         style.legend(sheet.figure, sheet.axes[0].lines, len(kinds))
