@@ -60,6 +60,8 @@ def safe_box(model: TrajectoryModel, scene: Scene, p0, k, within: Box) -> SafeBo
     """
     rng = np.random.default_rng(0)
     scene = whole_scene(scene, model)
+    if not verdicts(model, scene, p0[None], k[None]).safe.all():
+        return None
     scale = _of_safe_plans(model, scene, p0, k, within, rng)
     if scale is None:
         return None

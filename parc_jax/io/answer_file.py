@@ -83,7 +83,8 @@ def _answer(data: dict, report) -> Answer:
     )
     corridors = [corridor_of(scene, model.tube, part) for part in data.get("corridors", [])]
     tally = counts["drawn"], counts["reaching"], counts["safe"], float(meta["volume_drawn"])
-    within = Place(*map(hex_floats, meta["within"])) if "within" in meta else None
+    sides = [np.array(hex_floats(side)) for side in meta.get("within", ())]
+    within = Place(*sides) if sides else None
     cover = Cover(*tally, seen, kept, coverage, corridors, polytopes, within=within)
     no_plan = _no_plan(data["no_plan"], report.no_plan)
     doubt = withstood_of_json(meta.get("doubt"))

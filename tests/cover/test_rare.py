@@ -91,6 +91,13 @@ def test_draws_begin_around_a_plan_that_is_known(answer):
 def test_what_was_drawn_from_is_in_the_file(answer, tmp_path):
     again = pj.load_answer(answer.save(tmp_path / "answer.json"))
     assert again.statement() == answer.statement() and again.volume() == answer.volume()
+    known = answer.samples[0]
+    method = pj.Exact(around=(known[: MODEL.n_p], known[MODEL.n_p :]))
+    settings = pj.Settings(n_samples=5, target=0.2, budget_s=300, method=method)
+    corridors = pj.Planner(MODEL).solve(slit(), jax.random.PRNGKey(3), settings)
+    read = pj.load_answer(corridors.save(tmp_path / "corridors.json"))
+    drawn = read.sample(jax.random.PRNGKey(4), 6)
+    assert (drawn == corridors.sample(jax.random.PRNGKey(4), 6)).all()
 
 
 def test_no_part_of_a_thin_set_is_left_out():
