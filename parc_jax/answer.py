@@ -187,12 +187,13 @@ class Answer:
         return cut
 
     @cached_property
-    def _solids(self) -> list[Solid]:
-        """The polytopes in the round; of an answer without any, those cut now."""
-        if isinstance(self._plans, SafeUnion):
-            return [solid for solid in self._plans.solids if solid is not None]
-        if not len(self.corridors):
-            return []
+    def in_polytopes(self) -> "Answer":
+        """This answer with safe polytopes: itself where the query cut some, else with those cut
+        now. Raises InputError beyond SPREAD_OUT dimensions of (p0, k), where `with_polytopes`
+        must be asked.
+        """
+        if len(self.polytopes) or not len(self.corridors):
+            return self
         n = self.model.n_k + (self.model.n_p if self.scene.at is None else 0)
         if n > SPREAD_OUT:
             raise InputError(
@@ -200,7 +201,15 @@ class Answer:
                 f"asked for; this answer has {n}. Use `sample`, `keeps` and `best`, which need "
                 "none, or cut them with `with_polytopes`."
             )
-        return self.with_polytopes(jax.random.PRNGKey(0))._solids
+        return self.with_polytopes(jax.random.PRNGKey(0))
+
+    @cached_property
+    def _solids(self) -> list[Solid]:
+        """The polytopes in the round; of an answer without any, those cut now."""
+        plans = self.in_polytopes._plans
+        if not isinstance(plans, SafeUnion):
+            return []
+        return [solid for solid in plans.solids if solid is not None]
 
     @cached_property
     def safe_sets(self) -> list[HPolytope]:
@@ -492,4 +501,10 @@ class Answer:
         return write_atomic(path, json.dumps(self.to_json(), separators=(",", ":")).encode())
 
 
-_CACHED = ("_solids", "safe_sets", "volumes", "share_of_k")  # that depend on the polytopes
+_CACHED = (
+    "in_polytopes",
+    "_solids",
+    "safe_sets",
+    "volumes",
+    "share_of_k",
+)  # that depend on the polytopes

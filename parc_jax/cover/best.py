@@ -17,6 +17,7 @@ from parc_jax.verdict.near import whole_scene
 from parc_jax.verdict.pointwise import verdicts
 
 DRAWS = 2048  # first look over the whole set
+STARTS = 4  # of these, from which the closer search begins
 ROUNDS = 25
 PER_ROUND = 128  # of every polytope around the best point
 STEPS = 1024  # where there are no polytopes
@@ -74,11 +75,18 @@ def _best_vertex(union: SafeUnion, c: np.ndarray) -> tuple[np.ndarray, float]:
 
 
 def _search(plans: PlanSet, value, rng) -> tuple[np.ndarray, float]:
-    n_p = plans.model.n_p
     drawn = plans.sample(rng, DRAWS)
     scores = value(drawn)
-    plan = drawn[np.argmax(scores)]
-    score = float(scores.max())
+    best = np.argsort(-scores)[:STARTS]
+    found = [_climb(plans, value, drawn, drawn[i], float(scores[i]), rng) for i in best]
+    return max(found, key=lambda one: one[1])
+
+
+def _climb(
+    plans: PlanSet, value, drawn: np.ndarray, plan: np.ndarray, score: float, rng
+) -> tuple[np.ndarray, float]:
+    """From a plan and its score to the best found ever closer to it."""
+    n_p = plans.model.n_p
     scale = 1.0
     for _ in range(ROUNDS):
         scale *= SHRINK

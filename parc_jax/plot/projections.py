@@ -26,8 +26,9 @@ def projections(
     pairs: coordinates shown, None = starts, then parameters, then starts against parameters, six at
     most. names: labels with units of all coordinates of (p0, k), None = the model's. More than MANY
     polytopes are drawn as their union, with its outline. to: as in `style.sheet`, one Axes
-    per pair. Raises InputError.
+    per pair. Polytopes are cut now where the query cut none. Raises InputError.
     """
+    answer = answer.in_polytopes
     if not answer.polytopes:
         raise InputError("projections: expected an answer with safe polytopes; this one has none.")
     if pairs is None:

@@ -18,7 +18,6 @@ from benchmarks.published import Partition, kept
 from benchmarks.rectangle_gap import Narrowest
 from benchmarks.result import Skip
 from benchmarks.workloads import bras, fails_safely, gap, points
-from parc_jax.claim.pipeline import BoundSettings
 from parc_jax.lp.status import LPStatus
 from parc_jax.network.parc import fit_affine
 from parc_jax.published.bas import avoid_set
@@ -57,7 +56,6 @@ def learned(model):
         0.3,
         None,
         {},
-        BoundSettings(),
     )
     both = {PARC: Claims(straight, straight), (6, 5): Claims(model, model)}
     return CaseModels(toy, None, None, both, 0.05)
