@@ -111,6 +111,16 @@ def reach_avoid(
     return ReachAvoid(goal, obstacles, body, start, spans, doubt, points)
 
 
+def require_points(problem: ReachAvoid, points: Sequence[str]) -> None:
+    """Raises InputError where the goal was made for reference points other than these."""
+    if problem.points and problem.points != tuple(points):
+        raise InputError(
+            f"goal: expected the reference points of this model, {', '.join(points)}, in this "
+            f"order; it was made for {', '.join(problem.points)}. Make it with "
+            "goal_of_points(model.points, ...)."
+        )
+
+
 def goal_of_points(points: Sequence[str], where, q=None) -> GoalOfPoints:
     """A goal over the ends of several reference points, for `reach_avoid`. Raises InputError.
 

@@ -220,9 +220,9 @@ COVERED = (
     ),
     Fault(
         "goal_of_points_in_another_order",
-        "parc_jax/verdict/scene.py",
-        "problem.points != tuple(model.points)",
-        "len(problem.points) != len(model.points)",
+        "parc_jax/problem.py",
+        "problem.points != tuple(points)",
+        "len(problem.points) != len(points)",
         (f"{SCENES}::test_a_goal_over_named_points_is_refused_by_a_model_with_another_order",),
     ),
     Fault(

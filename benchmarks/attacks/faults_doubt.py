@@ -46,6 +46,20 @@ DOUBT = (
         (QUESTION + WITHSTAND,),
     ),
     Fault(
+        "copies_of_points_go_by_their_old_names",
+        "parc_jax/robust/copies.py",
+        "problem.replace(body=Body(parts), goal=every, points=points)",
+        "problem.replace(body=Body(parts), goal=every)",
+        (POSE + "test_a_goal_of_named_points_is_one_of_their_copies",),
+    ),
+    Fault(
+        "nothing_is_said_of_copies",
+        "parc_jax/robust/question.py",
+        "withstood(doubt, model, max(copies.counts) > 1)",
+        "withstood(doubt, model, False)",
+        (EXECUTIONS + "test_no_plan_under_copies_says_what_it_means",),
+    ),
+    Fault(
         "tolerance_on_one_side_only",
         "parc_jax/robust/executions.py",
         "lo[axis], hi[axis] = -value, value",

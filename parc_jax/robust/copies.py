@@ -7,6 +7,7 @@ turned. Whatever keeps the hull of all these points clear keeps the true run cle
 """
 
 import itertools
+from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -59,9 +60,7 @@ def copied_model(model: TrajectoryModel, executions: Executions, turn: Turn) -> 
             q=named.q if n_v == 1 else [_again(label, v) for v in range(n_v) for label in named.q],
             k=[named.k[axis] for axis in chosen],
         ),
-        points=tuple(f"{p} {c + 1}" for p in model.points for c in range(n_v * n_r))
-        if several
-        else model.points,
+        points=_copies_of(model.points, n_v * n_r) if several else model.points,
     )
 
 
@@ -86,7 +85,8 @@ def copied_problem(problem: ReachAvoid, model: TrajectoryModel, n_v: int, n_r: i
         further[:, v] = goal.A[:, n_c:]
         blocks.append(np.concatenate([ends.reshape(rows, -1), further.reshape(rows, -1)], axis=1))
     every = HPolytope(np.concatenate(blocks), np.tile(goal.b, several))
-    return problem.replace(body=Body(parts), goal=every)
+    points = _copies_of(problem.points, several)
+    return problem.replace(body=Body(parts), goal=every, points=points)
 
 
 def _tube(
@@ -154,6 +154,11 @@ def _claim(claim: ErrorClaim, wider: Tube, net: str, bin_eps, not_drawn: list[st
     if bin_eps is not None:
         about["bin_share"] = None  # of other bins than these
     return replace(claim, tube=wider, bin_eps=bin_eps, evidence=claim.evidence | about)
+
+
+def _copies_of(points: Sequence[str], several: int) -> tuple[str, ...]:
+    """Names of all copies of points, those of one point together."""
+    return tuple(f"{point} {c + 1}" for point in points for c in range(several))
 
 
 def _again(label: str, number: int) -> str:

@@ -16,7 +16,7 @@ from parc_jax.claim.claim import weaker
 from parc_jax.doubt import Doubt
 from parc_jax.errors import InputError
 from parc_jax.model import TrajectoryModel
-from parc_jax.problem import ReachAvoid
+from parc_jax.problem import ReachAvoid, require_points
 from parc_jax.robust.copies import copied_model, copied_problem
 from parc_jax.robust.executions import Executions, executions_of
 from parc_jax.robust.pose import Pose, from_here, pose_of, require_rotation
@@ -140,6 +140,7 @@ def moved(model: TrajectoryModel, doubt: Doubt) -> TrajectoryModel:
 
 
 def _check(problem: ReachAvoid, model: TrajectoryModel) -> None:
+    require_points(problem, model.points)
     if problem.goal.n != model.n_c + model.n_q:
         raise InputError(
             f"goal: expected a set over {model.n_c + model.n_q} coordinates, as the model has "

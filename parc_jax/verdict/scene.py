@@ -15,7 +15,7 @@ from parc_jax.obstacles.apart import Apart
 from parc_jax.obstacles.directions import DirectionTable, direction_table
 from parc_jax.obstacles.grown import GrownObstacles, bucket, grown_obstacles
 from parc_jax.obstacles.pairs import Pairs, pairs_of
-from parc_jax.problem import ReachAvoid
+from parc_jax.problem import ReachAvoid, require_points
 from parc_jax.sets.bounding_box import bounding_box
 from parc_jax.sets.hpolytope import HPolytope
 
@@ -97,12 +97,7 @@ def check_fits(problem: ReachAvoid, model) -> None:
             "into a plain one by `robust.question.plain`."
         )
     n_y = model.n_c + model.n_q
-    if problem.points and problem.points != tuple(model.points):
-        raise InputError(
-            f"goal: expected the reference points of this model, {', '.join(model.points)}, in "
-            f"this order; it was made for {', '.join(problem.points)}. Make it with "
-            "goal_of_points(model.points, ...)."
-        )
+    require_points(problem, model.points)
     if problem.goal.n != n_y:
         of_all = "" if model.n_points == 1 else f" of each of its {model.n_points} points"
         raise InputError(

@@ -8,11 +8,13 @@ import jax
 import numpy as np
 import pytest
 from doubted import corners_and_inside
+from toy_bodies import points_model, points_problem
 from toy_models import anchored_plans, line_model, toy_case
 
 import parc_jax as pj
 from parc_jax.doubt import Doubt
 from parc_jax.errors import InputError
+from parc_jax.network.predict import outputs
 from parc_jax.network.relu import relu_network
 from parc_jax.planner import Planner
 from parc_jax.plot.projections import default_pairs
@@ -109,6 +111,26 @@ def test_plans_withstand_every_heading_within_the_angle(rng):
         other = turned(model, 0.05 * share * (1 - 1e-12), widths=True)
         every &= verdicts(other, scene_of(problem, other), p0 + off, k).safe
     assert (every | ~safe).all() and safe.sum() > 0.6 * every.sum()
+
+
+def test_a_goal_of_named_points_is_one_of_their_copies(rng):
+    """Its names are checked against the robot's own points, before there are copies."""
+    model = replace(points_model(rng), rotation=(STAYS,))
+    problem = points_problem(rng, model, n_obstacles=0)
+    doubt = Doubt(heading=0.02, k={0: 0.01})
+    asked = [
+        plain(one.replace(doubt=doubt), model) for one in (problem, problem.replace(points=()))
+    ]
+    assert asked[0].problem.points == asked[0].model.points
+    assert len(asked[0].model.points) == model.n_points * 2 * 3
+    k = rng.uniform(-0.9, 0.9, (300, 2))
+    end = model.layout.n_steps * model.n_c - model.n_p  # of the first point
+    p0 = rng.uniform(-0.8, 0.8, (300, 2)) - outputs(model.net, k)[:, end : end + 2]
+    named, bare = (verdicts(q.model, scene_of(q.problem, q.model), p0, k).safe for q in asked)
+    assert (named == bare).all() and named.any() and not named.all()
+    other = problem.replace(points=problem.points[::-1], doubt=doubt)
+    with pytest.raises(InputError, match="goal: expected the reference points of this model, c0"):
+        plain(other, model)
 
 
 @pytest.fixture(scope="module")
