@@ -34,6 +34,11 @@ def shell(capsys, monkeypatch, tmp_path):
     [
         (("--doubt-start", -0.1), "doubt start: expected half widths >= 0; got -0.1"),
         (("--doubt-start", 0.5), "expected less doubt of start and goal than the goal is wide"),
+        (("--doubt-k", "k0=-0.1"), "doubt k of k0: expected half widths >= 0; got -0.1"),
+        (
+            ("--doubt-heading", 0.1),
+            "doubt heading: expected a planar system that declares rotation",
+        ),
         (("--doubt-k", "speed=0.1"), "expected parameters of the model (k0, k1); got 'speed'"),
         (("--doubt-k", "k0"), "--doubt-k: expected NAME=VALUE or NAME=LO:HI"),
         (("--unknown", "k0=0.1"), "doubt unknown of k0: expected a box (lo, hi)"),

@@ -113,6 +113,23 @@ def test_plans_withstand_every_heading_within_the_angle(rng):
     assert (every | ~safe).all() and safe.sum() > 0.6 * every.sum()
 
 
+def test_a_less_certain_heading_never_adds_plans(rng):
+    """On these plans; an angle of zero is no doubt at all."""
+    model, problem = toy_case(4)
+    model = replace(model, rotation=(TURNS,))
+    p0, k = anchored_plans(rng, model, 400)
+    assert plain(problem.replace(doubt=Doubt(heading=0.0)), model) == plain(problem, model)
+    before = verdicts(model, scene_of(problem, model), p0, k).safe
+    counts = [before.sum()]
+    for angle in (0.01, 0.05, 0.1):
+        asked = plain(problem.replace(doubt=Doubt(heading=angle)), model)
+        safe = verdicts(asked.model, scene_of(asked.problem, asked.model), p0, k).safe
+        assert (before | ~safe).all()
+        before = safe
+        counts.append(safe.sum())
+    assert counts[0] > counts[1] > counts[3]
+
+
 def test_a_goal_of_named_points_is_one_of_their_copies(rng):
     """Its names are checked against the robot's own points, before there are copies."""
     model = replace(points_model(rng), rotation=(STAYS,))
