@@ -17,9 +17,11 @@ from parc_jax.batch.solve import Schedule
 from parc_jax.batch.stack import stack_problems
 from parc_jax.body import Polygon
 from parc_jax.cover.sampling import draw
+from parc_jax.doubt import Doubt
 from parc_jax.errors import InputError
 from parc_jax.planner import Planner
 from parc_jax.problem import reach_avoid
+from parc_jax.robust.question import plain_problems
 from parc_jax.sets.box import box
 from parc_jax.sets.hpolytope import hpolytope
 from parc_jax.settings import Settings
@@ -180,6 +182,18 @@ def test_arrays_of_boxes_are_laid_out_like_problems(body, rng):
         for name in ("goal_A", "goal_b", "start_A", "start_b", "z_lo", "z_hi", "k_lo", "k_hi"):
             np.testing.assert_array_equal(getattr(one, name), getattr(mine, name))
         assert mine.slack >= one.slack * (1 - 1e-9)
+
+
+def test_arrays_of_boxes_take_no_doubt_but_their_problems_do():
+    model, goal = line_model(T=8, e=0.01), np.zeros((2, 3))
+    arrays = model, goal, goal + 1, np.full((1, 2), 3.0), np.full((1, 2), 4.0), 0.1
+    with pytest.raises(TypeError, match="unexpected keyword argument 'doubt'"):
+        box_scenes(*arrays, doubt=Doubt(start=0.25))
+    boxes = box_scenes(*arrays)
+    doubted = [boxes.problem(i).replace(doubt=Doubt(start=0.25)) for i in range(len(boxes))]
+    asked, wider = plain_problems(doubted, model, {})
+    assert [one.goal.b.tolist() for one in asked] == [[0.75, 0.75, 1.0, -0.25, -0.25, 0.0]] * 2
+    assert wider is not model
 
 
 def test_sizes_and_kinds_mix_and_every_form_of_a_question_gets_one_answer(rng):
