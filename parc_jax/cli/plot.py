@@ -79,7 +79,7 @@ def _jobs(answer, html: Path | None, out: Path, wanted) -> list[Job]:
     from parc_jax.errors import InputError
 
     possible = _possible(answer)
-    chosen = tuple(possible) if wanted is None else wanted
+    chosen = _at_once(answer, possible) if wanted is None else wanted
     for name in chosen:
         if name not in possible:
             raise InputError(
@@ -148,9 +148,14 @@ def _possible(answer) -> list[str]:
     return [
         *(["samples"] if len(answer.samples) else []),
         *(["regions"] if 2 <= answer.model.n_k <= 3 else []),
-        *(["projections"] if answer.polytopes and _several(answer) else []),
+        *(["projections"] if (answer.polytopes or answer.corridors) and _several(answer) else []),
         *(["timeline"] if len(answer.samples) and answer.problem.obstacles else []),
     ]
+
+
+def _at_once(answer, possible: list[str]) -> tuple[str, ...]:
+    """Those that are drawn unasked: polytopes that the answer has not would have to be cut."""
+    return tuple(name for name in possible if name != "projections" or answer.polytopes)
 
 
 def _several(answer) -> bool:

@@ -1,9 +1,11 @@
 """`plot` from the shell: films of robots that are here and of those that are not, progress, places."""
 
+import jax
 import pytest
 import toy_query
 from matplotlib.image import imread
 
+import parc_jax as pj
 from parc_jax import cli
 
 ROBOT = """
@@ -70,6 +72,17 @@ def test_every_figure_that_is_drawn_is_named_while_it_is(shell):
     assert code == 0 and said.split() == ["timeline.png", "projections.png"]
     assert "drawing timeline" in complained and "drawing projections" in complained
     assert shell("plot", "answer.json", "--figures", "timeline", "--quiet") == (0, "", "")
+
+
+def test_polytopes_that_an_answer_has_not_are_cut_only_when_their_picture_is_asked_for(shell):
+    settings = pj.Settings(n_samples=5, target=0.3, budget_s=300)
+    answer = toy_query.planner().solve(toy_query.gap(), jax.random.PRNGKey(0), settings)
+    assert len(answer.polytopes) == 0 and len(answer.corridors) > 0
+    answer.save("answer.json")
+    code, said, _ = shell("plot", "answer.json")
+    assert code == 0 and "samples.png" in said.split() and "projections.png" not in said.split()
+    code, said, _ = shell("plot", "answer.json", "--figures", "projections")
+    assert code == 0 and said.split() == ["projections.png"]
 
 
 @pytest.mark.parametrize(
