@@ -107,7 +107,7 @@ def _film(answer, out: Path, sample: int, named: str | None, quiet: bool) -> Pat
     """The system's own film, or a plain one of its run, or of the prediction where it is not
     known.
     """
-    from parc_jax.cli.systems import build, find
+    from parc_jax.cli.systems import black_box_with, find
     from parc_jax.errors import InputError
     from parc_jax.plot.film import film
 
@@ -125,7 +125,8 @@ def _film(answer, out: Path, sample: int, named: str | None, quiet: bool) -> Pat
     home = module.__name__
     if importlib.util.find_spec(f"{home}.film") if hasattr(module, "__path__") else None:
         return importlib.import_module(f"{home}.film").film_of(answer, out, sample, quiet)
-    return film(answer, out, sample, _run(build(module, "system"), answer, sample), quiet=quiet)
+    black_box = black_box_with(module, answer.model.points)
+    return film(answer, out, sample, _run(black_box, answer, sample), quiet=quiet)
 
 
 def _run(black_box, answer, sample: int):

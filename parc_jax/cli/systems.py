@@ -85,6 +85,25 @@ def black_box_of(module: ModuleType, plant: str | None, body: str | None):
     return build(module, "system", plant=plant, body=body if depends else None)
 
 
+def black_box_with(module: ModuleType, points: tuple[str, ...]):
+    """module.system() with these reference points, of whichever of its BODIES has them. Raises
+    InputError.
+    """
+    from parc_jax.system import points_of
+
+    black_box = build(module, "system")
+    for body in getattr(module, "BODIES", ()):
+        if points_of(black_box) == points:
+            break
+        black_box = black_box_of(module, None, body)
+    if points_of(black_box) != points:
+        raise InputError(
+            f"system {module.__name__}: expected the reference points {', '.join(points)}; it has "
+            f"{', '.join(points_of(black_box))}."
+        )
+    return black_box
+
+
 def build(module: ModuleType, function: str, **options):
     """Call module.system or module.problem with the options that were given. Raises InputError for
     unknown ones.

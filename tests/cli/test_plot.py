@@ -6,7 +6,10 @@ import toy_query
 from matplotlib.image import imread
 
 import parc_jax as pj
+import sims
 from parc_jax import cli
+from parc_jax.cli.systems import black_box_with
+from parc_jax.system import ONE_POINT, points_of
 
 ROBOT = """
 import jax.numpy as jnp
@@ -65,6 +68,15 @@ def test_with_a_simulator_a_true_run_is_filmed(shell, tmp_path, monkeypatch):
     code, _, complained = shell("plot", "answer.json", "--system", "none", "--video", "f.gif")
     assert code == 2 and "a module of your own; got 'none'" in complained
     assert not (tmp_path / "f.gif").exists()
+
+
+def test_the_film_of_a_body_runs_the_system_with_its_points():
+    corners = sims.asv.system(body="rectangle").points
+    assert len(corners) > 1
+    assert black_box_with(sims.asv, corners).points == corners
+    assert points_of(black_box_with(sims.asv, ONE_POINT)) == ONE_POINT
+    with pytest.raises(pj.InputError, match="expected the reference points bow, stern; it has"):
+        black_box_with(sims.asv, ("bow", "stern"))
 
 
 def test_every_figure_that_is_drawn_is_named_while_it_is(shell):

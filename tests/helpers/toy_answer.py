@@ -36,7 +36,7 @@ def toy_answer():
     ]
     solids = [box(plan - 0.02, plan + 0.02) for plan in plans]
     corners = [np.array(list(itertools.product(*zip(s.lo, s.hi, strict=True)))) for s in solids]
-    return SimpleNamespace(
+    answer = SimpleNamespace(
         model=model,
         problem=problem,
         scene=scene_of(problem, model),
@@ -48,6 +48,8 @@ def toy_answer():
         coverage=SimpleNamespace(share=0.8),
         project=lambda dims: [c[:, list(dims)] for c in corners],
     )
+    answer.in_polytopes = answer
+    return answer
 
 
 def toy_replay(answer, shift=0.01):
