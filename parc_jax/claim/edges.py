@@ -14,7 +14,7 @@ _GAIN = 0.03  # [1] a cut must shrink the tube by this share: bins cost the plan
 _FOLDS = 4  # parts of the runs that take turns
 _TIMES = 16  # groups of intervals that the search for cuts tells apart
 _RUNS_PER_BIN = 20  # on average, at least
-_TRUSTED = 200  # runs in a bin from which on it takes only half of its largest neighbour
+_TRUSTED = 200  # runs in a bin from which on it takes the least of its largest neighbour
 
 
 class _Fold(NamedTuple):
@@ -134,9 +134,9 @@ def _log_size(fold: _Fold, cuts: list[np.ndarray], n_interval: int, floor: float
     return float(np.log(max(scale, 1e-300)) + (width * volume).sum())
 
 
-def smoothed(maxima: np.ndarray, counts: np.ndarray) -> np.ndarray:
-    """Each bin at least a share of its largest neighbour: half of it for a well filled bin, all of
-    it for an empty one.
+def smoothed(maxima: np.ndarray, counts: np.ndarray, least: float = 0.5) -> np.ndarray:
+    """Each bin at least a share of its largest neighbour: `least` of it for a well filled bin, all
+    of it for an empty one.
 
     maxima: (bins of axis 1, ..., bins of axis n_k, m). counts: the same without m.
     """
@@ -150,7 +150,7 @@ def smoothed(maxima: np.ndarray, counts: np.ndarray) -> np.ndarray:
     nothing_near = around.max(axis=-1, keepdims=True) == 0
     around = np.where(nothing_near, maxima.reshape(-1, maxima.shape[-1]).max(axis=0), around)
     trust = np.minimum(1.0, counts / _TRUSTED)[..., None]
-    return np.maximum(maxima, around * (1.0 - 0.5 * trust))
+    return np.maximum(maxima, around * (1.0 - (1.0 - least) * trust))
 
 
 def _places(domain: Box, axis: int, per_axis: int) -> np.ndarray:

@@ -26,6 +26,8 @@ from parc_jax.network.relu import ReLUNetwork
 from parc_jax.rollout.batch import RolloutBatch
 from parc_jax.tolerances import TOLERANCES
 
+# [mean half width] without it the thinnest faces, which cost least, decide the one number
+_MARGIN = 0.1
 _FEW = 20.0  # [runs] of all of K that say which way the errors of a bin spread, beside its own
 
 
@@ -36,8 +38,9 @@ def fitted_profile(
     floor: float = TOLERANCES.profile_floor,
 ) -> Tube:
     """The profile of finite runs: between the least and the largest error along every direction,
-    smoothed over neighbouring bins, plus a floor [m, rad]. bins: numbers or edges per axis of K, as
-    in `edges_of`. Raises InputError, also for no runs.
+    in bins of few runs as wide as their neighbours, plus a margin (a tenth of the bin's mean half
+    width along every axis; at the end, of the half width there) and a floor [m, rad]. bins: numbers
+    or edges per axis of K, as in `edges_of`. Raises InputError, also for no runs.
     """
     if not runs:
         raise InputError("profile: expected at least one finite training run; got none.")
@@ -158,7 +161,11 @@ def _between(
     half = np.zeros(least.shape)
     centre[seen] = short(0.5 * (least[seen] + most[seen]), CENTRE_BITS)
     half[seen] = np.maximum(most[seen] - centre[seen], centre[seen] - least[seen])
-    half = smoothed(half.reshape(*counts.shape, -1), counts).reshape(half.shape)
+    # neighbours have directions of their own, so a bin that has runs enough goes by these alone
+    half = smoothed(half.reshape(*counts.shape, -1), counts, least=0.0).reshape(half.shape)
     found = faces(directions, centre, half, frames)
     half[~seen] = found.reach(found.box[seen].max(axis=0))[~seen]
-    return found.with_half(half + found.reach(floor))
+    width = half[..., : directions.shape[-1]]
+    if not frames:  # all intervals of a bin, point by point
+        width = width.mean(axis=1, keepdims=True)
+    return found.with_half(half + found.reach(_MARGIN * width + floor))

@@ -128,6 +128,14 @@ def test_a_fitted_tube_is_thin_across_the_error(profile):
     assert (np.abs(fit @ [0.8, 0.6]) > 0.99).all()
 
 
+def test_no_pair_of_faces_is_thin_beside_the_others_of_its_bin(profile):
+    during, end = profile.templates
+    widths = during.half[..., :2].mean(axis=1, keepdims=True), end.half[..., :3]
+    for given, width in zip(profile.templates, widths, strict=True):
+        size = (width - 1e-3) * 0.1 / 1.1 + 1e-3  # the margin is a tenth of it, and in it
+        assert (given.half >= given.reach(size) * (1 - 1e-9)).all()
+
+
 def test_every_kind_of_claim_holds_the_runs_it_was_sized_by(profile, holdout, train):
     one = calibrate(NET, holdout, profile, 1e-2, 1e-3, train=train)
     assert inside_tube(one, NET, holdout).all() and one.tube.templates is not None
@@ -289,13 +297,15 @@ def test_every_point_of_a_body_has_faces_of_its_own():
     given = found.templates.interval
     assert given.half.shape == (1, 4, 2, 4) and found.templates.final.half.shape == (1, 2 * 5)
     stride, at = runs.time.stride, runs.p.reshape(runs.n, -1, 2, 2)  # the network says 0
+    half = np.empty(given.half.shape[1:])
     for t in range(4):
         for i in range(2):
             seen = at[:, t * stride : (t + 1) * stride + 1, i].reshape(-1, 2)
             along = seen @ given.directions[0, t, i].T
-            half = np.abs(along - given.centre[0, t, i]).max(axis=0)
-            floor = 1e-3 * np.abs(given.directions[0, t, i]).sum(axis=-1)
-            np.testing.assert_allclose(given.half[0, t, i], half + floor, rtol=1e-6)
+            half[t, i] = np.abs(along - given.centre[0, t, i]).max(axis=0)
+    size = 0.1 * half[..., :2].mean(axis=0) + 1e-3  # margin and floor, per point and axis
+    more = (np.abs(given.directions[0]) * size[:, None]).sum(axis=-1)
+    np.testing.assert_allclose(given.half[0], half + more, rtol=1e-6)
     assert score_batch(net, runs, found).score.max() < 1
 
 
