@@ -12,6 +12,7 @@ errors.py    the errors that a tube allows, and their support
 question.py  problem, network and tube
 plans.py     samples, corridors and polytopes
 hits.py      boxes in which every plan touches the same obstacle at the same moment
+bounds.py    what the network says at least, over a box of k
 no_plan.py   boxes in which no plan is safe, or every one
 doubt.py     boxes of plans that are safe with the same directions
 answer.py    the whole file, the report, the command line
@@ -28,9 +29,11 @@ from .doubt import check_doubt
 from .exact import NotAnAnswer, Rejected, integers, number, rejecting
 from .no_plan import check_no_plan
 from .plans import Context
+from .question import MAX_PARAMETERS
 
 __all__ = [
     "FORMATS",
+    "MAX_PARAMETERS",
     "PARTS",
     "Context",
     "NotAnAnswer",

@@ -2,12 +2,15 @@
 
 A proof is a binary tree of boxes over (z, k), z = p_T = p0 + c_T(k). A leaf is checked at its
 vertices: each corner of the box of z with each vertex of a cell of the network inside the box of k.
-The cells are derived here.
+The cells are derived here. Where they are too many, a leaf is checked by bounds of the network over
+the box of k instead.
 """
 
 import itertools
 import math
+from functools import partial
 
+from .bounds import OverBox
 from .exact import (
     FRACTION,
     array,
@@ -137,38 +140,93 @@ def missed_goal(context, entries, bins):
     return combine(rows, multipliers, context.n_end)
 
 
-def check_leaf(context, name, what, lo, hi, vertices):
-    """Proves that all (z, k) of a box are safe, or miss the goal, or start outside the start set,
-    or hit an obstacle.
+class Leaves:
+    """Proves leaves of one tree. The checker's network is known over the last box of k, in both
+    ways.
+    """
 
-    p0 and y are affine on each cell times the box of z, and each condition is affine in them: one
-    that holds at all vertices holds everywhere. Several contacts may share a hit, since the
-    obstacle grown by body and tube is convex. Unsafe leaves use errors that every bin allows which
-    they overlap, since whatever fails for these fails in the bin of each plan. [T30, T35]
+    def __init__(self, context):
+        self.context = context
+        self.vertices = CellVertices(context)
+        self.over_box = OverBox(context)
+
+    def check(self, name, what, bounded, lo, hi):
+        """Proves that all (z, k) of a box are safe, or miss the goal, or start outside the start
+        set, or hit an obstacle; by bounds of the network, or at the vertices of its cells.
+
+        p0 and y are affine on each cell times the box of z, and each condition is affine in them:
+        one that holds at all vertices holds everywhere. Several contacts may share a hit, since the
+        obstacle grown by body and tube is convex. Unsafe leaves use errors that every bin allows
+        which they overlap, since whatever fails for these fails in the bin of each plan. [T30, T35]
+        By bounds the same contact holds for all k, at a corner of the box of z. [T36]
+        """
+        context = self.context
+        n = context.n_p
+        groups = asked_of(context, name, what, context.bins_meeting(lo[n:], hi[n:], closed=False))
+        if bounded:
+            self.over_box.enter(lo[n:], hi[n:])
+            groups = [[self._whatever_k(option) for option in options] for options in groups]
+            serves = some_always_holds
+        elif name == "goal" and not any(groups[0][0][0].v[n:]):
+            # it is about z alone: any k, and so any y, will do
+            points = [([0] * context.n_outputs, 1)]
+            serves = partial(holds_at, context, points)
+        else:
+            points = self.vertices.of(lo[n:], hi[n:])
+            serves = partial(holds_at, context, points)
+        for corner in itertools.product(*zip(lo[:n], hi[:n], strict=True)):
+            served = any(serves(options, corner) for options in groups)
+            need(served, f"a {name} leaf fails at one of its vertices")
+
+    def _whatever_k(self, option):
+        """Conditions on z that make those of an option hold for every k in the box; p0 = z - c_T.
+
+        Each is (w, x, scale, strict) for w . z + x / scale >= 0, or > 0 if strict.
+        """
+        found = []
+        for asked in option:
+            row = [0] * self.context.n_outputs
+            places = range(self.context.n_outputs)[asked.outputs]
+            for place, x in zip(places, asked.v, strict=True):
+                row[place] = x
+            for axis, x in enumerate(asked.w, self.context.end.start):
+                row[axis] -= x
+            least, scale = self.over_box.least(row)
+            found.append((asked.w, least + asked.c * scale, scale, asked.strict))
+        return found
+
+
+def some_always_holds(options, z):
+    """Whether the conditions on z of one of the options hold at a corner z."""
+    z, z_scale = integers(z)
+    for option in options:
+        held = True
+        for w, x, scale, strict in option:
+            value = dot(w, z) * scale + x * z_scale
+            held = held and (value > 0 if strict else value >= 0)
+        if held:
+            return True
+    return False
+
+
+def asked_of(context, name, what, bins):
+    """Groups of options of conditions on (p0, y), each of which makes a leaf of this name true. One
+    group has to serve a corner of the box of z: one of its options at each vertex of k.
     """
     n = context.n_p
-    bins = context.bins_meeting(lo[n:], hi[n:], closed=False)
     if name == "safe":
         interval, final = context.errors(bins, max)
-        groups = [[list(context.conditions(what, interval, final))]]
-    elif name == "goal":  # a combination of goal rows that (z, q) violates
+        return [[list(context.conditions(what, interval, final))]]
+    if name == "goal":  # a combination of goal rows that (z, q) violates
         w, h = missed_goal(context, what, bins)
-        groups = [[[condition("", True, context.along_p0(w), w, context.end, -h)]]]
-    elif name == "start":  # a combination of start rows that p0 violates
+        return [[[condition("", True, context.along_p0(w), w, context.end, -h)]]]
+    if name == "start":  # a combination of start rows that p0 violates
         w, h = combine(context.start, what, n)
-        groups = [[[condition("", True, w, [], slice(0), -h)]]]
-    else:
-        groups = hit(context, what, bins)
-    if name == "goal" and not any(w[n:]):  # it is about z alone: any k, and so any y, will do
-        points = [([0] * context.n_outputs, 1)]
-    else:
-        points = vertices.of(lo[n:], hi[n:])
-    for corner in itertools.product(*zip(lo[:n], hi[:n], strict=True)):
-        served = any(holds_at(context, options, corner, points) for options in groups)
-        need(served, f"a {name} leaf fails at one of its vertices")
+        return [[[condition("", True, w, [], slice(0), -h)]]]
+    return hit(context, what, bins)
 
 
-def holds_at(context, options, z, points):
+def holds_at(context, points, options, z):
     """Whether at every vertex of k, as (y, scale), all conditions of one of the options hold for
     the plan that ends in z.
     """
@@ -220,8 +278,8 @@ def check_no_plan(context, plan):
     """Proves that no (p0, k) is safe, or brackets the volume of those that are: a dict of kind and
     exact volumes.
 
-    (p0, k) -> (z, k) is a bijection that keeps volume [T15, T30, T35]; the leaves tile the box of z
-    times the domain, by the way the tree is built.
+    (p0, k) -> (z, k) is a bijection that keeps volume [T15, T30, T35, T36]; the leaves tile the box
+    of z times the domain, by the way the tree is built.
     """
     fields(plan, ("kind", "z", "faces", "tree"))
     z_lo, z_hi = box(plan["z"], context.n_p)
@@ -235,13 +293,17 @@ def check_no_plan(context, plan):
     else:
         need(plan["kind"] == "bracket", "the kind is neither proved nor bracket")
         allowed = [*UNSAFE, "safe", "open"]
-    vertices = CellVertices(context)
+    leaves = Leaves(context)
     volumes = dict.fromkeys((*UNSAFE, "safe", "open"), 0)
     nodes = iter(plan["tree"])
     stack = [(lo, hi)]
     while stack:
         lo, hi = stack.pop()
         ((name, what),) = next(nodes).items()
+        bounded = name == "bounded"
+        if bounded:
+            ((name, what),) = what.items()
+            need(name in UNSAFE, "a bounded leaf is none of those that fail")
         if name == "split":
             axis, at = what
             whole(axis, 0, len(lo) - 1)
@@ -254,7 +316,7 @@ def check_no_plan(context, plan):
         else:
             need(name in allowed, f"a leaf {name!r} has no place here")
             if name != "open":
-                check_leaf(context, name, what, lo, hi, vertices)
+                leaves.check(name, what, bounded, lo, hi)
             volumes[name] += math.prod(b - a for a, b in zip(lo, hi, strict=True))
             integers([volumes[name]])  # bounds its length
     need(next(nodes, None) is None, "the tree has nodes left over")

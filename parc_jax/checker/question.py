@@ -31,6 +31,7 @@ from .exact import (
 
 MAX_LAYERS = 64
 MAX_REFERENCE_POINTS = 64
+MAX_PARAMETERS = 8
 
 # The hull of some reference points, and every point of it grown by a ball of a radius, or by the
 # hull of vertices, which are else None.
@@ -77,7 +78,7 @@ class Question:
         self.n_p = whole(problem["n_p"], 1, 8)
         self.n_points = whole(problem.get("points", 1), 1, MAX_REFERENCE_POINTS)
         self.n_q = whole(problem["n_q"], 0, 64)
-        self.n_k = whole(problem["n_k"], 1, 8)
+        self.n_k = whole(problem["n_k"], 1, MAX_PARAMETERS)
         self.T = whole(problem["steps"], 1, 100_000)
         self.n_c = self.n_points * self.n_p  # coordinates of all points
         self.n_end = self.n_c + self.n_q

@@ -3,8 +3,9 @@ being proved.
 
 A box of k is given by all vertices of the network's cells in it. Between those, with each corner of
 the box of z, everything is affine, so a condition that holds at them with a margin holds on the
-whole box. [T30] All numbers are float64 and decide only which leaf to write down; the checker
-derives the vertices again, exactly.
+whole box. [T30] Where the cells are too many, the network is known by bounds over the box. [T36]
+All numbers are float64 and decide only which leaf to write down; the checker derives vertices and
+bounds again, exactly.
 """
 
 from typing import NamedTuple
@@ -19,8 +20,10 @@ from parc_jax.volume_bounds.contact_margins import (
     Tried,
     contact_depth,
     contacts_to_try,
+    corners_of,
     moments,
 )
+from parc_jax.volume_bounds.ranges import ranges_of_rows
 
 
 class Boxes(NamedTuple):
@@ -67,6 +70,23 @@ class Examined(NamedTuple):
     gap: jax.Array
 
 
+class Known(NamedTuple):
+    """What is known of the outputs in n boxes of k.
+
+    places: (m, T + 1, n_c) of all points less z, at m vertices of cells, or at corners of boxes
+        around them. owner: (m,) number of the box; n for padding.
+    goal: pair of (n, g) least and most of the goal's rows but for z. start: pair of (n, s) of the
+        start's.
+    blame: (n, n_k) the share of each side in how loose this is; 0 at vertices, which are exact.
+    """
+
+    places: jax.Array
+    owner: jax.Array
+    goal: tuple[jax.Array, jax.Array]
+    start: tuple[jax.Array, jax.Array]
+    blame: jax.Array
+
+
 class Middle(NamedTuple):
     """The plan in the middle of each box, and what moving k from side to side changes.
 
@@ -95,33 +115,114 @@ def examine(net, scene, k, owner, boxes: Boxes) -> Examined:
     n, T, n_c = boxes.least.shape
     n_p = scene.z_lo.shape[0]
     layout = Layout(T, n_p, n_c // n_p)
-    back, q = jax.vmap(lambda x: offsets_from_end(net, layout, x))(k)
+    places, q = jax.vmap(lambda x: offsets_from_end(net, layout, x))(k)
+    rest = jnp.concatenate([places[:, -1, n_p:], q], axis=1)
+    known = Known(
+        places=places,
+        owner=owner,
+        goal=_extremes(_times(rest, scene.goal_A[:, n_p:]), owner, n),
+        start=_extremes(_times(places[:, 0, :n_p], scene.start_A), owner, n),
+        blame=jnp.zeros((n, k.shape[1])),
+    )
+    return _examined(net, scene, layout, known, boxes)
+
+
+examine_jit = jax.jit(examine)
+
+
+def examine_by_bounds(net, scene, boxes: Boxes) -> Examined:
+    """The same with bounds of the network over each box of k. [T36] Kernel over the whole batch.
+
+    `at` has 2^n_p rows for each box, one box after another: corners that hold all its places.
+    """
+    n, T, n_c = boxes.least.shape
+    n_p = scene.z_lo.shape[0]
+    layout = Layout(T, n_p, n_c // n_p)
+    W, b = _outputs_less_end(net, layout)
+    n_places = (T + 1) * n_c
+    rest = slice(n_places - n_c + n_p, None)  # the ends of the other points, and q
+    goal_rest = scene.goal_A[:, n_p:]
+    rows = jnp.concatenate(
+        [W[:n_places], _product(goal_rest, W[rest]), _product(scene.start_A, W[:n_p])]
+    )
+    constants = jnp.concatenate(
+        [b[:n_places], _product(goal_rest, b[rest]), _product(scene.start_A, b[:n_p])]
+    )
+    layers = list(zip(net.weights[:-1], net.biases[:-1], strict=True))
+    of_box = jax.vmap(lambda lo, hi: ranges_of_rows(layers, rows, constants, lo, hi))
+    least, most = of_box(boxes.lo[:, n_p:], boxes.hi[:, n_p:])
+    ends = np.cumsum([n_places, len(goal_rest)])
+    low_places, low_goal, low_start = jnp.split(least, ends, axis=1)
+    high_places, high_goal, high_start = jnp.split(most, ends, axis=1)
+    # all points and moments at the same corner of their boxes: a mixture of them is in the hull too
+    places = corners_of(
+        low_places.reshape(n, T + 1, -1, n_p), high_places.reshape(n, T + 1, -1, n_p)
+    )
+    places = jnp.moveaxis(places, 3, 1).reshape(-1, T + 1, n_c)
+    # lines part from the network as the square of how far the inputs of neurons go
+    far = (boxes.hi - boxes.lo)[:, n_p:] * jnp.sqrt(dot(net.weights[0].T, net.weights[0].T))[None]
+    known = Known(
+        places=places,
+        owner=jnp.repeat(jnp.arange(n), 2**n_p),
+        goal=(low_goal, high_goal),
+        start=(low_start, high_start),
+        blame=far**2 / jnp.maximum(dot(far, far), jnp.finfo(far.dtype).tiny)[:, None],
+    )
+    return _examined(net, scene, layout, known, boxes)
+
+
+examine_by_bounds_jit = jax.jit(examine_by_bounds)
+
+
+def _outputs_less_end(net, layout: Layout):
+    """Rows (r, n) of the last layer and constants (r,) for all places less z, knot by knot, and q,
+    as in `offsets_from_end`.
+    """
+    n_p = layout.n_p
+    W = jnp.concatenate([jnp.zeros((n_p, net.weights[-1].shape[1])), net.weights[-1]])
+    b = jnp.concatenate([jnp.zeros(n_p), net.biases[-1]])
+    first_end = layout.n_steps * layout.n_c
+    end = slice(first_end, first_end + n_p)
+    points = (layout.n_steps + 1) * layout.n_points
+    n_places = points * n_p
+    W = W.at[:n_places].add(-jnp.concatenate([W[end]] * points))
+    b = b.at[:n_places].add(-jnp.concatenate([b[end]] * points))
+    return W, b
+
+
+def _product(A, B):
+    return jnp.matmul(A, B, precision=HIGHEST)
+
+
+def _examined(net, scene, layout: Layout, known: Known, boxes: Boxes) -> Examined:
+    n = len(boxes.lo)
+    n_p = layout.n_p
     z_lo = boxes.lo[:, :n_p]
     z_hi = boxes.hi[:, :n_p]
     # all points move with z
+    n_c = layout.n_c
     goal_z = by_point(scene.goal_A[:, :n_c], layout.n_points).sum(axis=1)
     goal_rest = scene.goal_A[:, n_p:]
 
     low, high = _range_of_rows(goal_z, z_lo, z_hi)
-    rest = jnp.concatenate([back[:, -1, n_p:], q], axis=1)
-    least_rest, most_rest = _extremes(_times(rest, goal_rest), owner, n)
+    least_rest, most_rest = known.goal
     goal_size = jnp.abs(scene.goal_A)
     goal = low + least_rest - (scene.goal_b[None] - _times(boxes.final_least, goal_size))
     fits = scene.goal_b[None] - _times(boxes.final_most, goal_size) - high - most_rest
     fits = fits.min(axis=1)
 
     low, high = _range_of_rows(scene.start_A, z_lo, z_hi)
-    least_p0, most_p0 = _extremes(_times(back[:, 0, :n_p], scene.start_A), owner, n)
+    least_p0, most_p0 = known.start
     start = low + least_p0 - scene.start_b[None]
     fits = jnp.minimum(fits, (scene.start_b[None] - high - most_p0).min(axis=1))
 
     middle = _middle(net, layout, boxes)
-    least_back, most_back = _extremes(back, owner, n)
+    least_places, most_places = _extremes(known.places, known.owner, n)
     half_z = jnp.concatenate([(z_hi - z_lo) / 2] * layout.n_points, axis=1)
-    half_size = (most_back - least_back) / 2 + half_z[:, None]
+    half_size = (most_places - least_places) / 2 + half_z[:, None]
     tried = contacts_to_try(scene, middle.path, half_size, boxes.least, z_hi - z_lo)
-    at, depth = contact_depth(scene, tried, back, owner, z_lo, z_hi, boxes.least)
-    _, worst = _extremes(depth, owner, n)
+    at, depth = contact_depth(scene, tried, known.places, known.owner, z_lo, z_hi, boxes.least)
+    _, worst = _extremes(depth, known.owner, n)
 
     rows = jnp.concatenate([goal_z, scene.start_A])
     slopes = jnp.concatenate([jnp.broadcast_to(rows[None], (n, *rows.shape)), -tried.way], axis=1)
@@ -133,12 +234,13 @@ def examine(net, scene, k, owner, boxes: Boxes) -> Examined:
         tried,
         middle.moved,
     )
-    effects = effects.at[:, :, n_p:].add(_effects_of_bins(goal_size, start, tried, boxes))
+    spans = [most_rest - least_rest, most_p0 - least_p0, _spans(tried, most_places - least_places)]
+    loose = jnp.concatenate(spans, axis=1) - effects[:, :, n_p:].sum(axis=2)
+    of_bins = _effects_of_bins(goal_size, start, tried, boxes)
+    of_bounds = jnp.maximum(loose, 0)[:, :, None] * known.blame[:, None]
+    effects = effects.at[:, :, n_p:].add(of_bins + of_bounds)
     which = jnp.stack([tried.obstacle, tried.interval, tried.share], axis=2)
     return Examined(goal, start, -worst, which, tried.weights, at, effects, slopes, fits, tried.gap)
-
-
-examine_jit = jax.jit(examine)
 
 
 def _extremes(x, owner, n: int):
@@ -211,3 +313,11 @@ def _effects_of_bins(goal_size, start, tried: Tried, boxes: Boxes):
     blur = jnp.concatenate([more_goal, jnp.zeros_like(start), more_hit], axis=1)
     count = jnp.maximum(boxes.straddles.sum(axis=1), 1.0)
     return blur[:, :, None] * (boxes.straddles / count[:, None])[:, None]
+
+
+def _spans(tried: Tried, size):
+    """How far the boxes around the places, of sizes (n, T + 1, n_c), go along the ways of the
+    contacts: (n, c).
+    """
+    at = moments(size)[jnp.arange(len(size))[:, None], tried.interval, tried.share]
+    return dot(jnp.abs(tried.way), _mixed(at, tried))

@@ -124,21 +124,24 @@ class Contacts:
         # where errors are taken: none, or a corner of the box of errors
         self._signs = np.array(list(itertools.product((0.0, 1.0, -1.0), repeat=poly.n)))
 
-    def find(self, p: np.ndarray, error: np.ndarray) -> list | None:
+    def find(self, p: np.ndarray, error: np.ndarray, most: int | None = None) -> list | None:
         """Certificate entries [body, error] that serve all places p (v, n_p) of one point, or None.
-        error (n_p,) [m]: half widths.
+        error (n_p,) [m]: half widths. most: entries that there may be, None for any number.
         """
-        chosen = self._choose(p, error)
+        chosen = self._choose(p, error, most)
         if chosen is None:
             return None
         return self._spell(chosen, lambda shift: hex_text(shift))
 
-    def find_mixed(self, p: np.ndarray, weights: np.ndarray, errors: np.ndarray) -> list | None:
+    def find_mixed(
+        self, p: np.ndarray, weights: np.ndarray, errors: np.ndarray, most: int | None = None
+    ) -> list | None:
         """Certificate entries [body, errors] that serve all places p (v, n_p) of a mixture of
-        points, by weights (i,), or None. errors (i, n_p) [m]: half widths of each.
+        points, by weights (i,), or None. errors (i, n_p) [m]: half widths of each. most: as in
+        `find`.
         """
         half = weights @ errors
-        chosen = self._choose(p, half)
+        chosen = self._choose(p, half, most)
         if chosen is None:
             return None
 
@@ -149,8 +152,8 @@ class Contacts:
 
         return self._spell(chosen, of_each)
 
-    def _choose(self, p: np.ndarray, error: np.ndarray) -> list[Contact] | None:
-        """Few contacts that serve all places."""
+    def _choose(self, p: np.ndarray, error: np.ndarray, most: int | None) -> list[Contact] | None:
+        """Few contacts that serve all places, at most so many; None where there are none."""
         body = np.repeat(self.body.points, len(self._signs), axis=0)
         shift = np.tile(self._signs * error, (len(self.body.points), 1))
         depth = self._depth(p[None] + (body + shift)[:, None])  # (contacts, v)
@@ -162,6 +165,8 @@ class Contacts:
         chosen = []
         left = np.ones(len(p), bool)
         while left.any():
+            if len(chosen) == most:
+                return None
             gain = (serves & left).sum(axis=1)
             best = int(np.argmax(gain))
             if gain[best]:

@@ -95,14 +95,15 @@ def prove_no_plan(
 
     budget_s: [s] for search and check together; a finished proof is checked however long that
     takes, and compiling, once for scenes of a size, comes on top. max_leaves: boxes of the tree.
-    With more parameters than MAX_DIMENSION, or a tube whose errors are no boxes, nothing is
+    With more parameters than the checker takes, or a tube whose errors are no boxes, nothing is
     searched, and all is undecided.
     Raises InputError for a goal without bounds on the end of the first point, and for bounds where
-    nothing can be searched.
+    nothing can be searched, or no box be proved safe, which takes the cells of at most
+    MAX_DIMENSION parameters.
     """
     z_lo, z_hi, faces = goal_faces(scene.problem, model)
     root = Node(np.concatenate([z_lo, model.domain.lo]), np.concatenate([z_hi, model.domain.hi]))
-    missing = _missing(model)
+    missing = _missing(model, bounds)
     if missing is not None:
         if bounds:
             raise InputError(
@@ -136,10 +137,11 @@ def prove_no_plan(
     )
 
 
-def _missing(model: TrajectoryModel) -> str | None:
+def _missing(model: TrajectoryModel, bounds: bool) -> str | None:
     """What a search would need that a model does not have."""
-    if model.n_k > MAX_DIMENSION:
-        return f"a model with at most {MAX_DIMENSION} parameters; this model has {model.n_k}"
+    most = MAX_DIMENSION if bounds else checker.MAX_PARAMETERS
+    if model.n_k > most:
+        return f"a model with at most {most} parameters; this model has {model.n_k}"
     if not isinstance(model.tube.errors, ErrorBox):
         return "a tube of half widths; this one has faces that fit its errors"
     return None

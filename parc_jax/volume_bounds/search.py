@@ -1,9 +1,10 @@
 """Branch and bound over (z, k): every box is decided, with a reason for the checker to follow, or
-split. [T15, T16, T30]
+split. [T15, T16, T30, T36]
 """
 
 import heapq
 import itertools
+import math
 from fractions import Fraction
 from typing import NamedTuple
 
@@ -16,17 +17,18 @@ from parc_jax.certificate.write import one_point
 from parc_jax.errors import BudgetError
 from parc_jax.model import TrajectoryModel
 from parc_jax.network.predict import by_point, outputs
+from parc_jax.pwa.domain import MAX_DIMENSION
 from parc_jax.pwa.subdivide import enumerate_regions
 from parc_jax.sets.box import Box
 from parc_jax.spelling import fraction_text
 from parc_jax.tolerances import TOLERANCES
 from parc_jax.verdict.pointwise import verdicts
 from parc_jax.verdict.scene import Scene
-from parc_jax.volume_bounds.bounds import Boxes, Examined, examine_jit
+from parc_jax.volume_bounds.bounds import Boxes, Examined, examine_by_bounds_jit, examine_jit
 from parc_jax.volume_bounds.contact_margins import SHARES
 from parc_jax.volume_bounds.contacts import Contacts, short_weights
 from parc_jax.volume_bounds.safe_boxes import SafeBoxes
-from parc_jax.volume_bounds.tree import Node, Widths, choose_split, longest_k
+from parc_jax.volume_bounds.tree import Node, Widths, choose_split
 
 # examined together in one compiled call
 BOXES = 32
@@ -44,6 +46,20 @@ class Found(NamedTuple):
     safe_plan: tuple[np.ndarray, np.ndarray] | None
 
 
+class Batch(NamedTuple):
+    """Boxes that were examined in one call.
+
+    owner: (m,) number of the box that a row of `seen.at` is about. bounded: whether the network was
+    known by bounds, and not by the vertices of its cells.
+    """
+
+    nodes: list[Node]
+    boxes: Boxes
+    seen: Examined
+    owner: np.ndarray
+    bounded: bool
+
+
 class OpenBoxes:
     """The boxes that wait for a decision, the largest first; equal ones in the order they came."""
 
@@ -58,11 +74,6 @@ class OpenBoxes:
     def add(self, node: Node) -> None:
         """One more box."""
         heapq.heappush(self._heap, (-float(node.volume), next(self._order), node))
-
-    @property
-    def largest(self) -> Node:
-        """The next box."""
-        return self._heap[0][2]
 
     def take(self) -> Node:
         """The next box, which waits no longer."""
@@ -92,6 +103,7 @@ class Search:
         self.start_rows = 0 if problem.start is None else len(problem.start.b)
         self.safe_boxes = SafeBoxes(model, scene) if bounds else None
         self.spread = _spread(len(root.lo))
+        self.cost_of_bounds = _cost_of_bounds(model.net)
         # what the steps change
         self.waiting = OpenBoxes(root)
         self.leaves = 1
@@ -102,7 +114,10 @@ class Search:
         """Compile for scenes of this size, so that a budget is spent on searching."""
         middle = ((self.root.lo + self.root.hi) / 2)[None]
         z, k = middle[:, : self.model.n_p], middle[:, self.model.n_p :]
-        self._examine(*self._as_boxes([Node(self.root.lo, self.root.hi, k)]))
+        root = Node(self.root.lo, self.root.hi, k)
+        self._by_bounds([root])
+        if self.model.n_k <= MAX_DIMENSION:
+            self._at_vertices([root])
         if self.safe_boxes is None:
             verdicts(self.model, self.scene, z - ends(self.model, k), k)
         else:
@@ -121,37 +136,44 @@ class Search:
         return not self.waiting or self.leaves >= max_leaves or no_proof
 
     def _step(self) -> None:
-        """Decide one batch; boxes without a reason are split and wait."""
-        batch, children = self._take()
-        if batch:
-            children += self._decide(batch)
+        """Decide the largest boxes; those without a reason are split and wait."""
+        nodes = [self.waiting.take() for _ in range(min(BOXES, len(self.waiting)))]
+        children = self._decide(nodes)
         self.leaves += len(children) // 2
         for node in children:
             self.waiting.add(node)
 
-    def _take(self) -> tuple[list[Node], list[Node]]:
-        """A batch of the largest boxes that fits one call, and the children of boxes with too many
-        cells for any.
+    def _decide(self, nodes: list[Node]) -> list[Node]:
+        """Write down the reasons that are found; the children of the boxes without one.
+
+        A proof that no plan exists tries bounds first, which are cheap to check, and vertices where
+        they fail. Volume bounds take vertices at once where there are few: a box that may be safe
+        needs them anyway.
         """
-        batch: list[Node] = []
+        by_bounds = [n for n in nodes if not self.bounds or self._count(n) > VERTICES]
+        batches = []
+        if by_bounds:
+            batches.append(self._by_bounds(by_bounds))
+            self._write_unsafe(batches[0])
+        if not self.bounds:
+            self._try_plans([node for node in nodes if node.leaf is None])
+        few = [node for node in nodes if node.leaf is None and self._count(node) <= VERTICES]
+        for some in _fitting(few):
+            batch = self._at_vertices(some)
+            self._write_unsafe(batch)
+            if self.bounds:
+                self._write_safe(batch)
+            batches.append(batch)
         children: list[Node] = []
-        used = 0
-        while self.waiting and len(batch) < BOXES:
-            n = self._count(self.waiting.largest)
-            if n <= VERTICES and used + n > VERTICES:
-                break
-            node = self.waiting.take()
-            if n > VERTICES:
-                at = longest_k(node, self.model.tube, self.model.n_p, self.model.domain)
-                children += node.cut(*at, self.model.n_p)
-            else:
-                batch.append(node)
-                used += n
-        return batch, children
+        for batch in reversed(batches):  # what vertices say of a box is nearer to the truth
+            children += self._split(batch)
+        return children
 
     def _count(self, node: Node) -> int:
         """How many vertices the cells in a box have; more than VERTICES for too many."""
         if node.vertices is None:
+            if self.model.n_k > MAX_DIMENSION or self._cells_at_first(node) > VERTICES:
+                return VERTICES + 1
             k_box = Box(node.lo[self.model.n_p :], node.hi[self.model.n_p :])
             try:
                 regions = enumerate_regions(self.model.net, k_box, max_regions=2 * VERTICES)
@@ -160,60 +182,89 @@ class Search:
             node.vertices = regions.points
         return len(node.vertices)
 
-    def _decide(self, batch: list[Node]) -> list[Node]:
-        """Write down the reasons that were found; the children of the boxes without one."""
-        boxes, k, owner = self._as_boxes(batch)
-        seen = self._examine(boxes, k, owner)
-        for i, node in enumerate(batch):
-            node.leaf = self._unsafe(node, boxes, seen, i, np.flatnonzero(owner == i))
-        undecided = [i for i, node in enumerate(batch) if node.leaf is None]
-        if self.bounds:
-            for i in undecided:
-                batch[i].leaf = self._safe(batch[i], boxes, seen, i, k[owner == i])
-        elif undecided:
-            self._try_plans([batch[i] for i in undecided])
-        children: list[Node] = []
-        for i, node in enumerate(batch):
-            if node.leaf is None:
-                children += self._split(node, seen, i)
-            else:
-                cost = SAFE_COST if node.leaf[0] == "safe" else 1
-                self.exact_vertices += len(node.vertices) * cost
-        return children
-
-    def _split(self, node: Node, seen: Examined, i: int) -> tuple[Node, Node]:
-        margins = np.concatenate([seen.goal[i], seen.start[i], seen.hit[i]])
-        n_p = self.model.n_p
-        axis, value = choose_split(
-            node, margins, seen.effects[i], seen.slopes[i], self.model.tube, n_p
-        )
-        return node.cut(axis, value, n_p)
-
-    def _examine(self, boxes: Boxes, k: np.ndarray, owner: np.ndarray) -> Examined:
-        with x64():
-            found = examine_jit(self.model.net, self.scene.arrays, k, owner, boxes)
-            return Examined(*jax.device_get(found))
-
-    def _as_boxes(self, batch: list[Node]) -> tuple[Boxes, np.ndarray, np.ndarray]:
-        """Boxes, vertices (VERTICES, n_k) and their owners (VERTICES,), padded to one compiled
-        shape.
+    def _cells_at_first(self, node: Node) -> int:
+        """How many cells the first layer makes in a box of k if its neurons lie in general
+        position. Later layers make more, so a large number spares counting them.
         """
         n_p = self.model.n_p
-        k = np.concatenate([node.vertices for node in batch])
-        owner = np.repeat(np.arange(len(batch)), [len(node.vertices) for node in batch])
+        middle = (node.lo + node.hi)[n_p:] / 2
+        half = (node.hi - node.lo)[n_p:] / 2
+        W, b = self.model.net.weights[0], self.model.net.biases[0]
+        crossing = int((np.abs(W @ middle + b) < np.abs(W) @ half).sum())
+        return sum(math.comb(crossing, i) for i in range(self.model.n_k + 1))
+
+    def _write_unsafe(self, batch: Batch) -> None:
+        cost = self.cost_of_bounds
+        for i, node in enumerate(batch.nodes):
+            node.leaf = self._unsafe(batch, i)
+            if node.leaf is not None:
+                self.exact_vertices += cost if batch.bounded else len(node.vertices)
+
+    def _write_safe(self, batch: Batch) -> None:
+        for i, node in enumerate(batch.nodes):
+            if node.leaf is None:
+                node.leaf = self._safe(batch, i)
+                if node.leaf is not None:
+                    self.exact_vertices += SAFE_COST * len(node.vertices)
+
+    def _split(self, batch: Batch) -> list[Node]:
+        """Children of the boxes that are open and not split."""
+        children: list[Node] = []
+        seen = batch.seen
+        for i, node in enumerate(batch.nodes):
+            if node.leaf is None and node.split is None:
+                margins = np.concatenate([seen.goal[i], seen.start[i], seen.hit[i]])
+                tube, n_p = self.model.tube, self.model.n_p
+                at = choose_split(node, margins, seen.effects[i], seen.slopes[i], tube, n_p)
+                children += node.cut(*at, n_p)
+        return children
+
+    def _at_vertices(self, nodes: list[Node]) -> Batch:
+        """Boxes examined at the vertices of their cells, padded to one compiled shape."""
+        k = np.concatenate([node.vertices for node in nodes])
+        owner = np.repeat(np.arange(len(nodes)), [len(node.vertices) for node in nodes])
         missing = VERTICES - len(k)
         k = np.concatenate([k, np.repeat(k[:1], missing, axis=0)])
         owner = np.concatenate([owner, np.full(missing, BOXES)])
-        lo = [node.lo for node in batch]
-        hi = [node.hi for node in batch]
-        widths = [self.widths.of(node.lo[n_p:], node.hi[n_p:]) for node in batch]
-        rows = np.minimum(np.arange(BOXES), len(batch) - 1)
-        columns = [lo, hi, *zip(*widths, strict=True)]
-        return Boxes(*(np.array(column)[rows] for column in columns)), k, owner
+        boxes = self._as_boxes(nodes)
+        with x64():
+            seen = examine_jit(self.model.net, self.scene.arrays, k, owner, boxes)
+            return Batch(nodes, boxes, Examined(*jax.device_get(seen)), owner, bounded=False)
 
-    def _unsafe(self, node: Node, boxes: Boxes, seen: Examined, i: int, mine: np.ndarray):
-        """(reason, what) of one box, the cheapest to check first, or None. mine: its vertices."""
+    def _by_bounds(self, nodes: list[Node]) -> Batch:
+        """Boxes examined by bounds of the network."""
+        boxes = self._as_boxes(nodes)
+        owner = np.repeat(np.arange(BOXES), 2**self.model.n_p)
+        with x64():
+            seen = examine_by_bounds_jit(self.model.net, self.scene.arrays, boxes)
+            return Batch(nodes, boxes, Examined(*jax.device_get(seen)), owner, bounded=True)
+
+    def _as_boxes(self, nodes: list[Node]) -> Boxes:
+        """Boxes, padded to one compiled shape."""
+        n_p = self.model.n_p
+        lo = [node.lo for node in nodes]
+        hi = [node.hi for node in nodes]
+        widths = [self.widths.of(node.lo[n_p:], node.hi[n_p:]) for node in nodes]
+        rows = np.minimum(np.arange(BOXES), len(nodes) - 1)
+        columns = [lo, hi, *zip(*widths, strict=True)]
+        return Boxes(*(np.array(column)[rows] for column in columns))
+
+    def _unsafe(self, batch: Batch, i: int):
+        """(reason, what) of one box, the cheapest to check first, or None."""
+        found = self._reason(batch, i)
+        if found is None or not batch.bounded or (found[0] == "goal" and self._about_z(found[1])):
+            return found
+        return "bounded", dict([found])
+
+    def _about_z(self, entries: list) -> bool:
+        """Whether the rows of the goal that a leaf names are about z alone: no bound is asked."""
+        A = self.scene.problem.goal.A[:, self.model.n_p :]
+        return not A[[row for row, _ in entries]].any()
+
+    def _reason(self, batch: Batch, i: int):
+        """The reason of one box and what it names, or None."""
         margin = TOLERANCES.leaf_margin
+        seen = batch.seen
         for reason, margins in (
             ("goal", seen.goal[i, : self.goal_rows]),
             ("start", seen.start[i, : self.start_rows]),
@@ -221,44 +272,59 @@ class Search:
             if len(margins) and margins.max() > margin:
                 return reason, [[int(np.argmax(margins)), "1"]]
         for c in np.flatnonzero(seen.hit[i] > margin):
-            what = self._hit(node, boxes, seen, i, c, mine)
+            what = self._hit(batch, i, c)
             if what is not None:
                 return "hit", what
         return None
 
-    def _hit(self, node: Node, boxes: Boxes, seen: Examined, i: int, c: int, mine: np.ndarray):
+    def _hit(self, batch: Batch, i: int, c: int):
         """What a certificate says of contact c of one box, or None where it cannot be written."""
-        pair, t, share = seen.which[i, c].tolist()
-        corners = _corners(node, self.model.n_p)
+        pair, t, share = batch.seen.which[i, c].tolist()
+        at = batch.seen.at[batch.owner == i, c]
+        least = batch.boxes.least[i, t]
+        corners = _corners(batch.nodes[i], self.model.n_p)
         contacts = self.contacts[pair]
         moment = [t, str(Fraction(SHARES[share]))]
+        # by bounds one contact serves all that a corner has; else each vertex may have its own
+        most = 1 if batch.bounded else None
         if one_point(self.scene.problem, self.model.tube):
-            p = (seen.at[mine, c, 0][:, None] + corners[None]).reshape(-1, self.model.n_p)
-            entries = contacts.find(p, boxes.least[i, t])
-            return None if entries is None else [pair, *moment, entries]
+            places = corners[:, None] + at[None, :, 0]
+            if not batch.bounded:
+                places = places.reshape(1, -1, self.model.n_p)
+            entries = []
+            for served in places:
+                found = contacts.find(served, least, most)
+                if found is None:
+                    return None
+                entries += [entry for entry in found if entry not in entries]
+            return [pair, *moment, entries]
         points = list(self.parts[pair % len(self.parts)].points)
-        at = seen.at[mine, c][:, points]
-        errors = by_point(boxes.least[i, t], self.model.n_points)[points]
+        at = at[:, points]
+        errors = by_point(least, self.model.n_points)[points]
         groups = []
-        for corner, given in zip(corners, seen.weights[i, c][:, points], strict=True):
+        for corner, given in zip(corners, batch.seen.weights[i, c][:, points], strict=True):
             weights = short_weights(given)
             mixed = np.array([float(w) for w in weights])
-            entries = contacts.find_mixed(corner + mixed @ at, mixed, errors)
+            entries = contacts.find_mixed(corner + mixed @ at, mixed, errors, most)
             if entries is None:
                 return None
             groups.append([fraction_text(weights), entries])
         unique = [group for g, group in enumerate(groups) if group not in groups[:g]]
         return [*divmod(pair, len(self.parts)), *moment, unique]
 
-    def _safe(self, node: Node, boxes: Boxes, seen: Examined, i: int, k: np.ndarray):
-        """("safe", separation) of one box with cell vertices k (v, n_k), or None."""
+    def _safe(self, batch: Batch, i: int):
+        """("safe", separation) of one box, or None."""
+        seen = batch.seen
         if not (seen.fits[i] > TOLERANCES.leaf_margin and seen.gap[i] > 0):
             return None
-        runs = self.safe_boxes.separation(node, boxes, i, k)
+        node = batch.nodes[i]
+        runs = self.safe_boxes.separation(node, batch.boxes, i, node.vertices)
         return None if runs is None else ("safe", runs)
 
     def _try_plans(self, nodes: list[Node]) -> None:
         """Some plans of each open box: one that is safe is kept, since no proof gets around it."""
+        if not nodes:
+            return
         n_p = self.model.n_p
         lo = np.array([node.lo for node in nodes])
         hi = np.array([node.hi for node in nodes])
@@ -268,6 +334,30 @@ class Search:
         safe = verdicts(self.model, self.scene, p0, k).safe
         if safe.any():
             self.safe_plan = (p0[safe][0], k[safe][0])
+
+
+def _fitting(nodes: list[Node]):
+    """The nodes in parts whose cells have no more than VERTICES vertices together."""
+    some: list[Node] = []
+    used = 0
+    for node in nodes:
+        if used + len(node.vertices) > VERTICES:
+            yield some
+            some, used = [], 0
+        some.append(node)
+        used += len(node.vertices)
+    if some:
+        yield some
+
+
+def _cost_of_bounds(net) -> int:
+    """Of bounds over a box for the checker, in evaluations of the network, about: each neuron is
+    followed back from both sides.
+    """
+    sizes = np.array([W.size for W in net.weights])
+    before = np.cumsum([0, *sizes[:-1]])
+    products = 2 * (np.array([len(W) for W in net.weights[:-1]]) * before[:-1]).sum()
+    return 1 + int(products / sizes.sum())
 
 
 def _corners(node: Node, n_p: int) -> np.ndarray:

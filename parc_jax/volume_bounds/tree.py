@@ -7,7 +7,6 @@ from fractions import Fraction
 import numpy as np
 
 from parc_jax.claim.tube import Tube
-from parc_jax.sets.box import Box
 from parc_jax.spelling import hex_text
 from parc_jax.tolerances import TOLERANCES
 from parc_jax.volume_bounds.faces import kept_at_end
@@ -133,13 +132,6 @@ def _cut_where_proved(node: Node, margins, slopes, n_p: int) -> tuple[int, float
         return None
     value = node.lo[axis] + away if slopes[reason, axis] > 0 else node.hi[axis] - away
     return int(axis), float(value)
-
-
-def longest_k(node: Node, tube: Tube, n_p: int, domain: Box) -> tuple[int, float]:
-    """The side of k that is longest compared with the domain, for a box with too many cells."""
-    share = (node.hi - node.lo)[n_p:] / (domain.hi - domain.lo)
-    axis = n_p + int(np.argmax(share))
-    return axis, _middle(node, axis, tube, n_p)
 
 
 def _middle(node: Node, axis: int, tube: Tube, n_p: int) -> float:

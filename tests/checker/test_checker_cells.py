@@ -2,7 +2,6 @@
 up.
 """
 
-import itertools
 import random
 from fractions import Fraction as F
 
@@ -11,32 +10,9 @@ import known
 import numpy as np
 import pytest
 import tree_search
+from exact_cells import cells, random_layers
 
 from parc_jax import checker
-from parc_jax.checker import no_plan
-
-
-def context(weights, biases, lo, hi):
-    """The checker's context of a network without a scene."""
-    n_k, n_y = len(weights[0][0]), len(biases[-1])
-    problem = {"n_p": 1, "n_q": n_y - 1, "n_k": n_k, "steps": 1, "dt": "1"}
-    problem |= {"domain": {"lo": build.text(lo), "hi": build.text(hi)}}
-    problem |= {"goal": {"A": [], "b": []}, "start": None, "obstacles": [], "body": {"radius": "0"}}
-    tube = {"edges": build.text([[a, b] for a, b in zip(lo, hi, strict=True)])}
-    tube |= {"interval": [[["0"]]], "final": [["0"] * n_y]}
-    return checker.Context(
-        problem, {"weights": build.text(weights), "biases": build.text(biases)}, tube
-    )
-
-
-def cells(weights, biases, lo, hi):
-    """Cells as lists of (vertex, outputs) in fractions."""
-    scene = context(weights, biases, lo, hi)
-    for cell in no_plan.network_cells(scene, [F(v) for v in lo], [F(v) for v in hi]):
-        yield [
-            ([F(x, p[-1]) for x in p[:-1]], [F(v, scale) for v in y])
-            for p, (_, (y,), scale) in cell.items()
-        ]
 
 
 def area(points):
@@ -49,14 +25,6 @@ def area(points):
         sum(a[0] * b[1] - a[1] * b[0] for a, b in zip(points, points[1:] + points[:1], strict=True))
         / 2
     )
-
-
-def random_layers(rng, sizes, bits=8):
-    weights = [
-        [[build.dyadic(rng, 1, bits) for _ in range(a)] for _ in range(b)]
-        for a, b in itertools.pairwise(sizes)
-    ]
-    return weights, [[build.dyadic(rng, F(1, 2), bits) for _ in range(b)] for b in sizes[1:]]
 
 
 def duplicates(rng):

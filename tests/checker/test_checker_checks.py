@@ -23,7 +23,7 @@ from parc_jax import checker
 CASES = known.CASES | known_points.CASES
 VALID = known.VALID | known_points.VALID
 FOLDER = Path(checker.__file__).parent
-FILES = ("exact", "errors", "question", "plans", "hits", "no_plan", "doubt", "answer")
+FILES = ("exact", "errors", "question", "plans", "bounds", "hits", "no_plan", "doubt", "answer")
 SOURCES = {name: (FOLDER / f"{name}.py").read_text() for name in FILES}
 NUMBERS = itertools.count()
 
@@ -342,10 +342,14 @@ SLIPS = [
     ("no_plan", "held = all(", "held = any(", "a hit at some vertices only"),
     (
         "no_plan",
-        "any(holds_at(context, options, corner, points) for options in groups)",
-        "holds_at(context, sum(groups, []), corner, points)",
+        "any(serves(options, corner) for options in groups)",
+        "serves(sum(groups, []), corner)",
         "a mixture that changes with k",
     ),
+    ("bounds", "if x > 0:", "if x < 0:", "a false leaf by bounds"),
+    ("bounds", "constant += x * height", "pass", "bounds that do not reach"),
+    ("bounds", "min(x * a, x * b)", "max(x * a, x * b)", "a false leaf by bounds"),
+    ("bounds", "line(least, -less, scale)", "line(least, -least, scale)", "a false leaf by bounds"),
     ("hits", "(1 - alpha, alpha)", "(alpha, 1 - alpha)", "a hit at the other knot"),
     ("hits", "x + weight * y for", "x + y for", "an error of a point without weight"),
 ]

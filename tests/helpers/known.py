@@ -147,6 +147,25 @@ def bent(b):
     return build.rehash(with_plan(answer, "bracket", ["-9"], ["9"], {"safe": []}))
 
 
+def folded(b, name="start"):
+    """c_1 = y_1 - y_2, y_1 = max(x_1 - x_2, 0), y_2 = max(x_2 - 1/4, 0), with x_1 = max(k + 1/2, 0)
+    and x_2 = max(1/2 - k, 0). No plan starts at or below b if b < -10.5, where z = -9 and k = 1 do.
+
+    By bounds over all of K it takes b < -11.75: in turn x_1 <= (3 k + 3) / 4, x_2 >= 1/2 - k, y_1 <=
+    (x_1 - x_2) / 2 + 1 and y_2 >= x_2 - 1/4 give y_2 - y_1 >= -7/8 - 15 k / 8.
+    """
+    answer = line()
+    first = [["1"], ["-1"]]
+    second = [["1", "-1"], ["0", "1"]]
+    answer["network"] = {
+        "weights": [first, second, [["1", "-1"]]],
+        "biases": [["0.5", "0.5"], ["0", "-0.25"], ["0"]],
+    }
+    answer["problem"]["start"] = {"A": [["1"]], "b": [b]}
+    leaf = {"bounded": {name: [[0, "1"]]}}
+    return build.rehash(with_plan(answer, "bracket", ["-9"], ["9"], leaf))
+
+
 def at_a_knot(depth, second):
     """A point that stands still at z in [-1/1000, 1/1000] for two steps; the contact at knot 1, a
     quarter beyond, lies `depth` inside an obstacle of the first step. second: widths of that step.
@@ -181,6 +200,7 @@ def rounding(half):
 
 
 VALID = {make.__name__: make for make in (plain, corridor, line, blocked, bracket, triangle)}
+VALID |= {"folded": lambda: folded("-11.7500001")}
 VALID |= {"wide": lambda: wide("safe", "-7", "7") | {"no_plan": None}, "bent": lambda: bent("9")}
 CASES = {}
 
@@ -534,4 +554,12 @@ bad("a safe leaf inside the narrower of two bins", lambda: wide("safe"))
 bad("a goal leaf for the wider of two bins", lambda: wide("goal"))
 bad("a box of z for the wider of two bins", lambda: wide("open", "-7", "7"))
 bad("a safe leaf that fails between the corners of k", lambda: bent("8.5"))
+bad("bounds that do not reach", lambda: folded("-11.75"))
+bad("a false leaf by bounds", lambda: folded("-10.4"))
+bad(
+    "an open leaf by bounds",
+    blocked,
+    no_plan__kind="bracket",
+    no_plan__tree=[{"bounded": REST}],
+)
 bad("too many cells", blocked, limits={"MAX_POINTS": 2})

@@ -178,12 +178,20 @@ PLAN_KINDS = {
     "nodes shuffled": lambda r, p: shuffle(r, p["tree"]),
     "leaf renamed": lambda r, p: rename(r, p["tree"]),
     "kind": lambda r, p: set_item(p, "kind", "proved"),
+    "by bounds": lambda r, p: bound(r, p["tree"]),
 }
 
 
 def rename(rng, tree):
     i = rng.randrange(len(tree))
     tree[i] = {rng.choice(["goal", "start", "hit", "safe"]): next(iter(tree[i].values()))}
+
+
+def bound(rng, tree):
+    """Says of a leaf at vertices that it holds by bounds, or the other way round."""
+    i = rng.randrange(len(tree))
+    ((name, what),) = tree[i].items()
+    tree[i] = what if name == "bounded" else {"bounded": tree[i]}
 
 
 def judge_plan(answer, rng, count):

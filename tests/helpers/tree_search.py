@@ -45,18 +45,25 @@ def contacts(problem, e):
     return [build.text([p, error]) for p in points for error in errors]
 
 
-def accepted(context, name, what, lo, hi, vertices):
+def accepted(leaves, name, what, lo, hi, bounded=False):
     try:
-        no_plan.check_leaf(context, name, what, lo, hi, vertices)
+        leaves.check(name, what, bounded, lo, hi)
     except checker.Rejected:
         return False
     return True
 
 
+def unsafe_leaf(leaves, name, what, lo, hi):
+    """A leaf of this reason, by bounds where they do, or None."""
+    if accepted(leaves, name, what, lo, hi, bounded=True):
+        return {"bounded": {name: what}}
+    return {name: what} if accepted(leaves, name, what, lo, hi) else None
+
+
 def leaf(context, problem, network, tube, lo, hi):
     """A leaf that the checker accepts for this box, or None."""
     n, T = problem["n_p"], problem["steps"]
-    cells = no_plan.CellVertices(context)
+    leaves = no_plan.Leaves(context)
     middle = [(a + b) / 2 for a, b in zip(lo, hi, strict=True)]
     k = middle[n:]
     _, y = build.evaluate(network, k)
@@ -64,15 +71,12 @@ def leaf(context, problem, network, tube, lo, hi):
     knots, _ = build.path(problem, network, p0, k)
     found = build.sample(problem, network, tube, p0, k)
     if found is not None:
-        return (
-            {"safe": found["sep"]}
-            if accepted(context, "safe", found["sep"], lo, hi, cells)
-            else None
-        )
+        return {"safe": found["sep"]} if accepted(leaves, "safe", found["sep"], lo, hi) else None
     for name, rows in (("goal", problem["goal"]), ("start", problem["start"] or {"b": []})):
         for i in range(len(rows["b"])):
-            if accepted(context, name, [[i, "1"]], lo, hi, cells):
-                return {name: [[i, "1"]]}
+            made = unsafe_leaf(leaves, name, [[i, "1"]], lo, hi)
+            if made is not None:
+                return made
     bins = context.bins_meeting(lo[n:], hi[n:], closed=False)
     interval = list(zip(*(build.value(tube["interval"][b]) for b in bins), strict=True))
     for o, obstacle in enumerate(problem["obstacles"]):
@@ -86,8 +90,9 @@ def leaf(context, problem, network, tube, lo, hi):
         for t, alpha in sorted(depth, key=depth.get)[:2]:
             e = [min(widths) for widths in zip(*interval[t], strict=True)]
             what = [o, t, build.text(alpha), contacts(problem, e)]
-            if depth[t, alpha] < 1 and accepted(context, "hit", what, lo, hi, cells):
-                return {"hit": what}
+            made = unsafe_leaf(leaves, "hit", what, lo, hi) if depth[t, alpha] < 1 else None
+            if made is not None:
+                return made
     return None
 
 
@@ -138,7 +143,7 @@ def boxes(plan, lo, hi):
                 (lo, [*hi[:axis], at, *hi[axis + 1 :]]),
             ]
         else:
-            yield name, lo, hi
+            yield next(iter(what)) if name == "bounded" else name, lo, hi
 
 
 def volume(lo, hi):

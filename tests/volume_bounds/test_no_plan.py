@@ -13,6 +13,7 @@ from parc_jax import checker, methods
 from parc_jax.body import Polygon
 from parc_jax.certificate.write import network_part, problem_part, tube_part
 from parc_jax.errors import InputError
+from parc_jax.network.predict import trajectories
 from parc_jax.planner import Planner
 from parc_jax.problem import reach_avoid
 from parc_jax.sets.box import box
@@ -49,8 +50,14 @@ def check(model, problem, plan):
         return checker.check_no_plan(context, plan)
 
 
+def named(node):
+    """(reason, what) of a node, however it is proved."""
+    ((name, what),) = node.items()
+    return named(what) if name == "bounded" else (name, what)
+
+
 def reasons(plan):
-    return {name for node in plan["tree"] for name in node}
+    return {named(node)[0] for node in plan["tree"]}
 
 
 @pytest.mark.parametrize(
@@ -211,9 +218,12 @@ def _touches(obstacle, body, p, error, spelled, shift):
 def test_tampered_certificates_are_rejected():
     model, problem = line_model(e=0.05), walls(0.59)
     plan = decide(model, problem).certificate
-    hits = [i for i, node in enumerate(plan["tree"]) if "hit" in node]
+    hits = [i for i, node in enumerate(plan["tree"]) if named(node)[0] == "hit"]
     splits = [i for i, node in enumerate(plan["tree"]) if "split" in node]
     assert hits and splits
+
+    def first_hit(c):
+        return named(c["tree"][hits[0]])[1]
 
     def tampered():
         for edit in (
@@ -226,10 +236,10 @@ def test_tampered_certificates_are_rejected():
             lambda c: c["tree"].__setitem__(hits[0], {"open": None}),
             lambda c: c["tree"].__setitem__(hits[0], {"goal": [[0, "1"]]}),
             lambda c: c["tree"].__setitem__(hits[0], c["tree"][hits[-1]]),
-            lambda c: c["tree"][hits[0]]["hit"].__setitem__(0, 1 - c["tree"][hits[0]]["hit"][0]),
-            lambda c: c["tree"][hits[0]]["hit"].__setitem__(3, []),
-            lambda c: c["tree"][hits[0]]["hit"][3][0].__setitem__(1, ["0.0", "0.051"]),
-            lambda c: c["tree"][hits[0]]["hit"][3][0].__setitem__(0, ["0.0", "0.2500001"]),
+            lambda c: first_hit(c).__setitem__(0, 1 - first_hit(c)[0]),
+            lambda c: first_hit(c).__setitem__(3, []),
+            lambda c: first_hit(c)[3][0].__setitem__(1, ["0.0", "0.051"]),
+            lambda c: first_hit(c)[3][0].__setitem__(0, ["0.0", "0.2500001"]),
         ):
             changed = copy.deepcopy(plan)
             edit(changed)
@@ -297,21 +307,45 @@ def buried(n_k):
     return model, reach_avoid(box((3, -0.5, -100), (4, 0.5, 100)), [box((-50, -50), (50, 50))], 0.1)
 
 
-@pytest.mark.parametrize("n_k", [7, 9])
-def test_with_too_many_parameters_for_cells_the_answer_is_not_found(n_k, tmp_path):
-    """Cells are listed for up to six parameters, and the checker takes up to eight."""
+def test_with_too_many_parameters_for_cells_there_is_a_proof_by_bounds(tmp_path):
+    """Cells are listed for up to six parameters, and boxes proved safe at their vertices."""
     import jax
 
-    model, problem = buried(n_k)
+    model, problem = buried(8)
+    answer = Planner(model).solve(problem, jax.random.key(0), Settings(no_plan_budget_s=300))
+    assert not answer.found and answer.no_plan.kind == "proved"
+    assert {"bounded"} <= {name for node in answer.no_plan.certificate["tree"] for name in node}
+    report = checker.check_answer(checker.load(answer.save(tmp_path / "answer.json")))
+    assert report.no_plan["kind"] == "proved" and report.samples == 0
+    with pytest.raises(InputError, match="at most 6 parameters"):
+        Planner(model).bound_volume(problem)
+
+
+def test_with_too_many_parameters_for_the_checker_the_answer_is_not_found():
+    import jax
+
+    model, problem = buried(9)
     answer = Planner(model).solve(problem, jax.random.key(0), Settings())
     assert not answer.found and answer.no_plan.kind == "undecided"
     assert answer.no_plan.undecided == answer.no_plan.total and answer.no_plan.safe == 0
-    assert f"at most 6 parameters; this model has {n_k}" in answer.statement()
-    if n_k == 7:
-        report = checker.check_answer(checker.load(answer.save(tmp_path / "answer.json")))
-        assert report.no_plan is None and report.samples == 0
+    assert "at most 8 parameters; this model has 9" in answer.statement()
     with pytest.raises(InputError, match="at most 6 parameters"):
         Planner(model).bound_volume(problem)
+
+
+def test_a_wall_across_eight_parameters_is_proved(rng):
+    """Bounds are loose over all of K: the proof splits k, and only at a wall that all cross."""
+    model, _ = buried(8)
+    offsets = trajectories(model.net, model.layout, rng.uniform(-1, 1, (2000, 8)))[0][:, :, 0]
+    start = 3.0 - offsets[:, -1].max() - 1, 4.0 - offsets[:, -1].min() + 1
+    problem = reach_avoid(
+        box((3, -0.5, -100), (4, 0.5, 100)),
+        [box((start[0] - 9, -99), (start[1] + 9, 99))],
+        0.1,
+    )
+    answer = decide(model, problem, max_leaves=5000)
+    assert answer.kind == "proved"
+    assert check(model, problem, answer.certificate)["kind"] == "proved"
 
 
 def test_a_proof_beyond_the_limits_of_the_checker_is_refused_in_words():

@@ -111,7 +111,8 @@ def test_a_bar_over_a_pole_is_one_box():
     problem = ending(model, [box([4.05, -1], [4.1, 1])], hull("tail", "tip"))
     answer = decide(model, problem)
     assert answer.kind == "proved" and answer.leaves <= 4
-    hits = [node["hit"] for node in answer.certificate["tree"] if "hit" in node]
+    leaves = [node.get("bounded", node) for node in answer.certificate["tree"]]
+    hits = [leaf["hit"] for leaf in leaves if "hit" in leaf]
     assert any(len(groups) > 1 for *_, groups in hits)
     shorter = decide(bar_model(length=0.9), problem)
     assert shorter.safe_plan is not None
@@ -150,6 +151,8 @@ def leaf_of(plan, lo, hi, x):
 
     def walk(lo, hi, inside):
         ((name, what),) = next(nodes).items()
+        if name == "bounded":
+            ((name, what),) = what.items()
         if name != "split":
             return (name, what, (x - lo).min() > 1e-6 and (hi - x).min() > 1e-6) if inside else None
         axis, at = what[0], float(checker.number(what[1]))
