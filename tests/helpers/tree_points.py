@@ -71,18 +71,15 @@ def leaf(rng, context, question, corners, lo, hi, attempt):
     """A leaf that the checker accepts for this box, or None."""
     problem, _network, tube = question
     n, size = problem["n_p"], problem["points"] * problem["n_p"] + problem["n_q"]
-    cells = no_plan.CellVertices(context)
-
-    def accepted(name, what):
-        return tree_search.accepted(context, name, what, lo, hi, cells)
-
+    leaves = no_plan.Leaves(context)
     for row in range(len(problem["goal"]["b"])):
         for what in uses(tube, row, size, farthest(problem, tube, row)):
-            if accepted("goal", what):
-                return {"goal": what}
+            made = tree_search.unsafe_leaf(leaves, "goal", what, lo, hi)
+            if made is not None:
+                return made
     middle = [(a + b) / 2 for a, b in zip(lo, hi, strict=True)]
     sep = attempt(middle)
-    if accepted("safe", sep):
+    if tree_search.accepted(leaves, "safe", sep, lo, hi):
         return {"safe": sep}
     bins = context.bins_meeting(lo[n:], hi[n:], closed=False)
     for o, obstacle in enumerate(problem["obstacles"]):
@@ -92,8 +89,9 @@ def leaf(rng, context, question, corners, lo, hi, attempt):
             alpha = rng.choice([F(0), F(1, 2), F(1)])
             groups, share = hit(rng, problem, corners, bins, o, which, t, alpha)
             what = [o, which, t, share, groups]
-            if accepted("hit", what):
-                return {"hit": what}
+            made = tree_search.unsafe_leaf(leaves, "hit", what, lo, hi)
+            if made is not None:
+                return made
     return None
 
 

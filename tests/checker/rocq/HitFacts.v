@@ -79,25 +79,29 @@ Hypothesis Hg : forallb (fun g => is_mixture (length (corners b)) (blend g) &&
                                   forallb (contact_ok P bs b (step h)) (contacts g)) (groups h) = true.
 Hypothesis HZ : cone Zs (cut_off n (endR P u y)) 1.
 Hypothesis LZ : forall z, In z Zs -> length z = n.
-Hypothesis HW : cone W state 1.
+(* The points of W stand for what the last hidden layer may hold, and rows are asked in another form, which is enough. *)
+Variables (held_at : vec -> rv) (low : row -> row).
+Hypothesis HW : exists nu, weights nu (length W) /\ forall i, state i = mean nu W (fun w => held_at w i).
+Hypothesis Hlow : forall z w r, length z = n -> holdsQ (z ++ w) (low r) = true -> rowR (join n (toR z) (held_at w)) r.
 Let strict := negb (loose P bs b h).
 Hypothesis Ha : forall z, In z Zs ->
-  existsb (fun some => forallb (fun w => existsb (forallb (holdsQ (z ++ w))) some) W) (map (ways_to_touch P F h o b strict) (groups h)) = true.
+  existsb (fun some => forallb (fun w => existsb (forallb (holdsQ (z ++ w))) some) W) 
+    (map (fun g => map (map low) (ways_to_touch P F h o b strict g)) (groups h)) = true.
 Let M (g : group) := blended n (blend g) (map (fun i => moment P F (step h) i (share h)) (corners b)).
 
 Definition group_at (z : vec) : group :=
-  match find (fun g => forallb (fun w => existsb (forallb (holdsQ (z ++ w))) (ways_to_touch P F h o b strict g)) W) (groups h) with
+  match find (fun g => forallb (fun w => existsb (forallb (holdsQ (z ++ w))) (map (map low) (ways_to_touch P F h o b strict g))) W) (groups h) with
   | Some g => g
   | None => Group [] []
   end.
 Definition contact_at (v : vec * vec) : contact :=
   let g := group_at (fst v) in
-  match find (fun c => forallb (holdsQ (fst v ++ snd v)) (touching strict (rows o) (M g) (offset b (blend g) c))) (contacts g) with
+  match find (fun c => forallb (holdsQ (fst v ++ snd v)) (map low (touching strict (rows o) (M g) (offset b (blend g) c)))) (contacts g) with
   | Some c => c
   | None => Contact [] []
   end.
 Lemma group_at_ok z : In z Zs -> In (group_at z) (groups h) /\
-  forall w, In w W -> existsb (forallb (holdsQ (z ++ w))) (ways_to_touch P F h o b strict (group_at z)) = true.
+  forall w, In w W -> existsb (forallb (holdsQ (z ++ w))) (map (map low) (ways_to_touch P F h o b strict (group_at z))) = true.
 Proof.
   intro Hz. unfold group_at. destruct (find _ _) as [g|] eqn:E.
   - apply find_some in E as [E1 E2]. split; [exact E1|]. intros w Hw. eapply forallb_forall in E2; [exact E2|exact Hw].
@@ -105,11 +109,11 @@ Proof.
     pose proof (find_none _ _ E g Hin) as K. cbv beta in K. congruence.
 Qed.
 Lemma contact_at_ok v : In (fst v) Zs -> In (snd v) W -> In (contact_at v) (contacts (group_at (fst v))) /\
-  forallb (holdsQ (fst v ++ snd v)) (touching strict (rows o) (M (group_at (fst v))) (offset b (blend (group_at (fst v))) (contact_at v))) = true.
+  forallb (holdsQ (fst v ++ snd v)) (map low (touching strict (rows o) (M (group_at (fst v))) (offset b (blend (group_at (fst v))) (contact_at v)))) = true.
 Proof.
   intros Hz Hw. unfold contact_at. destruct (find _ _) as [c|] eqn:E; [apply find_some in E; exact E|]. exfalso.
   destruct (group_at_ok (fst v) Hz) as [_ H]. specialize (H (snd v) Hw). apply existsb_exists in H as (rs & Hin & HR).
-  unfold ways_to_touch in Hin. cbv zeta in Hin. apply in_map_iff in Hin as (c & <- & Hin).
+  unfold ways_to_touch in Hin. cbv zeta in Hin. rewrite map_map in Hin. apply in_map_iff in Hin as (c & <- & Hin).
   pose proof (find_none _ _ E c Hin) as K. cbv beta in K. unfold M, n in K. congruence.
 Qed.
 Let line_of (w : rv) (s : R) (i a : nat) : R := (1 - s) * knotR P w y (step h) i a + s * knotR P w y (S (step h)) i a.
@@ -148,7 +152,7 @@ Qed.
 
 Lemma hit_leaf : exists tau, in_tube P N B u k tau /\ continuous tau /\ touches P tau.
 Proof.
-  destruct (hull_mean Zs _ HZ) as (mu & HMu & HXz). destruct (hull_mean W _ HW) as (nu & HNu & HXw).
+  destruct (hull_mean Zs _ HZ) as (mu & HMu & HXz). destruct HW as (nu & HNu & HXw).
   destruct (mean_pairs mu nu Zs W HMu HNu) as (pi & HPi & Nest). set (V := list_prod Zs W) in *.
   pose proof HMu as (Lmu & Pmu & Smu). pose proof HNu as (Lnu & _ & Snu). pose proof HPi as (Lpi & Ppi & Spi).
   pose proof (some_axis _ _ SP) as SA. pose proof (some_step _ _ SP) as ST. pose proof (last_step _ _ SP o Ho) as Hlast.
@@ -210,18 +214,18 @@ Proof.
     rewrite (mean_dot mu Zs a (fun z => at_forms (M (group_at z)) (join n (toR z) state))).
     set (f := fun z => lincomb a (M (group_at z))).
     assert (Ef : mean mu Zs (fun z => dotR a (at_forms (M (group_at z)) (join n (toR z) state))) =
-                 mean pi V (fun v => affR (f (fst v)) (toR (fst v ++ snd v)))).
+                 mean pi V (fun v => affR (f (fst v)) (join n (toR (fst v)) (held_at (snd v))))).
     { rewrite Nest. apply mean_ext. intros z Hz. cbn [fst snd]. rewrite <- affR_lincomb. fold (f z).
-      rewrite <- (affR_mean nu W (f z) (fun w => toR (z ++ w)) HNu). apply affR_ext. intro j.
-      rewrite (mean_ext nu W _ (fun w => join n (toR z) (toR w) j)) by (intros w _; rewrite toR_app, (LZ z Hz); reflexivity).
+      rewrite <- (affR_mean nu W (f z) (fun w => join n (toR z) (held_at w)) HNu). apply affR_ext. intro j.
       unfold join. destruct (Nat.ltb_spec j n); [rewrite (mean_const nu W _ Lnu), Snu; ring|apply HXw]. }
     rewrite Ef, <- mean_plus. replace (Q2R c) with (mean pi V (fun _ => Q2R c)) by (rewrite (mean_const pi V _ Lpi), Spi; ring).
-    assert (Hv : forall v, In v V -> if strict then affR (f (fst v)) (toR (fst v ++ snd v)) + dotR a (toR (offset b (bl v) (contact_at v))) < Q2R c
-                 else affR (f (fst v)) (toR (fst v ++ snd v)) + dotR a (toR (offset b (bl v) (contact_at v))) <= Q2R c).
+    assert (Hv : forall v, In v V -> if strict then affR (f (fst v)) (join n (toR (fst v)) (held_at (snd v))) + dotR a (toR (offset b (bl v) (contact_at v))) < Q2R c
+                 else affR (f (fst v)) (join n (toR (fst v)) (held_at (snd v))) + dotR a (toR (offset b (bl v) (contact_at v))) <= Q2R c).
     { intros v Hv. destruct (InV v Hv) as [Hz Hw]. destruct (contact_at_ok v Hz Hw) as [_ K].
-      assert (R : holdsQ (fst v ++ snd v) (strict, aadd (aneg (f (fst v))) (aconst (qadd c (- dotQ a (offset b (bl v) (contact_at v)))))) = true).
-      { eapply forallb_forall in K; [exact K|]. unfold touching. apply in_map_iff. exists (a, c). split; [reflexivity|exact Hac]. }
-      apply holds_R in R. unfold rowR in R. cbn [fst snd] in R. rewrite affR_add, affR_neg, affR_const, R_add, Q2R_opp, dotQ_R in R.
+      assert (R : rowR (join n (toR (fst v)) (held_at (snd v)))
+                       (strict, aadd (aneg (f (fst v))) (aconst (qadd c (- dotQ a (offset b (bl v) (contact_at v))))))).
+      { apply Hlow; [apply LZ; exact Hz|]. eapply forallb_forall in K; [exact K|]. apply in_map. unfold touching. apply in_map_iff.
+        exists (a, c). split; [reflexivity|exact Hac]. } unfold rowR in R. cbn [fst snd] in R. rewrite affR_add, affR_neg, affR_const, R_add, Q2R_opp, dotQ_R in R.
       destruct strict; lra. }
     destruct strict; [apply mean_lt; auto; lra|apply mean_le; auto]. }
   assert (Mid : forall s a, mid s a = mid 0 a + s * (mid 1 a - mid 0 a)).

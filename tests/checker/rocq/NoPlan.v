@@ -10,7 +10,8 @@ Record contact := Contact { body : vec; errors : list vec }.    (* a point of th
 Record group := Group { blend : vec; contacts : list contact }. (* error for each point of the part; contacts of one mixture *)
 Record hit := Hit { whom : nat; which_part : nat; step : nat; share : Q; groups : list group }.
 Record use := Use { which_row : nat; times : Q; shrink : option vec }.  (* of a row of the goal, and with which error *)
-Inductive reason := Misses (us : list use) | Elsewhere (m : multipliers) | Hits (h : hit) | Safe (s : sepn) | Open.
+Inductive reason := Misses (us : list use) | Elsewhere (m : multipliers) | Hits (h : hit) | Safe (s : sepn) | Open
+  | Bounded (r : reason).                               (* the same, by bounds of the network over the box of k *)
 Inductive tree := Leaf (r : reason) | Split (axis : nat) (cut : Q) (lower upper : tree).
 Record proof := Proof { z_box : list (Q * Q); faces : list (list use * list use); root : tree }.
 
@@ -48,6 +49,45 @@ Fixpoint hidden (Ls : list layer) (V : list vec) : list (bool * list vec) :=
 Definition cells := list (bool * list vec).
 Definition everywhere (cs : cells) (Z : area) (test : vec -> bool) : bool :=
   forallb (fun c => fst c && forallb (fun h => forallb (fun z => test (z ++ h)) (corners_of Z)) (snd c)) cs.
+
+(* ---- The same by bounds: of what the neurons hold for all k of a box D.  What one makes of its input lies between two
+   lines; a form in what a layer holds is followed back through them, layer by layer, to k [T36] ---- *)
+Record line := Line { under : Q; over : Q; height : Q }.        (* under x <= max(x, 0) <= over x + height *)
+Definition held := list (layer * list line).                    (* hidden layers and their neurons' lines, the last first *)
+Definition round_up (q : Q) : Q := Qmake (- ((- Qnum q * 2 ^ 40) / Zpos (Qden q))) 1099511627776.      (* 2^40 *)
+Definition line_over (lo hi : Q) : line :=
+  if qle 0 lo then Line 1 1 0 else if qle hi 0 then Line 0 0 0 else
+  let size := qadd hi (- lo) in
+  let s := round_up (hi / size) in
+  let slope := if qle 0 s && qle hi (qmul s size) then s else 1 in
+  let least := qmul slope (- lo) in
+  let h := round_up least in
+  Line (if qlt (- lo) hi then 1 else 0) slope (if qle least h then h else least).
+Fixpoint pass_back (c : vec) (ls : list line) : aff :=          (* a form in the neurons' inputs *)
+  match c, ls with
+  | a :: c', l :: ls' => let (v, d) := pass_back c' ls' in
+      if qle 0 a then (qmul a (under l) :: v, d) else (qmul a (over l) :: v, qadd (qmul a (height l)) d)
+  | _, _ => ([], 0)
+  end.
+Definition layer_back (L : layer) (ls : list line) (f : aff) : aff :=
+  let (v, d) := pass_back (fst f) ls in aadd (lincomb v L) (aconst (qadd d (snd f))).
+Fixpoint least_in (D : area) (c : vec) : Q :=
+  match D, c with (lo, hi) :: D', a :: c' => qadd (qmul a (if qle 0 a then lo else hi)) (least_in D' c') | _, _ => 0 end.
+Fixpoint at_least (D : area) (past : held) (f : aff) : Q :=
+  match past with [] => qadd (least_in D (fst f)) (snd f) | (L, ls) :: past' => at_least D past' (layer_back L ls f) end.
+Definition line_of (D : area) (past : held) (f : aff) : line :=
+  line_over (at_least D past f) (- at_least D past (aneg f)).
+Fixpoint learn (D : area) (Ls : list layer) (past : held) : held :=
+  match Ls with
+  | [] => past
+  | L :: Ls' => match Ls' with [] => past | _ => learn D Ls' ((L, map (line_of D past) L) :: past) end
+  end.
+Definition lines_in (N : list layer) (D : area) : held := learn D N [].
+(* A condition on z alone that makes one on z and the last hidden layer hold for every k in D.  It is asked at no point
+   of that layer: there is one list of nothing. *)
+Definition lowered (n : nat) (D : area) (past : held) (r : row) : row :=
+  let (c, d) := snd r in (fst r, (firstn n c, at_least D past (skipn n c, d))).
+Definition no_cells : cells := [(true, [[]])].
 
 (* ---- The model as forms in z and the last hidden layer ---- *)
 Record frame := Frame { start_ : list aff; outs : list aff; knots : list (list aff); ends_ : list aff }.
@@ -148,13 +188,13 @@ Definition ways_to_touch (P : problem) (F : frame) (h : hit) (o : obstacle) (b :
   let M := blended (n_p P) (blend g) (map (fun i => moment P F (step h) i (share h)) (corners b)) in
   map (fun c => touching strict (rows o) M (offset b (blend g) c)) (contacts g).
 Definition throughout (cs : cells) (test : vec -> bool) : bool := forallb (fun c => fst c && forallb test (snd c)) cs.
-Definition check_hit (P : problem) (F : frame) (bs : list bin) (Z : area) (cs : cells) (h : hit) : bool :=
+Definition check_hit (P : problem) (F : frame) (bs : list bin) (Z : area) (cs : cells) (low : row -> row) (h : hit) : bool :=
   match nth_error (obstacles P) (whom h), nth_error (parts P) (which_part h) with
   | Some o, Some b =>
       (first o <=? step h)%nat && (step h <=? last o)%nat && qle 0 (share h) && qle (share h) 1 &&
       forallb (fun g => is_mixture (length (corners b)) (blend g) &&
                         forallb (contact_ok P bs b (step h)) (contacts g)) (groups h) &&
-      let options := map (ways_to_touch P F h o b (negb (loose P bs b h))) (groups h) in
+      let options := map (fun g => map (map low) (ways_to_touch P F h o b (negb (loose P bs b h)) g)) (groups h) in
       forallb (fun z => existsb (fun some => throughout cs (fun w => existsb (forallb (holdsQ (z ++ w))) some)) options)
               (corners_of Z)
   | _, _ => false
@@ -165,7 +205,9 @@ Definition exceeds (wh : vec * Q) (X : list aff) : row := (true, aadd (lincomb (
 Definition about_z (P : problem) (w : vec) : bool := negb (nonzero (skipn (n_p P) w)).
 Definition needs_cells (P : problem) (r : reason) : bool :=
   match r with Misses us => negb (about_z P (fst (combine_uses P [] us))) | Open => false | _ => true end.
-Definition check_leaf (P : problem) (F : frame) (all : list (bin * goal_hints)) (Z D : area) (cs : cells) (r : reason) : bool :=
+(* By vertices of cells nothing is lowered, by bounds there are no cells. *)
+Definition check_leaf (P : problem) (F : frame) (all : list (bin * goal_hints)) (Z D : area) (cs : cells) (low : row -> row)
+    (r : reason) : bool :=
   let bhs := met all D in
   let bs := map fst bhs in
   match r with
@@ -173,17 +215,19 @@ Definition check_leaf (P : problem) (F : frame) (all : list (bin * goal_hints)) 
       let wh := combine_uses P bs us in
       forallb (use_ok P bs) us &&
       (if about_z P (fst wh) then forallb (fun z => qlt (snd wh) (dotQ (firstn (n_p P) (fst wh)) z)) (corners_of Z)
-       else everywhere cs Z (fun v => holdsQ v (exceeds wh (ends_ F))))
+       else let r := low (exceeds wh (ends_ F)) in everywhere cs Z (fun v => holdsQ v r))
   | Elsewhere m =>
-      fits (start P) m && let r := exceeds (combine_rows (start P) m) (start_ F) in everywhere cs Z (fun v => holdsQ v r)
-  | Hits h => check_hit P F bs Z cs h
+      fits (start P) m && let r := low (exceeds (combine_rows (start P) m) (start_ F)) in everywhere cs Z (fun v => holdsQ v r)
+  | Hits h => check_hit P F bs Z cs low h
   | Safe s =>
       sep_ok P s && let ds := dirs_of P s in
       forallb (fun BH => let rows := conditions P ds (fst BH) (snd BH) (start_ F) (outs F) in
                          everywhere cs Z (fun v => forallb (holdsQ v) rows)) bhs
   | Open => true
+  | Bounded _ => false
   end.
-(* Neighbouring leaves often share their box of k: its cells are kept. *)
+Definition boundable (r : reason) : bool := match r with Misses _ | Elsewhere _ | Hits _ => true | _ => false end.
+(* Neighbouring leaves often share their box of k: its cells are kept, and its lines. *)
 Definition same_number (a b : Q) : bool := Z.eqb (Qnum a) (Qnum b) && Pos.eqb (Qden a) (Qden b).
 Fixpoint same_box (A B : area) : bool :=
   match A, B with
@@ -193,15 +237,23 @@ Fixpoint same_box (A B : area) : bool :=
   end.
 Definition cells_in (N : list layer) (D : area) : cells := hidden N (corners_of D).
 Fixpoint check_leaves (P : problem) (N : list layer) (F : frame) (all : list (bin * goal_hints)) (kept : area * cells)
-    (ls : list (area * reason)) : bool :=
+    (lined : area * held) (ls : list (area * reason)) : bool :=
   match ls with
   | [] => true
   | (B, r) :: ls' =>
       let Z := firstn (n_p P) B in let D := skipn (n_p P) B in
-      let now := if negb (needs_cells P r) then kept
-                 else if same_box D (fst kept) then kept else (D, cells_in N D) in
-      thick B && check_leaf P F all Z D (if needs_cells P r then snd now else []) r &&
-      check_leaves P N F all now ls'
+      match r with
+      | Bounded r' =>
+          let now := if negb (needs_cells P r') then lined
+                     else if same_box D (fst lined) then lined else (D, lines_in N D) in
+          thick B && boundable r' && check_leaf P F all Z D no_cells (lowered (n_p P) D (snd now)) r' &&
+          check_leaves P N F all kept now ls'
+      | _ =>
+          let now := if negb (needs_cells P r) then kept
+                     else if same_box D (fst kept) then kept else (D, cells_in N D) in
+          thick B && check_leaf P F all Z D (if needs_cells P r then snd now else []) (fun q => q) r &&
+          check_leaves P N F all now lined ls'
+      end
   end.
 Fixpoint check_faces (P : problem) (bs : list bin) (i : nat) (Z : area) (fs : list (list use * list use)) : bool :=
   match Z, fs with
@@ -217,10 +269,10 @@ Definition check_proof (P : problem) (N : list layer) (E : tube) (H : list goal_
   forallb centred (bins E) && Nat.eqb (length (z_box p)) (n_p P) && thick (z_box p ++ domain P) &&
   check_faces P (filter (fun B => meets (box B) (domain P)) (bins E)) 0 (z_box p) (faces p) &&
   splits_ok (z_box p ++ domain P) (root p) &&
-  check_leaves P N (frame_of P N) (hinted E H) ([], cells_in N []) (leaves_of P p).
+  check_leaves P N (frame_of P N) (hinted E H) ([], cells_in N []) ([], lines_in N []) (leaves_of P p).
 
 (* ---- What it says ---- *)
-Definition is_unsafe (r : reason) : bool := match r with Misses _ | Elsewhere _ | Hits _ => true | _ => false end.
+Definition is_unsafe (r : reason) : bool := match r with Bounded r' => boundable r' | _ => boundable r end.
 Definition is_safe (r : reason) : bool := match r with Safe _ => true | _ => false end.
 Definition check_no_plan P N E H p := forallb (fun l => is_unsafe (snd l)) (leaves_of P p) && check_proof P N E H p.
 Definition volumeQ (B : area) : Q := fold_right (fun I acc => qmul (qadd (snd I) (- fst I)) acc) 1 B.

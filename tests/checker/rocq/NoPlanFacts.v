@@ -1,7 +1,7 @@
 (* What an accepted proof of no plan, or of volumes, means [T30].  Read with Spec.v. *)
 From Coq Require Import Reals QArith Qabs Qreals List Bool Arith Lra Lia ZArith.
 Require Import Spec Arithmetic Checker ArithmeticFacts NetworkFacts BinFacts ConditionFacts Doubt DoubtFacts.
-Require Import NoPlan Trajectories HullFacts LeafFacts HitFacts TilingFacts.
+Require Import NoPlan Trajectories HullFacts BoundFacts LeafFacts HitFacts TilingFacts.
 Import ListNotations.
 Open Scope R_scope.
 
@@ -61,18 +61,48 @@ Proof.
   induction A as [|[a b] A IH]; intros [|[c d] B] H; simpl in H; try discriminate; [reflexivity|].
   rewrite !andb_true_iff in H. destruct H as [[H G] K]. rewrite (Q _ _ H), (Q _ _ G), (IH _ K). reflexivity.
 Qed.
-Lemma check_leaves_R P N F all ls : forall kept, snd kept = cells_in N (fst kept) -> check_leaves P N F all kept ls = true ->
-  forall B r, In (B, r) ls -> thick B = true /\ exists cs, (needs_cells P r = true -> cs = cells_in N (skipn (n_p P) B)) /\
-    check_leaf P F all (firstn (n_p P) B) (skipn (n_p P) B) cs r = true.
+(* What is checked of each leaf: by bounds, or at the vertices of cells. *)
+Definition checked (P : problem) (N : list layer) all (B : area) (r : reason) : Prop :=
+  let Z := firstn (n_p P) B in
+  let D := skipn (n_p P) B in
+  match r with
+  | Bounded r' => boundable r' = true /\ exists ls, (needs_cells P r' = true -> ls = lines_in N D) /\
+      check_leaf P (frame_of P N) all Z D no_cells (lowered (n_p P) D ls) r' = true
+  | _ => exists cs, (needs_cells P r = true -> cs = cells_in N D) /\
+      check_leaf P (frame_of P N) all Z D cs (fun q => q) r = true
+  end.
+Lemma check_leaves_R P N all ls : forall kept lined, snd kept = cells_in N (fst kept) -> snd lined = lines_in N (fst lined) ->
+  check_leaves P N (frame_of P N) all kept lined ls = true ->
+  forall B r, In (B, r) ls -> thick B = true /\ checked P N all B r.
 Proof.
-  induction ls as [|[B' r'] ls IH]; intros kept HK H B r Hin; [destruct Hin|]. cbn [check_leaves] in H. cbv zeta in H.
-  rewrite !andb_true_iff in H. destruct H as [[HT HL] HR].
-  set (now := if negb (needs_cells P r') then kept else _) in *.
-  assert (HN : snd now = cells_in N (fst now) /\ (needs_cells P r' = true -> fst now = skipn (n_p P) B')).
-  { unfold now. destruct (needs_cells P r'); simpl; [|split; [exact HK|discriminate]].
+  induction ls as [|[B' r'] ls IH]; intros kept lined HK HLn H B r Hin; [destruct Hin|].
+  assert (Cells : forall r0, let now := if negb (needs_cells P r0) then kept
+      else if same_box (skipn (n_p P) B') (fst kept) then kept else (skipn (n_p P) B', cells_in N (skipn (n_p P) B')) in
+      snd now = cells_in N (fst now) /\ (needs_cells P r0 = true -> fst now = skipn (n_p P) B')).
+  { intro r0. destruct (needs_cells P r0); simpl; [|split; [exact HK|discriminate]].
     destruct (same_box _ (fst kept)) eqn:E; [apply same_box_eq in E; auto|simpl; auto]. }
-  destruct Hin as [[= <- <-]|Hin]; [|apply (IH now (proj1 HN) HR B r Hin)].
-  split; [exact HT|]. eexists. split; [|exact HL]. intro NC. rewrite NC. destruct HN as [-> HN]. rewrite (HN NC). reflexivity.
+  assert (Lines : forall r0, let now := if negb (needs_cells P r0) then lined
+      else if same_box (skipn (n_p P) B') (fst lined) then lined else (skipn (n_p P) B', lines_in N (skipn (n_p P) B')) in
+      snd now = lines_in N (fst now) /\ (needs_cells P r0 = true -> fst now = skipn (n_p P) B')).
+  { intro r0. destruct (needs_cells P r0); simpl; [|split; [exact HLn|discriminate]].
+    destruct (same_box _ (fst lined)) eqn:E; [apply same_box_eq in E; auto|simpl; auto]. }
+  assert (Plain : (forall r0, r' <> Bounded r0) -> thick B = true /\ checked P N all B r).
+  { intro NB. specialize (Cells r'). cbv zeta in Cells. set (now := if negb (needs_cells P r') then kept else _) in Cells.
+    assert (G : thick B' && check_leaf P (frame_of P N) all (firstn (n_p P) B') (skipn (n_p P) B')
+                  (if needs_cells P r' then snd now else []) (fun q => q) r' &&
+                check_leaves P N (frame_of P N) all now lined ls = true).
+    { destruct r'; try exact H. exfalso. eapply NB. reflexivity. }
+    clear H. rewrite !andb_true_iff in G. destruct G as [[HT HL] HR]. destruct Cells as [C1 C2].
+    destruct Hin as [[= <- <-]|Hin]; [|apply (IH now lined C1 HLn HR B r Hin)]. split; [exact HT|].
+    assert (E : exists cs, (needs_cells P r' = true -> cs = cells_in N (skipn (n_p P) B')) /\
+        check_leaf P (frame_of P N) all (firstn (n_p P) B') (skipn (n_p P) B') cs (fun q => q) r' = true).
+    { eexists. split; [|exact HL]. intro NC. rewrite NC, C1, (C2 NC). reflexivity. }
+    destruct r'; try exact E. exfalso. eapply NB. reflexivity. }
+  destruct r' as [us|m|h|s| |r']; try (apply Plain; discriminate).
+  clear Plain. cbn [check_leaves] in H. cbv zeta in H. rewrite !andb_true_iff in H. destruct H as [[[HT HU] HL] HR].
+  specialize (Lines r'). cbv zeta in Lines. set (now := if negb (needs_cells P r') then lined else _) in *.
+  destruct Lines as [C1 C2]. destruct Hin as [[= <- <-]|Hin]; [|apply (IH kept now HK C1 HR B r Hin)].
+  split; [exact HT|]. split; [exact HU|]. exists (snd now). split; [|exact HL]. intro NC. rewrite C1, (C2 NC). reflexivity.
 Qed.
 
 (* ---- Leaves ---- *)
@@ -125,7 +155,7 @@ Lemma SP : sizes P N. Proof. apply problem_inv, HPr. Qed.
 Lemma proof_inv : (forall B, In B all -> open_bin P B) /\ length (z_box p) = n_p P /\ thick (z_box p ++ domain P) = true /\
   check_faces P (filter (fun B => meets (box B) (domain P)) all) 0 (z_box p) (faces p) = true /\
   splits_ok (z_box p ++ domain P) (root p) = true /\
-  check_leaves P N (frame_of P N) (hinted E H) ([], cells_in N []) (leaves_of P p) = true.
+  check_leaves P N (frame_of P N) (hinted E H) ([], cells_in N []) ([], lines_in N []) (leaves_of P p) = true.
 Proof.
   pose proof HP as G. unfold check_proof in G. fold all in G. rewrite !andb_true_iff in G.
   destruct G as (((((H1 & H2) & H3) & H4) & H5) & H6). apply Nat.eqb_eq in H2. split; [|auto].
@@ -157,19 +187,70 @@ Proof.
   apply inBox_app in K as [_ K]. rewrite LZ in K. eapply inBox_upto; [|exact K]. intros i _. apply join_high.
 Qed.
 
+(* Either way of asking rows, with low, at points that stand for what the last hidden layer holds, shows what it asks. *)
+Definition shows (B : area) (u k : rv) (cs : cells) (low : row -> row) : Prop :=
+  (forall r, everywhere cs (firstn (n_p P) B) (fun v => holdsQ v (low r)) = true ->
+     rowR (join (n_p P) (endR P u (netR N k)) (stateR N (cut_off (n_k P) k))) r) /\
+  forall test0, throughout cs test0 = true -> exists W held_at,
+    (exists nu, weights nu (length W) /\ forall i, stateR N (cut_off (n_k P) k) i = mean nu W (fun w => held_at w i)) /\
+    (forall z w r, length z = n_p P -> holdsQ (z ++ w) (low r) = true -> rowR (join (n_p P) (toR z) (held_at w)) r) /\
+    forall test, throughout cs test = true -> forall w, In w W -> test w = true.
+Lemma by_vertices B u k : length (firstn (n_p P) B) = n_p P -> length (skipn (n_p P) B) = n_k P ->
+  inBox (firstn (n_p P) B) (endR P u (netR N k)) -> inBox (skipn (n_p P) B) k ->
+  shows B u k (cells_in N (skipn (n_p P) B)) (fun q => q).
+Proof.
+  intros LZ LD HZ HD. split.
+  - intros r HE'. destruct (leaf_hull P N u k _ _ _ LZ LD HZ HD HE') as (V & HV & HVt). exact (hull_row V _ _ HV HVt).
+  - intros test0 H0. destruct (throughout_hull P N k _ _ LD HD H0) as (W & HW & HTh). exists W, toR.
+    split; [exact (hull_mean W _ HW)|]. split; [|exact HTh]. intros z w r Lz Hr. apply holds_R in Hr.
+    destruct r as [st f]. unfold rowR in *. cbn [fst snd] in *.
+    rewrite (affR_ext f _ (toR (z ++ w))); [exact Hr|]. intro i. rewrite toR_app, Lz. reflexivity.
+Qed.
+Lemma by_bounds B u k : length (firstn (n_p P) B) = n_p P -> length (skipn (n_p P) B) = n_k P ->
+  inBox (firstn (n_p P) B) (endR P u (netR N k)) -> inBox (skipn (n_p P) B) k ->
+  shows B u k no_cells (lowered (n_p P) (skipn (n_p P) B) (lines_in N (skipn (n_p P) B))).
+Proof.
+  intros LZ LD HZ HD. set (D := skipn (n_p P) B) in *.
+  assert (HD' : inBox D (cut_off (n_k P) k)).
+  { eapply inBox_upto; [|exact HD]. intros i Hi. unfold cut_off. destruct (Nat.ltb_spec i (n_k P)); [reflexivity|lia]. }
+  assert (HO : forall i, (length D <= i)%nat -> cut_off (n_k P) k i = 0).
+  { intros i Hi. unfold cut_off. destruct (Nat.ltb_spec i (n_k P)); [lia|reflexivity]. }
+  pose proof (lowered_R D _ HD' HO N (n_p P)) as Low.
+  split.
+  - intros r HE'. apply Low.
+    pose proof (corners_R _ _ HZ) as CZ. rewrite LZ in CZ.
+    apply (lowered_upto _ _ _ _ (cut_off (n_p P) (endR P u (netR N k)))).
+    { intros i Hi. unfold cut_off. destruct (Nat.ltb_spec i (n_p P)); [reflexivity|lia]. }
+    apply (hull_row _ _ _ CZ). intros v Hv. destruct (everywhere_R _ _ _ HE' true [[]] ltac:(simpl; auto)) as [_ HT].
+    pose proof (HT _ (in_product _ [[]] v [] Hv (or_introl eq_refl))) as G. rewrite app_nil_r in G. exact G.
+  - intros _ _. exists [[]], (fun _ => stateR N (cut_off (n_k P) k)). split; [|split].
+    + exists [1]. split; [|intro i; simpl; ring]. split; [reflexivity|]. split; [repeat constructor; lra|simpl; ring].
+    + intros z w r Lz Hr. apply Low. apply holds_R in Hr. eapply lowered_upto; [|exact Hr]. intros i Hi.
+      rewrite toR_app, Lz. apply join_low. exact Hi.
+    + intros test HT w [<-|[]]. simpl in HT. rewrite !andb_true_r in HT. exact HT.
+Qed.
 Lemma unsafe_leaf B r : In (B, r) (leaves_of P p) -> is_unsafe r = true -> forall u k, inBox B (place P N u k) -> fails P N E u k.
 Proof.
   intros Hin Hr u k HB. pose proof SP as SP'. destruct proof_inv as (HW & LZ & HT & HF & HS & HL).
-  destruct (check_leaves_R P N _ _ _ ([], cells_in N []) eq_refl HL B r Hin) as (Th & cs & NC & CL). clear HL.
+  destruct (check_leaves_R P N _ _ ([], cells_in N []) ([], lines_in N []) eq_refl eq_refl HL B r Hin) as (Th & Ch). clear HL.
   pose proof (leaf_size B r Hin) as LB. pose proof (leaf_ranges B r Hin Th) as HR.
   apply place_box in HB as [HZ HD]; [|lia].
   assert (LZ' : length (firstn (n_p P) B) = n_p P) by (rewrite firstn_length; lia).
   assert (LD' : length (skipn (n_p P) B) = n_k P) by (rewrite skipn_length; lia).
+  assert (exists r' cs low, boundable r' = true /\ (needs_cells P r' = true -> shows B u k cs low) /\
+    check_leaf P (frame_of P N) (hinted E H) (firstn (n_p P) B) (skipn (n_p P) B) cs low r' = true) as (r' & cs & low & Hr' & NC & CL).
+  { pose proof (by_vertices B u k LZ' LD' HZ HD) as V. pose proof (by_bounds B u k LZ' LD' HZ HD) as L.
+    destruct r as [us|m|h|s| |r']; try discriminate; unfold checked in Ch; cbv zeta in Ch;
+      try (destruct Ch as (cs & NC & CL); eexists; exists cs, (fun q => q); split; [|split; [|exact CL]];
+           [reflexivity|intro Y; rewrite (NC Y); exact V]).
+    destruct Ch as (Hu & ls & NC & CL). exists r', no_cells, (lowered (n_p P) (skipn (n_p P) B) ls).
+    split; [exact Hu|]. split; [|exact CL]. intro Y. rewrite (NC Y). exact L. }
+  clear Ch Hr Hin r. rename r' into r. rename Hr' into Hr.
   destruct (bin_met P E H _ k HE HR HD) as (B0 & I0 & I1 & K0). pose proof (HW B0 I1) as W0.
   set (bs := map fst (met (hinted E H) (skipn (n_p P) B))) in *.
   assert (Failed : forall tau, in_tube P N B0 u k tau -> continuous tau -> misses P tau \/ touches P tau -> fails P N E u k).
   { intros tau A1 A2 A3. right. exists B0, tau. auto. }
-  destruct r as [us|m|h|s|]; try discriminate; unfold check_leaf in CL; cbv zeta in CL; fold bs in CL.
+  destruct r as [us|m|h|s| |r]; try discriminate; unfold check_leaf in CL; cbv zeta in CL; fold bs in CL.
   - apply andb_prop in CL as [Hm CL].
     assert (Lw : (length (fst (combine_uses P bs us)) <= n_points P * n_p P + n_q P)%nat)
       by (apply uses_len; [apply (goal_rows _ _ SP')|exact Hm]).
@@ -183,33 +264,31 @@ Proof.
           intros v Hv. eapply forallb_forall in CL; [|exact Hv]. apply R_lt in CL. rewrite dotQ_R in CL. lra.
         + intros i Hi. unfold cut_off. rewrite LZ'. unfold w in Hi. rewrite firstn_length in Hi.
           destruct (Nat.ltb_spec i (n_p P)); [reflexivity|lia].
-      - assert (NC' : cs = cells_in N (skipn (n_p P) B)).
-        { apply NC. unfold needs_cells. rewrite <- (uses_directions P bs us), AZ. reflexivity. }
-        rewrite NC' in CL. destruct (leaf_hull P N u k _ _ _ LZ' LD' HZ HD CL) as (V & HV & HVt).
-        pose proof (hull_row V _ _ HV HVt) as K. apply exceeds_R in K.
+      - assert (NC' : needs_cells P (Misses us) = true) by (unfold needs_cells; rewrite <- (uses_directions P bs us), AZ; reflexivity).
+        destruct (NC NC') as [S _]. pose proof (S _ CL) as K. apply exceeds_R in K.
         rewrite (dotR_ext _ _ (endR P u (netR N k))) in K; [exact K|]. intros j Hj. apply (ends_R' P N SP'). lia. }
     destruct (uses_R P bs us _ Hm G) as (w & _ & Hw & Gw).
     destruct (goal_missed P N SP' u k B0 bs w W0 I0 Hw Gw) as (tau & T1 & T2 & T3).
     apply (Failed tau); auto.
-  - left. apply andb_prop in CL as [Hm CL]. rewrite (NC eq_refl) in CL.
-    destruct (leaf_hull P N u k _ _ _ LZ' LD' HZ HD CL) as (V & HV & HVt). pose proof (hull_row V _ _ HV HVt) as K.
-    apply exceeds_R in K. apply (combination_fails _ _ _ Hm).
+  - left. apply andb_prop in CL as [Hm CL]. destruct (NC eq_refl) as [S _].
+    pose proof (S _ CL) as K. apply exceeds_R in K. apply (combination_fails _ _ _ Hm).
     rewrite (dotR_ext _ _ u) in K; [exact K|]. intros j Hj. apply (start_R P N SP').
     pose proof (combine_len _ _ _ (start_rows _ _ SP') Hm). lia.
   - unfold check_hit in CL. destruct (nth_error (obstacles P) (whom h)) as [o|] eqn:Eo; [|discriminate].
     destruct (nth_error (parts P) (which_part h)) as [b|] eqn:Eb; [|discriminate]. rewrite !andb_true_iff in CL.
     destruct CL as (((((T1 & T2) & S1) & S2) & Hg) & CL). apply Nat.leb_le in T1, T2. apply R_le in S1, S2.
-    rewrite R0 in S1. rewrite R1 in S2. rewrite (NC eq_refl) in CL. cbv zeta in CL.
+    rewrite R0 in S1. rewrite R1 in S2. cbv zeta in CL.
     pose proof (corners_R _ _ HZ) as CZ. rewrite LZ' in CZ.
     assert (exists z0, In z0 (corners_of (firstn (n_p P) B))) as [z0 Hz0].
     { destruct (corners_of (firstn (n_p P) B)) as [|z0 Zs]; [|exists z0; simpl; auto].
       pose proof (hull_mean _ _ CZ) as (mu & (L & _ & S) & _). destruct mu; [simpl in S; lra|discriminate]. }
     pose proof CL as C0. eapply forallb_forall in C0; [|exact Hz0]. apply existsb_exists in C0 as (some0 & _ & C0).
-    destruct (throughout_hull P N k _ _ LD' HD C0) as (W & HW' & HTh). clear some0 C0.
+    destruct (NC eq_refl) as [_ S]. destruct (S _ C0) as (W & held_at & HW' & HLow & HTh). clear some0 C0.
     destruct (hit_leaf P N SP' u k B0 bs h o b (corners_of (firstn (n_p P) B)) W W0 I0 (nth_error_In _ _ Eo) (nth_error_In _ _ Eb)
-                (conj T1 T2) (conj S1 S2) Hg CZ) as (tau & A1 & A2 & A3).
+                (conj T1 T2) (conj S1 S2) Hg CZ) with (held_at := held_at) (low := low) as (tau & A1 & A2 & A3).
     + intros z Hz. rewrite (corners_len _ _ Hz). exact LZ'.
     + exact HW'.
+    + exact HLow.
     + intros z Hz. eapply forallb_forall in CL; [|exact Hz]. apply existsb_exists in CL as (some & Hin' & CL).
       apply existsb_exists. exists some. split; [exact Hin'|]. apply forallb_forall. intros w Hw. exact (HTh _ CL w Hw).
     + apply (Failed tau); auto.
@@ -218,7 +297,7 @@ Qed.
 Lemma safe_leaf B s : In (B, Safe s) (leaves_of P p) -> forall u k, inside B (place P N u k) -> safe P N E u k.
 Proof.
   intros Hin u k HI. pose proof SP as SP'. destruct proof_inv as (HW & LZ & HT & HF & HS & HL).
-  destruct (check_leaves_R P N _ _ _ ([], cells_in N []) eq_refl HL B _ Hin) as (Th & cs & NC & CL). clear HL.
+  destruct (check_leaves_R P N _ _ ([], cells_in N []) ([], lines_in N []) eq_refl eq_refl HL B _ Hin) as (Th & cs & NC & CL). clear HL.
   pose proof (leaf_size B _ Hin) as LB. pose proof (place_inside P N u k B ltac:(lia) HI) as HK.
   pose proof (inside_in _ _ HI) as HB. destruct (leaves_in _ _ _ _ HS Hin) as (_ & Sub & _).
   pose proof (Sub _ HB) as HRoot. apply place_box in HRoot as [_ HDom]; [|rewrite app_length; lia].
@@ -300,7 +379,7 @@ Proof.
   intros HC HP. split; [|split; [|split; [|split]]].
   - apply leaves_tile. apply (proof_inv P N E H p HC HP).
   - intros B u k HB HI. apply in_map_iff in HB as ([B' r] & <- & HB). apply filter_In in HB as [Hin Hr].
-    destruct r as [m|m|h|s|]; try discriminate. apply (safe_leaf P N E H p HC HP B' s Hin u k HI).
+    destruct r as [m|m|h|s| |r]; try discriminate. apply (safe_leaf P N E H p HC HP B' s Hin u k HI).
   - intros B u k HB HI. apply in_map_iff in HB as ([B' r] & <- & HB). apply filter_In in HB as [Hin Hr].
     apply (unsafe_leaf P N E H p HC HP B' r Hin Hr u k HI).
   - intros u k. apply (outside_fails P N E H p HC HP).

@@ -245,12 +245,13 @@ let uses p =
     | Arr [ i; m; x ] -> { which_row = row i; times = number m; shrink = Some (vecn ((p.n_points * p.n_p) + p.n_q) x) }
     | _ -> bad "a row of the goal is [row, m] or [row, m, error]") v)
 
-let reason format p = function
+let rec reason format p = function
   | Obj [ ("goal", m) ] -> Misses (uses p m)
   | Obj [ ("start", m) ] -> Elsewhere (multipliers_of (List.length p.start) m)
   | Obj [ ("hit", h) ] -> Hits (hit format p h)
   | Obj [ ("safe", s) ] -> Safe (sep format p s)
   | Obj [ ("open", _) ] -> Open
+  | Obj [ ("bounded", (Obj [ (("goal" | "start" | "hit"), _) ] as leaf)) ] -> Bounded (reason format p leaf)
   | _ -> bad "a node of the tree is not known"
 
 (* The flat list of nodes, the lower part before the upper one, without a recursion as deep as the tree. *)

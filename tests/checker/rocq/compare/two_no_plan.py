@@ -21,6 +21,7 @@ import answer_files as build
 import format2
 import known
 import known_points
+import mutants
 import tree_points
 import tree_search
 import two
@@ -32,10 +33,15 @@ HAND_MADE = [name for name, make in VALID.items() if make()["no_plan"] is not No
 NAMES = ("goal", "start", "hit", "safe", "open")
 
 
+def within(node):
+    """The node, or the reason of a leaf by bounds."""
+    return node.get("bounded", node)
+
+
 def nodes(rng, plan, *names):
     """A random node of the tree with one of these names, by its only key, or IndexError."""
-    found = [node for node in plan["tree"] if next(iter(node)) in (names or (*NAMES, "split"))]
-    return rng.choice(found)
+    found = [within(node) for node in plan["tree"]]
+    return rng.choice([node for node in found if next(iter(node)) in (names or (*NAMES, "split"))])
 
 
 def rename(rng, plan):
@@ -72,7 +78,7 @@ def weights(rng, plan):
 def goal_error(rng, plan):
     """Another error of a goal row: shaken, dropped, doubled."""
     entries = [*itertools.chain(*plan["faces"])]
-    entries += [node["goal"] for node in plan["tree"] if "goal" in node]
+    entries += [within(node)["goal"] for node in plan["tree"] if "goal" in within(node)]
     entry = rng.choice(rng.choice(entries))
     change = rng.choice(["shaken", "dropped", "doubled"])
     if change == "dropped":
@@ -103,6 +109,7 @@ MUTATIONS = {
     ),
     "the box of z": lambda r, p: two_mutants.shake(r, p["z"]),
     "a reason": rename,
+    "by bounds": lambda r, p: mutants.bound(r, p["tree"]),
     "a hit": odd_hit,
     "a contact": lambda r, p: two_mutants.shake(r, hit(r, p)[-1]),
     "a contact dropped": lambda r, p: two_mutants.drop(r, hit(r, p)[-1]),
