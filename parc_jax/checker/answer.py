@@ -19,7 +19,7 @@ MAX_BYTES = 1 << 26  # of a file
 MAX_VALUES = 1 << 22  # commas and opening brackets in a file: what its numbers and lists weigh
 MAX_REMARK = 1 << 20  # characters of what is not checked: meta and claim
 WORK_AT_LEAST = 4_000_000  # products of short integers, a second or two
-WORK_PER_CHARACTER = 400
+WORK_PER_CHARACTER = 1000
 
 # What was proved: how many different samples, sets, corridors and boxes of doubt; None, or kind and
 # exact volumes of no_plan. The claim is only quoted.
