@@ -77,7 +77,8 @@ class ChunkStore:
 
 def worker_devices(system) -> list:
     """One entry per worker thread: the device it runs on. XLA releases the interpreter, so threads
-    use all CPU cores.
+    use all CPU cores. However many devices a CPU is divided into, they are the same cores, and a
+    program is compiled for each device that runs it: all threads share the first.
 
     A system with its own `rollout_batch` gets one worker: its parallelism is its own.
     """
@@ -89,7 +90,7 @@ def worker_devices(system) -> list:
     cores = (
         len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else (os.cpu_count() or 1)
     )
-    return [devices[i % len(devices)] for i in range(max(cores, len(devices)))]
+    return devices[:1] * cores
 
 
 def run_chunks(

@@ -17,7 +17,7 @@ from parc_jax.keys import Stage
 from parc_jax.rollout import collect as collecting
 from parc_jax.rollout import rows
 from parc_jax.rollout.batch import concatenate
-from parc_jax.rollout.chunks import default_chunk, run_chunks
+from parc_jax.rollout.chunks import default_chunk, run_chunks, worker_devices
 from parc_jax.rollout.collect import collect, stream_rollouts
 from parc_jax.system import Trajectory
 
@@ -232,6 +232,12 @@ def test_a_float32_system_sees_the_k_on_record():
     batch = collect(narrow, KEY, 50, quiet=True)
     np.testing.assert_array_equal(batch.k, batch.k.astype(np.float32))
     assert narrow.domain.contains(batch.k).all()
+
+
+def test_devices_that_a_cpu_is_divided_into_run_one_program(system, monkeypatch):
+    here = jax.devices()[0]
+    monkeypatch.setattr(jax, "local_devices", lambda: [here, "another", "and another"])
+    assert set(worker_devices(system)) == {here}
 
 
 def test_chunks_come_in_order_and_the_workers_do_not_run_ahead():
