@@ -23,6 +23,8 @@ CHANGE_WEIGHT = 30.0  # on input changes
 MAX_SWEEPS = 50
 CONVERGED = 1e-3  # on the expected reduction
 T = c.PLAN_STEP
+TOGETHER = 3  # sweeps of all lanes in step, before those still running are packed
+TILE = 128  # lanes packed together on a CPU
 
 
 class Pose(NamedTuple):
@@ -79,26 +81,73 @@ def solve(memory: Memory, plan: Plan, j, now: Pose) -> Memory:
     )
     rest = jax.tree.map(jnp.zeros_like, inputs)
     cost, states, inputs = _roll_out(now, states, inputs, gains, rest, 0.0, reference)
+    search = _Search(states, inputs, gains, cost, jnp.full(cost.shape, True))
+    if search.cost.ndim == 1 and search.cost.size > TILE:
+        search = jax.lax.platform_dependent(
+            search, now, reference, cpu=_improved_in_tiles, default=_improved
+        )
+    else:
+        search = _improved(search, now, reference)
+    return Memory(search.states, search.inputs, search.gains)
 
-    def sweep(loop):
-        sweeps, states, inputs, gains, cost, running = loop
-        steps, new_gains, expected = _backward(states, inputs, reference)
-        gains = _where(running, new_gains, gains)
-        running &= jnp.abs(1.5 * expected) >= CONVERGED  # G + Hs, and Hs = G / 2
 
-        def cost_at(epsilon):
-            return _roll_out(now, states, inputs, gains, steps, epsilon, reference, unroll=HORIZON)[
-                0
-            ]
+class _Search(NamedTuple):
+    """A solve on its way: Memory's fields, the cost (*lanes), and which lanes still run (*lanes)."""
 
-        epsilon, running = first_accepted(cost_at, cost, expected, running)
-        moved = _roll_out(now, states, inputs, gains, steps, epsilon, reference)
-        cost, states, inputs = _where(running, moved, (cost, states, inputs))
-        return sweeps + 1, states, inputs, gains, cost, running
+    states: Pose
+    inputs: Input
+    gains: Input
+    cost: jax.Array
+    running: jax.Array
 
-    start = (0, states, inputs, gains, cost, jnp.full(cost.shape, True))
-    loop = jax.lax.while_loop(lambda loop: (loop[0] < MAX_SWEEPS) & jnp.any(loop[-1]), sweep, start)
-    return Memory(*loop[1:4])
+
+def _improved(search: _Search, now, reference, first=0, last=MAX_SWEEPS) -> _Search:
+    """Sweeps `first` to `last`, all lanes in step, or fewer if none is left running."""
+
+    def going(loop):
+        return (loop[0] < last) & jnp.any(loop[1].running)
+
+    def step(loop):
+        return loop[0] + 1, _swept(loop[1], now, reference)
+
+    return jax.lax.while_loop(going, step, (first, search))[1]
+
+
+def _improved_in_tiles(search: _Search, now, reference) -> _Search:
+    """The same sweeps. A few lanes go on four times as long as the others: after the first sweeps
+    those still running are packed together, TILE at a time, and the rest does not wait for them.
+    """
+    search = _improved(search, now, reference, 0, TOGETHER)
+    order = jnp.argsort(~search.running)
+    left = jnp.sum(search.running)
+
+    def tile(loop):
+        begin, search = loop
+        lanes = jax.lax.dynamic_slice_in_dim(order, begin, TILE)
+        part, here, wanted = jax.tree.map(lambda a: a[..., lanes], (search, now, reference))
+        part = _improved(part, here, wanted, TOGETHER)
+        # the last tile may overlap the one before: whoever was in a tile is through
+        part = part._replace(running=jnp.zeros_like(part.running))
+        search = jax.tree.map(lambda a, new: a.at[..., lanes].set(new), search, part)
+        return begin + TILE, search
+
+    return jax.lax.while_loop(lambda loop: loop[0] < left, tile, (0, search))[1]
+
+
+def _swept(search: _Search, now, reference) -> _Search:
+    """One sweep: new gains, and the first step along them that lowers the cost enough."""
+    states, inputs, gains, cost, running = search
+    steps, new_gains, expected = _backward(states, inputs, reference)
+    gains = _where(running, new_gains, gains)
+    running &= jnp.abs(1.5 * expected) >= CONVERGED  # G + Hs, and Hs = G / 2
+
+    def cost_at(epsilon):
+        return _roll_out(now, states, inputs, gains, steps, epsilon, reference, unroll=HORIZON)[0]
+
+    epsilon, running = first_accepted(cost_at, cost, expected, running)
+    moved = _roll_out(now, states, inputs, gains, steps, epsilon, reference)
+    cost, states, inputs = _where(running, moved, (cost, states, inputs))
+    return _Search(states, inputs, gains, cost, running)
 
 
 def _targets(plan: Plan, j):

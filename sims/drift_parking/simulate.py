@@ -42,11 +42,31 @@ def simulate(plant: Plant, k) -> Run:
     """Run with k (2, *lanes) = (v [m/s], threshold sideslip [rad]). No switch by 3.8 s gives NaN
     states.
     """
+    if k.ndim == 1:
+        return _one(plant)(k)
     tracked, steers = _track(plant, k[0])
     switch = _switch_sample(tracked.sideslip, k[1])
     handed, steer = jax.tree.map(lambda a: _pick(a, switch[None])[0], (tracked, steers))
     braked = _brake(plant, handed, steer)
     return Run(_placed(tracked, braked, switch), switch, steer)
+
+
+def _one(plant):
+    """`simulate` of one k (2,), which under `vmap` runs its lanes on a trailing axis: only there can
+    the controller tell them apart.
+    """
+
+    @jax.custom_batching.custom_vmap
+    def run(k):
+        return jax.tree.map(lambda a: a[..., 0], simulate(plant, k[:, None]))
+
+    @run.def_vmap
+    def runs(axis_size, in_batched, k):
+        del axis_size
+        lanes = jax.tree.map(lambda a: jnp.moveaxis(a, -1, 0), simulate(plant, k.T))
+        return lanes, jax.tree.map(lambda _: in_batched[0], lanes)
+
+    return run
 
 
 def _track(plant, v):
