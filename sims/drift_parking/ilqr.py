@@ -92,7 +92,7 @@ def solve(memory: Memory, plan: Plan, j, now: Pose) -> Memory:
 
 
 class _Search(NamedTuple):
-    """A solve on its way: Memory's fields, the cost (*lanes), and which lanes still run (*lanes)."""
+    """A solve on its way: Memory's fields, cost (*lanes), and which lanes still run (*lanes)."""
 
     states: Pose
     inputs: Input

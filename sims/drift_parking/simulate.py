@@ -52,8 +52,8 @@ def simulate(plant: Plant, k) -> Run:
 
 
 def _one(plant):
-    """`simulate` of one k (2,), which under `vmap` runs its lanes on a trailing axis: only there can
-    the controller tell them apart.
+    """`simulate` of one k (2,), whose lanes under `vmap` are a trailing axis: only there can the
+    controller tell them apart.
     """
 
     @jax.custom_batching.custom_vmap
