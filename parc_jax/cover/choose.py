@@ -17,6 +17,9 @@ from parc_jax.network.predict import by_point
 
 PLANS = 64  # the seed and its neighbours: which of them a direction separates is one 64-bit mask
 SWEEPS = 1  # rounds of swapping each interval's direction while all others stay
+# plans from which one direction of the seed's own is to keep away, by dimension: in space
+# a table is coarse, and what serves one plan best separates few of its neighbours
+CLUSTERS = {2: (1,), 3: (1, 4, 16)}
 LEVELS = 4  # a plan that l other intervals lose counts 4^-l, but no less than 4^-(LEVELS - 1)
 
 
@@ -24,8 +27,8 @@ class Choice(NamedTuple):
     """Outcome for one seed. direction (o, T): of the table, or the table's length for the
     seed's own.
 
-    nearest (o, T, n_p): the seed's own direction, from the nearest point of the obstacle. kept ():
-    the seed is inside.
+    nearest (o, T, n_p): the seed's own direction, from the nearest point of the obstacle to it, or
+    to the hull of it and its nearest neighbours. kept (): the seed is inside.
     """
 
     direction: jax.Array
@@ -38,12 +41,12 @@ class EachPlan(NamedTuple):
 
     errors: ErrorSet
 
-    def of_seed(self) -> ErrorSet:
-        """The errors of the first plan, (T, n_points)."""
-        return at(self.errors, 0)
+    def of_first(self, n: int) -> ErrorSet:
+        """The errors of the first plans, (n, T, n_points)."""
+        return at(self.errors, np.s_[:n])
 
     def lost(self, number, point, back, _):
-        """(T, d + 1) how far the errors of a plan reach along `back`, axes of directions."""
+        """(T, d + c) how far the errors of a plan reach along `back`, axes of directions."""
         allowed = at(self.errors, number)
         return at(allowed, np.s_[:, point, None]).support_by_axis(back)
 
@@ -60,17 +63,17 @@ class ByBin(NamedTuple):
     lost_along: jax.Array
     which: jax.Array
 
-    def of_seed(self) -> ErrorSet:
-        """The errors of the first plan, (T, n_points)."""
-        return at(self.errors, self.bins[0])
+    def of_first(self, n: int) -> ErrorSet:
+        """The errors of the first plans, (n, T, n_points)."""
+        return at(self.errors, self.bins[:n])
 
     def lost(self, number, point, back, which):
-        """(T, d + 1) as of `EachPlan`; which (d,): the directions but the last."""
+        """(T, d + c) as of `EachPlan`; which (d,): the directions but the last c."""
         bin = self.bins[number]
         known = self.lost_along[bin, point][:, which]
-        last = tuple(x[:, -1] for x in back)
-        own = at(self.errors, (bin, slice(None), point)).support_by_axis(last)
-        return jnp.concatenate([known, own[:, None]], axis=1)
+        last = tuple(x[:, len(which) :] for x in back)
+        own = at(self.errors, (bin, slice(None), point, None)).support_by_axis(last)
+        return jnp.concatenate([known, own], axis=1)
 
 
 def choose(scene, paths, errors: ErrorSet | ByBin) -> Choice:
@@ -82,7 +85,8 @@ def choose(scene, paths, errors: ErrorSet | ByBin) -> Choice:
     paths, errors, scene = jax.tree.map(_rough, (paths, errors, scene))
     obstacles, table = scene.obstacles, scene.directions
     allowed = errors if isinstance(errors, ByBin) else EachPlan(errors)
-    _, nearest = obstacles.gaps(paths[0], allowed.of_seed())
+    clusters = CLUSTERS[table.w.shape[-1]]
+    nearest = jnp.stack([_from_cluster(obstacles, paths, allowed, n) for n in clusters], axis=2)
     places = by_point(paths, jax.tree.leaves(allowed.errors)[0].shape[2])
     # of a table that is not shared nothing is looked up
     which = allowed.which if isinstance(allowed, ByBin) else jnp.zeros(len(table.w), int)
@@ -105,11 +109,32 @@ def choose(scene, paths, errors: ErrorSet | ByBin) -> Choice:
         choice = _sweep(choice, with_seed, items)
     inside = jax.lax.reduce_and(_of_choice(choice, items), (0,))
     valid = (items & inside == inside).reshape(masks.shape)
-    runs = jax.vmap(_fewest_runs)(valid)
+    n_table = table.w.shape[1]
+    runs = jax.vmap(_fewest_runs, in_axes=(0, None))(valid, n_table)
     kept = jnp.take_along_axis(valid, runs[:, :, None], axis=2).all() & (
         _count(inside & jnp.uint64(1)) > 0
     )
-    return Choice(runs, nearest, kept)
+    own = jnp.maximum(runs - n_table, 0)[:, :, None, None]
+    nearest = jnp.take_along_axis(nearest, own, axis=2)[:, :, 0]
+    return Choice(jnp.minimum(runs, n_table), nearest, kept)
+
+
+def _from_cluster(obstacles, paths, allowed, n: int):
+    """(o, T, n_p) unit directions that keep the hull of the first n plans away with most room."""
+    if n == 1:
+        return obstacles.gaps(paths[0], jax.tree.map(lambda x: x[0], allowed.of_first(1)))[1]
+    errors = allowed.of_first(n)
+    n_points = jax.tree.leaves(errors)[0].shape[2]
+    together = jnp.moveaxis(paths[:n], 0, 1).reshape(paths.shape[1], -1)
+    errors = jax.tree.map(_side_by_side, errors)
+    points = jnp.concatenate([obstacles.points + n_points * i for i in range(n)], axis=1)
+    return obstacles.replace(points=points).gaps(together, errors)[1]
+
+
+def _side_by_side(x):
+    """(n, T, n_points, ...) -> (T, n * n_points, ...)."""
+    moved = jnp.moveaxis(x, 0, 1)
+    return moved.reshape(moved.shape[0], -1, *moved.shape[3:])
 
 
 choose_batch = jax.jit(jax.vmap(choose, in_axes=(None, 0, 0)))  # of many seeds
@@ -124,16 +149,16 @@ def _rough(x):
 def _separation_masks(
     nearest, own_support, points, active, w, support, slack, places, allowed, which
 ):
-    """Which plans each direction separates from one obstacle, as the bits of masks (T, d + 1), the
-    seed's own direction last. An absent obstacle is separated by anything.
+    """Which plans each direction separates from one obstacle, as the bits of masks (T, d + c), the
+    seed's own directions last. An absent obstacle is separated by anything.
 
-    nearest (T, n_p), own_support (T,): the seed's own. w (d, n_p), support (d,): of the table.
+    nearest (T, c, n_p), own_support (T, c): the seed's own. w (d, n_p), support (d,): of the table.
     points (i,): which have to be clear. places (PLANS, T + 1, n_points, n_p). allowed: what errors
     take, which: where the table's directions are known to it.
     """
     w, support = _with_own(w, nearest), _with_own(support, own_support)
     support = support + slack * jnp.abs(w).sum(axis=2)
-    # axis by axis and point by point: a loop over plans whose arrays (T, d + 1) stay in cache
+    # axis by axis and point by point: a loop over plans whose arrays (T, d + c) stay in cache
     axes, support = jax.lax.optimization_barrier((tuple(jnp.moveaxis(w, 2, 0)), support))
     back = tuple(-x for x in axes)
 
@@ -154,11 +179,11 @@ def _separation_masks(
 
 
 def _with_own(table, own):
-    """(T, d + 1, ...): the table (d, ...) at every interval, and the interval's own (T, ...)
+    """(T, d + c, ...): the table (d, ...) at every interval, and the interval's own (T, c, ...)
     last.
     """
     everywhere = jnp.broadcast_to(table, (len(own), *table.shape))
-    return jnp.concatenate([everywhere, own[:, None]], axis=1)
+    return jnp.concatenate([everywhere, own], axis=1)
 
 
 def _sweep(choice, allowed, masks):
@@ -199,13 +224,13 @@ def _of_choice(choice, masks):
     return jnp.take_along_axis(masks, choice[:, None], axis=1)[:, 0]
 
 
-def _fewest_runs(valid):
-    """valid (T, d + 1) -> choice (T,): always take the direction that lasts longest.
+def _fewest_runs(valid, n_table: int):
+    """valid (T, d + c) -> choice (T,): always take the direction that lasts longest.
 
-    The last column is each interval's own nearest direction: it never lasts, and is taken only
-    where nothing else holds.
+    The last columns are each interval's own nearest directions: they never last, and are taken only
+    where nothing of the table, which has n_table directions, holds.
     """
-    table = jnp.arange(valid.shape[1]) < valid.shape[1] - 1
+    table = jnp.arange(valid.shape[1]) < n_table
 
     def lasts(later, valid):
         here = jnp.where(valid & table, 2 + later, jnp.where(valid, 1, 0))

@@ -3,6 +3,7 @@
 import jax
 import jax.numpy as jnp
 import numpy as np
+from toy_bodies import points_model, points_problem
 from toy_models import toy_case
 
 from parc_jax.arrays import x64
@@ -33,8 +34,8 @@ def test_masks_say_which_plans_a_direction_separates(rng):
         places, errors = jnp.asarray(path, float), ErrorBox(jnp.asarray(error, float)[:, :, None])
         _, nearest = grown.gaps(places[0], at(errors, 0))
         masks = choosing._separation_masks(
-            nearest[0],
-            grown.support(nearest)[0],
+            nearest[0, :, None],
+            grown.support(nearest)[0, :, None],
             grown.points[0],
             grown.active[0],
             table.w[0],
@@ -68,3 +69,30 @@ def test_the_seed_keeps_to_what_is_built_around_it_and_most_neighbours_do(rng):
     around = building._around(scene, state, building._with_neighbours(seen, seeds, rng))
     kept = Corridors(model.tube, around).kept(seen.path, seen.bin)
     assert kept[seeds, np.arange(len(seeds))].all() and kept.sum(axis=0).max() > 100
+
+
+def test_in_space_a_direction_for_several_plans_leaves_them_the_most_room(rng):
+    model = points_model(rng, 3, 4, 4)
+    scene = scene_of(points_problem(rng, model), model)
+    seen = draw(model, scene, rng, 20_000).safe.at(slice(0, 4))
+    errors = ErrorBox(np.asarray(model.tube.errors.half)[seen.bin])
+    with x64():
+        pairs = jax.tree.map(jnp.asarray, scene.arrays.obstacles)
+        paths, allowed = jnp.asarray(seen.path), choosing.EachPlan(errors)
+        of_seed, of_all = (choosing._from_cluster(pairs, paths, allowed, n) for n in (1, 4))
+        rooms = [least_room(pairs, paths, errors, w) for w in (of_seed, of_all)]
+    apart = np.maximum(*rooms) > 0
+    assert apart.mean() > 0.5 and (rooms[1] - rooms[0])[apart].min() > -1e-6
+    assert (rooms[1] - rooms[0])[apart].max() > 1e-3
+
+
+def least_room(pairs, paths, errors, w):
+    """(o, T) [m] that directions w (o, T, n_p) leave between pairs and the nearest of some plans."""
+    w = np.asarray(w)
+    places = np.asarray(paths).reshape(*paths.shape[:2], -1, w.shape[-1])
+    room = np.full(w.shape[:2], np.inf)
+    for o, t in np.ndindex(*room.shape):
+        own = np.asarray(pairs.points)[o]
+        along = np.minimum(places[:, t, own] @ w[o, t], places[:, t + 1, own] @ w[o, t])
+        room[o, t] = (along - errors.half[:, t, own] @ np.abs(w[o, t])).min()
+    return room - np.asarray(pairs.support(jnp.asarray(w)))
