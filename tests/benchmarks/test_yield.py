@@ -4,13 +4,13 @@ from dataclasses import replace
 
 import numpy as np
 from synthetic_plants import disturbed, exact, plant, straight_network
+from toy_system import STUDY
 
 from benchmarks.bench import Bench
 from benchmarks.workloads import workload
 from benchmarks.yields import Setting, Task, tasks
 from parc_jax.claim.declared import declared_claim
 from parc_jax.claim.tube import zero_tube
-from parc_jax.experiment.settings import Study
 from parc_jax.model import trajectory_model
 from parc_jax.problem import reach_avoid
 from parc_jax.sets.box import box
@@ -79,17 +79,16 @@ def test_every_setting_of_a_system_has_the_same_eps_delta_and_number_of_runs():
 
 
 def test_settings_share_their_runs_and_get_claims_of_their_own(monkeypatch, tmp_path):
-    one = Study(
+    one = replace(
+        STUDY,
         hidden=(2,),
         others=(),
-        bins=(2, 1),
-        rollouts=60,
         profile_runs=60,
         fresh=150,
         eps=0.2,
         delta=0.2,
         claims=("one", "bins"),
-        seeds=1,
+        search=0,
         steps=30,
     )
     two = replace(one, rollouts=120, profile_runs=0, shape="fitted", blocks=(1, 1))
