@@ -52,6 +52,10 @@ def results(report: dict, title: str, level: int) -> str:
         lines += ["**Quick sizes: these numbers mean nothing.**", ""]
     for entry in report["workloads"]:
         lines += [f"{'#' * level} {entry['name']}", "", *entry["method"].strip().splitlines(), ""]
+        if "earlier" in entry:
+            own = entry["earlier"]
+            when = f"{own['date']}, commit {own['commit']}, load {own['load']} at the start"
+            lines += [f"Measured in an earlier run: {when}.", ""]
         if entry["status"] != "ok":
             lines += [f"*{entry['status'].capitalize()}: {entry['reason']}*", ""]
         for table in entry["tables"]:

@@ -67,8 +67,11 @@ def failed(report: dict) -> list[str]:
 
 def merged(before: dict | None, now: dict) -> dict:
     """`now`, with the workloads of an earlier report that were not run this time, in the order of
-    the suite.
+    the suite. These say under "earlier" where and when they were run.
     """
-    earlier = before["workloads"] if before else []
+    earlier = []
+    if before is not None:
+        own = {name: before["environment"][name] for name in ("commit", "date", "load")}
+        earlier = [{"earlier": own, **entry} for entry in before["workloads"]]
     entries = {entry["name"]: entry for entry in [*earlier, *now["workloads"]]}
     return now | {"workloads": [entries[name] for name in NAMES if name in entries]}

@@ -130,6 +130,8 @@ def test_updating_merges_runs_of_parts_and_writes_the_page(monkeypatch, tmp_path
     stored = baseline.load_baselines(file)["cpu"]
     assert [w["name"] for w in stored["workloads"]] == ["first", "good"]
     assert doc.read_text() == page(baseline.load_baselines(file))
+    assert [("earlier" in w) for w in stored["workloads"]] == [True, False]
+    assert doc.read_text().count("Measured in an earlier run") == 1
 
 
 def test_the_committed_page_is_that_of_the_committed_baseline():
