@@ -17,7 +17,7 @@ from parc_jax.problem import ReachAvoid
 from parc_jax.settings import Settings
 from sims.f110.lesson import Model
 from sims.f110.rows import MANY, REPEATS, Row
-from sims.f110.system import F110
+from sims.f110.system import F110, body_of
 
 BUDGET = 3.0  # [s] most time to cover one safe set
 PLANS = 100  # safe plans asked for; the first is the one that is repeated
@@ -41,7 +41,15 @@ def attempt(
     model, claim = learned.model, learned.model.claim
     eps = None if claim.eps is None else float(claim.eps)
     width = tuple(np.median(model.tube.final, axis=0)[[0, 1, -1]].tolist())
-    row = Row(n, learned.claim, learned.fitted, eps, claim.discard if eps else 0, width)
+    row = Row(
+        n,
+        learned.claim,
+        learned.fitted,
+        eps,
+        claim.discard if eps else 0,
+        width,
+        body=body_of(car),
+    )
     planner = Planner(model)
     settings = Settings(n_samples=PLANS, budget_s=BUDGET, polytopes=True)
     answer = planner.solve(scene, key, settings)

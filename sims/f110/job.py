@@ -21,7 +21,7 @@ from sims.f110.lesson import PUBLISHED, models
 from sims.f110.rows import sentence, table
 from sims.f110.scenario import problem
 from sims.f110.study import STUDY
-from sims.f110.system import system
+from sims.f110.system import seen_as, system
 from sims.film import headless_mujoco
 
 SIZES = (60, 250, 1000, 7000)
@@ -43,7 +43,8 @@ def job(
 
     Writes rows and times (metrics.json), the table, the model and the answer of the honest
     laboratory with the most runs, figures and a film below `out`. rollouts: one laboratory with so
-    many runs, instead of SIZES. body: of the car, as of `problem`.
+    many runs, instead of SIZES. body: of the car, as of `problem`; "rectangle" has the disc's rows
+    beside its own, from the same runs.
     Raises InputError.
     """
     sizes = SIZES if rollouts is None else (rollouts,)
@@ -53,7 +54,8 @@ def job(
         )
     headless_mujoco()  # quietly: stdout is the report's
     out, key, watch = Path(out), jax.random.PRNGKey(seed), Stopwatch()
-    car, scene = system(body=body), problem(body)
+    car = system(body=body)
+    bodies = tuple(dict.fromkeys(("disc", body)))
     with watch("other starts"):
         start = try_starts(car, key, STUDY.gap)
     with watch("rollouts"):
@@ -62,15 +64,18 @@ def job(
         )
     tried: list[Tried] = []
     for n in sizes:
-        with watch(f"{n} runs: models"):
-            learned = models(car, runs.select(slice(0, n)), start, key)
-        with watch(f"{n} runs: plans and replays"):
-            for model in learned:
-                tried.append(attempt(car, scene, n, model, key, quiet))
-                if not quiet:
-                    print(table([tried[-1].row])[1], file=sys.stderr, flush=True)
+        for name in bodies:
+            seen, scene = system(body=name), problem(name)
+            with watch(f"{n} runs, {name}: models"):
+                learned = models(seen, seen_as(name, runs.select(slice(0, n))), start, key)
+            with watch(f"{n} runs, {name}: plans and replays"):
+                for model in learned:
+                    tried.append(attempt(seen, scene, n, model, key, quiet))
+                    if not quiet:
+                        print(table([tried[-1].row])[1], file=sys.stderr, flush=True)
+    asked = [t for t in tried if t.row.body == body]
     best = next(
-        (t for t in reversed(tried) if t.row.claim != PUBLISHED and t.row.plan is not None), None
+        (t for t in reversed(asked) if t.row.claim != PUBLISHED and t.row.plan is not None), None
     )
     if best is not None:
         best.model.model.save(out / "model.npz")
@@ -80,7 +85,7 @@ def job(
         from sims.f110.figures import draw_all
 
         with watch("figures"):
-            draw_all(car, runs, tried, key, out)
+            draw_all(car, runs, asked, key, out)
         with watch("film"):
             no_film = _film(out / "film.gif", out / "answer.json" if best else None, seed)
     rows = [t.row for t in tried]

@@ -1,5 +1,7 @@
 """Models from few runs: as published, and honestly, where every run serves once."""
 
+import math
+from dataclasses import replace
 from typing import NamedTuple
 
 import jax
@@ -8,13 +10,13 @@ import numpy as np
 from parc_jax.claim.calibrate import calibrate
 from parc_jax.claim.counts import supported_eps
 from parc_jax.claim.declared import assumed_claim
-from parc_jax.claim.measure import Errors
-from parc_jax.claim.profile import profile_of, training_errors
+from parc_jax.claim.fitting import fitted_profile
+from parc_jax.claim.measure import measure
 from parc_jax.claim.start_gap import StartTrial, allow_for_start
-from parc_jax.claim.tube import Tube
 from parc_jax.labels import labels_of
 from parc_jax.model import TrajectoryModel, trajectory_model
 from parc_jax.network.parc import fit_affine
+from parc_jax.network.predict import layout_of, trajectories
 from parc_jax.network.relu import ReLUNetwork
 from parc_jax.network.train import train_report, training_arrays
 from parc_jax.rollout.batch import RolloutBatch
@@ -34,6 +36,7 @@ FOLD_SEEDS, FOLD_STEPS = (
     1000,
 )  # the folds say how far off a network is, not how good the last one will be
 KINDS = ("network", "affine")
+RUNS_PER_BIN, MOST_BINS = 50, 3  # [runs] that teach a bin; [1] a side: more gain no more
 
 
 class Model(NamedTuple):
@@ -47,41 +50,30 @@ class Model(NamedTuple):
 
 
 def models(car: F110, runs: RolloutBatch, start: StartTrial, key: jax.Array) -> list[Model]:
-    """The published model of n runs, and the honest one under two claims on one profile.
+    """The published model of n runs, and the honest one under two claims.
 
     Published: all runs train a network of the study's size; the largest error over the same runs is
         assumed to hold.
-    Honest: the first half trains; cross-validation inside it picks network or affine fit and learns
-    the tube's profile from errors on runs that a fit has not seen; the second half, unseen by all
-    that, sizes the tube. STEADY asks for EPS and discards as many bad runs as the holdout affords;
-    STRICT discards none and gets the smallest eps. Both use one holdout, so each has half of DELTA.
-    [T1, T2] start: how little the start matters.
+    Honest: the first half trains; cross-validation inside it picks network or affine fit, learns
+    the faces of the tube's profile from errors on runs that a fit has not seen; the second half,
+    unseen by all that, sizes the tube. STEADY asks for EPS and discards as many bad runs as
+    the holdout affords; STRICT discards none and gets the smallest eps. Both use one holdout, so
+    each has half of DELTA. [T1, T2, T26] start: how little the start matters.
     """
     half = runs.n // 2
     train, holdout = runs.select(slice(0, half)), runs.select(slice(half, runs.n))
     every = fitted("network", runs, key)
     tested = {kind: out_of_fold(kind, train, key) for kind in KINDS}
-    kind = min(KINDS, key=lambda name: tail(tested[name][1]))
-    net, profile = fitted(kind, train, key), _profile(*tested[kind], train)
-    options = {"delta": DELTA, "looks": 2, "train": train}
+    kind = min(KINDS, key=lambda name: tail(tested[name]))
+    net = fitted(kind, train, key)
+    unseen = [as_if_of(net, fold) for fold in tested[kind]]
     strict = supported_eps(holdout.n, DELTA / 2)
-    claims = [
-        (PUBLISHED, "network", every, assumed_claim(every, runs)),
-        (
-            STEADY,
-            kind,
-            net,
-            allow_for_start(
-                calibrate(net, holdout, profile, EPS, discard="most", **options), start
-            ),
-        ),
-        (
-            STRICT,
-            kind,
-            net,
-            allow_for_start(calibrate(net, holdout, profile, strict, **options), start),
-        ),
-    ]
+    profile = fitted_profile(net, unseen, bins_for(half))
+    options = {"delta": DELTA, "looks": 2, "train": train}
+    claims = [(PUBLISHED, "network", every, assumed_claim(every, runs))]
+    for name, eps, discard in ((STEADY, EPS, "most"), (STRICT, strict, 0)):
+        claim = calibrate(net, holdout, profile, eps, discard=discard, **options)
+        claims.append((name, kind, net, allow_for_start(claim, start)))
     return [
         Model(
             c,
@@ -107,30 +99,56 @@ def fitted(
     return train_report(data, STUDY.hidden, key=key, seeds=seeds, steps=steps)[0]
 
 
-def out_of_fold(kind: str, train: RolloutBatch, key: jax.Array) -> tuple[np.ndarray, Errors]:
-    """k (n, n_k) and errors of the finite runs, each measured against a fit that has not seen its
-    fold.
-    """
+class Fold(NamedTuple):
+    """Finite runs beside a fit that has not seen them."""
+
+    net: ReLUNetwork
+    runs: RolloutBatch
+
+
+def out_of_fold(kind: str, train: RolloutBatch, key: jax.Array) -> list[Fold]:
+    """The finite training runs in FOLDS parts, each beside a fit to the others."""
     fold, parts = np.arange(train.n) % FOLDS, []
     for i in range(FOLDS):
         net = fitted(
             kind, train.select(fold != i), jax.random.fold_in(key, i), FOLD_SEEDS, FOLD_STEPS
         )
-        parts.append(training_errors(net, train.select(fold == i)))
-    interval, final = (np.concatenate([np.asarray(e[j]) for _, e in parts]) for j in (0, 1))
-    return np.concatenate([k for k, _ in parts]), Errors(interval, final)
+        parts.append(Fold(net, train.select((fold == i) & ~train.failed)))
+    return parts
 
 
-def _profile(k: np.ndarray, errors: Errors, train: RolloutBatch) -> Tube:
-    """The tube's profile, of all reference points."""
-    return profile_of(k, errors, train.domain, n_points=len(train.points))
+def as_if_of(net: ReLUNetwork, fold: Fold) -> RolloutBatch:
+    """The runs of a fold, moved so that their errors of `net`, which has seen them, are those of
+    the fit that has not. They teach a profile, and nothing else.
+    """
+    layout = layout_of(fold.runs)
+    (here, q_here), (there, q_there) = (
+        trajectories(fit, layout, fold.runs.k) for fit in (fold.net, net)
+    )
+    at = np.linspace(0, layout.n_steps, fold.runs.p.shape[1])  # records, in intervals
+    left = np.minimum(at.astype(int), layout.n_steps - 1)
+    part = (at - left)[:, None]
+    moved = there - here
+    shift = (1 - part) * moved[:, left] + part * moved[:, left + 1]
+    return replace(fold.runs, p=fold.runs.p + shift, q=fold.runs.q + q_there - q_here)
 
 
-def tail(errors: Errors) -> float:
+def bins_for(n: int) -> tuple[int, int]:
+    """Bins of K that n training runs can fill with RUNS_PER_BIN each, at most MOST_BINS a side; the
+    number of runs alone decides.
+    """
+    return (min(MOST_BINS, max(1, math.isqrt(n // RUNS_PER_BIN))),) * 2
+
+
+def tail(folds: list[Fold]) -> float:
     """The worst error of all runs at any time and point, in half sizes of the goal: it is the worst
     run that a tube pays for.
     """
     *half, turn = np.array(GOAL_SIZE) / 2
-    places = np.tile(half, errors.interval.shape[-1] // 2)
-    at_end = np.append(places, turn)
-    return float(max((errors.interval / places).max(), (errors.final / at_end).max()))
+    worst = 0.0
+    for fold in folds:
+        errors = measure(fold.net, fold.runs)
+        places = np.tile(half, errors.interval.shape[-1] // 2)
+        at_end = np.append(places, turn)
+        worst = max(worst, (errors.interval / places).max(), (errors.final / at_end).max())
+    return float(worst)

@@ -19,7 +19,7 @@ class Row(NamedTuple):
     probability that a run of a random safe plan leaves the tube, at most. plan: start [m] and k.
     failed_10, failed_1000: repeats of that plan that missed the goal or touched a car;
     touched_1000: touched; left_1000: left the tube. failed_random, left_random: the same of 1,000
-        runs of random safe plans.
+        runs of random safe plans. body: of the car, as of `problem`.
     """
 
     runs: int
@@ -39,6 +39,7 @@ class Row(NamedTuple):
     left_1000: int = 0
     failed_random: int = 0
     left_random: int = 0
+    body: str = "disc"
 
 
 def interval(failed: int, n: int) -> tuple[float, float]:
@@ -79,8 +80,8 @@ def sentence(row: Row) -> str:
 def table(rows: list[Row]) -> list[str]:
     """Lines of plain text."""
     lines = [
-        f"{'runs':>6}  {'claim':14}  {'fit':7}  {'eps':>7}  {'tube at the end':21}  {'safe':>6}  "
-        f"{'of 10':>5}  "
+        f"{'runs':>6}  {'body':9}  {'claim':14}  {'fit':7}  {'eps':>7}  {'tube at the end':21}  "
+        f"{'safe':>6}  {'of 10':>5}  "
         f"{'of 1,000 failed':>22}  {'left tube':>9}  {'random plans':>12}  {'left tube':>9}  "
         f"{'promised':>8}"
     ]
@@ -88,7 +89,7 @@ def table(rows: list[Row]) -> list[str]:
         x, y, heading = r.final_error
         eps = "none" if r.eps is None else f"{r.eps:.4f}"
         width = f"±{x:.2f} ±{y:.2f} m ±{heading:.2f}"
-        line = f"{r.runs:6,}  {r.claim:14}  {r.fitted:7}  {eps:>7}  {width:21}"
+        line = f"{r.runs:6,}  {r.body:9}  {r.claim:14}  {r.fitted:7}  {eps:>7}  {width:21}"
         if r.plan is None:
             lines.append(f"{line}  {'none':>6}  no safe plan")
             continue

@@ -1,10 +1,12 @@
 """The car as a black box that can be certified."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import ClassVar
 
 import numpy as np
 
+from parc_jax.errors import InputError
+from parc_jax.rollout.batch import RolloutBatch
 from parc_jax.sets.box import Box, box
 from parc_jax.system import ONE_POINT, TimeGrid, Trajectory, time_grid
 from sims import rectangle
@@ -89,3 +91,20 @@ def system(law: str = "floor", threads: int = 0, body: str = "disc") -> F110:
     grid = time_grid(c.PLAN_STEP, c.T_FINAL, c.PLAN_STEP / c.TICKS_PER_PLAN_STEP)
     points = rectangle.POINTS if body == rectangle.BODY else ONE_POINT
     return F110(box(lo, hi), grid, named_law(law), threads, points)
+
+
+def body_of(car: F110) -> str:
+    """The body whose reference points the car reports."""
+    return "disc" if car.points == ONE_POINT else rectangle.BODY
+
+
+def seen_as(body: str, runs: RolloutBatch) -> RolloutBatch:
+    """Runs of the car with any body, as a car with this one would have reported the same: the disc
+    has its centre alone. Raises InputError for runs without the corners that the body needs.
+    """
+    rectangle.require_body(body, BODIES)
+    if body == "disc":
+        return replace(runs, p=runs.p[..., : F110.n_p], points=ONE_POINT)
+    if runs.points != rectangle.POINTS:
+        raise InputError(f"runs: expected the points {rectangle.POINTS}; got {runs.points}.")
+    return runs

@@ -5,13 +5,20 @@ import os
 import subprocess
 import sys
 
+import jax
 import numpy as np
 import pytest
 from matplotlib.image import imread
 from scipy.stats import binomtest
 
+from parc_jax.claim.measure import measure
 from parc_jax.cli import main
+from parc_jax.errors import InputError
+from parc_jax.keys import Stage
+from parc_jax.rollout.collect import collect
+from sims.f110.lesson import Fold, as_if_of, bins_for, fitted
 from sims.f110.rows import Row, interval, sentence, table
+from sims.f110.system import seen_as, system
 
 PLAN = Row(
     60,
@@ -101,6 +108,63 @@ def test_a_small_laboratory(tmp_path, capsys):
     assert (tmp_path / "film.gif").exists() != ("no_film" in metrics)
     for row in rows:
         assert (row["plan"] is None) == (row["why"] != "")
+
+
+def test_the_number_of_training_runs_decides_about_bins():
+    assert [bins_for(n) for n in (30, 125, 200, 500, 3500)] == [(b, b) for b in (1, 1, 2, 3, 3)]
+
+
+def test_a_disc_is_seen_in_the_runs_of_a_rectangle():
+    key = jax.random.PRNGKey(3)
+    wide, narrow = (
+        collect(system(body=body), key, 3, Stage.TRAIN, quiet=True)
+        for body in ("rectangle", "disc")
+    )
+    np.testing.assert_array_equal(seen_as("disc", wide).hashes(), narrow.hashes())
+    assert seen_as("disc", wide).law == narrow.law and seen_as("rectangle", wide) is wide
+    with pytest.raises(InputError, match="front left"):
+        seen_as("rectangle", narrow)
+
+
+def test_errors_of_moved_runs_are_those_of_the_fit_that_has_not_seen_them():
+    runs = collect(system(), jax.random.PRNGKey(4), 20, Stage.TRAIN, quiet=True)
+    part = runs.select(slice(10, 20))
+    unseen = fitted("affine", runs.select(slice(0, 10)), None)
+    own = fitted("affine", runs, None)
+    moved = measure(own, as_if_of(own, Fold(unseen, part)))
+    for found, wanted in zip(moved, measure(unseen, part), strict=True):
+        np.testing.assert_allclose(found, wanted, atol=1e-9)
+    assert np.abs(np.asarray(measure(own, part).final) - np.asarray(moved.final)).max() > 1e-3
+
+
+@pytest.mark.slow
+def test_a_small_laboratory_with_the_outline(tmp_path, capsys):
+    """The rectangle's rows come with the disc's, of the same runs: more of the plans are safe."""
+    with pytest.raises(SystemExit) as stop:
+        main(
+            [
+                "run",
+                "f110",
+                "--body",
+                "rectangle",
+                "--rollouts",
+                "60",
+                "--no-figures",
+                "--out",
+                str(tmp_path),
+                "--quiet",
+                "--json",
+                "--no-cache",
+            ]
+        )
+    rows = json.loads(capsys.readouterr().out)["rows"]
+    assert stop.value.code in (0, 1)
+    assert [r["body"] for r in rows] == ["disc"] * 3 + ["rectangle"] * 3
+    assert [r["claim"] for r in rows] == 2 * ["published", "honest", "honest, strict"]
+    assert rows[3]["safe"] > rows[0]["safe"] > 0
+    for row in rows:
+        assert (row["plan"] is None) == (row["why"] != "")
+    assert (stop.value.code == 0) == any(r["plan"] is not None for r in rows[4:])
 
 
 @pytest.mark.slow
