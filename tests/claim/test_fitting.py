@@ -265,6 +265,39 @@ def test_a_bin_without_runs_gets_what_was_seen_anywhere(train):
         fitted_profile(NET, [], (4, 1))
 
 
+def uneven(key, k, s):
+    """An error a thousand times as large for k_0 below one half as above."""
+    p, q = straight(k, s)
+    size = jnp.where(k[0] < 0.5, 1.0, 1e-3)
+    error = size * jax.random.uniform(key, (3,), minval=-1.0)
+    return p + s[:, None] * error[None, :2], q + error[2:]
+
+
+def halves_by_hand(runs, given, number):
+    """Half widths (T, 4) about the faces' centres in a bin of one point, before margin and floor."""
+    during = np.array([signed_errors(runs, i)[0] for i in range(runs.n)])
+    along = np.einsum("ntjx,tdx->ntjd", during, given.directions[number, :, 0])
+    return np.abs(along - given.centre[number, :, 0][:, None]).max(axis=(0, 2))
+
+
+@pytest.mark.parametrize(("few", "share"), [(100, 0.5), (200, 0.0), (300, 0.0)])
+def test_a_bin_of_200_runs_no_longer_borrows_from_its_neighbour(few, share):
+    rng = np.random.default_rng(few)
+    k = rng.uniform(size=(300 + few, 2)) / [2, 1]
+    k[300:, 0] += 0.5
+    runs = collect(plant(uneven), KEY, len(k), k=k, quiet=True)
+    given = fitted_profile(NET, [runs], (2, 1)).templates.interval
+    wide, own = (
+        halves_by_hand(runs.select(rows), given, number)
+        for number, rows in enumerate((slice(0, 300), slice(300, None)))
+    )
+    assert (wide > 100 * own).all()
+    half = np.maximum(own, share * wide)
+    size = 0.1 * half[:, :2].mean(axis=0) + 1e-3  # margin and floor, per axis
+    by_hand = half + (np.abs(given.directions[1, :, 0]) * size).sum(axis=-1)
+    np.testing.assert_allclose(given.half[1, :, 0], by_hand, rtol=1e-5)
+
+
 def test_the_pipeline_fits_and_the_claim_holds(train):
     system = plant(slanted)
     claim = bound_error(NET, system, KEY, 5e-2, 1e-2, train=train, shape="fitted", quiet=True)
