@@ -26,7 +26,7 @@ from parc_jax.pwa import RegionTable
 from parc_jax.settings import Settings
 from parc_jax.verdict.near import whole_scene
 from parc_jax.verdict.pointwise import verdicts
-from parc_jax.verdict.scene import Scene
+from parc_jax.verdict.scene import Scene, no_end_fits
 from parc_jax.volume_bounds.no_plan import PROVED, NoPlan, prove_no_plan
 
 MAX_LEAVES = 20_000  # boxes of a branch and bound; a certificate has a few hundred bytes per box
@@ -62,7 +62,8 @@ class Exact:
         if len(found.points.k) and not found.hopeless:
             return found, None
         no_plan = None
-        within = where_safe(model, scene, rng, budget_s=0.0)
+        hopeless = no_end_fits(scene, model) is not None
+        within = None if hopeless else where_safe(model, scene, rng, budget_s=0.0)
         nothing = within is None and not len(found.points.k)
         if nothing and scene.at is None:  # a proof would be about any start
             no_plan = prove_no_plan(
@@ -71,7 +72,7 @@ class Exact:
                 budget_s=settings.no_plan_budget_s,
                 max_leaves=MAX_LEAVES,
             )
-            within = _elsewhere(no_plan, model, scene, rng, settings.budget_s)
+            within = _elsewhere(no_plan, hopeless, model, scene, rng, settings.budget_s)
         if within is None:
             return found, no_plan
         spent = time.perf_counter() - begin
@@ -150,14 +151,14 @@ class Published:
 
 
 def _elsewhere(
-    no_plan: NoPlan, model: TrajectoryModel, scene: Scene, rng, budget_s: float
+    no_plan: NoPlan, hopeless: bool, model: TrajectoryModel, scene: Scene, rng, budget_s: float
 ) -> Place | None:
     """Where to draw after branch and bound: around the safe plan that it came across, or where
-    larger populations climb to, for as long as it proved nothing.
+    larger populations climb to, for as long as it proved nothing. hopeless: no end fits the goal.
     """
     if no_plan.safe_plan is not None:
         return where_around(model, scene, rng, *no_plan.safe_plan)
-    if no_plan.kind == PROVED:
+    if hopeless or no_plan.kind == PROVED:
         return None
     return where_safe(model, scene, rng, budget_s)
 

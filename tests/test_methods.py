@@ -1,0 +1,49 @@
+"""A search that cannot find anything is not made."""
+
+import jax
+import numpy as np
+import pytest
+from toy_models import line_model, model_of, random_network, uniform_tube
+
+import parc_jax as pj
+from parc_jax import checker, methods
+
+KEY = jax.random.key(0)
+SETTINGS = pj.Settings(budget_s=0.1)
+
+
+@pytest.fixture
+def climbs(monkeypatch):
+    """The scenes for which plans climbed."""
+    made = []
+
+    def counted(model, scene, rng, budget_s):
+        made.append(scene)
+        return climb(model, scene, rng, budget_s)
+
+    climb = methods.where_safe
+    monkeypatch.setattr(methods, "where_safe", counted)
+    return made
+
+
+def blocked(width: float):
+    """A goal so wide [m] along the first axis, inside of a wall."""
+    goal = pj.box([0.5 - width / 2, -1.0, -10.0], [0.5 + width / 2, 1.0, 10.0])
+    return pj.reach_avoid(goal, [pj.box([-90.0, -90.0], [90.0, 90.0])], 0.1)
+
+
+@pytest.mark.parametrize(("width", "made"), [(0.08, 0), (0.12, 1)])
+def test_no_plan_climbs_to_a_goal_that_is_narrower_than_the_tube(climbs, width, made):
+    planner = pj.Planner(line_model(e=0.05))
+    answer = planner.solve(blocked(width), KEY, SETTINGS, at=(0.0, 0.0))
+    assert len(climbs) == made and not answer.found
+
+
+@pytest.mark.parametrize(("width", "made"), [(0.08, 0), (0.12, 2)])
+def test_nor_once_more_where_nothing_can_be_proved(climbs, width, made):
+    n_k = checker.MAX_PARAMETERS + 1
+    net = random_network(np.random.default_rng(0), 4, n_k=n_k)
+    model = model_of(net, pj.box(-np.ones(n_k), np.ones(n_k)), *uniform_tube(4, 0.05))
+    answer = pj.Planner(model).solve(blocked(width), KEY, SETTINGS)
+    assert len(climbs) == made and not answer.found and answer.no_plan.kind == "undecided"
+    assert ("narrower than the tube at the end" in answer.statement()) is (made == 0)
