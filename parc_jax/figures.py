@@ -6,7 +6,7 @@ from parc_jax.plot.claim import claim
 from parc_jax.plot.cover import CoverCurve, cover
 from parc_jax.plot.errors import Entry, errors
 from parc_jax.plot.film import film
-from parc_jax.plot.gap import GapCurve, gap
+from parc_jax.plot.gap import GapCurve, GapRoom, gap
 from parc_jax.plot.html import write_page
 from parc_jax.plot.projections import projections
 from parc_jax.plot.regions import regions
@@ -20,6 +20,7 @@ __all__ = [
     "CoverCurve",
     "Entry",
     "GapCurve",
+    "GapRoom",
     "claim",
     "cover",
     "errors",

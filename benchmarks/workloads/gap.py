@@ -33,7 +33,7 @@ from parc_jax.certificate.prove import prove
 from parc_jax.certificate.write import sample_part
 from parc_jax.errors import InputError
 from parc_jax.model import TrajectoryModel
-from parc_jax.plot.gap import GapCurve
+from parc_jax.plot.gap import GapCurve, GapRoom
 from parc_jax.pwa import enumerate_regions
 from parc_jax.verdict.pointwise import anchor, verdicts
 from parc_jax.verdict.scene import scene_of
@@ -91,13 +91,12 @@ def run(bench: Bench) -> Result:
         (f"{s:.2f} m", *(percent(c.kept[i] / max(c.reaching, 1)) for c in curves))
         for i, s in enumerate(slacks)
     ]
-    narrow = [(c.name, *_rooms(learned.case, c.narrowest), _spell(c.proved), c.why) for c in curves]
-    if learned.case.length is not None:
+    narrow = [(_room(case, c.name, c.narrowest), c.proved, c.why) for c in curves]
+    if case.length is not None:
         found = narrowest_for_rectangle(bench.key(0), bench.size(False, True))
-        left = None if found.apart is None else found.apart - 2 * learned.case.radius
+        left = None if found.apart is None else found.apart - 2 * case.radius
         metrics += _narrow_metrics("gap.ours.rectangle", left, found.proved)
-        row = ("ours, true rectangle", *_rooms(learned.case, left), _spell(found.proved), "")
-        narrow.append(row)
+        narrow.append((_room(case, "ours, true rectangle", left), found.proved, ""))
     return Result(
         metrics,
         [
@@ -109,23 +108,29 @@ def run(bench: Bench) -> Result:
             Table(
                 "Narrowest gap with a plan",
                 ("method", "room to the circle", "room to the true car", "proved", "remark"),
-                narrow,
+                [(*_spelled(room), _spell(proved), why) for room, proved, why in narrow],
                 f"Published scene: {case.slack:.2f} m. Tubes claimed at eps = {learned.eps:g}.",
             ),
         ],
-        {"published": case.slack, "curves": [_data(c) for c in curves]},
+        {
+            "published": case.slack,
+            "curves": [_data(c) for c in curves],
+            "rooms": [room._asdict() for room, _, _ in narrow],
+        },
     )
 
 
 def figure(data: dict, path) -> None:
-    """Draw the curves of `Result.data`."""
+    """Draw the curves and the narrowest gaps of `Result.data`."""
     from parc_jax.plot.gap import gap
 
     curves = [
         GapCurve(c["name"], *(np.array(c[n]) for n in ("slack", "share", "low", "high")))
         for c in data["curves"]
     ]
-    gap(curves, path, published=data["published"], label="slack between body and obstacles [m]")
+    rooms = [GapRoom(**room) for room in data["rooms"]]
+    label = "slack between the circle around the body and the obstacles [m]"
+    gap(curves, path, published=data["published"], label=label, rooms=rooms)
 
 
 def _curve(
@@ -238,12 +243,16 @@ def _narrow_metrics(key: str, slack: float | None, proved: bool | None) -> list[
     return out
 
 
-def _rooms(case: Case, slack: float | None) -> tuple[str, str]:
-    """Room [m] left in the narrowest gap to the circle around the body, and to the body itself."""
-    if slack is None:
-        return "none", ""
-    own = "" if case.length is None else f"{slack + 2 * case.radius - case.length:.2f} m"
-    return f"{slack:.2f} m", own
+def _room(case: Case, name: str, slack: float | None) -> GapRoom:
+    """What the narrowest gap of a method leaves; slack [m] beside the circle."""
+    if slack is None or case.length is None:
+        return GapRoom(name, slack)
+    return GapRoom(name, slack, slack + 2 * case.radius - case.length)
+
+
+def _spelled(room: GapRoom) -> tuple[str, str, str]:
+    circle = "none" if room.circle is None else f"{room.circle:.2f} m"
+    return room.name, circle, "" if room.body is None else f"{room.body:.2f} m"
 
 
 def _data(c: Curve) -> dict:

@@ -1,4 +1,6 @@
-"""How much of the goal-reaching set is kept as safe while the gap narrows, by method."""
+"""How much of the goal-reaching set is kept as safe while the gap narrows, by method; and what room
+the narrowest gap with a plan leaves.
+"""
 
 from collections.abc import Sequence
 from typing import NamedTuple
@@ -23,15 +25,27 @@ class GapCurve(NamedTuple):
     high: np.ndarray | None = None
 
 
+class GapRoom(NamedTuple):
+    """The narrowest gap with a plan, of one method: the room [m] that it leaves beside the circle
+    around the body, negative where that does not fit, and beside the body itself. None where there
+    is no such plan, or nothing is known of the body.
+    """
+
+    name: str
+    circle: float | None
+    body: float | None = None
+
+
 def gap(
     curves: Sequence[GapCurve],
     to=None,
     *,
     published: float | None = None,
     label: str = "gap width [m]",
+    rooms: Sequence[GapRoom] = (),
 ):
     """Safe share against gap width on a logarithmic scale; nothing kept is a hollow mark on the
-    floor.
+    floor. With `rooms`, below that the narrowest gaps, two Axes.
 
     published: gap [m] of the published scene, marked by a line. to: as in `style.sheet`. Raises
         InputError.
@@ -43,7 +57,9 @@ def gap(
     kept = np.concatenate([np.asarray(c.share, float) for c in curves])
     kept = kept[kept > 0]
     floor = 10.0 ** np.floor(np.log10(kept.min() if kept.size else 1e-2) - 0.3)
-    with style.sheet(to, (5.6, 3.8)) as sheet:
+    more = 0.5 + 0.24 * len(rooms) if rooms else 0.0  # [inch]
+    grid = {"height_ratios": (3.8, more)} if rooms else {}
+    with style.sheet(to, (5.6, 3.8 + more), rows=1 + bool(rooms), **grid) as sheet:
         ax = sheet.axes[0]
         for number, curve in enumerate(curves):
             _curve(ax, curve, number, floor)
@@ -72,7 +88,33 @@ def gap(
             style.legend(sheet.figure, ax.get_legend_handles_labels()[0], min(len(curves), 3))
         else:
             ax.legend(loc="lower right")
+        if rooms:
+            _narrowest(sheet.axes[1], rooms, [c.name for c in curves])
+            both = np.array([ax.get_xlim() for ax in sheet.axes])
+            for ax in sheet.axes:  # one scale: a hollow mark is where its curve ends
+                ax.set_xlim(both[:, 0].min(), both[:, 1].max())
     return sheet.out
+
+
+def _narrowest(ax, rooms: Sequence[GapRoom], curves: list[str]) -> None:
+    """A line per method, from above: hollow where the circle, filled where the body is measured."""
+    ax.axvline(0.0, color=style.GREY, linewidth=0.8)
+    for row, room in enumerate(rooms):
+        number = curves.index(room.name) if room.name in curves else len(curves)
+        color = style.line(number)["color"]
+        known = [x for x in (room.circle, room.body) if x is not None]
+        ax.plot(known, [row] * len(known), color=color, linewidth=0.8)
+        for x, marker, face in ((room.circle, "o", "white"), (room.body, "s", color)):
+            if x is not None:
+                ax.plot([x], [row], color=color, marker=marker, markerfacecolor=face)
+        if not known:
+            ax.annotate("no plan", (0.0, row), (4, 0), textcoords="offset points", va="center")
+    ax.set_yticks(range(len(rooms)), [room.name for room in rooms])
+    ax.set_ylim(len(rooms) - 0.5, -0.5)
+    ax.grid(True, axis="x")
+    ax.set_xlabel(
+        "narrowest gap with a plan:\nroom beside the circle (hollow) and the body (filled) [m]"
+    )
 
 
 def _curve(ax, curve: GapCurve, number: int, floor: float) -> None:

@@ -2,12 +2,14 @@
 are seen.
 """
 
+import json
 from dataclasses import replace
 from unittest import mock
 
 import numpy as np
 import pytest
 from gap_model import arc_network, arc_tube, gap_problem
+from matplotlib.figure import Figure
 from toy_models import model_of
 
 from benchmarks.bench import Bench
@@ -117,6 +119,13 @@ def test_the_gap_workload_orders_the_methods(learned, monkeypatch):
     for row in discs:
         assert row[1] == "none" or float(row[2][:-2]) == pytest.approx(float(row[1][:-2]) + 0.15)
     assert {m.key: m.value for m in result.metrics}["gap.ours.rectangle.narrowest"] < 0
+    axes = Figure().subplots(2)
+    gap.figure(json.loads(json.dumps(result.data)), axes)
+    rows = [label.get_text() for label in axes[1].get_yticklabels()]
+    assert rows == [row[0] for row in result.tables[1].rows]
+    lines = [line.get_xydata() for line in axes[1].lines if line.get_marker() == "None"]
+    drawn = [line for line in lines if (line[:, 1] == len(rows) - 1).all()]
+    np.testing.assert_allclose(drawn, [[(-0.1, len(rows) - 1), (0.05, len(rows) - 1)]])
     assert name_of((8, 8, 8, 8)) == "4x8" and name_of(PARC) == "affine"
 
 

@@ -15,7 +15,7 @@ from parc_jax.plot import shapes
 from parc_jax.plot.claim import claim, when
 from parc_jax.plot.cover import CoverCurve, cover, of_history
 from parc_jax.plot.errors import Entry, errors, quantile
-from parc_jax.plot.gap import GapCurve, gap
+from parc_jax.plot.gap import GapCurve, GapRoom, gap
 from parc_jax.plot.projections import default_pairs, projections
 from parc_jax.plot.samples import samples
 from parc_jax.plot.timeline import clearances, direction_runs, timeline
@@ -144,6 +144,27 @@ def test_gap_marks_methods_that_keep_nothing():
     assert isinstance(gap([GapCurve("none at all", gaps, [0, 0, 0])]), Figure)
     with pytest.raises(InputError):
         gap([])
+
+
+def test_the_narrowest_gap_has_a_mark_for_the_circle_and_one_for_the_body():
+    curve = GapCurve("disc", np.array([0.5, 1.0]), [0.1, 0.5])
+    rooms = [GapRoom("disc", 0.4, 0.7), GapRoom("outline", -0.1, 0.2), GapRoom("neither", None)]
+    share, narrowest = gap([curve], rooms=rooms).axes
+    assert [label.get_text() for label in narrowest.get_yticklabels()] == [r.name for r in rooms]
+    marks = {
+        (line.get_marker(), *line.get_xydata()[0]): line
+        for line in narrowest.lines
+        if line.get_marker() != "None"
+    }
+    assert set(marks) == {("o", 0.4, 0), ("s", 0.7, 0), ("o", -0.1, 1), ("s", 0.2, 1)}
+    for (marker, _, row), mark in marks.items():
+        filled = mark.get_markerfacecolor() == mark.get_color()
+        assert filled is (marker == "s")
+        assert (mark.get_color() == share.lines[0].get_color()) == (row == 0)
+    assert [said.get_text() for said in narrowest.texts] == ["no plan"]
+    assert share.get_xlim() == narrowest.get_xlim() and share.get_xlim()[0] < -0.1
+    with pytest.raises(InputError, match="2 matplotlib Axes"):
+        gap([curve], share, rooms=rooms)
 
 
 def test_projections_contain_the_samples(answer):
