@@ -52,7 +52,6 @@ from parc_jax.sets.chebyshev import chebyshev_center
 from parc_jax.sets.hpolytope import HPolytope
 from parc_jax.spelling import hex_text
 from parc_jax.status import Status
-from parc_jax.verdict.pointwise import verdicts
 from parc_jax.verdict.scene import Scene
 from parc_jax.volume_bounds.no_plan import PROVED, NoPlan
 
@@ -297,8 +296,8 @@ class Answer:
 
     def keeps(self, p0, k) -> np.ndarray:
         """p0 (b, n_p), k (b, n_k) -> bool (b,): safe, as it keeps to one of `corridors`."""
-        e = verdicts(self.model, self.scene, *self._given("keeps", p0, k))
-        return e.safe & (self._corridors.first(e.path, e.bin) >= 0)
+        kept = KeptPlans(self.model, self.scene, self._corridors, self._cover.within)
+        return kept.contains(*self._given("keeps", p0, k))
 
     def _given(self, name: str, p0, k) -> tuple[np.ndarray, np.ndarray]:
         try:

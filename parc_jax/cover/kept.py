@@ -31,7 +31,7 @@ class KeptPlans(PlanSet):
         return self._rows([np.concatenate([c.p0, c.k]) for c in self.corridors.all])
 
     def has(self, safe: Points) -> np.ndarray:
-        """(b,) bool: which of some safe plans keep to a corridor."""
+        """(b,) bool: which of some plans that reach the goal keep to a corridor."""
         return self.corridors.first(safe.path, safe.bin) >= 0
 
     def sample(self, rng: np.random.Generator, n: int) -> np.ndarray:

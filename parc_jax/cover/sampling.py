@@ -12,7 +12,7 @@ from parc_jax.cover.ends import ends_of
 from parc_jax.cover.place import Place
 from parc_jax.model import TrajectoryModel
 from parc_jax.network.predict import outputs
-from parc_jax.verdict.pointwise import Verdicts
+from parc_jax.verdict.pointwise import Prediction, Verdicts
 from parc_jax.verdict.scene import Scene
 from parc_jax.verdict.screen import Screened, screen
 
@@ -232,8 +232,8 @@ def no_points(model: TrajectoryModel) -> Points:
     return Points(p0, k, path, bins, pattern, cell_of(pattern, bins))
 
 
-def points(p0: np.ndarray, k: np.ndarray, e: Verdicts) -> Points:
-    """Points with what their verdicts say of them, and their cells named."""
+def points(p0: np.ndarray, k: np.ndarray, e: Verdicts | Prediction) -> Points:
+    """Points with what is said of them, and their cells named."""
     return Points(p0, k, e.path, e.bin, e.pattern, cell_of(e.pattern, e.bin))
 
 

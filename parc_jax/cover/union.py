@@ -57,11 +57,11 @@ class SafeUnion(PlanSet):
         return self._rows([np.concatenate([p.p0, p.k]) for p in self.polytopes])
 
     def has(self, safe: Points) -> np.ndarray:
-        """(b,) bool: which of some safe plans are inside a polytope."""
+        """(b,) bool: which of some plans that reach the goal are inside a polytope."""
         return self.count(safe) > 0
 
     def count(self, at: Points) -> np.ndarray:
-        """(b,) number of polytopes around each safe point."""
+        """(b,) number of polytopes around each point."""
         rows = [np.zeros(0, int)]
         polytopes = [np.zeros(0, int)]
         for cell, index in groups(at.cell):

@@ -4,13 +4,14 @@ the rationals that they hold.
 
 from fractions import Fraction
 from functools import lru_cache
+from operator import mul
 from typing import NamedTuple
 
 import numpy as np
 
 from parc_jax.errors import InputError
 from parc_jax.sets.hpolytope import HPolytope
-from parc_jax.sets.rational import Point, rational_vertices
+from parc_jax.sets.rational import Point, rational_vertices, whole
 
 FARTHEST = 10**100  # [m] a corner beyond this is taken for a direction left open
 
@@ -47,11 +48,11 @@ def _corners(rows: bytes, offsets: bytes, n: int, name: str) -> tuple[Corner, ..
             f"{name}: expected a bounded set; its rows leave a direction open. Add the missing far "
             "side."
         )
-    exact = [tuple(map(Fraction, row)) for row in A.tolist()]
-    bounds = [Fraction(e) for e in b.tolist()]
+    exact = [whole(row) for row in np.column_stack([A, b]).tolist()]
     in_order = np.argsort(np.arctan2(A[:, 1], A[:, 0]), kind="stable") if n == 2 else range(len(A))
     out = []
     for point in points:
-        along = [sum(a * x for a, x in zip(row, point, strict=True)) for row in exact]
-        out.append(Corner(point, tuple(int(i) for i in in_order if along[i] == bounds[i])))
+        *x, one = whole((*point, Fraction(1)))
+        active = [sum(map(mul, normal, x)) == bound * one for *normal, bound in exact]
+        out.append(Corner(point, tuple(int(i) for i in in_order if active[i])))
     return tuple(out)

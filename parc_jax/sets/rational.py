@@ -2,6 +2,8 @@
 sets of a few dozen rows.
 """
 
+import math
+from collections.abc import Iterable
 from fractions import Fraction
 from itertools import combinations
 
@@ -25,21 +27,19 @@ def rational_vertices(p: HPolytope, name: str = "rational_vertices") -> list[Poi
         return vertices_in_space(p, name)
     if p.n != 2:
         raise InputError(f"{name}: expected a set in the plane or in space; got {p.n} dimensions.")
-    rows = [
-        (Fraction(float(a)), Fraction(float(c)), Fraction(float(b)))
-        for (a, c), b in zip(p.A, p.b, strict=True)
-    ]
+    rows = [whole(row) for row in np.column_stack([p.A, p.b]).tolist()]
     rows = [row for row in rows if row[0] or row[1] or row[2] < 0]
     if any(not (a or c) for a, c, _ in rows):
         return []  # a row 0 <= b with b < 0
     found = set()
     for (a, c, e), (f, g, h) in combinations(rows, 2):
         det = a * g - c * f
-        if det != 0:
-            x = (e * g - c * h) / det
-            y = (a * h - e * f) / det
-            if all(u * x + v * y <= w for u, v, w in rows):
-                found.add((x, y))
+        if det == 0:
+            continue
+        sign = 1 if det > 0 else -1
+        x, y, det = sign * (e * g - c * h), sign * (a * h - e * f), sign * det
+        if all(u * x + v * y <= w * det for u, v, w in rows):
+            found.add((Fraction(x, det), Fraction(y, det)))
     if _is_unbounded(rows) and (found or _has_point_without_vertex(rows)):
         raise InputError(
             f"{name}: expected a bounded set; its rows leave a direction open. Add the missing far "
@@ -52,18 +52,30 @@ def convex_polygon(points: list[Point]) -> list[Point]:
     """Hull of points, counter-clockwise from the lowest-leftmost, collinear ones dropped (Andrew's
     monotone chain).
     """
-    points = sorted(set(points))
-    if len(points) <= 2:
-        return points
+    points = list(set(points))
+    scaled = whole(x for point in points for x in point)
+    named = dict(zip(zip(scaled[::2], scaled[1::2], strict=True), points, strict=True))
+    in_order = sorted(named)
+    if len(in_order) <= 2:
+        return [named[q] for q in in_order]
     chains = []
-    for sequence in (points, points[::-1]):
-        chain: list[Point] = []
+    for sequence in (in_order, in_order[::-1]):
+        chain: list[tuple[int, ...]] = []
         for q in sequence:
             while len(chain) >= 2 and _turn(chain[-2], chain[-1], q) <= 0:
                 chain.pop()
             chain.append(q)
         chains.append(chain[:-1])
-    return chains[0] + chains[1]
+    return [named[q] for chain in chains for q in chain]
+
+
+def whole(values: Iterable[float | Fraction]) -> tuple[int, ...]:
+    """All values times what makes them whole numbers: products of these ask for no common
+    divisors.
+    """
+    ratios = [value.as_integer_ratio() for value in values]
+    scale = math.lcm(*(below for _, below in ratios))
+    return tuple(above * (scale // below) for above, below in ratios)
 
 
 def exact_support(vertices: list[Point], w: np.ndarray) -> Fraction:
@@ -95,11 +107,11 @@ def _has_point_without_vertex(rows) -> bool:
         return True
     a, c, _ = rows[0]
     # row k reads share * (a x + c y) <= w
-    along = [((u * a + v * c) / (a * a + c * c), w) for u, v, w in rows]
+    along = [(Fraction(u * a + v * c, a * a + c * c), w) for u, v, w in rows]
     above = [w / share for share, w in along if share > 0]
     below = [w / share for share, w in along if share < 0]
     return not (above and below) or max(below) <= min(above)
 
 
-def _turn(a: Point, b: Point, c: Point) -> Fraction:
+def _turn(a: tuple[int, ...], b: tuple[int, ...], c: tuple[int, ...]) -> int:
     return (b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0])

@@ -5,6 +5,7 @@ from itertools import product
 
 import numpy as np
 import pytest
+from effort import calls_of
 from random_polytopes import points_around, round_polytope
 
 from parc_jax.errors import InputError
@@ -93,6 +94,15 @@ def test_rational_vertices_are_exact_and_ordered():
     assert rational_vertices(third) == [(0, 0), (Fraction(1, 3), 0), (Fraction(1, 3), 1), (0, 1)]
     assert area(rational_vertices(third)) == Fraction(1, 3)
     assert exact_support(rational_vertices(third), np.array([3.0, 1.0])) == 2
+
+
+def test_rational_vertices_ask_for_few_common_divisors(rng):
+    """The points of all pairs of fifteen rows are tried against the rows: 3,000 calls, where
+    sums of fractions take 30,000.
+    """
+    p = round_polytope(rng, 2, 11)
+    assert len(p.b) == 15
+    assert calls_of(lambda: rational_vertices(p)) < 10_000
 
 
 def test_rational_sets_that_touch_by_one_bit():
