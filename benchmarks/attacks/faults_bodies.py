@@ -12,6 +12,10 @@ POLYTOPE = "parc_jax/cover/polytope.py"
 QUESTION = "parc_jax/checker/question.py"
 NO_PLAN = "parc_jax/checker/no_plan.py"
 HITS = "parc_jax/checker/hits.py"
+BIN_ERRORS = "parc_jax/volume_bounds/bin_errors.py"
+CONTACT_ERRORS = "parc_jax/volume_bounds/contact_errors.py"
+IN_BINS = "tests/volume_bounds/test_bin_errors.py::"
+TRIED = "tests/volume_bounds/test_contact_errors.py::"
 HULLS = "tests/soundness/test_bodies.py::test_clearances_are_the_distances_of_hulls"
 OF_ALL = "tests/obstacles/test_pairs.py::test_the_gap_of_one_interval_is_that_of_all"
 IN_ORDER = "tests/obstacles/test_pairs.py::test_pairs_go_obstacle_by_obstacle"
@@ -303,4 +307,70 @@ PROVED = (
     ),
 )
 
-BODIES = (*DISTANCES, *ERRORS, *COVERED, *PROVED)
+ALLOWED = (
+    Fault(
+        "no_plan_common_errors_of_the_widest_bin",
+        BIN_ERRORS,
+        "least = self._inner[bins].min(axis=0)",
+        "least = self._inner[bins].max(axis=0)",
+        (IN_BINS + "test_common_errors_are_errors_of_every_bin",),
+    ),
+    Fault(
+        "no_plan_least_widths_of_the_first_bin",
+        BIN_ERRORS,
+        "least = self._interval[bins].min(axis=0)",
+        "least = self._interval[bins][0]",
+        (IN_BINS + "test_common_errors_are_errors_of_every_bin",),
+    ),
+    Fault(
+        "no_plan_boxes_around_faces",
+        BIN_ERRORS,
+        "inner = templates.interval.inner_box",
+        "inner = templates.interval.box",
+        (IN_BINS + "test_common_errors_are_errors_of_every_bin",),
+    ),
+    Fault(
+        "no_plan_end_without_the_last_interval",
+        BIN_ERRORS,
+        "for i in range(n_points):\n        for a, b in during",
+        "for i in range(0):\n        for a, b in during",
+        ("tests/volume_bounds/test_no_plan_of_parts.py::test_ends_keep_to_the_last_interval_too",),
+    ),
+    Fault(
+        "no_plan_what_the_first_bin_takes",
+        BIN_ERRORS,
+        "return np.max([self._lost[bin] for bin in bins], axis=0)",
+        "return self._lost[bins[0]]",
+        (IN_BINS + "test_what_any_bin_takes_along_directions",),
+    ),
+    Fault(
+        "no_plan_corners_not_pulled_in",
+        CONTACT_ERRORS,
+        "pulled = corners + INSIDE * (middle - corners)",
+        "pulled = corners - INSIDE * (middle - corners)",
+        (TRIED + "test_every_error_that_is_tried_is_exactly_admitted",),
+    ),
+    Fault(
+        "no_plan_admits_what_one_point_may",
+        CONTACT_ERRORS,
+        "if sum(x * y for x, y in zip(a, exact, strict=True)) > b:",
+        "if sum(x * y for x, y in zip(a, exact, strict=True)) > 1000 * b:",
+        (TRIED + "test_every_error_that_is_tried_is_exactly_admitted",),
+    ),
+    Fault(
+        "faces_inner_box_of_the_half_widths",
+        FACES,
+        "room = np.maximum(finite - np.abs(self.centre), 0)",
+        "room = finite",
+        ("tests/claim/test_faces.py::test_the_inner_box_lies_inside_and_touches",),
+    ),
+    Fault(
+        "faces_that_leave_out_the_model",
+        "parc_jax/claim/fitting.py",
+        "least = np.minimum(least, 0.0)",
+        "least = least + 0.0",
+        ("tests/claim/test_fitting.py::test_no_error_at_all_is_between_the_faces",),
+    ),
+)
+
+BODIES = (*DISTANCES, *ERRORS, *COVERED, *PROVED, *ALLOWED)

@@ -43,7 +43,7 @@ def _inverse_frames(directions) -> list[tuple[int, list[list[Fraction]]]]:
     """
     n_rows, n = directions.shape
     frames = []
-    for first in range(0, n_rows, n):
+    for first in range(0, n_rows - n_rows % n, n):
         inverse = _inverse([[Fraction(x) for x in u] for u in directions[first : first + n]])
         if inverse is not None:
             frames.append((first, inverse))

@@ -15,6 +15,7 @@ from flax import struct
 
 from parc_jax.errors import InputError
 
+NO_CLAIM = 1e100  # [m, .] wider than any world, and its square is still finite
 # [volume spanned by unit directions] A basis that spans less is left out: its multipliers would be
 # large, and with them what rounding adds.
 FLAT = 0.05

@@ -11,7 +11,7 @@ import numpy as np
 from flax import struct
 
 from parc_jax.arrays import as_float64
-from parc_jax.claim.error_set import ErrorTemplate, template
+from parc_jax.claim.error_set import NO_CLAIM, ErrorTemplate, template
 from parc_jax.errors import InputError
 
 # short binary fractions, so that exact arithmetic on certificates stays cheap
@@ -46,6 +46,24 @@ class Faces:
         n = self.directions.shape[-1]
         centre, half = np.abs(self.centre[..., :n]), self.half[..., :n]
         return np.where(centre == 0, half, np.nextafter(centre + half, np.inf))
+
+    @property
+    def allow_none(self) -> np.ndarray:
+        """(...) bool: whether no error at all is one of them; a set about a far centre has none."""
+        return (self.half >= np.abs(self.centre)).all(axis=-1)
+
+    @property
+    def inner_box(self) -> np.ndarray:
+        """(..., n) finite half widths about zero of a box inside, in the proportions of the one
+        around it, rounded down; nothing where zero is outside.
+        """
+        finite = np.minimum(self.half, NO_CLAIM)
+        n = self.directions.shape[-1]
+        around = np.abs(self.centre[..., :n]) + finite[..., :n]
+        across = (np.abs(self.directions) * around[..., None, :]).sum(axis=-1)
+        room = np.maximum(finite - np.abs(self.centre), 0)
+        share = np.divide(room, across, out=np.ones_like(room), where=across > 0).min(axis=-1)
+        return share[..., None] * around / _UP**4
 
     def reach(self, size) -> np.ndarray:
         """(..., R) largest |u_j . e| over all |e| <= size (..., n), rounded up."""

@@ -153,9 +153,12 @@ def _between(
     floor: float,
     frames: bool,
 ) -> Faces:
-    """Faces about the middle of what was seen; a bin without runs gets all that was seen
-    anywhere. counts: over the grid of bins.
+    """Faces about the middle of what was seen and of no error at all: a proof that no plan is safe
+    needs trajectories that keep to the model. A bin without runs gets all that was seen anywhere.
+    counts: over the grid of bins.
     """
+    least = np.minimum(least, 0.0)
+    most = np.maximum(most, 0.0)
     seen = (counts > 0).reshape(-1)
     centre = np.zeros(least.shape)
     half = np.zeros(least.shape)

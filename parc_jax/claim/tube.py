@@ -9,12 +9,10 @@ import numpy as np
 from flax import struct
 
 from parc_jax.arrays import as_float64, content_hash
-from parc_jax.claim.error_set import ErrorBox, ErrorSet, at
+from parc_jax.claim.error_set import NO_CLAIM, ErrorBox, ErrorSet, at
 from parc_jax.claim.faces import Faces
 from parc_jax.errors import InputError
 from parc_jax.network.predict import Layout
-
-NO_CLAIM = 1e100  # [m, .] wider than any world, and its square is still finite
 
 
 class Templates(NamedTuple):
@@ -44,7 +42,7 @@ class Tube:
 
     Ask it through its methods: `during` and `at_end` give the errors that bins allow,
     `support_at_end` what a row of a goal loses, `bins_of` and `widest_at` what holds at a k,
-    `widest` and `least` what holds over several bins.
+    `widest` what holds over several bins.
     """
 
     edges: tuple[np.ndarray, ...]
@@ -195,14 +193,6 @@ class Tube:
     def widest(self, bins=slice(None)) -> tuple[np.ndarray, np.ndarray]:
         """Largest half widths over the bins: interval (T, n_c), final (n_c + n_q,)."""
         return self.interval[bins].max(axis=0), self.final[bins].max(axis=0)
-
-    def least(self, bins=slice(None)) -> tuple[np.ndarray, np.ndarray]:
-        """Smallest half widths over the bins: interval (T, n_c), final (n_c + n_q,). Raises
-        InputError between faces: boxes around them say nothing of what lies inside.
-        """
-        if self.templates is not None:
-            raise InputError("tube: expected boxes; between faces there are no least half widths.")
-        return self.interval[bins].min(axis=0), self.final[bins].min(axis=0)
 
     def bin_of(self, k: np.ndarray) -> np.ndarray:
         """Bin number of k (..., n_k), one of the closed bins that contain it; -1 outside K."""

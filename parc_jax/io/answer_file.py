@@ -10,8 +10,9 @@ from parc_jax.body import Body, Disc, Part, Polygon, body_of
 from parc_jax.certificate.write import FORMAT, by_pair
 from parc_jax.checker import Rejected, check_answer, load, number
 from parc_jax.claim.claim import claim_from_json
+from parc_jax.claim.error_set import NO_CLAIM
 from parc_jax.claim.faces import Faces, faces
-from parc_jax.claim.tube import NO_CLAIM, Tube, fitted_tube, tube
+from parc_jax.claim.tube import Tube, fitted_tube, tube
 from parc_jax.cover.corridor import Corridor
 from parc_jax.cover.place import Place
 from parc_jax.cover.polytope import SafePolytope

@@ -8,8 +8,7 @@ from pathlib import Path
 import numpy as np
 
 from parc_jax.answer import Answer
-from parc_jax.claim.error_set import ErrorBox
-from parc_jax.claim.tube import NO_CLAIM
+from parc_jax.claim.error_set import NO_CLAIM, ErrorBox
 from parc_jax.errors import InputError
 from parc_jax.onboard.tables import Tables, tables
 from parc_jax.rollout.files import write_atomic

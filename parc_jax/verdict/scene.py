@@ -183,18 +183,19 @@ def _checked(lo: np.ndarray, hi: np.ndarray, needed: np.ndarray, name: str):
 
 def no_end_fits(scene: Scene, model) -> str | None:
     """Why no plan can be safe, in a sentence, where the tube is wider than the goal in every bin of
-    K; else None. Of tubes of half widths only.
+    K; else None.
     """
-    if not isinstance(model.tube.final_errors, ErrorBox):
-        return None
     lo, hi = goal_box(scene.problem.goal, model.layout)
     asked = np.isfinite(hi - lo)
-    short = np.full(model.tube.final.shape, -np.inf)
-    short[:, asked] = 2 * model.tube.final[:, asked] - (hi - lo)[asked]
+    axes = np.eye(len(asked))
+    errors = at(model.tube.final_errors, (slice(None), None))
+    half = (errors.support(axes) + errors.support(-axes)) / 2
+    short = np.full(half.shape, -np.inf)
+    short[:, asked] = 2 * half[:, asked] - (hi - lo)[asked]
     if not (short > 0).any(axis=1).all():
         return None
     axis = int(np.argmax(short.min(axis=0)))
-    least = model.tube.final.min(axis=0)
+    least = half.min(axis=0)
     if not np.isfinite(least).all():
         return "no bin of K has a claim."
     if short[:, axis].min() <= 0:

@@ -15,6 +15,7 @@ import jax.numpy as jnp
 import numpy as np
 
 from parc_jax.arrays import dot
+from parc_jax.claim.error_set import ErrorSet
 from parc_jax.network.predict import HIGHEST, Layout, by_point, predict
 from parc_jax.volume_bounds.contact_margins import (
     Tried,
@@ -30,17 +31,16 @@ class Boxes(NamedTuple):
     """A batch of n boxes.
 
     lo, hi: (n, n_p + n_k).
-    least, most: (n, T, n_c) componentwise extremes of the interval widths over the bins that the
-        box overlaps; final_least, final_most: (n, n_c + n_q).
-    straddles: (n, n_k) 1.0 for several bins along this axis, else 0.0.
+    common: errors that all bins allow which the box overlaps; leading axes (n, T, n_points).
+    blur, goal_least, goal_most, straddles: of every box, as in `OverBins`.
     """
 
     lo: np.ndarray
     hi: np.ndarray
-    least: np.ndarray
-    most: np.ndarray
-    final_least: np.ndarray
-    final_most: np.ndarray
+    common: ErrorSet
+    blur: np.ndarray
+    goal_least: np.ndarray
+    goal_most: np.ndarray
     straddles: np.ndarray
 
 
@@ -112,7 +112,7 @@ def examine(net, scene, k, owner, boxes: Boxes) -> Examined:
     """Vertices k (m, n_k) of the cells, owner (m,): number of their box, n for padding. Kernel over
     the whole batch.
     """
-    n, T, n_c = boxes.least.shape
+    n, T, n_c = boxes.blur.shape
     n_p = scene.z_lo.shape[0]
     layout = Layout(T, n_p, n_c // n_p)
     places, q = jax.vmap(lambda x: offsets_from_end(net, layout, x))(k)
@@ -135,7 +135,7 @@ def examine_by_bounds(net, scene, boxes: Boxes) -> Examined:
 
     `at` has 2^n_p rows for each box, one box after another: corners that hold all its places.
     """
-    n, T, n_c = boxes.least.shape
+    n, T, n_c = boxes.blur.shape
     n_p = scene.z_lo.shape[0]
     layout = Layout(T, n_p, n_c // n_p)
     W, b = _outputs_less_end(net, layout)
@@ -206,9 +206,8 @@ def _examined(net, scene, layout: Layout, known: Known, boxes: Boxes) -> Examine
 
     low, high = _range_of_rows(goal_z, z_lo, z_hi)
     least_rest, most_rest = known.goal
-    goal_size = jnp.abs(scene.goal_A)
-    goal = low + least_rest - (scene.goal_b[None] - _times(boxes.final_least, goal_size))
-    fits = scene.goal_b[None] - _times(boxes.final_most, goal_size) - high - most_rest
+    goal = low + least_rest - (scene.goal_b[None] - boxes.goal_least)
+    fits = scene.goal_b[None] - boxes.goal_most - high - most_rest
     fits = fits.min(axis=1)
 
     low, high = _range_of_rows(scene.start_A, z_lo, z_hi)
@@ -220,8 +219,8 @@ def _examined(net, scene, layout: Layout, known: Known, boxes: Boxes) -> Examine
     least_places, most_places = _extremes(known.places, known.owner, n)
     half_z = jnp.concatenate([(z_hi - z_lo) / 2] * layout.n_points, axis=1)
     half_size = (most_places - least_places) / 2 + half_z[:, None]
-    tried = contacts_to_try(scene, middle.path, half_size, boxes.least, z_hi - z_lo)
-    at, depth = contact_depth(scene, tried, known.places, known.owner, z_lo, z_hi, boxes.least)
+    tried = contacts_to_try(scene, middle.path, half_size, boxes.common, z_hi - z_lo)
+    at, depth = contact_depth(scene, tried, known.places, known.owner, z_lo, z_hi)
     _, worst = _extremes(depth, known.owner, n)
 
     rows = jnp.concatenate([goal_z, scene.start_A])
@@ -236,7 +235,7 @@ def _examined(net, scene, layout: Layout, known: Known, boxes: Boxes) -> Examine
     )
     spans = [most_rest - least_rest, most_p0 - least_p0, _spans(tried, most_places - least_places)]
     loose = jnp.concatenate(spans, axis=1) - effects[:, :, n_p:].sum(axis=2)
-    of_bins = _effects_of_bins(goal_size, start, tried, boxes)
+    of_bins = _effects_of_bins(start, tried, boxes)
     of_bounds = jnp.maximum(loose, 0)[:, :, None] * known.blame[:, None]
     effects = effects.at[:, :, n_p:].add(of_bins + of_bounds)
     which = jnp.stack([tried.obstacle, tried.interval, tried.share], axis=2)
@@ -304,15 +303,15 @@ def _effects_of_sides(z_rows, k_moves, k_rows, z_size, tried: Tried, moved):
     return jnp.concatenate(parts, axis=1)
 
 
-def _effects_of_bins(goal_size, start, tried: Tried, boxes: Boxes):
+def _effects_of_bins(start, tried: Tried, boxes: Boxes):
     """|change| of the reasons when the box is split at the edges of bins: (n, g + s + c, n_k)."""
     n = len(boxes.lo)
-    more_goal = _times(boxes.final_most - boxes.final_least, goal_size)
-    wider = (boxes.most - boxes.least)[jnp.arange(n)[:, None], tried.interval]
-    more_hit = dot(jnp.abs(tried.way), _mixed(wider, tried))
-    blur = jnp.concatenate([more_goal, jnp.zeros_like(start), more_hit], axis=1)
+    more_goal = boxes.goal_most - boxes.goal_least
+    blur = boxes.blur[jnp.arange(n)[:, None], tried.interval]
+    more_hit = dot(jnp.abs(tried.way), _mixed(blur, tried))
+    more = jnp.concatenate([more_goal, jnp.zeros_like(start), more_hit], axis=1)
     count = jnp.maximum(boxes.straddles.sum(axis=1), 1.0)
-    return blur[:, :, None] * (boxes.straddles / count[:, None])[:, None]
+    return more[:, :, None] * (boxes.straddles / count[:, None])[:, None]
 
 
 def _spans(tried: Tried, size):

@@ -11,8 +11,11 @@ from typing import NamedTuple
 
 import jax
 import jax.numpy as jnp
+import numpy as np
 
 from parc_jax.arrays import dot
+from parc_jax.claim.error_set import ErrorSet
+from parc_jax.claim.error_set import at as errors_at
 from parc_jax.lp.interior import interior_point
 from parc_jax.network.predict import by_point
 from parc_jax.obstacles.grown import GrownObstacles
@@ -28,7 +31,8 @@ class Tried(NamedTuple):
 
     obstacle, interval, share: (n, c) numbers; an obstacle stands for one part of the body, too.
     way: (n, c, n_p) directions out of the obstacle. weights: (n, c, 2^n_p, n_points) of the mixture
-    of points at each corner of the box of z. gap: (n,) [m] of the middle of the box, over all.
+    of points at each corner of the box of z. lost: (n, c, n_points, .) what errors take, as in
+    `_lost`. gap: (n,) [m] of the middle of the box, over all.
     """
 
     obstacle: jax.Array
@@ -36,23 +40,25 @@ class Tried(NamedTuple):
     share: jax.Array
     way: jax.Array
     weights: jax.Array
+    lost: jax.Array
     gap: jax.Array
 
 
-def contacts_to_try(scene: Scene, path, half_size, least, size) -> Tried:
+def contacts_to_try(scene: Scene, path, half_size, common: ErrorSet, size) -> Tried:
     """The contacts whose gap at the middle of the box, plus half the box along it, is smallest.
 
-    path (n, T + 1, n_c): of the middle. half_size: the same, half of what the box adds to it. least
-    (n, T, n_c): half widths. size (n, n_p): of the box of z.
+    path (n, T + 1, n_c): of the middle. half_size: the same, half of what the box adds to it.
+    common: errors that all bins allow, leading axes (n, T, n_points). size (n, n_p): of the box of
+    z.
 
-    These gaps only steer the search. With the widest widths instead of the least ones they would
-    point at worse contacts, but prove nothing false: whether a contact holds is decided by
-    `contact_depth`, with the least widths, and in the end by the checker.
+    These gaps only steer the search. With the errors of any bin they would point at worse contacts,
+    but prove nothing false: whether a contact holds is decided by `contact_depth`, with those of
+    all, and in the end by the checker.
     """
     n = len(path)
     n_points = path.shape[2] // size.shape[1]
     points = jnp.asarray(scene.obstacles.points)
-    gaps, ways = jax.vmap(_gaps, in_axes=(None, 0, 0))(scene, path, least)
+    gaps, ways = jax.vmap(_gaps, in_axes=(None, 0, 0))(scene, path, common)
     reach = by_point(moments(half_size), n_points)[:, :, :, points].mean(axis=-2)
     score = gaps + dot(jnp.abs(ways), jnp.moveaxis(reach, 3, 1))
     scores = -score.reshape(n, -1)
@@ -61,28 +67,28 @@ def contacts_to_try(scene: Scene, path, half_size, least, size) -> Tried:
     rows = jnp.arange(n)[:, None]
     way = ways[rows, o, t, share]
     at = by_point(moments(path)[rows, t, share], n_points)
-    half = by_point(least[rows, t], n_points)
+    of_contact = jax.vmap(jax.vmap(_lost, in_axes=(None, 0, 0)), in_axes=(None, 0, 0))
+    lost = of_contact(scene, o, errors_at(common, (rows, t)))
     away = corners_of(-size / 2, size / 2)
     of_box = jax.vmap(_weights, in_axes=(None, 0, 0, 0, None))
-    weights = jax.vmap(of_box, in_axes=(None, 0, 0, 0, 0))(scene, o, at, half, away)
-    return Tried(o, t, share, way, weights, gaps.min(axis=(1, 2, 3)))
+    weights = jax.vmap(of_box, in_axes=(None, 0, 0, 0, 0))(scene, o, at, lost, away)
+    return Tried(o, t, share, way, weights, lost, gaps.min(axis=(1, 2, 3)))
 
 
-def contact_depth(scene: Scene, tried: Tried, back, owner, lo, hi, least):
+def contact_depth(scene: Scene, tried: Tried, back, owner, lo, hi):
     """Places less z (m, c, n_points, n_p) of every vertex at the moments tried, and the largest gap
     (m, c) there over the corners of z: negative where every plan touches.
 
     back (m, T + 1, n_c): places less z at the vertices. owner (m,): number of their box. lo, hi (n,
-    n_p): of the boxes of z. least (n, T, n_c).
+    n_p): of the boxes of z.
     """
     n_points = tried.weights.shape[-1]
     box = jnp.minimum(owner, len(lo) - 1)
     t = tried.interval[box]
     at = moments(back)[jnp.arange(len(back))[:, None], t, tried.share[box]]
     at = by_point(at, n_points)
-    half = by_point(least[box[:, None], t], n_points)
     found = jax.vmap(jax.vmap(_deepest, in_axes=(None, 0, 0, 0, 0, None)), (None, 0, 0, 0, 0, 0))(
-        scene, tried.obstacle[box], at, half, tried.weights[box], corners_of(lo, hi)[box]
+        scene, tried.obstacle[box], at, tried.lost[box], tried.weights[box], corners_of(lo, hi)[box]
     )
     active = jnp.asarray(scene.obstacles.active)[tried.obstacle[box], t]
     return at, jnp.where(active, found, jnp.inf)
@@ -122,17 +128,27 @@ def point_gap(p, corners, radius):
     return gaps[best] - radius, w[best]
 
 
-def hull_gap(w, support, at, half):
-    """The same of the hull of points at (i, n_p), each with errors up to half (i, n_p), as far as
-    the directions w (d, n_p) with this support (d,) of the obstacle tell: for one point, how deep
+def hull_gap(w, support, at, lost):
+    """The same of the hull of points at (i, n_p) as far as the directions w (d, n_p) with this
+    support (d,) of the obstacle tell, along which errors take lost (i, d): for one point, how deep
     it is at most.
     """
     length = jnp.sqrt(dot(w, w))
-    along = dot(at[:, None], w[None]) - dot(half[:, None], jnp.abs(w)[None])
+    along = dot(at[:, None], w[None]) - lost
     gaps = (along.min(axis=0) - support) / jnp.where(length > 0, length, 1.0)
     gaps = jnp.where(length > 0, gaps, -jnp.inf)
     best = jnp.argmax(gaps)
     return gaps[best], w[best] / jnp.where(length[best] > 0, length[best], 1.0)
+
+
+def _lost(scene: Scene, o, errors: ErrorSet):
+    """What the errors of each point, leading axis (n_points,), take from obstacle o: along its
+    directions (n_points, d); half widths (n_points, n_p) where it is grown by them.
+    """
+    if isinstance(scene.obstacles, GrownObstacles):
+        return errors.half
+    w = jnp.asarray(scene.directions.w)[o]
+    return errors_at(errors, np.s_[:, None]).support(-w)
 
 
 def deepest_mixture(depth):
@@ -158,15 +174,15 @@ def deepest_mixture(depth):
     return jnp.where(jnp.isfinite(weights).all(), weights, 1 / n)
 
 
-def _gaps(scene: Scene, path, error):
+def _gaps(scene: Scene, path, errors: ErrorSet):
     """Gap (o, T, shares) and direction (o, T, shares, n_p) of every moment of one path (T + 1, n_c)
-    from every obstacle; error (T, n_c).
+    from every obstacle; errors of each interval and point.
     """
     obstacles = scene.obstacles
     if isinstance(obstacles, GrownObstacles):
 
         def one(corner, sign):
-            corners = corner[None] + sign[None] * error[:, None]
+            corners = corner[None] + sign[None] * errors.half
             in_interval = jax.vmap(
                 lambda p, c: point_gap(p, c, obstacles.radius), in_axes=(0, None)
             )
@@ -176,21 +192,22 @@ def _gaps(scene: Scene, path, error):
     else:
         n_points = path.shape[1] // scene.start_A.shape[1]
         table = scene.directions
-        at, half = by_point(moments(path), n_points), by_point(error, n_points)
+        at = by_point(moments(path), n_points)
 
         def one(w, support, points):
+            lost = errors_at(errors, np.s_[:, points, None]).support(-w)
             in_interval = jax.vmap(hull_gap, in_axes=(None, None, 0, None))
             return jax.vmap(in_interval, in_axes=(None, None, 0, 0))(
-                w, support, at[:, :, points], half[:, points]
+                w, support, at[:, :, points], lost
             )
 
         gap, w = jax.vmap(one)(table.w, table.support, jnp.asarray(obstacles.points))
     return jnp.where(obstacles.active[:, :, None], gap, jnp.inf), w
 
 
-def _weights(scene: Scene, o, at, half, away):
+def _weights(scene: Scene, o, at, lost, away):
     """Weights (v, n_points) of the mixture that is deepest in obstacle o, for every corner (v, n_p)
-    of the box of z, seen from its middle; at, half (n_points, n_p): places and half widths.
+    of the box of z, seen from its middle; at (n_points, n_p): places, lost: as in `_lost`.
     """
     points = jnp.asarray(scene.obstacles.points)[o]
     chosen = jax.nn.one_hot(points, len(at), dtype=at.dtype)
@@ -199,7 +216,7 @@ def _weights(scene: Scene, o, at, half, away):
     table = scene.directions
     w, support = jnp.asarray(table.w)[o], jnp.asarray(table.support)[o]
     length = jnp.sqrt(dot(w, w))[:, None]
-    reach = support[:, None] + dot(half[points][None], jnp.abs(w)[:, None])
+    reach = support[:, None] + lost[points].T
 
     def one(moved):
         depth = reach - dot((at[points] + moved[None])[None], w[:, None])
@@ -208,19 +225,19 @@ def _weights(scene: Scene, o, at, half, away):
     return jnp.matmul(jax.vmap(one)(away), chosen)
 
 
-def _deepest(scene: Scene, o, at, half, weights, corners):
+def _deepest(scene: Scene, o, at, lost, weights, corners):
     """Largest gap () over the corners (v, n_p) of z of one vertex of k, whose points are at
-    (n_points, n_p) with these half widths, mixed by weights (v, n_points).
+    (n_points, n_p) and lose as much as `_lost` says, mixed by weights (v, n_points).
     """
     at = corners + dot(weights[:, None], at.T[None])
-    half = dot(weights[:, None], half.T[None])
+    lost = dot(weights[:, None], lost.T[None])
     obstacles = scene.obstacles
     if isinstance(obstacles, GrownObstacles):
-        grown = obstacles.corner[o][None] + obstacles.sign[o][None] * half[:, None]
+        grown = obstacles.corner[o][None] + obstacles.sign[o][None] * lost[:, None]
         gap, _ = jax.vmap(point_gap, in_axes=(0, 0, None))(at, grown, obstacles.radius)
     else:
         w, support = jnp.asarray(scene.directions.w)[o], jnp.asarray(scene.directions.support)[o]
         gap, _ = jax.vmap(hull_gap, in_axes=(None, None, 0, 0))(
-            w, support, at[:, None], half[:, None]
+            w, support, at[:, None], lost[:, None]
         )
     return gap.max()

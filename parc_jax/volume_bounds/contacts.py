@@ -19,6 +19,7 @@ from parc_jax.obstacles.pairs import vertices_of
 from parc_jax.problem import ReachAvoid
 from parc_jax.spelling import fraction_text, hex_text
 from parc_jax.tolerances import TOLERANCES
+from parc_jax.volume_bounds.contact_errors import ContactErrors
 
 DIRECTIONS = {2: 16, 3: 48}  # body points on the rim of a disc or ball that are tried
 ROUNDING = 1e-10  # [1 and m] weights and points are right up to this; far less than contact_depth
@@ -28,12 +29,12 @@ WEIGHT_BITS = 40  # of the weights of a mixture of points
 
 
 class Contact(NamedTuple):
-    """A point of the body (n_p,) and an error (n_p,), both [m]: together they reach from the
-    predicted position into the obstacle.
+    """A point of the body (n_p,), and an error of each point of a mixture (i, n_p), both [m]:
+    together they reach from the predicted position into the obstacle.
     """
 
     body: np.ndarray
-    shift: np.ndarray
+    errors: np.ndarray
 
 
 class DiscBody:
@@ -121,46 +122,34 @@ class Contacts:
             self.body = DiscBody(shape.radius, self.A)
         else:
             self.body = PolygonBody(shape.vertices)
-        # where errors are taken: none, or a corner of the box of errors
-        self._signs = np.array(list(itertools.product((0.0, 1.0, -1.0), repeat=poly.n)))
 
-    def find(self, p: np.ndarray, error: np.ndarray, most: int | None = None) -> list | None:
-        """Certificate entries [body, error] that serve all places p (v, n_p) of one point, or None.
-        error (n_p,) [m]: half widths. most: entries that there may be, None for any number.
-        """
-        chosen = self._choose(p, error, most)
-        if chosen is None:
-            return None
-        return self._spell(chosen, lambda shift: hex_text(shift))
-
-    def find_mixed(
-        self, p: np.ndarray, weights: np.ndarray, errors: np.ndarray, most: int | None = None
-    ) -> list | None:
+    def find(self, p: np.ndarray, errors: ContactErrors, most: int | None = None) -> list | None:
         """Certificate entries [body, errors] that serve all places p (v, n_p) of a mixture of
-        points, by weights (i,), or None. errors (i, n_p) [m]: half widths of each. most: as in
-        `find`.
+        points, or None. most: entries that there may be, None for any number.
         """
-        half = weights @ errors
-        chosen = self._choose(p, half, most)
+        chosen = self._choose(p, errors, most)
         if chosen is None:
             return None
+        out = []
+        for contact in chosen:
+            spelled = self.body.spell(contact.body)
+            if spelled is None or not errors.admits(contact.errors):
+                return None
+            out.append([spelled, [hex_text(error) for error in contact.errors]])
+        return out
 
-        def of_each(shift):
-            # each point errs by the same share of what it may
-            share = np.divide(shift, half, out=np.zeros_like(half), where=half > 0)
-            return [hex_text(np.clip(share, -1, 1) * error) for error in errors]
-
-        return self._spell(chosen, of_each)
-
-    def _choose(self, p: np.ndarray, error: np.ndarray, most: int | None) -> list[Contact] | None:
+    def _choose(
+        self, p: np.ndarray, errors: ContactErrors, most: int | None
+    ) -> list[Contact] | None:
         """Few contacts that serve all places, at most so many; None where there are none."""
-        body = np.repeat(self.body.points, len(self._signs), axis=0)
-        shift = np.tile(self._signs * error, (len(self.body.points), 1))
+        tried = errors.candidates
+        body = np.repeat(self.body.points, len(tried), axis=0)
+        shift = np.tile(_mixed(errors.weights, tried), (len(self.body.points), 1))
         depth = self._depth(p[None] + (body + shift)[:, None])  # (contacts, v)
         for_all = depth.min(axis=1)
         best = int(np.argmax(for_all))
         if for_all[best] > TOLERANCES.contact_depth:
-            return [Contact(body[best], shift[best])]
+            return [Contact(body[best], tried[best % len(tried)])]
         serves = depth > TOLERANCES.contact_depth
         chosen = []
         left = np.ones(len(p), bool)
@@ -170,12 +159,13 @@ class Contacts:
             gain = (serves & left).sum(axis=1)
             best = int(np.argmax(gain))
             if gain[best]:
-                chosen.append(Contact(body[best], shift[best]))
+                chosen.append(Contact(body[best], tried[best % len(tried)]))
                 left &= ~serves[best]
                 continue
             first = np.flatnonzero(left)[0]
-            own = self._own(p[first], error)
-            served = left & (self._depth(p + (own.body + own.shift)) > 10 * ROUNDING)
+            own = self._own(p[first], errors)
+            offset = own.body + _mixed(errors.weights, own.errors[None])[0]
+            served = left & (self._depth(p + offset) > 10 * ROUNDING)
             if not served[first]:
                 return None
             chosen.append(own)
@@ -186,16 +176,16 @@ class Contacts:
         """How deep x (..., n_p) is in the obstacle [m]."""
         return (self.b - x @ self.A.T).min(axis=-1)
 
-    def _own(self, p: np.ndarray, error: np.ndarray) -> Contact:
+    def _own(self, p: np.ndarray, errors: ContactErrors) -> Contact:
         """A contact that reaches from one place p (n_p,) to the nearest point of the obstacle."""
-        nodes = self._nearest(p[None] + error * _box_points(len(p)))
+        nodes = self._nearest(p[None] + _mixed(errors.weights, errors.candidates))
         middle = self.corners.mean(axis=0)
         size = max(float(np.abs(self.corners - middle).max()), TOLERANCES.contact_depth)
         nodes = nodes + (middle - nodes) * min(1.0, 2 * TOLERANCES.contact_depth / size)
-        shift = np.clip(nodes - p, -error, error)
-        body = nodes - p - shift
+        of_each = errors.towards(nodes - p)
+        body = nodes - p - _mixed(errors.weights, of_each)
         best = int(np.argmin(self.body.misfit(body)))
-        return Contact(body[best], shift[best])
+        return Contact(body[best], of_each[best])
 
     def _nearest(self, p: np.ndarray) -> np.ndarray:
         """Points of the obstacle's boundary, among them the nearest ones to p (v, n_p) outside."""
@@ -205,16 +195,6 @@ class Contacts:
         beyond = p @ self.A.T - self.b
         on_planes = (p[:, None] - beyond[:, :, None] * self.A[None]).reshape(-1, p.shape[1])
         return np.concatenate([nodes, on_planes[self._depth(on_planes) > -ROUNDING]])
-
-    def _spell(self, chosen: list[Contact], spell_shift) -> list | None:
-        """JSON entries; None when a body point cannot be spelled inside the body."""
-        out = []
-        for contact in chosen:
-            spelled = self.body.spell(contact.body)
-            if spelled is None:
-                return None
-            out.append([spelled, spell_shift(contact.shift)])
-        return out
 
 
 def short_weights(weights: np.ndarray) -> list[Fraction]:
@@ -244,9 +224,9 @@ def _around_ball(normals: np.ndarray) -> np.ndarray:
     return np.concatenate([spiral, -normals])
 
 
-def _box_points(n: int) -> np.ndarray:
-    """The middle and the corners (2^n + 1, n) of the box of half widths one."""
-    return np.array([(0.0,) * n, *itertools.product((1.0, -1.0), repeat=n)])
+def _mixed(weights: np.ndarray, errors: np.ndarray) -> np.ndarray:
+    """Errors (c, n_p) of a mixture by weights (i,), from those of its points (c, i, n_p)."""
+    return np.einsum("i,cij->cj", weights, errors)
 
 
 def _sides(polygon: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

@@ -12,36 +12,28 @@ from parc_jax.lp.exact import round_up
 from parc_jax.lp.rational import Basis
 from parc_jax.model import TrajectoryModel
 from parc_jax.problem import ReachAvoid
-from parc_jax.spelling import fraction_text
+from parc_jax.spelling import fraction_text, hex_text
+from parc_jax.volume_bounds.bin_errors import BinErrors, bin_errors
 
 MOST_COMBINATIONS = 50_000  # bases of goal rows tried per face
 
 
-def kept_at_end(interval: np.ndarray, final: np.ndarray) -> np.ndarray:
-    """Half widths (..., n_c + n_q) at the end of a trajectory, which keeps to the final ones and,
-    in its n_c positions, to those of the last interval. interval: (..., T, n_c). [T30]
-    """
-    last = interval[..., -1, :]
-    n = last.shape[-1]
-    return np.concatenate([np.minimum(final[..., :n], last), final[..., n:]], axis=-1)
-
-
 def goal_faces(problem: ReachAvoid, model: TrajectoryModel) -> tuple[np.ndarray, np.ndarray, list]:
-    """Box lo, hi (n_p,) of z and the certificate's `faces`, from the goal shrunken by the least
-    widths at the end.
+    """Box lo, hi (n_p,) of z and the certificate's `faces`, from the goal shrunken by errors at the
+    end that all bins allow.
 
     Exact: the combination of goal rows is the axis direction, the bound is rounded outward. Where
     the goal leaves no room at all the box is opened up, so that it has a volume; every plan in it
     then misses the goal.
     """
-    widths = kept_at_end(*model.tube.finite_widths).min(axis=0)
-    least = [Fraction(float(e)) for e in widths]
+    tube = model.tube
+    known = bin_errors(tube, problem.goal.A)
+    errors = known.at_end(np.arange(tube.n_bins))
     rows = [[Fraction(v) for v in row] for row in problem.goal.A]
-    ends = [Fraction(v) for v in problem.goal.b]
-    bounds = [
-        b - sum(abs(a) * e for a, e in zip(row, least, strict=True))
-        for row, b in zip(rows, ends, strict=True)
-    ]
+    bounds = []
+    for row, end, error in zip(rows, problem.goal.b, errors, strict=True):
+        lost = sum(a * Fraction(float(e)) for a, e in zip(row, error, strict=True))
+        bounds.append(Fraction(end) - lost)
     lo = np.zeros(model.n_p)
     hi = np.zeros(model.n_p)
     faces = []
@@ -50,13 +42,21 @@ def goal_faces(problem: ReachAvoid, model: TrajectoryModel) -> tuple[np.ndarray,
         for sign, side in ((-1, lo), (1, hi)):
             h, used = _tightest(rows, bounds, axis, sign)
             side[axis] = sign * round_up(h)
-            pair.append([[row, fraction_text(m)] for row, m in used])
+            pair.append([goal_entry(known, errors, row, m) for row, m in used])
         faces.append(pair)
         if not lo[axis] < hi[axis]:
             least_hi = hi[axis]
             hi[axis] = lo[axis] + 1.0
             lo[axis] = least_hi - 1.0
     return np.nextafter(lo, -np.inf), np.nextafter(hi, np.inf), faces
+
+
+def goal_entry(known: BinErrors, errors: np.ndarray, row: int, m: Fraction) -> list:
+    """A row of the goal in a certificate, m times; between faces with the error (of all rows,
+    `errors`) that violates it.
+    """
+    named = [hex_text(errors[row])] if known.names_errors else []
+    return [row, fraction_text(m), *named]
 
 
 def _tightest(rows, bounds, axis: int, sign: int) -> tuple[Fraction, list[tuple[int, Fraction]]]:

@@ -15,7 +15,6 @@ import numpy as np
 
 from parc_jax import checker
 from parc_jax.certificate.write import question_parts
-from parc_jax.claim.error_set import ErrorBox
 from parc_jax.errors import InputError
 from parc_jax.model import TrajectoryModel
 from parc_jax.pwa.domain import MAX_DIMENSION
@@ -95,8 +94,8 @@ def prove_no_plan(
 
     budget_s: [s] for search and check together; a finished proof is checked however long that
     takes, and compiling, once for scenes of a size, comes on top. max_leaves: boxes of the tree.
-    With more parameters than the checker takes, or a tube whose errors are no boxes, nothing is
-    searched, and all is undecided.
+    With more parameters than the checker takes, or a tube that leaves out the model itself, nothing
+    is searched, and all is undecided.
     Raises InputError for a goal without bounds on the end of the first point, and for bounds where
     nothing can be searched, or no box be proved safe, which takes the cells of at most
     MAX_DIMENSION parameters.
@@ -142,8 +141,9 @@ def _missing(model: TrajectoryModel, bounds: bool) -> str | None:
     most = MAX_DIMENSION if bounds else checker.MAX_PARAMETERS
     if model.n_k > most:
         return f"a model with at most {most} parameters; this model has {model.n_k}"
-    if not isinstance(model.tube.errors, ErrorBox):
-        return "a tube of half widths; this one has faces that fit its errors"
+    templates = model.tube.templates or ()
+    if not all(faces.allow_none.all() for faces in templates):
+        return "a tube around the model itself; in a bin of this one no error at all is outside"
     return None
 
 

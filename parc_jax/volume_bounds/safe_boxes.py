@@ -16,7 +16,8 @@ from parc_jax.obstacles.directions import Multiplier
 from parc_jax.obstacles.runs import longest_lasting
 from parc_jax.tolerances import TOLERANCES
 from parc_jax.verdict.scene import Scene
-from parc_jax.volume_bounds.bounds import Boxes, offsets_from_end
+from parc_jax.volume_bounds.bin_errors import BinErrors
+from parc_jax.volume_bounds.bounds import offsets_from_end
 from parc_jax.volume_bounds.tree import Node
 
 VERTICES = 64  # of one box per compiled call; a box with more is examined in parts
@@ -25,17 +26,18 @@ VERTICES = 64  # of one box per compiled call; a box with more is examined in pa
 class SafeBoxes:
     """Tries the scene's table of directions on boxes."""
 
-    def __init__(self, model: TrajectoryModel, scene: Scene):
+    def __init__(self, model: TrajectoryModel, scene: Scene, errors: BinErrors):
         self.model = model
         self.scene = scene
+        self.errors = errors
 
     def compile(self, k: np.ndarray) -> None:
         """Compile for scenes of this size; k (v, n_k): any."""
         self._least_along(k)
 
-    def separation(self, node: Node, boxes: Boxes, i: int, k: np.ndarray) -> list | None:
-        """The certificate's `sep` for box i with cell vertices k (v, n_k), or None where a
-        direction is missing.
+    def separation(self, node: Node, bins: np.ndarray, k: np.ndarray) -> list | None:
+        """The certificate's `sep` for a box that overlaps these bins, with cell vertices k (v,
+        n_k), or None where a direction is missing.
         """
         n_p = self.model.n_p
         table = self.scene.directions
@@ -44,8 +46,7 @@ class SafeBoxes:
         along = self._least_along(k) + along_z[:, :, None, None]  # (o, d, T + 1, i)
         size = np.abs(table.w)
         margin = TOLERANCES.leaf_margin + self.scene.slack
-        most = by_point(boxes.most[i], self.model.n_points)[:, points]
-        threshold = table.support[:, :, None, None] + np.einsum("odj,toij->odti", size, most)
+        threshold = table.support[:, :, None, None] + self.errors.lost(bins, table.w, points)
         threshold = threshold + margin * size.sum(axis=2)[:, :, None, None]
         holds = (np.minimum(along[:, :, :-1], along[:, :, 1:]) > threshold).all(axis=3)
         active = np.asarray(self.scene.obstacles.active)

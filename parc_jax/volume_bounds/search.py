@@ -16,7 +16,7 @@ from parc_jax.body import numbered
 from parc_jax.certificate.write import one_point
 from parc_jax.errors import BudgetError
 from parc_jax.model import TrajectoryModel
-from parc_jax.network.predict import by_point, outputs
+from parc_jax.network.predict import outputs
 from parc_jax.pwa.domain import MAX_DIMENSION
 from parc_jax.pwa.subdivide import enumerate_regions
 from parc_jax.sets.box import Box
@@ -24,11 +24,13 @@ from parc_jax.spelling import fraction_text
 from parc_jax.tolerances import TOLERANCES
 from parc_jax.verdict.pointwise import verdicts
 from parc_jax.verdict.scene import Scene
+from parc_jax.volume_bounds.bin_errors import OverBins, as_template, bin_errors
 from parc_jax.volume_bounds.bounds import Boxes, Examined, examine_by_bounds_jit, examine_jit
 from parc_jax.volume_bounds.contact_margins import SHARES
 from parc_jax.volume_bounds.contacts import Contacts, short_weights
+from parc_jax.volume_bounds.faces import goal_entry
 from parc_jax.volume_bounds.safe_boxes import SafeBoxes
-from parc_jax.volume_bounds.tree import Node, Widths, choose_split
+from parc_jax.volume_bounds.tree import Node, choose_split
 
 # examined together in one compiled call
 BOXES = 32
@@ -49,12 +51,12 @@ class Found(NamedTuple):
 class Batch(NamedTuple):
     """Boxes that were examined in one call.
 
-    owner: (m,) number of the box that a row of `seen.at` is about. bounded: whether the network was
-    known by bounds, and not by the vertices of its cells.
+    over: the bins that each overlaps. owner: (m,) number of the box that a row of `seen.at` is
+    about. bounded: whether the network was known by bounds, and not by the vertices of its cells.
     """
 
     nodes: list[Node]
-    boxes: Boxes
+    over: list[OverBins]
     seen: Examined
     owner: np.ndarray
     bounded: bool
@@ -91,7 +93,7 @@ class Search:
         self.scene = scene
         self.root = root
         self.bounds = bounds
-        self.widths = Widths(model.tube)
+        self.errors = bin_errors(model.tube, np.asarray(scene.goal_A))
         problem = scene.problem
         self.contacts = [
             Contacts(problem, o, part)
@@ -101,7 +103,7 @@ class Search:
         self.parts = numbered(problem.body, model.points)
         self.goal_rows = len(problem.goal.b)
         self.start_rows = 0 if problem.start is None else len(problem.start.b)
-        self.safe_boxes = SafeBoxes(model, scene) if bounds else None
+        self.safe_boxes = SafeBoxes(model, scene, self.errors) if bounds else None
         self.spread = _spread(len(root.lo))
         self.cost_of_bounds = _cost_of_bounds(model.net)
         # what the steps change
@@ -226,28 +228,39 @@ class Search:
         missing = VERTICES - len(k)
         k = np.concatenate([k, np.repeat(k[:1], missing, axis=0)])
         owner = np.concatenate([owner, np.full(missing, BOXES)])
-        boxes = self._as_boxes(nodes)
+        boxes, over = self._as_boxes(nodes)
         with x64():
             seen = examine_jit(self.model.net, self.scene.arrays, k, owner, boxes)
-            return Batch(nodes, boxes, Examined(*jax.device_get(seen)), owner, bounded=False)
+            return Batch(nodes, over, Examined(*jax.device_get(seen)), owner, bounded=False)
 
     def _by_bounds(self, nodes: list[Node]) -> Batch:
         """Boxes examined by bounds of the network."""
-        boxes = self._as_boxes(nodes)
+        boxes, over = self._as_boxes(nodes)
         owner = np.repeat(np.arange(BOXES), 2**self.model.n_p)
         with x64():
             seen = examine_by_bounds_jit(self.model.net, self.scene.arrays, boxes)
-            return Batch(nodes, boxes, Examined(*jax.device_get(seen)), owner, bounded=True)
+            return Batch(nodes, over, Examined(*jax.device_get(seen)), owner, bounded=True)
 
-    def _as_boxes(self, nodes: list[Node]) -> Boxes:
-        """Boxes, padded to one compiled shape."""
+    def _as_boxes(self, nodes: list[Node]) -> tuple[Boxes, list[OverBins]]:
+        """Boxes, padded to one compiled shape, and the bins that each of the nodes overlaps."""
         n_p = self.model.n_p
-        lo = [node.lo for node in nodes]
-        hi = [node.hi for node in nodes]
-        widths = [self.widths.of(node.lo[n_p:], node.hi[n_p:]) for node in nodes]
+        over = [self.errors.over(node.lo[n_p:], node.hi[n_p:]) for node in nodes]
         rows = np.minimum(np.arange(BOXES), len(nodes) - 1)
-        columns = [lo, hi, *zip(*widths, strict=True)]
-        return Boxes(*(np.array(column)[rows] for column in columns))
+        templates = self.model.tube.templates
+        common = [each.common for each in over]
+        if templates is not None:
+            n_bases = templates.interval.errors.half.shape[-2]
+            common = [as_template(errors, n_bases) for errors in common]
+        boxes = Boxes(
+            np.array([node.lo for node in nodes])[rows],
+            np.array([node.hi for node in nodes])[rows],
+            jax.tree.map(lambda *of_box: np.array(of_box)[rows], *common),
+            *(
+                np.array([getattr(each, name) for each in over])[rows]
+                for name in ("blur", "goal_least", "goal_most", "straddles")
+            ),
+        )
+        return boxes, over
 
     def _unsafe(self, batch: Batch, i: int):
         """(reason, what) of one box, the cheapest to check first, or None."""
@@ -259,7 +272,7 @@ class Search:
     def _about_z(self, entries: list) -> bool:
         """Whether the rows of the goal that a leaf names are about z alone: no bound is asked."""
         A = self.scene.problem.goal.A[:, self.model.n_p :]
-        return not A[[row for row, _ in entries]].any()
+        return not A[[row for row, *_ in entries]].any()
 
     def _reason(self, batch: Batch, i: int):
         """The reason of one box and what it names, or None."""
@@ -270,7 +283,11 @@ class Search:
             ("start", seen.start[i, : self.start_rows]),
         ):
             if len(margins) and margins.max() > margin:
-                return reason, [[int(np.argmax(margins)), "1"]]
+                row = int(np.argmax(margins))
+                if reason == "start":
+                    return reason, [[row, "1"]]
+                errors = self.errors.at_end(batch.over[i].bins)
+                return reason, [goal_entry(self.errors, errors, row, Fraction(1))]
         for c in np.flatnonzero(seen.hit[i] > margin):
             what = self._hit(batch, i, c)
             if what is not None:
@@ -281,7 +298,7 @@ class Search:
         """What a certificate says of contact c of one box, or None where it cannot be written."""
         pair, t, share = batch.seen.which[i, c].tolist()
         at = batch.seen.at[batch.owner == i, c]
-        least = batch.boxes.least[i, t]
+        over = batch.over[i]
         corners = _corners(batch.nodes[i], self.model.n_p)
         contacts = self.contacts[pair]
         moment = [t, str(Fraction(SHARES[share]))]
@@ -292,20 +309,22 @@ class Search:
             if not batch.bounded:
                 places = places.reshape(1, -1, self.model.n_p)
             entries = []
+            errors = self.errors.of_contact(over, t, [0], np.ones(1))
             for served in places:
-                found = contacts.find(served, least, most)
+                found = contacts.find(served, errors, most)
                 if found is None:
                     return None
-                entries += [entry for entry in found if entry not in entries]
+                alone = [[body, error] for body, (error,) in found]
+                entries += [entry for entry in alone if entry not in entries]
             return [pair, *moment, entries]
         points = list(self.parts[pair % len(self.parts)].points)
         at = at[:, points]
-        errors = by_point(least, self.model.n_points)[points]
         groups = []
         for corner, given in zip(corners, batch.seen.weights[i, c][:, points], strict=True):
             weights = short_weights(given)
             mixed = np.array([float(w) for w in weights])
-            entries = contacts.find_mixed(corner + mixed @ at, mixed, errors, most)
+            errors = self.errors.of_contact(over, t, points, mixed)
+            entries = contacts.find(corner + mixed @ at, errors, most)
             if entries is None:
                 return None
             groups.append([fraction_text(weights), entries])
@@ -318,7 +337,7 @@ class Search:
         if not (seen.fits[i] > TOLERANCES.leaf_margin and seen.gap[i] > 0):
             return None
         node = batch.nodes[i]
-        runs = self.safe_boxes.separation(node, batch.boxes, i, node.vertices)
+        runs = self.safe_boxes.separation(node, batch.over[i].bins, node.vertices)
         return None if runs is None else ("safe", runs)
 
     def _try_plans(self, nodes: list[Node]) -> None:

@@ -1,6 +1,4 @@
-"""Boxes over (z, k) as a binary tree: which bins a box overlaps, where it is split, how the tree is
-written.
-"""
+"""Boxes over (z, k) as a binary tree: where a box is split, and how the tree is written."""
 
 from fractions import Fraction
 
@@ -9,7 +7,6 @@ import numpy as np
 from parc_jax.claim.tube import Tube
 from parc_jax.spelling import hex_text
 from parc_jax.tolerances import TOLERANCES
-from parc_jax.volume_bounds.faces import kept_at_end
 
 UNSAFE = ("goal", "start", "hit")
 # a side of k is split before a side of z of equal effect: boxes that share k share their proof's
@@ -68,30 +65,6 @@ class Node:
         if self.split is not None:
             return {"split": [self.split[0], hex_text(self.split[1])]}
         return {"open": None} if self.leaf is None else {self.leaf[0]: self.leaf[1]}
-
-
-class Widths:
-    """Componentwise least and widest errors over the bins that a box of k overlaps with its
-    interior.
-    """
-
-    def __init__(self, tube: Tube):
-        self.tube = tube
-
-    def of(self, lo: np.ndarray, hi: np.ndarray):
-        """(least, most (T, n_p), final_least, final_most (n_p + n_q,), straddles (n_k,)) of one box
-        of k.
-        """
-        number = np.zeros(1, int)
-        straddles = []
-        for edge, a, b in zip(self.tube.edges, lo, hi, strict=True):
-            inside = np.flatnonzero((edge[:-1] < b) & (a < edge[1:]))
-            straddles.append(len(inside) > 1)
-            number = (number[:, None] * (len(edge) - 1) + inside[None]).ravel()
-        least, final_least = self.tube.least(number)
-        most, final_most = self.tube.widest(number)
-        final_least = kept_at_end(least, final_least)
-        return least, most, final_least, final_most, np.array(straddles, float)
 
 
 def choose_split(node: Node, margins, effects, slopes, tube: Tube, n_p: int) -> tuple[int, float]:

@@ -1,6 +1,7 @@
 """Pairs of parallel faces: the box around them, their reach, their exact rows, what is refused."""
 
 from fractions import Fraction
+from itertools import product
 
 import numpy as np
 import pytest
@@ -87,3 +88,25 @@ def test_what_is_no_set_of_faces_is_refused(rng):
         faces(given.directions, given.centre[:, :2], given.half)
     with pytest.raises(InputError, match="finite"):
         faces(given.directions, given.centre * np.inf, given.half)
+
+
+@pytest.mark.parametrize("n", [2, 3])
+def test_the_inner_box_lies_inside_and_touches(rng, n):
+    given = random_faces(rng, n)
+    assert given.allow_none.all()
+    for i in range(3):
+        corners = given.inner_box[i] * np.array(list(product((1, -1), repeat=n)))
+        rows = given.rows(i)
+        for corner in corners:
+            exact = [Fraction(float(x)) for x in corner]
+            assert all(sum(x * y for x, y in zip(a, exact, strict=True)) <= b for a, b in rows)
+        A = np.array([[float(x) for x in a] for a, _ in rows])
+        room = np.array([float(b) for _, b in rows]) - (A @ corners.T).max(axis=1)
+        assert room.min() < 1e-9
+
+
+def test_faces_about_a_far_centre_leave_zero_out():
+    far = faces(np.eye(2)[None], [[0.5, 0.0]], [[0.4, 0.3]])
+    assert not far.allow_none[0] and not far.inner_box.any()
+    open_ended = far.with_half(np.full((1, 2), np.inf))
+    assert open_ended.allow_none[0] and np.isfinite(open_ended.inner_box).all()

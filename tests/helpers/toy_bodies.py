@@ -26,6 +26,7 @@ def points_model(
     size: float = 0.02,
     n_q: int = 1,
     fitted: bool = False,
+    around_zero: bool = False,
 ) -> TrajectoryModel:
     """m points about a random path over K = [-1, 1]^2 that ends about (2, ...), each with an offset
     that moves with k; the first is the reference. One random tube per bin, of boxes or between
@@ -55,8 +56,8 @@ def points_model(
     if fitted:
         errors = fitted_tube(
             edges,
-            random_faces(rng, (n_bins, T, m), n_p, size),
-            random_faces(rng, (n_bins,), n_c + n_q, size, frames=True),
+            random_faces(rng, (n_bins, T, m), n_p, size, around_zero),
+            random_faces(rng, (n_bins,), n_c + n_q, size, around_zero, frames=True),
         )
     else:
         errors = tube(edges, rng.uniform(0, 2 * size, during), rng.uniform(0, 2 * size, at_end), m)
@@ -65,13 +66,19 @@ def points_model(
     return trajectory_model(net, claim, domain, time_grid(1.0 / T, 1.0), "toy", points=names)
 
 
-def random_faces(rng, lead: tuple[int, ...], n: int, size: float, frames: bool = False) -> Faces:
-    """Faces along the axes and along n directions more, about errors that are not about zero."""
+def random_faces(
+    rng, lead: tuple[int, ...], n: int, size: float, around_zero: bool, frames: bool = False
+) -> Faces:
+    """Faces along the axes and along n directions more, about errors that are not about zero.
+    around_zero: but hold it.
+    """
     slanted = short(rng.normal(size=(*lead, n, n)), DIRECTION_BITS)
     directions = np.concatenate([np.broadcast_to(np.eye(n), slanted.shape), slanted], axis=-2)
     half = rng.uniform(0.3, 2, directions.shape[:-1]) * size
     middle = size * rng.uniform(-0.3, 0.3, (*lead, n))
     centre = (directions * middle[..., None, :]).sum(axis=-1)
+    if around_zero:
+        half = np.maximum(half, 1.1 * np.abs(centre))
     return faces(directions, centre, half, frames)
 
 

@@ -15,6 +15,7 @@ from parc_jax.checker import number
 from parc_jax.problem import reach_avoid
 from parc_jax.sets.box import box
 from parc_jax.sets.hpolytope import hpolytope
+from parc_jax.volume_bounds.contact_errors import WithinWidths
 from parc_jax.volume_bounds.contact_margins import deepest_mixture
 from parc_jax.volume_bounds.contacts import Contacts, short_weights
 
@@ -62,23 +63,24 @@ def test_contacts_in_space_hold_exactly_wherever_the_grown_obstacle_is(rng, shap
     problem = reach_avoid(box([0, 0, 0, -1], [1, 1, 1, 1]), [WEDGE], shape)
     contacts = Contacts(problem, 0)
     error = np.array([0.05, 0.1, 0.02])
+    within = WithinWidths(error[None], np.ones(1))
     corners = contacts.corners
     assert (WEDGE.A @ corners.T <= WEDGE.b[:, None] + 1e-9).all()
     found = rng.dirichlet(np.full(len(corners), 0.3), 60) @ corners
     errors = rng.uniform(-error, error, (60, 3))
     p = found - 0.98 * around(rng, shape, 60) - 0.98 * errors
     for group in np.split(p, 20):
-        entries = contacts.find(group, error)
+        entries = contacts.find(group, within)
         assert entries is not None
         for place in group:
             hits = []
-            for body, shift in entries:
+            for body, (shift,) in entries:
                 shift = exact(shift)
                 assert all(abs(s) <= Fraction(float(e)) for s, e in zip(shift, error, strict=True))
                 offset = zip(place, point_of(shape, body), shift, strict=True)
                 hits.append(inside(WEDGE, [Fraction(float(x)) + y + s for x, y, s in offset]))
             assert any(hits)
-    assert contacts.find(np.array([[5.0, 5.0, 5.0]]), error) is None
+    assert contacts.find(np.array([[5.0, 5.0, 5.0]]), within) is None
 
 
 def test_the_errors_of_a_mixture_are_errors_of_its_points(rng):
@@ -89,15 +91,14 @@ def test_the_errors_of_a_mixture_are_errors_of_its_points(rng):
     assert sum(weights) == 1
     mixed = np.array([float(w) for w in weights])
     reach = float(mixed @ errors[:, 0])
-    ((body, of_each),) = Contacts(problem, 0).find_mixed(
-        np.array([[1.001 - reach, 0.0]]), mixed, errors
-    )
+    within = WithinWidths(errors, mixed)
+    ((body, of_each),) = Contacts(problem, 0).find(np.array([[1.001 - reach, 0.0]]), within)
     assert exact(body) == [0, 0]
     for given, most in zip(of_each, errors, strict=True):
         assert all(abs(x) <= Fraction(float(e)) for x, e in zip(exact(given), most, strict=True))
     total = sum(w * exact(given)[0] for w, given in zip(weights, of_each, strict=True))
     assert total + Fraction(1.001 - reach) >= 1
-    assert Contacts(problem, 0).find_mixed(np.array([[0.999 - reach, 0]]), mixed, errors) is None
+    assert Contacts(problem, 0).find(np.array([[0.999 - reach, 0]]), within) is None
 
 
 @pytest.mark.parametrize("n", [1, 2, 4, 8])

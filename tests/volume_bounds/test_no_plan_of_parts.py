@@ -7,7 +7,8 @@ import itertools
 import jax
 import numpy as np
 import pytest
-from scipy.optimize import nnls
+from scipy.optimize import linprog, nnls
+from scipy.spatial import HalfspaceIntersection
 from toy_bodies import points_model, points_problem
 from toy_models import assumed
 
@@ -15,7 +16,7 @@ from parc_jax import checker
 from parc_jax.body import Disc, Part, Polygon, body_of, hull, numbered
 from parc_jax.certificate.write import question_parts
 from parc_jax.claim.faces import faces
-from parc_jax.claim.tube import fitted_tube, zero_tube
+from parc_jax.claim.tube import fitted_tube, refined, zero_tube
 from parc_jax.errors import InputError
 from parc_jax.model import TrajectoryModel, trajectory_model
 from parc_jax.network.predict import by_point, moved_to, trajectories
@@ -23,28 +24,35 @@ from parc_jax.network.relu import relu_network
 from parc_jax.planner import Planner
 from parc_jax.problem import goal_of_points, reach_avoid
 from parc_jax.sets.box import box
+from parc_jax.sets.hpolytope import hpolytope
 from parc_jax.settings import Settings
 from parc_jax.system import time_grid
 from parc_jax.verdict.scene import scene_of
+from parc_jax.volume_bounds.bin_errors import end_rows
 from parc_jax.volume_bounds.no_plan import prove_no_plan
 
 T = 4
 HEAVY = 1e4  # weight of the row that makes shares sum to one
 
 
-def between_faces(half: np.ndarray):
-    """Faces along the axes, with these half widths (..., n), and one across the first two."""
+def between_faces(half: np.ndarray, across: float = np.inf, centre: float = 0.0):
+    """Faces along the axes, with these half widths (..., n), and across the first two, of another
+    one at most; about errors of centre along the first axis.
+    """
     n = half.shape[-1]
-    directions = np.concatenate([np.eye(n), np.eye(1, n) + np.eye(1, n, 1)])
-    half = np.concatenate([half, half[..., :1] + half[..., 1:2]], axis=-1)
-    return faces(np.broadcast_to(directions, (*half.shape, n)), np.zeros(half.shape), half)
+    directions = np.eye(n)
+    directions[0, 1], directions[1, 0] = 1, -1
+    own = np.minimum(half[..., :1] + half[..., 1:2], across)
+    half = np.concatenate([half, own, own, half[..., 2:]], axis=-1)
+    directions = np.broadcast_to(np.concatenate([np.eye(n), directions]), (*half.shape, n))
+    return faces(directions, centre * directions[..., 0], half, frames=n > 3)
 
 
 def bar_model(
-    n_p: int = 2, e: float = 0.05, length: float = 0.5, fitted: bool = False
+    n_p: int = 2, e: float = 0.05, length: float = 0.5, fitted: bool = False, **of_faces
 ) -> TrajectoryModel:
     """A bar along x that does not turn: its tail moves by (t / T) (k_0, k_1), q = k_0. fitted: its
-    errors are between faces, one across the axes among them.
+    errors are `between_faces` in the plane.
     """
     knots = np.repeat(np.arange(T + 1) / T, 2)
     W = np.kron(knots[:, None], np.eye(n_p, 2))[n_p:]
@@ -54,7 +62,7 @@ def bar_model(
     nothing = zero_tube([[-1.0, 1.0]] * 2, T, 2 * n_p, 2 * n_p + 1, 2)
     wide = nothing.replace(interval=nothing.interval + e, final=nothing.final + e)
     if fitted:
-        during = between_faces(by_point(wide.interval, 2))
+        during = between_faces(by_point(wide.interval, 2), **of_faces)
         wide = fitted_tube(wide.edges, during, between_faces(wide.final))
     claim = assumed(wide, domain)
     return trajectory_model(
@@ -94,6 +102,29 @@ def test_verdicts_switch_once_as_the_gap_widens(n_p):
     assert kinds == ["proved", "proved", "safe", "safe"]
 
 
+@pytest.mark.parametrize("bins", [1, 3])
+def test_slanted_faces_make_room_that_a_box_has_not(bins):
+    """Walls along (1, 1), and errors up to 0.3 along them but 0.02 across: a gap of 2 x 0.25 for
+    the body and 2 x 0.02 for the errors. Nothing fits below 0.54; half widths would need 0.92.
+    """
+    turn = np.array([[1.0, -1.0], [1.0, 1.0]]) / np.sqrt(2)
+    model = bar_model(e=0.3, length=0.0, fitted=True, across=0.02 * np.sqrt(2))
+    goal = goal_of_points(model.points, {"tail": box([-0.4, -0.4], [0.4, 0.4])}, box([-1], [1]))
+    edges = [np.linspace(-1, 1, bins + 1), [-1.0, 1.0]]
+    model = model.replace(claim=assumed(refined(model.tube, edges), model.domain))
+    kinds = []
+    for gap in (0.4, 0.52, 0.55, 0.7):
+        walls = []
+        for side in (1, -1):
+            # along the way |x| <= 9, across it from half the gap to 2
+            rows = np.array([turn[1], -turn[1], side * turn[0], -side * turn[0]])
+            walls.append(hpolytope(rows, [9, 9, 2, -gap / 2]))
+        body = hull("tail", "tip", radius=0.25)
+        answer = decide(model, reach_avoid(goal, walls, body), max_leaves=600)
+        kinds.append("safe" if answer.safe_plan else answer.kind)
+    assert kinds == ["proved", "proved", "safe", "safe"]
+
+
 def test_the_proof_is_in_the_file_of_the_answer(tmp_path):
     model = bar_model()
     settings = Settings(no_plan_budget_s=300.0)
@@ -129,19 +160,35 @@ def test_a_polygon_may_grow_a_part():
         assert (answer.safe_plan is None) == (kind == "proved")
 
 
-def test_no_proof_is_searched_for_a_robot_whose_tube_has_no_claim():
+def test_a_robot_whose_tube_has_no_claim_has_no_plan():
     model = bar_model(e=np.inf)
     answer = decide(model, walls(model, 0.3), max_leaves=20)
-    assert answer.kind == "undecided" and answer.unsafe == 0
+    assert answer.kind == "proved" and "no bin of K has a claim" in answer.statement()
 
 
-def test_nothing_is_searched_under_a_tube_between_faces():
-    """The half widths around such a tube allow errors that it does not."""
+def test_ends_keep_to_the_last_interval_too():
+    """The end allows more than the last interval: the errors of goal rows are those of both."""
     model = bar_model(fitted=True)
+    wide = model.tube.templates.final
+    wide = wide.with_half(4 * wide.half)
+    tube = fitted_tube(model.tube.edges, model.tube.templates.interval, wide)
+    model = model.replace(claim=assumed(tube, model.domain))
+    # 0.1 wide, as much as the errors of the last interval: at 0.09 nothing fits
+    for width, kind in ((0.09, "proved"), (0.25, "undecided")):
+        goal = goal_of_points(
+            model.points, {"tail": box([3.0, -0.5], [3.0 + width, 0.5])}, box([-1], [1])
+        )
+        answer = decide(model, reach_avoid(goal, [box([9, 9], [10, 10])], hull("tail", "tip")))
+        assert answer.kind == kind and answer.certificate is not None
+
+
+def test_a_tube_that_leaves_out_the_model_is_not_searched():
+    """Nothing shows then that its errors are those of a trajectory."""
+    model = bar_model(fitted=True, centre=0.2)
     answer = decide(model, walls(model, 0.3))
     assert answer.kind == "undecided" and answer.undecided == answer.total
-    assert "a tube of half widths" in answer.statement()
-    with pytest.raises(InputError, match="bound_volume: expected a tube of half widths"):
+    assert "a tube around the model itself" in answer.statement()
+    with pytest.raises(InputError, match="bound_volume: expected a tube around the model itself"):
         decide(model, walls(model, 0.3), bounds=True)
 
 
@@ -179,14 +226,34 @@ def corners_of(obstacle) -> np.ndarray:
     return np.array(list(itertools.product(*np.stack([-obstacle.b[n:], obstacle.b[:n]], axis=1))))
 
 
-def clearance(model, problem, path, half, o, part, t, share) -> float:
-    """Distance of a part from an obstacle at one moment, for the worst errors: path (T + 1, n_c),
-    half (T, m, n_p).
+def errors_of(model, bin, t, i) -> np.ndarray:
+    """(v, n_p) corners of the errors that a bin allows at a point in an interval."""
+    tube = model.tube
+    if tube.templates is None:
+        signs = np.array(list(itertools.product((-1, 1), repeat=model.n_p)))
+        return signs * by_point(tube.interval[bin, t], model.n_points)[i]
+    rows = tube.templates.interval.rows((bin, t, i))
+    table = np.array([[*map(float, a), -float(b)] for a, b in rows])
+    return HalfspaceIntersection(table, np.zeros(model.n_p)).intersections
+
+
+def lost_at_end(model, bin, row) -> float:
+    """The most that a row of the goal loses by errors at the end."""
+    tube = model.tube
+    if tube.templates is None:
+        return np.abs(row) @ tube.final[bin]
+    rows = end_rows(tube.templates, bin)
+    A, b = ([list(map(float, a)) for a, _ in rows], [float(b) for _, b in rows])
+    return -linprog(-row, A_ub=A, b_ub=b, bounds=(None, None)).fun
+
+
+def clearance(model, problem, path, bin, o, part, t, share) -> float:
+    """Distance of a part from an obstacle at one moment, for the worst errors: path (T + 1,
+    n_c).
     """
     own = list(part.points)
-    places = by_point((1 - share) * path[t] + share * path[t + 1], model.n_points)[own]
-    signs = np.array(list(itertools.product((-1, 1), repeat=model.n_p)))
-    around = (places[:, None] + signs[None] * half[t, own][:, None]).reshape(-1, model.n_p)
+    places = by_point((1 - share) * path[t] + share * path[t + 1], model.n_points)
+    around = np.concatenate([places[i] + errors_of(model, bin, t, i) for i in own])
     if isinstance(part.shape, Polygon):
         around = (around[:, None] + part.shape.vertices[None]).reshape(-1, model.n_p)
     apart = (around[:, None] - corners_of(problem.obstacles[o])[None]).reshape(-1, model.n_p)
@@ -200,19 +267,18 @@ def judge(model, problem, leaf, z, k):
     offsets, q = (x[0] for x in trajectories(model.net, model.layout, k[None]))
     path = moved_to(z - offsets[-1, : model.n_p], offsets)
     bin = int(model.tube.bin_of(k))
-    half = by_point(model.tube.interval[bin], model.n_points)
     parts = numbered(problem.body, model.points)
-    lost = np.abs(problem.goal.A) @ model.tube.final[bin]
+    lost = np.array([lost_at_end(model, bin, row) for row in problem.goal.A])
     misses = problem.goal.A @ np.concatenate([path[-1], q]) + lost - problem.goal.b
     if name == "goal":
         return misses.max() > -1e-9
     if name == "hit":
         o, number, t, share, _ = what
         share = float(checker.number(share))
-        return clearance(model, problem, path, half, o, parts[number], t, share) < 1e-6
+        return clearance(model, problem, path, bin, o, parts[number], t, share) < 1e-6
     assert name == "safe"
     rooms = [
-        clearance(model, problem, path, half, o, part, t, share)
+        clearance(model, problem, path, bin, o, part, t, share)
         for o in range(len(problem.obstacles))
         for part in parts
         for t in range(model.time.n_steps)
@@ -228,10 +294,19 @@ def with_polygon(problem, model):
 
 
 @pytest.mark.soundness
-@pytest.mark.parametrize(("n_p", "seed", "leaves"), [(2, 1, 250), (2, 7, 250), (3, 7, 150)])
-def test_every_leaf_says_the_truth_of_random_plans(n_p, seed, leaves):
+@pytest.mark.parametrize(
+    ("n_p", "seed", "leaves", "fitted"),
+    [
+        (2, 1, 250, False),
+        (2, 7, 250, False),
+        (3, 7, 150, False),
+        (2, 1, 250, True),
+        (3, 7, 150, True),
+    ],
+)
+def test_every_leaf_says_the_truth_of_random_plans(n_p, seed, leaves, fitted):
     rng = np.random.default_rng([n_p, seed])
-    model = points_model(rng, n_p=n_p, m=4, size=0.03)
+    model = points_model(rng, n_p=n_p, m=4, size=0.03, fitted=fitted, around_zero=True)
     problem = points_problem(rng, model)
     # larger than life, so that few boxes tell something
     problem = reach_avoid(
