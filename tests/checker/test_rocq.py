@@ -17,11 +17,18 @@ from fractions import Fraction
 from pathlib import Path
 
 import answer_files as build
+import jax
 import known
 import known_points
+import numpy as np
 import pytest
+from toy_bodies import points_model, points_problem
 
 from parc_jax import checker
+from parc_jax.planner import Planner
+from parc_jax.problem import reach_avoid
+from parc_jax.sets.hpolytope import hpolytope
+from parc_jax.settings import Settings
 
 sys.path.insert(0, str(Path(__file__).parent / "rocq" / "compare"))
 
@@ -282,3 +289,25 @@ def test_the_javascript_program_says_the_same(built):
     files += [ENGINE.read_text(), json.dumps(build.scene(1))]
     native = two.Proved([built / "check"]).verdicts(files)
     assert two.Proved(["node", built / "js" / "run.js", program]).verdicts(files) == native
+
+
+@pytest.mark.slow
+@needs_coq
+def test_no_plan_of_the_engine_between_faces_and_its_mutants(built, tmp_path):
+    """Two parts of four points under templates: hits of mixtures, with corners of what a bin
+    allows, and rows of the goal with errors that are named.
+    """
+    rng = np.random.default_rng(2)
+    model = points_model(rng, n_p=2, m=4, size=0.03, fitted=True, around_zero=True)
+    asked = points_problem(rng, model)
+    filled = [hpolytope(part.A, part.b + 0.4) for part in asked.obstacles]
+    problem = reach_avoid(asked.goal, filled, asked.body)
+    settings = Settings(n_samples=1, budget_s=0.0, no_plan_budget_s=300.0)
+    answer = Planner(model).solve(problem, jax.random.key(0), settings)
+    path = answer.save(tmp_path / "answer.json")
+    written = json.loads(path.read_text())
+    names = {name for node in written["no_plan"]["tree"] for name in node}
+    assert written["no_plan"]["kind"] == "proved" and names == {"split", "hit", "bounded"}
+    run([built / "check", path], built)
+    seen, accepted, different = two_no_plan.campaign([built / "check"], 60, 0, written)
+    assert 0 < accepted < seen and different == []

@@ -190,12 +190,14 @@ def batch(rng, answer, count):
         yield build.rehash(mutant)
 
 
-def campaign(program, count, seed):
-    """(mutants compared, accepted by both, differences) of at least `count`."""
+def campaign(program, count, seed, valid=None):
+    """(mutants compared, accepted by both, differences) of at least `count`: of random answers, or
+    of a valid one.
+    """
     proved, seen, accepted, different = two.Proved(program), 0, 0, []
     while seen < count:
         rng = random.Random(seed)
-        texts = [json.dumps(mutant) for mutant in batch(rng, source(rng), 30)]
+        texts = [json.dumps(mutant) for mutant in batch(rng, valid or source(rng), 30)]
         for text, result in zip(texts, proved.verdicts(texts), strict=True):
             python = two.whole_verdict(text)
             seen += 1
