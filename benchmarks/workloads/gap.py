@@ -6,8 +6,8 @@ method keeps as safe. One set of points is drawn per model, uniform over its goa
 judged at every slack (room left between body and obstacles). Published: outside every projected
 avoid set of its region. Ours: the point test in joint space.
 PARC: its affine map through the published method. All get the same bins of K, which flatters PARC
-    and the published
-method: in the papers one bound holds for all of K. Bounds are Clopper-Pearson at 95 %.
+and the published method: in the papers one bound holds for all of K. Bounds are Clopper-Pearson at
+95 %.
 
 The narrowest gap is then searched downwards: points that were safe one step earlier are perturbed,
 and the search ends at the first step at which none is safe. The last plan of ours is proved by the
