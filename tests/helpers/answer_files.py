@@ -40,7 +40,13 @@ def one_value(x):
 
 
 def dot(a, b):
-    return sum((x * y for x, y in zip(a, b, strict=True)), F(0))
+    """Over one denominator: a sum of fractions would look for a common divisor at every term."""
+    pairs = list(zip(a, b, strict=True))
+    below = math.lcm(*(x.denominator * y.denominator for x, y in pairs))
+    tops = (
+        x.numerator * y.numerator * (below // (x.denominator * y.denominator)) for x, y in pairs
+    )
+    return F(sum(tops), below)
 
 
 def rehash(answer):
