@@ -9,7 +9,7 @@ import parc_jax as pj
 from parc_jax import checker, methods
 
 KEY = jax.random.key(0)
-SETTINGS = pj.Settings(budget_s=0.1)
+SETTINGS = pj.Settings(budget_s=300)
 
 
 @pytest.fixture
