@@ -27,7 +27,7 @@ from parc_jax.rollout.batch import RolloutBatch
 from parc_jax.tolerances import TOLERANCES
 
 # [mean half width] without it the thinnest faces, which cost least, decide the one number
-_MARGIN = 0.1
+MARGIN = 0.1
 _FEW = 20.0  # [runs] of all of K that say which way the errors of a bin spread, beside its own
 
 
@@ -171,4 +171,4 @@ def _between(
     width = half[..., : directions.shape[-1]]
     if not frames:  # all intervals of a bin, point by point
         width = width.mean(axis=1, keepdims=True)
-    return found.with_half(half + found.reach(_MARGIN * width + floor))
+    return found.with_half(half + found.reach(MARGIN * width + floor))

@@ -8,6 +8,7 @@ from parc_jax.claim.pipeline import GAP, BoundSettings, check_shape
 from parc_jax.errors import InputError
 
 CLAIMS = ("one", "bins")
+TUBE = "tube"  # of Study.tail
 
 
 @dataclass(frozen=True)
@@ -44,8 +45,9 @@ class Study:
         the tube. [T8]
     gap: [m or rad] most that the start of a run may matter; tried from a few starts, and added to
         the tube.
-    seeds, steps: training. tail: power of the error that the last layer is refitted to, None =
-        least squares.
+    seeds, steps: training. tail: power of the error that the last layer is refitted to, or "tube":
+        all layers are trained on for the widths of a fitted tube, `fit_to_tube`; None = least
+        squares.
     samples: safe plans to return. repeats: runs of each in the replay, with fresh randomness.
     driven: choose one plan, run it afresh and make a local claim near it: sentence (D). [T23]
     target, confidence: what may be left uncovered, and how sure. budget_s: [s] most time to cover
@@ -72,7 +74,7 @@ class Study:
     body: str | None = None
     seeds: int = 6
     steps: int = 3000
-    tail: float | None = None
+    tail: float | str | None = None
     samples: int = 100
     repeats: int = 1
     driven: bool = False
@@ -134,6 +136,11 @@ def checked(study: Study) -> Study:
             f"claims: expected one or more of {', '.join(CLAIMS)}, each once; got {study.claims}."
         )
     check_shape(study.shape, study.head)
+    if isinstance(study.tail, str) and (study.tail != TUBE or study.shape != "fitted"):
+        raise InputError(
+            f'tail: expected a power, None, or "{TUBE}" for tubes of shape "fitted"; got '
+            f"{study.tail!r} with shape {study.shape!r}."
+        )
     if study.search is not None and study.search < 0:
         raise InputError(f"search: expected runs >= 0, 0 for none; got {study.search}.")
     return study
