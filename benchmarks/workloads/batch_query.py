@@ -16,15 +16,23 @@ from benchmarks.timing import timed
 from parc_jax.batch.box_scenes import BoxScenes, box_scenes
 from parc_jax.model import TrajectoryModel
 from parc_jax.planner import Planner
+from parc_jax.problem import ReachAvoid
 from parc_jax.settings import Settings
 
 BATCHES = {"cpu": (64, 1024, 4096), "gpu": (64, 4096, 1 << 16, 1 << 20)}
 
 
-def scenes(case: Case, model: TrajectoryModel, s: int) -> BoxScenes:
-    """s random scenes."""
-    rng, problem, n = np.random.default_rng(0), case.problem(), model.n_p + model.n_q
-    goal_lo, goal_hi = (np.tile(x, (s, 1)) for x in (-problem.goal.b[n:], problem.goal.b[:n]))
+def scenes(
+    case: Case, model: TrajectoryModel, s: int, problem: ReachAvoid | None = None
+) -> BoxScenes:
+    """s random scenes: boxes of a problem of the case moved, its own by default."""
+    rng, problem = np.random.default_rng(0), problem or case.problem()
+    n = model.n_p + model.n_q  # the goal is about the first point and q alone
+    ends = -problem.goal.b[n:], problem.goal.b[:n]
+    goal_lo, goal_hi = (
+        np.tile(np.insert(end, [model.n_p] * (model.n_c - model.n_p), open_), (s, 1))
+        for end, open_ in zip(ends, (-np.inf, np.inf), strict=True)
+    )
     lo, hi = (
         np.tile([x(o) for o in problem.obstacles], (s, 1, 1))
         for x in (lambda o: -o.b[2:], lambda o: o.b[:2])
