@@ -3,28 +3,83 @@ and no verdict reads them. Kernels.
 """
 
 import itertools
+from typing import NamedTuple
 
 import jax
 import jax.numpy as jnp
 import numpy as np
 
-from parc_jax.arrays import dot
-from parc_jax.claim.error_set import ErrorSet, at
-from parc_jax.network.predict import by_point
+from parc_jax.arrays import dot, remembered, x64
+from parc_jax.claim.error_set import ErrorTemplate
+from parc_jax.claim.tube import Tube
 from parc_jax.obstacles.grown import GrownObstacles
 from parc_jax.obstacles.pairs import Pairs
 
+STRIDE = 4  # [knots] from which to which paths are taken to be straight at a rough look
 AROUND = 24  # directions tried in the plane; in space those from a cube to its neighbours
 
 
-def estimate_clearance(obstacles: GrownObstacles | Pairs, path, errors: ErrorSet):
-    """Estimated clearance [m] (c,) of paths (c, n_c, T + 1), time last, with errors (c, T,
-    n_points), all float32.
+class Taken(NamedTuple):
+    """What errors take from c paths, float32 with the time last.
+
+    half: (c, n_points, n_p, T) half widths; None between faces. Then table (f, n_bins, n_points, T)
+    along every direction of the fan, and bin (c,) of each path.
     """
+
+    half: jax.Array | None
+    table: jax.Array | None
+    bin: jax.Array
+
+    def along(self, i, w):
+        """(c, n_points, T) along direction i of the fan, which is w (n_p,)."""
+        if self.half is None:
+            return self.table[i][self.bin]
+        return sum(jnp.abs(w[axis]) * self.half[:, :, axis] for axis in range(len(w)))
+
+
+def fan_table(tube: Tube) -> jax.Array | None:
+    """`Taken.table` of a tube, worked out once; None for boxes, which tell it as fast."""
+    if tube.templates is None:
+        return None
+
+    def make():
+        with x64():
+            return _fan_table(tube.templates.interval.errors)
+
+    return remembered(tube.templates.interval.half, ("fan",), make)
+
+
+@jax.jit
+def _fan_table(errors: ErrorTemplate):
+    fan = jnp.asarray(_fan(errors.half.shape[-1]), errors.half.dtype)
+    lost = jax.lax.map(lambda w: errors.support(-w), fan)  # (f, n_bins, T, n_points)
+    return lost.swapaxes(2, 3).astype(jnp.float32)
+
+
+def estimate_clearance(obstacles: GrownObstacles | Pairs, path, taken: Taken):
+    """Estimated clearance [m] (c,) of paths (c, n_c, T + 1), float32 with the time last."""
     obstacles = jax.tree.map(_single, obstacles)
     if isinstance(obstacles, GrownObstacles):
-        return _along_edges(obstacles, path, errors.half[:, :, 0].swapaxes(1, 2))
-    return _along_a_fan(obstacles, path, errors)
+        return _along_edges(obstacles, path, taken.half[:, 0])
+    return _along_a_fan(obstacles, path, taken)
+
+
+def estimate_roughly(pairs: Pairs, path, taken: Taken):
+    """The same from every STRIDE-th knot alone: the paths are straight between these, with the
+    errors of the interval in the middle; an obstacle that exists in some interval between two of
+    them does in all.
+    """
+    n_steps = path.shape[2] - 1
+    knots = np.unique(np.linspace(0, n_steps, 1 + -(-n_steps // STRIDE)).round().astype(int))
+    middle = (knots[:-1] + knots[1:]) // 2
+    spans = itertools.pairwise(knots)
+    active = jnp.asarray(pairs.active)
+    active = jnp.stack([active[:, a:b].any(axis=1) for a, b in spans], axis=1)
+    few = taken._replace(
+        half=None if taken.half is None else taken.half[..., middle],
+        table=None if taken.table is None else taken.table[..., middle],
+    )
+    return estimate_clearance(pairs.replace(active=active), path[..., knots], few)
 
 
 def _along_edges(grown: GrownObstacles, path, error):
@@ -56,30 +111,29 @@ def _along_edges(grown: GrownObstacles, path, error):
     return jax.lax.fori_loop(0, len(grown.corner), obstacle, far) - grown.radius
 
 
-def _along_a_fan(pairs: Pairs, path, errors: ErrorSet):
-    """The largest gap along directions of a fan, the same for all pairs: too small between them."""
-    n_p = pairs.vertices.shape[-1]
+def _along_a_fan(pairs: Pairs, path, taken: Taken):
+    """The largest gap along directions of a fan, the same for all pairs: too small between them.
+    How far every point is along one is worked out once for all pairs.
+    """
+    n_pairs, _, n_p = pairs.vertices.shape
+    n_steps = path.shape[2] - 1
     fan = jnp.asarray(_fan(n_p))
-    places = by_point(path.swapaxes(1, 2), path.shape[1] // n_p)
+    places = path.reshape(len(path), -1, n_p, n_steps + 1)
 
-    def pair(j, clearance):
-        points = pairs.points[j]
-        near = places[:, :, points]
-        allowed = at(errors, np.s_[:, :, points])
+    def look(i, gaps):
+        w = fan[i]
+        along = sum(w[axis] * places[:, :, axis] for axis in range(n_p))
+        here = jnp.minimum(along[..., :-1], along[..., 1:]) - taken.along(i, w)
 
-        def look(i, gap):
-            w = fan[i]
-            along = dot(near, w[None, None, None])
-            lost = allowed.support(-w[None, None, None])
-            here = jnp.minimum(along[:, :-1], along[:, 1:]) - lost
-            return jnp.maximum(gap, here.min(axis=2) - dot(pairs.vertices[j], w[None]).max())
+        def pair(j, gaps):
+            least = here[:, pairs.points[j]].min(axis=1) - dot(pairs.vertices[j], w[None]).max()
+            return gaps.at[j].max(least)
 
-        nothing = jnp.full((len(path), near.shape[1] - 1), -jnp.inf, jnp.float32)
-        gap = jax.lax.fori_loop(0, len(fan), look, nothing) - pairs.radius[j]
-        return jnp.minimum(clearance, jnp.where(pairs.active[j][None], gap, jnp.inf).min(axis=1))
+        return jax.lax.fori_loop(0, n_pairs, pair, gaps)
 
-    far = jnp.full(len(path), jnp.inf, jnp.float32)
-    return jax.lax.fori_loop(0, len(pairs.vertices), pair, far)
+    nothing = jnp.full((n_pairs, len(path), n_steps), -jnp.inf, jnp.float32)
+    gaps = jax.lax.fori_loop(0, len(fan), look, nothing) - pairs.radius[:, None, None]
+    return jnp.where(pairs.active[:, None], gaps, jnp.inf).min(axis=(0, 2))
 
 
 def _fan(n_p: int) -> np.ndarray:

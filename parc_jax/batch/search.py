@@ -13,16 +13,18 @@ import jax.numpy as jnp
 import numpy as np
 from flax import struct
 
-from parc_jax.batch.estimate import estimate_clearance
+from parc_jax.batch.estimate import Taken, estimate_clearance, estimate_roughly
 from parc_jax.claim.error_set import ErrorSet, at
 from parc_jax.claim.tube import Tube, open_bin_of
 from parc_jax.network.predict import HIGHEST, moved_to, predict
 from parc_jax.network.relu import ReLUNetwork
+from parc_jax.obstacles.pairs import Pairs
 from parc_jax.verdict.pointwise import verdict
 from parc_jax.verdict.scene import Scene
 
 PROPOSED = 64  # plans proposed per scene and round
-CHECKED = 4  # of which so many, those of the largest estimated clearance, are checked in float64
+LOOKED = 12  # of which, for bodies of hulls, so many remain after a rough look
+CHECKED = 4  # of which at most so many, of the largest estimated clearance, are checked in float64
 # shares of K by which a warm start varies k, from the first to the last proposal
 NARROW = 0.003
 WIDE = 0.3
@@ -34,9 +36,9 @@ class Pool:
 
     k (n, n_k), end (n, n_c) from p0, q (n, n_q): float64. final (n,): what may be off at the end.
     least, most (n, n_p): of that, the extent of the first point.
-    known: (n,) bool, k has one bin, with a claim.
-    way (n, n_c, T + 1) from where the first point ends, errors (n, T, n_points): float32; only
-    proposals are made from them.
+    known: (n,) bool, k has one bin, with a claim. bin: (n,) its number.
+    way (n, n_c, T + 1) from where the first point ends, half (n, n_points, n_p, T) of the errors,
+    None between faces: float32; only proposals are made from them.
     """
 
     k: jax.Array
@@ -46,8 +48,9 @@ class Pool:
     least: jax.Array
     most: jax.Array
     known: jax.Array
+    bin: jax.Array
     way: jax.Array
-    errors: ErrorSet
+    half: jax.Array | None
 
 
 @struct.dataclass
@@ -69,6 +72,9 @@ def pool_of(net: ReLUNetwork, tube: Tube, k) -> Pool:
         offsets, q, _ = predict(net, tube.layout, k)
         bin = open_bin_of(tube, k)
         back = moved_to(-offsets[-1, : tube.n_p], offsets)
+        half = None
+        if tube.templates is None:
+            half = jnp.moveaxis(tube.during(bin).half, 0, -1).astype(jnp.float32)
         return Pool(
             k=k,
             end=offsets[-1],
@@ -77,8 +83,9 @@ def pool_of(net: ReLUNetwork, tube: Tube, k) -> Pool:
             least=least[bin],
             most=most[bin],
             known=(bin >= 0) & jnp.isfinite(least[bin]).all() & jnp.isfinite(most[bin]).all(),
+            bin=bin,
             way=back.T.astype(jnp.float32),
-            errors=jax.tree.map(lambda x: x.astype(jnp.float32), tube.during(bin)),
+            half=half,
         )
 
     return jax.vmap(one)(k)
@@ -127,16 +134,24 @@ def allowed_ends(pool: Pool, scene: Scene) -> Ends:
     return Ends(lo, hi, pool.known & (lo <= hi).all(axis=1) & goal & start)
 
 
-def improve(best: Best, net, tube, scene: Scene, pool: Pool, chosen, z, worth) -> Best:
+def improve(best: Best, net, tube, table, scene: Scene, pool: Pool, chosen, z, worth) -> Best:
     """Estimate plans that end in z (c, n_p) with k of the chosen items (c,), check the most
-    promising ones in float64, keep the best. worth (c,) bool: the others are left alone.
+    promising ones in float64, keep the best. table: of the tube, as in `Taken`. worth (c,) bool:
+    the others are left alone.
     """
-    start = z.astype(jnp.float32)
-    path = jnp.concatenate([start] * (pool.way.shape[1] // z.shape[1]), axis=1)[:, :, None]
-    path = path + pool.way[chosen]
-    estimate = estimate_clearance(scene.obstacles, path, at(pool.errors, chosen))
+    checked = CHECKED
+    path = _paths(pool, chosen, z)
+    taken = Taken(None if pool.half is None else pool.half[chosen], table, pool.bin[chosen])
+    if isinstance(scene.obstacles, Pairs):  # a check costs much, and estimates are nearly right
+        checked = min(CHECKED, len(best.clearance))
+        rough = jnp.where(worth, estimate_roughly(scene.obstacles, path, taken), -jnp.inf)
+        _, few = jax.lax.top_k(rough, min(LOOKED, len(z)))
+        z, chosen, worth, path = z[few], chosen[few], worth[few], path[few]
+        half = None if taken.half is None else taken.half[few]
+        taken = taken._replace(half=half, bin=taken.bin[few])
+    estimate = estimate_clearance(scene.obstacles, path, taken)
     estimate = jnp.where(worth, estimate, -jnp.inf)
-    _, most = jax.lax.top_k(estimate, min(CHECKED, len(z)))
+    _, most = jax.lax.top_k(estimate, min(checked, len(z)))
     k = pool.k[chosen[most]]
     p0 = z[most] - pool.end[chosen[most], : z.shape[1]]
     seen = jax.vmap(verdict, in_axes=(None, None, None, 0, 0))(net, tube, scene, p0, k)
@@ -147,6 +162,13 @@ def improve(best: Best, net, tube, scene: Scene, pool: Pool, chosen, z, worth) -
     return Best(plans[kept], clearance)
 
 
+def _paths(pool: Pool, chosen, z):
+    """(c, n_c, T + 1) float32 paths that end in z (c, n_p), with k of the chosen items (c,)."""
+    start = z.astype(jnp.float32)
+    start = jnp.concatenate([start] * (pool.way.shape[1] // z.shape[1]), axis=1)
+    return start[:, :, None] + pool.way[chosen]
+
+
 class Rounds(NamedTuple):
     """Where a search stands: the next round, and the best plans so far."""
 
@@ -155,7 +177,7 @@ class Rounds(NamedTuple):
 
 
 def search(
-    net, tube, scene: Scene, number, best: Best, pool: Pool, key, first, last
+    net, tube, table, scene: Scene, number, best: Best, pool: Pool, key, first, last
 ) -> tuple[Best, jax.Array]:
     """Rounds first..last - 1 of one scene; ends when every place of `best` holds a safe plan.
 
@@ -175,7 +197,7 @@ def search(
         share = jax.random.uniform(round_key, (PROPOSED, ends.lo.shape[1]), ends.lo.dtype)
         z = ends.lo[chosen] + share * (ends.hi - ends.lo)[chosen]
         worth = jnp.broadcast_to(n > 0, order.shape)
-        best = improve(rounds.best, net, tube, scene, pool, chosen, z, worth)
+        best = improve(rounds.best, net, tube, table, scene, pool, chosen, z, worth)
         return Rounds(rounds.next + 1, best)
 
     def unfinished(rounds: Rounds):
@@ -185,7 +207,7 @@ def search(
     return end.best, end.next - first
 
 
-def rewarm(net, tube, scene: Scene, number, best: Best, plans, key) -> Best:
+def rewarm(net, tube, table, scene: Scene, number, best: Best, plans, key) -> Best:
     """Begin from earlier plans (w, n_p + n_k), NaN where there is none: the same k and ends, then
     more and more apart.
 
@@ -207,7 +229,7 @@ def rewarm(net, tube, scene: Scene, number, best: Best, plans, key) -> Best:
     ends = allowed_ends(pool, scene)
     z = jnp.clip(old[:, :n_p] + before.end[:, :n_p], ends.lo, jnp.maximum(ends.lo, ends.hi))
     worth = ends.any & usable[source]
-    return improve(best, net, tube, scene, pool, jnp.arange(PROPOSED), z, worth)
+    return improve(best, net, tube, table, scene, pool, jnp.arange(PROPOSED), z, worth)
 
 
 def _sides(A, b):

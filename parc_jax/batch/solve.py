@@ -9,6 +9,7 @@ import numpy as np
 
 from parc_jax.arrays import x64
 from parc_jax.batch.box_scenes import BoxScenes, lay_out_boxes
+from parc_jax.batch.estimate import fan_table
 from parc_jax.batch.run import make_pool, rewarm_many, run, search_many
 from parc_jax.batch.search import PROPOSED, Best
 from parc_jax.batch.stack import SizeClass, check_stack, stack_problems
@@ -177,8 +178,9 @@ def _search(
     dims = model.n_p + model.n_k
     best = Best(np.zeros((s, n_samples, dims)), np.full((s, n_samples), -np.inf))
     pool_key, scene_key, warm_key = jax.random.split(stream(key, Stage.SEARCH), 3)
+    table = fan_table(model.tube)
     if warm is not None:
-        shared = (model.net, model.tube, warm_key)
+        shared = (model.net, model.tube, table, warm_key)
         best, _ = run(rewarm_many, (scenes, numbers, warm), best, shared, mesh)
     rounds = np.zeros(s, np.int64)
     schedule = Schedule(-(-draws // PROPOSED))
@@ -189,9 +191,9 @@ def _search(
         with x64():
             pass_key = jax.random.fold_in(pool_key, schedule.passes)
             k_box = (model.domain.lo, model.domain.hi)
-            table = jax.device_get(make_pool(model.net, model.tube, pass_key, *k_box, pool))
+            items = jax.device_get(make_pool(model.net, model.tube, pass_key, *k_box, pool))
         span = (np.int32(schedule.first), np.int32(schedule.last))
-        shared = (model.net, model.tube, table, key_data(scene_key), *span)
+        shared = (model.net, model.tube, table, items, key_data(scene_key), *span)
         part, start = jax.tree.map(lambda x, i=open_rows: x[i], ((scenes, numbers), best))
         got, ran = run(search_many, part, start, shared, mesh)
         best.plans[open_rows] = got.plans

@@ -10,7 +10,6 @@ from fractions import Fraction
 from typing import NamedTuple
 
 import numpy as np
-from scipy.optimize import linprog
 
 from parc_jax.claim.error_set import ErrorBox, ErrorSet, ErrorTemplate, at
 from parc_jax.claim.tube import Templates, Tube
@@ -157,6 +156,8 @@ class OfTemplates:
         """Errors at the end of one bin, where what a linear program finds is exactly an error of
         both the end and the last interval.
         """
+        from scipy.optimize import linprog  # heavy to load, and seldom needed
+
         found = np.sign(self.goal_A) * self._inner_at_end[bin]
         if not self.tube.claimed[bin]:
             return found

@@ -9,7 +9,6 @@ import itertools
 from fractions import Fraction
 
 import numpy as np
-from scipy.optimize import nnls
 
 from parc_jax.claim.error_set import ErrorTemplate, at
 
@@ -64,6 +63,8 @@ class BetweenFaces:
         """(m, i, n_p) errors whose mixtures are nearest to way (m, n_p), about: mixtures of the
         candidates by least squares.
         """
+        from scipy.optimize import nnls  # heavy to load, and seldom needed
+
         size = ONE * max(float(np.abs(self._mixed).max()), np.finfo(float).tiny)
         system = np.vstack([self._mixed.T, np.full(len(self._mixed), size)])
         shares = np.array([nnls(system, np.append(x, size))[0] for x in way])

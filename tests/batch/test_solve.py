@@ -135,10 +135,10 @@ def test_vectorised_and_looped_scenes_get_the_same_verdicts(toy, monkeypatch):
     planner, problems, _ = toy
     monkeypatch.setattr(batch_run, "VECTOR", 8)
     model, (size,) = planner.model, stack_problems(problems, planner.model)
-    table = jax.device_get(
+    items = jax.device_get(
         batch_run.make_pool(model.net, model.tube, KEY, model.domain.lo, model.domain.hi, 256)
     )
-    shared = (model.net, model.tube, table, np.asarray(KEY), np.int32(0), np.int32(4))
+    shared = (model.net, model.tube, None, items, np.asarray(KEY), np.int32(0), np.int32(4))
     best = Best(np.zeros((S, 2, 4)), np.full((S, 2), -np.inf))
     numbers = np.arange(S, dtype=np.uint32)
     (a, turns_a), (b, turns_b) = (
