@@ -114,6 +114,7 @@ def stage(scene: ReachAvoid, tube: tuple[np.ndarray, np.ndarray] | None = None):
     films.paint(spec, "space", goal.min(axis=0), goal.max(axis=0), GREEN)
     if tube is not None:
         films.paint_tube(spec, *tube, BLUE, z=0.001)
+        spec.visual.quality.shadowsize = 0  # its boxes would shade each other in streaks
     return spec.compile()
 
 
