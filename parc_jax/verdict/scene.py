@@ -186,12 +186,13 @@ def no_end_fits(scene: Scene, model) -> str | None:
     K; else None.
     """
     lo, hi = goal_box(scene.problem.goal, model.layout)
-    asked = np.isfinite(hi - lo)
-    axes = np.eye(len(asked))
-    errors = at(model.tube.final_errors, (slice(None), None))
-    half = (errors.support(axes) + errors.support(-axes)) / 2
-    short = np.full(half.shape, -np.inf)
-    short[:, asked] = 2 * half[:, asked] - (hi - lo)[asked]
+    half, templates = _half_at_end(model.tube), model.tube.templates
+    short = _shortfall(half, hi - lo)
+    if (short > 0).any(axis=1).all() and templates is not None:
+        # these supports are bounds from above: what is said of the tube is looked at itself
+        for bin, axis in np.argwhere((short > 0) & np.isfinite(short)):
+            half[bin, axis] = templates.final.half_extent(bin, axis)
+        short = _shortfall(half, hi - lo)
     if not (short > 0).any(axis=1).all():
         return None
     axis = int(np.argmax(short.min(axis=0)))
@@ -205,6 +206,21 @@ def no_end_fits(scene: Scene, model) -> str | None:
         "wide, and the error "
         f"there is bounded by no less than ±{least[axis]:.3g}."
     )
+
+
+def _shortfall(half, width) -> np.ndarray:
+    """(n_bins, n_c + n_q) by how much a goal of this width is too narrow for errors up to half."""
+    asked = np.isfinite(width)
+    short = np.full(half.shape, -np.inf)
+    short[:, asked] = 2 * half[:, asked] - width[asked]
+    return short
+
+
+def _half_at_end(tube) -> np.ndarray:
+    """(n_bins, n_c + n_q) half of how far the errors at the end go along the axes, or more."""
+    axes = np.eye(tube.final.shape[1])
+    errors = at(tube.final_errors, (slice(None), None))
+    return (errors.support(axes) + errors.support(-axes)) / 2
 
 
 def _padded(poly: HPolytope):

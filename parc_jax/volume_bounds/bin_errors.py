@@ -14,7 +14,7 @@ import numpy as np
 from parc_jax.claim.error_set import ErrorBox, ErrorSet, ErrorTemplate, at
 from parc_jax.claim.tube import Templates, Tube
 from parc_jax.network.predict import by_point
-from parc_jax.volume_bounds.contact_errors import BetweenFaces, ContactErrors, WithinWidths
+from parc_jax.volume_bounds.contact_errors import BetweenFaces, ContactErrors, WithinWidths, holds
 
 INSIDE = 1 - 2.0**-30  # an error at the end is pulled towards none by this factor
 
@@ -208,12 +208,6 @@ def end_rows(templates: Templates, bin: int) -> list[tuple[list[Fraction], Fract
             wide[i * n_p : (i + 1) * n_p] = a
             rows.append((wide, b))
     return rows
-
-
-def holds(rows, error) -> bool:
-    """Whether a . e <= b for all rows, exactly."""
-    exact = [Fraction(float(x)) for x in error]
-    return all(sum(x * y for x, y in zip(a, exact, strict=True)) <= b for a, b in rows)
 
 
 def as_template(errors: ErrorSet, n_bases: int) -> ErrorTemplate:

@@ -73,15 +73,16 @@ class BetweenFaces:
 
     def admits(self, errors: np.ndarray) -> bool:
         """Whether these errors (i, n_p) are exactly among them."""
-        for error, rows in zip(errors, self._rows, strict=True):
-            exact = [Fraction(float(x)) for x in error]
-            for a, b in rows:
-                if sum(x * y for x, y in zip(a, exact, strict=True)) > b:
-                    return False
-        return True
+        return all(holds(rows, error) for error, rows in zip(errors, self._rows, strict=True))
 
 
 ContactErrors = WithinWidths | BetweenFaces
+
+
+def holds(rows, error: np.ndarray) -> bool:
+    """Whether a . error <= b for all rows (a, b), exactly."""
+    exact = [Fraction(float(x)) for x in error]
+    return all(sum(x * y for x, y in zip(a, exact, strict=True)) <= b for a, b in rows)
 
 
 def corner_ways(normals: np.ndarray) -> np.ndarray:

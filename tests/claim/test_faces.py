@@ -110,3 +110,14 @@ def test_faces_about_a_far_centre_leave_zero_out():
     assert not far.allow_none[0] and not far.inner_box.any()
     open_ended = far.with_half(np.full((1, 2), np.inf))
     assert open_ended.allow_none[0] and np.isfinite(open_ended.inner_box).all()
+
+
+def test_half_extents_are_of_all_faces_together():
+    """Every frame alone tells less: its support is only a bound from above."""
+    directions = np.array([[[1.0, 0.0], [0.0, 1.0], [1.0, 1.0], [1.0, -1.0]]])
+    given = faces(directions, np.zeros((1, 4)), [[1.0, 1.0, 0.5, 0.5]], frames=True)
+    assert given.half_extent(0, 0) == pytest.approx(0.5)
+    thin = faces(directions, np.zeros((1, 4)), [[1.0, 0.1, 0.5, 2.0]], frames=True)
+    assert thin.errors.support(np.array([[1.0, 0.0]]))[0] > thin.half_extent(0, 0) + 0.3
+    assert thin.half_extent(0, 0) == pytest.approx(0.6)
+    assert given.with_half(np.full((1, 4), np.inf)).half_extent(0, 1) == np.inf

@@ -14,7 +14,8 @@ from toy_bodies import points_model
 from parc_jax.claim.error_set import NO_CLAIM, ErrorBox, ErrorTemplate
 from parc_jax.claim.tube import Templates, fitted_tube
 from parc_jax.network.predict import by_point
-from parc_jax.volume_bounds.bin_errors import as_template, bin_errors, bins_over, end_rows, holds
+from parc_jax.volume_bounds.bin_errors import as_template, bin_errors, bins_over, end_rows
+from parc_jax.volume_bounds.contact_errors import holds
 
 GOAL_A = np.array(
     [[1.0, 0.0, 0.0, 0.0, 0.0], [-0.5, 0.25, 0.0, 1.0, 0.0], [0.0] * 5, [0.0, 0.0, 0.0, 0.0, -2.0]]

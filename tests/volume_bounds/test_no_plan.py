@@ -7,12 +7,14 @@ from fractions import Fraction
 
 import numpy as np
 import pytest
-from toy_models import line_model, model_of, random_network
+from toy_models import assumed, line_model, model_of, random_network
 
 from benchmarks.shaped import fitted
 from parc_jax import checker, methods
 from parc_jax.body import Polygon
 from parc_jax.certificate.write import network_part, problem_part, tube_part
+from parc_jax.claim.faces import faces
+from parc_jax.claim.tube import fitted_tube
 from parc_jax.errors import InputError
 from parc_jax.network.predict import trajectories
 from parc_jax.planner import Planner
@@ -22,7 +24,7 @@ from parc_jax.sets.hpolytope import hpolytope
 from parc_jax.settings import Settings
 from parc_jax.status import Status
 from parc_jax.verdict.pointwise import verdicts
-from parc_jax.verdict.scene import scene_of
+from parc_jax.verdict.scene import no_end_fits, scene_of
 from parc_jax.volume_bounds.contact_errors import WithinWidths
 from parc_jax.volume_bounds.contacts import Contacts, DiscBody
 from parc_jax.volume_bounds.faces import goal_faces
@@ -150,6 +152,21 @@ def test_the_reason_is_said_where_a_sentence_can_say_it(final, kind, words):
     answer = decide(model, reach_avoid(box([0, 0, -1], [0.5, 0.5, 1]), FAR, 0.1), max_leaves=100)
     assert kind in (None, answer.kind)
     assert answer.reason is None if words is None else words in answer.statement()
+
+
+def test_the_reason_is_about_all_faces_together_and_not_about_one_frame():
+    """Each frame alone allows 0.5 along x, all faces together 0.25: a goal 0.7 wide is no reason."""
+    line = line_model(e=0.01)
+    slanted = [[1.0, 1.0, 0.0], [1.0, -1.0, 0.0], [0.0, 0.0, 1.0]]
+    ends = np.concatenate([np.eye(3), slanted])[None]
+    at_end = faces(ends, np.zeros((1, 6)), [[0.5, 0.05, 0.1, 0.2, 0.9, 0.1]], frames=True)
+    shape = (1, line.time.n_steps, 1, 2)
+    during = faces(np.broadcast_to(np.eye(2), (*shape, 2)), np.zeros(shape), np.full(shape, 1.0))
+    model = line.replace(claim=assumed(fitted_tube(line.tube.edges, during, at_end), line.domain))
+    for width, words in ((0.7, None), (0.4, "axis 0 is 0.4 wide")):
+        problem = reach_avoid(box([0, -1, -1], [width, 1, 1]), FAR, 0.1)
+        said = no_end_fits(scene_of(problem, model), model)
+        assert said is None if words is None else words in said and "±0.25" in said
 
 
 def test_faces_of_a_slanted_goal_are_exact_and_enclose_it(rng):
