@@ -15,7 +15,7 @@ import jax
 import numpy as np
 import tyro
 
-from parc_jax.answer import Answer
+from parc_jax.answer.answer import Answer
 from parc_jax.cli.cache import keep_compiled
 from parc_jax.cli.systems import build, find
 from parc_jax.model import load

@@ -54,7 +54,7 @@ def entry(name: str, thing) -> str:
         block(thing),
     ]
     if inspect.isclass(thing):
-        for own, member in vars(thing).items():
+        for own, member in members(thing).items():
             target = (
                 member.fget if isinstance(member, property) else getattr(member, "__func__", member)
             )
@@ -67,6 +67,12 @@ def entry(name: str, thing) -> str:
             shown = own if isinstance(member, property) else signature(own, target)
             lines.append(f"* `{shown}`: {' '.join(inspect.getdoc(target).split())}")
     return "\n".join(lines)
+
+
+def members(kind: type) -> dict:
+    """What a class defines, and before it what it has from other classes of parc_jax."""
+    ours = [c for c in reversed(kind.__mro__) if c.__module__.startswith("parc_jax.")]
+    return {own: member for c in ours for own, member in vars(c).items()}
 
 
 def signature(name: str, thing) -> str:

@@ -6,7 +6,7 @@ Names are loaded on first use, so the checker (`python -m parc_jax.checker`) sta
 import importlib
 
 _HOME = {
-    "Answer": "answer",
+    "Answer": "answer.answer",
     "BlackBoxSystem": "system",
     "Body": "body",
     "Box": "sets.box",

@@ -2,7 +2,7 @@
 use.
 """
 
-from parc_jax.answer import Answer as Answer
+from parc_jax.answer.answer import Answer as Answer
 from parc_jax.batch.box_scenes import BoxScenes as BoxScenes
 from parc_jax.batch.box_scenes import box_scenes as box_scenes
 from parc_jax.body import Body as Body

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import jax
 
-from parc_jax.answer import Answer
+from parc_jax.answer.answer import Answer
 from parc_jax.batch.box_scenes import BoxScenes
 from parc_jax.batch.solve import BatchAnswer, Problems, problem_of, solve_batch
 from parc_jax.errors import InputError, expected

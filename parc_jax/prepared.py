@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, NamedTuple
 import jax
 import numpy as np
 
-from parc_jax.answer import Answer
+from parc_jax.answer.answer import Answer
 from parc_jax.certificate.prove import prove
 from parc_jax.certificate.write import sample_part
 from parc_jax.cover.first import MOST, in_one_array

@@ -22,18 +22,24 @@ from benchmarks.attacks.fault import ROOT, Fault
 from benchmarks.attacks.faults_bodies import BODIES
 from benchmarks.attacks.faults_checker import CHECKER
 from benchmarks.attacks.faults_claims import CLAIMS
+from benchmarks.attacks.faults_cover import COVERS
 from benchmarks.attacks.faults_doubt import DOUBT
 from benchmarks.attacks.faults_driven import DRIVEN
-from benchmarks.attacks.faults_engine import ENGINE
 from benchmarks.attacks.faults_files import FILES
+from benchmarks.attacks.faults_measured import MEASUREMENTS
+from benchmarks.attacks.faults_model import MODEL
 from benchmarks.attacks.faults_near import NEAR
 from benchmarks.attacks.faults_onboard import ONBOARD
 from benchmarks.attacks.faults_query import QUERY
+from benchmarks.attacks.faults_verdict import VERDICTS
 
 FAULTS: tuple[Fault, ...] = (
-    *ENGINE,
+    *MODEL,
+    *VERDICTS,
+    *COVERS,
     *BODIES,
     *CHECKER,
+    *MEASUREMENTS,
     *CLAIMS,
     *DOUBT,
     *DRIVEN,

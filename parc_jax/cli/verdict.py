@@ -5,7 +5,7 @@ from pathlib import Path
 
 import numpy as np
 
-from parc_jax.answer import Answer
+from parc_jax.answer.answer import Answer
 from parc_jax.experiment.numbers import covering, drawn_from, seconds
 from parc_jax.labels import name_of, unit_of
 

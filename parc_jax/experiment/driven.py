@@ -4,7 +4,7 @@ from pathlib import Path
 
 import jax
 
-from parc_jax.answer import Answer
+from parc_jax.answer.answer import Answer
 from parc_jax.driven.local_model import Local
 from parc_jax.experiment.settings import Study
 

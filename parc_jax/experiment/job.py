@@ -9,7 +9,7 @@ from typing import NamedTuple
 
 import jax
 
-from parc_jax.answer import Answer
+from parc_jax.answer.answer import Answer
 from parc_jax.experiment.compare import compare
 from parc_jax.experiment.driven import drive
 from parc_jax.experiment.learn import Learned, final_error, learn

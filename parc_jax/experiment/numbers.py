@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from parc_jax.answer import Answer
+from parc_jax.answer.answer import Answer
 from parc_jax.labels import name_of, unit_of
 from parc_jax.model import TrajectoryModel
 

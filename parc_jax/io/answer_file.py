@@ -5,7 +5,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from parc_jax.answer import Answer
+from parc_jax.answer.answer import Answer
 from parc_jax.body import Body, Disc, Part, Polygon, body_of
 from parc_jax.certificate.write import FORMAT, by_pair
 from parc_jax.checker import Rejected, check_answer, load, number

@@ -13,7 +13,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from parc_jax.answer import Answer
+from parc_jax.answer.answer import Answer
 from parc_jax.certificate.write import by_pair
 from parc_jax.checker import number
 from parc_jax.claim.error_set import at

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import numpy as np
 
-from parc_jax.answer import Answer
+from parc_jax.answer.answer import Answer
 from parc_jax.claim.error_set import NO_CLAIM, ErrorBox
 from parc_jax.errors import InputError
 from parc_jax.onboard.tables import Tables, tables

@@ -4,7 +4,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from parc_jax.answer import Answer
+from parc_jax.answer.answer import Answer
 from parc_jax.claim.error_set import NO_CLAIM, ErrorSet, at
 from parc_jax.cover.corridor import Corridor
 from parc_jax.errors import InputError

@@ -10,7 +10,7 @@ from typing import NamedTuple
 import jax
 import numpy as np
 
-from parc_jax.answer import Answer
+from parc_jax.answer.answer import Answer
 from parc_jax.experiment.replay import Replay, replay
 from parc_jax.planner import Planner
 from parc_jax.problem import ReachAvoid

@@ -103,7 +103,7 @@ def test_what_later_polytopes_hold_is_told_by_fresh_plans():
 def test_geometry_is_cut_on_first_use_and_refused_where_it_explodes(monkeypatch):
     one = copy.copy(answer())
     assert len(one.safe_sets) == len(one.volumes) > 0 and not one.polytopes
-    monkeypatch.setattr("parc_jax.answer.SPREAD_OUT", 3)
+    monkeypatch.setattr("parc_jax.answer.answer.SPREAD_OUT", 3)
     wide = copy.copy(answer())
     for name in ("_solids", "safe_sets", "volumes"):
         wide.__dict__.pop(name, None)

@@ -371,7 +371,7 @@ def test_coverage_statement_is_honest_over_many_repeats():
 
 
 def test_a_dishonest_cover_is_noticed(monkeypatch):
-    import parc_jax.answer as answers
+    import parc_jax.answer.answer as answers
 
     class Half(union_stage.SafeUnion):
         """Loses half of its polytopes after their coverage was stated."""

@@ -6,7 +6,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from parc_jax.answer import Answer
+from parc_jax.answer.answer import Answer
 from parc_jax.claim.monitor import inside_tube
 from parc_jax.errors import SoundnessError
 from parc_jax.experiment.replay import Replay, outcomes

@@ -4,7 +4,7 @@ from pathlib import Path
 
 import numpy as np
 
-from parc_jax.answer import Answer
+from parc_jax.answer.answer import Answer
 from parc_jax.body import numbered
 from parc_jax.claim.measure import measure
 from parc_jax.plot import shapes, style

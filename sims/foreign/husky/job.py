@@ -6,7 +6,7 @@ from pathlib import Path
 import jax
 import numpy as np
 
-from parc_jax.answer import Answer
+from parc_jax.answer.answer import Answer
 from parc_jax.claim.risk import Uniform
 from parc_jax.experiment.job import finish
 from parc_jax.experiment.stopwatch import Stopwatch

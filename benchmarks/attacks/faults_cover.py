@@ -1,0 +1,157 @@
+"""Faults of what is said of many plans: corridors, polytopes, their share, batches, what an answer
+says.
+"""
+
+from benchmarks.attacks.fault import Fault
+
+COVER = (
+    Fault(
+        "corridor_at_the_first_knot_only",
+        "parc_jax/cover/corridors.py",
+        "return conditions.met(bin, corridor, path[:-1], path[1:])",
+        "return conditions.met(bin, corridor, path[:-1])",
+        ("tests/cover/test_corridors.py::test_who_keeps_is_found_as_by_hand",),
+    ),
+    Fault(
+        "corridor_without_the_tube",
+        "parc_jax/cover/corridors.py",
+        "threshold = support + allowed.support_by_axis(back)",
+        "threshold = support + 0 * allowed.support_by_axis(back)",
+        ("tests/cover/test_corridors.py::test_who_keeps_is_found_as_by_hand",),
+    ),
+    Fault(
+        "polytope_needs_less_than_the_tube",
+        "parc_jax/cover/corridor.py",
+        "return self.support[..., None] + lost(self.w, errors, self.points)",
+        "return self.support[..., None] + 0.5 * lost(self.w, errors, self.points)",
+        (
+            "tests/soundness/test_sets.py::test_vertices_of_the_float_polytopes_satisfy_the_exact_rows",
+        ),
+    ),
+    Fault(
+        "polytope_rows_at_the_first_knot_only",
+        "parc_jax/cover/polytope.py",
+        "for shift in (0, 1):",
+        "for shift in (0,):",
+        (
+            "tests/soundness/test_sets.py::test_vertices_of_the_float_polytopes_satisfy_the_exact_rows",
+        ),
+    ),
+    Fault(
+        "polytope_rows_pushed_out",
+        "parc_jax/cover/polytope.py",
+        "b[real] - float(scene.slack) * size[real]",
+        "b[real] + 1e6 * float(scene.slack) * size[real]",
+        (
+            "tests/soundness/test_sets.py::test_vertices_of_the_float_polytopes_satisfy_the_exact_rows",
+        ),
+    ),
+    Fault(
+        "cell_without_its_upper_border",
+        "parc_jax/cover/polytope.py",
+        "[jnp.asarray(bin_hi), -jnp.asarray(bin_lo),",
+        "[jnp.asarray(bin_hi) + 1, -jnp.asarray(bin_lo),",
+        ("tests/soundness/test_sets.py::test_contains_is_the_union_of_the_rows",),
+    ),
+    Fault(
+        "members_not_asked_for_the_goal",
+        "parc_jax/cover/plan_set.py",
+        "out = e.reaches",
+        "out = np.ones(len(k), bool)",
+        ("tests/answer/test_answer.py::test_membership_asks_for_goal_and_start_too",),
+    ),
+    Fault(
+        "looks_share_no_error",
+        "parc_jax/cover/stopping.py",
+        "delta = (1 - confidence) * 6 / (np.pi * part) ** 2",
+        "delta = 1 - confidence",
+        (
+            "tests/cover/test_stopping.py"
+            "::test_announced_looks_alone_satisfy_a_rule_and_it_pays_for_each",
+        ),
+    ),
+    Fault(
+        "share_of_k_from_above",
+        "parc_jax/cover/plan_set.py",
+        "return least_probability(int(hit.sum()), n, 0.001)",
+        "return least_probability(int(hit.sum()), n, 1 - 1e-12)",
+        ("tests/answer/test_answer.py::test_the_share_of_k_is_a_lower_bound",),
+    ),
+    Fault(
+        "volume_without_its_lower_bound",
+        "parc_jax/answer/numbers.py",
+        "low = least_probability(cover.safe, cover.drawn, tail)",
+        "low = cover.safe / cover.drawn",
+        ("tests/answer/test_numbers.py::test_the_volume_interval_is_clopper_pearson",),
+    ),
+    Fault(
+        "rare_only_where_no_draw_was_safe",
+        "parc_jax/cover/sampling.py",
+        "return self.safe < FEW and",
+        "return self.safe == 0 and",
+        ("tests/cover/test_rare.py::test_a_handful_of_safe_draws_is_no_reason_to_go_on_drawing",),
+    ),
+    Fault(
+        "samples_outside_of_the_corridors",
+        "parc_jax/cover/kept.py",
+        "kept = one.safe.at(self.has(one.safe))",
+        "kept = one.safe",
+        ("tests/cover/test_kept.py::test_every_sample_is_safe_by_a_corridor_of_the_answer",),
+    ),
+    Fault(
+        "later_polytopes_counted_on_their_own_plans",
+        "parc_jax/cover/later.py",
+        "inside = polytopes.first(fresh, building) >= 0",
+        "inside = polytopes.first(seen, building) >= 0",
+        ("tests/cover/test_kept.py::test_what_later_polytopes_hold_is_told_by_fresh_plans",),
+    ),
+    Fault(
+        "density_without_the_covered_share",
+        "parc_jax/answer/numbers.py",
+        "union = least * found._held.at_least",
+        "union = least",
+        (
+            "tests/answer/test_numbers.py::test_the_density_pays_for_what_the_polytopes_do_not_cover",
+        ),
+    ),
+    Fault(
+        "names_of_others_as_html",
+        "parc_jax/answer/statement.py",
+        "<b>{html.escape(one_line(found))}</b>",
+        "<b>{one_line(found)}</b>",
+        ("tests/answer/test_statement.py::test_names_of_others_are_text_in_a_notebook",),
+    ),
+)
+
+BATCH = (
+    Fault(
+        "box_spans_end_one_early",
+        "parc_jax/batch/box_scenes.py",
+        "(t <= boxes.spans[..., 1:])",
+        "(t < boxes.spans[..., 1:])",
+        ("tests/batch/test_solve.py::test_arrays_of_boxes_are_laid_out_like_problems",),
+    ),
+    Fault(
+        "box_obstacles_in_reverse",
+        "parc_jax/batch/box_scenes.py",
+        "[tuple(int(t) for t in self.spans[i, j]) for j in kept]",
+        "[tuple(int(t) for t in self.spans[i, j]) for j in kept[::-1]]",
+        ("tests/batch/test_solve.py::test_arrays_of_boxes_are_laid_out_like_problems",),
+    ),
+    Fault(
+        "absent_boxes_present",
+        "parc_jax/batch/box_scenes.py",
+        "boxes.present[..., None] & during",
+        "during",
+        ("tests/batch/test_solve.py::test_arrays_of_boxes_are_laid_out_like_problems",),
+    ),
+    Fault(
+        "refused_certificates_accepted",
+        "parc_jax/certificate/prove.py",
+        "    except checker.Rejected:\n        return False",
+        "    except checker.Rejected:\n        return True",
+        ("tests/certificate/test_write.py::test_prove_keeps_what_holds_and_drops_what_does_not",),
+    ),
+)
+
+COVERS = (*COVER, *BATCH)

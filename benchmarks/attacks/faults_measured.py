@@ -1,0 +1,201 @@
+"""Faults of what is measured of the error: runs, scores, bins, the counting of runs."""
+
+from benchmarks.attacks.fault import Fault
+
+CALIBRATE = "tests/claim/test_calibrate.py"
+COUNTS = "tests/claim/test_counts.py"
+MEASURE = "tests/claim/test_measure.py"
+COVERAGE = "tests/soundness/test_claims_coverage.py"
+RARE = f"{COVERAGE}::test_wrong_claims_are_as_rare_as_the_theorem_says"
+
+MEASURED = (
+    Fault(
+        "last_record_of_an_interval_dropped",
+        "parc_jax/claim/measure.py",
+        "_failures_to_infinity(size.interval.max(axis=1))",
+        "_failures_to_infinity(size.interval[:, :-1].max(axis=1))",
+        (f"{MEASURE}::test_an_end_knot_counts_in_both_intervals",),
+    ),
+    Fault(
+        "errors_at_knots_only",
+        "parc_jax/claim/measure.py",
+        "_failures_to_infinity(size.interval.max(axis=1))",
+        "_failures_to_infinity(size.interval[:, np.array([0, -1])].max(axis=1))",
+        (f"{MEASURE}::test_an_error_between_knots_is_seen",),
+    ),
+    Fault(
+        "failed_runs_without_error",
+        "parc_jax/claim/measure.py",
+        "return jnp.where(jnp.isnan(x), jnp.inf, x)",
+        "return jnp.where(jnp.isnan(x), 0.0, x)",
+        (f"{MEASURE}::test_failed_runs_have_infinite_errors",),
+    ),
+    Fault(
+        "goal_state_not_measured",
+        "parc_jax/claim/measure.py",
+        "[last - c[-1], q - q_hat]",
+        "[last - c[-1], 0 * (q - q_hat)]",
+        (f"{MEASURE}::test_an_error_in_the_goal_state_alone_is_seen",),
+    ),
+    Fault(
+        "signed_errors",
+        "parc_jax/claim/measure.py",
+        "jnp.abs(e) + s for e, s",
+        "e + s for e, s",
+        (f"{MEASURE}::test_errors_are_the_definition",),
+    ),
+    Fault(
+        "rounding_of_the_network_not_paid",
+        "parc_jax/claim/measure.py",
+        "return Allowance(knots[:-1] + knots[1:], at_end)",
+        "return Allowance(0 * knots[1:], at_end)",
+        (f"{MEASURE}::test_the_allowance_covers_the_rounding_of_the_network",),
+    ),
+    Fault(
+        "float32_storage_not_paid",
+        "parc_jax/claim/measure.py",
+        "unit = _FLOAT32_UNIT if p.dtype == jnp.float32 else 0.0",
+        "unit = 0.0",
+        (f"{MEASURE}::test_float32_storage_is_paid_for",),
+    ),
+    Fault(
+        "runs_on_an_edge_keep_to_the_wider_bin",
+        "parc_jax/claim/score.py",
+        "ratio = np.maximum.reduce(",
+        "ratio = np.minimum.reduce(",
+        ("tests/claim/test_fitting.py::test_a_run_on_a_shared_edge_must_fit_both_bins",),
+    ),
+    Fault(
+        "proofs_on_an_edge_use_the_narrower_bin",
+        "parc_jax/claim/tube.py",
+        "return self.interval[bins].max(axis=1), self.final[bins].max(axis=1)",
+        "return self.interval[bins].min(axis=1), self.final[bins].min(axis=1)",
+        ("tests/claim/test_tube.py::test_on_a_shared_edge_a_proof_allows_for_the_widest_bin",),
+    ),
+    Fault(
+        "an_edge_belongs_to_one_bin",
+        "parc_jax/claim/tube.py",
+        "choices = [right] if (left == right).all() else [right, left]",
+        "choices = [right]",
+        (
+            "tests/claim/test_tube.py::test_a_parameter_on_a_shared_edge_belongs_to_every_bin_it_touches",
+        ),
+    ),
+    Fault(
+        "score_of_the_intervals_only",
+        "parc_jax/claim/score.py",
+        "parts = zip(needed, profile.halves, strict=True)",
+        "parts = list(zip(needed, profile.halves, strict=True))[:1]",
+        (f"{COVERAGE}::test_errors_that_hide_in_one_place_are_held",),
+    ),
+    Fault(
+        "mean_score_of_a_run",
+        "parc_jax/claim/score.py",
+        "return ratio.max(axis=1), ",
+        "return ratio.mean(axis=1), ",
+        (f"{CALIBRATE}::test_the_tube_holds_every_run_it_was_sized_by",),
+    ),
+)
+
+COUNTED = (
+    Fault(
+        "one_run_more_discarded",
+        "parc_jax/claim/calibrate.py",
+        "[..., score.shape[-1] - 1 - discard]",
+        "[..., score.shape[-1] - 2 - discard]",
+        (RARE,),
+    ),
+    Fault(
+        "discards_cost_nothing",
+        "parc_jax/claim/counts.py",
+        "if discard == 0 else float(bdtr(float(discard), n, eps))",
+        "",
+        (f"{COUNTS}::test_discards_against_exact_rationals",),
+    ),
+    Fault(
+        "eps_and_delta_swapped",
+        "parc_jax/claim/counts.py",
+        "> delta) + 1",
+        "> eps) + 1",
+        (f"{COUNTS}::test_the_table_of_runs",),
+    ),
+    Fault(
+        "one_run_too_few",
+        "parc_jax/claim/counts.py",
+        "> delta) + 1",
+        "> delta)",
+        (f"{COUNTS}::test_the_table_of_runs",),
+    ),
+    Fault(
+        "supported_eps_rounded_down",
+        "parc_jax/claim/counts.py",
+        "return math.ceil(eps / unit + 1e-9) * unit",
+        "return math.floor(eps / unit) * unit",
+        (f"{COUNTS}::test_the_supported_eps_is_supported_and_nearly_the_smallest",),
+    ),
+    Fault(
+        "looks_do_not_split_delta",
+        "parc_jax/claim/calibrate.py",
+        "pac_label(n, eps, delta / looks, discard)",
+        "pac_label(n, eps, delta, discard)",
+        (f"{CALIBRATE}::test_discards_and_looks_cost_runs",),
+    ),
+    Fault(
+        "networks_do_not_split_delta",
+        "parc_jax/claim/pipeline.py",
+        "looks = asked.looks * len(nets) * len(asked.claims)",
+        "looks = asked.looks",
+        ("tests/claim/test_pipeline.py::test_networks_and_claims_about_the_same_runs_split_delta",),
+    ),
+    Fault(
+        "bins_do_not_split_delta",
+        "parc_jax/claim/by_bin.py",
+        "share_of_delta = float(delta / (n_blocks * looks))",
+        "share_of_delta = float(delta / looks)",
+        (f"{CALIBRATE}::test_per_bin_claims_need_runs_in_every_bin",),
+    ),
+    Fault(
+        "a_block_read_as_if_it_were_one_bin",
+        "parc_jax/claim/by_bin.py",
+        "    return [whole[number] for number in block]",
+        "    return bin_shares(profile)",
+        (f"{CALIBRATE}::test_a_block_of_bins_has_one_claim_and_one_number",),
+    ),
+    Fault(
+        "bins_with_few_runs_get_a_claim",
+        "parc_jax/claim/by_bin.py",
+        "        if wanted <= allowed:",
+        "        if len(inside):",
+        (f"{CALIBRATE}::test_per_bin_claims_need_runs_in_every_bin",),
+    ),
+    Fault(
+        "clopper_pearson_from_below",
+        "parc_jax/claim/counts.py",
+        "betainccinv(failures + 1, n - failures, delta)",
+        "betainccinv(failures + 1, n - failures, 1 - delta)",
+        ("tests/claim/test_validate.py::test_the_bound_inverts_the_binomial_tail",),
+    ),
+    Fault(
+        "lower_bounds_of_the_other_side",
+        "parc_jax/claim/counts.py",
+        "return float(1 - clopper_pearson(n - successes, n, delta))",
+        "return float(clopper_pearson(successes, n, delta))",
+        ("tests/claim/test_counts.py::test_one_bound_on_a_probability_serves_everybody",),
+    ),
+    Fault(
+        "choices_that_failed_with_nan_pass",
+        "parc_jax/claim/validate.py",
+        "int((verdicts | batch.failed).sum())",
+        "int(verdicts.sum())",
+        ("tests/claim/test_validate.py::test_a_run_with_nan_has_failed_whatever_the_test_says",),
+    ),
+    Fault(
+        "looks_at_a_choice_cost_nothing",
+        "parc_jax/claim/validate.py",
+        "float(delta / looks)",
+        "float(delta)",
+        ("tests/claim/test_validate.py::test_looks_split_delta",),
+    ),
+)
+
+MEASUREMENTS = (*MEASURED, *COUNTED)

@@ -1,0 +1,144 @@
+"""What a query found, and the question that it answers."""
+
+from collections.abc import Callable, Sequence
+from functools import cached_property
+
+import numpy as np
+
+from parc_jax.cover.corridor import Corridor
+from parc_jax.cover.corridors import Corridors
+from parc_jax.cover.kept import KeptPlans
+from parc_jax.cover.place import Place
+from parc_jax.cover.plan_set import PlanSet
+from parc_jax.cover.polytope import SafePolytope
+from parc_jax.cover.search import Cover, Progress
+from parc_jax.cover.stopping import Coverage
+from parc_jax.cover.union import SafeUnion
+from parc_jax.model import TrajectoryModel
+from parc_jax.problem import ReachAvoid
+from parc_jax.robust.pose import Pose
+from parc_jax.robust.withstood import Withstood
+from parc_jax.status import Status
+from parc_jax.verdict.scene import Scene
+from parc_jax.volume_bounds.no_plan import PROVED, NoPlan
+
+
+class Findings:
+    """The record behind an `Answer`; its fields are explained there."""
+
+    def __init__(
+        self,
+        model: TrajectoryModel,
+        scene: Scene,
+        cover: Cover,
+        samples: np.ndarray,
+        sample_parts: list[dict] | Callable[[], list[dict]],
+        proved: bool,
+        refused: int,
+        timings: dict[str, float],
+        no_plan: NoPlan | None,
+        doubt: Withstood | None = None,
+        pose: Pose | None = None,
+    ):
+        self.model = model
+        self.scene = scene
+        self.samples = samples
+        self._sample_parts = sample_parts
+        self.proved = proved
+        self.refused = refused
+        self.timings = timings
+        self.no_plan = no_plan
+        self.doubt = doubt
+        self.pose = pose
+        self._cover = cover
+        self._corridors = Corridors(model.tube, cover.corridors)
+        self._plans: PlanSet = (
+            SafeUnion(model, scene, list(cover.polytopes))
+            if len(cover.polytopes)
+            else KeptPlans(model, scene, self._corridors, cover.within)
+        )
+
+    @cached_property
+    def sample_parts(self) -> list[dict]:
+        """The certificates of the samples, written when they are first asked for."""
+        return self._sample_parts() if callable(self._sample_parts) else self._sample_parts
+
+    @property
+    def problem(self) -> ReachAvoid:
+        """The question, as it was asked."""
+        return self.scene.problem
+
+    @property
+    def found(self) -> bool:
+        """A safe plan exists and is in hand."""
+        return len(self.samples) + len(self.corridors) + len(self.polytopes) > 0
+
+    @property
+    def status(self) -> Status:
+        """What is known: safe plans proved or bounded, none exists (proved), or none found."""
+        if self.found:
+            return Status.PROVED if self.proved else Status.BOUNDED
+        absent = self.no_plan is not None and self.no_plan.kind == PROVED
+        return Status.NO_PLAN if absent else Status.NOT_FOUND
+
+    @property
+    def corridors(self) -> Sequence[Corridor]:
+        """One separating direction per obstacle and interval each: every plan that keeps to one and
+        ends in the shrunken goal is safe, whatever its region. The safe polytopes are their
+        intersections with the cells."""
+        return self._corridors.all
+
+    @property
+    def polytopes(self) -> list[SafePolytope]:
+        """The safe polytopes: pattern, bin, corridor and inner point each. None unless the query
+        cut them (`Settings.polytopes`); `with_polytopes` cuts them later."""
+        return list(self._cover.polytopes)
+
+    @property
+    def history(self) -> Sequence[Progress]:
+        """Progress of the search at every fresh draw: seconds from its start, corridors and
+        polytopes so far, shares that they cover.
+        """
+        return self._cover.history
+
+    @property
+    def coverage(self) -> Coverage:
+        """Share of the model's safe set inside `polytopes`: estimate, lower confidence bound,
+        counts behind them.
+        """
+        return self._cover.coverage
+
+    @property
+    def corridor_coverage(self) -> Coverage:
+        """Share of the model's safe set that keeps to some of `corridors`, as in `coverage`."""
+        return self._cover.kept
+
+    @property
+    def _held(self) -> Coverage:
+        """Coverage of what `sample` draws from."""
+        return self.coverage if len(self.polytopes) else self.corridor_coverage
+
+    @property
+    def counts(self) -> dict[str, int]:
+        """Points drawn uniformly over all that could reach the goal, how many of them do, how many
+        are safe.
+        """
+        return {
+            "drawn": self._cover.drawn,
+            "reaching": self._cover.reaching,
+            "safe": self._cover.safe,
+        }
+
+    @property
+    def around(self) -> Place | None:
+        """Where safe plans are too rare for draws from everywhere, the place around what a search
+        found that was drawn from instead; counts, coverage and volume are of it then.
+        """
+        return self._cover.within
+
+    @property
+    def safe_share(self) -> float:
+        """Share of the goal-reaching set (of the model) that is safe; of `around`, where that is a
+        place.
+        """
+        return self._cover.safe / max(self._cover.reaching, 1)

@@ -1,0 +1,65 @@
+"""What an answer is worth in numbers: the volume of the safe set, and what a plan drawn from it
+risks.
+"""
+
+import numpy as np
+
+from parc_jax.answer.findings import Findings
+from parc_jax.claim.counts import clopper_pearson, least_probability
+from parc_jax.claim.risk import Density, NoStatement, Risk
+from parc_jax.cover.search import Cover
+
+CONFIDENCE = 0.999  # of the safe set's volume, where a density rests on it
+
+
+def safe_volume(cover: Cover, confidence: float) -> tuple[float, float, float] | None:
+    """Estimate and Clopper-Pearson interval, as `Answer.volume`."""
+    whole = cover.volume
+    if not cover.drawn or not np.isfinite(whole):
+        return None
+    tail = (1 - confidence) / 2
+    low = least_probability(cover.safe, cover.drawn, tail)
+    high = float(clopper_pearson(cover.safe, cover.drawn, tail))
+    return whole * cover.safe / cover.drawn, whole * low, whole * high
+
+
+def density_of_k(found: Findings) -> float:
+    """Upper bound W of the density of a drawn k, as explained at `Answer.density`. [T34]"""
+    volume = safe_volume(found._cover, CONFIDENCE)
+    if volume is None:
+        return np.inf
+    _, least, _ = volume
+    union = least * found._held.at_least
+    if not union > 0:
+        return np.inf
+    domain = found.model.domain
+    whole = domain.volume if found.doubt is None else found.doubt.k_volume
+    return float(whole * _ends_per_k(found) / union)
+
+
+def _ends_per_k(found: Findings) -> float:
+    """The most volume of end points that a k may have."""
+    scene = found.scene
+    if scene.at is not None:  # k alone is drawn
+        return 1.0
+    least, most = found.model.tube.end_extent
+    with np.errstate(invalid="ignore"):  # bins without claim
+        room = (scene.z_hi - most) - (scene.z_lo - least)
+        return np.nanmax(np.prod(np.maximum(room, 0), axis=1))
+
+
+def risk_of_draw(found: Findings) -> Risk | NoStatement:
+    """What the claim promises for a plan drawn by `Answer.sample`. [T5, T18, T34]"""
+    if not len(found.polytopes) and not len(found.corridors):
+        return NoStatement("there is no safe set to draw k from")
+    claim = found.model.claim
+    promised = claim.risk(Density(1.0))
+    if isinstance(promised, NoStatement) or claim.kind == "cover":
+        return promised
+    law = claim.law.k_law
+    if law != "uniform":
+        return NoStatement(f"the claim is about k drawn by {law!r}, not uniformly over K")
+    density = density_of_k(found)
+    if not np.isfinite(density):
+        return NoStatement("how much of the safe set they cover was not measured within the budget")
+    return claim.risk(Density(density))
