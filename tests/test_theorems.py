@@ -17,7 +17,7 @@ ROOT = Path(__file__).resolve().parents[1]
 PAGE = ROOT / "docs" / "theorems.md"
 REFERENCES = ROOT / "docs" / "references.md"
 FOLDERS = ("parc_jax", "sims", "benchmarks", "tests", "docs")
-ALONE = ("README.md", "CONTRIBUTING.md", "pyproject.toml")
+ALONE = ("README.md", "pyproject.toml")
 KINDS = (".py", ".pyi", ".md", ".ipynb", ".toml")
 # Written down before the code that will use them. Whoever cites one takes it out here.
 ANNOUNCED = {"T25"}

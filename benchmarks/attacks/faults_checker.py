@@ -9,6 +9,7 @@ PLANS = "parc_jax/checker/plans.py"
 NO_PLAN = "parc_jax/checker/no_plan.py"
 HITS = "parc_jax/checker/hits.py"
 DOUBT = "parc_jax/checker/doubt.py"
+ENTRIES = "parc_jax/checker/entries.py"
 ANSWER = "parc_jax/checker/answer.py"
 BAD = "tests/checker/test_checker_checks.py::test_bad_certificates_are_rejected"
 CHECKER = (
@@ -159,6 +160,20 @@ CHECKER = (
         'need(claim["tube_hash"] == hashes["tube"], "the claim is about another tube")',
         "",
         (BAD,),
+    ),
+    Fault(
+        "checker_processes_spend_apart",
+        ENTRIES,
+        "            context.spend(spent)",
+        "            del spent",
+        ("tests/checker/test_checker_entries.py::test_processes_share_one_allowance",),
+    ),
+    Fault(
+        "checker_rejected_in_another_process_is_lost",
+        ENTRIES,
+        "    if rejections:",
+        "    if answers[0][1]:",
+        ("tests/checker/test_checker_entries.py::test_the_first_rejected_entry_is_told",),
     ),
     Fault(
         "checker_a_flat_axis_has_no_bin",

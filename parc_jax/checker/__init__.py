@@ -1,6 +1,6 @@
 """Checks a saved answer in exact arithmetic, independently of the program that wrote it.
 
-    python -m parc_jax.checker answer.json [--json]
+    python -m parc_jax.checker answer.json [--json] [--processes N]
     python checker answer.json [--json]              this folder alone, copied anywhere
 
 Standard library only; nothing of parc_jax is imported. Every number is a rational and every
@@ -15,6 +15,7 @@ hits.py      boxes in which every plan touches the same obstacle at the same mom
 bounds.py    what the network says at least, over a box of k
 no_plan.py   boxes in which no plan is safe, or every one
 doubt.py     boxes of plans that are safe with the same directions
+entries.py   all samples, corridors, polytopes and boxes of doubt, in one process or several
 answer.py    the whole file, the report, the command line
 
 Letters: p position, q further goal states, k parameters, y = (c_1 .. c_T, q) the outputs of the

@@ -1,5 +1,6 @@
 """A whole answer file: reading it, checking all that it claims, saying what was proved."""
 
+import argparse
 import collections
 import hashlib
 import json
@@ -7,17 +8,18 @@ import os
 import sys
 from fractions import Fraction
 
-from .doubt import check_doubt
-from .exact import NotAnAnswer, Rejected, array, fields, need, rejecting
+from .entries import LISTS, canonical, check_entries
+from .exact import NotAnAnswer, Rejected, fields, need, rejecting
 from .no_plan import check_no_plan
 from .plans import Context
 
 FORMATS = ("parc_jax.answer/1", "parc_jax.answer/2")
 PARTS = ("problem", "network", "tube")  # of the question; each has a hash
-LISTS = ("samples", "sets", "corridors", "doubt")
 MAX_BYTES = 1 << 26  # of a file
 MAX_VALUES = 1 << 22  # commas and opening brackets in a file: what its numbers and lists weigh
 MAX_REMARK = 1 << 20  # characters of what is not checked: meta and claim
+DESCRIPTION = "Checks an answer of parc_jax in exact arithmetic."
+MAX_PROCESSES = 60  # some systems wait for no more
 WORK_AT_LEAST = 4_000_000  # products of short integers, a second or two
 WORK_PER_CHARACTER = 1000
 
@@ -26,14 +28,14 @@ WORK_PER_CHARACTER = 1000
 Report = collections.namedtuple("Report", "samples sets corridors doubt no_plan claim hash")
 
 
-def canonical(part):
-    """The JSON text of a part that its hash is taken of."""
-    return json.dumps(part, sort_keys=True, separators=(",", ":"))
-
-
 def allowance(*parts):
     """Work that a file made of these parts may ask for. See Context.spend."""
-    return WORK_AT_LEAST + WORK_PER_CHARACTER * sum(len(canonical(part)) for part in parts)
+    return allowance_of([canonical(part) for part in parts])
+
+
+def allowance_of(texts):
+    """The same of parts that are spelled already."""
+    return WORK_AT_LEAST + WORK_PER_CHARACTER * sum(map(len, texts))
 
 
 def unique(pairs):
@@ -71,9 +73,9 @@ def load(path):
 
 
 @rejecting()
-def check_answer(answer):
+def check_answer(answer, processes=1):
     """Checks all that an answer (as `load` returns it) claims; returns a Report or raises
-    Rejected.
+    Rejected. Entries are shared among so many processes.
     """
     if type(answer) is not dict or answer.get("format") not in FORMATS:
         raise NotAnAnswer("got JSON without this format")
@@ -85,9 +87,8 @@ def check_answer(answer):
     answer = {"corridors": [], "doubt": [], "meta": None, **answer}  # older files have none
     need(len(canonical(answer["meta"])) <= MAX_REMARK, "the part meta is too long")
     need(len(canonical(answer["claim"])) <= MAX_REMARK, "the claim is too long")
-    hashes = {}
-    for part in PARTS:
-        hashes[part] = hashlib.sha256(canonical(answer[part]).encode()).hexdigest()
+    texts = {part: canonical(answer[part]) for part in (*PARTS, *LISTS, "no_plan")}
+    hashes = {part: hashlib.sha256(texts[part].encode()).hexdigest() for part in PARTS}
     need(answer["hash"] == hashes, "a hash does not match its content")
     claim = answer["claim"]
     if claim is not None:
@@ -95,36 +96,15 @@ def check_answer(answer):
         need(claim["tube_hash"] == hashes["tube"], "the claim is about another tube")
     context = Context(answer["problem"], answer["network"], answer["tube"])
     need(FORMATS[context.format - 1] == answer["format"], "the problem is of another format")
-    proofs = [answer[part] for part in (*PARTS, *LISTS, "no_plan")]
-    context.work_left = allowance(*proofs)
-    samples = set()
-    for i, entry in enumerate(array(answer["samples"])):
-        with rejecting(f"samples[{i}]: "):
-            p0, k = context.check_sample(entry)
-            samples.add((*p0, *k))
-    sets = set()
-    for i, entry in enumerate(array(answer["sets"])):
-        with rejecting(f"sets[{i}]: "):
-            context.check_set(entry)
-            sets.add(canonical([entry["bin"], entry["pattern"], entry["sep"]]))
-    corridors = set()
-    for i, entry in enumerate(array(answer["corridors"])):
-        with rejecting(f"corridors[{i}]: "):
-            context.check_sample(entry)  # its plan is one of those that it stands for
-            corridors.add(canonical(entry["sep"]))
-    doubt = set()
-    for i, entry in enumerate(array(answer["doubt"])):
-        with rejecting(f"doubt[{i}]: "):
-            doubt.add(tuple(check_doubt(context, entry)))
+    context.work_left = allowance_of(texts.values())
+    question = tuple(answer[part] for part in PARTS)
+    found = check_entries(context, question, {part: answer[part] for part in LISTS}, processes)
     volumes = None
     if answer["no_plan"] is not None:
         with rejecting("no_plan: "):
             volumes = check_no_plan(context, answer["no_plan"])
     return Report(
-        samples=len(samples),
-        sets=len(sets),
-        corridors=len(corridors),
-        doubt=len(doubt),
+        **{part: len(found[part]) for part in LISTS},
         no_plan=volumes,
         claim=claim,
         hash=hashes,
@@ -163,26 +143,44 @@ def summary(report):
 
 def main(arguments=None):
     """Command line. Returns 0 for an accepted file, 1 for a rejected one, 2 if there is none."""
-    arguments = sys.argv[1:] if arguments is None else list(arguments)
-    paths = [argument for argument in arguments if argument != "--json"]
-    if len(paths) != 1 or paths[0].startswith("-"):
-        print("usage: checker answer.json [--json]", file=sys.stderr)
-        return 2
     try:
-        report = check_answer(load(paths[0]))
+        asked = command_line().parse_args(arguments)
+    except SystemExit as told:
+        return told.code
+    try:
+        report = check_answer(load(asked.answer), asked.processes)
         result = {"accepted": True, **report._asdict()}
         lines = list(summary(report))
         code = 0
     except NotAnAnswer as why:
-        return unreadable(paths[0], why)
+        return unreadable(asked.answer, why)
     except OSError as error:
-        return unreadable(paths[0], f"it cannot be read ({error.strerror})")
+        return unreadable(asked.answer, f"it cannot be read ({error.strerror})")
     except Rejected as why:
         result = {"accepted": False, "reason": str(why)}
         lines = [f"REJECTED: {ascii(str(why))[1:-1]}"]
         code = 1
-    tell(json.dumps(result, indent=1) if "--json" in arguments else "\n".join(lines))
+    tell(json.dumps(result, indent=1) if asked.json else "\n".join(lines))
     return code
+
+
+def command_line():
+    """What may be asked for."""
+    parser = argparse.ArgumentParser("checker", allow_abbrev=False, description=DESCRIPTION)
+    parser.add_argument("answer", help="the answer file")
+    parser.add_argument("--json", action="store_true", help="print the report as JSON")
+    parser.add_argument(
+        "--processes", type=count, default=1, metavar="N", help="share the entries among so many"
+    )
+    return parser
+
+
+def count(text):
+    """A number of processes."""
+    n = int(text)
+    if not 1 <= n <= MAX_PROCESSES:
+        raise argparse.ArgumentTypeError(f"expected a number from 1 to {MAX_PROCESSES}")
+    return n
 
 
 def unreadable(path, why):

@@ -6,7 +6,7 @@ import json as js
 from pathlib import Path
 
 
-def check(answer: Path, /, *, json: bool = False, second: bool = False) -> int:
+def check(answer: Path, /, *, json: bool = False, second: bool = False, processes: int = 1) -> int:
     """Verify the certificates of an answer in exact arithmetic; needs no JAX. Example: parc-jax
     check answer.json
 
@@ -16,10 +16,11 @@ def check(answer: Path, /, *, json: bool = False, second: bool = False) -> int:
         second: Ask the proved checker too: the program that PARC_JAX_PROVED_CHECKER names, else
             the one of the page in node. Exit code 0 if both accept, 1 if either rejects, 3 if the
             second did not look at all of it.
+        processes: Share the entries among so many processes.
     """
     from parc_jax import checker
 
-    arguments = [str(answer), *(["--json"] if json else [])]
+    arguments = [str(answer), f"--processes={processes}", *(["--json"] if json else [])]
     return _both(answer, arguments, json) if second else checker.main(arguments)
 
 

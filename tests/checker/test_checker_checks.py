@@ -23,7 +23,18 @@ from parc_jax import checker
 CASES = known.CASES | known_points.CASES
 VALID = known.VALID | known_points.VALID
 FOLDER = Path(checker.__file__).parent
-FILES = ("exact", "errors", "question", "plans", "bounds", "hits", "no_plan", "doubt", "answer")
+FILES = (
+    "exact",
+    "errors",
+    "question",
+    "plans",
+    "bounds",
+    "hits",
+    "no_plan",
+    "doubt",
+    "entries",
+    "answer",
+)
 SOURCES = {name: (FOLDER / f"{name}.py").read_text() for name in FILES}
 NUMBERS = itertools.count()
 
@@ -216,9 +227,9 @@ SLIPS = [
     ("plans", "(-1, high, place < n_places - 1),", "", "an inner point above its bin"),
     ("plans", 'sign = 1 if bit == "1" else -1', "sign = 1", "a pattern for the other side"),
     (
-        "answer",
-        "            context.check_sample(entry)  # its plan",
-        "            entry  # its plan",
+        "entries",
+        "        context.check_sample(entry)  # its plan",
+        "        entry  # its plan",
         "a corridor whose plan does not keep to it",
     ),
     (
@@ -228,9 +239,9 @@ SLIPS = [
         "a corridor with a negative multiplier",
     ),
     (
-        "answer",
-        'enumerate(array(answer["corridors"]))',
-        'enumerate(array(answer["corridors"])[:1])',
+        "entries",
+        "for part, i, entry in entries:",
+        'for part, i, entry in [e for e in entries if e[:2] != ("corridors", 1)]:',
         "a second corridor whose plan does not keep to it",
     ),
     (

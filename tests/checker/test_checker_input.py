@@ -275,7 +275,7 @@ def test_what_is_no_answer_file_ends_with_what_was_expected(folder, name, capsys
     assert words in err and len(err.splitlines()) == 1
 
 
-@pytest.mark.parametrize("arguments", [[], ["good.json", "bad.json"], ["--help"], ["--json"]])
+@pytest.mark.parametrize("arguments", [[], ["good.json", "bad.json"], ["--jso"], ["--json"]])
 def test_other_arguments_end_with_the_usage(arguments, capsys):
     assert checker.main(arguments) == 2
     assert capsys.readouterr().err.startswith("usage: ")
