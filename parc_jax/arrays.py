@@ -142,3 +142,11 @@ def _spell(shape) -> str:
         + ("," if len(shape) == 1 else "")
         + ")"
     )
+
+
+def difference(a, b) -> np.ndarray:
+    """|a - b|: none where both are NaN, infinite where one of them is."""
+    a, b = np.asarray(a, np.float64), np.asarray(b, np.float64)
+    both = np.isnan(a) & np.isnan(b)
+    gap = np.abs(np.where(both, 0.0, a) - np.where(both, 0.0, b))
+    return np.where(np.isnan(gap), np.inf, gap)

@@ -5,7 +5,7 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 
-from parc_jax.arrays import in_chunks, map_rows
+from parc_jax.arrays import difference, in_chunks, map_rows
 
 
 @pytest.mark.parametrize("n", [1, 7, 8, 9, 40])
@@ -44,3 +44,8 @@ def test_one_program_serves_all_numbers_of_rows():
     for n in (0, 1, 5, 9):
         assert len(map_rows(4, compiled, np.ones(n))) == n
     assert len(traced) == 1
+
+
+def test_runs_that_failed_alike_do_not_differ_and_others_do_without_bound():
+    a, b = [np.nan, np.nan, 1.0, 2.0], [np.nan, 1.0, np.nan, 0.5]
+    assert difference(a, b).tolist() == [0.0, np.inf, np.inf, 1.5]

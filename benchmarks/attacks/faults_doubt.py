@@ -27,15 +27,15 @@ DOUBT = (
     Fault(
         "start_set_does_not_shrink",
         "parc_jax/robust/scene.py",
-        "round_down(Fraction(bound) - _support_of_box([Fraction(x) for x in row], exact))",
-        "round_down(Fraction(bound))",
+        "bounds.append(round_down(Fraction(bound) - support))",
+        "bounds.append(round_down(Fraction(bound)))",
         (QUESTION + "test_the_start_set_shrinks_and_the_goal_by_what_points_do_together",),
     ),
     Fault(
         "points_shrink_the_goal_one_by_one",
         "parc_jax/robust/scene.py",
-        "along = [sum(exact[axis:n_c:n_p]) for axis in range(n_p)]",
-        "along = [sum(map(abs, exact[axis:n_c:n_p])) for axis in range(n_p)]",
+        "[sum(exact[axis:n_c:n_p]) for axis in range(n_p)]",
+        "[sum(map(abs, exact[axis:n_c:n_p])) for axis in range(n_p)]",
         (QUESTION + "test_the_start_set_shrinks_and_the_goal_by_what_points_do_together",),
     ),
     Fault(

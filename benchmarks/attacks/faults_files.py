@@ -157,6 +157,13 @@ FILES_IN_AND_OUT = (
         "exact",
         ("tests/io/test_answer_file.py::test_everything_but_timings_comes_back",),
     ),
+    Fault(
+        "obstacles_of_a_picture_counted_from_one",
+        "parc_jax/plot/timeline.py",
+        'names = [f"obstacle {o}" for o',
+        'names = [f"obstacle {o + 1}" for o',
+        ("tests/test_numbering.py::test_pictures_and_films_say_the_same",),
+    ),
 )
 
 REPLAY = (

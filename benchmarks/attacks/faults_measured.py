@@ -74,11 +74,11 @@ MEASURED = (
     ),
     Fault(
         "an_edge_belongs_to_one_bin",
-        "parc_jax/claim/tube.py",
+        "parc_jax/claim/bins.py",
         "choices = [right] if (left == right).all() else [right, left]",
         "choices = [right]",
         (
-            "tests/claim/test_tube.py::test_a_parameter_on_a_shared_edge_belongs_to_every_bin_it_touches",
+            "tests/claim/test_bins.py::test_a_parameter_on_a_shared_edge_belongs_to_every_bin_it_touches",
         ),
     ),
     Fault(

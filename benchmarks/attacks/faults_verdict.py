@@ -126,7 +126,7 @@ VERDICT = (
     ),
     Fault(
         "wrong_bin_on_an_inner_edge",
-        "parc_jax/claim/tube.py",
+        "parc_jax/claim/bins.py",
         " & ~on_inner_edge",
         "",
         ("tests/verdict/test_pointwise.py::test_bins_are_the_tubes_bins_and_boundaries_have_none",),

@@ -14,8 +14,9 @@ import numpy as np
 from flax import struct
 
 from parc_jax.batch.estimate import Taken, estimate_clearance, estimate_roughly
+from parc_jax.claim.bins import open_bin_of
 from parc_jax.claim.error_set import ErrorSet, at
-from parc_jax.claim.tube import Tube, open_bin_of
+from parc_jax.claim.tube import Tube
 from parc_jax.network.predict import HIGHEST, moved_to, predict
 from parc_jax.network.relu import ReLUNetwork
 from parc_jax.obstacles.pairs import Pairs
@@ -70,7 +71,7 @@ def pool_of(net: ReLUNetwork, tube: Tube, k) -> Pool:
 
     def one(k):
         offsets, q, _ = predict(net, tube.layout, k)
-        bin = open_bin_of(tube, k)
+        bin = open_bin_of(tube.edges, k)
         back = moved_to(-offsets[-1, : tube.n_p], offsets)
         half = None
         if tube.templates is None:

@@ -14,7 +14,8 @@ from parc_jax.arrays import dot
 from parc_jax.body import Body, Disc, Polygon, numbered
 from parc_jax.certificate.templates import end_part, rows_part
 from parc_jax.claim.error_set import NO_CLAIM, ErrorSet, at
-from parc_jax.claim.tube import Templates, Tube
+from parc_jax.claim.faces import Templates
+from parc_jax.claim.tube import Tube
 from parc_jax.cover.corridor import Corridor
 from parc_jax.cover.polytope import SafePolytope
 from parc_jax.model import TrajectoryModel

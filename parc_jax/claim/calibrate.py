@@ -135,7 +135,7 @@ def scaled(profile: Tube, scale: np.ndarray, term: np.ndarray) -> Tube:
     scale = np.asarray(scale, np.float64)
     grown = [
         np.nextafter((scale.reshape(-1, *[1] * (half.ndim - 1)) * half + more) * _OUTWARD, np.inf)
-        for half, more in zip(profile.halves, profile.reach(term, 0.0), strict=True)
+        for half, more in zip(profile.halves, profile.halves_around(term, 0.0), strict=True)
     ]
     return profile.with_halves(*grown)
 

@@ -6,6 +6,7 @@ either, so every pair of faces has a centre, and is scaled about it.
 """
 
 from fractions import Fraction
+from typing import NamedTuple
 
 import numpy as np
 from flax import struct
@@ -18,6 +19,7 @@ from parc_jax.errors import InputError
 DIRECTION_BITS = 10
 CENTRE_BITS = 20
 HALF_BITS = 40
+_FIELDS = ("directions", "centre", "half")
 _UP = 1 + 2.0**-48  # a sum of a few products, rounded, upward
 
 
@@ -79,7 +81,7 @@ class Faces:
         ends = [linprog(sign * unit, A_ub=A, b_ub=b, bounds=(None, None)) for sign in (1, -1)]
         return 0.0 if any(end.status for end in ends) else -(ends[0].fun + ends[1].fun) / 2
 
-    def reach(self, size) -> np.ndarray:
+    def half_around(self, size) -> np.ndarray:
         """(..., R) largest |u_j . e| over all |e| <= size (..., n), rounded up."""
         n = self.directions.shape[-1]
         size = np.broadcast_to(size, (*self.directions.shape[:-2], n))
@@ -102,6 +104,32 @@ class Faces:
             a, middle, half = [Fraction(x) for x in u], Fraction(c), Fraction(s)
             out += [(a, half + middle), ([-x for x in a], half - middle)]
         return out
+
+
+class Templates(NamedTuple):
+    """Faces of a tube that fit the errors better than boxes do. [T26]
+
+    interval: (n_bins, T, n_points) sets of n_p coordinates [m]. final: (n_bins,) sets of n_c + n_q
+        coordinates [m, .], given in frames.
+    """
+
+    interval: Faces
+    final: Faces
+
+    @property
+    def arrays(self) -> dict[str, np.ndarray]:
+        """What they are made of, by name; `templates_of` reads it."""
+        parts = self._asdict().items()
+        return {f"{part}_{name}": getattr(of, name) for part, of in parts for name in _FIELDS}
+
+
+def templates_of(arrays) -> Templates:
+    """The templates of these `arrays`. Raises InputError; KeyError when one is missing."""
+    interval, final = (
+        faces(**{name: arrays[f"{part}_{name}"] for name in _FIELDS}, frames=part == "final")
+        for part in Templates._fields
+    )
+    return Templates(interval, final)
 
 
 def faces(directions, centre, half, frames: bool = False) -> Faces:

@@ -167,8 +167,8 @@ def _between(
     # neighbours have directions of their own, so a bin that has runs enough goes by these alone
     half = smoothed(half.reshape(*counts.shape, -1), counts, least=0.0).reshape(half.shape)
     found = faces(directions, centre, half, frames)
-    half[~seen] = found.reach(found.box[seen].max(axis=0))[~seen]
+    half[~seen] = found.half_around(found.box[seen].max(axis=0))[~seen]
     width = half[..., : directions.shape[-1]]
     if not frames:  # all intervals of a bin, point by point
         width = width.mean(axis=1, keepdims=True)
-    return found.with_half(half + found.reach(MARGIN * width + floor))
+    return found.with_half(half + found.half_around(MARGIN * width + floor))

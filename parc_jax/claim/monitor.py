@@ -106,7 +106,7 @@ def inside_tube(claim: ErrorClaim, net: ReLUNetwork, batch: RolloutBatch) -> np.
     """
     tube = claim.tube
     slack = allowance(net, batch.domain, tube.layout)
-    between, _ = tube.reach(claim.intersample or 0.0, 0.0)
+    between, _ = tube.halves_around(claim.intersample or 0.0, 0.0)
     held = (tube.halves[0] - between, tube.halves[1])
 
     def inside(rows):

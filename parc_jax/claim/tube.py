@@ -1,29 +1,17 @@
 """The tube: how far the black box may be from the model, per bin of k, interval and axis."""
 
 from dataclasses import replace
-from typing import Literal, NamedTuple
 
 import jax
-import jax.numpy as jnp
 import numpy as np
 from flax import struct
 
 from parc_jax.arrays import as_float64, content_hash
+from parc_jax.claim.bins import bin_box, bin_of, bins_of
 from parc_jax.claim.error_set import NO_CLAIM, ErrorBox, ErrorSet, at
-from parc_jax.claim.faces import Faces
+from parc_jax.claim.faces import Faces, Templates
 from parc_jax.errors import InputError
 from parc_jax.network.predict import Layout
-
-
-class Templates(NamedTuple):
-    """Faces that fit the errors better than boxes do. [T26]
-
-    interval: (n_bins, T, n_points) sets of n_p coordinates [m]. final: (n_bins,) sets of n_c + n_q
-        coordinates [m, .], given in frames.
-    """
-
-    interval: Faces
-    final: Faces
 
 
 @struct.dataclass
@@ -100,9 +88,8 @@ class Tube:
     def hash(self) -> str:
         """Content hash of edges and widths."""
         points = () if self.n_points == 1 else (np.array(self.n_points),)
-        return content_hash(
-            *self.edges, self.interval, self.final, *points, *face_arrays(self).values()
-        )
+        faces = () if self.templates is None else self.templates.arrays.values()
+        return content_hash(*self.edges, self.interval, self.final, *points, *faces)
 
     @property
     def halves(self) -> tuple[np.ndarray, np.ndarray]:
@@ -133,7 +120,7 @@ class Tube:
             for a, b in zip(self.halves, other.halves, strict=True)
         )
 
-    def reach(self, interval, final) -> tuple[np.ndarray, np.ndarray]:
+    def halves_around(self, interval, final) -> tuple[np.ndarray, np.ndarray]:
         """`halves` that hold all errors of at most these per coordinate: interval () or (n_c,),
         final () or (n_c + n_q,).
         """
@@ -141,7 +128,7 @@ class Tube:
         if self.templates is None:
             return interval, np.broadcast_to(final, self.final.shape[1])
         during, at_end = self.templates
-        return during.reach(interval.reshape(self.n_points, -1)), at_end.reach(final)
+        return during.half_around(interval.reshape(self.n_points, -1)), at_end.half_around(final)
 
     @property
     def finite_widths(self) -> tuple[np.ndarray, np.ndarray]:
@@ -196,38 +183,13 @@ class Tube:
 
     def bin_of(self, k: np.ndarray) -> np.ndarray:
         """Bin number of k (..., n_k), one of the closed bins that contain it; -1 outside K."""
-        k = np.asarray(k)
-        number = np.zeros(k.shape[:-1], int)
-        inside = np.ones(k.shape[:-1], bool)
-        for axis, edge in enumerate(self.edges):
-            x = k[..., axis]
-            inside &= (x >= edge[0]) & (x <= edge[-1])
-            number = number * (len(edge) - 1) + _place(edge, x, "right")
-        return np.where(inside, number, -1)
+        return bin_of(self.edges, k)
 
     def bins_of(self, k: np.ndarray) -> np.ndarray:
         """(n, c) numbers of all closed bins that contain k (n, n_k); c is 1 unless a row lies
-        exactly on an inner edge.
-
-        Raises InputError for a k outside every bin.
+        exactly on an inner edge. Raises InputError for a k outside every bin.
         """
-        k = np.asarray(k, np.float64)
-        numbers = np.zeros((len(k), 1), int)
-        for axis, edge in enumerate(self.edges):
-            x = k[:, axis]
-            outside = ~((x >= edge[0]) & (x <= edge[-1]))
-            if outside.any():
-                row = int(np.argmax(outside))
-                raise InputError(
-                    f"bins: k row {row} = {k[row]} falls in no bin; axis {axis} covers [{edge[0]}, "
-                    f"{edge[-1]}]."
-                )
-            right, left = _place(edge, x, "right"), _place(edge, x, "left")
-            choices = [right] if (left == right).all() else [right, left]
-            numbers = np.concatenate(
-                [numbers * (len(edge) - 1) + choice[:, None] for choice in choices], axis=1
-            )
-        return numbers
+        return bins_of(self.edges, k)
 
     def widest_at(self, k: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Half widths that a proof about k (n, n_k) must allow for: interval (n, T, n_c), final (n,
@@ -238,10 +200,7 @@ class Tube:
 
     def bin_box(self, number: int) -> tuple[np.ndarray, np.ndarray]:
         """Corners lo (n_k,), hi (n_k,) of a bin."""
-        index = np.unravel_index(number, self.grid)
-        lo = np.array([e[i] for e, i in zip(self.edges, index, strict=True)])
-        hi = np.array([e[i + 1] for e, i in zip(self.edges, index, strict=True)])
-        return lo, hi
+        return bin_box(self.edges, number)
 
     def __repr__(self) -> str:
         if not isinstance(self.interval, np.ndarray):
@@ -259,21 +218,6 @@ class Tube:
         if self.templates is not None:
             fitted = f", {self.templates.interval.half.shape[-1]} pairs of faces each"
         return f"Tube({bins} of K, {self.n_steps} intervals{fitted}, {size})"
-
-
-def open_bin_of(tube: Tube, k):
-    """`Tube.bin_of` for one k (n_k,) in a kernel, except that a k on a border between bins has
-    none, -1, as one outside K: several tubes count there. [T28]
-    """
-    bin = jnp.asarray(0)
-    known = jnp.asarray(True)
-    for axis, given in enumerate(tube.edges):
-        edge = jnp.asarray(given)
-        along = jnp.clip(jnp.searchsorted(edge, k[axis], side="right") - 1, 0, len(edge) - 2)
-        on_inner_edge = (k[axis] == edge[1:-1]).any()
-        known &= (k[axis] >= edge[0]) & (k[axis] <= edge[-1]) & ~on_inner_edge
-        bin = bin * (len(edge) - 1) + along
-    return jnp.where(known, bin, -1)
 
 
 def tube(edges, interval, final, n_points: int = 1) -> Tube:
@@ -350,17 +294,3 @@ def zero_tube(edges, n_steps: int, n_c: int, n_end: int, n_points: int = 1) -> T
     n_bins = int(np.prod([len(e) - 1 for e in edges]))
     interval = np.zeros((n_bins, n_steps, n_c))
     return tube(edges, interval, np.zeros((n_bins, n_end)), n_points)
-
-
-FACE_FIELDS = ("directions", "centre", "half")
-
-
-def face_arrays(error_tube: Tube) -> dict[str, np.ndarray]:
-    """The arrays of the templates by name, none where there are none."""
-    parts = {} if error_tube.templates is None else error_tube.templates._asdict()
-    return {f"{p}_{name}": getattr(of, name) for p, of in parts.items() for name in FACE_FIELDS}
-
-
-def _place(edge: np.ndarray, x: np.ndarray, side: Literal["left", "right"]) -> np.ndarray:
-    """Number of the step of increasing edges that holds x, at an edge the one on this side."""
-    return np.clip(np.searchsorted(edge, x, side=side) - 1, 0, len(edge) - 2)

@@ -4,8 +4,8 @@ from dataclasses import replace
 
 import numpy as np
 
-from parc_jax.claim.faces import faces
-from parc_jax.claim.tube import FACE_FIELDS, Tube, face_arrays, fitted_tube, tube
+from parc_jax.claim.faces import templates_of
+from parc_jax.claim.tube import Tube, fitted_tube, tube
 from parc_jax.errors import InputError
 from parc_jax.spelling import hex_floats, hex_text
 
@@ -33,7 +33,8 @@ def tube_arrays(error_tube: Tube) -> dict[str, np.ndarray]:
     """Everything a tube is made of but n_points, by name."""
     edges = {f"edges{axis}": edge for axis, edge in enumerate(error_tube.edges)}
     boxes = {"interval": error_tube.interval, "final": error_tube.final}
-    return edges | boxes | face_arrays(error_tube)
+    faces = {} if error_tube.templates is None else error_tube.templates.arrays
+    return edges | boxes | faces
 
 
 def tube_from_arrays(arrays, n_k: int, n_points: int = 1) -> Tube:
@@ -44,11 +45,7 @@ def tube_from_arrays(arrays, n_k: int, n_points: int = 1) -> Tube:
     boxes = tube(edges, arrays["interval"], arrays["final"], n_points)
     if "interval_directions" not in arrays:
         return boxes
-    during, at_end = (
-        faces(**{name: arrays[f"{part}_{name}"] for name in FACE_FIELDS}, frames=part == "final")
-        for part in ("interval", "final")
-    )
-    fitted = fitted_tube(edges, during, at_end)
+    fitted = fitted_tube(edges, *templates_of(arrays))
     if replace(fitted, templates=None).hash != boxes.hash:
         raise InputError("tube: expected the boxes around its faces; got other ones.")
     return fitted

@@ -6,7 +6,7 @@ from pathlib import Path
 import numpy as np
 
 from parc_jax.answer.answer import Answer
-from parc_jax.experiment.numbers import covering, drawn_from, seconds
+from parc_jax.experiment.numbers import covering, drawn_from, facts_of, seconds
 from parc_jax.labels import name_of, unit_of
 
 
@@ -18,17 +18,7 @@ def as_json(answer: Answer, path: Path, cold_s: float | None) -> str:
         "found": answer.found,
         "proved_no_plan": proved,
         "samples": len(answer.samples),
-        "polytopes": len(answer.polytopes),
-        "coverage": answer.coverage._asdict(),
-        "corridors": len(answer.corridors),
-        "corridor_coverage": answer.corridor_coverage._asdict(),
-        "counts": answer.counts,
-        "safe_share": answer.safe_share,
-        "volume": answer.volume(),
-        "status": answer.status.label,
-        "refused": answer.refused,
-        "first_sample_cold_s": cold_s,
-        "timings": answer.timings,
+        **facts_of(answer, cold_s),
         "first": answer.samples[0].tolist() if len(answer.samples) else None,
         "statement": answer.statement(),
     }

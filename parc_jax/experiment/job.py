@@ -13,6 +13,7 @@ from parc_jax.answer.answer import Answer
 from parc_jax.experiment.compare import compare
 from parc_jax.experiment.driven import drive
 from parc_jax.experiment.learn import Learned, final_error, learn
+from parc_jax.experiment.numbers import facts_of
 from parc_jax.experiment.replay import Replay
 from parc_jax.experiment.settings import Study, checked
 from parc_jax.experiment.stopwatch import Stopwatch
@@ -102,18 +103,8 @@ def run_study(
         "device": jax.devices()[0].device_kind,
         "regions": table.count,
         "final_error": final_error(model).tolist(),
-        "counts": answer.counts,
-        "safe_share": answer.safe_share,
-        "polytopes": len(answer.polytopes),
-        "coverage": answer.coverage._asdict(),
-        "corridors": len(answer.corridors),
-        "corridor_coverage": answer.corridor_coverage._asdict(),
-        "status": answer.status.label,
-        "refused": answer.refused,
-        "volume": answer.volume(),
+        **facts_of(answer, cold.timings["first_sample_s"]),
         "share_of_k": answer.share_of_k,
-        "first_sample_cold_s": cold.timings["first_sample_s"],
-        "timings": answer.timings,
         "replay": None if runs is None else tally(runs, study.repeats, study.delta),
         "driven": chosen,
         "comparison": rows,

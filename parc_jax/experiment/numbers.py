@@ -1,4 +1,4 @@
-"""Numbers for people."""
+"""Numbers for people, and facts for other programs."""
 
 import numpy as np
 
@@ -12,6 +12,25 @@ def seconds(value: float | None) -> str:
     if value is None:
         return "-"
     return f"{value * 1e3:.0f} ms" if value < 1 else f"{value:.1f} s"
+
+
+def facts_of(answer: Answer, cold_s: float | None) -> dict:
+    """What was found, of what, how far it went and how long it took, as plain data. cold_s: [s] to
+    the first sample of a first query, compiling included.
+    """
+    return {
+        "counts": answer.counts,
+        "safe_share": answer.safe_share,
+        "volume": answer.volume(),
+        "polytopes": len(answer.polytopes),
+        "coverage": answer.coverage._asdict(),
+        "corridors": len(answer.corridors),
+        "corridor_coverage": answer.corridor_coverage._asdict(),
+        "status": answer.status.label,
+        "refused": answer.refused,
+        "first_sample_cold_s": cold_s,
+        "timings": answer.timings,
+    }
 
 
 def covering(coverage: dict, part: str = "the safe set") -> str:

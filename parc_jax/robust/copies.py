@@ -158,10 +158,10 @@ def _claim(claim: ErrorClaim, wider: Tube, net: str, bin_eps, not_drawn: list[st
 
 def _copies_of(points: Sequence[str], several: int) -> tuple[str, ...]:
     """Names of all copies of points, those of one point together."""
-    return tuple(f"{point} {c + 1}" for point in points for c in range(several))
+    return tuple(f"{point} {c}" for point in points for c in range(several))
 
 
 def _again(label: str, number: int) -> str:
     """The label of a goal state in one of several executions."""
     unit = unit_of(label)
-    return f"{name_of(label)} {number + 1}" + (f" [{unit}]" if unit else "")
+    return f"{name_of(label)} {number}" + (f" [{unit}]" if unit else "")

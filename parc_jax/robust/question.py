@@ -65,20 +65,22 @@ def plain(
     if doubt is not None:
         copies = _copies(doubt, model)
         problem = doubted_scene(problem, doubt, model.layout, whole=pose is not None)
-    start = None
+    here = None
     if pose is not None:
         problem = from_here(problem, model, pose)
-        start = pose.place if pose.heading is None else np.zeros(model.n_p)
+        here = pose.place if pose.heading is None else np.zeros(model.n_p)
     if doubt is not None:
         problem = copied_problem(problem, model, *copies.counts)
         name = (*doubt.of_model, pose is None)
         if name not in known:
             while len(known) >= KEPT:
                 known.pop(next(iter(known)))
-            known[name] = copies.model_of(model, doubt if pose is None else None)
+            # told from a pose, the scene itself allows for the doubt of the start
+            start = doubt.shifts(model.n_p) if pose is None else np.zeros(model.n_p)
+            known[name] = copies.model_of(model, start)
         under = known[name]
     said = None if doubt is None else withstood(doubt, model, max(copies.counts) > 1)
-    return Plain(problem, under, said, start, pose)
+    return Plain(problem, under, said, here, pose)
 
 
 class _Copies(NamedTuple):
@@ -91,13 +93,11 @@ class _Copies(NamedTuple):
     def counts(self) -> tuple[int, int]:
         return len(self.executions.corners), len(self.turn.maps)
 
-    def model_of(self, model: TrajectoryModel, moved_by: Doubt | None) -> TrajectoryModel:
-        """The model of all copies, also moved by the doubt of the start, unless that is in the
-        scene.
-        """
+    def model_of(self, model: TrajectoryModel, start: np.ndarray) -> TrajectoryModel:
+        """The model of all copies, from every start within half widths (n_p,) [m]."""
         if not (self.executions.plain and len(self.turn.maps) == 1):
             model = copied_model(model, self.executions, self.turn)
-        return model if moved_by is None else moved(model, moved_by)
+        return moved(model, start)
 
 
 def _copies(doubt: Doubt, model: TrajectoryModel) -> _Copies:
@@ -130,9 +130,8 @@ def plain_problems(
     return [one.problem for one in found], (models[0] if models else model)
 
 
-def moved(model: TrajectoryModel, doubt: Doubt) -> TrajectoryModel:
-    """The model with a tube that allows for the doubt of the start."""
-    start = doubt.shifts(model.n_p)
+def moved(model: TrajectoryModel, start: np.ndarray) -> TrajectoryModel:
+    """The model with a tube that allows for starts within half widths (n_p,) [m]."""
     if not start.any():
         return model
     wider = moved_tube(model.tube, start)

@@ -28,20 +28,17 @@ def doubted_scene(
     """
     n_p, n_q = layout.n_p, problem.goal.n - layout.n_c
     start = doubt.shifts(n_p)
-    goal = _shrunken_goal(problem.goal, layout, start, doubt.of_goal(n_p, n_q))
+    seen_goal = doubt.of_goal(n_p, n_q)
+    seen = doubt.of_obstacles(len(problem.obstacles))
+    goal = _shrunken_goal(problem.goal, layout, start, seen_goal)
+    starts = None if problem.start is None else _shrunken_start(problem.start, start)
     moved = [from_box(box(-start, start))] if whole and start.any() else []
     obstacles = []
-    seen = doubt.of_obstacles(len(problem.obstacles))
     for j, (obstacle, by) in enumerate(zip(problem.obstacles, seen, strict=True)):
         for one in [*moved, *([] if by is None else [by])]:
             obstacle = _sum(obstacle, one, f"obstacle {j}")
         obstacles.append(obstacle)
-    return problem.replace(
-        goal=goal,
-        obstacles=tuple(obstacles),
-        start=None if problem.start is None else _shrunken_start(problem.start, start),
-        doubt=None,
-    )
+    return problem.replace(goal=goal, obstacles=tuple(obstacles), start=starts, doubt=None)
 
 
 def _shrunken_goal(
@@ -55,12 +52,11 @@ def _shrunken_goal(
     n_p, n_c = layout.n_p, layout.n_c
     widths = [Fraction(x) for x in np.concatenate([start + 0.0, np.zeros(goal.n - n_c)])]
     widths = [a + Fraction(b) for a, b in zip(widths, seen, strict=True)]
-    bounds = []
-    for row, bound in zip(goal.A, goal.b, strict=True):
+    rows = []
+    for row in goal.A:
         exact = [Fraction(x) for x in row]
-        along = [sum(exact[axis:n_c:n_p]) for axis in range(n_p)] + exact[n_c:]
-        bounds.append(round_down(Fraction(bound) - _support_of_box(along, widths)))
-    shrunken = goal.replace(b=np.array(bounds))
+        rows.append([sum(exact[axis:n_c:n_p]) for axis in range(n_p)] + exact[n_c:])
+    shrunken = _less_a_box(goal, rows, widths)
     _require_room(shrunken, goal)
     return shrunken
 
@@ -82,16 +78,19 @@ def _shrunken_start(start: HPolytope, widths: np.ndarray) -> HPolytope:
     """Starts around which the whole box of doubt is allowed."""
     if not widths.any():
         return start
-    exact = [Fraction(x) for x in widths]
-    bounds = [
-        round_down(Fraction(bound) - _support_of_box([Fraction(x) for x in row], exact))
-        for row, bound in zip(start.A, start.b, strict=True)
-    ]
-    return start.replace(b=np.array(bounds))
+    rows = [[Fraction(x) for x in row] for row in start.A]
+    return _less_a_box(start, rows, [Fraction(x) for x in widths])
 
 
-def _support_of_box(row, widths) -> Fraction:
-    return sum((abs(a) * w for a, w in zip(row, widths, strict=True)), Fraction(0))
+def _less_a_box(given: HPolytope, rows, widths: list[Fraction]) -> HPolytope:
+    """The set with every offset smaller by the support of a box of these half widths along its row
+    (of `rows`, exact), rounded down.
+    """
+    bounds = []
+    for row, bound in zip(rows, given.b, strict=True):
+        support = sum((abs(a) * w for a, w in zip(row, widths, strict=True)), Fraction(0))
+        bounds.append(round_down(Fraction(bound) - support))
+    return given.replace(b=np.array(bounds))
 
 
 def _sum(obstacle: HPolytope, by: HPolytope, name: str) -> HPolytope:

@@ -15,5 +15,5 @@ def moved_tube(given: Tube, start: np.ndarray) -> Tube:
         wide = given.interval + np.tile(start, given.n_points)
         return tube(given.edges, np.nextafter(wide, np.inf), given.final, given.n_points)
     during, at_end = given.templates
-    half = np.nextafter(during.half + during.reach(start), np.inf)
+    half = np.nextafter(during.half + during.half_around(start), np.inf)
     return fitted_tube(given.edges, during.with_half(half), at_end)

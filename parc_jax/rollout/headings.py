@@ -9,7 +9,7 @@ import jax.numpy as jnp
 import numpy as np
 import numpy.typing as npt
 
-from parc_jax.arrays import x64
+from parc_jax.arrays import difference, x64
 from parc_jax.errors import InputError
 from parc_jax.keys import Stage
 from parc_jax.rollout.simulate import simulator
@@ -65,12 +65,5 @@ def rotation_gap(
     turned = np.einsum("abn,nsb->nsa", turn, places)
     word = np.array([word == TURNS for word in rotation], float)
     angles = np.asarray(straight.q) + headings[:, None] * word
-    p = _gap(turned, np.asarray(headed.p).reshape(turned.shape))
-    return RotationGap(float(p.max()), _gap(angles, headed.q).max(axis=0), headings, rows.k)
-
-
-def _gap(a, b) -> np.ndarray:
-    a, b = np.asarray(a, np.float64), np.asarray(b, np.float64)
-    both = np.isnan(a) & np.isnan(b)
-    gap = np.abs(np.where(both, 0.0, a) - np.where(both, 0.0, b))
-    return np.where(np.isnan(gap), np.inf, gap)
+    p = difference(turned, np.asarray(headed.p).reshape(turned.shape))
+    return RotationGap(float(p.max()), difference(angles, headed.q).max(axis=0), headings, rows.k)

@@ -7,7 +7,7 @@ import jax.numpy as jnp
 import numpy as np
 import numpy.typing as npt
 
-from parc_jax.arrays import x64
+from parc_jax.arrays import difference, x64
 from parc_jax.errors import InputError
 from parc_jax.keys import Stage
 from parc_jax.rollout.simulate import simulator
@@ -55,8 +55,8 @@ def translation_gap(
         with blamed(f"{system.name}: expected rollout_from(key, k, p0) to run"):
             here = many(rows.keys, k, origin)
             there = many(rows.keys, k, jnp.asarray(starts))
-    p = _gap(here.p, there.p).reshape(-1, system.n_p).max(axis=0)
-    return TranslationGap(p, _gap(here.q, there.q).max(axis=0), starts, rows.k)
+    p = difference(here.p, there.p).reshape(-1, system.n_p).max(axis=0)
+    return TranslationGap(p, difference(here.q, there.q).max(axis=0), starts, rows.k)
 
 
 def can_start_elsewhere(system) -> bool:
@@ -64,10 +64,3 @@ def can_start_elsewhere(system) -> bool:
     return any(
         callable(getattr(system, name, None)) for name in ("rollout_from", "rollout_from_batch")
     )
-
-
-def _gap(a, b) -> np.ndarray:
-    a, b = np.asarray(a, np.float64), np.asarray(b, np.float64)
-    both = np.isnan(a) & np.isnan(b)
-    gap = np.abs(np.where(both, 0.0, a) - np.where(both, 0.0, b))
-    return np.where(np.isnan(gap), np.inf, gap)

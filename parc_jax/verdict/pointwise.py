@@ -13,8 +13,9 @@ import jax.numpy as jnp
 import numpy as np
 
 from parc_jax.arrays import map_rows
+from parc_jax.claim.bins import open_bin_of
 from parc_jax.claim.error_set import ErrorSet
-from parc_jax.claim.tube import Tube, open_bin_of
+from parc_jax.claim.tube import Tube
 from parc_jax.model import TrajectoryModel
 from parc_jax.network.predict import HIGHEST, moved_to, predict, trajectories
 from parc_jax.network.relu import ReLUNetwork
@@ -86,7 +87,7 @@ def arrival(tube: Tube, scene: Scene, p0, end, q, k):
     """Bin of k, goal margin and start margin of a plan from p0 (n_p,) to the predicted end (n_c,),
     q (n_q,). Kernel.
     """
-    bin = jnp.where(((k >= scene.k_lo) & (k <= scene.k_hi)).all(), open_bin_of(tube, k), -1)
+    bin = jnp.where(((k >= scene.k_lo) & (k <= scene.k_hi)).all(), open_bin_of(tube.edges, k), -1)
     lost = tube.support_at_end(scene.goal_A, bin)
     goal = row_margin(scene.goal_A, scene.goal_b - lost, jnp.concatenate([end, q]), scene.slack)
     return bin, goal, row_margin(scene.start_A, scene.start_b, p0, scene.slack)

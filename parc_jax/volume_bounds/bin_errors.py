@@ -12,7 +12,8 @@ from typing import NamedTuple
 import numpy as np
 
 from parc_jax.claim.error_set import ErrorBox, ErrorSet, ErrorTemplate, at
-from parc_jax.claim.tube import Templates, Tube
+from parc_jax.claim.faces import Templates
+from parc_jax.claim.tube import Tube
 from parc_jax.network.predict import by_point
 from parc_jax.volume_bounds.contact_errors import BetweenFaces, ContactErrors, WithinWidths, holds
 

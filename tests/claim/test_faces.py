@@ -1,4 +1,4 @@
-"""Pairs of parallel faces: the box around them, their reach, their exact rows, what is refused."""
+"""Pairs of parallel faces: the box around them, those around a box, their exact rows, what is refused."""
 
 from fractions import Fraction
 from itertools import product
@@ -54,9 +54,9 @@ def test_the_reach_is_the_largest_over_the_corners_of_a_box(rng):
     given, size = random_faces(rng, 2), np.array([0.3, 0.7])
     corners = np.array([[1, 1], [1, -1], [-1, 1], [-1, -1]]) * size
     by_hand = np.abs(given.directions @ corners.T).max(axis=-1)
-    np.testing.assert_array_equal(given.reach(size)[:, :2], np.broadcast_to(size, (3, 2)))
-    assert (given.reach(size) >= by_hand).all()
-    np.testing.assert_allclose(given.reach(size), by_hand, rtol=1e-13)
+    np.testing.assert_array_equal(given.half_around(size)[:, :2], np.broadcast_to(size, (3, 2)))
+    assert (given.half_around(size) >= by_hand).all()
+    np.testing.assert_allclose(given.half_around(size), by_hand, rtol=1e-13)
 
 
 def test_no_number_is_a_negative_zero():

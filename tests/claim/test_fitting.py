@@ -147,7 +147,7 @@ def test_no_pair_of_faces_is_thin_beside_the_others_of_its_bin(profile):
     widths = during.half[..., :2].mean(axis=1, keepdims=True), end.half[..., :3]
     for given, width in zip(profile.templates, widths, strict=True):
         size = (width - 1e-3) * 0.1 / 1.1 + 1e-3  # the margin is a tenth of it, and in it
-        assert (given.half >= given.reach(size) * (1 - 1e-9)).all()
+        assert (given.half >= given.half_around(size) * (1 - 1e-9)).all()
 
 
 def test_every_kind_of_claim_holds_the_runs_it_was_sized_by(profile, holdout, train):

@@ -225,8 +225,8 @@ def no_activation(net, layout, k):
     return offsets, q, jnp.zeros(sum(HIDDEN), bool)
 
 
-def one_bin(tube, k):
-    return jnp.where(BIN_OF(tube, k) >= 0, 0, -1)
+def one_bin(edges, k):
+    return jnp.where(BIN_OF(edges, k) >= 0, 0, -1)
 
 
 def no_tube_at_the_goal(A, b, x, slack):

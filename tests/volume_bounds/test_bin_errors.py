@@ -12,7 +12,8 @@ from scipy.optimize import linprog
 from toy_bodies import points_model
 
 from parc_jax.claim.error_set import NO_CLAIM, ErrorBox, ErrorTemplate
-from parc_jax.claim.tube import Templates, fitted_tube
+from parc_jax.claim.faces import Templates
+from parc_jax.claim.tube import fitted_tube
 from parc_jax.network.predict import by_point
 from parc_jax.volume_bounds.bin_errors import as_template, bin_errors, bins_over, end_rows
 from parc_jax.volume_bounds.contact_errors import holds

@@ -1,0 +1,77 @@
+"""The bins of K: closed boxes between the edges along every axis, numbered row-major (last axis
+fastest).
+
+edges: tuple over the n_k axes of (n_bins_i + 1,) increasing numbers.
+"""
+
+from typing import Literal
+
+import jax.numpy as jnp
+import numpy as np
+
+from parc_jax.errors import InputError
+
+Edges = tuple[np.ndarray, ...]
+
+
+def bin_of(edges: Edges, k: np.ndarray) -> np.ndarray:
+    """Bin number of k (..., n_k), one of the closed bins that contain it; -1 outside K."""
+    k = np.asarray(k)
+    number = np.zeros(k.shape[:-1], int)
+    inside = np.ones(k.shape[:-1], bool)
+    for axis, edge in enumerate(edges):
+        x = k[..., axis]
+        inside &= (x >= edge[0]) & (x <= edge[-1])
+        number = number * (len(edge) - 1) + _place(edge, x, "right")
+    return np.where(inside, number, -1)
+
+
+def bins_of(edges: Edges, k: np.ndarray) -> np.ndarray:
+    """(n, c) numbers of all closed bins that contain k (n, n_k); c is 1 unless a row lies exactly
+    on an inner edge. Raises InputError for a k outside every bin.
+    """
+    k = np.asarray(k, np.float64)
+    numbers = np.zeros((len(k), 1), int)
+    for axis, edge in enumerate(edges):
+        x = k[:, axis]
+        outside = ~((x >= edge[0]) & (x <= edge[-1]))
+        if outside.any():
+            row = int(np.argmax(outside))
+            raise InputError(
+                f"bins: k row {row} = {k[row]} falls in no bin; axis {axis} covers [{edge[0]}, "
+                f"{edge[-1]}]."
+            )
+        right, left = _place(edge, x, "right"), _place(edge, x, "left")
+        choices = [right] if (left == right).all() else [right, left]
+        numbers = np.concatenate(
+            [numbers * (len(edge) - 1) + choice[:, None] for choice in choices], axis=1
+        )
+    return numbers
+
+
+def open_bin_of(edges: Edges, k):
+    """`bin_of` for one k (n_k,) in a kernel, except that a k on a border between bins has none,
+    -1, as one outside K: several tubes count there. [T28]
+    """
+    bin = jnp.asarray(0)
+    known = jnp.asarray(True)
+    for axis, given in enumerate(edges):
+        edge = jnp.asarray(given)
+        along = jnp.clip(jnp.searchsorted(edge, k[axis], side="right") - 1, 0, len(edge) - 2)
+        on_inner_edge = (k[axis] == edge[1:-1]).any()
+        known &= (k[axis] >= edge[0]) & (k[axis] <= edge[-1]) & ~on_inner_edge
+        bin = bin * (len(edge) - 1) + along
+    return jnp.where(known, bin, -1)
+
+
+def bin_box(edges: Edges, number: int) -> tuple[np.ndarray, np.ndarray]:
+    """Corners lo (n_k,), hi (n_k,) of a bin."""
+    index = np.unravel_index(number, [len(edge) - 1 for edge in edges])
+    lo = np.array([edge[i] for edge, i in zip(edges, index, strict=True)])
+    hi = np.array([edge[i + 1] for edge, i in zip(edges, index, strict=True)])
+    return lo, hi
+
+
+def _place(edge: np.ndarray, x: np.ndarray, side: Literal["left", "right"]) -> np.ndarray:
+    """Number of the step of increasing edges that holds x, at an edge the one on this side."""
+    return np.clip(np.searchsorted(edge, x, side=side) - 1, 0, len(edge) - 2)

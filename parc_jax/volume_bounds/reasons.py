@@ -1,0 +1,127 @@
+"""Why no plan of a box is safe, as a certificate says it: it misses the goal, starts elsewhere, or
+is in contact. [T15, T16, T36]
+"""
+
+import itertools
+from fractions import Fraction
+
+import numpy as np
+
+from parc_jax.body import numbered
+from parc_jax.certificate.write import one_point
+from parc_jax.model import TrajectoryModel
+from parc_jax.spelling import fraction_text
+from parc_jax.tolerances import TOLERANCES
+from parc_jax.verdict.scene import Scene
+from parc_jax.volume_bounds.bin_errors import BinErrors
+from parc_jax.volume_bounds.contact_margins import SHARES
+from parc_jax.volume_bounds.contacts import Contacts, short_weights
+from parc_jax.volume_bounds.examined import Batch
+from parc_jax.volume_bounds.faces import goal_entry
+from parc_jax.volume_bounds.tree import Node
+
+
+class Reasons:
+    """Spells the reasons of one scene's boxes."""
+
+    def __init__(self, model: TrajectoryModel, scene: Scene, errors: BinErrors):
+        problem = scene.problem
+        self.model = model
+        self.problem = problem
+        self.errors = errors
+        self.contacts = [
+            Contacts(problem, o, part)
+            for o in range(len(problem.obstacles))
+            for part in range(len(problem.parts))
+        ]
+        self.parts = numbered(problem.body, model.points)
+        self.goal_rows = len(problem.goal.b)
+        self.start_rows = 0 if problem.start is None else len(problem.start.b)
+
+    def of(self, batch: Batch, i: int):
+        """(reason, what) of one box, the cheapest to check first, or None."""
+        found = self._reason(batch, i)
+        if found is None or not batch.bounded or (found[0] == "goal" and self._about_z(found[1])):
+            return found
+        return "bounded", dict([found])
+
+    def _about_z(self, entries: list) -> bool:
+        """Whether the rows of the goal that a leaf names are about z alone: no bound is asked."""
+        A = self.problem.goal.A[:, self.model.n_p :]
+        return not A[[row for row, *_ in entries]].any()
+
+    def _reason(self, batch: Batch, i: int):
+        """The reason of one box and what it names, or None."""
+        margin = TOLERANCES.leaf_margin
+        seen = batch.seen
+        goal = seen.goal[i, : self.goal_rows]
+        if goal.max(initial=-np.inf) > margin:
+            errors = self.errors.at_end(batch.over[i].bins)
+            return "goal", [goal_entry(self.errors, errors, int(np.argmax(goal)), Fraction(1))]
+        start = seen.start[i, : self.start_rows]
+        if start.max(initial=-np.inf) > margin:
+            return "start", [[int(np.argmax(start)), "1"]]
+        for c in np.flatnonzero(seen.hit[i] > margin):
+            what = self._hit(batch, i, c)
+            if what is not None:
+                return "hit", what
+        return None
+
+    def _hit(self, batch: Batch, i: int, c: int) -> list | None:
+        """What a certificate says of contact c of one box, or None where it cannot be written."""
+        pair, t, share = batch.seen.which[i, c].tolist()
+        moment = [t, str(Fraction(SHARES[share]))]
+        if one_point(self.problem, self.model.tube):
+            entries = self._of_point(batch, i, c)
+            return None if entries is None else [pair, *moment, entries]
+        groups = self._of_corners(batch, i, c)
+        return None if groups is None else [*divmod(pair, len(self.parts)), *moment, groups]
+
+    def _of_point(self, batch: Batch, i: int, c: int) -> list | None:
+        """Contacts of the only reference point that serve all corners and vertices, in format 1."""
+        pair, t, _ = batch.seen.which[i, c].tolist()
+        at = batch.seen.at[batch.owner == i, c]
+        places = _corners(batch.nodes[i], self.model.n_p)[:, None] + at[None, :, 0]
+        if not batch.bounded:
+            places = places.reshape(1, -1, self.model.n_p)
+        errors = self.errors.of_contact(batch.over[i], t, [0], np.ones(1))
+        entries: list = []
+        for served in places:
+            found = self.contacts[pair].find(served, errors, _most(batch))
+            if found is None:
+                return None
+            alone = [[body, error] for body, (error,) in found]
+            entries += [entry for entry in alone if entry not in entries]
+        return entries
+
+    def _of_corners(self, batch: Batch, i: int, c: int) -> list | None:
+        """Contacts of a part for every corner of z, each with its mix of reference points, in
+        format 2.
+        """
+        pair, t, _ = batch.seen.which[i, c].tolist()
+        points = list(self.parts[pair % len(self.parts)].points)
+        at = batch.seen.at[batch.owner == i, c][:, points]
+        corners = _corners(batch.nodes[i], self.model.n_p)
+        groups: list = []
+        for corner, given in zip(corners, batch.seen.weights[i, c][:, points], strict=True):
+            weights = short_weights(given)
+            mixed = np.array([float(w) for w in weights])
+            errors = self.errors.of_contact(batch.over[i], t, points, mixed)
+            entries = self.contacts[pair].find(corner + mixed @ at, errors, _most(batch))
+            if entries is None:
+                return None
+            group = [fraction_text(weights), entries]
+            if group not in groups:
+                groups.append(group)
+        return groups
+
+
+def _most(batch: Batch) -> int | None:
+    """By bounds one contact serves all that a corner has; else each vertex may have its own."""
+    return 1 if batch.bounded else None
+
+
+def _corners(node: Node, n_p: int) -> np.ndarray:
+    """Corners (2^n_p, n_p) of the box of z."""
+    sides = zip(node.lo[:n_p], node.hi[:n_p], strict=True)
+    return np.array(list(itertools.product(*sides)))

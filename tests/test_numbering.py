@@ -1,0 +1,86 @@
+"""What a file lists is called by its index there, from 0: in messages, pictures, films and the page.
+
+Of two obstacles the second is always the one that is wrong, of four samples the second.
+"""
+
+import copy
+import json
+from pathlib import Path
+
+import pytest
+from toy_answer import SEP, toy_answer
+from toy_models import line_model
+
+import parc_jax as pj
+from parc_jax import checker, plot
+from parc_jax.certificate.write import answer_part
+from parc_jax.plot.film import _caption
+from parc_jax.plot.timeline import timeline
+from parc_jax.spelling import hex_text
+from parc_jax.verdict.scene import scene_of
+
+GOAL = pj.box([-0.2, -0.2, -1.0], [0.2, 0.2, 1.0])
+BLOCK = pj.box([-0.5, 0.3], [0.0, 0.6])
+BAND = pj.hpolytope([[1, 0], [-1, 0]], [1, 1])
+SCENE = """
+[goal]
+lo = [-0.2, -0.2, -1.0]
+hi = [0.2, 0.2, 1.0]
+[body]
+radius = 0.1
+[[obstacles]]
+lo = [-0.5, 0.3]
+hi = [0.0, 0.6]
+[[obstacles]]
+lo = [-0.5, -0.6]
+"""
+
+
+def scene(obstacles, spans=None):
+    return scene_of(pj.reach_avoid(GOAL, obstacles, 0.1, spans=spans), line_model(T=4))
+
+
+@pytest.mark.parametrize(
+    "wrong",
+    [
+        lambda: pj.problem_of_text(SCENE, "scene.toml"),
+        lambda: scene([BLOCK, pj.box([1], [2])]),
+        lambda: scene([BLOCK, BAND]),
+        lambda: scene([BLOCK, BLOCK], [None, (0, 4)]),
+        lambda: pj.Doubt(obstacles=[None, 0.1]),
+    ],
+    ids=["file", "dimension", "unbounded", "span", "doubt"],
+)
+def test_messages_call_the_second_obstacle_obstacle_1(wrong):
+    with pytest.raises(pj.InputError, match="obstacle 1: expected"):
+        wrong()
+
+
+def test_so_does_the_checker_and_it_calls_the_second_sample_sample_1():
+    answer = toy_answer()
+    plans = [(hex_text(x[:2]), hex_text(x[2:])) for x in answer.samples]
+    parts = [{"p0": p0, "k": k, "sep": copy.deepcopy(SEP)} for p0, k in plans]
+    parts[1]["sep"][1] = [[4, [[3, "1"]]]]  # below the lower block, where no plan is
+    written = answer_part(answer.problem, answer.model, parts, [], [], no_plan=None, meta={})
+    with pytest.raises(checker.Rejected, match=r"samples\[1\]: the condition of obstacle 1 at"):
+        checker.check_answer(json.loads(json.dumps(written)))
+
+
+def test_pictures_and_films_say_the_same():
+    answer = toy_answer()
+    drawn = timeline(answer, (1,))
+    assert drawn.axes[0].get_title("left").startswith("sample 1: ")
+    assert [label.get_text() for label in drawn.axes[1].get_yticklabels()] == [
+        "obstacle 1",
+        "obstacle 0",  # on top
+    ]
+    assert ", sample 1\n" in _caption(answer, 1, False)
+
+
+def test_and_the_page_adds_nothing_to_an_index():
+    """Numbers that it shows come from positions in the data; the address of a plan is one too."""
+    page = Path(plot.__file__).parent / "page"
+    view, main = (page / "view.js").read_text(), (page / "main.js").read_text()
+    assert "`obstacle ${o}`" in view and "`obstacle ${seen.worst.pair.obstacle}" in main
+    assert '$("sample").value = state.sample;' in main
+    assert '$("sample").max = data.samples.length - 1;' in main
