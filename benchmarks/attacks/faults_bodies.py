@@ -360,8 +360,8 @@ ALLOWED = (
     Fault(
         "faces_inner_box_of_the_half_widths",
         FACES,
-        "room = np.maximum(finite - np.abs(self.centre), 0)",
-        "room = finite",
+        "left = np.maximum(finite - np.abs(self.centre), 0)",
+        "left = finite",
         ("tests/claim/test_faces.py::test_the_inner_box_lies_inside_and_touches",),
     ),
     Fault(

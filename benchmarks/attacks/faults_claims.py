@@ -248,7 +248,7 @@ FITTED = (
     Fault(
         "failed_runs_between_faces",
         "parc_jax/claim/measure.py",
-        "failed = jnp.isnan(middle + room)",
+        "failed = jnp.isnan(middle + pad)",
         "failed = jnp.zeros_like(middle, bool)",
         (f"{FITTING}::test_a_failed_run_takes_the_claim",),
     ),

@@ -89,8 +89,8 @@ def held_sizes(tube: Tube) -> tuple[np.ndarray, np.ndarray]:
     where it holds none.
     """
     if tube.templates is None:
-        reach = np.arange(1, T + 1) / T
-        largest = np.minimum((tube.interval[:, :, 0] / reach).min(axis=1), tube.final[:, 0])
+        growth = np.arange(1, T + 1) / T
+        largest = np.minimum((tube.interval[:, :, 0] / growth).min(axis=1), tube.final[:, 0])
         return np.zeros(tube.n_bins), largest
     least, largest = np.zeros(tube.n_bins), np.full(tube.n_bins, np.inf)
     during, at_end = tube.templates

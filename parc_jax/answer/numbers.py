@@ -44,8 +44,8 @@ def _ends_per_k(found: Findings) -> float:
         return 1.0
     least, most = found.model.tube.end_extent
     with np.errstate(invalid="ignore"):  # bins without claim
-        room = (scene.z_hi - most) - (scene.z_lo - least)
-        return np.nanmax(np.prod(np.maximum(room, 0), axis=1))
+        sides = (scene.z_hi - most) - (scene.z_lo - least)
+        return np.nanmax(np.prod(np.maximum(sides, 0), axis=1))
 
 
 def risk_of_draw(found: Findings) -> Risk | NoStatement:

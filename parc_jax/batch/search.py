@@ -121,15 +121,15 @@ def allowed_ends(pool: Pool, scene: Scene) -> Ends:
     goal_p = goal_c.reshape(len(goal_c), -1, n_p).sum(axis=1)  # every point moves with the first
     around = pool.end - jnp.concatenate([first] * (n_c // n_p), axis=1)
     lost = at(pool.final, np.s_[:, None]).support(scene.goal_A[None])
-    room = scene.goal_b[None] - _dot(pool.q, scene.goal_A[:, n_c:].T) - lost
-    room = room - _dot(around, goal_c.T)
-    goal_lo, goal_hi = jax.vmap(_sides, in_axes=(None, 0))(goal_p, room)
+    bounds = scene.goal_b[None] - _dot(pool.q, scene.goal_A[:, n_c:].T) - lost
+    bounds = bounds - _dot(around, goal_c.T)
+    goal_lo, goal_hi = jax.vmap(_sides, in_axes=(None, 0))(goal_p, bounds)
     start_lo, start_hi = _sides(scene.start_A, scene.start_b)
     lo = jnp.maximum(scene.z_lo[None] - pool.least, start_lo[None] + first)
     hi = jnp.minimum(scene.z_hi[None] - pool.most, start_hi[None] + first)
     lo = jnp.maximum(lo, goal_lo) + pad
     hi = jnp.minimum(hi, goal_hi) - pad
-    goal = (room - _least(goal_p, lo, hi) >= 0).all(axis=1)
+    goal = (bounds - _least(goal_p, lo, hi) >= 0).all(axis=1)
     left = scene.start_b[None] - _least(scene.start_A, lo - first, hi - first)
     start = (left >= 0).all(axis=1)
     return Ends(lo, hi, pool.known & (lo <= hi).all(axis=1) & goal & start)

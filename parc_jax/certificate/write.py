@@ -159,9 +159,9 @@ def sample_part(
         w, support = table.w[o], table.support[o]
         lost = at(errors, np.s_[:, points, None]).support(-w)
         along = dot(places[:, points, None], w)
-        room = np.minimum(along[:-1], along[1:]) - lost
+        beyond = np.minimum(along[:-1], along[1:]) - lost
         threshold = support + slack * np.abs(w).sum(axis=1)
-        chosen = longest_lasting((room.min(axis=1) > threshold).T)
+        chosen = longest_lasting((beyond.min(axis=1) > threshold).T)
         exists = np.flatnonzero(scene.obstacles.active[o])
         spelled = [
             multipliers[chosen[t]]

@@ -63,8 +63,8 @@ class Faces:
         n = self.directions.shape[-1]
         around = np.abs(self.centre[..., :n]) + finite[..., :n]
         across = (np.abs(self.directions) * around[..., None, :]).sum(axis=-1)
-        room = np.maximum(finite - np.abs(self.centre), 0)
-        share = np.divide(room, across, out=np.ones_like(room), where=across > 0).min(axis=-1)
+        left = np.maximum(finite - np.abs(self.centre), 0)
+        share = np.divide(left, across, out=np.ones_like(left), where=across > 0).min(axis=-1)
         return share[..., None] * around / _UP**4
 
     def half_extent(self, index, axis: int) -> float:

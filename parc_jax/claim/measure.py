@@ -237,9 +237,9 @@ def _along(u, error, hidden):
     """
     n = error.shape[-1]  # the subtraction rounds, and so do n products and their sum
     middle = dot(u, error[..., None, :])
-    room = dot(jnp.abs(u), (hidden + (n + 4) * UNIT * jnp.abs(error))[..., None, :])
-    failed = jnp.isnan(middle + room)
-    return jnp.where(failed, -jnp.inf, middle - room), jnp.where(failed, jnp.inf, middle + room)
+    pad = dot(jnp.abs(u), (hidden + (n + 4) * UNIT * jnp.abs(error))[..., None, :])
+    failed = jnp.isnan(middle + pad)
+    return jnp.where(failed, -jnp.inf, middle - pad), jnp.where(failed, jnp.inf, middle + pad)
 
 
 @partial(jax.jit, static_argnames="layout")

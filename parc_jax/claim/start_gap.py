@@ -107,8 +107,8 @@ def allow_for_start(claim: ErrorClaim, trial: StartTrial) -> ErrorClaim:
 
     Last of all steps that change a tube: `enlarge` and `update` know nothing of it.
     """
-    room = claim.tube.halves_around(trial.declared, trial.declared)
-    both = zip(claim.tube.halves, room, strict=True)
+    gaps = claim.tube.halves_around(trial.declared, trial.declared)
+    both = zip(claim.tube.halves, gaps, strict=True)
     wider = claim.tube.with_halves(*(np.nextafter(half + more, np.inf) for half, more in both))
     tried = "not measured" if trial.seen is None else f"{trial.seen:.2g} seen from {STARTS} starts"
     named = f"{IDENTIFIER}(within {trial.declared:g}; {tried})"

@@ -134,12 +134,12 @@ def _margins(answer: Answer, sample: int, bins: np.ndarray):
             multiplier = Multiplier(
                 tuple(row for row, _ in terms), tuple(number(v) for _, v in terms)
             )
-            w, reach = table.direction(o, multiplier)
+            w, support = table.direction(o, multiplier)
             for t in range(first, stop):
                 most = tube.during(bins, t).support(-w).max(axis=0)
                 for i in np.unique(scene.obstacles.points[o]):
                     rows += [w @ place(t, i), w @ place(t + 1, i)]
-                    offsets += 2 * [-(reach + most[i])]
+                    offsets += 2 * [-(support + most[i])]
             first = stop
     slack = float(scene.slack)  # margins are rounded; each pays for it
     sizes = np.abs(np.array(rows)).sum(axis=1)

@@ -37,11 +37,11 @@ def bend_by_bin(net: ReLUNetwork, lo: np.ndarray, hi: np.ndarray, width: np.ndar
     if not width.any():
         return np.zeros((len(lo), net.n_out))
     counts = _parts(lo, hi, width, max(1, PARTS // len(lo)))
-    room = np.maximum(hi - lo - width, 0)  # for the lower corner of such a box
+    free = np.maximum(hi - lo - width, 0)  # for the lower corner of such a box
     worst = np.zeros((len(lo), net.n_out))
     for place in itertools.product(*(range(n) for n in counts)):
-        first = lo + room * (np.array(place) / counts)
-        last = lo + room * ((np.array(place) + 1) / counts)
+        first = lo + free * (np.array(place) / counts)
+        last = lo + free * ((np.array(place) + 1) / counts)
         pad = ROUNDING * (np.abs(lo) + np.abs(hi))
         for rows in slices(len(lo), CHUNK):
             parts = first[rows] - pad[rows], (last + width + pad)[rows], width
@@ -51,10 +51,10 @@ def bend_by_bin(net: ReLUNetwork, lo: np.ndarray, hi: np.ndarray, width: np.ndar
 
 def _parts(lo: np.ndarray, hi: np.ndarray, width: np.ndarray, most: int) -> np.ndarray:
     """(n_k,) into how many parts each axis of the boxes is cut, `most` in all."""
-    room = np.maximum((hi - lo).max(axis=0) - width, 0)
-    wanted = np.ceil(room / np.where(width > 0, width, room + 1)).clip(1, most)
+    free = np.maximum((hi - lo).max(axis=0) - width, 0)
+    wanted = np.ceil(free / np.where(width > 0, width, free + 1)).clip(1, most)
     # an axis on which nothing is in doubt is cut as finely as the others are
-    wanted = np.where((width > 0) | (room == 0), wanted, wanted.max())
+    wanted = np.where((width > 0) | (free == 0), wanted, wanted.max())
     counts = np.ones(len(width), int)
     while True:
         axis = int(np.argmax(wanted / counts))
@@ -70,7 +70,7 @@ def bend(net: ReLUNetwork, lo: np.ndarray, hi: np.ndarray, width: np.ndarray) ->
     """
     layers = list(zip(net.weights, net.biases, strict=True))
     middle = (lo + hi) / 2
-    reach = (hi - lo) / 2 * UP
+    half = (hi - lo) / 2 * UP
     least, most = lo, hi
     n_k = lo.shape[1]
     identity = np.broadcast_to(np.eye(n_k), (len(lo), n_k, n_k))
@@ -85,7 +85,7 @@ def bend(net: ReLUNetwork, lo: np.ndarray, hi: np.ndarray, width: np.ndarray) ->
         plus, minus = np.maximum(W, 0), np.minimum(W, 0)
         below = least @ plus.T + most @ minus.T + b - pad
         above = most @ plus.T + least @ minus.T + b + pad
-        off = (slope.largest @ reach[..., None])[..., 0] * UP + pad
+        off = (slope.largest @ half[..., None])[..., 0] * UP + pad
         below, above = np.maximum(below, middle - off), np.minimum(above, middle + off)
         varies = np.minimum((slope.largest @ width) * UP, above - below)
         gap = np.minimum(varies / 4, np.minimum(-below, above))

@@ -59,8 +59,8 @@ def contacts_to_try(scene: Scene, path, half_size, common: ErrorSet, size) -> Tr
     n_points = path.shape[2] // size.shape[1]
     points = jnp.asarray(scene.obstacles.points)
     gaps, ways = jax.vmap(_gaps, in_axes=(None, 0, 0))(scene, path, common)
-    reach = by_point(moments(half_size), n_points)[:, :, :, points].mean(axis=-2)
-    score = gaps + dot(jnp.abs(ways), jnp.moveaxis(reach, 3, 1))
+    half = by_point(moments(half_size), n_points)[:, :, :, points].mean(axis=-2)
+    score = gaps + dot(jnp.abs(ways), jnp.moveaxis(half, 3, 1))
     scores = -score.reshape(n, -1)
     _, flat = jax.lax.top_k(scores, min(CANDIDATES, scores.shape[1]))
     o, t, share = jnp.unravel_index(flat, score.shape[1:])
@@ -216,10 +216,10 @@ def _weights(scene: Scene, o, at, lost, away):
     table = scene.directions
     w, support = jnp.asarray(table.w)[o], jnp.asarray(table.support)[o]
     length = jnp.sqrt(dot(w, w))[:, None]
-    reach = support[:, None] + lost[points].T
+    threshold = support[:, None] + lost[points].T
 
     def one(moved):
-        depth = reach - dot((at[points] + moved[None])[None], w[:, None])
+        depth = threshold - dot((at[points] + moved[None])[None], w[:, None])
         return deepest_mixture(depth / jnp.where(length > 0, length, 1.0))
 
     return jnp.matmul(jax.vmap(one)(away), chosen)

@@ -33,7 +33,7 @@ def test_the_bound_inverts_the_binomial_tail(rng):
 
 
 def test_the_statement_covers_the_true_rate():
-    system, reach = plant(disturbed), 0.12  # P(|0.1 gain| > 0.12) = 0.2301
+    system, half = plant(disturbed), 0.12  # P(|0.1 gain| > 0.12) = 0.2301
     wrong = 0
     for seed in range(40):
         key = jax.random.PRNGKey(seed)
@@ -41,7 +41,7 @@ def test_the_statement_covers_the_true_rate():
             system,
             key,
             [0.5, 0.5],
-            lambda b: np.abs(b.p[:, -1, 0] - 0.5) > reach,
+            lambda b: np.abs(b.p[:, -1, 0] - 0.5) > half,
             n=100,
             delta=0.05,
         )

@@ -82,11 +82,11 @@ def grown_corners(obstacle, body, errors) -> np.ndarray:
     new = [n for n in sides if (np.abs(axes - n).max(axis=1) > 1e-9).all()]
     n = np.concatenate([axes, np.reshape(new, (-1, 2))])
     n = n[np.argsort(np.arctan2(n[:, 1], n[:, 0]))]
-    reach = (base @ n.T).max(axis=0) + np.asarray(errors) @ np.abs(n).T  # (..., v)
-    m, other = np.roll(n, -1, axis=0), np.roll(reach, -1, axis=-1)
+    support = (base @ n.T).max(axis=0) + np.asarray(errors) @ np.abs(n).T  # (..., v)
+    m, other = np.roll(n, -1, axis=0), np.roll(support, -1, axis=-1)
     det = n[:, 0] * m[:, 1] - n[:, 1] * m[:, 0]
-    x = (reach * m[:, 1] - other * n[:, 1]) / det
-    y = (n[:, 0] * other - m[:, 0] * reach) / det
+    x = (support * m[:, 1] - other * n[:, 1]) / det
+    y = (n[:, 0] * other - m[:, 0] * support) / det
     return np.stack([x, y], axis=-1)
 
 

@@ -112,10 +112,10 @@ class Oracle:
         gap = 0.1
         for first, last, base in self.grown:
             for t in range(first, last + 1) if len(base) else ():
-                reach = interval[t] + self.radius + gap
+                around = interval[t] + self.radius + gap
                 ends = knots[t : t + 2]
-                if (ends.max(0) + reach < base.min(0)).any() or (
-                    ends.min(0) - reach > base.max(0)
+                if (ends.max(0) + around < base.min(0)).any() or (
+                    ends.min(0) - around > base.max(0)
                 ).any():
                     continue  # too far away to matter
                 corners = np.array([[1, 1], [1, -1], [-1, 1], [-1, -1]]) * interval[t][None]

@@ -58,8 +58,8 @@ def law_hull_contains_both_ends_and_their_mixtures(rng, n, h):
 
 def law_hull_is_no_larger_than_both_supports(rng, n, h):
     p, q, w = round_polytope(rng, n, h), round_polytope(rng, n, h), rng.normal(size=(3, n))
-    reach = np.maximum(support.support(p, w).upper, support.support(q, w).upper)
-    assert (support.support(affine.convex_hull(p, q), w).lower <= reach + ROUNDING).all()
+    farthest = np.maximum(support.support(p, w).upper, support.support(q, w).upper)
+    assert (support.support(affine.convex_hull(p, q), w).lower <= farthest + ROUNDING).all()
 
 
 def law_shrink_then_perturb_stays_inside(rng, n, h):

@@ -54,13 +54,13 @@ def test_supports_describe_the_hull_and_a_lost_edge_would_show(rng):
     """
     points = rng.normal(size=(12, 2))
     w = np.array(sorted(normals_of(points)))
-    reach = (w @ points.T).max(axis=1)
+    support = (w @ points.T).max(axis=1)
     hull = ConvexHull(points)
     x = rng.uniform(-4, 4, (4000, 2))
     truly = (x @ hull.equations[:, :2].T + hull.equations[:, 2] <= 0).all(axis=1)
-    clear = np.abs((x @ w.T - reach).max(axis=1)) > 1e-5
-    np.testing.assert_array_equal((x @ w.T <= reach).all(axis=1)[clear], truly[clear])
-    lost = (x @ w[1:].T <= reach[1:]).all(axis=1)
+    clear = np.abs((x @ w.T - support).max(axis=1)) > 1e-5
+    np.testing.assert_array_equal((x @ w.T <= support).all(axis=1)[clear], truly[clear])
+    lost = (x @ w[1:].T <= support[1:]).all(axis=1)
     assert (lost & ~truly & clear).sum() > 0
 
 

@@ -101,8 +101,8 @@ def test_hull_contains_both_ends_and_everything_between_and_nothing_else(rng):
     between = rng.dirichlet(np.ones(len(corners)), 30) @ corners
     assert (status_of(h, between) == LPStatus.FEASIBLE).all()
     for w in rng.normal(size=(10, 2)):
-        reach = (corners @ w).max() / (w @ w)
-        assert is_proved_outside(h, (reach + 1e-6) * w)
+        farthest = (corners @ w).max() / (w @ w)
+        assert is_proved_outside(h, (farthest + 1e-6) * w)
 
 
 def test_hull_with_an_empty_bounded_set_is_the_other_set(rng):

@@ -80,8 +80,8 @@ def test_general_difference_equals_the_box_form_and_the_vertex_form(rng):
     exact = p.b - (p.A @ vertices(from_box(q)).T).max(axis=1)
     assert (closed.b <= exact + 1e-15).all() and (by_lp.b <= exact + 1e-15).all()
     shadow = image(round_polytope(rng, 3, 4), 0.05 * rng.normal(size=(2, 3)), np.zeros(2))
-    reach = (p.A @ (vertices(shadow.base) @ shadow.G.T).T).max(axis=1)
-    np.testing.assert_allclose(pontryagin_difference(p, shadow).b, p.b - reach, atol=1e-7)
+    most = (p.A @ (vertices(shadow.base) @ shadow.G.T).T).max(axis=1)
+    np.testing.assert_allclose(pontryagin_difference(p, shadow).b, p.b - most, atol=1e-7)
     with pytest.raises(InputError, match="bounded along every row"):
         pontryagin_difference(p, HPolytope(np.array([[1.0, 0.0]]), np.ones(1)))
 

@@ -195,8 +195,8 @@ def no_disc(pa, pb, corners, radius):
 
 def farther_end(pa, pb, corners, radius):
     _, w = segment.separation(pa, pb, corners, radius)
-    reach = jnp.max(segment.dot2(corners, w[None]))
-    return jnp.maximum(segment.dot2(w, pa), segment.dot2(w, pb)) - reach - radius, w
+    support = jnp.max(segment.dot2(corners, w[None]))
+    return jnp.maximum(segment.dot2(w, pa), segment.dot2(w, pb)) - support - radius, w
 
 
 def later_error(scene, path, errors):

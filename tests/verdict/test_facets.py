@@ -55,8 +55,8 @@ def test_an_error_that_every_bin_allows(fitted):
     assert (inside is None) == (not fitted)
     if fitted:
         for w in rng.normal(size=(20, 2)):
-            reach = model.tube.errors.support(np.broadcast_to(w, inside.shape))
-            assert (np.asarray(inside) @ w <= reach + 1e-12).all()
+            support = model.tube.errors.support(np.broadcast_to(w, inside.shape))
+            assert (np.asarray(inside) @ w <= support + 1e-12).all()
 
 
 @pytest.mark.slow

@@ -90,15 +90,15 @@ def test_the_errors_of_a_mixture_are_errors_of_its_points(rng):
     weights = short_weights(np.array([0.3, 0.7]))
     assert sum(weights) == 1
     mixed = np.array([float(w) for w in weights])
-    reach = float(mixed @ errors[:, 0])
+    widest = float(mixed @ errors[:, 0])
     within = WithinWidths(errors, mixed)
-    ((body, of_each),) = Contacts(problem, 0).find(np.array([[1.001 - reach, 0.0]]), within)
+    ((body, of_each),) = Contacts(problem, 0).find(np.array([[1.001 - widest, 0.0]]), within)
     assert exact(body) == [0, 0]
     for given, most in zip(of_each, errors, strict=True):
         assert all(abs(x) <= Fraction(float(e)) for x, e in zip(exact(given), most, strict=True))
     total = sum(w * exact(given)[0] for w, given in zip(weights, of_each, strict=True))
-    assert total + Fraction(1.001 - reach) >= 1
-    assert Contacts(problem, 0).find(np.array([[0.999 - reach, 0]]), within) is None
+    assert total + Fraction(1.001 - widest) >= 1
+    assert Contacts(problem, 0).find(np.array([[0.999 - widest, 0]]), within) is None
 
 
 @pytest.mark.parametrize("n", [1, 2, 4, 8])

@@ -158,7 +158,7 @@ def knots(problem, network, p0, k):
     return places, flat[(T + 1) * m * n :]
 
 
-def reach(part, w):
+def support(part, w):
     if "radius" in part:
         return build.value(part["radius"]) * build.norm_up(w)
     return max(-build.dot(w, v) for v in build.value(part["vertices"]))
@@ -192,7 +192,7 @@ def good(problem, network, tube, entry):
             t = o.get("steps", [0])[0]
             for stop, ((row, m),) in some:
                 w = [build.value(m) * x for x in build.value(o["A"][row])]
-                h = build.value(m) * build.value(o["b"][row]) + reach(part, w)
+                h = build.value(m) * build.value(o["b"][row]) + support(part, w)
                 for u in range(t, stop):
                     for i in part["points"]:
                         worst = max(-build.dot(w, e) for e in corners(tube["interval"][b][u][i], n))

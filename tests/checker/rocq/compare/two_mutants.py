@@ -132,12 +132,12 @@ def touch(rng, answer):
     if "radius" in body:  # a row of length one, so that nothing is rounded
         if sum(x * x for x in w) != 1:
             return
-        reach = build.value(body["radius"])
+        support = build.value(body["radius"])
     else:
-        reach = max(-build.dot(w, v) for v in build.value(body["vertices"]))
+        support = max(-build.dot(w, v) for v in build.value(body["vertices"]))
     stop = sample["sep"][o][0][0]
     rooms = [
-        build.dot(w, knots[s]) - reach - build.widest(w, [interval[u] for interval in intervals])
+        build.dot(w, knots[s]) - support - build.widest(w, [interval[u] for interval in intervals])
         for u in range(t, stop)
         for s in (u, u + 1)
     ]

@@ -86,7 +86,7 @@ def touch(rng, answer):
     if "radius" in own:
         shape = build.value(own["radius"])
     else:
-        shape = format2.reach(own, w)
+        shape = format2.support(own, w)
     rooms = []
     for number in build.bins_of(tube, k):
         for i in own["points"]:
