@@ -1,4 +1,6 @@
-"""One way to run a compiled call over many rows: every row once, in order, whatever their number."""
+"""One way to run a compiled call over many rows: every row once, in order, whatever their
+number.
+"""
 
 import jax
 import jax.numpy as jnp

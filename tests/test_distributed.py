@@ -126,7 +126,8 @@ def test_one_flag_of_the_shell_shares_a_whole_run(tmp_path):
     with socket.socket() as s:
         s.bind(("127.0.0.1", 0))
         address = f"127.0.0.1:{s.getsockname()[1]}"
-    words = "run toy_cart --rollouts 300 --hidden 4 4 --eps 0.1 --budget 1 --no-figures --no-cache --quiet --out out"
+    words = "run toy_cart --rollouts 300 --hidden 4 4 --eps 0.1 --budget 1"
+    words += " --no-figures --no-cache --quiet --out out"
     program = [
         sys.executable,
         "-c",

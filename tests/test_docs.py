@@ -35,7 +35,9 @@ HEAVY = {
 
 
 def blocks(page: Path) -> list[tuple[str, bool]]:
-    """Code and slowness of every block, padded so that tracebacks show the page's own line numbers."""
+    """Code and slowness of every block, padded so that tracebacks show the page's own line
+    numbers.
+    """
     text, found, slow = page.read_text(encoding="utf-8"), [], False
     for match in BLOCK.finditer(text):
         slow |= match.group(1) is not None
@@ -101,7 +103,8 @@ def small_model(tmp_path_factory) -> bytes:
     from parc_jax import cli
 
     path = tmp_path_factory.mktemp("model") / "model.npz"
-    options = "--plant ode --rollouts 1500 --hidden 8 8 --seeds 2 --steps 600 --eps 0.02 --delta 0.05 --bins 8 3 --quiet"
+    options = "--plant ode --rollouts 1500 --hidden 8 8 --seeds 2 --steps 600"
+    options += " --eps 0.02 --delta 0.05 --bins 8 3 --quiet"
     with pytest.raises(SystemExit) as stop:
         cli.main(["learn", "drift_parking", "--out", str(path), *options.split()])
     assert stop.value.code == 0

@@ -1,4 +1,6 @@
-"""Names and units reach every place that speaks of a coordinate, and nothing else depends on them."""
+"""Names and units reach every place that speaks of a coordinate, and nothing else depends on
+them.
+"""
 
 import json
 

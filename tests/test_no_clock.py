@@ -1,5 +1,5 @@
-"""No test depends on how fast or how busy a machine is: none reads a clock, and no budget of a query
-is so small that it could end one. What hangs is ended by one clock, that of pyproject.toml.
+"""No test depends on how fast or how busy a machine is: none reads a clock, and no budget of a
+query is so small that it could end one. What hangs is ended by one clock, that of pyproject.toml.
 """
 
 import ast

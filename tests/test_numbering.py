@@ -1,4 +1,5 @@
-"""What a file lists is called by its index there, from 0: in messages, pictures, films and the page.
+"""What a file lists is called by its index there, from 0: in messages, pictures, films and the
+page.
 
 Of two obstacles the second is always the one that is wrong, of four samples the second.
 """

@@ -117,7 +117,9 @@ def test_every_name_loads_and_has_a_docstring(name):
 
 
 def test_type_checkers_see_the_same_names():
-    """The stub beside the package, since checkers do not follow names that are loaded on first use."""
+    """The stub beside the package, since checkers do not follow names that are loaded on first
+    use.
+    """
     stub = Path(parc_jax.__file__).with_suffix(".pyi").read_text()
     homes = dict(
         reversed(pair)

@@ -1,4 +1,6 @@
-"""Queries that differ only in values share their compiled kernels: the second one compiles nothing."""
+"""Queries that differ only in values share their compiled kernels: the second one compiles
+nothing.
+"""
 
 import jax
 import numpy as np

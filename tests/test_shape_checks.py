@@ -1,4 +1,6 @@
-"""Annotated shapes are checked at every call while testing: a wrong one fails where it is passed."""
+"""Annotated shapes are checked at every call while testing: a wrong one fails where it is
+passed.
+"""
 
 import numpy as np
 import pytest

@@ -1,4 +1,5 @@
-"""Every theorem that is cited can be looked up in docs/theorems.md, and nothing stands there uncited.
+"""Every theorem that is cited can be looked up in docs/theorems.md, and nothing stands there
+uncited.
 
 A citation is `[T14]`, `[T1, T2]`, `[T12a]` (part (a) of T12), `[A7]` or a place of a paper such as
 `[NP, Thm. 1]`. In Python it stands in comments and strings; elsewhere anywhere.

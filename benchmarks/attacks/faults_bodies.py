@@ -85,7 +85,8 @@ DISTANCES = (
         "jnp.minimum(along_a, along_b) - errors.support(-w[None])",
         "jnp.minimum(along_a, along_b) - errors.support(w[None])",
         (
-            "tests/obstacles/test_distance.py::test_with_templates_of_errors_the_gap_is_the_distance",
+            "tests/obstacles/test_distance.py"
+            "::test_with_templates_of_errors_the_gap_is_the_distance",
         ),
     ),
     Fault(

@@ -19,7 +19,8 @@ CHECKER = (
         "    if condition.strict:\n        return value > 0",
         "    if condition.strict:\n        return value >= 0",
         (
-            "tests/checker/test_checker_answers.py::test_touching_is_refused_and_one_ulp_of_room_accepted",
+            "tests/checker/test_checker_answers.py"
+            "::test_touching_is_refused_and_one_ulp_of_room_accepted",
         ),
     ),
     Fault(
@@ -188,7 +189,8 @@ CHECKER = (
         '        raise Rejected(f"{where}malformed input, {kind}: {str(error)[:200]}") from error',
         "        del kind",
         (
-            "tests/checker/test_checker_input.py::test_methods_of_the_context_raise_nothing_but_rejected",
+            "tests/checker/test_checker_input.py"
+            "::test_methods_of_the_context_raise_nothing_but_rejected",
         ),
     ),
     Fault(
@@ -267,7 +269,8 @@ CHECKER = (
         "if min(values) < 0 < max(values):",
         "if min(values) < -1e9 < max(values):",
         (
-            "tests/checker/test_checker_cells.py::test_cells_tile_the_box_and_the_network_is_affine_on_each",
+            "tests/checker/test_checker_cells.py"
+            "::test_cells_tile_the_box_and_the_network_is_affine_on_each",
         ),
     ),
 )

@@ -164,7 +164,8 @@ CLAIMED = (
         "made_about != claim.tube.hash",
         "made_about == 0",
         (
-            "tests/test_model.py::test_a_tube_that_is_not_the_claims_is_refused_on_load_and_in_python",
+            "tests/test_model.py"
+            "::test_a_tube_that_is_not_the_claims_is_refused_on_load_and_in_python",
         ),
     ),
     Fault(
@@ -225,7 +226,8 @@ CLAIMED = (
         "bend = mesh.longest**2 * n / (4 * (n + 1))",
         "bend = mesh.longest**2 * n / (64 * (n + 1))",
         (
-            "tests/claim/test_for_all.py::test_a_curvature_cover_bounds_the_true_maximum_with_fewer_runs",
+            "tests/claim/test_for_all.py"
+            "::test_a_curvature_cover_bounds_the_true_maximum_with_fewer_runs",
         ),
     ),
     Fault(

@@ -25,7 +25,8 @@ COVER = (
         "return self.support[..., None] + lost(self.w, errors, self.points)",
         "return self.support[..., None] + 0.5 * lost(self.w, errors, self.points)",
         (
-            "tests/soundness/test_sets.py::test_vertices_of_the_float_polytopes_satisfy_the_exact_rows",
+            "tests/soundness/test_sets.py"
+            "::test_vertices_of_the_float_polytopes_satisfy_the_exact_rows",
         ),
     ),
     Fault(
@@ -34,7 +35,8 @@ COVER = (
         "for shift in (0, 1):",
         "for shift in (0,):",
         (
-            "tests/soundness/test_sets.py::test_vertices_of_the_float_polytopes_satisfy_the_exact_rows",
+            "tests/soundness/test_sets.py"
+            "::test_vertices_of_the_float_polytopes_satisfy_the_exact_rows",
         ),
     ),
     Fault(
@@ -43,7 +45,8 @@ COVER = (
         "b[real] - float(scene.slack) * size[real]",
         "b[real] + 1e6 * float(scene.slack) * size[real]",
         (
-            "tests/soundness/test_sets.py::test_vertices_of_the_float_polytopes_satisfy_the_exact_rows",
+            "tests/soundness/test_sets.py"
+            "::test_vertices_of_the_float_polytopes_satisfy_the_exact_rows",
         ),
     ),
     Fault(
@@ -111,7 +114,8 @@ COVER = (
         "union = least * found._held.at_least",
         "union = least",
         (
-            "tests/answer/test_numbers.py::test_the_density_pays_for_what_the_polytopes_do_not_cover",
+            "tests/answer/test_numbers.py"
+            "::test_the_density_pays_for_what_the_polytopes_do_not_cover",
         ),
     ),
     Fault(

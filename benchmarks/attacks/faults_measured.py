@@ -78,7 +78,8 @@ MEASURED = (
         "choices = [right] if (left == right).all() else [right, left]",
         "choices = [right]",
         (
-            "tests/claim/test_bins.py::test_a_parameter_on_a_shared_edge_belongs_to_every_bin_it_touches",
+            "tests/claim/test_bins.py"
+            "::test_a_parameter_on_a_shared_edge_belongs_to_every_bin_it_touches",
         ),
     ),
     Fault(

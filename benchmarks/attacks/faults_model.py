@@ -19,7 +19,8 @@ NETWORK = (
         "return knots.reshape(-1, layout.n_c), y[layout.n_offsets :], active",
         "return knots.reshape(layout.n_c, -1).T, y[layout.n_offsets :], active",
         (
-            "tests/network/test_predict.py::test_a_prediction_is_the_network_time_major_from_the_start",
+            "tests/network/test_predict.py"
+            "::test_a_prediction_is_the_network_time_major_from_the_start",
         ),
     ),
     Fault(

@@ -9,7 +9,8 @@ OBSTACLES = (
         "gap = xp.minimum(dot2(w, pa), dot2(w, pb)) -",
         "gap = dot2(w, pa) -",
         (
-            "tests/obstacles/test_segment.py::test_gap_is_the_distance_when_disjoint_and_not_positive_when_in_contact",
+            "tests/obstacles/test_segment.py"
+            "::test_gap_is_the_distance_when_disjoint_and_not_positive_when_in_contact",
         ),
     ),
     Fault(
@@ -121,7 +122,8 @@ VERDICT = (
         "jnp.where(scene.obstacles.active, gap, jnp.inf).min()",
         "jnp.where(scene.obstacles.active, gap, jnp.inf)[0].min()",
         (
-            "tests/soundness/test_random_scenes.py::test_accepted_plans_are_free_and_clearly_free_plans_are_accepted",
+            "tests/soundness/test_random_scenes.py"
+            "::test_accepted_plans_are_free_and_clearly_free_plans_are_accepted",
         ),
     ),
     Fault(

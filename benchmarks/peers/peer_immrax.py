@@ -58,7 +58,10 @@ def main(source: str, target: str) -> None:
     out = {"version": version("immrax"), "on": f"jax {jax.__version__}"}
     for number, (name, method) in enumerate(methods(net).items()):
         bounds = jax.jit(jax.vmap(method))
-        call = lambda bounds=bounds: jax.block_until_ready(bounds(work["lo"], work["hi"]))  # noqa: E731
+
+        def call(bounds=bounds):
+            return jax.block_until_ready(bounds(work["lo"], work["hi"]))
+
         out |= record(number, name, call, int(work["repeats"]))
     np.savez(target, **out)
 

@@ -11,7 +11,9 @@ from sims.mjx_system import mjx_system
 
 MODEL = """
 <mujoco>
-  <option timestep="0.05" integrator="implicitfast" gravity="0 0 0"><flag contact="disable"/></option>
+  <option timestep="0.05" integrator="implicitfast" gravity="0 0 0">
+    <flag contact="disable"/>
+  </option>
   <worldbody>
     <body name="puck">
       <joint name="x" type="slide" axis="1 0 0" damping="2"/>
@@ -20,7 +22,11 @@ MODEL = """
       <geom type="cylinder" size="0.1 0.05" mass="1"/>
     </body>
   </worldbody>
-  <actuator><motor joint="x" gear="1"/><motor joint="y" gear="1"/><motor joint="yaw" gear="0.02"/></actuator>
+  <actuator>
+    <motor joint="x" gear="1"/>
+    <motor joint="y" gear="1"/>
+    <motor joint="yaw" gear="0.02"/>
+  </actuator>
 </mujoco>
 """
 

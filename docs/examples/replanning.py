@@ -37,7 +37,9 @@ class Outcome(NamedTuple):
 
 
 def at(model: pj.TrajectoryModel, t: float) -> pj.BoxScenes:
-    """The scene as it is seen at time t [s]. A plan made now starts now, so interval 0 begins at t."""
+    """The scene as it is seen at time t [s]. A plan made now starts now, so interval 0 begins
+    at t.
+    """
     shift, cars = DRIFT * t, np.array(PARKED_CARS)
     first = np.arange(0, model.time.n_steps, EVERY)
     last = np.minimum(first + EVERY, model.time.n_steps) - 1

@@ -1,4 +1,6 @@
-"""Batch queries: no scene knows its neighbours, every plan is judged like that of a single query."""
+"""Batch queries: no scene knows its neighbours, every plan is judged like that of a single
+query.
+"""
 
 import itertools
 from functools import partial

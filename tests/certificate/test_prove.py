@@ -90,7 +90,9 @@ def test_paths_on_the_host_are_those_of_the_verdicts(rng):
 
 
 def test_obstacles_of_one_shape_share_their_directions():
-    """The table by remembered fans is the table of each obstacle on its own, to the last rounding."""
+    """The table by remembered fans is the table of each obstacle on its own, to the last
+    rounding.
+    """
     blocks = [
         box([1.1, 0.3], [2.0, 0.9]),
         box([-3.7, 1.0], [-3.1, 2.5]),

@@ -1,5 +1,5 @@
-"""Certificates of robots with several points, in the plane and in space: spelled in format 2, exact,
-accepted by the checker; those of one point stay in format 1.
+"""Certificates of robots with several points, in the plane and in space: spelled in format 2,
+exact, accepted by the checker; those of one point stay in format 1.
 """
 
 import copy

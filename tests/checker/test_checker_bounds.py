@@ -1,5 +1,5 @@
-"""Bounds of the network over a box, exact: below everything it says there, and as good as the search
-believes.
+"""Bounds of the network over a box, exact: below everything it says there, and as good as the
+search believes.
 """
 
 import itertools

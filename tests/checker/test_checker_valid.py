@@ -47,7 +47,9 @@ def test_the_oracle_agrees_with_samples(answer):
 
 
 def members(rows, point, rng, count):
-    """Random points of a polytope of checker rows: hit and run in fractions, from an inner point."""
+    """Random points of a polytope of checker rows: hit and run in fractions, from an inner
+    point.
+    """
     for _ in range(count):
         way = [build.dyadic(rng, 1, 6) for _ in point]
         lo, hi = F(-4), F(4)

@@ -46,7 +46,8 @@ PROVED = Path(__file__).parents[2] / "parc_jax" / "plot" / "page" / "proved.js"
 # What the engine wrote for helpers/toy_models.py's case 4, some entries of each kind: a random
 # network, a disc, two obstacles, two bins.
 ENGINE = SOURCE / "compare" / "engine_answer.json"
-# Some entries of an answer of the drone study, in format 2: space, nine points, two layers of eight.
+# Some entries of an answer of the drone study, in format 2: space, nine points, two layers of
+# eight.
 ENGINE_POINTS = SOURCE / "compare" / "engine_points.json"
 VALID = known.VALID | known_points.VALID
 BAD = known.CASES | known_points.CASES

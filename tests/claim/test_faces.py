@@ -1,4 +1,6 @@
-"""Pairs of parallel faces: the box around them, those around a box, their exact rows, what is refused."""
+"""Pairs of parallel faces: the box around them, those around a box, their exact rows, what is
+refused.
+"""
 
 from fractions import Fraction
 from itertools import product

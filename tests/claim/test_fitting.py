@@ -283,7 +283,9 @@ def uneven(key, k, s):
 
 
 def halves_by_hand(runs, given, number):
-    """Half widths (T, 4) about the faces' centres in a bin of one point, before margin and floor."""
+    """Half widths (T, 4) about the faces' centres in a bin of one point, before margin and
+    floor.
+    """
     during = np.array([signed_errors(runs, i)[0] for i in range(runs.n)])
     along = np.einsum("ntjx,tdx->ntjd", during, given.directions[number, :, 0])
     return np.abs(along - given.centre[number, :, 0][:, None]).max(axis=(0, 2))

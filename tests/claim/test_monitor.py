@@ -1,4 +1,6 @@
-"""Watching a claim: silent while it is true, rings when it is not; and a new claim from new data."""
+"""Watching a claim: silent while it is true, rings when it is not; and a new claim from new
+data.
+"""
 
 from functools import partial
 

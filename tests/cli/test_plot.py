@@ -1,4 +1,6 @@
-"""`plot` from the shell: films of robots that are here and of those that are not, progress, places."""
+"""`plot` from the shell: films of robots that are here and of those that are not, progress,
+places.
+"""
 
 import jax
 import pytest

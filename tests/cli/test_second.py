@@ -1,4 +1,6 @@
-"""`parc-jax check --second`: both verdicts, the program that was asked, and the exit code of the two."""
+"""`parc-jax check --second`: both verdicts, the program that was asked, and the exit code of the
+two.
+"""
 
 import json
 import shutil

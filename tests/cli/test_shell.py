@@ -256,7 +256,8 @@ def test_a_fault_in_a_program_is_not_taken_for_no_plan(shell, monkeypatch):
 
 
 def test_a_reader_that_has_seen_enough_is_no_fault(files):
-    command = f"{sys.executable} -c 'from parc_jax.cli import main; main()' systems drift_parking | head -n 1"
+    program = "from parc_jax.cli import main; main()"
+    command = f"{sys.executable} -c '{program}' systems drift_parking | head -n 1"
     done = subprocess.run(command, shell=True, cwd=files, capture_output=True, text=True)
     assert done.stdout == "[goal]\n" and done.stderr == ""
 

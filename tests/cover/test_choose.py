@@ -87,7 +87,9 @@ def test_in_space_a_direction_for_several_plans_leaves_them_the_most_room(rng):
 
 
 def least_room(pairs, paths, errors, w):
-    """(o, T) [m] that directions w (o, T, n_p) leave between pairs and the nearest of some plans."""
+    """(o, T) [m] that directions w (o, T, n_p) leave between pairs and the nearest of some
+    plans.
+    """
     w = np.asarray(w)
     places = np.asarray(paths).reshape(*paths.shape[:2], -1, w.shape[-1])
     room = np.full(w.shape[:2], np.inf)

@@ -1,5 +1,5 @@
-"""Corridors: who keeps to one is safe, whatever the cell; the quick tests agree with plain loops; no
-question changes the next answer.
+"""Corridors: who keeps to one is safe, whatever the cell; the quick tests agree with plain loops;
+no question changes the next answer.
 """
 
 import jax
@@ -40,8 +40,8 @@ def plans(answer, rng, n):
 
 
 def kept_by_hand(answer, path, bins) -> np.ndarray:
-    """(b, c) margins: smallest of w . p - support - |w| . e over obstacles, intervals and both knots,
-    in plain loops.
+    """(b, c) margins: smallest of w . p - support - |w| . e over obstacles, intervals and both
+    knots, in plain loops.
     """
     out = np.full((len(path), len(answer.corridors)), np.inf)
     for j, c in enumerate(answer.corridors):

@@ -1,5 +1,5 @@
-"""A search as a whole: any scene is covered and proved, corridors alone, safe plans alone; nothing is
-loaded that a query does not need.
+"""A search as a whole: any scene is covered and proved, corridors alone, safe plans alone; nothing
+is loaded that a query does not need.
 """
 
 import subprocess
@@ -73,7 +73,9 @@ def test_a_query_of_a_saved_model_loads_no_simulator_and_no_solver():
 
 @pytest.mark.parametrize("n_obstacles", [0, 1, 5, pytest.param(7, marks=pytest.mark.slow)])
 def test_any_number_of_obstacles_is_covered_and_proved(n_obstacles):
-    """Scenes are padded to few numbers of obstacles; what only pads must not reach a certificate."""
+    """Scenes are padded to few numbers of obstacles; what only pads must not reach a
+    certificate.
+    """
     blocks = [box([2, 0.5 + i], [3, 0.9 + i]) for i in range(n_obstacles)]
     problem = reach_avoid(box([3.0, -0.5, -1.0], [4.0, 0.5, 1.0]), blocks, 0.1)
     answer = Planner(line_model(e=0.05)).solve(

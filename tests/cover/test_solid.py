@@ -70,7 +70,10 @@ def test_samples_are_uniform(rng):
     other = rng.uniform(0, 1, (200_000, 3))
     other = other[cut.contains(other)]
     edges = [np.quantile(other[:, axis], [0.25, 0.5, 0.75]) for axis in range(3)]
-    number = lambda y: sum(np.searchsorted(edges[a], y[:, a]) * 4**a for a in range(3))  # noqa: E731
+
+    def number(y):
+        return sum(np.searchsorted(edges[a], y[:, a]) * 4**a for a in range(3))
+
     expected = np.bincount(number(other), minlength=64).astype(float)
     keep = expected > 100
     got = np.bincount(number(x), minlength=64)[keep]

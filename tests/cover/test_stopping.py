@@ -43,7 +43,10 @@ def wrongly_satisfied(repeats, confidence, share, rng):
 
 def test_looking_often_does_not_help_a_bad_cover(rng, monkeypatch):
     assert wrongly_satisfied(300, 0.8, 0.899, rng) <= binom.ppf(0.9999, 300, 0.2)
-    no_part_for_each_look = lambda n, out, confidence, looks: float(binom.ppf(0.8, n, out / n)) / n  # noqa: E731
+
+    def no_part_for_each_look(n, out, confidence, looks):
+        return float(binom.ppf(0.8, n, out / n)) / n
+
     monkeypatch.setattr(stopping, "largest_share", no_part_for_each_look)
     assert wrongly_satisfied(300, 0.8, 0.899, rng) > binom.ppf(0.9999, 300, 0.2)
 

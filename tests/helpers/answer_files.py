@@ -126,7 +126,9 @@ def bins_of(tube, k):
 
 
 def widths(tube, k):
-    """The widths of every closed bin that contains k: ([bin][T] widths, [bin] widths at the end)."""
+    """The widths of every closed bin that contains k: ([bin][T] widths, [bin] widths at the
+    end).
+    """
     bins = bins_of(tube, k)
     return [value(tube["interval"][b]) for b in bins], [value(tube["final"][b]) for b in bins]
 
@@ -247,7 +249,9 @@ def dyadic(rng, scale, bits=10):
 
 
 def random_network(rng, n_k=2, n_p=2, n_q=1, T=6, hidden=(4, 3), length=4, bits=10):
-    """A network whose path runs roughly along the first axis for `length` metres and bends with k."""
+    """A network whose path runs roughly along the first axis for `length` metres and bends with
+    k.
+    """
     sizes, weights, biases = [n_k, *hidden], [], []
     for a, b in itertools.pairwise(sizes):
         weights.append([[dyadic(rng, 1, bits) for _ in range(a)] for _ in range(b)])

@@ -1,5 +1,5 @@
-"""Robots with a shape: a car that turns in the plane, with a trailer's part behind it, and a box that
-turns and climbs in space; networks by interpolation, no training.
+"""Robots with a shape: a car that turns in the plane, with a trailer's part behind it, and a box
+that turns and climbs in space; networks by interpolation, no training.
 """
 
 import itertools
@@ -70,8 +70,8 @@ def model_of_points(at: np.ndarray, points, travel, e: float) -> TrajectoryModel
 
 
 def car(e: float = 0.01, parts: int = 1) -> tuple[TrajectoryModel, ReachAvoid]:
-    """A car of 0.8 m by 0.4 m that turns into the gap between two walls, and the scene: all of it is
-    to end in the goal. Two parts: its body, and a bumper between the front corners.
+    """A car of 0.8 m by 0.4 m that turns into the gap between two walls, and the scene: all of it
+    is to end in the goal. Two parts: its body, and a bumper between the front corners.
     """
     model = model_of_points(CAR_AT, CAR, [2.0, 0.0], e)
     body = hull(*CAR)

@@ -1,4 +1,6 @@
-"""Chromium driven over a pipe, in real time: workers run, which they do not under a virtual clock."""
+"""Chromium driven over a pipe, in real time: workers run, which they do not under a virtual
+clock.
+"""
 
 import json
 import os

@@ -1,5 +1,5 @@
-"""Is a plan of an answer file safe, by the definition and in plain fractions? It shares nothing with
-the checker: no separating directions and no affine maps, but polygons and distances.
+"""Is a plan of an answer file safe, by the definition and in plain fractions? It shares nothing
+with the checker: no separating directions and no affine maps, but polygons and distances.
 
 At a border between bins a plan is safe if it is so in every closed bin that contains k.
 """
@@ -23,7 +23,9 @@ class Truth:
         self.grown = {}
 
     def safe(self, p0, k):
-        """Strictly clear of every obstacle, for every trajectory in the tube; start and goal met."""
+        """Strictly clear of every obstacle, for every trajectory in the tube; start and goal
+        met.
+        """
         bins = build.bins_of(self.tube, k)
         lo, hi = (build.value(self.problem["domain"][side]) for side in ("lo", "hi"))
         if not bins or not all(a <= x <= b for a, x, b in zip(lo, k, hi, strict=True)):

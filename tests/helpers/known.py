@@ -151,8 +151,8 @@ def folded(b, name="start"):
     """c_1 = y_1 - y_2, y_1 = max(x_1 - x_2, 0), y_2 = max(x_2 - 1/4, 0), with x_1 = max(k + 1/2, 0)
     and x_2 = max(1/2 - k, 0). No plan starts at or below b if b < -10.5, where z = -9 and k = 1 do.
 
-    By bounds over all of K it takes b < -11.75: in turn x_1 <= (3 k + 3) / 4, x_2 >= 1/2 - k, y_1 <=
-    (x_1 - x_2) / 2 + 1 and y_2 >= x_2 - 1/4 give y_2 - y_1 >= -7/8 - 15 k / 8.
+    By bounds over all of K it takes b < -11.75: in turn x_1 <= (3 k + 3) / 4, x_2 >= 1/2 - k, y_1
+    <= (x_1 - x_2) / 2 + 1 and y_2 >= x_2 - 1/4 give y_2 - y_1 >= -7/8 - 15 k / 8.
     """
     answer = line()
     first = [["1"], ["-1"]]

@@ -81,9 +81,9 @@ ACROSS = hit((["1/4", "3/4"], STILL), (["1", "0"], STILL))  # each end of the bo
 
 
 def shelf(below=BELOW, across=ACROSS, beyond="1/4", split="2.875"):
-    """A shelf over the end, at a height of 1 to 1.25 and a little more, since contacts at the end have
-    to be inside where its errors are a template. Whoever ends below reaches up to it; between 1/4
-    and 1 it cuts the capsule; above 2.75 the goal is missed.
+    """A shelf over the end, at a height of 1 to 1.25 and a little more, since contacts at the end
+    have to be inside where its errors are a template. Whoever ends below reaches up to it; between
+    1/4 and 1 it cuts the capsule; above 2.75 the goal is missed.
     """
     answer = points()
     answer["problem"]["obstacles"] = [build.box_rows((0, build.F(15, 16)), (3, "21/16"))]

@@ -1,4 +1,6 @@
-"""Random mutants of valid certificates, and a judge of those that are accepted: the dense oracle."""
+"""Random mutants of valid certificates, and a judge of those that are accepted: the dense
+oracle.
+"""
 
 import collections
 import json

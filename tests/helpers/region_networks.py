@@ -30,7 +30,9 @@ def random_network(n, widths, seed=0, out=2, integer=0, bias=True):
 
 
 def degenerate_networks(n, widths, seed=0):
-    """(name, network) with one special first-layer neuron each; the rest is random. widths[0] >= 2."""
+    """(name, network) with one special first-layer neuron each; the rest is random. widths[0]
+    >= 2.
+    """
     base = random_network(n, widths, seed)
 
     def changed(edit):

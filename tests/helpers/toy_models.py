@@ -99,7 +99,9 @@ def random_network(
 def random_model(
     rng, T: int = 4, hidden=(6, 5), bins=(1, 1), size: float = 0.05
 ) -> TrajectoryModel:
-    """A random network over K = [-1, 1]^2 and a random tube of widths up to 2 `size`, one per bin."""
+    """A random network over K = [-1, 1]^2 and a random tube of widths up to 2 `size`, one per
+    bin.
+    """
     n_bins = int(np.prod(bins))
     edges = [np.linspace(-1, 1, n + 1) for n in bins]
     interval, final = (

@@ -14,7 +14,9 @@ START = pj.box([-1.5, -1.5], [1.5, 1.5])
 
 
 def gap(wall=False):
-    """A block beside the way, or (wall) one that covers every way and leaves part of the goal free."""
+    """A block beside the way, or (wall) one that covers every way and leaves part of the goal
+    free.
+    """
     blocks = [pj.box([-3.0, -3.0], [0.2, 3.0])] if wall else [pj.box([-0.5, 0.3], [0.0, 0.6])]
     return pj.reach_avoid(GOAL, blocks, 0.1, START, spans=[(1, 3)])
 

@@ -1,5 +1,5 @@
-"""An answer whose true values are known: everything is safe. One cell, no obstacle, and one polytope
-that is all of it.
+"""An answer whose true values are known: everything is safe. One cell, no obstacle, and one
+polytope that is all of it.
 """
 
 import functools

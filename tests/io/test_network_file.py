@@ -111,7 +111,9 @@ def test_without_torch_one_sentence_says_what_to_do(tmp_path, monkeypatch):
 
 @pytest.fixture
 def trained():
-    """A network as PyTorch users have it: nn.Sequential in float32, with its own initial weights."""
+    """A network as PyTorch users have it: nn.Sequential in float32, with its own initial
+    weights.
+    """
     nn = pytest.importorskip("torch", reason="needs torch; docs/contributing.md has the command").nn
     return nn.Sequential(
         nn.Linear(2, 8), nn.ReLU(), nn.Linear(8, 8), nn.ReLU(), nn.Linear(8, 5, bias=False)

@@ -1,4 +1,6 @@
-"""Scenes survive the way to a file and back, keep their decimals, and say what is wrong with them."""
+"""Scenes survive the way to a file and back, keep their decimals, and say what is wrong with
+them.
+"""
 
 import json
 from fractions import Fraction

@@ -1,4 +1,6 @@
-"""Predictions: kernel and host function say the same, in the layout of the outputs, written once."""
+"""Predictions: kernel and host function say the same, in the layout of the outputs, written
+once.
+"""
 
 import re
 from pathlib import Path

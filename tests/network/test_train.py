@@ -1,4 +1,6 @@
-"""Training: targets in the right order, known functions learned, the key decides, bad data refused."""
+"""Training: targets in the right order, known functions learned, the key decides, bad data
+refused.
+"""
 
 import jax
 import jax.numpy as jnp

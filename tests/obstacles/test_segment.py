@@ -51,7 +51,9 @@ def side(pa, pb, x):
 
 
 def side2(a, b, pa, pb):
-    """Negative where both ends of a segment are on different sides of the edges a (n, m, 2) to b."""
+    """Negative where both ends of a segment are on different sides of the edges a (n, m, 2) to
+    b.
+    """
     u, v, w = b - a, pa[:, None] - a, pb[:, None] - a
     return (u[..., 0] * v[..., 1] - u[..., 1] * v[..., 0]) * (
         u[..., 0] * w[..., 1] - u[..., 1] * w[..., 0]

@@ -1,4 +1,6 @@
-"""The page holds the numbers of the answer, nothing foreign; only an answer that was checked gets to it."""
+"""The page holds the numbers of the answer, nothing foreign; only an answer that was checked gets
+to it.
+"""
 
 import json
 import re

@@ -225,13 +225,16 @@ def test_sets_and_samples_are_called_proved_and_nothing_else(browser, toy_page):
 
 def test_dragging_sliders_and_time_change_the_plan(browser, toy_page):
     script = """
-const fire = (canvas, kind, at) => { const r = canvas.getBoundingClientRect();
-  canvas.dispatchEvent(new PointerEvent(kind, {clientX: r.left + at[0], clientY: r.top + at[1], pointerId: 1})); };
+const fire = (canvas, kind, at) => {
+  const r = canvas.getBoundingClientRect(), [clientX, clientY] = [r.left + at[0], r.top + at[1]];
+  canvas.dispatchEvent(new PointerEvent(kind, {clientX, clientY, pointerId: 1}));
+};
 const scene = scenes[0]; scene.fit(); frameScene();
 scene.canvas.setPointerCapture = plane.canvas.setPointerCapture = () => {};
 const out = {before: [state.p0.slice(), state.k.slice()]};
 const from = scene.px(state.p0);
-fire(scene.canvas, "pointerdown", from); fire(scene.canvas, "pointermove", [from[0] + 20, from[1] - 10]);
+fire(scene.canvas, "pointerdown", from);
+fire(scene.canvas, "pointermove", [from[0] + 20, from[1] - 10]);
 fire(scene.canvas, "pointerup", from);
 out.p0 = state.p0.slice(); out.expected = scene.at(from[0] + 20, from[1] - 10);
 const to = plane.px([0.5, 0.5]);
@@ -301,7 +304,8 @@ def test_any_number_of_parameters_is_shown(browser, tmp_path, rng, n_k):
 
 def test_a_plan_can_be_typed_and_linked_to(browser, toy_page):
     script = """
-const out = {}, fields = [...document.querySelectorAll("#starts input, #sliders input[type=number]")];
+const inputs = "#starts input, #sliders input[type=number]";
+const out = {}, fields = [...document.querySelectorAll(inputs)];
 const type = (field, text) => { field.value = text; field.onchange(); };
 out.named = fields.map((field) => field.getAttribute("aria-label"));
 ["-0.9", "-0.045", "0.905", "0.06"].forEach((text, i) => type(fields[i], text));

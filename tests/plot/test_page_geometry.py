@@ -1,4 +1,6 @@
-"""The geometry of the page, under node: hulls and gaps between convex sets in the plane and in space."""
+"""The geometry of the page, under node: hulls and gaps between convex sets in the plane and in
+space.
+"""
 
 import json
 import shutil

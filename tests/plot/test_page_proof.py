@@ -1,4 +1,6 @@
-"""The proved checker in the page: the page carries it and the whole answer, and says its verdict."""
+"""The proved checker in the page: the page carries it and the whole answer, and says its
+verdict.
+"""
 
 import html
 import json

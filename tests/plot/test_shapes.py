@@ -1,4 +1,6 @@
-"""Outlines: hulls of a turned body, what a goal over many points looks like, projections of solids."""
+"""Outlines: hulls of a turned body, what a goal over many points looks like, projections of
+solids.
+"""
 
 import numpy as np
 import pytest

@@ -1,4 +1,6 @@
-"""Every degenerate family against plain rational arithmetic: the same regions, the same vertices."""
+"""Every degenerate family against plain rational arithmetic: the same regions, the same
+vertices.
+"""
 
 import numpy as np
 import pytest

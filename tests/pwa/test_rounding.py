@@ -1,4 +1,6 @@
-"""The float filter: its bounds hold against rational arithmetic, and it decides nearly everything."""
+"""The float filter: its bounds hold against rational arithmetic, and it decides nearly
+everything.
+"""
 
 from fractions import Fraction
 from itertools import pairwise

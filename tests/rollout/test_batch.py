@@ -1,5 +1,5 @@
-"""A run that failed anywhere has failed, two runs are the same only if all of them is, rows that belong
-together stay together, and messages name the row.
+"""A run that failed anywhere has failed, two runs are the same only if all of them is, rows that
+belong together stay together, and messages name the row.
 """
 
 import jax

@@ -229,7 +229,8 @@ def test_the_identity_outlives_the_process(tmp_path):
                 self.workers, self._started, self.lock = 3, object(), object()
 
             def rollout(self, key, k):
-                return pj.Trajectory(FACTOR * jnp.linspace(0, 1, 5)[:, None] * k + len(GUSTS) * 0, k[:0])
+                share = FACTOR * jnp.linspace(0, 1, 5)[:, None]
+                return pj.Trajectory(share * k + len(GUSTS) * 0, k[:0])
 
         FACTOR = 1.0
         """

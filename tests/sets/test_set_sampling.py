@@ -36,7 +36,9 @@ def test_polytope_samples_are_inside_and_uniform(rng):
 
 
 def test_simplices_are_drawn_by_volume():
-    """Two unit triangles and a thin sliver: counts follow the areas, which equal weights would not."""
+    """Two unit triangles and a thin sliver: counts follow the areas, which equal weights would
+    not.
+    """
     sliver = HPolytope(np.array([[-1.0, 0], [0, -1.0], [1.0, 50.0]]), np.array([0.0, 0.0, 1.0]))
     points = sample_polytope(jax.random.key(2), sliver, COUNT)
     assert abs((points[:, 0] < 0.5).mean() - 0.75) < 0.04

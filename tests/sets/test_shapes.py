@@ -1,4 +1,6 @@
-"""Vertices, volumes, exact planar polytopes and redundant rows: known answers and degenerate sets."""
+"""Vertices, volumes, exact planar polytopes and redundant rows: known answers and degenerate
+sets.
+"""
 
 from fractions import Fraction
 from itertools import product

@@ -32,7 +32,8 @@ def disturbances(reference, group, condition):
     if condition == "nodist":
         keys = jax.random.split(jax.random.key(0), len(reference[f"{group}_k"]))
         return jax.vmap(lambda key: draw_disturbance(key, LAWS["none"], SYSID.mass))(keys)
-    names = "mass thrust_mult force_const torque_const force_amp force_freq force_shift torque_amp torque_freq torque_shift"
+    names = "mass thrust_mult force_const torque_const force_amp force_freq force_shift"
+    names += " torque_amp torque_freq torque_shift"
     fields = [jnp.asarray(reference[f"{group}_{condition}_d_{name}"]) for name in names.split()]
     drag = jnp.asarray(reference[f"{group}_{condition}_d_drag_mult"])
     return Disturbance(*fields, drag[:, :3], drag[:, 3:])

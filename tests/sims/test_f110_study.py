@@ -1,4 +1,6 @@
-"""The study of few runs: the numbers it prints, one small laboratory from end to end, and the film."""
+"""The study of few runs: the numbers it prints, one small laboratory from end to end, and the
+film.
+"""
 
 import json
 import os

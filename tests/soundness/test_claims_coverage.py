@@ -1,4 +1,6 @@
-"""Are claims wrong as rarely as they say? Repeated calibrations where the truth is known. [T1, T2]"""
+"""Are claims wrong as rarely as they say? Repeated calibrations where the truth is known. [T1,
+T2]
+"""
 
 import jax
 import numpy as np

@@ -60,7 +60,8 @@ def by_the_page(folder, asked, plans, edges=None):
     script += f"""
 const model = makeModel({json.dumps(data)});
 const plans = {json.dumps([[list(map(float, x)) for x in plan] for plan in plans])};
-console.log(JSON.stringify(plans.map(([p0, k]) => [model.verdict(p0, k).safe, model.level(p0, k) > 0])));
+const said = plans.map(([p0, k]) => [model.verdict(p0, k).safe, model.level(p0, k) > 0]);
+console.log(JSON.stringify(said));
 """
     return json.loads(
         subprocess.run([node, "-"], input=script, capture_output=True, text=True, check=True).stdout

@@ -166,7 +166,9 @@ def test_neurons_may_be_permuted_rescaled_and_duplicated(seed):
 
 
 def refined(model, problem):
-    """Every interval halved: midpoints by linear interpolation, the same widths, twice the steps."""
+    """Every interval halved: midpoints by linear interpolation, the same widths, twice the
+    steps.
+    """
     W, b = [list(part) for part in (model.net.weights, model.net.biases)]
     half = np.zeros((2 * T, T))
     for t in range(T):

@@ -28,7 +28,9 @@ TRIES = 6  # plans drawn for each network
 
 
 class Case(NamedTuple):
-    """One scene met by many networks, one plan each: nets, tubes stacked; scene; p0, k (NETS, 2)."""
+    """One scene met by many networks, one plan each: nets, tubes stacked; scene; p0, k (NETS,
+    2).
+    """
 
     models: list
     problem: ReachAvoid

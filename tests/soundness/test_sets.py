@@ -138,8 +138,8 @@ def test_vertices_of_the_float_polytopes_satisfy_the_exact_rows(answers):
 
 
 def test_polytopes_that_lost_a_guard_would_be_refused(answers, monkeypatch):
-    # A search that believes any direction yields corridors and polytopes that the exact checker does
-    # not accept.
+    # A search that believes any direction yields corridors and polytopes that the exact checker
+    # does not accept.
     model, problem = toy_case(4)
     right = building._spelled_out
 

@@ -48,7 +48,9 @@ def test_same_verdicts_as_the_exact_test(seed, rng):
     ("n_p", "size", "fitted"), [(2, 0.01, False), (3, 0.03, False), (3, 0.03, True)]
 )
 def test_same_verdicts_for_bodies_of_several_points(n_p, size, fitted):
-    """Contact at a knot is claimed from a few points of the sets of errors: no safe plan is lost."""
+    """Contact at a knot is claimed from a few points of the sets of errors: no safe plan is
+    lost.
+    """
     rng = np.random.default_rng(n_p)
     model = points_model(rng, n_p=n_p, size=size, fitted=fitted)
     scene = scene_of(points_problem(rng, model), model)
@@ -109,7 +111,10 @@ def test_a_test_that_sees_contact_too_early_is_caught(rng, monkeypatch):
     model, problem = toy_case(4)
     scene = scene_of(problem, model)
     right = grown._touching
-    wide = lambda corner, sign, radius, p, error: right(corner, sign, radius + 0.05, p, error)  # noqa: E731
+
+    def wide(corner, sign, radius, p, error):
+        return right(corner, sign, radius + 0.05, p, error)
+
     monkeypatch.setattr(grown, "_touching", wide)
     monkeypatch.setattr(
         screening,

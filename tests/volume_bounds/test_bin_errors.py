@@ -1,5 +1,5 @@
-"""What bins allow together and apart, of boxes and between faces, against linear programs and random
-errors in exact rows. [T30, T35]
+"""What bins allow together and apart, of boxes and between faces, against linear programs and
+random errors in exact rows. [T30, T35]
 """
 
 import itertools

@@ -82,7 +82,9 @@ def test_each_reason_proves_alone(reason, problem):
 
 
 def test_a_start_set_that_leaves_a_sliver_is_not_proved_away():
-    """Starts at x <= -3 + k_0 / ... exist: the plan is handed over and the point test accepts it."""
+    """Starts at x <= -3 + k_0 / ... exist: the plan is handed over and the point test accepts
+    it.
+    """
     model = line_model(e=0.05)
     problem = reach_avoid(box(*GOAL), FAR, 0.25, start=box([2.0, -2.0], [2.2, 2.0]))
     answer = decide(model, problem)
@@ -155,7 +157,9 @@ def test_the_reason_is_said_where_a_sentence_can_say_it(final, kind, words):
 
 
 def test_the_reason_is_about_all_faces_together_and_not_about_one_frame():
-    """Each frame alone allows 0.5 along x, all faces together 0.25: a goal 0.7 wide is no reason."""
+    """Each frame alone allows 0.5 along x, all faces together 0.25: a goal 0.7 wide is no
+    reason.
+    """
     line = line_model(e=0.01)
     slanted = [[1.0, 1.0, 0.0], [1.0, -1.0, 0.0], [0.0, 0.0, 1.0]]
     ends = np.concatenate([np.eye(3), slanted])[None]

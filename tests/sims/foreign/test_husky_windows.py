@@ -1,4 +1,6 @@
-"""Windows of other recordings: poses that come when they come, two runs under a command, failures kept."""
+"""Windows of other recordings: poses that come when they come, two runs under a command, failures
+kept.
+"""
 
 import numpy as np
 import pytest

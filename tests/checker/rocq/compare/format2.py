@@ -365,7 +365,8 @@ def main():
     program = arguments.program.split()
     seen, accepted, different, hit = campaign(program, arguments.count, arguments.seed)
     print(
-        f"{seen} entries, {accepted} good, {len(different)} answers differ, {hit} contacts or escapes"
+        f"{seen} entries, {accepted} good, {len(different)} answers differ, "
+        f"{hit} contacts or escapes"
     )
     for place in different[:10]:
         print("  seed {}, answer {}, {}: proved {}, fractions {}".format(*place))

@@ -1,6 +1,7 @@
 """Borders between bins: claim, polytope and sample must agree.
 
-    python tests/checker/rocq/compare/two_borders.py answer.json [--program tests/checker/rocq/check]
+    python tests/checker/rocq/compare/two_borders.py answer.json \\
+        [--program tests/checker/rocq/check]
 
 The claim is about every closed bin that contains k. So a point of a polytope must pass as a sample
 with the polytope's directions, also where its k is on a border or right beside it. Points are made

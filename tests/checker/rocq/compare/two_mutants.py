@@ -116,7 +116,9 @@ def obstacle(rng, answer):
 
 
 def touch(rng, answer):
-    """Moves an obstacle along one of its rows by the exact room that an entry has there: contact."""
+    """Moves an obstacle along one of its rows by the exact room that an entry has there:
+    contact.
+    """
     problem = answer["problem"]
     sample = rng.choice([*answer["samples"], *answer["corridors"]])
     knots, _ = build.path(

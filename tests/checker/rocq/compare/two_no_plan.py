@@ -2,9 +2,9 @@
 
     python tests/checker/rocq/compare/two_no_plan.py --count 2000 [--seed 0]
 
-Random scenes with the trees of tests/helpers/tree_search.py, in format 2 those of tree_points.py with
-the scenes of format2.py (several points and parts, space, templates), and the hand-made ones of
-known.py and known_points.py.
+Random scenes with the trees of tests/helpers/tree_search.py, in format 2 those of tree_points.py
+with the scenes of format2.py (several points and parts, space, templates), and the hand-made ones
+of known.py and known_points.py.
 """
 
 import argparse

@@ -3,10 +3,11 @@ give every entry the same verdict.
 
     python tests/checker/rocq/compare/two_points.py --count 20000 [--seed 0]
 
-Scenes are those of format2.py: up to four points, three parts, errors as widths or as templates, one
-or two bins, plans on their border. Mutants of entries: plans, directions, runs, parts exchanged,
-patterns, bins, room of boxes of doubt. Mutants of the rest: obstacles, moved until they touch
-exactly too, parts, network, goal, errors, rows of templates, ways to bound the error of the end.
+Scenes are those of format2.py: up to four points, three parts, errors as widths or as templates,
+one or two bins, plans on their border. Mutants of entries: plans, directions, runs, parts
+exchanged, patterns, bins, room of boxes of doubt. Mutants of the rest: obstacles, moved until they
+touch exactly too, parts, network, goal, errors, rows of templates, ways to bound the error of the
+end.
 """
 
 import argparse
