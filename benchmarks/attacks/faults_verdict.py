@@ -207,6 +207,25 @@ VERDICT = (
         "failed = [f for f in _cached() if f is None]",
         ("tests/test_probes.py::test_any_failed_probe_refuses_the_query",),
     ),
+    Fault(
+        "boxes_take_the_vertices_of_others",
+        "parc_jax/volume_bounds/examined.py",
+        "owner = np.repeat(np.arange(len(nodes)), [",
+        "owner = np.repeat(np.arange(len(nodes))[::-1], [",
+        (
+            "tests/volume_bounds/test_examined.py"
+            "::test_at_vertices_boxes_do_not_know_their_neighbours",
+        ),
+    ),
+    Fault(
+        "boxes_over_the_bins_of_the_first",
+        "parc_jax/volume_bounds/examined.py",
+        "over = [self.errors.over(node.lo[n_p:], node.hi[n_p:]) for node in nodes]",
+        "over = [self.errors.over(nodes[0].lo[n_p:], nodes[0].hi[n_p:]) for node in nodes]",
+        (
+            "tests/volume_bounds/test_examined.py::test_by_bounds_boxes_do_not_know_their_neighbours",
+        ),
+    ),
 )
 
 VERDICTS = (*OBSTACLES, *VERDICT)
