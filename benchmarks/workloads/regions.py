@@ -17,7 +17,15 @@ from parc_jax.network.relu import ReLUNetwork, relu_network
 from parc_jax.pwa import enumerate_regions
 from parc_jax.sets.box import box
 
-NETWORKS = ((2, (8,) * 4), (3, (8,) * 4), (3, (16,) * 4), (2, (64,) * 3), (3, (32,) * 3))
+NETWORKS = (
+    (2, (8,) * 4),
+    (3, (8,) * 4),
+    (3, (16,) * 4),
+    (2, (64,) * 3),
+    (3, (32,) * 3),
+    (5, (12,) * 2),
+    (6, (8,) * 3),
+)
 
 
 def random_network(n: int, widths: tuple[int, ...], out: int = 157) -> ReLUNetwork:

@@ -5,7 +5,7 @@ import numpy as np
 from parc_jax.pwa.complex import Complex
 from parc_jax.pwa.proof import prove_complete, recheck_signs
 from parc_jax.pwa.signs import SignOracle
-from parc_jax.pwa.storage import unpack
+from parc_jax.pwa.storage import or_over_cells, unpack
 from parc_jax.pwa.table import RegionTable
 from parc_jax.pwa.volume import cell_volumes
 
@@ -20,7 +20,7 @@ def build_table(
     """
     n = lattice.n
     n_rows = len(oracle.exact.rows)
-    boundaries = tuple(lattice.rows(k) for k in range(1, n + 1))
+    boundaries = tuple(lattice.all_rows(drop=True))
     volumes = cell_volumes(lattice.x.view, boundaries)
     column = lattice.label.view[min(n - 1, 1) :]
     facet_label = np.where(column < n_rows, first_row - 1 - column, column - n_rows)
@@ -31,8 +31,10 @@ def build_table(
     plus = lattice.bits.plus.view
     minus = lattice.bits.minus.view
     recheck_signs(net, points, point_error, plus, minus, n_rows)
-    plus = lattice.signs_of_cells(plus)
-    minus = lattice.signs_of_cells(minus)
+    words = plus.shape[1]
+    both = or_over_cells(np.concatenate([plus, minus], axis=1), boundaries)
+    plus = both[:, :words]
+    minus = both[:, words:]
     faces = [lattice.count(k) - (k > 0) for k in range(n + 1)]
     effort = (oracle.n_signs, oracle.n_exact, oracle.n_repaired)
     proof = prove_complete(
@@ -67,5 +69,4 @@ def _sides(facets: np.ndarray, offsets: np.ndarray, n_facets: int) -> tuple[np.n
 
 def domain_volume(lattice: Complex) -> float:
     """Volume of a complex that is one cell, in its own coordinates."""
-    boundaries = tuple(lattice.rows(k) for k in range(1, lattice.n + 1))
-    return float(cell_volumes(lattice.x.view, boundaries)[0])
+    return float(cell_volumes(lattice.x.view, tuple(lattice.all_rows()))[0])

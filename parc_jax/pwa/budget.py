@@ -6,8 +6,10 @@ import time
 from parc_jax.errors import BudgetError
 from parc_jax.pwa.complex import Complex
 
-# peak memory of the next cut and of the finished table, per byte held now (measured: 1.5 to 2.6)
-PEAK = 4
+# peak memory of the next cut and of the finished table, per byte held now (measured: 1.7 to 3.7)
+PEAK = 5
+# faces of one dimension: a cut makes at most three of one, which 32 bits can then still count
+MAX_FACES = 2**29
 
 
 class Budget:
@@ -30,6 +32,8 @@ class Budget:
         self.found = lattice.n_cells
         if self.found > self.regions:
             self._stop(f"more than max_regions = {self.regions} regions")
+        if max(lattice.count(k) for k in range(lattice.n + 1)) > MAX_FACES:
+            self._stop(f"more than {MAX_FACES} faces of one dimension")
         if PEAK * lattice.nbytes > self.memory:
             self._stop(
                 f"may need more than max_bytes = {self.memory} ({PEAK} x {lattice.nbytes} held)"

@@ -6,9 +6,12 @@ vertex carries, beside its floats, its exact sign at every hyperplane seen so fa
 *is* (see exact.py).
 """
 
+from collections.abc import Iterator
+
 import numpy as np
 
-from parc_jax.pwa.storage import Growable, row_positions, unpack
+from parc_jax.arrays import slices
+from parc_jax.pwa.storage import CHUNK, NUMBER, Growable, Ragged, row_chunks, row_positions, unpack
 
 
 class Sign:
@@ -79,9 +82,9 @@ def _place(column: int) -> tuple[int, np.uint64]:
     return column >> 6, np.uint64(column & 63)
 
 
-def _with_dummy(values: np.ndarray, dummy=0) -> Growable:
+def _with_dummy(values: np.ndarray, dummy=0, dtype=NUMBER) -> Growable:
     """Values of all faces of one dimension, with that of the dummy in front."""
-    return Growable(np.concatenate([[dummy], values]))
+    return Growable(np.concatenate([[dummy], values]).astype(dtype))
 
 
 class Level:
@@ -98,10 +101,10 @@ class Level:
         self.sub = _with_dummy(sub)
         self.own = _with_dummy(np.repeat(np.arange(len(size)), size))
         self.start = Growable(1 + np.cumsum(size) - size)
-        self.size = Growable(size)
+        self.size = Growable(size.astype(NUMBER))
         self.first = _with_dummy(first)
-        self.radius = Growable(np.zeros(len(size))) if radius is None else _with_dummy(radius, 0.0)
-        self.home = Growable(np.zeros(len(size), int))
+        self.radius = _with_dummy(np.zeros(len(size) - 1) if radius is None else radius, 0.0, float)
+        self.home = Growable(np.zeros(len(size), NUMBER))
 
     @property
     def count(self) -> int:
@@ -117,15 +120,27 @@ class Level:
         self.own.append(own)
         return starts
 
+    def drop_rows(self) -> None:
+        """Give up all rows, for good; how many faces there are stays known."""
+        self.sub = Growable(np.zeros(1, NUMBER))
+        self.own = Growable(np.zeros(1, NUMBER))
+
     def compact(self) -> None:
-        """Drop dead pool entries when they are more than the live ones."""
+        """Drop dead pool entries when they are more than half the live ones."""
         live = int(self.size.view.sum())
-        if self.sub.n > 2 * live + 64:
-            positions, ends = row_positions(self.start.view, self.size.view)
+        if self.sub.n <= live + live // 2 + 64:
+            return
+        end = 1
+        for part in slices(self.sub.n, CHUNK):
+            used = np.flatnonzero(self.own.data[part])
             for pool in (self.sub, self.own):
-                pool.data[1 : live + 1] = pool.data[positions]
-                pool.n = live + 1
-            self.start.data[: self.count] = 1 + ends - self.size.view
+                pool.data[end : end + len(used)] = pool.data[part].take(used)
+            end += len(used)
+        self.sub.n = end
+        self.own.n = end
+        own = self.own.view
+        heads = np.flatnonzero(own[1:] != own[:-1]) + 1
+        self.start.data[own[heads]] = heads
 
 
 class Complex:
@@ -143,7 +158,7 @@ class Complex:
         self.x = Growable(x)
         self.z = Growable(np.zeros((len(x), 0)))
         self.rho = Growable(np.zeros(len(x)))
-        self.vertex_home = Growable(np.zeros(len(x), int))
+        self.vertex_home = Growable(np.zeros(len(x), NUMBER))
         self.bits = bits
         self.set_edges(a, b)
         self.levels = levels
@@ -153,8 +168,8 @@ class Complex:
         """Replace all edges: ends a, b (E,), radius (E,) or zero."""
         self.a = _with_dummy(a)
         self.b = _with_dummy(b)
-        self.edge_radius = _with_dummy(np.zeros(len(a)) if radius is None else radius, 0.0)
-        self.edge_home = Growable(np.zeros(self.a.n, int))
+        self.edge_radius = _with_dummy(np.zeros(len(a)) if radius is None else radius, 0.0, float)
+        self.edge_home = Growable(np.zeros(self.a.n, NUMBER))
 
     def set_labels(self, label: np.ndarray) -> None:
         """Replace the labels of the (n-1)-faces, which have a dummy unless they are vertices."""
@@ -185,30 +200,21 @@ class Complex:
 
     def settle(self) -> None:
         """Start a layer: the cells of now are the homes of all faces."""
-        inside = np.arange(self.count(self.n)) - 1
+        inside = np.arange(-1, self.n_cells, dtype=NUMBER)
         for k in range(self.n, 0, -1):
             self.home(k).data[: self.count(k)] = inside
-            below = np.zeros(self.count(k - 1), int)
+            below = np.zeros(self.count(k - 1), NUMBER)
             if k > 1:
-                below[self.levels[k].sub.view] = inside[self.levels[k].own.view]
+                level = self.levels[k]
+                for part in slices(level.sub.n, CHUNK):
+                    below[level.sub.data[part]] = inside.take(level.own.data[part])
             else:
                 below[self.a.view[1:]] = inside[1:]
                 below[self.b.view[1:]] = inside[1:]
             inside = below
         self.vertex_home.data[: self.x.n] = inside
 
-    def signs_of_cells(self, words: np.ndarray) -> np.ndarray:
-        """OR of the vertices' bit words (V, m) over each cell: (cells, m)."""
-        words = words.take(self.a.view, axis=0) | words.take(self.b.view, axis=0)
-        for k in range(2, self.n + 1):
-            level = self.levels[k]
-            positions, ends = row_positions(level.start.view[1:], level.size.view[1:])
-            gathered = words.take(level.sub.data[positions], axis=0)
-            rows = np.bitwise_or.reduceat(gathered, ends - level.size.view[1:], axis=0)
-            words = np.concatenate([rows[:1], rows])
-        return words[1:]
-
-    def rows(self, k: int) -> tuple[np.ndarray, np.ndarray]:
+    def rows(self, k: int) -> Ragged:
         """Boundaries of all k-faces, dummy dropped: (k-1)-faces flat, and offsets. Numbered from 0
         on both sides.
         """
@@ -216,18 +222,29 @@ class Complex:
             ends = np.stack([self.a.view[1:], self.b.view[1:]], axis=1)
             return ends.ravel(), 2 * np.arange(len(ends) + 1)
         level = self.levels[k]
-        positions, ends = row_positions(level.start.view[1:], level.size.view[1:])
-        return level.sub.data[positions] - 1, np.concatenate([[0], ends])
+        start = level.start.view[1:]
+        size = level.size.view[1:]
+        offsets = np.concatenate([[0], np.cumsum(size)])
+        flat = np.empty(offsets[-1], NUMBER)
+        for first, last in row_chunks(offsets, CHUNK):
+            positions, _ = row_positions(start[first:last], size[first:last])
+            np.subtract(level.sub.data.take(positions), 1, out=flat[offsets[first] : offsets[last]])
+        return flat, offsets
+
+    def all_rows(self, *, drop: bool = False) -> Iterator[Ragged]:
+        """`rows` of the k-faces, k = 1, ..., n. drop: the complex gives up its own, for good."""
+        for k in range(1, self.n + 1):
+            yield self.rows(k)
+            if drop and k > 1:
+                self.levels[k].drop_rows()
 
     @property
     def nbytes(self) -> int:
-        """Bytes held by the complex, spare capacity included (a close count, asked for after every
-        cut).
-        """
+        """Bytes held by the complex (a close count, asked for after every cut)."""
         per_vertex = 8 * (self.n + self.z.data.shape[1] + 2 * self.bits.plus.data.shape[1] + 2)
-        held = per_vertex * len(self.x.data) + 32 * len(self.a.data)
+        held = per_vertex * self.x.n + 20 * self.a.n
         for level in self.levels.values():
-            held += 16 * len(level.sub.data) + 40 * len(level.size.data)
+            held += 8 * level.sub.n + 28 * level.count
         return held
 
     def set_values(self, z: np.ndarray) -> None:

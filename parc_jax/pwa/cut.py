@@ -12,6 +12,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from parc_jax.arrays import slices
 from parc_jax.errors import SoundnessError
 from parc_jax.pwa.complex import Complex, Level, Sign
 from parc_jax.pwa.cut_edges import (
@@ -23,7 +24,7 @@ from parc_jax.pwa.cut_edges import (
     radius_of_zero,
     ranks,
 )
-from parc_jax.pwa.storage import row_positions
+from parc_jax.pwa.storage import CHUNK, NUMBER, row_chunks, row_positions
 
 
 class Rows(NamedTuple):
@@ -71,38 +72,43 @@ def _cut_level(
     zero0 = lattice.count(k - 1)
     if not len(faces):
         return nothing_cut(codes, minus0, zero0)
-    rows = _take_rows(level, faces, below.codes, zero0)
-    is_cut = np.flatnonzero(rows.codes == Sign.CUT)
-    cut_rank = below.rank[rows.facet[is_cut]]
-    cut_face = rows.face[is_cut]
-
     slope = np.zeros(len(faces))
     rho = np.zeros(len(faces))
-    np.maximum.at(slope, cut_face, below.slope[cut_rank])
-    np.maximum.at(rho, cut_face, below.rho[cut_rank])
     radius = level.radius.data[faces] if k < lattice.n else np.zeros(len(faces))
     home = level.home.data[faces]
-    zero_radius = np.minimum(radius_of_zero(radius, slope, home, slack), rho)
-
-    zero_sub = below.zero0 + cut_rank
-    zero_row = cut_face
-    if not no_zeros:
-        touching_row, touching = _zero_faces(lattice, k, rows, two_below)
-        np.maximum.at(zero_radius, touching_row, lattice.radius(k - 2).data[touching])
-        order = np.argsort(np.concatenate([zero_row, touching_row]), kind="stable")
-        zero_sub = np.concatenate([zero_sub, touching])[order]
-        zero_row = np.concatenate([zero_row, touching_row])[order]
-    zero_size = np.bincount(zero_row, minlength=len(faces))
-    first = _append_zero_faces(lattice, k - 1, zero_sub, zero_size, zero_radius, home)
+    first = np.empty(len(faces), NUMBER)
+    ends = np.cumsum(level.size.data[faces] + 1)
+    for start, stop in row_chunks(np.concatenate([[0], ends]), CHUNK):
+        part = slice(start, stop)
+        rows = _take_rows(level, faces[part], below.codes, zero0 + start)
+        is_cut = np.flatnonzero(rows.codes == Sign.CUT)
+        cut_rank = below.rank.take(rows.facet.take(is_cut))
+        cut_face = rows.face.take(is_cut)
+        np.maximum.at(slope[part], cut_face, below.slope.take(cut_rank))
+        np.maximum.at(rho[part], cut_face, below.rho.take(cut_rank))
+        zero_radius = radius_of_zero(radius[part], slope[part], home[part], slack)
+        np.minimum(zero_radius, rho[part], out=zero_radius)
+        zero_row = cut_face
+        zero_sub = below.zero0 + cut_rank
+        if not no_zeros:
+            touching_row, touching = _zero_faces(lattice, k, rows, two_below)
+            np.maximum.at(zero_radius, touching_row, lattice.radius(k - 2).data[touching])
+            zero_row = np.concatenate([zero_row, touching_row])
+            order = np.argsort(zero_row, kind="stable")
+            zero_row = zero_row[order]
+            zero_sub = np.concatenate([zero_sub, touching])[order]
+        zero_size = np.bincount(zero_row, minlength=stop - start)
+        first[part] = _append_zero_faces(
+            lattice, k - 1, zero_sub, zero_size, zero_radius, home[part]
+        )
+        _store_halves(level, faces[part], rows, is_cut, below.minus0 + cut_rank)
     label_new(lattice, k - 1, len(faces), column)
-
-    _store_halves(level, faces, rows, is_cut, below.minus0 + cut_rank)
+    if k == lattice.n - 1:
+        lattice.label.append(lattice.label.data[faces])
     level.first.data[faces] = first
     level.first.append(first)
     level.radius.append(radius)
     level.home.append(home)
-    if k == lattice.n - 1:
-        lattice.label.append(lattice.label.data[faces])
     return Halved(codes, ranks(faces, minus0), minus0, zero0, slope, rho)
 
 
@@ -112,8 +118,8 @@ def _take_rows(level: Level, faces: np.ndarray, sub_codes, zero0: int) -> Rows:
     at, ends = row_positions(level.start.data[faces], size + 1)
     last = ends - 1
     at[last] = 0
-    facet = level.sub.data[at]
-    codes = sub_codes[facet]
+    facet = level.sub.data.take(at)
+    codes = sub_codes.take(facet)
     # the old rows are dead; position 0 is the dummy's
     level.sub.data[at] = 0
     level.own.data[at] = 0
@@ -123,22 +129,23 @@ def _take_rows(level: Level, faces: np.ndarray, sub_codes, zero0: int) -> Rows:
 
 
 def _store_halves(level: Level, faces, rows: Rows, is_cut, minus_halves) -> None:
-    """Append the boundaries of F+ (numbers as before) and F- (new), for all cut faces.
+    """Append the boundaries of F+ (numbers as before) and F- (new), for cut faces in their order.
 
     is_cut: the entries that are cut facets, whose number is that of their plus half; minus_halves:
     numbers of their minus halves.
     """
-    plus = (rows.codes & Sign.PLUS) != 0
-    minus = (rows.codes & Sign.MINUS) != 0
-    plus_facet = rows.facet[plus]
+    plus = np.flatnonzero(rows.codes & Sign.PLUS)
+    minus = np.flatnonzero(rows.codes & Sign.MINUS)
+    plus_facet = rows.facet.take(plus)
     rows.facet[is_cut] = minus_halves  # of no other use from here on
-    minus_facet = rows.facet[minus]
+    plus_face = rows.face.take(plus)
+    minus_face = rows.face.take(minus)
     count = len(faces)
-    plus_size = np.bincount(rows.face[plus], minlength=count)
-    minus_size = np.bincount(rows.face[minus], minlength=count)
+    plus_size = np.bincount(plus_face, minlength=count)
+    minus_size = np.bincount(minus_face, minlength=count)
     starts = level.append_rows(
-        np.concatenate([plus_facet, minus_facet]),
-        np.concatenate([faces[rows.face[plus]], level.count + rows.face[minus]]),
+        np.concatenate([plus_facet, rows.facet.take(minus)]),
+        np.concatenate([faces.take(plus_face), level.count + minus_face]),
         np.concatenate([plus_size, minus_size]),
     )
     level.start.data[faces] = starts[:count]
@@ -151,19 +158,22 @@ def _codes(level: Level, vertex_codes, no_zeros: bool, sub_codes) -> tuple[np.nd
     """Codes of all faces of a level, and the faces that are cut."""
     if no_zeros:
         # both signs and no zero: the edge graph of F is connected, so a facet of F is cut as well
-        hits = np.flatnonzero((sub_codes == Sign.CUT)[level.sub.view])
+        sub_is_cut = sub_codes == Sign.CUT
         is_cut = np.zeros(level.count, bool)
-        is_cut[level.own.data[hits]] = True
+        for part in slices(level.sub.n, CHUNK):
+            hits = np.flatnonzero(sub_is_cut.take(level.sub.data[part]))
+            is_cut[level.own.data[part].take(hits)] = True
         faces = np.flatnonzero(is_cut)
-        codes = vertex_codes[level.first.view]  # of no use where the face is cut
+        codes = vertex_codes.take(level.first.view)  # of no use where the face is cut
         codes[faces] = Sign.CUT
         return codes, faces
-    entry = sub_codes[level.sub.view]
-    codes = np.zeros(level.count, np.uint8)
-    for sign in (Sign.PLUS, Sign.MINUS):
-        has = np.zeros(level.count, bool)
-        has[level.own.view[(entry & sign) != 0]] = True
-        codes[has] |= sign
+    has = np.zeros((2, level.count), bool)
+    for part in slices(level.sub.n, CHUNK):
+        entry = sub_codes.take(level.sub.data[part])
+        own = level.own.data[part]
+        for row, sign in zip(has, (Sign.PLUS, Sign.MINUS), strict=True):
+            row[own[(entry & sign) != 0]] = True
+    codes = has[0] * Sign.PLUS + has[1] * Sign.MINUS
     codes[0] = Sign.ZERO
     return codes, np.flatnonzero(codes == Sign.CUT)
 

@@ -49,7 +49,7 @@ def cut_edges(lattice: Complex, vertex_codes, column: int, z_column: int, slack:
     """
     a = lattice.a.view
     b = lattice.b.view
-    codes = vertex_codes[a] | vertex_codes[b]
+    codes = vertex_codes.take(a) | vertex_codes.take(b)
     edges = np.flatnonzero(codes == Sign.CUT)
     count = len(edges)
     vertex0 = lattice.x.n
@@ -64,7 +64,7 @@ def cut_edges(lattice: Complex, vertex_codes, column: int, z_column: int, slack:
     new = np.arange(vertex0, vertex0 + count)
     slack.repair(new)
     # the edge keeps its number on the plus side; the part on the minus side is new
-    flip = vertex_codes[p] == Sign.MINUS
+    flip = vertex_codes.take(p) == Sign.MINUS
     lattice.a.data[edges] = np.where(flip, q, p)
     lattice.b.data[edges] = new
     lattice.a.append(np.where(flip, p, q))

@@ -2,7 +2,17 @@
 rows.
 """
 
+from collections.abc import Iterable, Iterator
+from itertools import pairwise
+
 import numpy as np
+
+# numbers of faces take half the memory of the default; `Budget` caps how many there are
+NUMBER = np.int32
+# entries of ragged rows treated at once: what is worked out for them stays in cache
+CHUNK = 1 << 16
+# most spare rows of an array that grows
+SPARE = 1 << 25
 
 # flat items, and offsets: row i is flat[offsets[i]:offsets[i + 1]]
 Ragged = tuple[np.ndarray, np.ndarray]
@@ -47,10 +57,10 @@ class Growable:
         return self.data[: self.n]
 
     def append(self, rows: np.ndarray) -> None:
-        """Add rows at the end; capacity at least doubles when it is exhausted."""
+        """Add rows at the end; what is spare is not touched, and costs no memory."""
         end = self.n + len(rows)
         if end > len(self.data):
-            data = np.empty((max(end, 2 * len(self.data)), *self.data.shape[1:]), self.data.dtype)
+            data = np.empty((end + min(3 * end, SPARE), *self.data.shape[1:]), self.data.dtype)
             data[: self.n] = self.view
             self.data = data
         self.data[self.n : end] = rows
@@ -67,6 +77,20 @@ def row_positions(start: np.ndarray, size: np.ndarray) -> tuple[np.ndarray, np.n
     total = ends[-1] if len(ends) else 0
     shift = np.repeat(start - (ends - size), size)
     return np.arange(total) + shift, ends
+
+
+def or_over_cells(words: np.ndarray, boundaries: Iterable[Ragged]) -> np.ndarray:
+    """OR of the vertices' words (V, m) over each n-face: (r, m). boundaries: of the k-faces, k = 1,
+    2, ..., n.
+    """
+    for flat, offsets in boundaries:
+        of_faces = np.empty((len(offsets) - 1, words.shape[1]), words.dtype)
+        for first, last in row_chunks(offsets, CHUNK):
+            rows = offsets[first:last]
+            entries = words.take(flat[rows[0] : offsets[last]], axis=0)
+            np.bitwise_or.reduceat(entries, rows - rows[0], axis=0, out=of_faces[first:last])
+        words = of_faces
+    return words
 
 
 def face_vertices(boundaries: tuple[Ragged, ...], n_points: int, k: int) -> Ragged:
@@ -99,3 +123,9 @@ def _next_vertices(boundary: Ragged, below: Ragged, n_points: int, polygons: boo
         return key[::2] & vertex_of, rows
     key = key[np.flatnonzero(np.diff(key, prepend=-1))]
     return key & vertex_of, np.searchsorted(key, np.arange(count + 1) << bits)
+
+
+def row_chunks(offsets: np.ndarray, entries: int) -> Iterator[tuple[int, int]]:
+    """Ranges of rows, in order, of about `entries` entries each."""
+    cuts = np.searchsorted(offsets, np.arange(offsets[0], offsets[-1], entries))
+    return pairwise(np.unique(np.append(cuts, len(offsets) - 1)).tolist())

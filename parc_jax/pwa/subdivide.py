@@ -20,7 +20,7 @@ from parc_jax.pwa.rounding import (
     point_rounding,
 )
 from parc_jax.pwa.signs import SignOracle
-from parc_jax.pwa.storage import unpack
+from parc_jax.pwa.storage import or_over_cells, unpack
 from parc_jax.pwa.table import RegionTable
 from parc_jax.sets.box import Box
 from parc_jax.sets.hpolytope import HPolytope, from_box
@@ -122,6 +122,7 @@ def _cut_layers(
             codes, slack = oracle.codes(j)
             if (codes == Sign.PLUS).any() and (codes == Sign.MINUS).any():
                 cut(lattice, codes, column, j, slack)
+                lattice.compact()
             lattice.bits.mark(column, codes)
             column += 1
             budget.check(lattice, column)
@@ -137,7 +138,8 @@ def _open_layer(
     """
     lattice.settle()
     done = sum(len(W) for W in weights[:-1])
-    patterns = unpack(lattice.signs_of_cells(lattice.bits.plus.view), column)[:, column - done :]
+    on = or_over_cells(lattice.bits.plus.view, lattice.all_rows())
+    patterns = unpack(on, column)[:, column - done :]
     lip = cell_gradients(weights, patterns[: 1 if len(weights) == 1 else None])
     z_max = np.abs(lattice.z.view).max(axis=0)
     bound = layer_bound(

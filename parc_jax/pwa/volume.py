@@ -5,16 +5,34 @@ A k-face F with a vertex c is the union of the pyramids from c over its facets G
 terms are parallel, and the signs are those that make them point the same way. For k = n it is a
 number: vol(F) = (1/n) sum_G |(p_G - c) ^ M(G)|. Each face is treated once, however many cells share
 it. Facets that contain c add nothing: with c the vertex of least number and p_G that of G, they are
-those with p_G = c, about half, and left out. Rounding: about u times the surface times the
-diameter.
+those with p_G = c, about half, and left out. Of parallel terms one component says how long they
+are: one term of each face is worked out whole, of the others that component alone. Rounding: about
+u times the surface times the diameter.
 """
 
 from functools import lru_cache
-from itertools import combinations, pairwise
+from itertools import combinations
+from typing import NamedTuple
 
 import numpy as np
 
-CHUNK = 1 << 15  # boundary entries treated at once, so that the working set stays in cache
+from parc_jax.pwa.storage import CHUNK, row_chunks
+
+SHORT = 16  # a term this many times shorter than another of its face does not say the direction
+FLAT = 2.0**-40  # [1] sine of an angle below which rounding leaves nothing of the direction
+
+
+class Pyramids(NamedTuple):
+    """The pyramids of some k-faces that have volume, face by face.
+
+    entry: (m,) their facets G. v: (m, n) p_G - c. sides: (m,) (|v| |M(G)|)^2.
+    starts: (f + 1,) where those of each face lie.
+    """
+
+    entry: np.ndarray
+    v: np.ndarray
+    sides: np.ndarray
+    starts: np.ndarray
 
 
 def cell_volumes(x: np.ndarray, boundaries) -> np.ndarray:
@@ -27,53 +45,90 @@ def cell_volumes(x: np.ndarray, boundaries) -> np.ndarray:
     vector = x[ends[:, 1]] - x[ends[:, 0]]  # M of every face
     for k in range(2, n + 1):
         sub, offsets = boundaries[k - 1]
-        top = np.minimum.reduceat(apex[sub], offsets[:-1])
-        out = np.empty((len(offsets) - 1, len(_wedge_table(n, k))))
-        for first, last in _chunks(offsets):
-            entry = sub[offsets[first] : offsets[last]]
+        top = np.empty(len(offsets) - 1, apex.dtype)
+        out = np.empty((len(top), len(_wedge_table(n, k))))
+        squares = np.einsum("ij,ij->i", vector, vector)
+        for first, last in row_chunks(offsets, CHUNK):
+            rows = offsets[first : last + 1]
+            entry = sub[rows[0] : rows[-1]]
             at = apex[entry]
-            here = np.repeat(top[first:last], np.diff(offsets[first : last + 1]))
+            top[first:last] = np.minimum.reduceat(at, rows[:-1] - rows[0])
+            here = np.repeat(top[first:last], np.diff(rows))
             away = np.flatnonzero(at != here)
-            to_facet = x.take(at[away], axis=0) - x.take(here[away], axis=0)
-            terms = _wedge(to_facet.T.copy(), vector.take(entry[away], axis=0).T.copy(), k)
             # every face has a facet without c
-            starts = np.searchsorted(away, offsets[first : last + 1] - offsets[first])
-            out[first:last] = _add_parallel(terms, starts).T
+            starts = np.searchsorted(away, rows - rows[0])
+            v = x.take(at[away], axis=0) - x.take(here[away], axis=0)
+            entry = entry[away]
+            sides = np.einsum("ij,ij->i", v, v) * squares[entry]
+            out[first:last] = _vectors(Pyramids(entry, v, sides, starts), vector, k)
         apex = top
-        out /= k
         vector = out
     return np.abs(vector[:, 0])
 
 
-def _add_parallel(terms: np.ndarray, offsets: np.ndarray) -> np.ndarray:
-    """Sum (C, rows) of parallel vectors, terms (C, m), over the rows of `offsets`, all turned to
-    point the same way.
+def _vectors(pyramids: Pyramids, M: np.ndarray, k: int) -> np.ndarray:
+    """M(F) of some k-faces F, (f, C(n, k)), from M of all (k-1)-faces (., C(n, k - 1))."""
+    first = pyramids.starts[:-1]
+    size = np.diff(pyramids.starts)
+    if k == pyramids.v.shape[1]:
+        only = np.zeros(len(pyramids.entry), int)
+        return np.add.reduceat(np.abs(_component(pyramids, only, M, k)), first)[:, None] / k
+    chosen, whole, lead = _directions(pyramids, M, k)
+    length = np.abs(_component(pyramids, np.repeat(lead, size), M, k))
+    # the direction of a term is that of F but for rounding, which matters more the shorter it is
+    longest = _largest(length, first, size)
+    short = np.flatnonzero(SHORT * length[chosen] < length[longest])
+    whole[:, short] = _whole(pyramids, longest[short], M, k)
+    along = np.abs(whole[lead, np.arange(len(size))])
+    whole *= np.add.reduceat(length, first) / (k * np.where(along > 0, along, 1.0))
+    return whole.T
+
+
+def _directions(pyramids: Pyramids, M: np.ndarray, k: int):
+    """A pyramid of each face (f,), its term (C(n, k), f), and a component (f,) that is large in the
+    direction of the face: that of this term, unless the pyramid is flat.
     """
-    weight = np.add.reduceat(np.abs(terms), offsets[:-1], axis=1)
-    if len(terms) == 1:
-        return weight
-    # the component that is largest over the whole row tells the orientation of each term
-    lead = np.repeat(weight.argmax(axis=0), np.diff(offsets))
-    orientation = np.sign(np.take_along_axis(terms, lead[None], axis=0))
-    return np.add.reduceat(terms * orientation, offsets[:-1], axis=1)
+    first = pyramids.starts[:-1]
+    chosen = _largest(pyramids.sides, first, np.diff(pyramids.starts))
+    whole = _whole(pyramids, chosen, M, k)
+    size = np.abs(whole)
+    if (np.square(size.max(axis=0)) < FLAT**2 * pyramids.sides[chosen]).any():
+        everything = np.abs(_whole(pyramids, np.arange(len(pyramids.v)), M, k))
+        size = np.add.reduceat(everything, first, axis=1)
+    return chosen, whole, size.argmax(axis=0)
 
 
-def _chunks(offsets: np.ndarray):
-    """Row ranges of about CHUNK entries each."""
-    cuts = np.searchsorted(offsets, np.arange(0, offsets[-1], CHUNK))
-    cuts = np.unique(np.append(cuts, len(offsets) - 1))
-    return pairwise(cuts)
+def _largest(values: np.ndarray, first: np.ndarray, size: np.ndarray) -> np.ndarray:
+    """Where the largest of each row lies: (f,)."""
+    largest = np.flatnonzero(values == np.repeat(np.maximum.reduceat(values, first), size))
+    return largest[np.searchsorted(largest, first)]
 
 
-def _wedge(v: np.ndarray, M: np.ndarray, k: int) -> np.ndarray:
-    """v ^ M by components: (n, m), (C(n, k - 1), m) -> (C(n, k), m); index sets in lexicographic
-    order.
-    """
-    table = _wedge_table(len(v), k)
-    out = np.zeros((len(table), v.shape[1]))
-    for component, terms in zip(out, table, strict=True):
+def _whole(pyramids: Pyramids, some: np.ndarray, M: np.ndarray, k: int) -> np.ndarray:
+    """v ^ M(G) of some pyramids (C(n, k), some); index sets in lexicographic order."""
+    v = pyramids.v.take(some, axis=0).T.copy()
+    M = M.take(pyramids.entry[some], axis=0).T.copy()
+    out = np.zeros((len(_wedge_table(len(v), k)), len(some)))
+    for component, terms in zip(out, _wedge_table(len(v), k), strict=True):
         for sign, axis, rest in terms:
             component += v[axis] * M[rest] if sign > 0 else -v[axis] * M[rest]
+    return out
+
+
+def _component(pyramids: Pyramids, lead: np.ndarray, M: np.ndarray, k: int) -> np.ndarray:
+    """Component number lead (m,) of v ^ M(G), of every pyramid: (m,)."""
+    v = pyramids.v
+    first_v = np.arange(0, v.size, v.shape[1])
+    first_M = pyramids.entry * np.int64(M.shape[1])
+    out = np.zeros(len(lead))
+    for p in range(k):
+        sign, axis, rest = np.array([terms[p] for terms in _wedge_table(v.shape[1], k)], int).T
+        term = v.take(first_v + axis.take(lead))
+        term *= M.take(first_M + rest.take(lead))
+        if sign[0] > 0:
+            out += term
+        else:
+            out -= term
     return out
 
 

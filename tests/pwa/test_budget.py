@@ -1,10 +1,12 @@
 """Caps end in a message that says which, how far it came, and what to do."""
 
+import numpy as np
 import pytest
 from region_networks import random_network, unit_box
 
 from parc_jax.errors import BudgetError
-from parc_jax.pwa import enumerate_regions
+from parc_jax.pwa import budget, enumerate_regions
+from parc_jax.pwa.storage import NUMBER
 
 NET, DOMAIN = random_network(3, [12, 12], seed=1), unit_box(3)
 
@@ -24,6 +26,13 @@ def test_caps(cap, words):
     with pytest.raises(BudgetError, match=words) as caught:
         enumerate_regions(NET, DOMAIN, **cap)
     assert "march" in str(caught.value)
+
+
+def test_more_faces_than_can_be_counted(monkeypatch):
+    assert 3 * budget.MAX_FACES < np.iinfo(NUMBER).max
+    monkeypatch.setattr(budget, "MAX_FACES", 1000)
+    with pytest.raises(BudgetError, match="1000 faces of one dimension"):
+        enumerate_regions(NET, DOMAIN)
 
 
 def test_caps_do_not_change_the_result():

@@ -163,12 +163,14 @@ def test_float_signs_where_the_filter_is_open(monkeypatch):
 
 @pytest.mark.parametrize("n", [2, 3, 4])
 def test_broken_volume_kernel(monkeypatch, n):
-    def without_orientation(terms, offsets):
-        return np.add.reduceat(terms, offsets[:-1], axis=1)
+    original = volume._wedge_table
 
-    monkeypatch.setattr(volume, "_add_parallel", without_orientation)
+    def without_signs(n, k):
+        return [[(1.0, axis, rest) for _, axis, rest in terms] for terms in original(n, k)]
+
+    monkeypatch.setattr(volume, "_wedge_table", without_signs)
     with pytest.raises(SoundnessError, match="volumes"):
-        enumerate_regions(random_network(n, [4, 3], seed=n), unit_box(n))
+        enumerate_regions(random_network(n, [6, 4], seed=n), unit_box(n))
 
 
 def test_locate_refuses_a_table_with_a_region_missing():

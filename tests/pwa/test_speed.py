@@ -31,8 +31,8 @@ RANDOM = [  # inputs, widths, seed, function calls allowed
     (3, (16, 16, 16, 16), 0, 45_000),
     (3, (32, 32, 32), 5, 80_000),
     (2, (64, 64, 64), 0, 130_000),
-    (5, (12, 12), 0, 50_000),
-    (6, (8, 8, 8), 0, 110_000),
+    (5, (12, 12), 0, 80_000),
+    (6, (8, 8, 8), 0, 250_000),
 ]
 SIGNS = 100  # of vertices that may be decided for each region
 EXACT = 10  # vertices that may be computed in rationals
