@@ -262,7 +262,7 @@ FITTED = (
         (f"{FACES}::test_the_box_holds_the_set_and_no_box_of_its_axes_is_smaller",),
     ),
     Fault(
-        "reach_with_signs",
+        "half_around_with_signs",
         "parc_jax/claim/faces.py",
         "(np.abs(self.directions[..., n:, :])",
         "((self.directions[..., n:, :])",

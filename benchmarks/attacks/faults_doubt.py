@@ -22,7 +22,7 @@ DOUBT = (
         "parc_jax/robust/scene.py",
         "widths = [Fraction(x) for x in np.concatenate([start + 0.0, ",
         "widths = [Fraction(x) for x in np.concatenate([start * 0.0, ",
-        (QUESTION + "test_the_boxes_of_doubt_of_the_plain_question_say_the_same",),
+        (QUESTION + "test_the_start_set_shrinks_and_the_goal_by_what_points_do_together",),
     ),
     Fault(
         "start_set_does_not_shrink",
