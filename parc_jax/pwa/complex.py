@@ -126,7 +126,7 @@ class Level:
         self.own = Growable(np.zeros(1, NUMBER))
 
     def compact(self) -> None:
-        """Drop dead pool entries when they are more than half the live ones."""
+        """Drop dead pool entries when they are more than half as many as the live ones."""
         live = int(self.size.view.sum())
         if self.sub.n <= live + live // 2 + 64:
             return
@@ -256,6 +256,6 @@ class Complex:
         return not unpack(self.bits.minus.view, last)[:, first:].all()
 
     def compact(self) -> None:
-        """Drop what cuts left behind, where it is more than what is in use."""
+        """Drop what cuts left behind, where it is more than half of what is in use."""
         for level in self.levels.values():
             level.compact()
