@@ -9,6 +9,7 @@ from compilations import compiled_by
 from toy_models import random_model, rectangle_problem, toy_case
 
 from parc_jax.planner import Planner
+from parc_jax.sets.hpolytope import hpolytope
 from parc_jax.settings import Settings
 from parc_jax.verdict import scene as scenes
 
@@ -57,3 +58,50 @@ def test_host_only_parts_in_the_kernels_arguments_would_be_noticed(warm, monkeyp
 
     scene = scenes.scene_of(problem, model)
     assert compiled_by(lambda: verdicts(model, scene, np.zeros((1, 2)), np.zeros((1, 2)))) > 0
+
+
+KEY = jax.random.key(0)
+COVER = Settings(target=0.1, n_samples=5, budget_s=300, no_plan_budget_s=0.0, proof=False)
+SEVERAL = Settings.fast().replace(n_samples=100)
+
+
+def calls_about(n_obstacles: int, more_rows: int = 0) -> dict:
+    """Calls about one scene, by name, in the order in which they must be made."""
+    model, problem = toy_case(4)
+    one = problem.obstacles[0]
+    beside = [one.replace(b=one.b + one.A @ [0.02 * i, 0.0]) for i in range(1, n_obstacles - 1)]
+    obstacles = (*problem.obstacles, *beside)
+    goal = problem.goal
+    A, b = (np.concatenate([rows, rows[:more_rows]]) for rows in (goal.A, goal.b))
+    asked = problem.replace(obstacles=obstacles, spans=None, goal=hpolytope(A, b))
+    planner = Planner(model)
+    prepared = planner.prepare(asked)
+    assert int(prepared.scene.count) == n_obstacles  # none of them is out of reach
+    answers = []
+
+    def contains():
+        answers[0].contains(answers[0].samples[:, :2], answers[0].samples[:, 2:])
+
+    return {
+        "first": lambda: prepared.first(KEY),
+        "first of solve": lambda: planner.solve(asked, KEY, Settings.fast()),
+        "many samples": lambda: planner.solve(asked, KEY, SEVERAL),
+        "corridors": lambda: answers.append(planner.solve(asked, KEY, COVER)),
+        "polytopes": lambda: planner.solve(asked, KEY, COVER.replace(polytopes=True)),
+        "contains": contains,
+        "sample": lambda: answers[0].sample(KEY, 20),
+        "best": lambda: answers[0].best("clearance", KEY),
+    }
+
+
+@pytest.fixture(scope="module")
+def warm_calls():
+    for n_obstacles in (2, 4):
+        for call in calls_about(n_obstacles).values():
+            call()
+
+
+@pytest.mark.parametrize(("n_obstacles", "more_rows"), [(3, 0), (5, 0), (2, 1)])
+def test_another_number_of_obstacles_or_rows_compiles_nothing(warm_calls, n_obstacles, more_rows):
+    calls = calls_about(n_obstacles, more_rows)
+    assert {name: compiled_by(call) for name, call in calls.items()} == dict.fromkeys(calls, 0)

@@ -170,8 +170,8 @@ COVERED = (
     Fault(
         "plans_keep_to_corridors_by_their_first_points",
         "parc_jax/cover/corridors.py",
-        "point = self.points[:, slot]",
-        "point = self.points[:, 0]",
+        "(0,) if alone else points:",
+        "(0,) if alone else points[:1]:",
         (BY_HAND,),
     ),
     Fault(

@@ -15,8 +15,8 @@ COVER = (
     Fault(
         "corridor_without_the_tube",
         "parc_jax/cover/corridors.py",
-        "threshold = support + allowed.support_by_axis(back)",
-        "threshold = support + 0 * allowed.support_by_axis(back)",
+        "support + at(errors, (slice(None), point))",
+        "support + 0 * at(errors, (slice(None), point))",
         ("tests/cover/test_corridors.py::test_who_keeps_is_found_as_by_hand",),
     ),
     Fault(

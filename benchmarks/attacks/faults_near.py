@@ -80,8 +80,8 @@ NEAR = (
     Fault(
         "clearance_forgets_what_is_beyond",
         "parc_jax/verdict/pointwise.py",
-        "jnp.minimum(nearest, scene.beyond)",
-        "nearest",
+        "jnp.inf if scene.beyond is None else scene.beyond",
+        "jnp.inf",
         (LEFT_OUT,),
     ),
 )

@@ -13,8 +13,8 @@ QUERY = (
     Fault(
         "the_last_obstacle_is_not_looked_at",
         "parc_jax/verdict/pointwise.py",
-        "seen.reaches & (o < n)",
-        "seen.reaches & (o < n - 1)",
+        "seen.reaches & (o < scene.count)",
+        "seen.reaches & (o < scene.count - 1)",
         JUDGED,
     ),
     Fault(
@@ -26,9 +26,9 @@ QUERY = (
     ),
     Fault(
         "fewer_obstacles_than_there_are",
-        "parc_jax/cover/placed.py",
-        ".max(initial=-1) + 1",
-        ".max(initial=-1)",
+        "parc_jax/verdict/scene.py",
+        "np.int32(len(numbered_pairs(problem, kept)))",
+        "np.int32(len(numbered_pairs(problem, kept)) - 1)",
         JUDGED,
     ),
     Fault(

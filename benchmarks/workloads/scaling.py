@@ -82,7 +82,9 @@ def _curves(bench: Bench) -> list[Curve]:
     base = between_blocks()
     n_k = [(n, bending_arcs(n, WIDE, bins=BINS), base) for n in sizes(2, 4, 6, 8)]
     width = [(n, bending_arcs(4, (n, n)), base) for n in sizes(8, 16, 32, 64, 128)]
-    horizon = [(T, bending_arcs(2, SMALL, n_steps=T), base) for T in sizes(25, 50, 100, 200, 400)]
+    horizon = [
+        (T, bending_arcs(2, SMALL, n_steps=T), base) for T in sizes(25, 50, 100, 200, 400, 1000)
+    ]
     robot = bending_arcs(2, SMALL)
     obstacles = [(2 + n, robot, between_blocks(more=n)) for n in sizes(0, 6, 14, 30)]
     through = lines()

@@ -142,13 +142,14 @@ def _spelled_out(scene: Scene, choice: Choice) -> list[Corridor]:
     """Look the chosen directions up; a seed's own nearest ones are first rounded to short
     multipliers.
     """
-    table, active = scene.directions, scene.obstacles.active
+    table, n = scene.directions, int(scene.count)
+    active, direction = scene.obstacles.active[:n], choice.direction[:, :n]
     n_w = table.w.shape[1]
-    known = np.minimum(choice.direction, n_w - 1)
-    o = np.arange(len(table.w))[None, :, None]
+    known = np.minimum(direction, n_w - 1)
+    o = np.arange(n)[None, :, None]
     w, support = table.w[o, known], table.support[o, known]
     multipliers = table.spelled()[o, known]
-    own = (choice.direction == n_w) & active & choice.kept[:, None, None]
+    own = (direction == n_w) & active & choice.kept[:, None, None]
     for j in np.flatnonzero(own.any(axis=(0, 2))):
         of_pair = np.argwhere(own[:, j])
         nearest = choice.nearest[:, j][own[:, j]].astype(np.float64)
@@ -157,7 +158,7 @@ def _spelled_out(scene: Scene, choice: Choice) -> list[Corridor]:
             multipliers[i, j, t] = m
     support = np.where(active, support + scene.slack * np.abs(w).sum(axis=3), -np.inf)
     none = np.zeros(0)  # the plan that shows that it is not empty is named when it is taken
-    points = scene.obstacles.points
+    points = scene.obstacles.points[:n]
     return [
         Corridor(*fields, points, none, none, scene.apart)
         for fields in zip(w, support, multipliers, strict=True)

@@ -86,37 +86,53 @@ def choose(scene, paths, errors: ErrorSet | ByBin) -> Choice:
     obstacles, table = scene.obstacles, scene.directions
     allowed = errors if isinstance(errors, ByBin) else EachPlan(errors)
     clusters = CLUSTERS[table.w.shape[-1]]
-    nearest = jnp.stack([_from_cluster(obstacles, paths, allowed, n) for n in clusters], axis=2)
     places = by_point(paths, jax.tree.leaves(allowed.errors)[0].shape[2])
     # of a table that is not shared nothing is looked up
     which = allowed.which if isinstance(allowed, ByBin) else jnp.zeros(len(table.w), int)
-    masks = jax.vmap(_separation_masks, in_axes=(0, 0, 0, 0, 0, 0, None, None, None, 0))(
-        nearest,
-        obstacles.support(nearest),
-        jnp.asarray(obstacles.points),
-        obstacles.active,
-        table.w,
-        table.support,
-        scene.slack,
-        places,
-        allowed,
-        which,
-    )
-    items = masks.reshape(-1, masks.shape[2])
-    with_seed = _count(items & jnp.uint64(1)) > 0
-    choice = jnp.argmax(jnp.where(with_seed, _count(items), -1), axis=1)
+
+    def look(o, state):
+        one = obstacles.only(o)
+        near = jnp.stack([_from_cluster(one, paths, allowed, n) for n in clusters], axis=2)
+        masks = _separation_masks(
+            near[0],
+            one.support(near)[0],
+            one.points[0],
+            one.active[0],
+            table.w[o],
+            table.support[o],
+            scene.slack,
+            places,
+            allowed,
+            which[o],
+        )
+        choice = jnp.argmax(jnp.where(_with_seed(masks), _count(masks), -1), axis=1)
+        put = (x.at[o].set(new) for x, new in zip(state, (near[0], masks, choice), strict=True))
+        return tuple(put)
+
+    n_o, n_steps = obstacles.active.shape
+    n_d = table.w.shape[1] + len(clusters)
+    nearest = jnp.zeros((n_o, n_steps, len(clusters), table.w.shape[2]), paths.dtype)
+    # what only pads is separated by anything
+    masks = jnp.full((n_o, n_steps, n_d), ~jnp.uint64(0))
+    begin = nearest, masks, jnp.zeros((n_o, n_steps), int)
+    nearest, masks, choice = jax.lax.fori_loop(0, scene.count, look, begin)
+    items, choice = masks.reshape(-1, n_d), choice.ravel()
     for _ in range(SWEEPS):
-        choice = _sweep(choice, with_seed, items)
+        choice = _sweep(choice, items, scene.count * n_steps)
     inside = jax.lax.reduce_and(_of_choice(choice, items), (0,))
-    valid = (items & inside == inside).reshape(masks.shape)
-    n_table = table.w.shape[1]
-    runs = jax.vmap(_fewest_runs, in_axes=(0, None))(valid, n_table)
-    kept = jnp.take_along_axis(valid, runs[:, :, None], axis=2).all() & (
-        _count(inside & jnp.uint64(1)) > 0
-    )
-    own = jnp.maximum(runs - n_table, 0)[:, :, None, None]
-    nearest = jnp.take_along_axis(nearest, own, axis=2)[:, :, 0]
-    return Choice(jnp.minimum(runs, n_table), nearest, kept)
+
+    def merge(o, state):
+        direction, shortest, kept = state
+        valid = masks[o] & inside == inside
+        runs = _fewest_runs(valid, table.w.shape[1])
+        kept &= jnp.take_along_axis(valid, runs[:, None], axis=1).all()
+        own = jnp.maximum(runs - table.w.shape[1], 0)[:, None, None]
+        mine = jnp.take_along_axis(nearest[o], own, axis=1)[:, 0]
+        runs = jnp.minimum(runs, table.w.shape[1])
+        return direction.at[o].set(runs), shortest.at[o].set(mine), kept
+
+    begin = jnp.zeros((n_o, n_steps), int), nearest[:, :, 0], _with_seed(inside)
+    return Choice(*jax.lax.fori_loop(0, scene.count, merge, begin))
 
 
 def _from_cluster(obstacles, paths, allowed, n: int):
@@ -186,23 +202,33 @@ def _with_own(table, own):
     return jnp.concatenate([everywhere, own], axis=1)
 
 
-def _sweep(choice, allowed, masks):
-    """Swap one item after another: a plan that l other items lose counts 4^-l."""
-    lost = _loses(_of_choice(choice, masks)).sum(axis=0, dtype=jnp.int32)
+def _sweep(choice, masks, n):
+    """Swap the first n items one after another: a plan that l other items lose counts 4^-l."""
 
-    def swap(lost, item):
-        choice, allowed, masks = item
-        others = lost - _loses(masks[choice])
+    def losing(i, lost):
+        return lost + _loses(masks[i, choice[i]])
+
+    lost = jax.lax.fori_loop(0, n, losing, jnp.zeros(PLANS, jnp.int32))
+
+    def swap(i, state):
+        lost, choice = state
+        mine = masks[i]
+        others = lost - _loses(mine[choice[i]])
         level = jnp.minimum(others, LEVELS - 1)
         score = sum(
             4 ** (LEVELS - 1 - n)
-            * _count(masks & jnp.where(level == n, jnp.uint64(1) << _bits(), jnp.uint64(0)).sum())
+            * _count(mine & jnp.where(level == n, jnp.uint64(1) << _bits(), jnp.uint64(0)).sum())
             for n in range(LEVELS)
         )
-        best = jnp.argmax(jnp.where(allowed, score, -1))
-        return others + _loses(masks[best]), best
+        best = jnp.argmax(jnp.where(_with_seed(mine), score, -1))
+        return others + _loses(mine[best]), choice.at[i].set(best)
 
-    return jax.lax.scan(swap, lost, (choice, allowed, masks))[1]
+    return jax.lax.fori_loop(0, n, swap, (lost, choice))[1]
+
+
+def _with_seed(masks):
+    """Is the seed, the first plan, among those kept?"""
+    return masks & jnp.uint64(1) > 0
 
 
 def _bits():

@@ -15,7 +15,7 @@ from parc_jax.claim.error_set import ErrorSet, ErrorTemplate, at
 from parc_jax.claim.tube import Tube
 from parc_jax.cover.corridor import Corridor
 from parc_jax.cover.nearly import nearly_kept
-from parc_jax.cover.thresholds import Looked, Thresholds, at_few_knots
+from parc_jax.cover.thresholds import Looked, Thresholds, at_few_knots, columns_of, stacked
 
 SMALLEST = 128  # padded number of corridors; it grows by fours, for few compiled shapes
 KNOTS = 16  # of the quick test: who leaves a corridor mostly does so for long
@@ -146,8 +146,14 @@ class Corridors:
 
         def call(rows):
             i = plan[rows]
+            kept = np.ones(len(i), bool)
             with x64():
-                return np.asarray(_kept_pairs(at_all, path[i], bins[i], corridor[rows]))
+                asked = jax.device_put((path[i], bins[i], corridor[rows]))
+                for one in at_all:
+                    kept &= np.asarray(_kept_pairs(one, *asked))
+                    if not kept.any():
+                        break
+            return kept
 
         return in_chunks(len(plan), PAIRS, call)
 
@@ -155,7 +161,7 @@ class Corridors:
         """The same with thresholds that are looked up."""
         row, table = self._thresholds.of(self.all, corridor, bins[plan])
         with x64():
-            looked = Looked(self._stacked.at_all.w, self._stacked.at_all.points, jnp.asarray(table))
+            looked = Looked(*self._stacked.at_all, jnp.asarray(table))
 
         def call(rows):
             with x64():
@@ -175,59 +181,100 @@ class Corridors:
         size = SMALLEST
         while size < len(self):
             size *= 4
-        padded = [self.all[i % len(self)] for i in range(size)]
-        w = np.stack([c.w for c in padded])
-        support = np.stack([c.support for c in padded])
-        w = np.moveaxis(w, 3, 1)
-        at_all = _Conditions(w, support, self.all[0].points, self.tube.errors)
+        roomy = stacked([self.all[i % len(self)] for i in range(size)])
+        w, support, points, count = roomy
+        w, support = w.transpose(1, 0, 3, 2), support.transpose(1, 0, 2)
+        own = [np.ascontiguousarray(x[:count]) for x in (w, points, support)]
         some = [x[..., self._knots].astype(np.float32) for x in (w, support)]
-        at_few = _Conditions(*some, at_all.points, self._errors_at_few())
+        at_few = _Conditions(some[0], points, count, some[1], self._errors_at_few())
         if self._thresholds is not None:
             new = self.all[len(self._at_few) :]
             self._at_few += at_few_knots(self.tube.errors, list(new), self._knots)
-            own = np.stack([self._at_few[i % len(self)] for i in range(size)])
-            at_all = at_all._replace(errors=None)
-            at_few = Looked(some[0], at_all.points, own)
+            looked_up = np.stack([self._at_few[i % len(self)] for i in range(size)])
+            at_few = Looked(*at_few.about, looked_up)
         with x64():
-            return jax.device_put(_Stacked(at_all, at_few))
+            if self._thresholds is not None:
+                return jax.device_put(_Stacked((w, points, count), at_few))
+            errors, at_few = jax.device_put((self.tube.errors, at_few))
+            at_all = jax.device_put(tuple(zip(*own, strict=True)))
+            return _Stacked(tuple(_OfOne(*one, errors) for one in at_all), at_few)
 
     def _errors_at_few(self) -> ErrorSet:
         return jax.tree.map(self._few_knots, self.tube.errors)
 
 
 class _Conditions(NamedTuple):
-    """What keeping to corridors asks. w (c, n_p, o, t): axis by axis, so that no array is read with
-    a stride. support (c, o, t). points (o, i). errors (n_bins, t, n_points).
+    """What keeping to corridors asks. w (o, c, n_p, t): axis by axis, so that no array is read with
+    a stride. points (o, i), count: as of `Stacked`. support (o, c, t). errors (n_bins, t,
+    n_points).
     """
 
     w: jax.Array
-    support: jax.Array
     points: jax.Array
+    count: jax.Array
+    support: jax.Array
+    errors: ErrorSet
+
+    @property
+    def about(self) -> tuple:
+        """w, points and count."""
+        return self[:3]
+
+    def met(self, bin, corridor, *paths):
+        """Is every condition of a corridor met in one bin, on all of some paths (t, n_c)?
+
+        Kernel.
+        """
+        points = jnp.asarray(self.points)
+        errors = at(self.errors, bin)
+
+        def look(o, met):
+            return met & _clear(
+                self.w[o][corridor], self.support[o][corridor], points[o], errors, paths
+            )
+
+        return jax.lax.fori_loop(0, self.count, look, jnp.ones((), bool))
+
+
+class _OfOne(NamedTuple):
+    """What keeping clear of one obstacle asks. w (c, n_p, t), points (i,), support (c, t), errors
+    (n_bins, t, n_points).
+    """
+
+    w: jax.Array
+    points: jax.Array
+    support: jax.Array
     errors: ErrorSet
 
     def met(self, bin, corridor, *paths):
-        """Is every condition of a corridor met in one bin, on all of some paths (t, n_c)? Kernel.
+        """As of all obstacles. Kernel."""
+        points, errors = jnp.asarray(self.points), at(self.errors, bin)
+        return _clear(self.w[corridor], self.support[corridor], points, errors, paths)
 
-        Point by point: a few arrays (o, t) stay in cache.
-        """
-        w, support = self.w[corridor], self.support[corridor]
-        errors = at(self.errors, bin)
-        back = tuple(-x for x in w)
-        met = jnp.ones(support.shape, bool)
-        for slot in range(self.points.shape[1]):
-            point = self.points[:, slot]
-            allowed = jax.tree.map(lambda x: x.swapaxes(0, 1), at(errors, np.s_[:, point]))
-            threshold = support + allowed.support_by_axis(back)
-            for path in paths:
-                columns = [path.T[point * len(w) + axis] for axis in range(len(w))]
-                met &= sum(x * y for x, y in zip(w, columns, strict=True)) > threshold
-        return met.all()
+
+def _clear(w, support, points, errors: ErrorSet, paths):
+    """Are all conditions of one corridor about one obstacle met: w (n_p, t), support (t,), points
+    (i,), errors (t, n_points), paths (t, n_c)? Kernel.
+
+    Point by point: a few arrays (t,) stay in cache.
+    """
+    back = tuple(-x for x in w)
+    clear = jnp.ones(support.shape, bool)
+    alone = paths[0].shape[1] == len(w)
+    for point in (0,) if alone else points:
+        threshold = support + at(errors, (slice(None), point)).support_by_axis(back)
+        for path in paths:
+            columns = columns_of(path, point, len(w))
+            clear &= sum(x * y for x, y in zip(w, columns, strict=True)) > threshold
+    return clear.all()
 
 
 class _Stacked(NamedTuple):
-    """Conditions at all intervals, in float64, and at a few, in float32."""
+    """Conditions at all intervals, in float64, obstacle by obstacle where nothing is looked up; and
+    at a few, in float32.
+    """
 
-    at_all: _Conditions
+    at_all: tuple[_OfOne, ...] | tuple
     at_few: _Conditions | Looked
 
 
@@ -236,8 +283,10 @@ def _padded(rows: np.ndarray, size: int) -> np.ndarray:
     return np.pad(rows, (0, size - len(rows)), mode="edge")
 
 
-def keeps(conditions: _Conditions, path, bin, corridor):
-    """Does the plan with path (T + 1, n_c) and this bin keep to a corridor? Kernel."""
+def keeps(conditions: _OfOne, path, bin, corridor):
+    """Does the plan with path (T + 1, n_c) and this bin keep clear of an obstacle, as a corridor
+    asks? Kernel.
+    """
     return conditions.met(bin, corridor, path[:-1], path[1:])
 
 

@@ -65,7 +65,7 @@ def first_safe(asked: Placed, key, n: int) -> First:
     looking on would be slow. key: of `jax.random`; it is consumed.
     """
     slots = next(size for size in SLOTS if size >= n)
-    (device,) = asked.n.devices()
+    (device,) = asked.scene.count.devices()
     with x64():
         return _first_safe(asked, key, _number(n, device), slots, device.platform == "cpu")
 
@@ -166,7 +166,7 @@ def _in_turn(asked: Placed, drawn: Drawn, n, first: First) -> First:
         left, first, _ = state
         i = jnp.argmax(left)
         p0, k = drawn.p0[i], drawn.k[i]
-        seen = verdict_in_turn(asked.net, asked.tube, asked.scene, asked.n, p0, k)
+        seen = verdict_in_turn(asked.net, asked.tube, asked.scene, p0, k)
         put = partial(jax.tree.map, lambda whole, x: whole.at[first.found].set(x))
         p0, k, kept = put((first.p0, first.k, first.seen), (p0, k, seen))
         first = first._replace(

@@ -13,9 +13,9 @@ def nearly_kept(conditions, path, bins, of):
     """(b, c) bool: do plans with paths (b, t, n_c) and bins (b,) meet the conditions of corridors
     of (c,) at the beginning of some intervals, t of them? Kernel.
     """
-    w = conditions.w[of].transpose(2, 3, 1, 0)  # (o, t, n_p, c)
-    n_o, n_t, n_p, _ = w.shape
-    support = conditions.support[of].transpose(1, 2, 0)  # (o, t, c)
+    w = conditions.w[:, of].transpose(0, 3, 2, 1)  # (o, t, n_p, c)
+    _, n_t, n_p, _ = w.shape
+    support = conditions.support[:, of].transpose(0, 2, 1)  # (o, t, c)
     places = path.reshape(len(path), n_t, -1, n_p).transpose(1, 2, 3, 0)  # (t, n_points, n_p, b)
     # (t, n_points, ..., b)
     errors = jax.tree.map(lambda x: jnp.moveaxis(x[bins], 0, -1), conditions.errors)
@@ -35,4 +35,4 @@ def nearly_kept(conditions, path, bins, of):
         return met
 
     everywhere = jnp.ones((len(of), len(path)), bool)
-    return jax.lax.fori_loop(0, n_o * n_t, at_knot, everywhere).T
+    return jax.lax.fori_loop(0, conditions.count * n_t, at_knot, everywhere).T

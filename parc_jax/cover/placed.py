@@ -11,18 +11,16 @@ from parc_jax.model import TrajectoryModel
 from parc_jax.network.relu import ReLUNetwork
 from parc_jax.verdict.scene import Scene
 from parc_jax.verdict.screen import KNOTS, few_outputs
-from parc_jax.verdict.sized import sized
-
-LEAST_OBSTACLES = 4  # that a scene is padded to: one more that comes near compiles nothing
+from parc_jax.verdict.sized import roomy
 
 
 @struct.dataclass
 class Placed:
     """A question on the device.
 
-    few, knots: the network with the outputs of some knots only. scene: padded to its size class; n
-    () of its obstacles are no padding. ends: the bins and where their plans may end. at: (n_p,) [m]
-    the one start of all plans, None for any.
+    few, knots: the network with the outputs of some knots only. scene: with room for more
+    obstacles. ends: the bins and where their plans may end. at: (n_p,) [m] the one start of all
+    plans, None for any.
     """
 
     net: ReLUNetwork
@@ -30,7 +28,6 @@ class Placed:
     knots: jax.Array
     tube: Tube
     scene: Scene
-    n: jax.Array
     ends: BinEnds
     at: jax.Array | None
 
@@ -47,9 +44,8 @@ def _placed(model: TrajectoryModel, scene: Scene) -> Placed:
         model, ("placed", n_knots, jax.config.jax_default_device), lambda: _of_model(model, n_knots)
     )
     far = np.float64(np.inf) if scene.beyond is None else scene.beyond
-    padded = sized(scene, LEAST_OBSTACLES).replace(beyond=far)
-    n = np.flatnonzero(scene.obstacles.active.any(axis=1)).max(initial=-1) + 1
-    own = (padded, np.int32(n), ends_of(model.tube, scene), scene.at)
+    padded = roomy(scene).replace(directions=None, problem=None, apart=None, at=None, beyond=far)
+    own = (padded, ends_of(model.tube, scene), scene.at)
     with x64():
         return Placed(*about, *jax.device_put(own))
 

@@ -63,7 +63,7 @@ class SafePolytope:
             parts = _cell_rows(model.net, model.tube, scene.arrays, self.pattern, self.bin, lo, hi)
         A, b, C, d = (np.asarray(x) for x in parts)
         rows, bounds = [A], [b]
-        active = np.asarray(scene.obstacles.active)
+        active = np.asarray(scene.obstacles.active)[: len(self.w)]
         points = self.corridor.points
         C = C.reshape(len(C), model.n_points, model.n_p, -1)[:, points]
         d = d.reshape(len(d), model.n_points, model.n_p)[:, points]

@@ -5,6 +5,7 @@ The support of such errors takes many products, of a box one per axis, and a pla
 every knot. Plans are many; the corridors and bins that meet are few.
 """
 
+from collections.abc import Sequence
 from typing import NamedTuple
 
 import jax
@@ -15,12 +16,14 @@ from parc_jax.arrays import in_chunks, remembered, x64
 from parc_jax.claim.error_set import ErrorSet, ErrorTemplate, at
 from parc_jax.cover.choose import ByBin
 from parc_jax.cover.corridor import Corridor
-from parc_jax.obstacles.grown import bucket
+from parc_jax.verdict.sized import LEAST_OBSTACLES, size_class
 
 AT_ONCE = 64  # (corridor, bin) pairs per compiled call
 CORRIDORS = 4  # corridors per compiled call, of which all bins are asked at a few knots
 LEAST_ROWS = 512  # of the table; it grows by fours, for few compiled shapes
 MOST_BYTES = 2**29  # of the table, before it is begun anew
+LEAST_KNOWN = 256  # directions of a scene's table that are told, if that is not much more
+MUCH = 2**26  # [bytes]
 
 
 class Thresholds:
@@ -34,8 +37,8 @@ class Thresholds:
         self._table = np.zeros((0, 0))
 
     def of(self, corridors: tuple[Corridor, ...], corridor: np.ndarray, bins: np.ndarray):
-        """Row (pairs,) of each pair in a table (rows, o, T, i), and the table; corridor (pairs,)
-        numbers of corridors, which stay theirs, bins (pairs,).
+        """Row (pairs,) of each pair in a table (rows, o, T, i) with room for more obstacles, and
+        the table; corridor (pairs,) numbers of corridors, which stay theirs, bins (pairs,).
         """
         n_bins = len(jax.tree.leaves(self._errors)[0])
         name = corridor * n_bins + bins % n_bins
@@ -48,17 +51,13 @@ class Thresholds:
         return np.array([self._row[n] for n in asked.tolist()], int)[place], self._table
 
     def _add(self, corridors, new: np.ndarray, n_bins: int) -> None:
-        w = np.stack([corridors[c].w for c in np.unique(new // n_bins)])
-        support = np.stack([corridors[c].support for c in np.unique(new // n_bins)])
-        of = np.searchsorted(np.unique(new // n_bins), new // n_bins)
-        points = corridors[0].points
+        used, of = np.unique(new // n_bins, return_inverse=True)
+        roomy = stacked([corridors[c] for c in used])
 
         def call(rows):
-            i = of[rows]
+            own = roomy._replace(w=roomy.w[of[rows]], support=roomy.support[of[rows]])
             with x64():
-                return np.asarray(
-                    _thresholds(self._errors, points, w[i], support[i], new[rows] % n_bins)
-                )
+                return np.asarray(_thresholds(self._errors, own, new[rows] % n_bins))
 
         found = in_chunks(len(new), AT_ONCE, call)
         first = len(self._row)
@@ -78,47 +77,75 @@ def at_few_knots(errors: ErrorSet, corridors: list[Corridor], knots: np.ndarray)
     if not corridors:
         return []
     few = jax.tree.map(lambda x: x[:, knots], errors)
-    w = np.stack([c.w[:, knots] for c in corridors])
-    support = np.stack([c.support[:, knots] for c in corridors])
-    points = corridors[0].points
+    roomy = stacked(corridors)
+    w, support = roomy.w[:, :, knots], roomy.support[:, :, knots]
 
     def call(rows):
+        own = roomy._replace(w=w[rows], support=support[rows])
         with x64():
-            return np.asarray(_in_all_bins(few, points, w[rows], support[rows]), np.float32)
+            return np.asarray(_in_all_bins(few, own), np.float32)
 
     return list(in_chunks(len(corridors), CORRIDORS, call))
 
 
-def _of_one(errors: ErrorSet, points, w, support, bin):
+class Stacked(NamedTuple):
+    """Corridors (c, ...) with room for more obstacles, the first `count` of which are there: w (c,
+    o, T, n_p), support (c, o, T), points (o, i).
+    """
+
+    w: np.ndarray
+    support: np.ndarray
+    points: np.ndarray
+    count: np.ndarray
+
+
+def stacked(corridors: Sequence[Corridor]) -> Stacked:
+    """At least one, all about the same obstacles."""
+    n, *_ = corridors[0].w.shape
+    size = size_class(n, LEAST_OBSTACLES)
+    w = np.zeros((len(corridors), size, *corridors[0].w.shape[1:]))
+    support = np.full(w.shape[:-1], -np.inf)
+    for i, one in enumerate(corridors):
+        w[i, :n], support[i, :n] = one.w, one.support
+    points = np.pad(corridors[0].points, ((0, size - n), (0, 0)))
+    return Stacked(w, support, points, np.int32(n))
+
+
+def _of_one(errors: ErrorSet, points, count, w, support, bin):
     """(o, T, i) thresholds of one corridor in one bin, as `Corridor.threshold`. Kernel.
 
-    Interval by interval and point by point innermost: errors of a bin stay in cache.
+    Interval by interval innermost: errors of a point in a bin stay in cache.
     """
     mine = at(errors, bin)
-    slots = []
-    for slot in range(points.shape[1]):
-        allowed = jax.tree.map(lambda x: x.swapaxes(0, 1), at(mine, np.s_[:, points[:, slot]]))
-        back = tuple(-w[..., axis] for axis in range(w.shape[-1]))
-        slots.append(support + allowed.support_by_axis(back))
-    return jnp.stack(slots, axis=-1)
+
+    def look(o, found):
+        back = tuple(-w[o, :, axis] for axis in range(w.shape[-1]))
+        slots = [
+            support[o] + at(mine, (slice(None), point)).support_by_axis(back) for point in points[o]
+        ]
+        return found.at[o].set(jnp.stack(slots, axis=-1))
+
+    nothing = jnp.zeros((*support.shape, points.shape[1]), support.dtype)
+    return jax.lax.fori_loop(0, count, look, nothing)
 
 
 @jax.jit
-def _thresholds(errors, points, w, support, bins):
-    points = jnp.asarray(points)
-    one = lambda x: _of_one(errors, points, *x)  # noqa: E731
-    return jax.lax.map(one, (w, support, bins))
+def _thresholds(errors, some: Stacked, bins):
+    points = jnp.asarray(some.points)
+    one = lambda x: _of_one(errors, points, some.count, *x)  # noqa: E731
+    return jax.lax.map(one, (some.w, some.support, bins))
 
 
 @jax.jit
-def _in_all_bins(errors, points, w, support):
-    points = jnp.asarray(points)
+def _in_all_bins(errors, some: Stacked):
+    points = jnp.asarray(some.points)
     bins = jnp.arange(len(jax.tree.leaves(errors)[0]))
 
     def one(corridor):
-        return jax.lax.map(lambda b: _of_one(errors, points, *corridor, b), bins)
+        of_bin = lambda b: _of_one(errors, points, some.count, *corridor, b)  # noqa: E731
+        return jax.lax.map(of_bin, bins)
 
-    return jax.lax.map(one, (w, support))
+    return jax.lax.map(one, (some.w, some.support))
 
 
 def by_bin(scene, errors: ErrorSet) -> ByBin | None:
@@ -127,49 +154,74 @@ def by_bin(scene, errors: ErrorSet) -> ByBin | None:
     """
     if not isinstance(errors, ErrorTemplate):
         return None
-    w = scene.directions.w
-    unique, which = np.unique(w.reshape(-1, w.shape[2]), axis=0, return_inverse=True)
-    sets = int(np.prod(errors.half.shape[:-2]))
-    if 4 * sets * len(unique) > MOST_BYTES:
+    n_o, n_d, n_p = scene.directions.w.shape
+    w = scene.directions.w[: int(scene.count)].reshape(-1, n_p)
+    unique, found = np.unique(w, axis=0, return_inverse=True)
+    which = np.zeros((n_o, n_d), int)
+    which[: int(scene.count)] = found.reshape(-1, n_d)
+    n, bytes_each = len(unique), 4 * int(np.prod(errors.half.shape[:-2]))
+    if bytes_each * n > MOST_BYTES:
         return None
-    unique = np.pad(unique, ((0, bucket(len(unique)) - len(unique)), (0, 0)), mode="edge")
+    size = size_class(n, LEAST_KNOWN if bytes_each * LEAST_KNOWN <= MUCH else 1)
+    unique = np.pad(unique, ((0, size - n), (0, 0)))
 
     def make():
         with x64():
             rough = jax.device_put(jax.tree.map(np.float32, errors))
-            return rough, _along(rough, unique.astype(np.float32))
+            return rough, _along(rough, unique.astype(np.float32), np.int32(n))
 
     name = ("fan", unique.shape, unique.tobytes())
     rough, lost = remembered(errors.half, name, make)
-    return ByBin(rough, np.zeros(0, int), lost, which.reshape(w.shape[:2]))
+    return ByBin(rough, np.zeros(0, int), lost, which)
 
 
 @jax.jit
-def _along(errors, w):
-    """(n_bins, n_points, T, u) how far errors (n_bins, T, n_points) reach along -w (u, n_p)."""
-    lost = jax.lax.map(lambda one: errors.support(-one), w)
-    return lost.transpose(1, 3, 2, 0)
+def _along(errors, w, n):
+    """(n_bins, n_points, T, u) how far errors (n_bins, T, n_points) reach along the first n of -w
+    (u, n_p).
+    """
+    w = jnp.asarray(w)
+
+    def of_one(u, lost):
+        return lost.at[u].set(errors.support(-w[u]))
+
+    nothing = jnp.zeros((len(w), *errors.half.shape[:3]), w.dtype)
+    return jax.lax.fori_loop(0, n, of_one, nothing).transpose(1, 3, 2, 0)
+
+
+def columns_of(path, point, n_p: int) -> list:
+    """The coordinates (t,) of a point on its path (t, n_c), an array each. Kernel.
+
+    Where there is one point it is known which, and its columns are read in place.
+    """
+    point = 0 if path.shape[1] == n_p else point
+    return [path[:, point * n_p + axis] for axis in range(n_p)]
 
 
 class Looked(NamedTuple):
-    """Conditions of which thresholds are looked up. w (c, n_p, o, t). points (o, i). threshold:
-    (c, n_bins, o, t, i) or (rows, o, t, i).
+    """Conditions of which thresholds are looked up. w (o, c, n_p, t). points (o, i), count: as of
+    `Stacked`. threshold: (c, n_bins, o, t, i) or (rows, o, t, i).
     """
 
     w: jax.Array
     points: jax.Array
+    count: jax.Array
     threshold: jax.Array
 
     def met(self, threshold, corridor, *paths):
         """Are all conditions of a corridor met on all of some paths (t, n_c)? threshold (o, t, i).
         Kernel.
         """
-        w = self.w[corridor]
-        met = jnp.ones(w.shape[1:], bool)
-        for slot in range(self.points.shape[1]):
-            own = self.points[:, slot]
-            for path in paths:
-                columns = [path.T[own * len(w) + axis] for axis in range(len(w))]
-                along = sum(x * y for x, y in zip(w, columns, strict=True))
-                met &= along > threshold[..., slot]
-        return met.all()
+        points, n_p = jnp.asarray(self.points), self.w.shape[2]
+
+        def look(o, met):
+            w = self.w[o][corridor]
+            clear = jnp.ones(w.shape[1], bool)
+            for slot, point in enumerate(points[o]):
+                for path in paths:
+                    columns = columns_of(path, point, n_p)
+                    along = sum(x * y for x, y in zip(w, columns, strict=True))
+                    clear &= along > threshold[o, :, slot]
+            return met & clear.all()
+
+        return jax.lax.fori_loop(0, self.count, look, jnp.ones((), bool))

@@ -192,9 +192,10 @@ def _safe_polytope(model: TrajectoryModel, scene: Scene, part: dict) -> SafePoly
 
 def corridor_of(scene: Scene, tube: Tube, part: dict) -> Corridor:
     """The corridor of a certificate, each direction rounded as when it was chosen."""
-    active = scene.obstacles.active
     table = scene.directions
     assert table is not None  # the scene of an answer has them
+    n = len(table.multipliers)
+    active = scene.obstacles.active[:n]
     w = np.zeros((*active.shape, table.w.shape[2]))
     support = np.full(active.shape, -np.inf)
     multipliers = np.empty(active.shape, object)
@@ -211,7 +212,8 @@ def corridor_of(scene: Scene, tube: Tube, part: dict) -> Corridor:
                 multipliers[o, t] = m
             first = end
     p0, k = (np.array(nearest_floats(part[name])) for name in ("p0", "k"))
-    return Corridor(w, support, multipliers, scene.obstacles.points, p0, k, scene.apart)
+    points = scene.obstacles.points[:n]
+    return Corridor(w, support, multipliers, points, p0, k, scene.apart)
 
 
 def _no_plan(certificate: dict | None, volumes: dict | None) -> NoPlan | None:

@@ -21,6 +21,7 @@ from parc_jax.verdict.scene import (
     goal_box,
     scene_of,
 )
+from parc_jax.verdict.sized import roomy
 
 
 def near_scene(problem: ReachAvoid, model) -> Scene:
@@ -33,18 +34,21 @@ def near_scene(problem: ReachAvoid, model) -> Scene:
     extent, slack = extent_in(problem, model)
     found = apart(problem, parts, extent, slack)
     if not np.isfinite(found.beyond):
-        return scene_of(problem, model)
-    return bare_scene(problem, model, found.kept).replace(
+        return roomy(scene_of(problem, model)).replace(beyond=np.float64(np.inf))
+    near = bare_scene(problem, model, found.kept).replace(
         directions=direction_table(problem, model.n_p, found.kept),
         problem=problem,
         beyond=np.float64(found.beyond),
         apart=found,
     )
+    return roomy(near)
 
 
 def whole_scene(scene: Scene, model) -> Scene:
     """The scene with all of its obstacles, for what asks of each, or of plans that miss."""
-    return scene if scene.apart is None else scene_of(scene.problem, model)
+    if scene.apart is None:
+        return scene
+    return roomy(scene_of(scene.problem, model)).replace(beyond=np.float64(np.inf))
 
 
 def extent_in(problem: ReachAvoid, model) -> tuple[Extent, float]:

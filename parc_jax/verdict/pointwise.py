@@ -99,35 +99,52 @@ def verdict(net: ReLUNetwork, tube: Tube, scene: Scene, p0, k) -> Verdicts:
     return Verdicts(*seen, clearance(scene, seen.path, tube.during(seen.bin)))
 
 
-def verdict_in_turn(net: ReLUNetwork, tube: Tube, scene: Scene, n, p0, k) -> Verdicts:
-    """The same, of the first n obstacles one after another, and no further than one that is
-    touched: its clearance is then of those looked at. Kernel, not for vmap.
+def verdict_in_turn(net: ReLUNetwork, tube: Tube, scene: Scene, p0, k) -> Verdicts:
+    """The same, of the obstacles one after another, and no further than one that is touched: its
+    clearance is then of those looked at. Kernel, not for vmap.
     """
     seen = prediction(net, tube, scene, p0, k)
     errors = tube.during(seen.bin)
 
     def look(state):
         o, nearest = state
-        one = scene.replace(obstacles=scene.obstacles.only(o))
-        return o + 1, jnp.minimum(nearest, clearance(one, seen.path, errors))
-
-    far = jnp.asarray(jnp.inf if scene.beyond is None else scene.beyond, seen.path.dtype)
+        return o + 1, _nearer(scene, o, seen.path, errors, nearest)
 
     def clear_so_far(state):
         o, nearest = state
-        return seen.reaches & (o < n) & (nearest > 0)
+        return seen.reaches & (o < scene.count) & (nearest > 0)
 
-    return Verdicts(*seen, jax.lax.while_loop(clear_so_far, look, (jnp.zeros_like(n), far))[1])
+    begin = jnp.zeros_like(scene.count), _far(scene, seen.path)
+    return Verdicts(*seen, jax.lax.while_loop(clear_so_far, look, begin)[1])
 
 
 def clearance(scene: Scene, path, errors: ErrorSet):
     """Smallest gap [m] of a path (T + 1, n_c) with errors (T, n_points) from all active obstacles,
     less the slack; of a plan that reaches the goal.
     """
-    gap, w = scene.obstacles.gaps(path, errors)
+    if scene.count is None:
+        return jnp.minimum(_nearest(scene, scene.obstacles, path, errors), _far(scene, path))
+
+    def look(o, nearest):
+        return _nearer(scene, o, path, errors, nearest)
+
+    return jax.lax.fori_loop(0, scene.count, look, _far(scene, path))
+
+
+def _nearer(scene: Scene, o, path, errors: ErrorSet, nearest):
+    return jnp.minimum(nearest, _nearest(scene, scene.obstacles.only(o), path, errors))
+
+
+def _nearest(scene: Scene, obstacles, path, errors: ErrorSet):
+    """The smallest gap from some of a scene's obstacles."""
+    gap, w = obstacles.gaps(path, errors)
     gap = gap - scene.slack * jnp.abs(w).sum(axis=-1)
-    nearest = jnp.where(scene.obstacles.active, gap, jnp.inf).min()
-    return nearest if scene.beyond is None else jnp.minimum(nearest, scene.beyond)
+    return jnp.where(obstacles.active, gap, jnp.inf).min()
+
+
+def _far(scene: Scene, path):
+    """How far all else is away."""
+    return jnp.asarray(jnp.inf if scene.beyond is None else scene.beyond, path.dtype)
 
 
 def anchored(net: ReLUNetwork, tube: Tube, scene: Scene, z, k) -> tuple[jax.Array, jax.Array]:

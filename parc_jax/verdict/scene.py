@@ -13,7 +13,7 @@ from parc_jax.network.predict import Layout
 from parc_jax.network.rounding import UNIT, rounding_bound
 from parc_jax.obstacles.apart import Apart
 from parc_jax.obstacles.directions import DirectionTable, direction_table
-from parc_jax.obstacles.grown import GrownObstacles, bucket, grown_obstacles
+from parc_jax.obstacles.grown import GrownObstacles, bucket, grown_obstacles, numbered_pairs
 from parc_jax.obstacles.pairs import Pairs, pairs_of
 from parc_jax.problem import ReachAvoid, require_points
 from parc_jax.sets.bounding_box import bounding_box
@@ -37,6 +37,8 @@ class Scene:
     beyond: () [m] what is not among the obstacles stays farther away from every plan that reaches;
         None where nothing was left out. apart: what was left out, for the host only.
     at: (n_p,) [m] the one start of all plans that are asked for, None for any; for the host only.
+    count: () the first so many of the obstacles are no padding, and only these are looked at, one
+        after another; None in a scene of a batch, where all are looked at side by side.
     """
 
     goal_A: np.ndarray
@@ -54,6 +56,7 @@ class Scene:
     beyond: np.ndarray | None = None
     apart: Apart | None = struct.field(pytree_node=False, default=None)
     at: np.ndarray | None = struct.field(pytree_node=False, default=None)
+    count: np.ndarray | None = None
 
     @property
     def arrays(self) -> "Scene":
@@ -86,7 +89,8 @@ def bare_scene(problem: ReachAvoid, model, kept: Sequence[int] | None = None) ->
     goal, first = _padded(problem.goal), _padded(start)
     k_lo, k_hi = model.domain.lo, model.domain.hi
     slack = float_slack(model, size)
-    return Scene(*goal, *first, z_lo, z_hi, k_lo, k_hi, grown, None, slack)
+    count = np.int32(len(numbered_pairs(problem, kept)))
+    return Scene(*goal, *first, z_lo, z_hi, k_lo, k_hi, grown, None, slack, count=count)
 
 
 def check_fits(problem: ReachAvoid, model) -> None:

@@ -30,6 +30,7 @@ CHUNK = 512  # points per compiled call: intermediates stay in cache
 KNOT_CHUNK = 2048  # the same for the test at a few knots
 # at which that test is made: in closed form it costs little, for hulls more than it mostly saves
 KNOTS = {GrownObstacles: 12, Pairs: 3}
+COMPARED = 32  # intervals, about, among which the one that looks worst is sought
 ITEMS = 2048  # open obstacle-interval pairs per compiled call
 # all three; where every pair is a search for a direction, what only fills up a call costs much
 SIZES = {GrownObstacles: (KNOT_CHUNK, CHUNK, ITEMS), Pairs: (512, 256, 256)}
@@ -52,11 +53,16 @@ def knot_test(few: ReLUNetwork, knots, tube, scene: Scene, z, k, facets: Facets 
     # the interval that a knot begins
     at = jnp.minimum(jnp.concatenate([jnp.zeros(1, int), knots]), tube.n_steps - 1)
     if facets is None or facets.inside is None:
-        touching = scene.obstacles.touching(path, tube.during(bin, at))
+        places, errors = path, tube.during(bin, at)
     else:  # one error of each set will do
-        off = facets.inside[bin, at].reshape(path.shape)
-        touching = scene.obstacles.touching(path + off, no_errors(tube, len(path)))
-    return reaches, reaches & ~(touching & scene.obstacles.active[:, at]).any()
+        places = path + facets.inside[bin, at].reshape(path.shape)
+        errors = no_errors(tube, len(path))
+
+    def look(o, outside):
+        one = scene.obstacles.only(o)
+        return outside & ~(one.touching(places, errors) & one.active[:, at]).any()
+
+    return reaches, jax.lax.fori_loop(0, scene.count, look, reaches)
 
 
 def no_errors(tube, n: int) -> ErrorBox:
@@ -68,8 +74,8 @@ class FacetTest(NamedTuple):
     """What the test with facet normals tells; leading axis b. p0, path, pattern, bin: as in
     Verdicts.
 
-    possible (b,): reaches, and touches nothing in the interval that looks worst. open (b, o, T): no
-    facet separates.
+    possible (b,): reaches, and touches nothing in the interval that looks worst of some that are
+    compared. open (b, o, T): no facet separates.
     """
 
     p0: np.ndarray
@@ -85,11 +91,21 @@ def facet_test(net, tube, scene: Scene, z, k, facets: Facets) -> FacetTest:
     offsets, _, _ = predict(net, tube.layout, k)
     p0 = z - offsets[-1, : len(z)]
     seen = prediction(net, tube, scene, p0, k)
-    table = scene.directions
-    n_facets = table.n_facets
-    gap = facets.gap(seen.path, tube, seen.bin, table.support[:, :n_facets], scene.slack)
-    gap = jnp.where(scene.obstacles.active, gap, jnp.inf)
-    o, t = jnp.unravel_index(jnp.argmin(gap), gap.shape)
+
+    active = jnp.asarray(scene.obstacles.active)
+    step = max(1, active.shape[1] // COMPARED)
+
+    def look(o, state):
+        worst, at, open_ = state
+        gap = facets.gap(o, seen.path, tube, seen.bin, scene)
+        gap = jnp.where(active[o], gap, jnp.inf)
+        some = gap[::step]
+        i = jnp.argmin(some)
+        at = jnp.where(some[i] < worst, jnp.stack([o, step * i.astype(o.dtype)]), at)
+        return jnp.minimum(worst, some[i]), at, open_.at[o].set(~(gap > 0))
+
+    nothing = jnp.full((), jnp.inf), jnp.zeros(2, jnp.int32), jnp.zeros(active.shape, bool)
+    worst, (o, t), open_ = jax.lax.fori_loop(0, scene.count, look, nothing)
     knots = seen.path[t], seen.path[t + 1]
     if facets.inside is None:
         touching = ~_separated(tube, scene, *knots, seen.bin, o, t)
@@ -97,8 +113,8 @@ def facet_test(net, tube, scene: Scene, z, k, facets: Facets) -> FacetTest:
         off = facets.inside[seen.bin, t].ravel()
         gap_there, _ = scene.obstacles.gap(o, *(p + off for p in knots), at(no_errors(tube, 1), 0))
         touching = gap_there < 0
-    touching &= ~(gap[o, t] > 0)
-    return FacetTest(p0, seen.path, seen.pattern, seen.bin, seen.reaches & ~touching, ~(gap > 0))
+    possible = seen.reaches & ~(touching & ~(worst > 0))
+    return FacetTest(p0, seen.path, seen.pattern, seen.bin, possible, open_)
 
 
 def few_outputs(model: TrajectoryModel, n_knots: int) -> tuple[ReLUNetwork, np.ndarray]:

@@ -64,7 +64,7 @@ def test_in_turn_and_side_by_side_find_the_same_plans(question, monkeypatch):
     first_module._first_safe.clear_cache()
     model, problem = question()
     asked = placed(model, near_scene(problem, model))
-    (device,) = asked.n.devices()
+    (device,) = asked.scene.count.devices()
     found = []
     for key in KEYS[:8]:
         for n in (4, MOST):
