@@ -38,7 +38,7 @@ class Simulator:
         self.system = system
         self.traceable = is_traceable(system)
         self.double = np.dtype(getattr(system, "dtype", np.float64)) == np.float64
-        self._many = jax.jit(jax.vmap(system.rollout)) if self.traceable else system.rollout_batch
+        self._many = jitted_rollouts(system) if self.traceable else system.rollout_batch
         self._content = content_of(system)
         self._compiled: set = set()
         self._compiling = threading.Lock()
@@ -174,6 +174,14 @@ def in_columns(system, trajectory: Trajectory) -> Trajectory:
         return trajectory
     p = trajectory.p if isinstance(trajectory.p, jax.Array) else np.asarray(trajectory.p)
     return trajectory._replace(p=p.reshape(-1, n_record + 1, n_points * system.n_p))
+
+
+def jitted_rollouts(system):
+    """jit(vmap(rollout)). On a processor with AVX-512 in vectors of that width, where XLA stops at
+    half of it: the same numbers in less time. Other processors take what they have.
+    """
+    wide = {"xla_cpu_prefer_vector_width": "512"} if jax.default_backend() == "cpu" else None
+    return jax.jit(jax.vmap(system.rollout), compiler_options=wide)
 
 
 def is_traceable(system) -> bool:

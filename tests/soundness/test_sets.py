@@ -371,7 +371,7 @@ def test_coverage_statement_is_honest_over_many_repeats():
 
 
 def test_a_dishonest_cover_is_noticed(monkeypatch):
-    import parc_jax.answer.answer as answers
+    import parc_jax.answer.findings as findings
 
     class Half(union_stage.SafeUnion):
         """Loses half of its polytopes after their coverage was stated."""
@@ -379,7 +379,7 @@ def test_a_dishonest_cover_is_noticed(monkeypatch):
         def __init__(self, model, scene, polytopes):
             super().__init__(model, scene, polytopes[: len(polytopes) // 2])
 
-    monkeypatch.setattr(answers, "SafeUnion", Half)
+    monkeypatch.setattr(findings, "SafeUnion", Half)
     assert honest_looks(repeats=3, confidence=0.9, target=0.3, fresh=5_000) == 3
 
 
