@@ -6,7 +6,7 @@ import numpy as np
 
 from parc_jax.body import numbered
 from parc_jax.claim.error_set import at
-from parc_jax.obstacles.apart import Extent, apart, extent_of, spans_of
+from parc_jax.obstacles.apart import Apart, Extent, apart, extent_of, spans_of
 from parc_jax.obstacles.directions import direction_table
 from parc_jax.obstacles.grown import exists
 from parc_jax.obstacles.polygon import corners
@@ -28,11 +28,7 @@ def near_scene(problem: ReachAvoid, model) -> Scene:
     """The scene of a problem, without the obstacles that are proved apart from every plan that ends
     in the goal. Raises InputError as `scene_of` does.
     """
-    check_fits(problem, model)
-    _check_obstacles(problem, model.time.n_steps)
-    parts = numbered(problem.body, model.points)
-    extent, slack = extent_in(problem, model)
-    found = apart(problem, parts, extent, slack)
+    found = apart_from_plans(problem, model)
     if not np.isfinite(found.beyond):
         return roomy(scene_of(problem, model)).replace(beyond=np.float64(np.inf))
     near = bare_scene(problem, model, found.kept).replace(
@@ -42,6 +38,23 @@ def near_scene(problem: ReachAvoid, model) -> Scene:
         apart=found,
     )
     return roomy(near)
+
+
+def bare_near_scene(problem: ReachAvoid, model) -> Scene:
+    """The same as one of a batch takes it: without the table of directions, without padding."""
+    found = apart_from_plans(problem, model)
+    return bare_scene(problem, model, found.kept).replace(beyond=np.float64(found.beyond))
+
+
+def apart_from_plans(problem: ReachAvoid, model) -> Apart:
+    """Which obstacles any plan that ends in the goal may come near. Raises InputError as `scene_of`
+    does.
+    """
+    check_fits(problem, model)
+    _check_obstacles(problem, model.time.n_steps)
+    parts = numbered(problem.body, model.points)
+    extent, slack = extent_in(problem, model)
+    return apart(problem, parts, extent, slack)
 
 
 def whole_scene(scene: Scene, model) -> Scene:

@@ -22,15 +22,15 @@ def size_class(n: int, least: int = 1) -> int:
     return max(least, 1 << max(n - 1, 0).bit_length())
 
 
-def sized(scene: Scene) -> Scene:
+def sized(scene: Scene, least_obstacles: int = 1) -> Scene:
     """One scene of a batch padded to its size class, as a kernel takes it: without what only the
-    host reads.
+    host reads. least_obstacles: to which it is padded at least.
     """
     obstacles = scene.obstacles
     corners = obstacles.vertices if isinstance(obstacles, Pairs) else obstacles.corner
     n_o, n_m, n_p = corners.shape
     return _with_more_rows(scene).replace(
-        obstacles=_padded(obstacles, size_class(n_o), size_class(n_m, 2**n_p)),
+        obstacles=_padded(obstacles, size_class(n_o, least_obstacles), size_class(n_m, 2**n_p)),
         directions=None,
         problem=None,
         apart=None,
