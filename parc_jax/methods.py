@@ -24,9 +24,8 @@ from parc_jax.published.scene import paper_scene
 from parc_jax.published.search import paper_search
 from parc_jax.pwa import RegionTable
 from parc_jax.settings import Settings
-from parc_jax.verdict.near import whole_scene
 from parc_jax.verdict.pointwise import verdicts
-from parc_jax.verdict.scene import Scene, no_end_fits
+from parc_jax.verdict.scene import Scene, no_end_fits, scene_of
 from parc_jax.volume_bounds.no_plan import PROVED, NoPlan, prove_no_plan
 
 MAX_LEAVES = 20_000  # boxes of a branch and bound; a certificate has a few hundred bytes per box
@@ -68,7 +67,7 @@ class Exact:
         if nothing and scene.at is None:  # a proof would be about any start
             no_plan = prove_no_plan(
                 model,
-                whole_scene(scene, model),
+                scene_of(scene.problem, model),  # of what is there alone: boxes look at all of it
                 budget_s=settings.no_plan_budget_s,
                 max_leaves=MAX_LEAVES,
             )
