@@ -37,7 +37,7 @@ def test_several_processes_report_what_one_does(processes):
 
 @pytest.mark.parametrize(
     "bad",
-    [{("samples", 4)}, {("samples", 6), ("samples", 3)}, {("corridors", 1), ("sets", 0)}],
+    [[("samples", 4)], [("samples", 6), ("samples", 3)], [("corridors", 1), ("sets", 0)]],
     ids=str,
 )
 def test_the_first_rejected_entry_is_told(bad):
