@@ -84,4 +84,11 @@ NEAR = (
         "jnp.inf",
         (LEFT_OUT,),
     ),
+    Fault(
+        "the_last_obstacle_is_taken_for_padding",
+        "parc_jax/verdict/scene.py",
+        "np.int32(len(numbered_pairs(problem, kept)))",
+        "np.int32(len(numbered_pairs(problem, kept)) - 1)",
+        ("tests/verdict/test_near.py::test_a_thousand_obstacles_are_as_many_rows_as_matter",),
+    ),
 )

@@ -194,7 +194,7 @@ class Corridors:
             at_few = Looked(*at_few.about, looked_up)
         with x64():
             if self._thresholds is not None:
-                return jax.device_put(_Stacked((w, points, count), at_few))
+                return jax.device_put(_Stacked(_Directions(w, points, count), at_few))
             errors, at_few = jax.device_put((self.tube.errors, at_few))
             at_all = jax.device_put(tuple(zip(*own, strict=True)))
             return _Stacked(tuple(_OfOne(*one, errors) for one in at_all), at_few)
@@ -269,12 +269,20 @@ def _clear(w, support, points, errors: ErrorSet, paths):
     return clear.all()
 
 
+class _Directions(NamedTuple):
+    """What corridors ask where thresholds are looked up: w, points, count, as of `_Conditions`."""
+
+    w: jax.Array
+    points: jax.Array
+    count: jax.Array
+
+
 class _Stacked(NamedTuple):
     """Conditions at all intervals, in float64, obstacle by obstacle where nothing is looked up; and
     at a few, in float32.
     """
 
-    at_all: tuple[_OfOne, ...] | tuple
+    at_all: tuple[_OfOne, ...] | _Directions
     at_few: _Conditions | Looked
 
 

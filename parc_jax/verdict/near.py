@@ -30,7 +30,7 @@ def near_scene(problem: ReachAvoid, model) -> Scene:
     """
     found = apart_from_plans(problem, model)
     if not np.isfinite(found.beyond):
-        return roomy(scene_of(problem, model)).replace(beyond=np.float64(np.inf))
+        return _with_all(problem, model)
     near = bare_scene(problem, model, found.kept).replace(
         directions=direction_table(problem, model.n_p, found.kept),
         problem=problem,
@@ -59,9 +59,11 @@ def apart_from_plans(problem: ReachAvoid, model) -> Apart:
 
 def whole_scene(scene: Scene, model) -> Scene:
     """The scene with all of its obstacles, for what asks of each, or of plans that miss."""
-    if scene.apart is None:
-        return scene
-    return roomy(scene_of(scene.problem, model)).replace(beyond=np.float64(np.inf))
+    return scene if scene.apart is None else _with_all(scene.problem, model)
+
+
+def _with_all(problem: ReachAvoid, model) -> Scene:
+    return roomy(scene_of(problem, model)).replace(beyond=np.float64(np.inf))
 
 
 def extent_in(problem: ReachAvoid, model) -> tuple[Extent, float]:
