@@ -107,6 +107,30 @@ COUNTED = (
         (RARE,),
     ),
     Fault(
+        "half_a_run_is_discarded",
+        "parc_jax/claim/counts.py",
+        "or not isinstance(value, Integral) ",
+        "",
+        (f"{CALIBRATE}::test_a_number_of_discards_is_a_number",),
+    ),
+    Fault(
+        "failed_runs_counted_as_recordings",
+        "parc_jax/claim/calibrate.py",
+        "np.isinf(scores.by_group())",
+        "np.isinf(scores.score)",
+        ("tests/claim/test_fresh.py::test_recordings_fail_not_runs",),
+    ),
+    Fault(
+        "recordings_called_runs",
+        "parc_jax/claim/claim.py",
+        "return RECORDINGS if RECORDED_ROWS in self.evidence else RUNS",
+        "return RUNS",
+        (
+            "tests/claim/test_fresh.py::test_recordings_fail_not_runs",
+            "tests/claim/test_fresh.py::test_the_score_of_a_group_is_its_worst",
+        ),
+    ),
+    Fault(
         "discards_cost_nothing",
         "parc_jax/claim/counts.py",
         "if discard == 0 else float(bdtr(float(discard), n, eps))",

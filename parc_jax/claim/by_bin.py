@@ -19,7 +19,14 @@ from parc_jax.claim.calibrate import (
     scaled,
 )
 from parc_jax.claim.claim import ErrorClaim, error_claim
-from parc_jax.claim.counts import as_probability, most_discards, required_runs
+from parc_jax.claim.counts import (
+    MOST,
+    as_probability,
+    check_count,
+    check_discard,
+    most_discards,
+    required_runs,
+)
 from parc_jax.claim.fresh import check_fresh
 from parc_jax.claim.intersample import DISCRETE_TIME
 from parc_jax.claim.profile import runs_per_bin
@@ -56,6 +63,8 @@ def calibrate_bins(
     in place of one bin; None = of every bin its own. Arguments as in `calibrate`; discard counts
     per claim, "most" = as many as each allows. Raises InputError.
     """
+    check_discard(discard)
+    check_count("looks", looks, 1, "1 for a holdout that is used once")
     check_fresh(scores, train)
     if scores.groups is not None:
         raise InputError(
@@ -74,13 +83,13 @@ def calibrate_bins(
     for number in range(n_blocks):
         inside = scores.score[(numbers == number).any(axis=1)]
         allowed = most_discards(len(inside), float(eps), share_of_delta)
-        wanted = max(allowed, 0) if discard == "most" else discard
+        wanted = max(allowed, 0) if discard == MOST else discard
         if wanted <= allowed:
             scale[number] = kept_maximum(inside, wanted)
             block_eps[number], _ = pac_label(len(inside), eps, share_of_delta, discard)
             discards.append(wanted)
     if not discards:
-        needed = required_runs(float(eps), share_of_delta, 0 if discard == "most" else discard)
+        needed = required_runs(float(eps), share_of_delta, 0 if discard == MOST else discard)
         raise InputError(
             f"calibrate_bins: expected at least {needed:,} runs in a bin; the fullest of "
             f"{n_blocks} holds "

@@ -1,16 +1,26 @@
 """A fresh holdout and a profile -> a tube and a claim. [T1, T2, T9]"""
 
 from fractions import Fraction
+from math import ceil
 
 import numpy as np
 
 from parc_jax.arrays import content_hash
 from parc_jax.claim.claim import ErrorClaim, error_claim
-from parc_jax.claim.counts import as_probability, most_discards, required_runs, supported_eps
+from parc_jax.claim.counts import (
+    MOST,
+    as_probability,
+    check_count,
+    check_discard,
+    most_discards,
+    required_runs,
+    supported_eps,
+)
 from parc_jax.claim.fresh import check_fresh
 from parc_jax.claim.intersample import DISCRETE_TIME, AccelerationBound, DiscreteTime, SpeedBound
 from parc_jax.claim.score import Scores, score_batch
 from parc_jax.claim.tube import Tube
+from parc_jax.claim.unit import RECORDED_ROWS, RUNS, Unit
 from parc_jax.errors import InputError
 from parc_jax.network.relu import ReLUNetwork
 from parc_jax.rollout.batch import RolloutBatch
@@ -55,40 +65,40 @@ def calibrate(
     Runs that come in groups (parts of one recording) count as one: n is the number of groups, and
     the score of a group is its worst. Raises InputError, also for repeated runs and near copies.
     """
+    check_discard(discard)
+    check_count("looks", looks, 1, "1 for a holdout that is used once")
     scores, time = _scored(net, holdout, profile, time)
     check_fresh(scores, train)
     eps, delta = as_probability("eps", eps), as_probability("delta", delta)
-    if looks < 1 or kind not in ("pac", "conformal"):
-        raise InputError(
-            f'calibrate: expected looks >= 1 and kind "pac" or "conformal"; got {looks}, {kind!r}.'
-        )
+    if kind not in ("pac", "conformal"):
+        raise InputError(f'calibrate: expected kind "pac" or "conformal"; got {kind!r}.')
     evidence = {"network": net.hash, "profile": profile.hash, **evidence_of(scores)}
-    independent = scores.by_group()
+    independent, unit = scores.by_group(), scores.unit
     n = len(independent)
     if train is not None:
         evidence["train"] = content_hash(train.k, train.q)
     if kind == "pac":
-        claimed, discard = pac_label(n, eps, delta / looks, discard)
-        if claimed > eps:
-            evidence["eps_asked"] = (
-                f"eps = {float(eps):g} (needs "
-                f"{required_runs(float(eps), float(delta / looks), discard):,} runs)"
-            )
+        claimed, discard = pac_label(n, eps, delta / looks, discard, unit)
+        needed = required_runs(float(eps), float(delta / looks), discard)
     else:
-        discard = int(eps * (n + 1)) - 1 if discard == "most" else discard
+        discard = max(0, int(eps * (n + 1)) - 1) if discard == MOST else discard
         claimed = Fraction(discard + 1, n + 1)
+        needed = ceil((discard + 1) / eps) - 1
         delta = None
         if claimed >= 1:
             raise InputError(
-                f"calibrate: {n} runs with {discard} discards support no claim; collect more."
+                f"calibrate: {n} {unit.many} with {discard} discards support no claim; collect "
+                "more."
             )
+    if claimed > eps:
+        evidence["eps_asked"] = f"eps = {float(eps):g} (needs {needed:,} {unit.many})"
     scale = float(kept_maximum(independent, discard))
     evidence["scale"] = scale.hex()
     term = intersample.term(time.dt_record, profile.n_p, profile.n_points)
     return error_claim(
         kind=kind,
         tube=scaled(profile, np.full(profile.n_bins, scale), term),
-        quantifier=f"{scores.each} drawn from {scores.law.describe()}",
+        quantifier=f"{scores.unit.each} drawn from {scores.law.describe()}",
         eps=claimed,
         delta=delta,
         n=n,
@@ -108,13 +118,15 @@ def kept_maximum(score: np.ndarray, discard: int) -> np.ndarray:
     return np.sort(score, axis=-1)[..., score.shape[-1] - 1 - discard]
 
 
-def pac_label(n: int, eps: Fraction, delta: Fraction, discard: int | str) -> tuple[Fraction, int]:
-    """(eps that n runs support, discards): the eps asked for where "most" of the runs beyond its
-    need are discarded; else whatever they support, less when there are more of them. All of it is
-    fixed before a run is seen. Raises InputError if they support none.
+def pac_label(
+    n: int, eps: Fraction, delta: Fraction, discard: int | str, unit: Unit = RUNS
+) -> tuple[Fraction, int]:
+    """(eps that n runs, or recordings, support, discards): the eps asked for where "most" of those
+    beyond its need are discarded; else whatever they support, less when there are more of them. All
+    of it is fixed before a run is seen. Raises InputError if they support none.
     """
-    spent = discard == "most"
-    if discard == "most":
+    spent = discard == MOST
+    if spent:
         discard = max(0, most_discards(n, float(eps), float(delta)))
     needed = required_runs(float(eps), float(delta), discard)
     if n == needed or (n > needed and spent):
@@ -122,7 +134,7 @@ def pac_label(n: int, eps: Fraction, delta: Fraction, discard: int | str) -> tup
     supported = supported_eps(n, float(delta), discard)
     if supported is None:
         raise InputError(
-            f"calibrate: {n} runs with {discard} discards support no eps at delta = "
+            f"calibrate: {n} {unit.many} with {discard} discards support no eps at delta = "
             f"{float(delta):g}; collect more."
         )
     return supported, discard
@@ -152,13 +164,13 @@ def evidence_of(scores: Scores) -> dict:
         }
         for i in order
     ]
-    grouped = {} if scores.groups is None else {"rows": scores.n}
+    grouped = {} if scores.groups is None else {RECORDED_ROWS: scores.n}
     return grouped | {
         "holdout": content_hash(scores.k, scores.score),
         "holdout_rows": [int(scores.rows.min()), int(scores.rows.max())],
         "seed": None if scores.seed is None else list(scores.seed),
         "stage": scores.stage,
-        "failed": int(np.isinf(scores.score).sum()),
+        "failed": int(np.isinf(scores.by_group()).sum()),
         "worst": worst,
     }
 

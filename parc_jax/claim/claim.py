@@ -19,6 +19,7 @@ from parc_jax.claim.risk import (
 from parc_jax.claim.statement import decimal, statement
 from parc_jax.claim.tube import Tube, refined
 from parc_jax.claim.tube_file import tube_from_json, tube_to_json
+from parc_jax.claim.unit import RECORDED_ROWS, RECORDINGS, RUNS, Unit
 from parc_jax.errors import InputError
 from parc_jax.rollout.files import write_atomic
 from parc_jax.rollout.law import LawSpec
@@ -69,8 +70,15 @@ class ErrorClaim:
     def __repr__(self) -> str:
         known = {"eps": self.eps, "delta": self.delta}
         numbers = [f"{name} {decimal(v)}" for name, v in known.items() if v is not None]
-        shown = f"{self.n:,} runs of {self.law.generator}" if self.n else self.quantifier
+        shown = (
+            f"{self.n:,} {self.unit.many} of {self.law.generator}" if self.n else self.quantifier
+        )
         return f"ErrorClaim({', '.join([self.kind, *numbers, shown])}, {self.tube})"
+
+    @property
+    def unit(self) -> Unit:
+        """What n counts."""
+        return RECORDINGS if RECORDED_ROWS in self.evidence else RUNS
 
     def statement(self) -> str:
         """The claim in full sentences. Never claims more than the kind allows."""

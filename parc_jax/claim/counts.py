@@ -2,8 +2,11 @@
 
 import math
 from fractions import Fraction
+from numbers import Integral
 
-from parc_jax.errors import InputError
+from parc_jax.errors import InputError, expected
+
+MOST = "most"  # discards: as many as the runs, eps and delta allow
 
 # covers the rounding of the binomial tail and its inverse; always towards more runs or a larger eps
 _OUTWARD = 1.0 + 1e-9
@@ -97,6 +100,18 @@ def as_probability(name: str, value) -> Fraction:
     return exact
 
 
+def check_discard(discard) -> None:
+    """Refuse what is no number of runs to leave outside, nor MOST. Raises InputError."""
+    if discard != MOST:
+        check_count("discard", discard, 0, f'0, or "{MOST}" where eps and delta decide')
+
+
+def check_count(name: str, value, least: int, hint: str) -> None:
+    """Refuse what is no whole number, or too small a one. Raises InputError."""
+    if isinstance(value, bool) or not isinstance(value, Integral) or value < least:
+        raise InputError(expected(name, f"a whole number >= {least}", value, hint))
+
+
 def _last(low: int, high: int, holds) -> int:
     """The last number from low (where it holds) to below high (where it does not) at which `holds`
     is true.
@@ -116,7 +131,4 @@ def _round_up(eps: float) -> float:
 def _check(eps: float, delta: float, discard: int) -> None:
     as_probability("eps", eps)
     as_probability("delta", delta)
-    if discard < 0:
-        raise InputError(
-            f"discard: expected a number >= 0, chosen before the holdout is seen; got {discard}."
-        )
+    check_count("discard", discard, 0, "0 runs to leave outside")

@@ -17,7 +17,14 @@ import numpy as np
 from parc_jax.claim.by_bin import block_of_bins, block_shares, calibrate_bins
 from parc_jax.claim.calibrate import Intersample, calibrate
 from parc_jax.claim.claim import ErrorClaim
-from parc_jax.claim.counts import as_probability, cheaper, required_runs
+from parc_jax.claim.counts import (
+    MOST,
+    as_probability,
+    cheaper,
+    check_count,
+    check_discard,
+    required_runs,
+)
 from parc_jax.claim.edges import choose_edges
 from parc_jax.claim.even import evened, learnt_from
 from parc_jax.claim.fitting import fitted_profile
@@ -99,6 +106,7 @@ def bound_error(
     train: RolloutBatch | None = None,
     n: int | None = None,
     profile_runs: int | None = None,
+    even: bool = False,
     discard: int | str = 0,
     looks: int = 1,
     intersample: Intersample = DISCRETE_TIME,
@@ -118,7 +126,8 @@ def bound_error(
     shape: "box", or "fitted" for faces that fit the errors, as in `BoundSettings`.
     train: the runs the network was trained on, for the profile. profile_runs: further runs for the
         profile, which is where tightness comes from (the network need not see them); None = as many
-        as the holdout. profile: one of your own instead.
+        as the holdout. even: hold some of them back, as in `BoundSettings`. profile: one of your
+        own instead of all that.
     n: holdout runs, None = as many as (eps, delta, discard, looks) need.
     discard, looks, intersample: as in `calibrate`.
     search: runs spent looking for bad ones on purpose, which only widens the tube where it finds
@@ -129,12 +138,15 @@ def bound_error(
     quiet: no progress bars, and no word about the cost when it is more than half a minute.
     Raises InputError.
     """
+    check_discard(discard)
+    check_count("looks", looks, 1, "1 for a holdout that is used once")
     asked = BoundSettings(
         eps=eps,
         delta=delta,
         bins=bins,
         shape=shape,
         profile_runs=profile_runs,
+        even=even,
         fresh=n,
         discard=discard,
         looks=looks,
@@ -296,7 +308,7 @@ def runs_ahead(
 
 def advice(asked: BoundSettings, n_nets: int = 1, spelled: str = "eps = ") -> str:
     """What would be cheaper, in words, or "" where no eps decides."""
-    if asked.fresh is not None or "bins" in asked.claims or asked.discard not in (0, "most"):
+    if asked.fresh is not None or "bins" in asked.claims or asked.discard not in (0, MOST):
         return ""
     return cheaper(asked.eps, asked.delta / (asked.looks * n_nets * len(asked.claims)), spelled)
 
@@ -325,5 +337,5 @@ def _holdout(asked: BoundSettings, looks: int) -> int:
 
 def _needed(asked: BoundSettings, looks: int) -> int:
     eps, delta = as_probability("eps", asked.eps), as_probability("delta", asked.delta)
-    discard = 0 if asked.discard == "most" else asked.discard
+    discard = 0 if asked.discard == MOST else asked.discard
     return required_runs(float(eps), float(delta / looks), discard)

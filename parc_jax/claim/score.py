@@ -14,6 +14,7 @@ from parc_jax.claim.measure import (
     measure_arrays_along,
 )
 from parc_jax.claim.tube import Tube
+from parc_jax.claim.unit import Unit, unit_of
 from parc_jax.errors import InputError
 from parc_jax.keys import Stage
 from parc_jax.network.predict import Layout, layout_of
@@ -52,9 +53,9 @@ class Scores:
         return self.score.shape[0]
 
     @property
-    def each(self) -> str:
-        """What is independent, and what a claim speaks of."""
-        return "a new rollout" if self.groups is None else "any run of a new recording"
+    def unit(self) -> Unit:
+        """What is independent."""
+        return unit_of(self.groups)
 
     def by_group(self) -> np.ndarray:
         """The independent scores: of every group its worst."""

@@ -2,15 +2,17 @@
 
 from fractions import Fraction
 
+from parc_jax.claim.unit import RECORDED_ROWS
+
 
 def statement(c) -> str:
     """The sentences of an `ErrorClaim`."""
     if not c.tube.claimed.any():
-        failed = c.evidence.get("failed", 0)
+        failed, many = c.evidence.get("failed", 0), c.unit.many
         return (
-            f"No claim: {failed:,} of {c.n:,} runs failed, with {c.discard} discards fixed "
+            f"No claim: {failed:,} of {c.n:,} {many} failed, with {c.discard} discards fixed "
             "beforehand, so no finite tube holds. Repair the system, shrink K, or calibrate on new "
-            "runs with more discards."
+            f"{many} with more discards."
         )
     sentences = [_HEAD[c.kind](c)]
     without = int((~c.tube.claimed).sum())
@@ -27,19 +29,23 @@ def decimal(value: Fraction) -> str:
 
 def _behind(c) -> str:
     """The independent runs that a claim rests on."""
-    if "rows" in c.evidence:
-        return f"{c.n:,} calibration recordings (of {c.evidence['rows']:,} runs)"
+    if RECORDED_ROWS in c.evidence:
+        return f"{c.n:,} calibration {c.unit.many} (of {c.evidence[RECORDED_ROWS]:,} runs)"
     return f"{c.n:,} calibration rollouts"
 
 
-def _pac(c) -> str:
+def _short(c) -> str:
+    """What was asked for, where it is not what n supports."""
     asked = c.evidence.get("eps_asked")
-    short = f" ({asked} was asked; {c.n:,} runs do not support it.)" if asked else ""
+    return f" ({asked} was asked; {c.n:,} {c.unit.many} do not support it.)" if asked else ""
+
+
+def _pac(c) -> str:
     by_bin = "" if c.bin_eps is None else " (the largest of them, each with its own)"
     return (
         f"With confidence {decimal(1 - c.delta)} over the {_behind(c)}, "
         f"{c.quantifier} leaves the tube at any time with probability at most "
-        f"{decimal(c.eps)}{by_bin}, in every environment.{short} {_chosen(c)} "
+        f"{decimal(c.eps)}{by_bin}, in every environment.{_short(c)} {_chosen(c)} "
         "For a single hand-picked k: no probabilistic statement."
     )
 
@@ -69,8 +75,8 @@ def _chosen(c) -> str:
 def _conformal(c) -> str:
     return (
         f"Over the draw of the {_behind(c)} and of a new one together, "
-        f"{c.quantifier} leaves the tube at any time with probability at most {decimal(c.eps)}. "
-        "This marginal claim does not hold for a k or a set chosen afterwards."
+        f"{c.quantifier} leaves the tube at any time with probability at most {decimal(c.eps)}."
+        f"{_short(c)} This marginal claim does not hold for a k or a set chosen afterwards."
     )
 
 

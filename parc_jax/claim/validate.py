@@ -7,7 +7,7 @@ from fractions import Fraction
 import jax
 import numpy as np
 
-from parc_jax.claim.counts import as_probability, clopper_pearson
+from parc_jax.claim.counts import as_probability, check_count, clopper_pearson
 from parc_jax.errors import InputError
 from parc_jax.keys import Stage
 from parc_jax.rollout.batch import RolloutBatch
@@ -58,8 +58,7 @@ def validate_choice(
     disturbance and one k, one run decides. Raises InputError.
     """
     delta = as_probability("delta", delta)
-    if looks < 1:
-        raise InputError(f"validate_choice: expected looks >= 1; got {looks}.")
+    check_count("looks", looks, 1, "1 for a choice that is tested once")
     failures, law = 0, ""
     for batch in stream_rollouts(system, key, n, Stage.VALIDATE, k=k, quiet=quiet):
         with blamed("validate_choice: expected failed(batch) to run"):

@@ -7,6 +7,7 @@ import jax
 import numpy as np
 
 from parc_jax.claim.claim import ErrorClaim
+from parc_jax.claim.counts import check_discard
 from parc_jax.claim.declared import assumed_claim
 from parc_jax.claim.pipeline import GAP, BoundSettings, bound_errors, learn_profiles
 from parc_jax.claim.start_gap import try_starts
@@ -51,6 +52,7 @@ class Local:
     gap: float = GAP
 
     def __post_init__(self):
+        check_discard(self.discard)
         if not 0 < self.share <= 1:
             raise InputError(
                 f"local claim: expected a share of K between 0 and 1; got {self.share}."

@@ -11,7 +11,7 @@ import jax
 import numpy as np
 
 from parc_jax.arrays import content_hash
-from parc_jax.claim.counts import as_probability
+from parc_jax.claim.counts import as_probability, check_count
 from parc_jax.errors import InputError
 from parc_jax.keys import Stage, stream
 
@@ -33,11 +33,7 @@ class Looks:
     """
 
     def __init__(self, delta=1e-3, planned: int = 1):
-        if isinstance(planned, bool) or not isinstance(planned, int) or planned < 1:
-            raise InputError(
-                "looks: expected the number of tests that may decide what is driven, at least 1; "
-                f"got {planned!r}."
-            )
+        check_count("looks", planned, 1, "the number of tests that may decide what is driven")
         self.delta = as_probability("delta", delta)
         self.planned = planned
         self.taken = 0

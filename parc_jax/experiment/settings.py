@@ -4,6 +4,7 @@ options.
 
 from dataclasses import dataclass
 
+from parc_jax.claim.counts import MOST, check_discard
 from parc_jax.claim.pipeline import GAP, BoundSettings, check_shape
 from parc_jax.errors import InputError
 
@@ -65,7 +66,7 @@ class Study:
     claims: tuple[str, ...] = ("one",)
     blocks: tuple[int, ...] | None = None
     fresh: int | None = None
-    discard: int | str = "most"
+    discard: int | str = MOST
     profile_runs: int = 0
     even: bool = False
     search: int | None = None
@@ -119,10 +120,7 @@ def checked(study: Study) -> Study:
         raise InputError(
             f"samples, repeats: expected at least 1; got {study.samples}, {study.repeats}."
         )
-    if study.discard != "most" and not (isinstance(study.discard, int) and study.discard >= 0):
-        raise InputError(
-            f'discard: expected a number >= 0, or "most" in Python; got {study.discard!r}.'
-        )
+    check_discard(study.discard)
     if not (0 < study.eps < 1 and 0 < study.delta < 1):
         raise InputError(
             f"eps, delta: expected probabilities between 0 and 1; got {study.eps}, {study.delta}."

@@ -97,7 +97,7 @@ def _tube(ax, claimed: ErrorClaim, time: TimeGrid) -> None:
     if len(used):
         ax.legend(loc="upper left", ncols=2, handlelength=1.4)
     left_out = tube.n_bins - len(used)
-    title = f"tube of the {claimed.kind} claim, {claimed.n:,} runs"
+    title = f"tube of the {claimed.kind} claim, {claimed.n:,} {claimed.unit.many}"
     ax.set_title(title + (f"; {left_out} bins without" if left_out else ""))
 
 

@@ -19,7 +19,9 @@ from parc_jax.claim.pipeline import bound_error
 from parc_jax.claim.profile import training_profile
 from parc_jax.claim.risk import NoStatement, Point, Uniform
 from parc_jax.claim.score import score_batch, score_system
+from parc_jax.driven.local_model import Local
 from parc_jax.errors import InputError
+from parc_jax.experiment.settings import Study, checked
 from parc_jax.keys import Stage
 from parc_jax.rollout import collect as rolling
 from parc_jax.rollout.batch import concatenate
@@ -153,7 +155,29 @@ def test_discards_and_looks_cost_runs(holdout, profile):
     assert float.fromhex(most.evidence["scale"]) == scores[-1 - most.discard]
 
 
+@pytest.mark.parametrize("discard", [2.5, -1, True, "all", None])
+def test_a_number_of_discards_is_a_number(holdout, profile, discard):
+    """Refused in one sentence by whatever takes one, before a run is made or looked at."""
+    scores = score_batch(NET, holdout, profile)
+    for refused in (
+        lambda: calibrate(NET, holdout, profile, 1e-2, discard=discard),
+        lambda: calibrate(NET, holdout, profile, 1e-2, kind="conformal", discard=discard),
+        lambda: calibrate_bins(NET, scores, profile, time=holdout.time, discard=discard),
+        lambda: bound_error(NET, None, KEY, discard=discard),
+        lambda: Local(discard=discard),
+        lambda: checked(Study(discard=discard)),
+    ):
+        with pytest.raises(InputError, match=r"^discard: expected a whole number >= 0; got .*\.$"):
+            refused()
+    with pytest.raises(InputError, match=r"^looks: expected a whole number >= 1"):
+        calibrate(NET, holdout, profile, 1e-2, looks=discard)
+
+
 def test_the_marginal_reading(holdout, profile):
+    few = holdout.select(slice(60))  # eps (n + 1) < 1: none to spare, and less than was asked for
+    thin = calibrate(NET, few, profile, 1e-2, kind="conformal", discard="most")
+    assert (thin.eps, thin.discard) == (Fraction(1, 61), 0)
+    assert "eps = 0.01 (needs 99 runs) was asked; 60 runs do not" in thin.statement()
     claim = calibrate(NET, holdout, profile, 1e-2, kind="conformal", discard="most")
     assert claim.eps == Fraction(claim.discard + 1, 689) <= Fraction(1, 100) and claim.delta is None
     assert isinstance(claim.risk(Uniform(0.5)), NoStatement)

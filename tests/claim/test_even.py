@@ -8,7 +8,7 @@ import pytest
 from synthetic_plants import noisy, plant, straight_network
 
 from parc_jax.claim.even import SHARE, evened, learnt_from
-from parc_jax.claim.pipeline import BoundSettings, bound_errors
+from parc_jax.claim.pipeline import BoundSettings, bound_error, bound_errors
 from parc_jax.claim.profile import training_profile
 from parc_jax.claim.score import score_batch
 from parc_jax.claim.start_gap import StartTrial
@@ -81,6 +81,15 @@ def test_the_pipeline_learns_from_the_rest_only_and_holds_all(runs):
     scale = float.fromhex(claim.evidence["scale"])
     for ours, theirs in zip(claim.tube.halves, even.halves, strict=True):
         np.testing.assert_allclose(ours, scale * theirs, rtol=1e-6, atol=1e-9)
+
+
+def test_the_one_call_takes_it_too(runs):
+    asked = {"eps": 0.1, "delta": 0.05, "bins": BINS, "train": runs, "profile_runs": 40}
+    claims = [
+        bound_error(NET, plant(noisy), KEY, search=0, quiet=True, even=even, **asked)
+        for even in (True, False)
+    ]
+    assert claims[0].evidence["profile"] != claims[1].evidence["profile"]
 
 
 def joined(batches):

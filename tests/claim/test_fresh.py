@@ -73,10 +73,25 @@ def test_the_score_of_a_group_is_its_worst(held, profile):
     assert claim.n == 25 and float.fromhex(claim.evidence["scale"]) == np.sort(worst)[-4]
     with pytest.raises(InputError, match="come in groups"):
         calibrate_bins(NET, scores, profile, 0.5, 0.05, time=held.time)
+    asked = calibrate(NET, batch, profile, 1e-3, 0.05)
+    assert "(needs 2,995 recordings) was asked; 25 recordings do not" in asked.statement()
+    assert "25 recordings of file:log" in repr(claim)
+    with pytest.raises(InputError, match="25 recordings with 25 discards"):
+        calibrate(NET, batch, profile, 0.5, 0.05, discard=25)
     through = bound_error(
         NET, batch, None, 0.5, 0.05, train=collect(plant(noisy), KEY, 60, quiet=True)
     )
     assert through.n == 25
+
+
+def test_recordings_fail_not_runs(held, profile):
+    """Ten runs of three recordings are NaN: 3 of 25 failed."""
+    p = np.array(held.p)
+    p[[0, 1, 2, 3, 40, 41, 96, 97, 98, 99]] = np.nan
+    batch = recorded(held.k, p, held.q, held, groups=np.arange(100) // 4)
+    said = calibrate(NET, batch, profile, 0.5, 0.05).statement()
+    assert said.startswith("No claim: 3 of 25 recordings failed, with 0 discards")
+    assert "calibrate on new recordings" in said
 
 
 def test_a_claim_from_groups_is_not_too_good():
