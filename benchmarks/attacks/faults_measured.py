@@ -161,8 +161,8 @@ COUNTED = (
     Fault(
         "looks_do_not_split_delta",
         "parc_jax/claim/calibrate.py",
-        "pac_label(n, eps, delta / looks, discard)",
-        "pac_label(n, eps, delta, discard)",
+        "pac_label(n, eps, delta / looks, discard, unit)",
+        "pac_label(n, eps, delta, discard, unit)",
         (f"{CALIBRATE}::test_discards_and_looks_cost_runs",),
     ),
     Fault(

@@ -73,7 +73,8 @@ def calibrate(
     if kind not in ("pac", "conformal"):
         raise InputError(f'calibrate: expected kind "pac" or "conformal"; got {kind!r}.')
     evidence = {"network": net.hash, "profile": profile.hash, **evidence_of(scores)}
-    independent, unit = scores.by_group(), scores.unit
+    unit = scores.unit
+    independent = scores.by_group()
     n = len(independent)
     if train is not None:
         evidence["train"] = content_hash(train.k, train.q)
