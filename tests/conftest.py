@@ -7,6 +7,7 @@ from pathlib import Path
 import pytest
 
 ROOT = Path(__file__).resolve().parents[1]
+pytest_plugins = ["compile_report"]
 SHAPE_CHECKED = ["parc_jax.sets"]  # annotated shapes and types of these hold at every call
 
 
@@ -66,6 +67,13 @@ def pytest_collection_modifyitems(config, items):
         for item in items:
             if "gpu" in item.keywords:
                 item.add_marker(pytest.mark.skip(reason="needs --gpu"))
+
+
+def pytest_runtest_setup(item):
+    from needs import need
+
+    for mark in item.iter_markers("needs"):
+        need(*mark.args)
 
 
 @pytest.fixture

@@ -7,6 +7,7 @@ import json
 from pathlib import Path
 
 import pytest
+from needs import need
 
 BOOKS = sorted((Path(__file__).resolve().parents[1] / "docs" / "notebooks").glob("*.ipynb"))
 
@@ -22,7 +23,9 @@ def test_there_are_two():
 
 @pytest.mark.parametrize("path", BOOKS, ids=lambda p: p.stem)
 def test_a_notebook_is_small_clean_and_compiles(path):
-    nbformat = pytest.importorskip("nbformat")
+    need("nbformat")
+    import nbformat
+
     book = nbformat.read(path, as_version=4)
     nbformat.validate(book)
     assert path.stat().st_size < 20_000
@@ -51,8 +54,10 @@ def test_what_a_notebook_imports_is_there(path):
 @pytest.mark.parametrize("path", BOOKS, ids=lambda p: p.stem)
 def test_a_notebook_runs(path, tmp_path, monkeypatch):
     """In a kernel of its own, as a stranger runs it. Every figure that it makes is shown."""
-    nbclient, nbformat = pytest.importorskip("nbclient"), pytest.importorskip("nbformat")
-    pytest.importorskip("ipykernel")
+    need("nbclient", "nbformat", "ipykernel")
+    import nbclient
+    import nbformat
+
     monkeypatch.setenv("IPYTHONDIR", str(tmp_path / "ipython"))
     for name in ("JAX_COMPILATION_CACHE_DIR", "TF_CPP_MIN_LOG_LEVEL"):  # set by conftest.py
         monkeypatch.delenv(name)

@@ -8,6 +8,7 @@ import sys
 from pathlib import Path
 
 import pytest
+from needs import need
 
 import parc_jax
 
@@ -139,7 +140,7 @@ def test_the_types_of_an_installed_package_are_seen(tmp_path):
     """From a folder of one's own, as installed (the gate installs an editable package): the types
     of the public names are known, and a wrong argument is found.
     """
-    pytest.importorskip("mypy")
+    need("mypy")
     (tmp_path / "mine.py").write_text(
         "import parc_jax as pj\nmodel = pj.load('x.npz')\nreveal_type(model)\npj.Planner(3)\n"
     )

@@ -60,10 +60,7 @@ LIBRARY = REALS | {  # the same files of the library state these too; no theorem
     "ClassicalDedekindReals.sig_not_dec",
     "Classical_Prop.classic",
 }
-needs_coq = pytest.mark.skipif(
-    shutil.which("coqc") is None or shutil.which("ocamlfind") is None,
-    reason="coqc or ocamlfind is not installed: the proofs are not checked here",
-)
+needs_coq = pytest.mark.needs("coq")
 
 
 def run(command, folder, code=0):
@@ -278,10 +275,7 @@ def test_files_with_changed_bytes_get_the_same_verdict_from_both_checkers(built)
 
 @pytest.mark.slow
 @needs_coq
-@pytest.mark.skipif(
-    shutil.which("js_of_ocaml") is None or shutil.which("node") is None,
-    reason="js_of_ocaml or node is not installed",
-)
+@pytest.mark.needs("js_of_ocaml", "node")
 def test_the_javascript_program_says_the_same(built):
     run(["make", "js", "PROVED=js/proved.js"], built)
     program = built / "js" / "proved.js"

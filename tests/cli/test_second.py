@@ -3,7 +3,6 @@ two.
 """
 
 import json
-import shutil
 
 import known
 import pytest
@@ -21,7 +20,7 @@ SAYS = {  # stands for the built program: what it prints, and the code that it e
     "a list": ("[]", 0),
     "accepts and breaks": ('{"code": 0, "lines": []}', 2),
 }
-needs_node = pytest.mark.skipif(shutil.which("node") is None, reason="node is not installed")
+needs_node = pytest.mark.needs("node")
 
 
 @pytest.fixture

@@ -1,12 +1,37 @@
-"""Programs and seconds of compiling, by test file:
-`PYTHONPATH=tests/helpers pytest -p compile_report -n 2`.
+"""How many programs each test file compiles, and a budget for it: part of every run of the tests.
+
+A program costs 0.1 to 5 s of a processor, on every machine alike; seconds depend on the machine, so
+programs are what is guarded. Those found in a folder of compiled ones count too. The budgets are in
+compile_budget.toml.
 """
 
+import tomllib
 from collections import Counter
+from pathlib import Path
 
 import pytest
 
+DEFAULT = "not slow and not night"  # -m of pyproject.toml
+BUDGET = Path(__file__).with_name("compile_budget.toml")
 _SECONDS: list[float] = []
+_COUNTED: Counter = Counter()  # in the process that reports
+_SPENT: Counter = Counter()
+
+
+def too_many(counted, budget: dict, whole: bool) -> list[str]:
+    """A line for each budget that {file: programs} exceeds; of the sum only after a whole run."""
+    own, few = budget["files"], budget["unlisted"]
+    found = [
+        f"{file} compiled {n} programs, its budget is {own.get(file, few)}"
+        for file, n in sorted(counted.items())
+        if n > own.get(file, few)
+    ]
+    total = sum(counted.values())
+    if whole and total > budget["whole"]:
+        most = max(counted, key=counted.get)
+        said = f"all tests compiled {total} programs, the budget is {budget['whole']}"
+        found.append(f"{said}; most of them {most}")
+    return found
 
 
 def pytest_sessionstart():
@@ -29,15 +54,36 @@ def pytest_runtest_makereport(item, call):
     return report
 
 
-def pytest_terminal_summary(terminalreporter):
-    """Files that compile longest first."""
-    programs, seconds = Counter(), Counter()
-    for reports in terminalreporter.stats.values():
-        for report in reports:
-            count, spent = getattr(report, "compiled", (0, 0.0))
-            file = getattr(report, "nodeid", "").split("::")[0]
-            programs[file] += count
-            seconds[file] += spent
-    terminalreporter.section("compiled")
-    for file, spent in seconds.most_common():
-        terminalreporter.write_line(f"{spent:8.1f} s {programs[file]:5d} programs  {file}")
+def pytest_runtest_logreport(report):
+    """Sums by file, in the process that all workers report to."""
+    count, spent = getattr(report, "compiled", (0, 0.0))
+    file = report.nodeid.split("::")[0]
+    _COUNTED[file] += count
+    _SPENT[file] += spent
+
+
+def pytest_sessionfinish(session):
+    """A run of the default tests that compiles more than its budgets fails."""
+    if _exceeded(session.config) and session.exitstatus == pytest.ExitCode.OK:
+        session.exitstatus = pytest.ExitCode.TESTS_FAILED
+
+
+def pytest_terminal_summary(terminalreporter, config):
+    """Files that compile most, and budgets that were exceeded."""
+    total = sum(_COUNTED.values())
+    if not total:
+        return
+    shown = None if config.option.verbose > 0 else 10
+    terminalreporter.section(f"{total} programs compiled")
+    for file, count in _COUNTED.most_common(shown):
+        if count:
+            terminalreporter.write_line(f"{count:5d} programs {_SPENT[file]:7.1f} s  {file}")
+    for line in _exceeded(config):
+        terminalreporter.write_line(f"FAILED: {line} ({BUDGET.name}; docs/testing.md)", red=True)
+
+
+def _exceeded(config) -> list[str]:
+    if hasattr(config, "workerinput") or config.option.markexpr != DEFAULT:
+        return []
+    whole = config.args_source is config.ArgsSource.TESTPATHS and not config.option.keyword
+    return too_many(_COUNTED, tomllib.loads(BUDGET.read_text()), whole)

@@ -1,11 +1,13 @@
 """ONNX in and out against onnxruntime, and a safety question that another program reads."""
 
+import importlib
 import re
 
 import jax
 import numpy as np
 import pytest
 import toy_query
+from needs import need
 from toy_bodies import points_model, points_problem
 from toy_models import host_outputs, random_network
 
@@ -18,12 +20,13 @@ from parc_jax.pwa import enumerate_regions
 from parc_jax.settings import Settings
 from parc_jax.verdict.pointwise import verdicts
 
-onnx = pytest.importorskip("onnx")
+need("onnx", "onnxruntime")
+onnx = importlib.import_module("onnx")
 
 
 def run_onnx(path, x):
     """The outputs of an ONNX file by onnxruntime."""
-    runtime = pytest.importorskip("onnxruntime")
+    runtime = importlib.import_module("onnxruntime")
     session = runtime.InferenceSession(str(path), providers=["CPUExecutionProvider"])
     (entry,) = session.get_inputs()
     kind = np.float64 if entry.type == "tensor(double)" else np.float32

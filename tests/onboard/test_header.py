@@ -8,12 +8,12 @@ from toy_bodies import points_model, points_problem
 from toy_models import fold_model
 
 import parc_jax as pj
-from benchmarks.compiled_header import COMPILER, Header
+from benchmarks.compiled_header import Header
 from parc_jax.cli import main
 from parc_jax.errors import InputError
 
 pytestmark = pytest.mark.soundness
-needs_compiler = pytest.mark.skipif(COMPILER is None, reason="no C compiler (cc) on this machine")
+needs_compiler = pytest.mark.needs("compiler")
 N = 100_000
 
 

@@ -5,14 +5,15 @@ canvas is drawn.
 import html
 import json
 import re
-import shutil
 import subprocess
 from pathlib import Path
 
 import drawn_bodies
+import driven_browser
 import jax
 import numpy as np
 import pytest
+from needs import need
 from toy_file import SEP, answer_file, save, toy_file, toy_scene
 from toy_models import model_of, random_network, uniform_tube
 
@@ -24,7 +25,6 @@ from parc_jax.verdict.pointwise import verdicts
 from parc_jax.verdict.scene import scene_of
 from sims import drift_parking
 
-BROWSERS = ("chromium", "chromium-browser", "google-chrome", "chrome")
 FLAGS = (
     "--headless",
     "--no-sandbox",
@@ -43,10 +43,8 @@ pytestmark = pytest.mark.slow
 
 @pytest.fixture(scope="module")
 def browser():
-    found = next((path for path in map(shutil.which, BROWSERS) if path), None)
-    if found is None:
-        pytest.skip("no chromium installed")
-    return found
+    need("chromium")
+    return driven_browser.found()
 
 
 def run(browser, page: Path, *flags: str, script: str = "", address: str = "") -> str:

@@ -3,7 +3,6 @@ space.
 """
 
 import json
-import shutil
 import subprocess
 
 import numpy as np
@@ -13,7 +12,7 @@ from scipy.spatial import ConvexHull
 
 from parc_jax.plot.html import PARTS
 
-pytestmark = pytest.mark.skipif(shutil.which("node") is None, reason="node is not installed")
+pytestmark = pytest.mark.needs("node")
 
 
 def said(script: str):

@@ -3,7 +3,6 @@ parts, in the plane and in space.
 """
 
 import json
-import shutil
 import subprocess
 from dataclasses import replace
 
@@ -19,7 +18,7 @@ from parc_jax.plot.page_data import model_data
 from parc_jax.verdict.pointwise import verdicts
 from parc_jax.verdict.scene import scene_of
 
-pytestmark = pytest.mark.skipif(shutil.which("node") is None, reason="node is not installed")
+pytestmark = pytest.mark.needs("node")
 
 
 def by_the_page(model, problem, p0, k) -> list[dict]:

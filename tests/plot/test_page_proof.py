@@ -5,11 +5,11 @@ verdict.
 import html
 import json
 import re
-import shutil
 import subprocess
 
 import driven_browser
 import pytest
+from needs import need
 from toy_file import save, toy_file
 
 from parc_jax import checker
@@ -74,7 +74,7 @@ def test_too_large_an_answer_stays_out(page, monkeypatch):
     assert block(text, "answer") == "" and re.search(r'id="answer".*data-bytes="\d{4,}"', text)
 
 
-@pytest.mark.skipif(shutil.which("node") is None, reason="node is not installed")
+@pytest.mark.needs("node")
 @pytest.mark.parametrize("tamper", [False, True])
 def test_what_the_worker_says(page, tmp_path, tamper):
     """The worker's text under node, with the messages that it would post."""
@@ -98,10 +98,8 @@ def test_what_the_worker_says(page, tmp_path, tamper):
 
 
 def driven(page):
-    path = driven_browser.found()
-    if path is None:
-        pytest.skip("no chromium installed")
-    return driven_browser.Browser(path, page)
+    need("chromium")
+    return driven_browser.Browser(driven_browser.found(), page)
 
 
 PRESS = "document.getElementById('prove').click()"

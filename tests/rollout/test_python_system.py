@@ -8,6 +8,7 @@ import os
 import jax
 import numpy as np
 import pytest
+from needs import need
 
 import parc_jax as pj
 from parc_jax.errors import InputError
@@ -135,7 +136,9 @@ def pendulum_policy(seen, k):
 
 
 def test_a_gymnasium_environment():
-    gymnasium = pytest.importorskip("gymnasium")
+    need("gymnasium")
+    import gymnasium
+
     make = functools.partial(gymnasium.make, "Pendulum-v1", disable_env_checker=True)
     episode = Episode(
         make, pendulum_policy, 2, pendulum_position, lambda environment, seen: seen[2:]

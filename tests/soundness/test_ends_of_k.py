@@ -10,6 +10,7 @@ from pathlib import Path
 import jax
 import numpy as np
 import pytest
+from needs import need
 from toy_file import answer_file, save
 from toy_models import line_model, model_of, uniform_tube
 
@@ -51,9 +52,8 @@ def model(edges):
 
 def by_the_page(folder, asked, plans, edges=None):
     """(safe, level above none) by the script of the page, for plans (p0, k)."""
+    need("node")
     node = shutil.which("node")
-    if node is None:
-        pytest.skip("no node installed")
     data = page_data(load_answer(save(folder / "answer.json", answer_file(asked, PROBLEM))))
     data["tube"]["edges"] = edges or data["tube"]["edges"]
     script = "".join(part.read_text() for part in PAGE)

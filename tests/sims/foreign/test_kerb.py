@@ -14,10 +14,7 @@ import sims
 from parc_jax.errors import InputError
 from sims.foreign.kerb import params as c
 
-NEEDED = pytest.mark.skipif(
-    importlib.util.find_spec("vehiclemodels") is None,
-    reason="needs commonroad-vehicle-models: pip install 'parc_jax[cars]'",
-)
+NEEDED = pytest.mark.needs("vehiclemodels")
 K = (7.0, 0.34)
 EVERY = round(c.RECORD / c.STEP)  # steps from record to record
 

@@ -11,6 +11,7 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 import pytest
+from needs import need
 
 import parc_jax as pj
 import sims
@@ -28,7 +29,7 @@ DRAG = 0.0216436  # [N s/m] of crazyflow's cf21B_500, across its axis
 
 @pytest.fixture(scope="module")
 def drone():
-    pytest.importorskip("crazyflow", reason="needs pip install 'parc_jax[drone]'")
+    need("crazyflow")
     return sims.load("slot")
 
 
@@ -200,7 +201,7 @@ def test_without_crazyflow_it_says_what_to_install(monkeypatch, capsys):
 
 
 def test_scipy_first_is_refused_in_words(monkeypatch):
-    pytest.importorskip("crazyflow", reason="needs pip install 'parc_jax[drone]'")
+    need("crazyflow")
     import scipy
 
     assert scipy.__name__ == "scipy"

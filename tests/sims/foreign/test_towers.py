@@ -15,10 +15,7 @@ from sims.foreign.towers import chart
 from sims.foreign.towers import params as c
 from sims.foreign.towers.flight import ARMS, FOOT, POINTS
 
-NEEDED = pytest.mark.skipif(
-    importlib.util.find_spec("jsbsim") is None,
-    reason="needs JSBSim: pip install 'parc_jax[flight]'",
-)
+NEEDED = pytest.mark.needs("jsbsim")
 K = (27.5, 3.5, 6.5)
 
 

@@ -1,0 +1,44 @@
+"""What a test needs of the machine or of packages outside the core. Without it the test skips, and
+all that miss the same thing share one line of the summary; under PARC_JAX_NIGHT=1 it fails.
+
+`pytestmark = pytest.mark.needs("node")` on tests, or `need("chromium")` in a fixture or at the head
+of a file.
+"""
+
+import importlib.util
+import os
+import shutil
+
+import driven_browser
+import pytest
+
+NIGHT = "PARC_JAX_NIGHT"  # set by .ci/nightly, on a machine that has everything
+PROGRAMS = {
+    "compiler": ("a C compiler (cc) is not installed", ("cc",)),
+    "coq": ("Coq (coqc with ocamlfind) is not installed", ("coqc", "ocamlfind")),
+    "js_of_ocaml": ("js_of_ocaml is not installed", ("js_of_ocaml",)),
+    "node": ("node is not installed", ("node",)),
+}
+EXTRAS = {"crazyflow": "drone", "jsbsim": "flight", "vehiclemodels": "cars"}
+
+
+def missing(name: str) -> str | None:
+    """Why a program, "chromium" or a Python package cannot be had, in a phrase; None when it
+    can.
+    """
+    if name == "chromium":
+        return None if driven_browser.found() else "Chromium is not installed"
+    if name in PROGRAMS:
+        why, programs = PROGRAMS[name]
+        return None if all(map(shutil.which, programs)) else why
+    if importlib.util.find_spec(name):
+        return None
+    return f"{name} is not installed: pip install 'parc_jax[{EXTRAS.get(name, 'test')}]'"
+
+
+def need(*names: str) -> None:
+    """Go on only where all of these are there."""
+    for why in filter(None, map(missing, names)):
+        if os.environ.get(NIGHT):
+            pytest.fail(why, pytrace=False)
+        pytest.skip(why, allow_module_level=True)
