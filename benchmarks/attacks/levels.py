@@ -85,8 +85,6 @@ def main(arguments: list[str]) -> int:
             print(f"| {fault.name} | {LEVELS[level_of(fault)]} |")
     found = shares()
     for name, share in found.items():
-        number = round(share * len(FAULTS))
-        print(
-            f"{name:<8} {number} of {len(FAULTS)} faults, {share:.0%} (at least {AT_LEAST[name]:.0%})"
-        )
+        number, least = round(share * len(FAULTS)), AT_LEAST[name]
+        print(f"{name:<8} {number} of {len(FAULTS)} faults, {share:.0%} (at least {least:.0%})")
     return int(any(found[name] < AT_LEAST[name] for name in LEVELS))
