@@ -66,6 +66,8 @@ class Options:
     """Seed of the sample."""
     list: bool = False
     """Print the table, check that it fits the code, run nothing."""
+    path: Path | None = None
+    """Keep what was noticed in this file, and do not try it again: a stopped campaign goes on."""
 
 
 def chosen(options: Options) -> list[Fault]:
@@ -103,13 +105,12 @@ class Copy:
 
     def try_fault(self, fault: Fault) -> list[str]:
         """Tests of the fault that did not notice it."""
-        good = fault.plant(self.root)
-        self._touch(fault.file)
+        path, good, bad = fault.planted(self.root)
+        self._write(path, bad)
         try:
             failed, _ = self.run(fault.tests, LONGEST_S)
         finally:
-            (self.root / fault.file).write_text(good)
-            self._touch(fault.file)
+            self._write(path, good)
         return [test for test in fault.tests if not any(_case_of(test, f) for f in failed)]
 
     def run(self, tests, longest: float | None = None) -> tuple[list[str], list[str]]:
@@ -131,10 +132,11 @@ class Copy:
         lines = done.stdout.splitlines()
         return _cases(lines, FAILED), _cases(lines, PASSED)
 
-    def _touch(self, file: str) -> None:
-        """A new time for the file, or compiled code of the same size and second would be reused."""
+    def _write(self, path: Path, text: str) -> None:
+        """With a new time, or compiled code of the same size and second would be reused."""
+        path.write_text(text)
         self._stamp += 2
-        os.utime(self.root / file, (self._stamp, self._stamp))
+        os.utime(path, (self._stamp, self._stamp))
 
 
 def run(options: Options) -> int:
@@ -147,7 +149,7 @@ def run(options: Options) -> int:
         print(line)
     if options.list:
         for fault in faults:
-            print(f"| {fault.name} | {fault.file} | {'<br>'.join(fault.tests)} |")
+            print(f"| {fault.name} | {fault.place} | {'<br>'.join(fault.tests)} |")
     if wrong or options.list:
         print(f"{len(faults)} faults, {len(wrong)} do not fit the code")
         return int(bool(wrong))
@@ -164,7 +166,7 @@ def run(options: Options) -> int:
             for test in sorted(some):
                 print(f"on the clean code these {word}: {test}", flush=True)
         tried = [fault for fault in faults if not (broken | skipped) & set(fault.tests)]
-        survivors = [fault.name for fault in tried if not _noticed(copy, fault)]
+        survivors = [fault.name for fault in tried if not _noticed(copy, fault, options.path)]
     print(f"{len(tried) - len(survivors)} of {len(tried)} faults noticed")
     if len(tried) < len(faults):
         print(f"{len(faults) - len(tried)} not tried, for want of a test that passes here")
@@ -173,11 +175,16 @@ def run(options: Options) -> int:
     return int(bool(survivors or broken))
 
 
-def _noticed(copy: Copy, fault: Fault) -> bool:
+def _noticed(copy: Copy, fault: Fault, path: Path | None) -> bool:
+    if path is not None and path.exists() and fault.name in path.read_text().splitlines():
+        return True
     begin = time.perf_counter()
     silent = copy.try_fault(fault)
     said = f"not noticed by {', '.join(silent)}" if silent else f"noticed by {len(fault.tests)}"
     print(f"{fault.name:<44} {said} ({time.perf_counter() - begin:.0f} s)", flush=True)
+    if path is not None and not silent:
+        with path.open("a") as kept:
+            kept.write(f"{fault.name}\n")
     return not silent
 
 
