@@ -6,6 +6,7 @@ from benchmarks.attacks.fault import Fault
 
 CALIBRATE = "tests/claim/test_calibrate.py"
 FRESH = "tests/claim/test_fresh.py"
+UNIFORM = "tests/rollout/test_uniform.py"
 IDENTITY = "tests/rollout/test_identity.py"
 CLAIM = "tests/claim/test_claim.py"
 FACES = "tests/claim/test_faces.py"
@@ -25,6 +26,34 @@ CLAIMED = (
         "_width(scores))[:, 0]] = True",
         "_width(scores))[:, 0]] = False",
         (f"{FRESH}::test_copies_of_training_runs_are_found_beyond_float32",),
+    ),
+    Fault(
+        "uniform_is_believed_of_a_file",
+        "parc_jax/rollout/loaders.py",
+        'if k_law == "uniform":\n        check_uniform',
+        'if k_law == "":\n        check_uniform',
+        (f"{UNIFORM}::test_a_log_that_is_not_uniform_is_refused_with_the_figure",),
+    ),
+    Fault(
+        "uniform_is_believed_of_a_holdout",
+        "parc_jax/claim/fresh.py",
+        'check_uniform("holdout", scores.k, _domain(scores), scores.groups)',
+        "pass",
+        (f"{FRESH}::test_runs_that_are_said_to_be_uniform_are_looked_at",),
+    ),
+    Fault(
+        "windows_are_taken_as_independent_draws",
+        "parc_jax/rollout/uniform.py",
+        "        drawn = drawn[np.sort(np.unique(groups, return_index=True)[1])]",
+        "        drawn = drawn[:]",
+        (f"{UNIFORM}::test_only_recordings_are_taken_as_independent",),
+    ),
+    Fault(
+        "empty_corners_are_not_seen",
+        "parc_jax/rollout/uniform.py",
+        "for look in (_ranges, _pairs, _corners)]",
+        "for look in (_ranges, _pairs)]",
+        (f"{UNIFORM}::test_a_log_that_is_not_uniform_is_refused_with_the_figure",),
     ),
     Fault(
         "windows_count_as_runs",

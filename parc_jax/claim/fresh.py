@@ -6,10 +6,11 @@ from parc_jax.claim.score import Scores
 from parc_jax.errors import InputError
 from parc_jax.rollout.batch import RolloutBatch
 from parc_jax.rollout.copies import marks_of, near_copies
+from parc_jax.rollout.uniform import by_chance, check_uniform
+from parc_jax.sets.box import Box, box
 from parc_jax.spelling import hex_floats
 from parc_jax.tolerances import TOLERANCES
 
-_CHANCE = 1e-6  # probability with which honest uniform draws may be refused
 _HOW_NEAR = (
     f"k within {TOLERANCES.near_k:g} of its range, p and q within {TOLERANCES.near_p:g} of their "
     "size"
@@ -33,7 +34,7 @@ def check_fresh(scores: Scores, train: RolloutBatch | None) -> None:
 def _check_recorded(scores: Scores) -> None:
     """Recorded runs that cannot be independent of each other."""
     if scores.law.k_law == "uniform":
-        _check_uniform(scores)
+        check_uniform("holdout", scores.k, _domain(scores), scores.groups)
     pairs = near_copies(scores.marks, None, _width(scores))
     if scores.groups is not None:
         pairs = pairs[scores.groups[pairs[:, 0]] != scores.groups[pairs[:, 1]]]
@@ -46,28 +47,6 @@ def _check_recorded(scores: Scores) -> None:
         )
 
 
-def _check_uniform(scores: Scores) -> None:
-    """Two independent uniform draws of k are never equal, but for their resolution."""
-    k = np.ascontiguousarray(scores.k, "<f8")
-    if scores.groups is not None:  # windows of one recording may share their k
-        k = np.unique(np.column_stack([k, scores.groups]), axis=0)[:, : k.shape[1]]
-    equal = len(k) - len(np.unique(k, axis=0))
-    if equal > _by_chance(k, len(k) * (len(k) - 1) / 2):
-        raise InputError(
-            f"holdout: expected k drawn uniformly, as declared; {equal:,} of {len(k):,} rows "
-            "repeat the k of another one. Parts of one recording belong to one group (groups=); "
-            'else the law of k is "logged".'
-        )
-
-
-def _by_chance(k: np.ndarray, pairs: float) -> float:
-    """Equal pairs of uniform k that the resolution of their numbers explains."""
-    from scipy.stats import poisson
-
-    bits = 23 if (k == k.astype(np.float32)).all() else 52
-    return float(poisson.isf(_CHANCE, pairs / 2.0 ** (bits * k.shape[1])))
-
-
 def _check_unseen(scores: Scores, train: RolloutBatch) -> None:
     """Runs of the holdout that are training runs, or parts of the same recordings."""
     seen = np.isin(scores.ids, train.hashes())
@@ -76,7 +55,7 @@ def _check_unseen(scores: Scores, train: RolloutBatch) -> None:
     if scores.seed is None or train.seed is None:
         if scores.law.k_law == "uniform":
             equal = np.isin(_row_bytes(scores.k), _row_bytes(train.k))
-            if equal.sum() > _by_chance(scores.k, len(scores.k) * train.n):
+            if equal.sum() > by_chance(scores.k, len(scores.k) * train.n):
                 seen |= equal
         if scores.marks is not None:
             seen[near_copies(scores.marks, marks_of(train), _width(scores))[:, 0]] = True
@@ -98,7 +77,12 @@ def _check_unseen(scores: Scores, train: RolloutBatch) -> None:
 
 
 def _width(scores: Scores) -> np.ndarray:
-    return np.array(hex_floats(scores.law.hi)) - np.array(hex_floats(scores.law.lo))
+    domain = _domain(scores)
+    return domain.hi - domain.lo
+
+
+def _domain(scores: Scores) -> Box:
+    return box(hex_floats(scores.law.lo), hex_floats(scores.law.hi))
 
 
 def _row_bytes(k: np.ndarray) -> np.ndarray:

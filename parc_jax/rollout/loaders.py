@@ -9,6 +9,7 @@ from parc_jax.errors import InputError
 from parc_jax.rollout.batch import RolloutBatch, require_finite_k, rollout_batch
 from parc_jax.rollout.files import RAGGED, read_npz, rollouts_from_npz
 from parc_jax.rollout.law import law_spec
+from parc_jax.rollout.uniform import check_uniform
 from parc_jax.sets.box import Box, box
 from parc_jax.system import ONE_POINT, TimeGrid, check_points
 
@@ -36,7 +37,8 @@ def load_rollouts(
     time: the record grid of the runs; needed for all but our own files. domain: K; None = the
     smallest box that holds all k, which makes the claim about that box. k_law: "logged", or
     "uniform" where the k are known to be independent uniform draws from `domain`, which must then
-    be given; a claim speaks of shares of K only then. groups: (n,) which recording each row was cut
+    be given, and which the k may refute (`check_uniform`); a claim speaks of shares of K only
+    then. groups: (n,) which recording each row was cut
     from, numbers or names; rows of one recording are not independent, and count as one. points:
     names of the m reference points; a table with a column per coordinate (CSV, .mat) has them point
     by point: x, y of the first, x, y of the second. Positions are made relative to where the first
@@ -92,9 +94,12 @@ def _assemble(path: Path, arrays: dict, time, domain, k_law: str, groups, points
     named = _points(path, p, arrays["points"].tolist() if "points" in arrays else points)
     by_point = p.reshape(*p.shape[:2], len(named), -1)
     moved = (by_point - by_point[:, :1, :1]).reshape(*p.shape[:2], -1)
-    return rollout_batch(
+    batch = rollout_batch(
         k, moved, q, time=time, domain=domain, law=law, groups=groups, points=named
     )
+    if k_law == "uniform":
+        check_uniform(str(path), batch.k, domain, batch.groups)
+    return batch
 
 
 def _points(path: Path, p: np.ndarray, given) -> tuple[str, ...]:

@@ -64,6 +64,15 @@ def test_windows_of_one_recording_are_not_two_runs(held, profile):
     assert two.evidence["rows"] == 200
 
 
+def test_runs_that_are_said_to_be_uniform_are_looked_at(held, profile):
+    """Also where they come from no file: a batch of one's own whose k crowd at one end."""
+    rows = held.k[:, 0] < 0.6
+    crowded = [array[rows] for array in (held.k, held.p, held.q)]
+    assert calibrate(NET, recorded(*crowded, held), profile, 0.1).n == rows.sum()
+    with pytest.raises(InputError, match=r"^holdout: .* the range of k0 hold .*eave k_law out"):
+        calibrate(NET, recorded(*crowded, held, "uniform"), profile, 0.1)
+
+
 def test_the_score_of_a_group_is_its_worst(held, profile):
     groups = np.arange(100) // 4
     batch = recorded(held.k, held.p, held.q, held, groups=groups)

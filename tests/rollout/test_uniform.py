@@ -1,0 +1,103 @@
+"""Is k uniform, as a log says? Refused with the figure that refutes it; honest logs pass."""
+
+import re
+
+import numpy as np
+import pytest
+
+from parc_jax.errors import InputError
+from parc_jax.rollout.loaders import load_rollouts
+from parc_jax.rollout.uniform import LEAST, LEVEL, check_uniform
+from parc_jax.sets.box import box
+from parc_jax.system import time_grid
+
+K = box([-3.0, -3.0], [3.0, 3.0])
+
+
+def drawn(n=100, seed=0, n_k=2):
+    return np.random.default_rng(seed).uniform(-3, 3, (n, n_k))
+
+
+def together(k):
+    """The second wheel follows the first."""
+    return np.stack([k[:, 0], 0.6 * k[:, 0] + 0.4 * k[:, 1]], axis=1)
+
+
+def off_centre(k):
+    return 3 * np.sign(k) * (np.abs(k) / 3) ** 2
+
+
+def cut(k):
+    """No command with the left wheel far ahead and the right one far back: 12 % of K."""
+    return k[~((k[:, 0] > 1) & (k[:, 1] < -0.9))]
+
+
+@pytest.mark.parametrize(
+    ("k", "word"),
+    [
+        (together(drawn()), r"the rank correlation of k0 and k1 is 0\.\d\d over 100 draws"),
+        (off_centre(drawn()), r"10 equal parts of the range of k[01] hold .* of 100 draws"),
+        (
+            cut(drawn(140)),
+            r"a corner of 11 % of K, at the upper end of k0 and the lower end of k1, holds 0 of 1",
+        ),
+        (np.repeat(drawn(60), 2, axis=0), "60 of 120 rows repeat the k of another one"),
+    ],
+)
+def test_a_log_that_is_not_uniform_is_refused_with_the_figure(k, word, tmp_path):
+    with pytest.raises(InputError, match=f"drawn uniformly, as declared; {word}"):
+        check_uniform("log", k, K)
+    p = np.linspace(0, 1, 5)[None, :, None] * k[:, None]
+    np.savez(tmp_path / "log.npz", k=k, p=p)
+    time = time_grid(0.5, 1.0, 0.25)
+    with pytest.raises(InputError, match=f"log.npz: .*{word}.*eave k_law out"):
+        load_rollouts(tmp_path / "log.npz", time, K, k_law="uniform")
+    assert load_rollouts(tmp_path / "log.npz", time, K).law.k_law == "logged"
+
+
+def test_uniform_logs_pass():
+    """At most as often refused as is said, with room for chance: two of 200 where 0.2 are due."""
+    refused = 0
+    for seed in range(200):
+        n = (20, 47, 100, 1000)[seed % 4]
+        try:
+            check_uniform("log", drawn(n, seed, n_k=2), K)
+        except InputError:
+            refused += 1
+    assert refused <= 2 and LEVEL == 1e-3
+    check_uniform("log", drawn(300, n_k=5), box([-3.0] * 5, [3.0] * 5))
+    check_uniform("log", together(drawn(LEAST - 1)), K)  # too few to tell
+    fixed = np.column_stack([drawn(50, n_k=1), np.full(50, 2.0)])  # an axis without width
+    check_uniform("log", fixed, box([-3.0, 2.0], [3.0, 2.0]))
+
+
+def test_only_recordings_are_taken_as_independent():
+    """Ten rows of a recording that drift from its first k say nothing against 40 uniform ones."""
+    first = drawn(40)
+    rng = np.random.default_rng(1)
+    k = np.clip(np.repeat(first, 10, axis=0) + 0.3 * rng.standard_normal((400, 2)), -3, 3)
+    k[::10] = first
+    groups = np.repeat(np.arange(40), 10)
+    order = rng.permutation(40).repeat(10) * 10 + np.tile(np.arange(10), 40)
+    check_uniform("log", k[order], K, groups[order])
+    with pytest.raises(InputError, match="as declared"):
+        check_uniform("log", together(k), K, groups)
+    names = ("left [rad/s]", "right [rad/s]")
+    with pytest.raises(InputError, match=re.escape("left [rad/s] and right [rad/s] is")):
+        check_uniform("log", together(first), K, names=names)
+
+
+def test_a_real_log_of_uniform_wheel_speeds_passes():
+    """A Husky's 200 commands: uniform in wheel speeds, and so not in the turn that they ask for."""
+    from sims.foreign.husky.log import domain, read_log
+
+    log = read_log()
+    check_uniform("husky", log.command, domain(), log.number)
+    forward, turn = log.command.mean(axis=1), np.diff(log.command)[:, 0] / 2
+    with pytest.raises(InputError, match="as declared"):
+        check_uniform("husky", np.stack([forward, turn], axis=1), domain())
+
+
+def test_a_level_axis_is_no_crash():
+    with pytest.raises(InputError, match="range of k1 hold"):
+        check_uniform("log", np.column_stack([drawn(50, n_k=1), np.full(50, 0.1)]), K)
