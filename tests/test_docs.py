@@ -206,9 +206,33 @@ def test_the_site_builds_without_a_warning(tmp_path):
 
     done = build()
     assert done.returncode == 0, done.stdout + done.stderr
-    assert (tmp_path / "docs" / "site" / "tutorial" / "index.html").exists()
+    site = tmp_path / "docs" / "site"
+    assert (site / "tutorial" / "index.html").exists()
+    made = {page: page.read_text(encoding="utf-8") for page in site.rglob("*.html")}
+    fetched = r"<(?:script|img|iframe)[^>]*https?:|<link[^>]*(?:stylesheet|preconnect)[^>]*https?:"
+    for page, html in made.items():
+        assert "©" not in html and "&copy;" not in html, f"{page}: a part (c) became another sign"
+        assert not re.search(fetched, html), f"{page} asks another host"
+    theorems = made[site / "theorems" / "index.html"]
+    assert theorems.count('class="arithmatex"') == theorems.count(r"\(") + theorems.count(r"\[")
+    assert theorems.count('class="arithmatex"') > 1000
     (tmp_path / "docs" / "faq.md").write_text("[nowhere](nowhere.md)")
     assert build().returncode != 0
+
+
+KNOWN = """bar circ cos dots enspace frac hat inf lVert lbrace left ln lvert mathcal mathrm max min
+    operatorname qquad rVert rbrace right rvert setminus sin sum sup text tfrac tilde top""".split()
+
+
+@pytest.mark.parametrize("page", PAGES, ids=lambda p: p.name)
+def test_formulas_can_be_set(page):
+    text = re.sub(r"```.*?```|`[^`\n]*`", "", page.read_text(encoding="utf-8"), flags=re.S)
+    for formula in re.findall(r"\$\$(.+?)\$\$|\$([^$]+)\$", text, flags=re.S):
+        tex = "".join(formula)
+        assert set(re.findall(r"\\([A-Za-z]+|.)", tex)) <= set(KNOWN), f"{page.name}: {tex}"
+        assert tex.count("{") == tex.count("}"), f"{page.name}: {tex}"
+    outside = re.sub(r"\$\$.+?\$\$|\$[^$]+\$", "", text, flags=re.S)
+    assert not re.search(r"[_^]\{", outside), f"{page.name}: a formula stands outside of $...$"
 
 
 def test_every_page_is_in_the_site():
