@@ -26,7 +26,8 @@ class Doubt:
     start: half widths [m] of a box around the start that is asked about, one number or (n_p,).
     heading: half angle [rad] around the heading at the start, below 1; the system must declare
         rotation invariance.
-    k: half widths by which parameters are executed wrongly, (n_k,) or by name.
+    k: half widths by which parameters are executed wrongly, (n_k,) or by name; of one that is also
+        given or unknown, on top of what it may be.
     goal: half widths [m, .] by which the goal is seen wrongly, (n_p,), or with those of q.
     obstacles: polytope by which obstacles are seen wrongly (true place = seen place + a point of
         it): one for all, or one for each, None for an exact one.
@@ -55,12 +56,6 @@ class Doubt:
         self._set("unknown", _by_name("doubt unknown", self.unknown, _box))
         self._set("obstacles", _seen(self.obstacles))
         self._set("sensing_eps", _probability(self.sensing_eps))
-        both = {name for name, _ in self.given} & {name for name, _ in self.unknown}
-        if both:
-            raise InputError(
-                f"doubt: expected a parameter to be given or unknown; {min(map(str, both))} is "
-                "both."
-            )
 
     def _set(self, name: str, value) -> None:
         object.__setattr__(self, name, value)
@@ -103,41 +98,6 @@ class Doubt:
         return self.obstacles
 
 
-def words(doubt: Doubt, names: Sequence[str] = ()) -> str:
-    """What a robust answer holds for, in words: "every start within ±0.05, ±0.05 m ...". names: of
-    the parameters.
-    """
-    parts = []
-    if any(doubt.start):
-        parts.append(f"every start within {_spread(doubt.start)} m of the one asked about")
-    if doubt.heading:
-        parts.append(f"every heading within ±{doubt.heading:g} rad")
-    off = [f"{_called(name, names)} off by up to {w:g}" for name, w in doubt.k if w]
-    if off:
-        parts.append(f"every execution with {', '.join(off)}")
-    if any(doubt.goal):
-        parts.append(f"every goal moved by up to {_spread(doubt.goal)}")
-    if any(s is not None for s in doubt.obstacles):
-        parts.append("every place of the obstacles that fits what was seen of them")
-    for word, some in (("measured", doubt.given), ("unknown", doubt.unknown)):
-        for name, (lo, hi) in some:
-            if lo == hi:
-                parts.append(f"{_called(name, names)} = {lo:g} ({word})")
-            else:
-                parts.append(f"every {_called(name, names)} from {lo:g} to {hi:g} ({word})")
-    return "; ".join(parts)
-
-
-def _called(name: Parameter, names: Sequence[str]) -> str:
-    if isinstance(name, str):
-        return name
-    return names[name] if name < len(names) else f"k{name}"
-
-
-def _spread(widths: Sequence[float]) -> str:
-    return ", ".join(f"±{w:g}" for w in widths)
-
-
 def _widths(name: str, value, n: int | None = None) -> tuple[float, ...]:
     """Half widths >= 0; one number alone is a tuple of one."""
     try:
@@ -160,21 +120,39 @@ def _fitted(name: str, widths: tuple[float, ...], n: int, what: str) -> np.ndarr
 
 
 def _by_name(name: str, given, read, listed: bool = False) -> tuple:
-    """((parameter, value), ...), read from a mapping, or by number from a list."""
+    """((parameter, value), ...), each parameter once, read from a mapping or from pairs, or by
+    number from a list.
+    """
     if isinstance(given, Mapping):
         pairs = list(given.items())
-    elif isinstance(given, tuple) and all(_is_pair(entry) for entry in given):
+    elif isinstance(given, tuple) and all(isinstance(e, tuple) and len(e) == 2 for e in given):
         pairs = list(given)  # as it is kept here
     elif listed and not isinstance(given, str) and np.ndim(given) == 1:
         pairs = list(enumerate(given))
     else:
         example = ' such as {"speed": ...}'
         raise InputError(f"{name}: expected parameters by name,{example}; got {given!r:.60}.")
-    return tuple((p, read(f"{name} of {p}", value)) for p, value in pairs)
+    named = [(_parameter(name, p), value) for p, value in pairs]
+    require_once(name, [p for p, _ in named])
+    return tuple((p, read(f"{name} of {p}", value)) for p, value in named)
 
 
-def _is_pair(entry) -> bool:
-    return isinstance(entry, tuple) and len(entry) == 2 and isinstance(entry[0], str | int)
+def require_once(name: str, parameters: Sequence[Parameter]) -> None:
+    """Raises InputError for a parameter that is named twice."""
+    for p in parameters:
+        if parameters.count(p) > 1:
+            raise InputError(f"{name}: expected every parameter once; {p} is named twice.")
+
+
+def _parameter(name: str, given) -> Parameter:
+    """A name, or a number, which text may spell."""
+    if isinstance(given, str):
+        return int(given) if given.isdecimal() else given
+    if isinstance(given, int | np.integer) and not isinstance(given, bool):
+        return int(given)
+    raise InputError(
+        f"{name}: expected parameters by name, or by number from 0; got {given!r:.60}."
+    )
 
 
 def _value_or_box(name: str, value) -> Interval:

@@ -51,7 +51,8 @@ def labels(
 ) -> Labels:
     """Validated labels; None leaves the plain ones: x [m], y [m], z [m], then q0, q1, k0, k1.
 
-    Raises InputError for a wrong number of labels, or one that is no short plain text.
+    Raises InputError for a wrong number of labels, one that is no short plain text, or a name that
+    two coordinates of a part share, or that is a number: by its name one of them is meant.
     """
     axes = ("x [m]", "y [m]", "z [m]")
     plain = {
@@ -99,5 +100,11 @@ def _checked(part: str, given, n: int) -> tuple[str, ...]:
             raise InputError(
                 f"labels of {part}: expected plain text of 1 to {LONGEST} characters without '$'; "
                 f"got {word!r:.60}."
+            )
+        name = name_of(word)
+        if name.isdecimal() or [name_of(other) for other in words].count(name) > 1:
+            raise InputError(
+                f"labels of {part}: expected a name for every coordinate that is its own and no "
+                f"number; got {', '.join(words)}."
             )
     return words

@@ -5,7 +5,7 @@ from fractions import Fraction
 import numpy as np
 import pytest
 
-from parc_jax.doubt import Doubt, words
+from parc_jax.doubt import Doubt
 from parc_jax.errors import InputError
 from parc_jax.problem import reach_avoid
 from parc_jax.sets.box import box
@@ -33,7 +33,9 @@ REFUSED = {
         "doubt given of load: expected a box lo <= hi",
     ),
     "no names": ({"given": 3.0}, "doubt given: expected parameters by name"),
-    "both": ({"given": {"a": 1}, "unknown": {"a": (0, 1)}}, "given or unknown; a is both"),
+    "a number twice": ({"k": {"1": 0.5, 1: 0.1}}, "doubt k: expected every parameter once; 1 is"),
+    "a name twice": ({"k": (("a", 0.5), ("a", 0.1))}, "doubt k: expected every parameter once; a"),
+    "no parameter": ({"k": {True: 0.5}}, "doubt k: expected parameters by name, or by number"),
     "obstacles by a number": ({"obstacles": [0.1]}, "doubt of obstacle 0: expected a Box"),
     "more than certain": ({"sensing_eps": 1.5}, r"doubt sensing_eps: expected a probability in"),
 }
@@ -83,27 +85,3 @@ def test_one_number_serves_all_axes_and_names_are_kept():
     assert Doubt(goal=[1, 2, 3]).of_goal(2, 1).tolist() == [1, 2, 3]
     assert Doubt(goal=[1, 2]).of_goal(2, 1).tolist() == [1, 2, 0]
     assert Doubt(sensing_eps="1e-3").sensing_eps == Fraction(1, 1000)
-
-
-def test_the_words_name_all_of_it():
-    doubt = Doubt(
-        start=[0.1, 0.2],
-        heading=0.05,
-        k={1: 0.5},
-        goal=0.3,
-        obstacles=WALL,
-        given={"load": 5, "wind": (1, 2)},
-        unknown={0: (3, 4)},
-    )
-    text = words(doubt, ["speed", "angle"])
-    for part in (
-        "every start within ±0.1, ±0.2 m",
-        "every heading within ±0.05 rad",
-        "angle off by up to 0.5",
-        "every goal moved by up to ±0.3",
-        "every place of the obstacles",
-        "load = 5 (measured)",
-        "every wind from 1 to 2 (measured)",
-        "every speed from 3 to 4 (unknown)",
-    ):
-        assert part in text

@@ -42,7 +42,16 @@ def test_plain_labels_and_those_of_a_system():
 
 
 @pytest.mark.parametrize(
-    "wrong", [("speed [m/s]",), ("", "turn"), ("a$b$", "turn"), ("a\n", "b"), 3]
+    "wrong",
+    [
+        ("speed [m/s]",),
+        ("", "turn"),
+        ("a$b$", "turn"),
+        ("a\n", "b"),
+        3,
+        ("speed [m/s]", "speed [rad/s]"),
+        ("1 [m]", "b"),
+    ],
 )
 def test_wrong_labels_are_refused(wrong):
     given = (wrong, wrong) if isinstance(wrong, int) else wrong

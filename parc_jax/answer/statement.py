@@ -15,6 +15,7 @@ from parc_jax.sentences import (
     about_risk,
     about_sensing,
 )
+from parc_jax.verdict.scene import no_end_fits
 from parc_jax.volume_bounds.no_plan import PROVED, NoPlan
 
 
@@ -43,7 +44,8 @@ def statement(found: Findings) -> str:
     if found.found:
         return f"(C) {_about_model(found)}\n{_about_tube(found)}\n{_about_draw(found)}"
     if found.no_plan is None:
-        return NOTHING_FOUND
+        why = no_end_fits(found.scene, found.model)
+        return NOTHING_FOUND if why is None else f"{NOTHING_FOUND} It is known that {why}"
     return f"{_about_none(found.no_plan, found.doubt)}\n{_about_tube(found)}"
 
 

@@ -49,9 +49,9 @@ def numbers_of_option(option: str, text: str) -> list[float]:
         ) from None
 
 
-def _by_name(option: str, words: tuple[str, ...]) -> dict:
+def _by_name(option: str, words: tuple[str, ...]) -> tuple:
     """name=value or name=lo:hi, by name or by number."""
-    found: dict = {}
+    found = []
     for word in words:
         name, _, text = word.partition("=")
         values = _values(text)
@@ -60,9 +60,8 @@ def _by_name(option: str, words: tuple[str, ...]) -> dict:
                 f"--{option}: expected NAME=VALUE or NAME=LO:HI, such as speed=9.2; got "
                 f"{word!r:.40}."
             )
-        key = int(name) if name.isdigit() else name
-        found[key] = values[0] if len(values) == 1 else tuple(values)
-    return found
+        found.append((name, values[0] if len(values) == 1 else tuple(values)))
+    return tuple(found)
 
 
 def _values(text: str) -> list[float]:

@@ -58,15 +58,12 @@ def spelled_doubt(doubt: Doubt) -> tuple[dict, list]:
 
 
 def _numbers(name: str, value):
-    """A number, a list of numbers, or a table of such by name (a number as a name is one)."""
+    """A number, a list of numbers, or a table of such by name."""
     if isinstance(value, dict):
-        return {_name(key): _numbers(f"{name} of {key}", part) for key, part in value.items()}
+        pairs = value.items()
+        return tuple((key, _numbers(f"{name} of {key}", part)) for key, part in pairs)
     array = numbers_of(name, value, 1 if isinstance(value, list) else 0)
     return float(array) if np.ndim(array) == 0 else tuple(array.tolist())
-
-
-def _name(key: str) -> str | int:
-    return int(key) if key.isdigit() else key
 
 
 def _listed(value):

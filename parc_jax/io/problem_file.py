@@ -84,7 +84,7 @@ def _data(text: str, name: str, is_json: bool):
     """What a file called `name` spells, with decimals as they stand."""
     try:
         return (
-            json.loads(text, parse_float=Decimal)
+            json.loads(text, parse_float=Decimal, object_pairs_hook=_once)
             if is_json
             else tomllib.loads(text, parse_float=Decimal)
         )
@@ -94,6 +94,16 @@ def _data(text: str, name: str, is_json: bool):
         ) from None
     except InvalidOperation:
         raise InputError(f"{name}: a number in it cannot be read.") from None
+
+
+def _once(pairs: list) -> dict:
+    """A table of JSON, in which no entry may stand twice."""
+    found = dict(pairs)
+    if len(found) < len(pairs):
+        names = [name for name, _ in pairs]
+        twice = next(name for name in names if names.count(name) > 1)
+        raise ValueError(f"the entry {twice!r} stands twice in a table")
+    return found
 
 
 def save_problem(

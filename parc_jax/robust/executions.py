@@ -5,32 +5,79 @@ In between, the network is the same mixture of what it says at the corners, but 
 """
 
 import itertools
+from collections.abc import Sequence
+from fractions import Fraction
 from typing import NamedTuple
 
 import numpy as np
 
-from parc_jax.doubt import Doubt
+from parc_jax.doubt import Doubt, Interval, require_once
 from parc_jax.errors import InputError
 from parc_jax.labels import name_of
+from parc_jax.lp.exact import round_down, round_up
 from parc_jax.model import TrajectoryModel
-from parc_jax.sets.box import Box
 
 MOST = 64  # reference points that the checker takes, each execution with its own
 
 
-class Executions(NamedTuple):
-    """chosen: axes of k that a plan still chooses. lo, hi (n_k,): what an execution adds to a plan
-    on its chosen axes, and the values of the others.
+class Parameter(NamedTuple):
+    """What is known of one parameter when a plan is driven: the one record from which it is solved
+    and told.
+
+    known: what was "measured", or is "unknown", within value; None of one that a plan chooses. off:
+    half width by which it is executed wrongly.
     """
 
-    chosen: tuple[int, ...]
-    lo: np.ndarray
-    hi: np.ndarray
+    name: str
+    known: str | None
+    value: Interval
+    off: float
+
+    @property
+    def box(self) -> Interval:
+        """What an execution adds to a plan that chooses it, or the values that it has; rounded
+        outward.
+        """
+        (lo, hi), off = self.value, Fraction(self.off)
+        return round_down(Fraction(lo) - off), round_up(Fraction(hi) + off)
+
+    @property
+    def words(self) -> str:
+        """Of one that is known: "every load from 1 to 2 (measured)"."""
+        lo, hi = self.value
+        if not self.off and lo == hi:
+            return f"{self.name} = {told(lo)} ({self.known})"
+        values = told(lo) if lo == hi else f"what is from {told(lo)} to {told(hi)}"
+        if self.off:
+            off = told(self.off)
+            return f"every {self.name} within ±{off} of {values} ({self.known}, executed roughly)"
+        return f"every {self.name} from {told(lo)} to {told(hi)} ({self.known})"
+
+
+class Executions(NamedTuple):
+    """How plans are executed: what is known of each parameter, in the order of k."""
+
+    parameters: tuple[Parameter, ...]
+
+    @property
+    def chosen(self) -> tuple[int, ...]:
+        """Axes of k that a plan still chooses."""
+        return tuple(axis for axis, p in enumerate(self.parameters) if p.known is None)
+
+    @property
+    def lo(self) -> np.ndarray:
+        """(n_k,) least that an execution adds on the chosen axes, least values of the others."""
+        return np.array([p.box[0] for p in self.parameters])
+
+    @property
+    def hi(self) -> np.ndarray:
+        """(n_k,) the most."""
+        return np.array([p.box[1] for p in self.parameters])
 
     @property
     def plain(self) -> bool:
         """Everything is chosen, and executed as it is."""
-        return len(self.chosen) == len(self.lo) and not (self.lo.any() or self.hi.any())
+        return not any(p.known or p.off for p in self.parameters)
 
     @property
     def widths(self) -> np.ndarray:
@@ -43,36 +90,41 @@ class Executions(NamedTuple):
         ends = [(a,) if a == b else (a, b) for a, b in zip(self.lo, self.hi, strict=True)]
         return np.array(list(itertools.product(*ends)))
 
+    @property
+    def words(self) -> tuple[list[str], list[str]]:
+        """What is executed roughly, and what is known of parameters that no plan chooses."""
+        of_chosen = [p for p in self.parameters if p.known is None and p.off]
+        off = ", ".join(f"{p.name} off by up to {told(p.off)}" for p in of_chosen)
+        known = [p.words for p in self.parameters if p.known is not None]
+        return [f"every execution with {off}"] if off else [], known
+
 
 def executions_of(doubt: Doubt, model: TrajectoryModel) -> Executions:
-    """Of a doubt about plans of this model. Raises InputError for parameters that there are not, or
-    boxes outside of K.
+    """Of a doubt about plans of this model. Raises InputError for parameters that there are not or
+    that are named twice, or boxes outside of K.
     """
-    n_k = model.n_k
-    lo, hi = np.zeros(n_k), np.zeros(n_k)
-    seen: dict[int, str] = {}
-    for word, pairs in (("k", doubt.k), ("given", doubt.given), ("unknown", doubt.unknown)):
-        for name, value in pairs:
-            axis = _axis(name, model, word)
-            if axis in seen and (word != "k" and seen[axis] != "k"):
-                raise InputError(f"doubt: expected a parameter once; {name} is in it twice.")
-            seen[axis] = word
-            if word == "k":
-                lo[axis], hi[axis] = -value, value
-            else:
-                _require_inside(word, name, value, model.domain, axis)
-                lo[axis], hi[axis] = value
-    chosen = tuple(axis for axis in range(n_k) if seen.get(axis, "k") == "k")
-    if not chosen:
+    names = [name_of(label) for label in model.labels.k]
+    off = _by_axis("doubt k", doubt.k, names)
+    given = _by_axis("doubt given", doubt.given, names)
+    unknown = _by_axis("doubt unknown", doubt.unknown, names)
+    for axis in given.keys() & unknown.keys():
+        raise InputError(
+            f"doubt: expected a parameter to be given or unknown; {names[axis]} is both."
+        )
+    parameters = []
+    for axis, name in enumerate(names):
+        known = "measured" if axis in given else "unknown" if axis in unknown else None
+        value = (given | unknown).get(axis, (0.0, 0.0))
+        parameters.append(Parameter(name, known, value, off.get(axis, 0.0)))
+        _require_inside(parameters[-1], model.domain.lo[axis], model.domain.hi[axis])
+    if all(p.known for p in parameters):
         raise InputError("doubt: expected at least one parameter to choose; all are given.")
-    wide = model.domain.hi - model.domain.lo
-    for axis in chosen:
-        if 2 * hi[axis] >= wide[axis]:
-            raise InputError(
-                f"doubt k of {name_of(model.labels.k[axis])}: expected less than half of the range "
-                f"of K, {wide[axis] / 2:g}; got {hi[axis]:g}."
-            )
-    return Executions(chosen, lo, hi)
+    return Executions(tuple(parameters))
+
+
+def told(x: float) -> str:
+    """The shortest decimal that this float alone is read from."""
+    return repr(float(x)).removesuffix(".0")
 
 
 def require_few(points: int, executions: int) -> None:
@@ -84,21 +136,32 @@ def require_few(points: int, executions: int) -> None:
         )
 
 
-def _axis(name, model: TrajectoryModel, word: str) -> int:
-    names = [name_of(label) for label in model.labels.k]
-    if isinstance(name, str) and name in names:
-        return names.index(name)
-    if not isinstance(name, str) and 0 <= name < model.n_k:
-        return int(name)
-    raise InputError(
-        f"doubt {word}: expected parameters of the model ({', '.join(names)}); got {name!r}."
-    )
+def _by_axis(word: str, pairs: tuple, names: Sequence[str]) -> dict:
+    """What is said of parameters, by axis of k."""
+    axes = []
+    for name, _ in pairs:
+        axis = names.index(name) if name in names else name
+        if not (isinstance(axis, int) and 0 <= axis < len(names)):
+            raise InputError(
+                f"{word}: expected parameters of the model ({', '.join(names)}); got {name!r}."
+            )
+        axes.append(axis)
+    require_once(word, [names[axis] for axis in axes])
+    return {axis: value for axis, (_, value) in zip(axes, pairs, strict=True)}
 
 
-def _require_inside(word: str, name, value, domain: Box, axis: int) -> None:
-    lo, hi = value
-    if not (domain.lo[axis] <= lo and hi <= domain.hi[axis]):
+def _require_inside(p: Parameter, lo: float, hi: float) -> None:
+    """Raises InputError for executions that leave K, which is [lo, hi] here."""
+    low, high = p.box
+    if p.known is None and 2 * p.off >= hi - lo:
         raise InputError(
-            f"doubt {word} of {name}: expected a box within K, [{domain.lo[axis]:g}, "
-            f"{domain.hi[axis]:g}]; got [{lo:g}, {hi:g}]."
+            f"doubt k of {p.name}: expected less than half of the range of K, {(hi - lo) / 2:g}; "
+            f"got {p.off:g}."
+        )
+    if p.known is not None and not (lo <= low and high <= hi):
+        rough = f", executed within ±{told(p.off)}" if p.off else ""
+        value = ", ".join(told(x) for x in p.value)
+        raise InputError(
+            f"doubt of {p.name}: expected a box within K, [{lo:g}, {hi:g}]; got [{value}] "
+            f"({p.known}{rough}). Narrow it, or learn a model of more."
         )

@@ -79,7 +79,9 @@ def plain(
             start = doubt.shifts(model.n_p) if pose is None else np.zeros(model.n_p)
             known[name] = copies.model_of(model, start)
         under = known[name]
-    said = None if doubt is None else withstood(doubt, model, max(copies.counts) > 1)
+    said = None
+    if doubt is not None:
+        said = withstood(doubt, copies.executions, model, max(copies.counts) > 1)
     return Plain(problem, under, said, here, pose)
 
 

@@ -1,13 +1,14 @@
 """What an answer under doubt withstands, in words, and what its sensing may miss. [T21]"""
 
+from collections.abc import Sequence
 from fractions import Fraction
 from typing import NamedTuple
 
 import numpy as np
 
-from parc_jax.doubt import Doubt, words
-from parc_jax.labels import name_of
+from parc_jax.doubt import Doubt
 from parc_jax.model import TrajectoryModel
+from parc_jax.robust.executions import Executions, told
 from parc_jax.sets.box import Box
 
 
@@ -36,13 +37,33 @@ class Withstood(NamedTuple):
         return self._asdict() | {"sensing_eps": str(self.sensing_eps)}
 
 
-def withstood(doubt: Doubt, model: TrajectoryModel, copies: bool) -> Withstood:
-    """Of a doubt about plans of this model."""
-    names = [name_of(label) for label in model.labels.k]
-    chosen = model.n_k - len(doubt.given) - len(doubt.unknown)
+def withstood(
+    doubt: Doubt, executions: Executions, model: TrajectoryModel, copies: bool
+) -> Withstood:
+    """Of a doubt about plans of this model, executed so."""
     volume = float(np.prod(model.domain.hi - model.domain.lo))
-    parameters = (model.n_k, chosen)
-    return Withstood(words(doubt, names), doubt.sensing_eps, parameters, volume, copies)
+    parameters = (model.n_k, len(executions.chosen))
+    return Withstood(words(doubt, executions), doubt.sensing_eps, parameters, volume, copies)
+
+
+def words(doubt: Doubt, executions: Executions) -> str:
+    """What a robust answer holds for: "every start within ±0.05, ±0.05 m ..."."""
+    rough, known = executions.words
+    parts = []
+    if any(doubt.start):
+        parts.append(f"every start within {_spread(doubt.start)} m of the one asked about")
+    if doubt.heading:
+        parts.append(f"every heading within ±{told(doubt.heading)} rad")
+    parts += rough
+    if any(doubt.goal):
+        parts.append(f"every goal moved by up to {_spread(doubt.goal)}")
+    if any(s is not None for s in doubt.obstacles):
+        parts.append("every place of the obstacles that fits what was seen of them")
+    return "; ".join([*parts, *known])
+
+
+def _spread(widths: Sequence[float]) -> str:
+    return ", ".join(f"±{told(w)}" for w in widths)
 
 
 def withstood_of_json(data: dict | None) -> Withstood | None:

@@ -202,7 +202,10 @@ def no_end_fits(scene: Scene, model) -> str | None:
     axis = int(np.argmax(short.min(axis=0)))
     least = half.min(axis=0)
     if not np.isfinite(least).all():
-        return "no bin of K has a claim."
+        return (
+            "no plan keeps to bins of K that have a claim; a value on an edge is in the bins on "
+            "both sides."
+        )
     if short[:, axis].min() <= 0:
         return "in every bin of K the goal is narrower than the tube at the end along some axis."
     return (

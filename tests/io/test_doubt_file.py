@@ -77,6 +77,7 @@ def test_what_is_written_is_read_again(suffix, tmp_path):
     [
         ("[doubt]\nstrat = 1", "doubt: expected start, heading, .*; got 'strat'"),
         ("[doubt]\nstart = -1", "doubt start: expected half widths >= 0; got -1"),
+        ("[doubt]\nk = { 1 = 0.5, 01 = 0.001 }", "doubt k: expected every parameter once; 1 is"),
         ("[doubt]\nstart = [[1]]", "doubt start: expected a list of numbers"),
         ("[doubt]\nunknown = { load = 1 }", "doubt unknown of load: expected a box"),
         ("[doubt]\nheading = [1]", "doubt heading: expected one number"),
@@ -87,3 +88,9 @@ def test_what_is_written_is_read_again(suffix, tmp_path):
 def test_bad_tables_are_refused_by_name(text, sentence):
     with pytest.raises(InputError, match=sentence):
         problem_of_text(SCENE + text, "scene")
+
+
+def test_an_entry_of_json_stands_once():
+    twice = '{"goal": {}, "doubt": {"k": {"speed": 0.5, "speed": 0.001}}}'
+    with pytest.raises(InputError, match="scene in JSON; the entry 'speed' stands twice"):
+        problem_of_text(twice, "scene", is_json=True)

@@ -3,12 +3,14 @@ exact arithmetic at corners and inside of the doubt.
 """
 
 from copy import copy
+from fractions import Fraction
+from types import SimpleNamespace
 
 import jax
 import numpy as np
 import pytest
 import toy_query
-from doubted import as_format_2, corners_and_inside
+from doubted import NEARLY, as_format_2, corners_and_inside
 from exact_oracle import exact_safe
 from toy_models import anchored_plans, fold_model, random_network, toy_case
 
@@ -16,11 +18,14 @@ import parc_jax as pj
 from parc_jax import checker
 from parc_jax.doubt import Doubt
 from parc_jax.errors import InputError
+from parc_jax.labels import labels
 from parc_jax.network.predict import outputs
 from parc_jax.planner import Planner
 from parc_jax.robust.bend import bend, bend_by_bin
 from parc_jax.robust.bins import axis_of
+from parc_jax.robust.executions import executions_of
 from parc_jax.robust.question import plain
+from parc_jax.robust.withstood import words
 from parc_jax.settings import Settings
 from parc_jax.verdict.pointwise import verdicts
 from parc_jax.verdict.scene import scene_of
@@ -221,13 +226,85 @@ def test_answers_about_executions_can_be_kept(unknown, tmp_path):
     assert again.statement() == unknown.statement() and (again.samples == unknown.samples).all()
 
 
+def test_a_measured_parameter_may_be_executed_roughly_too(rng):
+    """The two doubts add, in the box that is solved and in the words; else a run at k1 that is off
+    as was said may drive through a wall.
+    """
+    model, problem = toy_case(0)
+    both = Doubt(k={"k0": 0.02, 1: 0.3}, given={"k1": (0.15, 0.25)})
+    asked = plain(problem.replace(doubt=both), model)
+    answer = Planner(model).solve(problem.replace(doubt=both), KEY, SMALL)
+    assert answer.proved and len(answer.samples)
+    for plan in answer.samples:
+        for k1 in (0.25 + 0.3 * NEARLY, 0.15 - 0.3 * NEARLY, *rng.uniform(-0.15, 0.55, 3)):
+            k0 = plan[2] + 0.02 * corners_and_inside(rng, 1)[0]
+            assert exact_safe(problem, model, plan[:2], [k0, k1])
+    said = "every k1 within ±0.3 of what is from 0.15 to 0.25 (measured, executed roughly)"
+    assert said in answer.statement() and "k0 off by up to 0.02" in answer.statement()
+    known = executions_of(both, model).parameters[1]
+    low, high = (Fraction(x) for x in known.box)
+    assert low <= Fraction(0.15) - Fraction(0.3) and high >= Fraction(0.25) + Fraction(0.3)
+    given = problem.replace(doubt=Doubt(k={"k0": 0.02}, given={"k1": (low, high)}))
+    assert plain(given, model).model.net.hash == asked.model.net.hash
+
+
+def test_the_words_name_all_of_it():
+    """And are those of the executions that were solved."""
+    named = labels(2, 0, 5, k=("speed [m/s]", "angle [rad]", "load [t]", "wind [m/s]", "grip"))
+    model = SimpleNamespace(labels=named, domain=pj.box([-9] * 5, [9] * 5), n_k=5)
+    doubt = Doubt(
+        start=[0.1, 0.2],
+        heading=0.05,
+        k={1: 0.5, "load": 0.25},
+        goal=0.3,
+        obstacles=pj.box([-0.1] * 2, [0.1] * 2),
+        given={"load": 5, "wind": (1, 2), "grip": 0.123456789},
+        unknown={0: (3, 4)},
+    )
+    text = words(doubt, executions_of(doubt, model))
+    for part in (
+        "every start within ±0.1, ±0.2 m",
+        "every heading within ±0.05 rad",
+        "every execution with angle off by up to 0.5;",
+        "every goal moved by up to ±0.3",
+        "every place of the obstacles",
+        "every load within ±0.25 of 5 (measured, executed roughly)",
+        "every wind from 1 to 2 (measured)",
+        "grip = 0.123456789 (measured)",
+        "every speed from 3 to 4 (unknown)",
+    ):
+        assert part in text
+
+
+@pytest.mark.parametrize("value", [0.0, -1.0, 1.0, np.nextafter(0, 1), np.nextafter(-1, 0)])
+def test_a_value_on_an_edge_has_plans_that_hold_for_all_bins_of_it(value, rng):
+    """Between two bins, at both ends of K, and next to them: errors of the worse bin."""
+    model, problem = toy_case(0)
+    asked = problem.replace(doubt=Doubt(given={"k1": value}))
+    p0, k = anchored_plans(rng, model, 300)
+    k[:, 1] = value
+    found = plain(asked, model)
+    safe = verdicts_under(asked, model, p0, k[:, :1]).safe
+    assert safe.sum() > 10
+    for i in np.flatnonzero(safe)[:5]:
+        assert exact_safe(problem, model, p0[i], k[i])
+    bins = model.tube.bins_of(k[:1])[0]
+    assert len(bins) == (2 if value == 0 else 1)
+    assert (found.model.tube.interval >= model.tube.interval[bins]).all()
+    assert (found.model.tube.interval <= model.tube.interval[bins].max(axis=0) * 1.001).all()
+
+
 REFUSED = {
     "expected parameters of the model .k0, k1.; got 'load'": Doubt(unknown={"load": (0, 1)}),
-    r"doubt unknown of k1: expected a box within K, \[-1, 1\]; got \[0, 3\]": Doubt(
-        unknown={"k1": (0, 3)}
+    r"doubt of k1: expected a box within K, \[-1, 1\]; got \[0, 3\]": Doubt(unknown={"k1": (0, 3)}),
+    r"doubt of k1: expected a box within K, \[-1, 1\]; got \[1.0000000000000002,": Doubt(
+        given={1: np.nextafter(1, 2)}
     ),
+    r"got \[0.5, 0.5\] .measured, executed within ±0.75.": Doubt(given={1: 0.5}, k={"k1": 0.75}),
     "at least one parameter to choose": Doubt(given={0: 0, 1: 0}),
-    "expected a parameter once; 1 is in it twice": Doubt(given={"k1": 0}, unknown={1: (0, 1)}),
+    "given or unknown; k1 is both": Doubt(given={"k1": 0}, unknown={1: (0, 1)}),
+    "doubt k: expected every parameter once; k1 is named twice": Doubt(k={1: 0.5, "k1": 0.001}),
+    "doubt given: expected every parameter once; k0": Doubt(given={"k0": 0.5, 0: 0.001}),
     "doubt k of k0: expected less than half of the range of K, 1; got 1": Doubt(k=[1.0, 0]),
 }
 
