@@ -199,7 +199,7 @@ class Planner:
             budget_s=budget_s,
             max_leaves=max_leaves,
             bounds=True,
-        )
+        )._replace(doubt=asked.doubt)
 
 
 def solve_with(

@@ -6,11 +6,11 @@ from fractions import Fraction
 
 from parc_jax.claim.risk import NoStatement, Risk
 
-NONE_OF_COPIES = (
-    "Under this doubt of execution or heading that is: no plan that this method could show to "
-    "withstand it; a few executions stand for all, and more than all."
-)
-NOTHING_FOUND = "No safe plan was found within the budget. This is not a proof that none exists."
+
+def nothing_found(reason: str | None) -> str:
+    """No plan was found, and nobody looked for a proof. reason: why none can be, where known."""
+    why = "." if reason is None else f": {reason}"
+    return f"No safe plan was found within the budget{why} This is not a proof that none exists."
 
 
 def about_plans(samples: int, polytopes: int, corridors: int, proved: bool) -> str:

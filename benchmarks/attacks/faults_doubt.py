@@ -67,22 +67,39 @@ DOUBT = (
         (EXECUTIONS + "test_samples_are_boxes_of_doubt_of_the_question_as_it_was_asked",),
     ),
     Fault(
+        "bounds_do_not_say_what_they_are_about",
+        "Planner.bound_volume",
+        "._replace(doubt=asked.doubt)",
+        "",
+        (EXECUTIONS + "test_bounds_under_doubt_say_what_they_are_about",),
+    ),
+    Fault(
+        "no_word_of_a_bin_without_claim",
+        "answer.statement.statement",
+        "nothing_found(no_end_fits(found.scene, found.model))",
+        "nothing_found(None)",
+        (
+            "tests/answer/test_statement.py"
+            "::test_a_value_on_the_edge_of_a_bin_without_claim_is_told",
+        ),
+    ),
+    Fault(
         "a_measured_parameter_is_executed_exactly",
-        "parc_jax/robust/executions.py",
+        "Parameter.box",
         "off = self.value, Fraction(self.off)",
         "off = self.value, Fraction(self.off if self.known is None else 0)",
         (EXECUTIONS + "test_a_measured_parameter_may_be_executed_roughly_too",),
     ),
     Fault(
         "a_parameter_by_name_and_by_number",
-        "parc_jax/robust/executions.py",
+        "executions._by_axis",
         "require_once(word, [names[axis] for axis in axes])",
         "require_once(word, [name for name, _ in pairs])",
         (EXECUTIONS + "test_what_does_not_fit_the_model_is_refused",),
     ),
     Fault(
         "two_parameters_share_a_name",
-        "parc_jax/labels.py",
+        "labels._checked",
         "[name_of(other) for other in words].count(name) > 1",
         "words.count(word) > 1",
         ("tests/test_labels.py::test_wrong_labels_are_refused",),

@@ -47,7 +47,7 @@ class Findings:
         self.proved = proved
         self.refused = refused
         self.timings = timings
-        self.no_plan = no_plan
+        self.no_plan = None if no_plan is None else no_plan._replace(doubt=doubt)
         self.doubt = doubt
         self.pose = pose
         self._cover = cover

@@ -1,22 +1,20 @@
 """An answer in words: the line that is its name, the sentences that say what it is worth."""
 
 import html
+from collections.abc import Sequence
 
 from parc_jax.answer.findings import Findings
 from parc_jax.answer.numbers import density_of_k, risk_of_draw
-from parc_jax.robust.withstood import Withstood
 from parc_jax.sentences import (
-    NONE_OF_COPIES,
-    NOTHING_FOUND,
     about_doubt,
     about_place,
     about_plans,
     about_pose,
     about_risk,
     about_sensing,
+    nothing_found,
 )
 from parc_jax.verdict.scene import no_end_fits
-from parc_jax.volume_bounds.no_plan import PROVED, NoPlan
 
 
 def one_line(found: Findings) -> str:
@@ -42,19 +40,12 @@ def as_html(found: Findings) -> str:
 def statement(found: Findings) -> str:
     """The two sentences, as `Answer.statement`."""
     if found.found:
-        return f"(C) {_about_model(found)}\n{_about_tube(found)}\n{_about_draw(found)}"
-    if found.no_plan is None:
-        why = no_end_fits(found.scene, found.model)
-        return NOTHING_FOUND if why is None else f"{NOTHING_FOUND} It is known that {why}"
-    return f"{_about_none(found.no_plan, found.doubt)}\n{_about_tube(found)}"
-
-
-def _about_none(no_plan: NoPlan, doubt: Withstood | None) -> str:
-    """What is known where no plan was found and branch and bound looked for a proof."""
-    none = no_plan.statement()
-    if no_plan.kind == PROVED and doubt is not None and doubt.copies:
-        none = f"{none} {NONE_OF_COPIES}"
-    return none
+        known = _about_tube(found, _about_doubt(found))
+        return f"(C) {_about_model(found)}\n{known}\n{_about_draw(found)}"
+    if found.no_plan is not None:
+        return f"{found.no_plan.statement()}\n{_about_tube(found, ())}"
+    none = nothing_found(no_end_fits(found.scene, found.model))
+    return none if found.doubt is None else found.doubt.of_none(none)
 
 
 def _about_model(found: Findings) -> str:
@@ -67,14 +58,16 @@ def _about_model(found: Findings) -> str:
     return f"{plans}\n{about_place(k_lo, k_hi)}"
 
 
-def _about_tube(found: Findings) -> str:
+def _about_doubt(found: Findings) -> list[str]:
+    """What all plans withstand."""
+    return [] if found.doubt is None else [about_doubt(found.doubt.words)]
+
+
+def _about_tube(found: Findings, withstood: Sequence[str]) -> str:
     """What is known of the tube, after what all plans start from and withstand."""
-    lines = [f"(E) {found.model.claim.statement()}"]
-    if found.doubt is not None:
-        lines.insert(0, about_doubt(found.doubt.words))
-    if found.pose is not None:
-        lines.insert(0, about_pose(found.pose.place, found.pose.heading))
-    return "\n".join(lines)
+    pose = found.pose
+    here = [] if pose is None else [about_pose(pose.place, pose.heading)]
+    return "\n".join([*here, *withstood, f"(E) {found.model.claim.statement()}"])
 
 
 def _about_draw(found: Findings) -> str:

@@ -11,6 +11,11 @@ from parc_jax.model import TrajectoryModel
 from parc_jax.robust.executions import Executions, told
 from parc_jax.sets.box import Box
 
+OF_COPIES = (
+    "Under this doubt of execution or heading a few executions stand for all, and more than all: "
+    "what is not safe is a plan that this method cannot show to withstand it."
+)
+
 
 class Withstood(NamedTuple):
     """words: "every start within ..."; for sentences. sensing_eps: probability with which the truth
@@ -31,6 +36,11 @@ class Withstood(NamedTuple):
         are not chosen at all.
         """
         return domain.volume / self.k_volume if len(set(self.parameters)) == 1 else 1.0
+
+    def of_none(self, told: str) -> str:
+        """A sentence that no safe plan is there, or how many are, with what safe means in it."""
+        about = f"{told} Safe means here: safe for {self.words}."
+        return f"{about} {OF_COPIES}" if self.copies else about
 
     def to_json(self) -> dict:
         """As plain data, for the answer file."""

@@ -18,6 +18,7 @@ from parc_jax.certificate.write import question_parts
 from parc_jax.errors import InputError
 from parc_jax.model import TrajectoryModel
 from parc_jax.pwa.domain import MAX_DIMENSION
+from parc_jax.robust.withstood import Withstood
 from parc_jax.spelling import decimal_text
 from parc_jax.verdict.scene import Scene, no_end_fits
 from parc_jax.volume_bounds.faces import goal_faces
@@ -41,7 +42,8 @@ class NoPlan(NamedTuple):
     certificate: the `no_plan` entry of answer.json, None when the checker refused it.
     leaves: boxes. safe_plan: (p0, k), a safe plan that the search came across, or None.
     seconds, check_seconds: search and exact check.
-    reason: why none is safe, where a sentence can say it, else None.
+    reason: why none is safe, where a sentence can say it, else None. doubt: what a safe plan here
+        withstands; None where there was no doubt.
     """
 
     kind: str
@@ -55,9 +57,14 @@ class NoPlan(NamedTuple):
     seconds: float
     check_seconds: float
     reason: str | None = None
+    doubt: Withstood | None = None
 
     def statement(self) -> str:
-        """One sentence: what is true of the model and its tube."""
+        """What is true of the model and its tube, and of which plans that is said."""
+        told = self._told()
+        return told if self.doubt is None else self.doubt.of_none(told)
+
+    def _told(self) -> str:
         if self.kind == PROVED:
             why = f"; {self.reason}" if self.reason else "; a longer search cannot find one."
             return (

@@ -1,10 +1,17 @@
 """An answer in words, for terminals and notebooks."""
 
+import numpy as np
+from toy_models import toy_case
 from toy_query import answer
 
 from parc_jax.answer.findings import Findings
 from parc_jax.answer.statement import as_html, one_line, statement
-from parc_jax.sentences import NOTHING_FOUND
+from parc_jax.claim.claim import weaker
+from parc_jax.claim.tube import tube
+from parc_jax.doubt import Doubt
+from parc_jax.robust.question import plain
+from parc_jax.sentences import nothing_found
+from parc_jax.verdict.scene import bare_scene
 
 
 def found(**changes):
@@ -44,5 +51,28 @@ def test_what_is_proved_comes_first_then_the_tube_then_the_risk():
 
 
 def test_where_nothing_was_found_nothing_is_promised():
-    assert statement(nothing()) == NOTHING_FOUND
+    assert statement(nothing()) == nothing_found(None)
     assert one_line(nothing()) == "Answer for <b>toy</b> & co: not-found"
+
+
+def test_a_value_on_the_edge_of_a_bin_without_claim_is_told():
+    """In both bins, so in one without a claim: no plan, and a word why."""
+    model, problem = toy_case(0)
+    half, final = (np.array([x[0], np.full_like(x[1], np.inf)]) for x in _widths_of(model))
+    claim = weaker(model.claim, tube(model.tube.edges, half, final))
+    for value, told in ((0.0, True), (np.nextafter(0, -1), False)):
+        asked = problem.replace(doubt=Doubt(given={"k1": value}))
+        known = plain(asked, model.replace(claim=claim))
+        empty = nothing()
+        empty.model, empty.scene = known.model, bare_scene(known.problem, known.model)
+        empty.scene = empty.scene.replace(problem=known.problem)
+        empty.doubt = known.doubt
+        said = statement(empty)
+        assert (
+            "that have a claim; a value on an edge is in the bins on both sides" in said
+        ) == told
+        assert f"safe for k1 = {value if value else 0}" in said
+
+
+def _widths_of(model):
+    return model.tube.interval, model.tube.final

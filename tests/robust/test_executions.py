@@ -61,8 +61,19 @@ def test_no_plan_under_copies_says_what_it_means():
     assert answer.status is pj.Status.NO_PLAN
     doubts = (Doubt(k=[0.05, 0.02]), True), (Doubt(start=0.01), False), (Doubt(given={0: 0}), False)
     for doubt, said in doubts:
-        answer.doubt = plain(toy_query.gap().replace(doubt=doubt), toy_query.planner().model).doubt
-        assert ("no plan that this method could show" in answer.statement()) == said
+        known = plain(toy_query.gap().replace(doubt=doubt), toy_query.planner().model).doubt
+        answer.no_plan = answer.no_plan._replace(doubt=known)
+        assert ("a plan that this method cannot show to withstand" in answer.statement()) == said
+        assert f"Safe means here: safe for {known.words}." in answer.statement()
+
+
+def test_bounds_under_doubt_say_what_they_are_about():
+    """This question has safe plans; that none is safe is said of those that withstand the doubt."""
+    asked = toy_query.gap().replace(doubt=Doubt(goal=0.249))
+    none = toy_query.planner().bound_volume(asked, max_leaves=40)
+    said = none.statement()
+    assert none.kind == "proved" and "Safe means here: safe for every goal moved by up to" in said
+    assert "Safe means" not in toy_query.answer(wall=True).statement()
 
 
 def test_samples_are_boxes_of_doubt_of_the_question_as_it_was_asked():
