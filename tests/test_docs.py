@@ -188,6 +188,7 @@ def test_the_api_page_is_up_to_date():
     assert shown == made, "run: python docs/make_api.py"
 
 
+@pytest.mark.slow
 def test_the_site_builds_without_a_warning(tmp_path):
     need("zensical")
     shutil.copytree(ROOT / "docs", tmp_path / "docs", ignore=shutil.ignore_patterns("site"))

@@ -59,6 +59,7 @@ def test_wrong_labels_are_refused(wrong):
         labels(2, 0, 2, k=given)
 
 
+@pytest.mark.slow
 def test_labels_go_from_the_model_to_answer_and_figures(tmp_path):
     toy = fold_model(T=4, e=0.02)
     model = pj.trajectory_model(toy.net, toy.claim, toy.domain, toy.time, "toy", NAMED)

@@ -12,6 +12,8 @@ from launches import Launches, counting, launches_of, operations_in
 import parc_jax as pj
 from sims.drift_parking import problem
 
+pytestmark = pytest.mark.slow
+
 ROOT = Path(__file__).parent
 KEY = jax.random.PRNGKey(0)
 FAST = pj.Settings.fast()

@@ -52,6 +52,7 @@ def test_wrong_types_are_told_what_was_expected(name):
         call()
 
 
+@pytest.mark.slow
 def test_both_kinds_of_keys_are_keys():
     settings = pj.Settings.fast()
     for key in (jax.random.PRNGKey(1), jax.random.key(1), np.array([0, 1], np.uint32)):
@@ -73,6 +74,7 @@ def test_the_status_says_what_is_known():
     assert "proves nothing" in unknown.status.text
 
 
+@pytest.mark.slow
 def test_a_batch_has_a_status_for_every_problem():
     problems = [toy_query.gap(), toy_query.gap(wall=True)]
     plain = PLANNER().solve_batch(problems, KEY)
@@ -82,6 +84,7 @@ def test_a_batch_has_a_status_for_every_problem():
     assert repr(proved) == "<BatchAnswer: 1 of 2 found, 1 proved>"
 
 
+@pytest.mark.night
 def test_warming_up_takes_no_numbers_from_the_query_after_it():
     settings = pj.Settings(n_samples=5, target=0.3, budget_s=300, polytopes=False)
     before = PLANNER().solve(toy_query.gap(), KEY, settings.replace(budget_s=0.0))
@@ -98,6 +101,7 @@ def test_problems_and_planners_say_what_they_are_in_a_line():
         assert len(repr(thing)) < 300 and "\n" not in repr(thing)
 
 
+@pytest.mark.slow
 def test_the_exact_method_may_be_named_and_the_published_one_is_an_object_too():
     settings = pj.Settings(n_samples=3, budget_s=0.0)
     plain = PLANNER().solve(toy_query.gap(), KEY, settings)
@@ -107,6 +111,7 @@ def test_the_exact_method_may_be_named_and_the_published_one_is_an_object_too():
     assert published.status is pj.Status.PROVED and not published.corridors
 
 
+@pytest.mark.night
 def test_a_batch_takes_both_kinds_of_keys_and_they_say_the_same():
     problems = [toy_query.gap()]
     old = PLANNER().solve_batch(problems, jax.random.PRNGKey(5))

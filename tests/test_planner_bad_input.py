@@ -169,6 +169,7 @@ def answer():
     )
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("p0", "k"),
     [
@@ -186,6 +187,7 @@ def test_contains_wants_matching_plans(answer, p0, k):
     one_sentence(caught)
 
 
+@pytest.mark.slow
 def test_samples_and_projections_want_sense(answer):
     assert answer.sample(jax.random.key(0), 0).shape == (0, 4)
     for call in (lambda: answer.sample(jax.random.key(0), -1), lambda: answer.project([0, 4])):

@@ -31,6 +31,7 @@ def test_this_installation_passes_and_remembers(store, monkeypatch):
     require_sound_arithmetic()
 
 
+@pytest.mark.night
 @pytest.mark.parametrize(
     "text", ["", "{", "[]", "null", '["x"]', "[[]]", '[["float64", true, "fine"]]']
 )
@@ -43,6 +44,7 @@ def test_a_damaged_cache_is_probed_again(store, monkeypatch, text):
     assert asked and len(json.loads(store.read_text())) == len(probe_all())
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("number", range(5))
 def test_any_failed_probe_refuses_the_query(store, monkeypatch, number):
     findings = probe_all()

@@ -41,6 +41,7 @@ def test_other_obstacles_goals_bodies_networks_and_tubes_compile_nothing(warm):
     assert compiled_by(lambda: solve(4, goal=problem.goal.replace(b=problem.goal.b * 0.9))) == 0
 
 
+@pytest.mark.slow
 def test_a_new_size_compiles_and_is_counted(warm):
     rng = np.random.default_rng(0)
     model = random_model(rng, 5, (6, 5), (1, 2), 0.02)
@@ -101,6 +102,7 @@ def warm_calls():
             call()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("n_obstacles", "more_rows"), [(3, 0), (5, 0), (2, 1)])
 def test_another_number_of_obstacles_or_rows_compiles_nothing(warm_calls, n_obstacles, more_rows):
     calls = calls_about(n_obstacles, more_rows)

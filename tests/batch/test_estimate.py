@@ -37,6 +37,7 @@ def asked(rng, n_p, fitted, T=12):
     return scene.obstacles, jnp.asarray(path.swapaxes(1, 2), jnp.float32), taken, np.asarray(exact)
 
 
+@pytest.mark.night
 @pytest.mark.parametrize("fitted", [False, True])
 @pytest.mark.parametrize(("n_p", "lost"), [(2, 0.05), (3, 0.25)])
 def test_an_estimate_is_no_more_than_the_clearance_and_nearly_as_much(rng, n_p, lost, fitted):
@@ -49,6 +50,7 @@ def test_an_estimate_is_no_more_than_the_clearance_and_nearly_as_much(rng, n_p, 
     assert np.median((exact - found)[exact > 0]) < 0.4 * lost
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("fitted", [False, True])
 def test_a_rough_look_keeps_the_best(rng, fitted):
     """Of every four knots one: the best twelve of 64 hold a plan that is nearly the best."""

@@ -84,6 +84,7 @@ def test_every_plan_passes_the_single_query_and_the_exact_checker(toy):
     assert list(proved.proved) == [True, True, False]
 
 
+@pytest.mark.slow
 @pytest.mark.soundness
 def test_without_the_float64_verdict_unsafe_plans_would_come_back(toy, monkeypatch):
     planner, problems, _ = toy
@@ -104,6 +105,7 @@ def test_without_the_float64_verdict_unsafe_plans_would_come_back(toy, monkeypat
     ).found.all()  # the scene that has no plan
 
 
+@pytest.mark.night
 def test_a_plan_is_found_wherever_drawing_finds_one(toy):
     planner, problems, answer = toy
     drawn = [
@@ -133,6 +135,7 @@ def test_a_scene_alone_in_another_order_and_in_another_batch_gets_the_same_bits(
     )  # the number does decide: the tests above can fail
 
 
+@pytest.mark.slow
 def test_vectorised_and_looped_scenes_get_the_same_verdicts(toy, monkeypatch):
     planner, problems, _ = toy
     monkeypatch.setattr(batch_run, "VECTOR", 8)
@@ -198,6 +201,7 @@ def test_arrays_of_boxes_take_no_doubt_but_their_problems_do():
     assert wider is not model
 
 
+@pytest.mark.night
 def test_sizes_and_kinds_mix_and_every_form_of_a_question_gets_one_answer(rng):
     model = random_model(np.random.default_rng(3))
     planner = Planner(model)
@@ -213,6 +217,7 @@ def test_sizes_and_kinds_mix_and_every_form_of_a_question_gets_one_answer(rng):
     same(planner.solve_batch(alike, KEY, numbers=[0, 0], draws=256), rows(answer, [0, 0]))
 
 
+@pytest.mark.night
 def test_a_small_start_and_a_wall_that_comes_later():
     planner = Planner(line_model(T=8))
     goal = box([0.9, -0.1, -2.0], [1.1, 0.1, 2.0])
@@ -228,6 +233,7 @@ def test_a_small_start_and_a_wall_that_comes_later():
     assert (np.abs(answer.best[1:, :2]) <= 0.001).all()
 
 
+@pytest.mark.slow
 def test_warm_start_keeps_what_holds_and_repairs_what_moved(toy):
     planner, problems, answer = toy
     again = planner.solve_batch(problems, KEY, draws=512, warm=answer)

@@ -2,6 +2,7 @@
 
 import jax
 import numpy as np
+import pytest
 from toy_models import random_model, random_polygon, random_problem
 
 from parc_jax.batch.stack import FEW, stack_problems
@@ -35,6 +36,7 @@ def test_what_no_plan_comes_near_is_not_stacked():
     assert np.isinf(np.concatenate([c.scenes.beyond for c in stack_problems(few, model)])).all()
 
 
+@pytest.mark.slow
 def test_plans_keep_their_clearance_from_all_obstacles():
     rng = np.random.default_rng(1)
     model = random_model(rng, bins=(2, 2))

@@ -34,6 +34,7 @@ from parc_jax.rollout.collect import collect
 KEY = jax.random.PRNGKey(3)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("bins", [(4, 1), (2, 3)])
 @pytest.mark.parametrize("shape", ["box", "fitted"])
 def test_the_exact_truth_is_what_runs_do(bins, shape):

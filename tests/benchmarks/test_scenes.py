@@ -77,6 +77,7 @@ def test_narrowed_scenes_leave_the_slack_that_they_say(name):
         np.testing.assert_allclose(moved, before, atol=1e-12)  # the gap stays where it was
 
 
+@pytest.mark.night
 def test_published_keeps_exactly_what_no_avoid_set_contains(model, rng):
     problem = gap_problem(2.0)
     parts = Partition(model, enumerate_regions(model.net, DOMAIN))
@@ -99,6 +100,7 @@ def test_published_keeps_exactly_what_no_avoid_set_contains(model, rng):
     assert (safe.clearance[ours] > 0).all()  # what it keeps is clear; the converse does not hold
 
 
+@pytest.mark.night
 def test_lp_and_lp_free_agree_and_both_are_timed(model):
     c = bras.compare(model, gap_problem(2.0), QUICK, starts=3)
     assert c.regions == enumerate_regions(model.net, DOMAIN).count > c.measured == 2

@@ -47,6 +47,7 @@ def counting(bench):
     )
 
 
+@pytest.mark.night
 def test_quick_workloads_report_metrics_of_their_own(quick):
     assert [w["status"] for w in quick["workloads"]] == ["ok", "ok"], [
         w["reason"] for w in quick["workloads"]

@@ -3,6 +3,7 @@
 from dataclasses import replace
 
 import numpy as np
+import pytest
 from synthetic_plants import disturbed, exact, plant, straight_network
 from toy_system import STUDY
 
@@ -40,6 +41,7 @@ def toy(run):
     return task, system, model
 
 
+@pytest.mark.night
 def test_where_the_model_is_exact_all_that_succeeds_is_certified():
     task, system, model = toy(exact)
     bench = Small(quick=True)
@@ -49,6 +51,7 @@ def test_where_the_model_is_exact_all_that_succeeds_is_certified():
     assert truth.low <= found.high and found.low <= truth.high
 
 
+@pytest.mark.night
 def test_disturbances_that_often_miss_the_goal_leave_less_that_succeeds():
     calm, rough = (
         measured.truly_safe(*toy(run), Small(quick=True)).value for run in (exact, disturbed)
@@ -78,6 +81,7 @@ def test_every_setting_of_a_system_has_the_same_eps_delta_and_number_of_runs():
         assert len({s.key for s in task.settings}) == len(task.settings)
 
 
+@pytest.mark.night
 def test_settings_share_their_runs_and_get_claims_of_their_own(monkeypatch, tmp_path):
     one = replace(
         STUDY,

@@ -42,6 +42,7 @@ def part_of(problem, model, plan):
     return sample_part(scene_of(problem, model), model.tube, p0, k, path, bin)
 
 
+@pytest.mark.slow
 def test_network_and_tube_are_read_once_for_many_problems(plan, monkeypatch):
     monkeypatch.setattr(module, "_RECENT", {})
     reads, real = [], checker.Context._read_network

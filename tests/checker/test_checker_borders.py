@@ -18,6 +18,7 @@ def wrong(tally):
     return {kind: count for kind, count in tally.items() if str(kind).startswith("wrong")}
 
 
+@pytest.mark.slow
 @pytest.mark.soundness
 def test_a_thousand_points_on_borders():
     tally = sum((borders.look(seed, 20) for seed in range(10)), collections.Counter())
@@ -42,6 +43,7 @@ def narrowest(real):
     return lambda self, bins, pick: real(self, bins, min)
 
 
+@pytest.mark.night
 @pytest.mark.parametrize(
     ("name", "slip", "seen"),
     [

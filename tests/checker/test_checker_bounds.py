@@ -69,6 +69,7 @@ def test_lines_enclose_a_neuron_at_the_ends_and_at_its_bend(lo, hi, scale):
         assert above * x + height >= max(x, 0) * 2**LINE_BITS
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("seed", range(20))
 def test_the_search_and_the_checker_find_the_same_bounds(seed):
     """Up to float64 and the binary digits of lines."""

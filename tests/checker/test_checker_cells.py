@@ -139,6 +139,7 @@ def test_cells_in_other_dimensions_tile_the_box(n_k, bits):
     assert total == pytest.approx(2**n_k, rel=1e-6)
 
 
+@pytest.mark.slow
 def test_volumes_of_a_bracket_add_up():
     answer, names = build.scene(1, T=4, hidden=(3,), counts=(0, 0, 0)), set()
     answer["no_plan"] = tree_search.grow(

@@ -148,6 +148,7 @@ def passed_lines(error):
         error = error.__cause__
 
 
+@pytest.mark.slow
 @pytest.mark.soundness
 def test_every_check_has_a_certificate_that_only_it_rejects(monkeypatch, tmp_path):
     """A mutant is shown the certificates that are rejected while its check runs; it must accept

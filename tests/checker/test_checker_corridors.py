@@ -90,6 +90,7 @@ def look(answer, count, seed=0):
     return faults, cells
 
 
+@pytest.mark.slow
 @pytest.mark.soundness
 @pytest.mark.parametrize("variant", range(len(VARIANTS)))
 def test_members_of_corridors_are_safe_in_every_region_and_bin(variant):
@@ -155,6 +156,7 @@ BROKEN = [
 ]
 
 
+@pytest.mark.night
 @pytest.mark.parametrize("number", range(len(BROKEN)))
 def test_the_look_at_members_notices_a_broken_checker(number, uneven, monkeypatch):
     name, slip, fault = BROKEN[number]

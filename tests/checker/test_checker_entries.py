@@ -28,6 +28,7 @@ def verdict(answer, processes):
         return str(why)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("processes", [2, 3, 40])
 def test_several_processes_report_what_one_does(processes):
     report = verdict(several(), 1)
@@ -35,6 +36,7 @@ def test_several_processes_report_what_one_does(processes):
     assert verdict(several(), processes) == report
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "bad",
     [[("samples", 4)], [("samples", 6), ("samples", 3)], [("corridors", 1), ("sets", 0)]],

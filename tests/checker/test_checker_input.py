@@ -350,6 +350,7 @@ def many_bins():
     return build.rehash(answer | {"samples": [sample] * 200})
 
 
+@pytest.mark.slow
 @pytest.mark.soundness
 @pytest.mark.parametrize(
     "make",
@@ -369,6 +370,7 @@ def test_a_small_file_cannot_ask_for_long_work(make):
     assert calls_of(refused) < 10_000_000
 
 
+@pytest.mark.slow
 def test_the_work_that_is_allowed_grows_with_the_file():
     """A file in which every entry asks for what its size allows is accepted, however long it is."""
     assert checker.check_answer(many_bins()).samples == 1

@@ -11,6 +11,7 @@ import pytest
 from parc_jax import checker
 
 
+@pytest.mark.slow
 @pytest.mark.soundness
 @pytest.mark.parametrize("seeds", [range(3), pytest.param(range(3, 10), marks=pytest.mark.slow)])
 def test_of_two_thousand_mutants_none_is_wrongly_accepted(seeds):
@@ -32,6 +33,7 @@ def test_the_judge_sees_members_of_corridors(monkeypatch):
             mutants.judge(answer)
 
 
+@pytest.mark.slow
 @pytest.mark.soundness
 def test_mutants_of_no_plan_none_wrongly_accepted():
     tally = sum((mutants.check_plan_mutants(seed, 100) for seed in range(3)), collections.Counter())

@@ -83,6 +83,7 @@ def test_streamed_and_held_runs_give_the_same_claim(system, holdout, profile):
     assert streamed.statement() == held.statement()
 
 
+@pytest.mark.slow
 def test_scoring_resumes_with_the_same_numbers(system, profile, tmp_path):
     whole = score_system(NET, system, KEY, profile, 200, chunk=16, quiet=True)
     score_system(NET, system, KEY, profile, 100, chunk=16, path=tmp_path, quiet=True)

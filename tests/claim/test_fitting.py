@@ -194,6 +194,7 @@ def test_a_start_gap_widens_every_pair_of_faces_by_its_own_reach(profile, holdou
         np.testing.assert_allclose(grown, by_hand, atol=2.0**-39)
 
 
+@pytest.mark.slow
 def test_a_search_widens_what_it_hits(profile, holdout):
     system = plant(slanted)
     claim = calibrate(NET, holdout, scaled(profile, np.full(3, 0.5), np.zeros(2)), 1e-2, 1e-3)
@@ -309,6 +310,7 @@ def test_a_bin_of_200_runs_no_longer_borrows_from_its_neighbour(few, share):
     np.testing.assert_allclose(given.half[1, :, 0], by_hand, rtol=1e-5)
 
 
+@pytest.mark.slow
 def test_the_pipeline_fits_and_the_claim_holds(train):
     system = plant(slanted)
     claim = bound_error(NET, system, KEY, 5e-2, 1e-2, train=train, shape="fitted", quiet=True)

@@ -42,6 +42,7 @@ def test_it_follows_the_error_over_k_and_never_vanishes(seen):
     assert (profile.interval >= least[None]).all() and (profile.interval > 0).all()
 
 
+@pytest.mark.slow
 def test_the_bounds_hold_in_every_bin_and_corners_alone_would_not():
     """A random head with kinks inside the bins: its value nowhere exceeds the bound, and the bound
     is attained.
@@ -64,6 +65,7 @@ def test_the_bounds_hold_in_every_bin_and_corners_alone_would_not():
     assert missed  # what the vertices of the regions are for
 
 
+@pytest.mark.night
 def test_a_study_may_ask_for_it(seen, monkeypatch):
     monkeypatch.setattr(scale, "STEPS", 20)
     one, two = learn_profiles([NET, NET], seen[0], (), (2, 1), (3,), KEY)

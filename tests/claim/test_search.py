@@ -29,6 +29,7 @@ def peak(key, k, s):
     return p + jax.numpy.exp(-distance / 0.05**2) * s[:, None], q
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("gradients", [False, True])
 def test_a_peak_is_climbed(gradients):
     system = plant(peak)
@@ -78,6 +79,7 @@ def test_the_search_repeats_itself():
     assert not np.array_equal(first.score, other.score)
 
 
+@pytest.mark.slow
 def test_the_search_is_never_larger_than_what_was_asked(monkeypatch):
     assert search_size(None, 59) == 59 and search_size(None, 10**6) == 2048
     assert search_size(5000, 59) == 5000 and search_size(0, 59) == 0

@@ -58,6 +58,7 @@ def cost(net, train, bins):
         return float(tighten._whole_cost(layers, runs, along, layout=layout))
 
 
+@pytest.mark.slow
 def test_a_wrong_slope_is_taken_out_and_the_tube_becomes_narrow(train):
     wrong = steeper(NET, 1.2)
     right = fit_to_tube(wrong, train, (2, 1), key=KEY)
@@ -99,16 +100,19 @@ def test_the_cost_is_the_mean_logarithm_of_half_widths(train):
     np.testing.assert_allclose(found, np.mean(total), rtol=1e-9)
 
 
+@pytest.mark.night
 def test_what_cannot_be_improved_is_kept():
     exact = collect(plant(lambda key, k, s: straight(k, s)), KEY, 60, quiet=True)
     assert fit_to_tube(NET, exact, (2, 1), key=KEY).hash == NET.hash
 
 
+@pytest.mark.slow
 def test_a_network_that_became_worse_is_dropped(train, monkeypatch):
     monkeypatch.setattr(tighten, "PEAK", 30.0)  # more bins than elsewhere: compiled with this step
     assert fit_to_tube(NET, train, (3, 1), key=KEY).hash == NET.hash
 
 
+@pytest.mark.night
 def test_a_study_asks_for_it(train):
     study = Study(
         hidden=(3,), others=(), bins=(2, 1), shape="fitted", seeds=1, steps=50, tail="tube"

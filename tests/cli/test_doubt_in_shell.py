@@ -70,6 +70,7 @@ def test_options_replace_entries_of_the_scene():
     assert under_doubt(own, **NOTHING) is own
 
 
+@pytest.mark.slow
 def test_the_first_plan_from_here(shell):
     code, said, _ = shell("--at", "0,0", "--first")
     assert code == 0 and "all plans start at (0, 0) m" in said and "1 samples" in said

@@ -47,6 +47,7 @@ def learn(capsys, monkeypatch, tmp_path):
     return run
 
 
+@pytest.mark.slow
 def test_a_fitted_tube_is_asked_for_by_its_name(learn, tmp_path):
     code, _, _ = learn("toy_cart", "--out", "m.npz", "--rollouts", 100, "--shape", "fitted")
     assert code == 0 and pj.load(tmp_path / "m.npz").tube.templates is not None
@@ -112,6 +113,7 @@ def test_logged_runs_get_the_eps_they_support(learn, tmp_path):
     assert not (tmp_path / "other.npz").exists()
 
 
+@pytest.mark.slow
 def test_commands_drawn_uniformly_can_be_said_to_be(learn, tmp_path):
     cart = toy_cart.Cart()
     data = pj.collect(cart, jax.random.PRNGKey(1), n=200, quiet=True)

@@ -60,6 +60,7 @@ def test_solve_check_plot(shell, files):
     assert code == 2 and "errors" in complained
 
 
+@pytest.mark.slow
 def test_corridors_alone_are_found_checked_and_drawn(shell, files):
     code, said, _ = shell("solve", "model.npz", "scene.toml", "--json", "--no-cache")
     facts = json.loads(said)
@@ -71,6 +72,7 @@ def test_corridors_alone_are_found_checked_and_drawn(shell, files):
     assert shell("plot", "answer.json", "--out", "figures")[0] == 0
 
 
+@pytest.mark.slow
 def test_no_plan_is_exit_code_one_with_a_certificate(shell, files):
     save_problem(files / "wall.json", toy_query.gap(wall=True))
     code, said, _ = shell(
@@ -255,6 +257,7 @@ def test_a_fault_in_a_program_is_not_taken_for_no_plan(shell, monkeypatch):
     )
 
 
+@pytest.mark.slow
 def test_a_reader_that_has_seen_enough_is_no_fault(files):
     program = "from parc_jax.cli import main; main()"
     command = f"{sys.executable} -c '{program}' systems drift_parking | head -n 1"

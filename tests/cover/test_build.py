@@ -1,6 +1,7 @@
 """Batches of corridors around plans that wait: every batch leaves fewer, and ends."""
 
 import numpy as np
+import pytest
 from toy_models import toy_case
 
 from parc_jax.cover import build as stage
@@ -15,6 +16,7 @@ def begin(model, plans):
     return admit(nothing_built(model.tube, no_points(model)), plans)
 
 
+@pytest.mark.slow
 def test_plans_that_no_short_direction_separates_are_given_up(rng, monkeypatch):
     model, problem = toy_case(4)
     scene = scene_of(problem, model)

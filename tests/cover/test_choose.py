@@ -3,6 +3,7 @@
 import jax
 import jax.numpy as jnp
 import numpy as np
+import pytest
 from toy_bodies import points_model, points_problem
 from toy_models import toy_case
 
@@ -26,6 +27,7 @@ def seed_and_neighbours(model, problem, rng):
     return scene, path, error, choice
 
 
+@pytest.mark.night
 def test_masks_say_which_plans_a_direction_separates(rng):
     model, problem = toy_case(4)
     scene, path, error, _ = seed_and_neighbours(model, problem, rng)
@@ -71,6 +73,7 @@ def test_the_seed_keeps_to_what_is_built_around_it_and_most_neighbours_do(rng):
     assert kept[seeds, np.arange(len(seeds))].all() and kept.sum(axis=0).max() > 100
 
 
+@pytest.mark.slow
 def test_in_space_a_direction_for_several_plans_leaves_them_the_most_room(rng):
     model = points_model(rng, 3, 4, 4)
     scene = scene_of(points_problem(rng, model), model)

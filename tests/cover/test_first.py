@@ -56,6 +56,7 @@ def test_every_plan_is_judged_as_all_plans_are(question):
     assert seen > 30
 
 
+@pytest.mark.night
 @pytest.mark.parametrize("question", [crowd, turning])
 def test_in_turn_and_side_by_side_find_the_same_plans(question, monkeypatch):
     monkeypatch.setattr(first_module, "ROUND", {True: 64, False: 64})
@@ -88,6 +89,7 @@ def test_in_turn_and_side_by_side_find_the_same_plans(question, monkeypatch):
     first_module._first_safe.clear_cache()
 
 
+@pytest.mark.slow
 def test_plans_are_uniform_over_the_safe_set_and_their_counts_those_of_draws():
     model, problem = crowd()
     scene = scene_of(problem, model)
@@ -109,6 +111,7 @@ def test_plans_are_uniform_over_the_safe_set_and_their_counts_those_of_draws():
     assert abs(len(KEYS) - expected) < 5 * np.sqrt(expected)
 
 
+@pytest.mark.slow
 def test_one_obstacle_more_compiles_nothing_and_nothing_moves_but_the_key():
     model, problem = crowd(n=2)
     planner = Planner(model)
@@ -123,6 +126,7 @@ def test_one_obstacle_more_compiles_nothing_and_nothing_moves_but_the_key():
             jax.jit(lambda x: x)(np.ones(2))
 
 
+@pytest.mark.night
 def test_what_cannot_be_found_ends_and_a_goal_without_ends_is_not_drawn_from():
     model = line_model(4, 0.0)
     wall = box([-9.0, -9.0], [9.0, 9.0])
@@ -134,6 +138,7 @@ def test_what_cannot_be_found_ends_and_a_goal_without_ends_is_not_drawn_from():
     assert jax.device_get(first_safe(narrow, KEYS[0], 2)).drawn == 0
 
 
+@pytest.mark.slow
 def test_a_prepared_question_answers_as_the_planner_does():
     model, problem = toy_case(8)
     planner = Planner(model)
@@ -151,6 +156,7 @@ def test_a_prepared_question_answers_as_the_planner_does():
     np.testing.assert_allclose(plans.clearance, e.clearance, rtol=0, atol=1e-12)
 
 
+@pytest.mark.night
 def test_plans_from_one_place_start_there():
     model, problem = toy_case(8)
     anywhere = Planner(model).prepare(problem).first(KEYS[0]).plans[0]

@@ -72,6 +72,7 @@ def test_samples_from_corridors_are_those_of_the_safe_set():
         assert (np.abs(counts / len(x) - 1 / 8) < 0.05 + 4 * np.sqrt(0.11 / len(x))).all()
 
 
+@pytest.mark.slow
 def test_the_best_plan_needs_no_polytopes():
     plan, value = answer().best("clearance")
     assert answer().keeps(plan[None, :2], plan[None, 2:]).all()
@@ -92,6 +93,7 @@ def test_polytopes_are_cut_later_and_proved(rng):
     assert len(later.safe_sets) == len(later.volumes) == len(later.project((0, 1)))
 
 
+@pytest.mark.slow
 def test_what_later_polytopes_hold_is_told_by_fresh_plans():
     """Cut around three plans, which they all hold, they hold far from everything."""
     model, scene = answer().model, answer().scene
@@ -100,6 +102,7 @@ def test_what_later_polytopes_hold_is_told_by_fresh_plans():
     assert few and coverage.fresh_safe > 3000 and coverage.fresh_uncovered > 0
 
 
+@pytest.mark.slow
 def test_geometry_is_cut_on_first_use_and_refused_where_it_explodes(monkeypatch):
     one = copy.copy(answer())
     assert len(one.safe_sets) == len(one.volumes) > 0 and not one.polytopes
@@ -111,6 +114,7 @@ def test_geometry_is_cut_on_first_use_and_refused_where_it_explodes(monkeypatch)
         wide.project((0, 1))
 
 
+@pytest.mark.night
 def test_without_corridors_there_is_nothing_to_sample():
     none = Planner(answer().model).solve(
         answer().problem, jax.random.key(0), Settings(n_samples=5, budget_s=0.0)

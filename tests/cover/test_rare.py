@@ -46,6 +46,7 @@ def answer():
     return pj.Planner(MODEL).solve(slit(), jax.random.PRNGKey(0), settings)
 
 
+@pytest.mark.slow
 def test_a_set_of_share_1e_10_is_covered_like_any_other(answer):
     assert answer.status is pj.Status.PROVED and answer.coverage.at_least >= 0.95
     assert len(answer.samples) == 20 and answer.volume()[0] < 1e-8
@@ -105,6 +106,7 @@ def test_no_part_of_a_thin_set_is_left_out():
     assert volume(1e-3) / volume(1e-5) == pytest.approx(1e4, rel=0.05)
 
 
+@pytest.mark.slow
 def test_samples_alone_are_found_too():
     fast = pj.Settings.fast()
     found = pj.Planner(MODEL).solve(slit(), jax.random.PRNGKey(1), fast)

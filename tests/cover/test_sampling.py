@@ -29,6 +29,7 @@ def test_draws_are_uniform_over_k_and_the_goals_box(rng):
     )
 
 
+@pytest.mark.slow
 def test_counts_are_of_what_reaches_and_what_is_safe(rng):
     model, problem = toy_case(8)
     scene = scene_of(problem, model)

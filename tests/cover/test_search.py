@@ -22,6 +22,7 @@ from parc_jax.verdict.pointwise import verdicts
 MODEL, PROBLEM = toy_case(4)
 
 
+@pytest.mark.slow
 def test_samples_come_proved_and_without_polytopes():
     first, again = (
         Planner(MODEL).solve(PROBLEM, jax.random.PRNGKey(3), Settings(n_samples=600, budget_s=0.0))
@@ -41,6 +42,7 @@ def test_samples_come_proved_and_without_polytopes():
     assert seen.safe.all() and 0 < first.safe_share < 1
 
 
+@pytest.mark.night
 def test_where_nothing_is_safe_the_look_ends():
     blocks = [
         box([2, 0.295], [5, 2.3]),
@@ -53,6 +55,7 @@ def test_where_nothing_is_safe_the_look_ends():
     assert not answer.found and answer.counts["safe"] == 0 and answer.counts["drawn"] >= HOPELESS
 
 
+@pytest.mark.slow
 def test_a_query_of_a_saved_model_loads_no_simulator_and_no_solver():
     heavy = {
         "mujoco",
@@ -71,6 +74,7 @@ def test_a_query_of_a_saved_model_loads_no_simulator_and_no_solver():
     assert done.stdout.strip() == "[]"
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("n_obstacles", [0, 1, 5, pytest.param(7, marks=pytest.mark.slow)])
 def test_any_number_of_obstacles_is_covered_and_proved(n_obstacles):
     """Scenes are padded to few numbers of obstacles; what only pads must not reach a

@@ -1,6 +1,7 @@
 """Thresholds of corridors that are looked up: those of the corridor itself, in every bin."""
 
 import numpy as np
+import pytest
 from toy_bodies import points_model, points_problem
 
 from parc_jax.cover.corridor import Corridor
@@ -24,6 +25,7 @@ def drawn(rng, scene, n: int) -> list[Corridor]:
     return out
 
 
+@pytest.mark.slow
 def test_they_are_those_of_the_corridor_and_plans_keep_to_it_as_by_hand():
     rng = np.random.default_rng(3)
     model = points_model(rng, m=3, bins=(3, 1), size=0.05, fitted=True)

@@ -35,6 +35,7 @@ def near(chosen):
     return chosen.claim_near(plant(toy.gusty, toy.T), KEY, SMALL, settings=toy.SETTINGS).near
 
 
+@pytest.mark.slow
 def test_without_a_system_the_jitter_is_all_that_is_said(chosen):
     fresh = toy.answer().choose()
     assert fresh.tested is None and fresh.near is None and fresh.looks.taken == 0
@@ -155,6 +156,7 @@ def test_without_a_proved_box_nothing_is_said_of_driving(near):
     assert isinstance(none.risk(), NoStatement) and "no statement" in none.statement()
 
 
+@pytest.mark.slow
 def test_a_system_that_fails_near_the_plan_gets_no_claim(chosen):
     def breaks(key, k, s):
         p, q = straight(k, s)
@@ -192,6 +194,7 @@ def fresh_law(system):
     return law_of(system).hash
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("ask", "match"),
     [

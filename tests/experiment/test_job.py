@@ -77,6 +77,7 @@ def test_the_fresh_runs_are_enough_for_every_bin(finished):
     assert min(claim.evidence["bin_runs"]) >= required_runs(0.1, 0.05 / (4 * 2), 0)
 
 
+@pytest.mark.slow
 def test_same_seed_same_model_and_json_alone_on_stdout(finished, tmp_path, capsys):
     out, _ = finished
     capsys.readouterr()
@@ -96,6 +97,7 @@ def test_a_saved_model_skips_learning(finished, tmp_path, capsys):
     assert "fresh rollouts" not in capsys.readouterr().out
 
 
+@pytest.mark.slow
 def test_stopped_run_goes_on_with_the_same_numbers(tmp_path, capsys, monkeypatch):
     """Stopped at the third chunk of the fresh runs, started again: chunks are reused, and the claim
     is the same.

@@ -2,6 +2,7 @@
 
 import jax
 import numpy as np
+import pytest
 from turning_bar import Bar, straight_bar
 
 import parc_jax as pj
@@ -21,6 +22,7 @@ def distance_of(bar: np.ndarray, lo, hi) -> np.ndarray:
     return np.linalg.norm(off, axis=-1).min(axis=-1)
 
 
+@pytest.mark.night
 def test_a_capsule_touches_where_its_samples_do():
     model = straight_bar()
     goal = pj.goal_of_points(

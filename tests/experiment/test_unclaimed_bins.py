@@ -5,6 +5,7 @@ from fractions import Fraction
 
 import jax
 import numpy as np
+import pytest
 from toy_models import model_of
 
 from parc_jax import checker
@@ -41,6 +42,7 @@ def world():
     return reach_avoid(box([-0.2, -0.2], [0.2, 0.2]), [box([-0.05, 0.3], [0.05, 0.6])], 0.05)
 
 
+@pytest.mark.slow
 def test_no_plan_lies_in_a_bin_without_claim_and_the_checker_accepts(tmp_path):
     half, key = model(without=0), jax.random.PRNGKey(0)
     planner = Planner(half)
@@ -60,6 +62,7 @@ def test_no_plan_lies_in_a_bin_without_claim_and_the_checker_accepts(tmp_path):
     )  # its one region holds safe plans
 
 
+@pytest.mark.slow
 def test_the_same_point_is_safe_once_its_bin_has_a_claim():
     at = np.array([[0.3, 0.0]]), np.array([[-0.3, 0.0]])
     for without, safe in ((None, True), (1, True), (0, False)):
@@ -77,6 +80,7 @@ def test_certificates_spell_no_infinity_and_a_huge_width_only_grows_obstacles():
     assert checker.number(part["final"][1][0]) > 10**99
 
 
+@pytest.mark.night
 def test_the_published_search_skips_it_too():
     aside = world().replace(obstacles=(from_box(box([3.0, 3.0], [4.0, 4.0])),))
     answer = Planner(model(without=0)).solve(

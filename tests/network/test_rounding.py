@@ -58,6 +58,7 @@ def worst_ratio(net, rng, count=40):
     return worst
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("seed", range(4))
 def test_bound_holds_for_random_and_for_cancelling_networks(seed):
     rng = np.random.default_rng(seed)

@@ -38,6 +38,7 @@ def test_targets_are_the_knots_time_major_then_the_goal_states(data):
     np.testing.assert_array_equal(k, data.k)
 
 
+@pytest.mark.slow
 def test_a_function_with_a_kink_is_learned_in_raw_units(data):
     net, report = train_report(data, key=jax.random.key(1), **SETTINGS)
     k, y = training_arrays(data)
@@ -69,6 +70,7 @@ def test_layers_without_neurons_are_refused(data, hidden):
         train(data, hidden, key=jax.random.key(0))
 
 
+@pytest.mark.slow
 def test_outputs_are_all_points_at_all_knots_but_the_first_point_at_the_start():
     runs = collect(Bar(), jax.random.PRNGKey(4), 60, quiet=True)
     k, y = training_arrays(runs)

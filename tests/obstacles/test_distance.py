@@ -133,6 +133,7 @@ def exactly(way, x):
     return sum(c * Fraction(v) for c, v in zip(way, x.tolist(), strict=True))
 
 
+@pytest.mark.slow
 def test_one_point_in_the_plane_is_the_segment_of_before():
     rng = np.random.default_rng(0)
     square = np.array([[-1.0, -1], [1, -1], [1, 1], [-1, 1]])
@@ -179,6 +180,7 @@ def test_touching_is_not_a_gap_and_the_next_place_is(n):
     assert (np.abs(ball) <= 1e-11).all()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("n", [2, 3])
 def test_where_both_have_one_middle_there_is_still_a_direction(n):
     """The steps meet the origin at once: nothing is nearest, and nothing is no direction."""
@@ -228,6 +230,7 @@ def test_no_size_overstates_the_gap(n, power):
     np.testing.assert_allclose(gap, distance * 2.0 ** max(power, 0), rtol=1e-9)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("n", [2, 3])
 def test_float32_proposes_the_same(n):
     rng = np.random.default_rng(3)
@@ -274,6 +277,7 @@ def test_a_plan_that_can_be_separated_is_never_called_touching(n):
     assert not touch(points, ErrorBox(np.zeros(points.shape)), vertices, np.zeros(N)).any()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("name", "mutant"),
     [

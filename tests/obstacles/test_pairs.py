@@ -52,6 +52,7 @@ def test_a_polygon_is_added_to_the_obstacle_inside_out(pairs):
     assert (found[1] <= box_support + np.abs(w[1, :, 0]) + own).all()
 
 
+@pytest.mark.slow
 def test_the_gap_of_one_interval_is_that_of_all(pairs):
     rng = np.random.default_rng(1)
     path = rng.normal(size=(6, 6)) * 3

@@ -167,6 +167,7 @@ def test_with_one_end_only_contact_is_missed(monkeypatch):
 ORIGINAL = segment._nearest
 
 
+@pytest.mark.slow
 @pytest.mark.soundness
 @pytest.mark.parametrize("power", [-500, -510, -530, -537, -538, -1000, -1074])
 @pytest.mark.parametrize("xp", [np, jnp])

@@ -119,6 +119,7 @@ def test_names_that_c_does_not_allow(file, name, said, tmp_path):
         pj.write_c(toy_query.answer(), tmp_path / file, name)
 
 
+@pytest.mark.slow
 def test_an_answer_without_corridors_is_refused(tmp_path):
     goal = pj.box([-0.2, -0.2, -1.0], [0.2, 0.2, 1.0])
     problem = pj.reach_avoid(goal, [pj.box([-9.0, -9.0], [9.0, 9.0])], 0.1)

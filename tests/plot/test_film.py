@@ -22,6 +22,7 @@ def near(image, color) -> np.ndarray:
     return np.argwhere(np.abs(image - np.array(color)).max(axis=-1) < 12)
 
 
+@pytest.mark.night
 @pytest.mark.parametrize("true", [False, True])
 def test_a_prediction_and_a_true_run(tmp_path, true, capsys):
     answer = toy_answer()
@@ -36,6 +37,7 @@ def test_a_prediction_and_a_true_run(tmp_path, true, capsys):
     assert (shown[-1] == shown[-REST]).all() and capsys.readouterr().err == ""
 
 
+@pytest.mark.slow
 def test_an_obstacle_is_seen_while_it_exists(tmp_path):
     from dataclasses import replace
 
@@ -64,6 +66,7 @@ def test_the_body_turns_with_its_points(tmp_path, monkeypatch):
         assert len(outline) == 4 and gaps.min(axis=0).max() < 1e-9
 
 
+@pytest.mark.night
 def test_space_is_filmed_from_three_sides(tmp_path):
     answer = bare_answer(*drone(), [[-2.2, -0.2, -0.5, 0.0, 0.4, 0.0]])
     shown = frames(film(answer, tmp_path / "film"))

@@ -93,6 +93,7 @@ def test_outlines_hold_the_plans_of_their_polytopes(loaded, rng):
         assert (sign * inner[:, 3] >= -1e-9).all()  # its own region
 
 
+@pytest.mark.slow
 def test_labels_are_those_of_the_model():
     answer = toy_query.answer()
     assert page_data(answer)["labels"]["k"] == ("k0", "k1")

@@ -20,6 +20,7 @@ from parc_jax.plot.predict import predicted
 CURVES = [GapCurve("a", np.array([1.0, 2.0]), np.array([0.1, 0.5]))]
 
 
+@pytest.mark.slow
 def test_same_input_gives_the_same_bytes(tmp_path):
     for name in ("one", "two"):
         gap(CURVES, tmp_path / name)

@@ -48,6 +48,7 @@ CASES = {
 }
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", CASES)
 def test_vertices_agree_with_the_lps_wherever_they_decide(name):
     goal, start, share = CASES[name]

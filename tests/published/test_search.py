@@ -69,6 +69,7 @@ def oracle_safe(samples, bins, gap):
     return np.array(ok)
 
 
+@pytest.mark.night
 @pytest.mark.soundness
 @pytest.mark.parametrize("bins", [(1, 1), (2, 2)])
 def test_safe_samples_are_safe_by_dense_simulation(bins):
@@ -88,6 +89,7 @@ def test_the_narrow_gap_has_no_plan_by_projection_although_safe_plans_exist():
     assert oracle_safe(wide, (1, 1), 1.1).any()
 
 
+@pytest.mark.slow
 def test_lp_and_supports_find_plans_in_the_same_regions():
     by_lp, by_supports = search(method="lp", n_regions=4), search()
     first = {int(region[0].region) for region in islice(cells_outward(TABLE, arc_tube(T), SEED), 4)}

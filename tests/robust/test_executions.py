@@ -40,6 +40,7 @@ def verdicts_under(problem, model, p0, k):
     return verdicts(asked.model, scene_of(asked.problem, asked.model), p0, k)
 
 
+@pytest.mark.slow
 def test_plans_withstand_rough_execution(rng):
     model, problem = toy_case(0, start=True)
     p0, k = anchored_plans(rng, model, 400)
@@ -55,6 +56,7 @@ def test_plans_withstand_rough_execution(rng):
             assert exact_safe(problem, model, p0[i] + off, k[i] + rough)
 
 
+@pytest.mark.slow
 def test_no_plan_under_copies_says_what_it_means():
     """The hull of the copies holds more than all executions. A proof that another test made too."""
     answer = copy(toy_query.answer(wall=True))
@@ -76,6 +78,7 @@ def test_bounds_under_doubt_say_what_they_are_about():
     assert "Safe means" not in toy_query.answer(wall=True).statement()
 
 
+@pytest.mark.slow
 def test_samples_are_boxes_of_doubt_of_the_question_as_it_was_asked():
     """The checker looks at every vertex of every cell in the box: another proof, without copies."""
     model, problem = toy_case(0, start=True)
@@ -97,6 +100,7 @@ def test_samples_are_boxes_of_doubt_of_the_question_as_it_was_asked():
     assert "k0 off by up to 0.05, k1 off by up to 0.02" in answer.statement()
 
 
+@pytest.mark.night
 def test_little_is_lost_to_the_copies(rng):
     """Of plans that are safe at a fine grid of executions most are shown to be."""
     model, problem = toy_case(0)
@@ -114,6 +118,7 @@ def test_little_is_lost_to_the_copies(rng):
     assert shown.sum() >= 0.75 * every.sum() > 0
 
 
+@pytest.mark.night
 def test_rougher_execution_never_adds_plans(rng):
     """On these plans: the bins of two tolerances differ, so it is seen and not shown."""
     model, problem = toy_case(0, start=True)
@@ -217,6 +222,7 @@ def unknown():
     return Planner(model).solve(problem.replace(doubt=doubt), KEY, SMALL)
 
 
+@pytest.mark.night
 def test_unknown_parameters_may_have_any_value_of_their_box(unknown, rng):
     model, problem = toy_case(0)
     assert unknown.proved and len(unknown.samples) and unknown.samples.shape[1] == 3
@@ -232,6 +238,7 @@ def test_unknown_parameters_may_have_any_value_of_their_box(unknown, rng):
     assert "no statement" in unknown.statement()
 
 
+@pytest.mark.slow
 def test_answers_about_executions_can_be_kept(unknown, tmp_path):
     again = pj.load_answer(unknown.save(tmp_path / "answer.json"))
     assert again.statement() == unknown.statement() and (again.samples == unknown.samples).all()

@@ -97,6 +97,7 @@ def test_a_scene_seen_from_a_pose_is_the_scene(rng):
         assert here.safe[0] == there.safe[i]
 
 
+@pytest.mark.slow
 def test_plans_withstand_every_heading_within_the_angle(rng):
     model, problem = toy_case(4)
     model = replace(model, rotation=(TURNS,))
@@ -130,6 +131,7 @@ def test_a_less_certain_heading_never_adds_plans(rng):
     assert counts[0] > counts[1] > counts[3]
 
 
+@pytest.mark.slow
 def test_a_goal_of_named_points_is_one_of_their_copies(rng):
     """Its names are checked against the robot's own points, before there are copies."""
     model = replace(points_model(rng), rotation=(STAYS,))
@@ -160,6 +162,7 @@ def here():
     return model, problem, at, Planner(model).solve(problem, KEY, SMALL, at=at)
 
 
+@pytest.mark.slow
 def test_answers_from_here_are_sets_in_k_alone(here, rng):
     model, problem, at, answer = here
     assert answer.proved and len(answer.samples) and answer.safe_sets
@@ -203,6 +206,7 @@ def test_what_is_no_pose_is_refused(here):
         planner.solve(flat, KEY, SMALL, at=at)
 
 
+@pytest.mark.night
 def test_sets_of_one_parameter_are_intervals():
     """The straight robot from the origin with k_1 given reaches x in the goal for k_0 there."""
     model = line_model(T=4)

@@ -62,6 +62,7 @@ def withstands(rng, problem, model, p0, k, draws: int) -> bool:
     return True
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("number", [0, 4])
 def test_plans_withstand_the_doubt_and_no_more_is_given_up_than_has_to_be(number, rng):
     model, problem = toy_case(number, start=True)
@@ -78,6 +79,7 @@ def test_plans_withstand_the_doubt_and_no_more_is_given_up_than_has_to_be(number
     assert kept <= len(lost) / 2
 
 
+@pytest.mark.slow
 def test_the_answer_is_proved_and_says_what_it_withstands(rng):
     model, problem = toy_case(0)
     doubt = Doubt(start=[0.03, 0.02], goal=[0.02, 0.01, 0.03], obstacles=SQUARE, sensing_eps=0.001)
@@ -109,6 +111,7 @@ def test_the_boxes_of_doubt_of_the_plain_question_say_the_same():
             checker.check_doubt(context, entry | {"room": {"p0": ["0.9", "0.9"], "k": ["0", "0"]}})
 
 
+@pytest.mark.slow
 def test_no_doubt_is_the_answer_of_today_bit_for_bit():
     model, problem = toy_case(1)
     nothing = problem.replace(doubt=Doubt(start=0.0, goal=[0.0, 0.0, 0.0], k=[0.0, 0.0]))
@@ -133,6 +136,7 @@ def test_more_doubt_never_adds_plans(rng):
     assert counts[0] > counts[1] > counts[3]
 
 
+@pytest.mark.night
 def test_a_batch_under_doubt_answers_as_its_problems_would(rng):
     model, problem = toy_case(0)
     doubts = [Doubt(start=0.02, goal=0.01), Doubt(start=0.02, obstacles=SQUARE)]

@@ -37,12 +37,14 @@ class Arc:
         return pj.Trajectory(jnp.stack([x, y], axis=-1), jnp.stack([k[1] + heading, k[0]]))
 
 
+@pytest.mark.slow
 def test_a_robot_that_turns_with_its_heading_has_no_gap():
     gap = rotation_gap(Arc(0.0), KEY, [0.3, -2.0, 3.1])
     assert gap.p < 1e-12 and gap.q.max() < 1e-12
     assert try_headings(Arc(0.0), KEY, 1e-9) < 1e-9
 
 
+@pytest.mark.slow
 def test_a_wind_does_not_turn():
     assert rotation_gap(Arc(0.1), KEY, [np.pi]).p == pytest.approx(0.2)
     with pytest.raises(InputError, match="arc: expected runs that turn with their heading"):

@@ -80,6 +80,7 @@ def test_a_claim_about_a_changed_plant_is_made_from_its_own_runs():
     assert (~inside_tube(claim, NET, fresh)).mean() <= 0.1  # all of them, once
 
 
+@pytest.mark.slow
 def test_every_door_sees_the_change():
     plant = Gusty(0.0)
     far = lambda batch: np.abs(batch.p[:, -1] - [0.5, 0.5]).max(axis=1) > 0.1  # noqa: E731
@@ -89,6 +90,7 @@ def test_every_door_sees_the_change():
     assert try_starts(plant, KEY, 1e-5).seen is None
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "change",
     [
@@ -107,6 +109,7 @@ def test_any_attribute_counts(change, monkeypatch):
     assert np.abs(end(plant) - before).max() > 0.1
 
 
+@pytest.mark.slow
 def test_a_global_that_the_rollout_names_counts(monkeypatch):
     plant = Gusty(1.0)
     before = end(plant)
@@ -114,6 +117,7 @@ def test_a_global_that_the_rollout_names_counts(monkeypatch):
     np.testing.assert_allclose(end(plant) - before, 2 * (before - end(Gusty(0.0))), atol=1e-9)
 
 
+@pytest.mark.slow
 def test_jitted_methods_of_a_static_self_are_traced_again():
     plant = Frozen(types.SimpleNamespace(shift=0.0))
     before = end(plant)
@@ -121,6 +125,7 @@ def test_jitted_methods_of_a_static_self_are_traced_again():
     np.testing.assert_allclose(end(plant) - before, 40.0)
 
 
+@pytest.mark.slow
 def test_the_grid_may_change_too():
     plant = Gusty(0.0)
     end(plant)
@@ -128,6 +133,7 @@ def test_the_grid_may_change_too():
     assert end(plant).min() >= 5.0
 
 
+@pytest.mark.slow
 def test_what_did_not_change_is_not_compiled_again():
     plant = Gusty()
     end(plant)
@@ -157,6 +163,7 @@ def test_caches_that_a_system_fills_while_it_is_traced_are_no_change():
     assert len(end(Caching(), n=100, chunk=16)) == 100
 
 
+@pytest.mark.slow
 def test_a_system_that_changes_while_it_runs_is_refused():
     plant = Gusty()
     stream = stream_rollouts(plant, KEY, 2000, chunk=16, quiet=True)

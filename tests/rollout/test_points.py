@@ -38,6 +38,7 @@ def named(runs, points):
     )
 
 
+@pytest.mark.slow
 def test_columns_are_the_points_one_by_one(runs):
     _, (p, _) = simulate_rows(Bar(), KEY, Stage.TRAIN, np.arange(20))
     drawn = simulator(Bar()).rows(KEY, Stage.TRAIN, np.arange(20))
@@ -178,6 +179,7 @@ def test_plain_python_may_return_several_points():
         collect(one, KEY, 5, quiet=True)
 
 
+@pytest.mark.slow
 def test_the_start_is_tried_for_all_points():
     starts = np.array([[3.0, 0.0], [0.0, -40.0]])
     assert pj.translation_gap(Bar(), KEY, starts).p.max() < 1e-12

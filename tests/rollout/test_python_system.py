@@ -113,6 +113,7 @@ class Room:
         return self.seen, 0.0, bool(self.seen[0] > 1), False, {}
 
 
+@pytest.mark.slow
 def test_an_environment_becomes_a_system():
     episode = Episode(
         Room,
@@ -135,6 +136,7 @@ def pendulum_policy(seen, k):
     return np.array([k[0] - seen[2]], np.float32)
 
 
+@pytest.mark.slow
 def test_a_gymnasium_environment():
     need("gymnasium")
     import gymnasium

@@ -84,6 +84,7 @@ def opaque(system):
     return Opaque(), push
 
 
+@pytest.mark.slow
 def test_stored_runs_are_simulated_again(opaque, tmp_path):
     robot, push = opaque
     list(stream_rollouts(robot, KEY, 32, chunk=16, path=tmp_path / "parts", quiet=True))
@@ -106,6 +107,7 @@ def strided(rng, k):
     return 2 * p, q
 
 
+@pytest.mark.slow
 def test_a_plain_function_is_told_by_its_code(tmp_path):
     make = lambda f: python_system(  # noqa: E731
         f, pj.box([0.0], [1.0]), pj.time_grid(0.25, 1.0), name="walk", n_p=2, workers=0

@@ -72,6 +72,7 @@ def test_what_is_no_trajectory_is_said():
         pj.collect(Robot(lambda key, k: (jnp.zeros((5, 2)), None)), KEY, 4, quiet=True)
 
 
+@pytest.mark.slow
 def test_a_bug_in_the_start_or_in_a_batch_of_another_kind():
     robot = Robot(lambda key, k: pj.Trajectory(jnp.zeros((5, 2)), k[:0]))
     robot.rollout_from = lambda key, k, p0: misspelt(key, k)
@@ -140,6 +141,7 @@ def test_whose_code_is_whose():
     assert said(ValueError("\n one\ntwo")) == "ValueError: one" and said(KeyError()) == "KeyError"
 
 
+@pytest.mark.slow
 def test_the_shell_says_it_in_one_sentence(tmp_path):
     (tmp_path / "mine.py").write_text(
         textwrap.dedent(

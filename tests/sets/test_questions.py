@@ -42,6 +42,7 @@ def test_emptiness_has_both_answers_and_witnesses(rng):
     assert find_point(image(EMPTY, np.ones((1, 2)), np.zeros(1))).status is LPStatus.INFEASIBLE
 
 
+@pytest.mark.slow
 def test_emptiness_of_a_batch_is_a_loop(rng):
     many = [round_polytope(rng, 3, 12) for _ in range(5)]
     A, b = np.stack([p.A for p in many]), np.stack([p.b for p in many])
@@ -81,6 +82,7 @@ def test_membership_agrees_with_rows_and_gives_the_base_point(rng):
     np.testing.assert_allclose(s.G @ inside.x, s.G @ find_point(s).x, atol=1e-8)
 
 
+@pytest.mark.night
 def test_many_memberships_are_a_loop(rng):
     s = convex_hull(
         round_polytope(rng, 2, 3), image(round_polytope(rng, 2, 3), np.eye(2), np.array([4.0, 0.0]))

@@ -23,6 +23,7 @@ def within(values, lo, hi):
     assert values.max() > hi - 0.01 * width
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("name", "force", "torque", "wave", "drag"),
     [("study", 0.5, 0.1, 0, 0), ("full", 1.76777, 1, 1, 0.1)],
@@ -46,6 +47,7 @@ def test_draws_fill_the_stated_ranges(name, force, torque, wave, drag):
         assert (np.asarray(d.linear_drag_factor) == 1).all()
 
 
+@pytest.mark.slow
 def test_none_is_the_nominal_vessel_and_silent():
     d = draw_disturbance(KEYS[0], LAWS["none"], SYSID.mass)
     assert float(d.mass) == SYSID.mass

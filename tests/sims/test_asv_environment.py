@@ -11,6 +11,7 @@ from sims.quiet import quiet_import
 ACTION = jnp.array([0.8, 0.6])
 
 
+@pytest.mark.night
 def test_reward_is_progress_plus_hovering_minus_effort():
     env = HoverEnv(law="none", redraw=0.0)
     step = jax.jit(env.step)
@@ -28,6 +29,7 @@ def test_reward_is_progress_plus_hovering_minus_effort():
     assert np.hypot(*np.asarray(after.goal)) == pytest.approx(np.hypot(*np.asarray(before.goal)))
 
 
+@pytest.mark.night
 def test_tasks_are_redrawn_at_the_stated_rate_about_the_vessel():
     env = HoverEnv(redraw=0.2)
 
@@ -58,6 +60,7 @@ def test_tasks_are_redrawn_at_the_stated_rate_about_the_vessel():
     assert np.abs(np.diff(distance[changed])).min() > 0  # no two draws alike
 
 
+@pytest.mark.night
 def test_stock_wrappers_do_not_repeat_the_first_task():
     training = quiet_import("brax.envs").training
     with jax.numpy_dtype_promotion("standard"):  # Brax mixes integer and float types

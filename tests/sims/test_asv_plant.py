@@ -71,6 +71,7 @@ def case():
     return ds, jnp.asarray(rng.uniform(-3, 3, 8)), jnp.asarray(rng.uniform(-1, 1, (8, 30, 2)))
 
 
+@pytest.mark.slow
 def test_twin_is_the_textbook(case):
     p = np.asarray(batch("ode", *case))
     for i in range(8):
@@ -87,6 +88,7 @@ def test_mjx_is_the_twin_in_open_loop(case):
     )
 
 
+@pytest.mark.slow
 def test_a_plant_that_moves_before_it_accelerates_is_caught(case):
     def explicit(pose, velocity, load, mass):
         inertia = jnp.stack([mass, mass, jnp.full_like(mass, SYSID.inertia)])
@@ -112,6 +114,7 @@ def test_mjx_follows_the_default_float_type():
     np.testing.assert_allclose(*map(np.asarray, single), atol=1e-5)
 
 
+@pytest.mark.slow
 def test_thrust_interpolates_the_tables():
     for command in (-1.0, -0.97, -0.5, 0.0, 0.43, 0.9, 1.0):
         expected = [np.interp(command, np.linspace(-1, 1, 21), row) for row in SYSID.thrust_table]

@@ -39,6 +39,7 @@ def disturbances(reference, group, condition):
     return Disturbance(*fields, drag[:, :3], drag[:, 3:])
 
 
+@pytest.mark.night
 @pytest.mark.parametrize(
     ("plant", "groups"),
     [("ode", GROUPS), pytest.param("mjx", GROUPS, marks=pytest.mark.slow)],
@@ -68,6 +69,7 @@ def test_open_loop_replay_agrees_to_a_hundredth_of_a_millimetre(reference, plant
             )
 
 
+@pytest.mark.slow
 def test_closed_loop_with_the_capture_policy(reference, shared_data):
     policy = load_policy(shared_data / "policy_Capture_SysID-DR50.npz", "capture")
     runs = _runs(policy, 100, 5)
@@ -123,6 +125,7 @@ def _arrival_and_hover(p, k):
     )
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("name", "layout"), [("Capture_SysID-DR50", "capture"), ("neuralparc_policy", "neuralparc")]
 )

@@ -31,6 +31,7 @@ def rollouts(plant="ode", **options):
     )
 
 
+@pytest.mark.slow
 def test_black_box_of_the_study():
     system = asv.system(plant="ode")
     assert isinstance(system, BlackBoxSystem)
@@ -47,6 +48,7 @@ def test_black_box_of_the_study():
     assert np.abs(np.diff(p, axis=1)).max() < 0.02 * 2.0  # slower than 2 m/s: no sample is missing
 
 
+@pytest.mark.night
 def test_same_key_same_run_other_key_other_run():
     p, calm = rollouts().p, rollouts(law="none").p
     assert np.array_equal(p[0], p[1])
@@ -62,6 +64,7 @@ def test_default_plant_is_mjx_and_equals_the_twin():
     )  # rounding, through 50 decisions
 
 
+@pytest.mark.night
 def test_published_scenario_is_the_same_motion_ten_times_as_long():
     literal, published = sims.load("asv", plant="ode"), sims.load("asv_published", plant="ode")
     assert (literal.name, published.name) == ("asv", "asv_published")
@@ -113,6 +116,7 @@ def test_control_period_must_fit_the_scenario():
         asv.problem(body="hull")
 
 
+@pytest.mark.night
 def test_shipped_policy_arrives_and_hovers():
     policy, key = asv.load_policy(), jax.random.key(5)
     nominal = evaluate(policy, "none", key, n=400, seconds=20.0)

@@ -9,9 +9,12 @@ from pathlib import Path
 import jax
 import jax.numpy as jnp
 import numpy as np
+import pytest
 
 import sims.asv as asv
 from sims.asv.policy import act
+
+pytestmark = pytest.mark.slow
 
 STORED = Path(__file__).parent / "data" / "asv_stored.npz"
 LAW = "full"  # every draw acts

@@ -25,6 +25,7 @@ def model():
     return model_of(arc_network(T), box(LO, HI), t.interval, t.final, t.edges)
 
 
+@pytest.mark.slow
 def test_the_gap_is_closed_until_no_plan_is_found(model):
     at, seen = narrowest(model, gap_problem, 1.6, 0.1, np.random.default_rng(0))
     assert 0.6 < at < 1.6 and len(seen.k)  # the disc alone is 0.6 m across
@@ -33,6 +34,7 @@ def test_the_gap_is_closed_until_no_plan_is_found(model):
     assert len(none.k) == 0
 
 
+@pytest.mark.night
 def test_a_narrow_scene_is_answered_through_wider_ones_and_proved(model):
     method = ClosingIn((gap_problem(1.6), gap_problem(1.3)))
     settings = Settings(method=method, n_samples=5)

@@ -87,6 +87,7 @@ def _agree_with_stored(run):
     assert error.max() < LOOSE
 
 
+@pytest.mark.slow
 def test_agrees_with_stored_runs(ode):
     _agree_with_stored(ode)
 
@@ -221,6 +222,7 @@ def test_no_switch_gives_nan(ode):
     assert np.isfinite(states[0]).all() and np.isnan(states[1]).all()
 
 
+@pytest.mark.night
 def test_mujoco_accelerations_are_those_of_the_closed_form(rng):
     state = State(*jnp.asarray(rng.normal(size=(8, 50)) * 5.0))
     wrench = Wrench(*jnp.asarray(rng.normal(size=(3, 50)) * 5000.0))

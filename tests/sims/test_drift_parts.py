@@ -30,6 +30,7 @@ def test_constants_are_those_of_the_description():
     )
 
 
+@pytest.mark.slow
 def test_trigonometry_agrees_with_the_c_library(rng):
     for size in (1.0, 10.0, 1e3, 1e6):
         x = rng.uniform(-size, size, 20_000)
@@ -42,6 +43,7 @@ def test_trigonometry_agrees_with_the_c_library(rng):
     assert np.abs(trig.sincos(jnp.asarray([1e12, 1e20, 1e300]))).max() <= 1.0
 
 
+@pytest.mark.slow
 def test_tyre_force_is_the_stitched_brush_model(rng):
     alpha = np.concatenate(
         [rng.uniform(-3.5, 3.5, 2000), rng.normal(size=2000) * 0.2, [0.0, np.pi / 2, -np.pi / 2]]
@@ -93,6 +95,7 @@ def test_plan_of_the_description():
         np.testing.assert_allclose([field[i] for field in plan], row, atol=6e-10)
 
 
+@pytest.mark.slow
 def test_plan_is_elementwise_over_lanes():
     v = np.linspace(9, 11, 5)
     plan = reference_plan(jnp.asarray(v))
@@ -163,6 +166,7 @@ def test_controller_solves_as_described(rng):
     assert np.abs(want[:, 5]).max() > 0.2  # it did steer
 
 
+@pytest.mark.night
 def test_packed_lanes_end_as_lanes_in_step(monkeypatch, rng):
     """Cars that need few sweeps and cars that need many, the last tile half empty."""
     monkeypatch.setattr(ilqr, "TILE", 8)
@@ -221,11 +225,13 @@ def _disagreements():
     return int((np.asarray(accepted) != found).sum() + (np.asarray(length) != want)[found].sum())
 
 
+@pytest.mark.slow
 def test_skipping_search_is_the_plain_search():
     assert len(line_search.LENGTHS) == 60
     assert _disagreements() == 0
 
 
+@pytest.mark.slow
 def test_skipping_without_a_margin_would_be_noticed(monkeypatch):
     monkeypatch.setattr(line_search, "MARGIN", 0.0)
     assert _disagreements() > 0

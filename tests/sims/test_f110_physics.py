@@ -86,6 +86,7 @@ def driven(model, commands):
     return data, np.array(forces)
 
 
+@pytest.mark.slow
 def test_a_batch_is_mujoco_step_by_step(drift):
     run, data, _ = drift
     np.testing.assert_array_equal(run.qpos[0, -1], data.qpos)
@@ -123,6 +124,7 @@ def test_the_car_slides_no_harder_than_friction_allows(drift):
     assert harder.max() < 0.36 * G * 1.1
 
 
+@pytest.mark.night
 def test_a_run_that_blows_up_is_marked_and_leaves_the_others_alone(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)  # MuJoCo writes its warning into a file beside us
     ks, keys = np.tile([[-1.4, 2.8]], (3, 1)), np.zeros((3, 2), np.uint32)

@@ -116,6 +116,7 @@ def test_the_number_of_training_runs_decides_about_bins():
     assert [bins_for(n) for n in (30, 125, 200, 500, 3500)] == [(b, b) for b in (1, 1, 2, 3, 3)]
 
 
+@pytest.mark.night
 def test_a_disc_is_seen_in_the_runs_of_a_rectangle():
     key = jax.random.PRNGKey(3)
     wide, narrow = (
@@ -128,6 +129,7 @@ def test_a_disc_is_seen_in_the_runs_of_a_rectangle():
         seen_as("rectangle", narrow)
 
 
+@pytest.mark.night
 def test_errors_of_moved_runs_are_those_of_the_fit_that_has_not_seen_them():
     runs = collect(system(), jax.random.PRNGKey(4), 20, Stage.TRAIN, quiet=True)
     part = runs.select(slice(10, 20))

@@ -36,6 +36,7 @@ def run(system, ks):
     return system.run(KEYS, ks)
 
 
+@pytest.mark.night
 def test_repeatable_to_the_bit_at_any_thread_count(system, ks, run):
     np.testing.assert_array_equal(replace(system, threads=1).run(KEYS, ks).measured, run.measured)
 
@@ -91,6 +92,7 @@ def test_it_follows_the_line_at_the_speed_first(run, ks):
     assert np.abs(np.hypot(*run.velocity[rows, at, :2].T) - ks[:, 1]).max() < 0.3
 
 
+@pytest.mark.slow
 def test_draws_keep_inside_the_declared_law():
     law = LAWS["floor"]
     drawn = draw(law, np.asarray(jax.random.split(jax.random.PRNGKey(0), 500)), 2)

@@ -32,6 +32,7 @@ def both(request):
     return name, runs_of(with_corners), runs_of(alone)
 
 
+@pytest.mark.night
 def test_the_centre_is_the_one_point_of_before(both):
     _, corners, alone = both
     np.testing.assert_allclose(corners.p[:, :, 0], alone.p, rtol=0, atol=1e-9)

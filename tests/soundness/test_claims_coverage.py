@@ -76,6 +76,7 @@ def test_wrong_claims_on_a_plant_from_end_to_end():
     assert violated.mean() == pytest.approx(1 / (n + 1), rel=0.3)  # the marginal reading
 
 
+@pytest.mark.slow
 def test_an_error_spike_in_a_sliver_of_k_keeps_the_claim_true():
     system, width, height = plant(spike(1e-4, 10.0)), 1e-4, 10.0
     profile = training_profile(

@@ -103,6 +103,7 @@ def test_the_page_ends_at_k_where_the_bins_of_a_file_reach_beyond(tmp_path):
     assert by_the_page(tmp_path, asked, [(-k + [0.0, -0.1], k)], edges=wider) == [[False, False]]
 
 
+@pytest.mark.slow
 def test_no_polytope_of_the_engine_contains_a_border_between_bins():
     """In floats a k on a border is unknown; in the exact rows it is outside; the checker decides it
     as a sample, with the widths of all its bins.

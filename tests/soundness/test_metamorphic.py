@@ -121,6 +121,7 @@ def rebuilt(model, weights, biases):
     )
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("seed", SEEDS)
 def test_neurons_may_be_permuted_rescaled_and_duplicated(seed):
     model, problem, p0, k = example(seed)
@@ -218,6 +219,7 @@ def test_rows_may_be_reordered_rescaled_and_repeated_and_obstacles_swapped(seed,
     same(before, margins(model, problem.replace(obstacles=extra), p0, k))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("seed", SEEDS)
 def test_bins_with_equal_widths_are_one_bin(seed):
     model, problem, p0, k = example(seed)
@@ -277,6 +279,7 @@ def tightened(model, problem, rng):
     yield "any start", model, problem.replace(start=None)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("body", ["disc", "polygon"])
 @pytest.mark.parametrize("seed", SEEDS)
 def test_tightening_never_turns_accept_into_reject(seed, body):
@@ -323,6 +326,7 @@ def test_polytopes_of_an_equal_problem_are_accepted_for_each_other():
     ).all() and here.safe.mean() > 0.99
 
 
+@pytest.mark.night
 def test_box_is_its_rows():
     model, problem, p0, k = example(2)
     square = box([0.2, 0.1], [0.6, 0.5])

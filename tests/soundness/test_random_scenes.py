@@ -172,6 +172,7 @@ def test_a_hundred_thousand_scenes_and_networks(models):
     assert 0.1 * pairs < accepted < 0.7 * pairs and clear > 0.95 * accepted
 
 
+@pytest.mark.slow
 def test_the_batched_entry_agrees_with_the_kernel(models):
     case = random_case(models, 5)
     expected = compiled(*stacked(case))
@@ -263,6 +264,7 @@ FAULTS = {
 }
 
 
+@pytest.mark.night
 @pytest.mark.parametrize("fault", FAULTS)
 def test_broken_engines_are_caught_by_the_oracle(monkeypatch, models, fault):
     monkeypatch.setattr(*FAULTS[fault])
@@ -270,6 +272,7 @@ def test_broken_engines_are_caught_by_the_oracle(monkeypatch, models, fault):
     assert wrong > 0
 
 
+@pytest.mark.slow
 def test_an_engine_that_refuses_everything_near_is_caught_too(monkeypatch, models):
     def wider(scene, path, errors):
         return CLEARANCE(scene, path, errors.replace(half=errors.half * 1.1 + 0.01))

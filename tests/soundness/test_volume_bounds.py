@@ -95,6 +95,7 @@ def bounded(model, problem, max_leaves=400, bounds=True):
     )
 
 
+@pytest.mark.slow
 def test_leaves_agree_with_points_and_the_bounds_hold_the_estimate(rng):
     met = set()
     for _ in range(4):
@@ -111,6 +112,7 @@ def test_leaves_agree_with_points_and_the_bounds_hold_the_estimate(rng):
     assert met >= {"goal", "start", "hit", "safe", "open"}
 
 
+@pytest.mark.night
 def test_more_leaves_only_tighten_the_bounds(rng):
     model = random_model(rng, bins=BINS)
     problem = crowded(rng, model)
@@ -123,6 +125,7 @@ def test_more_leaves_only_tighten_the_bounds(rng):
         )
 
 
+@pytest.mark.slow
 def test_a_leaf_of_another_scene_would_be_noticed(rng):
     """The comparison itself has teeth: leaves of a scene without obstacles fail against the true
     one.

@@ -13,6 +13,8 @@ from parc_jax.verdict.pointwise import anchor, verdicts
 from parc_jax.verdict.scene import scene_of
 from parc_jax.verdict.screen import screen
 
+pytestmark = pytest.mark.slow
+
 
 def case(fitted: bool, n_p: int = 2):
     rng = np.random.default_rng([n_p, fitted])

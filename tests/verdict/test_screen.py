@@ -44,6 +44,7 @@ def test_same_verdicts_as_the_exact_test(seed, rng):
     np.testing.assert_array_equal(quick, exact)
 
 
+@pytest.mark.night
 @pytest.mark.parametrize(
     ("n_p", "size", "fitted"), [(2, 0.01, False), (3, 0.03, False), (3, 0.03, True)]
 )
@@ -78,6 +79,7 @@ def test_what_is_safe_comes_back_as_the_network_says(rng):
     np.testing.assert_array_equal(seen.bin, e.bin)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("body", ["disc", "polygon"])
 def test_the_test_at_a_few_knots_loses_no_safe_plan_and_most_of_the_others(body, rng):
     model = random_model(rng)
@@ -97,6 +99,7 @@ def test_the_test_at_a_few_knots_loses_no_safe_plan_and_most_of_the_others(body,
     assert (unsafe & np.asarray(outside)).sum() < 0.5 * unsafe.sum()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("size", [[0.0, 0.0], [0.0, 0.4], [0.3, 0.0]])
 def test_a_pole_or_a_wall_has_no_inside(size, rng):
     model = line_model(4, 0.0)
@@ -107,6 +110,7 @@ def test_a_pole_or_a_wall_has_no_inside(size, rng):
     np.testing.assert_array_equal(quick, exact)
 
 
+@pytest.mark.slow
 def test_a_test_that_sees_contact_too_early_is_caught(rng, monkeypatch):
     model, problem = toy_case(4)
     scene = scene_of(problem, model)
@@ -125,6 +129,7 @@ def test_a_test_that_sees_contact_too_early_is_caught(rng, monkeypatch):
     assert len(np.setdiff1d(exact, quick)) > 0
 
 
+@pytest.mark.slow
 def test_without_obstacles_all_that_reaches_is_safe(rng):
     model = line_model(4, 0.0)
     scene = scene_of(reach_avoid(box([-0.5, 1, -9], [0.5, 2, 9]), [], 0.1), model)

@@ -48,12 +48,14 @@ def same(found, alone):
         np.testing.assert_allclose(one[1], other[1], rtol=0, atol=1e-9)
 
 
+@pytest.mark.slow
 def test_by_bounds_boxes_do_not_know_their_neighbours(examiner):
     nodes = quarters(examiner)
     alone = [of_each(examiner.by_bounds([node]))[0] for node in nodes]
     same(of_each(examiner.by_bounds(nodes)), alone)
 
 
+@pytest.mark.slow
 def test_at_vertices_boxes_do_not_know_their_neighbours(examiner):
     nodes = quarters(examiner)
     assert all(examiner.has_few_vertices(node) for node in nodes)

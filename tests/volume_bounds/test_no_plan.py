@@ -332,6 +332,7 @@ def buried(n_k):
     return model, reach_avoid(box((3, -0.5, -100), (4, 0.5, 100)), [box((-50, -50), (50, 50))], 0.1)
 
 
+@pytest.mark.slow
 def test_with_too_many_parameters_for_cells_there_is_a_proof_by_bounds(tmp_path):
     """Cells are listed for up to six parameters, and boxes proved safe at their vertices."""
     import jax
@@ -346,6 +347,7 @@ def test_with_too_many_parameters_for_cells_there_is_a_proof_by_bounds(tmp_path)
         Planner(model).bound_volume(problem)
 
 
+@pytest.mark.night
 def test_with_too_many_parameters_for_the_checker_the_answer_is_not_found():
     import jax
 
@@ -373,6 +375,7 @@ def test_a_wall_across_eight_parameters_is_proved(rng):
     assert check(model, problem, answer.certificate)["kind"] == "proved"
 
 
+@pytest.mark.slow
 def test_a_proof_beyond_the_limits_of_the_checker_is_refused_in_words():
     import jax
 

@@ -91,6 +91,7 @@ def decide(model, problem, **options):
     return prove_no_plan(model, scene_of(problem, model), **options)
 
 
+@pytest.mark.night
 @pytest.mark.parametrize("n_p", [2, 3])
 def test_verdicts_switch_once_as_the_gap_widens(n_p):
     """Body 2 x 0.25 and error 2 x 0.05: nothing fits below 0.6."""
@@ -102,6 +103,7 @@ def test_verdicts_switch_once_as_the_gap_widens(n_p):
     assert kinds == ["proved", "proved", "safe", "safe"]
 
 
+@pytest.mark.night
 @pytest.mark.parametrize("bins", [1, 3])
 def test_slanted_faces_make_room_that_a_box_has_not(bins):
     """Walls along (1, 1), and errors up to 0.3 along them but 0.02 across: a gap of 2 x 0.25 for
@@ -125,6 +127,7 @@ def test_slanted_faces_make_room_that_a_box_has_not(bins):
     assert kinds == ["proved", "proved", "safe", "safe"]
 
 
+@pytest.mark.slow
 def test_the_proof_is_in_the_file_of_the_answer(tmp_path):
     model = bar_model()
     settings = Settings(no_plan_budget_s=300.0)
@@ -136,6 +139,7 @@ def test_the_proof_is_in_the_file_of_the_answer(tmp_path):
     assert report.no_plan["kind"] == "proved" and report.samples == 0
 
 
+@pytest.mark.night
 def test_a_bar_over_a_pole_is_one_box():
     """Each corner of the box of ends has its own point of the bar on the pole."""
     model = bar_model(length=1.3)
@@ -149,6 +153,7 @@ def test_a_bar_over_a_pole_is_one_box():
     assert shorter.safe_plan is not None
 
 
+@pytest.mark.night
 def test_a_polygon_may_grow_a_part():
     """A tip that carries a triangle: its lower corner reaches 0.3 down."""
     triangle = Polygon(np.array([[0.0, -0.3], [0.1, 0.1], [-0.1, 0.1]]))
@@ -169,6 +174,7 @@ def test_a_robot_whose_tube_has_no_claim_has_no_plan():
     )
 
 
+@pytest.mark.slow
 def test_ends_keep_to_the_last_interval_too():
     """The end allows more than the last interval: the errors of goal rows are those of both."""
     model = bar_model(fitted=True)
@@ -296,6 +302,7 @@ def with_polygon(problem, model):
     return reach_avoid(problem.goal, problem.obstacles, body_of(parts))
 
 
+@pytest.mark.night
 @pytest.mark.soundness
 @pytest.mark.parametrize(
     ("n_p", "seed", "leaves", "fitted"),

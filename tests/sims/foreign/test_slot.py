@@ -101,6 +101,7 @@ def test_a_calm_day_knows_no_chance(runs):
     assert 1e-4 < np.abs(p[0] @ FRAME - runs[0][0]).max() < 0.1
 
 
+@pytest.mark.slow
 def test_rotation_is_that_of_scipy():
     from scipy.spatial.transform import Rotation
 
@@ -110,6 +111,7 @@ def test_rotation_is_that_of_scipy():
     np.testing.assert_allclose(ours, Rotation.from_quat(q).as_matrix(), atol=1e-12)
 
 
+@pytest.mark.slow
 def test_the_way_is_where_its_speed_leads():
     times = jnp.linspace(0.0, 1.2, 2401)
     place, speed, gain = jax.vmap(way, in_axes=(0, None))(times, jnp.float64(2.0)).T
@@ -132,6 +134,7 @@ def test_the_pilot_learns_what_pulls():
     assert np.abs(found[3]).max() < np.abs(found[-1]).max() / 2
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("time", "rolls"), [(c.ROLL_AT - 0.01, False), (c.ROLL_AT + 0.01, True), (2.0, False)]
 )
