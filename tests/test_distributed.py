@@ -63,7 +63,7 @@ def alone(tmp_path_factory):
     return np.load(out)
 
 
-@pytest.mark.slow
+@pytest.mark.night
 def test_eight_devices_in_one_process_give_the_same_bits(alone, tmp_path):
     end(start(tmp_path / "eight.npz", 8))
     same(np.load(tmp_path / "eight.npz"), alone)
@@ -78,7 +78,7 @@ def test_two_processes_give_the_same_bits_on_both_sides(alone, tmp_path):
         same(np.load(tmp_path / f"host{host}.npz"), alone)
 
 
-@pytest.mark.slow
+@pytest.mark.night
 def test_a_killed_process_ends_the_run_with_a_message_and_the_run_continues(alone, tmp_path):
     first, second = start_two(tmp_path, "--die-after", "2")
     (text, _), _ = (process.communicate() for process in (first, second))
@@ -121,7 +121,7 @@ def test_an_error_of_the_connection_says_that_a_host_was_lost():
         raise jax.errors.JaxRuntimeError("Connection closed by peer")
 
 
-@pytest.mark.slow
+@pytest.mark.night
 def test_one_flag_of_the_shell_shares_a_whole_run(tmp_path):
     with socket.socket() as s:
         s.bind(("127.0.0.1", 0))

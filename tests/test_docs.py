@@ -33,6 +33,7 @@ HEAVY = {
     "safe_sets.md",
     "your_own_robot.md",
 }  # more than a few seconds: under the slow marker as a whole
+FIRST = {"README.md", "tutorial.md", "your_own_robot.md"}
 
 
 def blocks(page: Path) -> list[tuple[str, bool]]:
@@ -84,13 +85,19 @@ QUICK = [p for p in PAGES if p.name not in HEAVY and any(not slow for _, slow in
 LONG = [p for p in PAGES if p.name in HEAVY or any(slow for _, slow in blocks(p))]
 
 
-@pytest.mark.parametrize("page", QUICK, ids=lambda p: p.name)
+def by_level(pages, level: str):
+    """All but the pages that newcomers follow have a level of their own."""
+    marks = getattr(pytest.mark, level)
+    return [p if p.name in FIRST else pytest.param(p, marks=marks) for p in pages]
+
+
+@pytest.mark.parametrize("page", by_level(QUICK, "slow"), ids=lambda p: p.name)
 def test_blocks_run(page, folder):
     run(page, with_slow=False)
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("page", LONG, ids=lambda p: p.name)
+@pytest.mark.parametrize("page", by_level(LONG, "night"), ids=lambda p: p.name)
 def test_slow_blocks_run(page, folder, small_model):
     target = folder / "runs" / "drift_parking" / "model.npz"
     target.parent.mkdir(parents=True)
@@ -113,7 +120,11 @@ def small_model(tmp_path_factory) -> bytes:
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("path", EXAMPLES, ids=lambda p: p.stem)
+@pytest.mark.parametrize(
+    "path",
+    [p if p.stem == DOORS[0] else pytest.param(p, marks=pytest.mark.night) for p in EXAMPLES],
+    ids=lambda p: p.stem,
+)
 def test_examples_run(path, folder):
     """In a process of its own, with JAX's own settings, as a stranger runs them."""
     environment = os.environ | {"JAX_PLATFORMS": "cpu"}

@@ -73,7 +73,7 @@ def test_the_interval_of_a_frequency():
     assert interval(10, 10, 0.1) == (pytest.approx(0.05**0.1), 1.0)
 
 
-@pytest.mark.slow
+@pytest.mark.night
 @pytest.mark.parametrize("promise", PROMISES, ids=lambda promise: promise.name)
 def test_every_promise_can_be_repeated(promise):
     row = repeat(promise, 0.02, 2, 0)
@@ -138,7 +138,7 @@ def test_a_place_is_named_by_what_it_means_wherever_it_stands(tmp_path):
     assert "name of 2 places" in both.missing(tmp_path)
 
 
-@pytest.mark.slow
+@pytest.mark.night
 @pytest.mark.timeout(2400)
 def test_the_tests_notice_a_sample_of_faults(capsys):
     """Other faults every day; the seed is printed. All of them: python -m benchmarks.attacks

@@ -5,7 +5,7 @@ import pytest
 from benchmarks import blocked
 
 
-@pytest.mark.slow
+@pytest.mark.night
 def test_where_nothing_fits_it_is_proved_with_two_parameters():
     rows = blocked.main(blocked.Options(budget_s=300, n_k=(2,)))
     assert {row["kind"] for row in rows if row["scene"] != "a wall of 1 m"} == {"proved"}

@@ -50,8 +50,12 @@ def fitted(rng, model):
 
 @pytest.fixture(
     scope="module",
-    params=[(2, False), (3, False), (2, True), (3, True)],
-    ids=["plane", "space", "templates in the plane", "templates in space"],
+    params=[
+        pytest.param((2, False), marks=pytest.mark.night, id="plane"),
+        pytest.param((3, False), marks=pytest.mark.night, id="space"),
+        pytest.param((2, True), id="templates in the plane"),
+        pytest.param((3, True), marks=pytest.mark.slow, id="templates in space"),
+    ],
 )
 def proved(request):
     """(model, problem, sample certificates) of the safe ones among random plans."""

@@ -107,7 +107,7 @@ def test_members_of_corridors_are_safe_in_every_region_and_bin(variant):
     assert len(alone) > 1
 
 
-@pytest.mark.slow
+@pytest.mark.night
 @pytest.mark.soundness
 def test_twenty_thousand_plans_about_corridors():
     for seed in range(40):

@@ -13,7 +13,7 @@ from parc_jax import checker
 
 @pytest.mark.slow
 @pytest.mark.soundness
-@pytest.mark.parametrize("seeds", [range(3), pytest.param(range(3, 10), marks=pytest.mark.slow)])
+@pytest.mark.parametrize("seeds", [range(3), pytest.param(range(3, 10), marks=pytest.mark.night)])
 def test_of_two_thousand_mutants_none_is_wrongly_accepted(seeds):
     tally = sum((mutants.check_mutants(seed, 200) for seed in seeds), collections.Counter())
     assert not [kind for kind, verdict in tally if verdict == "false"]

@@ -90,7 +90,7 @@ def test_random_members_of_sets_are_safe(answer):
     check_members(answer, 20)
 
 
-@pytest.mark.slow
+@pytest.mark.night
 @pytest.mark.soundness
 def test_ten_thousand_members_of_sets_are_safe():
     for seed in range(10):

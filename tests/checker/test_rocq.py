@@ -117,7 +117,7 @@ def test_the_theorems_rest_on_the_axioms_of_the_reals_only(built):
         assert set(re.findall(r"^([A-Za-z_.]+)$", block, flags=re.MULTILINE)) == REALS
 
 
-@pytest.mark.slow
+@pytest.mark.night
 @needs_coq
 def test_coqs_small_checker_agrees(built):
     out = run(["sh", "-c", "make -s coqchk 2>&1"], built)
@@ -126,7 +126,7 @@ def test_coqs_small_checker_agrees(built):
     assert out.count("<none>") == 3  # nothing was taken on trust: types, fixpoints, positivity
 
 
-@pytest.mark.slow
+@pytest.mark.night
 @needs_coq
 def test_unsound_checkers_break_a_proof(built):
     """The first few, and a harmless change; the script alone tries all."""
@@ -134,7 +134,7 @@ def test_unsound_checkers_break_a_proof(built):
     assert out.count("as it must") == 4 and "WRONG" not in out
 
 
-@pytest.mark.slow
+@pytest.mark.night
 @needs_coq
 def test_mutants_get_the_same_verdict_from_both_checkers(built):
     seen, accepted, different = two_mutants.campaign([built / "check"], 1500, seed=0)
@@ -142,7 +142,7 @@ def test_mutants_get_the_same_verdict_from_both_checkers(built):
     assert seen >= 1500 and 0.2 * seen < accepted < 0.8 * seen
 
 
-@pytest.mark.slow
+@pytest.mark.night
 @needs_coq
 def test_mutants_with_several_points_get_the_same_verdict_from_both_checkers(built):
     seen, accepted, different = two_points.campaign([built / "check"], 1500, seed=0)
@@ -150,7 +150,7 @@ def test_mutants_with_several_points_get_the_same_verdict_from_both_checkers(bui
     assert seen >= 1500 and 0.2 * seen < accepted < 0.8 * seen
 
 
-@pytest.mark.slow
+@pytest.mark.night
 @needs_coq
 def test_points_of_polytopes_on_borders_between_bins_are_samples(built):
     on, beside, refused = two_borders.compare([built / "check"], json.loads(ENGINE.read_text()))
@@ -159,7 +159,7 @@ def test_points_of_polytopes_on_borders_between_bins_are_samples(built):
     assert refused == 0
 
 
-@pytest.mark.slow
+@pytest.mark.night
 @needs_coq
 def test_bodies_of_several_points_in_space_and_template_tubes(built):
     seen, good, different, hit = format2.campaign([built / "check"], 500, seed=0)
@@ -167,7 +167,7 @@ def test_bodies_of_several_points_in_space_and_template_tubes(built):
     assert seen >= 500 and good > 0.1 * seen
 
 
-@pytest.mark.slow
+@pytest.mark.night
 @needs_coq
 def test_mutants_of_proofs_of_no_plan_get_the_same_verdict_from_both_checkers(built):
     seen, accepted, different = two_no_plan.campaign([built / "check"], 300, seed=0)
@@ -175,7 +175,7 @@ def test_mutants_of_proofs_of_no_plan_get_the_same_verdict_from_both_checkers(bu
     assert seen >= 300 and 0.2 * seen < accepted < 0.8 * seen
 
 
-@pytest.mark.slow
+@pytest.mark.night
 @needs_coq
 def test_bad_files_are_refused(built):
     """Every bad file of the Python checker's tests, but for its limits."""
@@ -192,7 +192,7 @@ def said(built, folder, answer, code=0):
     return run([built / "check", path], built, code)
 
 
-@pytest.mark.slow
+@pytest.mark.night
 @needs_coq
 @pytest.mark.parametrize("name", VALID)
 def test_valid_answers_are_accepted(built, tmp_path, name):
@@ -210,7 +210,7 @@ def test_valid_answers_are_accepted(built, tmp_path, name):
     run([built / "check", tmp_path / "absent.json"], built, code=2)
 
 
-@pytest.mark.slow
+@pytest.mark.night
 @needs_coq
 @pytest.mark.parametrize(
     ("depth", "second", "code"),
@@ -234,7 +234,7 @@ def costly():
     return build.rehash(known.with_plan(answer, "bracket", ["-9"], ["9"], {"safe": []}))
 
 
-@pytest.mark.slow
+@pytest.mark.night
 @needs_coq
 def test_a_short_file_cannot_ask_for_long_work(built, tmp_path):
     answer = costly()
@@ -243,7 +243,7 @@ def test_a_short_file_cannot_ask_for_long_work(built, tmp_path):
     assert "more work than the size of the file allows" in out
 
 
-@pytest.mark.slow
+@pytest.mark.night
 @needs_coq
 @pytest.mark.parametrize("path", [ENGINE, ENGINE_POINTS], ids=lambda path: path.stem)
 def test_an_answer_of_the_engine_in_the_kernel(built, path):
@@ -255,7 +255,7 @@ def test_an_answer_of_the_engine_in_the_kernel(built, path):
     assert set(re.findall(r"^([A-Za-z]+\.[A-Za-z_]+)$", out, flags=re.MULTILINE)) == REALS
 
 
-@pytest.mark.slow
+@pytest.mark.night
 @needs_coq
 def test_an_answer_of_the_engine_and_its_mutants(built):
     run([built / "check", ENGINE], built)
@@ -265,7 +265,7 @@ def test_an_answer_of_the_engine_and_its_mutants(built):
     assert accepted > 30 and different == []
 
 
-@pytest.mark.slow
+@pytest.mark.night
 @needs_coq
 def test_files_with_changed_bytes_get_the_same_verdict_from_both_checkers(built):
     answer = json.loads(ENGINE.read_text())
@@ -273,7 +273,7 @@ def test_files_with_changed_bytes_get_the_same_verdict_from_both_checkers(built)
     assert different == [] and 0.2 * seen < accepted < 0.8 * seen
 
 
-@pytest.mark.slow
+@pytest.mark.night
 @needs_coq
 @pytest.mark.needs("js_of_ocaml", "node")
 def test_the_javascript_program_says_the_same(built):
@@ -286,7 +286,7 @@ def test_the_javascript_program_says_the_same(built):
     assert two.Proved(["node", built / "js" / "run.js", program]).verdicts(files) == native
 
 
-@pytest.mark.slow
+@pytest.mark.night
 @needs_coq
 def test_no_plan_of_the_engine_between_faces_and_its_mutants(built, tmp_path):
     """Two parts of four points under templates: hits of mixtures, with corners of what a bin

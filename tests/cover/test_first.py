@@ -40,7 +40,14 @@ def turning():
     return model, points_problem(rng, model)
 
 
-@pytest.mark.parametrize("question", [toy_case, crowd, turning])
+@pytest.mark.parametrize(
+    "question",
+    [
+        toy_case,
+        pytest.param(crowd, marks=pytest.mark.night),
+        pytest.param(turning, marks=pytest.mark.slow),
+    ],
+)
 def test_every_plan_is_judged_as_all_plans_are(question):
     model, problem = question(8) if question is not turning else question()
     scene = scene_of(problem, model)

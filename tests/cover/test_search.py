@@ -75,7 +75,7 @@ def test_a_query_of_a_saved_model_loads_no_simulator_and_no_solver():
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("n_obstacles", [0, 1, 5, pytest.param(7, marks=pytest.mark.slow)])
+@pytest.mark.parametrize("n_obstacles", [0, 1, 5, pytest.param(7, marks=pytest.mark.night)])
 def test_any_number_of_obstacles_is_covered_and_proved(n_obstacles):
     """Scenes are padded to few numbers of obstacles; what only pads must not reach a
     certificate.

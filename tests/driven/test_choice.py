@@ -220,7 +220,7 @@ def test_a_model_of_another_system_is_refused(chosen):
         replace(chosen, looks=looks).claim_near(other, KEY, SMALL)
 
 
-@pytest.mark.slow
+@pytest.mark.night
 def test_the_promise_of_a_local_claim_is_kept_at_its_rate():
     """The law of the error is known: gusts are uniform, so the chance to leave a tube is exact."""
     from parc_jax.claim.start_gap import StartTrial

@@ -137,7 +137,7 @@ def test_a_plan_where_the_model_of_all_of_k_has_none(refined, narrow):
     assert "under the local tube, what is said above of S" in found.statement()
 
 
-@pytest.mark.slow
+@pytest.mark.night
 def test_no_plan_is_no_proof(narrow):
     walled = toy.problem(wall=0.0)
     asked = Refine((0.05,), centres=2, runs=30, local=LOCAL, looks=1, delta=0.05)

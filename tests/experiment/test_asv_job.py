@@ -45,7 +45,7 @@ def test_settings_are_those_of_the_scenario():
         assert study.plant == "ode"  # bulk runs; the replay stays on the simulator of record
 
 
-@pytest.mark.slow
+@pytest.mark.night
 @pytest.mark.parametrize("name", ["asv", "asv_published"])
 def test_few_rollouts_end_in_a_proved_answer(name, tmp_path):
     study, boat = replace(asv.STUDY, **FEW), sims.load(name, plant="ode")

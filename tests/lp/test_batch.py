@@ -20,7 +20,9 @@ def programs(rng, batch, n, h):
     return rng.normal(size=(batch, n)), A, b
 
 
-@pytest.mark.parametrize(("n", "h"), [(1, 6), (3, 18), pytest.param(8, 24, marks=pytest.mark.slow)])
+@pytest.mark.parametrize(
+    ("n", "h"), [(1, 6), (3, 18), pytest.param(8, 24, marks=pytest.mark.night)]
+)
 def test_batch_agrees_with_highs(rng, n, h):
     c, A, b = programs(rng, 60, n, h)
     bound = np.full(n, 20.0)

@@ -80,7 +80,7 @@ def test_standing_still_and_bad_input():
         moving(box([0, 0], [1, 1]), [1.0, 0.0], (5, 2), DT)
 
 
-@pytest.mark.slow
+@pytest.mark.night
 def test_the_replanning_loop_keeps_up_and_every_plan_holds_at_its_own_time():
     folder = Path(__file__).resolve().parents[1]
     example = runpy.run_path(str(folder.parent / "docs/examples/replanning.py"))

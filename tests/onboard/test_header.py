@@ -47,7 +47,7 @@ def test_a_header_says_what_python_says(tmp_path):
 
 
 @needs_compiler
-@pytest.mark.slow
+@pytest.mark.night
 @pytest.mark.parametrize(("n_p", "fitted"), [(2, False), (2, True), (3, False), (3, True)])
 def test_bodies_and_fitted_tubes_too(n_p, fitted, tmp_path):
     rng = np.random.default_rng(5 + n_p)

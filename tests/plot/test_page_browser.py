@@ -38,7 +38,7 @@ FLAGS = (
     "--virtual-time-budget=20000",
 )
 
-pytestmark = pytest.mark.slow
+pytestmark = pytest.mark.night
 
 
 @pytest.fixture(scope="module")

@@ -84,7 +84,15 @@ CASES = {
 }
 
 
-@pytest.mark.parametrize("name", CASES)
+@pytest.mark.parametrize(
+    "name",
+    [
+        pytest.param("car", marks=pytest.mark.slow),
+        pytest.param("random space", marks=pytest.mark.night),
+        "fitted plane",
+        pytest.param("fitted space", marks=pytest.mark.night),
+    ],
+)
 def test_the_page_says_what_the_engine_says(name, rng):
     model, problem = CASES[name](rng)
     scene = scene_of(problem, model)

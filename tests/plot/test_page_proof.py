@@ -106,7 +106,7 @@ PRESS = "document.getElementById('prove').click()"
 SAID = "document.getElementById('second')"
 
 
-@pytest.mark.slow
+@pytest.mark.night
 def test_the_button_in_a_browser(page, tmp_path):
     """From a file, without network: accepted, tampered with, and about another problem."""
     text = page.read_text()
@@ -144,7 +144,7 @@ def test_the_button_in_a_browser(page, tmp_path):
         assert browser.run(f"[{SAID}.className, {SAID}.dataset.code || null]") == ["unsafe", None]
 
 
-@pytest.mark.slow
+@pytest.mark.night
 def test_a_part_that_it_cannot_look_at_is_never_accepted_bare(tmp_path):
     """The verdict with code 3, and a page without the answer."""
     text = write_page(

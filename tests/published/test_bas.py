@@ -69,7 +69,7 @@ def test_lp_and_supports_agree(rng):
     assert wrong == 0 and 30 < inside < 350
 
 
-@pytest.mark.slow
+@pytest.mark.night
 @pytest.mark.soundness
 def test_lp_and_supports_agree_on_a_hundred_thousand_points(rng):
     wrong, inside, band = disagreements(rng, CELLS[:13], 1000, memberships)

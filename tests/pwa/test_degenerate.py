@@ -93,7 +93,7 @@ def test_axes_of_very_different_units():
     assert table.count == enumerate_regions(net, unit_box(2)).count
 
 
-@pytest.mark.slow
+@pytest.mark.night
 @pytest.mark.parametrize("seed", range(40))
 def test_random_degenerate_networks(seed):
     rng = np.random.default_rng(seed)

@@ -42,13 +42,13 @@ def assert_march_equals_table(net, domain, seed):
     return table
 
 
-@pytest.mark.slow
+@pytest.mark.night
 def test_van_der_pol(shared_data):
     net, domain, count = reference_network(shared_data, "vanderpol_2_20_20")
     assert assert_march_equals_table(net, domain, domain.center).count == count
 
 
-@pytest.mark.slow
+@pytest.mark.night
 def test_boat(shared_data):
     net, domain, count = reference_network(shared_data, "neuralparc_boat_3_8x4")
     assert assert_march_equals_table(net, domain, domain.center).count == count

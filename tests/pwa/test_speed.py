@@ -18,7 +18,7 @@ from region_networks import reference_network, unit_box
 from parc_jax.network.relu import relu_network
 from parc_jax.pwa import enumerate_regions
 
-pytestmark = pytest.mark.slow
+pytestmark = pytest.mark.night
 
 PUBLISHED = [  # name, function calls allowed
     ("vanderpol_2_20_20", 20_000),

@@ -80,7 +80,7 @@ def test_stock_wrappers_do_not_repeat_the_first_task():
     assert np.array_equal(goals[3], goals[4])
 
 
-@pytest.mark.slow
+@pytest.mark.night
 def test_environment_over_mjx_is_the_one_over_the_twin():
     def run(plant):
         env = HoverEnv(plant, law="full", redraw=0.3)

@@ -81,7 +81,7 @@ def test_twin_is_the_textbook(case):
         )
 
 
-@pytest.mark.slow
+@pytest.mark.night
 def test_mjx_is_the_twin_in_open_loop(case):
     np.testing.assert_allclose(
         np.asarray(batch("mjx", *case)), np.asarray(batch("ode", *case)), atol=1e-11
@@ -98,7 +98,7 @@ def test_a_plant_that_moves_before_it_accelerates_is_caught(case):
     assert np.abs(np.asarray(mutant) - np.asarray(batch("ode", *case))).max() > 1e-3
 
 
-@pytest.mark.slow
+@pytest.mark.night
 def test_mjx_follows_the_default_float_type():
     with jax.enable_x64(False):
         heading = jnp.float32(0.3)

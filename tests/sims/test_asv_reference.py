@@ -42,7 +42,7 @@ def disturbances(reference, group, condition):
 @pytest.mark.night
 @pytest.mark.parametrize(
     ("plant", "groups"),
-    [("ode", GROUPS), pytest.param("mjx", GROUPS, marks=pytest.mark.slow)],
+    [("ode", GROUPS), pytest.param("mjx", GROUPS, marks=pytest.mark.night)],
 )
 def test_open_loop_replay_agrees_to_a_hundredth_of_a_millimetre(reference, plant, groups):
     step = make_plant(plant, SYSID)

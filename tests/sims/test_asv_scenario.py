@@ -56,7 +56,7 @@ def test_same_key_same_run_other_key_other_run():
     assert np.array_equal(calm[0], calm[2])
 
 
-@pytest.mark.slow
+@pytest.mark.night
 def test_default_plant_is_mjx_and_equals_the_twin():
     assert asv.system().plant == "mjx"
     np.testing.assert_allclose(

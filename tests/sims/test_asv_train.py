@@ -30,7 +30,7 @@ TINY = (
 )
 
 
-@pytest.mark.slow
+@pytest.mark.night
 def test_exported_policy_acts_like_braxs_own():
     networks = quiet_import("brax.training.agents.ppo.networks")
     statistics = quiet_import("brax.training.acme.running_statistics")
@@ -78,7 +78,7 @@ def command(folder, *options):
     )
 
 
-@pytest.mark.slow
+@pytest.mark.night
 def test_training_goes_on_from_its_checkpoint(tmp_path):
     first = command(tmp_path)
     assert first.returncode == 0, first.stderr
@@ -108,7 +108,7 @@ def test_training_goes_on_from_its_checkpoint(tmp_path):
     assert "seed differ" in other.stderr
 
 
-@pytest.mark.slow
+@pytest.mark.night
 @pytest.mark.parametrize(("plant", "most"), [("ode", 15_000), ("mjx", 18_000)])
 def test_a_control_step_is_little_work(plant, most):
     """Operations of one step in a batch, as XLA counts them; rates: python -m sims.asv.speed."""

@@ -24,16 +24,24 @@ class Case(NamedTuple):
 
 
 SYSTEMS = [
-    pytest.param(Case("drift_parking", {"plant": "ode"}, 4.8, 1e-9, 0.06), id="drift_parking-ode"),
+    pytest.param(
+        Case("drift_parking", {"plant": "ode"}, 4.8, 1e-9, 0.06),
+        id="drift_parking-ode",
+        marks=pytest.mark.slow,
+    ),
     pytest.param(
         Case("drift_parking", {"plant": "mjx"}, 4.8, 1e-9, 0.06),
         id="drift_parking-mjx",
-        marks=pytest.mark.slow,
+        marks=pytest.mark.night,
     ),
-    pytest.param(Case("f110", {}, 4.9, 0.0, 0.0), id="f110"),
-    pytest.param(Case("f110", {"body": "rectangle"}, 4.9, 0.0, 0.0), id="f110-rectangle"),
+    pytest.param(Case("f110", {}, 4.9, 0.0, 0.0), id="f110", marks=pytest.mark.slow),
+    pytest.param(
+        Case("f110", {"body": "rectangle"}, 4.9, 0.0, 0.0),
+        id="f110-rectangle",
+        marks=pytest.mark.night,
+    ),
     pytest.param(Case("drone", {}, 2.0, 1e-9, 1e-9), id="drone"),
-    pytest.param(Case("tractor", {}, 8.0, 1e-9, 1e-9), id="tractor", marks=pytest.mark.slow),
+    pytest.param(Case("tractor", {}, 8.0, 1e-9, 1e-9), id="tractor", marks=pytest.mark.night),
 ]
 
 

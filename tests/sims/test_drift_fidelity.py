@@ -60,7 +60,7 @@ def _agree(states, switch, path, yaw, switch_want):
     assert np.abs(error).max() < LOOSE
 
 
-@pytest.mark.slow
+@pytest.mark.night
 def test_agrees_with_the_plain_transcription(ode, rng):
     k = rng.uniform([9, np.pi / 6], [11, 2 * np.pi / 9], (6, 2))
     k[:2] = (9, np.pi / 6), (11, 2 * np.pi / 9)
@@ -92,7 +92,7 @@ def test_agrees_with_stored_runs(ode):
     _agree_with_stored(ode)
 
 
-@pytest.mark.slow
+@pytest.mark.night
 def test_mujoco_body_agrees_with_stored_runs(mjx):
     _agree_with_stored(mjx)
 
@@ -108,7 +108,7 @@ def test_agrees_with_the_original_simulator(ode, shared_data):
     _agree_with_original(ode, shared_data)
 
 
-@pytest.mark.slow
+@pytest.mark.night
 def test_mujoco_body_agrees_with_the_original_simulator(mjx, shared_data):
     _agree_with_original(mjx, shared_data)
 
@@ -202,7 +202,7 @@ def _no_kick(monkeypatch):
     monkeypatch.setattr(simulate.control, "after_start", without)
 
 
-@pytest.mark.slow
+@pytest.mark.night
 @pytest.mark.parametrize("mutate", [_late_solves, _no_kick])
 def test_a_missed_quirk_is_noticed(monkeypatch, mutate):
     mutate(monkeypatch)

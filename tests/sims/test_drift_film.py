@@ -41,7 +41,7 @@ def test_the_tube_of_every_point_is_on_the_floor():
         assert box.size[:2] == pytest.approx([7.5 / 2 + 0.3] * 2)
 
 
-@pytest.mark.slow
+@pytest.mark.night
 def test_the_run_is_the_simulator_s_and_the_camera_sees_it():
     plan = np.array([5.6, -2.9, 9.25, 0.676])
     poses = run(plan)
@@ -62,7 +62,7 @@ def answer_file(tmp_path_factory):
     return path
 
 
-@pytest.mark.slow
+@pytest.mark.night
 @pytest.mark.parametrize("backend", ["egl", "glfw", "nonsense"])
 def test_a_film_or_one_sentence(backend, answer_file, tmp_path):
     """In its own process, since mujoco picks an OpenGL when it is imported."""

@@ -148,7 +148,7 @@ def _driven(v, rng):
     return np.array(rows)
 
 
-@pytest.mark.slow
+@pytest.mark.night
 def test_controller_solves_as_described(rng):
     """The same command and gains after each of 38 warm-started solves, six cars side by side."""
     v = rng.uniform(9, 11, 6)

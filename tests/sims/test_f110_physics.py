@@ -92,6 +92,7 @@ def test_a_batch_is_mujoco_step_by_step(drift):
     np.testing.assert_array_equal(run.qpos[0, -1], data.qpos)
 
 
+@pytest.mark.night
 def test_tyres_keep_inside_their_circle(drift):
     friction, normal, tangential = drift[2].T
     assert (tangential <= friction * normal * (1 + 1e-6) + 1e-9).all()

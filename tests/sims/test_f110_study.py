@@ -68,7 +68,7 @@ def test_bad_input_is_refused_with_code_2_before_anything_is_run(tmp_path, capsy
     assert not (tmp_path / "new").exists()
 
 
-@pytest.mark.slow
+@pytest.mark.night
 def test_a_small_laboratory(tmp_path, capsys):
     """Sixty runs by the shell's command: no honest plan, which is exit code 1 and not bad input,
     for a reason.
@@ -141,7 +141,7 @@ def test_errors_of_moved_runs_are_those_of_the_fit_that_has_not_seen_them():
     assert np.abs(np.asarray(measure(own, part).final) - np.asarray(moved.final)).max() > 1e-3
 
 
-@pytest.mark.slow
+@pytest.mark.night
 def test_a_small_laboratory_with_the_outline(tmp_path, capsys):
     """The rectangle's rows come with the disc's, of the same runs: more of the plans are safe."""
     with pytest.raises(SystemExit) as stop:
@@ -171,7 +171,7 @@ def test_a_small_laboratory_with_the_outline(tmp_path, capsys):
     assert (stop.value.code == 0) == any(r["plan"] is not None for r in rows[4:])
 
 
-@pytest.mark.slow
+@pytest.mark.night
 @pytest.mark.parametrize("backend", ["egl", "osmesa"])
 def test_the_film_shows_the_car(backend, tmp_path):
     """Rendered headless where that OpenGL is there; in its own process, since mujoco picks one when

@@ -55,7 +55,7 @@ def by_the_engine(tractor, key, k) -> np.ndarray:
     return np.array(places) - np.array(places[0][0])
 
 
-@pytest.mark.slow
+@pytest.mark.night
 def test_points_are_the_sites_of_the_engine(tractor, runs):
     assert runs.shape == (3, 161, 9, 2) and (runs[:, 0, 0] == 0).all()
     for row in range(2):
@@ -64,7 +64,7 @@ def test_points_are_the_sites_of_the_engine(tractor, runs):
         np.testing.assert_allclose(runs[row], want, rtol=0, atol=1e-4)
 
 
-@pytest.mark.slow
+@pytest.mark.night
 def test_each_part_is_rigid_and_they_turn_against_each_other(runs):
     for part in (TRACTOR, TRAILER):
         for a, b in itertools.combinations(part, 2):
@@ -74,20 +74,20 @@ def test_each_part_is_rigid_and_they_turn_against_each_other(runs):
     assert (np.ptp(across, axis=1) > 0.3).all()
 
 
-@pytest.mark.slow
+@pytest.mark.night
 def test_the_tractor_turns_by_what_was_asked(runs):
     ahead = runs[:, -1, OF["tractor front left"]] - runs[:, -1, OF["tractor rear left"]]
     np.testing.assert_allclose(np.arctan2(ahead[:, 1], ahead[:, 0]), KS[:, 1], atol=0.1)
 
 
-@pytest.mark.slow
+@pytest.mark.night
 def test_the_trailer_starts_where_its_hitch_is(runs):
     tail = runs[:, 0, [OF[name] for name in TRAILER]].mean(axis=1)
     np.testing.assert_allclose(np.linalg.norm(tail - [-0.9, 0.0], axis=1), 2.4, rtol=1e-12)
     assert np.ptp(tail[:, 1]) > 0.01  # hardly ever straight
 
 
-@pytest.mark.slow
+@pytest.mark.night
 def test_a_moved_start_moves_all_points(tractor):
     import parc_jax as pj
 

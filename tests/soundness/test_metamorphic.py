@@ -22,7 +22,7 @@ from parc_jax.verdict.scene import scene_of
 pytestmark = pytest.mark.soundness
 
 T = 4
-SEEDS = (0, pytest.param(1, marks=pytest.mark.slow), pytest.param(3, marks=pytest.mark.slow))
+SEEDS = (0, pytest.param(1, marks=pytest.mark.night), pytest.param(3, marks=pytest.mark.night))
 CLOSE = 1e-11  # [m] rounding of these scenes
 
 

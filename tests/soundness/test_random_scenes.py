@@ -163,7 +163,7 @@ def test_accepted_plans_are_free_and_clearly_free_plans_are_accepted(models):
     )
 
 
-@pytest.mark.slow
+@pytest.mark.night
 @pytest.mark.timeout(1200)
 def test_a_hundred_thousand_scenes_and_networks(models):
     accepted, wrong, missed, pairs, clear = compare(models, range(1000, 3000), compiled)

@@ -160,7 +160,7 @@ def parking():
     return model, answer
 
 
-@pytest.mark.slow
+@pytest.mark.night
 def test_two_thousand_drifts_from_the_safe_set_touch_nothing(parking):
     import sims
 

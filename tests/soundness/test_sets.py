@@ -364,7 +364,7 @@ def test_coverage_statement_is_honest():
     assert wrong <= binom.ppf(0.9999, 6, 0.1)
 
 
-@pytest.mark.slow
+@pytest.mark.night
 def test_coverage_statement_is_honest_over_many_repeats():
     wrong = honest_looks(repeats=200, confidence=0.8, target=0.08, fresh=60_000)
     assert wrong <= binom.ppf(0.9999, 200, 0.2)

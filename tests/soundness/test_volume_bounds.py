@@ -140,7 +140,7 @@ def test_a_leaf_of_another_scene_would_be_noticed(rng):
         agree(model, covered, answer, rng)
 
 
-@pytest.mark.slow
+@pytest.mark.night
 @pytest.mark.parametrize("seed", range(8))
 def test_random_scenes_with_polygons(seed):
     """Slanted obstacles, disc and polygon bodies, start sets, bins; proofs, bounds and both with

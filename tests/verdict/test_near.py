@@ -46,9 +46,9 @@ def plans_of(model, scene, rng, n: int = 400):
 
 CASES = [
     ("point", 0),
-    ("point", 1),
-    ("body", 0),
-    *(pytest.param(kind, 2, marks=pytest.mark.slow) for kind in ("point", "body", "fitted")),
+    pytest.param("point", 1, marks=pytest.mark.night),
+    pytest.param("body", 0, marks=pytest.mark.slow),
+    *(pytest.param(kind, 2, marks=pytest.mark.night) for kind in ("point", "body", "fitted")),
 ]
 
 

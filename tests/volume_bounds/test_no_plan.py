@@ -404,7 +404,7 @@ def test_boxes_with_too_many_cells_are_split_first(rng):
     assert "start" in {name for node in answer.certificate["tree"] for name in node}
 
 
-@pytest.mark.slow
+@pytest.mark.night
 @pytest.mark.parametrize("between", [False, True], ids=["boxes", "faces"])
 def test_drift_parking_is_decided_within_a_centimetre(between):
     from parc_jax.model import load

@@ -164,7 +164,7 @@ def test_a_hundred_held_out_commands_support_three_percent(affine, runs):
     assert (loose.tube.interval <= claim.tube.interval).all()
 
 
-@pytest.mark.slow
+@pytest.mark.night
 def test_wheels_that_stick_are_found_in_the_training_commands(log, runs):
     net = learn.network(log, jax.random.PRNGKey(0))
     worst = learn.first_look(net, runs.train)
@@ -190,7 +190,7 @@ def study(tmp_path_factory):
     return job(out=out, quiet=True), out
 
 
-@pytest.mark.slow
+@pytest.mark.night
 def test_the_study_finds_plans_and_no_held_out_run_breaks_them(study):
     code, out = study
     metrics = json.loads((out / "metrics.json").read_text())
@@ -206,7 +206,7 @@ def test_the_study_finds_plans_and_no_held_out_run_breaks_them(study):
         assert (out / f"{name}.png").stat().st_size > 10_000
 
 
-@pytest.mark.slow
+@pytest.mark.night
 def test_a_robot_that_strays_is_counted_and_one_that_cannot_fail_is_a_fault(
     study, runs, monkeypatch
 ):

@@ -101,7 +101,7 @@ def recording(path, slip: float):
     return path
 
 
-@pytest.mark.slow
+@pytest.mark.night
 def test_a_robot_on_ice_gets_no_plan_and_one_with_grip_gets_some(tmp_path, monkeypatch):
     for name, less in (("MODEL_RUNS", 2000), ("SEEDS", 1), ("STEPS", 800)):
         monkeypatch.setattr(learn, name, less)

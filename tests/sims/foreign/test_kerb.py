@@ -27,7 +27,7 @@ def run():
     return simulated(np.random.default_rng(4), K, np.zeros(2))
 
 
-@pytest.mark.slow  # compiles the car: ten seconds, once
+@pytest.mark.night
 @NEEDED
 def test_compiled_code_gives_the_bits_of_the_package_itself(monkeypatch):
     """Where numba is absent the same code runs as Python: nothing of it is compiled here."""
@@ -45,7 +45,7 @@ def test_compiled_code_gives_the_bits_of_the_package_itself(monkeypatch):
     np.testing.assert_array_equal(fast, slow)
 
 
-@pytest.mark.slow  # compiles the car: ten seconds, once
+@pytest.mark.night
 @NEEDED
 def test_the_start_state_is_not_changed_though_the_package_changes_its_own():
     from vehiclemodels.vehicle_dynamics_mb import vehicle_dynamics_mb
@@ -62,7 +62,7 @@ def test_the_start_state_is_not_changed_though_the_package_changes_its_own():
     np.testing.assert_array_equal(ours, start)
 
 
-@pytest.mark.slow  # compiles the car: ten seconds, once
+@pytest.mark.night
 @NEEDED
 def test_the_integration_agrees_with_odeint():
     """A second integrator, with a step and an error of its own, between two of the driver's
@@ -94,7 +94,7 @@ def test_the_integration_agrees_with_odeint():
     assert abs(ours[4] - x[4]) < 1e-3
 
 
-@pytest.mark.slow  # compiles the car: ten seconds, once
+@pytest.mark.night
 @NEEDED
 def test_runs_repeat_and_differ():
     from sims.foreign.kerb.system import simulated
@@ -106,7 +106,7 @@ def test_runs_repeat_and_differ():
     assert 0.01 < abs(first - other)[:, :2].max() < 0.5
 
 
-@pytest.mark.slow  # compiles the car: ten seconds, once
+@pytest.mark.night
 @NEEDED
 def test_the_car_swerves_stops_and_stays(run):
     assert abs(run[0, 3] - K[0]) <= c.SPEED_OFF
@@ -116,7 +116,7 @@ def test_the_car_swerves_stops_and_stays(run):
     assert abs(np.diff(run[:, 2])).max() / c.RECORD < 0.4 + 1e-9  # what its steering can do
 
 
-@pytest.mark.slow  # compiles the car: ten seconds, once
+@pytest.mark.night
 @NEEDED
 def test_the_outline_is_rigid_and_of_the_true_size():
     from sims.foreign.kerb.system import drive
@@ -129,7 +129,7 @@ def test_the_outline_is_rigid_and_of_the_true_size():
     assert math.atan2(ahead[-1, 1], ahead[-1, 0]) == pytest.approx(q[0], abs=1e-12)
 
 
-@pytest.mark.slow  # compiles the car: ten seconds, once
+@pytest.mark.night
 @NEEDED
 def test_no_start_is_better_than_another():
     import parc_jax as pj
@@ -139,7 +139,7 @@ def test_no_start_is_better_than_another():
     assert gap.p.max() < 1e-9 and gap.q.max() < 1e-9
 
 
-@pytest.mark.slow  # compiles the car: ten seconds, once
+@pytest.mark.night
 @NEEDED
 def test_the_model_cannot_reverse():
     """Why the driver stops at 0.3 m/s: braked on, the model ends in a division by zero."""
@@ -151,7 +151,7 @@ def test_the_model_cannot_reverse():
         functools.reduce(lambda y, _: drive._step(f, y, np.array([0.0, -4.0]), p), range(400), x)
 
 
-@pytest.mark.slow  # compiles the car: ten seconds, once
+@pytest.mark.night
 @NEEDED
 def test_runs_through_the_public_door_have_their_points():
     import parc_jax as pj

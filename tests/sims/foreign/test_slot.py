@@ -48,7 +48,7 @@ def axes(p):
     return np.stack([first - corner[name] for name in others], axis=-2) / np.array(c.SIZE)[:, None]
 
 
-@pytest.mark.slow
+@pytest.mark.night
 def test_it_starts_level_at_the_origin_and_ends_hovering(runs):
     p, q = runs
     assert (p[:, 0, 0] == 0).all()
@@ -57,7 +57,7 @@ def test_it_starts_level_at_the_origin_and_ends_hovering(runs):
     assert (axes(p[:, -1])[:, 2, 2] > np.cos(0.15)).all()
 
 
-@pytest.mark.slow
+@pytest.mark.night
 def test_the_box_is_rigid(runs):
     p, _ = runs
     turn = axes(p)
@@ -65,7 +65,7 @@ def test_the_box_is_rigid(runs):
     np.testing.assert_allclose(p[:, :, 1:].mean(axis=2), p[:, :, 0], atol=1e-12)
 
 
-@pytest.mark.slow
+@pytest.mark.night
 def test_it_rolls_beyond_what_a_level_drone_could_pass(runs):
     p, _ = runs
     up = axes(p)[:, :, 2]
@@ -73,7 +73,7 @@ def test_it_rolls_beyond_what_a_level_drone_could_pass(runs):
     assert (roll > 0.85 * KS[:, 1]).all() and (roll < KS[:, 1] + 0.1).all()
 
 
-@pytest.mark.slow
+@pytest.mark.night
 def test_rotors_push_along_the_drone_and_nothing_else_but_weight_and_drag_across_it(runs):
     p, _ = runs
     centre, turn = p[:, :, 0], axes(p)
@@ -86,13 +86,13 @@ def test_rotors_push_along_the_drone_and_nothing_else_but_weight_and_drag_across
     assert np.abs(np.einsum("ntij,ntj->nti", turn[:, 1:-1], gain - want)[..., 2]).max() > 9.0
 
 
-@pytest.mark.slow
+@pytest.mark.night
 def test_a_moved_start_moves_all_points(drone):
     gap = pj.translation_gap(drone, KEYS[0], np.array([[30.0, -20.0, 25.0]]))
     assert gap.p.max() < 1e-10
 
 
-@pytest.mark.slow
+@pytest.mark.night
 def test_a_calm_day_knows_no_chance(runs):
     calm = system("calm")
     assert set(calm.law.values()) == {0.0}

@@ -27,6 +27,7 @@ def flight():
     return fly(np.random.default_rng(3), K)
 
 
+@pytest.mark.night
 @NEEDED
 def test_flights_repeat_bit_for_bit_and_differ_by_the_turbulence(flight):
     from sims.foreign.towers.flight import fly
@@ -37,6 +38,7 @@ def test_flights_repeat_bit_for_bit_and_differ_by_the_turbulence(flight):
     assert 0.5 < abs(flight[0] - other[0]).max() < 40.0  # [m]
 
 
+@pytest.mark.night
 @NEEDED
 def test_the_map_agrees_with_the_distances_that_jsbsim_counts_itself():
     from sims.foreign.towers.flight import flown, points, trimmed
@@ -51,6 +53,7 @@ def test_the_map_agrees_with_the_distances_that_jsbsim_counts_itself():
     assert points(rows).shape == (201, 5, 2)
 
 
+@pytest.mark.night
 @NEEDED
 def test_the_aeroplane_turns_left_and_climbs(flight):
     p, climb = flight
@@ -62,6 +65,7 @@ def test_the_aeroplane_turns_left_and_climbs(flight):
     assert 25.0 < climb[0] < 100.0
 
 
+@pytest.mark.night
 @NEEDED
 def test_wings_seen_from_above_are_never_longer_than_wings(flight):
     p, _ = flight
@@ -103,7 +107,7 @@ def test_a_place_on_the_map_is_where_it_says():
 
 
 @NEEDED
-@pytest.mark.slow
+@pytest.mark.night
 def test_the_start_matters_and_a_gap_too_small_is_refused():
     aeroplane = sims.load("towers", workers=0)
     key = jax.random.PRNGKey(0)
@@ -113,6 +117,7 @@ def test_the_start_matters_and_a_gap_too_small_is_refused():
     assert 0.01 < tried.seen <= sims.towers.STUDY.gap
 
 
+@pytest.mark.night
 @NEEDED
 def test_altitude_breaks_the_invariance(monkeypatch):
     """Why the start is horizontal: a hundred metres higher, the same turbulence is another."""
@@ -124,6 +129,7 @@ def test_altitude_breaks_the_invariance(monkeypatch):
     assert abs((there - there[0, 0]) - (here - here[0, 0])).max() > 1.0
 
 
+@pytest.mark.night
 @NEEDED
 def test_runs_through_the_public_door_have_their_points():
     import parc_jax as pj
