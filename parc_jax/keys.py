@@ -14,6 +14,9 @@ import numpy as np
 from parc_jax.errors import InputError, expected
 
 
+SEEDS = 2**32  # so many: a larger number would lose its upper half without 64-bit integers
+
+
 class Stage(enum.IntEnum):
     """What a stream is for. Two stages never share random numbers."""
 
@@ -37,6 +40,18 @@ def as_key(key) -> jax.Array:
         seed = key if isinstance(key, int) else 0
         raise InputError(expected("key", "a random key", key, f"jax.random.PRNGKey({seed})"))
     return key
+
+
+def check_seed(seed: int) -> int:
+    """The seed itself. Raises InputError for what is none."""
+    if isinstance(seed, bool) or not isinstance(seed, int | np.integer) or not 0 <= seed < SEEDS:
+        raise InputError(f"seed: expected a whole number from 0 to {SEEDS - 1}; got {seed!r:.40}.")
+    return int(seed)
+
+
+def key_of(seed: int) -> jax.Array:
+    """The random key of a seed. Raises InputError for what is none."""
+    return jax.random.PRNGKey(check_seed(seed))
 
 
 def key_data(key) -> np.ndarray:

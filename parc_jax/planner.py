@@ -20,7 +20,9 @@ from parc_jax.problem import ReachAvoid
 from parc_jax.pwa import RegionTable, enumerate_regions
 from parc_jax.robust.question import plain, plain_problems
 from parc_jax.settings import Settings
+from parc_jax.system import check_system
 from parc_jax.verdict.near import near_scene
+from parc_jax.verdict.outline import require_same
 from parc_jax.verdict.scene import Scene, scene_of
 from parc_jax.volume_bounds.no_plan import NoPlan, prove_no_plan
 
@@ -118,13 +120,13 @@ class Planner:
         claim. say: called with a line of progress. Raises InputError.
         """
         # who only asks needs no trainer
-        from parc_jax.driven.local_model import check_same
         from parc_jax.driven.refine import Refine, refine
 
         settings = _checked("refine", problem, settings, Settings.whole())
         if problem.doubt is not None:
             raise InputError("refine: expected a problem without doubt; set doubt=None.")
-        check_same(system, self.model)
+        check_system(system)
+        require_same(system, self.model)
         asked = Refine() if asked is None else asked
         if not isinstance(asked, Refine):
             raise InputError(expected("refine", "a Refine", asked, "pj.Refine(looks=2)"))

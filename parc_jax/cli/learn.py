@@ -31,9 +31,9 @@ def learn(
     t_f: float | None = None,
     dt_record: float | None = None,
     points: tuple[str, ...] | None = None,
-    holdout: float = 0.4,
+    holdout: float | None = None,
     domain: tuple[float, ...] | None = None,
-    k_law: str = "logged",
+    k_law: str | None = None,
     search: int | None = None,
     gap: float | None = None,
     seed: int = 0,
@@ -77,10 +77,10 @@ def learn(
         dt_record: Logged runs only: time between records [s]. Default: dt.
         points: Logged runs only: names of the robot's reference points, in the order of the
             columns. Default: the file's own, or one point.
-        holdout: Logged runs only: share of the runs set aside for the bound.
+        holdout: Logged runs only: share of the runs set aside for the bound. Default: 0.4.
         domain: Logged runs only: K as LO HI for every parameter. Default: the box of all k.
         k_law: Logged runs only: "uniform" if all k were drawn uniformly from the domain; only then
-            does the claim speak of shares of K.
+            does the claim speak of shares of K. Default: "logged".
         search: Runs spent looking for bad ones on purpose, which can only widen the tube; 0 for
             none. Default: as many as the fresh runs, 2,048 at most.
         gap: Most that the start of a run may matter [m or rad]. It is tried from a few starts, a
@@ -92,12 +92,15 @@ def learn(
     """
     from parc_jax.cli.cache import keep_compiled
     from parc_jax.cli.help import fitted
-    from parc_jax.cli.learning import Log, from_log, from_system, summary
+    from parc_jax.cli.learning import Log, from_log, from_system, refuse_options, summary
+    from parc_jax.cli.lock import held
     from parc_jax.cli.places import require_place
     from parc_jax.cli.systems import black_box_of, find
     from parc_jax.cli.unfinished import only_of
     from parc_jax.experiment.settings import Study, checked
+    from parc_jax.keys import check_seed
 
+    check_seed(seed)
     if cache:
         keep_compiled()
     given = {
@@ -120,20 +123,35 @@ def learn(
     given = {name: value for name, value in given.items() if value is not None}
     require_place(out)
     work = out.with_name(f"{out.name}.unfinished")
-    if Path(source).suffix in (".npz", ".mat") or Path(source).is_dir():
-        study = checked(replace(Study(), **given))
-        log = Log(Path(source), (dt, t_f, dt_record), domain, k_law, holdout, points)
-        learned = from_log(log, study, seed)
-    else:
-        module = find(source, needed=("system",))
-        study = checked(replace(getattr(module, "STUDY", Study()), **given))
-        with contextlib.redirect_stdout(
-            io.StringIO()
-        ):  # the simulator's libraries print to stdout on import
-            black_box = black_box_of(module, plant or study.plant, body or study.body)
-        with only_of(module, work):
-            learned = from_system(black_box, study, seed, work, quiet)
-    learned.main.save(out)
-    shutil.rmtree(work, ignore_errors=True)
+    logged = {
+        "dt": dt,
+        "t-f": t_f,
+        "dt-record": dt_record,
+        "points": points,
+        "holdout": holdout,
+        "domain": domain,
+        "k-law": k_law,
+    }
+    with held(out):
+        if Path(source).suffix in (".npz", ".mat") or Path(source).is_dir():
+            run_anew = ("rollouts", "fresh", "search")
+            not_of_a_log = {"plant": plant, "body": body} | {n: given.get(n) for n in run_anew}
+            refuse_options(not_of_a_log, source, "a system that can be run")
+            study = checked(replace(Study(), **given))
+            share, law = 0.4 if holdout is None else holdout, k_law or "logged"
+            log = Log(Path(source), (dt, t_f, dt_record), domain, law, share, points)
+            learned = from_log(log, study, seed)
+            learned.main.save(out)
+        else:
+            refuse_options(logged, source, "logged runs")
+            module = find(source, needed=("system",))
+            study = checked(replace(getattr(module, "STUDY", Study()), **given))
+            # the simulator's libraries print to stdout on import
+            with contextlib.redirect_stdout(io.StringIO()):
+                black_box = black_box_of(module, plant or study.plant, body or study.body)
+            with only_of(module, work):
+                learned = from_system(black_box, study, seed, work, quiet)
+                learned.main.save(out)
+            shutil.rmtree(work, ignore_errors=True)
     print(summary(learned, out, as_json=True) if json else fitted(summary(learned, out)))
     return 0 if learned.main.tube.claimed.any() else 1

@@ -7,7 +7,6 @@ from dataclasses import replace
 from pathlib import Path
 from typing import NamedTuple
 
-import jax
 import numpy as np
 
 from parc_jax.errors import InputError
@@ -15,6 +14,7 @@ from parc_jax.experiment.learn import Learned, final_error, learn, learn_recorde
 from parc_jax.experiment.numbers import spread
 from parc_jax.experiment.settings import Study, name_of
 from parc_jax.experiment.stopwatch import Stopwatch
+from parc_jax.keys import key_of
 from parc_jax.network.predict import outputs
 from parc_jax.network.train import training_arrays
 from parc_jax.rollout.loaders import load_rollouts
@@ -27,8 +27,17 @@ def from_system(system, study: Study, seed: int, work: Path, quiet: bool) -> Lea
     InputError.
     """
     return learn(
-        system, replace(study, others=()), jax.random.PRNGKey(seed), Stopwatch(), work, quiet
+        system, replace(study, others=()), key_of(seed), Stopwatch(), work, quiet
     )
+
+
+def refuse_options(options: dict, source: str, of: str) -> None:
+    """Raises InputError for the first of these options that was given: they would be ignored."""
+    given = [name for name, value in options.items() if value is not None]
+    if given:
+        raise InputError(
+            f"--{given[0]}: expected with {of} only, which {source} is not. Leave it out."
+        )
 
 
 class Log(NamedTuple):
@@ -58,7 +67,7 @@ def from_log(log: Log, study: Study, seed: int) -> Learned:
     domain = _domain(log.domain)
     data = load_rollouts(log.path, time, domain, k_law=log.k_law, points=log.points)
     train, held = data.split(log.holdout, seed)
-    return learn_recorded(train, held, replace(study, others=()), jax.random.PRNGKey(seed))
+    return learn_recorded(train, held, replace(study, others=()), key_of(seed))
 
 
 def _domain(corners: tuple[float, ...] | None) -> Box | None:

@@ -50,10 +50,11 @@ def plot(
 
     if figures is None and (html is not None or video is not None):
         figures = ()
-    for place in (html, video, None if figures == () else (out or answer.parent) / "samples.png"):
+    for place in (html, None if figures == () else (out or answer.parent) / "samples.png"):
         require_place(place)
     if video is not None:
         require_kind(video)
+        require_place(video, folder=not video.suffix)
     with tqdm(desc="checking the answer", total=1, disable=quiet, leave=False, delay=0.5) as bar:
         loaded = load_answer(answer)
         bar.update()
@@ -110,14 +111,17 @@ def _film(answer, out: Path, sample: int, named: str | None, quiet: bool) -> Pat
     from parc_jax.cli.systems import black_box_with, find
     from parc_jax.errors import InputError
     from parc_jax.plot.film import film
+    from parc_jax.verdict.outline import require_same
 
     try:
-        module = find(named or answer.model.system, needed=())
+        module = find(named or answer.model.system, needed=("system",))
+        black_box = black_box_with(module, answer.model.points)
+        require_same(black_box, answer.model)
     except InputError:
         if named is not None:
             raise
         print(
-            f"parc-jax: no simulator called {answer.model.system!r} is here, so the film shows the "
+            f"parc-jax: no simulator of {answer.model.system!r} is here, so the film shows the "
             "model's prediction; a film of true runs needs one: --system MODULE.",
             file=sys.stderr,
         )
@@ -125,7 +129,6 @@ def _film(answer, out: Path, sample: int, named: str | None, quiet: bool) -> Pat
     home = module.__name__
     if importlib.util.find_spec(f"{home}.film") if hasattr(module, "__path__") else None:
         return importlib.import_module(f"{home}.film").film_of(answer, out, sample, quiet)
-    black_box = black_box_with(module, answer.model.points)
     return film(answer, out, sample, _run(black_box, answer, sample), quiet=quiet)
 
 
@@ -133,14 +136,8 @@ def _run(black_box, answer, sample: int):
     """One fresh true run of a sample, (n_record + 1, n_c) [m], all reference points."""
     import jax
 
-    from parc_jax.errors import InputError
     from parc_jax.experiment.replay import replay
 
-    if black_box.time != answer.model.time:
-        raise InputError(
-            f"system {black_box.name!r}: expected the time grid of the answer "
-            f"({answer.model.time}); got {black_box.time}."
-        )
     plans = answer.samples[[sample]]
     return replay(black_box, answer.model, answer.scene, plans, jax.random.PRNGKey(0)).path[0]
 

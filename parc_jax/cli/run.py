@@ -47,7 +47,8 @@ def run(
     Args:
         system: A system of `parc-jax systems`, or a module of your own with `system()` and
             `problem()`.
-        out: Folder for model, answer, metrics and figures. Default: runs/SYSTEM.
+        out: Folder for model, answer, metrics and figures. Default: runs/SYSTEM, with .NAME behind
+            it where a module's system has another name than the module.
         model: A saved model, in place of rollouts and training.
         seed: Everything random follows from it.
         plant: Plant of the simulator for everything, e.g. mjx or ode. Default: the system's own,
@@ -89,15 +90,18 @@ def run(
     """
     from parc_jax.cli.cache import keep_compiled
     from parc_jax.cli.help import fitted
+    from parc_jax.cli.lock import held
     from parc_jax.cli.places import require_place
     from parc_jax.cli.systems import black_box_of, build, find
     from parc_jax.cli.unfinished import only_of
     from parc_jax.experiment.figures import figures as draw_figures
-    from parc_jax.experiment.job import finish, run_study
+    from parc_jax.experiment.job import METRICS, UNFINISHED, finish, run_study
     from parc_jax.experiment.report import report
     from parc_jax.experiment.settings import Study
+    from parc_jax.keys import check_seed
     from parc_jax.model import load
 
+    check_seed(seed)
     if cache:
         keep_compiled()
     module = find(system)
@@ -121,14 +125,16 @@ def run(
         "budget_s": budget,
     }
     if hasattr(module, "job"):
+        out = out or Path("runs") / system
         given |= {
-            "out": out or Path("runs") / system,
+            "out": out,
             "model": model,
             "plant": plant,
             "body": body,
             "hosts": hosts,
         }
-        return build(module, "job", **given, seed=seed, figures=figures, quiet=quiet, json=json)
+        with held(out):
+            return build(module, "job", **given, seed=seed, figures=figures, quiet=quiet, json=json)
     host = _join(hosts)
     study = replace(
         getattr(module, "STUDY", Study()), **{k: v for k, v in given.items() if v is not None}
@@ -144,24 +150,26 @@ def run(
         learn_from = (
             black_box_of(module, study.plant, body) if plant is None and study.plant else black_box
         )
-    out = _folder_of(host, out or Path("runs") / black_box.name)
-    require_place(out / "answer.json")
-    saved = None if model is None else load(model, system=black_box.name)
-    with only_of(module, out / "unfinished"):
-        outcome = run_study(black_box, problem, study, out, seed, saved, quiet, learn_from)
-    if host > 0:  # the first one reports
-        return 0
-    if figures:
-        files = draw_figures(outcome, study, out)
-        outcome = outcome._replace(
-            metrics=finish(out, outcome.metrics | {"figures": [f.name for f in files]})
-        )
+    out = _folder_of(host, out or Path("runs") / _own_name(system, black_box.name))
+    for name in ("model.npz", "answer.json", METRICS):
+        require_place(out / name)
+    saved = None if model is None else load(model)
+    with held(out):
+        with only_of(module, out / UNFINISHED):
+            outcome = run_study(black_box, problem, study, out, seed, saved, quiet, learn_from)
+        if host > 0:  # the first one reports
+            return 0
+        if figures:
+            files = draw_figures(outcome, study, out)
+            outcome = outcome._replace(
+                metrics=finish(out, outcome.metrics | {"figures": [f.name for f in files]})
+            )
     if json:
         import json as as_json
 
         print(as_json.dumps(outcome.metrics, indent=1))
     else:
-        print(fitted(report(outcome, study)))
+        print(fitted(report(outcome)))
         print(f"Written to {out}. Verify with: parc-jax check {out / 'answer.json'}")
     return 0 if outcome.answer.found else 1
 
@@ -178,6 +186,13 @@ def _join(hosts: str | None) -> int:
     import jax
 
     return jax.process_index()
+
+
+def _own_name(typed: str, name: str) -> str:
+    """What the results of a system are kept under: modules whose systems share a name, and systems
+    that share a module, do not share a folder.
+    """
+    return typed if typed.rpartition(".")[2] == name else f"{typed}.{name}"
 
 
 def _folder_of(host: int, out: Path) -> Path:

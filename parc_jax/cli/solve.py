@@ -67,8 +67,6 @@ def solve(
         json: Print the result as JSON.
         cache: Keep compiled programs in the user's cache folder.
     """
-    import jax
-
     from parc_jax.cli.cache import keep_compiled
     from parc_jax.cli.doubt import numbers_of_option, under_doubt
     from parc_jax.cli.goal_in_reach import require_goal_in_reach
@@ -77,6 +75,7 @@ def solve(
     from parc_jax.cli.verdict import as_json, verdict
     from parc_jax.errors import InputError
     from parc_jax.io.problem_file import labelled, load_problem
+    from parc_jax.keys import key_of
     from parc_jax.methods import Exact, Published
     from parc_jax.model import load
     from parc_jax.planner import Planner
@@ -109,7 +108,7 @@ def solve(
     planner = Planner(labelled(learned, scene))
     if not first:
         require_goal_in_reach(problem, planner)
-    key = jax.random.PRNGKey(seed)
+    key = key_of(seed)
     methods = {"exact": Exact(), "paper": Published(), "paper-lp": Published(lps=True)}
     settings = Settings(
         n_samples=samples,

@@ -8,6 +8,8 @@ from collections.abc import Iterator
 from pathlib import Path
 from types import ModuleType
 
+from parc_jax.cli.places import folders
+from parc_jax.errors import InputError
 from parc_jax.rollout.files import write_atomic
 
 KINDS = (".py", ".xml", ".npz")  # files that a robot's program consists of
@@ -15,25 +17,34 @@ KINDS = (".py", ".xml", ".npz")  # files that a robot's program consists of
 
 @contextlib.contextmanager
 def only_of(module: ModuleType, work: Path) -> Iterator[None]:
-    """Finished runs in `work` are discarded if the system's own files have changed since: they are
-    another robot's.
+    """Finished runs in `work` of another program, such as the system's own files before they were
+    changed, are another robot's: they are discarded if the user says so. Raises InputError if not.
 
     When nothing was finished inside, `work` is removed again.
     """
     note, now = work / "source.sha256", source_hash(module)
     if work.is_dir() and any(work.iterdir()) and not (note.is_file() and note.read_text() == now):
-        print(
-            f"parc-jax: {module.__name__} has changed; the unfinished runs in {work} are "
-            "discarded.",
-            file=sys.stderr,
-        )
+        _ask_to_discard(work, module.__name__)
         shutil.rmtree(work)
-    write_atomic(note, now.encode())
-    try:
-        yield
-    finally:
-        if work.is_dir() and list(work.iterdir()) == [note]:
-            shutil.rmtree(work)
+    with folders(note):
+        write_atomic(note, now.encode())
+        try:
+            yield
+        finally:
+            if work.is_dir() and list(work.iterdir()) == [note]:
+                shutil.rmtree(work)
+
+
+def _ask_to_discard(work: Path, module: str) -> None:
+    """Raises InputError unless someone at a terminal says yes."""
+    why = f"{work} holds unfinished runs of another program than {module} as it is now"
+    if sys.stdin.isatty() and sys.stderr.isatty():
+        print(f"parc-jax: {why}. Discard them? [y/N] ", end="", file=sys.stderr, flush=True)
+        if sys.stdin.readline().strip().lower() in ("y", "yes"):
+            return
+    raise InputError(
+        f"{why}: expected those that it began. Delete that folder, or name another --out."
+    )
 
 
 def source_hash(module: ModuleType) -> str:

@@ -21,6 +21,7 @@ from parc_jax.model import TrajectoryModel
 from parc_jax.sentences import rounded_up
 from parc_jax.system import check_system
 from parc_jax.verdict.near import whole_scene
+from parc_jax.verdict.outline import require_same
 from parc_jax.verdict.scene import Scene
 
 # how a question is answered with another model: (model, problem, key, settings) -> Answer
@@ -83,6 +84,7 @@ class Choice:
         that nothing else uses. Raises InputError, also when all looks are spent.
         """
         check_system(system)
+        require_same(system, self.model)
         eps = as_probability("eps", eps)
         if n is not None and n < 1:
             raise InputError(f"run: expected at least one run; got {n}.")
@@ -103,6 +105,7 @@ class Choice:
         when all looks are spent.
         """
         check_system(system)
+        require_same(system, self.model)
         asked = Local() if asked is None else asked
         if not isinstance(asked, Local):
             raise InputError(expected("claim_near", "a Local", asked, "pj.Local(share=1e-3)"))

@@ -22,6 +22,7 @@ from parc_jax.network.train import train_report, training_arrays
 from parc_jax.problem import ReachAvoid
 from parc_jax.rollout.batch import RolloutBatch
 from parc_jax.sets.box import Box
+from parc_jax.verdict.outline import require_same
 from parc_jax.verdict.scene import scene_of
 
 
@@ -71,7 +72,7 @@ def local_model(
     like: a model of the whole of K, for names and grid. key: of this look alone, see `fresh_key`.
     Raises InputError, also for a system that is not the one of `like`.
     """
-    check_same(system, like)
+    require_same(system, like)
     start = try_starts(system, key, asked.gap)
     runs = LocalRuns(system, key, box, asked.rollouts, quiet)
     train = runs.train()
@@ -92,7 +93,7 @@ def best_claimed(
     as far as training and shape runs tell; the holdout sees the chosen one alone, so it is one
     look. [T1]
     """
-    check_same(system, like)
+    require_same(system, like)
     start = try_starts(system, key, asked.gap)
     runs = LocalRuns(system, key, box, asked.rollouts)
     train = runs.train()
@@ -118,14 +119,6 @@ def guessed_claim(net, train: RolloutBatch, profile: Tube) -> ErrorClaim:
     """A stand-in for a claim, the profile as it is, to compare shapes by; nothing is claimed."""
     finite = train.select(~train.failed)
     return replace(assumed_claim(net, finite), tube=profile, evidence={})
-
-
-def check_same(system, like: TrajectoryModel) -> None:
-    """Refuse another system than the model's. Raises InputError."""
-    if like.system and system.name != like.system:
-        raise InputError(
-            f"local claim: expected the system of this model, {like.system!r}; got {system.name!r}."
-        )
 
 
 def claimed(

@@ -5,6 +5,7 @@ import numpy as np
 
 from parc_jax.cover.sampling import draw, generator
 from parc_jax.experiment.learn import NetworkModels, final_error
+from parc_jax.experiment.numbers import eps_of
 from parc_jax.keys import Stage, stream
 from parc_jax.model import TrajectoryModel
 from parc_jax.problem import ReachAvoid
@@ -24,6 +25,7 @@ def compare(learned: NetworkModels, problem: ReachAvoid, key: jax.Array) -> list
             "network": learned.name,
             "claim": model.claim.kind,
             "by_bin": model.claim.bin_eps is not None,
+            "eps": eps_of(model.claim),
             "unclaimed_bins": int((~model.tube.claimed).sum()),
             "regions": regions,
             "final_error": final_error(model).tolist(),

@@ -4,6 +4,7 @@ the pictures.
 
 import json
 import platform
+import shutil
 from pathlib import Path
 from typing import NamedTuple
 
@@ -18,12 +19,17 @@ from parc_jax.experiment.replay import Replay
 from parc_jax.experiment.settings import Study, checked
 from parc_jax.experiment.stopwatch import Stopwatch
 from parc_jax.experiment.trial import tally, trial
+from parc_jax.keys import key_of
 from parc_jax.model import TrajectoryModel
 from parc_jax.planner import Planner
 from parc_jax.problem import ReachAvoid
 from parc_jax.pwa import RegionTable, enumerate_regions
 from parc_jax.rollout.files import write_atomic
 from parc_jax.settings import Settings
+from parc_jax.verdict.outline import outline_of, require_fit, require_same
+
+METRICS = "metrics.json"
+UNFINISHED = "unfinished"  # folder of finished runs, until the answer is there
 
 
 class Outcome(NamedTuple):
@@ -54,18 +60,24 @@ def run_study(
     learn_from: the same system on another plant, for the many runs of training and claims; the
         replay is of `system`.
 
-    Raises InputError for settings or scenes that make no sense, SoundnessError when a replay
-    contradicts a proof.
+    What an earlier study left there stays whole until the answer of this one is on disk, and so do
+    the finished runs below `out`/unfinished, from which a stopped study continues; a model that was
+    learned is there too.
+    Raises InputError for settings or scenes that make no sense, before the first run, and
+    SoundnessError when a replay contradicts a proof.
     """
     checked(study)
-    key = jax.random.PRNGKey(seed)
+    require_fit(problem, outline_of(system))
+    if model is not None:
+        require_same(system, model)
+    key = key_of(seed)
     watch = Stopwatch()
     out = Path(out)
     learned = None
     if model is None:
-        learned = learn(learn_from or system, study, key, watch, out / "unfinished", quiet)
+        learned = learn(learn_from or system, study, key, watch, out / UNFINISHED, quiet)
         model = learned.main
-        model.save(out / "model.npz")
+        model.save(out / UNFINISHED / "model.npz")
     rows = []
     with watch("regions"):
         table = enumerate_regions(model.net, model.domain)
@@ -84,9 +96,10 @@ def run_study(
         cold = planner.warm_up(problem, settings)
     with watch("safe set"):
         answer = planner.solve(problem, key, settings)
-    answer.save(
-        out / "answer.json"
-    )  # before the replay: if that finds a contradiction, the evidence is on disk
+    # before the replay: if that finds a contradiction, the evidence is on disk
+    _replace_older(out, model, answer)
+    if learned is not None:
+        shutil.rmtree(out / UNFINISHED, ignore_errors=True)
     runs = None
     if len(answer.samples):
         with watch("replay"):
@@ -114,7 +127,17 @@ def run_study(
     return Outcome(answer, runs, table, learned, finish(out, metrics))
 
 
+def _replace_older(out: Path, model: TrajectoryModel, answer: Answer) -> None:
+    """Put model and answer into the folder, in place of an older study's, whose numbers would
+    belong to neither.
+    """
+    for name in (METRICS, "near.json"):
+        (out / name).unlink(missing_ok=True)
+    model.save(out / "model.npz")
+    answer.save(out / "answer.json")
+
+
 def finish(out: Path, metrics: dict) -> dict:
     """Write metrics.json and hand the metrics back."""
-    write_atomic(out / "metrics.json", json.dumps(metrics, indent=1).encode())
+    write_atomic(out / METRICS, json.dumps(metrics, indent=1).encode())
     return metrics

@@ -2,7 +2,6 @@
 the published one.
 """
 
-import shutil
 from pathlib import Path
 from typing import NamedTuple
 
@@ -63,8 +62,8 @@ class Learned(NamedTuple):
 def learn(
     system, study: Study, key: jax.Array, watch: Stopwatch, work: Path, quiet: bool
 ) -> Learned:
-    """Roll out, train every network, claim every tube. Finished chunks stay in `work` until all of
-    it is done.
+    """Roll out, train every network, claim every tube. Finished chunks stay in `work`: whoever
+    asked deletes them, once the result is on disk.
 
     The same fresh runs serve all networks and claims: delta is split over them, so all hold
     together. [T1]
@@ -86,9 +85,7 @@ def learn(
             forecast=forecast,
         )
     runs = SystemRuns(system, key, train.n, work, quiet, forecast)
-    learned = _learned(train, runs, start, study, key, watch, named, rotation_of(system))
-    shutil.rmtree(work, ignore_errors=True)
-    return learned
+    return _learned(train, runs, start, study, key, watch, named, rotation_of(system))
 
 
 def forecast_of(study: Study, quiet: bool = False) -> Forecast:

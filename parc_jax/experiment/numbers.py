@@ -3,8 +3,19 @@
 import numpy as np
 
 from parc_jax.answer.answer import Answer
+from parc_jax.claim.claim import ErrorClaim
 from parc_jax.labels import name_of, unit_of
 from parc_jax.model import TrajectoryModel
+from parc_jax.sentences import rounded_up
+
+
+def eps_of(claim: ErrorClaim) -> str | None:
+    """What a claim says, for people: its eps, of claims by bin the largest; None where nothing is
+    shown.
+    """
+    known = [claim.eps, *(claim.bin_eps or ())]
+    known = [eps for eps in known if eps is not None]
+    return rounded_up(max(known)) if known else None
 
 
 def seconds(value: float | None) -> str:

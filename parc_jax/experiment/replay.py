@@ -17,6 +17,7 @@ from parc_jax.rollout.batch import RolloutBatch
 from parc_jax.rollout.collect import collect
 from parc_jax.verdict.near import whole_scene
 from parc_jax.verdict.outcomes import outcomes, reached_and_touched
+from parc_jax.verdict.outline import require_same
 from parc_jax.verdict.scene import Scene
 
 # runs per compiled call, as in the large collections: nothing is compiled for a replay alone
@@ -78,7 +79,10 @@ def counts_of(
 def _driven(
     system, model: TrajectoryModel, plans: np.ndarray, key: jax.Array, quiet: bool
 ) -> tuple[RolloutBatch, np.ndarray]:
-    """Runs of the plans with fresh randomness, and which of them stayed inside the tube (n,)."""
+    """Runs of the plans with fresh randomness, and which of them stayed inside the tube (n,).
+    Raises InputError for a system that is not the model's.
+    """
+    require_same(system, model)
     k = plans[:, model.n_p :]
     runs = collect(system, key, len(plans), Stage.REPLAY, k=k, chunk=CHUNK, quiet=quiet)
     inside = inside_tube(model.claim, model.net, runs)

@@ -2,11 +2,10 @@
 
 from parc_jax.experiment.compare import safe_share
 from parc_jax.experiment.job import Outcome
-from parc_jax.experiment.numbers import covering, drawn_from, seconds, spread
-from parc_jax.experiment.settings import Study
+from parc_jax.experiment.numbers import covering, drawn_from, eps_of, seconds, spread
 
 
-def report(outcome: Outcome, study: Study) -> str:
+def report(outcome: Outcome) -> str:
     """Plain text for a terminal: stages, comparison, answer, replay, statement."""
     m = outcome.metrics
     lines = [
@@ -30,7 +29,7 @@ def report(outcome: Outcome, study: Study) -> str:
         ]
         rows = []
         for row in m["comparison"]:
-            kind = _claim_name(row, study)
+            kind = _claim_name(row)
             share = safe_share(row)
             shown = (
                 ("none", "")
@@ -57,25 +56,26 @@ def report(outcome: Outcome, study: Study) -> str:
         f"proof                  {m['status']}, {m['refused']} refused, in {seconds(t['proof_s'])}",
     ]
     if m["replay"] is not None:
-        lines += _replayed(m["replay"], study)
+        lines += _replayed(m["replay"], eps_of(outcome.answer.model.claim))
     driven = [] if m.get("driven") is None else [m["driven"]["statement"]]
     return "\n".join([*lines, "", outcome.answer.statement(), *driven, ""])
 
 
-def _claim_name(row: dict, study: Study) -> str:
+def _claim_name(row: dict) -> str:
     if row["claim"] == "assumed":
         return "ASSUMED (published kind)"
     where = " in every bin" if row["by_bin"] else ""
     without = f", {row['unclaimed_bins']} bins without" if row["unclaimed_bins"] else ""
-    return f"honest{where}, eps = {study.eps:g}{without}"
+    return f"honest{where}, eps = {row['eps']}{without}"
 
 
-def _replayed(r: dict, study: Study) -> list[str]:
+def _replayed(r: dict, eps: str | None) -> list[str]:
     often = "" if r["repeats"] == 1 else f", {r['repeats']} runs each"
+    claim = "nothing is shown of the tube" if eps is None else f"claim: eps = {eps}"
     lines = [
         f"replay                 {r['plans']} plans{often} in the simulator: {r['reached']} "
         "reached, "
-        f"{r['touched']} touched, {r['left_tube']} left the tube (claim: eps = {study.eps:g})"
+        f"{r['touched']} touched, {r['left_tube']} left the tube ({claim})"
     ]
     if r["repeats"] > 1:
         blank = " " * 23

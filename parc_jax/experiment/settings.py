@@ -2,6 +2,7 @@
 options.
 """
 
+import math
 from dataclasses import dataclass
 
 from parc_jax.claim.counts import MOST, check_discard
@@ -132,6 +133,11 @@ def checked(study: Study) -> Study:
     ):
         raise InputError(
             f"claims: expected one or more of {', '.join(CLAIMS)}, each once; got {study.claims}."
+        )
+    if not 0 <= study.gap < math.inf:
+        raise InputError(
+            "gap: expected how much the start may matter, a number >= 0 [m or rad]; got "
+            f"{study.gap}."
         )
     check_shape(study.shape, study.head)
     if isinstance(study.tail, str) and (study.tail != TUBE or study.shape != "fitted"):

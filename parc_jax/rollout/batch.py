@@ -8,6 +8,7 @@ from flax import struct
 
 from parc_jax.arrays import as_float64
 from parc_jax.errors import InputError
+from parc_jax.keys import check_seed
 from parc_jax.rollout.law import LawSpec
 from parc_jax.sets.box import Box
 from parc_jax.system import ONE_POINT, TimeGrid, check_points
@@ -98,9 +99,10 @@ class RolloutBatch:
         """
         if not 0 < share < 1:
             raise InputError(f"holdout: expected a share between 0 and 1; got {share}.")
+        rng = np.random.default_rng(check_seed(seed))
         own = np.arange(self.n) if self.groups is None else self.groups
         names = np.unique(own)
-        order = np.random.default_rng(seed).permutation(len(names))
+        order = rng.permutation(len(names))
         chosen = np.isin(own, names[order[: round(share * len(names))]])
         if chosen.all() or not chosen.any():
             raise InputError(

@@ -24,16 +24,20 @@ RAGGED = (
 
 def write_atomic(path, data: bytes) -> Path:
     """Write bytes to a temporary file beside `path`, then rename: a reader never sees half a
-    file.
+    file. What fails leaves nothing behind.
     """
     path = Path(path)
     path.parent.mkdir(parents=True, exist_ok=True)
     temporary = path.with_name(f".{path.name}.{os.getpid()}.tmp")
-    with open(temporary, "wb") as handle:
-        handle.write(data)
-        handle.flush()
-        os.fsync(handle.fileno())
-    os.replace(temporary, path)
+    try:
+        with open(temporary, "wb") as handle:
+            handle.write(data)
+            handle.flush()
+            os.fsync(handle.fileno())
+        os.replace(temporary, path)
+    except BaseException:  # a full disk, a folder of that name, Ctrl-C
+        temporary.unlink(missing_ok=True)
+        raise
     return path
 
 

@@ -11,6 +11,7 @@ the plans nearly are, and one plan is proved under a claim about a small box of 
 """
 
 import math
+import shutil
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -101,6 +102,7 @@ def main(options: Options) -> None:
         car = system("ode", rectangle.BODY)
         model = learn(car, narrow_study(), key, Stopwatch(), work, quiet=False).main
         model.save(options.out / "model.npz")
+        shutil.rmtree(work)
     else:
         model = load(options.model, system="drift_parking")
     if options.refine:

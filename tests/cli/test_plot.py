@@ -19,7 +19,7 @@ import parc_jax as pj
 
 
 class Folded:
-    name, n_p, n_q = "folded", 2, 1
+    name, n_p, n_q = "{name}", 2, 1
     domain, time = pj.box([-1.0, -1.0], [1.0, 1.0]), pj.time_grid({dt}, 1.0)
 
     def rollout(self, key, k):
@@ -50,7 +50,7 @@ def shell(capsys, monkeypatch, tmp_path):
 def test_without_the_simulator_the_prediction_is_filmed_and_that_is_said(shell, tmp_path):
     code, said, complained = shell("plot", "answer.json", "--video", "film", "--sample", 1)
     assert code == 0 and said == "film\n"
-    assert "no simulator called 'toy' is here" in complained and "--system MODULE" in complained
+    assert "no simulator of 'toy' is here" in complained and "--system MODULE" in complained
     assert "frame" in complained  # the bar
     assert len(list((tmp_path / "film").iterdir())) > 25
 
@@ -58,18 +58,34 @@ def test_without_the_simulator_the_prediction_is_filmed_and_that_is_said(shell, 
 @pytest.mark.slow
 def test_with_a_simulator_a_true_run_is_filmed(shell, tmp_path, monkeypatch):
     monkeypatch.syspath_prepend(tmp_path)
-    (tmp_path / "folded_robot.py").write_text(ROBOT.format(dt=0.25))
+    (tmp_path / "folded_robot.py").write_text(ROBOT.format(name="toy", dt=0.25))
     command = ("plot", "answer.json", "--system", "folded_robot", "--quiet")
     assert shell(*command, "--video", "film") == (0, "", "")
     first = imread(tmp_path / "film" / "0000.png")
     assert first.shape[:2] == (500, 720)
-    (tmp_path / "other_robot.py").write_text(ROBOT.format(dt=0.5))
-    code, _, complained = shell(
-        "plot", "answer.json", "--system", "other_robot", "--video", "other.gif", "--quiet"
-    )
-    assert code == 2 and "expected the time grid of the answer" in complained
     code, _, complained = shell("plot", "answer.json", "--system", "none", "--video", "f.gif")
     assert code == 2 and "a module of your own; got 'none'" in complained
+    assert not (tmp_path / "f.gif").exists()
+
+
+@pytest.mark.parametrize(
+    ("name", "dt", "differs"), [("toy", 0.5, "time"), ("another", 0.25, "name")]
+)
+def test_another_robot_is_not_filmed_as_this_one(shell, tmp_path, monkeypatch, name, dt, differs):
+    monkeypatch.syspath_prepend(tmp_path)
+    module = f"robot_{name}_of_{round(100 * dt)}"
+    (tmp_path / f"{module}.py").write_text(ROBOT.format(name=name, dt=dt))
+    command = ("plot", "answer.json", "--video", "f.gif", "--quiet")
+    code, said, complained = shell(*command, "--system", module)
+    assert code == 2 and said == "" and complained.count("\n") == 1
+    assert "expected the system of this model, 'toy'" in complained
+    assert f"differs in {differs}" in complained and not (tmp_path / "f.gif").exists()
+
+
+def test_a_film_of_its_own_is_of_its_own_robot_alone(shell, tmp_path):
+    command = ("plot", "answer.json", "--video", "f.gif", "--quiet")
+    code, _, complained = shell(*command, "--system", "drift_parking")
+    assert code == 2 and "got 'drift_parking', which differs in name" in complained
     assert not (tmp_path / "f.gif").exists()
 
 

@@ -265,29 +265,6 @@ def test_a_reader_that_has_seen_enough_is_no_fault(files):
     assert done.stdout == "[goal]\n" and done.stderr == ""
 
 
-def test_unfinished_runs_of_another_program_are_discarded(tmp_path, monkeypatch, capsys):
-    from parc_jax.cli.systems import find
-    from parc_jax.cli.unfinished import only_of
-
-    monkeypatch.chdir(tmp_path)
-    source, work = tmp_path / "robot_that_changes.py", tmp_path / "work"
-    source.write_text("def system(): ...\n")
-    module = find("robot_that_changes", needed=("system",))
-    with pytest.raises(KeyboardInterrupt), only_of(module, work):
-        (work / "train").write_text("runs")
-        raise KeyboardInterrupt
-    with only_of(module, work):
-        assert (work / "train").exists() and not capsys.readouterr().err
-    source.write_text("def system(): return 1\n")
-    with pytest.raises(ValueError), only_of(module, work):
-        assert (
-            not (work / "train").exists()
-            and "robot_that_changes has changed" in capsys.readouterr().err
-        )
-        raise ValueError
-    assert not work.exists()
-
-
 def test_completion_scripts(shell):
     code, said, _ = shell("--tyro-print-completion", "bash")
     assert code == 0 and "learn" in said and "--budget" in said

@@ -36,7 +36,7 @@ def straight_model(system, e, bins=1):
     edges = [np.linspace(0, 1, bins + 1), [0.0, 1.0]]
     interval, final = np.full((bins, T, 2), float(e)), np.full((bins, 3), float(e))
     return model_of(straight_network(T), system.domain, interval, final, edges).replace(
-        time=system.time
+        time=system.time, system=system.name
     )
 
 

@@ -1,0 +1,257 @@
+"""Nothing is lost: places are tried first, unfinished runs stay until the result is on disk, one
+command at a time writes to a folder, and what does not fit is refused before the first run.
+"""
+
+import errno
+import os
+import subprocess
+import sys
+from pathlib import Path
+from types import SimpleNamespace
+
+import pytest
+import toy_cart
+import toy_driven
+
+import parc_jax as pj
+from parc_jax import cli
+from parc_jax.cli.lock import held
+from parc_jax.cli.systems import find
+from parc_jax.cli.unfinished import only_of
+from parc_jax.experiment import job
+from parc_jax.experiment.settings import Study
+from parc_jax.rollout.files import write_atomic
+from synthetic_plants import plant
+
+STUDY = Study(samples=5, repeats=1, budget_s=300, target=0.3)
+
+
+@pytest.fixture
+def shell(capsys, monkeypatch, tmp_path):
+    """Run a command line in an empty folder: (exit code, what it complained of). No run is made."""
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.syspath_prepend(str(Path(toy_cart.__file__).parent))
+
+    def no_runs(*_, **__):
+        raise AssertionError("a run was made")
+
+    monkeypatch.setattr("parc_jax.claim.start_gap.collect", no_runs)
+    monkeypatch.setattr("parc_jax.experiment.learn.collect", no_runs)
+
+    def run(*arguments):
+        capsys.readouterr()
+        with pytest.raises(SystemExit) as stop:
+            cli.main([*map(str, arguments), "--no-cache"])
+        said, complained = capsys.readouterr()
+        assert said == "" and complained.count("\n") == 1, complained
+        return stop.value.code, complained
+
+    return run
+
+
+def test_what_fails_to_be_written_leaves_nothing(tmp_path, monkeypatch):
+    (tmp_path / "kept").write_text("old")
+
+    def full(_):
+        raise OSError(errno.ENOSPC, "No space left on device")
+
+    monkeypatch.setattr(os, "fsync", full)
+    with pytest.raises(OSError, match="No space"):
+        write_atomic(tmp_path / "kept", b"new")
+    assert [f.name for f in tmp_path.iterdir()] == ["kept"]
+    assert (tmp_path / "kept").read_text() == "old"
+
+
+def test_the_target_is_tried_before_the_first_run(shell, tmp_path):
+    (tmp_path / "models").mkdir()
+    code, why = shell("learn", "toy_cart", "--out", "models", "--rollouts", 100)
+    assert code == 2 and "there is a folder of that name. Name a file in it" in why
+    (tmp_path / "cart").mkdir()
+    (tmp_path / "cart" / "metrics.json").mkdir()
+    code, why = shell("run", "toy_cart", "--out", "cart", "--rollouts", 100)
+    assert code == 2 and "metrics.json: expected a place for a file" in why
+    (tmp_path / "file").touch()
+    code, why = shell("run", "toy_cart", "--out", "file")
+    assert code == 2 and "file is a file and no folder" in why
+
+
+def late_stop(monkeypatch, out, *, when) -> None:
+    """A study whose learning is given, stopped in the middle of `when` of the planner."""
+
+    def learn(system, study, key, watch, work, quiet):
+        work.mkdir(parents=True)
+        (work / "train.npz").write_text("runs")
+        return SimpleNamespace(main=toy_driven.model(), networks=[])
+
+    def stop(*_, **__):
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(job, "learn", learn)
+    monkeypatch.setattr(pj.Planner, when, stop)
+    with pytest.raises(KeyboardInterrupt):
+        job.run_study(plant(toy_driven.gusty, 4), toy_driven.problem(), STUDY, out, 0, quiet=True)
+
+
+def test_a_late_stop_leaves_the_older_study_whole_and_the_new_runs_where_they_are(
+    monkeypatch, tmp_path
+):
+    older = {"model.npz": "older model", "answer.json": "older answer", "metrics.json": "{}"}
+    for name, text in older.items():
+        (tmp_path / name).write_text(text)
+    late_stop(monkeypatch, tmp_path, when="warm_up")
+    assert {name: (tmp_path / name).read_text() for name in older} == older
+    unfinished = tmp_path / "unfinished"
+    assert {f.name for f in unfinished.iterdir()} == {"train.npz", "model.npz"}
+    assert pj.load(unfinished / "model.npz").tube.hash == toy_driven.model().tube.hash
+
+
+def test_what_speaks_of_the_older_answer_goes_with_it(monkeypatch, tmp_path):
+    for name in ("metrics.json", "near.json"):
+        (tmp_path / name).write_text("older")
+    model, answer = toy_driven.model(), toy_driven.answer()
+    monkeypatch.setattr(pj.Planner, "warm_up", lambda *_, **__: answer)
+    monkeypatch.setattr(pj.Planner, "solve", lambda *_, **__: answer)
+
+    def stop(*_, **__):
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(job, "trial", stop)
+    with pytest.raises(KeyboardInterrupt):
+        system = plant(toy_driven.gusty, 4)
+        job.run_study(system, toy_driven.problem(), STUDY, tmp_path, 0, model, quiet=True)
+    assert {f.name for f in tmp_path.iterdir()} == {"model.npz", "answer.json"}
+
+
+def test_unfinished_runs_of_another_program_are_not_discarded_unasked(
+    tmp_path, monkeypatch, capsys
+):
+    monkeypatch.chdir(tmp_path)
+    source, work = tmp_path / "robot_that_changes.py", tmp_path / "work"
+    source.write_text("def system(): ...\n")
+    module = find("robot_that_changes", needed=("system",))
+    with pytest.raises(KeyboardInterrupt), only_of(module, work):
+        (work / "train").write_text("runs")
+        raise KeyboardInterrupt
+    with only_of(module, work):
+        assert (work / "train").exists() and not capsys.readouterr().err
+    source.write_text("def system(): return 1\n")
+    with pytest.raises(pj.InputError, match="of another program than robot_that_changes"):
+        with only_of(module, work):
+            pass
+    assert (work / "train").read_text() == "runs"
+    for stream in (sys.stdin, sys.stderr):
+        monkeypatch.setattr(stream, "isatty", lambda: True)
+    for reply, goes in (("\n", False), ("y\n", True)):
+        monkeypatch.setattr(sys.stdin, "readline", lambda reply=reply: reply)
+        with pytest.raises(ValueError if goes else pj.InputError), only_of(module, work):
+            raise ValueError
+        assert "Discard them? [y/N]" in capsys.readouterr().err
+        assert (work / "train").exists() is not goes
+    assert not work.exists()  # nothing was finished
+
+
+def test_a_module_and_the_name_of_its_system_tell_folders_apart():
+    from parc_jax.cli.run import _own_name
+
+    assert _own_name("toy_cart", "cart") != _own_name("other_cart", "cart")
+    assert _own_name("toy_cart", "cart") != _own_name("toy_cart", "hill")
+    assert _own_name("asv", "asv") == "asv" and _own_name("my.asv", "asv") == "my.asv"
+
+
+HOLDS = """
+import sys, time
+from pathlib import Path
+from parc_jax.cli.lock import held
+with held(Path(sys.argv[1])):
+    print("held", flush=True)
+    time.sleep(3600)
+"""
+
+
+def test_a_place_is_held_by_one_process_and_taken_over_from_a_dead_one(tmp_path, capsys):
+    out = tmp_path / "runs" / "cart"
+    command = [sys.executable, "-c", HOLDS, out]
+    with subprocess.Popen(command, stdout=subprocess.PIPE, text=True) as holder:
+        try:
+            assert holder.stdout.readline() == "held\n"
+            with pytest.raises(pj.InputError, match=f"held by process {holder.pid} on .* since"):
+                with held(out):
+                    pass
+        finally:
+            holder.kill()
+    with held(out):
+        assert f"taken over from process {holder.pid} on" in capsys.readouterr().err
+    with held(out):
+        assert capsys.readouterr().err == ""
+    assert list(out.parent.iterdir()) == []
+
+
+GOALS = {
+    "not of this many coordinates": (pj.box([0, 0, 0], [1, 1, 1]), 0.1, "expected a set over the 2"),
+    "without a bound": (
+        pj.hpolytope([[1.0, 0.0], [-1.0, 0.0], [0.0, 1.0]], [1.0, 1.0, 1.0]),
+        0.1,
+        "axis 1 has no bound",
+    ),
+    "of a body with other points": (
+        pj.box([0, 0], [1, 1]),
+        pj.body_of([pj.hull("nose", "tail")]),
+        "part 0 of the body: expected reference points",
+    ),
+}
+
+
+@pytest.mark.parametrize("case", GOALS)
+def test_a_question_that_does_not_fit_is_refused_before_the_first_run(
+    shell, tmp_path, monkeypatch, case
+):
+    goal, body, why = GOALS[case]
+    scene = pj.reach_avoid(goal, [], body)
+    monkeypatch.setattr(toy_cart, "problem", lambda: scene)
+    code, complained = shell("run", "toy_cart", "--quiet")
+    assert code == 2 and why in complained
+    assert list(tmp_path.iterdir()) == []
+
+
+@pytest.mark.parametrize(
+    ("doubt", "why"),
+    [
+        (pj.Doubt(k={"load": 0.1}), "expected parameters of the model"),
+        (pj.Doubt(heading=0.1), "declares rotation"),
+        (pj.Doubt(goal=0.5), "goal"),
+    ],
+)
+def test_so_is_a_doubt_about_what_there_is_not(shell, tmp_path, monkeypatch, doubt, why):
+    scene = toy_cart.problem().replace(doubt=doubt)
+    monkeypatch.setattr(toy_cart, "problem", lambda: scene)
+    code, complained = shell("run", "toy_cart", "--quiet")
+    assert code == 2 and why in complained
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_spans_beyond_the_end_are_refused_before_the_first_run(shell, monkeypatch):
+    block = pj.box([0.4, 0.15], [0.6, 0.5])
+    scene = pj.reach_avoid(pj.box([0.8, -0.2], [1.2, 0.2]), [block], 0.1, spans=[(0, 9)])
+    monkeypatch.setattr(toy_cart, "problem", lambda: scene)
+    code, complained = shell("run", "toy_cart", "--quiet")
+    assert code == 2 and "expected last < 4 intervals; got 9" in complained
+
+
+def test_a_saved_model_of_another_system_is_refused(shell, tmp_path):
+    toy_driven.model().save(tmp_path / "m.npz")
+    code, complained = shell("run", "toy_cart", "--model", "m.npz", "--quiet")
+    assert code == 2 and "got 'cart', which differs in name" in complained
+
+
+def test_the_report_tells_the_eps_of_the_claim_in_hand(monkeypatch, tmp_path):
+    from parc_jax.experiment.report import report
+
+    model, answer = toy_driven.model(), toy_driven.answer()
+    monkeypatch.setattr(pj.Planner, "warm_up", lambda *_, **__: answer)
+    monkeypatch.setattr(pj.Planner, "solve", lambda *_, **__: answer)
+    study = Study(samples=5, repeats=1, eps=0.001)
+    system = plant(toy_driven.gusty, 4)
+    outcome = job.run_study(system, toy_driven.problem(), study, tmp_path, 0, model, quiet=True)
+    told = report(outcome)
+    assert float(model.claim.eps) == 0.1
+    assert "left the tube (claim: eps = 0.1)" in told and "0.001" not in told.split("(C)")[0]
