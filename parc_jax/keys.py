@@ -13,7 +13,6 @@ import numpy as np
 
 from parc_jax.errors import InputError, expected
 
-
 SEEDS = 2**32  # so many: a larger number would lose its upper half without 64-bit integers
 
 

@@ -166,6 +166,67 @@ FILES_IN_AND_OUT = (
     ),
 )
 
+LOST = "tests/cli/test_nothing_lost.py"
+
+SHELL = (
+    Fault(
+        "temporary_left_behind",
+        "files.write_atomic",
+        "temporary.unlink(missing_ok=True)",
+        "pass",
+        (f"{LOST}::test_what_fails_to_be_written_leaves_nothing",),
+    ),
+    Fault(
+        "questions_not_tried_before_the_runs",
+        "job.run_study",
+        "require_fit(problem, outline_of(system))",
+        "pass",
+        (f"{LOST}::test_a_question_that_does_not_fit_is_refused_before_the_first_run",),
+    ),
+    Fault(
+        "eps_of_the_study_in_the_report",
+        "report.report",
+        "eps_of(outcome.answer.model.claim)",
+        '"0.001"',
+        (f"{LOST}::test_the_report_tells_the_eps_of_the_claim_in_hand",),
+    ),
+    Fault(
+        "new_model_beside_an_older_answer",
+        "job.run_study",
+        'model.save(out / UNFINISHED / "model.npz")',
+        'model.save(out / "model.npz")',
+        (f"{LOST}::test_a_late_stop_leaves_the_older_study_whole_and_the_new_runs_where_they_are",),
+    ),
+    Fault(
+        "runs_of_another_program_discarded_unasked",
+        "unfinished.only_of",
+        "_ask_to_discard(work, module.__name__)",
+        "pass",
+        (f"{LOST}::test_unfinished_runs_of_another_program_are_not_discarded_unasked",),
+    ),
+    Fault(
+        "a_place_for_everybody",
+        "lock._locked",
+        "fcntl.LOCK_EX",
+        "fcntl.LOCK_SH",
+        (f"{LOST}::test_a_place_is_held_by_one_process_and_taken_over_from_a_dead_one",),
+    ),
+    Fault(
+        "another_robot_filmed_as_this_one",
+        "cli.plot._film",
+        "require_same(black_box, answer.model)",
+        "pass",
+        ("tests/cli/test_plot.py::test_another_robot_is_not_filmed_as_this_one",),
+    ),
+    Fault(
+        "a_plan_run_by_another_robot",
+        "choice.Choice.run",
+        "require_same(system, self.model)",
+        "pass",
+        ("tests/driven/test_choice.py::test_a_model_of_another_system_is_refused",),
+    ),
+)
+
 REPLAY = (
     Fault(
         "replay_from_the_origin",
@@ -253,4 +314,4 @@ REPLAY = (
     ),
 )
 
-FILES = (*ROLLOUTS, *FILES_IN_AND_OUT, *REPLAY)
+FILES = (*ROLLOUTS, *FILES_IN_AND_OUT, *SHELL, *REPLAY)

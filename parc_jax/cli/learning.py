@@ -26,9 +26,7 @@ def from_system(system, study: Study, seed: int, work: Path, quiet: bool) -> Lea
     """Learn a black box. Finished chunks stay in `work`, so a stopped run continues. Raises
     InputError.
     """
-    return learn(
-        system, replace(study, others=()), key_of(seed), Stopwatch(), work, quiet
-    )
+    return learn(system, replace(study, others=()), key_of(seed), Stopwatch(), work, quiet)
 
 
 def refuse_options(options: dict, source: str, of: str) -> None:

@@ -12,6 +12,7 @@ from types import SimpleNamespace
 import pytest
 import toy_cart
 import toy_driven
+from synthetic_plants import plant
 
 import parc_jax as pj
 from parc_jax import cli
@@ -21,7 +22,6 @@ from parc_jax.cli.unfinished import only_of
 from parc_jax.experiment import job
 from parc_jax.experiment.settings import Study
 from parc_jax.rollout.files import write_atomic
-from synthetic_plants import plant
 
 STUDY = Study(samples=5, repeats=1, budget_s=300, target=0.3)
 
@@ -187,7 +187,11 @@ def test_a_place_is_held_by_one_process_and_taken_over_from_a_dead_one(tmp_path,
 
 
 GOALS = {
-    "not of this many coordinates": (pj.box([0, 0, 0], [1, 1, 1]), 0.1, "expected a set over the 2"),
+    "not of this many coordinates": (
+        pj.box([0, 0, 0], [1, 1, 1]),
+        0.1,
+        "expected a set over the 2",
+    ),
     "without a bound": (
         pj.hpolytope([[1.0, 0.0], [-1.0, 0.0], [0.0, 1.0]], [1.0, 1.0, 1.0]),
         0.1,

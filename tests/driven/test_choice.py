@@ -216,8 +216,13 @@ def test_bad_questions_cost_no_look(ask, match):
 def test_a_model_of_another_system_is_refused(chosen):
     other = plant(toy.gusty, toy.T, name="other")
     looks = toy.answer().choose().looks
-    with pytest.raises(InputError, match="expected the system of this model"):
-        replace(chosen, looks=looks).claim_near(other, KEY, SMALL)
+    for ask in (
+        lambda fresh: fresh.claim_near(other, KEY, SMALL),
+        lambda fresh: fresh.run(other, KEY),
+    ):
+        with pytest.raises(InputError, match="expected the system of this model"):
+            ask(replace(chosen, looks=looks))
+    assert looks.taken == 0
 
 
 @pytest.mark.night
