@@ -212,11 +212,18 @@ SHELL = (
         (f"{LOST}::test_a_place_is_held_by_one_process_and_taken_over_from_a_dead_one",),
     ),
     Fault(
+        "stopped_and_carried_on",
+        "cli.main",
+        "code = STOPPED if interrupts.seen else code",
+        "pass",
+        ("tests/cli/test_stopping.py::test_what_a_library_swallows_is_not_carried_on_to_success",),
+    ),
+    Fault(
         "another_robot_filmed_as_this_one",
         "cli.plot._film",
         "require_same(black_box, answer.model)",
         "pass",
-        ("tests/cli/test_plot.py::test_another_robot_is_not_filmed_as_this_one",),
+        ("tests/cli/test_plot.py::test_a_film_of_its_own_is_of_its_own_robot_alone",),
     ),
     Fault(
         "a_plan_run_by_another_robot",

@@ -142,7 +142,9 @@ def summary(report):
 
 
 def main(arguments=None):
-    """Command line. Returns 0 for an accepted file, 1 for a rejected one, 2 if there is none."""
+    """Command line. Returns 0 for an accepted file, 1 for a rejected one, 2 if there is none, 130
+    when it is stopped.
+    """
     try:
         asked = command_line().parse_args(arguments)
     except SystemExit as told:
@@ -160,6 +162,9 @@ def main(arguments=None):
         result = {"accepted": False, "reason": str(why)}
         lines = [f"REJECTED: {ascii(str(why))[1:-1]}"]
         code = 1
+    except KeyboardInterrupt:
+        print("stopped.", file=sys.stderr)
+        return 130
     tell(json.dumps(result, indent=1) if asked.json else "\n".join(lines))
     return code
 

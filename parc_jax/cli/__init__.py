@@ -11,21 +11,29 @@ import os
 import sys
 import traceback
 
-OK, NO_ANSWER, BAD_INPUT, BROKEN, STOPPED = 0, 1, 2, 3, 130
+from parc_jax.cli.stopping import STOPPED, Interrupts, stoppable
+
+OK, NO_ANSWER, BAD_INPUT, BROKEN = 0, 1, 2, 3
 
 
 def main(arguments: list[str] | None = None) -> None:
     """Entry point of the console script. Always ends in SystemExit."""
+    arguments = sys.argv[1:] if arguments is None else arguments
     try:
-        code = _run(sys.argv[1:] if arguments is None else arguments)
-        sys.stdout.flush()
+        with stoppable() as interrupts:
+            code = _run(arguments, interrupts)
+            sys.stdout.flush()
+        code = STOPPED if interrupts.seen else code  # it was swallowed on the way
+    except KeyboardInterrupt:
+        kept = " Finished rollouts are kept; the same command continues from them."
+        code = _say(f"stopped.{kept if arguments[:1] in (['run'], ['learn']) else ''}", STOPPED)
     except BrokenPipeError:  # whoever read the output has seen enough, as `head` does
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         code = STOPPED
     sys.exit(code)
 
 
-def _run(arguments: list[str]) -> int:
+def _run(arguments: list[str], interrupts: Interrupts) -> int:
     if arguments[:1] == ["check"] and not {"-h", "--help", "--second"} & set(arguments):
         from parc_jax import checker  # before anything heavy: the checker needs no JAX
 
@@ -35,10 +43,10 @@ def _run(arguments: list[str]) -> int:
 
         print(f"parc-jax {__version__}")
         return OK
-    return _dispatch(arguments)
+    return _dispatch(arguments, interrupts)
 
 
-def _dispatch(arguments: list[str]) -> int:
+def _dispatch(arguments: list[str], interrupts: Interrupts) -> int:
     # the compilation cache reports CPU tuning hints at the level of errors, page after page
     os.environ.setdefault("TF_CPP_MIN_LOG_LEVEL", "3")
     import tyro
@@ -85,11 +93,10 @@ def _dispatch(arguments: list[str]) -> int:
     except (
         Exception
     ):  # a fault of ours, or in a robot's own program: never to be taken for "no plan"
+        if interrupts.seen:  # this is what a library made of it
+            raise KeyboardInterrupt from None
         traceback.print_exc()
         return _say("this should not have happened; the lines above say where.", BROKEN)
-    except KeyboardInterrupt:
-        kept = " Finished rollouts are kept; the same command continues from them."
-        return _say(f"stopped.{kept if arguments[:1] in (['run'], ['learn']) else ''}", STOPPED)
 
 
 def _say(message, code: int) -> int:
