@@ -14,7 +14,7 @@ import numpy as np
 
 from parc_jax.cover.place import Place
 from parc_jax.cover.rare import where_around, where_safe
-from parc_jax.cover.sampling import points
+from parc_jax.cover.sampling import no_points, points
 from parc_jax.cover.search import Cover, cover, cover_around, draw_safe_plans
 from parc_jax.cover.stopping import nothing_covered
 from parc_jax.errors import InputError
@@ -83,7 +83,10 @@ class Exact:
         return _around(found, no_plan, model, scene, rng, begin), no_plan
 
     def _drawn(self, model, scene: Scene, key, rng, settings: Settings, within=None) -> Cover:
-        """What draws show, from everywhere or within a place."""
+        """What draws show, from everywhere or within a place. Without any claim nothing is safe."""
+        if not model.tube.claimed.any():
+            none = nothing_covered(settings.confidence)
+            return Cover(0, 0, 0, float("nan"), no_points(model), none, none)
         if settings.budget_s > 0:
             return cover(
                 model,

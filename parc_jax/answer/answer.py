@@ -219,7 +219,10 @@ class Answer(Findings):
 
     @cached_property
     def share_of_k(self) -> float:
-        """Lower estimate of Pi(T): share of K with a start in what `sample` draws from."""
+        """At least so much of K has a start in what `sample` draws from: Pi(T) from below, with
+        99.9 % confidence. Starts are tried for a few ends in the goal alone, so where plans end in
+        many places it may be far below the share; `keeps` and `contains` tell of single k.
+        """
         share = self._plans.share_of_k()
         return share if self.doubt is None else share * self.doubt.share_of_k(self.model.domain)
 

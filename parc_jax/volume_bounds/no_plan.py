@@ -148,6 +148,8 @@ def _missing(model: TrajectoryModel, bounds: bool) -> str | None:
     most = MAX_DIMENSION if bounds else checker.MAX_PARAMETERS
     if model.n_k > most:
         return f"a model with at most {most} parameters; this model has {model.n_k}"
+    if not model.tube.claimed.any():
+        return "a claim about some bin of K; this model has none"
     templates = model.tube.templates or ()
     if not all(faces.allow_none.all() for faces in templates):
         return "a tube around the model itself; in a bin of this one no error at all is outside"

@@ -12,6 +12,7 @@ from parc_jax import checker
 from parc_jax.certificate.write import tube_part
 from parc_jax.claim.risk import Density, NoStatement
 from parc_jax.claim.tube import NO_CLAIM
+from parc_jax.errors import InputError
 from parc_jax.experiment.learn import final_error
 from parc_jax.methods import Published
 from parc_jax.network.relu import relu_network
@@ -26,14 +27,14 @@ from parc_jax.verdict.pointwise import verdicts
 from parc_jax.verdict.scene import scene_of
 
 
-def model(without: int | None):
-    """Straight lines over K = [-1, 1]^2 cut at k_0 = 0, T = 4, tube of 1 cm; one bin may have no
+def model(without: int | tuple[int, ...] | None):
+    """Straight lines over K = [-1, 1]^2 cut at k_0 = 0, T = 4, tube of 1 cm; bins may have no
     claim.
     """
     W = np.kron(np.arange(1, 5)[:, None] / 4, np.eye(2))
     interval, final = np.full((2, 4, 2), 0.01), np.full((2, 2), 0.01)
     if without is not None:
-        interval[without], final[without] = np.inf, np.inf
+        interval[[without]], final[[without]] = np.inf, np.inf
     net = relu_network([W], [np.zeros(8)])
     return model_of(net, box([-1, -1], [1, 1]), interval, final, [[-1.0, 0.0, 1.0], [-1.0, 1.0]])
 
@@ -60,6 +61,18 @@ def test_no_plan_lies_in_a_bin_without_claim_and_the_checker_accepts(tmp_path):
     assert (
         region_verdicts(answer, planner.regions)[0] != NOT_FOUND
     )  # its one region holds safe plans
+
+
+def test_a_model_without_any_claim_says_so_before_it_looks():
+    """Nothing is drawn, no box is divided, nothing is climbed to: the tube decides alone."""
+    planner = Planner(model(without=(0, 1)))
+    for settings in (Settings.whole(), Settings.fast()):
+        answer = planner.solve(world(), jax.random.PRNGKey(0), settings)
+        assert answer.status is Status.NOT_FOUND and answer.counts["drawn"] == 0
+        assert answer.no_plan.leaves == 1 and "that have a claim" in answer.statement()
+        assert answer.volume() is None and answer.share_of_k == 0.0
+    with pytest.raises(InputError, match="a claim about some bin of K; this model has none"):
+        planner.bound_volume(world())
 
 
 @pytest.mark.slow

@@ -24,7 +24,7 @@ def main() -> None:
     parser.add_argument("--model", type=Path, default=Path("runs/husky/model.npz"))
     planner = Planner(load(parser.parse_args().model))
     claim = planner.model.claim
-    print("width  starts    safe plans  share of K  at most leave the tube")
+    print("width  starts    safe plans  at least of K  at most leave the tube")
     for width in WIDTHS:
         for outside in (False, True):
             answer = planner.solve(
@@ -38,7 +38,7 @@ def main() -> None:
                 continue
             share = answer.share_of_k
             promise = float(claim.risk(Uniform(share)).bound)
-            plans = f"{100 * answer.safe_share:9.1f} %  {100 * share:8.1f} %"
+            plans = f"{100 * answer.safe_share:9.1f} %  {100 * share:10.1f} %"
             print(f"{row}  {plans}  {100 * promise:.1f} %", flush=True)
 
 

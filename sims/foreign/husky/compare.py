@@ -37,7 +37,7 @@ def told(name: str, net: ReLUNetwork, runs: Halves, key: jax.Array) -> None:
     answer = Planner(model).solve(
         problem(), key, Settings(n_samples=10, budget_s=BUDGET, polytopes=True)
     )
-    share = f", {100 * answer.share_of_k:.0f} %" if answer.found else ""
+    share = f", at least {100 * answer.share_of_k:.0f} %" if answer.found else ""
     print(
         f"{name:28}  {driving:.0f} cm, {turning:.0f} cm  {answer.status.label}{share}", flush=True
     )

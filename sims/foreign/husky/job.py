@@ -119,7 +119,7 @@ def told(m: dict, answer: Answer) -> str:
         "training, worst  " + "; ".join(_command(one, ".0f") for one in m["first_look"][:5]),
         "held out, worst  " + "; ".join(_command(one, ".2f") for one in m["worst_commands"][:5]),
         f"safe set         {m['status']}, {m['polytopes']} polytopes, "
-        f"{100 * m['share_of_k']:.0f} % of all commands have a safe start",
+        f"at least {100 * m['share_of_k']:.0f} % of all commands have a safe start",
     ]
     if m["promise"] is not None:
         lines.append(
