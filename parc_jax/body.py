@@ -7,6 +7,7 @@ from flax import struct
 
 from parc_jax.arrays import as_float64
 from parc_jax.errors import InputError
+from parc_jax.spelling import counted
 
 
 @struct.dataclass
@@ -25,7 +26,7 @@ class Polygon:
     vertices: np.ndarray
 
     def __repr__(self) -> str:
-        return f"Polygon of {len(self.vertices)} vertices"
+        return f"Polygon of {counted(len(self.vertices), 'vertex', 'vertices')}"
 
 
 @struct.dataclass

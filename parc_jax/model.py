@@ -19,6 +19,7 @@ from parc_jax.network.predict import Layout
 from parc_jax.network.relu import ReLUNetwork, relu_network
 from parc_jax.rollout.files import read_npz, write_npz
 from parc_jax.sets.box import Box, box
+from parc_jax.spelling import counted
 from parc_jax.system import ONE_POINT, TimeGrid, check_rotation, time_grid
 
 FORMAT = "parc_jax.model/1"
@@ -80,7 +81,10 @@ class TrajectoryModel:
         return self.domain.n
 
     def __repr__(self) -> str:
-        size = f"{self.n_k} parameters, {self.time.t_f:g} s in {self.time.n_steps} intervals"
+        size = (
+            f"{counted(self.n_k, 'parameter')}, {self.time.t_f:g} s in "
+            f"{counted(self.time.n_steps, 'interval')}"
+        )
         return f"TrajectoryModel({self.system or 'unnamed'}: {size}, {self.net}, {self.claim})"
 
     def save(self, path) -> Path:

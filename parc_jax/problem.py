@@ -10,6 +10,7 @@ from parc_jax.doubt import Doubt
 from parc_jax.errors import InputError
 from parc_jax.sets.box import Box
 from parc_jax.sets.hpolytope import HPolytope, from_box, hpolytope
+from parc_jax.spelling import counted
 
 
 @struct.dataclass
@@ -54,11 +55,13 @@ class ReachAvoid:
         return parts_of(self.body)
 
     def __repr__(self) -> str:
-        several = "obstacle" if len(self.obstacles) == 1 else "obstacles"
-        start = "anywhere" if self.start is None else f"in {len(self.start.b)} half-spaces"
+        start = (
+            "anywhere" if self.start is None else f"in {counted(len(self.start.b), 'half-space')}"
+        )
         return (
-            f"<ReachAvoid: goal of {len(self.goal.b)} rows over {self.goal.n} coordinates, "
-            f"{len(self.obstacles)} {several}, {self.body!r}, start {start}>"
+            f"<ReachAvoid: goal of {counted(len(self.goal.b), 'row')} over "
+            f"{counted(self.goal.n, 'coordinate')}, "
+            f"{counted(len(self.obstacles), 'obstacle')}, {self.body!r}, start {start}>"
         )
 
 

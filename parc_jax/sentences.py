@@ -5,6 +5,7 @@ from decimal import ROUND_CEILING, Context, Decimal
 from fractions import Fraction
 
 from parc_jax.claim.risk import NoStatement, Risk
+from parc_jax.spelling import listed
 
 
 def nothing_found(reason: str | None) -> str:
@@ -18,11 +19,21 @@ def about_plans(samples: int, polytopes: int, corridors: int, proved: bool) -> s
     proved: the exact checker accepted them.
     """
     how = "proved in exact arithmetic" if proved else "shown in float64 with a rounding margin"
-    inside = f"every (p0, k) in the {polytopes} safe polytopes and " if polytopes else ""
+    told = {
+        "the sample": ("each of the {} samples", samples),
+        "every (p0, k) in the safe polytope": (
+            "every (p0, k) in the {} safe polytopes",
+            polytopes,
+        ),
+        "every (p0, k) that meets all conditions of the corridor": (
+            "every (p0, k) that meets all conditions of one of the {} corridors",
+            corridors,
+        ),
+    }
+    there = [one if n == 1 else many.format(f"{n:,}") for one, (many, n) in told.items() if n]
     return (
-        f"For each of the {samples} samples, {inside}"
-        f"every (p0, k) that meets all conditions of one of the {corridors} corridors, and for "
-        f"every trajectory inside the tube: the goal is reached and nothing is touched; {how}."
+        f"For {listed(there)}, and for every trajectory inside the tube: the goal is reached and "
+        f"nothing is touched; {how}."
     )
 
 

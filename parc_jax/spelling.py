@@ -1,7 +1,8 @@
 """Exact numbers as text: certificates, claims and questions hold no JSON floats. A float is the
-rational that it holds, and every spelling here is that rational.
+rational that it holds, and every spelling here is that rational. And counts, for people.
 """
 
+from collections.abc import Sequence
 from decimal import Decimal
 from fractions import Fraction
 
@@ -62,3 +63,14 @@ def nearest_floats(value):
     if not isinstance(value, str):
         return float(value)
     return float(number(value)) or (-0.0 if value.startswith("-") else 0.0)
+
+
+def counted(n: int, one: str, many: str | None = None) -> str:
+    """So many of something, in English: "1 corridor", "52 corridors"."""
+    return f"{n:,} {one if n == 1 else many or one + 's'}"
+
+
+def listed(parts: Sequence[str]) -> str:
+    """In English: "a", "a and b", "a, b and c"."""
+    *first, last = parts
+    return f"{', '.join(first)} and {last}" if first else last

@@ -22,6 +22,20 @@ def test_only_what_the_checker_accepted_is_called_proved():
     assert "proved" not in about_plans(3, 2, 1, proved=False)
 
 
+@pytest.mark.parametrize(
+    ("counts", "text"),
+    [
+        ((1, 0, 0), "For the sample, and for every trajectory"),
+        ((0, 0, 1), "For every (p0, k) that meets all conditions of the corridor, and for"),
+        ((2, 0, 1234), "samples and every (p0, k) that meets all conditions of one of the 1,234 c"),
+        ((3, 1, 2), "samples, every (p0, k) in the safe polytope and every (p0, k) that meets"),
+    ],
+)
+def test_a_sentence_names_what_is_there_and_counts_in_english(counts, text):
+    said = about_plans(*counts, proved=True)
+    assert text in said and " 0 " not in said and " 1 " not in said
+
+
 def test_without_a_bound_there_is_a_reason():
     assert (
         about_risk(NoStatement("of this"), "a set", 1.0, 0.99, None)

@@ -74,6 +74,13 @@ DOUBT = (
         (EXECUTIONS + "test_bounds_under_doubt_say_what_they_are_about",),
     ),
     Fault(
+        "a_sentence_names_what_is_not_there",
+        "sentences.about_plans",
+        "in told.items() if n]",
+        "in told.items()]",
+        ("tests/test_sentences.py::test_a_sentence_names_what_is_there_and_counts_in_english",),
+    ),
+    Fault(
         "no_word_of_a_bin_without_claim",
         "answer.statement.statement",
         "nothing_found(no_end_fits(found.scene, found.model))",

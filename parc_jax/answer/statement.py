@@ -14,6 +14,7 @@ from parc_jax.sentences import (
     about_sensing,
     nothing_found,
 )
+from parc_jax.spelling import counted
 from parc_jax.verdict.scene import no_end_fits
 
 
@@ -25,10 +26,12 @@ def one_line(found: Findings) -> str:
     share = f"at least {100 * found._held.at_least:.1f} % of the model's safe set"
     if found.around is not None:
         share += " around what a search found"
-    return (
-        f"Answer for {name}: {found.status}, {len(found.samples)} plans, "
-        f"{len(found.corridors)} corridors, {len(found.polytopes)} polytopes, {share}"
+    counts = (
+        counted(len(found.samples), "plan"),
+        counted(len(found.corridors), "corridor"),
+        counted(len(found.polytopes), "polytope"),
     )
+    return f"Answer for {name}: {found.status}, {', '.join(counts)}, {share}"
 
 
 def as_html(found: Findings) -> str:

@@ -116,13 +116,17 @@ def summary(report):
     escaped.
     """
     yield "ACCEPTED. Proved in exact arithmetic, for every trajectory inside the tube:"
-    yield f"  {report.samples} samples (p0, k) reach the goal and touch no obstacle"
-    yield f"  {report.sets} polytopes of (p0, k) do so at every point of them (borders between bins"
-    yield "    of k are no part of them)"
-    yield f"  {report.corridors} corridors: so does every (p0, k) of the domain that meets all"
-    yield "    conditions of one (at a border between bins with the errors of each of them)"
+    if report.samples:
+        yield f"  {counted(report.samples, 'sample')} (p0, k): the goal is reached, nothing touched"
+    if report.sets:
+        yield f"  {counted(report.sets, 'polytope')} of (p0, k): so at every point (borders between"
+        yield "    bins of k are no part of it)"
+    if report.corridors:
+        yield f"  {counted(report.corridors, 'corridor')}: so does every (p0, k) of the domain that"
+        yield "    meets all conditions of one (at a border between bins with the errors of each)"
     if report.doubt:
-        yield f"  {report.doubt} boxes of doubt: so does every (p0, k) within the room of one"
+        boxes = counted(report.doubt, "box", "boxes")
+        yield f"  {boxes} of doubt: so does every (p0, k) within the room of one"
     if report.no_plan is not None and report.no_plan["kind"] == "proved":
         yield "  no (p0, k) of the model is safe: a longer search cannot find one"
     elif report.no_plan is not None:
@@ -139,6 +143,11 @@ def summary(report):
     yield f"  {ascii(claim.get('kind'))[:40]} {ascii(claim.get('statement'))[:2000]}"
     for part, value in report.hash.items():
         yield f"  sha256 {part} {value}"
+
+
+def counted(n, one, many=None):
+    """So many, in English."""
+    return f"{n} {one if n == 1 else many or one + 's'}"
 
 
 def main(arguments=None):

@@ -12,6 +12,7 @@ from parc_jax.claim.error_set import NO_CLAIM, ErrorBox, ErrorSet, at
 from parc_jax.claim.faces import Faces, Templates
 from parc_jax.errors import InputError
 from parc_jax.network.predict import Layout
+from parc_jax.spelling import counted
 
 
 @struct.dataclass
@@ -213,11 +214,12 @@ class Tube:
             middle = np.median(self.interval[claimed])
             size = f"median half width {middle:.3g} m"
             size += f", {without} without claim" if without else ""
-        bins = "1 bin" if self.n_bins == 1 else f"{self.n_bins} bins"
+        bins = counted(self.n_bins, "bin")
         fitted = ""
         if self.templates is not None:
-            fitted = f", {self.templates.interval.half.shape[-1]} pairs of faces each"
-        return f"Tube({bins} of K, {self.n_steps} intervals{fitted}, {size})"
+            n_faces = self.templates.interval.half.shape[-1]
+            fitted = f", {counted(n_faces, 'pair', 'pairs')} of faces each"
+        return f"Tube({bins} of K, {counted(self.n_steps, 'interval')}{fitted}, {size})"
 
 
 def tube(edges, interval, final, n_points: int = 1) -> Tube:

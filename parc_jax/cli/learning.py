@@ -19,6 +19,7 @@ from parc_jax.network.predict import outputs
 from parc_jax.network.train import training_arrays
 from parc_jax.rollout.loaders import load_rollouts
 from parc_jax.sets.box import Box, box
+from parc_jax.spelling import counted
 from parc_jax.system import time_grid
 
 
@@ -103,7 +104,7 @@ def summary(learned: Learned, path: Path, as_json: bool = False) -> str:
             f"system        {model.system}",
             f"rollouts      {learned.train.n} for training, {failed} of them failed",
             f"network       {name_of(model.net.hidden)}, rms error {rms:.3g} on the training runs",
-            f"tube          {model.tube.n_bins} bins; at the end, median over K: "
+            f"tube          {counted(model.tube.n_bins, 'bin')}; at the end, median over K: "
             + spread(final_error(model), model, ".3g"),
             f"invariance    {learned.start.statement()}",
             "",

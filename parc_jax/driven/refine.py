@@ -28,6 +28,7 @@ from parc_jax.model import TrajectoryModel
 from parc_jax.problem import ReachAvoid
 from parc_jax.sets.box import Box
 from parc_jax.settings import Settings
+from parc_jax.spelling import counted
 from parc_jax.verdict.near import whole_scene
 from parc_jax.verdict.pointwise import paths_of
 from parc_jax.verdict.scene import scene_of
@@ -102,8 +103,8 @@ class Refined:
         """The sentences (D) of the plan, or that there is none, which proves nothing."""
         if self.choice is None:
             return (
-                f"No safe plan was found in {len(self.stages)} stages and {self.looks.taken} "
-                "looks. This is not a proof that none exists."
+                f"No safe plan was found in {counted(len(self.stages), 'stage')} and "
+                f"{counted(self.looks.taken, 'look')}. This is not a proof that none exists."
             )
         return self.choice.statement()
 

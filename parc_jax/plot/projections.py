@@ -7,6 +7,7 @@ import numpy as np
 
 from parc_jax.errors import InputError
 from parc_jax.plot import shapes, style
+from parc_jax.spelling import counted
 
 COLUMNS = 3
 FILL, OUTLINE = "#BBDDF2", 0.8  # colour, width [points] of the line around the union
@@ -52,7 +53,7 @@ def projections(
         if sheet.out is sheet.figure:
             covered = f"{100 * answer.coverage.share:.1f} % of the model's safe set"
             sheet.figure.suptitle(
-                f"{len(answer.polytopes)} safe polytopes, {covered}",
+                f"{counted(len(answer.polytopes), 'safe polytope')}, {covered}",
                 x=0.01,
                 ha="left",
                 fontsize=9.5,

@@ -12,6 +12,7 @@ from parc_jax.pwa.table import RegionTable
 from parc_jax.sets.box import Box
 from parc_jax.sets.chebyshev import chebyshev_center
 from parc_jax.sets.hpolytope import HPolytope
+from parc_jax.spelling import counted
 
 COLORS = ("#8CC8EC", style.ORANGE, "#D9D9D9")  # as WORDS
 
@@ -121,12 +122,12 @@ def _by_time(sheet, outlines, seconds, label) -> None:
 
 def _title(table, shown, names, axes, at) -> str:
     if table.net.n_in == 2:
-        return f"{table.count} regions"
+        return counted(table.count, "region")
     at = 0.5 * (table.domain.lo + table.domain.hi) if at is None else at
     fixed = ", ".join(
         f"{style.name_axis(names, i, 'k')} = {at[i]:.3g}" for i in range(len(at)) if i not in axes
     )
-    return f"{len(shown)} of {table.count} regions, cut at {fixed}"
+    return f"{len(shown)} of {counted(table.count, 'region')}, cut at {fixed}"
 
 
 def _handles(verdict, dots: bool) -> list:

@@ -11,6 +11,7 @@ from parc_jax.errors import InputError
 from parc_jax.plot import shapes, style
 from parc_jax.plot.predict import predicted
 from parc_jax.plot.views import View, views_of
+from parc_jax.spelling import counted
 
 CLOSER = 0.8  # the second panel shows at most this share of the first one's extent
 NEAR = 0.9  # room around the goal on the right, in widths of the goal
@@ -52,8 +53,7 @@ def samples(
         for view in views_of(answer.model.n_p)
     ]
     drawn = _in_space if len(pictures) > 1 else _in_plane
-    several = "sample" if count == 1 else "samples"
-    return drawn(pictures, to, f"{count} safe {several}{pictures[0].tally()}")
+    return drawn(pictures, to, f"{counted(count, 'safe sample')}{pictures[0].tally()}")
 
 
 def _in_plane(pictures: list["_Picture"], to, title: str):

@@ -73,5 +73,5 @@ def test_boxes_of_the_same_plans_count_once():
     report = checker.check_answer(answer)
     assert report.doubt == 1
     lines = "\n".join(checker.summary(report))
-    assert "  1 boxes of doubt: so does every (p0, k) within the room of one" in lines
+    assert "  1 box of doubt: so does every (p0, k) within the room of one" in lines
     assert "boxes of doubt" not in "\n".join(checker.summary(checker.check_answer(known.plain())))

@@ -202,10 +202,10 @@ def folder(tmp_path):
 def test_the_copied_folder_checks_alone(folder, command):
     good, bad = run([*command, "good.json"], folder), run([*command, "bad.json"], folder)
     assert (good.returncode, bad.returncode) == (0, 1), good.stderr
-    assert "1 samples" in good.stdout
-    assert "1 polytopes" in good.stdout
-    assert "0 corridors" in good.stdout
-    assert "borders between bins\n    of k are no part of them" in good.stdout
+    assert "  1 sample (p0, k): the goal" in good.stdout
+    assert "  1 polytope of (p0, k): so" in good.stdout
+    assert "corridor" not in good.stdout
+    assert "borders between\n    bins of k are no part of it" in good.stdout
     assert "rests on the tube" in good.stdout
     assert good.stderr == bad.stderr == ""
     assert bad.stdout.startswith(
@@ -216,7 +216,7 @@ def test_the_copied_folder_checks_alone(folder, command):
         run([*command, "left.json"], folder),
     )
     assert (corridor.returncode, left.returncode) == (0, 1)
-    assert "  1 corridors: so does every (p0, k) of the domain" in corridor.stdout
+    assert "  1 corridor: so does every (p0, k) of the domain" in corridor.stdout
     assert left.stdout.startswith(
         "REJECTED: corridors[0]: the condition of obstacle 0 at knot 0 fails"
     )
