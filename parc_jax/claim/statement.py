@@ -22,6 +22,11 @@ def statement(c) -> str:
     return " ".join(sentences)
 
 
+def in_short(c) -> str:
+    """What an `ErrorClaim` says of its tube, in the few words that a picture has room for."""
+    return _SHORTLY[c.kind](c)
+
+
 def decimal(value: Fraction) -> str:
     """A number for people, ten digits at most."""
     return f"{float(value):.10g}"
@@ -105,4 +110,11 @@ _HEAD = {
     "cover": _cover,
     "assumed": _assumed,
     "declared": _declared,
+}
+_SHORTLY = {
+    "pac": lambda c: f"left with probability ≤ {decimal(c.eps)}, confidence {decimal(1 - c.delta)}",
+    "conformal": lambda c: f"left by one more run with probability ≤ {decimal(c.eps)}",
+    "cover": lambda c: "left by no run, by declared constants",
+    "assumed": lambda c: "assumed, not shown",
+    "declared": lambda c: "declared, not shown",
 }

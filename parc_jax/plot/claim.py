@@ -8,6 +8,7 @@ import numpy as np
 
 from parc_jax.claim.claim import ErrorClaim
 from parc_jax.claim.score import Scores
+from parc_jax.claim.statement import in_short
 from parc_jax.errors import InputError
 from parc_jax.plot import style
 from parc_jax.plot.errors import quantile
@@ -97,8 +98,9 @@ def _tube(ax, claimed: ErrorClaim, time: TimeGrid) -> None:
     if len(used):
         ax.legend(loc="upper left", ncols=2, handlelength=1.4)
     left_out = tube.n_bins - len(used)
-    title = f"tube of the {claimed.kind} claim, {claimed.n:,} {claimed.unit.many}"
-    ax.set_title(title + (f"; {left_out} bins without" if left_out else ""))
+    behind = f"tube of {claimed.n:,} {claimed.unit.many}"
+    without = f"; {left_out} bins without" if left_out else ""
+    ax.set_title(f"{behind}{without}\n{in_short(claimed)}")
 
 
 def _largest(sheet, k, score) -> None:

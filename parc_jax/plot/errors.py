@@ -8,6 +8,7 @@ from typing import NamedTuple
 import numpy as np
 
 from parc_jax.claim.claim import ErrorClaim
+from parc_jax.claim.statement import in_short
 from parc_jax.errors import InputError
 from parc_jax.plot import style
 from parc_jax.system import TimeGrid
@@ -92,14 +93,9 @@ def _tube(ax, claim: ErrorClaim, time: TimeGrid, number: int) -> None:
 
 
 def _terms(claims: Sequence[ErrorClaim]) -> str:
-    """What the claims of a panel share, in a few symbols."""
-    kinds = dict.fromkeys(c.kind for c in claims)
-    levels = dict.fromkeys((c.eps, c.delta) for c in claims if c.eps is not None)
-    words = " and ".join(kinds) or "none"
-    if len(levels) == 1:
-        eps, delta = next(iter(levels))
-        words += f", ε = {float(eps):.2g}" + ("" if delta is None else f", δ = {float(delta):.2g}")
-    return words
+    """What the claims of a panel say, where they say the same."""
+    said = list(dict.fromkeys(in_short(c) for c in claims))
+    return said[0] if len(said) == 1 else "each on terms of its own" if said else "none"
 
 
 def _handles(entries: Sequence[Entry]) -> list:

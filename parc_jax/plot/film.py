@@ -90,7 +90,7 @@ class _Stage:
             figure.suptitle(caption, x=0.01, ha="left", fontsize=9.5)
             self.clock = figure.text(0.99, 0.99, "", ha="right", va="top", fontsize=11)
             self.clock.set_animated(True)
-            style.legend(figure, _handles(model.n_points, way), 4)
+            style.legend(figure, _handles(model.points, way), 4)
             for side, ax in zip(sides, axes, strict=True):
                 side.draw(ax)
             self.sides = sides
@@ -177,12 +177,12 @@ class _Side:
             self.ax.draw_artist(part)
 
 
-def _handles(n_points: int, way: str) -> list:
+def _handles(points: tuple[str, ...], way: str) -> list:
     from matplotlib.lines import Line2D
     from matplotlib.patches import Patch
 
-    of_points = "" if n_points == 1 else " of every reference point"
-    of_first = "" if n_points == 1 else " of the first point"
+    of_points = "" if len(points) == 1 else " of every reference point"
+    of_first = shapes.name_first(points)
     return [
         Patch(facecolor=OBSTACLE, label="obstacle"),
         Patch(facecolor=GOAL, edgecolor=style.GREEN, label="goal"),

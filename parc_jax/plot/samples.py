@@ -109,6 +109,7 @@ class _Picture:
         self.view, self.n_p, self.q, self.outline = view, model.n_p, q, outline
         self.heading = model.labels.heading if heading is None else heading
         self.problem, self.labels = answer.problem, model.labels.p
+        self.points = model.points
         self.parts = numbered(answer.problem.body, model.points)
         self.single = shapes.grows_obstacles(answer)
         self.columns = path
@@ -275,7 +276,7 @@ class _Picture:
         )
         one = self.path.shape[1] == 1
         tubes = "tubes (first sample darker)" if one else "tubes of all points"
-        of_first = "" if one else " (first point)"
+        of_first = shapes.name_first(self.points)
         entries = [
             Patch(facecolor="#6E6E6E", label="obstacle"),
             *([grown] if self.single else []),

@@ -103,6 +103,11 @@ def disc(radius: float) -> np.ndarray:
     return radius / np.cos(np.pi / ARC) * np.stack([np.cos(angle), np.sin(angle)], axis=1)
 
 
+def name_first(points: tuple[str, ...]) -> str:
+    """What a legend adds where, of several reference points, only the first is drawn: its name."""
+    return "" if len(points) == 1 else f" ({points[0]})"
+
+
 def footprints(
     parts: Sequence[Part], columns: np.ndarray, n_p: int, axes: tuple[int, int] = (0, 1)
 ) -> list[np.ndarray]:

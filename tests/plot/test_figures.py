@@ -67,6 +67,7 @@ def test_samples_show_the_body_and_the_tube_of_every_point():
     assert 2 * 4 * 8 in sizes and 4 * 8 in sizes  # tubes: plans, points, intervals
     labels = [text.get_text() for text in drawn.legends[0].get_texts()]
     assert "body, first sample" in labels and "grown by the body" not in labels
+    assert f"predicted path ({answer.model.points[0]})" in labels
 
 
 def test_samples_in_space_are_seen_from_three_sides():
@@ -100,7 +101,7 @@ def test_errors_draw_both_kinds_on_one_scale(answer):
     drawn = errors(entries, answer.model.time)
     left, right = drawn.axes
     assert left.get_ylim() == right.get_ylim() and left.get_yscale() == "log"
-    assert right.get_title("left") == "claimed: pac, ε = 0.001, δ = 0.001"
+    assert right.get_title("left") == "claimed: left with probability ≤ 0.001, confidence 0.999"
     assert len(left.patches) == 2 and len(right.patches) == 1
     with pytest.raises(InputError):
         errors([], answer.model.time)
@@ -125,6 +126,9 @@ def test_claims_show_failed_and_worst_runs(answer, rng):
     drawn = claim(
         pac(answer), scores_of(k, score, worst), answer.model.time, names=["v [m/s]", "β [rad]"]
     )
+    said = drawn.axes[0].get_title("left")
+    assert said.startswith("tube of 7,000 ")
+    assert said.endswith("\nleft with probability ≤ 0.001, confidence 0.999")
     assert drawn.axes[1].get_xlabel() == "v [m/s]"
     assert drawn.axes[1].get_legend() is not None  # the failed run
     interval = when(scores_of(k, score, worst), 4, 2)

@@ -30,6 +30,8 @@ def draw_all(answer: Answer, runs: Halves, replayed: Again | None, out: Path) ->
 
 def errors(answer: Answer, runs: Halves, to):
     """Largest error of any corner over time: every held-out run, under the tube."""
+    from matplotlib.lines import Line2D
+
     model, held = answer.model, runs.held
     seen = measure(model.net, held).interval.max(axis=2)
     knots = np.arange(model.time.n_steps + 1) * model.time.dt
@@ -39,19 +41,26 @@ def errors(answer: Answer, runs: Halves, to):
     with style.sheet(to, (10.0, 3.0), columns=3) as sheet:
         names = [*KINDS, "a wheel that may stick"]
         for ax, name, rows in zip(sheet.axes, names, chosen, strict=True):
-            ax.stairs(100 * seen[rows].max(axis=0), knots, color=style.GREY, linewidth=0.9)
             for run in seen[rows]:
                 ax.stairs(100 * run, knots, baseline=None, color=style.BLUE, linewidth=0.5)
             if name in KINDS:
                 half = model.tube.interval[KINDS[name]].max(axis=1)
                 ax.stairs(100 * half, knots, baseline=None, color=style.RED, linewidth=1.6)
-            ax.set(xlabel="time [s]", title=f"{name}: {int(rows.sum())} runs")
+            ax.set(xlabel="time [s]", ylim=(0, None), title=f"{name}: {int(rows.sum())} runs")
         sheet.axes[0].set_ylabel("largest error of a corner [cm]")
+        entries = [
+            Line2D([], [], color=style.RED, linewidth=1.6, label="tube, widest bin of its kind"),
+            Line2D([], [], color=style.BLUE, linewidth=0.5, label="a held-out run"),
+        ]
+        style.legend(sheet.figure, entries, 2)
     return sheet.out
 
 
 def commands(answer: Answer, runs: Halves, replayed: Again | None, to):
     """Held-out commands: how far off the model was, and which have a start that is proved safe."""
+    from matplotlib.lines import Line2D
+    from matplotlib.patches import Patch
+
     model, held = answer.model, runs.held
     worst = 100 * measure(model.net, held).interval.max(axis=(1, 2))
     safe = np.zeros(held.n, bool) if replayed is None else replayed.with_start
@@ -69,14 +78,22 @@ def commands(answer: Answer, runs: Halves, replayed: Again | None, to):
             xlabel=model.labels.k[0],
             ylabel=model.labels.k[1],
             aspect="equal",
-            title=f"{held.n} held-out commands; circled: {int(safe.sum())} with a safe start",
+            title=f"{held.n} held-out commands; {int(safe.sum())} with a safe start",
         )
+        ring = {"marker": "o", "fillstyle": "none", "linestyle": "none", "markersize": 9}
+        entries = [
+            Line2D([], [], color=style.GREEN, **ring, label="has a start that is proved safe"),
+            Patch(facecolor="#EBEBEB", label="a wheel may stick"),
+        ]
+        style.legend(sheet.figure, entries, 2)
     return sheet.out
 
 
 def paths(answer: Answer, replayed: Again, to):
     """Real paths over the tubes: a few plans with the footprint as it was recorded, then all."""
     from matplotlib.collections import LineCollection, PolyCollection
+    from matplotlib.lines import Line2D
+    from matplotlib.patches import Patch
 
     model, runs = answer.model, replayed.runs
     first = np.unique(replayed.row, return_index=True)[1]
@@ -108,4 +125,12 @@ def paths(answer: Answer, replayed: Again, to):
             ax.set(aspect="equal", title=f"wheels {left:.1f}, {right:.1f} rad/s")
             lo, hi = shapes.span(*walls, corners.reshape(-1, 2))
             ax.set(xlim=(lo[0], hi[0]), ylim=(lo[1], hi[1]))
+        entries = [
+            Line2D([], [], color=style.BLACK, linewidth=0.8, label="recorded ways of the corners"),
+            Line2D([], [], color=style.BLUE, linewidth=0.5, label="recorded footprint"),
+            Patch(facecolor="#D6E8F5", label="tubes of the corners"),
+            Patch(facecolor=style.GREEN, alpha=0.2, label="bay"),
+            Patch(facecolor="#6E6E6E", label="wall"),
+        ]
+        style.legend(sheet.figure, entries, 5)
     return sheet.out
