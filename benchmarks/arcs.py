@@ -65,9 +65,9 @@ def bending_arcs(
     grows = WIDTH * (0.2 + 0.8 * s)[:, None] * np.ones(2)
     end = np.array([WIDTH, WIDTH, 0.02])
     widths = tube(edges, wider[:, None, None] * grows, wider[:, None] * end)
-    claim = declared_claim(widths, "the network is the robot")
-    domain = box(-np.ones(n_k), np.ones(n_k))
-    return trajectory_model(net, claim, domain, time_grid(1.0 / n_steps, 1.0), "bending arcs")
+    time = time_grid(1.0 / n_steps, 1.0)
+    claim = declared_claim(widths, "the network is the robot", net, time, system="bending arcs")
+    return trajectory_model(net, claim)
 
 
 def between_blocks(gap: float = 1.6, more: int = 0) -> ReachAvoid:

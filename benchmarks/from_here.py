@@ -5,7 +5,7 @@ Warm, in one process: the ways of asking take turns, each query lays the scene o
 """
 
 import time
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from pathlib import Path
 
 import jax
@@ -16,7 +16,6 @@ from parc_jax.doubt import Doubt
 from parc_jax.model import load
 from parc_jax.planner import Planner
 from parc_jax.settings import Settings
-from parc_jax.system import TURNS
 from sims.drift_parking.scenario import problem
 
 X, Y, HEADING = 6.9, -4.15, 0.01  # [m, m, rad]
@@ -36,7 +35,7 @@ class Options:
 
 def main(options: Options) -> dict:
     """Ask, and say how long it took."""
-    planner = Planner(replace(load(options.model), rotation=(TURNS,)))
+    planner = Planner(load(options.model))
     sure = problem(options.body)
     doubted = sure.replace(doubt=Doubt(start=0.02, heading=0.005))
     ways = {

@@ -73,10 +73,7 @@ def learn(case: Case, key: jax.Array, quick: bool) -> CaseModels:
             net, holdout, training_profile(net, data, bins), eps, delta, looks=looks, train=data
         )
         models[widths] = Claims(
-            *(
-                trajectory_model(net, claim, system.domain, system.time, system.name)
-                for claim in (assumed_claim(net, data), honest)
-            )
+            *(trajectory_model(net, claim) for claim in (assumed_claim(net, data), honest))
         )
     return CaseModels(case, system, data, models, eps)
 

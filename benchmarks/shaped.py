@@ -9,6 +9,7 @@ import jax
 import numpy as np
 
 from parc_jax.body import hull
+from parc_jax.claim.claim import derived
 from parc_jax.claim.error_set import ErrorBox
 from parc_jax.claim.faces import Faces, faces
 from parc_jax.claim.tube import fitted_tube, tube
@@ -42,9 +43,9 @@ def with_corners(model: TrajectoryModel, at: np.ndarray) -> TrajectoryModel:
     final = np.concatenate([np.tile(old.final[:, :n_p], (1, n_points)), old.final[:, n_p:]], axis=1)
     wide = tube(old.edges, np.tile(old.interval, (1, 1, n_points)), final, n_points)
     points = CORNERS if n_points == len(CORNERS) else tuple(f"corner{i}" for i in range(n_points))
-    evidence = {"network": net.hash}
-    claim = replace(model.claim, tube=wide, evidence=model.claim.evidence | evidence)
-    return model.replace(net=net, claim=claim, points=points)
+    subject = replace(model.claim.subject, points=points, rotation=None)
+    claim = derived(model.claim, tube=wide, network=net.hash, subject=subject)
+    return model.replace(net=net, claim=claim)
 
 
 def fitted(model: TrajectoryModel) -> TrajectoryModel:
@@ -58,7 +59,7 @@ def fitted(model: TrajectoryModel) -> TrajectoryModel:
     during = _faces(np.concatenate([np.eye(n_p), DIAGONALS]), interval)
     at_end = _faces(np.eye(n_end), old.final, frames=True)
     tube_of_faces = fitted_tube(old.edges, during, at_end)
-    return model.replace(claim=replace(model.claim, tube=tube_of_faces))
+    return model.replace(claim=derived(model.claim, tube=tube_of_faces))
 
 
 def _faces(directions: np.ndarray, half: np.ndarray, frames: bool = False) -> Faces:

@@ -13,7 +13,7 @@ from parc_jax.batch.solve import BatchAnswer, Problems, problem_of, solve_batch
 from parc_jax.errors import InputError, expected
 from parc_jax.keys import Stage, as_key
 from parc_jax.methods import MAX_LEAVES
-from parc_jax.model import TrajectoryModel
+from parc_jax.model import TrajectoryModel, check_model
 from parc_jax.prepared import Prepared
 from parc_jax.probes import require_sound_arithmetic
 from parc_jax.problem import ReachAvoid
@@ -35,12 +35,14 @@ COLD_BUDGET_S = 1e-3  # [s] of search after compiling: `warm_up` wants the compi
 class Planner:
     """Answers reach-avoid queries about one model.
 
-    model: network, claim, domain and time grid of the system. Raises InputError for anything else.
+    model: network and claim. Raises InputError for anything else, and for a claim that was not made
+    about this network, or has a part from elsewhere.
     """
 
     def __init__(self, model: TrajectoryModel):
         if not isinstance(model, TrajectoryModel):
             raise InputError(expected("Planner", "a TrajectoryModel", model, "pj.load(path)"))
+        check_model(model)
         self.model = model
         self._under_doubt: dict[tuple, TrajectoryModel] = {}
 

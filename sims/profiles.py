@@ -80,11 +80,10 @@ def compared(
             profile,
             study.eps,
             study.delta,
-            time=train.time,
             discard="most",
             train=train,
         )
-        model = trajectory_model(net, claim, train.domain, train.time, train.name)
+        model = trajectory_model(net, claim)
         safe = safe_volume(model, problem, key)["safe"]
         size = _shares(claim.tube)
         middle = np.exp(size @ np.log(claim.tube.interval).mean(axis=(1, 2)))

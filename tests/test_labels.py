@@ -5,7 +5,6 @@ them.
 import json
 
 import jax
-import numpy as np
 import pytest
 from toy_models import fold_model, line_model
 
@@ -62,7 +61,7 @@ def test_wrong_labels_are_refused(wrong):
 @pytest.mark.slow
 def test_labels_go_from_the_model_to_answer_and_figures(tmp_path):
     toy = fold_model(T=4, e=0.02)
-    model = pj.trajectory_model(toy.net, toy.claim, toy.domain, toy.time, "toy", NAMED)
+    model = toy.with_labels(NAMED)
     model.save(tmp_path / "model.npz")
     model = pj.load(tmp_path / "model.npz")
     assert model.labels == NAMED
@@ -84,12 +83,7 @@ def test_labels_go_from_the_model_to_answer_and_figures(tmp_path):
 
 def test_a_model_without_labels_has_the_plain_ones(tmp_path):
     toy = line_model()
-    toy.save(tmp_path / "model.npz")
-    arrays = dict(np.load(tmp_path / "model.npz"))
-    meta = json.loads(str(arrays["meta"]))
-    del meta["labels"]  # as written before there were any
-    np.savez(tmp_path / "old.npz", **arrays | {"meta": np.array(json.dumps(meta))})
-    assert pj.load(tmp_path / "old.npz").labels.k == ("k0", "k1")
+    assert pj.load(toy.save(tmp_path / "model.npz")).labels.k == ("k0", "k1")
 
 
 @pytest.mark.parametrize("suffix", ["toml", "json"])

@@ -1,12 +1,15 @@
 """The model of a system: what it shows of itself, and what it refuses."""
 
+import json
 from dataclasses import replace
 
 import numpy as np
 import pytest
-from toy_models import random_model
+from toy_models import line_model, random_model
 
 import parc_jax as pj
+from parc_jax.spelling import hex_text
+from parc_jax.system import TURNS
 
 
 def test_a_model_is_one_short_line():
@@ -17,20 +20,98 @@ def test_a_model_is_one_short_line():
     assert len(repr(model.net)) < 60
 
 
-def test_a_tube_that_is_not_the_claims_is_refused_on_load_and_in_python(tmp_path):
-    model = random_model(np.random.default_rng(1), 4, (6, 5), (1, 2), 0.02)
-    path = model.save(tmp_path / "model.npz")
+def small():
+    return random_model(np.random.default_rng(1), 4, (6, 5), (1, 2), 0.02)
+
+
+LARGER = pj.box([-2, -2], [2, 2])
+
+
+def test_a_model_is_a_network_and_a_claim_and_nothing_else():
+    """K, time, points and rotation are those of the claim: there is no way to say otherwise."""
+    model = small()
+    about = model.claim.subject
+    said = (model.domain, model.time, model.system, model.labels, model.points, model.rotation)
+    of_claim = (about.domain, about.time, about.system, about.labels, about.points, about.rotation)
+    assert said == of_claim
+    for part in ("domain", "time", "system", "labels", "points", "rotation"):
+        with pytest.raises(TypeError):
+            replace(model, **{part: getattr(model, part)})
+
+
+def test_a_claim_with_a_part_from_elsewhere_makes_no_planner():
+    """The claim about K = [-1, 1]^2 beside another K, grid, tube, network or rotation."""
+    model = small()
+    claim, about = model.claim, model.claim.subject
+    narrow = replace(model.tube, interval=model.tube.interval * 1e-3)
+    wide = pj.tube([[-2, 2], [-2, 0, 2]], model.tube.interval, model.tube.final)
+    others = [
+        replace(claim, tube=narrow),
+        replace(claim, tube=wide, subject=replace(about, domain=LARGER)),
+        replace(claim, subject=replace(about, time=pj.time_grid(0.5, 2.0))),
+        replace(claim, subject=replace(about, points=("nose",))),
+        replace(claim, subject=replace(about, rotation=(TURNS,))),
+        replace(claim, network=line_model().net.hash),
+    ]
+    for other in others:
+        with pytest.raises(pj.InputError, match="made about"):
+            pj.trajectory_model(model.net, other)
+        with pytest.raises(pj.InputError, match="made about"):
+            pj.Planner(model.replace(claim=other))
+    net = pj.relu_network(model.net.weights, [b + 1 for b in model.net.biases])
+    for make in (
+        lambda: pj.trajectory_model(net, claim),
+        lambda: pj.Planner(model.replace(net=net)),
+    ):
+        with pytest.raises(pj.InputError, match="network its claim was measured on"):
+            make()
+
+
+EDITS = {
+    "K": lambda s: s | {"domain": {"lo": hex_text([-2, -2]), "hi": hex_text([2, 2])}},
+    "time grid": lambda s: s | {"time": hex_text([0.5, 2.0, 0.5])},
+    "points": lambda s: s | {"points": ["nose"]},
+    "rotation": lambda s: s | {"rotation": ["turns"]},
+    "system": lambda s: s | {"system": "another"},
+}
+
+
+def edited(path, arrays=None, subject=None):
+    """The model file with other arrays, or another subject of its claim."""
     with np.load(path) as file:
-        arrays = dict(file)
-    arrays["interval"] = arrays["interval"] * 1e-3
-    np.savez(tmp_path / "narrow.npz", **arrays)
-    assert pj.load(path).tube.hash == model.tube.hash
-    with pytest.raises(pj.InputError, match="tube that it was made about"):
-        pj.load(tmp_path / "narrow.npz")
-    narrow = pj.tube(model.tube.edges, arrays["interval"], model.tube.final)
-    other = replace(model.claim, tube=narrow)
-    with pytest.raises(pj.InputError, match="tube that it was made about"):
-        pj.trajectory_model(model.net, other, model.domain, model.time)
+        kept = dict(file) | (arrays or {})
+    meta = json.loads(str(kept["meta"]))
+    if subject is not None:
+        meta["claim"]["subject"] = subject(meta["claim"]["subject"])
+    other = path.with_name("edited.npz")
+    np.savez(other, **(kept | {"meta": np.array(json.dumps(meta))}))
+    return other
+
+
+@pytest.mark.parametrize("part", EDITS)
+def test_a_file_that_was_edited_by_hand_is_refused(part, tmp_path):
+    path = small().save(tmp_path / "model.npz")
+    assert pj.load(edited(path)).claim.hash == pj.load(path).claim.hash
+    spanning = {"edges0": np.array([-2.0, 2.0]), "edges1": np.array([-2.0, 0.0, 2.0])}
+    with pytest.raises(pj.InputError, match="made about"):
+        pj.load(edited(path, spanning if part == "K" else None, EDITS[part]))
+
+
+def test_a_tube_or_network_of_another_file_is_refused(tmp_path):
+    model = small()
+    path = model.save(tmp_path / "model.npz")
+    with pytest.raises(pj.InputError, match="made about"):
+        pj.load(edited(path, {"interval": model.tube.interval * 1e-3}))
+    with pytest.raises(pj.InputError, match="network its claim was measured on"):
+        pj.load(edited(path, {"b0": model.net.biases[0] + 1}))
+
+
+def test_a_file_of_an_older_format_is_refused(tmp_path):
+    path = small().save(tmp_path / "model.npz")
+    old = {"meta": np.array(json.dumps({"format": "parc_jax.model/1"}))}
+    np.savez(tmp_path / "old.npz", **(dict(np.load(path)) | old))
+    with pytest.raises(pj.InputError, match=r"format parc_jax\.model/2; got 'parc_jax\.model/1'"):
+        pj.load(tmp_path / "old.npz")
 
 
 def test_a_saved_model_comes_back_equal(tmp_path):

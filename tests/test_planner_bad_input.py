@@ -5,7 +5,7 @@ absent.
 import jax
 import numpy as np
 import pytest
-from toy_models import line_model, model_of, toy_case, uniform_tube
+from toy_models import line_model, model_of, told, toy_case, uniform_tube
 
 import parc_jax
 from parc_jax.body import Disc, Polygon
@@ -93,7 +93,7 @@ def test_problems_are_refused_in_one_sentence(name):
 def test_parts_of_a_model_must_fit_each_other():
     line = line_model(4)
     with pytest.raises(InputError, match="tube with 5 intervals") as caught:
-        parc_jax.trajectory_model(line.net, line.claim, line.domain, time_grid(0.2, 1.0))
+        told(line, time=time_grid(0.2, 1.0))
     one_sentence(caught)
     with pytest.raises(
         InputError, match=r"8 \+ 1 network outputs for this tube .*; got 5"
@@ -104,8 +104,8 @@ def test_parts_of_a_model_must_fit_each_other():
         net = relu_network([np.zeros((9, 2))], [np.zeros(9)])
         model_of(net, box([0] * 3, [1] * 3), *uniform_tube(4))
     one_sentence(caught)
-    with pytest.raises(InputError, match="axis 1 has bins over") as caught:
-        model_of(line.net, line.domain, *uniform_tube(4), [[-1, 1], [-1, 2]])
+    with pytest.raises(InputError, match="along axis 1 they cover") as caught:
+        told(line, domain=box([-1, -1], [1, 2]))
     one_sentence(caught)
     with pytest.raises(InputError, match="NaN"):
         relu_network([np.full((9, 2), np.nan)], [np.zeros(9)])
@@ -229,7 +229,7 @@ def test_models_survive_a_file_and_damage_is_refused(tmp_path):
         parc_jax.load(tmp_path / "text.npz")
 
 
-@pytest.mark.parametrize("lost", ["meta", "W1", "b0", "edges1", "interval", "final", "lo"])
+@pytest.mark.parametrize("lost", ["meta", "W1", "b0", "edges1", "interval", "final", "edges0"])
 def test_models_with_a_part_missing_are_refused(tmp_path, lost):
     model, _ = toy_case(4)
     path = model.save(tmp_path / "model.npz")
@@ -248,7 +248,7 @@ def test_models_with_a_part_missing_are_refused(tmp_path, lost):
         ("interval", -np.ones((2, 4, 2))),
         ("final", np.zeros((1, 3))),
         ("W0", np.full((6, 2), np.nan)),
-        ("hi", np.array([-2.0, -2.0])),
+        ("edges1", np.array([-2.0, -1.0, 1.0])),
         ("edges0", np.array([1.0, -1.0])),
     ],
 )

@@ -102,9 +102,7 @@ def looks(width, key, declared=LOOKS):
         train = collect(jump_plant(width), key, 50, Stage.TRAIN, first_row=50 * number, quiet=True)
         profile = training_profile(NET, train, bins)
         scores = score_system(NET, jump_plant(width), key, profile, n, quiet=True)
-        claims.append(
-            calibrate(NET, scores, profile, EPS, DELTA, time=jump_plant(width).time, looks=declared)
-        )
+        claims.append(calibrate(NET, scores, profile, EPS, DELTA, looks=declared))
     return EPS, max(truth(width, claim.tube).whole for claim in claims)
 
 
@@ -127,7 +125,7 @@ def by_bin(width, key):
     system, n = jump_plant(width), 4 * required_runs(EPS, DELTA / 4)
     profile = training_profile(NET, collect(system, key, PROFILE_RUNS, quiet=True), (4, 1))
     scores = score_system(NET, system, key, profile, n, quiet=True)
-    claim = calibrate_bins(NET, scores, profile, EPS, DELTA, time=system.time)
+    claim = calibrate_bins(NET, scores, profile, EPS, DELTA)
     real = truth(width, claim.tube).by_bin
     pairs = [(eps, p) for eps, p in zip(claim.bin_eps, real, strict=True) if eps is not None]
     return max(pairs, key=lambda pair: pair[1] - float(pair[0]), default=(1, 0.0))
@@ -140,8 +138,7 @@ def by_block(width, key):
     system, n = jump_plant(width), 4 * required_runs(EPS, DELTA / 4)
     profile = fitted_profile(NET, [collect(system, key, PROFILE_RUNS, quiet=True)], (12, 1))
     scores = score_system(NET, system, key, profile, n, quiet=True)
-    options = {"blocks": (4, 1), "time": system.time}
-    claim = calibrate_bins(NET, scores, profile, EPS, DELTA, **options)
+    claim = calibrate_bins(NET, scores, profile, EPS, DELTA, blocks=(4, 1))
     real = truth(width, claim.tube).by_bin.reshape(4, 3).mean(axis=1)
     pairs = [(eps, p) for eps, p in zip(claim.bin_eps[::3], real, strict=True) if eps is not None]
     return max(pairs, key=lambda pair: pair[1] - float(pair[0]), default=(1, 0.0))

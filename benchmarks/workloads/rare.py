@@ -60,10 +60,11 @@ def run(bench: Bench) -> Result:
 def lines() -> TrajectoryModel:
     """Straight lines, c_t = (t / T) k, over K = [-2, 2]^2; one further state that is always 0."""
     W = np.concatenate([np.kron(np.arange(1, T + 1)[:, None] / T, np.eye(2)), np.zeros((1, 2))])
-    claim = declared_claim(zero_tube(([-2.0, 2.0], [-2.0, 2.0]), T, 2, 3), "the model is exact")
     net = relu_network([W], [np.zeros(2 * T + 1)])
-    domain = box([-2.0, -2.0], [2.0, 2.0])
-    return trajectory_model(net, claim, domain, time_grid(1.0 / T, 1.0), "lines")
+    none = zero_tube(([-2.0, 2.0], [-2.0, 2.0]), T, 2, 3)
+    time = time_grid(1.0 / T, 1.0)
+    claim = declared_claim(none, "the model is exact", net, time, system="lines")
+    return trajectory_model(net, claim)
 
 
 def slit(half: float) -> ReachAvoid:

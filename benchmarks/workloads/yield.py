@@ -124,7 +124,7 @@ def _of_task(bench: Bench, task: Task) -> Iterator[tuple[Setting, str, Share, Sh
         if truth is None:
             truth = truly_safe(task, system, model, bench)
         runs = HeldRuns(learned.select(slice(study.rollouts, None)), holdout)
-        claims = bound_errors([net], runs, train, study.bound, start, system.time, key=key)[0]
+        claims = bound_errors([net], runs, train, study.bound, start, key=key)[0]
         for kind, claim in zip(study.claims, claims, strict=True):
             yield setting, kind, truth, certified(problem, model, claim, bench)
 
@@ -146,14 +146,9 @@ def _without_errors(net: ReLUNetwork, runs: RolloutBatch) -> TrajectoryModel:
     n_c, n_end = runs.p.shape[2], runs.p.shape[2] + runs.n_q
     edges = tuple(np.array(pair) for pair in zip(runs.domain.lo, runs.domain.hi, strict=True))
     none = zero_tube(edges, runs.time.n_steps, n_c, n_end, len(runs.points))
-    claim = declared_claim(none, "truth is asked of the system itself", net)
-    return _model(net, claim, runs)
-
-
-def _model(net: ReLUNetwork, claim: ErrorClaim, runs) -> TrajectoryModel:
-    """runs: batch or model that says what the network is about."""
-    points = runs.points
-    return trajectory_model(net, claim, runs.domain, runs.time, "yield", points=points)
+    why = "truth is asked of the system itself"
+    claim = declared_claim(none, why, net, runs.time, system="yield", points=runs.points)
+    return trajectory_model(net, claim)
 
 
 def truly_safe(task: Task, system, model: TrajectoryModel, bench: Bench) -> Share:
@@ -208,7 +203,7 @@ def certified(
 ) -> Share:
     """Plans that the exact test proves under a claim; none where its tube leaves no goal."""
     n, count = bench.size(1 << 13, 1 << 9), 0
-    given = _model(model.net, claim, model)
+    given = trajectory_model(model.net, claim)
     rng = np.random.default_rng(3)
     whole = scene_of(problem, model)
     k = rng.uniform(model.domain.lo, model.domain.hi, (n, model.n_k))

@@ -42,7 +42,7 @@ def ask(system, key, n=600):
     claim = pj.bound_error(
         net, system, key, eps=0.02, delta=0.01, bins=(2, 2), train=data, search=64, quiet=True
     )
-    model = pj.trajectory_model(net, claim, system.domain, system.time, system.name)
+    model = pj.trajectory_model(net, claim)
     return solve(model, key)
 
 

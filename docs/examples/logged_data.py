@@ -34,7 +34,7 @@ if __name__ == "__main__":
     train, holdout = logged.split(0.375)  # before training
     net = pj.train(train, hidden=(8, 8), key=jax.random.PRNGKey(0), seeds=2, steps=400)
     claim = pj.bound_error(net, holdout, None, eps=0.001, delta=0.01, bins=(2, 2), train=train)
-    model = pj.trajectory_model(net, claim, logged.domain, logged.time, logged.name)
+    model = pj.trajectory_model(net, claim)
     answer = solve(model, jax.random.PRNGKey(0))
     print(
         answer.statement()

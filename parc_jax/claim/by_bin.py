@@ -36,7 +36,6 @@ from parc_jax.errors import InputError
 from parc_jax.network.relu import ReLUNetwork
 from parc_jax.rollout.batch import RolloutBatch
 from parc_jax.spelling import hex_text
-from parc_jax.system import TimeGrid
 
 
 def calibrate_bins(
@@ -47,7 +46,6 @@ def calibrate_bins(
     delta=1e-3,
     *,
     blocks: Sequence[int] | None = None,
-    time: TimeGrid,
     discard: int | str = 0,
     looks: int = 1,
     intersample: Intersample = DISCRETE_TIME,
@@ -95,12 +93,15 @@ def calibrate_bins(
             f"{n_blocks} holds "
             f"{counts.max()}. Use fewer bins, a larger eps, or one claim over K (calibrate)."
         )
-    term = intersample.term(time.dt_record, profile.n_p, profile.n_points)
+    step = scores.subject.time.dt_record
+    term = intersample.term(step, profile.n_p, profile.n_points)
     scale = scale[block]
     place = "bin" if n_blocks == profile.n_bins else "block of bins"
     return error_claim(
         kind="pac",
         tube=scaled(profile, scale, term),
+        subject=scores.subject,
+        network=net.hash,
         quantifier=f"in each claimed {place} of K, a new rollout drawn from "
         f"{scores.law.describe()} with k in that {place.split()[0]}",
         eps=max(e for e in block_eps if e is not None),
@@ -109,9 +110,8 @@ def calibrate_bins(
         discard=max(discards),
         looks=looks,
         law=scores.law,
-        assumptions=ledger(intersample.assumption(time.dt_record)),
+        assumptions=ledger(intersample.assumption(step)),
         evidence={
-            "network": net.hash,
             "profile": profile.hash,
             **evidence_of(scores),
             "bin_runs": [int(c) for c in counts[block]],

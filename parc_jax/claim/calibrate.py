@@ -25,7 +25,6 @@ from parc_jax.errors import InputError
 from parc_jax.network.relu import ReLUNetwork
 from parc_jax.rollout.batch import RolloutBatch
 from parc_jax.spelling import hex_text
-from parc_jax.system import TimeGrid
 
 Intersample = DiscreteTime | SpeedBound | AccelerationBound
 # the division that made the score and the product that undoes it, rounded up
@@ -40,7 +39,6 @@ def calibrate(
     eps=1e-3,
     delta=1e-3,
     *,
-    time: TimeGrid | None = None,
     discard: int | str = 0,
     looks: int = 1,
     kind: str = "pac",
@@ -50,8 +48,7 @@ def calibrate(
     """The claim that a holdout supports about tube = (largest score) x profile. [T1, T2]
 
     holdout: runs that neither the network nor the profile has seen, i.i.d. from one law, or their
-        `Scores` (then `time`
-    is needed).
+        `Scores`.
     eps, delta: asked for. The claim carries the eps that the runs support: a larger one with too
         few runs, and says so; a smaller one with more than needed, unless discard = "most".
     discard: runs to leave outside, fixed before the holdout is seen; "most" = as many as n, eps,
@@ -67,12 +64,13 @@ def calibrate(
     """
     check_discard(discard)
     check_count("looks", looks, 1, "1 for a holdout that is used once")
-    scores, time = _scored(net, holdout, profile, time)
+    recorded = isinstance(holdout, RolloutBatch)
+    scores = score_batch(net, holdout, profile) if recorded else holdout
     check_fresh(scores, train)
     eps, delta = as_probability("eps", eps), as_probability("delta", delta)
     if kind not in ("pac", "conformal"):
         raise InputError(f'calibrate: expected kind "pac" or "conformal"; got {kind!r}.')
-    evidence = {"network": net.hash, "profile": profile.hash, **evidence_of(scores)}
+    evidence = {"profile": profile.hash, **evidence_of(scores)}
     unit = scores.unit
     independent = scores.by_group()
     n = len(independent)
@@ -95,10 +93,13 @@ def calibrate(
         evidence["eps_asked"] = f"eps = {float(eps):g} (needs {needed:,} {unit.many})"
     scale = float(kept_maximum(independent, discard))
     evidence["scale"] = scale.hex()
-    term = intersample.term(time.dt_record, profile.n_p, profile.n_points)
+    step = scores.subject.time.dt_record
+    term = intersample.term(step, profile.n_p, profile.n_points)
     return error_claim(
         kind=kind,
         tube=scaled(profile, np.full(profile.n_bins, scale), term),
+        subject=scores.subject,
+        network=net.hash,
         quantifier=f"{scores.unit.each} drawn from {scores.law.describe()}",
         eps=claimed,
         delta=delta,
@@ -106,7 +107,7 @@ def calibrate(
         discard=discard,
         looks=looks,
         law=scores.law,
-        assumptions=ledger(intersample.assumption(time.dt_record)),
+        assumptions=ledger(intersample.assumption(step)),
         evidence=evidence,
         intersample=tuple(term),
     )
@@ -185,11 +186,3 @@ def ledger(between: str) -> tuple[str, ...]:
         "DEPLOYMENT_LAW = CALIBRATION_LAW",
         "UNCHANGED_SYSTEM",
     )
-
-
-def _scored(net, holdout, profile, time) -> tuple[Scores, TimeGrid]:
-    if isinstance(holdout, RolloutBatch):
-        return score_batch(net, holdout, profile), holdout.time
-    if time is None:
-        raise InputError("calibrate: expected time (the TimeGrid of the runs) beside Scores.")
-    return holdout, time

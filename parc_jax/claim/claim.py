@@ -2,6 +2,7 @@
 shown.
 """
 
+import hashlib
 import json
 from dataclasses import dataclass, field, replace
 from fractions import Fraction
@@ -18,15 +19,17 @@ from parc_jax.claim.risk import (
 )
 from parc_jax.claim.statement import decimal, statement
 from parc_jax.claim.tube import Tube, refined
-from parc_jax.claim.tube_file import tube_from_json, tube_to_json
+from parc_jax.claim.tube_file import tube_to_json
 from parc_jax.claim.unit import RECORDED_ROWS, RECORDINGS, RUNS, Unit
 from parc_jax.errors import InputError
 from parc_jax.rollout.files import write_atomic
 from parc_jax.rollout.law import LawSpec
-from parc_jax.spelling import hex_text, nearest_floats
+from parc_jax.rollout.subject import Subject
+from parc_jax.sets.box import Box
+from parc_jax.spelling import hex_text
 
 KINDS = ("pac", "conformal", "cover", "assumed", "declared")
-FORMAT = "parc_jax.claim/1"
+FORMAT = "parc_jax.claim/2"
 
 
 @dataclass(frozen=True, eq=False)
@@ -42,19 +45,25 @@ class ErrorClaim:
         "assumed"   nothing is shown; the published maximum over training data.
         "declared"  nothing is shown here; the bound comes from elsewhere.
     tube: half widths; a bin with infinite widths has no claim (`tube.claimed`).
+    subject: whose runs leave it or not: system, K, time grid, points in order, rotation.
+    network: hash of the one whose errors the tube holds.
     quantifier: the law of runs that the claim speaks of, in words; of a declared one, the reason.
     eps, delta: exact; None where the kind has none.
     n, discard, looks: runs that support it, runs discarded (fixed beforehand), times this holdout
         has been looked at.
     law: where those runs came from.
-    assumptions: ledger of identifiers. evidence: JSON-able record (hashes of network and tube,
+    assumptions: ledger of identifiers. evidence: JSON-able record (hashes of profile and holdout,
         seeds, largest scores, search).
     bin_eps: per-bin claims: one eps per bin, None for a bin without claim [T4]; else None.
     intersample: (n_p,) [m] part of the interval widths that covers the time between records. [T9]
+    hash: of network, tube, subject and law together, as they were when the claim was made. A claim
+        with a part from elsewhere has another one, and `check_claim` refuses it.
     """
 
     kind: str
     tube: Tube
+    subject: Subject
+    network: str
     quantifier: str
     eps: Fraction | None
     delta: Fraction | None
@@ -66,6 +75,12 @@ class ErrorClaim:
     evidence: dict = field(default_factory=dict)
     bin_eps: tuple[Fraction | None, ...] | None = None
     intersample: tuple[float, ...] = ()
+    hash: str = ""
+
+    @property
+    def domain(self) -> Box:
+        """K, or the box of k that the claim is about."""
+        return self.subject.domain
 
     def __repr__(self) -> str:
         known = {"eps": self.eps, "delta": self.delta}
@@ -131,6 +146,9 @@ class ErrorClaim:
             "format": FORMAT,
             "kind": self.kind,
             "statement": self.statement(),
+            "subject": self.subject.to_json(),
+            "network": self.network,
+            "hash": self.hash,
             "quantifier": self.quantifier,
             "eps": _spell(self.eps),
             "delta": _spell(self.delta),
@@ -172,72 +190,43 @@ class ErrorClaim:
         )
 
 
-def claim_from_json(data: dict, error_tube: Tube) -> ErrorClaim:
-    """The claim of `to_json`, about the given tube. Raises InputError on missing or foreign
-    fields, and when it was made about another tube.
-    """
-    try:
-        if data["format"] != FORMAT or data["kind"] not in KINDS:
-            raise InputError(
-                f"claim: expected format {FORMAT}, kind one of {KINDS}; got {data['format']}, "
-                f"{data['kind']}."
-            )
-        law = data["law"]
-        pairs = tuple((name, value) for name, value in law["parameters"])
-        claim = ErrorClaim(
-            kind=data["kind"],
-            tube=error_tube,
-            quantifier=data["quantifier"],
-            eps=_parse(data["eps"]),
-            delta=_parse(data["delta"]),
-            n=data["n"],
-            discard=data["discard"],
-            looks=data["looks"],
-            law=LawSpec(law["generator"], pairs, law["k_law"], tuple(law["lo"]), tuple(law["hi"])),
-            assumptions=tuple(data["assumptions"]),
-            evidence=data["evidence"],
-            bin_eps=None if data["bin_eps"] is None else tuple(_parse(e) for e in data["bin_eps"]),
-            intersample=tuple(nearest_floats(data["intersample"])),
-        )
-        check_tube(claim)
-        return claim
-    except (KeyError, TypeError, AttributeError) as error:
-        raise InputError(
-            f"claim: expected the fields of ErrorClaim.to_json; {type(error).__name__}: {error}."
-        ) from None
-
-
-def load_claim(path) -> ErrorClaim:
-    """A claim written by `ErrorClaim.save`. Raises InputError when the file is missing, truncated
-    or foreign.
-    """
-    try:
-        data = json.loads(Path(path).read_text())
-        return claim_from_json(data["claim"], tube_from_json(data["tube"]))
-    except FileNotFoundError:
-        raise InputError(f"{path}: no such file.") from None
-    except (json.JSONDecodeError, KeyError, TypeError) as error:
-        raise InputError(
-            f"{path}: expected a complete claim file; got {type(error).__name__}: {error}."
-        ) from None
-
-
 def error_claim(**fields) -> ErrorClaim:
-    """A claim bound to its tube: the evidence names its hash. Fields as in `ErrorClaim`."""
-    claim = ErrorClaim(**fields)
-    return replace(claim, evidence=claim.evidence | {"tube": claim.tube.hash})
-
-
-def check_tube(claim: ErrorClaim) -> None:
-    """Refuse a claim beside another tube than the one it was made about. Raises InputError.
-
-    Claims of files that are older than this binding name no tube, and pass.
+    """A claim about what its fields say, bound to it by `hash`. Fields as in `ErrorClaim`. Raises
+    InputError where they do not fit, also for a K that is not the one of the law of runs.
     """
-    made_about = claim.evidence.get("tube")
-    if made_about is not None and made_about != claim.tube.hash:
+    law, domain = fields["law"], fields["subject"].domain
+    if (law.lo, law.hi) != (tuple(hex_text(domain.lo)), tuple(hex_text(domain.hi))):
         raise InputError(
-            f"claim: expected the tube that it was made about ({made_about[:12]}); got another one "
-            f"({claim.tube.hash[:12]}). Widths or bins have changed; bound the error anew."
+            f"claim: expected K = {_box(domain)} to be that of the law of its runs, "
+            f"{law.describe()}; take domain and law of the same runs."
+        )
+    return _bound(ErrorClaim(**fields))
+
+
+def derived(claim: ErrorClaim, **changes) -> ErrorClaim:
+    """The claim told of something else, such as a wider tube or a part of K: whoever calls this has
+    shown that it stays true. Fields as in `ErrorClaim`; evidence is added. Raises InputError.
+    """
+    evidence = claim.evidence | changes.pop("evidence", {})
+    return _bound(replace(claim, evidence=evidence, **changes))
+
+
+def stand_in(claim: ErrorClaim, tube: Tube) -> ErrorClaim:
+    """What a search looks by in place of a claim, with any tube: nothing is claimed of it."""
+    why = "assumed for a search alone"
+    return derived(
+        claim, kind="assumed", tube=tube, quantifier=why, eps=None, delta=None, bin_eps=None
+    )
+
+
+def check_claim(claim: ErrorClaim) -> None:
+    """Refuse a claim beside anything else than what it was made about. Raises InputError."""
+    _check_parts(claim)
+    if claim.hash != _hash(claim):
+        raise InputError(
+            "claim: expected the network, tube, K, time grid, points, rotation and law that it was "
+            f"made about ({claim.hash[:12]}); got others ({_hash(claim)[:12]}). Bound the error "
+            "anew."
         )
 
 
@@ -249,23 +238,63 @@ def weaker(claim: ErrorClaim, wider: Tube, **evidence) -> ErrorClaim:
         raise InputError(
             "claim: a claim survives a wider tube only; the new one is narrower somewhere."
         )
-    return _about(claim, wider, **evidence)
+    return derived(claim, tube=wider, evidence=evidence)
 
 
 def on_bins(claim: ErrorClaim, edges) -> ErrorClaim:
     """The same claim told bin by bin on finer edges: models on the same bins share compiled code.
     Raises InputError.
     """
-    return _about(claim, refined(claim.tube, edges))
+    return derived(claim, tube=refined(claim.tube, edges))
 
 
-def _about(claim: ErrorClaim, other: Tube, **evidence) -> ErrorClaim:
-    return replace(claim, tube=other, evidence=claim.evidence | evidence | {"tube": other.hash})
+def check_edges(tube: Tube, domain: Box) -> None:
+    """Refuse a tube, or a profile, whose bins do not span K. Raises InputError."""
+    for axis, edge in enumerate(tube.edges):
+        if edge[0] != domain.lo[axis] or edge[-1] != domain.hi[axis]:
+            raise InputError(
+                f"tube: expected bins that span K = {_box(domain)}; along axis {axis} they cover "
+                f"[{edge[0]:.10g}, {edge[-1]:.10g}]. Make them on K, or run all of what they cover."
+            )
+
+
+def _check_parts(claim: ErrorClaim) -> None:
+    """Refuse a tube that is not one of these runs. Raises InputError."""
+    layout, about = claim.tube.layout, claim.subject
+    if layout.n_steps != about.time.n_steps:
+        raise InputError(
+            f"claim: expected a tube with {about.time.n_steps} intervals, as the time grid has; "
+            f"got {layout.n_steps}."
+        )
+    if layout.n_points != len(about.points):
+        raise InputError(
+            f"claim: expected a tube of {len(about.points)} reference points "
+            f"({', '.join(about.points)}); got {layout.n_points}."
+        )
+    sizes = (about.n_p, about.n_q, about.domain.n)
+    if sizes != (claim.tube.n_p, claim.tube.n_q, claim.tube.n_k):
+        raise InputError(
+            f"claim: expected a tube in {about.n_p}-D with {about.n_q} goal states and "
+            f"{about.domain.n} axes of K; got {claim.tube.n_p}-D, {claim.tube.n_q} and "
+            f"{claim.tube.n_k}."
+        )
+    check_edges(claim.tube, about.domain)
+
+
+def _bound(claim: ErrorClaim) -> ErrorClaim:
+    _check_parts(claim)
+    return replace(claim, hash=_hash(claim))
+
+
+def _hash(claim: ErrorClaim) -> str:
+    about = [claim.network, claim.tube.hash, claim.law.hash, claim.subject.identity]
+    return hashlib.sha256(json.dumps(about, sort_keys=True).encode()).hexdigest()
+
+
+def _box(domain: Box) -> str:
+    sides = zip(domain.lo, domain.hi, strict=True)
+    return " x ".join(f"[{lo:.10g}, {hi:.10g}]" for lo, hi in sides)
 
 
 def _spell(value: Fraction | None) -> str | None:
     return None if value is None else str(value)
-
-
-def _parse(text: str | None) -> Fraction | None:
-    return None if text is None else Fraction(text)

@@ -2,6 +2,8 @@
 elsewhere.
 """
 
+from collections.abc import Mapping, Sequence
+
 import numpy as np
 
 from parc_jax.claim.calibrate import ledger
@@ -10,10 +12,13 @@ from parc_jax.claim.intersample import DISCRETE_TIME
 from parc_jax.claim.profile import bin_maxima, edges_of, training_errors
 from parc_jax.claim.tube import Tube, tube
 from parc_jax.errors import InputError
+from parc_jax.labels import Labels
 from parc_jax.network.relu import ReLUNetwork
 from parc_jax.rollout.batch import RolloutBatch
 from parc_jax.rollout.law import law_spec
+from parc_jax.rollout.subject import subject
 from parc_jax.sets.box import box
+from parc_jax.system import TimeGrid
 
 _HOLDS = "THE TUBE HOLDS"
 
@@ -33,6 +38,8 @@ def assumed_claim(net: ReLUNetwork, train: RolloutBatch, bins=None) -> ErrorClai
     return error_claim(
         kind="assumed",
         tube=tube(frame.edges, interval, final, len(train.points)),
+        subject=train.subject,
+        network=net.hash,
         quantifier="assumed for every run",
         eps=None,
         delta=None,
@@ -41,17 +48,29 @@ def assumed_claim(net: ReLUNetwork, train: RolloutBatch, bins=None) -> ErrorClai
         looks=1,
         law=train.law,
         assumptions=(_HOLDS, *ledger(between)[1:3]),
-        evidence={"network": net.hash, "failed": int(train.failed.sum())},
+        evidence={"failed": int(train.failed.sum())},
     )
 
 
-def declared_claim(tube: Tube, why: str, net: ReLUNetwork | None = None) -> ErrorClaim:
+def declared_claim(
+    tube: Tube,
+    why: str,
+    net: ReLUNetwork,
+    time: TimeGrid,
+    *,
+    system: str = "",
+    points: Sequence[str] | None = None,
+    rotation: Sequence[str] | None = None,
+    labels: Labels | Mapping[str, Sequence[str]] | None = None,
+) -> ErrorClaim:
     """A bound from elsewhere, such as an analysis of the robot or a data sheet. Nothing is shown
     here, and every sentence says so.
 
-    tube: half widths [m, .] for runs from every start and for all times. why: the reason, one
-    clause: "... no run leaves the tube, because {why}". net: the network that the bound is about,
-    to be refused beside another one. Raises InputError for an empty reason.
+    tube: half widths [m, .] for runs from every start and for all times; its outer edges are K.
+    why: the reason, one clause: "... no run leaves the tube, because {why}". net, time: the network
+    and the grid that the bound is about. system: name of the robot. points: names of its reference
+    points, None where it has only one. rotation: what it declares of the heading, as a system's
+    `rotation`. labels: of p, q and k, as {"k": ("speed [m/s]", ...)}. Raises InputError.
     """
     if not isinstance(tube, Tube) or not isinstance(why, str) or not why.strip():
         raise InputError(
@@ -62,6 +81,10 @@ def declared_claim(tube: Tube, why: str, net: ReLUNetwork | None = None) -> Erro
     return error_claim(
         kind="declared",
         tube=tube,
+        subject=subject(
+            system, domain, time, tube.n_p, tube.n_q, points, rotation=rotation, labels=labels
+        ),
+        network=net.hash,
         quantifier=why.strip().rstrip("."),
         eps=None,
         delta=None,
@@ -70,5 +93,4 @@ def declared_claim(tube: Tube, why: str, net: ReLUNetwork | None = None) -> Erro
         looks=1,
         law=law_spec("declared", domain, "given"),
         assumptions=(_HOLDS,),
-        evidence={} if net is None else {"network": net.hash},
     )

@@ -20,6 +20,7 @@ from parc_jax.network.predict import Layout, layout_of
 from parc_jax.network.relu import ReLUNetwork
 from parc_jax.rollout.law import law_of
 from parc_jax.rollout.simulate import Rows, simulator
+from parc_jax.rollout.subject import subject_of
 from parc_jax.tolerances import TOLERANCES
 
 _UP = 1 + 2.0**-30  # rounding of region maps and of the sums below, upward
@@ -240,6 +241,8 @@ def _claim(net, system, found: Tube, n: int, label: str, intersample: Intersampl
     return error_claim(
         kind="cover",
         tube=tube(found.edges, interval, found.final, found.n_points),
+        subject=subject_of(system),
+        network=net.hash,
         quantifier=f"for every k in K of {system.name}, which has no disturbance",
         eps=None,
         delta=None,
@@ -248,6 +251,5 @@ def _claim(net, system, found: Tube, n: int, label: str, intersample: Intersampl
         looks=1,
         law=law_of(system, "given"),
         assumptions=(label, "NO_DISTURBANCE", "TRANSLATION_INVARIANCE", intersample.assumption(h)),
-        evidence={"network": net.hash},
         intersample=tuple(term),
     )

@@ -33,16 +33,16 @@ from parc_jax.claim.measure import Errors, measure
 from parc_jax.claim.profile import profile_of
 from parc_jax.claim.runs import RecordedRuns, Runs, SystemRuns
 from parc_jax.claim.scale import scale_profile
-from parc_jax.claim.score import scores_of
+from parc_jax.claim.score import check_profile, scores_of
 from parc_jax.claim.search import enlarge, search_size
 from parc_jax.claim.start_gap import StartTrial, allow_for_start, try_starts
 from parc_jax.claim.tube import Tube
 from parc_jax.errors import InputError
+from parc_jax.network.predict import layout_of
 from parc_jax.network.relu import ReLUNetwork
 from parc_jax.rollout.batch import RolloutBatch
 from parc_jax.rollout.forecast import Forecast
 from parc_jax.sets.box import Box
-from parc_jax.system import TimeGrid
 
 SHAPES = ("box", "fitted")
 GAP = 1e-5  # [m or rad] that the start of a run may matter, unless declared otherwise
@@ -127,7 +127,7 @@ def bound_error(
     train: the runs the network was trained on, for the profile. profile_runs: further runs for the
         profile, which is where tightness comes from (the network need not see them); None = as many
         as the holdout. even: hold some of them back, as in `BoundSettings`. profile: one of your
-        own instead of all that.
+        own instead of all that, whose outer edges are K.
     n: holdout runs, None = as many as (eps, delta, discard, looks) need.
     discard, looks, intersample: as in `calibrate`.
     search: runs spent looking for bad ones on purpose, which only widens the tube where it finds
@@ -153,6 +153,8 @@ def bound_error(
         intersample=intersample,
         search=search,
     )
+    if profile is not None:
+        check_profile(net, profile, layout_of(system), system.domain)
     if isinstance(system, RolloutBatch):
         if train is None:
             raise InputError(
@@ -167,7 +169,7 @@ def bound_error(
         runs = SystemRuns(system, key, first_row, path, quiet, forecast)
         start = try_starts(system, key, gap)
     own = None if profile is None else [profile]
-    return bound_errors([net], runs, train, asked, start, system.time, key=key, profiles=own)[0][0]
+    return bound_errors([net], runs, train, asked, start, key=key, profiles=own)[0][0]
 
 
 def bound_errors(
@@ -176,7 +178,6 @@ def bound_errors(
     train: RolloutBatch | None,
     asked: BoundSettings,
     start: StartTrial,
-    time: TimeGrid,
     *,
     key: jax.Array | None,
     profiles: list[Tube] | None = None,
@@ -203,7 +204,6 @@ def bound_errors(
         fresh = runs.fresh(fresh_runs(asked, profiles[0], looks))
         seen = scores_of(nets, profiles, fresh)
     options = {
-        "time": time,
         "discard": asked.discard,
         "looks": looks,
         "intersample": asked.intersample,

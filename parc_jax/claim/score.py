@@ -5,6 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from parc_jax.claim.claim import check_edges
 from parc_jax.claim.measure import (
     Allowance,
     Errors,
@@ -23,6 +24,8 @@ from parc_jax.rollout.batch import RolloutBatch, worst_by_group
 from parc_jax.rollout.collect import stream_rollouts
 from parc_jax.rollout.copies import Marks, marks_of
 from parc_jax.rollout.law import LawSpec
+from parc_jax.rollout.subject import Subject
+from parc_jax.sets.box import Box
 
 
 @dataclass(frozen=True, eq=False)
@@ -32,8 +35,9 @@ class Scores:
 
     rows (n,), k (n, n_k), score (n,) float64; worst (n,) int32: coordinate of the maximum,
     intervals (t, p), or (t, point, pair of faces), first, then final; ids (n,) content hashes.
-    law, seed, stage: where the runs come from. groups: (n,) which recording a row is part of, None
-    = every row its own run. marks: of recorded runs, to recognise copies.
+    law, seed, stage: where the runs come from. subject: what they are about. groups: (n,) which
+    recording a row is part of, None = every row its own run. marks: of recorded runs, to recognise
+    copies.
     """
 
     rows: np.ndarray
@@ -42,6 +46,7 @@ class Scores:
     worst: np.ndarray
     ids: np.ndarray
     law: LawSpec
+    subject: Subject
     seed: tuple[int, ...] | None
     stage: int | None
     groups: np.ndarray | None = None
@@ -83,7 +88,7 @@ def score_system(
     """Scores of n fresh runs, never holding more than a few chunks of them; resumable when `path`
     (a folder) is given. Arguments as in `collect`. Does not consume `key`. Raises InputError.
     """
-    check_profile(net, profile, layout_of(system))
+    check_profile(net, profile, layout_of(system), system.domain)
     fresh = stream_rollouts(system, key, n, stage, k=k, chunk=chunk, path=path, quiet=quiet)
     return scores_of([net], [profile], fresh)[0]
 
@@ -109,7 +114,7 @@ def scores_of(
         if batch.seed is None:
             marks.append(marks_of(batch))
         for number, (net, profile) in enumerate(zip(nets, profiles, strict=True)):
-            check_profile(net, profile, layout_of(batch))
+            check_profile(net, profile, layout_of(batch), batch.domain)
             slack = allowance(net, batch.domain, profile.layout)
 
             def judge(rows, net=net, profile=profile, slack=slack, batch=batch):
@@ -124,6 +129,7 @@ def scores_of(
         "k": np.concatenate(k),
         "ids": np.concatenate(ids),
         "law": batch.law,
+        "subject": batch.subject,
         "seed": batch.seed,
         "stage": batch.stage,
         "groups": None if groups[0] is None else np.concatenate(groups),
@@ -177,9 +183,9 @@ def ratios(needed: Errors, profile: Tube, bins: np.ndarray) -> np.ndarray:
     return np.concatenate([(e / half[bins]).reshape(len(bins), -1) for e, half in parts], axis=1)
 
 
-def check_profile(net: ReLUNetwork, profile: Tube, layout: Layout) -> None:
-    """Refuse a profile that does not fit the network, or has a zero or infinite width. Raises
-    InputError.
+def check_profile(net: ReLUNetwork, profile: Tube, layout: Layout, domain: Box) -> None:
+    """Refuse a profile that does not fit the network, does not span K exactly, or has a zero or
+    infinite width. Raises InputError.
     """
     n_end = net.n_out - layout.n_offsets + layout.n_c
     if profile.layout != layout or profile.n_c + profile.n_q != n_end or profile.n_k != net.n_in:
@@ -189,6 +195,7 @@ def check_profile(net: ReLUNetwork, profile: Tube, layout: Layout) -> None:
             f"axes; got {profile.interval.shape} of {profile.n_points}, {profile.final.shape}, "
             f"{profile.n_k} axes."
         )
+    check_edges(profile, domain)
     widths = np.concatenate([half.reshape(-1) for half in profile.halves])
     if not (np.isfinite(widths).all() and (widths > 0).all()):
         raise InputError(

@@ -97,7 +97,7 @@ def search_worst(
     from tqdm import tqdm
 
     layout = layout_of(system)
-    check_profile(net, profile, layout)
+    check_profile(net, profile, layout, system.domain)
     batch = runs // rounds
     sim = simulator(system)
     search = _Search(

@@ -60,7 +60,7 @@ def update(
         gap=gap,
     )
     new.evidence["updated_from"] = {
-        "network": claim.evidence.get("network"),
+        "network": claim.network,
         "n": claim.n,
         "law": claim.law.hash,
     }

@@ -1,12 +1,12 @@
 """A model of a small box of K: fresh runs on it, a small network, a claim about it alone. [T23]"""
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from fractions import Fraction
 
 import jax
 import numpy as np
 
-from parc_jax.claim.claim import ErrorClaim
+from parc_jax.claim.claim import ErrorClaim, stand_in
 from parc_jax.claim.counts import check_discard
 from parc_jax.claim.declared import assumed_claim
 from parc_jax.claim.pipeline import GAP, BoundSettings, bound_errors, learn_profiles
@@ -69,14 +69,14 @@ def local_model(
 ) -> TrajectoryModel:
     """Learn the system on a box and claim its error there, with confidence 1 - delta. [T1, T23]
 
-    like: a model of the whole of K, for names and grid. key: of this look alone, see `fresh_key`.
+    like: a model of the whole of K, of the same system. key: of this look alone, see `fresh_key`.
     Raises InputError, also for a system that is not the one of `like`.
     """
     require_same(system, like)
     start = try_starts(system, key, asked.gap)
     runs = LocalRuns(system, key, box, asked.rollouts, quiet)
     train = runs.train()
-    return claimed(runs, train, local_network(train, key, asked), like, delta, asked, start)
+    return claimed(runs, train, local_network(train, key, asked), delta, asked, start)
 
 
 def best_claimed(
@@ -106,26 +106,23 @@ def best_claimed(
     for net in nets:
         for shape in shapes:
             profile = learn_profiles([net], train, further, shape=shape)[0]
-            guess = trajectory_model(
-                net, guessed_claim(net, train, profile), box, like.time, points=like.points
-            )
+            guess = trajectory_model(net, guessed_claim(net, train, profile))
             score = nearly_safe(guess, scene_of(problem, guess), rng).score
             tried.append((score, net, profile))
     _, net, profile = max(tried, key=lambda one: one[0])
-    return claimed(runs, train, net, like, delta, asked, start, profile)
+    return claimed(runs, train, net, delta, asked, start, profile)
 
 
 def guessed_claim(net, train: RolloutBatch, profile: Tube) -> ErrorClaim:
     """A stand-in for a claim, the profile as it is, to compare shapes by; nothing is claimed."""
     finite = train.select(~train.failed)
-    return replace(assumed_claim(net, finite), tube=profile, evidence={})
+    return stand_in(assumed_claim(net, finite), profile)
 
 
 def claimed(
     runs: LocalRuns,
     train: RolloutBatch,
     net,
-    like: TrajectoryModel,
     delta,
     asked: Local,
     start,
@@ -144,8 +141,7 @@ def claimed(
         search=0,
     )
     own = {"key": runs.key, "profiles": None if profile is None else [profile]}
-    claim = bound_errors([net], runs, train, bound, start, like.time, **own)[0][0]
-    return trajectory_model(net, claim, runs.box, like.time, like.system, like.labels, like.points)
+    return trajectory_model(net, bound_errors([net], runs, train, bound, start, **own)[0][0])
 
 
 def local_network(train: RolloutBatch, key: jax.Array, asked: Local):

@@ -4,11 +4,11 @@ The order is by the least margin of the verdict, negative where something lacks,
 tube or under a part of it. Nothing is proved: margins say where to look. [T24]
 """
 
-from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
 
+from parc_jax.claim.claim import stand_in
 from parc_jax.claim.tube import Tube
 from parc_jax.model import TrajectoryModel
 from parc_jax.sets.box import Box
@@ -106,7 +106,7 @@ def _under(model: TrajectoryModel, part: float) -> TrajectoryModel:
     """The model with a part of its tube, about which nothing is claimed."""
     if part == 1.0:
         return model
-    return model.replace(claim=replace(model.claim, tube=shrunk(model.tube, part)))
+    return model.replace(claim=stand_in(model.claim, shrunk(model.tube, part)))
 
 
 def _sorted(p0: np.ndarray, k: np.ndarray, room: np.ndarray) -> Nearly:

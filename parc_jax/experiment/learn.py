@@ -18,7 +18,6 @@ from parc_jax.distributed import broadcast, gather, shared
 from parc_jax.experiment.settings import TUBE, Study, name_of
 from parc_jax.experiment.stopwatch import Stopwatch
 from parc_jax.keys import Stage, stream
-from parc_jax.labels import Labels, labels_of
 from parc_jax.model import TrajectoryModel, trajectory_model
 from parc_jax.network.parc import fit_affine
 from parc_jax.network.relu import ReLUNetwork
@@ -27,7 +26,6 @@ from parc_jax.network.train import train_report, training_arrays
 from parc_jax.rollout.batch import RolloutBatch
 from parc_jax.rollout.collect import collect
 from parc_jax.rollout.forecast import Forecast
-from parc_jax.system import rotation_of
 
 
 class NetworkModels(NamedTuple):
@@ -69,7 +67,6 @@ def learn(
     together. [T1]
     Raises InputError, also for a system whose start matters more than study.gap.
     """
-    named = labels_of(system)
     forecast = forecast_of(study, quiet)
     with watch("other starts"):
         start = StartTrial(*gather(try_starts(system, key, study.gap))[0])
@@ -85,7 +82,7 @@ def learn(
             forecast=forecast,
         )
     runs = SystemRuns(system, key, train.n, work, quiet, forecast)
-    return _learned(train, runs, start, study, key, watch, named, rotation_of(system))
+    return _learned(train, runs, start, study, key, watch)
 
 
 def forecast_of(study: Study, quiet: bool = False) -> Forecast:
@@ -112,33 +109,19 @@ def _learned(
     study: Study,
     key,
     watch: Stopwatch,
-    named: Labels | None = None,
-    rotation: tuple[str, ...] | None = None,
 ) -> Learned:
-    """Networks from the training runs, claims from the others. named: labels of the
-    coordinates.
-    """
+    """Networks from the training runs, claims from the others."""
     with watch("training"):
         # hosts may round training differently, and a claim is about one network
         nets = broadcast(networks(train, study, key))
-    claims = bound_errors(nets, runs, train, study.bound, start, train.time, key=key, watch=watch)
+    claims = bound_errors(nets, runs, train, study.bound, start, key=key, watch=watch)
     edges = claims[0][0].tube.edges
     found = []
     for hidden, net, honest in zip(study.networks, nets, claims, strict=True):
         with watch("claims"):
             published = assumed_claim(net, train, edges if "bins" in study.claims else None)
         assumed, *claimed = (
-            trajectory_model(
-                net,
-                claim,
-                train.domain,
-                train.time,
-                train.name,
-                named,
-                train.points,
-                rotation,
-            )
-            for claim in (on_bins(published, edges), *honest)
+            trajectory_model(net, claim) for claim in (on_bins(published, edges), *honest)
         )
         found.append(NetworkModels(name_of(hidden), assumed, claimed))
     return Learned(found, train, start)

@@ -9,7 +9,7 @@ from parc_jax.answer.answer import Answer
 from parc_jax.body import Body, Disc, Part, Polygon, body_of
 from parc_jax.certificate.write import FORMAT, by_pair
 from parc_jax.checker import Rejected, check_answer, load, number
-from parc_jax.claim.claim import claim_from_json
+from parc_jax.claim.claim_file import claim_from_json
 from parc_jax.claim.error_set import NO_CLAIM
 from parc_jax.claim.faces import Faces, faces
 from parc_jax.claim.tube import Tube, fitted_tube, tube
@@ -28,8 +28,7 @@ from parc_jax.robust.pose import Pose
 from parc_jax.robust.withstood import withstood_of_json
 from parc_jax.sets.box import box
 from parc_jax.sets.hpolytope import HPolytope, hpolytope
-from parc_jax.spelling import hex_floats, nearest_floats
-from parc_jax.system import time_grid
+from parc_jax.spelling import hex_floats, hex_text, nearest_floats
 from parc_jax.verdict.near import near_scene
 from parc_jax.verdict.pointwise import verdicts
 from parc_jax.verdict.scene import Scene
@@ -108,18 +107,15 @@ def _model(data: dict) -> TrajectoryModel:
         [nearest_floats(b) for b in network["biases"]],
     )
     n_points = asked.get("points", 1)
-    profile = _tube(widths, n_points)
-    dt = nearest_floats(asked["dt"])
+    claim = claim_from_json(data["claim"], _tube(widths, n_points))
     domain = box(nearest_floats(asked["domain"]["lo"]), nearest_floats(asked["domain"]["hi"]))
-    meta = data["meta"]
-    time = (
-        time_grid(*nearest_floats(meta["time"]))
-        if "time" in meta
-        else time_grid(dt, dt * asked["steps"])
-    )
-    claim = claim_from_json(data["claim"], profile)
-    points = meta["points"] if n_points > 1 else None
-    return trajectory_model(net, claim, domain, time, meta["system"], meta.get("labels"), points)
+    proved = (hex_text(domain.lo), hex_text(domain.hi), nearest_floats(asked["dt"]), asked["steps"])
+    K, time = claim.domain, claim.subject.time
+    if proved != (hex_text(K.lo), hex_text(K.hi), time.dt, time.n_steps):
+        raise InputError(
+            "answer: expected a problem over the K and on the time grid of its claim; got others."
+        )
+    return trajectory_model(net, claim)
 
 
 def _tube(widths: dict, n_points: int) -> Tube:

@@ -5,7 +5,6 @@ which spells that float exactly; one that a float64 does not print again is refu
 import json
 import tomllib
 from collections.abc import Sequence
-from dataclasses import replace
 from decimal import Decimal, InvalidOperation
 from pathlib import Path
 
@@ -15,7 +14,7 @@ from parc_jax.body import Body, Disc, Part, Polygon, body_of, numbered, parts_of
 from parc_jax.errors import InputError
 from parc_jax.io.doubt_file import doubt_of, own_doubt, spelled_doubt
 from parc_jax.io.scene_values import numbers_of, set_of, spelled_set, table_of
-from parc_jax.labels import PARTS, Labels, labels
+from parc_jax.labels import PARTS, Labels
 from parc_jax.model import TrajectoryModel
 from parc_jax.problem import ReachAvoid, goal_of_points, reach_avoid
 from parc_jax.rollout.files import write_atomic
@@ -51,10 +50,8 @@ def labelled(model: TrajectoryModel, path) -> TrajectoryModel:
     """The model with the labels of a scene file, where it has any, in place of its own. Raises
     InputError.
     """
-    given = _data(_text(path), str(path), Path(path).suffix == ".json").get("labels", {})
-    own = model.labels._asdict()
-    named = labels(model.n_p, model.n_q, model.n_k, **own | given)
-    return replace(model, labels=named)
+    data = _data(_text(path), str(path), Path(path).suffix == ".json")
+    return model.with_labels(data.get("labels", {}))
 
 
 def problem_of_text(

@@ -10,6 +10,7 @@ import numpy as np
 from parc_jax.answer.answer import Answer
 from parc_jax.claim.error_set import NO_CLAIM, ErrorBox
 from parc_jax.errors import InputError
+from parc_jax.model import check_model
 from parc_jax.onboard.tables import Tables, tables
 from parc_jax.rollout.files import write_atomic
 
@@ -37,6 +38,7 @@ def write_c(answer: Answer, path, name: str | None = None) -> Path:
             f"export: expected a name that C allows, of letters, digits and _; got {name!r}. Name "
             "another file, or give a name."
         )
+    check_model(answer.model)
     return write_atomic(path, "\n".join(_lines(answer, name)).encode())
 
 

@@ -13,7 +13,7 @@ from dataclasses import replace
 import numpy as np
 
 from parc_jax.body import Body, Part, numbered
-from parc_jax.claim.claim import ErrorClaim
+from parc_jax.claim.claim import ErrorClaim, derived
 from parc_jax.claim.tube import Tube, tube
 from parc_jax.labels import labels as valid_labels
 from parc_jax.labels import name_of, unit_of
@@ -25,6 +25,7 @@ from parc_jax.robust.bins import Axis, axes_of, boxes, widest
 from parc_jax.robust.executions import Executions, require_few
 from parc_jax.robust.network import Copied, copied
 from parc_jax.robust.turn import Turn
+from parc_jax.rollout.subject import Subject
 from parc_jax.sets.box import Box
 from parc_jax.sets.hpolytope import HPolytope
 
@@ -46,12 +47,11 @@ def copied_model(model: TrajectoryModel, executions: Executions, turn: Turn) -> 
     named = model.labels
     several = n_v * n_r > 1
     not_drawn = [name_of(k) for axis, k in enumerate(named.k) if axis not in executions.chosen]
-    return model.replace(
-        net=one.net,
-        claim=_claim(
-            model.claim, wider, one.net.hash, _eps(model.claim, model.tube, axes), not_drawn
-        ),
+    subject = replace(
+        model.claim.subject,
         domain=domain,
+        points=_copies_of(model.points, n_v * n_r) if several else model.points,
+        rotation=None if model.rotation is None else model.rotation * n_v,
         labels=valid_labels(
             model.n_p,
             model.n_q * n_v,
@@ -60,8 +60,11 @@ def copied_model(model: TrajectoryModel, executions: Executions, turn: Turn) -> 
             q=named.q if n_v == 1 else [_again(label, v) for v in range(n_v) for label in named.q],
             k=[named.k[axis] for axis in chosen],
         ),
-        points=_copies_of(model.points, n_v * n_r) if several else model.points,
     )
+    claim = _claim(
+        model.claim, wider, subject, one.net.hash, _eps(model.claim, model.tube, axes), not_drawn
+    )
+    return model.replace(net=one.net, claim=claim)
 
 
 def copied_problem(problem: ReachAvoid, model: TrajectoryModel, n_v: int, n_r: int) -> ReachAvoid:
@@ -141,19 +144,16 @@ def _eps(claim: ErrorClaim, old: Tube, axes: list[Axis]):
     return tuple(by_value.get(float(e)) for e in which)
 
 
-def _claim(claim: ErrorClaim, wider: Tube, net: str, bin_eps, not_drawn: list[str]) -> ErrorClaim:
+def _claim(
+    claim: ErrorClaim, wider: Tube, subject: Subject, net: str, bin_eps, not_drawn: list[str]
+) -> ErrorClaim:
     """The claim about the same runs, told of the executions of a plan. not_drawn: parameters that
     no plan chooses; of these the claim's law of k says nothing.
     """
-    about = {
-        "tube": wider.hash,
-        "network": net,
-        "network_of_runs": claim.evidence.get("network"),
-        "not_drawn": not_drawn,
-    }
+    about = {"network_of_runs": claim.network, "not_drawn": not_drawn}
     if bin_eps is not None:
         about["bin_share"] = None  # of other bins than these
-    return replace(claim, tube=wider, bin_eps=bin_eps, evidence=claim.evidence | about)
+    return derived(claim, tube=wider, subject=subject, network=net, bin_eps=bin_eps, evidence=about)
 
 
 def _copies_of(points: Sequence[str], several: int) -> tuple[str, ...]:

@@ -2,6 +2,7 @@
 
 import shutil
 from collections.abc import Iterator
+from dataclasses import replace
 from pathlib import Path
 
 import jax
@@ -9,6 +10,7 @@ import numpy as np
 
 from parc_jax.distributed import gather
 from parc_jax.keys import Stage
+from parc_jax.labels import labels_of
 from parc_jax.rollout.batch import RolloutBatch, concatenate, rollout_batch
 from parc_jax.rollout.files import save_rollouts
 from parc_jax.rollout.forecast import Forecast
@@ -24,7 +26,7 @@ from parc_jax.rollout.rows import (
     seed_of,
     simulate_rows,
 )
-from parc_jax.system import points_of
+from parc_jax.system import points_of, rotation_of
 
 
 def collect(
@@ -99,7 +101,7 @@ def _finished(system, key, n, stage, k, first_row, dtype, path, identity) -> Rol
     again = {"k": drawn[:shown], "p": np.asarray(trajectory.p)[:shown]}
     again["q"] = np.asarray(trajectory.q)[:shown]
     require_same_runs(path, stored, again, getattr(system, "dtype", np.float64))
-    return batch
+    return replace(batch, rotation=rotation_of(system), labels=labels_of(system))
 
 
 def stream_rollouts(
@@ -153,4 +155,6 @@ def stream_rollouts(
             seed=seed,
             stage=int(stage),
             points=points_of(system),
+            rotation=rotation_of(system),
+            labels=labels_of(system),
         )

@@ -85,6 +85,8 @@ def save_rollouts(path, batch: RolloutBatch, made_by: dict | None = None) -> Pat
         "stage": batch.stage,
         "made_by": made_by,
         "points": batch.points,
+        "rotation": batch.rotation,
+        "labels": None if batch.labels is None else batch.labels._asdict(),
     }
     arrays = {
         "rows": batch.rows,
@@ -119,6 +121,8 @@ def rollouts_from_npz(path, arrays: dict) -> RolloutBatch:
             stage=meta["stage"],
             groups=arrays.get("groups"),
             points=meta.get("points", ONE_POINT),
+            rotation=meta.get("rotation"),
+            labels=meta.get("labels"),
         )
     except KeyError as error:
         raise InputError(

@@ -1,6 +1,6 @@
 """Rollouts from files: our own .npz, a folder of CSV logs, the published *_rawdata.mat layout."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 import numpy as np
@@ -24,6 +24,8 @@ def load_rollouts(
     k_law: str = "logged",
     groups=None,
     points: Sequence[str] | None = None,
+    rotation: Sequence[str] | None = None,
+    labels: Mapping[str, Sequence[str]] | None = None,
 ) -> RolloutBatch:
     """A batch from a file or folder. Raises InputError that says what is missing.
 
@@ -42,7 +44,8 @@ def load_rollouts(
     from, numbers or names; rows of one recording are not independent, and count as one. points:
     names of the m reference points; a table with a column per coordinate (CSV, .mat) has them point
     by point: x, y of the first, x, y of the second. Positions are made relative to where the first
-    point of each run starts. Runs with NaN stay.
+    point of each run starts. rotation: what is declared of the heading, as a system's `rotation`.
+    labels: what coordinates are called, as {"k": ("speed [m/s]", ...)}. Runs with NaN stay.
     """
     path = Path(path)
     if k_law not in K_LAWS or (k_law == "uniform" and domain is None):
@@ -50,24 +53,27 @@ def load_rollouts(
             f'{path}: expected k_law "logged", or "uniform" with the domain that k was drawn from; '
             f"got {k_law!r} and domain = {domain}."
         )
+    about = {"rotation": rotation, "labels": labels}
     if path.is_dir():
-        return _assemble(path, _csv_folder(path), time, domain, k_law, groups, points)
+        return _assemble(path, _csv_folder(path), time, domain, k_law, groups, points, about)
     if path.suffix == ".mat":
-        return _assemble(path, _mat_arrays(path), time, domain, k_law, groups, points)
+        return _assemble(path, _mat_arrays(path), time, domain, k_law, groups, points, about)
     if path.suffix != ".npz":
         raise InputError(f"{path}: expected a .npz file, a .mat file or a folder of CSV files.")
     arrays = read_npz(path)
     if "meta" not in arrays:
-        return _assemble(path, arrays, time, domain, k_law, groups, points)
-    if k_law != "logged" or groups is not None or points is not None:
+        return _assemble(path, arrays, time, domain, k_law, groups, points, about)
+    if k_law != "logged" or any(x is not None for x in (groups, points, rotation, labels)):
         raise InputError(
-            f"{path}: expected neither k_law nor groups nor points; a file of save_rollouts knows "
-            "its own."
+            f"{path}: expected neither k_law nor groups, points, rotation or labels; a file of "
+            "save_rollouts knows its own."
         )
     return rollouts_from_npz(path, arrays)
 
 
-def _assemble(path: Path, arrays: dict, time, domain, k_law: str, groups, points) -> RolloutBatch:
+def _assemble(
+    path: Path, arrays: dict, time, domain, k_law: str, groups, points, about: dict
+) -> RolloutBatch:
     missing = {"k", "p"} - arrays.keys()
     if missing:
         raise InputError(
@@ -95,7 +101,7 @@ def _assemble(path: Path, arrays: dict, time, domain, k_law: str, groups, points
     by_point = p.reshape(*p.shape[:2], len(named), -1)
     moved = (by_point - by_point[:, :1, :1]).reshape(*p.shape[:2], -1)
     batch = rollout_batch(
-        k, moved, q, time=time, domain=domain, law=law, groups=groups, points=named
+        k, moved, q, time=time, domain=domain, law=law, groups=groups, points=named, **about
     )
     if k_law == "uniform":
         check_uniform(str(path), batch.k, domain, batch.groups)

@@ -67,10 +67,10 @@ def helps(only: list[int] | None = None) -> None:
             trained[known] = networks(train, study, key)[0]
         net = trained[known]
         runs = HeldRuns(learned.select(slice(study.rollouts, None)), fresh)
-        claims = bound_errors([net], runs, train, study.bound, start, boat.time, key=key)[0]
+        claims = bound_errors([net], runs, train, study.bound, start, key=key)[0]
         safe = {kind: "-" for kind in CLAIMS}
         for kind, claim in zip(study.claims, claims, strict=True):
-            model = trajectory_model(net, claim, boat.domain, boat.time, boat.name)
+            model = trajectory_model(net, claim)
             safe[kind] = f"{100 * safe_volume(model, problem(), key)['safe']:.2f} %"
         regions = enumerate_regions(net, boat.domain).count
         print(f"{name:52} {regions:7}  {safe['bins']:>14}  {safe['one']:>6}", flush=True)

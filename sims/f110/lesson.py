@@ -13,14 +13,12 @@ from parc_jax.claim.declared import assumed_claim
 from parc_jax.claim.fitting import fitted_profile
 from parc_jax.claim.measure import measure
 from parc_jax.claim.start_gap import StartTrial, allow_for_start
-from parc_jax.labels import labels_of
 from parc_jax.model import TrajectoryModel, trajectory_model
 from parc_jax.network.parc import fit_affine
 from parc_jax.network.predict import layout_of, trajectories
 from parc_jax.network.relu import ReLUNetwork
 from parc_jax.network.train import train_report, training_arrays
 from parc_jax.rollout.batch import RolloutBatch
-from parc_jax.system import points_of
 from sims.f110.scenario import GOAL_SIZE
 from sims.f110.study import STUDY
 from sims.f110.system import F110
@@ -78,9 +76,7 @@ def models(car: F110, runs: RolloutBatch, start: StartTrial, key: jax.Array) -> 
         Model(
             c,
             f,
-            trajectory_model(
-                n, claim, car.domain, car.time, car.name, labels_of(car), points_of(car)
-            ),
+            trajectory_model(n, claim),
         )
         for c, f, n, claim in claims
     ]

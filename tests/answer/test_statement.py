@@ -1,7 +1,7 @@
 """An answer in words, for terminals and notebooks."""
 
 import numpy as np
-from toy_models import toy_case
+from toy_models import told, toy_case
 from toy_query import answer
 
 from parc_jax.answer.findings import Findings
@@ -18,7 +18,7 @@ def found(**changes):
     """The findings behind the toy's answer, some of them changed."""
     whole = answer()
     fields = {
-        "model": whole.model.replace(system="<b>toy</b> & co"),
+        "model": told(whole.model, system="<b>toy</b> & co"),
         "scene": whole.scene,
         "cover": whole._cover,
         "samples": whole.samples,
@@ -60,7 +60,7 @@ def test_a_value_on_the_edge_of_a_bin_without_claim_is_told():
     model, problem = toy_case(0)
     half, final = (np.array([x[0], np.full_like(x[1], np.inf)]) for x in _widths_of(model))
     claim = weaker(model.claim, tube(model.tube.edges, half, final))
-    for value, told in ((0.0, True), (np.nextafter(0, -1), False)):
+    for value, known_why in ((0.0, True), (np.nextafter(0, -1), False)):
         asked = problem.replace(doubt=Doubt(given={"k1": value}))
         known = plain(asked, model.replace(claim=claim))
         empty = nothing()
@@ -70,7 +70,7 @@ def test_a_value_on_the_edge_of_a_bin_without_claim_is_told():
         said = statement(empty)
         assert (
             "that have a claim; a value on an edge is in the bins on both sides" in said
-        ) == told
+        ) == known_why
         assert f"safe for k1 = {value if value else 0}" in said
 
 

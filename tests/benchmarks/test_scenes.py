@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from gap_model import arc_network, arc_tube, gap_problem
 from matplotlib.figure import Figure
-from toy_models import model_of
+from toy_models import model_of, told
 
 from benchmarks.bench import Bench
 from benchmarks.cases import Case, case
@@ -45,7 +45,7 @@ def learned(model):
     rng = np.random.default_rng(0)
     k = rng.uniform(DOMAIN.lo, DOMAIN.hi, (50, 2))
     outputs = np.array([model.net(x) for x in k])
-    straight = model.replace(net=fit_affine(k, outputs))
+    straight = told(model, fit_affine(k, outputs))
     toy = Case(
         "toy",
         None,

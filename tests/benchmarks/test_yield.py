@@ -5,6 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from synthetic_plants import disturbed, exact, plant, straight_network
+from toy_models import told
 from toy_system import STUDY
 
 from benchmarks.bench import Bench
@@ -36,8 +37,9 @@ def scene():
 def toy(run):
     system = plant(run)
     task = Task("toy", "toy", lambda: system, scene, ())
-    claim = declared_claim(zero_tube(([0.0, 1.0], [0.0, 1.0]), 4, 2, 3), "the model is exact")
-    model = trajectory_model(straight_network(4), claim, system.domain, system.time)
+    none = zero_tube(([0.0, 1.0], [0.0, 1.0]), 4, 2, 3)
+    net = straight_network(4)
+    model = trajectory_model(net, declared_claim(none, "the model is exact", net, system.time))
     return task, system, model
 
 
@@ -70,7 +72,7 @@ def test_a_tube_wider_than_the_goal_certifies_nothing():
     wide = zero_tube(([0.0, 1.0], [0.0, 1.0]), 4, 2, 3).with_halves(
         np.ones((1, 4, 2)), np.ones((1, 3))
     )
-    found = measured.certified(scene(), model, declared_claim(wide, "a guess"), Small(quick=True))
+    found = measured.certified(scene(), model, told(model, tube=wide).claim, Small(quick=True))
     assert found.value == found.low == 0 < found.high < 0.01
 
 

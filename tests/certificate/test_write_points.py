@@ -3,14 +3,13 @@ exact, accepted by the checker; those of one point stay in format 1.
 """
 
 import copy
-import dataclasses
 import json
 from fractions import Fraction
 
 import numpy as np
 import pytest
 from toy_bodies import points_model, points_problem
-from toy_models import line_model
+from toy_models import line_model, told
 
 from parc_jax import checker
 from parc_jax.body import Disc, Part, Polygon, body_of
@@ -45,7 +44,7 @@ def fitted(rng, model):
     during = random_faces(rng, lead, n, False)
     at_end = random_faces(rng, lead[:1], n_e, True)
     tube = fitted_tube(model.tube.edges, during, at_end)
-    return model.replace(claim=dataclasses.replace(model.claim, tube=tube))
+    return told(model, tube=tube)
 
 
 @pytest.fixture(

@@ -76,7 +76,6 @@ def test_streamed_and_held_runs_give_the_same_claim(system, holdout, profile):
         score_system(NET, system, KEY, profile, 688, quiet=True),
         profile,
         1e-2,
-        time=system.time,
     )
     held = calibrate(NET, holdout, profile, 1e-2)
     np.testing.assert_allclose(streamed.tube.interval, held.tube.interval, rtol=1e-12)
@@ -129,7 +128,7 @@ def test_copies_and_training_runs_are_refused(system, holdout, profile, train):
         calibrate(NET, one_seen, profile, 1e-2, train=train)
     with pytest.raises(InputError, match="training runs"):
         scores = score_system(NET, system, KEY, profile, 700, Stage.TRAIN, quiet=True)
-        calibrate(NET, scores, profile, 1e-2, time=system.time, train=train)
+        calibrate(NET, scores, profile, 1e-2, train=train)
 
 
 def test_a_failed_run_is_an_infinite_score(profile):
@@ -163,7 +162,7 @@ def test_a_number_of_discards_is_a_number(holdout, profile, discard):
     for refused in (
         lambda: calibrate(NET, holdout, profile, 1e-2, discard=discard),
         lambda: calibrate(NET, holdout, profile, 1e-2, kind="conformal", discard=discard),
-        lambda: calibrate_bins(NET, scores, profile, time=holdout.time, discard=discard),
+        lambda: calibrate_bins(NET, scores, profile, discard=discard),
         lambda: bound_error(NET, None, KEY, discard=discard),
         lambda: Local(discard=discard),
         lambda: checked(Study(discard=discard)),
@@ -204,30 +203,30 @@ def test_time_between_records_is_declared_and_added(holdout, profile):
 
 def test_per_bin_claims_need_runs_in_every_bin(system, profile, train):
     scores = score_system(NET, system, KEY, profile, 3000, quiet=True)
-    claim = calibrate_bins(NET, scores, profile, 1e-2, 1e-3, time=system.time, train=train)
+    claim = calibrate_bins(NET, scores, profile, 1e-2, 1e-3, train=train)
     assert "in each claimed bin" in claim.statement()
     supported = [supported_eps(n, 1e-3 / 3) for n in claim.evidence["bin_runs"]]
     assert list(claim.bin_eps) == supported and claim.eps == max(supported) < Fraction(1, 100)
     assert claim.risk(Uniform(0.1, bin=1)).bound == supported[1] * bin_shares(profile)[1] * 10
-    spent = calibrate_bins(NET, scores, profile, 1e-2, 1e-3, time=system.time, discard="most")
+    spent = calibrate_bins(NET, scores, profile, 1e-2, 1e-3, discard="most")
     assert spent.bin_eps == (Fraction(1, 100),) * 3
     assert isinstance(claim.risk(Point()), NoStatement)
     one = np.array([float.fromhex(s) for s in claim.evidence["bin_scale"]])
     assert one.max() == scores.score.max() and one.min() < one.max()
     lopsided = score_system(NET, system, KEY, profile, 900, k=_mostly_left, quiet=True)
-    thin = calibrate_bins(NET, lopsided, profile, 1e-2, 1e-3, time=system.time)
+    thin = calibrate_bins(NET, lopsided, profile, 1e-2, 1e-3)
     assert thin.tube.claimed.tolist() == [True, False, False] and thin.bin_eps[1:] == (None, None)
     assert isinstance(
         thin.risk(Uniform(0.1, bin=0)), NoStatement
     )  # this law is not uniform: shares unknown
     with pytest.raises(InputError, match="at least 8,003 runs in a bin"):
-        calibrate_bins(NET, scores, profile, 1e-3, 1e-3, time=system.time)
+        calibrate_bins(NET, scores, profile, 1e-3, 1e-3)
 
 
 def test_a_block_of_bins_has_one_claim_and_one_number(system, train):
     profile = training_profile(NET, train, (5, 2))
     scores = score_system(NET, system, KEY, profile, 3000, quiet=True)
-    options = {"time": system.time, "discard": "most"}
+    options = {"discard": "most"}
     claim = calibrate_bins(NET, scores, profile, 1e-2, 1e-3, blocks=(2, 1), **options)
     assert "in each claimed block of bins" in claim.statement()
     left = profile.bin_of(scores.k) < 6  # three of the five columns, two bins each

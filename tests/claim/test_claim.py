@@ -7,23 +7,20 @@ from fractions import Fraction
 import numpy as np
 import pytest
 
-from parc_jax.claim.claim import (
-    check_tube,
-    claim_from_json,
-    error_claim,
-    load_claim,
-    on_bins,
-    weaker,
-)
+from parc_jax.claim.claim import check_claim, derived, error_claim, on_bins, weaker
+from parc_jax.claim.claim_file import claim_from_json, load_claim
 from parc_jax.claim.risk import Density, NoStatement, Point, Uniform
 from parc_jax.claim.tube import tube
 from parc_jax.claim.tube_file import tube_from_json, tube_to_json
 from parc_jax.errors import InputError
 from parc_jax.rollout.law import law_spec
+from parc_jax.rollout.subject import subject
 from parc_jax.sets.box import box
+from parc_jax.system import STAYS, TURNS, time_grid
 
 pytestmark = pytest.mark.soundness
-LAW = law_spec("toy", box([0, 0], [1, 1]), parameters={"wind": 0.5})
+K = box([0, 0], [1, 1])
+LAW = law_spec("toy", K, parameters={"wind": 0.5})
 TUBE = tube([[0, 0.1 + 0.2, 1], [0, 1]], np.full((2, 3, 2), 0.1), np.full((2, 3), 1 / 3))
 
 
@@ -31,6 +28,8 @@ def claim(kind="pac", **changes):
     fields = {
         "kind": kind,
         "tube": TUBE,
+        "subject": subject("toy", K, time_grid(0.5, 1.5), 2, 1),
+        "network": "abc",
         "quantifier": "a new rollout drawn from toy",
         "eps": None if kind in ("assumed", "cover") else Fraction(1, 1000),
         "delta": Fraction(1, 1000) if kind == "pac" else None,
@@ -39,7 +38,7 @@ def claim(kind="pac", **changes):
         "looks": 1,
         "law": LAW,
         "assumptions": ("IID", "TRANSLATION_INVARIANCE"),
-        "evidence": {"network": "abc", "scale": (1.25).hex()},
+        "evidence": {"scale": (1.25).hex()},
         "intersample": (0.0, 0.125),
     }
     return error_claim(**(fields | changes))
@@ -175,20 +174,81 @@ def test_a_share_of_K_is_promised_only_where_k_was_uniform():
         assert "The share of K that the set fills says nothing" in text
 
 
-def test_a_tube_is_bound_to_its_claim():
+NARROWER = tube(TUBE.edges, TUBE.interval * 1e-3, TUBE.final * 1e-3)
+LARGER = tube([[0, 0.1 + 0.2, 2], [0, 1]], TUBE.interval, TUBE.final)
+
+
+def of(**about):
+    return {"subject": replace(claim().subject, **about)}
+
+
+FROM_ELSEWHERE = {
+    "tube": {"tube": NARROWER},
+    "network": {"network": "abd"},
+    "law": {"law": law_spec("toy", K, parameters={"wind": 0.6})},
+    "system": of(system="another"),
+    "K": of(domain=box([0, 0], [2, 1])) | {"tube": LARGER},
+    "time grid": of(time=time_grid(0.25, 0.75)),
+    "records": of(time=time_grid(0.5, 1.5, 0.1)),
+    "points": of(points=("nose",)),
+    "rotation": of(rotation=(TURNS,)),
+}
+
+
+@pytest.mark.parametrize("part", FROM_ELSEWHERE)
+def test_every_part_is_bound_to_its_claim(part, tmp_path):
+    """In memory and from a file: what a claim says of one thing is no claim about another."""
+    other = replace(claim(), **FROM_ELSEWHERE[part])
+    with pytest.raises(InputError, match="made about"):
+        check_claim(other)
+    with pytest.raises(InputError, match="made about"):
+        load_claim(other.save(tmp_path / "claim.json"))
+
+
+def test_the_order_of_points_and_every_word_of_rotation_count():
+    two = subject("toy", K, time_grid(0.5, 1.5), 1, 2, ("nose", "tail"))
+    widths = tube(TUBE.edges, TUBE.interval, np.ones((2, 4)), n_points=2)
+    made = claim(subject=two, tube=widths)
+    with pytest.raises(InputError, match="made about"):
+        check_claim(replace(made, subject=replace(two, points=("tail", "nose"))))
+    turns = claim(subject=subject("toy", K, time_grid(0.5, 1.5), 2, 1, rotation=(TURNS,)))
+    with pytest.raises(InputError, match="made about"):
+        check_claim(replace(turns, subject=replace(turns.subject, rotation=(STAYS,))))
+
+
+def test_labels_are_for_people():
     made = claim()
-    narrower = tube(TUBE.edges, TUBE.interval * 1e-3, TUBE.final * 1e-3)
-    assert made.evidence["tube"] == TUBE.hash
-    with pytest.raises(InputError, match="made about"):
-        check_tube(replace(made, tube=narrower))
-    with pytest.raises(InputError, match="made about"):
-        claim_from_json(made.to_json(), narrower)
+    named = made.subject.with_labels({"k": ("speed [m/s]", "turn [rad]")})
+    assert derived(made, subject=named).hash == made.hash
+
+
+def test_a_claim_told_of_something_else_is_bound_to_that():
     wider = tube(TUBE.edges, TUBE.interval * 2, TUBE.final)
-    check_tube(weaker(made, wider))
-    check_tube(on_bins(made, [[0, 0.1 + 0.2, 0.5, 1], [0, 1]]))
+    for told in (
+        weaker(claim(), wider),
+        on_bins(claim(), [[0, 0.1 + 0.2, 0.5, 1], [0, 1]]),
+        derived(claim(), network="of a copy"),
+    ):
+        check_claim(told)
+        assert told.hash != claim().hash
 
 
-def test_a_claim_of_an_older_file_is_still_read():
-    old = claim().to_json()
-    del old["evidence"]["tube"]
-    assert claim_from_json(old, TUBE).eps == claim().eps
+@pytest.mark.parametrize(
+    ("words", "changes"),
+    [
+        ("bins that span K = .0, 1. x .0, 1.; along axis 0 they cover .0, 2.", {"tube": LARGER}),
+        ("K = .0, 2. x .0, 1. to be that of the law", FROM_ELSEWHERE["K"]),
+        ("tube with 2 intervals", of(time=time_grid(0.5, 1.0))),
+        ("tube of 2 reference points .nose, tail.; got 1", of(points=("nose", "tail"))),
+        ("3-D with 0 goal states", {"subject": subject("toy", K, time_grid(0.5, 1.5), 3, 0)}),
+    ],
+)
+def test_parts_that_do_not_fit_make_no_claim(words, changes):
+    with pytest.raises(InputError, match=words) as caught:
+        claim(**changes)
+    assert "\n" not in str(caught.value)
+
+
+def test_a_claim_of_an_older_file_is_refused():
+    with pytest.raises(InputError, match=r"format parc_jax\.claim/2"):
+        claim_from_json(claim().to_json() | {"format": "parc_jax.claim/1"}, TUBE)

@@ -1,6 +1,5 @@
 """Tubes of faces: the same claims as boxes give, by plain loops; faces that fit are smaller."""
 
-from dataclasses import replace
 from fractions import Fraction
 
 import jax
@@ -12,7 +11,8 @@ from turning_bar import Bar
 
 from parc_jax.claim.by_bin import calibrate_bins
 from parc_jax.claim.calibrate import calibrate, scaled
-from parc_jax.claim.claim import load_claim, on_bins, weaker
+from parc_jax.claim.claim import derived, on_bins, weaker
+from parc_jax.claim.claim_file import load_claim
 from parc_jax.claim.faces import faces
 from parc_jax.claim.fitting import fitted_profile, with_principal_axes
 from parc_jax.claim.intersample import SpeedBound
@@ -155,9 +155,7 @@ def test_every_kind_of_claim_holds_the_runs_it_was_sized_by(profile, holdout, tr
     assert inside_tube(one, NET, holdout).all() and one.tube.templates is not None
     kept = calibrate(NET, holdout, profile, 5e-2, 1e-3, discard="most", train=train)
     assert (~inside_tube(kept, NET, holdout)).sum() == kept.discard > 0
-    by_bin = calibrate_bins(
-        NET, score_batch(NET, holdout, profile), profile, 0.1, 1e-2, time=holdout.time
-    )
+    by_bin = calibrate_bins(NET, score_batch(NET, holdout, profile), profile, 0.1, 1e-2)
     assert inside_tube(by_bin, NET, holdout).all()
     assert np.ptp([h[0, 0] for h in by_bin.tube.templates.interval.half[:, 3]]) > 0
     watched = monitor(one, NET).observe(holdout)
@@ -221,7 +219,7 @@ def test_a_tube_of_faces_travels(profile, holdout, tmp_path):
     again = load_claim(tmp_path / "claim.json")
     assert again.tube.hash == claim.tube.hash != claim.tube.replace(templates=None).hash
     assert tube_from_json(tube_to_json(profile)).hash == profile.hash
-    model = trajectory_model(NET, claim, holdout.domain, holdout.time)
+    model = trajectory_model(NET, claim)
     read = load(model.save(tmp_path / "model.npz"))
     assert read.tube.hash == claim.tube.hash and "4 pairs of faces" in repr(read.tube)
     data = tube_to_json(profile)
@@ -314,7 +312,7 @@ def test_a_bin_of_200_runs_no_longer_borrows_from_its_neighbour(few, share):
 def test_the_pipeline_fits_and_the_claim_holds(train):
     system = plant(slanted)
     claim = bound_error(NET, system, KEY, 5e-2, 1e-2, train=train, shape="fitted", quiet=True)
-    assert claim.tube.templates is not None and claim.evidence["tube"] == claim.tube.hash
+    assert claim.tube.templates is not None
     new = collect(system, jax.random.PRNGKey(5), 4000, Stage.VALIDATE, quiet=True)
     assert (~inside_tube(claim, NET, new)).mean() <= 0.05
     with pytest.raises(InputError, match="shape: expected one of"):
@@ -331,7 +329,7 @@ def test_an_update_keeps_the_shape(profile, train, holdout):
     fresh = collect(plant(slanted), jax.random.PRNGKey(9), 700, quiet=True)
     _, new = update(claim, NET, train, fresh, bins=(3, 1))
     assert new.tube.templates is not None
-    _, new = update(replace(claim, tube=training_profile(NET, train)), NET, train, fresh)
+    _, new = update(derived(claim, tube=training_profile(NET, train)), NET, train, fresh)
     assert new.tube.templates is None
 
 

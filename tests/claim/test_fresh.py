@@ -81,7 +81,7 @@ def test_the_score_of_a_group_is_its_worst(held, profile):
     worst = scores.score.reshape(25, 4).max(axis=1)
     assert claim.n == 25 and float.fromhex(claim.evidence["scale"]) == np.sort(worst)[-4]
     with pytest.raises(InputError, match="come in groups"):
-        calibrate_bins(NET, scores, profile, 0.5, 0.05, time=held.time)
+        calibrate_bins(NET, scores, profile, 0.5, 0.05)
     asked = calibrate(NET, batch, profile, 1e-3, 0.05)
     assert "(needs 2,995 recordings) was asked; 25 recordings do not" in asked.statement()
     assert "25 recordings of file:log" in repr(claim)

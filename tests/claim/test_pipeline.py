@@ -7,7 +7,8 @@ import pytest
 from synthetic_plants import Plant, noisy, plant, straight, straight_network
 
 import parc_jax as pj
-from parc_jax.claim.claim import check_tube
+from parc_jax.claim.calibrate import calibrate
+from parc_jax.claim.claim import check_claim
 from parc_jax.claim.update import update
 from parc_jax.experiment.learn import learn, learn_recorded
 from parc_jax.experiment.settings import Study
@@ -82,7 +83,7 @@ def test_python_and_shell_make_the_same_claim(tmp_path):
     )
     assert again.to_json() == learned.main.claim.to_json()
     assert again.tube.hash == learned.main.tube.hash
-    check_tube(again)
+    check_claim(again)
 
 
 def test_an_update_keeps_the_declared_start():
@@ -124,7 +125,30 @@ def test_networks_and_claims_about_the_same_runs_split_delta():
         search=0,
     )
     runs = SystemRuns(system, KEY, 0, None, True)
-    made = bound_errors([NET, NET], runs, None, asked, StartTrial(0.0, None), system.time, key=KEY)
+    made = bound_errors([NET, NET], runs, None, asked, StartTrial(0.0, None), key=KEY)
     claims = [claim for of_one in made for claim in of_one]
     assert len(claims) == 4 and {claim.looks for claim in claims} == {4}
     assert {claim.eps for claim in claims} == {supported_eps(100, 0.05 / 4)}
+
+
+class Resting(Plant):
+    """Nobody may run it."""
+
+    def rollout(self, key, k):
+        raise AssertionError("run")
+
+
+def test_a_profile_over_another_k_is_refused_before_the_first_run():
+    """Its bins reach beyond what will be run: there would be plans at k that nobody ever ran."""
+    base = plant(noisy)
+    robot = Resting(base.domain, base.time, base.run)
+    edges = [np.array([0.0, 0.5, 2.0]), np.array([0.0, 1.0])]
+    larger = pj.tube(edges, np.full((2, 4, 2), 0.1), np.full((2, 3), 0.1))
+    train, held = (collect(base, KEY, 60, s, quiet=True) for s in (Stage.TRAIN, Stage.BOUND))
+    words = r"bins that span K = \[0, 1\] x \[0, 1\]; along axis 0 they cover \[0, 2\]"
+    with pytest.raises(pj.InputError, match=words):
+        pj.bound_error(NET, robot, KEY, 0.1, 0.05, profile=larger, train=train, quiet=True)
+    with pytest.raises(pj.InputError, match=words):
+        pj.bound_error(NET, held, None, 0.1, 0.05, profile=larger, train=train)
+    with pytest.raises(pj.InputError, match=words):
+        calibrate(NET, held, larger, 0.1, 0.05)

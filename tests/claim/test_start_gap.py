@@ -11,7 +11,7 @@ import pytest
 from synthetic_plants import noisy, plant
 from toy_models import line_model
 
-from parc_jax.claim.claim import claim_from_json
+from parc_jax.claim.claim_file import claim_from_json
 from parc_jax.claim.measure import measure
 from parc_jax.claim.start_gap import allow_for_start, try_starts
 from parc_jax.errors import InputError

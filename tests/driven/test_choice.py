@@ -10,6 +10,7 @@ import pytest
 import toy_driven as toy
 from synthetic_plants import plant, straight
 
+from parc_jax.claim.claim import derived
 from parc_jax.claim.counts import clopper_pearson, required_runs
 from parc_jax.claim.risk import NoStatement
 from parc_jax.driven.local_model import Local
@@ -48,7 +49,7 @@ def test_without_a_system_the_jitter_is_all_that_is_said(chosen):
 
 def test_jitter_promises_nothing_where_k_was_not_uniform(chosen):
     claim = chosen.model.claim
-    logged = replace(claim, law=replace(claim.law, k_law="logged"))
+    logged = derived(claim, law=replace(claim.law, k_law="logged"))
     other = replace(chosen, model=chosen.model.replace(claim=logged))
     assert isinstance(other.jitter_risk(), NoStatement)
 

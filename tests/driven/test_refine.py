@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 import toy_driven as toy
 from synthetic_plants import plant
+from toy_models import told
 
 from parc_jax.checker import check_answer
 from parc_jax.driven.local_model import Local
@@ -50,8 +51,7 @@ def test_the_score_is_the_least_margin_under_all_of_the_tube_or_a_part(rng):
     assert (plans.room == np.minimum(np.minimum(e.goal, e.start), e.clearance)).all()
     assert ((plans.room > 0) == e.safe).all() and e.safe.any() and not e.safe.all()
     less = nearly_safe(model, scene, np.random.default_rng(0), part=0.5)
-    claim = dataclasses.replace(model.claim, tube=shrunk(model.tube, 0.5))
-    under = verdicts(model.replace(claim=claim), scene, less.p0, less.k)
+    under = verdicts(told(model, tube=shrunk(model.tube, 0.5)), scene, less.p0, less.k)
     assert under.safe[less.room > 0].all() and less.score == under.clearance[0]
     assert less.score > nearly_safe(model, scene, np.random.default_rng(0)).score
 

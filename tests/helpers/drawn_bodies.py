@@ -14,7 +14,6 @@ from parc_jax.model import TrajectoryModel, trajectory_model
 from parc_jax.network.relu import ReLUNetwork, relu_network
 from parc_jax.problem import ReachAvoid, goal_of_points, reach_avoid
 from parc_jax.sets.box import box
-from parc_jax.system import time_grid
 
 T = 8
 NODES = np.linspace(-1.0, 1.0, 9)  # of k_1, between which the networks are straight
@@ -59,14 +58,11 @@ def model_of_points(at: np.ndarray, points, travel, e: float) -> TrajectoryModel
     moves = np.diag([1.0, 0.0, 1.0][:n_p])
     tail = np.kron(share[:, None], np.tile(moves, (n_points, 1)))[n_p:]
     tail = np.concatenate([tail, np.zeros((1, n_k))])
-    domain = box(-np.ones(n_k), np.ones(n_k))
     n_c = n_points * n_p
     edges = [[-1.0, 1.0]] * n_k
-    claim = assumed(
-        tube(edges, np.full((1, T, n_c), e), np.full((1, n_c + 1), e), n_points), domain
-    )
+    widths = tube(edges, np.full((1, T, n_c), e), np.full((1, n_c + 1), e), n_points)
     net = straight_between(outputs, n_k, tail)
-    return trajectory_model(net, claim, domain, time_grid(1 / T, 1.0), "toy", points=points)
+    return trajectory_model(net, assumed(net, widths, points=points))
 
 
 def car(e: float = 0.01, parts: int = 1) -> tuple[TrajectoryModel, ReachAvoid]:

@@ -12,7 +12,6 @@ from parc_jax.model import TrajectoryModel, trajectory_model
 from parc_jax.network.relu import relu_network
 from parc_jax.problem import ReachAvoid, goal_of_points, reach_avoid
 from parc_jax.sets.box import box
-from parc_jax.system import time_grid
 
 HIDDEN = (7, 6)
 
@@ -49,7 +48,6 @@ def points_model(
     last = (moves + turns).reshape(-1, HIDDEN[-1])[n_p:]
     last = np.concatenate([last, 0.2 * rng.normal(size=(n_q, HIDDEN[-1]))])
     net = relu_network([*weights, last], [*biases, np.concatenate([at_zero, np.zeros(n_q)])])
-    domain = box([-1, -1], [1, 1])
     n_bins = int(np.prod(bins))
     edges = [np.linspace(-1, 1, n + 1) for n in bins]
     during, at_end = (n_bins, T, n_c), (n_bins, n_c + n_q)
@@ -61,9 +59,7 @@ def points_model(
         )
     else:
         errors = tube(edges, rng.uniform(0, 2 * size, during), rng.uniform(0, 2 * size, at_end), m)
-    claim = assumed(errors, domain)
-    names = tuple(f"c{i}" for i in range(m))
-    return trajectory_model(net, claim, domain, time_grid(1.0 / T, 1.0), "toy", points=names)
+    return trajectory_model(net, assumed(net, errors, points=tuple(f"c{i}" for i in range(m))))
 
 
 def random_faces(

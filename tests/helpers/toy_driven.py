@@ -42,7 +42,7 @@ def model(run=gusty):
     train = collect(system, key, 100, quiet=True)
     options = {"eps": 0.1, "delta": 0.05, "bins": (1, 1), "search": 0, "quiet": True}
     claim = bound_error(NET, system, key, train=train, profile_runs=100, **options)
-    return pj.trajectory_model(NET, claim, system.domain, system.time, system.name)
+    return pj.trajectory_model(NET, claim)
 
 
 @functools.cache

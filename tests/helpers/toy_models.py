@@ -3,33 +3,45 @@ random obstacles.
 """
 
 import itertools
+from dataclasses import replace
 
 import numpy as np
 
 from parc_jax.body import Polygon
-from parc_jax.claim.claim import ErrorClaim, error_claim
+from parc_jax.claim.claim import ErrorClaim, derived, error_claim
 from parc_jax.claim.tube import Tube, tube
 from parc_jax.model import TrajectoryModel, trajectory_model
 from parc_jax.network.relu import ReLUNetwork, relu_network
 from parc_jax.problem import ReachAvoid, reach_avoid
 from parc_jax.rollout.law import law_spec
+from parc_jax.rollout.subject import subject
 from parc_jax.sets.box import Box, box
 from parc_jax.sets.hpolytope import HPolytope, hpolytope
-from parc_jax.system import time_grid
+from parc_jax.system import TimeGrid, time_grid
 
 
-def assumed(error_tube: Tube, domain: Box) -> ErrorClaim:
-    """A claim whose tube is simply assumed."""
+def assumed(
+    net: ReLUNetwork,
+    error_tube: Tube,
+    time: TimeGrid | None = None,
+    system: str = "toy",
+    points=None,
+) -> ErrorClaim:
+    """A claim whose tube is simply assumed, one second long where no grid is given."""
+    domain = box([e[0] for e in error_tube.edges], [e[-1] for e in error_tube.edges])
+    time = time_grid(1.0 / error_tube.n_steps, 1.0) if time is None else time
     return error_claim(
         kind="assumed",
         tube=error_tube,
+        subject=subject(system, domain, time, error_tube.n_p, error_tube.n_q, points),
+        network=net.hash,
         quantifier="assumed for every run",
         eps=None,
         delta=None,
         n=0,
         discard=0,
         looks=1,
-        law=law_spec("toy", domain),
+        law=law_spec(system, domain),
         assumptions=("THE TUBE HOLDS",),
     )
 
@@ -41,9 +53,19 @@ def model_of(net: ReLUNetwork, domain: Box, interval, final, edges=None) -> Traj
     edges = (
         [[lo, hi] for lo, hi in zip(domain.lo, domain.hi, strict=True)] if edges is None else edges
     )
-    claim = assumed(tube(edges, interval, final), domain)
-    T = claim.tube.interval.shape[1]
-    return trajectory_model(net, claim, domain, time_grid(1.0 / T, 1.0), "toy")
+    return trajectory_model(net, assumed(net, tube(edges, interval, final)))
+
+
+def told(model: TrajectoryModel, net=None, tube: Tube | None = None, **about) -> TrajectoryModel:
+    """The model told of another network, tube, or of another time, rotation, system, ...: whatever
+    its claim said of it is not shown.
+    """
+    net = model.net if net is None else net
+    tube = model.tube if tube is None else tube
+    subject = replace(model.claim.subject, **about)
+    return model.replace(
+        net=net, claim=derived(model.claim, network=net.hash, tube=tube, subject=subject)
+    )
 
 
 def uniform_tube(T: int, e: float = 0.0, final: float | None = None, n_q: int = 1):

@@ -56,8 +56,6 @@ def straight_bar():
     b[:-1] = np.where(place % layout.n_c == 3, LENGTH, 0.0)
     W[-1, 1] = 1.0
     edges = [[lo, hi] for lo, hi in zip(Bar.domain.lo, Bar.domain.hi, strict=True)]
-    claim = assumed(
-        zero_tube(edges, layout.n_steps, layout.n_c, layout.n_c + 1, n_points=2), Bar.domain
-    )
+    none = zero_tube(edges, layout.n_steps, layout.n_c, layout.n_c + 1, n_points=2)
     net = relu_network([W], [b])
-    return trajectory_model(net, claim, Bar.domain, Bar.time, "bar", points=Bar.points)
+    return trajectory_model(net, assumed(net, none, Bar.time, "bar", Bar.points))

@@ -40,7 +40,7 @@ def pac(answer):
 def scores_of(k, score, worst):
     from parc_jax.claim.score import Scores
 
-    return Scores(np.arange(len(k)), k, score, worst, None, None, None, None)
+    return Scores(np.arange(len(k)), k, score, worst, None, None, None, None, None)
 
 
 def test_samples_show_starts_tubes_and_failed_runs(answer, tmp_path):

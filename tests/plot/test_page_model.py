@@ -4,12 +4,12 @@ parts, in the plane and in space.
 
 import json
 import subprocess
-from dataclasses import replace
 
 import numpy as np
 import pytest
 from drawn_bodies import car
 from toy_bodies import points_model, points_problem
+from toy_models import told
 
 from parc_jax.claim.faces import faces
 from parc_jax.claim.tube import fitted_tube
@@ -70,8 +70,7 @@ def fitted_case(n_p):
             rng.uniform(0.01, 0.04, (old.n_bins, n_end)),
             frames=True,
         )
-        claim = replace(model.claim, tube=fitted_tube(old.edges, during, at_end))
-        return model.replace(claim=claim), problem
+        return told(model, tube=fitted_tube(old.edges, during, at_end)), problem
 
     return case
 

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from doubted import corners_and_inside
 from toy_bodies import points_model, points_problem
-from toy_models import anchored_plans, line_model, toy_case
+from toy_models import anchored_plans, line_model, told, toy_case
 
 import parc_jax as pj
 from parc_jax.doubt import Doubt
@@ -43,15 +43,14 @@ def turned(model, angle: float, widths: bool = False):
     b[:n] = np.einsum("pa,ta->tp", R, b[:n].reshape(-1, 2)).ravel()
     b[n:] += angle * np.array([word == TURNS for word in model.rotation])
     net = relu_network([*model.net.weights[:-1], W], [*model.net.biases[:-1], b])
-    claim = model.claim
+    tube = model.tube
     if widths:
         across = np.abs(R)
-        tube = claim.tube
         interval = np.einsum("pa,bta->btp", across, tube.interval)
         final = np.array(tube.final)
         final[:, :2] = final[:, :2] @ across.T
-        claim = replace(claim, tube=replace(tube, interval=interval, final=final))
-    return replace(model, net=net, claim=claim)
+        tube = replace(tube, interval=interval, final=final)
+    return told(model, net, tube)
 
 
 @pytest.mark.parametrize("angle", [1e-6, 0.003, 0.1, 0.5, 0.99])
@@ -79,11 +78,11 @@ def test_a_line_that_cuts_the_circle_is_no_side():
 def test_a_scene_seen_from_a_pose_is_the_scene(rng):
     """With no errors a robot that turns is the model turned: the same verdicts, with both."""
     model, problem = toy_case(0)
-    model = replace(model, rotation=(TURNS,))
+    model = told(model, rotation=(TURNS,))
     still = replace(
         model.claim.tube, interval=model.claim.tube.interval * 0, final=model.claim.tube.final * 0
     )
-    model = replace(model, claim=replace(model.claim, tube=still))
+    model = told(model, tube=still)
     heading = 0.7
     world = turned(model, heading)
     p0, k = anchored_plans(rng, world, 40)
@@ -100,7 +99,7 @@ def test_a_scene_seen_from_a_pose_is_the_scene(rng):
 @pytest.mark.slow
 def test_plans_withstand_every_heading_within_the_angle(rng):
     model, problem = toy_case(4)
-    model = replace(model, rotation=(TURNS,))
+    model = told(model, rotation=(TURNS,))
     asked = plain(problem.replace(doubt=Doubt(heading=0.05, start=0.01)), model)
     p0, k = anchored_plans(rng, model, 400)
     safe = verdicts(asked.model, scene_of(asked.problem, asked.model), p0, k).safe
@@ -117,7 +116,7 @@ def test_plans_withstand_every_heading_within_the_angle(rng):
 def test_a_less_certain_heading_never_adds_plans(rng):
     """On these plans; an angle of zero is no doubt at all."""
     model, problem = toy_case(4)
-    model = replace(model, rotation=(TURNS,))
+    model = told(model, rotation=(TURNS,))
     p0, k = anchored_plans(rng, model, 400)
     assert plain(problem.replace(doubt=Doubt(heading=0.0)), model) == plain(problem, model)
     before = verdicts(model, scene_of(problem, model), p0, k).safe
@@ -134,7 +133,7 @@ def test_a_less_certain_heading_never_adds_plans(rng):
 @pytest.mark.slow
 def test_a_goal_of_named_points_is_one_of_their_copies(rng):
     """Its names are checked against the robot's own points, before there are copies."""
-    model = replace(points_model(rng), rotation=(STAYS,))
+    model = told(points_model(rng), rotation=(STAYS,))
     problem = points_problem(rng, model, n_obstacles=0)
     doubt = Doubt(heading=0.02, k={0: 0.01})
     asked = [
@@ -156,7 +155,7 @@ def test_a_goal_of_named_points_is_one_of_their_copies(rng):
 def here():
     """A model with rotation, a problem, and the answer from a pose."""
     model, problem = toy_case(0)
-    model = replace(model, rotation=(TURNS,))
+    model = told(model, rotation=(TURNS,))
     free = Planner(model).solve(problem, KEY, SMALL.replace(n_samples=1, budget_s=0.0))
     at = [*free.samples[0, :2], 0.0]
     return model, problem, at, Planner(model).solve(problem, KEY, SMALL, at=at)
@@ -193,7 +192,7 @@ def test_what_is_no_pose_is_refused(here):
     planner = Planner(model)
     with pytest.raises(InputError, match="at: expected x, y or x, y, heading; got 4 numbers"):
         planner.solve(problem, KEY, SMALL, at=[*at, 1.0])
-    plain_model = replace(model, rotation=None)
+    plain_model = told(model, rotation=None)
     with pytest.raises(InputError, match="at: expected a planar system that declares rotation"):
         Planner(plain_model).solve(problem, KEY, SMALL, at=at)
     with pytest.raises(InputError, match="doubt heading: expected a planar system that declares"):
@@ -231,7 +230,7 @@ def test_rotation_is_declared_word_by_word():
 
 
 def test_a_model_keeps_what_its_system_declares(tmp_path):
-    model = replace(line_model(), rotation=(STAYS,))
+    model = told(line_model(), rotation=(STAYS,))
     assert pj.load(model.save(tmp_path / "model.npz")).rotation == (STAYS,)
     assert pj.load(line_model().save(tmp_path / "other.npz")).rotation is None
 

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from dense_oracle import distance, polygon_corners
 from synthetic_plants import between_knots, disturbed, exact, plant, straight_network
-from toy_models import model_of
+from toy_models import model_of, told
 
 import parc_jax
 from parc_jax import checker
@@ -35,9 +35,8 @@ def straight_model(system, e, bins=1):
     """
     edges = [np.linspace(0, 1, bins + 1), [0.0, 1.0]]
     interval, final = np.full((bins, T, 2), float(e)), np.full((bins, 3), float(e))
-    return model_of(straight_network(T), system.domain, interval, final, edges).replace(
-        time=system.time, system=system.name
-    )
+    line = model_of(straight_network(T), system.domain, interval, final, edges)
+    return told(line, time=system.time, system=system.name)
 
 
 def problem_with(wall, radius=0.05):

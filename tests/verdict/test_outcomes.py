@@ -1,11 +1,10 @@
 """Distances of recorded runs, told by facets where they can be, against every hull measured."""
 
-import dataclasses
-
 import jax
 import jax.numpy as jnp
 import numpy as np
 import pytest
+from toy_models import told
 from turning_bar import Bar, straight_bar
 
 import parc_jax as pj
@@ -102,7 +101,7 @@ def test_a_contradiction_among_many_is_reported():
     model = straight_bar()
     tube = model.claim.tube
     wide = tube.replace(interval=tube.interval + 5, final=tube.final + 5)
-    model = model.replace(claim=dataclasses.replace(model.claim, tube=wide))
+    model = told(model, tube=wide)
     reached, touched = reached_and_touched(scene, runs, p0)
     failed = (touched | ~reached).sum()
     assert 0 < (touched & ~reached).sum() < failed < 300

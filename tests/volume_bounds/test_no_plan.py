@@ -7,7 +7,7 @@ from fractions import Fraction
 
 import numpy as np
 import pytest
-from toy_models import assumed, line_model, model_of, random_network
+from toy_models import line_model, model_of, random_network, told
 
 from benchmarks.shaped import fitted
 from parc_jax import checker, methods
@@ -166,7 +166,7 @@ def test_the_reason_is_about_all_faces_together_and_not_about_one_frame():
     at_end = faces(ends, np.zeros((1, 6)), [[0.5, 0.05, 0.1, 0.2, 0.9, 0.1]], frames=True)
     shape = (1, line.time.n_steps, 1, 2)
     during = faces(np.broadcast_to(np.eye(2), (*shape, 2)), np.zeros(shape), np.full(shape, 1.0))
-    model = line.replace(claim=assumed(fitted_tube(line.tube.edges, during, at_end), line.domain))
+    model = told(line, tube=fitted_tube(line.tube.edges, during, at_end))
     for width, words in ((0.7, None), (0.4, "axis 0 is 0.4 wide")):
         problem = reach_avoid(box([0, -1, -1], [width, 1, 1]), FAR, 0.1)
         said = no_end_fits(scene_of(problem, model), model)

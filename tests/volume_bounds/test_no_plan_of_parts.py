@@ -10,7 +10,7 @@ import pytest
 from scipy.optimize import linprog, nnls
 from scipy.spatial import HalfspaceIntersection
 from toy_bodies import points_model, points_problem
-from toy_models import assumed
+from toy_models import assumed, told
 
 from parc_jax import checker
 from parc_jax.body import Disc, Part, Polygon, body_of, hull, numbered
@@ -26,7 +26,6 @@ from parc_jax.problem import goal_of_points, reach_avoid
 from parc_jax.sets.box import box
 from parc_jax.sets.hpolytope import hpolytope
 from parc_jax.settings import Settings
-from parc_jax.system import time_grid
 from parc_jax.verdict.scene import scene_of
 from parc_jax.volume_bounds.bin_errors import end_rows
 from parc_jax.volume_bounds.no_plan import prove_no_plan
@@ -58,16 +57,12 @@ def bar_model(
     W = np.kron(knots[:, None], np.eye(n_p, 2))[n_p:]
     bar = np.tile([*np.zeros(n_p), length, *np.zeros(n_p - 1)], T + 1)[n_p:]
     net = relu_network([np.concatenate([W, [[1.0, 0.0]]])], [np.append(bar, 0.0)])
-    domain = box([-1, -1], [1, 1])
     nothing = zero_tube([[-1.0, 1.0]] * 2, T, 2 * n_p, 2 * n_p + 1, 2)
     wide = nothing.replace(interval=nothing.interval + e, final=nothing.final + e)
     if fitted:
         during = between_faces(by_point(wide.interval, 2), **of_faces)
         wide = fitted_tube(wide.edges, during, between_faces(wide.final))
-    claim = assumed(wide, domain)
-    return trajectory_model(
-        net, claim, domain, time_grid(1 / T, 1.0), "toy", points=("tail", "tip")
-    )
+    return trajectory_model(net, assumed(net, wide, points=("tail", "tip")))
 
 
 def ending(model, obstacles, body):
@@ -113,7 +108,7 @@ def test_slanted_faces_make_room_that_a_box_has_not(bins):
     model = bar_model(e=0.3, length=0.0, fitted=True, across=0.02 * np.sqrt(2))
     goal = goal_of_points(model.points, {"tail": box([-0.4, -0.4], [0.4, 0.4])}, box([-1], [1]))
     edges = [np.linspace(-1, 1, bins + 1), [-1.0, 1.0]]
-    model = model.replace(claim=assumed(refined(model.tube, edges), model.domain))
+    model = told(model, tube=refined(model.tube, edges))
     kinds = []
     for gap in (0.4, 0.52, 0.55, 0.7):
         walls = []
@@ -179,7 +174,7 @@ def test_ends_keep_to_the_last_interval_too():
     wide = model.tube.templates.final
     wide = wide.with_half(4 * wide.half)
     tube = fitted_tube(model.tube.edges, model.tube.templates.interval, wide)
-    model = model.replace(claim=assumed(tube, model.domain))
+    model = told(model, tube=tube)
     # 0.1 wide, as much as the errors of the last interval: at 0.09 nothing fits
     for width, kind in ((0.09, "proved"), (0.25, "undecided")):
         goal = goal_of_points(

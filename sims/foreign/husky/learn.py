@@ -17,14 +17,13 @@ from parc_jax.claim.measure import measure
 from parc_jax.claim.pipeline import bound_error
 from parc_jax.claim.tube import Tube, tube
 from parc_jax.keys import Stage
-from parc_jax.labels import Labels
 from parc_jax.model import TrajectoryModel, trajectory_model
 from parc_jax.network.relu import ReLUNetwork
 from parc_jax.network.train import train
 from parc_jax.rollout.batch import RolloutBatch
 from parc_jax.rollout.collect import collect
 from sims.foreign.husky import params as c
-from sims.foreign.husky.log import K_LABELS, NAME, Log, domain, grid, recorded, windows
+from sims.foreign.husky.log import Log, domain, grid, recorded, windows
 from sims.foreign.husky.twist import TwistModel, identify
 
 HIDDEN = (24, 24)
@@ -99,8 +98,7 @@ def claimed(net: ReLUNetwork, runs: Halves, eps: float, discard: int | str = 0) 
         train=runs.train,
         discard=discard,
     )
-    labels = Labels(("x [m]", "y [m]"), (), K_LABELS)
-    return trajectory_model(net, claim, domain(), runs.held.time, NAME, labels, runs.held.points)
+    return trajectory_model(net, claim)
 
 
 def first_look(net: ReLUNetwork, runs: RolloutBatch) -> list[dict]:

@@ -109,4 +109,5 @@ def recorded(log: Log, begin: float = c.STEADY) -> RolloutBatch:
         rows=log.number,
         groups=log.number,
         points=POINTS,
+        labels={"k": K_LABELS},
     )

@@ -17,7 +17,6 @@ import numpy as np
 from parc_jax.claim.monitor import inside_tube
 from parc_jax.claim.pipeline import bound_error
 from parc_jax.claim.profile import training_profile
-from parc_jax.labels import Labels
 from parc_jax.model import trajectory_model
 from parc_jax.planner import Planner
 from parc_jax.rollout.batch import worst_by_group
@@ -25,7 +24,6 @@ from parc_jax.settings import Settings
 from sims.foreign.husky import params as c
 from sims.foreign.husky.again import again
 from sims.foreign.husky.learn import DELTA, trained
-from sims.foreign.husky.log import K_LABELS
 from sims.foreign.husky.scenario import BAY_LENGTH, BAY_WIDTH, problem
 from sims.foreign.husky.twist import TwistModel, identify
 from sims.foreign.husky.windows import SECONDS, read_windows
@@ -53,10 +51,7 @@ def trial(
     net = trained(TwistModel(twist, cut.runs.domain, time, size), key)
     profile = training_profile(net, fine.runs, (1, 1), c.POSE_NOISE)
     claim = bound_error(net, sizing.runs, None, 0.1, DELTA, profile=profile, train=train.runs)
-    labels = Labels(("x [m]", "y [m]"), (), K_LABELS)
-    model = trajectory_model(
-        net, claim, cut.runs.domain, time, cut.runs.name, labels, cut.runs.points
-    )
+    model = trajectory_model(net, claim)
     bay = problem(BAY_WIDTH * size[1] / c.WIDTH, BAY_LENGTH * size[0] / c.LENGTH)
     answer = Planner(model).solve(bay, key, Settings(n_samples=20, budget_s=BUDGET, polytopes=True))
     left = worst_by_group(~inside_tube(claim, net, later.runs), later.runs.groups)

@@ -11,7 +11,7 @@ from parc_jax.rollout.batch import RolloutBatch, rollout_batch
 from parc_jax.rollout.law import law_spec
 from parc_jax.sets.box import box
 from parc_jax.system import TimeGrid, time_grid
-from sims.foreign.husky.log import read_arrays
+from sims.foreign.husky.log import K_LABELS, read_arrays
 from sims.rectangle import POINTS, centre_and_corners
 
 _NEEDED = ("t", "p", "yaw", "fresh", "cmd_wheel", "cmd_const", "command_id", "window", "suspect")
@@ -72,6 +72,7 @@ def read_windows(
         law=law_spec(f"file:{path.name}", domain, "logged"),
         groups=command,
         points=POINTS,
+        labels={"k": K_LABELS},
     )
     return Cut(places, headings, runs)
 

@@ -1,0 +1,70 @@
+"""A claim again from its file: what is read is what was made, or it is refused."""
+
+import json
+from fractions import Fraction
+from pathlib import Path
+
+from parc_jax.claim.claim import FORMAT, KINDS, ErrorClaim, check_claim
+from parc_jax.claim.tube import Tube
+from parc_jax.claim.tube_file import tube_from_json
+from parc_jax.errors import InputError
+from parc_jax.rollout.law import LawSpec
+from parc_jax.rollout.subject import subject_from_json
+from parc_jax.spelling import nearest_floats
+
+
+def claim_from_json(data: dict, error_tube: Tube) -> ErrorClaim:
+    """The claim of `to_json`, about the given tube. Raises InputError on missing or foreign
+    fields, and when it was made about anything else.
+    """
+    try:
+        if data["format"] != FORMAT or data["kind"] not in KINDS:
+            raise InputError(
+                f"claim: expected format {FORMAT}, kind one of {KINDS}; got {data['format']}, "
+                f"{data['kind']}."
+            )
+        law = data["law"]
+        pairs = tuple((name, value) for name, value in law["parameters"])
+        claim = ErrorClaim(
+            kind=data["kind"],
+            tube=error_tube,
+            subject=subject_from_json(data["subject"]),
+            network=data["network"],
+            quantifier=data["quantifier"],
+            eps=_parse(data["eps"]),
+            delta=_parse(data["delta"]),
+            n=data["n"],
+            discard=data["discard"],
+            looks=data["looks"],
+            law=LawSpec(law["generator"], pairs, law["k_law"], tuple(law["lo"]), tuple(law["hi"])),
+            assumptions=tuple(data["assumptions"]),
+            evidence=data["evidence"],
+            bin_eps=None if data["bin_eps"] is None else tuple(_parse(e) for e in data["bin_eps"]),
+            intersample=tuple(nearest_floats(data["intersample"])),
+            hash=data["hash"],
+        )
+        check_claim(claim)
+        return claim
+    except (KeyError, TypeError, AttributeError) as error:
+        raise InputError(
+            f"claim: expected the fields of ErrorClaim.to_json; {type(error).__name__}: {error}."
+        ) from None
+
+
+def load_claim(path) -> ErrorClaim:
+    """A claim written by `ErrorClaim.save`. Raises InputError when the file is missing, truncated
+    or foreign.
+    """
+    try:
+        data = json.loads(Path(path).read_text())
+        return claim_from_json(data["claim"], tube_from_json(data["tube"]))
+    except FileNotFoundError:
+        raise InputError(f"{path}: no such file.") from None
+    except (json.JSONDecodeError, KeyError, TypeError) as error:
+        raise InputError(
+            f"{path}: expected a complete claim file; got {type(error).__name__}: {error}."
+        ) from None
+
+
+def _parse(text: str | None) -> Fraction | None:
+    return None if text is None else Fraction(text)

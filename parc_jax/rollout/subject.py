@@ -1,0 +1,125 @@
+"""What runs are about, and so what a claim about them is about: whose they are, over which K, on
+which time grid, of which points.
+"""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+
+from parc_jax.labels import Labels, labels_of
+from parc_jax.labels import labels as valid_labels
+from parc_jax.sets.box import Box, box
+from parc_jax.spelling import hex_text, nearest_floats
+from parc_jax.system import (
+    ONE_POINT,
+    TimeGrid,
+    check_points,
+    check_rotation,
+    points_of,
+    rotation_of,
+    time_grid,
+)
+
+
+@dataclass(frozen=True, eq=False)
+class Subject:
+    """What runs, a claim about them and a model that has it are about. Build with `subject`, which
+    validates, or `subject_of`.
+
+    system: name of the black box. domain: K. time: knots, records and horizon. points: names of the
+    robot's reference points, in the order of their coordinates. rotation: what the system declares
+    of the heading, as `rotation_of` has it. labels: what coordinates are called, for people.
+    """
+
+    system: str
+    domain: Box
+    time: TimeGrid
+    points: tuple[str, ...]
+    rotation: tuple[str, ...] | None
+    labels: Labels
+
+    @property
+    def n_p(self) -> int:
+        """Dimension of the workspace."""
+        return len(self.labels.p)
+
+    @property
+    def n_q(self) -> int:
+        """Number of further goal states."""
+        return len(self.labels.q)
+
+    @property
+    def identity(self) -> dict:
+        """All but what is for people alone, as plain values: two subjects with the same identity
+        are the same.
+        """
+        return {
+            "system": self.system,
+            "domain": {"lo": hex_text(self.domain.lo), "hi": hex_text(self.domain.hi)},
+            "time": hex_text([self.time.dt, self.time.t_f, self.time.dt_record]),
+            "n_p": self.n_p,
+            "n_q": self.n_q,
+            "points": list(self.points),
+            "rotation": None if self.rotation is None else list(self.rotation),
+        }
+
+    def to_json(self) -> dict:
+        """A JSON-able dictionary; numbers are strings."""
+        words = {part: list(given) for part, given in self.labels._asdict().items()}
+        return self.identity | {"labels": words}
+
+    def with_labels(self, given: Labels | Mapping[str, Sequence[str]]) -> "Subject":
+        """The same with other labels; a mapping gives some of p, q and k. Raises InputError."""
+        new = given._asdict() if isinstance(given, Labels) else dict(given)
+        named = valid_labels(self.n_p, self.n_q, self.domain.n, **(self.labels._asdict() | new))
+        return replace(self, labels=named)
+
+
+def subject(
+    system: str,
+    domain: Box,
+    time: TimeGrid,
+    n_p: int,
+    n_q: int,
+    points: Sequence[str] | None = None,
+    rotation: Sequence[str] | None = None,
+    labels: Labels | Mapping[str, Sequence[str]] | None = None,
+) -> Subject:
+    """Validated subject. labels: `Labels`, or a mapping of some of p, q and k; what is not given
+    has plain ones. Raises InputError.
+    """
+    given = labels._asdict() if isinstance(labels, Labels) else dict(labels or {})
+    return Subject(
+        str(system),
+        domain,
+        time,
+        ONE_POINT if points is None else check_points("runs", tuple(points)),
+        None if rotation is None else check_rotation("runs", rotation, n_p, n_q),
+        valid_labels(n_p, n_q, domain.n, **given),
+    )
+
+
+def subject_of(system) -> Subject:
+    """What the runs of a black box are about. Raises InputError."""
+    return Subject(
+        system.name,
+        system.domain,
+        system.time,
+        points_of(system),
+        rotation_of(system),
+        labels_of(system),
+    )
+
+
+def subject_from_json(data: dict) -> Subject:
+    """The subject of `Subject.to_json`. Raises InputError; KeyError, TypeError for what is none."""
+    lo, hi = (nearest_floats(data["domain"][side]) for side in ("lo", "hi"))
+    return subject(
+        data["system"],
+        box(lo, hi),
+        time_grid(*nearest_floats(data["time"])),
+        data["n_p"],
+        data["n_q"],
+        data["points"],
+        data["rotation"],
+        data["labels"],
+    )
