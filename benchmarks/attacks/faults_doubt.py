@@ -74,6 +74,20 @@ DOUBT = (
         (EXECUTIONS + "test_bounds_under_doubt_say_what_they_are_about",),
     ),
     Fault(
+        "a_path_with_the_tube_of_one_bin",
+        "answer.path.nominal_path",
+        "model.tube.widest_at(k[None])",
+        "(w[model.tube.bin_of(k[None])] for w in (model.tube.interval, model.tube.final))",
+        ("tests/answer/test_path.py::test_on_an_edge_the_wider_bin_counts",),
+    ),
+    Fault(
+        "an_obstacle_rounded_inward",
+        "hull.polytope_around",
+        "np.array([round_up(exact_support(exact, w))",
+        "np.array([float(exact_support(exact, w))",
+        ("tests/sets/test_hull.py::test_every_vertex_is_inside_and_nothing_far_from_them",),
+    ),
+    Fault(
         "a_sentence_names_what_is_not_there",
         "sentences.about_plans",
         "in told.items() if n]",

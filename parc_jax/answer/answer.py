@@ -14,6 +14,7 @@ import numpy as np
 from parc_jax.answer import cut
 from parc_jax.answer.findings import Findings
 from parc_jax.answer.numbers import density_of_k, risk_of_draw, safe_volume
+from parc_jax.answer.path import NominalPath, nominal_path
 from parc_jax.answer.statement import as_html, one_line, statement
 from parc_jax.answer.written import written
 from parc_jax.claim.risk import NoStatement, Risk
@@ -144,6 +145,17 @@ class Answer(Findings):
                 f"{p0.shape}, {k.shape}."
             )
         return p0, k
+
+    def path(self, p0, k) -> NominalPath:
+        """Where the plan p0 (n_p,), k (n_k,) is predicted to go, with times and tube; in the frame
+        of `model`, whose points, under a doubt of execution or heading, are copies of the robot's.
+
+        Raises InputError for a plan outside of K. `save` writes it as .csv or .json.
+        """
+        starts, values = self._given("path", p0, k)
+        if len(starts) != 1:
+            raise InputError(f"path: expected one plan; got {len(starts)}. Ask one at a time.")
+        return nominal_path(self.model, starts[0], values[0])
 
     def sample(self, key: jax.Array, n: int) -> np.ndarray:
         """n plans (n, n_p + n_k) drawn uniformly from the union of `polytopes`; without any, from

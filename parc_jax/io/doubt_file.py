@@ -4,7 +4,7 @@ import numpy as np
 
 from parc_jax.doubt import Doubt
 from parc_jax.errors import InputError
-from parc_jax.io.scene_values import numbers_of, set_of, spelled_set, table_of
+from parc_jax.io.scene_values import grown_set_of, numbers_of, spelled_set, table_of
 
 ENTRIES = ("start", "heading", "k", "goal", "obstacles", "given", "unknown", "sensing_eps")
 
@@ -13,16 +13,20 @@ def doubt_of(data: dict, obstacles: list) -> Doubt | None:
     """The doubt that a scene file spells, None where it has none. Raises InputError.
 
     [doubt]      start, goal, k: half widths, one number or a list, k also by name; heading [rad];
-        obstacles: a set, lo and hi or A and b; given and unknown: parameters by name, [lo, hi] or,
-        given, a number; sensing_eps.
+        obstacles: a set, lo and hi, A and b, or vertices; given and unknown: parameters by name,
+        [lo, hi] or, given, a number; sensing_eps.
     [[obstacles]] doubt = {lo = ..., hi = ...}: of this one alone.
     """
     own = [part.get("doubt") for part in obstacles]
     if data.get("doubt") is None and not any(own):
         return None
     entries = table_of("doubt", data.get("doubt") or {}, ENTRIES)
-    seen = None if "obstacles" not in entries else set_of("doubt obstacles", entries["obstacles"])
-    sets = [seen if o is None else set_of(f"doubt of obstacle {i}", o) for i, o in enumerate(own)]
+    seen = None
+    if "obstacles" in entries:
+        seen = grown_set_of("doubt obstacles", entries["obstacles"])
+    sets = [
+        seen if o is None else grown_set_of(f"doubt of obstacle {i}", o) for i, o in enumerate(own)
+    ]
     words = {
         name: _numbers(f"doubt {name}", entries[name])
         for name in ("start", "goal", "k", "given", "unknown")

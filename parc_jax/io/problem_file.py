@@ -13,7 +13,7 @@ import numpy as np
 from parc_jax.body import Body, Disc, Part, Polygon, body_of, numbered, parts_of
 from parc_jax.errors import InputError
 from parc_jax.io.doubt_file import doubt_of, own_doubt, spelled_doubt
-from parc_jax.io.scene_values import numbers_of, set_of, spelled_set, table_of
+from parc_jax.io.scene_values import grown_set_of, numbers_of, set_of, spelled_set, table_of
 from parc_jax.labels import PARTS, Labels
 from parc_jax.model import TrajectoryModel
 from parc_jax.problem import ReachAvoid, goal_of_points, reach_avoid
@@ -30,8 +30,8 @@ def load_problem(path, points: Sequence[str] | None = None) -> ReachAvoid:
     [goal]       over (p, q) at the end: lo, hi; or rows A, b of A x <= b. With points = ["nose",
         ...] over p: where these reference points end; and [goal.q] alike over q. With [goal.q] and
         without points, all of them end there.
-    [[obstacles]] over p: lo, hi; or A, b; optionally steps = [first, last], the intervals in which
-        it exists.
+    [[obstacles]] over p: lo, hi; or A, b; or vertices = [[x, y], ...], whose hull it is; optionally
+        steps = [first, last], the intervals in which it exists.
     [body]       radius [m], or vertices = [[x, y], ...], about the first reference point; a polygon
         does not turn with the robot. With points = ["nose", ...] it is the hull of these reference
         points, grown by the radius or the vertices, if any. In place of points also disc or ball
@@ -138,7 +138,8 @@ def _problem(data, points: Sequence[str] | None) -> ReachAvoid:
     obstacles = data.get("obstacles", [])
     if not isinstance(obstacles, list):
         raise InputError("obstacles: expected a list of tables, each [[obstacles]] in TOML.")
-    sets = [set_of(f"obstacle {i}", part, ("steps", "doubt")) for i, part in enumerate(obstacles)]
+    own = ("steps", "doubt")
+    sets = [grown_set_of(f"obstacle {i}", part, own) for i, part in enumerate(obstacles)]
     spans = [part.get("steps") for part in obstacles]
     body = _body(data["body"])
     if points is not None:

@@ -9,11 +9,23 @@ import numpy as np
 from parc_jax.errors import InputError
 from parc_jax.sets.box import box
 from parc_jax.sets.hpolytope import HPolytope, from_box, hpolytope
+from parc_jax.sets.hull import polytope_around
 
 KINDS = "`lo` and `hi`, or rows `A` and `b`"
 
 
-def set_of(name: str, part, further: tuple[str, ...] = ()) -> HPolytope:
+def grown_set_of(name: str, part, further: tuple[str, ...] = ()) -> HPolytope:
+    """The set of a table that may be a little larger than it says, as an obstacle may: as `set_of`,
+    or the hull of vertices. Raises InputError.
+    """
+    if not (isinstance(part, dict) and "vertices" in part):
+        return set_of(name, part, further, kinds=f"{KINDS}, or `vertices`")
+    table_of(name, part, ("vertices", *further))
+    name = f"{name} vertices"
+    return polytope_around(numbers_of(name, part["vertices"], 2), name)
+
+
+def set_of(name: str, part, further: tuple[str, ...] = (), kinds: str = KINDS) -> HPolytope:
     """The set of a table with lo and hi, or A and b, and maybe further entries. Raises
     InputError.
     """
@@ -24,7 +36,7 @@ def set_of(name: str, part, further: tuple[str, ...] = ()) -> HPolytope:
         return hpolytope(A, numbers_of(f"{name} b", part["b"], 1))
     if given != {"lo", "hi"}:
         raise InputError(
-            f"{name}: expected {KINDS}; got {', '.join(sorted(given)) or 'none of them'}."
+            f"{name}: expected {kinds}; got {', '.join(sorted(given)) or 'none of them'}."
         )
     lo = numbers_of(f"{name} lo", part["lo"], 1)
     hi = numbers_of(f"{name} hi", part["hi"], 1)

@@ -196,3 +196,31 @@ def test_wrong_points_are_refused_in_one_sentence(old, new, message):
 def test_a_goal_that_names_points_needs_to_know_them():
     with pytest.raises(InputError, match=r"scene.toml: goal: .*points=model.points"):
         problem_of_text(PARTS, "scene.toml")
+
+
+def test_an_obstacle_by_its_vertices():
+    """In the same place as by rows, and only an obstacle: a goal may not grow."""
+    right, left = "[27.2335, -16.994], [27.2335, -15.006]", "[22.9665, -15.006], [22.9665, -16.994]"
+    box_of = f"vertices = [{right}, {left}]"
+    by_rows = problem_of_text(SCENE, "scene")
+    text = SCENE.replace("lo = [22.9665, -16.994]\nhi = [27.2335, -15.006]", box_of)
+    by_vertices = problem_of_text(text, "scene")
+    ours, theirs = (
+        sorted(zip(p.obstacles[0].A.tolist(), p.obstacles[0].b.tolist(), strict=True))
+        for p in (by_vertices, by_rows)
+    )
+    assert ours == theirs and by_vertices.spans == ((0, 3),)
+    for wrong, sentence in (
+        (
+            text.replace("hi = [31.3, -15.2, 1.0]", "vertices = [[1, 2, 3]]"),
+            "goal: expected lo, hi",
+        ),
+        (text.replace("vertices = [[", "lo = [0, 0]\nvertices = [["), "obstacle 0: expected vert"),
+        (SCENE.replace("lo = [22.9665", "low = [22.9665"), "obstacle 0: expected lo, hi, A"),
+        (
+            SCENE.replace("lo = [22.9665, -16.994]\n", ""),
+            "or rows `A` and `b`, or `vertices`; got hi",
+        ),
+    ):
+        with pytest.raises(InputError, match=sentence):
+            problem_of_text(wrong, "scene")

@@ -1,0 +1,114 @@
+"""Where a plan is predicted to go, with the tube around it: arrays, and tables for others."""
+
+import csv
+import io
+import json
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from parc_jax.errors import InputError
+from parc_jax.labels import Labels, name_of, unit_of
+from parc_jax.model import TrajectoryModel
+from parc_jax.network.predict import by_point, moved_to, trajectories
+from parc_jax.rollout.files import write_atomic
+
+
+@dataclass(frozen=True)
+class NominalPath:
+    """What the model says of one plan, in float64, and how far a run inside the tube may be from
+    it. It is a prediction, no verdict.
+
+    times (T + 1,) [s]. places (T + 1, points, n_p) [m]: of each reference point at these times;
+    between them the prediction is straight. q (n_q,): the other goal states at the end.
+    tube (T, points, n_p) [m]: half widths of the tube between two times, as `Tube.interval` has
+    them: boxes around one with slanted faces, the widest of the bins that hold k, infinite where
+    one has no claim. tube_at_end (points, n_p) [m], q_error (n_q,): half widths at the end.
+    points: names of the reference points. labels: names and units of the coordinates.
+    """
+
+    times: np.ndarray
+    places: np.ndarray
+    q: np.ndarray
+    tube: np.ndarray
+    tube_at_end: np.ndarray
+    q_error: np.ndarray
+    points: tuple[str, ...]
+    labels: Labels
+
+    def to_json(self) -> dict:
+        """All of it as plain data; a half width without claim is None."""
+        arrays = {name: getattr(self, name).tolist() for name in _ARRAYS}
+        return _finite(arrays) | {"points": self.points, "labels": self.labels._asdict()}
+
+    def to_csv(self) -> str:
+        """A row per time: the places, then the half widths of the tube from here to the next time,
+        in the last row at the end, and there alone q and its half widths.
+        """
+        axes, q = self.labels.p, list(self.labels.q)
+        several = len(self.points) > 1
+        names = [_of(label, point if several else "") for point in self.points for label in axes]
+        text = io.StringIO()
+        table = csv.writer(text, lineterminator="\n")
+        both = [*names, *(f"+-{name}" for name in names), *q, *(f"+-{name}" for name in q)]
+        table.writerow(["time [s]", *both])
+        last = [*self.q.tolist(), *self.q_error.tolist()]
+        wide = [*self.tube, self.tube_at_end]
+        for t, (time, place, half) in enumerate(zip(self.times, self.places, wide, strict=True)):
+            at_end = last if t + 1 == len(self.times) else [""] * len(last)
+            table.writerow([float(time), *place.ravel().tolist(), *half.ravel().tolist(), *at_end])
+        return text.getvalue()
+
+    def save(self, path) -> Path:
+        """Write a .csv or .json file; it appears complete or not at all. Raises InputError for any
+        other name.
+        """
+        path = Path(path)
+        if path.suffix not in (".csv", ".json"):
+            raise InputError(f"path: expected a file .csv or .json to write; got {path}.")
+        is_json = path.suffix == ".json"
+        text = json.dumps(self.to_json(), allow_nan=False) if is_json else self.to_csv()
+        return write_atomic(path, text.encode())
+
+
+_ARRAYS = ("times", "places", "q", "tube", "tube_at_end", "q_error")
+
+
+def nominal_path(model: TrajectoryModel, p0: np.ndarray, k: np.ndarray) -> NominalPath:
+    """Of the plan p0 (n_p,), k (n_k,). Raises InputError for one outside of K, or of no numbers."""
+    lo, hi = model.domain.lo, model.domain.hi
+    if not (np.isfinite(p0).all() and (k >= lo).all() and (k <= hi).all()):
+        box = " x ".join(f"[{a:g}, {b:g}]" for a, b in zip(lo, hi, strict=True))
+        told = ", ".join(f"{x:g}" for x in (*p0, *k))
+        raise InputError(
+            f"path: expected a plan with k in {box}, of which the model knows; got {told}."
+        )
+    offsets, q = trajectories(model.net, model.layout, k[None])
+    during, at_end = (half[0] for half in model.tube.widest_at(k[None]))
+    return NominalPath(
+        times=model.time.dt * np.arange(model.time.n_steps + 1),
+        places=by_point(moved_to(p0, offsets[0]), model.n_points),
+        q=q[0],
+        tube=by_point(during, model.n_points),
+        tube_at_end=by_point(at_end[: model.n_c], model.n_points),
+        q_error=at_end[model.n_c :],
+        points=tuple(model.points),
+        labels=model.labels,
+    )
+
+
+def _of(label: str, point: str) -> str:
+    """The label of a coordinate, of one of several points."""
+    if not point:
+        return label
+    unit = unit_of(label)
+    return f"{name_of(label)} of {point}" + (f" [{unit}]" if unit else "")
+
+
+def _finite(value):
+    if isinstance(value, dict):
+        return {name: _finite(part) for name, part in value.items()}
+    if isinstance(value, list):
+        return [_finite(part) for part in value]
+    return value if np.isfinite(value) else None
