@@ -60,12 +60,15 @@ def key_data(key) -> np.ndarray:
 
 def stream(key: jax.Array, stage: Stage) -> jax.Array:
     """The key of one stage. Does not consume `key`. Raises InputError for what is no key."""
-    return _of_stage(as_key(key), int(stage))
+    return _of_stage(as_key(key), np.uint32(stage))
 
 
-def row_keys(key: jax.Array, stage: Stage, rows: np.ndarray) -> jax.Array:
-    """Keys (B, 2) of the given global rollout rows (B,) of a stage."""
-    return _row_keys(stream(key, stage), jnp.asarray(rows, jnp.uint32))
+def row_keys(key: jax.Array, rows: jax.Array) -> tuple[jax.Array, jax.Array]:
+    """Of global rollout rows (B,) uint32 of a stage, whose `stream` is given: keys (B, 2) that draw
+    k, and keys (B, 2) that drive the systems. A kernel.
+    """
+    keys = jax.vmap(jax.random.fold_in, in_axes=(None, 0))(key, rows)
+    return jax.vmap(split_rollout)(jax.random.key_data(keys))
 
 
 def split_rollout(key: jax.Array) -> tuple[jax.Array, jax.Array]:
@@ -74,5 +77,4 @@ def split_rollout(key: jax.Array) -> tuple[jax.Array, jax.Array]:
     return k_key, system_key
 
 
-_of_stage = jax.jit(jax.random.fold_in, static_argnums=1)
-_row_keys = jax.jit(jax.vmap(jax.random.fold_in, in_axes=(None, 0)))
+_of_stage = jax.jit(jax.random.fold_in)

@@ -10,8 +10,8 @@ ROLLOUTS = (
     Fault(
         "stages_share_random_numbers",
         "parc_jax/keys.py",
-        "return _of_stage(as_key(key), int(stage))",
-        "return _of_stage(as_key(key), 0)",
+        "return _of_stage(as_key(key), np.uint32(stage))",
+        "return _of_stage(as_key(key), np.uint32(0))",
         (f"{COLLECT}::test_stages_share_no_numbers",),
     ),
     Fault(

@@ -11,7 +11,7 @@ import numpy as np
 
 from parc_jax.arrays import x64
 from parc_jax.errors import InputError
-from parc_jax.keys import Stage, row_keys, split_rollout
+from parc_jax.keys import Stage, row_keys, stream
 from parc_jax.rollout.identity import content_of
 from parc_jax.rollout.user_code import blamed
 from parc_jax.system import Trajectory, check_system, points_of
@@ -61,12 +61,15 @@ class Simulator:
         """
         lo, hi = self._bounds()
         with x64():
-            k_keys, keys = _split_many(jax.random.key_data(row_keys(key, stage, rows)))
+            own, numbers = stream(key, stage), np.asarray(rows, np.uint32)
             if k is None:
-                drawn = np.asarray(_uniform(k_keys, lo, hi))
+                keys, drawn = _drawn(own, numbers, lo, hi)
+                drawn = np.asarray(drawn)
             elif callable(k):
+                k_keys, keys = _row_keys(own, numbers)
                 drawn = np.asarray(jax.vmap(k)(k_keys), np.float64)
             else:
+                _, keys = _row_keys(own, numbers)
                 drawn = np.broadcast_to(np.asarray(k, np.float64), (len(rows), len(lo)))
         return Rows(keys, self.as_run(drawn))
 
@@ -189,12 +192,18 @@ def is_traceable(system) -> bool:
     return not callable(getattr(system, "rollout_batch", None))
 
 
-def _uniform_one(key, lo, hi):
-    u = jax.random.uniform(key, lo.shape, lo.dtype)
-    return jnp.clip(lo + u * (hi - lo), lo, hi)
+@jax.jit
+def _drawn(key, rows, lo, hi):
+    """Keys (B, 2) of the systems and k (B, n_k), uniform on K, of rows (B,) of a stage."""
+
+    def uniform(k_key):
+        u = jax.random.uniform(k_key, lo.shape, lo.dtype)
+        return jnp.clip(lo + u * (hi - lo), lo, hi)
+
+    k_keys, keys = row_keys(key, rows)
+    return keys, jax.vmap(uniform)(k_keys)
 
 
-_uniform = jax.jit(jax.vmap(_uniform_one, in_axes=(0, None, None)))
-_split_many = jax.jit(jax.vmap(split_rollout))
+_row_keys = jax.jit(row_keys)
 _RECENT: list[Simulator] = []
 _REMEMBERING = threading.Lock()

@@ -13,7 +13,9 @@ import pytest
 
 DEFAULT = "not slow and not night"  # -m of pyproject.toml
 BUDGET = Path(__file__).with_name("compile_budget.toml")
+IMPORTS = "imports of test files, in all workers"
 _SECONDS: list[float] = []
+_IMPORTS: list[int] = []
 _COUNTED: Counter = Counter()  # in the process that reports
 _SPENT: Counter = Counter()
 
@@ -45,18 +47,26 @@ def pytest_sessionstart():
     jax.monitoring.register_event_duration_secs_listener(listen)
 
 
+def pytest_collection_finish():
+    """What imports of test files compile belongs to none of them."""
+    _IMPORTS.append(len(_SECONDS))
+    _SECONDS.clear()
+
+
 @pytest.hookimpl(wrapper=True)
 def pytest_runtest_makereport(item, call):
     """Each phase of a test carries what was compiled in it, from a worker too."""
     report = yield
-    report.compiled = (len(_SECONDS), sum(_SECONDS))
+    report.compiled = (len(_SECONDS), sum(_SECONDS), sum(_IMPORTS))
     _SECONDS.clear()
+    _IMPORTS.clear()
     return report
 
 
 def pytest_runtest_logreport(report):
     """Sums by file, in the process that all workers report to."""
-    count, spent = getattr(report, "compiled", (0, 0.0))
+    count, spent, imports = getattr(report, "compiled", (0, 0.0, 0))
+    _COUNTED[IMPORTS] += imports
     file = report.nodeid.split("::")[0]
     _COUNTED[file] += count
     _SPENT[file] += spent

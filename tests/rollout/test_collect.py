@@ -10,6 +10,7 @@ from pathlib import Path
 import jax
 import numpy as np
 import pytest
+from compilations import compiled_by
 from synthetic_plants import disturbed, failing, noisy, plant
 
 from parc_jax.errors import InputError
@@ -19,6 +20,7 @@ from parc_jax.rollout import rows
 from parc_jax.rollout.batch import concatenate
 from parc_jax.rollout.chunks import default_chunk, run_chunks, worker_devices
 from parc_jax.rollout.collect import collect, stream_rollouts
+from parc_jax.rollout.simulate import simulator
 from parc_jax.system import Trajectory
 
 KEY = jax.random.PRNGKey(3)
@@ -34,6 +36,12 @@ def equal(a, b):
         np.array_equal(getattr(a, f), getattr(b, f), equal_nan=True)
         for f in ("rows", "k", "p", "q")
     )
+
+
+def test_parameters_and_keys_of_a_new_size_are_one_program(system):
+    drawing = simulator(system)
+    drawing.rows(KEY, Stage.TRAIN, np.arange(3))
+    assert compiled_by(lambda: drawing.rows(KEY, Stage.BOUND, np.arange(17))) == 1
 
 
 def test_rows_do_not_depend_on_chunking_or_on_how_many_are_asked_for(system):
