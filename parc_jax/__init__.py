@@ -68,6 +68,7 @@ _HOME = {
     "refit": "claim.update",
     "relu_network": "network.relu",
     "replay": "experiment.replay",
+    "replay_recorded": "experiment.recorded",
     "required_runs": "claim.counts",
     "safety_question": "io.question",
     "save_problem": "io.problem_file",

@@ -32,6 +32,7 @@ from parc_jax.driven.local_model import Local as Local
 from parc_jax.driven.refine import Refine as Refine
 from parc_jax.errors import InputError as InputError
 from parc_jax.errors import SoundnessError as SoundnessError
+from parc_jax.experiment.recorded import replay_recorded as replay_recorded
 from parc_jax.experiment.replay import replay as replay
 from parc_jax.io.answer_file import load_answer as load_answer
 from parc_jax.io.network_file import load_network as load_network

@@ -75,6 +75,7 @@ NAMES = [
     "refit",
     "relu_network",
     "replay",
+    "replay_recorded",
     "required_runs",
     "safety_question",
     "save_problem",

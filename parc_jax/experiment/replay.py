@@ -10,7 +10,7 @@ import jax
 import numpy as np
 
 from parc_jax.claim.monitor import inside_tube
-from parc_jax.errors import SoundnessError
+from parc_jax.errors import InputError, SoundnessError
 from parc_jax.keys import Stage
 from parc_jax.model import TrajectoryModel
 from parc_jax.rollout.batch import RolloutBatch
@@ -46,10 +46,20 @@ class Replay(NamedTuple):
 
 
 def replay(
-    system, model: TrajectoryModel, scene: Scene, plans: np.ndarray, key: jax.Array, quiet=True
+    system,
+    model: TrajectoryModel,
+    scene: Scene,
+    plans: np.ndarray,
+    key: jax.Array | None = None,
+    quiet=True,
 ) -> Replay:
-    """Run plans (n, n_p + n_k) with fresh randomness. Raises SoundnessError when the proof and the
-    run disagree.
+    """Run plans (n, n_p + n_k) with fresh randomness from the REPLAY stream of `key`.
+
+    system: a black box; or a RolloutBatch of recorded runs, one of each plan's own k, in order,
+        which are moved to the plans' starts: then key is unused. `replay_recorded` finds such
+        plans.
+    Raises SoundnessError when the proof and the run disagree, InputError for another system, or
+    recorded runs of other k, on another time grid or of other points.
     """
     runs, inside = _driven(system, model, plans, key, quiet)
     path, reached, distance = outcomes(whole_scene(scene, model), runs, plans[:, : model.n_p])
@@ -77,16 +87,31 @@ def counts_of(
 
 
 def _driven(
-    system, model: TrajectoryModel, plans: np.ndarray, key: jax.Array, quiet: bool
+    system, model: TrajectoryModel, plans: np.ndarray, key: jax.Array | None, quiet: bool
 ) -> tuple[RolloutBatch, np.ndarray]:
-    """Runs of the plans with fresh randomness, and which of them stayed inside the tube (n,).
-    Raises InputError for a system that is not the model's.
+    """Runs of the plans, and which of them stayed inside the tube (n,). Raises InputError for a
+    system, or recorded runs, that are not the model's.
     """
-    require_same(system, model)
     k = plans[:, model.n_p :]
-    runs = collect(system, key, len(plans), Stage.REPLAY, k=k, chunk=CHUNK, quiet=quiet)
+    if isinstance(system, RolloutBatch):
+        runs = system
+        _check_recorded(runs, model, k)
+    else:
+        require_same(system, model)
+        runs = collect(system, key, len(plans), Stage.REPLAY, k=k, chunk=CHUNK, quiet=quiet)
     inside = inside_tube(model.claim, model.net, runs)
     return runs, inside
+
+
+def _check_recorded(runs: RolloutBatch, model: TrajectoryModel, k: np.ndarray) -> None:
+    """Refuse recorded runs that are not of these k (n, n_k) and this model. Raises InputError."""
+    same = (runs.time, runs.points) == (model.time, model.points)
+    if not same or runs.k.shape != k.shape or not (runs.k == k).all():
+        raise InputError(
+            "replay: expected recorded runs on the time grid and of the reference points of the "
+            f"model, one run of each plan's own k, in order; got {runs.n} runs for {len(k)} "
+            "plans. Select rows of the batch, or let `replay_recorded` find the plans."
+        )
 
 
 def _refuse_contradictions(plans: np.ndarray, bugs: np.ndarray) -> None:

@@ -7,17 +7,17 @@ import numpy as np
 from parc_jax.answer.answer import Answer
 from parc_jax.body import numbered
 from parc_jax.claim.measure import measure
+from parc_jax.experiment.recorded import Recorded
 from parc_jax.plot import shapes, style
 from parc_jax.plot.predict import predicted
 from sims.foreign.husky import params as c
-from sims.foreign.husky.again import Again
 from sims.foreign.husky.learn import Halves
 
 SHOWN = (0.0, 0.03, 0.2, 0.4, 0.6, 0.95)  # replays drawn, of all from the farthest way on
 KINDS = {"driving (both sides the same way)": 8, "turning (against each other)": 2}  # their bins
 
 
-def draw_all(answer: Answer, runs: Halves, replayed: Again | None, out: Path) -> list[Path]:
+def draw_all(answer: Answer, runs: Halves, replayed: Recorded | None, out: Path) -> list[Path]:
     """Write every picture below `out` as PNG and PDF; the files."""
     drawn = [out / "errors.png", out / "commands.png"]
     errors(answer, runs, drawn[0])
@@ -56,7 +56,7 @@ def errors(answer: Answer, runs: Halves, to):
     return sheet.out
 
 
-def commands(answer: Answer, runs: Halves, replayed: Again | None, to):
+def commands(answer: Answer, runs: Halves, replayed: Recorded | None, to):
     """Held-out commands: how far off the model was, and which have a start that is proved safe."""
     from matplotlib.lines import Line2D
     from matplotlib.patches import Patch
@@ -89,7 +89,7 @@ def commands(answer: Answer, runs: Halves, replayed: Again | None, to):
     return sheet.out
 
 
-def paths(answer: Answer, replayed: Again, to):
+def paths(answer: Answer, replayed: Recorded, to):
     """Real paths over the tubes: a few plans with the footprint as it was recorded, then all."""
     from matplotlib.collections import LineCollection, PolyCollection
     from matplotlib.lines import Line2D

@@ -9,10 +9,10 @@ import numpy as np
 from parc_jax.answer.answer import Answer
 from parc_jax.claim.risk import Uniform
 from parc_jax.experiment.job import finish
+from parc_jax.experiment.recorded import Recorded, replay_recorded
 from parc_jax.experiment.stopwatch import Stopwatch
 from parc_jax.planner import Planner
 from parc_jax.settings import Settings
-from sims.foreign.husky.again import Again, again
 from sims.foreign.husky.learn import claimed, first_look, halves, network, profile, worst
 from sims.foreign.husky.log import read_log
 from sims.foreign.husky.scenario import problem
@@ -53,7 +53,7 @@ def job(
         )
         answer.save(out / "answer.json")
     with watch("held-out commands against the answer"):
-        replayed = again(answer, runs.held) if answer.found else None
+        replayed = replay_recorded(answer, runs.held) if answer.found else None
         others = unseen(net, runs.held, profile(net, runs.train))
     if figures:
         from sims.foreign.husky.figures import draw_all
@@ -68,7 +68,7 @@ def job(
     return 0 if answer.found else 1
 
 
-def measured(answer: Answer, replayed: Again | None, others: Unseen, watch: Stopwatch) -> dict:
+def measured(answer: Answer, replayed: Recorded | None, others: Unseen, watch: Stopwatch) -> dict:
     """Everything that the study knows in numbers."""
     claim, share = answer.model.claim, answer.share_of_k if answer.found else 0.0
     promise = float(claim.risk(Uniform(share)).bound) if share > 0 else None
@@ -94,17 +94,14 @@ def measured(answer: Answer, replayed: Again | None, others: Unseen, watch: Stop
     }
 
 
-def tally(replayed: Again) -> dict:
+def tally(replayed: Recorded) -> dict:
     """Counts over the replays of recorded runs."""
-    runs = replayed.runs
+    counts = replayed.counts()
     return {
-        "commands": len(replayed.with_start),
-        "commands_with_a_safe_start": int(replayed.with_start.sum()),
-        "replays": len(runs.inside),
-        "left_the_tube": int((~runs.inside).sum()),
-        "missed_the_goal": int((~runs.reached).sum()),
-        "touched": int(runs.touched.sum()),
-        "least_clearance": float(runs.clearance.min()),
+        "commands": counts.pop("runs"),
+        "commands_with_a_safe_start": counts.pop("with_start"),
+        **counts,
+        "least_clearance": float(replayed.runs.clearance.min()),
     }
 
 

@@ -17,12 +17,12 @@ import numpy as np
 from parc_jax.claim.monitor import inside_tube
 from parc_jax.claim.pipeline import bound_error
 from parc_jax.claim.profile import training_profile
+from parc_jax.experiment.recorded import replay_recorded
 from parc_jax.model import trajectory_model
 from parc_jax.planner import Planner
 from parc_jax.rollout.batch import worst_by_group
 from parc_jax.settings import Settings
 from sims.foreign.husky import params as c
-from sims.foreign.husky.again import again
 from sims.foreign.husky.learn import DELTA, trained
 from sims.foreign.husky.scenario import BAY_LENGTH, BAY_WIDTH, problem
 from sims.foreign.husky.twist import TwistModel, identify
@@ -69,7 +69,7 @@ def trial(
         "status": answer.status.label,
         "share_of_k": answer.share_of_k if answer.found else 0.0,
     }
-    replayed = again(answer, later.runs) if answer.found else None
+    replayed = replay_recorded(answer, later.runs) if answer.found else None
     if replayed is not None:
         found["replays"] = len(replayed.plans)
         found["replays_failed"] = int(replayed.runs.failed.sum())

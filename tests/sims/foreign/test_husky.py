@@ -9,10 +9,12 @@ import pytest
 import sims
 from parc_jax import cli
 from parc_jax.errors import InputError, SoundnessError
+from parc_jax.experiment import replay
+from parc_jax.experiment.recorded import replay_recorded
 from parc_jax.io.answer_file import load_answer
 from parc_jax.network.parc import fit_affine
 from parc_jax.network.train import training_arrays
-from sims.foreign.husky import again, learn, twist
+from sims.foreign.husky import learn, twist
 from sims.foreign.husky import log as logs
 from sims.foreign.husky import params as c
 from sims.foreign.husky.convert import convert
@@ -214,9 +216,9 @@ def test_a_robot_that_strays_is_counted_and_one_that_cannot_fail_is_a_fault(
     answer = load_answer(study[1] / "answer.json")
     slide = np.tile([0.0, 1.0], 5) * np.linspace(0.0, 1.0, 41)[:, None]
     strayed = runs.held.replace(p=runs.held.p + slide)
-    counts = tally(again.again(answer, strayed))
+    counts = tally(replay_recorded(answer, strayed))
     assert counts["left_the_tube"] == counts["replays"] > 0
     assert counts["touched"] > 0 and counts["missed_the_goal"] > 0
-    monkeypatch.setattr(again, "inside_tube", lambda claim, net, batch: np.ones(batch.n, bool))
+    monkeypatch.setattr(replay, "inside_tube", lambda claim, net, batch: np.ones(batch.n, bool))
     with pytest.raises(SoundnessError, match="contradicts the proof"):
-        again.again(answer, strayed)
+        replay_recorded(answer, strayed)
