@@ -257,6 +257,13 @@ REPLAY = (
         (f"{REPLAYS}::test_a_proof_that_contradicts_the_plant_is_reported",),
     ),
     Fault(
+        "recorded_runs_of_another_k_are_replayed",
+        "parc_jax/experiment/replay.py",
+        " or not (runs.k == k).all()",
+        "",
+        ("tests/experiment/test_recorded.py::test_the_open_door_takes_plans_of_the_runs_own_k",),
+    ),
+    Fault(
         "replay_compares_the_end_only",
         "parc_jax/experiment/replay.py",
         "inside = inside_tube(model.claim, model.net, runs)",
