@@ -10,6 +10,7 @@ import jax
 from parc_jax.answer.answer import Answer
 from parc_jax.batch.box_scenes import BoxScenes
 from parc_jax.batch.solve import BatchAnswer, Problems, problem_of, solve_batch
+from parc_jax.driven.looks import Looks
 from parc_jax.errors import InputError, expected
 from parc_jax.keys import Stage, as_key
 from parc_jax.methods import MAX_LEAVES
@@ -18,10 +19,10 @@ from parc_jax.prepared import Prepared
 from parc_jax.probes import require_sound_arithmetic
 from parc_jax.problem import ReachAvoid
 from parc_jax.pwa import RegionTable, enumerate_regions
-from parc_jax.robust.question import plain, plain_problems
+from parc_jax.robust.question import Question, plain_problems, question
 from parc_jax.settings import Settings
 from parc_jax.system import check_system
-from parc_jax.verdict.near import near_scene
+from parc_jax.verdict.near import scene_of_question
 from parc_jax.verdict.outline import require_same
 from parc_jax.verdict.scene import Scene, scene_of
 from parc_jax.volume_bounds.no_plan import NoPlan, prove_no_plan
@@ -81,9 +82,11 @@ class Planner:
         """
         _checked("prepare", problem, None, Settings.whole())
         require_sound_arithmetic()
-        asked = plain(problem, self.model, self._under_doubt, at)
-        scene = near_scene(asked.problem, asked.model).replace(at=asked.at)
-        return Prepared(asked, scene, self._regions_of, solve_with)
+        return self._prepare(question(problem, self.model, at))
+
+    def _prepare(self, asked: Question) -> Prepared:
+        laid_out = asked.plain(self._under_doubt)
+        return Prepared(laid_out, scene_of_question(laid_out), self._regions_of, answer_to)
 
     def _regions_of(self, model: TrajectoryModel) -> RegionTable:
         same = model.net is self.model.net and model.domain is self.model.domain
@@ -133,7 +136,7 @@ class Planner:
         if not isinstance(asked, Refine):
             raise InputError(expected("refine", "a Refine", asked, "pj.Refine(looks=2)"))
         require_sound_arithmetic()
-        return refine(self.model, problem, system, key, solve_with, asked, settings, say)
+        return refine(question(problem, self.model), system, key, answer_to, asked, settings, say)
 
     def solve_batch(
         self,
@@ -196,7 +199,7 @@ class Planner:
         """
         _checked("bound_volume", problem, None, Settings.whole())
         require_sound_arithmetic()
-        asked = plain(problem, self.model, self._under_doubt)
+        asked = question(problem, self.model).plain(self._under_doubt)
         return prove_no_plan(
             asked.model,
             scene_of(asked.problem, asked.model),
@@ -206,11 +209,16 @@ class Planner:
         )._replace(doubt=asked.doubt)
 
 
-def solve_with(
-    model: TrajectoryModel, problem: ReachAvoid, key: jax.Array, settings: Settings | None = None
+def answer_to(
+    asked: Question, key: jax.Array, settings: Settings | None = None, looks: Looks | None = None
 ) -> Answer:
-    """The answer to a problem with another model."""
-    return Planner(model).solve(problem, key, settings)
+    """The answer to a question, all of it. settings: as of `Planner.solve`. looks: the account of
+    an answer that it comes of; None for one of its own. Raises as `Planner.solve` does.
+    """
+    settings = _checked("solve", asked.problem, settings, Settings.whole())
+    require_sound_arithmetic()
+    begin = time.perf_counter()
+    return Planner(asked.model)._prepare(asked)._solve(key, settings, begin, looks)
 
 
 def _checked(call: str, problem, settings, default: Settings) -> Settings:

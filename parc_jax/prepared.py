@@ -14,6 +14,7 @@ from parc_jax.cover.first import MOST, in_one_array
 from parc_jax.cover.placed import placed
 from parc_jax.cover.sampling import Points, generator
 from parc_jax.cover.search import Cover
+from parc_jax.driven.looks import Looks
 from parc_jax.errors import InputError, expected
 from parc_jax.keys import Stage, stream
 from parc_jax.methods import Exact
@@ -78,8 +79,12 @@ class Prepared:
             raise InputError(expected("solve", "Settings", settings, "pj.Settings.fast()"))
         return self._solve(key, settings, time.perf_counter())
 
-    def _solve(self, key: jax.Array, settings: Settings, begin: float) -> Answer:
-        """begin: [s] of the clock, from which the times of the answer count."""
+    def _solve(
+        self, key: jax.Array, settings: Settings, begin: float, looks: Looks | None = None
+    ) -> Answer:
+        """begin: [s] of the clock, from which the times of the answer count. looks: an account that
+        it shares, None for one of its own.
+        """
         model, scene, asked = self.model, self.scene, self._asked
         search = stream(key, Stage.SEARCH)
         rng = generator(search)
@@ -111,7 +116,7 @@ class Prepared:
             "proof_s": time.perf_counter() - covered,
         }
         answer = Answer(
-            model,
+            asked,
             scene,
             found,
             samples,
@@ -120,8 +125,7 @@ class Prepared:
             refused,
             timings,
             no_plan,
-            asked.doubt,
-            asked.pose,
+            looks,
         )
         answer.solve = self._again
         return answer

@@ -1,11 +1,10 @@
 """The sentences of an answer: what is proved of the model and its tube, what a drawn plan risks."""
 
 from collections.abc import Iterable
-from decimal import ROUND_CEILING, Context, Decimal
 from fractions import Fraction
 
 from parc_jax.claim.risk import NoStatement, Risk
-from parc_jax.spelling import listed
+from parc_jax.spelling import listed, rounded_down, rounded_up
 
 
 def nothing_found(reason: str | None) -> str:
@@ -91,21 +90,11 @@ def about_risk(
     """
     if isinstance(risk, NoStatement):
         return f"Risk: no statement, since {risk.reason}."
-    confidence = 1.0 if delta is None else float(1 - delta)
+    confidence = rounded_down(1 if delta is None else 1 - delta, 10)
+    volume = f"confidence 0.999 and {float(measured)!r}"
     return (
         f"Risk: a plan drawn by `sample`, uniformly from {drawn}, leaves the tube with "
         f"probability at most {rounded_up(risk.bound)} (the density of its k is at most "
-        f"{rounded_up(density)} times uniform, measured with confidence 0.999 and {measured:g}; "
-        f"the claim has confidence {confidence:.12g})."
+        f"{rounded_up(density)} times uniform, measured with {volume}; "
+        f"the claim has confidence {confidence})."
     )
-
-
-def rounded_up(value) -> str:
-    """Two significant digits, never below the value."""
-    exact = (
-        Decimal(value.numerator) / Decimal(value.denominator)
-        if isinstance(value, Fraction)
-        else Decimal(value)
-    )
-    digits = Context(prec=2, rounding=ROUND_CEILING).create_decimal(exact)
-    return f"{float(digits):.12g}"

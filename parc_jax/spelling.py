@@ -1,9 +1,11 @@
 """Exact numbers as text: certificates, claims and questions hold no JSON floats. A float is the
-rational that it holds, and every spelling here is that rational. And counts, for people.
+rational that it holds, and every spelling here is that rational; but for `rounded_up` and
+`rounded_down`, for people, which say on which side of it they are. And counts, for people.
 """
 
+import math
 from collections.abc import Sequence
-from decimal import Decimal
+from decimal import ROUND_CEILING, ROUND_FLOOR, Context, Decimal
 from fractions import Fraction
 
 import numpy as np
@@ -41,6 +43,28 @@ def fraction_text(values):
     if isinstance(values, list | tuple):
         return [fraction_text(v) for v in values]
     return str(Fraction(values))
+
+
+def rounded_up(value, digits: int = 2) -> str:
+    """A bound for people: so many significant digits, never below the value. value: Fraction or
+    float.
+    """
+    return _rounded(value, digits, ROUND_CEILING)
+
+
+def rounded_down(value, digits: int = 2) -> str:
+    """What is at least so much, for people: never above the value. See `rounded_up`."""
+    return _rounded(value, digits, ROUND_FLOOR)
+
+
+def _rounded(value, digits: int, rounding: str) -> str:
+    if isinstance(value, float) and not math.isfinite(value):
+        return str(float(value))
+    exact = Fraction(value)
+    short = Context(prec=digits, rounding=rounding).divide(
+        Decimal(exact.numerator), Decimal(exact.denominator)
+    )
+    return f"{float(short):.12g}"
 
 
 def plain(value):

@@ -7,6 +7,7 @@ LOOKS = "tests/driven/test_looks.py"
 RANDOM = "tests/driven/test_randomness.py"
 SAFE_BOX = "tests/driven/test_safe_box.py"
 REFINE = "tests/driven/test_refine.py"
+QUESTION = "tests/driven/test_question.py"
 
 DRIVEN = (
     Fault(
@@ -22,6 +23,48 @@ DRIVEN = (
         "self.delta / self.planned)",
         "self.delta)",
         (f"{LOOKS}::test_delta_is_split_over_the_declared_looks_and_no_more_are_given",),
+    ),
+    Fault(
+        "polytopes_have_looks_of_their_own",
+        "parc_jax/answer/answer.py",
+        "        answer = copy.copy(self)\n",
+        "        answer = copy.copy(self)\n        answer.looks = type(self.looks)()\n",
+        (f"{QUESTION}::test_what_is_derived_from_an_answer_shares_its_looks",),
+    ),
+    Fault(
+        "a_local_answer_has_looks_of_its_own",
+        "parc_jax/driven/choice.py",
+        "choice.solve(question, key, settings, choice.looks)",
+        "choice.solve(question, key, settings)",
+        (f"{QUESTION}::test_the_start_set_is_asked_for_again",),
+    ),
+    Fault(
+        "a_file_forgets_its_looks",
+        "parc_jax/io/answer_file.py",
+        'looks_of_json(meta.get("looks"))',
+        "looks_of_json(None)",
+        (f"{QUESTION}::test_a_loaded_answer_goes_on_with_its_looks",),
+    ),
+    Fault(
+        "a_question_asked_again_forgets_its_pose",
+        "parc_jax/robust/question.py",
+        "return replace(self, model=model)",
+        "return replace(self, model=model, pose=None)",
+        (f"{QUESTION}::test_the_pose_is_asked_for_again",),
+    ),
+    Fault(
+        "a_question_asked_again_forgets_its_start_set",
+        "parc_jax/robust/question.py",
+        "return replace(self, model=model)",
+        "return replace(self, model=model, problem=self.problem.replace(start=None))",
+        (f"{QUESTION}::test_the_start_set_is_asked_for_again",),
+    ),
+    Fault(
+        "a_scene_told_from_a_heading_asked_as_if_in_the_world",
+        "parc_jax/io/answer_file.py",
+        "    here = at is None if pose is None else pose.heading is None\n",
+        "    here = True\n",
+        (f"{QUESTION}::test_a_file_in_the_frame_of_the_robot_is_not_asked_again",),
     ),
     Fault(
         "looks_share_their_runs",

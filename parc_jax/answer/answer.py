@@ -23,7 +23,6 @@ from parc_jax.cover.kept import KeptPlans
 from parc_jax.cover.sampling import generator
 from parc_jax.cover.solid import Solid
 from parc_jax.cover.union import SafeUnion
-from parc_jax.driven.looks import Looks
 from parc_jax.errors import InputError
 from parc_jax.lp.status import LPStatus
 from parc_jax.rollout.files import write_atomic
@@ -46,11 +45,11 @@ class Answer(Findings):
     was safe, what branch and bound says: proved that none is, or how much is undecided.
     doubt: what all plans withstand; `problem` and `model` are then the plain ones that allow for
     it. pose: where the robot is, where that was asked: all plans start there, and with a heading
-    the scene is told in the robot's frame.
+    the scene is told in the robot's frame. question: all of it, as it was asked. looks: the one
+    account of tests of plans of this answer, and of whatever comes of it.
     """
 
-    solve: "Solve | None" = None  # the same question with another model, of `Planner`
-    _looks: Looks | None = None
+    solve: "Solve | None" = None  # a question's answer, of `Planner`
 
     def __repr__(self) -> str:
         return f"<{one_line(self)}>"
@@ -196,26 +195,18 @@ class Answer(Findings):
         Its `statement()` says what is known of this plan without new runs; `Choice.run` and
         `Choice.claim_near` make runs, and each is a look. delta, looks: error probability of all
         looks at plans of this answer together, and how many there may be; declared by the first
-        choice, kept by later ones. Raises InputError.
+        choice, kept by later ones, by this answer in polytopes and by its file. Raises InputError.
         """
         if self.doubt is not None:
             raise InputError(
                 "choose: expected an answer without doubt, for its sentences are about one plan "
                 "driven exactly; solve the same problem with doubt=None and choose from that."
             )
-        if self._looks is None:
-            self._looks = Looks(delta, looks)
-        declared = Looks(delta, looks)
-        same = (declared.delta, declared.planned) == (self._looks.delta, self._looks.planned)
-        if not same:
-            raise InputError(
-                f"choose: expected the looks declared by the first choice, {self._looks!r}; got "
-                f"{looks} looks and delta = {delta}."
-            )
+        account = self.looks.declare(delta, looks)
         plan, value = self.best(objective, key)
         from parc_jax.driven.choice import Choice  # it trains: whoever only asks needs no trainer
 
-        return Choice(plan, value, self.model, self.scene, self._looks, self.solve)
+        return Choice(plan, value, self.asked, self.scene, account, self.solve)
 
     def safest(self) -> tuple[np.ndarray, float]:
         """Centre (n_p + n_k,) and radius of the largest ball, in (p0, k) units, inside one safe

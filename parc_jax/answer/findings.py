@@ -14,9 +14,11 @@ from parc_jax.cover.polytope import SafePolytope
 from parc_jax.cover.search import Cover, Progress
 from parc_jax.cover.stopping import Coverage
 from parc_jax.cover.union import SafeUnion
+from parc_jax.driven.looks import Looks
 from parc_jax.model import TrajectoryModel
 from parc_jax.problem import ReachAvoid
 from parc_jax.robust.pose import Pose
+from parc_jax.robust.question import Plain, Question
 from parc_jax.robust.withstood import Withstood
 from parc_jax.status import Status
 from parc_jax.verdict.scene import Scene
@@ -28,7 +30,7 @@ class Findings:
 
     def __init__(
         self,
-        model: TrajectoryModel,
+        asked: Plain,
         scene: Scene,
         cover: Cover,
         samples: np.ndarray,
@@ -37,25 +39,23 @@ class Findings:
         refused: int,
         timings: dict[str, float],
         no_plan: NoPlan | None,
-        doubt: Withstood | None = None,
-        pose: Pose | None = None,
+        looks: Looks | None = None,
     ):
-        self.model = model
+        self.asked = asked
         self.scene = scene
         self.samples = samples
         self._sample_parts = sample_parts
         self.proved = proved
         self.refused = refused
         self.timings = timings
-        self.no_plan = None if no_plan is None else no_plan._replace(doubt=doubt)
-        self.doubt = doubt
-        self.pose = pose
+        self.no_plan = None if no_plan is None else no_plan._replace(doubt=asked.doubt)
+        self.looks = Looks() if looks is None else looks
         self._cover = cover
-        self._corridors = Corridors(model.tube, cover.corridors)
+        self._corridors = Corridors(self.model.tube, cover.corridors)
         self._plans: PlanSet = (
-            SafeUnion(model, scene, list(cover.polytopes))
+            SafeUnion(self.model, scene, list(cover.polytopes))
             if len(cover.polytopes)
-            else KeptPlans(model, scene, self._corridors, cover.within)
+            else KeptPlans(self.model, scene, self._corridors, cover.within)
         )
 
     @cached_property
@@ -64,9 +64,29 @@ class Findings:
         return self._sample_parts() if callable(self._sample_parts) else self._sample_parts
 
     @property
+    def model(self) -> TrajectoryModel:
+        """What the plain question is asked of."""
+        return self.asked.model
+
+    @property
     def problem(self) -> ReachAvoid:
-        """The question, as it was asked."""
-        return self.scene.problem
+        """The plain problem; `question` has it as it was asked."""
+        return self.asked.problem
+
+    @property
+    def question(self) -> Question | None:
+        """The question as it was asked; None where a file tells the plain one alone."""
+        return self.asked.question
+
+    @property
+    def doubt(self) -> Withstood | None:
+        """What every plan withstands."""
+        return self.asked.doubt
+
+    @property
+    def pose(self) -> Pose | None:
+        """Where the robot is, where that was asked."""
+        return self.asked.pose
 
     @property
     def found(self) -> bool:

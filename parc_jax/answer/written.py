@@ -41,6 +41,8 @@ def _meta(found: Findings) -> dict:
         meta["doubt"] = found.doubt.to_json()
     if found.scene.at is not None:
         meta["at"] = hex_text(found.scene.at)
+    if found.looks.delta is not None:
+        meta["looks"] = found.looks.to_json()
     if found.pose is not None:
         meta["pose"] = [*found.pose.place.tolist(), found.pose.heading]
     return meta

@@ -18,13 +18,15 @@ from parc_jax.driven.tested import Tested, run_plan
 from parc_jax.driven.widths import compared
 from parc_jax.errors import InputError, expected
 from parc_jax.model import TrajectoryModel
-from parc_jax.sentences import rounded_up
+from parc_jax.robust.question import Plain, Question
+from parc_jax.sentences import about_pose
+from parc_jax.spelling import rounded_down, rounded_up
 from parc_jax.system import check_system
 from parc_jax.verdict.near import whole_scene
 from parc_jax.verdict.outline import require_same
 from parc_jax.verdict.scene import Scene
 
-# how a question is answered with another model: (model, problem, key, settings) -> Answer
+# how a question is answered: (question, key, settings, looks) -> Answer
 Solve = Callable[..., Any]
 
 
@@ -33,18 +35,24 @@ class Choice:
     """The plan that is driven. From `Answer.choose`.
 
     plan (n_p + n_k,): start and parameters, a plan of the proved safe set. value: of the objective.
-    looks: tests that may be made of it. tested, near: what fresh runs showed, where any were made;
-    `run` and `claim_near` give a choice that has them.
+    asked: the question of whose answer it is, and its scene; the plan is told in their frame.
+    looks: tests that may be made of it, the account of its answer. tested, near: what fresh runs
+    showed, where any were made; `run` and `claim_near` give a choice that has them.
     """
 
     plan: np.ndarray
     value: float
-    model: TrajectoryModel
+    asked: Plain
     scene: Scene
     looks: Looks
     solve: Solve | None = field(default=None, repr=False)
     tested: Tested | None = None
     near: Near | None = None
+
+    @property
+    def model(self) -> TrajectoryModel:
+        """Of whose plans it is one."""
+        return self.asked.model
 
     @property
     def p0(self) -> np.ndarray:
@@ -98,29 +106,42 @@ class Choice:
         self, system, key: jax.Array, asked: Local | None = None, *, settings=None, quiet=True
     ):
         """The choice with `near`: a claim about a small box of k around the plan, from runs made on
-        that box alone, and everything proved again under it, one look. [T23]
+        that box alone, and everything proved again under it, one look. What is proved is an answer
+        to the question as it was asked, with its start set and pose. [T23]
 
         asked: sizes, by default those of `Local`: 0.02 % of K, 1e-3. settings: of the query with
         the local model. Uses streams of `key` that nothing else uses. Raises InputError, also
-        when all looks are spent.
+        when all looks are spent, and for an answer whose file does not tell the question.
         """
         check_system(system)
         require_same(system, self.model)
         asked = Local() if asked is None else asked
         if not isinstance(asked, Local):
             raise InputError(expected("claim_near", "a Local", asked, "pj.Local(share=1e-3)"))
+        question = self._question()
         look = self.looks.take()
         whole = self.model.domain
         box = box_around(self.k, float(asked.share) ** (1 / whole.n), whole)
         own = fresh_key(key, look, self.plan, box.lo, box.hi)
         model = local_model(system, self.model, box, own, look.delta, asked, quiet)
-        return replace(self, near=near_of(self, model, look, own, settings))
+        return replace(self, near=near_of(self, question.of(model), look, own, settings))
+
+    def _question(self) -> Question:
+        """What can be asked again. Raises InputError where only a plain form of it is known."""
+        if self.asked.question is None or self.solve is None:
+            raise InputError(
+                "claim_near: expected an answer that knows its question; a file that was told in "
+                "the robot's frame does not. Solve the scene again, with the same `at`."
+            )
+        return self.asked.question
 
     def statement(self) -> str:
         """The sentences (D): what is known of the plan that is driven, and of nothing else."""
         start = ", ".join(f"{x:.4f}" for x in self.p0)
         k = ", ".join(f"{x:.6g}" for x in self.k)
         lines = [f"The plan chosen: p0 = ({start}), k = ({k})."]
+        if self.asked.pose is not None:
+            lines.append(about_pose(*self.asked.pose))
         if self.tested is None:
             lines.append("This very plan: not run since it was chosen, so no statement.")
         else:
@@ -131,7 +152,7 @@ class Choice:
         if self.looks.taken:
             lines.append(
                 f"Looks: {self.looks.taken} of {self.looks.planned} taken, delta = "
-                f"{float(self.looks.delta):g} split over them."
+                f"{rounded_up(self.looks.delta, 10)} split over them."
             )
         return "\n".join(f"(D) {line}" for line in lines)
 
@@ -144,22 +165,26 @@ class Choice:
             )
         if isinstance(risk, NoStatement):
             return f"Jitter without new runs: no statement, since {risk.reason}."
-        half = ", ".join(f"{x:.3g}" for x in self.jitter.half)
+        half = ", ".join(rounded_down(x, 3) for x in self.jitter.half)
+        share = rounded_down(100 * self.jitter.share)
         bound = rounded_up(risk.bound)
         worth = " (no promise at all: run the plan, or claim near it)" if risk.bound >= 1 else ""
         return (
             f"Jitter without new runs: from this start, k drawn uniformly within ±({half}) of the "
-            f"middle of a box around it, {100 * float(self.jitter.share):.2g} % of K and proved "
-            f"safe throughout, leaves the tube with probability at most {bound}{worth}."
+            f"middle of a box around it, {share} % of K and proved safe throughout, leaves the "
+            f"tube with probability at most {bound}{worth}."
         )
 
 
-def near_of(choice: Choice, model: TrajectoryModel, look, key, settings=None) -> Near:
-    """What the local model, claimed in this look, proves around the plan."""
+def near_of(choice: Choice, question: Question, look, key, settings=None) -> Near:
+    """What the local model, claimed in this look, proves around the plan. question: that of the
+    choice, asked of the local model.
+    """
     answer = None
     proved = None
-    if choice.solve is not None and model.tube.claimed.any():
-        answer = choice.solve(model, choice.scene.problem, key, settings)
+    model = question.model
+    if model.tube.claimed.any():
+        answer = choice.solve(question, key, settings, choice.looks)
         proved = safe_box(model, answer.scene, choice.p0, choice.k, model.domain)
     share = share_of(model.domain, choice.model.domain)
     widths = compared(choice.model.tube, model.tube, model.domain)

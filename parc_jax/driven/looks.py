@@ -14,6 +14,7 @@ from parc_jax.arrays import content_hash
 from parc_jax.claim.counts import as_probability, check_count
 from parc_jax.errors import InputError
 from parc_jax.keys import Stage, stream
+from parc_jax.spelling import rounded_up
 
 
 class Look(NamedTuple):
@@ -25,24 +26,49 @@ class Look(NamedTuple):
 
 
 class Looks:
-    """The looks of one question. It is the one thing here that remembers: a look is spent when its
-    runs are made, whatever they show.
+    """The account of the looks at one answer and at all that comes of it: its polytopes, choices
+    and local claims hold this very object. It is the one thing here that remembers: a look is spent
+    when its runs are made, whatever they show.
 
-    delta: error probability of all looks together. planned: how many may be taken. taken: how many
-    were.
+    delta: error probability of all looks together, None until `declare`. planned: how many may be
+    taken. taken: how many were.
     """
 
-    def __init__(self, delta=1e-3, planned: int = 1):
-        check_count("looks", planned, 1, "the number of tests that may decide what is driven")
-        self.delta = as_probability("delta", delta)
-        self.planned = planned
+    def __init__(self):
+        self.delta: Fraction | None = None
+        self.planned = 0
         self.taken = 0
 
     def __repr__(self) -> str:
-        return f"Looks({self.taken} of {self.planned} taken, delta {float(self.delta):g})"
+        if self.delta is None:
+            return "Looks(none declared)"
+        return f"Looks({self.taken} of {self.planned} taken, delta {rounded_up(self.delta)})"
+
+    def declare(self, delta=1e-3, planned: int = 1) -> "Looks":
+        """The account itself, with so many looks. Declared once, before the first is taken; the
+        same again changes nothing. Raises InputError for anything else.
+        """
+        check_count("looks", planned, 1, "the number of tests that may decide what is driven")
+        delta = as_probability("delta", delta)
+        if self.delta is None:
+            self.delta, self.planned = delta, planned
+        if (delta, planned) != (self.delta, self.planned):
+            raise InputError(
+                f"looks: expected those declared by the first choice, {self!r}; got {planned} "
+                f"looks and delta = {delta}."
+            )
+        return self
+
+    def to_json(self) -> dict | None:
+        """As plain data, for the answer file; None where none are declared."""
+        if self.delta is None:
+            return None
+        return {"delta": str(self.delta), "planned": self.planned, "taken": self.taken}
 
     def take(self) -> Look:
         """The next look. Raises InputError when all that were declared are spent."""
+        if self.delta is None:
+            raise InputError("looks: expected some to be declared before one is taken; none are.")
         if self.taken >= self.planned:
             raise InputError(
                 f"looks: all {self.planned} that were declared are spent, and one more would be "
@@ -51,6 +77,16 @@ class Looks:
             )
         self.taken += 1
         return Look(self.taken, self.planned, self.delta / self.planned)
+
+
+def looks_of_json(data: dict | None) -> Looks:
+    """The account of `Looks.to_json`, which goes on where it was. Raises InputError."""
+    looks = Looks()
+    if data is not None:
+        looks.declare(Fraction(data["delta"]), data["planned"])
+        looks.taken = data["taken"]
+        check_count("looks taken", looks.taken, 0, "how many were taken")
+    return looks
 
 
 def fresh_key(key: jax.Array, look: Look, *about: np.ndarray) -> jax.Array:

@@ -12,7 +12,7 @@ from parc_jax.driven.looks import Look
 from parc_jax.driven.safe_box import SafeBox
 from parc_jax.driven.widths import Widths
 from parc_jax.model import TrajectoryModel
-from parc_jax.sentences import rounded_up
+from parc_jax.spelling import rounded_up
 
 NARROWER = 1.05  # [1] a tube that is less than this much narrower is not called so
 

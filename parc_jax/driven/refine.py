@@ -24,8 +24,7 @@ from parc_jax.driven.widths import compared
 from parc_jax.errors import InputError
 from parc_jax.keys import Stage, stream
 from parc_jax.methods import Exact
-from parc_jax.model import TrajectoryModel
-from parc_jax.problem import ReachAvoid
+from parc_jax.robust.question import Question
 from parc_jax.sets.box import Box
 from parc_jax.settings import Settings
 from parc_jax.spelling import counted
@@ -119,8 +118,7 @@ class Refined:
 
 
 def refine(
-    model: TrajectoryModel,
-    problem: ReachAvoid,
+    question: Question,
     system,
     key: jax.Array,
     solve: Callable[..., Any],
@@ -131,7 +129,8 @@ def refine(
     """Zoom, claim, prove: see `Planner.refine`. solve: as of `Choice`. say: called with a line of
     progress.
     """
-    looks = Looks(asked.delta, asked.looks)
+    model, problem = question.model, question.problem
+    looks = Looks().declare(asked.delta, asked.looks)
     say = say or (lambda line: None)
     boxes, stages = _zoom(model, problem, system, key, asked, say)
     for box in boxes[: asked.looks]:
@@ -140,7 +139,8 @@ def refine(
         local = best_claimed(
             system, model, box, own, look.delta, asked.local, asked.shapes, problem
         )
-        bought, near = _proved(local, model, problem, own, solve, look, asked, settings)
+        query = question.of(local)
+        bought, near = _proved(query, model, own, solve, look, looks, asked, settings)
         stages.append(bought)
         say(_line(bought))
         if near is not None and near.answer.corridors:
@@ -149,7 +149,8 @@ def refine(
             n_p = local.n_p
             held = safe_box(local, scene, plan[:n_p], plan[n_p:], local.domain)
             near = Near(local, near.answer, near.share, held, near.widths, look)
-            choice = Choice(plan, value, model, scene_of(problem, model), looks, solve, None, near)
+            scene = scene_of(problem, model)
+            choice = Choice(plan, value, question.plain(), scene, looks, solve, None, near)
             return Refined(choice, tuple(stages), looks)
     return Refined(None, tuple(stages), looks)
 
@@ -217,8 +218,11 @@ def _zoom(model, problem, system, key, asked: Refine, say) -> tuple[list, list[B
     return [probe.box for probe in found], stages
 
 
-def _proved(local, model, problem, key, solve, look, asked: Refine, settings: Settings):
-    """The claimed model's stage, and what is proved under it; None where no plan is safe."""
+def _proved(query: Question, model, key, solve, look, looks, asked: Refine, settings: Settings):
+    """The stage of the claimed model, of which the query is asked, and what is proved under it;
+    None where no plan is safe.
+    """
+    local = query.model
     share = share_of(local.domain, model.domain)
     rng = np.random.default_rng(0)
     widest = float(local.tube.final.max())
@@ -226,12 +230,12 @@ def _proved(local, model, problem, key, solve, look, asked: Refine, settings: Se
     name = f"claim, look {look.number} of {look.planned}"
     if not local.tube.claimed.any():
         return Bought(name, local.domain, float(share), runs, -np.inf, widest), None
-    plans = nearly_safe(local, scene_of(problem, local), rng)
+    plans = nearly_safe(local, scene_of(query.problem, local), rng)
     bought = Bought(name, local.domain, float(share), runs, plans.score, widest)
     if not plans.score > 0:
         return bought, None
     if settings.method is None:
         settings = settings.replace(method=Exact((plans.p0[0], plans.k[0])))
-    answer = solve(local, problem, key, settings)
+    answer = solve(query, key, settings, looks)
     widths = compared(model.tube, local.tube, local.domain)
     return bought, Near(local, answer, share, None, widths, look)

@@ -12,7 +12,7 @@ from parc_jax.driven.looks import Look, fresh_key
 from parc_jax.driven.randomness import ignores_key
 from parc_jax.keys import Stage
 from parc_jax.rollout.collect import stream_rollouts
-from parc_jax.sentences import rounded_up
+from parc_jax.spelling import rounded_up
 from parc_jax.verdict.outcomes import outcomes
 from parc_jax.verdict.scene import Scene
 

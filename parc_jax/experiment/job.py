@@ -108,6 +108,7 @@ def run_study(
     if study.driven and answer.polytopes and answer.doubt is None:
         with watch("the plan that is driven"):
             chosen = drive(system, answer, study, key, out, quiet)
+        answer.save(out / "answer.json")  # again: the file tells which looks are taken
     metrics = {
         "system": system.name,
         "seed": seed,

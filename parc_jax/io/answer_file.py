@@ -1,7 +1,6 @@
 """An answer again from its file, for pictures and further questions: nothing else is needed."""
 
 import json
-from dataclasses import replace
 
 import numpy as np
 
@@ -19,17 +18,20 @@ from parc_jax.cover.polytope import SafePolytope
 from parc_jax.cover.sampling import points
 from parc_jax.cover.search import Cover
 from parc_jax.cover.stopping import Coverage, nothing_covered
+from parc_jax.driven.looks import looks_of_json
 from parc_jax.errors import InputError
 from parc_jax.model import TrajectoryModel, trajectory_model
 from parc_jax.network.relu import relu_network
 from parc_jax.obstacles.directions import Multiplier
+from parc_jax.planner import answer_to
 from parc_jax.problem import ReachAvoid, reach_avoid
 from parc_jax.robust.pose import Pose
+from parc_jax.robust.question import Plain, Question
 from parc_jax.robust.withstood import withstood_of_json
 from parc_jax.sets.box import box
 from parc_jax.sets.hpolytope import HPolytope, hpolytope
 from parc_jax.spelling import hex_floats, hex_text, nearest_floats
-from parc_jax.verdict.near import near_scene
+from parc_jax.verdict.near import scene_of_question
 from parc_jax.verdict.pointwise import verdicts
 from parc_jax.verdict.scene import Scene
 from parc_jax.volume_bounds.no_plan import BOUNDS, PROVED, UNDECIDED, NoPlan
@@ -64,9 +66,8 @@ def load_answer(path) -> Answer:
 
 def _answer(data: dict, report) -> Answer:
     model, problem, meta = _model(data), problem_of_file(data["problem"]), data["meta"]
-    scene = near_scene(problem, model)
-    if "at" in meta:
-        scene = replace(scene, at=np.array(nearest_floats(meta["at"])))
+    asked = _asked(problem, model, meta)
+    scene = scene_of_question(asked)
     samples = np.array(
         [nearest_floats(s["p0"]) + nearest_floats(s["k"]) for s in data["samples"]], np.float64
     )
@@ -87,10 +88,20 @@ def _answer(data: dict, report) -> Answer:
     within = Place(*sides) if sides else None
     cover = Cover(*tally, seen, kept, coverage, corridors, polytopes, within=within)
     no_plan = _no_plan(data["no_plan"], report.no_plan)
+    looks = looks_of_json(meta.get("looks"))
+    answer = Answer(asked, scene, cover, samples, data["samples"], True, 0, {}, no_plan, looks)
+    answer.solve = answer_to
+    return answer
+
+
+def _asked(problem: ReachAvoid, model: TrajectoryModel, meta: dict) -> Plain:
+    """The plain question of a file; as it was asked where that is the same but for a place."""
     doubt = withstood_of_json(meta.get("doubt"))
-    return Answer(
-        model, scene, cover, samples, data["samples"], True, 0, {}, no_plan, doubt, _pose(meta)
-    )
+    at = np.array(nearest_floats(meta["at"])) if "at" in meta else None
+    pose = _pose(meta)
+    here = at is None if pose is None else pose.heading is None
+    asked = Question(problem, model, pose) if here and doubt is None else None
+    return Plain(problem, model, doubt, at, pose, asked)
 
 
 def _pose(meta: dict) -> Pose | None:

@@ -8,6 +8,7 @@ statement.
 """
 
 from collections.abc import Sequence
+from dataclasses import dataclass, replace
 from typing import NamedTuple
 
 import numpy as np
@@ -28,9 +29,38 @@ from parc_jax.robust.withstood import Withstood, withstood
 KEPT = 16  # models under doubt that a planner remembers
 
 
+@dataclass(frozen=True, eq=False)
+class Question:
+    """All that is asked, as it was asked. Whoever asks it again asks all of it. Made by `question`.
+
+    problem: told in the world, with its doubt and its start set. model: that it is asked of.
+    pose: where the robot is; None for plans from any start.
+    """
+
+    problem: ReachAvoid
+    model: TrajectoryModel
+    pose: Pose | None = None
+
+    def of(self, model: TrajectoryModel) -> "Question":
+        """The same question of another model. Raises InputError where the robot has a heading that
+        the model knows nothing of.
+        """
+        if self.pose is not None and self.pose.heading is not None:
+            require_rotation(model, "at")
+        return replace(self, model=model)
+
+    def plain(self, known: dict[tuple, TrajectoryModel] | None = None) -> "Plain":
+        """The plain question, told in the robot's frame where it has a heading. known: models under
+        doubt that were made before, which are remembered there. Raises InputError where the doubt
+        does not fit the model, or leaves nothing of the goal.
+        """
+        return _plain(self, {} if known is None else known)
+
+
 class Plain(NamedTuple):
     """A plain question; the doubt that its answers withstand, None where there was none; the one
-    start of its plans, None for any, and the pose that it is.
+    start of its plans, None for any, and the pose that it is. question: as it was asked; None where
+    only the plain one is known, of a file.
     """
 
     problem: ReachAvoid
@@ -38,29 +68,32 @@ class Plain(NamedTuple):
     doubt: Withstood | None = None
     at: np.ndarray | None = None
     pose: Pose | None = None
+    question: Question | None = None
+
+
+def question(problem: ReachAvoid, model: TrajectoryModel, at=None) -> Question:
+    """Ask a problem of a model. at: the pose of the robot, as of `pose_of`. Raises InputError."""
+    return Question(problem, model, None if at is None else pose_of(at, model))
 
 
 def plain(
     problem: ReachAvoid,
     model: TrajectoryModel,
     known: dict[tuple, TrajectoryModel] | None = None,
-    at=None,
 ) -> Plain:
-    """The plain question of one under doubt. Raises InputError where the doubt does not fit the
-    model, or leaves nothing of the goal.
+    """The plain question about plans from any start, as of `Question.plain`."""
+    return Question(problem, model).plain(known)
 
-    known: models under doubt that were made before, which are remembered there. at: the pose of the
-    robot, as of `pose_of`; then the scene is told in its frame.
-    """
+
+def _plain(asked: Question, known: dict[tuple, TrajectoryModel]) -> Plain:
+    problem, model, pose = asked.problem, asked.model, asked.pose
     doubt = problem.doubt
     if doubt is None or doubt.is_nothing:
         doubt = None
         problem = problem.replace(doubt=None) if problem.doubt is not None else problem
-    pose = None if at is None else pose_of(at, model)
     if doubt is None and pose is None:
-        return Plain(problem, model)
+        return Plain(problem, model, question=asked)
     _check(problem, model)
-    known = {} if known is None else known
     under = model
     if doubt is not None:
         copies = _copies(doubt, model)
@@ -82,7 +115,7 @@ def plain(
     said = None
     if doubt is not None:
         said = withstood(doubt, copies.executions, model, max(copies.counts) > 1)
-    return Plain(problem, under, said, here, pose)
+    return Plain(problem, under, said, here, pose, asked)
 
 
 class _Copies(NamedTuple):

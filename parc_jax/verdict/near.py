@@ -12,6 +12,7 @@ from parc_jax.obstacles.grown import exists
 from parc_jax.obstacles.polygon import corners
 from parc_jax.obstacles.ways import ways_of
 from parc_jax.problem import ReachAvoid
+from parc_jax.robust.question import Plain
 from parc_jax.verdict.scene import (
     Scene,
     bare_scene,
@@ -38,6 +39,13 @@ def near_scene(problem: ReachAvoid, model) -> Scene:
         apart=found,
     )
     return roomy(near)
+
+
+def scene_of_question(asked: Plain) -> Scene:
+    """The scene of a plain question, with the one start of its plans. Raises InputError as
+    `scene_of` does.
+    """
+    return near_scene(asked.problem, asked.model).replace(at=asked.at)
 
 
 def bare_near_scene(problem: ReachAvoid, model) -> Scene:

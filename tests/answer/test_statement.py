@@ -18,7 +18,7 @@ def found(**changes):
     """The findings behind the toy's answer, some of them changed."""
     whole = answer()
     fields = {
-        "model": told(whole.model, system="<b>toy</b> & co"),
+        "asked": whole.asked._replace(model=told(whole.model, system="<b>toy</b> & co")),
         "scene": whole.scene,
         "cover": whole._cover,
         "samples": whole.samples,

@@ -128,6 +128,7 @@ def test_a_plan_where_the_model_of_all_of_k_has_none(refined, narrow):
     assert e.safe.all() and near.model.domain.contains(found.choice.k)
     # delta is split over the looks, and the claim is about runs of its own
     assert near.model.claim.delta * 2 == found.looks.delta
+    assert found.answer.looks is found.looks is found.choice.looks
     assert near.model.claim.evidence["seed"] != model.claim.evidence["seed"]
     assert found.stages[0].stage == "model of all of K" and len(said) >= 2
     assert found.stages[-1].room > 0 and "claim, look" in found.stages[-1].stage

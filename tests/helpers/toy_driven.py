@@ -55,7 +55,7 @@ def answer():
     """A new answer each time, for it remembers the looks at it; the search is done once."""
     found = _answer()
     again = type(found)(
-        found.model,
+        found.asked,
         found.scene,
         found._cover,
         found.samples,
