@@ -88,7 +88,8 @@ def require_fit(problem: ReachAvoid, robot: Outline | TrajectoryModel) -> None:
 
 def require_same(system, model: TrajectoryModel) -> None:
     """Refuse a system that is not the one of this model: another name, size or grid, a K that does
-    not hold the model's, another law of its disturbances, another rotation than the model knows. Its plant may differ. Raises InputError.
+    not hold the model's, another law of its disturbances, another rotation than the model knows.
+    Its plant may differ. Raises InputError.
     """
     own = outline_of(system)
     differs = [name for name in ALIKE if getattr(own, name) != getattr(model, name)]

@@ -64,9 +64,8 @@ def test_a_value_on_the_edge_of_a_bin_without_claim_is_told():
         asked = problem.replace(doubt=Doubt(given={"k1": value}))
         known = plain(asked, model.replace(claim=claim))
         empty = nothing()
-        empty.model, empty.scene = known.model, bare_scene(known.problem, known.model)
+        empty.asked, empty.scene = known, bare_scene(known.problem, known.model)
         empty.scene = empty.scene.replace(problem=known.problem)
-        empty.doubt = known.doubt
         said = statement(empty)
         assert (
             "that have a claim; a value on an edge is in the bins on both sides" in said

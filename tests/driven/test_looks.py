@@ -58,5 +58,5 @@ def test_an_account_is_declared_once_and_goes_on_from_its_file():
     assert again.take().number == 2
     with pytest.raises(InputError, match="all 2 that were declared are spent"):
         again.take()
-    with pytest.raises(InputError, match="looks taken: expected a whole number >= 0, got -1"):
+    with pytest.raises(InputError, match="looks taken: expected a whole number >= 0; got -1"):
         looks_of_json(looks.to_json() | {"taken": -1})

@@ -39,6 +39,18 @@ def near(choice):
     return near_of(choice, query, choice.looks.take(), KEY, toy.SETTINGS)
 
 
+class Turning(Plant):
+    """The gusty plant, of which somebody says that its runs turn with the heading."""
+
+    rotation = (STAYS,)
+
+
+def turning():
+    """It, made anew."""
+    base = plant(toy.gusty, toy.T)
+    return Turning(base.domain, base.time, base.run)
+
+
 def test_the_start_set_is_asked_for_again():
     choice = chosen()
     found = near(choice)
@@ -63,21 +75,13 @@ def test_the_pose_is_asked_for_again(at, tmp_path):
         pj.write_c(found.answer, tmp_path / "near.h")
 
 
-class Turning(Plant):
-    """The gusty plant, of which somebody says that its runs turn with the heading."""
-
-    rotation = (STAYS,)
-
-
 def test_a_claim_near_a_pose_is_told_from_it():
-    base = plant(toy.gusty, toy.T)
     choice = chosen((0.05, 0.0, 0.1))
     small = pj.Local(share=0.01, eps=0.1, rollouts=60, profile_runs=60)
     with pytest.raises(InputError, match="differs in rotation"):
-        choice.claim_near(base, KEY, small)
+        choice.claim_near(plant(toy.gusty, toy.T), KEY, small)
     assert choice.looks.taken == 0
-    system = Turning(base.domain, base.time, base.run)
-    found = choice.claim_near(system, KEY, small, settings=toy.SETTINGS).near
+    found = choice.claim_near(turning(), KEY, small, settings=toy.SETTINGS).near
     assert found.answer.pose.heading == 0.1 and found.model.rotation == (STAYS,)
     assert (found.answer.samples[:, :2] == 0).all() and found.held > 0.9
 
@@ -88,7 +92,7 @@ def test_a_file_in_the_frame_of_the_robot_is_not_asked_again(tmp_path):
     assert loaded.question is None and loaded.pose.heading == 0.1
     again = loaded.choose(delta=0.05, looks=2)
     with pytest.raises(InputError, match="an answer that knows its question"):
-        again.claim_near(plant(toy.gusty, toy.T), KEY)
+        again.claim_near(turning(), KEY)
     assert again.looks.taken == 1
 
 
