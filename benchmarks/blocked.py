@@ -51,7 +51,7 @@ def main(options: Options) -> list[dict]:
             model = bending_arcs(n_k, hidden, n_steps=10)
             for name, problem in scenes().items():
                 scene = scene_of(problem, model)
-                prove_no_plan(model, scene, budget_s=0.0, max_leaves=1)  # compiles
+                prove_no_plan(model, scene, budget_s=600.0, max_leaves=1)  # compiles
                 begin = time.process_time()
                 found = prove_no_plan(
                     model, scene, budget_s=options.budget_s, max_leaves=options.max_leaves

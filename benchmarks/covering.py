@@ -40,8 +40,8 @@ class Options:
     """Share of the safe set that may stay uncovered."""
     at: float = 3.0
     """[s] What is covered by then?"""
-    budget: float = 15.0
-    """[s] Where a search ends."""
+    work: float = 1.0
+    """Where a search ends, as a multiple of the standard work."""
     figure: Path | None = None
     """Draw the curves of the last query."""
 
@@ -62,7 +62,7 @@ def main(options: Options) -> dict:
                 Settings(
                     n_samples=1,
                     target=options.target,
-                    budget_s=options.budget,
+                    work=options.work,
                     polytopes=polytopes,
                     proof=False,
                 ),

@@ -13,12 +13,14 @@ from parc_jax.claim.claim import derived
 from parc_jax.claim.error_set import ErrorBox
 from parc_jax.claim.faces import Faces, faces
 from parc_jax.claim.tube import fitted_tube, tube
+from parc_jax.cover.limit import Limit
 from parc_jax.cover.search import cover, draw_safe_plans
 from parc_jax.model import TrajectoryModel
 from parc_jax.network.relu import relu_network
 from parc_jax.problem import ReachAvoid, reach_avoid
 from parc_jax.sets.box import box
 from parc_jax.sets.hpolytope import HPolytope
+from parc_jax.settings import work_of
 from parc_jax.verdict.near import near_scene
 
 CORNERS = ("front_left", "front_right", "rear_right", "rear_left")
@@ -129,6 +131,6 @@ def _first(model: TrajectoryModel, problem: ReachAvoid, seed: int):
 def _corridors(model: TrajectoryModel, problem: ReachAvoid, seed: int):
     begin = time.process_time()
     scene, rng = near_scene(problem, model), np.random.default_rng(seed)
-    asked = {"target": 0.01, "confidence": 0.99, "budget_s": 60.0}
+    asked = {"target": 0.01, "confidence": 0.99, "work": work_of(1.0), "limit": Limit(600.0)}
     found = cover(model, scene, rng, **asked, polytopes=False)
     return time.process_time() - begin, found

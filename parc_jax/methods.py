@@ -12,6 +12,7 @@ from dataclasses import dataclass
 import jax
 import numpy as np
 
+from parc_jax.cover.limit import Limit
 from parc_jax.cover.place import Place
 from parc_jax.cover.rare import where_around, where_safe
 from parc_jax.cover.sampling import no_points, points
@@ -23,12 +24,11 @@ from parc_jax.published.cells import cells_outward
 from parc_jax.published.scene import paper_scene
 from parc_jax.published.search import paper_search
 from parc_jax.pwa import RegionTable
-from parc_jax.settings import Settings
+from parc_jax.settings import Settings, Work, work_of
+from parc_jax.status import Ended
 from parc_jax.verdict.pointwise import verdicts
 from parc_jax.verdict.scene import Scene, no_end_fits, scene_of
-from parc_jax.volume_bounds.no_plan import PROVED, NoPlan, prove_no_plan
-
-MAX_LEAVES = 20_000  # boxes of a branch and bound; a certificate has a few hundred bytes per box
+from parc_jax.volume_bounds.no_plan import MAX_LEAVES, PROVED, NoPlan, prove_no_plan
 
 
 @dataclass(frozen=True)
@@ -54,52 +54,59 @@ class Exact:
     ) -> tuple[Cover, NoPlan | None]:
         """Draws from `rng`, a few plans alone from `key`; `regions` is not used."""
         begin = time.perf_counter()
+        limit = Limit(settings.budget_s)
+        work = work_of(settings.work)
         if self.around is not None:
             within = where_around(model, scene, rng, *self.around)
-            return self._drawn(model, scene, key, rng, settings, within), None
-        found = self._drawn(model, scene, key, rng, settings)
+            return self._drawn(model, scene, key, rng, settings, limit, within), None
+        found = self._drawn(model, scene, key, rng, settings, limit)
         if len(found.points.k) and not found.hopeless:
             return found, None
         no_plan = None
         hopeless = no_end_fits(scene, model) is not None
-        within = None if hopeless else where_safe(model, scene, rng, budget_s=0.0)
+        within = None if hopeless else where_safe(model, scene, rng, 1, limit)
         nothing = within is None and not len(found.points.k)
         if nothing and scene.at is None:  # a proof would be about any start
             no_plan = prove_no_plan(
                 model,
                 scene_of(scene.problem, model),  # of what is there alone: boxes look at all of it
-                budget_s=settings.no_plan_budget_s,
-                max_leaves=MAX_LEAVES,
+                budget_s=settings.budget_s,
+                max_leaves=min(work.leaves, MAX_LEAVES),
             )
-            within = _elsewhere(no_plan, hopeless, model, scene, rng, settings.budget_s)
+            within = _elsewhere(no_plan, hopeless, model, scene, rng, work, limit)
+        if limit.cut:  # by a climb; what draws find is whole or says so itself
+            found = found._replace(ended=Ended.SECONDS)
         if within is None:
             return found, no_plan
         spent = time.perf_counter() - begin
-        rare = self._drawn(model, scene, key, rng, settings, within)
+        rare = self._drawn(model, scene, key, rng, settings, limit, within)
         if len(rare.points.k):
             return rare.later(spent), no_plan
         if no_plan is None or no_plan.safe_plan is None:
             return found, no_plan
         return _around(found, no_plan, model, scene, rng, begin), no_plan
 
-    def _drawn(self, model, scene: Scene, key, rng, settings: Settings, within=None) -> Cover:
+    def _drawn(
+        self, model, scene: Scene, key, rng, settings: Settings, limit: Limit, within=None
+    ) -> Cover:
         """What draws show, from everywhere or within a place. Without any claim nothing is safe."""
         if not model.tube.claimed.any():
             none = nothing_covered(settings.confidence)
-            return Cover(0, 0, 0, float("nan"), no_points(model), none, none)
-        if settings.budget_s > 0:
-            return cover(
-                model,
-                scene,
-                rng,
-                target=settings.target,
-                confidence=settings.confidence,
-                budget_s=settings.budget_s,
-                polytopes=settings.polytopes,
-                within=within,
-            )
-        n, confidence = settings.n_samples, settings.confidence
-        return draw_safe_plans(model, scene, key, rng, n, confidence, within)
+            return Cover(0, 0, 0, float("nan"), no_points(model), none, none, ended=None)
+        if settings.samples_only:
+            n, confidence = settings.n_samples, settings.confidence
+            return draw_safe_plans(model, scene, key, rng, n, confidence, within)
+        return cover(
+            model,
+            scene,
+            rng,
+            target=settings.target,
+            confidence=settings.confidence,
+            work=work_of(settings.work),
+            limit=limit,
+            polytopes=settings.polytopes,
+            within=within,
+        )
 
 
 @dataclass(frozen=True)
@@ -148,21 +155,28 @@ class Published:
             kept=none,
             coverage=none,
             first_sample_s=time.perf_counter() - begin if len(seen.k) else None,
+            ended=Ended.TARGET if len(seen.k) else Ended.WORK,
         )
         return found, None
 
 
 def _elsewhere(
-    no_plan: NoPlan, hopeless: bool, model: TrajectoryModel, scene: Scene, rng, budget_s: float
+    no_plan: NoPlan,
+    hopeless: bool,
+    model: TrajectoryModel,
+    scene: Scene,
+    rng: np.random.Generator,
+    work: Work,
+    limit: Limit,
 ) -> Place | None:
     """Where to draw after branch and bound: around the safe plan that it came across, or where
-    larger populations climb to, for as long as it proved nothing. hopeless: no end fits the goal.
+    larger populations climb to, where it proved nothing. hopeless: no end fits the goal.
     """
     if no_plan.safe_plan is not None:
         return where_around(model, scene, rng, *no_plan.safe_plan)
     if hopeless or no_plan.kind == PROVED:
         return None
-    return where_safe(model, scene, rng, budget_s)
+    return where_safe(model, scene, rng, work.population, limit)
 
 
 def _around(

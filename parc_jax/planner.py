@@ -13,7 +13,6 @@ from parc_jax.batch.solve import BatchAnswer, Problems, problem_of, solve_batch
 from parc_jax.driven.looks import Looks
 from parc_jax.errors import InputError, expected
 from parc_jax.keys import Stage, as_key
-from parc_jax.methods import MAX_LEAVES
 from parc_jax.model import TrajectoryModel, check_model
 from parc_jax.prepared import Prepared
 from parc_jax.probes import require_sound_arithmetic
@@ -25,12 +24,12 @@ from parc_jax.system import check_system
 from parc_jax.verdict.near import scene_of_question
 from parc_jax.verdict.outline import require_same
 from parc_jax.verdict.scene import Scene, scene_of
-from parc_jax.volume_bounds.no_plan import NoPlan, prove_no_plan
+from parc_jax.volume_bounds.no_plan import MAX_LEAVES, NoPlan, prove_no_plan
 
 if TYPE_CHECKING:
     from parc_jax.driven.refine import Refine, Refined
 
-COLD_BUDGET_S = 1e-3  # [s] of search after compiling: `warm_up` wants the compiled programs alone
+COLD_WORK = 0.03  # two looks, with corridors between: `warm_up` wants the compiled programs alone
 
 
 class Planner:
@@ -61,7 +60,7 @@ class Planner:
         """The safe set of one problem: samples, corridors and polytopes, with certificates.
 
         problem: from `reach_avoid` or `load_problem`; every plan of the answer withstands its
-        doubt. key: from `jax.random`; its SEARCH stream is used. settings: sizes, budgets and
+        doubt. key: from `jax.random`; its SEARCH stream is used. settings: sizes, work and
         method; by default `Settings.whole()`. at: where the robot is, x, y or x, y, heading: the
         answer is about plans from there, sets in k alone; with a heading told in the robot's frame,
         for a system that declares `rotation`.
@@ -93,14 +92,12 @@ class Planner:
         return self.regions if same else enumerate_regions(model.net, model.domain)
 
     def warm_up(self, problem: ReachAvoid, settings: Settings | None = None, *, at=None) -> Answer:
-        """Compile what a query of this size needs: a query with next to no budget, from a stream of
-        its own, so that the next `solve` spends its budget on the safe set. Its answer counts for
+        """Compile what a query of this size needs: a query with next to no work, from a stream of
+        its own, so that the times of the next `solve` are those of a search. Its answer counts for
         nothing but its timings: those of a cold start.
         """
         settings = _checked("warm_up", problem, settings, Settings.whole())
-        cold = settings.replace(
-            budget_s=min(settings.budget_s, COLD_BUDGET_S), proof=False, no_plan_budget_s=0.0
-        )
+        cold = settings.replace(work=min(settings.work, COLD_WORK), proof=False)
         apart = jax.random.fold_in(jax.random.PRNGKey(0), int(Stage.SEARCH))
         return self.solve(problem, apart, cold, at=at)
 
@@ -161,8 +158,8 @@ class Planner:
         by all. numbers: (s,) the problems' own numbers, by default 0, 1, ...: with the key they
         decide an answer, so it does not depend on what else is in the batch. warm: an earlier
         BatchAnswer of the same problems, or plans. whole: rows that `solve` answers as well, with
-        these settings, or with `Settings.whole()` where these have no budget. mesh: devices to
-        spread over (`distributed.mesh`).
+        these settings, or with `Settings.whole()` where these are for samples only. mesh: devices
+        to spread over (`distributed.mesh`).
         Raises as `solve` does.
         """
         settings = Settings.fast() if settings is None else settings
@@ -187,15 +184,16 @@ class Planner:
             proof=settings.proof,
             mesh=mesh,
         )
-        each = settings if settings.budget_s > 0 else Settings.whole()
+        each = Settings.whole() if settings.samples_only else settings
         return answer._replace(answers={i: self.solve(p, key, each) for i, p in chosen.items()})
 
     def bound_volume(
-        self, problem: ReachAvoid, *, budget_s: float = 20.0, max_leaves: int = MAX_LEAVES
+        self, problem: ReachAvoid, *, max_leaves: int = 3000, budget_s: float = 600.0
     ) -> NoPlan:
         """Exact bounds on the volume of safe (p0, k): safe <= volume <= total - unsafe. [T30]
 
-        budget_s: [s] for search and exact check. max_leaves: boxes. Raises as `solve` does.
+        max_leaves: boxes, the work, 20,000 at most. budget_s: [s] a limit above it for search and
+        exact check; what it cuts off, `ended` says. Raises as `solve` does.
         """
         _checked("bound_volume", problem, None, Settings.whole())
         require_sound_arithmetic()
@@ -204,7 +202,7 @@ class Planner:
             asked.model,
             scene_of(asked.problem, asked.model),
             budget_s=budget_s,
-            max_leaves=max_leaves,
+            max_leaves=min(max_leaves, MAX_LEAVES),
             bounds=True,
         )._replace(doubt=asked.doubt)
 

@@ -10,7 +10,7 @@ from parc_jax.spelling import listed, rounded_down, rounded_up
 def nothing_found(reason: str | None) -> str:
     """No plan was found, and nobody looked for a proof. reason: why none can be, where known."""
     why = "." if reason is None else f": {reason}"
-    return f"No safe plan was found within the budget{why} This is not a proof that none exists."
+    return f"No safe plan was found{why} This is not a proof that none exists."
 
 
 def about_plans(samples: int, polytopes: int, corridors: int, proved: bool) -> str:

@@ -1,9 +1,33 @@
-"""How a query is answered: sizes, probabilities, budgets and the method, as one frozen record."""
+"""How a query is answered: sizes, probabilities, work and the method, as one frozen record."""
 
 import dataclasses
+import math
 from dataclasses import dataclass
+from typing import NamedTuple
 
 from parc_jax.errors import InputError
+
+LOOKS = 60  # at fresh draws of at most 2^18 plans each
+CORRIDORS = 4096  # tried; of a batch the best are kept
+LEAVES = 1000  # boxes of a proof that there is no plan
+POPULATION = 8192  # plans that climb to where some are safe, in the last climb
+
+
+class Work(NamedTuple):
+    """The most that a search does, counted in what is done: looks at fresh draws, corridors tried,
+    boxes of a branch and bound, plans of the largest climb.
+    """
+
+    looks: int
+    corridors: int
+    leaves: int
+    population: int
+
+
+def work_of(share: float) -> Work:
+    """That share of the standard work, and one of each at least."""
+    each = LOOKS, CORRIDORS, LEAVES, POPULATION
+    return Work(*(max(1, math.ceil(share * n)) for n in each))
 
 
 @dataclass(frozen=True)
@@ -13,12 +37,16 @@ class Settings:
 
     n_samples: safe plans to return.
     target, confidence: the corridors (with `polytopes`, these too) leave out at most `target` of
-        the model's safe set, with this confidence, unless the budget ends first.
-    budget_s: [s] for the search after the compiler is done; 0 grows nothing: samples only.
+        the model's safe set, with this confidence, unless the work ends first.
+    work: the most that is done, as a multiple of the standard: 60 looks at fresh draws, 4,096
+        corridors tried, and 1,000 boxes for a proof where no plan was found. It is counted, so the
+        same key gives the same answer however busy the machine.
+    budget_s: [s] a limit above the work, compiling not counted. What it cuts off the answer says:
+        `Answer.ended` is SECONDS then.
+    samples_only: safe plans alone; no corridor is built and nothing is covered.
     polytopes: cut the corridors into polytopes too, region by region: several times the work, and
         out of reach with many parameters. `Answer.with_polytopes` cuts them later.
     proof: check all that is returned in exact arithmetic.
-    no_plan_budget_s: [s] for a proof that there is no safe plan, spent only when none was drawn.
     method: how the search is done: `Published(lps)`, or anything with its `search`; None is the
         exact engine, `Exact()`.
     """
@@ -26,10 +54,11 @@ class Settings:
     n_samples: int = 100
     target: float = 0.01
     confidence: float = 0.99
-    budget_s: float = 20.0
+    work: float = 1.0
+    budget_s: float = 600.0
+    samples_only: bool = False
     polytopes: bool = False
     proof: bool = True
-    no_plan_budget_s: float = 5.0
     method: object | None = None
 
     def __post_init__(self):
@@ -40,10 +69,18 @@ class Settings:
             )
         if self.n_samples < 1:
             raise InputError(f"settings: expected n_samples >= 1; got {self.n_samples}.")
-        if not (self.budget_s >= 0 and self.no_plan_budget_s >= 0):
+        if not 0 < self.work < math.inf:
             raise InputError(
-                "settings: expected budgets of at least 0 s; got "
-                f"{self.budget_s}, {self.no_plan_budget_s}."
+                f"settings: expected work > 0, a multiple of the standard; got {self.work}."
+            )
+        if not self.budget_s > 0:
+            raise InputError(
+                f"settings: expected budget_s > 0 s, a limit above the work; got {self.budget_s}. "
+                "For safe plans without sets ask for samples_only=True."
+            )
+        if self.samples_only and self.polytopes:
+            raise InputError(
+                "settings: expected polytopes or samples_only; got both. Leave one of them out."
             )
         if self.method is not None and not callable(getattr(self.method, "search", None)):
             raise InputError(
@@ -52,10 +89,10 @@ class Settings:
 
     @classmethod
     def fast(cls) -> "Settings":
-        """A few safe plans as soon as they are found: no sets, no exact proof, no proof of
-        absence.
+        """A few safe plans as soon as they are found: no sets, no exact proof, next to no work for
+        a proof of absence.
         """
-        return cls(n_samples=4, budget_s=0.0, proof=False, no_plan_budget_s=0.0)
+        return cls(n_samples=4, work=1e-3, samples_only=True, proof=False)
 
     @classmethod
     def whole(cls) -> "Settings":
@@ -64,10 +101,10 @@ class Settings:
 
     @classmethod
     def thorough(cls) -> "Settings":
-        """All but three thousandths, at confidence 0.999, with time for slivers and for proofs of
+        """All but three thousandths, at confidence 0.999, with work for slivers and for proofs of
         absence.
         """
-        return cls(target=0.003, confidence=0.999, budget_s=120.0, no_plan_budget_s=60.0)
+        return cls(target=0.003, confidence=0.999, work=8.0, budget_s=3600.0)
 
     def replace(self, **changes) -> "Settings":
         """The same but for the given fields."""

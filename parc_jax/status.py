@@ -22,8 +22,8 @@ class Status(Enum):
     )
     NOT_FOUND = (
         "not-found",
-        "no safe plan was found within the budget, which proves nothing; "
-        "try a larger budget_s or no_plan_budget_s, a wider gap or a narrower tube",
+        "no safe plan was found with this work, which proves nothing; "
+        "try more work, a wider gap or a narrower tube",
     )
 
     def __init__(self, label: str, text: str):
@@ -37,3 +37,27 @@ class Status(Enum):
     def found(self) -> bool:
         """Safe plans are in hand."""
         return self in (Status.PROVED, Status.BOUNDED)
+
+
+class Ended(Enum):
+    """What ended a search. The text says it to people, and what to try next."""
+
+    TARGET = "target", "what was asked is reached"
+    WORK = "work", "its work is done before what was asked is reached; more may reach it"
+    SECONDS = (
+        "seconds",
+        "its limit in seconds cut work off, so a less busy machine may give another answer; "
+        "try a larger budget_s",
+    )
+
+    def __init__(self, label: str, text: str):
+        self.label = label
+        self.text = text
+
+    def __str__(self) -> str:
+        return self.label
+
+    @property
+    def sentence(self) -> str:
+        """For people."""
+        return f"The search was ended by its {self}: {self.text}."

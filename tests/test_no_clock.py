@@ -23,7 +23,7 @@ def faults(text: str) -> list[str]:
         if isinstance(node, ast.keyword) and isinstance(node.value, ast.Constant):
             if node.arg == "timeout":
                 out.append(f"line {node.value.lineno} has a timeout of its own")
-            if node.arg in ("budget_s", "no_plan_budget_s") and 0 < node.value.value < PATIENT:
+            if node.arg == "budget_s" and 0 < node.value.value < PATIENT:
                 out.append(f"line {node.value.lineno}: a budget of {node.value.value} s")
     return out
 

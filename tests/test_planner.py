@@ -87,10 +87,10 @@ def test_a_batch_has_a_status_for_every_problem():
 @pytest.mark.night
 def test_warming_up_takes_no_numbers_from_the_query_after_it():
     settings = pj.Settings(n_samples=5, target=0.3, budget_s=300, polytopes=False)
-    before = PLANNER().solve(toy_query.gap(), KEY, settings.replace(budget_s=0.0))
+    before = PLANNER().solve(toy_query.gap(), KEY, settings.replace(samples_only=True))
     cold = PLANNER().warm_up(toy_query.gap(), settings)
     assert cold.timings["first_sample_s"] > 0 and cold.status is pj.Status.BOUNDED
-    after = PLANNER().solve(toy_query.gap(), KEY, settings.replace(budget_s=0.0))
+    after = PLANNER().solve(toy_query.gap(), KEY, settings.replace(samples_only=True))
     assert (before.samples == after.samples).all()
 
 
@@ -103,7 +103,7 @@ def test_problems_and_planners_say_what_they_are_in_a_line():
 
 @pytest.mark.slow
 def test_the_exact_method_may_be_named_and_the_published_one_is_an_object_too():
-    settings = pj.Settings(n_samples=3, budget_s=0.0)
+    settings = pj.Settings(n_samples=3, samples_only=True)
     plain = PLANNER().solve(toy_query.gap(), KEY, settings)
     named = PLANNER().solve(toy_query.gap(), KEY, settings.replace(method=pj.Exact()))
     assert (plain.samples == named.samples).all()

@@ -147,9 +147,7 @@ def test_settings_of_a_query_are_checked_before_the_search(changes, words):
 @pytest.mark.slow
 def test_questions_without_an_answer_say_so_with_a_proof(goal, obstacles):
     model = line_model(4, 0.09)
-    answer = Planner(model).solve(
-        reach_avoid(goal, obstacles, 0.1), jax.random.key(0), Settings(no_plan_budget_s=300)
-    )
+    answer = Planner(model).solve(reach_avoid(goal, obstacles, 0.1), jax.random.key(0), Settings())
     assert not answer.found and answer.polytopes == []
     assert answer.statement().startswith(
         "Proved in exact arithmetic: the model has no safe (p0, k)"

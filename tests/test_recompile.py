@@ -62,7 +62,7 @@ def test_host_only_parts_in_the_kernels_arguments_would_be_noticed(warm, monkeyp
 
 
 KEY = jax.random.key(0)
-COVER = Settings(target=0.1, n_samples=5, budget_s=300, no_plan_budget_s=0.0, proof=False)
+COVER = Settings(target=0.1, n_samples=5, budget_s=300, proof=False)
 SEVERAL = Settings.fast().replace(n_samples=100)
 
 

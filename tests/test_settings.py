@@ -8,7 +8,8 @@ import parc_jax as pj
 def test_the_default_is_the_whole_set_and_presets_differ_in_effort_alone():
     fast, whole, thorough = pj.Settings.fast(), pj.Settings.whole(), pj.Settings.thorough()
     assert pj.Settings() == whole
-    assert fast.budget_s == 0 < whole.budget_s < thorough.budget_s
+    assert fast.work < whole.work < thorough.work and whole.budget_s < thorough.budget_s
+    assert fast.samples_only and not whole.samples_only and not thorough.samples_only
     assert not fast.proof and whole.proof and thorough.proof
     assert thorough.target < whole.target and thorough.confidence > whole.confidence
     assert {s.method for s in (fast, whole, thorough)} == {None}  # the exact engine
@@ -30,13 +31,16 @@ def test_replace_changes_only_what_it_names():
         {"confidence": 1.5},
         {"confidence": float("nan")},
         {"n_samples": 0},
-        {"budget_s": -1.0},
+        {"budget_s": 0.0},
         {"budget_s": float("nan")},
-        {"no_plan_budget_s": -0.1},
+        {"work": 0.0},
+        {"work": float("nan")},
+        {"work": float("inf")},
+        {"samples_only": True, "polytopes": True},
         {"method": "paper"},
     ],
     ids=str,
 )
 def test_values_without_meaning_are_refused_in_a_sentence(changes):
-    with pytest.raises(pj.InputError, match=r"^settings: expected .*; got .*\.$"):
+    with pytest.raises(pj.InputError, match=r"^settings: expected .*; got .*\."):
         pj.Settings(**changes)

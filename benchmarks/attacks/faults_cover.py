@@ -6,6 +6,30 @@ from benchmarks.attacks.fault import Fault
 
 COVER = (
     Fault(
+        "seconds_that_end_a_search_early",
+        "parc_jax/cover/limit.py",
+        "spent + reserved > self.seconds",
+        "spent + reserved > 0.03 * self.seconds",
+        ("tests/cover/test_work.py::test_a_slow_machine_gives_the_same_bits",),
+    ),
+    Fault(
+        "cut_off_and_told_as_the_target",
+        "parc_jax/cover/search.py",
+        "    if query.limit.cut:\n        return Ended.SECONDS\n",
+        "",
+        (
+            "tests/cover/test_work.py"
+            "::test_a_target_that_is_reached_after_a_cut_is_not_told_as_reached",
+        ),
+    ),
+    Fault(
+        "cut_off_and_told_as_work",
+        "parc_jax/volume_bounds/no_plan.py",
+        "ended = Ended.SECONDS if limit.cut else Ended.TARGET",
+        "ended = Ended.TARGET",
+        ("tests/cover/test_work.py::test_a_proof_of_absence_says_what_ended_it",),
+    ),
+    Fault(
         "corridor_at_the_first_knot_only",
         "parc_jax/cover/corridors.py",
         "return conditions.met(bin, corridor, path[:-1], path[1:])",

@@ -13,7 +13,7 @@ import numpy as np
 
 from parc_jax.answer import cut
 from parc_jax.answer.findings import Findings
-from parc_jax.answer.numbers import density_of_k, risk_of_draw, safe_volume
+from parc_jax.answer.numbers import SafeShare, density_of_k, risk_of_draw, safe_share, safe_volume
 from parc_jax.answer.path import NominalPath, nominal_path
 from parc_jax.answer.statement import as_html, one_line, statement
 from parc_jax.answer.written import written
@@ -121,6 +121,15 @@ class Answer(Findings):
         of draws as fixed.
         """
         return safe_volume(self._cover, confidence)
+
+    @property
+    def safe_share(self) -> SafeShare | None:
+        """Share of all (p0, k) that end in the goal's box, or of all k from the one start, that is
+        safe: the number to tune by. Estimate, Clopper-Pearson interval as of `volume`, and what the
+        tube alone leaves. Of an answer around a place only what is safe in it is counted. None as
+        of `volume`.
+        """
+        return safe_share(self)
 
     def contains(self, p0, k) -> np.ndarray:
         """p0 (b, n_p), k (b, n_k) -> bool (b,): inside a returned safe polytope; without any, safe

@@ -20,8 +20,8 @@ from parc_jax.problem import ReachAvoid
 from parc_jax.robust.pose import Pose
 from parc_jax.robust.question import Plain, Question
 from parc_jax.robust.withstood import Withstood
-from parc_jax.status import Status
-from parc_jax.verdict.scene import Scene
+from parc_jax.status import Ended, Status
+from parc_jax.verdict.scene import Scene, goal_box, volume_of_all
 from parc_jax.volume_bounds.no_plan import PROVED, NoPlan
 
 
@@ -83,6 +83,19 @@ class Findings:
         """What every plan withstands."""
         return self.asked.doubt
 
+    @cached_property
+    def whole(self) -> float:
+        """Volume of all plans that were asked about, before tube or doubt take anything off: of K
+        times the goal's box, or of K alone where there is one start.
+        """
+        if self.doubt is None or self.question is None:
+            return volume_of_all(self.scene, self.model)
+        volume = self.doubt.volume_of_k(self.model.domain)
+        if self.scene.at is not None:
+            return volume
+        lo, hi = goal_box(self.question.problem.goal, self.question.model.layout)
+        return volume * float(np.prod((hi - lo)[: self.model.n_p]))
+
     @property
     def pose(self) -> Pose | None:
         """Where the robot is, where that was asked."""
@@ -100,6 +113,16 @@ class Findings:
             return Status.PROVED if self.proved else Status.BOUNDED
         absent = self.no_plan is not None and self.no_plan.kind == PROVED
         return Status.NO_PLAN if absent else Status.NOT_FOUND
+
+    @property
+    def ended(self) -> Ended | None:
+        """What ended the search: its target, its work, or the limit in seconds above it, which is
+        told wherever it cut something off. None of a file that does not tell.
+        """
+        searches = [self._cover.ended, *([] if self.no_plan is None else [self.no_plan.ended])]
+        if Ended.SECONDS in searches:
+            return Ended.SECONDS
+        return searches[0] if self.found else searches[-1]
 
     @property
     def corridors(self) -> Sequence[Corridor]:
@@ -140,8 +163,8 @@ class Findings:
 
     @property
     def counts(self) -> dict[str, int]:
-        """Points drawn uniformly over all that could reach the goal, how many of them do, how many
-        are safe.
+        """Points drawn uniformly over all that could reach the goal shrunken by the tube, how many
+        of them do, how many are safe.
         """
         return {
             "drawn": self._cover.drawn,
@@ -155,10 +178,3 @@ class Findings:
         found that was drawn from instead; counts, coverage and volume are of it then.
         """
         return self._cover.within
-
-    @property
-    def safe_share(self) -> float:
-        """Share of the goal-reaching set (of the model) that is safe; of `around`, where that is a
-        place.
-        """
-        return self._cover.safe / max(self._cover.reaching, 1)

@@ -2,6 +2,8 @@
 risks.
 """
 
+from typing import NamedTuple
+
 import numpy as np
 
 from parc_jax.answer.findings import Findings
@@ -10,6 +12,35 @@ from parc_jax.claim.risk import Density, NoStatement, Risk
 from parc_jax.cover.search import Cover
 
 CONFIDENCE = 0.999  # of the safe set's volume, where a density rests on it
+
+
+class SafeShare(NamedTuple):
+    """What share of all plans that were asked about is safe, in the model with its tube: of all
+    (p0, k) that end in the goal's box, or of all k in K where there is one start.
+
+    share: estimate; at_least, at_most: Clopper-Pearson interval with `confidence`. reaching:
+    estimate of the share that ends in the goal whatever error the tube holds, from a start that is
+    allowed: what obstacles leave of it is share / reaching.
+    """
+
+    share: float
+    at_least: float
+    at_most: float
+    reaching: float
+    confidence: float
+
+
+def safe_share(found: Findings, confidence: float = 0.99) -> SafeShare | None:
+    """As `Answer.safe_share`. Draws are uniform over a set of known volume, which is compared with
+    that of all plans: one count of safe ones says both.
+    """
+    cover, whole = found._cover, found.whole
+    volume = safe_volume(cover, confidence)
+    if volume is None:
+        return None
+    shares = [v / whole for v in volume]
+    reaching = cover.volume * cover.reaching / cover.drawn / whole
+    return SafeShare(*shares, reaching, confidence)
 
 
 def safe_volume(cover: Cover, confidence: float) -> tuple[float, float, float] | None:
@@ -61,5 +92,5 @@ def risk_of_draw(found: Findings) -> Risk | NoStatement:
         return NoStatement(f"the claim is about k drawn by {law!r}, not uniformly over K")
     density = density_of_k(found)
     if not np.isfinite(density):
-        return NoStatement("how much of the safe set they cover was not measured within the budget")
+        return NoStatement("how much of the safe set they cover was not measured")
     return claim.risk(Density(density))

@@ -42,13 +42,17 @@ def as_html(found: Findings) -> str:
 
 def statement(found: Findings) -> str:
     """The two sentences, as `Answer.statement`."""
+    told = False
     if found.found:
         known = _about_tube(found, _about_doubt(found))
-        return f"(C) {_about_model(found)}\n{known}\n{_about_draw(found)}"
-    if found.no_plan is not None:
-        return f"{found.no_plan.statement()}\n{_about_tube(found, ())}"
-    none = nothing_found(no_end_fits(found.scene, found.model))
-    return none if found.doubt is None else found.doubt.of_none(none)
+        said = f"(C) {_about_model(found)}\n{known}\n{_about_draw(found)}"
+    elif found.no_plan is not None:
+        said = f"{found.no_plan.statement()}\n{_about_tube(found, ())}"
+        told = found.no_plan.ended is found.ended
+    else:
+        none = nothing_found(no_end_fits(found.scene, found.model))
+        said = none if found.doubt is None else found.doubt.of_none(none)
+    return said if told or found.ended is None else f"{said}\n{found.ended.sentence}"
 
 
 def _about_model(found: Findings) -> str:

@@ -29,9 +29,11 @@ def _meta(found: Findings) -> dict:
         "points": list(model.points),
         "time": [model.time.dt, model.time.t_f, model.time.dt_record],
         "status": found.status.label,
+        "ended": found.ended.label,
         "statement": statement(found),
         "counts": found.counts,
         "volume_drawn": found._cover.volume,
+        "volume_of_all": found.whole,
         "coverage": found.coverage._asdict(),
         "corridor_coverage": found.corridor_coverage._asdict(),
     }

@@ -31,6 +31,7 @@ def run(
     samples: int | None = None,
     repeats: int | None = None,
     driven: bool | None = None,
+    work: float | None = None,
     budget: float | None = None,
     figures: bool = True,
     quiet: bool = False,
@@ -79,7 +80,10 @@ def run(
         repeats: Runs of each returned plan in the replay. Default: the study's, or 1.
         driven: Choose one plan, run it afresh and make a local claim near it, and say what is then
             known of it. Default: as its study says.
-        budget: Most seconds to spend on covering the safe set. Default: the study's, or 15.
+        work: The most that is done to cover the safe set, as a multiple of the standard (`solve
+            --help` says of what). Default: the study's, or 1.
+        budget: A limit in seconds above that work; the answer says when it cut something off.
+            Default: the study's, or 600.
         figures: Draw the figures.
         quiet: No progress bars.
         json: Print the metrics as JSON instead of the table.
@@ -122,6 +126,7 @@ def run(
         "samples": samples,
         "repeats": repeats,
         "driven": driven,
+        "work": work,
         "budget_s": budget,
     }
     if hasattr(module, "job"):

@@ -6,7 +6,13 @@ from pathlib import Path
 import numpy as np
 
 from parc_jax.answer.answer import Answer
-from parc_jax.experiment.numbers import covering, drawn_from, facts_of, seconds
+from parc_jax.experiment.numbers import (
+    covering,
+    facts_of,
+    how_much_is_safe,
+    part_covered,
+    seconds,
+)
 from parc_jax.labels import name_of, unit_of
 
 
@@ -31,10 +37,10 @@ def verdict(answer: Answer, path: Path, cold_s: float | None, short: bool = Fals
     if answer.found and not short:
         n_p, names, t = answer.model.n_p, answer.model.labels, answer.timings
         plan = _some_plan(answer)
-        drawn, part = drawn_from(answer)
+        part = part_covered(answer)
         lines += [
+            f"safe                   {how_much_is_safe(answer)}",
             f"first safe sample      {seconds(cold_s)} cold, {seconds(t['first_sample_s'])} warm",
-            f"safe                   {100 * answer.safe_share:.1f} % of {drawn}",
             f"corridors              {len(answer.corridors)}, "
             f"{covering(answer.corridor_coverage._asdict(), part)}",
         ]

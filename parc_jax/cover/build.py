@@ -28,11 +28,13 @@ class Building(NamedTuple):
     """Corridors so far, and what decides on the next ones.
 
     counts: (c,) plans that asked and were found in each. waiting: safe plans that keep to none.
+    tried: corridors chosen so far, of which the best of each batch were kept.
     """
 
     corridors: Corridors
     counts: np.ndarray
     waiting: Points
+    tried: int = 0
 
     @property
     def order(self) -> np.ndarray:
@@ -84,6 +86,7 @@ def build(
         corridors=building.corridors.with_more(taken),
         counts=np.append(building.counts, np.zeros(len(taken), int)),
         waiting=points.at(~done),
+        tried=building.tried + n_seeds,
     )
 
 

@@ -7,11 +7,11 @@ quarters. That is a search: what it returns is judged like any other plan, and w
 may exist.
 """
 
-import time
 from typing import NamedTuple
 
 import numpy as np
 
+from parc_jax.cover.limit import Limit
 from parc_jax.cover.place import Place, place_around
 from parc_jax.model import TrajectoryModel
 from parc_jax.network.predict import trajectories
@@ -19,7 +19,6 @@ from parc_jax.verdict.pointwise import verdicts
 from parc_jax.verdict.scene import Scene
 
 POPULATION = 512  # of the first climb
-LARGEST = 8192  # of the last one: whoever needs more has little hope
 KEPT = 0.25  # of a population, at every level
 MOVES = 6  # of every plan, at every level
 SPREAD_MOVES = 12  # of safe plans, before they say where the safe set is
@@ -38,18 +37,17 @@ class _Plans(NamedTuple):
 
 
 def where_safe(
-    model: TrajectoryModel, scene: Scene, rng: np.random.Generator, budget_s: float
+    model: TrajectoryModel, scene: Scene, rng: np.random.Generator, largest: int, limit: Limit
 ) -> Place | None:
-    """A place around the safe plans that a climb finds; populations double until one does, or until
-    [s] have passed, or the LARGEST has failed. The first climb is always made to its end.
+    """A place around the safe plans that a climb finds; populations double until one does, or the
+    largest has failed. The first climb is always made.
     """
-    begin = time.perf_counter()
     size = POPULATION
     while True:
         safe = _climb(model, scene, rng, size)
         if safe is not None:
             return _around(model, scene, rng, safe)
-        if size >= LARGEST or time.perf_counter() - begin >= budget_s:
+        if size >= largest or limit.over():
             return None
         size *= 2
 

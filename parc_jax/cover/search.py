@@ -2,8 +2,8 @@
 fresh draw finds almost none.
 
 A search is a record, `Search`. `look` shows it a fresh draw, `extend` builds and cuts around what
-the draw found outside, `cover` does both in turn until a stopping rule is satisfied or time is up.
-[T31]
+the draw found outside, `cover` does both in turn until a stopping rule is satisfied or the work is
+done. No clock decides what is found, but for the limit in seconds above the work. [T31]
 """
 
 import time
@@ -16,6 +16,7 @@ import numpy as np
 from parc_jax.cover.build import Building, admit, build, nothing_built
 from parc_jax.cover.corridor import Corridor
 from parc_jax.cover.first import MOST, first_draw
+from parc_jax.cover.limit import Limit
 from parc_jax.cover.place import Place
 from parc_jax.cover.polytope import SafePolytope
 from parc_jax.cover.polytopes import Polytopes, cut_around
@@ -34,6 +35,8 @@ from parc_jax.cover.sampling import (
 )
 from parc_jax.cover.stopping import Coverage, StoppingRule, nothing_covered, stopping_rule
 from parc_jax.model import TrajectoryModel
+from parc_jax.settings import Work
+from parc_jax.status import Ended
 from parc_jax.verdict.scene import Scene
 
 NEAR = 32  # points drawn close to each that a look found outside, MOST_NEAR in all
@@ -66,7 +69,7 @@ class Cover(NamedTuple):
         covered, and the volume, are of the safe set in it then.
     corridors: those that were certified to cover enough, corridors_s [s] after the beginning, or
     all where none were; polytopes are cut from later ones too. first_polytope_s: [s] until the
-    first corridor, which in its seed's cell is a safe polytope.
+    first corridor, which in its seed's cell is a safe polytope. ended: by what, None if not known.
     """
 
     drawn: int
@@ -83,6 +86,7 @@ class Cover(NamedTuple):
     corridors_s: float | None = None
     history: Sequence[Progress] = ()
     within: Place | None = None
+    ended: Ended | None = Ended.TARGET
 
     @property
     def hopeless(self) -> bool:
@@ -109,7 +113,8 @@ class Query(NamedTuple):
     scene: Scene
     rng: np.random.Generator
     target: float
-    budget_s: float
+    work: Work
+    limit: Limit
     cut: bool
     begin: float
 
@@ -122,10 +127,9 @@ class Search(NamedTuple):
     """What changes during a search.
 
     by_corridors, by_polytopes: when they cover enough. outside: plans of the last fresh draw that
-    are not covered. leave: so many may stay without a corridor. slivers: what uniform draws still
-    leave out lies in slivers. enough: number of corridors that were certified to cover enough.
-    compiled_s: [s] until the first pass was over, which mostly compiles. The other times as in
-    Cover.
+    are not covered. looks: so far. leave: so many may stay without a corridor. slivers: what
+    uniform draws still leave out lies in slivers. enough: number of corridors that were certified
+    to cover enough. Times as in Cover.
     """
 
     building: Building
@@ -133,10 +137,10 @@ class Search(NamedTuple):
     by_corridors: StoppingRule
     by_polytopes: StoppingRule
     outside: Points
+    looks: int = 0
     leave: int = 0
     slivers: bool = False
     enough: int | None = None
-    compiled_s: float | None = None
     first_sample_s: float | None = None
     first_polytope_s: float | None = None
     corridors_s: float | None = None
@@ -156,30 +160,32 @@ def cover(
     *,
     target: float,
     confidence: float,
-    budget_s: float,
+    work: Work,
+    limit: Limit,
     polytopes: bool = True,
     within: Place | None = None,
 ) -> Cover:
     """Build and cut until the polytopes leave out at most `target` of the safe set, with
-    `confidence`, or the budget ends.
+    `confidence`, or the work is done.
 
-    polytopes: False asks that of the corridors, and cuts no polytopes. budget_s: [s] after the
-    first pass, so that compiling is not counted; the draw that is under way when it ends decides.
+    polytopes: False asks that of the corridors, and cuts no polytopes. limit: counts from the end
+    of the first pass, which mostly compiles. The draw that is under way at the end decides.
     within: draw from this place only.
     """
     begin = time.perf_counter()
     for_draws, rng = rng.spawn(2)
-    query = Query(model, scene, rng, target, budget_s, polytopes, begin)
+    query = Query(model, scene, rng, target, work, limit, polytopes, begin)
     search = _beginning(query, no_points(model), stopping_rule(target, confidence))
     with Sampler(model, scene, for_draws, within) as sampler:
         while True:
             search = look(query, search, sampler.take())
-            if _late(query, search) or search.by_polytopes.satisfied or sampler.tally.hopeless:
+            ended = _ended(query, search, sampler.tally)
+            if ended is not None:
                 break
             if len(search.building.corridors):  # the first one should come soon, with all cores
                 sampler.start(ENOUGH if search.announced else EXPLORING)
             search = extend(query, search)
-    return _found(query, search, sampler)._replace(within=within)
+    return _found(query, search, sampler)._replace(within=within, ended=ended)
 
 
 def look(query: Query, search: Search, fresh: Points) -> Search:
@@ -197,6 +203,7 @@ def look(query: Query, search: Search, fresh: Points) -> Search:
     search = search._replace(
         building=building,
         outside=fresh.at(~covered),
+        looks=search.looks + 1,
         leave=int(LEAVE * query.target * n),
         slivers=covered.sum() > (1 - SLIVERS) * n,
     )
@@ -228,17 +235,17 @@ def extend(query: Query, search: Search) -> Search:
         outside = joined([outside, around])
     few = len(search.building.corridors) == 0  # the first one should come soon
     while len(search.building.waiting.k) > leave:
+        if search.building.tried >= query.work.corridors or query.limit.over():
+            break
         building = build(query.scene, search.building, query.rng, few)
         few = False
         since = search.first_polytope_s or query.spent()
         search = search._replace(building=building, first_polytope_s=since)
-        if _late(query, search):
-            return search
     if query.cut:
         cuts = cut_around(search.building, outside, query.spent())
         search = search._replace(polytopes=search.polytopes.with_more(cuts))
-    if search.compiled_s is None and search.history:
-        search = search._replace(compiled_s=query.spent())
+    if search.history:
+        query.limit.start()
     return search
 
 
@@ -301,7 +308,8 @@ def draw_safe_plans(
             first = time.perf_counter() - begin
         size = int(np.clip(1.2 * n * tally.drawn / max(tally.safe, 1), FIRST_DRAW, LARGEST_DRAW))
     none = nothing_covered(confidence)
-    return Cover(*tally, joined(seen), none, none, first_sample_s=first, within=within)
+    ended = Ended.TARGET if tally.safe >= n else Ended.WORK
+    return Cover(*tally, joined(seen), none, none, first_sample_s=first, within=within, ended=ended)
 
 
 def _beginning(query: Query, points: Points, rule: StoppingRule) -> Search:
@@ -309,9 +317,18 @@ def _beginning(query: Query, points: Points, rule: StoppingRule) -> Search:
     return Search(building, Polytopes(), by_corridors=rule, by_polytopes=rule, outside=points)
 
 
-def _late(query: Query, search: Search) -> bool:
-    """Is the budget spent? Compiling is not counted."""
-    return search.compiled_s is not None and query.spent() - search.compiled_s > query.budget_s
+def _ended(query: Query, search: Search, tally: Tally) -> Ended | None:
+    """What ends the search after a look; None where it goes on. Seconds come last: they say so only
+    where they leave something undone.
+    """
+    work = query.work
+    if query.limit.cut:
+        return Ended.SECONDS
+    if search.by_polytopes.satisfied:
+        return Ended.TARGET
+    if search.looks >= work.looks or search.building.tried >= work.corridors or tally.hopeless:
+        return Ended.WORK
+    return Ended.SECONDS if query.limit.over() else None
 
 
 def _found(query: Query, search: Search, sampler: Sampler) -> Cover:

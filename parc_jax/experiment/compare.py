@@ -1,7 +1,6 @@
 """Networks and claims side by side: how much of everything is safe under each."""
 
 import jax
-import numpy as np
 
 from parc_jax.cover.sampling import draw, generator
 from parc_jax.experiment.learn import NetworkModels, final_error
@@ -10,7 +9,7 @@ from parc_jax.keys import Stage, stream
 from parc_jax.model import TrajectoryModel
 from parc_jax.problem import ReachAvoid
 from parc_jax.pwa import enumerate_regions
-from parc_jax.verdict.scene import scene_of
+from parc_jax.verdict.scene import scene_of, volume_of_all
 
 COMPARED = 32_768  # points drawn to estimate the safe share of every row of the comparison
 
@@ -41,11 +40,10 @@ def safe_volume(model: TrajectoryModel, problem: ReachAvoid, key: jax.Array) -> 
     """
     scene = scene_of(problem, model)
     seen = draw(model, scene, generator(stream(key, Stage.SEARCH)), COMPARED)
-    box = float(model.domain.volume * np.prod(scene.z_hi - scene.z_lo))
-    share = seen.volume / box / seen.drawn
+    share = seen.volume / volume_of_all(scene, model) / seen.drawn
     return {"reaching": seen.reaching * share, "safe": len(seen.safe.k) * share}
 
 
-def safe_share(row: dict) -> float:
-    """Share of the goal-reaching set that is safe."""
+def kept_share(row: dict) -> float:
+    """Share of the goal-reaching set that is safe: what obstacles leave of what the tube leaves."""
     return row["safe"] / row["reaching"] if row["reaching"] else float("nan")

@@ -89,6 +89,7 @@ def run_study(
         n_samples=study.samples,
         target=study.target,
         confidence=study.confidence,
+        work=study.work,
         budget_s=study.budget_s,
         polytopes=True,
     )

@@ -31,13 +31,14 @@ def facts_of(answer: Answer, cold_s: float | None) -> dict:
     """
     return {
         "counts": answer.counts,
-        "safe_share": answer.safe_share,
+        "safe_share": None if answer.safe_share is None else answer.safe_share._asdict(),
         "volume": answer.volume(),
         "polytopes": len(answer.polytopes),
         "coverage": answer.coverage._asdict(),
         "corridors": len(answer.corridors),
         "corridor_coverage": answer.corridor_coverage._asdict(),
         "status": answer.status.label,
+        "ended": answer.ended.label,
         "refused": answer.refused,
         "first_sample_cold_s": cold_s,
         "timings": answer.timings,
@@ -57,12 +58,29 @@ def covering(coverage: dict, part: str = "the safe set") -> str:
     )
 
 
-def drawn_from(answer: Answer) -> tuple[str, str]:
-    """What the share of safe plans and what a coverage are of."""
-    if answer.around is None:
-        return "the goal-reaching set", "the safe set"
-    where = "around what a search found"
-    return f"the plans drawn {where}", f"the safe set {where}"
+def part_covered(answer: Answer) -> str:
+    """What a coverage is of."""
+    return "the safe set" if answer.around is None else "the safe set around what a search found"
+
+
+def how_much_is_safe(answer: Answer) -> str:
+    """The number to tune by, and what it is made of: what the tube leaves of all plans, and what
+    obstacles leave of that.
+    """
+    share = answer.safe_share
+    if share is None:
+        return "what share of the plans was not measured"
+    of_all = "all k in K" if answer.scene.at is not None else "the plans that end in the goal's box"
+    said = f"{_percent(share.share)} of {of_all} ({_percent(share.at_least)} to "
+    said += f"{_percent(share.at_most)} with confidence {share.confidence:g})"
+    if answer.around is not None:
+        return f"{said}, of those around what a search found"
+    kept = share.share / share.reaching if share.reaching else 0.0
+    return f"{said}: the tube leaves {_percent(share.reaching)}, obstacles {_percent(kept)} of that"
+
+
+def _percent(share: float) -> str:
+    return f"{100 * share:.3g} %"
 
 
 def spread(values: np.ndarray, model: TrajectoryModel, digits: str = ".2f") -> str:

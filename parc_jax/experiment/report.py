@@ -1,8 +1,15 @@
 """The one honest table a study prints."""
 
-from parc_jax.experiment.compare import safe_share
+from parc_jax.experiment.compare import kept_share
 from parc_jax.experiment.job import Outcome
-from parc_jax.experiment.numbers import covering, drawn_from, eps_of, seconds, spread
+from parc_jax.experiment.numbers import (
+    covering,
+    eps_of,
+    how_much_is_safe,
+    part_covered,
+    seconds,
+    spread,
+)
 
 
 def report(outcome: Outcome) -> str:
@@ -30,7 +37,7 @@ def report(outcome: Outcome) -> str:
         rows = []
         for row in m["comparison"]:
             kind = _claim_name(row)
-            share = safe_share(row)
+            share = kept_share(row)
             shown = (
                 ("none", "")
                 if row["safe"] == 0
@@ -42,14 +49,13 @@ def report(outcome: Outcome) -> str:
             ("network", "regions", "claim", "error at the end", "safe", "of reaching"), rows
         )
     t = m["timings"]
-    drawn, part = drawn_from(outcome.answer)
+    part = part_covered(outcome.answer)
     lines += [
         "",
+        f"safe                   {how_much_is_safe(outcome.answer)}",
         f"first safe sample      {seconds(m['first_sample_cold_s'])} cold, "
         f"{seconds(t['first_sample_s'])} warm",
         f"first safe polytope    {seconds(t['first_polytope_s'])} warm",
-        f"safe                   {100 * m['safe_share']:.1f} % of {drawn} "
-        f"({m['counts']['safe']} of {m['counts']['reaching']} points)",
         f"corridors              {m['corridors']}, {covering(m['corridor_coverage'], part)}",
         f"safe polytopes         {m['polytopes']}, {covering(m['coverage'], part)}",
         f"safe set               in {seconds(t['cover_s'])}",

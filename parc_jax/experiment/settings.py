@@ -52,8 +52,8 @@ class Study:
         squares.
     samples: safe plans to return. repeats: runs of each in the replay, with fresh randomness.
     driven: choose one plan, run it afresh and make a local claim near it: sentence (D). [T23]
-    target, confidence: what may be left uncovered, and how sure. budget_s: [s] most time to cover
-        the safe set.
+    target, confidence: what may be left uncovered, and how sure. work, budget_s: the most that is
+        done to cover the safe set, and a limit [s] above it, as in `pj.Settings`.
     """
 
     hidden: tuple[int, ...] = (8, 8, 8, 8)
@@ -82,7 +82,8 @@ class Study:
     driven: bool = False
     target: float = 0.01
     confidence: float = 0.99
-    budget_s: float = 15.0
+    work: float = 1.0
+    budget_s: float = 600.0
 
     @property
     def bound(self) -> BoundSettings:

@@ -31,6 +31,7 @@ from parc_jax.robust.withstood import withstood_of_json
 from parc_jax.sets.box import box
 from parc_jax.sets.hpolytope import HPolytope, hpolytope
 from parc_jax.spelling import hex_floats, hex_text, nearest_floats
+from parc_jax.status import Ended
 from parc_jax.verdict.near import scene_of_question
 from parc_jax.verdict.pointwise import verdicts
 from parc_jax.verdict.scene import Scene
@@ -86,11 +87,14 @@ def _answer(data: dict, report) -> Answer:
     tally = counts["drawn"], counts["reaching"], counts["safe"], float(meta["volume_drawn"])
     sides = [np.array(hex_floats(side)) for side in meta.get("within", ())]
     within = Place(*sides) if sides else None
-    cover = Cover(*tally, seen, kept, coverage, corridors, polytopes, within=within)
-    no_plan = _no_plan(data["no_plan"], report.no_plan)
+    ended = next((e for e in Ended if e.label == meta.get("ended")), None)  # of older files
+    cover = Cover(*tally, seen, kept, coverage, corridors, polytopes, within=within, ended=ended)
+    no_plan = _no_plan(data["no_plan"], report.no_plan, ended)
     looks = looks_of_json(meta.get("looks"))
     answer = Answer(asked, scene, cover, samples, data["samples"], True, 0, {}, no_plan, looks)
     answer.solve = answer_to
+    if "volume_of_all" in meta:
+        answer.whole = float(meta["volume_of_all"])
     return answer
 
 
@@ -223,7 +227,7 @@ def corridor_of(scene: Scene, tube: Tube, part: dict) -> Corridor:
     return Corridor(w, support, multipliers, points, p0, k, scene.apart)
 
 
-def _no_plan(certificate: dict | None, volumes: dict | None) -> NoPlan | None:
+def _no_plan(certificate: dict | None, volumes: dict | None, ended: Ended | None) -> NoPlan | None:
     """What the checker has just proved of it."""
     if certificate is None or volumes is None:
         return None
@@ -241,6 +245,7 @@ def _no_plan(certificate: dict | None, volumes: dict | None) -> NoPlan | None:
         None,
         0.0,
         0.0,
+        ended=ended,
     )
 
 

@@ -65,7 +65,7 @@ def tables(answer: Answer) -> Tables:
     if not len(answer.corridors):
         raise InputError(
             "export: expected an answer with corridors; this one has none. Ask again with more "
-            "time (budget_s), or for an easier scene."
+            "work, or for an easier scene."
         )
     seen = answer.samples
     if not len(seen):

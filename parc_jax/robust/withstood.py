@@ -31,11 +31,17 @@ class Withstood(NamedTuple):
     k_volume: float
     copies: bool = False
 
+    def volume_of_k(self, domain: Box) -> float:
+        """Of K as the claim has it; of the domain of those parameters that are chosen, where not
+        all are.
+        """
+        return self.k_volume if len(set(self.parameters)) == 1 else domain.volume
+
     def share_of_k(self, domain: Box) -> float:
         """Share of K, as the claim has it, in which plans may be chosen; 1 where some parameters
         are not chosen at all.
         """
-        return domain.volume / self.k_volume if len(set(self.parameters)) == 1 else 1.0
+        return domain.volume / self.volume_of_k(domain)
 
     def of_none(self, told: str) -> str:
         """A sentence that no safe plan is there, or how many are, with what safe means in it."""

@@ -93,6 +93,14 @@ def bare_scene(problem: ReachAvoid, model, kept: Sequence[int] | None = None) ->
     return Scene(*goal, *first, z_lo, z_hi, k_lo, k_hi, grown, None, slack, count=count)
 
 
+def volume_of_all(scene: Scene, model) -> float:
+    """Of all plans of a question, in units of p0 and k multiplied: of the (p0, k) that end in the
+    goal's box, that is of K times this box; of K alone where all plans have one start. [T15]
+    """
+    k = float(model.domain.volume)
+    return k if scene.at is not None else k * float(np.prod(scene.z_hi - scene.z_lo))
+
+
 def check_fits(problem: ReachAvoid, model) -> None:
     """Raises InputError where the problem has other dimensions than the model, or a doubt."""
     if problem.doubt is not None:

@@ -15,11 +15,13 @@ import numpy as np
 
 from parc_jax import checker
 from parc_jax.certificate.write import question_parts
+from parc_jax.cover.limit import Limit
 from parc_jax.errors import InputError
 from parc_jax.model import TrajectoryModel
 from parc_jax.pwa.domain import MAX_DIMENSION
 from parc_jax.robust.withstood import Withstood
 from parc_jax.spelling import decimal_text
+from parc_jax.status import Ended
 from parc_jax.verdict.scene import Scene, no_end_fits
 from parc_jax.volume_bounds.faces import goal_faces
 from parc_jax.volume_bounds.search import Found, Search
@@ -29,6 +31,7 @@ PROVED = "proved"
 UNDECIDED = "undecided"
 BOUNDS = "bounds"
 KIND_IN_FILE = {PROVED: "proved", UNDECIDED: "bracket", BOUNDS: "bracket"}  # of format 1
+MAX_LEAVES = 20_000  # a certificate has a few hundred bytes per box
 CHECK_FACTOR = 1.5  # time of the checker per vertex of a cell, in evaluations of the network
 
 
@@ -36,14 +39,14 @@ class NoPlan(NamedTuple):
     """What is known of the volume of safe (p0, k) among those whose predicted end lies in the
     goal's box.
 
-    kind: "proved" (none is safe), "undecided" (not proved within the budget) or "bounds".
+    kind: "proved" (none is safe), "undecided" (not proved with this work) or "bounds".
     safe, unsafe, undecided, total: exact volumes [units of p0 and k multiplied], as the checker
         accepted them; without an accepted certificate all is undecided.
     certificate: the `no_plan` entry of answer.json, None when the checker refused it.
     leaves: boxes. safe_plan: (p0, k), a safe plan that the search came across, or None.
     seconds, check_seconds: search and exact check.
     reason: why none is safe, where a sentence can say it, else None. doubt: what a safe plan here
-        withstands; None where there was no doubt.
+        withstands; None where there was no doubt. ended: by what, None if not known.
     """
 
     kind: str
@@ -58,6 +61,7 @@ class NoPlan(NamedTuple):
     check_seconds: float
     reason: str | None = None
     doubt: Withstood | None = None
+    ended: Ended | None = Ended.TARGET
 
     def statement(self) -> str:
         """What is true of the model and its tube, and of which plans that is said."""
@@ -78,14 +82,18 @@ class NoPlan(NamedTuple):
             return (
                 f"Of the plans that end in the goal's box, by volume: at least {safe:.4g} % are "
                 f"safe and at least {unsafe:.4g} % are unsafe, proved in exact arithmetic; "
-                f"{share:.4g} % are undecided."
+                f"{share:.4g} % are undecided.{self._ended}"
             )
         why = f": {self.reason}" if self.reason else "."
         return (
-            f"No safe plan was found within the budget{why} This is not a proof that none exists: "
+            f"No safe plan was found{why} This is not a proof that none exists: "
             f"of the plans that end in the goal's box, {share:.3g} % by volume are undecided; the "
-            "others are proved unsafe."
+            f"others are proved unsafe.{self._ended}"
         )
+
+    @property
+    def _ended(self) -> str:
+        return "" if self.ended in (None, Ended.TARGET) else f" {self.ended.sentence}"
 
 
 def prove_no_plan(
@@ -99,8 +107,9 @@ def prove_no_plan(
     """Prove that no (p0, k) is safe, or say how much is undecided; with `bounds`, also prove boxes
     safe.
 
-    budget_s: [s] for search and check together; a finished proof is checked however long that
-    takes, and compiling, once for scenes of a size, comes on top. max_leaves: boxes of the tree.
+    max_leaves: boxes of the tree, the work. budget_s: [s] a limit above it for search and check
+    together, which the answer tells when it cuts off; a finished proof is checked however long that
+    takes, and compiling, once for scenes of a size, comes on top.
     With more parameters than the checker takes, or a tube that leaves out the model itself, nothing
     is searched, and all is undecided.
     Raises InputError for a goal without bounds on the end of the first point, and for bounds where
@@ -122,12 +131,11 @@ def prove_no_plan(
     search.compile()
     begin = time.perf_counter()
     per_vertex = CHECK_FACTOR * _seconds_per_evaluation(context, model)
-
-    def out_of_time(exact_vertices: int) -> bool:
-        return time.perf_counter() - begin + per_vertex * exact_vertices > budget_s
-
-    found = search.run(out_of_time, max_leaves)
+    limit = Limit(budget_s)
+    limit.start()
+    found = search.run(lambda vertices: limit.over(per_vertex * vertices), max_leaves)
     searched = time.perf_counter()
+    ended = Ended.SECONDS if limit.cut else Ended.TARGET if search.decided else Ended.WORK
     tree = found.root.spell()
     closed = not any("open" in node or "safe" in node for node in tree)
     kind = PROVED if closed else BOUNDS if bounds else UNDECIDED
@@ -139,7 +147,7 @@ def prove_no_plan(
     }
     context.work_left = checker.allowance(*question, plan)  # as for the file that will hold it
     return _checked(context, plan, kind, found, searched - begin)._replace(
-        reason=no_end_fits(scene, model)
+        reason=no_end_fits(scene, model), ended=ended
     )
 
 

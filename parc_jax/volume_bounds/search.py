@@ -93,13 +93,14 @@ class Search:
         """Decide the largest boxes first until none is left, `until()` says stop, or there are
         max_leaves.
         """
-        while not self._ended(max_leaves) and not until(self.exact_vertices):
+        while not (self.decided or self.leaves >= max_leaves or until(self.exact_vertices)):
             self._step()
         return Found(self.root, self.leaves, self.safe_plan)
 
-    def _ended(self, max_leaves: int) -> bool:
-        no_proof = self.safe_plan is not None and not self.bounds
-        return not self.waiting or self.leaves >= max_leaves or no_proof
+    @property
+    def decided(self) -> bool:
+        """No box waits, or a safe plan is in hand where a proof that there is none was asked."""
+        return not self.waiting or (self.safe_plan is not None and not self.bounds)
 
     def _step(self) -> None:
         """Decide the largest boxes; those without a reason are split and wait."""

@@ -19,7 +19,7 @@ from sims.f110.lesson import Model
 from sims.f110.rows import MANY, REPEATS, Row
 from sims.f110.system import F110, body_of
 
-BUDGET = 3.0  # [s] most time to cover one safe set
+WORK = 0.2  # to cover one safe set
 PLANS = 100  # safe plans asked for; the first is the one that is repeated
 
 
@@ -51,13 +51,13 @@ def attempt(
         body=body_of(car),
     )
     planner = Planner(model)
-    settings = Settings(n_samples=PLANS, budget_s=BUDGET, polytopes=True)
+    settings = Settings(n_samples=PLANS, work=WORK, polytopes=True)
     answer = planner.solve(scene, key, settings)
     if not answer.found:
         none = answer.no_plan
         return Tried(row._replace(why=none.reason or none.statement()), learned, answer, None)
     first = planner.solve(
-        scene, key, Settings(n_samples=PLANS, budget_s=0.0)
+        scene, key, Settings(n_samples=PLANS, samples_only=True)
     )  # a first look: no clock decides its plans
     plans = first.samples if first.found else answer.samples
     plan = plans[0]
@@ -71,7 +71,7 @@ def attempt(
         quiet,
     )
     row = row._replace(
-        safe=answer.safe_share,
+        safe=answer.safe_share.share,
         share_of_k=answer.share_of_k,
         promise=None if eps is None else min(1.0, float(getattr(answer.risk(), "bound", 1.0))),
         plan=tuple(plan.tolist()),

@@ -117,7 +117,7 @@ def test_geometry_is_cut_on_first_use_and_refused_where_it_explodes(monkeypatch)
 @pytest.mark.night
 def test_without_corridors_there_is_nothing_to_sample():
     none = Planner(answer().model).solve(
-        answer().problem, jax.random.key(0), Settings(n_samples=5, budget_s=0.0)
+        answer().problem, jax.random.key(0), Settings(n_samples=5, samples_only=True)
     )
     assert len(none.samples) and none.share_of_k == 0 and np.isinf(none.density)
     with pytest.raises(InputError, match="corridors or safe polytopes"):

@@ -7,6 +7,7 @@ from toy_models import line_model
 
 import parc_jax as pj
 from parc_jax.cli.verdict import verdict
+from parc_jax.cover.limit import Limit
 from parc_jax.cover.place import Place, place_around
 from parc_jax.cover.rare import where_around, where_safe
 from parc_jax.cover.sampling import FEW, HOPELESS, Tally, draw
@@ -33,16 +34,14 @@ def volume(half: float) -> float:
     """Of the safe set in a place that was found, from 200,000 draws in it."""
     scene = near_scene(slit(half), MODEL)
     rng = np.random.default_rng(1)
-    one = draw(MODEL, scene, rng, 200_000, where_safe(MODEL, scene, rng, 0.0))
+    one = draw(MODEL, scene, rng, 200_000, where_safe(MODEL, scene, rng, 1, Limit(300.0)))
     assert len(one.safe.k) > 5000
     return one.volume * len(one.safe.k) / one.drawn
 
 
 @pytest.fixture(scope="module")
 def answer():
-    settings = pj.Settings(
-        n_samples=20, target=0.05, budget_s=300, no_plan_budget_s=0, polytopes=True
-    )
+    settings = pj.Settings(n_samples=20, target=0.05, budget_s=300, polytopes=True)
     return pj.Planner(MODEL).solve(slit(), jax.random.PRNGKey(0), settings)
 
 
@@ -68,7 +67,7 @@ def test_a_handful_of_safe_draws_is_no_reason_to_go_on_drawing(safe, found):
 
 def test_a_share_of_one_in_forty_thousand_is_covered():
     """A draw in forty thousand is safe: too many for "none", too few to draw until 99 % show."""
-    settings = pj.Settings(n_samples=20, target=0.05, budget_s=300, no_plan_budget_s=0)
+    settings = pj.Settings(n_samples=20, target=0.05, budget_s=300)
     wide = pj.Planner(MODEL).solve(slit(0.03), jax.random.PRNGKey(1), settings)
     assert wide.proved and wide.corridor_coverage.at_least >= 0.95 and len(wide.samples) == 20
     assert wide.counts["drawn"] < 10**6
@@ -124,7 +123,7 @@ def test_around_one_plan(answer):
 
 def test_where_nothing_is_safe_a_climb_ends():
     scene = near_scene(slit(-1e-3), MODEL)
-    assert where_safe(MODEL, scene, np.random.default_rng(0), 0.0) is None
+    assert where_safe(MODEL, scene, np.random.default_rng(0), 1, Limit(300.0)) is None
 
 
 def test_draws_are_uniform_over_a_place():

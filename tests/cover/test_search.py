@@ -25,7 +25,9 @@ MODEL, PROBLEM = toy_case(4)
 @pytest.mark.slow
 def test_samples_come_proved_and_without_polytopes():
     first, again = (
-        Planner(MODEL).solve(PROBLEM, jax.random.PRNGKey(3), Settings(n_samples=600, budget_s=0.0))
+        Planner(MODEL).solve(
+            PROBLEM, jax.random.PRNGKey(3), Settings(n_samples=600, samples_only=True)
+        )
         for _ in "ab"
     )
     assert (
@@ -50,7 +52,7 @@ def test_where_nothing_is_safe_the_look_ends():
     ]  # a gap narrower than the tube needs
     problem = reach_avoid(box([3.0, -0.5, -1.0], [4.0, 0.5, 1.0]), blocks, 0.25)
     answer = Planner(line_model(e=0.05)).solve(
-        problem, jax.random.key(0), Settings(budget_s=0.0, no_plan_budget_s=0.0)
+        problem, jax.random.key(0), Settings(work=1e-3, samples_only=True)
     )
     assert not answer.found and answer.counts["safe"] == 0 and answer.counts["drawn"] >= HOPELESS
 

@@ -142,7 +142,7 @@ def test_a_plan_where_the_model_of_all_of_k_has_none(refined, narrow):
 def test_no_plan_is_no_proof(narrow):
     walled = toy.problem(wall=0.0)
     asked = Refine((0.05,), centres=2, runs=30, local=LOCAL, looks=1, delta=0.05)
-    quick = toy.SETTINGS.replace(budget_s=300, no_plan_budget_s=0.0)
+    quick = toy.SETTINGS.replace(budget_s=300)
     found = toy.planner().refine(walled, plant(toy.gusty, toy.T), KEY, asked, quick)
     assert found.choice is None and found.answer is None
     assert "not a proof that none exists" in found.statement() and found.looks.taken == 1

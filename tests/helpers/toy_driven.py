@@ -69,7 +69,7 @@ def answer():
     return again
 
 
-SETTINGS = pj.Settings(n_samples=5, target=0.2, budget_s=300, no_plan_budget_s=300)
+SETTINGS = pj.Settings(n_samples=5, target=0.2, budget_s=300)
 
 
 @functools.cache

@@ -123,7 +123,7 @@ def test_names_that_c_does_not_allow(file, name, said, tmp_path):
 def test_an_answer_without_corridors_is_refused(tmp_path):
     goal = pj.box([-0.2, -0.2, -1.0], [0.2, 0.2, 1.0])
     problem = pj.reach_avoid(goal, [pj.box([-9.0, -9.0], [9.0, 9.0])], 0.1)
-    settings = pj.Settings(budget_s=0.0, no_plan_budget_s=0.0)
+    settings = pj.Settings(work=1e-3, samples_only=True)
     nothing = pj.Planner(fold_model(T=4)).solve(problem, jax.random.PRNGKey(0), settings)
     with pytest.raises(InputError, match="corridors"):
         pj.write_c(nothing, tmp_path / "none.h")

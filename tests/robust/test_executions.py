@@ -31,7 +31,7 @@ from parc_jax.verdict.pointwise import verdicts
 from parc_jax.verdict.scene import scene_of
 
 KEY = jax.random.PRNGKey(0)
-SMALL = Settings(n_samples=8, target=0.3, budget_s=300, no_plan_budget_s=0.0, polytopes=True)
+SMALL = Settings(n_samples=8, target=0.3, budget_s=300, polytopes=True)
 ROUGH = Doubt(start=0.01, k=[0.05, 0.02])
 
 

@@ -300,7 +300,7 @@ def test_planner_says_which_of_the_two_is_true(tmp_path, monkeypatch):
     import jax
 
     model = line_model(e=0.05)
-    patient = Settings(target=0.3, budget_s=300, no_plan_budget_s=300, polytopes=True)
+    patient = Settings(target=0.3, budget_s=300, polytopes=True)
     answer = Planner(model).solve(walls(0.59), jax.random.key(0), patient)
     assert (
         not answer.found
@@ -338,7 +338,7 @@ def test_with_too_many_parameters_for_cells_there_is_a_proof_by_bounds(tmp_path)
     import jax
 
     model, problem = buried(8)
-    answer = Planner(model).solve(problem, jax.random.key(0), Settings(no_plan_budget_s=300))
+    answer = Planner(model).solve(problem, jax.random.key(0), Settings())
     assert not answer.found and answer.no_plan.kind == "proved"
     assert {"bounded"} <= {name for node in answer.no_plan.certificate["tree"] for name in node}
     report = checker.check_answer(checker.load(answer.save(tmp_path / "answer.json")))
@@ -382,8 +382,8 @@ def test_a_proof_beyond_the_limits_of_the_checker_is_refused_in_words():
     model, _ = buried(9)
     problem = reach_avoid(box((3, -0.5, -100), (4, 0.5, 100)), [], 0.1)
     with pytest.raises(InputError, match="limits of the exact checker"):
-        Planner(model).solve(problem, jax.random.key(0), Settings(n_samples=1, budget_s=0.0))
-    unproved = Settings(n_samples=1, budget_s=0.0, proof=False)
+        Planner(model).solve(problem, jax.random.key(0), Settings(n_samples=1, samples_only=True))
+    unproved = Settings(n_samples=1, samples_only=True, proof=False)
     found = Planner(model).solve(problem, jax.random.key(0), unproved)
     assert found.found
 

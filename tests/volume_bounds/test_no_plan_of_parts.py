@@ -125,7 +125,7 @@ def test_slanted_faces_make_room_that_a_box_has_not(bins):
 @pytest.mark.slow
 def test_the_proof_is_in_the_file_of_the_answer(tmp_path):
     model = bar_model()
-    settings = Settings(no_plan_budget_s=300.0)
+    settings = Settings()
     answer = Planner(model).solve(walls(model, 0.59), jax.random.key(0), settings)
     assert answer.statement().startswith("Proved in exact arithmetic: the model has no safe")
     written = checker.load(answer.save(tmp_path / "answer.json"))

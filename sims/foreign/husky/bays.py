@@ -15,7 +15,6 @@ from parc_jax.settings import Settings
 from sims.foreign.husky.scenario import problem
 
 WIDTHS = (1.2, 1.3, 1.4, 1.5, 1.6, 1.8, 2.0)  # [m]
-BUDGET = 60.0  # [s] most time to cover a safe set
 
 
 def main() -> None:
@@ -30,7 +29,7 @@ def main() -> None:
             answer = planner.solve(
                 problem(width, outside=outside),
                 jax.random.PRNGKey(0),
-                Settings(n_samples=20, budget_s=BUDGET, polytopes=True),
+                Settings(n_samples=20, polytopes=True),
             )
             row = f"{width:.1f} m  {'outside ' if outside else 'anywhere'}"
             if not answer.found:
@@ -38,7 +37,7 @@ def main() -> None:
                 continue
             share = answer.share_of_k
             promise = float(claim.risk(Uniform(share)).bound)
-            plans = f"{100 * answer.safe_share:9.1f} %  {100 * share:10.1f} %"
+            plans = f"{100 * answer.safe_share.share:9.1f} %  {100 * share:10.1f} %"
             print(f"{row}  {plans}  {100 * promise:.1f} %", flush=True)
 
 

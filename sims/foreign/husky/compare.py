@@ -9,7 +9,7 @@ from parc_jax.network.relu import ReLUNetwork
 from parc_jax.network.train import train
 from parc_jax.planner import Planner
 from parc_jax.settings import Settings
-from sims.foreign.husky.job import BUDGET, EPS
+from sims.foreign.husky.job import EPS
 from sims.foreign.husky.learn import Halves, claimed, halves, network
 from sims.foreign.husky.log import read_log
 from sims.foreign.husky.scenario import problem
@@ -34,9 +34,7 @@ def told(name: str, net: ReLUNetwork, runs: Halves, key: jax.Array) -> None:
     """Claim, solve and print a row."""
     model = claimed(net, runs, EPS)
     driving, turning = 100 * model.tube.interval[[0, 2], -1].max(axis=1)
-    answer = Planner(model).solve(
-        problem(), key, Settings(n_samples=10, budget_s=BUDGET, polytopes=True)
-    )
+    answer = Planner(model).solve(problem(), key, Settings(n_samples=10, polytopes=True))
     share = f", at least {100 * answer.share_of_k:.0f} %" if answer.found else ""
     print(
         f"{name:28}  {driving:.0f} cm, {turning:.0f} cm  {answer.status.label}{share}", flush=True

@@ -28,8 +28,6 @@ from sims.foreign.husky.scenario import BAY_LENGTH, BAY_WIDTH, problem
 from sims.foreign.husky.twist import TwistModel, identify
 from sims.foreign.husky.windows import SECONDS, read_windows
 
-BUDGET = 120.0  # [s] most time to cover the safe set: its target, and no clock, shall end it
-
 
 def trial(
     path: Path,
@@ -53,7 +51,7 @@ def trial(
     claim = bound_error(net, sizing.runs, None, 0.1, DELTA, profile=profile, train=train.runs)
     model = trajectory_model(net, claim)
     bay = problem(BAY_WIDTH * size[1] / c.WIDTH, BAY_LENGTH * size[0] / c.LENGTH)
-    answer = Planner(model).solve(bay, key, Settings(n_samples=20, budget_s=BUDGET, polytopes=True))
+    answer = Planner(model).solve(bay, key, Settings(n_samples=20, polytopes=True))
     left = worst_by_group(~inside_tube(claim, net, later.runs), later.runs.groups)
     way = np.linalg.norm(fine.p[:, -1], axis=1)
     found = {

@@ -19,7 +19,7 @@ SAMPLES = 4  # safe plans to look for in each slot
 def narrowest(model, widths, key) -> list[dict]:
     """Per width [m], in order, the plans that were drawn and proved; ends where there are none."""
     planner = Planner(model)
-    settings = Settings(n_samples=SAMPLES, budget_s=0.0, proof=True, no_plan_budget_s=0.0)
+    settings = Settings(n_samples=SAMPLES, work=1e-3, samples_only=True)
     found = []
     for width in widths:
         answer = planner.solve(problem(width), key, settings)
@@ -27,7 +27,7 @@ def narrowest(model, widths, key) -> list[dict]:
             "width_m": width,
             "proved": len(answer.samples),
             "refused": answer.refused,
-            "safe_share": answer.safe_share,
+            "safe_share": answer.safe_share.share,
             "plans": answer.samples.tolist(),
         }
         print(json.dumps(row), flush=True)

@@ -9,6 +9,5 @@ STUDY = Study(
     rollouts=4000,
     profile_runs=8000,
     fresh=14_000,
-    budget_s=20.0,
     repeats=10,
 )

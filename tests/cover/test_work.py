@@ -1,0 +1,113 @@
+"""Work ends a search, and no clock: the same key gives the same bits however slow or busy the
+machine. A limit in seconds lies above the work; what it cuts off, the answer says.
+"""
+
+import itertools
+import subprocess
+import sys
+
+import jax
+import numpy as np
+import pytest
+from toy_models import line_model, toy_case
+
+import parc_jax as pj
+from parc_jax.cover.limit import Limit
+from parc_jax.cover.search import cover
+from parc_jax.io.answer_file import load_answer
+from parc_jax.settings import CORRIDORS, LEAVES, LOOKS, work_of
+from parc_jax.status import Ended
+from parc_jax.verdict.near import near_scene
+
+KEY = jax.random.PRNGKey(3)
+MODEL, PROBLEM = toy_case(4)
+WHOLE = pj.Settings(n_samples=5, target=0.003, polytopes=True)
+LITTLE = WHOLE.replace(target=1e-4, work=3 / LOOKS)  # three looks, which are not enough
+
+
+def ask(settings: pj.Settings) -> pj.Answer:
+    return pj.Planner(MODEL).solve(PROBLEM, KEY, settings)
+
+
+def slowly(monkeypatch, step: float) -> None:
+    """A machine on which so many seconds pass from one look at the clock to the next."""
+    clock = itertools.count(0.0, step)
+    monkeypatch.setattr("time.perf_counter", lambda: next(clock))
+
+
+@pytest.mark.parametrize(
+    ("settings", "ended"), [(WHOLE, Ended.TARGET), (LITTLE, Ended.WORK)], ids=["target", "work"]
+)
+def test_a_slow_machine_gives_the_same_bits(monkeypatch, settings, ended):
+    quick = ask(settings)
+    slowly(monkeypatch, 3.0)
+    slow = ask(settings)
+    assert slow.to_json() == quick.to_json() and slow.ended is quick.ended is ended
+    assert f"ended by its {ended}: " in slow.statement()
+
+
+def test_a_busy_machine_gives_the_same_bits():
+    alone = ask(LITTLE)
+    burn = [sys.executable, "-c", "while True: pass"]
+    load = [subprocess.Popen(burn) for _ in range(4)]
+    try:
+        beside = ask(LITTLE)
+    finally:
+        for process in load:
+            process.kill()
+            process.wait()
+    assert beside.to_json() == alone.to_json()
+
+
+def test_what_seconds_cut_off_is_said_and_kept(monkeypatch, tmp_path):
+    whole = ask(WHOLE)
+    slowly(monkeypatch, 1e4)
+    answer = ask(WHOLE)
+    assert answer.found and answer.ended is Ended.SECONDS
+    assert len(answer.history) < len(whole.history)
+    assert "ended by its seconds: its limit in seconds cut work off" in answer.statement()
+    again = load_answer(answer.save(tmp_path / "answer.json"))
+    assert again.ended is Ended.SECONDS and again.statement() == answer.statement()
+
+
+class After(Limit):
+    """A limit that cuts off at one of the questions to it."""
+
+    def __init__(self, questions: int):
+        super().__init__(600.0)
+        self.left = questions
+
+    def over(self, reserved: float = 0.0) -> bool:
+        self.left -= 1
+        self.cut = self.cut or self.left == 0
+        return self.cut
+
+
+def test_a_target_that_is_reached_after_a_cut_is_not_told_as_reached():
+    """Enough is covered by what was built before; the seconds decided which corridors that are."""
+    asked = {"target": 0.1, "confidence": 0.99, "work": work_of(1.0), "polytopes": False}
+    scene = near_scene(PROBLEM, MODEL)
+    reached = []
+    for questions in range(1, 12):
+        limit = After(questions)
+        found = cover(MODEL, scene, np.random.default_rng(0), limit=limit, **asked)
+        assert found.ended is (Ended.SECONDS if limit.cut else Ended.TARGET)
+        reached.append(limit.cut and found.kept.at_least >= 0.9)
+    assert any(reached)
+
+
+def test_work_is_a_multiple_of_the_standard_and_never_nothing():
+    assert work_of(1.0)[:3] == (LOOKS, CORRIDORS, LEAVES)
+    assert work_of(2.0) == tuple(2 * n for n in work_of(1.0))
+    assert min(work_of(1e-9)) == 1
+
+
+def test_a_proof_of_absence_says_what_ended_it(monkeypatch):
+    wall = [pj.box([2, 0.3], [5, 2.3]), pj.box([2, -2.3], [5, -0.3])]  # with a gap that just fits
+    problem = pj.reach_avoid(pj.box([3.0, -0.5, -1.0], [4.0, 0.5, 1.0]), wall, 0.25)
+    planner = pj.Planner(line_model(e=0.05))
+    bounds = planner.bound_volume(problem, max_leaves=20)
+    assert bounds.ended is Ended.WORK and "ended by its work" in bounds.statement()
+    slowly(monkeypatch, 1e4)
+    cut = planner.bound_volume(problem, max_leaves=20)
+    assert cut.ended is Ended.SECONDS and "ended by its seconds" in cut.statement()
