@@ -6,6 +6,24 @@ from benchmarks.attacks.fault import Fault
 
 COVER = (
     Fault(
+        "safe_share_of_what_the_tube_leaves",
+        "parc_jax/answer/numbers.py",
+        "cover, whole = found._cover, found.whole",
+        "cover, whole = found._cover, found._cover.volume",
+        (
+            "tests/answer/test_numbers.py::test_the_safe_share_is_of_all_plans_that_were_asked_about",
+        ),
+    ),
+    Fault(
+        "safe_share_of_what_the_doubt_leaves",
+        "parc_jax/planner.py",
+        "return Prepared(asked, scene, self._regions_of, solve_with, whole)",
+        "return Prepared(asked, scene, self._regions_of, solve_with)",
+        (
+            "tests/answer/test_numbers.py::test_the_safe_share_is_of_all_plans_that_were_asked_about",
+        ),
+    ),
+    Fault(
         "seconds_that_end_a_search_early",
         "parc_jax/cover/limit.py",
         "spent + reserved > self.seconds",

@@ -51,7 +51,7 @@ def solve(model, key):
     scene = pj.reach_avoid(
         pj.box([0.7, -0.3, -0.4], [1.3, 0.3, 0.4]), [pj.box([0.2, 0.25], [0.5, 0.5])], 0.1
     )
-    return pj.Planner(model).solve(scene, jax.random.PRNGKey(1), pj.Settings(budget_s=2.0))
+    return pj.Planner(model).solve(scene, jax.random.PRNGKey(1), pj.Settings())
 
 
 if __name__ == "__main__":

@@ -16,7 +16,8 @@ class Row(NamedTuple):
     the tube at the end [m, m, rad], median over K. why: in words, when there is no plan; then the
     rest is empty.
     safe: share of the plans that end in the goal's box that is safe. share_of_k: of K, certified.
-    promise: probability that a run of a random safe plan leaves the tube, at most. plan: start [m] and k.
+    promise: probability that a run of a random safe plan leaves the tube, at most. plan: start [m]
+    and k.
     failed_10, failed_1000: repeats of that plan that missed the goal or touched a car;
     touched_1000: touched; left_1000: left the tube. failed_random, left_random: the same of 1,000
         runs of random safe plans. body: of the car, as of `problem`.

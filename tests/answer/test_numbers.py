@@ -2,10 +2,24 @@
 
 import copy
 
+import jax
 import numpy as np
 import pytest
 from scipy.stats import binom
+from toy_models import line_model, toy_case
 from toy_whole import answer
+
+import parc_jax as pj
+from parc_jax.experiment.numbers import how_much_is_safe
+from parc_jax.verdict.pointwise import verdicts
+from parc_jax.volume_bounds.search import ends
+
+KEY = jax.random.PRNGKey(0)
+SAMPLES = pj.Settings(n_samples=600, work=1e-3, samples_only=True, proof=False)
+OPEN = pj.box([-0.5, -0.5, -9], [0.5, 0.5, 9])  # a goal whose box is the square of side 1
+SLANTED = pj.hpolytope(
+    [[1, 1, 0], [-1, -1, 0], [1, -1, 0], [-1, 1, 0], [0, 0, 1], [0, 0, -1]], [0.5] * 4 + [9] * 2
+)  # half of that square
 
 
 def covering(at_least):
@@ -41,3 +55,51 @@ def test_the_volume_interval_is_clopper_pearson():
     assert estimate == pytest.approx(0.3)
     assert binom.sf(299, 1000, low) == pytest.approx(0.005, rel=1e-6)  # 300 or more
     assert binom.cdf(300, 1000, high) == pytest.approx(0.005, rel=1e-6)
+
+
+def shared(goal=OPEN, final=0.0, at=None, **asked):
+    """The safe share where no obstacle is: what the tube, the doubt and the start leave."""
+    problem = pj.reach_avoid(goal, [], 0.1, **asked)
+    return pj.Planner(line_model(4, 0.0, final)).solve(problem, KEY, SAMPLES, at=at)
+
+
+@pytest.mark.parametrize(
+    ("asked", "left"),
+    [
+        ({}, 1.0),
+        ({"final": 0.1}, 0.64),  # a goal that shrinks by 0.1 on each side
+        ({"final": 0.4}, 0.04),
+        ({"goal": SLANTED}, 0.5),
+        ({"goal": SLANTED, "final": 0.1}, 0.18),  # its rows shrink by 0.2: (0.6)^2 / 2
+        ({"doubt": pj.Doubt(start=0.1)}, 0.64),
+        ({"doubt": pj.Doubt(goal=[0.1, 0.1])}, 0.64),
+        ({"at": (0.0, 0.0)}, 0.25),  # of the k in [-1, 1]^2
+        ({"at": (0.0, 0.0), "final": 0.1}, 0.16),
+    ],
+    ids=str,
+)
+def test_the_safe_share_is_of_all_plans_that_were_asked_about(asked, left):
+    """A wide tube or doubt leaves little, and nothing of what it takes is left out of account."""
+    found = shared(**asked)
+    said = found.safe_share
+    assert said.at_least <= left <= said.at_most + 1e-12 and said.share <= said.reaching + 1e-12
+    assert said.at_most - said.at_least < 0.1
+    assert (f"{100 * said.share:.3g} % of" in how_much_is_safe(found))
+
+
+@pytest.mark.parametrize("start", [False, True])
+def test_the_safe_share_holds_the_truth_of_plans_drawn_plainly(rng, start):
+    model, problem = toy_case(4, start=start)
+    found = pj.Planner(model).solve(problem, KEY, SAMPLES)
+    k = rng.uniform(model.domain.lo, model.domain.hi, (20_000, model.n_k))
+    z = rng.uniform(found.scene.z_lo, found.scene.z_hi, (20_000, model.n_p))
+    safe = verdicts(model, found.scene, z - ends(model, k), k).safe.mean()
+    said = found.safe_share
+    error = 4 * np.sqrt(safe / 20_000)
+    assert said.at_least - error < safe < said.at_most + error and 0 < said.share < said.reaching
+
+
+def test_without_uniform_draws_there_is_no_safe_share():
+    counted = copy.copy(answer())
+    counted._cover = answer()._cover._replace(volume=float("nan"))
+    assert counted.safe_share is None and "not measured" in how_much_is_safe(counted)

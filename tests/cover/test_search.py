@@ -41,7 +41,7 @@ def test_samples_come_proved_and_without_polytopes():
     seen = verdicts(
         MODEL, first.scene, first.samples[:, : MODEL.n_p], first.samples[:, MODEL.n_p :]
     )
-    assert seen.safe.all() and 0 < first.safe_share < 1
+    assert seen.safe.all() and 0 < first.safe_share.at_least < first.safe_share.at_most < 1
 
 
 @pytest.mark.night
