@@ -15,6 +15,7 @@ _HOME = {
     "Density": "claim.risk",
     "Disc": "body",
     "Doubt": "doubt",
+    "Ended": "status",
     "Episode": "rollout.environment",
     "ErrorClaim": "claim.claim",
     "Exact": "methods",

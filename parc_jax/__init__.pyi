@@ -74,6 +74,7 @@ from parc_jax.sets.box import box as box
 from parc_jax.sets.hpolytope import HPolytope as HPolytope
 from parc_jax.sets.hpolytope import hpolytope as hpolytope
 from parc_jax.settings import Settings as Settings
+from parc_jax.status import Ended as Ended
 from parc_jax.status import Status as Status
 from parc_jax.system import BlackBoxSystem as BlackBoxSystem
 from parc_jax.system import TimeGrid as TimeGrid

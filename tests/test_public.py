@@ -22,6 +22,7 @@ NAMES = [
     "Density",
     "Disc",
     "Doubt",
+    "Ended",
     "Episode",
     "ErrorClaim",
     "Exact",

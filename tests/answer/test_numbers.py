@@ -84,7 +84,7 @@ def test_the_safe_share_is_of_all_plans_that_were_asked_about(asked, left):
     said = found.safe_share
     assert said.at_least <= left <= said.at_most + 1e-12 and said.share <= said.reaching + 1e-12
     assert said.at_most - said.at_least < 0.1
-    assert (f"{100 * said.share:.3g} % of" in how_much_is_safe(found))
+    assert f"{100 * said.share:.3g} % of" in how_much_is_safe(found)
 
 
 @pytest.mark.parametrize("start", [False, True])
