@@ -42,11 +42,11 @@ class Status(Enum):
 class Ended(Enum):
     """What ended a search. The text says it to people, and what to try next."""
 
-    TARGET = "target", "what was asked is reached"
-    WORK = "work", "its work is done before what was asked is reached; more may reach it"
+    TARGET = "target", "which is reached"
+    WORK = "work", "done before what was asked is reached; more may reach it"
     SECONDS = (
         "seconds",
-        "its limit in seconds cut work off, so a less busy machine may give another answer; "
+        "a limit that cut work off, so a less busy machine may give another answer; "
         "try a larger budget_s",
     )
 
@@ -60,4 +60,4 @@ class Ended(Enum):
     @property
     def sentence(self) -> str:
         """For people."""
-        return f"The search was ended by its {self}: {self.text}."
+        return f"Search: ended by its {self}, {self.text}."

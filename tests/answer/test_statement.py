@@ -11,6 +11,7 @@ from parc_jax.claim.tube import tube
 from parc_jax.doubt import Doubt
 from parc_jax.robust.question import plain
 from parc_jax.sentences import nothing_found
+from parc_jax.status import Ended
 from parc_jax.verdict.scene import bare_scene
 
 
@@ -33,7 +34,7 @@ def found(**changes):
 
 def nothing():
     """Findings without a plan, without a proof that none exists."""
-    empty = answer()._cover._replace(corridors=[], polytopes=[])
+    empty = answer()._cover._replace(corridors=[], polytopes=[], ended=Ended.WORK)
     return found(cover=empty, samples=answer().samples[:0])
 
 
@@ -45,13 +46,13 @@ def test_names_of_others_are_text_in_a_notebook():
 
 def test_what_is_proved_comes_first_then_the_tube_then_the_risk():
     lines = statement(found()).split("\n")
-    assert [line.split(" ")[0] for line in lines] == ["(C)", "(E)", "Risk:"]
+    assert [line.split(" ")[0] for line in lines] == ["(C)", "(E)", "Risk:", "Search:"]
     assert "proved in exact arithmetic" in lines[0]
     assert "proved in exact" not in statement(found(proved=False)).split("\n")[0]
 
 
 def test_where_nothing_was_found_nothing_is_promised():
-    assert statement(nothing()) == nothing_found(None)
+    assert statement(nothing()).split("\n") == [nothing_found(None), Ended.WORK.sentence]
     assert one_line(nothing()) == "Answer for <b>toy</b> & co: not-found"
 
 

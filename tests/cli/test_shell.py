@@ -179,8 +179,9 @@ def test_bad_files(shell, files):
 def test_bad_options(shell, files):
     refused(
         shell("solve", "model.npz", "scene.toml", "--samples", 0, "--no-cache"),
-        "at least one sample",
+        "n_samples >= 1",
     )
+    refused(shell("solve", "model.npz", "scene.toml", "--budget", 0, "--no-cache"), "a limit above")
     refused(
         shell("solve", "model.npz", "scene.toml", "--target", 2, "--no-cache"), "between 0 and 1"
     )

@@ -43,7 +43,7 @@ def test_a_slow_machine_gives_the_same_bits(monkeypatch, settings, ended):
     slowly(monkeypatch, 3.0)
     slow = ask(settings)
     assert slow.to_json() == quick.to_json() and slow.ended is quick.ended is ended
-    assert f"ended by its {ended}: " in slow.statement()
+    assert f"ended by its {ended}, " in slow.statement()
 
 
 def test_a_busy_machine_gives_the_same_bits():
@@ -65,7 +65,7 @@ def test_what_seconds_cut_off_is_said_and_kept(monkeypatch, tmp_path):
     answer = ask(WHOLE)
     assert answer.found and answer.ended is Ended.SECONDS
     assert len(answer.history) < len(whole.history)
-    assert "ended by its seconds: its limit in seconds cut work off" in answer.statement()
+    assert "ended by its seconds, a limit that cut work off" in answer.statement()
     again = load_answer(answer.save(tmp_path / "answer.json"))
     assert again.ended is Ended.SECONDS and again.statement() == answer.statement()
 
