@@ -119,10 +119,11 @@ class Findings:
         """What ended the search: its target, its work, or the limit in seconds above it, which is
         told wherever it cut something off. None of a file that does not tell.
         """
-        searches = [self._cover.ended, *([] if self.no_plan is None else [self.no_plan.ended])]
-        if Ended.SECONDS in searches:
+        draws = self._cover.ended
+        proof = None if self.no_plan is None else self.no_plan.ended
+        if Ended.SECONDS in (draws, proof):
             return Ended.SECONDS
-        return searches[0] if self.found else searches[-1]
+        return draws if self.found or proof is None else proof
 
     @property
     def corridors(self) -> Sequence[Corridor]:

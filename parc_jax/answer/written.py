@@ -29,7 +29,7 @@ def _meta(found: Findings) -> dict:
         "points": list(model.points),
         "time": [model.time.dt, model.time.t_f, model.time.dt_record],
         "status": found.status.label,
-        "ended": found.ended.label,
+        "ended": None if found.ended is None else found.ended.label,
         "statement": statement(found),
         "counts": found.counts,
         "volume_drawn": found._cover.volume,

@@ -38,7 +38,7 @@ def facts_of(answer: Answer, cold_s: float | None) -> dict:
         "corridors": len(answer.corridors),
         "corridor_coverage": answer.corridor_coverage._asdict(),
         "status": answer.status.label,
-        "ended": answer.ended.label,
+        "ended": None if answer.ended is None else answer.ended.label,
         "refused": answer.refused,
         "first_sample_cold_s": cold_s,
         "timings": answer.timings,

@@ -179,6 +179,7 @@ def _not_searched(root: Node, needed: str, reason: str | None) -> NoPlan:
         seconds=0.0,
         check_seconds=0.0,
         reason=reason or f"a proof needs {needed}.",
+        ended=None,
     )
 
 
