@@ -5,7 +5,6 @@ the code.
 import importlib
 import json
 from dataclasses import replace
-from datetime import date
 
 import jax
 import numpy as np
@@ -14,7 +13,7 @@ import pytest
 from benchmarks.attacks.__main__ import main, names
 from benchmarks.attacks.coverage import interval, refuted, repeat
 from benchmarks.attacks.fault import Fault
-from benchmarks.attacks.faults import FAULTS, Options, misfits, run
+from benchmarks.attacks.faults import FAULTS, misfits
 from benchmarks.attacks.jump_plant import (
     jump_plant,
     network,
@@ -136,16 +135,6 @@ def test_a_place_is_named_by_what_it_means_wherever_it_stands(tmp_path):
         assert bad == parts[0] + both[0] + parts[1] + both[1] + parts[2]
     both = Fault("a", "code.one", "return 1", "return 2", ())
     assert "name of 2 places" in both.missing(tmp_path)
-
-
-@pytest.mark.night
-@pytest.mark.timeout(2400)
-def test_the_tests_notice_a_sample_of_faults(capsys):
-    """Other faults every day; the seed is printed. All of them: python -m benchmarks.attacks
-    faults.
-    """
-    with capsys.disabled():
-        assert run(Options(sample=6, seed=date.today().toordinal())) == 0
 
 
 @pytest.mark.parametrize("name", ["mutants", "borders"])

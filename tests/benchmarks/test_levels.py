@@ -1,0 +1,60 @@
+"""Faults are noticed by day: most of them by README's tests, nearly all by the gate."""
+
+import pytest
+from compile_report import too_many
+
+from benchmarks.attacks.fault import Fault
+from benchmarks.attacks.levels import AT_LEAST, LEVELS, level_of, shares
+
+MARKED = """
+import pytest
+
+pytestmark = pytest.mark.soundness
+
+def test_always(): ...
+
+@pytest.mark.slow
+def test_of_the_gate(): ...
+
+@pytest.mark.needs("node")
+@pytest.mark.slow
+@pytest.mark.night
+def test_of_the_night(): ...
+
+@pytest.mark.parametrize("n", [1, pytest.param(2, marks=pytest.mark.night)])
+def test_of_both(n): ...
+"""
+
+
+def test_most_faults_are_noticed_by_day():
+    found = shares()
+    assert all(found[name] >= AT_LEAST[name] for name in LEVELS), found
+
+
+def test_a_level_is_that_of_the_first_test_that_runs(tmp_path):
+    (tmp_path / "test_a.py").write_text(MARKED)
+    (tmp_path / "test_b.py").write_text(MARKED.replace("mark.soundness", "mark.night"))
+
+    def level(*tests):
+        return LEVELS[level_of(Fault("a", "b", "c", "d", tests), tmp_path)]
+
+    assert level("test_a.py::test_always") == "default"
+    assert level("test_a.py::test_of_the_gate") == "gate"
+    assert level("test_a.py::test_of_the_night") == "night"
+    assert level("test_a.py::test_of_both[2]", "test_a.py::test_of_the_gate") == "default"
+    assert level("test_b.py::test_always") == "night"
+    with pytest.raises(KeyError):
+        level("test_a.py::test_none")
+
+
+def test_a_run_that_compiles_more_than_its_budgets_is_told_the_file():
+    budget = {"whole": 20, "unlisted": 5, "files": {"test_a.py": 12}}
+    assert too_many({"test_a.py": 12, "test_b.py": 5}, budget, whole=True) == []
+    assert too_many({"test_a.py": 13, "test_b.py": 6}, budget, whole=False) == [
+        "test_a.py compiled 13 programs, its budget is 12",
+        "test_b.py compiled 6 programs, its budget is 5",
+    ]
+    many = {f"test_{letter}.py": 5 for letter in "bcde"} | {"test_a.py": 12}
+    assert too_many(many, budget, whole=False) == []
+    (line,) = too_many(many, budget, whole=True)
+    assert "32 programs, the budget is 20" in line and "test_a.py" in line
