@@ -6,6 +6,7 @@ from benchmarks.attacks.fault import Fault
 
 CALIBRATE = "tests/claim/test_calibrate.py"
 FRESH = "tests/claim/test_fresh.py"
+START = "tests/claim/test_start_gap.py"
 UNIFORM = "tests/rollout/test_uniform.py"
 IDENTITY = "tests/rollout/test_identity.py"
 CLAIM = "tests/claim/test_claim.py"
@@ -26,6 +27,27 @@ CLAIMED = (
         "_width(scores))[:, 0]] = True",
         "_width(scores))[:, 0]] = False",
         (f"{FRESH}::test_copies_of_training_runs_are_found_beyond_float32",),
+    ),
+    Fault(
+        "one_gap_pays_for_place_and_heading",
+        "parc_jax/claim/start_gap.py",
+        "off = len(entries) * trial.declared",
+        "off = trial.declared",
+        (f"{START}::test_a_run_from_elsewhere_with_another_heading_is_off_twice_and_stays_inside",),
+    ),
+    Fault(
+        "headings_are_in_no_ledger",
+        "parc_jax/claim/start_gap.py",
+        "(MOVED,) if rotation is None else (MOVED, TURNED)",
+        "(MOVED,)",
+        (f"{START}::test_a_run_from_elsewhere_with_another_heading_is_off_twice_and_stays_inside",),
+    ),
+    Fault(
+        "headings_are_not_tried",
+        "parc_jax/claim/start_gap.py",
+        "turned = try_headings(system, key, declared)",
+        "turned = None",
+        (f"{START}::test_headings_are_tried_with_the_starts",),
     ),
     Fault(
         "uniform_is_believed_of_a_file",

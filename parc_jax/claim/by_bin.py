@@ -110,7 +110,7 @@ def calibrate_bins(
         discard=max(discards),
         looks=looks,
         law=scores.law,
-        assumptions=ledger(intersample.assumption(step)),
+        assumptions=ledger(intersample.assumption(step), scores.subject.rotation),
         evidence={
             "profile": profile.hash,
             **evidence_of(scores),

@@ -19,6 +19,7 @@ from parc_jax.claim.counts import (
 from parc_jax.claim.fresh import check_fresh
 from parc_jax.claim.intersample import DISCRETE_TIME, AccelerationBound, DiscreteTime, SpeedBound
 from parc_jax.claim.score import Scores, score_batch
+from parc_jax.claim.start_gap import invariances
 from parc_jax.claim.tube import Tube
 from parc_jax.claim.unit import RECORDED_ROWS, RUNS, Unit
 from parc_jax.errors import InputError
@@ -107,7 +108,7 @@ def calibrate(
         discard=discard,
         looks=looks,
         law=scores.law,
-        assumptions=ledger(intersample.assumption(step)),
+        assumptions=ledger(intersample.assumption(step), scores.subject.rotation),
         evidence=evidence,
         intersample=tuple(term),
     )
@@ -177,11 +178,11 @@ def evidence_of(scores: Scores) -> dict:
     }
 
 
-def ledger(between: str) -> tuple[str, ...]:
-    """Assumptions every statistical claim rests on."""
+def ledger(between: str, rotation: tuple[str, ...] | None) -> tuple[str, ...]:
+    """Assumptions every statistical claim rests on. rotation: what is declared of the heading."""
     return (
         "IID",
-        "TRANSLATION_INVARIANCE",
+        *invariances(rotation),
         between,
         "DEPLOYMENT_LAW = CALIBRATION_LAW",
         "UNCHANGED_SYSTEM",

@@ -6,10 +6,10 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
-from parc_jax.claim.calibrate import ledger
 from parc_jax.claim.claim import ErrorClaim, error_claim
 from parc_jax.claim.intersample import DISCRETE_TIME
 from parc_jax.claim.profile import bin_maxima, edges_of, training_errors
+from parc_jax.claim.start_gap import invariances
 from parc_jax.claim.tube import Tube, tube
 from parc_jax.errors import InputError
 from parc_jax.labels import Labels
@@ -47,7 +47,7 @@ def assumed_claim(net: ReLUNetwork, train: RolloutBatch, bins=None) -> ErrorClai
         discard=train.n - len(k),
         looks=1,
         law=train.law,
-        assumptions=(_HOLDS, *ledger(between)[1:3]),
+        assumptions=(_HOLDS, *invariances(train.rotation), between),
         evidence={"failed": int(train.failed.sum())},
     )
 
@@ -92,5 +92,5 @@ def declared_claim(
         discard=0,
         looks=1,
         law=law_spec("declared", domain, "given"),
-        assumptions=(_HOLDS,),
+        assumptions=(_HOLDS, *invariances(rotation)[1:]),
     )

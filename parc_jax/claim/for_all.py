@@ -13,6 +13,7 @@ from parc_jax.claim.intersample import DISCRETE_TIME
 from parc_jax.claim.measure import Errors, measure_system
 from parc_jax.claim.profile import edges_of
 from parc_jax.claim.simplices import Simplices, triangulate
+from parc_jax.claim.start_gap import invariances
 from parc_jax.claim.tube import Tube, tube, zero_tube
 from parc_jax.errors import InputError
 from parc_jax.keys import Stage
@@ -235,13 +236,13 @@ def _steepest(net: ReLUNetwork) -> float:
 
 
 def _claim(net, system, found: Tube, n: int, label: str, intersample: Intersample) -> ErrorClaim:
-    h = system.time.dt_record
+    h, about = system.time.dt_record, subject_of(system)
     term = intersample.term(h, system.n_p, found.n_points)
     interval = np.nextafter(found.interval + term, np.inf)
     return error_claim(
         kind="cover",
         tube=tube(found.edges, interval, found.final, found.n_points),
-        subject=subject_of(system),
+        subject=about,
         network=net.hash,
         quantifier=f"for every k in K of {system.name}, which has no disturbance",
         eps=None,
@@ -250,6 +251,11 @@ def _claim(net, system, found: Tube, n: int, label: str, intersample: Intersampl
         discard=0,
         looks=1,
         law=law_of(system, "given"),
-        assumptions=(label, "NO_DISTURBANCE", "TRANSLATION_INVARIANCE", intersample.assumption(h)),
+        assumptions=(
+            label,
+            "NO_DISTURBANCE",
+            *invariances(about.rotation),
+            intersample.assumption(h),
+        ),
         intersample=tuple(term),
     )

@@ -1,10 +1,11 @@
 """What the start may do to a run: declared, tried to be refuted, and added to the tube.
 
-A claim is about runs from the origin, and the proof moves them to p0. If moving the start changes
-no offset and no final state by more than `gap`, a run from anywhere stays in the tube widened by
-it, whenever the run from the origin
-stays in the tube: every label stays true. How large the gap is cannot be shown by trying starts; a
-larger one seen in a trial refutes the declaration. [T33]
+A claim is about runs from the origin with heading 0, and the proof moves them to p0 and, where a
+system declares `rotation`, turns them. If moving the start changes no offset and no final state by
+more than `gap`, and turning it changes none by more than that, a run from anywhere stays in the
+tube widened by what the two may do together, whenever the run from the origin stays in the tube:
+every label stays true. How large the gap is cannot be shown by trying; a larger one seen in a trial
+refutes the declaration. [T33]
 """
 
 from dataclasses import replace
@@ -21,48 +22,55 @@ from parc_jax.rollout.headings import can_be_headed, rotation_gap
 from parc_jax.rollout.invariance import can_start_elsewhere, translation_gap
 from parc_jax.system import rotation_of
 
-IDENTIFIER = "TRANSLATION_INVARIANCE"
-STARTS = 8  # tried, up to FAR times the travelled distance away
+MOVED, TURNED = "TRANSLATION_INVARIANCE", "ROTATION_INVARIANCE"
+STARTS = 8  # and as many headings: tried, up to FAR times the travelled distance away
 FAR = 10.0
 
 
 class StartTrial(NamedTuple):
-    """declared: [m or rad] the most that the start may matter. seen: largest effect in a trial,
-    None = not tried.
+    """declared: [m or rad] the most that the place of the start may matter, and once more its
+    heading where the system declares `rotation`. seen, turned: largest effect of a place and of a
+    heading in a trial, None = not tried.
     """
 
     declared: float
     seen: float | None
+    turned: float | None = None
 
     def statement(self) -> str:
         """One sentence."""
-        if self.seen is None:
-            return (
-                f"declared: the start matters by at most {self.declared:.2g}; not measured, since "
-                "these runs cannot be "
-                "started elsewhere"
-            )
-        return (
-            f"declared: the start matters by at most {self.declared:.2g}; in {STARTS} runs from "
-            "other starts it "
-            f"mattered by at most {self.seen:.2g}"
+        tried = {"from other starts": self.seen, "with other headings": self.turned}
+        found = [
+            f"in {STARTS} runs {how} it mattered by at most {seen:.2g}"
+            for how, seen in tried.items()
+            if seen is not None
+        ]
+        none = ["not measured, since these runs cannot be started elsewhere"]
+        return "; ".join(
+            [f"declared: the start matters by at most {self.declared:.2g}", *(found or none)]
         )
 
 
+def invariances(rotation: tuple[str, ...] | None) -> tuple[str, ...]:
+    """What a proof assumes that moves runs, and turns them where `rotation` is declared."""
+    return (MOVED,) if rotation is None else (MOVED, TURNED)
+
+
 def try_starts(system, key: jax.Array, declared: float) -> StartTrial:
-    """Run the system from other starts, if it can, and compare. Uses the SEARCH stream of `key`,
-    not consumed.
+    """Run the system from other starts, and with other headings, as far as it can be, and compare.
+    Uses the SEARCH stream of `key`, not consumed.
 
     declared: [m or rad], what `allow_for_start` will add to the tube. Raises InputError when the
-        start matters more.
+        start, or its heading, matters more.
     """
     if not declared >= 0:
         raise InputError(
             "gap: expected how much the start may matter, a number >= 0 [m or rad]; got "
             f"{declared}."
         )
+    turned = try_headings(system, key, declared)
     if not can_start_elsewhere(system):
-        return StartTrial(declared, None)
+        return StartTrial(declared, None, turned)
     few = collect(system, key, STARTS, Stage.SEARCH, quiet=True)
     travelled = np.abs(np.where(np.isfinite(few.p), few.p, 0.0)).max(initial=1.0)
     rng = np.random.default_rng(np.asarray(jax.random.key_data(key), np.uint32))
@@ -79,7 +87,7 @@ def try_starts(system, key: jax.Array, declared: float) -> StartTrial:
             "--gap that holds "
             "everywhere: the tube is widened by it."
         )
-    return StartTrial(declared, seen)
+    return StartTrial(declared, seen, turned)
 
 
 def try_headings(system, key: jax.Array, declared: float) -> float | None:
@@ -102,22 +110,34 @@ def try_headings(system, key: jax.Array, declared: float) -> float | None:
 
 
 def allow_for_start(claim: ErrorClaim, trial: StartTrial) -> ErrorClaim:
-    """The claim about runs from any start: the tube wider by the declared gap, which the ledger
-    names.
+    """The claim about runs from any start: the tube wider by the declared gap, and by the same once
+    more where `rotation` is declared, for a run from elsewhere with another heading is off by both;
+    the ledger names each. [T33]
 
     Last of all steps that change a tube: `enlarge` and `update` know nothing of it.
     """
-    gaps = claim.tube.halves_around(trial.declared, trial.declared)
+    entries = invariances(claim.subject.rotation)
+    off = len(entries) * trial.declared
+    gaps = claim.tube.halves_around(off, off)
     both = zip(claim.tube.halves, gaps, strict=True)
     wider = claim.tube.with_halves(*(np.nextafter(half + more, np.inf) for half, more in both))
-    tried = "not measured" if trial.seen is None else f"{trial.seen:.2g} seen from {STARTS} starts"
-    named = f"{IDENTIFIER}(within {trial.declared:g}; {tried})"
-    ledger = tuple(named if entry == IDENTIFIER else entry for entry in claim.assumptions)
+    tries = zip(entries, (trial.seen, trial.turned), ("starts", "headings"), strict=False)
+    named = {entry: _named(entry, trial.declared, seen, of) for entry, seen, of in tries}
+    ledger = tuple(named.get(entry, entry) for entry in claim.assumptions)
     return replace(
         weaker(
             claim,
             wider,
-            start={"gap": trial.declared.hex(), "seen": trial.seen and trial.seen.hex()},
+            start={
+                "gap": trial.declared.hex(),
+                "seen": trial.seen and trial.seen.hex(),
+                "turned": trial.turned and trial.turned.hex(),
+            },
         ),
         assumptions=ledger,
     )
+
+
+def _named(entry: str, declared: float, seen: float | None, of: str) -> str:
+    tried = "not measured" if seen is None else f"{seen:.2g} seen from {STARTS} {of}"
+    return f"{entry}(within {declared:g}; {tried})"

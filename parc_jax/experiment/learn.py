@@ -12,7 +12,7 @@ from parc_jax.claim.claim import on_bins
 from parc_jax.claim.declared import assumed_claim
 from parc_jax.claim.pipeline import advice, bound_errors, runs_ahead
 from parc_jax.claim.runs import RecordedRuns, Runs, SystemRuns
-from parc_jax.claim.start_gap import StartTrial, try_headings, try_starts
+from parc_jax.claim.start_gap import StartTrial, try_starts
 from parc_jax.claim.tighten import fit_to_tube
 from parc_jax.distributed import broadcast, gather, shared
 from parc_jax.experiment.settings import TUBE, Study, name_of
@@ -70,7 +70,6 @@ def learn(
     forecast = forecast_of(study, quiet)
     with watch("other starts"):
         start = StartTrial(*gather(try_starts(system, key, study.gap))[0])
-        try_headings(system, key, study.gap)
     with watch("training rollouts"):
         train = collect(
             system,

@@ -18,8 +18,8 @@ from parc_jax.system import TURNS, rotation_of
 
 
 class RotationGap(NamedTuple):
-    """How far a run is from the one of heading 0, turned. p: [m], q: (n_q,), largest over runs and
-    times; headings: (n,) [rad], k: (n, n_k) tried.
+    """How far a run, turned back by its heading, is from the one of heading 0. p: [m], q: (n_q,),
+    largest over runs and times; headings: (n,) [rad], k: (n, n_k) tried.
     """
 
     p: float
@@ -37,7 +37,7 @@ def rotation_gap(
     system, key: jax.Array, headings: npt.ArrayLike, stage: Stage = Stage.SEARCH
 ) -> RotationGap:
     """Run the same k and disturbance with heading 0 and with each of `headings` (n,) [rad] at the
-    start, and compare with the turned run. Raises InputError.
+    start, turned back, and compare. Raises InputError.
 
     The system must declare `rotation` and offer `rollout_headed(key, k, heading) -> Trajectory`, p
     relative to the start and not turned back.
@@ -60,10 +60,10 @@ def rotation_gap(
             straight = many(rows.keys, k, jnp.zeros(len(k)))
             headed = many(rows.keys, k, jnp.asarray(headings))
     cosine, sine = np.cos(headings), np.sin(headings)
-    turn = np.array([[cosine, -sine], [sine, cosine]])
-    places = np.asarray(straight.p).reshape(len(headings), -1, 2)
-    turned = np.einsum("abn,nsb->nsa", turn, places)
+    back = np.array([[cosine, sine], [-sine, cosine]])
+    places = np.asarray(headed.p).reshape(len(headings), -1, 2)
+    turned = np.einsum("abn,nsb->nsa", back, places)
     word = np.array([word == TURNS for word in rotation], float)
-    angles = np.asarray(straight.q) + headings[:, None] * word
-    p = difference(turned, np.asarray(headed.p).reshape(turned.shape))
-    return RotationGap(float(p.max()), difference(angles, headed.q).max(axis=0), headings, rows.k)
+    angles = np.asarray(headed.q) - headings[:, None] * word
+    p = difference(turned, np.asarray(straight.p).reshape(turned.shape))
+    return RotationGap(float(p.max()), difference(angles, straight.q).max(axis=0), headings, rows.k)

@@ -8,18 +8,24 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 import pytest
-from synthetic_plants import noisy, plant
+from synthetic_plants import noisy, plant, straight_network
 from toy_models import line_model
+from turning_arc import Arc
 
+from parc_jax.claim.calibrate import calibrate
 from parc_jax.claim.claim_file import claim_from_json
 from parc_jax.claim.measure import measure
-from parc_jax.claim.start_gap import allow_for_start, try_starts
+from parc_jax.claim.monitor import inside_tube
+from parc_jax.claim.pipeline import bound_error
+from parc_jax.claim.profile import training_profile
+from parc_jax.claim.start_gap import StartTrial, allow_for_start, try_starts
 from parc_jax.errors import InputError
 from parc_jax.experiment.learn import learn
 from parc_jax.experiment.settings import Study
 from parc_jax.experiment.stopwatch import Stopwatch
+from parc_jax.keys import Stage
 from parc_jax.rollout.collect import collect
-from parc_jax.system import Trajectory
+from parc_jax.system import TURNS, Trajectory
 
 KEY = jax.random.PRNGKey(3)
 STUDY = Study(
@@ -99,6 +105,38 @@ def test_the_tube_holds_runs_from_elsewhere_and_without_the_allowance_it_does_no
     assert named[0] in claim.statement()
     assert "mattered by at most 0.0" in learned.start.statement()
     assert claim_from_json(claim.to_json(), claim.tube).assumptions == claim.assumptions
+
+
+def test_a_run_from_elsewhere_with_another_heading_is_off_twice_and_stays_inside():
+    """Each deviation is as large as declared, and both go one way: the tube holds their sum."""
+    batch = replace(collect(plant(noisy), KEY, 60, Stage.BOUND, quiet=True), rotation=(TURNS,))
+    net = straight_network(4)
+    profile = training_profile(net, collect(plant(noisy), KEY, 60, quiet=True), (1, 1))
+    claim = calibrate(net, batch, profile, 0.1, 0.1)
+    assert claim.assumptions[1:3] == ("TRANSLATION_INVARIANCE", "ROTATION_INVARIANCE")
+    wider = allow_for_start(claim, StartTrial(0.02, None, 1e-13))
+    assert wider.assumptions[1:3] == (
+        "TRANSLATION_INVARIANCE(within 0.02; not measured)",
+        "ROTATION_INVARIANCE(within 0.02; 1e-13 seen from 8 headings)",
+    )
+    ramp = np.minimum(np.linspace(0.0, 4.0, batch.p.shape[1]), 1.0)[None, :, None]
+    for way in (1.0, -1.0):
+        off = way * 2 * 0.02
+        moved = replace(batch, p=batch.p + off * ramp, q=batch.q + off)
+        assert inside_tube(wider, net, moved).all()
+    still = calibrate(net, replace(batch, rotation=None), profile, 0.1, 0.1)
+    assert "ROTATION_INVARIANCE" not in " ".join(still.assumptions)
+    once = allow_for_start(still, StartTrial(0.02, None)).tube
+    np.testing.assert_allclose(wider.tube.interval - once.interval, 0.02, atol=1e-12)
+    assert (wider.tube.final >= once.final + 0.02 - 1e-12).all()
+
+
+def test_headings_are_tried_with_the_starts():
+    trial = try_starts(Arc(0.0), KEY, 1e-9)
+    assert trial.seen is None and trial.turned < 1e-9
+    assert "in 8 runs with other headings it mattered by at most" in trial.statement()
+    with pytest.raises(InputError, match="runs that turn with their heading"):
+        bound_error(straight_network(4), Arc(0.1), KEY, 0.1, 0.1, gap=1e-3, quiet=True)
 
 
 def test_a_system_that_cannot_start_elsewhere_says_so():
