@@ -1,11 +1,13 @@
 """Rollouts from files: our own .npz, a folder of CSV logs, the published *_rawdata.mat layout."""
 
+import csv
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 import numpy as np
 
 from parc_jax.errors import InputError
+from parc_jax.labels import Labels
 from parc_jax.rollout.batch import RolloutBatch, require_finite_k, rollout_batch
 from parc_jax.rollout.files import RAGGED, read_npz, rollouts_from_npz
 from parc_jax.rollout.law import law_spec
@@ -25,7 +27,7 @@ def load_rollouts(
     groups=None,
     points: Sequence[str] | None = None,
     rotation: Sequence[str] | None = None,
-    labels: Mapping[str, Sequence[str]] | None = None,
+    labels: Labels | Mapping[str, Sequence[str]] | None = None,
 ) -> RolloutBatch:
     """A batch from a file or folder. Raises InputError that says what is missing.
 
@@ -35,17 +37,19 @@ def load_rollouts(
     *.mat   ks_data (n_k, n), ps_data (n_t, n_p, n), qs_data (n_q, n), as the published code saves
     it. folder  k.csv (n rows of n_k numbers), q.csv (n rows of n_q; may be absent), and one file
             per run in p/, whose names sort in the order of the rows, each with n_record + 1 rows of
-            n_p numbers. One header line is allowed. groups.csv may name the recording of each row.
+            n_p numbers. groups.csv may name the recording of each row. A first line of names, such
+            as speed [m/s], labels the columns of k, q, and of p where there is one point.
     time: the record grid of the runs; needed for all but our own files. domain: K; None = the
     smallest box that holds all k, which makes the claim about that box. k_law: "logged", or
     "uniform" where the k are known to be independent uniform draws from `domain`, which must then
     be given, and which the k may refute (`check_uniform`); a claim speaks of shares of K only
-    then. groups: (n,) which recording each row was cut
-    from, numbers or names; rows of one recording are not independent, and count as one. points:
-    names of the m reference points; a table with a column per coordinate (CSV, .mat) has them point
-    by point: x, y of the first, x, y of the second. Positions are made relative to where the first
-    point of each run starts. rotation: what is declared of the heading, as a system's `rotation`.
-    labels: what coordinates are called, as {"k": ("speed [m/s]", ...)}. Runs with NaN stay.
+    then. groups: (n,) which recording each row was cut from, numbers or names; rows of one
+    recording are not independent, and count as one. points: names of the m reference points; a
+    table with a column per coordinate (CSV, .mat) has them point by point: x, y of the first, x, y
+    of the second. Positions are made relative to where the first point of each run starts.
+    rotation: what is declared of the heading, as a system's `rotation`. labels: what coordinates
+    are called, as {"k": ("speed [m/s]", ...)}; they go before those of the file. Runs with NaN
+    stay.
     """
     path = Path(path)
     if k_law not in K_LAWS or (k_law == "uniform" and domain is None):
@@ -98,13 +102,19 @@ def _assemble(
     law = law_spec(f"file:{path.name}", domain, k_law)
     groups = arrays.get("groups") if groups is None else groups
     named = _points(path, p, arrays["points"].tolist() if "points" in arrays else points)
+    read = {part: words for part, words in arrays.get("labels", {}).items() if words is not None}
+    if len(named) > 1:
+        read.pop("p", None)  # a name per coordinate of every point
+    given = about["labels"]
+    given = given._asdict() if isinstance(given, Labels) else dict(given or {})
+    about = about | {"labels": read | given}
     by_point = p.reshape(*p.shape[:2], len(named), -1)
     moved = (by_point - by_point[:, :1, :1]).reshape(*p.shape[:2], -1)
     batch = rollout_batch(
         k, moved, q, time=time, domain=domain, law=law, groups=groups, points=named, **about
     )
     if k_law == "uniform":
-        check_uniform(str(path), batch.k, domain, batch.groups)
+        check_uniform(str(path), batch.k, domain, batch.groups, batch.subject.labels.k)
     return batch
 
 
@@ -168,7 +178,8 @@ def _csv_folder(path: Path) -> dict:
     runs = sorted((path / "p").glob("*.csv"))
     if not (path / "k.csv").exists() or not runs:
         raise InputError(f"{path}: expected k.csv and one file per run in {path / 'p'}; not there.")
-    k, tracks = _csv(path / "k.csv"), [_csv(run) for run in runs]
+    k, k_names = _csv(path / "k.csv")
+    tracks, p_names = zip(*map(_csv, runs), strict=True)
     if len(k) != len(tracks):
         raise InputError(
             f"{path}: expected as many rows in k.csv as files in p/; got {len(k)} and "
@@ -180,29 +191,40 @@ def _csv_folder(path: Path) -> dict:
                 f"{run}: expected {tracks[0].shape} (rows, columns) like the run of row 0; row "
                 f"{row} has {track.shape}. {RAGGED}"
             )
-    arrays = {"k": k, "p": np.stack(tracks)}
+    names = {"k": k_names, "p": p_names[0]}
+    arrays = {"k": k, "p": np.stack(tracks), "labels": names}
     if (path / "q.csv").exists():
-        arrays["q"] = _csv(path / "q.csv")
+        arrays["q"], names["q"] = _csv(path / "q.csv")
     if (path / "groups.csv").exists():
-        names = [line.strip() for line in (path / "groups.csv").read_text().splitlines()]
-        names = [name for name in names if name]
+        given = [line.strip() for line in (path / "groups.csv").read_text().splitlines()]
+        given = [name for name in given if name]
         # one line more than rows: a header
-        arrays["groups"] = np.array(names[1:] if len(names) == len(k) + 1 else names, dtype=str)
+        arrays["groups"] = np.array(given[1:] if len(given) == len(k) + 1 else given, dtype=str)
     return arrays
 
 
-def _csv(path: Path) -> np.ndarray:
-    """Numbers (rows, columns) of a CSV file; a first line that is no numbers is a header."""
+def _csv(path: Path) -> tuple[np.ndarray, tuple[str, ...] | None]:
+    """Numbers (rows, columns) of a CSV file, and the names in its first line where that is no
+    numbers.
+    """
     lines = [line for line in path.read_text().splitlines() if line.strip()]
+    names = None
     try:
         [float(cell) for cell in lines[0].split(",")]
     except ValueError:
-        lines = lines[1:]
+        first = csv.reader([lines.pop(0).lstrip("# ")], skipinitialspace=True)
+        names = tuple(cell.strip() for cell in next(first))
     except IndexError:
         raise InputError(f"{path}: expected rows of numbers; the file is empty.") from None
     try:
-        return np.array([[float(cell) for cell in line.split(",")] for line in lines])
+        rows = np.array([[float(cell) for cell in line.split(",")] for line in lines])
     except ValueError as error:
         raise InputError(
             f"{path}: expected rows of as many numbers each, separated by commas; {error}."
         ) from None
+    if names is not None and rows.ndim == 2 and len(names) != rows.shape[1]:
+        raise InputError(
+            f"{path}: expected a first line of numbers, or of a name for each of {rows.shape[1]} "
+            f"columns; got {len(names)} names."
+        )
+    return rows, names

@@ -105,12 +105,35 @@ def test_folder_of_csv_logs(batch, tmp_path):
     back = load_rollouts(tmp_path, time=GRID, domain=batch.domain)
     np.testing.assert_array_equal(back.k, batch.k)
     np.testing.assert_array_equal(back.p, batch.p)
+    assert back.labels == (("x", "y"), ("q0",), ("speed", "angle"))
     (tmp_path / "p" / "run_007.csv").write_text("1,2\n3\n")
     with pytest.raises(InputError, match=r"run_007.csv"):
         load_rollouts(tmp_path, time=GRID)
     (tmp_path / "p" / "run_007.csv").unlink()
     with pytest.raises(InputError, match="as many rows"):
         load_rollouts(tmp_path, time=GRID)
+
+
+def test_names_of_columns_are_those_of_the_header(batch, tmp_path):
+    """As NumPy or a spreadsheet writes them; what is given goes before."""
+    (tmp_path / "p").mkdir()
+    head = {"comments": "", "delimiter": ","}
+    np.savetxt(tmp_path / "k.csv", batch.k, delimiter=",", header="speed [m/s],angle [rad]")
+    np.savetxt(tmp_path / "q.csv", batch.q, header='"heading [rad]"', **head)
+    for i, track in enumerate(batch.p):
+        np.savetxt(tmp_path / "p" / f"{i:03d}.csv", track, header="east [m], north [m]", **head)
+    names = (("east [m]", "north [m]"), ("heading [rad]",), ("speed [m/s]", "angle [rad]"))
+    assert load_rollouts(tmp_path, GRID).labels == names
+    assert load_rollouts(tmp_path, GRID).subject.labels.heading == 0
+    given = load_rollouts(tmp_path, GRID, labels={"k": ("a", "b")}).labels
+    assert given == (*names[:2], ("a", "b"))
+    with pytest.raises(InputError, match=r"the rank correlation of speed \[m/s\] and angle"):
+        k = np.sort(batch.k, axis=0)
+        np.savetxt(tmp_path / "k.csv", k, delimiter=",", header="speed [m/s],angle [rad]")
+        load_rollouts(tmp_path, GRID, batch.domain, k_law="uniform")
+    np.savetxt(tmp_path / "k.csv", batch.k, delimiter=",", header="speed")
+    with pytest.raises(InputError, match=r"k\.csv: expected a first line .* 2 columns; got 1 name"):
+        load_rollouts(tmp_path, GRID)
 
 
 def test_plain_npz(batch, tmp_path):
