@@ -7,6 +7,7 @@ LOOKS = "tests/driven/test_looks.py"
 RANDOM = "tests/driven/test_randomness.py"
 SAFE_BOX = "tests/driven/test_safe_box.py"
 REFINE = "tests/driven/test_refine.py"
+SENTENCES = "tests/test_sentences.py"
 QUESTION = "tests/driven/test_question.py"
 
 DRIVEN = (
@@ -65,6 +66,23 @@ DRIVEN = (
         "    here = at is None if pose is None else pose.heading is None\n",
         "    here = True\n",
         (f"{QUESTION}::test_a_file_in_the_frame_of_the_robot_is_not_asked_again",),
+    ),
+    Fault(
+        "printed_bounds_rounded_down",
+        "parc_jax/spelling.py",
+        "_rounded(value, digits, ROUND_CEILING)",
+        "_rounded(value, digits, ROUND_FLOOR)",
+        (f"{SENTENCES}::test_a_bound_is_never_rounded_down",),
+    ),
+    Fault(
+        "a_tested_choice_printed_to_the_nearest",
+        "parc_jax/claim/validate.py",
+        "{rounded_up(self.eps, 4)}",
+        "{float(self.eps):.4g}",
+        (
+            f"{SENTENCES}::test_no_sentence_undercuts_its_bound",
+            f"{SENTENCES}::test_no_bound_is_printed_to_the_nearest",
+        ),
     ),
     Fault(
         "looks_share_their_runs",

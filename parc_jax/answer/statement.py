@@ -14,7 +14,7 @@ from parc_jax.sentences import (
     about_sensing,
     nothing_found,
 )
-from parc_jax.spelling import counted
+from parc_jax.spelling import counted, rounded_down
 from parc_jax.verdict.scene import no_end_fits
 
 
@@ -23,7 +23,7 @@ def one_line(found: Findings) -> str:
     name = found.model.system or "unnamed system"
     if not found.found:
         return f"Answer for {name}: {found.status}"
-    share = f"at least {100 * found._held.at_least:.1f} % of the model's safe set"
+    share = f"at least {rounded_down(100 * found._held.at_least, 3)} % of the model's safe set"
     if found.around is not None:
         share += " around what a search found"
     counts = (

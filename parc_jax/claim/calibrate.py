@@ -25,7 +25,7 @@ from parc_jax.claim.unit import RECORDED_ROWS, RUNS, Unit
 from parc_jax.errors import InputError
 from parc_jax.network.relu import ReLUNetwork
 from parc_jax.rollout.batch import RolloutBatch
-from parc_jax.spelling import hex_text
+from parc_jax.spelling import hex_text, rounded_up
 
 Intersample = DiscreteTime | SpeedBound | AccelerationBound
 # the division that made the score and the product that undoes it, rounded up
@@ -91,7 +91,7 @@ def calibrate(
                 "more."
             )
     if claimed > eps:
-        evidence["eps_asked"] = f"eps = {float(eps):g} (needs {needed:,} {unit.many})"
+        evidence["eps_asked"] = f"eps = {rounded_up(eps, 10)} (needs {needed:,} {unit.many})"
     scale = float(kept_maximum(independent, discard))
     evidence["scale"] = scale.hex()
     step = scores.subject.time.dt_record
@@ -138,7 +138,7 @@ def pac_label(
     if supported is None:
         raise InputError(
             f"calibrate: {n} {unit.many} with {discard} discards support no eps at delta = "
-            f"{float(delta):g}; collect more."
+            f"{rounded_up(delta, 10)}; collect more."
         )
     return supported, discard
 

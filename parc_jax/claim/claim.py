@@ -17,7 +17,7 @@ from parc_jax.claim.risk import (
     density_of_share,
     risk_of,
 )
-from parc_jax.claim.statement import decimal, statement
+from parc_jax.claim.statement import DIGITS, statement
 from parc_jax.claim.tube import Tube, refined
 from parc_jax.claim.tube_file import tube_to_json
 from parc_jax.claim.unit import RECORDED_ROWS, RECORDINGS, RUNS, Unit
@@ -26,7 +26,7 @@ from parc_jax.rollout.files import write_atomic
 from parc_jax.rollout.law import LawSpec
 from parc_jax.rollout.subject import Subject
 from parc_jax.sets.box import Box
-from parc_jax.spelling import hex_text
+from parc_jax.spelling import hex_text, rounded_up
 
 KINDS = ("pac", "conformal", "cover", "assumed", "declared")
 FORMAT = "parc_jax.claim/2"
@@ -84,7 +84,7 @@ class ErrorClaim:
 
     def __repr__(self) -> str:
         known = {"eps": self.eps, "delta": self.delta}
-        numbers = [f"{name} {decimal(v)}" for name, v in known.items() if v is not None]
+        numbers = [f"{name} {rounded_up(v, DIGITS)}" for name, v in known.items() if v is not None]
         shown = (
             f"{self.n:,} {self.unit.many} of {self.law.generator}" if self.n else self.quantifier
         )

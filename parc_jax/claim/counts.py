@@ -5,6 +5,7 @@ from fractions import Fraction
 from numbers import Integral
 
 from parc_jax.errors import InputError, expected
+from parc_jax.spelling import rounded_up
 
 MOST = "most"  # discards: as many as the runs, eps and delta allow
 
@@ -89,7 +90,8 @@ def cheaper(eps: float, delta: float, spelled: str = "eps = ") -> str:
     """What ten times the eps would cost, in words, or "" when that is none."""
     if 10 * eps >= 1:
         return ""
-    return f"{spelled}{10 * eps:.3g} needs {required_runs(10 * eps, delta):,} fresh ones"
+    few = required_runs(10 * eps, delta)
+    return f"{spelled}{rounded_up(str(10 * eps), 3)} needs {few:,} fresh ones"
 
 
 def as_probability(name: str, value) -> Fraction:

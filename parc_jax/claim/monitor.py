@@ -13,6 +13,7 @@ from parc_jax.claim.score import sizes
 from parc_jax.errors import InputError
 from parc_jax.network.relu import ReLUNetwork
 from parc_jax.rollout.batch import RolloutBatch, worst_by_group
+from parc_jax.spelling import rounded_up
 
 _BETS = 16  # alternatives, log-spaced from just above the claimed rate to one half
 
@@ -93,8 +94,8 @@ def monitor(
     rate = max(float(risk.bound), 1e-9)
     if rate >= 0.5:
         raise InputError(
-            f"monitor: expected a claimed rate below 1/2; got {rate:.3g}. There is nothing to "
-            "refute."
+            f"monitor: expected a claimed rate below 1/2; got {rounded_up(rate, 3)}. There is "
+            "nothing to refute."
         )
     bets = np.geomspace(1.5 * rate, 0.75, _BETS)
     return Monitor(claim, net, rate, float(alpha), bets, np.zeros(_BETS))

@@ -20,6 +20,7 @@ from parc_jax.keys import Stage
 from parc_jax.rollout.collect import collect
 from parc_jax.rollout.headings import can_be_headed, rotation_gap
 from parc_jax.rollout.invariance import can_start_elsewhere, translation_gap
+from parc_jax.spelling import rounded_up
 from parc_jax.system import rotation_of
 
 MOVED, TURNED = "TRANSLATION_INVARIANCE", "ROTATION_INVARIANCE"
@@ -41,14 +42,13 @@ class StartTrial(NamedTuple):
         """One sentence."""
         tried = {"from other starts": self.seen, "with other headings": self.turned}
         found = [
-            f"in {STARTS} runs {how} it mattered by at most {seen:.2g}"
+            f"in {STARTS} runs {how} it mattered by at most {rounded_up(seen)}"
             for how, seen in tried.items()
             if seen is not None
         ]
         none = ["not measured, since these runs cannot be started elsewhere"]
-        return "; ".join(
-            [f"declared: the start matters by at most {self.declared:.2g}", *(found or none)]
-        )
+        most = rounded_up(str(self.declared))
+        return "; ".join([f"declared: the start matters by at most {most}", *(found or none)])
 
 
 def invariances(rotation: tuple[str, ...] | None) -> tuple[str, ...]:
@@ -139,5 +139,5 @@ def allow_for_start(claim: ErrorClaim, trial: StartTrial) -> ErrorClaim:
 
 
 def _named(entry: str, declared: float, seen: float | None, of: str) -> str:
-    tried = "not measured" if seen is None else f"{seen:.2g} seen from {STARTS} {of}"
-    return f"{entry}(within {declared:g}; {tried})"
+    tried = "not measured" if seen is None else f"{rounded_up(seen)} seen from {STARTS} {of}"
+    return f"{entry}(within {rounded_up(str(declared), 6)}; {tried})"

@@ -1,8 +1,9 @@
 """What a claim says, in sentences that never say more than was shown."""
 
-from fractions import Fraction
-
 from parc_jax.claim.unit import RECORDED_ROWS
+from parc_jax.spelling import rounded_down, rounded_up
+
+DIGITS = 10  # of the numbers of a claim, at most
 
 
 def statement(c) -> str:
@@ -27,16 +28,19 @@ def in_short(c) -> str:
     return _SHORTLY[c.kind](c)
 
 
-def decimal(value: Fraction) -> str:
-    """A number for people, ten digits at most."""
-    return f"{float(value):.10g}"
-
-
 def _behind(c) -> str:
     """The independent runs that a claim rests on."""
     if RECORDED_ROWS in c.evidence:
         return f"{c.n:,} calibration {c.unit.many} (of {c.evidence[RECORDED_ROWS]:,} runs)"
     return f"{c.n:,} calibration rollouts"
+
+
+def _eps(c) -> str:
+    return rounded_up(c.eps, DIGITS)
+
+
+def _confidence(c) -> str:
+    return rounded_down(1 - c.delta, DIGITS)
 
 
 def _short(c) -> str:
@@ -48,9 +52,9 @@ def _short(c) -> str:
 def _pac(c) -> str:
     by_bin = "" if c.bin_eps is None else " (the largest of them, each with its own)"
     return (
-        f"With confidence {decimal(1 - c.delta)} over the {_behind(c)}, "
+        f"With confidence {_confidence(c)} over the {_behind(c)}, "
         f"{c.quantifier} leaves the tube at any time with probability at most "
-        f"{decimal(c.eps)}{by_bin}, in every environment.{_short(c)} {_chosen(c)} "
+        f"{_eps(c)}{by_bin}, in every environment.{_short(c)} {_chosen(c)} "
         "For a single hand-picked k: no probabilistic statement."
     )
 
@@ -61,7 +65,7 @@ def _chosen(c) -> str:
     """
     if c.evidence.get("not_drawn"):
         return f"Of runs with chosen values of {', '.join(c.evidence['not_drawn'])}: nothing more."
-    eps = decimal(c.eps)
+    eps = _eps(c)
     if c.law.k_law == "uniform":
         return (
             f"For k drawn uniformly at random from a certified set of share s of {c.law.box}: at "
@@ -80,7 +84,7 @@ def _chosen(c) -> str:
 def _conformal(c) -> str:
     return (
         f"Over the draw of the {_behind(c)} and of a new one together, "
-        f"{c.quantifier} leaves the tube at any time with probability at most {decimal(c.eps)}."
+        f"{c.quantifier} leaves the tube at any time with probability at most {_eps(c)}."
         f"{_short(c)} This marginal claim does not hold for a k or a set chosen afterwards."
     )
 
@@ -112,8 +116,8 @@ _HEAD = {
     "declared": _declared,
 }
 _SHORTLY = {
-    "pac": lambda c: f"left with probability ≤ {decimal(c.eps)}, confidence {decimal(1 - c.delta)}",
-    "conformal": lambda c: f"left by one more run with probability ≤ {decimal(c.eps)}",
+    "pac": lambda c: f"left with probability ≤ {_eps(c)}, confidence {_confidence(c)}",
+    "conformal": lambda c: f"left by one more run with probability ≤ {_eps(c)}",
     "cover": lambda c: "left by no run, by declared constants",
     "assumed": lambda c: "assumed, not shown",
     "declared": lambda c: "declared, not shown",

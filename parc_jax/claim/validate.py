@@ -13,6 +13,7 @@ from parc_jax.keys import Stage
 from parc_jax.rollout.batch import RolloutBatch
 from parc_jax.rollout.collect import stream_rollouts
 from parc_jax.rollout.user_code import blamed
+from parc_jax.spelling import rounded_down, rounded_up
 
 
 @dataclass(frozen=True)
@@ -32,9 +33,8 @@ class Validation:
         """The result as a sentence."""
         return (
             f"{self.failures} of {self.n:,} fresh runs of the frozen choice failed: with "
-            "confidence "
-            f"{float(1 - self.delta):.10g}, it fails in this environment with probability at most "
-            f"{float(self.eps):.4g}, for runs from {self.law}."
+            f"confidence {rounded_down(1 - self.delta, 10)}, it fails in this environment with "
+            f"probability at most {rounded_up(self.eps, 4)}, for runs from {self.law}."
         )
 
 

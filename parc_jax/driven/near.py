@@ -7,12 +7,11 @@ from typing import Any
 import numpy as np
 
 from parc_jax.claim.risk import NoStatement, Risk, Uniform
-from parc_jax.claim.statement import decimal
 from parc_jax.driven.looks import Look
 from parc_jax.driven.safe_box import SafeBox
 from parc_jax.driven.widths import Widths
 from parc_jax.model import TrajectoryModel
-from parc_jax.spelling import rounded_up
+from parc_jax.spelling import rounded_down, rounded_up
 
 NARROWER = 1.05  # [1] a tube that is less than this much narrower is not called so
 
@@ -66,16 +65,16 @@ class Near:
             return f"Near it: {where}. {claim.statement()}"
         look = f" (look {self.look.number} of {self.look.planned})" if self.look.planned > 1 else ""
         lines = [
-            f"Near it: {where}. With confidence {decimal(1 - claim.delta)}{look} over {claim.n:,} "
-            "fresh runs made on N alone after N was chosen, a new run with k uniform on N leaves "
-            f"the local tube with probability at most {decimal(claim.eps)}.",
+            f"Near it: {where}. With confidence {rounded_down(1 - claim.delta, 10)}{look} over "
+            f"{claim.n:,} fresh runs made on N alone after N was chosen, a new run with k uniform "
+            f"on N leaves the local tube with probability at most {rounded_up(claim.eps, 10)}.",
             self._about_width(),
         ]
         risk = self.risk()
         if isinstance(risk, NoStatement):
             lines.append(f"Of driving near this plan: no statement, since {risk.reason}.")
         else:
-            held = "all" if self.held > Fraction(999, 1000) else f"{100 * float(self.held):.3g} %"
+            held = "all" if self.held == 1 else f"{rounded_down(100 * self.held, 3)} %"
             lines.append(
                 f"From this start every k of a box S that takes {held} of N is proved safe under "
                 "the local tube. Driven with k uniform on S, the run fails with probability at "
@@ -99,4 +98,4 @@ class Near:
 
 
 def _times(factor: float) -> str:
-    return "infinity" if np.isinf(factor) else f"{factor:.2g}"
+    return "infinity" if np.isinf(factor) else rounded_down(factor)

@@ -7,12 +7,11 @@ import jax
 import numpy as np
 
 from parc_jax.claim.counts import clopper_pearson, required_runs
-from parc_jax.claim.statement import decimal
 from parc_jax.driven.looks import Look, fresh_key
 from parc_jax.driven.randomness import ignores_key
 from parc_jax.keys import Stage
 from parc_jax.rollout.collect import stream_rollouts
-from parc_jax.spelling import rounded_up
+from parc_jax.spelling import rounded_down, rounded_up
 from parc_jax.verdict.outcomes import outcomes
 from parc_jax.verdict.scene import Scene
 
@@ -56,10 +55,11 @@ class Tested:
             if self.alike and self.n > 1
             else ""
         )
+        sure = rounded_down(1 - self.look.delta, 10)
         return (
             f"This very plan: {self.failures} of {self.n:,} fresh runs made after it was chosen "
-            f"failed. With confidence {decimal(1 - self.look.delta)} a new run of it fails with "
-            f"probability at most {rounded_up(self.eps)}{look}.{alike}"
+            f"failed. With confidence {sure} a new run of it fails "
+            f"with probability at most {rounded_up(self.eps)}{look}.{alike}"
         )
 
 

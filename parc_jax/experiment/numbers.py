@@ -6,7 +6,7 @@ from parc_jax.answer.answer import Answer
 from parc_jax.claim.claim import ErrorClaim
 from parc_jax.labels import name_of, unit_of
 from parc_jax.model import TrajectoryModel
-from parc_jax.sentences import rounded_up
+from parc_jax.spelling import rounded_down, rounded_up
 
 
 def eps_of(claim: ErrorClaim) -> str | None:
@@ -53,8 +53,8 @@ def covering(coverage: dict, part: str = "the safe set") -> str:
         return f"how much of {part} they cover was not measured in time"
     return (
         f"covering {100 * coverage['share']:.2f} % of {part} (at least "
-        f"{100 * coverage['at_least']:.2f} % with "
-        f"confidence {coverage['confidence']:g})"
+        f"{rounded_down(100 * coverage['at_least'], 4)} % with "
+        f"confidence {rounded_down(str(coverage['confidence']), 10)})"
     )
 
 
@@ -71,8 +71,9 @@ def how_much_is_safe(answer: Answer) -> str:
     if share is None:
         return "what share of the plans was not measured"
     of_all = "all k in K" if answer.scene.at is not None else "the plans that end in the goal's box"
-    said = f"{_percent(share.share)} of {of_all} ({_percent(share.at_least)} to "
-    said += f"{_percent(share.at_most)} with confidence {share.confidence:g})"
+    low, high = rounded_down(100 * share.at_least, 3), rounded_up(100 * share.at_most, 3)
+    said = f"{_percent(share.share)} of {of_all} ({low} % to {high} % with confidence "
+    said += f"{rounded_down(str(share.confidence), 10)})"
     if answer.around is not None:
         return f"{said}, of those around what a search found"
     kept = share.share / share.reaching if share.reaching else 0.0

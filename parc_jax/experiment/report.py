@@ -10,6 +10,7 @@ from parc_jax.experiment.numbers import (
     seconds,
     spread,
 )
+from parc_jax.spelling import rounded_down, rounded_up
 
 
 def report(outcome: Outcome) -> str:
@@ -85,13 +86,13 @@ def _replayed(r: dict, eps: str | None) -> list[str]:
     ]
     if r["repeats"] > 1:
         blank = " " * 23
+        mean, every = (rounded_up(r[n]) for n in ("failure_mean_at_most", "every_plan_at_most"))
         lines += [
             f"{blank}{r['failed']} of {r['runs']} runs failed: with confidence "
-            f"{r['confidence']:g}, a run of one of "
+            f"{rounded_down(str(r['confidence']), 10)}, a run of one of "
             f"these plans, drawn at random,",
-            f"{blank}fails with probability at most {r['failure_mean_at_most']:.2g}; no plan of "
-            "them with more than "
-            f"{r['every_plan_at_most']:.2g} (worst: {r['worst_plan_failed']} of {r['repeats']})",
+            f"{blank}fails with probability at most {mean}; no plan of them with more than "
+            f"{every} (worst: {r['worst_plan_failed']} of {r['repeats']})",
         ]
     return lines
 

@@ -20,7 +20,7 @@ from parc_jax.errors import InputError
 from parc_jax.model import TrajectoryModel
 from parc_jax.pwa.domain import MAX_DIMENSION
 from parc_jax.robust.withstood import Withstood
-from parc_jax.spelling import decimal_text
+from parc_jax.spelling import decimal_text, rounded_down, rounded_up
 from parc_jax.status import Ended
 from parc_jax.verdict.scene import Scene, no_end_fits
 from parc_jax.volume_bounds.faces import goal_faces
@@ -75,19 +75,18 @@ class NoPlan(NamedTuple):
                 f"Proved in exact arithmetic: the model has no safe (p0, k) with this tube{why} "
                 "The robot may still be able to do it: a better model or a narrower tube may tell."
             )
-        safe, unsafe, share = (
-            100 * float(v / self.total) for v in (self.safe, self.unsafe, self.undecided)
-        )
+        safe, unsafe = (rounded_down(100 * v / self.total, 4) for v in (self.safe, self.unsafe))
+        share = rounded_up(100 * self.undecided / self.total, 4)
         if self.kind == BOUNDS:
             return (
-                f"Of the plans that end in the goal's box, by volume: at least {safe:.4g} % are "
-                f"safe and at least {unsafe:.4g} % are unsafe, proved in exact arithmetic; "
-                f"{share:.4g} % are undecided.{self._ended}"
+                f"Of the plans that end in the goal's box, by volume: at least {safe} % are "
+                f"safe and at least {unsafe} % are unsafe, proved in exact arithmetic; "
+                f"{share} % are undecided.{self._ended}"
             )
         why = f": {self.reason}" if self.reason else "."
         return (
             f"No safe plan was found{why} This is not a proof that none exists: "
-            f"of the plans that end in the goal's box, {share:.3g} % by volume are undecided; the "
+            f"of the plans that end in the goal's box, {share} % by volume are undecided; the "
             f"others are proved unsafe.{self._ended}"
         )
 

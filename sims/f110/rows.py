@@ -3,6 +3,7 @@
 from typing import NamedTuple
 
 from parc_jax.claim.counts import clopper_pearson
+from parc_jax.spelling import rounded_down, rounded_up
 
 REPEATS, MANY = 10, 1000
 
@@ -60,9 +61,8 @@ def sentence(row: Row) -> str:
     else:
         said = (
             f"{row.runs:,} runs, {row.claim}: the {row.runs - row.runs // 2:,} runs kept apart "
-            "show, with at least "
-            f"95 % confidence, that no more than one new run in {1 / row.eps:.1f} (eps = "
-            f"{row.eps:.4f}) leaves the tube"
+            "show, with at least 95 % confidence, that no more than one new run in "
+            f"{rounded_down(1 / row.eps, 3)} (eps = {rounded_up(row.eps, 4)}) leaves the tube"
         )
     if row.plan is None:
         return f"{said}. That tube leaves NO SAFE PLAN: {row.why}"
@@ -88,7 +88,7 @@ def table(rows: list[Row]) -> list[str]:
     ]
     for r in rows:
         x, y, heading = r.final_error
-        eps = "none" if r.eps is None else f"{r.eps:.4f}"
+        eps = "none" if r.eps is None else f"{rounded_up(r.eps, 4)}"
         width = f"±{x:.2f} ±{y:.2f} m ±{heading:.2f}"
         line = f"{r.runs:6,}  {r.body:9}  {r.claim:14}  {r.fitted:7}  {eps:>7}  {width:21}"
         if r.plan is None:
@@ -96,7 +96,7 @@ def table(rows: list[Row]) -> list[str]:
             continue
         low, high = interval(r.failed_1000, MANY)
         failed = f"{r.failed_1000} ({100 * low:.2f}..{100 * high:.2f} %)"
-        promised = "-" if r.promise is None else f"{r.promise:.3f}"
+        promised = "-" if r.promise is None else f"{rounded_up(r.promise, 3)}"
         lines.append(
             f"{line}  {100 * r.safe:5.1f}%  {r.failed_10:5}  {failed:>22}  {r.left_1000:9}  "
             f"{r.failed_random:12}  "

@@ -12,6 +12,7 @@ from parc_jax.claim.risk import Uniform
 from parc_jax.model import load
 from parc_jax.planner import Planner
 from parc_jax.settings import Settings
+from parc_jax.spelling import rounded_up
 from sims.foreign.husky.scenario import problem
 
 WIDTHS = (1.2, 1.3, 1.4, 1.5, 1.6, 1.8, 2.0)  # [m]
@@ -38,7 +39,7 @@ def main() -> None:
             share = answer.share_of_k
             promise = float(claim.risk(Uniform(share)).bound)
             plans = f"{100 * answer.safe_share.share:9.1f} %  {100 * share:10.1f} %"
-            print(f"{row}  {plans}  {100 * promise:.1f} %", flush=True)
+            print(f"{row}  {plans}  {rounded_up(100 * promise, 3)} %", flush=True)
 
 
 if __name__ == "__main__":

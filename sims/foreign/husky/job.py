@@ -13,6 +13,7 @@ from parc_jax.experiment.recorded import Recorded, replay_recorded
 from parc_jax.experiment.stopwatch import Stopwatch
 from parc_jax.planner import Planner
 from parc_jax.settings import Settings
+from parc_jax.spelling import rounded_down, rounded_up
 from sims.foreign.husky.learn import claimed, first_look, halves, network, profile, worst
 from sims.foreign.husky.log import read_log
 from sims.foreign.husky.scenario import problem
@@ -108,17 +109,17 @@ def told(m: dict, answer: Answer) -> str:
         "",
         f"tube             up to {100 * max(m['half_width_driving']):.0f} cm driving, "
         f"{100 * max(m['half_width_turning']):.0f} cm turning (any corner, any time)",
-        f"claim            eps = {m['eps']:.3g} at 95 %, {m['runs_behind_the_claim']} commands, "
-        f"{m['discarded']} left outside",
+        f"claim            eps = {rounded_up(m['eps'], 3)} at 95 %, {m['runs_behind_the_claim']} "
+        f"commands, {m['discarded']} left outside",
         "training, worst  " + "; ".join(_command(one, ".0f") for one in m["first_look"][:5]),
         "held out, worst  " + "; ".join(_command(one, ".2f") for one in m["worst_commands"][:5]),
         f"safe set         {m['status']}, {m['polytopes']} polytopes, "
-        f"at least {100 * m['share_of_k']:.0f} % of all commands have a safe start",
+        f"at least {rounded_down(100 * m['share_of_k'])} % of all commands have a safe start",
     ]
     if m["promise"] is not None:
         lines.append(
-            f"promise          for commands uniform over these, at most {100 * m['promise']:.1f} % "
-            "leave the tube"
+            "promise          for commands uniform over these, at most "
+            f"{rounded_up(100 * m['promise'], 3)} % leave the tube"
         )
     if m["replay"] is not None:
         r = m["replay"]
@@ -130,7 +131,8 @@ def told(m: dict, answer: Answer) -> str:
     u = m["unseen"]
     lines.append(
         f"in order of time {u['later']} of {u['runs']} later runs leave the tube of the earlier "
-        f"half, {u['earlier']} the other way round (claimed: at most {100 * u['eps']:.1f} %)"
+        f"half, {u['earlier']} the other way round (claimed: at most "
+        f"{rounded_up(100 * u['eps'], 3)} %)"
     )
     seconds = sum(stage["seconds"] for stage in m["stages"].values())
     return "\n".join([*lines, f"time             {seconds:.0f} s", "", answer.statement(), ""])
