@@ -28,7 +28,7 @@ def as_float64(name: str, value, shape: tuple[int | None, ...]) -> np.ndarray:
     Raises InputError that says what was expected and what came.
     """
     try:
-        array = np.array(value, dtype=np.float64)
+        array = np.array(real(value), dtype=np.float64)
     except (TypeError, ValueError) as error:
         raise InputError(
             f"{name}: expected numbers of shape {_spell(shape)}; got {value!r:.80} ({error})."
@@ -46,6 +46,15 @@ def as_float64(name: str, value, shape: tuple[int | None, ...]) -> np.ndarray:
         )
     array.setflags(write=False)
     return array
+
+
+def real(value):
+    """The value itself. Raises TypeError for an array of complex numbers, of which NumPy would drop
+    half.
+    """
+    if getattr(getattr(value, "dtype", None), "kind", "") == "c":
+        raise TypeError("complex numbers")
+    return value
 
 
 def slices(n: int, size: int) -> Iterator[slice]:

@@ -105,6 +105,7 @@ class BlackBoxSystem(Protocol):
 
 TURNS = "turns"  # a goal state that is an angle from a fixed direction
 STAYS = "stays"  # a goal state that does not depend on the heading at the start
+LARGEST_K = 1e100  # [unit of k] squares and sums of larger ones overflow
 ONE_POINT = ("reference",)  # what the point of a system without names is called
 
 
@@ -158,6 +159,12 @@ def check_system(system) -> None:
     if system.n_p < 1 or system.n_q < 0:
         raise InputError(
             f"{system.name}: expected n_p >= 1 and n_q >= 0; got {system.n_p} and {system.n_q}."
+        )
+    largest = np.abs([system.domain.lo, system.domain.hi]).max()
+    if not largest <= LARGEST_K:
+        raise InputError(
+            f"{system.name}: expected a domain with numbers up to {LARGEST_K:g}; got {largest:g}. "
+            "Tell the parameters in a larger unit."
         )
     names = ("rollout", "rollout_batch")
     if not any(callable(getattr(system, name, None)) for name in names):

@@ -212,6 +212,20 @@ SHELL = (
         (f"{LOST}::test_a_place_is_held_by_one_process_and_taken_over_from_a_dead_one",),
     ),
     Fault(
+        "half_of_a_complex_number",
+        "arrays.real",
+        'raise TypeError("complex numbers")',
+        "return value.real",
+        ("tests/cli/test_bad_logs.py::test_python_is_told_the_same",),
+    ),
+    Fault(
+        "a_gap_that_is_no_number",
+        "start_gap.check_gap",
+        "if not 0 <= declared < math.inf:",
+        "if declared < 0:",
+        ("tests/cli/test_bad_logs.py::test_bad_logs_and_options_are_refused_in_one_sentence",),
+    ),
+    Fault(
         "stopped_and_carried_on",
         "cli.main",
         "code = STOPPED if interrupts.seen else code",

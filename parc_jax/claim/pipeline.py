@@ -35,7 +35,7 @@ from parc_jax.claim.runs import RecordedRuns, Runs, SystemRuns
 from parc_jax.claim.scale import scale_profile
 from parc_jax.claim.score import check_profile, scores_of
 from parc_jax.claim.search import enlarge, search_size
-from parc_jax.claim.start_gap import StartTrial, allow_for_start, try_starts
+from parc_jax.claim.start_gap import StartTrial, allow_for_start, check_gap, try_starts
 from parc_jax.claim.tube import Tube
 from parc_jax.errors import InputError
 from parc_jax.network.predict import layout_of
@@ -161,7 +161,7 @@ def bound_error(
                 "bound_error: expected train (the training runs) beside a holdout of recorded runs."
             )
         runs = RecordedRuns(system)
-        start = StartTrial(gap, None)
+        start = StartTrial(check_gap(gap), None)
     else:
         first_row = 0 if train is None else int(train.rows.max()) + 1
         ahead = runs_ahead(asked, 1, has_train=train is not None, has_profile=profile is not None)

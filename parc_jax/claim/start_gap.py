@@ -8,6 +8,7 @@ every label stays true. How large the gap is cannot be shown by trying; a larger
 refutes the declaration. [T33]
 """
 
+import math
 from dataclasses import replace
 from typing import NamedTuple
 
@@ -56,6 +57,16 @@ def invariances(rotation: tuple[str, ...] | None) -> tuple[str, ...]:
     return (MOVED,) if rotation is None else (MOVED, TURNED)
 
 
+def check_gap(declared: float) -> float:
+    """The gap itself. Raises InputError for what is none."""
+    if not 0 <= declared < math.inf:
+        raise InputError(
+            "gap: expected how much the start may matter, a number >= 0 [m or rad]; got "
+            f"{declared}."
+        )
+    return declared
+
+
 def try_starts(system, key: jax.Array, declared: float) -> StartTrial:
     """Run the system from other starts, and with other headings, as far as it can be, and compare.
     Uses the SEARCH stream of `key`, not consumed.
@@ -63,11 +74,7 @@ def try_starts(system, key: jax.Array, declared: float) -> StartTrial:
     declared: [m or rad], what `allow_for_start` will add to the tube. Raises InputError when the
         start, or its heading, matters more.
     """
-    if not declared >= 0:
-        raise InputError(
-            "gap: expected how much the start may matter, a number >= 0 [m or rad]; got "
-            f"{declared}."
-        )
+    check_gap(declared)
     turned = try_headings(system, key, declared)
     if not can_start_elsewhere(system):
         return StartTrial(declared, None, turned)

@@ -2,11 +2,11 @@
 options.
 """
 
-import math
 from dataclasses import dataclass
 
 from parc_jax.claim.counts import MOST, check_discard
 from parc_jax.claim.pipeline import GAP, BoundSettings, check_shape
+from parc_jax.claim.start_gap import check_gap
 from parc_jax.errors import InputError
 
 CLAIMS = ("one", "bins")
@@ -135,11 +135,7 @@ def checked(study: Study) -> Study:
         raise InputError(
             f"claims: expected one or more of {', '.join(CLAIMS)}, each once; got {study.claims}."
         )
-    if not 0 <= study.gap < math.inf:
-        raise InputError(
-            "gap: expected how much the start may matter, a number >= 0 [m or rad]; got "
-            f"{study.gap}."
-        )
+    check_gap(study.gap)
     check_shape(study.shape, study.head)
     if isinstance(study.tail, str) and (study.tail != TUBE or study.shape != "fitted"):
         raise InputError(

@@ -20,7 +20,8 @@ SCALINGS = ("x_mean", "x_scale", "y_mean", "y_scale")
 
 def load_network(path, normalisation: Normalisation | None = None) -> ReLUNetwork:
     """The network k -> (c_1 ... c_T, q) in a file, in float64. Raises InputError that says what
-    cannot be read.
+    cannot be read. Of a robot with several reference points: (c_0 without its first point, c_1 ...
+    c_T, q), point by point.
 
     *.npz       W0, b0, W1, b1, ... with W (out, in); or the names of a PyTorch state dict. May hold
                 x_mean, x_scale, y_mean, y_scale.

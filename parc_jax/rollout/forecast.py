@@ -39,22 +39,25 @@ class Forecast:
 
 
 class Pace:
-    """Seconds per run from the chunks that workers hand in; those that wait for a compiler do not
-    count.
+    """Seconds per run from the chunks that workers hand in. The first one does not count, nor what
+    ran beside it: it waits for a compiler, or for the start of a simulator's own processes, which
+    is soon over: one of LONG_S without a compiler counts.
     """
 
     def __init__(self, workers: int, compiles: bool):
         self._workers = workers
-        self._from: float | None = None if compiles else 0.0
+        self._compiles = compiles
+        self._from: float | None = None
         self._lock = threading.Lock()
 
     def of(self, runs: int, began: float, ended: float) -> float | None:
         """Seconds per run of one chunk that ran from `began` to `ended` [s], or None."""
         with self._lock:
-            if self._from is None:
+            first = self._from is None
+            if first:
                 self._from = ended
-                return None
-        return (ended - began) / runs / self._workers if began >= self._from else None
+        counts = ended - began >= LONG_S and not self._compiles if first else began >= self._from
+        return (ended - began) / runs / self._workers if counts else None
 
 
 def spell(seconds: float) -> str:

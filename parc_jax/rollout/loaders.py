@@ -6,6 +6,7 @@ from pathlib import Path
 
 import numpy as np
 
+from parc_jax.arrays import real
 from parc_jax.errors import InputError
 from parc_jax.labels import Labels
 from parc_jax.rollout.batch import RolloutBatch, require_finite_k, rollout_batch
@@ -89,6 +90,8 @@ def _assemble(
             f"{path}: expected k (n, n_k) and p (n, n_record + 1, n_p), of m reference points (n, "
             f"n_record + 1, m, n_p); got {k.shape} and {p.shape}."
         )
+    if not len(k):
+        raise InputError(f"{path}: expected at least one run; got 0 rows.")
     if time is None:
         raise InputError(
             f"{path}: expected time=time_grid(dt, t_f, dt_record): the file does not say when its "
@@ -140,8 +143,12 @@ def _points(path: Path, p: np.ndarray, given) -> tuple[str, ...]:
 def _numbers(path: Path, name: str, values) -> np.ndarray:
     """An array of the file as floats. Raises InputError, for ragged runs too."""
     try:
-        return np.asarray(values, np.float64)
+        return np.asarray(real(values), np.float64)
     except (TypeError, ValueError):
+        if np.asarray(values).dtype.kind == "c":
+            raise InputError(
+                f"{path}: expected {name} to be an array of real numbers; they are complex."
+            ) from None
         raise InputError(f"{path}: expected {name} to be one array of numbers. {RAGGED}") from None
 
 
