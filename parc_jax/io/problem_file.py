@@ -5,6 +5,7 @@ which spells that float exactly; one that a float64 does not print again is refu
 import json
 import tomllib
 from collections.abc import Sequence
+from dataclasses import replace
 from decimal import Decimal, InvalidOperation
 from pathlib import Path
 
@@ -16,9 +17,10 @@ from parc_jax.io.doubt_file import doubt_of, own_doubt, spelled_doubt
 from parc_jax.io.scene_values import grown_set_of, numbers_of, set_of, spelled_set, table_of
 from parc_jax.labels import PARTS, Labels
 from parc_jax.model import TrajectoryModel
-from parc_jax.problem import ReachAvoid, goal_of_points, reach_avoid
+from parc_jax.problem import ReachAvoid, goal_of_points, reach_avoid, require_points
 from parc_jax.rollout.files import write_atomic
 from parc_jax.sets.hpolytope import HPolytope
+from parc_jax.system import check_points
 
 # words for the hull of so many reference points
 POINTS_OF_KIND = {"disc": 1, "ball": 1, "capsule": 2, "rectangle": 4, "box": 8}
@@ -38,10 +40,13 @@ def load_problem(path, points: Sequence[str] | None = None) -> ReachAvoid:
         (one point), capsule (two), rectangle (four), box (eight). [[body]] for each of several
         parts.
     [start]      over p0, optional: lo, hi; or A, b.
+    points       the robot's reference points in the order that the goal was made for, optional, in
+        front of the tables. A robot with others, or in another order, is refused.
     [labels]     for people, optional: p, q, k, a list of names with units each; see `labelled`.
     [doubt]      what is not known exactly, optional; see `io.doubt_file` and docs/doubt.md.
 
-    points: names of the robot's reference points, as `model.points`, for a goal that names some.
+    points: names of the robot's reference points, as `model.points`, for a goal that names some in
+    a file that does not have them all; and to be compared with those that it has.
     """
     return problem_of_text(_text(path), str(path), Path(path).suffix == ".json", points)
 
@@ -110,8 +115,9 @@ def save_problem(
     points: Sequence[str] | None = None,
 ) -> Path:
     """Write a .toml or .json file that `load_problem` reads back with equal numbers; complete or
-    not at all. named: labels to go with it. points: names of the robot's reference points, to spell
-    a goal over some of them by name; such a file is read back with the same names.
+    not at all. named: labels to go with it. points: names of the robot's reference points, where
+    the problem does not have them already; the file keeps them. Raises InputError where it has
+    others.
     """
     path = Path(path)
     parts = _parts(problem, named, points)
@@ -127,7 +133,7 @@ def problem_text(
 
 
 def _problem(data, points: Sequence[str] | None) -> ReachAvoid:
-    known = ("goal", "obstacles", "body", "start", "labels", "doubt")
+    known = ("points", "goal", "obstacles", "body", "start", "labels", "doubt")
     table_of("scene", data, known, needed=("goal", "body"))
     for part, words in table_of("labels", data.get("labels", {}), PARTS).items():
         if not isinstance(words, list) or not all(isinstance(word, str) for word in words):
@@ -135,6 +141,13 @@ def _problem(data, points: Sequence[str] | None) -> ReachAvoid:
                 f"labels {part}: expected a list of names with units, such as 'speed [m/s]'; got "
                 f"{words!r:.60}."
             )
+    made_for = check_points("scene", data["points"]) if "points" in data else ()
+    if made_for and points is not None and tuple(points) != made_for:
+        raise InputError(
+            f"points: expected those of the robot, {', '.join(points)}, in this order; the scene "
+            f"was made for {', '.join(made_for)}. Write its goal anew for this robot."
+        )
+    points = made_for or points
     obstacles = data.get("obstacles", [])
     if not isinstance(obstacles, list):
         raise InputError("obstacles: expected a list of tables, each [[obstacles]] in TOML.")
@@ -147,7 +160,8 @@ def _problem(data, points: Sequence[str] | None) -> ReachAvoid:
     start = None if data.get("start") is None else set_of("start", data["start"])
     goal = _goal(data["goal"], points)
     asked = [tuple(s) if s else None for s in spans]
-    return reach_avoid(goal, sets, body, start, asked, doubt_of(data, obstacles))
+    problem = reach_avoid(goal, sets, body, start, asked, doubt_of(data, obstacles))
+    return replace(problem, points=made_for) if made_for else problem
 
 
 def _goal(part, points: Sequence[str] | None) -> HPolytope:
@@ -213,6 +227,8 @@ def _names(name: str, value) -> tuple[str | int, ...]:
 
 
 def _parts(problem: ReachAvoid, named: Labels | None, points: Sequence[str] | None) -> dict:
+    require_points(problem, problem.points if points is None else points)
+    points = problem.points or points
     obstacles = []
     doubt, sets = ({}, []) if problem.doubt is None else spelled_doubt(problem.doubt)
     own = own_doubt(sets, len(problem.obstacles))
@@ -221,7 +237,8 @@ def _parts(problem: ReachAvoid, named: Labels | None, points: Sequence[str] | No
         obstacles.append(spelled_set(part) | more | ({} if seen is None else {"doubt": seen}))
     by_point = None if points is None else _goal_by_point(problem, points)
     goal = spelled_set(problem.goal) if by_point is None else by_point
-    parts = {"goal": goal, "body": _spelled_body(problem.body)}
+    parts = {"points": list(points)} if points and (problem.points or len(points) > 1) else {}
+    parts |= {"goal": goal, "body": _spelled_body(problem.body)}
     if named is not None:
         parts["labels"] = {part: list(words) for part, words in named._asdict().items() if words}
     parts |= {} if problem.start is None else {"start": spelled_set(problem.start)}
@@ -268,6 +285,8 @@ def _spelled_shape(part: Part) -> dict:
 
 
 def _toml(parts: dict):
+    if "points" in parts:
+        yield f"points = {_inline(parts['points'])}\n\n"
     goal = dict(parts["goal"])
     further = goal.pop("q", None)
     tables = [("[goal]", goal)]

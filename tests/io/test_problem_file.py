@@ -170,6 +170,24 @@ def test_a_scene_with_points_survives_its_file(tmp_path, suffix):
     )
 
 
+@pytest.mark.parametrize("suffix", ["toml", "json"])
+def test_a_saved_scene_is_one_of_the_points_that_its_goal_was_made_for(tmp_path, suffix):
+    """In rows or by name: without being told, and no robot with others may read it."""
+    by_name = goal_of_points(POINTS, {"nose": box([0, 1], [2, 3])})
+    in_rows = goal_of_points(POINTS, {"nose": box([0, 1], [2, 3]), "left": box([0, 0], [1, 1])})
+    for goal in (by_name, in_rows):
+        problem = reach_avoid(goal, [box([4, 4], [5, 5])], hull("nose"))
+        path = save_problem(tmp_path / f"scene.{suffix}", problem)
+        for again in (load_problem(path), load_problem(path, POINTS)):
+            assert again.points == POINTS and again.all_spans == problem.all_spans
+            np.testing.assert_array_equal(again.goal.A, goal.A)
+        for others in (("centre", "left", "nose", "right"), POINTS[:3], (*POINTS[:3], "tail")):
+            with pytest.raises(InputError, match=r"points: .*the scene was made for centre, nose"):
+                load_problem(path, others)
+            with pytest.raises(InputError, match="goal: expected the reference points of this"):
+                save_problem(path, problem, points=others)
+
+
 WRONG_POINTS = [
     ('"nose", "left", "right"]', '"nose", "tail"]', "(centre, nose, left, right); got 'tail'"),
     ('points = ["nose"]', 'points = ["tip"]', "(centre, nose, left, right); got 'tip'"),
