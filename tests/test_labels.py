@@ -69,8 +69,8 @@ def test_labels_go_from_the_model_to_answer_and_figures(tmp_path):
         scene(), jax.random.PRNGKey(0), pj.Settings(n_samples=4, target=0.3, budget_s=300)
     )
     answer.save(tmp_path / "answer.json")
-    meta = json.loads((tmp_path / "answer.json").read_text())["meta"]
-    assert meta["labels"]["k"] == ["speed [m/s]", "turn [rad]"]
+    about = json.loads((tmp_path / "answer.json").read_text())["claim"]["subject"]
+    assert about["labels"]["k"] == ["speed [m/s]", "turn [rad]"]
     again = load_answer(tmp_path / "answer.json")
     assert again.model.labels == NAMED and again.model.time == model.time
     drawn = {ax.get_xlabel() for ax in projections(again).axes}

@@ -105,6 +105,13 @@ FILES_IN_AND_OUT = (
         ),
     ),
     Fault(
+        "answer_on_another_time_grid",
+        "parc_jax/io/answer_file.py",
+        "if proved != ",
+        "if False and proved != ",
+        ("tests/io/test_answer_file.py::test_an_answer_is_about_what_its_claim_is_about",),
+    ),
+    Fault(
         "layers_in_reverse",
         "parc_jax/model.py",
         '[file[f"W{i}"] for i in range(layers)]',

@@ -22,12 +22,7 @@ def written(found: Findings) -> dict:
 
 def _meta(found: Findings) -> dict:
     """What readers want to know and the checker need not."""
-    model = found.model
     meta = {
-        "system": model.system,
-        "labels": model.labels._asdict(),
-        "points": list(model.points),
-        "time": [model.time.dt, model.time.t_f, model.time.dt_record],
         "status": found.status.label,
         "ended": None if found.ended is None else found.ended.label,
         "statement": statement(found),

@@ -4,7 +4,7 @@ on either side.
 
 import json
 
-from toy_models import fold_model
+from toy_models import fold_model, told
 
 from parc_jax.certificate.write import FORMAT, network_part, part_hash, problem_part, tube_part
 from parc_jax.problem import reach_avoid
@@ -40,7 +40,6 @@ def answer_file(model, problem, samples=(), sets=(), corridors=()) -> dict:
         "fresh_uncovered": 0,
     }
     meta = {
-        "system": "toy </script><b>",
         "status": "exact-proved",
         "statement": "(C) proved.",
         "counts": {"drawn": 0, "reaching": 0, "safe": 0},
@@ -61,15 +60,16 @@ def answer_file(model, problem, samples=(), sets=(), corridors=()) -> dict:
     }
 
 
-def toy_file() -> dict:
+def toy_file(system: str = "toy </script><b>") -> dict:
     """Two samples, the set around each, and the corridor of both."""
+    model, problem = toy_scene()
     plans = [(["-0.9", "-0.05"], ["0.9", "0.0625"]), (["-0.9", "-0.05"], ["0.9", "-0.0625"])]
     samples = [{"p0": p0, "k": k, "sep": SEP} for p0, k in plans]
     sets = [
         s | {"bin": 0, "pattern": pattern}
         for s, pattern in zip(samples, ("1010", "1001"), strict=True)
     ]
-    return answer_file(*toy_scene(), samples, sets, samples[:1])
+    return answer_file(told(model, system=system), problem, samples, sets, samples[:1])
 
 
 def save(path, answer: dict):

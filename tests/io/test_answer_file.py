@@ -6,9 +6,11 @@ import jax
 import numpy as np
 import pytest
 import toy_query
+from toy_file import save, toy_file
 from toy_models import model_of
 
 import parc_jax as pj
+from parc_jax.certificate.write import part_hash
 from parc_jax.errors import InputError
 from parc_jax.io.answer_file import load_answer
 
@@ -76,3 +78,25 @@ def test_bins_without_a_claim_stay_without(tmp_path):
     )
     again = load_answer(answer.save(tmp_path / "answer.json"))
     assert again.model.tube.claimed.tolist() == [True, False]
+
+
+def edited(answer, path):
+    """The file, its hashes those of what it says now."""
+    for name in ("problem", "network", "tube"):
+        answer["hash"][name] = part_hash(answer[name])
+    return save(path, answer)
+
+
+def test_an_answer_is_about_what_its_claim_is_about(tmp_path):
+    """The checker proves a file of any time grid: whether it is the claim's is asked here."""
+    path = tmp_path / "answer.json"
+    assert load_answer(edited(toy_file(), path)).model.time.dt == 0.25
+    slower = toy_file()
+    slower["problem"]["dt"] = "0.5"
+    with pytest.raises(InputError, match="the K and on the time grid of its claim; got others"):
+        load_answer(edited(slower, path))
+    for part, other in (("rotation", ["turns"]), ("points", ["nose"]), ("system", "another")):
+        answer = toy_file()
+        answer["claim"]["subject"][part] = other
+        with pytest.raises(InputError, match="made about"):
+            load_answer(edited(answer, path))

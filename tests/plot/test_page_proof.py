@@ -59,12 +59,11 @@ def test_the_page_carries_the_whole_answer_and_the_program(page, tmp_path):
 
 
 def test_no_part_is_taken_for_another(page, tmp_path):
-    answer = toy_file()
-    answer["meta"]["system"] = "/*ANSWER*/ /*PROVED*/ \\1"
-    loaded = load_answer(save(tmp_path / "answer.json", answer))
+    system = "/*ANSWER*/ /*PROVED*/ \\1"
+    loaded = load_answer(save(tmp_path / "answer.json", toy_file(system)))
     text = write_page(loaded, tmp_path / "page.html").read_text()
-    assert json.loads(block(text, "data"))["system"] == answer["meta"]["system"]
-    assert json.loads(block(text, "answer"))["meta"]["system"] == answer["meta"]["system"]
+    assert json.loads(block(text, "data"))["system"] == system
+    assert json.loads(block(text, "answer"))["claim"]["subject"]["system"] == system
 
 
 def test_too_large_an_answer_stays_out(page, monkeypatch):
