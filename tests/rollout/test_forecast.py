@@ -1,6 +1,7 @@
 """What a long stage will cost is said before it is spent; no two bars share a name."""
 
 import dataclasses
+from pathlib import Path
 
 import jax
 import numpy as np
@@ -81,6 +82,21 @@ def test_the_shell_forecasts_a_whole_study():
     assert told.runs > 60 + 100 + 64 and told.advice == ""  # claims by bin
     one = forecast_of(dataclasses.replace(STUDY, claims=("one",), eps=0.01, others=()))
     assert (one.runs, one.advice) == (60 + 100 + 299 + 64, "--eps 0.1 needs 29 fresh ones")
+
+
+def test_the_readme_counts_every_run_of_the_main_job():
+    from parc_jax.claim.counts import required_runs
+    from parc_jax.driven.local_model import Local
+    from parc_jax.experiment.driven import LOOKS
+    from sims.drift_parking.study import STUDY as MAIN
+
+    told = (Path(pj.__file__).parents[1] / "README.md").read_text()
+    local, each = Local(eps=MAIN.eps), MAIN.delta / LOOKS
+    near = local.rollouts + local.profile_runs + required_runs(local.eps, each)
+    assert f"{forecast_of(MAIN).runs:,} rollouts" in told and MAIN.driven
+    assert f"{required_runs(MAIN.eps, each):,} rollouts of this\nvery plan" in told
+    assert f"{near:,} near it" in told
+    assert MAIN.repeats == 1 and f"{MAIN.samples} rollouts, one of each plan returned" in told
 
 
 def test_two_bars_never_share_a_name(tmp_path, monkeypatch):
