@@ -1,9 +1,13 @@
 """parc_jax: whole sets of provably safe manoeuvres for robots that can be run but not written down.
 
 Names are loaded on first use, so the checker (`python -m parc_jax.checker`) starts without JAX.
+What goes on inside is told to the logger "parc_jax", which is quiet until it is asked.
 """
 
 import importlib
+import logging
+
+logging.getLogger(__name__).addHandler(logging.NullHandler())
 
 _HOME = {
     "Answer": "answer.answer",

@@ -1,5 +1,6 @@
 """A problem laid out for one model: what a loop that replans keeps from one query to the next."""
 
+import logging
 import time
 from collections.abc import Callable
 from typing import TYPE_CHECKING, NamedTuple
@@ -26,6 +27,8 @@ from parc_jax.verdict.scene import Scene
 
 if TYPE_CHECKING:
     from parc_jax.driven.choice import Solve
+
+_log = logging.getLogger(__name__)
 
 
 class FirstPlans(NamedTuple):
@@ -93,6 +96,13 @@ class Prepared:
             model, lambda: self._regions_of(model), scene, search, rng, settings
         )
         covered = time.perf_counter()
+        _log.info(
+            "searched for %.1f s: %d safe points, %d corridors, %d polytopes",
+            covered - begin,
+            len(found.points.k),
+            len(found.corridors),
+            len(found.polytopes),
+        )
         pick = rng.permutation(len(found.points.k))[: settings.n_samples]
         chosen = found.points.at(pick)
         samples = np.concatenate([chosen.p0, chosen.k], axis=1)
@@ -108,6 +118,8 @@ class Prepared:
             samples = samples[accepted[0]]
             written = _those(written, accepted[0])
             found = _without_refused(found, *accepted[1:])
+            took = time.perf_counter() - covered
+            _log.info("proved in exact arithmetic for %.1f s: %d refused", took, refused)
         timings = {
             "first_sample_s": found.first_sample_s,
             "first_polytope_s": found.first_polytope_s,

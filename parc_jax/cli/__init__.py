@@ -1,8 +1,9 @@
 """The shell: learn a robot, find its safe sets, prove them, draw them.
 
 Exit codes: 0 an answer, 1 no plan found or a certificate refused, 2 bad input, 3 a fault in a
-program, or a part that `check --second` did not look at. Files appear complete or not at all, and a
-stopped `run` or `learn` continues where it was.
+program, or a part that `check --second` did not look at, 130 stopped. Files appear complete or not
+at all, and a stopped `run` or `learn` continues where it was.
+With --verbose (twice for more), or PARC_JAX_LOG=info or debug, every command tells what it does.
 Completion scripts: parc-jax --tyro-print-completion bash (or zsh). Version: parc-jax --version.
 """
 
@@ -11,7 +12,9 @@ import os
 import sys
 import traceback
 
+from parc_jax.cli.logs import told
 from parc_jax.cli.stopping import STOPPED, Interrupts, stoppable
+from parc_jax.errors import HostLost, InputError, ParcError
 
 OK, NO_ANSWER, BAD_INPUT, BROKEN = 0, 1, 2, 3
 
@@ -20,13 +23,15 @@ def main(arguments: list[str] | None = None) -> None:
     """Entry point of the console script. Always ends in SystemExit."""
     arguments = sys.argv[1:] if arguments is None else arguments
     try:
-        with stoppable() as interrupts:
-            code = _run(arguments, interrupts)
+        with stoppable() as interrupts, told(arguments) as asked:
+            code = _run(asked, interrupts)
             sys.stdout.flush()
         code = STOPPED if interrupts.seen else code  # it was swallowed on the way
     except KeyboardInterrupt:
         kept = " Finished rollouts are kept; the same command continues from them."
         code = _say(f"stopped.{kept if arguments[:1] in (['run'], ['learn']) else ''}", STOPPED)
+    except InputError as error:
+        code = _say(error, BAD_INPUT)
     except BrokenPipeError:  # whoever read the output has seen enough, as `head` does
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         code = STOPPED
@@ -61,7 +66,6 @@ def _dispatch(arguments: list[str], interrupts: Interrupts) -> int:
     from parc_jax.cli.run import run
     from parc_jax.cli.solve import solve
     from parc_jax.cli.systems import systems
-    from parc_jax.errors import HostLost, InputError, ParcError
 
     functions = (run, learn, solve, check, plot, export, bench, systems, doctor)
     commands = {function.__name__: readable(function) for function in functions}

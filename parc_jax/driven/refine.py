@@ -6,6 +6,7 @@ error probability. On the best box a local claim is made, from runs of its own: 
 that were declared. Everything is proved again under it.
 """
 
+import logging
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from typing import Any, NamedTuple
@@ -31,6 +32,8 @@ from parc_jax.spelling import counted
 from parc_jax.verdict.near import whole_scene
 from parc_jax.verdict.pointwise import paths_of
 from parc_jax.verdict.scene import scene_of
+
+_log = logging.getLogger(__name__)
 
 
 @dataclass(frozen=True)
@@ -131,7 +134,7 @@ def refine(
     """
     model, problem = question.model, question.problem
     looks = Looks().declare(asked.delta, asked.looks)
-    say = say or (lambda line: None)
+    say = say or _log.info
     boxes, stages = _zoom(model, problem, system, key, asked, say)
     for box in boxes[: asked.looks]:
         look = looks.take()

@@ -1,10 +1,12 @@
 """Wall time of every stage with the compiler's share apart."""
 
+import logging
 import time
 from contextlib import contextmanager
 
 import jax
 
+_log = logging.getLogger(__name__)
 _COMPILING = (
     "/jax/core/compile/backend_compile_duration",
     "/jax/core/compile/jaxpr_to_mlir_module_duration",
@@ -31,11 +33,14 @@ class Stopwatch:
     @contextmanager
     def __call__(self, stage: str):
         """Time a block. A stage that runs twice adds up."""
+        _log.info("%s", stage)
         begin = time.perf_counter()
         compiled = _spent["compile"]
         try:
             yield
         finally:
             entry = self.stages.setdefault(stage, {"seconds": 0.0, "compile_seconds": 0.0})
-            entry["seconds"] += time.perf_counter() - begin
-            entry["compile_seconds"] += _spent["compile"] - compiled
+            took, of_it = time.perf_counter() - begin, _spent["compile"] - compiled
+            entry["seconds"] += took
+            entry["compile_seconds"] += of_it
+            _log.info("%s: %.1f s, %.1f s of it compiling", stage, took, of_it)

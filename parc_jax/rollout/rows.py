@@ -1,5 +1,6 @@
 """Work on numbered rows of a random stream: in chunks, on several workers, resumable, in order."""
 
+import logging
 import time
 from collections.abc import Iterator
 
@@ -18,6 +19,8 @@ from parc_jax.rollout.resume import require_same_runs
 from parc_jax.rollout.simulate import is_traceable, remembered, simulator
 from parc_jax.rollout.user_code import blamed
 from parc_jax.system import check_system
+
+_log = logging.getLogger(__name__)
 
 
 def simulate_rows(system, key, stage: Stage, rows: np.ndarray, k=None, first_row=0, device=None):
@@ -107,11 +110,13 @@ def map_rows(
         return arrays
 
     title = f"{system.name}: {title or _title(stage, first_row)}"
+    _log.info("%s: %d rows in %d chunks", title, n, len(chunk_rows))
     with tqdm(total=n, unit="rollout", desc=title, disable=quiet) as bar:
         for rows, arrays in zip(
             chunk_rows, run_chunks(one, len(chunk_rows), devices, store), strict=True
         ):
             kept = min(chunk, first_row + n - int(rows[0]))
+            _log.debug("%s: rows %d to %d", title, rows[0], rows[0] + kept - 1)
             bar.update(kept)
             yield rows[:kept], {name: array[:kept] for name, array in arrays.items()}
 

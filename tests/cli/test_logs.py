@@ -1,0 +1,59 @@
+"""Logging that can be turned up: silent unless asked, from the shell by an option or a variable."""
+
+import logging
+
+import numpy as np
+import pytest
+import toy_query
+
+from parc_jax import cli
+from parc_jax.io.problem_file import save_problem
+
+
+@pytest.fixture
+def solve(capsys, monkeypatch, tmp_path):
+    """Solve the toy query with further arguments: (exit code, said, complained)."""
+    monkeypatch.chdir(tmp_path)
+    toy_query.planner().model.save("model.npz")
+    save_problem("scene.toml", toy_query.gap())
+
+    def run(*options):
+        capsys.readouterr()
+        arguments = ("solve", "model.npz", "scene.toml", "--quiet", "--no-cache", *options)
+        with pytest.raises(SystemExit) as stop:
+            cli.main(list(arguments))
+        return stop.value.code, *capsys.readouterr()
+
+    return run
+
+
+def test_a_command_tells_what_it_does_only_when_asked(solve, monkeypatch):
+    quiet = solve()
+    assert quiet[0] == 0 and quiet[2] == ""
+    code, said, told = solve("--verbose")
+    assert code == 0 and said == quiet[1]
+    assert "parc_jax.prepared: searched for" in told and "proved in exact arithmetic" in told
+    monkeypatch.setenv("PARC_JAX_LOG", "info")
+    assert "searched for" in solve()[2]
+    monkeypatch.setenv("PARC_JAX_LOG", "loud")
+    code, said, told = solve()
+    assert (code, said) == (2, "")
+    assert told == "parc-jax: PARC_JAX_LOG: expected one of warning, info, debug; got 'loud'.\n"
+    assert logging.getLogger("parc_jax").level == logging.NOTSET  # as it was before
+
+
+def test_in_python_it_is_the_standard_library_s(caplog):
+    with caplog.at_level(logging.INFO, logger="parc_jax"):
+        answer = toy_query.planner().solve(toy_query.gap(), np.asarray([0, 1], np.uint32))
+    told = [record.getMessage() for record in caplog.records]
+    assert any(f"{len(answer.corridors)} corridors" in line for line in told)
+
+
+def test_two_words_say_more_than_one(caplog, monkeypatch):
+    seen = []
+    logger = logging.getLogger("parc_jax")
+    monkeypatch.setattr("parc_jax.cli.systems.known", lambda: seen.append(logger.level) or ())
+    for words in ((), ("--verbose",), ("--verbose", "--verbose")):
+        with pytest.raises(SystemExit):
+            cli.main(["systems", *words])
+    assert seen == [logging.WARNING, logging.INFO, logging.DEBUG]
