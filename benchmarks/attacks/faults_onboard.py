@@ -9,6 +9,20 @@ TABLES = "parc_jax/onboard/tables.py"
 
 ONBOARD = (
     Fault(
+        "header_compiled_where_nothing_is_nan",
+        "parc_jax/onboard/header.py",
+        "#if defined(__FINITE_MATH_ONLY__) && __FINITE_MATH_ONLY__",
+        "#if 0",
+        (f"{HEADER}::test_arithmetic_that_the_margins_do_not_pay_for_is_refused",),
+    ),
+    Fault(
+        "header_compiled_for_a_short_double",
+        "parc_jax/onboard/header.py",
+        "|| DBL_MANT_DIG < 53",
+        "|| DBL_MANT_DIG < 5",
+        (f"{HEADER}::test_arithmetic_that_the_margins_do_not_pay_for_is_refused",),
+    ),
+    Fault(
         "header_sees_one_end_of_an_interval",
         CODE,
         "if (!(at_start > least && at_end > least))",

@@ -16,9 +16,21 @@ from parc_jax.rollout.files import write_atomic
 
 CODE = Path(__file__).with_name("safe_set.h")
 LONGEST = 100  # characters of a line
-NO_FAST_MATH = '"compile without -ffast-math: margins rely on float64"'
-WARNING = """Compile without -ffast-math: every decision keeps a margin that pays for the rounding
-of float64 in any order, fused or not, but not for what that option allows."""
+WARNING = """Compile without -ffast-math and -ffinite-math-only, for a double of 53 bits: every
+decision keeps a margin that pays for the rounding of float64 in any order, fused or not, but not
+for what these options allow."""
+GUARDS = """#include <float.h>
+
+#if defined(__FAST_MATH__) || defined(_M_FP_FAST)
+#error "compile without -ffast-math: margins rely on the rounding of float64"
+#endif
+#if defined(__FINITE_MATH_ONLY__) && __FINITE_MATH_ONLY__
+#error "compile without -ffinite-math-only: what is not a number would be called safe"
+#endif
+#if FLT_RADIX != 2 || DBL_MANT_DIG < 53
+#error "compile for a double of at least 53 bits: margins rely on the rounding of float64"
+#endif
+"""
 
 
 def write_c(answer: Answer, path, name: str | None = None) -> Path:
@@ -47,7 +59,7 @@ def _lines(answer: Answer, name: str) -> Iterator[str]:
     guard = f"{name.upper()}_H"
     yield from _comment(f"{answer.statement()}\n{WARNING}")
     yield f"#ifndef {guard}\n#define {guard}\n"
-    yield f"#ifdef __FAST_MATH__\n#error {NO_FAST_MATH}\n#endif\n"
+    yield GUARDS
     for what, number in _sizes(answer, known):
         yield f"#define {name}_{what} {number}"
     yield ""

@@ -73,6 +73,23 @@ def test_what_is_not_a_number_is_not_safe(tmp_path):
 
 
 @needs_compiler
+@pytest.mark.parametrize(
+    ("flags", "said"),
+    [
+        (["-ffast-math"], "without -ffast-math"),
+        (["-ffinite-math-only"], "without -ffinite-math-only"),
+        # a double as short as a float, as some small computers have it
+        (["-U__DBL_MANT_DIG__", "-D__DBL_MANT_DIG__=24"], "a double of at least 53 bits"),
+    ],
+)
+def test_arithmetic_that_the_margins_do_not_pay_for_is_refused(flags, said, tmp_path):
+    path = pj.write_c(toy_query.answer(), tmp_path / "toy.h")
+    with pytest.raises(AssertionError, match=f"#error.*{said}"):
+        Header(path, *flags)
+    Header(path, "-O3", "-ffp-contract=fast", "-fno-finite-math-only")
+
+
+@needs_compiler
 def test_borders_of_bins_and_starts_outside_are_not_safe(tmp_path):
     rng = np.random.default_rng(1)
     model = points_model(rng, m=1, bins=(2, 1))
