@@ -12,6 +12,18 @@ QUESTION = "tests/driven/test_question.py"
 
 DRIVEN = (
     Fault(
+        "a_look_is_spent_before_starts_are_tried",
+        "parc_jax/driven/choice.py",
+        "        start = tried_first(system, self.model, key, asked)\n"
+        "        look = self.looks.take()\n",
+        "        look = self.looks.take()\n"
+        "        start = tried_first(system, self.model, key, asked)\n",
+        (
+            "tests/driven/test_refine.py"
+            "::test_a_start_that_matters_is_refused_before_a_probe_or_a_look",
+        ),
+    ),
+    Fault(
         "looks_not_counted",
         "parc_jax/driven/looks.py",
         "        self.taken += 1\n",

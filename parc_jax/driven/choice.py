@@ -10,7 +10,7 @@ import numpy as np
 
 from parc_jax.claim.counts import as_probability
 from parc_jax.claim.risk import NoStatement, Risk, Uniform
-from parc_jax.driven.local_model import Local, local_model
+from parc_jax.driven.local_model import Local, local_model, tried_first
 from parc_jax.driven.looks import Looks, fresh_key
 from parc_jax.driven.near import Near
 from parc_jax.driven.safe_box import SafeBox, box_around, safe_box, share_of
@@ -119,11 +119,12 @@ class Choice:
         if not isinstance(asked, Local):
             raise InputError(expected("claim_near", "a Local", asked, "pj.Local(share=1e-3)"))
         question = self._question()
+        start = tried_first(system, self.model, key, asked)
         look = self.looks.take()
         whole = self.model.domain
         box = box_around(self.k, float(asked.share) ** (1 / whole.n), whole)
         own = fresh_key(key, look, self.plan, box.lo, box.hi)
-        model = local_model(system, self.model, box, own, look.delta, asked, quiet)
+        model = local_model(system, start, box, own, look.delta, asked, quiet)
         return replace(self, near=near_of(self, question.of(model), look, own, settings))
 
     def _question(self) -> Question:

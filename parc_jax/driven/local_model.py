@@ -10,11 +10,12 @@ from parc_jax.claim.claim import ErrorClaim, stand_in
 from parc_jax.claim.counts import check_discard
 from parc_jax.claim.declared import assumed_claim
 from parc_jax.claim.pipeline import GAP, BoundSettings, bound_errors, learn_profiles
-from parc_jax.claim.start_gap import try_starts
+from parc_jax.claim.start_gap import StartTrial, try_starts
 from parc_jax.claim.tube import Tube
 from parc_jax.driven.local_runs import LocalRuns
 from parc_jax.driven.nearly import nearly_safe
 from parc_jax.errors import InputError
+from parc_jax.keys import Stage, stream
 from parc_jax.model import TrajectoryModel, trajectory_model
 from parc_jax.network.parc import fit_affine
 from parc_jax.network.tail import fit_tail
@@ -24,6 +25,8 @@ from parc_jax.rollout.batch import RolloutBatch
 from parc_jax.sets.box import Box
 from parc_jax.verdict.outline import require_same
 from parc_jax.verdict.scene import scene_of
+
+_TRIAL = 2**32 - 1  # number within the DRIVEN stream, behind those of looks and probes
 
 
 @dataclass(frozen=True)
@@ -64,16 +67,28 @@ class Local:
             )
 
 
+def tried_first(system, like: TrajectoryModel, key: jax.Array, asked: Local) -> StartTrial:
+    """What other starts show, before a look is spent or a run made for it. like: a model of the
+    whole of K. Uses a part of the DRIVEN stream of `key` that no look uses. Raises InputError for
+    a start that matters more than asked.gap, and a system that is not the one of `like`.
+    """
+    require_same(system, like)
+    return try_starts(system, jax.random.fold_in(stream(key, Stage.DRIVEN), _TRIAL), asked.gap)
+
+
 def local_model(
-    system, like: TrajectoryModel, box: Box, key: jax.Array, delta: Fraction, asked: Local, quiet
+    system,
+    start: StartTrial,
+    box: Box,
+    key: jax.Array,
+    delta: Fraction,
+    asked: Local,
+    quiet: bool,
 ) -> TrajectoryModel:
     """Learn the system on a box and claim its error there, with confidence 1 - delta. [T1, T23]
 
-    like: a model of the whole of K, of the same system. key: of this look alone, see `fresh_key`.
-    Raises InputError, also for a system that is not the one of `like`.
+    start: of `tried_first`. key: of this look alone, see `fresh_key`. Raises InputError.
     """
-    require_same(system, like)
-    start = try_starts(system, key, asked.gap)
     runs = LocalRuns(system, key, box, asked.rollouts, quiet)
     train = runs.train()
     return claimed(runs, train, local_network(train, key, asked), delta, asked, start)
@@ -81,7 +96,7 @@ def local_model(
 
 def best_claimed(
     system,
-    like: TrajectoryModel,
+    start: StartTrial,
     box: Box,
     key: jax.Array,
     delta: Fraction,
@@ -93,8 +108,6 @@ def best_claimed(
     as far as training and shape runs tell; the holdout sees the chosen one alone, so it is one
     look. [T1]
     """
-    require_same(system, like)
-    start = try_starts(system, key, asked.gap)
     runs = LocalRuns(system, key, box, asked.rollouts)
     train = runs.train()
     further = list(runs.further(asked.profile_runs))

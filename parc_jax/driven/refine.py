@@ -15,7 +15,7 @@ import jax
 import numpy as np
 
 from parc_jax.driven.choice import Choice
-from parc_jax.driven.local_model import Local, best_claimed
+from parc_jax.driven.local_model import Local, best_claimed, tried_first
 from parc_jax.driven.looks import Looks, fresh_key
 from parc_jax.driven.near import Near
 from parc_jax.driven.nearly import judged, nearly_safe, spread_out
@@ -135,12 +135,13 @@ def refine(
     model, problem = question.model, question.problem
     looks = Looks().declare(asked.delta, asked.looks)
     say = say or _log.info
+    start = tried_first(system, model, key, asked.local)
     boxes, stages = _zoom(model, problem, system, key, asked, say)
     for box in boxes[: asked.looks]:
         look = looks.take()
         own = fresh_key(key, look, box.lo, box.hi)
         local = best_claimed(
-            system, model, box, own, look.delta, asked.local, asked.shapes, problem
+            system, start, box, own, look.delta, asked.local, asked.shapes, problem
         )
         query = question.of(local)
         bought, near = _proved(query, model, own, solve, look, looks, asked, settings)

@@ -52,9 +52,9 @@ ROWS: tuple[tuple[str, Study], ...] = (
 def helps(only: list[int] | None = None) -> None:
     """Print a row per setting, or those of the given numbers. All settings share their runs."""
     boat, key = system(plant="ode"), jax.random.PRNGKey(0)
+    start = try_starts(boat, key, STUDY.gap)
     learned = collect(boat, key, STUDY.rollouts, Stage.TRAIN, quiet=True)
     fresh = collect(boat, key, STUDY.fresh, Stage.BOUND, quiet=True)
-    start = try_starts(boat, key, STUDY.gap)
     print(f"{'':52} regions  in every block  over K")
     trained: dict[tuple, ReLUNetwork] = {}
     for number, (name, study) in enumerate(ROWS):

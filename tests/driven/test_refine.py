@@ -7,7 +7,7 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 import toy_driven as toy
-from synthetic_plants import plant
+from synthetic_plants import Plant, plant
 from toy_models import told
 
 from parc_jax.checker import check_answer
@@ -18,6 +18,7 @@ from parc_jax.driven.refine import Refine
 from parc_jax.errors import InputError
 from parc_jax.planner import Planner
 from parc_jax.rollout.collect import collect
+from parc_jax.system import Trajectory
 from parc_jax.verdict.outcomes import outcomes
 from parc_jax.verdict.pointwise import verdicts
 from parc_jax.verdict.scene import scene_of
@@ -39,6 +40,26 @@ def refined(narrow):
     system = plant(toy.gusty, toy.T)
     found = toy.planner().refine(narrow, system, KEY, ASKED, toy.SETTINGS, say=said.append)
     return found, said
+
+
+class Leaning(Plant):
+    """Its runs lean with where they start."""
+
+    def rollout_from(self, key, k, p0):
+        p, q = self.run(key, k, jnp.linspace(0.0, 1.0, self.time.n_record + 1))
+        return Trajectory(p + jnp.sin(p0[0]) * jnp.linspace(0.0, 1.0, len(p))[:, None], q)
+
+
+def test_a_start_that_matters_is_refused_before_a_probe_or_a_look(narrow):
+    steady = plant(toy.gusty, toy.T)
+    leaning = Leaning(steady.domain, steady.time, steady.run)
+    said = []
+    with pytest.raises(InputError, match="do not depend on where they start"):
+        toy.planner().refine(narrow, leaning, KEY, ASKED, toy.SETTINGS, say=said.append)
+    choice = toy.answer().choose()
+    with pytest.raises(InputError, match="do not depend on where they start"):
+        choice.claim_near(leaning, KEY, LOCAL)
+    assert said == [] and choice.looks.taken == 0
 
 
 def test_the_score_is_the_least_margin_under_all_of_the_tube_or_a_part(rng):
