@@ -50,7 +50,7 @@ def covering(coverage: dict, part: str = "the safe set") -> str:
     of a `Coverage`.
     """
     if coverage["share"] == 0:
-        return f"how much of {part} they cover was not measured in time"
+        return f"how much of {part} they cover was not measured"
     return (
         f"covering {100 * coverage['share']:.2f} % of {part} (at least "
         f"{rounded_down(100 * coverage['at_least'], 4)} % with "
@@ -75,7 +75,7 @@ def how_much_is_safe(answer: Answer) -> str:
     said = f"{_percent(share.share)} of {of_all} ({low} % to {high} % with confidence "
     said += f"{rounded_down(str(share.confidence), 10)})"
     if answer.around is not None:
-        return f"{said}, of those around what a search found"
+        return f"{said}, counting only those around what a search found"
     kept = share.share / share.reaching if share.reaching else 0.0
     return f"{said}: the tube leaves {_percent(share.reaching)}, obstacles {_percent(kept)} of that"
 

@@ -12,6 +12,7 @@ import pytest
 from toy_models import line_model, toy_case
 
 import parc_jax as pj
+from parc_jax.cover import rare
 from parc_jax.cover.limit import Limit
 from parc_jax.cover.search import cover
 from parc_jax.io.answer_file import load_answer
@@ -94,6 +95,20 @@ def test_a_target_that_is_reached_after_a_cut_is_not_told_as_reached():
         assert found.ended is (Ended.SECONDS if limit.cut else Ended.TARGET)
         reached.append(limit.cut and found.kept.at_least >= 0.9)
     assert any(reached)
+
+
+def test_a_slow_machine_lets_as_many_plans_climb(monkeypatch):
+    sizes: list[int] = []
+    monkeypatch.setattr(rare, "_climb", lambda model, scene, rng, n: sizes.append(n))
+    slowly(monkeypatch, 30.0)
+    limit = Limit(600.0)
+    limit.start()
+    rng = np.random.default_rng(0)
+    asked = MODEL, near_scene(PROBLEM, MODEL), rng
+    assert rare.where_safe(*asked, work_of(1.0).population, limit) is None and not limit.cut
+    assert sizes == [512, 1024, 2048, 4096, 8192]
+    assert rare.where_safe(*asked, work_of(1.0).population, After(2)) is None
+    assert sizes[5:] == [512, 1024]
 
 
 def test_work_is_a_multiple_of_the_standard_and_never_nothing():
