@@ -63,11 +63,12 @@ def _dispatch(arguments: list[str], interrupts: Interrupts) -> int:
     from parc_jax.cli.help import readable, wrapped
     from parc_jax.cli.learn import learn
     from parc_jax.cli.plot import plot
+    from parc_jax.cli.replay import replay
     from parc_jax.cli.run import run
     from parc_jax.cli.solve import solve
     from parc_jax.cli.systems import systems
 
-    functions = (run, learn, solve, check, plot, export, bench, systems, doctor)
+    functions = (run, learn, solve, check, replay, plot, export, bench, systems, doctor)
     commands = {function.__name__: readable(function) for function in functions}
     try:
         asks = {"-h", "--help"} & set(arguments)

@@ -68,12 +68,14 @@ def load_rollouts(
     arrays = read_npz(path)
     if "meta" not in arrays:
         return _assemble(path, arrays, time, domain, k_law, groups, points, about)
-    if k_law != "logged" or any(x is not None for x in (groups, points, rotation, labels)):
+    own = rollouts_from_npz(path, arrays)
+    others = points is not None and tuple(points) != own.points
+    if k_law != "logged" or others or any(x is not None for x in (groups, rotation, labels)):
         raise InputError(
-            f"{path}: expected neither k_law nor groups, points, rotation or labels; a file of "
-            "save_rollouts knows its own."
+            f"{path}: expected neither k_law nor groups, other points, rotation or labels; a file "
+            "of save_rollouts knows its own."
         )
-    return rollouts_from_npz(path, arrays)
+    return own
 
 
 def _assemble(

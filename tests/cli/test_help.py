@@ -14,7 +14,7 @@ from parc_jax.cli.learn import learn
 from parc_jax.cli.run import run
 from parc_jax.experiment.settings import Study
 
-COMMANDS = ("run", "learn", "solve", "check", "plot", "bench", "systems", "doctor")
+COMMANDS = ("run", "learn", "solve", "check", "replay", "plot", "bench", "systems", "doctor")
 
 
 @pytest.mark.parametrize("command", ["", *COMMANDS])

@@ -1,11 +1,14 @@
 """Recorded runs against an answer: moved to proved starts, judged as every replay is."""
 
+import json
+
 import jax
 import numpy as np
 import pytest
 import toy_query
 
 import parc_jax as pj
+from parc_jax import cli
 from parc_jax.errors import InputError, SoundnessError
 from parc_jax.experiment import replay as replaying
 from parc_jax.network.predict import trajectories
@@ -75,6 +78,19 @@ def test_the_open_door_takes_plans_of_the_runs_own_k(answer, runs):
     for batch, plans in wrong:
         with pytest.raises(InputError, match="one run of each plan's own k"):
             pj.replay(batch, model, scene, plans)
+
+
+def test_the_shell_says_the_same(answer, runs, tmp_path, capsys):
+    answer.save(tmp_path / "answer.json")
+    np.savez(tmp_path / "log.npz", k=runs.k, p=runs.p + 3.0, q=runs.q)
+    with pytest.raises(SystemExit) as stop:
+        cli.main(["replay", str(tmp_path / "answer.json"), str(tmp_path / "log.npz"), "--json"])
+    found = pj.replay_recorded(answer, runs)
+    assert (stop.value.code or 0) == 0 and json.loads(capsys.readouterr().out) == found.counts()
+    np.savez(tmp_path / "log.npz", k=runs.k + 10.0, p=runs.p, q=runs.q)
+    with pytest.raises(SystemExit) as stop:
+        cli.main(["replay", str(tmp_path / "answer.json"), str(tmp_path / "log.npz")])
+    assert stop.value.code == 1 and "None of 40 runs" in capsys.readouterr().out
 
 
 def test_without_a_start_there_is_no_replay(answer, runs):
