@@ -156,7 +156,8 @@ def test_logs_whose_points_do_not_fit_are_refused(runs, tmp_path):
         load_rollouts(tmp_path / "log.npz", Bar.time, Bar.domain, points=("a", "b", "c"))
     save_rollouts(tmp_path / "own.npz", runs)
     with pytest.raises(InputError, match="knows its own"):
-        load_rollouts(tmp_path / "own.npz", points=("tail", "nose"))
+        load_rollouts(tmp_path / "own.npz", points=("nose", "tail"))
+    assert load_rollouts(tmp_path / "own.npz", points=["tail", "nose"]).points == runs.points
 
 
 def stick(rng, k):
