@@ -8,6 +8,12 @@ import pytest
 
 ROOT = Path(__file__).resolve().parents[1]
 pytest_plugins = ["compile_report"]
+# Files whose tests call the same kernels, by folder: with -n one worker compiles them for all
+FAMILIES = {
+    "runs": "claim rollout driven experiment network sims benchmarks soundness/test_claims",
+    "plans": "verdict cover batch soundness robust certificate io onboard answer volume_bounds "
+    "obstacles cli plot",
+}
 SHAPE_CHECKED = ["parc_jax.sets"]  # annotated shapes and types of these hold at every call
 
 
@@ -62,7 +68,17 @@ def keep_compiled():
         os.environ[name.upper()] = str(value)
 
 
+def family(path: Path) -> str:
+    """The group of a test file: that of its folder, or the file alone."""
+    name = path.relative_to(ROOT / "tests").as_posix()
+    found = [one for one, all in FAMILIES.items() if name.startswith(tuple(all.split()))]
+    return found[0] if found else name
+
+
+@pytest.hookimpl(tryfirst=True)
 def pytest_collection_modifyitems(config, items):
+    for item in items:
+        item.add_marker(pytest.mark.xdist_group(family(item.path)))
     if not config.getoption("--gpu"):
         for item in items:
             if "gpu" in item.keywords:

@@ -306,10 +306,21 @@ CASES = {  # law: (module, name, mutant)
 }
 
 
+drawn = given(seed=st.integers(0, 2**31 - 1), n=st.integers(1, 4), h=st.integers(1, 6))
+
+
+@pytest.mark.parametrize("law", CASES, ids=lambda law: law.__name__)
+@settings(derandomize=True, deadline=None, max_examples=8, print_blob=True)
+@drawn
+def test_law(law, seed, n, h):
+    law(np.random.default_rng(seed), n, h)
+
+
+@pytest.mark.slow
 @pytest.mark.parametrize("law", CASES, ids=lambda law: law.__name__)
 @settings(derandomize=True, deadline=None, max_examples=40, print_blob=True)
-@given(seed=st.integers(0, 2**31 - 1), n=st.integers(1, 4), h=st.integers(1, 6))
-def test_law(law, seed, n, h):
+@drawn
+def test_law_many_times(law, seed, n, h):
     law(np.random.default_rng(seed), n, h)
 
 
