@@ -108,6 +108,7 @@ def test_lp_and_lp_free_agree_and_both_are_timed(model):
     assert c.contradictions == 0
 
 
+@pytest.mark.slow
 def test_the_gap_workload_orders_the_methods(learned, monkeypatch):
     monkeypatch.setattr(gap, "narrowest_for_rectangle", lambda key, quick: Narrowest(0.5, True))
     learned = learned._replace(case=replace(learned.case, length=0.45))

@@ -80,6 +80,7 @@ def test_safe_samples_are_safe_by_dense_simulation(bins):
     assert found.tally.regions == TABLE.count and 0 < found.tally.reachable <= TABLE.count
 
 
+@pytest.mark.slow
 def test_the_narrow_gap_has_no_plan_by_projection_although_safe_plans_exist():
     """The published set forgets k: at 1.1 m it finds nothing, while single points are safe by the
     dense check.

@@ -99,6 +99,7 @@ def test_the_readme_counts_every_run_of_the_main_job():
     assert MAIN.repeats == 1 and f"{MAIN.samples} rollouts, one of each plan returned" in told
 
 
+@pytest.mark.slow
 def test_two_bars_never_share_a_name(tmp_path, monkeypatch):
     import toy_system
     import tqdm

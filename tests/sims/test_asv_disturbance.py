@@ -57,6 +57,7 @@ def test_none_is_the_nominal_vessel_and_silent():
     assert not np.asarray(draw_noise(KEYS[0], LAWS["none"], float)).any()
 
 
+@pytest.mark.slow
 def test_draws_are_independent_and_depend_on_the_key_alone():
     one, again = (draw_disturbance(KEYS[5], LAWS["full"], SYSID.mass) for _ in range(2))
     assert all(
