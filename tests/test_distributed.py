@@ -70,7 +70,7 @@ def test_eight_devices_in_one_process_give_the_same_bits(alone, tmp_path):
     assert alone["found"].any() and not alone["found"].all()
 
 
-@pytest.mark.slow
+@pytest.mark.night
 def test_two_processes_give_the_same_bits_on_both_sides(alone, tmp_path):
     for process in start_two(tmp_path):
         end(process)

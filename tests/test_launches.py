@@ -61,7 +61,7 @@ def test_a_call_launches_no_more_than_its_budget(calls, name):
     assert all(np.array(seen) <= np.array(BUDGETS[name])), seen
 
 
-@pytest.mark.slow
+@pytest.mark.night
 @pytest.mark.parametrize("name", ["cover", "contains"])
 def test_a_cover_launches_no_more_than_its_budget(calls, name):
     if name == "contains":

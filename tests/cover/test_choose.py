@@ -73,7 +73,7 @@ def test_the_seed_keeps_to_what_is_built_around_it_and_most_neighbours_do(rng):
     assert kept[seeds, np.arange(len(seeds))].all() and kept.sum(axis=0).max() > 100
 
 
-@pytest.mark.slow
+@pytest.mark.night
 def test_in_space_a_direction_for_several_plans_leaves_them_the_most_room(rng):
     model = points_model(rng, 3, 4, 4)
     scene = scene_of(points_problem(rng, model), model)

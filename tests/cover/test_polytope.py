@@ -50,11 +50,11 @@ def room(model, scene, corridor, path, bin: int) -> float:
     return min(out)
 
 
-@pytest.mark.slow
+@pytest.mark.night
 @pytest.mark.soundness
 @pytest.mark.parametrize(
     ("n_p", "fitted", "seed"),
-    [(2, True, 1), pytest.param(3, False, 3, marks=pytest.mark.night)],
+    [(2, True, 1), (3, False, 3)],
 )
 def test_the_rows_are_the_conditions_written_by_hand(n_p, fitted, seed):
     model, scene, polytopes = built(n_p, fitted, seed)

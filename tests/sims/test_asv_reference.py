@@ -81,7 +81,7 @@ def test_closed_loop_with_the_capture_policy(reference, shared_data):
         assert error.max() < 5e-2
 
 
-@pytest.mark.slow
+@pytest.mark.night
 def test_hovering_statistics_agree_within_five_percent(reference, shared_data):
     # chatters about the dead zone: single runs are chaotic, so 20 sets of 60 runs against the
     #     reference's one set

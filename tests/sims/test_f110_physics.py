@@ -138,7 +138,7 @@ def test_a_run_that_blows_up_is_marked_and_leaves_the_others_alone(tmp_path, mon
     np.testing.assert_array_equal(bad.pose[[0, 2]], good.pose[[0, 2]])
 
 
-@pytest.mark.slow
+@pytest.mark.night
 def test_mjx_agrees_on_a_short_roll():
     """Solvers stop at different places: the engines agree to millimetres, not to round-off."""
     import jax

@@ -237,7 +237,7 @@ def test_a_hidden_spike_is_refused_and_its_surroundings_are_not():
     assert judge(model, problem, p0, beside) == (True, True)
 
 
-@pytest.mark.slow
+@pytest.mark.night
 def test_a_hidden_spike_of_relative_area_1e_8_is_in_no_polytope():
     model, problem = spike_model(), reach_avoid(*SPIKE)
     assert 2 * 1e-4**2 / 4 <= 1e-8

@@ -122,7 +122,7 @@ def test_slanted_faces_make_room_that_a_box_has_not(bins):
     assert kinds == ["proved", "proved", "safe", "safe"]
 
 
-@pytest.mark.slow
+@pytest.mark.night
 def test_the_proof_is_in_the_file_of_the_answer(tmp_path):
     model = bar_model()
     settings = Settings()
