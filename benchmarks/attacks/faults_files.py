@@ -229,6 +229,20 @@ SHELL = (
         (f"{LOST}::test_a_place_is_held_by_one_process_and_taken_over_from_a_dead_one",),
     ),
     Fault(
+        "replay_of_another_robot",
+        "replay._driven",
+        "require_same(system, model)",
+        "pass",
+        ("tests/verdict/test_outline.py::test_a_replay_is_of_the_model_s_own_robot",),
+    ),
+    Fault(
+        "another_law_is_the_same_robot",
+        "outline.require_same",
+        "_disturbances(law) != _disturbances(law_of(system))",
+        "False",
+        ("tests/verdict/test_outline.py::test_another_robot_is_refused_with_what_differs",),
+    ),
+    Fault(
         "half_of_a_complex_number",
         "arrays.real",
         'raise TypeError("complex numbers")',

@@ -46,9 +46,9 @@ def job(
         net = network(log, key)
     with watch("claim"):
         model = claimed(net, runs, eps, discard or 0)
-        model.save(out / "model.npz")
     with watch("safe set"):
         answer = Planner(model).solve(problem(), key, Settings(n_samples=PLANS, polytopes=True))
+        model.save(out / "model.npz")  # beside its own answer, never beside an older one
         answer.save(out / "answer.json")
     with watch("held-out commands against the answer"):
         replayed = replay_recorded(answer, runs.held) if answer.found else None

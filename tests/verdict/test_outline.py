@@ -1,0 +1,86 @@
+"""What belongs together: a robot and its model, told apart by all that a claim rests on."""
+
+from dataclasses import dataclass, field, replace
+
+import jax
+import numpy as np
+import pytest
+import toy_driven
+from synthetic_plants import plant
+
+import parc_jax as pj
+from parc_jax.errors import InputError
+from parc_jax.experiment.replay import counts_of, replay
+from parc_jax.rollout.law import law_of
+from parc_jax.sets.box import Box, box
+from parc_jax.system import TimeGrid, time_grid
+from parc_jax.verdict.outline import outline_of, require_fit, require_same
+
+
+@dataclass(frozen=True)
+class Robot:
+    """Never run. law: of its gusts."""
+
+    name: str = "plant"
+    n_p: int = 2
+    n_q: int = 1
+    points: tuple[str, ...] = ("reference",)
+    time: TimeGrid = field(default_factory=lambda: toy_driven.model().time)
+    domain: Box = field(default_factory=lambda: toy_driven.model().domain)
+    law: tuple = ()
+    plant: str = "ode"
+
+
+def test_the_same_robot_is_taken_on_another_plant_and_over_a_wider_k():
+    require_same(plant(toy_driven.gusty, 4), toy_driven.model())
+    require_same(Robot(plant="mjx"), toy_driven.model())
+    require_same(Robot(domain=box([-1, -1], [2, 2])), toy_driven.model())
+
+
+@pytest.mark.parametrize(
+    ("other", "differs"),
+    [
+        (Robot(name="cart"), "name"),
+        (Robot(n_q=2), "n_q"),
+        (Robot(n_p=3), "n_p"),
+        (Robot(points=("nose", "tail")), "points"),
+        (Robot(time=time_grid(0.5, 1.0)), "time"),
+        (Robot(domain=box([0, 0], [1, 0.5])), "K"),
+        (Robot(domain=box([0, 0, 0], [1, 1, 1])), "K"),
+        (Robot(law=(("gust", 9),)), "law"),
+        (Robot(name="cart", n_q=2), "name, n_q"),
+    ],
+)
+def test_another_robot_is_refused_with_what_differs(other, differs):
+    with pytest.raises(InputError, match=f"which differs in {differs}[.] Name the system"):
+        require_same(other, toy_driven.model())
+
+
+def test_the_law_of_a_claim_is_compared_with_that_of_the_robot():
+    model = toy_driven.model()
+    windy = Robot(law=(("gust", 9),))
+    law = replace(law_of(windy), k_law=model.claim.law.k_law)
+    of_windy = model.replace(claim=replace(model.claim, law=law))
+    require_same(windy, of_windy)
+    with pytest.raises(InputError, match="differs in law"):
+        require_same(Robot(), of_windy)
+
+
+def test_a_replay_is_of_the_model_s_own_robot():
+    answer, key = toy_driven.answer(), jax.random.PRNGKey(0)
+    other = plant(toy_driven.gusty, 4, name="other")
+    for ask in (replay, counts_of):
+        with pytest.raises(InputError, match="expected the system of this model, 'plant'"):
+            ask(other, answer.model, answer.scene, answer.samples, key)
+
+
+def test_a_question_is_told_the_same_of_a_robot_and_of_its_model():
+    model = toy_driven.model()
+    for robot in (model, outline_of(Robot())):
+        require_fit(toy_driven.problem(), robot)
+        require_fit(toy_driven.problem().replace(doubt=pj.Doubt(k={0: 0.01})), robot)
+        with pytest.raises(InputError, match="axis 1 has no bound"):
+            A, b = np.eye(3)[[0, 0, 1, 2, 2]] * [[1], [-1], [1], [1], [-1]], np.ones(5)
+            require_fit(pj.reach_avoid(pj.hpolytope(A, b), [], 0.1), robot)
+        with pytest.raises(InputError, match="expected parameters of the model"):
+            require_fit(toy_driven.problem().replace(doubt=pj.Doubt(k={"load": 0.01})), robot)
