@@ -28,8 +28,9 @@ class Setting:
 
 @dataclass(frozen=True)
 class Task:
-    """A system with its scene. plans: values of k whose truth is asked; repeats: runs of each; both
-    for systems with chance only. gap: [m or rad] declared of the start.
+    """A system with its scene. chance: whether two runs of a plan may differ. plans: values of k
+    whose truth is asked; repeats: runs of each; both for systems with chance only. gap: [m or rad]
+    declared of the start.
     """
 
     name: str
@@ -37,6 +38,7 @@ class Task:
     system: Callable
     problem: Callable[[], ReachAvoid]
     settings: tuple[Setting, ...]
+    chance: bool = True
     plans: int = 400
     repeats: int = 200
     gap: float = GAP
@@ -103,6 +105,7 @@ def _drift(body: str) -> Task:
                 "fitted_20x4", "fitted, 20 x 4 bins", replace(boxes, bins=(20, 4), shape="fitted")
             ),
         ),
+        chance=False,
     )
 
 

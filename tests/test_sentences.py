@@ -68,7 +68,7 @@ def sentences_of(n: int):
     share = Fraction(n, 403)
     look = Look(1, 1, DELTA)
     yield Validation(n, 0, eps, DELTA, 1, "a law").statement(), [sure, eps], "du"
-    yield tested.Tested(n, 0, False, False, eps, look, 1.0).statement(), [sure, eps], "du"
+    yield tested.Tested(n, 0, False, eps, look, 1.0).statement(), [sure, eps], "du"
     risk = about_risk(Risk(eps, eps), "a set", float(1 + eps), 0.99, DELTA)
     yield risk, [eps, 1 + eps, Fraction("0.999"), Fraction("0.99"), sure], "uuddd"
     yield about_sensing(Risk(eps, eps), DELTA), [DELTA, eps + DELTA], "uu"

@@ -4,7 +4,6 @@ from benchmarks.attacks.fault import Fault
 
 CHOICE = "tests/driven/test_choice.py"
 LOOKS = "tests/driven/test_looks.py"
-RANDOM = "tests/driven/test_randomness.py"
 SAFE_BOX = "tests/driven/test_safe_box.py"
 REFINE = "tests/driven/test_refine.py"
 SENTENCES = "tests/test_sentences.py"
@@ -111,20 +110,6 @@ DRIVEN = (
         (f"{LOOKS}::test_streams_of_looks_meet_neither_each_other_nor_any_stage",),
     ),
     Fault(
-        "numbers_drawn_while_traced_not_seen",
-        "parc_jax/driven/randomness.py",
-        "if _OUTSIDE in str(first) or not _alike(first, again):",
-        "if _OUTSIDE in str(first):",
-        (f"{RANDOM}::test_a_program_that_may_vary_is_not",),
-    ),
-    Fault(
-        "only_the_path_asked_for_the_key",
-        "parc_jax/driven/randomness.py",
-        "for v in jaxpr.outvars if",
-        "for v in jaxpr.outvars[:1] if",
-        (f"{RANDOM}::test_a_program_that_may_vary_is_not",),
-    ),
-    Fault(
         "chosen_plan_may_touch",
         "parc_jax/driven/tested.py",
         "failed = batch.failed | ~reached | ~(distance > 0)",
@@ -139,11 +124,11 @@ DRIVEN = (
         (f"{CHOICE}::test_failures_are_counted_and_paid_for",),
     ),
     Fault(
-        "every_plan_taken_for_deterministic",
+        "runs_alike_taken_for_certainty",
         "parc_jax/driven/tested.py",
-        "    deterministic = ignores_key(system)\n",
-        "    deterministic = True\n",
-        (f"{CHOICE}::test_a_rare_gust_is_not_taken_for_none",),
+        "    bound = clopper_pearson(failures, n, float(look.delta))\n",
+        "    bound = clopper_pearson(failures, n, float(look.delta)) * (not alike)\n",
+        (f"{CHOICE}::test_runs_that_are_alike_are_not_taken_for_certainty",),
     ),
     Fault(
         "local_runs_in_single_precision",

@@ -28,7 +28,6 @@ from parc_jax.claim.pipeline import bound_errors
 from parc_jax.claim.runs import HeldRuns
 from parc_jax.claim.start_gap import try_starts
 from parc_jax.claim.tube import zero_tube
-from parc_jax.driven.randomness import ignores_key
 from parc_jax.errors import InputError
 from parc_jax.experiment.learn import networks
 from parc_jax.experiment.settings import TUBE
@@ -153,9 +152,8 @@ def _without_errors(net: ReLUNetwork, runs: RolloutBatch) -> TrajectoryModel:
 
 def truly_safe(task: Task, system, model: TrajectoryModel, bench: Bench) -> Share:
     """Plans that succeed in ENOUGH of their runs."""
-    without_chance = ignores_key(system)
-    n = bench.size(2000 if without_chance else task.plans, 10)
-    each = 1 if without_chance else bench.size(task.repeats, 20)
+    n = bench.size(task.plans if task.chance else 2000, 10)
+    each = bench.size(task.repeats, 20) if task.chance else 1
     rng = np.random.default_rng(2)
     scene = scene_of(task.problem(), model)
     good = []

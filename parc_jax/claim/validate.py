@@ -54,8 +54,7 @@ def validate_choice(
     It must be frozen before
     this is called. failed: batch -> (n,) bool, True where the run missed the goal or touched
     something; a run with NaN counts as failed whatever it says. looks: times a choice is tested in
-    all; each look gets delta / looks. Uses the VALIDATE stream of `key`. For a system without
-    disturbance and one k, one run decides. Raises InputError.
+    all; each look gets delta / looks. Uses the VALIDATE stream of `key`. Raises InputError.
     """
     delta = as_probability("delta", delta)
     check_count("looks", looks, 1, "1 for a choice that is tested once")

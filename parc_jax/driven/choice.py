@@ -87,9 +87,9 @@ class Choice:
         """The choice with `tested`: fresh runs of this very plan, one look. [T6]
 
         eps: bound asked for when no run fails; n: runs, None = as many as that takes at this look's
-        share of delta (6,905 for 1e-3 at 1e-3). A system whose program is shown not to use its key
-        is run once. Runs are of the plan in hand: choose first, then run. Uses streams of `key`
-        that nothing else uses. Raises InputError, also when all looks are spent.
+        share of delta (6,905 for 1e-3 at 1e-3). Runs are of the plan in hand: choose first, then
+        run. Uses streams of `key` that nothing else uses. Raises InputError, also when all looks
+        are spent.
         """
         check_system(system)
         require_same(system, self.model)

@@ -8,7 +8,6 @@ import numpy as np
 
 from parc_jax.claim.counts import clopper_pearson, required_runs
 from parc_jax.driven.looks import Look, fresh_key
-from parc_jax.driven.randomness import ignores_key
 from parc_jax.keys import Stage
 from parc_jax.rollout.collect import stream_rollouts
 from parc_jax.spelling import rounded_down, rounded_up
@@ -25,15 +24,14 @@ class Tested:
     """What fresh runs of one plan showed.
 
     n, failures: runs, and how many missed the goal, touched something or ended in NaN.
-    deterministic: the program of the system does not use its random key, so one run decides.
-    alike: all runs were the same, which shows nothing by itself.
-    eps: bound on the probability of failure with confidence 1 - delta, delta this look's share; 0
-    or 1 for a deterministic system. clearance: [m] smallest distance from an obstacle in any run.
+    alike: all runs were the same, which shows nothing by itself: a rare gust leaves a thousand runs
+    alike, and a program that was traced twice alike may be another one the third time.
+    eps: bound on the probability of failure with confidence 1 - delta, delta this look's share.
+    clearance: [m] smallest distance from an obstacle in any run.
     """
 
     n: int
     failures: int
-    deterministic: bool
     alike: bool
     eps: Fraction
     look: Look
@@ -42,13 +40,6 @@ class Tested:
     def statement(self) -> str:
         """The sentence (D i)."""
         look = f", look {self.look.number} of {self.look.planned}" if self.look.planned > 1 else ""
-        if self.deterministic:
-            how = "failed" if self.failures else "reached the goal and touched nothing"
-            return (
-                "This very plan: the program of this system does not use its random key, so every "
-                f"run of the plan is the same; the one that was made {how}. Nothing is said of a "
-                "robot that differs from the program."
-            )
         alike = (
             " All of them were alike; that the system has no disturbance is not shown, and not "
             "used."
@@ -58,23 +49,20 @@ class Tested:
         sure = rounded_down(1 - self.look.delta, 10)
         return (
             f"This very plan: {self.failures} of {self.n:,} fresh runs made after it was chosen "
-            f"failed. With confidence {sure} a new run of it fails "
-            f"with probability at most {rounded_up(self.eps)}{look}.{alike}"
+            f"failed. With confidence {sure} a new run of it fails with probability at most "
+            f"{rounded_up(self.eps)}{look}.{alike}"
         )
 
 
 def run_plan(
     system, scene: Scene, p0: np.ndarray, k: np.ndarray, key: jax.Array, look: Look, eps, n, quiet
 ) -> Tested:
-    """Run the plan p0 (n_p,), k (n_k,) afresh: once where the system is shown to ignore its key,
-    otherwise n times, None = as many as it takes to bound the failures by eps when there are none.
+    """Run the plan p0 (n_p,), k (n_k,) afresh, n times; None = as many as it takes to bound the
+    failures by eps when there are none.
 
     Runs are made from the origin and moved to p0, as those behind the claim were.
     """
-    deterministic = ignores_key(system)
-    if deterministic:
-        n = 1
-    elif n is None:
+    if n is None:
         n = required_runs(float(eps), float(look.delta))
     failures = 0
     alike = True
@@ -88,5 +76,5 @@ def run_plan(
         nearest = min(nearest, float(np.where(np.isnan(distance), -np.inf, distance).min()))
         first = batch.p[0] if first is None else first
         alike &= bool((np.abs(batch.p - first) <= ALIKE).all())
-    bound = Fraction(failures) if deterministic else clopper_pearson(failures, n, float(look.delta))
-    return Tested(n, failures, deterministic, alike, bound, look, nearest)
+    bound = clopper_pearson(failures, n, float(look.delta))
+    return Tested(n, failures, alike, bound, look, nearest)

@@ -25,7 +25,6 @@ def drive(system, answer: Answer, study: Study, key: jax.Array, out: Path, quiet
         "plan": chosen.plan.tolist(),
         "runs": chosen.tested.n,
         "failures": chosen.tested.failures,
-        "deterministic": chosen.tested.deterministic,
         "share_of_k": float(near.share),
         "proved_share_of_near": float(near.held),
         "narrower_at_end": near.widths.times_end,
