@@ -4,6 +4,7 @@ import numpy as np
 
 from parc_jax.answer.answer import Answer
 from parc_jax.claim.claim import ErrorClaim
+from parc_jax.cover.sampling import FEW
 from parc_jax.labels import name_of, unit_of
 from parc_jax.model import TrajectoryModel
 from parc_jax.spelling import rounded_down, rounded_up
@@ -72,8 +73,10 @@ def how_much_is_safe(answer: Answer) -> str:
         return "what share of the plans was not measured"
     of_all = "all k in K" if answer.scene.at is not None else "the plans that end in the goal's box"
     low, high = rounded_down(100 * share.at_least, 3), rounded_up(100 * share.at_most, 3)
-    said = f"{_percent(share.share)} of {of_all} ({low} % to {high} % with confidence "
-    said += f"{rounded_down(str(share.confidence), 10)})"
+    sure = f"with confidence {rounded_down(str(share.confidence), 10)}"
+    if answer.counts["safe"] < FEW:  # of a query for a first plan
+        return f"{low} % to {high} % of {of_all}, {sure}"
+    said = f"{_percent(share.share)} of {of_all} ({low} % to {high} % {sure})"
     if answer.around is not None:
         return f"{said}, counting only those around what a search found"
     kept = share.share / share.reaching if share.reaching else 0.0

@@ -103,3 +103,10 @@ def test_without_uniform_draws_there_is_no_safe_share():
     counted = copy.copy(answer())
     counted._cover = answer()._cover._replace(volume=float("nan"))
     assert counted.safe_share is None and "not measured" in how_much_is_safe(counted)
+
+
+def test_a_few_safe_draws_are_an_interval_and_no_estimate():
+    few = copy.copy(answer())
+    few._cover = answer()._cover._replace(drawn=40, reaching=30, safe=3)
+    said = how_much_is_safe(few)  # Clopper-Pearson of 3 in 40
+    assert said == "0.862 % to 24.9 % of the plans that end in the goal's box, with confidence 0.99"
