@@ -26,8 +26,9 @@ from parc_jax.published.search import paper_search
 from parc_jax.pwa import RegionTable
 from parc_jax.settings import Settings, Work, work_of
 from parc_jax.status import Ended
+from parc_jax.verdict.hopeless import why_none
 from parc_jax.verdict.pointwise import verdicts
-from parc_jax.verdict.scene import Scene, no_end_fits, scene_of
+from parc_jax.verdict.scene import Scene, scene_of
 from parc_jax.volume_bounds.no_plan import MAX_LEAVES, PROVED, NoPlan, prove_no_plan
 
 
@@ -63,7 +64,7 @@ class Exact:
         if len(found.points.k) and not found.hopeless:
             return found, None
         no_plan = None
-        hopeless = no_end_fits(scene, model) is not None
+        hopeless = why_none(scene, model) is not None
         within = None if hopeless else where_safe(model, scene, rng, 1, limit)
         nothing = within is None and not len(found.points.k)
         if nothing and scene.at is None:  # a proof would be about any start

@@ -5,11 +5,12 @@ from fractions import Fraction
 
 from parc_jax.claim.risk import NoStatement, Risk
 from parc_jax.spelling import listed, rounded_down, rounded_up
+from parc_jax.verdict.hopeless import Why
 
 
-def nothing_found(reason: str | None) -> str:
+def nothing_found(reason: Why | None) -> str:
     """No plan was found, and nobody looked for a proof. reason: why none can be, where known."""
-    why = "." if reason is None else f": {reason}"
+    why = "." if reason is None else f": {reason.words}"
     return f"No safe plan was found{why} This is not a proof that none exists."
 
 

@@ -2,6 +2,8 @@
 or out of reach.
 """
 
+import itertools
+
 import numpy as np
 
 from parc_jax.errors import InputError
@@ -12,8 +14,10 @@ from parc_jax.problem import ReachAvoid
 from parc_jax.pwa.table import RegionTable
 from parc_jax.sets.hpolytope import HPolytope
 from parc_jax.sets.vertices import vertices
-from parc_jax.verdict.scene import finite_box, goal_box
+from parc_jax.verdict.scene import box_of_rows, finite_box, goal_box
 
+ODD = 1000  # a body smaller than all else by this factor gets a word
+MOST_CORNERS = 729  # of K, where ways of a model are looked at
 MOST_PARAMETERS = 6  # of the exact enumeration of regions
 
 
@@ -55,6 +59,28 @@ def require_goal_in_reach(problem: ReachAvoid, planner: Planner) -> None:
             "goal"
             f"{' or the start set' if axis < model.n_c else ''}, or learn over a wider K."
         )
+
+
+def odd_size(problem: ReachAvoid, model: TrajectoryModel) -> str | None:
+    """A word where the body is larger than all else, or next to nothing beside it: as if its size
+    were told in another unit than metres. None where it is not.
+    """
+    sides = [row.tolist() for row in (model.domain.lo, model.domain.center, model.domain.hi)]
+    k = np.array(list(itertools.product(*np.transpose(sides)))[:MOST_CORNERS])
+    way = float(np.abs(outputs(model.net, k, slice(0, model.layout.n_offsets))).max())
+    boxes = [box_of_rows(obstacle) for obstacle in problem.obstacles]
+    lo, hi = goal_box(problem.goal, model.layout)
+    boxes.append((lo[: model.n_p], hi[: model.n_p]))
+    wide = [float(side) for lo, hi in boxes for side in hi - lo if np.isfinite(side)]
+    body = max(float(part.shape.radius) for part in problem.parts)
+    most = max([way, *wide])
+    if body > most or 0 < body < most / ODD:
+        word = "more than all that" if body > most else f"less than a {ODD:,}th of what"
+        return (
+            f"body: its size of {body:g} m is {word} the ways of this model, the goal and the "
+            f"obstacles measure, up to {most:.3g} m; is it in metres?"
+        )
+    return None
 
 
 def _ends(

@@ -71,11 +71,14 @@ def solve(
         json: Print the result as JSON.
         cache: Keep compiled programs in the user's cache folder.
     """
+    import sys
+
     from parc_jax.cli.cache import keep_compiled
     from parc_jax.cli.doubt import numbers_of_option, under_doubt
-    from parc_jax.cli.goal_in_reach import require_goal_in_reach
+    from parc_jax.cli.goal_in_reach import odd_size, require_goal_in_reach
     from parc_jax.cli.help import fitted
     from parc_jax.cli.places import require_place
+    from parc_jax.cli.saying import saying
     from parc_jax.cli.verdict import as_json, verdict
     from parc_jax.errors import InputError
     from parc_jax.io.problem_file import labelled, load_problem
@@ -119,15 +122,23 @@ def solve(
         method=methods[method],
     )
     place = None if at is None else numbers_of_option("at", at)
-    if first:
-        one = Settings.fast()
-        settings = one.replace(n_samples=1, proof=True, budget_s=budget, method=methods[method])
-        answer = planner.solve(problem, key, settings, at=place)
-        cold_s = answer.timings["first_sample_s"]
-    else:
-        # so that the times are those of the search and not of the compiler
-        cold_s = planner.warm_up(problem, settings, at=place).timings["first_sample_s"]
-        answer = planner.solve(problem, key, settings, at=place)
+    planner.prepare(problem, at=place)  # what does not fit is told before anything is done
+    odd = odd_size(problem, planner.model)
+    if odd is not None:
+        print(odd, file=sys.stderr)
+    with saying(quiet) as say:
+        if first:
+            say("compiling, and looking for a safe plan")
+            one = Settings.fast()
+            settings = one.replace(n_samples=1, proof=True, budget_s=budget, method=settings.method)
+            answer = planner.solve(problem, key, settings, at=place)
+            cold_s = answer.timings["first_sample_s"]
+        else:
+            # so that the times are those of the search and not of the compiler
+            say("compiling")
+            cold_s = planner.warm_up(problem, settings, at=place).timings["first_sample_s"]
+            say("looking for safe plans, or for a proof that there are none")
+            answer = planner.solve(problem, key, settings, at=place)
     answer.save(out)
     if json:
         print(as_json(answer, out, cold_s))

@@ -22,7 +22,8 @@ from parc_jax.pwa.domain import MAX_DIMENSION
 from parc_jax.robust.withstood import Withstood
 from parc_jax.spelling import decimal_text, rounded_down, rounded_up
 from parc_jax.status import Ended
-from parc_jax.verdict.scene import Scene, no_end_fits
+from parc_jax.verdict.hopeless import Why, why_none
+from parc_jax.verdict.scene import Scene
 from parc_jax.volume_bounds.faces import goal_faces
 from parc_jax.volume_bounds.search import Found, Search
 from parc_jax.volume_bounds.tree import Node
@@ -59,7 +60,7 @@ class NoPlan(NamedTuple):
     safe_plan: tuple[np.ndarray, np.ndarray] | None
     seconds: float
     check_seconds: float
-    reason: str | None = None
+    reason: Why | None = None
     doubt: Withstood | None = None
     ended: Ended | None = Ended.TARGET
 
@@ -70,9 +71,12 @@ class NoPlan(NamedTuple):
 
     def _told(self) -> str:
         if self.kind == PROVED:
-            why = f"; {self.reason}" if self.reason else "; a longer search cannot find one."
+            why = f"; {self.reason.words}" if self.reason else "; a longer search cannot find one."
+            told = f"Proved in exact arithmetic: the model has no safe (p0, k) with this tube{why}"
+            if self.reason is not None and self.reason.of_scene:
+                return told
             return (
-                f"Proved in exact arithmetic: the model has no safe (p0, k) with this tube{why} "
+                f"{told} "
                 "The robot may still be able to do it: a better model or a narrower tube may tell."
             )
         safe, unsafe = (rounded_down(100 * v / self.total, 4) for v in (self.safe, self.unsafe))
@@ -83,7 +87,7 @@ class NoPlan(NamedTuple):
                 f"safe and at least {unsafe} % are unsafe, proved in exact arithmetic; "
                 f"{share} % are undecided.{self._ended}"
             )
-        why = f": {self.reason}" if self.reason else "."
+        why = f": {self.reason.words}" if self.reason else "."
         return (
             f"No safe plan was found{why} This is not a proof that none exists: "
             f"of the plans that end in the goal's box, {share} % by volume are undecided; the "
@@ -123,7 +127,7 @@ def prove_no_plan(
             raise InputError(
                 f"bound_volume: expected {missing}. `answer.volume()` is an estimate for any model."
             )
-        return _not_searched(root, missing, no_end_fits(scene, model))
+        return _not_searched(root, missing, why_none(scene, model))
     question = question_parts(scene.problem, model)
     context = checker.Context(*question)
     search = Search(model, scene, root, bounds)
@@ -146,7 +150,7 @@ def prove_no_plan(
     }
     context.work_left = checker.allowance(*question, plan)  # as for the file that will hold it
     return _checked(context, plan, kind, found, searched - begin)._replace(
-        reason=no_end_fits(scene, model), ended=ended
+        reason=why_none(scene, model), ended=ended
     )
 
 
@@ -163,7 +167,7 @@ def _missing(model: TrajectoryModel, bounds: bool) -> str | None:
     return None
 
 
-def _not_searched(root: Node, needed: str, reason: str | None) -> NoPlan:
+def _not_searched(root: Node, needed: str, reason: Why | None) -> NoPlan:
     """Nothing is known of any plan."""
     nothing = Fraction(0)
     return NoPlan(
@@ -177,7 +181,7 @@ def _not_searched(root: Node, needed: str, reason: str | None) -> NoPlan:
         safe_plan=None,
         seconds=0.0,
         check_seconds=0.0,
-        reason=reason or f"a proof needs {needed}.",
+        reason=reason or Why(f"a proof needs {needed}.", False),
         ended=None,
     )
 
