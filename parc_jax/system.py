@@ -105,7 +105,7 @@ class BlackBoxSystem(Protocol):
 
 TURNS = "turns"  # a goal state that is an angle from a fixed direction
 STAYS = "stays"  # a goal state that does not depend on the heading at the start
-LARGEST_K = 1e100  # [unit of k] squares and sums of larger ones overflow
+LARGEST = 1e100  # number of a run or a parameter: squares and sums of larger ones overflow
 ONE_POINT = ("reference",)  # what the point of a system without names is called
 
 
@@ -161,9 +161,9 @@ def check_system(system) -> None:
             f"{system.name}: expected n_p >= 1 and n_q >= 0; got {system.n_p} and {system.n_q}."
         )
     largest = np.abs([system.domain.lo, system.domain.hi]).max()
-    if not largest <= LARGEST_K:
+    if not largest <= LARGEST:
         raise InputError(
-            f"{system.name}: expected a domain with numbers up to {LARGEST_K:g}; got {largest:g}. "
+            f"{system.name}: expected a domain with numbers up to {LARGEST:g}; got {largest:g}. "
             "Tell the parameters in a larger unit."
         )
     names = ("rollout", "rollout_batch")

@@ -13,7 +13,7 @@ from parc_jax.labels import Labels
 from parc_jax.rollout.law import LawSpec
 from parc_jax.rollout.subject import Subject, subject
 from parc_jax.sets.box import Box
-from parc_jax.system import LARGEST_K, ONE_POINT, TimeGrid, check_points
+from parc_jax.system import LARGEST, ONE_POINT, TimeGrid, check_points
 
 
 @struct.dataclass
@@ -246,12 +246,12 @@ def require_finite_k(k) -> None:
     InputError.
     """
     k = np.asarray(k)
-    if k.ndim != 2 or k.dtype.kind not in "fiu" or (np.abs(k) <= LARGEST_K).all():
+    if k.ndim != 2 or k.dtype.kind not in "fiu" or (np.abs(k) <= LARGEST).all():
         return  # other faults have other words
     bad = ~np.isfinite(k).all(axis=1)
     if not bad.any():
         raise InputError(
-            f"rollouts k: expected parameters up to {LARGEST_K:g}; the largest is "
+            f"rollouts k: expected parameters up to {LARGEST:g}; the largest is "
             f"{np.abs(k).max():g}. Tell them in a larger unit."
         )
     row = int(np.argmax(bad))

@@ -14,7 +14,7 @@ from parc_jax.rollout.files import RAGGED, read_npz, rollouts_from_npz
 from parc_jax.rollout.law import law_spec
 from parc_jax.rollout.uniform import check_uniform
 from parc_jax.sets.box import Box, box
-from parc_jax.system import ONE_POINT, TimeGrid, check_points
+from parc_jax.system import LARGEST, ONE_POINT, TimeGrid, check_points
 
 K_LAWS = ("logged", "uniform")
 
@@ -143,15 +143,24 @@ def _points(path: Path, p: np.ndarray, given) -> tuple[str, ...]:
 
 
 def _numbers(path: Path, name: str, values) -> np.ndarray:
-    """An array of the file as floats. Raises InputError, for ragged runs too."""
+    """An array of the file as floats. Raises InputError, for ragged runs and numbers too large to
+    compute with too.
+    """
     try:
-        return np.asarray(real(values), np.float64)
+        array = np.asarray(real(values), np.float64)
     except (TypeError, ValueError):
         if np.asarray(values).dtype.kind == "c":
             raise InputError(
                 f"{path}: expected {name} to be an array of real numbers; they are complex."
             ) from None
         raise InputError(f"{path}: expected {name} to be one array of numbers. {RAGGED}") from None
+    largest = np.abs(array[np.isfinite(array)]).max(initial=0.0)
+    if largest > LARGEST:
+        raise InputError(
+            f"{path}: expected {name} with numbers up to {LARGEST:g}; the largest is {largest:g}. "
+            "Tell them in a larger unit, or write NaN where a run failed."
+        )
+    return array
 
 
 def _mat_arrays(path: Path) -> dict:

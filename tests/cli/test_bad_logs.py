@@ -22,12 +22,14 @@ LOGS = {
     "complex_k": (K + 1j, P),
     "complex_p": (K, P + 0j),
     "huge": (1e200 * K, P),
+    "diverged": (K, 1e200 * P),
 }
 CASES = [
     ("empty", (), "empty.npz: expected at least one run; got 0 rows"),
     ("complex_k", (), "expected k to be an array of real numbers; they are complex"),
     ("complex_p", (), "expected p to be an array of real numbers; they are complex"),
-    ("huge", (), "the largest is 9.9"),
+    ("huge", (), "expected k with numbers up to 1e+100; the largest is 9.9"),
+    ("diverged", (), "expected p with numbers up to 1e+100; the largest is 9.9"),
     ("good", ("--seed", -1), "seed: expected a whole number from 0 to 4294967295; got -1"),
     ("good", ("--seed", 99999999999999999999), "got 99999999999999999999"),
     ("good", ("--gap", "nan"), "gap: expected how much the start may matter"),
