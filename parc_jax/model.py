@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 from flax import struct
 
-from parc_jax.claim.claim import ErrorClaim, check_claim, derived
+from parc_jax.claim.claim import ErrorClaim, check_claim, check_network, derived
 from parc_jax.claim.claim_file import claim_from_json
 from parc_jax.claim.tube import Tube
 from parc_jax.claim.tube_file import tube_arrays, tube_from_arrays
@@ -142,11 +142,7 @@ def check_model(model: TrajectoryModel) -> None:
     """Refuse a network or a claim with a part from elsewhere. Raises InputError."""
     net, claim = model.net, model.claim
     check_claim(claim)
-    if claim.network != net.hash:
-        raise InputError(
-            f"model: expected the network its claim was measured on ({claim.network[:12]}); got "
-            f"another one ({net.hash[:12]}). Bound the error of this network anew."
-        )
+    check_network(claim, net)
     layout, n_q = claim.tube.layout, claim.tube.n_q
     if net.n_out != layout.n_offsets + n_q:
         raise InputError(

@@ -276,8 +276,22 @@ CLAIMED = (
         ("tests/test_model.py::test_a_claim_with_a_part_from_elsewhere_makes_no_planner",),
     ),
     Fault(
+        "runs_of_another_time_grid_watched",
+        "parc_jax/claim/monitor.py",
+        "if (batch.points, batch.time) != ",
+        "if False and (batch.points, batch.time) != ",
+        ("tests/claim/test_monitor.py::test_runs_and_networks_of_others_are_not_watched",),
+    ),
+    Fault(
+        "header_of_any_model",
+        "parc_jax/onboard/header.py",
+        "    check_model(answer.model)\n",
+        "",
+        ("tests/onboard/test_header.py::test_a_model_with_a_part_from_elsewhere_gets_no_header",),
+    ),
+    Fault(
         "network_of_the_claim_not_compared",
-        "parc_jax/model.py",
+        "parc_jax/claim/claim.py",
         "if claim.network != net.hash:",
         "if claim.network == net:",
         ("tests/test_model.py::test_a_tube_or_network_of_another_file_is_refused",),

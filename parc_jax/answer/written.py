@@ -22,7 +22,7 @@ def written(found: Findings) -> dict:
 
 def _meta(found: Findings) -> dict:
     """What readers want to know and the checker need not."""
-    meta = {
+    meta: dict = {
         "status": found.status.label,
         "ended": None if found.ended is None else found.ended.label,
         "statement": statement(found),

@@ -22,6 +22,7 @@ from parc_jax.claim.tube import Tube, refined
 from parc_jax.claim.tube_file import tube_to_json
 from parc_jax.claim.unit import RECORDED_ROWS, RECORDINGS, RUNS, Unit
 from parc_jax.errors import InputError
+from parc_jax.network.relu import ReLUNetwork
 from parc_jax.rollout.files import write_atomic
 from parc_jax.rollout.law import LawSpec
 from parc_jax.rollout.subject import Subject
@@ -227,6 +228,15 @@ def check_claim(claim: ErrorClaim) -> None:
             "claim: expected the network, tube, K, time grid, points, rotation and law that it was "
             f"made about ({claim.hash[:12]}); got others ({_hash(claim)[:12]}). Bound the error "
             "anew."
+        )
+
+
+def check_network(claim: ErrorClaim, net: ReLUNetwork) -> None:
+    """Refuse another network than the claim's. Raises InputError."""
+    if claim.network != net.hash:
+        raise InputError(
+            f"claim: expected the network its claim was measured on ({claim.network[:12]}); got "
+            f"another one ({net.hash[:12]}). Bound the error of this network anew."
         )
 
 

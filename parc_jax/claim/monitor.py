@@ -6,7 +6,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from parc_jax.claim.claim import ErrorClaim
+from parc_jax.claim.claim import ErrorClaim, check_network
 from parc_jax.claim.measure import allowance, by_chunk
 from parc_jax.claim.risk import Density, NoStatement, Uniform
 from parc_jax.claim.score import sizes
@@ -105,6 +105,14 @@ def inside_tube(claim: ErrorClaim, net: ReLUNetwork, batch: RolloutBatch) -> np.
     """(n,) bool: runs that the claim's tube holds at their records, in every bin they touch, as
     calibration counts.
     """
+    check_network(claim, net)
+    about = claim.subject
+    if (batch.points, batch.time) != (about.points, about.time):
+        raise InputError(
+            f"{batch.name}: expected runs on the time grid and of the points of the claim, "
+            f"{about.time} of {', '.join(about.points)}; got {batch.time} of "
+            f"{', '.join(batch.points)}."
+        )
     tube = claim.tube
     slack = allowance(net, batch.domain, tube.layout)
     between, _ = tube.halves_around(claim.intersample or 0.0, 0.0)

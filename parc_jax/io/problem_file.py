@@ -237,7 +237,7 @@ def _parts(problem: ReachAvoid, named: Labels | None, points: Sequence[str] | No
         obstacles.append(spelled_set(part) | more | ({} if seen is None else {"doubt": seen}))
     by_point = None if points is None else _goal_by_point(problem, points)
     goal = spelled_set(problem.goal) if by_point is None else by_point
-    parts = {"points": list(points)} if points and (problem.points or len(points) > 1) else {}
+    parts: dict = {"points": list(points)} if points and (problem.points or len(points) > 1) else {}
     parts |= {"goal": goal, "body": _spelled_body(problem.body)}
     if named is not None:
         parts["labels"] = {part: list(words) for part, words in named._asdict().items() if words}

@@ -9,6 +9,7 @@ from dataclasses import replace
 import jax
 import numpy as np
 import pytest
+from toy_models import assumed
 
 from benchmarks.attacks.__main__ import main, names
 from benchmarks.attacks.coverage import interval, refuted, repeat
@@ -46,9 +47,7 @@ def test_the_exact_truth_is_what_runs_do(bins, shape):
         tube = fitted_tube(tube.edges, during, moved)
     runs = collect(system, KEY, 20_000, Stage.VALIDATE, chunk=2048, quiet=True)
     known = truth(0.05, tube)
-    # no claim: a plain tube of this size is all that is asked
-    claim = type("Tubed", (), {"tube": tube, "intersample": ()})
-    left = ~inside_tube(claim, net, runs)
+    left = ~inside_tube(assumed(net, tube, runs.time), net, runs)
     assert left.mean() == pytest.approx(known.whole, abs=4 * np.sqrt(known.whole / runs.n))
     numbers = tube.bin_of(runs.k)
     for number in range(tube.n_bins):
@@ -61,9 +60,8 @@ def test_the_exact_truth_of_recordings_is_what_they_do():
     net, rng = network(), np.random.default_rng(5)
     tube = training_profile(net, recordings(0.05, rng, 30, 4), (2, 1))
     known = truth_of_recordings(0.05, tube, 4)
-    claim = type("Tubed", (), {"tube": tube, "intersample": ()})
     runs = recordings(0.05, rng, 5000, 4)
-    left = ~inside_tube(claim, net, runs).reshape(5000, 4).all(axis=1)
+    left = ~inside_tube(assumed(net, tube, runs.time), net, runs).reshape(5000, 4).all(axis=1)
     assert left.mean() == pytest.approx(known, abs=4 * np.sqrt(known / 5000))
 
 

@@ -24,6 +24,7 @@ from parc_jax.claim.risk import Point, Uniform
 from parc_jax.claim.update import centred, refit, update
 from parc_jax.errors import InputError
 from parc_jax.rollout.collect import collect
+from parc_jax.system import time_grid
 
 KEY, NET = jax.random.PRNGKey(0), straight_network(4)
 pytestmark = pytest.mark.soundness
@@ -76,6 +77,17 @@ def test_a_run_that_leaves_the_tube_between_knots_has_left(claim):
     once = np.array(straight.p)
     once[:, 7, 1] += 1.0  # one record of one axis
     assert not inside_tube(claim, NET, straight.replace(p=once)).any()
+
+
+def test_runs_and_networks_of_others_are_not_watched(claim):
+    runs = collect(plant(exact), KEY, 5, quiet=True)
+    slower = runs.replace(time=time_grid(2 * runs.time.dt, 2.0, 2 * runs.time.dt_record))
+    for others in (slower, runs.replace(points=("nose",))):
+        with pytest.raises(InputError, match="on the time grid and of the points of the claim"):
+            monitor(claim, NET).observe(others)
+    other = NET.replace(biases=(NET.biases[0] + 1,))
+    with pytest.raises(InputError, match="network its claim was measured on"):
+        monitor(claim, other).observe(runs)
 
 
 def test_a_monitor_needs_a_rate(claim):

@@ -144,3 +144,14 @@ def test_an_answer_without_corridors_is_refused(tmp_path):
     nothing = pj.Planner(fold_model(T=4)).solve(problem, jax.random.PRNGKey(0), settings)
     with pytest.raises(InputError, match="corridors"):
         pj.write_c(nothing, tmp_path / "none.h")
+
+
+def test_a_model_with_a_part_from_elsewhere_gets_no_header(tmp_path, monkeypatch):
+    """Even where its answer was taken apart."""
+    answer = toy_query.answer()
+    net = answer.model.net
+    other = answer.model.replace(net=net.replace(biases=tuple(b + 1 for b in net.biases)))
+    monkeypatch.setattr(type(answer), "model", other)
+    with pytest.raises(InputError, match="network its claim was measured on"):
+        pj.write_c(answer, tmp_path / "toy.h")
+    assert not (tmp_path / "toy.h").exists()
