@@ -80,7 +80,8 @@ def learn(
         holdout: Logged runs only: share of the runs set aside for the bound. Default: 0.4.
         domain: Logged runs only: K as LO HI for every parameter. Default: the box of all k.
         k_law: Logged runs only: "uniform" if all k were drawn uniformly from the domain; only then
-            does the claim speak of shares of K, and k that refute it are refused. Default: "logged".
+            does the claim speak of shares of K, and k that refute it are refused. Default:
+            "logged".
         search: Runs spent looking for bad ones on purpose, which can only widen the tube; 0 for
             none. Default: as many as the fresh runs, 2,048 at most.
         gap: Most that the start of a run may matter [m or rad]. It is tried from a few starts, a
