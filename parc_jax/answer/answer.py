@@ -197,14 +197,20 @@ class Answer(Findings):
         )
 
     def choose(
-        self, objective="room", key: jax.Array | None = None, *, delta=1e-3, looks: int = 1
+        self,
+        objective="room",
+        key: jax.Array | None = None,
+        *,
+        delta=None,
+        looks: int | None = None,
     ) -> "Choice":
         """The one plan that is driven: the best for an objective, as in `best`. [T23]
 
         Its `statement()` says what is known of this plan without new runs; `Choice.run` and
         `Choice.claim_near` make runs, and each is a look. delta, looks: error probability of all
-        looks at plans of this answer together, and how many there may be; declared by the first
-        choice, kept by later ones, by this answer in polytopes and by its file. Raises InputError.
+        looks at plans of this answer together, and how many there may be, 1e-3 and one unless the
+        first choice declares others; kept by later ones, by this answer in polytopes and by its
+        file. Raises InputError.
         """
         if self.doubt is not None:
             raise InputError(

@@ -16,6 +16,8 @@ from parc_jax.errors import InputError
 from parc_jax.keys import Stage, stream
 from parc_jax.spelling import rounded_up
 
+DELTA = Fraction(1, 1000)  # of all looks together, where nobody says another
+
 
 class Look(NamedTuple):
     """One of the declared looks. number: from 1. delta: its share of the error probability."""
@@ -44,10 +46,15 @@ class Looks:
             return "Looks(none declared)"
         return f"Looks({self.taken} of {self.planned} taken, delta {rounded_up(self.delta)})"
 
-    def declare(self, delta=1e-3, planned: int = 1) -> "Looks":
+    def declare(self, delta=None, planned: int | None = None) -> "Looks":
         """The account itself, with so many looks. Declared once, before the first is taken; the
-        same again changes nothing. Raises InputError for anything else.
+        same again changes nothing. None: as it was declared, at first 1e-3 and one look. Raises
+        InputError for anything else.
         """
+        if delta is None:
+            delta = DELTA if self.delta is None else self.delta
+        if planned is None:
+            planned = max(1, self.planned)
         check_count("looks", planned, 1, "the number of tests that may decide what is driven")
         delta = as_probability("delta", delta)
         if self.delta is None:
