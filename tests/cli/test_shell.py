@@ -72,7 +72,7 @@ def test_corridors_alone_are_found_checked_and_drawn(shell, files):
     assert code == 0 and facts["polytopes"] == 0 and facts["coverage"]["share"] == 0
     assert facts["corridors"] > 0 and facts["corridor_coverage"]["at_least"] >= 0.99
     code, said, _ = shell("check", "answer.json")
-    assert code == 0 and f"{facts['corridors']} corridors" in said and "0 polytopes" in said
+    assert code == 0 and f"{facts['corridors']} corridors" in said and "polytopes" not in said
     assert shell("plot", "answer.json", "--html", "page.html")[0] == 0
     assert shell("plot", "answer.json", "--out", "figures")[0] == 0
 
@@ -268,7 +268,7 @@ def test_a_reader_that_has_seen_enough_is_no_fault(files):
     program = "from parc_jax.cli import main; main()"
     command = f"{sys.executable} -c '{program}' systems drift_parking | head -n 1"
     done = subprocess.run(command, shell=True, cwd=files, capture_output=True, text=True)
-    assert done.stdout == "[goal]\n" and done.stderr == ""
+    assert done.stdout.startswith("points = [") and done.stderr == ""
 
 
 def test_completion_scripts(shell):
