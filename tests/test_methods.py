@@ -27,9 +27,9 @@ def climbs(monkeypatch):
 
 
 def blocked(width: float):
-    """A goal so wide [m] along the first axis, inside of a wall."""
+    """A goal so wide [m] along the first axis, and a wall everywhere on the way to it."""
     goal = pj.box([0.5 - width / 2, -1.0, -10.0], [0.5 + width / 2, 1.0, 10.0])
-    return pj.reach_avoid(goal, [pj.box([-90.0, -90.0], [90.0, 90.0])], 0.1)
+    return pj.reach_avoid(goal, [pj.box([-90.0, -90.0], [90.0, 90.0])], 0.1, spans=[(1, 2)])
 
 
 @pytest.mark.parametrize(("width", "made"), [(0.08, 0), (0.12, 1)])

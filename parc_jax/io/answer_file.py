@@ -32,6 +32,7 @@ from parc_jax.sets.box import box
 from parc_jax.sets.hpolytope import HPolytope, hpolytope
 from parc_jax.spelling import hex_floats, hex_text, nearest_floats
 from parc_jax.status import Ended
+from parc_jax.verdict.hopeless import why_none
 from parc_jax.verdict.near import scene_of_question
 from parc_jax.verdict.pointwise import verdicts
 from parc_jax.verdict.scene import Scene
@@ -90,6 +91,8 @@ def _answer(data: dict, report) -> Answer:
     ended = next((e for e in Ended if e.label == meta.get("ended")), None)  # of older files
     cover = Cover(*tally, seen, kept, coverage, corridors, polytopes, within=within, ended=ended)
     no_plan = _no_plan(data["no_plan"], report.no_plan, ended)
+    if no_plan is not None:
+        no_plan = no_plan._replace(reason=why_none(scene, model))
     looks = looks_of_json(meta.get("looks"))
     answer = Answer(asked, scene, cover, samples, data["samples"], True, 0, {}, no_plan, looks)
     answer.solve = answer_to
