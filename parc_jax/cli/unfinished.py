@@ -37,13 +37,19 @@ def only_of(module: ModuleType, work: Path) -> Iterator[None]:
 
 def _ask_to_discard(work: Path, module: str) -> None:
     """Raises InputError unless someone at a terminal says yes."""
-    why = f"{work} holds unfinished runs of another program than {module} as it is now"
     if sys.stdin.isatty() and sys.stderr.isatty():
-        print(f"parc-jax: {why}. Discard them? [y/N] ", end="", file=sys.stderr, flush=True)
+        print(
+            f"parc-jax: {work} holds unfinished runs of another program than {module} as it is "
+            "now. Discard them? [y/N] ",
+            end="",
+            file=sys.stderr,
+            flush=True,
+        )
         if sys.stdin.readline().strip().lower() in ("y", "yes"):
             return
     raise InputError(
-        f"{why}: expected those that it began. Delete that folder, or name another --out."
+        f"{work}: expected unfinished runs of {module} as it is now; those there are of another "
+        "program, or of that module before it was changed. Delete them, or name another --out."
     )
 
 
