@@ -81,6 +81,11 @@ def test_labels_go_from_the_model_to_answer_and_figures(tmp_path):
     )
 
 
+def test_labels_of_no_part_of_a_model_are_refused():
+    with pytest.raises(InputError, match=r"labels: expected those of p, q, k, as .*; got K"):
+        line_model().with_labels({"K": ("speed [m/s]", "turn [rad]")})
+
+
 def test_a_model_without_labels_has_the_plain_ones(tmp_path):
     toy = line_model()
     assert pj.load(toy.save(tmp_path / "model.npz")).labels.k == ("k0", "k1")

@@ -5,7 +5,8 @@ which time grid, of which points.
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
-from parc_jax.labels import Labels, labels_of
+from parc_jax.errors import InputError
+from parc_jax.labels import PARTS, Labels, labels_of
 from parc_jax.labels import labels as valid_labels
 from parc_jax.sets.box import Box, box
 from parc_jax.spelling import hex_text, nearest_floats
@@ -69,8 +70,8 @@ class Subject:
 
     def with_labels(self, given: Labels | Mapping[str, Sequence[str]]) -> "Subject":
         """The same with other labels; a mapping gives some of p, q and k. Raises InputError."""
-        new = given._asdict() if isinstance(given, Labels) else dict(given)
-        named = valid_labels(self.n_p, self.n_q, self.domain.n, **(self.labels._asdict() | new))
+        words = self.labels._asdict() | _words(given)
+        named = valid_labels(self.n_p, self.n_q, self.domain.n, **words)
         return replace(self, labels=named)
 
 
@@ -87,15 +88,25 @@ def subject(
     """Validated subject. labels: `Labels`, or a mapping of some of p, q and k; what is not given
     has plain ones. Raises InputError.
     """
-    given = labels._asdict() if isinstance(labels, Labels) else dict(labels or {})
     return Subject(
         str(system),
         domain,
         time,
         ONE_POINT if points is None else check_points("runs", tuple(points)),
         None if rotation is None else check_rotation("runs", rotation, n_p, n_q),
-        valid_labels(n_p, n_q, domain.n, **given),
+        valid_labels(n_p, n_q, domain.n, **_words(labels or {})),
     )
+
+
+def _words(given: Labels | Mapping[str, Sequence[str]]) -> dict[str, Sequence[str]]:
+    """Labels by part. Raises InputError for a part that there is none of."""
+    words = given._asdict() if isinstance(given, Labels) else dict(given)
+    if words.keys() - {*PARTS}:
+        raise InputError(
+            f"labels: expected those of {', '.join(PARTS)}, as {{'k': ('speed [m/s]', ...)}}; got "
+            f"{', '.join(map(str, words))}."
+        )
+    return words
 
 
 def subject_of(system) -> Subject:
