@@ -38,9 +38,9 @@ def safe_share(found: Findings, confidence: float = 0.99) -> SafeShare | None:
     volume = safe_volume(cover, confidence)
     if volume is None:
         return None
-    shares = [v / whole for v in volume]
+    share, at_least, at_most = (v / whole for v in volume)
     reaching = cover.volume * cover.reaching / cover.drawn / whole
-    return SafeShare(*shares, reaching, confidence)
+    return SafeShare(share, at_least, at_most, reaching, confidence)
 
 
 def safe_volume(cover: Cover, confidence: float) -> tuple[float, float, float] | None:

@@ -62,9 +62,13 @@ def check_in_turn(context, entries, proved):
 def check_in_shares(context, question, entries, processes, proved):
     """The same, every n-th entry in one of n processes of their own."""
     spawn = multiprocessing.get_context("spawn")  # forked ones may inherit locks of the caller
-    # Ctrl-C ends all of them at once, and one of them speaks
-    quiet = {"initializer": signal.signal, "initargs": (signal.SIGINT, signal.SIG_DFL)}
-    with concurrent.futures.ProcessPoolExecutor(processes, mp_context=spawn, **quiet) as pool:
+    with concurrent.futures.ProcessPoolExecutor(
+        processes,
+        mp_context=spawn,
+        # Ctrl-C ends all of them at once, and one of them speaks
+        initializer=signal.signal,
+        initargs=(signal.SIGINT, signal.SIG_DFL),
+    ) as pool:
         shares = [entries[first::processes] for first in range(processes)]
         asked = [pool.submit(check_share, question, some, context.work_left) for some in shares]
         answers = [each.result() for each in asked]

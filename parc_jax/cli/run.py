@@ -81,9 +81,9 @@ def run(
         driven: Choose one plan, run it afresh and make a local claim near it, and say what is then
             known of it. Default: as its study says.
         work: The most that is done to cover the safe set, as a multiple of the standard (`solve
-            --help` says of what). Default: the study's, or 1.
+            --help` says of what). Default: the study's, or 1.0.
         budget: A limit in seconds above that work; the answer says when it cut something off.
-            Default: the study's, or 600.
+            Default: the study's, or 600.0.
         figures: Draw the figures.
         quiet: No progress bars.
         json: Print the metrics as JSON instead of the table.
