@@ -17,6 +17,8 @@ from parc_jax.model import trajectory_model
 from parc_jax.problem import reach_avoid
 from parc_jax.sets.box import box
 
+pytestmark = pytest.mark.slow
+
 measured = workload("yield")
 
 

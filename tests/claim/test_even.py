@@ -83,6 +83,7 @@ def test_the_pipeline_learns_from_the_rest_only_and_holds_all(runs):
         np.testing.assert_allclose(ours, scale * theirs, rtol=1e-6, atol=1e-9)
 
 
+@pytest.mark.slow
 def test_the_one_call_takes_it_too(runs):
     asked = {"eps": 0.1, "delta": 0.05, "bins": BINS, "train": runs, "profile_runs": 40}
     claims = [

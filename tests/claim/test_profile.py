@@ -72,6 +72,7 @@ def test_a_jump_is_cut_out():
     assert 0.5 in edges and 0.5625 in edges and len(edges) <= 8
 
 
+@pytest.mark.slow
 def test_bins_hold_twenty_runs_on_average():
     few = chosen(noisy, 60)
     assert (len(few[0]) - 1) * (len(few[1]) - 1) <= 3

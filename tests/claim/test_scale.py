@@ -19,6 +19,8 @@ from parc_jax.keys import Stage
 from parc_jax.network.predict import outputs
 from parc_jax.rollout.collect import collect
 
+pytestmark = pytest.mark.slow
+
 KEY, NET = jax.random.PRNGKey(0), straight_network(4)
 
 

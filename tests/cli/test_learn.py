@@ -85,6 +85,7 @@ def test_a_stopped_run_continues_to_the_same_model(learn, monkeypatch, tmp_path)
     assert pj.load(tmp_path / "again.npz").net.hash == first.net.hash
 
 
+@pytest.mark.slow
 def test_a_system_that_depends_on_its_start_is_refused_with_the_size(learn, tmp_path):
     code, said, complained = learn(
         "toy_cart", "--plant", "hill", "--out", "model.npz", "--rollouts", 50
@@ -98,6 +99,7 @@ def test_a_system_that_depends_on_its_start_is_refused_with_the_size(learn, tmp_
     assert not list(tmp_path.iterdir())
 
 
+@pytest.mark.slow
 def test_logged_runs_get_the_eps_they_support(learn, tmp_path):
     cart = toy_cart.Cart()
     data = pj.collect(cart, jax.random.PRNGKey(1), n=50, quiet=True)

@@ -24,6 +24,8 @@ from parc_jax.pwa.subdivide import enumerate_regions
 from parc_jax.sets.box import box
 from parc_jax.sets.hpolytope import HPolytope
 
+pytestmark = pytest.mark.slow
+
 T, SEED = 4, np.array([5.0, 0.0])
 TABLE = gap_table(T)
 

@@ -64,6 +64,7 @@ class Slow:
         return pj.Trajectory(s * np.asarray(ks)[:, None], np.asarray(ks)[:, :1])
 
 
+@pytest.mark.slow
 def test_collect_and_bound_error_forecast_all_that_they_will_run(monkeypatch, capsys):
     monkeypatch.setattr(Pace, "of", lambda *_: 4.0)
     pj.collect(Slow(), KEY, 12)

@@ -11,6 +11,8 @@ from sims.asv.control import draw_noise
 from sims.asv.disturbance import LAWS, body_load, draw_disturbance, named_law
 from sims.asv.vessel import SYSID
 
+pytestmark = pytest.mark.slow
+
 KEYS = jax.random.split(jax.random.key(11), 20_000)
 
 

@@ -10,6 +10,8 @@ import pytest
 import sims
 from parc_jax.system import BlackBoxSystem, points_of
 
+pytestmark = pytest.mark.slow
+
 
 class Case(NamedTuple):
     """A system, its options, and how far a batch may differ from a loop: atol up to sure_until [s],
