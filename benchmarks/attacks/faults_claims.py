@@ -341,30 +341,6 @@ CLAIMED = (
         "",
         ("tests/claim/test_monitor.py::test_new_data_gives_a_new_claim",),
     ),
-    Fault(
-        "cover_without_the_growth_in_a_cell",
-        "parc_jax/claim/for_all.py",
-        "(_bin_maxima(errors.interval, cells, bins) + growth_interval)",
-        "(_bin_maxima(errors.interval, cells, bins) + 0 * growth_interval)",
-        ("tests/claim/test_for_all.py::test_a_lipschitz_cover_bounds_the_true_maximum",),
-    ),
-    Fault(
-        "half_of_the_bend_of_a_simplex",
-        "parc_jax/claim/for_all.py",
-        "bend = mesh.longest**2 * n / (4 * (n + 1))",
-        "bend = mesh.longest**2 * n / (64 * (n + 1))",
-        (
-            "tests/claim/test_for_all.py"
-            "::test_a_curvature_cover_bounds_the_true_maximum_with_fewer_runs",
-        ),
-    ),
-    Fault(
-        "cover_of_a_disturbed_system",
-        "parc_jax/claim/for_all.py",
-        '        raise InputError(\n            f"cover: expected a system without disturbance;',
-        '        print(\n            f"cover: expected a system without disturbance;',
-        ("tests/claim/test_for_all.py::test_systems_with_a_disturbance_are_refused",),
-    ),
 )
 
 FITTED = (

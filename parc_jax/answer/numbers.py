@@ -85,7 +85,7 @@ def risk_of_draw(found: Findings) -> Risk | NoStatement:
         return NoStatement("there is no safe set to draw k from")
     claim = found.model.claim
     promised = claim.risk(Density(1.0))
-    if isinstance(promised, NoStatement) or claim.kind == "cover":
+    if isinstance(promised, NoStatement):
         return promised
     law = claim.law.k_law
     if law != "uniform":

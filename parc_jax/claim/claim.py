@@ -29,20 +29,19 @@ from parc_jax.rollout.subject import Subject
 from parc_jax.sets.box import Box
 from parc_jax.spelling import hex_text, rounded_up
 
-KINDS = ("pac", "conformal", "cover", "assumed", "declared")
+KINDS = ("pac", "conformal", "assumed", "declared")
 FORMAT = "parc_jax.claim/2"
 
 
 @dataclass(frozen=True, eq=False)
 class ErrorClaim:
-    """A tube and exactly what is known about it. Made by `bound_error`, `calibrate`, `cover_claim`,
+    """A tube and exactly what is known about it. Made by `bound_error`, `calibrate`,
     `assumed_claim`, `declared_claim`, all through `error_claim`.
 
     kind: one of
         "pac"       with confidence 1 - delta, a new run leaves the tube with probability <= eps.
                     [T1, T2]
         "conformal" over holdout and new run together, it leaves with probability <= eps. [T2]
-        "cover"     no run leaves the tube, if the declared constants are right. [T7]
         "assumed"   nothing is shown; the published maximum over training data.
         "declared"  nothing is shown here; the bound comes from elsewhere.
     tube: half widths; a bin with infinite widths has no claim (`tube.claimed`).
@@ -110,8 +109,6 @@ class ErrorClaim:
             )
         if not self.tube.claimed.any():
             return NoStatement("no bin of K has a claim")
-        if self.kind == "cover":
-            return Risk(Fraction(0), Fraction(0))
         if self.evidence.get("not_drawn"):
             return NoStatement(
                 f"{', '.join(self.evidence['not_drawn'])} are not drawn, and the claim is about k "

@@ -9,13 +9,10 @@ import numpy as np
 
 from parc_jax.arrays import dot, x64
 from parc_jax.errors import InputError
-from parc_jax.keys import Stage
 from parc_jax.network.predict import Layout, layout_of, predict
 from parc_jax.network.relu import ReLUNetwork
 from parc_jax.network.rounding import UNIT, rounding_bound
 from parc_jax.rollout.batch import RolloutBatch
-from parc_jax.rollout.forecast import Forecast
-from parc_jax.rollout.rows import map_rows, simulate_rows
 from parc_jax.sets.box import Box
 
 _FLOAT32_UNIT = 2.0**-24  # rounding unit of positions stored in float32
@@ -79,57 +76,6 @@ def padded_chunks(n: int, chunk: int = 1024) -> list[np.ndarray]:
     """The rows 0 .. n - 1 in chunks of one size, the last one filled up with the last row."""
     chunk = min(chunk, 1 << max(n - 1, 1).bit_length())
     return [np.minimum(np.arange(start, start + chunk), n - 1) for start in range(0, n, chunk)]
-
-
-def measure_system(
-    net: ReLUNetwork,
-    system,
-    key,
-    n: int,
-    stage: Stage,
-    *,
-    k=None,
-    first_row=0,
-    path=None,
-    quiet=False,
-    title: str | None = None,
-    forecast: Forecast | None = None,
-) -> tuple[np.ndarray, Errors]:
-    """Parameters (n, n_k) and errors of n runs of a system that are never held. Arguments as in
-    `collect`.
-    """
-    layout = layout_of(system)
-    slack = allowance(net, system.domain, layout)
-
-    def work(rows, device):
-        drawn, (p, q) = simulate_rows(system, key, stage, rows, k, first_row, device)
-        errors = measure_arrays(net, slack, layout, drawn, p, q)
-        return {
-            "k": drawn,
-            "interval": np.asarray(errors.interval),
-            "final": np.asarray(errors.final),
-        }
-
-    label = {"what": "errors", "network": net.hash}
-    stream = map_rows(
-        work,
-        system,
-        key,
-        n,
-        stage,
-        k=k,
-        first_row=first_row,
-        path=path,
-        quiet=quiet,
-        title=title,
-        forecast=forecast,
-        label=label,
-    )
-    parts = [arrays for _, arrays in stream]
-    k, interval, final = (
-        np.concatenate([part[name] for part in parts]) for name in ("k", "interval", "final")
-    )
-    return k, Errors(interval, final)
 
 
 def measure_arrays(net: ReLUNetwork, slack: Allowance, layout: Layout, k, p, q) -> Errors:

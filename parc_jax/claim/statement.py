@@ -89,13 +89,6 @@ def _conformal(c) -> str:
     )
 
 
-def _cover(c) -> str:
-    return (
-        f"No run leaves the tube: {c.quantifier}, shown on a cover of K by {c.n:,} runs "
-        "and the declared constants."
-    )
-
-
 def _assumed(c) -> str:
     return (
         "ASSUMED, not shown: that no run leaves the tube. It is the largest error over the "
@@ -111,14 +104,12 @@ def _declared(c) -> str:
 _HEAD = {
     "pac": _pac,
     "conformal": _conformal,
-    "cover": _cover,
     "assumed": _assumed,
     "declared": _declared,
 }
 _SHORTLY = {
     "pac": lambda c: f"left with probability ≤ {_eps(c)}, confidence {_confidence(c)}",
     "conformal": lambda c: f"left by one more run with probability ≤ {_eps(c)}",
-    "cover": lambda c: "left by no run, by declared constants",
     "assumed": lambda c: "assumed, not shown",
     "declared": lambda c: "declared, not shown",
 }

@@ -31,7 +31,7 @@ def claim(kind="pac", **changes):
         "subject": subject("toy", K, time_grid(0.5, 1.5), 2, 1),
         "network": "abc",
         "quantifier": "a new rollout drawn from toy",
-        "eps": None if kind in ("assumed", "cover") else Fraction(1, 1000),
+        "eps": None if kind == "assumed" else Fraction(1, 1000),
         "delta": Fraction(1, 1000) if kind == "pac" else None,
         "n": 6905,
         "discard": 0,
@@ -82,11 +82,6 @@ def test_a_marginal_claim_does_not_survive_selection():
     assert isinstance(claim("conformal").risk(Uniform(0.5)), NoStatement)
 
 
-def test_a_cover_speaks_of_every_run():
-    assert claim("cover").risk(Point()).bound == 0
-    assert "No run leaves the tube" in claim("cover").statement()
-
-
 def test_per_bin_risk_uses_the_bin_and_its_share():
     c = claim(bin_eps=(Fraction(1, 100), None), evidence={"bin_share": ["3/10", "7/10"]})
     assert c.risk(Uniform(0.15, bin=0)).bound == Fraction(2, 100)
@@ -105,7 +100,7 @@ def test_without_a_finite_tube_there_is_no_claim():
     assert "1 of 2 bins of K have no claim" in half.statement()
 
 
-@pytest.mark.parametrize("kind", ["pac", "conformal", "cover", "assumed", "declared"])
+@pytest.mark.parametrize("kind", ["pac", "conformal", "assumed", "declared"])
 def test_json_keeps_every_number(kind, tmp_path):
     c = claim(kind)
     data = json.loads(json.dumps(c.to_json()))
