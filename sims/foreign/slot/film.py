@@ -1,5 +1,5 @@
 """A rendered film of the drone in the slot: crazyflow's run of one safe plan, slowed down, with the
-drone as crazyflow draws it, and the tube that was proved for its centre.
+drone as crazyflow draws it, the box around it that was proved, and the tube of its centre.
 """
 
 from pathlib import Path
@@ -25,7 +25,7 @@ FROM = 0.78  # [s] of the flight at which the film begins
 # camera, seen from the slot: where it looks, how far off, direction and height
 VIEW = ((0.02, -0.06, -0.06), 1.25, 38.0, -6.0)
 BLUE, GREEN, GREY = [0.34, 0.62, 0.85, 0.10], [0.1, 0.72, 0.5, 0.22], [0.72, 0.72, 0.76, 0.35]
-EDGE = [0.95, 0.55, 0.15, 1.0]
+EDGE, BODY = [0.95, 0.55, 0.15, 1.0], [0.55, 0.3, 0.75, 0.25]
 SEED = 11  # of the disturbance that is filmed
 
 
@@ -44,9 +44,9 @@ def film_of(
     film.headless_mujoco()  # before the long part: without OpenGL it is in vain
     seconds, poses = run(answer.samples[sample])
     images = film.frames(stage(answer, sample), poses, view(), size, quiet)
-    legend = [("slot", EDGE), ("goal", GREEN), ("tube of the centre", BLUE)]
-    width = 100 * slot_width(answer)
-    caption = f"crazyflow: slot of {width:.1f} cm, drone of 12.6 cm, {SLOW:g} times slower"
+    legend = [("slot", EDGE), ("goal", GREEN), ("body", BODY), ("tube of the centre", BLUE)]
+    width, wide = 100 * slot_width(answer), 100 * c.SIZE[1]
+    caption = f"crazyflow: slot of {width:.1f} cm, drone of {wide:.1f} cm, {SLOW:g} times slower"
     return write_film(out, explained(images, seconds, caption, legend), RATE)
 
 
@@ -79,7 +79,7 @@ def stage(answer: Answer, sample: int):
     from parc_jax.plot.predict import predicted
 
     mujoco = film.headless_mujoco()
-    spec = _drone(mujoco)
+    spec = drone(mujoco)
     spec.visual.headlight.ambient = [0.45] * 3
     spec.visual.headlight.diffuse = [0.35] * 3
     spec.visual.map.znear = 0.005
@@ -120,17 +120,20 @@ def view() -> film.View:
     return film.View(tuple(scenario.AT @ FRAME + aim), far, azimuth, elevation)
 
 
-def _drone(mujoco):
-    """A MuJoCo model with crazyflow's drone, free to move."""
+def drone(mujoco):
+    """A MuJoCo model with crazyflow's drone, free to move, in the box that is proved."""
     import crazyflow
 
     home = Path(crazyflow.__file__).parent / "drones"
     spec = mujoco.MjSpec.from_file(str(home / "cf21B_500.xml"))
     spec.meshdir = str(home / spec.meshdir)
     spec.delete(spec.body("drone_fused"))  # the same once more, in one mesh
-    drone = spec.body("drone")
-    drone.pos = [0, 0, 0]
-    drone.add_freejoint()
+    flown = spec.body("drone")
+    flown.pos = [0, 0, 0]
+    flown.add_freejoint()
+    box = mujoco.mjtGeom.mjGEOM_BOX
+    half = np.array(c.SIZE) / 2
+    flown.add_geom(name="body", type=box, size=half, rgba=BODY, mass=0, contype=0, conaffinity=0)
     return spec
 
 

@@ -11,7 +11,7 @@ PLAN_STEP = 0.05  # [s]
 T_FINAL = 3.0  # [s]
 HEIGHT = 100.0  # [m] of the start above crazyflow's floor, which clips what falls below it
 
-SIZE = (0.126, 0.126, 0.04)  # [m] of the box around the drone, along, across and up
+SIZE = (0.14, 0.14, 0.04)  # [m] of crazyflow's box for contacts, along, across and up
 GRAVITY = 9.81  # [m/s^2]
 INCLINE = math.pi / 3  # [rad] of the slot, and so of the direction that the pilot holds
 

@@ -9,7 +9,7 @@ from parc_jax.problem import ReachAvoid, goal_of_points, reach_avoid
 from parc_jax.sets.box import Box, box
 from sims.foreign.slot.system import CORNERS, POINTS
 
-WIDTH = 0.1  # [m] of the slot; a level drone needs 0.129
+WIDTH = 0.1  # [m] of the slot; a level drone needs 0.141
 LENGTH = 0.7  # [m] of it
 THICK = 0.02  # [m] of the wall
 FAR = 1.5  # [m] how far the wall reaches

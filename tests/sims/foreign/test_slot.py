@@ -158,9 +158,37 @@ def test_the_slot_is_inclined_and_lower_than_the_drone_is_wide():
     assert held == [False, True]
 
 
+def test_the_proved_body_is_crazyflows_box_and_holds_all_that_is_drawn():
+    """Guards included; but for two diffusers of light, which are drawn transparent."""
+    need("crazyflow")
+    import mujoco
+
+    from sims.foreign.slot.film import drone
+
+    model = drone(mujoco).compile()
+    data = mujoco.MjData(model)
+    mujoco.mj_forward(model, data)
+    shape = model.geom("col_box")
+    np.testing.assert_allclose(2 * shape.size, c.SIZE)
+    assert not shape.pos.any()
+    glass = [i for i in range(model.nmat) if model.mat_rgba[i, 3] == 0]
+    seen = [
+        i
+        for i in np.flatnonzero(model.geom_type == mujoco.mjtGeom.mjGEOM_MESH)
+        if model.geom_matid[i] not in glass
+    ]
+    assert {model.mesh(model.geom_dataid[i]).name for i in seen} >= {"prop-guards", "propL", "pcb"}
+    for geom in seen:
+        mesh = model.geom_dataid[geom]
+        first, many = model.mesh_vertadr[mesh], model.mesh_vertnum[mesh]
+        turn = data.geom_xmat[geom].reshape(3, 3)
+        places = model.mesh_vert[first : first + many] @ turn.T + data.geom_xpos[geom]
+        assert (np.abs(places) <= np.array(c.SIZE) / 2).all()
+
+
 def test_what_a_level_drone_needs():
     level = np.abs(ACROSS) @ np.array(c.SIZE)
-    assert np.isclose(level, 0.1291, atol=1e-4)
+    assert np.isclose(level, 0.1412, atol=1e-4)
 
 
 def test_the_adapter_on_the_page_is_the_one_that_runs():
