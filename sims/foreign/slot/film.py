@@ -25,7 +25,7 @@ FROM = 0.78  # [s] of the flight at which the film begins
 # camera, seen from the slot: where it looks, how far off, direction and height
 VIEW = ((0.02, -0.06, -0.06), 1.25, 38.0, -6.0)
 BLUE, GREEN, GREY = [0.34, 0.62, 0.85, 0.10], [0.1, 0.72, 0.5, 0.22], [0.72, 0.72, 0.76, 0.35]
-EDGE, BODY = [0.95, 0.55, 0.15, 1.0], [0.55, 0.3, 0.75, 0.25]
+EDGE, BODY = [0.95, 0.55, 0.15, 1.0], [0.9, 0.2, 0.6, 0.35]
 SEED = 11  # of the disturbance that is filmed
 
 
