@@ -2,6 +2,7 @@
 drone as crazyflow draws it, the box around it that was proved, and the tube of its centre.
 """
 
+import itertools
 from pathlib import Path
 
 import jax
@@ -25,7 +26,7 @@ FROM = 0.78  # [s] of the flight at which the film begins
 # camera, seen from the slot: where it looks, how far off, direction and height
 VIEW = ((0.02, -0.06, -0.06), 1.25, 38.0, -6.0)
 BLUE, GREEN, GREY = [0.34, 0.62, 0.85, 0.10], [0.1, 0.72, 0.5, 0.22], [0.72, 0.72, 0.76, 0.35]
-EDGE, BODY = [0.95, 0.55, 0.15, 1.0], [0.9, 0.2, 0.6, 0.35]
+EDGE, BODY = [0.95, 0.55, 0.15, 1.0], [0.85, 0.1, 0.5, 1.0]
 SEED = 11  # of the disturbance that is filmed
 
 
@@ -131,9 +132,13 @@ def drone(mujoco):
     flown = spec.body("drone")
     flown.pos = [0, 0, 0]
     flown.add_freejoint()
-    box = mujoco.mjtGeom.mjGEOM_BOX
-    half = np.array(c.SIZE) / 2
-    flown.add_geom(name="body", type=box, size=half, rgba=BODY, mass=0, contype=0, conaffinity=0)
+    half, line = np.array(c.SIZE) / 2, 0.001  # [m]
+    look = {"type": mujoco.mjtGeom.mjGEOM_BOX, "rgba": BODY, "mass": 0}
+    for axis in range(3):  # the edges of the box
+        for sides in itertools.product((-1, 1), repeat=2):
+            along = np.insert(np.array(sides, float), axis, 0.0)
+            size = np.where(along == 0, half + line, line)
+            flown.add_geom(pos=along * half, size=size, contype=0, conaffinity=0, **look)
     return spec
 
 
