@@ -196,13 +196,6 @@ CLAIMED = (
         (f"{CLAIM}::test_risk_of_a_set_a_density_and_a_point",),
     ),
     Fault(
-        "marginal_claims_read_as_confident",
-        "parc_jax/claim/claim.py",
-        'if self.kind == "conformal":',
-        'if self.kind == "none":',
-        (f"{CLAIM}::test_a_marginal_claim_does_not_survive_selection",),
-    ),
-    Fault(
         "assumed_tubes_promise",
         "parc_jax/claim/claim.py",
         'if self.kind in ("assumed", "declared"):',

@@ -1,7 +1,6 @@
 """A fresh holdout and a profile -> a tube and a claim. [T1, T2, T9]"""
 
 from fractions import Fraction
-from math import ceil
 
 import numpy as np
 
@@ -42,7 +41,6 @@ def calibrate(
     *,
     discard: int | str = 0,
     looks: int = 1,
-    kind: str = "pac",
     intersample: Intersample = DISCRETE_TIME,
     train: RolloutBatch | None = None,
 ) -> ErrorClaim:
@@ -56,8 +54,7 @@ def calibrate(
         delta allow.
     looks: how many times this holdout is used in all (nets compared, retries); each look gets delta
         / looks.
-    kind: "pac", or "conformal" for the marginal reading. intersample: what happens between records.
-        [T9]
+    intersample: what happens between records. [T9]
     train: the training runs, to refuse any of them in the holdout. A failed run has an infinite
         score.
     Runs that come in groups (parts of one recording) count as one: n is the number of groups, and
@@ -69,35 +66,22 @@ def calibrate(
     scores = score_batch(net, holdout, profile) if recorded else holdout
     check_fresh(scores, train)
     eps, delta = as_probability("eps", eps), as_probability("delta", delta)
-    if kind not in ("pac", "conformal"):
-        raise InputError(f'calibrate: expected kind "pac" or "conformal"; got {kind!r}.')
     evidence = {"profile": profile.hash, **evidence_of(scores)}
     unit = scores.unit
     independent = scores.by_group()
     n = len(independent)
     if train is not None:
         evidence["train"] = content_hash(train.k, train.q)
-    if kind == "pac":
-        claimed, discard = pac_label(n, eps, delta / looks, discard, unit)
-        needed = required_runs(float(eps), float(delta / looks), discard)
-    else:
-        discard = max(0, int(eps * (n + 1)) - 1) if discard == MOST else discard
-        claimed = Fraction(discard + 1, n + 1)
-        needed = ceil((discard + 1) / eps) - 1
-        delta = None
-        if claimed >= 1:
-            raise InputError(
-                f"calibrate: {n} {unit.many} with {discard} discards support no claim; collect "
-                "more."
-            )
+    claimed, discard = pac_label(n, eps, delta / looks, discard, unit)
     if claimed > eps:
+        needed = required_runs(float(eps), float(delta / looks), discard)
         evidence["eps_asked"] = f"eps = {rounded_up(eps, 10)} (needs {needed:,} {unit.many})"
     scale = float(kept_maximum(independent, discard))
     evidence["scale"] = scale.hex()
     step = scores.subject.time.dt_record
     term = intersample.term(step, profile.n_p, profile.n_points)
     return error_claim(
-        kind=kind,
+        kind="pac",
         tube=scaled(profile, np.full(profile.n_bins, scale), term),
         subject=scores.subject,
         network=net.hash,

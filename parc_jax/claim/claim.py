@@ -29,7 +29,7 @@ from parc_jax.rollout.subject import Subject
 from parc_jax.sets.box import Box
 from parc_jax.spelling import hex_text, rounded_up
 
-KINDS = ("pac", "conformal", "assumed", "declared")
+KINDS = ("pac", "assumed", "declared")
 FORMAT = "parc_jax.claim/2"
 
 
@@ -41,7 +41,6 @@ class ErrorClaim:
     kind: one of
         "pac"       with confidence 1 - delta, a new run leaves the tube with probability <= eps.
                     [T1, T2]
-        "conformal" over holdout and new run together, it leaves with probability <= eps. [T2]
         "assumed"   nothing is shown; the published maximum over training data.
         "declared"  nothing is shown here; the bound comes from elsewhere.
     tube: half widths; a bin with infinite widths has no claim (`tube.claimed`).
@@ -118,11 +117,6 @@ class ErrorClaim:
             return NoStatement(
                 "a probability over k says nothing about one k; draw k from a certified set, or "
                 "run validate_choice"
-            )
-        if self.kind == "conformal":
-            return NoStatement(
-                "a marginal claim does not survive the choice of a set after calibration; use kind "
-                "pac"
             )
         if isinstance(nu, Density):
             by_bin = self.bin_eps or (self.eps,)

@@ -81,14 +81,6 @@ def _chosen(c) -> str:
     )
 
 
-def _conformal(c) -> str:
-    return (
-        f"Over the draw of the {_behind(c)} and of a new one together, "
-        f"{c.quantifier} leaves the tube at any time with probability at most {_eps(c)}."
-        f"{_short(c)} This marginal claim does not hold for a k or a set chosen afterwards."
-    )
-
-
 def _assumed(c) -> str:
     return (
         "ASSUMED, not shown: that no run leaves the tube. It is the largest error over the "
@@ -103,13 +95,11 @@ def _declared(c) -> str:
 
 _HEAD = {
     "pac": _pac,
-    "conformal": _conformal,
     "assumed": _assumed,
     "declared": _declared,
 }
 _SHORTLY = {
     "pac": lambda c: f"left with probability ≤ {_eps(c)}, confidence {_confidence(c)}",
-    "conformal": lambda c: f"left by one more run with probability ≤ {_eps(c)}",
     "assumed": lambda c: "assumed, not shown",
     "declared": lambda c: "declared, not shown",
 }

@@ -161,7 +161,6 @@ def test_a_number_of_discards_is_a_number(holdout, profile, discard):
     scores = score_batch(NET, holdout, profile)
     for refused in (
         lambda: calibrate(NET, holdout, profile, 1e-2, discard=discard),
-        lambda: calibrate(NET, holdout, profile, 1e-2, kind="conformal", discard=discard),
         lambda: calibrate_bins(NET, scores, profile, discard=discard),
         lambda: bound_error(NET, None, KEY, discard=discard),
         lambda: Local(discard=discard),
@@ -171,16 +170,6 @@ def test_a_number_of_discards_is_a_number(holdout, profile, discard):
             refused()
     with pytest.raises(InputError, match=r"^looks: expected a whole number >= 1"):
         calibrate(NET, holdout, profile, 1e-2, looks=discard)
-
-
-def test_the_marginal_reading(holdout, profile):
-    few = holdout.select(slice(60))  # eps (n + 1) < 1: none to spare, and less than was asked for
-    thin = calibrate(NET, few, profile, 1e-2, kind="conformal", discard="most")
-    assert (thin.eps, thin.discard) == (Fraction(1, 61), 0)
-    assert "eps = 0.01 (needs 99 runs) was asked; 60 runs do not" in thin.statement()
-    claim = calibrate(NET, holdout, profile, 1e-2, kind="conformal", discard="most")
-    assert claim.eps == Fraction(claim.discard + 1, 689) <= Fraction(1, 100) and claim.delta is None
-    assert isinstance(claim.risk(Uniform(0.5)), NoStatement)
 
 
 def test_time_between_records_is_declared_and_added(holdout, profile):
