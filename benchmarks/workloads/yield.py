@@ -30,7 +30,6 @@ from parc_jax.claim.start_gap import try_starts
 from parc_jax.claim.tube import zero_tube
 from parc_jax.errors import InputError
 from parc_jax.experiment.learn import networks
-from parc_jax.experiment.settings import TUBE
 from parc_jax.keys import Stage
 from parc_jax.model import TrajectoryModel, trajectory_model
 from parc_jax.network.predict import trajectories
@@ -114,8 +113,7 @@ def _of_task(bench: Bench, task: Task) -> Iterator[tuple[Setting, str, Share, Sh
     for setting in task.settings:
         study = setting.study
         train = learned.select(slice(0, study.rollouts))
-        trained_for = study.bins if study.tail == TUBE else None
-        known = (study.hidden, study.rollouts, study.tail, trained_for)
+        known = (study.hidden, study.rollouts, study.tail)
         if known not in trained:
             trained[known] = networks(train, study, key)[0]
         net = trained[known]

@@ -13,9 +13,8 @@ from parc_jax.claim.declared import assumed_claim
 from parc_jax.claim.pipeline import advice, bound_errors, runs_ahead
 from parc_jax.claim.runs import RecordedRuns, Runs, SystemRuns
 from parc_jax.claim.start_gap import StartTrial, try_starts
-from parc_jax.claim.tighten import fit_to_tube
 from parc_jax.distributed import broadcast, gather, shared
-from parc_jax.experiment.settings import TUBE, Study, name_of
+from parc_jax.experiment.settings import Study, name_of
 from parc_jax.experiment.stopwatch import Stopwatch
 from parc_jax.keys import Stage, stream
 from parc_jax.model import TrajectoryModel, trajectory_model
@@ -137,17 +136,8 @@ def networks(train: RolloutBatch, study: Study, key: jax.Array) -> list[ReLUNetw
             continue
         fit = jax.random.fold_in(stream(key, Stage.FIT), number)
         net = train_report(train, hidden, key=fit, seeds=study.seeds, steps=study.steps)[0]
-        nets.append(_refitted(net, train, study, fit))
+        nets.append(net if study.tail is None else fit_tail(net, train, study.tail))
     return nets
-
-
-def _refitted(net: ReLUNetwork, train: RolloutBatch, study: Study, key: jax.Array) -> ReLUNetwork:
-    """The network as study.tail asks for it."""
-    if study.tail is None:
-        return net
-    if study.tail == TUBE:
-        return fit_to_tube(net, train, study.bins, key=key)
-    return fit_tail(net, train, study.tail)
 
 
 def final_error(model: TrajectoryModel) -> np.ndarray:

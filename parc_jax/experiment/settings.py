@@ -10,7 +10,6 @@ from parc_jax.claim.start_gap import check_gap
 from parc_jax.errors import InputError
 
 CLAIMS = ("one", "bins")
-TUBE = "tube"  # of Study.tail
 
 
 @dataclass(frozen=True)
@@ -47,9 +46,8 @@ class Study:
         the tube. [T8]
     gap: [m or rad] most that the start of a run may matter; tried from a few starts, and added to
         the tube.
-    seeds, steps: training. tail: power of the error that the last layer is refitted to, or "tube":
-        all layers are trained on for the widths of a fitted tube, `fit_to_tube`; None = least
-        squares.
+    seeds, steps: training. tail: power of the error that the last layer is refitted to; None =
+        least squares.
     samples: safe plans to return. repeats: runs of each in the replay, with fresh randomness.
     driven: choose one plan, run it afresh and make a local claim near it: sentence (D). [T23]
     target, confidence: what may be left uncovered, and how sure. work, budget_s: the most that is
@@ -76,7 +74,7 @@ class Study:
     body: str | None = None
     seeds: int = 6
     steps: int = 3000
-    tail: float | str | None = None
+    tail: float | None = None
     samples: int = 100
     repeats: int = 1
     driven: bool = False
@@ -137,11 +135,8 @@ def checked(study: Study) -> Study:
         )
     check_gap(study.gap)
     check_shape(study.shape, study.head)
-    if isinstance(study.tail, str) and (study.tail != TUBE or study.shape != "fitted"):
-        raise InputError(
-            f'tail: expected a power, None, or "{TUBE}" for tubes of shape "fitted"; got '
-            f"{study.tail!r} with shape {study.shape!r}."
-        )
+    if study.tail is not None and (isinstance(study.tail, str) or not study.tail >= 2):
+        raise InputError(f"tail: expected a power of at least 2, or None; got {study.tail!r}.")
     if study.search is not None and study.search < 0:
         raise InputError(f"search: expected runs >= 0, 0 for none; got {study.search}.")
     return study

@@ -17,7 +17,7 @@ from parc_jax.claim.runs import HeldRuns
 from parc_jax.claim.start_gap import try_starts
 from parc_jax.experiment.compare import safe_volume
 from parc_jax.experiment.learn import networks
-from parc_jax.experiment.settings import CLAIMS, TUBE, Study
+from parc_jax.experiment.settings import CLAIMS, Study
 from parc_jax.keys import Stage
 from parc_jax.model import trajectory_model
 from parc_jax.network.relu import ReLUNetwork
@@ -45,7 +45,6 @@ ROWS: tuple[tuple[str, Study], ...] = (
     ("the study with half as many runs for training and profile", replace(NOW, rollouts=32_500)),
     ("the study with 4 x 12 neurons", replace(NOW, hidden=(12,) * 4)),
     ("one claim at eps / 27, as sharp in a block", replace(NOW, claims=("one",), eps=1e-2 / 27)),
-    ("the study, network trained on for the tube's widths", replace(NOW, tail=TUBE)),
 )
 
 
@@ -61,8 +60,7 @@ def helps(only: list[int] | None = None) -> None:
         if only and number not in only:
             continue
         train = learned.select(slice(0, study.rollouts))
-        trained_for = study.bins if study.tail == TUBE else None
-        known = (study.hidden, study.rollouts, study.tail, trained_for)
+        known = (study.hidden, study.rollouts, study.tail)
         if known not in trained:
             trained[known] = networks(train, study, key)[0]
         net = trained[known]

@@ -154,6 +154,9 @@ def test_settings_are_checked():
     assert checked(Study()).claims == ("one",)
     with pytest.raises(InputError, match="claims"):
         checked(Study(claims=()))
+    for tail in ("tube", 1.0):
+        with pytest.raises(InputError, match=r"^tail: expected a power of at least 2, or None"):
+            checked(Study(tail=tail))
     for discard in (-1, 0.5, "all"):
         with pytest.raises(InputError, match="discard"):
             checked(Study(discard=discard))
