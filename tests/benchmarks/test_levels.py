@@ -1,7 +1,7 @@
 """Faults are noticed by day: most of them by README's tests, nearly all by the gate."""
 
 import pytest
-from compile_report import too_many
+from compile_report import IMPORTS, too_many
 
 from benchmarks.attacks.fault import Fault
 from benchmarks.attacks.levels import AT_LEAST, LEVELS, level_of, shares
@@ -54,6 +54,7 @@ def test_a_run_that_compiles_more_than_its_budgets_is_told_the_file():
         "test_a.py compiled 13 programs, its budget is 12",
         "test_b.py compiled 6 programs, its budget is 5",
     ]
+    assert too_many({IMPORTS: 20}, budget, whole=True) == []
     many = {f"test_{letter}.py": 5 for letter in "bcde"} | {"test_a.py": 12}
     assert too_many(many, budget, whole=False) == []
     (line,) = too_many(many, budget, whole=True)
