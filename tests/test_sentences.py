@@ -32,7 +32,6 @@ DELTA = Fraction(1, 3000)  # 1 - delta has no end in decimals
 # whose number is no bound, or is one already: file and expression
 SPELLED = {
     ("parc_jax/claim/counts.py", "_round_up(eps)"),  # that is what it does
-    ("sims/profiles.py", "study.eps"),  # a setting, as it was written
 }
 
 

@@ -32,7 +32,6 @@ from parc_jax.claim.intersample import DISCRETE_TIME
 from parc_jax.claim.measure import Errors, measure
 from parc_jax.claim.profile import profile_of
 from parc_jax.claim.runs import RecordedRuns, Runs, SystemRuns
-from parc_jax.claim.scale import scale_profile
 from parc_jax.claim.score import check_profile, scores_of
 from parc_jax.claim.search import enlarge, search_size
 from parc_jax.claim.start_gap import StartTrial, allow_for_start, check_gap, try_starts
@@ -63,7 +62,6 @@ class BoundSettings:
         bins of a block; None = in every bin. A profile in fine bins, claims in coarse ones.
     bins: how the profile varies over K: numbers of bins per axis, edges per axis, None = cut where
         the error of the first network changes.
-    head: widths of a network that learns the profile, None = the largest errors in every bin.
     shape: of the tube. "box": a half width per axis about the prediction. "fitted": pairs of faces
         that fit the errors, along the axes and their principal axes. [T26]
     profile_runs: runs beside the training ones for the profile. None = as many as the holdout.
@@ -82,7 +80,6 @@ class BoundSettings:
     claims: tuple[str, ...] = ("one",)
     blocks: tuple[int, ...] | None = None
     bins: tuple | None = None
-    head: tuple[int, ...] | None = None
     shape: str = "box"
     profile_runs: int | None = None
     even: bool = False
@@ -169,7 +166,7 @@ def bound_error(
         runs = SystemRuns(system, key, first_row, path, quiet, forecast)
         start = try_starts(system, key, gap)
     own = None if profile is None else [profile]
-    return bound_errors([net], runs, train, asked, start, key=key, profiles=own)[0][0]
+    return bound_errors([net], runs, train, asked, start, profiles=own)[0][0]
 
 
 def bound_errors(
@@ -179,14 +176,13 @@ def bound_errors(
     asked: BoundSettings,
     start: StartTrial,
     *,
-    key: jax.Array | None,
     profiles: list[Tube] | None = None,
     watch: Callable[[str], AbstractContextManager] = nullcontext,
 ) -> list[list[ErrorClaim]]:
     """The claims of every network, in the order of asked.claims, all of them about the same fresh
     runs: delta is split over them, so all hold together. [T1]
 
-    train: the training runs. start: what is known of the influence of the start. key: for a head.
+    train: the training runs. start: what is known of the influence of the start.
     profiles: own ones, one per network on the same bins. watch: names the stage that runs.
     """
     looks = asked.looks * len(nets) * len(asked.claims)
@@ -195,9 +191,7 @@ def bound_errors(
             n = _profile_runs(asked, train is not None, looks)
             further = iter(runs.further(n) if n else ())
             early = learnt_from(further, n) if asked.even else further
-            profiles = learn_profiles(
-                nets, train, early, asked.bins, asked.head, key, shape=asked.shape
-            )
+            profiles = learn_profiles(nets, train, early, asked.bins, shape=asked.shape)
             if asked.even:
                 profiles = evened(nets, profiles, further)
     with watch("fresh rollouts"):
@@ -232,16 +226,14 @@ def learn_profiles(
     train: RolloutBatch | None,
     further: Iterable[RolloutBatch],
     bins=None,
-    head: tuple[int, ...] | None = None,
-    key: jax.Array | None = None,
     *,
     shape: str = "box",
 ) -> list[Tube]:
     """A profile per network from the training runs and further ones, on the bins cut for the first
-    network. bins, head, shape as in `BoundSettings`; key: for the head. A fitted shape holds all
-    of these runs in memory. Raises InputError, also when no run is finite.
+    network. bins, shape as in `BoundSettings`. A fitted shape holds all of these runs in memory.
+    Raises InputError, also when no run is finite.
     """
-    check_shape(shape, head)
+    check_shape(shape)
     batches = itertools.chain([] if train is None else [train], further)
     usable = (batch.select(~batch.failed) for batch in batches)
     if shape == "fitted":
@@ -252,23 +244,16 @@ def learn_profiles(
         return [fitted_profile(net, held, bins) for net in nets]
     out = []
     for k, errors, domain, n_points in _measured(nets, usable, n_exact=0 if train is None else 1):
-        if head is None:
-            out.append(profile_of(k, errors, domain, bins, n_points))
-        else:
-            cut = choose_edges(k, errors, domain) if bins is None else bins
-            out.append(scale_profile(k, errors, domain, cut, head, key, n_points))
+        out.append(profile_of(k, errors, domain, bins, n_points))
         if bins is None:  # all networks share the first one's bins, and so its compiled code
             bins = out[0].edges
     return out
 
 
-def check_shape(shape: str, head: tuple[int, ...] | None) -> None:
-    """Refuse an unknown shape of a tube, or one that a head does not learn. Raises InputError."""
-    if shape not in SHAPES or (shape == "fitted" and head is not None):
-        raise InputError(
-            f"shape: expected one of {', '.join(SHAPES)}, and a head beside boxes only; got "
-            f"{shape!r} with head {head}."
-        )
+def check_shape(shape: str) -> None:
+    """Refuse an unknown shape of a tube. Raises InputError."""
+    if shape not in SHAPES:
+        raise InputError(f"shape: expected one of {', '.join(SHAPES)}; got {shape!r}.")
 
 
 def _measured(

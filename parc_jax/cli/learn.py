@@ -17,7 +17,6 @@ def learn(
     rollouts: int | None = None,
     hidden: tuple[int, ...] | None = None,
     bins: tuple[int, ...] | None = None,
-    head: tuple[int, ...] | None = None,
     shape: str | None = None,
     eps: float | None = None,
     delta: float | None = None,
@@ -57,8 +56,6 @@ def learn(
         hidden: Widths of the hidden layers. Default: the study's, or 8 8 8 8.
         bins: Bins per axis of K over which the tube's profile varies. Default: cut where the error
             changes.
-        head: Hidden layers of a network that learns how the error depends on k, e.g. 8 8. Default:
-            the largest error in every bin.
         shape: Shape of the tube: "box", half widths along the axes, or "fitted", faces along the
             principal axes of the errors beside them. Default: box, or the study's.
         eps: Probability with which a new run may leave the tube. Default: the study's, or 0.001.
@@ -107,7 +104,6 @@ def learn(
     given = {
         "hidden": hidden,
         "bins": bins,
-        "head": head,
         "shape": shape,
         "rollouts": rollouts,
         "eps": eps,

@@ -17,7 +17,6 @@ def run(
     body: str | None = None,
     hidden: tuple[int, ...] | None = None,
     bins: tuple[int, ...] | None = None,
-    head: tuple[int, ...] | None = None,
     shape: str | None = None,
     rollouts: int | None = None,
     eps: float | None = None,
@@ -58,8 +57,6 @@ def run(
         hidden: Widths of the hidden layers. Default: the system's own.
         bins: Bins per axis of K over which the tube's profile varies. Default: cut where the error
             changes.
-        head: Hidden layers of a network that learns how the error depends on k, e.g. 8 8. Default:
-            the largest error in every bin.
         shape: Shape of the tube: "box", half widths along the axes, or "fitted", faces along the
             principal axes of the errors beside them. Default: box, or the study's.
         rollouts: Number of training rollouts. Default: the study's, or 10,000.
@@ -112,7 +109,6 @@ def run(
     given = {
         "hidden": hidden,
         "bins": bins,
-        "head": head,
         "shape": shape,
         "rollouts": rollouts,
         "eps": eps,

@@ -153,8 +153,9 @@ def claimed(
         discard=asked.discard,
         search=0,
     )
-    own = {"key": runs.key, "profiles": None if profile is None else [profile]}
-    return trajectory_model(net, bound_errors([net], runs, train, bound, start, **own)[0][0])
+    own = None if profile is None else [profile]
+    claim = bound_errors([net], runs, train, bound, start, profiles=own)[0][0]
+    return trajectory_model(net, claim)
 
 
 def local_network(train: RolloutBatch, key: jax.Array, asked: Local):

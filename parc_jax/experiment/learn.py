@@ -112,7 +112,7 @@ def _learned(
     with watch("training"):
         # hosts may round training differently, and a claim is about one network
         nets = broadcast(networks(train, study, key))
-    claims = bound_errors(nets, runs, train, study.bound, start, key=key, watch=watch)
+    claims = bound_errors(nets, runs, train, study.bound, start, watch=watch)
     edges = claims[0][0].tube.edges
     found = []
     for hidden, net, honest in zip(study.networks, nets, claims, strict=True):

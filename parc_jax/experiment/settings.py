@@ -20,8 +20,6 @@ class Study:
     comparison table; without hidden layers, (), it is PARC's affine map.
     bins: bins per axis of K over which the tube's profile varies; None = cut where the main
         network's error changes.
-    head: widths of a network that learns how the error depends on k and so gives the tube its
-        profile; None = the largest error in every bin.
     shape: of the tube, "box" or "fitted", as in `BoundSettings`.
     rollouts: training runs.
     eps, delta: with confidence 1 - delta, for all networks at once, a new run leaves the tube with
@@ -57,7 +55,6 @@ class Study:
     hidden: tuple[int, ...] = (8, 8, 8, 8)
     others: tuple[tuple[int, ...], ...] = ((6, 6, 6, 6), (7, 7, 7, 7), ())
     bins: tuple[int, ...] | None = None
-    head: tuple[int, ...] | None = None
     shape: str = "box"
     rollouts: int = 10_000
     eps: float = 1e-3
@@ -92,7 +89,6 @@ class Study:
             claims=self.claims,
             blocks=self.blocks,
             bins=self.bins,
-            head=self.head,
             shape=self.shape,
             profile_runs=self.profile_runs,
             even=self.even,
@@ -134,7 +130,7 @@ def checked(study: Study) -> Study:
             f"claims: expected one or more of {', '.join(CLAIMS)}, each once; got {study.claims}."
         )
     check_gap(study.gap)
-    check_shape(study.shape, study.head)
+    check_shape(study.shape)
     if study.tail is not None and (isinstance(study.tail, str) or not study.tail >= 2):
         raise InputError(f"tail: expected a power of at least 2, or None; got {study.tail!r}.")
     if study.search is not None and study.search < 0:

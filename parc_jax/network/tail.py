@@ -27,13 +27,9 @@ def fit_tail(net: ReLUNetwork, data, power: float = 8.0) -> ReLUNetwork:
     least squares; an output for which it does not help keeps its row. Raises InputError for a power
     below 2.
     """
-    return fit_tail_arrays(net, *training_arrays(data), power)
-
-
-def fit_tail_arrays(net: ReLUNetwork, k: np.ndarray, y: np.ndarray, power: float) -> ReLUNetwork:
-    """The same from finite arrays k (n, n_k) and targets y (n, n_out)."""
     if not power >= 2:
         raise InputError(f"fit_tail: expected a power of at least 2 (least squares); got {power}.")
+    k, y = training_arrays(data)
     hidden = features(net.weights[:-1], net.biases[:-1], k)
     rows = np.concatenate([hidden, np.ones((len(k), 1))], axis=1)
     size = np.abs(rows).max(axis=0)

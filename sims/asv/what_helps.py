@@ -65,7 +65,7 @@ def helps(only: list[int] | None = None) -> None:
             trained[known] = networks(train, study, key)[0]
         net = trained[known]
         runs = HeldRuns(learned.select(slice(study.rollouts, None)), fresh)
-        claims = bound_errors([net], runs, train, study.bound, start, key=key)[0]
+        claims = bound_errors([net], runs, train, study.bound, start)[0]
         safe = {kind: "-" for kind in CLAIMS}
         for kind, claim in zip(study.claims, claims, strict=True):
             model = trajectory_model(net, claim)

@@ -75,7 +75,7 @@ def test_the_pipeline_learns_from_the_rest_only_and_holds_all(runs):
         eps=0.1, delta=0.05, bins=BINS, profile_runs=300, fresh=120, search=0, even=True
     )
     start = StartTrial(0.0, None)
-    ((claim,),) = bound_errors([NET], given, None, asked, start, key=None)
+    ((claim,),) = bound_errors([NET], given, None, asked, start)
     profile = training_profile(NET, joined(given.batches[:4]), BINS)
     (even,) = evened([NET], [profile], given.batches[4:])
     scale = float.fromhex(claim.evidence["scale"])

@@ -125,7 +125,7 @@ def test_networks_and_claims_about_the_same_runs_split_delta():
         search=0,
     )
     runs = SystemRuns(system, KEY, 0, None, True)
-    made = bound_errors([NET, NET], runs, None, asked, StartTrial(0.0, None), key=KEY)
+    made = bound_errors([NET, NET], runs, None, asked, StartTrial(0.0, None))
     claims = [claim for of_one in made for claim in of_one]
     assert len(claims) == 4 and {claim.looks for claim in claims} == {4}
     assert {claim.eps for claim in claims} == {supported_eps(100, 0.05 / 4)}
