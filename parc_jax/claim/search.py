@@ -1,7 +1,6 @@
 """Looking for bad runs on purpose: what is found can only make the tube wider. [T8]"""
 
 import time
-from collections.abc import Callable
 from dataclasses import dataclass
 from typing import NamedTuple
 
@@ -9,10 +8,9 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
-from parc_jax.arrays import x64
 from parc_jax.claim.calibrate import scaled
 from parc_jax.claim.claim import ErrorClaim, weaker
-from parc_jax.claim.measure import Allowance, allowance, rollout_errors
+from parc_jax.claim.measure import Allowance, allowance
 from parc_jax.claim.score import check_profile, score_arrays
 from parc_jax.claim.tube import Tube
 from parc_jax.distributed import rank_and_size
@@ -71,7 +69,6 @@ def search_worst(
     profile: Tube,
     runs: int = 1024,
     rounds: int | None = None,
-    gradients: bool = False,
     *,
     path=None,
     quiet: bool = False,
@@ -82,9 +79,7 @@ def search_worst(
 
     Each round runs a batch on the device: children of the best tenth so far (k perturbed, the
     spread shrinking from round to round; half keep their parent's disturbance, half meet a new one)
-    and fresh k. rounds: None = eight, or one per run when there are fewer. gradients: a third of
-    the children step along the derivative of the score in k instead, taken forward through the
-    system, which must be differentiable.
+    and fresh k. rounds: None = eight, or one per run when there are fewer.
     path: a folder that keeps finished rounds, so a killed search continues with the same numbers.
     quiet, forecast: as in `collect`.
     Proves nothing; see `enlarge`. Raises InputError.
@@ -108,12 +103,11 @@ def search_worst(
         batch=batch,
         rounds=rounds,
         slack=allowance(net, system.domain, layout),
-        slopes=_slope_function(net, system) if gradients else None,
         rng=np.random.default_rng(
             np.asarray(jax.random.key_data(stream(key, Stage.SEARCH)), np.uint32)
         ),
     )
-    store = None if path is None else _store(path, search, gradients)
+    store = None if path is None else _store(path, search)
     quiet = quiet or rank_and_size()[0] > 0
     forecast = forecast or Forecast(runs, quiet=quiet)
     pace = Pace(1, compiles=sim.traceable)
@@ -151,7 +145,6 @@ class _Search:
     batch: int
     rounds: int
     slack: Allowance
-    slopes: Callable | None
     rng: np.random.Generator
 
     def candidates(self, number: int, tried: Attack) -> tuple[np.ndarray, np.ndarray]:
@@ -166,10 +159,6 @@ class _Search:
             share = _WIDEST * (_NARROWEST / _WIDEST) ** (number / max(1, self.rounds - 1))
             spread = share * (hi - lo)
             k, keys = _children(self.rng, tried, k, keys, spread, lo, hi)
-            if self.slopes is not None:
-                third = slice(0, self.batch // 3)
-                step = _uphill(self.slopes, self.profile, keys[third], k[third]) * spread
-                k[third] = np.clip(k[third] + step, lo, hi)
         return self.sim.as_run(k), keys
 
     def run(self, k: np.ndarray, keys: np.ndarray, bar=None) -> np.ndarray:
@@ -186,7 +175,7 @@ class _Search:
         return np.concatenate(scores)
 
 
-def _store(path, search: _Search, gradients: bool) -> ChunkStore:
+def _store(path, search: _Search) -> ChunkStore:
     """The folder of finished rounds. Raises InputError when it holds another search."""
     meta = identity_of(search.sim.system) | {
         "what": "search",
@@ -195,7 +184,6 @@ def _store(path, search: _Search, gradients: bool) -> ChunkStore:
         "seed": list(seed_of(search.key)),
         "chunk": search.batch,
         "rounds": search.rounds,
-        "gradients": gradients,
     }
     return ChunkStore(path, meta)
 
@@ -254,26 +242,3 @@ def _children(rng, tried: Attack, k, keys, spread, lo, hi):
     return np.where(is_fresh[:, None], k, child), np.where(
         new_key[:, None], keys, tried.keys[parent]
     )
-
-
-def _uphill(slopes, profile, keys, k):
-    """Signs (B, n_k) of the derivative of the score in k; zero where it is not finite."""
-    numbers = profile.bins_of(k)[:, 0]
-    with x64():
-        widths = (jnp.asarray(profile.interval[numbers]), jnp.asarray(profile.final[numbers]))
-        return np.nan_to_num(np.sign(np.asarray(slopes(jnp.asarray(k), jnp.asarray(keys), widths))))
-
-
-def _slope_function(net, system):
-    """(k (B, n_k), keys (B, 2), widths) -> derivatives (B, n_k) of the scores, taken forward
-    through the system.
-    """
-
-    layout = layout_of(system)
-
-    def score(k, key, widths):
-        p, q = system.rollout(key, k)
-        errors = rollout_errors(net, k, p.reshape(len(p), -1), q, layout=layout)
-        return jnp.maximum((errors.interval / widths[0]).max(), (errors.final / widths[1]).max())
-
-    return jax.jit(jax.vmap(jax.jacfwd(score)))

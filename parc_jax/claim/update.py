@@ -9,7 +9,7 @@ from parc_jax.claim.claim import ErrorClaim
 from parc_jax.claim.intersample import DISCRETE_TIME
 from parc_jax.claim.pipeline import GAP, bound_error
 from parc_jax.errors import InputError
-from parc_jax.network.predict import features, outputs
+from parc_jax.network.predict import features
 from parc_jax.network.relu import ReLUNetwork, relu_network
 from parc_jax.rollout.batch import RolloutBatch
 
@@ -82,19 +82,3 @@ def refit(net: ReLUNetwork, data: RolloutBatch) -> ReLUNetwork:
     return relu_network(
         [*net.weights[:-1], solution], [*net.biases[:-1], y.mean(axis=0) - solution @ centre]
     )
-
-
-def centred(net: ReLUNetwork, data: RolloutBatch) -> ReLUNetwork:
-    """The network with its last biases moved to the middle of the signed errors seen at the knots
-    of the data.
-
-    A symmetric tube around it is the signed tube around the old one: never wider, and nothing else
-    changes its form. Do it before profile and holdout. Raises InputError when fewer than ten runs
-    are finite.
-    """
-    from parc_jax.network.train import training_arrays
-
-    k, y = training_arrays(data)
-    signed = y - outputs(net, k)
-    middle = 0.5 * (signed.max(axis=0) + signed.min(axis=0))
-    return relu_network(net.weights, [*net.biases[:-1], net.biases[-1] + middle])

@@ -21,7 +21,7 @@ from parc_jax.claim.monitor import inside_tube, monitor
 from parc_jax.claim.pipeline import bound_error
 from parc_jax.claim.profile import training_profile
 from parc_jax.claim.risk import Point, Uniform
-from parc_jax.claim.update import centred, refit, update
+from parc_jax.claim.update import refit, update
 from parc_jax.errors import InputError
 from parc_jax.rollout.collect import collect
 from parc_jax.system import time_grid
@@ -129,14 +129,3 @@ def test_refitting_the_last_layer_keeps_the_regions_and_lowers_the_error():
         training_profile(better, train, (1, 1)).interval.mean()
         < 0.5 * training_profile(deep, train, (1, 1)).interval.mean()
     )
-
-
-def test_centring_makes_the_tube_no_wider():
-    train = collect(plant(noisy), KEY, 500, quiet=True)
-    shifted = straight_network(4)
-    shifted = shifted.replace(biases=(shifted.biases[0] + 0.2,))
-    middle = centred(shifted, train)
-    before, after = (training_profile(net, train, (1, 1)) for net in (shifted, middle))
-    assert (after.final <= before.final + 1e-12).all() and after.interval[
-        :, -1
-    ].mean() < 0.8 * before.interval[:, -1].mean()
