@@ -86,31 +86,13 @@ def train_report(
     validation=0.15,
 ) -> tuple[ReLUNetwork, TrainReport]:
     """As `train`, with the held-out errors of every seed."""
-    options = {"key": key, "seeds": seeds, "steps": steps, "batch": batch, "validation": validation}
-    return fit(*training_arrays(data), layout_of(data).n_offsets, hidden, **options)
-
-
-def fit(
-    k: np.ndarray,
-    y: np.ndarray,
-    n_p_outputs: int,
-    hidden: tuple[int, ...],
-    *,
-    key,
-    seeds: int = 8,
-    steps: int = 3000,
-    batch: int = 1000,
-    validation: float = 0.15,
-) -> tuple[ReLUNetwork, TrainReport]:
-    """`train_report` from finite arrays k (n, n_k), y (n, n_out); the first n_p_outputs of a row
-    share one unit [m].
-    """
     if not hidden or any(int(width) < 1 for width in hidden):
         raise InputError(
             f"train: expected at least one hidden layer of positive width; got {tuple(hidden)}."
         )
+    k, y = training_arrays(data)
     n_fit = max(1, round(len(k) * (1 - validation)))
-    norm = Normalisation.of(k[:n_fit], y[:n_fit], n_p_outputs)
+    norm = Normalisation.of(k[:n_fit], y[:n_fit], layout_of(data).n_offsets)
     x = norm.inputs(k).astype(np.float32)
     targets = _principal(norm.outputs(y[:n_fit])).astype(np.float32)
     keys = jax.random.split(stream(key, Stage.FIT), seeds)
