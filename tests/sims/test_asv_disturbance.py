@@ -6,6 +6,7 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 import pytest
+from drawn_keys import drawn_keys
 
 from sims.asv.control import draw_noise
 from sims.asv.disturbance import LAWS, body_load, draw_disturbance, named_law
@@ -13,7 +14,7 @@ from sims.asv.vessel import SYSID
 
 pytestmark = pytest.mark.slow
 
-KEYS = jax.random.split(jax.random.key(11), 20_000)
+KEYS = drawn_keys(11, 20_000)
 
 
 def within(values, lo, hi):

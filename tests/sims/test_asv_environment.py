@@ -8,7 +8,7 @@ import pytest
 from sims.asv.environment import FARTHEST, NEAREST, HoverEnv
 from sims.quiet import quiet_import
 
-ACTION = jnp.array([0.8, 0.6])
+ACTION = np.array([0.8, 0.6])
 
 
 @pytest.mark.night

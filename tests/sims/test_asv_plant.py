@@ -9,13 +9,14 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 import pytest
+from drawn_keys import drawn_keys
 
 from sims.asv.disturbance import LAWS, draw_disturbance
 from sims.asv.dynamics import apply_command
 from sims.asv.plant import make_plant
 from sims.asv.vessel import SYSID, at_rest, steady_thrust
 
-KEYS = jax.random.split(jax.random.key(7), 8)
+KEYS = drawn_keys(7, 8)
 
 
 def textbook(d, heading, commands, n_physics):

@@ -8,6 +8,7 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 import pytest
+from drawn_keys import drawn_keys
 
 import sims
 import sims.asv as asv
@@ -17,7 +18,7 @@ from sims.asv.evaluate import evaluate, hover_statistics
 from sims.asv.policy import HOVER
 
 # rows 0 and 1: same key, same k; row 2: another key, same k
-KEYS = jax.random.split(jax.random.key(4), 6)[jnp.array([0, 0, 1, 2, 3, 4])]
+KEYS = drawn_keys(4, 5)[[0, 0, 1, 2, 3, 4]]
 KS = np.random.default_rng(2).uniform([4, -1, -np.pi / 6], [7, 1, np.pi / 6], (6, 3))[
     [0, 0, 0, 1, 2, 3]
 ]

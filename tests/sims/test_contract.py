@@ -6,6 +6,7 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 import pytest
+from drawn_keys import drawn_keys
 
 import sims
 from parc_jax.system import BlackBoxSystem, points_of
@@ -63,7 +64,7 @@ def runs(request):
     system = sims.load(case.name, **case.options)
     lo, hi = np.asarray(system.domain.lo), np.asarray(system.domain.hi)
     ks = jnp.asarray(lo + (hi - lo) * np.random.default_rng(11).random((3, lo.size)))
-    keys = jax.random.split(jax.random.PRNGKey(4), 3)
+    keys = drawn_keys(4, 3)
     batched = getattr(system, "rollout_batch", None) or jax.jit(jax.vmap(system.rollout))
     # Row i alone, in a batch of copies of itself: the program is compiled once, and no other row
     # can leak into it.

@@ -6,11 +6,12 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 import pytest
+from drawn_keys import drawn_keys
 
 import sims
 from sims.drone.system import CORNERS, GRAVITY, POINTS, SIZE
 
-KEYS = jax.random.split(jax.random.PRNGKey(2), 4)
+KEYS = drawn_keys(2, 4)
 
 
 @pytest.fixture(scope="module")

@@ -4,9 +4,9 @@ drifting.
 
 from dataclasses import fields, replace
 
-import jax
 import numpy as np
 import pytest
+from drawn_keys import drawn_keys
 
 import sims
 from parc_jax.errors import InputError
@@ -16,7 +16,7 @@ from sims.f110 import problem
 from sims.f110.disturbance import LAWS, draw
 from sims.f110.scenario import GOAL_SIZE, SPACE
 
-KEYS = np.asarray(jax.random.split(jax.random.PRNGKey(5), 24))
+KEYS = drawn_keys(5, 24)
 CORNERS = [(y, v) for y in c.LINE_RANGE for v in c.SPEED_RANGE]
 
 
@@ -95,7 +95,7 @@ def test_it_follows_the_line_at_the_speed_first(run, ks):
 @pytest.mark.slow
 def test_draws_keep_inside_the_declared_law():
     law = LAWS["floor"]
-    drawn = draw(law, np.asarray(jax.random.split(jax.random.PRNGKey(0), 500)), 2)
+    drawn = draw(law, drawn_keys(0, 500), 2)
     for name in ("friction", "motor", "battery", "mass", "steering", "latency"):
         lo, hi = getattr(law, name)
         values = getattr(drawn, name)

@@ -4,13 +4,14 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 import pytest
+from drawn_keys import drawn_keys
 
 import sims
 from parc_jax.body import numbered
 from parc_jax.errors import InputError
 from sims import rectangle
 
-KEYS = jax.random.split(jax.random.PRNGKey(1), 3)
+KEYS = drawn_keys(1, 3)
 SIZES = {"drift_parking": (4.267, 1.988), "asv": (1.3, 0.94), "f110": (0.57, 0.30)}
 OPTIONS = {"drift_parking": {"plant": "ode"}, "asv": {"plant": "ode"}, "f110": {}}
 

@@ -8,6 +8,7 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 import pytest
+from drawn_keys import drawn_keys
 
 import sims
 from parc_jax.body import numbered
@@ -15,7 +16,7 @@ from parc_jax.errors import InputError
 from sims.mjx_system import mjx_system
 from sims.tractor.system import POINTS, TRACTOR, TRAILER, XML, drive, some_start
 
-KEYS = jax.random.split(jax.random.PRNGKey(3), 3)
+KEYS = drawn_keys(3, 3)
 KS = np.array([[2.0, 1.2], [3.0, 1.5], [4.0, 1.05]])
 OF = {name: i for i, name in enumerate(POINTS)}
 

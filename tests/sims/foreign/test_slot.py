@@ -11,6 +11,7 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 import pytest
+from drawn_keys import drawn_keys
 from needs import need
 
 import parc_jax as pj
@@ -22,7 +23,7 @@ from sims.foreign.slot.replays import clear_along_an_axis
 from sims.foreign.slot.scenario import AT, problem
 from sims.foreign.slot.system import CORNERS, POINTS, rotation, system
 
-KEYS = jax.random.split(jax.random.PRNGKey(4), 4)
+KEYS = drawn_keys(4, 4)
 KS = np.array([[2.2, 1.2, 0.0], [1.3, 0.85, -0.03], [2.4, 1.3, 0.03], [1.8, 1.0, 0.01]])
 DRAG = 0.0216436  # [N s/m] of crazyflow's cf21B_500, across its axis
 
