@@ -10,16 +10,16 @@ TABLES = "parc_jax/onboard/tables.py"
 ONBOARD = (
     Fault(
         "header_compiled_where_nothing_is_nan",
-        "parc_jax/onboard/header.py",
-        "#if defined(__FINITE_MATH_ONLY__) && __FINITE_MATH_ONLY__",
-        "#if 0",
+        "header",
+        "defined(__FINITE_MATH_ONLY__) && __FINITE_MATH_ONLY__",
+        "0",
         (f"{HEADER}::test_arithmetic_that_the_margins_do_not_pay_for_is_refused",),
     ),
     Fault(
         "header_compiled_for_a_short_double",
-        "parc_jax/onboard/header.py",
-        "|| DBL_MANT_DIG < 53",
-        "|| DBL_MANT_DIG < 5",
+        "header",
+        "DBL_MANT_DIG < 53",
+        "DBL_MANT_DIG < 5",
         (f"{HEADER}::test_arithmetic_that_the_margins_do_not_pay_for_is_refused",),
     ),
     Fault(
@@ -38,9 +38,9 @@ ONBOARD = (
     ),
     Fault(
         "header_forgets_the_tube_at_the_end",
-        TABLES,
-        "goal_b - lost_at_end, -NO_CLAIM",
-        "goal_b + 0.0 * lost_at_end, -NO_CLAIM",
+        "tables.tables",
+        "- lost_at_end",
+        "+ 0.0 * lost_at_end",
         (SAME,),
     ),
     Fault(

@@ -5,9 +5,9 @@ from benchmarks.attacks.fault import Fault
 OBSTACLES = (
     Fault(
         "one_end_of_the_segment",
-        "parc_jax/obstacles/segment.py",
-        "gap = xp.minimum(dot2(w, pa), dot2(w, pb)) -",
-        "gap = dot2(w, pa) -",
+        "segment.separation",
+        "= xp.minimum(dot2(w, pa), dot2(w, pb))",
+        "= dot2(w, pa)",
         (
             "tests/obstacles/test_segment.py"
             "::test_gap_is_the_distance_when_disjoint_and_not_positive_when_in_contact",
@@ -15,37 +15,37 @@ OBSTACLES = (
     ),
     Fault(
         "disc_dropped",
-        "parc_jax/obstacles/segment.py",
-        "return gap - radius, w",
-        "return gap, w",
+        "segment.separation",
+        "gap - radius",
+        "gap",
         ("tests/soundness/test_known_plans.py::test_a_disc_that_touches_a_corner_is_refused",),
     ),
     Fault(
         "body_not_mirrored",
-        "parc_jax/obstacles/grown.py",
+        "grown_obstacles",
         "body = [(-Fraction(x), -Fraction(y))",
         "body = [(Fraction(x), Fraction(y))",
         ("tests/obstacles/test_grown.py::test_support_of_the_sum_for_every_error_box",),
     ),
     Fault(
         "span_ends_one_early",
-        "parc_jax/obstacles/grown.py",
+        "exists",
         "return (at >= first) & (at <= last)",
         "return (at >= first) & (at < last)",
         ("tests/soundness/test_known_plans.py::test_an_obstacle_is_there_only_during_its_steps",),
     ),
     Fault(
         "sign_patterns_of_two_quadrants",
-        "parc_jax/obstacles/grown.py",
+        "_signed_corners",
         "out.append((polygon[index], (sx, sy)))",
         "out.append((polygon[index], (sx, sx)))",
         ("tests/obstacles/test_grown.py::test_support_of_the_sum_for_every_error_box",),
     ),
     Fault(
         "support_of_the_unmirrored_body",
-        "parc_jax/obstacles/directions.py",
-        "return (-body.vertices @ w.T).max(axis=0)",
-        "return (body.vertices @ w.T).max(axis=0)",
+        "body_support",
+        "-body.vertices",
+        "body.vertices",
         (
             "tests/obstacles/test_directions.py"
             "::test_every_multiplier_is_a_proof_and_the_support_is_exact",
@@ -53,14 +53,14 @@ OBSTACLES = (
     ),
     Fault(
         "sums_of_multipliers_forget_the_low_bits",
-        "parc_jax/obstacles/directions.py",
-        "products += [factor * large, factor * (x - large)]",
-        "products += [factor * large, 0.0]",
+        "_rounded_sum",
+        "factor * (x - large)",
+        "0.0",
         ("tests/obstacles/test_directions.py::test_sums_are_rounded_once_whatever_is_summed",),
     ),
     Fault(
         "disc_support_of_unit_directions",
-        "parc_jax/obstacles/directions.py",
+        "body_support",
         "return body.radius * np.hypot.reduce(w, axis=1)",
         "return body.radius * np.ones(len(w))",
         (
@@ -73,16 +73,16 @@ OBSTACLES = (
 VERDICT = (
     Fault(
         "only_the_first_knot_of_an_interval",
-        "parc_jax/obstacles/grown.py",
-        "separations(path[:-1], path[1:], corners",
-        "separations(path[:-1], path[:-1], corners",
+        "GrownObstacles.gaps.one",
+        "[:-1], path[1:]",
+        "[:-1], path[:-1]",
         ("tests/soundness/test_known_plans.py::test_a_thin_obstacle_between_knots_is_seen",),
     ),
     Fault(
         "tube_shrinks_obstacles",
-        "parc_jax/obstacles/grown.py",
-        "corners = corner[None] + sign[None] * error[:, None]",
-        "corners = corner[None] - sign[None] * error[:, None]",
+        "GrownObstacles.gaps.one",
+        "+ sign[None]",
+        "- sign[None]",
         (
             "tests/soundness/test_known_plans.py"
             "::test_a_gap_of_exactly_body_and_tubes_is_refused_and_one_step_more_is_accepted",
@@ -90,37 +90,37 @@ VERDICT = (
     ),
     Fault(
         "tube_of_the_next_interval",
-        "parc_jax/verdict/pointwise.py",
+        "pointwise.verdict",
         "clearance(scene, seen.path, tube.during(seen.bin))",
         "clearance(scene, seen.path, jnp.roll(tube.during(seen.bin), -1, axis=0))",
         ("tests/verdict/test_pointwise.py::test_every_interval_has_its_own_widths",),
     ),
     Fault(
         "slack_dropped",
-        "parc_jax/verdict/pointwise.py",
-        "gap - scene.slack * jnp.abs(w).sum(axis=-1)",
-        "gap - 0 * jnp.abs(w).sum(axis=-1)",
+        "pointwise._nearest",
+        "scene.slack",
+        "0",
         ("tests/verdict/test_pointwise.py::test_the_clearance_pays_the_slack",),
     ),
     Fault(
         "slack_for_the_goal_given_back",
-        "parc_jax/verdict/pointwise.py",
-        "jnp.min(b - values - slack *",
-        "jnp.min(b - values + slack *",
+        "row_margin",
+        "- values -",
+        "- values +",
         ("tests/verdict/test_pointwise.py::test_row_margins_pay_the_slack_by_the_size_of_the_row",),
     ),
     Fault(
         "touching_is_safe",
-        "parc_jax/verdict/pointwise.py",
-        "return self.reaches & (self.clearance > 0)",
-        "return self.reaches & (self.clearance >= 0)",
+        "safe",
+        "clearance >",
+        "clearance >=",
         ("tests/verdict/test_pointwise.py::test_a_clearance_of_nothing_is_not_safe",),
     ),
     Fault(
         "first_obstacle_only",
-        "parc_jax/verdict/pointwise.py",
-        "fori_loop(0, scene.count, look, _far(scene, path))",
-        "fori_loop(0, jnp.minimum(scene.count, 1), look, _far(scene, path))",
+        "clearance",
+        "scene.count,",
+        "jnp.minimum(scene.count, 1),",
         (
             "tests/soundness/test_random_scenes.py"
             "::test_accepted_plans_are_free_and_clearly_free_plans_are_accepted",
@@ -128,42 +128,42 @@ VERDICT = (
     ),
     Fault(
         "wrong_bin_on_an_inner_edge",
-        "parc_jax/claim/bins.py",
+        "open_bin_of",
         " & ~on_inner_edge",
         "",
         ("tests/verdict/test_pointwise.py::test_bins_are_the_tubes_bins_and_boundaries_have_none",),
     ),
     Fault(
         "places_end_anywhere",
-        "parc_jax/cover/sampling.py",
-        "fits = (b >= 0) & ((z_lo[b] <= z) & (z <= z_hi[b])).all(axis=1)",
-        "fits = b > 0",
+        "_draw_within",
+        "(b >= 0) & ((z_lo[b] <= z) & (z <= z_hi[b])).all(axis=1)",
+        "b > 0",
         ("tests/cover/test_rare.py::test_a_set_of_share_1e_10_is_covered_like_any_other",),
     ),
     Fault(
         "a_place_half_as_wide",
-        "parc_jax/cover/place.py",
-        "half = 0.5 * (most - least) * (1 + 2 * ROOM) + LEAST_ROOM",
-        "half = 0.25 * (most - least) * (1 + 2 * ROOM) + LEAST_ROOM",
+        "place_around",
+        "5 * (most - least)",
+        "25 * (most - least)",
         ("tests/cover/test_rare.py::test_a_place_holds_what_it_is_made_around",),
     ),
     Fault(
         "the_volume_of_a_place",
-        "parc_jax/cover/place.py",
-        "return float(2.0 ** len(self.middle) * abs(np.linalg.det(self.axes)))",
-        "return float(abs(np.linalg.det(self.axes)))",
+        "Place.volume",
+        "2.0 ** len(self.middle) * abs",
+        "abs",
         ("tests/cover/test_rare.py::test_draws_are_uniform_over_a_place",),
     ),
     Fault(
         "goal_not_shrunken",
-        "parc_jax/verdict/pointwise.py",
-        "scene.goal_b - lost",
-        "scene.goal_b",
+        "arrival",
+        "goal_b - lost",
+        "goal_b",
         ("tests/soundness/test_known_plans.py::test_the_goal_is_closed_and_shrinks_by_the_tube",),
     ),
     Fault(
         "goal_shrunken_without_absolute_values",
-        "parc_jax/claim/error_set.py",
+        "ErrorBox.support",
         "return _total(_product(abs(w), half))",
         "return _total(_product(w, half))",
         (
@@ -173,45 +173,37 @@ VERDICT = (
     ),
     Fault(
         "start_set_ignored",
-        "parc_jax/verdict/pointwise.py",
-        '''on the way."""
-        return (self.goal >= 0) & (self.start >= 0) & (self.bin >= 0)
-
-    @property
-    def safe''',
-        '''on the way."""
-        return (self.goal >= 0) & (self.bin >= 0)
-
-    @property
-    def safe''',
+        "Verdicts",
+        '""\n        return (self.goal >= 0) & (self.start >= 0) & (self.bin >= 0)',
+        '""\n        return (self.goal >= 0) & (self.bin >= 0)',
         ("tests/soundness/test_known_plans.py::test_the_start_set_is_closed",),
     ),
     Fault(
         "float_slack_of_nothing",
-        "parc_jax/verdict/scene.py",
-        "slack = 4 * bound.error.max() + 64 * UNIT *",
-        "slack = 0 * bound.error.max() + 0 * UNIT *",
+        "float_slack",
+        "4 * bound.error.max() + 64",
+        "0 * bound.error.max() + 0",
         ("tests/verdict/test_scene.py::test_slack_grows_with_everything_that_rounds",),
     ),
     Fault(
         "open_intervals_taken_for_separated",
-        "parc_jax/verdict/screen.py",
-        "~(gap > 0))",
-        "gap < -0.5)",
+        "facet_test.look",
+        "~(gap > 0)",
+        "gap < -0.5",
         ("tests/verdict/test_screen.py::test_contact_where_it_does_not_look_worst_is_seen",),
     ),
     Fault(
         "probes_that_fail_are_ignored",
-        "parc_jax/probes.py",
-        "failed = [f for f in _cached() if not f.ok]",
-        "failed = [f for f in _cached() if f is None]",
+        "require_sound_arithmetic",
+        "if not f.ok",
+        "if f is None",
         ("tests/test_probes.py::test_any_failed_probe_refuses_the_query",),
     ),
     Fault(
         "boxes_take_the_vertices_of_others",
-        "parc_jax/volume_bounds/examined.py",
-        "owner = np.repeat(np.arange(len(nodes)), [",
-        "owner = np.repeat(np.arange(len(nodes))[::-1], [",
+        "_at_vertices",
+        "(len(nodes))",
+        "(len(nodes))[::-1]",
         (
             "tests/volume_bounds/test_examined.py"
             "::test_at_vertices_boxes_do_not_know_their_neighbours",
@@ -219,9 +211,9 @@ VERDICT = (
     ),
     Fault(
         "boxes_over_the_bins_of_the_first",
-        "parc_jax/volume_bounds/examined.py",
-        "over = [self.errors.over(node.lo[n_p:], node.hi[n_p:]) for node in nodes]",
-        "over = [self.errors.over(nodes[0].lo[n_p:], nodes[0].hi[n_p:]) for node in nodes]",
+        "_as_boxes",
+        "node.lo[n_p:], node",
+        "nodes[0].lo[n_p:], nodes[0]",
         (
             "tests/volume_bounds/test_examined.py::test_by_bounds_boxes_do_not_know_their_neighbours",
         ),
