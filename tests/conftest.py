@@ -68,17 +68,29 @@ def keep_compiled():
         os.environ[name.upper()] = str(value)
 
 
-def family(path: Path) -> str:
-    """The group of a test file: that of its folder, or the file alone."""
-    name = path.relative_to(ROOT / "tests").as_posix()
+def family(nodeid: str) -> str:
+    """The group of a test: that of its file's folder, or the file alone."""
+    file = nodeid.split("::")[0]
+    name = file.removeprefix("tests/")
     found = [one for one, all in FAMILIES.items() if name.startswith(tuple(all.split()))]
-    return found[0] if found else name
+    return found[0] if found else file
 
 
-@pytest.hookimpl(tryfirst=True)
+@pytest.hookimpl(optionalhook=True)
+def pytest_xdist_make_scheduler(config, log):
+    """With -n and no --dist: a family stays on one worker. Marks of groups are lost with some
+    versions of pytest.
+    """
+    if config.getvalue("dist") != "load":
+        return None
+    from xdist.scheduler.loadscope import LoadScopeScheduling
+
+    scheduler = LoadScopeScheduling(config, log)
+    scheduler._split_scope = family
+    return scheduler
+
+
 def pytest_collection_modifyitems(config, items):
-    for item in items:
-        item.add_marker(pytest.mark.xdist_group(family(item.path)))
     if not config.getoption("--gpu"):
         for item in items:
             if "gpu" in item.keywords:

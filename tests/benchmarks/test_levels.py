@@ -1,5 +1,8 @@
 """Faults are noticed by day: most of them by README's tests, nearly all by the gate."""
 
+from pathlib import Path
+from types import SimpleNamespace
+
 import pytest
 from compile_report import IMPORTS, too_many
 
@@ -45,6 +48,19 @@ def test_a_level_is_that_of_the_first_test_that_runs(tmp_path):
     assert level("test_b.py::test_always") == "night"
     with pytest.raises(KeyError):
         level("test_a.py::test_none")
+
+
+def test_files_that_call_the_same_kernels_stay_on_one_worker(pytestconfig):
+    told = SimpleNamespace(getvalue={"dist": "load", "tx": ["2*popen"]}.get)
+    (conftest,) = (
+        plugin
+        for name, plugin in pytestconfig.pluginmanager.list_name_plugin()
+        if str(name).endswith(str(Path("tests", "conftest.py")))
+    )
+    group = conftest.pytest_xdist_make_scheduler(told, None)._split_scope
+    assert group("tests/claim/test_a.py::test_b[1]") == group("tests/driven/test_c.py::test_d")
+    assert group("tests/cover/test_a.py::test_b") != group("tests/claim/test_a.py::test_b")
+    assert group("tests/test_a.py::test_b[1]") == group("tests/test_a.py::test_c")
 
 
 def test_a_run_that_compiles_more_than_its_budgets_is_told_the_file():

@@ -40,20 +40,20 @@ def test_the_same_robot_is_taken_on_another_plant_and_over_a_wider_k():
 @pytest.mark.parametrize(
     ("other", "differs"),
     [
-        (Robot(name="cart"), "name"),
-        (Robot(n_q=2), "n_q"),
-        (Robot(n_p=3), "n_p"),
-        (Robot(points=("nose", "tail")), "points"),
-        (Robot(time=time_grid(0.5, 1.0)), "time"),
-        (Robot(domain=box([0, 0], [1, 0.5])), "K"),
-        (Robot(domain=box([0, 0, 0], [1, 1, 1])), "K"),
-        (Robot(law=(("gust", 9),)), "law"),
-        (Robot(name="cart", n_q=2), "name, n_q"),
+        (dict(name="cart"), "name"),
+        (dict(n_q=2), "n_q"),
+        (dict(n_p=3), "n_p"),
+        (dict(points=("nose", "tail")), "points"),
+        (dict(time=time_grid(0.5, 1.0)), "time"),
+        (dict(domain=box([0, 0], [1, 0.5])), "K"),
+        (dict(domain=box([0, 0, 0], [1, 1, 1])), "K"),
+        (dict(law=(("gust", 9),)), "law"),
+        (dict(name="cart", n_q=2), "name, n_q"),
     ],
 )
 def test_another_robot_is_refused_with_what_differs(other, differs):
     with pytest.raises(InputError, match=f"which differs in {differs}[.] Name the system"):
-        require_same(other, toy_driven.model())
+        require_same(Robot(**other), toy_driven.model())
 
 
 def test_the_law_of_a_claim_is_compared_with_that_of_the_robot():
