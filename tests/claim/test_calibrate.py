@@ -244,6 +244,7 @@ def test_blocks_are_boxes_of_neighbouring_bins():
             block_of_bins((4, 3), wrong)
 
 
+@jax.jit
 def _mostly_left(key):
     u = jax.random.uniform(key, (2,))
     return u.at[0].multiply(jax.numpy.where(u[1] < 0.95, 0.33, 1.0))

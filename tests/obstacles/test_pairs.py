@@ -2,6 +2,7 @@
 
 from fractions import Fraction
 
+import jax
 import jax.numpy as jnp
 import numpy as np
 import pytest
@@ -44,7 +45,7 @@ def test_pairs_go_obstacle_by_obstacle(pairs):
 def test_a_polygon_is_added_to_the_obstacle_inside_out(pairs):
     w = np.random.default_rng(0).normal(size=(4, 20, 2))
     with x64():
-        found = np.asarray(pairs.support(jnp.asarray(w)))
+        found = np.asarray(jax.jit(lambda pairs, w: pairs.support(w))(pairs, w))
     own = (-CORNERS.vertices @ w[1].T).max(axis=0)
     box_support = np.maximum(w[1] @ [2, 0], w[1] @ [3, 0]) + np.abs(w[1, :, 1])
     inside = np.abs(w[1, :, 0]) * 0.5 + w[1, :, 0] * 2.5 + np.abs(w[1, :, 1])

@@ -125,9 +125,10 @@ def test_steering_is_limited_per_evaluation():
         (top, 2.0, top),
         (0.3, np.nan, 0.3 - step),
     )
+    steer, zero = jax.jit(control.steer_into_slip), np.float64(0.0)
     for last, want, got in cases:
-        z = vehicle.State(*[jnp.float64(0.0)] * 5, jnp.float64(want), *[jnp.float64(0.0)] * 2)
-        assert float(control.steer_into_slip(z, jnp.float64(last))) == pytest.approx(got, abs=1e-16)
+        z = vehicle.State(*[zero] * 5, np.float64(want), *[zero] * 2)
+        assert float(steer(z, np.float64(last))) == pytest.approx(got, abs=1e-16)
 
 
 def _driven(v, rng):

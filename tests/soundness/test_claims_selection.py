@@ -49,6 +49,7 @@ def test_a_hostile_planner_breaks_any_promise_about_a_point(rough_claim):
 def test_a_hostile_planner_that_chooses_a_set_is_covered(rough_claim, half_width):
     lo, hi = 0.8 - half_width, min(1.0, 0.8 + half_width)
 
+    @jax.jit
     def in_the_set(key):
         u = jax.random.uniform(key, (2,))
         return jnp.stack([lo + (hi - lo) * u[0], u[1]])

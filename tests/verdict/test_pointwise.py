@@ -111,10 +111,9 @@ def test_a_scene_without_obstacles_is_all_clear():
 
 def test_row_margins_pay_the_slack_by_the_size_of_the_row():
     A, b = np.array([[2.0, -1.0], [0.0, 0.0]]), np.array([5.0, 1.0])
-    assert (
-        float(row_margin(A, b * 10, np.array([1.0, 1.0]), 0.5)) == 10.0
-    )  # the padding row costs nothing
-    assert float(row_margin(A[:1], b[:1], np.array([1.0, 1.0]), 0.5)) == 2.5
+    margin, x = jax.jit(row_margin), np.array([1.0, 1.0])
+    assert float(margin(A, b * 10, x, 0.5)) == 10.0  # the padding row costs nothing
+    assert float(margin(A[:1], b[:1], x, 0.5)) == 2.5
 
 
 def test_the_clearance_pays_the_slack(example):
