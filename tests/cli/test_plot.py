@@ -89,6 +89,7 @@ def test_a_film_of_its_own_is_of_its_own_robot_alone(shell, tmp_path):
     assert not (tmp_path / "f.gif").exists()
 
 
+@pytest.mark.slow
 def test_the_film_of_a_body_runs_the_system_with_its_points():
     corners = sims.asv.system(body="rectangle").points
     assert len(corners) > 1

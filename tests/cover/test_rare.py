@@ -65,6 +65,7 @@ def test_a_handful_of_safe_draws_is_no_reason_to_go_on_drawing(safe, found):
     assert tally.hopeless is not found and not tally._replace(drawn=HOPELESS - 1).hopeless
 
 
+@pytest.mark.slow
 def test_a_share_of_one_in_forty_thousand_is_covered():
     """A draw in forty thousand is safe: too many for "none", too few to draw until 99 % show."""
     settings = pj.Settings(n_samples=20, target=0.05, budget_s=300)

@@ -246,7 +246,7 @@ def test_float32_proposes_the_same(n):
 
 
 @pytest.mark.soundness
-@pytest.mark.parametrize("n", [2, 3])
+@pytest.mark.parametrize("n", [2, pytest.param(3, marks=pytest.mark.slow)])
 @pytest.mark.parametrize("radius", [0.0, 0.25])
 def test_contact_is_claimed_only_where_it_is_and_mostly_found(n, radius):
     rng = np.random.default_rng(n)

@@ -244,6 +244,7 @@ def test_answers_about_executions_can_be_kept(unknown, tmp_path):
     assert again.statement() == unknown.statement() and (again.samples == unknown.samples).all()
 
 
+@pytest.mark.slow
 def test_a_measured_parameter_may_be_executed_roughly_too(rng):
     """The two doubts add, in the box that is solved and in the words; else a run at k1 that is off
     as was said may drive through a wall.

@@ -104,6 +104,7 @@ def _agree_with_original(run, shared_data):
         assert np.abs(states[:10, :SURE] - data["z_states_first10"][:, :SURE]).max() < TIGHT
 
 
+@pytest.mark.slow
 def test_agrees_with_the_original_simulator(ode, shared_data):
     _agree_with_original(ode, shared_data)
 

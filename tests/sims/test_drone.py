@@ -56,6 +56,7 @@ def test_it_arrives_but_for_the_wind(runs):
     assert np.abs(still[:, -1, 0] - ks).max() < np.abs(p[:, -1, 0] - ks).max()
 
 
+@pytest.mark.slow
 def test_a_moved_start_moves_all_points(runs):
     import parc_jax as pj
 

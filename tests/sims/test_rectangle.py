@@ -23,7 +23,10 @@ def runs_of(system):
     return jax.tree.map(np.asarray, batched(KEYS, ks))
 
 
-@pytest.fixture(scope="module", params=sorted(SIZES))
+SIMULATED = [pytest.param(name, marks=pytest.mark.slow) for name in ("asv", "drift_parking")]
+
+
+@pytest.fixture(scope="module", params=["f110", *SIMULATED])
 def both(request):
     """Name, runs with corners, runs of the centre alone."""
     name = request.param

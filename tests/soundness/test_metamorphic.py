@@ -304,6 +304,7 @@ def test_tightening_never_turns_accept_into_reject(seed, body):
     assert not verdicts(wider, scene_of(problem, wider), p0, k).safe[clear].all()
 
 
+@pytest.mark.slow
 def test_polytopes_of_an_equal_problem_are_accepted_for_each_other():
     # Polytopes found in the translated world, moved back, are safe here: the set does not depend on
     # the frame.

@@ -175,6 +175,7 @@ def test_tube_enters_the_hit_test_in_the_unsafe_direction(rng):
     assert check(wide, problem, plan)["unsafe"] == check(narrow, problem, plan)["unsafe"]
 
 
+@pytest.mark.slow
 def test_polygon_body_of_one_point_is_the_disc_of_radius_zero(rng):
     model = random_model(rng, bins=BINS)
     problem = crowded(rng, model)
