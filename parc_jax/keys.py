@@ -60,7 +60,7 @@ def key_data(key) -> np.ndarray:
 
 def stream(key: jax.Array, stage: Stage) -> jax.Array:
     """The key of one stage. Does not consume `key`. Raises InputError for what is no key."""
-    return _of_stage(as_key(key), np.uint32(stage))
+    return _of_stage(as_key(key), int(stage))
 
 
 def row_keys(key: jax.Array, rows: jax.Array) -> tuple[jax.Array, jax.Array]:
@@ -77,4 +77,5 @@ def split_rollout(key: jax.Array) -> tuple[jax.Array, jax.Array]:
     return k_key, system_key
 
 
-_of_stage = jax.jit(jax.random.fold_in)
+# a program for each stage, since a query may move no number to the device
+_of_stage = jax.jit(jax.random.fold_in, static_argnums=1)

@@ -41,7 +41,7 @@ def equal(a, b):
 def test_parameters_and_keys_of_a_new_size_are_one_program(system):
     drawing = simulator(system)
     drawing.rows(KEY, Stage.TRAIN, np.arange(3))
-    assert compiled_by(lambda: drawing.rows(KEY, Stage.BOUND, np.arange(17))) == 1
+    assert compiled_by(lambda: drawing.rows(KEY, Stage.TRAIN, np.arange(17))) == 1
 
 
 def test_rows_do_not_depend_on_chunking_or_on_how_many_are_asked_for(system):
