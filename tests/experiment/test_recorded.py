@@ -1,6 +1,7 @@
 """Recorded runs against an answer: moved to proved starts, judged as every replay is."""
 
 import json
+from types import SimpleNamespace
 
 import jax
 import numpy as np
@@ -97,6 +98,15 @@ def test_without_a_start_there_is_no_replay(answer, runs):
     wide = pj.box(2 * answer.model.domain.lo, 2 * answer.model.domain.hi)
     outside = runs.replace(k=runs.k + 10.0, domain=wide)
     assert pj.replay_recorded(answer, outside) is None
+
+
+def test_under_doubt_there_is_no_replay(runs):
+    with pytest.raises(InputError, match="without doubt"):
+        pj.replay_recorded(SimpleNamespace(doubt="of the start"), runs)
+
+
+@pytest.mark.slow
+def test_an_answer_under_doubt_is_not_replayed(answer, runs):
     doubted = pj.Planner(answer.model).solve(
         answer.problem.replace(doubt=pj.Doubt(start=(0.01, 0.01))),
         jax.random.PRNGKey(0),
