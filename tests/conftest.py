@@ -8,11 +8,12 @@ import pytest
 
 ROOT = Path(__file__).resolve().parents[1]
 pytest_plugins = ["compile_report"]
-# Files whose tests call the same kernels, by folder: with -n one worker compiles them for all
+# Files whose tests call the same kernels, as their paths begin: with -n one worker compiles them
 FAMILIES = {
-    "runs": "claim rollout driven experiment network sims benchmarks soundness/test_claims",
+    "runs": "claim rollout driven experiment network sims benchmarks soundness/test_claims "
+    "cli/test_nothing_lost",
     "plans": "verdict cover batch soundness robust certificate io onboard answer volume_bounds "
-    "obstacles cli plot",
+    "obstacles cli plot experiment/test_recorded",
 }
 SHAPE_CHECKED = ["parc_jax.sets"]  # annotated shapes and types of these hold at every call
 
@@ -69,11 +70,12 @@ def keep_compiled():
 
 
 def family(nodeid: str) -> str:
-    """The group of a test: that of its file's folder, or the file alone."""
+    """The group of a test: the one that names most of its file's path, or the file alone."""
     file = nodeid.split("::")[0]
     name = file.removeprefix("tests/")
-    found = [one for one, all in FAMILIES.items() if name.startswith(tuple(all.split()))]
-    return found[0] if found else file
+    begins = [(one, start) for one, all in FAMILIES.items() for start in all.split()]
+    found = [(len(start), one) for one, start in begins if name.startswith(start)]
+    return max(found)[1] if found else file
 
 
 @pytest.hookimpl(optionalhook=True)
