@@ -3,7 +3,18 @@
 from enum import Enum
 
 
-class Status(Enum):
+class Told(Enum):
+    """A word of ours, its label, with a text that says it to people."""
+
+    def __init__(self, label: str, text: str):
+        self.label = label
+        self.text = text
+
+    def __str__(self) -> str:
+        return self.label
+
+
+class Status(Told):
     """What a query ended with. The text says it to people, and what to try next."""
 
     PROVED = (
@@ -26,20 +37,13 @@ class Status(Enum):
         "try more work, a wider gap or a narrower tube",
     )
 
-    def __init__(self, label: str, text: str):
-        self.label = label
-        self.text = text
-
-    def __str__(self) -> str:
-        return self.label
-
     @property
     def found(self) -> bool:
         """Safe plans are in hand."""
         return self in (Status.PROVED, Status.BOUNDED)
 
 
-class Ended(Enum):
+class Ended(Told):
     """What ended a search. The text says it to people, and what to try next."""
 
     TARGET = "target", "which is reached"
@@ -49,13 +53,6 @@ class Ended(Enum):
         "a limit that cut work off, so a less busy machine may give another answer; "
         "try a larger budget_s",
     )
-
-    def __init__(self, label: str, text: str):
-        self.label = label
-        self.text = text
-
-    def __str__(self) -> str:
-        return self.label
 
     @property
     def sentence(self) -> str:
