@@ -205,4 +205,11 @@ DOUBT = (
         "p0 = seen.p0 if scene.at is None else np.tile(scene.at + 0.01, (len(seen.p0), 1))",
         (POSE + "test_answers_from_here_are_sets_in_k_alone",),
     ),
+    Fault(
+        "of_an_option_given_twice_one_is_dropped",
+        "cli._require_once",
+        "names.count(name) > 1",
+        "names.count(name) > 9",
+        ("tests/cli/test_doubt_in_shell.py::test_bad_doubt_is_one_sentence",),
+    ),
 )

@@ -27,7 +27,7 @@ from parc_jax.rollout.files import write_atomic
 from parc_jax.rollout.law import LawSpec
 from parc_jax.rollout.subject import Subject
 from parc_jax.sets.box import Box
-from parc_jax.spelling import hex_text, rounded_up
+from parc_jax.spelling import hex_text, listed, rounded_up
 
 KINDS = ("pac", "assumed", "declared")
 FORMAT = "parc_jax.claim/2"
@@ -109,9 +109,10 @@ class ErrorClaim:
         if not self.tube.claimed.any():
             return NoStatement("no bin of K has a claim")
         if self.evidence.get("not_drawn"):
+            names = self.evidence["not_drawn"]
+            are = "is" if len(names) == 1 else "are"
             return NoStatement(
-                f"{', '.join(self.evidence['not_drawn'])} are not drawn, and the claim is about k "
-                "drawn from all of K"
+                f"{listed(names)} {are} not drawn, and the claim is about k drawn from all of K"
             )
         if isinstance(nu, Point):
             return NoStatement(

@@ -48,7 +48,21 @@ def _run(arguments: list[str], interrupts: Interrupts) -> int:
 
         print(f"parc-jax {__version__}")
         return OK
+    _require_once(arguments)
     return _dispatch(arguments, interrupts)
+
+
+def _require_once(arguments: list[str]) -> None:
+    """Refuse an option that is there twice, of which the parser would drop one without a word.
+    Raises InputError.
+    """
+    names = [word.split("=", 1)[0] for word in arguments if word.startswith("--")]
+    for name in names:
+        if names.count(name) > 1:
+            raise InputError(
+                f"{name}: expected every option once; it is there {names.count(name)} times. Name "
+                f"all its values after one {name}."
+            )
 
 
 def _dispatch(arguments: list[str], interrupts: Interrupts) -> int:

@@ -8,6 +8,7 @@ from parc_jax.body import Disc, numbered
 from parc_jax.certificate.write import corridor_part, part_hash, question_parts
 from parc_jax.checker import PARTS
 from parc_jax.claim.error_set import NO_CLAIM
+from parc_jax.claim.statement import in_short
 from parc_jax.cover.corridor import Corridor
 from parc_jax.io.answer_file import corridor_of
 from parc_jax.plot import shapes
@@ -32,7 +33,7 @@ def page_data(answer) -> dict:
         "labels": model.labels._asdict(),
         "level": answer.status.label,
         "statement": answer.statement(),
-        "claim": model.claim.kind,
+        "claim": in_short(model.claim),
         "hash": {
             name: part_hash(part)
             for name, part in zip(PARTS, question_parts(problem, model), strict=True)

@@ -42,6 +42,8 @@ def shell(capsys, monkeypatch, tmp_path):
         (("--doubt-k", "speed=0.1"), "expected parameters of the model (k0, k1); got 'speed'"),
         (("--doubt-k", "k0=0.5", "k0=0.001"), "doubt k: expected every parameter once; k0"),
         (("--doubt-k", "k0=0.5", "0=0.001"), "doubt k: expected every parameter once; k0"),
+        (("--given", "k0=0.5", "--given", "k1=0.5"), "--given: expected every option once"),
+        (("--doubt-k=k0=0.5", "--doubt-k", "k0=0.1"), "--doubt-k: expected every option once"),
         (("--given", "k0=0.9", "--doubt-k", "k0=0.5"), "got [0.9, 0.9] (measured, executed"),
         (("--doubt-k", "k0"), "--doubt-k: expected NAME=VALUE or NAME=LO:HI"),
         (("--unknown", "k0=0.1"), "doubt unknown of k0: expected a box (lo, hi)"),

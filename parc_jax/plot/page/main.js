@@ -292,7 +292,7 @@ function readAddress() {
 $("title").textContent = `${data.system || "Answer"}: safe manoeuvres`;
 const holding = (n, word, share) => `${n} ${word}${n === 1 ? "" : "s"}${share > 0 ? ` (${(100 * share).toFixed(1)} % of the model's safe set)` : ""}`;
 $("summary").textContent = `${holding(data.samples.length, "sample")}, ${holding(data.corridors.length, "corridor", data.corridor_share)}, `
-  + `${holding(data.polytopes.length, "polytope", data.share)}; ${data.level}; claim about the tube: ${data.claim}.`;
+  + `${holding(data.polytopes.length, "polytope", data.share)}; ${data.level}; the tube: ${data.claim}.`;
 $("statement").textContent = data.statement;
 state.k = data.domain.lo.map((lo, i) => (lo + data.domain.hi[i]) / 2);
 state.p0 = plus(data.goal_box.lo, data.goal_box.hi).map((v) => v / 2);
