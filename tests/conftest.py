@@ -11,9 +11,9 @@ pytest_plugins = ["compile_report"]
 # Files whose tests call the same kernels, as their paths begin: with -n one worker compiles them
 FAMILIES = {
     "runs": "claim rollout driven experiment network sims benchmarks soundness/test_claims "
-    "cli/test_nothing_lost",
+    "cli/test_nothing_lost verdict/test_outline",
     "plans": "verdict cover batch soundness robust certificate io onboard answer volume_bounds "
-    "obstacles cli plot experiment/test_recorded",
+    "obstacles cli plot experiment/test_recorded test_planner test_methods",
 }
 SHAPE_CHECKED = ["parc_jax.sets"]  # annotated shapes and types of these hold at every call
 
