@@ -4,6 +4,7 @@ import argparse
 import collections
 import hashlib
 import json
+import math
 import os
 import sys
 from fractions import Fraction
@@ -132,8 +133,10 @@ def summary(report):
     elif report.no_plan is not None:
         names = ("safe", "unsafe", "undecided")
         sizes = [Fraction(report.no_plan[name]) for name in names]
-        shares = [float(100 * size / sum(sizes)) for size in sizes]
-        listed = ", ".join(f"{name} {x:.4g} %" for name, x in zip(names, shares, strict=True))
+        listed = ", ".join(
+            f"{name} {percent(size / sum(sizes), up=name == 'undecided')}"
+            for name, size in zip(names, sizes, strict=True)
+        )
         yield f"  of the (p0, k) whose end lies in the goal's box by volume: {listed}"
     claim = report.claim or {"kind": "no claim"}
     if claim.get("kind") in ("pac", "conformal", "cover"):
@@ -143,6 +146,14 @@ def summary(report):
     yield f"  {ascii(claim.get('kind'))[:40]} {ascii(claim.get('statement'))[:2000]}"
     for part, value in report.hash.items():
         yield f"  sha256 {part} {value}"
+
+
+def percent(share, up):
+    """An exact share, told to a thousandth of a percent: what is proved never above it, what is
+    not never below.
+    """
+    thousandths = math.ceil(10**5 * share) if up else math.floor(10**5 * share)
+    return f"{thousandths // 1000}.{thousandths % 1000:03d} %"
 
 
 def counted(n, one, many=None):
