@@ -231,7 +231,7 @@ def test_the_copied_folder_may_have_any_name(folder):
 
 
 def test_exit_codes_and_json(folder):
-    assert "safe 11.76 %" in run(["checker", "bracket.json"], folder).stdout
+    assert "safe 11.764 %" in run(["checker", "bracket.json"], folder).stdout
     result = run(["checker", "bracket.json", "--json"], folder)
     report = json.loads(result.stdout)
     assert result.returncode == 0
