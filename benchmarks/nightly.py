@@ -163,11 +163,13 @@ def last_line(text: str, code: int) -> str:
     return said.replace("|", "/")[:200]
 
 
-def page(results: Sequence[Result]) -> str:
-    """The table of docs/nightly.md."""
+def page(results: Sequence[Result], n_campaigns: int) -> str:
+    """The table of docs/nightly.md, of so many campaigns in all."""
     states = sorted({f"{result.commit}, {result.day}" for result in results})
     hours = sum(result.seconds for result in results) / 3600
     failed = [result.name for result in results if not result.passed]
+    missing = n_campaigns - len(results)
+    whole = f"Still to be run: {missing} of {n_campaigns} campaigns. " if missing else ""
     rows = [
         f"| `{r.name}` | {r.tries} | {'' if r.passed else '**failed**: '}{r.line} "
         f"| {r.seconds / 60:.1f} |"
@@ -183,6 +185,7 @@ def page(results: Sequence[Result]) -> str:
             "",
             f"Commit and day: {'; '.join(states)}. {os.cpu_count()} cores, Python "
             f"{platform.python_version()}, {hours:.1f} hours in all. "
+            + whole
             + (f"Failed: {', '.join(failed)}." if failed else "None failed."),
             "",
             "| campaign | what it tries | result | minutes |",
@@ -217,7 +220,7 @@ def run(options: Options, known: Sequence[Campaign] | None = None, to: Path = PA
             print(f"{campaign.name:<28} {finished.line} ({finished.seconds:.0f} s)", flush=True)
         if finished is not None:
             results.append(finished)
-            to.write_text(page(results))
+            to.write_text(page(results, len(known)))
     return int(not all(result.passed for result in results))
 
 

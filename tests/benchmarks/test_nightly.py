@@ -50,6 +50,9 @@ def test_what_is_finished_is_not_run_again_and_what_failed_is(night):
     commit(night, "two")  # other code: everything is asked again
     assert run(options, [good], page) == 0
     assert of_good.read_text() == "xxx" and "None failed." in page.read_text()
+    assert "Still to be run" not in page.read_text()
+    assert run(Options(only=("good",), folder=night / "kept"), [good, bad], page) == 0
+    assert "Still to be run: 1 of 2 campaigns. None failed." in page.read_text()
 
 
 def test_code_that_is_not_committed_has_no_results(night):
