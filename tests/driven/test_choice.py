@@ -251,9 +251,8 @@ def test_the_promise_of_a_local_claim_is_kept_at_its_rate():
     push = toy.GUST * k[:, :1] * rng.uniform(-1, 1, (200_000, 2))
     for seed in range(repeats):
         runs = LocalRuns(system, jax.random.PRNGKey(seed), part, 40)
-        like = toy.model()
         start = StartTrial(0.0, None)
-        claim = claimed(runs, runs.train(), toy.NET, like, delta, asked, start).claim
+        claim = claimed(runs, runs.train(), toy.NET, delta, asked, start).claim
         half = claim.tube.final[claim.tube.bin_of(k), :2]
         wrong += (np.abs(push) > half).any(axis=1).mean() > claim.eps
     assert wrong / repeats <= 0.1 + 4 * np.sqrt(0.1 * 0.9 / repeats)
