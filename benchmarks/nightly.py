@@ -1,8 +1,9 @@
 """What takes hours: `python -m benchmarks.nightly` (`.ci/nightly` installs what it needs first).
 
-Campaigns run one after another, each a command of its own with one line of result. What is finished
-for this code is not run again, so a night that was stopped goes on. The page docs/nightly.md is
-written anew after every campaign, with commit and date.
+Each campaign is a command of its own with one line of result; as many run at a time as there are
+cores. What is finished for the files that it reads is not run again, so a night that was stopped,
+or whose tests were mended, goes on. The page docs/nightly.md is written anew after every campaign,
+with commit and date.
 """
 
 import hashlib
@@ -15,7 +16,8 @@ import subprocess
 import sys
 import time
 from collections.abc import Sequence
-from dataclasses import dataclass
+from concurrent.futures import ThreadPoolExecutor, as_completed
+from dataclasses import dataclass, field
 from datetime import date
 from pathlib import Path
 
@@ -25,19 +27,32 @@ from benchmarks.attacks.promises import PROMISES
 
 ROOT = Path(__file__).resolve().parents[1]
 PAGE = ROOT / "docs" / "nightly.md"
-CODE = ("parc_jax", "sims", "benchmarks", "tests", "pyproject.toml", ".ci")  # what results are of
+CODE = ("parc_jax", "sims", "benchmarks", "pyproject.toml", ".ci")  # what all results are of
+ALL_TESTS = ("tests/helpers", "tests/conftest.py")  # and those of tests
 FOREIGN = ROOT / ".venv-foreign" / "bin" / "python"  # simulators whose needs may move versions
+FOREIGN_TESTS = "tests/sims/foreign"
 NO_TESTS = 5  # pytest's exit code where a folder has none of the marked ones
 SUMMARY = re.compile(r"^=* ?(\d+ (?:passed|failed|error).*?) ?=*$")
 
 
 @dataclass(frozen=True)
 class Campaign:
-    """One command. name: of its files and its row. tries: what it does, for people."""
+    """One command. name: of its files and its row. tries: what it does, for people. reads: files
+    that its result is of. In the command, KEPT is a folder in which it may note how far it is.
+    """
 
     name: str
     tries: str
     command: tuple[str, ...]
+    reads: tuple[str, ...] = CODE
+
+    def state(self) -> str:
+        """Hash of what it reads, as committed."""
+        listed = _git("ls-tree", "HEAD", "--", *self.reads) + "\n" + " ".join(self.command)
+        return hashlib.sha256(listed.encode()).hexdigest()[:16]
+
+
+KEPT = "{kept}"
 
 
 @dataclass(frozen=True)
@@ -46,6 +61,7 @@ class Result:
 
     name: str
     tries: str
+    state: str
     commit: str
     day: str
     code: int
@@ -65,33 +81,44 @@ class Options:
     only: tuple[str, ...] = ()
     """These campaigns; default: all."""
     folder: Path = ROOT / "runs" / "nightly"
-    """Logs and results, a folder for each state of the code."""
+    """Logs and results, a folder for each campaign and state of what it reads."""
+    jobs: int = field(default_factory=lambda: os.cpu_count() or 1)
+    """Campaigns at a time."""
     again: bool = False
     """Also what is finished."""
     list: bool = False
     """Print the campaigns and run nothing."""
 
 
-def campaigns(kept: Path) -> list[Campaign]:
-    """All of the night. kept: folder of the results, where the long ones note how far they are."""
+def campaigns() -> list[Campaign]:
+    """All of the night, the longest first."""
     attack = (sys.executable, "-m", "benchmarks.attacks")
     foreign = str(FOREIGN) if FOREIGN.exists() else sys.executable
     return [
-        *(_tests_of(folder) for folder in _folders()),
+        Campaign(
+            "faults",
+            "every planted fault: the tests named for it must fail",
+            (*attack, "faults", "--path", f"{KEPT}/faults.txt"),
+            (*CODE, "tests"),
+        ),
         Campaign(
             "foreign",
             "black boxes that nobody here wrote: their own simulators, studies and replays",
-            (foreign, "-m", "pytest", "-q", "-m", "", "--no-header", "tests/sims/foreign"),
+            (foreign, "-m", "pytest", "-q", "-m", "", "--no-header", FOREIGN_TESTS),
+            (*CODE, *ALL_TESTS, FOREIGN_TESTS),
         ),
+        *(_tests_of(folder) for folder in _folders()),
         Campaign(
             "mutants",
             "answers changed at random against an oracle of its own",
-            (*attack, "mutants", "--path", str(kept / "mutants.jsonl")),
+            (*attack, "mutants", "--path", f"{KEPT}/mutants.jsonl"),
+            (*CODE, *ALL_TESTS),
         ),
         Campaign(
             "borders",
             "points exactly on a border, in fractions",
-            (*attack, "borders", "--path", str(kept / "borders.jsonl")),
+            (*attack, "borders", "--path", f"{KEPT}/borders.jsonl"),
+            (*CODE, *ALL_TESTS),
         ),
         *(
             Campaign(
@@ -102,37 +129,30 @@ def campaigns(kept: Path) -> list[Campaign]:
             for promise in PROMISES
             if not promise.control
         ),
-        Campaign(
-            "faults",
-            "every planted fault: the tests named for it must fail",
-            (*attack, "faults", "--path", str(kept / "faults.jsonl")),
-        ),
     ]
 
 
 def _folders() -> list[Path]:
     """Folders of tests; those at the top count as one, the foreign ones have their own campaign."""
-    return sorted({path.parent for path in (ROOT / "tests").glob("**/test_*.py")} - {_FOREIGN})
-
-
-_FOREIGN = ROOT / "tests" / "sims" / "foreign"
+    folders = {path.parent for path in (ROOT / "tests").glob("**/test_*.py")}
+    return sorted(folders - {ROOT / FOREIGN_TESTS})
 
 
 def _tests_of(folder: Path) -> Campaign:
     files = sorted(str(path.relative_to(ROOT)) for path in folder.glob("test_*.py"))
     name = folder.relative_to(ROOT / "tests").as_posix().replace("/", "-").strip(".") or "top"
     marked = (sys.executable, "-m", "pytest", "-q", "--no-header", "-m", "slow or night")
+    command = (*marked, "--timeout=7200", *files)
     return Campaign(
-        f"tests-{name}", "long tests and those of the night", (*marked, "--timeout=7200", *files)
+        f"tests-{name}", "long tests and those of the night", command, (*CODE, *ALL_TESTS, *files)
     )
 
 
-def code_hash() -> str:
-    """Of the committed code that results are about. Raises SystemExit where it has changed."""
-    changed = _git("status", "--porcelain", "--", *CODE)
+def require_committed() -> None:
+    """Raises SystemExit where what results are of has changed since the last commit."""
+    changed = _git("status", "--porcelain", "--", *CODE, "tests")
     if changed:
         raise SystemExit(f"nightly: expected committed code; changed since:\n{changed}")
-    return hashlib.sha256(_git("ls-tree", "HEAD", "--", *CODE).encode()).hexdigest()[:16]
 
 
 def _git(*arguments: str) -> str:
@@ -141,18 +161,23 @@ def _git(*arguments: str) -> str:
 
 
 def run_campaign(campaign: Campaign, kept: Path, commit: str) -> Result:
-    """Run one; its output goes into a file of its name."""
+    """Run one; its output and its result go into its folder."""
+    kept.mkdir(parents=True, exist_ok=True)
     environment = os.environ | {"PARC_JAX_NIGHT": "1", "PYTHONPATH": str(ROOT)}
-    log = kept / f"{campaign.name}.log"
+    command = [word.replace(KEPT, str(kept)) for word in campaign.command]
     begin = time.perf_counter()
-    with log.open("w") as out:
+    with (kept / "log").open("w") as out:
         code = subprocess.call(
-            campaign.command, cwd=ROOT, env=environment, stdout=out, stderr=subprocess.STDOUT
+            command, cwd=ROOT, env=environment, stdout=out, stderr=subprocess.STDOUT
         )
     seconds = time.perf_counter() - begin
-    line = last_line(log.read_text(errors="replace"), code)
+    line = last_line((kept / "log").read_text(errors="replace"), code)
     day = date.today().isoformat()
-    return Result(campaign.name, campaign.tries, commit, day, code, seconds, line)
+    state = campaign.state()
+    result = Result(campaign.name, campaign.tries, state, commit, day, code, seconds, line)
+    (kept / "result.json").write_text(json.dumps(vars(result), indent=1))
+    print(f"{campaign.name:<28} {line} ({seconds:.0f} s)", flush=True)
+    return result
 
 
 def last_line(text: str, code: int) -> str:
@@ -172,7 +197,7 @@ def page(results: Sequence[Result], n_campaigns: int) -> str:
     whole = f"Still to be run: {missing} of {n_campaigns} campaigns. " if missing else ""
     rows = [
         f"| `{r.name}` | {r.tries} | {'' if r.passed else '**failed**: '}{r.line} "
-        f"| {r.seconds / 60:.1f} |"
+        f"| {r.seconds / 60:.1f} | {r.commit} |"
         for r in results
         if r.code != NO_TESTS
     ]
@@ -184,12 +209,13 @@ def page(results: Sequence[Result], n_campaigns: int) -> str:
             "runs when, [attacks](attacks.md) what each tries.",
             "",
             f"Commit and day: {'; '.join(states)}. {os.cpu_count()} cores, Python "
-            f"{platform.python_version()}, {hours:.1f} hours in all. "
+            f"{platform.python_version()}, {hours:.1f} hours in all, "
+            f"{os.cpu_count()} campaigns at a time. "
             + whole
             + (f"Failed: {', '.join(failed)}." if failed else "None failed."),
             "",
-            "| campaign | what it tries | result | minutes |",
-            "| --- | --- | --- | --- |",
+            "| campaign | what it tries | result | minutes | commit |",
+            "| --- | --- | --- | --- | --- |",
             *rows,
             "",
         ]
@@ -198,9 +224,8 @@ def page(results: Sequence[Result], n_campaigns: int) -> str:
 
 def run(options: Options, known: Sequence[Campaign] | None = None, to: Path = PAGE) -> int:
     """Run what is not finished and write the page. Exit code 1 where anything failed."""
-    kept = options.folder / code_hash()
-    kept.mkdir(parents=True, exist_ok=True)
-    known = campaigns(kept) if known is None else list(known)
+    require_committed()
+    known = campaigns() if known is None else list(known)
     unknown = set(options.only) - {campaign.name for campaign in known}
     if unknown:
         raise SystemExit(f"nightly: expected names of campaigns; got {', '.join(unknown)}.")
@@ -208,20 +233,31 @@ def run(options: Options, known: Sequence[Campaign] | None = None, to: Path = PA
         for campaign in known:
             print(campaign.name, shutil.which(campaign.command[0]), *campaign.command[1:])
         return 0
-    results = []
     commit = _git("rev-parse", "--short", "HEAD")
-    for campaign in known:
-        record = kept / f"{campaign.name}.json"
-        finished = Result(**json.loads(record.read_text())) if record.exists() else None
-        chosen = not options.only or campaign.name in options.only
-        if chosen and (options.again or finished is None or not finished.passed):
-            finished = run_campaign(campaign, kept, commit)
-            record.write_text(json.dumps(vars(finished), indent=1))
-            print(f"{campaign.name:<28} {finished.line} ({finished.seconds:.0f} s)", flush=True)
-        if finished is not None:
-            results.append(finished)
-            to.write_text(page(results, len(known)))
-    return int(not all(result.passed for result in results))
+    kept = {c.name: options.folder / c.name / c.state() for c in known}
+    finished = {c.name: found for c in known if (found := _finished(kept[c.name])) is not None}
+    todo = [
+        campaign
+        for campaign in known
+        if (not options.only or campaign.name in options.only)
+        and (options.again or campaign.name not in finished or not finished[campaign.name].passed)
+    ]
+    with ThreadPoolExecutor(options.jobs) as pool:
+        begun = [pool.submit(run_campaign, c, kept[c.name], commit) for c in todo]
+        for done in as_completed(begun):
+            finished[done.result().name] = done.result()
+            _write(to, finished, known)
+    _write(to, finished, known)
+    return int(not all(result.passed for result in finished.values()))
+
+
+def _finished(kept: Path) -> Result | None:
+    record = kept / "result.json"
+    return Result(**json.loads(record.read_text())) if record.exists() else None
+
+
+def _write(to: Path, finished: dict[str, Result], known: Sequence[Campaign]) -> None:
+    to.write_text(page([finished[c.name] for c in known if c.name in finished], len(known)))
 
 
 if __name__ == "__main__":

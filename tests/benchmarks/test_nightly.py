@@ -15,13 +15,14 @@ def night(tmp_path, monkeypatch):
     for command in (["init", "-q"], ["config", "user.email", "a@b"], ["config", "user.name", "a"]):
         subprocess.run(["git", *command], cwd=tmp_path, check=True)
     (tmp_path / "tests").mkdir()
-    commit(tmp_path, "one")
+    for name in ("good", "bad"):
+        commit(tmp_path, name, "one")
     monkeypatch.setattr(nightly, "ROOT", tmp_path)
     return tmp_path
 
 
-def commit(folder, text):
-    (folder / "tests" / "code.py").write_text(text)
+def commit(folder, name, text):
+    (folder / "tests" / f"{name}.py").write_text(text)
     subprocess.run(["git", "add", "tests"], cwd=folder, check=True)
     subprocess.run(["git", "commit", "-qm", text], cwd=folder, check=True)
 
@@ -32,7 +33,7 @@ def counting(folder, name, code):
     script = (
         f"open({str(file)!r}, 'a').write('x'); print('said', {name!r}); raise SystemExit({code})"
     )
-    return Campaign(name, "counts", (sys.executable, "-c", script)), file
+    return Campaign(name, "counts", (sys.executable, "-c", script), (f"tests/{name}.py",)), file
 
 
 def test_what_is_finished_is_not_run_again_and_what_failed_is(night):
@@ -47,7 +48,9 @@ def test_what_is_finished_is_not_run_again_and_what_failed_is(night):
     assert "**failed**: said bad" in page.read_text() and "Failed: bad." in page.read_text()
     assert run(Options(folder=night / "kept", again=True), [good], page) == 0
     assert of_good.read_text() == "xx"
-    commit(night, "two")  # other code: everything is asked again
+    commit(night, "bad", "two")  # not what it reads
+    assert run(options, [good], page) == 0 and of_good.read_text() == "xx"
+    commit(night, "good", "two")
     assert run(options, [good], page) == 0
     assert of_good.read_text() == "xxx" and "None failed." in page.read_text()
     assert "Still to be run" not in page.read_text()
@@ -56,7 +59,7 @@ def test_what_is_finished_is_not_run_again_and_what_failed_is(night):
 
 
 def test_code_that_is_not_committed_has_no_results(night):
-    (night / "tests" / "code.py").write_text("changed")
+    (night / "tests" / "good.py").write_text("changed")
     with pytest.raises(SystemExit, match="expected committed code"):
         run(Options(folder=night / "kept"), [], night / "nightly.md")
 
@@ -68,10 +71,17 @@ def test_the_line_of_result_is_what_says_most():
     assert last_line("", 9) == "nothing, exit code 9"
 
 
-def test_every_campaign_has_a_name_of_its_own_and_every_test_file_is_in_one(tmp_path):
-    known = campaigns(tmp_path)
+def test_every_campaign_has_a_name_of_its_own_and_every_test_file_is_in_one():
+    known = campaigns()
     names = [campaign.name for campaign in known]
     assert len(set(names)) == len(names)
     asked = {word for campaign in known for word in campaign.command}
     files = {str(p.relative_to(nightly.ROOT)) for p in nightly.ROOT.glob("tests/**/test_*.py")}
     assert {f for f in files - asked if not f.startswith("tests/sims/foreign/")} == set()
+
+
+def test_a_campaign_is_asked_again_where_a_file_that_it_reads_has_changed():
+    by_name = {campaign.name: campaign for campaign in campaigns()}
+    assert {"parc_jax", "tests/helpers", "tests/lp/test_solve.py"} <= set(by_name["tests-lp"].reads)
+    assert "tests" in by_name["faults"].reads and "tests/sims/foreign" in by_name["foreign"].reads
+    assert all(set(nightly.CODE) <= set(campaign.reads) for campaign in by_name.values())
