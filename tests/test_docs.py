@@ -186,12 +186,26 @@ def test_scenes_shown_are_scenes(page):
         assert problem_of_text(block, page.name, points=points).obstacles
 
 
+@functools.cache
+def anchors(page: Path) -> set[str]:
+    """What can stand behind the # of a link to the page: its headings, and anchors set by hand."""
+    text = re.sub(r"^```.*?^```", "", page.read_text(encoding="utf-8"), flags=re.S | re.M)
+    heads = [
+        re.sub(r"\[(.*?)\]\(.*?\)|[`*]", r"\1", h) for h in re.findall(r"^#+ (.*)", text, re.M)
+    ]
+    slugs = {re.sub(r"[\s-]+", "-", re.sub(r"[^\w\s-]", "", h).strip().lower()) for h in heads}
+    return slugs | set(re.findall(r'(?:id=|\{#)"?([\w-]+)', text))
+
+
 @pytest.mark.parametrize("page", PAGES, ids=lambda p: p.name)
 def test_links_inside_the_repository_lead_somewhere(page):
     text = re.sub(r"```.*?```", "", page.read_text(encoding="utf-8"), flags=re.S)
-    for target in re.findall(r"\]\(([^)#\s]+)(?:#[^)]*)?\)", text):
+    for target, anchor in re.findall(r"\]\(([^)#\s]*)(?:#([^)\s]*))?\)", text):
         if not target.startswith(("http:", "https:", "mailto:")):
-            assert (page.parent / target).exists(), f"{page.name} links to {target}"
+            there = page.parent / target if target else page
+            assert there.exists(), f"{page.name} links to {target}"
+            if anchor and there.suffix == ".md":
+                assert anchor in anchors(there), f"{page.name} links to {target}#{anchor}"
 
 
 def test_the_api_page_is_up_to_date():
@@ -248,13 +262,13 @@ def test_formulas_can_be_set(page):
     assert not re.search(r"[_^]\{", outside), f"{page.name}: a formula stands outside of $...$"
 
 
-def test_every_page_is_in_the_site():
-    listed = set(
-        re.findall(r"- (\w+\.md)", (ROOT / "docs" / "mkdocs.yml").read_text(encoding="utf-8"))
-    )
-    assert {page.name for page in (ROOT / "docs").glob("*.md")} == listed, (
-        "list it in docs/mkdocs.yml"
-    )
+def test_every_page_is_in_the_site_and_on_its_first_page():
+    docs = ROOT / "docs"
+    pages = {page.name for page in docs.glob("*.md")}
+    listed = re.findall(r"- (\w+\.md)", (docs / "mkdocs.yml").read_text(encoding="utf-8"))
+    linked = re.findall(r"\]\((\w+\.md)\)", (docs / "index.md").read_text(encoding="utf-8"))
+    assert pages == set(listed), "list it in docs/mkdocs.yml"
+    assert pages == {"index.md", *linked}, "link it in docs/index.md"
 
 
 def test_readme_counts_all_runs_of_the_main_job():
