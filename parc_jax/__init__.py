@@ -83,7 +83,6 @@ _HOME = {
     "translation_gap": "rollout.invariance",
     "tube": "claim.tube",
     "update": "claim.update",
-    "validate_choice": "claim.validate",
     "vnnlib": "io.question",
     "write_c": "onboard.header",
     "write_onnx": "io.onnx_write",

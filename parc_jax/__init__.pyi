@@ -25,7 +25,6 @@ from parc_jax.claim.tube import Tube as Tube
 from parc_jax.claim.tube import tube as tube
 from parc_jax.claim.update import refit as refit
 from parc_jax.claim.update import update as update
-from parc_jax.claim.validate import validate_choice as validate_choice
 from parc_jax.doubt import Doubt as Doubt
 from parc_jax.driven.choice import Choice as Choice
 from parc_jax.driven.local_model import Local as Local

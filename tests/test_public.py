@@ -86,7 +86,6 @@ NAMES = [
     "translation_gap",
     "tube",
     "update",
-    "validate_choice",
     "vnnlib",
     "write_c",
     "write_onnx",

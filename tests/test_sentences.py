@@ -16,7 +16,6 @@ from parc_jax.claim.counts import cheaper, clopper_pearson, supported_eps
 from parc_jax.claim.risk import NoStatement, Risk
 from parc_jax.claim.start_gap import StartTrial
 from parc_jax.claim.statement import in_short
-from parc_jax.claim.validate import Validation
 from parc_jax.driven import tested
 from parc_jax.driven.looks import Look
 from parc_jax.experiment.numbers import covering
@@ -66,7 +65,6 @@ def sentences_of(n: int):
     eps, sure = clopper_pearson(0, n, float(DELTA)), 1 - DELTA
     share = Fraction(n, 403)
     look = Look(1, 1, DELTA)
-    yield Validation(n, 0, eps, DELTA, 1, "a law").statement(), [sure, eps], "du"
     yield tested.Tested(n, 0, False, eps, look, 1.0).statement(), [sure, eps], "du"
     risk = about_risk(Risk(eps, eps), "a set", float(1 + eps), 0.99, DELTA)
     yield risk, [eps, 1 + eps, Fraction("0.999"), Fraction("0.99"), sure], "uuddd"

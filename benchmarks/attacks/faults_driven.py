@@ -85,8 +85,8 @@ DRIVEN = (
     ),
     Fault(
         "a_tested_choice_printed_to_the_nearest",
-        "Validation.statement",
-        "rounded_up(self.eps, 4)",
+        "Tested.statement",
+        "rounded_up(self.eps)",
         "float(self.eps):.4g",
         (
             f"{SENTENCES}::test_no_sentence_undercuts_its_bound",

@@ -198,7 +198,7 @@ COUNTED = (
         "clopper_pearson",
         "betainccinv(failures + 1, n - failures, delta)",
         "betainccinv(failures + 1, n - failures, 1 - delta)",
-        ("tests/claim/test_validate.py::test_the_bound_inverts_the_binomial_tail",),
+        ("tests/claim/test_counts.py::test_the_bound_inverts_the_binomial_tail",),
     ),
     Fault(
         "lower_bounds_of_the_other_side",
@@ -206,20 +206,6 @@ COUNTED = (
         "return float(1 - clopper_pearson(n - successes, n, delta))",
         "return float(clopper_pearson(successes, n, delta))",
         ("tests/claim/test_counts.py::test_one_bound_on_a_probability_serves_everybody",),
-    ),
-    Fault(
-        "choices_that_failed_with_nan_pass",
-        "validate_choice",
-        "(verdicts | batch.failed)",
-        "verdicts",
-        ("tests/claim/test_validate.py::test_a_run_with_nan_has_failed_whatever_the_test_says",),
-    ),
-    Fault(
-        "looks_at_a_choice_cost_nothing",
-        "validate_choice",
-        "float(delta / looks)",
-        "float(delta)",
-        ("tests/claim/test_validate.py::test_looks_split_delta",),
     ),
 )
 

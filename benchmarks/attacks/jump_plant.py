@@ -61,6 +61,19 @@ class JumpPlant:
         return Trajectory(s[:, None] * (k + error)[None], k[:1])
 
 
+class Hidden(JumpPlant):
+    """The robot with a k of its own, drawn anew in each run, whatever it is asked for: a run of any
+    plan jumps with probability `width`.
+    """
+
+    name = "hidden_jumps"
+
+    def rollout(self, key, k) -> Trajectory:
+        """One run, relative to its start."""
+        pick, own = jax.random.split(key)
+        return super().rollout(own, jax.random.uniform(pick, (2,)))
+
+
 class Truth(NamedTuple):
     """Exact probabilities. whole: a new run leaves the tube. by_bin (n_bins,): given that k is in
     the bin. share (n_bins,): of
@@ -76,6 +89,12 @@ class Truth(NamedTuple):
 def jump_plant(width: float) -> JumpPlant:
     """The robot with this slab, made once: compiled programs are kept with it."""
     return JumpPlant(width)
+
+
+@cache
+def hidden(width: float) -> Hidden:
+    """The robot that jumps whatever it is asked for, made once."""
+    return Hidden(width)
 
 
 def network() -> ReLUNetwork:

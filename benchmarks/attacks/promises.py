@@ -15,6 +15,7 @@ import numpy as np
 from benchmarks.attacks.jump_plant import (
     HEIGHT,
     SLAB,
+    hidden,
     jump_plant,
     network,
     recordings,
@@ -31,9 +32,14 @@ from parc_jax.claim.profile import training_profile
 from parc_jax.claim.risk import Uniform
 from parc_jax.claim.score import score_system
 from parc_jax.claim.update import update
-from parc_jax.claim.validate import validate_choice
+from parc_jax.driven.looks import Looks
+from parc_jax.driven.tested import run_plan
 from parc_jax.keys import Stage
+from parc_jax.model import trajectory_model
+from parc_jax.problem import reach_avoid
 from parc_jax.rollout.collect import collect
+from parc_jax.sets.box import box
+from parc_jax.verdict.scene import scene_of
 
 EPS, DELTA = 0.05, 0.05
 NET = network()
@@ -194,10 +200,10 @@ def updated(width, key):
 
 
 def chosen_choice(width, key):
-    """Fresh runs of the final choice, with no profile: failed = it jumped."""
-    found = validate_choice(
-        jump_plant(width), key, _uniform_on_the_square, _jumped, n=120, delta=DELTA
-    )
+    """Fresh runs of the plan that is driven, with no profile: failed = it jumped past the goal."""
+    look = Looks().declare(DELTA).take()
+    plan = np.zeros(2), np.full(2, 0.5)
+    found = run_plan(hidden(width), _wide_goal(), *plan, key, look, EPS, 120, quiet=True)
     return found.eps, width
 
 
@@ -276,9 +282,8 @@ def _any_claim():
     return _claim(0.0, jax.random.PRNGKey(0))
 
 
-def _uniform_on_the_square(key):
-    return jax.random.uniform(key, (2,))
-
-
-def _jumped(batch) -> np.ndarray:
-    return batch.p[:, -1, 0] - batch.k[:, 0] > HEIGHT / 2
+@cache
+def _wide_goal():
+    """The scene of a goal that every run reaches that does not jump."""
+    goal = box([-HEIGHT / 2] * 3, [HEIGHT / 2] * 3)
+    return scene_of(reach_avoid(goal, [], 0.1), trajectory_model(NET, _any_claim()))

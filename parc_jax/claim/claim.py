@@ -117,7 +117,7 @@ class ErrorClaim:
         if isinstance(nu, Point):
             return NoStatement(
                 "a probability over k says nothing about one k; draw k from a certified set, or "
-                "run validate_choice"
+                "run the plan afresh (Choice.run)"
             )
         if isinstance(nu, Density):
             by_bin = self.bin_eps or (self.eps,)

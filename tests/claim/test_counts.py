@@ -28,6 +28,20 @@ def exact_tail(n, eps, discard):
     return sum(comb(n, i) * eps**i * (1 - eps) ** (n - i) for i in range(discard + 1))
 
 
+def test_no_failure_is_one_minus_a_root_of_delta():
+    for n in (10, 100, 4000):
+        assert clopper_pearson(0, n, 1e-3) == pytest.approx(1 - 1e-3 ** (1 / n), rel=1e-8)
+    published = 0.2589  # 10 of 10
+    assert float(clopper_pearson(0, 10, 0.05)) == pytest.approx(published, abs=1e-4)
+    assert clopper_pearson(7, 7, 0.01) == 1
+
+
+def test_the_bound_inverts_the_binomial_tail():
+    for failures, n, delta in ((1, 50, 0.01), (9, 300, 1e-3), (250, 300, 1e-6)):
+        eps = float(clopper_pearson(failures, n, delta))
+        assert bdtr(failures, n, eps) == pytest.approx(delta, rel=1e-5)
+
+
 def test_the_table_of_runs():
     deltas = (0.05, 1e-3, 1e-6, 1e-9)
     table = {
