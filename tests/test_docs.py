@@ -194,7 +194,7 @@ def anchors(page: Path) -> set[str]:
         re.sub(r"\[(.*?)\]\(.*?\)|[`*]", r"\1", h) for h in re.findall(r"^#+ (.*)", text, re.M)
     ]
     slugs = {re.sub(r"[\s-]+", "-", re.sub(r"[^\w\s-]", "", h).strip().lower()) for h in heads}
-    return slugs | set(re.findall(r'(?:id=|\{#)"?([\w-]+)', text))
+    return {slug for slug in slugs if slug.isascii()} | set(re.findall(r'(?:id=|\{#)"?([\w-]+)', text))
 
 
 @pytest.mark.parametrize("page", PAGES, ids=lambda p: p.name)
