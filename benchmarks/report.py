@@ -25,6 +25,7 @@ python -m benchmarks --device gpu --json results.json
 * A workload that cannot run here is skipped and says why. A fixed piece of NumPy work (`control`) shows whether the
   machine was busy: if its spread is far from 1, distrust the times of that run, and look only at ratios and counts.
 * Figures of the paper are its authors', for their networks on their machine. They are marked and never gated.
+* What was measured by hand, of single stages and on other days, is on [a page of its own](measured.md).
 """
 
 

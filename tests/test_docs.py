@@ -194,7 +194,8 @@ def anchors(page: Path) -> set[str]:
         re.sub(r"\[(.*?)\]\(.*?\)|[`*]", r"\1", h) for h in re.findall(r"^#+ (.*)", text, re.M)
     ]
     slugs = {re.sub(r"[\s-]+", "-", re.sub(r"[^\w\s-]", "", h).strip().lower()) for h in heads}
-    return {slug for slug in slugs if slug.isascii()} | set(re.findall(r'(?:id=|\{#)"?([\w-]+)', text))
+    by_hand = set(re.findall(r'(?:id=|\{#)"?([\w-]+)', text))
+    return by_hand | {slug for slug in slugs if slug.isascii()}
 
 
 @pytest.mark.parametrize("page", PAGES, ids=lambda p: p.name)

@@ -1,7 +1,7 @@
 """Work of whole enumerations, proof included: signs and rationals it takes, function calls. Prints
-the table of docs/regions.md, with CPU times, which no assertion depends on:
+the table of docs/measured.md, with CPU times, which no assertion depends on:
 
-OPENBLAS_NUM_THREADS=1 pytest -m slow -s tests/pwa/test_speed.py
+OPENBLAS_NUM_THREADS=1 pytest -m night -s tests/pwa/test_speed.py
 
 Columns: network, regions, smallest and median time [ms], time of unpacking the vertices [ms], gap,
     signs, rationals.
