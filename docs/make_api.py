@@ -19,7 +19,7 @@ FURTHER = {
         "rollout.environment",
         "rollout.invariance",
     ),
-    "After deployment": ("claim.monitor", "claim.update", "claim.validate"),
+    "After deployment": ("claim.monitor", "claim.update"),
 }
 
 
