@@ -43,7 +43,7 @@ class ErrorClaim:
                     [T1, T2]
         "assumed"   nothing is shown; the published maximum over training data.
         "declared"  nothing is shown here; the bound comes from elsewhere.
-    tube: half widths; a bin with infinite widths has no claim (`tube.claimed`).
+    tube: what holds the errors; a bin with infinite widths has no claim (`tube.claimed`).
     subject: whose runs leave it or not: system, K, time grid, points in order, rotation.
     network: hash of the one whose errors the tube holds.
     quantifier: the law of runs that the claim speaks of, in words; of a declared one, the reason.
