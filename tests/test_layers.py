@@ -21,6 +21,7 @@ ORDER = (
     "spelling",
     "keys",
     "arrays",
+    "climb",
     "lp",
     "sets",
     "geometry",  # a face

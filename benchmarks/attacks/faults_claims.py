@@ -171,7 +171,7 @@ CLAIMED = (
         "enlarge",
         "np.maximum(had, found)",
         "np.minimum(had, found)",
-        ("tests/claim/test_search.py::test_the_tube_is_widened_only_where_something_was_found",),
+        ("tests/claim/test_bad_runs.py::test_the_tube_is_widened_only_where_something_was_found",),
     ),
     Fault(
         "claims_survive_narrower_tubes",

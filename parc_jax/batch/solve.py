@@ -10,8 +10,8 @@ import numpy as np
 from parc_jax.arrays import x64
 from parc_jax.batch.box_scenes import BoxScenes, lay_out_boxes
 from parc_jax.batch.estimate import fan_table
+from parc_jax.batch.proposals import PROPOSED, Best
 from parc_jax.batch.run import make_pool, rewarm_many, run, search_many
-from parc_jax.batch.search import PROPOSED, Best
 from parc_jax.batch.stack import SizeClass, check_stack, stack_problems
 from parc_jax.certificate.prove import prove
 from parc_jax.certificate.write import sample_part

@@ -14,6 +14,7 @@ from functools import partial
 import jax
 import numpy as np
 
+from parc_jax.claim.bad_runs import enlarge, search_size
 from parc_jax.claim.by_bin import block_of_bins, block_shares, calibrate_bins
 from parc_jax.claim.calibrate import Intersample, calibrate
 from parc_jax.claim.claim import ErrorClaim
@@ -33,7 +34,6 @@ from parc_jax.claim.measure import Errors, measure
 from parc_jax.claim.profile import profile_of
 from parc_jax.claim.runs import RecordedRuns, Runs, SystemRuns
 from parc_jax.claim.score import check_profile, scores_of
-from parc_jax.claim.search import enlarge, search_size
 from parc_jax.claim.start_gap import StartTrial, allow_for_start, check_gap, try_starts
 from parc_jax.claim.tube import Tube
 from parc_jax.errors import InputError

@@ -7,7 +7,7 @@ from typing import NamedTuple, Protocol
 
 import jax
 
-from parc_jax.claim.search import Attack, search_worst
+from parc_jax.claim.bad_runs import Attack, search_worst
 from parc_jax.claim.tube import Tube
 from parc_jax.distributed import broadcast
 from parc_jax.errors import InputError

@@ -9,6 +9,7 @@ import jax.numpy as jnp
 import numpy as np
 
 from parc_jax.arrays import as_float64, x64
+from parc_jax.climb import Ranked, climb, ranked
 from parc_jax.cover.plan_set import PlanSet
 from parc_jax.cover.solid import sample_solid
 from parc_jax.cover.union import SafeUnion
@@ -18,12 +19,10 @@ from parc_jax.verdict.pointwise import verdicts
 
 DRAWS = 2048  # first look over the whole set
 STARTS = 4  # of these, from which the closer search begins
-ROUNDS = 25
 PER_ROUND = 128  # of every polytope around the best point
 STEPS = 1024  # where there are no polytopes
-# each round draws this much closer to the best point; polytopes are convex, so nothing leaves its
-# polytope
-SHRINK = 0.75
+# each round draws closer to the best point; polytopes are convex, so nothing leaves its polytope
+SPREADS = np.cumprod(np.full(25, 0.75))
 PULL = (
     1 - 1e-9
 )  # [share] vertices are pulled towards the inner point by this, against the rounding of qhull
@@ -76,27 +75,17 @@ def _best_vertex(union: SafeUnion, c: np.ndarray) -> tuple[np.ndarray, float]:
 
 def _search(plans: PlanSet, value, rng) -> tuple[np.ndarray, float]:
     drawn = plans.sample(rng, DRAWS)
-    scores = value(drawn)
-    best = np.argsort(-scores)[:STARTS]
-    found = [_climb(plans, value, drawn, drawn[i], float(scores[i]), rng) for i in best]
-    return max(found, key=lambda one: one[1])
-
-
-def _climb(
-    plans: PlanSet, value, drawn: np.ndarray, plan: np.ndarray, score: float, rng
-) -> tuple[np.ndarray, float]:
-    """From a plan and its score to the best found ever closer to it."""
+    starts = ranked(drawn, value(drawn))
     n_p = plans.model.n_p
-    scale = 1.0
-    for _ in range(ROUNDS):
-        scale *= SHRINK
-        x = plan + scale * _steps(plans, drawn, plan, rng)
-        x = x[plans.contains(x[:, :n_p], x[:, n_p:])]
-        scores = value(x) if len(x) else np.array([-np.inf])
-        if scores.max() > score:
-            plan = x[np.argmax(scores)]
-            score = float(scores.max())
-    return plan, score
+
+    def closer(best: Ranked, spread: float) -> np.ndarray:
+        plan = best.x[0]
+        x = plan + spread * _steps(plans, drawn, plan, rng)
+        return x[plans.contains(x[:, :n_p], x[:, n_p:])]
+
+    found = [climb(starts.at([i]), closer, value, SPREADS, kept=1) for i in range(STARTS)]
+    best = max(found, key=lambda one: one.value[0])
+    return best.x[0], float(best.value[0])
 
 
 def _steps(plans: PlanSet, drawn, plan, rng) -> np.ndarray:
@@ -122,10 +111,7 @@ def _value(plans: PlanSet, objective):
         scene = whole_scene(plans.scene, plans.model)
 
         def named(x):
-            e = verdicts(plans.model, scene, x[:, :n_p], x[:, n_p:])
-            if objective == "clearance":
-                return e.clearance
-            return np.minimum(np.minimum(e.goal, e.start), e.clearance)
+            return getattr(verdicts(plans.model, scene, x[:, :n_p], x[:, n_p:]), objective)
 
         return named
     compiled = jax.jit(jax.vmap(lambda x: jnp.asarray(objective(x[:n_p], x[n_p:]))))

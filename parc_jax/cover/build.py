@@ -9,7 +9,7 @@ import numpy as np
 from parc_jax.arrays import in_chunks, x64
 from parc_jax.claim.error_set import at
 from parc_jax.claim.tube import Tube
-from parc_jax.cover.choose import PLANS, Choice, choose_batch, choose_by_bin
+from parc_jax.cover.choose import PLANS, Chosen, choose_batch, choose_by_bin
 from parc_jax.cover.corridor import Corridor
 from parc_jax.cover.corridors import Corridors
 from parc_jax.cover.sampling import Points, joined
@@ -141,7 +141,7 @@ def _around(scene: Scene, building: Building, plans: np.ndarray) -> list[Corrido
     return _spelled_out(scene, in_chunks(len(plans), CALL, call))
 
 
-def _spelled_out(scene: Scene, choice: Choice) -> list[Corridor]:
+def _spelled_out(scene: Scene, choice: Chosen) -> list[Corridor]:
     """Look the chosen directions up; a seed's own nearest ones are first rounded to short
     multipliers.
     """

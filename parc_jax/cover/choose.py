@@ -23,7 +23,7 @@ CLUSTERS = {2: (1,), 3: (1, 4, 16)}
 LEVELS = 4  # a plan that l other intervals lose counts 4^-l, but no less than 4^-(LEVELS - 1)
 
 
-class Choice(NamedTuple):
+class Chosen(NamedTuple):
     """Outcome for one seed. direction (o, T): of the table, or the table's length for the
     seed's own.
 
@@ -76,7 +76,7 @@ class ByBin(NamedTuple):
         return jnp.concatenate([known, own], axis=1)
 
 
-def choose(scene, paths, errors: ErrorSet | ByBin) -> Choice:
+def choose(scene, paths, errors: ErrorSet | ByBin) -> Chosen:
     """One seed and its neighbours: paths (PLANS, T + 1, n_c), the seed first, errors (PLANS, T,
     n_points) of their bins. Kernel.
 
@@ -132,7 +132,7 @@ def choose(scene, paths, errors: ErrorSet | ByBin) -> Choice:
         return direction.at[o].set(runs), shortest.at[o].set(mine), kept
 
     begin = jnp.zeros((n_o, n_steps), int), nearest[:, :, 0], _with_seed(inside)
-    return Choice(*jax.lax.fori_loop(0, scene.count, merge, begin))
+    return Chosen(*jax.lax.fori_loop(0, scene.count, merge, begin))
 
 
 def _from_cluster(obstacles, paths, allowed, n: int):

@@ -150,6 +150,4 @@ def _margins(model: TrajectoryModel, scene: Scene, x: np.ndarray) -> np.ndarray:
         p0 = x[:, : model.n_p] - offsets[:, -1, : model.n_p]
     else:
         p0 = np.tile(scene.at, (len(k), 1))
-    e = verdicts(model, scene, p0, k)
-    margin = np.minimum(np.minimum(e.goal, e.start), e.clearance)
-    return np.where((e.bin >= 0) & ~np.isnan(margin), margin, -np.inf)
+    return verdicts(model, scene, p0, k).room

@@ -217,7 +217,7 @@ def safe_ones(model: TrajectoryModel, scene: Scene, z, k) -> tuple[Screened, Poi
     return seen, Points(p0, k[seen.row], seen.path, seen.bin, seen.pattern, cell)
 
 
-def ends_from(start: np.ndarray, model: TrajectoryModel, k: np.ndarray) -> np.ndarray:
+def ends_from(start: np.ndarray | float, model: TrajectoryModel, k: np.ndarray) -> np.ndarray:
     """(b, n_p) where the first point ends that starts there, for parameters k (b, n_k)."""
     first = model.layout.n_offsets - model.n_c
     return start + outputs(model.net, k, slice(first, first + model.n_p))

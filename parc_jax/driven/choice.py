@@ -12,10 +12,10 @@ from parc_jax.claim.counts import as_probability
 from parc_jax.claim.risk import NoStatement, Risk, Uniform
 from parc_jax.driven.local_model import Local, local_model, tried_first
 from parc_jax.driven.looks import Looks, fresh_key
+from parc_jax.driven.narrowing import narrowing
 from parc_jax.driven.near import Near
 from parc_jax.driven.safe_box import SafeBox, box_around, safe_box, share_of
 from parc_jax.driven.tested import Tested, run_plan
-from parc_jax.driven.widths import compared
 from parc_jax.errors import InputError, expected
 from parc_jax.model import TrajectoryModel
 from parc_jax.robust.question import Plain, Question
@@ -188,5 +188,5 @@ def near_of(choice: Choice, question: Question, look, key, settings=None) -> Nea
         answer = choice.solve(question, key, settings, choice.looks)
         proved = safe_box(model, answer.scene, choice.p0, choice.k, model.domain)
     share = share_of(model.domain, choice.model.domain)
-    widths = compared(choice.model.tube, model.tube, model.domain)
+    widths = narrowing(choice.model.tube, model.tube, model.domain)
     return Near(model, answer, share, proved, widths, look)

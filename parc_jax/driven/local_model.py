@@ -12,8 +12,8 @@ from parc_jax.claim.declared import assumed_claim
 from parc_jax.claim.pipeline import GAP, BoundSettings, bound_errors, learn_profiles
 from parc_jax.claim.start_gap import StartTrial, try_starts
 from parc_jax.claim.tube import Tube
+from parc_jax.driven.almost import nearly_safe
 from parc_jax.driven.local_runs import LocalRuns
-from parc_jax.driven.nearly import nearly_safe
 from parc_jax.errors import InputError
 from parc_jax.keys import Stage, stream
 from parc_jax.model import TrajectoryModel, trajectory_model

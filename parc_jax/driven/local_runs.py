@@ -6,7 +6,7 @@ from dataclasses import dataclass, replace
 import jax
 import jax.numpy as jnp
 
-from parc_jax.claim.search import Attack
+from parc_jax.claim.bad_runs import Attack
 from parc_jax.claim.tube import Tube
 from parc_jax.keys import Stage
 from parc_jax.network.relu import ReLUNetwork

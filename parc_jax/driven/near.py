@@ -8,8 +8,8 @@ import numpy as np
 
 from parc_jax.claim.risk import NoStatement, Risk, Uniform
 from parc_jax.driven.looks import Look
+from parc_jax.driven.narrowing import Narrowing
 from parc_jax.driven.safe_box import SafeBox
-from parc_jax.driven.widths import Widths
 from parc_jax.model import TrajectoryModel
 from parc_jax.spelling import rounded_down, rounded_up
 
@@ -30,7 +30,7 @@ class Near:
     answer: Any
     share: Fraction
     proved: SafeBox | None
-    widths: Widths
+    widths: Narrowing
     look: Look
 
     @property

@@ -14,6 +14,7 @@ import numpy as np
 
 from parc_jax.arrays import map_rows
 from parc_jax.claim.error_set import ErrorBox
+from parc_jax.climb import Ranked, climb
 from parc_jax.driven.safe_box import box_around
 from parc_jax.keys import Stage
 from parc_jax.network.predict import moved_to
@@ -28,7 +29,6 @@ CHUNK = 512  # runs from one start each, per compiled call
 TRIED = 64  # places of a box that are looked at for smaller boxes
 ENOUGH = 3  # [parameters of an affine map] runs that such a box must hold to be judged
 ENDS = 12  # places to end that are tried, every round
-ROUNDS = 4
 SPREAD = 0.06  # [sides of the box of ends] of the first of them about the given one
 FEW = 32  # runs that judge a place to end, before all of them do
 
@@ -51,7 +51,7 @@ class Probe(NamedTuple):
         return self.room - (MANY - 1) * self.unrest
 
 
-class Place(NamedTuple):
+class Aim(NamedTuple):
     """A box of K to probe, and where its plans are meant to end (n_p,)."""
 
     box: Box
@@ -59,7 +59,7 @@ class Place(NamedTuple):
 
 
 def probes(
-    system, scene: Scene, places: Sequence[Place], runs: int, key: jax.Array, rng
+    system, scene: Scene, places: Sequence[Aim], runs: int, key: jax.Array, rng
 ) -> list[Probe]:
     """A probe of every place, the best first; boxes on which too few runs are finite are left
     out.
@@ -76,30 +76,34 @@ def probes(
     return sorted(found, key=lambda probe: probe.score, reverse=True)
 
 
-def _probe(scene: Scene, at: Place, runs: RolloutBatch, rng) -> Probe:
+def _probe(scene: Scene, at: Aim, runs: RolloutBatch, rng) -> Probe:
     """The probe of a place, its end moved to where the runs have most room."""
     ends = _ends(runs)
     left = _left(runs.k, ends)
     starts = left[:, : len(at.end)] - ends[:, : len(at.end)]  # of plans meant to end at the origin
     size = scene.z_hi - scene.z_lo
     few = slice(FEW)
+
+    def closer(best: Ranked, spread: float) -> np.ndarray:
+        moves = spread * size * rng.uniform(-1, 1, (ENDS, len(at.end)))
+        return np.concatenate([best.x, best.x + moves])
+
+    def rooms(ends: np.ndarray) -> np.ndarray:
+        return rooms_of(scene, runs.select(few), ends[:, None] + starts[few])
+
     end = at.end
-    spread = SPREAD
-    for round_ in range(ROUNDS):
-        moves = spread * size * rng.uniform(-1, 1, (ENDS, len(end)))
-        tried = np.concatenate([end[None], end + moves])
-        rooms = rooms_of(scene, runs.select(few), tried[:, None] + starts[few])
-        # where a box is still so large that runs jump, a few of them tell nothing of the others
-        worth = np.median(rooms, axis=1) if round_ < ROUNDS - 2 else rooms.min(axis=1)
-        end = tried[worth.argmax()]
-        spread /= 2
+    # where a box is still so large that runs jump, a few of them tell nothing of the others
+    for worth, spreads in ((np.median, (1, 1 / 2)), (np.min, (1 / 4, 1 / 8))):
+        begin = Ranked(end[None], np.array([-np.inf]))
+        value = lambda ends: worth(rooms(ends), axis=1)  # noqa: B023, E731
+        end = climb(begin, closer, value, SPREAD * np.array(spreads), kept=1).x[0]
     room = float(rooms_of(scene, runs, end[None, None] + starts).min())
     return Probe(at.box, end, runs, room, _half_width(left))
 
 
 def inside(
     probe: Probe, scene: Scene, part: float, rng: np.random.Generator
-) -> list[tuple[float, Place]]:
+) -> list[tuple[float, Aim]]:
     """Places whose boxes are a part of that of a probe each, with what its runs promise there: the
     room of the run that has least, less the half width of the ends about an affine map of k. The
     best first, apart from each other.
@@ -125,9 +129,9 @@ def inside(
             if held.sum() >= ENOUGH * (n + 1):
                 least = rooms[:, held].min(axis=1)
                 unrest = _half_width(_left(k[held], ends[held]))
-                found.append((least.max() - unrest, Place(box, tried[least.argmax()])))
+                found.append((least.max() - unrest, Aim(box, tried[least.argmax()])))
     found.sort(key=lambda one: one[0], reverse=True)
-    chosen: list[tuple[float, Place]] = []
+    chosen: list[tuple[float, Aim]] = []
     for value, place in found:
         far = [np.abs(place.box.center - other.box.center) for _, other in chosen]
         if all((gap / (whole.hi - whole.lo)).max() >= part / 2 for gap in far):

@@ -14,14 +14,14 @@ from typing import Any, NamedTuple
 import jax
 import numpy as np
 
+from parc_jax.driven.almost import judged, nearly_safe, spread_out
 from parc_jax.driven.choice import Choice
 from parc_jax.driven.local_model import Local, best_claimed, tried_first
 from parc_jax.driven.looks import Looks, fresh_key
+from parc_jax.driven.narrowing import narrowing
 from parc_jax.driven.near import Near
-from parc_jax.driven.nearly import judged, nearly_safe, spread_out
-from parc_jax.driven.probe import Place, Probe, inside, probes
+from parc_jax.driven.probe import Aim, Probe, inside, probes
 from parc_jax.driven.safe_box import box_around, safe_box, share_of
-from parc_jax.driven.widths import compared
 from parc_jax.errors import InputError
 from parc_jax.keys import Stage, stream
 from parc_jax.methods import Exact
@@ -185,7 +185,7 @@ def _zoom(model, problem, system, key, asked: Refine, say) -> tuple[list, list[B
     ]
     for stage in stages:
         say(_line(stage))
-    chosen = spread_out(plans, model.domain, asked.centres, side)
+    chosen = spread_out(plans.k, model.domain, asked.centres, side)
     ends = paths_of(model, plans.p0[chosen], plans.k[chosen])[:, -1, : model.n_p]
     if any(len(k) != model.n_k for k in asked.around):
         raise InputError(
@@ -195,7 +195,7 @@ def _zoom(model, problem, system, key, asked: Refine, say) -> tuple[list, list[B
     centres = np.concatenate([known, plans.k[chosen]])[: asked.centres]
     ends = np.concatenate([np.repeat(ends[:1], len(known), axis=0), ends])
     places = [
-        Place(box_around(k, side, model.domain), end) for k, end in zip(centres, ends, strict=False)
+        Aim(box_around(k, side, model.domain), end) for k, end in zip(centres, ends, strict=False)
     ]
     found: list[Probe] = []
     best = -np.inf
@@ -241,5 +241,5 @@ def _proved(query: Question, model, key, solve, look, looks, asked: Refine, sett
     if settings.method is None:
         settings = settings.replace(method=Exact((plans.p0[0], plans.k[0])))
     answer = solve(query, key, settings, looks)
-    widths = compared(model.tube, local.tube, local.domain)
+    widths = narrowing(model.tube, local.tube, local.domain)
     return bought, Near(local, answer, share, None, widths, look)

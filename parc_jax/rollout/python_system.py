@@ -14,7 +14,7 @@ import jax
 import numpy as np
 
 from parc_jax.errors import InputError
-from parc_jax.rollout.python_worker import Run, run_many, run_one
+from parc_jax.rollout.python_worker import Call, run_many, run_one
 from parc_jax.sets.box import Box
 from parc_jax.system import ONE_POINT, TimeGrid, Trajectory, check_points
 
@@ -89,7 +89,7 @@ class PythonSystem:
             )
         return Trajectory(np.stack([run.p for run in runs]), np.stack([run.q for run in runs]))
 
-    def _spread(self, function, seeds, arguments, *shapes) -> list[Run]:
+    def _spread(self, function, seeds, arguments, *shapes) -> list[Call]:
         """The runs in worker processes. A run that kills its process is a failed run; the others
         are done again.
         """
@@ -111,7 +111,7 @@ class PythonSystem:
             except BrokenProcessPool:
                 self.close()
                 p, q = (np.full(shape, np.nan) for shape in shapes)
-                runs.append(Run(p, q, f"as its worker process died, with k = {given[0]}"))
+                runs.append(Call(p, q, f"as its worker process died, with k = {given[0]}"))
         return runs
 
     def _workers(self) -> ProcessPoolExecutor:

@@ -9,7 +9,7 @@ import numpy as np
 from parc_jax.rollout.user_code import own_place, said
 
 
-class Run(NamedTuple):
+class Call(NamedTuple):
     """One finished call. p (n_record + 1, n_p), of a robot with several reference points (n_record
     + 1, m, n_p), q (n_q,), both NaN when it failed; why: where and with which error, or "".
     """
@@ -21,7 +21,7 @@ class Run(NamedTuple):
 
 def run_one(
     simulate, seed: tuple[int, ...], arguments: tuple, shape_p: tuple, shape_q: tuple
-) -> Run:
+) -> Call:
     """simulate(rng, *arguments), rng made from the seed alone; an exception or a wrong shape is a
     failed run.
     """
@@ -35,13 +35,13 @@ def run_one(
                 f"{q.shape}"
             )
         start = p.reshape(-1, p.shape[-1])[0]  # of the first reference point
-        return Run(p - start, q, "")
+        return Call(p - start, q, "")
     except Exception as error:
         why = f"in {own_place(error) or 'what it returned'}: {said(error)}"
-        return Run(np.full(shape_p, np.nan), np.full(shape_q, np.nan), why)
+        return Call(np.full(shape_p, np.nan), np.full(shape_q, np.nan), why)
 
 
-def run_many(simulate, seeds, arguments, shape_p: tuple, shape_q: tuple) -> list[Run]:
+def run_many(simulate, seeds, arguments, shape_p: tuple, shape_q: tuple) -> list[Call]:
     """Several runs, one after another."""
     return [
         run_one(simulate, s, a, shape_p, shape_q) for s, a in zip(seeds, arguments, strict=True)

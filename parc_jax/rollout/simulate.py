@@ -19,7 +19,7 @@ from parc_jax.system import Trajectory, check_system, points_of
 _KEPT = 8  # compiled systems held at a time: enough for a few plants side by side, bounded memory
 
 
-class Rows(NamedTuple):
+class ToRun(NamedTuple):
     """What is to be run: keys (B, 2) of the systems and k (B, n_k) float64, exactly as the system
     will see it.
     """
@@ -55,7 +55,7 @@ class Simulator:
         with self._compiling:  # while it is traced, a system may fill caches of its own
             return not self.traceable or content_of(self.system).digest == self.content
 
-    def rows(self, key: jax.Array, stage: Stage, rows: np.ndarray, k=None) -> Rows:
+    def rows(self, key: jax.Array, stage: Stage, rows: np.ndarray, k=None) -> ToRun:
         """Keys and parameters of global rows (B,). k: None = uniform on K, (n_k,) = that one, (B,
         n_k) = as given, a function key -> (n_k,) = drawn by it. Depends on (key, stage, row) alone.
         """
@@ -71,7 +71,7 @@ class Simulator:
             else:
                 _, keys = _row_keys(own, numbers)
                 drawn = np.broadcast_to(np.asarray(k, np.float64), (len(rows), len(lo)))
-        return Rows(keys, self.as_run(drawn))
+        return ToRun(keys, self.as_run(drawn))
 
     def as_run(self, k: np.ndarray) -> np.ndarray:
         """k (B, n_k) as the system will see it: inside K, rounded to float32 for a float32
@@ -80,7 +80,7 @@ class Simulator:
         k = np.clip(k, *self._bounds())
         return k if self.double else k.astype(np.float32).astype(np.float64)
 
-    def run(self, rows: Rows, device=None) -> Trajectory:
+    def run(self, rows: ToRun, device=None) -> Trajectory:
         """Trajectories (B, ...) of the rows, on the device, p as columns (B, n_record + 1, n_c);
         float64 unless the system declares dtype = float32. Raises InputError.
         """
@@ -91,7 +91,7 @@ class Simulator:
                     return self._first_run(shape, rows, device)
         return self._run(rows, device)
 
-    def _first_run(self, shape, rows: Rows, device) -> Trajectory:
+    def _first_run(self, shape, rows: ToRun, device) -> Trajectory:
         """The run that compiles, after which the system must stay as it is."""
         trajectory = self._run(rows, device)
         self._compiled.add(shape)
@@ -99,7 +99,7 @@ class Simulator:
             self._content = content_of(self.system)
         return trajectory
 
-    def _run(self, rows: Rows, device) -> Trajectory:
+    def _run(self, rows: ToRun, device) -> Trajectory:
         with jax.enable_x64(self.double):
             k = jax.device_put(
                 jnp.asarray(rows.k, np.float64 if self.double else np.float32), device

@@ -22,7 +22,7 @@ CELLS = 10  # equal parts of a range, fewer where a part would expect less than 
 SIDES = (1 / 4, 1 / 3, 1 / 2)  # of a corner, as shares of the ranges of its two parameters
 
 
-class Finding(NamedTuple):
+class Chance(NamedTuple):
     """One test. chance: of uniform k to look like this or worse. said: what it found."""
 
     chance: float
@@ -54,9 +54,9 @@ def check_uniform(
     kinds = [list(look(u, names)) for look in (_ranges, _pairs, _corners)]
     kinds = [kind for kind in kinds if kind]
     each = [
-        Finding(chance * len(kind) * len(kinds), said) for kind in kinds for chance, said in kind
+        Chance(chance * len(kind) * len(kinds), said) for kind in kinds for chance, said in kind
     ]
-    worst = min(each, default=Finding(1.0, ""))
+    worst = min(each, default=Chance(1.0, ""))
     if worst.chance <= LEVEL:
         raise InputError(
             f"{owner}: expected k drawn uniformly, as declared; {worst.said}, which uniform draws "
@@ -87,7 +87,7 @@ def _check_distinct(owner: str, k: np.ndarray, groups) -> None:
         )
 
 
-def _ranges(u: np.ndarray, names: list[str]) -> Iterator[Finding]:
+def _ranges(u: np.ndarray, names: list[str]) -> Iterator[Chance]:
     """Chi-square over equal parts of the range of every parameter."""
     from scipy.stats import chisquare
 
@@ -96,10 +96,10 @@ def _ranges(u: np.ndarray, names: list[str]) -> Iterator[Finding]:
         held = np.histogram(u[:, axis], cells, (0.0, 1.0))[0]
         shown = ", ".join(map(str, held))
         said = f"{cells} equal parts of the range of {name} hold {shown} of {len(u):,} draws"
-        yield Finding(float(chisquare(held).pvalue), said)
+        yield Chance(float(chisquare(held).pvalue), said)
 
 
-def _pairs(u: np.ndarray, names: list[str]) -> Iterator[Finding]:
+def _pairs(u: np.ndarray, names: list[str]) -> Iterator[Chance]:
     """Rank correlation of every two parameters."""
     from scipy.stats import spearmanr
 
@@ -110,10 +110,10 @@ def _pairs(u: np.ndarray, names: list[str]) -> Iterator[Finding]:
                 f"the rank correlation of {names[i]} and {names[j]} is {found.statistic:.2f} over "
                 f"{len(u):,} draws"
             )
-            yield Finding(float(found.pvalue), said)
+            yield Chance(float(found.pvalue), said)
 
 
-def _corners(u: np.ndarray, names: list[str]) -> Iterator[Finding]:
+def _corners(u: np.ndarray, names: list[str]) -> Iterator[Chance]:
     """Draws in boxes at the corners of every two parameters."""
     from scipy.special import bdtr, bdtrc
 
@@ -131,4 +131,4 @@ def _corners(u: np.ndarray, names: list[str]) -> Iterator[Finding]:
                     f"a corner of {100 * side**2:.2g} % of K, at {ends}, holds {held:,} of "
                     f"{len(u):,} draws"
                 )
-                yield Finding(2 * float(min(tails)), said)
+                yield Chance(2 * float(min(tails)), said)

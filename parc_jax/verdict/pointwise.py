@@ -51,6 +51,14 @@ class Verdicts(NamedTuple):
         """(b,) proved in float64: reaches the goal and touches nothing."""
         return self.reaches & (self.clearance > 0)
 
+    @property
+    def room(self) -> np.ndarray:
+        """(b,) the least of the margins, positive only for safe ones; -inf where nothing is known.
+        On the host.
+        """
+        least = np.minimum(np.minimum(self.goal, self.start), self.clearance)
+        return np.where((self.bin >= 0) & ~np.isnan(least), least, -np.inf)
+
 
 def row_margin(A, b, x, slack):
     """Smallest of b - A x over the rows, less the slack of each."""

@@ -24,8 +24,8 @@ from parc_jax.spelling import decimal_text, rounded_down, rounded_up
 from parc_jax.status import Ended
 from parc_jax.verdict.hopeless import Why, why_none
 from parc_jax.verdict.scene import Scene
+from parc_jax.volume_bounds.branch_and_bound import BranchAndBound, Found
 from parc_jax.volume_bounds.faces import goal_faces
-from parc_jax.volume_bounds.search import Found, Search
 from parc_jax.volume_bounds.tree import Node
 
 PROVED = "proved"
@@ -130,7 +130,7 @@ def prove_no_plan(
         return _not_searched(root, missing, why_none(scene, model))
     question = question_parts(scene.problem, model)
     context = checker.Context(*question)
-    search = Search(model, scene, root, bounds)
+    search = BranchAndBound(model, scene, root, bounds)
     search.compile()
     begin = time.perf_counter()
     per_vertex = CHECK_FACTOR * _seconds_per_evaluation(context, model)

@@ -2,8 +2,6 @@
 intervals. [T14, T30]
 """
 
-from typing import NamedTuple
-
 import jax
 import jax.numpy as jnp
 import numpy as np
@@ -13,7 +11,7 @@ from parc_jax.certificate.write import by_obstacle
 from parc_jax.model import TrajectoryModel
 from parc_jax.network.predict import HIGHEST, Layout, by_point
 from parc_jax.obstacles.directions import Multiplier
-from parc_jax.obstacles.runs import longest_lasting
+from parc_jax.obstacles.runs import longest_lasting, merged_runs
 from parc_jax.tolerances import TOLERANCES
 from parc_jax.verdict.scene import Scene
 from parc_jax.volume_bounds.bin_errors import BinErrors
@@ -52,10 +50,12 @@ class SafeBoxes:
         active = np.asarray(self.scene.obstacles.active)
         out = []
         for o, spelled in enumerate(table.multipliers):
-            runs = _fewest_runs(holds[o], np.flatnonzero(active[o]))
-            if runs is None:
+            intervals = np.flatnonzero(active[o])
+            chosen = longest_lasting(holds[o][:, intervals])
+            if (chosen < 0).any():
                 return None
-            out.append([[run.stop, _spell(spelled[run.direction])] for run in runs])
+            runs = merged_runs([spelled[d] for d in chosen], intervals)
+            out.append([[run.end, _spell(run.multiplier)] for run in runs])
         return by_obstacle(out, self.scene.problem, self.model.tube)
 
     def _least_along(self, k: np.ndarray) -> np.ndarray:
@@ -78,13 +78,6 @@ class SafeBoxes:
         return least
 
 
-class Run(NamedTuple):
-    """Intervals up to `stop` (exclusive) in which one direction separates."""
-
-    stop: int
-    direction: int
-
-
 def _least(net, layout: Layout, w, points, k):
     """Least w . (p_s - z) over vertices k (v, n_k), for directions w (o, d, n_p), points (o, i) and
     all knots: (o, d, T + 1, i).
@@ -95,15 +88,6 @@ def _least(net, layout: Layout, w, points, k):
 
 
 _least_jit = jax.jit(_least, static_argnames="layout")
-
-
-def _fewest_runs(holds: np.ndarray, intervals: np.ndarray) -> list[Run] | None:
-    """Fewest runs over the given intervals; holds (d, T). None where no direction holds."""
-    chosen = longest_lasting(holds[:, intervals])
-    if (chosen < 0).any():
-        return None
-    last = np.flatnonzero(np.diff(chosen, append=-1))  # where the next direction is another one
-    return [Run(int(intervals[t]) + 1, int(chosen[t])) for t in last]
 
 
 def _spell(m: Multiplier) -> list:

@@ -10,9 +10,9 @@ from toy_models import line_model, toy_case
 from toy_whole import answer
 
 import parc_jax as pj
+from parc_jax.cover.sampling import ends_from
 from parc_jax.experiment.numbers import how_much_is_safe
 from parc_jax.verdict.pointwise import verdicts
-from parc_jax.volume_bounds.search import ends
 
 KEY = jax.random.PRNGKey(0)
 SAMPLES = pj.Settings(n_samples=600, work=1e-3, samples_only=True, proof=False)
@@ -93,7 +93,7 @@ def test_the_safe_share_holds_the_truth_of_plans_drawn_plainly(rng, start):
     found = pj.Planner(model).solve(problem, KEY, SAMPLES)
     k = rng.uniform(model.domain.lo, model.domain.hi, (20_000, model.n_k))
     z = rng.uniform(found.scene.z_lo, found.scene.z_hi, (20_000, model.n_p))
-    safe = verdicts(model, found.scene, z - ends(model, k), k).safe.mean()
+    safe = verdicts(model, found.scene, z - ends_from(0.0, model, k), k).safe.mean()
     said = found.safe_share
     error = 4 * np.sqrt(safe / 20_000)
     assert said.at_least - error < safe < said.at_most + error and 0 < said.share < said.reaching

@@ -10,11 +10,11 @@ import numpy as np
 import pytest
 from toy_models import line_model, random_model, random_problem, rectangle_problem
 
+from parc_jax.batch import proposals
 from parc_jax.batch import run as batch_run
-from parc_jax.batch import search as batch_search
 from parc_jax.batch.box_scenes import box_scenes, lay_out_boxes
+from parc_jax.batch.proposals import Best
 from parc_jax.batch.run import Calls, run, search_many
-from parc_jax.batch.search import Best
 from parc_jax.batch.solve import Schedule
 from parc_jax.batch.stack import stack_problems
 from parc_jax.body import Polygon
@@ -90,13 +90,13 @@ def test_without_the_float64_verdict_unsafe_plans_would_come_back(toy, monkeypat
     planner, problems, _ = toy
 
     def trusting(net, tube, scene, p0, k):
-        e = batch_search_verdict(net, tube, scene, p0, k)
+        e = proposals_verdict(net, tube, scene, p0, k)
         return e._replace(
             goal=abs(e.goal), start=abs(e.start), clearance=abs(e.clearance), bin=abs(e.bin)
         )
 
-    batch_search_verdict = batch_search.verdict
-    monkeypatch.setattr(batch_search, "verdict", trusting)
+    proposals_verdict = proposals.verdict
+    monkeypatch.setattr(proposals, "verdict", trusting)
     monkeypatch.setattr(
         batch_run, "_local", {search_many: jax.jit(partial(search_many), static_argnums=0)}
     )

@@ -9,6 +9,7 @@ import pytest
 from synthetic_plants import failing, noisy, plant, straight, straight_network
 from turning_bar import Bar
 
+from parc_jax.claim.bad_runs import enlarge, search_worst
 from parc_jax.claim.by_bin import calibrate_bins
 from parc_jax.claim.calibrate import calibrate, scaled
 from parc_jax.claim.claim import derived, on_bins, weaker
@@ -20,7 +21,6 @@ from parc_jax.claim.monitor import inside_tube, monitor
 from parc_jax.claim.pipeline import bound_error
 from parc_jax.claim.profile import training_profile
 from parc_jax.claim.score import score_batch, score_system
-from parc_jax.claim.search import enlarge, search_worst
 from parc_jax.claim.start_gap import StartTrial, allow_for_start
 from parc_jax.claim.tube import fitted_tube, refined
 from parc_jax.claim.tube_file import tube_from_json, tube_to_json

@@ -11,9 +11,9 @@ from synthetic_plants import Plant, plant
 from toy_models import told
 
 from parc_jax.checker import check_answer
+from parc_jax.driven.almost import judged, nearly_safe, shrunk, spread_out
 from parc_jax.driven.local_model import Local
-from parc_jax.driven.nearly import judged, nearly_safe, shrunk, spread_out
-from parc_jax.driven.probe import Place, inside, probes, rooms_of
+from parc_jax.driven.probe import Aim, inside, probes, rooms_of
 from parc_jax.driven.refine import Refine
 from parc_jax.errors import InputError
 from parc_jax.planner import Planner
@@ -69,7 +69,7 @@ def test_the_score_is_the_least_margin_under_all_of_the_tube_or_a_part(rng):
     plans = judged(model, scene, p0, k)
     assert (np.diff(plans.room) <= 0).all()
     e = verdicts(model, scene, plans.p0, plans.k)
-    assert (plans.room == np.minimum(np.minimum(e.goal, e.start), e.clearance)).all()
+    assert (plans.room == e.room).all()
     assert ((plans.room > 0) == e.safe).all() and e.safe.any() and not e.safe.all()
     less = nearly_safe(model, scene, np.random.default_rng(0), part=0.5)
     under = verdicts(told(model, tube=shrunk(model.tube, 0.5)), scene, less.p0, less.k)
@@ -89,7 +89,7 @@ def test_where_no_plan_is_safe_the_order_still_points_somewhere():
 def test_centres_are_good_plans_apart_from_each_other():
     model = toy.model()
     plans = nearly_safe(model, scene_of(toy.problem(), model), np.random.default_rng(0), apart=0.1)
-    chosen = plans.k[spread_out(plans, model.domain, 4, 0.1)]
+    chosen = plans.k[spread_out(plans.k, model.domain, 4, 0.1)]
     assert (chosen[0] == plans.k[0]).all() and len(chosen) > 1
     gap = np.abs(chosen[:, None] - chosen[None]).max(axis=2) + np.eye(len(chosen))
     assert gap.min() >= 0.1
@@ -106,7 +106,7 @@ def test_smaller_boxes_lie_where_runs_end_calmly(rng):
     model = toy.model()
     scene = scene_of(toy.problem(), model)
     system = plant(jumpy, toy.T, name=model.system)
-    places = [Place(model.domain, np.array([0.5, 0.5]))]
+    places = [Aim(model.domain, np.array([0.5, 0.5]))]
     probe = probes(system, scene, places, 400, KEY, rng)[0]
     assert probe.unrest > 0.09
     found = inside(probe, scene, 0.05, rng)

@@ -10,12 +10,12 @@ from toy_models import host_outputs, model_of, random_model, random_problem
 
 from parc_jax.body import Polygon
 from parc_jax.checker import number
+from parc_jax.cover.sampling import ends_from
 from parc_jax.problem import reach_avoid
 from parc_jax.sets.box import box
 from parc_jax.verdict.pointwise import verdicts
 from parc_jax.verdict.scene import scene_of
 from parc_jax.volume_bounds.no_plan import prove_no_plan
-from parc_jax.volume_bounds.search import ends
 from tests.volume_bounds.test_no_plan import check
 
 pytestmark = pytest.mark.soundness
@@ -72,7 +72,7 @@ def agree(model, problem, answer, rng, n=6000):
     extra = rng.integers(0, len(lo), n)
     y = lo[extra] + rng.uniform(size=(n, lo.shape[1])) * (hi - lo)[extra]
     p = np.concatenate([x, y])
-    seen = verdicts(model, scene, p[:, :2] - ends(model, p[:, 2:]), p[:, 2:])
+    seen = verdicts(model, scene, p[:, :2] - ends_from(0.0, model, p[:, 2:]), p[:, 2:])
     margin = np.minimum(np.minimum(seen.goal, seen.start), seen.clearance)
     inside = [
         np.flatnonzero(((p >= a) & (p <= b)).all(axis=1)) for a, b in zip(lo, hi, strict=True)

@@ -8,7 +8,7 @@ from parc_jax.claim.tube import Tube
 from parc_jax.sets.box import Box
 
 
-class Widths(NamedTuple):
+class Narrowing(NamedTuple):
     """Half widths over a box of k, the widest of the bins that it meets. whole, local: of the two
     tubes at the end, (n_c + n_q,) [m, .]. times: by what factor the local one is narrower, at the
     end and during the run: geometric mean over all coordinates (and intervals); infinite where the
@@ -21,12 +21,12 @@ class Widths(NamedTuple):
     times_path: float
 
 
-def compared(whole: Tube, local: Tube, box: Box) -> Widths:
+def narrowing(whole: Tube, local: Tube, box: Box) -> Narrowing:
     """The tubes of a model of all of K and of one of a box in it."""
     bins = [b for b in range(whole.n_bins) if _meets(whole.bin_box(b), box)]
     path, end = whole.widest(np.array(bins))
     own_path, own_end = local.widest()
-    return Widths(end, own_end, _factor(end, own_end), _factor(path, own_path))
+    return Narrowing(end, own_end, _factor(end, own_end), _factor(path, own_path))
 
 
 def _meets(bin_box, box: Box) -> bool:

@@ -8,8 +8,8 @@ from typing import NamedTuple
 
 import numpy as np
 
+from parc_jax.cover.sampling import ends_from
 from parc_jax.model import TrajectoryModel
-from parc_jax.network.predict import outputs
 from parc_jax.pwa.domain import MAX_DIMENSION
 from parc_jax.tolerances import TOLERANCES
 from parc_jax.verdict.pointwise import verdicts
@@ -53,7 +53,7 @@ class OpenBoxes:
         return heapq.heappop(self._heap)[2]
 
 
-class Search:
+class BranchAndBound:
     """One branch and bound.
 
     bounds: also search for boxes in which every plan is safe, and go on after a safe plan.
@@ -85,7 +85,7 @@ class Search:
         if self.model.n_k <= MAX_DIMENSION:
             list(self.examiner.at_vertices([root]))
         if self.safe_boxes is None:
-            verdicts(self.model, self.scene, z - ends(self.model, k), k)
+            verdicts(self.model, self.scene, z - ends_from(0.0, self.model, k), k)
         else:
             self.safe_boxes.compile(k)
 
@@ -180,7 +180,7 @@ class Search:
         hi = np.array([node.hi for node in nodes])
         tried = (lo[:, None] + self.spread * (hi - lo)[:, None]).reshape(-1, lo.shape[1])
         k = tried[:, n_p:]
-        p0 = tried[:, :n_p] - ends(self.model, k)
+        p0 = tried[:, :n_p] - ends_from(0.0, self.model, k)
         safe = verdicts(self.model, self.scene, p0, k).safe
         if safe.any():
             self.safe_plan = (p0[safe][0], k[safe][0])
@@ -194,12 +194,6 @@ def _cost_of_bounds(net) -> int:
     before = np.cumsum([0, *sizes[:-1]])
     products = 2 * (np.array([len(W) for W in net.weights[:-1]]) * before[:-1]).sum()
     return 1 + int(products / sizes.sum())
-
-
-def ends(model: TrajectoryModel, k: np.ndarray) -> np.ndarray:
-    """Predicted displacement (b, n_p) of the first point at the end, on the host."""
-    first = model.layout.n_offsets - model.n_c
-    return outputs(model.net, k, slice(first, first + model.n_p))
 
 
 def _spread(n: int) -> np.ndarray:

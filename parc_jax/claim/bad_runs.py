@@ -1,5 +1,6 @@
 """Looking for bad runs on purpose: what is found can only make the tube wider. [T8]"""
 
+import itertools
 import time
 from dataclasses import dataclass
 from typing import NamedTuple
@@ -13,6 +14,7 @@ from parc_jax.claim.claim import ErrorClaim, weaker
 from parc_jax.claim.measure import Allowance, allowance
 from parc_jax.claim.score import check_profile, score_arrays
 from parc_jax.claim.tube import Tube
+from parc_jax.climb import Ranked, climb, ranked
 from parc_jax.distributed import rank_and_size
 from parc_jax.errors import InputError
 from parc_jax.keys import Stage, stream
@@ -23,7 +25,7 @@ from parc_jax.rollout.forecast import Forecast, Pace
 from parc_jax.rollout.identity import identity_of
 from parc_jax.rollout.resume import require_same_runs
 from parc_jax.rollout.rows import seed_of
-from parc_jax.rollout.simulate import Rows, Simulator, simulator
+from parc_jax.rollout.simulate import Simulator, ToRun, simulator
 from parc_jax.spelling import hex_text
 
 MOST_RUNS = 2048  # of a search that nobody sized
@@ -39,7 +41,7 @@ _PIECE = 16  # runs between two steps of the bar, for a system that is not compi
 
 class Attack(NamedTuple):
     """All runs that a search tried: k (m, n_k), keys (m, 2) of the system, score (m,) against the
-    profile, in order.
+    profile, the worst first.
     """
 
     k: np.ndarray
@@ -93,14 +95,13 @@ def search_worst(
 
     layout = layout_of(system)
     check_profile(net, profile, layout, system.domain)
-    batch = runs // rounds
     sim = simulator(system)
     search = _Search(
         net=net,
         sim=sim,
         key=key,
         profile=profile,
-        batch=batch,
+        batch=runs // rounds,
         rounds=rounds,
         slack=allowance(net, system.domain, layout),
         rng=np.random.default_rng(
@@ -111,27 +112,31 @@ def search_worst(
     quiet = quiet or rank_and_size()[0] > 0
     forecast = forecast or Forecast(runs, quiet=quiet)
     pace = Pace(1, compiles=sim.traceable)
-    n_k = system.domain.n
-    tried = Attack(np.zeros((0, n_k)), np.zeros((0, 2), np.uint32), np.zeros(0))
+    numbers = itertools.count()
     title = f"{system.name}: search for bad runs"
-    with tqdm(total=rounds * batch, unit="rollout", desc=title, disable=quiet) as bar:
-        for number in range(rounds):
-            k, keys = search.candidates(number, tried)
-            score = None if store is None else _stored(store, search, number, k, keys)
-            if score is None:
-                began = time.perf_counter()
-                score = search.run(k, keys, bar)
-                each = pace.of(batch, began, time.perf_counter())
-                if each is not None and not quiet:
-                    forecast.measured(system.name, each)
-                if store is not None:
-                    store.put(number, {"k": k, "keys": keys, "score": score})
-            else:
-                bar.update(batch)
-            tried = Attack(
-                *(np.concatenate(pair) for pair in zip(tried, (k, keys, score), strict=True))
-            )
-    return tried
+    with tqdm(total=rounds * search.batch, unit="rollout", desc=title, disable=quiet) as bar:
+
+        def scores(runs: tuple[np.ndarray, np.ndarray]) -> np.ndarray:
+            number = next(numbers)
+            score = None if store is None else _stored(store, search, number, *runs)
+            if score is not None:
+                bar.update(search.batch)
+                return score
+            began = time.perf_counter()
+            score = search.run(*runs, bar)
+            each = pace.of(search.batch, began, time.perf_counter())
+            if each is not None and not quiet:
+                forecast.measured(system.name, each)
+            if store is not None:
+                store.put(number, {"k": runs[0], "keys": runs[1], "score": score})
+            return score
+
+        ratio = _NARROWEST / _WIDEST
+        shares = [_WIDEST * ratio ** (number / (rounds - 1)) for number in range(1, rounds)]
+        begin = search.fresh(0)
+        begin = ranked(begin, scores(begin))
+        found = climb(begin, search.children, scores, shares)
+    return Attack(*found.x, found.value)
 
 
 @dataclass(frozen=True, eq=False)
@@ -147,19 +152,27 @@ class _Search:
     slack: Allowance
     rng: np.random.Generator
 
-    def candidates(self, number: int, tried: Attack) -> tuple[np.ndarray, np.ndarray]:
-        """k (batch, n_k) as the system will see it, and keys (batch, 2), of one round."""
-        rows = np.arange(number * self.batch, (number + 1) * self.batch)
-        drawn = self.sim.rows(self.key, Stage.SEARCH, rows)
-        k = drawn.k
-        keys = np.asarray(jax.random.key_data(drawn.keys))
-        if number:
-            lo = np.asarray(self.sim.system.domain.lo)
-            hi = np.asarray(self.sim.system.domain.hi)
-            share = _WIDEST * (_NARROWEST / _WIDEST) ** (number / max(1, self.rounds - 1))
-            spread = share * (hi - lo)
-            k, keys = _children(self.rng, tried, k, keys, spread, lo, hi)
-        return self.sim.as_run(k), keys
+    def fresh(self, first: int) -> tuple[np.ndarray, np.ndarray]:
+        """k (batch, n_k) as the system will see it, and keys (batch, 2), of the rows from `first`
+        on.
+        """
+        drawn = self.sim.rows(self.key, Stage.SEARCH, np.arange(first, first + self.batch))
+        return self.sim.as_run(drawn.k), np.asarray(jax.random.key_data(drawn.keys))
+
+    def children(self, tried: Ranked, spread: float) -> tuple[np.ndarray, np.ndarray]:
+        """The fresh ones of the next round, most of them replaced by children of the best runs so
+        far; failed runs are as good as any. spread: [sides of K].
+        """
+        n = len(tried.value)
+        k, keys = self.fresh(n)
+        lo, hi = self.sim.system.domain.lo, self.sim.system.domain.hi
+        parent = self.rng.choice(max(1, int(_ELITE * n)), len(k))
+        step = self.rng.normal(size=k.shape) * (spread * (hi - lo))
+        child = np.clip(tried.x[0][parent] + step, lo, hi)
+        is_fresh = self.rng.random(len(k)) < _FRESH_K
+        new_key = is_fresh | (self.rng.random(len(k)) < _FRESH_KEY)
+        k = self.sim.as_run(np.where(is_fresh[:, None], k, child))
+        return k, np.where(new_key[:, None], keys, tried.x[1][parent])
 
     def run(self, k: np.ndarray, keys: np.ndarray, bar=None) -> np.ndarray:
         """Scores (n,) of runs; a compiled system in one call, another one piece by piece."""
@@ -168,7 +181,7 @@ class _Search:
         scores = []
         for start in range(0, len(k), piece):
             part = slice(start, start + piece)
-            trajectory = self.sim.run(Rows(jnp.asarray(keys[part]), k[part]))
+            trajectory = self.sim.run(ToRun(jnp.asarray(keys[part]), k[part]))
             scores.append(score_arrays(self.net, self.slack, self.profile, k[part], *trajectory)[0])
             if bar is not None:
                 bar.update(len(scores[-1]))
@@ -228,17 +241,3 @@ def enlarge(claim: ErrorClaim, profile: Tube, attack: Attack) -> ErrorClaim:
             "k": hex_text(attack.k[attack.best]),
         }
     return weaker(claim, wider, search=found)
-
-
-def _children(rng, tried: Attack, k, keys, spread, lo, hi):
-    """Replace most of a fresh batch by children of the best runs so far; failed runs are as good as
-    any.
-    """
-    elite = np.argsort(-tried.score, kind="stable")[: max(1, int(_ELITE * len(tried.score)))]
-    parent = rng.choice(elite, len(k))
-    child = np.clip(tried.k[parent] + rng.normal(size=k.shape) * spread, lo, hi)
-    is_fresh = rng.random(len(k)) < _FRESH_K
-    new_key = is_fresh | (rng.random(len(k)) < _FRESH_KEY)
-    return np.where(is_fresh[:, None], k, child), np.where(
-        new_key[:, None], keys, tried.keys[parent]
-    )

@@ -10,6 +10,7 @@ import numpy as np
 
 from parc_jax.claim.claim import stand_in
 from parc_jax.claim.tube import Tube
+from parc_jax.climb import Ranked, climb, ranked
 from parc_jax.model import TrajectoryModel
 from parc_jax.sets.box import Box
 from parc_jax.verdict.pointwise import anchor, paths_of, verdicts
@@ -17,10 +18,8 @@ from parc_jax.verdict.scene import Scene
 
 DRAWS = 1024
 CHILDREN = 512  # of all parents together, every round
-ROUNDS = 8
 PARENTS = 16
-SPREAD = 0.2  # [sides of the boxes of k and of ends] of the first children
-CLOSER = 0.65  # [1] spread of a round's children, over that of the round before
+SPREADS = np.cumprod([0.2, *[0.65] * 7])  # [sides of the boxes of k and of ends] of the children
 KEPT = 256  # plans
 
 
@@ -55,39 +54,39 @@ def nearly_safe(
     lo, hi = model.domain.lo, model.domain.hi
     k = rng.uniform(lo, hi, (DRAWS, model.n_k))
     z = rng.uniform(scene.z_lo, scene.z_hi, (DRAWS, model.n_p))
-    best = judged(judged_by, scene, anchor(model, scene, z, k)[0], k)
-    spread = SPREAD
-    for _ in range(ROUNDS):
-        parents = spread_out(best, model.domain, PARENTS, apart)
-        if not len(parents):
-            return best
-        chosen = rng.choice(parents, CHILDREN)
-        ends = paths_of(model, best.p0[chosen], best.k[chosen])[:, -1, : model.n_p]
+    first = judged(judged_by, scene, anchor(model, scene, z, k)[0], k)
+
+    def closer(best: Ranked, spread: float) -> tuple[np.ndarray, np.ndarray]:
+        p0, k = best.x
+        if not len(k):
+            return p0, k
+        chosen = rng.choice(spread_out(k, model.domain, PARENTS, apart), CHILDREN)
+        ends = paths_of(model, p0[chosen], k[chosen])[:, -1, : model.n_p]
         move_k = spread * (hi - lo) * rng.uniform(-1, 1, (CHILDREN, model.n_k))
-        near_k = np.clip(best.k[chosen] + move_k, lo, hi)
+        near_k = np.clip(k[chosen] + move_k, lo, hi)
         near_z = ends + spread * (scene.z_hi - scene.z_lo) * rng.uniform(-1, 1, ends.shape)
-        found = judged(judged_by, scene, anchor(model, scene, near_z, near_k)[0], near_k)
-        best = _sorted(*(np.concatenate(pair) for pair in zip(best, found, strict=True)))
-        spread *= CLOSER
-    return best
+        return anchor(model, scene, near_z, near_k)[0], near_k
+
+    begin = Ranked((first.p0, first.k), first.room)
+    found = climb(begin, closer, lambda x: verdicts(judged_by, scene, *x).room, SPREADS, KEPT)
+    return Nearly(*found.x, found.value)
 
 
 def judged(model: TrajectoryModel, scene: Scene, p0: np.ndarray, k: np.ndarray) -> Nearly:
     """The best of the plans p0 (n, n_p), k (n, n_k)."""
-    e = verdicts(model, scene, p0, k)
-    room = np.minimum(np.minimum(e.goal, e.start), e.clearance)
-    known = np.isfinite(room) & (e.bin >= 0)
-    return _sorted(p0[known], k[known], room[known])
+    room = verdicts(model, scene, p0, k).room
+    best = ranked((p0, k), room).at(slice(min(KEPT, int((room > -np.inf).sum()))))
+    return Nearly(*best.x, best.value)
 
 
-def spread_out(plans: Nearly, domain: Box, most: int, apart: float) -> np.ndarray:
-    """(m,) numbers of good plans, the k of each at least `apart` [sides of the domain] from the
-    better ones.
+def spread_out(k: np.ndarray, domain: Box, most: int, apart: float) -> np.ndarray:
+    """(m,) numbers of good plans, best first in k (n, n_k): the k of each at least `apart` [sides
+    of the domain] from the better ones.
     """
     side = domain.hi - domain.lo
     chosen: list[int] = []
-    for number, k in enumerate(plans.k):
-        if all(np.abs((k - plans.k[other]) / side).max() >= apart for other in chosen):
+    for number, own in enumerate(k):
+        if all(np.abs((own - k[other]) / side).max() >= apart for other in chosen):
             chosen.append(number)
         if len(chosen) == most:
             break
@@ -107,8 +106,3 @@ def _under(model: TrajectoryModel, part: float) -> TrajectoryModel:
     if part == 1.0:
         return model
     return model.replace(claim=stand_in(model.claim, shrunk(model.tube, part)))
-
-
-def _sorted(p0: np.ndarray, k: np.ndarray, room: np.ndarray) -> Nearly:
-    order = np.argsort(-room, kind="stable")[:KEPT]
-    return Nearly(p0[order], k[order], room[order])

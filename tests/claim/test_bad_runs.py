@@ -8,13 +8,13 @@ import numpy as np
 import pytest
 from synthetic_plants import failing, noisy, plant, spike, straight, straight_network
 
-from parc_jax.claim import search as searching
+from parc_jax.claim import bad_runs
+from parc_jax.claim.bad_runs import enlarge, search_size, search_worst
 from parc_jax.claim.calibrate import calibrate
 from parc_jax.claim.measure import measure
 from parc_jax.claim.pipeline import bound_error
 from parc_jax.claim.profile import training_profile
 from parc_jax.claim.score import score_system
-from parc_jax.claim.search import enlarge, search_size, search_worst
 from parc_jax.errors import InputError
 from parc_jax.rollout.collect import collect
 
@@ -84,7 +84,7 @@ def test_the_search_is_never_larger_than_what_was_asked(monkeypatch):
     assert search_size(5000, 59) == 5000 and search_size(0, 59) == 0
     with pytest.raises(InputError, match="search"):
         search_size(-1, 59)
-    sizes, real = [], searching.search_worst
+    sizes, real = [], bad_runs.search_worst
     monkeypatch.setattr(
         "parc_jax.claim.runs.search_worst",
         lambda *a, **b: (sizes.append(a[4]), real(*a, **b))[1],
@@ -99,7 +99,7 @@ def test_a_stopped_search_continues_with_the_same_numbers(tmp_path, monkeypatch)
     system = plant(noisy)
     profile = training_profile(NET, collect(system, KEY, 50, quiet=True), (1, 1))
     whole = search_worst(NET, system, KEY, profile, 64, quiet=True)
-    real, calls = searching._Search.run, []
+    real, calls = bad_runs._Search.run, []
 
     def stopping(self, k, keys, bar=None):
         calls.append(len(k))
@@ -107,7 +107,7 @@ def test_a_stopped_search_continues_with_the_same_numbers(tmp_path, monkeypatch)
             raise KeyboardInterrupt
         return real(self, k, keys, bar)
 
-    monkeypatch.setattr(searching._Search, "run", stopping)
+    monkeypatch.setattr(bad_runs._Search, "run", stopping)
     with pytest.raises(KeyboardInterrupt):
         search_worst(NET, system, KEY, profile, 64, path=tmp_path, quiet=True)
     calls[:] = range(100)

@@ -1,0 +1,52 @@
+"""Climbing by chance: what is best so far has children, closer and closer to it. It says where to
+look; nothing is proved of what it does not find.
+"""
+
+from collections.abc import Callable, Iterable
+from typing import NamedTuple
+
+import jax
+import numpy as np
+
+Points = np.ndarray | tuple[np.ndarray, ...]  # candidates (n, ...); a tuple holds parts of each
+
+
+class Ranked(NamedTuple):
+    """Candidates x (n, ...), the best first. value (n,): of each, larger is better."""
+
+    x: Points
+    value: np.ndarray
+
+    def at(self, index) -> "Ranked":
+        """Those of an index array or slice."""
+        return jax.tree.map(lambda part: part[index], self)
+
+
+def ranked(x: Points, value: np.ndarray) -> Ranked:
+    """Candidates in the order of their values (n,); equal ones in the order they came."""
+    return Ranked(x, value).at(np.argsort(-value, kind="stable"))
+
+
+def climb(
+    begin: Ranked,
+    children: Callable[[Ranked, float], Points],
+    value: Callable[[Points], np.ndarray],
+    spreads: Iterable[float],
+    kept: int | None = None,
+) -> Ranked:
+    """The best candidates after a round of children for every spread.
+
+    begin: where it starts. children: of the best so far, how far apart from them; there may be
+    none. value: of candidates (n, ...) -> (n,), -inf where it is not known: these are dropped.
+    kept: how many stay from round to round, None = all.
+    """
+    best = begin
+    for spread in spreads:
+        x = children(best, spread)
+        if not len(jax.tree.leaves(x)[0]):
+            continue
+        new = Ranked(x, value(x))
+        new = new.at(np.flatnonzero(new.value > -np.inf))
+        joined = jax.tree.map(lambda *parts: np.concatenate(parts), best, new)
+        best = ranked(*joined).at(slice(kept))
+    return best
