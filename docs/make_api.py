@@ -1,11 +1,14 @@
-"""Writes api.md from the docstrings: `python docs/make_api.py`."""
+"""Writes api.md, and the rooms of architecture.md, from docstrings: `python docs/make_api.py`."""
 
+import ast
 import importlib
 import inspect
+import re
 from pathlib import Path
 
 import parc_jax
 
+BEGIN, END = "<!-- rooms: written by docs/make_api.py -->", "<!-- end of rooms -->"
 FURTHER = {
     "Files in and out": (
         "io.problem_file",
@@ -42,6 +45,29 @@ def page() -> str:
                 entry(n, thing) for n, thing in own if not n.startswith("_") and callable(thing)
             ]
     return "\n\n".join(parts) + "\n"
+
+
+def rooms() -> list[tuple[str, str]]:
+    """Every room and the sentence that its docstring begins with, in the order of imports."""
+    layers = Path(__file__).parents[1] / "tests" / "test_layers.py"
+    order = re.search(r"^ORDER = (\(.*?^\))", layers.read_text(encoding="utf-8"), re.M | re.S)
+    return [(name, sentence(name)) for name in ast.literal_eval(order[1])]
+
+
+def sentence(room: str) -> str:
+    """The first sentence of a room's docstring, in one line; nothing where there is none."""
+    home = Path(parc_jax.__file__).parent / room
+    home = home / "__init__.py" if home.is_dir() else home.with_suffix(".py")
+    text = ast.get_docstring(ast.parse(home.read_text(encoding="utf-8"))) or ""
+    return re.match(r"(.*?\.(?= |$)|)", " ".join(text.split()))[1]
+
+
+def with_rooms(text: str) -> str:
+    """The text of architecture.md with the table of rooms as they are today."""
+    rows = [f"| `{name}` | {said} |" for name, said in rooms()]
+    table = "\n".join(["| room | what happens in it |", "|---|---|", *rows])
+    before, after = text.split(BEGIN)[0], text.split(END)[1]
+    return f"{before}{BEGIN}\n\n{table}\n\n{END}{after}"
 
 
 def entry(name: str, thing) -> str:
@@ -98,3 +124,5 @@ def block(thing) -> str:
 
 if __name__ == "__main__":
     Path(__file__).with_name("api.md").write_text(page(), encoding="utf-8")
+    house = Path(__file__).with_name("architecture.md")
+    house.write_text(with_rooms(house.read_text(encoding="utf-8")), encoding="utf-8")

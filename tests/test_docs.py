@@ -209,6 +209,20 @@ def test_links_inside_the_repository_lead_somewhere(page):
                 assert anchor in anchors(there), f"{page.name} links to {target}#{anchor}"
 
 
+def test_the_map_has_every_room_and_names_what_is_there():
+    page = (ROOT / "docs" / "architecture.md").read_text(encoding="utf-8")
+    made = runpy.run_path(str(ROOT / "docs" / "make_api.py"))
+    for room, said in made["rooms"]():
+        assert said, f"write the docstring of parc_jax/{room}: first a sentence on what it is for"
+    assert page == made["with_rooms"](page), "run: python docs/make_api.py"
+    for path in re.findall(r"`((?:parc_jax|sims|benchmarks|tests)/[\w./]+)`", page):
+        assert (ROOT / path).exists(), f"docs/architecture.md names {path}: say where that is now"
+    source = "".join(p.read_text(encoding="utf-8") for p in (ROOT / "parc_jax").rglob("*.py"))
+    for name in re.findall(r"`((?:[A-Z][a-z]+)+)[`.]|`(ReLUNetwork)`", page.split("## Three")[0]):
+        record = "".join(name)
+        assert f"class {record}" in source, f"docs/architecture.md names the record {record}"
+
+
 def test_the_api_page_is_up_to_date():
     made = runpy.run_path(str(ROOT / "docs" / "make_api.py"))["page"]()
     shown = (ROOT / "docs" / "api.md").read_text(encoding="utf-8")

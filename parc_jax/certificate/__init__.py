@@ -1,0 +1,1 @@
+"""What was found, spelled exactly for a checker, and the checker asked."""

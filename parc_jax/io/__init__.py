@@ -1,0 +1,1 @@
+"""Scenes, networks, answers and questions to other verifiers as files."""

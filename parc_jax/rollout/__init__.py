@@ -1,0 +1,3 @@
+"""Runs of a black box, or from files: the same for the same key, resumable, with the law that they
+are drawn from.
+"""
