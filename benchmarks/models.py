@@ -70,7 +70,13 @@ def learn(case: Case, key: jax.Array, quick: bool) -> CaseModels:
     models = {}
     for widths, net in nets.items():
         honest = calibrate(
-            net, holdout, training_profile(net, data, bins), eps, delta, looks=looks, train=data
+            net,
+            holdout,
+            training_profile(net, data, bins),
+            eps=eps,
+            delta=delta,
+            looks=looks,
+            train=data,
         )
         models[widths] = Claims(
             *(trajectory_model(net, claim) for claim in (assumed_claim(net, data), honest))

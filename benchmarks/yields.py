@@ -5,7 +5,7 @@ before.
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 
-from parc_jax.claim.pipeline import GAP
+from parc_jax.claim.asked import GAP
 from parc_jax.experiment.settings import Study
 from parc_jax.problem import ReachAvoid
 

@@ -1,15 +1,18 @@
 """Writes api.md, and the rooms of architecture.md, from docstrings: `python docs/make_api.py`."""
 
 import ast
+import dataclasses
 import importlib
 import inspect
 import re
 from pathlib import Path
 
 import parc_jax
+from parc_jax.options import told
 
 BEGIN, END = "<!-- rooms: written by docs/make_api.py -->", "<!-- end of rooms -->"
 FURTHER = {
+    "Records of options": ("claim.asked", "network.fit", "experiment.settings"),
     "Files in and out": (
         "io.problem_file",
         "io.answer_file",
@@ -79,6 +82,8 @@ def entry(name: str, thing) -> str:
         "```",
         block(thing),
     ]
+    if dataclasses.is_dataclass(thing):
+        lines += [f"* `{field}`: {text}" for field, text in told(thing).items()]
     if inspect.isclass(thing):
         for own, member in members(thing).items():
             target = (

@@ -22,30 +22,32 @@ Interval = tuple[float, float]
 class Doubt:
     """Doubt that a safe plan withstands: `reach_avoid(..., doubt=Doubt(...))`. Nothing is in doubt
     where nothing is given. Raises InputError.
-
-    start: half widths [m] of a box around the start that is asked about, one number or (n_p,).
-    heading: half angle [rad] around the heading at the start, below 1; the system must declare
-        rotation invariance.
-    k: half widths by which parameters are executed wrongly, (n_k,) or by name; of one that is also
-        given or unknown, on top of what it may be.
-    goal: half widths [m, .] by which the goal is seen wrongly, (n_p,), or with those of q.
-    obstacles: polytope by which obstacles are seen wrongly (true place = seen place + a point of
-        it): one for all, or one for each, None for an exact one.
-    given: parameters that are measured and not chosen, by name: a number, or (lo, hi).
-    unknown: parameters that nobody chooses or measures, by name: (lo, hi).
-    sensing_eps: probability with which what is measured may lie outside of these boxes; 0 by
-        default: never.
     """
 
     # more is taken than is kept: tuples of floats, of pairs (name, value), of sets
     start: Any = ()
+    """Half widths [m] of a box around the start that is asked about, within which it may be: one
+    number, or one per axis."""
     heading: float = 0.0
+    """Half angle [rad] around the heading at the start, below 1; the system must declare rotation
+    invariance."""
     k: Any = ()
+    """Half widths by which parameters may be executed wrongly: (n_k,), or by name, in the shell
+    speed=0.1; of one that is also given or unknown, on top of what it may be."""
     goal: Any = ()
+    """Half widths [m, .] by which the goal may be seen wrongly: one number, one per axis, or with
+    those of q."""
     obstacles: Any = ()
+    """Polytope by which obstacles are seen wrongly (true place = seen place + a point of it): one
+    for all, or one for each, None for an exact one."""
     given: Any = ()
+    """Parameters that are measured and not chosen, by name: a number, or its lowest and highest
+    value, in the shell speed=9.2 load=1:2."""
     unknown: Any = ()
+    """Parameters that nobody chooses or measures, by name: their lowest and highest value, in the
+    shell wind=-1:1; a plan is safe for all of it."""
     sensing_eps: Any = 0
+    """Probability with which what was measured lies outside of these boxes."""
 
     def __post_init__(self) -> None:
         self._set("start", _widths("doubt start", self.start))

@@ -1,11 +1,11 @@
 """How a query is answered: sizes, probabilities, work and the method, as one frozen record."""
 
-import dataclasses
 import math
 from dataclasses import dataclass
 from typing import NamedTuple
 
 from parc_jax.errors import InputError
+from parc_jax.options import Options
 
 LOOKS = 60  # at fresh draws of at most 2^18 plans each
 CORRIDORS = 4096  # tried; of a batch the best are kept
@@ -31,37 +31,26 @@ def work_of(share: float) -> Work:
 
 
 @dataclass(frozen=True)
-class Settings:
-    """What `Planner.solve` and `Planner.solve_batch` do for a query. Presets: `fast`, `whole`,
-    `thorough`; `replace` changes some fields of one. Raises InputError for values without meaning.
-
-    n_samples: safe plans to return.
-    target, confidence: the corridors (with `polytopes`, these too) leave out at most `target` of
-        the model's safe set, with this confidence, unless the work ends first.
-    work: the most that is done, as a multiple of the standard: 60 looks at fresh draws, 4,096
-        corridors tried, and 1,000 boxes for a proof where no plan was found. It is counted, so the
-        same key gives the same answer however busy the machine.
-    budget_s: [s] a limit above the work, compiling not counted. What it cuts off the answer says:
-        `Answer.ended` is SECONDS then.
-    samples_only: safe plans alone; no corridor is built and nothing is covered.
-    polytopes: cut the corridors into polytopes too, region by region: several times the work, and
-        out of reach with many parameters. `Answer.with_polytopes` cuts them later.
-    proof: check all that is returned in exact arithmetic.
-    method: how the search is done: `Published(lps)`, or anything with its `search`; None is the
-        exact engine, `Exact()`.
-    """
+class Effort(Options):
+    """How much of the safe set is looked for, and what is returned."""
 
     n_samples: int = 100
+    """Safe plans to return."""
     target: float = 0.01
+    """Largest share of the model's safe set that the corridors (with polytopes, these too) may
+    leave out, unless the work ends first."""
     confidence: float = 0.99
+    """Confidence in that."""
     work: float = 1.0
+    """The most that is done, as a multiple of the standard: 60 looks at fresh draws, 4,096
+    corridors tried, and 1,000 boxes for a proof where no plan is found. It is counted, so the same
+    seed gives the same answer, however busy the machine."""
     budget_s: float = 600.0
-    samples_only: bool = False
-    polytopes: bool = False
-    proof: bool = True
-    method: object | None = None
+    """A limit in seconds above the work, compiling not counted; the answer says when it cut
+    something off."""
 
-    def __post_init__(self):
+    def __post_init__(self) -> None:
+        super().__post_init__()
         if not 0 < self.target < 1 or not 0 < self.confidence < 1:
             raise InputError(
                 "settings: expected target and confidence between 0 and 1; got "
@@ -78,6 +67,28 @@ class Settings:
                 f"settings: expected budget_s > 0 s, a limit above the work; got {self.budget_s}. "
                 "For safe plans without sets ask for samples_only=True."
             )
+
+
+@dataclass(frozen=True)
+class Settings(Effort):
+    """What `Planner.solve` and `Planner.solve_batch` do for a query. Presets: `fast`, `whole`,
+    `thorough`; `replace` changes some fields of one. Raises InputError for values without meaning.
+    """
+
+    samples_only: bool = False
+    """Safe plans alone; no corridor is built and nothing is covered."""
+    polytopes: bool = False
+    """Cut the corridors into polytopes of (p0, k), for pictures of them and for optimisers of
+    yours: several times the work, and out of reach with many parameters. `Answer.with_polytopes`
+    cuts them later."""
+    proof: bool = True
+    """Check all that is returned in exact arithmetic."""
+    method: object | None = None
+    """How the search is done: `Published(lps)`, or anything with its `search`. Default: the exact
+    engine, `Exact()`."""
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
         if self.samples_only and self.polytopes:
             raise InputError(
                 "settings: expected polytopes or samples_only; got both. Leave one of them out."
@@ -105,13 +116,3 @@ class Settings:
         absence.
         """
         return cls(target=0.003, confidence=0.999, work=8.0, budget_s=3600.0)
-
-    def replace(self, **changes) -> "Settings":
-        """The same but for the given fields."""
-        known = [f.name for f in dataclasses.fields(self)]
-        unknown = sorted(set(changes) - set(known))
-        if unknown:
-            raise InputError(
-                f"settings: expected fields among {', '.join(known)}; got {unknown[0]!r}."
-            )
-        return dataclasses.replace(self, **changes)

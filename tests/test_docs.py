@@ -300,5 +300,5 @@ def test_readme_counts_all_runs_of_the_main_job():
     from parc_jax.claim.pipeline import runs_ahead
     from sims.drift_parking import STUDY
 
-    runs = STUDY.rollouts + runs_ahead(STUDY.bound, len(STUDY.networks))
+    runs = STUDY.rollouts + runs_ahead(STUDY, len(STUDY.networks))
     assert f"The main job: {runs:,} rollouts" in (ROOT / "README.md").read_text()

@@ -15,6 +15,7 @@ ROOT = Path(parc_jax.__file__).parent
 ORDER = (
     "checker",  # the standard library alone
     "errors",
+    "options",
     "tolerances",
     "status",
     "settings",

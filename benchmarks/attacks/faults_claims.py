@@ -330,7 +330,7 @@ CLAIMED = (
     Fault(
         "an_update_looks_at_its_holdout",
         "update.update",
-        "        train=seen,\n",
+        "train=seen, ",
         "",
         ("tests/claim/test_monitor.py::test_new_data_gives_a_new_claim",),
     ),

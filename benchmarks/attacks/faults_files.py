@@ -251,7 +251,7 @@ SHELL = (
     ),
     Fault(
         "a_gap_that_is_no_number",
-        "start_gap.check_gap",
+        "asked.check_gap",
         "if not 0 <= declared < math.inf:",
         "if declared < 0:",
         ("tests/cli/test_bad_logs.py::test_bad_logs_and_options_are_refused_in_one_sentence",),

@@ -82,7 +82,7 @@ def chosen_set(width, key):
 
 def fewer_runs(width, key):
     """Fewer runs than asked for: the claim must carry the eps that they support."""
-    claim = _claim(width, key, n=30)
+    claim = _claim(width, key, fresh=30)
     return claim.eps, truth(width, claim.tube).whole
 
 
@@ -94,7 +94,7 @@ def discards(width, key):
 
 def most_discards(width, key):
     """As many runs left outside as 300 runs allow."""
-    claim = _claim(width, key, n=300, discard="most")
+    claim = _claim(width, key, fresh=300, discard="most")
     return claim.eps, truth(width, claim.tube).whole
 
 
@@ -108,7 +108,7 @@ def looks(width, key, declared=LOOKS):
         train = collect(jump_plant(width), key, 50, Stage.TRAIN, first_row=50 * number, quiet=True)
         profile = training_profile(NET, train, bins)
         scores = score_system(NET, jump_plant(width), key, profile, n, quiet=True)
-        claims.append(calibrate(NET, scores, profile, EPS, DELTA, looks=declared))
+        claims.append(calibrate(NET, scores, profile, eps=EPS, delta=DELTA, looks=declared))
     return EPS, max(truth(width, claim.tube).whole for claim in claims)
 
 
@@ -131,7 +131,7 @@ def by_bin(width, key):
     system, n = jump_plant(width), 4 * required_runs(EPS, DELTA / 4)
     profile = training_profile(NET, collect(system, key, PROFILE_RUNS, quiet=True), (4, 1))
     scores = score_system(NET, system, key, profile, n, quiet=True)
-    claim = calibrate_bins(NET, scores, profile, EPS, DELTA)
+    claim = calibrate_bins(NET, scores, profile, eps=EPS, delta=DELTA)
     real = truth(width, claim.tube).by_bin
     pairs = [(eps, p) for eps, p in zip(claim.bin_eps, real, strict=True) if eps is not None]
     return max(pairs, key=lambda pair: pair[1] - float(pair[0]), default=(1, 0.0))
@@ -144,7 +144,7 @@ def by_block(width, key):
     system, n = jump_plant(width), 4 * required_runs(EPS, DELTA / 4)
     profile = fitted_profile(NET, [collect(system, key, PROFILE_RUNS, quiet=True)], (12, 1))
     scores = score_system(NET, system, key, profile, n, quiet=True)
-    claim = calibrate_bins(NET, scores, profile, EPS, DELTA, blocks=(4, 1))
+    claim = calibrate_bins(NET, scores, profile, eps=EPS, delta=DELTA, blocks=(4, 1))
     real = truth(width, claim.tube).by_bin.reshape(4, 3).mean(axis=1)
     pairs = [(eps, p) for eps, p in zip(claim.bin_eps[::3], real, strict=True) if eps is not None]
     return max(pairs, key=lambda pair: pair[1] - float(pair[0]), default=(1, 0.0))
@@ -158,7 +158,7 @@ def fitted(width, key):
 
 def fitted_most_discards(width, key):
     """The same with as many runs left outside as 300 runs allow."""
-    claim = _claim(width, key, shape="fitted", n=300, discard="most")
+    claim = _claim(width, key, shape="fitted", fresh=300, discard="most")
     return claim.eps, truth(width, claim.tube).whole
 
 
@@ -229,7 +229,7 @@ def trained_on_its_holdout(width, key):
 
 def discards_chosen_afterwards(width, key):
     """Control: the largest scores are dropped after they were seen, and counted as none."""
-    claim = _claim(width, key, n=required_runs(EPS, DELTA), discard=1)
+    claim = _claim(width, key, fresh=required_runs(EPS, DELTA), discard=1)
     return EPS, truth(width, claim.tube).whole
 
 
@@ -259,7 +259,7 @@ PROMISES = (
 
 def _claim(width, key, **options):
     options = {"search": 0, "bins": (4, 1), "profile_runs": PROFILE_RUNS} | options
-    return bound_error(NET, jump_plant(width), key, EPS, DELTA, quiet=True, **options)
+    return bound_error(NET, jump_plant(width), key, eps=EPS, delta=DELTA, quiet=True, **options)
 
 
 def _recorded(width, key, grouped: bool):
@@ -270,7 +270,7 @@ def _recorded(width, key, grouped: bool):
     train, held = recordings(width, rng, 20, PARTS), recordings(width, rng, n, PARTS)
     if not grouped:
         train, held = train.replace(groups=None), held.replace(groups=None)
-    return calibrate(NET, held, training_profile(NET, train, (4, 1)), EPS, DELTA)
+    return calibrate(NET, held, training_profile(NET, train, (4, 1)), eps=EPS, delta=DELTA)
 
 
 def _host(key) -> np.random.Generator:

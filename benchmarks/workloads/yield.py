@@ -121,7 +121,7 @@ def _of_task(bench: Bench, task: Task) -> Iterator[tuple[Setting, str, Share, Sh
         if truth is None:
             truth = truly_safe(task, system, model, bench)
         runs = HeldRuns(learned.select(slice(study.rollouts, None)), holdout)
-        claims = bound_errors([net], runs, train, study.bound, start)[0]
+        claims = bound_errors([net], runs, train, study, start)[0]
         for kind, claim in zip(study.claims, claims, strict=True):
             yield setting, kind, truth, certified(problem, model, claim, bench)
 

@@ -10,25 +10,11 @@ from fractions import Fraction
 
 import numpy as np
 
-from parc_jax.claim.calibrate import (
-    Intersample,
-    evidence_of,
-    kept_maximum,
-    ledger,
-    pac_label,
-    scaled,
-)
+from parc_jax.claim.asked import BoundSettings
+from parc_jax.claim.calibrate import evidence_of, kept_maximum, ledger, pac_label, scaled
 from parc_jax.claim.claim import ErrorClaim, error_claim
-from parc_jax.claim.counts import (
-    MOST,
-    as_probability,
-    check_count,
-    check_discard,
-    most_discards,
-    required_runs,
-)
+from parc_jax.claim.counts import MOST, as_probability, most_discards, required_runs
 from parc_jax.claim.fresh import check_fresh
-from parc_jax.claim.intersample import DISCRETE_TIME
 from parc_jax.claim.profile import runs_per_bin
 from parc_jax.claim.score import Scores
 from parc_jax.claim.tube import Tube
@@ -42,35 +28,30 @@ def calibrate_bins(
     net: ReLUNetwork,
     scores: Scores,
     profile: Tube,
-    eps=1e-2,
-    delta=1e-3,
+    asked: BoundSettings | None = None,
     *,
-    blocks: Sequence[int] | None = None,
-    discard: int | str = 0,
-    looks: int = 1,
-    intersample: Intersample = DISCRETE_TIME,
     train: RolloutBatch | None = None,
+    **options,
 ) -> ErrorClaim:
     """With confidence 1 - delta, in every claimed bin at once: a new run with k in the bin leaves
     it with probability <= eps.
 
     Stronger than one claim over K (it may be read bin by bin, and the planner may choose the bin
     afterwards), and dearer:
-    each bin needs its own runs, at delta / (bins x looks). A bin with too few runs gets no claim,
-    never a small tube. blocks: claims along each axis of K, each about a block of neighbouring bins
-    in place of one bin; None = of every bin its own. Arguments as in `calibrate`; discard counts
-    per claim, "most" = as many as each allows. Raises InputError.
+    each bin, or block of bins, needs its own runs, at delta / (bins x looks). A bin with too few
+    runs gets no claim, never a small tube. Arguments as in `calibrate`, and `blocks`; discard
+    counts per claim. Raises InputError.
     """
-    check_discard(discard)
-    check_count("looks", looks, 1, "1 for a holdout that is used once")
+    asked = (asked or BoundSettings()).replace(**options)
+    discard, looks, intersample = asked.discard, asked.looks, asked.intersample
     check_fresh(scores, train)
     if scores.groups is not None:
         raise InputError(
             "calibrate_bins: expected independent runs; these come in groups, whose runs may lie "
             'in several bins. Make one claim over K: calibrate, or claims = ("one",).'
         )
-    eps, delta = as_probability("eps", eps), as_probability("delta", delta)
-    block = block_of_bins(profile.grid, blocks)
+    eps, delta = as_probability("eps", asked.eps), as_probability("delta", asked.delta)
+    block = block_of_bins(profile.grid, asked.blocks)
     n_blocks = int(block.max()) + 1
     share_of_delta = float(delta / (n_blocks * looks))
     numbers = block[profile.bins_of(scores.k)]

@@ -5,18 +5,16 @@ from fractions import Fraction
 import numpy as np
 
 from parc_jax.arrays import content_hash
+from parc_jax.claim.asked import BoundSettings
 from parc_jax.claim.claim import ErrorClaim, error_claim
 from parc_jax.claim.counts import (
     MOST,
     as_probability,
-    check_count,
-    check_discard,
     most_discards,
     required_runs,
     supported_eps,
 )
 from parc_jax.claim.fresh import check_fresh
-from parc_jax.claim.intersample import DISCRETE_TIME, AccelerationBound, DiscreteTime, SpeedBound
 from parc_jax.claim.score import Scores, score_batch
 from parc_jax.claim.start_gap import invariances
 from parc_jax.claim.tube import Tube
@@ -26,7 +24,6 @@ from parc_jax.network.relu import ReLUNetwork
 from parc_jax.rollout.batch import RolloutBatch
 from parc_jax.spelling import hex_text, rounded_up
 
-Intersample = DiscreteTime | SpeedBound | AccelerationBound
 # the division that made the score and the product that undoes it, rounded up
 _OUTWARD = 1 + 2.0**-48
 _SHOWN = 32  # largest scores kept as evidence
@@ -36,43 +33,37 @@ def calibrate(
     net: ReLUNetwork,
     holdout: RolloutBatch | Scores,
     profile: Tube,
-    eps=1e-3,
-    delta=1e-3,
+    asked: BoundSettings | None = None,
     *,
-    discard: int | str = 0,
-    looks: int = 1,
-    intersample: Intersample = DISCRETE_TIME,
     train: RolloutBatch | None = None,
+    **options,
 ) -> ErrorClaim:
     """The claim that a holdout supports about tube = (largest score) x profile. [T1, T2]
 
     holdout: runs that neither the network nor the profile has seen, i.i.d. from one law, or their
         `Scores`.
-    eps, delta: asked for. The claim carries the eps that the runs support: a larger one with too
-        few runs, and says so; a smaller one with more than needed, unless discard = "most".
-    discard: runs to leave outside, fixed before the holdout is seen; "most" = as many as n, eps,
-        delta allow.
-    looks: how many times this holdout is used in all (nets compared, retries); each look gets delta
-        / looks.
-    intersample: what happens between records. [T9]
+    asked, or options by name: `eps`, `delta`, `discard`, `looks` and `intersample` of
+        `BoundSettings`. The claim carries the eps that the runs support: a larger one with too
+        few runs, and says so; a smaller one with more than needed, unless discard = "most". Each
+        of the looks (nets compared, retries) gets delta / looks.
     train: the training runs, to refuse any of them in the holdout. A failed run has an infinite
         score.
     Runs that come in groups (parts of one recording) count as one: n is the number of groups, and
     the score of a group is its worst. Raises InputError, also for repeated runs and near copies.
     """
-    check_discard(discard)
-    check_count("looks", looks, 1, "1 for a holdout that is used once")
+    asked = (asked or BoundSettings()).replace(**options)
+    looks, intersample = asked.looks, asked.intersample
     recorded = isinstance(holdout, RolloutBatch)
     scores = score_batch(net, holdout, profile) if recorded else holdout
     check_fresh(scores, train)
-    eps, delta = as_probability("eps", eps), as_probability("delta", delta)
+    eps, delta = as_probability("eps", asked.eps), as_probability("delta", asked.delta)
     evidence = {"profile": profile.hash, **evidence_of(scores)}
     unit = scores.unit
     independent = scores.by_group()
     n = len(independent)
     if train is not None:
         evidence["train"] = content_hash(train.k, train.q)
-    claimed, discard = pac_label(n, eps, delta / looks, discard, unit)
+    claimed, discard = pac_label(n, eps, delta / looks, asked.discard, unit)
     if claimed > eps:
         needed = required_runs(float(eps), float(delta / looks), discard)
         evidence["eps_asked"] = f"eps = {rounded_up(eps, 10)} (needs {needed:,} {unit.many})"

@@ -2,9 +2,9 @@
 
 import math
 from fractions import Fraction
-from numbers import Integral
 
-from parc_jax.errors import InputError, expected
+from parc_jax.errors import InputError
+from parc_jax.options import check_count
 from parc_jax.spelling import rounded_up
 
 MOST = "most"  # discards: as many as the runs, eps and delta allow
@@ -96,22 +96,13 @@ def cheaper(eps: float, delta: float, spelled: str = "eps = ") -> str:
 
 def as_probability(name: str, value) -> Fraction:
     """The decimal the user wrote, as an exact fraction in (0, 1). Raises InputError."""
-    exact = value if isinstance(value, Fraction) else Fraction(str(value))
+    try:
+        exact = value if isinstance(value, Fraction) else Fraction(str(value))
+    except ValueError:  # nan, or no number
+        exact = Fraction(0)
     if not 0 < exact < 1:
         raise InputError(f"{name}: expected a probability strictly between 0 and 1; got {value}.")
     return exact
-
-
-def check_discard(discard) -> None:
-    """Refuse what is no number of runs to leave outside, nor MOST. Raises InputError."""
-    if discard != MOST:
-        check_count("discard", discard, 0, f'0, or "{MOST}" where eps and delta decide')
-
-
-def check_count(name: str, value, least: int, hint: str) -> None:
-    """Refuse what is no whole number, or too small a one. Raises InputError."""
-    if isinstance(value, bool) or not isinstance(value, Integral) or value < least:
-        raise InputError(expected(name, f"a whole number >= {least}", value, hint))
 
 
 def _last(low: int, high: int, holds) -> int:

@@ -8,33 +8,24 @@ allowance for the start. Every step after the scores only widens a tube, so ever
 import itertools
 from collections.abc import Callable, Iterable
 from contextlib import AbstractContextManager, nullcontext
-from dataclasses import dataclass
-from functools import partial
 
 import jax
 import numpy as np
 
+from parc_jax.claim.asked import BoundSettings
 from parc_jax.claim.bad_runs import enlarge, search_size
 from parc_jax.claim.by_bin import block_of_bins, block_shares, calibrate_bins
-from parc_jax.claim.calibrate import Intersample, calibrate
+from parc_jax.claim.calibrate import calibrate
 from parc_jax.claim.claim import ErrorClaim
-from parc_jax.claim.counts import (
-    MOST,
-    as_probability,
-    cheaper,
-    check_count,
-    check_discard,
-    required_runs,
-)
+from parc_jax.claim.counts import MOST, as_probability, cheaper, required_runs
 from parc_jax.claim.edges import choose_edges
 from parc_jax.claim.even import evened, learnt_from
 from parc_jax.claim.fitting import fitted_profile
-from parc_jax.claim.intersample import DISCRETE_TIME
 from parc_jax.claim.measure import Errors, measure
 from parc_jax.claim.profile import profile_of
 from parc_jax.claim.runs import RecordedRuns, Runs, SystemRuns
 from parc_jax.claim.score import check_profile, scores_of
-from parc_jax.claim.start_gap import StartTrial, allow_for_start, check_gap, try_starts
+from parc_jax.claim.start_gap import StartTrial, allow_for_start, try_starts
 from parc_jax.claim.tube import Tube
 from parc_jax.errors import InputError
 from parc_jax.network.predict import layout_of
@@ -43,113 +34,37 @@ from parc_jax.rollout.batch import RolloutBatch
 from parc_jax.rollout.forecast import Forecast
 from parc_jax.sets.box import Box
 
-SHAPES = ("box", "fitted")
-GAP = 1e-5  # [m or rad] that the start of a run may matter, unless declared otherwise
 # [standard deviations] by which the expected runs of the smallest bin exceed what its claim needs
 SPARE = 4.0
 _PROFILE_RUNS = 2000  # when there is nothing else to learn a profile from
-
-
-@dataclass(frozen=True)
-class BoundSettings:
-    """What is asked of the claims about some networks.
-
-    eps, delta: with confidence 1 - delta, for all networks and claims at once, a new run leaves the
-        tube with probability at most eps.
-    claims: made for every network. "one": one number over all of K. [T1, T2] "bins": each bin with
-        its own. [T4]
-    blocks: claims along each axis of K in place of one in every bin, each about the neighbouring
-        bins of a block; None = in every bin. A profile in fine bins, claims in coarse ones.
-    bins: how the profile varies over K: numbers of bins per axis, edges per axis, None = cut where
-        the error of the first network changes.
-    shape: of the tube. "box": a half width per axis about the prediction. "fitted": pairs of faces
-        that fit the errors, along the axes and their principal axes. [T26]
-    profile_runs: runs beside the training ones for the profile. None = as many as the holdout.
-    even: hold a quarter of those runs back, and widen every bin by what it lacked for them, so that
-        the worst learnt bin does not decide about all.
-    fresh: runs of the holdout, None = as many as the claims need.
-    discard: of them left outside, fixed beforehand; "most" = as many as eps and delta allow.
-    looks: times this holdout is used beyond the networks and claims asked for here.
-    intersample: what happens between records. [T9]
-    search: runs spent looking for bad ones of the first network, 0 = none, None = as many as the
-        holdout has, 2,048 at most. [T8]
-    """
-
-    eps: float = 1e-3
-    delta: float = 1e-3
-    claims: tuple[str, ...] = ("one",)
-    blocks: tuple[int, ...] | None = None
-    bins: tuple | None = None
-    shape: str = "box"
-    profile_runs: int | None = None
-    even: bool = False
-    fresh: int | None = None
-    discard: int | str = 0
-    looks: int = 1
-    intersample: Intersample = DISCRETE_TIME
-    search: int | None = None
 
 
 def bound_error(
     net: ReLUNetwork,
     system,
     key: jax.Array | None,
-    eps=1e-3,
-    delta=1e-3,
-    bins=None,
+    asked: BoundSettings | None = None,
     *,
-    shape: str = "box",
     profile: Tube | None = None,
     train: RolloutBatch | None = None,
-    n: int | None = None,
-    profile_runs: int | None = None,
-    even: bool = False,
-    discard: int | str = 0,
-    looks: int = 1,
-    intersample: Intersample = DISCRETE_TIME,
-    search: int | None = None,
-    gap: float = GAP,
     path=None,
     quiet: bool = False,
+    **options,
 ) -> ErrorClaim:
     """Bound the error of the network by fresh runs of the system, the stage BOUND of `key` (which
     is not consumed).
 
     system: a black box; or a RolloutBatch of recorded runs that neither network nor profile has
         seen: then key is unused, train is needed, and the claim carries the eps they support.
-    eps, delta: with confidence 1 - delta a new run leaves the tube with probability at most eps.
-    bins: how the tube varies over K: numbers of bins per axis, edges per axis, or None = cut where
-        the error changes.
-    shape: "box", or "fitted" for faces that fit the errors, as in `BoundSettings`.
-    train: the runs the network was trained on, for the profile. profile_runs: further runs for the
-        profile, which is where tightness comes from (the network need not see them); None = as many
-        as the holdout. even: hold some of them back, as in `BoundSettings`. profile: one of your
-        own instead of all that, whose outer edges are K.
-    n: holdout runs, None = as many as (eps, delta, discard, looks) need.
-    discard, looks, intersample: as in `calibrate`.
-    search: runs spent looking for bad ones on purpose, which only widens the tube where it finds
-        some; 0 = none, None = as many as the holdout has, 2,048 at most.
-    gap: [m or rad] declared: the start of a run matters by at most this. It is tried from a few
-        starts where the system allows, refused when larger, and added to every width.
+    asked: the claim, `claims` aside; or its `options` by name, such as eps=1e-2, bins=(2, 2):
+        fields of `BoundSettings`.
+    train: the runs the network was trained on, for the profile. profile: one of your own instead of
+        all that, whose outer edges are K.
     path: a folder that keeps finished chunks, so a killed run continues with the same numbers.
     quiet: no progress bars, and no word about the cost when it is more than half a minute.
     Raises InputError.
     """
-    check_discard(discard)
-    check_count("looks", looks, 1, "1 for a holdout that is used once")
-    asked = BoundSettings(
-        eps=eps,
-        delta=delta,
-        bins=bins,
-        shape=shape,
-        profile_runs=profile_runs,
-        even=even,
-        fresh=n,
-        discard=discard,
-        looks=looks,
-        intersample=intersample,
-        search=search,
-    )
+    asked = (asked or BoundSettings()).replace(**options)
     if profile is not None:
         check_profile(net, profile, layout_of(system), system.domain)
     if isinstance(system, RolloutBatch):
@@ -158,13 +73,13 @@ def bound_error(
                 "bound_error: expected train (the training runs) beside a holdout of recorded runs."
             )
         runs = RecordedRuns(system)
-        start = StartTrial(check_gap(gap), None)
+        start = StartTrial(asked.gap, None)
     else:
         first_row = 0 if train is None else int(train.rows.max()) + 1
         ahead = runs_ahead(asked, 1, has_train=train is not None, has_profile=profile is not None)
         forecast = Forecast(ahead, advice(asked), quiet)
         runs = SystemRuns(system, key, first_row, path, quiet, forecast)
-        start = try_starts(system, key, gap)
+        start = try_starts(system, key, asked.gap)
     own = None if profile is None else [profile]
     return bound_errors([net], runs, train, asked, start, profiles=own)[0][0]
 
@@ -197,20 +112,12 @@ def bound_errors(
     with watch("fresh rollouts"):
         fresh = runs.fresh(fresh_runs(asked, profiles[0], looks))
         seen = scores_of(nets, profiles, fresh)
-    options = {
-        "discard": asked.discard,
-        "looks": looks,
-        "intersample": asked.intersample,
-        "train": train,
-    }
-    make = {"one": calibrate, "bins": partial(calibrate_bins, blocks=asked.blocks)}
+    each = asked.replace(looks=looks)
+    make = {"one": calibrate, "bins": calibrate_bins}
     out = []
     for number, (net, profile, scores) in enumerate(zip(nets, profiles, seen, strict=True)):
         with watch("claims"):
-            claims = [
-                make[kind](net, scores, profile, asked.eps, asked.delta, **options)
-                for kind in asked.claims
-            ]
+            claims = [make[kind](net, scores, profile, each, train=train) for kind in asked.claims]
         n_search = search_size(asked.search, scores.n)
         if n_search and number == 0:
             with watch("search for bad runs"):
@@ -233,7 +140,6 @@ def learn_profiles(
     network. bins, shape as in `BoundSettings`. A fitted shape holds all of these runs in memory.
     Raises InputError, also when no run is finite.
     """
-    check_shape(shape)
     batches = itertools.chain([] if train is None else [train], further)
     usable = (batch.select(~batch.failed) for batch in batches)
     if shape == "fitted":
@@ -248,12 +154,6 @@ def learn_profiles(
         if bins is None:  # all networks share the first one's bins, and so its compiled code
             bins = out[0].edges
     return out
-
-
-def check_shape(shape: str) -> None:
-    """Refuse an unknown shape of a tube. Raises InputError."""
-    if shape not in SHAPES:
-        raise InputError(f"shape: expected one of {', '.join(SHAPES)}; got {shape!r}.")
 
 
 def _measured(

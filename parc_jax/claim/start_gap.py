@@ -8,13 +8,13 @@ every label stays true. How large the gap is cannot be shown by trying; a larger
 refutes the declaration. [T33]
 """
 
-import math
 from dataclasses import replace
 from typing import NamedTuple
 
 import jax
 import numpy as np
 
+from parc_jax.claim.asked import check_gap
 from parc_jax.claim.claim import ErrorClaim, weaker
 from parc_jax.errors import InputError
 from parc_jax.keys import Stage
@@ -55,16 +55,6 @@ class StartTrial(NamedTuple):
 def invariances(rotation: tuple[str, ...] | None) -> tuple[str, ...]:
     """What a proof assumes that moves runs, and turns them where `rotation` is declared."""
     return (MOVED,) if rotation is None else (MOVED, TURNED)
-
-
-def check_gap(declared: float) -> float:
-    """The gap itself. Raises InputError for what is none."""
-    if not 0 <= declared < math.inf:
-        raise InputError(
-            "gap: expected how much the start may matter, a number >= 0 [m or rad]; got "
-            f"{declared}."
-        )
-    return declared
 
 
 def try_starts(system, key: jax.Array, declared: float) -> StartTrial:

@@ -4,10 +4,9 @@ from collections.abc import Callable
 
 import numpy as np
 
-from parc_jax.claim.calibrate import Intersample
+from parc_jax.claim.asked import GAP
 from parc_jax.claim.claim import ErrorClaim
-from parc_jax.claim.intersample import DISCRETE_TIME
-from parc_jax.claim.pipeline import GAP, bound_error
+from parc_jax.claim.pipeline import bound_error
 from parc_jax.errors import InputError
 from parc_jax.network.predict import features
 from parc_jax.network.relu import ReLUNetwork, relu_network
@@ -20,13 +19,7 @@ def update(
     seen: RolloutBatch,
     fresh: RolloutBatch,
     tune: Callable[[ReLUNetwork, RolloutBatch], ReLUNetwork] | None = None,
-    eps=None,
-    delta=None,
-    bins=None,
-    *,
-    discard: int | str = 0,
-    intersample: Intersample = DISCRETE_TIME,
-    gap: float | None = None,
+    **options,
 ) -> tuple[ReLUNetwork, ErrorClaim]:
     """The network and a new claim after new data; the fresh runs support as small an eps as their
     number allows.
@@ -36,29 +29,20 @@ def update(
     fresh: runs of the law to be deployed, made after that decision. Neither network nor profile may
         see them.
     tune:  (net, seen) -> net, for example `refit`; None = keep the network.
-    eps, delta: asked for; None = those of the old claim. gap: declared, as in `bound_error`; None =
-        that of the old claim. Raises InputError, also when a fresh run
-        was seen before.
+    options: of `bound_error`; eps, delta, shape and gap are those of the old claim where not given.
+    Raises InputError, also when a fresh run was seen before.
     """
-    if claim.eps is None and eps is None:
+    if claim.eps is None and "eps" not in options:
         raise InputError("update: expected eps and delta, since the old claim has none.")
     net = net if tune is None else tune(net, seen)
-    if gap is None:
-        start = claim.evidence.get("start")
-        gap = GAP if start is None else float.fromhex(start["gap"])
-    new = bound_error(
-        net,
-        fresh,
-        None,
-        claim.eps if eps is None else eps,
-        claim.delta if delta is None else delta,
-        bins,
-        shape="box" if claim.tube.templates is None else "fitted",
-        train=seen,
-        discard=discard,
-        intersample=intersample,
-        gap=gap,
-    )
+    start = claim.evidence.get("start")
+    kept = {
+        "eps": claim.eps,
+        "delta": claim.delta,
+        "shape": "box" if claim.tube.templates is None else "fitted",
+        "gap": GAP if start is None else float.fromhex(start["gap"]),
+    }
+    new = bound_error(net, fresh, None, train=seen, **kept | options)
     new.evidence["updated_from"] = {
         "network": claim.network,
         "n": claim.n,

@@ -83,7 +83,11 @@ def _dispatch(arguments: list[str], interrupts: Interrupts) -> int:
     from parc_jax.cli.systems import systems
 
     functions = (run, learn, solve, check, replay, plot, export, bench, systems, doctor)
-    commands = {function.__name__: readable(function) for function in functions}
+    first = arguments[0] if arguments else ""
+    commands = {
+        f.__name__: readable(f, first == f.__name__ or first.startswith("--tyro"))
+        for f in functions
+    }
     try:
         asks = {"-h", "--help"} & set(arguments)
         with wrapped() if asks else contextlib.nullcontext():

@@ -2,17 +2,27 @@
 
 import contextlib
 import io
-import json as js
+import json
 from pathlib import Path
+from typing import Annotated
+
+from parc_jax.cli.offer import Offer
+from parc_jax.cli.shell import Shell
 
 
-def check(answer: Path, /, *, json: bool = False, second: bool = False, processes: int = 1) -> int:
+def check(
+    answer: Path,
+    /,
+    *,
+    second: bool = False,
+    processes: int = 1,
+    shell: Annotated[Shell, Offer("cli.shell.Shell", only=("json",))],
+) -> int:
     """Verify the certificates of an answer in exact arithmetic; needs no JAX. Example: parc-jax
     check answer.json
 
     Args:
         answer: The answer file.
-        json: Print the report as JSON.
         second: Ask the proved checker too: the program that PARC_JAX_PROVED_CHECKER names, else
             the one of the page in node. Exit code 0 if both accept, 1 if either rejects, 3 if the
             second did not look at all of it.
@@ -20,8 +30,8 @@ def check(answer: Path, /, *, json: bool = False, second: bool = False, processe
     """
     from parc_jax import checker
 
-    arguments = [str(answer), f"--processes={processes}", *(["--json"] if json else [])]
-    return _both(answer, arguments, json) if second else checker.main(arguments)
+    arguments = [str(answer), f"--processes={processes}", *(["--json"] if shell.json else [])]
+    return _both(answer, arguments, shell.json) if second else checker.main(arguments)
 
 
 def _both(answer: Path, arguments: list[str], as_json: bool) -> int:
@@ -41,10 +51,10 @@ def _both(answer: Path, arguments: list[str], as_json: bool) -> int:
     if as_json:
         report = {
             "accepted": agreed,
-            "first": js.loads(heard.getvalue()),
+            "first": json.loads(heard.getvalue()),
             "second": {"program": other.name, "code": said.code, "lines": said.lines},
         }
-        print(js.dumps(report, indent=1))
+        print(json.dumps(report, indent=1))
     else:
         print(f"Python checker:\n{heard.getvalue()}\nProved checker ({other.name}):")
         print("\n".join([*said.lines, "", _sentence(first, said.code)]))

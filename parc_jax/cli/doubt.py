@@ -7,30 +7,14 @@ from parc_jax.errors import InputError
 from parc_jax.problem import ReachAvoid
 
 
-def under_doubt(
-    problem: ReachAvoid,
-    *,
-    start: tuple[float, ...] | None,
-    heading: float | None,
-    k: tuple[str, ...] | None,
-    goal: tuple[float, ...] | None,
-    given: tuple[str, ...] | None,
-    unknown: tuple[str, ...] | None,
-    sensing_eps: str | None,
-) -> ReachAvoid:
-    """The problem with these entries of its doubt, where there are any, in place of the scene's.
-    Raises InputError.
+def under_doubt(problem: ReachAvoid, asked: dict) -> ReachAvoid:
+    """The problem with these entries of its doubt, where there are any, in place of the scene's;
+    those of parameters as words of the shell. Raises InputError.
     """
-    asked = {
-        "start": start,
-        "heading": heading,
-        "k": None if k is None else _by_name("doubt-k", k),
-        "goal": goal,
-        "given": None if given is None else _by_name("given", given),
-        "unknown": None if unknown is None else _by_name("unknown", unknown),
-        "sensing_eps": sensing_eps,
-    }
-    asked = {name: value for name, value in asked.items() if value is not None}
+    asked = dict(asked)
+    for name, option in (("k", "doubt-k"), ("given", "given"), ("unknown", "unknown")):
+        if name in asked:
+            asked[name] = _by_name(option, asked[name])
     if not asked:
         return problem
     own = problem.doubt or Doubt()

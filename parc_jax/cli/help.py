@@ -12,38 +12,58 @@ import typing
 from collections.abc import Callable, Iterator
 from pathlib import Path
 
+from parc_jax.cli.offer import Offer
+
 METAVARS = {int: "N", float: "X", str: "NAME", Path: "PATH"}
 FRAME = "╭│╰"  # what the lines of a box begin with; those are wrapped already
 NARROWEST = 40
 
 
-def readable(command: Callable) -> Callable:
+def readable(command: Callable, whole: bool = True) -> Callable:
     """The same command for the parser: `--bins N N ...` where it would say
-    {None}|{[INT [INT ...]]}, no "(default: None)", and help texts in one piece, which it breaks
-    where the terminal ends.
+    {None}|{[INT [INT ...]]}, no "(default: None)", help texts in one piece, which it breaks where
+    the terminal ends, and every `Offer` as its options; without these unless `whole`.
     """
-    import tyro
-
-    hints = typing.get_type_hints(command)
-    signature = inspect.signature(command)
-    parameters = []
-    for parameter in signature.parameters.values():
+    hints = typing.get_type_hints(command, include_extras=True)
+    parameters, offers = [], {}
+    for parameter in inspect.signature(command).parameters.values():
         hint = hints[parameter.name]
-        metavar = metavar_of(hint)
-        if parameter.kind is parameter.POSITIONAL_ONLY:
-            metavar = parameter.name.upper()
-        left_out = "" if parameter.default is None else None  # the help text says what happens
-        hint = typing.Annotated[hint, tyro.conf.arg(metavar=metavar, help_behavior_hint=left_out)]
-        parameters.append(parameter.replace(annotation=hint))
+        offer = next((x for x in typing.get_args(hint)[1:] if isinstance(x, Offer)), None)
+        if offer is None:
+            name = parameter.name.upper() if parameter.kind is parameter.POSITIONAL_ONLY else None
+            parameters.append(_shown(parameter.replace(annotation=hint), name))
+        elif whole:
+            offers[parameter.name] = offer
+            for name, (_, kind, default, said) in offer.options().items():
+                option = inspect.Parameter(
+                    name, inspect.Parameter.KEYWORD_ONLY, default=default, annotation=kind
+                )
+                parameters.append(_shown(option, said=said))
 
     def shown(*arguments, **options):
-        return command(*arguments, **options)
+        records = {name: offer.made(options) for name, offer in offers.items()}
+        return command(*arguments, **options, **records)
 
     shown.__name__ = command.__name__
     shown.__doc__ = re.sub(r"\n {12}(?=\S)", " ", command.__doc__ or "")
-    shown.__signature__ = signature.replace(parameters=parameters)
+    shown.__signature__ = inspect.Signature(parameters)
     shown.__annotations__ = {parameter.name: parameter.annotation for parameter in parameters}
     return shown
+
+
+def _shown(
+    parameter: inspect.Parameter, name: str | None = None, said: str | None = None
+) -> inspect.Parameter:
+    """The parameter with words for its values, and help where its command does not tell it."""
+    import tyro
+
+    words = tyro.conf.arg(
+        metavar=name or metavar_of(parameter.annotation),
+        help=said,
+        # where it is None the help text says what happens
+        help_behavior_hint="" if parameter.default is None else None,
+    )
+    return parameter.replace(annotation=typing.Annotated[parameter.annotation, words])
 
 
 def metavar_of(hint) -> str | None:
@@ -52,7 +72,8 @@ def metavar_of(hint) -> str | None:
         return METAVARS[hint]
     parts = [part for part in typing.get_args(hint) if part not in (types.NoneType, ...)]
     if isinstance(hint, types.UnionType) or typing.get_origin(hint) is typing.Union:
-        return metavar_of(parts[0]) if len(parts) == 1 else None
+        words = [metavar_of(part) for part in parts if part is not bool]
+        return None if not words or None in words else "|".join(map(str, words))
     if typing.get_origin(hint) is tuple:
         one = metavar_of(parts[0])
         if one is None:

@@ -3,70 +3,83 @@ runs.
 """
 
 import json
-from dataclasses import replace
+from collections.abc import Iterable
+from dataclasses import dataclass
 from pathlib import Path
-from typing import NamedTuple
 
 import numpy as np
 
 from parc_jax.errors import InputError
 from parc_jax.experiment.learn import Learned, final_error, learn, learn_recorded
 from parc_jax.experiment.numbers import spread
-from parc_jax.experiment.settings import Study, name_of
+from parc_jax.experiment.settings import Learning, name_of
 from parc_jax.experiment.stopwatch import Stopwatch
 from parc_jax.keys import key_of
 from parc_jax.network.predict import outputs
 from parc_jax.network.train import training_arrays
+from parc_jax.options import Options
 from parc_jax.rollout.loaders import load_rollouts
 from parc_jax.sets.box import Box, box
 from parc_jax.spelling import counted
 from parc_jax.system import time_grid
 
+# options of a study that ask for runs of a system
+NEW_RUNS = ("plant", "body", "rollouts", "profile_runs", "fresh", "search")
 
-def from_system(system, study: Study, seed: int, work: Path, quiet: bool) -> Learned:
+
+@dataclass(frozen=True)
+class Logged(Options):
+    """How logged runs are read."""
+
+    dt: float | None = None
+    """Logged runs only: time between model knots [s]. Default: the file's own, if it has one."""
+    t_f: float | None = None
+    """Logged runs only: length of a run [s]. Default: the file's own, if it has one."""
+    dt_record: float | None = None
+    """Logged runs only: time between records [s]. Default: dt."""
+    points: tuple[str, ...] | None = None
+    """Logged runs only: names of the robot's reference points, in the order of the columns.
+    Default: the file's own, or one point."""
+    holdout: float = 0.4
+    """Logged runs only: share of the runs set aside for the bound."""
+    domain: tuple[float, ...] | None = None
+    """Logged runs only: K as LO HI for every parameter. Default: the box of all k."""
+    k_law: str = "logged"
+    """Logged runs only: "uniform" if all k were drawn uniformly from the domain; only then does the
+    claim speak of shares of K, and k that refute it are refused."""
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        if (self.dt is None) != (self.t_f is None):
+            raise InputError(
+                "dt, t-f: expected both, the time between knots and the length of a run in seconds."
+            )
+
+
+def refuse(given: Iterable[str], source: str, of: str) -> None:
+    """Raises InputError for the first of these options that were given: it would be ignored."""
+    for name in given:
+        raise InputError(
+            f"--{name.replace('_', '-')}: expected with {of} only, which {source} is not. Leave it "
+            "out."
+        )
+
+
+def from_system(system, study: Learning, seed: int, work: Path, quiet: bool) -> Learned:
     """Learn a black box. Finished chunks stay in `work`, so a stopped run continues. Raises
     InputError.
     """
-    return learn(system, replace(study, others=()), key_of(seed), Stopwatch(), work, quiet)
+    return learn(system, study, key_of(seed), Stopwatch(), work, quiet)
 
 
-def refuse_options(options: dict, source: str, of: str) -> None:
-    """Raises InputError for the first of these options that was given: they would be ignored."""
-    given = [name for name, value in options.items() if value is not None]
-    if given:
-        raise InputError(
-            f"--{given[0]}: expected with {of} only, which {source} is not. Leave it out."
-        )
-
-
-class Log(NamedTuple):
-    """Recorded runs: the file, its times (dt, t_f, dt_record) [s] or None, the corners (lo, hi, lo,
-    hi, ...) of K or None, how k was drawn, the share of the runs set aside for the bound, names of
-    the reference points or None.
-    """
-
-    path: Path
-    times: tuple[float | None, float | None, float | None]
-    domain: tuple[float, ...] | None
-    k_law: str
-    holdout: float
-    points: tuple[str, ...] | None = None
-
-
-def from_log(log: Log, study: Study, seed: int) -> Learned:
+def from_log(path: Path, log: Logged, study: Learning, seed: int) -> Learned:
     """Learn recorded runs: a random part for training, the rest for the bound. Raises
     InputError.
     """
-    dt, t_f, dt_record = log.times
-    if (dt is None) != (t_f is None):
-        raise InputError(
-            "dt, t-f: expected both, the time between knots and the length of a run in seconds."
-        )
-    time = None if dt is None else time_grid(dt, t_f, dt_record)
-    domain = _domain(log.domain)
-    data = load_rollouts(log.path, time, domain, k_law=log.k_law, points=log.points)
+    time = None if log.dt is None else time_grid(log.dt, log.t_f, log.dt_record)
+    data = load_rollouts(path, time, _domain(log.domain), k_law=log.k_law, points=log.points)
     train, held = data.split(log.holdout, seed)
-    return learn_recorded(train, held, replace(study, others=()), key_of(seed))
+    return learn_recorded(train, held, study, key_of(seed))
 
 
 def _domain(corners: tuple[float, ...] | None) -> Box | None:

@@ -4,7 +4,10 @@ import importlib
 import sys
 from collections.abc import Callable
 from pathlib import Path
-from typing import Literal
+from typing import Annotated, Literal
+
+from parc_jax.cli.offer import Offer
+from parc_jax.cli.shell import Shell
 
 Figure = Literal["samples", "regions", "projections", "timeline"]
 Job = tuple[str, Callable[[], Path]]  # what is drawn, and what draws it and names the file
@@ -20,7 +23,7 @@ def plot(
     video: Path | None = None,
     sample: int = 0,
     system: str | None = None,
-    quiet: bool = False,
+    shell: Annotated[Shell, Offer("cli.shell.Shell", only=("quiet",))],
 ) -> int:
     """Draw an answer from its file alone. Example: parc-jax plot answer.json --html page.html
 
@@ -40,7 +43,6 @@ def plot(
         sample: Number of the sample that is filmed, from 0.
         system: Simulator for the film, as for `learn`. Default: the system that the answer names,
             where it can be found.
-        quiet: Neither progress nor the names of the files.
     """
     from tqdm import tqdm
 
@@ -55,22 +57,24 @@ def plot(
     if video is not None:
         require_kind(video)
         require_place(video, folder=not video.suffix)
-    with tqdm(desc="checking the answer", total=1, disable=quiet, leave=False, delay=0.5) as bar:
+    with tqdm(
+        desc="checking the answer", total=1, disable=shell.quiet, leave=False, delay=0.5
+    ) as bar:
         loaded = load_answer(answer)
         bar.update()
     if video is not None:
         require_sample(loaded, sample)
     jobs = _jobs(loaded, html, out or answer.parent, figures)
     drawn = []
-    still = quiet or not jobs
+    still = shell.quiet or not jobs
     with tqdm(desc="drawing", total=len(jobs), disable=still, leave=False) as bar:
         for name, draw in jobs:
             bar.set_description(f"drawing {name}")
             drawn.append(draw())
             bar.update()
     if video is not None:
-        drawn.append(_film(loaded, video, sample, system, quiet))
-    if not quiet:
+        drawn.append(_film(loaded, video, sample, system, shell.quiet))
+    if not shell.quiet:
         print("\n".join(str(path) for path in drawn))
     return 0
 

@@ -1,9 +1,16 @@
 """`parc-jax replay`: recorded runs against an answer."""
 
+import json
 from pathlib import Path
+from typing import Annotated
+
+from parc_jax.cli.offer import Offer
+from parc_jax.cli.shell import Shell
 
 
-def replay(answer: Path, log: Path, /, *, json: bool = False) -> int:
+def replay(
+    answer: Path, log: Path, /, *, shell: Annotated[Shell, Offer("cli.shell.Shell", only=("json",))]
+) -> int:
     """Move logged runs to starts that an answer proves safe for their k, and say what they did
     there. Example: parc-jax replay answer.json new_logs.npz
 
@@ -13,10 +20,7 @@ def replay(answer: Path, log: Path, /, *, json: bool = False) -> int:
         answer: An answer file of `solve` or `run`; it is checked anew.
         log: Logged runs (.npz, .mat, folder) on the time grid and of the points of its model; those
             with k outside of its K are left out.
-        json: Print the result as JSON.
     """
-    import json as as_json
-
     from parc_jax.cli.help import fitted
     from parc_jax.experiment.recorded import replay_recorded
     from parc_jax.io.answer_file import load_answer
@@ -26,9 +30,9 @@ def replay(answer: Path, log: Path, /, *, json: bool = False) -> int:
     points = None if asked.model.n_points == 1 else asked.model.points
     runs = load_rollouts(log, asked.model.time, points=points)
     found = replay_recorded(asked, runs)
-    if json:
+    if shell.json:
         counts = {"runs": runs.n, "with_start": 0} if found is None else found.counts()
-        print(as_json.dumps(counts, indent=1))
+        print(json.dumps(counts, indent=1))
     elif found is None:
         print(fitted(f"None of {runs.n:,} runs was found a start that is proved safe for its k."))
     else:

@@ -1,7 +1,24 @@
 """`parc-jax solve`: the safe set of one scene."""
 
 from pathlib import Path
-from typing import Literal
+from typing import Annotated, Literal
+
+from parc_jax.cli.offer import Offer
+from parc_jax.cli.shell import Shell
+from parc_jax.settings import Settings
+
+DOUBT = Offer(
+    "doubt.Doubt",
+    left_out="the scene's, or ",
+    named={name: f"doubt_{name}" for name in ("start", "heading", "k", "goal")},
+    kinds={
+        "start": tuple[float, ...],
+        "heading": float,
+        "goal": tuple[float, ...],
+        **dict.fromkeys(("k", "given", "unknown"), tuple[str, ...]),
+        "sensing_eps": str,
+    },
+)
 
 
 def solve(
@@ -11,65 +28,30 @@ def solve(
     *,
     out: Path = Path("answer.json"),
     system: str | None = None,
-    samples: int = 100,
-    target: float = 0.01,
-    confidence: float = 0.99,
-    work: float = 1.0,
-    budget: float = 600.0,
-    polytopes: bool = False,
+    settings: Annotated[Settings, Offer("settings.Settings", but=("samples_only", "proof"))],
     method: Literal["exact", "paper", "paper-lp"] = "exact",
     at: str | None = None,
     first: bool = False,
-    doubt_start: tuple[float, ...] | None = None,
-    doubt_heading: float | None = None,
-    doubt_k: tuple[str, ...] | None = None,
-    doubt_goal: tuple[float, ...] | None = None,
-    given: tuple[str, ...] | None = None,
-    unknown: tuple[str, ...] | None = None,
-    sensing_eps: str | None = None,
-    seed: int = 0,
-    quiet: bool = False,
-    json: bool = False,
-    cache: bool = True,
+    doubt: Annotated[dict, DOUBT],
+    shell: Annotated[Shell, Offer("cli.shell.Shell")],
 ) -> int:
     """Find and prove the safe starts and parameters of a scene. Example: parc-jax solve model.npz
     scene.toml
 
     A scene file names a goal, obstacles, a body and optionally a start set; `parc-jax systems NAME`
-    prints one.
+    prints one. --doubt-..., --given, --unknown and --sensing-eps replace entries of its table
+    [doubt].
 
     Args:
         model: A model of `parc-jax learn` or `parc-jax run`.
         scene: The scene, .toml or .json.
         out: The answer file, with certificates; it is written in every case but bad input.
         system: Refuse a model of any other system. Default: take it.
-        samples: Safe plans to return.
-        target: Largest share of the safe set that the corridors (with --polytopes, these too) may
-            leave out.
-        confidence: Confidence in that.
-        work: The most that is done, as a multiple of the standard: 60 looks at fresh draws, 4,096
-            corridors tried, and 1,000 boxes for a proof where no plan is found. The same seed gives
-            the same answer, however busy the machine.
-        budget: A limit in seconds above the work; the answer says when it cut something off.
-        polytopes: Cut the corridors into polytopes of (p0, k), for pictures of them and for
-            optimisers of yours. Corridors alone take a fraction of the time.
         method: The exact engine, or the published search by supports (paper) or linear programs
             (paper-lp).
         at: Where the robot is, x,y or x,y,heading: which k may it drive from here? With a heading
             [rad] the scene is solved in the robot's frame. Default: from anywhere in its start set.
         first: Stop at the first plan, proved: no sets, no shares.
-        doubt_start: Half widths [m] of a box around the start within which it may be; see also the
-            table [doubt] of a scene, which these options replace entry by entry.
-        doubt_heading: Half angle [rad] around the heading at the start.
-        doubt_k: By how much parameters may be executed wrongly, e.g. speed=0.1.
-        doubt_goal: Half widths [m] by which the goal may be seen wrongly.
-        given: Parameters that are measured and not chosen, e.g. speed=9.2 load=1:2.
-        unknown: Parameters that nobody chooses, e.g. wind=-1:1; a plan is safe for all of it.
-        sensing_eps: Probability with which what was measured lies outside of these boxes.
-        seed: Everything random follows from it.
-        quiet: Print the verdict only.
-        json: Print the result as JSON.
-        cache: Keep compiled programs in the user's cache folder.
     """
     import sys
 
@@ -86,9 +68,8 @@ def solve(
     from parc_jax.methods import Exact, Published
     from parc_jax.model import load
     from parc_jax.planner import Planner
-    from parc_jax.settings import Settings
 
-    if cache:
+    if shell.cache:
         keep_compiled()
     if model.suffix in (".toml", ".json") and scene.suffix == ".npz":
         raise InputError(
@@ -97,41 +78,24 @@ def solve(
         )
     require_place(out)
     learned = load(model, system=system)
-    problem = under_doubt(
-        load_problem(scene, learned.points),
-        start=doubt_start,
-        heading=doubt_heading,
-        k=doubt_k,
-        goal=doubt_goal,
-        given=given,
-        unknown=unknown,
-        sensing_eps=sensing_eps,
-    )
+    problem = under_doubt(load_problem(scene, learned.points), doubt)
     planner = Planner(labelled(learned, scene))
     if not first:
         require_goal_in_reach(problem, planner)
-    key = key_of(seed)
+    key = key_of(shell.seed)
     methods = {"exact": Exact(), "paper": Published(), "paper-lp": Published(lps=True)}
-    settings = Settings(
-        n_samples=samples,
-        target=target,
-        confidence=confidence,
-        work=work,
-        budget_s=budget,
-        polytopes=polytopes,
-        method=methods[method],
-    )
+    settings = settings.replace(method=methods[method])
     place = None if at is None else numbers_of_option("at", at)
     planner.prepare(problem, at=place)  # what does not fit is told before anything is done
     odd = odd_size(problem, planner.model)
     if odd is not None:
         print(odd, file=sys.stderr)
-    with saying(quiet) as say:
+    with saying(shell.quiet) as say:
         if first:
             say("compiling, and looking for a safe plan")
-            one = Settings.fast()
-            settings = one.replace(n_samples=1, proof=True, budget_s=budget, method=settings.method)
-            answer = planner.solve(problem, key, settings, at=place)
+            kept = {"budget_s": settings.budget_s, "method": settings.method}
+            one = Settings.fast().replace(n_samples=1, proof=True, **kept)
+            answer = planner.solve(problem, key, one, at=place)
             cold_s = answer.timings["first_sample_s"]
         else:
             # so that the times are those of the search and not of the compiler
@@ -140,8 +104,8 @@ def solve(
             say("looking for safe plans, or for a proof that there are none")
             answer = planner.solve(problem, key, settings, at=place)
     answer.save(out)
-    if json:
+    if shell.json:
         print(as_json(answer, out, cold_s))
     else:
-        print(fitted(verdict(answer, out, cold_s, short=quiet)))
+        print(fitted(verdict(answer, out, cold_s, short=shell.quiet)))
     return 0 if answer.found else 1

@@ -7,7 +7,9 @@ import io
 import os
 import sys
 from types import ModuleType
+from typing import Annotated
 
+from parc_jax.cli.offer import Offer
 from parc_jax.errors import InputError
 from parc_jax.rollout.user_code import blamed, own_place, said
 
@@ -16,14 +18,15 @@ WANTED = {
     "problem": ("goal", "obstacles", "body", "start"),
 }  # attributes of what a module's functions return
 
+BODY = Offer("experiment.settings.Learning", left_out="its study's, or ", only=("body",))
 
-def systems(name: str | None = None, /, *, body: str | None = None) -> int:
+
+def systems(name: str | None = None, /, *, study: Annotated[dict, BODY]) -> int:
     """List the systems that `run` and `learn` know, or print the scene of one. Example: parc-jax
     systems drift_parking
 
     Args:
         name: Print this system's scene as a TOML file for `solve`, to be changed.
-        body: Body of the robot, e.g. rectangle or disc. Default: its study's, or the scene's own.
     """
     if name is None:
         for each in known():
@@ -34,7 +37,7 @@ def systems(name: str | None = None, /, *, body: str | None = None) -> int:
     from parc_jax.system import points_of
 
     module = find(name)
-    body = body or getattr(getattr(module, "STUDY", None), "body", None)
+    body = study.get("body") or getattr(getattr(module, "STUDY", None), "body", None)
     with contextlib.redirect_stdout(io.StringIO()):  # simulators print on import
         black_box = black_box_of(module, None, body)
     scene = build(module, "problem", body=body)

@@ -6,10 +6,10 @@ from fractions import Fraction
 import jax
 import numpy as np
 
+from parc_jax.claim.asked import BoundSettings, Sizing
 from parc_jax.claim.claim import ErrorClaim, stand_in
-from parc_jax.claim.counts import check_discard
 from parc_jax.claim.declared import assumed_claim
-from parc_jax.claim.pipeline import GAP, BoundSettings, bound_errors, learn_profiles
+from parc_jax.claim.pipeline import bound_errors, learn_profiles
 from parc_jax.claim.start_gap import StartTrial, try_starts
 from parc_jax.claim.tube import Tube
 from parc_jax.driven.almost import nearly_safe
@@ -17,9 +17,9 @@ from parc_jax.driven.local_runs import LocalRuns
 from parc_jax.errors import InputError
 from parc_jax.keys import Stage, stream
 from parc_jax.model import TrajectoryModel, trajectory_model
-from parc_jax.network.parc import fit_affine
+from parc_jax.network.fit import Training, fit
 from parc_jax.network.tail import fit_tail
-from parc_jax.network.train import train_report, training_arrays
+from parc_jax.options import part_of
 from parc_jax.problem import ReachAvoid
 from parc_jax.rollout.batch import RolloutBatch
 from parc_jax.sets.box import Box
@@ -30,40 +30,24 @@ _TRIAL = 2**32 - 1  # number within the DRIVEN stream, behind those of looks and
 
 
 @dataclass(frozen=True)
-class Local:
-    """What a local model is made of.
-
-    share: of K that the box takes. eps: probability with which a new run may leave the local tube.
-    rollouts: training runs. profile_runs: beside them, for the shape. fresh: of the holdout, None =
-    as many as eps needs. discard: as in `bound_error`.
-    hidden: widths of the network; () is an affine map, which on so small a box is hard to beat.
-    seeds, steps: of its training. tail: power
-    of the error that its last layer is refitted to, None = least squares.
-    shape: of the tube, "box" or "fitted". gap: [m or rad] that the start may matter, declared.
+class Local(Sizing, Training):
+    """What a local model is made of: its training, on so small a box an affine map that is hard to
+    beat, and the size of its tube.
     """
 
-    share: float = 2e-4
-    eps: float = 1e-3
     rollouts: int = 4000
-    profile_runs: int = 6000
-    fresh: int | None = None
-    discard: int | str = 0
+    profile_runs: int | None = 6000
     hidden: tuple[int, ...] = ()
     seeds: int = 4
     steps: int = 1500
-    tail: float | None = None
-    shape: str = "box"
-    gap: float = GAP
+    share: float = 2e-4
+    """Share of K that the box takes."""
 
-    def __post_init__(self):
-        check_discard(self.discard)
+    def __post_init__(self) -> None:
+        super().__post_init__()
         if not 0 < self.share <= 1:
             raise InputError(
                 f"local claim: expected a share of K between 0 and 1; got {self.share}."
-            )
-        if self.rollouts < 20:
-            raise InputError(
-                f"local claim: expected at least 20 training runs; got {self.rollouts}."
             )
 
 
@@ -91,7 +75,7 @@ def local_model(
     """
     runs = LocalRuns(system, key, box, asked.rollouts, quiet)
     train = runs.train()
-    return claimed(runs, train, local_network(train, key, asked), delta, asked, start)
+    return claimed(runs, train, fit(train, asked, key), delta, asked, start)
 
 
 def best_claimed(
@@ -111,7 +95,7 @@ def best_claimed(
     runs = LocalRuns(system, key, box, asked.rollouts)
     train = runs.train()
     further = list(runs.further(asked.profile_runs))
-    nets = [local_network(train, key, asked)]
+    nets = [fit(train, asked, key)]
     if not asked.hidden:
         nets.append(fit_tail(nets[0], train))
     rng = np.random.default_rng(0)
@@ -144,23 +128,7 @@ def claimed(
     """The model of a network on the box of its runs, with what the fresh ones support. profile:
     one in hand.
     """
-    bound = BoundSettings(
-        eps=asked.eps,
-        delta=delta,
-        shape=asked.shape,
-        profile_runs=asked.profile_runs,
-        fresh=asked.fresh,
-        discard=asked.discard,
-        search=0,
-    )
+    bound = BoundSettings(**part_of(asked, Sizing), delta=delta, search=0)
     own = None if profile is None else [profile]
     claim = bound_errors([net], runs, train, bound, start, profiles=own)[0][0]
     return trajectory_model(net, claim)
-
-
-def local_network(train: RolloutBatch, key: jax.Array, asked: Local):
-    """The network of the training runs."""
-    if not asked.hidden:
-        return fit_affine(*training_arrays(train))
-    net = train_report(train, asked.hidden, key=key, seeds=asked.seeds, steps=asked.steps)[0]
-    return net if asked.tail is None else fit_tail(net, train, asked.tail)

@@ -16,16 +16,17 @@ from parc_jax.experiment.driven import drive
 from parc_jax.experiment.learn import Learned, final_error, learn
 from parc_jax.experiment.numbers import facts_of
 from parc_jax.experiment.replay import Replay
-from parc_jax.experiment.settings import Study, checked
+from parc_jax.experiment.settings import Study
 from parc_jax.experiment.stopwatch import Stopwatch
 from parc_jax.experiment.trial import tally, trial
 from parc_jax.keys import key_of
 from parc_jax.model import TrajectoryModel
+from parc_jax.options import part_of
 from parc_jax.planner import Planner
 from parc_jax.problem import ReachAvoid
 from parc_jax.pwa import RegionTable, enumerate_regions
 from parc_jax.rollout.files import write_atomic
-from parc_jax.settings import Settings
+from parc_jax.settings import Effort, Settings
 from parc_jax.verdict.outline import outline_of, require_fit, require_same
 
 METRICS = "metrics.json"
@@ -66,7 +67,6 @@ def run_study(
     Raises InputError for settings or scenes that make no sense, before the first run, and
     SoundnessError when a replay contradicts a proof.
     """
-    checked(study)
     require_fit(problem, outline_of(system))
     if model is not None:
         require_same(system, model)
@@ -85,14 +85,7 @@ def run_study(
         with watch("comparison"):
             rows = [row for one in learned.networks for row in compare(one, problem, key)]
     planner = Planner(model)
-    settings = Settings(
-        n_samples=study.samples,
-        target=study.target,
-        confidence=study.confidence,
-        work=study.work,
-        budget_s=study.budget_s,
-        polytopes=True,
-    )
+    settings = Settings(**part_of(study, Effort), polytopes=True)
     with watch("first query (cold)"):
         cold = planner.warm_up(problem, settings)
     with watch("safe set"):

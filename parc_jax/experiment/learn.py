@@ -14,14 +14,12 @@ from parc_jax.claim.pipeline import advice, bound_errors, runs_ahead
 from parc_jax.claim.runs import RecordedRuns, Runs, SystemRuns
 from parc_jax.claim.start_gap import StartTrial, try_starts
 from parc_jax.distributed import broadcast, gather, shared
-from parc_jax.experiment.settings import Study, name_of
+from parc_jax.experiment.settings import Learning, name_of
 from parc_jax.experiment.stopwatch import Stopwatch
 from parc_jax.keys import Stage, stream
 from parc_jax.model import TrajectoryModel, trajectory_model
-from parc_jax.network.parc import fit_affine
+from parc_jax.network.fit import fit
 from parc_jax.network.relu import ReLUNetwork
-from parc_jax.network.tail import fit_tail
-from parc_jax.network.train import train_report, training_arrays
 from parc_jax.rollout.batch import RolloutBatch
 from parc_jax.rollout.collect import collect
 from parc_jax.rollout.forecast import Forecast
@@ -57,7 +55,7 @@ class Learned(NamedTuple):
 
 @shared()
 def learn(
-    system, study: Study, key: jax.Array, watch: Stopwatch, work: Path, quiet: bool
+    system, study: Learning, key: jax.Array, watch: Stopwatch, work: Path, quiet: bool
 ) -> Learned:
     """Roll out, train every network, claim every tube. Finished chunks stay in `work`: whoever
     asked deletes them, once the result is on disk.
@@ -83,15 +81,15 @@ def learn(
     return _learned(train, runs, start, study, key, watch)
 
 
-def forecast_of(study: Study, quiet: bool = False) -> Forecast:
+def forecast_of(study: Learning, quiet: bool = False) -> Forecast:
     """The cost of all runs before the replay, in words of the shell."""
     n_nets = len(study.networks)
-    ahead = study.rollouts + runs_ahead(study.bound, n_nets)
-    return Forecast(ahead, advice(study.bound, n_nets, "--eps "), quiet)
+    ahead = study.rollouts + runs_ahead(study, n_nets)
+    return Forecast(ahead, advice(study, n_nets, "--eps "), quiet)
 
 
 def learn_recorded(
-    train: RolloutBatch, held: RolloutBatch, study: Study, key: jax.Array
+    train: RolloutBatch, held: RolloutBatch, study: Learning, key: jax.Array
 ) -> Learned:
     """The same from recorded runs: `held` sizes the tubes, and nothing can be run again or
     searched.
@@ -104,7 +102,7 @@ def _learned(
     train: RolloutBatch,
     runs: Runs,
     start: StartTrial,
-    study: Study,
+    study: Learning,
     key,
     watch: Stopwatch,
 ) -> Learned:
@@ -112,7 +110,7 @@ def _learned(
     with watch("training"):
         # hosts may round training differently, and a claim is about one network
         nets = broadcast(networks(train, study, key))
-    claims = bound_errors(nets, runs, train, study.bound, start, watch=watch)
+    claims = bound_errors(nets, runs, train, study, start, watch=watch)
     edges = claims[0][0].tube.edges
     found = []
     for hidden, net, honest in zip(study.networks, nets, claims, strict=True):
@@ -125,18 +123,14 @@ def _learned(
     return Learned(found, train, start)
 
 
-def networks(train: RolloutBatch, study: Study, key: jax.Array) -> list[ReLUNetwork]:
+def networks(train: RolloutBatch, study: Learning, key: jax.Array) -> list[ReLUNetwork]:
     """The trained networks in the order of study.networks; PARC as published: an affine
     least-squares fit.
     """
     nets = []
     for number, hidden in enumerate(study.networks):
-        if not hidden:
-            nets.append(fit_affine(*training_arrays(train)))
-            continue
-        fit = jax.random.fold_in(stream(key, Stage.FIT), number)
-        net = train_report(train, hidden, key=fit, seeds=study.seeds, steps=study.steps)[0]
-        nets.append(net if study.tail is None else fit_tail(net, train, study.tail))
+        own = jax.random.fold_in(stream(key, Stage.FIT), number)
+        nets.append(fit(train, study.replace(hidden=hidden), own))
     return nets
 
 

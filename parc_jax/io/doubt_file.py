@@ -1,20 +1,21 @@
 """The table [doubt] of a scene file, and what each of the obstacles says of its own."""
 
+import dataclasses
+
 import numpy as np
 
 from parc_jax.doubt import Doubt
 from parc_jax.errors import InputError
 from parc_jax.io.scene_values import grown_set_of, numbers_of, spelled_set, table_of
 
-ENTRIES = ("start", "heading", "k", "goal", "obstacles", "given", "unknown", "sensing_eps")
+ENTRIES = tuple(field.name for field in dataclasses.fields(Doubt))
 
 
 def doubt_of(data: dict, obstacles: list) -> Doubt | None:
     """The doubt that a scene file spells, None where it has none. Raises InputError.
 
-    [doubt]      start, goal, k: half widths, one number or a list, k also by name; heading [rad];
-        obstacles: a set, lo and hi, A and b, or vertices; given and unknown: parameters by name,
-        [lo, hi] or, given, a number; sensing_eps.
+    [doubt]      the fields of `Doubt`: numbers and lists, parameters by name in tables, obstacles a
+        set: lo and hi, A and b, or vertices.
     [[obstacles]] doubt = {lo = ..., hi = ...}: of this one alone.
     """
     own = [part.get("doubt") for part in obstacles]

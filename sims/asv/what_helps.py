@@ -12,12 +12,13 @@ from dataclasses import replace
 import jax
 import numpy as np
 
+from parc_jax.claim.asked import CLAIMS
 from parc_jax.claim.pipeline import bound_errors
 from parc_jax.claim.runs import HeldRuns
 from parc_jax.claim.start_gap import try_starts
 from parc_jax.experiment.compare import safe_volume
 from parc_jax.experiment.learn import networks
-from parc_jax.experiment.settings import CLAIMS, Study
+from parc_jax.experiment.settings import Study
 from parc_jax.keys import Stage
 from parc_jax.model import trajectory_model
 from parc_jax.network.relu import ReLUNetwork
@@ -65,7 +66,7 @@ def helps(only: list[int] | None = None) -> None:
             trained[known] = networks(train, study, key)[0]
         net = trained[known]
         runs = HeldRuns(learned.select(slice(study.rollouts, None)), fresh)
-        claims = bound_errors([net], runs, train, study.bound, start)[0]
+        claims = bound_errors([net], runs, train, study, start)[0]
         safe = {kind: "-" for kind in CLAIMS}
         for kind, claim in zip(study.claims, claims, strict=True):
             model = trajectory_model(net, claim)

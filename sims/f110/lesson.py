@@ -70,7 +70,7 @@ def models(car: F110, runs: RolloutBatch, start: StartTrial, key: jax.Array) -> 
     options = {"delta": DELTA, "looks": 2, "train": train}
     claims = [(PUBLISHED, "network", every, assumed_claim(every, runs))]
     for name, eps, discard in ((STEADY, EPS, "most"), (STRICT, strict, 0)):
-        claim = calibrate(net, holdout, profile, eps, discard=discard, **options)
+        claim = calibrate(net, holdout, profile, eps=eps, discard=discard, **options)
         claims.append((name, kind, net, allow_for_start(claim, start)))
     return [
         Model(

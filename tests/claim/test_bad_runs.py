@@ -48,7 +48,7 @@ def test_the_tube_is_widened_only_where_something_was_found():
     profile = training_profile(NET, train, (4, 1))
     holdout = score_system(NET, system, KEY, profile, 60, quiet=True)
     keep = holdout.score < 100
-    claim = calibrate(NET, collect(system, KEY, 60, 2, quiet=True).select(keep), profile, 0.2)
+    claim = calibrate(NET, collect(system, KEY, 60, 2, quiet=True).select(keep), profile, eps=0.2)
     attack = search_worst(NET, system, KEY, profile, 1000, quiet=True)
     wider = enlarge(claim, profile, attack)
     assert attack.score.max() > 100  # found
@@ -64,7 +64,7 @@ def test_failed_runs_are_counted_and_do_not_make_the_tube_infinite():
     system = plant(failing)
     profile = training_profile(NET, collect(system, KEY, 50, quiet=True), (1, 1))
     ok = collect(system, KEY, 120, 2, quiet=True)
-    claim = calibrate(NET, ok.select(~ok.failed), profile, 0.1)
+    claim = calibrate(NET, ok.select(~ok.failed), profile, eps=0.1)
     wider = enlarge(claim, profile, search_worst(NET, system, KEY, profile, 64, quiet=True))
     assert wider.evidence["search"]["failed"] > 0 and wider.tube.claimed.all()
 
@@ -89,7 +89,7 @@ def test_the_search_is_never_larger_than_what_was_asked(monkeypatch):
         "parc_jax.claim.runs.search_worst",
         lambda *a, **b: (sizes.append(a[4]), real(*a, **b))[1],
     )
-    claim = bound_error(NET, plant(noisy), KEY, 0.1, 0.05, bins=(1, 1), quiet=True)
+    claim = bound_error(NET, plant(noisy), KEY, eps=0.1, delta=0.05, bins=(1, 1), quiet=True)
     assert sizes == [claim.n] == [29] and claim.evidence["search"]["runs"] <= 29
     few = search_worst(NET, plant(noisy), KEY, claim.tube, 3, quiet=True)
     assert len(few.score) == 3

@@ -21,7 +21,7 @@ from parc_jax.claim.risk import NoStatement, Point, Uniform
 from parc_jax.claim.score import score_batch, score_system
 from parc_jax.driven.local_model import Local
 from parc_jax.errors import InputError
-from parc_jax.experiment.settings import Study, checked
+from parc_jax.experiment.settings import Study
 from parc_jax.keys import Stage
 from parc_jax.rollout import collect as rolling
 from parc_jax.rollout.batch import concatenate
@@ -52,7 +52,7 @@ def holdout(system):
 
 
 def test_the_tube_holds_every_run_it_was_sized_by(holdout, profile, train):
-    claim = calibrate(NET, holdout, profile, 1e-2, 1e-3, train=train)
+    claim = calibrate(NET, holdout, profile, eps=1e-2, delta=1e-3, train=train)
     assert (claim.eps, claim.delta, claim.n, claim.kind) == (
         Fraction(1, 100),
         Fraction(1, 1000),
@@ -75,9 +75,9 @@ def test_streamed_and_held_runs_give_the_same_claim(system, holdout, profile):
         NET,
         score_system(NET, system, KEY, profile, 688, quiet=True),
         profile,
-        1e-2,
+        eps=1e-2,
     )
-    held = calibrate(NET, holdout, profile, 1e-2)
+    held = calibrate(NET, holdout, profile, eps=1e-2)
     np.testing.assert_allclose(streamed.tube.interval, held.tube.interval, rtol=1e-12)
     assert streamed.statement() == held.statement()
 
@@ -97,60 +97,64 @@ def test_scoring_resumes_with_the_same_numbers(system, profile, tmp_path):
 
 def test_more_runs_than_asked_for_support_a_smaller_eps(holdout, profile):
     many = holdout.select(slice(99))
-    claim = calibrate(NET, many, profile, 0.1, 0.05)
+    claim = calibrate(NET, many, profile, eps=0.1, delta=0.05)
     assert claim.eps == supported_eps(99, 0.05) < Fraction(31, 1000)
     assert "at most 0.0298" in claim.statement() and "asked" not in claim.statement()
-    assert calibrate(NET, many, profile, 0.1, 0.05, discard=2).eps == supported_eps(99, 0.05, 2)
+    assert calibrate(NET, many, profile, eps=0.1, delta=0.05, discard=2).eps == supported_eps(
+        99, 0.05, 2
+    )
     # here the runs beyond the need are spent on a smaller tube instead
-    spent = calibrate(NET, many, profile, 0.1, 0.05, discard="most")
+    spent = calibrate(NET, many, profile, eps=0.1, delta=0.05, discard="most")
     assert spent.eps == Fraction(1, 10) and spent.discard > 2
-    assert calibrate(NET, holdout.select(slice(29)), profile, 0.1, 0.05).eps == Fraction(1, 10)
+    assert calibrate(NET, holdout.select(slice(29)), profile, eps=0.1, delta=0.05).eps == Fraction(
+        1, 10
+    )
 
 
 def test_few_runs_support_a_larger_eps_and_say_so(holdout, profile):
-    claim = calibrate(NET, holdout.select(slice(60)), profile, 1e-3, 1e-3)
+    claim = calibrate(NET, holdout.select(slice(60)), profile, eps=1e-3, delta=1e-3)
     assert 0.1087 < claim.eps < 0.1088
     assert (
         "eps = 0.001 (needs 6,905 runs) was asked; 60 runs do not support it" in claim.statement()
     )
     with pytest.raises(InputError, match="support no eps"):
-        calibrate(NET, holdout.select(slice(3)), profile, 1e-3, 1e-3, discard=3)
+        calibrate(NET, holdout.select(slice(3)), profile, eps=1e-3, delta=1e-3, discard=3)
 
 
 def test_copies_and_training_runs_are_refused(system, holdout, profile, train):
     with pytest.raises(InputError, match="occur twice"):
-        calibrate(NET, concatenate([holdout, holdout.select([4])]), profile, 1e-2)
+        calibrate(NET, concatenate([holdout, holdout.select([4])]), profile, eps=1e-2)
     with pytest.raises(InputError, match="500 of 500 runs are training runs"):
-        calibrate(NET, train, profile, 1e-2, train=train)
+        calibrate(NET, train, profile, eps=1e-2, train=train)
     renamed = replace(holdout, seed=None, stage=None)  # the same content under another name
     one_seen = concatenate([renamed, replace(train, seed=None, stage=None).select([7])])
     with pytest.raises(InputError, match="1 of 689"):
-        calibrate(NET, one_seen, profile, 1e-2, train=train)
+        calibrate(NET, one_seen, profile, eps=1e-2, train=train)
     with pytest.raises(InputError, match="training runs"):
         scores = score_system(NET, system, KEY, profile, 700, Stage.TRAIN, quiet=True)
-        calibrate(NET, scores, profile, 1e-2, train=train)
+        calibrate(NET, scores, profile, eps=1e-2, train=train)
 
 
 def test_a_failed_run_is_an_infinite_score(profile):
     broken = collect(plant(failing), KEY, 688, Stage.BOUND, quiet=True)
     scores = score_batch(NET, broken, profile)
     assert (np.isinf(scores.score) == broken.failed).all() and broken.failed.any()
-    claim = calibrate(NET, broken, profile, 1e-2)
+    claim = calibrate(NET, broken, profile, eps=1e-2)
     assert not claim.tube.claimed.any() and claim.statement().startswith("No claim")
     assert isinstance(claim.risk(Uniform(0.5)), NoStatement)
-    kept = calibrate(NET, broken, profile, 0.1, 1e-3, discard=int(broken.failed.sum()))
+    kept = calibrate(NET, broken, profile, eps=0.1, delta=1e-3, discard=int(broken.failed.sum()))
     assert kept.tube.claimed.all() and kept.eps < Fraction(1, 10)
 
 
 def test_discards_and_looks_cost_runs(holdout, profile):
-    plain = calibrate(NET, holdout, profile, 0.02, 1e-3)
-    most = calibrate(NET, holdout, profile, 0.02, 1e-3, discard="most")
+    plain = calibrate(NET, holdout, profile, eps=0.02, delta=1e-3)
+    most = calibrate(NET, holdout, profile, eps=0.02, delta=1e-3, discard="most")
     assert (
         most.discard >= 1
         and most.eps == Fraction(1, 50) > plain.eps
         and most.tube.interval.sum() < plain.tube.interval.sum()
     )
-    assert calibrate(NET, holdout, profile, 1e-2, 1e-3, looks=2).eps > Fraction(1, 100)
+    assert calibrate(NET, holdout, profile, eps=1e-2, delta=1e-3, looks=2).eps > Fraction(1, 100)
     scores = np.sort(score_batch(NET, holdout, profile).score)
     assert float.fromhex(most.evidence["scale"]) == scores[-1 - most.discard]
 
@@ -160,26 +164,26 @@ def test_a_number_of_discards_is_a_number(holdout, profile, discard):
     """Refused in one sentence by whatever takes one, before a run is made or looked at."""
     scores = score_batch(NET, holdout, profile)
     for refused in (
-        lambda: calibrate(NET, holdout, profile, 1e-2, discard=discard),
+        lambda: calibrate(NET, holdout, profile, eps=1e-2, discard=discard),
         lambda: calibrate_bins(NET, scores, profile, discard=discard),
         lambda: bound_error(NET, None, KEY, discard=discard),
         lambda: Local(discard=discard),
-        lambda: checked(Study(discard=discard)),
+        lambda: Study(discard=discard),
     ):
         with pytest.raises(InputError, match=r"^discard: expected a whole number >= 0; got .*\.$"):
             refused()
     with pytest.raises(InputError, match=r"^looks: expected a whole number >= 1"):
-        calibrate(NET, holdout, profile, 1e-2, looks=discard)
+        calibrate(NET, holdout, profile, eps=1e-2, looks=discard)
 
 
 def test_time_between_records_is_declared_and_added(holdout, profile):
-    plain = calibrate(NET, holdout, profile, 1e-2)
-    fast = calibrate(NET, holdout, profile, 1e-2, intersample=SpeedBound((2.0, 4.0)))
+    plain = calibrate(NET, holdout, profile, eps=1e-2)
+    fast = calibrate(NET, holdout, profile, eps=1e-2, intersample=SpeedBound((2.0, 4.0)))
     np.testing.assert_allclose(
         fast.tube.interval - plain.tube.interval, [[[0.05, 0.1]] * 4] * 3, rtol=1e-9
     )
     np.testing.assert_array_equal(fast.tube.final, plain.tube.final)
-    bent = calibrate(NET, holdout, profile, 1e-2, intersample=AccelerationBound(8.0))
+    bent = calibrate(NET, holdout, profile, eps=1e-2, intersample=AccelerationBound(8.0))
     np.testing.assert_allclose(bent.tube.interval - plain.tube.interval, 8 * 0.05**2 / 8, rtol=1e-9)
     assert (
         "speed <= (2.0, 4.0) m/s" in fast.statement()
@@ -187,36 +191,36 @@ def test_time_between_records_is_declared_and_added(holdout, profile):
     )
     assert (inside_tube(fast, NET, holdout) == inside_tube(plain, NET, holdout)).all()
     with pytest.raises(InputError, match="speed bound"):
-        calibrate(NET, holdout, profile, 1e-2, intersample=SpeedBound((1.0, 2.0, 3.0)))
+        calibrate(NET, holdout, profile, eps=1e-2, intersample=SpeedBound((1.0, 2.0, 3.0)))
 
 
 def test_per_bin_claims_need_runs_in_every_bin(system, profile, train):
     scores = score_system(NET, system, KEY, profile, 3000, quiet=True)
-    claim = calibrate_bins(NET, scores, profile, 1e-2, 1e-3, train=train)
+    claim = calibrate_bins(NET, scores, profile, eps=1e-2, delta=1e-3, train=train)
     assert "in each claimed bin" in claim.statement()
     supported = [supported_eps(n, 1e-3 / 3) for n in claim.evidence["bin_runs"]]
     assert list(claim.bin_eps) == supported and claim.eps == max(supported) < Fraction(1, 100)
     assert claim.risk(Uniform(0.1, bin=1)).bound == supported[1] * bin_shares(profile)[1] * 10
-    spent = calibrate_bins(NET, scores, profile, 1e-2, 1e-3, discard="most")
+    spent = calibrate_bins(NET, scores, profile, eps=1e-2, delta=1e-3, discard="most")
     assert spent.bin_eps == (Fraction(1, 100),) * 3
     assert isinstance(claim.risk(Point()), NoStatement)
     one = np.array([float.fromhex(s) for s in claim.evidence["bin_scale"]])
     assert one.max() == scores.score.max() and one.min() < one.max()
     lopsided = score_system(NET, system, KEY, profile, 900, k=_mostly_left, quiet=True)
-    thin = calibrate_bins(NET, lopsided, profile, 1e-2, 1e-3)
+    thin = calibrate_bins(NET, lopsided, profile, eps=1e-2, delta=1e-3)
     assert thin.tube.claimed.tolist() == [True, False, False] and thin.bin_eps[1:] == (None, None)
     assert isinstance(
         thin.risk(Uniform(0.1, bin=0)), NoStatement
     )  # this law is not uniform: shares unknown
     with pytest.raises(InputError, match="at least 8,003 runs in a bin"):
-        calibrate_bins(NET, scores, profile, 1e-3, 1e-3)
+        calibrate_bins(NET, scores, profile, eps=1e-3, delta=1e-3)
 
 
 def test_a_block_of_bins_has_one_claim_and_one_number(system, train):
     profile = training_profile(NET, train, (5, 2))
     scores = score_system(NET, system, KEY, profile, 3000, quiet=True)
     options = {"discard": "most"}
-    claim = calibrate_bins(NET, scores, profile, 1e-2, 1e-3, blocks=(2, 1), **options)
+    claim = calibrate_bins(NET, scores, profile, eps=1e-2, delta=1e-3, blocks=(2, 1), **options)
     assert "in each claimed block of bins" in claim.statement()
     left = profile.bin_of(scores.k) < 6  # three of the five columns, two bins each
     scale = [float.fromhex(s) for s in claim.evidence["bin_scale"]]
@@ -229,7 +233,7 @@ def test_a_block_of_bins_has_one_claim_and_one_number(system, train):
         bin_shares(profile)[:6]
     ) / Fraction("0.05")
     each, none = (
-        calibrate_bins(NET, scores, profile, 0.05, 1e-3, blocks=blocks, **options)
+        calibrate_bins(NET, scores, profile, eps=0.05, delta=1e-3, blocks=blocks, **options)
         for blocks in ((9, 2), None)
     )
     assert each.tube.hash == none.tube.hash and each.statement() == none.statement()

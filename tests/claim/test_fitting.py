@@ -109,7 +109,7 @@ def test_faces_along_the_axes_about_zero_are_a_box(holdout):
     one, other = score_batch(NET, fresh, same), score_batch(NET, fresh, box)
     np.testing.assert_allclose(one.score, other.score, rtol=1e-13)
     np.testing.assert_array_equal(one.worst, other.worst)
-    claims = [calibrate(NET, fresh, p, 1e-2, 1e-3, discard=0) for p in (same, box)]
+    claims = [calibrate(NET, fresh, p, eps=1e-2, delta=1e-3, discard=0) for p in (same, box)]
     for ours, theirs in zip(claims[0].tube.halves, claims[1].tube.halves, strict=True):
         more = ours.reshape(theirs.shape) - theirs
         assert (more >= -1e-14).all() and (more <= 2.0**-40 + 1e-14).all()  # short fractions
@@ -151,11 +151,11 @@ def test_no_pair_of_faces_is_thin_beside_the_others_of_its_bin(profile):
 
 
 def test_every_kind_of_claim_holds_the_runs_it_was_sized_by(profile, holdout, train):
-    one = calibrate(NET, holdout, profile, 1e-2, 1e-3, train=train)
+    one = calibrate(NET, holdout, profile, eps=1e-2, delta=1e-3, train=train)
     assert inside_tube(one, NET, holdout).all() and one.tube.templates is not None
-    kept = calibrate(NET, holdout, profile, 5e-2, 1e-3, discard="most", train=train)
+    kept = calibrate(NET, holdout, profile, eps=5e-2, delta=1e-3, discard="most", train=train)
     assert (~inside_tube(kept, NET, holdout)).sum() == kept.discard > 0
-    by_bin = calibrate_bins(NET, score_batch(NET, holdout, profile), profile, 0.1, 1e-2)
+    by_bin = calibrate_bins(NET, score_batch(NET, holdout, profile), profile, eps=0.1, delta=1e-2)
     assert inside_tube(by_bin, NET, holdout).all()
     assert np.ptp([h[0, 0] for h in by_bin.tube.templates.interval.half[:, 3]]) > 0
     watched = monitor(one, NET).observe(holdout)
@@ -174,8 +174,10 @@ def test_a_run_on_a_shared_edge_must_fit_both_bins(profile, holdout):
 
 
 def test_time_between_records_widens_every_pair_of_faces_by_its_own_reach(profile, holdout):
-    plain = calibrate(NET, holdout, profile, 1e-2, 1e-3)
-    fast = calibrate(NET, holdout, profile, 1e-2, 1e-3, intersample=SpeedBound((1.0, 2.0)))
+    plain = calibrate(NET, holdout, profile, eps=1e-2, delta=1e-3)
+    fast = calibrate(
+        NET, holdout, profile, eps=1e-2, delta=1e-3, intersample=SpeedBound((1.0, 2.0))
+    )
     grown = fast.tube.halves[0] - plain.tube.halves[0]
     directions = profile.templates.interval.directions
     by_hand = np.abs(directions) @ (np.array([1.0, 2.0]) * 0.5 * holdout.time.dt_record)
@@ -184,7 +186,7 @@ def test_time_between_records_widens_every_pair_of_faces_by_its_own_reach(profil
 
 
 def test_a_start_gap_widens_every_pair_of_faces_by_its_own_reach(profile, holdout):
-    claim = calibrate(NET, holdout, profile, 1e-2, 1e-3)
+    claim = calibrate(NET, holdout, profile, eps=1e-2, delta=1e-3)
     wider = allow_for_start(claim, StartTrial(0.01, None)).tube
     for part, given in zip(("interval", "final"), claim.tube.templates, strict=True):
         grown = getattr(wider.templates, part).half - given.half
@@ -195,7 +197,9 @@ def test_a_start_gap_widens_every_pair_of_faces_by_its_own_reach(profile, holdou
 @pytest.mark.slow
 def test_a_search_widens_what_it_hits(profile, holdout):
     system = plant(slanted)
-    claim = calibrate(NET, holdout, scaled(profile, np.full(3, 0.5), np.zeros(2)), 1e-2, 1e-3)
+    claim = calibrate(
+        NET, holdout, scaled(profile, np.full(3, 0.5), np.zeros(2)), eps=1e-2, delta=1e-3
+    )
     small = scaled(profile, np.full(3, 0.5), np.zeros(2))
     attack = search_worst(NET, system, KEY, small, 400, quiet=True)
     assert attack.score.max() > 1.5
@@ -209,12 +213,12 @@ def test_a_failed_run_takes_the_claim(profile):
     broken = collect(plant(failing), KEY, 200, quiet=True)
     scores = score_batch(NET, broken, profile)
     assert (np.isinf(scores.score) == broken.failed).all() and broken.failed.any()
-    claim = calibrate(NET, broken, profile, 0.1, 1e-3)
+    claim = calibrate(NET, broken, profile, eps=0.1, delta=1e-3)
     assert not claim.tube.claimed.any() and "No claim" in claim.statement()
 
 
 def test_a_tube_of_faces_travels(profile, holdout, tmp_path):
-    claim = calibrate(NET, holdout, profile, 1e-2, 1e-3)
+    claim = calibrate(NET, holdout, profile, eps=1e-2, delta=1e-3)
     claim.save(tmp_path / "claim.json")
     again = load_claim(tmp_path / "claim.json")
     assert again.tube.hash == claim.tube.hash != claim.tube.replace(templates=None).hash
@@ -234,7 +238,7 @@ def test_bins_and_scales_leave_the_faces_alone(profile, holdout):
     np.testing.assert_array_equal(
         finer.errors.support(np.ones(2)), profile.errors.support(np.ones(2))[[0, 1, 2, 2]]
     )
-    claim = calibrate(NET, holdout, profile, 1e-2, 1e-3)
+    claim = calibrate(NET, holdout, profile, eps=1e-2, delta=1e-3)
     assert on_bins(claim, finer.edges).tube.templates is not None
     lost = scaled(profile, np.array([1.0, np.inf, 1.0]), np.zeros(2))
     assert lost.claimed.tolist() == [True, False, True]
@@ -242,7 +246,7 @@ def test_bins_and_scales_leave_the_faces_alone(profile, holdout):
 
 
 def test_claimed_faces_add_up_without_rounding(profile, holdout):
-    claim = calibrate(NET, holdout, profile, 1e-2, 1e-3)
+    claim = calibrate(NET, holdout, profile, eps=1e-2, delta=1e-3)
     for given in claim.tube.templates:
         for c, s in zip(given.centre.ravel(), given.half.ravel(), strict=True):
             for sign in (1, -1):
@@ -251,7 +255,7 @@ def test_claimed_faces_add_up_without_rounding(profile, holdout):
 
 
 def test_a_claim_survives_wider_faces_only(profile, holdout):
-    claim = calibrate(NET, holdout, profile, 1e-2, 1e-3)
+    claim = calibrate(NET, holdout, profile, eps=1e-2, delta=1e-3)
     half = [np.array(h) for h in claim.tube.halves]
     half[0][1, 2, 0, 3] *= 0.999
     with pytest.raises(InputError, match="narrower somewhere"):
@@ -311,12 +315,14 @@ def test_a_bin_of_200_runs_no_longer_borrows_from_its_neighbour(few, share):
 @pytest.mark.slow
 def test_the_pipeline_fits_and_the_claim_holds(train):
     system = plant(slanted)
-    claim = bound_error(NET, system, KEY, 5e-2, 1e-2, train=train, shape="fitted", quiet=True)
+    claim = bound_error(
+        NET, system, KEY, eps=5e-2, delta=1e-2, train=train, shape="fitted", quiet=True
+    )
     assert claim.tube.templates is not None
     new = collect(system, jax.random.PRNGKey(5), 4000, Stage.VALIDATE, quiet=True)
     assert (~inside_tube(claim, NET, new)).mean() <= 0.05
     with pytest.raises(InputError, match="shape: expected one of"):
-        bound_error(NET, system, KEY, 5e-2, 1e-2, train=train, shape="round", quiet=True)
+        bound_error(NET, system, KEY, eps=5e-2, delta=1e-2, train=train, shape="round", quiet=True)
 
 
 def test_scores_of_a_stream_are_those_of_its_runs(profile, holdout):
@@ -325,7 +331,7 @@ def test_scores_of_a_stream_are_those_of_its_runs(profile, holdout):
 
 
 def test_an_update_keeps_the_shape(profile, train, holdout):
-    claim = calibrate(NET, holdout, profile, 1e-2, 1e-3)
+    claim = calibrate(NET, holdout, profile, eps=1e-2, delta=1e-3)
     fresh = collect(plant(slanted), jax.random.PRNGKey(9), 700, quiet=True)
     _, new = update(claim, NET, train, fresh, bins=(3, 1))
     assert new.tube.templates is not None

@@ -51,12 +51,12 @@ def windows(held, shift):
 def test_windows_of_one_recording_are_not_two_runs(held, profile):
     k, p, q = windows(held, 3e-6)
     with pytest.raises(InputError, match=r"rows 0 and 100 are copies.*100 pairs.*groups="):
-        calibrate(NET, recorded(k, p, q, held), profile, 0.1)
+        calibrate(NET, recorded(k, p, q, held), profile, eps=0.1)
     with pytest.raises(InputError, match=r"drawn uniformly, as declared; 100 of 200"):
-        calibrate(NET, recorded(k, p + 0.1 * p**2, q, held, "uniform"), profile, 0.1)
+        calibrate(NET, recorded(k, p + 0.1 * p**2, q, held, "uniform"), profile, eps=0.1)
     groups = np.tile(np.arange(100), 2)
     one, two = (
-        calibrate(NET, recorded(*runs, held, "uniform", groups=own), profile, 0.1)
+        calibrate(NET, recorded(*runs, held, "uniform", groups=own), profile, eps=0.1)
         for runs, own in (((held.k, held.p, held.q), None), ((k, p, q), groups))
     )
     assert (one.n, two.n) == (100, 100) and one.eps == two.eps
@@ -68,27 +68,27 @@ def test_runs_that_are_said_to_be_uniform_are_looked_at(held, profile):
     """Also where they come from no file: a batch of one's own whose k crowd at one end."""
     rows = held.k[:, 0] < 0.6
     crowded = [array[rows] for array in (held.k, held.p, held.q)]
-    assert calibrate(NET, recorded(*crowded, held), profile, 0.1).n == rows.sum()
+    assert calibrate(NET, recorded(*crowded, held), profile, eps=0.1).n == rows.sum()
     with pytest.raises(InputError, match=r"^holdout: .* the range of k0 hold .*eave k_law out"):
-        calibrate(NET, recorded(*crowded, held, "uniform"), profile, 0.1)
+        calibrate(NET, recorded(*crowded, held, "uniform"), profile, eps=0.1)
 
 
 def test_the_score_of_a_group_is_its_worst(held, profile):
     groups = np.arange(100) // 4
     batch = recorded(held.k, held.p, held.q, held, groups=groups)
     scores = score_batch(NET, batch, profile)
-    claim = calibrate(NET, batch, profile, 0.5, 0.05, discard=3)
+    claim = calibrate(NET, batch, profile, eps=0.5, delta=0.05, discard=3)
     worst = scores.score.reshape(25, 4).max(axis=1)
     assert claim.n == 25 and float.fromhex(claim.evidence["scale"]) == np.sort(worst)[-4]
     with pytest.raises(InputError, match="come in groups"):
-        calibrate_bins(NET, scores, profile, 0.5, 0.05)
-    asked = calibrate(NET, batch, profile, 1e-3, 0.05)
+        calibrate_bins(NET, scores, profile, eps=0.5, delta=0.05)
+    asked = calibrate(NET, batch, profile, eps=1e-3, delta=0.05)
     assert "(needs 2,995 recordings) was asked; 25 recordings do not" in asked.statement()
     assert "25 recordings of file:log" in repr(claim)
     with pytest.raises(InputError, match="25 recordings with 25 discards"):
-        calibrate(NET, batch, profile, 0.5, 0.05, discard=25)
+        calibrate(NET, batch, profile, eps=0.5, delta=0.05, discard=25)
     through = bound_error(
-        NET, batch, None, 0.5, 0.05, train=collect(plant(noisy), KEY, 60, quiet=True)
+        NET, batch, None, eps=0.5, delta=0.05, train=collect(plant(noisy), KEY, 60, quiet=True)
     )
     assert through.n == 25
 
@@ -98,7 +98,7 @@ def test_recordings_fail_not_runs(held, profile):
     p = np.array(held.p)
     p[[0, 1, 2, 3, 40, 41, 96, 97, 98, 99]] = np.nan
     batch = recorded(held.k, p, held.q, held, groups=np.arange(100) // 4)
-    said = calibrate(NET, batch, profile, 0.5, 0.05).statement()
+    said = calibrate(NET, batch, profile, eps=0.5, delta=0.05).statement()
     assert said.startswith("No claim: 3 of 25 recordings failed, with 0 discards")
     assert "calibrate on new recordings" in said
 
@@ -120,7 +120,7 @@ def test_a_claim_from_groups_is_not_too_good():
         for grouped in (True, False):
             own = np.repeat(np.arange(40), 10) if grouped else None
             batch = recorded(k, p, k[:, :1], runs, groups=own)
-            claim = calibrate(NET, batch, flat, 0.001, 0.2)
+            claim = calibrate(NET, batch, flat, eps=0.001, delta=0.2)
             wide = claim.tube.interval[0, -1].min()
             from scipy.stats import norm
 
@@ -144,8 +144,8 @@ def test_copies_of_training_runs_are_found_beyond_float32(train, held, profile):
         train,
     )
     with pytest.raises(InputError, match=r"3 of 103 runs are training runs.*first is row 100"):
-        calibrate(NET, mixed, profile, 0.1, train=train)
-    calibrate(NET, mixed.select(slice(100)), profile, 0.1, train=train)
+        calibrate(NET, mixed, profile, eps=0.1, train=train)
+    calibrate(NET, mixed.select(slice(100)), profile, eps=0.1, train=train)
 
 
 @pytest.mark.parametrize("n_k", [1, 2])
@@ -176,10 +176,10 @@ def test_copies_of_failed_runs_are_copies_too(train, held, profile):
     one, two = broken.select([0]), broken.select([0, 1])
     mixed = recorded(*(np.concatenate([getattr(b, f) for b in (held, one)]) for f in "kpq"), held)
     with pytest.raises(InputError, match="1 of 101 runs are training runs"):
-        calibrate(NET, mixed, profile, 0.1, train=two)
+        calibrate(NET, mixed, profile, eps=0.1, train=two)
     twice = recorded(*(np.concatenate([getattr(b, f) for b in (one, mixed)]) for f in "kpq"), held)
     with pytest.raises(InputError, match="1 of 102 runs occur twice"):
-        calibrate(NET, twice, profile, 0.1)
+        calibrate(NET, twice, profile, eps=0.1)
 
 
 def test_training_and_holdout_share_no_recording(train, held, profile):
@@ -187,19 +187,19 @@ def test_training_and_holdout_share_no_recording(train, held, profile):
     mine = recorded(train.k, train.p, train.q, train, groups=groups)
     theirs = recorded(held.k, held.p, held.q, held, groups=groups + 30)
     with pytest.raises(InputError, match=r"40 of 100 runs belong to recordings.*batch.split"):
-        calibrate(NET, theirs, profile, 0.1, train=mine)
+        calibrate(NET, theirs, profile, eps=0.1, train=mine)
     elsewhere = recorded(held.k, held.p, held.q, held, groups=groups, name="file:other")
-    assert calibrate(NET, elsewhere, profile, 0.1, train=mine).n == 50
+    assert calibrate(NET, elsewhere, profile, eps=0.1, train=mine).n == 50
 
 
 def test_float32_systems_are_not_refused_for_equal_k(profile, held):
     k = np.float64(np.float32(held.k))
     batch = recorded(k, held.p, held.q, held, "uniform")
-    assert calibrate(NET, batch, profile, 0.1).n == 100
+    assert calibrate(NET, batch, profile, eps=0.1).n == 100
 
 
 def test_a_monitor_counts_recordings(held, profile, train):
-    claim = calibrate(NET, held, profile, 0.1)
+    claim = calibrate(NET, held, profile, eps=0.1)
     watch = monitor(claim, NET)
     groups = np.arange(100) // 4
     seen = watch.observe(recorded(train.k, train.p, train.q, train, groups=groups))

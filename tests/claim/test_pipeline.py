@@ -54,7 +54,7 @@ def test_the_start_is_declared_tried_and_added(tmp_path):
     held, train = (
         collect(plant(noisy), KEY, 60, s, quiet=True) for s in (Stage.BOUND, Stage.TRAIN)
     )
-    logged = pj.bound_error(NET, held, None, 0.1, 0.05, train=train, gap=0.25)
+    logged = pj.bound_error(NET, held, None, eps=0.1, delta=0.05, train=train, gap=0.25)
     assert "TRANSLATION_INVARIANCE(within 0.25; not measured)" in logged.assumptions
 
 
@@ -62,7 +62,7 @@ def test_a_start_that_matters_more_is_refused():
     base = plant(noisy)
     leaning = Leaning(base.domain, base.time, base.run)
     with pytest.raises(pj.InputError, match="do not depend on where they start"):
-        pj.bound_error(NET, leaning, KEY, 0.1, 0.05, quiet=True)
+        pj.bound_error(NET, leaning, KEY, eps=0.1, delta=0.05, quiet=True)
 
 
 def test_python_and_shell_make_the_same_claim(tmp_path):
@@ -72,9 +72,9 @@ def test_python_and_shell_make_the_same_claim(tmp_path):
         learned.main.net,
         system,
         KEY,
-        STUDY.eps,
-        STUDY.delta,
-        STUDY.bins,
+        eps=STUDY.eps,
+        delta=STUDY.delta,
+        bins=STUDY.bins,
         train=learned.train,
         profile_runs=STUDY.profile_runs,
         search=STUDY.search,
@@ -91,9 +91,9 @@ def test_an_update_keeps_the_declared_start():
         collect(plant(noisy), key, 80, stage, quiet=True)
         for key, stage in ((KEY, 1), (KEY, 2), (jax.random.PRNGKey(6), 2))
     )
-    old = pj.bound_error(NET, held, None, 0.1, 0.05, (1, 1), train=train, gap=0.25)
-    for gap, declared in ((None, 0.25), (0.5, 0.5)):
-        _, new = update(old, NET, train, more, bins=(1, 1), gap=gap)
+    old = pj.bound_error(NET, held, None, eps=0.1, delta=0.05, bins=(1, 1), train=train, gap=0.25)
+    for gap, declared in (({}, 0.25), ({"gap": 0.5}, 0.5)):
+        _, new = update(old, NET, train, more, bins=(1, 1), **gap)
         assert f"TRANSLATION_INVARIANCE(within {declared}; not measured)" in new.assumptions
         assert (new.tube.interval > declared).all()
 
@@ -102,7 +102,7 @@ def test_recorded_runs_too():
     train, held = (collect(plant(noisy), KEY, 80, stage, quiet=True) for stage in (1, 2))
     learned = learn_recorded(train, held, STUDY, KEY)
     again = pj.bound_error(
-        learned.main.net, held, None, 0.1, 0.05, (2, 1), train=train, gap=STUDY.gap
+        learned.main.net, held, None, eps=0.1, delta=0.05, bins=(2, 1), train=train, gap=STUDY.gap
     )
     assert again.to_json() == learned.main.claim.to_json()
     assert np.isfinite(again.tube.interval).all()
@@ -110,8 +110,9 @@ def test_recorded_runs_too():
 
 def test_networks_and_claims_about_the_same_runs_split_delta():
     """Two networks and two claims each: four looks at one holdout, at a quarter of delta each."""
+    from parc_jax.claim.asked import BoundSettings
     from parc_jax.claim.counts import supported_eps
-    from parc_jax.claim.pipeline import BoundSettings, SystemRuns, bound_errors
+    from parc_jax.claim.pipeline import SystemRuns, bound_errors
     from parc_jax.claim.start_gap import StartTrial
 
     system = plant(noisy)
@@ -147,8 +148,10 @@ def test_a_profile_over_another_k_is_refused_before_the_first_run():
     train, held = (collect(base, KEY, 60, s, quiet=True) for s in (Stage.TRAIN, Stage.BOUND))
     words = r"bins that span K = \[0, 1\] x \[0, 1\]; along axis 0 they cover \[0, 2\]"
     with pytest.raises(pj.InputError, match=words):
-        pj.bound_error(NET, robot, KEY, 0.1, 0.05, profile=larger, train=train, quiet=True)
+        pj.bound_error(
+            NET, robot, KEY, eps=0.1, delta=0.05, profile=larger, train=train, quiet=True
+        )
     with pytest.raises(pj.InputError, match=words):
-        pj.bound_error(NET, held, None, 0.1, 0.05, profile=larger, train=train)
+        pj.bound_error(NET, held, None, eps=0.1, delta=0.05, profile=larger, train=train)
     with pytest.raises(pj.InputError, match=words):
-        calibrate(NET, held, larger, 0.1, 0.05)
+        calibrate(NET, held, larger, eps=0.1, delta=0.05)

@@ -10,8 +10,6 @@ from parc_jax.cli.doubt import under_doubt
 from parc_jax.doubt import Doubt
 from parc_jax.io.problem_file import save_problem
 
-NOTHING = dict.fromkeys(("start", "heading", "k", "goal", "given", "unknown", "sensing_eps"))
-
 
 @pytest.fixture
 def shell(capsys, monkeypatch, tmp_path):
@@ -66,10 +64,10 @@ def test_an_answer_under_doubt(shell):
 
 def test_options_replace_entries_of_the_scene():
     own = toy_query.gap().replace(doubt=Doubt(start=0.1, goal=0.2, k={"k0": 0.3}))
-    asked = under_doubt(own, **NOTHING | {"goal": (0.4,), "unknown": ("1=0:1",), "k": ("k0=0.5",)})
+    asked = under_doubt(own, {"goal": (0.4,), "unknown": ("1=0:1",), "k": ("k0=0.5",)})
     assert asked.doubt.start == (0.1,) and asked.doubt.goal == (0.4,)
     assert asked.doubt.k == (("k0", 0.5),) and asked.doubt.unknown == ((1, (0.0, 1.0)),)
-    assert under_doubt(own, **NOTHING) is own
+    assert under_doubt(own, {}) is own
 
 
 @pytest.mark.slow

@@ -2,17 +2,24 @@
 
 import dataclasses
 import inspect
-import re
 from pathlib import Path
-from typing import Literal
+from typing import Literal, get_args
 
 import pytest
 
 from parc_jax import __version__, cli
 from parc_jax.cli.help import fitted, metavar_of
 from parc_jax.cli.learn import learn
+from parc_jax.cli.offer import Offer
 from parc_jax.cli.run import run
 from parc_jax.experiment.settings import Study
+
+
+def offers(command) -> dict[str, Offer]:
+    """The offers of a command by parameter."""
+    found = inspect.signature(command).parameters.values()
+    return {p.name: x for p in found for x in get_args(p.annotation)[1:] if isinstance(x, Offer)}
+
 
 COMMANDS = ("run", "learn", "solve", "check", "replay", "plot", "bench", "systems", "doctor")
 
@@ -31,17 +38,14 @@ def test_help_fits_and_is_readable(command, capsys, monkeypatch):
 
 @pytest.mark.parametrize("command", [learn, run])
 def test_an_option_of_the_study_names_its_value_there(command):
-    hints = inspect.signature(command).parameters
-    told = dict(
-        re.findall(r"^        (\w+): (.*?)(?=^        \w|^    $|\Z)", command.__doc__, re.S | re.M)
-    )
-    shared = [f for f in dataclasses.fields(Study) if f.name in hints and f.name in told]
-    assert len(shared) >= 14
-    for field in shared:
-        text = " ".join(told[field.name].split())
-        assert hints[field.name].default is not None or "Default: " in text, field.name
-        if isinstance(field.default, int | float) and field.name != "driven":
-            assert f"or {field.default:,}." in text, field.name
+    options = offers(command)["study"].options()
+    assert len(options) >= 20
+    defaults = {field.name: field.default for field in dataclasses.fields(Study)}
+    for option in options.values():
+        assert option.default is None and " Default: the study's, or " in option.said
+        value = defaults[option.field]
+        if isinstance(value, int | float) and not isinstance(value, bool):
+            assert option.said.endswith(f"or {value:,}."), option.field
 
 
 def test_metavars():

@@ -195,7 +195,8 @@ def test_bad_options(shell, files):
         shell("learn", "drift_parking", "--out", "m.npz", "--plant", "clay", "--no-cache"), "'clay'"
     )
     refused(
-        shell("learn", "drift_parking", "--out", "m.npz", "--eps", 2, "--no-cache"), "probabilities"
+        shell("learn", "drift_parking", "--out", "m.npz", "--eps", 2, "--no-cache"),
+        "eps: expected a probability",
     )
     refused(shell("learn", "none.npz", "--out", "m.npz", "--no-cache"), "no such file")
     for arguments in (

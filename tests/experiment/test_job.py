@@ -11,10 +11,11 @@ import pytest
 
 from parc_jax import checker
 from parc_jax.claim import pipeline, score
+from parc_jax.claim.asked import BoundSettings
 from parc_jax.claim.counts import required_runs
 from parc_jax.cli import main
 from parc_jax.errors import InputError
-from parc_jax.experiment.settings import Study, checked
+from parc_jax.experiment.settings import Study
 from parc_jax.model import load
 
 sys.path.insert(0, str(Path(__file__).parents[1] / "helpers"))
@@ -151,15 +152,15 @@ def test_bad_input_is_refused_with_code_2(arguments, word, tmp_path, capsys):
 
 
 def test_settings_are_checked():
-    assert checked(Study()).claims == ("one",)
+    assert Study().claims == ("one",)
     with pytest.raises(InputError, match="claims"):
-        checked(Study(claims=()))
+        Study(claims=())
     for tail in ("tube", 1.0):
         with pytest.raises(InputError, match=r"^tail: expected a power of at least 2, or None"):
-            checked(Study(tail=tail))
+            Study(tail=tail)
     for discard in (-1, 0.5, "all"):
         with pytest.raises(InputError, match="discard"):
-            checked(Study(discard=discard))
+            Study(discard=discard)
 
 
 def test_fresh_runs_grow_with_the_smallest_bin():
@@ -169,11 +170,11 @@ def test_fresh_runs_grow_with_the_smallest_bin():
         n = len(edges) - 1
         return tube([edges, [0.0, 1.0]], np.ones((n, 4, 2)), np.ones((n, 2)))
 
-    asked = pipeline.BoundSettings(eps=0.1, delta=0.05, claims=("bins",))
+    asked = BoundSettings(eps=0.1, delta=0.05, claims=("bins",))
     even, uneven = profile([0.0, 0.5, 1.0]), profile([0.0, 0.1, 1.0])
     assert pipeline.fresh_runs(asked, uneven, 1) == pytest.approx(
         5 * pipeline.fresh_runs(asked, even, 1), abs=8
     )
-    one = pipeline.BoundSettings(eps=0.1, delta=0.05)
+    one = BoundSettings(eps=0.1, delta=0.05)
     assert pipeline.fresh_runs(one, even, 1) == required_runs(0.1, 0.05, 0)
-    assert pipeline.fresh_runs(Study(fresh=77).bound, even, 1) == 77
+    assert pipeline.fresh_runs(Study(fresh=77), even, 1) == 77

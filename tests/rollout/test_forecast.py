@@ -69,12 +69,12 @@ def test_collect_and_bound_error_forecast_all_that_they_will_run(monkeypatch, ca
     monkeypatch.setattr(Pace, "of", lambda *_: 4.0)
     pj.collect(Slow(), KEY, 12)
     assert "slow: 12 runs x 4 s = 48 s" in capsys.readouterr().err
-    pj.bound_error(NET, Slow(), KEY, 0.05, 0.5, bins=(1, 1), profile_runs=10)
+    pj.bound_error(NET, Slow(), KEY, eps=0.05, delta=0.5, bins=(1, 1), profile_runs=10)
     told = capsys.readouterr().err
     # 10 for the profile, 14 for the holdout, 14 for the search
     assert told.count(" runs x ") == 1 and "slow: 38 runs x 4 s" in told
     assert "eps = 0.5 needs 2 fresh ones" in told
-    pj.bound_error(NET, Slow(), KEY, 0.05, 0.5, bins=(1, 1), profile_runs=10, quiet=True)
+    pj.bound_error(NET, Slow(), KEY, eps=0.05, delta=0.5, bins=(1, 1), profile_runs=10, quiet=True)
     assert capsys.readouterr().err == ""
 
 
@@ -97,7 +97,7 @@ def test_the_readme_counts_every_run_of_the_main_job():
     assert f"{forecast_of(MAIN).runs:,} rollouts" in told and MAIN.driven
     assert f"{required_runs(MAIN.eps, each):,} rollouts of this\nvery plan" in told
     assert f"{near:,} near it" in told
-    assert MAIN.repeats == 1 and f"{MAIN.samples} rollouts, one of each plan returned" in told
+    assert MAIN.repeats == 1 and f"{MAIN.n_samples} rollouts, one of each plan returned" in told
 
 
 @pytest.mark.slow
@@ -117,7 +117,7 @@ def test_two_bars_never_share_a_name(tmp_path, monkeypatch):
     names = [name for name in names if "runs of the search" not in name]  # quiet: tries of starts
     assert len(names) == 4 and len(set(names)) == 4
     names.clear()
-    pj.bound_error(NET, plant(noisy), KEY, 0.1, 0.1, bins=(1, 1))
+    pj.bound_error(NET, plant(noisy), KEY, eps=0.1, delta=0.1, bins=(1, 1))
     assert len(names) == 3 and len(set(names)) == 3
     for stage in (Stage.REPLAY, Stage.VALIDATE):
         pj.collect(plant(noisy), KEY, 5, stage)

@@ -87,7 +87,7 @@ def test_an_error_spike_in_a_sliver_of_k_keeps_the_claim_true():
         scores = score_system(
             NET, system, jax.random.PRNGKey(seed), profile, 6905, chunk=1024, quiet=True
         )
-        claim = calibrate(NET, scores, profile, 1e-3, 1e-3)
+        claim = calibrate(NET, scores, profile, eps=1e-3, delta=1e-3)
         violated = 0.0 if claim.tube.final[0, 0] >= height else width  # exact, by construction
         assert violated <= claim.eps
         outcomes.append(violated)
@@ -103,7 +103,7 @@ def test_errors_that_hide_in_one_place_are_held(run, where):
     system = plant(run, 4, 10)
     profile = training_profile(NET, collect(system, jax.random.PRNGKey(1), 50, quiet=True), (1, 1))
     scores = score_system(NET, system, jax.random.PRNGKey(2), profile, 688, quiet=True)
-    claim = calibrate(NET, scores, profile, 1e-2, 1e-3)
+    claim = calibrate(NET, scores, profile, eps=1e-2, delta=1e-3)
     new = collect(system, jax.random.PRNGKey(3), 4000, Stage.VALIDATE, quiet=True)
     assert (~inside_tube(claim, NET, new)).mean() <= 0.01 + 4 * np.sqrt(0.01 / 4000)
     assert getattr(claim.tube, where).max() > 0.2
@@ -175,7 +175,7 @@ def test_the_measured_violation_of_a_default_claim():
     train = collect(system, jax.random.PRNGKey(1), 1000, quiet=True)
     profile = training_profile(NET, train, (8, 1))
     scores = score_system(NET, system, jax.random.PRNGKey(2), profile, 6905, chunk=1024, quiet=True)
-    claim = calibrate(NET, scores, profile, 1e-3, 1e-3, train=train)
+    claim = calibrate(NET, scores, profile, eps=1e-3, delta=1e-3, train=train)
     new = collect(system, jax.random.PRNGKey(3), 20_000, Stage.VALIDATE, chunk=1024, quiet=True)
     assert (~inside_tube(claim, NET, new)).mean() <= 1e-3
     assert np.isfinite(measure(NET, new).interval).all()

@@ -29,7 +29,9 @@ def rough(key, k, s):
 
 @pytest.fixture(scope="module")
 def rough_claim():
-    return bound_error(NET, plant(rough), KEY, 0.01, 1e-3, (1, 1), search=0, quiet=True)
+    return bound_error(
+        NET, plant(rough), KEY, eps=0.01, delta=1e-3, bins=(1, 1), search=0, quiet=True
+    )
 
 
 def violated(claim, k, n=4000):
@@ -65,7 +67,7 @@ def test_a_hostile_planner_that_chooses_a_set_is_covered(rough_claim, half_width
 def test_without_disturbance_a_bad_k_is_bad_every_time():
     system = plant(spike(1e-3, 10.0))
     claim = bound_error(
-        NET, system, jax.random.PRNGKey(4), 0.01, 1e-3, (1, 1), search=0, quiet=True
+        NET, system, jax.random.PRNGKey(4), eps=0.01, delta=1e-3, bins=(1, 1), search=0, quiet=True
     )
     if claim.tube.final[0, 0] < 10.0:  # the holdout missed the sliver
         run = collect(system, KEY, 1, k=[0.5005, 0.5], quiet=True)
@@ -76,7 +78,16 @@ def test_without_disturbance_a_bad_k_is_bad_every_time():
 def test_a_changed_world_rings_and_the_shifted_bound_holds():
     eps, scale = 0.02, 1.2
     claim = bound_error(
-        NET, plant(disturbed), KEY, eps, 1e-3, (1, 1), n=2000, discard="most", search=0, quiet=True
+        NET,
+        plant(disturbed),
+        KEY,
+        eps=eps,
+        delta=1e-3,
+        bins=(1, 1),
+        fresh=2000,
+        discard="most",
+        search=0,
+        quiet=True,
     )
     shifted = collect(plant(partial(disturbed, scale=scale)), KEY, 6000, Stage.REPLAY, quiet=True)
     observed = (~inside_tube(claim, NET, shifted)).mean()

@@ -92,8 +92,8 @@ def claimed(net: ReLUNetwork, runs: Halves, eps: float, discard: int | str = 0) 
         net,
         runs.held,
         None,
-        eps,
-        DELTA,
+        eps=eps,
+        delta=DELTA,
         profile=profile(net, runs.train),
         train=runs.train,
         discard=discard,
@@ -109,7 +109,7 @@ def first_look(net: ReLUNetwork, runs: RolloutBatch) -> list[dict]:
     lo, hi = c.COMMANDS
     shape = (1, runs.time.n_steps, runs.n_c)
     even = tube(([lo, hi], [lo, hi]), np.full(shape, CM), np.full(shape[::2], CM), len(runs.points))
-    return worst(calibrate(net, runs, even, LOOK_EPS, DELTA))
+    return worst(calibrate(net, runs, even, eps=LOOK_EPS, delta=DELTA))
 
 
 def worst(claim: ErrorClaim, most: int = 10) -> list[dict]:

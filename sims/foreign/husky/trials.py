@@ -48,7 +48,9 @@ def trial(
     key = jax.random.PRNGKey(seed)
     net = trained(TwistModel(twist, cut.runs.domain, time, size), key)
     profile = training_profile(net, fine.runs, (1, 1), c.POSE_NOISE)
-    claim = bound_error(net, sizing.runs, None, 0.1, DELTA, profile=profile, train=train.runs)
+    claim = bound_error(
+        net, sizing.runs, None, eps=0.1, delta=DELTA, profile=profile, train=train.runs
+    )
     model = trajectory_model(net, claim)
     bay = problem(BAY_WIDTH * size[1] / c.WIDTH, BAY_LENGTH * size[0] / c.LENGTH)
     answer = Planner(model).solve(bay, key, Settings(n_samples=20, polytopes=True))

@@ -1,0 +1,100 @@
+"""Each option is told once: a field of one record, whose docstring is all that is told of it."""
+
+import ast
+import dataclasses
+import importlib
+import inspect
+import re
+from pathlib import Path
+
+import pytest
+
+import parc_jax
+from parc_jax.claim.asked import BoundSettings
+from parc_jax.cli.offer import Offer
+from parc_jax.doubt import Doubt
+from parc_jax.errors import InputError
+from parc_jax.experiment.settings import Study
+from parc_jax.io import doubt_file
+from parc_jax.options import Options, part_of, told
+from parc_jax.settings import Effort, Settings
+
+ROOT = Path(parc_jax.__file__).parent
+COMMANDS = ("run", "learn", "solve", "check", "replay", "plot", "export", "systems", "doctor")
+
+
+def declared(tree: ast.Module) -> list[str]:
+    """Fields of records of options, and of the doubt, that carry a docstring."""
+    found = []
+    for kind in (node for node in ast.walk(tree) if isinstance(node, ast.ClassDef)):
+        for field, text in zip(kind.body, kind.body[1:], strict=False):
+            if isinstance(field, ast.AnnAssign) and isinstance(text, ast.Expr):
+                found.append(field.target.id)
+    return found
+
+
+def records() -> list[type]:
+    """All records of options, wherever they stand."""
+    for path in ROOT.rglob("*.py"):
+        if declared(ast.parse(path.read_text())):
+            name = ".".join(path.relative_to(ROOT.parent).with_suffix("").parts)
+            importlib.import_module(name)
+    found, left = [Doubt], [Options]
+    while left:
+        kinds = left.pop().__subclasses__()
+        found += [kind for kind in kinds if kind.__module__.startswith("parc_jax.")]
+        left += kinds
+    return found
+
+
+def own_options(command: str) -> set[str]:
+    """What a command tells itself, in its docstring."""
+    function = getattr(importlib.import_module(f"parc_jax.cli.{command}"), command)
+    return set(re.findall(r"^    (\w+): ", inspect.getdoc(function), re.MULTILINE))
+
+
+def test_no_option_is_declared_twice():
+    fields = [f for p in ROOT.rglob("*.py") for f in declared(ast.parse(p.read_text()))]
+    spelled = [f for f in fields if f not in {field.name for field in dataclasses.fields(Doubt)}]
+    assert len(fields) > 40 and len(set(spelled)) == len(spelled)
+    one = 'class A:\n    n: int\n    "Runs."\n'
+    assert declared(ast.parse(one + one)) == ["n", "n"]
+
+
+@pytest.mark.parametrize("kind", records(), ids=lambda kind: kind.__name__)
+def test_every_field_is_told_in_a_sentence(kind):
+    assert list(told(kind)) and set(told(kind)) == {f.name for f in dataclasses.fields(kind)}
+    for text in told(kind).values():
+        assert text[0] in '"' or text[0].isupper(), text
+        assert text.endswith((".", "]")), text
+
+
+def test_a_command_tells_only_what_no_record_has():
+    fields = {name for kind in records() for name in told(kind)}
+    fields -= {"method"}  # an object, for which `solve` has words
+    assert [(c, own_options(c) & fields) for c in COMMANDS if own_options(c) & fields] == []
+
+
+def test_every_option_of_the_shell_is_of_a_record_or_of_its_command():
+    for command in COMMANDS:
+        function = getattr(importlib.import_module(f"parc_jax.cli.{command}"), command)
+        for parameter in inspect.signature(function).parameters.values():
+            hints = getattr(parameter.annotation, "__metadata__", ())
+            offered = [hint for hint in hints if isinstance(hint, Offer)]
+            assert offered or parameter.name in own_options(command), (command, parameter.name)
+            for offer in offered:
+                options = offer.options().values()
+                assert options and {o.field for o in options} <= set(told(offer.kind()))
+
+
+def test_the_keys_of_a_scene_file_are_the_fields_of_its_record():
+    assert doubt_file.ENTRIES == tuple(told(Doubt))
+
+
+def test_a_study_is_what_its_parts_are_made_of():
+    study = Study(eps=0.01, work=0.5, hidden=())
+    assert Settings(**part_of(study, Effort)) == Settings(work=0.5)
+    asked = BoundSettings(**part_of(study, BoundSettings))
+    assert (asked.eps, asked.discard, asked.profile_runs) == (0.01, "most", 0)
+    with pytest.raises(InputError, match=r"expected fields among .*; got 'runs'"):
+        study.replace(runs=3)
