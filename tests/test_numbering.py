@@ -61,7 +61,7 @@ def test_so_does_the_checker_and_it_calls_the_second_sample_sample_1():
     answer = toy_answer()
     plans = [(hex_text(x[:2]), hex_text(x[2:])) for x in answer.samples]
     parts = [{"p0": p0, "k": k, "sep": copy.deepcopy(SEP)} for p0, k in plans]
-    parts[1]["sep"][1] = [[4, [[3, "1"]]]]  # below the lower block, where no plan is
+    parts[1]["sep"][1] = [[[4, [[3, "1"]]]]]  # below the lower block, where no plan is
     written = answer_part(answer.problem, answer.model, parts, [], [], no_plan=None, meta={})
     with pytest.raises(checker.Rejected, match=r"samples\[1\]: the condition of obstacle 1 at"):
         checker.check_answer(json.loads(json.dumps(written)))

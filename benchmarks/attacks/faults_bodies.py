@@ -249,9 +249,9 @@ PROVED = (
     ),
     Fault(
         "parts_exchanged_in_certificates",
-        "by_obstacle",
-        "return [pairs[first : first + n] for first in range(0, len(pairs), n)]",
-        "return [pairs[first : first + n][::-1] for first in range(0, len(pairs), n)]",
+        "separation_part",
+        "return [spelled[first : first + n] for first in range(0, len(spelled), n)]",
+        "return [spelled[first : first + n][::-1] for first in range(0, len(spelled), n)]",
         (f"{WRITTEN}::test_safe_plans_are_accepted_and_their_parts_are_not_exchanged",),
     ),
     Fault(

@@ -205,6 +205,11 @@ def _certificates(rng, data: dict, n: int) -> tuple[int, int]:
     return injected, accepted
 
 
+def _turned(runs: list) -> list:
+    """Runs in the opposite directions."""
+    return [[end, [[r, "-" + v] for r, v in w]] for end, w in runs]
+
+
 def _broken(rng, entry: dict):
     """Copies of a certificate with one thing wrong each."""
     for change in (
@@ -212,12 +217,8 @@ def _broken(rng, entry: dict):
         {"k": [(float.fromhex(x) + 1e3).hex() for x in entry["k"]]},
         {"p0": ["nan"] * len(entry["p0"])},
         {"sep": entry["sep"][:-1]},
-        {"sep": [[]] * len(entry["sep"])},
-        {
-            "sep": [
-                [[end, [[r, "-" + v] for r, v in w]] for end, w in runs] for runs in entry["sep"]
-            ]
-        },
+        {"sep": [[[]] * len(parts) for parts in entry["sep"]]},
+        {"sep": [[_turned(runs) for runs in parts] for parts in entry["sep"]]},
     ):
         yield entry | change
     if "pattern" in entry:

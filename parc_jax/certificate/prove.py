@@ -31,7 +31,7 @@ def prove(
     context = _context(problem, model)
     asked = (
         (context.check_sample, samples),
-        (context.check_sample, [corridor_part(c, problem, model.tube) for c in corridors]),
+        (context.check_sample, [corridor_part(c, problem) for c in corridors]),
         (context.check_set, [polytope_part(p) for p in polytopes]),
     )
     return tuple(
@@ -52,7 +52,7 @@ def _context(problem: ReachAvoid, model: TrajectoryModel) -> checker.Context:
     once.
     """
     question = problem_part(problem, model)
-    asked = [question.get(part) for part in _SIZES]
+    asked = [question[part] for part in _SIZES]
     if model.tube.templates is not None:
         asked.append(question["goal"])  # the tube names multipliers for its rows
     name = hashlib.sha256(repr(asked).encode())
@@ -77,7 +77,7 @@ def _context(problem: ReachAvoid, model: TrajectoryModel) -> checker.Context:
     return known.about(question)
 
 
-# all that a network and a tube have to do with a problem; points are there in format 2
+# all that a network and a tube have to do with a problem
 _SIZES = ("n_p", "n_q", "n_k", "points", "steps", "domain")
 _KEPT = 4  # models
 _RECENT: dict[bytes, checker.Context] = {}  # the oldest first

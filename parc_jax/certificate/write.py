@@ -11,7 +11,7 @@ import json
 import numpy as np
 
 from parc_jax.arrays import dot
-from parc_jax.body import Body, Disc, Polygon, numbered
+from parc_jax.body import Disc, Polygon, numbered
 from parc_jax.certificate.templates import end_part, rows_part
 from parc_jax.claim.error_set import NO_CLAIM, ErrorSet, at
 from parc_jax.claim.faces import Templates
@@ -27,16 +27,7 @@ from parc_jax.sets.hpolytope import HPolytope
 from parc_jax.spelling import decimal_text, fraction_text, hex_text, plain
 from parc_jax.verdict.scene import Scene
 
-FORMAT = "parc_jax.answer/1"
-FORMAT_OF_PARTS = "parc_jax.answer/2"
-
-
-def one_point(problem: ReachAvoid, tube: Tube) -> bool:
-    """Is the body a shape about the only reference point, whose errors have half widths? Such
-    questions are spelled in format 1, all others in format 2.
-    """
-    simple = tube.n_points == 1 and tube.templates is None
-    return simple and not isinstance(problem.body, Body)
+FORMAT = "parc_jax.answer/2"
 
 
 def problem_part(problem: ReachAvoid, model: TrajectoryModel) -> dict:
@@ -47,8 +38,9 @@ def problem_part(problem: ReachAvoid, model: TrajectoryModel) -> dict:
         if span is not None:
             part["steps"] = list(span)
         obstacles.append(part)
-    asked = {
+    return {
         "n_p": model.n_p,
+        "points": model.n_points,
         "n_q": model.n_q,
         "n_k": model.n_k,
         "domain": {"lo": decimal_text(model.domain.lo), "hi": decimal_text(model.domain.hi)},
@@ -59,7 +51,6 @@ def problem_part(problem: ReachAvoid, model: TrajectoryModel) -> dict:
         "steps": model.time.n_steps,
         "dt": decimal_text(model.time.dt),
     }
-    return asked if one_point(problem, model.tube) else asked | {"points": model.n_points}
 
 
 def network_part(net: ReLUNetwork) -> dict:
@@ -70,16 +61,12 @@ def network_part(net: ReLUNetwork) -> dict:
     }
 
 
-def tube_part(tube: Tube, by_points: bool = False) -> dict:
-    """A tube of boxes, float64 exactly; a bin without claim is NO_CLAIM wide. by_points: as format
-    2 has it, for every reference point by itself.
-    """
+def tube_part(tube: Tube) -> dict:
+    """A tube of boxes, float64 exactly; a bin without claim is NO_CLAIM wide."""
     interval, final = tube.finite_widths
-    if by_points:
-        interval = by_point(interval, tube.n_points)
     return {
         "edges": [decimal_text(e) for e in tube.edges],
-        "interval": hex_text(interval),
+        "interval": hex_text(by_point(interval, tube.n_points)),
         "final": hex_text(final),
     }
 
@@ -103,9 +90,9 @@ def fitted_tube_part(tube: Tube, templates: Templates, goal: HPolytope) -> dict:
 
 
 def question_parts(problem: ReachAvoid, model: TrajectoryModel) -> tuple[dict, dict, dict]:
-    """Problem, network and tube, all of one format."""
+    """Problem, network and tube."""
     if model.tube.templates is None:
-        tube = tube_part(model.tube, by_points=not one_point(problem, model.tube))
+        tube = tube_part(model.tube)
     else:
         tube = fitted_tube_part(model.tube, model.tube.templates, problem.goal)
     return problem_part(problem, model), network_part(model.net), tube
@@ -126,14 +113,14 @@ def answer_part(
     hashes = {"problem": part_hash(asked), "network": part_hash(network), "tube": part_hash(tube)}
     claim = model.claim.to_json() | {"network_hash": hashes["network"], "tube_hash": hashes["tube"]}
     return {
-        "format": FORMAT if one_point(problem, model.tube) else FORMAT_OF_PARTS,
+        "format": FORMAT,
         "problem": asked,
         "network": network,
         "tube": tube,
         "claim": plain(claim),
         "hash": hashes,
         "samples": samples,
-        "corridors": [corridor_part(c, problem, model.tube) for c in corridors],
+        "corridors": [corridor_part(c, problem) for c in corridors],
         "sets": [polytope_part(p) for p in polytopes],
         "no_plan": no_plan,
         "meta": plain(meta),
@@ -172,27 +159,26 @@ def sample_part(
         sep.append(merged_runs(spelled, exists))
     if scene.apart is not None:
         sep = scene.apart.with_runs(sep)
-    return {"p0": hex_text(p0), "k": hex_text(k), "sep": _separation(sep, scene.problem, tube)}
+    return {"p0": hex_text(p0), "k": hex_text(k), "sep": separation_part(sep, scene.problem)}
 
 
 def polytope_part(polytope: SafePolytope) -> dict:
     """Certificate of a polytope: pattern, directions and one inner point."""
-    problem, tube = polytope.scene.problem, polytope.model.tube
     return {
         "p0": hex_text(polytope.p0),
         "k": hex_text(polytope.k),
         "bin": polytope.bin,
         "pattern": "".join("1" if on else "0" for on in polytope.pattern),
-        "sep": _separation(polytope.corridor.runs, problem, tube),
+        "sep": separation_part(polytope.corridor.runs, polytope.scene.problem),
     }
 
 
-def corridor_part(corridor: Corridor, problem: ReachAvoid, tube: Tube) -> dict:
+def corridor_part(corridor: Corridor, problem: ReachAvoid) -> dict:
     """Certificate of a corridor: its directions and one plan that keeps to it."""
     return {
         "p0": hex_text(corridor.p0),
         "k": hex_text(corridor.k),
-        "sep": _separation(corridor.runs, problem, tube),
+        "sep": separation_part(corridor.runs, problem),
     }
 
 
@@ -201,22 +187,8 @@ def _nearest(scene: Scene, o: int, path, errors: ErrorSet, t: int) -> np.ndarray
     return scene.obstacles.gap(o, path[t], path[t + 1], at(errors, t))[1]
 
 
-def by_obstacle(pairs: list, problem: ReachAvoid, tube: Tube) -> list:
-    """What is said of each pair of an obstacle and a part, by obstacle and in format 2 by part."""
-    if one_point(problem, tube):
-        return pairs
-    n = len(problem.parts)
-    return [pairs[first : first + n] for first in range(0, len(pairs), n)]
-
-
-def by_pair(sep: list, problem: ReachAvoid, tube: Tube) -> list:
-    """The other way round: what a certificate says by obstacle and part, for each pair in turn."""
-    if one_point(problem, tube):
-        return sep
-    return [runs for parts in sep for runs in parts]
-
-
-def _separation(runs_by_pair, problem: ReachAvoid, tube: Tube) -> list:
+def separation_part(runs_by_pair: list, problem: ReachAvoid) -> list:
+    """What a certificate says of each pair of an obstacle and a part, by obstacle and by part."""
     spelled = [
         [
             [run.end, [[r, fraction_text(v)] for r, v in zip(*run.multiplier, strict=True)]]
@@ -224,12 +196,16 @@ def _separation(runs_by_pair, problem: ReachAvoid, tube: Tube) -> list:
         ]
         for runs in runs_by_pair
     ]
-    return by_obstacle(spelled, problem, tube)
+    n = len(problem.parts)
+    return [spelled[first : first + n] for first in range(0, len(spelled), n)]
+
+
+def by_pair(sep: list) -> list:
+    """The other way round: what a certificate says by obstacle and part, for each pair in turn."""
+    return [runs for parts in sep for runs in parts]
 
 
 def _body(problem: ReachAvoid, model: TrajectoryModel) -> dict:
-    if one_point(problem, model.tube):
-        return _shape(problem.body)
     parts = numbered(problem.body, model.points)
     return {"parts": [{"points": list(part.points)} | _shape(part.shape) for part in parts]}
 

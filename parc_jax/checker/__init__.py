@@ -25,7 +25,7 @@ offsets of all of them, of point 0 first; those of knot 0 are outputs too, but f
 are integers over one common denominator ("scale").
 """
 
-from .answer import FORMATS, PARTS, Report, allowance, check_answer, load, main, summary
+from .answer import FORMAT, PARTS, Report, allowance, check_answer, load, main, summary
 from .doubt import check_doubt
 from .exact import NotAnAnswer, Rejected, integers, number, rejecting
 from .no_plan import check_no_plan
@@ -33,7 +33,7 @@ from .plans import Context
 from .question import MAX_PARAMETERS
 
 __all__ = [
-    "FORMATS",
+    "FORMAT",
     "MAX_PARAMETERS",
     "PARTS",
     "Context",

@@ -14,7 +14,7 @@ from .exact import NotAnAnswer, Rejected, fields, need, rejecting
 from .no_plan import check_no_plan
 from .plans import Context
 
-FORMATS = ("parc_jax.answer/1", "parc_jax.answer/2")
+FORMAT = "parc_jax.answer/2"
 PARTS = ("problem", "network", "tube")  # of the question; each has a hash
 MAX_BYTES = 1 << 26  # of a file
 MAX_VALUES = 1 << 22  # commas and opening brackets in a file: what its numbers and lists weigh
@@ -78,14 +78,11 @@ def check_answer(answer, processes=1):
     """Checks all that an answer (as `load` returns it) claims; returns a Report or raises
     Rejected. Entries are shared among so many processes.
     """
-    if type(answer) is not dict or answer.get("format") not in FORMATS:
+    if type(answer) is not dict or answer.get("format") != FORMAT:
         raise NotAnAnswer("got JSON without this format")
     needed = ("format", *PARTS, "claim", "hash", "samples", "sets", "no_plan")
-    if answer["format"] == FORMATS[0]:
-        fields(answer, needed, ("corridors", "meta"))
-    else:
-        fields(answer, needed, ("corridors", "doubt", "meta"))
-    answer = {"corridors": [], "doubt": [], "meta": None, **answer}  # older files have none
+    fields(answer, needed, ("corridors", "doubt", "meta"))
+    answer = {"corridors": [], "doubt": [], "meta": None, **answer}
     need(len(canonical(answer["meta"])) <= MAX_REMARK, "the part meta is too long")
     need(len(canonical(answer["claim"])) <= MAX_REMARK, "the claim is too long")
     texts = {part: canonical(answer[part]) for part in (*PARTS, *LISTS, "no_plan")}
@@ -96,7 +93,6 @@ def check_answer(answer, processes=1):
         need(claim["network_hash"] == hashes["network"], "the claim is about another network")
         need(claim["tube_hash"] == hashes["tube"], "the claim is about another tube")
     context = Context(answer["problem"], answer["network"], answer["tube"])
-    need(FORMATS[context.format - 1] == answer["format"], "the problem is of another format")
     context.work_left = allowance_of(texts.values())
     question = tuple(answer[part] for part in PARTS)
     found = check_entries(context, question, {part: answer[part] for part in LISTS}, processes)
@@ -210,8 +206,7 @@ def count(text):
 
 def unreadable(path, why):
     """Says that there is no answer to check; the exit code."""
-    formats = " or ".join(FORMATS)
-    expected = f"expected an answer file (JSON of format {formats}, from `Answer.save` or `solve`)"
+    expected = f"expected an answer file (JSON of format {FORMAT}, from `Answer.save` or `solve`)"
     print(f"{ascii(path)[1:-1]}: {expected}; {ascii(str(why))[1:-1]}.", file=sys.stderr)
     return 2
 

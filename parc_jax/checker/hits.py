@@ -85,12 +85,7 @@ def hit(context, what, bins):
     at the share alpha of interval t, and the offset of the contact, are together in the obstacle:
     a list of lists of lists. A group has one mixture.
     """
-    if context.format == 1:
-        o, t, alpha, contacts = what
-        which = 0
-        groups: list = [[["1"], [[body, [error]] for body, error in contacts]]]
-    else:
-        o, which, t, alpha, groups = what
+    o, which, t, alpha, groups = what
     whole(o, 0, len(context.obstacles) - 1)
     rows, first, last = context.obstacles[o]
     part = context.parts[whole(which, 0, len(context.parts) - 1)]

@@ -65,8 +65,7 @@ class Context(Question):
             away = [-x for x in a]
             yield condition(f"goal row {i}", False, self.along_p0(away), away, self.end, b)
         for o, entry in enumerate(array(sep, len(self.obstacles))):
-            by_part = [entry] if self.format == 1 else array(entry, len(self.parts))
-            for part, runs in zip(self.parts, by_part, strict=True):
+            for part, runs in zip(self.parts, array(entry, len(self.parts)), strict=True):
                 yield from self._clear(o, part, runs, interval)
 
     def _clear(self, o, part, runs, interval):
@@ -102,10 +101,10 @@ class Context(Question):
             wider = max(before, after)
             W = [x * wider.denominator for x in w]
             H = h * wider.denominator + wider.numerator
-            of_point = "" if self.format == 1 else f", point {i}"
             offset = self.offset(s, i)
             along = W if offset.stop else []
-            yield Condition(f"obstacle {o} at knot {s}{of_point}", True, W, along, offset, -H)
+            name = f"obstacle {o} at knot {s}, point {i}"
+            yield Condition(name, True, W, along, offset, -H)
 
     # --- proofs --------------------------------------------------------------------------------
 

@@ -1,8 +1,4 @@
-"""The question that an answer is about, in exact numbers: problem, network and tube.
-
-Format 1 has one reference point and a body of one part; format 2, whose problem says how many
-points there are, has several of both.
-"""
+"""The question that an answer is about, in exact numbers: problem, network and tube."""
 
 import collections
 import copy
@@ -59,7 +55,7 @@ class Question:
         """
         other = copy.copy(self)
         other._read_problem(problem)
-        for name in ("format", "n_p", "n_points", "n_q", "n_k", "T", "lo", "hi"):
+        for name in ("n_p", "n_points", "n_q", "n_k", "T", "lo", "hi"):
             if getattr(other, name) != getattr(self, name):
                 raise Rejected("the other problem has other dimensions or another domain")
         return other
@@ -72,11 +68,10 @@ class Question:
     # --- problem -------------------------------------------------------------------------------
 
     def _read_problem(self, problem):
-        names = ("n_p", "n_q", "n_k", "domain", "goal", "obstacles", "body", "start", "steps", "dt")
-        fields(problem, names, ("points",))
-        self.format = 2 if "points" in problem else 1
+        sizes = ("n_p", "points", "n_q", "n_k", "steps", "dt")
+        fields(problem, (*sizes, "domain", "goal", "start", "obstacles", "body"))
         self.n_p = whole(problem["n_p"], 1, 8)
-        self.n_points = whole(problem.get("points", 1), 1, MAX_REFERENCE_POINTS)
+        self.n_points = whole(problem["points"], 1, MAX_REFERENCE_POINTS)
         self.n_q = whole(problem["n_q"], 0, 64)
         self.n_k = whole(problem["n_k"], 1, MAX_PARAMETERS)
         self.T = whole(problem["steps"], 1, 100_000)
@@ -102,8 +97,6 @@ class Question:
 
     def _read_body(self, body):
         """The parts of a body."""
-        if self.format == 1:
-            return [self._part([0], body)]
         parts = []
         for entry in fields(body, ("parts",))["parts"]:
             shape = dict(entry)
@@ -215,38 +208,36 @@ class Question:
         self.n_bins = math.prod(len(edge) - 1 for edge in self.edges)
         self.interval = []
         for by_interval in array(tube["interval"], self.n_bins):
-            array(by_interval, self.T)
-            if self.format == 1:
-                self.interval.append(self._boxes(by_interval))
-            else:
-                self.interval.append([self._during(entry) for entry in by_interval])
+            self.interval.append(self._during(array(by_interval, self.T)))
         self.final = [self._at_end(entry) for entry in array(tube["final"], self.n_bins)]
 
-    def _boxes(self, by_interval):
-        """The errors of the only point in every interval, in hex floats over one denominator."""
+    def _during(self, by_interval):
+        """The errors of each point in every interval of a bin. Widths in hex floats are read
+        together, over one denominator.
+        """
         n = self.n_p
-        texts = []
-        for entry in by_interval:
-            texts += array(entry, n)
-        found = hex_integers(texts)
+        entries = []
+        for by_point in by_interval:
+            entries += array(by_point, self.n_points)
+        found = None
+        if all(type(entry) is list and len(entry) == n for entry in entries):
+            found = hex_integers([text for entry in entries for text in entry])
         if found is None:
-            return [[Widths(*whole_numbers(entry))] for entry in by_interval]
-        e, scale = found
-        return [[Widths(e[i : i + n], scale)] for i in range(0, len(e), n)]
-
-    def _during(self, entry):
-        """The errors of each point in one interval, of format 2."""
-        return [self._errors(point) for point in array(entry, self.n_points)]
+            errors = [self._errors(entry) for entry in entries]
+        else:
+            e, scale = found
+            errors = [Widths(e[i : i + n], scale) for i in range(0, len(e), n)]
+        return [errors[i : i + self.n_points] for i in range(0, len(errors), self.n_points)]
 
     def _errors(self, entry):
-        """The errors of one point in one interval, of format 2."""
+        """The errors of one point in one interval."""
         if type(entry) is list:
             return Widths(*whole_numbers(array(entry, self.n_p)))
         return Template(halfspaces(fields(entry, ("A", "b")), self.n_p), self.n_p)
 
     def _at_end(self, entry):
         """The errors at the end."""
-        if self.format == 1 or type(entry) is list:
+        if type(entry) is list:
             return Widths(*whole_numbers(array(entry, self.n_end)))
         rows = halfspaces(fields(entry, ("A", "b", "goal")), self.n_end)
         ways = []

@@ -136,7 +136,7 @@ def _certificates(model, scene: Scene, p0, box, rng):
     corridors, _ = cover_around(model, scene, rng, seen)
     room = {"p0": hex_text(np.zeros(len(p0))), "k": hex_text(box[1])}
     for corridor in corridors[:4]:
-        part = corridor_part(corridor, scene.problem, model.tube)
+        part = corridor_part(corridor, scene.problem)
         yield {"p0": hex_text(p0), "k": hex_text(box[0]), "room": room, "sep": part["sep"]}
 
 

@@ -84,7 +84,7 @@ def _answer(data: dict, report) -> Answer:
         if "corridor_coverage" in meta
         else nothing_covered(coverage.confidence)
     )
-    corridors = [corridor_of(scene, model.tube, part) for part in data.get("corridors", [])]
+    corridors = [corridor_of(scene, part) for part in data.get("corridors", [])]
     tally = counts["drawn"], counts["reaching"], counts["safe"], float(meta["volume_drawn"])
     sides = [np.array(hex_floats(side)) for side in meta.get("within", ())]
     within = Place(*sides) if sides else None
@@ -124,8 +124,7 @@ def _model(data: dict) -> TrajectoryModel:
         [nearest_floats(W) for W in network["weights"]],
         [nearest_floats(b) for b in network["biases"]],
     )
-    n_points = asked.get("points", 1)
-    claim = claim_from_json(data["claim"], _tube(widths, n_points))
+    claim = claim_from_json(data["claim"], _tube(widths, asked["points"]))
     domain = box(nearest_floats(asked["domain"]["lo"]), nearest_floats(asked["domain"]["hi"]))
     proved = (hex_text(domain.lo), hex_text(domain.hi), nearest_floats(asked["dt"]), asked["steps"])
     K, time = claim.domain, claim.subject.time
@@ -184,9 +183,9 @@ def problem_of_file(asked: dict) -> ReachAvoid:
 
 
 def _body(body: dict) -> Disc | Polygon | Body:
-    if "parts" not in body:
-        return _shape(body)
-    return body_of([Part(tuple(part["points"]), _shape(part)) for part in body["parts"]])
+    """One part about the first point alone is what a plain shape says."""
+    parts = [Part(tuple(part["points"]), _shape(part)) for part in body["parts"]]
+    return parts[0].shape if [part.points for part in parts] == [(0,)] else body_of(parts)
 
 
 def _shape(part: dict) -> Disc | Polygon:
@@ -197,14 +196,14 @@ def _shape(part: dict) -> Disc | Polygon:
 
 def _safe_polytope(model: TrajectoryModel, scene: Scene, part: dict) -> SafePolytope:
     """The polytope of its certificate."""
-    corridor = corridor_of(scene, model.tube, part)
+    corridor = corridor_of(scene, part)
     pattern = np.array([bit == "1" for bit in part["pattern"]], bool)
     return SafePolytope(
         model, scene, corridor.p0, corridor.k, pattern, part["bin"], corridor, float("nan")
     )
 
 
-def corridor_of(scene: Scene, tube: Tube, part: dict) -> Corridor:
+def corridor_of(scene: Scene, part: dict) -> Corridor:
     """The corridor of a certificate, each direction rounded as when it was chosen."""
     table = scene.directions
     assert table is not None  # the scene of an answer has them
@@ -213,7 +212,7 @@ def corridor_of(scene: Scene, tube: Tube, part: dict) -> Corridor:
     w = np.zeros((*active.shape, table.w.shape[2]))
     support = np.full(active.shape, -np.inf)
     multipliers = np.empty(active.shape, object)
-    said = by_pair(part["sep"], scene.problem, tube)
+    said = by_pair(part["sep"])
     own = said if scene.apart is None else [said[pair] for pair in scene.apart.kept]
     for o, runs in enumerate(own):
         first = int(np.argmax(active[o]))

@@ -82,7 +82,7 @@ def model_data(model, problem) -> dict:
 
 def _plans(answer) -> dict:
     """Samples, corridors and polytopes, with their directions by number."""
-    n_p, tube, problem = answer.model.n_p, answer.model.tube, answer.problem
+    n_p, problem = answer.model.n_p, answer.problem
     active = _active(problem, len(problem.parts), answer.model.time.n_steps)
     directions = _Directions(active)
     scene = whole_scene(answer.scene, answer.model)
@@ -90,14 +90,14 @@ def _plans(answer) -> dict:
     def whole(corridor: Corridor) -> Corridor:
         if corridor.apart is None:
             return corridor
-        return corridor_of(scene, tube, corridor_part(corridor, problem, tube))
+        return corridor_of(scene, corridor_part(corridor, problem))
 
     return {
         "samples": [
             {
                 "p0": plan[:n_p].tolist(),
                 "k": plan[n_p:].tolist(),
-                "sep": directions.number(corridor_of(scene, tube, certificate)),
+                "sep": directions.number(corridor_of(scene, certificate)),
             }
             for plan, certificate in zip(answer.samples, answer.sample_parts, strict=True)
         ],

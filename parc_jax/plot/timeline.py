@@ -6,7 +6,6 @@ import jax
 import numpy as np
 
 from parc_jax.arrays import x64
-from parc_jax.certificate.write import one_point
 from parc_jax.checker import number
 from parc_jax.claim.error_set import ErrorBox
 from parc_jax.errors import InputError
@@ -78,9 +77,9 @@ def direction_runs(answer, sep) -> list[list[tuple[int, int, np.ndarray]]]:
     separations.
     """
     out = []
-    for o, (obstacle, pairs) in enumerate(zip(answer.problem.obstacles, sep, strict=True)):
+    for o, (obstacle, parts) in enumerate(zip(answer.problem.obstacles, sep, strict=True)):
         span = answer.problem.all_spans[o]
-        for runs in [pairs] if one_point(answer.problem, answer.model.tube) else pairs:
+        for runs in parts:
             first, mine = 0 if span is None else span[0], []
             for end, multipliers in runs:
                 w = sum(float(number(value)) * obstacle.A[row] for row, value in multipliers)

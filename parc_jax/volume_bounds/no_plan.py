@@ -31,7 +31,7 @@ from parc_jax.volume_bounds.tree import Node
 PROVED = "proved"
 UNDECIDED = "undecided"
 BOUNDS = "bounds"
-KIND_IN_FILE = {PROVED: "proved", UNDECIDED: "bracket", BOUNDS: "bracket"}  # of format 1
+KIND_IN_FILE = {PROVED: "proved", UNDECIDED: "bracket", BOUNDS: "bracket"}
 MAX_LEAVES = 20_000  # a certificate has a few hundred bytes per box
 CHECK_FACTOR = 1.5  # time of the checker per vertex of a cell, in evaluations of the network
 

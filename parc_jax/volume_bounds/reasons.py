@@ -8,12 +8,12 @@ from fractions import Fraction
 import numpy as np
 
 from parc_jax.body import numbered
-from parc_jax.certificate.write import one_point
 from parc_jax.model import TrajectoryModel
 from parc_jax.spelling import fraction_text
 from parc_jax.tolerances import TOLERANCES
 from parc_jax.verdict.scene import Scene
 from parc_jax.volume_bounds.bin_errors import BinErrors
+from parc_jax.volume_bounds.contact_errors import ContactErrors
 from parc_jax.volume_bounds.contact_margins import SHARES
 from parc_jax.volume_bounds.contacts import Contacts, short_weights
 from parc_jax.volume_bounds.examined import Batch
@@ -70,55 +70,37 @@ class Reasons:
     def _hit(self, batch: Batch, i: int, c: int) -> list | None:
         """What a certificate says of contact c of one box, or None where it cannot be written."""
         pair, t, share = batch.seen.which[i, c].tolist()
-        moment = [t, str(Fraction(SHARES[share]))]
-        if one_point(self.problem, self.model.tube):
-            entries = self._of_point(batch, i, c)
-            return None if entries is None else [pair, *moment, entries]
-        groups = self._of_corners(batch, i, c)
-        return None if groups is None else [*divmod(pair, len(self.parts)), *moment, groups]
-
-    def _of_point(self, batch: Batch, i: int, c: int) -> list | None:
-        """Contacts of the only reference point that serve all corners and vertices, in format 1."""
-        pair, t, _ = batch.seen.which[i, c].tolist()
-        at = batch.seen.at[batch.owner == i, c]
-        places = _corners(batch.nodes[i], self.model.n_p)[:, None] + at[None, :, 0]
-        if not batch.bounded:
-            places = places.reshape(1, -1, self.model.n_p)
-        errors = self.errors.of_contact(batch.over[i], t, [0], np.ones(1))
-        entries: list = []
-        for served in places:
-            found = self.contacts[pair].find(served, errors, _most(batch))
-            if found is None:
-                return None
-            alone = [[body, error] for body, (error,) in found]
-            entries += [entry for entry in alone if entry not in entries]
-        return entries
-
-    def _of_corners(self, batch: Batch, i: int, c: int) -> list | None:
-        """Contacts of a part for every corner of z, each with its mix of reference points, in
-        format 2.
-        """
-        pair, t, _ = batch.seen.which[i, c].tolist()
         points = list(self.parts[pair % len(self.parts)].points)
         at = batch.seen.at[batch.owner == i, c][:, points]
-        corners = _corners(batch.nodes[i], self.model.n_p)
-        groups: list = []
-        for corner, given in zip(corners, batch.seen.weights[i, c][:, points], strict=True):
-            weights = short_weights(given)
-            mixed = np.array([float(w) for w in weights])
+        corners: dict = {}  # those of z that have a mixture in common share its contacts
+        mixtures = batch.seen.weights[i, c][:, points]
+        for corner, given in zip(_corners(batch.nodes[i], self.model.n_p), mixtures, strict=True):
+            corners.setdefault(tuple(short_weights(given)), []).append(corner)
+        groups = []
+        for weights, some in corners.items():
+            mixed = np.array(weights, float)
             errors = self.errors.of_contact(batch.over[i], t, points, mixed)
-            entries = self.contacts[pair].find(corner + mixed @ at, errors, _most(batch))
+            places = np.array(some)[:, None] + mixed @ at
+            entries = self._contacts(pair, places, errors, batch.bounded)
             if entries is None:
                 return None
-            group = [fraction_text(weights), entries]
-            if group not in groups:
-                groups.append(group)
-        return groups
+            groups.append([fraction_text(weights), entries])
+        moment = [t, str(Fraction(SHARES[share]))]
+        return [*divmod(pair, len(self.parts)), *moment, groups]
 
-
-def _most(batch: Batch) -> int | None:
-    """By bounds one contact serves all that a corner has; else each vertex may have its own."""
-    return 1 if batch.bounded else None
+    def _contacts(self, pair: int, places, errors: ContactErrors, bounded: bool) -> list | None:
+        """Contacts that serve all places (z, v, n_p) of a mixture: z corners, v vertices of k. By
+        bounds one serves all that a corner has; else each vertex may have its own.
+        """
+        if not bounded:
+            return self.contacts[pair].find(places.reshape(-1, self.model.n_p), errors)
+        entries: list = []
+        for served in places:
+            found = self.contacts[pair].find(served, errors, most=1)
+            if found is None:
+                return None
+            entries += [entry for entry in found if entry not in entries]
+        return entries
 
 
 def _corners(node: Node, n_p: int) -> np.ndarray:

@@ -7,10 +7,9 @@ import jax.numpy as jnp
 import numpy as np
 
 from parc_jax.arrays import slices, x64
-from parc_jax.certificate.write import by_obstacle
+from parc_jax.certificate.write import separation_part
 from parc_jax.model import TrajectoryModel
 from parc_jax.network.predict import HIGHEST, Layout, by_point
-from parc_jax.obstacles.directions import Multiplier
 from parc_jax.obstacles.runs import longest_lasting, merged_runs
 from parc_jax.tolerances import TOLERANCES
 from parc_jax.verdict.scene import Scene
@@ -54,9 +53,8 @@ class SafeBoxes:
             chosen = longest_lasting(holds[o][:, intervals])
             if (chosen < 0).any():
                 return None
-            runs = merged_runs([spelled[d] for d in chosen], intervals)
-            out.append([[run.end, _spell(run.multiplier)] for run in runs])
-        return by_obstacle(out, self.scene.problem, self.model.tube)
+            out.append(merged_runs([spelled[d] for d in chosen], intervals))
+        return separation_part(out, self.scene.problem)
 
     def _least_along(self, k: np.ndarray) -> np.ndarray:
         """Least w . (p_s - z) over all k (v, n_k), of directions w of the table and the points of
@@ -88,7 +86,3 @@ def _least(net, layout: Layout, w, points, k):
 
 
 _least_jit = jax.jit(_least, static_argnames="layout")
-
-
-def _spell(m: Multiplier) -> list:
-    return [[row, str(value)] for row, value in zip(m.rows, m.values, strict=True)]

@@ -53,11 +53,13 @@ def test_numbers_are_spelled_exactly(rng):
     for W, spelled in zip(model.net.weights, net["weights"], strict=True):
         assert [[float.fromhex(v) for v in row] for row in spelled] == W.tolist()
     assert [
-        [[float.fromhex(v) for v in e] for e in b] for b in tube["interval"]
+        [[float.fromhex(v) for v in e] for (e,) in b] for b in tube["interval"]
     ] == model.tube.interval.tolist()
     for o, spelled in zip(problem.obstacles, part["obstacles"], strict=True):
         assert [checker.number(v) for v in spelled["b"]] == [Fraction(v) for v in o.b]
-    assert [[checker.number(v) for v in p] for p in part["body"]["vertices"]] == [
+    (own,) = part["body"]["parts"]
+    assert own["points"] == [0] and part["points"] == 1
+    assert [[checker.number(v) for v in p] for p in own["vertices"]] == [
         [Fraction(v) for v in p] for p in problem.body.vertices
     ]
     assert checker.number(part["dt"]) == Fraction(model.time.dt)
@@ -78,7 +80,7 @@ def test_hashes_see_every_number(rng):
     tube = tube_part(model.tube)
     before = part_hash(tube)
     changed = copy.deepcopy(tube)
-    changed["interval"][0][2][1] = (0.01 + 2.0**-58).hex()
+    changed["interval"][0][2][0][1] = (0.01 + 2.0**-58).hex()
     assert part_hash(changed) != before and part_hash(json.loads(json.dumps(tube))) == before
 
 
@@ -132,11 +134,11 @@ def mutants(data):
         )
 
     def edit_problem(other):
-        other["problem"]["body"]["radius"] = "0.5"
+        other["problem"]["body"]["parts"][0]["radius"] = "0.5"
         rehash(other)
 
     def edit_tube(other):
-        other["tube"]["interval"] = [[["0.5", "0.5"]] * 4] * 2
+        other["tube"]["interval"] = [[[["0.5", "0.5"]]] * 4] * 2
         rehash(other)
 
     def edit_steps(other):
@@ -151,7 +153,9 @@ def mutants(data):
         other["problem"]["goal"]["b"][0] = "-0.49"
         rehash(other)
 
-    yield change("radius without hash", lambda o: o["problem"]["body"].update(radius="0.07"))
+    yield change(
+        "radius without hash", lambda o: o["problem"]["body"]["parts"][0].update(radius="0.07")
+    )
     yield change("bigger body", edit_problem)
     yield change("wider tube", edit_tube)
     yield change("longer presence", edit_steps)
@@ -159,9 +163,9 @@ def mutants(data):
     yield change("smaller goal", edit_goal)
     yield change("k outside", lambda o: o["samples"][0]["k"].__setitem__(0, "0x1.8p+0"))
     yield change("dropped obstacle", lambda o: o["samples"][0]["sep"].pop())
-    yield change("run too short", lambda o: o["sets"][0]["sep"][0].pop())
+    yield change("run too short", lambda o: o["sets"][0]["sep"][0][0].pop())
     yield change(
-        "negative multiplier", lambda o: o["sets"][0]["sep"][0][0][1][0].__setitem__(1, "-1")
+        "negative multiplier", lambda o: o["sets"][0]["sep"][0][0][0][1][0].__setitem__(1, "-1")
     )
     yield change("point outside", lambda o: o["sets"][0]["p0"].__setitem__(0, "0x1.0p+4"))
 

@@ -1,5 +1,5 @@
-"""Certificates of robots with several points, in the plane and in space: spelled in format 2,
-exact, accepted by the checker; those of one point stay in format 1.
+"""Certificates of robots with several points, in the plane and in space: exact, accepted by the
+checker.
 """
 
 import copy
@@ -82,7 +82,7 @@ def test_safe_plans_are_accepted_and_their_parts_are_not_exchanged(proved):
     assert not prove(problem, model, exchanged)[0].all()
 
 
-def test_the_whole_file_is_accepted_in_format_2(proved):
+def test_the_whole_file_is_accepted(proved):
     model, problem, parts = proved
     answer = answer_part(problem, model, parts, [], [], no_plan=None, meta={})
     assert answer["format"] == "parc_jax.answer/2"
@@ -124,13 +124,14 @@ def test_another_goal_has_other_multipliers(proved):
     assert prove(problem, model, parts[:1])[0].all() and prove(turned, model, parts[:1])[0].all()
 
 
-def test_a_body_of_parts_about_one_point_is_spelled_in_format_2():
+def test_bodies_about_one_point_are_spelled_by_part():
     square = Polygon(np.array([[-0.1, -0.1], [0.1, -0.1], [0.1, 0.1], [-0.1, 0.1]]))
     body = body_of([Part((0,), Disc(0.05)), Part((0,), square)])
     goal, wall = box([-9, -9, -9], [9, 9, 9]), box([0.2, 0.3], [0.4, 0.5])
     model = line_model(4, 0.01)
     simple, several = (reach_avoid(goal, [wall], given) for given in (square, body))
-    assert "points" not in problem_part(simple, model)
+    (alone,) = problem_part(simple, model)["body"]["parts"]
+    assert alone["points"] == [0] and len(alone["vertices"]) == 4
     assert problem_part(several, model)["points"] == 1
     context = checker.Context(*question_parts(several, model))
     assert [part.points for part in context.parts] == [[0], [0]]
@@ -138,7 +139,7 @@ def test_a_body_of_parts_about_one_point_is_spelled_in_format_2():
 
 
 def test_other_points_are_another_question(proved):
-    """The checker's memory of the last models is not asked about another format."""
+    """The checker's memory of the last models is not asked about other points."""
     model, problem, _ = proved
     first = checker.Context(*question_parts(problem, model))
     question = copy.deepcopy(problem_part(problem, model))

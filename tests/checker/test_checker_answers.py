@@ -31,6 +31,7 @@ def spoilt(**changes):
 )
 def test_touching_is_refused_and_one_ulp_of_room_accepted(body):
     """Gap = body + tube exactly: closed obstacles, strict separation."""
+    body = build.one_part(body)
     for room, accepted in ((F(0), False), (ULP, True), (-ULP, False)):
         top = build.text(F(-3, 4) - room)
         assert spoilt(problem__body=body, problem__obstacles__0__b__1=top, sets=[]) is accepted
@@ -42,7 +43,7 @@ def test_touching_along_a_diagonal_of_integer_length():
     for room, accepted in ((F(0), False), (ULP, True)):
         # (3, 4) . p >= 0 on the path, so b + 5/2 + 7/4 must be below 0
         obstacle = {"A": [["3", "4"]], "b": [build.text(-F(17, 4) - room)]}
-        sep = [[[2, [[0, "1"]]]]]
+        sep = [[[[2, [[0, "1"]]]]]]
         assert spoilt(problem__obstacles__0=obstacle, samples__0__sep=sep, sets=[]) is accepted
 
 
@@ -67,8 +68,8 @@ def test_decimals_are_not_floats():
 def wall(x, thick, steps=None):
     """A wall across the path of the plain scene, tube and body small."""
     answer = known.plain(((x - thick, -9), (x + thick, 9)))
-    answer["problem"]["body"] = {"radius": "0"}
-    answer["tube"] |= {"interval": [[["0", "0"]] * 2] * 2, "final": [["0", "0"]] * 2}
+    answer["problem"]["body"] = build.one_part({"radius": "0"})
+    answer["tube"] |= {"interval": [[[["0", "0"]]] * 2] * 2, "final": [["0", "0"]] * 2}
     if steps:
         answer["problem"]["obstacles"][0]["steps"] = steps
     return answer | {"corridors": copy.deepcopy(answer["samples"])}
@@ -80,7 +81,7 @@ def separations(n_runs):
         [[i, "1"], [j, "0.5"]] for i, j in itertools.permutations(range(4), 2)
     ]
     for combination in itertools.product(choices, repeat=n_runs):
-        yield [[[t + 1, m] for t, m in enumerate(combination)]]
+        yield [[[[t + 1, m] for t, m in enumerate(combination)]]]
 
 
 @pytest.mark.parametrize("x, thick", [(1.5, 1e-9), (0.5, 1e-6), (1.0, 0.1)])
@@ -98,11 +99,11 @@ def test_a_wall_between_knots_is_never_jumped(x, thick):
 def test_a_wall_that_exists_only_in_other_intervals_is_passed():
     answer = wall(1.5, 0.1, steps=[0, 0])
     for entry in build.entries(answer):
-        entry["sep"] = [[[1, [[2, "1"]]]]]
+        entry["sep"] = [[[[1, [[2, "1"]]]]]]
     assert verdict(answer)
     answer["problem"]["obstacles"][0]["steps"] = [1, 1]
     for entry in build.entries(answer):
-        entry["sep"] = [[[2, [[2, "1"]]]]]
+        entry["sep"] = [[[[2, [[2, "1"]]]]]]
     assert not verdict(answer)
 
 
@@ -160,7 +161,7 @@ def test_a_hidden_spike_is_found():
     """
     changes = {
         "network": spike(),
-        "tube__interval": [[["0", "0"]] * 2] * 2,
+        "tube__interval": [[[["0", "0"]]] * 2] * 2,
         "sets__0__pattern": "1000",
     }
     assert spoilt(**changes)
@@ -211,7 +212,7 @@ def refined(answer):
         if "steps" in obstacle:
             obstacle["steps"] = [2 * obstacle["steps"][0], 2 * obstacle["steps"][1] + 1]
     for entry in build.entries(new):
-        entry["sep"] = [[[2 * stop, m] for stop, m in runs] for runs in entry["sep"]]
+        entry["sep"] = [[[[2 * stop, m] for stop, m in runs]] for (runs,) in entry["sep"]]
     return new
 
 
@@ -235,7 +236,7 @@ def scaled(answer):
         obstacle["A"] = build.text([[3 * x for x in row] for row in build.value(obstacle["A"])])
         obstacle["b"] = build.text([3 * x for x in build.value(obstacle["b"])])
     for entry in build.entries(new):
-        for _, multipliers in itertools.chain(*entry["sep"]):
+        for _, multipliers in itertools.chain(*itertools.chain(*entry["sep"])):
             multipliers[:] = [[i, build.text(build.value(m) / 7)] for i, m in multipliers]
     return new
 
@@ -293,7 +294,7 @@ def test_an_easier_question_keeps_a_proof_valid():
         answer = build.scene(seed, T=4, hidden=(3,))
         for part in ("interval", "final"):
             answer["tube"][part] = build.text(halved(build.value(answer["tube"][part])))
-        answer["problem"]["body"] = {"radius": "0.1"}
+        answer["problem"]["body"] = build.one_part({"radius": "0.1"})
         for obstacle in answer["problem"]["obstacles"]:
             obstacle["b"] = build.text([b - F(1, 16) for b in build.value(obstacle["b"])])
         for rows in (answer["problem"]["goal"], answer["problem"]["start"]):

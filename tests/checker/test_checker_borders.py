@@ -115,13 +115,13 @@ def test_on_a_border_each_bin_counts_and_no_mixture_of_bins():
         {
             "problem__obstacles__0": {"A": [["1", "1"], ["-1", "0"], ["0", "-1"]]},
             "problem__obstacles__0__b": ["-2", "9", "9"],
-            "tube__interval": [[["1/4", "3/4"]] * 2, [["3/4", "1/4"]] * 2],
+            "tube__interval": [[[["1/4", "3/4"]]] * 2, [[["3/4", "1/4"]]] * 2],
             "samples__0__k": ["0"],
-            "samples__0__sep": [[[2, [[0, "1"]]]]],
+            "samples__0__sep": [[[[2, [[0, "1"]]]]]],
             "sets": [],
         },
     )
     assert checker.check_answer(answer).samples == 1
-    wider = known.change(answer, {"tube__interval__0": [["3/4", "3/4"]] * 2})
+    wider = known.change(answer, {"tube__interval__0": [[["3/4", "3/4"]]] * 2})
     with pytest.raises(checker.Rejected, match="obstacle 0 at knot 0"):
         checker.check_answer(wider)

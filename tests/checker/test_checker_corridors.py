@@ -178,23 +178,22 @@ def reason(answer):
 
 
 def test_corridors_are_optional():
-    """An older file has no such key and claims none; null is no list."""
-    older = known.plain()
-    assert "corridors" not in older
-    report = checker.check_answer(older)
+    """A file without this key claims none; null is no list."""
+    without = known.plain()
+    assert "corridors" not in without
+    report = checker.check_answer(without)
     assert report.corridors == 0
-    assert checker.check_answer(older | {"corridors": []}) == report
-    assert checker.check_answer(older | {"corridors": older["samples"]}) == report._replace(
-        corridors=1
-    )
-    assert reason(older | {"corridors": None}) == "a list was expected"
+    assert checker.check_answer(without | {"corridors": []}) == report
+    some = without | {"corridors": without["samples"]}
+    assert checker.check_answer(some) == report._replace(corridors=1)
+    assert reason(without | {"corridors": None}) == "a list was expected"
 
 
 def test_a_rejection_says_which_corridor():
     answer = known.corridor()
     bad = answer["corridors"][0] | {"p0": ["0", "-0.25"]}
     answer["corridors"] = [answer["corridors"][0], bad]
-    assert reason(answer) == "corridors[1]: the condition of obstacle 0 at knot 0 fails"
+    assert reason(answer) == "corridors[1]: the condition of obstacle 0 at knot 0, point 0 fails"
 
 
 @pytest.mark.soundness
@@ -223,9 +222,10 @@ def test_the_directions_of_one_corridor_do_not_prove_another_place(seed):
     answer = build.scene(seed)
     part = answer["corridors"][0]
     turned = [
-        [[stop, [[i, f"-{m}"] for i, m in terms]] for stop, terms in runs] for runs in part["sep"]
+        [[[stop, [[i, f"-{m}"] for i, m in terms]] for stop, terms in runs]]
+        for (runs,) in part["sep"]
     ]
-    for sep in (turned, part["sep"][:1], part["sep"] * 2, [[], []], [[[6, []]], [[6, []]]]):
+    for sep in (turned, part["sep"][:1], part["sep"] * 2, [[[]], [[]]], [[[[6, []]]]] * 2):
         assert reason(build.only(answer, "corridors", part | {"sep": sep})).startswith(
             "corridors[0]: "
         )

@@ -16,7 +16,7 @@ def several():
     answer = known.plain()
     (sample,) = answer["samples"]
     answer["samples"] = [sample | {"p0": [f"{i}/100", "0"]} for i in (0, 1, 2, 3, 2, 4, 5)]
-    answer["corridors"] = [sample, sample | {"sep": [[[1, known.TOP], [2, known.TOP]]]}]
+    answer["corridors"] = [sample, sample | {"sep": [[[[1, known.TOP], [2, known.TOP]]]]}]
     return build.rehash(answer)
 
 

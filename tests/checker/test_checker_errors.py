@@ -13,7 +13,7 @@ from parc_jax.checker.errors import Several, Template, Widths
 
 sys.path.insert(0, str(Path(__file__).parent / "rocq" / "compare"))
 
-import format2
+import bodies
 
 
 def dot(a, b):
@@ -37,7 +37,7 @@ def test_a_template_reaches_as_far_as_its_farthest_corner(n):
     rng = random.Random(n)
     for _ in range(25):
         rows = random_rows(rng, n)
-        corners = format2.vertices(rows, n)
+        corners = bodies.vertices(rows, n)
         error = Template(rows, n)
         for _ in range(8):
             w = [rng.randint(-9, 9) for _ in range(n)]

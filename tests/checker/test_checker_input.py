@@ -209,7 +209,7 @@ def test_the_copied_folder_checks_alone(folder, command):
     assert "rests on the tube" in good.stdout
     assert good.stderr == bad.stderr == ""
     assert bad.stdout.startswith(
-        "REJECTED: samples[0]: the condition of obstacle 0 at knot 0 fails"
+        "REJECTED: samples[0]: the condition of obstacle 0 at knot 0, point 0 fails"
     )
     corridor, left = (
         run([*command, "corridor.json"], folder),
@@ -218,7 +218,7 @@ def test_the_copied_folder_checks_alone(folder, command):
     assert (corridor.returncode, left.returncode) == (0, 1)
     assert "  1 corridor: so does every (p0, k) of the domain" in corridor.stdout
     assert left.stdout.startswith(
-        "REJECTED: corridors[0]: the condition of obstacle 0 at knot 0 fails"
+        "REJECTED: corridors[0]: the condition of obstacle 0 at knot 0, point 0 fails"
     )
 
 
@@ -269,10 +269,7 @@ def test_what_is_no_answer_file_ends_with_what_was_expected(folder, name, capsys
         (folder / name).write_bytes(content)
     assert checker.main([str(folder / name)]) == 2
     out, err = capsys.readouterr()
-    assert (
-        out == ""
-        and "expected an answer file (JSON of format parc_jax.answer/1 or parc_jax.answer/2" in err
-    )
+    assert out == "" and "expected an answer file (JSON of format parc_jax.answer/2," in err
     assert words in err and len(err.splitlines()) == 1
 
 
@@ -343,7 +340,7 @@ def many_bins():
     answer["network"] = {"weights": [[["1"] * n], [["1"]] * 100], "biases": [["0"], ["0"] * 100]}
     answer["tube"] = {
         "edges": [["-1", "0", "1"]] * n,
-        "interval": [[["0"]] * 100] * 256,
+        "interval": [[[["0"]]] * 100] * 256,
         "final": [["0"]] * 256,
     }
     sample = {"p0": ["0"], "k": ["0"] * n, "sep": []}

@@ -32,7 +32,7 @@ from parc_jax.settings import Settings
 
 sys.path.insert(0, str(Path(__file__).parent / "rocq" / "compare"))
 
-import format2
+import bodies
 import kernel
 import two
 import two_borders
@@ -46,8 +46,7 @@ PROVED = Path(__file__).parents[2] / "parc_jax" / "plot" / "page" / "proved.js"
 # What the engine wrote for helpers/toy_models.py's case 4, some entries of each kind: a random
 # network, a disc, two obstacles, two bins.
 ENGINE = SOURCE / "compare" / "engine_answer.json"
-# Some entries of an answer of the drone study, in format 2: space, nine points, two layers of
-# eight.
+# Some entries of an answer of the drone study: space, nine points, two layers of eight.
 ENGINE_POINTS = SOURCE / "compare" / "engine_points.json"
 VALID = known.VALID | known_points.VALID
 BAD = known.CASES | known_points.CASES
@@ -162,7 +161,7 @@ def test_points_of_polytopes_on_borders_between_bins_are_samples(built):
 @pytest.mark.night
 @needs_coq
 def test_bodies_of_several_points_in_space_and_template_tubes(built):
-    seen, good, different, hit = format2.campaign([built / "check"], 500, seed=0)
+    seen, good, different, hit = bodies.campaign([built / "check"], 500, seed=0)
     assert different == [] and hit == 0
     assert seen >= 500 and good > 0.1 * seen
 

@@ -87,9 +87,11 @@ def test_the_same_point_is_safe_once_its_bin_has_a_claim():
 def test_certificates_spell_no_infinity_and_a_huge_width_only_grows_obstacles():
     part = tube_part(model(without=1).tube)
     assert (
-        float.fromhex(part["interval"][1][0][0]) == NO_CLAIM == float.fromhex(part["final"][1][0])
+        float.fromhex(part["interval"][1][0][0][0])
+        == NO_CLAIM
+        == float.fromhex(part["final"][1][0])
     )
-    assert float.fromhex(part["interval"][0][0][0]) == 0.01
+    assert float.fromhex(part["interval"][0][0][0][0]) == 0.01
     assert checker.number(part["final"][1][0]) > 10**99
 
 

@@ -15,6 +15,7 @@ import math
 import random
 from fractions import Fraction as F
 
+FORMAT = "parc_jax.answer/2"
 KINDS = ("samples", "sets", "corridors")
 
 
@@ -63,9 +64,7 @@ def rehash(answer):
 
 
 def answer(problem, network, tube, samples=(), sets=(), no_plan=None, kind="pac", corridors=()):
-    """A complete answer around parts that are already JSON; without corridors as older files are,
-    without their key.
-    """
+    """A complete answer around parts that are already JSON; without corridors without their key."""
     claim = {
         "kind": kind,
         "statement": "a new rollout leaves the tube with probability at most 0.001",
@@ -74,9 +73,7 @@ def answer(problem, network, tube, samples=(), sets=(), no_plan=None, kind="pac"
     parts = {"problem": problem, "network": network, "tube": tube, "claim": claim}
     rest = {"samples": list(samples), "sets": list(sets), "no_plan": no_plan}
     rest |= {"corridors": list(corridors)} if corridors else {}
-    return rehash(
-        json.loads(json.dumps({"format": "parc_jax.answer/1", **parts, **rest}))
-    )  # shares nothing
+    return rehash(json.loads(json.dumps({"format": FORMAT, **parts, **rest})))  # shares nothing
 
 
 def only(answer, kind, *entries):
@@ -88,6 +85,11 @@ def only(answer, kind, *entries):
 def entries(answer):
     """All samples, sets and corridors."""
     return [entry for kind in KINDS for entry in answer.get(kind, [])]
+
+
+def one_part(shape):
+    """The body that is this shape about the first reference point."""
+    return {"parts": [{"points": [0], **shape}]}
 
 
 def box_rows(lo, hi):
@@ -126,11 +128,12 @@ def bins_of(tube, k):
 
 
 def widths(tube, k):
-    """The widths of every closed bin that contains k: ([bin][T] widths, [bin] widths at the
-    end).
+    """The widths of the only point in every closed bin that contains k: ([bin][T] widths, [bin]
+    widths at the end).
     """
     bins = bins_of(tube, k)
-    return [value(tube["interval"][b]) for b in bins], [value(tube["final"][b]) for b in bins]
+    intervals = [[widths for (widths,) in value(tube["interval"][b])] for b in bins]
+    return intervals, [value(tube["final"][b]) for b in bins]
 
 
 def widest(w, many):
@@ -161,8 +164,8 @@ def reaches(problem, tube, knots, q, k):
     return all(inside)
 
 
-def slack(rows, body, multipliers, ends, many):
-    """How far both ends of a segment lie beyond the obstacle, grown by the body and the widths of
+def slack(rows, shape, multipliers, ends, many):
+    """How far both ends of a segment lie beyond the obstacle, grown by a shape and the widths of
     any bin, in the direction of the multipliers.
     """
     w = [sum(m * rows[i][0][j] for i, m in multipliers) for j in range(len(ends[0]))]
@@ -171,15 +174,18 @@ def slack(rows, body, multipliers, ends, many):
     size = norm_up(w)
     h = sum(m * rows[i][1] for i, m in multipliers) + widest(w, many)
     h += (
-        value(body["radius"]) * size
-        if "radius" in body
-        else max(-dot(w, v) for v in value(body["vertices"]))
+        value(shape["radius"]) * size
+        if "radius" in shape
+        else max(-dot(w, v) for v in value(shape["vertices"]))
     )
     return (min(dot(w, p) for p in ends) - h) / size
 
 
 def separation(problem, knots, intervals):
-    """SEP of a path, or None if facets and mixtures of two facets do not separate it."""
+    """SEP of a path, for a body of one part about the only point, or None if facets and mixtures of
+    two facets do not separate it.
+    """
+    (shape,) = problem["body"]["parts"]
     sep = []
     for obstacle in problem["obstacles"]:
         first, last = obstacle.get("steps", [0, problem["steps"] - 1])
@@ -193,7 +199,7 @@ def separation(problem, knots, intervals):
 
             def beyond(option, t=t, rows=rows):
                 many = [interval[t] for interval in intervals]
-                return slack(rows, problem["body"], option, knots[t : t + 2], many)
+                return slack(rows, shape, option, knots[t : t + 2], many)
 
             if chosen is None or beyond(chosen) <= 0:
                 chosen = max(options, key=beyond)
@@ -201,7 +207,7 @@ def separation(problem, knots, intervals):
                     return None
                 runs.append(None)
             runs[-1] = [t + 1, [[i, text(v)] for i, v in chosen]]
-        sep.append(runs)
+        sep.append([runs])
     return sep
 
 
@@ -219,8 +225,8 @@ def keeps(problem, network, tube, sep, p0, k):
     knots, q = path(problem, network, p0, k)
     if not bins_of(tube, k) or not reaches(problem, tube, knots, q, k):
         return False
-    intervals, body = widths(tube, k)[0], problem["body"]
-    for obstacle, runs in zip(problem["obstacles"], sep, strict=True):
+    intervals, (shape,) = widths(tube, k)[0], problem["body"]["parts"]
+    for obstacle, (runs,) in zip(problem["obstacles"], sep, strict=True):
         rows, t = (
             list(zip(value(obstacle["A"]), value(obstacle["b"]), strict=True)),
             obstacle.get("steps", [0])[0],
@@ -228,7 +234,7 @@ def keeps(problem, network, tube, sep, p0, k):
         for stop, multipliers in runs:
             option = [(i, value(m)) for i, m in multipliers]
             if any(
-                slack(rows, body, option, knots[s : s + 2], [e[s] for e in intervals]) <= 0
+                slack(rows, shape, option, knots[s : s + 2], [e[s] for e in intervals]) <= 0
                 for s in range(t, stop)
             ):
                 return False
@@ -278,7 +284,7 @@ def random_tube(rng, bins=(2, 1), n_p=2, n_q=1, T=6, size=F(1, 16)):
     n = math.prod(bins)
     return {
         "edges": text(edges),
-        "interval": text(draw(n, T, n_p)),
+        "interval": text(draw(n, T, 1, n_p)),
         "final": text(draw(n, n_p + n_q)),
     }
 
@@ -320,12 +326,13 @@ def scene(
     k0, p0 = [dyadic(rng, F(7, 8)) for _ in range(n_k)], [dyadic(rng, 1), dyadic(rng, 1)]
     problem = {
         "n_p": 2,
+        "points": 1,
         "n_q": n_q,
         "n_k": n_k,
         "domain": {"lo": ["-1"] * n_k, "hi": ["0x1p+0"] * n_k},
         "steps": T,
     }
-    problem |= {"dt": "0.05", "obstacles": [], "start": None, "body": copy.deepcopy(body)}
+    problem |= {"dt": "0.05", "obstacles": [], "start": None, "body": one_part(copy.deepcopy(body))}
     if starts:
         problem["start"] = box_rows([v - F(1, 4) for v in p0], [v + F(1, 4) for v in p0])
     knots, q = path(problem, network, p0, k0)

@@ -12,11 +12,12 @@ from parc_jax.checker import no_plan
 def context(weights, biases, lo, hi):
     """The checker's context of a network without a scene."""
     n_k, n_y = len(weights[0][0]), len(biases[-1])
-    problem = {"n_p": 1, "n_q": n_y - 1, "n_k": n_k, "steps": 1, "dt": "1"}
+    problem = {"n_p": 1, "points": 1, "n_q": n_y - 1, "n_k": n_k, "steps": 1, "dt": "1"}
     problem |= {"domain": {"lo": build.text(lo), "hi": build.text(hi)}}
-    problem |= {"goal": {"A": [], "b": []}, "start": None, "obstacles": [], "body": {"radius": "0"}}
+    problem |= {"goal": {"A": [], "b": []}, "start": None, "obstacles": []}
+    problem |= {"body": build.one_part({"radius": "0"})}
     tube = {"edges": build.text([[a, b] for a, b in zip(lo, hi, strict=True)])}
-    tube |= {"interval": [[["0"]]], "final": [["0"] * n_y]}
+    tube |= {"interval": [[[["0"]]]], "final": [["0"] * n_y]}
     return checker.Context(
         problem, {"weights": build.text(weights), "biases": build.text(biases)}, tube
     )

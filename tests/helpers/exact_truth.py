@@ -16,7 +16,7 @@ class Truth:
 
     def __init__(self, answer):
         self.problem, self.network, self.tube = (answer[p] for p in ("problem", "network", "tube"))
-        body = self.problem["body"]
+        (body,) = self.problem["body"]["parts"]
         self.radius = build.value(body.get("radius", "0"))
         self.body = build.value(body["vertices"]) if "vertices" in body else [[F(0), F(0)]]
         self.interval = build.value(self.tube["interval"])
@@ -45,7 +45,7 @@ class Truth:
         the widths of a bin.
         """
         if (o, t, number) not in self.grown:
-            error = self.interval[number][t]
+            (error,) = self.interval[number][t]
             corners = grown_polygon(self.problem["obstacles"][o], self.body, error)
             box = [(min(c[j] for c in corners), max(c[j] for c in corners)) for j in (0, 1)]
             self.grown[o, t, number] = corners, box

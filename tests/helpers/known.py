@@ -12,8 +12,8 @@ import math
 import answer_files as build
 
 TOP = [[1, "1"]]  # the upper y face of an obstacle made by build.box_rows
-ABOVE = [[[2, TOP]]]  # separation by that face throughout
-ZERO = [["0", "0"], ["0", "0"]]  # a contact of the reference point without error
+ABOVE = [[[[2, TOP]]]]  # separation by that face throughout
+ZERO = [["0", "0"], ["0", "0"]]  # body point and error of a contact of the reference point
 REST = {"open": None}
 
 
@@ -21,6 +21,7 @@ def plain(obstacle=((0.5, -3), (1.5, -1))):
     """The plain scene with one sample and one set."""
     problem = {
         "n_p": 2,
+        "points": 1,
         "n_q": 0,
         "n_k": 1,
         "steps": 2,
@@ -28,13 +29,13 @@ def plain(obstacle=((0.5, -3), (1.5, -1))):
         "domain": {"lo": ["-1"], "hi": ["1"]},
     }
     problem |= {"goal": build.box_rows((1, -1), (3, 3)), "start": build.box_rows((-1, -1), (1, 1))}
-    problem |= {"obstacles": [build.box_rows(*obstacle)], "body": {"radius": "0.5"}}
+    problem |= {"obstacles": [build.box_rows(*obstacle)], "body": build.one_part({"radius": "0.5"})}
     network = {
         "weights": [[["1"]], [["0"], ["1"], ["0"], ["2"]]],
         "biases": [["0"], ["1", "0", "2", "0"]],
     }
     quarter = ["0x1p-2", "1/4"]
-    tube = {"edges": [["-1", "0", "1"]], "interval": [[quarter] * 2] * 2, "final": [quarter] * 2}
+    tube = {"edges": [["-1", "0", "1"]], "interval": [[[quarter]] * 2] * 2, "final": [quarter] * 2}
     sample = {"p0": ["0", "0"], "k": ["0.5"], "sep": ABOVE}
     return build.answer(problem, network, tube, [sample], [{**sample, "bin": 1, "pattern": "1"}])
 
@@ -49,6 +50,7 @@ def line():
     """One axis, one interval, no hidden neuron, nothing to hit: c_1 = k."""
     problem = {
         "n_p": 1,
+        "points": 1,
         "n_q": 0,
         "n_k": 1,
         "steps": 1,
@@ -59,9 +61,9 @@ def line():
         "goal": build.box_rows((-9,), (9,)),
         "start": None,
         "obstacles": [],
-        "body": {"radius": "0"},
+        "body": build.one_part({"radius": "0"}),
     }
-    tube = {"edges": [["-1", "1"]], "interval": [[["0"]]], "final": [["0"]]}
+    tube = {"edges": [["-1", "1"]], "interval": [[[["0"]]]], "final": [["0"]]}
     network = {"weights": [[["1"]]], "biases": [["0"]]}
     return build.answer(problem, network, tube, [{"p0": ["0"], "k": ["0"], "sep": []}])
 
@@ -86,7 +88,9 @@ def with_plan(answer, kind, lo, hi, nodes):
 
 
 def hit(*contacts, o=0, t=1, alpha="1"):
-    return {"hit": [o, t, alpha, list(contacts)]}
+    """A hit by the reference point: contacts are pairs of a body point and an error."""
+    some = [[body, [error]] for body, error in contacts]
+    return {"hit": [o, 0, t, alpha, [[["1"], some]]]}
 
 
 def proof(obstacle, nodes):
@@ -118,7 +122,8 @@ def triangle(obstacle=((1, -1), (3, 2.5)), *contacts):
     answer = proof(
         obstacle, hit(middle, *(contacts or [[["0.5", "0.25", "0.25"], ["0", "-0.25"]]]))
     )
-    answer["problem"]["body"] = {"vertices": [["0", "-0.5"], ["0.5", "0.25"], ["-0.5", "0.25"]]}
+    vertices = [["0", "-0.5"], ["0.5", "0.25"], ["-0.5", "0.25"]]
+    answer["problem"]["body"] = build.one_part({"vertices": vertices})
     return build.rehash(answer)
 
 
@@ -129,7 +134,7 @@ def wide(name, lo="-8", hi="8"):
     answer = line()
     answer["tube"] = {
         "edges": [["-1", "0", "1"]],
-        "interval": [[["1"]], [["2"]]],
+        "interval": [[[["1"]]], [[["2"]]]],
         "final": [["1"], ["2"]],
     }
     nodes = {name: []} if name != "goal" else (0, "7.5", REST, {"goal": [[0, "1"]]})
@@ -180,8 +185,8 @@ def at_a_knot(depth, second):
         "obstacles": [build.box_rows((build.F(1, 4) - depth,), (9,)) | {"steps": [0, 0]}],
     }
     answer["network"] = {"weights": [[["0"], ["0"]]], "biases": [["0", "0"]]}
-    answer["tube"] |= {"interval": [[["0.25"], [second]]], "final": [["0"]]}
-    what = {"hit": [0, 0, "1", [[["0"], ["0.25"]]]]}
+    answer["tube"] |= {"interval": [[[["0.25"]], [[second]]]], "final": [["0"]]}
+    what = hit([["0"], ["0.25"]], t=0)
     return build.rehash(with_plan(answer, "proved", ["-0.001"], ["0.001"], what))
 
 
@@ -194,7 +199,7 @@ def rounding(half):
     obstacle = {"A": [["1", "0"], ["0", "1"], ["-1", "0"]], "b": b, "steps": [0, 0]}
     return {
         "problem__obstacles__0": obstacle,
-        "samples__0__sep": [[[1, [[1, "1"], [2, "1"]]]]],
+        "samples__0__sep": [[[[1, [[1, "1"], [2, "1"]]]]]],
         "sets": [],
     }
 
@@ -254,23 +259,23 @@ bad("p0 of a set with a third entry, taken for k", sets__0__p0=["0", "0", "0.5"]
 bad("k of a set with a second entry", sets__0__k=["0.5", "7"])
 bad("a denominator of 9000 bits", samples__0__p0=["0x1p-9000", "0"])
 bad("a goal of 18000 bits", line, problem__goal={"A": [["0x1p-8000"]], "b": ["0x1p+9999"]})
-bad("a width of 9000 bits", line, tube__interval=[[["0x1p-9000"]]])
+bad("a width of 9000 bits", line, tube__interval=[[[["0x1p-9000"]]]])
 bad(
     "a network of 18000 bits",
     line,
     network__weights=[[["0x1p+9999"]]],
     network__biases=[["0x1p-8000"]],
 )
-bad("row true", samples__0__sep=[[[2, [[True, "1"]]]]])
-bad("row -3", samples__0__sep=[[[2, [[-3, "1"]]]]])
-bad("a run that ends at true", samples__0__sep=[[[True, TOP], [2, TOP]]])
-bad("a run past the end", samples__0__sep=[[[3, TOP]]])
-bad("a run that ends where it starts", samples__0__sep=[[[0, TOP], [2, TOP]]])
-bad("runs that stop early", samples__0__sep=[[[1, TOP]]])
-bad("no runs", samples__0__sep=[[]])
+bad("row true", samples__0__sep=[[[[2, [[True, "1"]]]]]])
+bad("row -3", samples__0__sep=[[[[2, [[-3, "1"]]]]]])
+bad("a run that ends at true", samples__0__sep=[[[[True, TOP], [2, TOP]]]])
+bad("a run past the end", samples__0__sep=[[[[3, TOP]]]])
+bad("a run that ends where it starts", samples__0__sep=[[[[0, TOP], [2, TOP]]]])
+bad("runs that stop early", samples__0__sep=[[[[1, TOP]]]])
+bad("no runs", samples__0__sep=[[[]]])
 bad("an obstacle without separation", samples__0__sep=[])
 bad("separation as an object", line, samples__0__sep={})
-for name in ("n_p", "n_k", "steps"):
+for name in ("n_p", "points", "n_k", "steps"):
     bad(f"{name} true", line, **{f"problem__{name}": True})
 bad("n_q false", line, problem__n_q=False)
 bad("first step false", problem__obstacles__0__steps=[False, 1])
@@ -290,9 +295,10 @@ for place in (
 bad("an unknown field in the network", network__note="1")
 bad("an unknown field in the tube", tube__note="1")
 bad("an unknown field in a box", problem__domain__note="1")
-bad("an unknown field in a polygon", triangle, problem__body__note="1")
+bad("an unknown field in a polygon", triangle, problem__body__parts__0__note="1")
 bad(
-    "a body that is a disc and a polygon", problem__body={"radius": "0.1", "vertices": [["9", "9"]]}
+    "a body that is a disc and a polygon",
+    problem__body=build.one_part({"radius": "0.1", "vertices": [["9", "9"]]}),
 )
 
 # The problem.
@@ -305,7 +311,7 @@ bad("an obstacle that starts before 0", problem__obstacles__0__steps=[-1, 1], sa
 bad(
     "an obstacle that ends before it starts",
     problem__obstacles__0__steps=[1, 0],
-    samples__0__sep=[[]],
+    samples__0__sep=[[[]]],
     sets=[],
 )
 bad(
@@ -314,10 +320,10 @@ bad(
     samples=[],
     sets=[],
 )
-bad("a negative radius", problem__body__radius="-0.5", problem__obstacles__0__b__1="-0.3")
-bad("vertices as an object", line, problem__body={"vertices": {}})
-bad("a body of nothing", line, problem__body={"vertices": []})
-bad("a vertex of three coordinates", problem__body={"vertices": [["0", "0", "0"]]})
+bad("a negative radius", problem__body__parts__0__radius="-0.5", problem__obstacles__0__b__1="-0.3")
+bad("vertices as an object", line, problem__body=build.one_part({"vertices": {}}))
+bad("a body of nothing", line, problem__body=build.one_part({"vertices": []}))
+bad("a vertex of three coordinates", problem__body=build.one_part({"vertices": [["0", "0", "0"]]}))
 
 # The network.
 bad("65 layers", line, network={"weights": [[["1"]]] * 65, "biases": [["0"]] * 65})
@@ -332,7 +338,7 @@ bad("biases of another layer", line, network__biases=[["0"], ["0"]])
 bad(
     "edges that go back",
     line,
-    tube={"edges": [["-1", "2", "-2", "1"]], "interval": [[["0"]]] * 3, "final": [["0"]] * 3},
+    tube={"edges": [["-1", "2", "-2", "1"]], "interval": [[[["0"]]]] * 3, "final": [["0"]] * 3},
 )
 bad(
     "edges as a string of digits",
@@ -350,11 +356,11 @@ bad(
     samples=[],
 )
 bad("bins that end before the domain", tube__edges=[["-1", "0", "0.75"]])
-bad("a negative width", tube__interval=[[["1/4", "-1"]] * 2] * 2)
-bad("a bin too many", tube__interval__append=[["0", "0"]] * 2)
+bad("a negative width", tube__interval=[[[["1/4", "-1"]]] * 2] * 2)
+bad("a bin too many", tube__interval__append=[[["0", "0"]]] * 2)
 bad("a final bin too many", tube__final__append=["0", "0"])
-bad("an interval too many", tube__interval__1__append=["0", "0"])
-bad("a width too many", tube__interval__1__1__append="0")
+bad("an interval too many", tube__interval__1__append=[["0", "0"]])
+bad("a width too many", tube__interval__1__1__0__append="0")
 bad("a final width too many", tube__final__1__append="0")
 
 # What a sample claims.
@@ -371,7 +377,7 @@ bad(
 )
 bad(
     "a negative multiplier",
-    samples__0__sep=[[[2, [[1, "-1"]]]]],
+    samples__0__sep=[[[[2, [[1, "-1"]]]]]],
     samples__0__p0=["0", "-3"],
     sets=[],
     problem__goal__b__3="9",
@@ -379,7 +385,7 @@ bad(
 )
 bad(
     "a zero direction for an empty obstacle",
-    samples__0__sep=[[[2, [[0, "1"], [2, "1"]]]]],
+    samples__0__sep=[[[[2, [[0, "1"], [2, "1"]]]]]],
     problem__obstacles__0__b=["0", "-1", "-1", "3"],
 )
 bad("touching", problem__obstacles__0__b__1="-0.75", sets=[])
@@ -387,7 +393,7 @@ bad(
     "touching with a polygon",
     problem__obstacles__0__b__1="-0.75",
     sets=[],
-    problem__body={"vertices": [["0", "-0.5"], ["0.5", "0.25"], ["-0.5", "0.25"]]},
+    problem__body=build.one_part({"vertices": [["0", "-0.5"], ["0.5", "0.25"], ["-0.5", "0.25"]]}),
 )
 bad("touching by less than the rounding of a root", **rounding(1))
 bad("contact at the first knot only", samples__0__p0=["0", "-0.25"])
@@ -396,18 +402,18 @@ bad(
     "contact at knot 1, in the second interval's width only",
     samples__0__k=["0.25"],
     sets=[],
-    tube__interval__1__1__1="0.75",
+    tube__interval__1__1__0__1="0.75",
 )
 bad(
     "contact at knot 1, in the first interval's width only",
     samples__0__p0=["0", "0.5"],
     sets=[],
-    tube__interval__1__0__1="0.75",
+    tube__interval__1__0__0__1="0.75",
     network__weights__1__1=["-0.5"],
 )
 bad(
     "contact in the width of one of two bins",
-    tube__interval__0=[["0", "0.75"]] * 2,
+    tube__interval__0=[[["0", "0.75"]]] * 2,
     samples__0__k=["0"],
 )
 bad("a goal missed in one of two bins", tube__final__0=["1.5", "0"], samples__0__k=["0"])
@@ -438,17 +444,17 @@ bad("an unknown field in corridors__0", corridor, corridors__0__note="1")
 bad("a set for a corridor", corridor, corridors__0=plain()["sets"][0])
 bad("directions without a plan", corridor, corridors__0={"sep": ABOVE})
 bad("a plan without directions", corridor, corridors__0__sep=[])
-bad("directions as numbers", corridor, corridors__0__sep=[[[2, [[1, 1.0]]]]])
-bad("a direction from another side", corridor, corridors__0__sep=[[[2, [[0, "1"]]]]])
+bad("directions as numbers", corridor, corridors__0__sep=[[[[2, [[1, 1.0]]]]]])
+bad("a direction from another side", corridor, corridors__0__sep=[[[[2, [[0, "1"]]]]]])
 bad(
     "a corridor with a negative multiplier",
     corridor,
-    corridors__0__sep=[[[2, [[1, "-1"]]]]],
+    corridors__0__sep=[[[[2, [[1, "-1"]]]]]],
     corridors__0__p0=["0", "-3"],
     problem__goal__b__3="9",
     problem__start=None,
 )
-bad("a corridor whose runs stop early", corridor, corridors__0__sep=[[[1, TOP]]])
+bad("a corridor whose runs stop early", corridor, corridors__0__sep=[[[[1, TOP]]]])
 bad(
     "a corridor whose plan starts outside",
     corridor,
@@ -462,7 +468,7 @@ bad(
     "a corridor whose plan does not keep to it in one of two bins",
     corridor,
     corridors__0__k=["0"],
-    tube__interval__0=[["0", "0.75"]] * 2,
+    tube__interval__0=[[["0", "0.75"]]] * 2,
 )
 bad(
     "a second corridor whose plan does not keep to it",
@@ -471,7 +477,7 @@ bad(
 )
 
 # The file and its hashes.
-bad("another format", format="parc_jax.answer/2")
+bad("another format", format="parc_jax.answer/1")
 bad("a field that nobody knows", coverage={})
 bad("a meta part that is too long", claim=None, meta="0" * 100, limits={"MAX_REMARK": 99})
 bad("a claim that is too long", limits={"MAX_REMARK": 99})
@@ -514,7 +520,7 @@ bad("a flat domain", lambda: wide("safe", "-9", "9"), problem__domain={"lo": ["0
 bad(
     "a box of z for an end wider than the last interval",
     blocked,
-    tube__interval__0__1=["1/8", "1/8"],
+    tube__interval__0__1=[["1/8", "1/8"]],
 )
 bad("touching at a knot", lambda: at_a_knot(build.F(1, 1000), "0"))
 bad("a split below its box", blocked, no_plan__tree=tree((0, "1", hit(ZERO), hit(ZERO))))
@@ -548,7 +554,7 @@ REACH = hit(ZERO, [["0", "0"], ["0", "-0.5"]])
 bad(
     "an error in the wider of two bins",
     lambda: proof(((1, -1), (3, 2.25)), REACH),
-    tube__interval__0=[["0.5", "0.5"]] * 2,
+    tube__interval__0=[[["0.5", "0.5"]]] * 2,
 )
 bad("a safe leaf inside the narrower of two bins", lambda: wide("safe"))
 bad("a goal leaf for the wider of two bins", lambda: wide("goal"))

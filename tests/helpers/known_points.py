@@ -1,5 +1,5 @@
-"""Format 2: a hand-made scene with several points and parts, and a bad certificate for every check
-of the checker that only files of this format meet.
+"""A hand-made scene with several points and parts, boxes of doubt and a tube of templates, and a
+bad certificate for every check of the checker that only such files meet.
 
 The plain scene of known.py with a second point, 1 above the first. A capsule of radius 1/2 around
 both keeps 1/4 of room above the obstacle, a triangle hangs from the second point alone. The second
@@ -10,9 +10,8 @@ import json
 
 import answer_files as build
 import known
-from known import ABOVE, TOP
+from known import TOP
 
-FORMAT = "parc_jax.answer/2"
 BOTH = [[[2, TOP]], [[2, TOP]]]  # separation of both parts by the upper face throughout
 AXES = [["1", "0"], ["-1", "0"], ["0", "1"], ["0", "-1"]]
 QUARTERS = {"A": AXES, "b": ["1/4"] * 4}
@@ -24,7 +23,6 @@ DOUBT = PLAN | {"room": {"p0": ["1/8", "1/8"], "k": ["1/8"]}}
 def points():
     """The scene with one entry of each kind."""
     answer = known.plain()
-    answer["format"] = FORMAT
     problem, tube = answer["problem"], answer["tube"]
     problem["points"] = 2
     triangle = [["0", "-0.25"], ["0.25", "0"], ["-0.25", "0"]]
@@ -43,24 +41,6 @@ def points():
     answer |= {"samples": [PLAN], "corridors": [PLAN], "doubt": [DOUBT]}
     answer["sets"] = [{**PLAN, "bin": 1, "pattern": "1"}]
     return build.rehash(json.loads(json.dumps(answer)))  # shares nothing
-
-
-def one_point():
-    """The bracket of known.py, spelled in format 2."""
-    answer = known.bracket()
-    answer["format"] = FORMAT
-    problem, tube = answer["problem"], answer["tube"]
-    problem["points"] = 1
-    problem["body"] = {"parts": [{"points": [0], **problem["body"]}]}
-    tube["interval"] = [[[widths] for widths in part] for part in tube["interval"]]
-    for node in answer["no_plan"]["tree"]:
-        if "safe" in node:
-            node["safe"] = [[runs] for runs in node["safe"]]
-        if "hit" in node:
-            o, t, alpha, contacts = node["hit"]
-            contacts = [[body, [error]] for body, error in contacts]
-            node["hit"] = [o, 0, t, alpha, [[["1"], contacts]]]
-    return build.rehash(answer)
 
 
 STILL = [["0", "0"], [["0", "0"]] * 2]  # a contact of a mixture of both points without errors
@@ -108,7 +88,7 @@ def narrow(what, half=0):
     return build.rehash(answer)
 
 
-VALID = {"points": points, "one_point": one_point, "shelf": shelf}
+VALID = {"points": points, "shelf": shelf}
 CASES = {}
 
 
@@ -118,10 +98,6 @@ def bad(why, fresh=points, limits=None, **changes):
     CASES[why] = (lambda: json.dumps(known.change(fresh(), changes)), limits or {})
 
 
-bad("format 2 called format 1", lambda: points() | {"doubt": []}, format="parc_jax.answer/1")
-bad("format 1 called format 2", known.plain, format=FORMAT)
-bad("doubt in format 1", known.plain, doubt=[])
-bad("a field that nobody knows in format 2", coverage={})
 bad("too many points", limits={"MAX_REFERENCE_POINTS": 1})
 
 # The body.
@@ -130,10 +106,10 @@ bad("no part", problem__body={"parts": []}, samples=[], sets=[], corridors=[], d
 bad("a part without a point", problem__body__parts__0__points=[])
 bad("a part of point true", problem__body__parts__0__points=[0, True])
 bad("a part of a point that is not there", problem__body__parts__1__points=[2])
-bad("a part of format 1 with points", known.plain, problem__body__points=[0])
+bad("a body that is a shape alone", known.plain, problem__body={"radius": "0.5"})
 bad("separation of a third part", samples__0__sep=[[*BOTH, []]])
 bad("separation of one of two parts", samples__0__sep=[[[[2, TOP]]]])
-bad("separation of no part", samples__0__sep=ABOVE)
+bad("separation of no part", samples__0__sep=[[[2, TOP]]])
 bad("contact of the second part only", problem__body__parts__1__vertices__0=["0", "-1.75"])
 bad(
     "contact of the second point only",
@@ -191,7 +167,7 @@ bad(
 SHELF = {
     "problem__obstacles__0": build.box_rows((0, build.F(15, 16)), (2, "21/16"))
 }  # which ends before z does
-bad("a hit of format 1 in format 2", shelf, no_plan__tree__2={"hit": [0, 1, "1", [known.ZERO]]})
+bad("a hit that names no part", shelf, no_plan__tree__2={"hit": [0, 1, "1", [known.ZERO]]})
 bad("a hit of part false", shelf, no_plan__tree__4__hit__1=False)
 bad("a hit of a part that is not there", shelf, no_plan__tree__4__hit__1=2)
 bad("a mixture of three points", shelf, no_plan__tree__4__hit__4__1__0=["1", "0", "0"])
@@ -249,4 +225,6 @@ bad(
     no_plan__tree=[known.REST],
 )
 WAYS = [[[[row, "1"]]] for row in (0, 2, 1, 3)]
-bad("a face without an error of a template", one_point, tube__final__1=QUARTERS | {"goal": WAYS})
+bad(
+    "a face without an error of a template", known.bracket, tube__final__1=QUARTERS | {"goal": WAYS}
+)

@@ -50,7 +50,7 @@ def entry(rng, answer):
 
 
 def runs(rng, answer):
-    return rng.choice(entry(rng, answer)["sep"])
+    return rng.choice(rng.choice(entry(rng, answer)["sep"]))
 
 
 def run(rng, answer):
@@ -84,7 +84,8 @@ def obstacle(rng, a):
     return rng.choice(a["problem"]["obstacles"])
 
 
-BODIES = [{"radius": "0.5"}, {"radius": "-0.1"}, build.TRIANGLE]
+SHAPES = [{"radius": "0.5"}, {"radius": "-0.1"}, build.TRIANGLE]
+BODIES = [*map(build.one_part, SHAPES), {"parts": []}, {"radius": "0.5"}]
 ODD = ["nan", "inf", "0x1p+1024", "1e999", "0/0", "", "1.", "--1", "0x", True, None, 3, [], {}]
 KINDS = {
     "p0": lambda r, a: shake(r, entry(r, a)["p0"]),
@@ -97,6 +98,8 @@ KINDS = {
     "runs swapped": lambda r, a: shuffle(r, runs(r, a)),
     "separation dropped": lambda r, a: drop(r, entry(r, a)["sep"]),
     "separations swapped": lambda r, a: shuffle(r, entry(r, a)["sep"]),
+    "part dropped": lambda r, a: drop(r, r.choice(entry(r, a)["sep"])),
+    "part doubled": lambda r, a: double(r, r.choice(entry(r, a)["sep"])),
     "pattern": lambda r, a: flip(r, r.choice(a["sets"])),
     "bin": lambda r, a: set_item(r.choice(a["sets"]), "bin", r.randint(-1, 3)),
     "not a number": lambda r, a: replace(r, entry(r, a), ODD),
@@ -113,6 +116,7 @@ KINDS = {
     "obstacle dropped": lambda r, a: drop(r, a["problem"]["obstacles"]),
     "steps": lambda r, a: set_item(obstacle(r, a), "steps", [r.randint(0, 3), r.randint(3, 6)]),
     "body": lambda r, a: set_item(a["problem"], "body", r.choice(BODIES)),
+    "points": lambda r, a: set_item(a["problem"], "points", r.randint(0, 2)),
     "goal": lambda r, a: shake(r, a["problem"]["goal"]),
     "start": lambda r, a: shake(r, a["problem"]["start"]),
     "domain": lambda r, a: shake(r, a["problem"]["domain"]),

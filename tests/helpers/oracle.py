@@ -1,5 +1,5 @@
-"""A dense oracle in floats: plans in the plane, checked at 201 points of every segment against the
-grown obstacle.
+"""A dense oracle in floats: plans of one point in the plane, checked at 201 points of every segment
+against the grown obstacle.
 
 One-sided: it reports contact deeper than 1e-9 m and a goal missed by more than 1e-9, so rounding
 never accuses a proof.
@@ -70,10 +70,9 @@ class Oracle:
     def __init__(self, answer):
         self.problem, self.network, self.tube = answer["problem"], answer["network"], answer["tube"]
         self.layers = [(array(W), array(b)) for W, b in zip(*self.network.values(), strict=True)]
-        self.edges, self.interval, self.final = (
-            [array(v) for v in self.tube[key]] for key in self.tube
-        )
-        body = self.problem["body"]
+        self.edges, self.final = ([array(v) for v in self.tube[key]] for key in ("edges", "final"))
+        self.interval = [array(v)[:, 0] for v in self.tube["interval"]]  # of the only point
+        (body,) = self.problem["body"]["parts"]
         self.radius = float(build.value(body["radius"])) if "radius" in body else 0.0
         shape = -array(body["vertices"]) if "vertices" in body else np.zeros((1, 2))
         self.grown = []

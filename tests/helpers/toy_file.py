@@ -11,8 +11,8 @@ from parc_jax.problem import reach_avoid
 from parc_jax.sets.box import box
 
 SEP = [
-    [[2, [[2, "1"], [3, "1"]]], [4, [[3, "1"]]]],
-    [[4, [[1, "3/4"]]]],
+    [[[2, [[2, "1"], [3, "1"]]], [4, [[3, "1"]]]]],
+    [[[4, [[1, "3/4"]]]]],
 ]  # rows of a box: x <=, y <=, -x <=, -y <=
 
 

@@ -1,4 +1,4 @@
-"""Branch and bound for no_plan parts of format 2: several points and parts, templates, errors of
+"""Branch and bound for no_plan parts of several points and parts: templates, errors of
 goal rows, mixtures. It asks the checker which leaves it accepts.
 
 The box of z is the goal's, not shrunken: faces with the error zero, or the larger widths, hold.

@@ -23,15 +23,15 @@ def goal_box(problem, tube):
     """
     n_p, n = problem["n_p"], problem["n_p"] + problem["n_q"]
     b = build.value(problem["goal"]["b"])
-    last = [interval[-1] for interval in build.value(tube["interval"])]
+    last = [interval[-1][0] for interval in build.value(tube["interval"])]
     e = [min(v) for v in zip(*build.value(tube["final"]), strict=True)]
     e[:n_p] = [min(v) for v in zip(e, *last, strict=False)]
     return [e[i] - b[n + i] for i in range(n_p)], [b[i] - e[i] for i in range(n_p)]
 
 
 def contacts(problem, e):
-    """A handful of extreme contacts: body point (or weights) and error."""
-    body = problem["body"]
+    """A handful of extreme contacts of the only point: body point (or weights) and error."""
+    (body,) = problem["body"]["parts"]
     if "vertices" in body:
         m = len(body["vertices"])
         points = [[F(int(i == j)) for j in range(m)] for i in range(m)]
@@ -42,7 +42,7 @@ def contacts(problem, e):
         [s * x for s, x in zip(signs, e, strict=True)]
         for signs in itertools.product((1, -1), repeat=len(e))
     ]
-    return [build.text([p, error]) for p in points for error in errors]
+    return [build.text([p, [error]]) for p in points for error in errors]
 
 
 def accepted(leaves, name, what, lo, hi, bounded=False):
@@ -88,8 +88,8 @@ def leaf(context, problem, network, tube, lo, hi):
                 p = [(1 - alpha) * a + alpha * b for a, b in zip(*knots[t : t + 2], strict=True)]
                 depth[t, alpha] = max((build.dot(a, p) - b) / build.norm_up(a) for a, b in rows)
         for t, alpha in sorted(depth, key=depth.get)[:2]:
-            e = [min(widths) for widths in zip(*interval[t], strict=True)]
-            what = [o, t, build.text(alpha), contacts(problem, e)]
+            e = [min(widths) for widths in zip(*(of for (of,) in interval[t]), strict=True)]
+            what = [o, 0, t, build.text(alpha), [[["1"], contacts(problem, e)]]]
             made = unsafe_leaf(leaves, "hit", what, lo, hi) if depth[t, alpha] < 1 else None
             if made is not None:
                 return made

@@ -58,7 +58,7 @@ def test_decimals_are_the_floats_nearest_to_them():
     spelled = problem_part(problem, line_model())
     assert Fraction(31.3) in map(Fraction, spelled["goal"]["b"])
     assert Fraction(-22.9665) in map(Fraction, spelled["obstacles"][0]["b"])
-    assert Fraction(spelled["body"]["radius"]) == Fraction(0.1)
+    assert Fraction(spelled["body"]["parts"][0]["radius"]) == Fraction(0.1)
     assert spelled["obstacles"][0]["steps"] == [0, 3]
     assert problem_of_text(problem_text(problem), "again").spans == ((0, 3),)
 

@@ -10,12 +10,13 @@ import jax
 import numpy as np
 import pytest
 import toy_query
-from doubted import NEARLY, as_format_2, corners_and_inside
+from doubted import NEARLY, corners_and_inside
 from exact_oracle import exact_safe
 from toy_models import anchored_plans, fold_model, random_network, toy_case
 
 import parc_jax as pj
 from parc_jax import checker
+from parc_jax.certificate.write import question_parts
 from parc_jax.doubt import Doubt
 from parc_jax.errors import InputError
 from parc_jax.labels import labels
@@ -85,7 +86,7 @@ def test_samples_are_boxes_of_doubt_of_the_question_as_it_was_asked():
     few = SMALL.replace(n_samples=40, polytopes=False)
     answer = Planner(model).solve(problem.replace(doubt=ROUGH), KEY, few)
     assert answer.proved and len(answer.sample_parts) and answer.corridors
-    context = checker.Context(*as_format_2(problem, model))
+    context = checker.Context(*question_parts(problem, model))
     room = {"room": {"p0": ["0.01"] * 2, "k": ["0.05", "0.02"]}}
     for part in answer.sample_parts[:4]:
         checker.check_doubt(context, part | room)

@@ -5,13 +5,14 @@ the doubt, in exact arithmetic.
 import jax
 import numpy as np
 import pytest
-from doubted import NEARLY, as_format_2, corners_and_inside
+from doubted import NEARLY, corners_and_inside
 from exact_oracle import exact_safe
 from toy_bodies import points_model
 from toy_models import anchored_plans, toy_case
 
 import parc_jax as pj
 from parc_jax import checker
+from parc_jax.certificate.write import question_parts
 from parc_jax.claim.error_set import at
 from parc_jax.doubt import Doubt
 from parc_jax.errors import InputError
@@ -95,20 +96,19 @@ def test_the_answer_is_proved_and_says_what_it_withstands(rng):
 
 
 def test_the_boxes_of_doubt_of_the_plain_question_say_the_same():
-    """Another proof of every sample: format 2 of certificates has boxes of doubt, and the checker
-    proves each about the question as it was asked.
+    """Another proof of every sample: the checker proves its box of doubt about the question as it
+    was asked.
     """
     model, problem = toy_case(0, start=True)
     doubt = Doubt(start=[0.03, 0.02])
     robust = Planner(model).solve(problem.replace(doubt=doubt), KEY, SMALL)
-    context = checker.Context(*as_format_2(problem, model))
+    context = checker.Context(*question_parts(problem, model))
     assert len(robust.sample_parts) > 5
     for part in robust.sample_parts:
-        entry = part | {"sep": [[runs] for runs in part["sep"]]}
         room = {"p0": ["0.03", "0.02"], "k": ["0", "0"]}
-        checker.check_doubt(context, entry | {"room": room})
+        checker.check_doubt(context, part | {"room": room})
         with pytest.raises(checker.Rejected):
-            checker.check_doubt(context, entry | {"room": {"p0": ["0.9", "0.9"], "k": ["0", "0"]}})
+            checker.check_doubt(context, part | {"room": {"p0": ["0.9", "0.9"], "k": ["0", "0"]}})
 
 
 @pytest.mark.slow

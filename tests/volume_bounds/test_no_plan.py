@@ -262,9 +262,11 @@ def test_tampered_certificates_are_rejected():
             lambda c: c["tree"].__setitem__(hits[0], {"goal": [[0, "1"]]}),
             lambda c: c["tree"].__setitem__(hits[0], c["tree"][hits[-1]]),
             lambda c: first_hit(c).__setitem__(0, 1 - first_hit(c)[0]),
-            lambda c: first_hit(c).__setitem__(3, []),
-            lambda c: first_hit(c)[3][0].__setitem__(1, ["0.0", "0.051"]),
-            lambda c: first_hit(c)[3][0].__setitem__(0, ["0.0", "0.2500001"]),
+            lambda c: first_hit(c).__setitem__(1, 1),
+            lambda c: first_hit(c).__setitem__(4, []),
+            lambda c: first_hit(c)[4][0].__setitem__(0, ["1/2"]),
+            lambda c: first_hit(c)[4][0][1][0].__setitem__(1, [["0.0", "0.051"]]),
+            lambda c: first_hit(c)[4][0][1][0].__setitem__(0, ["0.0", "0.2500001"]),
         ):
             changed = copy.deepcopy(plan)
             edit(changed)

@@ -105,14 +105,12 @@ let rows_of get n =
   List.combine a b
 let poly n o = rows_of (fields [ "A"; "b" ] o) n
 
-type format = One | Two
-
-let problem format o =
-  let names = [ "n_p"; "n_q"; "n_k"; "domain"; "goal"; "obstacles"; "body"; "start"; "steps"; "dt" ] in
-  let get = fields (if format = Two then "points" :: names else names) o in
+let problem o =
+  let sizes = [ "n_p"; "points"; "n_q"; "n_k"; "steps"; "dt" ] in
+  let get = fields (sizes @ [ "domain"; "goal"; "start"; "obstacles"; "body" ]) o in
   let n_p = whole 1 8 (get "n_p") and n_q = whole 0 64 (get "n_q") and n_k = whole 1 8 (get "n_k") in
   let steps = whole 1 100_000 (get "steps") in
-  let n_points = if format = Two then whole 1 64 (get "points") else 1 in
+  let n_points = whole 1 64 (get "points") in
   let d = fields [ "lo"; "hi" ] (get "domain") in
   let obstacle x =
     let get = fields ~optional:[ "steps" ] [ "A"; "b" ] x in
@@ -131,10 +129,7 @@ let problem format o =
   let part x =
     let get = fields ~optional [ "points" ] x in
     { corners = list (whole 0 (n_points - 1)) (get "points"); grown_by = shape x get } in
-  let parts =
-    match format with
-    | One -> [ { corners = [ 0 ]; grown_by = shape (get "body") (fields ~optional [] (get "body")) } ]
-    | Two -> list part (fields [ "parts" ] (get "body") "parts") in
+  let parts = list part (fields [ "parts" ] (get "body") "parts") in
   { n_p; n_q; n_k; n_points; steps; parts;
     domain = List.combine (vecn n_k (d "lo")) (vecn n_k (d "hi"));
     goal = poly ((n_points * n_p) + n_q) (get "goal");
@@ -156,21 +151,21 @@ let network o =
   if List.map List.length w <> List.map List.length b then bad "weights and biases do not fit";
   List.map level (List.map2 List.combine w b)
 
-(* An error is a list of widths or, in format 2, a polytope; for the end with multipliers for each row of the goal. *)
+(* An error is a list of widths or a polytope; for the end with multipliers for each row of the goal. *)
 let multipliers_of n v =
   let found = list (function Arr [ row; m ] -> (whole 0 (n - 1) row, number m) | _ -> bad "a multiplier is [row, m]") v in
   ignore (common (List.map snd found));
   found
 
-let tube format p o =
+let tube p o =
   let get = fields [ "edges"; "interval"; "final" ] o in
   let error n = function
-    | Obj _ as x when format = Two -> Rows (poly n x)
+    | Obj _ as x -> Rows (poly n x)
     | x -> Widths (short (vecn n x)) in
-  let step x = match format with One -> [ error p.n_p x ] | Two -> sized p.n_points (error p.n_p) x in
+  let step = sized p.n_points (error p.n_p) in
   let size = (p.n_points * p.n_p) + p.n_q in
   let final = function
-    | Obj _ as x when format = Two ->
+    | Obj _ as x ->
       let get = fields [ "A"; "b"; "goal" ] x in
       let rows = rows_of get size in
       (Rows rows, sized (List.length p.goal) (list (multipliers_of (List.length rows))) (get "goal"))
@@ -181,18 +176,18 @@ let tube format p o =
     List.map snd finals )
 
 (* ---- Samples, corridors, polytopes ---- *)
-let sep format p v =
+let sep p v =
   let run o = function
     | Arr [ stop; m ] -> (whole 0 p.steps stop, multipliers_of (List.length o.rows) m)
     | _ -> bad "a run is [stop, multipliers]" in
-  let of_obstacle o x = match format with One -> [ list (run o) x ] | Two -> sized (List.length p.parts) (list (run o)) x in
+  let of_obstacle o = sized (List.length p.parts) (list (run o)) in
   List.map2 of_obstacle p.obstacles (sized (List.length p.obstacles) (fun x -> x) v)
 
-let sample format p o =
+let sample p o =
   let get = fields [ "p0"; "k"; "sep" ] o in
-  { p0 = short (vecn p.n_p (get "p0")); k = short (vecn p.n_k (get "k")); sep = sep format p (get "sep") }
+  { p0 = short (vecn p.n_p (get "p0")); k = short (vecn p.n_k (get "k")); sep = sep p (get "sep") }
 
-let piece format p net o =
+let piece p net o =
   let get = fields [ "p0"; "k"; "bin"; "pattern"; "sep" ] o in
   let digits = match get "pattern" with Str s -> s | _ -> bad "the pattern is not a text" in
   let hidden = List.filteri (fun i _ -> i < List.length net - 1) (List.map List.length net) in
@@ -201,10 +196,10 @@ let piece format p net o =
   let bit j = match digits.[j] with '1' -> true | '0' -> false | _ -> bad "the pattern is not of 0 and 1" in
   let _, layers = List.fold_left (fun (at, l) n -> (at + n, List.init n (fun j -> bit (at + j)) :: l)) (0, []) hidden in
   { inner = short (vecn p.n_p (get "p0") @ vecn p.n_k (get "k")); which = whole 0 999_999_999 (get "bin");
-    pattern = List.rev layers; sep_ = sep format p (get "sep") }
+    pattern = List.rev layers; sep_ = sep p (get "sep") }
 
-(* Format 2 only: a box of doubt. Half widths around p0 and k within which a plan may be executed. *)
-let boxed format p o =
+(* A box of doubt. Half widths around p0 and k within which a plan may be executed. *)
+let boxed p o =
   let get = fields [ "p0"; "k"; "room"; "sep" ] o in
   let room = fields [ "p0"; "k" ] (get "room") in
   let widths n name =
@@ -213,14 +208,14 @@ let boxed format p o =
     found in
   let side k r = (qadd k { r with qnum = Big.neg r.qnum }, qadd k r) in
   { middle_p0 = short (vecn p.n_p (get "p0")); room_p0 = widths p.n_p "p0";
-    region = List.map2 side (vecn p.n_k (get "k")) (widths p.n_k "k"); sep_of = sep format p (get "sep") }
+    region = List.map2 side (vecn p.n_k (get "k")) (widths p.n_k "k"); sep_of = sep p (get "sep") }
 
 (* ---- No plan, and volumes ---- *)
 type kind = Proved | Bracket
 
 let pair f g = function Arr [ a; b ] -> (f a, g b) | _ -> bad "a pair was expected"
 
-let hit format p v =
+let hit p v =
   let some_obstacle = whole 0 (List.length p.obstacles - 1) and interval = whole 0 (p.steps - 1) in
   let of_part which_part (o, t, share, groups) =
     let n = List.length (List.nth p.parts which_part).corners in
@@ -228,15 +223,10 @@ let hit format p v =
     let group x = let blend, contacts = pair (vecn n) (list contact) x in { blend; contacts } in
     { whom = some_obstacle o; which_part; step = interval t; share = number share; groups = list group groups } in
   match v with
-  | Arr [ o; t; share; contacts ] when format = One ->
-    (* one part of one point *)
-    let long = function Arr [ body; error ] -> Arr [ body; Arr [ error ] ] | _ -> bad "a contact has another form" in
-    of_part 0 (o, t, share, Arr [ Arr [ Arr [ Str "1" ]; Arr (list long contacts) ] ])
-  | Arr [ o; part; t; share; groups ] when format = Two ->
-    of_part (whole 0 (List.length p.parts - 1) part) (o, t, share, groups)
+  | Arr [ o; part; t; share; groups ] -> of_part (whole 0 (List.length p.parts - 1) part) (o, t, share, groups)
   | _ -> bad "a hit has another form"
 
-(* A row of the goal with its multiplier and, in format 2, an error of the end. *)
+(* A row of the goal with its multiplier, and an error of the end where one is named. *)
 let uses p =
   let row = whole 0 (List.length p.goal - 1) in
   let checked l = ignore (common (List.map (fun u -> u.times) l)); l in
@@ -245,17 +235,17 @@ let uses p =
     | Arr [ i; m; x ] -> { which_row = row i; times = number m; shrink = Some (vecn ((p.n_points * p.n_p) + p.n_q) x) }
     | _ -> bad "a row of the goal is [row, m] or [row, m, error]") v)
 
-let rec reason format p = function
+let rec reason p = function
   | Obj [ ("goal", m) ] -> Misses (uses p m)
   | Obj [ ("start", m) ] -> Elsewhere (multipliers_of (List.length p.start) m)
-  | Obj [ ("hit", h) ] -> Hits (hit format p h)
-  | Obj [ ("safe", s) ] -> Safe (sep format p s)
+  | Obj [ ("hit", h) ] -> Hits (hit p h)
+  | Obj [ ("safe", s) ] -> Safe (sep p s)
   | Obj [ ("open", _) ] -> Open
-  | Obj [ ("bounded", (Obj [ (("goal" | "start" | "hit"), _) ] as leaf)) ] -> Bounded (reason format p leaf)
+  | Obj [ ("bounded", (Obj [ (("goal" | "start" | "hit"), _) ] as leaf)) ] -> Bounded (reason p leaf)
   | _ -> bad "a node of the tree is not known"
 
 (* The flat list of nodes, the lower part before the upper one, without a recursion as deep as the tree. *)
-let tree format p nodes =
+let tree p nodes =
   let split = function
     | Obj [ ("split", at) ] -> Some (pair (whole 0 (p.n_p + p.n_k - 1)) number at)
     | _ -> None in
@@ -264,12 +254,12 @@ let tree format p nodes =
       match (split node, made) with
       | Some (axis, at), lower :: upper :: made -> Split (axis, at, lower, upper) :: made
       | Some _, _ -> bad "the tree has too few nodes"
-      | None, made -> Leaf (reason format p node) :: made) [] (List.rev nodes)
+      | None, made -> Leaf (reason p node) :: made) [] (List.rev nodes)
   with
   | [ tree ] -> tree
   | _ -> bad "the tree has nodes left over, or none"
 
-let no_plan format p o =
+let no_plan p o =
   let get = fields [ "kind"; "z"; "faces"; "tree" ] o in
   let kind = match get "kind" with
     | Str "proved" -> Proved
@@ -278,4 +268,4 @@ let no_plan format p o =
   let z = fields [ "lo"; "hi" ] (get "z") in
   (kind, { z_box = List.combine (vecn p.n_p (z "lo")) (vecn p.n_p (z "hi"));
            faces = sized p.n_p (pair (uses p) (uses p)) (get "faces");
-           root = tree format p (match get "tree" with Arr l -> l | _ -> bad "the tree is not a list") })
+           root = tree p (match get "tree" with Arr l -> l | _ -> bad "the tree is not a list") })

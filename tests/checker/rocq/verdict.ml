@@ -6,7 +6,7 @@ open Json
 type t = { code : int; lines : string list; entries : (string * bool list) list }
 
 let kinds = [ "samples"; "sets"; "corridors"; "doubt" ]
-let optional = [ "corridors"; "doubt" ] (* older files have none; doubt is of format 2 *)
+let optional = [ "corridors"; "doubt" ]
 let hashed = [ "problem"; "network"; "tube" ]
 
 (* What is known about absence: nothing was claimed, or exact volumes (safe, unsafe, all). *)
@@ -36,10 +36,7 @@ let check_answer ?(progress = fun _ _ _ -> ()) (source : string) : t =
     let get k = match answer with
       | Obj l -> (match List.assoc_opt k l with Some v -> v | None -> bad "a field is missing: %s" k)
       | _ -> bad "the file is not an object" in
-    let format = match get "format" with
-      | Str "parc_jax.answer/1" -> Reader.One
-      | Str "parc_jax.answer/2" -> Reader.Two
-      | _ -> bad "the format is unknown" in
+    if get "format" <> Str "parc_jax.answer/2" then bad "the format is unknown";
     let quoted = Reader.fields hashed (get "hash") in
     List.iter (fun part ->
         if text "a hash" (quoted part) <> Sha256.hex (canonical (get part)) then bad "the hash of the %s does not match" part)
@@ -54,20 +51,19 @@ let check_answer ?(progress = fun _ _ _ -> ()) (source : string) : t =
           [ "network"; "tube" ];
         Some claim
       | _ -> bad "the claim is not an object" in
-    let p = Reader.problem format (get "problem") and n = Reader.network (get "network") in
-    let e, h = Reader.tube format p (get "tube") in
+    let p = Reader.problem (get "problem") and n = Reader.network (get "network") in
+    let e, h = Reader.tube p (get "tube") in
     if not (context_ok p n e) then bad "problem, network and tube do not fit each other, or a width is negative";
-    let one x = check_sample p n e h (Reader.sample format p x) in
-    let piece x = check_set p n e h (Reader.piece format p n x) in
-    let box x = check_box p n e h (Reader.boxed format p x) in
+    let one x = check_sample p n e h (Reader.sample p x) in
+    let piece x = check_set p n e h (Reader.piece p n x) in
+    let box x = check_box p n e h (Reader.boxed p x) in
     let no_plan x =
-      let kind, proof = Reader.no_plan format p x in
+      let kind, proof = Reader.no_plan p x in
       let ok = if kind = Reader.Proved then check_no_plan p n e h proof else check_proof p n e h proof in
       (ok, Volumes (kind, volumes p proof)) in
     let check = function "sets" -> piece | "doubt" -> box | _ -> one in
     ignore (Reader.fields ("format" :: "claim" :: "no_plan" :: "samples" :: "sets" :: hashed @ [ "hash" ])
               ~optional:("meta" :: optional) answer);
-    if format = Reader.One && Reader.has "doubt" answer then bad "boxes of doubt are of format 2";
     let entries = List.map (fun kind ->
         let l = match get kind with
           | Arr l -> l

@@ -14,7 +14,7 @@ import two
 from parc_jax import checker
 from parc_jax.io import answer_file
 
-SEEN, ACCEPTED, DIFFERENT, FORMATS = set(), [], [], {}
+SEEN, ACCEPTED, DIFFERENT = set(), [], []
 
 
 def refuse(text):
@@ -38,7 +38,6 @@ def compare(answer):
     verdict = two.Proved([two.HERE.parent / "check"]).verdicts([text])[0]
     python = judged(answer)
     ACCEPTED.append(python)
-    FORMATS[answer.get("format")] = FORMATS.get(answer.get("format"), 0) + 1
     if python != (verdict["code"] == 0):
         DIFFERENT.append((python, verdict["lines"][0], text))
 
@@ -57,7 +56,7 @@ def pytest_configure(config):
 def pytest_terminal_summary(terminalreporter):
     terminalreporter.write_line(
         f"both checkers: {len(ACCEPTED)} answers, {sum(ACCEPTED)} accepted, "
-        f"{len(DIFFERENT)} differences; by format {FORMATS}"
+        f"{len(DIFFERENT)} differences"
     )
     for different in DIFFERENT[:5]:
         terminalreporter.write_line(f"  Python accepts: {different[0]}; {different[1]}")

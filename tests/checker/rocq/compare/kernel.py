@@ -58,11 +58,6 @@ def part(p):
     return f"(Part {array(f'{i}%nat' for i in p['points'])} {body(p)})"
 
 
-def parts(problem):
-    b = problem["body"]
-    return [{"points": [0], **b}] if "points" not in problem else b["parts"]
-
-
 def obstacle(o, steps):
     first, last = o.get("steps", [0, steps - 1])
     return f"(Obstacle {polytope(o)} {first} {last})"
@@ -71,10 +66,10 @@ def obstacle(o, steps):
 def problem(p):
     domain = zip(map(number, p["domain"]["lo"]), map(number, p["domain"]["hi"]), strict=True)
     return (
-        f"Problem {p['n_p']} {p['n_q']} {p['n_k']} {p.get('points', 1)} {p['steps']} "
+        f"Problem {p['n_p']} {p['n_q']} {p['n_k']} {p['points']} {p['steps']} "
         f"{array(f'({lo}, {hi})' for lo, hi in domain)} {polytope(p['start'])} "
         f"{polytope(p['goal'])} {array(obstacle(o, p['steps']) for o in p['obstacles'])} "
-        f"{array(map(part, parts(p)))}"
+        f"{array(map(part, p['body']['parts']))}"
     )
 
 
@@ -87,19 +82,19 @@ def error(e):
     return f"(Rows {polytope(e)})" if isinstance(e, dict) else f"(Widths {vector(e)})"
 
 
-def tube(t, many):
+def tube(t):
     def step(s):
-        return array(map(error, s if many else [s]))
+        return array(map(error, s))
 
     interval = array(array(map(step, b)) for b in t["interval"])
     return f"Tube {array(map(vector, t['edges']))} {interval} {array(map(error, t['final']))}"
 
 
-def separation(sep, many):
+def separation(sep):
     def run(r):
         return f"({r[0]}%nat, {array(f'({i}%nat, {number(m)})' for i, m in r[1])})"
 
-    return array(array(array(map(run, s)) for s in (o if many else [o])) for o in sep)
+    return array(array(array(map(run, s)) for s in o) for o in sep)
 
 
 def pattern(digits, network):
@@ -120,25 +115,24 @@ def computed(name, statement, theorem):
 
 
 def script(answer, source, n_samples, n_sets):
-    """The text of Real.v. Hints for the goal (format 2) are not translated."""
-    many = "points" in answer["problem"]
+    """The text of Real.v. Hints for the goal are not translated."""
     lines = [
         HEAD.format(source=source),
         f"Definition scene := {problem(answer['problem'])}.",
         f"Definition network : list layer := {network(answer['network'])}.",
-        f"Definition tubes := {tube(answer['tube'], many)}.",
+        f"Definition tubes := {tube(answer['tube'])}.",
         "Lemma context_is_ok : context_ok scene network tubes = true.",
         "Proof. vm_cast_no_check (eq_refl true). Qed.",
     ]
     for i, s in enumerate(answer["samples"][:n_samples]):
-        plan = f"Sample {vector(s['p0'])} {vector(s['k'])} {separation(s['sep'], many)}"
+        plan = f"Sample {vector(s['p0'])} {vector(s['k'])} {separation(s['sep'])}"
         lines.append(f"Definition sample{i} := {plan}.")
         lines += computed(
             f"sample{i}", f"check_sample scene network tubes [] sample{i}", "sample_safe"
         )
     for i, s in enumerate(answer["sets"][:n_sets]):
         bits = pattern(s["pattern"], answer["network"])
-        piece = f"{vector(s['p0'] + s['k'])} {s['bin']} {bits} {separation(s['sep'], many)}"
+        piece = f"{vector(s['p0'] + s['k'])} {s['bin']} {bits} {separation(s['sep'])}"
         lines.append(f"Definition piece{i} := Piece {piece}.")
         lines += computed(f"piece{i}", f"check_set scene network tubes [] piece{i}", "set_safe")
     return "\n".join([*lines, "Print Assumptions sample0_is_safe."]) + "\n"

@@ -50,11 +50,8 @@ def shake(rng, part):
 
 
 def runs(rng, entry):
-    """A list of runs of an entry: of an obstacle or, in format 2, of an obstacle and a part."""
-    found = rng.choice(entry["sep"])
-    if found and found[0] and isinstance(found[0][0], list):
-        found = rng.choice(found)
-    return found
+    """A list of runs of an entry, of an obstacle and a part."""
+    return rng.choice(rng.choice(entry["sep"]))
 
 
 def multipliers(rng, entry):
@@ -89,7 +86,7 @@ def put(owner, key, value):
     owner[key] = value
 
 
-ENTRY = {  # of both formats
+ENTRY = {
     "nothing": lambda r, e, a: None,
     "p0": lambda r, e, a: shake(r, e["p0"]),
     "k": lambda r, e, a: shake(r, e["k"]),
@@ -128,35 +125,36 @@ def touch(rng, answer):
     rows = problem["obstacles"][o]
     intervals, _ = build.widths(answer["tube"], build.value(sample["k"]))
     t = problem["obstacles"][o].get("steps", [0])[0]
-    row = sample["sep"][o][0][1][0][0]
+    (runs,) = sample["sep"][o]
+    row = runs[0][1][0][0]
     w = build.value(rows["A"][row])
-    body = problem["body"]
+    (body,) = problem["body"]["parts"]
     if "radius" in body:  # a row of length one, so that nothing is rounded
         if sum(x * x for x in w) != 1:
             return
         support = build.value(body["radius"])
     else:
         support = max(-build.dot(w, v) for v in build.value(body["vertices"]))
-    stop = sample["sep"][o][0][0]
+    stop = runs[0][0]
     rooms = [
         build.dot(w, knots[s]) - support - build.widest(w, [interval[u] for interval in intervals])
         for u in range(t, stop)
         for s in (u, u + 1)
     ]
-    sample["sep"][o][0][1] = [[row, "1"]]
+    runs[0][1] = [[row, "1"]]
     rows["b"][row] = build.text(min(rooms) - rng.choice([F(0), F(1, 2**70), -F(1, 2**70)]))
 
 
 # Not among them: a polygon without vertices. The Python checker looks at it only where there is an
 # obstacle; the proved one refuses it always.
-BODIES = [{"radius": "0.5"}, {"radius": "-0.1"}, {"radius": "0"}, build.TRIANGLE]
+SHAPES = [{"radius": "0.5"}, {"radius": "-0.1"}, {"radius": "0"}, build.TRIANGLE]
 QUESTION = {
     "touch": touch,
     "obstacle moved": lambda r, a: shake(r, obstacle(r, a)["b"]),
     "obstacle turned": lambda r, a: shake(r, obstacle(r, a)["A"]),
     "obstacle dropped": lambda r, a: drop(r, a["problem"]["obstacles"]),
     "steps": lambda r, a: put(obstacle(r, a), "steps", [r.randint(0, 3), r.randint(2, 6)]),
-    "body": lambda r, a: put(a["problem"], "body", r.choice(BODIES)),
+    "body": lambda r, a: put(a["problem"], "body", build.one_part(r.choice(SHAPES))),
     "goal": lambda r, a: shake(r, a["problem"]["goal"]),
     "start": lambda r, a: shake(r, a["problem"]["start"] or []),
     "domain": lambda r, a: shake(r, a["problem"]["domain"]),

@@ -2,9 +2,9 @@
 
     python tests/checker/rocq/compare/two_no_plan.py --count 2000 [--seed 0]
 
-Random scenes with the trees of tests/helpers/tree_search.py, in format 2 those of tree_points.py
-with the scenes of format2.py (several points and parts, space, templates), and the hand-made ones
-of known.py and known_points.py.
+Random scenes of one point with the trees of tests/helpers/tree_search.py, those of bodies.py
+(several points and parts, space, templates) with the trees of tree_points.py, and the hand-made
+ones of known.py and known_points.py.
 """
 
 import argparse
@@ -18,7 +18,7 @@ from pathlib import Path
 sys.path.insert(0, str(Path(__file__).parents[3] / "helpers"))
 
 import answer_files as build
-import format2
+import bodies
 import known
 import known_points
 import mutants
@@ -58,10 +58,7 @@ def hit(rng, plan):
 def odd_hit(rng, plan):
     """Another obstacle, part, interval or moment."""
     what = hit(rng, plan)
-    if len(what) == 4:
-        odd = [rng.randint(-1, 3), rng.randint(-1, 5), rng.choice("01")]
-    else:
-        odd = [rng.randint(-1, 3), rng.randint(-1, 3), rng.randint(-1, 5), rng.choice("01")]
+    odd = [rng.randint(-1, 3), rng.randint(-1, 3), rng.randint(-1, 5), rng.choice("01")]
     place = rng.randrange(len(odd))
     what[place] = odd[place]
 
@@ -121,15 +118,13 @@ MUTATIONS = {
     "a node copied": copied,
     "the kind": lambda r, p: p.update(kind=r.choice(["proved", "bracket", "likely"])),
 }
-OF_POINTS = [
-    name for name in two_points.QUESTION if not name.startswith("touch") and name != "ways"
-]
-QUESTIONS = ("obstacle moved", "body", "goal", "start", "network", "bias", "tube", "final", "edges")
+QUESTION = two_mutants.QUESTION | two_points.QUESTION
+QUESTIONS = [name for name in QUESTION if not name.startswith("touch") and name != "ways"]
 
 
 def of_points(rng):
-    """A bracket in format 2: a small goal for the first point, and an obstacle over it."""
-    problem, network, tube = format2.scene(rng)
+    """A bracket: a small goal for the first point, and an obstacle over it."""
+    problem, network, tube = bodies.scene(rng)
     n, size = problem["n_p"], problem["points"] * problem["n_p"] + problem["n_q"]
     for i in [*range(n), *range(size, size + n)]:
         problem["goal"]["b"][i] = build.text(build.F(rng.randint(2, 6), 4))
@@ -141,17 +136,16 @@ def of_points(rng):
     question = [problem, network, tube]
 
     def corners(b, t, i):
-        return format2.corners(tube["interval"][b][t][i], n)
+        return bodies.corners(tube["interval"][b][t][i], n)
 
     def attempt(middle):
         _, y = build.evaluate(network, middle[n:])
         last = problem["steps"] * problem["points"] * n - n
         p0 = [a - c for a, c in zip(middle[:n], y[last : last + n], strict=True)]
-        return format2.separation(problem, network, p0, middle[n:])
+        return bodies.separation(problem, network, p0, middle[n:])
 
     plan = tree_points.grow(rng, question, corners, attempt, depth=4)
-    answer = build.answer(*question, [])
-    return build.rehash(answer | {"format": "parc_jax.answer/2", "no_plan": plan})
+    return build.answer(*question, no_plan=plan)
 
 
 def source(rng):
@@ -179,10 +173,7 @@ def batch(rng, answer, count):
         mutant = copy.deepcopy(answer)
         try:
             if rng.random() < 0.2:
-                if "points" in mutant["problem"]:
-                    two_points.QUESTION[rng.choice(OF_POINTS)](rng, mutant)
-                else:
-                    two_mutants.QUESTION[rng.choice(QUESTIONS)](rng, mutant)
+                QUESTION[rng.choice(QUESTIONS)](rng, mutant)
             else:
                 MUTATIONS[rng.choice(list(MUTATIONS))](rng, mutant["no_plan"])
         except (IndexError, AttributeError, TypeError):  # nothing of this kind to change

@@ -3,7 +3,7 @@ give every entry the same verdict.
 
     python tests/checker/rocq/compare/two_points.py --count 20000 [--seed 0]
 
-Scenes are those of format2.py: up to four points, three parts, errors as widths or as templates,
+Scenes are those of bodies.py: up to four points, three parts, errors as widths or as templates,
 one or two bins, plans on their border. Mutants of entries: plans, directions, runs, parts
 exchanged, patterns, bins, room of boxes of doubt. Mutants of the rest: obstacles, moved until they
 touch exactly too, parts, network, goal, errors, rows of templates, ways to bound the error of the
@@ -19,7 +19,7 @@ from pathlib import Path
 sys.path.insert(0, str(Path(__file__).parents[3] / "helpers"))
 
 import answer_files as build
-import format2
+import bodies
 import two
 import two_mutants
 from two_mutants import drop, put, shake
@@ -29,18 +29,17 @@ TRIES = 40  # plans per scene; those that hold are kept, and two others
 
 
 def scene(rng):
-    """An answer of format 2 with its plans as samples, corridors, polytopes and boxes of doubt."""
-    problem, network, tube = format2.scene(rng)
+    """An answer with its plans as samples, corridors, polytopes and boxes of doubt."""
+    problem, network, tube = bodies.scene(rng)
     held, others = [], []
     for _ in range(TRIES):
-        entry = format2.attempt(rng, problem, network, tube)
-        good = format2.good(problem, network, tube, entry)
+        entry = bodies.attempt(rng, problem, network, tube)
+        good = bodies.good(problem, network, tube, entry)
         (held if good else others).append(entry)
     samples = held[:4] + others[:2]
     answer = build.answer(problem, network, tube, samples, corridors=samples)
-    answer["format"] = "parc_jax.answer/2"
-    answer["sets"] = [format2.pieces(answer, entry, rng)[0][0] for entry in samples]
-    answer["doubt"] = [box for entry in samples for box in format2.boxes(rng, problem, entry)]
+    answer["sets"] = [bodies.pieces(answer, entry, rng)[0][0] for entry in samples]
+    answer["doubt"] = [box for entry in samples for box in bodies.boxes(rng, problem, entry)]
     return answer
 
 
@@ -75,7 +74,7 @@ def touch(rng, answer):
     problem, tube = answer["problem"], answer["tube"]
     sample = rng.choice(answer["samples"])
     p0, k = build.value(sample["p0"]), build.value(sample["k"])
-    places, _ = format2.knots(problem, answer["network"], p0, k)
+    places, _ = bodies.knots(problem, answer["network"], p0, k)
     o = rng.randrange(len(problem["obstacles"]))
     rows = problem["obstacles"][o]
     t = rows.get("steps", [0])[0]
@@ -87,12 +86,12 @@ def touch(rng, answer):
     if "radius" in own:
         shape = build.value(own["radius"])
     else:
-        shape = format2.support(own, w)
+        shape = bodies.support(own, w)
     rooms = []
     for number in build.bins_of(tube, k):
         for i in own["points"]:
             for u in range(t, run[0]):
-                error = format2.corners(tube["interval"][number][u][i], problem["n_p"])
+                error = bodies.corners(tube["interval"][number][u][i], problem["n_p"])
                 worst = max(-build.dot(w, e) for e in error)
                 rooms += [build.dot(w, places[s][i]) - worst - shape for s in (u, u + 1)]
     rows["b"][row] = build.text(min(rooms) - rng.choice([F(0), F(1, 2**70), -F(1, 2**70)]))
@@ -109,7 +108,7 @@ def shake_error(rng, answer):
 
 def other_error(rng, answer):
     """Other errors, of whichever kind, for one point."""
-    new = format2.random_error(rng, answer["problem"]["n_p"], rng.random() < 0.5)
+    new = bodies.random_error(rng, answer["problem"]["n_p"], rng.random() < 0.5)
     some = errors(rng, answer)
     some[rng.randrange(len(some))] = new
 

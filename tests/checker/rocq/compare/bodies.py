@@ -1,6 +1,6 @@
-"""Answers of format 2: bodies of several points and parts, the plane and space, template tubes.
+"""Answers about bodies of several points and parts, in the plane and space, with template tubes.
 
-    python tests/checker/rocq/compare/format2.py --count 2000 [--seed 0]
+    python tests/checker/rocq/compare/bodies.py --count 2000 [--seed 0]
 
 Random entries are judged here in fractions, straight from the definitions: the support of a
 template is the largest value at its vertices, where both checkers bound it by multipliers. All
@@ -322,7 +322,6 @@ def campaign(program, count, seed):
             problem, network, tube = scene(rng)
             entries = [attempt(rng, problem, network, tube) for _ in range(20)]
             answer = build.answer(problem, network, tube, entries)
-            answer["format"] = "parc_jax.answer/2"
             verdicts = [good(problem, network, tube, entry) for entry in entries]
             sets = [
                 (piece, ok and inner)
