@@ -203,8 +203,8 @@ CHECKER = (
     Fault(
         "checker_first_part_only",
         "conditions",
-        "parts, by_part",
-        "parts[:1], by_part[:1]",
+        "zip(self.parts, array(entry, len(self.parts)), strict=True)",
+        "zip(self.parts[:1], array(entry, len(self.parts))[:1], strict=True)",
         (BAD,),
     ),
     Fault(

@@ -274,6 +274,7 @@ bad("a run that ends where it starts", samples__0__sep=[[[[0, TOP], [2, TOP]]]])
 bad("runs that stop early", samples__0__sep=[[[[1, TOP]]]])
 bad("no runs", samples__0__sep=[[[]]])
 bad("an obstacle without separation", samples__0__sep=[])
+bad("runs that are not told by part", samples__0__sep=[[[2, TOP]]])
 bad("separation as an object", line, samples__0__sep={})
 for name in ("n_p", "points", "n_k", "steps"):
     bad(f"{name} true", line, **{f"problem__{name}": True})
@@ -302,6 +303,7 @@ bad(
 )
 
 # The problem.
+bad("a robot without a point", problem__points=0)
 bad("a reversed domain", samples=[], sets=[], problem__domain={"lo": ["0.5"], "hi": ["-0.5"]})
 bad("obstacles as an object", samples=[], sets=[], problem__obstacles={})
 bad("goal rows as an object", line, problem__goal={"A": {}, "b": []})
@@ -356,6 +358,7 @@ bad(
     samples=[],
 )
 bad("bins that end before the domain", tube__edges=[["-1", "0", "0.75"]])
+bad("widths that are not told by point", tube__interval=[[["1/4", "1/4"]] * 2] * 2)
 bad("a negative width", tube__interval=[[[["1/4", "-1"]]] * 2] * 2)
 bad("a bin too many", tube__interval__append=[[["0", "0"]]] * 2)
 bad("a final bin too many", tube__final__append=["0", "0"])
