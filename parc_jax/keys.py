@@ -58,6 +58,13 @@ def key_data(key) -> np.ndarray:
     return np.asarray(jax.random.key_data(key))
 
 
+def generator(key) -> np.random.Generator:
+    """A host generator seeded by all bits of a key of either kind: draws are cheap and the key
+    still decides everything.
+    """
+    return np.random.default_rng([int(word) for word in key_data(key).ravel()])
+
+
 def stream(key: jax.Array, stage: Stage) -> jax.Array:
     """The key of one stage. Does not consume `key`. Raises InputError for what is no key."""
     return _of_stage(as_key(key), int(stage))

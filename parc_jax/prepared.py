@@ -13,11 +13,11 @@ from parc_jax.certificate.prove import prove
 from parc_jax.certificate.write import sample_part
 from parc_jax.cover.first import MOST, in_one_array
 from parc_jax.cover.placed import placed
-from parc_jax.cover.sampling import Points, generator
+from parc_jax.cover.sampling import Points
 from parc_jax.cover.search import Cover
 from parc_jax.driven.looks import Looks
 from parc_jax.errors import InputError, expected
-from parc_jax.keys import Stage, stream
+from parc_jax.keys import Stage, generator, stream
 from parc_jax.methods import Exact
 from parc_jax.model import TrajectoryModel
 from parc_jax.pwa import RegionTable

@@ -23,7 +23,7 @@ ROLLOUTS = (
     ),
     Fault(
         "rows_start_anew_in_every_chunk",
-        "rows.map_rows",
+        "chunks_of_rows",
         "np.arange(first_row + i, first_row + i + chunk) for i in range(0, n, chunk)",
         "np.arange(first_row, first_row + chunk) for i in range(0, n, chunk)",
         (f"{COLLECT}::test_rows_do_not_depend_on_chunking_or_on_how_many_are_asked_for",),

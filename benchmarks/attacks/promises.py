@@ -34,7 +34,7 @@ from parc_jax.claim.score import score_system
 from parc_jax.claim.update import update
 from parc_jax.driven.looks import Looks
 from parc_jax.driven.tested import run_plan
-from parc_jax.keys import Stage
+from parc_jax.keys import Stage, generator
 from parc_jax.model import trajectory_model
 from parc_jax.problem import reach_avoid
 from parc_jax.rollout.collect import collect
@@ -175,7 +175,7 @@ def watched(width, key):
 
 def watched_at_eps(width, key):
     """The worst world in which the claim is true: runs leave the tube with probability eps."""
-    rng = _host(key)
+    rng = generator(key)
     watch = monitor(_any_claim(), NET, alpha=ALPHA)
     for outside in rng.random(WATCHED) < EPS:
         watch = watch.bet(bool(outside))
@@ -264,17 +264,13 @@ def _claim(width, key, **options):
 
 def _recorded(width, key, grouped: bool):
     """A claim from recorded runs; their number is such that they support eps = EPS."""
-    rng = _host(key)
+    rng = generator(key)
     n = required_runs(EPS, DELTA)
     n = n if grouped else -(-n // PARTS)
     train, held = recordings(width, rng, 20, PARTS), recordings(width, rng, n, PARTS)
     if not grouped:
         train, held = train.replace(groups=None), held.replace(groups=None)
     return calibrate(NET, held, training_profile(NET, train, (4, 1)), eps=EPS, delta=DELTA)
-
-
-def _host(key) -> np.random.Generator:
-    return np.random.default_rng(np.asarray(jax.random.key_data(key), np.uint32))
 
 
 @cache

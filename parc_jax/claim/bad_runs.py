@@ -1,7 +1,6 @@
 """Looking for bad runs on purpose: what is found can only make the tube wider. [T8]"""
 
 import itertools
-import time
 from dataclasses import dataclass
 from typing import NamedTuple
 
@@ -17,7 +16,7 @@ from parc_jax.claim.tube import Tube
 from parc_jax.climb import Ranked, climb, ranked
 from parc_jax.distributed import rank_and_size
 from parc_jax.errors import InputError
-from parc_jax.keys import Stage, stream
+from parc_jax.keys import Stage, generator, key_data, stream
 from parc_jax.network.predict import layout_of
 from parc_jax.network.relu import ReLUNetwork
 from parc_jax.rollout.chunks import ChunkStore
@@ -101,14 +100,12 @@ def search_worst(
         batch=runs // rounds,
         rounds=rounds,
         slack=allowance(net, system.domain, layout),
-        rng=np.random.default_rng(
-            np.asarray(jax.random.key_data(stream(key, Stage.SEARCH)), np.uint32)
-        ),
+        rng=generator(stream(key, Stage.SEARCH)),
     )
     store = None if path is None else _store(path, search)
     quiet = quiet or rank_and_size()[0] > 0
-    forecast = forecast or Forecast(runs, quiet=quiet)
-    pace = Pace(1, compiles=sim.traceable)
+    told = None if quiet else forecast or Forecast(runs)
+    pace = Pace(1, sim.traceable, told, system.name)
     numbers = itertools.count()
     title = f"{system.name}: search for bad runs"
     with tqdm(total=rounds * search.batch, unit="rollout", desc=title, disable=quiet) as bar:
@@ -119,11 +116,7 @@ def search_worst(
             if score is not None:
                 bar.update(search.batch)
                 return score
-            began = time.perf_counter()
-            score = search.run(*runs, bar)
-            each = pace.of(search.batch, began, time.perf_counter())
-            if each is not None and not quiet:
-                forecast.measured(system.name, each)
+            score = pace.timed(search.batch, lambda: search.run(*runs, bar))
             if store is not None:
                 store.put(number, {"k": runs[0], "keys": runs[1], "score": score})
             return score
@@ -154,7 +147,7 @@ class _Search:
         on.
         """
         drawn = self.sim.rows(self.key, Stage.SEARCH, np.arange(first, first + self.batch))
-        return self.sim.as_run(drawn.k), np.asarray(jax.random.key_data(drawn.keys))
+        return self.sim.as_run(drawn.k), key_data(drawn.keys)
 
     def children(self, tried: Ranked, spread: float) -> tuple[np.ndarray, np.ndarray]:
         """The fresh ones of the next round, most of them replaced by children of the best runs so

@@ -3,7 +3,6 @@
 from collections.abc import Iterable
 from dataclasses import dataclass
 from pathlib import Path
-from typing import NamedTuple, Protocol
 
 import jax
 
@@ -18,24 +17,24 @@ from parc_jax.rollout.collect import stream_rollouts
 from parc_jax.rollout.forecast import Forecast
 
 
-class Runs(Protocol):
-    """Where the runs behind claims come from."""
+class Runs:
+    """Where the runs behind claims come from: by themselves none, and nothing is searched."""
 
     def further(self, n: int) -> Iterable[RolloutBatch]:
         """n runs for the profile."""
-        ...
+        return ()
 
     def fresh(self, n: int) -> Iterable[RolloutBatch]:
         """n runs that nothing has seen."""
-        ...
+        return ()
 
     def attack(self, net: ReLUNetwork, profile: Tube, n: int) -> Attack | None:
-        """n runs searched for; None where that is impossible."""
-        ...
+        """n runs searched for; None where that is impossible, or not done."""
+        return None
 
 
 @dataclass(frozen=True, eq=False)
-class SystemRuns:
+class SystemRuns(Runs):
     """Runs of a black box from the streams of `key`. first_row: of the further runs, behind the
     training ones. path: a folder that keeps finished chunks. quiet: no progress bars. forecast: of
     the cost of all of them.
@@ -77,25 +76,19 @@ class SystemRuns:
         return None if self.path is None else Path(self.path) / name
 
 
-class RecordedRuns(NamedTuple):
+@dataclass(frozen=True, eq=False)
+class RecordedRuns(Runs):
     """Runs of the past, unseen by training: nothing can be run again, nor searched."""
 
     held: RolloutBatch
-
-    def further(self, n: int) -> Iterable[RolloutBatch]:
-        """None are left."""
-        return ()
 
     def fresh(self, n: int) -> Iterable[RolloutBatch]:
         """All of them, whatever was asked for."""
         return (self.held,)
 
-    def attack(self, net: ReLUNetwork, profile: Tube, n: int) -> None:
-        """Cannot be done."""
-        return None
 
-
-class HeldRuns(NamedTuple):
+@dataclass(frozen=True, eq=False)
+class HeldRuns(Runs):
     """Runs of a system that were simulated before: several claims that are to be compared, each on
     its own, use the same. Nothing is searched.
     """
@@ -112,7 +105,3 @@ class HeldRuns(NamedTuple):
         if self.unseen.n < n:
             raise InputError(f"runs: expected at least {n:,} fresh ones; got {self.unseen.n:,}.")
         return (self.unseen.select(slice(0, n)),)
-
-    def attack(self, net: ReLUNetwork, profile: Tube, n: int) -> None:
-        """Not done."""
-        return None

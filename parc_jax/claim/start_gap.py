@@ -17,7 +17,7 @@ import numpy as np
 from parc_jax.claim.asked import check_gap
 from parc_jax.claim.claim import ErrorClaim, weaker
 from parc_jax.errors import InputError
-from parc_jax.keys import Stage
+from parc_jax.keys import Stage, generator
 from parc_jax.rollout.collect import collect
 from parc_jax.rollout.headings import can_be_headed, rotation_gap
 from parc_jax.rollout.invariance import can_start_elsewhere, translation_gap
@@ -70,7 +70,7 @@ def try_starts(system, key: jax.Array, declared: float) -> StartTrial:
         return StartTrial(declared, None, turned)
     few = collect(system, key, STARTS, Stage.SEARCH, quiet=True)
     travelled = np.abs(np.where(np.isfinite(few.p), few.p, 0.0)).max(initial=1.0)
-    rng = np.random.default_rng(np.asarray(jax.random.key_data(key), np.uint32))
+    rng = generator(key)
     starts = FAR * float(travelled) * rng.uniform(-1, 1, (STARTS, system.n_p))
     found = translation_gap(system, key, starts)
     seen = float(max(found.p.max(), found.q.max(initial=0.0)))
@@ -94,7 +94,7 @@ def try_headings(system, key: jax.Array, declared: float) -> float | None:
     """
     if rotation_of(system) is None or not can_be_headed(system):
         return None
-    rng = np.random.default_rng(np.asarray(jax.random.key_data(key), np.uint32))
+    rng = generator(key)
     found = rotation_gap(system, key, rng.uniform(-np.pi, np.pi, STARTS))
     seen = max(found.p, float(found.q.max(initial=0.0)))
     if not seen <= declared:

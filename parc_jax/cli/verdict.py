@@ -6,13 +6,7 @@ from pathlib import Path
 import numpy as np
 
 from parc_jax.answer.answer import Answer
-from parc_jax.experiment.numbers import (
-    covering,
-    facts_of,
-    how_much_is_safe,
-    part_covered,
-    seconds,
-)
+from parc_jax.experiment.numbers import facts_of, table_of
 from parc_jax.labels import name_of, unit_of
 
 
@@ -35,24 +29,10 @@ def verdict(answer: Answer, path: Path, cold_s: float | None, short: bool = Fals
     """For a terminal. cold_s: [s] to the first sample of a first query, compiling included."""
     lines = []
     if answer.found and not short:
-        n_p, names, t = answer.model.n_p, answer.model.labels, answer.timings
+        n_p, names = answer.model.n_p, answer.model.labels
         plan = _some_plan(answer)
-        part = part_covered(answer)
         lines += [
-            f"safe                   {how_much_is_safe(answer)}",
-            f"first safe sample      {seconds(cold_s)} cold, {seconds(t['first_sample_s'])} warm",
-            f"corridors              {len(answer.corridors)}, "
-            f"{covering(answer.corridor_coverage._asdict(), part)}",
-        ]
-        if answer.polytopes:
-            lines.append(
-                f"safe polytopes         {len(answer.polytopes)}, "
-                f"{covering(answer.coverage._asdict(), part)}"
-            )
-        lines += [
-            f"safe set               in {seconds(t['cover_s'])}",
-            f"proof                  {answer.status}, {answer.refused} refused, in "
-            f"{seconds(t['proof_s'])}",
+            *table_of(answer, cold_s),
             f"for example            start at {_named(plan[:n_p], names.p)}",
             f"                       with {_named(plan[n_p:], names.k)}",
             "",

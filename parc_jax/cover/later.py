@@ -10,9 +10,10 @@ from parc_jax.cover.corridors import Corridors
 from parc_jax.cover.place import Place
 from parc_jax.cover.polytope import SafePolytope
 from parc_jax.cover.polytopes import Polytopes, cut_around
-from parc_jax.cover.sampling import Points, generator, no_points
+from parc_jax.cover.sampling import Points, no_points
 from parc_jax.cover.search import draw_safe_plans
 from parc_jax.cover.stopping import Coverage, nothing_covered, stopping_rule
+from parc_jax.keys import generator
 from parc_jax.model import TrajectoryModel
 from parc_jax.verdict.scene import Scene
 

@@ -5,7 +5,6 @@
 from concurrent.futures import Future, ThreadPoolExecutor
 from typing import NamedTuple
 
-import jax
 import numpy as np
 
 from parc_jax.cover.ends import ends_of
@@ -261,13 +260,3 @@ def groups(cells: np.ndarray):
     ranked = cells[order]
     cut = np.flatnonzero(ranked[1:] != ranked[:-1]) + 1
     return [(cells[index[0]].tobytes(), index) for index in np.split(order, cut)]
-
-
-def generator(key: jax.Array) -> np.random.Generator:
-    """A host generator seeded by all bits of a JAX key: draws are cheap and the key still decides
-    everything.
-    """
-    words = np.asarray(
-        jax.random.key_data(key) if jax.dtypes.issubdtype(key.dtype, jax.dtypes.prng_key) else key
-    )
-    return np.random.default_rng([int(w) for w in words.ravel()])

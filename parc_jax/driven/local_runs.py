@@ -6,10 +6,8 @@ from dataclasses import dataclass, replace
 import jax
 import jax.numpy as jnp
 
-from parc_jax.claim.bad_runs import Attack
-from parc_jax.claim.tube import Tube
+from parc_jax.claim.runs import Runs
 from parc_jax.keys import Stage
-from parc_jax.network.relu import ReLUNetwork
 from parc_jax.rollout.batch import RolloutBatch, concatenate
 from parc_jax.rollout.collect import stream_rollouts
 from parc_jax.rollout.law import BOX, law_of, law_spec
@@ -17,9 +15,10 @@ from parc_jax.sets.box import Box
 
 
 @dataclass(frozen=True, eq=False)
-class LocalRuns:
+class LocalRuns(Runs):
     """Runs of a system on a box, from the streams of a key of their own: the TRAIN stream first for
-    the network, then for the shape; the BOUND stream for the claim.
+    the network, then for the shape; the BOUND stream for the claim. No search: it could only widen
+    the tube.
 
     The system itself keeps its K, so nothing is compiled again. trained: training rows, behind
     which the runs for the shape begin.
@@ -42,10 +41,6 @@ class LocalRuns:
     def fresh(self, n: int) -> Iterable[RolloutBatch]:
         """Runs that nothing has seen."""
         return self._stream(n, Stage.BOUND, 0)
-
-    def attack(self, net: ReLUNetwork, profile: Tube, n: int) -> Attack | None:
-        """Not offered on a box: it could only widen the tube."""
-        return None
 
     def _stream(self, n: int, stage: Stage, first_row: int) -> Iterator[RolloutBatch]:
         def near(key):

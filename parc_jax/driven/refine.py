@@ -23,7 +23,7 @@ from parc_jax.driven.near import Near
 from parc_jax.driven.probe import Aim, Probe, inside, probes
 from parc_jax.driven.safe_box import box_around, safe_box, share_of
 from parc_jax.errors import InputError
-from parc_jax.keys import Stage, stream
+from parc_jax.keys import Stage, generator, stream
 from parc_jax.methods import Exact
 from parc_jax.robust.question import Question
 from parc_jax.sets.box import Box
@@ -172,7 +172,7 @@ def _zoom(model, problem, system, key, asked: Refine, say) -> tuple[list, list[B
     """Boxes to claim on, the most promising first, and what each round bought. Ends when a round
     of smaller boxes is no better than the last.
     """
-    rng = np.random.default_rng(np.asarray(jax.random.key_data(stream(key, Stage.DRIVEN))))
+    rng = generator(stream(key, Stage.DRIVEN))
     scene = scene_of(problem, model)
     side = asked.shares[0] ** (1 / model.n_k)
     # its tube is left out of the order, for that of a small box is another one

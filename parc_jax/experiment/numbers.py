@@ -46,6 +46,26 @@ def facts_of(answer: Answer, cold_s: float | None) -> dict:
     }
 
 
+def table_of(answer: Answer, cold_s: float | None) -> list[str]:
+    """What a query found, line by line. cold_s: as of `facts_of`."""
+    t, part = answer.timings, part_covered(answer)
+    polytopes = [
+        f"first safe polytope    {seconds(t['first_polytope_s'])} warm",
+        f"safe polytopes         {len(answer.polytopes)}, "
+        f"{covering(answer.coverage._asdict(), part)}",
+    ]
+    return [
+        f"safe                   {how_much_is_safe(answer)}",
+        f"first safe sample      {seconds(cold_s)} cold, {seconds(t['first_sample_s'])} warm",
+        f"corridors              {len(answer.corridors)}, "
+        f"{covering(answer.corridor_coverage._asdict(), part)}",
+        *(polytopes if answer.polytopes else []),
+        f"safe set               in {seconds(t['cover_s'])}",
+        f"proof                  {answer.status}, {answer.refused} refused, in "
+        f"{seconds(t['proof_s'])}",
+    ]
+
+
 def covering(coverage: dict, part: str = "the safe set") -> str:
     """What is known of how much of the safe set, or of a part of it, something covers: the fields
     of a `Coverage`.

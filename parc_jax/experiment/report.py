@@ -2,14 +2,7 @@
 
 from parc_jax.experiment.compare import kept_share
 from parc_jax.experiment.job import Outcome
-from parc_jax.experiment.numbers import (
-    covering,
-    eps_of,
-    how_much_is_safe,
-    part_covered,
-    seconds,
-    spread,
-)
+from parc_jax.experiment.numbers import eps_of, spread, table_of
 from parc_jax.spelling import rounded_down, rounded_up
 
 
@@ -49,19 +42,7 @@ def report(outcome: Outcome) -> str:
         lines += _table(
             ("network", "regions", "claim", "error at the end", "safe", "of reaching"), rows
         )
-    t = m["timings"]
-    part = part_covered(outcome.answer)
-    lines += [
-        "",
-        f"safe                   {how_much_is_safe(outcome.answer)}",
-        f"first safe sample      {seconds(m['first_sample_cold_s'])} cold, "
-        f"{seconds(t['first_sample_s'])} warm",
-        f"first safe polytope    {seconds(t['first_polytope_s'])} warm",
-        f"corridors              {m['corridors']}, {covering(m['corridor_coverage'], part)}",
-        f"safe polytopes         {m['polytopes']}, {covering(m['coverage'], part)}",
-        f"safe set               in {seconds(t['cover_s'])}",
-        f"proof                  {m['status']}, {m['refused']} refused, in {seconds(t['proof_s'])}",
-    ]
+    lines += ["", *table_of(outcome.answer, m["first_sample_cold_s"])]
     if m["replay"] is not None:
         lines += _replayed(m["replay"], eps_of(outcome.answer.model.claim))
     driven = [] if m.get("driven") is None else [m["driven"]["statement"]]

@@ -5,10 +5,8 @@ time.
 from collections.abc import Sequence
 from typing import NamedTuple
 
-import jax
 import numpy as np
 
-from parc_jax.cover.sampling import draw, generator
 from parc_jax.cover.search import Progress
 from parc_jax.errors import InputError
 from parc_jax.plot import style
@@ -74,28 +72,6 @@ def cover(
         if sheet.out is sheet.figure:
             style.legend(sheet.figure, _handles(curves), min(len(curves), 4))
     return sheet.out
-
-
-def by_size(
-    answer, key: jax.Array, name: str = "safe polytopes, largest first", n: int = 20_000
-) -> CoverCurve:
-    """What the polytopes of an answer cover of fresh safe points, out of n drawn, when the largest
-    come first.
-
-    Consumes `key`. Raises InputError if none of the points is safe.
-    """
-    fresh = draw(answer.model, answer.scene, generator(key), n).safe
-    if not len(fresh.k):
-        raise InputError(
-            f"by_size: expected safe points among {n} fresh ones; there are none. Draw more."
-        )
-    points = np.concatenate([fresh.p0, fresh.k], axis=1)
-    inside = np.zeros(len(points), bool)
-    share = []
-    for i in np.argsort(-answer.volumes, kind="stable"):
-        inside |= answer.safe_sets[i].contains(points)
-        share.append(inside.mean())
-    return CoverCurve(name, np.array(share), np.arange(1, len(share) + 1))
 
 
 def of_history(history: Sequence[Progress]) -> list[CoverCurve]:

@@ -6,7 +6,6 @@ import contextlib
 import json
 import os
 import queue
-import shutil
 from collections import deque
 from collections.abc import Callable, Iterator
 from concurrent.futures import ThreadPoolExecutor
@@ -66,10 +65,6 @@ class ChunkStore:
     def put(self, index: int, arrays: Arrays) -> None:
         """Keep a finished chunk, atomically."""
         write_npz(self._path(index), arrays)
-
-    def remove(self) -> None:
-        """Delete the folder, once its content lives elsewhere."""
-        shutil.rmtree(self.folder)
 
     def _path(self, index: int) -> Path:
         return self.folder / f"chunk_{index:06d}.npz"

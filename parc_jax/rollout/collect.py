@@ -1,32 +1,44 @@
 """Black box -> batches of recorded runs, resumable and independent of chunking."""
 
+import logging
 import shutil
 from collections.abc import Iterator
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 
 import jax
 import numpy as np
 
-from parc_jax.distributed import gather
+from parc_jax.arrays import content_hash
+from parc_jax.distributed import gather, rank_and_size, require_same
+from parc_jax.errors import InputError
 from parc_jax.keys import Stage
 from parc_jax.labels import labels_of
 from parc_jax.rollout.batch import RolloutBatch, concatenate, rollout_batch
+from parc_jax.rollout.chunks import Arrays, ChunkStore, run_chunks, worker_devices
 from parc_jax.rollout.files import save_rollouts
-from parc_jax.rollout.forecast import Forecast
+from parc_jax.rollout.forecast import Forecast, Pace
 from parc_jax.rollout.identity import identity_of
 from parc_jax.rollout.law import law_of
 from parc_jax.rollout.resume import finished, require_same_runs
 from parc_jax.rollout.rows import (
+    check_k,
     chunk_of,
+    chunks_of_rows,
     is_given,
     k_law,
-    map_rows,
+    require_same_chunk,
     rows_again,
     seed_of,
     simulate_rows,
+    title_of,
 )
-from parc_jax.system import points_of, rotation_of
+from parc_jax.rollout.simulate import remembered, simulator
+from parc_jax.rollout.user_code import blamed
+from parc_jax.system import check_system, points_of, rotation_of
+
+_log = logging.getLogger(__name__)
 
 
 def collect(
@@ -118,43 +130,77 @@ def stream_rollouts(
     quiet=False,
     forecast: Forecast | None = None,
 ) -> Iterator[RolloutBatch]:
-    """The batches of `collect` chunk by chunk, in order, in bounded memory. path: a folder that
-    keeps the chunks.
+    """The batches of `collect` chunk by chunk, in order, in bounded memory, on several workers.
+    path: a folder that keeps the chunks. Raises InputError, also when the system changes while it
+    runs.
     """
-    law, seed = law_of(system, k_law(k)), seed_of(key)
+    from tqdm import tqdm
 
-    def work(rows, device):
+    if n < 1:
+        raise InputError(f"rollouts: expected n >= 1; got {n}.")
+    check_system(system)
+    check_k(system, n, k)
+    devices = worker_devices(system)
+    chunk = chunk_of(system, n, chunk, path)
+    law, seed, grid = law_of(system, k_law(k)), seed_of(key), system.time
+    meta = identity_of(system) | {
+        "what": "rollouts",
+        "dtype": np.dtype(dtype).name,
+        "law": law.hash,
+        "seed": list(seed),
+        "stage": int(stage),
+        "first_row": first_row,
+        "chunk": chunk,
+        "k": content_hash(k) if is_given(k) else "",
+    }
+    require_same(f"rollouts of {n} rows", meta)
+    sim = simulator(system)
+    chunks = chunks_of_rows(n, first_row, chunk, sim.traceable)
+    work = partial(_simulated, system, key, stage, k, first_row, dtype)
+    store = None
+    if path is not None:
+        store = ChunkStore(path, meta)
+        require_same_chunk(store, system, work, chunks, devices[0])
+    rank, hosts = rank_and_size()
+    quiet = quiet or rank > 0
+    told = None if quiet else forecast or Forecast(n)
+    pace = Pace(len(devices) * hosts, sim.traceable, told, system.name)
+
+    def one(index, device):
+        arrays = pace.timed(len(chunks[index]), lambda: work(chunks[index], device))
+        same = (law_of(system, k_law(k)), system.time) == (law, grid)
+        if not same or remembered(system).content != sim.content:
+            raise InputError(
+                f"{system.name}: expected a system that stays as it is while it runs; it was "
+                "changed. Make another one instead."
+            )
+        return arrays
+
+    title = f"{system.name}: {title_of(stage, first_row)}"
+    _log.info("%s: %d rows in %d chunks", title, n, len(chunks))
+    with tqdm(total=n, unit="rollout", desc=title, disable=quiet) as bar:
+        done = run_chunks(one, len(chunks), devices, store)
+        for rows, arrays in zip(chunks, done, strict=True):
+            kept = min(chunk, first_row + n - int(rows[0]))
+            _log.debug("%s: rows %d to %d", title, rows[0], rows[0] + kept - 1)
+            bar.update(kept)
+            yield rollout_batch(
+                **{name: array[:kept] for name, array in arrays.items()},
+                time=grid,
+                domain=system.domain,
+                law=law,
+                rows=rows[:kept],
+                seed=seed,
+                stage=int(stage),
+                points=points_of(system),
+                rotation=rotation_of(system),
+                labels=labels_of(system),
+            )
+
+
+def _simulated(system, key, stage, k, first_row, dtype, rows, device) -> Arrays:
+    """What is kept of the runs of global rows (B,)."""
+    with blamed(f"{system.name}: expected the system to run"):
         drawn, trajectory = simulate_rows(system, key, stage, rows, k, first_row, device)
-        return {
-            "k": drawn,
-            "p": np.asarray(trajectory.p, dtype),
-            "q": np.asarray(trajectory.q, np.float64),
-        }
-
-    label = {"what": "rollouts", "dtype": np.dtype(dtype).name}
-    for rows, arrays in map_rows(
-        work,
-        system,
-        key,
-        n,
-        stage,
-        k=k,
-        first_row=first_row,
-        chunk=chunk,
-        path=path,
-        quiet=quiet,
-        forecast=forecast,
-        label=label,
-    ):
-        yield rollout_batch(
-            **arrays,
-            time=system.time,
-            domain=system.domain,
-            law=law,
-            rows=rows,
-            seed=seed,
-            stage=int(stage),
-            points=points_of(system),
-            rotation=rotation_of(system),
-            labels=labels_of(system),
-        )
+    p, q = np.asarray(trajectory.p, dtype), np.asarray(trajectory.q, np.float64)
+    return {"k": drawn, "p": p, "q": q}

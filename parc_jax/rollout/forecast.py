@@ -2,6 +2,8 @@
 
 import sys
 import threading
+import time
+from collections.abc import Callable
 
 LONG_S = 30.0  # what takes longer is announced
 
@@ -41,14 +43,28 @@ class Forecast:
 class Pace:
     """Seconds per run from the chunks that workers hand in. The first one does not count, nor what
     ran beside it: it waits for a compiler, or for the start of a simulator's own processes, which
-    is soon over: one of LONG_S without a compiler counts.
+    is soon over: one of LONG_S without a compiler counts. forecast: is told the pace of the system
+    `name`.
     """
 
-    def __init__(self, workers: int, compiles: bool):
+    def __init__(
+        self, workers: int, compiles: bool, forecast: Forecast | None = None, name: str = ""
+    ):
         self._workers = workers
         self._compiles = compiles
+        self._forecast = forecast
+        self._name = name
         self._from: float | None = None
         self._lock = threading.Lock()
+
+    def timed(self, runs: int, work: Callable):
+        """What work() gives, which makes so many runs."""
+        began = time.perf_counter()
+        done = work()
+        each = self.of(runs, began, time.perf_counter())
+        if each is not None and self._forecast is not None:
+            self._forecast.measured(self._name, each)
+        return done
 
     def of(self, runs: int, began: float, ended: float) -> float | None:
         """Seconds per run of one chunk that ran from `began` to `ended` [s], or None."""

@@ -14,6 +14,7 @@ import jax
 import numpy as np
 
 from parc_jax.errors import InputError
+from parc_jax.keys import key_data
 from parc_jax.rollout.python_worker import Call, run_many, run_one
 from parc_jax.sets.box import Box
 from parc_jax.system import ONE_POINT, TimeGrid, Trajectory, check_points
@@ -71,12 +72,7 @@ class PythonSystem:
         return self._run(self.simulate_from, keys, list(pairs))
 
     def _run(self, function: Callable, keys, arguments: list[tuple]) -> Trajectory:
-        data = (
-            jax.random.key_data(keys)
-            if jax.dtypes.issubdtype(keys.dtype, jax.dtypes.prng_key)
-            else keys
-        )
-        seeds = [tuple(int(v) for v in row) for row in np.asarray(data)]
+        seeds = [tuple(int(v) for v in row) for row in key_data(keys)]
         each = (self.n_p,) if len(self.points) == 1 else (len(self.points), self.n_p)
         shapes = (self.time.n_record + 1, *each), (self.n_q,)
         spread = self._spread if self.workers else run_many

@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
 from parc_jax.errors import InputError
-from parc_jax.labels import PARTS, Labels, labels_of
+from parc_jax.labels import PARTS, Labels
 from parc_jax.labels import labels as valid_labels
 from parc_jax.sets.box import Box, box
 from parc_jax.spelling import hex_text, nearest_floats
@@ -15,8 +15,6 @@ from parc_jax.system import (
     TimeGrid,
     check_points,
     check_rotation,
-    points_of,
-    rotation_of,
     time_grid,
 )
 
@@ -24,7 +22,7 @@ from parc_jax.system import (
 @dataclass(frozen=True, eq=False)
 class Subject:
     """What runs, a claim about them and a model that has it are about. Build with `subject`, which
-    validates, or `subject_of`.
+    validates.
 
     system: name of the black box. domain: K. time: knots, records and horizon. points: names of the
     robot's reference points, in the order of their coordinates. rotation: what the system declares
@@ -107,18 +105,6 @@ def _words(given: Labels | Mapping[str, Sequence[str]]) -> dict[str, Sequence[st
             f"{', '.join(map(str, words))}."
         )
     return words
-
-
-def subject_of(system) -> Subject:
-    """What the runs of a black box are about. Raises InputError."""
-    return Subject(
-        system.name,
-        system.domain,
-        system.time,
-        points_of(system),
-        rotation_of(system),
-        labels_of(system),
-    )
 
 
 def subject_from_json(data: dict) -> Subject:

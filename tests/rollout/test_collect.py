@@ -16,7 +16,6 @@ from synthetic_plants import disturbed, failing, noisy, plant
 from parc_jax.errors import InputError
 from parc_jax.keys import Stage
 from parc_jax.rollout import collect as collecting
-from parc_jax.rollout import rows
 from parc_jax.rollout.batch import concatenate
 from parc_jax.rollout.chunks import default_chunk, run_chunks, worker_devices
 from parc_jax.rollout.collect import collect, stream_rollouts
@@ -58,7 +57,7 @@ def test_rows_do_not_depend_on_chunking_or_on_how_many_are_asked_for(system):
 
 def test_the_number_of_workers_changes_nothing(system, monkeypatch):
     two = collect(system, KEY, 100, chunk=16, quiet=True)
-    monkeypatch.setattr(rows, "worker_devices", lambda system: [jax.devices()[0]])
+    monkeypatch.setattr(collecting, "worker_devices", lambda system: [jax.devices()[0]])
     assert equal(two, collect(system, KEY, 100, chunk=16, quiet=True))
 
 
