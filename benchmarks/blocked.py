@@ -51,10 +51,10 @@ def main(options: Options) -> list[dict]:
             model = bending_arcs(n_k, hidden, n_steps=10)
             for name, problem in scenes().items():
                 scene = scene_of(problem, model)
-                prove_no_plan(model, scene, budget_s=600.0, max_leaves=1)  # compiles
+                prove_no_plan(scene, budget_s=600.0, max_leaves=1)  # compiles
                 begin = time.process_time()
                 found = prove_no_plan(
-                    model, scene, budget_s=options.budget_s, max_leaves=options.max_leaves
+                    scene, budget_s=options.budget_s, max_leaves=options.max_leaves
                 )
                 seconds = time.process_time() - begin
                 nodes = [] if found.certificate is None else found.certificate["tree"]

@@ -79,7 +79,7 @@ def main(options: Options) -> dict:
             size = min(STEP, options.n - out["plans"])
             step = jax.random.fold_in(stream(key, Stage.REPLAY), out["plans"])
             plans = answer.sample(step, size)
-            seen = counts_of(system, model, answer.scene, plans, step)
+            seen = counts_of(system, answer.scene, plans, step)
             out |= {name: out[name] + seen[name] for name in COUNTED}
             out["CPU seconds"] = round(before + time.process_time())
             if options.json is not None:

@@ -48,10 +48,10 @@ def main(options: Options) -> list[tuple[int, int]]:
         goal = scene_of(asked, model)
         p0 = rng.uniform(goal.z_lo, goal.z_hi, (options.n, model.n_p)) - ends
         for step in itertools.product(np.linspace(-1, 1, 5), repeat=2):
-            safe = verdicts(model, goal, p0, k + np.array(step) * tolerance).safe
+            safe = verdicts(goal, p0, k + np.array(step) * tolerance).safe
             p0, k = p0[safe], k[safe]
         robust = plain(asked.replace(doubt=Doubt(k=list(tolerance))), model)
-        shown = verdicts(robust.model, scene_of(robust.problem, robust.model), p0, k).safe
+        shown = verdicts(scene_of(robust.problem, robust.model), p0, k).safe
         found.append((len(k), int(shown.sum())))
         print(f"±{tolerance}: {found[-1][1]} of {found[-1][0]}, {shown.mean():.0%}")
     return found

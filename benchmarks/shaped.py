@@ -18,6 +18,7 @@ from parc_jax.cover.search import cover, draw_safe_plans
 from parc_jax.model import TrajectoryModel
 from parc_jax.network.relu import relu_network
 from parc_jax.problem import ReachAvoid, reach_avoid
+from parc_jax.robust.question import Plain
 from parc_jax.sets.box import box
 from parc_jax.sets.hpolytope import HPolytope
 from parc_jax.settings import work_of
@@ -124,13 +125,13 @@ def processor_times(scenes: dict, n_first: int, n_corridors: int) -> dict:
 def _first(model: TrajectoryModel, problem: ReachAvoid, seed: int):
     begin = time.process_time()
     key, rng = jax.random.PRNGKey(seed), np.random.default_rng(seed)
-    found = draw_safe_plans(model, near_scene(problem, model), key, rng, 1, 0.99)
+    found = draw_safe_plans(near_scene(Plain(problem, model)), key, rng, 1, 0.99)
     return time.process_time() - begin, found
 
 
 def _corridors(model: TrajectoryModel, problem: ReachAvoid, seed: int):
     begin = time.process_time()
-    scene, rng = near_scene(problem, model), np.random.default_rng(seed)
+    scene, rng = near_scene(Plain(problem, model)), np.random.default_rng(seed)
     asked = {"target": 0.01, "confidence": 0.99, "work": work_of(1.0), "limit": Limit(600.0)}
-    found = cover(model, scene, rng, **asked, polytopes=False)
+    found = cover(scene, rng, **asked, polytopes=False)
     return time.process_time() - begin, found

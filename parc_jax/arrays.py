@@ -4,7 +4,6 @@ says; compiled calls over many rows, on all cores.
 
 import hashlib
 import os
-import weakref
 from collections.abc import Callable, Iterable, Iterator
 from concurrent.futures import ThreadPoolExecutor
 from functools import cache
@@ -117,21 +116,15 @@ def dot(a, b):
     return sum(products[..., i] for i in range(1, products.shape[-1])) + products[..., 0]
 
 
-_REMEMBERED: dict[tuple, tuple] = {}
-
-
-def remembered(owner, name: tuple, make: Callable):
-    """What make() gives, made once for this name while `owner` lives, an array or a frozen record.
-    Arrays of models and scenes are never written to; a name made of ids needs what they are of to
-    be in what is made."""
-    known = _REMEMBERED.get((id(owner), *name))
-    if known is not None and known[0]() is owner:
-        return known[1]
-    for stale in [n for n, (alive, _) in _REMEMBERED.items() if alive() is None]:
-        _REMEMBERED.pop(stale, None)
-    made = make()
-    _REMEMBERED[id(owner), *name] = weakref.ref(owner), made
-    return made
+def once(owner, make: Callable, *about):
+    """make(owner, *about), made once while `owner`, a frozen record, lives: what is derived of it
+    hangs from it. about: hashable.
+    """
+    made = owner.__dict__.setdefault("_made", {})
+    name = (make, *about)
+    if name not in made:
+        made[name] = make(owner, *about)
+    return made[name]
 
 
 def content_hash(*arrays) -> str:

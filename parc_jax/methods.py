@@ -1,12 +1,11 @@
 """How a query is searched: by the exact engine, or as published.
 
-A method has one call, `search`: (model, regions, scene, key, rng, settings) -> what was found, and
+A method has one call, `search`: (scene, key, rng, settings) -> what was found, and
 what is known where nothing was. Samples, proofs and sentences are the planner's, whatever the
 method.
 """
 
 import time
-from collections.abc import Callable
 from dataclasses import dataclass
 
 import jax
@@ -19,16 +18,14 @@ from parc_jax.cover.sampling import no_points, points
 from parc_jax.cover.search import Cover, cover, cover_around, draw_safe_plans
 from parc_jax.cover.stopping import nothing_covered
 from parc_jax.errors import InputError
-from parc_jax.model import TrajectoryModel
 from parc_jax.published.cells import cells_outward
 from parc_jax.published.scene import paper_scene
 from parc_jax.published.search import paper_search
-from parc_jax.pwa import RegionTable
 from parc_jax.settings import Settings, Work, work_of
 from parc_jax.status import Ended
 from parc_jax.verdict.hopeless import why_none
 from parc_jax.verdict.pointwise import verdicts
-from parc_jax.verdict.scene import Scene, scene_of
+from parc_jax.verdict.scene import Scene, laid_out
 from parc_jax.volume_bounds.no_plan import MAX_LEAVES, PROVED, NoPlan, prove_no_plan
 
 
@@ -45,60 +42,53 @@ class Exact:
     around: tuple[np.ndarray, np.ndarray] | None = None
 
     def search(
-        self,
-        model: TrajectoryModel,
-        regions: Callable[[], RegionTable],
-        scene: Scene,
-        key: jax.Array,
-        rng: np.random.Generator,
-        settings: Settings,
+        self, scene: Scene, key: jax.Array, rng: np.random.Generator, settings: Settings
     ) -> tuple[Cover, NoPlan | None]:
-        """Draws from `rng`, a few plans alone from `key`; `regions` is not used."""
+        """Draws from `rng`, a few plans alone from `key`."""
         begin = time.perf_counter()
         limit = Limit(settings.budget_s)
         work = work_of(settings.work)
         if self.around is not None:
-            within = where_around(model, scene, rng, *self.around)
-            return self._drawn(model, scene, key, rng, settings, limit, within), None
-        found = self._drawn(model, scene, key, rng, settings, limit)
+            within = where_around(scene, rng, *self.around)
+            return self._drawn(scene, key, rng, settings, limit, within), None
+        found = self._drawn(scene, key, rng, settings, limit)
         if len(found.points.k) and not found.hopeless:
             return found, None
         no_plan = None
-        hopeless = why_none(scene, model) is not None
-        within = None if hopeless else where_safe(model, scene, rng, 1, limit)
+        hopeless = why_none(scene) is not None
+        within = None if hopeless else where_safe(scene, rng, 1, limit)
         nothing = within is None and not len(found.points.k)
         if nothing and scene.at is None:  # a proof would be about any start
             no_plan = prove_no_plan(
-                model,
-                scene_of(scene.problem, model),  # of what is there alone: boxes look at all of it
+                laid_out(scene.asked),  # of what is there alone: boxes look at all of it
                 budget_s=settings.budget_s,
                 max_leaves=min(work.leaves, MAX_LEAVES),
             )
-            within = _elsewhere(no_plan, hopeless, model, scene, rng, work, limit)
+            within = _elsewhere(no_plan, hopeless, scene, rng, work, limit)
         if limit.cut:  # by a climb; what draws find is whole or says so itself
             found = found._replace(ended=Ended.SECONDS)
         if within is None:
             return found, no_plan
         spent = time.perf_counter() - begin
-        rare = self._drawn(model, scene, key, rng, settings, limit, within)
+        rare = self._drawn(scene, key, rng, settings, limit, within)
         if len(rare.points.k):
             return rare.later(spent), no_plan
         if no_plan is None or no_plan.safe_plan is None:
             return found, no_plan
-        return _around(found, no_plan, model, scene, rng, begin), no_plan
+        return _around(found, no_plan, scene, rng, begin), no_plan
 
     def _drawn(
-        self, model, scene: Scene, key, rng, settings: Settings, limit: Limit, within=None
+        self, scene: Scene, key, rng, settings: Settings, limit: Limit, within=None
     ) -> Cover:
         """What draws show, from everywhere or within a place. Without any claim nothing is safe."""
+        model = scene.model
         if not model.tube.claimed.any():
             none = nothing_covered(settings.confidence)
             return Cover(0, 0, 0, float("nan"), no_points(model), none, none, ended=None)
         if settings.samples_only:
             n, confidence = settings.n_samples, settings.confidence
-            return draw_safe_plans(model, scene, key, rng, n, confidence, within)
+            return draw_safe_plans(scene, key, rng, n, confidence, within)
         return cover(
-            model,
             scene,
             rng,
             target=settings.target,
@@ -121,13 +111,7 @@ class Published:
     lps: bool = False
 
     def search(
-        self,
-        model: TrajectoryModel,
-        regions: Callable[[], RegionTable],
-        scene: Scene,
-        key: jax.Array,
-        rng: np.random.Generator,
-        settings: Settings,
+        self, scene: Scene, key: jax.Array, rng: np.random.Generator, settings: Settings
     ) -> tuple[Cover, None]:
         """A cover without corridors; only what the exact verdict accepts too is kept. Draws from
         `key`; `rng` is not used.
@@ -138,13 +122,14 @@ class Published:
                 "knows sets of starts only. Leave method out."
             )
         begin = time.perf_counter()
-        cells = cells_outward(regions(), model.tube, model.domain.center)
+        model = scene.model
+        cells = cells_outward(model.regions, model.tube, model.domain.center)
         method = "lp" if self.lps else "supports"
         asked = paper_scene(scene.problem, model.tube)
         drawn = paper_search(key, cells, asked, method=method).samples
         p0 = drawn[:, : model.n_p]
         k = drawn[:, model.n_p :]
-        e = verdicts(model, scene, p0, k)
+        e = verdicts(scene, p0, k)
         seen = points(p0, k, e).at(e.safe)
         none = nothing_covered(settings.confidence)
         found = Cover(
@@ -164,7 +149,6 @@ class Published:
 def _elsewhere(
     no_plan: NoPlan,
     hopeless: bool,
-    model: TrajectoryModel,
     scene: Scene,
     rng: np.random.Generator,
     work: Work,
@@ -174,19 +158,17 @@ def _elsewhere(
     larger populations climb to, where it proved nothing. hopeless: no end fits the goal.
     """
     if no_plan.safe_plan is not None:
-        return where_around(model, scene, rng, *no_plan.safe_plan)
+        return where_around(scene, rng, *no_plan.safe_plan)
     if hopeless or no_plan.kind == PROVED:
         return None
-    return where_safe(model, scene, rng, work.population, limit)
+    return where_safe(scene, rng, work.population, limit)
 
 
-def _around(
-    found: Cover, no_plan: NoPlan, model: TrajectoryModel, scene: Scene, rng, begin: float
-) -> Cover:
+def _around(found: Cover, no_plan: NoPlan, scene: Scene, rng, begin: float) -> Cover:
     """Corridors and polytopes around the plan that branch and bound came across."""
     p0, k = (x[None] for x in no_plan.safe_plan)
-    seen = points(p0, k, verdicts(model, scene, p0, k))
-    corridors, polytopes = cover_around(model, scene, rng, seen)
+    seen = points(p0, k, verdicts(scene, p0, k))
+    corridors, polytopes = cover_around(scene, rng, seen)
     return found._replace(
         points=seen,
         corridors=corridors,

@@ -10,6 +10,7 @@ from pathlib import Path
 import numpy as np
 from flax import struct
 
+from parc_jax.arrays import once
 from parc_jax.claim.claim import ErrorClaim, check_claim, check_network, derived
 from parc_jax.claim.claim_file import claim_from_json
 from parc_jax.claim.tube import Tube
@@ -18,8 +19,9 @@ from parc_jax.errors import InputError
 from parc_jax.labels import Labels
 from parc_jax.network.predict import Layout
 from parc_jax.network.relu import ReLUNetwork, relu_network
+from parc_jax.pwa import RegionTable, enumerate_regions
 from parc_jax.rollout.files import read_npz, write_npz
-from parc_jax.sets.box import Box
+from parc_jax.sets.box import Box, box
 from parc_jax.spelling import counted
 from parc_jax.system import TimeGrid
 
@@ -72,6 +74,11 @@ class TrajectoryModel:
     def tube(self) -> Tube:
         """The tube of the claim."""
         return self.claim.tube
+
+    @property
+    def regions(self) -> RegionTable:
+        """All regions of the network over K, enumerated once."""
+        return once(self.net, _regions, tuple(self.domain.lo), tuple(self.domain.hi))
 
     @property
     def n_p(self) -> int:
@@ -190,3 +197,7 @@ def load(path, system: str | None = None) -> TrajectoryModel:
             f"{path}: expected a model of {system!r}; it was learned from {claim.subject.system!r}."
         )
     return trajectory_model(net, claim)
+
+
+def _regions(net: ReLUNetwork, lo: tuple, hi: tuple) -> RegionTable:
+    return enumerate_regions(net, box(np.array(lo), np.array(hi)))

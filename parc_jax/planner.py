@@ -2,7 +2,6 @@
 
 import time
 from collections.abc import Callable, Sequence
-from functools import cached_property
 from typing import TYPE_CHECKING
 
 import jax
@@ -17,13 +16,13 @@ from parc_jax.model import TrajectoryModel, check_model
 from parc_jax.prepared import Prepared
 from parc_jax.probes import require_sound_arithmetic
 from parc_jax.problem import ReachAvoid
-from parc_jax.pwa import RegionTable, enumerate_regions
+from parc_jax.pwa import RegionTable
 from parc_jax.robust.question import Question, plain_problems, question
 from parc_jax.settings import Settings
 from parc_jax.system import check_system
-from parc_jax.verdict.near import scene_of_question
+from parc_jax.verdict.near import near_scene
 from parc_jax.verdict.outline import require_same
-from parc_jax.verdict.scene import Scene, scene_of
+from parc_jax.verdict.scene import SceneArrays, laid_out
 from parc_jax.volume_bounds.no_plan import MAX_LEAVES, NoPlan, prove_no_plan
 
 if TYPE_CHECKING:
@@ -49,10 +48,10 @@ class Planner:
     def __repr__(self) -> str:
         return f"Planner({self.model!r})"
 
-    @cached_property
+    @property
     def regions(self) -> RegionTable:
         """All regions of the network over K, enumerated once."""
-        return enumerate_regions(self.model.net, self.model.domain)
+        return self.model.regions
 
     def solve(
         self, problem: ReachAvoid, key: jax.Array, settings: Settings | None = None, *, at=None
@@ -84,12 +83,7 @@ class Planner:
         return self._prepare(question(problem, self.model, at))
 
     def _prepare(self, asked: Question) -> Prepared:
-        laid_out = asked.plain(self._under_doubt)
-        return Prepared(laid_out, scene_of_question(laid_out), self._regions_of, answer_to)
-
-    def _regions_of(self, model: TrajectoryModel) -> RegionTable:
-        same = model.net is self.model.net and model.domain is self.model.domain
-        return self.regions if same else enumerate_regions(model.net, model.domain)
+        return Prepared(near_scene(asked.plain(self._under_doubt)), answer_to)
 
     def warm_up(self, problem: ReachAvoid, settings: Settings | None = None, *, at=None) -> Answer:
         """Compile what a query of this size needs: a query with next to no work, from a stream of
@@ -170,7 +164,7 @@ class Planner:
         require_sound_arithmetic()
         chosen = {int(i): problem_of(problems, i) for i in whole}
         model = self.model
-        if not isinstance(problems, BoxScenes | Scene):
+        if not isinstance(problems, BoxScenes | SceneArrays):
             problems, model = plain_problems(problems, model, self._under_doubt)
         answer = solve_batch(
             model,
@@ -199,8 +193,7 @@ class Planner:
         require_sound_arithmetic()
         asked = question(problem, self.model).plain(self._under_doubt)
         return prove_no_plan(
-            asked.model,
-            scene_of(asked.problem, asked.model),
+            laid_out(asked),
             budget_s=budget_s,
             max_leaves=min(max_leaves, MAX_LEAVES),
             bounds=True,

@@ -2,7 +2,6 @@
 
 import logging
 import time
-from collections.abc import Callable
 from typing import TYPE_CHECKING, NamedTuple
 
 import jax
@@ -19,9 +18,6 @@ from parc_jax.driven.looks import Looks
 from parc_jax.errors import InputError, expected
 from parc_jax.keys import Stage, generator, stream
 from parc_jax.methods import Exact
-from parc_jax.model import TrajectoryModel
-from parc_jax.pwa import RegionTable
-from parc_jax.robust.question import Plain
 from parc_jax.settings import Settings
 from parc_jax.verdict.scene import Scene
 
@@ -47,17 +43,8 @@ class FirstPlans(NamedTuple):
 class Prepared:
     """A problem laid out for one model. Made by `Planner.prepare`."""
 
-    def __init__(
-        self,
-        asked: Plain,
-        scene: Scene,
-        regions_of: Callable[[TrajectoryModel], RegionTable],
-        solve: "Solve",
-    ):
-        self.model = asked.model
+    def __init__(self, scene: Scene, solve: "Solve"):
         self.scene = scene
-        self._asked = asked
-        self._regions_of = regions_of
         self._again = solve
 
     def __repr__(self) -> str:
@@ -71,7 +58,7 @@ class Prepared:
         """
         if not 1 <= n <= MOST:
             raise InputError(f"first: expected 1 to {MOST} plans; got {n}. `solve` gives more.")
-        asked = placed(self.model, self.scene)
+        asked = placed(self.scene)
         rows, drawn = in_one_array(asked, stream(key, Stage.SEARCH), n)
         return FirstPlans(rows[:, :-1], rows[:, -1], drawn)
 
@@ -88,13 +75,11 @@ class Prepared:
         """begin: [s] of the clock, from which the times of the answer count. looks: an account that
         it shares, None for one of its own.
         """
-        model, scene, asked = self.model, self.scene, self._asked
+        scene = self.scene
         search = stream(key, Stage.SEARCH)
         rng = generator(search)
         method = settings.method or Exact()
-        found, no_plan = method.search(
-            model, lambda: self._regions_of(model), scene, search, rng, settings
-        )
+        found, no_plan = method.search(scene, search, rng, settings)
         covered = time.perf_counter()
         _log.info(
             "searched for %.1f s: %d safe points, %d corridors, %d polytopes",
@@ -108,12 +93,12 @@ class Prepared:
         samples = np.concatenate([chosen.p0, chosen.k], axis=1)
 
         def parts() -> list[dict]:
-            return _certificates(model, scene, chosen)
+            return _certificates(scene, chosen)
 
         refused = 0
         if settings.proof:
             written = parts()
-            accepted = prove(scene.problem, model, written, found.corridors, found.polytopes)
+            accepted = prove(scene.problem, scene.model, written, found.corridors, found.polytopes)
             refused = sum(int((~kept).sum()) for kept in accepted)
             samples = samples[accepted[0]]
             written = _those(written, accepted[0])
@@ -128,7 +113,6 @@ class Prepared:
             "proof_s": time.perf_counter() - covered,
         }
         answer = Answer(
-            asked,
             scene,
             found,
             samples,
@@ -143,11 +127,11 @@ class Prepared:
         return answer
 
 
-def _certificates(model: TrajectoryModel, scene: Scene, chosen: Points) -> list[dict]:
+def _certificates(scene: Scene, chosen: Points) -> list[dict]:
     """Of all points."""
     each = (chosen.p0, chosen.k, chosen.path, chosen.bin)
     return [
-        sample_part(scene, model.tube, p0, k, path, int(bin))
+        sample_part(scene, scene.model.tube, p0, k, path, int(bin))
         for p0, k, path, bin in zip(*each, strict=True)
     ]
 

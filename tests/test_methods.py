@@ -17,9 +17,9 @@ def climbs(monkeypatch):
     """The scenes for which plans climbed."""
     made = []
 
-    def counted(model, scene, rng, largest, limit):
+    def counted(scene, rng, largest, limit):
         made.append(scene)
-        return climb(model, scene, rng, largest, limit)
+        return climb(scene, rng, largest, limit)
 
     climb = methods.where_safe
     monkeypatch.setattr(methods, "where_safe", counted)

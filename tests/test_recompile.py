@@ -49,7 +49,7 @@ def test_a_new_size_compiles_and_is_counted(warm):
     from parc_jax.verdict.pointwise import verdicts
 
     scene = scenes.scene_of(problem, model)
-    assert compiled_by(lambda: verdicts(model, scene, np.zeros((1, 2)), np.zeros((1, 2)))) > 0
+    assert compiled_by(lambda: verdicts(scene, np.zeros((1, 2)), np.zeros((1, 2)))) > 0
 
 
 def test_host_only_parts_in_the_kernels_arguments_would_be_noticed(warm, monkeypatch):
@@ -58,7 +58,7 @@ def test_host_only_parts_in_the_kernels_arguments_would_be_noticed(warm, monkeyp
     from parc_jax.verdict.pointwise import verdicts
 
     scene = scenes.scene_of(problem, model)
-    assert compiled_by(lambda: verdicts(model, scene, np.zeros((1, 2)), np.zeros((1, 2)))) > 0
+    assert compiled_by(lambda: verdicts(scene, np.zeros((1, 2)), np.zeros((1, 2)))) > 0
 
 
 KEY = jax.random.key(0)

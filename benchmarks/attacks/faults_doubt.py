@@ -111,7 +111,7 @@ DOUBT = (
     Fault(
         "no_word_of_a_bin_without_claim",
         "answer.statement.statement",
-        "nothing_found(why_none(found.scene, found.model))",
+        "nothing_found(why_none(found.scene))",
         "nothing_found(None)",
         (
             "tests/answer/test_statement.py"

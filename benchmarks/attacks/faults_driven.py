@@ -166,8 +166,8 @@ DRIVEN = (
     Fault(
         "a_part_of_the_tube_called_all",
         "nearly_safe",
-        "judged_by = _under(model, part)",
-        "judged_by = _under(model, 0.5 * part)",
+        "_under(model, part)",
+        "_under(model, 0.5 * part)",
         (f"{REFINE}::test_the_score_is_the_least_margin_under_all_of_the_tube_or_a_part",),
     ),
     Fault(

@@ -84,13 +84,13 @@ NEAR = (
     Fault(
         "clearance_forgets_what_is_beyond",
         "_far",
-        "inf if scene.beyond is None else scene.beyond",
-        "inf",
+        "scene.beyond",
+        "jnp.inf",
         (LEFT_OUT,),
     ),
     Fault(
         "the_last_obstacle_is_taken_for_padding",
-        "bare_scene",
+        "laid_out",
         "(numbered_pairs(problem, kept))",
         "(numbered_pairs(problem, kept)) - 1",
         ("tests/verdict/test_near.py::test_a_thousand_obstacles_are_as_many_rows_as_matter",),

@@ -26,7 +26,7 @@ QUERY = (
     ),
     Fault(
         "fewer_obstacles_than_there_are",
-        "bare_scene",
+        "laid_out",
         "(numbered_pairs(problem, kept))",
         "(numbered_pairs(problem, kept)) - 1",
         JUDGED,

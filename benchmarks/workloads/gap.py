@@ -159,7 +159,7 @@ def _reaching(model, problem, rng, n: int) -> Points:
     scene = scene_of(problem, model)
     k = rng.uniform(model.domain.lo, model.domain.hi, (n, model.n_k))
     z = rng.uniform(scene.z_lo, scene.z_hi, (n, model.n_p))
-    p0, reaches = anchor(model, scene, z, k)
+    p0, reaches = anchor(scene, z, k)
     return Points(p0[reaches], k[reaches])
 
 
@@ -168,9 +168,7 @@ def _ours(model: TrajectoryModel):
 
     def judge(problem, at: Points) -> np.ndarray:
         return (
-            verdicts(model, scene_of(problem, model), at.p0, at.k).safe
-            if len(at.k)
-            else np.zeros(0, bool)
+            verdicts(scene_of(problem, model), at.p0, at.k).safe if len(at.k) else np.zeros(0, bool)
         )
 
     return judge
@@ -221,7 +219,7 @@ def _corners(model) -> tuple[np.ndarray, np.ndarray]:
 def _prove(model: TrajectoryModel, problem, plan: Points) -> bool:
     """The checker accepts this one plan."""
     scene = scene_of(problem, model)
-    e = verdicts(model, scene, plan.p0, plan.k)
+    e = verdicts(scene, plan.p0, plan.k)
     part = sample_part(scene, model.tube, plan.p0[0], plan.k[0], e.path[0], int(e.bin[0]))
     return bool(prove(problem, model, [part])[0].all())
 

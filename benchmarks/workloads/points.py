@@ -26,8 +26,8 @@ def run(bench: Bench) -> Result:
     )
     k = rng.uniform(model.domain.lo, model.domain.hi, (n, model.n_k))
     z = rng.uniform(scene.z_lo, scene.z_hi, (n, model.n_p))
-    p0, reaches = anchor(model, scene, z, k)
-    done = timed(lambda: verdicts(model, scene, p0, k), bench.size(5, 1))
+    p0, reaches = anchor(scene, z, k)
+    done = timed(lambda: verdicts(scene, p0, k), bench.size(5, 1))
     return Result(
         [
             rate("points.rate", n, done.warm, batch=CHUNK),

@@ -194,7 +194,7 @@ def search_ours(bench: Bench, model: TrajectoryModel, problem: ReachAvoid) -> Se
         begin, rng = time.perf_counter(), np.random.default_rng(seed + 1)
         scene, found = scene_of(problem, model), 0
         while not found and time.perf_counter() - begin < bench.size(2.0, 0.5):
-            found = len(draw(model, scene, rng, 512).safe.k)
+            found = len(draw(scene, rng, 512).safe.k)
         if found and seed >= 0:
             seconds.append(time.perf_counter() - begin)
         if not found and seed == 4 and not seconds:  # hopeless: do not wait for the others
@@ -242,7 +242,7 @@ def published_share(
     safe.
     """
     found = draw(
-        model, scene_of(problem, model), np.random.default_rng(0), bench.size(1 << 15, 1 << 9)
+        scene_of(problem, model), np.random.default_rng(0), bench.size(1 << 15, 1 << 9)
     ).safe
     return (
         float(kept(Partition(model, table), problem, found.p0, found.k, found.bin).mean())

@@ -210,6 +210,6 @@ def certified(
         pass
     else:
         offsets, _ = trajectories(given.net, given.layout, k)
-        count = int(verdicts(given, scene, z - offsets[:, -1, : given.n_p], k).safe.sum())
+        count = int(verdicts(scene, z - offsets[:, -1, : given.n_p], k).safe.sum())
     high = float(clopper_pearson(count, n, 0.025))
     return Share(count / n, least_probability(count, n, 0.025), high)

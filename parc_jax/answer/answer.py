@@ -70,7 +70,7 @@ class Answer(Findings):
         answer.refused += refused
         answer._cover = cover
         if len(cover.polytopes):
-            answer._plans = SafeUnion(self.model, self.scene, list(cover.polytopes))
+            answer._plans = SafeUnion(self.scene, list(cover.polytopes))
         return answer
 
     @cached_property
@@ -139,7 +139,7 @@ class Answer(Findings):
 
     def keeps(self, p0, k) -> np.ndarray:
         """p0 (b, n_p), k (b, n_k) -> bool (b,): safe, as it keeps to one of `corridors`."""
-        kept = KeptPlans(self.model, self.scene, self._corridors, self._cover.within)
+        kept = KeptPlans(self.scene, self._corridors, self._cover.within)
         return kept.contains(*self._given("keeps", p0, k))
 
     def _given(self, name: str, p0, k) -> tuple[np.ndarray, np.ndarray]:
@@ -221,7 +221,7 @@ class Answer(Findings):
         plan, value = self.best(objective, key)
         from parc_jax.driven.choice import Choice  # it trains: whoever only asks needs no trainer
 
-        return Choice(plan, value, self.asked, self.scene, account, self.solve)
+        return Choice(plan, value, self.scene, account, self.solve)
 
     def safest(self) -> tuple[np.ndarray, float]:
         """Centre (n_p + n_k,) and radius of the largest ball, in (p0, k) units, inside one safe

@@ -13,7 +13,7 @@ def with_polytopes(found: Findings, key: jax.Array, n: int) -> tuple[Cover, int]
     proved where the answer is. [T31]
     """
     cover = found._cover
-    asked = found.model, found.scene, key, found._corridors, cover.within
+    asked = found.scene, key, found._corridors, cover.within
     polytopes, coverage = cut_later(*asked, n, cover.kept.confidence)
     refused = 0
     if found.proved:

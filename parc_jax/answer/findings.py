@@ -30,7 +30,6 @@ class Findings:
 
     def __init__(
         self,
-        asked: Plain,
         scene: Scene,
         cover: Cover,
         samples: np.ndarray,
@@ -41,27 +40,31 @@ class Findings:
         no_plan: NoPlan | None,
         looks: Looks | None = None,
     ):
-        self.asked = asked
         self.scene = scene
         self.samples = samples
         self._sample_parts = sample_parts
         self.proved = proved
         self.refused = refused
         self.timings = timings
-        self.no_plan = None if no_plan is None else no_plan._replace(doubt=asked.doubt)
+        self.no_plan = None if no_plan is None else no_plan._replace(doubt=scene.asked.doubt)
         self.looks = Looks() if looks is None else looks
         self._cover = cover
         self._corridors = Corridors(self.model.tube, cover.corridors)
         self._plans: PlanSet = (
-            SafeUnion(self.model, scene, list(cover.polytopes))
+            SafeUnion(scene, list(cover.polytopes))
             if len(cover.polytopes)
-            else KeptPlans(self.model, scene, self._corridors, cover.within)
+            else KeptPlans(scene, self._corridors, cover.within)
         )
 
     @cached_property
     def sample_parts(self) -> list[dict]:
         """The certificates of the samples, written when they are first asked for."""
         return self._sample_parts() if callable(self._sample_parts) else self._sample_parts
+
+    @property
+    def asked(self) -> Plain:
+        """The plain question."""
+        return self.scene.asked
 
     @property
     def model(self) -> TrajectoryModel:
@@ -89,7 +92,7 @@ class Findings:
         times the goal's box, or of K alone where there is one start.
         """
         if self.doubt is None or self.question is None:
-            return volume_of_all(self.scene, self.model)
+            return volume_of_all(self.scene)
         volume = self.doubt.volume_of_k(self.model.domain)
         if self.scene.at is not None:
             return volume

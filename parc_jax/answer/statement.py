@@ -50,7 +50,7 @@ def statement(found: Findings) -> str:
         said = f"{found.no_plan.statement()}\n{_about_tube(found, ())}"
         told = found.no_plan.ended is found.ended
     else:
-        none = nothing_found(why_none(found.scene, found.model))
+        none = nothing_found(why_none(found.scene))
         said = none if found.doubt is None else found.doubt.of_none(none)
     return said if told or found.ended is None else f"{said}\n{found.ended.sentence}"
 

@@ -16,7 +16,7 @@ from parc_jax.obstacles.pairs import Pairs
 from parc_jax.problem import ReachAvoid, reach_avoid
 from parc_jax.sets.box import box
 from parc_jax.sets.hpolytope import hpolytope
-from parc_jax.verdict.scene import Scene, float_slack, obstacles_of
+from parc_jax.verdict.scene import SceneArrays, float_slack, obstacles_of
 from parc_jax.verdict.sized import more_rows, size_class
 
 
@@ -43,7 +43,7 @@ class BoxScenes:
         return len(self.goal_lo)
 
     def problem(self, i: int) -> ReachAvoid:
-        """Scene i as a problem of its own, as `Planner.solve` takes it."""
+        """SceneArrays i as a problem of its own, as `Planner.solve` takes it."""
         kept = np.flatnonzero(self.present[i])
         free = not np.isfinite(self.start_lo[i]).all()
         start = None if free else box(self.start_lo[i], self.start_hi[i])
@@ -142,7 +142,7 @@ def _of_every_scene(name: str, value, s: int, n_p: int) -> np.ndarray:
     return as_float64(name, value, (s, None, n_p))
 
 
-def lay_out_boxes(boxes: BoxScenes, model: TrajectoryModel) -> Scene:
+def lay_out_boxes(boxes: BoxScenes, model: TrajectoryModel) -> SceneArrays:
     """Stacked arrays, equal to those of `scene` for every problem up to one rounding of corners of
     a polygon body.
     """
@@ -153,7 +153,7 @@ def lay_out_boxes(boxes: BoxScenes, model: TrajectoryModel) -> Scene:
     s = len(boxes)
     goal_A, goal_b = _rows(boxes.goal_lo, boxes.goal_hi)
     start_A, start_b = _rows(boxes.start_lo, boxes.start_hi)
-    return Scene(
+    return SceneArrays(
         goal_A=goal_A,
         goal_b=goal_b,
         start_A=start_A,
@@ -163,8 +163,8 @@ def lay_out_boxes(boxes: BoxScenes, model: TrajectoryModel) -> Scene:
         k_lo=np.broadcast_to(model.domain.lo, (s, model.n_k)),
         k_hi=np.broadcast_to(model.domain.hi, (s, model.n_k)),
         obstacles=obstacles,
-        directions=None,
         slack=float_slack(model, size),
+        beyond=np.full(s, np.inf),
     )
 
 

@@ -9,7 +9,7 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
-from parc_jax.arrays import dot, remembered, x64
+from parc_jax.arrays import dot, once, x64
 from parc_jax.claim.error_set import ErrorTemplate
 from parc_jax.claim.tube import Tube
 from parc_jax.obstacles.grown import GrownObstacles
@@ -39,14 +39,12 @@ class Taken(NamedTuple):
 
 def fan_table(tube: Tube) -> jax.Array | None:
     """`Taken.table` of a tube, worked out once; None for boxes, which tell it as fast."""
-    if tube.templates is None:
-        return None
+    return None if tube.templates is None else once(tube, _along_fan)
 
-    def make():
-        with x64():
-            return _fan_table(tube.templates.interval.errors)
 
-    return remembered(tube.templates.interval.half, ("fan",), make)
+def _along_fan(tube: Tube) -> jax.Array:
+    with x64():
+        return _fan_table(tube.templates.interval.errors)
 
 
 @jax.jit

@@ -21,7 +21,7 @@ from parc_jax.network.predict import HIGHEST, moved_to, predict
 from parc_jax.network.relu import ReLUNetwork
 from parc_jax.obstacles.pairs import Pairs
 from parc_jax.verdict.pointwise import verdict
-from parc_jax.verdict.scene import Scene
+from parc_jax.verdict.scene import SceneArrays
 
 PROPOSED = 64  # plans proposed per scene and round
 LOOKED = 12  # of which, for bodies of hulls, so many remain after a rough look
@@ -111,7 +111,7 @@ class Ends(NamedTuple):
     any: jax.Array
 
 
-def allowed_ends(pool: Pool, scene: Scene) -> Ends:
+def allowed_ends(pool: Pool, scene: SceneArrays) -> Ends:
     """The ends that reach the goal from the start set."""
     n_p = scene.z_lo.shape[0]
     n_c = pool.end.shape[1]
@@ -135,7 +135,7 @@ def allowed_ends(pool: Pool, scene: Scene) -> Ends:
     return Ends(lo, hi, pool.known & (lo <= hi).all(axis=1) & goal & start)
 
 
-def improve(best: Best, net, tube, table, scene: Scene, pool: Pool, chosen, z, worth) -> Best:
+def improve(best: Best, net, tube, table, scene: SceneArrays, pool: Pool, chosen, z, worth) -> Best:
     """Estimate plans that end in z (c, n_p) with k of the chosen items (c,), check the most
     promising ones in float64, keep the best. table: of the tube, as in `Taken`. worth (c,) bool:
     the others are left alone.
@@ -178,7 +178,7 @@ class Rounds(NamedTuple):
 
 
 def search(
-    net, tube, table, scene: Scene, number, best: Best, pool: Pool, key, first, last
+    net, tube, table, scene: SceneArrays, number, best: Best, pool: Pool, key, first, last
 ) -> tuple[Best, jax.Array]:
     """Rounds first..last - 1 of one scene; ends when every place of `best` holds a safe plan.
 
@@ -208,7 +208,7 @@ def search(
     return end.best, end.next - first
 
 
-def rewarm(net, tube, table, scene: Scene, number, best: Best, plans, key) -> Best:
+def rewarm(net, tube, table, scene: SceneArrays, number, best: Best, plans, key) -> Best:
     """Begin from earlier plans (w, n_p + n_k), NaN where there is none: the same k and ends, then
     more and more apart.
 

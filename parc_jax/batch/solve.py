@@ -19,12 +19,13 @@ from parc_jax.errors import InputError
 from parc_jax.keys import Stage, key_data, stream
 from parc_jax.model import TrajectoryModel
 from parc_jax.problem import ReachAvoid
+from parc_jax.robust.question import Plain
 from parc_jax.status import Status
 from parc_jax.verdict.near import near_scene
 from parc_jax.verdict.pointwise import paths_of
-from parc_jax.verdict.scene import Scene
+from parc_jax.verdict.scene import SceneArrays
 
-Problems = Sequence[ReachAvoid] | BoxScenes | Scene
+Problems = Sequence[ReachAvoid] | BoxScenes | SceneArrays
 
 
 class BatchAnswer(NamedTuple):
@@ -89,7 +90,7 @@ def solve_batch(
         raise InputError(
             f"solve_batch: expected n_samples, draws, pool >= 1; got {n_samples}, {draws}, {pool}."
         )
-    if proof and isinstance(problems, Scene):
+    if proof and isinstance(problems, SceneArrays):
         problem_of(problems, 0)
     begin = time.perf_counter()
     classes = _size_classes(problems, model)
@@ -125,7 +126,7 @@ def solve_batch(
 
 def problem_of(problems: Problems, row: int) -> ReachAvoid:
     """One problem of a batch, for `Planner.solve`. Raises InputError for stacked arrays."""
-    if isinstance(problems, Scene):
+    if isinstance(problems, SceneArrays):
         raise InputError(
             "solve_batch: proof and polytopes need problems or BoxScenes; stacked arrays spell "
             "none."
@@ -138,7 +139,7 @@ def _size_classes(problems: Problems, model: TrajectoryModel) -> list[SizeClass]
         if not len(problems):
             return []
         return [SizeClass(np.arange(len(problems)), lay_out_boxes(problems, model))]
-    if isinstance(problems, Scene):
+    if isinstance(problems, SceneArrays):
         return [SizeClass(np.arange(check_stack(problems, model)), problems)]
     return stack_problems(problems, model)
 
@@ -169,7 +170,7 @@ class Schedule:
 
 
 def _search(
-    model, scenes: Scene, numbers, warm, key, n_samples: int, draws: int, pool: int, mesh
+    model, scenes: SceneArrays, numbers, warm, key, n_samples: int, draws: int, pool: int, mesh
 ) -> tuple[Best, np.ndarray]:
     """All rounds of one size class; scenes that are done leave, the others meet fresh pools and
     more rounds. warm: (s, w, n_p + n_k) earlier plans, or None. Returns rounds (s,) as well.
@@ -243,7 +244,7 @@ def _proved(model: TrajectoryModel, problems, plans: np.ndarray, found: np.ndarr
     bins = model.tube.bin_of(k)
     for i, row in enumerate(rows):
         problem = problem_of(problems, row)
-        scene = near_scene(problem, model)
+        scene = near_scene(Plain(problem, model))
         part = sample_part(scene, model.tube, p0[i], k[i], paths[i], int(bins[i]))
         out[row] = prove(problem, model, [part])[0][0]
     return out

@@ -9,8 +9,8 @@ import numpy as np
 from parc_jax.errors import InputError
 from parc_jax.model import TrajectoryModel
 from parc_jax.problem import ReachAvoid
-from parc_jax.verdict.near import bare_near_scene
-from parc_jax.verdict.scene import Scene, bare_scene
+from parc_jax.verdict.near import apart_from_plans
+from parc_jax.verdict.scene import OneScene, SceneArrays, scene_arrays
 from parc_jax.verdict.sized import size_class, sized
 
 FEW = 4  # obstacles that cost less than telling which of them are far
@@ -19,11 +19,11 @@ FEW = 4  # obstacles that cost less than telling which of them are far
 class SizeClass(NamedTuple):
     """Scenes of one padded size.
 
-    rows: (s,) where they stand in the question. scenes: Scene with a leading axis s.
+    rows: (s,) where they stand in the question. scenes: with a leading axis s.
     """
 
     rows: np.ndarray
-    scenes: Scene
+    scenes: SceneArrays
 
 
 def stack_problems(problems: Sequence[ReachAvoid], model: TrajectoryModel) -> list[SizeClass]:
@@ -33,14 +33,14 @@ def stack_problems(problems: Sequence[ReachAvoid], model: TrajectoryModel) -> li
     About a millisecond of Python per problem: the corners of grown obstacles are exact.
     `box_scenes` has no such cost.
     """
-    alike: dict[int, list[tuple[int, Scene]]] = {}
+    alike: dict[int, list[tuple[int, SceneArrays]]] = {}
     for row, problem in enumerate(problems):
         try:
             one = _laid_out(problem, model)
         except InputError as error:
             raise InputError(f"problem {row} of the batch: {error}") from None
         alike.setdefault(size_class(len(problem.obstacles)), []).append((row, one))
-    groups: dict[tuple, list[tuple[int, Scene]]] = {}
+    groups: dict[tuple, list[tuple[int, SceneArrays]]] = {}
     for some in alike.values():
         # all as large as the largest: to leave obstacles out is not to make more programs
         most = size_class(max(len(one.obstacles.active) for _, one in some))
@@ -56,28 +56,26 @@ def stack_problems(problems: Sequence[ReachAvoid], model: TrajectoryModel) -> li
     ]
 
 
-def _laid_out(problem: ReachAvoid, model: TrajectoryModel) -> Scene:
-    if len(problem.obstacles) <= FEW:
-        return bare_scene(problem, model).replace(beyond=np.float64(np.inf))
-    return bare_near_scene(problem, model)
+def _laid_out(problem: ReachAvoid, model: TrajectoryModel) -> SceneArrays:
+    few = len(problem.obstacles) <= FEW
+    return scene_arrays(problem, model, None if few else apart_from_plans(problem, model))
 
 
-def shape_of(scenes: Scene) -> tuple:
+def shape_of(scenes: SceneArrays) -> tuple:
     """Shapes of all arrays: scenes that agree in it can be stacked."""
     return tuple(np.shape(x) for x in jax.tree.leaves(scenes))
 
 
-def check_stack(scenes: Scene, model: TrajectoryModel) -> int:
+def check_stack(scenes: SceneArrays, model: TrajectoryModel) -> int:
     """Number of scenes in stacked arrays. Raises InputError when they are no stack for this
     model.
     """
     leaves = jax.tree.leaves(scenes)
     counts = {np.shape(x)[0] if np.ndim(x) else None for x in leaves}
-    if scenes.directions is not None or len(counts) != 1 or None in counts:
+    if isinstance(scenes, OneScene) or len(counts) != 1 or None in counts:
         raise InputError(
-            "solve_batch: expected stacked scenes: every array with the same leading axis, "
-            f"directions None; got leading axes {sorted(map(str, counts))}. Build them with "
-            "box_scenes or stack_problems."
+            "solve_batch: expected stacked scenes, every array with the same leading axis; "
+            f"got {sorted(map(str, counts))}. Build them with box_scenes or stack_problems."
         )
     want = (model.time.n_steps, model.n_p, model.n_k)
     have = (

@@ -143,7 +143,7 @@ def _run(black_box, answer, sample: int):
     from parc_jax.experiment.replay import replay
 
     plans = answer.samples[[sample]]
-    return replay(black_box, answer.model, answer.scene, plans, jax.random.PRNGKey(0)).path[0]
+    return replay(black_box, answer.scene, plans, jax.random.PRNGKey(0)).path[0]
 
 
 def _possible(answer) -> list[str]:

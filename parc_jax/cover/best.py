@@ -108,10 +108,10 @@ def _value(plans: PlanSet, objective):
     n_p = plans.model.n_p
     if isinstance(objective, str):
         # of all obstacles, those too that no plan comes near
-        scene = whole_scene(plans.scene, plans.model)
+        scene = whole_scene(plans.scene)
 
         def named(x):
-            return getattr(verdicts(plans.model, scene, x[:, :n_p], x[:, n_p:]), objective)
+            return getattr(verdicts(scene, x[:, :n_p], x[:, n_p:]), objective)
 
         return named
     compiled = jax.jit(jax.vmap(lambda x: jnp.asarray(objective(x[:n_p], x[n_p:]))))

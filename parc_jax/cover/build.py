@@ -125,7 +125,7 @@ def _around(scene: Scene, building: Building, plans: np.ndarray) -> list[Corrido
     """A corridor for every row (s, PLANS) of a seed and its neighbours, CALL rows at a time."""
     points, errors = building.waiting, building.corridors.tube.errors
     arrays = scene.arrays
-    shared = by_bin(scene, errors)
+    shared = by_bin(scene)
 
     def call(rows):
         some = plans[rows]

@@ -4,7 +4,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from parc_jax.arrays import remembered
+from parc_jax.arrays import once
 from parc_jax.claim.tube import Tube
 from parc_jax.verdict.scene import Scene
 
@@ -23,25 +23,17 @@ class BinEnds(NamedTuple):
     volume: np.ndarray
 
 
-def ends_of(tube: Tube, scene: Scene) -> BinEnds:
+def ends_of(scene: Scene) -> BinEnds:
     """The ends that the goal of a scene allows."""
-    k_lo, k_hi, least, most = _about(tube)
+    k_lo, k_hi, least, most = once(scene.model.tube, _about)
     z_lo, z_hi = scene.z_lo - least, scene.z_hi - most
     with np.errstate(invalid="ignore"):  # a bin without claim has an infinite error: no ends at all
         ends = np.where((z_lo < z_hi).all(axis=1), np.prod(z_hi - z_lo, axis=1), 0.0)
     return BinEnds(k_lo, k_hi, z_lo, z_hi, ends * np.prod(k_hi - k_lo, axis=1))
 
 
-def _about(tube: Tube):
-    """What does not depend on the scene: corners of the bins, extent of the errors at the end.
-    Remembered while the widths of the tube live.
-    """
-    half = tube.halves[1]
-    parts = (*tube.edges, tube.interval, tube.final)  # kept, so that no others take their place
-
-    def make():
-        boxes = [tube.bin_box(b) for b in range(tube.n_bins)]
-        corners = [np.array(side) for side in zip(*boxes, strict=True)]
-        return (*corners, *tube.end_extent), parts
-
-    return remembered(half, ("ends", *(id(x) for x in parts)), make)[0]
+def _about(tube: Tube) -> tuple:
+    """What does not depend on the scene: corners of the bins, extent of the errors at the end."""
+    boxes = [tube.bin_box(b) for b in range(tube.n_bins)]
+    corners = [np.array(side) for side in zip(*boxes, strict=True)]
+    return *corners, *tube.end_extent

@@ -18,7 +18,6 @@ from parc_jax.arrays import x64
 from parc_jax.cover.ends import ends_of
 from parc_jax.cover.placed import Placed, placed
 from parc_jax.cover.sampling import Draw, Points, cell_of
-from parc_jax.model import TrajectoryModel
 from parc_jax.network.predict import predict
 from parc_jax.verdict.pointwise import Verdicts, verdict, verdict_in_turn
 from parc_jax.verdict.scene import Scene
@@ -70,18 +69,18 @@ def first_safe(asked: Placed, key, n: int) -> First:
         return _first_safe(asked, key, _number(n, device), slots, device.platform == "cpu")
 
 
-def first_draw(model: TrajectoryModel, scene: Scene, key, n: int) -> Draw:
+def first_draw(scene: Scene, key, n: int) -> Draw:
     """The first n safe plans as a draw, n at most MOST. Its size depends on what was found: draws
     end with the last plan that was asked for.
     """
-    first = first_safe(placed(model, scene), key, n)
+    first = first_safe(placed(scene), key, n)
     found, drawn, reaching = (int(x) for x in (first.found, first.drawn, first.reaching))
     seen = first.seen
     p0, k, path, bin, pattern = (
         np.asarray(x)[:found] for x in (first.p0, first.k, seen.path, seen.bin, seen.pattern)
     )
     safe = Points(p0, k, path, bin, pattern, cell_of(pattern, bin))
-    whole = ends_of(model.tube, scene).volume.sum() if scene.at is None else model.domain.volume
+    whole = ends_of(scene).volume.sum() if scene.at is None else scene.model.domain.volume
     return Draw(drawn, reaching, safe, float(whole))
 
 

@@ -11,17 +11,14 @@ from parc_jax.cover.place import Place
 from parc_jax.cover.plan_set import PlanSet
 from parc_jax.cover.sampling import FIRST_DRAW, HOPELESS, LARGEST_DRAW, Points, Tally, draw
 from parc_jax.errors import InputError
-from parc_jax.model import TrajectoryModel
 from parc_jax.verdict.scene import Scene
 
 
 class KeptPlans(PlanSet):
     """All safe plans that keep to a corridor; within a place, where the search was within one."""
 
-    def __init__(
-        self, model: TrajectoryModel, scene: Scene, corridors: Corridors, within: Place | None
-    ):
-        super().__init__(model, scene)
+    def __init__(self, scene: Scene, corridors: Corridors, within: Place | None):
+        super().__init__(scene)
         self.corridors = corridors
         self.within = within
 
@@ -49,7 +46,7 @@ class KeptPlans(PlanSet):
         while left > 0:
             size = 1.2 * left * tally.drawn / max(n - left, 1)
             some = int(np.clip(size, FIRST_DRAW, LARGEST_DRAW))
-            one = draw(self.model, self.scene, rng, some, self.within)
+            one = draw(self.scene, rng, some, self.within)
             kept = one.safe.at(self.has(one.safe))
             parts.append(np.concatenate([kept.p0, kept.k], axis=1))
             tally = tally.plus(one)

@@ -14,14 +14,12 @@ from parc_jax.cover.sampling import Points, no_points
 from parc_jax.cover.search import draw_safe_plans
 from parc_jax.cover.stopping import Coverage, nothing_covered, stopping_rule
 from parc_jax.keys import generator
-from parc_jax.model import TrajectoryModel
 from parc_jax.verdict.scene import Scene
 
 COUNTED = 6000  # fresh safe plans that say what the polytopes hold
 
 
 def cut_later(
-    model: TrajectoryModel,
     scene: Scene,
     key: jax.Array,
     corridors: Corridors,
@@ -32,11 +30,11 @@ def cut_later(
     """Polytopes around n safe plans, and the share of the model's safe set inside them: one look at
     plans that nothing was cut from. [T31]
     """
-    building = Building(corridors, np.zeros(len(corridors), int), no_points(model))
+    building = Building(corridors, np.zeros(len(corridors), int), no_points(scene.model))
 
     def safe_plans(number: int, n: int) -> Points:
         own = jax.random.fold_in(key, number)
-        found = draw_safe_plans(model, scene, own, generator(own), n, confidence, within)
+        found = draw_safe_plans(scene, own, generator(own), n, confidence, within)
         return found.points
 
     seen = safe_plans(0, n)
@@ -47,4 +45,4 @@ def cut_later(
     fresh = safe_plans(1, COUNTED)
     inside = polytopes.first(fresh, building) >= 0
     look = stopping_rule(0.5, confidence).after(inside)  # whatever the target: nothing stops here
-    return polytopes.spelled_out(model, scene, building), look.coverage
+    return polytopes.spelled_out(scene, building), look.coverage

@@ -8,7 +8,6 @@ import numpy as np
 
 from parc_jax.claim.counts import least_probability
 from parc_jax.cover.sampling import Points, ends_from, points, safe_ones
-from parc_jax.model import TrajectoryModel
 from parc_jax.verdict.pointwise import paths_of, predictions
 from parc_jax.verdict.scene import Scene
 
@@ -18,8 +17,8 @@ ENDS = 8  # predicted ends at which `share_of_k` tries every k
 class PlanSet(ABC):
     """Plans of one model in one scene, all of them safe."""
 
-    def __init__(self, model: TrajectoryModel, scene: Scene):
-        self.model = model
+    def __init__(self, scene: Scene):
+        self.model = scene.model
         self.scene = scene
 
     @property
@@ -39,7 +38,7 @@ class PlanSet(ABC):
         """p0 (b, n_p), k (b, n_k) -> bool (b,): proved safe in float64 and in the set. The corridor
         that holds a plan shows that it touches nothing; no distance is measured. [T27]
         """
-        e = predictions(self.model, self.scene, p0, k)
+        e = predictions(self.scene, p0, k)
         out = e.reaches
         out[out] = self.has(points(p0, k, e).at(out))
         return out
@@ -64,7 +63,7 @@ class PlanSet(ABC):
             ends_here = np.broadcast_to(z, (len(left), len(z)))
             if self.scene.at is not None:
                 ends_here = ends_from(self.scene.at, self.model, some)
-            seen, safe = safe_ones(self.model, self.scene, ends_here, some)
+            seen, safe = safe_ones(self.scene, ends_here, some)
             hit[left[seen.row]] = self.has(safe)
         return least_probability(int(hit.sum()), n, 0.001)
 

@@ -12,7 +12,6 @@ from flax import struct
 from parc_jax.arrays import x64
 from parc_jax.cover.corridor import Corridor
 from parc_jax.cover.sampling import cell_of
-from parc_jax.model import TrajectoryModel
 from parc_jax.network.predict import HIGHEST, Layout
 from parc_jax.pwa.maps import pattern_map
 from parc_jax.sets.hpolytope import HPolytope
@@ -29,7 +28,6 @@ class SafePolytope:
 
     def __init__(
         self,
-        model: TrajectoryModel,
         scene: Scene,
         p0: np.ndarray,
         k: np.ndarray,
@@ -45,8 +43,7 @@ class SafePolytope:
         self.corridor = corridor
         self.born = born
         self.w = corridor.w
-        self.threshold = corridor.threshold(model.tube.during(self.bin))
-        self.model = model
+        self.threshold = corridor.threshold(scene.model.tube.during(self.bin))
         self.scene = scene
 
     @property
@@ -57,7 +54,7 @@ class SafePolytope:
     @cached_property
     def halfspaces(self) -> HPolytope:
         """The polytope as float64 rows over (p0, k); every row is pulled in by the float slack."""
-        model, scene = self.model, self.scene
+        model, scene = self.scene.model, self.scene
         lo, hi = model.tube.bin_box(self.bin)
         with x64():
             parts = _cell_rows(model.net, model.tube, scene.arrays, self.pattern, self.bin, lo, hi)

@@ -8,7 +8,6 @@ import numpy as np
 from parc_jax.cover.build import Building
 from parc_jax.cover.polytope import SafePolytope
 from parc_jax.cover.sampling import Points, groups
-from parc_jax.model import TrajectoryModel
 from parc_jax.verdict.scene import Scene
 
 
@@ -62,13 +61,11 @@ class Polytopes:
         never = n_corridors - self._used.shape[1]
         return np.pad(self._used, [(0, 0), (0, never)])[row]
 
-    def spelled_out(
-        self, model: TrajectoryModel, scene: Scene, building: Building
-    ) -> list[SafePolytope]:
+    def spelled_out(self, scene: Scene, building: Building) -> list[SafePolytope]:
         """Every polytope with all that describes it."""
         corridors = building.corridors.all
         return [
-            SafePolytope(model, scene, c.p0, c.k, c.pattern, c.bin, corridors[c.corridor], c.born)
+            SafePolytope(scene, c.p0, c.k, c.pattern, c.bin, corridors[c.corridor], c.born)
             for c in self.cuts
         ]
 

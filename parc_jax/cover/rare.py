@@ -13,7 +13,6 @@ import numpy as np
 
 from parc_jax.cover.limit import Limit
 from parc_jax.cover.place import Place, place_around
-from parc_jax.model import TrajectoryModel
 from parc_jax.network.predict import trajectories
 from parc_jax.verdict.pointwise import verdicts
 from parc_jax.verdict.scene import Scene
@@ -36,44 +35,41 @@ class _Plans(NamedTuple):
     margin: np.ndarray
 
 
-def where_safe(
-    model: TrajectoryModel, scene: Scene, rng: np.random.Generator, largest: int, limit: Limit
-) -> Place | None:
+def where_safe(scene: Scene, rng: np.random.Generator, largest: int, limit: Limit) -> Place | None:
     """A place around the safe plans that a climb finds; populations double until one does, or the
     largest has failed. The first climb is always made.
     """
     size = POPULATION
     while True:
-        safe = _climb(model, scene, rng, size)
+        safe = _climb(scene, rng, size)
         if safe is not None:
-            return _around(model, scene, rng, safe)
+            return _around(scene, rng, safe)
         if size >= largest or limit.over():
             return None
         size *= 2
 
 
-def where_around(
-    model: TrajectoryModel, scene: Scene, rng: np.random.Generator, p0: np.ndarray, k: np.ndarray
-) -> Place:
+def where_around(scene: Scene, rng: np.random.Generator, p0: np.ndarray, k: np.ndarray) -> Place:
     """A place around the safe plans near one, p0 (n_p,), k (n_k,)."""
+    model = scene.model
     offsets, _ = trajectories(model.net, model.layout, k[None])
     seed = np.concatenate([p0 + offsets[0, -1, : model.n_p], k])
     lo, hi = _whole(scene)
     # a cloud so small that most of it is safe too, wherever that plan lies
     for size in 0.5 ** np.arange(4, 40, 3):
         x = np.clip(seed + size * (hi - lo) * rng.standard_normal((POPULATION, len(seed))), lo, hi)
-        margin = _margins(model, scene, x)
+        margin = _margins(scene, x)
         if (margin > 0).mean() >= KEPT:
             safe = margin > 0
-            return _around(model, scene, rng, _Plans(x[safe], margin[safe]))
+            return _around(scene, rng, _Plans(x[safe], margin[safe]))
     return place_around(np.repeat(seed[None], 2, axis=0), lo, hi)
 
 
-def _climb(model: TrajectoryModel, scene: Scene, rng: np.random.Generator, n: int):
+def _climb(scene: Scene, rng: np.random.Generator, n: int):
     """Safe plans, or None where the climb ends below."""
     lo, hi = _whole(scene)
     x = rng.uniform(lo, hi, (n, len(lo)))
-    plans = _Plans(x, _margins(model, scene, x))
+    plans = _Plans(x, _margins(scene, x))
     if not np.isfinite(plans.margin).any():
         return None
     levels = [_level(plans)]
@@ -81,7 +77,7 @@ def _climb(model: TrajectoryModel, scene: Scene, rng: np.random.Generator, n: in
         if levels[-1] >= 0:
             safe = plans.margin > 0
             return _Plans(plans.x[safe], plans.margin[safe])
-        plans = _moved(model, scene, rng, _copied(rng, plans, levels[-1], n), levels[-1], MOVES)
+        plans = _moved(scene, rng, _copied(rng, plans, levels[-1], n), levels[-1], MOVES)
         levels.append(_level(plans))
         before = levels[-1 - PATIENCE] if len(levels) > PATIENCE else -np.inf
         if levels[-1] < (1 - PROGRESS) * before:
@@ -103,7 +99,7 @@ def _copied(rng: np.random.Generator, plans: _Plans, level: float, n: int) -> _P
     return _Plans(plans.x[chosen], plans.margin[chosen])
 
 
-def _moved(model, scene, rng: np.random.Generator, plans: _Plans, level: float, moves: int):
+def _moved(scene: Scene, rng: np.random.Generator, plans: _Plans, level: float, moves: int):
     """The plans after some moves that never leave the level: steps along differences of others,
     which fit a level however thin and slanted it is.
     """
@@ -118,18 +114,18 @@ def _moved(model, scene, rng: np.random.Generator, plans: _Plans, level: float, 
         tried = x + step
         inside = ((lo <= tried) & (tried <= hi)).all(axis=1)
         new = np.full(n, -np.inf)
-        new[inside] = _margins(model, scene, tried[inside])
+        new[inside] = _margins(scene, tried[inside])
         better = new >= level
         x = np.where(better[:, None], tried, x)
         margin = np.where(better, new, margin)
     return _Plans(x, margin)
 
 
-def _around(model, scene: Scene, rng: np.random.Generator, safe: _Plans) -> Place:
+def _around(scene: Scene, rng: np.random.Generator, safe: _Plans) -> Place:
     """A place around all the safe plans that moves from these lead to."""
     above = np.finfo(float).tiny
     plans = _copied(rng, safe, above, POPULATION)
-    return place_around(_moved(model, scene, rng, plans, above, SPREAD_MOVES).x, *_whole(scene))
+    return place_around(_moved(scene, rng, plans, above, SPREAD_MOVES).x, *_whole(scene))
 
 
 def _whole(scene: Scene) -> tuple[np.ndarray, np.ndarray]:
@@ -140,8 +136,9 @@ def _whole(scene: Scene) -> tuple[np.ndarray, np.ndarray]:
     return lo, np.concatenate([scene.z_hi, scene.k_hi])
 
 
-def _margins(model: TrajectoryModel, scene: Scene, x: np.ndarray) -> np.ndarray:
+def _margins(scene: Scene, x: np.ndarray) -> np.ndarray:
     """(b,) least margin of the verdicts on x (b, n), positive for safe plans."""
+    model = scene.model
     if not len(x):
         return np.zeros(0)
     k = x[:, -model.n_k :]
@@ -150,4 +147,4 @@ def _margins(model: TrajectoryModel, scene: Scene, x: np.ndarray) -> np.ndarray:
         p0 = x[:, : model.n_p] - offsets[:, -1, : model.n_p]
     else:
         p0 = np.tile(scene.at, (len(k), 1))
-    return verdicts(model, scene, p0, k).room
+    return verdicts(scene, p0, k).room

@@ -64,7 +64,6 @@ class Draw(NamedTuple):
 
 
 def draw(
-    model: TrajectoryModel,
     scene: Scene,
     rng: np.random.Generator,
     n: int,
@@ -77,24 +76,26 @@ def draw(
     volumes of (p0, k). [T15] Where all plans have one start, k is uniform on K, and volumes are
     those of k.
     """
+    model = scene.model
     if scene.at is not None and within is None:
         k = rng.uniform(scene.k_lo, scene.k_hi, (n, model.n_k))
-        seen, safe = safe_ones(model, scene, ends_from(scene.at, model, k), k)
+        seen, safe = safe_ones(scene, ends_from(scene.at, model, k), k)
         return Draw(n, seen.reaching, safe, float(model.domain.volume))
-    k_lo, k_hi, z_lo, z_hi, volume = ends_of(model.tube, scene)
+    k_lo, k_hi, z_lo, z_hi, volume = ends_of(scene)
     if within is not None:
-        return _draw_within(model, scene, within, rng, n, z_lo, z_hi)
+        return _draw_within(scene, within, rng, n, z_lo, z_hi)
     whole = float(volume.sum())
     if whole == 0:
         return Draw(n, 0, no_points(model), 0.0)
     b = rng.choice(len(volume), n, p=volume / whole)
     k = rng.uniform(k_lo[b], k_hi[b])
-    seen, safe = safe_ones(model, scene, rng.uniform(z_lo[b], z_hi[b]), k)
+    seen, safe = safe_ones(scene, rng.uniform(z_lo[b], z_hi[b]), k)
     return Draw(n, seen.reaching, safe, whole)
 
 
-def _draw_within(model, scene: Scene, place: Place, rng, n: int, z_lo, z_hi) -> Draw:
+def _draw_within(scene: Scene, place: Place, rng, n: int, z_lo, z_hi) -> Draw:
     """n points of a place; z_lo, z_hi (n_bins, n_p) are where a plan of each bin may end."""
+    model = scene.model
     x = place.draw(rng, n)
     k = x[:, -model.n_k :]
     z = x[:, : model.n_p] if scene.at is None else ends_from(scene.at, model, k)
@@ -102,7 +103,7 @@ def _draw_within(model, scene: Scene, place: Place, rng, n: int, z_lo, z_hi) -> 
     fits = (b >= 0) & ((z_lo[b] <= z) & (z <= z_hi[b])).all(axis=1)
     if not fits.any():
         return Draw(n, 0, no_points(model), place.volume)
-    seen, safe = safe_ones(model, scene, z[fits], k[fits])
+    seen, safe = safe_ones(scene, z[fits], k[fits])
     return Draw(n, seen.reaching, safe, place.volume)
 
 
@@ -140,12 +141,10 @@ class Sampler:
 
     def __init__(
         self,
-        model: TrajectoryModel,
         scene: Scene,
         rng: np.random.Generator,
         within: Place | None = None,
     ):
-        self._model = model
         self._scene = scene
         self._rng = rng
         self._within = within
@@ -165,7 +164,7 @@ class Sampler:
         drawn, safe = self.tally.drawn, self.tally.safe
         most = LARGEST_DRAW if safe >= SOME else LARGEST_DRAW // 4
         size = int(np.clip(enough * drawn / max(safe, 1), FIRST_DRAW, most))
-        asked = self._model, self._scene, self._rng, size, self._within
+        asked = self._scene, self._rng, size, self._within
         self._coming = self._thread.submit(draw, *asked)
 
     def take(self) -> Points:
@@ -186,12 +185,11 @@ class Sampler:
         return joined(self._seen)
 
 
-def near(
-    model: TrajectoryModel, scene: Scene, rng: np.random.Generator, around: Points, n: int
-) -> Points:
+def near(scene: Scene, rng: np.random.Generator, around: Points, n: int) -> Points:
     """Safe ones among n points of no particular law, close to the given ones: to look where uniform
     draws miss.
     """
+    model = scene.model
     to = rng.integers(0, len(around.k), n)
     size = np.exp(rng.uniform(np.log(NEAREST), np.log(FARTHEST), (n, 1)))
     k = around.k[to] + size * (scene.k_hi - scene.k_lo) * rng.standard_normal((n, model.n_k))
@@ -202,14 +200,14 @@ def near(
     known = ((k > scene.k_lo) & (k < scene.k_hi)).all(axis=1)
     if not known.any():
         return no_points(model)
-    return safe_ones(model, scene, z[known], k[known])[1]
+    return safe_ones(scene, z[known], k[known])[1]
 
 
-def safe_ones(model: TrajectoryModel, scene: Scene, z, k) -> tuple[Screened, Points]:
+def safe_ones(scene: Scene, z, k) -> tuple[Screened, Points]:
     """What screening says of the plans with ends z (b, n_p) and parameters k (b, n_k), and the safe
     ones among them.
     """
-    seen = screen(model, scene, z, k)
+    seen = screen(scene, z, k)
     cell = cell_of(seen.pattern, seen.bin)
     # a start that is asked for is not the one that rounding makes of it; the slack pays for that
     p0 = seen.p0 if scene.at is None else np.tile(scene.at, (len(seen.p0), 1))

@@ -34,7 +34,6 @@ from parc_jax.cover.sampling import (
     no_points,
 )
 from parc_jax.cover.stopping import Coverage, StoppingRule, nothing_covered, stopping_rule
-from parc_jax.model import TrajectoryModel
 from parc_jax.settings import Work
 from parc_jax.status import Ended
 from parc_jax.verdict.scene import Scene
@@ -109,7 +108,6 @@ class Query(NamedTuple):
     are wanted. begin: [s] of the clock.
     """
 
-    model: TrajectoryModel
     scene: Scene
     rng: np.random.Generator
     target: float
@@ -154,7 +152,6 @@ class Search(NamedTuple):
 
 
 def cover(
-    model: TrajectoryModel,
     scene: Scene,
     rng: np.random.Generator,
     *,
@@ -174,9 +171,9 @@ def cover(
     """
     begin = time.perf_counter()
     for_draws, rng = rng.spawn(2)
-    query = Query(model, scene, rng, target, work, limit, polytopes, begin)
-    search = _beginning(query, no_points(model), stopping_rule(target, confidence))
-    with Sampler(model, scene, for_draws, within) as sampler:
+    query = Query(scene, rng, target, work, limit, polytopes, begin)
+    search = _beginning(query, no_points(scene.model), stopping_rule(target, confidence))
+    with Sampler(scene, for_draws, within) as sampler:
         while True:
             search = look(query, search, sampler.take())
             ended = _ended(query, search, sampler.tally)
@@ -254,7 +251,7 @@ def _draw_close_by(query: Query, search: Search) -> tuple[Search, Points]:
     a hit plans are dense, and say which corridor and which polytope holds most.
     """
     n = min(NEAR * len(search.outside.k), MOST_NEAR)
-    around = near(query.model, query.scene, query.rng, search.outside, n)
+    around = near(query.scene, query.rng, search.outside, n)
     building = search.building
     if query.cut:
         found = search.polytopes.first(around, building)
@@ -265,21 +262,20 @@ def _draw_close_by(query: Query, search: Search) -> tuple[Search, Points]:
 
 
 def cover_around(
-    model: TrajectoryModel, scene: Scene, rng: np.random.Generator, plans: Points
+    scene: Scene, rng: np.random.Generator, plans: Points
 ) -> tuple[Sequence[Corridor], Sequence[SafePolytope]]:
     """Corridors and polytopes around given safe plans, for a query whose draws found none."""
     begin = time.perf_counter()
-    building = nothing_built(model.tube, plans)
+    building = nothing_built(scene.model.tube, plans)
     few = True
     while len(building.waiting.k):
         building = build(scene, building, rng, few)
         few = False
     polytopes = Polytopes(cut_around(building, plans, time.perf_counter() - begin))
-    return building.corridors.all, polytopes.spelled_out(model, scene, building)
+    return building.corridors.all, polytopes.spelled_out(scene, building)
 
 
 def draw_safe_plans(
-    model: TrajectoryModel,
     scene: Scene,
     key: jax.Array,
     rng: np.random.Generator,
@@ -295,13 +291,13 @@ def draw_safe_plans(
     tally = Tally()
     seen = []
     if within is None and n <= MOST:
-        one = first_draw(model, scene, key, n)
+        one = first_draw(scene, key, n)
         seen.append(one.safe)
         tally = tally.plus(one)
         first = time.perf_counter() - begin if tally.safe else None
     size = FIRST_DRAW
     while tally.safe < n and not tally.hopeless:
-        one = draw(model, scene, rng, size, within)
+        one = draw(scene, rng, size, within)
         seen.append(one.safe)
         tally = tally.plus(one)
         if tally.safe and first is None:
@@ -313,7 +309,7 @@ def draw_safe_plans(
 
 
 def _beginning(query: Query, points: Points, rule: StoppingRule) -> Search:
-    building = nothing_built(query.model.tube, points)
+    building = nothing_built(query.scene.model.tube, points)
     return Search(building, Polytopes(), by_corridors=rule, by_polytopes=rule, outside=points)
 
 
@@ -341,7 +337,7 @@ def _found(query: Query, search: Search, sampler: Sampler) -> Cover:
         kept=search.by_corridors.coverage,
         coverage=search.by_polytopes.coverage if query.cut else nothing,
         corridors=building.corridors.all[: search.enough],
-        polytopes=search.polytopes.spelled_out(query.model, query.scene, building),
+        polytopes=search.polytopes.spelled_out(query.scene, building),
         first_sample_s=search.first_sample_s,
         first_polytope_s=search.first_polytope_s,
         corridors_s=search.corridors_s,

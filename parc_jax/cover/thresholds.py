@@ -12,10 +12,12 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
-from parc_jax.arrays import in_chunks, remembered, x64
+from parc_jax.arrays import in_chunks, once, x64
 from parc_jax.claim.error_set import ErrorSet, ErrorTemplate, at
+from parc_jax.claim.tube import Tube
 from parc_jax.cover.choose import ByBin
 from parc_jax.cover.corridor import Corridor
+from parc_jax.verdict.scene import Scene
 from parc_jax.verdict.sized import LEAST_OBSTACLES, size_class
 
 AT_ONCE = 64  # (corridor, bin) pairs per compiled call
@@ -148,31 +150,33 @@ def _in_all_bins(errors, some: Stacked):
     return jax.lax.map(one, (some.w, some.support))
 
 
-def by_bin(scene, errors: ErrorSet) -> ByBin | None:
+def by_bin(scene: Scene) -> ByBin | None:
     """What errors between fitted faces take along the directions of a scene's table, in all bins;
     worked out once per tube and set of directions. None for boxes, and where it would be too large.
     """
-    if not isinstance(errors, ErrorTemplate):
+    tube = scene.model.tube
+    if not isinstance(tube.errors, ErrorTemplate):
         return None
     n_o, n_d, n_p = scene.directions.w.shape
     w = scene.directions.w[: int(scene.count)].reshape(-1, n_p)
     unique, found = np.unique(w, axis=0, return_inverse=True)
     which = np.zeros((n_o, n_d), int)
     which[: int(scene.count)] = found.reshape(-1, n_d)
-    n, bytes_each = len(unique), 4 * int(np.prod(errors.half.shape[:-2]))
+    n, bytes_each = len(unique), 4 * int(np.prod(tube.errors.half.shape[:-2]))
     if bytes_each * n > MOST_BYTES:
         return None
     size = size_class(n, LEAST_KNOWN if bytes_each * LEAST_KNOWN <= MUCH else 1)
-    unique = np.pad(unique, ((0, size - n), (0, 0)))
-
-    def make():
-        with x64():
-            rough = jax.device_put(jax.tree.map(np.float32, errors))
-            return rough, _along(rough, unique.astype(np.float32), np.int32(n))
-
-    name = ("fan", unique.shape, unique.tobytes())
-    rough, lost = remembered(errors.half, name, make)
+    rough, lost = once(tube, _along_table, unique.tobytes(), size)
     return ByBin(rough, np.zeros(0, int), lost, which)
+
+
+def _along_table(tube: Tube, directions: bytes, size: int):
+    """The errors in float32, and what they take along directions, padded to a size."""
+    w = np.frombuffer(directions).reshape(-1, tube.n_p)
+    n = np.int32(len(w))
+    with x64():
+        rough = jax.device_put(jax.tree.map(np.float32, tube.errors))
+        return rough, _along(rough, np.float32(np.pad(w, ((0, size - n), (0, 0)))), n)
 
 
 @jax.jit

@@ -8,7 +8,6 @@ from parc_jax.cover.polytope import SafePolytope
 from parc_jax.cover.sampling import Points, ends_from, groups, safe_ones
 from parc_jax.cover.solid import Solid, sample_solid, solid
 from parc_jax.errors import InputError
-from parc_jax.model import TrajectoryModel
 from parc_jax.sets.hpolytope import HPolytope
 from parc_jax.verdict.scene import Scene
 
@@ -16,13 +15,13 @@ from parc_jax.verdict.scene import Scene
 class SafeUnion(PlanSet):
     """Polytopes with an index by cell. Two polytopes of different cells share no interior point."""
 
-    def __init__(self, model: TrajectoryModel, scene: Scene, polytopes: list[SafePolytope]):
-        super().__init__(model, scene)
+    def __init__(self, scene: Scene, polytopes: list[SafePolytope]):
+        super().__init__(scene)
         self.polytopes = polytopes
         self._solids: list[Solid | None] | None = None
         corridors = {id(p.corridor): p.corridor for p in polytopes}
         place = {name: i for i, name in enumerate(corridors)}
-        self._corridors = Corridors(model.tube, corridors.values())
+        self._corridors = Corridors(scene.model.tube, corridors.values())
         self._corridor_of = np.array([place[id(p.corridor)] for p in polytopes], int)
         self._by_cell: dict[bytes, list[int]] = {}
         for index, polytope in enumerate(polytopes):
@@ -94,7 +93,7 @@ class SafeUnion(PlanSet):
             )
             x = x[rng.random(len(x)) * self._around(solids, x) < 1]
             p0, k = x[:, :n_p], x[:, n_p:]
-            _, safe = safe_ones(self.model, self.scene, ends_from(p0, self.model, k), k)
+            _, safe = safe_ones(self.scene, ends_from(p0, self.model, k), k)
             out.append(np.concatenate([safe.p0, safe.k], axis=1)[self.count(safe) > 0])
             tries += 1
             if tries > 100 and len(out[-1]) == 0:

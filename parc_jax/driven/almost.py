@@ -37,7 +37,6 @@ class Nearly(NamedTuple):
 
 
 def nearly_safe(
-    model: TrajectoryModel,
     scene: Scene,
     rng: np.random.Generator,
     part: float = 1.0,
@@ -50,11 +49,12 @@ def nearly_safe(
     those have between each other around which the next are drawn, so that several places of K are
     looked at.
     """
-    judged_by = _under(model, part)
+    model = scene.model
+    judged_by = scene.under(_under(model, part))
     lo, hi = model.domain.lo, model.domain.hi
     k = rng.uniform(lo, hi, (DRAWS, model.n_k))
     z = rng.uniform(scene.z_lo, scene.z_hi, (DRAWS, model.n_p))
-    first = judged(judged_by, scene, anchor(model, scene, z, k)[0], k)
+    first = judged(judged_by, anchor(scene, z, k)[0], k)
 
     def closer(best: Ranked, spread: float) -> tuple[np.ndarray, np.ndarray]:
         p0, k = best.x
@@ -65,16 +65,16 @@ def nearly_safe(
         move_k = spread * (hi - lo) * rng.uniform(-1, 1, (CHILDREN, model.n_k))
         near_k = np.clip(k[chosen] + move_k, lo, hi)
         near_z = ends + spread * (scene.z_hi - scene.z_lo) * rng.uniform(-1, 1, ends.shape)
-        return anchor(model, scene, near_z, near_k)[0], near_k
+        return anchor(scene, near_z, near_k)[0], near_k
 
     begin = Ranked((first.p0, first.k), first.room)
-    found = climb(begin, closer, lambda x: verdicts(judged_by, scene, *x).room, SPREADS, KEPT)
+    found = climb(begin, closer, lambda x: verdicts(judged_by, *x).room, SPREADS, KEPT)
     return Nearly(*found.x, found.value)
 
 
-def judged(model: TrajectoryModel, scene: Scene, p0: np.ndarray, k: np.ndarray) -> Nearly:
+def judged(scene: Scene, p0: np.ndarray, k: np.ndarray) -> Nearly:
     """The best of the plans p0 (n, n_p), k (n, n_k)."""
-    room = verdicts(model, scene, p0, k).room
+    room = verdicts(scene, p0, k).room
     best = ranked((p0, k), room).at(slice(min(KEPT, int((room > -np.inf).sum()))))
     return Nearly(*best.x, best.value)
 

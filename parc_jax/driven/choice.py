@@ -18,7 +18,7 @@ from parc_jax.driven.safe_box import SafeBox, box_around, safe_box, share_of
 from parc_jax.driven.tested import Tested, run_plan
 from parc_jax.errors import InputError, expected
 from parc_jax.model import TrajectoryModel
-from parc_jax.robust.question import Plain, Question
+from parc_jax.robust.question import Question
 from parc_jax.sentences import about_pose
 from parc_jax.spelling import rounded_down, rounded_up
 from parc_jax.system import check_system
@@ -35,14 +35,13 @@ class Choice:
     """The plan that is driven. From `Answer.choose`.
 
     plan (n_p + n_k,): start and parameters, a plan of the proved safe set. value: of the objective.
-    asked: the question of whose answer it is, and its scene; the plan is told in their frame.
+    scene: of whose answer it is; the plan is told in its frame.
     looks: tests that may be made of it, the account of its answer. tested, near: what fresh runs
     showed, where any were made; `run` and `claim_near` give a choice that has them.
     """
 
     plan: np.ndarray
     value: float
-    asked: Plain
     scene: Scene
     looks: Looks
     solve: Solve | None = field(default=None, repr=False)
@@ -52,7 +51,7 @@ class Choice:
     @property
     def model(self) -> TrajectoryModel:
         """Of whose plans it is one."""
-        return self.asked.model
+        return self.scene.model
 
     @property
     def p0(self) -> np.ndarray:
@@ -69,7 +68,7 @@ class Choice:
         """A box of k around the plan, each of them proved safe from its start under the tube in
         hand: no new runs. None where no box was proved.
         """
-        return safe_box(self.model, self.scene, self.p0, self.k, self.model.domain)
+        return safe_box(self.scene, self.p0, self.k, self.model.domain)
 
     def jitter_risk(self) -> Risk | NoStatement:
         """P(the run leaves the tube) for k uniform on the box of `jitter`: eps over its share of K.
@@ -98,7 +97,7 @@ class Choice:
             raise InputError(f"run: expected at least one run; got {n}.")
         look = self.looks.take()
         # all obstacles, those too that no run inside the tube comes near
-        scene = whole_scene(self.scene, self.model)
+        scene = whole_scene(self.scene)
         seen = run_plan(system, scene, self.p0, self.k, key, look, eps, n, quiet)
         return replace(self, tested=seen)
 
@@ -129,20 +128,20 @@ class Choice:
 
     def _question(self) -> Question:
         """What can be asked again. Raises InputError where only a plain form of it is known."""
-        if self.asked.question is None or self.solve is None:
+        if self.scene.asked.question is None or self.solve is None:
             raise InputError(
                 "claim_near: expected an answer that knows its question; a file that was told in "
                 "the robot's frame does not. Solve the scene again, with the same `at`."
             )
-        return self.asked.question
+        return self.scene.asked.question
 
     def statement(self) -> str:
         """The sentences (D): what is known of the plan that is driven, and of nothing else."""
         start = ", ".join(f"{x:.4f}" for x in self.p0)
         k = ", ".join(f"{x:.6g}" for x in self.k)
         lines = [f"The plan chosen: p0 = ({start}), k = ({k})."]
-        if self.asked.pose is not None:
-            lines.append(about_pose(*self.asked.pose))
+        if self.scene.asked.pose is not None:
+            lines.append(about_pose(*self.scene.asked.pose))
         if self.tested is None:
             lines.append("This very plan: not run since it was chosen, so no statement.")
         else:
@@ -186,7 +185,7 @@ def near_of(choice: Choice, question: Question, look, key, settings=None) -> Nea
     model = question.model
     if model.tube.claimed.any():
         answer = choice.solve(question, key, settings, choice.looks)
-        proved = safe_box(model, answer.scene, choice.p0, choice.k, model.domain)
+        proved = safe_box(answer.scene, choice.p0, choice.k, model.domain)
     share = share_of(model.domain, choice.model.domain)
     widths = narrowing(choice.model.tube, model.tube, model.domain)
     return Near(model, answer, share, proved, widths, look)

@@ -104,7 +104,7 @@ def best_claimed(
         for shape in shapes:
             profile = learn_profiles([net], train, further, shape=shape)[0]
             guess = trajectory_model(net, guessed_claim(net, train, profile))
-            score = nearly_safe(guess, scene_of(problem, guess), rng).score
+            score = nearly_safe(scene_of(problem, guess), rng).score
             tried.append((score, net, profile))
     _, net, profile = max(tried, key=lambda one: one[0])
     return claimed(runs, train, net, delta, asked, start, profile)

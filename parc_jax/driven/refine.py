@@ -29,9 +29,8 @@ from parc_jax.robust.question import Question
 from parc_jax.sets.box import Box
 from parc_jax.settings import Settings
 from parc_jax.spelling import counted
-from parc_jax.verdict.near import whole_scene
 from parc_jax.verdict.pointwise import paths_of
-from parc_jax.verdict.scene import scene_of
+from parc_jax.verdict.scene import laid_out, scene_of
 
 _log = logging.getLogger(__name__)
 
@@ -149,12 +148,12 @@ def refine(
         say(_line(bought))
         if near is not None and near.answer.corridors:
             plan, value = near.answer.best("room")
-            scene = whole_scene(near.answer.scene, local)
+            scene = near.answer.scene
             n_p = local.n_p
-            held = safe_box(local, scene, plan[:n_p], plan[n_p:], local.domain)
+            held = safe_box(scene, plan[:n_p], plan[n_p:], local.domain)
             near = Near(local, near.answer, near.share, held, near.widths, look)
-            scene = scene_of(problem, model)
-            choice = Choice(plan, value, question.plain(), scene, looks, solve, None, near)
+            scene = laid_out(question.plain())
+            choice = Choice(plan, value, scene, looks, solve, None, near)
             return Refined(choice, tuple(stages), looks)
     return Refined(None, tuple(stages), looks)
 
@@ -176,8 +175,8 @@ def _zoom(model, problem, system, key, asked: Refine, say) -> tuple[list, list[B
     scene = scene_of(problem, model)
     side = asked.shares[0] ** (1 / model.n_k)
     # its tube is left out of the order, for that of a small box is another one
-    plans = nearly_safe(model, scene, rng, part=0.0, apart=side)
-    whole = judged(model, scene, plans.p0, plans.k).score
+    plans = nearly_safe(scene, rng, part=0.0, apart=side)
+    whole = judged(scene, plans.p0, plans.k).score
     widest = float(np.median(model.tube.final, axis=0).max())
     stages = [
         Bought("model of all of K", model.domain, 1.0, 0, whole, widest),
@@ -234,7 +233,7 @@ def _proved(query: Question, model, key, solve, look, looks, asked: Refine, sett
     name = f"claim, look {look.number} of {look.planned}"
     if not local.tube.claimed.any():
         return Bought(name, local.domain, float(share), runs, -np.inf, widest), None
-    plans = nearly_safe(local, scene_of(query.problem, local), rng)
+    plans = nearly_safe(scene_of(query.problem, local), rng)
     bought = Bought(name, local.domain, float(share), runs, plans.score, widest)
     if not plans.score > 0:
         return bought, None

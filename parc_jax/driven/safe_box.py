@@ -9,7 +9,6 @@ from parc_jax.certificate.prove import proves_box
 from parc_jax.certificate.write import corridor_part
 from parc_jax.cover.sampling import points
 from parc_jax.cover.search import cover_around
-from parc_jax.model import TrajectoryModel
 from parc_jax.sets.box import Box
 from parc_jax.spelling import hex_text
 from parc_jax.verdict.near import whole_scene
@@ -51,23 +50,24 @@ class SafeBox:
         return self.middle + self.half
 
 
-def safe_box(model: TrajectoryModel, scene: Scene, p0, k, within: Box) -> SafeBox | None:
+def safe_box(scene: Scene, p0, k, within: Box) -> SafeBox | None:
     """A large box around k (n_k,), cut to `within`, with every plan from p0 (n_p,) proved safe;
     None when even the smallest tried is not.
 
     Boxes have the sides of `within`. Large, not largest: it is found by looking at plans, and what
     is returned is what the exact checker accepted. [T21]
     """
+    model = scene.model
     rng = np.random.default_rng(0)
-    scene = whole_scene(scene, model)
-    if not verdicts(model, scene, p0[None], k[None]).safe.all():
+    scene = whole_scene(scene)
+    if not verdicts(scene, p0[None], k[None]).safe.all():
         return None
-    scale = _of_safe_plans(model, scene, p0, k, within, rng)
+    scale = _of_safe_plans(scene, p0, k, within, rng)
     if scale is None:
         return None
     for _ in range(ATTEMPTS):
         box = _cut(k, scale, within)
-        for certificate in _certificates(model, scene, p0, box, rng):
+        for certificate in _certificates(scene, p0, box, rng):
             if proves_box(scene.problem, model, certificate):
                 return SafeBox(p0, *box, _share(box[1], model.domain), certificate)
         scale *= SHRINK
@@ -103,12 +103,12 @@ def _inside(middle, half, within: Box) -> np.ndarray:
     return np.array([lo <= m - h and m + h <= hi for m, h, lo, hi in exact])
 
 
-def _of_safe_plans(model, scene, p0, k, within: Box, rng) -> float | None:
+def _of_safe_plans(scene: Scene, p0, k, within: Box, rng) -> float | None:
     """The largest scale of boxes whose plans, as far as looked at, are all safe."""
     scale = 2.0
     for _ in range(HALVINGS):
         x = _plans_of(*_cut(k, scale, within), rng)
-        if verdicts(model, scene, np.broadcast_to(p0, (len(x), len(p0))), x).safe.all():
+        if verdicts(scene, np.broadcast_to(p0, (len(x), len(p0))), x).safe.all():
             return scale
         scale *= 0.5**0.5
     return None
@@ -123,17 +123,17 @@ def _plans_of(middle: np.ndarray, half: np.ndarray, rng) -> np.ndarray:
     return middle + half * np.concatenate([np.zeros((1, n)), corners, drawn]) * INWARD
 
 
-def _certificates(model, scene: Scene, p0, box, rng):
+def _certificates(scene: Scene, p0, box, rng):
     """Certificates for the box: of the corridors around its plans, those first that hold most of
     them.
     """
     x = _plans_of(*box, rng)
     starts = np.broadcast_to(p0, (len(x), len(p0)))
-    e = verdicts(model, scene, starts, x)
+    e = verdicts(scene, starts, x)
     seen = points(starts, x, e).at(e.safe)
     if not len(seen.k):
         return
-    corridors, _ = cover_around(model, scene, rng, seen)
+    corridors, _ = cover_around(scene, rng, seen)
     room = {"p0": hex_text(np.zeros(len(p0))), "k": hex_text(box[1])}
     for corridor in corridors[:4]:
         part = corridor_part(corridor, scene.problem)

@@ -39,8 +39,8 @@ def safe_volume(model: TrajectoryModel, problem: ReachAvoid, key: jax.Array) -> 
     `safe`.
     """
     scene = scene_of(problem, model)
-    seen = draw(model, scene, generator(stream(key, Stage.SEARCH)), COMPARED)
-    share = seen.volume / volume_of_all(scene, model) / seen.drawn
+    seen = draw(scene, generator(stream(key, Stage.SEARCH)), COMPARED)
+    share = seen.volume / volume_of_all(scene) / seen.drawn
     return {"reaching": seen.reaching * share, "safe": len(seen.safe.k) * share}
 
 

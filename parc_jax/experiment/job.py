@@ -97,7 +97,7 @@ def run_study(
     runs = None
     if len(answer.samples):
         with watch("replay"):
-            runs = trial(system, model, answer.scene, answer.samples, key, study.repeats, quiet)
+            runs = trial(system, answer.scene, answer.samples, key, study.repeats, quiet)
     chosen = None
     if study.driven and answer.polytopes and answer.doubt is None:
         with watch("the plan that is driven"):

@@ -65,7 +65,7 @@ def replay_recorded(answer: Answer, runs: RolloutBatch) -> Recorded | None:
     plans, row = starts_of(answer, runs)
     if not len(plans):
         return None
-    done = replay(runs.select(row), answer.model, answer.scene, plans)
+    done = replay(runs.select(row), answer.scene, plans)
     return Recorded(done, plans, row, np.isin(np.arange(runs.n), row))
 
 

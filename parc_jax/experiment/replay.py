@@ -47,7 +47,6 @@ class Replay(NamedTuple):
 
 def replay(
     system,
-    model: TrajectoryModel,
     scene: Scene,
     plans: np.ndarray,
     key: jax.Array | None = None,
@@ -61,21 +60,21 @@ def replay(
     Raises SoundnessError when the proof and the run disagree, InputError for another system, or
     recorded runs of other k, on another time grid or of other points.
     """
+    model = scene.model
     runs, inside = _driven(system, model, plans, key, quiet)
-    path, reached, distance = outcomes(whole_scene(scene, model), runs, plans[:, : model.n_p])
+    path, reached, distance = outcomes(whole_scene(scene), runs, plans[:, : model.n_p])
     out = Replay(reached, ~(distance > 0), inside, distance, path, np.asarray(runs.q))
     _refuse_contradictions(plans, out.inside & out.failed)
     return out
 
 
-def counts_of(
-    system, model: TrajectoryModel, scene: Scene, plans: np.ndarray, key: jax.Array
-) -> dict[str, int]:
+def counts_of(system, scene: Scene, plans: np.ndarray, key: jax.Array) -> dict[str, int]:
     """How many of the plans did what, by the same judgement: for the many, whose distances nobody
     reads. Raises SoundnessError as `replay` does.
     """
+    model = scene.model
     runs, inside = _driven(system, model, plans, key, quiet=True)
-    scene = whole_scene(scene, model)
+    scene = whole_scene(scene)
     reached, touched = reached_and_touched(scene, runs, plans[:, : model.n_p])
     _refuse_contradictions(plans, inside & (touched | ~reached))
     return {

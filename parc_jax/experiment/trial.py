@@ -6,19 +6,16 @@ import numpy as np
 
 from parc_jax.claim.counts import clopper_pearson
 from parc_jax.experiment.replay import Replay, replay
-from parc_jax.model import TrajectoryModel
 from parc_jax.verdict.scene import Scene
 
 
-def trial(
-    system, model: TrajectoryModel, scene: Scene, plans: np.ndarray, key, repeats: int, quiet: bool
-) -> Replay:
+def trial(system, scene: Scene, plans: np.ndarray, key, repeats: int, quiet: bool) -> Replay:
     """Run every plan (n, n_p + n_k) `repeats` times with fresh randomness: n * repeats runs,
     grouped by plan.
 
     Raises SoundnessError when the proof and a run disagree.
     """
-    return replay(system, model, scene, np.repeat(plans, repeats, axis=0), key, quiet)
+    return replay(system, scene, np.repeat(plans, repeats, axis=0), key, quiet)
 
 
 def first_of(runs: Replay, repeats: int) -> Replay:

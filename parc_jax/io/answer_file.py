@@ -33,7 +33,7 @@ from parc_jax.sets.hpolytope import HPolytope, hpolytope
 from parc_jax.spelling import hex_floats, hex_text, nearest_floats
 from parc_jax.status import Ended
 from parc_jax.verdict.hopeless import why_none
-from parc_jax.verdict.near import scene_of_question
+from parc_jax.verdict.near import near_scene
 from parc_jax.verdict.pointwise import verdicts
 from parc_jax.verdict.scene import Scene
 from parc_jax.volume_bounds.no_plan import BOUNDS, PROVED, UNDECIDED, NoPlan
@@ -69,14 +69,14 @@ def load_answer(path) -> Answer:
 def _answer(data: dict, report) -> Answer:
     model, problem, meta = _model(data), problem_of_file(data["problem"]), data["meta"]
     asked = _asked(problem, model, meta)
-    scene = scene_of_question(asked)
+    scene = near_scene(asked)
     samples = np.array(
         [nearest_floats(s["p0"]) + nearest_floats(s["k"]) for s in data["samples"]], np.float64
     )
     samples = samples.reshape(len(data["samples"]), model.n_p + model.n_k)
-    polytopes = [_safe_polytope(model, scene, part) for part in data["sets"]]
+    polytopes = [_safe_polytope(scene, part) for part in data["sets"]]
     p0, k = samples[:, : model.n_p], samples[:, model.n_p :]
-    seen = points(p0, k, verdicts(model, scene, p0, k))
+    seen = points(p0, k, verdicts(scene, p0, k))
     counts = meta["counts"]
     coverage = _coverage(meta["coverage"])
     kept = (
@@ -92,9 +92,9 @@ def _answer(data: dict, report) -> Answer:
     cover = Cover(*tally, seen, kept, coverage, corridors, polytopes, within=within, ended=ended)
     no_plan = _no_plan(data["no_plan"], report.no_plan, ended)
     if no_plan is not None:
-        no_plan = no_plan._replace(reason=why_none(scene, model))
+        no_plan = no_plan._replace(reason=why_none(scene))
     looks = looks_of_json(meta.get("looks"))
-    answer = Answer(asked, scene, cover, samples, data["samples"], True, 0, {}, no_plan, looks)
+    answer = Answer(scene, cover, samples, data["samples"], True, 0, {}, no_plan, looks)
     answer.solve = answer_to
     if "volume_of_all" in meta:
         answer.whole = float(meta["volume_of_all"])
@@ -194,12 +194,12 @@ def _shape(part: dict) -> Disc | Polygon:
     return Polygon(np.array(nearest_floats(part["vertices"])))
 
 
-def _safe_polytope(model: TrajectoryModel, scene: Scene, part: dict) -> SafePolytope:
+def _safe_polytope(scene: Scene, part: dict) -> SafePolytope:
     """The polytope of its certificate."""
     corridor = corridor_of(scene, part)
     pattern = np.array([bit == "1" for bit in part["pattern"]], bool)
     return SafePolytope(
-        model, scene, corridor.p0, corridor.k, pattern, part["bin"], corridor, float("nan")
+        scene, corridor.p0, corridor.k, pattern, part["bin"], corridor, float("nan")
     )
 
 

@@ -104,7 +104,7 @@ def _margins(answer: Answer, sample: int, bins: np.ndarray):
     offset, with the most that the errors of these bins may take.
     """
     problem, model = answer.problem, answer.model
-    scene = whole_scene(answer.scene, model)
+    scene = whole_scene(answer.scene)
     n_p, n_c, T, tube = model.n_p, model.n_c, model.time.n_steps, model.tube
     n_in = n_p + model.net.n_out
     rows, offsets = [], []

@@ -10,7 +10,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from parc_jax.arrays import remembered
+from parc_jax.model import TrajectoryModel
 from parc_jax.network.predict import Layout
 from parc_jax.network.relu import ReLUNetwork
 from parc_jax.sets.box import Box
@@ -26,18 +26,9 @@ class Ways(NamedTuple):
     hi: np.ndarray
 
 
-def ways_of(net: ReLUNetwork, layout: Layout, domain: Box) -> Ways:
-    """Bounds on the ways of all plans with k in the domain, up to the rounding of the network.
-    Those of a network that lives are remembered.
-    """
-    arrays = (*net.weights, *net.biases, domain.lo, domain.hi)
-    name = ("ways", layout, *(id(x) for x in arrays))
-    owner = net.weights[-1]
-    others = [x for x in arrays if x is not owner]  # kept, so that no other takes their place
-    return remembered(owner, name, lambda: (_ways(net, layout, domain), others))[0]
-
-
-def _ways(net: ReLUNetwork, layout: Layout, domain: Box) -> Ways:
+def ways_of(model: TrajectoryModel) -> Ways:
+    """Bounds on the ways of all plans with k in K, up to the rounding of the network."""
+    net, layout, domain = model.net, model.layout, model.domain
     lo, hi = _small_boxes(domain)
     for W, b in zip(net.weights[:-1], net.biases[:-1], strict=True):
         lo, hi = (np.maximum(x, 0.0) for x in _affine(W, b, lo, hi))

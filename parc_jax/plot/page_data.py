@@ -85,7 +85,7 @@ def _plans(answer) -> dict:
     n_p, problem = answer.model.n_p, answer.problem
     active = _active(problem, len(problem.parts), answer.model.time.n_steps)
     directions = _Directions(active)
-    scene = whole_scene(answer.scene, answer.model)
+    scene = whole_scene(answer.scene)
 
     def whole(corridor: Corridor) -> Corridor:
         if corridor.apart is None:

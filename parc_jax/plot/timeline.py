@@ -96,7 +96,7 @@ def _clearances(answer, path: np.ndarray, errors) -> np.ndarray:
     """Gap (o, t) [m] of a path (t + 1, n_c) with errors (t, n_points) from every obstacle, the
     least over the parts; NaN while the obstacle does not exist.
     """
-    obstacles = whole_scene(answer.scene, answer.model).obstacles
+    obstacles = whole_scene(answer.scene).obstacles
     n_parts = len(answer.problem.parts)
     n = len(answer.problem.obstacles)
     with x64():

@@ -57,10 +57,11 @@ class Question:
         return _plain(self, {} if known is None else known)
 
 
-class Plain(NamedTuple):
+@dataclass(frozen=True, eq=False)
+class Plain:
     """A plain question; the doubt that its answers withstand, None where there was none; the one
     start of its plans, None for any, and the pose that it is. question: as it was asked; None where
-    only the plain one is known, of a file.
+    only the plain one is known, of a file. All that is derived of it hangs from its scene.
     """
 
     problem: ReachAvoid

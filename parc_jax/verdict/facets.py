@@ -14,7 +14,7 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
-from parc_jax.arrays import remembered, x64
+from parc_jax.arrays import once, x64
 from parc_jax.claim.error_set import ErrorBox, ErrorTemplate
 from parc_jax.claim.tube import Tube
 from parc_jax.verdict.scene import Scene
@@ -61,26 +61,26 @@ class Facets(NamedTuple):
         return reduce(jnp.maximum, (beyond(f) for f in range(table.n_facets)))
 
 
-def facets_of(tube: Tube, scene: Scene) -> Facets:
+def facets_of(scene: Scene) -> Facets:
     """The facets of a scene. What errors between faces take along them is worked out once per tube
     and set of normals.
     """
-    table, n_pairs = scene.directions, int(scene.count)
+    tube, table, n_pairs = scene.model.tube, scene.directions, int(scene.count)
     number = np.zeros((len(table.w), table.n_facets), int)
     if isinstance(tube.errors, ErrorBox):
         return Facets(number, None, None)
     w = table.w[:n_pairs, : table.n_facets]
     unique, which = np.unique(w.reshape(-1, w.shape[2]), axis=0, return_inverse=True)
     number[:n_pairs] = which.reshape(w.shape[:2])
-    n = np.int32(len(unique))
-    unique = np.pad(unique, ((0, number.size - n), (0, 0)))
+    return Facets(number, *once(tube, _along_normals, unique.tobytes(), number.size))
 
-    def make():
-        with x64():
-            return _of_templates(tube.errors, unique, n)
 
-    name = ("facets", unique.shape, unique.tobytes())
-    return Facets(number, *remembered(tube.templates.interval.half, name, make))
+def _along_normals(tube: Tube, normals: bytes, size: int):
+    """What errors between faces take along normals, padded to a size; as of `_of_templates`."""
+    w = np.frombuffer(normals).reshape(-1, tube.n_p)
+    n = np.int32(len(w))
+    with x64():
+        return _of_templates(tube.errors, np.pad(w, ((0, size - n), (0, 0))), n)
 
 
 @jax.jit

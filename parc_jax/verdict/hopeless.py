@@ -19,20 +19,21 @@ class Why(NamedTuple):
     of_scene: bool
 
 
-def why_none(scene: Scene, model) -> Why | None:
+def why_none(scene: Scene) -> Why | None:
     """Why no plan can be safe: the goal or the start set is so near to one obstacle that the body
     touches it from everywhere in there, or the tube is wider than the goal. None where nothing of
     this is so, which says nothing.
     """
-    words = _covered(scene, model)
+    words = _covered(scene)
     if words is not None:
         return Why(words, True)
-    words = no_end_fits(scene, model)
+    words = no_end_fits(scene)
     return None if words is None else Why(words, False)
 
 
-def _covered(scene: Scene, model) -> str | None:
+def _covered(scene: Scene) -> str | None:
     """Which obstacle the body touches from everywhere in the goal, or in the start set."""
+    model = scene.model
     problem = scene.problem
     radius = _radius_about_first(problem, model)
     if radius is None:

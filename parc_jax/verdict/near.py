@@ -4,10 +4,10 @@ and cost nothing after that. [T11, T14]
 
 import numpy as np
 
+from parc_jax.arrays import once
 from parc_jax.body import numbered
 from parc_jax.claim.error_set import at
 from parc_jax.obstacles.apart import Apart, Extent, apart, extent_of, spans_of
-from parc_jax.obstacles.directions import direction_table
 from parc_jax.obstacles.grown import exists
 from parc_jax.obstacles.polygon import corners
 from parc_jax.obstacles.ways import ways_of
@@ -15,48 +15,26 @@ from parc_jax.problem import ReachAvoid
 from parc_jax.robust.question import Plain
 from parc_jax.verdict.scene import (
     Scene,
-    bare_scene,
     box_of_rows,
     check_fits,
     float_slack,
     goal_box,
-    scene_of,
+    laid_out,
 )
 from parc_jax.verdict.sized import roomy
 
 
-def near_scene(problem: ReachAvoid, model) -> Scene:
-    """The scene of a problem, without the obstacles that are proved apart from every plan that ends
-    in the goal. Raises InputError as `scene_of` does.
+def near_scene(asked: Plain) -> Scene:
+    """The scene of a plain question, without the obstacles that are proved apart from every plan
+    that ends in the goal. Raises InputError where it does not fit the model.
     """
-    found = apart_from_plans(problem, model)
-    if not np.isfinite(found.beyond):
-        return _with_all(problem, model)
-    near = bare_scene(problem, model, found.kept).replace(
-        directions=direction_table(problem, model.n_p, found.kept),
-        problem=problem,
-        beyond=np.float64(found.beyond),
-        apart=found,
-    )
-    return roomy(near)
-
-
-def scene_of_question(asked: Plain) -> Scene:
-    """The scene of a plain question, with the one start of its plans. Raises InputError as
-    `scene_of` does.
-    """
-    return near_scene(asked.problem, asked.model).replace(at=asked.at)
-
-
-def bare_near_scene(problem: ReachAvoid, model) -> Scene:
-    """The same as one of a batch takes it: without the table of directions, without padding."""
-    found = apart_from_plans(problem, model)
-    return bare_scene(problem, model, found.kept).replace(beyond=np.float64(found.beyond))
+    found = apart_from_plans(asked.problem, asked.model)
+    return roomy(laid_out(asked, found if np.isfinite(found.beyond) else None))
 
 
 def apart_from_plans(problem: ReachAvoid, model) -> Apart:
-    """Which obstacles any plan that ends in the goal may come near. Raises InputError as `scene_of`
-    does.
+    """Which obstacles any plan that ends in the goal may come near. Raises InputError as
+    `near_scene` does.
     """
     check_fits(problem, model)
     _check_obstacles(problem, model.time.n_steps)
@@ -65,13 +43,13 @@ def apart_from_plans(problem: ReachAvoid, model) -> Apart:
     return apart(problem, parts, extent, slack)
 
 
-def whole_scene(scene: Scene, model) -> Scene:
+def whole_scene(scene: Scene) -> Scene:
     """The scene with all of its obstacles, for what asks of each, or of plans that miss."""
-    return scene if scene.apart is None else _with_all(scene.problem, model)
+    return scene if scene.apart is None else once(scene, _with_all)
 
 
-def _with_all(problem: ReachAvoid, model) -> Scene:
-    return roomy(scene_of(problem, model)).replace(beyond=np.float64(np.inf))
+def _with_all(scene: Scene) -> Scene:
+    return roomy(laid_out(scene.asked))
 
 
 def extent_in(problem: ReachAvoid, model) -> tuple[Extent, float]:
@@ -92,7 +70,7 @@ def extent_in(problem: ReachAvoid, model) -> tuple[Extent, float]:
         starts = box_of_rows(problem.start)
     sizes = np.abs([goal_lo, goal_hi, most, least, *starts])
     slack = float(float_slack(model, sizes[np.isfinite(sizes)].max()))
-    ways = ways_of(model.net, model.layout, model.domain)
+    ways = once(model, ways_of)
     ends = goal_lo - most, goal_hi - least
     widest = tube.interval[claimed].max(axis=0, initial=0.0)
     return extent_of(ways, ends, starts, widest, 2 * slack, n_p), slack

@@ -19,7 +19,7 @@ from parc_jax.claim.tube import Tube
 from parc_jax.model import TrajectoryModel
 from parc_jax.network.predict import HIGHEST, moved_to, predict, trajectories
 from parc_jax.network.relu import ReLUNetwork
-from parc_jax.verdict.scene import Scene
+from parc_jax.verdict.scene import OneScene, Scene, SceneArrays
 
 CHUNK = 512  # points per compiled verdict: intermediates stay in cache, two calls run on two cores
 CHUNK_ANCHOR = 2048  # points per compiled look at the goal alone, which is cheap
@@ -84,14 +84,14 @@ class Prediction(NamedTuple):
         return (self.goal >= 0) & (self.start >= 0) & (self.bin >= 0)
 
 
-def prediction(net: ReLUNetwork, tube: Tube, scene: Scene, p0, k) -> Prediction:
+def prediction(net: ReLUNetwork, tube: Tube, scene: SceneArrays, p0, k) -> Prediction:
     """Path, pattern, bin, goal and start margins of one point p0 (n_p,), k (n_k,). Kernel."""
     offsets, q, pattern = predict(net, tube.layout, k)
     path = moved_to(p0, offsets)
     return Prediction(path, q, pattern, *arrival(tube, scene, p0, path[-1], q, k))
 
 
-def arrival(tube: Tube, scene: Scene, p0, end, q, k):
+def arrival(tube: Tube, scene: SceneArrays, p0, end, q, k):
     """Bin of k, goal margin and start margin of a plan from p0 (n_p,) to the predicted end (n_c,),
     q (n_q,). Kernel.
     """
@@ -101,13 +101,13 @@ def arrival(tube: Tube, scene: Scene, p0, end, q, k):
     return bin, goal, row_margin(scene.start_A, scene.start_b, p0, scene.slack)
 
 
-def verdict(net: ReLUNetwork, tube: Tube, scene: Scene, p0, k) -> Verdicts:
+def verdict(net: ReLUNetwork, tube: Tube, scene: SceneArrays, p0, k) -> Verdicts:
     """Everything about one point p0 (n_p,), k (n_k,). Kernel; vmap for batches."""
     seen = prediction(net, tube, scene, p0, k)
     return Verdicts(*seen, clearance(scene, seen.path, tube.during(seen.bin)))
 
 
-def verdict_in_turn(net: ReLUNetwork, tube: Tube, scene: Scene, p0, k) -> Verdicts:
+def verdict_in_turn(net: ReLUNetwork, tube: Tube, scene: OneScene, p0, k) -> Verdicts:
     """The same, of the obstacles one after another, and no further than one that is touched: its
     clearance is then of those looked at. Kernel, not for vmap.
     """
@@ -126,11 +126,11 @@ def verdict_in_turn(net: ReLUNetwork, tube: Tube, scene: Scene, p0, k) -> Verdic
     return Verdicts(*seen, jax.lax.while_loop(clear_so_far, look, begin)[1])
 
 
-def clearance(scene: Scene, path, errors: ErrorSet):
+def clearance(scene: SceneArrays, path, errors: ErrorSet):
     """Smallest gap [m] of a path (T + 1, n_c) with errors (T, n_points) from all active obstacles,
     less the slack; of a plan that reaches the goal.
     """
-    if scene.count is None:
+    if not isinstance(scene, OneScene):  # of a batch, where all are looked at side by side
         return jnp.minimum(_nearest(scene, scene.obstacles, path, errors), _far(scene, path))
 
     def look(o, nearest):
@@ -139,20 +139,20 @@ def clearance(scene: Scene, path, errors: ErrorSet):
     return jax.lax.fori_loop(0, scene.count, look, _far(scene, path))
 
 
-def _nearer(scene: Scene, o, path, errors: ErrorSet, nearest):
+def _nearer(scene: OneScene, o, path, errors: ErrorSet, nearest):
     return jnp.minimum(nearest, _nearest(scene, scene.obstacles.only(o), path, errors))
 
 
-def _nearest(scene: Scene, obstacles, path, errors: ErrorSet):
+def _nearest(scene: SceneArrays, obstacles, path, errors: ErrorSet):
     """The smallest gap from some of a scene's obstacles."""
     gap, w = obstacles.gaps(path, errors)
     gap = gap - scene.slack * jnp.abs(w).sum(axis=-1)
     return jnp.where(obstacles.active, gap, jnp.inf).min()
 
 
-def _far(scene: Scene, path):
+def _far(scene: SceneArrays, path):
     """How far all else is away."""
-    return jnp.asarray(jnp.inf if scene.beyond is None else scene.beyond, path.dtype)
+    return jnp.asarray(scene.beyond, path.dtype)
 
 
 def anchored(net: ReLUNetwork, tube: Tube, scene: Scene, z, k) -> tuple[jax.Array, jax.Array]:
@@ -169,17 +169,17 @@ _predictions = jax.jit(jax.vmap(prediction, in_axes=(None, None, None, 0, 0)))
 _anchored = jax.jit(jax.vmap(anchored, in_axes=(None, None, None, 0, 0)))
 
 
-def verdicts(model: TrajectoryModel, scene: Scene, p0, k) -> Verdicts:
+def verdicts(scene: Scene, p0, k) -> Verdicts:
     """Verdicts on p0 (b, n_p), k (b, n_k), as NumPy arrays."""
-    arrays = scene.arrays
+    model, arrays = scene.model, scene.arrays
     return map_rows(CHUNK, lambda p, x: _verdicts(model.net, model.tube, arrays, p, x), p0, k)
 
 
-def predictions(model: TrajectoryModel, scene: Scene, p0, k) -> Prediction:
+def predictions(scene: Scene, p0, k) -> Prediction:
     """What the network says of p0 (b, n_p), k (b, n_k), as NumPy arrays: no look at the obstacles,
     which costs most of a verdict.
     """
-    arrays = scene.arrays
+    model, arrays = scene.model, scene.arrays
 
     def one(p, x):
         return _predictions(model.net, model.tube, arrays, p, x)
@@ -194,9 +194,9 @@ def paths_of(model: TrajectoryModel, p0: np.ndarray, k: np.ndarray) -> np.ndarra
     return moved_to(p0, trajectories(model.net, model.layout, k)[0])
 
 
-def anchor(model: TrajectoryModel, scene: Scene, z, k) -> tuple[np.ndarray, np.ndarray]:
+def anchor(scene: Scene, z, k) -> tuple[np.ndarray, np.ndarray]:
     """Starts (b, n_p) whose predicted ends are z (b, n_p), and which of them reach the goal (b,).
     No obstacle test.
     """
-    arrays = scene.arrays
+    model, arrays = scene.model, scene.arrays
     return map_rows(CHUNK_ANCHOR, lambda p, x: _anchored(model.net, model.tube, arrays, p, x), z, k)

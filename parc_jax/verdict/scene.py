@@ -1,14 +1,16 @@
 """A problem as arrays for one model: everything a query needs, padded to few compiled shapes."""
 
+import dataclasses
 from collections.abc import Sequence
 
 import numpy as np
 from flax import struct
 
-from parc_jax.arrays import as_float64, remembered
+from parc_jax.arrays import as_float64, once
 from parc_jax.body import Body
 from parc_jax.claim.error_set import ErrorBox, at
 from parc_jax.errors import InputError
+from parc_jax.model import TrajectoryModel
 from parc_jax.network.predict import Layout
 from parc_jax.network.rounding import UNIT, rounding_bound
 from parc_jax.obstacles.apart import Apart
@@ -16,13 +18,15 @@ from parc_jax.obstacles.directions import DirectionTable, direction_table
 from parc_jax.obstacles.grown import GrownObstacles, bucket, grown_obstacles, numbered_pairs
 from parc_jax.obstacles.pairs import Pairs, pairs_of
 from parc_jax.problem import ReachAvoid, require_points
+from parc_jax.robust.question import Plain
 from parc_jax.sets.bounding_box import bounding_box
 from parc_jax.sets.hpolytope import HPolytope
 
 
 @struct.dataclass
-class Scene:
-    """Padded arrays of a problem. A padding row is 0 x <= 1, which always holds.
+class SceneArrays:
+    """Padded arrays of a problem, as kernels and batches take it. A padding row is 0 x <= 1, which
+    always holds. The kernels of `pointwise` take stacks of them too.
 
     goal_A (g, n_c + n_q), goal_b (g,): rows of the goal. start_A (s, n_p), start_b (s,): rows of
     P0. z_lo, z_hi (n_p,): box around where the goal lets the first point end, from which end
@@ -30,15 +34,7 @@ class Scene:
     obstacles: grown by the body, with which every part of it is kept clear of them.
     slack: () [m or row units] float margin [T11]: a verdict that clears it in float64 holds in
         real arithmetic.
-    directions: None in a scene of a batch, where no corridor is built. The kernels of `pointwise`
-        take stacks of scenes too.
-    problem: the question as it was asked, for certificates and proofs; for the host only, and not
-        in a scene of a batch.
-    beyond: () [m] what is not among the obstacles stays farther away from every plan that reaches;
-        None where nothing was left out. apart: what was left out, for the host only.
-    at: (n_p,) [m] the one start of all plans that are asked for, None for any; for the host only.
-    count: () the first so many of the obstacles are no padding, and only these are looked at, one
-        after another; None in a scene of a batch, where all are looked at side by side.
+    beyond: () [m] what is not among the obstacles stays farther away from every plan that reaches.
     """
 
     goal_A: np.ndarray
@@ -50,54 +46,103 @@ class Scene:
     k_lo: np.ndarray
     k_hi: np.ndarray
     obstacles: GrownObstacles | Pairs
-    directions: DirectionTable | None
     slack: np.ndarray
-    problem: ReachAvoid = struct.field(pytree_node=False, default=None)
-    beyond: np.ndarray | None = None
-    apart: Apart | None = struct.field(pytree_node=False, default=None)
-    at: np.ndarray | None = struct.field(pytree_node=False, default=None)
-    count: np.ndarray | None = None
+    beyond: np.ndarray
+
+
+@struct.dataclass
+class OneScene(SceneArrays):
+    """The arrays of one scene whose obstacles are looked at one after another.
+
+    count: () the first so many of the obstacles are no padding. directions: of these.
+    """
+
+    count: np.ndarray
+    directions: DirectionTable
+
+
+@struct.dataclass
+class Scene(OneScene):
+    """A plain question laid out, once; what is derived of it hangs from it. On the host.
+
+    asked: the question. apart: what is not among the obstacles; None where nothing was left out.
+    """
+
+    asked: Plain = struct.field(pytree_node=False)
+    apart: Apart | None = struct.field(pytree_node=False)
 
     @property
-    def arrays(self) -> "Scene":
-        """The scene without what only the host reads: a kernel given this compiles once for all
-        scenes of a size.
-        """
-        return self.replace(directions=self.directions.arrays, problem=None, apart=None, at=None)
+    def model(self) -> TrajectoryModel:
+        """That is asked."""
+        return self.asked.model
+
+    @property
+    def problem(self) -> ReachAvoid:
+        """That is asked of it, for certificates and proofs."""
+        return self.asked.problem
+
+    @property
+    def at(self) -> np.ndarray | None:
+        """(n_p,) [m] the one start of all plans that are asked for, None for any."""
+        return self.asked.at
+
+    def under(self, model: TrajectoryModel) -> "Scene":
+        """The same arrays, asked of another model with the same layout."""
+        return self.replace(asked=dataclasses.replace(self.asked, model=model))
+
+    @property
+    def arrays(self) -> OneScene:
+        """What a kernel takes: it compiles once for all scenes of a size."""
+        fields = {f.name: getattr(self, f.name) for f in dataclasses.fields(OneScene)}
+        return OneScene(**fields | {"directions": self.directions.arrays})
 
 
-def scene_of(problem: ReachAvoid, model) -> Scene:
-    """Check the problem against the model and lay it out. Raises InputError when they do not
-    fit.
+def scene_of(problem: ReachAvoid, model: TrajectoryModel) -> Scene:
+    """Check the problem against the model and lay it out with all of its obstacles. Raises
+    InputError when they do not fit.
     """
-    return bare_scene(problem, model).replace(
-        directions=direction_table(problem, model.n_p), problem=problem
+    return laid_out(Plain(problem, model))
+
+
+def laid_out(asked: Plain, apart: Apart | None = None) -> Scene:
+    """The scene of a plain question, without the obstacles that are apart. Raises InputError."""
+    problem, model = asked.problem, asked.model
+    kept = None if apart is None else apart.kept
+    arrays = scene_arrays(problem, model, apart)
+    return Scene(
+        **vars(arrays),
+        count=np.int32(len(numbered_pairs(problem, kept))),
+        directions=direction_table(problem, model.n_p, kept),
+        asked=asked,
+        apart=apart,
     )
 
 
-def bare_scene(problem: ReachAvoid, model, kept: Sequence[int] | None = None) -> Scene:
-    """The same without the table of directions, which only corridors and certificates need and
-    which takes longest. kept: numbers of the pairs to be looked at, all where none are given.
+def scene_arrays(
+    problem: ReachAvoid, model: TrajectoryModel, apart: Apart | None = None
+) -> SceneArrays:
+    """The same for a batch: without the table of directions, which only corridors and certificates
+    need and which takes longest. Raises InputError.
     """
     check_fits(problem, model)
     box_lo, box_hi = goal_box(problem.goal, model.layout)
     start = problem.start or HPolytope(np.zeros((0, model.n_p)), np.zeros(0))
-    grown = obstacles_of(problem, model, kept)
+    grown = obstacles_of(problem, model, None if apart is None else apart.kept)
     bounds = np.array([*box_lo, *box_hi])
     size = np.abs(bounds[np.isfinite(bounds)]).max() + grown.size
     z_lo, z_hi = box_lo[: model.n_p], box_hi[: model.n_p]
     goal, first = _padded(problem.goal), _padded(start)
     k_lo, k_hi = model.domain.lo, model.domain.hi
+    beyond = np.float64(np.inf if apart is None else apart.beyond)
     slack = float_slack(model, size)
-    count = np.int32(len(numbered_pairs(problem, kept)))
-    return Scene(*goal, *first, z_lo, z_hi, k_lo, k_hi, grown, None, slack, count=count)
+    return SceneArrays(*goal, *first, z_lo, z_hi, k_lo, k_hi, grown, slack, beyond)
 
 
-def volume_of_all(scene: Scene, model) -> float:
+def volume_of_all(scene: Scene) -> float:
     """Of all plans of a question, in units of p0 and k multiplied: of the (p0, k) that end in the
     goal's box, that is of K times this box; of K alone where all plans have one start. [T15]
     """
-    k = float(model.domain.volume)
+    k = float(scene.model.domain.volume)
     return k if scene.at is not None else k * float(np.prod(scene.z_hi - scene.z_lo))
 
 
@@ -193,10 +238,11 @@ def _checked(lo: np.ndarray, hi: np.ndarray, needed: np.ndarray, name: str):
     return lo, hi
 
 
-def no_end_fits(scene: Scene, model) -> str | None:
+def no_end_fits(scene: Scene) -> str | None:
     """Why no plan can be safe, in a sentence, where the tube is wider than the goal in every bin of
     K; else None.
     """
+    model = scene.model
     lo, hi = goal_box(scene.problem.goal, model.layout)
     half, templates = _half_at_end(model.tube), model.tube.templates
     short = _shortfall(half, hi - lo)
@@ -277,10 +323,7 @@ def float_slack(model, size):
     slack = 4 * bound.error.max() + 64 * UNIT * (4 * bound.magnitude.max() + size + widest)
     if isinstance(model.tube.errors, ErrorBox) or not claimed.any():
         return slack
-    parts = model.tube.templates
-    half = parts.interval.half, parts.final.half  # what is remembered is about both
-    terms = remembered(half[0], ("terms", id(half[1])), lambda: (_terms(model.tube), half[1]))
-    return slack + 8192 * UNIT * terms[0]
+    return slack + 8192 * UNIT * once(model.tube, _terms)
 
 
 def _terms(tube) -> float:

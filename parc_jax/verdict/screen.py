@@ -14,7 +14,7 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
-from parc_jax.arrays import map_rows, remembered, x64
+from parc_jax.arrays import map_rows, once, x64
 from parc_jax.claim.error_set import ErrorBox, at
 from parc_jax.claim.tube import Tube
 from parc_jax.model import TrajectoryModel
@@ -149,28 +149,23 @@ def on_device(tube: Tube) -> Tube:
     if tube.templates is None:
         return tube
 
-    def move():
-        with x64():
-            return jax.device_put(tube), tube.edges
-
-    name = ("on the device", id(tube.edges))
-    return remembered(tube.templates.interval.half, name, move)[0]
+    return once(tube, _moved)
 
 
-def _resident(model: TrajectoryModel, scene: Scene) -> tuple:
+def _moved(tube: Tube) -> Tube:
+    with x64():
+        return jax.device_put(tube)
+
+
+def _resident(scene: Scene) -> tuple:
     """The network with a few outputs, their knots, network, tube, scene and facets where kernels
-    find them: moved there once, not at every call.
+    find them.
     """
-    net, tube = model.net, model.tube
-
-    def move():
-        few = few_outputs(model, KNOTS[type(scene.obstacles)])
-        facets = facets_of(tube, scene)
-        with x64():
-            moved = jax.device_put((*few, net, on_device(tube), scene.arrays, facets))
-        return moved, net, tube
-
-    return remembered(scene, ("screen", id(net), id(tube)), move)[0]
+    model = scene.model
+    few = few_outputs(model, KNOTS[type(scene.obstacles)])
+    facets = facets_of(scene)
+    with x64():
+        return jax.device_put((*few, model.net, on_device(model.tube), scene.arrays, facets))
 
 
 class Screened(NamedTuple):
@@ -188,9 +183,9 @@ class Screened(NamedTuple):
     bin: np.ndarray
 
 
-def screen(model: TrajectoryModel, scene: Scene, z, k) -> Screened:
+def screen(scene: Scene, z, k) -> Screened:
     """Which of the plans with predicted ends z (b, n_p) and parameters k (b, n_k) are safe."""
-    few, knots, net, tube, arrays, facets = _resident(model, scene)
+    few, knots, net, tube, arrays, facets = once(scene, _resident)
     sizes = SIZES[type(scene.obstacles)]
     reaches, outside = map_rows(
         sizes[0], lambda z, k: _knot_tests(few, knots, tube, arrays, z, k, facets), z, k

@@ -7,7 +7,7 @@ import numpy as np
 
 from parc_jax.obstacles.grown import GrownObstacles
 from parc_jax.obstacles.pairs import Pairs
-from parc_jax.verdict.scene import Scene
+from parc_jax.verdict.scene import Scene, SceneArrays
 
 LEAST_ROWS = 8  # of goal and start, so that most scenes agree; a row costs little
 # a single scene is padded to so many: kernels look at those that are there, so room costs little
@@ -22,20 +22,13 @@ def size_class(n: int, least: int = 1) -> int:
     return max(least, 1 << max(n - 1, 0).bit_length())
 
 
-def sized(scene: Scene, least_obstacles: int = 1) -> Scene:
-    """One scene of a batch padded to its size class, as a kernel takes it: without what only the
-    host reads. least_obstacles: to which it is padded at least.
-    """
+def sized(scene: SceneArrays, least_obstacles: int = 1) -> SceneArrays:
+    """One scene of a batch padded to its size class. least_obstacles: to which at least."""
     obstacles = scene.obstacles
     corners = obstacles.vertices if isinstance(obstacles, Pairs) else obstacles.corner
     n_o, n_m, n_p = corners.shape
     return _with_more_rows(scene).replace(
-        obstacles=_padded(obstacles, size_class(n_o, least_obstacles), size_class(n_m, 2**n_p)),
-        directions=None,
-        problem=None,
-        apart=None,
-        at=None,
-        count=None,
+        obstacles=_padded(obstacles, size_class(n_o, least_obstacles), size_class(n_m, 2**n_p))
     )
 
 
@@ -45,15 +38,12 @@ def roomy(scene: Scene) -> Scene:
     """
     n_o = size_class(len(scene.obstacles.active), LEAST_OBSTACLES)
     table = scene.directions
-    if table is not None:
-        table = table.replace(
-            w=_longer(table.w, n_o, 0.0), support=_longer(table.support, n_o, 0.0)
-        )
+    table = table.replace(w=_longer(table.w, n_o, 0.0), support=_longer(table.support, n_o, 0.0))
     obstacles = _padded(scene.obstacles, n_o, 0)
     return _with_more_rows(scene).replace(obstacles=obstacles, directions=table)
 
 
-def _with_more_rows(scene: Scene) -> Scene:
+def _with_more_rows(scene: SceneArrays) -> SceneArrays:
     goal_A, goal_b = more_rows(scene.goal_A, scene.goal_b)
     start_A, start_b = more_rows(scene.start_A, scene.start_b)
     return scene.replace(goal_A=goal_A, goal_b=goal_b, start_A=start_A, start_b=start_b)

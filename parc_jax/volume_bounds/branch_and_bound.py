@@ -9,7 +9,6 @@ from typing import NamedTuple
 import numpy as np
 
 from parc_jax.cover.sampling import ends_from
-from parc_jax.model import TrajectoryModel
 from parc_jax.pwa.domain import MAX_DIMENSION
 from parc_jax.tolerances import TOLERANCES
 from parc_jax.verdict.pointwise import verdicts
@@ -59,15 +58,16 @@ class BranchAndBound:
     bounds: also search for boxes in which every plan is safe, and go on after a safe plan.
     """
 
-    def __init__(self, model: TrajectoryModel, scene: Scene, root: Node, bounds: bool):
+    def __init__(self, scene: Scene, root: Node, bounds: bool):
+        model = scene.model
         self.model = model
         self.scene = scene
         self.root = root
         self.bounds = bounds
         errors = bin_errors(model.tube, np.asarray(scene.goal_A))
-        self.examiner = Examiner(model, scene, errors)
-        self.reasons = Reasons(model, scene, errors)
-        self.safe_boxes = SafeBoxes(model, scene, errors) if bounds else None
+        self.examiner = Examiner(scene, errors)
+        self.reasons = Reasons(scene, errors)
+        self.safe_boxes = SafeBoxes(scene, errors) if bounds else None
         self.spread = _spread(len(root.lo))
         self.cost_of_bounds = _cost_of_bounds(model.net)
         # what the steps change
@@ -85,7 +85,7 @@ class BranchAndBound:
         if self.model.n_k <= MAX_DIMENSION:
             list(self.examiner.at_vertices([root]))
         if self.safe_boxes is None:
-            verdicts(self.model, self.scene, z - ends_from(0.0, self.model, k), k)
+            verdicts(self.scene, z - ends_from(0.0, self.model, k), k)
         else:
             self.safe_boxes.compile(k)
 
@@ -181,7 +181,7 @@ class BranchAndBound:
         tried = (lo[:, None] + self.spread * (hi - lo)[:, None]).reshape(-1, lo.shape[1])
         k = tried[:, n_p:]
         p0 = tried[:, :n_p] - ends_from(0.0, self.model, k)
-        safe = verdicts(self.model, self.scene, p0, k).safe
+        safe = verdicts(self.scene, p0, k).safe
         if safe.any():
             self.safe_plan = (p0[safe][0], k[safe][0])
 

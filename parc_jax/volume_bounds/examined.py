@@ -11,7 +11,6 @@ import numpy as np
 
 from parc_jax.arrays import x64
 from parc_jax.errors import BudgetError
-from parc_jax.model import TrajectoryModel
 from parc_jax.pwa.domain import MAX_DIMENSION
 from parc_jax.pwa.subdivide import enumerate_regions
 from parc_jax.sets.box import Box
@@ -42,8 +41,8 @@ class Batch(NamedTuple):
 class Examiner:
     """Examines boxes of one scene."""
 
-    def __init__(self, model: TrajectoryModel, scene: Scene, errors: BinErrors):
-        self.model = model
+    def __init__(self, scene: Scene, errors: BinErrors):
+        self.model = scene.model
         self.scene = scene
         self.errors = errors
 

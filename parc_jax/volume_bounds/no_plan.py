@@ -100,7 +100,6 @@ class NoPlan(NamedTuple):
 
 
 def prove_no_plan(
-    model: TrajectoryModel,
     scene: Scene,
     *,
     budget_s: float,
@@ -119,6 +118,7 @@ def prove_no_plan(
     nothing can be searched, or no box be proved safe, which takes the cells of at most
     MAX_DIMENSION parameters.
     """
+    model = scene.model
     z_lo, z_hi, faces = goal_faces(scene.problem, model)
     root = Node(np.concatenate([z_lo, model.domain.lo]), np.concatenate([z_hi, model.domain.hi]))
     missing = _missing(model, bounds)
@@ -127,10 +127,10 @@ def prove_no_plan(
             raise InputError(
                 f"bound_volume: expected {missing}. `answer.volume()` is an estimate for any model."
             )
-        return _not_searched(root, missing, why_none(scene, model))
+        return _not_searched(root, missing, why_none(scene))
     question = question_parts(scene.problem, model)
     context = checker.Context(*question)
-    search = BranchAndBound(model, scene, root, bounds)
+    search = BranchAndBound(scene, root, bounds)
     search.compile()
     begin = time.perf_counter()
     per_vertex = CHECK_FACTOR * _seconds_per_evaluation(context, model)
@@ -150,7 +150,7 @@ def prove_no_plan(
     }
     context.work_left = checker.allowance(*question, plan)  # as for the file that will hold it
     return _checked(context, plan, kind, found, searched - begin)._replace(
-        reason=why_none(scene, model), ended=ended
+        reason=why_none(scene), ended=ended
     )
 
 

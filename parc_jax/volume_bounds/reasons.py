@@ -8,7 +8,6 @@ from fractions import Fraction
 import numpy as np
 
 from parc_jax.body import numbered
-from parc_jax.model import TrajectoryModel
 from parc_jax.spelling import fraction_text
 from parc_jax.tolerances import TOLERANCES
 from parc_jax.verdict.scene import Scene
@@ -24,7 +23,8 @@ from parc_jax.volume_bounds.tree import Node
 class Reasons:
     """Spells the reasons of one scene's boxes."""
 
-    def __init__(self, model: TrajectoryModel, scene: Scene, errors: BinErrors):
+    def __init__(self, scene: Scene, errors: BinErrors):
+        model = scene.model
         problem = scene.problem
         self.model = model
         self.problem = problem

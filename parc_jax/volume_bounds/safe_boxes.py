@@ -8,7 +8,6 @@ import numpy as np
 
 from parc_jax.arrays import slices, x64
 from parc_jax.certificate.write import separation_part
-from parc_jax.model import TrajectoryModel
 from parc_jax.network.predict import HIGHEST, Layout, by_point
 from parc_jax.obstacles.runs import longest_lasting, merged_runs
 from parc_jax.tolerances import TOLERANCES
@@ -23,8 +22,8 @@ VERTICES = 64  # of one box per compiled call; a box with more is examined in pa
 class SafeBoxes:
     """Tries the scene's table of directions on boxes."""
 
-    def __init__(self, model: TrajectoryModel, scene: Scene, errors: BinErrors):
-        self.model = model
+    def __init__(self, scene: Scene, errors: BinErrors):
+        self.model = scene.model
         self.scene = scene
         self.errors = errors
 

@@ -32,19 +32,18 @@ class ClosingIn:
 
     wider: tuple[ReachAvoid, ...]
 
-    def search(
-        self, model: TrajectoryModel, regions, scene: Scene, key, rng, settings: Settings
-    ) -> tuple[Cover, None]:
-        """Draws from `rng`; `regions` and `key` are not used."""
+    def search(self, scene: Scene, key, rng, settings: Settings) -> tuple[Cover, None]:
+        """Draws from `rng`; `key` is not used."""
         begin = time.perf_counter()
-        seen = draw(model, scene_of(self.wider[0], model), rng, FIRST).safe
+        model = scene.model
+        seen = draw(scene_of(self.wider[0], model), rng, FIRST).safe
         for problem in self.wider[1:]:
-            seen = looked_around(model, scene_of(problem, model), rng, seen)
-        seen = looked_around(model, scene, rng, seen)
+            seen = looked_around(scene_of(problem, model), rng, seen)
+        seen = looked_around(scene, rng, seen)
         for _ in range(TRIES if len(seen.k) else 0):
-            seen = joined([seen, near(model, scene, rng, seen, AROUND)]).at(slice(-MOST, None))
+            seen = joined([seen, near(scene, rng, seen, AROUND)]).at(slice(-MOST, None))
         found = time.perf_counter() - begin if len(seen.k) else None
-        corridors, polytopes = cover_around(model, scene, rng, seen) if len(seen.k) else ((), ())
+        corridors, polytopes = cover_around(scene, rng, seen) if len(seen.k) else ((), ())
         none = nothing_covered(settings.confidence)
         n = len(seen.k)  # of no law: no share and no volume follows from how many they are
         return Cover(
@@ -61,14 +60,12 @@ class ClosingIn:
         ), None
 
 
-def looked_around(
-    model: TrajectoryModel, scene: Scene, rng: np.random.Generator, seen: Points
-) -> Points:
+def looked_around(scene: Scene, rng: np.random.Generator, seen: Points) -> Points:
     """Safe plans of this scene around those of the one before; none when there were none."""
     for _ in range(TRIES):
         if not len(seen.k):
             break
-        found = near(model, scene, rng, seen, AROUND)
+        found = near(scene, rng, seen, AROUND)
         if len(found.k):
             return found.at(slice(MOST))
     return seen.at(slice(0))
@@ -85,9 +82,9 @@ def narrowest(
     when there are none even at `wide`.
     """
     at = wide
-    seen = draw(model, scene_of(problem_at(at), model), rng, FIRST).safe
+    seen = draw(scene_of(problem_at(at), model), rng, FIRST).safe
     while len(seen.k):
-        closer = looked_around(model, scene_of(problem_at(at - step), model), rng, seen)
+        closer = looked_around(scene_of(problem_at(at - step), model), rng, seen)
         if not len(closer.k):
             break
         at = at - step

@@ -61,10 +61,9 @@ def attempt(
     )  # a first look: no clock decides its plans
     plans = first.samples if first.found else answer.samples
     plan = plans[0]
-    repeats = replay(car, model, answer.scene, np.tile(plan, (MANY, 1)), key, quiet)
+    repeats = replay(car, answer.scene, np.tile(plan, (MANY, 1)), key, quiet)
     others = replay(
         car,
-        model,
         answer.scene,
         np.resize(plans, (MANY, len(plan))),
         jax.random.fold_in(key, 1),

@@ -93,7 +93,7 @@ def test_the_safe_share_holds_the_truth_of_plans_drawn_plainly(rng, start):
     found = pj.Planner(model).solve(problem, KEY, SAMPLES)
     k = rng.uniform(model.domain.lo, model.domain.hi, (20_000, model.n_k))
     z = rng.uniform(found.scene.z_lo, found.scene.z_hi, (20_000, model.n_p))
-    safe = verdicts(model, found.scene, z - ends_from(0.0, model, k), k).safe.mean()
+    safe = verdicts(found.scene, z - ends_from(0.0, model, k), k).safe.mean()
     said = found.safe_share
     error = 4 * np.sqrt(safe / 20_000)
     assert said.at_least - error < safe < said.at_most + error and 0 < said.share < said.reaching

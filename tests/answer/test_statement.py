@@ -12,15 +12,14 @@ from parc_jax.doubt import Doubt
 from parc_jax.robust.question import plain
 from parc_jax.sentences import nothing_found
 from parc_jax.status import Ended
-from parc_jax.verdict.scene import bare_scene
+from parc_jax.verdict.scene import laid_out
 
 
 def found(**changes):
     """The findings behind the toy's answer, some of them changed."""
     whole = answer()
     fields = {
-        "asked": whole.asked._replace(model=told(whole.model, system="<b>toy</b> & co")),
-        "scene": whole.scene,
+        "scene": whole.scene.under(told(whole.model, system="<b>toy</b> & co")),
         "cover": whole._cover,
         "samples": whole.samples,
         "sample_parts": whole.sample_parts,
@@ -65,8 +64,7 @@ def test_a_value_on_the_edge_of_a_bin_without_claim_is_told():
         asked = problem.replace(doubt=Doubt(given={"k1": value}))
         known = plain(asked, model.replace(claim=claim))
         empty = nothing()
-        empty.asked, empty.scene = known, bare_scene(known.problem, known.model)
-        empty.scene = empty.scene.replace(problem=known.problem)
+        empty.scene = laid_out(known)
         said = statement(empty)
         assert (
             "that have a claim; a value on an edge is in the bins on both sides" in said

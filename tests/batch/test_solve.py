@@ -69,9 +69,7 @@ def test_every_plan_passes_the_single_query_and_the_exact_checker(toy):
     assert answer.found.any() and not answer.found.all() and not answer.found[[3, 11]].any()
     for i in np.flatnonzero(answer.found):
         plans = answer.plans[i][np.isfinite(answer.clearance[i])]
-        e = verdicts(
-            planner.model, scene_of(problems[i], planner.model), plans[:, :2], plans[:, 2:]
-        )
+        e = verdicts(scene_of(problems[i], planner.model), plans[:, :2], plans[:, 2:])
         assert e.safe.all() and (answer.clearance[i][: len(plans)] <= e.clearance + 1e-9).all()
     few = list(np.flatnonzero(answer.found)[:2])
     proved = planner.solve_batch(
@@ -109,8 +107,7 @@ def test_without_the_float64_verdict_unsafe_plans_would_come_back(toy, monkeypat
 def test_a_plan_is_found_wherever_drawing_finds_one(toy):
     planner, problems, answer = toy
     drawn = [
-        draw(planner.model, scene_of(p, planner.model), np.random.default_rng(0), 2048).safe
-        for p in problems
+        draw(scene_of(p, planner.model), np.random.default_rng(0), 2048).safe for p in problems
     ]
     assert (answer.found >= np.array([len(d.k) > 8 for d in drawn])).all()
 
@@ -251,7 +248,7 @@ def test_warm_start_keeps_what_holds_and_repairs_what_moved(toy):
     assert (moved.draws[full] == 0).mean() > 0.5 and moved.found[full].all()
     for i in np.flatnonzero(moved.found):
         p0, k = moved.best[i : i + 1, :2], moved.best[i : i + 1, 2:]
-        assert verdicts(planner.model, scene_of(nudged[i], planner.model), p0, k).safe.all()
+        assert verdicts(scene_of(nudged[i], planner.model), p0, k).safe.all()
 
 
 @pytest.mark.slow

@@ -47,7 +47,7 @@ def test_plans_keep_their_clearance_from_all_obstacles():
     assert answer.proved.sum() >= 2
     for row in np.flatnonzero(answer.found):
         plans = answer.plans[row][answer.clearance[row] > 0]
-        seen = verdicts(model, scene_of(problems[row], model), plans[:, :2], plans[:, 2:])
+        seen = verdicts(scene_of(problems[row], model), plans[:, :2], plans[:, 2:])
         assert seen.safe.all()
         told = answer.clearance[row][: len(plans)]
         np.testing.assert_allclose(told, np.asarray(seen.clearance), atol=1e-9)

@@ -24,7 +24,7 @@ def counted(monkeypatch, tmp_path):
     """The command over an answer that takes no simulator, and the steps that it made."""
     steps = []
 
-    def counts_of(system, model, scene, plans, key):
+    def counts_of(system, scene, plans, key):
         steps.append((len(plans), int(plans[0, 0])))
         return {"plans": len(plans), "reached": len(plans) - 1, "touched": 0, "left the tube": 1}
 

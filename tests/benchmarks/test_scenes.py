@@ -96,7 +96,7 @@ def test_published_keeps_exactly_what_no_avoid_set_contains(model, rng):
         by_lp = all(membership(one, p0[i]).status is LPStatus.INFEASIBLE for one in sets)
         assert by_lp == ours[i]
     assert 0 < ours.sum() < 40
-    safe = verdicts(model, scene_of(problem, model), p0, k)
+    safe = verdicts(scene_of(problem, model), p0, k)
     assert (safe.clearance[ours] > 0).all()  # what it keeps is clear; the converse does not hold
 
 

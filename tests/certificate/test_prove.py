@@ -88,7 +88,7 @@ def test_another_problem_is_read_as_if_it_were_the_first(plan):
 
 def test_paths_on_the_host_are_those_of_the_verdicts(rng):
     p0, k = rng.normal(size=(20, 2)), rng.uniform(MODEL.domain.lo, MODEL.domain.hi, (20, MODEL.n_k))
-    seen = verdicts(MODEL, scene_of(PROBLEM, MODEL), p0, k)
+    seen = verdicts(scene_of(PROBLEM, MODEL), p0, k)
     np.testing.assert_allclose(paths_of(MODEL, p0, k), seen.path, atol=1e-12)
 
 

@@ -192,7 +192,7 @@ def test_every_clear_plan_of_random_scenes_has_a_certificate_that_holds(body):
         model, problem = toy_case(60 + seed, body, start=True)
         scene = scene_of(problem, model)
         p0, k = anchored_plans(np.random.default_rng(seed), model, 60)
-        e = verdicts(model, scene, p0, k)
+        e = verdicts(scene, p0, k)
         context = checker.Context(
             problem_part(problem, model), network_part(model.net), tube_part(model.tube)
         )

@@ -66,8 +66,8 @@ def proved(request):
     scene = scene_of(problem, model)
     z = rng.uniform(scene.z_lo, scene.z_hi, (PLANS, n_p))
     k = rng.uniform(-1, 1, (PLANS, 2))
-    p0, _ = anchor(model, scene, z, k)
-    e = verdicts(model, scene, p0, k)
+    p0, _ = anchor(scene, z, k)
+    e = verdicts(scene, p0, k)
     parts = [
         sample_part(scene, model.tube, p0[i], k[i], e.path[i], int(e.bin[i]))
         for i in np.flatnonzero(e.safe)

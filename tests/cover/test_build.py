@@ -29,7 +29,7 @@ def test_plans_that_no_short_direction_separates_are_given_up(rng, monkeypatch):
         return [one] * len(choice.direction)
 
     monkeypatch.setattr(stage, "_spelled_out", nowhere)
-    building, kept = begin(model, draw(model, scene, rng, 2000).safe)
+    building, kept = begin(model, draw(scene, rng, 2000).safe)
     assert not kept.any()
     while waiting := len(building.waiting.k):
         building = build(scene, building, rng)
@@ -40,7 +40,7 @@ def test_plans_that_no_short_direction_separates_are_given_up(rng, monkeypatch):
 def test_every_batch_leaves_fewer_plans_and_changes_nothing_before_it(rng):
     model, problem = toy_case(8)
     scene = scene_of(problem, model)
-    plans = draw(model, scene, rng, 4000).safe
+    plans = draw(scene, rng, 4000).safe
     building, kept = begin(model, plans)
     assert not kept.any() and len(building.waiting.k) == len(plans.k)
     after = build(scene, building, rng, few=True)

@@ -19,7 +19,7 @@ from parc_jax.verdict.scene import scene_of
 def seed_and_neighbours(model, problem, rng):
     """Paths and errors of one seed with 63 neighbours, and the directions chosen for them."""
     scene = scene_of(problem, model)
-    seen = draw(model, scene, rng, 20_000).safe.at(slice(0, choosing.PLANS))
+    seen = draw(scene, rng, 20_000).safe.at(slice(0, choosing.PLANS))
     path, error = seen.path.astype(np.float32), model.tube.interval[seen.bin].astype(np.float32)
     errors = ErrorBox(error[None, :, :, None])
     with x64():
@@ -66,7 +66,7 @@ def test_the_seed_keeps_to_what_is_built_around_it_and_most_neighbours_do(rng):
     model, problem = toy_case(4)
     scene, _, _, choice = seed_and_neighbours(model, problem, rng)
     assert choice.kept.all()
-    seen = draw(model, scene, rng, 20_000).safe.at(slice(0, 400))
+    seen = draw(scene, rng, 20_000).safe.at(slice(0, 400))
     seeds = np.arange(0, 400, 40)
     state = building.nothing_built(model.tube, seen)
     around = building._around(scene, state, building._with_neighbours(seen, seeds, rng))
@@ -78,7 +78,7 @@ def test_the_seed_keeps_to_what_is_built_around_it_and_most_neighbours_do(rng):
 def test_in_space_a_direction_for_several_plans_leaves_them_the_most_room(rng):
     model = points_model(rng, 3, 4, 4)
     scene = scene_of(points_problem(rng, model), model)
-    seen = draw(model, scene, rng, 20_000).safe.at(slice(0, 4))
+    seen = draw(scene, rng, 20_000).safe.at(slice(0, 4))
     errors = ErrorBox(np.asarray(model.tube.errors.half)[seen.bin])
     with x64():
         pairs = jax.tree.map(jnp.asarray, scene.arrays.obstacles)

@@ -31,10 +31,8 @@ def answer(request):
 def plans(answer, rng, n):
     """Plans that reach the goal, safe or not: p0, k, path, bin."""
     k = rng.uniform(answer.model.domain.lo, answer.model.domain.hi, (n, answer.model.n_k))
-    p0, _ = anchor(
-        answer.model, answer.scene, rng.uniform(answer.scene.z_lo, answer.scene.z_hi, (n, 2)), k
-    )
-    e = verdicts(answer.model, answer.scene, p0, k)
+    p0, _ = anchor(answer.scene, rng.uniform(answer.scene.z_lo, answer.scene.z_hi, (n, 2)), k)
+    e = verdicts(answer.scene, p0, k)
     reaches = e.reaches
     return p0[reaches], k[reaches], e.path[reaches], e.bin[reaches]
 
@@ -82,7 +80,7 @@ def test_whoever_keeps_is_safe_whatever_the_cell(answer, rng):
     kept = corridors.first(path, bins) >= 0
     assert kept.sum() > 1000
     p0, k = p0[kept], k[kept]
-    assert verdicts(answer.model, answer.scene, p0, k).safe.all() and answer.keeps(p0, k).all()
+    assert verdicts(answer.scene, p0, k).safe.all() and answer.keeps(p0, k).all()
     knots, _ = knots_of(answer.model.net, answer.model.time.n_steps, p0[:3000], k[:3000])
     errors = answer.model.tube.interval[answer.model.tube.bin_of(k[:3000])]
     assert (smallest_distance(answer.problem, knots, errors, n_points=51)[0] > -DEPTH).all()

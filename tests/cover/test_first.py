@@ -17,6 +17,7 @@ from parc_jax.cover.placed import placed
 from parc_jax.cover.sampling import draw
 from parc_jax.planner import Planner
 from parc_jax.problem import reach_avoid
+from parc_jax.robust.question import Plain
 from parc_jax.sets.box import box
 from parc_jax.settings import Settings
 from parc_jax.verdict.near import near_scene
@@ -53,8 +54,8 @@ def test_every_plan_is_judged_as_all_plans_are(question):
     scene = scene_of(problem, model)
     seen = 0
     for key in KEYS[:12]:
-        one = first_draw(model, scene, key, 4).safe
-        e = verdicts(model, scene, one.p0, one.k)
+        one = first_draw(scene, key, 4).safe
+        e = verdicts(scene, one.p0, one.k)
         assert e.safe.all()
         np.testing.assert_array_equal(e.bin, one.bin)
         np.testing.assert_array_equal(e.pattern, one.pattern)
@@ -71,7 +72,7 @@ def test_in_turn_and_side_by_side_find_the_same_plans(question, monkeypatch):
     monkeypatch.setattr(first_module, "JUDGED", 65)
     first_module._first_safe.clear_cache()
     model, problem = question()
-    asked = placed(model, near_scene(problem, model))
+    asked = placed(near_scene(Plain(problem, model)))
     (device,) = asked.scene.count.devices()
     found = []
     for key in KEYS[:8]:
@@ -100,9 +101,9 @@ def test_in_turn_and_side_by_side_find_the_same_plans(question, monkeypatch):
 def test_plans_are_uniform_over_the_safe_set_and_their_counts_those_of_draws():
     model, problem = crowd()
     scene = scene_of(problem, model)
-    ones = [first_draw(model, scene, key, MOST) for key in KEYS]
+    ones = [first_draw(scene, key, MOST) for key in KEYS]
     mine = np.concatenate([np.concatenate([d.safe.p0, d.safe.k], axis=1) for d in ones])
-    whole = draw(model, scene, np.random.default_rng(0), 20_000)
+    whole = draw(scene, np.random.default_rng(0), 20_000)
     theirs = np.concatenate([whole.safe.p0, whole.safe.k], axis=1)
     assert len(mine) > 300
     for axis in range(mine.shape[1]):
@@ -112,7 +113,7 @@ def test_plans_are_uniform_over_the_safe_set_and_their_counts_those_of_draws():
         expected = drawn * share / whole.drawn
         assert abs(part - expected) < 5 * np.sqrt(expected)
     assert ones[0].volume == pytest.approx(whole.volume)
-    until_one = [first_draw(model, scene, key, 1) for key in KEYS]
+    until_one = [first_draw(scene, key, 1) for key in KEYS]
     drawn = sum(d.drawn for d in until_one)  # nothing after the plan that was asked for
     expected = drawn * len(whole.safe.k) / whole.drawn
     assert abs(len(KEYS) - expected) < 5 * np.sqrt(expected)
@@ -137,11 +138,11 @@ def test_one_obstacle_more_compiles_nothing_and_nothing_moves_but_the_key():
 def test_what_cannot_be_found_ends_and_a_goal_without_ends_is_not_drawn_from():
     model = line_model(4, 0.0)
     wall = box([-9.0, -9.0], [9.0, 9.0])
-    none = placed(model, scene_of(reach_avoid(box([0, 0, -9], [1, 1, 9]), [wall], 0.1), model))
+    none = placed(scene_of(reach_avoid(box([0, 0, -9], [1, 1, 9]), [wall], 0.1), model))
     first = jax.device_get(first_safe(none, KEYS[0], 2))
     assert first.found == 0 < first.drawn
     model = line_model(4, 2.0)
-    narrow = placed(model, scene_of(reach_avoid(box([0, 0, -9], [1, 1, 9]), [], 0.1), model))
+    narrow = placed(scene_of(reach_avoid(box([0, 0, -9], [1, 1, 9]), [], 0.1), model))
     assert jax.device_get(first_safe(narrow, KEYS[0], 2)).drawn == 0
 
 
@@ -159,7 +160,7 @@ def test_a_prepared_question_answers_as_the_planner_does():
     assert ours.proved and len(ours.samples) == 3
     plans = prepared.first(KEYS[0], 3)
     assert {tuple(x) for x in plans.plans} == {tuple(x) for x in ours.samples}
-    e = verdicts(model, prepared.scene, plans.plans[:, :2], plans.plans[:, 2:])
+    e = verdicts(prepared.scene, plans.plans[:, :2], plans.plans[:, 2:])
     np.testing.assert_allclose(plans.clearance, e.clearance, rtol=0, atol=1e-12)
 
 
@@ -170,5 +171,5 @@ def test_plans_from_one_place_start_there():
     here = Planner(model).prepare(problem, at=anywhere[:2])
     plans = np.concatenate([here.first(key, 4).plans for key in KEYS[:6]])
     assert len(plans) and (plans[:, :2] == anywhere[:2]).all()
-    e = verdicts(model, here.scene, plans[:, :2], plans[:, 2:])
+    e = verdicts(here.scene, plans[:, :2], plans[:, 2:])
     assert e.safe.all()

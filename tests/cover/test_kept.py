@@ -35,7 +35,7 @@ def with_few(n):
     """The plans of its last corridors only."""
     model, scene = answer().model, answer().scene
     few = answer()._corridors.all[-n:]
-    return KeptPlans(model, scene, type(answer()._corridors)(model.tube, few), None)
+    return KeptPlans(scene, type(answer()._corridors)(model.tube, few), None)
 
 
 def test_every_sample_is_safe_by_a_corridor_of_the_answer():
@@ -64,7 +64,7 @@ def test_samples_are_uniform_where_everything_is_safe():
 
 def test_samples_from_corridors_are_those_of_the_safe_set():
     """Where corridors hold nearly all of it, their samples have the law of uniform safe draws."""
-    fresh = draw(answer().model, answer().scene, np.random.default_rng(7), 60_000).safe
+    fresh = draw(answer().scene, np.random.default_rng(7), 60_000).safe
     x = answer().sample(KEY, 4000)
     for axis in range(2):
         edges = np.quantile(fresh.k[:, axis], np.linspace(0, 1, 9)[1:-1])
@@ -85,7 +85,7 @@ def test_polytopes_are_cut_later_and_proved(rng):
     later = answer().with_polytopes(KEY, 4000)
     assert later.polytopes and later.proved and later.refused == 0
     assert not answer().polytopes and answer().coverage.at_least == 0
-    fresh = draw(answer().model, answer().scene, rng, 30_000).safe
+    fresh = draw(answer().scene, rng, 30_000).safe
     inside = int(later.contains(fresh.p0, fresh.k).sum())
     assert later.coverage.at_least > 0.5
     assert binom.cdf(inside, len(fresh.k), later.coverage.at_least) > 1e-6
@@ -96,9 +96,8 @@ def test_polytopes_are_cut_later_and_proved(rng):
 @pytest.mark.slow
 def test_what_later_polytopes_hold_is_told_by_fresh_plans():
     """Cut around three plans, which they all hold, they hold far from everything."""
-    model, scene = answer().model, answer().scene
-    corridors = answer()._corridors
-    few, coverage = cut_later(model, scene, KEY, corridors, None, 3, 0.99)
+    scene, corridors = answer().scene, answer()._corridors
+    few, coverage = cut_later(scene, KEY, corridors, None, 3, 0.99)
     assert few and coverage.fresh_safe > 3000 and coverage.fresh_uncovered > 0
 
 

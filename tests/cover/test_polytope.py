@@ -29,12 +29,12 @@ def built(n_p: int, fitted: bool, seed: int):
     goal = goal_of_points(model.points, {"c0": near, "c2": wide}, box([-9.0], [9.0]))
     problem = points_problem(rng, model).replace(goal=goal)
     scene = scene_of(problem, model)
-    seen = draw(model, scene, rng, 600).safe
+    seen = draw(scene, rng, 600).safe
     building = build(scene, nothing_built(model.tube, seen), rng)
     building, kept = admit(building, seen)
     seen = seen.at(kept)
     polytopes = Polytopes().with_more(cut_around(building, seen, 0.0))
-    return model, scene, polytopes.spelled_out(model, scene, building)[:SHOWN]
+    return model, scene, polytopes.spelled_out(scene, building)[:SHOWN]
 
 
 def room(model, scene, corridor, path, bin: int) -> float:
@@ -64,7 +64,7 @@ def test_the_rows_are_the_conditions_written_by_hand(n_p, fitted, seed):
         inner = np.concatenate([polytope.p0, polytope.k])
         spread = 10 ** rng.uniform(-3, 0, (NEAR, 1))
         plans = np.concatenate([inner[None], inner + spread * rng.normal(size=(NEAR, len(inner)))])
-        e = verdicts(model, scene, plans[:, :n_p], plans[:, n_p:])
+        e = verdicts(scene, plans[:, :n_p], plans[:, n_p:])
         cell = (e.pattern == polytope.pattern).all(axis=1) & (e.bin == polytope.bin)
         bins = np.full(len(plans), polytope.bin)
         paths = zip(e.path, bins, strict=True)

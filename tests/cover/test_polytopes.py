@@ -12,7 +12,7 @@ from parc_jax.verdict.scene import scene_of
 def test_polytopes_hold_the_plans_they_were_cut_around(rng):
     model, problem = toy_case(8)
     scene = scene_of(problem, model)
-    seen = draw(model, scene, rng, 6000).safe
+    seen = draw(scene, rng, 6000).safe
     building = nothing_built(model.tube, seen)
     none = Polytopes()
     assert (none.first(seen, building) == -1).all() and cut_around(building, seen, 0.0) == []
@@ -22,7 +22,7 @@ def test_polytopes_hold_the_plans_they_were_cut_around(rng):
     building, kept = admit(building, seen)
     inside = polytopes.first(seen, building) >= 0
     assert kept.mean() > 0.95 and (inside == kept).all() and len(none) == 0
-    for polytope in polytopes.spelled_out(model, scene, building):
+    for polytope in polytopes.spelled_out(scene, building):
         inner = np.concatenate([polytope.p0, polytope.k])
         assert (polytope.halfspaces.A @ inner < polytope.halfspaces.b).all()
     assert cut_around(building, seen.at(slice(0, 0)), 0.0) == []

@@ -12,6 +12,7 @@ from parc_jax.cover.place import Place, place_around
 from parc_jax.cover.rare import where_around, where_safe
 from parc_jax.cover.sampling import FEW, HOPELESS, Tally, draw
 from parc_jax.errors import InputError
+from parc_jax.robust.question import Plain
 from parc_jax.verdict.near import near_scene
 from parc_jax.verdict.pointwise import verdicts
 
@@ -32,9 +33,9 @@ def slit(half: float = HALF):
 
 def volume(half: float) -> float:
     """Of the safe set in a place that was found, from 200,000 draws in it."""
-    scene = near_scene(slit(half), MODEL)
+    scene = near_scene(Plain(slit(half), MODEL))
     rng = np.random.default_rng(1)
-    one = draw(MODEL, scene, rng, 200_000, where_safe(MODEL, scene, rng, 1, Limit(300.0)))
+    one = draw(scene, rng, 200_000, where_safe(scene, rng, 1, Limit(300.0)))
     assert len(one.safe.k) > 5000
     return one.volume * len(one.safe.k) / one.drawn
 
@@ -115,17 +116,17 @@ def test_samples_alone_are_found_too():
 
 
 def test_around_one_plan(answer):
-    scene = near_scene(slit(), MODEL)
+    scene = near_scene(Plain(slit(), MODEL))
     p0, k = answer.samples[0, :2], answer.samples[0, 2:]
     rng = np.random.default_rng(2)
-    one = draw(MODEL, scene, rng, 50_000, where_around(MODEL, scene, rng, p0, k))
+    one = draw(scene, rng, 50_000, where_around(scene, rng, p0, k))
     assert len(one.safe.k) > 1000
-    assert verdicts(MODEL, scene, one.safe.p0, one.safe.k).safe.all()
+    assert verdicts(scene, one.safe.p0, one.safe.k).safe.all()
 
 
 def test_where_nothing_is_safe_a_climb_ends():
-    scene = near_scene(slit(-1e-3), MODEL)
-    assert where_safe(MODEL, scene, np.random.default_rng(0), 1, Limit(300.0)) is None
+    scene = near_scene(Plain(slit(-1e-3), MODEL))
+    assert where_safe(scene, np.random.default_rng(0), 1, Limit(300.0)) is None
 
 
 def test_draws_are_uniform_over_a_place():

@@ -19,7 +19,7 @@ from parc_jax.verdict.scene import scene_of
 def test_draws_are_uniform_over_k_and_the_goals_box(rng):
     model = line_model(4, 0.0)
     goal = box([-0.5, 1, -9], [0.5, 2, 9])
-    seen = draw(model, scene_of(reach_avoid(goal, [], 0.1), model), rng, 4000)
+    seen = draw(scene_of(reach_avoid(goal, [], 0.1), model), rng, 4000)
     assert seen.drawn == 4000 and seen.reaching == len(seen.safe.k) == 4000
     end = seen.safe.path[:, -1]
     for x, lo, hi in ((seen.safe.k, [-1, -1], [1, 1]), (end, goal.lo[:2], goal.hi[:2])):
@@ -34,16 +34,16 @@ def test_draws_are_uniform_over_k_and_the_goals_box(rng):
 def test_counts_are_of_what_reaches_and_what_is_safe(rng):
     model, problem = toy_case(8)
     scene = scene_of(problem, model)
-    seen = draw(model, scene, rng, 2000)
+    seen = draw(scene, rng, 2000)
     assert seen.drawn == 2000 >= seen.reaching >= len(seen.safe.k) > 0
-    e = verdicts(model, scene, seen.safe.p0, seen.safe.k)
+    e = verdicts(scene, seen.safe.p0, seen.safe.k)
     assert e.safe.all()
     np.testing.assert_array_equal(e.path, seen.safe.path)
 
 
 def test_a_draw_is_as_large_as_what_is_asked_of_it_needs(rng):
     model, problem = toy_case(4)
-    with Sampler(model, scene_of(problem, model), rng) as sampler:
+    with Sampler(scene_of(problem, model), rng) as sampler:
         sampler.take()
         assert sampler.tally.drawn == FIRST_DRAW  # nothing is known of how many are safe
         sizes = []

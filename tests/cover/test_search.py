@@ -38,9 +38,7 @@ def test_samples_come_proved_and_without_polytopes():
     )
     assert first.status is Status.PROVED and first.refused == 0 and first.coverage.at_least == 0.0
     np.testing.assert_array_equal(first.samples, again.samples)
-    seen = verdicts(
-        MODEL, first.scene, first.samples[:, : MODEL.n_p], first.samples[:, MODEL.n_p :]
-    )
+    seen = verdicts(first.scene, first.samples[:, : MODEL.n_p], first.samples[:, MODEL.n_p :])
     assert seen.safe.all() and 0 < first.safe_share.at_least < first.safe_share.at_most < 1
 
 
@@ -102,7 +100,7 @@ def test_corridors_alone_are_certified_without_polytopes(rng):
     )
     assert 0 < answer.timings["corridors_s"] <= answer.timings["cover_s"]
     assert all(p.polytopes == p.inside == 0 for p in answer.history)
-    fresh = draw(model, answer.scene, rng, 40_000).safe
+    fresh = draw(answer.scene, rng, 40_000).safe
     kept = int(answer.keeps(fresh.p0, fresh.k).sum())
     assert binom.cdf(kept, len(fresh.k), 0.98) > 1e-6
     asked = Settings(polytopes=True, **options)

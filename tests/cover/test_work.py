@@ -16,6 +16,7 @@ from parc_jax.cover import rare
 from parc_jax.cover.limit import Limit
 from parc_jax.cover.search import cover
 from parc_jax.io.answer_file import load_answer
+from parc_jax.robust.question import Plain
 from parc_jax.settings import CORRIDORS, LEAVES, LOOKS, work_of
 from parc_jax.status import Ended
 from parc_jax.verdict.near import near_scene
@@ -87,11 +88,11 @@ class After(Limit):
 def test_a_target_that_is_reached_after_a_cut_is_not_told_as_reached():
     """Enough is covered by what was built before; the seconds decided which corridors that are."""
     asked = {"target": 0.1, "confidence": 0.99, "work": work_of(1.0), "polytopes": False}
-    scene = near_scene(PROBLEM, MODEL)
+    scene = near_scene(Plain(PROBLEM, MODEL))
     reached = []
     for questions in range(1, 12):
         limit = After(questions)
-        found = cover(MODEL, scene, np.random.default_rng(0), limit=limit, **asked)
+        found = cover(scene, np.random.default_rng(0), limit=limit, **asked)
         assert found.ended is (Ended.SECONDS if limit.cut else Ended.TARGET)
         reached.append(limit.cut and found.kept.at_least >= 0.9)
     assert any(reached)
@@ -99,12 +100,12 @@ def test_a_target_that_is_reached_after_a_cut_is_not_told_as_reached():
 
 def test_a_slow_machine_lets_as_many_plans_climb(monkeypatch):
     sizes: list[int] = []
-    monkeypatch.setattr(rare, "_climb", lambda model, scene, rng, n: sizes.append(n))
+    monkeypatch.setattr(rare, "_climb", lambda scene, rng, n: sizes.append(n))
     slowly(monkeypatch, 30.0)
     limit = Limit(600.0)
     limit.start()
     rng = np.random.default_rng(0)
-    asked = MODEL, near_scene(PROBLEM, MODEL), rng
+    asked = near_scene(Plain(PROBLEM, MODEL)), rng
     assert rare.where_safe(*asked, work_of(1.0).population, limit) is None and not limit.cut
     assert sizes == [512, 1024, 2048, 4096, 8192]
     assert rare.where_safe(*asked, work_of(1.0).population, After(2)) is None

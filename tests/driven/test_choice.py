@@ -50,7 +50,7 @@ def test_without_a_system_the_jitter_is_all_that_is_said(chosen):
 def test_jitter_promises_nothing_where_k_was_not_uniform(chosen):
     claim = chosen.model.claim
     logged = derived(claim, law=replace(claim.law, k_law="logged"))
-    other = replace(chosen, asked=chosen.asked._replace(model=chosen.model.replace(claim=logged)))
+    other = replace(chosen, scene=chosen.scene.under(chosen.model.replace(claim=logged)))
     assert isinstance(other.jitter_risk(), NoStatement)
 
 

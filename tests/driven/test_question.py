@@ -15,7 +15,7 @@ from parc_jax.planner import answer_to
 from parc_jax.robust.question import question
 from parc_jax.sets.hpolytope import from_box
 from parc_jax.system import STAYS
-from parc_jax.verdict.near import scene_of_question
+from parc_jax.verdict.near import near_scene
 
 pytestmark = pytest.mark.soundness
 
@@ -30,12 +30,12 @@ def chosen(at=None):
     p0 = np.array([0.05, 0.0]) if asked.at is None else asked.at
     plan = np.concatenate([p0, [0.45, 0.5]])
     looks = Looks().declare(0.05, 2)
-    return Choice(plan, 0.0, asked, scene_of_question(asked), looks, answer_to)
+    return Choice(plan, 0.0, near_scene(asked), looks, answer_to)
 
 
 def near(choice):
     """What the same claim once more proves of its question."""
-    query = choice.asked.question.of(told(choice.model))
+    query = choice.scene.asked.question.of(told(choice.model))
     return near_of(choice, query, choice.looks.take(), KEY, toy.SETTINGS)
 
 
@@ -109,7 +109,7 @@ def test_doubt_goes_along_and_nothing_is_chosen_under_it(tmp_path):
 
 def test_a_model_without_rotation_is_not_asked_from_a_heading():
     with pytest.raises(InputError, match="a planar system that declares rotation"):
-        chosen((0.05, 0.0, 0.1)).asked.question.of(toy.model())
+        chosen((0.05, 0.0, 0.1)).scene.asked.question.of(toy.model())
 
 
 def test_what_is_derived_from_an_answer_shares_its_looks():

@@ -66,29 +66,29 @@ def test_the_score_is_the_least_margin_under_all_of_the_tube_or_a_part(rng):
     model = toy.model()
     scene = scene_of(toy.problem(wall=0.6), model)
     p0, k = rng.uniform(-0.2, 0.4, (400, 2)), rng.uniform(0, 1, (400, 2))
-    plans = judged(model, scene, p0, k)
+    plans = judged(scene, p0, k)
     assert (np.diff(plans.room) <= 0).all()
-    e = verdicts(model, scene, plans.p0, plans.k)
+    e = verdicts(scene, plans.p0, plans.k)
     assert (plans.room == e.room).all()
     assert ((plans.room > 0) == e.safe).all() and e.safe.any() and not e.safe.all()
-    less = nearly_safe(model, scene, np.random.default_rng(0), part=0.5)
-    under = verdicts(told(model, tube=shrunk(model.tube, 0.5)), scene, less.p0, less.k)
+    less = nearly_safe(scene, np.random.default_rng(0), part=0.5)
+    under = verdicts(scene.under(told(model, tube=shrunk(model.tube, 0.5))), less.p0, less.k)
     assert under.safe[less.room > 0].all() and less.score == under.clearance[0]
-    assert less.score > nearly_safe(model, scene, np.random.default_rng(0)).score
+    assert less.score > nearly_safe(scene, np.random.default_rng(0)).score
 
 
 def test_where_no_plan_is_safe_the_order_still_points_somewhere():
     model = toy.model()
     scene = scene_of(toy.problem(wall=0.3), model)
-    plans = nearly_safe(model, scene, np.random.default_rng(0))
+    plans = nearly_safe(scene, np.random.default_rng(0))
     assert len(plans.k) and -0.2 < plans.score < 0
     middle = np.full((1, 2), 0.5)
-    assert plans.score > judged(model, scene, 0.15 + 0 * middle, middle).score
+    assert plans.score > judged(scene, 0.15 + 0 * middle, middle).score
 
 
 def test_centres_are_good_plans_apart_from_each_other():
     model = toy.model()
-    plans = nearly_safe(model, scene_of(toy.problem(), model), np.random.default_rng(0), apart=0.1)
+    plans = nearly_safe(scene_of(toy.problem(), model), np.random.default_rng(0), apart=0.1)
     chosen = plans.k[spread_out(plans.k, model.domain, 4, 0.1)]
     assert (chosen[0] == plans.k[0]).all() and len(chosen) > 1
     gap = np.abs(chosen[:, None] - chosen[None]).max(axis=2) + np.eye(len(chosen))
@@ -140,12 +140,12 @@ def test_the_room_of_runs_is_that_of_a_plan_without_a_tube(rng):
 def test_a_plan_where_the_model_of_all_of_k_has_none(refined, narrow):
     found, said = refined
     model = toy.model()
-    whole = nearly_safe(model, scene_of(narrow, model), np.random.default_rng(0))
+    whole = nearly_safe(scene_of(narrow, model), np.random.default_rng(0))
     assert whole.score < 0  # the global tube leaves none
     near = found.choice.near
     assert near.answer.proved and found.looks.taken <= 2
     assert check_answer(near.answer.to_json()).samples > 0
-    e = verdicts(near.model, near.answer.scene, found.choice.p0[None], found.choice.k[None])
+    e = verdicts(near.answer.scene, found.choice.p0[None], found.choice.k[None])
     assert e.safe.all() and near.model.domain.contains(found.choice.k)
     # delta is split over the looks, and the claim is about runs of its own
     assert near.model.claim.delta * 2 == found.looks.delta

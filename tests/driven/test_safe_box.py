@@ -21,13 +21,13 @@ K0 = np.array([0.5, 0.5])
 def found(wall=0.95, within=None, k=K0):
     model = toy.model()
     scene = scene_of(toy.problem(wall), model)
-    return model, scene, safe_box(model, scene, P0, k, within or model.domain)
+    return model, scene, safe_box(scene, P0, k, within or model.domain)
 
 
 def test_every_plan_of_the_box_is_safe_and_the_box_is_not_small(rng):
     model, scene, safe = found()
     x = rng.uniform(safe.lo, safe.hi, (4000, 2))
-    assert verdicts(model, scene, np.broadcast_to(P0, (4000, 2)), x).safe.all()
+    assert verdicts(scene, np.broadcast_to(P0, (4000, 2)), x).safe.all()
     # by hand: the end k stays in the goal less its error, and p_y + radius + error below the wall
     most = np.minimum(0.2 - model.tube.final[0, :2], 1.0)
     assert (safe.half <= most + 1e-9).all() and (safe.half >= 0.5 * most).all()

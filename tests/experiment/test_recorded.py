@@ -70,7 +70,7 @@ def test_the_open_door_takes_plans_of_the_runs_own_k(answer, runs):
     model, scene = answer.model, answer.scene
     found = pj.replay_recorded(answer, runs)
     mine = runs.select(found.row)
-    again = pj.replay(mine, model, scene, found.plans)
+    again = pj.replay(mine, scene, found.plans)
     np.testing.assert_array_equal(again.clearance, found.runs.clearance)
     others = found.plans.copy()
     others[0, -1] += 1e-9
@@ -78,7 +78,7 @@ def test_the_open_door_takes_plans_of_the_runs_own_k(answer, runs):
     wrong = ((mine, others), (mine, found.plans[1:]), (slower, found.plans))
     for batch, plans in wrong:
         with pytest.raises(InputError, match="one run of each plan's own k"):
-            pj.replay(batch, model, scene, plans)
+            pj.replay(batch, scene, plans)
 
 
 def test_the_shell_says_the_same(answer, runs, tmp_path, capsys):

@@ -80,7 +80,7 @@ def test_the_same_point_is_safe_once_its_bin_has_a_claim():
     at = np.array([[0.3, 0.0]]), np.array([[-0.3, 0.0]])
     for without, safe in ((None, True), (1, True), (0, False)):
         m = model(without)
-        seen = verdicts(m, scene_of(world(), m), *at)
+        seen = verdicts(scene_of(world(), m), *at)
         assert seen.safe[0] == safe and seen.reaches[0] == safe
 
 

@@ -55,7 +55,6 @@ def answer():
     """A new answer each time, for it remembers the looks at it; the search is done once."""
     found = _answer()
     again = type(found)(
-        found.asked,
         found.scene,
         found._cover,
         found.samples,

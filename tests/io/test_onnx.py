@@ -156,7 +156,7 @@ def test_the_question_of_a_body_is_about_every_part_and_point(fitted):
     margins = host_outputs(question.net, x)
     positive = (margins > 0).all(axis=1)
     assert 0 < positive.sum() < 4000
-    safe = verdicts(model, answer.scene, x[:, :2], x[:, 2:]).safe
+    safe = verdicts(answer.scene, x[:, :2], x[:, 2:]).safe
     assert safe[positive].all()
 
 

@@ -89,5 +89,5 @@ def test_the_replanning_loop_keeps_up_and_every_plan_holds_at_its_own_time():
     assert seen.found.all() and seen.warm[1:].any() and not seen.warm[0]
     assert compiled_by(lambda: example["replan"](model, 3)) == 0  # what a cycle may not wait for
     last = example["at"](model, 40 * example["CYCLE"])
-    e = verdicts(model, scene_of(last.problem(0), model), seen.best[-1:, :2], seen.best[-1:, 2:])
+    e = verdicts(scene_of(last.problem(0), model), seen.best[-1:, :2], seen.best[-1:, 2:])
     assert e.safe.all() and e.clearance[0] == pytest.approx(seen.clearance[-1], abs=1e-9)

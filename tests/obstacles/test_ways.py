@@ -14,7 +14,7 @@ def test_the_ways_of_all_plans_are_within_their_bounds(boxes, seed, monkeypatch)
     monkeypatch.setattr(ways, "BOXES", boxes)
     rng = np.random.default_rng(seed)
     model = random_model(rng, bins=(1, 1))
-    found = ways.ways_of(model.net, model.layout, model.domain)
+    found = ways.ways_of(model)
     k = rng.uniform(model.domain.lo, model.domain.hi, (5000, model.n_k))
     offsets, _ = trajectories(model.net, model.layout, k)
     places = offsets - offsets[:, -1:]

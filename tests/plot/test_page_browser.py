@@ -87,8 +87,8 @@ def test_verdicts_equal_the_engine_s(browser, tmp_path, rng):
     k = rng.uniform(model.domain.lo, model.domain.hi, (300, 2))
     end = rng.uniform([29.5, -17.0], [31.5, -15.0], (300, 2))
     scene = scene_of(problem, model)
-    p0 = end - verdicts(model, scene, np.zeros_like(k), k).path[:, -1]
-    seen = verdicts(model, scene, p0, k)
+    p0 = end - verdicts(scene, np.zeros_like(k), k).path[:, -1]
+    seen = verdicts(scene, p0, k)
     script = (
         f"const P = {p0.tolist()}, K = {k.tolist()}; const out = P.map((p, i) => "
         f"{{ const v = model.verdict(p, K[i]);"
@@ -263,9 +263,7 @@ def test_the_address_holds_the_state_and_safe_cells_agree_with_the_engine(browse
     model, problem = toy_scene()
     middle = (np.arange(36) + 0.5) / 36 * 2 - 1
     k = np.stack(np.meshgrid(middle, middle), axis=-1).reshape(-1, 2)
-    safe = verdicts(
-        model, scene_of(problem, model), np.broadcast_to([-0.85, -0.02], k.shape), k
-    ).safe
+    safe = verdicts(scene_of(problem, model), np.broadcast_to([-0.85, -0.02], k.shape), k).safe
     assert cells == safe.sum() >= proved > 0
 
 

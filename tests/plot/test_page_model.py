@@ -98,8 +98,8 @@ def test_the_page_says_what_the_engine_says(name, rng):
     n = 150
     k = rng.uniform(model.domain.lo, model.domain.hi, (n, model.n_k))
     ends = rng.uniform(scene.z_lo, scene.z_hi, (n, model.n_p))
-    p0 = ends - verdicts(model, scene, np.zeros((n, model.n_p)), k).path[:, -1, : model.n_p]
-    seen = verdicts(model, scene, p0, k)
+    p0 = ends - verdicts(scene, np.zeros((n, model.n_p)), k).path[:, -1, : model.n_p]
+    seen = verdicts(scene, p0, k)
     said = by_the_page(model, problem, p0, k)
     paths = np.array([one["path"] for one in said]).reshape(seen.path.shape)
     assert paths == pytest.approx(seen.path, abs=1e-9)

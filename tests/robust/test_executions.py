@@ -38,7 +38,7 @@ ROUGH = Doubt(start=0.01, k=[0.05, 0.02])
 
 def verdicts_under(problem, model, p0, k):
     asked = plain(problem, model)
-    return verdicts(asked.model, scene_of(asked.problem, asked.model), p0, k)
+    return verdicts(scene_of(asked.problem, asked.model), p0, k)
 
 
 @pytest.mark.slow
@@ -48,7 +48,7 @@ def test_plans_withstand_rough_execution(rng):
     inside = (np.abs(k) < [0.95, 0.98]).all(axis=1)
     p0, k = p0[inside], k[inside]
     safe = verdicts_under(problem.replace(doubt=ROUGH), model, p0, k).safe
-    before = verdicts(model, scene_of(problem, model), p0, k).safe
+    before = verdicts(scene_of(problem, model), p0, k).safe
     assert (before | ~safe).all() and 10 < safe.sum() < before.sum()
     for i in np.flatnonzero(safe)[:6]:
         for _ in range(6):
@@ -97,7 +97,7 @@ def test_samples_are_boxes_of_doubt_of_the_question_as_it_was_asked():
     rng = np.random.default_rng(0)
     rough = np.array([[0.05, 0.02] * corners_and_inside(rng, 2) for _ in plans])
     scene = scene_of(problem, model)
-    assert verdicts(model, scene, plans[:, :2], plans[:, 2:] + rough).safe.all()
+    assert verdicts(scene, plans[:, :2], plans[:, 2:] + rough).safe.all()
     assert "k0 off by up to 0.05, k1 off by up to 0.02" in answer.statement()
 
 
@@ -114,7 +114,7 @@ def test_little_is_lost_to_the_copies(rng):
     scene = scene_of(problem, model)
     for x in np.linspace(-0.05, 0.05, 5):
         for y in np.linspace(-0.05, 0.05, 5):
-            every &= verdicts(model, scene, p0, k + np.array([x, y])).safe
+            every &= verdicts(scene, p0, k + np.array([x, y])).safe
     assert (every | ~shown).all()
     assert shown.sum() >= 0.75 * every.sum() > 0
 
@@ -124,7 +124,7 @@ def test_rougher_execution_never_adds_plans(rng):
     """On these plans: the bins of two tolerances differ, so it is seen and not shown."""
     model, problem = toy_case(0, start=True)
     p0, k = anchored_plans(rng, model, 600)
-    before = verdicts(model, scene_of(problem, model), p0, k).safe
+    before = verdicts(scene_of(problem, model), p0, k).safe
     for size in (0.005, 0.02, 0.05):
         doubt = Doubt(start=0.01, k=[size, size])
         safe = verdicts_under(problem.replace(doubt=doubt), model, p0, k).safe
@@ -209,8 +209,8 @@ def test_a_given_parameter_is_a_model_of_the_others(rng):
     assert found.model.points == model.points and found.problem.body == problem.body
     p0, k = anchored_plans(rng, model, 300)
     k[:, 1] = 0.3
-    whole = verdicts(model, scene_of(problem, model), p0, k)
-    few = verdicts(found.model, scene_of(found.problem, found.model), p0, k[:, :1])
+    whole = verdicts(scene_of(problem, model), p0, k)
+    few = verdicts(scene_of(found.problem, found.model), p0, k[:, :1])
     assert (whole.safe == few.safe).mean() > 0.99 and whole.safe.any()
     assert np.abs(whole.path - few.path).max() < 1e-12
 
@@ -234,7 +234,7 @@ def test_unknown_parameters_may_have_any_value_of_their_box(unknown, rng):
     drawn = unknown.sample(KEY, 40)
     p0, k = drawn[:, :2], np.stack([drawn[:, 2], rng.uniform(0.1, 0.25, 40)], axis=1)
     k[:, 0] += 0.02 * corners_and_inside(rng, 40)
-    assert verdicts(model, scene_of(problem, model), p0, k).safe.all()
+    assert verdicts(scene_of(problem, model), p0, k).safe.all()
     assert "every k1 from 0.1 to 0.25 (unknown)" in unknown.statement()
     assert "no statement" in unknown.statement()
 

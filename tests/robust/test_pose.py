@@ -86,10 +86,10 @@ def test_a_scene_seen_from_a_pose_is_the_scene(rng):
     heading = 0.7
     world = turned(model, heading)
     p0, k = anchored_plans(rng, world, 40)
-    there = verdicts(world, scene_of(problem, world), p0, k)
+    there = verdicts(scene_of(problem, world), p0, k)
     for i in range(0, 40, 4):
         seen = from_here(problem, model, pose_of([*p0[i], heading], model))
-        here = verdicts(model, scene_of(seen, model), np.zeros((1, 2)), k[i : i + 1])
+        here = verdicts(scene_of(seen, model), np.zeros((1, 2)), k[i : i + 1])
         assert here.clearance[0] == pytest.approx(there.clearance[i], abs=1e-9)
         assert here.clearance[0] <= there.clearance[i] + 1e-12
         assert here.goal[0] == pytest.approx(there.goal[i], abs=1e-9)
@@ -102,14 +102,14 @@ def test_plans_withstand_every_heading_within_the_angle(rng):
     model = told(model, rotation=(TURNS,))
     asked = plain(problem.replace(doubt=Doubt(heading=0.05, start=0.01)), model)
     p0, k = anchored_plans(rng, model, 400)
-    safe = verdicts(asked.model, scene_of(asked.problem, asked.model), p0, k).safe
-    before = verdicts(model, scene_of(problem, model), p0, k).safe
+    safe = verdicts(scene_of(asked.problem, asked.model), p0, k).safe
+    before = verdicts(scene_of(problem, model), p0, k).safe
     assert (before | ~safe).all() and 5 < safe.sum() < before.sum()
     every = np.ones(len(k), bool)
     for share in (-1, -0.5, 0, 0.3, 1):
         off = 0.01 * np.array([corners_and_inside(rng, 2) for _ in k])
         other = turned(model, 0.05 * share * (1 - 1e-12), widths=True)
-        every &= verdicts(other, scene_of(problem, other), p0 + off, k).safe
+        every &= verdicts(scene_of(problem, other), p0 + off, k).safe
     assert (every | ~safe).all() and safe.sum() > 0.6 * every.sum()
 
 
@@ -120,11 +120,11 @@ def test_a_less_certain_heading_never_adds_plans(rng):
     p0, k = anchored_plans(rng, model, 400)
     none = plain(problem.replace(doubt=Doubt(heading=0.0)), model)
     assert none.doubt is None and none.problem.goal is problem.goal and none.model is model
-    before = verdicts(model, scene_of(problem, model), p0, k).safe
+    before = verdicts(scene_of(problem, model), p0, k).safe
     counts = [before.sum()]
     for angle in (0.01, 0.05, 0.1):
         asked = plain(problem.replace(doubt=Doubt(heading=angle)), model)
-        safe = verdicts(asked.model, scene_of(asked.problem, asked.model), p0, k).safe
+        safe = verdicts(scene_of(asked.problem, asked.model), p0, k).safe
         assert (before | ~safe).all()
         before = safe
         counts.append(safe.sum())
@@ -145,7 +145,7 @@ def test_a_goal_of_named_points_is_one_of_their_copies(rng):
     k = rng.uniform(-0.9, 0.9, (300, 2))
     end = model.layout.n_steps * model.n_c - model.n_p  # of the first point
     p0 = rng.uniform(-0.8, 0.8, (300, 2)) - outputs(model.net, k)[:, end : end + 2]
-    named, bare = (verdicts(q.model, scene_of(q.problem, q.model), p0, k).safe for q in asked)
+    named, bare = (verdicts(scene_of(q.problem, q.model), p0, k).safe for q in asked)
     assert (named == bare).all() and named.any() and not named.all()
     other = problem.replace(points=problem.points[::-1], doubt=doubt)
     with pytest.raises(InputError, match="goal: expected the reference points of this model, c0"):
@@ -173,9 +173,9 @@ def test_answers_from_here_are_sets_in_k_alone(here, rng):
     drawn = answer.sample(KEY, 50)
     assert (drawn[:, :2] == 0).all()
     starts = np.tile(at[:2], (50, 1))
-    assert verdicts(model, scene_of(problem, model), starts, drawn[:, 2:]).safe.all()
+    assert verdicts(scene_of(problem, model), starts, drawn[:, 2:]).safe.all()
     k = rng.uniform(-1, 1, (4000, 2))
-    share = verdicts(model, scene_of(problem, model), np.tile(at[:2], (4000, 1)), k).safe.mean()
+    share = verdicts(scene_of(problem, model), np.tile(at[:2], (4000, 1)), k).safe.mean()
     estimate, low, high = answer.volume(0.9999)
     assert low / 4 - 0.02 < share < high / 4 + 0.02 and estimate > 0
     assert answer.volumes.max() <= high  # several may overlap

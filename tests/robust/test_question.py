@@ -69,8 +69,8 @@ def test_plans_withstand_the_doubt_and_no_more_is_given_up_than_has_to_be(number
     model, problem = toy_case(number, start=True)
     asked = plain(problem.replace(doubt=DOUBT), model)
     p0, k = anchored_plans(rng, model, 300)
-    safe = verdicts(asked.model, scene_of(asked.problem, asked.model), p0, k).safe
-    before = verdicts(model, scene_of(problem, model), p0, k).safe
+    safe = verdicts(scene_of(asked.problem, asked.model), p0, k).safe
+    before = verdicts(scene_of(problem, model), p0, k).safe
     assert (before | ~safe).all() and 0 < safe.sum() < before.sum()
     for i in np.flatnonzero(safe)[:8]:
         assert withstands(rng, problem, model, p0[i], k[i], 4)
@@ -92,7 +92,7 @@ def test_the_answer_is_proved_and_says_what_it_withstands(rng):
     inside = robust.sample(KEY, 40)
     offs = np.array([doubt.shifts(2) * corners_and_inside(rng, 2) for _ in inside])
     scene = scene_of(problem, model)
-    assert verdicts(model, scene, inside[:, :2] + offs, inside[:, 2:]).safe.all()
+    assert verdicts(scene, inside[:, :2] + offs, inside[:, 2:]).safe.all()
 
 
 def test_the_boxes_of_doubt_of_the_plain_question_say_the_same():
@@ -129,7 +129,7 @@ def test_more_doubt_never_adds_plans(rng):
         square = box([-0.02 * size] * 2, [0.02 * size] * 2)
         doubt = Doubt(start=0.02 * size, goal=0.01 * size, obstacles=square)
         asked = plain(problem.replace(doubt=doubt), model)
-        safe = verdicts(asked.model, scene_of(asked.problem, asked.model), p0, k).safe
+        safe = verdicts(scene_of(asked.problem, asked.model), p0, k).safe
         assert (before | ~safe).all()
         before = safe
         counts.append(int(safe.sum()))
@@ -146,9 +146,7 @@ def test_a_batch_under_doubt_answers_as_its_problems_would(rng):
     for row, doubt in enumerate(doubts):
         plans = batch.plans[row]
         off = doubt.shifts(2) * np.array([corners_and_inside(rng, 2) for _ in plans])
-        assert verdicts(
-            model, scene_of(problem, model), plans[:, :2] + off, plans[:, 2:]
-        ).safe.all()
+        assert verdicts(scene_of(problem, model), plans[:, :2] + off, plans[:, 2:]).safe.all()
     with pytest.raises(InputError, match="problem 1 is under another one than problem 0"):
         other = [asked[0], problem.replace(doubt=Doubt(start=0.03))]
         Planner(model).solve_batch(other, KEY)

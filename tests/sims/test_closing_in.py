@@ -29,7 +29,7 @@ def model():
 def test_the_gap_is_closed_until_no_plan_is_found(model):
     at, seen = narrowest(model, gap_problem, 1.6, 0.1, np.random.default_rng(0))
     assert 0.6 < at < 1.6 and len(seen.k)  # the disc alone is 0.6 m across
-    assert verdicts(model, scene_of(gap_problem(at), model), seen.p0, seen.k).safe.all()
+    assert verdicts(scene_of(gap_problem(at), model), seen.p0, seen.k).safe.all()
     _, none = narrowest(model, gap_problem, 0.6, 0.1, np.random.default_rng(0))
     assert len(none.k) == 0
 
@@ -43,7 +43,7 @@ def test_a_narrow_scene_is_answered_through_wider_ones_and_proved(model):
     assert answer.volume() is None
     assert answer.polytopes and answer.corridors and answer.coverage.at_least == 0
     many = answer.sample(jax.random.key(1), 200)
-    assert verdicts(model, answer.scene, many[:, :2], many[:, 2:]).safe.all()
+    assert verdicts(answer.scene, many[:, :2], many[:, 2:]).safe.all()
     nothing = Planner(model).solve(gap_problem(0.6), jax.random.key(0), settings)
     assert len(nothing.samples) == 0 and not nothing.polytopes
 

@@ -72,13 +72,13 @@ def case(n_p: int, seed: int, fitted: bool = False):
     scene = scene_of(problem, model)
     z = rng.uniform(scene.z_lo, scene.z_hi, (PLANS, n_p))
     k = rng.uniform(-1, 1, (PLANS, 2))
-    p0, _ = anchor(model, scene, z, k)
+    p0, _ = anchor(scene, z, k)
     return model, problem, scene, p0, k
 
 
 def compared(model, problem, scene, p0, k):
     """(verdicts, true clearance (b,)) of plans."""
-    e = verdicts(model, scene, p0, k)
+    e = verdicts(scene, p0, k)
     truth = [true_clearance(model, problem, *one) for one in zip(e.path, e.bin, strict=True)]
     return e, np.array(truth)
 

@@ -71,7 +71,7 @@ console.log(JSON.stringify(said));
 def by_the_checker(asked, p0, k):
     """Whether the checker accepts the plan, with the directions that the engine spells."""
     scene = scene_of(PROBLEM, asked)
-    path = verdicts(asked, scene, p0[None], k[None]).path[0]
+    path = verdicts(scene, p0[None], k[None]).path[0]
     part = sample_part(scene, asked.tube, p0, k, path, 0)
     assert part["k"] == hex_text(k)
     return bool(prove(PROBLEM, asked, [part])[0][0])
@@ -81,7 +81,7 @@ def by_the_checker(asked, p0, k):
 def test_ends_of_k_belong_to_it_everywhere(k, tmp_path):
     asked, k = model([-END, END]), np.array(k)
     p0 = -k + [0.0, -0.1]
-    assert verdicts(asked, scene_of(PROBLEM, asked), p0[None], k[None]).safe.all()
+    assert verdicts(scene_of(PROBLEM, asked), p0[None], k[None]).safe.all()
     assert by_the_checker(asked, p0, k)
     assert by_the_page(tmp_path, asked, [(p0, k)]) == [[True, True]]
 
@@ -91,7 +91,7 @@ def test_beyond_the_ends_nothing_is_safe(axis, tmp_path):
     asked, k = model([-END, END]), np.array([0.3, 0.3])
     k[axis] = np.nextafter(END, 2) * np.sign(k[axis])
     p0 = -k + [0.0, -0.1]
-    assert not verdicts(asked, scene_of(PROBLEM, asked), p0[None], k[None]).safe.any()
+    assert not verdicts(scene_of(PROBLEM, asked), p0[None], k[None]).safe.any()
     assert not by_the_checker(asked, p0, k)
     assert by_the_page(tmp_path, asked, [(p0, k)]) == [[False, False]]
 

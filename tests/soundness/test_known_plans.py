@@ -39,7 +39,7 @@ def judge(model, problem, p0, k):
     """(the planner's verdict, the exact checker's) on one plan."""
     scene = scene_of(problem, model)
     p0, k = np.array([p0], float), np.array([k], float)
-    e = verdicts(model, scene, p0, k)
+    e = verdicts(scene, p0, k)
     part = sample_part(scene, model.tube, p0[0], k[0], e.path[0], int(e.bin[0]))
     context = checker.Context(
         problem_part(problem, model), network_part(model.net), tube_part(model.tube)
@@ -77,12 +77,12 @@ def test_accepting_equality_would_be_noticed(monkeypatch):
     # The float margin is what refuses touching: without it, equality would pass an open comparison.
     model, problem = corridor(0.0)
     scene = scene_of(problem, model).replace(slack=np.float64(0.0))
-    e = verdicts(model, scene, np.zeros((1, 2)), np.array([[1.0, 0.0]]))
+    e = verdicts(scene, np.zeros((1, 2)), np.array([[1.0, 0.0]]))
     assert e.clearance[0] == 0.0 and not e.safe[0]
     monkeypatch.setattr(
         engine.Verdicts, "safe", property(lambda self: self.reaches & (self.clearance >= 0))
     )
-    assert verdicts(model, scene, np.zeros((1, 2)), np.array([[1.0, 0.0]])).safe[0]
+    assert verdicts(scene, np.zeros((1, 2)), np.array([[1.0, 0.0]])).safe[0]
 
 
 def test_a_disc_that_touches_a_corner_is_refused():
@@ -140,7 +140,7 @@ def test_a_wall_outside_a_bounded_start_set_is_not_jumped():
     assert judge(model, problem, (0.0, 0.0), (2.0, 0.0)) == (False, False)
     p0, k = np.meshgrid(np.linspace(-0.1, 0.1, 9), np.linspace(1.75, 2.25, 9))
     p0, k = (np.stack([x.ravel(), 0 * x.ravel()], axis=1) for x in (p0, k))
-    assert not verdicts(model, scene_of(problem, model), p0, k).safe.any()
+    assert not verdicts(scene_of(problem, model), p0, k).safe.any()
     free = reach_avoid(ANYWHERE, [box([2.6, -4], [2.8, 4])], 0.0, start=start)
     assert judge(model, free, (0.0, 0.0), (2.0, 0.0)) == (True, True)
 
@@ -178,7 +178,7 @@ def test_the_fold_has_the_safe_set_that_it_has_on_paper(rng):
     ceiling, floor = box([-4, 0.75], [4, 2]), box([-4, -2], [4, -0.25])
     problem = reach_avoid(ANYWHERE, [ceiling, floor], 0.125)
     k = rng.uniform(-1, 1, (2000, 2))
-    e = verdicts(model, scene_of(problem, model), np.zeros((2000, 2)), k)
+    e = verdicts(scene_of(problem, model), np.zeros((2000, 2)), k)
     np.testing.assert_allclose(
         e.clearance, np.minimum(0.75 - 0.1875 - np.abs(k[:, 1]), 0.25 - 0.1875), atol=1e-12
     )
@@ -250,7 +250,7 @@ def test_a_hidden_spike_of_relative_area_1e_8_is_in_no_polytope():
     rng = np.random.default_rng(0)
     k = np.array([0.3, 0.2]) + 1e-4 * rng.uniform(-1, 1, (4000, 2))
     p0 = np.stack([rng.uniform(-0.5, 0.5, 4000), rng.uniform(-1, 1, 4000)], axis=1)
-    e = verdicts(model, answer.scene, p0, k)
+    e = verdicts(answer.scene, p0, k)
     assert 100 < e.safe.sum() < 3900 and not answer.contains(p0, k)[~e.safe].any()
     exact = checker.Context(
         problem_part(problem, model), network_part(model.net), tube_part(model.tube)
@@ -283,10 +283,10 @@ def plans_at_the_edge(seed, slack=None):
     near, far = np.zeros((24, 1)), np.full((24, 1), 6.0)
     for _ in range(60):
         middle = (near + far) / 2
-        safe = (verdicts(model, scene, 0.3 + middle * way, k).clearance > 0)[:, None]
+        safe = (verdicts(scene, 0.3 + middle * way, k).clearance > 0)[:, None]
         near, far = np.where(safe, near, middle), np.where(safe, middle, far)
     p0 = 0.3 + far * way + rng.integers(-3, 4, (24, 2)) * 2.0**-52
-    return model, problem, verdicts(model, scene, p0, k).safe, p0, k
+    return model, problem, verdicts(scene, p0, k).safe, p0, k
 
 
 def test_what_floats_accept_is_exactly_safe_even_at_the_last_bit():

@@ -37,7 +37,7 @@ def example(seed, body="disc"):
 
 def margins(model, problem, p0, k):
     """(bin >= 0, goal, start, clearance) of every plan, as columns."""
-    e = verdicts(model, scene_of(problem, model), p0, k)
+    e = verdicts(scene_of(problem, model), p0, k)
     return np.stack([e.bin >= 0, e.goal, e.start, e.clearance], axis=1).astype(float)
 
 
@@ -134,7 +134,7 @@ def test_neurons_may_be_permuted_rescaled_and_duplicated(seed):
     power = 2.0 ** rng.integers(-40, 40, 6)
     scaled = rebuilt(model, [W[0] * power[:, None], W[1] / power, W[2]], [b[0] * power, *b[1:]])
     np.testing.assert_allclose(margins(scaled, problem, p0, k)[:, 3], before[:, 3], atol=1e-9)
-    pattern = lambda m: verdicts(m, scene_of(problem, m), p0, k).pattern  # noqa: E731
+    pattern = lambda m: verdicts(scene_of(problem, m), p0, k).pattern  # noqa: E731
     np.testing.assert_array_equal(
         pattern(scaled), pattern(model)
     )  # powers of two: the same cells, bit for bit
@@ -284,12 +284,12 @@ def tightened(model, problem, rng):
 @pytest.mark.parametrize("seed", SEEDS)
 def test_tightening_never_turns_accept_into_reject(seed, body):
     model, problem, p0, k = example(seed, body)
-    before = verdicts(model, scene_of(problem, model), p0, k)
+    before = verdicts(scene_of(problem, model), p0, k)
     clear = before.safe & (np.minimum(before.goal, before.clearance) > 1e-9)
     assert clear.sum() > 5
     gained = 0
     for name, new_model, new_problem in tightened(model, problem, np.random.default_rng(seed)):
-        after = verdicts(new_model, scene_of(new_problem, new_model), p0, k)
+        after = verdicts(scene_of(new_problem, new_model), p0, k)
         assert after.safe[clear].all(), name
         gained += int((after.safe & ~before.safe).sum())
     assert gained > 0
@@ -301,7 +301,7 @@ def test_tightening_never_turns_accept_into_reject(seed, body):
         model.tube.final * 2,
         model.tube.edges,
     )
-    assert not verdicts(wider, scene_of(problem, wider), p0, k).safe[clear].all()
+    assert not verdicts(scene_of(problem, wider), p0, k).safe[clear].all()
 
 
 @pytest.mark.slow
@@ -321,7 +321,7 @@ def test_polytopes_of_an_equal_problem_are_accepted_for_each_other():
         Settings(target=0.3, n_samples=50, budget_s=300, polytopes=True),
     )
     x = np.concatenate([answer.samples, answer.sample(jax.random.key(1), 500)])
-    here = verdicts(model, scene_of(problem, model), x[:, :2] - shift, x[:, 2:])
+    here = verdicts(scene_of(problem, model), x[:, :2] - shift, x[:, 2:])
     assert (
         here.safe | (here.clearance > -1e-9) & (here.goal > -1e-9)
     ).all() and here.safe.mean() > 0.99

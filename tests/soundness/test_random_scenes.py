@@ -18,7 +18,7 @@ from parc_jax.sets.box import box
 from parc_jax.sets.hpolytope import from_box, hpolytope
 from parc_jax.verdict import pointwise as engine
 from parc_jax.verdict.pointwise import verdicts as verdicts_of
-from parc_jax.verdict.scene import bare_scene, scene_of
+from parc_jax.verdict.scene import scene_of
 
 pytestmark = pytest.mark.soundness
 
@@ -66,7 +66,7 @@ def random_case(models, seed: int) -> Case:
     goal = box([-0.5, -0.5, -5.0], [0.5, 0.5, 5.0])
     problem = problem.replace(goal=goal_rows(goal, rng), spans=(span, None))
     plans = nearest_calls(problem, models, [anchored_plans(rng, model, TRIES) for model in models])
-    return Case(models, problem, bare_scene(problem, models[0]), *plans)
+    return Case(models, problem, scene_of(problem, models[0]).arrays, *plans)
 
 
 def nearest_calls(problem, models, drawn):
@@ -103,7 +103,7 @@ def stacked(case: Case):
     return (
         over(nets),
         over(tubes),
-        case.scene.replace(obstacles=laid_out, problem=None),
+        case.scene.replace(obstacles=laid_out),
         case.p0,
         case.k,
     )

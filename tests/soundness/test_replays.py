@@ -59,9 +59,9 @@ def test_what_a_replay_reports_is_what_the_runs_did(rng):
     with pytest.raises(
         SoundnessError
     ):  # with a tube of five metres every run is inside, so failures are bugs
-        replay(system, model, scene, x, jax.random.key(0))
+        replay(system, scene, x, jax.random.key(0))
     tight = straight_model(system, 1e-6)
-    out = replay(system, tight, scene_of(problem, tight), x, jax.random.key(0))
+    out = replay(system, scene_of(problem, tight), x, jax.random.key(0))
     assert not out.inside.any()
     corners = polygon_corners(problem.obstacles[0].A, problem.obstacles[0].b)
     s = np.linspace(0, 1, 21)[:, None]
@@ -81,8 +81,8 @@ def test_certified_plans_never_fail_inside_the_tube(rng):
     system = plant(disturbed, T)
     model, problem = straight_model(system, 0.15), problem_with(WALL)
     scene, x = scene_of(problem, model), plans(rng, 4000)
-    x = x[verdicts(model, scene, x[:, :2], x[:, 2:]).safe]
-    out = replay(system, model, scene, x, jax.random.key(2))
+    x = x[verdicts(scene, x[:, :2], x[:, 2:]).safe]
+    out = replay(system, scene, x, jax.random.key(2))
     assert len(x) > 200
     assert 0.5 < out.inside.mean() < 0.95  # N(0, 0.1) against 0.15, two axes
     assert not out.failed[out.inside].any() and out.failed[~out.inside].any()
@@ -96,10 +96,10 @@ def test_a_proof_that_contradicts_the_plant_is_reported(rng):
     with pytest.raises(
         SoundnessError, match="1 of 1 plans failed although their run stayed inside"
     ):
-        replay(system, model, scene, x, jax.random.key(0))
+        replay(system, scene, x, jax.random.key(0))
     missed = np.array([[0.0, 0.8, 0.0, 0.9]])  # clear of the wall, past the goal
     with pytest.raises(SoundnessError):
-        replay(system, model, scene, missed, jax.random.key(0))
+        replay(system, scene, missed, jax.random.key(0))
 
 
 def test_a_replay_blind_between_knots_would_miss_contact(rng, monkeypatch):
@@ -108,9 +108,9 @@ def test_a_replay_blind_between_knots_would_miss_contact(rng, monkeypatch):
     model, problem = straight_model(system, 0.001), problem_with(thin, radius=0.0)
     scene, x = scene_of(problem, model), np.array([[0.0, 0.3, 1.0, 0.5]])
     with pytest.raises(SoundnessError):
-        replay(system, model, scene, x, jax.random.key(0))
+        replay(system, scene, x, jax.random.key(0))
     monkeypatch.setattr(judging, "_true_clearance", lambda *_: np.ones(1))
-    out = replay(system, model, scene, x, jax.random.key(0))
+    out = replay(system, scene, x, jax.random.key(0))
     assert not out.touched.any()
 
 
@@ -120,8 +120,8 @@ def test_a_bend_between_knots_is_replayed():
     pole = box([0.42, 0.36], [0.43, 0.37])  # (1, 0.5) / 8 + 0.3
     model = straight_model(system, 1e-3)
     scene, x = scene_of(problem_with(pole, 0.0), model), np.array([[0.0, 0.0, 1.0, 0.5]])
-    assert verdicts(model, scene, x[:, :2], x[:, 2:]).clearance > 0
-    out = replay(system, model, scene, x, jax.random.key(0))
+    assert verdicts(scene, x[:, :2], x[:, 2:]).clearance > 0
+    out = replay(system, scene, x, jax.random.key(0))
     assert out.touched.all() and out.reached.all() and not out.inside.any()
 
 
@@ -134,11 +134,9 @@ def test_obstacles_are_there_during_their_steps_only(rng):
         problem = problem_with(thin, 0.0).replace(spans=(steps,))
         if touched:
             with pytest.raises(SoundnessError):
-                replay(system, model, scene_of(problem, model), x, jax.random.key(0))
+                replay(system, scene_of(problem, model), x, jax.random.key(0))
         else:
-            assert not replay(
-                system, model, scene_of(problem, model), x, jax.random.key(0)
-            ).touched[0]
+            assert not replay(system, scene_of(problem, model), x, jax.random.key(0)).touched[0]
 
 
 @pytest.fixture(scope="module")
@@ -163,13 +161,11 @@ def parking():
 def test_two_thousand_drifts_from_the_safe_set_touch_nothing(parking):
     import sims
 
-    model, answer = parking
+    _, answer = parking
     assert answer.status is Status.PROVED and answer.refused == 0
     x = answer.sample(jax.random.key(1), 2000)
     system = sims.load("drift_parking", plant="ode")
-    out = replay(
-        system, model, answer.scene, x, jax.random.key(2)
-    )  # raises on a failure inside the tube
+    out = replay(system, answer.scene, x, jax.random.key(2))  # raises on a failure inside the tube
     assert not out.failed[out.inside].any()
     assert (
         ~out.inside

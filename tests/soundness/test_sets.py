@@ -60,7 +60,7 @@ def context_of(answer):
 
 
 def certificates(answer, p0, k):
-    e = verdicts(answer.model, answer.scene, p0, k)
+    e = verdicts(answer.scene, p0, k)
     given = answer.scene, answer.model.tube
     return [sample_part(*given, p0[i], k[i], e.path[i], int(e.bin[i])) for i in range(len(k))]
 
@@ -101,7 +101,7 @@ def test_ten_thousand_members_pass_the_point_test_and_the_oracle(answers, rng):
     for answer in answers.values():
         x = members(answer, rng, 10_000 // len(SCENES))
         p0, k = x[:, :2], x[:, 2:]
-        assert verdicts(answer.model, answer.scene, p0, k).safe.all()
+        assert verdicts(answer.scene, p0, k).safe.all()
         assert answer.contains(p0, k).all()
         assert oracle_accepts(answer, p0[::4], k[::4]).all()
 
@@ -111,7 +111,7 @@ def test_members_pass_the_exact_sample_check(answers, rng):
         x = members(answer, rng, 60)[:60]
         check = context_of(answer).check_sample
         deep = (
-            verdicts(answer.model, answer.scene, x[:, :2], x[:, 2:]).clearance > 1e-6
+            verdicts(answer.scene, x[:, :2], x[:, 2:]).clearance > 1e-6
         )  # short fractions separate
         assert deep.sum() > 30
         for part in certificates(answer, x[deep, :2], x[deep, 2:]):
@@ -225,7 +225,7 @@ def test_what_a_broken_engine_finds_is_refused_unless_it_is_true(fault):
         )
         assert not (samples.all() and polytopes.all())
         x = answer.samples
-        right = verdicts(model, scene_of(problem, model), x[:, :2], x[:, 2:])
+        right = verdicts(scene_of(problem, model), x[:, :2], x[:, 2:])
         assert not samples[(right.clearance < -1e-6) | (right.goal < -1e-6)].any()
         wrong_any += (~right.safe).sum()
     assert wrong_any > 0
@@ -240,13 +240,13 @@ def test_low_precision_in_the_search_is_found_out_or_harmless():
     )
     samples, *_ = prove(problem, model, answer.sample_parts)
     x = answer.samples
-    right = verdicts(model, scene_of(problem, model), x[:, :2], x[:, 2:])
+    right = verdicts(scene_of(problem, model), x[:, :2], x[:, 2:])
     assert not samples[right.clearance < -1e-6].any() and samples.mean() > 0.9
 
 
 def test_contains_is_the_union_of_the_rows(answers, rng):
     for answer in answers.values():
-        seen = draw(answer.model, answer.scene, rng, 3000)
+        seen = draw(answer.scene, rng, 3000)
         p0, k = seen.safe.p0, seen.safe.k
         room = np.stack(
             [(s.b - np.concatenate([p0, k], axis=1) @ s.A.T).min(axis=1) for s in answer.safe_sets]
@@ -263,7 +263,7 @@ def test_contains_is_the_union_of_the_rows(answers, rng):
 def test_samples_are_safe_and_proved_one_by_one(answers):
     for answer in answers.values():
         p0, k = answer.samples[:, :2], answer.samples[:, 2:]
-        assert verdicts(answer.model, answer.scene, p0, k).safe.all()
+        assert verdicts(answer.scene, p0, k).safe.all()
         assert oracle_accepts(answer, p0, k).all()
         check = context_of(answer).check_sample
         for part, x in zip(answer.sample_parts, answer.samples, strict=True):
@@ -288,7 +288,7 @@ def uniformity(answer, key, rng):
     own = answer.sample(key, 6000)
     other = []
     while sum(map(len, other)) < 6000:
-        seen = draw(answer.model, answer.scene, rng, 20000).safe
+        seen = draw(answer.scene, rng, 20000).safe
         other.append(np.concatenate([seen.p0, seen.k], axis=1)[answer.contains(seen.p0, seen.k)])
     other = np.concatenate(other)[:6000]
     edges = [np.quantile(other[:, axis], [1 / 2]) for axis in range(4)]
@@ -324,7 +324,7 @@ def test_same_key_same_answer_other_key_other_answer():
 
 def test_volume_interval_and_safe_share_hold_the_truth(answers, rng):
     for answer in answers.values():
-        seen = draw(answer.model, answer.scene, rng, 60_000)
+        seen = draw(answer.scene, rng, 60_000)
         whole = seen.volume
         share = len(seen.safe.k) / seen.drawn
         _, low, high = answer.volume(0.9999)
@@ -354,7 +354,7 @@ def honest_looks(repeats, confidence, target, fresh):
                 polytopes=True,
             ),
         )
-        seen = draw(model, answer.scene, np.random.default_rng(seed), fresh).safe
+        seen = draw(answer.scene, np.random.default_rng(seed), fresh).safe
         inside = int(answer.contains(seen.p0, seen.k).sum())
         # a failure only when fresh points could not come from a cover as good as stated
         wrong += beta.ppf(0.999, inside + 1, len(seen.k) - inside) < answer.coverage.at_least
@@ -378,8 +378,8 @@ def test_a_dishonest_cover_is_noticed(monkeypatch):
     class Half(union_stage.SafeUnion):
         """Loses half of its polytopes after their coverage was stated."""
 
-        def __init__(self, model, scene, polytopes):
-            super().__init__(model, scene, polytopes[: len(polytopes) // 2])
+        def __init__(self, scene, polytopes):
+            super().__init__(scene, polytopes[: len(polytopes) // 2])
 
     monkeypatch.setattr(findings, "SafeUnion", Half)
     assert honest_looks(repeats=3, confidence=0.9, target=0.3, fresh=5_000) == 3
@@ -390,7 +390,7 @@ def test_share_of_k_is_not_too_large(answers, rng):
         k = rng.uniform(-1, 1, (800, 2))
         z = np.stack(np.meshgrid(*[np.linspace(-0.49, 0.49, 15)] * 2), axis=-1).reshape(-1, 2)
         starts, ks = np.tile(z, (len(k), 1)), k.repeat(len(z), axis=0)
-        p0, _ = anchor(answer.model, answer.scene, starts, ks)
+        p0, _ = anchor(answer.scene, starts, ks)
         some = answer.contains(p0, ks).reshape(len(k), -1).any(axis=1)
         assert 0 < answer.share_of_k <= some.mean() + 4 * np.sqrt(0.25 / len(k))
 
@@ -431,7 +431,7 @@ def test_best_plans_are_inside_and_no_sample_beats_the_linear_best(answers, rng)
         assert answer.contains(plan[:2], plan[2:])[0]
         assert value == pytest.approx(plan @ objective) and value >= (x @ objective).max() - 1e-6
     plan, value = answer.best("clearance", jax.random.key(0))
-    e = verdicts(answer.model, answer.scene, x[:, :2], x[:, 2:])
+    e = verdicts(answer.scene, x[:, :2], x[:, 2:])
     assert answer.contains(plan[:2], plan[2:])[0] and value >= e.clearance.max() - 1e-3
 
 
@@ -463,6 +463,6 @@ def test_random_scenes_lose_nothing_between_floats_and_proofs():
         )
         shallow = 0
         if answer.refused:  # allowed only for what short fractions cannot separate
-            e = verdicts(model, answer.scene, answer._cover.points.p0, answer._cover.points.k)
+            e = verdicts(answer.scene, answer._cover.points.p0, answer._cover.points.k)
             shallow = int((e.clearance[e.safe] < 1e-6).sum())
         assert answer.refused <= shallow

@@ -72,7 +72,7 @@ def agree(model, problem, answer, rng, n=6000):
     extra = rng.integers(0, len(lo), n)
     y = lo[extra] + rng.uniform(size=(n, lo.shape[1])) * (hi - lo)[extra]
     p = np.concatenate([x, y])
-    seen = verdicts(model, scene, p[:, :2] - ends_from(0.0, model, p[:, 2:]), p[:, 2:])
+    seen = verdicts(scene, p[:, :2] - ends_from(0.0, model, p[:, 2:]), p[:, 2:])
     margin = np.minimum(np.minimum(seen.goal, seen.start), seen.clearance)
     inside = [
         np.flatnonzero(((p >= a) & (p <= b)).all(axis=1)) for a, b in zip(lo, hi, strict=True)
@@ -87,7 +87,6 @@ def agree(model, problem, answer, rng, n=6000):
 
 def bounded(model, problem, max_leaves=400, bounds=True):
     return prove_no_plan(
-        model,
         scene_of(problem, model),
         budget_s=300,
         max_leaves=max_leaves,
@@ -159,7 +158,7 @@ def test_random_scenes_with_polygons(seed):
         assert low - 0.03 <= share <= high + 0.03
         if answer.safe_plan is not None:
             p0, k = answer.safe_plan
-            assert verdicts(model, scene_of(problem, model), p0[None], k[None]).safe.all()
+            assert verdicts(scene_of(problem, model), p0[None], k[None]).safe.all()
 
 
 def test_tube_enters_the_hit_test_in_the_unsafe_direction(rng):

@@ -28,7 +28,7 @@ def case(fitted: bool, n_p: int = 2):
 def test_gaps_are_those_of_the_inequality(fitted, n_p):
     model, _, scene, rng = case(fitted, n_p)
     table, tube = scene.directions, model.tube
-    facets = facets_of(tube, scene)
+    facets = facets_of(scene)
     assert facets.number.max() < table.n_facets * len(table.multipliers) - 1  # boxes share normals
     path = rng.normal(size=(model.time.n_steps + 1, model.n_c))
     slack = 1e-3
@@ -54,7 +54,7 @@ def test_gaps_are_those_of_the_inequality(fitted, n_p):
 @pytest.mark.parametrize("fitted", [False, True])
 def test_an_error_that_every_bin_allows(fitted):
     model, _, scene, rng = case(fitted)
-    inside = facets_of(model.tube, scene).inside
+    inside = facets_of(scene).inside
     assert (inside is None) == (not fitted)
     if fitted:
         for w in rng.normal(size=(20, 2)):
@@ -65,10 +65,10 @@ def test_an_error_that_every_bin_allows(fitted):
 @pytest.mark.slow
 @pytest.mark.parametrize("fitted", [False, True])
 def test_the_screen_of_bodies_gives_the_verdicts_of_the_exact_test(fitted):
-    model, _, scene, rng = case(fitted)
+    _, _, scene, rng = case(fitted)
     z = rng.uniform(scene.z_lo, scene.z_hi, (1500, 2))
     k = rng.uniform(-1, 1, (1500, 2))
-    p0, _ = anchor(model, scene, z, k)
-    exact = np.flatnonzero(verdicts(model, scene, p0, k).safe)
+    p0, _ = anchor(scene, z, k)
+    exact = np.flatnonzero(verdicts(scene, p0, k).safe)
     assert 0 < len(exact) < 1500
-    np.testing.assert_array_equal(screen(model, scene, z, k).row, exact)
+    np.testing.assert_array_equal(screen(scene, z, k).row, exact)

@@ -18,7 +18,7 @@ ROOF = hpolytope([[1.0, 1.0], [-1.0, 1.0], [0.0, -1.0]], [5.0, -2.0, -1.0])  # a
 
 
 def why(model, goal, obstacle, body, **options):
-    return why_none(scene_of(reach_avoid(goal, [obstacle], body, **options), model), model)
+    return why_none(scene_of(reach_avoid(goal, [obstacle], body, **options), model))
 
 
 @pytest.mark.parametrize(
@@ -59,7 +59,7 @@ def test_what_is_told_is_true_and_proved_where_a_proof_is_possible(rng):
     scene = scene_of(
         reach_avoid(goal, [box([4.0, 1.0], [5.0, 2.0])], hull("c0", "c1", radius=5.0)), model
     )
-    none = prove_no_plan(model, scene, budget_s=600, max_leaves=10)
+    none = prove_no_plan(scene, budget_s=600, max_leaves=10)
     said = none.statement()
     assert none.kind == "undecided" and "touches obstacle 0. This is not a proof" in said
     none = none._replace(kind="proved")

@@ -11,6 +11,7 @@ from parc_jax.certificate.write import sample_part
 from parc_jax.errors import InputError
 from parc_jax.network.predict import by_point
 from parc_jax.problem import reach_avoid
+from parc_jax.robust.question import Plain
 from parc_jax.sets.box import box
 from parc_jax.sets.hpolytope import hpolytope
 from parc_jax.verdict.near import extent_in, near_scene, whole_scene
@@ -41,7 +42,7 @@ def plans_of(model, scene, rng, n: int = 400):
     size = scene.z_hi - scene.z_lo
     z = rng.uniform(scene.z_lo - 0.1 * size, scene.z_hi + 0.1 * size, (n, model.n_p))
     k = rng.uniform(-1, 1, (n, model.n_k))
-    return anchor(model, scene, z, k)[0], k
+    return anchor(scene, z, k)[0], k
 
 
 CASES = [
@@ -55,10 +56,10 @@ CASES = [
 @pytest.mark.parametrize(("kind", "seed"), CASES)
 def test_verdicts_are_those_of_the_whole_scene(kind, seed):
     model, problem, rng = crowded(kind, seed)
-    near, whole = near_scene(problem, model), scene_of(problem, model)
+    near, whole = near_scene(Plain(problem, model)), scene_of(problem, model)
     assert 0 < len(near.apart.kept) < len(near.apart.row)
     p0, k = plans_of(model, whole, rng)
-    mine, theirs = verdicts(model, near, p0, k), verdicts(model, whole, p0, k)
+    mine, theirs = verdicts(near, p0, k), verdicts(whole, p0, k)
     assert (mine.safe == theirs.safe).all() and theirs.reaches.sum() > 50
     # of bodies in contact, how deep they are is not told
     mine, theirs = (e._replace(clearance=np.maximum(e.clearance, 0)) for e in (mine, theirs))
@@ -66,18 +67,18 @@ def test_verdicts_are_those_of_the_whole_scene(kind, seed):
     assert (mine.clearance <= theirs.clearance + SLACKS)[reaches].all()
     exact = mine.clearance < float(near.beyond)
     np.testing.assert_allclose(mine.clearance[exact], theirs.clearance[exact], rtol=0, atol=SLACKS)
-    assert whole_scene(near, model).apart is None
-    assert whole_scene(whole, model) is whole
+    assert whole_scene(near).apart is None
+    assert whole_scene(whole) is whole
 
 
 def test_a_clearance_tells_no_more_than_what_was_left_out_allows():
     """Nothing is left in the scene, and what was left out is at a distance all the same."""
     model = line_model(4, 0.0)
     problem = reach_avoid(GOAL, [box([4.0, 4.0], [5.0, 5.0])], 0.1)
-    near, whole = near_scene(problem, model), scene_of(problem, model)
+    near, whole = near_scene(Plain(problem, model)), scene_of(problem, model)
     assert len(near.apart.kept) == 0 and 1 < float(near.beyond) < 5
     p0, k = plans_of(model, whole, np.random.default_rng(0))
-    mine, theirs = verdicts(model, near, p0, k), verdicts(model, whole, p0, k)
+    mine, theirs = verdicts(near, p0, k), verdicts(whole, p0, k)
     assert (mine.clearance == float(near.beyond)).all()
     assert (mine.clearance <= theirs.clearance + SLACKS)[theirs.reaches].all()
 
@@ -87,7 +88,7 @@ def test_all_plans_that_reach_stay_within_their_reach(kind, seed):
     model, problem, rng = crowded(kind, seed)
     extent, slack = extent_in(problem, model)
     p0, k = plans_of(model, scene_of(problem, model), rng, 2000)
-    e = verdicts(model, scene_of(problem, model), p0, k)
+    e = verdicts(scene_of(problem, model), p0, k)
     places = by_point(e.path[e.reaches], model.n_points)
     assert len(places) > 200 and 0 < slack < 1e-9
     for knots in (places[:, :-1], places[:, 1:]):
@@ -102,9 +103,9 @@ def test_all_plans_that_reach_stay_within_their_reach(kind, seed):
 @pytest.mark.parametrize(("kind", "seed"), CASES[:3])
 def test_what_is_left_out_is_proved_in_every_certificate(kind, seed):
     model, problem, rng = crowded(kind, seed)
-    near = near_scene(problem, model)
+    near = near_scene(Plain(problem, model))
     p0, k = plans_of(model, near, rng)
-    e = verdicts(model, near, p0, k)
+    e = verdicts(near, p0, k)
     i = int(np.flatnonzero(e.safe)[0])
     part = sample_part(near, model.tube, p0[i], k[i], e.path[i], int(e.bin[i]))
     assert prove(problem, model, [part])[0].all()
@@ -138,7 +139,7 @@ def line_scene(obstacle, e: float = 0.0, span=None, body=0.25):
 )
 def test_an_obstacle_is_left_out_where_no_plan_comes_and_no_sooner(left, e, span, apart):
     problem, model = line_scene(box([left, -9.0], [left + 1, 9.0]), e, span)
-    scene = near_scene(problem, model)
+    scene = near_scene(Plain(problem, model))
     assert (scene.apart is not None) == apart
     if apart:
         assert scene.apart.kept.size == 0 and not scene.obstacles.active.any()
@@ -159,8 +160,8 @@ def test_every_point_of_a_part_counts_and_each_part_by_itself():
     wall = hpolytope([[1, 0], [-1, 0], [0, 1], [0, -1]], [x + 1, -x, 50, 50])
     both = model.points[0], model.points[far]
     problem = problem.replace(obstacles=(wall,), spans=(None,), body=hull(*both))
-    assert near_scene(problem, model).apart is None
-    alone = near_scene(problem.replace(body=hull(both[0])), model)
+    assert near_scene(Plain(problem, model)).apart is None
+    alone = near_scene(Plain(problem.replace(body=hull(both[0])), model))
     assert alone.apart is not None and alone.apart.kept.size == 0
 
 
@@ -182,12 +183,12 @@ def test_every_point_of_a_part_counts_and_each_part_by_itself():
 )
 def test_far_obstacles_are_checked_as_near_ones_are(obstacles, spans, words):
     with pytest.raises(InputError, match=words):
-        near_scene(reach_avoid(GOAL, obstacles, 0.1, spans=spans), line_model())
+        near_scene(Plain(reach_avoid(GOAL, obstacles, 0.1, spans=spans), line_model()))
 
 
 def test_a_thousand_obstacles_are_as_many_rows_as_matter():
     model = line_model(4, 0.01)
     boxes = [box([4.0 + i, 5.0], [4.5 + i, 6.0]) for i in range(999)]
-    near = near_scene(reach_avoid(GOAL, [box([0.8, -0.2], [1.0, 0.2]), *boxes], 0.1), model)
+    near = near_scene(Plain(reach_avoid(GOAL, [box([0.8, -0.2], [1.0, 0.2]), *boxes], 0.1), model))
     assert near.apart.kept.tolist() == [0] and near.count == 1
     assert len(near.directions.multipliers) == 1 and len(near.apart.spans) == 1000

@@ -84,8 +84,8 @@ def test_a_failed_run_has_touched():
 def test_counts_are_those_of_a_replay():
     scene, runs, p0 = asked()
     plans = np.concatenate([p0, runs.k], axis=1)
-    seen = replay(Bar(), straight_bar(), scene, plans, KEY)
-    assert counts_of(Bar(), straight_bar(), scene, plans, KEY) == {
+    seen = replay(Bar(), scene, plans, KEY)
+    assert counts_of(Bar(), scene, plans, KEY) == {
         "plans": 300,
         "reached": seen.reached.sum(),
         "touched": seen.touched.sum(),
@@ -106,4 +106,4 @@ def test_a_contradiction_among_many_is_reported():
     failed = (touched | ~reached).sum()
     assert 0 < (touched & ~reached).sum() < failed < 300
     with pytest.raises(SoundnessError, match=f"{failed} of 300 plans failed"):
-        counts_of(Bar(), model, scene, plans, KEY)
+        counts_of(Bar(), scene.under(model), plans, KEY)

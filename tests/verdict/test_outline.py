@@ -71,7 +71,7 @@ def test_a_replay_is_of_the_model_s_own_robot():
     other = plant(toy_driven.gusty, 4, name="other")
     for ask in (replay, counts_of):
         with pytest.raises(InputError, match="expected the system of this model, 'plant'"):
-            ask(other, answer.model, answer.scene, answer.samples, key)
+            ask(other, answer.scene, answer.samples, key)
 
 
 def test_a_question_is_told_the_same_of_a_robot_and_of_its_model():

@@ -24,19 +24,19 @@ def example():
 
 def test_bins_are_the_tubes_bins_and_boundaries_have_none(example):
     model, scene, p0, k = example
-    e = verdicts(model, scene, p0, k)
+    e = verdicts(scene, p0, k)
     np.testing.assert_array_equal(e.bin, model.tube.bin_of(k))
     edge = k.copy()
     edge[:, 1] = 0.0  # where the two bins meet
-    assert (verdicts(model, scene, p0, edge).bin == -1).all()
+    assert (verdicts(scene, p0, edge).bin == -1).all()
     outside = k + np.array([2.5, 0.0])
-    got = verdicts(model, scene, p0, outside)
+    got = verdicts(scene, p0, outside)
     assert (got.bin == -1).all() and not got.safe.any() and not got.reaches.any()
 
 
 def test_margins_of_goal_and_start_are_those_of_the_rows(example):
     model, scene, p0, k = example
-    e = verdicts(model, scene, p0, k)
+    e = verdicts(scene, p0, k)
     y = host_outputs(model.net, k)
     end = np.concatenate([p0 + y[:, 6:8], y[:, 8:]], axis=1)
     final = model.tube.final[model.tube.bin_of(k)]
@@ -53,51 +53,51 @@ def test_margins_of_goal_and_start_are_those_of_the_rows(example):
 
 @pytest.mark.parametrize("n", [0, 1, CHUNK - 1, CHUNK, CHUNK + 1])
 def test_any_batch_size_gives_the_same_rows(example, n):
-    model, scene, p0, k = example
-    whole, part = verdicts(model, scene, p0, k), verdicts(model, scene, p0[:n], k[:n])
+    _, scene, p0, k = example
+    whole, part = verdicts(scene, p0, k), verdicts(scene, p0[:n], k[:n])
     for a, b in zip(whole, part, strict=True):
         assert len(b) == n
         np.testing.assert_array_equal(a[:n], b)
 
 
 def test_nothing_undefined_is_safe(example):
-    model, scene, p0, k = example
-    e = verdicts(model, scene, p0, k)
+    _, scene, p0, k = example
+    e = verdicts(scene, p0, k)
     assert e.safe.any()
     for bad in (np.nan, np.inf, -np.inf):
-        assert not verdicts(model, scene, p0 + np.array([bad, 0]), k).safe.any()
-        assert not verdicts(model, scene, p0, k + np.array([0, bad])).safe.any()
+        assert not verdicts(scene, p0 + np.array([bad, 0]), k).safe.any()
+        assert not verdicts(scene, p0, k + np.array([0, bad])).safe.any()
     for broken in (
         scene.replace(slack=np.float64(np.nan)),
         scene.replace(slack=np.float64(np.inf)),
     ):
-        assert not verdicts(model, broken, p0, k).safe.any()
+        assert not verdicts(broken, p0, k).safe.any()
     holes = scene.obstacles.replace(corner=scene.obstacles.corner * np.nan)
-    assert not verdicts(model, scene.replace(obstacles=holes), p0, k).safe.any()
+    assert not verdicts(scene.replace(obstacles=holes), p0, k).safe.any()
 
 
 def test_comparing_the_wrong_way_round_would_let_nan_pass(example, monkeypatch):
-    model, scene, p0, k = example
+    _, scene, p0, k = example
     monkeypatch.setattr(
         engine.Verdicts, "safe", property(lambda e: ~(e.clearance <= 0) & ~(e.goal < 0))
     )
-    assert verdicts(model, scene, p0 + np.array([np.nan, 0]), k).safe.any()
+    assert verdicts(scene, p0 + np.array([np.nan, 0]), k).safe.any()
 
 
 def test_anchored_starts_end_where_they_were_asked_to(example, rng):
-    model, scene, _, k = example
+    _, scene, _, k = example
     z = rng.uniform(-0.4, 0.4, k.shape)
-    p0, reaches = anchor(model, scene, z, k)
-    e = verdicts(model, scene, p0, k)
+    p0, reaches = anchor(scene, z, k)
+    e = verdicts(scene, p0, k)
     np.testing.assert_allclose(e.path[:, -1], z, atol=1e-12)
     np.testing.assert_array_equal(reaches, e.reaches)
 
 
 def test_verdicts_do_not_depend_on_the_users_flags(example):
-    model, scene, p0, k = example
-    expected = verdicts(model, scene, p0, k)
+    _, scene, p0, k = example
+    expected = verdicts(scene, p0, k)
     with jax.enable_x64(False):
-        got = verdicts(model, scene, p0, k)
+        got = verdicts(scene, p0, k)
     assert got.clearance.dtype == np.float64
     np.testing.assert_array_equal(got.clearance, expected.clearance)
 
@@ -105,7 +105,7 @@ def test_verdicts_do_not_depend_on_the_users_flags(example):
 def test_a_scene_without_obstacles_is_all_clear():
     model = line_model(4, 0.01)
     scene = scene_of(reach_avoid(box([-1, -1, -1], [1, 1, 1]), [], 0.3), model)
-    e = verdicts(model, scene, np.zeros((3, 2)), np.zeros((3, 2)))
+    e = verdicts(scene, np.zeros((3, 2)), np.zeros((3, 2)))
     assert np.isposinf(e.clearance).all() and e.safe.all()
 
 
@@ -117,9 +117,9 @@ def test_row_margins_pay_the_slack_by_the_size_of_the_row():
 
 
 def test_the_clearance_pays_the_slack(example):
-    model, scene, p0, k = example
-    free = verdicts(model, scene.replace(slack=np.float64(0.0)), p0, k).clearance
-    paid = free - verdicts(model, scene.replace(slack=np.float64(1e-3)), p0, k).clearance
+    _, scene, p0, k = example
+    free = verdicts(scene.replace(slack=np.float64(0.0)), p0, k).clearance
+    paid = free - verdicts(scene.replace(slack=np.float64(1e-3)), p0, k).clearance
     assert (paid > 0.999e-3).all() and (paid < 1.4143e-3).all()  # slack times |w|_1
 
 
@@ -131,7 +131,7 @@ def test_every_interval_has_its_own_widths(t):
     model = model_of(net, domain, widths, np.zeros((1, 3)), [[-1, 1], [-1, 1]])
     wall = box([1.0, -9.0], [2.0, 9.0])
     problem = reach_avoid(box([-1, -1, -1], [1, 1, 1]), [wall], 0.1, spans=[(t, t)])
-    e = verdicts(model, scene_of(problem, model), np.zeros((1, 2)), np.zeros((1, 2)))
+    e = verdicts(scene_of(problem, model), np.zeros((1, 2)), np.zeros((1, 2)))
     assert e.clearance[0] == pytest.approx(1 - 0.1 - 0.01 * (t + 1), abs=1e-9)
 
 

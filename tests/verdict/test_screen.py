@@ -24,10 +24,10 @@ from parc_jax.verdict.screen import CHUNK, screen
 
 def both(model, scene, z, k):
     """Which points are safe: by the screen, and one by one."""
-    seen = screen(model, scene, z, k)
-    p0, reaches = anchor(model, scene, z, k)
+    seen = screen(scene, z, k)
+    p0, reaches = anchor(scene, z, k)
     assert seen.reaching == reaches.sum()
-    return seen.row, np.flatnonzero(verdicts(model, scene, p0, k).safe)
+    return seen.row, np.flatnonzero(verdicts(scene, p0, k).safe)
 
 
 def proposals(model, scene, rng, n):
@@ -71,8 +71,8 @@ def test_what_is_safe_comes_back_as_the_network_says(rng):
     model, problem = toy_case(4)
     scene = scene_of(problem, model)
     z, k = proposals(model, scene, rng, 2000)
-    seen = screen(model, scene, z, k)
-    e = verdicts(model, scene, seen.p0, k[seen.row])
+    seen = screen(scene, z, k)
+    e = verdicts(scene, seen.p0, k[seen.row])
     assert e.safe.all()
     np.testing.assert_array_equal(seen.path, e.path)
     np.testing.assert_array_equal(seen.pattern, e.pattern)
@@ -87,12 +87,12 @@ def test_the_test_at_a_few_knots_loses_no_safe_plan_and_most_of_the_others(body,
     scene = scene_of(problem, model)
     z, k = proposals(model, scene, rng, 4000)
     few, knots = screening.few_outputs(model, 12)
-    facets = facets_of(model.tube, scene)
+    facets = facets_of(scene)
     with x64():
         seen = screening._knot_tests(few, knots, model.tube, scene.arrays, z, k, facets)
     reaches, outside = seen
-    p0, expected = anchor(model, scene, z, k)
-    e = verdicts(model, scene, p0, k)
+    p0, expected = anchor(scene, z, k)
+    e = verdicts(scene, p0, k)
     np.testing.assert_array_equal(reaches, expected)
     assert not (e.safe & ~np.asarray(outside)).any()
     unsafe = expected & ~e.safe
@@ -133,16 +133,16 @@ def test_a_test_that_sees_contact_too_early_is_caught(rng, monkeypatch):
 def test_without_obstacles_all_that_reaches_is_safe(rng):
     model = line_model(4, 0.0)
     scene = scene_of(reach_avoid(box([-0.5, 1, -9], [0.5, 2, 9]), [], 0.1), model)
-    seen = screen(model, scene, *proposals(model, scene, rng, 300))
+    seen = screen(scene, *proposals(model, scene, rng, 300))
     assert seen.reaching == len(seen.row) == 300
 
 
 def test_points_close_by_are_safe_and_close(rng):
     model, problem = toy_case(4)
     scene = scene_of(problem, model)
-    seen = draw(model, scene, rng, 500).safe.at(slice(0, 3))
-    found = near(model, scene, rng, seen, 4000)
-    assert len(found.k) > 100 and verdicts(model, scene, found.p0, found.k).safe.all()
+    seen = draw(scene, rng, 500).safe.at(slice(0, 3))
+    found = near(scene, rng, seen, 4000)
+    assert len(found.k) > 100 and verdicts(scene, found.p0, found.k).safe.all()
     span = scene.k_hi - scene.k_lo
     distance = (np.abs(found.k[:, None] - seen.k[None]) / span).max(axis=2).min(axis=1)
     assert np.median(distance) < 0.1
@@ -151,10 +151,10 @@ def test_points_close_by_are_safe_and_close(rng):
 def test_no_point_close_by_may_be_inside_of_the_domain(rng, monkeypatch):
     model, problem = toy_case(4)
     scene = scene_of(problem, model)
-    seen = draw(model, scene, rng, 500).safe
+    seen = draw(scene, rng, 500).safe
     monkeypatch.setattr(drawing, "NEAREST", 1e6)
     monkeypatch.setattr(drawing, "FARTHEST", 1e7)
-    assert len(near(model, scene, rng, seen, 20).k) == 0
+    assert len(near(scene, rng, seen, 20).k) == 0
 
 
 def test_a_screen_that_trusts_its_first_look_is_caught(rng, monkeypatch):

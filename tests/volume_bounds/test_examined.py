@@ -16,7 +16,7 @@ MARGINS = ("goal", "start", "hit", "fits", "gap")
 def examiner():
     model, problem = toy_case(4)
     scene = scene_of(problem, model)
-    return Examiner(model, scene, bin_errors(model.tube, np.asarray(scene.goal_A)))
+    return Examiner(scene, bin_errors(model.tube, np.asarray(scene.goal_A)))
 
 
 def quarters(examiner):

@@ -42,7 +42,7 @@ def walls(gap):
 
 def decide(model, problem, **options):
     options = {"budget_s": 300, "max_leaves": 400} | options
-    return prove_no_plan(model, scene_of(problem, model), **options)
+    return prove_no_plan(scene_of(problem, model), **options)
 
 
 def check(model, problem, plan):
@@ -90,7 +90,7 @@ def test_a_start_set_that_leaves_a_sliver_is_not_proved_away():
     answer = decide(model, problem)
     assert answer.kind == "undecided" and answer.safe_plan is not None
     p0, k = answer.safe_plan
-    assert verdicts(model, scene_of(problem, model), p0[None], k[None]).safe.all()
+    assert verdicts(scene_of(problem, model), p0[None], k[None]).safe.all()
 
 
 def test_verdicts_switch_once_as_the_gap_widens():
@@ -169,7 +169,7 @@ def test_the_reason_is_about_all_faces_together_and_not_about_one_frame():
     model = told(line, tube=fitted_tube(line.tube.edges, during, at_end))
     for width, words in ((0.7, None), (0.4, "axis 0 is 0.4 wide")):
         problem = reach_avoid(box([0, -1, -1], [width, 1, 1]), FAR, 0.1)
-        said = no_end_fits(scene_of(problem, model), model)
+        said = no_end_fits(scene_of(problem, model))
         assert said is None if words is None else words in said and "±0.25" in said
 
 
@@ -285,12 +285,12 @@ def test_a_search_that_errs_is_caught_by_the_checker(monkeypatch):
     model, problem = line_model(e=0.05), walls(0.7)
     grown = scene_of(problem, model)
     grown = grown.replace(obstacles=grown.obstacles.replace(radius=np.float64(0.4)))
-    answer = prove_no_plan(model, grown, budget_s=300, max_leaves=200)
+    answer = prove_no_plan(grown, budget_s=300, max_leaves=200)
     # no contact of the true disc reaches: nothing false is even written
     assert answer.kind == "undecided"
     monkeypatch.setattr(DiscBody, "spell", lambda self, x: [float(v).hex() for v in 1.6 * x])
     monkeypatch.setattr(Contacts, "_depth", lambda self, x: np.ones(x.shape[:-1]))
-    answer = prove_no_plan(model, grown, budget_s=300, max_leaves=200)
+    answer = prove_no_plan(grown, budget_s=300, max_leaves=200)
     assert (
         answer.kind == "undecided"
         and answer.certificate is None

@@ -83,7 +83,7 @@ def walls(model, gap: float):
 
 def decide(model, problem, **options):
     options = {"budget_s": 300, "max_leaves": 200} | options
-    return prove_no_plan(model, scene_of(problem, model), **options)
+    return prove_no_plan(scene_of(problem, model), **options)
 
 
 @pytest.mark.night
