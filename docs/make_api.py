@@ -12,7 +12,12 @@ from parc_jax.options import told
 
 BEGIN, END = "<!-- rooms: written by docs/make_api.py -->", "<!-- end of rooms -->"
 FURTHER = {
-    "Records of options": ("claim.asked", "network.fit", "experiment.settings"),
+    "Records of options": (
+        "claim.asked",
+        "claim.intersample",
+        "network.fit",
+        "experiment.settings",
+    ),
     "Files in and out": (
         "io.problem_file",
         "io.answer_file",

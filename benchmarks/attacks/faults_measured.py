@@ -161,8 +161,8 @@ COUNTED = (
     Fault(
         "looks_do_not_split_delta",
         "calibrate.calibrate",
-        ", delta / looks",
-        ", delta",
+        ", delta / asked.looks, ",
+        ", delta, ",
         (f"{CALIBRATE}::test_discards_and_looks_cost_runs",),
     ),
     Fault(
@@ -175,8 +175,8 @@ COUNTED = (
     Fault(
         "bins_do_not_split_delta",
         "calibrate_bins",
-        "(n_blocks * looks)",
-        "looks",
+        "(n_blocks * asked.looks)",
+        "asked.looks",
         (f"{CALIBRATE}::test_per_bin_claims_need_runs_in_every_bin",),
     ),
     Fault(
@@ -188,9 +188,9 @@ COUNTED = (
     ),
     Fault(
         "bins_with_few_runs_get_a_claim",
-        "calibrate_bins",
-        "wanted <= allowed",
-        "len(inside)",
+        "by_bin._shown",
+        "wanted > allowed",
+        "not len(score)",
         (f"{CALIBRATE}::test_per_bin_claims_need_runs_in_every_bin",),
     ),
     Fault(

@@ -7,12 +7,13 @@ block have one claim, and one number, together.
 import itertools
 from collections.abc import Sequence
 from fractions import Fraction
+from typing import NamedTuple
 
 import numpy as np
 
 from parc_jax.claim.asked import BoundSettings
-from parc_jax.claim.calibrate import evidence_of, kept_maximum, ledger, pac_label, scaled
-from parc_jax.claim.claim import ErrorClaim, error_claim
+from parc_jax.claim.calibrate import kept_maximum, pac_label, shown_claim
+from parc_jax.claim.claim import ErrorClaim
 from parc_jax.claim.counts import MOST, as_probability, most_discards, required_runs
 from parc_jax.claim.fresh import check_fresh
 from parc_jax.claim.profile import runs_per_bin
@@ -43,7 +44,6 @@ def calibrate_bins(
     counts per claim. Raises InputError.
     """
     asked = (asked or BoundSettings()).replace(**options)
-    discard, looks, intersample = asked.discard, asked.looks, asked.intersample
     check_fresh(scores, train)
     if scores.groups is not None:
         raise InputError(
@@ -53,59 +53,59 @@ def calibrate_bins(
     eps, delta = as_probability("eps", asked.eps), as_probability("delta", asked.delta)
     block = block_of_bins(profile.grid, asked.blocks)
     n_blocks = int(block.max()) + 1
-    share_of_delta = float(delta / (n_blocks * looks))
+    share_of_delta = float(delta / (n_blocks * asked.looks))
     numbers = block[profile.bins_of(scores.k)]
     counts = runs_per_bin(numbers, n_blocks)
-    scale = np.full(n_blocks, np.inf)
-    block_eps: list[Fraction | None] = [None] * n_blocks
-    discards = []
-    for number in range(n_blocks):
-        inside = scores.score[(numbers == number).any(axis=1)]
-        allowed = most_discards(len(inside), float(eps), share_of_delta)
-        wanted = max(allowed, 0) if discard == MOST else discard
-        if wanted <= allowed:
-            scale[number] = kept_maximum(inside, wanted)
-            block_eps[number], _ = pac_label(len(inside), eps, share_of_delta, discard)
-            discards.append(wanted)
-    if not discards:
-        needed = required_runs(float(eps), share_of_delta, 0 if discard == MOST else discard)
+    inside = [scores.score[(numbers == number).any(axis=1)] for number in range(n_blocks)]
+    shown = [_shown(score, eps, share_of_delta, asked.discard) for score in inside]
+    known = [one for one in shown if one.eps is not None]
+    if not known:
+        discard = 0 if asked.discard == MOST else asked.discard
+        needed = required_runs(float(eps), share_of_delta, discard)
         raise InputError(
             f"calibrate_bins: expected at least {needed:,} runs in a bin; the fullest of "
             f"{n_blocks} holds "
             f"{counts.max()}. Use fewer bins, a larger eps, or one claim over K (calibrate)."
         )
-    step = scores.subject.time.dt_record
-    term = intersample.term(step, profile.n_p, profile.n_points)
-    scale = scale[block]
+    scale = np.array([shown[b].scale for b in block])
     place = "bin" if n_blocks == profile.n_bins else "block of bins"
-    return error_claim(
-        kind="pac",
-        tube=scaled(profile, scale, term),
-        subject=scores.subject,
-        network=net.hash,
+    uniform = scores.law.k_law == "uniform"
+    return shown_claim(
+        net,
+        scores,
+        profile,
+        asked,
+        scale,
         quantifier=f"in each claimed {place} of K, a new rollout drawn from "
         f"{scores.law.describe()} with k in that {place.split()[0]}",
-        eps=max(e for e in block_eps if e is not None),
-        delta=delta,
+        eps=max(one.eps for one in known),
         n=scores.n,
-        discard=max(discards),
-        looks=looks,
-        law=scores.law,
-        assumptions=ledger(intersample.assumption(step), scores.subject.rotation),
+        discard=max(one.discard for one in known),
         evidence={
-            "profile": profile.hash,
-            **evidence_of(scores),
             "bin_runs": [int(c) for c in counts[block]],
             "bin_scale": hex_text(scale),
-            "bin_share": [str(s) for s in block_shares(profile, block)]
-            if scores.law.k_law == "uniform"
-            else None,
+            "bin_share": [str(s) for s in block_shares(profile, block)] if uniform else None,
         },
-        bin_eps=tuple(
-            block_eps[b] if s < np.inf else None for b, s in zip(block, scale, strict=True)
-        ),
-        intersample=tuple(term),
+        bin_eps=tuple(shown[b].eps if shown[b].scale < np.inf else None for b in block),
     )
+
+
+class _Shown(NamedTuple):
+    """What the runs of a block of bins support: eps None, and no finite scale, where too few."""
+
+    scale: float
+    eps: Fraction | None
+    discard: int
+
+
+def _shown(score: np.ndarray, eps: Fraction, delta: float, discard: int | str) -> _Shown:
+    """Of runs with these scores (n,). discard: as of `BoundSettings`."""
+    allowed = most_discards(len(score), float(eps), delta)
+    wanted = max(allowed, 0) if discard == MOST else discard
+    if wanted > allowed:
+        return _Shown(np.inf, None, 0)
+    supported, _ = pac_label(len(score), eps, delta, discard)
+    return _Shown(float(kept_maximum(score, wanted)), supported, wanted)
 
 
 def block_of_bins(grid: tuple[int, ...], blocks: Sequence[int] | None) -> np.ndarray:

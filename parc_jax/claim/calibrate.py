@@ -52,40 +52,63 @@ def calibrate(
     the score of a group is its worst. Raises InputError, also for repeated runs and near copies.
     """
     asked = (asked or BoundSettings()).replace(**options)
-    looks, intersample = asked.looks, asked.intersample
     recorded = isinstance(holdout, RolloutBatch)
     scores = score_batch(net, holdout, profile) if recorded else holdout
     check_fresh(scores, train)
     eps, delta = as_probability("eps", asked.eps), as_probability("delta", asked.delta)
-    evidence = {"profile": profile.hash, **evidence_of(scores)}
+    evidence = {}
     unit = scores.unit
     independent = scores.by_group()
     n = len(independent)
     if train is not None:
         evidence["train"] = content_hash(train.k, train.q)
-    claimed, discard = pac_label(n, eps, delta / looks, asked.discard, unit)
+    claimed, discard = pac_label(n, eps, delta / asked.looks, asked.discard, unit)
     if claimed > eps:
-        needed = required_runs(float(eps), float(delta / looks), discard)
+        needed = required_runs(float(eps), float(delta / asked.looks), discard)
         evidence["eps_asked"] = f"eps = {rounded_up(eps, 10)} (needs {needed:,} {unit.many})"
     scale = float(kept_maximum(independent, discard))
     evidence["scale"] = scale.hex()
-    step = scores.subject.time.dt_record
-    term = intersample.term(step, profile.n_p, profile.n_points)
-    return error_claim(
-        kind="pac",
-        tube=scaled(profile, np.full(profile.n_bins, scale), term),
-        subject=scores.subject,
-        network=net.hash,
-        quantifier=f"{scores.unit.each} drawn from {scores.law.describe()}",
+    return shown_claim(
+        net,
+        scores,
+        profile,
+        asked,
+        np.full(profile.n_bins, scale),
+        quantifier=f"{unit.each} drawn from {scores.law.describe()}",
         eps=claimed,
-        delta=delta,
         n=n,
         discard=discard,
-        looks=looks,
-        law=scores.law,
-        assumptions=ledger(intersample.assumption(step), scores.subject.rotation),
         evidence=evidence,
+    )
+
+
+def shown_claim(
+    net: ReLUNetwork,
+    scores: Scores,
+    profile: Tube,
+    asked: BoundSettings,
+    scale: np.ndarray,
+    *,
+    evidence: dict,
+    **fields,
+) -> ErrorClaim:
+    """The claim that a holdout shows about the profile times scale (n_bins,). evidence: beside that
+    of the holdout. fields: further ones of `ErrorClaim`.
+    """
+    step = scores.subject.time.dt_record
+    term = asked.intersample.term(step, profile.n_p, profile.n_points)
+    return error_claim(
+        kind="pac",
+        tube=scaled(profile, scale, term),
+        subject=scores.subject,
+        network=net.hash,
+        delta=as_probability("delta", asked.delta),
+        looks=asked.looks,
+        law=scores.law,
+        assumptions=ledger(asked.intersample.assumption(step), scores.subject.rotation),
+        evidence={"profile": profile.hash, **evidence_of(scores), **evidence},
         intersample=tuple(term),
+        **fields,
     )
 
 

@@ -19,8 +19,12 @@ from parc_jax.claim.claim import ErrorClaim, weaker
 from parc_jax.errors import InputError
 from parc_jax.keys import Stage, generator
 from parc_jax.rollout.collect import collect
-from parc_jax.rollout.headings import can_be_headed, rotation_gap
-from parc_jax.rollout.invariance import can_start_elsewhere, translation_gap
+from parc_jax.rollout.invariance import (
+    can_be_headed,
+    can_start_elsewhere,
+    rotation_gap,
+    translation_gap,
+)
 from parc_jax.spelling import rounded_up
 from parc_jax.system import rotation_of
 
@@ -96,7 +100,7 @@ def try_headings(system, key: jax.Array, declared: float) -> float | None:
         return None
     rng = generator(key)
     found = rotation_gap(system, key, rng.uniform(-np.pi, np.pi, STARTS))
-    seen = max(found.p, float(found.q.max(initial=0.0)))
+    seen = float(max(found.p.max(), found.q.max(initial=0.0)))
     if not seen <= declared:
         raise InputError(
             f"{system.name}: expected runs that turn with their heading to within {declared:.3g}, "

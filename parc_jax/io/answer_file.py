@@ -246,7 +246,6 @@ def _no_plan(certificate: dict | None, volumes: dict | None, ended: Ended | None
         leaves,
         None,
         0.0,
-        0.0,
         ended=ended,
     )
 

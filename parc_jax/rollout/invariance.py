@@ -1,4 +1,6 @@
-"""Translation invariance: the theory stands on it, so it is measured before anything is learnt."""
+"""Does a run depend on where it starts, or on its heading there? The theory stands on it, so it is
+tried before anything is learnt, where a system can be started elsewhere. [T22, T33]
+"""
 
 from typing import NamedTuple
 
@@ -12,11 +14,12 @@ from parc_jax.errors import InputError
 from parc_jax.keys import Stage
 from parc_jax.rollout.simulate import simulator
 from parc_jax.rollout.user_code import blamed
+from parc_jax.system import TURNS, Trajectory, rotation_of
 
 
-class TranslationGap(NamedTuple):
-    """How far a run moves when its start moves. p: (n_p,) [m], q: (n_q,); starts: (n, n_p) [m], k:
-    (n, n_k) tried.
+class StartGap(NamedTuple):
+    """How far a run moves when its start moves, or turns. p: (n_p,) [m], q: (n_q,); starts: (n,
+    n_p) [m], or headings (n,) [rad], k: (n, n_k) tried.
 
     Largest differences over runs and times; NaN against NaN is no difference, NaN against a number
     is an infinite one.
@@ -28,11 +31,9 @@ class TranslationGap(NamedTuple):
     k: np.ndarray
 
 
-def translation_gap(
-    system, key: jax.Array, starts: npt.ArrayLike, stage: Stage = Stage.SEARCH
-) -> TranslationGap:
+def translation_gap(system, key: jax.Array, starts: npt.ArrayLike) -> StartGap:
     """Run the same k and disturbance from the origin and from each of `starts` (n, n_p) [m], and
-    compare offsets.
+    compare offsets. Uses the SEARCH stream of `key`.
 
     The system must offer `rollout_from(key, k, p0) -> Trajectory`, with p relative to p0, or, if it
     is not JAX, `rollout_from_batch(keys, ks, p0s)`. Rounding alone leaves a gap
@@ -48,19 +49,61 @@ def translation_gap(
     starts = np.asarray(starts, np.float64)
     if starts.ndim != 2 or starts.shape[1] != system.n_p:
         raise InputError(f"translation_gap: expected starts (n, {system.n_p}); got {starts.shape}.")
-    rows = simulator(system).rows(key, stage, np.arange(len(starts)))
-    with x64():
-        many = getattr(system, "rollout_from_batch", None) or jax.jit(jax.vmap(system.rollout_from))
-        k, origin = jnp.asarray(rows.k), jnp.zeros_like(jnp.asarray(starts))
-        with blamed(f"{system.name}: expected rollout_from(key, k, p0) to run"):
-            here = many(rows.keys, k, origin)
-            there = many(rows.keys, k, jnp.asarray(starts))
+    many = getattr(system, "rollout_from_batch", None) or jax.jit(jax.vmap(system.rollout_from))
+    k, here, there = _both(system, key, many, starts, "rollout_from(key, k, p0)")
     p = difference(here.p, there.p).reshape(-1, system.n_p).max(axis=0)
-    return TranslationGap(p, difference(here.q, there.q).max(axis=0), starts, rows.k)
+    return StartGap(p, difference(here.q, there.q).max(axis=0), starts, k)
+
+
+def rotation_gap(system, key: jax.Array, headings: npt.ArrayLike) -> StartGap:
+    """Run the same k and disturbance with heading 0 and with each of `headings` (n,) [rad] at the
+    start, turned back, and compare. Uses the SEARCH stream of `key`. Raises InputError.
+
+    The system must declare `rotation` and offer `rollout_headed(key, k, heading) -> Trajectory`, p
+    relative to the start and not turned back.
+    """
+    rotation = rotation_of(system)
+    if rotation is None or not can_be_headed(system):
+        raise InputError(
+            f"rotation_gap: expected {system.name} to declare rotation and to offer "
+            "rollout_headed(key, k, heading) -> Trajectory; it does not. Without it, invariance is "
+            "an assumption of every answer for a heading."
+        )
+    headings = np.asarray(headings, np.float64)
+    if headings.ndim != 1:
+        raise InputError(f"rotation_gap: expected headings (n,); got {headings.shape}.")
+    many = jax.jit(jax.vmap(system.rollout_headed))
+    k, straight, headed = _both(system, key, many, headings, "rollout_headed(key, k, heading)")
+    cosine, sine = np.cos(headings), np.sin(headings)
+    back = np.array([[cosine, sine], [-sine, cosine]])
+    places = np.asarray(headed.p).reshape(len(headings), -1, 2)
+    turned = np.einsum("abn,nsb->nsa", back, places)
+    word = np.array([word == TURNS for word in rotation], float)
+    angles = np.asarray(headed.q) - headings[:, None] * word
+    p = difference(turned, np.asarray(straight.p).reshape(turned.shape)).max(axis=(0, 1))
+    return StartGap(p, difference(angles, straight.q).max(axis=0), headings, k)
 
 
 def can_start_elsewhere(system) -> bool:
-    """Can the gap be measured? Otherwise invariance is an assumption of every claim."""
+    """Can `translation_gap` be measured? Otherwise invariance is an assumption of every claim."""
     return any(
         callable(getattr(system, name, None)) for name in ("rollout_from", "rollout_from_batch")
     )
+
+
+def can_be_headed(system) -> bool:
+    """Can `rotation_gap` be measured? Otherwise rotation invariance is declared alone."""
+    return callable(getattr(system, "rollout_headed", None))
+
+
+def _both(
+    system, key: jax.Array, many, starts: np.ndarray, call: str
+) -> tuple[np.ndarray, Trajectory, Trajectory]:
+    """k (n, n_k), and their runs from nowhere else and from starts (n, ...), by one call of many
+    (keys, k, starts). Raises InputError for a fault in the user's `call`.
+    """
+    rows = simulator(system).rows(key, Stage.SEARCH, np.arange(len(starts)))
+    with x64():
+        k, there = jnp.asarray(rows.k), jnp.asarray(starts)
+        with blamed(f"{system.name}: expected {call} to run"):
+            return rows.k, many(rows.keys, k, jnp.zeros_like(there)), many(rows.keys, k, there)

@@ -45,7 +45,7 @@ class NoPlan(NamedTuple):
         accepted them; without an accepted certificate all is undecided.
     certificate: the `no_plan` entry of answer.json, None when the checker refused it.
     leaves: boxes. safe_plan: (p0, k), a safe plan that the search came across, or None.
-    seconds, check_seconds: search and exact check.
+    seconds: [s] of the search.
     reason: why none is safe, where a sentence can say it, else None. doubt: what a safe plan here
         withstands; None where there was no doubt. ended: by what, None if not known.
     """
@@ -59,7 +59,6 @@ class NoPlan(NamedTuple):
     leaves: int
     safe_plan: tuple[np.ndarray, np.ndarray] | None
     seconds: float
-    check_seconds: float
     reason: Why | None = None
     doubt: Withstood | None = None
     ended: Ended | None = Ended.TARGET
@@ -180,7 +179,6 @@ def _not_searched(root: Node, needed: str, reason: Why | None) -> NoPlan:
         leaves=1,
         safe_plan=None,
         seconds=0.0,
-        check_seconds=0.0,
         reason=reason or Why(f"a proof needs {needed}.", False),
         ended=None,
     )
@@ -191,7 +189,6 @@ def _checked(
 ) -> NoPlan:
     """The verdict after the checker's; a refused certificate proves nothing and is dropped."""
     total = found.root.volume
-    begin = time.perf_counter()
     certificate: dict | None = plan
     try:
         with checker.rejecting():
@@ -210,7 +207,6 @@ def _checked(
         leaves=found.leaves,
         safe_plan=found.safe_plan,
         seconds=seconds,
-        check_seconds=time.perf_counter() - begin,
     )
 
 
