@@ -31,12 +31,15 @@ def learn(
     """
     from parc_jax.cli.cache import keep_compiled
     from parc_jax.cli.help import fitted
-    from parc_jax.cli.learning import NEW_RUNS, Logged, from_log, from_system, refuse, summary
+    from parc_jax.cli.learning import NEW_RUNS, Logged, from_log, refuse, summary
     from parc_jax.cli.lock import held
     from parc_jax.cli.places import require_place
     from parc_jax.cli.systems import black_box_of, find
     from parc_jax.cli.unfinished import only_of
+    from parc_jax.experiment.learn import learn as learn_system
     from parc_jax.experiment.settings import Study
+    from parc_jax.experiment.stopwatch import Stopwatch
+    from parc_jax.keys import key_of
 
     if shell.cache:
         keep_compiled()
@@ -57,7 +60,8 @@ def learn(
             with contextlib.redirect_stdout(io.StringIO()):
                 black_box = black_box_of(module, asked.plant, asked.body)
             with only_of(module, work):
-                learned = from_system(black_box, asked, shell.seed, work, shell.quiet)
+                key, quiet = key_of(shell.seed), shell.quiet
+                learned = learn_system(black_box, asked, key, Stopwatch(), work, quiet)
                 learned.main.save(out)
             shutil.rmtree(work, ignore_errors=True)
     print(summary(learned, out, as_json=True) if shell.json else fitted(summary(learned, out)))

@@ -1,6 +1,4 @@
-"""What `learn` does: the learning of the main job, for one network; from a system or from logged
-runs.
-"""
+"""What `learn` does with logged runs, and what it prints."""
 
 import json
 from collections.abc import Iterable
@@ -10,10 +8,9 @@ from pathlib import Path
 import numpy as np
 
 from parc_jax.errors import InputError
-from parc_jax.experiment.learn import Learned, final_error, learn, learn_recorded
+from parc_jax.experiment.learn import Learned, final_error, learn_recorded
 from parc_jax.experiment.numbers import spread
 from parc_jax.experiment.settings import Learning, name_of
-from parc_jax.experiment.stopwatch import Stopwatch
 from parc_jax.keys import key_of
 from parc_jax.network.predict import outputs
 from parc_jax.network.train import training_arrays
@@ -63,13 +60,6 @@ def refuse(given: Iterable[str], source: str, of: str) -> None:
             f"--{name.replace('_', '-')}: expected with {of} only, which {source} is not. Leave it "
             "out."
         )
-
-
-def from_system(system, study: Learning, seed: int, work: Path, quiet: bool) -> Learned:
-    """Learn a black box. Finished chunks stay in `work`, so a stopped run continues. Raises
-    InputError.
-    """
-    return learn(system, study, key_of(seed), Stopwatch(), work, quiet)
 
 
 def from_log(path: Path, log: Logged, study: Learning, seed: int) -> Learned:

@@ -3,8 +3,8 @@
 from pathlib import Path
 
 from parc_jax.experiment.job import Outcome
+from parc_jax.experiment.replay import Replay
 from parc_jax.experiment.settings import Study
-from parc_jax.experiment.trial import first_of
 
 
 def figures(outcome: Outcome, study: Study, out: Path) -> list[Path]:
@@ -19,7 +19,8 @@ def figures(outcome: Outcome, study: Study, out: Path) -> list[Path]:
     drawn = []
     if answer.found:
         drawn.append(out / "samples.png")
-        samples(answer, first_of(outcome.runs, study.repeats), drawn[-1])
+        first = Replay(*(part[:: study.repeats] for part in outcome.runs))
+        samples(answer, first, drawn[-1])
         if study.repeats > 1:
             drawn.append(out / "spread.png")
             spread_of_runs(answer, outcome.runs, study.repeats, drawn[-1])

@@ -9,16 +9,16 @@ from pathlib import Path
 from typing import NamedTuple
 
 import jax
+import numpy as np
 
 from parc_jax.answer.answer import Answer
 from parc_jax.experiment.compare import compare
 from parc_jax.experiment.driven import drive
 from parc_jax.experiment.learn import Learned, final_error, learn
 from parc_jax.experiment.numbers import facts_of
-from parc_jax.experiment.replay import Replay
+from parc_jax.experiment.replay import Replay, replay, tally
 from parc_jax.experiment.settings import Study
 from parc_jax.experiment.stopwatch import Stopwatch
-from parc_jax.experiment.trial import tally, trial
 from parc_jax.keys import key_of
 from parc_jax.model import TrajectoryModel
 from parc_jax.options import part_of
@@ -97,7 +97,8 @@ def run_study(
     runs = None
     if len(answer.samples):
         with watch("replay"):
-            runs = trial(system, answer.scene, answer.samples, key, study.repeats, quiet)
+            plans = np.repeat(answer.samples, study.repeats, axis=0)
+            runs = replay(system, answer.scene, plans, key, quiet)
     chosen = None
     if study.driven and answer.polytopes and answer.doubt is None:
         with watch("the plan that is driven"):

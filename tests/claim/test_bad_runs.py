@@ -9,6 +9,7 @@ import pytest
 from synthetic_plants import failing, noisy, plant, spike, straight, straight_network
 
 from parc_jax.claim import bad_runs
+from parc_jax.claim.asked import BoundSettings
 from parc_jax.claim.bad_runs import enlarge, search_size, search_worst
 from parc_jax.claim.calibrate import calibrate
 from parc_jax.claim.measure import measure
@@ -83,7 +84,7 @@ def test_the_search_is_never_larger_than_what_was_asked(monkeypatch):
     assert search_size(None, 59) == 59 and search_size(None, 10**6) == 2048
     assert search_size(5000, 59) == 5000 and search_size(0, 59) == 0
     with pytest.raises(InputError, match="search"):
-        search_size(-1, 59)
+        BoundSettings(search=-1)
     sizes, real = [], bad_runs.search_worst
     monkeypatch.setattr(
         "parc_jax.claim.runs.search_worst",

@@ -115,7 +115,7 @@ def test_what_speaks_of_the_older_answer_goes_with_it(monkeypatch, tmp_path):
     def stop(*_, **__):
         raise KeyboardInterrupt
 
-    monkeypatch.setattr(job, "trial", stop)
+    monkeypatch.setattr(job, "replay", stop)
     with pytest.raises(KeyboardInterrupt):
         system = plant(toy_driven.gusty, 4)
         job.run_study(system, toy_driven.problem(), STUDY, tmp_path, 0, model, quiet=True)
