@@ -17,7 +17,7 @@ from parc_jax.cover.place import Place
 from parc_jax.cover.polytope import SafePolytope
 from parc_jax.cover.sampling import points
 from parc_jax.cover.search import Cover
-from parc_jax.cover.stopping import Coverage, nothing_covered
+from parc_jax.cover.stopping import Coverage
 from parc_jax.driven.looks import looks_of_json
 from parc_jax.errors import InputError
 from parc_jax.model import TrajectoryModel, trajectory_model
@@ -79,16 +79,12 @@ def _answer(data: dict, report) -> Answer:
     seen = points(p0, k, verdicts(scene, p0, k))
     counts = meta["counts"]
     coverage = _coverage(meta["coverage"])
-    kept = (
-        _coverage(meta["corridor_coverage"])
-        if "corridor_coverage" in meta
-        else nothing_covered(coverage.confidence)
-    )
-    corridors = [corridor_of(scene, part) for part in data.get("corridors", [])]
+    kept = _coverage(meta["corridor_coverage"])
+    corridors = [corridor_of(scene, part) for part in data["corridors"]]
     tally = counts["drawn"], counts["reaching"], counts["safe"], float(meta["volume_drawn"])
     sides = [np.array(hex_floats(side)) for side in meta.get("within", ())]
     within = Place(*sides) if sides else None
-    ended = next((e for e in Ended if e.label == meta.get("ended")), None)  # of older files
+    ended = next((e for e in Ended if e.label == meta["ended"]), None)
     cover = Cover(*tally, seen, kept, coverage, corridors, polytopes, within=within, ended=ended)
     no_plan = _no_plan(data["no_plan"], report.no_plan, ended)
     if no_plan is not None:

@@ -44,7 +44,9 @@ def answer_file(model, problem, samples=(), sets=(), corridors=()) -> dict:
         "statement": "(C) proved.",
         "counts": {"drawn": 0, "reaching": 0, "safe": 0},
         "volume_drawn": "0",
+        "ended": None,
         "coverage": nothing,
+        "corridor_coverage": nothing,
     }
     return {
         "format": FORMAT,
