@@ -17,7 +17,7 @@ import tyro
 
 from parc_jax.answer.answer import Answer
 from parc_jax.cli.cache import keep_compiled
-from parc_jax.cli.systems import build, find
+from parc_jax.cli.systems import build, find, study_of
 from parc_jax.model import load
 from parc_jax.planner import Planner
 from parc_jax.plot.cover import cover, of_history
@@ -50,7 +50,7 @@ def main(options: Options) -> dict:
     """Search, with corridors alone and with polytopes, and print medians with their range."""
     keep_compiled()
     module = find(options.system)
-    body = options.body or getattr(getattr(module, "STUDY", None), "body", None)
+    body = options.body or study_of(module).body
     planner = Planner(load(options.model, system=options.system))
     problem = build(module, "problem", body=body)
     measured: dict[str, list[float | None]] = {}

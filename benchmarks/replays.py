@@ -16,7 +16,7 @@ import tyro
 from tqdm import tqdm
 
 from parc_jax.cli.cache import keep_compiled
-from parc_jax.cli.systems import black_box_of, build, find
+from parc_jax.cli.systems import black_box_of, build, find, study_of
 from parc_jax.errors import InputError
 from parc_jax.experiment.replay import counts_of
 from parc_jax.io.answer_file import load_answer
@@ -55,7 +55,7 @@ def main(options: Options) -> dict:
     """Draw, replay, count."""
     keep_compiled()
     module = find(options.system)
-    body = options.body or getattr(getattr(module, "STUDY", None), "body", None)
+    body = options.body or study_of(module).body
     system = black_box_of(module, options.plant, body)
     key = jax.random.PRNGKey(options.seed)
     if (options.model is None) == (options.answer is None):

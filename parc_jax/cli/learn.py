@@ -1,7 +1,5 @@
 """`parc-jax learn`: a model of a system, or of logged data, with an honest error bound."""
 
-import contextlib
-import io
 import shutil
 from pathlib import Path
 from typing import Annotated
@@ -34,10 +32,10 @@ def learn(
     from parc_jax.cli.learning import NEW_RUNS, Logged, from_log, refuse, summary
     from parc_jax.cli.lock import held
     from parc_jax.cli.places import require_place
-    from parc_jax.cli.systems import black_box_of, find
+    from parc_jax.cli.systems import black_box_of, find, study_of
     from parc_jax.cli.unfinished import only_of
     from parc_jax.experiment.learn import learn as learn_system
-    from parc_jax.experiment.settings import Study
+    from parc_jax.experiment.settings import Learning
     from parc_jax.experiment.stopwatch import Stopwatch
     from parc_jax.keys import key_of
 
@@ -49,16 +47,14 @@ def learn(
         if Path(source).suffix in (".npz", ".mat") or Path(source).is_dir():
             run_anew = [name for name in NEW_RUNS if name in study]
             refuse(run_anew, source, "a system that can be run")
-            asked = Study(others=()).replace(**study)
+            asked = Learning(**study)
             learned = from_log(Path(source), Logged(**logged), asked, shell.seed)
             learned.main.save(out)
         else:
             refuse(logged, source, "logged runs")
             module = find(source, needed=("system",))
-            asked = getattr(module, "STUDY", Study()).replace(others=(), **study)
-            # the simulator's libraries print to stdout on import
-            with contextlib.redirect_stdout(io.StringIO()):
-                black_box = black_box_of(module, asked.plant, asked.body)
+            asked = study_of(module, others=(), **study)
+            black_box = black_box_of(module, asked.plant, asked.body)
             with only_of(module, work):
                 key, quiet = key_of(shell.seed), shell.quiet
                 learned = learn_system(black_box, asked, key, Stopwatch(), work, quiet)

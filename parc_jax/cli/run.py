@@ -1,7 +1,5 @@
 """`parc-jax run`: the main job."""
 
-import contextlib
-import io
 import json
 from pathlib import Path
 from typing import Annotated
@@ -42,12 +40,11 @@ def run(
     from parc_jax.cli.help import fitted
     from parc_jax.cli.lock import held
     from parc_jax.cli.places import require_place
-    from parc_jax.cli.systems import black_box_of, build, find
+    from parc_jax.cli.systems import black_box_of, build, find, study_of
     from parc_jax.cli.unfinished import only_of
     from parc_jax.experiment.figures import figures as draw_figures
     from parc_jax.experiment.job import METRICS, UNFINISHED, finish, run_study
     from parc_jax.experiment.report import report
-    from parc_jax.experiment.settings import Study
     from parc_jax.model import load
 
     if shell.cache:
@@ -66,14 +63,11 @@ def run(
                 json=shell.json,
             )
     host = _join(hosts)
-    asked = getattr(module, "STUDY", Study()).replace(**study)
-    # the simulator's libraries print to stdout on import
-    with contextlib.redirect_stdout(io.StringIO()):
-        black_box = black_box_of(module, study.get("plant"), asked.body)
-        problem = build(module, "problem", body=asked.body)
-        learn_from = black_box
-        if asked.plant and "plant" not in study:
-            learn_from = black_box_of(module, asked.plant, asked.body)
+    asked = study_of(module, **study)
+    black_box = learn_from = black_box_of(module, study.get("plant"), asked.body)
+    if asked.plant and "plant" not in study:
+        learn_from = black_box_of(module, asked.plant, asked.body)
+    problem = build(module, "problem", body=asked.body)
     out = _folder_of(host, out or Path("runs") / _own_name(system, black_box.name))
     for name in ("model.npz", "answer.json", METRICS):
         require_place(out / name)

@@ -37,9 +37,8 @@ def systems(name: str | None = None, /, *, study: Annotated[dict, BODY]) -> int:
     from parc_jax.system import points_of
 
     module = find(name)
-    body = study.get("body") or getattr(getattr(module, "STUDY", None), "body", None)
-    with contextlib.redirect_stdout(io.StringIO()):  # simulators print on import
-        black_box = black_box_of(module, None, body)
+    body = study_of(module, **study).body
+    black_box = black_box_of(module, None, body)
     scene = build(module, "problem", body=body)
     print(problem_text(scene, labels_of(black_box), points_of(black_box)), end="")
     return 0
@@ -80,6 +79,15 @@ def find(name: str, needed: tuple[str, ...] = ("system", "problem")) -> ModuleTy
     return module
 
 
+def study_of(module: ModuleType, **changes):
+    """The `Study` of a system, its module's STUDY or else the default one, but for the given
+    fields. Raises InputError.
+    """
+    from parc_jax.experiment.settings import Study
+
+    return getattr(module, "STUDY", Study()).replace(**changes)
+
+
 def black_box_of(module: ModuleType, plant: str | None, body: str | None):
     """module.system() with the plant, and with the body where it depends on it. Raises
     InputError.
@@ -108,8 +116,8 @@ def black_box_with(module: ModuleType, points: tuple[str, ...]):
 
 
 def build(module: ModuleType, function: str, **options):
-    """Call module.system or module.problem with the options that were given. Raises InputError for
-    unknown ones.
+    """Call module.system or module.problem, which print nothing, or module.job, with the options
+    that were given. Raises InputError for unknown ones.
     """
     chosen = {key: value for key, value in options.items() if value is not None}
     target = getattr(module, function)
@@ -120,7 +128,12 @@ def build(module: ModuleType, function: str, **options):
             raise InputError(
                 f"{key}: expected an option of {module.__name__}.{function} ({known_options})."
             )
-    with blamed(f"{module.__name__}.{function}(): expected it to run"):
+    # simulators print on import
+    silence = contextlib.redirect_stdout(io.StringIO()) if function in WANTED else None
+    with (
+        blamed(f"{module.__name__}.{function}(): expected it to run"),
+        silence or contextlib.nullcontext(),
+    ):
         built = target(**chosen)
     lacking = [name for name in WANTED.get(function, ()) if not hasattr(built, name)]
     if lacking:
