@@ -30,14 +30,14 @@ from parc_jax.claim.monitor import monitor
 from parc_jax.claim.pipeline import bound_error
 from parc_jax.claim.profile import training_profile
 from parc_jax.claim.risk import Uniform
-from parc_jax.claim.score import score_system
+from parc_jax.claim.score import Scores, scores_of
 from parc_jax.claim.update import update
 from parc_jax.driven.looks import Looks
 from parc_jax.driven.tested import run_plan
 from parc_jax.keys import Stage, generator
 from parc_jax.model import trajectory_model
 from parc_jax.problem import reach_avoid
-from parc_jax.rollout.collect import collect
+from parc_jax.rollout.collect import collect, stream_rollouts
 from parc_jax.sets.box import box
 from parc_jax.verdict.scene import scene_of
 
@@ -107,7 +107,7 @@ def looks(width, key, declared=LOOKS):
     for number, bins in enumerate(((1, 1), (2, 1), (4, 1), (1, 4))):
         train = collect(jump_plant(width), key, 50, Stage.TRAIN, first_row=50 * number, quiet=True)
         profile = training_profile(NET, train, bins)
-        scores = score_system(NET, jump_plant(width), key, profile, n, quiet=True)
+        scores = _scores(jump_plant(width), key, profile, n)
         claims.append(calibrate(NET, scores, profile, eps=EPS, delta=DELTA, looks=declared))
     return EPS, max(truth(width, claim.tube).whole for claim in claims)
 
@@ -130,7 +130,7 @@ def by_bin(width, key):
     """Four claims at once, each with its own eps, judged by the bin that breaks its own most."""
     system, n = jump_plant(width), 4 * required_runs(EPS, DELTA / 4)
     profile = training_profile(NET, collect(system, key, PROFILE_RUNS, quiet=True), (4, 1))
-    scores = score_system(NET, system, key, profile, n, quiet=True)
+    scores = _scores(system, key, profile, n)
     claim = calibrate_bins(NET, scores, profile, eps=EPS, delta=DELTA)
     real = truth(width, claim.tube).by_bin
     pairs = [(eps, p) for eps, p in zip(claim.bin_eps, real, strict=True) if eps is not None]
@@ -143,7 +143,7 @@ def by_block(width, key):
     """
     system, n = jump_plant(width), 4 * required_runs(EPS, DELTA / 4)
     profile = fitted_profile(NET, [collect(system, key, PROFILE_RUNS, quiet=True)], (12, 1))
-    scores = score_system(NET, system, key, profile, n, quiet=True)
+    scores = _scores(system, key, profile, n)
     claim = calibrate_bins(NET, scores, profile, eps=EPS, delta=DELTA, blocks=(4, 1))
     real = truth(width, claim.tube).by_bin.reshape(4, 3).mean(axis=1)
     pairs = [(eps, p) for eps, p in zip(claim.bin_eps[::3], real, strict=True) if eps is not None]
@@ -271,6 +271,11 @@ def _recorded(width, key, grouped: bool):
     if not grouped:
         train, held = train.replace(groups=None), held.replace(groups=None)
     return calibrate(NET, held, training_profile(NET, train, (4, 1)), eps=EPS, delta=DELTA)
+
+
+def _scores(system, key, profile, n: int) -> Scores:
+    fresh = stream_rollouts(system, key, n, Stage.BOUND, quiet=True)
+    return scores_of([NET], [profile], fresh)[0]
 
 
 @cache

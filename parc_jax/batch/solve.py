@@ -1,7 +1,7 @@
 """Hundreds to a million problems against one model in a few compiled calls."""
 
 import time
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from typing import NamedTuple
 
 import jax
@@ -144,29 +144,14 @@ def _size_classes(problems: Problems, model: TrajectoryModel) -> list[SizeClass]
     return stack_problems(problems, model)
 
 
-class Schedule:
-    """Rounds of a search in passes, each with a fresh pool: one round first, then always up to four
-    times the rounds so far.
-
-    first, last: the rounds first..last - 1 are those of this pass.
+def passes(rounds: int) -> Iterator[tuple[int, int]]:
+    """Rounds first..last - 1 of every pass, each of which meets a fresh pool: one round first, then
+    always up to four times the rounds so far.
     """
-
-    def __init__(self, rounds: int):
-        self.rounds = rounds
-        self.passes = 0
-        self.first = 0
-        self.last = min(1, rounds)
-
-    @property
-    def ended(self) -> bool:
-        """All rounds are done."""
-        return self.first >= self.rounds
-
-    def step(self) -> None:
-        """On to the next pass."""
-        self.passes += 1
-        self.first = self.last
-        self.last = min(max(1, 4 * self.first), self.rounds)
+    first, last = 0, 1
+    while first < rounds:
+        yield first, min(last, rounds)
+        first, last = last, 4 * last
 
 
 def _search(
@@ -184,23 +169,20 @@ def _search(
         shared = (model.net, model.tube, table, warm_key)
         best, _ = run(rewarm_many, (scenes, numbers, warm), best, shared, mesh)
     rounds = np.zeros(s, np.int64)
-    schedule = Schedule(-(-draws // PROPOSED))
-    while not schedule.ended:
+    for number, span in enumerate(passes(-(-draws // PROPOSED))):
         open_rows = np.flatnonzero(~(best.clearance > 0).all(axis=1))
         if not len(open_rows):
             break
         with x64():
-            pass_key = jax.random.fold_in(pool_key, schedule.passes)
+            pass_key = jax.random.fold_in(pool_key, number)
             k_box = (model.domain.lo, model.domain.hi)
             items = jax.device_get(make_pool(model.net, model.tube, pass_key, *k_box, pool))
-        span = (np.int32(schedule.first), np.int32(schedule.last))
-        shared = (model.net, model.tube, table, items, key_data(scene_key), *span)
+        shared = (model.net, model.tube, table, items, key_data(scene_key), *map(np.int32, span))
         part, start = jax.tree.map(lambda x, i=open_rows: x[i], ((scenes, numbers), best))
         got, ran = run(search_many, part, start, shared, mesh)
         best.plans[open_rows] = got.plans
         best.clearance[open_rows] = got.clearance
         rounds[open_rows] += ran
-        schedule.step()
     return best, rounds
 
 

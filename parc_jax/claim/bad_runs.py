@@ -66,7 +66,6 @@ def search_worst(
     key: jax.Array,
     profile: Tube,
     runs: int = 1024,
-    rounds: int | None = None,
     *,
     path=None,
     quiet: bool = False,
@@ -77,16 +76,14 @@ def search_worst(
 
     Each round runs a batch on the device: children of the best tenth so far (k perturbed, the
     spread shrinking from round to round; half keep their parent's disturbance, half meet a new one)
-    and fresh k. rounds: None = eight, or one per run when there are fewer.
+    and fresh k. Eight rounds, or one per run when there are fewer.
     path: a folder that keeps finished rounds, so a killed search continues with the same numbers.
     quiet, forecast: as in `collect`.
     Proves nothing; see `enlarge`. Raises InputError.
     """
-    rounds = min(_ROUNDS, runs) if rounds is None else rounds
-    if runs < rounds or rounds < 1:
-        raise InputError(
-            f"search: expected runs >= rounds >= 1; got {runs} runs in {rounds} rounds."
-        )
+    rounds = min(_ROUNDS, runs)
+    if rounds < 1:
+        raise InputError(f"search: expected at least one run; got {runs}.")
     from tqdm import tqdm
 
     layout = layout_of(system)
@@ -107,6 +104,8 @@ def search_worst(
     told = None if quiet else forecast or Forecast(runs)
     pace = Pace(1, sim.traceable, told, system.name)
     numbers = itertools.count()
+    ratio = _NARROWEST / _WIDEST
+    shares = [_WIDEST * ratio ** (number / (rounds - 1)) for number in range(1, rounds)]
     title = f"{system.name}: search for bad runs"
     with tqdm(total=rounds * search.batch, unit="rollout", desc=title, disable=quiet) as bar:
 
@@ -121,11 +120,8 @@ def search_worst(
                 store.put(number, {"k": runs[0], "keys": runs[1], "score": score})
             return score
 
-        ratio = _NARROWEST / _WIDEST
-        shares = [_WIDEST * ratio ** (number / (rounds - 1)) for number in range(1, rounds)]
-        begin = search.fresh(0)
-        begin = ranked(begin, scores(begin))
-        found = climb(begin, search.children, scores, shares)
+        first = search.fresh(0)
+        found = climb(ranked(first, scores(first)), search.children, scores, shares)
     return Attack(*found.x, found.value)
 
 

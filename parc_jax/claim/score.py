@@ -17,11 +17,9 @@ from parc_jax.claim.measure import (
 from parc_jax.claim.tube import Tube
 from parc_jax.claim.unit import Unit, unit_of
 from parc_jax.errors import InputError
-from parc_jax.keys import Stage
 from parc_jax.network.predict import Layout, layout_of
 from parc_jax.network.relu import ReLUNetwork
 from parc_jax.rollout.batch import RolloutBatch, worst_by_group
-from parc_jax.rollout.collect import stream_rollouts
 from parc_jax.rollout.copies import Marks, marks_of
 from parc_jax.rollout.law import LawSpec
 from parc_jax.rollout.subject import Subject
@@ -70,27 +68,6 @@ class Scores:
 def score_batch(net: ReLUNetwork, batch: RolloutBatch, profile: Tube) -> Scores:
     """Scores of runs held in memory. Raises InputError."""
     return scores_of([net], [profile], [batch])[0]
-
-
-def score_system(
-    net: ReLUNetwork,
-    system,
-    key,
-    profile: Tube,
-    n: int,
-    stage: Stage = Stage.BOUND,
-    *,
-    k=None,
-    chunk: int | None = None,
-    path=None,
-    quiet: bool = False,
-) -> Scores:
-    """Scores of n fresh runs, never holding more than a few chunks of them; resumable when `path`
-    (a folder) is given. Arguments as in `collect`. Does not consume `key`. Raises InputError.
-    """
-    check_profile(net, profile, layout_of(system), system.domain)
-    fresh = stream_rollouts(system, key, n, stage, k=k, chunk=chunk, path=path, quiet=quiet)
-    return scores_of([net], [profile], fresh)[0]
 
 
 def scores_of(

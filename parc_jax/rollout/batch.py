@@ -166,31 +166,11 @@ def rollout_batch(
     p, q = np.asarray(p), np.asarray(q, dtype=np.float64)
     if p.dtype != np.float32:
         p = p.astype(np.float64, copy=False)
-    if p.ndim != 3 or p.shape[:2] != (n, time.n_record + 1):
-        raise InputError(
-            f"rollouts p: expected shape ({n}, {time.n_record + 1}, n_p), one row per k, one "
-            "sample per record time; "
-            f"got {p.shape}. Do dt_record and t_f match the recording?"
-        )
-    n_p, beyond = divmod(p.shape[2], len(points))
-    if beyond or n_p < 1:
-        raise InputError(
-            f"rollouts p: expected columns of {len(points)} reference points "
-            f"({', '.join(points)}), equally many each; got {p.shape[2]} columns."
-        )
+    n_p = _check_places(p, n, time, points)
     if q.ndim != 2 or q.shape[0] != n:
         raise InputError(
             f"rollouts q: expected shape ({n}, n_q), (n, 0) without other goal states; got "
             f"{q.shape}."
-        )
-    begin = p[:, 0, :n_p]
-    moved = np.isfinite(begin).all(axis=1) & (begin != 0).any(axis=1)
-    if moved.any():
-        raise InputError(
-            "rollouts p: expected positions relative to the start, p[:, 0] = 0; run "
-            f"{int(np.argmax(moved))} starts at "
-            f"{begin[np.argmax(moved)]}. Subtract the start"
-            f"{'.' if points == ONE_POINT else f' of {points[0]} from all points.'}"
         )
     outside = ~domain.contains(k)
     if outside.any():
@@ -204,6 +184,34 @@ def rollout_batch(
     about = subject(law.generator, domain, time, n_p, q.shape[1], points, rotation, labels)
     named = (points, about.rotation, about.labels)
     return RolloutBatch(rows, k, p, q, domain, time, law, seed, stage, numbers, *named)
+
+
+def _check_places(p: np.ndarray, n: int, time: TimeGrid, points: tuple[str, ...]) -> int:
+    """The dimension of the workspace in which p (n, n_record + 1, n_c) are places of these points,
+    relative to the start of the first. Raises InputError.
+    """
+    if p.ndim != 3 or p.shape[:2] != (n, time.n_record + 1):
+        raise InputError(
+            f"rollouts p: expected shape ({n}, {time.n_record + 1}, n_p), one row per k, one "
+            "sample per record time; "
+            f"got {p.shape}. Do dt_record and t_f match the recording?"
+        )
+    n_p, beyond = divmod(p.shape[2], len(points))
+    if beyond or n_p < 1:
+        raise InputError(
+            f"rollouts p: expected columns of {len(points)} reference points "
+            f"({', '.join(points)}), equally many each; got {p.shape[2]} columns."
+        )
+    begin = p[:, 0, :n_p]
+    moved = np.isfinite(begin).all(axis=1) & (begin != 0).any(axis=1)
+    if moved.any():
+        raise InputError(
+            "rollouts p: expected positions relative to the start, p[:, 0] = 0; run "
+            f"{int(np.argmax(moved))} starts at "
+            f"{begin[np.argmax(moved)]}. Subtract the start"
+            f"{'.' if points == ONE_POINT else f' of {points[0]} from all points.'}"
+        )
+    return n_p
 
 
 def group_numbers(groups, n: int) -> np.ndarray | None:

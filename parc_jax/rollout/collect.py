@@ -20,10 +20,10 @@ from parc_jax.rollout.chunks import Arrays, ChunkStore, run_chunks, worker_devic
 from parc_jax.rollout.files import save_rollouts
 from parc_jax.rollout.forecast import Forecast, Pace
 from parc_jax.rollout.identity import identity_of
-from parc_jax.rollout.law import law_of
+from parc_jax.rollout.law import LawSpec, law_of
 from parc_jax.rollout.resume import finished, require_same_runs
 from parc_jax.rollout.rows import (
-    check_k,
+    check_asked,
     chunk_of,
     chunks_of_rows,
     is_given,
@@ -36,7 +36,7 @@ from parc_jax.rollout.rows import (
 )
 from parc_jax.rollout.simulate import remembered, simulator
 from parc_jax.rollout.user_code import blamed
-from parc_jax.system import check_system, points_of, rotation_of
+from parc_jax.system import points_of, rotation_of
 
 _log = logging.getLogger(__name__)
 
@@ -136,23 +136,11 @@ def stream_rollouts(
     """
     from tqdm import tqdm
 
-    if n < 1:
-        raise InputError(f"rollouts: expected n >= 1; got {n}.")
-    check_system(system)
-    check_k(system, n, k)
+    check_asked(system, n, k)
     devices = worker_devices(system)
     chunk = chunk_of(system, n, chunk, path)
-    law, seed, grid = law_of(system, k_law(k)), seed_of(key), system.time
-    meta = identity_of(system) | {
-        "what": "rollouts",
-        "dtype": np.dtype(dtype).name,
-        "law": law.hash,
-        "seed": list(seed),
-        "stage": int(stage),
-        "first_row": first_row,
-        "chunk": chunk,
-        "k": content_hash(k) if is_given(k) else "",
-    }
+    law, grid = law_of(system, k_law(k)), system.time
+    meta = _identity(system, key, stage, k, first_row, dtype) | {"chunk": chunk}
     require_same(f"rollouts of {n} rows", meta)
     sim = simulator(system)
     chunks = chunks_of_rows(n, first_row, chunk, sim.traceable)
@@ -184,18 +172,36 @@ def stream_rollouts(
             kept = min(chunk, first_row + n - int(rows[0]))
             _log.debug("%s: rows %d to %d", title, rows[0], rows[0] + kept - 1)
             bar.update(kept)
-            yield rollout_batch(
-                **{name: array[:kept] for name, array in arrays.items()},
-                time=grid,
-                domain=system.domain,
-                law=law,
-                rows=rows[:kept],
-                seed=seed,
-                stage=int(stage),
-                points=points_of(system),
-                rotation=rotation_of(system),
-                labels=labels_of(system),
-            )
+            some = {name: array[:kept] for name, array in arrays.items()}
+            yield _batch(system, key, stage, law, rows=rows[:kept], **some)
+
+
+def _identity(system, key, stage: Stage, k, first_row: int, dtype) -> dict:
+    """What runs are those of, but for how many they are: a folder or file of others is refused."""
+    return identity_of(system) | {
+        "what": "rollouts",
+        "dtype": np.dtype(dtype).name,
+        "law": law_of(system, k_law(k)).hash,
+        "seed": list(seed_of(key)),
+        "stage": int(stage),
+        "first_row": first_row,
+        "k": content_hash(k) if is_given(k) else "",
+    }
+
+
+def _batch(system, key, stage: Stage, law: LawSpec, **arrays) -> RolloutBatch:
+    """Runs of the system as a batch."""
+    return rollout_batch(
+        **arrays,
+        time=system.time,
+        domain=system.domain,
+        law=law,
+        seed=seed_of(key),
+        stage=int(stage),
+        points=points_of(system),
+        rotation=rotation_of(system),
+        labels=labels_of(system),
+    )
 
 
 def _simulated(system, key, stage, k, first_row, dtype, rows, device) -> Arrays:

@@ -1,7 +1,5 @@
 """Numbered rows of a random stream: what is run of them, and whether stored ones repeat."""
 
-import logging
-
 import numpy as np
 
 from parc_jax.distributed import gather
@@ -10,8 +8,7 @@ from parc_jax.keys import Stage, key_data
 from parc_jax.rollout.chunks import ChunkStore, default_chunk, worker_devices
 from parc_jax.rollout.resume import require_same_runs
 from parc_jax.rollout.simulate import is_traceable, simulator
-
-_log = logging.getLogger(__name__)
+from parc_jax.system import check_system
 
 
 def simulate_rows(system, key, stage: Stage, rows: np.ndarray, k=None, first_row=0, device=None):
@@ -98,8 +95,13 @@ def is_given(k) -> bool:
     return k is not None and not callable(k)
 
 
-def check_k(system, n: int, k) -> None:
-    """Refuse given k that are not n of the domain. Raises InputError."""
+def check_asked(system, n: int, k) -> None:
+    """Refuse less than one run, what is no system, and given k that are not n of its domain. Raises
+    InputError.
+    """
+    if n < 1:
+        raise InputError(f"rollouts: expected n >= 1; got {n}.")
+    check_system(system)
     if not is_given(k):
         return
     shape = np.shape(k)

@@ -15,7 +15,7 @@ from parc_jax.batch import run as batch_run
 from parc_jax.batch.box_scenes import box_scenes, lay_out_boxes
 from parc_jax.batch.proposals import Best
 from parc_jax.batch.run import Calls, run, search_many
-from parc_jax.batch.solve import Schedule
+from parc_jax.batch.solve import passes
 from parc_jax.batch.stack import stack_problems
 from parc_jax.body import Polygon
 from parc_jax.cover.sampling import draw
@@ -295,11 +295,7 @@ def test_errors_say_what_to_do(toy):
 
 @pytest.mark.parametrize("rounds", [1, 3, 4, 64, 100])
 def test_passes_cover_all_rounds_once_and_grow_fourfold(rounds):
-    schedule, seen = Schedule(rounds), []
-    while not schedule.ended:
-        assert schedule.passes == len(seen)
-        seen.append((schedule.first, schedule.last))
-        schedule.step()
+    seen = list(passes(rounds))
     assert seen[0] == (0, 1) and seen[-1][1] == rounds
     for (_, last), (first, after) in itertools.pairwise(seen):
         assert last == first and after == min(4 * first, rounds)

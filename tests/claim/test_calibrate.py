@@ -6,6 +6,7 @@ from fractions import Fraction
 import jax
 import numpy as np
 import pytest
+from scored import score_system
 from synthetic_plants import failing, noisy, plant, straight_network
 
 from parc_jax.claim.by_bin import bin_shares, block_of_bins, calibrate_bins
@@ -18,7 +19,7 @@ from parc_jax.claim.monitor import inside_tube
 from parc_jax.claim.pipeline import bound_error
 from parc_jax.claim.profile import training_profile
 from parc_jax.claim.risk import NoStatement, Point, Uniform
-from parc_jax.claim.score import score_batch, score_system
+from parc_jax.claim.score import score_batch
 from parc_jax.driven.local_model import Local
 from parc_jax.errors import InputError
 from parc_jax.experiment.settings import Study

@@ -25,10 +25,10 @@ if HOSTS is not None:
 
 import numpy as np  # noqa: E402
 from local_rows import local_rows  # noqa: E402
+from scored import score_system  # noqa: E402
 from synthetic_plants import noisy, plant, straight_network  # noqa: E402
 from toy_models import random_model, rectangle_problem  # noqa: E402
 
-from parc_jax.claim.score import score_system  # noqa: E402
 from parc_jax.claim.tube import tube  # noqa: E402
 from parc_jax.errors import ParcError  # noqa: E402
 from parc_jax.keys import Stage  # noqa: E402

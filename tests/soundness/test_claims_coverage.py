@@ -5,6 +5,7 @@ T2]
 import jax
 import numpy as np
 import pytest
+from scored import score_system
 from synthetic_plants import (
     between_knots,
     disturbed,
@@ -22,7 +23,6 @@ from parc_jax.claim.declared import assumed_claim
 from parc_jax.claim.measure import measure
 from parc_jax.claim.monitor import inside_tube
 from parc_jax.claim.profile import training_profile
-from parc_jax.claim.score import score_system
 from parc_jax.keys import Stage
 from parc_jax.rollout.collect import collect
 

@@ -1,0 +1,12 @@
+"""Scores of fresh runs, never more than a few chunks of them held."""
+
+from parc_jax.claim.score import Scores, scores_of
+from parc_jax.keys import Stage
+from parc_jax.rollout.collect import stream_rollouts
+
+
+def score_system(
+    net, system, key, profile, n: int, stage: Stage = Stage.BOUND, **options
+) -> Scores:
+    """Scores of n runs of a stage; options as of `collect`."""
+    return scores_of([net], [profile], stream_rollouts(system, key, n, stage, **options))[0]
