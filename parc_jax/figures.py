@@ -9,12 +9,12 @@ from parc_jax.plot.film import film
 from parc_jax.plot.gap import GapCurve, GapRoom, gap
 from parc_jax.plot.html import write_page
 from parc_jax.plot.projections import projections
-from parc_jax.plot.regions import regions
+from parc_jax.plot.regions import region_seconds, regions
 from parc_jax.plot.samples import samples
 from parc_jax.plot.spread import spread
 from parc_jax.plot.style import save
 from parc_jax.plot.timeline import timeline
-from parc_jax.plot.verdicts import region_seconds, region_verdicts
+from parc_jax.published.verdicts import region_verdicts
 
 __all__ = [
     "CoverCurve",

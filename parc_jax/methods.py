@@ -18,9 +18,6 @@ from parc_jax.cover.sampling import no_points, points
 from parc_jax.cover.search import Cover, cover, cover_around, draw_safe_plans
 from parc_jax.cover.stopping import nothing_covered
 from parc_jax.errors import InputError
-from parc_jax.published.cells import cells_outward
-from parc_jax.published.scene import paper_scene
-from parc_jax.published.search import paper_search
 from parc_jax.settings import Settings, Work, work_of
 from parc_jax.status import Ended
 from parc_jax.verdict.hopeless import why_none
@@ -116,6 +113,10 @@ class Published:
         """A cover without corridors; only what the exact verdict accepts too is kept. Draws from
         `key`; `rng` is not used.
         """
+        from parc_jax.published.cells import cells_outward
+        from parc_jax.published.scene import paper_scene
+        from parc_jax.published.search import paper_search
+
         if scene.at is not None:
             raise InputError(
                 "at: expected the exact engine for plans from one place; the published search "

@@ -1,6 +1,6 @@
 """What is known at the end of a query."""
 
-from enum import Enum
+from enum import Enum, IntEnum
 
 
 class Told(Enum):
@@ -58,3 +58,16 @@ class Ended(Told):
     def sentence(self) -> str:
         """For people."""
         return f"Search: ended by its {self}, {self.text}."
+
+
+class OfRegion(IntEnum):
+    """What is known of a region of K."""
+
+    SAFE = 0
+    NOT_FOUND = 1
+    UNREACHABLE = 2
+
+    @property
+    def text(self) -> str:
+        """For people."""
+        return ("safe plan found", "no safe plan found", "goal proved out of reach")[self]

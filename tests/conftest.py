@@ -15,7 +15,10 @@ FAMILIES = {
     "plans": "verdict cover batch soundness robust certificate io onboard answer volume_bounds "
     "obstacles cli plot experiment/test_recorded test_planner test_methods",
 }
-SHAPE_CHECKED = ["parc_jax.sets"]  # annotated shapes and types of these hold at every call
+SHAPE_CHECKED = [
+    "parc_jax.sets",
+    "parc_jax.published.sets",
+]  # annotated shapes and types of these hold at every call
 
 
 def pytest_addoption(parser):
@@ -49,7 +52,7 @@ def keep_compiled():
     """
     import jax
 
-    from parc_jax.cli.cache import processor
+    from parc_jax.experiment.cache import processor
 
     folder = Path(
         os.environ.get("JAX_COMPILATION_CACHE_DIR") or ROOT / ".pytest_cache" / "compiled"

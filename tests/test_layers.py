@@ -25,7 +25,6 @@ ORDER = (
     "climb",
     "lp",
     "sets",
-    "geometry",  # a face
     "system",
     "labels",
     "body",
@@ -59,8 +58,9 @@ ORDER = (
     "experiment",
     "cli",
 )
-# who may use the published baseline: the method `Published`, and pictures (and benchmarks)
-USES_PUBLISHED = ("methods", "plot")
+# the doors of the published method: `Published` for the engine, and who draws its verdicts of
+# regions, above the engine (and benchmarks)
+USES_PUBLISHED = ("methods", "figures", "experiment", "cli")
 HEAVY = (
     "sims",
     "benchmarks",
@@ -160,9 +160,9 @@ def test_the_published_baseline_is_used_by_nothing_but_its_users():
 
 def test_a_new_use_of_the_published_baseline_would_be_found():
     text = "def f():\n    from parc_jax.published.brs import brs_rows\n"
-    assert published_in(ROOT / "experiment" / "job.py", text)
+    assert published_in(ROOT / "plot" / "regions.py", text)
     assert published_in(ROOT / "answer.py", "from parc_jax import published\n")
-    assert not published_in(ROOT / "plot" / "verdicts.py", text)
+    assert not published_in(ROOT / "methods.py", text)
 
 
 def relative(text: str) -> list[int]:

@@ -6,12 +6,12 @@ import numpy as np
 import pytest
 from jaxtyping import TypeCheckError
 
-from parc_jax.sets.affine import image
+from parc_jax.published.sets.affine import image
+from parc_jax.published.sets.membership import membership
+from parc_jax.published.sets.minkowski import grow
+from parc_jax.published.sets.support import support
 from parc_jax.sets.box import Box, box
 from parc_jax.sets.hpolytope import HPolytope
-from parc_jax.sets.membership import membership
-from parc_jax.sets.minkowski import grow
-from parc_jax.sets.support import support
 
 SQUARE = box([0, 0], [1, 1])
 WRONG = {

@@ -19,8 +19,8 @@ import tyro
 
 from benchmarks.environment import environment
 from parc_jax.model import TrajectoryModel, load
+from parc_jax.published.sets.clip import clip_to_box
 from parc_jax.pwa import enumerate_regions
-from parc_jax.sets.clip import clip_to_box
 
 PEERS = {
     "peer_immrax.py": ("immrax==0.3.8",),

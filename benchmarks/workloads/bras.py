@@ -34,8 +34,8 @@ from parc_jax.published.answer import Tally
 from parc_jax.published.by_lp import avoid_by_lp, reach_by_lp, safe_by_lp
 from parc_jax.published.by_support import margins
 from parc_jax.published.scene import PaperScene, paper_scene
+from parc_jax.published.sets.hit_and_run import sample_polytopes
 from parc_jax.pwa import enumerate_regions
-from parc_jax.sets.hit_and_run import sample_polytopes
 
 BAND = 1e-7  # [m] rounding of the LP solver: closer starts may be judged either way
 

@@ -17,12 +17,12 @@ from benchmarks.metrics import Metric, exact
 from benchmarks.result import Result, Table
 from benchmarks.workloads.lps import N, programs
 from parc_jax import checker
-from parc_jax.lp.batch import solve_batch
 from parc_jax.lp.clarabel_hint import Hint
 from parc_jax.lp.solve import solve
 from parc_jax.lp.status import LPResult, LPStatus
 from parc_jax.planner import Planner
 from parc_jax.published.cells import cells_outward
+from parc_jax.published.lp_batch import solve_batch
 from parc_jax.published.scene import paper_scene
 from parc_jax.published.search import paper_search
 from parc_jax.pwa import enumerate_regions
@@ -103,7 +103,7 @@ def _lying_kernel(rng, n: int) -> tuple[int, int]:
         return x, y
 
     c, A, b = programs(rng, n)
-    with mock.patch("parc_jax.lp.batch.propose", liar), np.errstate(all="ignore"):
+    with mock.patch("parc_jax.published.lp_batch.propose", liar), np.errstate(all="ignore"):
         found = solve_batch(c, A, b, np.full(N, -10.0), np.full(N, 10.0))
     return n, sum(_wrong(int(status), i % 2 == 0) for i, status in enumerate(found.status))
 

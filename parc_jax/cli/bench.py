@@ -1,9 +1,9 @@
 """`parc-jax bench`: the benchmark suite."""
 
-import importlib
+import os
+import subprocess
 import sys
 from pathlib import Path
-from types import ModuleType
 from typing import Literal
 
 from parc_jax.errors import InputError
@@ -35,13 +35,15 @@ def bench(
     arguments = [flag for flag, given in flags.items() if given]
     arguments += ["--only", *only] if only else []
     arguments += ["--device", device] if device else []
-    return suite().main([*arguments, *(["--json", str(json)] if json else [])])
+    arguments += ["--json", str(json)] if json else []
+    paths = [str(clone()), *filter(None, [os.environ.get("PYTHONPATH")])]
+    suite = [sys.executable, "-m", "benchmarks", *arguments]
+    environment = os.environ | {"PYTHONPATH": os.pathsep.join(paths)}
+    return subprocess.run(suite, env=environment, check=False).returncode
 
 
-def suite() -> ModuleType:
-    """The package `benchmarks` of the clone that this is run in or from. Raises InputError
-    elsewhere.
-    """
+def clone() -> Path:
+    """The clone that this is run in or from. Raises InputError elsewhere."""
     places = (Path.cwd(), Path(__file__).resolve().parents[2])
     needed = ("benchmarks/baseline.json", "parc_jax/cli/bench.py")
     root = next(
@@ -53,6 +55,4 @@ def suite() -> ModuleType:
             "here. "
             "Run it in the root of a clone."
         )
-    if str(root) not in sys.path:
-        sys.path.insert(0, str(root))
-    return importlib.import_module("benchmarks")
+    return root

@@ -27,13 +27,13 @@ def learn(
             (.npz, .mat, folder).
         out: The model file. Unfinished work is kept beside it, in OUT.unfinished.
     """
-    from parc_jax.cli.cache import keep_compiled
     from parc_jax.cli.help import fitted
     from parc_jax.cli.learning import NEW_RUNS, Logged, from_log, refuse, summary
     from parc_jax.cli.lock import held
     from parc_jax.cli.places import require_place
     from parc_jax.cli.systems import black_box_of, find, study_of
     from parc_jax.cli.unfinished import only_of
+    from parc_jax.experiment.cache import keep_compiled
     from parc_jax.experiment.learn import learn as learn_system
     from parc_jax.experiment.settings import Learning
     from parc_jax.experiment.stopwatch import Stopwatch

@@ -172,7 +172,7 @@ def _draw(name: Figure, answer, path: Path) -> Path:
         samples(answer, None, path)
     elif name == "regions":
         from parc_jax.plot.regions import regions
-        from parc_jax.plot.verdicts import region_verdicts
+        from parc_jax.published.verdicts import region_verdicts
         from parc_jax.pwa import enumerate_regions
 
         table = enumerate_regions(answer.model.net, answer.model.domain)

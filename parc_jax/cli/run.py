@@ -36,12 +36,12 @@ def run(
             "auto" reads the cluster's environment, "ADDRESS:PORT,COUNT,NUMBER" names the first
             process, how many and which one. Default: this process alone.
     """
-    from parc_jax.cli.cache import keep_compiled
     from parc_jax.cli.help import fitted
     from parc_jax.cli.lock import held
     from parc_jax.cli.places import require_place
     from parc_jax.cli.systems import black_box_of, build, find, study_of
     from parc_jax.cli.unfinished import only_of
+    from parc_jax.experiment.cache import keep_compiled
     from parc_jax.experiment.figures import figures as draw_figures
     from parc_jax.experiment.job import METRICS, UNFINISHED, finish, run_study
     from parc_jax.experiment.report import report

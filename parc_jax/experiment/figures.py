@@ -10,10 +10,10 @@ from parc_jax.experiment.settings import Study
 def figures(outcome: Outcome, study: Study, out: Path) -> list[Path]:
     """Draw everything that this outcome supports; returns the files."""
     from parc_jax.plot.errors import Entry, errors
-    from parc_jax.plot.regions import regions
+    from parc_jax.plot.regions import region_seconds, regions
     from parc_jax.plot.samples import samples
     from parc_jax.plot.spread import spread as spread_of_runs
-    from parc_jax.plot.verdicts import region_seconds, region_verdicts
+    from parc_jax.published.verdicts import region_verdicts
 
     answer = outcome.answer
     drawn = []

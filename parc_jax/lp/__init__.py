@@ -1,1 +1,1 @@
-"""Linear programs with checked answers: the calls of docs/lp.md are public."""
+"""Linear programs with checked answers, one at a time."""

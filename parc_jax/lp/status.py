@@ -61,19 +61,3 @@ class LPResult:
     lower: float
     upper: float
     words: str
-
-
-@dataclass(frozen=True)
-class LPBatch:
-    """Answers to B linear programs; fields as in LPResult with a leading batch axis.
-
-    status: (B,) int, values of LPStatus. x: (B, n). multipliers: (B, h). lower, upper: (B,).
-    n_host: how many of them the batched kernel left to the host solver.
-    """
-
-    status: np.ndarray
-    x: np.ndarray
-    multipliers: np.ndarray
-    lower: np.ndarray
-    upper: np.ndarray
-    n_host: int

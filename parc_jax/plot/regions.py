@@ -7,14 +7,14 @@ import numpy as np
 from parc_jax.errors import InputError
 from parc_jax.lp.status import LPStatus
 from parc_jax.plot import shapes, style
-from parc_jax.plot.verdicts import WORDS
 from parc_jax.pwa.table import RegionTable
 from parc_jax.sets.box import Box
 from parc_jax.sets.chebyshev import chebyshev_center
 from parc_jax.sets.hpolytope import HPolytope
 from parc_jax.spelling import counted
+from parc_jax.status import OfRegion
 
-COLORS = ("#8CC8EC", style.ORANGE, "#D9D9D9")  # as WORDS
+COLORS = ("#8CC8EC", style.ORANGE, "#D9D9D9")  # as OfRegion
 
 
 def regions(
@@ -64,6 +64,18 @@ def regions(
         else:
             sheet.axes[0].legend(handles=handles, loc="upper left")
     return sheet.out
+
+
+def region_seconds(answer, table: RegionTable) -> np.ndarray:
+    """Seconds (r,) after the query began at which each region had its first safe polytope; NaN
+    where it has none.
+    """
+    seconds = np.full(table.count, np.nan)
+    if answer.polytopes:
+        number = table.locate(np.array([p.k for p in answer.polytopes]))
+        for i, p in zip(number, answer.polytopes, strict=True):
+            seconds[i] = np.fmin(seconds[i], p.born)
+    return seconds
 
 
 def slices(table: RegionTable, axes=(0, 1), at=None) -> tuple[np.ndarray, list[np.ndarray]]:
@@ -135,8 +147,8 @@ def _handles(verdict, dots: bool) -> list:
     from matplotlib.patches import Patch
 
     entries = [
-        Patch(facecolor=color, label=f"{word} ({int((verdict == i).sum())})")
-        for i, (color, word) in enumerate(zip(COLORS, WORDS, strict=True))
+        Patch(facecolor=color, label=f"{of.text} ({int((verdict == of).sum())})")
+        for of, color in zip(OfRegion, COLORS, strict=True)
     ]
     if dots:
         entries.append(

@@ -12,8 +12,8 @@ import numpy as np
 from parc_jax.lp.witness import gamma, row_bounds
 from parc_jax.published.brs import ReachSet, offset_bounds
 from parc_jax.published.cells import Cell
-from parc_jax.sets.affine import convex_hull, intersection, projection
-from parc_jax.sets.ahpolytope import AHPolytope
+from parc_jax.published.sets.affine import convex_hull, intersection, projection
+from parc_jax.published.sets.ahpolytope import AHPolytope
 from parc_jax.sets.hpolytope import HPolytope
 
 

@@ -5,11 +5,11 @@ goal.
 import numpy as np
 from flax import struct
 
-from parc_jax.lp.batch import solve_batch
 from parc_jax.lp.status import LPStatus
 from parc_jax.lp.witness import gamma
 from parc_jax.published.cells import Cell
 from parc_jax.published.decide import decide
+from parc_jax.published.lp_batch import solve_batch
 from parc_jax.sets.box import Box
 from parc_jax.sets.chebyshev import chebyshev_center
 from parc_jax.sets.hpolytope import HPolytope

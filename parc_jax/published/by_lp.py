@@ -12,9 +12,9 @@ from parc_jax.published.bas import avoid_set, within_reach
 from parc_jax.published.brs import ReachSet, reach_set
 from parc_jax.published.cells import Cell
 from parc_jax.published.scene import PaperScene
-from parc_jax.sets.ahpolytope import AHPolytope
+from parc_jax.published.sets.ahpolytope import AHPolytope
+from parc_jax.published.sets.membership import find_point, membership
 from parc_jax.sets.hpolytope import HPolytope
-from parc_jax.sets.membership import find_point, membership
 
 
 class Fault(enum.Enum):

@@ -11,11 +11,11 @@ from flax import struct
 
 from parc_jax.claim.tube import Tube
 from parc_jax.errors import InputError
+from parc_jax.published.sets.clip import clip_to_box
+from parc_jax.published.sets.volume import volume
 from parc_jax.pwa.table import RegionTable
 from parc_jax.sets.box import Box
-from parc_jax.sets.clip import clip_to_box
 from parc_jax.sets.hpolytope import HPolytope, from_box
-from parc_jax.sets.volume import volume
 from parc_jax.tolerances import TOLERANCES
 
 # [share of the region's volume] smaller cells are left out: no samples from them, no claim

@@ -12,10 +12,10 @@ from parc_jax.claim.tube import Tube
 from parc_jax.errors import InputError
 from parc_jax.problem import ReachAvoid
 from parc_jax.published.grown_polytopes import GrownPolytopes, grown_polytopes
+from parc_jax.published.sets.pontryagin import shrink
 from parc_jax.sets.bounding_box import bounding_box
 from parc_jax.sets.box import Box
 from parc_jax.sets.hpolytope import HPolytope
-from parc_jax.sets.pontryagin import shrink
 
 
 @dataclass(frozen=True)

@@ -23,7 +23,7 @@ from parc_jax.published.by_lp import Fault, avoid_by_lp, reach_by_lp, safe_by_lp
 from parc_jax.published.by_support import clear_of_reach, outside, shadows
 from parc_jax.published.cells import Cell, stacks
 from parc_jax.published.scene import PaperScene
-from parc_jax.sets.hit_and_run import sample_polytopes
+from parc_jax.published.sets.hit_and_run import sample_polytopes
 
 SAMPLES_PER_REGION = 50  # as published
 _THIN = 16  # hit-and-run steps between samples

@@ -14,7 +14,6 @@ from parc_jax.network.predict import Layout
 from parc_jax.problem import ReachAvoid
 from parc_jax.sets.box import box
 from parc_jax.sets.hpolytope import HPolytope, from_box, hpolytope
-from parc_jax.sets.minkowski import polygon_sum
 from parc_jax.sets.rational import exact_support, rational_vertices
 
 
@@ -97,8 +96,6 @@ def _sum(obstacle: HPolytope, by: HPolytope, name: str) -> HPolytope:
     """All places of an obstacle: in the plane the sum itself, in space a little more than it (rows
     of both, without those that cross two edges). Offsets are rounded up.
     """
-    if obstacle.n == 2:
-        return _without_copies(polygon_sum(obstacle, by))
     corners = [rational_vertices(s, name) for s in (obstacle, by)]
     if not all(corners):
         raise InputError(f"{name}: expected sets with points in them, also of doubt; one is empty.")

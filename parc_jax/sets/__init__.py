@@ -1,1 +1,1 @@
-"""Sets, their operations and questions about them: the calls of docs/sets.md are public."""
+"""Boxes and polytopes, and what the engine asks of them; more of it is in `published`."""

@@ -1,13 +1,12 @@
-"""Smallest box around a set."""
+"""Smallest box around a polytope."""
 
 import numpy as np
 
 from parc_jax.errors import InputError
-from parc_jax.sets.affine import Set
-from parc_jax.sets.ahpolytope import AHPolytope, as_ah
+from parc_jax.lp.solve import solve
+from parc_jax.lp.witness import row_bounds
 from parc_jax.sets.box import Box
 from parc_jax.sets.hpolytope import HPolytope
-from parc_jax.sets.support import support
 
 # [1] of the terms of a bound that is a sum of two rows: far more than their rounding
 ROUNDING = 2.0**-44
@@ -15,7 +14,7 @@ STEEPEST = 2.0**20  # [1] weights of two rows, beyond which they are too nearly 
 TIGHT = 1e-9  # [largest bound] to which a corner must meet all rows, or LPs are asked
 
 
-def bounding_box(s: Set) -> Box:
+def bounding_box(s: Box | HPolytope) -> Box:
     """A box proved to contain s, tight to lp_gap: two LPs per coordinate, or a closed form where
     each row is about one coordinate or about one of some disjoint pairs.
 
@@ -23,30 +22,17 @@ def bounding_box(s: Set) -> Box:
     """
     if isinstance(s, Box):
         return s
-    if isinstance(s, HPolytope):
-        known = _by_pairs(s)
-        if known is not None:
-            return known
+    known = _by_pairs(s)
+    if known is not None:
+        return known
+    lo, hi = row_bounds(s.A, s.b)
     eye = np.eye(s.n)
-    found = support(s, np.concatenate([eye, -eye]))
-    if (found.upper == -np.inf).any():
+    least, most = ([solve(w, s.A, s.b, lo=lo, hi=hi).lower for w in way] for way in (eye, -eye))
+    if np.inf in least + most:
         raise InputError(
             "bounding_box: expected a set with points in it; its rows contradict each other."
         )
-    return Box(-found.upper[s.n :], found.upper[: s.n])
-
-
-def with_bounds(s: Set) -> AHPolytope:
-    """The same set with proved bounds on its base points: two LPs per coordinate, worth it for many
-    questions.
-
-    Raises InputError if the base is proved empty.
-    """
-    s = as_ah(s)
-    if np.isfinite(s.lo).all() and np.isfinite(s.hi).all():
-        return s
-    around = bounding_box(HPolytope(s.A, s.b))
-    return s.replace(lo=np.maximum(s.lo, around.lo), hi=np.minimum(s.hi, around.hi))
+    return Box(np.array(least), -np.array(most))
 
 
 def _by_pairs(s: HPolytope) -> Box | None:

@@ -19,8 +19,8 @@ import jax
 import numpy as np
 import tyro
 
-from parc_jax.cli.cache import keep_compiled
 from parc_jax.driven.refine import Refine
+from parc_jax.experiment.cache import keep_compiled
 from parc_jax.experiment.learn import learn
 from parc_jax.experiment.settings import Study
 from parc_jax.experiment.stopwatch import Stopwatch

@@ -24,9 +24,9 @@ from parc_jax.lp.status import LPStatus
 from parc_jax.network.parc import fit_affine
 from parc_jax.published.bas import avoid_set
 from parc_jax.published.scene import paper_scene
+from parc_jax.published.sets.membership import membership
 from parc_jax.pwa import enumerate_regions
 from parc_jax.sets.box import box
-from parc_jax.sets.membership import membership
 from parc_jax.verdict.pointwise import verdicts
 from parc_jax.verdict.scene import scene_of
 

@@ -7,6 +7,7 @@ import subprocess
 import sys
 import tomllib
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -278,10 +279,15 @@ def test_completion_scripts(shell):
 
 
 def test_bench_hands_its_options_on(shell, monkeypatch):
-    import benchmarks
+    from parc_jax.cli import bench
 
     seen = []
-    monkeypatch.setattr(benchmarks, "main", lambda arguments: seen.append(arguments) or 0)
+
+    def run(command, env, check):
+        seen.append(command[command.index("benchmarks") + 1 :])
+        return SimpleNamespace(returncode=0)
+
+    monkeypatch.setattr(bench.subprocess, "run", run)
     options = ("--quick", "--only", "points", "bras", "--device", "cpu", "--json", "report.json")
     assert shell("bench", *options)[0] == 0 and seen == [list(options)]
     assert shell("bench")[0] == 0 and seen[1] == []

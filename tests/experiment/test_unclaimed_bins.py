@@ -17,12 +17,12 @@ from parc_jax.experiment.learn import final_error
 from parc_jax.methods import Published
 from parc_jax.network.relu import relu_network
 from parc_jax.planner import Planner
-from parc_jax.plot.verdicts import NOT_FOUND, region_verdicts
 from parc_jax.problem import reach_avoid
+from parc_jax.published.verdicts import region_verdicts
 from parc_jax.sets.box import box
 from parc_jax.sets.hpolytope import from_box
 from parc_jax.settings import Settings
-from parc_jax.status import Status
+from parc_jax.status import OfRegion, Status
 from parc_jax.verdict.pointwise import verdicts
 from parc_jax.verdict.scene import scene_of
 
@@ -59,7 +59,7 @@ def test_no_plan_lies_in_a_bin_without_claim_and_the_checker_accepts(tmp_path):
     assert np.isfinite(answer.scene.slack) and answer.scene.slack < 1e-9
     np.testing.assert_array_equal(final_error(half), [0.01, 0.01])
     assert (
-        region_verdicts(answer, planner.regions)[0] != NOT_FOUND
+        region_verdicts(answer, planner.regions)[0] != OfRegion.NOT_FOUND
     )  # its one region holds safe plans
 
 

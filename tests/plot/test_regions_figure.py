@@ -8,10 +8,11 @@ from gap_model import HI, LO, arc_network, arc_tube, gap_problem
 from toy_models import model_of, random_network
 
 from parc_jax.errors import InputError
-from parc_jax.plot.regions import COLORS, regions, slices
-from parc_jax.plot.verdicts import NOT_FOUND, SAFE, UNREACHABLE, region_seconds, region_verdicts
+from parc_jax.plot.regions import COLORS, region_seconds, regions, slices
+from parc_jax.published.verdicts import region_verdicts
 from parc_jax.pwa.subdivide import enumerate_regions
 from parc_jax.sets.box import box
+from parc_jax.status import OfRegion
 
 
 @pytest.fixture(scope="module")
@@ -30,7 +31,7 @@ def arcs():
 def test_verdicts_are_safe_where_plans_are_and_unreachable_only_where_no_k_reaches(arcs, rng):
     answer, table = arcs
     verdict = region_verdicts(answer, table)
-    assert set(np.flatnonzero(verdict == SAFE)) == set(
+    assert set(np.flatnonzero(verdict == OfRegion.SAFE)) == set(
         table.locate(np.r_[answer.samples[:, 2:], [[4.8, 0.1]]])
     )
     k = rng.uniform(LO, HI, (4000, 2))
@@ -42,10 +43,14 @@ def test_verdicts_are_safe_where_plans_are_and_unreachable_only_where_no_k_reach
         np.abs(heading) <= 0.25 - answer.model.tube.final[0, 2]
     )  # p0 is free, so only the heading can fail
     region = table.locate(k)
-    assert not np.isin(region[reaches], np.flatnonzero(verdict == UNREACHABLE)).any()
-    lost = [r for r in np.unique(region) if verdict[r] == NOT_FOUND and (region == r).sum() > 50]
+    assert not np.isin(region[reaches], np.flatnonzero(verdict == OfRegion.UNREACHABLE)).any()
+    lost = [
+        r
+        for r in np.unique(region)
+        if verdict[r] == OfRegion.NOT_FOUND and (region == r).sum() > 50
+    ]
     assert all(reaches[region == r].any() for r in lost)
-    assert {SAFE, UNREACHABLE} <= set(verdict)
+    assert {OfRegion.SAFE, OfRegion.UNREACHABLE} <= set(verdict)
 
 
 def test_times_are_those_of_the_first_polytope(arcs):

@@ -14,20 +14,17 @@ from random_polytopes import points_around, round_polytope
 from parc_jax.lp import exact, witness
 from parc_jax.lp import solve as solving
 from parc_jax.lp.status import LPStatus
-from parc_jax.sets import (
+from parc_jax.published.sets import (
     affine,
-    bounding_box,
-    chebyshev,
     hit_and_run,
     membership,
     minkowski,
     pontryagin,
-    rational,
     redundancy,
     support,
-    vertices,
     volume,
 )
+from parc_jax.sets import bounding_box, chebyshev, rational, vertices
 from parc_jax.sets.box import box
 from parc_jax.sets.hpolytope import HPolytope, from_box
 

@@ -15,10 +15,10 @@ from parc_jax.published.brs import reach_set
 from parc_jax.published.by_support import clear_of_reach, margins, outside, shadows
 from parc_jax.published.cells import cells_outward, stack
 from parc_jax.published.grown_polytopes import grown_polytopes
+from parc_jax.published.sets.membership import find_point, membership, memberships
+from parc_jax.published.sets.pontryagin import shrink
 from parc_jax.sets.bounding_box import bounding_box
 from parc_jax.sets.hpolytope import HPolytope
-from parc_jax.sets.membership import find_point, membership, memberships
-from parc_jax.sets.pontryagin import shrink
 
 T, BAND = 4, 1e-7
 TUBE = arc_tube(T, (2, 1))

@@ -10,10 +10,10 @@ from parc_jax.lp.status import LPStatus
 from parc_jax.lp.witness import row_bounds
 from parc_jax.published import brs, decide
 from parc_jax.published.cells import cells_outward, stack
+from parc_jax.published.sets.pontryagin import shrink
 from parc_jax.sets.bounding_box import bounding_box
 from parc_jax.sets.box import Box, box
 from parc_jax.sets.hpolytope import HPolytope, from_box
-from parc_jax.sets.pontryagin import shrink
 
 TUBE = arc_tube(4, (4, 3))
 CELLS = stack(

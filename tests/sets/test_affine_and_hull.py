@@ -8,7 +8,7 @@ from random_polytopes import points_around, round_polytope
 
 from parc_jax.errors import InputError
 from parc_jax.lp.status import LPStatus
-from parc_jax.sets.affine import (
+from parc_jax.published.sets.affine import (
     convex_hull,
     image,
     intersection,
@@ -16,10 +16,10 @@ from parc_jax.sets.affine import (
     product,
     projection,
 )
-from parc_jax.sets.ahpolytope import ahpolytope, as_ah
+from parc_jax.published.sets.ahpolytope import ahpolytope, as_ah
+from parc_jax.published.sets.membership import find_point, is_proved_outside, membership
 from parc_jax.sets.box import Box, box
 from parc_jax.sets.hpolytope import HPolytope, from_box
-from parc_jax.sets.membership import find_point, is_proved_outside, membership
 from parc_jax.sets.vertices import vertices
 
 BAND = 1e-7  # points this close to a boundary may be decided either way by a float LP

@@ -12,19 +12,20 @@ from scipy.optimize import linprog
 from parc_jax.errors import InputError
 from parc_jax.lp import solve as solve_module
 from parc_jax.lp.status import LPStatus
-from parc_jax.sets.affine import convex_hull, image
-from parc_jax.sets.bounding_box import bounding_box, with_bounds
-from parc_jax.sets.chebyshev import chebyshev_center
-from parc_jax.sets.hpolytope import HPolytope
-from parc_jax.sets.membership import (
+from parc_jax.published.sets.affine import convex_hull, image
+from parc_jax.published.sets.membership import (
     find_point,
     find_points,
     is_proved_empty,
     is_proved_outside,
     membership,
     memberships,
+    with_bounds,
 )
-from parc_jax.sets.support import support
+from parc_jax.published.sets.support import support
+from parc_jax.sets.bounding_box import bounding_box
+from parc_jax.sets.chebyshev import chebyshev_center
+from parc_jax.sets.hpolytope import HPolytope
 from parc_jax.sets.vertices import vertices
 
 FLAT = HPolytope(

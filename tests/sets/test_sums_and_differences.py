@@ -8,17 +8,17 @@ from random_polytopes import round_polytope
 
 from parc_jax.errors import InputError
 from parc_jax.lp.status import LPStatus
-from parc_jax.sets import pontryagin
-from parc_jax.sets.affine import image
+from parc_jax.published.sets import pontryagin
+from parc_jax.published.sets.affine import image
+from parc_jax.published.sets.membership import membership
+from parc_jax.published.sets.minkowski import grow, minkowski_sum, polygon_sum, with_axis_rows
+from parc_jax.published.sets.pontryagin import pontryagin_difference, shrink
+from parc_jax.published.sets.support import support
+from parc_jax.published.sets.volume import volume
 from parc_jax.sets.box import box
 from parc_jax.sets.hpolytope import HPolytope, from_box
-from parc_jax.sets.membership import membership
-from parc_jax.sets.minkowski import grow, minkowski_sum, polygon_sum, with_axis_rows
-from parc_jax.sets.pontryagin import pontryagin_difference, shrink
 from parc_jax.sets.rational import rational_vertices
-from parc_jax.sets.support import support
 from parc_jax.sets.vertices import vertices
-from parc_jax.sets.volume import volume
 
 
 def breaks(p, e, x, signs):

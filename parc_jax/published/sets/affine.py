@@ -9,7 +9,7 @@ import numpy as np
 from jaxtyping import Float
 
 from parc_jax.errors import InputError
-from parc_jax.sets.ahpolytope import AHPolytope, as_ah
+from parc_jax.published.sets.ahpolytope import AHPolytope, as_ah
 from parc_jax.sets.box import Box
 from parc_jax.sets.hpolytope import HPolytope
 

@@ -8,9 +8,9 @@ import numpy as np
 
 from parc_jax.arrays import x64
 from parc_jax.errors import InputError
+from parc_jax.published.sets.volume import simplex_volumes, triangulate
 from parc_jax.sets.hpolytope import HPolytope
 from parc_jax.sets.vertices import vertices
-from parc_jax.sets.volume import simplex_volumes, triangulate
 
 
 def sample_simplices(key, simplices, volumes, count: int):

@@ -2,6 +2,8 @@
 what is left.
 """
 
+from dataclasses import dataclass
+
 import jax
 import jax.numpy as jnp
 import numpy as np
@@ -10,7 +12,7 @@ from parc_jax.arrays import as_float64, slices, x64
 from parc_jax.errors import InputError
 from parc_jax.lp.interior import interior_point
 from parc_jax.lp.solve import solve
-from parc_jax.lp.status import LPBatch, LPStatus
+from parc_jax.lp.status import LPStatus
 from parc_jax.lp.witness import dual_bound, proves_empty, row_bounds, violation
 from parc_jax.tolerances import TOLERANCES
 
@@ -19,6 +21,22 @@ _CHUNK = 1024  # most programs per compiled call: the working set stays in cache
 # fewest; between the two, batches are padded to powers of two so that few shapes compile
 _BUCKET = 64
 _ROW_BUCKET = 8  # rows are padded to a multiple of this
+
+
+@dataclass(frozen=True)
+class LPBatch:
+    """Answers to B linear programs; fields as in LPResult with a leading batch axis.
+
+    status: (B,) int, values of LPStatus. x: (B, n). multipliers: (B, h). lower, upper: (B,).
+    n_host: how many of them the batched kernel left to the host solver.
+    """
+
+    status: np.ndarray
+    x: np.ndarray
+    multipliers: np.ndarray
+    lower: np.ndarray
+    upper: np.ndarray
+    n_host: int
 
 
 def solve_batch(c, A, b, lo=None, hi=None) -> LPBatch:

@@ -6,8 +6,8 @@ from jaxtyping import Float
 from parc_jax.errors import InputError
 from parc_jax.lp.exact import round_up
 from parc_jax.lp.witness import gamma
-from parc_jax.sets.affine import Set, product
-from parc_jax.sets.ahpolytope import as_ah
+from parc_jax.published.sets.affine import Set, product
+from parc_jax.published.sets.ahpolytope import as_ah
 from parc_jax.sets.box import Box
 from parc_jax.sets.hpolytope import HPolytope
 from parc_jax.sets.rational import exact_support, rational_vertices

@@ -8,29 +8,14 @@ from parc_jax.errors import InputError
 from parc_jax.lp.status import LPStatus
 from parc_jax.published.brs import reach_sets
 from parc_jax.published.cells import cells_of, stack
+from parc_jax.published.sets.pontryagin import shrink
 from parc_jax.pwa.table import RegionTable
 from parc_jax.sets.bounding_box import bounding_box
-from parc_jax.sets.pontryagin import shrink
-
-SAFE, NOT_FOUND, UNREACHABLE = range(3)
-WORDS = ("safe plan found", "no safe plan found", "goal proved out of reach")
-
-
-def region_seconds(answer, table: RegionTable) -> np.ndarray:
-    """Seconds (r,) after the query began at which each region had its first safe polytope; NaN
-    where it has none.
-    """
-    seconds = np.full(table.count, np.nan)
-    if answer.polytopes:
-        number = table.locate(np.array([p.k for p in answer.polytopes]))
-        for i, p in zip(number, answer.polytopes, strict=True):
-            seconds[i] = np.fmin(seconds[i], p.born)
-    return seconds
+from parc_jax.status import OfRegion
 
 
 def region_verdicts(answer, table: RegionTable) -> np.ndarray:
-    """Verdict (r,) of each region of a table of the answer's network: SAFE, NOT_FOUND or
-    UNREACHABLE.
+    """Verdict (r,) of each region of a table of the answer's network, as `OfRegion`.
 
     SAFE: a returned sample or the inner point of a safe polytope lies in it. UNREACHABLE: the
     backward reachable set is proved empty in every bin of the tube that the region meets; this is
@@ -41,27 +26,27 @@ def region_verdicts(answer, table: RegionTable) -> np.ndarray:
         raise InputError(
             "regions: expected the regions of the answer's network; these belong to another one."
         )
-    verdict = np.full(table.count, NOT_FOUND)
+    verdict = np.full(table.count, int(OfRegion.NOT_FOUND))
     inner = [p.k for p in answer.polytopes]
     known = np.concatenate(
         [answer.samples[:, model.n_p :], np.reshape(inner, (len(inner), model.n_k))]
     )
     found = table.locate(known)
-    verdict[found[found >= 0]] = SAFE
+    verdict[found[found >= 0]] = OfRegion.SAFE
     if model.n_points > 1:
         return verdict
     cells = []
-    for region in np.flatnonzero(verdict != SAFE):
+    for region in np.flatnonzero(verdict != OfRegion.SAFE):
         cells += cells_of(table, model.tube, int(region))
     claimed = model.tube.claimed
-    verdict[[int(cell.region) for cell in cells]] = UNREACHABLE
+    verdict[[int(cell.region) for cell in cells]] = OfRegion.UNREACHABLE
     verdict[[int(cell.region) for cell in cells if not claimed[cell.bin]]] = (
-        NOT_FOUND  # no tube, nothing proved
+        OfRegion.NOT_FOUND  # no tube, nothing proved
     )
     judged = [cell for cell in cells if claimed[cell.bin]]
     if judged:
         goals = shrink(problem.goal, np.where(claimed[:, None], model.tube.final, 0.0))
         many = stack(judged)
         reach = reach_sets(many, goals, bounding_box(problem.goal), problem.start, model.n_p)
-        verdict[many.region[reach.status != int(LPStatus.INFEASIBLE)]] = NOT_FOUND
+        verdict[many.region[reach.status != int(LPStatus.INFEASIBLE)]] = OfRegion.NOT_FOUND
     return verdict

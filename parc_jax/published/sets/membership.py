@@ -5,13 +5,13 @@ points of H-polytopes: `HPolytope.contains`.)
 import numpy as np
 from jaxtyping import Float, Int
 
-from parc_jax.lp.batch import feasible_batch, propose
 from parc_jax.lp.solve import feasible
-from parc_jax.lp.status import LPBatch, LPResult, LPStatus
+from parc_jax.lp.status import LPResult, LPStatus
 from parc_jax.lp.witness import proves_empty, violation
-from parc_jax.sets.affine import Set
-from parc_jax.sets.ahpolytope import as_ah
-from parc_jax.sets.bounding_box import with_bounds
+from parc_jax.published.lp_batch import LPBatch, feasible_batch, propose
+from parc_jax.published.sets.affine import Set
+from parc_jax.published.sets.ahpolytope import AHPolytope, as_ah
+from parc_jax.sets.bounding_box import bounding_box
 from parc_jax.sets.hpolytope import HPolytope
 from parc_jax.tolerances import TOLERANCES
 
@@ -80,3 +80,16 @@ def memberships(s: Set, x: Float[np.ndarray, "q n"]) -> Int[np.ndarray, " q"]:
     for i in np.flatnonzero(status == int(LPStatus.UNKNOWN)):
         status[i] = int(membership(s, x[i]).status)
     return status
+
+
+def with_bounds(s: Set) -> AHPolytope:
+    """The same set with proved bounds on its base points: two LPs per coordinate, worth it for many
+    questions.
+
+    Raises InputError if the base is proved empty.
+    """
+    s = as_ah(s)
+    if np.isfinite(s.lo).all() and np.isfinite(s.hi).all():
+        return s
+    around = bounding_box(HPolytope(s.A, s.b))
+    return s.replace(lo=np.maximum(s.lo, around.lo), hi=np.minimum(s.hi, around.hi))

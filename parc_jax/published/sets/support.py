@@ -7,11 +7,11 @@ from typing import NamedTuple
 import numpy as np
 from jaxtyping import Float, Int
 
-from parc_jax.lp.batch import MAX_N, solve_batch
 from parc_jax.lp.solve import solve
 from parc_jax.lp.witness import gamma
-from parc_jax.sets.affine import Set
-from parc_jax.sets.ahpolytope import AHPolytope, as_ah
+from parc_jax.published.lp_batch import MAX_N, solve_batch
+from parc_jax.published.sets.affine import Set
+from parc_jax.published.sets.ahpolytope import AHPolytope, as_ah
 
 _MANY = 64  # directions from which the batched kernel is worth its compilation
 

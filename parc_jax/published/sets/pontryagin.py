@@ -7,10 +7,10 @@ from jaxtyping import Float
 
 from parc_jax.errors import InputError
 from parc_jax.lp.witness import gamma
-from parc_jax.sets.affine import Set
+from parc_jax.published.sets.affine import Set
+from parc_jax.published.sets.support import support
 from parc_jax.sets.box import Box
 from parc_jax.sets.hpolytope import HPolytope
-from parc_jax.sets.support import support
 
 
 def shrink(p: HPolytope, radius: Float[np.ndarray, "... n"]) -> HPolytope:
