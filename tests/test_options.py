@@ -15,8 +15,9 @@ from parc_jax.cli.offer import Offer
 from parc_jax.doubt import Doubt
 from parc_jax.errors import InputError
 from parc_jax.experiment.settings import Study
-from parc_jax.io import doubt_file
+from parc_jax.io import doubt_file, problem_file
 from parc_jax.options import Options, part_of, told
+from parc_jax.problem import ReachAvoid
 from parc_jax.settings import Effort, Settings
 
 ROOT = Path(parc_jax.__file__).parent
@@ -89,6 +90,9 @@ def test_every_option_of_the_shell_is_of_a_record_or_of_its_command():
 
 def test_the_keys_of_a_scene_file_are_the_fields_of_its_record():
     assert doubt_file.ENTRIES == tuple(told(Doubt))
+    of_problem = {field.name for field in dataclasses.fields(ReachAvoid)}
+    assert set(problem_file.ENTRIES) - of_problem == {"labels"}
+    assert of_problem - set(problem_file.ENTRIES) == {"spans"}  # `steps` of each obstacle
 
 
 def test_a_study_is_what_its_parts_are_made_of():

@@ -5,7 +5,7 @@ which spells that float exactly; one that a float64 does not print again is refu
 import json
 import tomllib
 from collections.abc import Sequence
-from dataclasses import replace
+from dataclasses import fields, replace
 from decimal import Decimal, InvalidOperation
 from pathlib import Path
 
@@ -22,6 +22,8 @@ from parc_jax.rollout.files import write_atomic
 from parc_jax.sets.hpolytope import HPolytope
 from parc_jax.system import check_points
 
+# the fields of a problem, but that an interval of time stands with its obstacle
+ENTRIES = (*(f.name for f in fields(ReachAvoid) if f.name != "spans"), "labels")
 # words for the hull of so many reference points
 POINTS_OF_KIND = {"disc": 1, "ball": 1, "capsule": 2, "rectangle": 4, "box": 8}
 
@@ -133,8 +135,7 @@ def problem_text(
 
 
 def _problem(data, points: Sequence[str] | None) -> ReachAvoid:
-    known = ("points", "goal", "obstacles", "body", "start", "labels", "doubt")
-    table_of("scene", data, known, needed=("goal", "body"))
+    table_of("scene", data, ENTRIES, needed=("goal", "body"))
     for part, words in table_of("labels", data.get("labels", {}), PARTS).items():
         if not isinstance(words, list) or not all(isinstance(word, str) for word in words):
             raise InputError(

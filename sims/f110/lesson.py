@@ -14,10 +14,9 @@ from parc_jax.claim.fitting import fitted_profile
 from parc_jax.claim.measure import measure
 from parc_jax.claim.start_gap import StartTrial, allow_for_start
 from parc_jax.model import TrajectoryModel, trajectory_model
-from parc_jax.network.parc import fit_affine
+from parc_jax.network.fit import fit
 from parc_jax.network.predict import layout_of, trajectories
 from parc_jax.network.relu import ReLUNetwork
-from parc_jax.network.train import train_report, training_arrays
 from parc_jax.rollout.batch import RolloutBatch
 from sims.f110.scenario import GOAL_SIZE
 from sims.f110.study import STUDY
@@ -90,9 +89,8 @@ def fitted(
     steps: int = STUDY.steps,
 ) -> ReLUNetwork:
     """A "network" of the study's size, or the "affine" map of PARC, fitted to the runs."""
-    if kind == "affine":
-        return fit_affine(*training_arrays(data))
-    return train_report(data, STUDY.hidden, key=key, seeds=seeds, steps=steps)[0]
+    hidden = () if kind == "affine" else STUDY.hidden
+    return fit(data, STUDY.replace(hidden=hidden, seeds=seeds, steps=steps), key)
 
 
 class Fold(NamedTuple):
