@@ -7,11 +7,11 @@ from typing import NamedTuple
 import jax
 
 from benchmarks.cases import Case
+from parc_jax.base.keys import Stage, stream
 from parc_jax.claim.calibrate import calibrate
 from parc_jax.claim.counts import required_runs
 from parc_jax.claim.declared import assumed_claim
 from parc_jax.claim.profile import training_profile
-from parc_jax.keys import Stage, stream
 from parc_jax.model import TrajectoryModel, trajectory_model
 from parc_jax.network.parc import fit_affine
 from parc_jax.network.relu import ReLUNetwork

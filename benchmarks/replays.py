@@ -15,12 +15,12 @@ import jax
 import tyro
 from tqdm import tqdm
 
+from parc_jax.base.keys import Stage, stream
 from parc_jax.cli.systems import black_box_of, build, find, study_of
 from parc_jax.errors import InputError
 from parc_jax.experiment.cache import keep_compiled
 from parc_jax.experiment.replay import counts_of
 from parc_jax.io.answer_file import load_answer
-from parc_jax.keys import Stage, stream
 from parc_jax.model import load
 from parc_jax.planner import Planner
 from parc_jax.rollout.files import write_atomic

@@ -8,7 +8,7 @@ import re
 from pathlib import Path
 
 import parc_jax
-from parc_jax.options import told
+from parc_jax.base.options import told
 
 BEGIN, END = "<!-- rooms: written by docs/make_api.py -->", "<!-- end of rooms -->"
 FURTHER = {

@@ -3,6 +3,8 @@ use.
 """
 
 from parc_jax.answer.answer import Answer as Answer
+from parc_jax.base.status import Ended as Ended
+from parc_jax.base.status import Status as Status
 from parc_jax.batch.box_scenes import BoxScenes as BoxScenes
 from parc_jax.batch.box_scenes import box_scenes as box_scenes
 from parc_jax.body import Body as Body
@@ -73,8 +75,6 @@ from parc_jax.sets.box import box as box
 from parc_jax.sets.hpolytope import HPolytope as HPolytope
 from parc_jax.sets.hpolytope import hpolytope as hpolytope
 from parc_jax.settings import Settings as Settings
-from parc_jax.status import Ended as Ended
-from parc_jax.status import Status as Status
 from parc_jax.system import BlackBoxSystem as BlackBoxSystem
 from parc_jax.system import TimeGrid as TimeGrid
 from parc_jax.system import Trajectory as Trajectory

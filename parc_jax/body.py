@@ -5,9 +5,9 @@ from collections.abc import Sequence
 import numpy as np
 from flax import struct
 
-from parc_jax.arrays import as_float64
+from parc_jax.base.arrays import as_float64
+from parc_jax.base.spelling import counted
 from parc_jax.errors import InputError
-from parc_jax.spelling import counted
 
 
 @struct.dataclass

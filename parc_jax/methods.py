@@ -11,6 +11,7 @@ from dataclasses import dataclass
 import jax
 import numpy as np
 
+from parc_jax.base.status import Ended
 from parc_jax.cover.limit import Limit
 from parc_jax.cover.place import Place
 from parc_jax.cover.rare import where_around, where_safe
@@ -19,7 +20,6 @@ from parc_jax.cover.search import Cover, cover, cover_around, draw_safe_plans
 from parc_jax.cover.stopping import nothing_covered
 from parc_jax.errors import InputError
 from parc_jax.settings import Settings, Work, work_of
-from parc_jax.status import Ended
 from parc_jax.verdict.hopeless import why_none
 from parc_jax.verdict.pointwise import verdicts
 from parc_jax.verdict.scene import Scene, laid_out

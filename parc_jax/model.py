@@ -10,7 +10,8 @@ from pathlib import Path
 import numpy as np
 from flax import struct
 
-from parc_jax.arrays import once
+from parc_jax.base.arrays import once
+from parc_jax.base.spelling import counted
 from parc_jax.claim.claim import ErrorClaim, check_claim, check_network, derived
 from parc_jax.claim.claim_file import claim_from_json
 from parc_jax.claim.tube import Tube
@@ -22,7 +23,6 @@ from parc_jax.network.relu import ReLUNetwork, relu_network
 from parc_jax.pwa import RegionTable, enumerate_regions
 from parc_jax.rollout.files import read_npz, write_npz
 from parc_jax.sets.box import Box, box
-from parc_jax.spelling import counted
 from parc_jax.system import TimeGrid
 
 FORMAT = "parc_jax.model/2"

@@ -7,14 +7,14 @@ from typing import TYPE_CHECKING
 import jax
 
 from parc_jax.answer.answer import Answer
+from parc_jax.base.keys import Stage, as_key
+from parc_jax.base.probes import require_sound_arithmetic
 from parc_jax.batch.box_scenes import BoxScenes
 from parc_jax.batch.solve import BatchAnswer, Problems, problem_of, solve_batch
 from parc_jax.driven.looks import Looks
 from parc_jax.errors import InputError, expected
-from parc_jax.keys import Stage, as_key
 from parc_jax.model import TrajectoryModel, check_model
 from parc_jax.prepared import Prepared
-from parc_jax.probes import require_sound_arithmetic
 from parc_jax.problem import ReachAvoid
 from parc_jax.pwa import RegionTable
 from parc_jax.robust.question import Question, plain_problems, question

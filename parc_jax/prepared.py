@@ -8,6 +8,7 @@ import jax
 import numpy as np
 
 from parc_jax.answer.answer import Answer
+from parc_jax.base.keys import Stage, generator, stream
 from parc_jax.certificate.prove import prove
 from parc_jax.certificate.write import sample_part
 from parc_jax.cover.first import MOST, in_one_array
@@ -16,7 +17,6 @@ from parc_jax.cover.sampling import Points
 from parc_jax.cover.search import Cover
 from parc_jax.driven.looks import Looks
 from parc_jax.errors import InputError, expected
-from parc_jax.keys import Stage, generator, stream
 from parc_jax.methods import Exact
 from parc_jax.settings import Settings
 from parc_jax.verdict.scene import Scene

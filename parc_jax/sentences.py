@@ -3,8 +3,8 @@
 from collections.abc import Iterable
 from fractions import Fraction
 
+from parc_jax.base.spelling import listed, rounded_down, rounded_up
 from parc_jax.claim.risk import NoStatement, Risk
-from parc_jax.spelling import listed, rounded_down, rounded_up
 from parc_jax.verdict.hopeless import Why
 
 

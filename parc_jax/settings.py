@@ -4,8 +4,8 @@ import math
 from dataclasses import dataclass
 from typing import NamedTuple
 
+from parc_jax.base.options import Options
 from parc_jax.errors import InputError
-from parc_jax.options import Options
 
 LOOKS = 60  # at fresh draws of at most 2^18 plans each
 CORRIDORS = 4096  # tried; of a batch the best are kept

@@ -14,7 +14,7 @@ import numpy as np
 import pytest
 from local_rows import local_rows
 
-from parc_jax import distributed
+from parc_jax.base import distributed
 from parc_jax.errors import HostLost, InputError
 
 HERE = Path(__file__).parent / "helpers"

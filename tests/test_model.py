@@ -8,7 +8,7 @@ import pytest
 from toy_models import line_model, random_model
 
 import parc_jax as pj
-from parc_jax.spelling import hex_text
+from parc_jax.base.spelling import hex_text
 from parc_jax.system import TURNS
 
 

@@ -14,10 +14,10 @@ from toy_models import line_model
 
 import parc_jax as pj
 from parc_jax import checker, plot
+from parc_jax.base.spelling import hex_text
 from parc_jax.certificate.write import answer_part
 from parc_jax.plot.film import _caption
 from parc_jax.plot.timeline import timeline
-from parc_jax.spelling import hex_text
 from parc_jax.verdict.scene import scene_of
 
 GOAL = pj.box([-0.2, -0.2, -1.0], [0.2, 0.2, 1.0])

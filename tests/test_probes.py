@@ -8,10 +8,10 @@ import numpy as np
 import pytest
 from toy_models import toy_case
 
-from parc_jax import probes
+from parc_jax.base import probes
+from parc_jax.base.probes import probe_all, require_sound_arithmetic
 from parc_jax.errors import SoundnessError
 from parc_jax.planner import Planner
-from parc_jax.probes import probe_all, require_sound_arithmetic
 
 
 @pytest.fixture

@@ -11,6 +11,7 @@ import pytest
 import toy_driven
 
 from parc_jax.answer.statement import one_line
+from parc_jax.base.spelling import rounded_down, rounded_up
 from parc_jax.claim.claim import derived
 from parc_jax.claim.counts import cheaper, clopper_pearson, supported_eps
 from parc_jax.claim.risk import NoStatement, Risk
@@ -20,7 +21,6 @@ from parc_jax.driven import tested
 from parc_jax.driven.looks import Look
 from parc_jax.experiment.numbers import covering
 from parc_jax.sentences import about_plans, about_risk, about_sensing
-from parc_jax.spelling import rounded_down, rounded_up
 from parc_jax.volume_bounds.no_plan import BOUNDS, NoPlan
 
 ROOT = Path(__file__).parents[1]

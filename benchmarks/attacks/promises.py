@@ -22,6 +22,7 @@ from benchmarks.attacks.jump_plant import (
     truth,
     truth_of_recordings,
 )
+from parc_jax.base.keys import Stage, generator
 from parc_jax.claim.by_bin import calibrate_bins
 from parc_jax.claim.calibrate import calibrate
 from parc_jax.claim.counts import required_runs
@@ -34,7 +35,6 @@ from parc_jax.claim.score import Scores, scores_of
 from parc_jax.claim.update import update
 from parc_jax.driven.looks import Looks
 from parc_jax.driven.tested import run_plan
-from parc_jax.keys import Stage, generator
 from parc_jax.model import trajectory_model
 from parc_jax.problem import reach_avoid
 from parc_jax.rollout.collect import collect, stream_rollouts

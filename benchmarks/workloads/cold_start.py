@@ -15,7 +15,7 @@ import time
 from benchmarks.bench import ROOT, Bench
 from benchmarks.metrics import exact, metric, times
 from benchmarks.result import Result
-from parc_jax.status import Status
+from parc_jax.base.status import Status
 
 _CHILD = """
 import sys

@@ -12,7 +12,7 @@ from benchmarks.bench import Bench
 from benchmarks.metrics import metric, rate
 from benchmarks.result import Result, Table, milliseconds
 from benchmarks.timing import timed
-from parc_jax.keys import Stage
+from parc_jax.base.keys import Stage
 from parc_jax.rollout.rows import simulate_rows
 
 BATCHES = {

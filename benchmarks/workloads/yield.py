@@ -21,6 +21,7 @@ from benchmarks.bench import Bench
 from benchmarks.metrics import metric
 from benchmarks.result import Result, Skip, Table, percent
 from benchmarks.yields import Setting, Task, tasks
+from parc_jax.base.keys import Stage
 from parc_jax.claim.claim import ErrorClaim
 from parc_jax.claim.counts import clopper_pearson, least_probability
 from parc_jax.claim.declared import declared_claim
@@ -30,7 +31,6 @@ from parc_jax.claim.start_gap import try_starts
 from parc_jax.claim.tube import zero_tube
 from parc_jax.errors import InputError
 from parc_jax.experiment.learn import networks
-from parc_jax.keys import Stage
 from parc_jax.model import TrajectoryModel, trajectory_model
 from parc_jax.network.predict import trajectories
 from parc_jax.network.relu import ReLUNetwork

@@ -17,13 +17,13 @@ from parc_jax.answer.numbers import SafeShare, density_of_k, risk_of_draw, safe_
 from parc_jax.answer.path import NominalPath, nominal_path
 from parc_jax.answer.statement import as_html, one_line, statement
 from parc_jax.answer.written import written
+from parc_jax.base.keys import generator
 from parc_jax.claim.risk import NoStatement, Risk
 from parc_jax.cover.best import best_plan
 from parc_jax.cover.kept import KeptPlans
 from parc_jax.cover.solid import Solid
 from parc_jax.cover.union import SafeUnion
 from parc_jax.errors import InputError
-from parc_jax.keys import generator
 from parc_jax.lp.status import LPStatus
 from parc_jax.rollout.files import write_atomic
 from parc_jax.sets.chebyshev import chebyshev_center

@@ -5,6 +5,7 @@ from functools import cached_property
 
 import numpy as np
 
+from parc_jax.base.status import Ended, Status
 from parc_jax.cover.corridor import Corridor
 from parc_jax.cover.corridors import Corridors
 from parc_jax.cover.kept import KeptPlans
@@ -20,7 +21,6 @@ from parc_jax.problem import ReachAvoid
 from parc_jax.robust.pose import Pose
 from parc_jax.robust.question import Plain, Question
 from parc_jax.robust.withstood import Withstood
-from parc_jax.status import Ended, Status
 from parc_jax.verdict.scene import Scene, goal_box, volume_of_all
 from parc_jax.volume_bounds.no_plan import PROVED, NoPlan
 

@@ -5,6 +5,7 @@ from collections.abc import Sequence
 
 from parc_jax.answer.findings import Findings
 from parc_jax.answer.numbers import density_of_k, risk_of_draw
+from parc_jax.base.spelling import counted, rounded_down
 from parc_jax.sentences import (
     about_doubt,
     about_place,
@@ -14,7 +15,6 @@ from parc_jax.sentences import (
     about_sensing,
     nothing_found,
 )
-from parc_jax.spelling import counted, rounded_down
 from parc_jax.verdict.hopeless import why_none
 
 

@@ -2,8 +2,8 @@
 
 from parc_jax.answer.findings import Findings
 from parc_jax.answer.statement import statement
+from parc_jax.base.spelling import hex_text
 from parc_jax.certificate.write import answer_part
-from parc_jax.spelling import hex_text
 
 
 def written(found: Findings) -> dict:

@@ -7,7 +7,7 @@ import itertools
 import numpy as np
 from flax import struct
 
-from parc_jax.arrays import as_float64
+from parc_jax.base.arrays import as_float64
 from parc_jax.body import Body, Disc, Polygon, numbered
 from parc_jax.errors import InputError
 from parc_jax.model import TrajectoryModel

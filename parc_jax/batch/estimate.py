@@ -9,7 +9,7 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
-from parc_jax.arrays import dot, once, x64
+from parc_jax.base.arrays import dot, once, x64
 from parc_jax.claim.error_set import ErrorTemplate
 from parc_jax.claim.tube import Tube
 from parc_jax.obstacles.grown import GrownObstacles

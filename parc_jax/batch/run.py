@@ -11,9 +11,9 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
-from parc_jax.arrays import x64
+from parc_jax.base.arrays import x64
+from parc_jax.base.distributed import all_rows, replicate, shard_rows
 from parc_jax.batch.proposals import Best, pool_at_random, rewarm, search
-from parc_jax.distributed import all_rows, replicate, shard_rows
 
 # scenes per call where they run one after another; the count is traced, so fewer cost less
 LOOP = 128

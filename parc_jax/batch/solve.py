@@ -7,7 +7,9 @@ from typing import NamedTuple
 import jax
 import numpy as np
 
-from parc_jax.arrays import x64
+from parc_jax.base.arrays import x64
+from parc_jax.base.keys import Stage, key_data, stream
+from parc_jax.base.status import Status
 from parc_jax.batch.box_scenes import BoxScenes, lay_out_boxes
 from parc_jax.batch.estimate import fan_table
 from parc_jax.batch.proposals import PROPOSED, Best
@@ -16,11 +18,9 @@ from parc_jax.batch.stack import SizeClass, check_stack, stack_problems
 from parc_jax.certificate.prove import prove
 from parc_jax.certificate.write import sample_part
 from parc_jax.errors import InputError
-from parc_jax.keys import Stage, key_data, stream
 from parc_jax.model import TrajectoryModel
 from parc_jax.problem import ReachAvoid
 from parc_jax.robust.question import Plain
-from parc_jax.status import Status
 from parc_jax.verdict.near import near_scene
 from parc_jax.verdict.pointwise import paths_of
 from parc_jax.verdict.scene import SceneArrays

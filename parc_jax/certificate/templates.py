@@ -4,9 +4,9 @@ too many axes for the checker to search, multipliers that give each row of a goa
 
 from fractions import Fraction
 
+from parc_jax.base.spelling import fraction_text
 from parc_jax.claim.faces import Faces
 from parc_jax.sets.hpolytope import HPolytope
-from parc_jax.spelling import fraction_text
 
 
 def rows_part(faces: Faces, index) -> dict:

@@ -7,10 +7,10 @@ from typing import Literal
 
 import numpy as np
 
+from parc_jax.base.options import Options, check_count
 from parc_jax.claim.counts import MOST, as_probability
 from parc_jax.claim.intersample import DISCRETE_TIME, AccelerationBound, DiscreteTime, SpeedBound
 from parc_jax.errors import InputError
-from parc_jax.options import Options, check_count
 
 Intersample = DiscreteTime | SpeedBound | AccelerationBound
 CLAIMS = ("one", "bins")

@@ -8,15 +8,16 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
+from parc_jax.base.climb import Ranked, climb, ranked
+from parc_jax.base.distributed import rank_and_size
+from parc_jax.base.keys import Stage, generator, key_data, stream
+from parc_jax.base.spelling import hex_text
 from parc_jax.claim.calibrate import scaled
 from parc_jax.claim.claim import ErrorClaim, weaker
 from parc_jax.claim.measure import Allowance, allowance
 from parc_jax.claim.score import check_profile, score_arrays
 from parc_jax.claim.tube import Tube
-from parc_jax.climb import Ranked, climb, ranked
-from parc_jax.distributed import rank_and_size
 from parc_jax.errors import InputError
-from parc_jax.keys import Stage, generator, key_data, stream
 from parc_jax.network.predict import layout_of
 from parc_jax.network.relu import ReLUNetwork
 from parc_jax.rollout.chunks import ChunkStore
@@ -25,7 +26,6 @@ from parc_jax.rollout.identity import identity_of
 from parc_jax.rollout.resume import require_same_runs
 from parc_jax.rollout.rows import seed_of
 from parc_jax.rollout.simulate import Simulator, ToRun, simulator
-from parc_jax.spelling import hex_text
 
 MOST_RUNS = 2048  # of a search that nobody sized
 _ROUNDS = 8

@@ -11,6 +11,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from parc_jax.base.spelling import hex_text
 from parc_jax.claim.asked import BoundSettings
 from parc_jax.claim.calibrate import kept_maximum, pac_label, shown_claim
 from parc_jax.claim.claim import ErrorClaim
@@ -22,7 +23,6 @@ from parc_jax.claim.tube import Tube
 from parc_jax.errors import InputError
 from parc_jax.network.relu import ReLUNetwork
 from parc_jax.rollout.batch import RolloutBatch
-from parc_jax.spelling import hex_text
 
 
 def calibrate_bins(

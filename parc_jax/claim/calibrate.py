@@ -4,7 +4,8 @@ from fractions import Fraction
 
 import numpy as np
 
-from parc_jax.arrays import content_hash
+from parc_jax.base.arrays import content_hash
+from parc_jax.base.spelling import hex_text, rounded_up
 from parc_jax.claim.asked import BoundSettings
 from parc_jax.claim.claim import ErrorClaim, error_claim
 from parc_jax.claim.counts import (
@@ -22,7 +23,6 @@ from parc_jax.claim.unit import RECORDED_ROWS, RUNS, Unit
 from parc_jax.errors import InputError
 from parc_jax.network.relu import ReLUNetwork
 from parc_jax.rollout.batch import RolloutBatch
-from parc_jax.spelling import hex_text, rounded_up
 
 # the division that made the score and the product that undoes it, rounded up
 _OUTWARD = 1 + 2.0**-48

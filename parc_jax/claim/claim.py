@@ -8,6 +8,7 @@ from dataclasses import dataclass, field, replace
 from fractions import Fraction
 from pathlib import Path
 
+from parc_jax.base.spelling import hex_text, listed, rounded_up
 from parc_jax.claim.risk import (
     Density,
     NoStatement,
@@ -27,7 +28,6 @@ from parc_jax.rollout.files import write_atomic
 from parc_jax.rollout.law import LawSpec
 from parc_jax.rollout.subject import Subject
 from parc_jax.sets.box import Box
-from parc_jax.spelling import hex_text, listed, rounded_up
 
 KINDS = ("pac", "assumed", "declared")
 FORMAT = "parc_jax.claim/2"

@@ -4,13 +4,13 @@ import json
 from fractions import Fraction
 from pathlib import Path
 
+from parc_jax.base.spelling import nearest_floats
 from parc_jax.claim.claim import FORMAT, KINDS, ErrorClaim, check_claim
 from parc_jax.claim.tube import Tube
 from parc_jax.claim.tube_file import tube_from_json
 from parc_jax.errors import InputError
 from parc_jax.rollout.law import LawSpec
 from parc_jax.rollout.subject import subject_from_json
-from parc_jax.spelling import nearest_floats
 
 
 def claim_from_json(data: dict, error_tube: Tube) -> ErrorClaim:

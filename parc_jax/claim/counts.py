@@ -3,9 +3,9 @@
 import math
 from fractions import Fraction
 
+from parc_jax.base.options import check_count
+from parc_jax.base.spelling import rounded_up
 from parc_jax.errors import InputError
-from parc_jax.options import check_count
-from parc_jax.spelling import rounded_up
 
 MOST = "most"  # discards: as many as the runs, eps and delta allow
 

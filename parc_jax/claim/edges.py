@@ -4,10 +4,10 @@ from typing import NamedTuple
 
 import numpy as np
 
+from parc_jax.base.tolerances import TOLERANCES
 from parc_jax.claim.measure import Errors
 from parc_jax.errors import InputError
 from parc_jax.sets.box import Box
-from parc_jax.tolerances import TOLERANCES
 
 _CELLS = 4096  # places for cuts: a grid of about this many cells over K
 _GAIN = 0.03  # [1] a cut must shrink the tube by this share: bins cost the planner pieces

@@ -10,6 +10,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from parc_jax.base.tolerances import TOLERANCES
 from parc_jax.claim.edges import smoothed
 from parc_jax.claim.faces import CENTRE_BITS, DIRECTION_BITS, Faces, faces, short
 from parc_jax.claim.measure import (
@@ -24,7 +25,6 @@ from parc_jax.errors import InputError
 from parc_jax.network.predict import Layout, layout_of, trajectories
 from parc_jax.network.relu import ReLUNetwork
 from parc_jax.rollout.batch import RolloutBatch
-from parc_jax.tolerances import TOLERANCES
 
 # [mean half width] without it the thinnest faces, which cost least, decide the one number
 MARGIN = 0.1

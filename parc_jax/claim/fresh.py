@@ -2,14 +2,14 @@
 
 import numpy as np
 
+from parc_jax.base.spelling import hex_floats
+from parc_jax.base.tolerances import TOLERANCES
 from parc_jax.claim.score import Scores
 from parc_jax.errors import InputError
 from parc_jax.rollout.batch import RolloutBatch
 from parc_jax.rollout.copies import marks_of, near_copies
 from parc_jax.rollout.uniform import by_chance, check_uniform
 from parc_jax.sets.box import Box, box
-from parc_jax.spelling import hex_floats
-from parc_jax.tolerances import TOLERANCES
 
 _HOW_NEAR = (
     f"k within {TOLERANCES.near_k:g} of its range, p and q within {TOLERANCES.near_p:g} of their "

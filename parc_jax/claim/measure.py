@@ -7,7 +7,7 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
-from parc_jax.arrays import dot, x64
+from parc_jax.base.arrays import dot, x64
 from parc_jax.errors import InputError
 from parc_jax.network.predict import Layout, layout_of, predict
 from parc_jax.network.relu import ReLUNetwork

@@ -6,6 +6,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from parc_jax.base.spelling import rounded_up
 from parc_jax.claim.claim import ErrorClaim, check_network
 from parc_jax.claim.measure import allowance, by_chunk
 from parc_jax.claim.risk import Density, NoStatement, Uniform
@@ -13,7 +14,6 @@ from parc_jax.claim.score import sizes
 from parc_jax.errors import InputError
 from parc_jax.network.relu import ReLUNetwork
 from parc_jax.rollout.batch import RolloutBatch, worst_by_group
-from parc_jax.spelling import rounded_up
 
 _BETS = 16  # alternatives, log-spaced from just above the claimed rate to one half
 

@@ -4,6 +4,7 @@ seen.
 
 import numpy as np
 
+from parc_jax.base.tolerances import TOLERANCES
 from parc_jax.claim.edges import choose_edges, smoothed
 from parc_jax.claim.measure import Errors, measure
 from parc_jax.claim.tube import Tube, tube, zero_tube
@@ -11,7 +12,6 @@ from parc_jax.errors import InputError
 from parc_jax.network.relu import ReLUNetwork
 from parc_jax.rollout.batch import RolloutBatch
 from parc_jax.sets.box import Box
-from parc_jax.tolerances import TOLERANCES
 
 
 def training_profile(

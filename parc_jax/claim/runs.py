@@ -6,11 +6,11 @@ from pathlib import Path
 
 import jax
 
+from parc_jax.base.distributed import broadcast
+from parc_jax.base.keys import Stage
 from parc_jax.claim.bad_runs import Attack, search_worst
 from parc_jax.claim.tube import Tube
-from parc_jax.distributed import broadcast
 from parc_jax.errors import InputError
-from parc_jax.keys import Stage
 from parc_jax.network.relu import ReLUNetwork
 from parc_jax.rollout.batch import RolloutBatch
 from parc_jax.rollout.collect import stream_rollouts

@@ -14,10 +14,11 @@ from typing import NamedTuple
 import jax
 import numpy as np
 
+from parc_jax.base.keys import Stage, generator
+from parc_jax.base.spelling import rounded_up
 from parc_jax.claim.asked import check_gap
 from parc_jax.claim.claim import ErrorClaim, weaker
 from parc_jax.errors import InputError
-from parc_jax.keys import Stage, generator
 from parc_jax.rollout.collect import collect
 from parc_jax.rollout.invariance import (
     can_be_headed,
@@ -25,7 +26,6 @@ from parc_jax.rollout.invariance import (
     rotation_gap,
     translation_gap,
 )
-from parc_jax.spelling import rounded_up
 from parc_jax.system import rotation_of
 
 MOVED, TURNED = "TRANSLATION_INVARIANCE", "ROTATION_INVARIANCE"

@@ -1,7 +1,7 @@
 """What a claim says, in sentences that never say more than was shown."""
 
+from parc_jax.base.spelling import rounded_down, rounded_up
 from parc_jax.claim.unit import RECORDED_ROWS
-from parc_jax.spelling import rounded_down, rounded_up
 
 DIGITS = 10  # of the numbers of a claim, at most
 

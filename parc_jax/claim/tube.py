@@ -6,13 +6,13 @@ import jax
 import numpy as np
 from flax import struct
 
-from parc_jax.arrays import as_float64, content_hash
+from parc_jax.base.arrays import as_float64, content_hash
+from parc_jax.base.spelling import counted
 from parc_jax.claim.bins import bin_box, bin_of, bins_of
 from parc_jax.claim.error_set import NO_CLAIM, ErrorBox, ErrorSet, at
 from parc_jax.claim.faces import Faces, Templates
 from parc_jax.errors import InputError
 from parc_jax.network.predict import Layout
-from parc_jax.spelling import counted
 
 
 @struct.dataclass

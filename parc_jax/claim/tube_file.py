@@ -4,10 +4,10 @@ from dataclasses import replace
 
 import numpy as np
 
+from parc_jax.base.spelling import hex_floats, hex_text
 from parc_jax.claim.faces import templates_of
 from parc_jax.claim.tube import Tube, fitted_tube, tube
 from parc_jax.errors import InputError
-from parc_jax.spelling import hex_floats, hex_text
 
 
 def tube_to_json(error_tube: Tube) -> dict:

@@ -5,7 +5,7 @@ from importlib import metadata
 
 def doctor() -> int:
     """Check versions and arithmetic of this installation. Example: parc-jax doctor"""
-    from parc_jax.probes import Finding, probe_all, probe_hang
+    from parc_jax.base.probes import Finding, probe_all, probe_hang
 
     for name in (
         "jax",

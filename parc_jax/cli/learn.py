@@ -27,6 +27,7 @@ def learn(
             (.npz, .mat, folder).
         out: The model file. Unfinished work is kept beside it, in OUT.unfinished.
     """
+    from parc_jax.base.keys import key_of
     from parc_jax.cli.help import fitted
     from parc_jax.cli.learning import NEW_RUNS, Logged, from_log, refuse, summary
     from parc_jax.cli.lock import held
@@ -37,7 +38,6 @@ def learn(
     from parc_jax.experiment.learn import learn as learn_system
     from parc_jax.experiment.settings import Learning
     from parc_jax.experiment.stopwatch import Stopwatch
-    from parc_jax.keys import key_of
 
     if shell.cache:
         keep_compiled()

@@ -8,7 +8,7 @@ import typing
 from pathlib import Path
 from typing import Any, NamedTuple
 
-from parc_jax.options import told
+from parc_jax.base.options import told
 
 SCALARS = (int, float, str, bool, Path)
 

@@ -98,7 +98,7 @@ def _join(hosts: str | None) -> int:
     """
     if hosts is None:
         return 0
-    from parc_jax import distributed
+    from parc_jax.base import distributed
 
     distributed.init(hosts)
     import jax

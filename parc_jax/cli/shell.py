@@ -2,7 +2,7 @@
 
 from dataclasses import dataclass
 
-from parc_jax.options import Options
+from parc_jax.base.options import Options
 
 
 @dataclass(frozen=True)
@@ -19,6 +19,6 @@ class Shell(Options):
     """Keep compiled programs in the user's cache folder."""
 
     def __post_init__(self) -> None:
-        from parc_jax.keys import check_seed
+        from parc_jax.base.keys import check_seed
 
         check_seed(self.seed)

@@ -55,6 +55,7 @@ def solve(
     """
     import sys
 
+    from parc_jax.base.keys import key_of
     from parc_jax.cli.doubt import numbers_of_option, under_doubt
     from parc_jax.cli.goal_in_reach import odd_size, require_goal_in_reach
     from parc_jax.cli.help import fitted
@@ -64,7 +65,6 @@ def solve(
     from parc_jax.errors import InputError
     from parc_jax.experiment.cache import keep_compiled
     from parc_jax.io.problem_file import labelled, load_problem
-    from parc_jax.keys import key_of
     from parc_jax.methods import Exact, Published
     from parc_jax.model import load
     from parc_jax.planner import Planner

@@ -8,8 +8,8 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
-from parc_jax.arrays import as_float64, x64
-from parc_jax.climb import Ranked, climb, ranked
+from parc_jax.base.arrays import as_float64, x64
+from parc_jax.base.climb import Ranked, climb, ranked
 from parc_jax.cover.plan_set import PlanSet
 from parc_jax.cover.solid import sample_solid
 from parc_jax.cover.union import SafeUnion

@@ -6,7 +6,7 @@ from typing import NamedTuple
 import jax
 import numpy as np
 
-from parc_jax.arrays import in_chunks, x64
+from parc_jax.base.arrays import in_chunks, x64
 from parc_jax.claim.error_set import at
 from parc_jax.claim.tube import Tube
 from parc_jax.cover.choose import PLANS, Chosen, choose_batch, choose_by_bin

@@ -10,7 +10,7 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
-from parc_jax.arrays import in_chunks, on_all_cores, x64
+from parc_jax.base.arrays import in_chunks, on_all_cores, x64
 from parc_jax.claim.error_set import ErrorSet, ErrorTemplate, at
 from parc_jax.claim.tube import Tube
 from parc_jax.cover.corridor import Corridor

@@ -4,7 +4,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from parc_jax.arrays import once
+from parc_jax.base.arrays import once
 from parc_jax.claim.tube import Tube
 from parc_jax.verdict.scene import Scene
 

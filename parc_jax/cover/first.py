@@ -14,7 +14,7 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
-from parc_jax.arrays import x64
+from parc_jax.base.arrays import x64
 from parc_jax.cover.ends import ends_of
 from parc_jax.cover.placed import Placed, placed
 from parc_jax.cover.sampling import Draw, Points, cell_of

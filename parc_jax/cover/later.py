@@ -5,6 +5,7 @@ other ones.
 import jax
 import numpy as np
 
+from parc_jax.base.keys import generator
 from parc_jax.cover.build import Building
 from parc_jax.cover.corridors import Corridors
 from parc_jax.cover.place import Place
@@ -13,7 +14,6 @@ from parc_jax.cover.polytopes import Polytopes, cut_around
 from parc_jax.cover.sampling import Points, no_points
 from parc_jax.cover.search import draw_safe_plans
 from parc_jax.cover.stopping import Coverage, nothing_covered, stopping_rule
-from parc_jax.keys import generator
 from parc_jax.verdict.scene import Scene
 
 COUNTED = 6000  # fresh safe plans that say what the polytopes hold

@@ -3,7 +3,7 @@
 import jax
 from flax import struct
 
-from parc_jax.arrays import once, x64
+from parc_jax.base.arrays import once, x64
 from parc_jax.claim.tube import Tube
 from parc_jax.cover.ends import BinEnds, ends_of
 from parc_jax.model import TrajectoryModel

@@ -9,7 +9,7 @@ import jax.numpy as jnp
 import numpy as np
 from flax import struct
 
-from parc_jax.arrays import x64
+from parc_jax.base.arrays import x64
 from parc_jax.cover.corridor import Corridor
 from parc_jax.cover.sampling import cell_of
 from parc_jax.network.predict import HIGHEST, Layout

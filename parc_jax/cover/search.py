@@ -13,6 +13,7 @@ from typing import NamedTuple
 import jax
 import numpy as np
 
+from parc_jax.base.status import Ended
 from parc_jax.cover.build import Building, admit, build, nothing_built
 from parc_jax.cover.corridor import Corridor
 from parc_jax.cover.first import MOST, first_draw
@@ -35,7 +36,6 @@ from parc_jax.cover.sampling import (
 )
 from parc_jax.cover.stopping import Coverage, StoppingRule, nothing_covered, stopping_rule
 from parc_jax.settings import Work
-from parc_jax.status import Ended
 from parc_jax.verdict.scene import Scene
 
 NEAR = 32  # points drawn close to each that a look found outside, MOST_NEAR in all

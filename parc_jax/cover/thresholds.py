@@ -12,7 +12,7 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
-from parc_jax.arrays import in_chunks, once, x64
+from parc_jax.base.arrays import in_chunks, once, x64
 from parc_jax.claim.error_set import ErrorSet, ErrorTemplate, at
 from parc_jax.claim.tube import Tube
 from parc_jax.cover.choose import ByBin

@@ -8,9 +8,9 @@ from typing import NamedTuple
 
 import numpy as np
 
+from parc_jax.base.climb import Ranked, climb, ranked
 from parc_jax.claim.claim import stand_in
 from parc_jax.claim.tube import Tube
-from parc_jax.climb import Ranked, climb, ranked
 from parc_jax.model import TrajectoryModel
 from parc_jax.sets.box import Box
 from parc_jax.verdict.pointwise import anchor, paths_of, verdicts

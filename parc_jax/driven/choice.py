@@ -8,6 +8,7 @@ from typing import Any
 import jax
 import numpy as np
 
+from parc_jax.base.spelling import rounded_down, rounded_up
 from parc_jax.claim.counts import as_probability
 from parc_jax.claim.risk import NoStatement, Risk, Uniform
 from parc_jax.driven.local_model import Local, local_model, tried_first
@@ -20,7 +21,6 @@ from parc_jax.errors import InputError, expected
 from parc_jax.model import TrajectoryModel
 from parc_jax.robust.question import Question
 from parc_jax.sentences import about_pose
-from parc_jax.spelling import rounded_down, rounded_up
 from parc_jax.system import check_system
 from parc_jax.verdict.near import whole_scene
 from parc_jax.verdict.outline import require_same

@@ -6,6 +6,8 @@ from fractions import Fraction
 import jax
 import numpy as np
 
+from parc_jax.base.keys import Stage, stream
+from parc_jax.base.options import part_of
 from parc_jax.claim.asked import BoundSettings, Sizing
 from parc_jax.claim.claim import ErrorClaim, stand_in
 from parc_jax.claim.declared import assumed_claim
@@ -15,11 +17,9 @@ from parc_jax.claim.tube import Tube
 from parc_jax.driven.almost import nearly_safe
 from parc_jax.driven.local_runs import LocalRuns
 from parc_jax.errors import InputError
-from parc_jax.keys import Stage, stream
 from parc_jax.model import TrajectoryModel, trajectory_model
 from parc_jax.network.fit import Training, fit
 from parc_jax.network.tail import fit_tail
-from parc_jax.options import part_of
 from parc_jax.problem import ReachAvoid
 from parc_jax.rollout.batch import RolloutBatch
 from parc_jax.sets.box import Box

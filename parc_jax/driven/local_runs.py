@@ -6,8 +6,8 @@ from dataclasses import dataclass, replace
 import jax
 import jax.numpy as jnp
 
+from parc_jax.base.keys import Stage
 from parc_jax.claim.runs import Runs
-from parc_jax.keys import Stage
 from parc_jax.rollout.batch import RolloutBatch, concatenate
 from parc_jax.rollout.collect import stream_rollouts
 from parc_jax.rollout.law import BOX, law_of, law_spec

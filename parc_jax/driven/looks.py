@@ -10,12 +10,12 @@ from typing import NamedTuple
 import jax
 import numpy as np
 
-from parc_jax.arrays import content_hash
+from parc_jax.base.arrays import content_hash
+from parc_jax.base.keys import Stage, stream
+from parc_jax.base.options import check_count
+from parc_jax.base.spelling import rounded_up
 from parc_jax.claim.counts import as_probability
 from parc_jax.errors import InputError
-from parc_jax.keys import Stage, stream
-from parc_jax.options import check_count
-from parc_jax.spelling import rounded_up
 
 DELTA = Fraction(1, 1000)  # of all looks together, where nobody says another
 

@@ -6,12 +6,12 @@ from typing import Any
 
 import numpy as np
 
+from parc_jax.base.spelling import rounded_down, rounded_up
 from parc_jax.claim.risk import NoStatement, Risk, Uniform
 from parc_jax.driven.looks import Look
 from parc_jax.driven.narrowing import Narrowing
 from parc_jax.driven.safe_box import SafeBox
 from parc_jax.model import TrajectoryModel
-from parc_jax.spelling import rounded_down, rounded_up
 
 NARROWER = 1.05  # [1] a tube that is less than this much narrower is not called so
 

@@ -12,11 +12,11 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
-from parc_jax.arrays import map_rows
+from parc_jax.base.arrays import map_rows
+from parc_jax.base.climb import Ranked, climb
+from parc_jax.base.keys import Stage
 from parc_jax.claim.error_set import ErrorBox
-from parc_jax.climb import Ranked, climb
 from parc_jax.driven.safe_box import box_around
-from parc_jax.keys import Stage
 from parc_jax.network.predict import moved_to
 from parc_jax.rollout.batch import RolloutBatch, concatenate
 from parc_jax.rollout.collect import stream_rollouts

@@ -14,6 +14,8 @@ from typing import Any, NamedTuple
 import jax
 import numpy as np
 
+from parc_jax.base.keys import Stage, generator, stream
+from parc_jax.base.spelling import counted
 from parc_jax.driven.almost import judged, nearly_safe, spread_out
 from parc_jax.driven.choice import Choice
 from parc_jax.driven.local_model import Local, best_claimed, tried_first
@@ -23,12 +25,10 @@ from parc_jax.driven.near import Near
 from parc_jax.driven.probe import Aim, Probe, inside, probes
 from parc_jax.driven.safe_box import box_around, safe_box, share_of
 from parc_jax.errors import InputError
-from parc_jax.keys import Stage, generator, stream
 from parc_jax.methods import Exact
 from parc_jax.robust.question import Question
 from parc_jax.sets.box import Box
 from parc_jax.settings import Settings
-from parc_jax.spelling import counted
 from parc_jax.verdict.pointwise import paths_of
 from parc_jax.verdict.scene import laid_out, scene_of
 

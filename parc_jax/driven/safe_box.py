@@ -5,12 +5,12 @@ from fractions import Fraction
 
 import numpy as np
 
+from parc_jax.base.spelling import hex_text
 from parc_jax.certificate.prove import proves_box
 from parc_jax.certificate.write import corridor_part
 from parc_jax.cover.sampling import points
 from parc_jax.cover.search import cover_around
 from parc_jax.sets.box import Box
-from parc_jax.spelling import hex_text
 from parc_jax.verdict.near import whole_scene
 from parc_jax.verdict.pointwise import verdicts
 from parc_jax.verdict.scene import Scene

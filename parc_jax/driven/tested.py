@@ -6,11 +6,11 @@ from fractions import Fraction
 import jax
 import numpy as np
 
+from parc_jax.base.keys import Stage
+from parc_jax.base.spelling import rounded_down, rounded_up
 from parc_jax.claim.counts import clopper_pearson, required_runs
 from parc_jax.driven.looks import Look, fresh_key
-from parc_jax.keys import Stage
 from parc_jax.rollout.collect import stream_rollouts
-from parc_jax.spelling import rounded_down, rounded_up
 from parc_jax.verdict.outcomes import outcomes
 from parc_jax.verdict.scene import Scene
 

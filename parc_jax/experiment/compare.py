@@ -2,10 +2,10 @@
 
 import jax
 
+from parc_jax.base.keys import Stage, generator, stream
 from parc_jax.cover.sampling import draw
 from parc_jax.experiment.learn import NetworkModels, final_error
 from parc_jax.experiment.numbers import eps_of
-from parc_jax.keys import Stage, generator, stream
 from parc_jax.model import TrajectoryModel
 from parc_jax.problem import ReachAvoid
 from parc_jax.pwa import enumerate_regions

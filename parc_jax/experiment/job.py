@@ -12,6 +12,8 @@ import jax
 import numpy as np
 
 from parc_jax.answer.answer import Answer
+from parc_jax.base.keys import key_of
+from parc_jax.base.options import part_of
 from parc_jax.experiment.compare import compare
 from parc_jax.experiment.driven import drive
 from parc_jax.experiment.learn import Learned, final_error, learn
@@ -19,9 +21,7 @@ from parc_jax.experiment.numbers import facts_of
 from parc_jax.experiment.replay import Replay, replay, tally
 from parc_jax.experiment.settings import Study
 from parc_jax.experiment.stopwatch import Stopwatch
-from parc_jax.keys import key_of
 from parc_jax.model import TrajectoryModel
-from parc_jax.options import part_of
 from parc_jax.planner import Planner
 from parc_jax.problem import ReachAvoid
 from parc_jax.pwa import RegionTable, enumerate_regions

@@ -8,15 +8,15 @@ from typing import NamedTuple
 import jax
 import numpy as np
 
+from parc_jax.base.distributed import broadcast, gather, shared
+from parc_jax.base.keys import Stage, stream
 from parc_jax.claim.claim import on_bins
 from parc_jax.claim.declared import assumed_claim
 from parc_jax.claim.pipeline import advice, bound_errors, runs_ahead
 from parc_jax.claim.runs import RecordedRuns, Runs, SystemRuns
 from parc_jax.claim.start_gap import StartTrial, try_starts
-from parc_jax.distributed import broadcast, gather, shared
 from parc_jax.experiment.settings import Learning, name_of
 from parc_jax.experiment.stopwatch import Stopwatch
-from parc_jax.keys import Stage, stream
 from parc_jax.model import TrajectoryModel, trajectory_model
 from parc_jax.network.fit import fit
 from parc_jax.network.relu import ReLUNetwork

@@ -3,11 +3,11 @@
 import numpy as np
 
 from parc_jax.answer.answer import Answer
+from parc_jax.base.spelling import rounded_down, rounded_up
 from parc_jax.claim.claim import ErrorClaim
 from parc_jax.cover.sampling import FEW
 from parc_jax.labels import name_of, unit_of
 from parc_jax.model import TrajectoryModel
-from parc_jax.spelling import rounded_down, rounded_up
 
 
 def eps_of(claim: ErrorClaim) -> str | None:

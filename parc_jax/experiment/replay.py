@@ -9,10 +9,10 @@ from typing import NamedTuple
 import jax
 import numpy as np
 
+from parc_jax.base.keys import Stage
 from parc_jax.claim.counts import clopper_pearson
 from parc_jax.claim.monitor import inside_tube
 from parc_jax.errors import InputError, SoundnessError
-from parc_jax.keys import Stage
 from parc_jax.model import TrajectoryModel
 from parc_jax.rollout.batch import RolloutBatch
 from parc_jax.rollout.collect import collect

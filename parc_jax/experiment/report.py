@@ -1,9 +1,9 @@
 """The one honest table a study prints."""
 
+from parc_jax.base.spelling import rounded_down, rounded_up
 from parc_jax.experiment.compare import kept_share
 from parc_jax.experiment.job import Outcome
 from parc_jax.experiment.numbers import eps_of, spread, table_of
-from parc_jax.spelling import rounded_down, rounded_up
 
 
 def report(outcome: Outcome) -> str:

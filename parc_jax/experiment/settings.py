@@ -3,10 +3,10 @@
 from dataclasses import dataclass
 from typing import Literal
 
+from parc_jax.base.options import check_count
 from parc_jax.claim.asked import BoundSettings
 from parc_jax.claim.counts import MOST
 from parc_jax.network.fit import Training
-from parc_jax.options import check_count
 from parc_jax.settings import Effort
 
 

@@ -5,6 +5,8 @@ import json
 import numpy as np
 
 from parc_jax.answer.answer import Answer
+from parc_jax.base.spelling import hex_floats, hex_text, nearest_floats
+from parc_jax.base.status import Ended
 from parc_jax.body import Body, Disc, Part, Polygon, body_of
 from parc_jax.certificate.write import FORMAT, by_pair
 from parc_jax.checker import Rejected, check_answer, load, number
@@ -30,8 +32,6 @@ from parc_jax.robust.question import Plain, Question
 from parc_jax.robust.withstood import withstood_of_json
 from parc_jax.sets.box import box
 from parc_jax.sets.hpolytope import HPolytope, hpolytope
-from parc_jax.spelling import hex_floats, hex_text, nearest_floats
-from parc_jax.status import Ended
 from parc_jax.verdict.hopeless import why_none
 from parc_jax.verdict.near import near_scene
 from parc_jax.verdict.pointwise import verdicts

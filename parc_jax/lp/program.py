@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from parc_jax.arrays import as_float64
+from parc_jax.base.arrays import as_float64
 from parc_jax.errors import InputError
 
 

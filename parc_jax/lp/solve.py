@@ -4,12 +4,12 @@ verdict.
 
 import numpy as np
 
+from parc_jax.base.tolerances import TOLERANCES
 from parc_jax.lp.clarabel_hint import Hint, clarabel_hint
 from parc_jax.lp.exact import exact_dual_bound, round_down
 from parc_jax.lp.program import LinearProgram, linear_program
 from parc_jax.lp.status import LPResult, LPStatus
 from parc_jax.lp.witness import dual_bound, row_bounds, violation
-from parc_jax.tolerances import TOLERANCES
 
 
 def solve(c, A, b, E=None, f=None, lo=None, hi=None) -> LPResult:

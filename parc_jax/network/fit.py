@@ -4,9 +4,9 @@ from dataclasses import dataclass
 
 import jax
 
+from parc_jax.base.options import Options, check_count
 from parc_jax.errors import InputError
 from parc_jax.network.relu import ReLUNetwork
-from parc_jax.options import Options, check_count
 
 
 @dataclass(frozen=True)

@@ -4,7 +4,7 @@ K.
 
 import numpy as np
 
-from parc_jax.arrays import as_float64
+from parc_jax.base.arrays import as_float64
 from parc_jax.errors import InputError
 from parc_jax.network.relu import ReLUNetwork, relu_network
 

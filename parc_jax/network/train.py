@@ -16,8 +16,8 @@ import jax.numpy as jnp
 import numpy as np
 import optax
 
+from parc_jax.base.keys import Stage, stream
 from parc_jax.errors import InputError
-from parc_jax.keys import Stage, stream
 from parc_jax.network.fold import Normalisation, fold
 from parc_jax.network.predict import features, layout_of, outputs
 from parc_jax.network.relu import ReLUNetwork

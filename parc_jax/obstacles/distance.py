@@ -12,7 +12,7 @@ gives.
 import jax
 import jax.numpy as jnp
 
-from parc_jax.arrays import dot
+from parc_jax.base.arrays import dot
 
 STEPS = {2: 10, 3: 14}  # by dimension: two more than any of thousands of random pairs needed
 LOOKS = {2: 4, 3: 6}  # the same, of the test for contact

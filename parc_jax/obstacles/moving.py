@@ -4,7 +4,7 @@ from fractions import Fraction
 
 import numpy as np
 
-from parc_jax.arrays import as_float64
+from parc_jax.base.arrays import as_float64
 from parc_jax.errors import InputError
 from parc_jax.lp.exact import round_up
 from parc_jax.sets.box import Box

@@ -13,7 +13,7 @@ import jax.numpy as jnp
 import numpy as np
 from flax import struct
 
-from parc_jax.arrays import dot, x64
+from parc_jax.base.arrays import dot, x64
 from parc_jax.body import Disc, Polygon, numbered
 from parc_jax.claim.error_set import ErrorSet, at
 from parc_jax.network.predict import Layout, by_point

@@ -5,9 +5,9 @@ from itertools import combinations
 
 import numpy as np
 
+from parc_jax.base.spelling import counted
 from parc_jax.errors import InputError
 from parc_jax.plot import shapes, style
-from parc_jax.spelling import counted
 
 COLUMNS = 3
 FILL, OUTLINE = "#BBDDF2", 0.8  # colour, width [points] of the line around the union

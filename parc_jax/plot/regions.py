@@ -4,6 +4,8 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from parc_jax.base.spelling import counted
+from parc_jax.base.status import OfRegion
 from parc_jax.errors import InputError
 from parc_jax.lp.status import LPStatus
 from parc_jax.plot import shapes, style
@@ -11,8 +13,6 @@ from parc_jax.pwa.table import RegionTable
 from parc_jax.sets.box import Box
 from parc_jax.sets.chebyshev import chebyshev_center
 from parc_jax.sets.hpolytope import HPolytope
-from parc_jax.spelling import counted
-from parc_jax.status import OfRegion
 
 COLORS = ("#8CC8EC", style.ORANGE, "#D9D9D9")  # as OfRegion
 

@@ -5,7 +5,7 @@ from collections.abc import Sequence
 import jax
 import numpy as np
 
-from parc_jax.arrays import x64
+from parc_jax.base.arrays import x64
 from parc_jax.checker import number
 from parc_jax.claim.error_set import ErrorBox
 from parc_jax.errors import InputError

@@ -11,7 +11,7 @@ import jax.numpy as jnp
 import numpy as np
 from flax import struct
 
-from parc_jax.arrays import x64
+from parc_jax.base.arrays import x64
 from parc_jax.published.cells import Cell
 from parc_jax.published.gift_wrap import hull_normals
 from parc_jax.published.grown_polytopes import GrownPolytopes

@@ -9,6 +9,7 @@ from itertools import product
 import numpy as np
 from flax import struct
 
+from parc_jax.base.tolerances import TOLERANCES
 from parc_jax.claim.tube import Tube
 from parc_jax.errors import InputError
 from parc_jax.published.sets.clip import clip_to_box
@@ -16,7 +17,6 @@ from parc_jax.published.sets.volume import volume
 from parc_jax.pwa.table import RegionTable
 from parc_jax.sets.box import Box
 from parc_jax.sets.hpolytope import HPolytope, from_box
-from parc_jax.tolerances import TOLERANCES
 
 # [share of the region's volume] smaller cells are left out: no samples from them, no claim
 _SLIVER = 1e-9

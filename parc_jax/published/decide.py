@@ -13,12 +13,12 @@ from typing import NamedTuple
 
 import numpy as np
 
+from parc_jax.base.tolerances import TOLERANCES
 from parc_jax.lp.status import LPStatus
 from parc_jax.lp.witness import gamma, row_bounds
 from parc_jax.published.cells import Cell
 from parc_jax.sets.box import Box
 from parc_jax.sets.hpolytope import HPolytope
-from parc_jax.tolerances import TOLERANCES
 
 # of the common range of an end coordinate: where parameters are tried
 _SHARES = np.array([0.1, 0.3, 0.5, 0.7, 0.9])

@@ -8,13 +8,13 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
-from parc_jax.arrays import as_float64, slices, x64
+from parc_jax.base.arrays import as_float64, slices, x64
+from parc_jax.base.tolerances import TOLERANCES
 from parc_jax.errors import InputError
 from parc_jax.lp.interior import interior_point
 from parc_jax.lp.solve import solve
 from parc_jax.lp.status import LPStatus
 from parc_jax.lp.witness import dual_bound, proves_empty, row_bounds, violation
-from parc_jax.tolerances import TOLERANCES
 
 MAX_N = 10
 _CHUNK = 1024  # most programs per compiled call: the working set stays in cache

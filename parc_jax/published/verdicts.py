@@ -4,6 +4,7 @@ reach.
 
 import numpy as np
 
+from parc_jax.base.status import OfRegion
 from parc_jax.errors import InputError
 from parc_jax.lp.status import LPStatus
 from parc_jax.published.brs import reach_sets
@@ -11,7 +12,6 @@ from parc_jax.published.cells import cells_of, stack
 from parc_jax.published.sets.pontryagin import shrink
 from parc_jax.pwa.table import RegionTable
 from parc_jax.sets.bounding_box import bounding_box
-from parc_jax.status import OfRegion
 
 
 def region_verdicts(answer, table: RegionTable) -> np.ndarray:

@@ -10,7 +10,7 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from parc_jax.arrays import slices
+from parc_jax.base.arrays import slices
 from parc_jax.pwa.storage import CHUNK, NUMBER, Growable, Ragged, row_chunks, row_positions, unpack
 
 

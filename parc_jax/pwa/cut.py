@@ -12,7 +12,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from parc_jax.arrays import slices
+from parc_jax.base.arrays import slices
 from parc_jax.errors import SoundnessError
 from parc_jax.pwa.complex import Complex, Level, Sign
 from parc_jax.pwa.cut_edges import (

@@ -4,7 +4,7 @@ the table.
 
 import numpy as np
 
-from parc_jax.arrays import slices
+from parc_jax.base.arrays import slices
 from parc_jax.errors import SoundnessError
 from parc_jax.pwa.complex import Sign
 from parc_jax.pwa.exact import ExactNetwork

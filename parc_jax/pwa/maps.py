@@ -9,7 +9,7 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from parc_jax.arrays import slices
+from parc_jax.base.arrays import slices
 
 CHUNK_BYTES = 8 << 20  # working set of one chunk of regions
 

@@ -12,7 +12,7 @@ from collections.abc import Iterator
 import numpy as np
 from flax import struct
 
-from parc_jax.arrays import as_float64
+from parc_jax.base.arrays import as_float64
 from parc_jax.errors import InputError
 from parc_jax.pwa.domain import interior_point, unit_problem
 from parc_jax.pwa.exact import ExactNetwork

@@ -7,7 +7,7 @@ import math
 import numpy as np
 from flax import struct
 
-from parc_jax.arrays import slices
+from parc_jax.base.arrays import slices
 from parc_jax.errors import SoundnessError
 from parc_jax.pwa.rounding import SAFETY, forward_error
 from parc_jax.pwa.storage import hash_words, unpack

@@ -20,7 +20,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from parc_jax.arrays import slices
+from parc_jax.base.arrays import slices
 from parc_jax.pwa.maps import last_gradients
 
 U = 2.0**-53  # unit roundoff

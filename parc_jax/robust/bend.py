@@ -10,7 +10,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from parc_jax.arrays import slices
+from parc_jax.base.arrays import slices
 from parc_jax.network.relu import ReLUNetwork
 
 ROUNDING = 2.0**-40  # of every bound here, far more than the rounding of float64 sums

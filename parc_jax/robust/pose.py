@@ -10,7 +10,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from parc_jax.arrays import as_float64
+from parc_jax.base.arrays import as_float64
 from parc_jax.body import Polygon
 from parc_jax.errors import InputError
 from parc_jax.model import TrajectoryModel

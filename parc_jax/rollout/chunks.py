@@ -14,7 +14,7 @@ from pathlib import Path
 import jax
 import numpy as np
 
-from parc_jax.distributed import gather_arrays, rank_and_size
+from parc_jax.base.distributed import gather_arrays, rank_and_size
 from parc_jax.errors import InputError
 from parc_jax.rollout.files import read_npz, write_atomic, write_npz
 from parc_jax.rollout.resume import refuse_other_work

@@ -4,8 +4,8 @@ from typing import NamedTuple
 
 import numpy as np
 
+from parc_jax.base.tolerances import TOLERANCES
 from parc_jax.rollout.batch import RolloutBatch
-from parc_jax.tolerances import TOLERANCES
 
 _TIMES = 8  # records of a run that are compared
 # With two independent uniform draws per pair, more pairs than these have at most this probability

@@ -14,9 +14,9 @@ from typing import NamedTuple
 import jax
 import numpy as np
 
+from parc_jax.base.spelling import hex_text
 from parc_jax.rollout.law import law_of
 from parc_jax.rollout.user_code import is_own
-from parc_jax.spelling import hex_text
 from parc_jax.system import check_system, points_of
 
 # how fast it runs and what its numbers are called, not what it is

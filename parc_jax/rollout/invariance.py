@@ -9,9 +9,9 @@ import jax.numpy as jnp
 import numpy as np
 import numpy.typing as npt
 
-from parc_jax.arrays import difference, x64
+from parc_jax.base.arrays import difference, x64
+from parc_jax.base.keys import Stage
 from parc_jax.errors import InputError
-from parc_jax.keys import Stage
 from parc_jax.rollout.simulate import simulator
 from parc_jax.rollout.user_code import blamed
 from parc_jax.system import TURNS, Trajectory, rotation_of

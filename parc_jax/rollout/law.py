@@ -5,9 +5,9 @@ import json
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass, is_dataclass
 
+from parc_jax.base.spelling import hex_text
 from parc_jax.rollout.user_code import blamed
 from parc_jax.sets.box import Box
-from parc_jax.spelling import hex_text
 
 # parameter of a law whose k are drawn from a small box inside K, which sentences call N
 BOX = "box of k"

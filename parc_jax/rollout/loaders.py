@@ -6,7 +6,7 @@ from pathlib import Path
 
 import numpy as np
 
-from parc_jax.arrays import real
+from parc_jax.base.arrays import real
 from parc_jax.errors import InputError
 from parc_jax.labels import Labels
 from parc_jax.rollout.batch import RolloutBatch, require_finite_k, rollout_batch

@@ -13,8 +13,8 @@ from concurrent.futures.process import BrokenProcessPool
 import jax
 import numpy as np
 
+from parc_jax.base.keys import key_data
 from parc_jax.errors import InputError
-from parc_jax.keys import key_data
 from parc_jax.rollout.python_worker import Call, run_many, run_one
 from parc_jax.sets.box import Box
 from parc_jax.system import ONE_POINT, TimeGrid, Trajectory, check_points

@@ -5,11 +5,11 @@ from pathlib import Path
 
 import numpy as np
 
+from parc_jax.base.spelling import hex_text
+from parc_jax.base.tolerances import TOLERANCES
 from parc_jax.errors import InputError
 from parc_jax.rollout.batch import RolloutBatch
 from parc_jax.rollout.files import read_npz, rollouts_from_npz
-from parc_jax.spelling import hex_text
-from parc_jax.tolerances import TOLERANCES
 
 
 def require_same_runs(where, stored: dict, again: dict, dtype) -> None:

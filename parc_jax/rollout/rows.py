@@ -2,9 +2,9 @@
 
 import numpy as np
 
-from parc_jax.distributed import gather
+from parc_jax.base.distributed import gather
+from parc_jax.base.keys import Stage, key_data
 from parc_jax.errors import InputError
-from parc_jax.keys import Stage, key_data
 from parc_jax.rollout.chunks import ChunkStore, default_chunk, worker_devices
 from parc_jax.rollout.resume import require_same_runs
 from parc_jax.rollout.simulate import is_traceable, simulator

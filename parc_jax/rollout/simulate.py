@@ -9,9 +9,9 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
-from parc_jax.arrays import x64
+from parc_jax.base.arrays import x64
+from parc_jax.base.keys import Stage, row_keys, stream
 from parc_jax.errors import InputError
-from parc_jax.keys import Stage, row_keys, stream
 from parc_jax.rollout.identity import content_of
 from parc_jax.rollout.user_code import blamed
 from parc_jax.system import Trajectory, check_system, points_of

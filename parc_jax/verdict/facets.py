@@ -14,7 +14,7 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
-from parc_jax.arrays import once, x64
+from parc_jax.base.arrays import once, x64
 from parc_jax.claim.error_set import ErrorBox, ErrorTemplate
 from parc_jax.claim.tube import Tube
 from parc_jax.verdict.scene import Scene

@@ -4,7 +4,7 @@ and cost nothing after that. [T11, T14]
 
 import numpy as np
 
-from parc_jax.arrays import once
+from parc_jax.base.arrays import once
 from parc_jax.body import numbered
 from parc_jax.claim.error_set import at
 from parc_jax.obstacles.apart import Apart, Extent, apart, extent_of, spans_of

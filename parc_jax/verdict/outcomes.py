@@ -7,7 +7,7 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
-from parc_jax.arrays import dot, map_rows, slices
+from parc_jax.base.arrays import dot, map_rows, slices
 from parc_jax.claim.error_set import ErrorBox, at
 from parc_jax.network.predict import moved_to
 from parc_jax.obstacles.pairs import Pairs

@@ -12,7 +12,7 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
-from parc_jax.arrays import map_rows
+from parc_jax.base.arrays import map_rows
 from parc_jax.claim.bins import open_bin_of
 from parc_jax.claim.error_set import ErrorSet
 from parc_jax.claim.tube import Tube

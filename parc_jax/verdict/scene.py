@@ -6,7 +6,7 @@ from collections.abc import Sequence
 import numpy as np
 from flax import struct
 
-from parc_jax.arrays import as_float64, once
+from parc_jax.base.arrays import as_float64, once
 from parc_jax.body import Body
 from parc_jax.claim.error_set import ErrorBox, at
 from parc_jax.errors import InputError

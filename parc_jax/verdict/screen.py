@@ -14,7 +14,7 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
-from parc_jax.arrays import map_rows, once, x64
+from parc_jax.base.arrays import map_rows, once, x64
 from parc_jax.claim.error_set import ErrorBox, at
 from parc_jax.claim.tube import Tube
 from parc_jax.model import TrajectoryModel

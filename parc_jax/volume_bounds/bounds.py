@@ -14,7 +14,7 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
-from parc_jax.arrays import dot
+from parc_jax.base.arrays import dot
 from parc_jax.claim.error_set import ErrorSet
 from parc_jax.network.predict import HIGHEST, Layout, by_point, predict
 from parc_jax.volume_bounds.contact_margins import (

@@ -8,9 +8,9 @@ from typing import NamedTuple
 
 import numpy as np
 
+from parc_jax.base.tolerances import TOLERANCES
 from parc_jax.cover.sampling import ends_from
 from parc_jax.pwa.domain import MAX_DIMENSION
-from parc_jax.tolerances import TOLERANCES
 from parc_jax.verdict.pointwise import verdicts
 from parc_jax.verdict.scene import Scene
 from parc_jax.volume_bounds.bin_errors import bin_errors

@@ -13,7 +13,7 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
-from parc_jax.arrays import dot
+from parc_jax.base.arrays import dot
 from parc_jax.claim.error_set import ErrorSet
 from parc_jax.claim.error_set import at as errors_at
 from parc_jax.lp.interior import interior_point

@@ -9,7 +9,7 @@ from typing import NamedTuple
 import jax
 import numpy as np
 
-from parc_jax.arrays import x64
+from parc_jax.base.arrays import x64
 from parc_jax.errors import BudgetError
 from parc_jax.pwa.domain import MAX_DIMENSION
 from parc_jax.pwa.subdivide import enumerate_regions

@@ -7,12 +7,12 @@ from fractions import Fraction
 
 import numpy as np
 
+from parc_jax.base.spelling import fraction_text, hex_text
 from parc_jax.errors import InputError
 from parc_jax.lp.exact import round_up
 from parc_jax.lp.rational import Basis
 from parc_jax.model import TrajectoryModel
 from parc_jax.problem import ReachAvoid
-from parc_jax.spelling import fraction_text, hex_text
 from parc_jax.volume_bounds.bin_errors import BinErrors, bin_errors
 
 MOST_COMBINATIONS = 50_000  # bases of goal rows tried per face

@@ -14,14 +14,14 @@ from typing import NamedTuple
 import numpy as np
 
 from parc_jax import checker
+from parc_jax.base.spelling import decimal_text, rounded_down, rounded_up
+from parc_jax.base.status import Ended
 from parc_jax.certificate.write import question_parts
 from parc_jax.cover.limit import Limit
 from parc_jax.errors import InputError
 from parc_jax.model import TrajectoryModel
 from parc_jax.pwa.domain import MAX_DIMENSION
 from parc_jax.robust.withstood import Withstood
-from parc_jax.spelling import decimal_text, rounded_down, rounded_up
-from parc_jax.status import Ended
 from parc_jax.verdict.hopeless import Why, why_none
 from parc_jax.verdict.scene import Scene
 from parc_jax.volume_bounds.branch_and_bound import BranchAndBound, Found

@@ -6,11 +6,11 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
-from parc_jax.arrays import slices, x64
+from parc_jax.base.arrays import slices, x64
+from parc_jax.base.tolerances import TOLERANCES
 from parc_jax.certificate.write import separation_part
 from parc_jax.network.predict import HIGHEST, Layout, by_point
 from parc_jax.obstacles.runs import longest_lasting, merged_runs
-from parc_jax.tolerances import TOLERANCES
 from parc_jax.verdict.scene import Scene
 from parc_jax.volume_bounds.bin_errors import BinErrors
 from parc_jax.volume_bounds.bounds import offsets_from_end

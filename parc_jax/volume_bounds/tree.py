@@ -4,9 +4,9 @@ from fractions import Fraction
 
 import numpy as np
 
+from parc_jax.base.spelling import hex_text
+from parc_jax.base.tolerances import TOLERANCES
 from parc_jax.claim.tube import Tube
-from parc_jax.spelling import hex_text
-from parc_jax.tolerances import TOLERANCES
 
 UNSAFE = ("goal", "start", "hit")
 # a side of k is split before a side of z of equal effect: boxes that share k share their proof's

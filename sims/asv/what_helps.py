@@ -12,6 +12,7 @@ from dataclasses import replace
 import jax
 import numpy as np
 
+from parc_jax.base.keys import Stage
 from parc_jax.claim.asked import CLAIMS
 from parc_jax.claim.pipeline import bound_errors
 from parc_jax.claim.runs import HeldRuns
@@ -19,7 +20,6 @@ from parc_jax.claim.start_gap import try_starts
 from parc_jax.experiment.compare import safe_volume
 from parc_jax.experiment.learn import networks
 from parc_jax.experiment.settings import Study
-from parc_jax.keys import Stage
 from parc_jax.model import trajectory_model
 from parc_jax.network.relu import ReLUNetwork
 from parc_jax.pwa import enumerate_regions

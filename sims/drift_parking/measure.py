@@ -10,7 +10,7 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
-from parc_jax.arrays import x64
+from parc_jax.base.arrays import x64
 from parc_jax.rollout.collect import collect
 from parc_jax.rollout.simulate import jitted_rollouts
 from sims.drift_parking.system import system

@@ -53,7 +53,7 @@ class DriftParking:
         if k.dtype != jnp.float64:
             raise InputError(
                 f"drift_parking: expected float64 k; got {k.dtype}. Call inside "
-                "parc_jax.arrays.x64()."
+                "parc_jax.base.arrays.x64()."
             )
         return simulate(self.plant, k)
 

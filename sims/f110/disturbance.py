@@ -7,7 +7,7 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
-from parc_jax.arrays import x64
+from parc_jax.base.arrays import x64
 from parc_jax.errors import InputError
 
 BLOCK = 32  # runs drawn at a time: one compiled program for batches of any size

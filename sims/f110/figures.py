@@ -7,8 +7,8 @@ from pathlib import Path
 import jax
 import numpy as np
 
+from parc_jax.base.keys import Stage
 from parc_jax.claim.measure import measure
-from parc_jax.keys import Stage
 from parc_jax.network.predict import by_point
 from parc_jax.plot import shapes, style
 from parc_jax.plot.predict import predicted

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from toy_bodies import points_model, points_problem
 
-from parc_jax.arrays import x64
+from parc_jax.base.arrays import x64
 from parc_jax.batch.estimate import Taken, estimate_clearance, estimate_roughly, fan_table
 from parc_jax.network.predict import moved_to, trajectories
 from parc_jax.verdict.pointwise import clearance

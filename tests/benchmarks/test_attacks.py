@@ -23,12 +23,12 @@ from benchmarks.attacks.jump_plant import (
     truth_of_recordings,
 )
 from benchmarks.attacks.promises import PROMISES, Promise
+from parc_jax.base.keys import Stage
 from parc_jax.claim.faces import faces
 from parc_jax.claim.monitor import inside_tube
 from parc_jax.claim.pipeline import learn_profiles
 from parc_jax.claim.profile import training_profile
 from parc_jax.claim.tube import fitted_tube
-from parc_jax.keys import Stage
 from parc_jax.rollout.collect import collect
 
 KEY = jax.random.PRNGKey(3)

@@ -15,7 +15,7 @@ import pytest
 from exact_cells import cells, context, random_layers
 
 from parc_jax import checker
-from parc_jax.arrays import x64
+from parc_jax.base.arrays import x64
 from parc_jax.checker.bounds import LINE_BITS, OverBox, line
 from parc_jax.volume_bounds.ranges import ranges_of_rows
 

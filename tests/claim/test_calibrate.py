@@ -9,6 +9,7 @@ import pytest
 from scored import score_system
 from synthetic_plants import failing, noisy, plant, straight_network
 
+from parc_jax.base.keys import Stage
 from parc_jax.claim.by_bin import bin_shares, block_of_bins, calibrate_bins
 from parc_jax.claim.calibrate import calibrate
 from parc_jax.claim.counts import most_discards, supported_eps
@@ -23,7 +24,6 @@ from parc_jax.claim.score import score_batch
 from parc_jax.driven.local_model import Local
 from parc_jax.errors import InputError
 from parc_jax.experiment.settings import Study
-from parc_jax.keys import Stage
 from parc_jax.rollout import collect as rolling
 from parc_jax.rollout.batch import concatenate
 from parc_jax.rollout.collect import collect

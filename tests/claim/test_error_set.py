@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from scipy.optimize import linprog
 
-from parc_jax.arrays import x64
+from parc_jax.base.arrays import x64
 from parc_jax.claim.error_set import ErrorBox, template
 from parc_jax.errors import InputError
 

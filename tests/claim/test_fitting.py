@@ -10,6 +10,7 @@ from scored import score_system
 from synthetic_plants import failing, noisy, plant, straight, straight_network
 from turning_bar import Bar
 
+from parc_jax.base.keys import Stage
 from parc_jax.claim.bad_runs import enlarge, search_worst
 from parc_jax.claim.by_bin import calibrate_bins
 from parc_jax.claim.calibrate import calibrate, scaled
@@ -27,7 +28,6 @@ from parc_jax.claim.tube import fitted_tube, refined
 from parc_jax.claim.tube_file import tube_from_json, tube_to_json
 from parc_jax.claim.update import update
 from parc_jax.errors import InputError
-from parc_jax.keys import Stage
 from parc_jax.model import load, trajectory_model
 from parc_jax.network.predict import layout_of
 from parc_jax.network.relu import relu_network

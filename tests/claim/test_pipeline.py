@@ -7,13 +7,13 @@ import pytest
 from synthetic_plants import Plant, noisy, plant, straight, straight_network
 
 import parc_jax as pj
+from parc_jax.base.keys import Stage
 from parc_jax.claim.calibrate import calibrate
 from parc_jax.claim.claim import check_claim
 from parc_jax.claim.update import update
 from parc_jax.experiment.learn import learn, learn_recorded
 from parc_jax.experiment.settings import Study
 from parc_jax.experiment.stopwatch import Stopwatch
-from parc_jax.keys import Stage
 from parc_jax.rollout.collect import collect
 
 KEY = jax.random.PRNGKey(5)

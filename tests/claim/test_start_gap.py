@@ -12,6 +12,7 @@ from synthetic_plants import noisy, plant, straight_network
 from toy_models import line_model
 from turning_arc import Arc
 
+from parc_jax.base.keys import Stage
 from parc_jax.claim.calibrate import calibrate
 from parc_jax.claim.claim_file import claim_from_json
 from parc_jax.claim.measure import measure
@@ -23,7 +24,6 @@ from parc_jax.errors import InputError
 from parc_jax.experiment.learn import learn
 from parc_jax.experiment.settings import Study
 from parc_jax.experiment.stopwatch import Stopwatch
-from parc_jax.keys import Stage
 from parc_jax.rollout.collect import collect
 from parc_jax.system import TURNS, Trajectory
 

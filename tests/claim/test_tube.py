@@ -7,7 +7,7 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 
-from parc_jax.arrays import x64
+from parc_jax.base.arrays import x64
 from parc_jax.claim.tube import tube
 from parc_jax.errors import InputError
 

@@ -7,7 +7,7 @@ import pytest
 
 import parc_jax as pj
 from parc_jax import cli
-from parc_jax.arrays import as_float64
+from parc_jax.base.arrays import as_float64
 from parc_jax.errors import InputError
 from parc_jax.rollout.batch import rollout_batch
 from parc_jax.rollout.law import law_spec

@@ -7,7 +7,7 @@ import pytest
 from toy_bodies import points_model, points_problem
 from toy_models import toy_case
 
-from parc_jax.arrays import x64
+from parc_jax.base.arrays import x64
 from parc_jax.claim.error_set import ErrorBox, at
 from parc_jax.cover import build as building
 from parc_jax.cover import choose as choosing

@@ -10,7 +10,7 @@ from scipy.stats import ks_2samp
 from toy_bodies import points_model, points_problem
 from toy_models import line_model, random_polygon, rectangle, toy_case
 
-from parc_jax.arrays import x64
+from parc_jax.base.arrays import x64
 from parc_jax.cover import first as first_module
 from parc_jax.cover.first import MOST, first_draw, first_safe
 from parc_jax.cover.placed import placed

@@ -8,8 +8,8 @@ import pytest
 from scipy.stats import kstest
 from toy_models import line_model, toy_case
 
+from parc_jax.base.keys import generator
 from parc_jax.cover.sampling import EXPLORING, FIRST_DRAW, Sampler, cell_of, draw, groups
-from parc_jax.keys import generator
 from parc_jax.problem import reach_avoid
 from parc_jax.sets.box import box
 from parc_jax.verdict.pointwise import verdicts

@@ -11,12 +11,12 @@ import pytest
 from scipy.stats import binom
 from toy_models import line_model, toy_case
 
+from parc_jax.base.status import Status
 from parc_jax.cover.sampling import HOPELESS, draw
 from parc_jax.planner import Planner
 from parc_jax.problem import reach_avoid
 from parc_jax.sets.box import box
 from parc_jax.settings import Settings
-from parc_jax.status import Status
 from parc_jax.verdict.pointwise import verdicts
 
 MODEL, PROBLEM = toy_case(4)

@@ -12,13 +12,13 @@ import pytest
 from toy_models import line_model, toy_case
 
 import parc_jax as pj
+from parc_jax.base.status import Ended
 from parc_jax.cover import rare
 from parc_jax.cover.limit import Limit
 from parc_jax.cover.search import cover
 from parc_jax.io.answer_file import load_answer
 from parc_jax.robust.question import Plain
 from parc_jax.settings import CORRIDORS, LEAVES, LOOKS, work_of
-from parc_jax.status import Ended
 from parc_jax.verdict.near import near_scene
 
 KEY = jax.random.PRNGKey(3)

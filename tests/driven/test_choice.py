@@ -10,6 +10,7 @@ import pytest
 import toy_driven as toy
 from synthetic_plants import plant, straight
 
+from parc_jax.base.keys import Stage
 from parc_jax.claim.claim import derived
 from parc_jax.claim.counts import clopper_pearson, required_runs
 from parc_jax.claim.risk import NoStatement
@@ -17,7 +18,6 @@ from parc_jax.driven.local_model import Local
 from parc_jax.driven.local_runs import LocalRuns
 from parc_jax.driven.safe_box import box_around
 from parc_jax.errors import InputError
-from parc_jax.keys import Stage
 from parc_jax.sets.box import box
 
 pytestmark = pytest.mark.soundness

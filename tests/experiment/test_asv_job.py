@@ -9,10 +9,10 @@ import pytest
 
 import sims
 from parc_jax import checker
+from parc_jax.base.status import Status
 from parc_jax.cli.systems import build
 from parc_jax.experiment.figures import figures
 from parc_jax.experiment.job import run_study
-from parc_jax.status import Status
 from sims import asv, asv_published
 
 FEW = {

@@ -9,6 +9,7 @@ import pytest
 from toy_models import model_of
 
 from parc_jax import checker
+from parc_jax.base.status import OfRegion, Status
 from parc_jax.certificate.write import tube_part
 from parc_jax.claim.risk import Density, NoStatement
 from parc_jax.claim.tube import NO_CLAIM
@@ -22,7 +23,6 @@ from parc_jax.published.verdicts import region_verdicts
 from parc_jax.sets.box import box
 from parc_jax.sets.hpolytope import from_box
 from parc_jax.settings import Settings
-from parc_jax.status import OfRegion, Status
 from parc_jax.verdict.pointwise import verdicts
 from parc_jax.verdict.scene import scene_of
 

@@ -1,7 +1,7 @@
 """Scores of fresh runs, never more than a few chunks of them held."""
 
+from parc_jax.base.keys import Stage
 from parc_jax.claim.score import Scores, scores_of
-from parc_jax.keys import Stage
 from parc_jax.rollout.collect import stream_rollouts
 
 

@@ -9,8 +9,8 @@ import pytest
 from synthetic_plants import Plant, failing, plant, straight
 from turning_bar import Bar
 
+from parc_jax.base.keys import Stage
 from parc_jax.errors import InputError
-from parc_jax.keys import Stage
 from parc_jax.network.predict import layout_of, outputs, trajectories
 from parc_jax.network.train import train, train_report, training_arrays
 from parc_jax.rollout.collect import collect

@@ -10,7 +10,7 @@ import pytest
 from exact_hulls import corners_between, differences, squared_distance
 from scipy.optimize import nnls
 
-from parc_jax.arrays import x64
+from parc_jax.base.arrays import x64
 from parc_jax.claim.error_set import ErrorBox, template
 from parc_jax.obstacles import distance
 from parc_jax.obstacles.segment import separation as segment_separation

@@ -7,7 +7,7 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 
-from parc_jax.arrays import x64
+from parc_jax.base.arrays import x64
 from parc_jax.body import Part, Polygon, body_of, hull
 from parc_jax.claim.error_set import ErrorBox, at
 from parc_jax.errors import InputError

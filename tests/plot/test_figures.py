@@ -257,6 +257,6 @@ def test_the_second_panel_of_samples_only_where_it_shows_more(answer, tmp_path):
 
 
 def test_verdicts_are_in_words():
-    from parc_jax.status import OfRegion
+    from parc_jax.base.status import OfRegion
 
     assert not any("BRS" in word for word in (of.text for of in OfRegion))

@@ -13,8 +13,8 @@ import pytest
 from compilations import compiled_by
 from synthetic_plants import disturbed, failing, noisy, plant
 
+from parc_jax.base.keys import Stage
 from parc_jax.errors import InputError
-from parc_jax.keys import Stage
 from parc_jax.rollout import collect as collecting
 from parc_jax.rollout.batch import concatenate
 from parc_jax.rollout.chunks import default_chunk, run_chunks, worker_devices

@@ -10,9 +10,9 @@ from synthetic_plants import noisy, plant, straight_network
 from toy_system import STUDY
 
 import parc_jax as pj
+from parc_jax.base.keys import Stage
 from parc_jax.experiment.learn import forecast_of, learn
 from parc_jax.experiment.stopwatch import Stopwatch
-from parc_jax.keys import Stage
 from parc_jax.rollout.forecast import Forecast, Pace, spell
 
 KEY, NET = jax.random.PRNGKey(0), straight_network(4)

@@ -14,10 +14,10 @@ import pytest
 from synthetic_plants import straight_network
 
 import parc_jax as pj
+from parc_jax.base.keys import Stage
 from parc_jax.claim.monitor import inside_tube
 from parc_jax.claim.start_gap import try_starts
 from parc_jax.errors import InputError
-from parc_jax.keys import Stage
 from parc_jax.rollout.collect import stream_rollouts
 from parc_jax.rollout.identity import content_of, identity_of
 

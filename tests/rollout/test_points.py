@@ -14,8 +14,8 @@ from synthetic_plants import noisy, plant
 from turning_bar import LENGTH, Bar, Tail
 
 import parc_jax as pj
+from parc_jax.base.keys import Stage
 from parc_jax.errors import InputError
-from parc_jax.keys import Stage
 from parc_jax.rollout.batch import concatenate, rollout_batch
 from parc_jax.rollout.collect import collect
 from parc_jax.rollout.files import read_npz, save_rollouts, write_npz

@@ -6,11 +6,11 @@ import pytest
 from gap_model import HI, LO, arc_network, arc_tube, gap_problem
 from toy_models import model_of
 
+from parc_jax.base.status import Status
 from parc_jax.errors import InputError
 from parc_jax.planner import Planner
 from parc_jax.sets.box import box
 from parc_jax.settings import Settings
-from parc_jax.status import Status
 from parc_jax.verdict.pointwise import verdicts
 from parc_jax.verdict.scene import scene_of
 from sims.drift_parking.closing_in import ClosingIn, narrowest

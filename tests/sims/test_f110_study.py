@@ -13,10 +13,10 @@ import pytest
 from matplotlib.image import imread
 from scipy.stats import binomtest
 
+from parc_jax.base.keys import Stage
 from parc_jax.claim.measure import measure
 from parc_jax.cli import main
 from parc_jax.errors import InputError
-from parc_jax.keys import Stage
 from parc_jax.rollout.collect import collect
 from sims.f110.lesson import Fold, as_if_of, bins_for, fitted
 from sims.f110.rows import Row, interval, sentence, table

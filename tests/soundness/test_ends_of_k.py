@@ -16,6 +16,7 @@ from toy_models import line_model, model_of, uniform_tube
 
 import parc_jax
 from parc_jax import checker
+from parc_jax.base.spelling import hex_text
 from parc_jax.certificate.prove import prove
 from parc_jax.certificate.write import (
     network_part,
@@ -30,7 +31,6 @@ from parc_jax.plot.page_data import page_data
 from parc_jax.problem import reach_avoid
 from parc_jax.sets.box import box
 from parc_jax.settings import Settings
-from parc_jax.spelling import hex_text
 from parc_jax.verdict.pointwise import verdicts
 from parc_jax.verdict.scene import scene_of
 

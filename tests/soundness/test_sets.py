@@ -13,6 +13,7 @@ from scipy.stats import beta, binom, chi2
 from toy_models import model_of, toy_case
 
 from parc_jax import checker
+from parc_jax.base.status import Status
 from parc_jax.certificate.prove import prove
 from parc_jax.certificate.write import (
     network_part,
@@ -28,7 +29,6 @@ from parc_jax.cover.sampling import draw
 from parc_jax.network.relu import relu_network
 from parc_jax.planner import Planner
 from parc_jax.settings import Settings
-from parc_jax.status import Status
 from parc_jax.verdict.pointwise import anchor, verdicts
 from parc_jax.verdict.scene import scene_of
 

@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 from toy_bodies import points_model, points_problem
 
-from parc_jax.arrays import x64
+from parc_jax.base.arrays import x64
 from parc_jax.claim.error_set import at
 from parc_jax.network.predict import by_point
 from parc_jax.verdict.facets import facets_of

@@ -9,7 +9,7 @@ import pytest
 from toy_bodies import points_model, points_problem
 from toy_models import line_model, random_model, random_problem, toy_case
 
-from parc_jax.arrays import x64
+from parc_jax.base.arrays import x64
 from parc_jax.cover import sampling as drawing
 from parc_jax.cover.sampling import draw, near
 from parc_jax.obstacles import grown

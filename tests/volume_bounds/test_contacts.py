@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from scipy.optimize import linprog
 
-from parc_jax.arrays import x64
+from parc_jax.base.arrays import x64
 from parc_jax.body import Disc, Polygon, hull
 from parc_jax.checker import number
 from parc_jax.problem import reach_avoid

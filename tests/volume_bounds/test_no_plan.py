@@ -11,6 +11,7 @@ from toy_models import line_model, model_of, random_network, told
 
 from benchmarks.shaped import fitted
 from parc_jax import checker, methods
+from parc_jax.base.status import Status
 from parc_jax.body import Polygon
 from parc_jax.certificate.write import network_part, problem_part, tube_part
 from parc_jax.claim.faces import faces
@@ -22,7 +23,6 @@ from parc_jax.problem import reach_avoid
 from parc_jax.sets.box import box
 from parc_jax.sets.hpolytope import hpolytope
 from parc_jax.settings import Settings
-from parc_jax.status import Status
 from parc_jax.verdict.pointwise import verdicts
 from parc_jax.verdict.scene import no_end_fits, scene_of
 from parc_jax.volume_bounds.contact_errors import WithinWidths

@@ -4,7 +4,7 @@ import numpy as np
 from flax import struct
 from jaxtyping import Float
 
-from parc_jax.arrays import as_float64
+from parc_jax.base.arrays import as_float64
 from parc_jax.errors import InputError
 from parc_jax.lp.witness import row_bounds
 from parc_jax.sets.box import Box

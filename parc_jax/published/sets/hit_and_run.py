@@ -4,7 +4,7 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
-from parc_jax.arrays import x64
+from parc_jax.base.arrays import x64
 
 _INSIDE = 1e-9  # share of a chord kept free at both ends, so that rounding does not leave the set
 

@@ -5,6 +5,7 @@ points of H-polytopes: `HPolytope.contains`.)
 import numpy as np
 from jaxtyping import Float, Int
 
+from parc_jax.base.tolerances import TOLERANCES
 from parc_jax.lp.solve import feasible
 from parc_jax.lp.status import LPResult, LPStatus
 from parc_jax.lp.witness import proves_empty, violation
@@ -13,7 +14,6 @@ from parc_jax.published.sets.affine import Set
 from parc_jax.published.sets.ahpolytope import AHPolytope, as_ah
 from parc_jax.sets.bounding_box import bounding_box
 from parc_jax.sets.hpolytope import HPolytope
-from parc_jax.tolerances import TOLERANCES
 
 
 def find_point(s: Set) -> LPResult:

@@ -2,10 +2,10 @@
 
 import numpy as np
 
+from parc_jax.base.tolerances import TOLERANCES
 from parc_jax.lp.solve import solve
 from parc_jax.lp.status import LPStatus
 from parc_jax.sets.hpolytope import HPolytope
-from parc_jax.tolerances import TOLERANCES
 
 
 def irredundant_rows(p: HPolytope) -> np.ndarray:

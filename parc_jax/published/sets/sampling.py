@@ -6,7 +6,7 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
-from parc_jax.arrays import x64
+from parc_jax.base.arrays import x64
 from parc_jax.errors import InputError
 from parc_jax.published.sets.volume import simplex_volumes, triangulate
 from parc_jax.sets.hpolytope import HPolytope

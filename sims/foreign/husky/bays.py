@@ -8,11 +8,11 @@ from pathlib import Path
 
 import jax
 
+from parc_jax.base.spelling import rounded_up
 from parc_jax.claim.risk import Uniform
 from parc_jax.model import load
 from parc_jax.planner import Planner
 from parc_jax.settings import Settings
-from parc_jax.spelling import rounded_up
 from sims.foreign.husky.scenario import problem
 
 WIDTHS = (1.2, 1.3, 1.4, 1.5, 1.6, 1.8, 2.0)  # [m]

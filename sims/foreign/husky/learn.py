@@ -11,12 +11,12 @@ from typing import NamedTuple
 import jax
 import numpy as np
 
+from parc_jax.base.keys import Stage
 from parc_jax.claim.calibrate import calibrate
 from parc_jax.claim.claim import ErrorClaim
 from parc_jax.claim.measure import measure
 from parc_jax.claim.pipeline import bound_error
 from parc_jax.claim.tube import Tube, tube
-from parc_jax.keys import Stage
 from parc_jax.model import TrajectoryModel, trajectory_model
 from parc_jax.network.relu import ReLUNetwork
 from parc_jax.network.train import train

@@ -9,7 +9,7 @@ import jax
 import numpy as np
 
 from parc_jax.answer.answer import Answer
-from parc_jax.arrays import x64
+from parc_jax.base.arrays import x64
 from parc_jax.plot.film_file import require_kind, require_sample, write_film
 from parc_jax.plot.film_text import explained
 from parc_jax.sets.bounding_box import bounding_box

@@ -15,7 +15,7 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
-from parc_jax.arrays import x64
+from parc_jax.base.arrays import x64
 from parc_jax.errors import InputError
 from parc_jax.sets.box import Box, box
 from parc_jax.system import TimeGrid, Trajectory, time_grid

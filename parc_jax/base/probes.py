@@ -18,7 +18,7 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
-from parc_jax.arrays import x64
+from parc_jax.base.arrays import x64
 from parc_jax.errors import SoundnessError
 
 SIZES = (16_385, 20_000, 32_769)  # batch sizes at which jaxlib 0.10.2 returns wrong rows

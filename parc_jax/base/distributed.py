@@ -15,7 +15,7 @@ import json
 import jax
 import numpy as np
 
-from parc_jax.arrays import x64
+from parc_jax.base.arrays import x64
 from parc_jax.errors import HostLost, InputError
 
 AXIS = "rows"

@@ -1,0 +1,1 @@
+"""What every room stands on: float64 arrays, random streams, tolerances, exact numbers as text."""
