@@ -131,7 +131,7 @@ COVER = (
     ),
     Fault(
         "rare_only_where_no_draw_was_safe",
-        "Tally.hopeless",
+        "Counts.hopeless",
         "safe < FEW",
         "safe == 0",
         ("tests/cover/test_rare.py::test_a_handful_of_safe_draws_is_no_reason_to_go_on_drawing",),

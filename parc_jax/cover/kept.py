@@ -9,7 +9,7 @@ import numpy as np
 from parc_jax.cover.corridors import Corridors
 from parc_jax.cover.place import Place
 from parc_jax.cover.plan_set import PlanSet
-from parc_jax.cover.sampling import FIRST_DRAW, HOPELESS, LARGEST_DRAW, Points, Tally, draw
+from parc_jax.cover.sampling import FIRST_DRAW, HOPELESS, LARGEST_DRAW, Counts, Points, draw
 from parc_jax.errors import InputError
 from parc_jax.verdict.scene import Scene
 
@@ -40,7 +40,7 @@ class KeptPlans(PlanSet):
                 "sample: expected an answer with corridors or safe polytopes; this one has none to "
                 "sample from."
             )
-        tally = Tally()
+        tally = Counts()
         parts = [self._rows([])]
         left = n
         while left > 0:

@@ -4,7 +4,8 @@
 Plans climb the least margin of their verdict: the best quarter of a population stays, is copied and
 moved about inside its level, and so on until the level is safe. A share of 1e-8 is thirteen
 quarters. That is a search: what it returns is judged like any other plan, and what it does not find
-may exist.
+may exist. `parc_jax.climb` ends around the best; here all of a level is moved about, so that what
+is found is spread over the safe set.
 """
 
 from typing import NamedTuple
@@ -41,7 +42,7 @@ def where_safe(scene: Scene, rng: np.random.Generator, largest: int, limit: Limi
     """
     size = POPULATION
     while True:
-        safe = _climb(scene, rng, size)
+        safe = _raise_to_safe(scene, rng, size)
         if safe is not None:
             return _around(scene, rng, safe)
         if size >= largest or limit.over():
@@ -65,7 +66,7 @@ def where_around(scene: Scene, rng: np.random.Generator, p0: np.ndarray, k: np.n
     return place_around(np.repeat(seed[None], 2, axis=0), lo, hi)
 
 
-def _climb(scene: Scene, rng: np.random.Generator, n: int):
+def _raise_to_safe(scene: Scene, rng: np.random.Generator, n: int):
     """Safe plans, or None where the climb ends below."""
     lo, hi = _whole(scene)
     x = rng.uniform(lo, hi, (n, len(lo)))

@@ -107,7 +107,7 @@ def _draw_within(scene: Scene, place: Place, rng, n: int, z_lo, z_hi) -> Draw:
     return Draw(n, seen.reaching, safe, place.volume)
 
 
-class Tally(NamedTuple):
+class Counts(NamedTuple):
     """Counts over several draws: plans drawn, that reach in the model, that are safe. volume: of
     the set that the draws are uniform over.
     """
@@ -117,9 +117,9 @@ class Tally(NamedTuple):
     safe: int = 0
     volume: float = 0.0
 
-    def plus(self, one: Draw) -> "Tally":
+    def plus(self, one: Draw) -> "Counts":
         """With one draw more."""
-        return Tally(
+        return Counts(
             drawn=self.drawn + one.drawn,
             reaching=self.reaching + one.reaching,
             safe=self.safe + len(one.safe.k),
@@ -148,7 +148,7 @@ class Sampler:
         self._scene = scene
         self._rng = rng
         self._within = within
-        self.tally = Tally()
+        self.tally = Counts()
         self._seen: list[Points] = []
         self._thread = ThreadPoolExecutor(1)
         self._coming: Future[Draw] | None = None

@@ -26,9 +26,9 @@ from parc_jax.cover.sampling import (
     EXPLORING,
     FIRST_DRAW,
     LARGEST_DRAW,
+    Counts,
     Points,
     Sampler,
-    Tally,
     draw,
     joined,
     near,
@@ -90,7 +90,7 @@ class Cover(NamedTuple):
     @property
     def hopeless(self) -> bool:
         """So many drawn, and hardly any was safe: a search elsewhere may find more."""
-        return Tally(self.drawn, self.reaching, self.safe).hopeless
+        return Counts(self.drawn, self.reaching, self.safe).hopeless
 
     def later(self, seconds: float) -> "Cover":
         """The same, found so many seconds later."""
@@ -288,7 +288,7 @@ def draw_safe_plans(
     """
     begin = time.perf_counter()
     first = None
-    tally = Tally()
+    tally = Counts()
     seen = []
     if within is None and n <= MOST:
         one = first_draw(scene, key, n)
@@ -313,7 +313,7 @@ def _beginning(query: Query, points: Points, rule: StoppingRule) -> Search:
     return Search(building, Polytopes(), by_corridors=rule, by_polytopes=rule, outside=points)
 
 
-def _ended(query: Query, search: Search, tally: Tally) -> Ended | None:
+def _ended(query: Query, search: Search, tally: Counts) -> Ended | None:
     """What ends the search after a look; None where it goes on. Seconds come last: they say so only
     where they leave something undone.
     """

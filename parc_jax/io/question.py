@@ -27,7 +27,7 @@ from parc_jax.sets.box import Box, box
 from parc_jax.verdict.near import whole_scene
 
 
-class Question(NamedTuple):
+class NetworkQuestion(NamedTuple):
     """Is every output of the network positive over the box? Then every plan in it is safe, for
     every run in the tube.
 
@@ -40,7 +40,7 @@ class Question(NamedTuple):
     plans: Box
 
 
-def safety_question(answer: Answer, sample: int, half_width) -> Question:
+def safety_question(answer: Answer, sample: int, half_width) -> NetworkQuestion:
     """The question about the box around one sample of an answer, with the directions of its
     certificate.
 
@@ -61,12 +61,12 @@ def safety_question(answer: Answer, sample: int, half_width) -> Question:
     lo[k], hi[k] = np.maximum(lo[k], model.domain.lo), np.minimum(hi[k], model.domain.hi)
     bins = _bins(model.tube, lo[k], hi[k])
     rows, offsets = _margins(answer, sample, bins)
-    return Question(
+    return NetworkQuestion(
         _margin_network(model.net, model.n_p, lo[: model.n_p], rows, offsets), box(lo, hi)
     )
 
 
-def write_question(folder, question: Question, dtype=np.float64) -> tuple[Path, Path]:
+def write_question(folder, question: NetworkQuestion, dtype=np.float64) -> tuple[Path, Path]:
     """question.onnx and question.vnnlib in a folder. unsat: every plan of the box is safe. dtype as
     in `write_onnx`.
     """
@@ -75,7 +75,7 @@ def write_question(folder, question: Question, dtype=np.float64) -> tuple[Path, 
     return model, write_atomic(folder / "question.vnnlib", vnnlib(question).encode())
 
 
-def vnnlib(question: Question) -> str:
+def vnnlib(question: NetworkQuestion) -> str:
     """The negated question in VNN-LIB: a plan in the box with some margin <= 0."""
     n_in, n_out = question.net.n_in, question.net.n_out
     lines = ["; unsat: every plan (p0, k) in the box is safe for every run inside the tube"]

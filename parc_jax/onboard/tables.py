@@ -14,7 +14,7 @@ from parc_jax.verdict.scene import Scene
 PROBES = 4  # intervals of a corridor that are tried before all others
 
 
-class Runs(NamedTuple):
+class RunTable(NamedTuple):
     """Directions of all corridors, each over some intervals of one pair of obstacle and part.
 
     first_run (n_corridors + 1,): where a corridor's begin. pair, first, end (n_runs,): intervals
@@ -43,7 +43,7 @@ class Tables(NamedTuple):
 
     edges: tuple[np.ndarray, ...]
     errors: ErrorSet
-    runs: Runs
+    runs: RunTable
     probes: np.ndarray
     pair_points: np.ndarray
     start_A: np.ndarray
@@ -119,7 +119,7 @@ def _left(corridor: Corridor, errors: ErrorSet, paths: np.ndarray) -> np.ndarray
     return outside
 
 
-def _runs(corridors: list[Corridor]) -> Runs:
+def _runs(corridors: list[Corridor]) -> RunTable:
     """All runs, corridor by corridor."""
     rows = []
     first_run = [0]
@@ -138,7 +138,7 @@ def _runs(corridors: list[Corridor]) -> Runs:
         first_run.append(len(rows))
     pair, first, end, w, support = zip(*rows, strict=True) if rows else ((),) * 5
     n_p = corridors[0].w.shape[2]
-    return Runs(
+    return RunTable(
         np.array(first_run),
         np.array(pair, int),
         np.array(first, int),
@@ -148,7 +148,7 @@ def _runs(corridors: list[Corridor]) -> Runs:
     )
 
 
-def _probes(outside: np.ndarray, runs: Runs, corridor: int) -> np.ndarray:
+def _probes(outside: np.ndarray, runs: RunTable, corridor: int) -> np.ndarray:
     """A run and an interval of a corridor, PROBES of them (PROBES, 2): each finds the most of those
     plans that leave it, outside (n, o, T), and that no probe before it found.
     """

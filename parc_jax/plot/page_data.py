@@ -84,7 +84,7 @@ def _plans(answer) -> dict:
     """Samples, corridors and polytopes, with their directions by number."""
     n_p, problem = answer.model.n_p, answer.problem
     active = _active(problem, len(problem.parts), answer.model.time.n_steps)
-    directions = _Directions(active)
+    directions = _DirectionTable(active)
     scene = whole_scene(answer.scene)
 
     def whole(corridor: Corridor) -> Corridor:
@@ -131,7 +131,7 @@ def outlines(answer) -> dict[str, list]:
     }
 
 
-class _Directions:
+class _DirectionTable:
     """Separating directions by number, each kept once: per obstacle and part of the body its runs
     [first, end, w, support of obstacle and part along w].
 

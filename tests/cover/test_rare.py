@@ -10,7 +10,7 @@ from parc_jax.cli.verdict import verdict
 from parc_jax.cover.limit import Limit
 from parc_jax.cover.place import Place, place_around
 from parc_jax.cover.rare import where_around, where_safe
-from parc_jax.cover.sampling import FEW, HOPELESS, Tally, draw
+from parc_jax.cover.sampling import FEW, HOPELESS, Counts, draw
 from parc_jax.errors import InputError
 from parc_jax.robust.question import Plain
 from parc_jax.verdict.near import near_scene
@@ -62,7 +62,7 @@ def test_a_set_of_share_1e_10_is_covered_like_any_other(answer):
 @pytest.mark.parametrize(("safe", "found"), [(0, False), (FEW - 1, False), (FEW, True)])
 def test_a_handful_of_safe_draws_is_no_reason_to_go_on_drawing(safe, found):
     """A look of 6,000 would take 10^8 draws: where safe plans are that rare, a search looks."""
-    tally = Tally(drawn=HOPELESS, reaching=HOPELESS, safe=safe, volume=1.0)
+    tally = Counts(drawn=HOPELESS, reaching=HOPELESS, safe=safe, volume=1.0)
     assert tally.hopeless is not found and not tally._replace(drawn=HOPELESS - 1).hopeless
 
 

@@ -100,7 +100,7 @@ def test_a_target_that_is_reached_after_a_cut_is_not_told_as_reached():
 
 def test_a_slow_machine_lets_as_many_plans_climb(monkeypatch):
     sizes: list[int] = []
-    monkeypatch.setattr(rare, "_climb", lambda scene, rng, n: sizes.append(n))
+    monkeypatch.setattr(rare, "_raise_to_safe", lambda scene, rng, n: sizes.append(n))
     slowly(monkeypatch, 30.0)
     limit = Limit(600.0)
     limit.start()
