@@ -73,7 +73,7 @@ def sentences_of(n: int):
     covered = covering(known).split("at least")[1]
     yield covered, [100 * Fraction(float(share)), Fraction("0.99")], "dd"
     sizes = share / 3, share / 7, 1 - share / 3 - share / 7
-    none = NoPlan(BOUNDS, *sizes, Fraction(1), None, 1, None, 0.0)
+    none = NoPlan(BOUNDS, *sizes, Fraction(1))
     yield none.statement().replace("p0", ""), [100 * size for size in sizes], "ddu"
     trial = StartTrial(float(share), float(share) / 3)
     seen = [Fraction(str(trial.declared)), Fraction(trial.seen)]

@@ -15,7 +15,7 @@ from parc_jax.claim.measure import (
     measure_arrays_along,
 )
 from parc_jax.claim.tube import Tube
-from parc_jax.claim.unit import Unit, unit_of
+from parc_jax.claim.unit import RECORDINGS, RUNS, Unit
 from parc_jax.errors import InputError
 from parc_jax.network.predict import Layout, layout_of
 from parc_jax.network.relu import ReLUNetwork
@@ -58,7 +58,7 @@ class Scores:
     @property
     def unit(self) -> Unit:
         """What is independent."""
-        return unit_of(self.groups)
+        return RUNS if self.groups is None else RECORDINGS
 
     def by_group(self) -> np.ndarray:
         """The independent scores: of every group its worst."""

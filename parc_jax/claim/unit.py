@@ -4,8 +4,6 @@ recordings that they are parts of.
 
 from typing import NamedTuple
 
-import numpy as np
-
 
 class Unit(NamedTuple):
     """Words for one kind. each: what a claim speaks of. many: what it counts."""
@@ -19,8 +17,3 @@ RECORDINGS = Unit("any run of a new recording", "recordings")
 
 
 RECORDED_ROWS = "rows"  # evidence of a claim about recordings: of how many runs they are
-
-
-def unit_of(groups: np.ndarray | None) -> Unit:
-    """The unit of runs in these groups (n,), None where every run is its own."""
-    return RUNS if groups is None else RECORDINGS

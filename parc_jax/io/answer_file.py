@@ -232,18 +232,8 @@ def _no_plan(certificate: dict | None, volumes: dict | None, ended: Ended | None
     safe, unsafe, undecided = (number(volumes[name]) for name in ("safe", "unsafe", "undecided"))
     kind = PROVED if volumes["kind"] == "proved" else BOUNDS if safe else UNDECIDED
     leaves = sum("split" not in node for node in certificate["tree"])
-    return NoPlan(
-        kind,
-        safe,
-        unsafe,
-        undecided,
-        safe + unsafe + undecided,
-        certificate,
-        leaves,
-        None,
-        0.0,
-        ended=ended,
-    )
+    total = safe + unsafe + undecided
+    return NoPlan(kind, safe, unsafe, undecided, total, certificate, leaves, ended=ended)
 
 
 def _polytope(part: dict) -> HPolytope:

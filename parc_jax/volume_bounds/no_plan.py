@@ -55,10 +55,10 @@ class NoPlan(NamedTuple):
     unsafe: Fraction
     undecided: Fraction
     total: Fraction
-    certificate: dict | None
-    leaves: int
-    safe_plan: tuple[np.ndarray, np.ndarray] | None
-    seconds: float
+    certificate: dict | None = None
+    leaves: int = 1
+    safe_plan: tuple[np.ndarray, np.ndarray] | None = None
+    seconds: float = 0.0
     reason: Why | None = None
     doubt: Withstood | None = None
     ended: Ended | None = Ended.TARGET
@@ -175,10 +175,6 @@ def _not_searched(root: Node, needed: str, reason: Why | None) -> NoPlan:
         unsafe=nothing,
         undecided=root.volume,
         total=root.volume,
-        certificate=None,
-        leaves=1,
-        safe_plan=None,
-        seconds=0.0,
         reason=reason or Why(f"a proof needs {needed}.", False),
         ended=None,
     )
