@@ -60,7 +60,7 @@ def main(options: Options) -> dict:
                 problem,
                 jax.random.PRNGKey(seed + 1),
                 Settings(
-                    n_samples=1,
+                    samples=1,
                     target=options.target,
                     work=options.work,
                     polytopes=polytopes,

@@ -44,7 +44,7 @@ def main(options: Options) -> dict:
         f"heading {HEADING}": (sure, (X, Y, HEADING)),
         "the same, start and heading in doubt": (doubted, (X, Y, HEADING)),
     }
-    one = Settings(n_samples=1, samples_only=True)
+    one = Settings(samples=1, samples_only=True)
     spent = {name: [] for name in ways}
     proved = dict.fromkeys(ways, 0)
     for seed in range(-1, options.n):  # the first compiles

@@ -83,7 +83,7 @@ class Exact:
             none = nothing_covered(settings.confidence)
             return Cover(0, 0, 0, float("nan"), no_points(model), none, none, ended=None)
         if settings.samples_only:
-            n, confidence = settings.n_samples, settings.confidence
+            n, confidence = settings.samples, settings.confidence
             return draw_safe_plans(scene, key, rng, n, confidence, within)
         return cover(
             scene,

@@ -146,7 +146,7 @@ class Planner:
 
         problems: a list, `box_scenes` (no cost per scene in Python), or stacked scene arrays. Those
         of a list may be under doubt, all under the same one but for goal and obstacles.
-        settings: by default `Settings.fast()`; of its fields n_samples (safe plans per problem) and
+        settings: by default `Settings.fast()`; of its fields samples (safe plans per problem) and
         proof (exact check of every best plan, some ten milliseconds each) count here.
         draws: most plans to propose per problem; solved ones stop early. pool: values of k shared
         by all. numbers: (s,) the problems' own numbers, by default 0, 1, ...: with the key they
@@ -170,7 +170,7 @@ class Planner:
             model,
             problems,
             key,
-            n_samples=settings.n_samples,
+            samples=settings.samples,
             draws=draws,
             pool=pool,
             numbers=numbers,
@@ -220,6 +220,6 @@ def _checked(call: str, problem, settings, default: Settings) -> Settings:
     if settings is None:
         return default
     if not isinstance(settings, Settings):
-        hint = "pj.Settings(n_samples=10) or pj.Settings.fast()"
+        hint = "pj.Settings(samples=10) or pj.Settings.fast()"
         raise InputError(expected(call, "Settings", settings, hint))
     return settings

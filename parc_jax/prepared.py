@@ -88,7 +88,7 @@ class Prepared:
             len(found.corridors),
             len(found.polytopes),
         )
-        pick = rng.permutation(len(found.points.k))[: settings.n_samples]
+        pick = rng.permutation(len(found.points.k))[: settings.samples]
         chosen = found.points.at(pick)
         samples = np.concatenate([chosen.p0, chosen.k], axis=1)
 

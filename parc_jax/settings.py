@@ -34,7 +34,7 @@ def work_of(share: float) -> Work:
 class Effort(Options):
     """How much of the safe set is looked for, and what is returned."""
 
-    n_samples: int = 100
+    samples: int = 100
     """Safe plans to return."""
     target: float = 0.01
     """Largest share of the model's safe set that the corridors (with polytopes, these too) may
@@ -56,8 +56,8 @@ class Effort(Options):
                 "settings: expected target and confidence between 0 and 1; got "
                 f"{self.target}, {self.confidence}."
             )
-        if self.n_samples < 1:
-            raise InputError(f"settings: expected n_samples >= 1; got {self.n_samples}.")
+        if self.samples < 1:
+            raise InputError(f"settings: expected samples >= 1; got {self.samples}.")
         if not 0 < self.work < math.inf:
             raise InputError(
                 f"settings: expected work > 0, a multiple of the standard; got {self.work}."
@@ -103,7 +103,7 @@ class Settings(Effort):
         """A few safe plans as soon as they are found: no sets, no exact proof, next to no work for
         a proof of absence.
         """
-        return cls(n_samples=4, work=1e-3, samples_only=True, proof=False)
+        return cls(samples=4, work=1e-3, samples_only=True, proof=False)
 
     @classmethod
     def whole(cls) -> "Settings":

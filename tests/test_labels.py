@@ -66,7 +66,7 @@ def test_labels_go_from_the_model_to_answer_and_figures(tmp_path):
     model = pj.load(tmp_path / "model.npz")
     assert model.labels == NAMED
     answer = pj.Planner(model).solve(
-        scene(), jax.random.PRNGKey(0), pj.Settings(n_samples=4, target=0.3, budget_s=300)
+        scene(), jax.random.PRNGKey(0), pj.Settings(samples=4, target=0.3, budget_s=300)
     )
     answer.save(tmp_path / "answer.json")
     about = json.loads((tmp_path / "answer.json").read_text())["claim"]["subject"]

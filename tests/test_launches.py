@@ -17,7 +17,7 @@ pytestmark = pytest.mark.slow
 ROOT = Path(__file__).parent
 KEY = jax.random.PRNGKey(0)
 FAST = pj.Settings.fast()
-COVER = pj.Settings(target=0.05, n_samples=5, budget_s=300.0, proof=False)
+COVER = pj.Settings(target=0.05, samples=5, budget_s=300.0, proof=False)
 # measured, and a tenth more: programs run, operations launched, host arrays given. Loops whose
 # length depends on values, those over obstacles too, count once. A new scene moves its arrays in
 # one program

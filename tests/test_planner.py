@@ -23,8 +23,8 @@ WRONG = {
         r"key: expected a random key; got 3. Try jax.random.PRNGKey\(3\)",
     ),
     "options in a dict": (
-        lambda: PLANNER().solve(toy_query.gap(), KEY, {"n_samples": 3}),
-        r"solve: expected Settings; got dict. Try pj.Settings\(n_samples=10\)",
+        lambda: PLANNER().solve(toy_query.gap(), KEY, {"samples": 3}),
+        r"solve: expected Settings; got dict. Try pj.Settings\(samples=10\)",
     ),
     "one problem for a batch": (
         lambda: PLANNER().solve_batch(toy_query.gap(), KEY),
@@ -86,7 +86,7 @@ def test_a_batch_has_a_status_for_every_problem():
 
 @pytest.mark.night
 def test_warming_up_takes_no_numbers_from_the_query_after_it():
-    settings = pj.Settings(n_samples=5, target=0.3, budget_s=300, polytopes=False)
+    settings = pj.Settings(samples=5, target=0.3, budget_s=300, polytopes=False)
     before = PLANNER().solve(toy_query.gap(), KEY, settings.replace(samples_only=True))
     cold = PLANNER().warm_up(toy_query.gap(), settings)
     assert cold.timings["first_sample_s"] > 0 and cold.status is pj.Status.BOUNDED
@@ -103,7 +103,7 @@ def test_problems_and_planners_say_what_they_are_in_a_line():
 
 @pytest.mark.slow
 def test_the_exact_method_may_be_named_and_the_published_one_is_an_object_too():
-    settings = pj.Settings(n_samples=3, samples_only=True)
+    settings = pj.Settings(samples=3, samples_only=True)
     plain = PLANNER().solve(toy_query.gap(), KEY, settings)
     named = PLANNER().solve(toy_query.gap(), KEY, settings.replace(method=pj.Exact()))
     assert (plain.samples == named.samples).all()

@@ -117,7 +117,7 @@ def test_parts_of_a_model_must_fit_each_other():
         ({"target": 0.0}, "target and confidence between 0 and 1; got 0.0"),
         ({"target": 2}, "between 0 and 1"),
         ({"confidence": 1.0}, "between 0 and 1"),
-        ({"n_samples": -1}, "n_samples >= .*got -1"),
+        ({"samples": -1}, "samples >= .*got -1"),
         ({"method": "magic"}, "method"),
     ],
 )
@@ -163,7 +163,7 @@ def test_questions_without_an_answer_say_so_with_a_proof(goal, obstacles):
 def answer():
     model, problem = toy_case(4)
     return Planner(model).solve(
-        problem, jax.random.key(0), Settings(target=0.3, n_samples=3, budget_s=300)
+        problem, jax.random.key(0), Settings(target=0.3, samples=3, budget_s=300)
     )
 
 

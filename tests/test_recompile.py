@@ -19,7 +19,7 @@ def solve(number: int, **changes):
     answer = Planner(model).solve(
         problem.replace(**changes),
         jax.random.key(number),
-        Settings(target=0.3, n_samples=5, budget_s=300),
+        Settings(target=0.3, samples=5, budget_s=300),
     )
     answer.contains(answer.samples[:, :2], answer.samples[:, 2:])
     return answer
@@ -62,8 +62,8 @@ def test_host_only_parts_in_the_kernels_arguments_would_be_noticed(warm, monkeyp
 
 
 KEY = jax.random.key(0)
-COVER = Settings(target=0.1, n_samples=5, budget_s=300, proof=False)
-SEVERAL = Settings.fast().replace(n_samples=100)
+COVER = Settings(target=0.1, samples=5, budget_s=300, proof=False)
+SEVERAL = Settings.fast().replace(samples=100)
 
 
 def calls_about(n_obstacles: int, more_rows: int = 0) -> dict:

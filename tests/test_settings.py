@@ -16,11 +16,11 @@ def test_the_default_is_the_whole_set_and_presets_differ_in_effort_alone():
 
 
 def test_replace_changes_only_what_it_names():
-    changed = pj.Settings().replace(n_samples=7, method=pj.Published(lps=True))
-    assert changed.n_samples == 7 and changed.method.lps
-    assert changed.replace(n_samples=100, method=None) == pj.Settings()
-    with pytest.raises(pj.InputError, match=r"expected fields among n_samples, .* got 'samples'"):
-        pj.Settings().replace(samples=3)
+    changed = pj.Settings().replace(samples=7, method=pj.Published(lps=True))
+    assert changed.samples == 7 and changed.method.lps
+    assert changed.replace(samples=100, method=None) == pj.Settings()
+    with pytest.raises(pj.InputError, match=r"expected fields among samples, .* got 'runs'"):
+        pj.Settings().replace(runs=3)
 
 
 @pytest.mark.parametrize(
@@ -30,7 +30,7 @@ def test_replace_changes_only_what_it_names():
         {"target": 1.0},
         {"confidence": 1.5},
         {"confidence": float("nan")},
-        {"n_samples": 0},
+        {"samples": 0},
         {"budget_s": 0.0},
         {"budget_s": float("nan")},
         {"work": 0.0},

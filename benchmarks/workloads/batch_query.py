@@ -51,7 +51,7 @@ def run(bench: Bench) -> Result:
         some, key = scenes(case, model, size), f"batch_query.{size}"
 
         def call(some=some):
-            return planner.solve_batch(some, bench.key(), Settings.fast().replace(n_samples=1))
+            return planner.solve_batch(some, bench.key(), Settings.fast().replace(samples=1))
 
         done = timed(lambda call=call: call().found, bench.size(5, 1))
         metrics += [
@@ -62,9 +62,7 @@ def run(bench: Bench) -> Result:
             metric(f"{key}.found", done.result.mean(), "1", "higher", abs_tol=0.01, batch=size),
         ]
     small = scenes(case, model, bench.size(BATCHES[bench.platform][0], 4))
-    proved = planner.solve_batch(
-        small, bench.key(), Settings.fast().replace(n_samples=1, proof=True)
-    )
+    proved = planner.solve_batch(small, bench.key(), Settings.fast().replace(samples=1, proof=True))
     found = int(proved.found.sum())
     metrics += [
         metric(

@@ -62,7 +62,7 @@ def processor_times_of_batches(bench: Bench, case: Case, scenes: dict) -> dict:
     """
     n_scenes = bench.size(BATCH, 8)
     n_proofs = bench.size(PROOFS, 2)
-    fast = Settings.fast().replace(n_samples=1)
+    fast = Settings.fast().replace(samples=1)
     asked = {}
     for name, (model, problem) in scenes.items():
         many, few = (batch_query.scenes(case, model, n, problem) for n in (n_scenes, n_proofs))

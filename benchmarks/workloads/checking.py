@@ -30,7 +30,7 @@ def run(bench: Bench) -> Result:
     answer = Planner(model).solve(
         case.problem(),
         bench.key(),
-        Settings(n_samples=n, target=target, proof=False, polytopes=True),
+        Settings(samples=n, target=target, proof=False, polytopes=True),
     )
     data = answer.to_json()
     context = checker.Context(data["problem"], data["network"], data["tube"])

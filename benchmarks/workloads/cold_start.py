@@ -28,7 +28,7 @@ from parc_jax.planner import Planner
 from parc_jax.settings import Settings
 planner, problem = Planner(load(sys.argv[1])), case("drift").problem()
 key = jax.random.PRNGKey(int(sys.argv[2]))
-answer = planner.solve(problem, key, Settings(n_samples=1, samples_only=True))
+answer = planner.solve(problem, key, Settings(samples=1, samples_only=True))
 print(answer.status, flush=True)
 """
 

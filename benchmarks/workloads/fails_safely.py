@@ -43,7 +43,7 @@ def run(bench: Bench) -> Result:
         "lying_kernel": _lying_kernel(rng, bench.size(512, 64)),
         "solver_in_trouble": _solver_in_trouble(bench, model, problem),
     }
-    sizes = {"n_samples": bench.size(50, 3), "target": 0.5}
+    sizes = {"samples": bench.size(50, 3), "target": 0.5}
     options = {**sizes, "proof": False, "polytopes": True}
     answer = Planner(model).solve(problem, bench.key(), Settings(**options))
     counts["arithmetic"] = _arithmetic(rng, model, problem, answer.samples, bench.size(200, 12))

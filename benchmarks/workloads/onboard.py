@@ -27,7 +27,7 @@ def run(bench: Bench) -> Result:
     if COMPILER is None:
         raise Skip("no C compiler (cc) on this machine")
     case, model = bench.model()
-    settings = Settings(n_samples=bench.size(100, 5), target=bench.size(0.01, 0.5))
+    settings = Settings(samples=bench.size(100, 5), target=bench.size(0.01, 0.5))
     answer = Planner(model).solve(case.problem(), bench.key(1), settings)
     p0, k = _plans(answer, bench.size(100_000, 1000))
     with tempfile.TemporaryDirectory() as folder:

@@ -49,7 +49,7 @@ def run(bench: Bench) -> Result:
     proved = planner.solve(
         problem,
         bench.key(1),
-        Settings(**options | {"proof": True, "n_samples": bench.size(100, 5)}),
+        Settings(**options | {"proof": True, "samples": bench.size(100, 5)}),
     )
     prepared = replanning(planner, problem, bench.size(300, 3))
     share = [
@@ -83,7 +83,7 @@ def run(bench: Bench) -> Result:
 def replanning(planner: Planner, problem: ReachAvoid, n: int) -> dict:
     """CPU seconds (n,) of a plan each: from what is laid out, from a new scene, proved as well."""
     prepared = planner.prepare(problem)
-    one = Settings(n_samples=1, samples_only=True)
+    one = Settings(samples=1, samples_only=True)
     keys = [jax.random.PRNGKey(seed) for seed in range(n)]
     found = []
     ways = {

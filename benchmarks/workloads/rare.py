@@ -31,7 +31,7 @@ SEEDS = 3
 def run(bench: Bench) -> Result:
     """One slit after another, several seeds each."""
     planner = Planner(lines())
-    settings = Settings(n_samples=20, target=0.01, work=bench.size(1.0, 0.2), proof=False)
+    settings = Settings(samples=20, target=0.01, work=bench.size(1.0, 0.2), proof=False)
     for half in HALVES[:3]:
         planner.solve(slit(half), bench.key(99), settings)
     metrics, rows = [], []

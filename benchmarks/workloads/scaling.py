@@ -100,7 +100,7 @@ def _curves(bench: Bench) -> list[Curve]:
 
 def _measured(work, planner: Planner, problem: ReachAvoid, bench: Bench) -> Point:
     """Medians over seeds. work: None for one over the share that is safe."""
-    settings = Settings(n_samples=20, target=bench.size(0.01, 0.5), proof=False)
+    settings = Settings(samples=20, target=bench.size(0.01, 0.5), proof=False)
     planner.solve(problem, bench.key(99), settings)
     spent, missed = [], 0
     for seed in range(bench.size(SEEDS, 1)):

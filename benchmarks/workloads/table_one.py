@@ -168,7 +168,7 @@ def _ours(
         if not len(search.seconds):
             return [metric(f"{key}.found", 0, "count", "higher")], (*search.text, "", "")
         options = {
-            "n_samples": bench.size(100, 3),
+            "samples": bench.size(100, 3),
             "target": bench.size(0.01, 0.5),
             "work": bench.size(1.0, 0.05),
             "polytopes": True,

@@ -33,8 +33,8 @@ class BatchAnswer(NamedTuple):
 
     found: (s,) bool: a safe plan is in hand. Not found means not found within the draws, never that
         none exists.
-    plans: (s, n_samples, n_p + n_k), largest clearance first, NaN where fewer were found.
-    clearance: (s, n_samples) [m] kept by each plan for every trajectory inside the tube, rounding
+    plans: (s, samples, n_p + n_k), largest clearance first, NaN where fewer were found.
+    clearance: (s, samples) [m] kept by each plan for every trajectory inside the tube, rounding
         paid; NaN likewise.
     draws: (s,) plans proposed. proved: (s,) bool: the exact checker accepted the best plan; None
         when not asked.
@@ -77,7 +77,7 @@ def solve_batch(
     problems: Problems,
     key: jax.Array,
     *,
-    n_samples: int,
+    samples: int,
     draws: int,
     pool: int,
     numbers,
@@ -86,9 +86,9 @@ def solve_batch(
     mesh,
 ) -> BatchAnswer:
     """See `Planner.solve_batch`."""
-    if n_samples < 1 or draws < 1 or pool < 1:
+    if samples < 1 or draws < 1 or pool < 1:
         raise InputError(
-            f"solve_batch: expected n_samples, draws, pool >= 1; got {n_samples}, {draws}, {pool}."
+            f"solve_batch: expected samples, draws, pool >= 1; got {samples}, {draws}, {pool}."
         )
     if proof and isinstance(problems, SceneArrays):
         problem_of(problems, 0)
@@ -99,13 +99,13 @@ def solve_batch(
     numbers = _numbers(numbers, s)
     warm = _warm(warm, s, dims)
     stacked = time.perf_counter()
-    plans = np.full((s, n_samples, dims), np.nan)
-    clearance = np.full((s, n_samples), -np.inf)
+    plans = np.full((s, samples, dims), np.nan)
+    clearance = np.full((s, samples), -np.inf)
     drawn = np.zeros(s, np.int64)
     for one in classes:
         begin_with = None if warm is None else warm[one.rows]
         best, rounds = _search(
-            model, one.scenes, numbers[one.rows], begin_with, key, n_samples, draws, pool, mesh
+            model, one.scenes, numbers[one.rows], begin_with, key, samples, draws, pool, mesh
         )
         plans[one.rows] = best.plans
         clearance[one.rows] = best.clearance
@@ -155,14 +155,14 @@ def passes(rounds: int) -> Iterator[tuple[int, int]]:
 
 
 def _search(
-    model, scenes: SceneArrays, numbers, warm, key, n_samples: int, draws: int, pool: int, mesh
+    model, scenes: SceneArrays, numbers, warm, key, samples: int, draws: int, pool: int, mesh
 ) -> tuple[Best, np.ndarray]:
     """All rounds of one size class; scenes that are done leave, the others meet fresh pools and
     more rounds. warm: (s, w, n_p + n_k) earlier plans, or None. Returns rounds (s,) as well.
     """
     s = len(numbers)
     dims = model.n_p + model.n_k
-    best = Best(np.zeros((s, n_samples, dims)), np.full((s, n_samples), -np.inf))
+    best = Best(np.zeros((s, samples, dims)), np.full((s, samples), -np.inf))
     pool_key, scene_key, warm_key = jax.random.split(stream(key, Stage.SEARCH), 3)
     table = fan_table(model.tube)
     if warm is not None:

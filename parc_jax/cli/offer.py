@@ -25,7 +25,7 @@ class Option(NamedTuple):
 @dataclasses.dataclass(frozen=True)
 class Offer:
     """Annotates a parameter of a command: its options are the fields of a record that the shell can
-    spell, named as there but for the n_ of a number and the _s of seconds.
+    spell, named as there but for the _s of seconds.
 
     record: "module.Class" below parc_jax; loaded when the command is asked for.
     left_out: None: the parameter is the record, with its own defaults. Else a dict of what was
@@ -56,7 +56,7 @@ class Offer:
             on_offer = field.name not in self.but and field.name in (self.only or hints)
             if hint is None or not on_offer:
                 continue
-            name = field.name.removeprefix("n_").removesuffix("_s")
+            name = field.name.removesuffix("_s")
             said = re.sub(r" \[T\d[^]]*\]", "", told(kind)[field.name])
             default = field.default
             if self.left_out is not None:

@@ -94,7 +94,7 @@ def solve(
         if first:
             say("compiling, and looking for a safe plan")
             kept = {"budget_s": settings.budget_s, "method": settings.method}
-            one = Settings.fast().replace(n_samples=1, proof=True, **kept)
+            one = Settings.fast().replace(samples=1, proof=True, **kept)
             answer = planner.solve(problem, key, one, at=place)
             cold_s = answer.timings["first_sample_s"]
         else:

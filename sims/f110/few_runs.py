@@ -51,13 +51,13 @@ def attempt(
         body=body_of(car),
     )
     planner = Planner(model)
-    settings = Settings(n_samples=PLANS, work=WORK, polytopes=True)
+    settings = Settings(samples=PLANS, work=WORK, polytopes=True)
     answer = planner.solve(scene, key, settings)
     if not answer.found:
         none = answer.no_plan
         return Tried(row._replace(why=none.reason or none.statement()), learned, answer, None)
     first = planner.solve(
-        scene, key, Settings(n_samples=PLANS, samples_only=True)
+        scene, key, Settings(samples=PLANS, samples_only=True)
     )  # a first look: no clock decides its plans
     plans = first.samples if first.found else answer.samples
     plan = plans[0]

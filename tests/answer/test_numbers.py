@@ -15,7 +15,7 @@ from parc_jax.experiment.numbers import how_much_is_safe
 from parc_jax.verdict.pointwise import verdicts
 
 KEY = jax.random.PRNGKey(0)
-SAMPLES = pj.Settings(n_samples=600, work=1e-3, samples_only=True, proof=False)
+SAMPLES = pj.Settings(samples=600, work=1e-3, samples_only=True, proof=False)
 OPEN = pj.box([-0.5, -0.5, -9], [0.5, 0.5, 9])  # a goal whose box is the square of side 1
 SLANTED = pj.hpolytope(
     [[1, 1, 0], [-1, -1, 0], [1, -1, 0], [-1, 1, 0], [0, 0, 1], [0, 0, -1]], [0.5] * 4 + [9] * 2

@@ -258,7 +258,7 @@ def test_polytopes_for_the_chosen_ones(toy):
     full = planner.solve_batch(
         [problems[best]],
         KEY,
-        Settings(n_samples=4, target=0.3, budget_s=300, proof=False, polytopes=True),
+        Settings(samples=4, target=0.3, budget_s=300, proof=False, polytopes=True),
         whole=[0],
     ).answers[0]
     assert full.found and len(full.safe_sets)
@@ -273,8 +273,8 @@ def test_errors_say_what_to_do(toy):
         planner.solve_batch(problems, KEY, numbers=[0.5] * S)
     with pytest.raises(InputError, match="warm"):
         planner.solve_batch(problems, KEY, warm=np.zeros((2, 4)))
-    with pytest.raises(InputError, match="n_samples"):
-        planner.solve_batch(problems, KEY, Settings.fast().replace(n_samples=0))
+    with pytest.raises(InputError, match="samples"):
+        planner.solve_batch(problems, KEY, Settings.fast().replace(samples=0))
     with pytest.raises(InputError, match="BoxScenes"):
         planner.solve_batch(
             stack_problems(problems, planner.model)[0].scenes,

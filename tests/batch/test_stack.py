@@ -41,9 +41,7 @@ def test_plans_keep_their_clearance_from_all_obstacles():
     rng = np.random.default_rng(1)
     model = random_model(rng, bins=(2, 2))
     problems = [crowded(rng, model, 2, n) for n in (3, 5, 30)]
-    answer = Planner(model).solve_batch(
-        problems, KEY, Settings(n_samples=4, proof=True), draws=2048
-    )
+    answer = Planner(model).solve_batch(problems, KEY, Settings(samples=4, proof=True), draws=2048)
     assert answer.proved.sum() >= 2
     for row in np.flatnonzero(answer.found):
         plans = answer.plans[row][answer.clearance[row] > 0]

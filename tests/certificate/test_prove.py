@@ -30,9 +30,7 @@ NEARER = PROBLEM.replace(body=PROBLEM.body.replace(radius=10.0))
 def plan():
     return (
         Planner(MODEL)
-        .solve(
-            PROBLEM, jax.random.PRNGKey(0), Settings(n_samples=1, samples_only=True, proof=False)
-        )
+        .solve(PROBLEM, jax.random.PRNGKey(0), Settings(samples=1, samples_only=True, proof=False))
         .samples[0]
     )
 

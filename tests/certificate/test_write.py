@@ -40,7 +40,7 @@ def saved(tmp_path_factory):
     model, problem = toy_case(4)
     problem = problem.replace(spans=((0, 2), None))
     answer = Planner(model).solve(
-        problem, jax.random.key(0), Settings(target=0.2, n_samples=12, budget_s=300, polytopes=True)
+        problem, jax.random.key(0), Settings(target=0.2, samples=12, budget_s=300, polytopes=True)
     )
     path = answer.save(tmp_path_factory.mktemp("answers") / "a.json")
     return answer, json.loads(path.read_text()), path
@@ -210,7 +210,7 @@ def test_a_model_whose_bins_lack_a_claim_is_answered_in_the_others():
     interval[1], final[1] = np.inf, np.inf
     model = model_of(model.net, model.domain, interval, final, model.tube.edges)
     answer = Planner(model).solve(
-        problem, jax.random.key(0), Settings(target=0.2, n_samples=5, budget_s=300, polytopes=True)
+        problem, jax.random.key(0), Settings(target=0.2, samples=5, budget_s=300, polytopes=True)
     )
     assert answer.found and (answer.samples[:, 3] < 0).all() and answer.refused == 0
     checker.check_answer(json.loads(json.dumps(answer.to_json())))

@@ -296,7 +296,7 @@ def test_no_plan_of_the_engine_between_faces_and_its_mutants(built, tmp_path):
     asked = points_problem(rng, model)
     filled = [hpolytope(part.A, part.b + 0.4) for part in asked.obstacles]
     problem = reach_avoid(asked.goal, filled, asked.body)
-    settings = Settings(n_samples=1, samples_only=True)
+    settings = Settings(samples=1, samples_only=True)
     answer = Planner(model).solve(problem, jax.random.key(0), settings)
     path = answer.save(tmp_path / "answer.json")
     written = json.loads(path.read_text())

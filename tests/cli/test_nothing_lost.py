@@ -23,7 +23,7 @@ from parc_jax.experiment import job
 from parc_jax.experiment.settings import Study
 from parc_jax.rollout.files import write_atomic
 
-STUDY = Study(n_samples=5, repeats=1, budget_s=300, target=0.3)
+STUDY = Study(samples=5, repeats=1, budget_s=300, target=0.3)
 
 
 @pytest.fixture
@@ -253,7 +253,7 @@ def test_the_report_tells_the_eps_of_the_claim_in_hand(monkeypatch, tmp_path):
     model, answer = toy_driven.model(), toy_driven.answer()
     monkeypatch.setattr(pj.Planner, "warm_up", lambda *_, **__: answer)
     monkeypatch.setattr(pj.Planner, "solve", lambda *_, **__: answer)
-    study = Study(n_samples=5, repeats=1, eps=0.001)
+    study = Study(samples=5, repeats=1, eps=0.001)
     system = plant(toy_driven.gusty, 4)
     outcome = job.run_study(system, toy_driven.problem(), study, tmp_path, 0, model, quiet=True)
     told = report(outcome)

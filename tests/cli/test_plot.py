@@ -108,7 +108,7 @@ def test_every_figure_that_is_drawn_is_named_while_it_is(shell):
 
 @pytest.mark.slow
 def test_polytopes_that_an_answer_has_not_are_cut_only_when_their_picture_is_asked_for(shell):
-    settings = pj.Settings(n_samples=5, target=0.3, budget_s=300)
+    settings = pj.Settings(samples=5, target=0.3, budget_s=300)
     answer = toy_query.planner().solve(toy_query.gap(), jax.random.PRNGKey(0), settings)
     assert len(answer.polytopes) == 0 and len(answer.corridors) > 0
     answer.save("answer.json")

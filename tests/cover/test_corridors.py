@@ -24,7 +24,7 @@ def answer(request):
     return Planner(model).solve(
         problem,
         jax.random.key(request.param),
-        Settings(target=0.05, n_samples=10, budget_s=300, polytopes=True),
+        Settings(target=0.05, samples=10, budget_s=300, polytopes=True),
     )
 
 

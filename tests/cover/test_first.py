@@ -151,7 +151,7 @@ def test_a_prepared_question_answers_as_the_planner_does():
     model, problem = toy_case(8)
     planner = Planner(model)
     prepared = planner.prepare(problem)
-    settings = Settings(n_samples=3, samples_only=True)
+    settings = Settings(samples=3, samples_only=True)
     ours, theirs = (
         prepared.solve(KEYS[0], settings),
         planner.solve(problem, KEYS[0], settings),

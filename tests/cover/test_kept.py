@@ -27,7 +27,7 @@ KEY = jax.random.key(5)
 def answer(polytopes=False):
     """Of a toy with two blocks."""
     model, problem = toy_case(4)
-    settings = Settings(n_samples=5, target=0.05, budget_s=300, polytopes=polytopes)
+    settings = Settings(samples=5, target=0.05, budget_s=300, polytopes=polytopes)
     return Planner(model).solve(problem, jax.random.key(0), settings)
 
 
@@ -51,7 +51,7 @@ def test_samples_are_uniform_where_everything_is_safe():
     """Straight lines without obstacles: k is uniform on K, the end uniform in the goal's box."""
     problem = reach_avoid(box([-0.5, -0.5, -9], [0.5, 0.5, 9]), [], 0.1)
     free = Planner(line_model(4, 0.0)).solve(
-        problem, jax.random.key(0), Settings(n_samples=5, target=0.1, budget_s=300)
+        problem, jax.random.key(0), Settings(samples=5, target=0.1, budget_s=300)
     )
     x = free.sample(KEY, 2000)
     lo, hi = free.model.domain.lo, free.model.domain.hi
@@ -116,7 +116,7 @@ def test_geometry_is_cut_on_first_use_and_refused_where_it_explodes(monkeypatch)
 @pytest.mark.night
 def test_without_corridors_there_is_nothing_to_sample():
     none = Planner(answer().model).solve(
-        answer().problem, jax.random.key(0), Settings(n_samples=5, samples_only=True)
+        answer().problem, jax.random.key(0), Settings(samples=5, samples_only=True)
     )
     assert len(none.samples) and none.share_of_k == 0 and np.isinf(none.density)
     with pytest.raises(InputError, match="corridors or safe polytopes"):

@@ -42,7 +42,7 @@ def volume(half: float) -> float:
 
 @pytest.fixture(scope="module")
 def answer():
-    settings = pj.Settings(n_samples=20, target=0.05, budget_s=300, polytopes=True)
+    settings = pj.Settings(samples=20, target=0.05, budget_s=300, polytopes=True)
     return pj.Planner(MODEL).solve(slit(), jax.random.PRNGKey(0), settings)
 
 
@@ -69,7 +69,7 @@ def test_a_handful_of_safe_draws_is_no_reason_to_go_on_drawing(safe, found):
 @pytest.mark.slow
 def test_a_share_of_one_in_forty_thousand_is_covered():
     """A draw in forty thousand is safe: too many for "none", too few to draw until 99 % show."""
-    settings = pj.Settings(n_samples=20, target=0.05, budget_s=300)
+    settings = pj.Settings(samples=20, target=0.05, budget_s=300)
     wide = pj.Planner(MODEL).solve(slit(0.03), jax.random.PRNGKey(1), settings)
     assert wide.proved and wide.corridor_coverage.at_least >= 0.95 and len(wide.samples) == 20
     assert wide.counts["drawn"] < 10**6
@@ -86,7 +86,7 @@ def test_what_is_printed_does_not_speak_of_all_of_the_safe_set(answer, tmp_path)
 def test_draws_begin_around_a_plan_that_is_known(answer):
     known = answer.samples[0]
     method = pj.Exact(around=(known[: MODEL.n_p], known[MODEL.n_p :]))
-    settings = pj.Settings(n_samples=5, target=0.2, budget_s=300, method=method)
+    settings = pj.Settings(samples=5, target=0.2, budget_s=300, method=method)
     again = pj.Planner(MODEL).solve(slit(), jax.random.PRNGKey(2), settings)
     assert again.proved and len(again.samples) == 5 and again.around is not None
 
@@ -96,7 +96,7 @@ def test_what_was_drawn_from_is_in_the_file(answer, tmp_path):
     assert again.statement() == answer.statement() and again.volume() == answer.volume()
     known = answer.samples[0]
     method = pj.Exact(around=(known[: MODEL.n_p], known[MODEL.n_p :]))
-    settings = pj.Settings(n_samples=5, target=0.2, budget_s=300, method=method)
+    settings = pj.Settings(samples=5, target=0.2, budget_s=300, method=method)
     corridors = pj.Planner(MODEL).solve(slit(), jax.random.PRNGKey(3), settings)
     read = pj.load_answer(corridors.save(tmp_path / "corridors.json"))
     drawn = read.sample(jax.random.PRNGKey(4), 6)
@@ -112,7 +112,7 @@ def test_no_part_of_a_thin_set_is_left_out():
 def test_samples_alone_are_found_too():
     fast = pj.Settings.fast()
     found = pj.Planner(MODEL).solve(slit(), jax.random.PRNGKey(1), fast)
-    assert len(found.samples) == fast.n_samples
+    assert len(found.samples) == fast.samples
 
 
 def test_around_one_plan(answer):
@@ -154,7 +154,7 @@ def _turn() -> np.ndarray:
 
 
 def test_rare_parameters_from_one_start():
-    settings = pj.Settings(n_samples=5, target=0.2, budget_s=300, polytopes=True)
+    settings = pj.Settings(samples=5, target=0.2, budget_s=300, polytopes=True)
     planner = pj.Planner(MODEL)
     answer = planner.solve(slit(1e-6), jax.random.PRNGKey(0), settings, at=(-1.2, 0.1))
     assert answer.status is pj.Status.PROVED and answer.coverage.at_least >= 0.8

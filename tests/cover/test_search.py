@@ -26,7 +26,7 @@ MODEL, PROBLEM = toy_case(4)
 def test_samples_come_proved_and_without_polytopes():
     first, again = (
         Planner(MODEL).solve(
-            PROBLEM, jax.random.PRNGKey(3), Settings(n_samples=600, samples_only=True)
+            PROBLEM, jax.random.PRNGKey(3), Settings(samples=600, samples_only=True)
         )
         for _ in "ab"
     )
@@ -83,7 +83,7 @@ def test_any_number_of_obstacles_is_covered_and_proved(n_obstacles):
     blocks = [box([2, 0.5 + i], [3, 0.9 + i]) for i in range(n_obstacles)]
     problem = reach_avoid(box([3.0, -0.5, -1.0], [4.0, 0.5, 1.0]), blocks, 0.1)
     answer = Planner(line_model(e=0.05)).solve(
-        problem, jax.random.key(0), Settings(n_samples=5, target=0.1, budget_s=300, polytopes=True)
+        problem, jax.random.key(0), Settings(samples=5, target=0.1, budget_s=300, polytopes=True)
     )
     assert answer.refused == 0 and answer.polytopes and answer.corridors
     assert min(answer.coverage.at_least, answer.corridor_coverage.at_least) >= 0.9
@@ -91,7 +91,7 @@ def test_any_number_of_obstacles_is_covered_and_proved(n_obstacles):
 
 def test_corridors_alone_are_certified_without_polytopes(rng):
     model, problem = toy_case(4)
-    options = {"n_samples": 5, "target": 0.02, "budget_s": 300}
+    options = {"samples": 5, "target": 0.02, "budget_s": 300}
     answer = Planner(model).solve(problem, jax.random.key(0), Settings(**options))
     assert (
         not answer.polytopes

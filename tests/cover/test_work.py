@@ -23,7 +23,7 @@ from parc_jax.verdict.near import near_scene
 
 KEY = jax.random.PRNGKey(3)
 MODEL, PROBLEM = toy_case(4)
-WHOLE = pj.Settings(n_samples=5, target=0.003, polytopes=True)
+WHOLE = pj.Settings(samples=5, target=0.003, polytopes=True)
 LITTLE = WHOLE.replace(target=1e-4, work=3 / LOOKS)  # three looks, which are not enough
 
 

@@ -26,7 +26,7 @@ FEW = {
     "profile_runs": 300,
     "seeds": 2,
     "steps": 1000,
-    "n_samples": 4,
+    "samples": 4,
     "repeats": 6,
     "target": 0.3,
     "budget_s": 300.0,

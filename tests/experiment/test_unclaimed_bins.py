@@ -48,7 +48,7 @@ def test_no_plan_lies_in_a_bin_without_claim_and_the_checker_accepts(tmp_path):
     half, key = model(without=0), jax.random.PRNGKey(0)
     planner = Planner(half)
     answer = planner.solve(
-        world(), key, Settings(n_samples=20, target=0.1, budget_s=300, polytopes=True)
+        world(), key, Settings(samples=20, target=0.1, budget_s=300, polytopes=True)
     )
     assert answer.found and answer.status is Status.PROVED
     assert (answer.samples[:, 2] > 0).all() and all(

@@ -68,7 +68,7 @@ def answer():
     return again
 
 
-SETTINGS = pj.Settings(n_samples=5, target=0.2, budget_s=300)
+SETTINGS = pj.Settings(samples=5, target=0.2, budget_s=300)
 
 
 @functools.cache

@@ -30,5 +30,5 @@ def planner():
 @functools.cache
 def answer(wall=False):
     """The answer to `gap`."""
-    settings = pj.Settings(n_samples=5, target=0.1, budget_s=300, polytopes=True)
+    settings = pj.Settings(samples=5, target=0.1, budget_s=300, polytopes=True)
     return planner().solve(gap(wall), jax.random.PRNGKey(0), settings)

@@ -74,7 +74,7 @@ def test_bins_without_a_claim_stay_without(tmp_path):
     answer = pj.Planner(model).solve(
         toy_query.gap(),
         jax.random.PRNGKey(0),
-        pj.Settings(n_samples=3, target=0.3, budget_s=300, polytopes=True),
+        pj.Settings(samples=3, target=0.3, budget_s=300, polytopes=True),
     )
     again = load_answer(answer.save(tmp_path / "answer.json"))
     assert again.model.tube.claimed.tolist() == [True, False]

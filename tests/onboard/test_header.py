@@ -53,7 +53,7 @@ def test_bodies_and_fitted_tubes_too(n_p, fitted, tmp_path):
     rng = np.random.default_rng(5 + n_p)
     model = points_model(rng, n_p=n_p, m=3, fitted=fitted)
     problem = points_problem(rng, model)
-    settings = pj.Settings(n_samples=20, target=0.5, budget_s=300)
+    settings = pj.Settings(samples=20, target=0.5, budget_s=300)
     answer = pj.Planner(model).solve(problem, jax.random.PRNGKey(0), settings)
     assert len(answer.corridors)
     said, known = compared(answer, tmp_path / "body.h")

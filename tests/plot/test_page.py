@@ -99,7 +99,7 @@ def test_labels_are_those_of_the_model():
     assert page_data(answer)["labels"]["k"] == ("k0", "k1")
     named = labels(2, 1, 2, k=("speed [m/s]", "turn [rad]"))
     planner = pj.Planner(answer.model.with_labels(named))
-    one = pj.Settings(n_samples=1, samples_only=True)
+    one = pj.Settings(samples=1, samples_only=True)
     answer = planner.solve(answer.problem, jax.random.PRNGKey(0), one)
     assert page_data(answer)["labels"]["k"] == ("speed [m/s]", "turn [rad]")
 

@@ -120,7 +120,7 @@ def test_what_the_engine_proves_by_corridors_the_page_calls_proved(browser, tmp_
         answer = pj.Planner(model).solve(
             drift_parking.problem(),
             jax.random.PRNGKey(1),
-            pj.Settings(n_samples=40, target=0.1, budget_s=300, polytopes=polytopes),
+            pj.Settings(samples=40, target=0.1, budget_s=300, polytopes=polytopes),
         )
         page = write_page(answer, tmp_path / "page.html")
         plans = np.repeat(answer.samples, 10, axis=0)
@@ -149,7 +149,7 @@ def test_what_the_engine_proves_by_corridors_the_page_calls_proved(browser, tmp_
 def test_bodies_are_judged_by_corridors_and_polytopes_of_their_parts(browser, tmp_path, rng, robot):
     """Of 300 plans near the samples those that keep to a corridor or lie in a polytope."""
     model, problem = robot()
-    settings = pj.Settings(n_samples=30, target=0.6, budget_s=300, polytopes=True)
+    settings = pj.Settings(samples=30, target=0.6, budget_s=300, polytopes=True)
     answer = pj.Planner(model).solve(problem, jax.random.PRNGKey(1), settings)
     page = write_page(answer, tmp_path / "page.html")
     n_p = model.n_p

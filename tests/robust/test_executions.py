@@ -32,7 +32,7 @@ from parc_jax.verdict.pointwise import verdicts
 from parc_jax.verdict.scene import scene_of
 
 KEY = jax.random.PRNGKey(0)
-SMALL = Settings(n_samples=8, target=0.3, budget_s=300, polytopes=True)
+SMALL = Settings(samples=8, target=0.3, budget_s=300, polytopes=True)
 ROUGH = Doubt(start=0.01, k=[0.05, 0.02])
 
 
@@ -83,7 +83,7 @@ def test_bounds_under_doubt_say_what_they_are_about():
 def test_samples_are_boxes_of_doubt_of_the_question_as_it_was_asked():
     """The checker looks at every vertex of every cell in the box: another proof, without copies."""
     model, problem = toy_case(0, start=True)
-    few = SMALL.replace(n_samples=40, polytopes=False)
+    few = SMALL.replace(samples=40, polytopes=False)
     answer = Planner(model).solve(problem.replace(doubt=ROUGH), KEY, few)
     assert answer.proved and len(answer.sample_parts) and answer.corridors
     context = checker.Context(*question_parts(problem, model))

@@ -28,7 +28,7 @@ from parc_jax.verdict.pointwise import verdicts
 from parc_jax.verdict.scene import scene_of
 
 KEY = jax.random.PRNGKey(0)
-SMALL = Settings(n_samples=8, target=0.3, budget_s=300, polytopes=True)
+SMALL = Settings(samples=8, target=0.3, budget_s=300, polytopes=True)
 
 
 def turned(model, angle: float, widths: bool = False):
@@ -158,7 +158,7 @@ def here():
     model, problem = toy_case(0)
     model = told(model, rotation=(TURNS,))
     free = Planner(model).solve(
-        problem, KEY, SMALL.replace(n_samples=1, samples_only=True, polytopes=False)
+        problem, KEY, SMALL.replace(samples=1, samples_only=True, polytopes=False)
     )
     at = [*free.samples[0, :2], 0.0]
     return model, problem, at, Planner(model).solve(problem, KEY, SMALL, at=at)

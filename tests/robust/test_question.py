@@ -29,7 +29,7 @@ from parc_jax.verdict.pointwise import verdicts
 from parc_jax.verdict.scene import scene_of
 
 KEY = jax.random.PRNGKey(0)
-SMALL = Settings(n_samples=12, target=0.2, budget_s=300, polytopes=True)
+SMALL = Settings(samples=12, target=0.2, budget_s=300, polytopes=True)
 TRIANGLE = hpolytope([[1.0, 1.0], [-1.0, 2.0], [0.0, -1.0]], [0.03, 0.02, 0.01])
 SQUARE = box([-0.02, -0.02], [0.02, 0.02])
 DOUBT = Doubt(start=[0.03, 0.02], goal=[0.02, 0.01, 0.03], obstacles=[TRIANGLE, SQUARE])

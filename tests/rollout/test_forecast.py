@@ -97,7 +97,7 @@ def test_the_readme_counts_every_run_of_the_main_job():
     assert f"{forecast_of(MAIN).runs:,} rollouts" in told and MAIN.driven
     assert f"{required_runs(MAIN.eps, each):,} rollouts of this\nvery plan" in told
     assert f"{near:,} near it" in told
-    assert MAIN.repeats == 1 and f"{MAIN.n_samples} rollouts, one of each plan returned" in told
+    assert MAIN.repeats == 1 and f"{MAIN.samples} rollouts, one of each plan returned" in told
 
 
 @pytest.mark.slow

@@ -37,7 +37,7 @@ def test_the_gap_is_closed_until_no_plan_is_found(model):
 @pytest.mark.night
 def test_a_narrow_scene_is_answered_through_wider_ones_and_proved(model):
     method = ClosingIn((gap_problem(1.6), gap_problem(1.3)))
-    settings = Settings(method=method, n_samples=5)
+    settings = Settings(method=method, samples=5)
     answer = Planner(model).solve(gap_problem(1.1), jax.random.key(0), settings)
     assert len(answer.samples) == 5 and answer.status is Status.PROVED
     assert answer.volume() is None

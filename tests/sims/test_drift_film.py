@@ -55,7 +55,7 @@ def test_the_run_is_the_simulator_s_and_the_camera_sees_it():
 def answer_file(tmp_path_factory):
     model = pj.load(Path(__file__).parents[1] / "data" / "drift_4x8.npz")
     answer = pj.Planner(model).solve(
-        problem(), jax.random.PRNGKey(0), pj.Settings(n_samples=3, samples_only=True)
+        problem(), jax.random.PRNGKey(0), pj.Settings(samples=3, samples_only=True)
     )
     path = tmp_path_factory.mktemp("answer") / "answer.json"
     answer.save(path)

@@ -196,7 +196,7 @@ def test_volume_of_a_safe_set_known_on_paper():
     answer = Planner(model).solve(
         problem,
         jax.random.key(0),
-        Settings(target=0.05, n_samples=10, budget_s=300, polytopes=True),
+        Settings(target=0.05, samples=10, budget_s=300, polytopes=True),
     )
     # height of end points above the body's lowest place: both z_1 and z_1 - k_1 must be in [0, ..)
     z = 1.5
@@ -244,7 +244,7 @@ def test_a_hidden_spike_of_relative_area_1e_8_is_in_no_polytope():
     answer = Planner(model).solve(
         problem,
         jax.random.key(0),
-        Settings(target=0.05, n_samples=20, budget_s=300, polytopes=True),
+        Settings(target=0.05, samples=20, budget_s=300, polytopes=True),
     )
     assert answer.coverage.at_least > 0.95 and answer.refused == 0
     rng = np.random.default_rng(0)

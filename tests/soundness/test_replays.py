@@ -152,7 +152,7 @@ def parking():
     answer = Planner(model).solve(
         scenario.problem(),
         jax.random.key(0),
-        Settings(target=0.05, n_samples=100, budget_s=300, polytopes=True),
+        Settings(target=0.05, samples=100, budget_s=300, polytopes=True),
     )
     return model, answer
 

@@ -46,7 +46,7 @@ def answers():
         out[number] = Planner(model).solve(
             problem,
             jax.random.key(number),
-            Settings(target=0.1, n_samples=30, budget_s=300, polytopes=True),
+            Settings(target=0.1, samples=30, budget_s=300, polytopes=True),
         )
     return out
 
@@ -149,7 +149,7 @@ def test_polytopes_that_lost_a_guard_would_be_refused(answers, monkeypatch):
 
     monkeypatch.setattr(building, "_spelled_out", careless)
     answer = Planner(model).solve(
-        problem, jax.random.key(4), Settings(target=0.1, n_samples=1, budget_s=300, polytopes=True)
+        problem, jax.random.key(4), Settings(target=0.1, samples=1, budget_s=300, polytopes=True)
     )
     assert answer.refused > 0 and answer.coverage.at_least == answer.corridor_coverage.at_least == 0
     check = context_of(answer).check_set
@@ -218,7 +218,7 @@ def test_what_a_broken_engine_finds_is_refused_unless_it_is_true(fault):
         answer = Planner(WRONG[fault](model, problem)[0]).solve(
             WRONG[fault](model, problem)[1],
             jax.random.key(0),
-            Settings(target=0.5, n_samples=150, proof=False, budget_s=300, polytopes=True),
+            Settings(target=0.5, samples=150, proof=False, budget_s=300, polytopes=True),
         )
         samples, _, polytopes = prove(
             problem, model, answer.sample_parts, polytopes=answer.polytopes
@@ -236,7 +236,7 @@ def test_low_precision_in_the_search_is_found_out_or_harmless():
     answer = Planner(rounded_weights(model)).solve(
         problem,
         jax.random.key(0),
-        Settings(target=0.5, n_samples=150, proof=False, budget_s=300, polytopes=True),
+        Settings(target=0.5, samples=150, proof=False, budget_s=300, polytopes=True),
     )
     samples, *_ = prove(problem, model, answer.sample_parts)
     x = answer.samples
@@ -313,7 +313,7 @@ def test_same_key_same_answer_other_key_other_answer():
         Planner(model).solve(
             problem,
             jax.random.key(s),
-            Settings(target=0.2, n_samples=10, proof=False, budget_s=300, polytopes=True),
+            Settings(target=0.2, samples=10, proof=False, budget_s=300, polytopes=True),
         )
         for s in (1, 1, 2)
     )
@@ -348,7 +348,7 @@ def honest_looks(repeats, confidence, target, fresh):
             Settings(
                 target=target,
                 confidence=confidence,
-                n_samples=1,
+                samples=1,
                 proof=False,
                 budget_s=300,
                 polytopes=True,
@@ -406,7 +406,7 @@ def test_statements_say_what_is_shown_and_what_is_assumed(answers):
     floats = Planner(model).solve(
         problem,
         jax.random.key(0),
-        Settings(target=0.3, n_samples=3, proof=False, budget_s=300, polytopes=True),
+        Settings(target=0.3, samples=3, proof=False, budget_s=300, polytopes=True),
     )
     assert (
         floats.status is Status.BOUNDED
@@ -459,7 +459,7 @@ def test_random_scenes_lose_nothing_between_floats_and_proofs():
         answer = Planner(model).solve(
             problem,
             jax.random.key(number),
-            Settings(target=0.3, n_samples=40, budget_s=300, polytopes=True),
+            Settings(target=0.3, samples=40, budget_s=300, polytopes=True),
         )
         shallow = 0
         if answer.refused:  # allowed only for what short fractions cannot separate

@@ -384,8 +384,8 @@ def test_a_proof_beyond_the_limits_of_the_checker_is_refused_in_words():
     model, _ = buried(9)
     problem = reach_avoid(box((3, -0.5, -100), (4, 0.5, 100)), [], 0.1)
     with pytest.raises(InputError, match="limits of the exact checker"):
-        Planner(model).solve(problem, jax.random.key(0), Settings(n_samples=1, samples_only=True))
-    unproved = Settings(n_samples=1, samples_only=True, proof=False)
+        Planner(model).solve(problem, jax.random.key(0), Settings(samples=1, samples_only=True))
+    unproved = Settings(samples=1, samples_only=True, proof=False)
     found = Planner(model).solve(problem, jax.random.key(0), unproved)
     assert found.found
 

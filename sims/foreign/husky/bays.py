@@ -30,7 +30,7 @@ def main() -> None:
             answer = planner.solve(
                 problem(width, outside=outside),
                 jax.random.PRNGKey(0),
-                Settings(n_samples=20, polytopes=True),
+                Settings(samples=20, polytopes=True),
             )
             row = f"{width:.1f} m  {'outside ' if outside else 'anywhere'}"
             if not answer.found:

@@ -47,7 +47,7 @@ def job(
     with watch("claim"):
         model = claimed(net, runs, eps, discard or 0)
     with watch("safe set"):
-        answer = Planner(model).solve(problem(), key, Settings(n_samples=PLANS, polytopes=True))
+        answer = Planner(model).solve(problem(), key, Settings(samples=PLANS, polytopes=True))
         model.save(out / "model.npz")  # beside its own answer, never beside an older one
         answer.save(out / "answer.json")
     with watch("held-out commands against the answer"):

@@ -53,7 +53,7 @@ def trial(
     )
     model = trajectory_model(net, claim)
     bay = problem(BAY_WIDTH * size[1] / c.WIDTH, BAY_LENGTH * size[0] / c.LENGTH)
-    answer = Planner(model).solve(bay, key, Settings(n_samples=20, polytopes=True))
+    answer = Planner(model).solve(bay, key, Settings(samples=20, polytopes=True))
     left = worst_by_group(~inside_tube(claim, net, later.runs), later.runs.groups)
     way = np.linalg.norm(fine.p[:, -1], axis=1)
     found = {

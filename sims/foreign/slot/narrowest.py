@@ -19,7 +19,7 @@ SAMPLES = 4  # safe plans to look for in each slot
 def narrowest(model, widths, key) -> list[dict]:
     """Per width [m], in order, the plans that were drawn and proved; ends where there are none."""
     planner = Planner(model)
-    settings = Settings(n_samples=SAMPLES, work=1e-3, samples_only=True)
+    settings = Settings(samples=SAMPLES, work=1e-3, samples_only=True)
     found = []
     for width in widths:
         answer = planner.solve(problem(width), key, settings)
