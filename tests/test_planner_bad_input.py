@@ -207,7 +207,7 @@ def test_models_survive_a_file_and_damage_is_refused(tmp_path):
     )
     assert again.claim.statement() == model.claim.statement()
     np.testing.assert_array_equal(
-        scene_of(problem, again).obstacles.corner, scene_of(problem, model).obstacles.corner
+        scene_of(problem, again).obstacles.vertices, scene_of(problem, model).obstacles.vertices
     )
     assert [p.name for p in path.parent.iterdir()] == ["model.npz"]
 

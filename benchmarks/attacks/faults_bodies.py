@@ -32,28 +32,28 @@ BAD = "tests/checker/test_checker_checks.py::test_bad_certificates_are_rejected"
 DISTANCES = (
     Fault(
         "part_of_its_first_point",
-        "pairs_of",
+        "obstacles_of",
         "np.resize(own, n_i)",
         "own[0]",
         (IN_ORDER,),
     ),
     Fault(
         "body_at_the_first_knot_of_an_interval",
-        "Pairs.gaps.one",
+        "Obstacles.gaps.one",
         "[:-1], near[1:]",
         "[:-1], near[:-1]",
         (HULLS,),
     ),
     Fault(
         "errors_of_the_first_point_for_all",
-        "Pairs.gaps.one",
-        "near = places[:, points]\n            allowed = at(errors, np.s_[:, points])",
-        "near = places[:, points]\n            allowed = at(errors, np.s_[:, 0 * points])",
+        "Obstacles.gaps.one",
+        "pair.points])\n            times = jax.vmap(distance.separation",
+        "0 * pair.points])\n            times = jax.vmap(distance.separation",
         (OF_ALL,),
     ),
     Fault(
         "radius_of_a_part_dropped",
-        "pairs_of",
+        "obstacles_of",
         "radius[o] = shape.radius if isinstance(shape, Disc) else 0",
         "radius[o] = 0",
         (IN_ORDER,),
@@ -67,9 +67,9 @@ DISTANCES = (
     ),
     Fault(
         "span_of_a_pair_ends_one_early",
-        "pairs_of",
-        "pairs.active[o] = exists(problem, j, n_steps)",
-        "pairs.active[o] = np.roll(exists(problem, j, n_steps), -1)",
+        "obstacles_of",
+        "pairs.active[o] = exists(problem, j, layout.n_steps)",
+        "pairs.active[o] = np.roll(exists(problem, j, layout.n_steps), -1)",
         (IN_ORDER,),
     ),
     Fault(

@@ -19,9 +19,9 @@ QUERY = (
     ),
     Fault(
         "always_the_same_obstacle",
-        "GrownObstacles.only",
-        "[o][None] for",
-        "[0][None] for",
+        "Obstacles.only",
+        "[o][None], self",
+        "[0][None], self",
         JUDGED,
     ),
     Fault(

@@ -22,7 +22,7 @@ OBSTACLES = (
     ),
     Fault(
         "body_not_mirrored",
-        "grown_obstacles",
+        "signed_vertices",
         "body = [(-Fraction(x), -Fraction(y))",
         "body = [(Fraction(x), Fraction(y))",
         ("tests/obstacles/test_grown.py::test_support_of_the_sum_for_every_error_box",),
@@ -36,7 +36,7 @@ OBSTACLES = (
     ),
     Fault(
         "sign_patterns_of_two_quadrants",
-        "_signed_corners",
+        "signed_corners",
         "out.append((polygon[index], (sx, sy)))",
         "out.append((polygon[index], (sx, sx)))",
         ("tests/obstacles/test_grown.py::test_support_of_the_sum_for_every_error_box",),
@@ -73,16 +73,16 @@ OBSTACLES = (
 VERDICT = (
     Fault(
         "only_the_first_knot_of_an_interval",
-        "GrownObstacles.gaps.one",
+        "Obstacles.gaps.one",
         "[:-1], path[1:]",
         "[:-1], path[:-1]",
         ("tests/soundness/test_known_plans.py::test_a_thin_obstacle_between_knots_is_seen",),
     ),
     Fault(
         "tube_shrinks_obstacles",
-        "GrownObstacles.gaps.one",
-        "+ sign[None]",
-        "- sign[None]",
+        "Obstacles.gaps.one",
+        "+ pair.signs[None]",
+        "- pair.signs[None]",
         (
             "tests/soundness/test_known_plans.py"
             "::test_a_gap_of_exactly_body_and_tubes_is_refused_and_one_step_more_is_accepted",

@@ -11,12 +11,11 @@ from parc_jax.base.arrays import as_float64
 from parc_jax.body import Body, Disc, Polygon, numbered
 from parc_jax.errors import InputError
 from parc_jax.model import TrajectoryModel
-from parc_jax.obstacles.grown import GrownObstacles
-from parc_jax.obstacles.pairs import Pairs
+from parc_jax.obstacles.pairs import Obstacles, obstacles_of
 from parc_jax.problem import ReachAvoid, reach_avoid
 from parc_jax.sets.box import box
 from parc_jax.sets.hpolytope import hpolytope
-from parc_jax.verdict.scene import SceneArrays, float_slack, obstacles_of
+from parc_jax.verdict.scene import SceneArrays, float_slack, in_closed_form
 from parc_jax.verdict.sized import more_rows, size_class
 
 
@@ -168,71 +167,53 @@ def lay_out_boxes(boxes: BoxScenes, model: TrajectoryModel) -> SceneArrays:
     )
 
 
-def _obstacles(boxes: BoxScenes, model: TrajectoryModel) -> GrownObstacles | Pairs:
+def _obstacles(boxes: BoxScenes, model: TrajectoryModel) -> Obstacles:
     """The obstacles as `obstacles_of` gives them for every problem, padded to size classes."""
-    T = model.time.n_steps
-    n_p = model.n_p
+    T, n_p = model.time.n_steps, model.n_p
     point = box(np.zeros(n_p), np.zeros(n_p))
     one = reach_avoid(box(-np.ones(n_p), np.ones(n_p)), [point], boxes.body)
-    about = obstacles_of(one, model)
+    n_parts = len(one.parts)
+    closed = in_closed_form(one, model)
+    about = obstacles_of(one, model.points, model.layout, closed)  # every part once, at the origin
     t = np.arange(T)[None, None]
     during = (t >= boxes.spans[..., :1]) & (t <= boxes.spans[..., 1:])
     active = boxes.present[..., None] & during
-    if isinstance(about, GrownObstacles):
-        return _grown(boxes, active, about)
-    return _pairs(boxes, active, about, len(one.parts))
+    corners = _corners_by_sign if closed else _all_corners
+    vertices = corners(boxes, about, n_parts)
+    s, n_pairs, n_v, _ = vertices.shape
+    n_o, n_m = size_class(n_pairs), size_class(n_v, 2**n_p)
+    own = np.resize(np.arange(n_parts), n_o)
+    padded = np.zeros((s, n_o, n_m, n_p))
+    padded[:, :n_pairs] = np.pad(vertices, ((0, 0), (0, 0), (0, n_m - n_v), (0, 0)), mode="edge")
+    of_pairs = np.zeros((s, n_o, T), bool)
+    of_pairs[:, :n_pairs] = active.repeat(n_parts, axis=1)
+    more = ((0, 0), (0, n_m - n_v if closed else 0), (0, 0))
+    signs = np.pad(about.signs[own], more, mode="edge") if closed else about.signs[own]
+    return Obstacles(
+        vertices=padded,
+        signs=np.broadcast_to(signs, (s, *signs.shape)),
+        radius=np.broadcast_to(about.radius[own], (s, n_o)),
+        points=np.broadcast_to(about.points[own], (s, n_o, about.points.shape[1])),
+        active=of_pairs,
+    )
 
 
-def _pairs(boxes: BoxScenes, active: np.ndarray, about: Pairs, n_parts: int) -> Pairs:
-    """Pairs of all scenes. about: of a point obstacle at the origin, with every part once."""
+def _all_corners(boxes: BoxScenes, about: Obstacles, n_parts: int) -> np.ndarray:
+    """(s, pairs, v, n_p): every corner of every box with every vertex of every part."""
     s, o, n_p = boxes.obstacle_lo.shape
     upper = np.array(list(itertools.product((False, True), repeat=n_p)))[None, None]
     corner = np.where(upper, boxes.obstacle_hi[:, :, None], boxes.obstacle_lo[:, :, None])
     corner = np.where(boxes.present[..., None, None], corner, 0.0)
     shapes = about.vertices[:n_parts]
     sums = corner[:, :, None, :, None] + shapes[None, None, :, None]
-    sums = sums.reshape(s, o * n_parts, -1, n_p)
-    n_o = size_class(o * n_parts)
-    n_v = size_class(sums.shape[2], 2**n_p)
-    vertices = np.zeros((s, n_o, n_v, n_p))
-    vertices[:, : o * n_parts] = np.pad(
-        sums, ((0, 0), (0, 0), (0, n_v - sums.shape[2]), (0, 0)), mode="edge"
-    )
-    own = np.resize(np.arange(n_parts), n_o)
-    pair_active = np.zeros((s, n_o, active.shape[2]), bool)
-    pair_active[:, : o * n_parts] = active.repeat(n_parts, axis=1)
-    return Pairs(
-        vertices=vertices,
-        radius=np.broadcast_to(about.radius[own], (s, n_o)),
-        points=np.broadcast_to(about.points[own], (s, n_o, about.points.shape[1])),
-        active=pair_active,
-    )
+    return sums.reshape(s, o * n_parts, -1, n_p)
 
 
-def _grown(boxes: BoxScenes, active: np.ndarray, about: GrownObstacles) -> GrownObstacles:
-    """Grown obstacles of all scenes. about: of a point obstacle at the origin, whose corners and
-    signs are added to a box's corner of equal sign.
-    """
-    s, o, _ = boxes.obstacle_lo.shape
-    n_o = size_class(o)
-    body_corner, body_sign = about.corner[0], about.sign[0]
-    m = len(body_corner)
-    n_m = size_class(m, 4)
-    upper = (body_sign > 0)[None, None]  # (1, 1, m, 2)
-    kept = np.where(upper, boxes.obstacle_hi[:, :, None], boxes.obstacle_lo[:, :, None])
-    kept = np.where(boxes.present[..., None, None], kept + body_corner[None, None], 0.0)
-    corner = np.zeros((s, n_o, n_m, 2))
-    corner[:, :o, :m] = kept
-    corner[:, :o, m:] = kept[:, :, -1:]
-    sign = np.pad(body_sign, ((0, n_m - m), (0, 0)), mode="edge")
-    during = np.zeros((s, n_o, active.shape[2]), bool)
-    during[:, :o] = active
-    return GrownObstacles(
-        corner=corner,
-        sign=np.broadcast_to(sign, (s, n_o, n_m, 2)),
-        radius=np.full(s, float(about.radius)),
-        active=during,
-    )
+def _corners_by_sign(boxes: BoxScenes, about: Obstacles, n_parts: int) -> np.ndarray:
+    """The same in closed form: each corner of the body with the corner of a box of equal sign."""
+    upper = (about.signs[0] > 0)[None, None]
+    corner = np.where(upper, boxes.obstacle_hi[:, :, None], boxes.obstacle_lo[:, :, None])
+    return np.where(boxes.present[..., None, None], corner + about.vertices[0], 0.0)
 
 
 def _rows(lo: np.ndarray, hi: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

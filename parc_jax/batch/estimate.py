@@ -12,8 +12,7 @@ import numpy as np
 from parc_jax.base.arrays import dot, once, x64
 from parc_jax.claim.error_set import ErrorTemplate
 from parc_jax.claim.tube import Tube
-from parc_jax.obstacles.grown import GrownObstacles
-from parc_jax.obstacles.pairs import Pairs
+from parc_jax.obstacles.pairs import Obstacles
 
 STRIDE = 4  # [knots] from which to which paths are taken to be straight at a rough look
 AROUND = 24  # directions tried in the plane; in space those from a cube to its neighbours
@@ -54,15 +53,15 @@ def _fan_table(errors: ErrorTemplate):
     return lost.swapaxes(2, 3).astype(jnp.float32)
 
 
-def estimate_clearance(obstacles: GrownObstacles | Pairs, path, taken: Taken):
+def estimate_clearance(obstacles: Obstacles, path, taken: Taken):
     """Estimated clearance [m] (c,) of paths (c, n_c, T + 1), float32 with the time last."""
     obstacles = jax.tree.map(_single, obstacles)
-    if isinstance(obstacles, GrownObstacles):
+    if obstacles.closed:
         return _along_edges(obstacles, path, taken.half[:, 0])
     return _along_a_fan(obstacles, path, taken)
 
 
-def estimate_roughly(pairs: Pairs, path, taken: Taken):
+def estimate_roughly(pairs: Obstacles, path, taken: Taken):
     """The same from every STRIDE-th knot alone: the paths are straight between these, with the
     errors of the interval in the middle; an obstacle that exists in some interval between two of
     them does in all.
@@ -80,14 +79,14 @@ def estimate_roughly(pairs: Pairs, path, taken: Taken):
     return estimate_clearance(pairs.replace(active=active), path[..., knots], few)
 
 
-def _along_edges(grown: GrownObstacles, path, error):
+def _along_edges(grown: Obstacles, path, error):
     """The largest gap along edge normals of the grown obstacle: exact beside an edge, too small
     around a corner of a disc. error (c, 2, T).
     """
 
     def obstacle(j, clearance):
-        corner = grown.corner[j]
-        sign = grown.sign[j]
+        corner = grown.vertices[j]
+        sign = grown.signs[j]
         # an edge for some error > 0
         edge = jnp.roll(corner, -1, axis=0) - corner + jnp.roll(sign, -1, axis=0) - sign
         length = jnp.sqrt((edge * edge).sum(axis=1))
@@ -103,13 +102,14 @@ def _along_edges(grown: GrownObstacles, path, error):
 
         nothing = jnp.full(error.shape[::2], -jnp.inf, jnp.float32)
         gap = jax.lax.fori_loop(0, len(corner), side, nothing)
-        return jnp.minimum(clearance, jnp.where(grown.active[j][None], gap, jnp.inf).min(axis=1))
+        gap = jnp.where(grown.active[j][None], gap - grown.radius[j], jnp.inf)
+        return jnp.minimum(clearance, gap.min(axis=1))
 
     far = jnp.full(len(path), jnp.inf, jnp.float32)
-    return jax.lax.fori_loop(0, len(grown.corner), obstacle, far) - grown.radius
+    return jax.lax.fori_loop(0, len(grown.vertices), obstacle, far)
 
 
-def _along_a_fan(pairs: Pairs, path, taken: Taken):
+def _along_a_fan(pairs: Obstacles, path, taken: Taken):
     """The largest gap along directions of a fan, the same for all pairs: too small between them.
     How far every point is along one is worked out once for all pairs.
     """

@@ -19,7 +19,6 @@ from parc_jax.claim.error_set import ErrorSet, at
 from parc_jax.claim.tube import Tube
 from parc_jax.network.predict import HIGHEST, moved_to, predict
 from parc_jax.network.relu import ReLUNetwork
-from parc_jax.obstacles.pairs import Pairs
 from parc_jax.verdict.pointwise import verdict
 from parc_jax.verdict.scene import SceneArrays
 
@@ -143,7 +142,7 @@ def improve(best: Best, net, tube, table, scene: SceneArrays, pool: Pool, chosen
     checked = CHECKED
     path = _paths(pool, chosen, z)
     taken = Taken(None if pool.half is None else pool.half[chosen], table, pool.bin[chosen])
-    if isinstance(scene.obstacles, Pairs):  # a check costs much, and estimates are nearly right
+    if not scene.obstacles.closed:  # a check costs much, and estimates are nearly right
         checked = min(CHECKED, len(best.clearance))
         rough = jnp.where(worth, estimate_roughly(scene.obstacles, path, taken), -jnp.inf)
         _, few = jax.lax.top_k(rough, min(LOOKED, len(z)))

@@ -37,7 +37,7 @@ def placed(scene: Scene) -> Placed:
 
 
 def _placed(scene: Scene, device) -> Placed:
-    about = once(scene.model, _of_model, KNOTS[type(scene.obstacles)], device)
+    about = once(scene.model, _of_model, KNOTS[scene.obstacles.closed], device)
     own = (roomy(scene).arrays, ends_of(scene), scene.at)
     with x64(), jax.transfer_guard_host_to_device("allow"):
         return Placed(*about, *_moved(own))

@@ -17,7 +17,7 @@ import numpy as np
 from flax import struct
 
 from parc_jax.body import Disc, Polygon
-from parc_jax.obstacles.grown import bucket, numbered_pairs
+from parc_jax.obstacles.pairs import bucket, numbered_pairs
 from parc_jax.obstacles.polygon import corners
 from parc_jax.problem import ReachAvoid
 from parc_jax.sets.hpolytope import HPolytope

@@ -1,5 +1,5 @@
-"""One segment against one grown obstacle: the best separating direction, and the gap it proves.
-[T14]
+"""One segment against one polygon that grows with a box of errors: the best separating direction,
+and the gap it proves, in closed form. [T14]
 
 The distance of two disjoint convex polygons is attained corner-to-edge or corner-to-corner, so one
 of these directions attains it: normals of the obstacle's edges, the two normals of the segment, or
@@ -13,6 +13,7 @@ import jax.numpy as jnp
 # [m] A direction that is no longer proposes nothing: its square would be subnormal and its length,
 # and with it the gap, wrong by far more than rounding.
 SHORTEST = 2.0**-480
+TINY = 1e-300  # [m^2] against 0 / 0 where a corner is repeated
 
 
 def separation(pa, pb, corners, radius, xp=jnp):
@@ -71,3 +72,64 @@ def _unit(w, xp):
 
 
 separations = jax.vmap(separation, in_axes=(0, 0, 0, None))  # over time
+
+
+def touching(vertices, signs, radius, p, error):
+    """(t,) bool: are points p (t, 2) inside the polygon vertices (m, 2) + signs * error (t, 2), or
+    within the radius?
+
+    Edge by edge and without a division of the field into cases: this runs for every plan that is
+    ever drawn. A point or a wall has no inside; their area is exactly zero, as it is measured from
+    one of the corners.
+    """
+    inside = jnp.ones(len(p), bool)
+    nearest = jnp.full(len(p), jnp.inf)
+    area = jnp.zeros(len(p), p.dtype)
+    corners = [c[None] + s[None] * error for c, s in zip(vertices, signs, strict=True)]
+    for a, b in zip([corners[-1], *corners[:-1]], corners, strict=True):
+        along = b - a
+        to = p - a
+        from_a = a - corners[0]
+        from_b = b - corners[0]
+        area += from_a[:, 0] * from_b[:, 1] - from_a[:, 1] * from_b[:, 0]
+        inside &= along[:, 0] * to[:, 1] >= along[:, 1] * to[:, 0]
+        share = jnp.clip(dot2(to, along) / jnp.maximum(dot2(along, along), TINY), 0, 1)
+        off = to - share[:, None] * along
+        nearest = jnp.minimum(nearest, dot2(off, off))
+    return (inside & (area > 0)) | (nearest <= radius * radius)
+
+
+def signed_corners(polygon: list) -> list[tuple]:
+    """[(corner, sign pattern)] of polygon + box(e), counter-clockwise, for every e >= 0 at once;
+    polygon: its corners, exact, counter-clockwise. The pattern depends on the corner alone, so one
+    table serves every interval and every bin.
+
+    A corner of the sum maximises some w; near an axis of w its sign pattern changes. Walking around
+    the circle in the quadrants of w gives each corner of the polygon once per quadrant that its
+    normal cone meets.
+    """
+    out = []
+    for sx, sy in ((1, 1), (-1, 1), (-1, -1), (1, -1)):  # quadrants of w, counter-clockwise
+        entry, leave = ((sx, 0), (0, sy)) if sx == sy else ((0, sy), (sx, 0))
+        start = _farthest(polygon, entry, leave)
+        end = _farthest(polygon, leave, entry)
+        index = start
+        while True:
+            out.append((polygon[index], (sx, sy)))
+            if index == end:
+                break
+            index = (index + 1) % len(polygon)
+    return out
+
+
+def _farthest(polygon, w, tie) -> int:
+    """Index of the corner that maximises w, ties broken towards `tie`. Both are plus or minus a
+    unit vector.
+    """
+    return max(range(len(polygon)), key=lambda i: (_along(w, polygon[i]), _along(tie, polygon[i])))
+
+
+def _along(axis, point):
+    """axis . point of exact numbers, without a product."""
+    value = point[0] if axis[0] else point[1]
+    return value if sum(axis) > 0 else -value

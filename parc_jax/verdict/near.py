@@ -8,7 +8,7 @@ from parc_jax.base.arrays import once
 from parc_jax.body import numbered
 from parc_jax.claim.error_set import at
 from parc_jax.obstacles.apart import Apart, Extent, apart, extent_of, spans_of
-from parc_jax.obstacles.grown import exists
+from parc_jax.obstacles.pairs import exists
 from parc_jax.obstacles.polygon import corners
 from parc_jax.obstacles.ways import ways_of
 from parc_jax.problem import ReachAvoid

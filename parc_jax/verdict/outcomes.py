@@ -10,7 +10,6 @@ import numpy as np
 from parc_jax.base.arrays import dot, map_rows, slices
 from parc_jax.claim.error_set import ErrorBox, at
 from parc_jax.network.predict import moved_to
-from parc_jax.obstacles.pairs import Pairs
 from parc_jax.rollout.batch import RolloutBatch
 from parc_jax.verdict.pointwise import clearance
 from parc_jax.verdict.scene import Scene
@@ -75,7 +74,7 @@ def _nearest(scene: Scene, path: np.ndarray) -> np.ndarray:
     """Distance (n,). The hull for which facets promise least is measured first, then those for
     which they promise less than that.
     """
-    if not isinstance(scene.obstacles, Pairs):
+    if scene.obstacles.closed:
         return map_rows(CHUNK, partial(_clearances, scene), path)
     promised = map_rows(CHUNK, partial(_promised, scene), path)
     least = promised.reshape(len(path), -1).argmin(axis=1)
@@ -90,7 +89,7 @@ def _nearest(scene: Scene, path: np.ndarray) -> np.ndarray:
 
 def _not_apart(scene: Scene, path: np.ndarray) -> np.ndarray:
     """(n,) bool: those that no facet keeps apart are measured."""
-    if not isinstance(scene.obstacles, Pairs):
+    if scene.obstacles.closed:
         return ~(_nearest(scene, path) > 0)
     run, o, t = np.nonzero(~(map_rows(CHUNK, partial(_promised, scene), path) > 0))
     touched = np.zeros(len(path), bool)

@@ -1,7 +1,6 @@
 """A problem as arrays for one model: everything a query needs, padded to few compiled shapes."""
 
 import dataclasses
-from collections.abc import Sequence
 
 import numpy as np
 from flax import struct
@@ -15,8 +14,7 @@ from parc_jax.network.predict import Layout
 from parc_jax.network.rounding import UNIT, rounding_bound
 from parc_jax.obstacles.apart import Apart
 from parc_jax.obstacles.directions import DirectionTable, direction_table
-from parc_jax.obstacles.grown import GrownObstacles, bucket, grown_obstacles, numbered_pairs
-from parc_jax.obstacles.pairs import Pairs, pairs_of
+from parc_jax.obstacles.pairs import Obstacles, bucket, numbered_pairs, obstacles_of
 from parc_jax.problem import ReachAvoid, require_points
 from parc_jax.robust.question import Plain
 from parc_jax.sets.bounding_box import bounding_box
@@ -45,7 +43,7 @@ class SceneArrays:
     z_hi: np.ndarray
     k_lo: np.ndarray
     k_hi: np.ndarray
-    obstacles: GrownObstacles | Pairs
+    obstacles: Obstacles
     slack: np.ndarray
     beyond: np.ndarray
 
@@ -127,7 +125,8 @@ def scene_arrays(
     check_fits(problem, model)
     box_lo, box_hi = goal_box(problem.goal, model.layout)
     start = problem.start or HPolytope(np.zeros((0, model.n_p)), np.zeros(0))
-    grown = obstacles_of(problem, model, None if apart is None else apart.kept)
+    kept = None if apart is None else apart.kept
+    grown = obstacles_of(problem, model.points, model.layout, in_closed_form(problem, model), kept)
     bounds = np.array([*box_lo, *box_hi])
     size = np.abs(bounds[np.isfinite(bounds)]).max() + grown.size
     z_lo, z_hi = box_lo[: model.n_p], box_hi[: model.n_p]
@@ -291,18 +290,13 @@ def _padded(poly: HPolytope):
     return as_float64("rows", A, (None, None)), as_float64("offsets", b, (None,))
 
 
-def obstacles_of(
-    problem: ReachAvoid, model, kept: Sequence[int] | None = None
-) -> GrownObstacles | Pairs:
-    """The obstacles, with which every part of the body is to be kept apart: for one point in the
-    plane whose errors are boxes the exact distance is known in closed form. kept: numbers of the
-    pairs to be looked at. Raises InputError.
+def in_closed_form(problem: ReachAvoid, model: TrajectoryModel) -> bool:
+    """Is the distance of obstacles known in closed form? So it is for one point in the plane whose
+    errors are boxes.
     """
     planar = model.layout == Layout(model.time.n_steps, 2)
     boxes = isinstance(model.tube.errors, ErrorBox)
-    if planar and boxes and not isinstance(problem.body, Body):
-        return grown_obstacles(problem, model.time.n_steps, kept)
-    return pairs_of(problem, model.points, model.layout, kept)
+    return planar and boxes and not isinstance(problem.body, Body)
 
 
 def float_slack(model, size):

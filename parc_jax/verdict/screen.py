@@ -20,8 +20,6 @@ from parc_jax.claim.tube import Tube
 from parc_jax.model import TrajectoryModel
 from parc_jax.network.predict import moved_to, predict
 from parc_jax.network.relu import ReLUNetwork
-from parc_jax.obstacles.grown import GrownObstacles
-from parc_jax.obstacles.pairs import Pairs
 from parc_jax.verdict.facets import Facets, facets_of
 from parc_jax.verdict.pointwise import arrival, prediction
 from parc_jax.verdict.scene import Scene
@@ -29,11 +27,11 @@ from parc_jax.verdict.scene import Scene
 CHUNK = 512  # points per compiled call: intermediates stay in cache
 KNOT_CHUNK = 2048  # the same for the test at a few knots
 # at which that test is made: in closed form it costs little, for hulls more than it mostly saves
-KNOTS = {GrownObstacles: 12, Pairs: 3}
+KNOTS = {True: 12, False: 3}
 COMPARED = 32  # intervals, about, among which the one that looks worst is sought
 ITEMS = 2048  # open obstacle-interval pairs per compiled call
 # all three; where every pair is a search for a direction, what only fills up a call costs much
-SIZES = {GrownObstacles: (KNOT_CHUNK, CHUNK, ITEMS), Pairs: (512, 256, 256)}
+SIZES = {True: (KNOT_CHUNK, CHUNK, ITEMS), False: (512, 256, 256)}
 
 
 def knot_test(few: ReLUNetwork, knots, tube, scene: Scene, z, k, facets: Facets | None = None):
@@ -162,7 +160,7 @@ def _resident(scene: Scene) -> tuple:
     find them.
     """
     model = scene.model
-    few = few_outputs(model, KNOTS[type(scene.obstacles)])
+    few = few_outputs(model, KNOTS[scene.obstacles.closed])
     facets = facets_of(scene)
     with x64():
         return jax.device_put((*few, model.net, on_device(model.tube), scene.arrays, facets))
@@ -186,7 +184,7 @@ class Screened(NamedTuple):
 def screen(scene: Scene, z, k) -> Screened:
     """Which of the plans with predicted ends z (b, n_p) and parameters k (b, n_k) are safe."""
     few, knots, net, tube, arrays, facets = once(scene, _resident)
-    sizes = SIZES[type(scene.obstacles)]
+    sizes = SIZES[scene.obstacles.closed]
     reaches, outside = map_rows(
         sizes[0], lambda z, k: _knot_tests(few, knots, tube, arrays, z, k, facets), z, k
     )

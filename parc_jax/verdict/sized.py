@@ -5,8 +5,7 @@ Padding never holds a plan back: rows 0 x <= FREE, obstacles that are never acti
 
 import numpy as np
 
-from parc_jax.obstacles.grown import GrownObstacles
-from parc_jax.obstacles.pairs import Pairs
+from parc_jax.obstacles.pairs import Obstacles
 from parc_jax.verdict.scene import Scene, SceneArrays
 
 LEAST_ROWS = 8  # of goal and start, so that most scenes agree; a row costs little
@@ -25,8 +24,7 @@ def size_class(n: int, least: int = 1) -> int:
 def sized(scene: SceneArrays, least_obstacles: int = 1) -> SceneArrays:
     """One scene of a batch padded to its size class. least_obstacles: to which at least."""
     obstacles = scene.obstacles
-    corners = obstacles.vertices if isinstance(obstacles, Pairs) else obstacles.corner
-    n_o, n_m, n_p = corners.shape
+    n_o, n_m, n_p = obstacles.vertices.shape
     return _with_more_rows(scene).replace(
         obstacles=_padded(obstacles, size_class(n_o, least_obstacles), size_class(n_m, 2**n_p))
     )
@@ -55,22 +53,18 @@ def more_rows(A: np.ndarray, b: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     return _longer(A, n, 0.0, axis=-2), _longer(b, n, FREE, axis=-1)
 
 
-def _padded(obstacles: GrownObstacles | Pairs, n_o: int, n_m: int) -> GrownObstacles | Pairs:
+def _padded(obstacles: Obstacles, n_o: int, n_m: int) -> Obstacles:
     """With n_o obstacles, of at least n_m corners."""
-    active = _longer(obstacles.active, n_o, False)
 
     def around(corners):
         return _longer(_longer(corners, n_o), n_m, axis=1)
 
-    if isinstance(obstacles, GrownObstacles):
-        return obstacles.replace(
-            corner=around(obstacles.corner), sign=around(obstacles.sign), active=active
-        )
-    return Pairs(
+    return Obstacles(
         vertices=around(obstacles.vertices),
+        signs=around(obstacles.signs) if obstacles.closed else _longer(obstacles.signs, n_o),
         radius=_longer(obstacles.radius, n_o, 0.0),
         points=_longer(obstacles.points, n_o),
-        active=active,
+        active=_longer(obstacles.active, n_o, False),
     )
 
 

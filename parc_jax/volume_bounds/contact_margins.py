@@ -18,7 +18,6 @@ from parc_jax.claim.error_set import ErrorSet
 from parc_jax.claim.error_set import at as errors_at
 from parc_jax.lp.interior import interior_point
 from parc_jax.network.predict import by_point
-from parc_jax.obstacles.grown import GrownObstacles
 from parc_jax.obstacles.segment import dot2
 from parc_jax.verdict.scene import Scene
 
@@ -145,7 +144,7 @@ def _lost(scene: Scene, o, errors: ErrorSet):
     """What the errors of each point, leading axis (n_points,), take from obstacle o: along its
     directions (n_points, d); half widths (n_points, n_p) where it is grown by them.
     """
-    if isinstance(scene.obstacles, GrownObstacles):
+    if scene.obstacles.closed:
         return errors.half
     w = jnp.asarray(scene.directions.w)[o]
     return errors_at(errors, np.s_[:, None]).support(-w)
@@ -179,16 +178,14 @@ def _gaps(scene: Scene, path, errors: ErrorSet):
     from every obstacle; errors of each interval and point.
     """
     obstacles = scene.obstacles
-    if isinstance(obstacles, GrownObstacles):
+    if obstacles.closed:
 
-        def one(corner, sign):
-            corners = corner[None] + sign[None] * errors.half
-            in_interval = jax.vmap(
-                lambda p, c: point_gap(p, c, obstacles.radius), in_axes=(0, None)
-            )
-            return jax.vmap(in_interval)(moments(path), corners)
+        def one(vertices, signs, radius):
+            polygons = vertices[None] + signs[None] * errors.half
+            in_interval = jax.vmap(point_gap, in_axes=(0, None, None))
+            return jax.vmap(in_interval, in_axes=(0, 0, None))(moments(path), polygons, radius)
 
-        gap, w = jax.vmap(one)(obstacles.corner, obstacles.sign)
+        gap, w = jax.vmap(one)(obstacles.vertices, obstacles.signs, obstacles.radius)
     else:
         n_points = path.shape[1] // scene.start_A.shape[1]
         table = scene.directions
@@ -232,9 +229,10 @@ def _deepest(scene: Scene, o, at, lost, weights, corners):
     at = corners + dot(weights[:, None], at.T[None])
     lost = dot(weights[:, None], lost.T[None])
     obstacles = scene.obstacles
-    if isinstance(obstacles, GrownObstacles):
-        grown = obstacles.corner[o][None] + obstacles.sign[o][None] * lost[:, None]
-        gap, _ = jax.vmap(point_gap, in_axes=(0, 0, None))(at, grown, obstacles.radius)
+    if obstacles.closed:
+        one = jax.tree.map(lambda x: jnp.asarray(x)[o], obstacles)
+        grown = one.vertices[None] + one.signs[None] * lost[:, None]
+        gap, _ = jax.vmap(point_gap, in_axes=(0, 0, None))(at, grown, one.radius)
     else:
         w, support = jnp.asarray(scene.directions.w)[o], jnp.asarray(scene.directions.support)[o]
         gap, _ = jax.vmap(hull_gap, in_axes=(None, None, 0, 0))(

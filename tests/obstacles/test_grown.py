@@ -9,13 +9,19 @@ from toy_models import random_polygon
 
 from parc_jax.body import Polygon
 from parc_jax.errors import InputError
-from parc_jax.obstacles import grown
-from parc_jax.obstacles.grown import BUCKETS, bucket, grown_obstacles
+from parc_jax.network.predict import Layout
+from parc_jax.obstacles import segment
+from parc_jax.obstacles.pairs import BUCKETS, bucket, obstacles_of
 from parc_jax.problem import reach_avoid
 from parc_jax.sets.box import box
 from parc_jax.sets.hpolytope import hpolytope
 
 GOAL = box([0, 0, 0], [1, 1, 1])
+
+
+def grown_obstacles(problem, n_steps):
+    """Of one point in the plane, in closed form."""
+    return obstacles_of(problem, ("p",), Layout(n_steps, 2), closed=True)
 
 
 def bodies(rng):
@@ -45,7 +51,7 @@ def support_gap(problem, table, rng, j=0):
         rng.uniform(0, 1e-6, 2),
     ):
         expected = (base @ w.T).max(axis=0) + (minus @ w.T).max(axis=0) + np.abs(w) @ e
-        got = ((table.corner[j] + table.sign[j] * e) @ w.T).max(axis=0)
+        got = ((table.vertices[j] + table.signs[j] * e) @ w.T).max(axis=0)
         worst = max(worst, np.abs(got - expected).max())
     return worst
 
@@ -60,7 +66,7 @@ def test_support_of_the_sum_for_every_error_box(seed):
     for body in bodies(rng):
         problem = reach_avoid(GOAL, obstacles, body)
         table = grown_obstacles(problem, 3)
-        assert float(table.radius) == (body if isinstance(body, float) else 0.0)
+        assert table.radius[0] == (body if isinstance(body, float) else 0.0)
         assert max(support_gap(problem, table, rng, j) for j in (0, 1)) < 1e-11
 
 
@@ -71,7 +77,7 @@ def test_corners_run_counter_clockwise_for_every_error_box(seed):
         reach_avoid(GOAL, [random_polygon(rng, [0, 0], 1.0)], bodies(rng)[3]), 3
     )
     for e in (np.zeros(2), rng.uniform(0, 1, 2), np.array([0.3, 0.0])):
-        c = table.corner[0] + table.sign[0] * e
+        c = table.vertices[0] + table.signs[0] * e
         a, b = np.roll(c, -1, axis=0) - c, np.roll(c, -2, axis=0) - np.roll(c, -1, axis=0)
         assert (a[:, 0] * b[:, 1] - a[:, 1] * b[:, 0] > -1e-12).all()
 
@@ -82,8 +88,8 @@ def test_one_sign_pattern_per_corner_would_not_be_enough(monkeypatch, rng):
     )  # its corners face the axes
     problem = reach_avoid(GOAL, [diamond], 0.0)
     assert support_gap(problem, grown_obstacles(problem, 2), rng) < 1e-12
-    right = grown._signed_corners
-    monkeypatch.setattr(grown, "_signed_corners", lambda *given: list(dict(right(*given)).items()))
+    right = segment.signed_corners
+    monkeypatch.setattr(segment, "signed_corners", lambda *given: list(dict(right(*given)).items()))
     assert support_gap(problem, grown_obstacles(problem, 2), rng) > 1e-3
 
 
@@ -92,7 +98,7 @@ def test_padding_is_never_active_and_repeats_corners():
         GOAL, [box([0, 0], [1, 1])] * 5, 0.1, spans=[None, (0, 0), (2, 3), (3, 3), None]
     )
     table = grown_obstacles(problem, 4)
-    assert table.active.shape == (6, 4) and table.corner.shape[1] in BUCKETS
+    assert table.active.shape == (6, 4) and table.vertices.shape[1] in BUCKETS
     expected = [[1, 1, 1, 1], [1, 0, 0, 0], [0, 0, 1, 1], [0, 0, 0, 1], [1, 1, 1, 1], [0, 0, 0, 0]]
     assert table.active.astype(int).tolist() == expected
 

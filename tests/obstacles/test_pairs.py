@@ -12,7 +12,7 @@ from parc_jax.body import Part, Polygon, body_of, hull
 from parc_jax.claim.error_set import ErrorBox, at
 from parc_jax.errors import InputError
 from parc_jax.network.predict import Layout
-from parc_jax.obstacles.pairs import pairs_of
+from parc_jax.obstacles.pairs import obstacles_of
 from parc_jax.problem import goal_of_points, reach_avoid
 from parc_jax.sets.box import box
 
@@ -31,7 +31,7 @@ def problem():
 
 @pytest.fixture
 def pairs(problem):
-    return pairs_of(problem, POINTS, LAYOUT)
+    return obstacles_of(problem, POINTS, LAYOUT)
 
 
 def test_pairs_go_obstacle_by_obstacle(pairs):
@@ -72,9 +72,9 @@ def test_the_gap_of_one_interval_is_that_of_all(pairs):
 
 def test_unknown_points_and_late_spans_are_refused(problem):
     with pytest.raises(InputError, match=r"nose, tail; got 'hitch'|nose, tail\); got 'hitch'"):
-        pairs_of(problem, POINTS[:2], Layout(5, 2, 2))
+        obstacles_of(problem, POINTS[:2], Layout(5, 2, 2))
     with pytest.raises(InputError, match="span of obstacle 1: expected last < 3 intervals; got 3"):
-        pairs_of(problem, POINTS, LAYOUT._replace(n_steps=3))
+        obstacles_of(problem, POINTS, LAYOUT._replace(n_steps=3))
 
 
 @pytest.mark.parametrize("n_p", [2, 3])
@@ -84,7 +84,7 @@ def test_sums_are_exact_until_the_last_rounding(n_p):
     goal = goal_of_points(POINTS, box([-9.0] * n_p, [9.0] * n_p))
     obstacle = box([0.2] * n_p, [1.1] * n_p)
     problem = reach_avoid(goal, [obstacle], body_of([Part(("hitch",), shape)]))
-    vertices = pairs_of(problem, POINTS, Layout(5, n_p, 3)).vertices[0]
+    vertices = obstacles_of(problem, POINTS, Layout(5, n_p, 3)).vertices[0]
     exact = {float(Fraction(a) - Fraction(b)) for a in (0.2, 1.1) for b in (0.1, -0.7)}
     assert {float(x) for v in vertices for x in v} == exact
     assert len(np.unique(vertices, axis=0)) == {2: 6, 3: 16}[n_p]
@@ -97,7 +97,7 @@ def test_in_space_the_gap_is_that_of_what_is_seen_from_the_side():
     goal = goal_of_points(names, box([-9.0] * 3, [9.0] * 3))
     obstacle = box([-1.0, -1, -1], [0.5, 0.5, 0.5])
     problem = reach_avoid(goal, [obstacle], hull(*names, radius=0.25))
-    pairs = pairs_of(problem, names, Layout(1, 3, 4))
+    pairs = obstacles_of(problem, names, Layout(1, 3, 4))
     over = plate + np.array([0.0, 0.0, 1.0])
     beside = plate + np.array([0.9, 0.2, 0.1])
     allowed = ErrorBox(np.full((4, 3), 0.05))

@@ -13,7 +13,7 @@ from toy_bodies import points_model, points_problem
 
 from parc_jax.body import Disc, numbered
 from parc_jax.network.predict import by_point
-from parc_jax.obstacles.pairs import Pairs
+from parc_jax.obstacles.pairs import Obstacles
 from parc_jax.verdict.pointwise import anchor, verdicts
 from parc_jax.verdict.scene import scene_of
 
@@ -96,17 +96,17 @@ def test_clearances_are_the_distances_of_hulls(n_p, seed, fitted):
     assert (e.clearance[~free] <= 1e-6).all()
 
 
-def without_a_part(pairs: Pairs) -> Pairs:
+def without_a_part(pairs: Obstacles) -> Obstacles:
     active = np.array(pairs.active)
     active[1::2] = False
     return pairs.replace(active=active)
 
 
-def without_a_point(pairs: Pairs) -> Pairs:
+def without_a_point(pairs: Obstacles) -> Obstacles:
     return pairs.replace(points=np.repeat(pairs.points[:, :1], 2, axis=1))
 
 
-def without_radius(pairs: Pairs) -> Pairs:
+def without_radius(pairs: Obstacles) -> Obstacles:
     return pairs.replace(radius=pairs.radius * 0)
 
 

@@ -17,7 +17,7 @@ from parc_jax.certificate.write import (
 )
 from parc_jax.checker.exact import dot
 from parc_jax.network.relu import relu_network
-from parc_jax.obstacles import grown
+from parc_jax.obstacles import segment
 from parc_jax.obstacles.segment import separation
 from parc_jax.planner import Planner
 from parc_jax.problem import reach_avoid
@@ -124,7 +124,7 @@ def test_knots_alone_would_jump_the_wall(monkeypatch):
     points = jax.vmap(
         lambda pa, pb, corners, radius: separation(pa, pa, corners, radius), in_axes=(0, 0, 0, None)
     )
-    monkeypatch.setattr(grown, "separations", points)
+    monkeypatch.setattr(segment, "separations", points)
     assert bool(jax.jit(lambda *plan: engine.verdict(*plan))(*plan).clearance > 0)
 
 
@@ -320,7 +320,7 @@ def test_thin_wedges_are_where_their_decimals_put_them(opening):
             [1.3 * opening + offset, 1.3 * opening - offset, 2.0],
         )
         problem = reach_avoid(ANYWHERE, [hpolytope(A, b)], 0.0)
-        tip = scene_of(problem, model).obstacles.corner[0, :, 0].min()
+        tip = scene_of(problem, model).obstacles.vertices[0, :, 0].min()
         for room in (0.0, 1e-12, 1e-11):
             p0 = np.array([tip - room, offset])
             got, exact = judge(model, problem, p0, (0.0, 1.0))

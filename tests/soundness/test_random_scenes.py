@@ -12,7 +12,7 @@ import pytest
 from dense_oracle import DEPTH, knots_of, row_room, smallest_distance
 from toy_models import anchored_plans, random_model, random_problem
 
-from parc_jax.obstacles import grown, segment
+from parc_jax.obstacles import segment
 from parc_jax.problem import ReachAvoid
 from parc_jax.sets.box import box
 from parc_jax.sets.hpolytope import from_box, hpolytope
@@ -96,9 +96,9 @@ def stacked(case: Case):
     nets, tubes = ([getattr(m, name) for m in case.models] for name in ("net", "tube"))
     over = lambda parts: jax.tree.map(lambda *xs: np.stack(xs), *parts)  # noqa: E731
     laid_out = case.scene.obstacles
-    pad = ((0, 0), (0, CORNERS - laid_out.corner.shape[1]), (0, 0))  # one compiled shape
+    pad = ((0, 0), (0, CORNERS - laid_out.vertices.shape[1]), (0, 0))  # one compiled shape
     laid_out = laid_out.replace(
-        corner=np.pad(laid_out.corner, pad, "edge"), sign=np.pad(laid_out.sign, pad, "edge")
+        vertices=np.pad(laid_out.vertices, pad, "edge"), signs=np.pad(laid_out.signs, pad, "edge")
     )
     return (
         over(nets),
@@ -239,18 +239,18 @@ def no_tube_at_the_goal(A, b, x, slack):
 CLEARANCE, PREDICT, BIN_OF = engine.clearance, engine.predict, engine.open_bin_of
 FAULTS = {
     "first end of the segment only": (
-        grown,
+        segment,
         "separations",
         jax.vmap(one_end, in_axes=(0, 0, 0, None)),
     ),
     "second end of the segment only": (
-        grown,
+        segment,
         "separations",
         jax.vmap(other_end, in_axes=(0, 0, 0, None)),
     ),
-    "disc dropped": (grown, "separations", jax.vmap(no_disc, in_axes=(0, 0, 0, None))),
+    "disc dropped": (segment, "separations", jax.vmap(no_disc, in_axes=(0, 0, 0, None))),
     "farther end for the nearer one": (
-        grown,
+        segment,
         "separations",
         jax.vmap(farther_end, in_axes=(0, 0, 0, None)),
     ),

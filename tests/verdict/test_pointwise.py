@@ -72,7 +72,7 @@ def test_nothing_undefined_is_safe(example):
         scene.replace(slack=np.float64(np.inf)),
     ):
         assert not verdicts(broken, p0, k).safe.any()
-    holes = scene.obstacles.replace(corner=scene.obstacles.corner * np.nan)
+    holes = scene.obstacles.replace(vertices=scene.obstacles.vertices * np.nan)
     assert not verdicts(scene.replace(obstacles=holes), p0, k).safe.any()
 
 

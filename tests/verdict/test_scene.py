@@ -8,7 +8,7 @@ from turning_bar import straight_bar
 from parc_jax.body import hull
 from parc_jax.errors import InputError
 from parc_jax.network.predict import Layout
-from parc_jax.obstacles.grown import BUCKETS
+from parc_jax.obstacles.pairs import BUCKETS
 from parc_jax.problem import goal_of_points, reach_avoid
 from parc_jax.sets.box import box
 from parc_jax.sets.hpolytope import from_box, hpolytope

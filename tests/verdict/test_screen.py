@@ -12,7 +12,7 @@ from toy_models import line_model, random_model, random_problem, toy_case
 from parc_jax.base.arrays import x64
 from parc_jax.cover import sampling as drawing
 from parc_jax.cover.sampling import draw, near
-from parc_jax.obstacles import grown
+from parc_jax.obstacles import segment
 from parc_jax.problem import reach_avoid
 from parc_jax.sets.box import box
 from parc_jax.verdict import screen as screening
@@ -114,12 +114,12 @@ def test_a_pole_or_a_wall_has_no_inside(size, rng):
 def test_a_test_that_sees_contact_too_early_is_caught(rng, monkeypatch):
     model, problem = toy_case(4)
     scene = scene_of(problem, model)
-    right = grown._touching
+    right = segment.touching
 
     def wide(corner, sign, radius, p, error):
         return right(corner, sign, radius + 0.05, p, error)
 
-    monkeypatch.setattr(grown, "_touching", wide)
+    monkeypatch.setattr(segment, "touching", wide)
     monkeypatch.setattr(
         screening,
         "_knot_tests",

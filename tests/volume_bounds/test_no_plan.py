@@ -284,7 +284,9 @@ def test_a_search_that_errs_is_caught_by_the_checker(monkeypatch):
     """Mutant: a scene whose robot is too large. What it proves is refused, and all is undecided."""
     model, problem = line_model(e=0.05), walls(0.7)
     grown = scene_of(problem, model)
-    grown = grown.replace(obstacles=grown.obstacles.replace(radius=np.float64(0.4)))
+    grown = grown.replace(
+        obstacles=grown.obstacles.replace(radius=np.full(len(grown.obstacles.radius), 0.4))
+    )
     answer = prove_no_plan(grown, budget_s=300, max_leaves=200)
     # no contact of the true disc reaches: nothing false is even written
     assert answer.kind == "undecided"
