@@ -12,7 +12,7 @@ from dataclasses import dataclass
 import tyro
 
 from benchmarks.arcs import bending_arcs
-from parc_jax.problem import ReachAvoid, reach_avoid
+from parc_jax.problem.problem import ReachAvoid, reach_avoid
 from parc_jax.sets.box import box
 from parc_jax.verdict.scene import scene_of
 from parc_jax.volume_bounds.no_plan import prove_no_plan

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from benchmarks.result import Skip
-from parc_jax.problem import ReachAvoid
+from parc_jax.problem.problem import ReachAvoid
 
 
 @dataclass(frozen=True)

@@ -10,7 +10,7 @@ import numpy as np
 
 from parc_jax.lp.status import LPStatus
 from parc_jax.model import TrajectoryModel
-from parc_jax.problem import ReachAvoid
+from parc_jax.problem.problem import ReachAvoid
 from parc_jax.published.brs import reach_sets
 from parc_jax.published.by_support import Shadows, clear_of_reach, outside, shadows
 from parc_jax.published.cells import Cell, cells_outward, stacks

@@ -13,7 +13,7 @@ from parc_jax.certificate.write import sample_part
 from parc_jax.experiment.learn import learn
 from parc_jax.experiment.stopwatch import Stopwatch
 from parc_jax.model import TrajectoryModel
-from parc_jax.problem import ReachAvoid
+from parc_jax.problem.problem import ReachAvoid
 from parc_jax.verdict.pointwise import verdicts
 from parc_jax.verdict.scene import scene_of
 

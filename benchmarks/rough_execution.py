@@ -12,9 +12,9 @@ from pathlib import Path
 import numpy as np
 import tyro
 
-from parc_jax.doubt import Doubt
 from parc_jax.model import load
 from parc_jax.network.predict import outputs
+from parc_jax.problem.doubt import Doubt
 from parc_jax.robust.question import plain
 from parc_jax.verdict.pointwise import verdicts
 from parc_jax.verdict.scene import scene_of

@@ -8,7 +8,6 @@ from dataclasses import replace
 import jax
 import numpy as np
 
-from parc_jax.body import hull
 from parc_jax.claim.claim import derived
 from parc_jax.claim.error_set import ErrorBox
 from parc_jax.claim.faces import Faces, faces
@@ -17,7 +16,8 @@ from parc_jax.cover.limit import Limit
 from parc_jax.cover.search import cover, draw_safe_plans
 from parc_jax.model import TrajectoryModel
 from parc_jax.network.relu import relu_network
-from parc_jax.problem import ReachAvoid, reach_avoid
+from parc_jax.problem.body import hull
+from parc_jax.problem.problem import ReachAvoid, reach_avoid
 from parc_jax.robust.question import Plain
 from parc_jax.sets.box import box
 from parc_jax.sets.hpolytope import HPolytope

@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 
 from parc_jax.claim.asked import GAP
 from parc_jax.experiment.settings import Study
-from parc_jax.problem import ReachAvoid
+from parc_jax.problem.problem import ReachAvoid
 
 
 @dataclass(frozen=True)

@@ -17,9 +17,9 @@ from parc_jax.claim.claim_file import claim_from_json
 from parc_jax.claim.tube import Tube
 from parc_jax.claim.tube_file import tube_arrays, tube_from_arrays
 from parc_jax.errors import InputError
-from parc_jax.labels import Labels
 from parc_jax.network.predict import Layout
 from parc_jax.network.relu import ReLUNetwork, relu_network
+from parc_jax.problem.labels import Labels
 from parc_jax.pwa import RegionTable, enumerate_regions
 from parc_jax.rollout.files import read_npz, write_npz
 from parc_jax.sets.box import Box, box

@@ -4,9 +4,9 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
-from parc_jax.body import Body, hull
 from parc_jax.errors import InputError
-from parc_jax.problem import goal_of_points
+from parc_jax.problem.body import Body, hull
+from parc_jax.problem.problem import goal_of_points
 from parc_jax.sets.box import box
 from parc_jax.sets.hpolytope import HPolytope
 

@@ -3,8 +3,18 @@
 import numpy as np
 import pytest
 
-from parc_jax.body import Body, Disc, Part, Polygon, body_of, hull, numbered, parts_of, shape
 from parc_jax.errors import InputError
+from parc_jax.problem.body import (
+    Body,
+    Disc,
+    Part,
+    Polygon,
+    body_of,
+    hull,
+    numbered,
+    parts_of,
+    shape,
+)
 
 NAMES = ("centre", "left", "right")
 

@@ -5,9 +5,9 @@ from fractions import Fraction
 import numpy as np
 import pytest
 
-from parc_jax.doubt import Doubt
 from parc_jax.errors import InputError
-from parc_jax.problem import reach_avoid
+from parc_jax.problem.doubt import Doubt
+from parc_jax.problem.problem import reach_avoid
 from parc_jax.sets.box import box
 
 GOAL = box([-1.0, -1.0, -1.0], [1.0, 1.0, 1.0])

@@ -12,9 +12,9 @@ import parc_jax as pj
 from parc_jax.errors import InputError
 from parc_jax.io.answer_file import load_answer
 from parc_jax.io.problem_file import labelled, load_problem, save_problem
-from parc_jax.labels import labels, labels_of, name_of, unit_of
 from parc_jax.plot.film import _caption
 from parc_jax.plot.projections import projections
+from parc_jax.problem.labels import labels, labels_of, name_of, unit_of
 
 NAMED = labels(2, 1, 2, q=("final yaw [rad]",), k=("speed [m/s]", "turn [rad]"))
 

@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 
-from parc_jax.body import hull
 from parc_jax.errors import InputError
-from parc_jax.problem import goal_of_points, reach_avoid
+from parc_jax.problem.body import hull
+from parc_jax.problem.problem import goal_of_points, reach_avoid
 from parc_jax.sets.box import box
 from parc_jax.sets.hpolytope import HPolytope
 

@@ -36,7 +36,7 @@ from parc_jax.claim.update import update
 from parc_jax.driven.looks import Looks
 from parc_jax.driven.tested import run_plan
 from parc_jax.model import trajectory_model
-from parc_jax.problem import reach_avoid
+from parc_jax.problem.problem import reach_avoid
 from parc_jax.rollout.collect import collect, stream_rollouts
 from parc_jax.sets.box import box
 from parc_jax.verdict.scene import scene_of

@@ -16,7 +16,7 @@ from benchmarks.timing import timed
 from parc_jax.batch.box_scenes import BoxScenes, box_scenes
 from parc_jax.model import TrajectoryModel
 from parc_jax.planner import Planner
-from parc_jax.problem import ReachAvoid
+from parc_jax.problem.problem import ReachAvoid
 from parc_jax.settings import Settings
 
 BATCHES = {"cpu": (64, 1024, 4096), "gpu": (64, 4096, 1 << 16, 1 << 20)}

@@ -29,7 +29,7 @@ from benchmarks.timing import timed
 from parc_jax.lp.program import LinearProgram
 from parc_jax.lp.status import LPStatus
 from parc_jax.model import TrajectoryModel
-from parc_jax.problem import ReachAvoid
+from parc_jax.problem.problem import ReachAvoid
 from parc_jax.published.answer import Tally
 from parc_jax.published.by_lp import avoid_by_lp, reach_by_lp, safe_by_lp
 from parc_jax.published.by_support import margins

@@ -21,7 +21,7 @@ from parc_jax import checker
 from parc_jax.certificate.prove import prove
 from parc_jax.model import TrajectoryModel
 from parc_jax.planner import Planner
-from parc_jax.problem import ReachAvoid
+from parc_jax.problem.problem import ReachAvoid
 from parc_jax.settings import Settings
 
 SEEDS = 3

@@ -35,7 +35,7 @@ from parc_jax.model import TrajectoryModel, trajectory_model
 from parc_jax.network.predict import trajectories
 from parc_jax.network.relu import ReLUNetwork
 from parc_jax.plot.shares import Bar, shares
-from parc_jax.problem import ReachAvoid
+from parc_jax.problem.problem import ReachAvoid
 from parc_jax.rollout.batch import RolloutBatch
 from parc_jax.rollout.collect import collect
 from parc_jax.verdict.outcomes import outcomes

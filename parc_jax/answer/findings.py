@@ -17,7 +17,7 @@ from parc_jax.cover.stopping import Coverage
 from parc_jax.cover.union import SafeUnion
 from parc_jax.driven.looks import Looks
 from parc_jax.model import TrajectoryModel
-from parc_jax.problem import ReachAvoid
+from parc_jax.problem.problem import ReachAvoid
 from parc_jax.robust.pose import Pose
 from parc_jax.robust.question import Plain, Question
 from parc_jax.robust.withstood import Withstood

@@ -9,9 +9,9 @@ from pathlib import Path
 import numpy as np
 
 from parc_jax.errors import InputError
-from parc_jax.labels import Labels, name_of, unit_of
 from parc_jax.model import TrajectoryModel
 from parc_jax.network.predict import by_point, moved_to, trajectories
+from parc_jax.problem.labels import Labels, name_of, unit_of
 from parc_jax.rollout.files import write_atomic
 
 

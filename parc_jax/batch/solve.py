@@ -19,7 +19,7 @@ from parc_jax.certificate.prove import prove
 from parc_jax.certificate.write import sample_part
 from parc_jax.errors import InputError
 from parc_jax.model import TrajectoryModel
-from parc_jax.problem import ReachAvoid
+from parc_jax.problem.problem import ReachAvoid
 from parc_jax.robust.question import Plain
 from parc_jax.verdict.near import near_scene
 from parc_jax.verdict.pointwise import paths_of

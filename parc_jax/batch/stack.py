@@ -8,7 +8,7 @@ import numpy as np
 
 from parc_jax.errors import InputError
 from parc_jax.model import TrajectoryModel
-from parc_jax.problem import ReachAvoid
+from parc_jax.problem.problem import ReachAvoid
 from parc_jax.verdict.near import apart_from_plans
 from parc_jax.verdict.scene import OneScene, SceneArrays, scene_arrays
 from parc_jax.verdict.sized import size_class, sized

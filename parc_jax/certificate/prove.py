@@ -14,7 +14,7 @@ from parc_jax.certificate.write import (
 )
 from parc_jax.errors import InputError
 from parc_jax.model import TrajectoryModel
-from parc_jax.problem import ReachAvoid
+from parc_jax.problem.problem import ReachAvoid
 
 
 def prove(

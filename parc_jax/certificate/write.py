@@ -12,7 +12,6 @@ import numpy as np
 
 from parc_jax.base.arrays import dot
 from parc_jax.base.spelling import decimal_text, fraction_text, hex_text, plain
-from parc_jax.body import Disc, Polygon, numbered
 from parc_jax.certificate.templates import end_part, rows_part
 from parc_jax.claim.error_set import NO_CLAIM, ErrorSet, at
 from parc_jax.claim.faces import Templates
@@ -23,7 +22,8 @@ from parc_jax.model import TrajectoryModel
 from parc_jax.network.predict import by_point
 from parc_jax.network.relu import ReLUNetwork
 from parc_jax.obstacles.runs import longest_lasting, merged_runs
-from parc_jax.problem import ReachAvoid
+from parc_jax.problem.body import Disc, Polygon, numbered
+from parc_jax.problem.problem import ReachAvoid
 from parc_jax.sets.hpolytope import HPolytope
 from parc_jax.verdict.scene import Scene
 

@@ -12,8 +12,8 @@ from parc_jax.claim.profile import bin_maxima, edges_of, training_errors
 from parc_jax.claim.start_gap import invariances
 from parc_jax.claim.tube import Tube, tube
 from parc_jax.errors import InputError
-from parc_jax.labels import Labels
 from parc_jax.network.relu import ReLUNetwork
+from parc_jax.problem.labels import Labels
 from parc_jax.rollout.batch import RolloutBatch
 from parc_jax.rollout.law import law_spec
 from parc_jax.rollout.subject import subject

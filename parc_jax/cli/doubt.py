@@ -2,9 +2,9 @@
 
 import dataclasses
 
-from parc_jax.doubt import Doubt
 from parc_jax.errors import InputError
-from parc_jax.problem import ReachAvoid
+from parc_jax.problem.doubt import Doubt
+from parc_jax.problem.problem import ReachAvoid
 
 
 def under_doubt(problem: ReachAvoid, asked: dict) -> ReachAvoid:

@@ -8,7 +8,7 @@ from parc_jax.cli.shell import Shell
 from parc_jax.settings import Settings
 
 DOUBT = Offer(
-    "doubt.Doubt",
+    "problem.doubt.Doubt",
     left_out="the scene's, or ",
     named={name: f"doubt_{name}" for name in ("start", "heading", "k", "goal")},
     kinds={

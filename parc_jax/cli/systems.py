@@ -33,7 +33,7 @@ def systems(name: str | None = None, /, *, study: Annotated[dict, BODY]) -> int:
             print(f"{each:16} {(find(each).__doc__ or '').splitlines()[0]}")
         return 0
     from parc_jax.io.problem_file import problem_text
-    from parc_jax.labels import labels_of
+    from parc_jax.problem.labels import labels_of
     from parc_jax.system import points_of
 
     module = find(name)

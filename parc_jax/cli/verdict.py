@@ -7,7 +7,7 @@ import numpy as np
 
 from parc_jax.answer.answer import Answer
 from parc_jax.experiment.numbers import facts_of, table_of
-from parc_jax.labels import name_of, unit_of
+from parc_jax.problem.labels import name_of, unit_of
 
 
 def as_json(answer: Answer, path: Path, cold_s: float | None) -> str:

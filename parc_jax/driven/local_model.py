@@ -20,7 +20,7 @@ from parc_jax.errors import InputError
 from parc_jax.model import TrajectoryModel, trajectory_model
 from parc_jax.network.fit import Training, fit
 from parc_jax.network.tail import fit_tail
-from parc_jax.problem import ReachAvoid
+from parc_jax.problem.problem import ReachAvoid
 from parc_jax.rollout.batch import RolloutBatch
 from parc_jax.sets.box import Box
 from parc_jax.verdict.outline import require_same

@@ -7,7 +7,7 @@ from parc_jax.cover.sampling import draw
 from parc_jax.experiment.learn import NetworkModels, final_error
 from parc_jax.experiment.numbers import eps_of
 from parc_jax.model import TrajectoryModel
-from parc_jax.problem import ReachAvoid
+from parc_jax.problem.problem import ReachAvoid
 from parc_jax.pwa import enumerate_regions
 from parc_jax.verdict.scene import scene_of, volume_of_all
 

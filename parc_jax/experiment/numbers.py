@@ -6,8 +6,8 @@ from parc_jax.answer.answer import Answer
 from parc_jax.base.spelling import rounded_down, rounded_up
 from parc_jax.claim.claim import ErrorClaim
 from parc_jax.cover.sampling import FEW
-from parc_jax.labels import name_of, unit_of
 from parc_jax.model import TrajectoryModel
+from parc_jax.problem.labels import name_of, unit_of
 
 
 def eps_of(claim: ErrorClaim) -> str | None:

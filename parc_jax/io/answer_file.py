@@ -7,7 +7,6 @@ import numpy as np
 from parc_jax.answer.answer import Answer
 from parc_jax.base.spelling import hex_floats, hex_text, nearest_floats
 from parc_jax.base.status import Ended
-from parc_jax.body import Body, Disc, Part, Polygon, body_of
 from parc_jax.certificate.write import FORMAT, by_pair
 from parc_jax.checker import Rejected, check_answer, load, number
 from parc_jax.claim.claim_file import claim_from_json
@@ -26,7 +25,8 @@ from parc_jax.model import TrajectoryModel, trajectory_model
 from parc_jax.network.relu import relu_network
 from parc_jax.obstacles.directions import Multiplier
 from parc_jax.planner import answer_to
-from parc_jax.problem import ReachAvoid, reach_avoid
+from parc_jax.problem.body import Body, Disc, Part, Polygon, body_of
+from parc_jax.problem.problem import ReachAvoid, reach_avoid
 from parc_jax.robust.pose import Pose
 from parc_jax.robust.question import Plain, Question
 from parc_jax.robust.withstood import withstood_of_json

@@ -4,9 +4,9 @@ import dataclasses
 
 import numpy as np
 
-from parc_jax.doubt import Doubt
 from parc_jax.errors import InputError
 from parc_jax.io.scene_values import grown_set_of, numbers_of, spelled_set, table_of
+from parc_jax.problem.doubt import Doubt
 
 ENTRIES = tuple(field.name for field in dataclasses.fields(Doubt))
 

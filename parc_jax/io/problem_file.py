@@ -11,13 +11,13 @@ from pathlib import Path
 
 import numpy as np
 
-from parc_jax.body import Body, Disc, Part, Polygon, body_of, numbered, parts_of
 from parc_jax.errors import InputError
 from parc_jax.io.doubt_file import doubt_of, own_doubt, spelled_doubt
 from parc_jax.io.scene_values import grown_set_of, numbers_of, set_of, spelled_set, table_of
-from parc_jax.labels import PARTS, Labels
 from parc_jax.model import TrajectoryModel
-from parc_jax.problem import ReachAvoid, goal_of_points, reach_avoid, require_points
+from parc_jax.problem.body import Body, Disc, Part, Polygon, body_of, numbered, parts_of
+from parc_jax.problem.labels import PARTS, Labels
+from parc_jax.problem.problem import ReachAvoid, goal_of_points, reach_avoid, require_points
 from parc_jax.rollout.files import write_atomic
 from parc_jax.sets.hpolytope import HPolytope
 from parc_jax.system import check_points

@@ -12,12 +12,12 @@ from typing import NamedTuple
 
 import numpy as np
 
-from parc_jax.body import Part
 from parc_jax.network.rounding import UNIT
 from parc_jax.obstacles.directions import Multiplier, body_support
 from parc_jax.obstacles.runs import Run
 from parc_jax.obstacles.ways import Ways
-from parc_jax.problem import ReachAvoid
+from parc_jax.problem.body import Part
+from parc_jax.problem.problem import ReachAvoid
 
 # [units in the last place] of the sizes of all terms: rounding of one inequality, of few operations
 ROUNDING = 64

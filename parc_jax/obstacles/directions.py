@@ -16,10 +16,10 @@ from typing import NamedTuple
 import numpy as np
 from flax import struct
 
-from parc_jax.body import Disc, Polygon
 from parc_jax.obstacles.pairs import bucket, numbered_pairs
 from parc_jax.obstacles.polygon import corners
-from parc_jax.problem import ReachAvoid
+from parc_jax.problem.body import Disc, Polygon
+from parc_jax.problem.problem import ReachAvoid
 from parc_jax.sets.hpolytope import HPolytope
 
 N_DIRECTIONS = {2: 48, 3: 96}  # per obstacle, by dimension: about 7.5 and 20 degrees apart

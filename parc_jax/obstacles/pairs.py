@@ -14,13 +14,13 @@ import numpy as np
 from flax import struct
 
 from parc_jax.base.arrays import dot, x64
-from parc_jax.body import Disc, Polygon, numbered
 from parc_jax.claim.error_set import ErrorSet, at
 from parc_jax.errors import InputError
 from parc_jax.network.predict import Layout, by_point
 from parc_jax.obstacles import distance, segment
 from parc_jax.obstacles.polygon import corners
-from parc_jax.problem import ReachAvoid
+from parc_jax.problem.body import Disc, Polygon, numbered
+from parc_jax.problem.problem import ReachAvoid
 from parc_jax.sets.hpolytope import HPolytope
 from parc_jax.sets.rational import convex_polygon
 

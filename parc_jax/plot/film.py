@@ -6,13 +6,13 @@ from pathlib import Path
 
 import numpy as np
 
-from parc_jax.body import numbered
 from parc_jax.errors import InputError
-from parc_jax.labels import name_of, unit_of
 from parc_jax.plot import shapes, style
 from parc_jax.plot.film_file import counted, require_kind, require_sample, write_film
 from parc_jax.plot.predict import predicted
 from parc_jax.plot.views import View, views_of
+from parc_jax.problem.body import numbered
+from parc_jax.problem.labels import name_of, unit_of
 
 RATE = 25.0  # [frames/s]
 MOST = 250  # frames: a longer manoeuvre is shown faster than it is

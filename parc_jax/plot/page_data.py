@@ -4,7 +4,6 @@ from itertools import combinations
 
 import numpy as np
 
-from parc_jax.body import Disc, numbered
 from parc_jax.certificate.write import corridor_part, part_hash, question_parts
 from parc_jax.checker import PARTS
 from parc_jax.claim.error_set import NO_CLAIM
@@ -13,6 +12,7 @@ from parc_jax.cover.corridor import Corridor
 from parc_jax.io.answer_file import corridor_of
 from parc_jax.plot import shapes
 from parc_jax.plot.views import views_of
+from parc_jax.problem.body import Disc, numbered
 from parc_jax.sets.vertices import vertices
 from parc_jax.verdict.near import whole_scene
 

@@ -7,11 +7,11 @@ from pathlib import Path
 import numpy as np
 
 from parc_jax.base.spelling import counted
-from parc_jax.body import numbered
 from parc_jax.errors import InputError
 from parc_jax.plot import shapes, style
 from parc_jax.plot.predict import predicted
 from parc_jax.plot.views import View, views_of
+from parc_jax.problem.body import numbered
 
 CLOSER = 0.8  # the second panel shows at most this share of the first one's extent
 NEAR = 0.9  # room around the goal on the right, in widths of the goal

@@ -4,8 +4,8 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from parc_jax.body import Disc, Part, Polygon
 from parc_jax.errors import InputError
+from parc_jax.problem.body import Disc, Part, Polygon
 from parc_jax.sets.hpolytope import HPolytope
 from parc_jax.sets.qhull import convex_hull
 from parc_jax.sets.vertices import vertices

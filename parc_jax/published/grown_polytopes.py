@@ -11,12 +11,12 @@ from typing import NamedTuple
 import numpy as np
 from flax import struct
 
-from parc_jax.body import Disc
 from parc_jax.claim.tube import Tube
 from parc_jax.errors import InputError
 from parc_jax.lp.exact import round_up
 from parc_jax.lp.witness import gamma
-from parc_jax.problem import ReachAvoid
+from parc_jax.problem.body import Disc
+from parc_jax.problem.problem import ReachAvoid
 from parc_jax.sets.hpolytope import HPolytope
 from parc_jax.sets.rational import Point, convex_polygon, exact_support, rational_vertices
 

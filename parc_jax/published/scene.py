@@ -6,11 +6,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from parc_jax.body import Body
 from parc_jax.claim.error_set import ErrorBox
 from parc_jax.claim.tube import Tube
 from parc_jax.errors import InputError
-from parc_jax.problem import ReachAvoid
+from parc_jax.problem.body import Body
+from parc_jax.problem.problem import ReachAvoid
 from parc_jax.published.grown_polytopes import GrownPolytopes, grown_polytopes
 from parc_jax.published.sets.pontryagin import shrink
 from parc_jax.sets.bounding_box import bounding_box

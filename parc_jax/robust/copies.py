@@ -12,14 +12,14 @@ from dataclasses import replace
 
 import numpy as np
 
-from parc_jax.body import Body, Part, numbered
 from parc_jax.claim.claim import ErrorClaim, derived
 from parc_jax.claim.tube import Tube, tube
-from parc_jax.labels import labels as valid_labels
-from parc_jax.labels import name_of, unit_of
 from parc_jax.model import TrajectoryModel
 from parc_jax.network.predict import Layout
-from parc_jax.problem import ReachAvoid
+from parc_jax.problem.body import Body, Part, numbered
+from parc_jax.problem.labels import labels as valid_labels
+from parc_jax.problem.labels import name_of, unit_of
+from parc_jax.problem.problem import ReachAvoid
 from parc_jax.robust.bend import bend_by_bin
 from parc_jax.robust.bins import Axis, axes_of, boxes, widest
 from parc_jax.robust.executions import Executions, require_few

@@ -11,11 +11,11 @@ from typing import NamedTuple
 
 import numpy as np
 
-from parc_jax.doubt import Doubt, Interval, require_once
 from parc_jax.errors import InputError
-from parc_jax.labels import name_of
 from parc_jax.lp.exact import round_down, round_up
 from parc_jax.model import TrajectoryModel
+from parc_jax.problem.doubt import Doubt, Interval, require_once
+from parc_jax.problem.labels import name_of
 
 MOST = 64  # reference points that the checker takes, each execution with its own
 

@@ -11,11 +11,11 @@ from typing import NamedTuple
 import numpy as np
 
 from parc_jax.base.arrays import as_float64
-from parc_jax.body import Polygon
 from parc_jax.errors import InputError
 from parc_jax.model import TrajectoryModel
 from parc_jax.network.rounding import rounding_bound
-from parc_jax.problem import ReachAvoid
+from parc_jax.problem.body import Polygon
+from parc_jax.problem.problem import ReachAvoid
 from parc_jax.sets.hpolytope import HPolytope
 from parc_jax.system import TURNS
 

@@ -14,10 +14,10 @@ from typing import NamedTuple
 import numpy as np
 
 from parc_jax.claim.claim import weaker
-from parc_jax.doubt import Doubt
 from parc_jax.errors import InputError
 from parc_jax.model import TrajectoryModel
-from parc_jax.problem import ReachAvoid, require_points
+from parc_jax.problem.doubt import Doubt
+from parc_jax.problem.problem import ReachAvoid, require_points
 from parc_jax.robust.copies import copied_model, copied_problem
 from parc_jax.robust.executions import Executions, executions_of
 from parc_jax.robust.pose import Pose, from_here, pose_of, require_rotation

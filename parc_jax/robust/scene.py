@@ -7,11 +7,11 @@ from fractions import Fraction
 
 import numpy as np
 
-from parc_jax.doubt import Doubt
 from parc_jax.errors import InputError
 from parc_jax.lp.exact import round_down, round_up
 from parc_jax.network.predict import Layout
-from parc_jax.problem import ReachAvoid
+from parc_jax.problem.doubt import Doubt
+from parc_jax.problem.problem import ReachAvoid
 from parc_jax.sets.box import box
 from parc_jax.sets.hpolytope import HPolytope, from_box, hpolytope
 from parc_jax.sets.rational import exact_support, rational_vertices

@@ -6,8 +6,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from parc_jax.doubt import Doubt
 from parc_jax.model import TrajectoryModel
+from parc_jax.problem.doubt import Doubt
 from parc_jax.robust.executions import Executions, told
 from parc_jax.sets.box import Box
 

@@ -9,7 +9,7 @@ from flax import struct
 from parc_jax.base.arrays import as_float64
 from parc_jax.base.keys import check_seed
 from parc_jax.errors import InputError
-from parc_jax.labels import Labels
+from parc_jax.problem.labels import Labels
 from parc_jax.rollout.law import LawSpec
 from parc_jax.rollout.subject import Subject, subject
 from parc_jax.sets.box import Box

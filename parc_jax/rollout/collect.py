@@ -14,7 +14,7 @@ from parc_jax.base.arrays import content_hash
 from parc_jax.base.distributed import gather, rank_and_size, require_same
 from parc_jax.base.keys import Stage
 from parc_jax.errors import InputError
-from parc_jax.labels import labels_of
+from parc_jax.problem.labels import labels_of
 from parc_jax.rollout.batch import RolloutBatch, concatenate, rollout_batch
 from parc_jax.rollout.chunks import Arrays, ChunkStore, run_chunks, worker_devices
 from parc_jax.rollout.files import save_rollouts

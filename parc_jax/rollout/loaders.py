@@ -8,7 +8,7 @@ import numpy as np
 
 from parc_jax.base.arrays import real
 from parc_jax.errors import InputError
-from parc_jax.labels import Labels
+from parc_jax.problem.labels import Labels
 from parc_jax.rollout.batch import RolloutBatch, require_finite_k, rollout_batch
 from parc_jax.rollout.files import RAGGED, read_npz, rollouts_from_npz
 from parc_jax.rollout.law import law_spec

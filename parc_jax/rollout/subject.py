@@ -7,8 +7,8 @@ from dataclasses import dataclass, replace
 
 from parc_jax.base.spelling import hex_text, nearest_floats
 from parc_jax.errors import InputError
-from parc_jax.labels import PARTS, Labels
-from parc_jax.labels import labels as valid_labels
+from parc_jax.problem.labels import PARTS, Labels
+from parc_jax.problem.labels import labels as valid_labels
 from parc_jax.sets.box import Box, box
 from parc_jax.system import (
     ONE_POINT,

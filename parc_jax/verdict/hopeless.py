@@ -5,7 +5,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from parc_jax.body import Disc, numbered
+from parc_jax.problem.body import Disc, numbered
 from parc_jax.sets.hpolytope import HPolytope
 from parc_jax.verdict.scene import Scene, box_of_rows, no_end_fits
 

@@ -2,13 +2,13 @@
 
 from typing import NamedTuple
 
-from parc_jax.body import numbered
 from parc_jax.errors import InputError
-from parc_jax.labels import Labels, labels_of
 from parc_jax.model import TrajectoryModel
 from parc_jax.network.predict import Layout
 from parc_jax.obstacles.pairs import exists
-from parc_jax.problem import ReachAvoid
+from parc_jax.problem.body import numbered
+from parc_jax.problem.labels import Labels, labels_of
+from parc_jax.problem.problem import ReachAvoid
 from parc_jax.robust.executions import executions_of
 from parc_jax.robust.pose import require_rotation
 from parc_jax.robust.scene import doubted_scene

@@ -16,9 +16,9 @@ import numpy as np
 
 from parc_jax.base.spelling import fraction_text, hex_text
 from parc_jax.base.tolerances import TOLERANCES
-from parc_jax.body import Disc
 from parc_jax.obstacles.pairs import vertices_of
-from parc_jax.problem import ReachAvoid
+from parc_jax.problem.body import Disc
+from parc_jax.problem.problem import ReachAvoid
 from parc_jax.volume_bounds.contact_errors import ContactErrors
 
 DIRECTIONS = {2: 16, 3: 48}  # body points on the rim of a disc or ball that are tried

@@ -12,7 +12,7 @@ from parc_jax.errors import InputError
 from parc_jax.lp.exact import round_up
 from parc_jax.lp.rational import Basis
 from parc_jax.model import TrajectoryModel
-from parc_jax.problem import ReachAvoid
+from parc_jax.problem.problem import ReachAvoid
 from parc_jax.volume_bounds.bin_errors import BinErrors, bin_errors
 
 MOST_COMBINATIONS = 50_000  # bases of goal rows tried per face

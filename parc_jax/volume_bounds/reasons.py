@@ -9,7 +9,7 @@ import numpy as np
 
 from parc_jax.base.spelling import fraction_text
 from parc_jax.base.tolerances import TOLERANCES
-from parc_jax.body import numbered
+from parc_jax.problem.body import numbered
 from parc_jax.verdict.scene import Scene
 from parc_jax.volume_bounds.bin_errors import BinErrors
 from parc_jax.volume_bounds.contact_errors import ContactErrors

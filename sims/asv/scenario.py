@@ -13,9 +13,9 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
-from parc_jax.body import Disc, Polygon
 from parc_jax.errors import InputError
-from parc_jax.problem import ReachAvoid, reach_avoid
+from parc_jax.problem.body import Disc, Polygon
+from parc_jax.problem.problem import ReachAvoid, reach_avoid
 from parc_jax.sets.box import Box, box
 from parc_jax.system import ONE_POINT, TimeGrid, Trajectory, time_grid
 from sims import rectangle

@@ -12,7 +12,7 @@ from parc_jax.cover.sampling import Points, draw, joined, near
 from parc_jax.cover.search import Cover, cover_around
 from parc_jax.cover.stopping import nothing_covered
 from parc_jax.model import TrajectoryModel
-from parc_jax.problem import ReachAvoid
+from parc_jax.problem.problem import ReachAvoid
 from parc_jax.settings import Settings
 from parc_jax.verdict.scene import Scene, scene_of
 

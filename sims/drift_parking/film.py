@@ -11,7 +11,7 @@ from parc_jax.base.arrays import x64
 from parc_jax.plot.film_file import require_kind, require_sample, write_film
 from parc_jax.plot.film_text import explained
 from parc_jax.plot.shapes import shadow
-from parc_jax.problem import ReachAvoid
+from parc_jax.problem.problem import ReachAvoid
 from parc_jax.sets.bounding_box import bounding_box
 from sims import film
 from sims.drift_parking import params as c

@@ -13,7 +13,7 @@ import numpy as np
 from parc_jax.answer.answer import Answer
 from parc_jax.experiment.replay import Replay, replay
 from parc_jax.planner import Planner
-from parc_jax.problem import ReachAvoid
+from parc_jax.problem.problem import ReachAvoid
 from parc_jax.settings import Settings
 from sims.f110.lesson import Model
 from sims.f110.rows import MANY, REPEATS, Row

@@ -2,8 +2,8 @@
 on its shorter way round the corner.
 """
 
-from parc_jax.body import body_of, hull
-from parc_jax.problem import ReachAvoid, goal_of_points, reach_avoid
+from parc_jax.problem.body import body_of, hull
+from parc_jax.problem.problem import ReachAvoid, goal_of_points, reach_avoid
 from parc_jax.sets.box import box
 from sims.tractor.system import POINTS, TRACTOR, TRAILER
 

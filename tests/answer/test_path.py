@@ -10,7 +10,7 @@ from toy_query import answer
 
 from parc_jax.answer.path import nominal_path
 from parc_jax.errors import InputError
-from parc_jax.labels import labels
+from parc_jax.problem.labels import labels
 
 
 def test_the_path_of_a_plan_is_known_in_closed_form():

@@ -9,7 +9,7 @@ from parc_jax.answer.statement import as_html, one_line, statement
 from parc_jax.base.status import Ended
 from parc_jax.claim.claim import weaker
 from parc_jax.claim.tube import tube
-from parc_jax.doubt import Doubt
+from parc_jax.problem.doubt import Doubt
 from parc_jax.robust.question import plain
 from parc_jax.sentences import nothing_found
 from parc_jax.verdict.scene import laid_out

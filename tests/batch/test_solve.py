@@ -17,12 +17,12 @@ from parc_jax.batch.proposals import Best
 from parc_jax.batch.run import Calls, run, search_many
 from parc_jax.batch.solve import passes
 from parc_jax.batch.stack import stack_problems
-from parc_jax.body import Polygon
 from parc_jax.cover.sampling import draw
-from parc_jax.doubt import Doubt
 from parc_jax.errors import InputError
 from parc_jax.planner import Planner
-from parc_jax.problem import reach_avoid
+from parc_jax.problem.body import Polygon
+from parc_jax.problem.doubt import Doubt
+from parc_jax.problem.problem import reach_avoid
 from parc_jax.robust.question import plain_problems
 from parc_jax.sets.box import box
 from parc_jax.sets.hpolytope import hpolytope

@@ -14,7 +14,7 @@ from benchmarks.yields import Setting, Task, tasks
 from parc_jax.claim.declared import declared_claim
 from parc_jax.claim.tube import zero_tube
 from parc_jax.model import trajectory_model
-from parc_jax.problem import reach_avoid
+from parc_jax.problem.problem import reach_avoid
 from parc_jax.sets.box import box
 
 pytestmark = pytest.mark.slow

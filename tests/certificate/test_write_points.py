@@ -12,13 +12,13 @@ from toy_bodies import points_model, points_problem
 from toy_models import line_model, told
 
 from parc_jax import checker
-from parc_jax.body import Disc, Part, Polygon, body_of
 from parc_jax.certificate.prove import prove
 from parc_jax.certificate.write import answer_part, problem_part, question_parts, sample_part
 from parc_jax.claim.error_set import at
 from parc_jax.claim.faces import faces, short
 from parc_jax.claim.tube import fitted_tube
-from parc_jax.problem import reach_avoid
+from parc_jax.problem.body import Disc, Part, Polygon, body_of
+from parc_jax.problem.problem import reach_avoid
 from parc_jax.sets.box import box
 from parc_jax.sets.hpolytope import hpolytope
 from parc_jax.verdict.pointwise import anchor, verdicts

@@ -7,8 +7,8 @@ import toy_query
 
 from parc_jax import cli
 from parc_jax.cli.doubt import under_doubt
-from parc_jax.doubt import Doubt
 from parc_jax.io.problem_file import save_problem
+from parc_jax.problem.doubt import Doubt
 
 
 @pytest.fixture

@@ -16,7 +16,7 @@ from parc_jax.cover.later import cut_later
 from parc_jax.cover.sampling import draw
 from parc_jax.errors import InputError
 from parc_jax.planner import Planner
-from parc_jax.problem import reach_avoid
+from parc_jax.problem.problem import reach_avoid
 from parc_jax.sets.box import box
 from parc_jax.settings import Settings
 

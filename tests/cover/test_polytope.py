@@ -12,7 +12,7 @@ from parc_jax.cover.corridors import Corridors
 from parc_jax.cover.polytopes import Polytopes, cut_around
 from parc_jax.cover.sampling import draw
 from parc_jax.network.predict import by_point
-from parc_jax.problem import goal_of_points
+from parc_jax.problem.problem import goal_of_points
 from parc_jax.sets.box import box
 from parc_jax.verdict.pointwise import verdicts
 from parc_jax.verdict.scene import scene_of

@@ -10,7 +10,7 @@ from toy_models import line_model, toy_case
 
 from parc_jax.base.keys import generator
 from parc_jax.cover.sampling import EXPLORING, FIRST_DRAW, Sampler, cell_of, draw, groups
-from parc_jax.problem import reach_avoid
+from parc_jax.problem.problem import reach_avoid
 from parc_jax.sets.box import box
 from parc_jax.verdict.pointwise import verdicts
 from parc_jax.verdict.scene import scene_of

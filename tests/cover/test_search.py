@@ -14,7 +14,7 @@ from toy_models import line_model, toy_case
 from parc_jax.base.status import Status
 from parc_jax.cover.sampling import HOPELESS, draw
 from parc_jax.planner import Planner
-from parc_jax.problem import reach_avoid
+from parc_jax.problem.problem import reach_avoid
 from parc_jax.sets.box import box
 from parc_jax.settings import Settings
 from parc_jax.verdict.pointwise import verdicts

@@ -6,7 +6,7 @@ import numpy as np
 
 from parc_jax.claim.tube import tube
 from parc_jax.network.relu import relu_network
-from parc_jax.problem import reach_avoid
+from parc_jax.problem.problem import reach_avoid
 from parc_jax.pwa.subdivide import enumerate_regions
 from parc_jax.sets.box import box
 

@@ -8,7 +8,7 @@ from types import SimpleNamespace
 import numpy as np
 from toy_models import line_model
 
-from parc_jax.problem import reach_avoid
+from parc_jax.problem.problem import reach_avoid
 from parc_jax.sets.box import box
 from parc_jax.sets.hpolytope import from_box
 from parc_jax.verdict.scene import scene_of

@@ -7,7 +7,7 @@ import json
 from toy_models import fold_model, told
 
 from parc_jax.certificate.write import FORMAT, network_part, part_hash, problem_part, tube_part
-from parc_jax.problem import reach_avoid
+from parc_jax.problem.problem import reach_avoid
 from parc_jax.sets.box import box
 
 SEP = [

@@ -7,12 +7,12 @@ from dataclasses import replace
 
 import numpy as np
 
-from parc_jax.body import Polygon
 from parc_jax.claim.claim import ErrorClaim, derived, error_claim
 from parc_jax.claim.tube import Tube, tube
 from parc_jax.model import TrajectoryModel, trajectory_model
 from parc_jax.network.relu import ReLUNetwork, relu_network
-from parc_jax.problem import ReachAvoid, reach_avoid
+from parc_jax.problem.body import Polygon
+from parc_jax.problem.problem import ReachAvoid, reach_avoid
 from parc_jax.rollout.law import law_spec
 from parc_jax.rollout.subject import subject
 from parc_jax.sets.box import Box, box

@@ -8,7 +8,6 @@ import numpy as np
 import pytest
 from toy_models import random_polygon
 
-from parc_jax.body import Part, Polygon, body_of, hull
 from parc_jax.obstacles import directions
 from parc_jax.obstacles.directions import (
     N_DIRECTIONS,
@@ -16,7 +15,8 @@ from parc_jax.obstacles.directions import (
     direction_table,
 )
 from parc_jax.obstacles.polygon import corners
-from parc_jax.problem import reach_avoid
+from parc_jax.problem.body import Part, Polygon, body_of, hull
+from parc_jax.problem.problem import reach_avoid
 from parc_jax.sets.box import box
 from parc_jax.sets.hpolytope import hpolytope
 from parc_jax.sets.rational import convex_polygon

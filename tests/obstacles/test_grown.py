@@ -7,12 +7,12 @@ import pytest
 from dense_oracle import polygon_corners
 from toy_models import random_polygon
 
-from parc_jax.body import Polygon
 from parc_jax.errors import InputError
 from parc_jax.network.predict import Layout
 from parc_jax.obstacles import segment
 from parc_jax.obstacles.pairs import BUCKETS, bucket, obstacles_of
-from parc_jax.problem import reach_avoid
+from parc_jax.problem.body import Polygon
+from parc_jax.problem.problem import reach_avoid
 from parc_jax.sets.box import box
 from parc_jax.sets.hpolytope import hpolytope
 

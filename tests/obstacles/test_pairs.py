@@ -8,12 +8,12 @@ import numpy as np
 import pytest
 
 from parc_jax.base.arrays import x64
-from parc_jax.body import Part, Polygon, body_of, hull
 from parc_jax.claim.error_set import ErrorBox, at
 from parc_jax.errors import InputError
 from parc_jax.network.predict import Layout
 from parc_jax.obstacles.pairs import obstacles_of
-from parc_jax.problem import goal_of_points, reach_avoid
+from parc_jax.problem.body import Part, Polygon, body_of, hull
+from parc_jax.problem.problem import goal_of_points, reach_avoid
 from parc_jax.sets.box import box
 
 POINTS = ("nose", "tail", "hitch")

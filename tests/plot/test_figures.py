@@ -19,7 +19,7 @@ from parc_jax.plot.gap import GapCurve, GapRoom, gap
 from parc_jax.plot.projections import default_pairs, projections
 from parc_jax.plot.samples import samples
 from parc_jax.plot.timeline import clearances, direction_runs, timeline
-from parc_jax.problem import reach_avoid
+from parc_jax.problem.problem import reach_avoid
 from parc_jax.sets.box import box
 from parc_jax.verdict.scene import scene_of
 

@@ -15,9 +15,9 @@ from toy_models import host_outputs
 import parc_jax as pj
 from parc_jax.errors import InputError
 from parc_jax.io.answer_file import load_answer
-from parc_jax.labels import labels
 from parc_jax.plot.html import write_page
 from parc_jax.plot.page_data import page_data
+from parc_jax.problem.labels import labels
 
 
 def embedded(page: str) -> dict:

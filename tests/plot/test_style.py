@@ -11,11 +11,11 @@ import pytest
 from matplotlib.figure import Figure
 from toy_answer import toy_answer
 
-from parc_jax.body import Part, Polygon
 from parc_jax.errors import InputError
 from parc_jax.plot import shapes, style
 from parc_jax.plot.gap import GapCurve, gap
 from parc_jax.plot.predict import predicted
+from parc_jax.problem.body import Part, Polygon
 
 CURVES = [GapCurve("a", np.array([1.0, 2.0]), np.array([0.1, 0.5]))]
 

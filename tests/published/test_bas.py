@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 from gap_model import HI, LO, arc_tube, gap_problem, gap_table
 
-from parc_jax.body import Polygon
 from parc_jax.lp.status import LPStatus
-from parc_jax.problem import reach_avoid
+from parc_jax.problem.body import Polygon
+from parc_jax.problem.problem import reach_avoid
 from parc_jax.published import by_support as shadow_module
 from parc_jax.published.bas import avoid_set, joint_avoid_set, knot_set, within_reach
 from parc_jax.published.brs import reach_set

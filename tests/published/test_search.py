@@ -14,7 +14,7 @@ from parc_jax.claim.tube import tube
 from parc_jax.errors import InputError
 from parc_jax.lp.status import LPResult, LPStatus
 from parc_jax.network.relu import relu_network
-from parc_jax.problem import reach_avoid
+from parc_jax.problem.problem import reach_avoid
 from parc_jax.published import by_lp as paper_lp
 from parc_jax.published.by_lp import Fault
 from parc_jax.published.cells import cells_outward

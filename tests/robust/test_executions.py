@@ -17,11 +17,11 @@ from toy_models import anchored_plans, fold_model, random_network, toy_case
 import parc_jax as pj
 from parc_jax import checker
 from parc_jax.certificate.write import question_parts
-from parc_jax.doubt import Doubt
 from parc_jax.errors import InputError
-from parc_jax.labels import labels
 from parc_jax.network.predict import outputs
 from parc_jax.planner import Planner
+from parc_jax.problem.doubt import Doubt
+from parc_jax.problem.labels import labels
 from parc_jax.robust.bend import bend, bend_by_bin
 from parc_jax.robust.bins import axis_of
 from parc_jax.robust.executions import executions_of

@@ -12,13 +12,13 @@ from toy_bodies import points_model, points_problem
 from toy_models import anchored_plans, line_model, told, toy_case
 
 import parc_jax as pj
-from parc_jax.doubt import Doubt
 from parc_jax.errors import InputError
 from parc_jax.network.predict import outputs
 from parc_jax.network.relu import relu_network
 from parc_jax.planner import Planner
 from parc_jax.plot.projections import default_pairs
-from parc_jax.problem import reach_avoid
+from parc_jax.problem.doubt import Doubt
+from parc_jax.problem.problem import reach_avoid
 from parc_jax.robust.pose import from_here, pose_of
 from parc_jax.robust.question import plain
 from parc_jax.robust.turn import misses_circle, turn_by

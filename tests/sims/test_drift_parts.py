@@ -6,8 +6,8 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 
-from parc_jax.body import Disc, Polygon
 from parc_jax.errors import InputError
+from parc_jax.problem.body import Disc, Polygon
 from sims.drift_parking import control, ilqr, line_search, params, scenario, trig, tyre, vehicle
 from sims.drift_parking.plan import reference_plan
 from sims.drift_parking.plant_ode import newton_euler

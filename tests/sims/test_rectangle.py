@@ -7,8 +7,8 @@ import pytest
 from drawn_keys import drawn_keys
 
 import sims
-from parc_jax.body import numbered
 from parc_jax.errors import InputError
+from parc_jax.problem.body import numbered
 from sims import rectangle
 
 KEYS = drawn_keys(1, 3)

@@ -11,8 +11,8 @@ import pytest
 from drawn_keys import drawn_keys
 
 import sims
-from parc_jax.body import numbered
 from parc_jax.errors import InputError
+from parc_jax.problem.body import numbered
 from sims.mjx_system import mjx_system
 from sims.tractor.system import POINTS, TRACTOR, TRAILER, XML, drive, some_start
 

@@ -28,7 +28,7 @@ from parc_jax.certificate.write import (
 from parc_jax.io.answer_file import load_answer
 from parc_jax.planner import Planner
 from parc_jax.plot.page_data import page_data
-from parc_jax.problem import reach_avoid
+from parc_jax.problem.problem import reach_avoid
 from parc_jax.sets.box import box
 from parc_jax.settings import Settings
 from parc_jax.verdict.pointwise import verdicts

@@ -7,7 +7,6 @@ from exact_oracle import exact_safe
 from toy_models import fold_model, line_model, model_of, random_model, rectangle, uniform_tube
 
 from parc_jax import checker
-from parc_jax.body import Polygon
 from parc_jax.certificate.write import (
     network_part,
     polytope_part,
@@ -20,7 +19,8 @@ from parc_jax.network.relu import relu_network
 from parc_jax.obstacles import segment
 from parc_jax.obstacles.segment import separation
 from parc_jax.planner import Planner
-from parc_jax.problem import reach_avoid
+from parc_jax.problem.body import Polygon
+from parc_jax.problem.problem import reach_avoid
 from parc_jax.sets.box import box
 from parc_jax.sets.hpolytope import hpolytope
 from parc_jax.settings import Settings

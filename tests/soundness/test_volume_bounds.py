@@ -8,10 +8,10 @@ import numpy as np
 import pytest
 from toy_models import host_outputs, model_of, random_model, random_problem
 
-from parc_jax.body import Polygon
 from parc_jax.checker import number
 from parc_jax.cover.sampling import ends_from
-from parc_jax.problem import reach_avoid
+from parc_jax.problem.body import Polygon
+from parc_jax.problem.problem import reach_avoid
 from parc_jax.sets.box import box
 from parc_jax.verdict.pointwise import verdicts
 from parc_jax.verdict.scene import scene_of

@@ -4,8 +4,8 @@ import pytest
 from toy_bodies import points_model
 from toy_models import line_model
 
-from parc_jax.body import hull
-from parc_jax.problem import reach_avoid
+from parc_jax.problem.body import hull
+from parc_jax.problem.problem import reach_avoid
 from parc_jax.sets.box import box
 from parc_jax.sets.hpolytope import hpolytope
 from parc_jax.verdict.hopeless import why_none

@@ -5,12 +5,12 @@ import pytest
 from toy_bodies import points_model, points_problem
 from toy_models import line_model, random_model, random_polygon, random_problem
 
-from parc_jax.body import hull
 from parc_jax.certificate.prove import prove
 from parc_jax.certificate.write import sample_part
 from parc_jax.errors import InputError
 from parc_jax.network.predict import by_point
-from parc_jax.problem import reach_avoid
+from parc_jax.problem.body import hull
+from parc_jax.problem.problem import reach_avoid
 from parc_jax.robust.question import Plain
 from parc_jax.sets.box import box
 from parc_jax.sets.hpolytope import hpolytope

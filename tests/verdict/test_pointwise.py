@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 from toy_models import anchored_plans, host_outputs, line_model, model_of, toy_case
 
-from parc_jax.problem import reach_avoid
+from parc_jax.problem.problem import reach_avoid
 from parc_jax.sets.box import box
 from parc_jax.verdict import pointwise as engine
 from parc_jax.verdict.pointwise import CHUNK, Verdicts, anchor, row_margin, verdicts

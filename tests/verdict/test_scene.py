@@ -5,11 +5,11 @@ import pytest
 from toy_models import line_model, model_of, random_model, random_problem, uniform_tube
 from turning_bar import straight_bar
 
-from parc_jax.body import hull
 from parc_jax.errors import InputError
 from parc_jax.network.predict import Layout
 from parc_jax.obstacles.pairs import BUCKETS
-from parc_jax.problem import goal_of_points, reach_avoid
+from parc_jax.problem.body import hull
+from parc_jax.problem.problem import goal_of_points, reach_avoid
 from parc_jax.sets.box import box
 from parc_jax.sets.hpolytope import from_box, hpolytope
 from parc_jax.verdict.scene import finite_box, goal_box, scene_of

@@ -10,9 +10,9 @@ import pytest
 from scipy.optimize import linprog
 
 from parc_jax.base.arrays import x64
-from parc_jax.body import Disc, Polygon, hull
 from parc_jax.checker import number
-from parc_jax.problem import reach_avoid
+from parc_jax.problem.body import Disc, Polygon, hull
+from parc_jax.problem.problem import reach_avoid
 from parc_jax.sets.box import box
 from parc_jax.sets.hpolytope import hpolytope
 from parc_jax.volume_bounds.contact_errors import WithinWidths

@@ -12,14 +12,14 @@ from toy_models import line_model, model_of, random_network, told
 from benchmarks.shaped import fitted
 from parc_jax import checker, methods
 from parc_jax.base.status import Status
-from parc_jax.body import Polygon
 from parc_jax.certificate.write import network_part, problem_part, tube_part
 from parc_jax.claim.faces import faces
 from parc_jax.claim.tube import fitted_tube
 from parc_jax.errors import InputError
 from parc_jax.network.predict import trajectories
 from parc_jax.planner import Planner
-from parc_jax.problem import reach_avoid
+from parc_jax.problem.body import Polygon
+from parc_jax.problem.problem import reach_avoid
 from parc_jax.sets.box import box
 from parc_jax.sets.hpolytope import hpolytope
 from parc_jax.settings import Settings

@@ -13,7 +13,6 @@ from toy_bodies import points_model, points_problem
 from toy_models import assumed, told
 
 from parc_jax import checker
-from parc_jax.body import Disc, Part, Polygon, body_of, hull, numbered
 from parc_jax.certificate.write import question_parts
 from parc_jax.claim.faces import faces
 from parc_jax.claim.tube import fitted_tube, refined, zero_tube
@@ -22,7 +21,8 @@ from parc_jax.model import TrajectoryModel, trajectory_model
 from parc_jax.network.predict import by_point, moved_to, trajectories
 from parc_jax.network.relu import relu_network
 from parc_jax.planner import Planner
-from parc_jax.problem import goal_of_points, reach_avoid
+from parc_jax.problem.body import Disc, Part, Polygon, body_of, hull, numbered
+from parc_jax.problem.problem import goal_of_points, reach_avoid
 from parc_jax.sets.box import box
 from parc_jax.sets.hpolytope import hpolytope
 from parc_jax.settings import Settings

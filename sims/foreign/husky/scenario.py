@@ -2,7 +2,7 @@
 touched none.
 """
 
-from parc_jax.problem import ReachAvoid, goal_of_points, reach_avoid
+from parc_jax.problem.problem import ReachAvoid, goal_of_points, reach_avoid
 from parc_jax.sets.box import box
 from sims.foreign.husky import params as c
 from sims.rectangle import POINTS, rectangle

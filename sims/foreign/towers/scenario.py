@@ -1,7 +1,7 @@
 """The task: between two rows of towers, through the only gap between them, and on."""
 
-from parc_jax.body import hull
-from parc_jax.problem import ReachAvoid, goal_of_points, reach_avoid
+from parc_jax.problem.body import hull
+from parc_jax.problem.problem import ReachAvoid, goal_of_points, reach_avoid
 from parc_jax.sets.box import box
 from sims.foreign.towers import params as c
 from sims.foreign.towers.flight import POINTS

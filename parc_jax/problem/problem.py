@@ -6,9 +6,9 @@ import numpy as np
 from flax import struct
 
 from parc_jax.base.spelling import counted
-from parc_jax.body import Body, Disc, Part, Polygon, number_of, parts_of, shape
-from parc_jax.doubt import Doubt
 from parc_jax.errors import InputError
+from parc_jax.problem.body import Body, Disc, Part, Polygon, number_of, parts_of, shape
+from parc_jax.problem.doubt import Doubt
 from parc_jax.sets.box import Box
 from parc_jax.sets.hpolytope import HPolytope, from_box, hpolytope
 
