@@ -10,7 +10,7 @@ import jax.numpy as jnp
 import numpy as np
 
 from parc_jax.base.arrays import dot, once, x64
-from parc_jax.claim.error_set import ErrorTemplate
+from parc_jax.claim.reach import reach
 from parc_jax.claim.tube import Tube
 from parc_jax.obstacles.pairs import Obstacles
 
@@ -43,14 +43,7 @@ def fan_table(tube: Tube) -> jax.Array | None:
 
 def _along_fan(tube: Tube) -> jax.Array:
     with x64():
-        return _fan_table(tube.templates.interval.errors)
-
-
-@jax.jit
-def _fan_table(errors: ErrorTemplate):
-    fan = jnp.asarray(_fan(errors.half.shape[-1]), errors.half.dtype)
-    lost = jax.lax.map(lambda w: errors.support(-w), fan)  # (f, n_bins, T, n_points)
-    return lost.swapaxes(2, 3).astype(jnp.float32)
+        return reach(tube, _fan(tube.n_p)).astype(np.float32)
 
 
 def estimate_clearance(obstacles: Obstacles, path, taken: Taken):

@@ -54,7 +54,7 @@ class EachPlan(NamedTuple):
 class ByBin(NamedTuple):
     """The same of errors between fitted faces, looked up for the directions of the table.
 
-    errors (n_bins, T, n_points). bins (PLANS,). lost_along (n_bins, n_points, T, u): along minus
+    errors (n_bins, T, n_points). bins (PLANS,). lost_along (u, n_bins, n_points, T): against
     each of u directions; which (o, d): the table's directions among them.
     """
 
@@ -70,7 +70,7 @@ class ByBin(NamedTuple):
     def lost(self, number, point, back, which):
         """(T, d + c) as of `EachPlan`; which (d,): the directions but the last c."""
         bin = self.bins[number]
-        known = self.lost_along[bin, point][:, which]
+        known = self.lost_along[which, bin, point].T
         last = tuple(x[:, len(which) :] for x in back)
         own = at(self.errors, (bin, slice(None), point, None)).support_by_axis(last)
         return jnp.concatenate([known, own], axis=1)

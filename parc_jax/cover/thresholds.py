@@ -12,9 +12,9 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
-from parc_jax.base.arrays import in_chunks, once, x64
+from parc_jax.base.arrays import in_chunks, x64
 from parc_jax.claim.error_set import ErrorSet, ErrorTemplate, at
-from parc_jax.claim.tube import Tube
+from parc_jax.claim.reach import errors_of, reach
 from parc_jax.cover.choose import ByBin
 from parc_jax.cover.corridor import Corridor
 from parc_jax.verdict.scene import Scene
@@ -166,31 +166,8 @@ def by_bin(scene: Scene) -> ByBin | None:
     if bytes_each * n > MOST_BYTES:
         return None
     size = size_class(n, LEAST_KNOWN if bytes_each * LEAST_KNOWN <= MUCH else 1)
-    rough, lost = once(tube, _along_table, unique.tobytes(), size)
-    return ByBin(rough, np.zeros(0, int), lost, which)
-
-
-def _along_table(tube: Tube, directions: bytes, size: int):
-    """The errors in float32, and what they take along directions, padded to a size."""
-    w = np.frombuffer(directions).reshape(-1, tube.n_p)
-    n = np.int32(len(w))
-    with x64():
-        rough = jax.device_put(jax.tree.map(np.float32, tube.errors))
-        return rough, _along(rough, np.float32(np.pad(w, ((0, size - n), (0, 0)))), n)
-
-
-@jax.jit
-def _along(errors, w, n):
-    """(n_bins, n_points, T, u) how far errors (n_bins, T, n_points) reach along the first n of -w
-    (u, n_p).
-    """
-    w = jnp.asarray(w)
-
-    def of_one(u, lost):
-        return lost.at[u].set(errors.support(-w[u]))
-
-    nothing = jnp.zeros((len(w), *errors.half.shape[:3]), w.dtype)
-    return jax.lax.fori_loop(0, n, of_one, nothing).transpose(1, 3, 2, 0)
+    lost = reach(tube, unique, size, np.float32)
+    return ByBin(errors_of(tube, np.float32), np.zeros(0, int), lost, which)
 
 
 def columns_of(path, point, n_p: int) -> list:

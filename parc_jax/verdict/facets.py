@@ -16,6 +16,7 @@ import numpy as np
 
 from parc_jax.base.arrays import once, x64
 from parc_jax.claim.error_set import ErrorBox, ErrorTemplate
+from parc_jax.claim.reach import reach
 from parc_jax.claim.tube import Tube
 from parc_jax.verdict.scene import Scene
 
@@ -23,7 +24,7 @@ from parc_jax.verdict.scene import Scene
 class Facets(NamedTuple):
     """What errors take along the facet normals of the pairs of a scene, each kept once.
 
-    number (o, f): which of the u normals. lost (n_bins, u, n_points, T): what the errors take
+    number (o, f): which of the u normals. lost (u, n_bins, n_points, T): what the errors take
     along each, None where boxes tell it as fast. inside (n_bins, T, n_points, n_p): an error that
     each bin allows, None for boxes.
     """
@@ -46,7 +47,7 @@ class Facets(NamedTuple):
             w, place = normals[o, f], places[point]
             along = sum(w[c] * place[c] for c in range(len(w)))
             if boxes is None:
-                lost = self.lost[bin, number[o, f], point]
+                lost = self.lost[number[o, f], bin, point]
             else:
                 lost = sum(jnp.abs(w[c]) * boxes[point, c] for c in range(len(w)))
             return jnp.minimum(along[:-1], along[1:]) - lost
@@ -72,29 +73,17 @@ def facets_of(scene: Scene) -> Facets:
     w = table.w[:n_pairs, : table.n_facets]
     unique, which = np.unique(w.reshape(-1, w.shape[2]), axis=0, return_inverse=True)
     number[:n_pairs] = which.reshape(w.shape[:2])
-    return Facets(number, *once(tube, _along_normals, unique.tobytes(), number.size))
+    lost = reach(tube, unique, number.size)
+    return Facets(number, lost, once(tube, _inside))
 
 
-def _along_normals(tube: Tube, normals: bytes, size: int):
-    """What errors between faces take along normals, padded to a size; as of `_of_templates`."""
-    w = np.frombuffer(normals).reshape(-1, tube.n_p)
-    n = np.int32(len(w))
+def _inside(tube: Tube) -> jax.Array:
     with x64():
-        return _of_templates(tube.errors, np.pad(w, ((0, size - n), (0, 0))), n)
+        return _middles(tube.errors)
 
 
 @jax.jit
-def _of_templates(errors: ErrorTemplate, w, n):
-    """What errors take along the first n of -w (u, n_p): (n_bins, u, n_points, T), and an error
-    that each bin allows (n_bins, T, n_points, n_p): the middle of some corners.
-    """
-    w = jnp.asarray(w)
-    n_bins, n_steps, n_points = errors.half.shape[:3]
-
-    def of_one(u, lost):
-        return lost.at[:, u].set(errors.support(-w[u]).swapaxes(1, 2))
-
-    nothing = jnp.zeros((n_bins, len(w), n_points, n_steps))
-    axes = jnp.eye(w.shape[1])
-    corners = jax.lax.map(errors.vertex, jnp.concatenate([axes, -axes]))
-    return jax.lax.fori_loop(0, n, of_one, nothing), corners.mean(axis=0)
+def _middles(errors: ErrorTemplate):
+    """An error that each bin allows (n_bins, T, n_points, n_p): the middle of some corners."""
+    axes = jnp.eye(errors.half.shape[-1])
+    return jax.lax.map(errors.vertex, jnp.concatenate([axes, -axes])).mean(axis=0)

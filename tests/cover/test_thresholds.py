@@ -66,6 +66,6 @@ def test_what_errors_take_along_the_table_is_known_in_all_bins():
     for o, d in ((0, 3), (1, 20), (2, 47)):
         w = scene.directions.w[o, d]
         exact = model.tube.errors.support(-np.broadcast_to(w, (2, 4, 3, 2)))
-        found = np.asarray(shared.lost_along)[..., shared.which[o, d]].transpose(0, 2, 1)
+        found = np.asarray(shared.lost_along)[shared.which[o, d]].transpose(0, 2, 1)
         np.testing.assert_allclose(found, exact, rtol=1e-5, atol=1e-6)
     assert by_bin(scene.under(points_model(rng, m=3))) is None
