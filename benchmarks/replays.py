@@ -22,7 +22,7 @@ from parc_jax.experiment.cache import keep_compiled
 from parc_jax.experiment.replay import counts_of
 from parc_jax.io.answer_file import load_answer
 from parc_jax.model import load
-from parc_jax.planner import Planner
+from parc_jax.planner.planner import Planner
 from parc_jax.rollout.files import write_atomic
 
 STEP = 2048  # plans at a time: a few hundred MiB of trajectories

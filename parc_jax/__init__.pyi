@@ -48,8 +48,8 @@ from parc_jax.network.relu import relu_network as relu_network
 from parc_jax.network.train import train as train
 from parc_jax.obstacles.moving import moving as moving
 from parc_jax.onboard.header import write_c as write_c
-from parc_jax.planner import Planner as Planner
-from parc_jax.prepared import Prepared as Prepared
+from parc_jax.planner.planner import Planner as Planner
+from parc_jax.planner.prepared import Prepared as Prepared
 from parc_jax.problem.body import Body as Body
 from parc_jax.problem.body import Disc as Disc
 from parc_jax.problem.body import Part as Part

@@ -38,7 +38,6 @@ ORDER = (
     "sentences",
     "driven",
     "answer",
-    "prepared",
     "planner",
     "onboard",
     "io",

@@ -10,7 +10,7 @@ from toy_models import line_model, model_of, told, toy_case, uniform_tube
 import parc_jax
 from parc_jax.errors import InputError
 from parc_jax.network.relu import relu_network
-from parc_jax.planner import Planner
+from parc_jax.planner.planner import Planner
 from parc_jax.problem.body import Disc, Polygon
 from parc_jax.problem.problem import reach_avoid
 from parc_jax.sets.box import box

@@ -11,7 +11,7 @@ from toy_models import toy_case
 from parc_jax.base import probes
 from parc_jax.base.probes import probe_all, require_sound_arithmetic
 from parc_jax.errors import SoundnessError
-from parc_jax.planner import Planner
+from parc_jax.planner.planner import Planner
 
 
 @pytest.fixture

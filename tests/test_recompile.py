@@ -8,7 +8,7 @@ import pytest
 from compilations import compiled_by
 from toy_models import random_model, rectangle_problem, toy_case
 
-from parc_jax.planner import Planner
+from parc_jax.planner.planner import Planner
 from parc_jax.sets.hpolytope import hpolytope
 from parc_jax.settings import Settings
 from parc_jax.verdict import scene as scenes

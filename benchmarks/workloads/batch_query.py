@@ -15,7 +15,7 @@ from benchmarks.result import Result
 from benchmarks.timing import timed
 from parc_jax.batch.box_scenes import BoxScenes, box_scenes
 from parc_jax.model import TrajectoryModel
-from parc_jax.planner import Planner
+from parc_jax.planner.planner import Planner
 from parc_jax.problem.problem import ReachAvoid
 from parc_jax.settings import Settings
 

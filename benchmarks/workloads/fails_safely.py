@@ -20,7 +20,7 @@ from parc_jax import checker
 from parc_jax.lp.clarabel_hint import Hint
 from parc_jax.lp.solve import solve
 from parc_jax.lp.status import LPResult, LPStatus
-from parc_jax.planner import Planner
+from parc_jax.planner.planner import Planner
 from parc_jax.published.cells import cells_outward
 from parc_jax.published.lp_batch import solve_batch
 from parc_jax.published.scene import paper_scene

@@ -17,7 +17,7 @@ from parc_jax.claim.declared import declared_claim
 from parc_jax.claim.tube import zero_tube
 from parc_jax.model import TrajectoryModel, trajectory_model
 from parc_jax.network.relu import relu_network
-from parc_jax.planner import Planner
+from parc_jax.planner.planner import Planner
 from parc_jax.problem.problem import ReachAvoid, reach_avoid
 from parc_jax.sets.box import box
 from parc_jax.settings import Settings

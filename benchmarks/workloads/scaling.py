@@ -20,7 +20,7 @@ from benchmarks.workloads.rare import lines, slit, whole
 from parc_jax import checker
 from parc_jax.certificate.prove import prove
 from parc_jax.model import TrajectoryModel
-from parc_jax.planner import Planner
+from parc_jax.planner.planner import Planner
 from parc_jax.problem.problem import ReachAvoid
 from parc_jax.settings import Settings
 

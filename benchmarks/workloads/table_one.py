@@ -29,7 +29,7 @@ from benchmarks.workloads.bras import Comparison, compare
 from parc_jax.cover.sampling import draw
 from parc_jax.errors import InputError
 from parc_jax.model import TrajectoryModel
-from parc_jax.planner import Planner
+from parc_jax.planner.planner import Planner
 from parc_jax.problem.problem import ReachAvoid
 from parc_jax.published.cells import Cell, cells_outward
 from parc_jax.published.scene import paper_scene

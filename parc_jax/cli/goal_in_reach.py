@@ -9,7 +9,7 @@ import numpy as np
 from parc_jax.errors import InputError
 from parc_jax.model import TrajectoryModel
 from parc_jax.network.predict import outputs
-from parc_jax.planner import Planner
+from parc_jax.planner.planner import Planner
 from parc_jax.problem.problem import ReachAvoid
 from parc_jax.pwa.table import RegionTable
 from parc_jax.sets.hpolytope import HPolytope

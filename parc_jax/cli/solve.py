@@ -67,7 +67,7 @@ def solve(
     from parc_jax.io.problem_file import labelled, load_problem
     from parc_jax.methods import Exact, Published
     from parc_jax.model import load
-    from parc_jax.planner import Planner
+    from parc_jax.planner.planner import Planner
 
     if shell.cache:
         keep_compiled()

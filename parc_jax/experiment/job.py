@@ -22,7 +22,7 @@ from parc_jax.experiment.replay import Replay, replay, tally
 from parc_jax.experiment.settings import Study
 from parc_jax.experiment.stopwatch import Stopwatch
 from parc_jax.model import TrajectoryModel
-from parc_jax.planner import Planner
+from parc_jax.planner.planner import Planner
 from parc_jax.problem.problem import ReachAvoid
 from parc_jax.pwa import RegionTable, enumerate_regions
 from parc_jax.rollout.files import write_atomic

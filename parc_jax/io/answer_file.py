@@ -24,7 +24,7 @@ from parc_jax.errors import InputError
 from parc_jax.model import TrajectoryModel, trajectory_model
 from parc_jax.network.relu import relu_network
 from parc_jax.obstacles.directions import Multiplier
-from parc_jax.planner import answer_to
+from parc_jax.planner.planner import answer_to
 from parc_jax.problem.body import Body, Disc, Part, Polygon, body_of
 from parc_jax.problem.problem import ReachAvoid, reach_avoid
 from parc_jax.robust.pose import Pose

@@ -26,7 +26,7 @@ from parc_jax.experiment.settings import Study
 from parc_jax.experiment.stopwatch import Stopwatch
 from parc_jax.io.problem_file import save_problem
 from parc_jax.model import TrajectoryModel, load
-from parc_jax.planner import Planner
+from parc_jax.planner.planner import Planner
 from parc_jax.settings import Settings
 from sims import rectangle
 from sims.drift_parking.closing_in import ClosingIn, narrowest

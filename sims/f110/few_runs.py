@@ -12,7 +12,7 @@ import numpy as np
 
 from parc_jax.answer.answer import Answer
 from parc_jax.experiment.replay import Replay, replay
-from parc_jax.planner import Planner
+from parc_jax.planner.planner import Planner
 from parc_jax.problem.problem import ReachAvoid
 from parc_jax.settings import Settings
 from sims.f110.lesson import Model

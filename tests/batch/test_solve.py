@@ -19,7 +19,7 @@ from parc_jax.batch.solve import passes
 from parc_jax.batch.stack import stack_problems
 from parc_jax.cover.sampling import draw
 from parc_jax.errors import InputError
-from parc_jax.planner import Planner
+from parc_jax.planner.planner import Planner
 from parc_jax.problem.body import Polygon
 from parc_jax.problem.doubt import Doubt
 from parc_jax.problem.problem import reach_avoid

@@ -6,7 +6,7 @@ import pytest
 from toy_models import random_model, random_polygon, random_problem
 
 from parc_jax.batch.stack import FEW, stack_problems
-from parc_jax.planner import Planner
+from parc_jax.planner.planner import Planner
 from parc_jax.problem.problem import ReachAvoid
 from parc_jax.settings import Settings
 from parc_jax.verdict.pointwise import verdicts

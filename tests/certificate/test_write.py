@@ -24,7 +24,7 @@ from parc_jax import checker
 from parc_jax.base.spelling import fraction_text
 from parc_jax.certificate.prove import prove
 from parc_jax.certificate.write import network_part, part_hash, problem_part, sample_part, tube_part
-from parc_jax.planner import Planner
+from parc_jax.planner.planner import Planner
 from parc_jax.problem.problem import reach_avoid
 from parc_jax.sets.box import box
 from parc_jax.settings import Settings

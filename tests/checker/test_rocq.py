@@ -25,7 +25,7 @@ import pytest
 from toy_bodies import points_model, points_problem
 
 from parc_jax import checker
-from parc_jax.planner import Planner
+from parc_jax.planner.planner import Planner
 from parc_jax.problem.problem import reach_avoid
 from parc_jax.sets.hpolytope import hpolytope
 from parc_jax.settings import Settings

@@ -11,7 +11,7 @@ from toy_models import toy_case
 from parc_jax import checker
 from parc_jax.certificate.write import network_part, problem_part, tube_part
 from parc_jax.cover.corridors import Corridors
-from parc_jax.planner import Planner
+from parc_jax.planner.planner import Planner
 from parc_jax.settings import Settings
 from parc_jax.verdict.pointwise import anchor, verdicts
 

@@ -15,7 +15,7 @@ from parc_jax.cover import first as first_module
 from parc_jax.cover.first import MOST, first_draw, first_safe
 from parc_jax.cover.placed import placed
 from parc_jax.cover.sampling import draw
-from parc_jax.planner import Planner
+from parc_jax.planner.planner import Planner
 from parc_jax.problem.problem import reach_avoid
 from parc_jax.robust.question import Plain
 from parc_jax.sets.box import box

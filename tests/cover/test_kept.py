@@ -15,7 +15,7 @@ from parc_jax.cover.kept import KeptPlans
 from parc_jax.cover.later import cut_later
 from parc_jax.cover.sampling import draw
 from parc_jax.errors import InputError
-from parc_jax.planner import Planner
+from parc_jax.planner.planner import Planner
 from parc_jax.problem.problem import reach_avoid
 from parc_jax.sets.box import box
 from parc_jax.settings import Settings

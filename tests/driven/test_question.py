@@ -11,7 +11,7 @@ import parc_jax as pj
 from parc_jax.driven.choice import Choice, near_of
 from parc_jax.driven.looks import Looks
 from parc_jax.errors import InputError
-from parc_jax.planner import answer_to
+from parc_jax.planner.planner import answer_to
 from parc_jax.robust.question import question
 from parc_jax.sets.hpolytope import from_box
 from parc_jax.system import STAYS

@@ -16,7 +16,7 @@ from parc_jax.driven.local_model import Local
 from parc_jax.driven.probe import Aim, inside, probes, rooms_of
 from parc_jax.driven.refine import Refine
 from parc_jax.errors import InputError
-from parc_jax.planner import Planner
+from parc_jax.planner.planner import Planner
 from parc_jax.rollout.collect import collect
 from parc_jax.system import Trajectory
 from parc_jax.verdict.outcomes import outcomes

@@ -17,7 +17,7 @@ from parc_jax.errors import InputError
 from parc_jax.experiment.learn import final_error
 from parc_jax.methods import Published
 from parc_jax.network.relu import relu_network
-from parc_jax.planner import Planner
+from parc_jax.planner.planner import Planner
 from parc_jax.problem.problem import reach_avoid
 from parc_jax.published.verdicts import region_verdicts
 from parc_jax.sets.box import box

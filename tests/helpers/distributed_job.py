@@ -32,7 +32,7 @@ from toy_models import random_model, rectangle_problem  # noqa: E402
 from parc_jax.base.keys import Stage  # noqa: E402
 from parc_jax.claim.tube import tube  # noqa: E402
 from parc_jax.errors import ParcError  # noqa: E402
-from parc_jax.planner import Planner  # noqa: E402
+from parc_jax.planner.planner import Planner  # noqa: E402
 from parc_jax.rollout import chunks, collect  # noqa: E402
 
 

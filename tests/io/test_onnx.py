@@ -15,7 +15,7 @@ from parc_jax.errors import InputError
 from parc_jax.io.network_file import load_network
 from parc_jax.io.onnx_write import write_onnx
 from parc_jax.io.question import safety_question, vnnlib, write_question
-from parc_jax.planner import Planner
+from parc_jax.planner.planner import Planner
 from parc_jax.pwa import enumerate_regions
 from parc_jax.settings import Settings
 from parc_jax.verdict.pointwise import verdicts

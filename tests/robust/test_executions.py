@@ -19,7 +19,7 @@ from parc_jax import checker
 from parc_jax.certificate.write import question_parts
 from parc_jax.errors import InputError
 from parc_jax.network.predict import outputs
-from parc_jax.planner import Planner
+from parc_jax.planner.planner import Planner
 from parc_jax.problem.doubt import Doubt
 from parc_jax.problem.labels import labels
 from parc_jax.robust.bend import bend, bend_by_bin

@@ -15,7 +15,7 @@ import parc_jax as pj
 from parc_jax.errors import InputError
 from parc_jax.network.predict import outputs
 from parc_jax.network.relu import relu_network
-from parc_jax.planner import Planner
+from parc_jax.planner.planner import Planner
 from parc_jax.plot.projections import default_pairs
 from parc_jax.problem.doubt import Doubt
 from parc_jax.problem.problem import reach_avoid

@@ -16,7 +16,7 @@ from parc_jax.certificate.write import question_parts
 from parc_jax.claim.error_set import at
 from parc_jax.errors import InputError
 from parc_jax.network.predict import Layout
-from parc_jax.planner import Planner
+from parc_jax.planner.planner import Planner
 from parc_jax.problem.doubt import Doubt
 from parc_jax.robust.question import plain
 from parc_jax.robust.scene import doubted_scene

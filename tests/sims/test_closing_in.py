@@ -8,7 +8,7 @@ from toy_models import model_of
 
 from parc_jax.base.status import Status
 from parc_jax.errors import InputError
-from parc_jax.planner import Planner
+from parc_jax.planner.planner import Planner
 from parc_jax.sets.box import box
 from parc_jax.settings import Settings
 from parc_jax.verdict.pointwise import verdicts

@@ -26,7 +26,7 @@ from parc_jax.certificate.write import (
     tube_part,
 )
 from parc_jax.io.answer_file import load_answer
-from parc_jax.planner import Planner
+from parc_jax.planner.planner import Planner
 from parc_jax.plot.page_data import page_data
 from parc_jax.problem.problem import reach_avoid
 from parc_jax.sets.box import box

@@ -10,7 +10,7 @@ import pytest
 from toy_models import TRIANGLE, anchored_plans, model_of, toy_case
 
 from parc_jax.network.relu import relu_network
-from parc_jax.planner import Planner
+from parc_jax.planner.planner import Planner
 from parc_jax.problem.body import Disc, Polygon
 from parc_jax.problem.problem import reach_avoid
 from parc_jax.sets.box import box

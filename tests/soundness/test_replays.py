@@ -16,7 +16,7 @@ from parc_jax import checker
 from parc_jax.base.status import Status
 from parc_jax.errors import SoundnessError
 from parc_jax.experiment.replay import replay
-from parc_jax.planner import Planner
+from parc_jax.planner.planner import Planner
 from parc_jax.problem.problem import reach_avoid
 from parc_jax.sets.box import box
 from parc_jax.settings import Settings

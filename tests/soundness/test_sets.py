@@ -27,7 +27,7 @@ from parc_jax.cover import build as building
 from parc_jax.cover import union as union_stage
 from parc_jax.cover.sampling import draw
 from parc_jax.network.relu import relu_network
-from parc_jax.planner import Planner
+from parc_jax.planner.planner import Planner
 from parc_jax.settings import Settings
 from parc_jax.verdict.pointwise import anchor, verdicts
 from parc_jax.verdict.scene import scene_of

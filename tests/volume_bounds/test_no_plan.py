@@ -17,7 +17,7 @@ from parc_jax.claim.faces import faces
 from parc_jax.claim.tube import fitted_tube
 from parc_jax.errors import InputError
 from parc_jax.network.predict import trajectories
-from parc_jax.planner import Planner
+from parc_jax.planner.planner import Planner
 from parc_jax.problem.body import Polygon
 from parc_jax.problem.problem import reach_avoid
 from parc_jax.sets.box import box

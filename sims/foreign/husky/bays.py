@@ -11,7 +11,7 @@ import jax
 from parc_jax.base.spelling import rounded_up
 from parc_jax.claim.risk import Uniform
 from parc_jax.model import load
-from parc_jax.planner import Planner
+from parc_jax.planner.planner import Planner
 from parc_jax.settings import Settings
 from sims.foreign.husky.scenario import problem
 

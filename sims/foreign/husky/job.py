@@ -12,7 +12,7 @@ from parc_jax.claim.risk import Uniform
 from parc_jax.experiment.job import finish
 from parc_jax.experiment.recorded import Recorded, replay_recorded
 from parc_jax.experiment.stopwatch import Stopwatch
-from parc_jax.planner import Planner
+from parc_jax.planner.planner import Planner
 from parc_jax.settings import Settings
 from sims.foreign.husky.learn import claimed, first_look, halves, network, profile, worst
 from sims.foreign.husky.log import read_log

@@ -9,7 +9,7 @@ from pathlib import Path
 import jax
 
 from parc_jax.model import load
-from parc_jax.planner import Planner
+from parc_jax.planner.planner import Planner
 from parc_jax.settings import Settings
 from sims.foreign.slot.scenario import problem
 

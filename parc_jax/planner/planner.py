@@ -14,7 +14,7 @@ from parc_jax.batch.solve import BatchAnswer, Problems, problem_of, solve_batch
 from parc_jax.driven.looks import Looks
 from parc_jax.errors import InputError, expected
 from parc_jax.model import TrajectoryModel, check_model
-from parc_jax.prepared import Prepared
+from parc_jax.planner.prepared import Prepared
 from parc_jax.problem.problem import ReachAvoid
 from parc_jax.pwa import RegionTable
 from parc_jax.robust.question import Question, plain_problems, question
