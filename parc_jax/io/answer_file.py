@@ -7,13 +7,13 @@ import numpy as np
 from parc_jax.answer.answer import Answer
 from parc_jax.base.spelling import hex_floats, hex_text, nearest_floats
 from parc_jax.base.status import Ended
-from parc_jax.certificate.write import FORMAT, by_pair
+from parc_jax.certificate.read import corridor_of
+from parc_jax.certificate.write import FORMAT
 from parc_jax.checker import Rejected, check_answer, load, number
 from parc_jax.claim.claim_file import claim_from_json
 from parc_jax.claim.error_set import NO_CLAIM
 from parc_jax.claim.faces import Faces, faces
 from parc_jax.claim.tube import Tube, fitted_tube, tube
-from parc_jax.cover.corridor import Corridor
 from parc_jax.cover.place import Place
 from parc_jax.cover.polytope import SafePolytope
 from parc_jax.cover.sampling import points
@@ -23,7 +23,6 @@ from parc_jax.driven.looks import looks_of_json
 from parc_jax.errors import InputError
 from parc_jax.model import TrajectoryModel, trajectory_model
 from parc_jax.network.relu import relu_network
-from parc_jax.obstacles.directions import Multiplier
 from parc_jax.planner.planner import answer_to
 from parc_jax.problem.body import Body, Disc, Part, Polygon, body_of
 from parc_jax.problem.problem import ReachAvoid, reach_avoid
@@ -197,32 +196,6 @@ def _safe_polytope(scene: Scene, part: dict) -> SafePolytope:
     return SafePolytope(
         scene, corridor.p0, corridor.k, pattern, part["bin"], corridor, float("nan")
     )
-
-
-def corridor_of(scene: Scene, part: dict) -> Corridor:
-    """The corridor of a certificate, each direction rounded as when it was chosen."""
-    table = scene.directions
-    assert table is not None  # the scene of an answer has them
-    n = len(table.multipliers)
-    active = scene.obstacles.active[:n]
-    w = np.zeros((*active.shape, table.w.shape[2]))
-    support = np.full(active.shape, -np.inf)
-    multipliers = np.empty(active.shape, object)
-    said = by_pair(part["sep"])
-    own = said if scene.apart is None else [said[pair] for pair in scene.apart.kept]
-    for o, runs in enumerate(own):
-        first = int(np.argmax(active[o]))
-        for end, terms in runs:
-            m = Multiplier(tuple(row for row, _ in terms), tuple(number(v) for _, v in terms))
-            along, exact = table.direction(o, m)
-            w[o, first:end] = along
-            support[o, first:end] = exact + scene.slack * np.abs(along).sum()
-            for t in range(first, end):
-                multipliers[o, t] = m
-            first = end
-    p0, k = (np.array(nearest_floats(part[name])) for name in ("p0", "k"))
-    points = scene.obstacles.points[:n]
-    return Corridor(w, support, multipliers, points, p0, k, scene.apart)
 
 
 def _no_plan(certificate: dict | None, volumes: dict | None, ended: Ended | None) -> NoPlan | None:

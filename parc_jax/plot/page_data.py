@@ -4,12 +4,12 @@ from itertools import combinations
 
 import numpy as np
 
+from parc_jax.certificate.read import corridor_of
 from parc_jax.certificate.write import corridor_part, part_hash, question_parts
 from parc_jax.checker import PARTS
 from parc_jax.claim.error_set import NO_CLAIM
 from parc_jax.claim.statement import in_short
 from parc_jax.cover.corridor import Corridor
-from parc_jax.io.answer_file import corridor_of
 from parc_jax.plot import shapes
 from parc_jax.plot.views import views_of
 from parc_jax.problem.body import Disc, numbered
