@@ -3,6 +3,7 @@
 import ast
 import itertools
 import re
+from dataclasses import replace
 from fractions import Fraction
 from pathlib import Path
 
@@ -107,9 +108,8 @@ def test_the_line_of_an_answer_is_at_most_what_is_covered():
     answer = toy_driven.answer()
     for n in range(50):
         least = n / 50.3
-        answer._cover = answer._cover._replace(
-            kept=answer.corridor_coverage._replace(at_least=least)
-        )
+        kept = answer.corridor_coverage._replace(at_least=least)
+        answer = replace(answer, cover=answer.cover._replace(kept=kept))
         shown = re.search(r"at least (\S+) %", one_line(answer))[1]
         assert Fraction(shown) <= 100 * Fraction(least)
 

@@ -9,7 +9,7 @@ COVER = (
         "safe_share_of_what_the_tube_leaves",
         "numbers.safe_share",
         "found.whole",
-        "found._cover.volume",
+        "found.cover.volume",
         (
             "tests/answer/test_numbers.py::test_the_safe_share_is_of_all_plans_that_were_asked_about",
         ),

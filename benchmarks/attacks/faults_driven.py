@@ -37,8 +37,8 @@ DRIVEN = (
     Fault(
         "polytopes_have_looks_of_their_own",
         "Answer.with_polytopes",
-        "copy(self)",
-        "copy(self)\n        answer.looks = type(self.looks)()",
+        "refused=self.refused + refused",
+        "refused=self.refused + refused, looks=type(self.looks)()",
         (f"{QUESTION}::test_what_is_derived_from_an_answer_shares_its_looks",),
     ),
     Fault(

@@ -2,8 +2,8 @@
 worth.
 """
 
-import copy
 import json
+from dataclasses import replace
 from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -30,7 +30,7 @@ from parc_jax.sets.chebyshev import chebyshev_center
 from parc_jax.sets.hpolytope import HPolytope
 
 if TYPE_CHECKING:
-    from parc_jax.driven.choice import Choice, Solve
+    from parc_jax.driven.choice import Choice
 
 CUT_AROUND = 20_000  # safe plans around which `with_polytopes` cuts
 SPREAD_OUT = 6  # dimensions of (p0, k) up to which polytopes that nobody asked for are cut
@@ -49,8 +49,6 @@ class Answer(Findings):
     account of tests of plans of this answer, and of whatever comes of it.
     """
 
-    solve: "Solve | None" = None  # a question's answer, of `Planner`
-
     def __repr__(self) -> str:
         return f"<{one_line(self)}>"
 
@@ -64,14 +62,7 @@ class Answer(Findings):
         Corridors know no regions, polytopes do: they are many where parameters are.
         """
         cover, refused = cut.with_polytopes(self, key, n)
-        answer = copy.copy(self)
-        for name in _OF_POLYTOPES:
-            answer.__dict__.pop(name, None)
-        answer.refused += refused
-        answer._cover = cover
-        if len(cover.polytopes):
-            answer._plans = SafeUnion(self.scene, list(cover.polytopes))
-        return answer
+        return replace(self, cover=cover, refused=self.refused + refused)
 
     @cached_property
     def in_polytopes(self) -> "Answer":
@@ -120,7 +111,7 @@ class Answer(Findings):
         None when nothing was drawn uniformly (the published search). The interval takes the number
         of draws as fixed.
         """
-        return safe_volume(self._cover, confidence)
+        return safe_volume(self.cover, confidence)
 
     @property
     def safe_share(self) -> SafeShare | None:
@@ -139,7 +130,7 @@ class Answer(Findings):
 
     def keeps(self, p0, k) -> np.ndarray:
         """p0 (b, n_p), k (b, n_k) -> bool (b,): safe, as it keeps to one of `corridors`."""
-        kept = KeptPlans(self.scene, self._corridors, self._cover.within)
+        kept = KeptPlans(self.scene, self._corridors, self.cover.within)
         return kept.contains(*self._given("keeps", p0, k))
 
     def _given(self, name: str, p0, k) -> tuple[np.ndarray, np.ndarray]:
@@ -280,7 +271,3 @@ class Answer(Findings):
     def save(self, path) -> Path:
         """Write answer.json; it appears complete or not at all. `parc-jax check` verifies it."""
         return write_atomic(path, json.dumps(self.to_json(), separators=(",", ":")).encode())
-
-
-# what is kept of the polytopes once it was asked for
-_OF_POLYTOPES = ("in_polytopes", "_solids", "safe_sets", "volumes", "share_of_k")

@@ -12,7 +12,7 @@ def with_polytopes(found: Findings, key: jax.Array, n: int) -> tuple[Cover, int]
     """The cover with polytopes around n fresh safe plans, and how many the exact checker refused:
     proved where the answer is. [T31]
     """
-    cover = found._cover
+    cover = found.cover
     asked = found.scene, key, found._corridors, cover.within
     polytopes, coverage = cut_later(*asked, n, cover.kept.confidence)
     refused = 0

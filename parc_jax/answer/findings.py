@@ -1,7 +1,9 @@
 """What a query found, and the question that it answers."""
 
 from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field
 from functools import cached_property
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -24,42 +26,45 @@ from parc_jax.robust.withstood import Withstood
 from parc_jax.verdict.scene import Scene, goal_box, volume_of_all
 from parc_jax.volume_bounds.no_plan import PROVED, NoPlan
 
+if TYPE_CHECKING:
+    from parc_jax.driven.choice import Solve
 
+
+@dataclass(frozen=True, eq=False, repr=False)
 class Findings:
-    """The record behind an `Answer`; its fields are explained there."""
+    """The record behind an `Answer`, which explains its fields.
 
-    def __init__(
-        self,
-        scene: Scene,
-        cover: Cover,
-        samples: np.ndarray,
-        sample_parts: list[dict] | Callable[[], list[dict]],
-        proved: bool,
-        refused: int,
-        timings: dict[str, float],
-        no_plan: NoPlan | None,
-        looks: Looks | None = None,
-    ):
-        self.scene = scene
-        self.samples = samples
-        self._sample_parts = sample_parts
-        self.proved = proved
-        self.refused = refused
-        self.timings = timings
-        self.no_plan = None if no_plan is None else no_plan._replace(doubt=scene.asked.doubt)
-        self.looks = Looks() if looks is None else looks
-        self._cover = cover
-        self._corridors = Corridors(self.model.tube, cover.corridors)
-        self._plans: PlanSet = (
-            SafeUnion(scene, list(cover.polytopes))
-            if len(cover.polytopes)
-            else KeptPlans(scene, self._corridors, cover.within)
-        )
+    cover: what the search found. spelled: certificates of the samples, or what writes them.
+    told_whole: `whole` as a file tells it. solve: how a question is answered, of `Planner`.
+    """
+
+    scene: Scene
+    cover: Cover
+    samples: np.ndarray
+    spelled: list[dict] | Callable[[], list[dict]]
+    proved: bool = False
+    refused: int = 0
+    timings: dict[str, float] = field(default_factory=dict)
+    no_plan: NoPlan | None = None
+    looks: Looks = field(default_factory=Looks)
+    told_whole: float | None = None
+    solve: "Solve | None" = None
+
+    @cached_property
+    def _corridors(self) -> Corridors:
+        return Corridors(self.model.tube, self.cover.corridors)
+
+    @cached_property
+    def _plans(self) -> PlanSet:
+        """What plans are drawn from: the polytopes; without any all that the corridors hold."""
+        if len(self.cover.polytopes):
+            return SafeUnion(self.scene, list(self.cover.polytopes))
+        return KeptPlans(self.scene, self._corridors, self.cover.within)
 
     @cached_property
     def sample_parts(self) -> list[dict]:
         """The certificates of the samples, written when they are first asked for."""
-        return self._sample_parts() if callable(self._sample_parts) else self._sample_parts
+        return self.spelled() if callable(self.spelled) else self.spelled
 
     @property
     def asked(self) -> Plain:
@@ -91,6 +96,8 @@ class Findings:
         """Volume of all plans that were asked about, before tube or doubt take anything off: of K
         times the goal's box, or of K alone where there is one start.
         """
+        if self.told_whole is not None:
+            return self.told_whole
         if self.doubt is None or self.question is None:
             return volume_of_all(self.scene)
         volume = self.doubt.volume_of_k(self.model.domain)
@@ -122,7 +129,7 @@ class Findings:
         """What ended the search: its target, its work, or the limit in seconds above it, which is
         told wherever it cut something off. None of a file that does not tell.
         """
-        draws = self._cover.ended
+        draws = self.cover.ended
         proof = None if self.no_plan is None else self.no_plan.ended
         if Ended.SECONDS in (draws, proof):
             return Ended.SECONDS
@@ -139,26 +146,26 @@ class Findings:
     def polytopes(self) -> list[SafePolytope]:
         """The safe polytopes: pattern, bin, corridor and inner point each. None unless the query
         cut them (`Settings.polytopes`); `with_polytopes` cuts them later."""
-        return list(self._cover.polytopes)
+        return list(self.cover.polytopes)
 
     @property
     def history(self) -> Sequence[Progress]:
         """Progress of the search at every fresh draw: seconds from its start, corridors and
         polytopes so far, shares that they cover.
         """
-        return self._cover.history
+        return self.cover.history
 
     @property
     def coverage(self) -> Coverage:
         """Share of the model's safe set inside `polytopes`: estimate, lower confidence bound,
         counts behind them.
         """
-        return self._cover.coverage
+        return self.cover.coverage
 
     @property
     def corridor_coverage(self) -> Coverage:
         """Share of the model's safe set that keeps to some of `corridors`, as in `coverage`."""
-        return self._cover.kept
+        return self.cover.kept
 
     @property
     def _held(self) -> Coverage:
@@ -171,9 +178,9 @@ class Findings:
         of them do, how many are safe.
         """
         return {
-            "drawn": self._cover.drawn,
-            "reaching": self._cover.reaching,
-            "safe": self._cover.safe,
+            "drawn": self.cover.drawn,
+            "reaching": self.cover.reaching,
+            "safe": self.cover.safe,
         }
 
     @property
@@ -181,4 +188,4 @@ class Findings:
         """Where safe plans are too rare for draws from everywhere, the place around what a search
         found that was drawn from instead; counts, coverage and volume are of it then.
         """
-        return self._cover.within
+        return self.cover.within

@@ -34,7 +34,7 @@ def safe_share(found: Findings, confidence: float = 0.99) -> SafeShare | None:
     """As `Answer.safe_share`. Draws are uniform over a set of known volume, which is compared with
     that of all plans: one count of safe ones says both.
     """
-    cover, whole = found._cover, found.whole
+    cover, whole = found.cover, found.whole
     volume = safe_volume(cover, confidence)
     if volume is None:
         return None
@@ -56,7 +56,7 @@ def safe_volume(cover: Cover, confidence: float) -> tuple[float, float, float] |
 
 def density_of_k(found: Findings) -> float:
     """Upper bound W of the density of a drawn k, as explained at `Answer.density`. [T34]"""
-    volume = safe_volume(found._cover, CONFIDENCE)
+    volume = safe_volume(found.cover, CONFIDENCE)
     if volume is None:
         return np.inf
     _, least, _ = volume

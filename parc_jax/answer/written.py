@@ -27,7 +27,7 @@ def _meta(found: Findings) -> dict:
         "ended": None if found.ended is None else found.ended.label,
         "statement": statement(found),
         "counts": found.counts,
-        "volume_drawn": found._cover.volume,
+        "volume_drawn": found.cover.volume,
         "volume_of_all": found.whole,
         "coverage": found.coverage._asdict(),
         "corridor_coverage": found.corridor_coverage._asdict(),

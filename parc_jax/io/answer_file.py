@@ -87,13 +87,20 @@ def _answer(data: dict, report) -> Answer:
     cover = Cover(*tally, seen, kept, coverage, corridors, polytopes, within=within, ended=ended)
     no_plan = _no_plan(data["no_plan"], report.no_plan, ended)
     if no_plan is not None:
-        no_plan = no_plan._replace(reason=why_none(scene))
+        no_plan = no_plan._replace(reason=why_none(scene), doubt=asked.doubt)
     looks = looks_of_json(meta.get("looks"))
-    answer = Answer(scene, cover, samples, data["samples"], True, 0, {}, no_plan, looks)
-    answer.solve = answer_to
-    if "volume_of_all" in meta:
-        answer.whole = float(meta["volume_of_all"])
-    return answer
+    whole = float(meta["volume_of_all"]) if "volume_of_all" in meta else None
+    return Answer(
+        scene,
+        cover,
+        samples,
+        data["samples"],
+        proved=True,
+        no_plan=no_plan,
+        looks=looks,
+        told_whole=whole,
+        solve=answer_to,
+    )
 
 
 def _asked(problem: ReachAvoid, model: TrajectoryModel, meta: dict) -> Plain:

@@ -112,7 +112,7 @@ class Prepared:
             "cover_s": covered - begin,
             "proof_s": time.perf_counter() - covered,
         }
-        answer = Answer(
+        return Answer(
             scene,
             found,
             samples,
@@ -120,11 +120,10 @@ class Prepared:
             settings.proof,
             refused,
             timings,
-            no_plan,
-            looks,
+            None if no_plan is None else no_plan._replace(doubt=scene.asked.doubt),
+            Looks() if looks is None else looks,
+            solve=self._again,
         )
-        answer.solve = self._again
-        return answer
 
 
 def _certificates(scene: Scene, chosen: Points) -> list[dict]:

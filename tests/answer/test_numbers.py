@@ -1,6 +1,6 @@
 """What an answer says of plans drawn from it, against an answer whose true values are known."""
 
-import copy
+from dataclasses import replace
 
 import jax
 import numpy as np
@@ -24,10 +24,8 @@ SLANTED = pj.hpolytope(
 
 def covering(at_least):
     """The answer, whose polytopes are only known to cover this share of the safe set."""
-    partial = copy.copy(answer())
     coverage = answer().coverage._replace(share=at_least, at_least=at_least)
-    partial._cover = answer()._cover._replace(coverage=coverage)
-    return partial
+    return replace(answer(), cover=answer().cover._replace(coverage=coverage))
 
 
 def test_the_density_of_a_whole_answer_is_close_to_one():
@@ -49,9 +47,8 @@ def test_without_measured_coverage_no_density_is_stated():
 
 
 def test_the_volume_interval_is_clopper_pearson():
-    counted = copy.copy(answer())
-    counted._cover = answer()._cover._replace(drawn=1000, safe=300)
-    estimate, low, high = np.array(counted.volume(0.99)) / answer()._cover.volume
+    counted = replace(answer(), cover=answer().cover._replace(drawn=1000, safe=300))
+    estimate, low, high = np.array(counted.volume(0.99)) / answer().cover.volume
     assert estimate == pytest.approx(0.3)
     assert binom.sf(299, 1000, low) == pytest.approx(0.005, rel=1e-6)  # 300 or more
     assert binom.cdf(300, 1000, high) == pytest.approx(0.005, rel=1e-6)
@@ -100,13 +97,11 @@ def test_the_safe_share_holds_the_truth_of_plans_drawn_plainly(rng, start):
 
 
 def test_without_uniform_draws_there_is_no_safe_share():
-    counted = copy.copy(answer())
-    counted._cover = answer()._cover._replace(volume=float("nan"))
+    counted = replace(answer(), cover=answer().cover._replace(volume=float("nan")))
     assert counted.safe_share is None and "not measured" in how_much_is_safe(counted)
 
 
 def test_a_few_safe_draws_are_an_interval_and_no_estimate():
-    few = copy.copy(answer())
-    few._cover = answer()._cover._replace(drawn=40, reaching=30, safe=3)
+    few = replace(answer(), cover=answer().cover._replace(drawn=40, reaching=30, safe=3))
     said = how_much_is_safe(few)  # Clopper-Pearson of 3 in 40
     assert said == "0.862 % to 24.9 % of the plans that end in the goal's box, with confidence 0.99"

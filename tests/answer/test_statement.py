@@ -1,5 +1,7 @@
 """An answer in words, for terminals and notebooks."""
 
+from dataclasses import replace
+
 import numpy as np
 from toy_models import told, toy_case
 from toy_query import answer
@@ -20,9 +22,9 @@ def found(**changes):
     whole = answer()
     fields = {
         "scene": whole.scene.under(told(whole.model, system="<b>toy</b> & co")),
-        "cover": whole._cover,
+        "cover": whole.cover,
         "samples": whole.samples,
-        "sample_parts": whole.sample_parts,
+        "spelled": whole.sample_parts,
         "proved": True,
         "refused": 0,
         "timings": {},
@@ -33,7 +35,7 @@ def found(**changes):
 
 def nothing():
     """Findings without a plan, without a proof that none exists."""
-    empty = answer()._cover._replace(corridors=[], polytopes=[], ended=Ended.WORK)
+    empty = answer().cover._replace(corridors=[], polytopes=[], ended=Ended.WORK)
     return found(cover=empty, samples=answer().samples[:0])
 
 
@@ -64,7 +66,7 @@ def test_a_value_on_the_edge_of_a_bin_without_claim_is_told():
         asked = problem.replace(doubt=Doubt(given={"k1": value}))
         known = plain(asked, model.replace(claim=claim))
         empty = nothing()
-        empty.scene = laid_out(known)
+        empty = replace(empty, scene=laid_out(known))
         said = statement(empty)
         assert (
             "that have a claim; a value on an edge is in the bins on both sides" in said

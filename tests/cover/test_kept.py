@@ -2,8 +2,8 @@
 that cut them.
 """
 
-import copy
 import functools
+from dataclasses import replace
 
 import jax
 import numpy as np
@@ -103,12 +103,10 @@ def test_what_later_polytopes_hold_is_told_by_fresh_plans():
 
 @pytest.mark.slow
 def test_geometry_is_cut_on_first_use_and_refused_where_it_explodes(monkeypatch):
-    one = copy.copy(answer())
+    one = replace(answer())
     assert len(one.safe_sets) == len(one.volumes) > 0 and not one.polytopes
     monkeypatch.setattr("parc_jax.answer.answer.SPREAD_OUT", 3)
-    wide = copy.copy(answer())
-    for name in ("_solids", "safe_sets", "volumes"):
-        wide.__dict__.pop(name, None)
+    wide = replace(answer())
     with pytest.raises(InputError, match="at most 3 dimensions"):
         wide.project((0, 1))
 

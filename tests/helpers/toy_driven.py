@@ -1,6 +1,7 @@
 """A plant with a gust of known law, a claim about it, and one answer to choose from."""
 
 import functools
+from dataclasses import replace
 
 import jax
 import jax.numpy as jnp
@@ -8,6 +9,7 @@ from synthetic_plants import plant, straight, straight_network
 
 import parc_jax as pj
 from parc_jax.claim.pipeline import bound_error
+from parc_jax.driven.looks import Looks
 from parc_jax.rollout.collect import collect
 
 T = 4
@@ -54,18 +56,7 @@ def planner():
 def answer():
     """A new answer each time, for it remembers the looks at it; the search is done once."""
     found = _answer()
-    again = type(found)(
-        found.scene,
-        found._cover,
-        found.samples,
-        found.sample_parts,
-        found.proved,
-        found.refused,
-        found.timings,
-        found.no_plan,
-    )
-    again.solve = found.solve
-    return again
+    return replace(found, looks=Looks())
 
 
 SETTINGS = pj.Settings(samples=5, target=0.2, budget_s=300)

@@ -2,7 +2,7 @@
 exact arithmetic at corners and inside of the doubt.
 """
 
-from copy import copy
+from dataclasses import replace
 from fractions import Fraction
 from types import SimpleNamespace
 
@@ -60,12 +60,12 @@ def test_plans_withstand_rough_execution(rng):
 @pytest.mark.slow
 def test_no_plan_under_copies_says_what_it_means():
     """The hull of the copies holds more than all executions. A proof that another test made too."""
-    answer = copy(toy_query.answer(wall=True))
+    answer = toy_query.answer(wall=True)
     assert answer.status is pj.Status.NO_PLAN
     doubts = (Doubt(k=[0.05, 0.02]), True), (Doubt(start=0.01), False), (Doubt(given={0: 0}), False)
     for doubt, said in doubts:
         known = plain(toy_query.gap().replace(doubt=doubt), toy_query.planner().model).doubt
-        answer.no_plan = answer.no_plan._replace(doubt=known)
+        answer = replace(answer, no_plan=answer.no_plan._replace(doubt=known))
         assert ("a plan that this method cannot show to withstand" in answer.statement()) == said
         assert f"Safe means here: safe for {known.words}." in answer.statement()
 

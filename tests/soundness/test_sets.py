@@ -463,6 +463,6 @@ def test_random_scenes_lose_nothing_between_floats_and_proofs():
         )
         shallow = 0
         if answer.refused:  # allowed only for what short fractions cannot separate
-            e = verdicts(answer.scene, answer._cover.points.p0, answer._cover.points.k)
+            e = verdicts(answer.scene, answer.cover.points.p0, answer.cover.points.k)
             shallow = int((e.clearance[e.safe] < 1e-6).sum())
         assert answer.refused <= shallow
