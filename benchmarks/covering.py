@@ -17,11 +17,11 @@ import tyro
 
 from parc_jax.answer.answer import Answer
 from parc_jax.cli.systems import build, find, study_of
-from parc_jax.experiment.cache import keep_compiled
 from parc_jax.model import load
 from parc_jax.planner.planner import Planner
 from parc_jax.plot.cover import cover, of_history
 from parc_jax.settings import Settings
+from parc_jax.study.cache import keep_compiled
 
 
 @dataclass(frozen=True)

@@ -10,10 +10,10 @@ import numpy as np
 
 from parc_jax.certificate.prove import prove
 from parc_jax.certificate.write import sample_part
-from parc_jax.experiment.learn import learn
-from parc_jax.experiment.stopwatch import Stopwatch
 from parc_jax.model import TrajectoryModel
 from parc_jax.problem.problem import ReachAvoid
+from parc_jax.study.learn import learn
+from parc_jax.study.stopwatch import Stopwatch
 from parc_jax.verdict.pointwise import verdicts
 from parc_jax.verdict.scene import scene_of
 

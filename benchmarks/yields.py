@@ -6,8 +6,8 @@ from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 from parc_jax.claim.asked import GAP
-from parc_jax.experiment.settings import Study
 from parc_jax.problem.problem import ReachAvoid
+from parc_jax.study.settings import Study
 
 
 @dataclass(frozen=True)

@@ -16,7 +16,7 @@ FURTHER = {
         "claim.asked",
         "claim.intersample",
         "network.fit",
-        "experiment.settings",
+        "study.settings",
     ),
     "Files in and out": (
         "io.problem_file",

@@ -21,13 +21,8 @@ from parc_jax.claim.tube import Tube as Tube
 from parc_jax.claim.tube import tube as tube
 from parc_jax.claim.update import refit as refit
 from parc_jax.claim.update import update as update
-from parc_jax.driven.choice import Choice as Choice
-from parc_jax.driven.local_model import Local as Local
-from parc_jax.driven.refine import Refine as Refine
 from parc_jax.errors import InputError as InputError
 from parc_jax.errors import SoundnessError as SoundnessError
-from parc_jax.experiment.recorded import replay_recorded as replay_recorded
-from parc_jax.experiment.replay import replay as replay
 from parc_jax.io.answer_file import load_answer as load_answer
 from parc_jax.io.network_file import load_network as load_network
 from parc_jax.io.onnx_write import write_onnx as write_onnx
@@ -37,6 +32,9 @@ from parc_jax.io.problem_file import save_problem as save_problem
 from parc_jax.io.question import safety_question as safety_question
 from parc_jax.io.question import vnnlib as vnnlib
 from parc_jax.io.question import write_question as write_question
+from parc_jax.local.choice import Choice as Choice
+from parc_jax.local.local_model import Local as Local
+from parc_jax.local.refine import Refine as Refine
 from parc_jax.methods import Exact as Exact
 from parc_jax.methods import Published as Published
 from parc_jax.model import TrajectoryModel as TrajectoryModel
@@ -46,7 +44,6 @@ from parc_jax.network.fold import Normalisation as Normalisation
 from parc_jax.network.relu import ReLUNetwork as ReLUNetwork
 from parc_jax.network.relu import relu_network as relu_network
 from parc_jax.network.train import train as train
-from parc_jax.obstacles.moving import moving as moving
 from parc_jax.onboard.header import write_c as write_c
 from parc_jax.planner.planner import Planner as Planner
 from parc_jax.planner.prepared import Prepared as Prepared
@@ -70,11 +67,14 @@ from parc_jax.rollout.environment import Episode as Episode
 from parc_jax.rollout.invariance import translation_gap as translation_gap
 from parc_jax.rollout.loaders import load_rollouts as load_rollouts
 from parc_jax.rollout.python_system import python_system as python_system
+from parc_jax.separation.moving import moving as moving
 from parc_jax.sets.box import Box as Box
 from parc_jax.sets.box import box as box
 from parc_jax.sets.hpolytope import HPolytope as HPolytope
 from parc_jax.sets.hpolytope import hpolytope as hpolytope
 from parc_jax.settings import Settings as Settings
+from parc_jax.study.recorded import replay_recorded as replay_recorded
+from parc_jax.study.replay import replay as replay
 from parc_jax.system import BlackBoxSystem as BlackBoxSystem
 from parc_jax.system import TimeGrid as TimeGrid
 from parc_jax.system import Trajectory as Trajectory

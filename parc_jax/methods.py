@@ -19,11 +19,11 @@ from parc_jax.cover.sampling import no_points, points
 from parc_jax.cover.search import Cover, cover, cover_around, draw_safe_plans
 from parc_jax.cover.stopping import nothing_covered
 from parc_jax.errors import InputError
+from parc_jax.no_plan.prove_no_plan import MAX_LEAVES, PROVED, NoPlan, prove_no_plan
 from parc_jax.settings import Settings, Work, work_of
 from parc_jax.verdict.hopeless import why_none
 from parc_jax.verdict.pointwise import verdicts
 from parc_jax.verdict.scene import Scene, laid_out
-from parc_jax.volume_bounds.no_plan import MAX_LEAVES, PROVED, NoPlan, prove_no_plan
 
 
 @dataclass(frozen=True)

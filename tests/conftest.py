@@ -10,10 +10,10 @@ ROOT = Path(__file__).resolve().parents[1]
 pytest_plugins = ["compile_report"]
 # Files whose tests call the same kernels, as their paths begin: with -n one worker compiles them
 FAMILIES = {
-    "runs": "claim rollout driven experiment network sims benchmarks soundness/test_claims "
+    "runs": "claim rollout local study network sims benchmarks soundness/test_claims "
     "cli/test_nothing_lost verdict/test_outline",
-    "plans": "verdict cover batch soundness robust certificate io onboard answer volume_bounds "
-    "obstacles cli plot experiment/test_recorded test_planner test_methods",
+    "plans": "verdict cover batch soundness robust certificate io onboard answer no_plan "
+    "separation cli plot study/test_recorded test_planner test_methods",
 }
 SHAPE_CHECKED = [
     "parc_jax.sets",
@@ -52,7 +52,7 @@ def keep_compiled():
     """
     import jax
 
-    from parc_jax.experiment.cache import processor
+    from parc_jax.study.cache import processor
 
     folder = Path(
         os.environ.get("JAX_COMPILATION_CACHE_DIR") or ROOT / ".pytest_cache" / "compiled"

@@ -27,28 +27,28 @@ ORDER = (
     "claim",
     "model",
     "robust",
-    "obstacles",
+    "separation",
     "verdict",
     "cover",
     "certificate",
-    "volume_bounds",
+    "no_plan",
     "batch",
     "published",
     "methods",
     "sentences",
-    "driven",
+    "local",
     "answer",
     "planner",
     "onboard",
     "io",
     "plot",
     "figures",  # a face
-    "experiment",
+    "study",
     "cli",
 )
 # the doors of the published method: `Published` for the engine, and who draws its verdicts of
 # regions, above the engine (and benchmarks)
-USES_PUBLISHED = ("methods", "figures", "experiment", "cli")
+USES_PUBLISHED = ("methods", "figures", "study", "cli")
 HEAVY = (
     "sims",
     "benchmarks",
@@ -190,7 +190,7 @@ def test_nothing_heavy_is_imported_at_load():
 
 def test_robots_are_never_named_by_the_engine():
     for path in FILES:
-        if stage_of(path) in ("cli", "experiment"):
+        if stage_of(path) in ("cli", "study"):
             continue  # these load robots by name, when asked
         names = [name.split(".")[0] for name, _ in imports(path.read_text(), anywhere=True)]
         assert not {"sims", "mujoco", "brax"} & set(names), path

@@ -14,11 +14,11 @@ from parc_jax.base.options import Options, part_of, told
 from parc_jax.claim.asked import BoundSettings
 from parc_jax.cli.offer import Offer
 from parc_jax.errors import InputError
-from parc_jax.experiment.settings import Study
 from parc_jax.io import doubt_file, problem_file
 from parc_jax.problem.doubt import Doubt
 from parc_jax.problem.problem import ReachAvoid
 from parc_jax.settings import Effort, Settings
+from parc_jax.study.settings import Study
 
 ROOT = Path(parc_jax.__file__).parent
 COMMANDS = ("run", "learn", "solve", "check", "replay", "plot", "export", "systems", "doctor")

@@ -18,11 +18,11 @@ from parc_jax.claim.counts import cheaper, clopper_pearson, supported_eps
 from parc_jax.claim.risk import NoStatement, Risk
 from parc_jax.claim.start_gap import StartTrial
 from parc_jax.claim.statement import in_short
-from parc_jax.driven import tested
-from parc_jax.driven.looks import Look
-from parc_jax.experiment.numbers import covering
+from parc_jax.local import tested
+from parc_jax.local.looks import Look
+from parc_jax.no_plan.prove_no_plan import BOUNDS, NoPlan
 from parc_jax.sentences import about_plans, about_risk, about_sensing
-from parc_jax.volume_bounds.no_plan import BOUNDS, NoPlan
+from parc_jax.study.numbers import covering
 
 ROOT = Path(__file__).parents[1]
 BOUND = re.compile(

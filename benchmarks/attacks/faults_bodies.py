@@ -4,24 +4,24 @@ part, which end.
 
 from benchmarks.attacks.fault import Fault
 
-PAIRS = "parc_jax/obstacles/pairs.py"
-DISTANCE = "parc_jax/obstacles/distance.py"
+PAIRS = "parc_jax/separation/pairs.py"
+DISTANCE = "parc_jax/separation/distance.py"
 ERROR_SET = "parc_jax/claim/error_set.py"
 FACES = "parc_jax/claim/faces.py"
 POLYTOPE = "parc_jax/cover/polytope.py"
 QUESTION = "parc_jax/checker/question.py"
 NO_PLAN = "parc_jax/checker/no_plan.py"
 HITS = "parc_jax/checker/hits.py"
-BIN_ERRORS = "parc_jax/volume_bounds/bin_errors.py"
-CONTACT_ERRORS = "parc_jax/volume_bounds/contact_errors.py"
-IN_BINS = "tests/volume_bounds/test_bin_errors.py::"
-TRIED = "tests/volume_bounds/test_contact_errors.py::"
+BIN_ERRORS = "parc_jax/no_plan/bin_errors.py"
+CONTACT_ERRORS = "parc_jax/no_plan/contact_errors.py"
+IN_BINS = "tests/no_plan/test_bin_errors.py::"
+TRIED = "tests/no_plan/test_contact_errors.py::"
 HULLS = "tests/soundness/test_bodies.py::test_clearances_are_the_distances_of_hulls"
-OF_ALL = "tests/obstacles/test_pairs.py::test_the_gap_of_one_interval_is_that_of_all"
-IN_ORDER = "tests/obstacles/test_pairs.py::test_pairs_go_obstacle_by_obstacle"
-EXACT = "tests/obstacles/test_distance.py::test_on_a_grid_the_gap_is_the_exact_distance"
+OF_ALL = "tests/separation/test_pairs.py::test_the_gap_of_one_interval_is_that_of_all"
+IN_ORDER = "tests/separation/test_pairs.py::test_pairs_go_obstacle_by_obstacle"
+EXACT = "tests/separation/test_distance.py::test_on_a_grid_the_gap_is_the_exact_distance"
 CONTACT = (
-    "tests/obstacles/test_distance.py::test_contact_is_claimed_only_where_it_is_and_mostly_found"
+    "tests/separation/test_distance.py::test_contact_is_claimed_only_where_it_is_and_mostly_found"
 )
 PROGRAM = "tests/claim/test_error_set.py::test_support_and_vertex_are_those_of_the_linear_program"
 BY_HAND = "tests/cover/test_polytope.py::test_the_rows_are_the_conditions_written_by_hand"
@@ -63,7 +63,7 @@ DISTANCES = (
         "pairs._grown",
         "- y for x,",
         "+ y for x,",
-        ("tests/obstacles/test_pairs.py::test_a_polygon_is_added_to_the_obstacle_inside_out",),
+        ("tests/separation/test_pairs.py::test_a_polygon_is_added_to_the_obstacle_inside_out",),
     ),
     Fault(
         "span_of_a_pair_ends_one_early",
@@ -85,7 +85,7 @@ DISTANCES = (
         "jnp.minimum(along_a, along_b) - errors.support(-w[None])",
         "jnp.minimum(along_a, along_b) - errors.support(w[None])",
         (
-            "tests/obstacles/test_distance.py"
+            "tests/separation/test_distance.py"
             "::test_with_templates_of_errors_the_gap_is_the_distance",
         ),
     ),
@@ -102,7 +102,7 @@ DISTANCES = (
         "gap - radius",
         "gap",
         (
-            "tests/obstacles/test_pairs.py"
+            "tests/separation/test_pairs.py"
             "::test_in_space_the_gap_is_that_of_what_is_seen_from_the_side",
         ),
     ),
@@ -335,7 +335,7 @@ ALLOWED = (
         "end_rows",
         "(n_points):\n        for a",
         "(0):\n        for a",
-        ("tests/volume_bounds/test_no_plan_of_parts.py::test_ends_keep_to_the_last_interval_too",),
+        ("tests/no_plan/test_no_plan_of_parts.py::test_ends_keep_to_the_last_interval_too",),
     ),
     Fault(
         "no_plan_what_the_first_bin_takes",

@@ -42,7 +42,7 @@ COVER = (
     ),
     Fault(
         "cut_off_and_told_as_work",
-        "prove_no_plan",
+        "prove_no_plan.prove_no_plan",
         "SECONDS if limit.cut else Ended.",
         "",
         ("tests/cover/test_work.py::test_a_proof_of_absence_says_what_ended_it",),

@@ -2,12 +2,12 @@
 
 from benchmarks.attacks.fault import Fault
 
-CHOICE = "tests/driven/test_choice.py"
-LOOKS = "tests/driven/test_looks.py"
-SAFE_BOX = "tests/driven/test_safe_box.py"
-REFINE = "tests/driven/test_refine.py"
+CHOICE = "tests/local/test_choice.py"
+LOOKS = "tests/local/test_looks.py"
+SAFE_BOX = "tests/local/test_safe_box.py"
+REFINE = "tests/local/test_refine.py"
 SENTENCES = "tests/test_sentences.py"
-QUESTION = "tests/driven/test_question.py"
+QUESTION = "tests/local/test_question.py"
 
 DRIVEN = (
     Fault(
@@ -16,7 +16,7 @@ DRIVEN = (
         "start = tried_first(system, self.model, key, asked)\n        look = self.looks.take()",
         "look = self.looks.take()\n        start = tried_first(system, self.model, key, asked)",
         (
-            "tests/driven/test_refine.py"
+            "tests/local/test_refine.py"
             "::test_a_start_that_matters_is_refused_before_a_probe_or_a_look",
         ),
     ),

@@ -275,7 +275,7 @@ SHELL = (
         "choice.Choice.run",
         "require_same(system, self.model)",
         "pass",
-        ("tests/driven/test_choice.py::test_a_model_of_another_system_is_refused",),
+        ("tests/local/test_choice.py::test_a_model_of_another_system_is_refused",),
     ),
 )
 
@@ -306,7 +306,7 @@ REPLAY = (
         "replay._check_recorded",
         " or not (runs.k == k).all()",
         "",
-        ("tests/experiment/test_recorded.py::test_the_open_door_takes_plans_of_the_runs_own_k",),
+        ("tests/study/test_recorded.py::test_the_open_door_takes_plans_of_the_runs_own_k",),
     ),
     Fault(
         "replay_compares_the_end_only",

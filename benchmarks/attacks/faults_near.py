@@ -2,15 +2,15 @@
 
 from benchmarks.attacks.fault import Fault
 
-APART = "parc_jax/obstacles/apart.py"
-REACH = "parc_jax/obstacles/ways.py"
+APART = "parc_jax/separation/apart.py"
+REACH = "parc_jax/separation/ways.py"
 LAID_OUT = "parc_jax/verdict/near.py"
 NO_SOONER = (
     "tests/verdict/test_near.py::test_an_obstacle_is_left_out_where_no_plan_comes_and_no_sooner"
 )
 WITHIN = "tests/verdict/test_near.py::test_all_plans_that_reach_stay_within_their_reach"
 BY_POINT = "tests/verdict/test_near.py::test_every_point_of_a_part_counts_and_each_part_by_itself"
-BOUNDS = "tests/obstacles/test_ways.py::test_bounds_of_an_affine_map_are_attained"
+BOUNDS = "tests/separation/test_ways.py::test_bounds_of_an_affine_map_are_attained"
 LEFT_OUT = (
     "tests/verdict/test_near.py::test_a_clearance_tells_no_more_than_what_was_left_out_allows"
 )

@@ -9,7 +9,7 @@ OBSTACLES = (
         "= xp.minimum(dot2(w, pa), dot2(w, pb))",
         "= dot2(w, pa)",
         (
-            "tests/obstacles/test_segment.py"
+            "tests/separation/test_segment.py"
             "::test_gap_is_the_distance_when_disjoint_and_not_positive_when_in_contact",
         ),
     ),
@@ -25,7 +25,7 @@ OBSTACLES = (
         "signed_vertices",
         "body = [(-Fraction(x), -Fraction(y))",
         "body = [(Fraction(x), Fraction(y))",
-        ("tests/obstacles/test_grown.py::test_support_of_the_sum_for_every_error_box",),
+        ("tests/separation/test_grown.py::test_support_of_the_sum_for_every_error_box",),
     ),
     Fault(
         "span_ends_one_early",
@@ -39,7 +39,7 @@ OBSTACLES = (
         "signed_corners",
         "out.append((polygon[index], (sx, sy)))",
         "out.append((polygon[index], (sx, sx)))",
-        ("tests/obstacles/test_grown.py::test_support_of_the_sum_for_every_error_box",),
+        ("tests/separation/test_grown.py::test_support_of_the_sum_for_every_error_box",),
     ),
     Fault(
         "support_of_the_unmirrored_body",
@@ -47,7 +47,7 @@ OBSTACLES = (
         "-body.vertices",
         "body.vertices",
         (
-            "tests/obstacles/test_directions.py"
+            "tests/separation/test_directions.py"
             "::test_every_multiplier_is_a_proof_and_the_support_is_exact",
         ),
     ),
@@ -56,7 +56,7 @@ OBSTACLES = (
         "_rounded_sum",
         "factor * (x - large)",
         "0.0",
-        ("tests/obstacles/test_directions.py::test_sums_are_rounded_once_whatever_is_summed",),
+        ("tests/separation/test_directions.py::test_sums_are_rounded_once_whatever_is_summed",),
     ),
     Fault(
         "disc_support_of_unit_directions",
@@ -64,7 +64,7 @@ OBSTACLES = (
         "return body.radius * np.hypot.reduce(w, axis=1)",
         "return body.radius * np.ones(len(w))",
         (
-            "tests/obstacles/test_directions.py"
+            "tests/separation/test_directions.py"
             "::test_every_multiplier_is_a_proof_and_the_support_is_exact",
         ),
     ),
@@ -204,19 +204,14 @@ VERDICT = (
         "_at_vertices",
         "(len(nodes))",
         "(len(nodes))[::-1]",
-        (
-            "tests/volume_bounds/test_examined.py"
-            "::test_at_vertices_boxes_do_not_know_their_neighbours",
-        ),
+        ("tests/no_plan/test_examined.py::test_at_vertices_boxes_do_not_know_their_neighbours",),
     ),
     Fault(
         "boxes_over_the_bins_of_the_first",
         "_as_boxes",
         "node.lo[n_p:], node",
         "nodes[0].lo[n_p:], nodes[0]",
-        (
-            "tests/volume_bounds/test_examined.py::test_by_bounds_boxes_do_not_know_their_neighbours",
-        ),
+        ("tests/no_plan/test_examined.py::test_by_bounds_boxes_do_not_know_their_neighbours",),
     ),
 )
 

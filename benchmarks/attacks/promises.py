@@ -33,8 +33,8 @@ from parc_jax.claim.profile import training_profile
 from parc_jax.claim.risk import Uniform
 from parc_jax.claim.score import Scores, scores_of
 from parc_jax.claim.update import update
-from parc_jax.driven.looks import Looks
-from parc_jax.driven.tested import run_plan
+from parc_jax.local.looks import Looks
+from parc_jax.local.tested import run_plan
 from parc_jax.model import trajectory_model
 from parc_jax.problem.problem import reach_avoid
 from parc_jax.rollout.collect import collect, stream_rollouts

@@ -19,7 +19,7 @@ from parc_jax.base.status import Status
 
 _CHILD = """
 import sys
-from parc_jax.experiment.cache import keep_compiled
+from parc_jax.study.cache import keep_compiled
 keep_compiled()
 import jax
 from benchmarks.cases import case

@@ -30,7 +30,6 @@ from parc_jax.claim.runs import HeldRuns
 from parc_jax.claim.start_gap import try_starts
 from parc_jax.claim.tube import zero_tube
 from parc_jax.errors import InputError
-from parc_jax.experiment.learn import networks
 from parc_jax.model import TrajectoryModel, trajectory_model
 from parc_jax.network.predict import trajectories
 from parc_jax.network.relu import ReLUNetwork
@@ -38,6 +37,7 @@ from parc_jax.plot.shares import Bar, shares
 from parc_jax.problem.problem import ReachAvoid
 from parc_jax.rollout.batch import RolloutBatch
 from parc_jax.rollout.collect import collect
+from parc_jax.study.learn import networks
 from parc_jax.verdict.outcomes import outcomes
 from parc_jax.verdict.pointwise import verdicts
 from parc_jax.verdict.scene import Scene, scene_of

@@ -30,7 +30,7 @@ from parc_jax.sets.chebyshev import chebyshev_center
 from parc_jax.sets.hpolytope import HPolytope
 
 if TYPE_CHECKING:
-    from parc_jax.driven.choice import Choice
+    from parc_jax.local.choice import Choice
 
 CUT_AROUND = 20_000  # safe plans around which `with_polytopes` cuts
 SPREAD_OUT = 6  # dimensions of (p0, k) up to which polytopes that nobody asked for are cut
@@ -210,7 +210,7 @@ class Answer(Findings):
             )
         account = self.looks.declare(delta, looks)
         plan, value = self.best(objective, key)
-        from parc_jax.driven.choice import Choice  # it trains: whoever only asks needs no trainer
+        from parc_jax.local.choice import Choice  # it trains: whoever only asks needs no trainer
 
         return Choice(plan, value, self.scene, account, self.solve)
 

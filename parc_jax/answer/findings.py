@@ -17,17 +17,17 @@ from parc_jax.cover.polytope import SafePolytope
 from parc_jax.cover.search import Cover, Progress
 from parc_jax.cover.stopping import Coverage
 from parc_jax.cover.union import SafeUnion
-from parc_jax.driven.looks import Looks
+from parc_jax.local.looks import Looks
 from parc_jax.model import TrajectoryModel
+from parc_jax.no_plan.prove_no_plan import PROVED, NoPlan
 from parc_jax.problem.problem import ReachAvoid
 from parc_jax.robust.pose import Pose
 from parc_jax.robust.question import Plain, Question
 from parc_jax.robust.withstood import Withstood
 from parc_jax.verdict.scene import Scene, goal_box, volume_of_all
-from parc_jax.volume_bounds.no_plan import PROVED, NoPlan
 
 if TYPE_CHECKING:
-    from parc_jax.driven.choice import Solve
+    from parc_jax.local.choice import Solve
 
 
 @dataclass(frozen=True, eq=False, repr=False)

@@ -10,9 +10,9 @@ from flax import struct
 from parc_jax.base.arrays import as_float64
 from parc_jax.errors import InputError
 from parc_jax.model import TrajectoryModel
-from parc_jax.obstacles.pairs import Obstacles, obstacles_of
 from parc_jax.problem.body import Body, Disc, Polygon, numbered
 from parc_jax.problem.problem import ReachAvoid, reach_avoid
+from parc_jax.separation.pairs import Obstacles, obstacles_of
 from parc_jax.sets.box import box
 from parc_jax.sets.hpolytope import hpolytope
 from parc_jax.verdict.scene import SceneArrays, float_slack, in_closed_form

@@ -12,7 +12,7 @@ import numpy as np
 from parc_jax.base.arrays import dot, once, x64
 from parc_jax.claim.reach import reach
 from parc_jax.claim.tube import Tube
-from parc_jax.obstacles.pairs import Obstacles
+from parc_jax.separation.pairs import Obstacles
 
 STRIDE = 4  # [knots] from which to which paths are taken to be straight at a rough look
 AROUND = 24  # directions tried in the plane; in space those from a cube to its neighbours

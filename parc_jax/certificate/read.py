@@ -6,7 +6,7 @@ from parc_jax.base.spelling import nearest_floats
 from parc_jax.certificate.write import by_pair
 from parc_jax.checker import number
 from parc_jax.cover.corridor import Corridor
-from parc_jax.obstacles.directions import Multiplier
+from parc_jax.separation.directions import Multiplier
 from parc_jax.verdict.scene import Scene
 
 

@@ -21,9 +21,9 @@ from parc_jax.cover.polytope import SafePolytope
 from parc_jax.model import TrajectoryModel
 from parc_jax.network.predict import by_point
 from parc_jax.network.relu import ReLUNetwork
-from parc_jax.obstacles.runs import longest_lasting, merged_runs
 from parc_jax.problem.body import Disc, Polygon, numbered
 from parc_jax.problem.problem import ReachAvoid
+from parc_jax.separation.runs import longest_lasting, merged_runs
 from parc_jax.sets.hpolytope import HPolytope
 from parc_jax.verdict.scene import Scene
 

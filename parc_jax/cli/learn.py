@@ -13,7 +13,7 @@ def learn(
     /,
     *,
     out: Path,
-    study: Annotated[dict, Offer("experiment.settings.Learning", left_out="the study's, or ")],
+    study: Annotated[dict, Offer("study.settings.Learning", left_out="the study's, or ")],
     logged: Annotated[dict, Offer("cli.learning.Logged", left_out="")],
     shell: Annotated[Shell, Offer("cli.shell.Shell")],
 ) -> int:
@@ -34,10 +34,10 @@ def learn(
     from parc_jax.cli.places import require_place
     from parc_jax.cli.systems import black_box_of, find, study_of
     from parc_jax.cli.unfinished import only_of
-    from parc_jax.experiment.cache import keep_compiled
-    from parc_jax.experiment.learn import learn as learn_system
-    from parc_jax.experiment.settings import Learning
-    from parc_jax.experiment.stopwatch import Stopwatch
+    from parc_jax.study.cache import keep_compiled
+    from parc_jax.study.learn import learn as learn_system
+    from parc_jax.study.settings import Learning
+    from parc_jax.study.stopwatch import Stopwatch
 
     if shell.cache:
         keep_compiled()

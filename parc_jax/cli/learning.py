@@ -11,13 +11,13 @@ from parc_jax.base.keys import key_of
 from parc_jax.base.options import Options
 from parc_jax.base.spelling import counted
 from parc_jax.errors import InputError
-from parc_jax.experiment.learn import Learned, final_error, learn_recorded
-from parc_jax.experiment.numbers import spread
-from parc_jax.experiment.settings import Learning, name_of
 from parc_jax.network.predict import outputs
 from parc_jax.network.train import training_arrays
 from parc_jax.rollout.loaders import load_rollouts
 from parc_jax.sets.box import Box, box
+from parc_jax.study.learn import Learned, final_error, learn_recorded
+from parc_jax.study.numbers import spread
+from parc_jax.study.settings import Learning, name_of
 from parc_jax.system import time_grid
 
 # options of a study that ask for runs of a system

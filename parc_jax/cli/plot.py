@@ -140,7 +140,7 @@ def _run(black_box, answer, sample: int):
     """One fresh true run of a sample, (n_record + 1, n_c) [m], all reference points."""
     import jax
 
-    from parc_jax.experiment.replay import replay
+    from parc_jax.study.replay import replay
 
     plans = answer.samples[[sample]]
     return replay(black_box, answer.scene, plans, jax.random.PRNGKey(0)).path[0]

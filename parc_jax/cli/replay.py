@@ -22,9 +22,9 @@ def replay(
             with k outside of its K are left out.
     """
     from parc_jax.cli.help import fitted
-    from parc_jax.experiment.recorded import replay_recorded
     from parc_jax.io.answer_file import load_answer
     from parc_jax.rollout.loaders import load_rollouts
+    from parc_jax.study.recorded import replay_recorded
 
     asked = load_answer(answer)
     points = None if asked.model.n_points == 1 else asked.model.points

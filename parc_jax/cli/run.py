@@ -14,7 +14,7 @@ def run(
     *,
     out: Path | None = None,
     model: Path | None = None,
-    study: Annotated[dict, Offer("experiment.settings.Study", left_out="the study's, or ")],
+    study: Annotated[dict, Offer("study.settings.Study", left_out="the study's, or ")],
     figures: bool = True,
     hosts: str | None = None,
     shell: Annotated[Shell, Offer("cli.shell.Shell")],
@@ -41,11 +41,11 @@ def run(
     from parc_jax.cli.places import require_place
     from parc_jax.cli.systems import black_box_of, build, find, study_of
     from parc_jax.cli.unfinished import only_of
-    from parc_jax.experiment.cache import keep_compiled
-    from parc_jax.experiment.figures import figures as draw_figures
-    from parc_jax.experiment.job import METRICS, UNFINISHED, finish, run_study
-    from parc_jax.experiment.report import report
     from parc_jax.model import load
+    from parc_jax.study.cache import keep_compiled
+    from parc_jax.study.figures import figures as draw_figures
+    from parc_jax.study.job import METRICS, UNFINISHED, finish, run_study
+    from parc_jax.study.report import report
 
     if shell.cache:
         keep_compiled()

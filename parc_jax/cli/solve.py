@@ -63,11 +63,11 @@ def solve(
     from parc_jax.cli.saying import saying
     from parc_jax.cli.verdict import as_json, verdict
     from parc_jax.errors import InputError
-    from parc_jax.experiment.cache import keep_compiled
     from parc_jax.io.problem_file import labelled, load_problem
     from parc_jax.methods import Exact, Published
     from parc_jax.model import load
     from parc_jax.planner.planner import Planner
+    from parc_jax.study.cache import keep_compiled
 
     if shell.cache:
         keep_compiled()

@@ -18,7 +18,7 @@ WANTED = {
     "problem": ("goal", "obstacles", "body", "start"),
 }  # attributes of what a module's functions return
 
-BODY = Offer("experiment.settings.Learning", left_out="its study's, or ", only=("body",))
+BODY = Offer("study.settings.Learning", left_out="its study's, or ", only=("body",))
 
 
 def systems(name: str | None = None, /, *, study: Annotated[dict, BODY]) -> int:
@@ -83,7 +83,7 @@ def study_of(module: ModuleType, **changes):
     """The `Study` of a system, its module's STUDY or else the default one, but for the given
     fields. Raises InputError.
     """
-    from parc_jax.experiment.settings import Study
+    from parc_jax.study.settings import Study
 
     return getattr(module, "STUDY", Study()).replace(**changes)
 

@@ -6,8 +6,8 @@ from pathlib import Path
 import numpy as np
 
 from parc_jax.answer.answer import Answer
-from parc_jax.experiment.numbers import facts_of, table_of
 from parc_jax.problem.labels import name_of, unit_of
+from parc_jax.study.numbers import facts_of, table_of
 
 
 def as_json(answer: Answer, path: Path, cold_s: float | None) -> str:

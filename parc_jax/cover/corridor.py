@@ -12,8 +12,8 @@ from typing import NamedTuple
 import numpy as np
 
 from parc_jax.claim.error_set import ErrorSet, at
-from parc_jax.obstacles.apart import Apart
-from parc_jax.obstacles.runs import Run, merged_runs
+from parc_jax.separation.apart import Apart
+from parc_jax.separation.runs import Run, merged_runs
 
 
 def lost(w, errors: ErrorSet, points):

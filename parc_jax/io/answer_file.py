@@ -19,10 +19,11 @@ from parc_jax.cover.polytope import SafePolytope
 from parc_jax.cover.sampling import points
 from parc_jax.cover.search import Cover
 from parc_jax.cover.stopping import Coverage
-from parc_jax.driven.looks import looks_of_json
 from parc_jax.errors import InputError
+from parc_jax.local.looks import looks_of_json
 from parc_jax.model import TrajectoryModel, trajectory_model
 from parc_jax.network.relu import relu_network
+from parc_jax.no_plan.prove_no_plan import BOUNDS, PROVED, UNDECIDED, NoPlan
 from parc_jax.planner.planner import answer_to
 from parc_jax.problem.body import Body, Disc, Part, Polygon, body_of
 from parc_jax.problem.problem import ReachAvoid, reach_avoid
@@ -35,7 +36,6 @@ from parc_jax.verdict.hopeless import why_none
 from parc_jax.verdict.near import near_scene
 from parc_jax.verdict.pointwise import verdicts
 from parc_jax.verdict.scene import Scene
-from parc_jax.volume_bounds.no_plan import BOUNDS, PROVED, UNDECIDED, NoPlan
 
 
 def load_answer(path) -> Answer:

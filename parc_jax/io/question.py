@@ -21,8 +21,8 @@ from parc_jax.claim.tube import Tube
 from parc_jax.errors import InputError
 from parc_jax.io.onnx_write import write_onnx
 from parc_jax.network.relu import ReLUNetwork, relu_network
-from parc_jax.obstacles.directions import Multiplier
 from parc_jax.rollout.files import write_atomic
+from parc_jax.separation.directions import Multiplier
 from parc_jax.sets.box import Box, box
 from parc_jax.verdict.near import whole_scene
 

@@ -11,9 +11,10 @@ from parc_jax.base.keys import Stage, as_key
 from parc_jax.base.probes import require_sound_arithmetic
 from parc_jax.batch.box_scenes import BoxScenes
 from parc_jax.batch.solve import BatchAnswer, Problems, problem_of, solve_batch
-from parc_jax.driven.looks import Looks
 from parc_jax.errors import InputError, expected
+from parc_jax.local.looks import Looks
 from parc_jax.model import TrajectoryModel, check_model
+from parc_jax.no_plan.prove_no_plan import MAX_LEAVES, NoPlan, prove_no_plan
 from parc_jax.planner.prepared import Prepared
 from parc_jax.problem.problem import ReachAvoid
 from parc_jax.pwa import RegionTable
@@ -23,10 +24,9 @@ from parc_jax.system import check_system
 from parc_jax.verdict.near import near_scene
 from parc_jax.verdict.outline import require_same
 from parc_jax.verdict.scene import SceneArrays, laid_out
-from parc_jax.volume_bounds.no_plan import MAX_LEAVES, NoPlan, prove_no_plan
 
 if TYPE_CHECKING:
-    from parc_jax.driven.refine import Refine, Refined
+    from parc_jax.local.refine import Refine, Refined
 
 COLD_WORK = 0.03  # two looks, with corridors between: `warm_up` wants the compiled programs alone
 
@@ -116,7 +116,7 @@ class Planner:
         claim. say: called with a line of progress. Raises InputError.
         """
         # who only asks needs no trainer
-        from parc_jax.driven.refine import Refine, refine
+        from parc_jax.local.refine import Refine, refine
 
         settings = _checked("refine", problem, settings, Settings.whole())
         if problem.doubt is not None:

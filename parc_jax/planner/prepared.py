@@ -15,14 +15,14 @@ from parc_jax.cover.first import MOST, in_one_array
 from parc_jax.cover.placed import placed
 from parc_jax.cover.sampling import Points
 from parc_jax.cover.search import Cover
-from parc_jax.driven.looks import Looks
 from parc_jax.errors import InputError, expected
+from parc_jax.local.looks import Looks
 from parc_jax.methods import Exact
 from parc_jax.settings import Settings
 from parc_jax.verdict.scene import Scene
 
 if TYPE_CHECKING:
-    from parc_jax.driven.choice import Solve
+    from parc_jax.local.choice import Solve
 
 _log = logging.getLogger(__name__)
 

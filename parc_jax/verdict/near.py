@@ -6,13 +6,13 @@ import numpy as np
 
 from parc_jax.base.arrays import once
 from parc_jax.claim.error_set import at
-from parc_jax.obstacles.apart import Apart, Extent, apart, extent_of, spans_of
-from parc_jax.obstacles.pairs import exists
-from parc_jax.obstacles.polygon import corners
-from parc_jax.obstacles.ways import ways_of
 from parc_jax.problem.body import numbered
 from parc_jax.problem.problem import ReachAvoid
 from parc_jax.robust.question import Plain
+from parc_jax.separation.apart import Apart, Extent, apart, extent_of, spans_of
+from parc_jax.separation.pairs import exists
+from parc_jax.separation.polygon import corners
+from parc_jax.separation.ways import ways_of
 from parc_jax.verdict.scene import (
     Scene,
     box_of_rows,

@@ -5,7 +5,6 @@ from typing import NamedTuple
 from parc_jax.errors import InputError
 from parc_jax.model import TrajectoryModel
 from parc_jax.network.predict import Layout
-from parc_jax.obstacles.pairs import exists
 from parc_jax.problem.body import numbered
 from parc_jax.problem.labels import Labels, labels_of
 from parc_jax.problem.problem import ReachAvoid
@@ -13,6 +12,7 @@ from parc_jax.robust.executions import executions_of
 from parc_jax.robust.pose import require_rotation
 from parc_jax.robust.scene import doubted_scene
 from parc_jax.rollout.law import BOX, LawSpec, law_of
+from parc_jax.separation.pairs import exists
 from parc_jax.sets.box import Box
 from parc_jax.system import TimeGrid, points_of, rotation_of
 from parc_jax.verdict.scene import check_fits, goal_box

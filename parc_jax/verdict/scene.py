@@ -11,12 +11,12 @@ from parc_jax.errors import InputError
 from parc_jax.model import TrajectoryModel
 from parc_jax.network.predict import Layout
 from parc_jax.network.rounding import UNIT, rounding_bound
-from parc_jax.obstacles.apart import Apart
-from parc_jax.obstacles.directions import DirectionTable, direction_table
-from parc_jax.obstacles.pairs import Obstacles, bucket, numbered_pairs, obstacles_of
 from parc_jax.problem.body import Body
 from parc_jax.problem.problem import ReachAvoid, require_points
 from parc_jax.robust.question import Plain
+from parc_jax.separation.apart import Apart
+from parc_jax.separation.directions import DirectionTable, direction_table
+from parc_jax.separation.pairs import Obstacles, bucket, numbered_pairs, obstacles_of
 from parc_jax.sets.bounding_box import bounding_box
 from parc_jax.sets.hpolytope import HPolytope
 

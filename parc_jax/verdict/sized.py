@@ -5,7 +5,7 @@ Padding never holds a plan back: rows 0 x <= FREE, obstacles that are never acti
 
 import numpy as np
 
-from parc_jax.obstacles.pairs import Obstacles
+from parc_jax.separation.pairs import Obstacles
 from parc_jax.verdict.scene import Scene, SceneArrays
 
 LEAST_ROWS = 8  # of goal and start, so that most scenes agree; a row costs little

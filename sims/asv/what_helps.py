@@ -17,13 +17,13 @@ from parc_jax.claim.asked import CLAIMS
 from parc_jax.claim.pipeline import bound_errors
 from parc_jax.claim.runs import HeldRuns
 from parc_jax.claim.start_gap import try_starts
-from parc_jax.experiment.compare import safe_volume
-from parc_jax.experiment.learn import networks
-from parc_jax.experiment.settings import Study
 from parc_jax.model import trajectory_model
 from parc_jax.network.relu import ReLUNetwork
 from parc_jax.pwa import enumerate_regions
 from parc_jax.rollout.collect import collect
+from parc_jax.study.compare import safe_volume
+from parc_jax.study.learn import networks
+from parc_jax.study.settings import Study
 from sims.asv.scenario import problem, system
 from sims.asv.study import BOXES, STUDY
 

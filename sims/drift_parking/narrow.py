@@ -19,15 +19,15 @@ import jax
 import numpy as np
 import tyro
 
-from parc_jax.driven.refine import Refine
-from parc_jax.experiment.cache import keep_compiled
-from parc_jax.experiment.learn import learn
-from parc_jax.experiment.settings import Study
-from parc_jax.experiment.stopwatch import Stopwatch
 from parc_jax.io.problem_file import save_problem
+from parc_jax.local.refine import Refine
 from parc_jax.model import TrajectoryModel, load
 from parc_jax.planner.planner import Planner
 from parc_jax.settings import Settings
+from parc_jax.study.cache import keep_compiled
+from parc_jax.study.learn import learn
+from parc_jax.study.settings import Study
+from parc_jax.study.stopwatch import Stopwatch
 from sims import rectangle
 from sims.drift_parking.closing_in import ClosingIn, narrowest
 from sims.drift_parking.scenario import problem

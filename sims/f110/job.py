@@ -13,9 +13,9 @@ import jax
 from parc_jax.base.keys import Stage
 from parc_jax.claim.start_gap import try_starts
 from parc_jax.errors import InputError
-from parc_jax.experiment.stopwatch import Stopwatch
 from parc_jax.rollout.collect import collect
 from parc_jax.rollout.files import write_atomic
+from parc_jax.study.stopwatch import Stopwatch
 from sims.f110.few_runs import Tried, attempt
 from sims.f110.lesson import PUBLISHED, models
 from sims.f110.rows import sentence, table

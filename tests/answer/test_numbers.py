@@ -11,7 +11,7 @@ from toy_whole import answer
 
 import parc_jax as pj
 from parc_jax.cover.sampling import ends_from
-from parc_jax.experiment.numbers import how_much_is_safe
+from parc_jax.study.numbers import how_much_is_safe
 from parc_jax.verdict.pointwise import verdicts
 
 KEY = jax.random.PRNGKey(0)

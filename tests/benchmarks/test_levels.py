@@ -58,7 +58,7 @@ def test_files_that_call_the_same_kernels_stay_on_one_worker(pytestconfig):
         if str(name).endswith(str(Path("tests", "conftest.py")))
     )
     group = conftest.pytest_xdist_make_scheduler(told, None)._split_scope
-    assert group("tests/claim/test_a.py::test_b[1]") == group("tests/driven/test_c.py::test_d")
+    assert group("tests/claim/test_a.py::test_b[1]") == group("tests/local/test_c.py::test_d")
     assert group("tests/soundness/test_claims.py::t") == group("tests/claim/test_a.py::t")
     assert group("tests/cover/test_a.py::test_b") != group("tests/claim/test_a.py::test_b")
     assert group("tests/test_a.py::test_b[1]") == group("tests/test_a.py::test_c")

@@ -14,9 +14,9 @@ from parc_jax.certificate import prove as module
 from parc_jax.certificate.prove import prove
 from parc_jax.certificate.write import network_part, problem_part, sample_part, tube_part
 from parc_jax.network.relu import relu_network
-from parc_jax.obstacles import directions
 from parc_jax.planner.planner import Planner
 from parc_jax.problem.problem import reach_avoid
+from parc_jax.separation import directions
 from parc_jax.sets.box import box
 from parc_jax.settings import Settings
 from parc_jax.verdict.pointwise import paths_of, verdicts

@@ -21,12 +21,12 @@ from parc_jax.claim.pipeline import bound_error
 from parc_jax.claim.profile import training_profile
 from parc_jax.claim.risk import NoStatement, Point, Uniform
 from parc_jax.claim.score import score_batch
-from parc_jax.driven.local_model import Local
 from parc_jax.errors import InputError
-from parc_jax.experiment.settings import Study
+from parc_jax.local.local_model import Local
 from parc_jax.rollout import collect as rolling
 from parc_jax.rollout.batch import concatenate
 from parc_jax.rollout.collect import collect
+from parc_jax.study.settings import Study
 
 KEY, NET = jax.random.PRNGKey(0), straight_network(4)
 pytestmark = pytest.mark.soundness

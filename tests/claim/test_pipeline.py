@@ -11,10 +11,10 @@ from parc_jax.base.keys import Stage
 from parc_jax.claim.calibrate import calibrate
 from parc_jax.claim.claim import check_claim
 from parc_jax.claim.update import update
-from parc_jax.experiment.learn import learn, learn_recorded
-from parc_jax.experiment.settings import Study
-from parc_jax.experiment.stopwatch import Stopwatch
 from parc_jax.rollout.collect import collect
+from parc_jax.study.learn import learn, learn_recorded
+from parc_jax.study.settings import Study
+from parc_jax.study.stopwatch import Stopwatch
 
 KEY = jax.random.PRNGKey(5)
 NET = straight_network(4)

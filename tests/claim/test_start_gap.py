@@ -21,10 +21,10 @@ from parc_jax.claim.pipeline import bound_error
 from parc_jax.claim.profile import training_profile
 from parc_jax.claim.start_gap import StartTrial, allow_for_start, try_starts
 from parc_jax.errors import InputError
-from parc_jax.experiment.learn import learn
-from parc_jax.experiment.settings import Study
-from parc_jax.experiment.stopwatch import Stopwatch
 from parc_jax.rollout.collect import collect
+from parc_jax.study.learn import learn
+from parc_jax.study.settings import Study
+from parc_jax.study.stopwatch import Stopwatch
 from parc_jax.system import TURNS, Trajectory
 
 KEY = jax.random.PRNGKey(3)

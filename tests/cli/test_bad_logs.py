@@ -51,7 +51,7 @@ def learn(capsys, monkeypatch, tmp_path):
     def trained(*_, **__):
         raise AssertionError("a network was trained")
 
-    monkeypatch.setattr("parc_jax.experiment.learn.fit", trained)
+    monkeypatch.setattr("parc_jax.study.learn.fit", trained)
 
     def run(name, *options):
         k, p = LOGS[name]

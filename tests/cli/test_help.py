@@ -12,7 +12,7 @@ from parc_jax.cli.help import fitted, metavar_of
 from parc_jax.cli.learn import learn
 from parc_jax.cli.offer import Offer
 from parc_jax.cli.run import run
-from parc_jax.experiment.settings import Study
+from parc_jax.study.settings import Study
 
 
 def offers(command) -> dict[str, Offer]:

@@ -19,9 +19,9 @@ from parc_jax import cli
 from parc_jax.cli.lock import held
 from parc_jax.cli.systems import find
 from parc_jax.cli.unfinished import only_of
-from parc_jax.experiment import job
-from parc_jax.experiment.settings import Study
 from parc_jax.rollout.files import write_atomic
+from parc_jax.study import job
+from parc_jax.study.settings import Study
 
 STUDY = Study(samples=5, repeats=1, budget_s=300, target=0.3)
 
@@ -36,7 +36,7 @@ def shell(capsys, monkeypatch, tmp_path):
         raise AssertionError("a run was made")
 
     monkeypatch.setattr("parc_jax.claim.start_gap.collect", no_runs)
-    monkeypatch.setattr("parc_jax.experiment.learn.collect", no_runs)
+    monkeypatch.setattr("parc_jax.study.learn.collect", no_runs)
 
     def run(*arguments):
         capsys.readouterr()
@@ -248,7 +248,7 @@ def test_a_saved_model_of_another_system_is_refused(shell, tmp_path):
 
 
 def test_the_report_tells_the_eps_of_the_claim_in_hand(monkeypatch, tmp_path):
-    from parc_jax.experiment.report import report
+    from parc_jax.study.report import report
 
     model, answer = toy_driven.model(), toy_driven.answer()
     monkeypatch.setattr(pj.Planner, "warm_up", lambda *_, **__: answer)

@@ -9,7 +9,7 @@ from synthetic_plants import plant, straight, straight_network
 
 import parc_jax as pj
 from parc_jax.claim.pipeline import bound_error
-from parc_jax.driven.looks import Looks
+from parc_jax.local.looks import Looks
 from parc_jax.rollout.collect import collect
 
 T = 4

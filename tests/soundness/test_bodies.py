@@ -12,8 +12,8 @@ from scipy.optimize import nnls
 from toy_bodies import points_model, points_problem
 
 from parc_jax.network.predict import by_point
-from parc_jax.obstacles.pairs import Obstacles
 from parc_jax.problem.body import Disc, numbered
+from parc_jax.separation.pairs import Obstacles
 from parc_jax.verdict.pointwise import anchor, verdicts
 from parc_jax.verdict.scene import scene_of
 

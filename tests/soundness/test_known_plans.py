@@ -16,11 +16,11 @@ from parc_jax.certificate.write import (
 )
 from parc_jax.checker.exact import dot
 from parc_jax.network.relu import relu_network
-from parc_jax.obstacles import segment
-from parc_jax.obstacles.segment import separation
 from parc_jax.planner.planner import Planner
 from parc_jax.problem.body import Polygon
 from parc_jax.problem.problem import reach_avoid
+from parc_jax.separation import segment
+from parc_jax.separation.segment import separation
 from parc_jax.sets.box import box
 from parc_jax.sets.hpolytope import hpolytope
 from parc_jax.settings import Settings

@@ -12,8 +12,8 @@ import pytest
 from dense_oracle import DEPTH, knots_of, row_room, smallest_distance
 from toy_models import anchored_plans, random_model, random_problem
 
-from parc_jax.obstacles import segment
 from parc_jax.problem.problem import ReachAvoid
+from parc_jax.separation import segment
 from parc_jax.sets.box import box
 from parc_jax.sets.hpolytope import from_box, hpolytope
 from parc_jax.verdict import pointwise as engine

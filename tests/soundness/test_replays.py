@@ -15,11 +15,11 @@ import parc_jax
 from parc_jax import checker
 from parc_jax.base.status import Status
 from parc_jax.errors import SoundnessError
-from parc_jax.experiment.replay import replay
 from parc_jax.planner.planner import Planner
 from parc_jax.problem.problem import reach_avoid
 from parc_jax.sets.box import box
 from parc_jax.settings import Settings
+from parc_jax.study.replay import replay
 from parc_jax.verdict import outcomes as judging
 from parc_jax.verdict.pointwise import verdicts
 from parc_jax.verdict.scene import scene_of

@@ -4,13 +4,13 @@ import pytest
 from toy_bodies import points_model
 from toy_models import line_model
 
+from parc_jax.no_plan.prove_no_plan import prove_no_plan
 from parc_jax.problem.body import hull
 from parc_jax.problem.problem import reach_avoid
 from parc_jax.sets.box import box
 from parc_jax.sets.hpolytope import hpolytope
 from parc_jax.verdict.hopeless import why_none
 from parc_jax.verdict.scene import scene_of
-from parc_jax.volume_bounds.no_plan import prove_no_plan
 
 GOAL = box([3.0, -0.5, -1.0], [4.0, 0.5, 1.0])  # corners at (3, +-0.5) are farthest from WALL
 WALL = box([5.0, -1.0], [6.0, 1.0])

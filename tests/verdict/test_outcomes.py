@@ -12,8 +12,8 @@ from parc_jax.base.arrays import x64
 from parc_jax.base.keys import Stage
 from parc_jax.claim.error_set import ErrorBox
 from parc_jax.errors import SoundnessError
-from parc_jax.experiment.replay import counts_of, replay
 from parc_jax.rollout.collect import collect
+from parc_jax.study.replay import counts_of, replay
 from parc_jax.verdict.outcomes import outcomes, reached_and_touched
 from parc_jax.verdict.scene import scene_of
 

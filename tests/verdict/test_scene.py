@@ -7,9 +7,9 @@ from turning_bar import straight_bar
 
 from parc_jax.errors import InputError
 from parc_jax.network.predict import Layout
-from parc_jax.obstacles.pairs import BUCKETS
 from parc_jax.problem.body import hull
 from parc_jax.problem.problem import goal_of_points, reach_avoid
+from parc_jax.separation.pairs import BUCKETS
 from parc_jax.sets.box import box
 from parc_jax.sets.hpolytope import from_box, hpolytope
 from parc_jax.verdict.scene import finite_box, goal_box, scene_of

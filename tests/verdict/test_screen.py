@@ -12,8 +12,8 @@ from toy_models import line_model, random_model, random_problem, toy_case
 from parc_jax.base.arrays import x64
 from parc_jax.cover import sampling as drawing
 from parc_jax.cover.sampling import draw, near
-from parc_jax.obstacles import segment
 from parc_jax.problem.problem import reach_avoid
+from parc_jax.separation import segment
 from parc_jax.sets.box import box
 from parc_jax.verdict import screen as screening
 from parc_jax.verdict.facets import facets_of

@@ -6,10 +6,10 @@ import numpy as np
 
 from parc_jax.answer.answer import Answer
 from parc_jax.claim.measure import measure
-from parc_jax.experiment.recorded import Recorded
 from parc_jax.plot import shapes, style
 from parc_jax.plot.predict import predicted
 from parc_jax.problem.body import numbered
+from parc_jax.study.recorded import Recorded
 from sims.foreign.husky import params as c
 from sims.foreign.husky.learn import Halves
 

@@ -9,11 +9,11 @@ import numpy as np
 from parc_jax.answer.answer import Answer
 from parc_jax.base.spelling import rounded_down, rounded_up
 from parc_jax.claim.risk import Uniform
-from parc_jax.experiment.job import finish
-from parc_jax.experiment.recorded import Recorded, replay_recorded
-from parc_jax.experiment.stopwatch import Stopwatch
 from parc_jax.planner.planner import Planner
 from parc_jax.settings import Settings
+from parc_jax.study.job import finish
+from parc_jax.study.recorded import Recorded, replay_recorded
+from parc_jax.study.stopwatch import Stopwatch
 from sims.foreign.husky.learn import claimed, first_look, halves, network, profile, worst
 from sims.foreign.husky.log import read_log
 from sims.foreign.husky.scenario import problem

@@ -17,11 +17,11 @@ import numpy as np
 from parc_jax.claim.monitor import inside_tube
 from parc_jax.claim.pipeline import bound_error
 from parc_jax.claim.profile import training_profile
-from parc_jax.experiment.recorded import replay_recorded
 from parc_jax.model import trajectory_model
 from parc_jax.planner.planner import Planner
 from parc_jax.rollout.batch import worst_by_group
 from parc_jax.settings import Settings
+from parc_jax.study.recorded import replay_recorded
 from sims.foreign.husky import params as c
 from sims.foreign.husky.learn import DELTA, trained
 from sims.foreign.husky.scenario import BAY_LENGTH, BAY_WIDTH, problem

@@ -1,0 +1,134 @@
+"""A model of a small box of K: fresh runs on it, a small network, a claim about it alone. [T23]"""
+
+from dataclasses import dataclass
+from fractions import Fraction
+
+import jax
+import numpy as np
+
+from parc_jax.base.keys import Stage, stream
+from parc_jax.base.options import part_of
+from parc_jax.claim.asked import BoundSettings, Sizing
+from parc_jax.claim.claim import ErrorClaim, stand_in
+from parc_jax.claim.declared import assumed_claim
+from parc_jax.claim.pipeline import bound_errors, learn_profiles
+from parc_jax.claim.start_gap import StartTrial, try_starts
+from parc_jax.claim.tube import Tube
+from parc_jax.errors import InputError
+from parc_jax.local.almost import nearly_safe
+from parc_jax.local.local_runs import LocalRuns
+from parc_jax.model import TrajectoryModel, trajectory_model
+from parc_jax.network.fit import Training, fit
+from parc_jax.network.tail import fit_tail
+from parc_jax.problem.problem import ReachAvoid
+from parc_jax.rollout.batch import RolloutBatch
+from parc_jax.sets.box import Box
+from parc_jax.verdict.outline import require_same
+from parc_jax.verdict.scene import scene_of
+
+_TRIAL = 2**32 - 1  # number within the DRIVEN stream, behind those of looks and probes
+
+
+@dataclass(frozen=True)
+class Local(Sizing, Training):
+    """What a local model is made of: its training, on so small a box an affine map that is hard to
+    beat, and the size of its tube.
+    """
+
+    rollouts: int = 4000
+    profile_runs: int | None = 6000
+    hidden: tuple[int, ...] = ()
+    seeds: int = 4
+    steps: int = 1500
+    share: float = 2e-4
+    """Share of K that the box takes."""
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        if not 0 < self.share <= 1:
+            raise InputError(
+                f"local claim: expected a share of K between 0 and 1; got {self.share}."
+            )
+
+
+def tried_first(system, like: TrajectoryModel, key: jax.Array, asked: Local) -> StartTrial:
+    """What other starts show, before a look is spent or a run made for it. like: a model of the
+    whole of K. Uses a part of the DRIVEN stream of `key` that no look uses. Raises InputError for
+    a start that matters more than asked.gap, and a system that is not the one of `like`.
+    """
+    require_same(system, like)
+    return try_starts(system, jax.random.fold_in(stream(key, Stage.DRIVEN), _TRIAL), asked.gap)
+
+
+def local_model(
+    system,
+    start: StartTrial,
+    box: Box,
+    key: jax.Array,
+    delta: Fraction,
+    asked: Local,
+    quiet: bool,
+) -> TrajectoryModel:
+    """Learn the system on a box and claim its error there, with confidence 1 - delta. [T1, T23]
+
+    start: of `tried_first`. key: of this look alone, see `fresh_key`. Raises InputError.
+    """
+    runs = LocalRuns(system, key, box, asked.rollouts, quiet)
+    train = runs.train()
+    return claimed(runs, train, fit(train, asked, key), delta, asked, start)
+
+
+def best_claimed(
+    system,
+    start: StartTrial,
+    box: Box,
+    key: jax.Array,
+    delta: Fraction,
+    asked: Local,
+    shapes: tuple[str, ...],
+    problem: ReachAvoid,
+) -> TrajectoryModel:
+    """As `local_model`, with the network and the shape of the tube that leave a problem most room,
+    as far as training and shape runs tell; the holdout sees the chosen one alone, so it is one
+    look. [T1]
+    """
+    runs = LocalRuns(system, key, box, asked.rollouts)
+    train = runs.train()
+    further = list(runs.further(asked.profile_runs))
+    nets = [fit(train, asked, key)]
+    if not asked.hidden:
+        nets.append(fit_tail(nets[0], train))
+    rng = np.random.default_rng(0)
+    tried = []
+    for net in nets:
+        for shape in shapes:
+            profile = learn_profiles([net], train, further, shape=shape)[0]
+            guess = trajectory_model(net, guessed_claim(net, train, profile))
+            score = nearly_safe(scene_of(problem, guess), rng).score
+            tried.append((score, net, profile))
+    _, net, profile = max(tried, key=lambda one: one[0])
+    return claimed(runs, train, net, delta, asked, start, profile)
+
+
+def guessed_claim(net, train: RolloutBatch, profile: Tube) -> ErrorClaim:
+    """A stand-in for a claim, the profile as it is, to compare shapes by; nothing is claimed."""
+    finite = train.select(~train.failed)
+    return stand_in(assumed_claim(net, finite), profile)
+
+
+def claimed(
+    runs: LocalRuns,
+    train: RolloutBatch,
+    net,
+    delta,
+    asked: Local,
+    start,
+    profile=None,
+) -> TrajectoryModel:
+    """The model of a network on the box of its runs, with what the fresh ones support. profile:
+    one in hand.
+    """
+    bound = BoundSettings(**part_of(asked, Sizing), delta=delta, search=0)
+    own = None if profile is None else [profile]
+    claim = bound_errors([net], runs, train, bound, start, profiles=own)[0][0]
+    return trajectory_model(net, claim)

@@ -1,0 +1,80 @@
+"""This very plan, run afresh after it was chosen. [T6, T23]"""
+
+from dataclasses import dataclass
+from fractions import Fraction
+
+import jax
+import numpy as np
+
+from parc_jax.base.keys import Stage
+from parc_jax.base.spelling import rounded_down, rounded_up
+from parc_jax.claim.counts import clopper_pearson, required_runs
+from parc_jax.local.looks import Look, fresh_key
+from parc_jax.rollout.collect import stream_rollouts
+from parc_jax.verdict.outcomes import outcomes
+from parc_jax.verdict.scene import Scene
+
+# runs per compiled call, as in the large collections: nothing is compiled for one plan alone
+CHUNK = 256
+ALIKE = 1e-12  # [m, .] runs that differ by less anywhere are called alike, in words only
+
+
+@dataclass(frozen=True)
+class Tested:
+    """What fresh runs of one plan showed.
+
+    n, failures: runs, and how many missed the goal, touched something or ended in NaN.
+    alike: all runs were the same, which shows nothing by itself: a rare gust leaves a thousand runs
+    alike, and a program that was traced twice alike may be another one the third time.
+    eps: bound on the probability of failure with confidence 1 - delta, delta this look's share.
+    clearance: [m] smallest distance from an obstacle in any run.
+    """
+
+    n: int
+    failures: int
+    alike: bool
+    eps: Fraction
+    look: Look
+    clearance: float
+
+    def statement(self) -> str:
+        """The sentence (D i)."""
+        look = f", look {self.look.number} of {self.look.planned}" if self.look.planned > 1 else ""
+        alike = (
+            " All of them were alike; that the system has no disturbance is not shown, and not "
+            "used."
+            if self.alike and self.n > 1
+            else ""
+        )
+        sure = rounded_down(1 - self.look.delta, 10)
+        return (
+            f"This very plan: {self.failures} of {self.n:,} fresh runs made after it was chosen "
+            f"failed. With confidence {sure} a new run of it fails with probability at most "
+            f"{rounded_up(self.eps)}{look}.{alike}"
+        )
+
+
+def run_plan(
+    system, scene: Scene, p0: np.ndarray, k: np.ndarray, key: jax.Array, look: Look, eps, n, quiet
+) -> Tested:
+    """Run the plan p0 (n_p,), k (n_k,) afresh, n times; None = as many as it takes to bound the
+    failures by eps when there are none.
+
+    Runs are made from the origin and moved to p0, as those behind the claim were.
+    """
+    if n is None:
+        n = required_runs(float(eps), float(look.delta))
+    failures = 0
+    alike = True
+    nearest = np.inf
+    first = None
+    own = fresh_key(key, look, p0, k)
+    for batch in stream_rollouts(system, own, n, Stage.VALIDATE, k=k, chunk=CHUNK, quiet=quiet):
+        _, reached, distance = outcomes(scene, batch, np.broadcast_to(p0, (batch.n, len(p0))))
+        failed = batch.failed | ~reached | ~(distance > 0)
+        failures += int(failed.sum())
+        nearest = min(nearest, float(np.where(np.isnan(distance), -np.inf, distance).min()))
+        first = batch.p[0] if first is None else first
+        alike &= bool((np.abs(batch.p - first) <= ALIKE).all())
+    bound = clopper_pearson(failures, n, float(look.delta))
+    return Tested(n, failures, alike, bound, look, nearest)

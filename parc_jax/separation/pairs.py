@@ -1,0 +1,228 @@
+"""Every obstacle with every part of the body: what has to be kept apart. [T14, T19, T20]
+
+A part is the hull of some reference points, grown by a shape. A polygon shape is added to the
+obstacle instead, turned inside out; a disc or ball stays a radius. One direction keeps all points
+of a pair apart, whatever the body does, so nothing about turning is needed.
+"""
+
+from collections.abc import Sequence
+from fractions import Fraction
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+from flax import struct
+
+from parc_jax.base.arrays import dot, x64
+from parc_jax.claim.error_set import ErrorSet, at
+from parc_jax.errors import InputError
+from parc_jax.network.predict import Layout, by_point
+from parc_jax.problem.body import Disc, Polygon, numbered
+from parc_jax.problem.problem import ReachAvoid
+from parc_jax.separation import distance, segment
+from parc_jax.separation.polygon import corners
+from parc_jax.sets.hpolytope import HPolytope
+from parc_jax.sets.rational import convex_polygon
+
+BUCKETS = (1, 2, 3, 4, 6, 8, 12, 16, 24, 32, 48, 64, 96, 128)
+
+
+@struct.dataclass
+class Obstacles:
+    """Pairs of an obstacle and a part, obstacle by obstacle: pair o is obstacle o // n_parts, part
+    o % n_parts. Padding pairs are never active; a padding vertex or point repeats another one.
+
+    vertices: (o, v, n_p) [m] of the obstacle + (-polygon). radius: (o,) [m] of a disc or ball.
+    points: (o, i) numbers of the reference points. active: (o, T) bool, the intervals in which the
+        obstacle exists.
+    signs: (o, v, 2) in {-1, 0, 1} where errors are boxes around one point in the plane: a pair
+        grown by errors e is a polygon with the corners vertices + signs * e, counter-clockwise, for
+        every e at once, and its distance is known in closed form. Else (o, 0, n_p).
+    """
+
+    vertices: np.ndarray
+    signs: np.ndarray
+    radius: np.ndarray
+    points: np.ndarray
+    active: np.ndarray
+
+    @property
+    def closed(self) -> bool:
+        """Is the gap known in closed form? Else a direction is searched for."""
+        return self.signs.shape[-2] > 0
+
+    @property
+    def size(self):
+        """[m] Largest coordinate and radius together."""
+        largest = np.abs(self.vertices).max(axis=(-3, -2, -1), initial=0.0)
+        return largest + self.radius.max(axis=-1, initial=0.0)
+
+    def only(self, o) -> "Obstacles":
+        """One of them. Kernel."""
+        return jax.tree.map(lambda x: jnp.asarray(x)[o][None], self)
+
+    def gaps(self, path, errors: ErrorSet):
+        """Gap (o, T) [m] of every pair in every interval, and the unit direction (o, T, n_p) that
+        shows it; path (T + 1, n_c), errors (T, n_points). Kernel.
+        """
+        places = by_point(path, path.shape[-1] // self.vertices.shape[-1])
+
+        def one(pair: Obstacles):
+            if self.closed:
+                polygons = pair.vertices[None] + pair.signs[None] * errors.half[:, 0, None]
+                return segment.separations(path[:-1], path[1:], polygons, pair.radius)
+            near = places[:, pair.points]
+            allowed = at(errors, np.s_[:, pair.points])
+            times = jax.vmap(distance.separation, in_axes=(0, 0, 0, None, None))
+            return times(near[:-1], near[1:], allowed, pair.vertices, pair.radius)
+
+        return jax.vmap(one)(jax.tree.map(jnp.asarray, self))
+
+    def gap(self, o, start, end, errors: ErrorSet):
+        """The same for one pair and one interval: start, end (n_c,) its knots, errors (n_points,).
+        Kernel, and on the host.
+        """
+        if isinstance(start, jax.Array):
+            return _gap(self, o, start, end, errors)
+        if self.closed:  # compiling would cost more
+            polygon = self.vertices[o] + self.signs[o] * errors.half
+            return segment.separation(start, end, polygon, self.radius[o], np)
+        with x64():
+            return jax.device_get(_gap_on_host(self, o, start, end, errors))
+
+    def touching(self, places, errors: ErrorSet):
+        """(o, t) bool: does each pair touch for certain at places (t, n_c) with errors (t,
+        n_points)? Kernel.
+        """
+        by_points = by_point(places, places.shape[-1] // self.vertices.shape[-1])
+
+        def one(pair: Obstacles):
+            if self.closed:
+                error = errors.half[:, 0]
+                return segment.touching(pair.vertices, pair.signs, pair.radius, places, error)
+            allowed = at(errors, np.s_[:, pair.points])
+            times = jax.vmap(distance.touching, in_axes=(0, 0, None, None))
+            return times(by_points[:, pair.points], allowed, pair.vertices, pair.radius)
+
+        return jax.vmap(one)(jax.tree.map(jnp.asarray, self))
+
+    def support(self, w):
+        """(o, ...) of the obstacle and the part's shape together along directions w (o, ..., n_p),
+        unit vectors. Kernel.
+        """
+        extra = (1,) * (w.ndim - 2)
+        vertices = jnp.asarray(self.vertices)
+        vertices = vertices.reshape(len(vertices), *extra, *vertices.shape[1:])
+        radius = jnp.asarray(self.radius).reshape(-1, *extra)
+        return dot(vertices, w[..., None, :]).max(axis=-1) + radius
+
+
+def obstacles_of(
+    problem: ReachAvoid,
+    points: tuple[str, ...],
+    layout: Layout,
+    closed: bool = False,
+    kept: Sequence[int] | None = None,
+) -> Obstacles:
+    """All pairs of a problem, or those with these numbers, for a robot with these reference points
+    (names). closed: as of `Obstacles.closed`, for one point in the plane. Raises InputError.
+    """
+    parts = numbered(problem.body, points)
+    chosen = numbered_pairs(problem, kept)
+    spell = signed_vertices if closed else _grown
+    spelled = [
+        spell(problem.obstacles[j], parts[part].shape, f"obstacle {j}") for j, part in chosen
+    ]
+    n_o = bucket(len(chosen))
+    n_v = bucket(max((len(v) for v, _ in spelled), default=1))
+    n_i = max(len(part.points) for part in parts)
+    pairs = Obstacles(
+        vertices=np.zeros((n_o, n_v, layout.n_p)),
+        signs=np.zeros((n_o, n_v if closed else 0, layout.n_p)),
+        radius=np.zeros(n_o),
+        points=np.zeros((n_o, n_i), np.int32),
+        active=np.zeros((n_o, layout.n_steps), bool),
+    )
+    for o, ((j, part), (vertices, signs)) in enumerate(zip(chosen, spelled, strict=True)):
+        shape, own = parts[part].shape, parts[part].points
+        more = ((0, n_v - len(vertices)), (0, 0))
+        pairs.vertices[o] = np.pad(vertices, more, "edge")
+        if closed:
+            pairs.signs[o] = np.pad(signs, more, "edge")
+        pairs.radius[o] = shape.radius if isinstance(shape, Disc) else 0.0
+        pairs.points[o] = np.resize(own, n_i)
+        pairs.active[o] = exists(problem, j, layout.n_steps)
+    return pairs
+
+
+def exists(problem: ReachAvoid, j: int, n_steps: int) -> np.ndarray:
+    """(T,) bool: the intervals in which obstacle j exists. Raises InputError."""
+    first, last = problem.all_spans[j] or (0, n_steps - 1)
+    if last >= n_steps:
+        raise InputError(f"span of obstacle {j}: expected last < {n_steps} intervals; got {last}.")
+    at = np.arange(n_steps)
+    return (at >= first) & (at <= last)
+
+
+def numbered_pairs(problem: ReachAvoid, kept: Sequence[int] | None = None) -> list[tuple[int, int]]:
+    """(obstacle, part) of the pairs with these numbers, of all where none are given."""
+    n_parts = len(problem.parts)
+    every = range(len(problem.obstacles) * n_parts) if kept is None else kept
+    return [divmod(int(pair), n_parts) for pair in every]
+
+
+def vertices_of(obstacle: HPolytope, name: str) -> np.ndarray:
+    """(v, n_p) vertices of a bounded polytope, each rounded to nearest. Raises InputError."""
+    return _rounded([corner.point for corner in corners(obstacle, name)])
+
+
+def signed_vertices(obstacle: HPolytope, shape: Disc | Polygon, name: str):
+    """Vertices (v, 2) and signs (v, 2) of the obstacle + (-shape) in the plane, a disc left out;
+    exact until the last rounding.
+    """
+    body = [(Fraction(0), Fraction(0))]
+    if not isinstance(shape, Disc):
+        body = [(-Fraction(x), -Fraction(y)) for x, y in shape.vertices]
+    points = [tuple(corner.point) for corner in corners(obstacle, name)]
+    sums = [(v[0] + p[0], v[1] + p[1]) for v in points for p in body]
+    table = segment.signed_corners(convex_polygon(sums))
+    return _rounded([point for point, _ in table]), np.array([sign for _, sign in table], float)
+
+
+def _grown(obstacle: HPolytope, shape: Disc | Polygon, name: str):
+    """Vertices (v, n_p) of the obstacle + (-shape), a disc left out, each rounded to nearest, and
+    no signs. In space some of them may lie inside.
+    """
+    if isinstance(shape, Disc):
+        return vertices_of(obstacle, name), None
+    body = [tuple(map(Fraction, v)) for v in shape.vertices.tolist()]
+    sums = {
+        tuple(x - y for x, y in zip(corner.point, v, strict=True))
+        for corner in corners(obstacle, name)
+        for v in body
+    }
+    return _rounded(convex_polygon(list(sums)) if obstacle.n == 2 else sorted(sums)), None
+
+
+def _rounded(points) -> np.ndarray:
+    return np.array([[float(x) for x in point] for point in points])
+
+
+def bucket(n: int) -> int:
+    """Padded size for n items: few compiled shapes. Powers of two beyond the last bucket."""
+    for size in BUCKETS:
+        if n <= size:
+            return size
+    return 1 << (n - 1).bit_length()
+
+
+def _gap(pairs: Obstacles, o, start, end, errors: ErrorSet):
+    one = jax.tree.map(lambda x: jnp.asarray(x)[o], pairs)
+    if pairs.closed:
+        return segment.separation(start, end, one.vertices + one.signs * errors.half, one.radius)
+    n_points = start.shape[-1] // pairs.vertices.shape[-1]
+    a, b = (by_point(x, n_points)[one.points] for x in (start, end))
+    return distance.separation(a, b, at(errors, one.points), one.vertices, one.radius)
+
+
+_gap_on_host = jax.jit(_gap)

@@ -1,0 +1,36 @@
+"""The pictures of a study."""
+
+from pathlib import Path
+
+from parc_jax.study.job import Outcome
+from parc_jax.study.replay import Replay
+from parc_jax.study.settings import Study
+
+
+def figures(outcome: Outcome, study: Study, out: Path) -> list[Path]:
+    """Draw everything that this outcome supports; returns the files."""
+    from parc_jax.plot.errors import Entry, errors
+    from parc_jax.plot.regions import region_seconds, regions
+    from parc_jax.plot.samples import samples
+    from parc_jax.plot.spread import spread as spread_of_runs
+    from parc_jax.published.verdicts import region_verdicts
+
+    answer = outcome.answer
+    drawn = []
+    if answer.found:
+        drawn.append(out / "samples.png")
+        first = Replay(*(part[:: study.repeats] for part in outcome.runs))
+        samples(answer, first, drawn[-1])
+        if study.repeats > 1:
+            drawn.append(out / "spread.png")
+            spread_of_runs(answer, outcome.runs, study.repeats, drawn[-1])
+    if 2 <= answer.model.n_k <= 3:
+        drawn.append(out / "regions.png")
+        verdicts = region_verdicts(answer, outcome.table)
+        when = region_seconds(answer, outcome.table)
+        regions(outcome.table, verdicts, when, drawn[-1], names=answer.model.labels.k)
+    if outcome.learned is not None:
+        drawn.append(out / "errors.png")
+        entries = [Entry(m.name, m.assumed.claim, m.honest.claim) for m in outcome.learned.networks]
+        errors(entries, answer.model.time, drawn[-1])
+    return drawn

@@ -1,0 +1,139 @@
+"""The main job: one command from rollouts to a proved safe set, its replay in the black box, and
+the pictures.
+"""
+
+import json
+import platform
+import shutil
+from pathlib import Path
+from typing import NamedTuple
+
+import jax
+import numpy as np
+
+from parc_jax.answer.answer import Answer
+from parc_jax.base.keys import key_of
+from parc_jax.base.options import part_of
+from parc_jax.model import TrajectoryModel
+from parc_jax.planner.planner import Planner
+from parc_jax.problem.problem import ReachAvoid
+from parc_jax.pwa import RegionTable, enumerate_regions
+from parc_jax.rollout.files import write_atomic
+from parc_jax.settings import Effort, Settings
+from parc_jax.study.compare import compare
+from parc_jax.study.driven import drive
+from parc_jax.study.learn import Learned, final_error, learn
+from parc_jax.study.numbers import facts_of
+from parc_jax.study.replay import Replay, replay, tally
+from parc_jax.study.settings import Study
+from parc_jax.study.stopwatch import Stopwatch
+from parc_jax.verdict.outline import outline_of, require_fit, require_same
+
+METRICS = "metrics.json"
+UNFINISHED = "unfinished"  # folder of finished runs, until the answer is there
+
+
+class Outcome(NamedTuple):
+    """Everything a study produced. learned is None when the model came from a file.
+
+    runs: of every returned plan, study.repeats each, grouped by plan; None when there is no plan.
+    """
+
+    answer: Answer
+    runs: Replay | None
+    table: RegionTable
+    learned: Learned | None
+    metrics: dict
+
+
+def run_study(
+    system,
+    problem: ReachAvoid,
+    study: Study,
+    out: Path,
+    seed: int,
+    model: TrajectoryModel | None = None,
+    quiet: bool = False,
+    learn_from=None,
+) -> Outcome:
+    """Learn (unless a model is given), solve, replay, and write it all below `out`.
+
+    learn_from: the same system on another plant, for the many runs of training and claims; the
+        replay is of `system`.
+
+    What an earlier study left there stays whole until the answer of this one is on disk, and so do
+    the finished runs below `out`/unfinished, from which a stopped study continues; a model that was
+    learned is there too.
+    Raises InputError for settings or scenes that make no sense, before the first run, and
+    SoundnessError when a replay contradicts a proof.
+    """
+    require_fit(problem, outline_of(system))
+    if model is not None:
+        require_same(system, model)
+    key = key_of(seed)
+    watch = Stopwatch()
+    out = Path(out)
+    learned = None
+    if model is None:
+        learned = learn(learn_from or system, study, key, watch, out / UNFINISHED, quiet)
+        model = learned.main
+        model.save(out / UNFINISHED / "model.npz")
+    rows = []
+    with watch("regions"):
+        table = enumerate_regions(model.net, model.domain)
+    if learned is not None:
+        with watch("comparison"):
+            rows = [row for one in learned.networks for row in compare(one, problem, key)]
+    planner = Planner(model)
+    settings = Settings(**part_of(study, Effort), polytopes=True)
+    with watch("first query (cold)"):
+        cold = planner.warm_up(problem, settings)
+    with watch("safe set"):
+        answer = planner.solve(problem, key, settings)
+    # before the replay: if that finds a contradiction, the evidence is on disk
+    _replace_older(out, model, answer)
+    if learned is not None:
+        shutil.rmtree(out / UNFINISHED, ignore_errors=True)
+    runs = None
+    if len(answer.samples):
+        with watch("replay"):
+            plans = np.repeat(answer.samples, study.repeats, axis=0)
+            runs = replay(system, answer.scene, plans, key, quiet)
+    chosen = None
+    if study.driven and answer.polytopes and answer.doubt is None:
+        with watch("the plan that is driven"):
+            chosen = drive(system, answer, study, key, out, quiet)
+        answer.save(out / "answer.json")  # again: the file tells which looks are taken
+    metrics = {
+        "system": system.name,
+        "seed": seed,
+        "jax": jax.__version__,
+        "python": platform.python_version(),
+        "device": jax.devices()[0].device_kind,
+        "regions": table.count,
+        "final_error": final_error(model).tolist(),
+        **facts_of(answer, cold.timings["first_sample_s"]),
+        "share_of_k": answer.share_of_k,
+        "replay": None if runs is None else tally(runs, study.repeats, study.delta),
+        "driven": chosen,
+        "comparison": rows,
+        "stages": watch.stages,
+        "claim": model.claim.to_json(),
+    }
+    return Outcome(answer, runs, table, learned, finish(out, metrics))
+
+
+def _replace_older(out: Path, model: TrajectoryModel, answer: Answer) -> None:
+    """Put model and answer into the folder, in place of an older study's, whose numbers would
+    belong to neither.
+    """
+    for name in (METRICS, "near.json"):
+        (out / name).unlink(missing_ok=True)
+    model.save(out / "model.npz")
+    answer.save(out / "answer.json")
+
+
+def finish(out: Path, metrics: dict) -> dict:
+    """Write metrics.json and hand the metrics back."""
+    write_atomic(out / METRICS, json.dumps(metrics, indent=1).encode())
+    return metrics

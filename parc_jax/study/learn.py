@@ -1,0 +1,142 @@
+"""From a black box to models: rollouts, networks, claims. For each network the honest claims and
+the published one.
+"""
+
+from pathlib import Path
+from typing import NamedTuple
+
+import jax
+import numpy as np
+
+from parc_jax.base.distributed import broadcast, gather, shared
+from parc_jax.base.keys import Stage, stream
+from parc_jax.claim.claim import on_bins
+from parc_jax.claim.declared import assumed_claim
+from parc_jax.claim.pipeline import advice, bound_errors, runs_ahead
+from parc_jax.claim.runs import RecordedRuns, Runs, SystemRuns
+from parc_jax.claim.start_gap import StartTrial, try_starts
+from parc_jax.model import TrajectoryModel, trajectory_model
+from parc_jax.network.fit import fit
+from parc_jax.network.relu import ReLUNetwork
+from parc_jax.rollout.batch import RolloutBatch
+from parc_jax.rollout.collect import collect
+from parc_jax.rollout.forecast import Forecast
+from parc_jax.study.settings import Learning, name_of
+from parc_jax.study.stopwatch import Stopwatch
+
+
+class NetworkModels(NamedTuple):
+    """One network with its claims. name: "PARC" or its widths. claimed: by study.claims."""
+
+    name: str
+    assumed: TrajectoryModel
+    claimed: list[TrajectoryModel]
+
+    @property
+    def honest(self) -> TrajectoryModel:
+        """The model of the first claim."""
+        return self.claimed[0]
+
+
+class Learned(NamedTuple):
+    """Everything learned: the main network first, then the others. start: what is known of the
+    start's influence.
+    """
+
+    networks: list[NetworkModels]
+    train: RolloutBatch
+    start: StartTrial
+
+    @property
+    def main(self) -> TrajectoryModel:
+        """The model whose answer is returned."""
+        return self.networks[0].honest
+
+
+@shared()
+def learn(
+    system, study: Learning, key: jax.Array, watch: Stopwatch, work: Path, quiet: bool
+) -> Learned:
+    """Roll out, train every network, claim every tube. Finished chunks stay in `work`: whoever
+    asked deletes them, once the result is on disk.
+
+    The same fresh runs serve all networks and claims: delta is split over them, so all hold
+    together. [T1]
+    Raises InputError, also for a system whose start matters more than study.gap.
+    """
+    forecast = forecast_of(study, quiet)
+    with watch("other starts"):
+        start = StartTrial(*gather(try_starts(system, key, study.gap))[0])
+    with watch("training rollouts"):
+        train = collect(
+            system,
+            key,
+            study.rollouts,
+            Stage.TRAIN,
+            path=work / "train",
+            quiet=quiet,
+            forecast=forecast,
+        )
+    runs = SystemRuns(system, key, train.n, work, quiet, forecast)
+    return _learned(train, runs, start, study, key, watch)
+
+
+def forecast_of(study: Learning, quiet: bool = False) -> Forecast:
+    """The cost of all runs before the replay, in words of the shell."""
+    n_nets = len(study.networks)
+    ahead = study.rollouts + runs_ahead(study, n_nets)
+    return Forecast(ahead, advice(study, n_nets, "--eps "), quiet)
+
+
+def learn_recorded(
+    train: RolloutBatch, held: RolloutBatch, study: Learning, key: jax.Array
+) -> Learned:
+    """The same from recorded runs: `held` sizes the tubes, and nothing can be run again or
+    searched.
+    """
+    start = StartTrial(study.gap, None)
+    return _learned(train, RecordedRuns(held), start, study, key, Stopwatch())
+
+
+def _learned(
+    train: RolloutBatch,
+    runs: Runs,
+    start: StartTrial,
+    study: Learning,
+    key,
+    watch: Stopwatch,
+) -> Learned:
+    """Networks from the training runs, claims from the others."""
+    with watch("training"):
+        # hosts may round training differently, and a claim is about one network
+        nets = broadcast(networks(train, study, key))
+    claims = bound_errors(nets, runs, train, study, start, watch=watch)
+    edges = claims[0][0].tube.edges
+    found = []
+    for hidden, net, honest in zip(study.networks, nets, claims, strict=True):
+        with watch("claims"):
+            published = assumed_claim(net, train, edges if "bins" in study.claims else None)
+        assumed, *claimed = (
+            trajectory_model(net, claim) for claim in (on_bins(published, edges), *honest)
+        )
+        found.append(NetworkModels(name_of(hidden), assumed, claimed))
+    return Learned(found, train, start)
+
+
+def networks(train: RolloutBatch, study: Learning, key: jax.Array) -> list[ReLUNetwork]:
+    """The trained networks in the order of study.networks; PARC as published: an affine
+    least-squares fit.
+    """
+    nets = []
+    for number, hidden in enumerate(study.networks):
+        own = jax.random.fold_in(stream(key, Stage.FIT), number)
+        nets.append(fit(train, study.replace(hidden=hidden), own))
+    return nets
+
+
+def final_error(model: TrajectoryModel) -> np.ndarray:
+    """(n_c + n_q,) median over the bins with a claim of the half widths at the end; infinite when
+    there is none.
+    """
+    final = model.tube.final[model.tube.claimed]
+    return np.median(final, axis=0) if len(final) else np.full(model.n_c + model.n_q, np.inf)

@@ -1,0 +1,258 @@
+"""The plan that is driven: what is said of it, and that no more is said than was seen."""
+
+from dataclasses import replace
+from fractions import Fraction
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+import pytest
+import toy_driven as toy
+from synthetic_plants import plant, straight
+
+from parc_jax.base.keys import Stage
+from parc_jax.claim.claim import derived
+from parc_jax.claim.counts import clopper_pearson, required_runs
+from parc_jax.claim.risk import NoStatement
+from parc_jax.errors import InputError
+from parc_jax.local.local_model import Local
+from parc_jax.local.local_runs import LocalRuns
+from parc_jax.local.safe_box import box_around
+from parc_jax.sets.box import box
+
+pytestmark = pytest.mark.soundness
+
+KEY = jax.random.PRNGKey(0)
+SMALL = Local(share=0.01, eps=0.1, rollouts=60, profile_runs=60, hidden=())
+
+
+@pytest.fixture(scope="module")
+def chosen():
+    return toy.answer().choose(delta=0.05, looks=4)
+
+
+@pytest.fixture(scope="module")
+def near(chosen):
+    return chosen.claim_near(plant(toy.gusty, toy.T), KEY, SMALL, settings=toy.SETTINGS).near
+
+
+@pytest.mark.slow
+def test_without_a_system_the_jitter_is_all_that_is_said(chosen):
+    fresh = toy.answer().choose()
+    assert fresh.tested is None and fresh.near is None and fresh.looks.taken == 0
+    share = fresh.jitter.share
+    assert fresh.jitter_risk().bound == min(1, fresh.model.claim.eps / share)
+    said = fresh.statement()
+    assert "not run since it was chosen, so no statement" in said and "Jitter" in said
+    assert "Near it" not in said and "Looks" not in said
+
+
+def test_jitter_promises_nothing_where_k_was_not_uniform(chosen):
+    claim = chosen.model.claim
+    logged = derived(claim, law=replace(claim.law, k_law="logged"))
+    other = replace(chosen, scene=chosen.scene.under(chosen.model.replace(claim=logged)))
+    assert isinstance(other.jitter_risk(), NoStatement)
+
+
+def test_a_plan_with_disturbance_is_run_as_often_as_it_takes(chosen):
+    system = plant(toy.gusty, toy.T)
+    seen = chosen.run(system, KEY, eps=0.1).tested
+    assert not seen.alike and seen.failures == 0
+    assert seen.n == required_runs(0.1, 0.05 / 4) and seen.eps <= Fraction(1, 10)
+    assert seen.eps == clopper_pearson(0, seen.n, 0.05 / 4)
+    assert "0 of 42 fresh runs" in seen.statement() and "look" in seen.statement()
+
+
+def fails_often(key, k, s):
+    """Ends outside of every goal with probability 0.3."""
+    p, q = straight(k, s)
+    return p, q + jnp.where(jax.random.uniform(key) < 0.3, 5.0, 0.0)
+
+
+def test_failures_are_counted_and_paid_for(chosen):
+    seen = replace(chosen, looks=toy.answer().choose(delta=0.05).looks).run(
+        plant(fails_often, toy.T), KEY, n=400
+    )
+    assert 80 < seen.tested.failures < 160
+    assert 0.3 < seen.tested.eps == clopper_pearson(seen.tested.failures, 400, 0.05)
+
+
+def test_nan_and_contact_are_failures(chosen):
+    looks = toy.answer().choose(delta=0.05, looks=2).looks
+
+    def lost(key, k, s):
+        p, q = straight(k, s)
+        return p, q * jnp.where(jax.random.uniform(key) < 2.0, jnp.nan, 1.0)
+
+    def into_the_wall(key, k, s):
+        p, q = straight(k, s)
+        bump = 8.0 + 0 * jax.random.uniform(key)
+        return p.at[:, 1].add(bump * s * (1 - s)), q
+
+    for run in (lost, into_the_wall):
+        seen = replace(chosen, looks=looks).run(plant(run, toy.T), KEY, n=20).tested
+        assert seen.failures == 20 and seen.eps == 1
+
+
+@jax.jit
+def drawn_while_traced(x):
+    """A number of this process: whoever asks again in it gets the same program."""
+    return x * (1 + 1e-6 * np.random.default_rng().normal())
+
+
+def inner_draw(key, k, s):
+    """Does not use its key, and is another robot in every process."""
+    p, q = straight(k, s)
+    return drawn_while_traced(p), q
+
+
+def rare(key, k, s):
+    """A gust once in a thousand million runs."""
+    p, q = straight(k, s)
+    return p + jnp.where(jax.random.uniform(key) < 1e-9, 1.0, 0.0) * s[:, None], q
+
+
+@pytest.mark.parametrize("run", [toy.still, inner_draw, rare])
+def test_runs_that_are_alike_are_not_taken_for_certainty(run, chosen):
+    looks = toy.answer().choose(delta=0.05).looks
+    seen = replace(chosen, looks=looks).run(plant(run, toy.T), KEY, eps=0.1).tested
+    assert seen.alike and seen.n == required_runs(0.1, 0.05) and seen.failures == 0
+    assert seen.eps == clopper_pearson(0, seen.n, 0.05) > 0
+    assert "that the system has no disturbance is not shown" in seen.statement()
+
+
+def test_looks_of_one_answer_are_one_account():
+    answer = toy.answer()
+    system = plant(toy.gusty, toy.T)
+    answer.choose(delta=0.05).run(system, KEY, n=5)
+    other = answer.choose([0, 0, 1.0, 0], delta=0.05)
+    with pytest.raises(InputError, match="all 1 that were declared are spent"):
+        other.run(system, KEY, n=5)
+    with pytest.raises(InputError, match="declared by the first choice"):
+        answer.choose(delta=0.05, looks=2)
+
+
+def test_a_local_claim_is_about_its_box_and_narrower_where_the_error_is(chosen, near):
+    domain = near.model.domain
+    assert domain.contains(chosen.k) and near.share <= Fraction(1, 100)
+    assert near.model.claim.kind == "pac" and near.model.claim.eps <= Fraction(1, 10)
+    assert near.model.claim.delta == Fraction(5, 100) / 4
+    assert near.held == 1 and near.risk().bound == near.model.claim.eps
+    assert near.answer.proved and (near.answer.samples[:, 2:] >= domain.lo).all()
+    # the gust grows with k_0, and the box is at most a tenth of it wide
+    most = toy.GUST * domain.hi[0]
+    assert near.model.tube.final[:, :2].max() < 1.6 * most
+    assert "all of N is proved safe" in near.statement()
+    said = near.answer.statement()
+    assert "k uniform on N" in said and "of share s of N" in said and "on K" not in said
+    assert "k uniform on K" in chosen.model.claim.statement()
+
+
+def test_a_local_tube_that_is_not_narrower_says_so(near):
+    same = replace(near, widths=near.widths._replace(times_end=1.01, times_path=0.7))
+    assert not same.is_narrower and "NOT narrower" in same.statement()
+    assert near.is_narrower == ("NOT narrower" not in near.statement())
+
+
+def test_a_smaller_proved_box_costs_its_share(near):
+    half = replace(near, proved=replace(near.proved, share=near.proved.share / 2))
+    assert half.risk().bound == 2 * near.risk().bound
+    assert "50 % of N" in half.statement()
+
+
+def test_without_a_proved_box_nothing_is_said_of_driving(near):
+    none = replace(near, proved=None)
+    assert isinstance(none.risk(), NoStatement) and "no statement" in none.statement()
+
+
+@pytest.mark.slow
+def test_a_system_that_fails_near_the_plan_gets_no_claim(chosen):
+    def breaks(key, k, s):
+        p, q = straight(k, s)
+        return p, q + jnp.where(jax.random.uniform(key) < 0.4, jnp.nan, 0.0)
+
+    looks = toy.answer().choose(delta=0.05).looks
+    near = replace(chosen, looks=looks).claim_near(plant(breaks, toy.T), KEY, SMALL).near
+    assert near.answer is None and isinstance(near.risk(), NoStatement)
+    assert "No claim" in near.statement()
+
+
+def test_runs_on_a_box_are_uniform_there_and_disjoint():
+    system = plant(toy.gusty, toy.T)
+    part = box([0.25, 0.5], [0.5, 0.625])
+    runs = LocalRuns(system, KEY, part, 300)
+    train = runs.train()
+    further = next(iter(runs.further(50)))
+    fresh = next(iter(runs.fresh(50)))
+    assert part.contains(train.k).all() and (train.domain.lo == part.lo).all()
+    share = (train.k - part.lo) / (part.hi - part.lo)
+    assert (
+        np.abs(share.mean(axis=0) - 0.5).max() < 0.07
+        and np.abs(share.var(axis=0) * 12 - 1).max() < 0.2
+    )
+    drawn = np.concatenate([train.k, further.k, fresh.k])
+    assert len(np.unique(drawn[:, 0])) == len(drawn)
+    assert (drawn != drawn.astype(np.float32)).mean() > 0.99  # in float32 a small box has few k
+    assert train.law.k_law == "uniform" and train.law.hash != fresh_law(system)
+    assert (train.stage, fresh.stage) == (Stage.TRAIN, Stage.BOUND)
+
+
+def fresh_law(system):
+    from parc_jax.rollout.law import law_of
+
+    return law_of(system).hash
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    ("ask", "match"),
+    [
+        (lambda c, s: c.run(s, KEY, eps=2.0), "eps: expected a probability"),
+        (lambda c, s: c.run(s, KEY, n=0), "at least one run"),
+        (lambda c, s: c.run("car", KEY), "expected a system"),
+        (lambda c, s: c.claim_near(s, KEY, 1e-3), "claim_near: expected a Local"),
+        (lambda c, s: c.claim_near(s, KEY, Local(share=0.0)), "share of K"),
+        (lambda c, s: c.claim_near(s, KEY, Local(rollouts=3)), "at least 20"),
+    ],
+)
+def test_bad_questions_cost_no_look(ask, match):
+    fresh = toy.answer().choose()
+    with pytest.raises(InputError, match=match):
+        ask(fresh, plant(toy.gusty, toy.T))
+    assert fresh.looks.taken == 0
+
+
+def test_a_model_of_another_system_is_refused(chosen):
+    other = plant(toy.gusty, toy.T, name="other")
+    looks = toy.answer().choose().looks
+    for ask in (
+        lambda fresh: fresh.claim_near(other, KEY, SMALL),
+        lambda fresh: fresh.run(other, KEY),
+    ):
+        with pytest.raises(InputError, match="expected the system of this model"):
+            ask(replace(chosen, looks=looks))
+    assert looks.taken == 0
+
+
+@pytest.mark.night
+def test_the_promise_of_a_local_claim_is_kept_at_its_rate():
+    """The law of the error is known: gusts are uniform, so the chance to leave a tube is exact."""
+    from parc_jax.claim.start_gap import StartTrial
+    from parc_jax.local.local_model import claimed
+
+    system = plant(toy.gusty, toy.T)
+    part = box_around(np.array([0.5, 0.5]), 0.2, system.domain)
+    asked = Local(eps=0.05, rollouts=40, profile_runs=40, hidden=())
+    delta = Fraction(1, 10)
+    wrong = 0
+    repeats = 80
+    rng = np.random.default_rng(0)
+    k = rng.uniform(part.lo, part.hi, (200_000, 2))
+    push = toy.GUST * k[:, :1] * rng.uniform(-1, 1, (200_000, 2))
+    for seed in range(repeats):
+        runs = LocalRuns(system, jax.random.PRNGKey(seed), part, 40)
+        start = StartTrial(0.0, None)
+        claim = claimed(runs, runs.train(), toy.NET, delta, asked, start).claim
+        half = claim.tube.final[claim.tube.bin_of(k), :2]
+        wrong += (np.abs(push) > half).any(axis=1).mean() > claim.eps
+    assert wrong / repeats <= 0.1 + 4 * np.sqrt(0.1 * 0.9 / repeats)

@@ -1,0 +1,93 @@
+"""Moving obstacles: every place the obstacle takes during an interval is inside the polytope of
+that interval.
+"""
+
+import runpy
+from pathlib import Path
+
+import numpy as np
+import pytest
+from compilations import compiled_by
+from toy_models import random_polygon
+
+from parc_jax.errors import InputError
+from parc_jax.model import load
+from parc_jax.separation.moving import moving
+from parc_jax.sets.box import box
+from parc_jax.sets.hpolytope import HPolytope, from_box, hpolytope
+from parc_jax.sets.rational import area, rational_vertices
+from parc_jax.verdict.pointwise import verdicts
+from parc_jax.verdict.scene import scene_of
+
+DT = 0.1
+
+
+@pytest.mark.soundness
+@pytest.mark.parametrize("every", [1, 4])
+def test_every_place_is_covered_and_little_else(rng, every):
+    for _ in range(10):
+        poly, v = random_polygon(rng, rng.normal(size=2), 0.5), rng.normal(size=2)
+        parts, spans = moving(poly, v, (3, 12), DT, every=every)
+        assert [t for a, b in spans for t in range(a, b + 1)] == list(range(3, 13))
+        corners = np.array(rational_vertices(poly), float)
+        for part, (first, last) in zip(parts, spans, strict=True):
+            times = np.linspace(first * DT, (last + 1) * DT, 17)
+            places = corners[None] + times[:, None, None] * v[None, None]
+            assert (places @ part.A.T <= part.b + 1e-12).all()
+            way = (last + 1 - first) * DT * np.hypot(*v)
+            across = np.ptp(corners @ [-v[1], v[0]]) / np.hypot(*v)
+            exact = float(area(rational_vertices(poly))) + way * across
+            assert float(area(rational_vertices(part))) == pytest.approx(exact, rel=1e-9)
+
+
+def bodies_in_space():
+    """A box, a pyramid, a wall, a rod and a point."""
+    return [
+        box([0, 0, 0], [0.4, 0.3, 0.2]),
+        hpolytope(
+            [[1, 0, 1], [-1, 0.3, 1], [0, 1, 1], [0.2, -1, 1], [0, 0.1, -1]],
+            [0.4, 0.5, 0.4, 0.5, 0.1],
+        ),
+        box([0, 0, 0], [0, 0.3, 0.2]),
+        box([0, 0, 0], [0, 0, 0.2]),
+        box([1, 2, 3], [1, 2, 3]),
+    ]
+
+
+@pytest.mark.soundness
+@pytest.mark.parametrize("v", [[1.0, 0, 0], [1, 1, 0], [0, 0, -2], [0.3, -1.1, 0.7]])
+@pytest.mark.parametrize("body", range(5))
+def test_in_space_every_place_is_covered_and_nothing_else(v, body):
+    obstacle = bodies_in_space()[body]
+    poly = obstacle if isinstance(obstacle, HPolytope) else from_box(obstacle)
+    corners = np.array(rational_vertices(poly), float)
+    parts, spans = moving(obstacle, v, (2, 9), DT, every=4)
+    rng = np.random.default_rng(0)
+    for part, (first, last) in zip(parts, spans, strict=True):
+        ends = np.array([first * DT, (last + 1) * DT])
+        places = (corners[None] + np.linspace(*ends, 9)[:, None, None] * np.array(v)).reshape(-1, 3)
+        assert (places @ part.A.T <= part.b + 1e-12 * np.abs(part.A).sum(axis=1)).all()
+        hull = (corners[None] + ends[:, None, None] * np.array(v)).reshape(-1, 3)
+        around = np.array(rational_vertices(part), float)
+        for w in rng.normal(size=(50, 3)):
+            assert (around @ w).max() == pytest.approx((hull @ w).max(), abs=1e-9)
+
+
+def test_standing_still_and_bad_input():
+    parts, spans = moving(box([0, 0], [1, 1]), [0.0, 0.0], (0, 5), DT, every=10)
+    assert spans == [(0, 5)] and np.allclose(parts[0].b, [1, 1, 0, 0])
+    with pytest.raises(InputError, match="moving"):
+        moving(box([0, 0], [1, 1]), [1.0, 0.0], (5, 2), DT)
+
+
+@pytest.mark.night
+def test_the_replanning_loop_keeps_up_and_every_plan_holds_at_its_own_time():
+    folder = Path(__file__).resolve().parents[1]
+    example = runpy.run_path(str(folder.parent / "docs/examples/replanning.py"))
+    model = load(folder / "data/drift_4x8.npz")
+    seen = example["replan"](model, 41)
+    assert seen.found.all() and seen.warm[1:].any() and not seen.warm[0]
+    assert compiled_by(lambda: example["replan"](model, 3)) == 0  # what a cycle may not wait for
+    last = example["at"](model, 40 * example["CYCLE"])
+    e = verdicts(scene_of(last.problem(0), model), seen.best[-1:, :2], seen.best[-1:, 2:])
+    assert e.safe.all() and e.clearance[0] == pytest.approx(seen.clearance[-1], abs=1e-9)

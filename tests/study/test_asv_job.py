@@ -1,0 +1,64 @@
+"""The boat through the main job with few rollouts: settings, both scenarios, files, an answer the
+checker accepts.
+"""
+
+import json
+from dataclasses import replace
+
+import pytest
+
+import sims
+from parc_jax import checker
+from parc_jax.base.status import Status
+from parc_jax.cli.systems import build
+from parc_jax.study.figures import figures
+from parc_jax.study.job import run_study
+from sims import asv, asv_published
+
+FEW = {
+    "hidden": (6, 6),
+    "others": ((),),
+    "bins": (1, 3, 1),
+    "rollouts": 500,
+    "eps": 0.2,
+    "delta": 0.05,
+    "fresh": 400,
+    "profile_runs": 300,
+    "seeds": 2,
+    "steps": 1000,
+    "samples": 4,
+    "repeats": 6,
+    "target": 0.3,
+    "budget_s": 300.0,
+}
+
+
+def test_settings_are_those_of_the_scenario():
+    for study in (asv.STUDY, asv_published.STUDY):
+        assert study.eps == 1e-2 and (study.blocks or study.bins) == (3, 3, 3)
+        assert (
+            study.hidden == (8, 8, 8, 8)
+            and set(study.claims) == {"bins", "one"}
+            and study.repeats >= 100
+        )
+        assert study.plant == "ode"  # bulk runs; the replay stays on the simulator of record
+
+
+@pytest.mark.night
+@pytest.mark.parametrize("name", ["asv", "asv_published"])
+def test_few_rollouts_end_in_a_proved_answer(name, tmp_path):
+    study, boat = replace(asv.STUDY, **FEW), sims.load(name, plant="ode")
+    outcome = run_study(boat, asv.problem(), study, tmp_path, seed=0, quiet=True)
+    assert outcome.answer.found and outcome.answer.status is Status.PROVED
+    assert checker.main([str(tmp_path / "answer.json")]) == 0
+    seen = json.loads((tmp_path / "metrics.json").read_text())
+    assert seen["replay"]["runs"] == 24 and seen["claim"]["bin_eps"] == ["1/5"] * 3
+    assert {row["by_bin"] for row in seen["comparison"]} == {True, False}
+    drawn = {f.name for f in figures(outcome, study, tmp_path)}
+    assert drawn == {"samples.png", "spread.png", "regions.png", "errors.png"}
+
+
+@pytest.mark.parametrize("module", [asv, asv_published])
+def test_the_plants_that_the_main_job_asks_for_can_be_built(module):
+    for plant in (module.STUDY.plant, None):
+        assert build(module, "system", plant=plant).plant == (plant or "mjx")

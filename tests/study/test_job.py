@@ -1,0 +1,180 @@
+"""The main job end to end on a toy system: files, exit codes, output modes, and going on after a
+stop.
+"""
+
+import json
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from parc_jax import checker
+from parc_jax.claim import pipeline, score
+from parc_jax.claim.asked import BoundSettings
+from parc_jax.claim.counts import required_runs
+from parc_jax.cli import main
+from parc_jax.errors import InputError
+from parc_jax.model import load
+from parc_jax.study.settings import Study
+
+sys.path.insert(0, str(Path(__file__).parents[1] / "helpers"))
+
+
+def run(*arguments) -> int:
+    with pytest.raises(SystemExit) as stop:
+        main(["run", "toy_system", "--no-cache", *map(str, arguments)])
+    return stop.value.code
+
+
+@pytest.fixture(scope="module")
+def finished(tmp_path_factory):
+    """One complete run: folder, exit code."""
+    out = tmp_path_factory.mktemp("study") / "cart"
+    return out, run("--out", out, "--quiet")
+
+
+def test_all_files_are_written_and_accepted(finished, capsys):
+    out, code = finished
+    assert code == 0
+    written = {f.name for f in out.iterdir()}
+    pictures = {
+        f"{name}.{kind}"
+        for name in ("samples", "regions", "errors", "spread")
+        for kind in ("png", "pdf")
+    }
+    assert (
+        written == {"model.npz", "answer.json", "metrics.json"} | pictures
+    )  # and no unfinished work
+    assert checker.main([str(out / "answer.json")]) == 0
+    capsys.readouterr()
+
+
+def test_metrics_tell_what_was_claimed_and_replayed(finished):
+    out, _ = finished
+    metrics = json.loads((out / "metrics.json").read_text())
+    kinds = [(row["network"], row["claim"], row["by_bin"]) for row in metrics["comparison"]]
+    assert kinds[:3] == [("4", "assumed", False), ("4", "pac", True), ("4", "pac", False)]
+    assert [k[0] for k in kinds[::3]] == ["4", "PARC"]
+    assert metrics["claim"]["looks"] == 4  # two networks, two claims each: all hold together
+    seen = metrics["replay"]
+    assert (seen["plans"], seen["repeats"], seen["runs"]) == (5, 20, 100)
+    assert (
+        seen["failed"] == sum(seen["failure_by_plan"])
+        and seen["reached"] + seen["failed"] >= seen["runs"]
+    )
+    if (
+        seen["failed"] == 0
+    ):  # Clopper-Pearson without failures is 1 - delta^(1/n); the two bounds share delta
+        assert seen["failure_mean_at_most"] == pytest.approx(1 - 0.025 ** (1 / 100), rel=1e-6)
+        assert seen["every_plan_at_most"] == pytest.approx(1 - 0.005 ** (1 / 20), rel=1e-6)
+    model = load(out / "model.npz", "cart")
+    assert model.claim.bin_eps is not None and model.tube.claimed.all()
+
+
+def test_the_fresh_runs_are_enough_for_every_bin(finished):
+    out, _ = finished
+    claim = load(out / "model.npz").claim
+    assert min(claim.evidence["bin_runs"]) >= required_runs(0.1, 0.05 / (4 * 2), 0)
+
+
+@pytest.mark.slow
+def test_same_seed_same_model_and_json_alone_on_stdout(finished, tmp_path, capsys):
+    out, _ = finished
+    capsys.readouterr()
+    assert run("--out", tmp_path / "again", "--quiet", "--json", "--no-figures") == 0
+    printed = capsys.readouterr()
+    metrics = json.loads(printed.out)
+    assert printed.err == ""
+    assert metrics["system"] == "cart" and "figures" not in metrics
+    first, again = load(out / "model.npz"), load(tmp_path / "again" / "model.npz")
+    assert again.net.hash == first.net.hash and again.tube.hash == first.tube.hash
+
+
+def test_a_saved_model_skips_learning(finished, tmp_path, capsys):
+    out, _ = finished
+    assert run("--model", out / "model.npz", "--out", tmp_path, "--quiet", "--no-figures") == 0
+    assert "training" not in json.loads((tmp_path / "metrics.json").read_text())["stages"]
+    assert "fresh rollouts" not in capsys.readouterr().out
+
+
+@pytest.mark.slow
+def test_stopped_run_goes_on_with_the_same_numbers(tmp_path, capsys, monkeypatch):
+    """Stopped at the third chunk of the fresh runs, started again: chunks are reused, and the claim
+    is the same.
+    """
+    scored, real = [], score.score_arrays
+
+    def stop_at_third(*arguments):
+        scored.append(1)
+        if len(scored) == 2 * 3:  # two networks per chunk
+            raise KeyboardInterrupt
+        return real(*arguments)
+
+    monkeypatch.setattr(score, "score_arrays", stop_at_third)
+    assert run("--out", tmp_path, "--quiet", "--fresh", 2000) == 130
+    assert "continues" in capsys.readouterr().err
+    kept = sorted((tmp_path / "unfinished" / "fresh").glob("chunk_*.npz"))
+    assert kept and not (tmp_path / "answer.json").exists()
+    before = {f: f.stat().st_mtime_ns for f in kept}
+    seen_again = []
+
+    def watch(*arguments):
+        seen_again.append({f for f in kept if f.exists() and f.stat().st_mtime_ns == before[f]})
+        return real(*arguments)
+
+    monkeypatch.setattr(score, "score_arrays", watch)
+    assert run("--out", tmp_path, "--quiet", "--fresh", 2000, "--no-figures") == 0
+    assert seen_again[-1] == set(kept)  # not one was computed again
+    assert not (tmp_path / "unfinished").exists()
+    monkeypatch.setattr(score, "score_arrays", real)
+    assert run("--out", tmp_path / "whole", "--quiet", "--fresh", 2000, "--no-figures") == 0
+    assert (
+        load(tmp_path / "model.npz").tube.hash == load(tmp_path / "whole" / "model.npz").tube.hash
+    )
+
+
+@pytest.mark.parametrize(
+    ("arguments", "word"),
+    [
+        (("--claims", "none"), "claims"),
+        (("--claims", "one", "one"), "claims"),
+        (("--repeats", "0"), "repeats"),
+        (("--discard", "-1"), "discard"),
+        (("--fresh", "30"), "calibrate_bins"),
+        (("--plant", "mjx"), "plant"),
+    ],
+)
+def test_bad_input_is_refused_with_code_2(arguments, word, tmp_path, capsys):
+    assert run("--out", tmp_path, "--quiet", "--no-figures", *arguments) == 2
+    said = capsys.readouterr().err
+    assert said.count("\n") == 1 and word in said and "expected" in said
+
+
+def test_settings_are_checked():
+    assert Study().claims == ("one",)
+    with pytest.raises(InputError, match="claims"):
+        Study(claims=())
+    for tail in ("tube", 1.0):
+        with pytest.raises(InputError, match=r"^tail: expected a power of at least 2, or None"):
+            Study(tail=tail)
+    for discard in (-1, 0.5, "all"):
+        with pytest.raises(InputError, match="discard"):
+            Study(discard=discard)
+
+
+def test_fresh_runs_grow_with_the_smallest_bin():
+    from parc_jax.claim.tube import tube
+
+    def profile(edges):
+        n = len(edges) - 1
+        return tube([edges, [0.0, 1.0]], np.ones((n, 4, 2)), np.ones((n, 2)))
+
+    asked = BoundSettings(eps=0.1, delta=0.05, claims=("bins",))
+    even, uneven = profile([0.0, 0.5, 1.0]), profile([0.0, 0.1, 1.0])
+    assert pipeline.fresh_runs(asked, uneven, 1) == pytest.approx(
+        5 * pipeline.fresh_runs(asked, even, 1), abs=8
+    )
+    one = BoundSettings(eps=0.1, delta=0.05)
+    assert pipeline.fresh_runs(one, even, 1) == required_runs(0.1, 0.05, 0)
+    assert pipeline.fresh_runs(Study(fresh=77), even, 1) == 77

@@ -1,0 +1,116 @@
+"""Recorded runs against an answer: moved to proved starts, judged as every replay is."""
+
+import json
+from types import SimpleNamespace
+
+import jax
+import numpy as np
+import pytest
+import toy_query
+
+import parc_jax as pj
+from parc_jax import cli
+from parc_jax.errors import InputError, SoundnessError
+from parc_jax.network.predict import trajectories
+from parc_jax.rollout.batch import rollout_batch
+from parc_jax.rollout.law import law_spec
+from parc_jax.study import replay as replaying
+
+N = 40
+
+
+@pytest.fixture(scope="module")
+def answer():
+    return toy_query.answer()
+
+
+@pytest.fixture(scope="module")
+def runs(answer):
+    """What a robot did with k drawn from K: as predicted, but for less than the tube."""
+    model, rng = answer.model, np.random.default_rng(0)
+    k = rng.uniform(model.domain.lo, model.domain.hi, (N, model.n_k))
+    offsets, q = trajectories(model.net, model.layout, k)
+    knots = np.asarray(offsets)
+    at = np.linspace(0, model.time.n_steps, model.time.n_record + 1)
+    early = np.minimum(at.astype(int), model.time.n_steps - 1)
+    share = (at - early)[None, :, None]
+    p = knots[:, early] * (1 - share) + knots[:, early + 1] * share
+    p[:, 1:] += rng.uniform(-0.019, 0.019, p[:, 1:].shape)
+    law = law_spec("file:log", model.domain, "logged")
+    return rollout_batch(k, p, q, time=model.time, domain=model.domain, law=law)
+
+
+def test_runs_inside_the_tube_reach_and_touch_nothing(answer, runs):
+    found = pj.replay_recorded(answer, runs)
+    assert (
+        found.with_start.any() and (np.unique(found.row) == np.flatnonzero(found.with_start)).all()
+    )
+    p0, k = np.split(found.plans, [answer.model.n_p], axis=1)
+    assert answer.contains(p0, k).all() and (k == runs.k[found.row]).all()
+    np.testing.assert_allclose(found.runs.path, runs.p[found.row] + p0[:, None], atol=1e-12)
+    assert found.runs.inside.all() and not found.runs.failed.any()
+    said = found.statement()
+    assert f"At least {found.with_start.sum()} of {N} recorded runs have a k" in said
+    assert "0 left the tube, 0 missed the goal, 0 touched an obstacle" in said
+
+
+def test_runs_that_stray_are_counted_and_ones_that_cannot_fail_are_a_fault(
+    answer, runs, monkeypatch
+):
+    slide = np.linspace(0.0, 0.7, runs.p.shape[1])[None, :, None]
+    strayed = runs.replace(p=runs.p + slide)
+    seen = pj.replay_recorded(answer, strayed).runs
+    assert not seen.inside.any() and seen.failed.all()
+    monkeypatch.setattr(replaying, "inside_tube", lambda claim, net, batch: np.ones(batch.n, bool))
+    with pytest.raises(SoundnessError, match="contradicts the proof"):
+        pj.replay_recorded(answer, strayed)
+
+
+def test_the_open_door_takes_plans_of_the_runs_own_k(answer, runs):
+    model, scene = answer.model, answer.scene
+    found = pj.replay_recorded(answer, runs)
+    mine = runs.select(found.row)
+    again = pj.replay(mine, scene, found.plans)
+    np.testing.assert_array_equal(again.clearance, found.runs.clearance)
+    others = found.plans.copy()
+    others[0, -1] += 1e-9
+    slower = mine.replace(time=pj.time_grid(2 * model.time.dt, 2 * model.time.t_f))
+    wrong = ((mine, others), (mine, found.plans[1:]), (slower, found.plans))
+    for batch, plans in wrong:
+        with pytest.raises(InputError, match="one run of each plan's own k"):
+            pj.replay(batch, scene, plans)
+
+
+def test_the_shell_says_the_same(answer, runs, tmp_path, capsys):
+    answer.save(tmp_path / "answer.json")
+    np.savez(tmp_path / "log.npz", k=runs.k, p=runs.p + 3.0, q=runs.q)
+    with pytest.raises(SystemExit) as stop:
+        cli.main(["replay", str(tmp_path / "answer.json"), str(tmp_path / "log.npz"), "--json"])
+    found = pj.replay_recorded(answer, runs)
+    assert (stop.value.code or 0) == 0 and json.loads(capsys.readouterr().out) == found.counts()
+    np.savez(tmp_path / "log.npz", k=runs.k + 10.0, p=runs.p, q=runs.q)
+    with pytest.raises(SystemExit) as stop:
+        cli.main(["replay", str(tmp_path / "answer.json"), str(tmp_path / "log.npz")])
+    assert stop.value.code == 1 and "None of 40 runs" in capsys.readouterr().out
+
+
+def test_without_a_start_there_is_no_replay(answer, runs):
+    wide = pj.box(2 * answer.model.domain.lo, 2 * answer.model.domain.hi)
+    outside = runs.replace(k=runs.k + 10.0, domain=wide)
+    assert pj.replay_recorded(answer, outside) is None
+
+
+def test_under_doubt_there_is_no_replay(runs):
+    with pytest.raises(InputError, match="without doubt"):
+        pj.replay_recorded(SimpleNamespace(doubt="of the start"), runs)
+
+
+@pytest.mark.slow
+def test_an_answer_under_doubt_is_not_replayed(answer, runs):
+    doubted = pj.Planner(answer.model).solve(
+        answer.problem.replace(doubt=pj.Doubt(start=(0.01, 0.01))),
+        jax.random.PRNGKey(0),
+        pj.Settings.fast(),
+    )
+    with pytest.raises(InputError, match="without doubt"):
+        pj.replay_recorded(doubted, runs)
