@@ -23,7 +23,7 @@ COVER = pj.Settings(target=0.05, samples=5, budget_s=300.0, proof=False)
 # one program
 BUDGETS = {
     "first": Launches(2, 640, 0),
-    "solve": Launches(3, 640, 22),
+    "solve": Launches(3, 640, 23),
     "solve_batch": Launches(9, 1850, 115),
     "contains": Launches(4, 125, 42),
     "cover": Launches(176, 34_000, 620),

@@ -183,10 +183,13 @@ COVERED = (
     ),
     Fault(
         "plans_err_along_the_directions_of_corridors",
-        "corridors._clear",
-        "back = tuple(-x for x in w)",
-        "back = tuple(x for x in w)",
-        (BY_HAND,),
+        "thresholds._of_one",
+        "tuple(-w[o, :, axis]",
+        "tuple(w[o, :, axis]",
+        (
+            "tests/cover/test_thresholds.py"
+            "::test_they_are_those_of_the_corridor_and_plans_keep_to_it_as_by_hand",
+        ),
     ),
     Fault(
         "corridor_loses_to_the_other_side",
