@@ -31,6 +31,14 @@ def shell(capsys):
     return run
 
 
+@pytest.fixture(autouse=True)
+def listening():
+    """A process that was started in the background has Ctrl-C ignored, as whoever started it."""
+    before = signal.signal(signal.SIGINT, signal.default_int_handler)
+    yield
+    signal.signal(signal.SIGINT, before)
+
+
 def ctrl_c(*_, **__):
     signal.raise_signal(signal.SIGINT)
 
