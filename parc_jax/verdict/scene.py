@@ -85,7 +85,9 @@ class Scene(OneScene):
         return self.asked.at
 
     def under(self, model: TrajectoryModel) -> "Scene":
-        """The same arrays, asked of another model with the same layout."""
+        """The same arrays, asked of another model with the same layout: to rank plans. The slack is
+        that of the first model, so what is called safe then is not shown.
+        """
         return self.replace(asked=dataclasses.replace(self.asked, model=model))
 
     @property
