@@ -26,12 +26,12 @@ let accepted check x =
   match check x with v -> v | exception (Bad _ | Failure _ | Invalid_argument _ | Not_found | Stack_overflow) -> false
 
 (* Work for what an answer of this many bytes may ask: what the engine writes needs a tenth of it or less. *)
-let work_at_least = 200_000_000
-let work_per_byte = 1000
+let work_at_least = 200_000_000.
+let work_per_byte = 1000.
 
 let check_answer ?(progress = fun _ _ _ -> ()) (source : string) : t =
   match
-    Work.left := work_at_least + (work_per_byte * String.length source);
+    Work.allow (work_at_least +. (work_per_byte *. float_of_int (String.length source)));
     let answer = parse source in
     let get k = match answer with
       | Obj l -> (match List.assoc_opt k l with Some v -> v | None -> bad "a field is missing: %s" k)

@@ -2,10 +2,14 @@
    length) and tests for zero, of which there is one for each step of the checker's loops.  Only ever refuses. *)
 exception Exceeded
 
-let left = ref max_int
+(* A float, exact up to 2^53: a whole number has 32 bits in JavaScript, and two megabytes of file ask for more. *)
+type allowance = { mutable left : float }
+
+let allowance = { left = infinity }
+let allow most = allowance.left <- most
 let spend n =
-  left := !left - n;
-  if !left < 0 then raise Exceeded
+  allowance.left <- allowance.left -. float_of_int n;
+  if allowance.left < 0. then raise Exceeded
 
 let mul a b =
   spend (1 + (Z.size a * Z.size b / 16));

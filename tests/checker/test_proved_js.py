@@ -1,0 +1,67 @@
+"""The proved checker as JavaScript (parc_jax/plot/page/proved.js), which the page and `check
+--second` run: it is what its sources make, and its allowance of work grows with the file.
+"""
+
+import hashlib
+import json
+import re
+import shutil
+import subprocess
+from pathlib import Path
+
+import known
+import pytest
+
+from parc_jax.cli import second
+
+SOURCE = Path(__file__).parent / "rocq"
+PAGE = Path(__file__).parents[2] / "docs" / "proved_checker.md"
+MEGABYTE = 10**6
+
+
+def made_from():
+    """What the Makefile says of it: the names of the sources, and what made it."""
+    text = (SOURCE / "Makefile").read_text()
+    values = dict(re.findall(r"^(\w+) := (.*)$", text, re.MULTILINE))
+    return values["JS_FROM"].replace("$(OCAML)", values["OCAML"]).split(), values["JS_BY"]
+
+
+def test_it_begins_with_the_hash_of_its_sources_and_with_what_made_it():
+    names, by = made_from()
+    digest = hashlib.sha256(b"".join((SOURCE / name).read_bytes() for name in names)).hexdigest()
+    first = [f"// sha256 of the sources: {digest}", f"// made by {by}"]
+    assert second.PROVED_JS.read_text().splitlines()[:2] == first
+    assert second.PROVED_JS.stat().st_size < 150_000
+
+
+def test_the_page_has_the_hash_of_the_whole_and_what_made_it():
+    """So that no line of it changes unseen, also where nothing can build it."""
+    page = PAGE.read_text(encoding="utf-8")
+    whole = hashlib.sha256(second.PROVED_JS.read_bytes()).hexdigest()
+    assert f"proved.js`, sha256 `{whole}`" in page
+    assert made_from()[1] in page
+
+
+@pytest.mark.slow
+@pytest.mark.needs("coq", "js_of_ocaml")
+def test_its_sources_make_it_byte_for_byte(tmp_path):
+    made = shutil.ignore_patterns("*.vo*", "*.glob", ".*", "check", "check.ml*", "*.cm*", "*.o")
+    shutil.copytree(SOURCE, tmp_path / "rocq", ignore=made)
+    command = ["make", "-s", "js", f"PROVED={tmp_path / 'made.js'}"]
+    done = subprocess.run(command, cwd=tmp_path / "rocq", capture_output=True, text=True)
+    assert done.returncode == 0, done.stdout[-2000:] + done.stderr[-2000:]
+    assert (tmp_path / "made.js").read_bytes() == second.PROVED_JS.read_bytes()
+
+
+@pytest.mark.needs("node")
+@pytest.mark.parametrize("size", [2, 3, 7, pytest.param(19, marks=pytest.mark.slow)])
+def test_a_large_file_is_refused_for_nothing(monkeypatch, tmp_path, size):
+    """Counted in 32 bits, 1000 units of work for each of these bytes were less than none."""
+    monkeypatch.delenv(second.VARIABLE, raising=False)
+    answer = known.bracket()
+    unclaimed = next(node for node in answer["no_plan"]["tree"] if "open" in node)
+    unclaimed["open"] = "x" * (size * MEGABYTE)
+    path = tmp_path / "answer.json"
+    path.write_text(json.dumps(answer))
+    said = second.ask(second.find_second(), path)
+    assert said.code == second.ACCEPTED, said.lines
