@@ -53,6 +53,7 @@ _HOME = {
     "box": "sets.box",
     "box_scenes": "batch.box_scenes",
     "collect": "rollout.collect",
+    "convex_pieces": "world.pieces",
     "declared_claim": "claim.declared",
     "enumerate_regions": "pwa",
     "goal_of_points": "problem.problem",

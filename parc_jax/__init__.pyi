@@ -79,6 +79,7 @@ from parc_jax.system import BlackBoxSystem as BlackBoxSystem
 from parc_jax.system import TimeGrid as TimeGrid
 from parc_jax.system import Trajectory as Trajectory
 from parc_jax.system import time_grid as time_grid
+from parc_jax.world.pieces import convex_pieces as convex_pieces
 
 __all__: list[str]
 __version__: str

@@ -21,6 +21,7 @@ ORDER = (
     "sets",
     "system",
     "problem",
+    "world",
     "rollout",
     "network",
     "pwa",

@@ -56,6 +56,7 @@ NAMES = [
     "box",
     "box_scenes",
     "collect",
+    "convex_pieces",
     "declared_claim",
     "enumerate_regions",
     "goal_of_points",

@@ -19,7 +19,7 @@ PROGRAMS = {
     "js_of_ocaml": ("js_of_ocaml is not installed", ("js_of_ocaml",)),
     "node": ("node is not installed", ("node",)),
 }
-EXTRAS = {"crazyflow": "drone", "jsbsim": "flight", "vehiclemodels": "cars"}
+EXTRAS = {"crazyflow": "drone", "jsbsim": "flight", "vehiclemodels": "cars", "shapely": "maps"}
 
 
 def missing(name: str) -> str | None:

@@ -1,0 +1,75 @@
+"""Outlines as people have them, as valid geometry of Shapely, in metres."""
+
+import importlib
+
+import numpy as np
+
+from parc_jax.base.arrays import as_float64
+from parc_jax.errors import InputError
+
+FARTHEST = 1e5  # [m] from the origin: farther away floats round by more than is allowed for
+
+
+def package(name: str, call: str):
+    """A package of the extra `maps`. Raises InputError where it is not installed."""
+    try:
+        return importlib.import_module(name)
+    except ImportError:
+        raise InputError(
+            f"{call}: expected the package {name.split('.')[0]}; it is not installed. Try "
+            "pip install 'parc_jax[maps]'."
+        ) from None
+
+
+def outlines(name: str, value) -> list:
+    """Polygons and lines, in the plane, of a Shapely geometry, a GeoJSON dict, anything with a
+    `__geo_interface__`, or corners (n, 2). Raises InputError, which begins with `name`.
+    """
+    shapely = package("shapely", name)
+    geometry = value if isinstance(value, shapely.Geometry) else _read(name, value, shapely)
+    parts = shapely.get_parts(shapely.force_2d(geometry)).tolist()
+    while any(hasattr(part, "geoms") for part in parts):
+        parts = [one for part in parts for one in shapely.get_parts(part)]
+    for part in parts:
+        _check(name, part, shapely)
+    if not parts:
+        raise InputError(f"{name}: expected at least one polygon or line; got none.")
+    return parts
+
+
+def _read(name: str, value, shapely):
+    value = getattr(value, "__geo_interface__", value)
+    if not isinstance(value, dict):
+        return shapely.Polygon(_corners(name, value))
+    features = value.get("features", [value])
+    try:
+        shapes = [shapely.geometry.shape(one.get("geometry", one)) for one in features]
+    except Exception as error:  # whatever Shapely makes of a foreign dict
+        raise InputError(
+            f"{name}: expected a GeoJSON geometry, feature or collection; got {value!r:.60} "
+            f"({type(error).__name__}: {error!s:.60})."
+        ) from None
+    return shapely.GeometryCollection(shapes)
+
+
+def _corners(name: str, value) -> np.ndarray:
+    corners = as_float64(f"{name} corners", value, (None, 2))
+    if len(corners) < 3:
+        raise InputError(f"{name}: expected at least three corners; got {len(corners)}.")
+    return corners
+
+
+def _check(name: str, part, shapely) -> None:
+    if part.geom_type not in ("Polygon", "LineString", "LinearRing"):
+        raise InputError(f"{name}: expected polygons and lines; got a {part.geom_type}.")
+    places = shapely.get_coordinates(part)
+    if part.is_empty or not (np.abs(places) <= FARTHEST).all():
+        raise InputError(
+            f"{name}: expected finite coordinates up to {FARTHEST:g} m; got {part.wkt:.60}."
+        )
+    if not part.is_valid:
+        why = shapely.is_valid_reason(part)
+        raise InputError(
+            f"{name}: expected a valid {part.geom_type}; got one with {why}. Try "
+            "shapely.make_valid, and look at what it makes of it."
+        )
