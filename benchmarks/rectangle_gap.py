@@ -63,5 +63,5 @@ def proved(model: TrajectoryModel, problem: ReachAvoid, plan: np.ndarray) -> boo
     scene = scene_of(problem, model)
     p0, k = plan[None, : model.n_p], plan[None, model.n_p :]
     e = verdicts(scene, p0, k)
-    part = sample_part(scene, model.tube, p0[0], k[0], e.path[0], int(e.bin[0]))
+    part = sample_part(scene, model.tube, p0[0], k[0], e.path[0])
     return bool(prove(problem, model, [part])[0].all())

@@ -251,6 +251,13 @@ PROVED = (
         (f"{WRITTEN}::test_spelled_templates_reach_as_far_as_those_of_the_engine",),
     ),
     Fault(
+        "directions_for_one_bin_of_an_edge",
+        "sample_part",
+        "each_bin(tube.edges, k[None])[1]",
+        "each_bin(tube.edges, k[None])[1][:1]",
+        (WRITTEN + "::test_the_whole_file_is_accepted",),
+    ),
+    Fault(
         "parts_exchanged_in_certificates",
         "separation_part",
         "return [spelled[first : first + n] for first in range(0, len(spelled), n)]",

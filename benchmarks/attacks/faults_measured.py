@@ -74,7 +74,7 @@ MEASURED = (
     ),
     Fault(
         "an_edge_belongs_to_one_bin",
-        "bins.bins_of",
+        "_closed_bins",
         "[right] if (left == right).all() else [right, left]",
         "[right]",
         (

@@ -131,7 +131,20 @@ VERDICT = (
         "open_bin_of",
         " & ~on_inner_edge",
         "",
-        ("tests/verdict/test_pointwise.py::test_bins_are_the_tubes_bins_and_boundaries_have_none",),
+        (
+            "tests/claim/test_bins.py"
+            "::test_a_kernel_knows_the_bin_inside_and_none_on_a_border_between_bins",
+        ),
+    ),
+    Fault(
+        "the_first_bin_of_an_edge_decides",
+        "pointwise.verdicts",
+        "np.minimum.reduceat(getattr(seen, name), first)",
+        "getattr(seen, name)[first]",
+        (
+            "tests/verdict/test_pointwise.py"
+            "::test_on_an_edge_the_margins_are_the_least_of_those_beside_it",
+        ),
     ),
     Fault(
         "places_end_anywhere",

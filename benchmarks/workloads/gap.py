@@ -220,7 +220,7 @@ def _prove(model: TrajectoryModel, problem, plan: Points) -> bool:
     """The checker accepts this one plan."""
     scene = scene_of(problem, model)
     e = verdicts(scene, plan.p0, plan.k)
-    part = sample_part(scene, model.tube, plan.p0[0], plan.k[0], e.path[0], int(e.bin[0]))
+    part = sample_part(scene, model.tube, plan.p0[0], plan.k[0], e.path[0])
     return bool(prove(problem, model, [part])[0].all())
 
 

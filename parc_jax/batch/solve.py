@@ -223,10 +223,9 @@ def _proved(model: TrajectoryModel, problems, plans: np.ndarray, found: np.ndarr
     p0 = plans[rows, : model.n_p]
     k = plans[rows, model.n_p :]
     paths = paths_of(model, p0, k)
-    bins = model.tube.bin_of(k)
     for i, row in enumerate(rows):
         problem = problem_of(problems, row)
         scene = near_scene(Plain(problem, model))
-        part = sample_part(scene, model.tube, p0[i], k[i], paths[i], int(bins[i]))
+        part = sample_part(scene, model.tube, p0[i], k[i], paths[i])
         out[row] = prove(problem, model, [part])[0][0]
     return out

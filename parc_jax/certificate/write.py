@@ -13,6 +13,7 @@ import numpy as np
 from parc_jax.base.arrays import dot
 from parc_jax.base.spelling import decimal_text, fraction_text, hex_text, plain
 from parc_jax.certificate.templates import end_part, rows_part
+from parc_jax.claim.bins import each_bin
 from parc_jax.claim.error_set import NO_CLAIM, ErrorSet, at
 from parc_jax.claim.faces import Templates
 from parc_jax.claim.tube import Tube
@@ -134,17 +135,21 @@ def part_hash(part: dict) -> str:
     ).hexdigest()
 
 
-def sample_part(
-    scene: Scene, tube: Tube, p0: np.ndarray, k: np.ndarray, path: np.ndarray, bin: int
-) -> dict:
-    """Certificate of one safe point; path (T + 1, n_c) is its prediction."""
-    table, slack, errors = scene.directions, scene.slack, tube.during(bin)
+def sample_part(scene: Scene, tube: Tube, p0: np.ndarray, k: np.ndarray, path: np.ndarray) -> dict:
+    """Certificate of one safe point, with the errors of every bin that contains it [T28]; path (T +
+    1, n_c) is its prediction.
+    """
+    table, slack, errors = (
+        scene.directions,
+        scene.slack,
+        tube.during(each_bin(tube.edges, k[None])[1]),
+    )
     places = by_point(path, tube.n_points)
     sep = []
     for o, multipliers in enumerate(table.multipliers):
         points = scene.obstacles.points[o]
         w, support = table.w[o], table.support[o]
-        lost = at(errors, np.s_[:, points, None]).support(-w)
+        lost = at(errors, np.s_[:, :, points, None]).support(-w).max(axis=0)
         along = dot(places[:, points, None], w)
         beyond = np.minimum(along[:-1], along[1:]) - lost
         threshold = support + slack * np.abs(w).sum(axis=1)
@@ -153,7 +158,7 @@ def sample_part(
         spelled = [
             multipliers[chosen[t]]
             if chosen[t] >= 0
-            else table.nearest(o, _nearest(scene, o, path, errors, t))
+            else table.nearest(o, _nearest(scene, o, path, at(errors, 0), t))
             for t in exists
         ]
         sep.append(merged_runs(spelled, exists))

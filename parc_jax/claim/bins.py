@@ -31,17 +31,31 @@ def bins_of(edges: Edges, k: np.ndarray) -> np.ndarray:
     on an inner edge. Raises InputError for a k outside every bin.
     """
     k = np.asarray(k, np.float64)
-    numbers = np.zeros((len(k), 1), int)
     for axis, edge in enumerate(edges):
-        x = k[:, axis]
-        outside = ~((x >= edge[0]) & (x <= edge[-1]))
+        outside = ~((k[:, axis] >= edge[0]) & (k[:, axis] <= edge[-1]))
         if outside.any():
             row = int(np.argmax(outside))
             raise InputError(
                 f"bins: k row {row} = {k[row]} falls in no bin; axis {axis} covers [{edge[0]}, "
                 f"{edge[-1]}]."
             )
-        right, left = _place(edge, x, "right"), _place(edge, x, "left")
+    return _closed_bins(edges, k)
+
+
+def each_bin(edges: Edges, k: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Every pair of a row of k (n, n_k) and a closed bin that contains it: rows (m,), in order, and
+    bins (m,). A k outside K is paired with a bin that is near.
+    """
+    numbers = np.sort(_closed_bins(edges, np.asarray(k, np.float64)), axis=1)
+    other = np.diff(numbers, axis=1, prepend=-1) > 0
+    return np.nonzero(other)[0], numbers[other]
+
+
+def _closed_bins(edges: Edges, k: np.ndarray) -> np.ndarray:
+    """(n, c) as of `bins_of`, of k inside K."""
+    numbers = np.zeros((len(k), 1), int)
+    for axis, edge in enumerate(edges):
+        right, left = (_place(edge, k[:, axis], side) for side in ("right", "left"))
         choices = [right] if (left == right).all() else [right, left]
         numbers = np.concatenate(
             [numbers * (len(edge) - 1) + choice[:, None] for choice in choices], axis=1
@@ -51,7 +65,7 @@ def bins_of(edges: Edges, k: np.ndarray) -> np.ndarray:
 
 def open_bin_of(edges: Edges, k):
     """`bin_of` for one k (n_k,) in a kernel, except that a k on a border between bins has none,
-    -1, as one outside K: several tubes count there. [T28]
+    -1, as one outside K: several tubes count there, and draws fall there with probability 0. [T28]
     """
     bin = jnp.asarray(0)
     known = jnp.asarray(True)

@@ -128,10 +128,10 @@ class Prepared:
 
 def _certificates(scene: Scene, chosen: Points) -> list[dict]:
     """Of all points."""
-    each = (chosen.p0, chosen.k, chosen.path, chosen.bin)
+    each = (chosen.p0, chosen.k, chosen.path)
     return [
-        sample_part(scene, scene.model.tube, p0, k, path, int(bin))
-        for p0, k, path, bin in zip(*each, strict=True)
+        sample_part(scene, scene.model.tube, *plan_and_path)
+        for plan_and_path in zip(*each, strict=True)
     ]
 
 

@@ -13,7 +13,7 @@ import jax.numpy as jnp
 import numpy as np
 
 from parc_jax.base.arrays import map_rows
-from parc_jax.claim.bins import open_bin_of
+from parc_jax.claim.bins import each_bin, open_bin_of
 from parc_jax.claim.error_set import ErrorSet
 from parc_jax.claim.tube import Tube
 from parc_jax.model import TrajectoryModel
@@ -29,7 +29,7 @@ class Verdicts(NamedTuple):
     """Verdicts on a batch of points; leading axis b.
 
     path (b, T + 1, n_c), q (b, n_q): prediction. pattern (b, n_hidden) bool.
-    bin (b,): bin of k, -1 on a shared boundary.
+    bin (b,): bin of k, the first of several; -1 outside K, and for draws on a shared boundary.
     goal, start, clearance (b,): margins [row units, row units, m], slack already subtracted.
     """
 
@@ -84,26 +84,31 @@ class Prediction(NamedTuple):
         return (self.goal >= 0) & (self.start >= 0) & (self.bin >= 0)
 
 
-def prediction(net: ReLUNetwork, tube: Tube, scene: SceneArrays, p0, k) -> Prediction:
-    """Path, pattern, bin, goal and start margins of one point p0 (n_p,), k (n_k,). Kernel."""
+def prediction(net: ReLUNetwork, tube: Tube, scene: SceneArrays, p0, k, bin=None) -> Prediction:
+    """Path, pattern, bin, goal and start margins of one point p0 (n_p,), k (n_k,). bin: as of
+    `arrival`. Kernel.
+    """
     offsets, q, pattern = predict(net, tube.layout, k)
     path = moved_to(p0, offsets)
-    return Prediction(path, q, pattern, *arrival(tube, scene, p0, path[-1], q, k))
+    return Prediction(path, q, pattern, *arrival(tube, scene, p0, path[-1], q, k, bin))
 
 
-def arrival(tube: Tube, scene: SceneArrays, p0, end, q, k):
+def arrival(tube: Tube, scene: SceneArrays, p0, end, q, k, bin=None):
     """Bin of k, goal margin and start margin of a plan from p0 (n_p,) to the predicted end (n_c,),
-    q (n_q,). Kernel.
+    q (n_q,). bin: one that contains k; None = the only one, and none on a border. Kernel.
     """
-    bin = jnp.where(((k >= scene.k_lo) & (k <= scene.k_hi)).all(), open_bin_of(tube.edges, k), -1)
+    bin = open_bin_of(tube.edges, k) if bin is None else bin
+    bin = jnp.where(((k >= scene.k_lo) & (k <= scene.k_hi)).all(), bin, -1)
     lost = tube.support_at_end(scene.goal_A, bin)
     goal = row_margin(scene.goal_A, scene.goal_b - lost, jnp.concatenate([end, q]), scene.slack)
     return bin, goal, row_margin(scene.start_A, scene.start_b, p0, scene.slack)
 
 
-def verdict(net: ReLUNetwork, tube: Tube, scene: SceneArrays, p0, k) -> Verdicts:
-    """Everything about one point p0 (n_p,), k (n_k,). Kernel; vmap for batches."""
-    seen = prediction(net, tube, scene, p0, k)
+def verdict(net: ReLUNetwork, tube: Tube, scene: SceneArrays, p0, k, bin=None) -> Verdicts:
+    """Everything about one point p0 (n_p,), k (n_k,). bin: as of `arrival`. Kernel; vmap for
+    batches.
+    """
+    seen = prediction(net, tube, scene, p0, k, bin)
     return Verdicts(*seen, clearance(scene, seen.path, tube.during(seen.bin)))
 
 
@@ -164,15 +169,29 @@ def anchored(net: ReLUNetwork, tube: Tube, scene: Scene, z, k) -> tuple[jax.Arra
     return p0, prediction(net, tube, scene, p0, k).reaches
 
 
-_verdicts = jax.jit(jax.vmap(verdict, in_axes=(None, None, None, 0, 0)))
+_verdicts = jax.jit(jax.vmap(verdict, in_axes=(None, None, None, 0, 0, 0)))
 _predictions = jax.jit(jax.vmap(prediction, in_axes=(None, None, None, 0, 0)))
 _anchored = jax.jit(jax.vmap(anchored, in_axes=(None, None, None, 0, 0)))
 
 
 def verdicts(scene: Scene, p0, k) -> Verdicts:
-    """Verdicts on p0 (b, n_p), k (b, n_k), as NumPy arrays."""
+    """Verdicts on p0 (b, n_p), k (b, n_k), as NumPy arrays; on a border between bins those of the
+    bin that leaves the least, margin by margin. [T28]
+    """
     model, arrays = scene.model, scene.arrays
-    return map_rows(CHUNK, lambda p, x: _verdicts(model.net, model.tube, arrays, p, x), p0, k)
+    rows, bins = each_bin(model.tube.edges, k)
+
+    def one(p, x, bin):
+        return _verdicts(model.net, model.tube, arrays, p, x, bin)
+
+    seen = map_rows(CHUNK, one, np.asarray(p0)[rows], np.asarray(k)[rows], bins)
+    if len(rows) == len(k):
+        return seen
+    first = np.flatnonzero(np.diff(rows, prepend=-1))
+    least = {
+        name: np.minimum.reduceat(getattr(seen, name), first) for name in ("goal", "clearance")
+    }
+    return Verdicts(*(x[first] for x in seen))._replace(**least)
 
 
 def predictions(scene: Scene, p0, k) -> Prediction:

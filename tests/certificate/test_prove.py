@@ -38,8 +38,7 @@ def plan():
 def part_of(problem, model, plan):
     p0, k = plan[: model.n_p], plan[model.n_p :]
     path = paths_of(model, p0[None], k[None])[0]
-    bin = int(model.tube.bin_of(k[None])[0])
-    return sample_part(scene_of(problem, model), model.tube, p0, k, path, bin)
+    return sample_part(scene_of(problem, model), model.tube, p0, k, path)
 
 
 @pytest.mark.slow

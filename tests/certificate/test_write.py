@@ -197,7 +197,7 @@ def test_every_clear_plan_of_random_scenes_has_a_certificate_that_holds(body):
             problem_part(problem, model), network_part(model.net), tube_part(model.tube)
         )
         for i in np.flatnonzero(e.safe & (e.clearance > 1e-6)):
-            part = sample_part(scene, model.tube, p0[i], k[i], e.path[i], int(e.bin[i]))
+            part = sample_part(scene, model.tube, p0[i], k[i], e.path[i])
             context.check_sample(part)
             assert len(json.dumps(part, separators=(",", ":"))) <= 1000
             proved += 1

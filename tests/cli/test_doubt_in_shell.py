@@ -46,6 +46,7 @@ def shell(capsys, monkeypatch, tmp_path):
         (("--doubt-k", "k0"), "--doubt-k: expected NAME=VALUE or NAME=LO:HI"),
         (("--unknown", "k0=0.1"), "doubt unknown of k0: expected a box (lo, hi)"),
         (("--unknown", "k0=0:9"), "expected a box within K, [-1, 1]; got [0, 9]"),
+        (("--given", "k0=1.5"), "doubt of k0: expected a box within K, [-1, 1]; got [1.5, 1.5]"),
         (("--given", "k0=0", "k1=0"), "expected at least one parameter to choose"),
         (("--sensing-eps", "2"), "doubt sensing_eps: expected a probability"),
     ],

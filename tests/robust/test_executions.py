@@ -199,6 +199,9 @@ def test_values_between_bins_meet_both():
     edges = np.array([0.0, 1.0, 2.0])
     assert axis_of(edges, 1.0, 1.0, False).met == [(0, 1)]
     assert axis_of(edges, 0.5, 0.9, False).met == [(0, 0)]
+    assert axis_of(edges, 0.5, 1.5, False).met == [(0, 1)]
+    assert axis_of(edges, 0.5, 1.0, False).met == [(0, 1)]
+    assert axis_of(edges, 0.0, 0.0, False).met == [(0, 0)]
 
 
 def test_a_given_parameter_is_a_model_of_the_others(rng):

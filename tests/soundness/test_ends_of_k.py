@@ -28,7 +28,9 @@ from parc_jax.certificate.write import (
 from parc_jax.io.answer_file import load_answer
 from parc_jax.planner.planner import Planner
 from parc_jax.plot.page_data import page_data
+from parc_jax.problem.doubt import Doubt
 from parc_jax.problem.problem import reach_avoid
+from parc_jax.robust.question import plain
 from parc_jax.sets.box import box
 from parc_jax.settings import Settings
 from parc_jax.verdict.pointwise import verdicts
@@ -48,6 +50,25 @@ def model(edges):
     n_bins = (len(edges) - 1) ** 2
     widths = [np.repeat(part, n_bins, axis=0) for part in uniform_tube(4, 0.02)]
     return model_of(line_model(4).net, box([-END, -END], [END, END]), *widths, [edges, edges])
+
+
+WIDTHS = [0.02, 0.05, 0.1, 0.15]  # [m] of the bins around the middle of K, row-major
+EDGES = [
+    ([0.0, 0.0], {0, 1, 2, 3}),
+    ([0.0, 0.5], {1, 3}),
+    ([-0.5, 0.0], {0, 1}),
+    ([END, 0.0], {2, 3}),
+    ([0.0, END], {1, 3}),
+    ([-END, 0.5], {1}),
+]
+
+
+def of_widths():
+    """The same robot, as exactly known as WIDTHS say."""
+    half = np.reshape(WIDTHS, (4, 1))
+    interval, final = np.tile(half[:, None], (1, 4, 2)), np.tile(half, (1, 3))
+    edges = [np.array([-END, 0.0, END])] * 2
+    return model_of(line_model(4).net, box([-END, -END], [END, END]), interval, final, edges)
 
 
 def by_the_page(folder, asked, plans, edges=None):
@@ -72,7 +93,7 @@ def by_the_checker(asked, p0, k):
     """Whether the checker accepts the plan, with the directions that the engine spells."""
     scene = scene_of(PROBLEM, asked)
     path = verdicts(scene, p0[None], k[None]).path[0]
-    part = sample_part(scene, asked.tube, p0, k, path, 0)
+    part = sample_part(scene, asked.tube, p0, k, path)
     assert part["k"] == hex_text(k)
     return bool(prove(PROBLEM, asked, [part])[0][0])
 
@@ -84,6 +105,28 @@ def test_ends_of_k_belong_to_it_everywhere(k, tmp_path):
     assert verdicts(scene_of(PROBLEM, asked), p0[None], k[None]).safe.all()
     assert by_the_checker(asked, p0, k)
     assert by_the_page(tmp_path, asked, [(p0, k)]) == [[True, True]]
+
+
+@pytest.mark.parametrize(("k", "bins"), EDGES)
+def test_a_plan_on_an_edge_is_safe_when_it_is_with_the_errors_of_every_bin(k, bins):
+    """A robot known exactly: it ends 0.3 below the grown obstacle less the widest of its bins."""
+    asked, worst = of_widths(), max(WIDTHS[bin] for bin in bins)
+    k = np.array(k)
+    ends = [0.3 - worst - 1e-3, 0.3 - worst + 1e-3]
+    p0 = np.array([-k + [0.0, end] for end in ends])
+    seen = verdicts(scene_of(PROBLEM, asked), p0, np.array([k, k]))
+    assert seen.safe.tolist() == [True, False] and (seen.bin == min(bins)).all()
+    assert [by_the_checker(asked, start, k) for start in p0] == [True, False]
+
+
+@pytest.mark.parametrize(("k", "bins"), EDGES)
+def test_a_value_given_on_an_edge_has_the_plans_of_every_bin(k, bins):
+    """The same plans, with the first parameter measured."""
+    asked, worst = of_widths(), max(WIDTHS[bin] for bin in bins)
+    found = plain(PROBLEM.replace(doubt=Doubt(given={0: k[0]})), asked)
+    p0 = np.array([[-k[0], -k[1] + 0.3 - worst + by] for by in (-1e-3, 1e-3)])
+    scene = scene_of(found.problem, found.model)
+    assert verdicts(scene, p0, np.full((2, 1), k[1])).safe.tolist() == [True, False]
 
 
 @pytest.mark.parametrize("axis", [0, 1])
@@ -105,8 +148,8 @@ def test_the_page_ends_at_k_where_the_bins_of_a_file_reach_beyond(tmp_path):
 
 @pytest.mark.slow
 def test_no_polytope_of_the_engine_contains_a_border_between_bins():
-    """In floats a k on a border is unknown; in the exact rows it is outside; the checker decides it
-    as a sample, with the widths of all its bins.
+    """In floats no polytope holds a k on a border; in the exact rows it is outside; as a sample it
+    is decided with the widths of all its bins.
     """
     asked = model([-END, 0.0, END])
     settings = Settings(polytopes=True, samples=20, target=0.5, budget_s=300)

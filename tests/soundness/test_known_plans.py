@@ -40,7 +40,7 @@ def judge(model, problem, p0, k):
     scene = scene_of(problem, model)
     p0, k = np.array([p0], float), np.array([k], float)
     e = verdicts(scene, p0, k)
-    part = sample_part(scene, model.tube, p0[0], k[0], e.path[0], int(e.bin[0]))
+    part = sample_part(scene, model.tube, p0[0], k[0], e.path[0])
     context = checker.Context(
         problem_part(problem, model), network_part(model.net), tube_part(model.tube)
     )

@@ -62,7 +62,7 @@ def context_of(answer):
 def certificates(answer, p0, k):
     e = verdicts(answer.scene, p0, k)
     given = answer.scene, answer.model.tube
-    return [sample_part(*given, p0[i], k[i], e.path[i], int(e.bin[i])) for i in range(len(k))]
+    return [sample_part(*given, p0[i], k[i], e.path[i]) for i in range(len(k))]
 
 
 def members(answer, rng, n):

@@ -107,7 +107,7 @@ def test_what_is_left_out_is_proved_in_every_certificate(kind, seed):
     p0, k = plans_of(model, near, rng)
     e = verdicts(near, p0, k)
     i = int(np.flatnonzero(e.safe)[0])
-    part = sample_part(near, model.tube, p0[i], k[i], e.path[i], int(e.bin[i]))
+    part = sample_part(near, model.tube, p0[i], k[i], e.path[i])
     assert prove(problem, model, [part])[0].all()
     # a certificate that names another row for what was left out is refused
     row = near.apart.row
@@ -115,7 +115,7 @@ def test_what_is_left_out_is_proved_in_every_certificate(kind, seed):
     wrong = near.apart._replace(row=np.where(row < 0, row, (row + 1) % 4))
     for other in (worse, wrong):
         scene = near.replace(apart=other)
-        part = sample_part(scene, model.tube, p0[i], k[i], e.path[i], int(e.bin[i]))
+        part = sample_part(scene, model.tube, p0[i], k[i], e.path[i])
         assert not prove(problem, model, [part])[0].all()
 
 

@@ -3,6 +3,7 @@
 import jax
 import numpy as np
 import pytest
+from toy_bodies import points_model, points_problem
 from toy_models import anchored_plans, host_outputs, line_model, model_of, toy_case
 
 from parc_jax.problem.problem import reach_avoid
@@ -22,16 +23,31 @@ def example():
     )
 
 
-def test_bins_are_the_tubes_bins_and_boundaries_have_none(example):
+def test_bins_are_the_tubes_bins_and_none_is_outside_of_k(example):
     model, scene, p0, k = example
     e = verdicts(scene, p0, k)
     np.testing.assert_array_equal(e.bin, model.tube.bin_of(k))
-    edge = k.copy()
-    edge[:, 1] = 0.0  # where the two bins meet
-    assert (verdicts(scene, p0, edge).bin == -1).all()
     outside = k + np.array([2.5, 0.0])
     got = verdicts(scene, p0, outside)
     assert (got.bin == -1).all() and not got.safe.any() and not got.reaches.any()
+
+
+@pytest.mark.parametrize("fitted", [False, True])
+def test_on_an_edge_the_margins_are_the_least_of_those_beside_it(fitted, rng):
+    """Where bins meet the errors of each count; mixed with plans that are on none. [T28]"""
+    model = points_model(rng, bins=(2, 2), fitted=fitted)
+    scene = scene_of(points_problem(rng, model), model)
+    k = rng.uniform(-1, 1, (40, 2))
+    k[:10], k[10:20, 0], k[20:30, 1] = 0.0, 0.0, 0.0
+    p0 = rng.uniform(-2.5, -1.5, (40, 2))
+    e = verdicts(scene, p0, k)
+    away = 1e-12 * np.array([[-1, -1], [-1, 1], [1, -1], [1, 1]])
+    beside = [verdicts(scene, p0, k + by) for by in away]
+    for name in ("goal", "clearance"):
+        least = np.min([getattr(b, name) for b in beside], axis=0)
+        np.testing.assert_allclose(getattr(e, name), least, atol=1e-8)
+    assert (e.bin == np.min([b.bin for b in beside], axis=0)).all()
+    assert 0 < e.safe[:30].sum() < 30
 
 
 def test_margins_of_goal_and_start_are_those_of_the_rows(example):
