@@ -3,6 +3,7 @@
 import argparse
 import collections
 import hashlib
+import itertools
 import json
 import math
 import os
@@ -18,6 +19,7 @@ FORMAT = "parc_jax.answer/2"
 PARTS = ("problem", "network", "tube")  # of the question; each has a hash
 MAX_BYTES = 1 << 26  # of a file
 MAX_VALUES = 1 << 22  # commas and opening brackets in a file: what its numbers and lists weigh
+MAX_DEPTH = 500  # of values inside of each other
 MAX_REMARK = 1 << 20  # characters of what is not checked: meta and claim
 DESCRIPTION = "Checks an answer of parc_jax in exact arithmetic."
 MAX_PROCESSES = 60  # some systems wait for no more
@@ -44,6 +46,15 @@ def unique(pairs):
     found = dict(pairs)
     need(len(found) == len(pairs), "a key appears twice")
     return found
+
+
+def shallow(value):
+    """Is nothing in a value nested deeper than MAX_DEPTH?"""
+    found = [value]
+    for _ in range(MAX_DEPTH + 1):
+        outer = [x.values() if type(x) is dict else x for x in found if type(x) in (dict, list)]
+        found = list(itertools.chain.from_iterable(outer))
+    return not found
 
 
 def refuse(text):
@@ -82,6 +93,7 @@ def check_answer(answer, processes=1):
         raise NotAnAnswer("got JSON without this format")
     needed = ("format", *PARTS, "claim", "hash", "samples", "sets", "no_plan")
     fields(answer, needed, ("corridors", "doubt", "meta"))
+    need(shallow(answer), "too deep a nesting")
     answer = {"corridors": [], "doubt": [], "meta": None, **answer}
     need(len(canonical(answer["meta"])) <= MAX_REMARK, "the part meta is too long")
     need(len(canonical(answer["claim"])) <= MAX_REMARK, "the claim is too long")

@@ -172,7 +172,7 @@ def combine(rows, multipliers, n):
 
 def parsed_multipliers(multipliers, n_rows):
     """[(number of a row, multiplier)] of a list [[row, "m"], ...]."""
-    values = [number(m) for _, m in multipliers]
+    values = [number(m) for _, m in array(multipliers)]
     integers(values)  # bounds their length together
     numbers = [whole(row, 0, n_rows - 1) for row, _ in multipliers]
     return list(zip(numbers, values, strict=True))

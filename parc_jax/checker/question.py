@@ -75,6 +75,7 @@ class Question:
         self.n_q = whole(problem["n_q"], 0, 64)
         self.n_k = whole(problem["n_k"], 1, MAX_PARAMETERS)
         self.T = whole(problem["steps"], 1, 100_000)
+        need(number(problem["dt"]) > 0, "the time step dt is not positive")
         self.n_c = self.n_points * self.n_p  # coordinates of all points
         self.n_end = self.n_c + self.n_q
         self.n_outputs = (self.T + 1) * self.n_c - self.n_p + self.n_q
@@ -242,7 +243,7 @@ class Question:
         rows = halfspaces(fields(entry, ("A", "b", "goal")), self.n_end)
         ways = []
         for some in array(entry["goal"], len(self.goal)):
-            ways.append([parsed_multipliers(way, len(rows)) for way in some])
+            ways.append([parsed_multipliers(way, len(rows)) for way in array(some)])
         return Template(rows, self.n_end, ways)
 
     def bins_meeting(self, lo, hi, closed):

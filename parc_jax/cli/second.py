@@ -14,8 +14,8 @@ PROVED_JS = Path(__file__).parents[1] / "plot" / "page" / "proved.js"
 # Its verdict is read from what it prints: node itself ends with 1 where a program has a fault.
 ON_NODE = """
 require(process.argv[1]);
-const text = require("fs").readFileSync(process.argv[2], "utf8");
-console.log(JSON.stringify(parcCheck(text)));
+const bytes = require("fs").readFileSync(process.argv[2]);
+console.log(JSON.stringify(parcCheck(bytes)));
 """
 ACCEPTED, REJECTED, IN_PART = 0, 1, 3
 

@@ -394,6 +394,11 @@ def test_unknown_keys_are_refused_but_not_meta():
         checker.check_answer(answer | {"notes": {}})
 
 
+def test_values_may_be_nested_as_deep_as_the_limit_says():
+    deep = json.loads("[" * 500 + "]" * 500)
+    assert checker.check_answer(known.plain() | {"meta": deep}).samples == 1
+
+
 def test_a_bin_that_nothing_has_cannot_be_asked_for():
     """No bin is never taken for no error."""
     context = checker.Context(*(known.plain()[part] for part in checker.PARTS))

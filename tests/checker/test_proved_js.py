@@ -10,8 +10,10 @@ import subprocess
 from pathlib import Path
 
 import known
+import known_points
 import pytest
 
+from parc_jax import checker
 from parc_jax.cli import second
 
 SOURCE = Path(__file__).parent / "rocq"
@@ -53,15 +55,49 @@ def test_its_sources_make_it_byte_for_byte(tmp_path):
     assert (tmp_path / "made.js").read_bytes() == second.PROVED_JS.read_bytes()
 
 
+@pytest.fixture
+def told(monkeypatch, tmp_path):
+    """What it says of a file with these bytes."""
+    monkeypatch.delenv(second.VARIABLE, raising=False)
+
+    def ask(content):
+        (tmp_path / "answer.json").write_bytes(content)
+        return second.ask(second.find_second(), tmp_path / "answer.json")
+
+    return ask
+
+
 @pytest.mark.needs("node")
 @pytest.mark.parametrize("size", [2, 3, 7, pytest.param(19, marks=pytest.mark.slow)])
-def test_a_large_file_is_refused_for_nothing(monkeypatch, tmp_path, size):
+def test_a_large_file_is_not_refused_for_its_size(told, size):
     """Counted in 32 bits, 1000 units of work for each of these bytes were less than none."""
-    monkeypatch.delenv(second.VARIABLE, raising=False)
     answer = known.bracket()
     unclaimed = next(node for node in answer["no_plan"]["tree"] if "open" in node)
     unclaimed["open"] = "x" * (size * MEGABYTE)
-    path = tmp_path / "answer.json"
-    path.write_text(json.dumps(answer))
-    said = second.ask(second.find_second(), path)
+    said = told(json.dumps(answer).encode())
     assert said.code == second.ACCEPTED, said.lines
+
+
+@pytest.mark.needs("node")
+def test_bytes_that_are_not_utf_8_are_refused(told):
+    text = json.dumps(known.plain())[:-1] + ', "meta": "\u00e9"}'
+    assert told(text.encode("utf-8")).code == second.ACCEPTED
+    said = told(text.encode("latin-1"))
+    assert said.code == second.REJECTED and "not UTF-8" in said.lines[0]
+
+
+@pytest.mark.needs("node")
+def test_both_checkers_count_the_same(told):
+    """What is said twice counts once, however spelled."""
+    answer = known_points.points()
+    (sample,) = answer["samples"]
+    moved = [f"{checker.number(x).numerator}/{checker.number(x).denominator}" for x in sample["k"]]
+    answer["samples"] = [sample, sample | {"k": moved}]
+    for part in ("sets", "corridors", "doubt"):
+        answer[part] = answer[part] * 2
+    report = checker.check_answer(answer)
+    counts = [report.samples, report.sets, report.corridors, report.doubt]
+    assert counts == [1, 1, 1, 1] and moved != sample["k"]
+    said = told(json.dumps(answer).encode())
+    first = [line.split("(")[0].split(":")[0].split(" of")[0].strip() for line in said.lines[1:5]]
+    assert first == ["1 sample", "1 polytope", "1 corridor", "1 box"]

@@ -211,24 +211,32 @@ def test_a_contact_at_a_knot_fits_both_intervals_or_is_inside(built, tmp_path, d
     assert (two.rejected(checker.check_answer, answer) is None) == (code == 0)
 
 
-def costly():
+def costly(neurons):
     """A proof over a square of k that many neurons of one layer cut."""
     rng = random.Random(0)
-    weights = [[str(rng.randint(-999, 999)) for _ in range(2)] for _ in range(400)]
+    weights = [[str(rng.randint(-999, 999)) for _ in range(2)] for _ in range(neurons)]
     answer = known.line()
     answer["problem"] |= {"n_k": 2, "domain": {"lo": ["-1"] * 2, "hi": ["1"] * 2}}
     answer["tube"]["edges"] = [["-1", "1"]] * 2
     biases = [str(rng.randint(-99, 99)) for _ in weights]
-    answer["network"] = {"weights": [weights, [["1"] * 400]], "biases": [biases, ["0"]]}
+    answer["network"] = {"weights": [weights, [["1"] * neurons]], "biases": [biases, ["0"]]}
     return build.rehash(known.with_plan(answer, "bracket", ["-9"], ["9"], {"safe": []}))
 
 
 @pytest.mark.night
 @needs_coq
-def test_a_short_file_cannot_ask_for_long_work(built, tmp_path):
-    answer = costly()
+@pytest.mark.parametrize(
+    ("neurons", "text", "blanks"), [(400, "", 0), (140, "", 10**6), (140, "x" * 10**6, 0)]
+)
+def test_a_short_file_cannot_ask_for_long_work(built, tmp_path, neurons, text, blanks):
+    """Nor one that is long by what is not checked: of 140 neurons, for two megabytes it would be
+    done.
+    """
+    answer = costly(neurons)
     assert len(json.dumps(answer)) < 20_000
-    out = said(built, tmp_path, answer, code=1)
+    path = tmp_path / "answer.json"
+    path.write_text(json.dumps(answer | {"meta": text}) + " " * blanks)
+    out = run([built / "check", path], built, code=1)
     assert "more work than the size of the file allows" in out
 
 

@@ -489,7 +489,9 @@ CASES["a file with too many values"] = (lambda: json.dumps(plain()), {"MAX_VALUE
 bad("a wrong hash", hash__tube="0" * 64)
 bad("a claim about another network", claim__network_hash="0" * 64)
 bad("a claim about another tube", claim__tube_hash="0" * 64)
+bad("a time step of zero", line, problem__dt="0")
 bad_text("a key twice", '{"format": 0, ')
+bad_text("values nested too deep", '{"meta": ' + "[" * 501 + "]" * 501 + ", ")
 bad_text("a float in a part that is ignored", '{"meta": 1.5, ')
 bad_text("a NaN in a part that is ignored", '{"meta": NaN, ')
 CASES["a file that is too large"] = (

@@ -141,6 +141,10 @@ bad("a template that reaches too low", tube__interval__1__0__0__b=["1/4", "1/4",
 bad("an end without a way", tube__final__1__goal__0=[])
 bad("an end whose way is another row's", tube__final__1__goal__0=[[[1, "1"]]])
 bad("an end whose way is negative", tube__final__1__goal__0=[[[4, "-1"]]])
+NOTHING = {"samples": [], "sets": [], "corridors": [], "doubt": []}
+bad("ways as an object, of a bin that nobody asks for", tube__final__1__goal__0={}, **NOTHING)
+bad("a way as an object", tube__final__1__goal__0__append={})
+bad("a way as a text", tube__final__1__goal__0__append="")
 bad("an end with a row that is not there", tube__final__1__goal__0=[[[8, "1"]]])
 bad("an end that is missed by the errors", tube__final__1__b=["1.5", *["1/4"] * 7])
 bad("touching with a template", samples__0__p0=["0", "-1/4"], sets=[], corridors=[], doubt=[])

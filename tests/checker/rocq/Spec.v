@@ -1,4 +1,4 @@
-(* What the theorems say.  Whoever believes this file and Theorems.v's statements need read no other. *)
+(* What the theorems speak of.  What they say of it is in Statements.v, which names what else has to be read. *)
 From Coq Require Import Reals QArith Qreals List Arith.
 Import ListNotations.
 Open Scope R_scope.

@@ -7,6 +7,7 @@ let bad fmt = Printf.ksprintf (fun m -> raise (Bad m)) fmt
 let max_bytes = 1 lsl 26
 let max_depth = 500
 let max_digits = 4300 (* of a whole number anywhere, also where nobody reads it *)
+let max_values = 1 lsl 22 (* commas and opening brackets *)
 
 let utf8 s =
   (* no overlong forms, no surrogates, nothing above U+10FFFF *)
@@ -28,6 +29,9 @@ let utf8 s =
 let parse (s : string) : t =
   let n = String.length s and i = ref 0 in
   if n > max_bytes then bad "the file is too large";
+  let values = ref 0 in
+  String.iter (function ',' | '[' | '{' -> incr values | _ -> ()) s;
+  if !values > max_values then bad "the file has too many numbers and lists";
   utf8 s;
   let fail m = bad "not strict JSON: %s at byte %d" m !i in
   let peek () = if !i < n then s.[!i] else '\000' in
@@ -155,3 +159,24 @@ let canonical v =
       Buffer.add_char b '}' in
   go v;
   Buffer.contents b
+
+(* Characters of the shortest spelling in ASCII: white space and ways of writing weigh nothing. *)
+let rec characters v =
+  let text s =
+    let n = ref 2 in
+    String.iter (fun c ->
+        n := !n + match c with
+          | '"' | '\\' | '\n' | '\r' | '\t' | '\b' | '\012' -> 2
+          | ' ' .. '~' -> 1
+          | '\x80' .. '\xBF' -> 0 (* inside of a letter of several bytes *)
+          | '\xF0' .. '\xFF' -> 12
+          | _ -> 6) s;
+    !n in
+  let listed one l = max 2 (List.fold_left (fun n x -> n + 1 + one x) 1 l) in
+  match v with
+  | Null | Bool true -> 4
+  | Bool false -> 5
+  | Int s -> String.length s
+  | Str s -> text s
+  | Arr l -> listed characters l
+  | Obj l -> listed (fun (k, v) -> text k + 1 + characters v) l

@@ -36,12 +36,19 @@ let is_digit c = c >= '0' && c <= '9'
 let is_hex c = is_digit c || (c >= 'a' && c <= 'f')
 let all test s = let ok = ref true in String.iter (fun c -> if not (test c) then ok := false) s; !ok
 
+(* a / b, which is tried: so greatest common divisors are not trusted here either. *)
+let exactly a b =
+  if Big.sign b <= 0 then bad "a divisor is not positive";
+  let q = Big.divexact a b in
+  if not (Big.equal (Big.mul q b) a) then bad "a quotient is not whole";
+  q
+
 let fraction n d =
   if Big.sign d <= 0 then bad "a denominator is zero";
   let g = Big.gcd n d in
-  let d = Big.divexact d g in
+  let d = exactly d g in
   if Big.leq longest d then bad "a denominator is too long";
-  { qnum = Big.divexact n g; qden = d }
+  { qnum = exactly n g; qden = d }
 
 let cut c s =
   match String.index_opt s c with
@@ -89,10 +96,10 @@ let vecn n = sized n number
 
 (* The least common denominator of numbers that are used together, if it and the integers over it are short. *)
 let common numbers =
-  let lcm a b = if Big.equal a b || Big.equal b Big.one then a else Big.mul (Big.divexact a (Big.gcd a b)) b in
+  let lcm a b = if Big.equal a b || Big.equal b Big.one then a else Big.mul (exactly a (Big.gcd a b)) b in
   let d = List.fold_left (fun d x -> if Big.leq longest d then d else lcm d x.qden) Big.one numbers in
   if Big.leq longest d then bad "a common denominator is too long";
-  let over x = Big.abs (Big.mul x.qnum (Big.divexact d x.qden)) in
+  let over x = Big.abs (Big.mul x.qnum (exactly d x.qden)) in
   if List.exists (fun x -> Big.leq largest (over x)) numbers then bad "a number is too large for its denominator";
   d
 let short numbers = ignore (common numbers); numbers
@@ -130,6 +137,7 @@ let problem o =
     let get = fields ~optional [ "points" ] x in
     { corners = list (whole 0 (n_points - 1)) (get "points"); grown_by = shape x get } in
   let parts = list part (fields [ "parts" ] (get "body") "parts") in
+  if Big.sign (number (get "dt")).qnum <= 0 then bad "the time step dt is not positive";
   { n_p; n_q; n_k; n_points; steps; parts;
     domain = List.combine (vecn n_k (d "lo")) (vecn n_k (d "hi"));
     goal = poly ((n_points * n_p) + n_q) (get "goal");
@@ -141,7 +149,7 @@ let max_layers = 64
 (* The same numbers over one denominator: the checker adds such numbers fastest. *)
 let level (rows : (q list * q) list) =
   let d = common (List.concat_map (fun (w, b) -> b :: w) rows) in
-  let over x = { qnum = Big.mul x.qnum (Big.divexact d x.qden); qden = d } in
+  let over x = { qnum = Big.mul x.qnum (exactly d x.qden); qden = d } in
   List.map (fun (w, b) -> (List.map over w, over b)) rows
 
 let network o =

@@ -25,14 +25,38 @@ let text what = function Str s -> s | _ -> bad "%s is not a text" what
 let accepted check x =
   match check x with v -> v | exception (Bad _ | Failure _ | Invalid_argument _ | Not_found | Stack_overflow) -> false
 
-(* Work for what an answer of this many bytes may ask: what the engine writes needs a tenth of it or less. *)
+(* Work that an answer may ask for, by the characters of its proofs: what the engine writes needs a tenth of it or less.
+   What is not checked buys none. *)
 let work_at_least = 200_000_000.
-let work_per_byte = 1000.
+let work_per_character = 1000.
+let max_remark = 1 lsl 20
+
+let allow answer =
+  let weight = function
+    | ("meta" | "claim") as part, v -> if characters v > max_remark then bad "the part %s is too long" part else 0
+    | _, v -> characters v in
+  let parts = match answer with Obj l -> l | _ -> bad "the file is not an object" in
+  let n = List.fold_left (fun n part -> n + weight part) 0 parts in
+  Work.allow (work_at_least +. (work_per_character *. float_of_int n))
+
+(* What tells an entry from others that prove as much. *)
+let key kind x =
+  let rec at path x = match (path, x) with k :: path, Obj l -> at path (List.assoc k l) | _ -> x in
+  let numbers path =
+    let spelled q = Reader.Big.(to_string q.qnum ^ "/" ^ to_string q.qden) in
+    String.concat " " (List.map spelled (Reader.vec (at path x))) in
+  match kind with
+  | "sets" -> canonical (Arr [ at [ "bin" ] x; at [ "pattern" ] x; at [ "sep" ] x ])
+  | "corridors" -> canonical (at [ "sep" ] x)
+  | "doubt" -> String.concat "; " (List.map numbers [ [ "p0" ]; [ "k" ]; [ "room"; "p0" ]; [ "room"; "k" ] ])
+  | _ -> String.concat "; " (List.map numbers [ [ "p0" ]; [ "k" ] ])
+
+let different kind l = List.length (List.sort_uniq compare (List.rev_map (key kind) l))
 
 let check_answer ?(progress = fun _ _ _ -> ()) (source : string) : t =
   match
-    Work.allow (work_at_least +. (work_per_byte *. float_of_int (String.length source)));
     let answer = parse source in
+    allow answer;
     let get k = match answer with
       | Obj l -> (match List.assoc_opt k l with Some v -> v | None -> bad "a field is missing: %s" k)
       | _ -> bad "the file is not an object" in
@@ -64,11 +88,12 @@ let check_answer ?(progress = fun _ _ _ -> ()) (source : string) : t =
     let check = function "sets" -> piece | "doubt" -> box | _ -> one in
     ignore (Reader.fields ("format" :: "claim" :: "no_plan" :: "samples" :: "sets" :: hashed @ [ "hash" ])
               ~optional:("meta" :: optional) answer);
+    let listed kind = match get kind with
+      | Arr l -> l
+      | exception Bad _ when List.mem kind optional -> []
+      | _ -> bad "%s is not a list" kind in
     let entries = List.map (fun kind ->
-        let l = match get kind with
-          | Arr l -> l
-          | exception Bad _ when List.mem kind optional -> []
-          | _ -> bad "%s is not a list" kind in
+        let l = listed kind in
         let total = List.length l in
         (* not List.mapi: JavaScript's stack ends at some thousand entries *)
         let _, oks = List.fold_left (fun (i, oks) x ->
@@ -85,7 +110,7 @@ let check_answer ?(progress = fun _ _ _ -> ()) (source : string) : t =
         progress "no_plan" 1 1;
         ([ ("no_plan", [ ok ]) ], found) in
     let absent, absence = last (get "no_plan") in
-    (absence, claim, quoted, entries @ absent)
+    (absence, claim, quoted, listed, entries @ absent)
   with
   | exception Bad why -> { code = 1; lines = [ "REJECTED: " ^ why ]; entries = [] }
   | exception Work.Exceeded ->
@@ -94,7 +119,7 @@ let check_answer ?(progress = fun _ _ _ -> ()) (source : string) : t =
     { code = 1; lines = [ "REJECTED: the file asks for more memory than this program has; nothing was found wrong" ]; entries = [] }
   | exception (Failure _ | Invalid_argument _ | Not_found | Division_by_zero) ->
     { code = 1; lines = [ "REJECTED: the file is malformed" ]; entries = [] }
-  | absence, claim, quoted, entries ->
+  | absence, claim, quoted, listed, entries ->
     let refused = List.concat_map (fun (kind, l) ->
         let _, found = List.fold_left (fun (i, found) ok ->
             (i + 1, if ok then found else Printf.sprintf "%s[%d]" kind i :: found)) (0, []) l in
@@ -103,16 +128,18 @@ let check_answer ?(progress = fun _ _ _ -> ()) (source : string) : t =
       { code = 1; entries; lines = [ Printf.sprintf "REJECTED: %d entries are not proved, the first is %s"
                                        (List.length refused) (List.hd refused) ] }
     else
-      let count kind = List.length (List.assoc kind entries) in
       let kind = match claim with Some (Obj l) -> (match List.assoc_opt "kind" l with Some (Str s) -> s | _ -> "") | _ -> "" in
       let known = List.mem kind [ "pac"; "conformal"; "cover" ] in
       let lines =
-        [ "ACCEPTED. Proved by a checker that is itself proved, for every trajectory inside the tube:";
-          Printf.sprintf "  %d samples (p0, k) reach the goal and touch no obstacle" (count "samples");
-          Printf.sprintf "  %d polytopes of (p0, k) do so at every point of them" (count "sets");
-          Printf.sprintf "  %d corridors: so does every (p0, k) of the domain that meets all conditions of one" (count "corridors") ]
-        @ (if count "doubt" = 0 then []
-           else [ Printf.sprintf "  %d boxes of doubt: so does every execution within the room of one" (count "doubt") ])
+        [ "ACCEPTED. Proved by a checker that is itself proved, for every trajectory inside the tube:" ]
+        @ List.concat_map (fun (kind, one, many, what) ->
+            match different kind (listed kind) with
+            | 0 -> []
+            | n -> [ Printf.sprintf "  %d %s%s" n (if n = 1 then one else many) what ])
+          [ ("samples", "sample", "samples", " (p0, k): the goal is reached, no obstacle touched");
+            ("sets", "polytope", "polytopes", " of (p0, k): so at every point");
+            ("corridors", "corridor", "corridors", ": so does every (p0, k) of the domain that meets all conditions of one");
+            ("doubt", "box", "boxes", " of doubt: so does every execution within the room of one") ]
         @ (match absence with
            | Unclaimed -> []
            | Volumes (Reader.Proved, _) ->

@@ -4,7 +4,7 @@ const [program, ...answers] = process.argv.slice(2);
 require(require("path").resolve(program));
 for (const path of answers) {
   const start = process.hrtime.bigint();
-  const verdict = globalThis.parcCheck(fs.readFileSync(path, "utf8"));
+  const verdict = globalThis.parcCheck(fs.readFileSync(path));
   const ms = Number(process.hrtime.bigint() - start) / 1e6;
   const entries = Object.values(verdict.entries).join("").length;
   console.log(JSON.stringify(verdict));

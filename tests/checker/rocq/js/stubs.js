@@ -25,7 +25,7 @@ function jz_rem(a,b){return a%b}
 function jz_cmp(a,b){return a<b?-1:a>b?1:0}
 //Provides: jz_gcd
 function jz_gcd(a,b){
-  // Lehmer's: the quotients of the leading 52 bits serve many steps of Euclid's at once (not trusted: it is tried)
+  // Lehmer's: the quotients of the leading 52 bits serve many steps of Euclid's at once (whoever asks tries the result)
   var z=BigInt(0),most=BigInt(9007199254740991),shift=-1,t;
   if(a<z)a=-a;
   if(b<z)b=-b;
@@ -54,15 +54,20 @@ function jz_gcd(a,b){
 function jz_sqrt(a){if(a<BigInt(2))return a;var x=BigInt(1)<<BigInt((a.toString(2).length+1)>>1);for(;;){var y=(x+a/x)>>BigInt(1);if(y>=x)return x;x=y}}
 //Provides: jz_shl
 function jz_shl(a,n){return a<<BigInt(n)}
+//Provides: jz_text
+//Requires: caml_string_of_jsstring
+function jz_text(a){return caml_string_of_jsstring(a.toString())}
 //Provides: jz_base
 //Requires: caml_jsstring_of_string
 function jz_base(b,s){s=caml_jsstring_of_string(s);return BigInt((b===16?"0x":"")+s)}
-// parcCheck(text, progress) -> {code, lines, entries}; progress(kind, done, total) is called after each entry.
+// parcCheck(text, progress) -> {code, lines, entries}; progress(kind, done, total) is called after each entry. Bytes of a
+// file are given as they are (Uint8Array): decoded before, those that are no UTF-8 would be replaced.
 //Provides: jz_export
-//Requires: caml_string_of_jsstring, caml_jsstring_of_string
+//Requires: caml_string_of_jsstring, caml_jsstring_of_string, caml_string_of_array
 function jz_export(f){
   globalThis.parcCheck=function(text,progress){
     var tell=progress?function(k,i,n){progress(caml_jsstring_of_string(k),i,n);return 0}:function(k,i,n){return 0};
-    return JSON.parse(caml_jsstring_of_string(f(caml_string_of_jsstring(text),tell)))
+    var bytes=typeof text==="string"?caml_string_of_jsstring(text):caml_string_of_array(text);
+    return JSON.parse(caml_jsstring_of_string(f(bytes,tell)))
   }
 }

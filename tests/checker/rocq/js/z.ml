@@ -13,6 +13,7 @@ external gcd : t -> t -> t = "jz_gcd"
 external shift_left : t -> int -> t = "jz_shl"
 external base : int -> string -> t = "jz_base"
 external size : t -> int = "jz_size"
+external to_string : t -> string = "jz_text"
 external to_int : t -> int = "jz_to_int"
 let equal a b = cmp a b = 0
 let zero = of_int 0
