@@ -79,7 +79,10 @@ from parc_jax.system import BlackBoxSystem as BlackBoxSystem
 from parc_jax.system import TimeGrid as TimeGrid
 from parc_jax.system import Trajectory as Trajectory
 from parc_jax.system import time_grid as time_grid
+from parc_jax.world.free_space import FreeSpace as FreeSpace
+from parc_jax.world.free_space import free_place as free_place
 from parc_jax.world.pieces import convex_pieces as convex_pieces
+from parc_jax.world.seen import seen_from as seen_from
 
 __all__: list[str]
 __version__: str

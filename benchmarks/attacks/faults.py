@@ -32,6 +32,7 @@ from benchmarks.attacks.faults_near import NEAR
 from benchmarks.attacks.faults_onboard import ONBOARD
 from benchmarks.attacks.faults_query import QUERY
 from benchmarks.attacks.faults_verdict import VERDICTS
+from benchmarks.attacks.faults_world import WORLD
 
 FAULTS: tuple[Fault, ...] = (
     *MODEL,
@@ -47,6 +48,7 @@ FAULTS: tuple[Fault, ...] = (
     *NEAR,
     *QUERY,
     *ONBOARD,
+    *WORLD,
 )
 COPIED = ("parc_jax", "sims", "benchmarks", "tests", "docs", "pyproject.toml", "README.md")
 LEFT_OUT = shutil.ignore_patterns("__pycache__", ".*", "site", "*.gif", "*.png", "*.pdf")

@@ -1,0 +1,73 @@
+"""Faults of what stands around the robot: what was seen, what is free, maps."""
+
+from benchmarks.attacks.fault import Fault
+
+PIECES = "tests/world/test_pieces.py"
+SEEN = "tests/world/test_seen.py"
+SPACE = "tests/world/test_free_space.py"
+
+WORLD = (
+    Fault(
+        "a_triangle_may_be_missing",
+        "world.pieces._triangles",
+        "!= whole - sum(holes)",
+        "> whole - sum(holes)",
+        (f"{PIECES}::test_a_triangle_that_is_lost_is_noticed",),
+    ),
+    Fault(
+        "the_nearer_of_two_beams_alone",
+        "seen._between",
+        "near * np.maximum(np.cos(half) - np.sin(half), 0.0)",
+        "near * 1.0",
+        (f"{SEEN}::test_nothing_stands_where_all_was_seen_free",),
+    ),
+    Fault(
+        "objects_may_hide_in_wide_gaps",
+        "seen._between",
+        "width / (np.sqrt(8)",
+        "1e3 * width / (np.sqrt(8)",
+        (f"{SEEN}::test_nothing_stands_where_all_was_seen_free",),
+    ),
+    Fault(
+        "beams_point_where_they_say",
+        "seen._between",
+        "gaps / 2 + angle_error",
+        "gaps / 2",
+        (f"{SEEN}::test_between_beams_that_spread_more_room_may_hide_a_disc",),
+    ),
+    Fault(
+        "a_heading_is_believed",
+        "seen._between",
+        "(angle_error + turned)",
+        "angle_error",
+        (f"{SEEN}::test_each_of_the_bounds_is_needed",),
+    ),
+    Fault(
+        "a_place_is_believed",
+        "seen_from",
+        "shrunk(star, moved + TOLERANCES.outline",
+        "shrunk(star, TOLERANCES.outline",
+        (f"{SEEN}::test_each_of_the_bounds_is_needed",),
+    ),
+    Fault(
+        "simplified_as_proposed",
+        "free_space.shrunk",
+        "if inside and not shapely.dwithin(border, simple.boundary, by):",
+        "if True:",
+        (f"{SPACE}::test_what_is_proposed_is_not_believed",),
+    ),
+    Fault(
+        "every_hole_is_free",
+        "free_space._filled",
+        "shapely.area(holes) >= np.pi / 4 * width**2",
+        "shapely.area(holes) >= 9.0",
+        (f"{SPACE}::test_a_hole_is_free_where_no_obstacle_has_room",),
+    ),
+    Fault(
+        "the_sides_of_the_square_are_open",
+        "FreeSpace._edges",
+        "[same]",
+        "[same][1:]",
+        (f"{SPACE}::test_the_pieces_close_in_exact_arithmetic",),
+    ),
+)

@@ -1,0 +1,178 @@
+"""Places known to be free, and the obstacles that keep a robot among them. [T41]"""
+
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+
+from parc_jax.base.arrays import as_float64
+from parc_jax.base.spelling import counted
+from parc_jax.base.tolerances import TOLERANCES
+from parc_jax.errors import InputError
+from parc_jax.sets.hpolytope import HPolytope
+from parc_jax.world.outlines import package
+from parc_jax.world.pieces import THIN, thin_pieces
+
+ROUND = 1.05  # chords of a quarter circle of four are nearer than its radius by 2 %, GEOS adds 1 %
+CALL = "free space"
+
+
+@dataclass(frozen=True, eq=False)
+class FreeSpace:
+    """A closed region of the plane that is truly free of (static) obstacles: what a lidar saw free
+    (`seen_from`), where the body stood (`free_place`), a map (`GridMap.free_space`), and unions.
+
+    region: a Shapely Polygon or MultiPolygon [m]. width: [m] no obstacle is narrower than this, as
+    in `seen_from`; 0 where nothing is assumed.
+    """
+
+    region: Any
+    width: float = 0.0
+
+    def add(self, other: "FreeSpace") -> "FreeSpace":
+        """Both together. A hole in which no obstacle of the assumed width has room is free."""
+        widths = [w for w in (self.width, other.width) if w]
+        width = min(widths, default=0.0)
+        return FreeSpace(_filled(_areas(self.region.union(other.region)), width), width)
+
+    def within(self, place, reach: float) -> "FreeSpace":
+        """What of it lies in the square of half width reach [m] around a place (x, y), or (x, y,
+        heading). Raises InputError.
+        """
+        shapely = package("shapely", CALL)
+        (x, y), reach = _place(place), _length("reach", reach)
+        square = shapely.box(x - reach, y - reach, x + reach, y + reach)
+        return replace(self, region=_areas(self.region.intersection(square)))
+
+    def near(self, place, reach: float, tolerance: float = 0.04, most: int = 64) -> "FreeSpace":
+        """The part of it around a place, with few corners: its `obstacles` go to `reach_avoid`.
+
+        place: (x, y), or (x, y, heading), of the robot. reach: [m] half width of the square around
+        it that is kept. The sides of the square become obstacles as well, so nothing is assumed of
+        how far a manoeuvre goes; one that leaves the square is not safe. tolerance: [m] the most
+        that its boundary moves inwards, never outwards. most: pieces; where there are more, the
+        tolerance is doubled, at most twice. Raises InputError where the place has no free space
+        around it.
+        """
+        shapely = package("shapely", CALL)
+        base, middle = self.within(place, reach), shapely.Point(_place(place))
+        tolerance = _length("tolerance", tolerance)
+        found = []
+        for wider in (1, 2, 4):
+            inner = shrunk(base.region, TOLERANCES.outline, wider * tolerance)
+            home = [part for part in shapely.get_parts(inner) if part.contains(middle)]
+            found += [replace(self, region=part) for part in home]
+            if home and len(found[-1]._edges()) <= most:
+                return found[-1]
+        if not found:
+            raise InputError(
+                f"near: expected a place with free space {tolerance:g} m and more around it; "
+                f"({middle.x:g}, {middle.y:g}) has none. Add a free_place where the robot stands."
+            )
+        return min(found, key=lambda one: len(one._edges()))
+
+    def holds(self, corners, doubt: float = 0.0) -> bool:
+        """Does a body, the hull of its corners (n, 2) [m], lie in it, in one part, wherever within
+        a doubt [m] it is? It must at the start. [T41] Raises InputError.
+        """
+        shapely = package("shapely", CALL)
+        body = shapely.MultiPoint(_corners(corners)).convex_hull
+        gap = _length("doubt", doubt) + TOLERANCES.outline
+        border = self.region.boundary
+        return bool(self.region.contains(body) and not shapely.dwithin(border, body, gap))
+
+    def obstacles(self, half_width: float = THIN) -> tuple[HPolytope, ...]:
+        """Convex pieces, one an edge, that cover its boundary: a body that lies in this region
+        at the start (`holds`) and touches none of them stays in it. [T41] Raises InputError.
+        """
+        return tuple(thin_pieces(self._edges(), _length("half_width", half_width)))
+
+    def _edges(self) -> np.ndarray:
+        """(n, 2 ends, 2) all edges of all rings. Raises InputError where there are none."""
+        shapely = package("shapely", CALL)
+        rings = shapely.get_rings(shapely.get_parts(self.region))
+        places, ring = shapely.get_coordinates(rings, return_index=True)
+        if not len(places):
+            raise InputError(f"{CALL}: expected a region with an inside; this one is empty.")
+        same = ring[1:] == ring[:-1]
+        return np.stack([places[:-1], places[1:]], axis=1)[same]
+
+    def __repr__(self) -> str:
+        corners = counted(package("shapely", CALL).get_num_coordinates(self.region), "corner")
+        return f"<FreeSpace: {self.region.area:.3g} m², {corners}>"
+
+
+def free_place(corners, margin: float = 0.0) -> FreeSpace:
+    """The hull of corners (n, 2) [m] that is known to be free: where the body stood, or stands.
+
+    margin: [m] grown by this, as a person declares who has looked around a robot before its start;
+    or negative, shrunk by it: what is left for sure of a body whose pose is in doubt by so much.
+    Raises InputError.
+    """
+    hull = package("shapely", "free_place").MultiPoint(_corners(corners)).convex_hull
+    if not (np.ndim(margin) == 0 and np.isfinite(margin)):
+        raise InputError(f"free_place: expected a finite margin [m]; got {margin!r:.40}.")
+    if margin < 0:
+        return FreeSpace(shrunk(hull, -margin, 0.0))
+    return FreeSpace(_areas(hull.buffer(margin)))  # its arcs become chords, which lie inside
+
+
+def shrunk(region, by: float, tolerance: float):
+    """Polygons inside of a region, `by` [m] from its boundary and not above tolerance [m] more
+    where that is possible, with few corners.
+
+    Algorithm: what Shapely proposes counts where its predicates, which are exact or bounded by
+    floats, show that it lies inside, so far from the boundary; of what fails nothing is left.
+    """
+    shapely = package("shapely", CALL)
+    shapely.prepare(region)
+    border = region.boundary
+    shapely.prepare(border)
+    inner = region.buffer(-ROUND * (by + tolerance / 2), quad_segs=4)
+    for share, careful in ((0.45, False), (0.45, True), (0.2, True), (0.0, True)):
+        simple = _areas(inner.simplify(share * tolerance, preserve_topology=careful))
+        inside = simple.is_valid and region.contains(simple)
+        if inside and not shapely.dwithin(border, simple.boundary, by):
+            return simple
+    return shapely.Polygon()
+
+
+def _areas(geometry):
+    """Its polygons alone: lines and points that operations leave over hold no body."""
+    shapely = package("shapely", CALL)
+    if geometry.geom_type == "Polygon":
+        return geometry
+    parts = shapely.get_parts(shapely.get_parts(geometry))
+    parts = [part for part in parts if part.geom_type == "Polygon" and part.area > 0]
+    return parts[0] if len(parts) == 1 else shapely.MultiPolygon(parts)
+
+
+def _filled(region, width: float):
+    """Without holes that have no room for a disc of diameter width. [T41d]"""
+    shapely = package("shapely", CALL)
+    if not width or not shapely.get_num_interior_rings(shapely.get_parts(region)).any():
+        return region
+    kept = []
+    for part in shapely.get_parts(region):
+        holes = shapely.polygons(shapely.get_rings(part)[1:])
+        x0, y0, x1, y1 = shapely.bounds(holes).T if len(holes) else np.zeros((4, 0))
+        room = (shapely.area(holes) >= np.pi / 4 * width**2) & (
+            np.minimum(x1 - x0, y1 - y0) >= width
+        )
+        rings = [hole.exterior for hole in holes[room]]
+        kept.append(shapely.Polygon(part.exterior, rings))
+    return shapely.union_all(kept)
+
+
+def _place(place) -> np.ndarray:
+    return as_float64("place (x, y)", place, (None,))[:2]
+
+
+def _corners(corners) -> np.ndarray:
+    return as_float64("corners of the body", corners, (None, 2))
+
+
+def _length(name: str, value) -> float:
+    if not (np.ndim(value) == 0 and np.isfinite(value) and value >= 0):
+        raise InputError(f"{CALL}: expected a {name} >= 0 m; got {value!r:.40}.")
+    return float(value)

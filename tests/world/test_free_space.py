@@ -1,0 +1,186 @@
+"""Free space adds up, is simplified inwards alone, and its obstacles let nobody out. [T41]"""
+
+from fractions import Fraction
+from itertools import pairwise
+
+import numpy as np
+import pytest
+from exact_cover import exact, meets
+from needs import need
+
+from parc_jax.errors import InputError
+
+need("shapely")
+import shapely  # noqa: E402
+from lidar_worlds import Lidar, a_world  # noqa: E402
+
+from parc_jax.world import free_space  # noqa: E402
+from parc_jax.world.free_space import FreeSpace, free_place  # noqa: E402
+from parc_jax.world.seen import seen_from  # noqa: E402
+
+pytestmark = pytest.mark.soundness
+LIDAR = Lidar(np.linspace(-2.3, 2.3, 360), doubt=(0.01, 0.003), noise=0.01, angle_error=0.001)
+BODY = np.array([[0.21, 0.165], [-0.21, 0.165], [-0.21, -0.165], [0.21, -0.165]])
+
+
+def driven(rng, scans: int = 12):
+    """(world, free space after every scan, last place) of a robot that moves about the middle."""
+    world = a_world(rng, 0.15, 40)
+    free, steps = free_place(BODY, 0.15), []
+    for number in range(scans):
+        truth = np.array([0.04 * number - 0.2, 0.2 * np.sin(number), 0.7 * number])
+        pose, ranges = LIDAR.scan(rng, world, truth)
+        free = free.add(seen_from(pose, LIDAR.angles, ranges, width=0.15, **LIDAR.declared))
+        steps.append(free)
+    return world, steps, truth[:2]
+
+
+@pytest.fixture(scope="module")
+def drives():
+    return [driven(np.random.default_rng(seed)) for seed in range(2)]
+
+
+def test_nothing_stands_in_what_adds_up(drives):
+    for world, steps, _ in drives:
+        assert not shapely.intersects(steps[-1].region, world).any()
+        for less, more in pairwise(steps):
+            assert less.region.difference(more.region).area < 1e-9
+        assert steps[-1].region.area > 1.5 * steps[0].region.area
+
+
+def rings(region):
+    found = shapely.get_rings(shapely.get_parts(region))
+    return [exact(ring.coords) for ring in found]
+
+
+def edges(region):
+    return [edge for ring in rings(region) for edge in pairwise(ring)]
+
+
+def side(a, b, c) -> int:
+    turn = (b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0])
+    return (turn > 0) - (turn < 0)
+
+
+def touch(one, other) -> bool:
+    """Do two closed segments, not on one line, have a point in common?"""
+    (a, b), (c, d) = one, other
+    return side(a, b, c) * side(a, b, d) <= 0 and side(c, d, a) * side(c, d, b) <= 0
+
+
+def inside(region, point) -> bool:
+    """By the crossings of a ray, for points not on an edge."""
+    x, y = point
+    across = [(a, b) for a, b in edges(region) if (a[1] > y) != (b[1] > y)]
+    right = [a[0] + (b[0] - a[0]) * (y - a[1]) / (b[1] - a[1]) > x for a, b in across]
+    return sum(right) % 2 == 1
+
+
+def test_simplified_inwards_never_outwards_in_exact_arithmetic(drives):
+    """No edge of the one touches one of the other, and a corner of every ring is inside: of a hole
+    that is lost there is a corner of the free space inside.
+    """
+    for _, steps, place in drives:
+        base = steps[-1].within(place, 1.5).region
+        near = steps[-1].near(place, 1.5).region
+        assert not any(touch(one, other) for one in edges(near) for other in edges(base))
+        assert all(inside(base, ring[0]) for ring in rings(near))
+        assert not any(inside(near, ring[0]) for ring in rings(base))
+        assert shapely.get_num_coordinates(near) < shapely.get_num_coordinates(base)
+
+
+def test_the_pieces_close_in_exact_arithmetic(drives):
+    """Every ring closes, every edge of it is held by its piece: so no path leads out."""
+    rng = np.random.default_rng(1)
+    for _, steps, place in drives:
+        near = steps[-1].near(place, 1.5)
+        pieces = near.obstacles()
+        assert len(pieces) == len(edges(near.region)) <= 64
+        assert all(ring[0] == ring[-1] for ring in rings(near.region))
+        for ends, piece in zip(edges(near.region), pieces, strict=True):
+            for x, y in ends:
+                rows = zip(piece.A.tolist(), piece.b.tolist(), strict=True)
+                assert all(Fraction(a) * x + Fraction(c) * y <= Fraction(b) for (a, c), b in rows)
+        for turn in rng.uniform(0, 2 * np.pi, 20):  # an oracle: straight ways out
+            way = exact([place, place + 3 * np.array([np.cos(turn), np.sin(turn)])])
+            assert any(meets(piece, *way) for piece in pieces)
+
+
+def test_a_missing_piece_is_a_way_out():
+    near = free_place(BODY, 5.0).near((0, 0), 1.5)
+    pieces = near.obstacles()
+    assert len(pieces) == 4  # the sides of the square: nothing else is near
+    for gone, (p, q) in enumerate(edges(near.region)):
+        way = [exact([(0.0, 0.0)])[0], (p[0] + q[0], p[1] + q[1])]
+        assert meets(pieces[gone], *way)
+        assert not any(meets(piece, *way) for i, piece in enumerate(pieces) if i != gone)
+
+
+def test_what_is_proposed_is_not_believed(drives, monkeypatch):
+    """Where the proposal is wrong, nothing is free, rather than too much."""
+    _, steps, place = drives[0]
+    monkeypatch.setattr(free_space, "ROUND", -1.0)
+    with pytest.raises(InputError, match="free space"):
+        steps[-1].near(place, 1.5)
+    seen = seen_from((0, 0, 0), LIDAR.angles, np.full(360, 3.0), width=0.15, **LIDAR.declared)
+    assert seen.region.is_empty
+    assert free_place(BODY, -0.02).region.is_empty
+
+
+def test_a_hole_is_free_where_no_obstacle_has_room():
+    yard = shapely.box(0, 0, 4, 4)
+    slit, speck = shapely.box(1, 1, 1.05, 3), shapely.box(2, 2, 2.1, 2.1)
+    room = shapely.box(3, 3, 3.12, 3.12)
+    holed = yard.difference(shapely.union_all([slit, speck, room]))
+    free = FreeSpace(holed, 0.11).add(free_place([[0, 0], [0.1, 0], [0, 0.1]]))
+    assert free.width == 0.11
+    assert free.region.symmetric_difference(yard.difference(room)).area < 1e-9
+    unsure = FreeSpace(holed).add(free_place([[0, 0], [0.1, 0], [0, 0.1]]))
+    assert unsure.region.symmetric_difference(holed).area < 1e-9
+
+
+def test_holds_is_about_the_whole_body_in_one_part():
+    free = FreeSpace(shapely.box(-1, -1, 1, 1).difference(shapely.box(0.3, -1, 0.31, 1)))
+    assert free.holds(BODY) and free.holds(BODY, 0.08)
+    assert not free.holds(BODY, 0.1)
+    assert not free.holds(
+        BODY + np.array([0.3, 0.0])
+    )  # across the gap: its parts are not connected
+    assert free.holds(BODY + np.array([0.6, 0.0]))
+    assert not free.holds([[-0.5, 0.0], [0.9, 0.0]])
+
+
+def test_a_place_grows_by_what_is_declared_and_shrinks_by_doubt():
+    hull = shapely.MultiPoint(BODY).convex_hull
+    grown, left = free_place(BODY, 0.1).region, free_place(BODY, -0.1).region
+    assert grown.contains(hull) and hull.buffer(0.1 + 1e-9, quad_segs=64).contains(grown)
+    assert hull.contains(left) and left.distance(hull.exterior) >= 0.1
+    assert left.area > 0.8 * 0.22 * 0.13
+    assert free_place(BODY, -0.2).region.is_empty
+
+
+def test_a_body_in_doubt_keeps_its_own_place(drives):
+    """A scan behind which nothing was seen yet does not hold a robot; what it stood on does."""
+    world, _, _ = drives[0]
+    pose, ranges = LIDAR.scan(np.random.default_rng(0), world, np.zeros(3))
+    seen = seen_from(pose, LIDAR.angles, ranges, width=0.15, **LIDAR.declared)
+    assert not seen.holds(BODY)
+    assert seen.add(free_place(BODY, 0.15)).near((0, 0), 1.5).holds(BODY, 0.01)
+
+
+@pytest.mark.parametrize(
+    ("call", "sentence"),
+    [
+        (lambda free: free.near((5, 5), 1.0), "expected a place with free space"),
+        (lambda free: free.near((np.nan, 0), 1.0), "place"),
+        (lambda free: free.near((0, 0), -1.0), "reach >= 0 m; got -1"),
+        (lambda free: free.near((0, 0), 1.0, tolerance=np.inf), "tolerance >= 0"),
+        (lambda free: free.holds([0.0, 1.0]), "corners of the body"),
+        (lambda free: free.obstacles(-1.0), "half_width >= 0"),
+        (lambda free: free_place(BODY, np.nan), "finite margin"),
+        (lambda free: free.within((9, 9), 1.0).obstacles(), "this one is empty"),
+    ],
+)
+def test_refused_in_one_sentence(call, sentence):
+    with pytest.raises(InputError, match=sentence):
+        call(free_place(BODY, 0.5))

@@ -1,0 +1,153 @@
+"""What is called free is free: whatever lidar and pose do inside of what is declared of them."""
+
+from itertools import pairwise
+
+import numpy as np
+import pytest
+from needs import need
+
+from parc_jax.errors import InputError
+
+need("shapely")
+import shapely  # noqa: E402
+from lidar_worlds import Lidar, a_world  # noqa: E402
+
+from parc_jax.world import seen  # noqa: E402
+from parc_jax.world.seen import seen_from  # noqa: E402
+
+pytestmark = pytest.mark.soundness
+WIDTH = 0.3
+FAN = np.linspace(-2.3, 2.3, 120)
+TURN = np.linspace(-np.pi, np.pi, 150, endpoint=False)
+LIDARS = {
+    "fan": Lidar(FAN),
+    "turn": Lidar(TURN),
+    "uneven": Lidar(np.delete(np.linspace(-2.3, 2.3, 200), [20, 21, 50, 90, 91, 92])),
+    "few beams": Lidar(np.linspace(-2.3, 2.3, 40), angle_error=0.0, doubt=(0.0, 0.0), noise=0.0),
+}
+
+
+def overlaps(lidar, worlds: int, **declared) -> int:
+    """In how many random worlds something stands where all was called free."""
+    found = 0
+    for number in range(worlds):
+        rng = np.random.default_rng(number)
+        world = a_world(rng, WIDTH)
+        truth = np.array([*rng.uniform(-0.3, 0.3, 2), rng.uniform(-3, 3)])
+        pose, ranges = lidar.scan(rng, world, truth)
+        said = {"width": WIDTH, **lidar.declared, **declared}
+        region = seen_from(pose, lidar.angles, ranges, **said).region
+        assert region.area > 1
+        found += bool(shapely.intersects(region, world).any())
+    return found
+
+
+@pytest.mark.parametrize("name", LIDARS)
+def test_nothing_stands_where_all_was_seen_free(name):
+    assert overlaps(LIDARS[name], 40) == 0
+
+
+EXACT = {"noise": 0.0, "angle_error": 0.0, "doubt": (0.0, 0.0)}
+
+
+@pytest.mark.parametrize(
+    ("truly", "said"),
+    [
+        ({"noise": 0.1}, {"noise": 0.0}),
+        ({"angle_error": 0.05}, {"angle_error": 0.0}),
+        ({"doubt": (0.1, 0.0)}, {"doubt": (0.0, 0.0)}),
+        ({"doubt": (0.0, 0.05)}, {"doubt": (0.0, 0.0)}),
+        ({"angles": np.linspace(-2.3, 2.3, 30)}, {"width": 4 * WIDTH}),
+    ],
+    ids=str,
+)
+def test_each_of_the_bounds_is_needed(truly, said):
+    """The oracle sees what is understated, so it would see what is forgotten."""
+    lidar = Lidar(**{"angles": np.linspace(-2.3, 2.3, 400)} | EXACT | truly)
+    assert overlaps(lidar, 10) == 0
+    assert overlaps(lidar, 10, **said) > 0
+
+
+def test_corners_reach_out_between_beams(monkeypatch):
+    """The nearer of two ranges alone is not enough."""
+    few = LIDARS["few beams"]
+
+    def nearer_range_alone(angles, sure, *rest):
+        near = np.minimum(sure[:-1], sure[1:])
+        return np.minimum(np.append(near, near[-1]), np.append(near[0], near))
+
+    monkeypatch.setattr(seen, "_between", nearer_range_alone)
+    assert overlaps(few, 40) > 0
+
+
+def test_between_beams_that_spread_more_room_may_hide_a_disc():
+    """Four beams, the inner two each 0.05 rad farther out than they say, and a disc between."""
+    disc = shapely.Point(1.02, 0.0).buffer(0.15)
+    beams = [shapely.LineString([(0, 0), (4 * np.cos(a), 4 * np.sin(a))]) for a in (-0.15, 0.15)]
+    assert not shapely.intersects(beams, disc).any()
+    scan = {"pose": (0, 0, 0), "angles": [-0.3, -0.1, 0.1, 0.3], "ranges": np.full(4, 4.0)}
+    scan |= {"max_range": 4.0, "noise": 0.0, "width": 0.3}
+    assert seen_from(**scan).region.intersects(disc)
+    assert not seen_from(**scan, angle_error=0.05).region.intersects(disc)
+
+
+def test_without_errors_all_but_the_gaps_is_seen():
+    """Alone in the world, the region is the fan itself, up to what the corners of chords leave."""
+    fine = np.linspace(-1.0, 1.0, 2001)
+    exact = {"max_range": 5.0, "noise": 0.0, "width": 0.1}
+    region = seen_from((1.0, 2.0, 0.5), fine, np.full(2001, 5.0), **exact).region
+    assert region.area == pytest.approx(25.0, rel=0.01)
+    whole = seen_from((1.0, 2.0, 0.5), TURN, np.full(150, 5.0), **exact | {"width": 1.0}).region
+    assert whole.area == pytest.approx(np.pi * 25, rel=0.06)
+    assert whole.contains(shapely.Point(1, 2))  # a full turn holds the sensor itself
+
+
+def test_a_beam_that_says_nothing_shows_nothing():
+    ranges = np.full(120, 3.0)
+    ranges[60] = 0.0
+    said = {"max_range": 5.0, "noise": 0.01, "width": 0.3}
+    region = seen_from((0.0, 0.0, 0.0), FAN, ranges, **said).region
+    ahead = shapely.LineString([[0.1, 0], [3, 0]])
+    assert not region.intersects(ahead) and region.geom_type == "MultiPolygon"
+    nothing = seen_from((0.0, 0.0, 0.0), FAN, np.zeros(120), **said)
+    assert nothing.region.is_empty
+    with pytest.raises(InputError, match="this one is empty"):
+        nothing.obstacles()
+
+
+def test_more_doubt_means_less_free_space():
+    rng = np.random.default_rng(0)
+    world = a_world(rng, WIDTH)
+    pose, ranges = Lidar(FAN, doubt=(0, 0)).scan(rng, world, np.zeros(3))
+    said = {"max_range": 6.0, "noise": 0.02, "width": WIDTH, "tolerance": 0.0}
+    doubts = [(0.0, 0.0), (0.02, 0.0), (0.02, 0.01), (0.05, 0.05)]
+    regions = [seen_from(pose, FAN, ranges, doubt=d, **said).region for d in doubts]
+    for more, less in pairwise(regions):  # but for arcs, which are chords here and there
+        assert less.difference(more).area < 1e-3 and less.area < more.area
+
+
+@pytest.mark.parametrize(
+    ("change", "sentence"),
+    [
+        ({"ranges": np.full(7, np.nan)}, "got 7 that are not.*reads max_range"),
+        ({"ranges": np.full(7, np.inf)}, "got 7 that are not"),
+        ({"ranges": np.ones(6)}, r"expected shape \(7,\); got \(6,\)"),
+        ({"ranges": -np.ones(7)}, "ranges >= 0 m; got -1"),
+        ({"angles": np.linspace(1, -1, 7)}, "increasing angles"),
+        ({"angles": np.linspace(-135, 135, 7)}, "Are they degrees"),
+        ({"pose": (0, 0)}, r"pose.*expected shape \(3,\)"),
+        ({"pose": (0, 0, np.nan)}, "pose"),
+        ({"noise": -0.1}, "noise >= 0"),
+        ({"width": 0.0}, "width > 0"),
+        ({"max_range": np.inf}, "max_range > 0"),
+        ({"doubt": (-1.0, 0.0)}, "doubt"),
+        ({"doubt": 0.1}, "doubt"),
+    ],
+    ids=lambda value: next(iter(value)) if isinstance(value, dict) else "",
+)
+def test_what_is_no_scan_is_refused_in_one_sentence(change, sentence):
+    scan = {"pose": (0, 0, 0), "angles": np.linspace(-1, 1, 7), "ranges": np.ones(7)}
+    scan |= {"max_range": 5.0, "noise": 0.01, "width": 0.1} | change
+    with pytest.raises(InputError, match=sentence) as refused:
+        seen_from(**scan)
+    assert len(str(refused.value)) < 250
