@@ -16,9 +16,10 @@ from parc_jax.rollout.files import write_atomic
 
 CODE = Path(__file__).with_name("safe_set.h")
 LONGEST = 100  # characters of a line
-WARNING = """Compile without -ffast-math and -ffinite-math-only, for a double of 53 bits: every
-decision keeps a margin that pays for the rounding of float64 in any order, fused or not, but not
-for what these options allow."""
+WARNING = """What is_safe says is tested in float64. Compile without -ffast-math and the options
+that it stands for, for a double of 53 bits that nothing wider stands in for: every decision keeps
+a margin that pays for the rounding of float64 in any order of additions, fused or not, but not for
+what these options allow."""
 GUARDS = """#include <float.h>
 
 #if defined(__FAST_MATH__) || defined(_M_FP_FAST)
@@ -26,6 +27,12 @@ GUARDS = """#include <float.h>
 #endif
 #if defined(__FINITE_MATH_ONLY__) && __FINITE_MATH_ONLY__
 #error "compile without -ffinite-math-only: what is not a number would be called safe"
+#endif
+#ifdef __ASSOCIATIVE_MATH__
+#error "compile without -fassociative-math: margins rely on sums of the terms that are written"
+#endif
+#if !defined(FLT_EVAL_METHOD) || (FLT_EVAL_METHOD != 0 && FLT_EVAL_METHOD != 1)
+#error "compile so that double is computed as double (-mfpmath=sse): margins rely on float64"
 #endif
 #if FLT_RADIX != 2 || DBL_MANT_DIG < 53
 #error "compile for a double of at least 53 bits: margins rely on the rounding of float64"
@@ -38,7 +45,8 @@ def write_c(answer: Answer, path, name: str | None = None) -> Path:
     at all.
 
     name: what its functions begin with; default: the name of the file. A plan that the header calls
-    safe is proved safe by the answer: the same corridors, the same float margin. [T11, T27]
+    safe keeps to one of the answer's corridors: so it is tested there in float64, with the margins
+    that the answer itself keeps [T10, T11]; whatever keeps to one is safe [T27].
     Raises InputError.
     """
     path = Path(path)

@@ -113,8 +113,9 @@ static inline void NAME_network(const double *k, double *out)
     }
 }
 
-/* 1: the plan (p0, k) is proved safe, whatever the errors inside the tube. 0: nothing is known.
- * p0 [m] is where the first reference point starts. */
+/* 1: the plan (p0, k) keeps to a corridor, so it is safe, whatever the errors inside the tube;
+ * tested in float64, with margins for its rounding. 0: nothing is known. p0 [m] is where the first
+ * reference point starts. */
 static inline int NAME_is_safe(const double p0[NAME_N_P], const double k[NAME_N_K])
 {
     double path[(NAME_N_STEPS + 1) * NAME_N_C + NAME_N_Q];
@@ -147,8 +148,8 @@ static inline int NAME_is_safe(const double p0[NAME_N_P], const double k[NAME_N_
     return 0;
 }
 
-/* Writes to k a plan near the wanted one that is proved safe from p0, where the robot is, and
- * returns 1; returns 0, and leaves k alone, where it knows none. Distances are shares of K. */
+/* Writes to k a plan near the wanted one that NAME_is_safe lets pass from p0, where the robot is,
+ * and returns 1; returns 0, and leaves k alone, where it knows none. Distances are shares of K. */
 static inline int NAME_nearest_plan(const double p0[NAME_N_P], const double wanted[NAME_N_K],
                                     double k[NAME_N_K])
 {

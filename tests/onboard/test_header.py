@@ -78,6 +78,9 @@ def test_what_is_not_a_number_is_not_safe(tmp_path):
     [
         (["-ffast-math"], "without -ffast-math"),
         (["-ffinite-math-only"], "without -ffinite-math-only"),
+        (["-ffast-math", "-fno-finite-math-only"], "without -fassociative-math"),
+        # registers of 80 bits, as -mfpmath=387 has them
+        (["-U__FLT_EVAL_METHOD__", "-D__FLT_EVAL_METHOD__=2"], "double is computed as double"),
         # a double as short as a float, as some small computers have it
         (["-U__DBL_MANT_DIG__", "-D__DBL_MANT_DIG__=24"], "a double of at least 53 bits"),
     ],
