@@ -1,0 +1,103 @@
+"""The lidar against a ray caster of plain loops, and against what can be said by hand."""
+
+import math
+
+import numpy as np
+import pytest
+
+from parc_jax.errors import InputError
+from sims.lidar import Lidar, Shapes, cast, lidar, shapes
+
+
+def plain(pose, angles, world: Shapes) -> list[float]:
+    """Beam by beam, shape by shape: roots of a quadratic, and sides of a line."""
+    return [min([math.inf, *_meetings(pose, float(angle), world)]) for angle in angles]
+
+
+def _meetings(pose, angle, world):
+    ux, uy = math.cos(pose[2] + angle), math.sin(pose[2] + angle)
+    for x, y, radius in world.circles.tolist():
+        x, y = x - pose[0], y - pose[1]
+        half, rest = x * ux + y * uy, x * x + y * y - radius * radius
+        if half > 0 and half * half >= rest:
+            yield half - math.sqrt(half * half - rest)
+    for (ax, ay), (bx, by) in world.edges.tolist():
+        ax, ay, bx, by = ax - pose[0], ay - pose[1], bx - pose[0], by - pose[1]
+        left, right = ux * ay - uy * ax, ux * by - uy * bx
+        if left * right <= 0 and left != right:
+            share = left / (left - right)
+            far = ux * (ax + share * (bx - ax)) + uy * (ay + share * (by - ay))
+            if far >= 0:
+                yield far
+
+
+def drawn_world(seed: int) -> Shapes:
+    """Circles, boxes and triangles around the origin, none nearer than 0.5 m."""
+    draw = np.random.default_rng(seed)
+    far, at = draw.uniform(1.0, 9.0, 40), draw.uniform(-np.pi, np.pi, 40)
+    places = np.column_stack([far * np.cos(at), far * np.sin(at)])
+    boxes = np.column_stack([places[:10] - 0.1, places[:10] + draw.uniform(0.0, 0.15, (10, 2))])
+    corners = [place + draw.uniform(-0.3, 0.3, (3, 2)) for place in places[10:20]]
+    return shapes(places[20:], draw.uniform(0.03, 0.3, 20), corners, boxes)
+
+
+@pytest.mark.parametrize("view", [1.5 * np.pi, 2 * np.pi, 0.3])
+@pytest.mark.parametrize("seed", range(4))
+def test_ranges_are_those_of_plain_loops(seed, view):
+    world, sensor = drawn_world(seed), lidar(beams=181, view=view)
+    for pose in ([0.0, 0.0, 0.0], [0.1, -0.2, 3.0], [0.0, 0.1, -40.0]):
+        found = cast(np.array(pose), sensor.angles, world)
+        np.testing.assert_allclose(found, plain(pose, sensor.angles, world), rtol=0, atol=1e-9)
+
+
+def test_the_oracle_sees_a_shape_left_out():
+    world, sensor = drawn_world(0), lidar(beams=181)
+    less = Shapes(world.circles[1:], world.edges[1:])
+    found = cast(np.zeros(3), sensor.angles, less)
+    assert not np.allclose(found, plain(np.zeros(3), sensor.angles, world))
+
+
+def test_a_wall_ahead_and_one_along_the_beam():
+    sensor = lidar(beams=3, view=np.pi, mount=(0.0, 0.0, 0.0))
+    ahead = shapes(boxes=[[2.0, -5.0, 3.0, 5.0]])
+    np.testing.assert_allclose(sensor.scan((0, 0, 0), ahead).ranges, [10.0, 2.0, 10.0])
+    along = Shapes(np.empty((0, 3)), np.array([[[1.5, 0.0], [4.0, 0.0]]]))
+    np.testing.assert_allclose(sensor.scan((0, 0, 0), along).ranges, [10.0, 1.5, 10.0])
+    astride = Shapes(np.empty((0, 3)), np.array([[[-1.0, 0.0], [4.0, 0.0]]]))
+    assert sensor.scan((0, 0, 0), astride).ranges[1] == 0.0
+
+
+def test_inside_a_circle_nothing_is_free():
+    assert (Lidar().scan((0, 0, 0), shapes([[0.1, 0.0]], 0.3)).ranges == 0.0).all()
+
+
+def test_the_default_is_the_sensor_of_the_robot():
+    sensor = Lidar()
+    scan = sensor.scan((1.0, 2.0, np.pi / 2), shapes())
+    assert len(scan.ranges) == 1081 and not scan.returned.any() and (scan.ranges == 10.0).all()
+    np.testing.assert_allclose(np.diff(scan.angles), np.deg2rad(0.25))
+    np.testing.assert_allclose(scan.pose, [1.0, 2.12, np.pi / 2])
+    np.testing.assert_allclose(scan.ends[540], [1.0, 12.12])
+    moved = scan.taken_from([0.0, 0.0, 0.0])
+    np.testing.assert_allclose(moved.ends[540], [10.0, 0.0])
+
+
+def test_noise_is_bounded_as_declared_and_only_on_what_was_hit():
+    world, sensor = drawn_world(1), Lidar()
+    true = sensor.scan((0, 0, 0), world)
+    noisy = sensor.scan((0, 0, 0), world, np.random.default_rng(5))
+    off = noisy.ranges - true.ranges
+    assert np.abs(off).max() <= noisy.noise == 0.01
+    assert np.abs(off[true.returned]).max() > 0.009 and not off[~true.returned].any()
+    again = sensor.scan((0, 0, 0), world, np.random.default_rng(5))
+    np.testing.assert_array_equal(again.ranges, noisy.ranges)
+
+
+def test_bad_sensors_and_shapes_are_refused():
+    for options in ({"beams": 1}, {"view": 7.0}, {"max_range": -1.0}, {"noise": -0.1}):
+        with pytest.raises(InputError, match="at least 2 beams"):
+            lidar(**options)
+    with pytest.raises(InputError, match="a radius"):
+        shapes([[0.0, 0.0]])
+    with pytest.raises(InputError, match="finite places"):
+        shapes([[np.nan, 0.0]], 0.1)
