@@ -1,0 +1,136 @@
+"""The robot for episodes: it is told what to do next, again and again, and goes on being the same
+robot.
+"""
+
+import numpy as np
+
+from parc_jax.base.keys import as_key
+from parc_jax.errors import InputError
+from sims.jackal import params as c
+from sims.jackal.floor import draw
+from sims.jackal.robots import Robots
+from sims.jackal.system import Jackal
+
+
+class Driven:
+    """One robot, at rest at a pose (x, y [m], heading [rad]), in the simulator of `system`, with
+    its law, ramp and time for which a command is held. The key decides all that happens to it.
+
+    A cycle of a loop is `given = robot.measured`, a plan for k = (*given, v, w) from
+    `robot.pose`, or from `robot.odometry` with a doubt, `robot.begin(v, w)` and
+    `robot.drive(seconds)`. Without a new plan `drive` alone goes on with the manoeuvre under way,
+    which ends at rest.
+
+    Robots are independent: each may live in a thread of its own. Raises InputError.
+    """
+
+    def __init__(self, system: Jackal, pose, key):
+        if not isinstance(system, Jackal):
+            kind = type(system).__name__
+            raise InputError(
+                f"Driven: expected the robot in MuJoCo, sims.load('jackal'); got {kind}."
+            )
+        pose = _numbers("pose", "(x, y [m], heading [rad])", pose, 3)
+        draws = draw(system.floor, [as_key(key)])
+        self.system = system
+        self._robots = Robots(system.floor, draws, pose[None], threads=1)
+        self._sensors = draws.sensors[0]
+        self._bias = c.GYRO_BIAS * self._sensors.uniform(-1.0, 1.0)
+        self._command, self._left = np.zeros(2), 0
+        self._odometry = pose.copy()
+        self._path = [pose.copy()]
+        self._measure()
+
+    @property
+    def time(self) -> float:
+        """[s] driven so far."""
+        return c.TICK * (len(self._path) - 1)
+
+    @property
+    def pose(self) -> np.ndarray:
+        """(3,) where it truly is: x, y [m], heading [rad, not wrapped]."""
+        return self._robots.pose[0]
+
+    @property
+    def speeds(self) -> np.ndarray:
+        """(3,) true speeds: forward, to the left [m/s], turning [rad/s]."""
+        return self._robots.speeds[0]
+
+    @property
+    def measured(self) -> np.ndarray:
+        """(2,) speeds as measured now, forward [m/s] and turning [rad/s], each off by at most
+        `system.floor.sensed`; one measurement per moment.
+        """
+        return self._measured.copy()
+
+    @property
+    def odometry(self) -> np.ndarray:
+        """(3,) where it is as far as wheels and gyro know: dead reckoning from the first pose."""
+        return self._odometry.copy()
+
+    @property
+    def path(self) -> np.ndarray:
+        """(n + 1, 3) true poses so far, one a tick of 0.02 s, from the start."""
+        return np.stack(self._path)
+
+    @property
+    def rests(self) -> bool:
+        """Is it slower than 1 mm/s and 1 mrad/s?"""
+        return bool((np.abs(self.speeds) < 1e-3).all())
+
+    def begin(self, v: float, w: float) -> np.ndarray:
+        """Begin the manoeuvre with the command v [m/s], w [rad/s]; what was under way ends here.
+        Returns its k (4,): what was measured, and the command. Raises InputError.
+        """
+        command = _numbers("command", "(v [m/s], w [rad/s])", (v, w), 2)
+        self._command, self._left = command, self.system.held
+        self._robots.begin(self._measured[None])
+        return np.concatenate([self._measured, command])
+
+    def drive(self, seconds: float) -> None:
+        """Go on for so long, a whole number of ticks of 0.02 s, with the manoeuvre under way: its
+        command for what is left of `system.moving`, then its stop. Raises InputError.
+        """
+        ticks = seconds / c.TICK
+        if not (ticks >= 0 and abs(ticks - round(ticks)) < 1e-6):
+            raise InputError(
+                f"drive: expected a whole number of ticks of {c.TICK} s; got {seconds!r} s."
+            )
+        for _ in range(round(ticks)):
+            command = self._command if self._left > 0 else np.zeros(2)
+            self._left -= 1
+            self._robots.drive(command[None, None], self.system.ramp)
+            self._reckon()
+            self._path.append(self.pose)
+        if self._robots.failed[0]:
+            raise InputError("drive: MuJoCo gave up on this robot; its numbers are worthless.")
+        self._measure()
+
+    def apply(self, v: float, w: float, seconds: float) -> np.ndarray:
+        """`begin` and `drive`; returns k (4,)."""
+        k = self.begin(v, w)
+        self.drive(seconds)
+        return k
+
+    def _measure(self) -> None:
+        off = self._sensors.uniform(-1.0, 1.0, 2) * self.system.floor.sensed
+        self._measured = self.speeds[[0, 2]] + off
+
+    def _reckon(self) -> None:
+        """One tick of dead reckoning: way from the wheels, turning from the gyro."""
+        forward = c.WHEEL_RADIUS * self._robots.encoders[0].mean()
+        noise = c.GYRO_NOISE * self._sensors.standard_normal()
+        turn = c.TICK * (self.speeds[2] + self._bias + noise)
+        x, y, heading = self._odometry
+        middle = heading + 0.5 * turn
+        way = c.TICK * forward
+        self._odometry = np.array(
+            [x + way * np.cos(middle), y + way * np.sin(middle), heading + turn]
+        )
+
+
+def _numbers(what: str, meaning: str, values, n: int) -> np.ndarray:
+    values = np.asarray(values, np.float64)
+    if values.shape != (n,) or not np.isfinite(values).all():
+        raise InputError(f"{what}: expected {n} finite numbers {meaning}; got {values!r:.80}.")
+    return values

@@ -1,0 +1,45 @@
+"""Numbers of the robot, its controller, its manoeuvre and what differs between runs.
+
+Sources: [urdf] jackal_description/urdf/jackal.urdf.xacro and [control] jackal_control/config/
+control.yaml of Clearpath's repository jackal/jackal (BSD); [barn] the challenge's page. The others
+are ours. Masses, inertias and the tyres are in jackal.xml.
+"""
+
+WHEEL_RADIUS = 0.098  # [m] [urdf]
+WHEELBASE = 0.262  # [m] between the axles [urdf]
+TRACK = 0.37559  # [m] between the middles of the tyres [urdf]
+WHEELS = ("front_left", "front_right", "rear_left", "rear_right")
+SIDES = (-1.0, 1.0, -1.0, 1.0)  # of WHEELS: the right ones turn faster to the left
+
+SIZES = {"rectangle": (0.42, 0.33), "outside": (0.508, 0.430)}  # [m] [barn]; over the tyres [urdf]
+
+# The velocity controller: a command (v, w) becomes four wheel speeds
+TRACK_FACTOR = 1.5  # wheel_separation_multiplier: a skidding robot turns as one this much wider
+MOST = (2.0, 4.0)  # [m/s], [rad/s] limits of the command [control]
+MOST_CHANGE = (20.0, 25.0)  # [m/s^2], [rad/s^2] limits of its change [control]
+TICK = 0.02  # [s] of the controller, which runs at 50 Hz [control]
+SUBSTEPS = 8  # physics steps per tick; jackal.xml has an eighth of a tick as its time step
+
+# The manoeuvre: measured speeds v0, w0 at the start, a command held, then a stop
+MOVING = 0.3  # [s] for which the command is held
+T_FINAL = 1.1  # [s] at the end of which it rests: the ramp from 2 m/s takes 0.5 s
+PLAN_STEP = 0.1  # [s]
+RAMP = (4.0, 8.0)  # [m/s^2], [rad/s^2] asked for: within what the tyres hold, 4.9 m/s^2
+SPEED = (0.0, 2.0)  # [m/s] of the command
+TURNING = 1.5  # [rad/s] of the command, to either side
+SPEED_AT_START = (-0.1, 2.1)  # [m/s] whatever such commands lead to
+TURNING_AT_START = 2.0  # [rad/s]
+
+# The running start: what was driven before it
+RUN_IN = 0.5  # [s] of the drive before
+LAST = 0.4  # [s] for which the last command before was under way, at most
+LAG = (0.05, 0.03)  # [s] by which the speeds follow the set point, roughly
+
+# The quick twin
+TWIN_LAG = (0.06, 0.03)  # [s]
+TWIN_DRIFT = 0.11  # [s] sideways speed, outwards, per m/s of speed and rad/s of turning
+
+# Sensors
+SENSED = (0.02, 0.02)  # [m/s], [rad/s] measured speeds are off by at most
+GYRO_BIAS = 0.005  # [rad/s] at most, for an episode: the drift of the simulated sensor
+GYRO_NOISE = 0.005  # [rad/s], standard deviation of a tick

@@ -1,0 +1,24 @@
+"""One manoeuvre's task: come to rest behind a gap, from whatever speeds are measured."""
+
+from parc_jax.problem.problem import ReachAvoid, reach_avoid
+from parc_jax.sets.box import box
+from sims.jackal import params as c
+from sims.rectangle import goal_of_centre, rectangle, require_body
+
+GAP = 0.75  # [m] between two posts; the robot is 0.33 m wide
+POSTS = (-0.5, -0.35)  # [m] along x
+FAR = 1.5  # [m] how far they reach to the sides
+GOAL = ((-0.3, -0.3), (0.5, 0.3))  # [m] where the centre must come to rest
+
+
+def problem(body: str = "rectangle") -> ReachAvoid:
+    """A wall with a gap, the goal behind it, anywhere to start. body: "rectangle" or "outside", as
+    of `system`. Raises InputError.
+    """
+    require_body(body, tuple(c.SIZES))
+    near, far = POSTS
+    walls = [
+        box([near, GAP / 2], [far, FAR]),
+        box([near, -FAR], [far, -GAP / 2]),
+    ]
+    return reach_avoid(goal_of_centre(*GOAL), walls, rectangle())

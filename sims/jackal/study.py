@@ -1,0 +1,13 @@
+"""The main job's settings for the robot."""
+
+from parc_jax.study.settings import Study
+
+STUDY = Study(
+    hidden=(16, 16),
+    others=((),),
+    bins=(2, 2, 3, 3),
+    shape="fitted",
+    rollouts=4_000,
+    eps=1e-2,
+    delta=1e-3,
+)

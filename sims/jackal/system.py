@@ -1,0 +1,153 @@
+"""The robot as a black box: a running start, a command held, a stop."""
+
+from dataclasses import asdict, dataclass
+from typing import Any, ClassVar
+
+import numpy as np
+
+from parc_jax.errors import InputError
+from parc_jax.sets.box import Box, box
+from parc_jax.system import TURNS, TimeGrid, Trajectory, time_grid
+from sims.jackal import params as c
+from sims.jackal.before import running
+from sims.jackal.floor import Law, draw, named_law
+from sims.rectangle import POINTS, centre_and_corners, require_body
+
+PLANTS = ("mujoco", "twin")
+
+
+@dataclass(frozen=True, eq=False)
+class Manoeuvre:
+    """k = (v0, w0 measured at the start, v, w commanded) -> p (n_record + 1, 5, 2) of POINTS, in
+    the frame of the pose at the start, q = (heading,) at the end.
+
+    moving: [s] for which the command is held, before the stop. ramp: [m/s^2], [rad/s^2] of the
+    command. size: [m] length and width of the outline. Build with `system`.
+    """
+
+    domain: Box
+    time: TimeGrid
+    floor: Law
+    moving: float
+    ramp: tuple[float, float]
+    size: tuple[float, float]
+
+    name: ClassVar[str] = "jackal"
+    n_p: ClassVar[int] = 2
+    n_q: ClassVar[int] = 1
+    points: ClassVar[tuple[str, ...]] = POINTS
+    rotation: ClassVar[tuple[str, ...]] = (TURNS,)
+    p_labels: ClassVar[tuple[str, ...]] = ("x [m]", "y [m]")
+    q_labels: ClassVar[tuple[str, ...]] = ("heading [rad]",)
+    k_labels: ClassVar[tuple[str, ...]] = (
+        "speed at the start [m/s]",
+        "turning at the start [rad/s]",
+        "speed [m/s]",
+        "turning [rad/s]",
+    )
+
+    @property
+    def law(self) -> dict[str, Any]:
+        """What a claim about this system has to name beside K."""
+        return {**asdict(self.floor), "moving": self.moving, "ramp": self.ramp}
+
+    @property
+    def held(self) -> int:
+        """Ticks for which the command is held."""
+        return round(self.moving / c.TICK)
+
+    def commands(self, k: np.ndarray) -> np.ndarray:
+        """(n_record, B, 2) of k (B, 4): the command, then zero."""
+        ticks = np.arange(self.time.n_record)
+        return np.where((ticks < self.held)[:, None, None], k[None, :, 2:], 0.0)
+
+
+@dataclass(frozen=True, eq=False)
+class Jackal(Manoeuvre):
+    """The manoeuvre in MuJoCo's C engine. threads: of the engine, 0 = all cores."""
+
+    threads: int = 0
+    plant: ClassVar[str] = "mujoco"
+
+    def poses(self, keys, k, starts=None) -> np.ndarray:
+        """Poses (B, n_record + 1, 3) x, y [m], heading [rad] of runs with keys (B, 2), k (B, 4), in
+        the frame of each start. starts (B, 3): pose at which what came before was begun, default 0.
+        NaN for a run on which the physics failed.
+        """
+        k = np.asarray(k, np.float64)
+        starts = np.zeros((len(k), 3)) if starts is None else starts
+        draws = draw(self.floor, np.asarray(keys))
+        robots = running(self.floor, self.ramp, draws, k[:, :2], starts, self.threads)
+        poses = np.moveaxis(robots.drive(self.commands(k), self.ramp), 0, 1)
+        poses[robots.failed] = np.nan
+        return _framed(poses)
+
+    def rollout_batch(self, keys, ks) -> Trajectory:
+        """p (B, n_record + 1, 5, 2) [m], q (B, 1) [rad] of keys (B, 2), ks (B, 4)."""
+        return self._seen(self.poses(keys, ks))
+
+    def rollout_from_batch(self, keys, ks, starts) -> Trajectory:
+        """The runs with what came before moved by starts (B, 2) [m]; p is relative to the start."""
+        starts = np.asarray(starts, np.float64)
+        return self._seen(self.poses(keys, ks, np.pad(starts, ((0, 0), (0, 1)))))
+
+    def rollout(self, key, k) -> Trajectory:
+        """One run; outside of JAX, like `rollout_batch`."""
+        many = self.rollout_batch(np.asarray(key)[None], np.asarray(k)[None])
+        return Trajectory(*(part[0] for part in many))
+
+    def _seen(self, poses: np.ndarray) -> Trajectory:
+        p = centre_and_corners(poses[..., :2], poses[..., 2], *self.size)
+        return Trajectory(p, poses[:, -1, 2:])
+
+
+def _framed(poses: np.ndarray) -> np.ndarray:
+    """Poses (B, n, 3) in the frame of the first of each."""
+    cos, sin = np.cos(poses[:, :1, 2]), np.sin(poses[:, :1, 2])
+    x, y, turned = np.moveaxis(poses - poses[:, :1], -1, 0)
+    return np.stack([cos * x + sin * y, cos * y - sin * x, turned], axis=-1)
+
+
+def system(
+    plant: str = "mujoco",
+    law: str = "floor",
+    body: str = "rectangle",
+    moving: float = c.MOVING,
+    t_f: float = c.T_FINAL,
+    ramp: tuple[float, float] = c.RAMP,
+    threads: int = 0,
+) -> Manoeuvre:
+    """The robot. Raises InputError.
+
+    plant: "mujoco", four wheels in contact; or "twin", a quick kinematic one in JAX. law: "floor",
+    or "none": nothing differs between runs but what was driven before. body: "rectangle", 0.42 m x
+    0.33 m, or "outside", 0.508 m x 0.430 m over the tyres. moving, t_f [s]: how long the command is
+    held, and when the robot rests. ramp [m/s^2, rad/s^2] of the command; the controller allows
+    (20, 25), the tyres hold about 4.9 m/s^2. threads: of MuJoCo, 0 = all.
+    """
+    require_body(body, tuple(c.SIZES))
+    if plant not in PLANTS:
+        raise InputError(f"jackal plant: expected one of {', '.join(PLANTS)}; got {plant!r}.")
+    ramp = tuple(map(float, ramp))
+    if len(ramp) != 2 or not min(ramp) > 0:
+        raise InputError(f"jackal ramp: expected two positive rates [m/s^2, rad/s^2]; got {ramp}.")
+    grid = time_grid(c.PLAN_STEP, t_f, c.TICK)
+    stopping = max(c.SPEED[1] / min(ramp[0], c.MOST_CHANGE[0]), c.TURNING / ramp[1])
+    if not 0 < moving <= t_f - stopping:
+        raise InputError(
+            f"jackal moving: expected more than 0 and at most {t_f - stopping:.2f} s, so that a "
+            f"stop of {stopping:.2f} s fits before t_f = {t_f:g} s; got {moving:g} s."
+        )
+    lo, hi = zip(
+        c.SPEED_AT_START,
+        (-c.TURNING_AT_START, c.TURNING_AT_START),
+        c.SPEED,
+        (-c.TURNING, c.TURNING),
+        strict=True,
+    )
+    about = (box(lo, hi), grid, named_law(law), float(moving), ramp, c.SIZES[body])
+    if plant == "twin":
+        from sims.jackal.twin import Twin
+
+        return Twin(*about)
+    return Jackal(*about, threads)

@@ -1,0 +1,294 @@
+"""The robot as a black box: repeatable by key, a running start with the speeds asked for, hidden
+what is not measured, at rest at the end; its quick twin; and the robot that episodes drive.
+"""
+
+import threading
+from dataclasses import replace
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+import pytest
+from drawn_keys import drawn_keys
+
+import parc_jax as pj
+import sims
+from parc_jax.errors import InputError
+from parc_jax.rollout.invariance import rotation_gap
+from parc_jax.rollout.law import law_of
+from sims.jackal import Driven, params, problem
+from sims.jackal.before import before, running
+from sims.jackal.floor import Travel, draw
+
+KEYS = drawn_keys(7, 12)
+LO, HI = (params.SPEED_AT_START[0], -2.0, 0.0, -1.5), (params.SPEED_AT_START[1], 2.0, 2.0, 1.5)
+KS = np.array(LO) + (np.array(HI) - LO) * np.random.default_rng(2).random((12, 4))
+
+
+@pytest.fixture(scope="module")
+def jackal():
+    return sims.load("jackal", threads=2)
+
+
+@pytest.fixture(scope="module")
+def poses(jackal):
+    return jackal.poses(KEYS, KS)
+
+
+def test_the_domain_is_what_is_measured_and_what_is_commanded(jackal):
+    np.testing.assert_array_equal(jackal.domain.lo, LO)
+    np.testing.assert_array_equal(jackal.domain.hi, HI)
+
+
+def test_repeatable_to_the_bit_at_any_thread_count_and_beside_any_neighbour(jackal, poses):
+    one = replace(jackal, threads=1)
+    np.testing.assert_array_equal(one.poses(KEYS[3:7], KS[3:7]), poses[3:7])
+
+
+def test_it_starts_with_the_speeds_that_are_measured(jackal):
+    draws = draw(jackal.floor, KEYS)
+    robots = running(jackal.floor, jackal.ramp, draws, KS[:, :2], np.zeros((12, 3)), 1)
+    off = robots.speeds[:, [0, 2]] - KS[:, :2]
+    assert (np.abs(off) <= np.array(jackal.floor.sensed) + 1e-12).all()
+    assert np.abs(off).max() > 0.5 * params.SENSED[0]
+    np.testing.assert_array_equal(robots.set_point, KS[:, :2])
+
+
+def test_what_is_hidden_at_the_start_differs_and_is_not_seen_in_k():
+    """Without any disturbance runs of one k still differ: by what was driven before."""
+    quiet = sims.load("jackal", law="none", threads=2)
+    runs = quiet.poses(KEYS[:6], np.tile([1.0, 0.5, 0.5, -1.0], (6, 1)))
+    apart = np.ptp(runs[:, -1], axis=0)
+    assert 1e-4 < apart[:2].max() < 0.1
+
+
+def test_what_came_before_ends_about_where_it_should(jackal):
+    draws = draw(jackal.floor, drawn_keys(8, 40))
+    speeds = np.tile([1.0, 0.3], (40, 1))
+    robots = running(jackal.floor, jackal.ramp, draws, speeds, np.zeros((40, 3)), 2)
+    assert np.median(np.abs(robots.missed), axis=0).max() < 0.15
+    path = before(draw(jackal.floor, drawn_keys(8, 40)), speeds, jackal.ramp)
+    steps = np.abs(np.diff(path, axis=0)).max(axis=(0, 1))
+    assert (steps <= params.TICK * np.array(jackal.ramp) + 1e-12).all()
+    assert path[..., 0].min() >= 0.0 and path[..., 0].max() <= 2.0
+
+
+def test_it_rests_at_the_end(poses):
+    last = np.abs(np.diff(poses, axis=1)[:, -1]) / params.TICK
+    assert last.max() < 2e-3  # [m/s], [rad/s]
+    fastest = jackal_from([2.1, 0.0, 2.0, 0.0])
+    assert np.abs(np.diff(fastest, axis=1)[:, -1]).max() / params.TICK < 2e-3
+
+
+def jackal_from(k) -> np.ndarray:
+    return sims.load("jackal", law="none", threads=2).poses(KEYS[:3], np.tile(k, (3, 1)))
+
+
+def test_the_frame_is_the_pose_at_the_start(jackal, poses):
+    assert (poses[:, 0] == 0).all()
+    p, q = jackal.rollout_batch(KEYS[:2], KS[:2])
+    np.testing.assert_allclose(p[:, 0, 1], [[0.21, 0.165]] * 2)  # the front left corner
+    np.testing.assert_array_equal(q[:, 0], poses[:2, -1, 2])
+    first = poses[:, 1] / params.TICK
+    np.testing.assert_allclose(first[:, [0, 2]], KS[:, :2], atol=0.3)
+
+
+def test_the_same_run_elsewhere(jackal):
+    gap = pj.translation_gap(jackal, jax.random.PRNGKey(0), np.array([[37.0, -11.0]]))
+    assert gap.p.max() < 1e-5
+
+
+def test_another_heading_is_the_same_run_turned(jackal, poses):
+    turned = jackal.poses(KEYS[:4], KS[:4], np.tile([0.0, 0.0, 2.2], (4, 1)))
+    np.testing.assert_allclose(turned, poses[:4], rtol=0, atol=1e-5)
+
+
+def test_runs_can_be_collected(jackal):
+    runs = pj.collect(jackal, jax.random.PRNGKey(3), n=4, quiet=True)
+    assert runs.p.shape == (4, 56, 10) and not runs.failed.any()
+    assert runs.points == jackal.points and runs.rotation == ("turns",)
+
+
+def test_the_law_is_declared(jackal):
+    declared = dict(law_of(jackal).parameters)
+    assert {"friction", "slip", "sensed", "moving", "ramp", "plant"} <= set(declared)
+    others = [
+        sims.load("jackal", **o)
+        for o in ({"law": "none"}, {"ramp": (3.0, 8.0)}, {"moving": 0.2}, {"plant": "twin"})
+    ]
+    assert len({law_of(s).hash for s in (jackal, *others)}) == 5
+
+
+def test_slip_has_its_law_at_every_tick(jackal):
+    travel = Travel(jackal.floor, draw(jackal.floor, drawn_keys(9, 300)))
+    off = np.array([travel.next() - travel.steady for _ in range(100)])
+    for tick in (0, 10, 99):
+        assert off[tick].std() == pytest.approx(jackal.floor.slip, rel=0.1)
+    apart = round(jackal.floor.memory / params.TICK)
+    kept = np.mean(off[apart:] * off[:-apart]) / off.var()
+    assert kept == pytest.approx(np.exp(-1), abs=0.05)
+
+
+def test_the_bodies(jackal):
+    wide = sims.load("jackal", body="outside", threads=1)
+    assert wide.size == (0.508, 0.430) and jackal.size == (0.42, 0.33)
+    assert problem("outside").body == problem().body
+
+
+@pytest.mark.parametrize(
+    "options, said",
+    [
+        ({"plant": "gazebo"}, "mujoco, twin"),
+        ({"law": "ice"}, "floor, none"),
+        ({"body": "disc"}, "rectangle, outside"),
+        ({"moving": 0.7}, "at most 0.60 s, so that a stop of 0.50 s fits"),
+        ({"ramp": (0.0, 1.0)}, "two positive rates"),
+    ],
+)
+def test_bad_options_are_refused(options, said):
+    with pytest.raises(InputError, match=said):
+        sims.load("jackal", **options)
+
+
+# the twin
+
+
+@pytest.fixture(scope="module")
+def twin():
+    return sims.load("jackal", plant="twin")
+
+
+def test_the_twin_is_roughly_the_robot(twin):
+    ks = np.array([[1.0, 0.0, 1.0, 0.0], [1.0, 0.5, 1.0, 0.5], [1.5, 0.0, 0.0, 0.0]])
+    p, q = jax.jit(jax.vmap(twin.rollout))(KEYS[:3], jnp.asarray(ks))
+    true = sims.load("jackal", threads=1).poses(KEYS[:3], ks)
+    np.testing.assert_allclose(p[:, -1, 0], true[:, -1, :2], atol=0.06)
+    np.testing.assert_allclose(q[:, 0], true[:, -1, 2], atol=0.15)
+
+
+def test_the_twin_turns_with_its_heading(twin):
+    gap = rotation_gap(twin, jax.random.PRNGKey(0), np.array([1.0, -2.5]))
+    assert gap.p.max() < 1e-12 and gap.q.max() < 1e-12
+
+
+# the robot that episodes drive
+
+
+@pytest.fixture(scope="module")
+def system():
+    return sims.load("jackal", threads=1)
+
+
+def episode(system, seed: int, cycles: int = 4) -> Driven:
+    robot = Driven(system, (-2.25, 3.0, np.pi / 2), jax.random.PRNGKey(seed))
+    for cycle in range(cycles):
+        robot.apply(1.5, 0.8 * (-1) ** cycle, 0.2)
+    return robot
+
+
+@pytest.fixture(scope="module")
+def driven(system):
+    return episode(system, 1)
+
+
+def test_the_same_key_is_the_same_episode_in_any_thread(system, driven):
+    found = {}
+    threads = [
+        threading.Thread(target=lambda i=i: found.update({i: episode(system, i)})) for i in (1, 2)
+    ]
+    for thread in threads:
+        thread.start()
+    for thread in threads:
+        thread.join()
+    np.testing.assert_array_equal(found[1].path, driven.path)
+    np.testing.assert_array_equal(found[1].odometry, driven.odometry)
+    assert np.abs(found[2].path[-1] - driven.path[-1]).max() > 1e-3
+
+
+def test_it_records_every_tick_and_where_it_is(driven):
+    assert driven.time == pytest.approx(0.8) and driven.path.shape == (41, 3)
+    np.testing.assert_array_equal(driven.path[0], [-2.25, 3.0, np.pi / 2])
+    np.testing.assert_array_equal(driven.path[-1], driven.pose)
+    assert driven.path[-1, 1] > 3.6  # it went ahead, along y
+
+
+def test_what_it_measures_is_off_by_what_is_declared(system, driven):
+    off = np.abs(driven.measured - driven.speeds[[0, 2]])
+    assert (off <= system.floor.sensed).all() and off.max() > 0
+    np.testing.assert_array_equal(driven.measured, driven.measured)
+
+
+def test_without_a_new_plan_it_stops_by_itself(system):
+    robot = Driven(system, (0.0, 0.0, 0.0), jax.random.PRNGKey(3))
+    k = robot.begin(2.0, 0.3)
+    np.testing.assert_array_equal(k[2:], [2.0, 0.3])
+    robot.drive(0.5)
+    assert not robot.rests
+    robot.drive(0.6)
+    assert robot.rests and 0.3 < robot.pose[0] < 0.7
+    here = robot.pose
+    robot.drive(1.0)
+    np.testing.assert_allclose(robot.pose, here, atol=1e-3)
+
+
+def test_how_often_it_is_asked_changes_nothing(system):
+    whole, parts = (Driven(system, (0.0, 0.0, 0.0), jax.random.PRNGKey(4)) for _ in range(2))
+    whole.begin(1.0, 1.0)
+    parts.begin(1.0, 1.0)
+    whole.drive(1.1)
+    for _ in range(11):
+        parts.drive(0.1)
+    np.testing.assert_array_equal(whole.path, parts.path)
+
+
+def test_its_manoeuvres_are_those_that_are_learnt(system):
+    """From rest, with nothing hidden, an episode's first manoeuvre is the black box's run."""
+    quiet = sims.load("jackal", law="none", threads=1)
+    robot = Driven(quiet, (0.0, 0.0, 0.0), jax.random.PRNGKey(5))
+    k = robot.begin(1.0, 0.8)
+    robot.drive(quiet.time.t_f)
+    assert np.abs(k[:2]).max() < 1e-4
+    run = quiet.poses(drawn_keys(3, 9), np.tile(k, (9, 1)))
+    nearest = np.abs(run - robot.path[None]).max(axis=(1, 2)).min()
+    assert nearest < 0.01  # of nine, some were at rest before, too
+
+
+def test_odometry_drifts_and_says_how_much(system):
+    quiet = replace(system, floor=sims.load("jackal", law="none").floor)
+    sure, unsure = (Driven(s, (0.0, 0.0, 0.0), jax.random.PRNGKey(6)) for s in (quiet, system))
+    for robot in (sure, unsure):
+        for _ in range(5):
+            robot.apply(1.0, 0.0, 0.2)
+        robot.drive(1.2)
+    off = [np.linalg.norm((r.odometry - r.pose)[:2]) for r in (sure, unsure)]
+    assert off[0] < 0.02 and 1e-4 < off[1] < 0.1
+
+
+def test_measured_speeds_stay_in_the_domain(system):
+    """Whatever is commanded within K, what is measured next is within K."""
+    draws = np.random.default_rng(0)
+    robot = Driven(system, (0.0, 0.0, 0.0), jax.random.PRNGKey(8))
+    seen = []
+    for _ in range(40):
+        corner = draws.uniform(size=2) < 0.5
+        v, w = np.where(corner, [2.0, 1.5], draws.uniform([0, -1.5], [2, 1.5]))
+        seen.append(robot.apply(v, w, 0.2))
+    seen = np.array(seen)
+    assert (seen >= np.array(LO)).all() and (seen <= np.array(HI)).all()
+
+
+def test_bad_words_to_a_robot_are_refused(system):
+    key = jax.random.PRNGKey(0)
+    with pytest.raises(InputError, match=r"3 finite numbers \(x, y"):
+        Driven(system, (0.0, np.nan, 0.0), key)
+    with pytest.raises(InputError, match="random key"):
+        Driven(system, (0.0, 0.0, 0.0), 3)
+    with pytest.raises(InputError, match="got Twin"):
+        Driven(sims.load("jackal", plant="twin"), (0.0, 0.0, 0.0), key)
+    robot = Driven(system, (0.0, 0.0, 0.0), key)
+    with pytest.raises(InputError, match="2 finite numbers"):
+        robot.begin(np.inf, 0.0)
+    with pytest.raises(InputError, match="whole number of ticks"):
+        robot.drive(0.05 / 3)
+    with pytest.raises(InputError, match="whole number of ticks"):
+        robot.drive(-0.2)
