@@ -79,8 +79,13 @@ from parc_jax.system import BlackBoxSystem as BlackBoxSystem
 from parc_jax.system import TimeGrid as TimeGrid
 from parc_jax.system import Trajectory as Trajectory
 from parc_jax.system import time_grid as time_grid
+from parc_jax.world.footprint import Footprint as Footprint
+from parc_jax.world.footprint import footprint as footprint
 from parc_jax.world.free_space import FreeSpace as FreeSpace
 from parc_jax.world.free_space import free_place as free_place
+from parc_jax.world.grid_map import GridMap as GridMap
+from parc_jax.world.grid_map import occupancy_grid as occupancy_grid
+from parc_jax.world.map_file import load_map as load_map
 from parc_jax.world.pieces import convex_pieces as convex_pieces
 from parc_jax.world.seen import seen_from as seen_from
 

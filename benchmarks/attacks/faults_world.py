@@ -4,6 +4,8 @@ from benchmarks.attacks.fault import Fault
 
 PIECES = "tests/world/test_pieces.py"
 SEEN = "tests/world/test_seen.py"
+GRID = "tests/world/test_grid_map.py"
+FILE = "tests/world/test_map_file.py"
 SPACE = "tests/world/test_free_space.py"
 
 WORLD = (
@@ -69,5 +71,54 @@ WORLD = (
         "[same]",
         "[same][1:]",
         (f"{SPACE}::test_the_pieces_close_in_exact_arithmetic",),
+    ),
+    Fault(
+        "unknown_cells_are_free",
+        "world.grid_map.occupancy_grid",
+        "(cells >= 0) & (cells / 100 < threshold)",
+        "cells / 100 < threshold",
+        (f"{GRID}::test_99_may_be_declared_a_probability_and_255_is_unknown",),
+    ),
+    Fault(
+        "costmaps_are_read_as_maps",
+        "world.grid_map.occupancy_grid",
+        "(cells == INSCRIBED).any()",
+        "False",
+        (f"{GRID}::test_what_is_no_map_is_refused_in_one_sentence",),
+    ),
+    Fault(
+        "cells_are_rounded_to_nearest",
+        "GridMap.obstacles",
+        "+ TOLERANCES.outline",
+        "- TOLERANCES.outline",
+        (f"{GRID}::test_all_that_is_not_free_is_covered_exactly",),
+    ),
+    Fault(
+        "maps_end_in_the_open",
+        "GridMap.obstacles",
+        "np.pad(~cells, 1, constant_values=True)",
+        "np.pad(~cells, 1, constant_values=False)",
+        (f"{GRID}::test_near_a_place_the_frame_comes_along",),
+    ),
+    Fault(
+        "images_are_upside_down",
+        "load_map",
+        "[::-1]",
+        "[::1]",
+        (f"{FILE}::test_the_lowest_row_comes_first_and_205_is_unknown",),
+    ),
+    Fault(
+        "alpha_is_averaged_alone",
+        "map_file._occupied",
+        "np.maximum(occupied, mixed if negate else 1 - mixed)",
+        "(mixed if negate else 1 - mixed)",
+        (f"{FILE}::test_an_alpha_channel_that_is_averaged_frees_nothing",),
+    ),
+    Fault(
+        "what_is_transparent_is_free",
+        "map_file._occupied",
+        "np.where(alpha < 1, np.inf, occupied)",
+        "occupied",
+        (f"{FILE}::test_what_is_transparent_is_unknown",),
     ),
 )

@@ -34,9 +34,14 @@ def convex_pieces(outline, tolerance: float = 0.0) -> tuple[HPolytope, ...]:
             ends = np.asarray(part.coords)
             found += thin_pieces(np.stack([ends[:-1], ends[1:]], axis=1))
             continue
-        triangles = _triangles(_simpler(part, tolerance) if tolerance else part)
-        found += [polytope_around(corners, "convex_pieces") for corners in _merged(triangles)]
+        simple = _simpler(part, tolerance) if tolerance else part
+        found += [polytope_around(corners, "convex_pieces") for corners in convex_parts(simple)]
     return tuple(found)
+
+
+def convex_parts(polygon) -> list[list[tuple[float, float]]]:
+    """Convex parts, counter-clockwise, that are a valid polygon; their corners are its own."""
+    return _merged(_triangles(polygon))
 
 
 def thin_pieces(segments, half_width: float = THIN) -> list[HPolytope]:

@@ -1,0 +1,61 @@
+"""A footprint becomes a body whose parts are the outline, wherever it stands."""
+
+import jax.numpy as jnp
+import numpy as np
+import pytest
+from needs import need
+
+from parc_jax.errors import InputError
+from parc_jax.world.footprint import footprint
+
+need("shapely")
+import shapely  # noqa: E402
+
+NAV2 = "[[0.21, 0.165], [0.21, -0.165], [-0.21, -0.165], [-0.21, 0.165]]"
+FORK = [[0, 0], [2, 0], [2, 0.5], [0.5, 0.5], [0.5, 1.5], [2, 1.5], [2, 2], [0, 2]]
+
+
+def test_a_rectangle_is_one_hull_of_its_corners():
+    robot = footprint(NAV2)
+    assert robot.points == ("base", "corner 0", "corner 1", "corner 2", "corner 3")
+    (part,) = robot.body.parts
+    assert set(part.points) == set(robot.points[1:])
+    assert robot.places[0].tolist() == [0, 0] and robot.places[1].tolist() == [0.21, 0.165]
+
+
+@pytest.mark.parametrize("turn", [1, -1])
+def test_what_is_not_convex_becomes_parts_that_are_all_of_it(turn):
+    robot = footprint(FORK[::turn])
+    where = dict(zip(robot.points, robot.places, strict=True))
+    hulls = [
+        shapely.MultiPoint([where[p] for p in part.points]).convex_hull for part in robot.body.parts
+    ]
+    assert 1 < len(hulls) <= 4
+    assert shapely.union_all(hulls).symmetric_difference(shapely.Polygon(FORK)).area < 1e-12
+
+
+def test_points_turn_and_move_with_the_pose():
+    robot = footprint(NAV2)
+    poses = np.array([[1.0, 2.0, np.pi / 2], [0.0, 0.0, 0.0]])
+    found = robot.at(poses)
+    assert found.shape == (2, 5, 2)
+    assert found[0, 1] == pytest.approx([1 - 0.165, 2.21])
+    assert (found[1] == robot.places).all()
+    assert np.allclose(robot.at(jnp.asarray(poses)), found)
+    assert (robot.corners(poses[0]) == found[0, 1:]).all()
+
+
+@pytest.mark.parametrize(
+    ("outline", "sentence"),
+    [
+        ("[[0.2, 0.1], [0.2", "footprint: expected .*; got "),
+        ("[]", "footprint"),
+        ([[0, 0], [1, 0]], "at least three corners"),
+        ([[0, 0], [1, 1], [1, 0], [0, 1]], "expected a valid Polygon"),
+        ("[[0, 0], [1, null], [1, 1]]", "footprint"),
+        (0.3, "footprint"),
+    ],
+)
+def test_what_is_no_footprint_is_refused_in_one_sentence(outline, sentence):
+    with pytest.raises(InputError, match=sentence):
+        footprint(outline)

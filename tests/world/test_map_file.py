@@ -1,0 +1,109 @@
+"""Files of map_server, read as the format says: free is what is free by every reading of it."""
+
+import numpy as np
+import pytest
+from needs import need
+
+from parc_jax.errors import InputError
+from parc_jax.world.map_file import load_map
+
+need("shapely")
+from PIL import Image  # noqa: E402
+
+YAML = """image: {image}
+resolution: 0.05
+origin: [-1.0, 2.0, 0.0]
+negate: {negate}
+occupied_thresh: 0.65
+free_thresh: 0.196
+"""
+GREYS = np.array([[254, 205, 206, 0], [255, 100, 101, 250]], np.uint8)  # the upper row first
+
+
+def written(folder, pixels, negate=0, image="map.pgm", more="", mode=None):
+    Image.fromarray(pixels, mode).save(folder / image)
+    (folder / "map.yaml").write_text(YAML.format(image=image, negate=negate) + more)
+    return load_map(folder / "map.yaml")
+
+
+def test_the_lowest_row_comes_first_and_205_is_unknown(tmp_path):
+    grid = written(tmp_path, GREYS)
+    assert grid.free.tolist() == [[True, False, False, True], [True, False, True, False]]
+    assert (grid.resolution, grid.origin) == (0.05, (-1.0, 2.0, 0.0))
+    # a corner of the map's image lies where the format says: its lower left one at the origin
+    assert grid.free_space().region.bounds == pytest.approx((-1.0, 2.0, -0.8, 2.1))
+
+
+def test_negate_turns_black_and_white(tmp_path):
+    grid = written(tmp_path, GREYS, negate=1)
+    assert grid.free.tolist() == [[False] * 4, [False, False, False, True]]
+
+
+def test_scale_is_free_below_the_threshold_and_raw_is_in_percent(tmp_path):
+    assert written(tmp_path, GREYS, more="mode: scale\n").free.sum() == 4
+    raw = np.array([[0, 19, 20, 100, 101, 255]], np.uint8)
+    grid = written(tmp_path, raw, more="mode: raw\n")
+    assert grid.free.tolist() == [[True, True, False, False, False, False]]
+
+
+@pytest.mark.parametrize("mode", ["trinary", "scale"])
+def test_what_is_transparent_is_unknown(tmp_path, mode):
+    pixels = np.full((1, 3, 4), 255, np.uint8)
+    pixels[0, 1, 3] = 254
+    pixels[0, 2, :3] = 150
+    grid = written(tmp_path, pixels, image="map.png", more=f"mode: {mode}\n")
+    assert grid.free.tolist() == [[True, False, False]]
+
+
+def test_an_alpha_channel_that_is_averaged_frees_nothing(tmp_path):
+    """205 with alpha would be free on average; black with alpha, negated, is 0.25 on average."""
+    pixels = np.full((1, 2, 4), 255, np.uint8)
+    pixels[0, :, :3] = 205
+    assert not written(tmp_path, pixels, image="map.png").free.any()
+    pixels[0, :, :3] = 0
+    assert not written(tmp_path, pixels, image="map.png", negate=1).free.any()
+
+
+def test_colours_bits_and_depths_are_read(tmp_path):
+    colour = np.repeat(GREYS[..., None], 3, axis=2)
+    assert written(tmp_path, colour, image="map.png").free.sum() == 4
+    deep = GREYS.astype(np.uint16) * 257
+    assert written(tmp_path, deep, image="map.png").free.sum() == 4
+    bits = Image.fromarray(GREYS > 230)
+    assert bits.mode == "1"
+    bits.save(tmp_path / "map.png")
+    assert load_map(tmp_path / "map.yaml").free.sum() == 3
+
+
+@pytest.mark.parametrize(
+    ("change", "sentence"),
+    [
+        (("resolution: 0.05", ""), "expected an entry 'resolution'"),
+        (("resolution: 0.05", "resolution: -1"), "resolution > 0"),
+        (("resolution: 0.05", "resolution: .nan"), "finite"),
+        (("[-1.0, 2.0, 0.0]", "[0, 0]"), "origin"),
+        (("map.pgm", "gone.pgm"), "expected the image .*gone.pgm; reading it gave FileNotFound"),
+        (("map.pgm", "cut.pgm"), "expected the image"),
+        (("map.pgm", "map.yaml"), "expected the image"),
+        (("negate: 0", "negate: 2"), "negate 0 or 1"),
+        (("negate: 0", "negate: 1\nmode: raw"), "raw with negate 0"),
+        (("negate: 0", "negate: 0\nmode: best"), "expected mode trinary, scale, raw"),
+        (("free_thresh: 0.196", "free_thresh: 0.9"), "0 <= free_thresh <= occupied_thresh"),
+        (("free_thresh: 0.196", "free_thresh: .nan"), "0 <= free_thresh"),
+        (("free_thresh: 0.196", "free_thresh: ["), "expected a YAML file"),
+    ],
+    ids=lambda value: value[1].strip() if isinstance(value, tuple) else "",
+)
+def test_what_is_no_map_is_refused_in_one_sentence(tmp_path, change, sentence):
+    written(tmp_path, GREYS)
+    (tmp_path / "cut.pgm").write_bytes((tmp_path / "map.pgm").read_bytes()[:-3])
+    text = (tmp_path / "map.yaml").read_text()
+    assert change[0] in text
+    (tmp_path / "map.yaml").write_text(text.replace(*change))
+    with pytest.raises(InputError, match=sentence):
+        load_map(tmp_path / "map.yaml")
+
+
+def test_a_file_that_is_not_there_is_refused(tmp_path):
+    with pytest.raises(InputError, match="expected a YAML file of map_server; got FileNotFound"):
+        load_map(tmp_path / "none.yaml")
