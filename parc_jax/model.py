@@ -71,6 +71,11 @@ class TrajectoryModel:
         return self.claim.subject.rotation
 
     @property
+    def given(self) -> tuple[int, ...]:
+        """Axes of k that its system measures at the start, as `given_of` has them."""
+        return self.claim.subject.given
+
+    @property
     def tube(self) -> Tube:
         """The tube of the claim."""
         return self.claim.tube

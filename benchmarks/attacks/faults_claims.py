@@ -43,6 +43,20 @@ CLAIMED = (
         (f"{START}::test_a_run_from_elsewhere_with_another_heading_is_off_twice_and_stays_inside",),
     ),
     Fault(
+        "a_hidden_start_is_in_no_ledger",
+        "hidden_start",
+        "if names else ()",
+        "if not names else ()",
+        ("tests/claim/test_hidden_start.py::test_a_claim_lists_it_and_keeps_it_in_files",),
+    ),
+    Fault(
+        "what_is_measured_is_left_open",
+        "require_given",
+        "if axis not in said",
+        "if axis in said",
+        ("tests/claim/test_hidden_start.py::test_a_question_says_what_is_measured_or_is_refused",),
+    ),
+    Fault(
         "headings_are_not_tried",
         "try_starts",
         "try_headings(system, key, declared)",

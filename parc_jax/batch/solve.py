@@ -20,6 +20,7 @@ from parc_jax.certificate.write import sample_part
 from parc_jax.errors import InputError
 from parc_jax.model import TrajectoryModel
 from parc_jax.problem.problem import ReachAvoid
+from parc_jax.robust.executions import require_given
 from parc_jax.robust.question import Plain
 from parc_jax.verdict.near import near_scene
 from parc_jax.verdict.pointwise import paths_of
@@ -90,6 +91,8 @@ def solve_batch(
         raise InputError(
             f"solve_batch: expected samples, draws, pool >= 1; got {samples}, {draws}, {pool}."
         )
+    if isinstance(problems, BoxScenes | SceneArrays):
+        require_given(None, model)
     if proof and isinstance(problems, SceneArrays):
         problem_of(problems, 0)
     begin = time.perf_counter()

@@ -5,7 +5,7 @@ from fractions import Fraction
 import numpy as np
 
 from parc_jax.base.arrays import content_hash
-from parc_jax.base.spelling import hex_text, rounded_up
+from parc_jax.base.spelling import hex_text, listed, rounded_up
 from parc_jax.claim.asked import BoundSettings
 from parc_jax.claim.claim import ErrorClaim, error_claim
 from parc_jax.claim.counts import (
@@ -22,7 +22,9 @@ from parc_jax.claim.tube import Tube
 from parc_jax.claim.unit import RECORDED_ROWS, RUNS, Unit
 from parc_jax.errors import InputError
 from parc_jax.network.relu import ReLUNetwork
+from parc_jax.problem.labels import name_of
 from parc_jax.rollout.batch import RolloutBatch
+from parc_jax.rollout.subject import Subject
 
 # the division that made the score and the product that undoes it, rounded up
 _OUTWARD = 1 + 2.0**-48
@@ -105,7 +107,7 @@ def shown_claim(
         delta=as_probability("delta", asked.delta),
         looks=asked.looks,
         law=scores.law,
-        assumptions=ledger(asked.intersample.assumption(step), scores.subject.rotation),
+        assumptions=ledger(asked.intersample.assumption(step), scores.subject),
         evidence={"profile": profile.hash, **evidence_of(scores), **evidence},
         intersample=tuple(term),
         **fields,
@@ -176,11 +178,20 @@ def evidence_of(scores: Scores) -> dict:
     }
 
 
-def ledger(between: str, rotation: tuple[str, ...] | None) -> tuple[str, ...]:
-    """Assumptions every statistical claim rests on. rotation: what is declared of the heading."""
+def hidden_start(about: Subject) -> tuple[str, ...]:
+    """What is assumed of the start where some of it is measured and goes into k: what is not
+    measured is distributed in use as in the runs, given what is. [T37]
+    """
+    names = [name_of(about.labels.k[axis]) for axis in about.given]
+    return (f"HIDDEN_START(given {listed(names)})",) if names else ()
+
+
+def ledger(between: str, about: Subject) -> tuple[str, ...]:
+    """Assumptions every statistical claim rests on. [T33, T37]"""
     return (
         "IID",
-        *invariances(rotation),
+        *invariances(about.rotation),
+        *hidden_start(about),
         between,
         "DEPLOYMENT_LAW = CALIBRATION_LAW",
         "UNCHANGED_SYSTEM",

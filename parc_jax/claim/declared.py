@@ -62,6 +62,7 @@ def declared_claim(
     points: Sequence[str] | None = None,
     rotation: Sequence[str] | None = None,
     labels: Labels | Mapping[str, Sequence[str]] | None = None,
+    given: Sequence[str | int] = (),
 ) -> ErrorClaim:
     """A bound from elsewhere, such as an analysis of the robot or a data sheet. Nothing is shown
     here, and every sentence says so.
@@ -70,7 +71,8 @@ def declared_claim(
     why: the reason, one clause: "... no run leaves the tube, because {why}". net, time: the network
     and the grid that the bound is about. system: name of the robot. points: names of its reference
     points, None where it has only one. rotation: what it declares of the heading, as a system's
-    `rotation`. labels: of p, q and k, as {"k": ("speed [m/s]", ...)}. Raises InputError.
+    `rotation`. labels: of p, q and k, as {"k": ("speed [m/s]", ...)}. given: parameters that are
+    measured at the start, as a system's `given`. Raises InputError.
     """
     if not isinstance(tube, Tube) or not isinstance(why, str) or not why.strip():
         raise InputError(
@@ -81,9 +83,7 @@ def declared_claim(
     return error_claim(
         kind="declared",
         tube=tube,
-        subject=subject(
-            system, domain, time, tube.n_p, tube.n_q, points, rotation=rotation, labels=labels
-        ),
+        subject=subject(system, domain, time, tube.n_p, tube.n_q, points, rotation, labels, given),
         network=net.hash,
         quantifier=why.strip().rstrip("."),
         eps=None,

@@ -3,7 +3,7 @@
 import dataclasses
 
 from parc_jax.errors import InputError
-from parc_jax.problem.doubt import Doubt
+from parc_jax.problem.doubt import FREE, Doubt
 from parc_jax.problem.problem import ReachAvoid
 
 
@@ -34,11 +34,11 @@ def numbers_of_option(option: str, text: str) -> list[float]:
 
 
 def _by_name(option: str, words: tuple[str, ...]) -> tuple:
-    """name=value or name=lo:hi, by name or by number."""
-    found = []
+    """name=value, name=lo:hi or name=free, by name or by number."""
+    found: list = []
     for word in words:
         name, _, text = word.partition("=")
-        values = _values(text)
+        values = [FREE] if text == FREE else _values(text)
         if not name or not 1 <= len(values) <= 2:
             raise InputError(
                 f"--{option}: expected NAME=VALUE or NAME=LO:HI, such as speed=9.2; got "

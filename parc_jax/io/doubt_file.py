@@ -6,7 +6,7 @@ import numpy as np
 
 from parc_jax.errors import InputError
 from parc_jax.io.scene_values import grown_set_of, numbers_of, spelled_set, table_of
-from parc_jax.problem.doubt import Doubt
+from parc_jax.problem.doubt import FREE, Doubt
 
 ENTRIES = tuple(field.name for field in dataclasses.fields(Doubt))
 
@@ -67,6 +67,8 @@ def _numbers(name: str, value):
     if isinstance(value, dict):
         pairs = value.items()
         return tuple((key, _numbers(f"{name} of {key}", part)) for key, part in pairs)
+    if value == FREE:
+        return FREE
     array = numbers_of(name, value, 1 if isinstance(value, list) else 0)
     return float(array) if np.ndim(array) == 0 else tuple(array.tolist())
 

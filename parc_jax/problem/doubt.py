@@ -16,6 +16,7 @@ from parc_jax.sets.hpolytope import HPolytope, from_box
 
 Parameter = str | int  # a name of a parameter, or its number from 0
 Interval = tuple[float, float]
+FREE = "free"  # said of a given parameter that a plan may choose all the same
 
 
 @dataclass(frozen=True)
@@ -42,7 +43,8 @@ class Doubt:
     for all, or one for each, None for an exact one."""
     given: Any = ()
     """Parameters that are measured and not chosen, by name: a number, or its lowest and highest
-    value, in the shell speed=9.2 load=1:2."""
+    value, in the shell speed=9.2 load=1:2; "free" for one that a system measures at the start and a
+    plan chooses all the same."""
     unknown: Any = ()
     """Parameters that nobody chooses or measures, by name: their lowest and highest value, in the
     shell wind=-1:1; a plan is safe for all of it."""
@@ -67,7 +69,8 @@ class Doubt:
         """Nothing at all is in doubt: the question is the plain one."""
         wide = [*self.start, *self.goal, *(width for _, width in self.k), self.heading]
         exact = all(s is None for s in self.obstacles)
-        return not any(wide) and exact and not self.given and not self.unknown
+        known = [value for _, value in self.given if value != FREE]
+        return not any(wide) and exact and not known and not self.unknown
 
     @property
     def of_model(self) -> tuple:
@@ -157,7 +160,9 @@ def _parameter(name: str, given) -> Parameter:
     )
 
 
-def _value_or_box(name: str, value) -> Interval:
+def _value_or_box(name: str, value) -> Interval | str:
+    if isinstance(value, str) and value == FREE:
+        return FREE
     if np.ndim(value) == 0 and not isinstance(value, str) and value is not None:
         return _box(name, (value, value))
     return _box(name, value)

@@ -52,6 +52,7 @@ def copied_model(model: TrajectoryModel, executions: Executions, turn: Turn) -> 
         domain=domain,
         points=_copies_of(model.points, n_v * n_r) if several else model.points,
         rotation=None if model.rotation is None else model.rotation * n_v,
+        given=(),  # those that are still there are free
         labels=valid_labels(
             model.n_p,
             model.n_q * n_v,

@@ -11,10 +11,11 @@ from typing import NamedTuple
 
 import numpy as np
 
+from parc_jax.base.spelling import listed
 from parc_jax.errors import InputError
 from parc_jax.lp.exact import round_down, round_up
 from parc_jax.model import TrajectoryModel
-from parc_jax.problem.doubt import Doubt, Interval, require_once
+from parc_jax.problem.doubt import FREE, Doubt, Interval, require_once
 from parc_jax.problem.labels import name_of
 
 MOST = 64  # reference points that the checker takes, each execution with its own
@@ -106,6 +107,7 @@ def executions_of(doubt: Doubt, model: TrajectoryModel) -> Executions:
     names = [name_of(label) for label in model.labels.k]
     off = _by_axis("doubt k", doubt.k, names)
     given = _by_axis("doubt given", doubt.given, names)
+    given = {axis: value for axis, value in given.items() if value != FREE}
     unknown = _by_axis("doubt unknown", doubt.unknown, names)
     for axis in given.keys() & unknown.keys():
         raise InputError(
@@ -120,6 +122,24 @@ def executions_of(doubt: Doubt, model: TrajectoryModel) -> Executions:
     if all(p.known for p in parameters):
         raise InputError("doubt: expected at least one parameter to choose; all are given.")
     return Executions(tuple(parameters))
+
+
+def require_given(doubt: Doubt | None, model: TrajectoryModel) -> None:
+    """Refuse a question that leaves open what the model's system measures at the start: no plan
+    chooses it, unless it is said to be free. [T37] Raises InputError.
+    """
+    names = [name_of(label) for label in model.labels.k]
+    said: set[int] = set()
+    if doubt is not None:
+        for word in ("given", "unknown"):
+            said |= _by_axis(f"doubt {word}", getattr(doubt, word), names).keys()
+    missing = [names[axis] for axis in model.given if axis not in said]
+    if missing:
+        raise InputError(
+            f"doubt given: expected {listed(missing)}, which {model.system or 'this robot'} "
+            f"measures at the start; got no value. Say Doubt(given={{{missing[0]!r}: 0.5}}), or "
+            f'"{FREE}" in place of a value to look for starts too.'
+        )
 
 
 def told(x: float) -> str:

@@ -19,7 +19,7 @@ from parc_jax.model import TrajectoryModel
 from parc_jax.problem.doubt import Doubt
 from parc_jax.problem.problem import ReachAvoid, require_points
 from parc_jax.robust.copies import copied_model, copied_problem
-from parc_jax.robust.executions import Executions, executions_of
+from parc_jax.robust.executions import Executions, executions_of, require_given
 from parc_jax.robust.pose import Pose, from_here, pose_of, require_rotation
 from parc_jax.robust.scene import doubted_scene
 from parc_jax.robust.turn import Turn, no_turn, turn_by
@@ -89,6 +89,7 @@ def plain(
 def _plain(asked: Question, known: dict[tuple, TrajectoryModel]) -> Plain:
     problem, model, pose = asked.problem, asked.model, asked.pose
     doubt = problem.doubt
+    require_given(doubt, model)
     if doubt is None or doubt.is_nothing:
         doubt = None
         problem = problem.replace(doubt=None) if problem.doubt is not None else problem

@@ -30,7 +30,8 @@ class RolloutBatch:
     groups: (n,) int64           which recording a row is part of; None = every row is its own run.
         Rows of one group are not independent: they are split together and count as one.
     rotation: what the system declares of the heading, None for nothing, static. labels: what
-        coordinates are called, None for the plain ones, static.
+        coordinates are called, None for the plain ones, static. given: axes of k that are measured
+        at the start, static.
     time, law, seed, stage: static; seed is the data of the random key, seed and stage are None for
     files. A run that failed holds NaN or infinities. It stays in the batch: a failure is an error
     without bound, not a missing row.
@@ -49,12 +50,13 @@ class RolloutBatch:
     points: tuple[str, ...] = struct.field(pytree_node=False, default=ONE_POINT)
     rotation: tuple[str, ...] | None = struct.field(pytree_node=False, default=None)
     labels: Labels | None = struct.field(pytree_node=False, default=None)
+    given: tuple[int, ...] = struct.field(pytree_node=False, default=())
 
     @property
     def subject(self) -> Subject:
         """What the runs are about. Raises InputError."""
         about = (self.name, self.domain, self.time, self.n_p, self.n_q)
-        return subject(*about, self.points, self.rotation, self.labels)
+        return subject(*about, self.points, self.rotation, self.labels, self.given)
 
     @property
     def n(self) -> int:
@@ -153,11 +155,13 @@ def rollout_batch(
     points=ONE_POINT,
     rotation=None,
     labels=None,
+    given=(),
 ) -> RolloutBatch:
     """Validated batch. k must be finite and inside the domain; p and q may hold NaN (failed
     runs). groups: (n,) whole numbers or names, or None. points: names of the reference points,
     whose coordinates are the columns of p. rotation: as of `rotation_of(system)`. labels: `Labels`,
-    or a mapping of some of p, q and k, as {"k": ("speed [m/s]", ...)}. Raises InputError.
+    or a mapping of some of p, q and k, as {"k": ("speed [m/s]", ...)}. given: parameters that are
+    measured at the start, by name or number. Raises InputError.
     """
     require_finite_k(k)
     k = as_float64("rollouts k", k, (None, domain.n))
@@ -181,8 +185,8 @@ def rollout_batch(
         )
     rows = np.arange(n, dtype=np.int64) if rows is None else np.asarray(rows, np.int64)
     numbers = group_numbers(groups, n)
-    about = subject(law.generator, domain, time, n_p, q.shape[1], points, rotation, labels)
-    named = (points, about.rotation, about.labels)
+    about = subject(law.generator, domain, time, n_p, q.shape[1], points, rotation, labels, given)
+    named = (points, about.rotation, about.labels, about.given)
     return RolloutBatch(rows, k, p, q, domain, time, law, seed, stage, numbers, *named)
 
 
@@ -270,17 +274,17 @@ def require_finite_k(k) -> None:
 
 
 def concatenate(batches) -> RolloutBatch:
-    """One batch from several of the same law (and so K), time grid, reference points and rotation,
-    in order. Raises InputError when they differ.
+    """One batch from several of the same law (and so K), time grid, reference points, rotation and
+    given parameters, in order. Raises InputError when they differ.
     """
     batches = list(batches)
     first = batches[0]
-    shared = ("law", "time", "seed", "stage", "points", "rotation")
+    shared = ("law", "time", "seed", "stage", "points", "rotation", "given")
     for other in batches[1:]:
         if any(getattr(other, fact) != getattr(first, fact) for fact in shared):
             raise InputError(
                 "concatenate: expected batches of one law, time grid, seed, stage, reference "
-                "points and rotation; they differ."
+                "points, rotation and given parameters; they differ."
             )
     if len({b.groups is None for b in batches}) > 1:
         raise InputError("concatenate: expected groups in all batches or in none.")

@@ -35,6 +35,7 @@ from parc_jax.rollout.rows import (
     title_of,
 )
 from parc_jax.rollout.simulate import remembered, simulator
+from parc_jax.rollout.subject import given_of
 from parc_jax.rollout.user_code import blamed
 from parc_jax.system import points_of, rotation_of
 
@@ -113,7 +114,9 @@ def _finished(system, key, n, stage, k, first_row, dtype, path, identity) -> Rol
     again = {"k": drawn[:shown], "p": np.asarray(trajectory.p)[:shown]}
     again["q"] = np.asarray(trajectory.q)[:shown]
     require_same_runs(path, stored, again, getattr(system, "dtype", np.float64))
-    return replace(batch, rotation=rotation_of(system), labels=labels_of(system))
+    return replace(
+        batch, rotation=rotation_of(system), labels=labels_of(system), given=given_of(system)
+    )
 
 
 def stream_rollouts(
@@ -201,6 +204,7 @@ def _batch(system, key, stage: Stage, law: LawSpec, **arrays) -> RolloutBatch:
         points=points_of(system),
         rotation=rotation_of(system),
         labels=labels_of(system),
+        given=given_of(system),
     )
 
 

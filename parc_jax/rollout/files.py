@@ -87,6 +87,7 @@ def save_rollouts(path, batch: RolloutBatch, made_by: dict | None = None) -> Pat
         "points": batch.points,
         "rotation": batch.rotation,
         "labels": None if batch.labels is None else batch.labels._asdict(),
+        "given": batch.given,
     }
     arrays = {
         "rows": batch.rows,
@@ -123,6 +124,7 @@ def rollouts_from_npz(path, arrays: dict) -> RolloutBatch:
             points=meta.get("points", ONE_POINT),
             rotation=meta.get("rotation"),
             labels=meta.get("labels"),
+            given=meta.get("given", ()),
         )
     except KeyError as error:
         raise InputError(

@@ -29,6 +29,7 @@ def load_rollouts(
     points: Sequence[str] | None = None,
     rotation: Sequence[str] | None = None,
     labels: Labels | Mapping[str, Sequence[str]] | None = None,
+    given: Sequence[str | int] = (),
 ) -> RolloutBatch:
     """A batch from a file or folder. Raises InputError that says what is missing.
 
@@ -49,8 +50,8 @@ def load_rollouts(
     table with a column per coordinate (CSV, .mat) has them point by point: x, y of the first, x, y
     of the second. Positions are made relative to where the first point of each run starts.
     rotation: what is declared of the heading, as a system's `rotation`. labels: what coordinates
-    are called, as {"k": ("speed [m/s]", ...)}; they go before those of the file. Runs with NaN
-    stay.
+    are called, as {"k": ("speed [m/s]", ...)}; they go before those of the file. given: parameters
+    that are measured at the start of a run and not chosen, by name or number. Runs with NaN stay.
     """
     path = Path(path)
     if k_law not in K_LAWS or (k_law == "uniform" and domain is None):
@@ -58,7 +59,7 @@ def load_rollouts(
             f'{path}: expected k_law "logged", or "uniform" with the domain that k was drawn from; '
             f"got {k_law!r} and domain = {domain}."
         )
-    about = {"rotation": rotation, "labels": labels}
+    about = {"rotation": rotation, "labels": labels, "given": given}
     if path.is_dir():
         return _assemble(path, _csv_folder(path), time, domain, k_law, groups, points, about)
     if path.suffix == ".mat":
@@ -70,10 +71,11 @@ def load_rollouts(
         return _assemble(path, arrays, time, domain, k_law, groups, points, about)
     own = rollouts_from_npz(path, arrays)
     others = points is not None and tuple(points) != own.points
-    if k_law != "logged" or others or any(x is not None for x in (groups, rotation, labels)):
+    told = any(x is not None for x in (groups, rotation, labels)) or len(given) > 0
+    if k_law != "logged" or others or told:
         raise InputError(
-            f"{path}: expected neither k_law nor groups, other points, rotation or labels; a file "
-            "of save_rollouts knows its own."
+            f"{path}: expected neither k_law nor groups, other points, rotation, labels or given; "
+            "a file of save_rollouts knows its own."
         )
     return own
 
@@ -110,9 +112,9 @@ def _assemble(
     read = {part: words for part, words in arrays.get("labels", {}).items() if words is not None}
     if len(named) > 1:
         read.pop("p", None)  # a name per coordinate of every point
-    given = about["labels"]
-    given = given._asdict() if isinstance(given, Labels) else dict(given or {})
-    about = about | {"labels": read | given}
+    own = about["labels"]
+    own = own._asdict() if isinstance(own, Labels) else dict(own or {})
+    about = about | {"labels": read | own}
     by_point = p.reshape(*p.shape[:2], len(named), -1)
     moved = (by_point - by_point[:, :1, :1]).reshape(*p.shape[:2], -1)
     batch = rollout_batch(

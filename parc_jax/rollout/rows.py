@@ -8,6 +8,7 @@ from parc_jax.errors import InputError
 from parc_jax.rollout.chunks import ChunkStore, default_chunk, worker_devices
 from parc_jax.rollout.resume import require_same_runs
 from parc_jax.rollout.simulate import is_traceable, simulator
+from parc_jax.rollout.subject import given_of
 from parc_jax.system import check_system
 
 
@@ -102,6 +103,7 @@ def check_asked(system, n: int, k) -> None:
     if n < 1:
         raise InputError(f"rollouts: expected n >= 1; got {n}.")
     check_system(system)
+    given_of(system)
     if not is_given(k):
         return
     shape = np.shape(k)

@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 
 from parc_jax.base.spelling import hex_text, nearest_floats
 from parc_jax.errors import InputError
-from parc_jax.problem.labels import PARTS, Labels
+from parc_jax.problem.labels import PARTS, Labels, labels_of, name_of
 from parc_jax.problem.labels import labels as valid_labels
 from parc_jax.sets.box import Box, box
 from parc_jax.system import (
@@ -26,7 +26,8 @@ class Subject:
 
     system: name of the black box. domain: K. time: knots, records and horizon. points: names of the
     robot's reference points, in the order of their coordinates. rotation: what the system declares
-    of the heading, as `rotation_of` has it. labels: what coordinates are called, for people.
+    of the heading, as `rotation_of` has it. labels: what coordinates are called, for people. given:
+    axes of k that are measured at the start and not chosen, as `given_of` has them. [T37]
     """
 
     system: str
@@ -35,6 +36,7 @@ class Subject:
     points: tuple[str, ...]
     rotation: tuple[str, ...] | None
     labels: Labels
+    given: tuple[int, ...] = ()
 
     @property
     def n_p(self) -> int:
@@ -51,7 +53,8 @@ class Subject:
         """All but what is for people alone, as plain values: two subjects with the same identity
         are the same.
         """
-        return {
+        measured = {"given": list(self.given)} if self.given else {}
+        return measured | {
             "system": self.system,
             "domain": {"lo": hex_text(self.domain.lo), "hi": hex_text(self.domain.hi)},
             "time": hex_text([self.time.dt, self.time.t_f, self.time.dt_record]),
@@ -82,18 +85,42 @@ def subject(
     points: Sequence[str] | None = None,
     rotation: Sequence[str] | None = None,
     labels: Labels | Mapping[str, Sequence[str]] | None = None,
+    given: Sequence[str | int] = (),
 ) -> Subject:
     """Validated subject. labels: `Labels`, or a mapping of some of p, q and k; what is not given
-    has plain ones. Raises InputError.
+    has plain ones. given: parameters by label, name or number. Raises InputError.
     """
+    named = valid_labels(n_p, n_q, domain.n, **_words(labels or {}))
     return Subject(
         str(system),
         domain,
         time,
         ONE_POINT if points is None else check_points("runs", tuple(points)),
         None if rotation is None else check_rotation("runs", rotation, n_p, n_q),
-        valid_labels(n_p, n_q, domain.n, **_words(labels or {})),
+        named,
+        check_given("runs", given, named.k),
     )
+
+
+def given_of(system) -> tuple[int, ...]:
+    """Axes of k that a system declares to be measured at the start: `given`. Raises InputError."""
+    return check_given(system.name, getattr(system, "given", ()), labels_of(system).k)
+
+
+def check_given(owner: str, words, k_labels: Sequence[str]) -> tuple[int, ...]:
+    """Axes of the parameters named by label, name or number. Raises InputError."""
+    names = [name_of(label) for label in k_labels]
+    axes = []
+    for word in words if isinstance(words, tuple | list) else (words,):
+        name = name_of(word) if isinstance(word, str) else word
+        axes.append(names.index(name) if name in names else name)
+    known = [axis for axis in axes if type(axis) is int and 0 <= axis < len(names)]
+    if len(known) < len(axes) or len(set(axes)) < len(axes) or len(axes) == len(names):
+        raise InputError(
+            f"{owner}: expected given, a tuple of parameters that are measured at the start, of "
+            f"{', '.join(names)}, each once and not all of them; got {words!r:.60}."
+        )
+    return tuple(known)
 
 
 def _words(given: Labels | Mapping[str, Sequence[str]]) -> dict[str, Sequence[str]]:
@@ -119,4 +146,5 @@ def subject_from_json(data: dict) -> Subject:
         data["points"],
         data["rotation"],
         data["labels"],
+        data.get("given", ()),
     )

@@ -8,10 +8,11 @@ from parc_jax.network.predict import Layout
 from parc_jax.problem.body import numbered
 from parc_jax.problem.labels import Labels, labels_of
 from parc_jax.problem.problem import ReachAvoid
-from parc_jax.robust.executions import executions_of
+from parc_jax.robust.executions import executions_of, require_given
 from parc_jax.robust.pose import require_rotation
 from parc_jax.robust.scene import doubted_scene
 from parc_jax.rollout.law import BOX, LawSpec, law_of
+from parc_jax.rollout.subject import given_of
 from parc_jax.separation.pairs import exists
 from parc_jax.sets.box import Box
 from parc_jax.system import TimeGrid, points_of, rotation_of
@@ -33,6 +34,7 @@ class Outline(NamedTuple):
     domain: Box
     labels: Labels
     rotation: tuple[str, ...] | None
+    given: tuple[int, ...]
 
     @property
     def n_points(self) -> int:
@@ -66,6 +68,7 @@ def outline_of(system) -> Outline:
         system.domain,
         labels_of(system),
         rotation_of(system),
+        given_of(system),
     )
 
 
@@ -78,6 +81,7 @@ def require_fit(problem: ReachAvoid, robot: Outline | TrajectoryModel) -> None:
     for j in range(len(problem.obstacles)):
         exists(problem, j, robot.time.n_steps)
     doubt = problem.doubt
+    require_given(doubt, robot)
     if doubt is not None and not doubt.is_nothing:
         if doubt.heading:
             require_rotation(robot, "doubt heading")
@@ -88,8 +92,8 @@ def require_fit(problem: ReachAvoid, robot: Outline | TrajectoryModel) -> None:
 
 def require_same(system, model: TrajectoryModel) -> None:
     """Refuse a system that is not the one of this model: another name, size or grid, a K that does
-    not hold the model's, another law of its disturbances, another rotation than the model knows.
-    Its plant may differ. Raises InputError.
+    not hold the model's, another law of its disturbances, another rotation or other parameters that
+    are measured at the start than the model knows. Its plant may differ. Raises InputError.
     """
     own = outline_of(system)
     differs = [name for name in ALIKE if getattr(own, name) != getattr(model, name)]
@@ -101,6 +105,8 @@ def require_same(system, model: TrajectoryModel) -> None:
     differs += [] if inside else ["K"]
     if model.rotation is not None and own.rotation != model.rotation:
         differs.append("rotation")
+    if model.given and own.given != model.given:
+        differs.append("given")
     law = model.claim.law
     if law.generator == own.system and _disturbances(law) != _disturbances(law_of(system)):
         differs.append("law")

@@ -30,7 +30,7 @@ heading = 0.03
 k = { speed = 0.1, 1 = 0.2 }
 goal = 0.1
 obstacles = { lo = [-0.1, -0.1], hi = [0.1, 0.1] }
-given = { load = 3.5, wind = [1, 2] }
+given = { load = 3.5, wind = [1, 2], v0 = "free" }
 unknown = { grip = [0.7, 0.9] }
 sensing_eps = 0.001
 """
@@ -52,7 +52,7 @@ def test_the_table_says_what_it_says():
         k={"speed": 0.1, 1: 0.2},
         goal=0.1,
         obstacles=[box([-0.1] * 2, [0.1] * 2), doubt.obstacles[1]],
-        given={"load": 3.5, "wind": (1, 2)},
+        given={"load": 3.5, "wind": (1, 2), "v0": "free"},
         unknown={"grip": (0.7, 0.9)},
         sensing_eps="0.001",
     )

@@ -1,0 +1,129 @@
+"""What is measured at the start of a manoeuvre: declared by a system, named by claims, files and
+answers, and asked of every question.
+"""
+
+import json
+
+import jax
+import numpy as np
+import pytest
+from toy_running import Cart, cart_model, settled_network
+
+import parc_jax as pj
+from parc_jax.claim.calibrate import calibrate
+from parc_jax.claim.claim_file import load_claim
+from parc_jax.claim.tube import zero_tube
+from parc_jax.errors import InputError
+from parc_jax.io.answer_file import load_answer
+from parc_jax.robust.question import plain
+from parc_jax.rollout.collect import collect
+from parc_jax.rollout.files import save_rollouts
+from parc_jax.rollout.loaders import load_rollouts
+from parc_jax.rollout.subject import given_of
+from parc_jax.system import time_grid
+from parc_jax.verdict.outline import outline_of, require_fit, require_same
+
+ENTRY = "HIDDEN_START(given v0)"
+KEY = jax.random.key(0)
+GOAL = pj.box([0.2, -0.3], [0.9, 0.3])
+SCENE = pj.reach_avoid(GOAL, [pj.box([-0.2, 0.4], [1.2, 0.6])], 0.1)
+MEASURED = SCENE.replace(doubt=pj.Doubt(given={"v0": 0.5}))
+
+
+@pytest.fixture(scope="module")
+def claim():
+    asked = dict(eps=0.1, delta=0.1, bins=(1, 1), profile_runs=50, search=0, quiet=True)
+    return pj.bound_error(settled_network(), Cart(), KEY, **asked)
+
+
+def test_a_claim_lists_it_and_keeps_it_in_files(claim, tmp_path):
+    assert ENTRY in claim.assumptions and ENTRY in claim.statement()
+    back = load_claim(claim.save(tmp_path / "claim.json"))
+    assert back.assumptions == claim.assumptions and back.hash == claim.hash
+    model = pj.trajectory_model(settled_network(), claim)
+    model.save(tmp_path / "model.npz")
+    assert pj.load(tmp_path / "model.npz").given == model.given == (0,)
+
+
+def test_an_answer_names_it_in_words_and_in_its_file(claim, tmp_path):
+    model = pj.trajectory_model(settled_network(), claim)
+    settings = pj.Settings(samples=3, target=0.3, polytopes=False)
+    answer = pj.Planner(model).solve(MEASURED, KEY, settings)
+    said = answer.statement()
+    assert ENTRY in said and "v0 = 0.5 (measured)" in said
+    path = answer.save(tmp_path / "answer.json")
+    told = json.loads(path.read_text())["claim"]
+    assert ENTRY in told["assumptions"] and ENTRY in told["statement"]
+    assert ENTRY in load_answer(path).statement()
+
+
+def test_runs_keep_it_in_files_and_only_those_that_have_it_name_it(tmp_path):
+    runs = collect(Cart(), KEY, 30, quiet=True)
+    assert runs.given == (0,)
+    profile = zero_tube([(0.0, 1.0)] * 2, 4, 2, 2).with_halves(
+        *[np.ones((1, 4, 2)), np.ones((1, 2))]
+    )
+    for given, named in ((runs.given, True), ((), False)):
+        claim = calibrate(settled_network(), runs.replace(given=given), profile, eps=0.2, delta=0.2)
+        assert (ENTRY in claim.assumptions) is named
+    assert load_rollouts(save_rollouts(tmp_path / "runs.npz", runs)).given == (0,)
+    p = runs.p.reshape(30, -1, 2)
+    np.savez(tmp_path / "log.npz", k=runs.k, p=p)
+    log = load_rollouts(tmp_path / "log.npz", time_grid(0.25, 1.0, 0.05), given=("k0",))
+    assert log.given == (0,) and log.subject.given == (0,)
+    with pytest.raises(InputError, match="labels or given; a file of save_rollouts knows its own"):
+        load_rollouts(tmp_path / "runs.npz", given=("v0",))
+
+
+def test_a_question_says_what_is_measured_or_is_refused():
+    model = cart_model()
+    sentence = "expected v0, which cart measures at the start; got no value"
+    for doubt in (None, pj.Doubt(start=0.01), pj.Doubt(given={"v": 0.5})):
+        with pytest.raises(InputError, match=sentence):
+            plain(SCENE.replace(doubt=doubt), model)
+    with pytest.raises(InputError, match=sentence):
+        pj.Planner(model).solve_batch([MEASURED, SCENE], KEY)
+    with pytest.raises(InputError, match=sentence):
+        require_fit(SCENE, outline_of(Cart()))
+    corners = np.array([[GOAL.lo] * 2, [GOAL.hi] * 2])
+    with pytest.raises(InputError, match=sentence):
+        pj.Planner(model).solve_batch(pj.box_scenes(model, *corners, *corners + 2, 0.1), KEY)
+    require_fit(MEASURED, outline_of(Cart()))
+    for doubt in (pj.Doubt(given={0: (0.4, 0.6)}), pj.Doubt(unknown={"v0": (0.4, 0.6)})):
+        assert plain(SCENE.replace(doubt=doubt), model).model.n_k == 1
+
+
+def test_what_is_free_is_chosen_with_the_rest():
+    model = cart_model()
+    free = SCENE.replace(doubt=pj.Doubt(given={"v0": "free"}))
+    assert free.doubt.is_nothing and plain(free, model).model is model
+    rough = SCENE.replace(doubt=pj.Doubt(given={"v0": "free"}, k={"v0": 0.01}))
+    under = plain(rough, model)
+    assert under.model.n_k == 2 and under.model.given == ()
+    assert under.doubt.words == "every execution with v0 off by up to 0.01"
+
+
+def test_a_value_on_the_edge_of_its_bins_has_the_wider_tube():
+    for value, width in ((0.0, 0.02), (0.25, 0.02), (0.5, 0.05), (1.0, 0.05)):
+        asked = SCENE.replace(doubt=pj.Doubt(given={"v0": value}))
+        found = plain(asked, cart_model(widths=(0.02, 0.05))).model.tube
+        np.testing.assert_allclose(found.interval, width, rtol=1e-8)
+
+
+@pytest.mark.parametrize("words", ["v9", (2,), ("v0", 0), ("v0", "v"), (0.5,), 7, (True,)])
+def test_what_is_no_parameter_is_refused_before_a_run(words):
+    odd = type("Odd", (Cart,), {"given": words})()
+    with pytest.raises(InputError, match="cart: expected given, a tuple of parameters"):
+        collect(odd, KEY, 4, quiet=True)
+
+
+def test_parameters_are_named_by_label_name_or_number():
+    for words in (("v0 [m/s]",), ("v0",), (0,), ["v0"], "v0"):
+        assert given_of(type("Named", (Cart,), {"given": words})()) == (0,)
+
+
+def test_a_system_that_measures_something_else_is_another_one():
+    require_same(Cart(), cart_model())
+    other = type("Other", (Cart,), {"given": ("v",)})()
+    with pytest.raises(InputError, match="which differs in given"):
+        require_same(other, cart_model())

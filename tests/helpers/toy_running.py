@@ -1,0 +1,79 @@
+"""A cart whose drive lags: it begins to move at a measured speed, and what its drive is about to do
+is hidden.
+"""
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+from toy_models import assumed, told
+
+from parc_jax.claim.tube import tube
+from parc_jax.model import TrajectoryModel, trajectory_model
+from parc_jax.network.relu import ReLUNetwork, relu_network
+from parc_jax.rollout.subject import subject
+from parc_jax.sets.box import box
+from parc_jax.system import Trajectory, time_grid
+
+H, LAG, DRIVE = 0.05, 0.2, 0.3  # [s] step, and how fast speed follows drive and drive the command
+ROUGH = 0.01  # [m/s] noise of the drive at a start from standstill
+
+
+class Cart:
+    """k = (speed at the start, measured; speed that is commanded) [m/s] for one second. Its state
+    is (speed, drive).
+    """
+
+    name, n_p, n_q = "cart", 2, 0
+    domain = box([0.0, 0.0], [1.0, 1.0])
+    time = time_grid(dt=0.25, t_f=1.0, dt_record=H)
+    k_labels = ("v0 [m/s]", "v [m/s]")
+    given = ("v0 [m/s]",)
+
+    def rollout(self, key, k):
+        """From a drive that has settled at the speed."""
+        drive = k[0] + ROUGH * jax.random.normal(key, ())
+        return self.rollout_from_state(key, jnp.stack([k[0], drive]), k)[0]
+
+    def start_state(self, key):
+        """At rest."""
+        return ROUGH * jax.random.uniform(key, (2,))
+
+    def measured(self, state):
+        """The speed."""
+        return state[:1]
+
+    def rollout_from_state(self, key, state, k):
+        """The same from a state, and the states at all records."""
+
+        def step(state, _):
+            speed, drive = state
+            after = jnp.stack(
+                [speed + H * (drive - speed) / LAG, drive + H * (k[1] - drive) / DRIVE]
+            )
+            return after, after
+
+        states = jax.lax.scan(step, state, None, self.time.n_record)[1]
+        states = jnp.concatenate([state[None], states])
+        x = H * jnp.concatenate([jnp.zeros(1, state.dtype), jnp.cumsum(states[:-1, 0])])
+        y = 1e-3 * jnp.linspace(0, 1, len(x)) * jax.random.normal(key, ())
+        return Trajectory(jnp.stack([x, y], axis=1), k[:0]), states
+
+
+def settled_network() -> ReLUNetwork:
+    """What the cart does from a settled drive, exactly: it is linear in k."""
+    W, speed, drive = np.zeros((21, 2, 2)), np.array([1.0, 0.0]), np.array([1.0, 0.0])
+    for record in range(20):
+        W[record + 1, 0] = W[record, 0] + H * speed
+        speed = speed + H * (drive - speed) / LAG
+        drive = drive + H * ([0.0, 1.0] - drive) / DRIVE
+    return relu_network([W[5::5].reshape(8, 2)], [np.zeros(8)])
+
+
+def cart_model(widths=(0.02, 0.05), edges=(0.0, 0.5, 1.0)) -> TrajectoryModel:
+    """Of the cart, with an assumed tube per bin of the speed at the start."""
+    about = Cart()
+    interval = np.broadcast_to(np.reshape(widths, (-1, 1, 1)), (len(widths), 4, 2))
+    errors = tube([edges, (0.0, 1.0)], interval, interval[:, 0])
+    claim = assumed(settled_network(), errors, about.time, about.name)
+    named = subject(about.name, about.domain, about.time, 2, 0, labels={"k": about.k_labels})
+    return told(trajectory_model(settled_network(), claim), labels=named.labels, given=(0,))
