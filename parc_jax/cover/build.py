@@ -124,7 +124,7 @@ def _with_neighbours(points: Points, seeds: np.ndarray, rng: np.random.Generator
 def _around(scene: Scene, building: Building, plans: np.ndarray) -> list[Corridor]:
     """A corridor for every row (s, PLANS) of a seed and its neighbours, CALL rows at a time."""
     points, errors = building.waiting, building.corridors.tube.errors
-    arrays = scene.arrays
+    arrays = scene.tabled
     shared = by_bin(scene)
 
     def call(rows):

@@ -19,7 +19,7 @@ from parc_jax.claim.error_set import at as errors_at
 from parc_jax.lp.interior import interior_point
 from parc_jax.network.predict import by_point
 from parc_jax.separation.segment import dot2
-from parc_jax.verdict.scene import Scene
+from parc_jax.verdict.scene import Tabled
 
 SHARES = (0.0, 0.5, 1.0)  # moments within an interval at which contact is tried
 CANDIDATES = 6  # (obstacle, interval, moment) tried per box, the most promising first
@@ -43,7 +43,7 @@ class Tried(NamedTuple):
     gap: jax.Array
 
 
-def contacts_to_try(scene: Scene, path, half_size, common: ErrorSet, size) -> Tried:
+def contacts_to_try(scene: Tabled, path, half_size, common: ErrorSet, size) -> Tried:
     """The contacts whose gap at the middle of the box, plus half the box along it, is smallest.
 
     path (n, T + 1, n_c): of the middle. half_size: the same, half of what the box adds to it.
@@ -74,7 +74,7 @@ def contacts_to_try(scene: Scene, path, half_size, common: ErrorSet, size) -> Tr
     return Tried(o, t, share, way, weights, lost, gaps.min(axis=(1, 2, 3)))
 
 
-def contact_depth(scene: Scene, tried: Tried, back, owner, lo, hi):
+def contact_depth(scene: Tabled, tried: Tried, back, owner, lo, hi):
     """Places less z (m, c, n_points, n_p) of every vertex at the moments tried, and the largest gap
     (m, c) there over the corners of z: negative where every plan touches.
 
@@ -140,7 +140,7 @@ def hull_gap(w, support, at, lost):
     return gaps[best], w[best] / jnp.where(length[best] > 0, length[best], 1.0)
 
 
-def _lost(scene: Scene, o, errors: ErrorSet):
+def _lost(scene: Tabled, o, errors: ErrorSet):
     """What the errors of each point, leading axis (n_points,), take from obstacle o: along its
     directions (n_points, d); half widths (n_points, n_p) where it is grown by them.
     """
@@ -173,7 +173,7 @@ def deepest_mixture(depth):
     return jnp.where(jnp.isfinite(weights).all(), weights, 1 / n)
 
 
-def _gaps(scene: Scene, path, errors: ErrorSet):
+def _gaps(scene: Tabled, path, errors: ErrorSet):
     """Gap (o, T, shares) and direction (o, T, shares, n_p) of every moment of one path (T + 1, n_c)
     from every obstacle; errors of each interval and point.
     """
@@ -202,7 +202,7 @@ def _gaps(scene: Scene, path, errors: ErrorSet):
     return jnp.where(obstacles.active[:, :, None], gap, jnp.inf), w
 
 
-def _weights(scene: Scene, o, at, lost, away):
+def _weights(scene: Tabled, o, at, lost, away):
     """Weights (v, n_points) of the mixture that is deepest in obstacle o, for every corner (v, n_p)
     of the box of z, seen from its middle; at (n_points, n_p): places, lost: as in `_lost`.
     """
@@ -222,7 +222,7 @@ def _weights(scene: Scene, o, at, lost, away):
     return jnp.matmul(jax.vmap(one)(away), chosen)
 
 
-def _deepest(scene: Scene, o, at, lost, weights, corners):
+def _deepest(scene: Tabled, o, at, lost, weights, corners):
     """Largest gap () over the corners (v, n_p) of z of one vertex of k, whose points are at
     (n_points, n_p) and lose as much as `_lost` says, mixed by weights (v, n_points).
     """

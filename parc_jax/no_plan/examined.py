@@ -84,7 +84,7 @@ class Examiner:
         owner = np.concatenate([owner, np.full(missing, BOXES)])
         boxes, over = self._as_boxes(nodes)
         with x64():
-            seen = examine_jit(self.model.net, self.scene.arrays, k, owner, boxes)
+            seen = examine_jit(self.model.net, self.scene.tabled, k, owner, boxes)
             return Batch(nodes, over, Examined(*jax.device_get(seen)), owner, bounded=False)
 
     def by_bounds(self, nodes: list[Node]) -> Batch:
@@ -92,7 +92,7 @@ class Examiner:
         boxes, over = self._as_boxes(nodes)
         owner = np.repeat(np.arange(BOXES), 2**self.model.n_p)
         with x64():
-            seen = examine_by_bounds_jit(self.model.net, self.scene.arrays, boxes)
+            seen = examine_by_bounds_jit(self.model.net, self.scene.tabled, boxes)
             return Batch(nodes, over, Examined(*jax.device_get(seen)), owner, bounded=True)
 
     def _as_boxes(self, nodes: list[Node]) -> tuple[Boxes, list[OverBins]]:

@@ -92,13 +92,14 @@ class DirectionTable:
 
 
 def direction_table(
-    problem: ReachAvoid, n_p: int, kept: Sequence[int] | None = None
+    problem: ReachAvoid, n_p: int, kept: Sequence[int] | None = None, size: int = 0
 ) -> DirectionTable:
     """Facet normals and evenly spread directions in the normal cone of every corner of every
-    obstacle, for every part of the body; or of the pairs of these numbers alone.
+    obstacle, for every part of the body; or of the pairs of these numbers alone. size: pairs that
+    there is room for, at least.
     """
     pairs = numbered_pairs(problem, kept)
-    n_o = bucket(len(pairs))
+    n_o = max(size, bucket(len(pairs)))
     n_d = N_DIRECTIONS[n_p]
     w = np.zeros((n_o, n_d, n_p))
     support = np.zeros((n_o, n_d))

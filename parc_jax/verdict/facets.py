@@ -18,7 +18,7 @@ from parc_jax.base.arrays import once, x64
 from parc_jax.claim.error_set import ErrorBox, ErrorTemplate
 from parc_jax.claim.reach import reach
 from parc_jax.claim.tube import Tube
-from parc_jax.verdict.scene import Scene
+from parc_jax.verdict.scene import Scene, Tabled
 
 
 class Facets(NamedTuple):
@@ -33,7 +33,7 @@ class Facets(NamedTuple):
     lost: jax.Array | None
     inside: jax.Array | None
 
-    def gap(self, o, path, tube: Tube, bin, scene: Scene):
+    def gap(self, o, path, tube: Tube, bin, scene: Tabled):
         """(T,) [m * |w|]: by how much the best facet normal separates pair o in each interval, less
         the slack; not positive: by none. path (T + 1, n_c). Kernel.
         """

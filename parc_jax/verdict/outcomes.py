@@ -12,7 +12,7 @@ from parc_jax.claim.error_set import ErrorBox, at
 from parc_jax.network.predict import moved_to
 from parc_jax.rollout.batch import RolloutBatch
 from parc_jax.verdict.pointwise import clearance
-from parc_jax.verdict.scene import Scene
+from parc_jax.verdict.scene import Scene, Tabled
 
 CHUNK = 32  # runs per compiled call: what a call holds of its records stays in cache
 ROUND = 512  # runs whose intervals are told apart at a time
@@ -26,7 +26,7 @@ def outcomes(
     (n,), smallest distance [m] from an obstacle (n,). A failed run reached nothing.
     """
     path = _path(runs, p0)
-    distance = _true_clearance(scene.arrays, runs.time.stride, path)
+    distance = _true_clearance(scene.tabled, runs.time.stride, path)
     return path, _reached(scene, runs, path), distance
 
 
@@ -37,7 +37,7 @@ def reached_and_touched(
     says, without measuring how near the others came.
     """
     path = _path(runs, p0)
-    return _reached(scene, runs, path), _touched(scene.arrays, runs.time.stride, path)
+    return _reached(scene, runs, path), _touched(scene.tabled, runs.time.stride, path)
 
 
 def _path(runs: RolloutBatch, p0: np.ndarray) -> np.ndarray:
@@ -50,19 +50,19 @@ def _reached(scene: Scene, runs: RolloutBatch, path: np.ndarray) -> np.ndarray:
     return (state @ scene.goal_A.T <= scene.goal_b).all(axis=1)
 
 
-def _true_clearance(scene: Scene, stride: int, path: np.ndarray) -> np.ndarray:
+def _true_clearance(scene: Tabled, stride: int, path: np.ndarray) -> np.ndarray:
     """Distance (n,) of recorded paths (n, n_record + 1, n_c) from the obstacles grown by the body
     alone: of the hull of each part at two records in a row, so that nothing between them is missed.
     """
     return _by_round(_nearest, scene, stride, path)
 
 
-def _touched(scene: Scene, stride: int, path: np.ndarray) -> np.ndarray:
+def _touched(scene: Tabled, stride: int, path: np.ndarray) -> np.ndarray:
     """(n,) bool: is the distance not positive?"""
     return _by_round(_not_apart, scene, stride, path)
 
 
-def _by_round(judge: Callable, scene: Scene, stride: int, path: np.ndarray) -> np.ndarray:
+def _by_round(judge: Callable, scene: Tabled, stride: int, path: np.ndarray) -> np.ndarray:
     """What `judge` says of paths from record to record, without slack."""
     active = scene.obstacles.active.repeat(stride, axis=1)
     obstacles = scene.obstacles.replace(active=active)
@@ -70,7 +70,7 @@ def _by_round(judge: Callable, scene: Scene, stride: int, path: np.ndarray) -> n
     return np.concatenate([judge(fine, path[rows]) for rows in slices(len(path), ROUND)])
 
 
-def _nearest(scene: Scene, path: np.ndarray) -> np.ndarray:
+def _nearest(scene: Tabled, path: np.ndarray) -> np.ndarray:
     """Distance (n,). The hull for which facets promise least is measured first, then those for
     which they promise less than that.
     """
@@ -87,7 +87,7 @@ def _nearest(scene: Scene, path: np.ndarray) -> np.ndarray:
     return found if scene.beyond is None else np.minimum(found, scene.beyond)
 
 
-def _not_apart(scene: Scene, path: np.ndarray) -> np.ndarray:
+def _not_apart(scene: Tabled, path: np.ndarray) -> np.ndarray:
     """(n,) bool: those that no facet keeps apart are measured."""
     if scene.obstacles.closed:
         return ~(_nearest(scene, path) > 0)
@@ -97,14 +97,14 @@ def _not_apart(scene: Scene, path: np.ndarray) -> np.ndarray:
     return touched
 
 
-def _measured(scene: Scene, path: np.ndarray, run, o, t) -> np.ndarray:
+def _measured(scene: Tabled, path: np.ndarray, run, o, t) -> np.ndarray:
     """Distances (i,) [m] of pairs o from runs in their intervals t, (i,) each."""
     return map_rows(ITEMS, partial(_distances, scene), path[run, t], path[run, t + 1], o)
 
 
 @jax.jit
 @partial(jax.vmap, in_axes=(None, 0))
-def _promised(scene: Scene, path):
+def _promised(scene: Tabled, path):
     """(o, T) [m] the least distance that the best facet promises of a path (T + 1, n_c)."""
     pairs, table = scene.obstacles, scene.directions
     n_p = pairs.vertices.shape[-1]
@@ -120,7 +120,7 @@ def _promised(scene: Scene, path):
 
 @jax.jit
 @partial(jax.vmap, in_axes=(None, 0, 0, 0))
-def _distances(scene: Scene, start, end, o):
+def _distances(scene: Tabled, start, end, o):
     """Distance [m] of pair o between two records (n_c,)."""
     n_p = scene.obstacles.vertices.shape[-1]
     return scene.obstacles.gap(o, start, end, at(_still(1, start, n_p), 0))[0]
@@ -128,7 +128,7 @@ def _distances(scene: Scene, start, end, o):
 
 @jax.jit
 @partial(jax.vmap, in_axes=(None, 0))
-def _clearances(scene: Scene, path):
+def _clearances(scene: Tabled, path):
     """Distance [m] of a path (T + 1, n_c), in closed form."""
     return clearance(scene, path, _still(len(path) - 1, path, scene.z_lo.shape[0]))
 

@@ -52,10 +52,16 @@ class SceneArrays:
 class OneScene(SceneArrays):
     """The arrays of one scene whose obstacles are looked at one after another.
 
-    count: () the first so many of the obstacles are no padding. directions: of these.
+    count: () the first so many of the obstacles are no padding.
     """
 
     count: np.ndarray
+
+
+@struct.dataclass
+class Tabled(OneScene):
+    """The same with directions of all obstacles: for facets, corridors and proofs."""
+
     directions: DirectionTable
 
 
@@ -93,8 +99,17 @@ class Scene(OneScene):
     @property
     def arrays(self) -> OneScene:
         """What a kernel takes: it compiles once for all scenes of a size."""
-        fields = {f.name: getattr(self, f.name) for f in dataclasses.fields(OneScene)}
-        return OneScene(**fields | {"directions": self.directions.arrays})
+        return OneScene(**{f.name: getattr(self, f.name) for f in dataclasses.fields(OneScene)})
+
+    @property
+    def tabled(self) -> Tabled:
+        """What a kernel takes that looks along given directions."""
+        return Tabled(**vars(self.arrays), directions=self.directions.arrays)
+
+    @property
+    def directions(self) -> DirectionTable:
+        """Of every pair of an obstacle and a part; one plan's verdict needs none of them."""
+        return once(self, _table)
 
 
 def scene_of(problem: ReachAvoid, model: TrajectoryModel) -> Scene:
@@ -109,21 +124,20 @@ def laid_out(asked: Plain, apart: Apart | None = None) -> Scene:
     problem, model = asked.problem, asked.model
     kept = None if apart is None else apart.kept
     arrays = scene_arrays(problem, model, apart)
-    return Scene(
-        **vars(arrays),
-        count=np.int32(len(numbered_pairs(problem, kept))),
-        directions=direction_table(problem, model.n_p, kept),
-        asked=asked,
-        apart=apart,
-    )
+    count = np.int32(len(numbered_pairs(problem, kept)))
+    return Scene(**vars(arrays), count=count, asked=asked, apart=apart)
+
+
+def _table(scene: Scene) -> DirectionTable:
+    kept = None if scene.apart is None else scene.apart.kept
+    size = len(scene.obstacles.active)
+    return direction_table(scene.problem, scene.model.n_p, kept, size)
 
 
 def scene_arrays(
     problem: ReachAvoid, model: TrajectoryModel, apart: Apart | None = None
 ) -> SceneArrays:
-    """The same for a batch: without the table of directions, which only corridors and certificates
-    need and which takes longest. Raises InputError.
-    """
+    """The same for a batch. Raises InputError."""
     check_fits(problem, model)
     box_lo, box_hi = goal_box(problem.goal, model.layout)
     start = problem.start or HPolytope(np.zeros((0, model.n_p)), np.zeros(0))

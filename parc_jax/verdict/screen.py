@@ -163,7 +163,7 @@ def _resident(scene: Scene) -> tuple:
     few = few_outputs(model, KNOTS[scene.obstacles.closed])
     facets = facets_of(scene)
     with x64():
-        return jax.device_put((*few, model.net, on_device(model.tube), scene.arrays, facets))
+        return jax.device_put((*few, model.net, on_device(model.tube), scene.tabled, facets))
 
 
 class Screened(NamedTuple):

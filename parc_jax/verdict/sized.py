@@ -35,10 +35,7 @@ def roomy(scene: Scene) -> Scene:
     compiles nothing.
     """
     n_o = size_class(len(scene.obstacles.active), LEAST_OBSTACLES)
-    table = scene.directions
-    table = table.replace(w=_longer(table.w, n_o, 0.0), support=_longer(table.support, n_o, 0.0))
-    obstacles = _padded(scene.obstacles, n_o, 0)
-    return _with_more_rows(scene).replace(obstacles=obstacles, directions=table)
+    return _with_more_rows(scene).replace(obstacles=_padded(scene.obstacles, n_o, 0))
 
 
 def _with_more_rows(scene: SceneArrays) -> SceneArrays:

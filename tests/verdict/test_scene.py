@@ -90,7 +90,7 @@ def test_padding_rows_always_hold_and_sizes_come_from_few_buckets(rng):
         padding = ~A.any(axis=1)
         assert (b[padding] == 1).all()
     assert len(scene.obstacles.active) in BUCKETS
-    assert scene.arrays.directions.multipliers == ()
+    assert scene.tabled.directions.multipliers == ()
     assert scene.directions.multipliers != ()
 
 
