@@ -7,6 +7,7 @@ from benchmarks.attacks.fault import Fault
 QUESTION = "tests/robust/test_question.py::"
 EXECUTIONS = "tests/robust/test_executions.py::"
 POSE = "tests/robust/test_pose.py::"
+MOVED = "test_obstacles_that_may_be_moved_are_sums_that_hold_all_of_it_and_hardly_more"
 WITHSTAND = "test_plans_withstand_the_doubt_and_no_more_is_given_up_than_has_to_be"
 
 DOUBT = (
@@ -25,6 +26,20 @@ DOUBT = (
         (QUESTION + "test_the_start_set_shrinks_and_the_goal_by_what_points_do_together",),
     ),
     Fault(
+        "moved_obstacles_grow_along_their_rows_alone",
+        "_around_box",
+        "(np.tile(half, 2) + off)",
+        "(0 * np.tile(half, 2) + off)",
+        (QUESTION + MOVED,),
+    ),
+    Fault(
+        "moved_obstacles_rounded_inward",
+        "_around_box",
+        "np.nextafter(b + (np.abs(A) * half).sum(axis=2) * UP, np.inf)",
+        "np.nextafter(b + (np.abs(A) * half).sum(axis=2), -np.inf)",
+        (QUESTION + MOVED,),
+    ),
+    Fault(
         "start_set_does_not_shrink",
         "_less_a_box",
         "(bound) - support",
@@ -41,8 +56,8 @@ DOUBT = (
     Fault(
         "obstacles_stay_as_they_were_seen",
         "doubted_scene",
-        "[*moved, *([] if by is None else [by])]",
-        "moved",
+        "if by is not None:",
+        "if False:",
         (QUESTION + WITHSTAND,),
     ),
     Fault(

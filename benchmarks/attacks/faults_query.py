@@ -4,6 +4,7 @@ from benchmarks.attacks.fault import Fault
 
 FIRST = "parc_jax/cover/first.py"
 JUDGED = ("tests/cover/test_first.py::test_every_plan_is_judged_as_all_plans_are",)
+AWAY = ("tests/separation/test_pairs.py::test_boxes_tell_no_more_than_the_gap",)
 COUNTED = (
     "tests/cover/test_first.py"
     "::test_plans_are_uniform_over_the_safe_set_and_their_counts_those_of_draws",
@@ -11,11 +12,32 @@ COUNTED = (
 
 QUERY = (
     Fault(
-        "the_last_obstacle_is_not_looked_at",
-        "clear_so_far",
-        "scene.count",
-        "scene.count - 1",
+        "only_the_nearest_box_is_looked_at",
+        "verdict_in_turn.look",
+        "away.at[o].set(jnp.inf)",
+        "jnp.full_like(away, jnp.inf)",
         JUDGED,
+    ),
+    Fault(
+        "boxes_of_obstacles_that_forget_errors",
+        "Obstacles.away",
+        "- under).min",
+        ").min",
+        AWAY,
+    ),
+    Fault(
+        "boxes_of_the_first_knots",
+        "Obstacles.away",
+        "jnp.maximum(places[:-1], places[1:])",
+        "places[:-1]",
+        AWAY,
+    ),
+    Fault(
+        "boxes_of_obstacles_without_their_shape",
+        "Obstacles.away",
+        ".min(axis=1) - self.radius",
+        ".min(axis=1)",
+        AWAY,
     ),
     Fault(
         "always_the_same_obstacle",

@@ -18,16 +18,14 @@ from parc_jax.base.arrays import x64
 from parc_jax.cover.ends import ends_of
 from parc_jax.cover.placed import Placed, placed
 from parc_jax.cover.sampling import Draw, Points, cell_of
-from parc_jax.network.predict import predict
-from parc_jax.verdict.pointwise import Verdicts, verdict, verdict_in_turn
+from parc_jax.network.predict import moved_to, predict
+from parc_jax.verdict.pointwise import Verdicts, arrival, verdict, verdict_in_turn
 from parc_jax.verdict.scene import Scene
-from parc_jax.verdict.screen import knot_test
 
 # plans drawn at a time, and how many times at most, where they are judged in turn, as on CPU, and
 # where side by side; for a rarer plan the screen of many at once is the faster way
 ROUND = {True: 16, False: 512}
 ROUNDS = {True: 32, False: 1}
-JUDGED = 64  # one after another at most, for the same reason
 SLOTS = (1, 4, 16)  # plans that a program has room for
 MOST = SLOTS[-1]
 
@@ -36,8 +34,8 @@ class First(NamedTuple):
     """Safe plans (n, ...) in the order in which they were drawn, the first `found` of which count.
 
     p0 (n, n_p), k (n, n_k), seen: their verdicts. drawn, reaching: plans looked at, up to the last
-    one found where there are enough, and how many of them reach the goal. judged: how many were
-    judged. told: as of `in_one_array`, with `found` and `drawn` in one row more.
+    one found where there are enough, and how many of them reach the goal. told: as of
+    `in_one_array`, with `found` and `drawn` in one row more.
     """
 
     p0: jax.Array
@@ -46,17 +44,15 @@ class First(NamedTuple):
     found: jax.Array
     drawn: jax.Array
     reaching: jax.Array
-    judged: jax.Array
     told: jax.Array | None = None
 
 
 class Drawn(NamedTuple):
-    """A round of plans (r, ...): whether they reach the goal, and whether they may be safe."""
+    """A round of plans (r, ...), and whether they reach the goal."""
 
     p0: jax.Array
     k: jax.Array
     reaches: jax.Array
-    possible: jax.Array
 
 
 def first_safe(asked: Placed, key, n: int) -> First:
@@ -111,7 +107,7 @@ def _first_safe(asked: Placed, key, n, slots: int, in_turn: bool) -> First:
     def unfinished(state):
         i, first = state
         some = asked.ends.volume.sum() > 0
-        return (i < ROUNDS[in_turn]) & (first.found < n) & (first.judged < JUDGED) & some
+        return (i < ROUNDS[in_turn]) & (first.found < n) & some
 
     drawn = jax.eval_shape(lambda key: draw_round(asked, key, 1), key)
     one = jax.eval_shape(
@@ -120,7 +116,7 @@ def _first_safe(asked: Placed, key, n, slots: int, in_turn: bool) -> First:
     seen = jax.tree.map(lambda x: jnp.zeros((slots, *x.shape), x.dtype), one)
     p0, k = (jnp.zeros((slots, *x.shape[1:]), x.dtype) for x in (drawn.p0, drawn.k))
     zero = jnp.zeros((), jnp.int32)
-    nothing = First(p0, k, seen, zero, zero, zero, zero)
+    nothing = First(p0, k, seen, zero, zero, zero)
     first = jax.lax.while_loop(unfinished, round_of, (zero, nothing))[1]
     told = jnp.concatenate([first.p0, first.k, first.seen.clearance[:, None]], axis=1)
     counts = jnp.zeros((1, told.shape[1]), told.dtype)
@@ -137,25 +133,24 @@ def draw_round(asked: Placed, key, size: int) -> Drawn:
     below = jnp.cumsum(ends.volume)
     bin = jnp.searchsorted(below, share[:, 0] * below[-1], side="right")
     bin = jnp.minimum(bin, len(below) - 1)
-    end_of = jax.vmap(lambda k: predict(asked.few, _layout(asked), k)[0][-1, :n_z])
     if asked.at is None:
         k = _between(ends.k_lo[bin], ends.k_hi[bin], share[:, 1 : 1 + n_k])
         z = _between(ends.z_lo[bin], ends.z_hi[bin], share[:, 1 + n_k :])
-        p0 = z - end_of(k)
     else:
         k = _between(scene.k_lo[None], scene.k_hi[None], share[:, 1 : 1 + n_k])
-        p0 = jnp.broadcast_to(asked.at, (size, n_z))
-        z = p0 + end_of(k)
-    test = jax.vmap(knot_test, in_axes=(None, None, None, None, 0, 0))
-    return Drawn(p0, k, *test(asked.few, asked.knots, asked.tube, scene, z, k))
+        z = None
+
+    def plan(z, k):
+        offsets, q, _ = predict(asked.end, asked.tube.layout._replace(n_steps=1), k)
+        p0 = asked.at if z is None else z - offsets[-1, :n_z]
+        bin, goal, start = arrival(asked.tube, scene, p0, moved_to(p0, offsets)[-1], q, k)
+        return Drawn(p0, k, (goal >= 0) & (start >= 0) & (bin >= 0))
+
+    return jax.vmap(plan)(z, k)
 
 
 def _between(lo, hi, share):
     return lo + share * (hi - lo)
-
-
-def _layout(asked: Placed):
-    return asked.tube.layout._replace(n_steps=len(asked.knots))
 
 
 def _in_turn(asked: Placed, drawn: Drawn, n, first: First) -> First:
@@ -168,20 +163,15 @@ def _in_turn(asked: Placed, drawn: Drawn, n, first: First) -> First:
         seen = verdict_in_turn(asked.net, asked.tube, asked.scene, p0, k)
         put = partial(jax.tree.map, lambda whole, x: whole.at[first.found].set(x))
         p0, k, kept = put((first.p0, first.k, first.seen), (p0, k, seen))
-        first = first._replace(
-            p0=p0,
-            k=k,
-            seen=kept,
-            found=first.found + seen.safe.astype(jnp.int32),
-            judged=first.judged + 1,
-        )
+        found = first.found + seen.safe.astype(jnp.int32)
+        first = first._replace(p0=p0, k=k, seen=kept, found=found)
         return left.at[i].set(False), first, i
 
     def unfinished(state):
         left, first, _ = state
-        return left.any() & (first.found < n) & (first.judged < JUDGED)
+        return left.any() & (first.found < n)
 
-    start = (drawn.possible, first, jnp.argmax(drawn.possible))
+    start = (drawn.reaches, first, jnp.argmax(drawn.reaches))
     left, first, last = jax.lax.while_loop(unfinished, judge, start)
     whole = (first.found < n) & ~left.any()
     return _counted(first, drawn, jnp.where(whole, len(drawn.k), last.astype(jnp.int32) + 1))
@@ -191,15 +181,14 @@ def _side_by_side(asked: Placed, drawn: Drawn, n, first: First) -> First:
     """The same, with all plans of a round judged at once."""
     judge = jax.vmap(verdict, in_axes=(None, None, None, 0, 0))
     seen = judge(asked.net, asked.tube, asked.scene, drawn.p0, drawn.k)
-    safe = seen.safe & drawn.possible
+    safe = seen.safe & drawn.reaches
     place = first.found + jnp.cumsum(safe, dtype=jnp.int32) - 1
     to = jnp.where(safe & (place < n), place, len(first.p0))  # beyond the slots: dropped
     put = partial(jax.tree.map, lambda whole, x: whole.at[to].set(x, mode="drop"))
     p0, k, kept = put((first.p0, first.k, first.seen), (drawn.p0, drawn.k, seen))
     found = jnp.minimum(first.found + safe.sum(dtype=jnp.int32), n)
     last = jnp.argmax(safe & (place == n - 1)).astype(jnp.int32)
-    judged = first.judged + len(safe)
-    first = first._replace(p0=p0, k=k, seen=kept, found=found, judged=judged)
+    first = first._replace(p0=p0, k=k, seen=kept, found=found)
     return _counted(first, drawn, jnp.where(found < n, len(safe), last + 1))
 
 

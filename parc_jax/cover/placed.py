@@ -9,7 +9,7 @@ from parc_jax.cover.ends import BinEnds, ends_of
 from parc_jax.model import TrajectoryModel
 from parc_jax.network.relu import ReLUNetwork
 from parc_jax.verdict.scene import OneScene, Scene
-from parc_jax.verdict.screen import KNOTS, few_outputs
+from parc_jax.verdict.screen import few_outputs
 from parc_jax.verdict.sized import roomy
 
 
@@ -17,14 +17,13 @@ from parc_jax.verdict.sized import roomy
 class Placed:
     """A question on the device.
 
-    few, knots: the network with the outputs of some knots only. scene: with room for more
-    obstacles. ends: the bins and where their plans may end. at: (n_p,) [m] the one start of all
+    end: the network with the outputs of the last knot only. scene: with room for more obstacles.
+    ends: the bins and where their plans may end. at: (n_p,) [m] the one start of all
     plans, None for any.
     """
 
     net: ReLUNetwork
-    few: ReLUNetwork
-    knots: jax.Array
+    end: ReLUNetwork
     tube: Tube
     scene: OneScene
     ends: BinEnds
@@ -37,7 +36,7 @@ def placed(scene: Scene) -> Placed:
 
 
 def _placed(scene: Scene, device) -> Placed:
-    about = once(scene.model, _of_model, KNOTS[scene.obstacles.closed], device)
+    about = once(scene.model, _of_model, device)
     own = (roomy(scene).arrays, ends_of(scene), scene.at)
     with x64(), jax.transfer_guard_host_to_device("allow"):
         return Placed(*about, *_moved(own))
@@ -49,7 +48,7 @@ def _moved(tree):
     return tree
 
 
-def _of_model(model: TrajectoryModel, n_knots: int, _device):
-    few, knots = few_outputs(model, n_knots)
+def _of_model(model: TrajectoryModel, _device):
+    start_and_end = 2
     with x64():
-        return jax.device_put((model.net, few, knots, model.tube))
+        return jax.device_put((model.net, few_outputs(model, start_and_end)[0], model.tube))

@@ -88,14 +88,22 @@ def from_here(problem: ReachAvoid, model: TrajectoryModel, pose: Pose) -> ReachA
     terms = terms + np.abs(problem.goal.b) + np.abs(further).sum(axis=1) * abs(pose.heading)
     bounds = problem.goal.b - shift - angle - ROUNDING * terms
     goal = HPolytope(np.concatenate([turned, further], axis=1), bounds)
-    obstacles = tuple(_turned(o, turn, pose.place, far) for o in problem.obstacles)
-    return problem.replace(goal=goal, obstacles=obstacles)
+    return problem.replace(goal=goal, obstacles=_turned(problem.obstacles, turn, pose.place, far))
 
 
-def _turned(obstacle: HPolytope, turn: np.ndarray, place: np.ndarray, far: float) -> HPolytope:
-    terms = np.abs(obstacle.A).sum(axis=1) * (far + np.abs(place).sum()) + np.abs(obstacle.b)
-    bounds = obstacle.b - obstacle.A @ place + ROUNDING * terms
-    return HPolytope(obstacle.A @ turn, bounds)
+def _turned(
+    obstacles: tuple[HPolytope, ...], turn: np.ndarray, place: np.ndarray, far: float
+) -> tuple[HPolytope, ...]:
+    """The rows of all at once."""
+    if not obstacles:
+        return ()
+    A = np.concatenate([o.A for o in obstacles])
+    b = np.concatenate([o.b for o in obstacles])
+    terms = np.abs(A).sum(axis=1) * (far + np.abs(place).sum()) + np.abs(b)
+    bounds = b - A @ place + ROUNDING * terms
+    last = np.cumsum([len(o.b) for o in obstacles])[:-1]
+    own = zip(np.split(A @ turn, last), np.split(bounds, last), strict=True)
+    return tuple(HPolytope(rows, offsets) for rows, offsets in own)
 
 
 def _farthest(problem: ReachAvoid, model: TrajectoryModel) -> float:

@@ -1,6 +1,7 @@
 """The scene under doubt: obstacles grow, the goal and the set of starts shrink. [T21]
 
-Everything is computed in exact rationals and rounded once, to the safe side.
+Everything is computed in exact rationals and rounded once, to the safe side; for many polygons at
+once in floats, whose rounding is paid for.
 """
 
 from fractions import Fraction
@@ -14,7 +15,10 @@ from parc_jax.problem.doubt import Doubt
 from parc_jax.problem.problem import ReachAvoid
 from parc_jax.sets.box import box
 from parc_jax.sets.hpolytope import HPolytope, from_box, hpolytope
+from parc_jax.sets.polygons import OFF, alike, corners_of_many
 from parc_jax.sets.rational import exact_support, rational_vertices
+
+UP = 1 + 2.0**-50  # pays for a sum of two products
 
 
 def doubted_scene(
@@ -31,12 +35,12 @@ def doubted_scene(
     seen = doubt.of_obstacles(len(problem.obstacles))
     goal = _shrunken_goal(problem.goal, layout, start, seen_goal)
     starts = None if problem.start is None else _shrunken_start(problem.start, start)
-    moved = [from_box(box(-start, start))] if whole and start.any() else []
-    obstacles = []
-    for j, (obstacle, by) in enumerate(zip(problem.obstacles, seen, strict=True)):
-        for one in [*moved, *([] if by is None else [by])]:
-            obstacle = _sum(obstacle, one, f"obstacle {j}")
-        obstacles.append(obstacle)
+    obstacles = list(problem.obstacles)
+    if whole and start.any():
+        obstacles = _around_box(obstacles, start)
+    for j, by in enumerate(seen):
+        if by is not None:
+            obstacles[j] = _sum(obstacles[j], by, f"obstacle {j}")
     return problem.replace(goal=goal, obstacles=tuple(obstacles), start=starts, doubt=None)
 
 
@@ -90,6 +94,31 @@ def _less_a_box(given: HPolytope, rows, widths: list[Fraction]) -> HPolytope:
         support = sum((abs(a) * w for a, w in zip(row, widths, strict=True)), Fraction(0))
         bounds.append(round_down(Fraction(bound) - support))
     return given.replace(b=np.array(bounds))
+
+
+def _around_box(obstacles: list[HPolytope], half: np.ndarray) -> list[HPolytope]:
+    """All places of each obstacle that moves within half widths (n_p,) [m]: rows of both, as of
+    `_sum`; where the corners of many are known at once, a few roundings larger.
+    """
+    known = corners_of_many(obstacles)
+    out = [
+        _sum(obstacle, from_box(box(-half, half)), f"obstacle {j}") if own is None else obstacle
+        for j, (obstacle, own) in enumerate(zip(obstacles, known, strict=True))
+    ]
+    axes = np.concatenate([np.eye(2), -np.eye(2)])
+    planar = [j for j, own in enumerate(known) if own is not None]
+    for some, A, b in alike([obstacles[j] for j in planar]):
+        corners = np.stack([known[planar[i]] for i in some])
+        farther = np.nextafter(b + (np.abs(A) * half).sum(axis=2) * UP, np.inf)
+        ends = np.concatenate([corners.max(axis=1), -corners.min(axis=1)], axis=1)
+        off = 2 * OFF * np.abs(corners).max(axis=(1, 2))[:, None]
+        beside = np.nextafter(ends + (np.tile(half, 2) + off) * UP, np.inf)
+        there = (A[:, :, None] == axes).all(axis=3).any(axis=1)
+        for i, rows, own, new, more in zip(some, A, farther, beside, ~there, strict=True):
+            out[planar[i]] = HPolytope(
+                np.concatenate([rows, axes[more]]), np.concatenate([own, new[more]])
+            )
+    return out
 
 
 def _sum(obstacle: HPolytope, by: HPolytope, name: str) -> HPolytope:

@@ -22,6 +22,7 @@ from parc_jax.problem.problem import ReachAvoid
 from parc_jax.separation import distance, segment
 from parc_jax.separation.polygon import corners
 from parc_jax.sets.hpolytope import HPolytope
+from parc_jax.sets.polygons import corners_of_many
 from parc_jax.sets.rational import convex_polygon
 
 BUCKETS = (1, 2, 3, 4, 6, 8, 12, 16, 24, 32, 48, 64, 96, 128)
@@ -32,7 +33,8 @@ class Obstacles:
     """Pairs of an obstacle and a part, obstacle by obstacle: pair o is obstacle o // n_parts, part
     o % n_parts. Padding pairs are never active; a padding vertex or point repeats another one.
 
-    vertices: (o, v, n_p) [m] of the obstacle + (-polygon). radius: (o,) [m] of a disc or ball.
+    vertices: (o, v, n_p) [m] of the obstacle + (-polygon), off by `polygons.OFF` at most. radius:
+        (o,) [m] of a disc or ball.
     points: (o, i) numbers of the reference points. active: (o, T) bool, the intervals in which the
         obstacle exists.
     signs: (o, v, 2) in {-1, 0, 1} where errors are boxes around one point in the plane: a pair
@@ -77,6 +79,24 @@ class Obstacles:
             return times(near[:-1], near[1:], allowed, pair.vertices, pair.radius)
 
         return jax.vmap(one)(jax.tree.map(jnp.asarray, self))
+
+    def away(self, path, errors: ErrorSet):
+        """(o,) [m] what the gaps of each pair are at least, up to rounding, told by boxes around
+        all points and around the obstacle; -inf where these overlap. Kernel.
+        """
+        n_p = self.vertices.shape[-1]
+        places = by_point(path, path.shape[-1] // n_p)
+        axes = jnp.eye(n_p, dtype=path.dtype)[:, None, None]
+        over = jnp.moveaxis(errors.support(axes), 0, -1)
+        under = jnp.moveaxis(errors.support(-axes), 0, -1)
+        lo = (jnp.minimum(places[:-1], places[1:]) - under).min(axis=1)
+        hi = (jnp.maximum(places[:-1], places[1:]) + over).max(axis=1)
+        vertices = jnp.asarray(self.vertices)
+        below, above = vertices.min(axis=1)[:, None], vertices.max(axis=1)[:, None]
+        apart = jnp.maximum(jnp.maximum(lo[None] - above, below - hi[None]), 0.0)
+        distance = jnp.sqrt(dot(apart, apart))
+        known = jnp.where(distance > 0, distance, -jnp.inf)
+        return jnp.where(self.active, known, jnp.inf).min(axis=1) - self.radius
 
     def gap(self, o, start, end, errors: ErrorSet):
         """The same for one pair and one interval: start, end (n_c,) its knots, errors (n_points,).
@@ -129,10 +149,15 @@ def obstacles_of(
     """
     parts = numbered(problem.body, points)
     chosen = numbered_pairs(problem, kept)
-    spell = signed_vertices if closed else _grown
-    spelled = [
-        spell(problem.obstacles[j], parts[part].shape, f"obstacle {j}") for j, part in chosen
-    ]
+    known = [None] * len(problem.obstacles) if closed else corners_of_many(problem.obstacles)
+
+    def spelled_out(j: int, shape: Disc | Polygon):
+        if known[j] is not None and isinstance(shape, Disc):
+            return known[j], None
+        spell = signed_vertices if closed else _grown
+        return spell(problem.obstacles[j], shape, f"obstacle {j}")
+
+    spelled = [spelled_out(j, parts[part].shape) for j, part in chosen]
     n_o = bucket(len(chosen))
     n_v = bucket(max((len(v) for v, _ in spelled), default=1))
     n_i = max(len(part.points) for part in parts)
@@ -145,10 +170,10 @@ def obstacles_of(
     )
     for o, ((j, part), (vertices, signs)) in enumerate(zip(chosen, spelled, strict=True)):
         shape, own = parts[part].shape, parts[part].points
-        more = ((0, n_v - len(vertices)), (0, 0))
-        pairs.vertices[o] = np.pad(vertices, more, "edge")
+        every = np.minimum(np.arange(n_v), len(vertices) - 1)
+        pairs.vertices[o] = vertices[every]
         if closed:
-            pairs.signs[o] = np.pad(signs, more, "edge")
+            pairs.signs[o] = signs[every]
         pairs.radius[o] = shape.radius if isinstance(shape, Disc) else 0.0
         pairs.points[o] = np.resize(own, n_i)
         pairs.active[o] = exists(problem, j, layout.n_steps)

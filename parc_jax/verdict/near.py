@@ -13,6 +13,7 @@ from parc_jax.separation.apart import Apart, Extent, apart, extent_of, spans_of
 from parc_jax.separation.pairs import exists
 from parc_jax.separation.polygon import corners
 from parc_jax.separation.ways import ways_of
+from parc_jax.sets.polygons import corners_of_many
 from parc_jax.verdict.scene import (
     Scene,
     box_of_rows,
@@ -83,8 +84,11 @@ def _check_obstacles(problem: ReachAvoid, n_steps: int) -> None:
     for j in np.flatnonzero(spans_of(problem, n_steps)[:, 1] >= n_steps):
         exists(problem, int(j), n_steps)
     sides = np.zeros((0, 0))
+    known = corners_of_many(problem.obstacles)
     for j, obstacle in enumerate(problem.obstacles):
         n = obstacle.n
+        if known[j] is not None:
+            continue
         if len(sides) != 2 * n:
             sides = np.concatenate([np.eye(n), -np.eye(n)])
         boxed = obstacle.A.shape == sides.shape and (obstacle.A == sides).all()

@@ -113,22 +113,26 @@ def verdict(net: ReLUNetwork, tube: Tube, scene: SceneArrays, p0, k, bin=None) -
 
 
 def verdict_in_turn(net: ReLUNetwork, tube: Tube, scene: OneScene, p0, k) -> Verdicts:
-    """The same, of the obstacles one after another, and no further than one that is touched: its
-    clearance is then of those looked at. Kernel, not for vmap.
+    """The same, of the obstacles one after another, the nearest boxes first: until all others are
+    farther than what was found, or one is touched. The clearance of what is safe is that of all.
+    Kernel, not for vmap.
     """
     seen = prediction(net, tube, scene, p0, k)
     errors = tube.during(seen.bin)
+    rounding = 2 * scene.slack * p0.shape[0]
 
     def look(state):
-        o, nearest = state
-        return o + 1, _nearer(scene, o, seen.path, errors, nearest)
+        away, nearest = state
+        o = jnp.argmin(away)
+        return away.at[o].set(jnp.inf), _nearer(scene, o, seen.path, errors, nearest)
 
-    def clear_so_far(state):
-        o, nearest = state
-        return seen.reaches & (o < scene.count) & (nearest > 0)
+    def open_still(state):
+        away, nearest = state
+        return seen.reaches & (away.min() < nearest) & (nearest > 0)
 
-    begin = jnp.zeros_like(scene.count), _far(scene, seen.path)
-    return Verdicts(*seen, jax.lax.while_loop(clear_so_far, look, begin)[1])
+    away = scene.obstacles.away(seen.path, errors) - rounding
+    begin = away, _far(scene, seen.path)
+    return Verdicts(*seen, jax.lax.while_loop(open_still, look, begin)[1])
 
 
 def clearance(scene: SceneArrays, path, errors: ErrorSet):

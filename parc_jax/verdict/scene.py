@@ -20,6 +20,9 @@ from parc_jax.separation.pairs import Obstacles, bucket, numbered_pairs, obstacl
 from parc_jax.sets.bounding_box import bounding_box
 from parc_jax.sets.hpolytope import HPolytope
 
+# [roundings] of a corner, of which the slack pays 64 units for each: more than `polygons.OFF`
+CORNERS = 17
+
 
 @struct.dataclass
 class SceneArrays:
@@ -144,7 +147,7 @@ def scene_arrays(
     kept = None if apart is None else apart.kept
     grown = obstacles_of(problem, model.points, model.layout, in_closed_form(problem, model), kept)
     bounds = np.array([*box_lo, *box_hi])
-    size = np.abs(bounds[np.isfinite(bounds)]).max() + grown.size
+    size = np.abs(bounds[np.isfinite(bounds)]).max() + CORNERS * grown.size
     z_lo, z_hi = box_lo[: model.n_p], box_hi[: model.n_p]
     goal, first = _padded(problem.goal), _padded(start)
     k_lo, k_hi = model.domain.lo, model.domain.hi

@@ -34,7 +34,7 @@ ITEMS = 2048  # open obstacle-interval pairs per compiled call
 SIZES = {True: (KNOT_CHUNK, CHUNK, ITEMS), False: (512, 256, 256)}
 
 
-def knot_test(few: ReLUNetwork, knots, tube, scene: Scene, z, k, facets: Facets | None = None):
+def knot_test(few: ReLUNetwork, knots, tube, scene: Scene, z, k, facets: Facets):
     """Does the plan with k (n_k,) and predicted end z (n_p,) reach; does it, and is outside of
     everything? Kernel.
 
@@ -50,7 +50,7 @@ def knot_test(few: ReLUNetwork, knots, tube, scene: Scene, z, k, facets: Facets 
         return reaches, reaches  # in space contact is looked for in vain: facets tell it sooner
     # the interval that a knot begins
     at = jnp.minimum(jnp.concatenate([jnp.zeros(1, int), knots]), tube.n_steps - 1)
-    if facets is None or facets.inside is None:
+    if facets.inside is None:
         places, errors = path, tube.during(bin, at)
     else:  # one error of each set will do
         places = path + facets.inside[bin, at].reshape(path.shape)

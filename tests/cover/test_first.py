@@ -69,7 +69,6 @@ def test_every_plan_is_judged_as_all_plans_are(question):
 def test_in_turn_and_side_by_side_find_the_same_plans(question, monkeypatch):
     monkeypatch.setattr(first_module, "ROUND", {True: 64, False: 64})
     monkeypatch.setattr(first_module, "ROUNDS", {True: 1, False: 1})
-    monkeypatch.setattr(first_module, "JUDGED", 65)
     first_module._first_safe.clear_cache()
     model, problem = question()
     asked = placed(near_scene(Plain(problem, model)))

@@ -2,6 +2,8 @@
 the doubt, in exact arithmetic.
 """
 
+from fractions import Fraction
+
 import jax
 import numpy as np
 import pytest
@@ -18,12 +20,13 @@ from parc_jax.errors import InputError
 from parc_jax.network.predict import Layout
 from parc_jax.planner.planner import Planner
 from parc_jax.problem.doubt import Doubt
+from parc_jax.problem.problem import reach_avoid
 from parc_jax.robust.question import plain
 from parc_jax.robust.scene import doubted_scene
 from parc_jax.robust.widths import moved_tube
 from parc_jax.sets.box import box
-from parc_jax.sets.hpolytope import hpolytope
-from parc_jax.sets.rational import rational_vertices
+from parc_jax.sets.hpolytope import from_box, hpolytope
+from parc_jax.sets.rational import exact_support, rational_vertices
 from parc_jax.settings import Settings
 from parc_jax.verdict.pointwise import verdicts
 from parc_jax.verdict.scene import scene_of
@@ -185,3 +188,23 @@ def test_slanted_tubes_hold_a_moved_start(rng):
     w = rng.normal(size=(50, 2))
     before, after = (at(t.errors, (0, 1, 2, None)).support(w) for t in (model.tube, wide))
     assert (after >= before + np.abs(w) @ [0.03, 0.01] - 1e-12).all()
+
+
+def test_obstacles_that_may_be_moved_are_sums_that_hold_all_of_it_and_hardly_more(rng):
+    """Boxes, slanted rectangles, wedges with a needless row: many at once, against exact sums."""
+    half = np.array([0.01, 0.25])
+    square = np.concatenate([np.eye(2), -np.eye(2)])
+    obstacles = [from_box(box([i, 0.3], [i + 0.1, 0.7])) for i in range(3)]
+    for angle in rng.uniform(0, 2 * np.pi, 6):
+        turn = np.array([[np.cos(angle), -np.sin(angle)], [np.sin(angle), np.cos(angle)]])
+        obstacles.append(hpolytope(square @ turn, rng.uniform(0.5, 2, 4)))
+    obstacles.append(hpolytope([*square, [1.0, 1.0]], [1.0, 1.0, 1.0, 1.0, 9.0]))
+    problem = reach_avoid(box([-9.0] * 3, [9.0] * 3), obstacles, 0.1)
+    moved = doubted_scene(problem, Doubt(start=half), Layout(4, 2, 1), whole=True).obstacles
+    for before, after in zip(obstacles, moved, strict=True):
+        for w in np.concatenate([after.A, rng.normal(size=(20, 2))]):
+            exact = [Fraction(float(x)) for x in w]
+            inside = exact_support(rational_vertices(before), w)
+            whole = inside + sum(abs(a) * Fraction(h) for a, h in zip(exact, half, strict=True))
+            outside = exact_support(rational_vertices(after), w)
+            assert whole <= outside <= whole + Fraction(1, 10**11)

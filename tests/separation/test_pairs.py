@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from parc_jax.base.arrays import x64
-from parc_jax.claim.error_set import ErrorBox, at
+from parc_jax.claim.error_set import ErrorBox, at, template
 from parc_jax.errors import InputError
 from parc_jax.network.predict import Layout
 from parc_jax.problem.body import Part, Polygon, body_of, hull
@@ -51,6 +51,27 @@ def test_a_polygon_is_added_to_the_obstacle_inside_out(pairs):
     inside = np.abs(w[1, :, 0]) * 0.5 + w[1, :, 0] * 2.5 + np.abs(w[1, :, 1])
     np.testing.assert_allclose(found[1], inside + own, atol=1e-12)
     assert (found[1] <= box_support + np.abs(w[1, :, 0]) + own).all()
+
+
+@pytest.mark.parametrize("faces", [False, True])
+def test_boxes_tell_no_more_than_the_gap(pairs, faces):
+    rng = np.random.default_rng(2)
+    close = 0
+    with x64():
+        both = jax.jit(lambda path, errors: (pairs.away(path, errors), pairs.gaps(path, errors)[0]))
+        for _ in range(200):
+            # slowly turning and moving about, now near and now far
+            path = rng.normal(size=6) * 3 + np.cumsum(rng.normal(size=(6, 6)) * 0.4, axis=0)
+            errors = ErrorBox(rng.uniform(0, 0.3, (5, 3, 2)))
+            if faces:
+                along = np.broadcast_to(rng.normal(size=(3, 2)), (5, 3, 3, 2))
+                centre = rng.normal(size=(5, 3, 3)) * 0.1
+                errors = template(along, centre, rng.uniform(0.05, 0.2, (5, 3, 3)))
+            away, gap = both(path, errors)
+            least = np.where(pairs.active, gap, np.inf).min(axis=1)
+            assert (away <= least + 1e-12).all()
+            close += int((away > 0.5 * np.abs(least)).sum())
+    assert close > 100  # where they tell anything they tell much
 
 
 @pytest.mark.slow
