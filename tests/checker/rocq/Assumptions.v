@@ -1,5 +1,5 @@
 (* Prints what the theorems rest on.  tests/checker/test_rocq.py compares this with the axioms of Coq's reals. *)
-Require Import Theorems DoubtFacts NoPlanFacts Sanity.
+Require Import Statements.
 Print Assumptions sample_safe.
 Print Assumptions corridor_safe.
 Print Assumptions set_safe.
@@ -9,3 +9,6 @@ Print Assumptions volumes_true.
 Print Assumptions failing_is_not_safe.
 Print Assumptions tube_not_empty.
 Print Assumptions a_hit_is_not_safe.
+Print Assumptions not_void.
+Print Assumptions sample_of_something.
+Print Assumptions body_not_void.

@@ -87,4 +87,5 @@ try fails "by bounds: lines of another box of k" NoPlan.v 'else if same_box D (f
 try fails "volumes: cuts outside of their box" NoPlan.v 'Some (lo, hi) => qlt lo c && qlt c hi' 'Some (lo, hi) => true'
 try fails "volumes: safe leaves in one bin only" NoPlan.v 'everywhere cs Z (fun v => forallb (holdsQ v) rows)) bhs' 'everywhere cs Z (fun v => forallb (holdsQ v) rows)) (firstn 1 bhs)'
 try fails "volumes: open leaves counted as unsafe" NoPlan.v 'Misses _ | Elsewhere _ | Hits _ => true | _ => false' 'Misses _ | Elsewhere _ | Hits _ | Open => true | _ => false'
+try fails "a theorem that says less: of networks without a layer" NoPlanFacts.v 'failing_is_not_safe P N E u k' 'failing_is_not_safe P (N := []) E u k'
 exit $wrong
