@@ -55,6 +55,7 @@ _HOME = {
     "bound_error": "claim.pipeline",
     "box": "sets.box",
     "box_scenes": "batch.box_scenes",
+    "chained": "rollout.chained",
     "collect": "rollout.collect",
     "convex_pieces": "world.pieces",
     "declared_claim": "claim.declared",

@@ -62,6 +62,7 @@ from parc_jax.pwa import RegionTable as RegionTable
 from parc_jax.pwa import enumerate_regions as enumerate_regions
 from parc_jax.pwa import march as march
 from parc_jax.rollout.batch import RolloutBatch as RolloutBatch
+from parc_jax.rollout.chained import chained as chained
 from parc_jax.rollout.collect import collect as collect
 from parc_jax.rollout.environment import Episode as Episode
 from parc_jax.rollout.invariance import translation_gap as translation_gap

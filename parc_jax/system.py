@@ -88,7 +88,8 @@ class BlackBoxSystem(Protocol):
 
     A system whose manoeuvres begin while it moves has parameters that are measured at the start and
     not chosen, such as its speed: `given`, a tuple of their labels, names or numbers. Questions to
-    its models must say what they are, and its claims list HIDDEN_START. [T37]
+    its models must say what they are, and its claims list HIDDEN_START; `chained` makes runs that
+    begin where others were left. [T37]
 
     Pictures and messages use its p_labels (n_p,), q_labels (n_q,) and k_labels (n_k,), where it has
     them: names with units, such as "speed [m/s]".

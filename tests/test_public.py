@@ -58,6 +58,7 @@ NAMES = [
     "bound_error",
     "box",
     "box_scenes",
+    "chained",
     "collect",
     "convex_pieces",
     "declared_claim",

@@ -50,6 +50,30 @@ CLAIMED = (
         ("tests/claim/test_hidden_start.py::test_a_claim_lists_it_and_keeps_it_in_files",),
     ),
     Fault(
+        "chains_are_left_outside_of_k",
+        "begun",
+        "inside(measured, len(chain.leaves)) & chain.leaves",
+        "np.broadcast_to(chain.leaves, measured.shape[:2])",
+        (
+            "tests/rollout/test_chained.py"
+            "::test_what_is_measured_may_leave_k_and_come_back_but_not_for_good",
+        ),
+    ),
+    Fault(
+        "chains_forget_what_they_left_behind",
+        "Simulator._begun",
+        ", last.states)",
+        ")",
+        ("tests/rollout/test_chained.py::test_a_run_is_the_last_of_its_chain",),
+    ),
+    Fault(
+        "chains_are_called_uniform",
+        "rows.k_law",
+        "isinstance(system, Chained)",
+        "False",
+        ("tests/rollout/test_chained.py::test_a_run_is_the_last_of_its_chain",),
+    ),
+    Fault(
         "what_is_measured_is_left_open",
         "require_given",
         "if axis not in said",

@@ -71,7 +71,7 @@ def collect(
     quiet: no progress bar, and no word about the cost. forecast: of a longer work that these runs
         are part of. Raises InputError.
     """
-    identity = identity_of(system) | {"law": law_of(system, k_law(k)).hash}
+    identity = identity_of(system) | {"law": law_of(system, k_law(system, k)).hash}
     if path is not None and all(gather(Path(path).exists())):
         return _finished(system, key, n, stage, k, first_row, dtype, path, identity)
     parts = None if path is None else Path(f"{path}.parts")
@@ -142,7 +142,7 @@ def stream_rollouts(
     check_asked(system, n, k)
     devices = worker_devices(system)
     chunk = chunk_of(system, n, chunk, path)
-    law, grid = law_of(system, k_law(k)), system.time
+    law, grid = law_of(system, k_law(system, k)), system.time
     meta = _identity(system, key, stage, k, first_row, dtype) | {"chunk": chunk}
     require_same(f"rollouts of {n} rows", meta)
     sim = simulator(system)
@@ -159,7 +159,7 @@ def stream_rollouts(
 
     def one(index, device):
         arrays = pace.timed(len(chunks[index]), lambda: work(chunks[index], device))
-        same = (law_of(system, k_law(k)), system.time) == (law, grid)
+        same = (law_of(system, k_law(system, k)), system.time) == (law, grid)
         if not same or remembered(system).content != sim.content:
             raise InputError(
                 f"{system.name}: expected a system that stays as it is while it runs; it was "
@@ -184,7 +184,7 @@ def _identity(system, key, stage: Stage, k, first_row: int, dtype) -> dict:
     return identity_of(system) | {
         "what": "rollouts",
         "dtype": np.dtype(dtype).name,
-        "law": law_of(system, k_law(k)).hash,
+        "law": law_of(system, k_law(system, k)).hash,
         "seed": list(seed_of(key)),
         "stage": int(stage),
         "first_row": first_row,

@@ -5,6 +5,7 @@ import numpy as np
 from parc_jax.base.distributed import gather
 from parc_jax.base.keys import Stage, key_data
 from parc_jax.errors import InputError
+from parc_jax.rollout.chained import Chained
 from parc_jax.rollout.chunks import ChunkStore, default_chunk, worker_devices
 from parc_jax.rollout.resume import require_same_runs
 from parc_jax.rollout.simulate import is_traceable, simulator
@@ -20,7 +21,7 @@ def simulate_rows(system, key, stage: Stage, rows: np.ndarray, k=None, first_row
     if is_given(k) and np.ndim(k) == 2:
         # padding rows beyond the list repeat its last entry; they are cut off again
         k = np.asarray(k, np.float64)[np.minimum(rows - first_row, len(k) - 1)]
-    drawn = sim.rows(key, stage, rows, k)
+    drawn = sim.rows(key, stage, rows, k, device)
     return drawn.k, sim.run(drawn, device)
 
 
@@ -79,10 +80,10 @@ def title_of(stage: Stage, first_row: int) -> str:
     }.get(stage, Stage(stage).name.lower())
 
 
-def k_law(k) -> str:
+def k_law(system, k) -> str:
     """Name of the law of k for a LawSpec."""
     if k is None:
-        return "uniform"
+        return system.k_law if isinstance(system, Chained) else "uniform"
     return getattr(k, "__name__", type(k).__name__) if callable(k) else "given"
 
 

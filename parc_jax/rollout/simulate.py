@@ -3,7 +3,7 @@ shape.
 """
 
 import threading
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import jax
 import jax.numpy as jnp
@@ -12,6 +12,7 @@ import numpy as np
 from parc_jax.base.arrays import x64
 from parc_jax.base.keys import Stage, row_keys, stream
 from parc_jax.errors import InputError
+from parc_jax.rollout.chained import Chained, begun, links_of
 from parc_jax.rollout.identity import content_of
 from parc_jax.rollout.user_code import blamed
 from parc_jax.system import Trajectory, check_system, points_of
@@ -21,11 +22,12 @@ _KEPT = 8  # compiled systems held at a time: enough for a few plants side by si
 
 class ToRun(NamedTuple):
     """What is to be run: keys (B, 2) of the systems and k (B, n_k) float64, exactly as the system
-    will see it.
+    will see it. states: in which the last manoeuvres of chains begin; None = as k says.
     """
 
     keys: jax.Array
     k: np.ndarray
+    states: Any = None
 
 
 class Simulator:
@@ -39,6 +41,7 @@ class Simulator:
         self.traceable = is_traceable(system)
         self.double = np.dtype(getattr(system, "dtype", np.float64)) == np.float64
         self._many = jitted_rollouts(system) if self.traceable else system.rollout_batch
+        self._links = links_of(system, self.traceable) if isinstance(system, Chained) else None
         self._content = content_of(system)
         self._compiled: set = set()
         self._compiling = threading.Lock()
@@ -55,13 +58,16 @@ class Simulator:
         with self._compiling:  # while it is traced, a system may fill caches of its own
             return not self.traceable or content_of(self.system).digest == self.content
 
-    def rows(self, key: jax.Array, stage: Stage, rows: np.ndarray, k=None) -> ToRun:
-        """Keys and parameters of global rows (B,). k: None = uniform on K, (n_k,) = that one, (B,
-        n_k) = as given, a function key -> (n_k,) = drawn by it. Depends on (key, stage, row) alone.
+    def rows(self, key: jax.Array, stage: Stage, rows: np.ndarray, k=None, device=None) -> ToRun:
+        """Keys and parameters of global rows (B,). k: None = uniform on K, or what the chain of a
+        chained system leads to, run on the device; (n_k,) = that one, (B, n_k) = as given, a
+        function key -> (n_k,) = drawn by it. Depends on (key, stage, row) alone. Raises InputError.
         """
         lo, hi = self._bounds()
         with x64():
             own, numbers = stream(key, stage), np.asarray(rows, np.uint32)
+            if k is None and self._links is not None:
+                return self._begun(*_row_keys(own, numbers), device)
             if k is None:
                 keys, drawn = _drawn(own, numbers, lo, hi)
                 drawn = np.asarray(drawn)
@@ -72,6 +78,18 @@ class Simulator:
                 _, keys = _row_keys(own, numbers)
                 drawn = np.broadcast_to(np.asarray(k, np.float64), (len(rows), len(lo)))
         return ToRun(keys, self.as_run(drawn))
+
+    def _begun(self, k_keys, keys, device) -> ToRun:
+        """The last manoeuvres of chains."""
+        if device is not None:
+            k_keys, keys = jax.device_put((k_keys, keys), device)
+
+        def run():
+            with jax.enable_x64(self.double):
+                return begun(self.system, self._links, k_keys, keys, *self._bounds())
+
+        last = self._once(("chain", keys.shape, device), run)
+        return ToRun(last.keys, self.as_run(last.k), last.states)
 
     def as_run(self, k: np.ndarray) -> np.ndarray:
         """k (B, n_k) as the system will see it: inside K, rounded to float32 for a float32
@@ -84,20 +102,22 @@ class Simulator:
         """Trajectories (B, ...) of the rows, on the device, p as columns (B, n_record + 1, n_c);
         float64 unless the system declares dtype = float32. Raises InputError.
         """
-        shape = (rows.k.shape, device)
-        if shape not in self._compiled:
-            with self._compiling:  # two workers that meet a new shape would both compile it
-                if shape not in self._compiled:
-                    return self._first_run(shape, rows, device)
-        return self._run(rows, device)
+        shape = (rows.states is None, rows.k.shape, device)
+        return self._once(shape, lambda: self._run(rows, device))
 
-    def _first_run(self, shape, rows: ToRun, device) -> Trajectory:
-        """The run that compiles, after which the system must stay as it is."""
-        trajectory = self._run(rows, device)
-        self._compiled.add(shape)
-        if self.traceable:
-            self._content = content_of(self.system)
-        return trajectory
+    def _once(self, shape, run):
+        """What run() gives. The first run of a shape compiles, after which the system must stay as
+        it is; two workers that meet a new shape would both compile it.
+        """
+        if shape not in self._compiled:
+            with self._compiling:
+                if shape not in self._compiled:
+                    found = run()
+                    self._compiled.add(shape)
+                    if self.traceable:
+                        self._content = content_of(self.system)
+                    return found
+        return run()
 
     def _run(self, rows: ToRun, device) -> Trajectory:
         with jax.enable_x64(self.double):
@@ -106,7 +126,10 @@ class Simulator:
             )
             keys = jax.device_put(rows.keys, device)
             with blamed(f"{self.system.name}: expected rollout(key, k) to run"):
-                out = self._many(keys, k)
+                if rows.states is None:
+                    out = self._many(keys, k)
+                else:
+                    out = self._links.go_on(keys, rows.states, k)[0]
         if not isinstance(out, tuple) or len(out) != 2:
             raise InputError(
                 f"{self.system.name}: expected rollout(key, k) to return Trajectory(p, q); got "

@@ -15,12 +15,13 @@ from parc_jax.sets.box import box
 from parc_jax.system import Trajectory, time_grid
 
 H, LAG, DRIVE = 0.05, 0.2, 0.3  # [s] step, and how fast speed follows drive and drive the command
+MOVING = 10  # records for which the command is followed; after that the cart stops
 ROUGH = 0.01  # [m/s] noise of the drive at a start from standstill
 
 
 class Cart:
-    """k = (speed at the start, measured; speed that is commanded) [m/s] for one second. Its state
-    is (speed, drive).
+    """k = (speed at the start, measured; speed that is commanded) [m/s]: half a second of it, and
+    half a second to stop in. Its state is (speed, drive).
     """
 
     name, n_p, n_q = "cart", 2, 0
@@ -28,6 +29,7 @@ class Cart:
     time = time_grid(dt=0.25, t_f=1.0, dt_record=H)
     k_labels = ("v0 [m/s]", "v [m/s]")
     given = ("v0 [m/s]",)
+    chunk = 64
 
     def rollout(self, key, k):
         """From a drive that has settled at the speed."""
@@ -45,14 +47,13 @@ class Cart:
     def rollout_from_state(self, key, state, k):
         """The same from a state, and the states at all records."""
 
-        def step(state, _):
+        def step(state, record):
             speed, drive = state
-            after = jnp.stack(
-                [speed + H * (drive - speed) / LAG, drive + H * (k[1] - drive) / DRIVE]
-            )
-            return after, after
+            command = jnp.where(record < MOVING, k[1], 0.0)
+            after = speed + H * (drive - speed) / LAG, drive + H * (command - drive) / DRIVE
+            return jnp.stack(after), jnp.stack(after)
 
-        states = jax.lax.scan(step, state, None, self.time.n_record)[1]
+        states = jax.lax.scan(step, state, jnp.arange(self.time.n_record))[1]
         states = jnp.concatenate([state[None], states])
         x = H * jnp.concatenate([jnp.zeros(1, state.dtype), jnp.cumsum(states[:-1, 0])])
         y = 1e-3 * jnp.linspace(0, 1, len(x)) * jax.random.normal(key, ())
@@ -65,7 +66,7 @@ def settled_network() -> ReLUNetwork:
     for record in range(20):
         W[record + 1, 0] = W[record, 0] + H * speed
         speed = speed + H * (drive - speed) / LAG
-        drive = drive + H * ([0.0, 1.0] - drive) / DRIVE
+        drive = drive + H * ([0.0, float(record < MOVING)] - drive) / DRIVE
     return relu_network([W[5::5].reshape(8, 2)], [np.zeros(8)])
 
 

@@ -1,0 +1,160 @@
+"""Chained runs: each begins in what manoeuvres before it left behind, and claims about them hold
+where claims about settled starts do not.
+"""
+
+import jax
+import numpy as np
+import pytest
+from toy_running import DRIVE, LAG, ROUGH, Cart, H, settled_network
+
+import parc_jax as pj
+from parc_jax.base.keys import Stage
+from parc_jax.claim.score import score_batch
+from parc_jax.errors import InputError
+from parc_jax.rollout.chained import _pick
+from parc_jax.rollout.collect import collect
+from parc_jax.system import Trajectory
+
+KEY = jax.random.PRNGKey(0)
+CART = Cart()
+CHAIN = pj.chained(CART, 2, (0.2, 0.6))
+
+
+@pytest.fixture(scope="module")
+def runs():
+    return collect(CHAIN, KEY, 64, quiet=True)
+
+
+class Batch:
+    """The same cart, many at a time, in NumPy. k = (speed, command under way, next command): it
+    goes on with the one under way for 0.25 s, as long as a planner may think. [T37d]
+    """
+
+    name, n_p, n_q = "thoughtful", 2, 0
+    domain = pj.box([0.0] * 3, [1.0] * 3)
+    time = Cart.time
+    given = (0, 1)
+
+    def start_state(self, keys):
+        return np.zeros((len(keys), 3))
+
+    def measured(self, states):
+        return states[..., [0, 2]]
+
+    def rollout_batch(self, keys, ks):
+        states = np.stack([ks[:, 0], ks[:, 0], ks[:, 1]], axis=1)
+        return self.rollout_from_state(keys, states, ks)[0]
+
+    def rollout_from_state(self, keys, states, ks):
+        states, p = [np.asarray(states)], [np.zeros((len(ks), 2))]
+        for record in range(self.time.n_record):
+            speed, drive, under_way = states[-1].T
+            command = under_way if record < 5 else np.asarray(ks)[:, 2]
+            speeds = speed + H * (drive - speed) / LAG, drive + H * (command - drive) / DRIVE
+            p.append(p[-1] + np.stack([H * speed, 0 * speed], axis=1))
+            states.append(np.stack([*speeds, command], axis=1))
+        return Trajectory(np.stack(p, axis=1), np.zeros((len(ks), 0))), np.stack(states, axis=1)
+
+
+def test_a_run_is_the_last_of_its_chain(runs):
+    """Told from its own start, from a speed that a drive in motion left behind."""
+    assert runs.law.k_law == "a chain of 2 manoeuvres before it, each left after 0.2 to 0.6 s"
+    assert runs.given == (0,) and not runs.failed.any() and (runs.p[:, 0] == 0).all()
+    np.testing.assert_allclose(runs.p[:, 1, 0], H * runs.k[:, 0], rtol=1e-12)
+    change = (runs.p[:, 2, 0] - 2 * runs.p[:, 1, 0]) / H  # [m/s] in the first step
+    assert (np.abs(change) > H * 3 * ROUGH / LAG).mean() > 0.7
+    assert 0.3 < runs.k[:, 1].mean() < 0.7
+
+
+def test_rows_depend_on_their_number_alone_and_a_stored_file_goes_on(runs, tmp_path):
+    others = collect(CHAIN, KEY, 24, first_row=40, quiet=True)
+    assert np.array_equal(others.p, runs.p[40:]) and np.array_equal(others.k, runs.k[40:])
+    kept = collect(CHAIN, KEY, 64, path=tmp_path / "runs.npz", quiet=True)
+    again = collect(CHAIN, KEY, 64, path=tmp_path / "runs.npz", quiet=True)
+    assert np.array_equal(kept.p, again.p) and again.law == runs.law
+    with pytest.raises(InputError, match="law"):
+        collect(CART, KEY, 64, path=tmp_path / "runs.npz", quiet=True)
+
+
+def test_a_claim_about_settled_starts_is_left_by_running_ones_and_one_about_chains_is_not():
+    """Both are true of their own law of starts; in use the robot comes from other manoeuvres."""
+    net, asked = settled_network(), dict(eps=0.1, delta=0.01, bins=(2, 2), search=0)
+    settled = pj.bound_error(net, CART, KEY, **asked, quiet=True)
+    chained = pj.bound_error(net, pj.chained(CART), KEY, **asked, quiet=True)
+    assert "HIDDEN_START(given v0)" in settled.assumptions
+    assert "k by a chain of 3 manoeuvres before it" in chained.statement()
+    assert isinstance(chained.risk(pj.Point()), pj.NoStatement)
+
+    def left(claim, system):
+        fresh = collect(system, KEY, 256, Stage.VALIDATE, quiet=True)
+        return (score_batch(net, fresh, claim.tube).score > 1).mean()
+
+    longer = pj.chained(CART, 6)
+    assert left(settled, CART) <= 0.1 < 0.5 < left(settled, longer)
+    assert left(chained, longer) <= 0.1
+
+
+def test_a_system_in_batches_and_a_command_under_way():
+    """The command under way is measured like the speed: it is the one of the manoeuvre before."""
+    chain = pj.chained(Batch(), 2, (0.5, 1.0))
+    runs = collect(chain, KEY, 400, quiet=True)
+    assert runs.given == (0, 1) and runs.law.generator == "thoughtful"
+    assert np.corrcoef(runs.k[:, 0], runs.k[:, 1])[0, 1] > 0.5
+    assert abs(np.corrcoef(runs.k[:, 1], runs.k[:, 2])[0, 1]) < 0.2
+    assert abs(runs.k[:, 1].mean() - 0.5) < 0.1
+    alike = collect(Batch(), KEY, 10, quiet=True)
+    same = alike.k.copy()
+    same[:, 2] = 0.5
+    slow, fast = (collect(Batch(), KEY, 10, k=x, quiet=True).p for x in (alike.k, same))
+    assert np.array_equal(slow[:, :6], fast[:, :6]) and not np.array_equal(slow, fast)
+
+
+def test_records_are_picked_evenly_among_those_that_fit():
+    fits = np.tile([False, True, False, True, True], (3000, 1))
+    share = (np.arange(3000) + 0.5) / 3000
+    picked = _pick(CHAIN, fits, share)
+    assert np.bincount(picked).tolist() == [0, 1000, 0, 1000, 1000]
+    assert (_pick(CHAIN, fits[:2], np.array([0.0, np.nextafter(1, 0)])) == [1, 4]).all()
+
+
+def test_what_is_measured_may_leave_k_and_come_back_but_not_for_good():
+    narrow = type("Narrow", (Cart,), {"domain": pj.box([0.0, 0.0], [0.4, 1.0])})()
+    runs = collect(pj.chained(narrow), KEY, 64, quiet=True)
+    assert runs.k[:, 0].max() <= 0.4 and (runs.k[:, 0] > 0.3).any()
+    np.testing.assert_allclose(runs.p[:, 1, 0], H * runs.k[:, 0], rtol=1e-12)
+    never = type("Never", (Cart,), {"domain": pj.box([0.5, 0.0], [1.0, 1.0])})()
+    with pytest.raises(InputError, match=r"measured \(v0 .* 64 of 64 chains never came back to it"):
+        collect(pj.chained(never), KEY, 64, quiet=True)
+
+
+@pytest.mark.parametrize(
+    ("system", "options", "sentence"),
+    [
+        (
+            type("No", (Cart,), {"given": ()})(),
+            {},
+            "expected cart to declare `given` .* lacks given",
+        ),
+        (type("No", (Cart,), {"measured": None})(), {}, "it lacks measured"),
+        (Cart(), {"before": 0}, "expected before >= 1"),
+        (Cart(), {"before": 1.5}, "expected before >= 1"),
+        (Cart(), {"hand_over": (0.0, 0.5)}, "two times in .0, 1. s"),
+        (Cart(), {"hand_over": (0.5, 1.5)}, "two times in .0, 1. s"),
+        (Cart(), {"hand_over": (0.51, 0.54)}, "with a record between them"),
+        (Cart(), {"hand_over": 0.5}, "hand_over: expected shape"),
+        (Cart(), {"hand_over": ("a", "b")}, "hand_over: expected numbers"),
+    ],
+)
+def test_what_cannot_be_chained_is_refused(system, options, sentence):
+    with pytest.raises(InputError, match=sentence):
+        pj.chained(system, **options)
+
+
+def test_states_at_the_end_alone_are_refused():
+    def at_the_end(self, key, state, k):
+        trajectory, states = Cart.rollout_from_state(self, key, state, k)
+        return trajectory, states[-1:]
+
+    odd = type("Odd", (Cart,), {"rollout_from_state": at_the_end})()
+    with pytest.raises(InputError, match="states at 21 records"):
+        collect(pj.chained(odd), KEY, 4, quiet=True)
