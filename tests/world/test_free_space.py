@@ -89,6 +89,15 @@ def test_simplified_inwards_never_outwards_in_exact_arithmetic(drives):
         assert shapely.get_num_coordinates(near) < shapely.get_num_coordinates(base)
 
 
+def test_no_more_than_the_tolerance_is_given_up(drives):
+    for _, steps, place in drives:
+        base = steps[-1].within(place, 1.5).region
+        near = steps[-1].near(place, 1.5, tolerance=0.05, most=1000).region
+        kept = shapely.get_parts(base.buffer(-0.05, quad_segs=16))
+        (home,) = (part for part in kept if part.contains(shapely.Point(place)))
+        assert home.difference(near).area < 1e-4
+
+
 def test_the_pieces_close_in_exact_arithmetic(drives):
     """Every ring closes, every edge of it is held by its piece: so no path leads out."""
     rng = np.random.default_rng(1)
