@@ -38,12 +38,15 @@ def check_doubt(context, entry):
     need(all(a <= x for a, x in zip(context.lo, lo, strict=True)), "k may leave the domain below")
     need(all(x <= b for x, b in zip(hi, context.hi, strict=True)), "k may leave the domain above")
     interval, final = context.errors(context.bins_meeting(lo, hi, closed=True), max)
-    conditions = [roomy(each, room) for each in context.conditions(entry["sep"], interval, final)]
+    conditions = context.listed_conditions(entry["sep"], interval, final)
+    conditions = [roomy(each, room) for each in conditions]
     longest = 1
     for asked in conditions:
         longest = max(longest, max(x.bit_length() for x in (*asked.w, *asked.v, asked.c)))
     whole_p0, p_scale = integers(p0)
-    for y, y_scale in CellVertices(context).of(lo, hi):
+    for hidden, scale in CellVertices(context).of(lo, hi):
+        # of one vertex at a time: a short file may have thousands, with thousands of outputs
+        (y,), y_scale = context.outputs([hidden], scale)
         products = len(conditions) * (3 * context.n_p + context.n_end)
         context.spend(products, longest, y_scale.bit_length())
         for asked in conditions:

@@ -8,7 +8,6 @@ the box of k instead.
 
 import itertools
 import math
-from functools import partial
 
 from .bounds import OverBox
 from .exact import (
@@ -26,14 +25,16 @@ from .exact import (
 )
 from .hits import hit
 from .plans import condition, holds
+from .question import Outputs
 
 MAX_POINTS = 20_000  # vertices of cells in a leaf
+MAX_KEPT = 1 << 22  # numbers of neurons at them; long ones count by their length
 UNSAFE = ("goal", "start", "hit")
 
 
 def network_cells(context, lo, hi):
-    """Yields the cells of the network in a box of k, each as {vertex: (neurons, outputs, scale)}.
-    [T16]
+    """Yields the cells of the network in a box of k, each as {vertex: (neurons, last hidden layer,
+    its scale)}. [T16]
 
     A vertex is (homogeneous coordinates, bit set of the facets through it). All earlier neurons
     keep their sign on a cell, so the next neuron is affine on it. If that has both signs at the
@@ -48,16 +49,21 @@ def network_cells(context, lo, hi):
         facets = sum(1 << (2 * i + side) for i, side in enumerate(sides))
         corners.append(((*coordinates, scale), facets))
     stack = [(corners, 0)]
+    kept = 0
     while stack:
         cell, first = stack.pop()
         for p, _ in cell:
             if p not in known:
-                known[p] = context.evaluate([p[:-1]], p[-1])
+                neurons, (hidden,), scale = context.hidden([p[:-1]], p[-1])
+                values = [x for (x,) in neurons]
+                known[p] = values, hidden, scale
+                kept += sum(1 + x.bit_length() // 256 for x in values)
         need(len(known) <= MAX_POINTS, "too many cells in a leaf")
+        need(kept <= MAX_KEPT, "too many neurons at the vertices of a leaf")
         context.spend(len(cell) * (context.n_neurons - first))
         j = first
         while j < context.n_neurons:
-            values = [known[p][0][j][0] for p, _ in cell]
+            values = [known[p][0][j] for p, _ in cell]
             if min(values) < 0 < max(values):
                 break
             j += 1
@@ -96,8 +102,8 @@ def split(context, cell, values, facet):
 
 
 class CellVertices:
-    """Vertices of the cells in a box of k, as outputs (y, scale). The last box is remembered:
-    neighbouring leaves of a tree often share it.
+    """Vertices of the cells in a box of k, as last hidden layers (values, scale). The last box is
+    remembered: neighbouring leaves of a tree often share it.
     """
 
     def __init__(self, context):
@@ -106,12 +112,12 @@ class CellVertices:
         self.points = []
 
     def of(self, lo, hi):
-        """[(y, scale)] of all vertices of all cells."""
+        """[(values, scale)] of all vertices of all cells."""
         if self.box != (lo, hi):
             found = {}
             for cell in network_cells(self.context, lo, hi):
-                for p, (_, columns, scale) in cell.items():
-                    found[p] = (columns[0], scale)
+                for p, (_, *hidden) in cell.items():
+                    found[p] = hidden
             self.box = (lo, hi)
             self.points = list(found.values())
         return self.points
@@ -163,20 +169,18 @@ class Leaves:
         context = self.context
         n = context.n_p
         groups = asked_of(context, name, what, context.bins_meeting(lo[n:], hi[n:], closed=False))
+        corners = itertools.product(*zip(lo[:n], hi[:n], strict=True))
         if bounded:
             self.over_box.enter(lo[n:], hi[n:])
             groups = [[self._whatever_k(option) for option in options] for options in groups]
-            serves = some_always_holds
-        elif name == "goal" and not any(groups[0][0][0].v[n:]):
-            # it is about z alone: any k, and so any y, will do
-            points = [([0] * context.n_outputs, 1)]
-            serves = partial(holds_at, context, points)
+            served = all(some_always_holds(groups, z) for z in corners)
+        elif name == "goal" and not any(groups[0][0][0].v[n:]):  # about z alone: any k will do
+            k, scale = integers(lo[n:])
+            _, (hidden,), scale = context.hidden([k], scale)
+            served = some_holds_at(context, [(hidden, scale)], groups, corners)
         else:
-            points = self.vertices.of(lo[n:], hi[n:])
-            serves = partial(holds_at, context, points)
-        for corner in itertools.product(*zip(lo[:n], hi[:n], strict=True)):
-            served = any(serves(options, corner) for options in groups)
-            need(served, f"a {name} leaf fails at one of its vertices")
+            served = some_holds_at(context, self.vertices.of(lo[n:], hi[n:]), groups, corners)
+        need(served, f"a {name} leaf fails at one of its vertices")
 
     def _whatever_k(self, option):
         """Conditions on z that make those of an option hold for every k in the box; p0 = z - c_T.
@@ -196,10 +200,10 @@ class Leaves:
         return found
 
 
-def some_always_holds(options, z):
-    """Whether the conditions on z of one of the options hold at a corner z."""
+def some_always_holds(groups, z):
+    """Whether the conditions on z of one of the options of a group hold at a corner z."""
     z, z_scale = integers(z)
-    for option in options:
+    for option in itertools.chain.from_iterable(groups):
         held = True
         for w, x, scale, strict in option:
             value = dot(w, z) * scale + x * z_scale
@@ -216,7 +220,7 @@ def asked_of(context, name, what, bins):
     n = context.n_p
     if name == "safe":
         interval, final = context.errors(bins, max)
-        return [[list(context.conditions(what, interval, final))]]
+        return [[context.listed_conditions(what, interval, final)]]
     if name == "goal":  # a combination of goal rows that (z, q) violates
         w, h = missed_goal(context, what, bins)
         return [[[condition("", True, context.along_p0(w), w, context.end, -h)]]]
@@ -226,28 +230,41 @@ def asked_of(context, name, what, bins):
     return hit(context, what, bins)
 
 
-def holds_at(context, points, options, z):
-    """Whether at every vertex of k, as (y, scale), all conditions of one of the options hold for
-    the plan that ends in z.
+def some_holds_at(context, points, groups, corners):
+    """Whether at each corner z one of the groups serves all vertices of k, as (last hidden layer,
+    scale): all conditions of one of its options hold for the plan that ends in z.
+
+    One vertex after the other, with the groups that serve each corner at all so far.
     """
+    serving = [(*integers(z), groups) for z in corners]
     longest = 1
-    for option in options:
+    for option in itertools.chain.from_iterable(groups):
         for asked in option:
             longest = max(longest, max(x.bit_length() for x in (*asked.w, *asked.v, asked.c)))
-    z, z_scale = integers(z)
-    for y, scale in points:
+    for hidden, scale in points:
+        y = Outputs(context, hidden, scale)
         c_T = y[context.end][: context.n_p]
-        p0 = [x * scale - c * z_scale for x, c in zip(z, c_T, strict=True)]
-        held = False
-        for option in options:
-            products = len(option) * (context.n_p + 2 * context.n_c + context.n_q)
-            context.spend(products, longest, scale.bit_length())
-            held = all(holds(asked, p0, z_scale * scale, y, scale) for asked in option)
-            if held:
-                break
-        if not held:
-            return False
+        left = []
+        for z, z_scale, some in serving:
+            p0 = [x * y.scale - c * z_scale for x, c in zip(z, c_T, strict=True)]
+            some = [o for o in some if some_option_holds(context, o, longest, p0, z_scale, y)]
+            if not some:
+                return False
+            left.append((z, z_scale, some))
+        serving = left
     return True
+
+
+def some_option_holds(context, options, longest, p0, z_scale, y):
+    """Whether all conditions of one of the options hold for outputs y and p0, which is over both
+    scales.
+    """
+    for option in options:
+        products = len(option) * (context.n_p + 2 * context.n_c + context.n_q)
+        context.spend(products, longest, y.scale.bit_length())
+        if all(holds(asked, p0, z_scale * y.scale, y, y.scale) for asked in option):
+            return True
+    return False
 
 
 def check_centred(context):

@@ -1,11 +1,14 @@
 """Proofs about single plans, corridors and polytopes of plans."""
 
 import collections
+import itertools
 import math
 from fractions import Fraction
 
 from .exact import FRACTION, array, combine, dot, fields, integers, need, rejecting, vector, whole
 from .question import Question
+
+MAX_CONDITIONS = 1 << 19  # kept together
 
 # w . p0 + v . y[outputs] + c >= 0, or > 0 if strict, in integers.
 Condition = collections.namedtuple("Condition", "name strict w v outputs c")
@@ -68,6 +71,12 @@ class Context(Question):
             for part, runs in zip(self.parts, array(entry, len(self.parts)), strict=True):
                 yield from self._clear(o, part, runs, interval)
 
+    def listed_conditions(self, sep, interval, final):
+        """The same as a list: a short file may have very many."""
+        found = list(itertools.islice(self.conditions(sep, interval, final), MAX_CONDITIONS + 1))
+        need(len(found) <= MAX_CONDITIONS, "too many conditions")
+        return found
+
     def _clear(self, o, part, runs, interval):
         """The conditions that keep a part of the body clear of obstacle o in all of its steps."""
         rows, t, last = self.obstacles[o]
@@ -125,8 +134,7 @@ class Context(Question):
         interval, final = self.errors(bins, max)
         whole_k, k_scale = integers(k)
         whole_p0, p_scale = integers(p0)
-        _, columns, y_scale = self.evaluate([whole_k], k_scale)
-        y = columns[0]
+        _, (y,), y_scale = self.evaluate([whole_k], k_scale)
         for asked in self.conditions(sample["sep"], interval, final):
             held = holds(asked, whole_p0, p_scale, y, y_scale)
             need(held, f"the condition of {asked.name} fails")
@@ -161,7 +169,7 @@ class Context(Question):
             signed = [sign * x for x in coefficients]
             rows.append((f"neuron {i}", False, free + signed[:-1], signed[-1]))
         interval, final = self.errors([polytope["bin"]], max)
-        for asked in self.conditions(polytope["sep"], interval, final):
+        for asked in self.listed_conditions(polytope["sep"], interval, final):
             along = [dot(asked.v, column[asked.outputs]) for column in columns]
             a = [x * scale for x in asked.w] + along[:-1]
             rows.append((asked.name, asked.strict, a, along[-1] + asked.c * scale))

@@ -169,27 +169,41 @@ class Question:
         Returns the coefficients of each neuron over some positive scale, the columns of the
         outputs, and their scale.
         """
+        neurons, columns, scale = self.hidden(columns, scale, pattern)
+        return neurons, *self.outputs(columns, scale)
+
+    def hidden(self, columns, scale, pattern=None):
+        """The same up to the last hidden layer, its columns and their scale."""
         neurons: list = []
         place = 0
-        for depth, (W, bias, q) in enumerate(self.layers, 1):
-            longest = max(abs(x).bit_length() for column in columns for x in [*column, scale])
-            products = len(columns) * len(W) * (len(columns[0]) + 1)
-            self.spend(products, longest, self.layer_bits[depth - 1])
-            columns = [[dot(row, column) for row in W] for column in columns]
-            columns[-1] = [x + b * scale for x, b in zip(columns[-1], bias, strict=True)]
-            scale *= q
-            if depth < len(self.layers):
-                if pattern is None:
-                    passes = [x > 0 for x in columns[-1]]
-                else:
-                    passes = [bit == "1" for bit in pattern[place : place + len(W)]]
-                place += len(W)
-                neurons += zip(*columns, strict=True)
-                columns = [
-                    [x if on else 0 for x, on in zip(column, passes, strict=True)]
-                    for column in columns
-                ]
+        for depth in range(len(self.layers) - 1):
+            columns, scale = self._before_relu(depth, slice(None), columns, scale)
+            width = len(columns[0])
+            if pattern is None:
+                passes = [x > 0 for x in columns[-1]]
+            else:
+                passes = [bit == "1" for bit in pattern[place : place + width]]
+            place += width
+            neurons += zip(*columns, strict=True)
+            columns = [
+                [x if on else 0 for x, on in zip(column, passes, strict=True)] for column in columns
+            ]
         return neurons, columns, scale
+
+    def outputs(self, columns, scale, places=slice(None)):
+        """Some outputs of the network, and their scale, from the last hidden layer."""
+        return self._before_relu(-1, places, columns, scale)
+
+    def _before_relu(self, depth, places, columns, scale):
+        """Some rows of a layer, and their scale."""
+        W, bias, q = self.layers[depth]
+        W, bias = W[places], bias[places]
+        longest = max(abs(x).bit_length() for column in columns for x in [*column, scale])
+        products = len(columns) * len(W) * (len(columns[0]) + 1)
+        self.spend(products, longest, self.layer_bits[depth])
+        columns = [[dot(row, column) for row in W] for column in columns]
+        columns[-1] = [x + b * scale for x, b in zip(columns[-1], bias, strict=True)]
+        return columns, scale * q
 
     # --- tube ----------------------------------------------------------------------------------
 
@@ -287,3 +301,22 @@ class Question:
             self.spend(FRACTION * self.n_end)
             sets.append(AtEnd(self.final[b], self.interval[b][-1], self.n_p))
         return Several(sets, min)
+
+
+class Outputs:
+    """The outputs y of the network at a point, y[places] / scale, from its last hidden layer: found
+    when they are asked for and dropped with this, since a short file may have many of both.
+    """
+
+    def __init__(self, question, hidden, scale):
+        self._question = question
+        self._hidden = hidden, scale
+        self._found: dict = {}
+        self.scale = scale * question.layers[-1][2]
+
+    def __getitem__(self, places):
+        key = places.start, places.stop
+        if key not in self._found:
+            hidden, scale = self._hidden
+            (self._found[key],), _ = self._question.outputs([hidden], scale, places)
+        return self._found[key]

@@ -1,5 +1,8 @@
 """Boxes of doubt: every plan in one is safe, and what is not a box of safe plans is refused."""
 
+import random
+import tracemalloc
+
 import answer_files as build
 import known
 import known_points
@@ -75,3 +78,46 @@ def test_boxes_of_the_same_plans_count_once():
     lines = "\n".join(checker.summary(report))
     assert "  1 box of doubt: so does every (p0, k) within the room of one" in lines
     assert "boxes of doubt" not in "\n".join(checker.summary(checker.check_answer(known.plain())))
+
+
+def long_and_wide(top, T=500, neurons=30):
+    """A box over all of K of a robot on a line with many knots, above an obstacle: hundreds of
+    cells, and T outputs at each of their vertices. It may start 1 below zero, and goes up only.
+    """
+    rng = random.Random(0)
+    weights = [[str(rng.randint(-99, 99)) for _ in range(2)] for _ in range(neurons)]
+    biases = [str(rng.randint(-60, 60)) for _ in weights]
+    answer = known.line()
+    answer["problem"] |= {
+        "n_k": 2,
+        "steps": T,
+        "domain": {"lo": ["-1"] * 2, "hi": ["1"] * 2},
+        "obstacles": [build.box_rows((-4,), (top,))],
+    }
+    answer["network"] = {
+        "weights": [weights, [["1e-4"] * neurons], [["1"]] * T],
+        "biases": [biases, ["0"], ["0"] * T],
+    }
+    answer["tube"] = {
+        "edges": [["-1", "1"]] * 2,
+        "interval": [[[["0"]]] * T],
+        "final": [["0"]],
+    }
+    room = {"p0": ["1"], "k": ["1", "1"]}
+    box = {"p0": ["0"], "k": ["0", "0"], "room": room, "sep": [[[[T, [[0, "1"]]]]]]}
+    return build.rehash(answer | {"samples": [], "doubt": [box]})
+
+
+@pytest.mark.parametrize(("top", "safe"), [("-1.001", True), ("-0.999", False)])
+def test_a_short_file_takes_little_memory(top, safe):
+    """The outputs are known at one vertex at a time: at all of them they would be 5 MB."""
+    answer = long_and_wide(top)
+    tracemalloc.start()
+    try:
+        accepted = checker.check_answer(answer).doubt == 1
+    except checker.Rejected as why:
+        assert "fails in the box" in str(why)
+        accepted = False
+    _, peak = tracemalloc.get_traced_memory()
+    tracemalloc.stop()
+    assert accepted == safe and peak < 2e6

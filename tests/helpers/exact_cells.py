@@ -27,10 +27,11 @@ def cells(weights, biases, lo, hi):
     """Cells as lists of (vertex, outputs) in fractions."""
     scene = context(weights, biases, lo, hi)
     for cell in no_plan.network_cells(scene, [F(v) for v in lo], [F(v) for v in hi]):
-        yield [
-            ([F(x, p[-1]) for x in p[:-1]], [F(v, scale) for v in y])
-            for p, (_, (y,), scale) in cell.items()
-        ]
+        found = []
+        for p, (_, hidden, scale) in cell.items():
+            (y,), scale = scene.outputs([hidden], scale)
+            found.append(([F(x, p[-1]) for x in p[:-1]], [F(v, scale) for v in y]))
+        yield found
 
 
 def random_layers(rng, sizes, bits=8):

@@ -494,6 +494,8 @@ bad_text("a key twice", '{"format": 0, ')
 bad_text("values nested too deep", '{"meta": ' + "[" * 501 + "]" * 501 + ", ")
 bad_text("a float in a part that is ignored", '{"meta": 1.5, ')
 bad_text("a NaN in a part that is ignored", '{"meta": NaN, ')
+bad("more neurons at vertices than are kept", bracket, limits={"MAX_KEPT": 1})
+bad("more conditions than are kept", limits={"MAX_CONDITIONS": 7}, samples=[])
 CASES["a file that is too large"] = (
     lambda: json.dumps(plain()) + "  ",
     {"MAX_BYTES": len(json.dumps(plain()))},
