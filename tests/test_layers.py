@@ -40,6 +40,7 @@ ORDER = (
     "local",
     "answer",
     "planner",
+    "loop",
     "onboard",
     "io",
     "plot",

@@ -4,6 +4,7 @@ from benchmarks.attacks.fault import Fault
 
 FIRST = "parc_jax/cover/first.py"
 JUDGED = ("tests/cover/test_first.py::test_every_plan_is_judged_as_all_plans_are",)
+LOOP = "tests/loop/test_loop.py::"
 AWAY = ("tests/separation/test_pairs.py::test_boxes_tell_no_more_than_the_gap",)
 COUNTED = (
     "tests/cover/test_first.py"
@@ -62,5 +63,40 @@ QUERY = (
         "jnp.where(whole, len(drawn.k), last.astype(jnp.int32) + 1)",
         "jnp.int32(len(drawn.k))",
         COUNTED,
+    ),
+    Fault(
+        "preferred_in_one_of_the_bins_that_meet",
+        "_preferred.room_of.in_bin",
+        "bins[i, c]",
+        "bins[i, 0]",
+        (LOOP + "test_where_bins_meet_all_of_them_have_to_allow_it",),
+    ),
+    Fault(
+        "preferred_plans_that_do_not_reach",
+        "_preferred.judge",
+        "(room > 0)",
+        "(room > -1)",
+        (LOOP + "test_the_best_liked_of_the_safe_ones_is_committed_to",),
+    ),
+    Fault(
+        "commitments_after_the_deadline",
+        "Loop.step",
+        "> self.effort.deadline",
+        "> 1e9",
+        (LOOP + "test_who_is_late_commits_to_nothing",),
+    ),
+    Fault(
+        "measured_values_outside_of_k",
+        "Loop._all_of_k",
+        "outside.any()",
+        "False",
+        (LOOP + "test_what_is_measured_wrongly_changes_nothing",),
+    ),
+    Fault(
+        "loops_that_forget_the_doubt",
+        "Loop._scene",
+        "doubt=doubt",
+        "doubt=None",
+        (LOOP + "test_more_doubt_never_goes_farther",),
     ),
 )

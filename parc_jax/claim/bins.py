@@ -39,19 +39,19 @@ def bins_of(edges: Edges, k: np.ndarray) -> np.ndarray:
                 f"bins: k row {row} = {k[row]} falls in no bin; axis {axis} covers [{edge[0]}, "
                 f"{edge[-1]}]."
             )
-    return _closed_bins(edges, k)
+    return closed_bins(edges, k)
 
 
 def each_bin(edges: Edges, k: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Every pair of a row of k (n, n_k) and a closed bin that contains it: rows (m,), in order, and
     bins (m,). A k outside K is paired with a bin that is near.
     """
-    numbers = np.sort(_closed_bins(edges, np.asarray(k, np.float64)), axis=1)
+    numbers = np.sort(closed_bins(edges, np.asarray(k, np.float64)), axis=1)
     other = np.diff(numbers, axis=1, prepend=-1) > 0
     return np.nonzero(other)[0], numbers[other]
 
 
-def _closed_bins(edges: Edges, k: np.ndarray) -> np.ndarray:
+def closed_bins(edges: Edges, k: np.ndarray) -> np.ndarray:
     """(n, c) as of `bins_of`, of k inside K."""
     numbers = np.zeros((len(k), 1), int)
     for axis, edge in enumerate(edges):

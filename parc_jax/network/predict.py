@@ -63,8 +63,10 @@ def features(weights, biases, x: np.ndarray) -> np.ndarray:
     return x
 
 
-def outputs(net, k: np.ndarray, rows: slice = slice(None)) -> np.ndarray:
-    """Network outputs (n, n_out) at k (n, n_k), on the host in float64. rows: outputs wanted."""
+def outputs(net, k: np.ndarray, rows=slice(None)) -> np.ndarray:
+    """Network outputs (n, n_out) at k (n, n_k), on the host in float64. rows: numbers of those that
+    are wanted.
+    """
     h = features(net.weights[:-1], net.biases[:-1], k)
     return h @ net.weights[-1][rows].T + net.biases[-1][rows]
 

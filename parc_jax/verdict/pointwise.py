@@ -112,12 +112,12 @@ def verdict(net: ReLUNetwork, tube: Tube, scene: SceneArrays, p0, k, bin=None) -
     return Verdicts(*seen, clearance(scene, seen.path, tube.during(seen.bin)))
 
 
-def verdict_in_turn(net: ReLUNetwork, tube: Tube, scene: OneScene, p0, k) -> Verdicts:
+def verdict_in_turn(net: ReLUNetwork, tube: Tube, scene: OneScene, p0, k, bin=None) -> Verdicts:
     """The same, of the obstacles one after another, the nearest boxes first: until all others are
     farther than what was found, or one is touched. The clearance of what is safe is that of all.
     Kernel, not for vmap.
     """
-    seen = prediction(net, tube, scene, p0, k)
+    seen = prediction(net, tube, scene, p0, k, bin)
     errors = tube.during(seen.bin)
     rounding = 2 * scene.slack * p0.shape[0]
 

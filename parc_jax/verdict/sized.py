@@ -30,12 +30,12 @@ def sized(scene: SceneArrays, least_obstacles: int = 1) -> SceneArrays:
     )
 
 
-def roomy(scene: Scene) -> Scene:
+def roomy(scene: Scene, pairs: int = LEAST_OBSTACLES, corners: int = 0) -> Scene:
     """One scene with room for more obstacles and rows: another one that has a few more, or fewer,
-    compiles nothing.
+    compiles nothing. pairs, corners: for which there is room at least.
     """
-    n_o = size_class(len(scene.obstacles.active), LEAST_OBSTACLES)
-    return _with_more_rows(scene).replace(obstacles=_padded(scene.obstacles, n_o, 0))
+    n_o = size_class(len(scene.obstacles.active), pairs)
+    return _with_more_rows(scene).replace(obstacles=_padded(scene.obstacles, n_o, corners))
 
 
 def _with_more_rows(scene: SceneArrays) -> SceneArrays:

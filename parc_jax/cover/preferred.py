@@ -1,0 +1,80 @@
+"""The first safe ones of given plans, in the order in which they are given, in one compiled call:
+who wants the best of many by any measure of one's own sorts them by it. [T11]
+
+A plan is judged as every single plan is, in float64 with the slack of the scene; where bins of K
+meet it has to be safe in all of them.
+"""
+
+from typing import NamedTuple
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+
+from parc_jax.base.arrays import x64
+from parc_jax.claim.bins import closed_bins
+from parc_jax.cover.placed import Placed, placed
+from parc_jax.errors import InputError
+from parc_jax.verdict.pointwise import verdict_in_turn
+from parc_jax.verdict.scene import Scene
+
+MOST = 16  # plans that are found in one call
+
+
+class Preferred(NamedTuple):
+    """rows (n,): numbers of safe plans, in the order in which they were given. clearance (n,) [m]:
+    kept from every obstacle by every run inside the tube. judged: plans that were looked at.
+    """
+
+    rows: np.ndarray
+    clearance: np.ndarray
+    judged: int
+
+
+def preferred(scene: Scene, k: np.ndarray, n: int = 1) -> Preferred:
+    """The first n safe plans, 16 at most, of k (m, n_k) from the one start of a scene. Fewer, or
+    none, where there are not so many. Raises InputError.
+    """
+    if scene.at is None:
+        raise InputError("preferred: expected a question with one start; ask it with `at`.")
+    if not 1 <= n <= MOST:
+        raise InputError(f"preferred: expected 1 to {MOST} plans; got {n}.")
+    k = np.asarray(k, np.float64)
+    if k.ndim != 2 or k.shape[1] != scene.model.n_k:
+        raise InputError(f"preferred: expected k of shape (m, {scene.model.n_k}); got {k.shape}.")
+    bins = closed_bins(scene.model.tube.edges, k)
+    # borders are rare: room for all bins that can meet, of which as many are looked at as do
+    room = np.zeros((len(k), 2**scene.model.n_k), np.int32)
+    room[:, : bins.shape[1]] = bins
+    with x64(), jax.transfer_guard_host_to_device("allow"):
+        told = jax.device_get(_preferred(placed(scene), k, room, bins.shape[1], n))
+    found = int(told.judged[1])
+    return Preferred(told.rows[:found], told.clearance[:found], int(told.judged[0]))
+
+
+@jax.jit
+def _preferred(asked: Placed, k, bins, n_bins, n) -> Preferred:
+    def room_of(i):
+        """The least that any bin leaves to a plan."""
+
+        def in_bin(c, least):
+            bin = bins[i, c]
+            seen = verdict_in_turn(asked.net, asked.tube, asked.scene, asked.at, k[i], bin)
+            return jnp.minimum(least, jnp.where(seen.reaches, seen.clearance, -jnp.inf))
+
+        return jax.lax.fori_loop(0, n_bins, in_bin, jnp.asarray(jnp.inf, k.dtype))
+
+    def judge(state):
+        i, found, rows, clearance = state
+        room = room_of(i)
+        rows, clearance = rows.at[found].set(i), clearance.at[found].set(room)
+        return i + 1, found + (room > 0).astype(found.dtype), rows, clearance
+
+    def unfinished(state):
+        i, found, _, _ = state
+        return (i < len(k)) & (found < n)
+
+    zero = jnp.zeros((), jnp.int32)
+    begin = zero, zero, jnp.zeros(MOST, jnp.int32), jnp.zeros(MOST, k.dtype)
+    judged, found, rows, clearance = jax.lax.while_loop(unfinished, judge, begin)
+    return Preferred(rows, clearance, jnp.stack([judged, found]))

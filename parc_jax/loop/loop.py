@@ -1,0 +1,224 @@
+"""The loop that never stops being safe: at every step a new manoeuvre that is proved over all of
+its time, rest included, or the one that is under way, which was. [T37, T38]
+"""
+
+import time
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+from fractions import Fraction
+
+import numpy as np
+from scipy.stats import qmc
+
+from parc_jax.base.arrays import as_float64
+from parc_jax.base.probes import require_sound_arithmetic
+from parc_jax.cover.preferred import preferred
+from parc_jax.errors import InputError
+from parc_jax.loop.commitment import Commitment, Step
+from parc_jax.loop.outlook import Outlook, outlook
+from parc_jax.model import TrajectoryModel, check_model
+from parc_jax.network.rounding import rounding_bound
+from parc_jax.problem.doubt import Doubt
+from parc_jax.problem.labels import name_of
+from parc_jax.problem.problem import ReachAvoid, reach_avoid
+from parc_jax.robust.pose import Pose, pose_of
+from parc_jax.robust.question import Plain, question
+from parc_jax.sets.box import box
+from parc_jax.sets.hpolytope import HPolytope, from_box, hpolytope
+from parc_jax.verdict.scene import Scene, laid_out
+from parc_jax.verdict.sized import roomy
+
+AT_ONCE = 64  # candidates judged in one compiled call, between looks at the clock
+PAIRS, CORNERS = 128, 8  # of obstacles and parts, that scenes have room for without compiling anew
+
+Prefer = Callable[[Outlook], np.ndarray]
+
+
+@dataclass(frozen=True)
+class Effort:
+    """How a loop looks for manoeuvres.
+
+    candidates: drawn once, evenly over the chosen parameters. judged: of these, at most, the best
+    first. deadline: [s] of the clock for a step; what is not decided by then is not committed to.
+    """
+
+    candidates: int = 1024
+    judged: int = 256
+    deadline: float = 0.1
+
+    def __post_init__(self):
+        if not (self.candidates >= 1 and self.judged >= 1 and self.deadline > 0):
+            raise InputError(
+                "Effort: expected at least one candidate, one to judge and a deadline above 0 s; "
+                f"got {self}."
+            )
+
+
+class Loop:
+    """A robot that drives by one model. Made once, which compiles; `step` is asked again and again.
+
+    model: whose manoeuvres carry their stop: at the end of each the robot rests, and stays. body:
+    as of `reach_avoid`. leave: [s] after the start of a manoeuvre from when on it may be left for
+    the next one. given: parameters of k that are measured at the start, names or numbers; by
+    default those that the system declares. doubt: of the start and heading, the same at every
+    step. end: where a manoeuvre may end, a set over all points and q in the robot's frame; None
+    for anywhere. Raises InputError for what does not fit the model.
+    """
+
+    def __init__(
+        self,
+        model: TrajectoryModel,
+        body,
+        *,
+        leave: float,
+        given: Sequence[str | int] | None = None,
+        doubt: Doubt | None = None,
+        end: HPolytope | None = None,
+        effort: Effort | None = None,
+    ):
+        check_model(model)
+        require_sound_arithmetic()
+        self.model, self.body, self.end = model, body, end
+        self.doubt = Doubt() if doubt is None else doubt
+        self.effort = Effort() if effort is None else effort
+        self.given = _axes(model, model.given if given is None else given)
+        if self.doubt.k or self.doubt.given or self.doubt.unknown:
+            raise InputError(
+                "Loop: expected doubt of start and heading alone; what is measured of k is given "
+                "at every step."
+            )
+        dt = Fraction(model.time.dt)
+        self.leave = round(leave / model.time.dt)
+        if not 0 < self.leave <= model.time.n_steps:
+            raise InputError(
+                f"Loop: expected a time to leave within a manoeuvre, {model.time.dt:g} to "
+                f"{model.time.t_f:g} s; got {leave!r}."
+            )
+        self.lasts = dt * model.time.n_steps
+        self.candidates = _candidates(model, self.given, self.effort.candidates)
+        self.under_way: Commitment | None = None
+        self._known: dict = {}
+        self._n = 0
+        self._warm_up()
+
+    def step(self, pose, given, obstacles: Sequence, prefer: Prefer, at: float = 0.0) -> Step:
+        """Commit to the best manoeuvre that is safe, or go on with the one that is under way.
+
+        pose: where the robot is, as of `Planner.solve`. given: values of the given parameters, in
+        their order. obstacles: boxes or polytopes in the world that it must not touch from now on.
+        prefer: of an Outlook of candidates, (b,) numbers, the least is liked best; NaN and infinite
+        ones are left out. at: [s] of the loop's clock, at which the pose was measured. Whatever is
+        wrong with what was measured ends in the manoeuvre under way, with a sentence.
+        """
+        begin = time.perf_counter()
+        try:
+            here = pose_of(pose, self.model)
+            scene = self._scene(here, obstacles)
+            k = self._all_of_k(given)
+        except InputError as error:
+            return self._go_on(str(error))
+        cost = np.asarray(prefer(outlook(self.model, here, k, self.leave)), float)
+        if cost.shape != (len(k),):
+            raise InputError(f"prefer: expected {len(k)} numbers; got shape {cost.shape}.")
+        order = np.argsort(cost, kind="stable")
+        order = order[np.isfinite(cost[order])][: self.effort.judged]
+        judged = 0
+        while judged < len(order):
+            rows = order[judged : judged + AT_ONCE]
+            # a short call is filled up with its last candidate
+            rows = rows[np.minimum(np.arange(AT_ONCE), len(rows) - 1)]
+            found = preferred(scene, k[rows])
+            judged += found.judged
+            if time.perf_counter() - begin > self.effort.deadline:
+                return self._go_on(
+                    f"no manoeuvre was proved within {self.effort.deadline:g} s; "
+                    f"{judged} candidates were looked at"
+                )
+            if len(found.rows):
+                chosen = k[rows[found.rows[0]]]
+                return self._commit(scene.asked, chosen, found.clearance[0], judged, at)
+        return self._go_on(f"none of {len(order)} candidates is safe")
+
+    def _warm_up(self) -> None:
+        """Compile all that a step needs, whatever it sees."""
+        pose = np.zeros(self.model.n_p + (self.model.rotation is not None))
+        scene = self._scene(pose_of(pose, self.model), ())
+        first = np.zeros(AT_ONCE, int)
+        preferred(scene, self._all_of_k(self.model.domain.lo[list(self.given)])[first])
+
+    def _commit(self, asked: Plain, k: np.ndarray, clearance, judged: int, at: float) -> Step:
+        begin = Fraction(at)
+        self.under_way = Commitment(
+            self._n, begin, begin + self.lasts, k, float(clearance), judged, asked
+        )
+        self._n += 1
+        return Step(self.under_way, True)
+
+    def _go_on(self, reason: str) -> Step:
+        return Step(self.under_way, False, reason)
+
+    def _all_of_k(self, given) -> np.ndarray:
+        """(b, n_k) all candidates from what was measured. Raises InputError."""
+        values = as_float64("given", given, (len(self.given),))
+        lo, hi = (side[list(self.given)] for side in (self.model.domain.lo, self.model.domain.hi))
+        outside = ~((lo <= values) & (values <= hi))
+        if outside.any():
+            i = int(np.argmax(outside))
+            name = name_of(self.model.labels.k[self.given[i]])
+            raise InputError(
+                f"given: expected {name} within K, {lo[i]:g} to {hi[i]:g}; got {values[i]:g}."
+            )
+        k = self.candidates.copy()
+        k[:, list(self.given)] = values
+        return k
+
+    def _scene(self, pose: Pose, obstacles: Sequence) -> Scene:
+        """The scene as the robot sees it. Raises InputError."""
+        doubt = None if self.doubt.is_nothing else self.doubt
+        problem = reach_avoid(_any_goal(self.model), obstacles, self.body, doubt=doubt)
+        asked = question(problem, self.model)
+        asked = replace(asked, pose=pose).plain(self._known)
+        goal = _everywhere(asked.problem, asked.model) if self.end is None else self.end
+        asked = replace(asked, problem=asked.problem.replace(goal=goal))
+        return roomy(laid_out(asked), PAIRS, CORNERS)
+
+
+def _axes(model: TrajectoryModel, given: Sequence[str | int]) -> tuple[int, ...]:
+    """Numbers of the given parameters. Raises InputError."""
+    names = [name_of(label) for label in model.labels.k]
+    axes = tuple(names.index(g) if g in names else g for g in given)
+    for axis in axes:
+        if not (isinstance(axis, int) and 0 <= axis < model.n_k) or axes.count(axis) > 1:
+            raise InputError(
+                f"given: expected parameters of the model, each once ({', '.join(names)}); got "
+                f"{axis!r}."
+            )
+    if len(axes) == model.n_k:
+        raise InputError("given: expected at least one parameter to choose; all are given.")
+    return axes
+
+
+def _candidates(model: TrajectoryModel, given: tuple[int, ...], n: int) -> np.ndarray:
+    """(n, n_k) even over the chosen parameters, none of them on an edge between bins."""
+    chosen = [axis for axis in range(model.n_k) if axis not in given]
+    share = qmc.Sobol(len(chosen), seed=0).random_base2(int(np.ceil(np.log2(n))))[:n]
+    k = np.zeros((n, model.n_k))
+    lo, hi = model.domain.lo[chosen], model.domain.hi[chosen]
+    k[:, chosen] = lo + share * (hi - lo)
+    return k
+
+
+def _any_goal(model: TrajectoryModel) -> HPolytope:
+    """A goal of one row, for as long as the question is told in the world."""
+    row = np.zeros((1, model.n_c + model.n_q))
+    row[0, 0] = 1.0
+    return hpolytope(row, [1e6])
+
+
+def _everywhere(problem: ReachAvoid, model: TrajectoryModel) -> HPolytope:
+    """A box that holds every end, with every error of the tube."""
+    tube = model.tube
+    widest = tube.final[tube.claimed].max(initial=0.0)
+    far = 2.0 * (float(rounding_bound(model.net, model.domain).magnitude.max()) + widest)
+    n = model.n_c + model.n_q
+    return from_box(box([-far] * n, [far] * n))

@@ -1,0 +1,160 @@
+"""One proved manoeuvre after another: the best that is safe, or the one under way."""
+
+import json
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from compilations import compiled_by
+from toy_models import line_model, model_of, told, toy_case, uniform_tube
+
+import parc_jax as pj
+from parc_jax import checker
+from parc_jax.errors import InputError
+from parc_jax.loop.loop import _candidates
+from parc_jax.loop.outlook import outlook
+from parc_jax.network.predict import trajectories
+from parc_jax.robust.pose import pose_of
+from parc_jax.sets.hpolytope import from_box
+from parc_jax.system import TURNS
+
+PATIENT = pj.Effort(candidates=256, deadline=300.0)
+WALL = pj.box([0.45, -2.0], [0.5, 2.0])
+
+
+def forward(seen):
+    """Likes to get far along x."""
+    return -seen.path[:, -1, 0]
+
+
+@pytest.fixture(scope="module")
+def line():
+    """k_1 is measured, k_0 is chosen: a point that goes to k in four steps, give or take 0.01."""
+    return line_model(4, 0.01)
+
+
+def loop_of(model, **options):
+    options = {"leave": 0.5, "given": (1,), "effort": PATIENT} | options
+    return pj.Loop(model, 0.1, **options)
+
+
+def test_the_best_liked_of_the_safe_ones_is_committed_to(line):
+    loop = loop_of(line)
+    step = loop.step([0.0, 0.0], [0.25], [WALL], forward)
+    assert step.new and step.reason == "" and step.committed is loop.under_way
+    # radius 0.1 and error 0.01 stay free before the wall at 0.45; the next candidate would not
+    every = np.sort(_candidates(line, (1,), 256)[:, 0])
+    free = every[every < 0.45 - 0.11]
+    assert step.committed.k.tolist() == [free[-1], 0.25]
+    assert step.committed.clearance == pytest.approx(0.34 - free[-1], abs=1e-9)
+    assert step.committed.end - step.committed.begin == line.time.t_f
+
+
+def test_without_a_safe_one_the_manoeuvre_under_way_goes_on(line):
+    loop = loop_of(line)
+    none = loop.step([0.45, 0.0], [0.25], [WALL], forward)
+    assert not none.new and none.committed is None and "none of 256" in none.reason
+    first = loop.step([0.0, 0.0], [0.25], [WALL], forward, at=1.0)
+    again = loop.step([0.45, 0.0], [0.25], [WALL], forward, at=2.0)
+    assert first.new and not again.new and again.committed is first.committed
+    disliked = loop.step([0.0, 0.0], [0.25], [WALL], lambda seen: np.full(len(seen.k), np.nan))
+    assert not disliked.new and "none of 0" in disliked.reason
+
+
+@pytest.mark.parametrize(
+    ("pose", "given", "words"),
+    [
+        ([np.nan, 0.0], [0.25], "at"),
+        ([0.0], [0.25], "at: expected x, y"),
+        ([0.0, 0.0], [1.25], "within K, -1 to 1; got 1.25"),
+        ([0.0, 0.0], [np.inf], "given"),
+    ],
+)
+def test_what_is_measured_wrongly_changes_nothing(line, pose, given, words):
+    loop = loop_of(line)
+    first = loop.step([0.0, 0.0], [0.25], [], forward)
+    step = loop.step(pose, given, [], forward)
+    assert not step.new and step.committed is first.committed and words in step.reason
+
+
+def test_who_is_late_commits_to_nothing(line):
+    loop = loop_of(line, effort=pj.Effort(deadline=1e-9))
+    step = loop.step([0.0, 0.0], [0.25], [WALL], forward)
+    assert not step.new and step.committed is None and "within 1e-09 s" in step.reason
+
+
+def test_nothing_compiles_after_the_first_step_whatever_is_around(line):
+    loop = loop_of(line)
+    rng = np.random.default_rng(0)
+
+    def drive():
+        for n in (0, 1, 9, 100):
+            around = [pj.box(c - 0.01, c + 0.01) for c in rng.uniform(-2, 2, (n, 2))]
+            loop.step([0.0, 0.0], [rng.uniform(-1, 1)], around, forward)
+
+    assert compiled_by(drive) == 0
+
+
+def test_where_bins_meet_all_of_them_have_to_allow_it():
+    narrow, wide = uniform_tube(4, 0.0), uniform_tube(4, 0.2)
+    both = [np.concatenate(parts) for parts in zip(narrow, wide, strict=True)]
+    line = line_model(4)
+    model = model_of(line.net, line.domain, *both, [[-1, 1], [-1, 0, 1]])
+    far = [loop_of(model).step([0, 0], [x], [WALL], forward).committed.k[0] for x in (-0.1, 0, 0.1)]
+    assert far[0] > far[1] + 0.1 and far[1] == far[2]
+
+
+def test_more_doubt_never_goes_farther(line):
+    doubts = [None, pj.Doubt(start=0.0), pj.Doubt(start=0.05), pj.Doubt(start=0.1)]
+    steps = [loop_of(line, doubt=d).step([0, 0], [0.25], [WALL], forward) for d in doubts]
+    far = [step.committed.k[0] for step in steps]
+    assert far[0] == far[1] > far[2] + 0.03 > far[3] + 0.06
+
+
+def test_a_certificate_is_accepted_and_one_of_another_world_is_not():
+    model, _ = toy_case(0)
+    model = told(model, rotation=(TURNS,))
+    loop = loop_of(model, given=(0,), doubt=pj.Doubt(start=0.01))
+    around = [pj.box([1.5, 1.5], [1.6, 1.7]), pj.box([-3.0, -3.0], [-2.0, -2.0])]
+    committed = loop.step(
+        [0.2, 0.1, 0.5], [0.1], around, lambda seen: seen.path[:, -1, 0]
+    ).committed
+    assert committed is not None and committed.proved()
+    file = json.loads(json.dumps(committed.certificate()))
+    assert checker.check_answer(file).samples == 1
+    asked = committed.asked
+    wide = from_box(pj.box([-0.05, -0.05], [1.0, 1.0]))  # over the start
+    other = asked.problem.replace(obstacles=(wide, *asked.problem.obstacles[1:]))
+    assert not replace(committed, asked=replace(asked, problem=other)).proved()
+
+
+def test_the_outlook_is_what_the_network_says_turned_into_the_world():
+    model, _ = toy_case(0)
+    model = told(model, rotation=(TURNS,))
+    k = _candidates(model, (0,), 100)
+    seen = outlook(model, pose_of([1.0, 2.0, 0.3], model), k, 2)
+    offsets, q = trajectories(model.net, model.layout, k)
+    turn = np.array([[np.cos(0.3), -np.sin(0.3)], [np.sin(0.3), np.cos(0.3)]])
+    np.testing.assert_allclose(seen.path, offsets[..., :2] @ turn.T + [1.0, 2.0], atol=1e-12)
+    np.testing.assert_allclose(seen.heading, q[:, 0] + 0.3, atol=1e-12)
+
+
+@pytest.mark.parametrize(
+    ("options", "words"),
+    [
+        ({"leave": 0.0}, "a time to leave"),
+        ({"leave": 99.0}, "a time to leave"),
+        ({"given": ("speed",)}, "each once"),
+        ({"given": (0, 0)}, "each once"),
+        ({"given": (0, 1)}, "at least one parameter to choose"),
+        ({"doubt": pj.Doubt(k={0: 0.1})}, "start and heading alone"),
+    ],
+)
+def test_loops_that_make_no_sense_are_refused(line, options, words):
+    with pytest.raises(InputError, match=words):
+        loop_of(line, **options)
+
+
+def test_an_effort_of_nothing_is_refused():
+    with pytest.raises(InputError, match="at least one candidate"):
+        pj.Effort(candidates=0)
