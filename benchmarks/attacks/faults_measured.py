@@ -74,7 +74,7 @@ MEASURED = (
     ),
     Fault(
         "an_edge_belongs_to_one_bin",
-        "_closed_bins",
+        "closed_bins",
         "[right] if (left == right).all() else [right, left]",
         "[right]",
         (
