@@ -1,1 +1,1 @@
-"""Episodes: one proved manoeuvre after another, each with its stop in hand. [T37, T38, T40]"""
+"""Episodes: one proved manoeuvre after another, each with its stop in hand. [T37, T38]"""
