@@ -125,6 +125,8 @@ def shrunk(region, by: float, tolerance: float):
     floats, show that it lies inside, so far from the boundary; of what fails nothing is left.
     """
     shapely = package("shapely", CALL)
+    if not region.is_valid:
+        return shapely.Polygon()
     shapely.prepare(region)
     border = region.boundary
     shapely.prepare(border)

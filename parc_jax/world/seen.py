@@ -9,6 +9,7 @@ from parc_jax.world.free_space import FreeSpace, shrunk
 from parc_jax.world.outlines import package
 
 CALL = "seen_from"
+SAME = 1e-6  # [rad] beams closer than this at the seam of a full turn are one
 
 
 def seen_from(
@@ -28,9 +29,10 @@ def seen_from(
     pose: (x, y, heading) of the sensor [m, rad], in a frame that stays. angles: (n,) of the beams
     against its heading [rad], increasing, over a full turn at most. ranges: (n,) [m] finite; a beam
     that came back from nowhere reads max_range, or more, and is free up to there; one that says
-    nothing reads 0. noise: [m] bound of |range - truth|. angle_error: [rad] bound for each beam.
-    doubt: ([m], [rad]) how far the pose may be from the truth; it shrinks what was seen by as much.
-    tolerance: [m] what may be given up to save corners.
+    nothing, or is blocked nearer than the sensor can tell, reads 0. noise: [m] bound of
+    |range - truth|. angle_error: [rad] bound for each beam. doubt: ([m], [rad]) how far the pose
+    may be from the truth; it shrinks what was seen by as much. tolerance: [m] what may be given up
+    to save corners.
 
     Assumed: the world stands still; errors keep to their bounds; and no object is narrower than
     `width` [m]: each is a union of discs of this diameter and squares of this side, however turned,
@@ -66,6 +68,9 @@ def _closed(angles, sure):
     rest = angles[0] + 2 * np.pi - angles[-1]
     if rest > 1.5 * np.diff(angles).max():
         return angles, sure, False
+    if rest < SAME:
+        first = min(sure[0], sure[-1])
+        angles, sure = angles[:-1], np.append(first, sure[1:-1])
     return np.append(angles, angles[0] + 2 * np.pi), np.append(sure, sure[0]), True
 
 
@@ -77,8 +82,7 @@ def _between(angles, sure, angle_error, turned, width, closed):
     near = np.minimum(near, width / (np.sqrt(8) * np.sin(np.minimum(half, np.pi / 2))))
     near = near * np.maximum(np.cos(half) - np.sin(half), 0.0)
     # a direction may truly lie in so many gaps more; beyond the ends of a scan nothing is known
-    more = int(np.ceil((angle_error + turned) / gaps.min() - 1e-9)) if gaps.min() > 0 else 0
-    more = min(more, len(near))
+    more = int(min(np.ceil((angle_error + turned) / gaps.min() - 1e-9), len(near)))
     wide = np.pad(near, more + 1, mode="wrap" if closed else "constant")
     if not closed:
         wide[more], wide[-more - 1] = near[0], near[-1]
@@ -108,7 +112,7 @@ def _finite(ranges, shape) -> np.ndarray:
 
 
 def _check(angles, ranges, moved, turned) -> None:
-    if len(angles) < 2 or not (np.diff(angles) > 0).all() or np.ptp(angles) > 2 * np.pi + 1e-6:
+    if len(angles) < 2 or not (np.diff(angles) > 0).all() or np.ptp(angles) > 2 * np.pi + SAME:
         raise InputError(
             f"{CALL}: expected two or more increasing angles, over a full turn at most [rad]; got "
             f"{len(angles)} over {np.ptp(angles) if len(angles) else 0:g}. Are they degrees, or a "

@@ -22,15 +22,16 @@ TURN = np.linspace(-np.pi, np.pi, 150, endpoint=False)
 LIDARS = {
     "fan": Lidar(FAN),
     "turn": Lidar(TURN),
+    "seam": Lidar(np.linspace(-np.pi, np.pi, 151)),  # its first beam is its last
     "uneven": Lidar(np.delete(np.linspace(-2.3, 2.3, 200), [20, 21, 50, 90, 91, 92])),
     "few beams": Lidar(np.linspace(-2.3, 2.3, 40), angle_error=0.0, doubt=(0.0, 0.0), noise=0.0),
 }
 
 
-def overlaps(lidar, worlds: int, **declared) -> int:
+def overlaps(lidar, worlds: int, first: int = 0, **declared) -> int:
     """In how many random worlds something stands where all was called free."""
     found = 0
-    for number in range(worlds):
+    for number in range(first, first + worlds):
         rng = np.random.default_rng(number)
         world = a_world(rng, WIDTH)
         truth = np.array([*rng.uniform(-0.3, 0.3, 2), rng.uniform(-3, 3)])
@@ -68,6 +69,12 @@ def test_each_of_the_bounds_is_needed(truly, said):
     assert overlaps(lidar, 10, **said) > 0
 
 
+@pytest.mark.slow
+@pytest.mark.parametrize("name", LIDARS)
+def test_nothing_stands_there_in_many_worlds(name):
+    assert overlaps(LIDARS[name], 400, first=1000) == 0
+
+
 def test_corners_reach_out_between_beams(monkeypatch):
     """The nearer of two ranges alone is not enough."""
     few = LIDARS["few beams"]
@@ -100,6 +107,17 @@ def test_without_errors_all_but_the_gaps_is_seen():
     whole = seen_from((1.0, 2.0, 0.5), TURN, np.full(150, 5.0), **exact | {"width": 1.0}).region
     assert whole.area == pytest.approx(np.pi * 25, rel=0.06)
     assert whole.contains(shapely.Point(1, 2))  # a full turn holds the sensor itself
+
+
+def test_a_seam_is_as_unsure_as_any_other_direction():
+    """A full turn, told with or without its first beam again at the end, is the same."""
+    said = {"max_range": 5.0, "noise": 0.01, "width": 1.0, "angle_error": 0.05}
+    ranges = np.where(np.arange(150) < 3, 1.0, 4.0)
+    open_end = seen_from((0, 0, 0), TURN, ranges, **said).region
+    whole = np.linspace(-np.pi, np.pi, 151)
+    for last in (1.0, 4.0):  # the nearer of the two readings holds
+        region = seen_from((0, 0, 0), whole, np.append(ranges, last), **said).region
+        assert region.symmetric_difference(open_end).area < 1e-6
 
 
 def test_a_beam_that_says_nothing_shows_nothing():
