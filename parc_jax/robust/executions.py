@@ -81,6 +81,19 @@ class Executions(NamedTuple):
         return not any(p.known or p.off for p in self.parameters)
 
     @property
+    def exact(self) -> bool:
+        """There is one execution: what is not chosen is known, and all is executed as it is."""
+        return bool((self.lo == self.hi).all())
+
+    def whole(self, k: np.ndarray) -> np.ndarray:
+        """(n, n_k) all parameters of plans that choose k (n, chosen), where there is one
+        execution.
+        """
+        out = np.tile(self.lo, (len(k), 1))
+        out[:, list(self.chosen)] = k
+        return out
+
+    @property
     def widths(self) -> np.ndarray:
         """(n_k,) full widths of the box, rounded up."""
         return np.where(self.hi > self.lo, np.nextafter(self.hi - self.lo, np.inf), 0.0)

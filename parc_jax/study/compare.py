@@ -7,9 +7,10 @@ from parc_jax.cover.sampling import draw
 from parc_jax.model import TrajectoryModel
 from parc_jax.problem.problem import ReachAvoid
 from parc_jax.pwa import enumerate_regions
+from parc_jax.robust.question import plain
 from parc_jax.study.learn import NetworkModels, final_error
 from parc_jax.study.numbers import eps_of
-from parc_jax.verdict.scene import scene_of, volume_of_all
+from parc_jax.verdict.scene import laid_out, volume_of_all
 
 COMPARED = 32_768  # points drawn to estimate the safe share of every row of the comparison
 
@@ -38,7 +39,7 @@ def safe_volume(model: TrajectoryModel, problem: ReachAvoid, key: jax.Array) -> 
     """Shares of all (p0, k), drawn over K and the goal's box: `reaching` the goal in the model, and
     `safe`.
     """
-    scene = scene_of(problem, model)
+    scene = laid_out(plain(problem, model))
     seen = draw(scene, generator(stream(key, Stage.SEARCH)), COMPARED)
     share = seen.volume / volume_of_all(scene) / seen.drawn
     return {"reaching": seen.reaching * share, "safe": len(seen.safe.k) * share}

@@ -19,12 +19,13 @@ def figures(outcome: Outcome, study: Study, out: Path) -> list[Path]:
     drawn = []
     if answer.found:
         drawn.append(out / "samples.png")
-        first = Replay(*(part[:: study.repeats] for part in outcome.runs))
+        runs = outcome.runs
+        first = None if runs is None else Replay(*(part[:: study.repeats] for part in runs))
         samples(answer, first, drawn[-1])
-        if study.repeats > 1:
+        if runs is not None and study.repeats > 1:
             drawn.append(out / "spread.png")
-            spread_of_runs(answer, outcome.runs, study.repeats, drawn[-1])
-    if 2 <= answer.model.n_k <= 3:
+            spread_of_runs(answer, runs, study.repeats, drawn[-1])
+    if answer.doubt is None and 2 <= answer.model.n_k <= 3:
         drawn.append(out / "regions.png")
         verdicts = region_verdicts(answer, outcome.table)
         when = region_seconds(answer, outcome.table)

@@ -95,7 +95,7 @@ def run_study(
     if learned is not None:
         shutil.rmtree(out / UNFINISHED, ignore_errors=True)
     runs = None
-    if len(answer.samples):
+    if len(answer.samples) and not (answer.doubt and answer.doubt.copies):
         with watch("replay"):
             plans = np.repeat(answer.samples, study.repeats, axis=0)
             runs = replay(system, answer.scene, plans, key, quiet)

@@ -14,6 +14,7 @@ from parc_jax.claim.counts import clopper_pearson
 from parc_jax.claim.monitor import inside_tube
 from parc_jax.errors import InputError, SoundnessError
 from parc_jax.model import TrajectoryModel
+from parc_jax.robust.executions import executions_of
 from parc_jax.rollout.batch import RolloutBatch
 from parc_jax.rollout.collect import collect
 from parc_jax.verdict.near import whole_scene
@@ -61,9 +62,8 @@ def replay(
     Raises SoundnessError when the proof and the run disagree, InputError for another system, or
     recorded runs of other k, on another time grid or of other points.
     """
-    model = scene.model
-    runs, inside = _driven(system, model, plans, key, quiet)
-    path, reached, distance = outcomes(whole_scene(scene), runs, plans[:, : model.n_p])
+    runs, inside = _driven(system, scene, plans, key, quiet)
+    path, reached, distance = outcomes(whole_scene(scene), runs, plans[:, : scene.model.n_p])
     out = Replay(reached, ~(distance > 0), inside, distance, path, np.asarray(runs.q))
     _refuse_contradictions(plans, out.inside & out.failed)
     return out
@@ -73,10 +73,9 @@ def counts_of(system, scene: Scene, plans: np.ndarray, key: jax.Array) -> dict[s
     """How many of the plans did what, by the same judgement: for the many, whose distances nobody
     reads. Raises SoundnessError as `replay` does.
     """
-    model = scene.model
-    runs, inside = _driven(system, model, plans, key, quiet=True)
+    runs, inside = _driven(system, scene, plans, key, quiet=True)
     scene = whole_scene(scene)
-    reached, touched = reached_and_touched(scene, runs, plans[:, : model.n_p])
+    reached, touched = reached_and_touched(scene, runs, plans[:, : scene.model.n_p])
     _refuse_contradictions(plans, inside & (touched | ~reached))
     return {
         "plans": len(plans),
@@ -121,12 +120,12 @@ def tally(runs: Replay, repeats: int, delta: float) -> dict:
 
 
 def _driven(
-    system, model: TrajectoryModel, plans: np.ndarray, key: jax.Array | None, quiet: bool
+    system, scene: Scene, plans: np.ndarray, key: jax.Array | None, quiet: bool
 ) -> tuple[RolloutBatch, np.ndarray]:
     """Runs of the plans, and which of them stayed inside the tube (n,). Raises InputError for a
     system, or recorded runs, that are not the model's.
     """
-    k = plans[:, model.n_p :]
+    model, k = _robot_of(scene, plans[:, scene.model.n_p :])
     if isinstance(system, RolloutBatch):
         runs = system
         _check_recorded(runs, model, k)
@@ -135,6 +134,17 @@ def _driven(
         runs = collect(system, key, len(plans), Stage.REPLAY, k=k, chunk=CHUNK, quiet=quiet)
     inside = inside_tube(model.claim, model.net, runs)
     return runs, inside
+
+
+def _robot_of(scene: Scene, k: np.ndarray) -> tuple[TrajectoryModel, np.ndarray]:
+    """The model that was asked and all parameters (n, n_k) of its plans, where k (n, chosen) are
+    what is left to choose of them, and the rest is given exactly; else what the scene says.
+    """
+    asked = scene.asked.question
+    if asked is None or asked.problem.doubt is None or asked.model.n_k == scene.model.n_k:
+        return scene.model, k
+    executions = executions_of(asked.problem.doubt, asked.model)
+    return (asked.model, executions.whole(k)) if executions.exact else (scene.model, k)
 
 
 def _check_recorded(runs: RolloutBatch, model: TrajectoryModel, k: np.ndarray) -> None:

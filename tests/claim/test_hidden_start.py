@@ -7,7 +7,7 @@ import json
 import jax
 import numpy as np
 import pytest
-from toy_running import Cart, cart_model, settled_network
+from toy_running import Cart, H, cart_model, settled_network
 
 import parc_jax as pj
 from parc_jax.claim.calibrate import calibrate
@@ -20,14 +20,20 @@ from parc_jax.rollout.collect import collect
 from parc_jax.rollout.files import save_rollouts
 from parc_jax.rollout.loaders import load_rollouts
 from parc_jax.rollout.subject import given_of
+from parc_jax.study.compare import safe_volume
+from parc_jax.study.figures import figures
+from parc_jax.study.job import run_study
+from parc_jax.study.settings import Study
 from parc_jax.system import time_grid
 from parc_jax.verdict.outline import outline_of, require_fit, require_same
+from parc_jax.verdict.scene import laid_out
 
 ENTRY = "HIDDEN_START(given v0)"
 KEY = jax.random.key(0)
 GOAL = pj.box([0.2, -0.3], [0.9, 0.3])
 SCENE = pj.reach_avoid(GOAL, [pj.box([-0.2, 0.4], [1.2, 0.6])], 0.1)
 MEASURED = SCENE.replace(doubt=pj.Doubt(given={"v0": 0.5}))
+ROUGHLY = SCENE.replace(doubt=pj.Doubt(given={"v0": (0.49, 0.51)}))
 
 
 @pytest.fixture(scope="module")
@@ -55,6 +61,28 @@ def test_an_answer_names_it_in_words_and_in_its_file(claim, tmp_path):
     told = json.loads(path.read_text())["claim"]
     assert ENTRY in told["assumptions"] and ENTRY in told["statement"]
     assert ENTRY in load_answer(path).statement()
+
+
+def test_plans_are_replayed_from_what_was_measured(claim):
+    """And a study compares and replays them."""
+    model = pj.trajectory_model(settled_network(), claim)
+    settings = pj.Settings(samples=20, samples_only=True)
+    answer = pj.Planner(model).solve(MEASURED, KEY, settings)
+    seen = pj.replay(Cart(), answer.scene, answer.samples, KEY)
+    np.testing.assert_allclose(np.diff(seen.path[:, :2, 0], axis=1), 0.5 * H, rtol=1e-9)
+    assert not (seen.inside & seen.failed).any() and seen.inside.mean() > 0.8
+    shares = safe_volume(model, MEASURED, KEY)
+    assert 0 < shares["safe"] <= shares["reaching"]
+    with pytest.raises(InputError, match="which differs in points, K"):
+        pj.replay(Cart(), laid_out(plain(ROUGHLY, model)), answer.samples, KEY)
+
+
+@pytest.mark.slow
+def test_a_study_of_what_is_measured_roughly_replays_nothing(claim, tmp_path):
+    model, study = pj.trajectory_model(settled_network(), claim), Study(samples=3, target=0.2)
+    outcome = run_study(Cart(), ROUGHLY, study, tmp_path, 0, model, quiet=True)
+    assert outcome.answer.found and outcome.runs is None and outcome.metrics["replay"] is None
+    assert [file.name for file in figures(outcome, study, tmp_path)] == ["samples.png"]
 
 
 def test_runs_keep_it_in_files_and_only_those_that_have_it_name_it(tmp_path):
