@@ -31,6 +31,7 @@ from benchmarks.attacks.faults_model import MODEL
 from benchmarks.attacks.faults_near import NEAR
 from benchmarks.attacks.faults_onboard import ONBOARD
 from benchmarks.attacks.faults_query import QUERY
+from benchmarks.attacks.faults_robot import ROBOT
 from benchmarks.attacks.faults_verdict import VERDICTS
 from benchmarks.attacks.faults_world import WORLD
 
@@ -49,6 +50,7 @@ FAULTS: tuple[Fault, ...] = (
     *QUERY,
     *ONBOARD,
     *WORLD,
+    *ROBOT,
 )
 COPIED = ("parc_jax", "sims", "benchmarks", "tests", "docs", "pyproject.toml", "README.md")
 LEFT_OUT = shutil.ignore_patterns("__pycache__", ".*", "site", "*.gif", "*.png", "*.pdf")

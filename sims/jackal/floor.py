@@ -25,8 +25,8 @@ class Law:
 
     friction: tuple[float, float] = (0.45, 0.55)
     mass: tuple[float, float] = (0.97, 1.03)
-    travel: tuple[float, float] = (0.99, 1.01)
-    slip: float = 0.02
+    travel: tuple[float, float] = (0.995, 1.005)
+    slip: float = 0.01
     memory: float = 0.2
     sensed: tuple[float, float] = c.SENSED
 

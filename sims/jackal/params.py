@@ -22,9 +22,9 @@ SUBSTEPS = 8  # physics steps per tick; jackal.xml has an eighth of a tick as it
 
 # The manoeuvre: measured speeds v0, w0 at the start, a command held, then a stop
 MOVING = 0.3  # [s] for which the command is held
-T_FINAL = 1.1  # [s] at the end of which it rests: the ramp from 2 m/s takes 0.5 s
+T_FINAL = 1.2  # [s] at the end of which it rests: the ramp from 2 m/s takes 0.67 s
 PLAN_STEP = 0.1  # [s]
-RAMP = (4.0, 8.0)  # [m/s^2], [rad/s^2] asked for: within what the tyres hold, 4.9 m/s^2
+RAMP = (3.0, 6.0)  # [m/s^2], [rad/s^2] asked for: well within what the tyres hold, 4.9 m/s^2
 SPEED = (0.0, 2.0)  # [m/s] of the command
 TURNING = 1.5  # [rad/s] of the command, to either side
 SPEED_AT_START = (-0.1, 2.1)  # [m/s] whatever such commands lead to

@@ -5,14 +5,16 @@ from parc_jax.sets.box import box
 from sims.jackal import params as c
 from sims.rectangle import goal_of_centre, rectangle, require_body
 
-GAP = 0.75  # [m] between two posts; the robot is 0.33 m wide
+GAP = 0.9  # [m] between two posts; the robot is 0.33 m wide
 POSTS = (-0.5, -0.35)  # [m] along x
 FAR = 1.5  # [m] how far they reach to the sides
-GOAL = ((-0.3, -0.3), (0.5, 0.3))  # [m] where the centre must come to rest
+START = ((-1.4, -0.2), (-0.8, 0.2))  # [m] of the centre
+# where the centre must come to rest [m], and the heading [rad]
+GOAL = ((-0.3, -0.3, -1.5), (0.5, 0.3, 1.5))
 
 
 def problem(body: str = "rectangle") -> ReachAvoid:
-    """A wall with a gap, the goal behind it, anywhere to start. body: "rectangle" or "outside", as
+    """A wall with a gap, the start before it, the goal behind. body: "rectangle" or "outside", as
     of `system`. Raises InputError.
     """
     require_body(body, tuple(c.SIZES))
@@ -21,4 +23,4 @@ def problem(body: str = "rectangle") -> ReachAvoid:
         box([near, GAP / 2], [far, FAR]),
         box([near, -FAR], [far, -GAP / 2]),
     ]
-    return reach_avoid(goal_of_centre(*GOAL), walls, rectangle())
+    return reach_avoid(goal_of_centre(*GOAL), walls, rectangle(), box(*START))

@@ -4,10 +4,10 @@ from parc_jax.study.settings import Study
 
 STUDY = Study(
     hidden=(16, 16),
-    others=((),),
-    bins=(2, 2, 3, 3),
-    shape="fitted",
-    rollouts=4_000,
+    others=(),
+    bins=(2, 1, 2, 1),
+    rollouts=6_000,
     eps=1e-2,
     delta=1e-3,
+    search=0,
 )

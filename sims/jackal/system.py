@@ -80,7 +80,7 @@ class Jackal(Manoeuvre):
         robots = running(self.floor, self.ramp, draws, k[:, :2], starts, self.threads)
         poses = np.moveaxis(robots.drive(self.commands(k), self.ramp), 0, 1)
         poses[robots.failed] = np.nan
-        return _framed(poses)
+        return framed(poses)
 
     def rollout_batch(self, keys, ks) -> Trajectory:
         """p (B, n_record + 1, 5, 2) [m], q (B, 1) [rad] of keys (B, 2), ks (B, 4)."""
@@ -101,7 +101,7 @@ class Jackal(Manoeuvre):
         return Trajectory(p, poses[:, -1, 2:])
 
 
-def _framed(poses: np.ndarray) -> np.ndarray:
+def framed(poses: np.ndarray) -> np.ndarray:
     """Poses (B, n, 3) in the frame of the first of each."""
     cos, sin = np.cos(poses[:, :1, 2]), np.sin(poses[:, :1, 2])
     x, y, turned = np.moveaxis(poses - poses[:, :1], -1, 0)

@@ -43,8 +43,8 @@ SYSTEMS = [
         id="f110-rectangle",
         marks=pytest.mark.night,
     ),
-    pytest.param(Case("jackal", {"threads": 2}, 1.1, 0.0, 0.0), id="jackal"),
-    pytest.param(Case("jackal", {"plant": "twin"}, 1.1, 1e-9, 1e-9), id="jackal-twin"),
+    pytest.param(Case("jackal", {"threads": 2}, 1.2, 0.0, 0.0), id="jackal"),
+    pytest.param(Case("jackal", {"plant": "twin"}, 1.2, 1e-9, 1e-9), id="jackal-twin"),
     pytest.param(Case("drone", {}, 2.0, 1e-9, 1e-9), id="drone"),
     pytest.param(Case("tractor", {}, 8.0, 1e-9, 1e-9), id="tractor", marks=pytest.mark.night),
 ]

@@ -1,0 +1,74 @@
+"""Faults of the robot that episodes drive, its lidar and its worlds."""
+
+from benchmarks.attacks.fault import Fault
+
+JACKAL = "tests/sims/test_jackal.py"
+PHYSICS = "tests/sims/test_jackal_physics.py"
+LIDAR = "tests/sims/test_lidar.py"
+BARN = "tests/sims/test_barn.py"
+
+ROBOT = (
+    Fault(
+        "what_is_behind_is_not_seen",
+        "lidar._pairs",
+        "[lo, lo - turn]",
+        "[lo, lo]",
+        (f"{LIDAR}::test_ranges_are_those_of_plain_loops",),
+    ),
+    Fault(
+        "noise_on_what_was_not_hit",
+        "lidar.Lidar.scan",
+        "np.where(ranges < self.max_range, moved, ranges)",
+        "moved",
+        (f"{LIDAR}::test_noise_is_bounded_as_declared_and_only_on_what_was_hit",),
+    ),
+    Fault(
+        "rectangles_shrink",
+        "rectangles.placed",
+        "CELL * b0], axis=1) - GROW",
+        "CELL * b0], axis=1) + GROW",
+        (f"{BARN}::test_rectangles_hold_every_cylinder_and_no_free_cell",),
+    ),
+    Fault(
+        "a_rectangle_over_free_cells",
+        "rectangles._best",
+        "occupied[a0:a1].all(axis=0)",
+        "occupied[a0:a1].any(axis=0)",
+        (f"{BARN}::test_rectangles_hold_every_cylinder_and_no_free_cell",),
+    ),
+    Fault(
+        "a_command_is_held_for_ever",
+        "driven.Driven.drive",
+        "self._left > 0",
+        "self._left > -9999",
+        (f"{JACKAL}::test_without_a_new_plan_it_stops_by_itself",),
+    ),
+    Fault(
+        "a_start_that_misses_its_speeds",
+        "before.running",
+        "robots.push(robots.missed)",
+        "robots.missed",
+        (f"{JACKAL}::test_it_starts_with_the_speeds_that_are_measured",),
+    ),
+    Fault(
+        "ramps_go_on_where_the_controller_was",
+        "before.running",
+        "robots.begin(measured)",
+        "robots",
+        (f"{JACKAL}::test_it_starts_with_the_speeds_that_are_measured",),
+    ),
+    Fault(
+        "wheels_grip_as_mujoco_likes",
+        "robots.model",
+        "return mujoco.MjModel.from_xml_path(str(XML))",
+        'return mujoco.MjModel.from_xml_string(XML.read_text().replace("0.03", "1"))',
+        (f"{PHYSICS}::test_it_turns_in_place_as_the_balance_of_moments_demands",),
+    ),
+    Fault(
+        "encoders_see_slip",
+        "robots.Robots.encoders",
+        "/ self.factor",
+        "/ 1.0",
+        (f"{JACKAL}::test_encoders_do_not_see_slip",),
+    ),
+)
