@@ -49,8 +49,8 @@ DOUBT = (
     Fault(
         "points_shrink_the_goal_one_by_one",
         "_shrunken_goal",
-        "exact[axis:n_c:n_p]",
-        "map(abs, exact[axis:n_c:n_p])",
+        "filter(None, row[axis:n_c:n_p])",
+        "filter(None, abs(row[axis:n_c:n_p]))",
         (QUESTION + "test_the_start_set_shrinks_and_the_goal_by_what_points_do_together",),
     ),
     Fault(

@@ -6,7 +6,9 @@ In between, the network is the same mixture of what it says at the corners, but 
 
 import itertools
 from collections.abc import Sequence
+from dataclasses import dataclass
 from fractions import Fraction
+from functools import cached_property
 from typing import NamedTuple
 
 import numpy as np
@@ -55,22 +57,23 @@ class Parameter(NamedTuple):
         return f"every {self.name} from {told(lo)} to {told(hi)} ({self.known})"
 
 
-class Executions(NamedTuple):
+@dataclass(frozen=True, eq=False)
+class Executions:
     """How plans are executed: what is known of each parameter, in the order of k."""
 
     parameters: tuple[Parameter, ...]
 
-    @property
+    @cached_property
     def chosen(self) -> tuple[int, ...]:
         """Axes of k that a plan still chooses."""
         return tuple(axis for axis, p in enumerate(self.parameters) if p.known is None)
 
-    @property
+    @cached_property
     def lo(self) -> np.ndarray:
         """(n_k,) least that an execution adds on the chosen axes, least values of the others."""
         return np.array([p.box[0] for p in self.parameters])
 
-    @property
+    @cached_property
     def hi(self) -> np.ndarray:
         """(n_k,) the most."""
         return np.array([p.box[1] for p in self.parameters])
@@ -98,7 +101,7 @@ class Executions(NamedTuple):
         """(n_k,) full widths of the box, rounded up."""
         return np.where(self.hi > self.lo, np.nextafter(self.hi - self.lo, np.inf), 0.0)
 
-    @property
+    @cached_property
     def corners(self) -> np.ndarray:
         """(V, n_k) corners of the box; an axis without width has one end."""
         ends = [(a,) if a == b else (a, b) for a, b in zip(self.lo, self.hi, strict=True)]
@@ -173,7 +176,8 @@ def _by_axis(word: str, pairs: tuple, names: Sequence[str]) -> dict:
     """What is said of parameters, by axis of k."""
     axes = []
     for name, _ in pairs:
-        axis = names.index(name) if name in names else name
+        plain = name_of(name) if isinstance(name, str) else name
+        axis = names.index(plain) if plain in names else name
         if not (isinstance(axis, int) and 0 <= axis < len(names)):
             raise InputError(
                 f"{word}: expected parameters of the model ({', '.join(names)}); got {name!r}."

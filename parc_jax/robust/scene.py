@@ -57,8 +57,8 @@ def _shrunken_goal(
     widths = [a + Fraction(b) for a, b in zip(widths, seen, strict=True)]
     rows = []
     for row in goal.A:
-        exact = [Fraction(x) for x in row]
-        rows.append([sum(exact[axis:n_c:n_p]) for axis in range(n_p)] + exact[n_c:])
+        sums = [sum(map(Fraction, filter(None, row[axis:n_c:n_p]))) for axis in range(n_p)]
+        rows.append([*sums, *map(Fraction, row[n_c:])])
     shrunken = _less_a_box(goal, rows, widths)
     _require_room(shrunken, goal)
     return shrunken
@@ -91,7 +91,7 @@ def _less_a_box(given: HPolytope, rows, widths: list[Fraction]) -> HPolytope:
     """
     bounds = []
     for row, bound in zip(rows, given.b, strict=True):
-        support = sum((abs(a) * w for a, w in zip(row, widths, strict=True)), Fraction(0))
+        support = sum((abs(a) * w for a, w in zip(row, widths, strict=True) if a), Fraction(0))
         bounds.append(round_down(Fraction(bound) - support))
     return given.replace(b=np.array(bounds))
 

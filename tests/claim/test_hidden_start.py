@@ -7,6 +7,7 @@ import json
 import jax
 import numpy as np
 import pytest
+from toy_models import assumed, told
 from toy_running import Cart, H, cart_model, settled_network
 
 import parc_jax as pj
@@ -131,11 +132,45 @@ def test_what_is_free_is_chosen_with_the_rest():
     assert under.doubt.words == "every execution with v0 off by up to 0.01"
 
 
-def test_a_value_on_the_edge_of_its_bins_has_the_wider_tube():
-    for value, width in ((0.0, 0.02), (0.25, 0.02), (0.5, 0.05), (1.0, 0.05)):
-        asked = SCENE.replace(doubt=pj.Doubt(given={"v0": value}))
-        found = plain(asked, cart_model(widths=(0.02, 0.05))).model.tube
-        np.testing.assert_allclose(found.interval, width, rtol=1e-8)
+EDGES = [
+    (0.0, 0.02),
+    (0.25, 0.02),
+    (0.5, 0.05),
+    (1.0, 0.05),
+    ((0.2, 0.3), 0.02),
+    ((0.45, 0.5), 0.05),
+    ((0.3, 0.7), 0.05),
+]
+
+
+@pytest.mark.parametrize(("value", "width"), EDGES)
+def test_a_value_on_an_edge_and_a_box_across_one_have_the_wider_tube(value, width):
+    asked = SCENE.replace(doubt=pj.Doubt(given={"v0 [m/s]": value}))
+    found = plain(asked, cart_model(widths=(0.02, 0.05))).model.tube
+    np.testing.assert_allclose(found.interval, width, rtol=1e-8)
+
+
+def test_two_values_on_edges_have_the_widest_of_four_bins():
+    net = pj.relu_network([np.ones((8, 3))], [np.zeros(8)])
+    widths = np.array([0.01, 0.02, 0.04, 0.03]).reshape(4, 1, 1) * np.ones((4, 4, 2))
+    edges = [(0.0, 0.5, 1.0)] * 2 + [(0.0, 1.0)]
+    claim = assumed(net, pj.tube(edges, widths, widths[:, 0]))
+    model = told(pj.trajectory_model(net, claim), given=(0, 1))
+    for given, width in (
+        ((0.5, 0.5), 0.04),
+        ((0.5, 0.0), 0.04),
+        ((0.0, 0.5), 0.02),
+        ((1, 1), 0.03),
+    ):
+        asked = SCENE.replace(doubt=pj.Doubt(given=dict(enumerate(given))))
+        np.testing.assert_allclose(plain(asked, model).model.tube.interval, width, rtol=1e-8)
+
+
+def test_plans_from_an_edge_are_proved():
+    asked = SCENE.replace(doubt=pj.Doubt(given={"v0": 0.5}))
+    settings = pj.Settings(samples=20, samples_only=True, proof=True)
+    answer = pj.Planner(cart_model()).solve(asked, KEY, settings)
+    assert answer.proved and answer.refused == 0 and len(answer.samples) == 20
 
 
 @pytest.mark.parametrize("words", ["v9", (2,), ("v0", 0), ("v0", "v"), (0.5,), 7, (True,)])
