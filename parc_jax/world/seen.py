@@ -34,11 +34,13 @@ def seen_from(
     may be from the truth; it shrinks what was seen by as much. tolerance: [m] what may be given up
     to save corners.
 
-    Assumed: the world stands still, also while the beams sweep; errors keep to their bounds; all
-    that a body may touch stands in the lidar's plane; and no object is narrower than `width` [m]: each is a union of discs of this diameter and squares of this side, however turned,
-    so corners are not sharper than a square's. Between two beams with the gap g the nearer range R
-    then holds, less how far a corner can reach out between them: R (cos g/2 - sin g/2), as far as
-    they are closer to each other than width / √2. [T41b] A closed circle of beams is closed.
+    Assumed: the world stands still, and so does the sensor while its beams sweep, but for `doubt`;
+    errors keep to their bounds; all that a body may touch stands in the lidar's plane; and no
+    object is narrower than `width` [m]: each is a union of discs of this diameter and squares of
+    this side, however turned, so corners are not sharper than a square's. Between two beams with
+    the gap g the nearer range R then holds, less how far a corner can reach out between them:
+    R (cos g/2 - sin g/2), as far as they are closer to each other than width / √2. [T41b] A closed
+    circle of beams is closed.
 
     Algorithm: a polygon with a corner a beam; the doubt of heading and beams by the least of all
     gaps that a direction may lie in, the doubt of place by `shrunk`. [T41c]
