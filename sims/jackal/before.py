@@ -5,24 +5,24 @@ speeds, slip, the lean on the tyres, a ramp under way, is as it comes in a chain
 import numpy as np
 
 from sims.jackal import params as c
-from sims.jackal.floor import Draws, Law
+from sims.jackal.floor import Draws
 from sims.jackal.robots import Robots
 
 TICKS = round(c.RUN_IN / c.TICK)
 
 
-def running(floor: Law, ramp, draws: Draws, measured, poses, threads: int = 0) -> Robots:
-    """Robots that have driven RUN_IN from poses (B, 3) and now measure speeds (B, 2), forward [m/s]
-    and turning [rad/s]; a new manoeuvre begins.
+def running(jackal, draws: Draws, measured: np.ndarray, poses: np.ndarray) -> Robots:
+    """Robots of a black box that have driven RUN_IN from poses (B, 3) and now measure speeds (B,
+    2), forward [m/s] and turning [rad/s]; a new manoeuvre begins.
 
     Of each of the two, the last command before was held since long, or is being approached from
     below or from above; what it was is drawn. What still misses the speeds is added to robot and
     wheels alike (`missed` of the robots, (B, 2)).
     """
-    off = np.array([s.uniform(-1.0, 1.0, 2) for s in draws.before]) * floor.sensed
+    off = np.array([s.uniform(-1.0, 1.0, 2) for s in draws.before]) * jackal.floor.sensed
     speeds = measured + off
-    robots = Robots(floor, draws, poses, threads)
-    path = before(draws, speeds, ramp)
+    robots = Robots(jackal.floor, draws, poses, jackal.threads)
+    path = before(jackal, draws, speeds)
     robots.push(path[0])
     for set_point in path:
         robots.step(set_point)
@@ -32,17 +32,17 @@ def running(floor: Law, ramp, draws: Draws, measured, poses, threads: int = 0) -
     return robots
 
 
-def before(draws: Draws, speeds: np.ndarray, ramp) -> np.ndarray:
+def before(jackal, draws: Draws, speeds: np.ndarray) -> np.ndarray:
     """Set points (TICKS, B, 2) of the controllers that end where the robots about have `speeds`
     (B, 2).
     """
     way = np.array([s.integers(-1, 2, 2) for s in draws.before])
     since = np.array([s.uniform(0.0, c.LAST, 2) for s in draws.before])
-    slope = way * np.minimum(ramp, c.MOST_CHANGE)
+    slope = way * np.minimum(jackal.ramp, c.MOST_CHANGE)
     lag = np.array(c.LAG)
     # a command is inside its box, except where the speeds asked for are outside
-    least = np.minimum([c.SPEED[0], -c.TURNING], speeds)
-    most = np.maximum([c.SPEED[1], c.TURNING], speeds)
+    least = np.minimum(np.asarray(jackal.domain.lo)[2:], speeds)
+    most = np.maximum(np.asarray(jackal.domain.hi)[2:], speeds)
     end = np.clip(speeds + slope * lag * (1 - np.exp(-since / lag)), least, most)
     ago = c.TICK * np.arange(TICKS - 1, -1, -1)[:, None, None]
     return np.clip(end - slope * np.minimum(ago, since), least, most)

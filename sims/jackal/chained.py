@@ -41,8 +41,8 @@ class Chain:
     """Manoeuvres of a chain before its last one."""
     cycle: float = 0.2
     """Seconds that each is driven."""
-    lo: tuple[float, float] = (c.SPEED[0], -c.TURNING)
-    hi: tuple[float, float] = (c.SPEED[1], c.TURNING)
+    lo: tuple[float, float] = (0.0, -c.TURNING)
+    hi: tuple[float, float] = (c.SPEED, c.TURNING)
     """Their commands [m/s, rad/s] are uniform between the two."""
 
 

@@ -25,10 +25,9 @@ MOVING = 0.3  # [s] for which the command is held
 T_FINAL = 1.2  # [s] at the end of which it rests: the ramp from 2 m/s takes 0.67 s
 PLAN_STEP = 0.1  # [s]
 RAMP = (3.0, 6.0)  # [m/s^2], [rad/s^2] asked for: well within what the tyres hold, 4.9 m/s^2
-SPEED = (0.0, 2.0)  # [m/s] of the command
-TURNING = 1.5  # [rad/s] of the command, to either side
-SPEED_AT_START = (-0.1, 2.1)  # [m/s] whatever such commands lead to
-TURNING_AT_START = 2.0  # [rad/s]
+SPEED, TURNING = 2.0, 1.5  # [m/s], [rad/s] most that is commanded
+SPEED_BEYOND = (0.1, 0.1)  # [m/s] below 0 and above SPEED that such commands lead to, at most
+TURNING_BEYOND = 4 / 3  # factor on TURNING: what such commands lead to, at most
 
 # The running start: what was driven before it
 RUN_IN = 0.5  # [s] of the drive before

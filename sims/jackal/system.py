@@ -77,7 +77,7 @@ class Jackal(Manoeuvre):
         k = np.asarray(k, np.float64)
         starts = np.zeros((len(k), 3)) if starts is None else starts
         draws = draw(self.floor, np.asarray(keys))
-        robots = running(self.floor, self.ramp, draws, k[:, :2], starts, self.threads)
+        robots = running(self, draws, k[:, :2], starts)
         poses = np.moveaxis(robots.drive(self.commands(k), self.ramp), 0, 1)
         poses[robots.failed] = np.nan
         return framed(poses)
@@ -115,6 +115,8 @@ def system(
     moving: float = c.MOVING,
     t_f: float = c.T_FINAL,
     ramp: tuple[float, float] = c.RAMP,
+    speed: float = c.SPEED,
+    turning: float = c.TURNING,
     threads: int = 0,
 ) -> Manoeuvre:
     """The robot. Raises InputError.
@@ -123,7 +125,8 @@ def system(
     or "none": nothing differs between runs but what was driven before. body: "rectangle", 0.42 m x
     0.33 m, or "outside", 0.508 m x 0.430 m over the tyres. moving, t_f [s]: how long the command is
     held, and when the robot rests. ramp [m/s^2, rad/s^2] of the command; the controller allows
-    (20, 25), the tyres hold about 4.9 m/s^2. threads: of MuJoCo, 0 = all.
+    (20, 25), the tyres hold about 4.9 m/s^2. speed [m/s], turning [rad/s]: most that is commanded;
+    what is measured reaches a little farther. threads: of MuJoCo, 0 = all.
     """
     require_body(body, tuple(c.SIZES))
     if plant not in PLANTS:
@@ -132,19 +135,20 @@ def system(
     if len(ramp) != 2 or not min(ramp) > 0:
         raise InputError(f"jackal ramp: expected two positive rates [m/s^2, rad/s^2]; got {ramp}.")
     grid = time_grid(c.PLAN_STEP, t_f, c.TICK)
-    stopping = max(c.SPEED[1] / min(ramp[0], c.MOST_CHANGE[0]), c.TURNING / ramp[1])
+    if not (0 < speed <= c.MOST[0] and 0 < turning <= c.MOST[1]):
+        raise InputError(
+            f"jackal: expected speed and turning above 0, up to {c.MOST[0]:g} m/s and "
+            f"{c.MOST[1]:g} rad/s; got {speed:g} and {turning:g}."
+        )
+    stopping = max(np.array([speed, turning]) / np.minimum(ramp, c.MOST_CHANGE))
     if not 0 < moving <= t_f - stopping:
         raise InputError(
             f"jackal moving: expected more than 0 and at most {t_f - stopping:.2f} s, so that a "
             f"stop of {stopping:.2f} s fits before t_f = {t_f:g} s; got {moving:g} s."
         )
-    lo, hi = zip(
-        c.SPEED_AT_START,
-        (-c.TURNING_AT_START, c.TURNING_AT_START),
-        c.SPEED,
-        (-c.TURNING, c.TURNING),
-        strict=True,
-    )
+    slower, faster = c.SPEED_BEYOND
+    lo = [-slower, -c.TURNING_BEYOND * turning, 0.0, -turning]
+    hi = [speed + faster, c.TURNING_BEYOND * turning, speed, turning]
     about = (box(lo, hi), grid, named_law(law), float(moving), ramp, c.SIZES[body])
     if plant == "twin":
         from sims.jackal.twin import Twin

@@ -23,7 +23,7 @@ from sims.jackal.floor import Law, Travel, draw
 from sims.jackal.robots import Robots
 
 KEYS = drawn_keys(7, 12)
-LO, HI = (params.SPEED_AT_START[0], -2.0, 0.0, -1.5), (params.SPEED_AT_START[1], 2.0, 2.0, 1.5)
+LO, HI = (-0.1, -2.0, 0.0, -1.5), (2.1, 2.0, 2.0, 1.5)
 KS = np.array(LO) + (np.array(HI) - LO) * np.random.default_rng(2).random((12, 4))
 
 
@@ -40,6 +40,9 @@ def poses(jackal):
 def test_the_domain_is_what_is_measured_and_what_is_commanded(jackal):
     np.testing.assert_array_equal(jackal.domain.lo, LO)
     np.testing.assert_array_equal(jackal.domain.hi, HI)
+    slow = sims.load("jackal", speed=1.0, turning=0.9).domain
+    np.testing.assert_allclose(slow.lo, [-0.1, -1.2, 0.0, -0.9])
+    np.testing.assert_allclose(slow.hi, [1.1, 1.2, 1.0, 0.9])
 
 
 def test_repeatable_to_the_bit_at_any_thread_count_and_beside_any_neighbour(jackal, poses):
@@ -49,7 +52,7 @@ def test_repeatable_to_the_bit_at_any_thread_count_and_beside_any_neighbour(jack
 
 def test_it_starts_with_the_speeds_that_are_measured(jackal):
     draws = draw(jackal.floor, KEYS)
-    robots = running(jackal.floor, jackal.ramp, draws, KS[:, :2], np.zeros((12, 3)), 1)
+    robots = running(jackal, draws, KS[:, :2], np.zeros((12, 3)))
     off = robots.speeds[:, [0, 2]] - KS[:, :2]
     assert (np.abs(off) <= np.array(jackal.floor.sensed) + 1e-12).all()
     assert np.abs(off).max() > 0.5 * params.SENSED[0]
@@ -67,9 +70,9 @@ def test_what_is_hidden_at_the_start_differs_and_is_not_seen_in_k():
 def test_what_came_before_ends_about_where_it_should(jackal):
     draws = draw(jackal.floor, drawn_keys(8, 40))
     speeds = np.tile([1.0, 0.3], (40, 1))
-    robots = running(jackal.floor, jackal.ramp, draws, speeds, np.zeros((40, 3)), 2)
+    robots = running(jackal, draws, speeds, np.zeros((40, 3)))
     assert np.median(np.abs(robots.missed), axis=0).max() < 0.15
-    path = before(draw(jackal.floor, drawn_keys(8, 40)), speeds, jackal.ramp)
+    path = before(jackal, draw(jackal.floor, drawn_keys(8, 40)), speeds)
     steps = np.abs(np.diff(path, axis=0)).max(axis=(0, 1))
     assert (steps <= params.TICK * np.array(jackal.ramp) + 1e-12).all()
     assert path[..., 0].min() >= 0.0 and path[..., 0].max() <= 2.0
@@ -146,6 +149,7 @@ def test_the_bodies(jackal):
         ({"body": "disc"}, "rectangle, outside"),
         ({"moving": 0.7}, "at most 0.53 s, so that a stop of 0.67 s fits"),
         ({"ramp": (0.0, 1.0)}, "two positive rates"),
+        ({"speed": 2.5}, "up to 2 m/s and 4 rad/s; got 2.5"),
     ],
 )
 def test_bad_options_are_refused(options, said):
