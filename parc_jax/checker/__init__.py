@@ -12,6 +12,7 @@ errors.py    the errors that a tube allows, and their support
 question.py  problem, network and tube
 plans.py     samples, corridors and polytopes
 hits.py      boxes in which every plan touches the same obstacle at the same moment
+cells.py     where in a box of k the network is affine
 bounds.py    what the network says at least, over a box of k
 no_plan.py   boxes in which no plan is safe, or every one
 doubt.py     boxes of plans that are safe with the same directions

@@ -1,7 +1,7 @@
 """Boxes of doubt: every plan within half widths of (p0, k) is safe. [T21]"""
 
+from .cells import CellVertices
 from .exact import dot, fields, integers, need, rejecting, vector
-from .no_plan import CellVertices
 from .plans import Condition, holds
 
 

@@ -301,22 +301,3 @@ class Question:
             self.spend(FRACTION * self.n_end)
             sets.append(AtEnd(self.final[b], self.interval[b][-1], self.n_p))
         return Several(sets, min)
-
-
-class Outputs:
-    """The outputs y of the network at a point, y[places] / scale, from its last hidden layer: found
-    when they are asked for and dropped with this, since a short file may have many of both.
-    """
-
-    def __init__(self, question, hidden, scale):
-        self._question = question
-        self._hidden = hidden, scale
-        self._found: dict = {}
-        self.scale = scale * question.layers[-1][2]
-
-    def __getitem__(self, places):
-        key = places.start, places.stop
-        if key not in self._found:
-            hidden, scale = self._hidden
-            (self._found[key],), _ = self._question.outputs([hidden], scale, places)
-        return self._found[key]
