@@ -10,7 +10,7 @@ from parc_jax.base.spelling import counted
 from parc_jax.base.tolerances import TOLERANCES
 from parc_jax.errors import InputError
 from parc_jax.sets.hpolytope import HPolytope
-from parc_jax.world.outlines import package
+from parc_jax.world.outlines import package, require_near
 from parc_jax.world.pieces import THIN, thin_pieces
 
 ROUND = 1.05  # chords of a quarter circle of four are nearer than its radius by 2 %, GEOS adds 1 %
@@ -169,11 +169,15 @@ def _filled(region, width: float):
 
 
 def _place(place) -> np.ndarray:
-    return as_float64("place (x, y)", place, (None,))[:2]
+    place = as_float64("place (x, y)", place, (None,))[:2]
+    require_near("place", place)
+    return place
 
 
 def _corners(corners) -> np.ndarray:
-    return as_float64("corners of the body", corners, (None, 2))
+    corners = as_float64("corners of the body", corners, (None, 2))
+    require_near("corners of the body", corners)
+    return corners
 
 
 def _length(name: str, value) -> float:

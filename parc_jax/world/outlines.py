@@ -37,6 +37,16 @@ def outlines(name: str, value) -> list:
     return parts
 
 
+def require_near(name: str, places) -> None:
+    """Raises InputError for places (..., 2) [m] farther than FARTHEST from the origin."""
+    far = np.abs(places).max(initial=0.0)
+    if not far <= FARTHEST:
+        raise InputError(
+            f"{name}: expected finite coordinates up to {FARTHEST:g} m; got {far:g}. Subtract an "
+            "origin near by first."
+        )
+
+
 def _read(name: str, value, shapely):
     value = getattr(value, "__geo_interface__", value)
     if not isinstance(value, dict):
@@ -62,11 +72,9 @@ def _corners(name: str, value) -> np.ndarray:
 def _check(name: str, part, shapely) -> None:
     if part.geom_type not in ("Polygon", "LineString", "LinearRing"):
         raise InputError(f"{name}: expected polygons and lines; got a {part.geom_type}.")
-    places = shapely.get_coordinates(part)
-    if part.is_empty or not (np.abs(places) <= FARTHEST).all():
-        raise InputError(
-            f"{name}: expected finite coordinates up to {FARTHEST:g} m; got {part.wkt:.60}."
-        )
+    if part.is_empty:
+        raise InputError(f"{name}: expected a {part.geom_type} with corners; got an empty one.")
+    require_near(name, shapely.get_coordinates(part))
     if not part.is_valid:
         why = shapely.is_valid_reason(part)
         raise InputError(

@@ -6,7 +6,7 @@ from parc_jax.base.arrays import as_float64
 from parc_jax.base.tolerances import TOLERANCES
 from parc_jax.errors import InputError
 from parc_jax.world.free_space import FreeSpace, shrunk
-from parc_jax.world.outlines import package
+from parc_jax.world.outlines import package, require_near
 
 CALL = "seen_from"
 SAME = 1e-6  # [rad] beams closer than this at the seam of a full turn are one
@@ -47,6 +47,7 @@ def seen_from(
     """
     shapely = package("shapely", CALL)
     pose = as_float64(f"{CALL} pose (x, y, heading)", pose, (3,))
+    require_near(f"{CALL} pose", pose[:2])
     angles = as_float64(f"{CALL} angles", angles, (None,))
     ranges = _finite(ranges, angles.shape)
     moved, turned = as_float64(f"{CALL} doubt ([m], [rad])", doubt, (2,))

@@ -182,6 +182,8 @@ def test_a_body_in_doubt_keeps_its_own_place(drives):
     [
         (lambda free: free.near((5, 5), 1.0), "expected a place with free space"),
         (lambda free: free.near((np.nan, 0), 1.0), "place"),
+        (lambda free: free.near((0, 1e6), 1.0), "up to 100000 m; got 1e.06. Subtract an origin"),
+        (lambda free: free_place(BODY + 1e6), "corners of the body: expected finite coordinates"),
         (lambda free: free.near((0, 0), -1.0), "reach >= 0 m; got -1"),
         (lambda free: free.near((0, 0), 1.0, tolerance=np.inf), "tolerance >= 0"),
         (lambda free: free.holds([0.0, 1.0]), "corners of the body"),

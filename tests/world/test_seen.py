@@ -155,6 +155,7 @@ def test_more_doubt_means_less_free_space():
         ({"angles": np.linspace(-135, 135, 7)}, "Are they degrees"),
         ({"pose": (0, 0)}, r"pose.*expected shape \(3,\)"),
         ({"pose": (0, 0, np.nan)}, "pose"),
+        ({"pose": (4e5, 5e6, 0)}, "pose: expected finite coordinates up to 100000 m; got 5e.06"),
         ({"noise": -0.1}, "noise >= 0"),
         ({"width": 0.0}, "width > 0"),
         ({"max_range": np.inf}, "max_range > 0"),
