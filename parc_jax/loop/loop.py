@@ -29,6 +29,7 @@ from parc_jax.verdict.scene import Scene, laid_out
 from parc_jax.verdict.sized import roomy
 
 AT_ONCE = 64  # candidates judged in one compiled call, between looks at the clock
+AMONG = 6  # safe ones of a call, of which one with room is taken
 PAIRS, CORNERS = 128, 8  # of obstacles and parts, that scenes have room for without compiling anew
 
 Prefer = Callable[[Outlook], np.ndarray]
@@ -39,18 +40,22 @@ class Effort:
     """How a loop looks for manoeuvres.
 
     candidates: drawn once, evenly over the chosen parameters. judged: of these, at most, the best
-    first. deadline: [s] of the clock for a step; what is not decided by then is not committed to.
+    first. room: [m] of clearance that is liked: of the first few safe ones the best liked one with
+    so much is taken, else the one with most. deadline: [s] of the clock for a step; what is not
+    decided by then is not committed to.
     """
 
     candidates: int = 1024
     judged: int = 256
+    room: float = 0.0
     deadline: float = 0.1
 
     def __post_init__(self):
-        if not (self.candidates >= 1 and self.judged >= 1 and self.deadline > 0):
+        counts = self.candidates >= 1 and self.judged >= 1
+        if not (counts and self.room >= 0 and self.deadline > 0):
             raise InputError(
-                "Effort: expected at least one candidate, one to judge and a deadline above 0 s; "
-                f"got {self}."
+                "Effort: expected at least one candidate, one to judge, room of 0 m or more and a "
+                f"deadline above 0 s; got {self}."
             )
 
 
@@ -62,7 +67,8 @@ class Loop:
     the next one. given: parameters of k that are measured at the start, names or numbers; by
     default those that the system declares. doubt: of the start and heading, the same at every
     step. end: where a manoeuvre may end, a set over all points and q in the robot's frame; None
-    for anywhere. Raises InputError for what does not fit the model.
+    for anywhere. candidates (b, chosen parameters): that are looked at, at every step; by default
+    `effort.candidates` of them, even over K. Raises InputError for what does not fit the model.
     """
 
     def __init__(
@@ -74,6 +80,7 @@ class Loop:
         given: Sequence[str | int] | None = None,
         doubt: Doubt | None = None,
         end: HPolytope | None = None,
+        candidates: np.ndarray | None = None,
         effort: Effort | None = None,
     ):
         check_model(model)
@@ -96,6 +103,8 @@ class Loop:
             )
         self.lasts = dt * model.time.n_steps
         self.candidates = _candidates(model, self.given, self.effort.candidates)
+        if candidates is not None:
+            self.candidates = _as_given(model, self.given, candidates)
         self.under_way: Commitment | None = None
         self._known: dict = {}
         self._n = 0
@@ -127,7 +136,7 @@ class Loop:
             rows = order[judged : judged + AT_ONCE]
             # a short call is filled up with its last candidate
             rows = rows[np.minimum(np.arange(AT_ONCE), len(rows) - 1)]
-            found = preferred(scene, k[rows])
+            found = preferred(scene, k[rows], AMONG)
             judged += found.judged
             if time.perf_counter() - begin > self.effort.deadline:
                 return self._go_on(
@@ -135,8 +144,9 @@ class Loop:
                     f"{judged} candidates were looked at"
                 )
             if len(found.rows):
-                chosen = k[rows[found.rows[0]]]
-                return self._commit(scene.asked, chosen, found.clearance[0], judged, at)
+                i = int(np.argmax(np.minimum(found.clearance, self.effort.room)))
+                chosen = k[rows[found.rows[i]]]
+                return self._commit(scene.asked, chosen, found.clearance[i], judged, at)
         return self._go_on(f"none of {len(order)} candidates is safe")
 
     def _warm_up(self) -> None:
@@ -144,7 +154,7 @@ class Loop:
         pose = np.zeros(self.model.n_p + (self.model.rotation is not None))
         scene = self._scene(pose_of(pose, self.model), ())
         first = np.zeros(AT_ONCE, int)
-        preferred(scene, self._all_of_k(self.model.domain.lo[list(self.given)])[first])
+        preferred(scene, self._all_of_k(self.model.domain.lo[list(self.given)])[first], AMONG)
 
     def _commit(self, asked: Plain, k: np.ndarray, clearance, judged: int, at: float) -> Step:
         begin = Fraction(at)
@@ -205,6 +215,18 @@ def _candidates(model: TrajectoryModel, given: tuple[int, ...], n: int) -> np.nd
     k = np.zeros((n, model.n_k))
     lo, hi = model.domain.lo[chosen], model.domain.hi[chosen]
     k[:, chosen] = lo + share * (hi - lo)
+    return k
+
+
+def _as_given(model: TrajectoryModel, given: tuple[int, ...], values) -> np.ndarray:
+    """(b, n_k) of values of the chosen parameters alone. Raises InputError."""
+    chosen = [axis for axis in range(model.n_k) if axis not in given]
+    values = as_float64("candidates", values, (None, len(chosen)))
+    lo, hi = model.domain.lo[chosen], model.domain.hi[chosen]
+    if not len(values) or not ((lo <= values) & (values <= hi)).all():
+        raise InputError("candidates: expected at least one, all of them within K.")
+    k = np.zeros((len(values), model.n_k))
+    k[:, chosen] = values
     return k
 
 

@@ -106,6 +106,17 @@ def test_where_bins_meet_all_of_them_have_to_allow_it(widths):
     assert far[1] == min(far) < max(far) - 0.1
 
 
+def test_of_the_first_safe_ones_one_with_room_is_taken(line):
+    """The best liked one grazes the wall."""
+    given = np.array([[0.33], [0.3], [0.2], [0.1], [0.0]])
+    room = {"effort": pj.Effort(room=0.1, deadline=300.0), "candidates": given}
+    step = loop_of(line, **room).step([0, 0], [0.25], [WALL], forward)
+    assert step.committed.k[0] == 0.2 and step.committed.clearance >= 0.1
+    far = room | {"effort": pj.Effort(room=0.5, deadline=300.0)}  # none has so much
+    step = loop_of(line, **far).step([0, 0], [0.25], [WALL], forward)
+    assert step.committed.k[0] == 0.0
+
+
 def test_more_doubt_never_goes_farther(line):
     doubts = [None, pj.Doubt(start=0.0), pj.Doubt(start=0.05), pj.Doubt(start=0.1)]
     steps = [loop_of(line, doubt=d).step([0, 0], [0.25], [WALL], forward) for d in doubts]
@@ -149,6 +160,8 @@ def test_the_outlook_is_what_the_network_says_turned_into_the_world():
         ({"given": ("speed",)}, "each once"),
         ({"given": (0, 0)}, "each once"),
         ({"given": (0, 1)}, "at least one parameter to choose"),
+        ({"candidates": np.array([[2.0]])}, "all of them within K"),
+        ({"candidates": np.zeros((0, 1))}, "at least one"),
         ({"doubt": pj.Doubt(k={0: 0.1})}, "start and heading alone"),
     ],
 )

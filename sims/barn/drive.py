@@ -1,0 +1,124 @@
+"""One episode: a Jackal drives through a world of the challenge on what its lidar saw."""
+
+import time
+from dataclasses import dataclass, field
+
+import jax
+import numpy as np
+
+import parc_jax as pj
+from parc_jax.base.keys import as_key
+from sims.barn.contact import distance_to_cylinders
+from sims.barn.guidance import Guidance
+from sims.barn.worlds import NEAR, TIMEOUT, World, metric
+from sims.jackal.driven import Driven
+from sims.lidar import lidar, shapes
+
+REACH = 1.6  # [m] half width of the square around the robot whose edges are obstacles
+KEPT = 4.0  # [m] of free space that is remembered
+WIDTH = 0.15  # [m] no obstacle is narrower: a cylinder's diameter
+AROUND = 0.12  # [m] that a person saw to be free around the robot before its start
+PATIENCE = 40  # cycles at rest without a manoeuvre that end an episode
+CLOSER = 0.1  # [m] by which it has to get shorter to count
+STALLED = 10  # cycles in which the way to the goal gets no shorter: another way is tried
+
+
+@dataclass(frozen=True)
+class Drive:
+    """What came of an episode. reached: the goal, in time. seconds: driven. clearance: [m] least
+    distance to a cylinder at any tick, not positive where it was touched. path (n, 3): true poses.
+    steps: what the loop did, cycle by cycle. plan_s, see_s, guide_s: [s] of processor time of each
+    cycle's step, of its free space, of its guidance.
+    """
+
+    world: int
+    reached: bool
+    seconds: float
+    clearance: float
+    path_length: float
+    path: np.ndarray = field(repr=False)
+    steps: list = field(repr=False)
+    edges: list[int] = field(repr=False)
+    plan_s: list[float] = field(repr=False)
+    see_s: list[float] = field(repr=False)
+    guide_s: list[float] = field(repr=False)
+
+    @property
+    def touched(self) -> bool:
+        """Was a cylinder touched?"""
+        return not self.clearance > 0
+
+    @property
+    def metric(self) -> float:
+        """Of the challenge: 0.5 at most."""
+        return metric(self.reached and not self.touched, self.seconds, self.path_length)
+
+
+def drive(world: World, system, loop: pj.Loop, key, scanner=None) -> Drive:
+    """Drive from the start to the goal with a loop made for this system."""
+    scanner = lidar() if scanner is None else scanner
+    body, scans = jax.random.split(as_key(key))
+    rng = np.random.default_rng(np.asarray(jax.random.key_data(scans)))
+    robot = Driven(system, world.start, body)
+    around = shapes(world.cylinders, world.radius)
+    guide = Guidance(world.start, world.goal, NEAR)
+    free = pj.free_place(_corners(robot.pose, system.size), AROUND)
+    steps, edges, plan_s, see_s, guide_s = [], [], [], [], []
+    at_rest, nearest, since = 0, np.inf, 0
+    while robot.time < TIMEOUT and at_rest < PATIENCE and not world.reached(robot.pose):
+        scan = scanner.scan(robot.pose, around, rng)
+        begin = time.process_time()
+        guide.see(scan.ends[scan.returned])
+        guide.update()
+        guided = time.process_time()
+        seen = pj.seen_from(
+            scan.pose,
+            scan.angles,
+            scan.ranges,
+            max_range=scan.max_range,
+            noise=scan.noise,
+            width=WIDTH,
+        )
+        free = seen.within(robot.pose, KEPT).add(free.within(robot.pose, KEPT))
+        obstacles = free.near(robot.pose, REACH).obstacles()
+        saw = time.process_time()
+        step = loop.step(robot.pose, robot.measured, obstacles, guide.prefer, robot.time)
+        if step.new:
+            robot.begin(*step.committed.k[2:])
+        at_rest = 0 if step.new else at_rest + 1
+        to_go = float(guide.cost(robot.pose[:2]))
+        nearest, since = (to_go, 0) if to_go < nearest - CLOSER else (nearest, since + 1)
+        if since >= STALLED or not step.new:
+            guide.give_up(robot.pose)
+            nearest, since = np.inf, 0
+        ended = time.process_time()
+        for record, took in (
+            (guide_s, guided - begin),
+            (see_s, saw - guided),
+            (plan_s, ended - saw),
+        ):
+            record.append(took)
+        steps.append(step)
+        edges.append(len(obstacles))
+        robot.drive(system.moving)
+    distance = distance_to_cylinders(robot.path, system.size, world.cylinders, world.radius)
+    return Drive(
+        world.number,
+        bool(world.reached(robot.pose)),
+        robot.time,
+        float(distance.min()),
+        world.path_length,
+        robot.path,
+        steps,
+        edges,
+        plan_s,
+        see_s,
+        guide_s,
+    )
+
+
+def _corners(pose, size) -> np.ndarray:
+    """(4, 2) [m] of the outline at a pose (3,)."""
+    cos, sin = np.cos(pose[2]), np.sin(pose[2])
+    own = np.array([[1, 1], [-1, 1], [-1, -1], [1, -1]]) * np.asarray(size) / 2
+    return pose[:2] + own @ np.array([[cos, sin], [-sin, cos]])

@@ -1,0 +1,81 @@
+"""Where to go: cost to the goal on a grid of what was seen so far, with a memory. Only preference:
+what it gets wrong costs time, never safety.
+"""
+
+import numpy as np
+from scipy.ndimage import distance_transform_edt
+from scipy.sparse import coo_matrix
+from scipy.sparse.csgraph import dijkstra
+
+CELL = 0.05  # [m] of the grid
+MARGIN = 1.5  # [m] of grid around start and goal, on all sides
+INSIDE = 0.19  # [m] from what was seen to the robot's middle: nearer it does not fit
+NEAR = 0.45  # [m] nearer than this, a way is longer than it is
+STEEP = 40.0  # [1 / m^2] by how much
+AHEAD = 0.5  # [m] that are looked at beyond the rest, with this weight:
+WEIGHT = 0.5
+TRIED = 0.4  # [m] around a place where no manoeuvre was found, cells count as longer ...
+FACTOR = 1.5  # ... by this, each time
+FAR = 1e3  # [m] cost of a place from which no way is known
+
+STEPS = ((1, 0), (0, 1), (1, 1), (1, -1))
+
+
+class Guidance:
+    """Cost to go from any place to a goal, (2,) [m] each, over a rectangle that holds both."""
+
+    def __init__(self, start, goal, near: float, sides: float = 3.0):
+        start, goal = np.asarray(start[:2]), np.asarray(goal)
+        around = np.array([sides, MARGIN])
+        lo, hi = np.minimum(start, goal) - around, np.maximum(start, goal) + around
+        self._lo = lo
+        self._shape = tuple(np.ceil((hi - lo) / CELL).astype(int) + 1)
+        self._occupied = np.zeros(self._shape, bool)
+        self._tried = np.ones(self._shape)
+        x, y = np.meshgrid(*(np.arange(n) for n in self._shape), indexing="ij")
+        self._places = lo + CELL * np.stack([x, y], axis=-1)
+        self._goal = np.flatnonzero(np.linalg.norm(self._places - goal, axis=-1) < near)
+        self._cost = np.zeros(self._shape)
+
+    def see(self, hits: np.ndarray) -> None:
+        """Something stands at hits (n, 2) [m]."""
+        cells = np.round((hits - self._lo) / CELL).astype(int)
+        cells = cells[((cells >= 0) & (cells < self._shape)).all(axis=1)]
+        self._occupied[cells[:, 0], cells[:, 1]] = True
+
+    def give_up(self, place) -> None:
+        """No manoeuvre was found at a place (2,): other ways become shorter."""
+        close = np.linalg.norm(self._places - np.asarray(place)[:2], axis=-1) < TRIED
+        self._tried[close] *= FACTOR
+
+    def update(self) -> None:
+        """The cost to go, with all that was seen."""
+        distance = distance_transform_edt(~self._occupied) * CELL
+        weight = self._tried * (1 + STEEP * np.maximum(0, NEAR - distance) ** 2)
+        weight[distance < INSIDE] = np.inf
+        number = np.arange(weight.size).reshape(self._shape)
+        rows, columns, lengths = [], [], []
+        for dx, dy in STEPS:
+            here = np.s_[: self._shape[0] - dx, max(0, -dy) : self._shape[1] - max(0, dy)]
+            there = np.s_[dx:, max(0, dy) : self._shape[1] + min(0, dy)]
+            length = (weight[here] + weight[there]).ravel() / 2 * np.hypot(dx, dy) * CELL
+            fits = np.isfinite(length)
+            rows.append(number[here].ravel()[fits])
+            columns.append(number[there].ravel()[fits])
+            lengths.append(length[fits])
+        edges = np.concatenate(lengths), (np.concatenate(rows), np.concatenate(columns))
+        graph = coo_matrix(edges, shape=(weight.size, weight.size)).tocsr()
+        cost = dijkstra(graph, directed=False, indices=self._goal, min_only=True)
+        self._cost = np.where(np.isfinite(cost), cost, FAR).reshape(self._shape)
+
+    def cost(self, places: np.ndarray) -> np.ndarray:
+        """(...) [m] from places (..., 2) to the goal."""
+        cell = np.round((places - self._lo) / CELL).astype(int)
+        cell = np.clip(cell, 0, np.array(self._shape) - 1)
+        return self._cost[cell[..., 0], cell[..., 1]]
+
+    def prefer(self, seen) -> np.ndarray:
+        """Of an Outlook: where it comes to rest, and what lies ahead of it there."""
+        rest = seen.path[:, -1]
+        ahead = AHEAD * np.stack([np.cos(seen.heading), np.sin(seen.heading)], axis=1)
+        return self.cost(rest) + WEIGHT * self.cost(rest + ahead)
