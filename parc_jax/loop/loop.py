@@ -20,8 +20,8 @@ from parc_jax.model import TrajectoryModel, check_model
 from parc_jax.network.rounding import rounding_bound
 from parc_jax.problem.doubt import Doubt
 from parc_jax.problem.labels import name_of
-from parc_jax.problem.problem import ReachAvoid, reach_avoid
-from parc_jax.robust.pose import Pose, pose_of
+from parc_jax.problem.problem import reach_avoid
+from parc_jax.robust.pose import ROUNDING, Pose, pose_of
 from parc_jax.robust.question import Plain, question
 from parc_jax.sets.box import box
 from parc_jax.sets.hpolytope import HPolytope, from_box, hpolytope
@@ -66,7 +66,7 @@ class Loop:
     as of `reach_avoid`. leave: [s] after the start of a manoeuvre from when on it may be left for
     the next one. given: parameters of k that are measured at the start, names or numbers; by
     default those that the system declares. doubt: of the start and heading, the same at every
-    step. end: where a manoeuvre may end, a set over all points and q in the robot's frame; None
+    step. end: where a manoeuvre may end, a set over all points and q seen from its start; None
     for anywhere. candidates (b, chosen parameters): that are looked at, at every step; by default
     `effort.candidates` of them, even over K. Raises InputError for what does not fit the model.
     """
@@ -188,7 +188,8 @@ class Loop:
         problem = reach_avoid(_any_goal(self.model), obstacles, self.body, doubt=doubt)
         asked = question(problem, self.model)
         asked = replace(asked, pose=pose).plain(self._known)
-        goal = _everywhere(asked.problem, asked.model) if self.end is None else self.end
+        goal = _everywhere(asked.model) if self.end is None else self.end
+        goal = _moved(goal, asked.model, asked.at)
         asked = replace(asked, problem=asked.problem.replace(goal=goal))
         return roomy(laid_out(asked), PAIRS, CORNERS)
 
@@ -237,8 +238,15 @@ def _any_goal(model: TrajectoryModel) -> HPolytope:
     return hpolytope(row, [1e6])
 
 
-def _everywhere(problem: ReachAvoid, model: TrajectoryModel) -> HPolytope:
-    """A box that holds every end, with every error of the tube."""
+def _moved(goal: HPolytope, model: TrajectoryModel, place: np.ndarray) -> HPolytope:
+    """The goal of a robot at a place (n_p,): all its points move alike. It shrinks by rounding."""
+    rows = goal.A[:, : model.n_c].reshape(-1, model.n_points, model.n_p)
+    terms = np.abs(rows).sum(axis=(1, 2)) * np.abs(place).sum() + np.abs(goal.b)
+    return HPolytope(goal.A, goal.b + (rows @ place).sum(axis=1) - ROUNDING * terms)
+
+
+def _everywhere(model: TrajectoryModel) -> HPolytope:
+    """A box that holds every end of a robot at the origin, with every error of the tube."""
     tube = model.tube
     widest = tube.final[tube.claimed].max(initial=0.0)
     far = 2.0 * (float(rounding_bound(model.net, model.domain).magnitude.max()) + widest)

@@ -117,6 +117,21 @@ def test_of_the_first_safe_ones_one_with_room_is_taken(line):
     assert step.committed.k[0] == 0.0
 
 
+def test_where_the_robot_is_changes_nothing(line):
+    far = np.array([100.0, -70.0])
+    wall = pj.box(WALL.lo + far, WALL.hi + far)
+    for asked, most in (
+        ({}, 0.34),
+        ({"end": from_box(pj.box([-0.2, -0.4, -2], [0.2, 0.4, 2]))}, 0.19),
+    ):
+        loop = loop_of(line, **asked)
+        here = loop.step([0.0, 0.0], [0.25], [WALL], forward).committed
+        there = loop.step(far, [0.25], [wall], forward).committed
+        assert there.k.tolist() == here.k.tolist() and most - 0.02 < here.k[0] <= most
+        assert there.clearance == pytest.approx(here.clearance, abs=1e-9)
+        assert there.proved()
+
+
 def test_more_doubt_never_goes_farther(line):
     doubts = [None, pj.Doubt(start=0.0), pj.Doubt(start=0.05), pj.Doubt(start=0.1)]
     steps = [loop_of(line, doubt=d).step([0, 0], [0.25], [WALL], forward) for d in doubts]
