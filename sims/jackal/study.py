@@ -3,7 +3,7 @@
 from parc_jax.study.settings import Study
 
 STUDY = Study(
-    hidden=(16, 16),
+    hidden=(8, 8),
     others=(),
     bins=(2, 1, 2, 1),
     rollouts=6_000,
