@@ -39,6 +39,7 @@ import two_borders
 import two_mutants
 import two_no_plan
 import two_points
+import two_readers
 
 SOURCE = Path(__file__).parent / "rocq"
 DOCS = Path(__file__).parents[2] / "docs"
@@ -296,6 +297,17 @@ def test_files_with_changed_bytes_get_the_same_verdict_from_both_checkers(built)
     answer = json.loads(ENGINE.read_text())
     seen, accepted, different = two_mutants.texts([built / "check"], 300, 0, answer)
     assert different == [] and 0.2 * seen < accepted < 0.8 * seen
+
+
+@pytest.mark.night
+@needs_coq
+@pytest.mark.needs("node")
+def test_odd_values_in_every_place_get_the_same_verdict_from_both_checkers(built):
+    on_node = ["node", built / "js" / "run.js", PROVED]
+    for program, count in (([built / "check"], 1500), (on_node, 300)):
+        seen, accepted, different = two_readers.campaign(program, count, seed=0)
+        assert different == []
+        assert seen == count and 0.05 * seen < accepted < 0.5 * seen
 
 
 @pytest.mark.night
