@@ -87,6 +87,7 @@ _HOME = {
     "replay_recorded": "study.recorded",
     "required_runs": "claim.counts",
     "safety_question": "io.question",
+    "save_episode": "loop.log",
     "save_problem": "io.problem_file",
     "seen_from": "world.seen",
     "time_grid": "system",

@@ -35,6 +35,7 @@ from parc_jax.io.question import write_question as write_question
 from parc_jax.local.choice import Choice as Choice
 from parc_jax.local.local_model import Local as Local
 from parc_jax.local.refine import Refine as Refine
+from parc_jax.loop.log import save_episode as save_episode
 from parc_jax.loop.loop import Effort as Effort
 from parc_jax.loop.loop import Loop as Loop
 from parc_jax.methods import Exact as Exact

@@ -90,6 +90,7 @@ NAMES = [
     "replay_recorded",
     "required_runs",
     "safety_question",
+    "save_episode",
     "save_problem",
     "seen_from",
     "time_grid",

@@ -17,6 +17,8 @@ bounds.py    what the network says at least, over a box of k
 no_plan.py   boxes in which no plan is safe, or every one
 doubt.py     boxes of plans that are safe with the same directions
 entries.py   all samples, corridors, polytopes and boxes of doubt, in one process or several
+turns.py     cosine and sine, enclosed
+episode.py   a chain of manoeuvres, each proved, each begun where the one before may have been
 answer.py    the whole file, the report, the command line
 
 Letters: p position, q further goal states, k parameters, y = (c_1 .. c_T, q) the outputs of the
@@ -28,6 +30,7 @@ are integers over one common denominator ("scale").
 
 from .answer import FORMAT, PARTS, Report, allowance, check_answer, load, main, summary
 from .doubt import check_doubt
+from .episode import check_episode
 from .exact import NotAnAnswer, Rejected, integers, number, rejecting
 from .no_plan import check_no_plan
 from .plans import Context
@@ -44,6 +47,7 @@ __all__ = [
     "allowance",
     "check_answer",
     "check_doubt",
+    "check_episode",
     "check_no_plan",
     "integers",
     "load",

@@ -10,6 +10,7 @@ import os
 import sys
 from fractions import Fraction
 
+from . import episode
 from .entries import LISTS, canonical, check_entries
 from .exact import NotAnAnswer, Rejected, fields, need, rejecting
 from .no_plan import check_no_plan
@@ -178,9 +179,15 @@ def main(arguments=None):
     except SystemExit as told:
         return told.code
     try:
-        report = check_answer(load(asked.answer), asked.processes)
+        file = load(asked.answer)
+        if type(file) is dict and file.get("format") == episode.FORMAT:
+            report = episode.check_episode(file, allowance_of)
+            lines = list(episode.summary(report))
+            report = report._replace(begin=str(report.begin), end=str(report.end))
+        else:
+            report = check_answer(file, asked.processes)
+            lines = list(summary(report))
         result = {"accepted": True, **report._asdict()}
-        lines = list(summary(report))
         code = 0
     except NotAnAnswer as why:
         return unreadable(asked.answer, why)

@@ -55,7 +55,7 @@ class Question:
         """
         other = copy.copy(self)
         other._read_problem(problem)
-        for name in ("n_p", "n_points", "n_q", "n_k", "T", "lo", "hi"):
+        for name in ("n_p", "n_points", "n_q", "n_k", "T", "dt", "lo", "hi"):
             if getattr(other, name) != getattr(self, name):
                 raise Rejected("the other problem has other dimensions or another domain")
         return other
@@ -75,7 +75,8 @@ class Question:
         self.n_q = whole(problem["n_q"], 0, 64)
         self.n_k = whole(problem["n_k"], 1, MAX_PARAMETERS)
         self.T = whole(problem["steps"], 1, 100_000)
-        need(number(problem["dt"]) > 0, "the time step dt is not positive")
+        self.dt = number(problem["dt"])
+        need(self.dt > 0, "the time step dt is not positive")
         self.n_c = self.n_points * self.n_p  # coordinates of all points
         self.n_end = self.n_c + self.n_q
         self.n_outputs = (self.T + 1) * self.n_c - self.n_p + self.n_q

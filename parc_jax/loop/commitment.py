@@ -41,7 +41,7 @@ class Commitment:
 
     def proved(self) -> bool:
         """Does the exact checker accept it? Takes some ten to hundred milliseconds."""
-        return bool(prove(self.asked.problem, self.asked.model, [self._part()])[0][0])
+        return bool(prove(self.asked.problem, self.asked.model, [self.part])[0][0])
 
     def certificate(self) -> dict:
         """A file for the checker: the question from this pose, and the plan as its one sample."""
@@ -52,10 +52,12 @@ class Commitment:
             "begin": str(self.begin),
             "end": str(self.end),
         }
-        parts = [self._part()]
+        parts = [self.part]
         return answer_part(asked.problem, asked.model, parts, [], [], no_plan=None, meta=meta)
 
-    def _part(self) -> dict:
+    @property
+    def part(self) -> dict:
+        """Its certificate, a sample of the checker."""
         scene = near_scene(self.asked)
         path = paths_of(scene.model, self.asked.at[None], self.k[None])[0]
         return sample_part(scene, scene.model.tube, self.asked.at, self.k, path)

@@ -2,6 +2,7 @@
 its time, rest included, or the one that is under way, which was. [T37, T38]
 """
 
+import math
 import time
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
@@ -121,7 +122,7 @@ class Loop:
         """
         begin = time.perf_counter()
         try:
-            here = pose_of(pose, self.model)
+            here = _within_a_turn(pose_of(pose, self.model))
             scene = self._scene(here, obstacles)
             k = self._all_of_k(given)
         except InputError as error:
@@ -192,6 +193,13 @@ class Loop:
         goal = _moved(goal, asked.model, asked.at)
         asked = replace(asked, problem=asked.problem.replace(goal=goal))
         return roomy(laid_out(asked), PAIRS, CORNERS)
+
+
+def _within_a_turn(pose: Pose) -> Pose:
+    """With a heading from -pi to pi: certificates take no more than a turn."""
+    if pose.heading is None:
+        return pose
+    return pose._replace(heading=math.remainder(pose.heading, 2 * math.pi))
 
 
 def _axes(model: TrajectoryModel, given: Sequence[str | int]) -> tuple[int, ...]:

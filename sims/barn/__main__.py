@@ -40,6 +40,8 @@ class Options:
     """A line for each episode; what stands there is not driven again."""
     prove: bool = False
     """Prove every commitment in exact arithmetic as well, after its episode."""
+    save: bool = False
+    """Save every episode beside `out`, as a file that `parc-jax check` verifies."""
     rollouts: int = 6_000
     """To train on; as many fresh ones as eps and delta ask for follow."""
     eps: float = 1e-3
@@ -113,9 +115,10 @@ def main(options: Options) -> None:
     for number, seed in tqdm([each for each in asked if each not in found], unit="episode"):
         key = jax.random.fold_in(jax.random.PRNGKey(seed), number)
         one = drive(world(number), system, loop, key)
-        proved = None
-        if options.prove:
-            proved = all(step.committed.proved() for step in one.steps if step.new)
+        new = [step.committed for step in one.steps if step.new]
+        proved = all(each.proved() for each in new) if options.prove else None
+        if options.save and new:
+            pj.save_episode(options.out.parent / f"world_{number}_{seed}.json", new)
         found[number, seed] = told(one, seed, proved)
         with options.out.open("a") as file:
             file.write(json.dumps(found[number, seed]) + "\n")

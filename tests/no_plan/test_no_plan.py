@@ -20,7 +20,7 @@ from parc_jax.network.predict import trajectories
 from parc_jax.no_plan.contact_errors import WithinWidths
 from parc_jax.no_plan.contacts import Contacts, DiscBody
 from parc_jax.no_plan.faces import goal_faces
-from parc_jax.no_plan.prove_no_plan import prove_no_plan
+from parc_jax.no_plan.prove_no_plan import _missing, prove_no_plan
 from parc_jax.planner.planner import Planner
 from parc_jax.problem.body import Polygon
 from parc_jax.problem.problem import reach_avoid
@@ -359,7 +359,10 @@ def test_with_too_many_parameters_for_the_checker_the_answer_is_not_found():
     answer = Planner(model).solve(problem, jax.random.key(0), Settings())
     assert not answer.found and answer.no_plan.kind == "undecided"
     assert answer.no_plan.undecided == answer.no_plan.total and answer.no_plan.safe == 0
-    assert "at most 8 parameters; this model has 9" in answer.statement()
+    assert "touches obstacle 0" in answer.statement()  # said of the scene, whatever the model
+    assert "This is not a proof that none exists" in answer.statement()
+    other = _missing(model, bounds=False)
+    assert other == "a model with at most 8 parameters; this model has 9"
     with pytest.raises(InputError, match="at most 6 parameters"):
         Planner(model).bound_volume(problem)
 

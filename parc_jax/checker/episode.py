@@ -1,0 +1,139 @@
+"""A whole episode: every manoeuvre that a robot committed to is proved, and each began where the
+one before it may have been left. [T38]
+"""
+
+import collections
+import hashlib
+import itertools
+from fractions import Fraction
+
+from .entries import canonical
+from .exact import array, fields, integers, need, number, rejecting, whole
+from .plans import Context
+from .turns import OFF, cosine_and_sine
+
+FORMAT = "parc_jax.episode/1"
+
+# manoeuvres: how many. begin, end: [s] of the first pose and of the last rest. rests: how often the
+# next one began when the one before had come to its end. The claim is only quoted.
+Report = collections.namedtuple("Report", "manoeuvres begin end rests claim hash")
+
+# One manoeuvre: k and its context, from when it is, and from where: place, heading or None.
+Begun = collections.namedtuple("Begun", "context k begin place heading")
+
+
+@rejecting()
+def check_episode(episode, allowance_of):
+    """Checks all that an episode (as `load` returns it) claims; returns a Report or raises
+    Rejected. allowance_of: the work that parts, as texts, may ask for.
+    """
+    needed = ("format", "network", "tube", "claim", "hash", "copies", "doubt", "manoeuvres")
+    fields(episode, needed, ("meta",))
+    texts = {part: canonical(episode[part]) for part in ("network", "tube", "manoeuvres")}
+    hashes = {
+        part: hashlib.sha256(texts[part].encode()).hexdigest() for part in ("network", "tube")
+    }
+    need(episode["hash"] == hashes, "a hash does not match its content")
+    claim = episode["claim"]
+    if claim is not None:
+        need(claim["network_hash"] == hashes["network"], "the claim is about another network")
+        need(claim["tube_hash"] == hashes["tube"], "the claim is about another tube")
+    entries = array(episode["manoeuvres"])
+    need(len(entries) > 0, "an episode without a manoeuvre")
+    context = None
+    begun = []
+    for i, entry in enumerate(entries):
+        with rejecting(f"manoeuvres[{i}]: "):
+            fields(entry, ("begin", "pose", "problem", "sample"))
+            if context is None:
+                context = Context(entry["problem"], episode["network"], episode["tube"])
+                context.work_left = allowance_of(texts.values())
+                copies = whole(episode["copies"], 1, context.n_points)
+                doubt = [number(x) for x in array(episode["doubt"])]
+            else:
+                context = context.about(entry["problem"])
+            begun.append(check_manoeuvre(context, entry))
+            if i:
+                need(follows(begun[-2], begun[-1], copies, doubt), "it began outside of the tube")
+    last = begun[-1]
+    rests = sum(b.begin >= ended(a) for a, b in itertools.pairwise(begun))
+    return Report(len(begun), begun[0].begin, ended(last), rests, claim, hashes)
+
+
+def check_manoeuvre(context, entry):
+    """One of them, which is safe over all of its time from its pose; returns what is Begun."""
+    pose = [number(x) for x in array(entry["pose"])]
+    n_p = context.n_p
+    turned = len(pose) == n_p + 1
+    need(turned or len(pose) == n_p, f"a pose has {n_p} coordinates, in the plane maybe a heading")
+    need(not turned or n_p == 2, "a heading is of the plane")
+    p0, k = context.check_sample(entry["sample"])
+    # with a heading all is told in the frame of the robot, which starts at its origin
+    start = [Fraction(0)] * n_p if turned else pose
+    need(p0 == start, "the plan does not start at the pose")
+    heading = pose[n_p] if turned else None
+    return Begun(context, k, number(entry["begin"]), pose[:n_p], heading)
+
+
+def ended(one):
+    """[s] when a manoeuvre comes to its rest."""
+    return one.begin + one.context.T * one.context.dt
+
+
+def follows(one, other, copies, doubt):
+    """Does the pose of the other lie in a box around where the one may have been then? copies: the
+    first so many points stand for the first one. doubt: half widths [m] of a place, then [rad] of
+    the heading, which both poses may be off by.
+    """
+    context = one.context
+    passed = other.begin - one.begin
+    need(passed > 0, "it began before the one before it")
+    step = min(passed // context.dt, context.T)
+    knots = [step] if step in (passed / context.dt, context.T) else [step, step + 1]
+    bins = context.bins_meeting(one.k, one.k, closed=True)
+    interval, _ = context.errors(bins, max)
+    whole_k, scale = integers(one.k)
+    _, (y,), y_scale = context.evaluate([whole_k], scale)
+    moved, off = displacement(one, other, doubt)
+    for axis, sign in itertools.product(range(context.n_p), (1, -1)):
+        w = [Fraction(sign * (a == axis)) for a in range(context.n_p)]
+        reach = []
+        for s, i in itertools.product(knots, range(copies)):
+            place = context.offset(s, i)
+            at = Fraction(y[place][axis], y_scale) if place.stop else Fraction(0)
+            reach.append(sign * at + interval[min(step, context.T - 1)][i].support(w))
+        if not sign * moved[axis] <= max(reach) + off:
+            return False
+    return True
+
+
+def displacement(one, other, doubt):
+    """From the place of the one to that of the other, in the frame of the one, and by how much each
+    coordinate may be off.
+    """
+    way = [b - a for a, b in zip(one.place, other.place, strict=True)]
+    n_p = len(way)
+    need(len(doubt) == n_p + 1 and all(x >= 0 for x in doubt), "a doubt has a part for each axis")
+    size = sum(map(abs, way))
+    off = 2 * sum(doubt[:n_p]) + doubt[n_p] * size
+    if one.heading is None:
+        return way, off
+    cosine, sine = cosine_and_sine(one.heading)
+    turned = [cosine * way[0] + sine * way[1], cosine * way[1] - sine * way[0]]
+    return turned, off + OFF * size
+
+
+def summary(report):
+    """What was proved and what it rests on, as lines."""
+    yield "ACCEPTED. Proved in exact arithmetic, for every trajectory inside the tube:"
+    yield f"  {report.manoeuvres} manoeuvres, each from its pose to its end: nothing is touched"
+    yield "    that was there for it; each began where the one before may have been left"
+    span = f"{float(report.begin):g} s to {float(report.end):g} s"
+    yield f"  so from {span}, with the robot at rest at the end of the last one"
+    yield f"    (and {report.rests} times in between), nothing is touched"
+    yield "ASSUMED: that a robot rests where a manoeuvre ends, that poses are as the doubt says,"
+    yield "  that obstacles were where the file says; and the tube, of which it says (unchecked):"
+    claim = report.claim or {"kind": "no claim"}
+    yield f"  {ascii(claim.get('kind'))[:40]} {ascii(claim.get('statement'))[:2000]}"
+    for part, value in report.hash.items():
+        yield f"  sha256 {part} {value}"

@@ -1,0 +1,62 @@
+"""An episode as a file, which the checker reads: all that was committed to, from first to last."""
+
+import json
+from collections.abc import Sequence
+from pathlib import Path
+
+import numpy as np
+
+from parc_jax.base.spelling import hex_text, plain
+from parc_jax.certificate.write import part_hash, problem_part, question_parts
+from parc_jax.errors import InputError
+from parc_jax.loop.commitment import Commitment
+from parc_jax.rollout.files import write_atomic
+
+FORMAT = "parc_jax.episode/1"
+
+
+def episode_part(commitments: Sequence[Commitment], meta=None) -> dict:
+    """The whole file of an episode: commitments of one loop, in their order. meta: what needs no
+    proof, as plain values. Raises InputError.
+    """
+    if not commitments:
+        raise InputError("episode: expected at least one commitment; got none.")
+    first = commitments[0].asked
+    model = first.model
+    if any(one.asked.model is not model for one in commitments):
+        raise InputError("episode: expected commitments of one loop; got some of another model.")
+    _, network, tube = question_parts(first.problem, model)
+    hashes = {"network": part_hash(network), "tube": part_hash(tube)}
+    claim = model.claim.to_json() | {f"{name}_hash": value for name, value in hashes.items()}
+    doubt = first.question.problem.doubt
+    start = np.zeros(model.n_p) if doubt is None else doubt.shifts(model.n_p)
+    heading = 0.0 if doubt is None else float(doubt.heading or 0.0)
+    return {
+        "format": FORMAT,
+        "network": network,
+        "tube": tube,
+        "claim": plain(claim),
+        "hash": hashes,
+        # points of the plain question for each point of the robot
+        "copies": model.n_points // first.question.model.n_points,
+        "doubt": hex_text(np.append(start, heading)),
+        "manoeuvres": [_manoeuvre(one) for one in commitments],
+        "meta": plain(meta),
+    }
+
+
+def save_episode(path, commitments: Sequence[Commitment], meta=None) -> Path:
+    """Write it whole or not at all; `parc-jax check` verifies it. Raises InputError."""
+    text = json.dumps(episode_part(commitments, meta), separators=(",", ":"))
+    return write_atomic(path, text.encode())
+
+
+def _manoeuvre(one: Commitment) -> dict:
+    pose = one.asked.pose
+    values = pose.place if pose.heading is None else np.append(pose.place, pose.heading)
+    return {
+        "begin": str(one.begin),
+        "pose": hex_text(values),
+        "problem": problem_part(one.asked.problem, one.asked.model),
+        "sample": one.part,
+    }

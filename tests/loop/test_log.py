@@ -1,0 +1,146 @@
+"""An episode as a file: all of it is proved, and every way of breaking it is told."""
+
+import json
+import math
+from fractions import Fraction
+
+import numpy as np
+import pytest
+from toy_models import line_model, told, toy_case
+
+import parc_jax as pj
+from parc_jax import checker
+from parc_jax.checker.answer import allowance_of
+from parc_jax.checker.turns import OFF, cosine_and_sine
+from parc_jax.errors import InputError
+from parc_jax.loop.log import episode_part
+from parc_jax.network.predict import trajectories
+from parc_jax.system import TURNS
+
+PATIENT = pj.Effort(candidates=64, deadline=300.0)
+
+
+def driven(turning: bool, n: int = 4):
+    """Commitments of a robot that is exactly where its network says, each left half way."""
+    if turning:
+        model, _ = toy_case(0)
+        model = told(model, rotation=(TURNS,))
+    else:
+        model = line_model(4, 0.01)
+    loop = pj.Loop(model, 0.05, leave=0.5, given=(1,), doubt=pj.Doubt(start=0.01), effort=PATIENT)
+    half, seconds = model.time.n_steps // 2, model.time.t_f / 2
+    pose = np.array([0.3, -0.2, 0.7] if turning else [0.3, -0.2])
+    block = pj.box([30.0, 30.0], [31.0, 31.0])
+    out = []
+    for i in range(n):
+        step = loop.step(pose, [0.1], [block], lambda seen: -seen.path[:, -1, 0], at=seconds * i)
+        assert step.new, step.reason
+        out.append(step.committed)
+        offsets, _ = trajectories(model.net, model.layout, step.committed.k[None])
+        way = offsets[0, half, :2]
+        if turning:
+            c, s = math.cos(pose[2]), math.sin(pose[2])
+            way = np.array([c * way[0] - s * way[1], s * way[0] + c * way[1]])
+        pose = np.concatenate([pose[:2] + way, pose[2:] + 0.3])
+    return out
+
+
+def check(file: dict):
+    return checker.check_episode(json.loads(json.dumps(file)), allowance_of)
+
+
+@pytest.mark.parametrize("turning", [False, True])
+def test_an_episode_is_accepted_and_says_from_when_to_when(turning, tmp_path, capsys):
+    done = driven(turning)
+    report = check(episode_part(done))
+    assert report.manoeuvres == 4 and report.rests == 0
+    assert report.begin == 0 and report.end == done[-1].end
+    path = pj.save_episode(tmp_path / "episode.json", done, {"robot": "toy"})
+    assert checker.main([str(path)]) == 0
+    assert "4 manoeuvres, each from its pose to its end" in capsys.readouterr().out
+    assert checker.main([str(path), "--json"]) == 0
+    assert json.loads(capsys.readouterr().out)["manoeuvres"] == 4
+
+
+def moved_away(file):
+    """The robot is suddenly elsewhere; its plan from there is as good as before."""
+    entry = file["manoeuvres"][2]
+    entry["pose"][0] = entry["sample"]["p0"][0] = str(Fraction(entry["pose"][0] and "5"))
+    return "the plan does not start at the pose|began outside of the tube|fails"
+
+
+def plan_from_elsewhere(file):
+    file["manoeuvres"][1]["sample"]["p0"][0] = "1/3"
+    return "does not start at the pose"
+
+
+def out_of_order(file):
+    file["manoeuvres"][1]["begin"] = "0"
+    return "began before the one before it"
+
+
+def too_long_under_way(file):
+    """Left later than it says: the robot would be farther on."""
+    for entry in file["manoeuvres"][2:]:
+        entry["begin"] = str(Fraction(entry["begin"]) + 5)
+    return "outside of the tube"
+
+
+def something_in_the_way(file):
+    obstacle = file["manoeuvres"][3]["problem"]["obstacles"][0]
+    obstacle["b"] = ["100"] * len(obstacle["b"])
+    return "fails|direction"
+
+
+def another_tube(file):
+    file["tube"]["interval"][0][0][0][0] = "0x0.0p+0"
+    return "hash"
+
+
+def a_wrong_doubt(file):
+    file["doubt"] = ["-1", "0", "0"]
+    return "doubt"
+
+
+@pytest.mark.parametrize(
+    "broken",
+    [
+        moved_away,
+        plan_from_elsewhere,
+        out_of_order,
+        too_long_under_way,
+        something_in_the_way,
+        another_tube,
+        a_wrong_doubt,
+    ],
+)
+def test_what_is_broken_is_rejected(broken):
+    file = json.loads(json.dumps(episode_part(driven(False))))
+    words = broken(file)
+    with pytest.raises(checker.Rejected, match=words):
+        check(file)
+
+
+def test_a_robot_that_rested_in_between_is_where_it_rested():
+    done = driven(False, 1)
+    file = episode_part(done)
+    again = json.loads(json.dumps(file["manoeuvres"][0]))
+    again["begin"] = "7"
+    file["manoeuvres"].append(again)
+    with pytest.raises(checker.Rejected, match="outside of the tube"):
+        check(file)  # it moved on, and rests elsewhere
+
+
+@pytest.mark.parametrize("angle", [0.0, 1e-9, 0.7, -3.2, 6.3, 7.99])
+def test_cosine_and_sine_are_enclosed(angle):
+    cosine, sine = cosine_and_sine(Fraction(angle))
+    assert abs(cosine**2 + sine**2 - 1) < 8 * OFF
+    assert float(cosine) == pytest.approx(math.cos(angle), abs=1e-15)
+    assert float(sine) == pytest.approx(math.sin(angle), abs=1e-15)
+
+
+def test_what_is_no_episode_is_refused():
+    with pytest.raises(InputError, match="at least one commitment"):
+        episode_part([])
+    with pytest.raises(InputError, match="of one loop"):
+        episode_part([*driven(False, 1), *driven(True, 1)])
