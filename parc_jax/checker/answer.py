@@ -10,8 +10,8 @@ import os
 import sys
 from fractions import Fraction
 
-from . import episode
 from .entries import LISTS, canonical, check_entries
+from .episode import EPISODE, check_episode, summary_of_episode
 from .exact import NotAnAnswer, Rejected, fields, need, rejecting
 from .no_plan import check_no_plan
 from .plans import Context
@@ -180,9 +180,9 @@ def main(arguments=None):
         return told.code
     try:
         file = load(asked.answer)
-        if type(file) is dict and file.get("format") == episode.FORMAT:
-            report = episode.check_episode(file, allowance_of)
-            lines = list(episode.summary(report))
+        if type(file) is dict and file.get("format") == EPISODE:
+            report = check_episode(file, allowance_of)
+            lines = list(summary_of_episode(report))
             report = report._replace(begin=str(report.begin), end=str(report.end))
         else:
             report = check_answer(file, asked.processes)

@@ -12,7 +12,7 @@ from .exact import array, fields, integers, need, number, rejecting, whole
 from .plans import Context
 from .turns import OFF, cosine_and_sine
 
-FORMAT = "parc_jax.episode/1"
+EPISODE = "parc_jax.episode/1"
 
 # manoeuvres: how many. begin, end: [s] of the first pose and of the last rest. rests: how often the
 # next one began when the one before had come to its end. The claim is only quoted.
@@ -123,7 +123,7 @@ def displacement(one, other, doubt):
     return turned, off + OFF * size
 
 
-def summary(report):
+def summary_of_episode(report):
     """What was proved and what it rests on, as lines."""
     yield "ACCEPTED. Proved in exact arithmetic, for every trajectory inside the tube:"
     yield f"  {report.manoeuvres} manoeuvres, each from its pose to its end: nothing is touched"

@@ -36,6 +36,7 @@ FILES = (
     "entries",
     "answer",
 )
+OF_EPISODES = ("episode", "turns")  # which have tests of their own: tests/loop/test_log.py
 SOURCES = {name: (FOLDER / f"{name}.py").read_text() for name in FILES}
 NUMBERS = itertools.count()
 
@@ -129,13 +130,13 @@ def load_mutant(monkeypatch, folder, name, source, strict=True):
     """
     package = f"checker_mutant_{next(NUMBERS)}"
     (folder / package).mkdir()
-    for other in ("__init__", *FILES):
+    for other in ("__init__", *FILES, *OF_EPISODES):
         text = source if other == name else (FOLDER / f"{other}.py").read_text()
         text = text if strict else text.replace("strict=True", "strict=False")
         (folder / package / f"{other}.py").write_text(text)
     monkeypatch.syspath_prepend(folder)
     mutant = importlib.import_module(package)
-    for loaded in (package, *(f"{package}.{other}" for other in FILES)):
+    for loaded in (package, *(f"{package}.{other}" for other in (*FILES, *OF_EPISODES))):
         monkeypatch.delitem(sys.modules, loaded)
     return mutant
 

@@ -32,7 +32,7 @@ def test_a_capsule_touches_where_its_samples_do():
     rng = np.random.default_rng(0)
     k = rng.uniform(Bar.domain.lo, Bar.domain.hi, (60, 2))
     p0 = np.stack([-k[:, 0], np.zeros(60)], axis=1) + rng.uniform([-0.3, -0.8], [0.3, 0.8], (60, 2))
-    seen = replay(Bar(), model, scene_of(problem, model), np.concatenate([p0, k], axis=1), KEY)
+    seen = replay(Bar(), scene_of(problem, model), np.concatenate([p0, k], axis=1), KEY)
     assert seen.path.shape == (60, 9, 4)
     np.testing.assert_array_equal(seen.path[:, 0, :2], p0)
     bar = seen.path.reshape(60, 9, 2, 2)
