@@ -55,7 +55,12 @@ def attempt(
     answer = planner.solve(scene, key, settings)
     if not answer.found:
         none = answer.no_plan
-        return Tried(row._replace(why=none.reason or none.statement()), learned, answer, None)
+        return Tried(
+            row._replace(why=none.reason.words if none.reason else none.statement()),
+            learned,
+            answer,
+            None,
+        )
     first = planner.solve(
         scene, key, Settings(samples=PLANS, samples_only=True)
     )  # a first look: no clock decides its plans
