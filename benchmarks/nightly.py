@@ -2,8 +2,8 @@
 
 Each campaign is a command of its own with one line of result; as many run at a time as there are
 cores. What is finished for the files that it reads is not run again, so a night that was stopped,
-or whose tests were mended, goes on. The page docs/nightly.md is written anew after every campaign,
-with commit and date.
+or whose tests were mended, goes on. The page docs/nightly.md is written anew after every campaign:
+the last result of each, with commit and date.
 """
 
 import hashlib
@@ -243,18 +243,25 @@ def run(options: Options, known: Sequence[Campaign] | None = None, to: Path = PA
         if (not options.only or campaign.name in options.only)
         and (options.again or campaign.name not in finished or not finished[campaign.name].passed)
     ]
+    before = {c.name: found for c in known if (found := _newest(options.folder / c.name))}
     with ThreadPoolExecutor(options.jobs) as pool:
         begun = [pool.submit(run_campaign, c, kept[c.name], commit) for c in todo]
         for done in as_completed(begun):
             finished[done.result().name] = done.result()
-            _write(to, finished, known)
-    _write(to, finished, known)
+            _write(to, before | finished, known)
+    _write(to, before | finished, known)
     return int(not all(result.passed for result in finished.values()))
 
 
 def _finished(kept: Path) -> Result | None:
     record = kept / "result.json"
     return Result(**json.loads(record.read_text())) if record.exists() else None
+
+
+def _newest(campaign: Path) -> Result | None:
+    """The last result that is kept of a campaign, of whatever state of its files."""
+    records = sorted(campaign.glob("*/result.json"), key=lambda path: path.stat().st_mtime)
+    return _finished(records[-1].parent) if records else None
 
 
 def _write(to: Path, finished: dict[str, Result], known: Sequence[Campaign]) -> None:

@@ -17,7 +17,6 @@ import parc_jax as pj
 import sims
 from sims.barn.drive import Drive, drive
 from sims.barn.worlds import numbers, world
-from sims.jackal import params as c
 from sims.rectangle import rectangle
 
 BINS = (2, 2, 5, 3)  # of K
@@ -67,15 +66,14 @@ def learned(options: Options) -> pj.TrajectoryModel:
     return model
 
 
-def candidates() -> np.ndarray:
-    """Commands (b, 2): speed [m/s] and turning [rad/s]."""
+def candidates(domain: pj.Box) -> np.ndarray:
+    """Commands (b, 2) within K: speed [m/s] and turning [rad/s]."""
     share = qmc.Sobol(2, seed=0).random_base2(10)
-    lo, hi = c.SPEED
-    driving = [lo + (hi - lo) * share[:, 0] ** SLOW, c.TURNING * (2 * share[:, 1] - 1)]
-    turning = np.linspace(-c.TURNING, c.TURNING, TURNS_ON_THE_SPOT)
-    return np.concatenate(
-        [np.stack(driving, axis=1), np.stack([np.zeros_like(turning), turning], axis=1)]
-    )
+    share[:, 0] **= SLOW
+    lo, hi = domain.lo[2:], domain.hi[2:]
+    on_the_spot = np.linspace(lo[1], hi[1], TURNS_ON_THE_SPOT)
+    on_the_spot = np.stack([np.full(TURNS_ON_THE_SPOT, lo[0]), on_the_spot], axis=1)
+    return np.concatenate([lo + (hi - lo) * share, on_the_spot])
 
 
 def told(one: Drive, seed: int, proved: bool | None) -> dict:
@@ -107,7 +105,14 @@ def main(options: Options) -> None:
     """Drive, write a line an episode, print what came of all."""
     model, system = learned(options), sims.load("jackal")
     effort = pj.Effort(judged=512, room=0.05, deadline=0.25)
-    loop = pj.Loop(model, rectangle(), leave=system.moving, candidates=candidates(), effort=effort)
+    loop = pj.Loop(
+        model,
+        rectangle(),
+        leave=system.moving,
+        given=(0, 1),  # speed and turning at the start
+        candidates=candidates(model.domain),
+        effort=effort,
+    )
     options.out.parent.mkdir(parents=True, exist_ok=True)
     lines = options.out.read_text().splitlines() if options.out.exists() else []
     found = {(one["world"], one["seed"]): one for one in map(json.loads, lines)}

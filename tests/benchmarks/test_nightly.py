@@ -54,8 +54,10 @@ def test_what_is_finished_is_not_run_again_and_what_failed_is(night):
     assert run(options, [good], page) == 0
     assert of_good.read_text() == "xxx" and "None failed." in page.read_text()
     assert "Still to be run" not in page.read_text()
-    assert run(Options(only=("good",), folder=night / "kept"), [good, bad], page) == 0
-    assert "Still to be run: 1 of 2 campaigns. None failed." in page.read_text()
+    other, _ = counting(night, "other", 0)
+    assert run(Options(only=("good",), folder=night / "kept"), [good, bad, other], page) == 0
+    # the last that is known of what was not asked for, with its own commit
+    assert "Still to be run: 1 of 3 campaigns. Failed: bad." in page.read_text()
 
 
 def test_code_that_is_not_committed_has_no_results(night):

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from needs import need
 
+import sims
 from sims.barn.guidance import FAR, Guidance
 
 START, GOAL = np.array([0.0, 0.0, np.pi / 2]), np.array([0.0, 6.0])
@@ -44,6 +45,15 @@ def test_where_nothing_was_found_other_ways_become_shorter():
         guide.give_up(left)
     guide.update()
     assert guide.cost(left) > before + 0.5
+
+
+def test_candidates_are_within_k_and_some_turn_on_the_spot():
+    from sims.barn.__main__ import candidates
+
+    domain = sims.load("jackal").domain
+    found = candidates(domain)
+    assert ((domain.lo[2:] <= found) & (found <= domain.hi[2:])).all()
+    assert (found[:, 0] == 0).sum() > 50 and np.abs(found[:, 1]).max() == domain.hi[3]
 
 
 @pytest.mark.night
