@@ -15,7 +15,7 @@ from parc_jax.problem.problem import ReachAvoid, reach_avoid
 from parc_jax.separation.pairs import Obstacles, obstacles_of
 from parc_jax.sets.box import box
 from parc_jax.sets.hpolytope import hpolytope
-from parc_jax.verdict.scene import SceneArrays, float_slack, in_closed_form
+from parc_jax.verdict.scene import CORNERS, SceneArrays, float_slack, in_closed_form
 from parc_jax.verdict.sized import more_rows, size_class
 
 
@@ -148,7 +148,7 @@ def lay_out_boxes(boxes: BoxScenes, model: TrajectoryModel) -> SceneArrays:
     obstacles = _obstacles(boxes, model)
     bounds = np.concatenate([boxes.goal_lo, boxes.goal_hi], axis=1)
     size = np.abs(np.where(np.isfinite(bounds), bounds, 0.0)).max(axis=1, initial=0.0)
-    size = size + obstacles.size
+    size = size + CORNERS * obstacles.size
     s = len(boxes)
     goal_A, goal_b = _rows(boxes.goal_lo, boxes.goal_hi)
     start_A, start_b = _rows(boxes.start_lo, boxes.start_hi)

@@ -123,12 +123,19 @@ def displacement(one, other, doubt):
     return turned, off + OFF * size
 
 
+def seconds(time):
+    """A time to a millisecond."""
+    sign = "-" if time < 0 else ""
+    whole_s, rest = divmod(round(abs(time) * 1000), 1000)
+    return f"{sign}{whole_s}.{rest:03d} s"
+
+
 def summary_of_episode(report):
     """What was proved and what it rests on, as lines."""
     yield "ACCEPTED. Proved in exact arithmetic, for every trajectory inside the tube:"
     yield f"  {report.manoeuvres} manoeuvres, each from its pose to its end: nothing is touched"
     yield "    that was there for it; each began where the one before may have been left"
-    span = f"{float(report.begin):g} s to {float(report.end):g} s"
+    span = f"{seconds(report.begin)} to {seconds(report.end)}"
     yield f"  so from {span}, with the robot at rest at the end of the last one"
     yield f"    (and {report.rests} times in between), nothing is touched"
     yield "ASSUMED: that a robot rests where a manoeuvre ends, that poses are as the doubt says,"

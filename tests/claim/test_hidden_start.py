@@ -64,6 +64,7 @@ def test_an_answer_names_it_in_words_and_in_its_file(claim, tmp_path):
     assert ENTRY in load_answer(path).statement()
 
 
+@pytest.mark.slow
 def test_plans_are_replayed_from_what_was_measured(claim):
     """And a study compares and replays them."""
     model = pj.trajectory_model(settled_network(), claim)
@@ -122,6 +123,7 @@ def test_a_question_says_what_is_measured_or_is_refused():
         assert plain(SCENE.replace(doubt=doubt), model).model.n_k == 1
 
 
+@pytest.mark.slow
 def test_what_is_free_is_chosen_with_the_rest():
     model = cart_model()
     free = SCENE.replace(doubt=pj.Doubt(given={"v0": "free"}))
@@ -166,6 +168,7 @@ def test_two_values_on_edges_have_the_widest_of_four_bins():
         np.testing.assert_allclose(plain(asked, model).model.tube.interval, width, rtol=1e-8)
 
 
+@pytest.mark.slow
 def test_plans_from_an_edge_are_proved():
     asked = SCENE.replace(doubt=pj.Doubt(given={"v0": 0.5}))
     settings = pj.Settings(samples=20, samples_only=True, proof=True)

@@ -56,6 +56,7 @@ class Batch:
         return Trajectory(np.stack(p, axis=1), np.zeros((len(ks), 0))), np.stack(states, axis=1)
 
 
+@pytest.mark.slow  # compiles a chain of its own
 def test_a_run_is_the_last_of_its_chain(runs):
     """Told from its own start, from a speed that a drive in motion left behind."""
     assert runs.law.k_law == "a chain of 2 manoeuvres before it, each left after 0.2 to 0.6 s"
@@ -66,6 +67,7 @@ def test_a_run_is_the_last_of_its_chain(runs):
     assert 0.3 < runs.k[:, 1].mean() < 0.7
 
 
+@pytest.mark.slow  # compiles a chain of its own
 def test_rows_depend_on_their_number_alone_and_a_stored_file_goes_on(runs, tmp_path):
     others = collect(CHAIN, KEY, 24, first_row=40, quiet=True)
     assert np.array_equal(others.p, runs.p[40:]) and np.array_equal(others.k, runs.k[40:])
@@ -94,6 +96,7 @@ def test_a_claim_about_settled_starts_is_left_by_running_ones_and_one_about_chai
     assert left(chained, longer) <= 0.1
 
 
+@pytest.mark.slow  # compiles a chain of its own
 def test_a_system_in_batches_and_a_command_under_way():
     """The command under way is measured like the speed: it is the one of the manoeuvre before."""
     chain = pj.chained(Batch(), 2, (0.5, 1.0))
@@ -117,6 +120,7 @@ def test_records_are_picked_evenly_among_those_that_fit():
     assert (_pick(CHAIN, fits[:2], np.array([0.0, np.nextafter(1, 0)])) == [1, 4]).all()
 
 
+@pytest.mark.slow  # compiles a chain of its own
 def test_what_is_measured_may_leave_k_and_come_back_but_not_for_good():
     narrow = type("Narrow", (Cart,), {"domain": pj.box([0.0, 0.0], [0.4, 1.0])})()
     runs = collect(pj.chained(narrow), KEY, 64, quiet=True)

@@ -108,6 +108,7 @@ def test_another_heading_is_the_same_run_turned(jackal, poses):
     np.testing.assert_allclose(turned, poses[:4], rtol=0, atol=1e-5)
 
 
+@pytest.mark.slow
 def test_runs_can_be_collected(jackal):
     runs = pj.collect(jackal, jax.random.PRNGKey(3), n=4, quiet=True)
     assert runs.p.shape == (4, 61, 10) and not runs.failed.any()
@@ -173,6 +174,7 @@ def test_the_twin_is_roughly_the_robot(twin):
     np.testing.assert_allclose(q[:, 0], true[:, -1, 2], atol=0.15)
 
 
+@pytest.mark.slow
 def test_the_twin_turns_with_its_heading(twin):
     gap = rotation_gap(twin, jax.random.PRNGKey(0), np.array([1.0, -2.5]))
     assert gap.p.max() < 1e-12 and gap.q.max() < 1e-12

@@ -1,5 +1,6 @@
 """A footprint becomes a body whose parts are the outline, wherever it stands."""
 
+import jax
 import jax.numpy as jnp
 import numpy as np
 import pytest
@@ -41,7 +42,7 @@ def test_points_turn_and_move_with_the_pose():
     assert found.shape == (2, 5, 2)
     assert found[0, 1] == pytest.approx([1 - 0.165, 2.21])
     assert (found[1] == robot.places).all()
-    assert np.allclose(robot.at(jnp.asarray(poses)), found)
+    assert np.allclose(jax.jit(robot.at)(jnp.asarray(poses)), found)
     assert (robot.corners(poses[0]) == found[0, 1:]).all()
 
 
