@@ -23,7 +23,7 @@ def seed_and_neighbours(model, problem, rng):
     path, error = seen.path.astype(np.float32), model.tube.interval[seen.bin].astype(np.float32)
     errors = ErrorBox(error[None, :, :, None])
     with x64():
-        choice = jax.device_get(choosing.choose_batch(scene.arrays, path[None], errors))
+        choice = jax.device_get(choosing.choose_batch(scene.tabled, path[None], errors))
     return scene, path, error, choice
 
 

@@ -181,7 +181,10 @@ def test_the_batched_entry_agrees_with_the_kernel(models):
         got = verdicts_of(scene_of(case.problem, model), case.p0[[i]], case.k[[i]])
         np.testing.assert_allclose(got.clearance[0], expected.clearance[i], atol=1e-12)
         np.testing.assert_allclose(got.path[0], expected.path[i], atol=1e-12)
-        assert got.bin[0] == expected.bin[i] and (got.pattern[0] == expected.pattern[i]).all()
+        assert (
+            int(got.bin[0]) == int(expected.bin[i])
+            and (got.pattern[0] == expected.pattern[i]).all()
+        )
 
 
 def one_end(pa, pb, corners, radius):

@@ -32,7 +32,7 @@ def test_gaps_are_those_of_the_inequality(fitted, n_p):
     assert facets.number.max() < table.n_facets * len(table.multipliers) - 1  # boxes share normals
     path = rng.normal(size=(model.time.n_steps + 1, model.n_c))
     slack = 1e-3
-    arrays = scene.replace(slack=np.float64(slack)).arrays
+    arrays = scene.replace(slack=np.float64(slack)).tabled
     gap = jax.jit(lambda o, p, b: facets.gap(o, p, tube, b, arrays))
     for bin in range(tube.n_bins):
         with x64():
