@@ -22,6 +22,7 @@ from parc_jax.network.rounding import rounding_bound
 from parc_jax.problem.doubt import Doubt
 from parc_jax.problem.labels import name_of
 from parc_jax.problem.problem import reach_avoid
+from parc_jax.robust.copies import copied_problem
 from parc_jax.robust.pose import ROUNDING, Pose, pose_of
 from parc_jax.robust.question import Plain, question
 from parc_jax.sets.box import box
@@ -67,9 +68,10 @@ class Loop:
     as of `reach_avoid`. leave: [s] after the start of a manoeuvre from when on it may be left for
     the next one. given: parameters of k that are measured at the start, names or numbers; by
     default those that the system declares. doubt: of the start and heading, the same at every
-    step. end: where a manoeuvre may end, a set over all points and q seen from its start; None
-    for anywhere. candidates (b, chosen parameters): that are looked at, at every step; by default
-    `effort.candidates` of them, even over K. Raises InputError for what does not fit the model.
+    step. end: where a manoeuvre may end, a set over all points and q seen from its start with the
+    heading that is measured, whichever within its doubt it has; None for anywhere. candidates
+    (b, chosen parameters): that are looked at, at every step; by default `effort.candidates` of
+    them, even over K. Raises InputError for what does not fit the model.
     """
 
     def __init__(
@@ -90,10 +92,16 @@ class Loop:
         self.doubt = Doubt() if doubt is None else doubt
         self.effort = Effort() if effort is None else effort
         self.given = _axes(model, model.given if given is None else given)
-        if self.doubt.k or self.doubt.given or self.doubt.unknown:
+        known = self.doubt.k or self.doubt.given or self.doubt.unknown
+        if known or self.doubt.goal:
             raise InputError(
                 "Loop: expected doubt of start and heading alone; what is measured of k is given "
                 "at every step."
+            )
+        if end is not None and end.n != model.n_c + model.n_q:
+            raise InputError(
+                f"end: expected a set over {model.n_c + model.n_q} coordinates, of all points and "
+                f"then q, as the model has them; got {end.n}."
             )
         dt = Fraction(model.time.dt)
         self.leave = round(leave / model.time.dt)
@@ -126,7 +134,7 @@ class Loop:
             scene = self._scene(here, obstacles)
             k = self._all_of_k(given)
         except InputError as error:
-            return self._go_on(str(error))
+            return self.go_on(str(error))
         cost = np.asarray(prefer(outlook(self.model, here, k, self.leave)), float)
         if cost.shape != (len(k),):
             raise InputError(f"prefer: expected {len(k)} numbers; got shape {cost.shape}.")
@@ -140,7 +148,7 @@ class Loop:
             found = preferred(scene, k[rows], AMONG)
             judged += found.judged
             if time.perf_counter() - begin > self.effort.deadline:
-                return self._go_on(
+                return self.go_on(
                     f"no manoeuvre was proved within {self.effort.deadline:g} s; "
                     f"{judged} candidates were looked at"
                 )
@@ -148,7 +156,13 @@ class Loop:
                 i = int(np.argmax(np.minimum(found.clearance, self.effort.room)))
                 chosen = k[rows[found.rows[i]]]
                 return self._commit(scene.asked, chosen, found.clearance[i], judged, at)
-        return self._go_on(f"none of {len(order)} candidates is safe")
+        return self.go_on(f"none of {len(order)} candidates is safe")
+
+    def go_on(self, reason: str) -> Step:
+        """The manoeuvre under way goes on, for a reason of the caller: a scan that makes no sense,
+        a place without free space around it.
+        """
+        return Step(self.under_way, False, reason)
 
     def _warm_up(self) -> None:
         """Compile all that a step needs, whatever it sees."""
@@ -164,9 +178,6 @@ class Loop:
         )
         self._n += 1
         return Step(self.under_way, True)
-
-    def _go_on(self, reason: str) -> Step:
-        return Step(self.under_way, False, reason)
 
     def _all_of_k(self, given) -> np.ndarray:
         """(b, n_k) all candidates from what was measured. Raises InputError."""
@@ -189,10 +200,17 @@ class Loop:
         problem = reach_avoid(_any_goal(self.model), obstacles, self.body, doubt=doubt)
         asked = question(problem, self.model)
         asked = replace(asked, pose=pose).plain(self._known)
-        goal = _everywhere(asked.model) if self.end is None else self.end
+        goal = self._end(asked.model)
         goal = _moved(goal, asked.model, asked.at)
         asked = replace(asked, problem=asked.problem.replace(goal=goal))
         return roomy(laid_out(asked), PAIRS, CORNERS)
+
+    def _end(self, model: TrajectoryModel) -> HPolytope:
+        """Where a manoeuvre may end, for the model under doubt: all its copies."""
+        if self.end is None:
+            return _everywhere(model)
+        copies = model.n_points // self.model.n_points
+        return copied_problem(reach_avoid(self.end, (), self.body), self.model, 1, copies).goal
 
 
 def _within_a_turn(pose: Pose) -> Pose:

@@ -68,21 +68,16 @@ def drive(world: World, system, loop: pj.Loop, key, scanner=None) -> Drive:
     while robot.time < TIMEOUT and at_rest < PATIENCE and not world.reached(robot.pose):
         scan = scanner.scan(robot.pose, around, rng)
         begin = time.process_time()
-        guide.see(scan.ends[scan.returned])
+        free, obstacles, why = _look(scan, free, robot.pose)
+        saw = time.process_time()
+        if not why:
+            guide.see(scan.ends[scan.returned])
         guide.update()
         guided = time.process_time()
-        seen = pj.seen_from(
-            scan.pose,
-            scan.angles,
-            scan.ranges,
-            max_range=scan.max_range,
-            noise=scan.noise,
-            width=WIDTH,
-        )
-        free = seen.within(robot.pose, KEPT).add(free.within(robot.pose, KEPT))
-        obstacles = free.near(robot.pose, REACH).obstacles()
-        saw = time.process_time()
-        step = loop.step(robot.pose, robot.measured, obstacles, guide.prefer, robot.time)
+        if why:
+            step = loop.go_on(why)
+        else:
+            step = loop.step(robot.pose, robot.measured, obstacles, guide.prefer, robot.time)
         if step.new:
             robot.begin(*step.committed.k[2:])
         at_rest = 0 if step.new else at_rest + 1
@@ -93,9 +88,9 @@ def drive(world: World, system, loop: pj.Loop, key, scanner=None) -> Drive:
             nearest, since = np.inf, 0
         ended = time.process_time()
         for record, took in (
-            (guide_s, guided - begin),
-            (see_s, saw - guided),
-            (plan_s, ended - saw),
+            (see_s, saw - begin),
+            (guide_s, guided - saw),
+            (plan_s, ended - guided),
         ):
             record.append(took)
         steps.append(step)
@@ -115,6 +110,25 @@ def drive(world: World, system, loop: pj.Loop, key, scanner=None) -> Drive:
         see_s,
         guide_s,
     )
+
+
+def _look(scan, free: pj.FreeSpace, pose) -> tuple[pj.FreeSpace, tuple, str]:
+    """What is known to be free after a scan, the obstacles around it, and what is wrong with them:
+    nothing, or a sentence.
+    """
+    try:
+        seen = pj.seen_from(
+            scan.pose,
+            scan.angles,
+            scan.ranges,
+            max_range=scan.max_range,
+            noise=scan.noise,
+            width=WIDTH,
+        )
+        free = seen.within(pose, KEPT).add(free.within(pose, KEPT))
+        return free, free.near(pose, REACH).obstacles(), ""
+    except pj.InputError as error:
+        return free, (), str(error)
 
 
 def _corners(pose, size) -> np.ndarray:

@@ -139,6 +139,29 @@ def test_more_doubt_never_goes_farther(line):
     assert far[0] == far[1] > far[2] + 0.03 > far[3] + 0.06
 
 
+@pytest.mark.slow  # compiles for a robot of three points
+def test_where_a_manoeuvre_may_end_holds_for_every_heading_of_the_doubt():
+    """A run to x = k_0 ends within 0.3 of the axis wherever within 0.2 rad the heading is."""
+    model = told(line_model(4), rotation=(TURNS,))
+    end = from_box(pj.box([-2.0, -0.1, -9.0], [2.0, 0.1, 9.0]))
+    options = {"end": end, "given": (1,)}
+    far = []
+    for doubt in (None, pj.Doubt(heading=0.2)):
+        loop = loop_of(model, doubt=doubt, **options)
+        committed = loop.step([0.3, 0.1, 0.5], [0.0], [], forward).committed
+        far.append(committed.k[0])
+        assert committed.proved()
+    assert far[0] > 0.99 and 0.45 < far[1] <= 0.1 / np.sin(0.2)
+
+
+def test_a_caller_may_say_why_the_manoeuvre_under_way_goes_on(line):
+    loop = loop_of(line)
+    assert loop.go_on("the lidar failed").committed is None
+    first = loop.step([0.0, 0.0], [0.25], [], forward)
+    step = loop.go_on("the lidar failed")
+    assert step.committed is first.committed and not step.new and step.reason == "the lidar failed"
+
+
 def test_a_certificate_is_accepted_and_one_of_another_world_is_not():
     model, _ = toy_case(0)
     model = told(model, rotation=(TURNS,))
@@ -178,6 +201,8 @@ def test_the_outlook_is_what_the_network_says_turned_into_the_world():
         ({"candidates": np.array([[2.0]])}, "all of them within K"),
         ({"candidates": np.zeros((0, 1))}, "at least one"),
         ({"doubt": pj.Doubt(k={0: 0.1})}, "start and heading alone"),
+        ({"doubt": pj.Doubt(goal=0.1)}, "start and heading alone"),
+        ({"end": from_box(pj.box([-1, -1], [1, 1]))}, "end: expected a set over 3 coordinates"),
     ],
 )
 def test_loops_that_make_no_sense_are_refused(line, options, words):

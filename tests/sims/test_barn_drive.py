@@ -1,13 +1,21 @@
 """Driving through worlds: guidance that prefers the way around, and an episode with its loop."""
 
+import itertools
 import json
+from dataclasses import replace
 
+import jax
 import numpy as np
 import pytest
 from needs import need
 
+import parc_jax as pj
 import sims
+from parc_jax.loop.commitment import Step
+from sims import barn
+from sims.barn.drive import PATIENCE, drive
 from sims.barn.guidance import FAR, Guidance
+from sims.lidar import lidar
 
 START, GOAL = np.array([0.0, 0.0, np.pi / 2]), np.array([0.0, 6.0])
 
@@ -54,6 +62,58 @@ def test_candidates_are_within_k_and_some_turn_on_the_spot():
     found = candidates(domain)
     assert ((domain.lo[2:] <= found) & (found <= domain.hi[2:])).all()
     assert (found[:, 0] == 0).sum() > 50 and np.abs(found[:, 1]).max() == domain.hi[3]
+
+
+class Standing:
+    """A loop that commits to nothing."""
+
+    def step(self, *_):
+        return Step(None, False, "nothing is safe")
+
+    def go_on(self, reason):
+        return Step(None, False, reason)
+
+
+class Failing:
+    """A lidar whose scans are, one after the other, whole, with NaN, and too short."""
+
+    def __init__(self):
+        self.whole, self.n = lidar(beams=181), 0
+
+    def scan(self, *asked):
+        scan, self.n = self.whole.scan(*asked), self.n + 1
+        if self.n % 3 == 1:
+            return scan
+        if self.n % 3 == 2:
+            return replace(scan, ranges=np.where(np.arange(181) == 90, np.nan, scan.ranges))
+        return replace(scan, ranges=scan.ranges[1:])
+
+
+def test_scans_that_make_no_sense_end_in_the_stop_in_hand_and_the_drive_goes_on():
+    need("shapely")
+    system, world = sims.load("jackal", threads=1), barn.world(1)
+    done = drive(world, system, Standing(), jax.random.PRNGKey(0), Failing())
+    reasons = [step.reason for step in done.steps]
+    assert len(reasons) == PATIENCE and not done.reached and not done.touched
+    assert reasons[0] == reasons[3] == "nothing is safe"
+    assert "ranges: expected finite numbers; got 1" in reasons[1]
+    assert "ranges" in reasons[2] and "180" in reasons[2]
+
+
+def test_without_free_space_around_the_robot_the_drive_goes_on(monkeypatch):
+    need("shapely")
+    system, world = sims.load("jackal", threads=1), barn.world(1)
+    lost = pj.FreeSpace.near
+    n = itertools.count()
+
+    def near(free, place, reach):
+        return lost(free.within([50.0, 50.0], 1.0) if next(n) == 1 else free, place, reach)
+
+    monkeypatch.setattr(pj.FreeSpace, "near", near)
+    done = drive(world, system, Standing(), jax.random.PRNGKey(0), lidar(beams=181))
+    reasons = [step.reason for step in done.steps]
+    assert len(reasons) == PATIENCE and "expected a place with free space" in reasons[1]
+    assert set(reasons[:1] + reasons[2:]) == {"nothing is safe"}
 
 
 @pytest.mark.night
