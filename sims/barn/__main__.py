@@ -45,6 +45,8 @@ class Options:
     """To train on; as many fresh ones as eps and delta ask for follow."""
     eps: float = 1e-3
     """Of the claim about single manoeuvres."""
+    deadline: float = 10.0
+    """[s] of the clock for a step. The robot waits, so that a busy machine does not decide."""
 
 
 def learned(options: Options) -> pj.TrajectoryModel:
@@ -104,7 +106,7 @@ def told(one: Drive, seed: int, proved: bool | None) -> dict:
 def main(options: Options) -> None:
     """Drive, write a line an episode, print what came of all."""
     model, system = learned(options), sims.load("jackal")
-    effort = pj.Effort(judged=512, room=0.05, deadline=0.25)
+    effort = pj.Effort(judged=512, room=0.05, deadline=options.deadline)
     loop = pj.Loop(
         model,
         rectangle(),

@@ -60,6 +60,39 @@ class Cart:
         return Trajectory(jnp.stack([x, y], axis=1), k[:0]), states
 
 
+class Carts(Cart):
+    """The same, many at a time in NumPy: nothing is compiled."""
+
+    rollout = None
+
+    def rollout_batch(self, keys, ks):
+        drive = ks[:, 0] + ROUGH * _draws(keys, "standard_normal")
+        return self.rollout_from_state(keys, np.stack([ks[:, 0], drive], axis=1), ks)[0]
+
+    def start_state(self, keys):
+        return ROUGH * _draws(keys, "random", 2)
+
+    def measured(self, states):
+        return np.asarray(states)[..., :1]
+
+    def rollout_from_state(self, keys, states, ks):
+        states = [np.asarray(states)]
+        for record in range(self.time.n_record):
+            speed, drive = states[-1].T
+            command = ks[:, 1] if record < MOVING else 0.0
+            after = speed + H * (drive - speed) / LAG, drive + H * (command - drive) / DRIVE
+            states.append(np.stack(after, axis=1))
+        states = np.stack(states, axis=1)
+        x = H * np.cumsum(np.pad(states[:, :-1, 0], ((0, 0), (1, 0))), axis=1)
+        y = 1e-3 * np.linspace(0, 1, x.shape[1]) * _draws(keys, "standard_normal")[:, None]
+        return Trajectory(np.stack([x, y], axis=2), np.zeros((len(ks), 0))), states
+
+
+def _draws(keys, kind: str, *shape) -> np.ndarray:
+    """A draw for each key (n, 2), of a method of NumPy's generators."""
+    return np.array([getattr(np.random.default_rng(np.asarray(key)), kind)(*shape) for key in keys])
+
+
 def settled_network() -> ReLUNetwork:
     """What the cart does from a settled drive, exactly: it is linear in k."""
     W, speed, drive = np.zeros((21, 2, 2)), np.array([1.0, 0.0]), np.array([1.0, 0.0])

@@ -367,6 +367,7 @@ def test_with_too_many_parameters_for_the_checker_the_answer_is_not_found():
         Planner(model).bound_volume(problem)
 
 
+@pytest.mark.slow
 def test_a_wall_across_eight_parameters_is_proved(rng):
     """Bounds are loose over all of K: the proof splits k, and only at a wall that all cross."""
     model, _ = buried(8)

@@ -153,15 +153,22 @@ def test_a_goal_of_named_points_is_one_of_their_copies(rng):
 
 
 @pytest.fixture(scope="module")
-def here():
-    """A model with rotation, a problem, and the answer from a pose."""
+def asked():
+    """A model with rotation, a problem, and a pose from which there are plans."""
     model, problem = toy_case(0)
     model = told(model, rotation=(TURNS,))
     free = Planner(model).solve(
         problem, KEY, SMALL.replace(samples=1, samples_only=True, polytopes=False)
     )
     at = [*free.samples[0, :2], 0.0]
-    return model, problem, at, Planner(model).solve(problem, KEY, SMALL, at=at)
+    return model, problem, at
+
+
+@pytest.fixture(scope="module")
+def here(asked):
+    """The same, and the answer."""
+    model, problem, at = asked
+    return *asked, Planner(model).solve(problem, KEY, SMALL, at=at)
 
 
 @pytest.mark.slow
@@ -183,6 +190,7 @@ def test_answers_from_here_are_sets_in_k_alone(here, rng):
     assert "with heading 0 rad" in answer.statement()
 
 
+@pytest.mark.slow
 def test_answers_from_here_can_be_kept(here, tmp_path):
     answer = here[3]
     again = pj.load_answer(answer.save(tmp_path / "answer.json"))
@@ -190,8 +198,8 @@ def test_answers_from_here_can_be_kept(here, tmp_path):
     assert again.pose.heading == 0.0 and again.safe_sets[0].n == 2
 
 
-def test_what_is_no_pose_is_refused(here):
-    model, problem, at, _ = here
+def test_what_is_no_pose_is_refused(asked):
+    model, problem, at = asked
     planner = Planner(model)
     with pytest.raises(InputError, match="at: expected x, y or x, y, heading; got 4 numbers"):
         planner.solve(problem, KEY, SMALL, at=[*at, 1.0])
@@ -253,7 +261,7 @@ def test_pictures_of_answers_from_here_show_parameters_alone():
     assert default_pairs(2, 2, True) == [(2, 3)] and default_pairs(2, 1, True) == []
 
 
-def test_the_published_search_knows_no_place(here):
-    model, problem, at, _ = here
+def test_the_published_search_knows_no_place(asked):
+    model, problem, at = asked
     with pytest.raises(InputError, match="at: expected the exact engine"):
         Planner(model).solve(problem, KEY, SMALL.replace(method=pj.Published()), at=at)

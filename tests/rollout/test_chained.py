@@ -5,7 +5,7 @@ where claims about settled starts do not.
 import jax
 import numpy as np
 import pytest
-from toy_running import DRIVE, LAG, ROUGH, Cart, H, settled_network
+from toy_running import DRIVE, LAG, ROUGH, Cart, Carts, H, settled_network
 
 import parc_jax as pj
 from parc_jax.base.keys import Stage
@@ -16,7 +16,7 @@ from parc_jax.rollout.collect import collect
 from parc_jax.system import Trajectory
 
 KEY = jax.random.PRNGKey(0)
-CART = Cart()
+CART, CARTS = Cart(), Carts()
 CHAIN = pj.chained(CART, 2, (0.2, 0.6))
 
 
@@ -56,7 +56,7 @@ class Batch:
         return Trajectory(np.stack(p, axis=1), np.zeros((len(ks), 0))), np.stack(states, axis=1)
 
 
-@pytest.mark.slow  # compiles a chain of its own
+@pytest.mark.slow  # traced: compiles a chain of its own
 def test_a_run_is_the_last_of_its_chain(runs):
     """Told from its own start, from a speed that a drive in motion left behind."""
     assert runs.law.k_law == "a chain of 2 manoeuvres before it, each left after 0.2 to 0.6 s"
@@ -67,7 +67,7 @@ def test_a_run_is_the_last_of_its_chain(runs):
     assert 0.3 < runs.k[:, 1].mean() < 0.7
 
 
-@pytest.mark.slow  # compiles a chain of its own
+@pytest.mark.slow  # traced: compiles a chain of its own
 def test_rows_depend_on_their_number_alone_and_a_stored_file_goes_on(runs, tmp_path):
     others = collect(CHAIN, KEY, 24, first_row=40, quiet=True)
     assert np.array_equal(others.p, runs.p[40:]) and np.array_equal(others.k, runs.k[40:])
@@ -81,8 +81,8 @@ def test_rows_depend_on_their_number_alone_and_a_stored_file_goes_on(runs, tmp_p
 def test_a_claim_about_settled_starts_is_left_by_running_ones_and_one_about_chains_is_not():
     """Both are true of their own law of starts; in use the robot comes from other manoeuvres."""
     net, asked = settled_network(), dict(eps=0.1, delta=0.01, bins=(2, 2), search=0)
-    settled = pj.bound_error(net, CART, KEY, **asked, quiet=True)
-    chained = pj.bound_error(net, pj.chained(CART), KEY, **asked, quiet=True)
+    settled = pj.bound_error(net, CARTS, KEY, **asked, quiet=True)
+    chained = pj.bound_error(net, pj.chained(CARTS), KEY, **asked, quiet=True)
     assert "HIDDEN_START(given v0)" in settled.assumptions
     assert "k by a chain of 3 manoeuvres before it" in chained.statement()
     assert isinstance(chained.risk(pj.Point()), pj.NoStatement)
@@ -91,12 +91,11 @@ def test_a_claim_about_settled_starts_is_left_by_running_ones_and_one_about_chai
         fresh = collect(system, KEY, 256, Stage.VALIDATE, quiet=True)
         return (score_batch(net, fresh, claim.tube).score > 1).mean()
 
-    longer = pj.chained(CART, 6)
-    assert left(settled, CART) <= 0.1 < 0.5 < left(settled, longer)
+    longer = pj.chained(CARTS, 6)
+    assert left(settled, CARTS) <= 0.1 < 0.5 < left(settled, longer)
     assert left(chained, longer) <= 0.1
 
 
-@pytest.mark.slow  # compiles a chain of its own
 def test_a_system_in_batches_and_a_command_under_way():
     """The command under way is measured like the speed: it is the one of the manoeuvre before."""
     chain = pj.chained(Batch(), 2, (0.5, 1.0))
@@ -120,13 +119,12 @@ def test_records_are_picked_evenly_among_those_that_fit():
     assert (_pick(CHAIN, fits[:2], np.array([0.0, np.nextafter(1, 0)])) == [1, 4]).all()
 
 
-@pytest.mark.slow  # compiles a chain of its own
 def test_what_is_measured_may_leave_k_and_come_back_but_not_for_good():
-    narrow = type("Narrow", (Cart,), {"domain": pj.box([0.0, 0.0], [0.4, 1.0])})()
+    narrow = type("Narrow", (Carts,), {"domain": pj.box([0.0, 0.0], [0.4, 1.0])})()
     runs = collect(pj.chained(narrow), KEY, 64, quiet=True)
     assert runs.k[:, 0].max() <= 0.4 and (runs.k[:, 0] > 0.3).any()
     np.testing.assert_allclose(runs.p[:, 1, 0], H * runs.k[:, 0], rtol=1e-12)
-    never = type("Never", (Cart,), {"domain": pj.box([0.5, 0.0], [1.0, 1.0])})()
+    never = type("Never", (Carts,), {"domain": pj.box([0.5, 0.0], [1.0, 1.0])})()
     with pytest.raises(InputError, match=r"measured \(v0 .* 64 of 64 chains never came back to it"):
         collect(pj.chained(never), KEY, 64, quiet=True)
 
@@ -156,9 +154,9 @@ def test_what_cannot_be_chained_is_refused(system, options, sentence):
 
 def test_states_at_the_end_alone_are_refused():
     def at_the_end(self, key, state, k):
-        trajectory, states = Cart.rollout_from_state(self, key, state, k)
-        return trajectory, states[-1:]
+        trajectory, states = Carts.rollout_from_state(self, key, state, k)
+        return trajectory, states[:, -1:]
 
-    odd = type("Odd", (Cart,), {"rollout_from_state": at_the_end})()
+    odd = type("Odd", (Carts,), {"rollout_from_state": at_the_end})()
     with pytest.raises(InputError, match="states at 21 records"):
         collect(pj.chained(odd), KEY, 4, quiet=True)

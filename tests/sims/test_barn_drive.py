@@ -122,7 +122,13 @@ def test_a_robot_that_learned_to_drive_reaches_the_goal_and_touches_nothing(tmp_
     from sims.barn.__main__ import Options, main
 
     out = tmp_path / "drives.jsonl"
-    about = {"model": tmp_path / "model.npz", "out": out, "rollouts": 3000, "eps": 1e-2}
+    about = {
+        "model": tmp_path / "model.npz",
+        "out": out,
+        "rollouts": 3000,
+        "eps": 1e-2,
+        "deadline": 600.0,
+    }
     main(Options(worlds=(1, 5), prove=True, **about))
     told = [json.loads(line) for line in out.read_text().splitlines()]
     assert [one["world"] for one in told] == [1, 5]
