@@ -14,6 +14,37 @@ ANSWER = "parc_jax/checker/answer.py"
 BAD = "tests/checker/test_checker_checks.py::test_bad_certificates_are_rejected"
 CHECKER = (
     Fault(
+        "checker_claim_of_any_runs",
+        "checked_claim",
+        "need(used <= ONE",
+        "need(used is not None",
+        (BAD,),
+    ),
+    Fault(
+        "checker_claim_whose_looks_cost_nothing",
+        "checked_claim",
+        "looks * share",
+        "share",
+        (BAD,),
+    ),
+    Fault(
+        "checker_claim_whose_discards_cost_nothing",
+        "claim.share",
+        "range(discard, 0, -1)",
+        "range(0)",
+        (BAD,),
+    ),
+    Fault(
+        "checker_claim_rounded_to_its_advantage",
+        "claim.share",
+        "-(-top * (n - i + 1) * p // (i * rest)) + (ONE >> up) + 1",
+        "top * (n - i + 1) * p // (i * rest) + (ONE >> up) - 1",
+        (
+            "tests/checker/test_checker_claim.py"
+            "::test_a_share_is_the_binomial_sum_rounded_up_by_next_to_nothing",
+        ),
+    ),
+    Fault(
         "checker_touching_is_safe",
         "plans.holds",
         ":\n        return value >",
@@ -157,7 +188,7 @@ CHECKER = (
     ),
     Fault(
         "checker_claim_about_another_tube",
-        "check_answer",
+        "checked_claim",
         'need(claim["tube_hash"] == hashes["tube"], "the claim is about another tube")',
         "",
         (BAD,),

@@ -16,6 +16,7 @@ cells.py     where in a box of k the network is affine
 bounds.py    what the network says at least, over a box of k
 no_plan.py   boxes in which no plan is safe, or every one
 doubt.py     boxes of plans that are safe with the same directions
+claim.py     whether so many runs show what the claim says
 entries.py   all samples, corridors, polytopes and boxes of doubt, in one process or several
 turns.py     cosine and sine, enclosed
 episode.py   a chain of manoeuvres, each proved, each begun where the one before may have been

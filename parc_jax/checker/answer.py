@@ -10,6 +10,7 @@ import os
 import sys
 from fractions import Fraction
 
+from .claim import checked_claim, told
 from .entries import LISTS, canonical, check_entries
 from .episode import EPISODE, check_episode, summary_of_episode
 from .exact import NotAnAnswer, Rejected, fields, need, rejecting
@@ -21,15 +22,17 @@ PARTS = ("problem", "network", "tube")  # of the question; each has a hash
 MAX_BYTES = 1 << 26  # of a file
 MAX_VALUES = 1 << 22  # commas and opening brackets in a file: what its numbers and lists weigh
 MAX_DEPTH = 500  # of values inside of each other
-MAX_REMARK = 1 << 20  # characters of what is not checked: meta and claim
+MAX_REMARK = 1 << 20  # characters of what no work is allowed for: meta and claim
 DESCRIPTION = "Checks an answer of parc_jax in exact arithmetic."
 MAX_PROCESSES = 60  # some systems wait for no more
 WORK_AT_LEAST = 4_000_000  # products of short integers, a second or two
 WORK_PER_CHARACTER = 1000
 
 # What was proved: how many different samples, sets, corridors and boxes of doubt; None, or kind and
-# exact volumes of no_plan. The claim is only quoted.
-Report = collections.namedtuple("Report", "samples sets corridors doubt no_plan claim hash")
+# exact volumes of no_plan. The claim is quoted; arithmetic is what `checked_claim` knows of it.
+Report = collections.namedtuple(
+    "Report", "samples sets corridors doubt no_plan claim arithmetic hash"
+)
 
 
 def allowance(*parts):
@@ -101,11 +104,8 @@ def check_answer(answer, processes=1):
     texts = {part: canonical(answer[part]) for part in (*PARTS, *LISTS, "no_plan")}
     hashes = {part: hashlib.sha256(texts[part].encode()).hexdigest() for part in PARTS}
     need(answer["hash"] == hashes, "a hash does not match its content")
-    claim = answer["claim"]
-    if claim is not None:
-        need(claim["network_hash"] == hashes["network"], "the claim is about another network")
-        need(claim["tube_hash"] == hashes["tube"], "the claim is about another tube")
     context = Context(answer["problem"], answer["network"], answer["tube"])
+    arithmetic = checked_claim(answer["claim"], hashes, context.n_bins)
     context.work_left = allowance_of(texts.values())
     question = tuple(answer[part] for part in PARTS)
     found = check_entries(context, question, {part: answer[part] for part in LISTS}, processes)
@@ -116,7 +116,8 @@ def check_answer(answer, processes=1):
     return Report(
         **{part: len(found[part]) for part in LISTS},
         no_plan=volumes,
-        claim=claim,
+        claim=answer["claim"],
+        arithmetic=arithmetic,
         hash=hashes,
     )
 
@@ -147,12 +148,7 @@ def summary(report):
             for name, size in zip(names, sizes, strict=True)
         )
         yield f"  of the (p0, k) whose end lies in the goal's box by volume: {listed}"
-    claim = report.claim or {"kind": "no claim"}
-    if claim.get("kind") in ("pac", "conformal", "cover"):
-        yield "The proof rests on the tube, of which the file says (unchecked):"
-    else:
-        yield "The proof rests on the tube, which is ASSUMED:"
-    yield f"  {ascii(claim.get('kind'))[:40]} {ascii(claim.get('statement'))[:2000]}"
+    yield from told(report.claim, report.arithmetic)
     for part, value in report.hash.items():
         yield f"  sha256 {part} {value}"
 

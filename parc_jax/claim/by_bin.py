@@ -85,6 +85,7 @@ def calibrate_bins(
             "bin_runs": [int(c) for c in counts[block]],
             "bin_scale": hex_text(scale),
             "bin_share": [str(s) for s in block_shares(profile, block)] if uniform else None,
+            "blocks": [one.spelled() for one in known],  # the checker does the sum again
         },
         bin_eps=tuple(shown[b].eps if shown[b].scale < np.inf else None for b in block),
     )
@@ -93,9 +94,16 @@ def calibrate_bins(
 class _Shown(NamedTuple):
     """What the runs of a block of bins support: eps None, and no finite scale, where too few."""
 
+    n: int
     scale: float
     eps: Fraction | None
     discard: int
+
+    def spelled(self) -> dict:
+        """What of it a file has, of all blocks that their numbers of runs allow a claim: numbers
+        as text.
+        """
+        return {"n": self.n, "discard": self.discard, "eps": str(self.eps)}
 
 
 def _shown(score: np.ndarray, eps: Fraction, delta: float, discard: int | str) -> _Shown:
@@ -103,9 +111,9 @@ def _shown(score: np.ndarray, eps: Fraction, delta: float, discard: int | str) -
     allowed = most_discards(len(score), float(eps), delta)
     wanted = max(allowed, 0) if discard == MOST else discard
     if wanted > allowed:
-        return _Shown(np.inf, None, 0)
+        return _Shown(len(score), np.inf, None, 0)
     supported, _ = pac_label(len(score), eps, delta, discard)
-    return _Shown(float(kept_maximum(score, wanted)), supported, wanted)
+    return _Shown(len(score), float(kept_maximum(score, wanted)), supported, wanted)
 
 
 def block_of_bins(grid: tuple[int, ...], blocks: Sequence[int] | None) -> np.ndarray:

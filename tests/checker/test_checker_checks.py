@@ -33,6 +33,7 @@ FILES = (
     "hits",
     "no_plan",
     "doubt",
+    "claim",
     "entries",
     "answer",
 )
@@ -365,6 +366,8 @@ SLIPS = [
     ("bounds", "min(x * a, x * b)", "max(x * a, x * b)", "a false leaf by bounds"),
     ("bounds", "line(least, -less, scale)", "line(least, -least, scale)", "a false leaf by bounds"),
     ("hits", "(1 - alpha, alpha)", "(alpha, 1 - alpha)", "a hit at the other knot"),
+    ("claim", "looks * share", "share", "a claim with a second look for nothing"),
+    ("claim", "range(discard, 0, -1)", "range(0)", "a claim with a run left outside for nothing"),
     ("hits", "x + weight * y for", "x + y for", "an error of a point without weight"),
 ]
 

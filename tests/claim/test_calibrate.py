@@ -10,6 +10,8 @@ from scored import score_system
 from synthetic_plants import failing, noisy, plant, straight_network
 
 from parc_jax.base.keys import Stage
+from parc_jax.checker import Rejected
+from parc_jax.checker.claim import checked_claim
 from parc_jax.claim.by_bin import bin_shares, block_of_bins, calibrate_bins
 from parc_jax.claim.calibrate import calibrate
 from parc_jax.claim.counts import most_discards, supported_eps
@@ -193,6 +195,31 @@ def test_time_between_records_is_declared_and_added(holdout, profile):
     assert (inside_tube(fast, NET, holdout) == inside_tube(plain, NET, holdout)).all()
     with pytest.raises(InputError, match="speed bound"):
         calibrate(NET, holdout, profile, eps=1e-2, intersample=SpeedBound((1.0, 2.0, 3.0)))
+
+
+def arithmetic(claim):
+    """What the checker finds of a claim as it stands in a file."""
+    hashes = {"network": "", "tube": ""}
+    named = {f"{part}_hash": "" for part in hashes}
+    return checked_claim(claim.to_json() | named, hashes, claim.tube.n_bins)
+
+
+def test_the_checker_does_the_sums_of_claims_again(system, holdout, profile):
+    """Of one over K, of each block, of those told of copies; and finds those that are wrong."""
+    one = calibrate(NET, holdout, profile, eps=1e-2, delta=1e-3, discard="most", looks=2)
+    assert arithmetic(one)["says"].startswith(f"{one.n} independent runs, {one.discard} left")
+    scores = score_system(NET, system, KEY, profile, 3000, quiet=True)
+    bins = calibrate_bins(NET, scores, profile, eps=1e-2, delta=1e-3)
+    assert [b["n"] for b in bins.evidence["blocks"]] == bins.evidence["bin_runs"]
+    assert arithmetic(bins)["says"].startswith("in 3 of 3 bins ")
+    for wrong in (
+        replace(one, n=one.n // 2),
+        replace(one, looks=99),
+        replace(bins, delta=Fraction(1, 10**6)),
+        replace(bins, bin_eps=(Fraction(1, 10**9), *bins.bin_eps[1:])),
+    ):
+        with pytest.raises(Rejected):
+            arithmetic(wrong)
 
 
 def test_per_bin_claims_need_runs_in_every_bin(system, profile, train):

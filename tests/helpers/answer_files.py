@@ -69,6 +69,12 @@ def answer(problem, network, tube, samples=(), sets=(), no_plan=None, kind="pac"
         "kind": kind,
         "statement": "a new rollout leaves the tube with probability at most 0.001",
         "n": 6905,
+        "discard": 0,
+        "looks": 1,
+        "eps": "1/1000",
+        "delta": "1/1000",
+        "bin_eps": None,
+        "evidence": {},
     }
     parts = {"problem": problem, "network": network, "tube": tube, "claim": claim}
     rest = {"samples": list(samples), "sets": list(sets), "no_plan": no_plan}

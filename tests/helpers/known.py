@@ -489,6 +489,40 @@ CASES["a file with too many values"] = (lambda: json.dumps(plain()), {"MAX_VALUE
 bad("a wrong hash", hash__tube="0" * 64)
 bad("a claim about another network", claim__network_hash="0" * 64)
 bad("a claim about another tube", claim__tube_hash="0" * 64)
+# Of the claim's numbers: what runs do not show.
+BLOCK = {"n": 6905, "discard": 0, "eps": "1/1000"}
+
+
+def claim_of_bins(*blocks):
+    """The plain answer, whose claim is about its bins, in these blocks."""
+    answer = plain()
+    bins = len(answer["tube"]["final"])
+    told = {"bin_eps": ["1/1000"] * bins, "evidence": {"blocks": list(blocks)}, "delta": "1/100"}
+    answer["claim"] |= told
+    return answer
+
+
+bad("a claim of too few runs", claim__n=6904)
+bad("a claim of a smaller eps", claim__eps="1/1001")
+bad("a claim of more confidence", claim__delta="1/1001")
+bad("a claim with a run left outside for nothing", claim__discard=1)
+bad("a claim with a second look for nothing", claim__looks=2)
+bad("a claim with less than no runs left outside", claim__discard=-1)
+bad("a claim with no look", claim__looks=0, claim__n=10)
+bad("a claim with a delta of two", claim__delta="2", claim__n=1)
+bad("a claim of true runs", claim__n=True, claim__eps="0.9995")
+bad(
+    "a claim with more runs left outside than are counted",
+    claim__n=20_000,
+    claim__discard=2,
+    limits={"MAX_DISCARDS": 1},
+)
+bad("a claim of no blocks", claim_of_bins)
+bad("a claim whose blocks cost more than delta", lambda: claim_of_bins(*[BLOCK] * 11))
+bad("a claim of a block with a note", lambda: claim_of_bins(BLOCK | {"note": ""}))
+bad("a claim about no block", lambda: claim_of_bins(BLOCK), claim__bin_eps__0="1/2")
+bad("a claim about another number of bins", lambda: claim_of_bins(BLOCK), claim__bin_eps=[])
+bad("a claim of a worse block", lambda: claim_of_bins(BLOCK, BLOCK | {"eps": "1/100"}))
 bad("a time step of zero", line, problem__dt="0")
 bad_text("a key twice", '{"format": 0, ')
 bad_text("values nested too deep", '{"meta": ' + "[" * 501 + "]" * 501 + ", ")
