@@ -4,6 +4,7 @@ from benchmarks.attacks.fault import Fault
 
 HEADER = "tests/onboard/test_header.py"
 SAME = f"{HEADER}::test_a_header_says_what_python_says"
+FAR = f"{HEADER}::test_a_start_so_far_out_that_sums_overflow_is_not_safe"
 CODE = "parc_jax/onboard/safe_set.h"
 TABLES = "parc_jax/onboard/tables.py"
 
@@ -21,6 +22,20 @@ ONBOARD = (
         "DBL_MANT_DIG < 53",
         "DBL_MANT_DIG < 5",
         (f"{HEADER}::test_arithmetic_that_the_margins_do_not_pay_for_is_refused",),
+    ),
+    Fault(
+        "header_believes_sums_that_overflow",
+        CODE,
+        "if (!(-NAME_far[c] <= p0[c] && p0[c] <= NAME_far[c]))",
+        "if (0)",
+        (FAR,),
+    ),
+    Fault(
+        "verdicts_believe_sums_that_overflow",
+        "pointwise.arrival",
+        "jnp.where(inside < 0, jnp.minimum(goal, inside), goal)",
+        "goal",
+        (FAR,),
     ),
     Fault(
         "header_sees_one_end_of_an_interval",

@@ -194,9 +194,16 @@ VERDICT = (
     Fault(
         "float_slack_of_nothing",
         "float_slack",
-        "4 * bound.error.max() + 64",
+        "4 * bound.error.max() + 2 * longest",
         "0 * bound.error.max() + 0",
         ("tests/verdict/test_scene.py::test_slack_grows_with_everything_that_rounds",),
+    ),
+    Fault(
+        "float_slack_of_short_rows",
+        "float_slack",
+        "max(32, model.n_c + model.n_q + 3)",
+        "32",
+        ("tests/verdict/test_scene.py::test_the_slack_pays_for_rows_over_many_coordinates",),
     ),
     Fault(
         "open_intervals_taken_for_separated",

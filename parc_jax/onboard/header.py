@@ -116,6 +116,7 @@ def _arrays(answer: Answer, known: Tables) -> Iterator[tuple[str, str, np.ndarra
     yield "double", "run_w", known.runs.w
     yield "double", "run_support", known.runs.support
     yield "int", "probes", known.probes
+    yield "double", "far", known.far
     yield "double", "start_A", known.start_A
     yield "double", "start_b", known.start_b
     yield "double", "goal_A", known.goal_A

@@ -123,6 +123,9 @@ static inline int NAME_is_safe(const double p0[NAME_N_P], const double k[NAME_N_
     const int bin = NAME_bin(k);
     if (bin < 0)
         return 0;
+    for (int c = 0; c < NAME_N_P; ++c) /* so that no sum below overflows */
+        if (!(-NAME_far[c] <= p0[c] && p0[c] <= NAME_far[c]))
+            return 0;
     for (int row = 0; row < NAME_N_START; ++row) {
         double value = 0.0;
         for (int c = 0; c < NAME_N_P; ++c)

@@ -8,6 +8,7 @@ from parc_jax.answer.answer import Answer
 from parc_jax.claim.error_set import NO_CLAIM, ErrorSet, at
 from parc_jax.cover.corridor import Corridor
 from parc_jax.errors import InputError
+from parc_jax.network.rounding import SAFETY, rounding_bound
 from parc_jax.verdict.pointwise import paths_of
 from parc_jax.verdict.scene import Scene
 
@@ -36,8 +37,10 @@ class Tables(NamedTuple):
     those that hold most plans first. probes (n_corridors, PROBES, 2): a run and an interval in
     which other plans often leave it; (n_corridors, 0, 2) where nothing is in the way. pair_points
     (o, i).
-    start_A (s, n_p), start_b (s,): rows of P0 less the slack. goal_A (g, n_c + n_q), goal_b
-    (n_bins, g): rows of the goal less what the errors of a bin take, and the slack.
+    far (n_p,) [m]: whoever ends in the goal starts no farther out along an axis; all others are
+    refused, so that the size of every number is known. start_A (s, n_p), start_b (s,): rows of P0
+    less the slack. goal_A (g, n_c + n_q), goal_b (n_bins, g): rows of the goal less what the errors
+    of a bin take, and the slack.
     plans (n_plans, n_k): safe ones.
     """
 
@@ -46,6 +49,7 @@ class Tables(NamedTuple):
     runs: RunTable
     probes: np.ndarray
     pair_points: np.ndarray
+    far: np.ndarray
     start_A: np.ndarray
     start_b: np.ndarray
     goal_A: np.ndarray
@@ -86,6 +90,7 @@ def tables(answer: Answer) -> Tables:
         runs=runs,
         probes=np.array([_probes(left[i], runs, place) for place, i in enumerate(order)]),
         pair_points=np.asarray(scene.obstacles.points),
+        far=_farthest_start(scene),
         start_A=start_A,
         start_b=start_b,
         goal_A=goal_A,
@@ -95,6 +100,12 @@ def tables(answer: Answer) -> Tables:
             axis=0,
         ),
     )
+
+
+def _farthest_start(scene: Scene) -> np.ndarray:
+    """(n_p,) [m] how far out a plan can start that ends in the goal, rounded up."""
+    moved = rounding_bound(scene.model.net, scene.model.domain).magnitude.max()
+    return SAFETY * (np.maximum(np.abs(scene.z_lo), np.abs(scene.z_hi)) + moved)
 
 
 def _asked(A, b, scene: Scene) -> tuple[np.ndarray, np.ndarray]:

@@ -101,6 +101,9 @@ def arrival(tube: Tube, scene: SceneArrays, p0, end, q, k, bin=None):
     bin = jnp.where(((k >= scene.k_lo) & (k <= scene.k_hi)).all(), bin, -1)
     lost = tube.support_at_end(scene.goal_A, bin)
     goal = row_margin(scene.goal_A, scene.goal_b - lost, jnp.concatenate([end, q]), scene.slack)
+    first = end[: p0.shape[0]]
+    inside = jnp.minimum(first - scene.z_lo, scene.z_hi - first).min()
+    goal = jnp.where(inside < 0, jnp.minimum(goal, inside), goal)  # rows may overflow far out [T11]
     return bin, goal, row_margin(scene.start_A, scene.start_b, p0, scene.slack)
 
 

@@ -323,17 +323,20 @@ def float_slack(model, size):
     evaluation.
 
     size: (...) [m] largest goal bound plus largest corner plus radius, of one scene or of many.
-    Network error, the sums p0 + c and w.p - h (fewer than 32 operations on numbers no larger than
-    the sizes together), corners and reaches rounded to nearest; all per unit of |w|_1. Supports
-    between faces are sums of products with an inverse: its condition is at most about 60 (FLAT), so
-    8,192 units of the sum of their terms pay for it.
+    Network error, the sums p0 + c and w.p - h (fewer than 32 operations, more only for a row of a
+    goal over more coordinates, on numbers no larger than the sizes together), corners and reaches
+    rounded to nearest; all per unit of |w|_1. Supports between faces are sums of products with an
+    inverse: its condition is at most about 60 (FLAT), so 8,192 units of the sum of their terms pay
+    for it.
     """
     bound = rounding_bound(model.net, model.domain)
+    longest = max(32, model.n_c + model.n_q + 3)  # operations one after another: a row of the goal
     claimed = model.tube.claimed  # in the other bins nothing is ever safe
     widest = max(
         model.tube.interval[claimed].max(initial=0.0), model.tube.final[claimed].max(initial=0.0)
     )
-    slack = 4 * bound.error.max() + 64 * UNIT * (4 * bound.magnitude.max() + size + widest)
+    sizes = 4 * bound.magnitude.max() + size + widest
+    slack = 4 * bound.error.max() + 2 * longest * UNIT * sizes
     if isinstance(model.tube.errors, ErrorBox) or not claimed.any():
         return slack
     return slack + 8192 * UNIT * once(model.tube, _terms)

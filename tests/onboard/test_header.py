@@ -5,12 +5,14 @@ import numpy as np
 import pytest
 import toy_query
 from toy_bodies import points_model, points_problem
-from toy_models import fold_model
+from toy_models import fold_model, model_of
 
 import parc_jax as pj
 from benchmarks.compiled_header import Header
 from parc_jax.cli import main
 from parc_jax.errors import InputError
+from parc_jax.network.relu import relu_network
+from parc_jax.sets.hpolytope import hpolytope
 
 pytestmark = pytest.mark.soundness
 needs_compiler = pytest.mark.needs("compiler")
@@ -106,6 +108,26 @@ def test_borders_of_bins_and_starts_outside_are_not_safe(tmp_path):
     assert header.are_safe(p0, k).tolist() == [False, True, True, True, True]
     p0[1:3, 0] = [-1.4, np.nextafter(-2.5, -3)]  # outside of where it may start
     assert header.are_safe(p0, k).tolist() == [False, False, False, True, True]
+
+
+@needs_compiler
+@pytest.mark.slow
+def test_a_start_so_far_out_that_sums_overflow_is_not_safe(tmp_path):
+    """Each row of this goal is met in floats by starts of 1e307 m that one of them excludes: -10 x
+    overflows, and what follows it is too small to bring the sum back.
+    """
+    net = relu_network([np.eye(1), np.zeros((6, 1))], [np.ones(1), np.linspace(0.1, 0.2, 6)])
+    still = model_of(net, pj.box([0.0], [1.0]), np.full((1, 2, 3), 0.01), np.full((1, 3), 0.01))
+    rows = np.array([[-10.0, 11, 11], [1, -2, 0], [1, 0, -2], [0, -1, -1]])
+    problem = pj.reach_avoid(hpolytope(rows, np.full(4, 20.0)), [], 0.1)
+    settings = pj.Settings(samples=5, target=0.1)
+    answer = pj.Planner(still).solve(problem, jax.random.PRNGKey(0), settings)
+    header = Header(pj.write_c(answer, tmp_path / "far.h"))
+    k = np.full((2, 1), 0.5)
+    p0 = np.array([answer.samples[0, :3], [1.8e307, 1.6e307, 1.6e307]])
+    assert rows[0] @ (p0[1] / 1e307) > 0
+    assert header.are_safe(p0, k).tolist() == [True, False]
+    assert answer.keeps(p0, k).tolist() == [True, False]
 
 
 @needs_compiler

@@ -2,17 +2,19 @@
 
 import numpy as np
 import pytest
+from toy_bodies import points_model
 from toy_models import line_model, model_of, random_model, random_problem, uniform_tube
 from turning_bar import straight_bar
 
 from parc_jax.errors import InputError
 from parc_jax.network.predict import Layout
+from parc_jax.network.rounding import UNIT
 from parc_jax.problem.body import hull
 from parc_jax.problem.problem import goal_of_points, reach_avoid
 from parc_jax.separation.pairs import BUCKETS
 from parc_jax.sets.box import box
 from parc_jax.sets.hpolytope import from_box, hpolytope
-from parc_jax.verdict.scene import finite_box, goal_box, scene_of
+from parc_jax.verdict.scene import finite_box, float_slack, goal_box, scene_of
 
 GOAL = box([-0.5, -0.5, -1], [0.5, 0.5, 1])
 OBSTACLE = box([2, 2], [3, 3])
@@ -162,3 +164,11 @@ def test_problems_that_do_not_fit_the_model_are_refused_in_one_sentence(problem,
         scene_of(problem(), line_model(4, 0.01))
     text = str(caught.value)
     assert "expected" in text and text.endswith(".") and "\n" not in text
+
+
+@pytest.mark.parametrize(("m", "operations"), [(4, 32), (40, 3 * 40 + 1 + 3)])
+def test_the_slack_pays_for_rows_over_many_coordinates(m, operations, rng):
+    """A row of the goal over all coordinates of 40 points in space is a sum of 121 terms. [T11]"""
+    model = points_model(rng, m=m, n_p=3)
+    size = 1e9  # [m] beside it the network's own rounding is nothing
+    assert float_slack(model, size) == pytest.approx(2 * operations * UNIT * size, rel=1e-6)
