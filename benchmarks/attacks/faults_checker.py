@@ -194,6 +194,20 @@ CHECKER = (
         (BAD,),
     ),
     Fault(
+        "checker_the_end_may_leave_out_the_model",
+        "bins_without_model",
+        "errors = [final, *itertools.chain.from_iterable(by_interval)]",
+        "errors = [*itertools.chain.from_iterable(by_interval)]",
+        ("tests/checker/test_checker_valid.py::test_it_says_whether_the_tube_holds_the_model",),
+    ),
+    Fault(
+        "checker_says_again_what_was_said",
+        "entries.valued",
+        "return number(part) if type(part) is str else part",
+        "return part",
+        ("tests/checker/test_proved_js.py::test_both_checkers_count_the_same",),
+    ),
+    Fault(
         "checker_processes_spend_apart",
         "check_in_shares",
         "context.spend(spent)",

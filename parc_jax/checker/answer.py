@@ -29,9 +29,11 @@ WORK_AT_LEAST = 4_000_000  # products of short integers, a second or two
 WORK_PER_CHARACTER = 1000
 
 # What was proved: how many different samples, sets, corridors and boxes of doubt; None, or kind and
-# exact volumes of no_plan. The claim is quoted; arithmetic is what `checked_claim` knows of it.
+# exact volumes of no_plan. Of the bins, how many have a tube without the model's own trajectory.
+# The claim is quoted; arithmetic is what `checked_claim` knows of it.
 Report = collections.namedtuple(
-    "Report", "samples sets corridors doubt no_plan claim arithmetic hash"
+    "Report",
+    "samples sets corridors doubt no_plan bins without_model claim arithmetic hash",
 )
 
 
@@ -116,6 +118,8 @@ def check_answer(answer, processes=1):
     return Report(
         **{part: len(found[part]) for part in LISTS},
         no_plan=volumes,
+        bins=context.n_bins,
+        without_model=context.bins_without_model(),
         claim=answer["claim"],
         arithmetic=arithmetic,
         hash=hashes,
@@ -148,9 +152,21 @@ def summary(report):
             for name, size in zip(names, sizes, strict=True)
         )
         yield f"  of the (p0, k) whose end lies in the goal's box by volume: {listed}"
+    yield about_the_model(report)
     yield from told(report.claim, report.arithmetic)
     for part, value in report.hash.items():
         yield f"  sha256 {part} {value}"
+
+
+def about_the_model(report):
+    """Whether what is proved is about the trajectory that the model predicts, too."""
+    if report.without_model == 0:
+        return "The tube holds the model's own trajectory in every bin."
+    bins = f"{report.without_model} of {report.bins} bins"
+    return (
+        f"The tube leaves out the model's own trajectory in {bins}: "
+        "what is proved there may be about none."
+    )
 
 
 def percent(share, up):

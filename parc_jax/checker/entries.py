@@ -6,15 +6,22 @@ import multiprocessing
 import signal
 
 from .doubt import check_doubt
-from .exact import Rejected, array, rejecting
+from .exact import Rejected, array, number, rejecting
 from .plans import Context
 
 LISTS = ("samples", "sets", "corridors", "doubt")  # in the order in which they are checked
 
 
 def canonical(part):
-    """The one JSON text of a part, of which its hash is taken and by which entries differ."""
+    """The one JSON text of a part, of which its hash is taken."""
     return json.dumps(part, sort_keys=True, separators=(",", ":"))
+
+
+def valued(part):
+    """The same with numbers for their spellings, and tuples for lists."""
+    if type(part) is list:
+        return tuple(map(valued, part))
+    return number(part) if type(part) is str else part
 
 
 def check_entry(context, part, entry):
@@ -24,10 +31,10 @@ def check_entry(context, part, entry):
         return (*p0, *k)
     if part == "sets":
         context.check_set(entry)
-        return canonical([entry["bin"], entry["pattern"], entry["sep"]])
+        return entry["bin"], entry["pattern"], valued(entry["sep"])
     if part == "corridors":
         context.check_sample(entry)  # its plan is one of those that it stands for
-        return canonical(entry["sep"])
+        return valued(entry["sep"])
     return tuple(check_doubt(context, entry))
 
 

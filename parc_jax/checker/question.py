@@ -261,6 +261,16 @@ class Question:
             ways.append([parsed_multipliers(way, len(rows)) for way in array(some)])
         return Template(rows, self.n_end, ways)
 
+    def bins_without_model(self):
+        """How many bins have a tube that leaves out the model's own trajectory: some template there
+        does not allow the error zero.
+        """
+        found = 0
+        for by_interval, final in zip(self.interval, self.final, strict=True):
+            errors = [final, *itertools.chain.from_iterable(by_interval)]
+            found += not all(each.allows_none for each in errors)
+        return found
+
     def bins_meeting(self, lo, hi, closed):
         """Numbers of the bins that meet the box [lo, hi] of k, row-major: as closed boxes, or with
         their interiors.

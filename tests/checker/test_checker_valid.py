@@ -8,6 +8,7 @@ from fractions import Fraction as F
 from pathlib import Path
 
 import answer_files as build
+import known_points
 import oracle
 import pytest
 from effort import calls_of
@@ -137,6 +138,18 @@ def test_a_claim_is_optional_and_its_kind_is_reported():
         text = "\n".join(checker.summary(checker.check_answer(build.rehash(answer))))
         assert word in text
         assert "\x1b" not in text
+
+
+@pytest.mark.parametrize(
+    ("places", "count"),
+    [((), 0), (((0, 0),), 1), (((1, 1),), 1), (("end",), 1), (((0, 1), "end"), 1)],
+)
+def test_it_says_whether_the_tube_holds_the_model(places, count):
+    """A template may leave out the prediction itself; then what is proved may be about nothing."""
+    report = checker.check_answer(known_points.beside_the_model(*places))
+    assert (report.without_model, report.bins) == (count, 2)
+    words = "leaves out the model's own trajectory in 1 of 2 bins" if count else "in every bin"
+    assert words in "\n".join(checker.summary(report))
 
 
 def test_drift_sized_certificates_are_little_work():

@@ -4,6 +4,7 @@
 
 import hashlib
 import json
+import random
 import re
 import shutil
 import subprocess
@@ -14,6 +15,7 @@ import known_points
 import pytest
 
 from parc_jax import checker
+from parc_jax.checker.answer import about_the_model
 from parc_jax.cli import second
 
 SOURCE = Path(__file__).parent / "rocq"
@@ -86,18 +88,56 @@ def test_bytes_that_are_not_utf_8_are_refused(told):
     assert said.code == second.REJECTED and "not UTF-8" in said.lines[0]
 
 
+def respelled(part):
+    """The same numbers, as fractions that are not reduced."""
+    if isinstance(part, list):
+        return [respelled(each) for each in part]
+    if isinstance(part, str):
+        value = checker.number(part)
+        return f"{3 * value.numerator}/{3 * value.denominator}"
+    return part
+
+
 @pytest.mark.needs("node")
 def test_both_checkers_count_the_same(told):
     """What is said twice counts once, however spelled."""
     answer = known_points.points()
     (sample,) = answer["samples"]
-    moved = [f"{checker.number(x).numerator}/{checker.number(x).denominator}" for x in sample["k"]]
+    moved = respelled(sample["k"])
     answer["samples"] = [sample, sample | {"k": moved}]
     for part in ("sets", "corridors", "doubt"):
-        answer[part] = answer[part] * 2
+        (entry,) = answer[part]
+        answer[part] = [entry, entry | {"sep": respelled(entry["sep"])}]
     report = checker.check_answer(answer)
     counts = [report.samples, report.sets, report.corridors, report.doubt]
     assert counts == [1, 1, 1, 1] and moved != sample["k"]
     said = told(json.dumps(answer).encode())
     first = [line.split("(")[0].split(":")[0].split(" of")[0].strip() for line in said.lines[1:5]]
     assert first == ["1 sample", "1 polytope", "1 corridor", "1 box"]
+
+
+@pytest.mark.needs("node")
+def test_both_count_what_is_said_again_much_later(told):
+    """Plans in any order, most of them twice or more."""
+    answer = known_points.points()
+    (sample,) = answer["samples"]
+    rng = random.Random(0)
+    plans = [(rng.randrange(8), rng.randrange(8)) for _ in range(70)]
+    answer["samples"] = [
+        sample | {"p0": [f"{a}/1000", f"{-b}/1000"], "k": ["1/2"]} for a, b in plans
+    ]
+    answer["corridors"] = answer["samples"][:5]
+    different = len(set(plans))
+    report = checker.check_answer(answer)
+    assert (report.samples, report.corridors) == (different, 1) and 40 < different < 55
+    said = told(json.dumps(answer).encode()).lines
+    assert said[1].startswith(f"  {different} samples ") and said[3].startswith("  1 corridor:")
+
+
+@pytest.mark.needs("node")
+@pytest.mark.parametrize("places", [(), ((0, 0),), ((1, 1),), ("end",), ((1, 0), "end")])
+def test_both_say_in_the_same_words_whether_the_tube_holds_the_model(told, places):
+    answer = known_points.beside_the_model(*places)
+    words = about_the_model(checker.check_answer(answer))
+    assert ("every bin" in words) == (places == ())
+    assert told(json.dumps(answer).encode()).lines.count(words) == 1

@@ -56,6 +56,22 @@ def end_error(axis, size):
     return [size if axis == i else "0" for i in range(4)]
 
 
+def beside_the_model(*places):
+    """The scene with errors of at least 1/8 along x, in these places of the second bin's tube:
+    (interval, point), or "end". The model itself has none.
+    """
+    answer = points()
+    tube = answer["tube"]
+    off = {"b": ["1/4", "-1/8", "1/4", "1/4"]}
+    for place in places:
+        if place == "end":
+            tube["final"][1]["b"][4] = "-1/8"
+        else:
+            t, i = place
+            tube["interval"][1][t][i] = QUARTERS | off
+    return build.rehash(json.loads(json.dumps(answer)))
+
+
 BELOW = hit((["0", "1"], UP, STILL))  # the second point reaches up to the shelf
 ACROSS = hit((["1/4", "3/4"], STILL), (["1", "0"], STILL))  # each end of the box has its mixture
 

@@ -11,4 +11,6 @@ Print Assumptions tube_not_empty.
 Print Assumptions a_hit_is_not_safe.
 Print Assumptions not_void.
 Print Assumptions sample_of_something.
+Print Assumptions model_held.
 Print Assumptions body_not_void.
+Print Assumptions accepted.

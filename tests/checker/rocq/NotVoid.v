@@ -1,7 +1,7 @@
 (* What is accepted is accepted of something: a bin whose errors may be zero holds the model's own trajectory, and the
    body has a point wherever its reference points are. *)
-From Coq Require Import Reals QArith Qreals List Bool.
-Require Import Spec Arithmetic Checker ConditionFacts BinFacts NoPlan Trajectories Sanity Theorems.
+From Coq Require Import Reals QArith Qreals List Bool Arith Lra.
+Require Import Spec Arithmetic Checker ArithmeticFacts ConditionFacts BinFacts NoPlan Trajectories Sanity Theorems.
 Import ListNotations.
 Open Scope R_scope.
 
@@ -12,6 +12,32 @@ Proof.
   assert (OK : bin_ok P B = true).
   { apply andb_prop in HE as [_ HE]. rewrite forallb_forall in HE. apply HE, HB. }
   destruct (open_bin_intro P B OK Hc) as [_ _ HO _ HF]. split; assumption.
+Qed.
+
+(* And no other bin does: a row that excludes the error zero excludes the model at every plan. *)
+Lemma zero_allowed_none n E : inError n E (fun _ => 0) -> allows_none E = true.
+Proof.
+  destruct E as [e|A]; simpl; [reflexivity|]. intro H. apply forallb_forall. intros [a b] Hab.
+  apply Qle_bool_iff, Rle_Qle.
+  specialize (H a b Hab). rewrite dotR_zero in H. cbn [snd]. rewrite R0. exact H.
+Qed.
+Theorem model_held P N E B : context_ok P N E = true -> In B (bins E) ->
+  (centred B = true <-> forall u k, in_tube P N B u k (model P N u k)).
+Proof.
+  intros HC HB. split; [intros Hc u k; apply (not_void P N E); assumption|]. intro HT.
+  assert (OK : bin_ok P B = true).
+  { apply andb_prop in HC as [_ HE]. apply andb_prop in HE as [_ HE]. rewrite forallb_forall in HE. apply HE, HB. }
+  unfold bin_ok in OK. rewrite !andb_true_iff in OK. destruct OK as ((L & S) & _). apply Nat.eqb_eq in L.
+  destruct (HT (fun _ => 0) (fun _ => 0)) as [HI HF]. apply andb_true_intro. split.
+  - apply forallb_forall. intros Es IE. rewrite forallb_forall in S. specialize (S Es IE).
+    apply andb_prop in S as [S _]. apply Nat.eqb_eq in S. apply forallb_forall. intros e Ie.
+    destruct (In_nth (interval B) Es [] IE) as (t & Ht & Et). destruct (In_nth Es e (Rows []) Ie) as (i & Hi & Ei).
+    rewrite L in Ht. rewrite S in Hi. assert (H0 : 0 <= 0 <= 1) by lra. specialize (HI t i 0 Ht Hi H0).
+    rewrite Et, Ei in HI.
+    apply (zero_allowed_none (n_p P)). eapply inError_ext; [|exact HI]. intro a. cbv beta.
+    rewrite model_at by exact H0. ring.
+  - apply (zero_allowed_none (n_points P * n_p P + n_q P)). eapply inError_ext; [|exact HF]. intro j. cbv beta.
+    apply model_end. apply (problem_inv _ _ (proj1 (andb_prop _ _ HC))).
 Qed.
 
 Lemma widths_are_centred B : forallb (forallb has_widths) (interval B) = true -> has_widths (final B) = true ->

@@ -38,18 +38,22 @@ Definition zero_allowed (P : problem) (B : bin) : Prop :=
   (forall t i, inError (n_p P) (nth i (nth t (interval B) []) (Rows [])) (fun _ => 0)) /\
   inError (n_points P * n_p P + n_q P) (final B) (fun _ => 0).
 
+Lemma model_end P N u k j : (0 < n_p P)%nat ->
+  final_state P (model P N u k) j - endR P u (netR N k) j = 0.
+Proof.
+  intro Hn. unfold final_state, endR. destruct (Nat.ltb_spec j (n_points P * n_p P)) as [C|C].
+  - replace (INR (steps P)) with (INR (steps P) + 0) by ring. rewrite model_at by lra. unfold knotR.
+    assert (E : ((steps P * n_points P + j / n_p P) * n_p P + j mod n_p P)%nat
+                = (steps P * (n_points P * n_p P) + j)%nat).
+    { rewrite Nat.mul_add_distr_r, <- Nat.mul_assoc. pose proof (Nat.div_mod j (n_p P) ltac:(lia)). lia. }
+    rewrite E. ring.
+  - simpl extras. replace (n_points P * n_p P + (j - n_points P * n_p P))%nat with j by lia. ring.
+Qed.
 Theorem tube_not_empty P N B u k : (0 < n_p P)%nat -> zero_allowed P B -> in_tube P N B u k (model P N u k).
 Proof.
   intros Hn [HI HF]. split.
   - intros t i s Ht Hi Hs. eapply inError_ext; [|apply (HI t i)]. intro a. cbv beta. rewrite model_at by exact Hs. ring.
-  - eapply inError_ext; [|exact HF]. intro j. cbv beta. unfold final_state, endR.
-    destruct (Nat.ltb_spec j (n_points P * n_p P)) as [C|C].
-    + replace (INR (steps P)) with (INR (steps P) + 0) by ring. rewrite model_at by lra. unfold knotR.
-      assert (E : ((steps P * n_points P + j / n_p P) * n_p P + j mod n_p P)%nat
-                  = (steps P * (n_points P * n_p P) + j)%nat).
-      { rewrite Nat.mul_add_distr_r, <- Nat.mul_assoc. pose proof (Nat.div_mod j (n_p P) ltac:(lia)). lia. }
-      rewrite E. ring.
-    + simpl extras. replace (n_points P * n_p P + (j - n_points P * n_p P))%nat with j by lia. ring.
+  - eapply inError_ext; [|exact HF]. intro j. cbv beta. symmetry. apply model_end, Hn.
 Qed.
 
 Lemma choose {A} (l : list A) (f : A -> rv) i : In i l ->

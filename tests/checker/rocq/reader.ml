@@ -219,7 +219,6 @@ let boxed p o =
     region = List.map2 side (vecn p.n_k (get "k")) (widths p.n_k "k"); sep_of = sep p (get "sep") }
 
 (* ---- No plan, and volumes ---- *)
-type kind = Proved | Bracket
 
 let pair f g = function Arr [ a; b ] -> (f a, g b) | _ -> bad "a pair was expected"
 
@@ -269,11 +268,30 @@ let tree p nodes =
 
 let no_plan p o =
   let get = fields [ "kind"; "z"; "faces"; "tree" ] o in
-  let kind = match get "kind" with
-    | Str "proved" -> Proved
-    | Str "bracket" -> Bracket
+  let claimed = match get "kind" with
+    | Str "proved" -> fun proof -> Proved proof
+    | Str "bracket" -> fun proof -> Bracket proof
     | _ -> bad "the kind is neither proved nor bracket" in
   let z = fields [ "lo"; "hi" ] (get "z") in
-  (kind, { z_box = List.combine (vecn p.n_p (z "lo")) (vecn p.n_p (z "hi"));
-           faces = sized p.n_p (pair (uses p) (uses p)) (get "faces");
-           root = tree p (match get "tree" with Arr l -> l | _ -> bad "the tree is not a list") })
+  claimed { z_box = List.combine (vecn p.n_p (z "lo")) (vecn p.n_p (z "hi"));
+            faces = sized p.n_p (pair (uses p) (uses p)) (get "faces");
+            root = tree p (match get "tree" with Arr l -> l | _ -> bad "the tree is not a list") }
+
+(* ---- A whole answer ---- *)
+
+(* An entry that cannot be read is refused like one that fails. *)
+let readable f x =
+  match f x with v -> Some v | exception (Bad _ | Failure _ | Invalid_argument _ | Not_found | Stack_overflow) -> None
+
+(* The question first: whatever is wrong with it is told before entries are read. *)
+let answer get listed =
+  let p = problem (get "problem") and n = network (get "network") in
+  let e, h = tube p (get "tube") in
+  (* not List.map: JavaScript's stack ends at some thousand entries *)
+  let entries name f = List.rev (List.rev_map (readable f) (listed name)) in
+  { scene = p; net = n; around = e; hints = h;
+    samples = entries "samples" (sample p); sets = entries "sets" (piece p n);
+    corridors = entries "corridors" (sample p); doubts = entries "doubt" (boxed p);
+    absent = (match get "no_plan" with
+              | Null -> Unclaimed
+              | x -> match readable (no_plan p) x with Some found -> found | None -> Unread) }

@@ -1,4 +1,5 @@
-(* A whole answer: reads it, asks the proved checker about every entry, and says what was proved.  Not proved. *)
+(* A file: reads it, asks the proved checker about the answer in it, and prints what that says.  Not proved: what it
+   prints of an answer is what `accepted` in Statements.v is about. *)
 open Check
 open Json
 
@@ -9,21 +10,7 @@ let kinds = [ "samples"; "sets"; "corridors"; "doubt" ]
 let optional = [ "corridors"; "doubt" ]
 let hashed = [ "problem"; "network"; "tube" ]
 
-(* What is known about absence: nothing was claimed, or exact volumes (safe, unsafe, all). *)
-type absence = Unclaimed | Volumes of Reader.kind * ((q * q) * q)
-
-(* A share in per cent, rounded down. *)
-let per_cent part whole =
-  let times = Reader.Big.mul in
-  let n = times (times part.qnum whole.qden) (Reader.Big.of_int 100_000) and d = times part.qden whole.qnum in
-  let m = Reader.Big.to_int (Reader.Big.fdiv n d) in
-  Printf.sprintf "%d.%03d %%" (m / 1000) (m mod 1000)
-
 let text what = function Str s -> s | _ -> bad "%s is not a text" what
-
-(* An entry that cannot be read is refused like one that fails. *)
-let accepted check x =
-  match check x with v -> v | exception (Bad _ | Failure _ | Invalid_argument _ | Not_found | Stack_overflow) -> false
 
 (* Work that an answer may ask for, by the characters of its proofs: what the engine writes needs a tenth of it or less.
    What is not checked buys none. *)
@@ -39,19 +26,49 @@ let allow answer =
   let n = List.fold_left (fun n part -> n + weight part) 0 parts in
   Work.allow (work_at_least +. (work_per_character *. float_of_int n))
 
-(* What tells an entry from others that prove as much. *)
-let key kind x =
-  let rec at path x = match (path, x) with k :: path, Obj l -> at path (List.assoc k l) | _ -> x in
-  let numbers path =
-    let spelled q = Reader.Big.(to_string q.qnum ^ "/" ^ to_string q.qden) in
-    String.concat " " (List.map spelled (Reader.vec (at path x))) in
-  match kind with
-  | "sets" -> canonical (Arr [ at [ "bin" ] x; at [ "pattern" ] x; at [ "sep" ] x ])
-  | "corridors" -> canonical (at [ "sep" ] x)
-  | "doubt" -> String.concat "; " (List.map numbers [ [ "p0" ]; [ "k" ]; [ "room"; "p0" ]; [ "room"; "k" ] ])
-  | _ -> String.concat "; " (List.map numbers [ [ "p0" ]; [ "k" ] ])
+(* Tells after each entry how many of so many of its kind are done. *)
+let follow progress counts =
+  let rec from at counts () =
+    match counts with
+    | [] -> ()
+    | (_, total) :: rest when at = total -> from 0 rest ()
+    | (kind, total) :: _ ->
+      progress kind (at + 1) total;
+      Work.on_told := from (at + 1) counts in
+  Work.on_told := from 0 counts
 
-let different kind l = List.length (List.sort_uniq compare (List.rev_map (key kind) l))
+(* A share in per cent, from so many parts of 100,000. *)
+let per_cent parts = let m = Reader.Big.to_int parts in Printf.sprintf "%d.%03d %%" (m / 1000) (m mod 1000)
+
+let refused entries =
+  let names (kind, marks) =
+    let _, found = List.fold_left (fun (i, found) ok ->
+        (i + 1, if ok then found else Printf.sprintf "%s[%d]" kind i :: found)) (0, []) marks in
+    List.rev found in
+  let found = List.concat_map names entries in
+  Printf.sprintf "REJECTED: %d entries are not proved, the first is %s" (List.length found) (List.hd found)
+
+(* What is proved, in words: all numbers are the checker's. *)
+let proved r =
+  let counted n one many what = if n = 0 then [] else [ Printf.sprintf "  %d %s%s" n (if n = 1 then one else many) what ] in
+  [ "ACCEPTED. Proved by a checker that is itself proved, for every trajectory inside the tube:" ]
+  @ counted r.n_samples "sample" "samples" " (p0, k): the goal is reached, no obstacle touched"
+  @ counted r.n_sets "polytope" "polytopes" " of (p0, k): so at every point"
+  @ counted r.n_corridors "corridor" "corridors" ": so does every (p0, k) of the domain that meets all conditions of one"
+  @ counted r.n_doubts "box" "boxes" " of doubt: so does every execution within the room of one"
+  @ (match r.found with
+     | Nothing -> []
+     | No_plan ->
+       [ "  no (p0, k) of the domain is safe: each may not start or fails for a continuous trajectory in the tube" ]
+     | Shares (safe, unsafe) ->
+       [ Printf.sprintf "  of the (p0, k) whose end lies in the goal's box by volume: safe at least %s, unsafe at least %s"
+           (per_cent safe) (per_cent unsafe) ])
+  @ [ (if r.n_without = 0 then "The tube holds the model's own trajectory in every bin."
+       else Printf.sprintf "The tube leaves out the model's own trajectory in %d of %d bins: what is proved there may be about none."
+           r.n_without r.n_bins) ]
+
+(* The marks by kind; none for proofs of no plan where there is none. *)
+let named marks = List.filter (fun (kind, l) -> kind <> "no_plan" || l <> []) (List.combine (kinds @ [ "no_plan" ]) marks)
 
 let check_answer ?(progress = fun _ _ _ -> ()) (source : string) : t =
   match
@@ -75,42 +92,16 @@ let check_answer ?(progress = fun _ _ _ -> ()) (source : string) : t =
           [ "network"; "tube" ];
         Some claim
       | _ -> bad "the claim is not an object" in
-    let p = Reader.problem (get "problem") and n = Reader.network (get "network") in
-    let e, h = Reader.tube p (get "tube") in
-    if not (context_ok p n e) then bad "problem, network and tube do not fit each other, or a width is negative";
-    let one x = check_sample p n e h (Reader.sample p x) in
-    let piece x = check_set p n e h (Reader.piece p n x) in
-    let box x = check_box p n e h (Reader.boxed p x) in
-    let no_plan x =
-      let kind, proof = Reader.no_plan p x in
-      let ok = if kind = Reader.Proved then check_no_plan p n e h proof else check_proof p n e h proof in
-      (ok, Volumes (kind, volumes p proof)) in
-    let check = function "sets" -> piece | "doubt" -> box | _ -> one in
     ignore (Reader.fields ("format" :: "claim" :: "no_plan" :: "samples" :: "sets" :: hashed @ [ "hash" ])
               ~optional:("meta" :: optional) answer);
     let listed kind = match get kind with
       | Arr l -> l
       | exception Bad _ when List.mem kind optional -> []
       | _ -> bad "%s is not a list" kind in
-    let entries = List.map (fun kind ->
-        let l = listed kind in
-        let total = List.length l in
-        (* not List.mapi: JavaScript's stack ends at some thousand entries *)
-        let _, oks = List.fold_left (fun (i, oks) x ->
-            let ok = accepted (check kind) x in
-            progress kind i total;
-            (i + 1, ok :: oks)) (1, []) l in
-        (kind, List.rev oks)) kinds in
-    let last = function
-      | Null -> ([], Unclaimed)
-      | x ->
-        let ok, found = match no_plan x with
-          | v -> v
-          | exception (Bad _ | Failure _ | Invalid_argument _ | Not_found) -> (false, Unclaimed) in
-        progress "no_plan" 1 1;
-        ([ ("no_plan", [ ok ]) ], found) in
-    let absent, absence = last (get "no_plan") in
-    (absence, claim, quoted, listed, entries @ absent)
+    let asked = Reader.answer get listed in
+    let counts = List.map (fun kind -> (kind, List.length (listed kind))) kinds @ [ ("no_plan", 1) ] in
+    follow progress counts;
+    (Check.check_answer asked, claim, quoted)
   with
   | exception Bad why -> { code = 1; lines = [ "REJECTED: " ^ why ]; entries = [] }
   | exception Work.Exceeded ->
@@ -119,38 +110,17 @@ let check_answer ?(progress = fun _ _ _ -> ()) (source : string) : t =
     { code = 1; lines = [ "REJECTED: the file asks for more memory than this program has; nothing was found wrong" ]; entries = [] }
   | exception (Failure _ | Invalid_argument _ | Not_found | Division_by_zero) ->
     { code = 1; lines = [ "REJECTED: the file is malformed" ]; entries = [] }
-  | absence, claim, quoted, listed, entries ->
-    let refused = List.concat_map (fun (kind, l) ->
-        let _, found = List.fold_left (fun (i, found) ok ->
-            (i + 1, if ok then found else Printf.sprintf "%s[%d]" kind i :: found)) (0, []) l in
-        List.rev found) entries in
-    if refused <> [] then
-      { code = 1; entries; lines = [ Printf.sprintf "REJECTED: %d entries are not proved, the first is %s"
-                                       (List.length refused) (List.hd refused) ] }
-    else
-      let kind = match claim with Some (Obj l) -> (match List.assoc_opt "kind" l with Some (Str s) -> s | _ -> "") | _ -> "" in
-      let known = List.mem kind [ "pac"; "conformal"; "cover" ] in
-      let lines =
-        [ "ACCEPTED. Proved by a checker that is itself proved, for every trajectory inside the tube:" ]
-        @ List.concat_map (fun (kind, one, many, what) ->
-            match different kind (listed kind) with
-            | 0 -> []
-            | n -> [ Printf.sprintf "  %d %s%s" n (if n = 1 then one else many) what ])
-          [ ("samples", "sample", "samples", " (p0, k): the goal is reached, no obstacle touched");
-            ("sets", "polytope", "polytopes", " of (p0, k): so at every point");
-            ("corridors", "corridor", "corridors", ": so does every (p0, k) of the domain that meets all conditions of one");
-            ("doubt", "box", "boxes", " of doubt: so does every execution within the room of one") ]
-        @ (match absence with
-           | Unclaimed -> []
-           | Volumes (Reader.Proved, _) ->
-             [ "  no (p0, k) of the domain is safe: each may not start or fails for a continuous trajectory in the tube" ]
-           | Volumes (Reader.Bracket, ((safe, unsafe), whole)) ->
-             [ Printf.sprintf "  of the (p0, k) whose end lies in the goal's box by volume: safe at least %s, unsafe at least %s"
-                 (per_cent safe whole) (per_cent unsafe whole) ])
-        @ [ (if known then "The proof rests on the tube; the file's claim about it is not checked: kind " ^ kind
-             else "The proof rests on the tube, which is ASSUMED.") ]
-        @ List.map (fun part -> Printf.sprintf "  sha256 %s %s" part (text "a hash" (quoted part))) hashed in
-      { code = 0; lines; entries }
+  | Misfit, _, _ ->
+    { code = 1; lines = [ "REJECTED: problem, network and tube do not fit each other, or a width is negative" ]; entries = [] }
+  | Refused marks, _, _ -> let entries = named marks in { code = 1; lines = [ refused entries ]; entries }
+  | Accepted (marks, r), claim, quoted ->
+    let kind = match claim with Some (Obj l) -> (match List.assoc_opt "kind" l with Some (Str s) -> s | _ -> "") | _ -> "" in
+    let known = List.mem kind [ "pac"; "conformal"; "cover" ] in
+    let rests =
+      [ (if known then "The proof rests on the tube; the file's claim about it is not checked: kind " ^ kind
+         else "The proof rests on the tube, which is ASSUMED.") ]
+      @ List.map (fun part -> Printf.sprintf "  sha256 %s %s" part (text "a hash" (quoted part))) hashed in
+    { code = 0; lines = proved r @ rests; entries = named marks }
 
 (* As JSON, with a digit for every entry: for comparisons and for the page. *)
 let to_json (v : t) : string =

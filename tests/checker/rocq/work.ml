@@ -15,6 +15,13 @@ let mul a b =
   spend (1 + (Z.size a * Z.size b / 16));
   Z.mul a b
 
+(* Called after each entry. *)
+let on_told = ref (fun () -> ())
+
+let told ok =
+  !on_told ();
+  ok
+
 let equal a b =
   spend 1;
   Z.equal a b
