@@ -70,6 +70,7 @@ _HOME = {
     "labels_of": "problem.labels",
     "load": "model",
     "load_answer": "io.answer_file",
+    "load_bags": "bags.load",
     "load_map": "world.map_file",
     "load_network": "io.network_file",
     "load_problem": "io.problem_file",

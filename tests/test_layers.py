@@ -45,6 +45,7 @@ ORDER = (
     "io",
     "plot",
     "figures",  # a face
+    "bags",
     "study",
     "cli",
 )

@@ -15,6 +15,7 @@ def learn(
     out: Path,
     study: Annotated[dict, Offer("study.settings.Learning", left_out="the study's, or ")],
     logged: Annotated[dict, Offer("cli.learning.Logged", left_out="")],
+    bagged: Annotated[dict, Offer("cli.bagged.Bagged", left_out="")],
     shell: Annotated[Shell, Offer("cli.shell.Shell")],
 ) -> int:
     """Learn a trajectory model and bound its error. Example: parc-jax learn drift_parking --out
@@ -22,12 +23,16 @@ def learn(
 
     From logged runs: parc-jax learn logs.npz --dt 0.1 --t-f 4 --dt-record 0.05 --out model.npz
 
+    From bags of ROS: parc-jax learn bags --pose /odom --command /cmd_vel --k linear.x angular.z
+    --dt 0.1 --t-f 4 --out model.npz
+
     Args:
-        source: A system of `parc-jax systems`, a module of yours with `system()`, or logged runs
-            (.npz, .mat, folder).
+        source: A system of `parc-jax systems`, a module of yours with `system()`, logged runs
+            (.npz, .mat, folder), or a bag or a folder of bags (.bag, .mcap, .db3).
         out: The model file. Unfinished work is kept beside it, in OUT.unfinished.
     """
     from parc_jax.base.keys import key_of
+    from parc_jax.cli.bagged import Bagged, are_bags
     from parc_jax.cli.help import fitted
     from parc_jax.cli.learning import NEW_RUNS, Logged, from_log, refuse, summary
     from parc_jax.cli.lock import held
@@ -44,11 +49,15 @@ def learn(
     require_place(out)
     work = out.with_name(f"{out.name}.unfinished")
     with held(out):
-        if Path(source).suffix in (".npz", ".mat") or Path(source).is_dir():
+        bags = are_bags(Path(source))
+        if not bags:
+            refuse(bagged, source, "bags")
+        if bags or Path(source).suffix in (".npz", ".mat") or Path(source).is_dir():
             run_anew = [name for name in NEW_RUNS if name in study]
             refuse(run_anew, source, "a system that can be run")
             asked = Learning(**study)
-            learned = from_log(Path(source), Logged(**logged), asked, shell.seed)
+            told = Logged(**logged), Bagged(**bagged)
+            learned = from_log(Path(source), *told, asked, shell.seed)
             learned.main.save(out)
         else:
             refuse(logged, source, "logged runs")

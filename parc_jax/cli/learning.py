@@ -10,6 +10,7 @@ import numpy as np
 from parc_jax.base.keys import key_of
 from parc_jax.base.options import Options
 from parc_jax.base.spelling import counted
+from parc_jax.cli.bagged import Bagged, are_bags, from_bags
 from parc_jax.errors import InputError
 from parc_jax.network.predict import outputs
 from parc_jax.network.train import training_arrays
@@ -62,12 +63,18 @@ def refuse(given: Iterable[str], source: str, of: str) -> None:
         )
 
 
-def from_log(path: Path, log: Logged, study: Learning, seed: int) -> Learned:
+def from_log(path: Path, log: Logged, bagged: Bagged, study: Learning, seed: int) -> Learned:
     """Learn recorded runs: a random part for training, the rest for the bound. Raises
     InputError.
     """
     time = None if log.dt is None else time_grid(log.dt, log.t_f, log.dt_record)
-    data = load_rollouts(path, time, _domain(log.domain), k_law=log.k_law, points=log.points)
+    domain = _domain(log.domain)
+    if are_bags(path):
+        if log.points is not None:
+            refuse(["points"], str(path), "tables of runs (bags take --footprint)")
+        data = from_bags(path, time, domain, log.k_law, bagged)
+    else:
+        data = load_rollouts(path, time, domain, k_law=log.k_law, points=log.points)
     train, held = data.split(log.holdout, seed)
     return learn_recorded(train, held, study, key_of(seed))
 

@@ -19,7 +19,13 @@ PROGRAMS = {
     "js_of_ocaml": ("js_of_ocaml is not installed", ("js_of_ocaml",)),
     "node": ("node is not installed", ("node",)),
 }
-EXTRAS = {"crazyflow": "drone", "jsbsim": "flight", "vehiclemodels": "cars", "shapely": "maps"}
+EXTRAS = {
+    "crazyflow": "drone",
+    "jsbsim": "flight",
+    "vehiclemodels": "cars",
+    "shapely": "maps",
+    "rosbags": "bags",
+}
 
 
 def missing(name: str) -> str | None:

@@ -1,0 +1,248 @@
+"""Runs out of bags: the same from every kind of file, as the drive was, and nothing that cannot be
+meant.
+"""
+
+import logging
+
+import numpy as np
+import pytest
+from needs import need
+
+import parc_jax as pj
+from parc_jax.errors import InputError
+
+need("rosbags")
+from bag_files import KINDS, drive, write  # noqa: E402
+
+GRID = pj.time_grid(0.25, 0.75, 0.05)
+K = ("linear.x", "angular.z")
+COMMANDS = np.array([[0.5, 0.3], [1.0, -0.4], [0.7, 0.0]])
+DOMAIN = pj.box([0.2, -1.0], [2.0, 1.0])
+ASKED = {"pose": "/odom", "command": "/cmd_vel", "k": K, "domain": DOMAIN}
+
+
+def bag(folder, kind="mcap", name="run", driven=None, commands=COMMANDS, **how):
+    path = folder / (f"{name}.bag" if kind == "ros1" else name)
+    return write(path, kind, drive(commands) if driven is None else driven, commands, **how)
+
+
+def exact(commands, times):
+    """Places and turns (n, t, 3) of a unicycle on its arcs, from where it begins."""
+    v, w = commands.T[:, :, None]
+    turn = w * times
+    radius = v / np.where(w == 0, 1, w)
+    ahead = np.where(w == 0, v * times, radius * np.sin(turn))
+    left = np.where(w == 0, 0 * turn, radius * (1 - np.cos(turn)))
+    return np.stack([ahead, left, turn], axis=-1)
+
+
+@pytest.mark.parametrize("kind", KINDS)
+@pytest.mark.parametrize("topic", [{}, {"pose": "/tf", "frames": ("odom", "base_link")}])
+def test_runs_are_the_drive_from_where_each_begins(tmp_path, kind, topic):
+    runs = pj.load_bags(bag(tmp_path, kind), GRID, **ASKED | topic)
+    assert np.array_equal(runs.k, COMMANDS) and not runs.failed.any()
+    truth = exact(COMMANDS, GRID.dt_record * np.arange(GRID.n_record + 1))
+    # a command is heard up to one pose before it acts: 0.02 s at 1 m/s
+    assert np.abs(runs.p - truth[..., :2]).max() < 0.021
+    assert np.abs(runs.q[:, 0] - truth[:, -1, 2]).max() < 0.021
+    assert runs.rotation == ("turns",) and runs.labels.k == K
+    assert len(set(runs.groups)) == 1
+
+
+def test_what_is_measured_at_the_start_is_given_and_corners_are_points(tmp_path):
+    need("shapely")
+    robot = pj.footprint([[0.2, 0.1], [0.2, -0.1], [-0.2, -0.1], [-0.2, 0.1]])
+    given = "twist.twist.linear.x"
+    asked = ASKED | {"domain": pj.box([0, 0.2, -1], [2, 2, 1]), "given": (given,), "robot": robot}
+    runs = pj.load_bags(bag(tmp_path), GRID, **asked)
+    assert runs.given == (0,) and runs.labels.k == (given, *K)
+    before = np.append(0.0, COMMANDS[:-1, 0])
+    # the speed when the command comes; the last pose before it had the old one
+    assert (np.isclose(runs.k[:, 0], before) | np.isclose(runs.k[:, 0], COMMANDS[:, 0])).all()
+    assert runs.points == robot.points and runs.p.shape == (3, GRID.n_record + 1, 10)
+    corners = runs.p.reshape(3, -1, 5, 2)
+    shape = np.linalg.norm(corners - corners[:, :, :1], axis=-1)
+    assert np.abs(shape - np.linalg.norm(robot.places, axis=1)).max() < 1e-9
+    assert np.abs(corners[:, 0] - robot.places).max() < 1e-9
+
+
+def test_a_recording_is_a_group_and_is_never_torn_apart(tmp_path):
+    for i in range(4):
+        bag(tmp_path, "ros1", f"day {i}")
+    runs = pj.load_bags(tmp_path, GRID, **ASKED)
+    assert runs.n == 12 and len(set(runs.groups)) == 4
+    train, held = runs.split(0.5)
+    assert not set(train.groups) & set(held.groups)
+
+
+def test_a_run_cut_short_has_failed_unless_it_is_dropped(tmp_path, caplog):
+    commands = np.array([[0.5, 0.3], [1.0, -0.4]])
+    long = pj.time_grid(0.25, 1.25, 0.05)
+    driven = list(drive(commands, every=2.0))
+    driven[3] = driven[3] + [0.0, -1.0, 0.0]  # the second comes a second early
+    path = bag(tmp_path, driven=driven, commands=commands)
+    with caplog.at_level(logging.INFO, logger="parc_jax"):
+        runs = pj.load_bags(path, long, **ASKED)
+    assert runs.failed.tolist() == [True, False]
+    assert np.isfinite(runs.p[0, :20]).all() and np.isnan(runs.p[0, 21:]).all()
+    assert "3 commands: 0 without what is given, 1 outside of K, 1 cut short" in caplog.text
+    dropped = pj.load_bags(path, long, **ASKED, short="dropped")
+    assert np.array_equal(dropped.k, commands[1:]) and not dropped.failed.any()
+
+
+def test_no_run_goes_over_a_gap_between_poses(tmp_path):
+    times, *rest, sent = drive(COMMANDS)
+    kept = ~((times > sent[1] + 0.2) & (times < sent[1] + 0.4))
+    driven = (times[kept], *(part[kept] for part in rest), sent)
+    path = bag(tmp_path, driven=driven)
+    assert pj.load_bags(path, GRID, **ASKED).failed.tolist() == [False, True, False]
+    assert not pj.load_bags(path, GRID, **ASKED, bridge=0.3).failed.any()
+
+
+def test_the_same_command_after_a_pause_is_another_run(tmp_path):
+    commands = np.array([[0.5, 0.3], [0.5, 0.3]])
+    driven = list(drive(commands, every=1.0))
+    path = bag(tmp_path, driven=driven, commands=commands)
+    assert pj.load_bags(path, GRID, **ASKED).n == 2
+    repeated = np.repeat(commands[:1], 8, axis=0)
+    driven = drive(repeated, every=0.25)
+    assert (
+        pj.load_bags(bag(tmp_path, name="r", driven=driven, commands=repeated), GRID, **ASKED).n
+        == 1
+    )
+
+
+def backwards(folder):
+    times = drive(COMMANDS)[0].copy()
+    times[70] = times[60]
+    return bag(folder, stamps=times), {}, "/odom: expected stamps that increase; message 70"
+
+
+def two_clocks(folder):
+    times = drive(COMMANDS)[0]
+    return bag(folder, stamps=times - 1.6e9), {}, "are 1.6e\\+09 s apart"
+
+
+def frames_between(folder):
+    bag(folder, "ros1", "a")
+    bag(folder, "ros1", "b", frames=("map", "base_link"))
+    return folder, {}, "one frame; got odom -> base_link in a.bag, map -> base_link in b.bag"
+
+
+def another_frame(folder):
+    return bag(folder), {"frames": ("map", "base_link")}, "expected map -> base_link; it has odom"
+
+
+def no_such_edge(folder):
+    asked = {"pose": "/tf", "frames": ("map", "base_link")}
+    return bag(folder), asked, "which are not composed: odom -> base_link; got map -> base_link"
+
+
+def cut_off(folder):
+    path = next(bag(folder).glob("*.mcap"))
+    path.write_bytes(path.read_bytes()[:-2000])
+    return path, {}, "expected a complete bag; it is truncated or damaged"
+
+
+def cut_off_ros1(folder):
+    path = bag(folder, "ros1")
+    path.write_bytes(path.read_bytes()[:-2000])
+    return path, {}, "expected a complete bag; it is truncated or damaged"
+
+
+def fewer_than_indexed(folder):
+    path = bag(folder, "mcap")
+    meta = path / "metadata.yaml"
+    meta.write_text(meta.read_text().replace("message_count: 4", "message_count: 9"))
+    return path, {}, "expected 9 messages of /cmd_vel, as its index says; read 4"
+
+
+def no_topic(folder):
+    words = "expected a topic /pose; it has /cmd_vel \\(geometry_msgs/msg/Twist\\), /odom"
+    return bag(folder), {"pose": "/pose"}, words
+
+
+def no_field(folder):
+    return bag(folder), {"k": ("linear.x", "speed")}, "no 'speed' there, but linear, angular"
+
+
+def no_number(folder):
+    return bag(folder), {"k": ("linear",)}, "expected a number at linear; got x, y, z"
+
+
+def no_poses(folder):
+    asked = {"pose": "/cmd_vel"}
+    return bag(folder), asked, "/cmd_vel: expected poses"
+
+
+def no_turn(folder):
+    return bag(folder, unit=0.0), {}, "expected unit quaternions; got \\(0, 0, 0, 0\\)"
+
+
+def nothing_there(folder):
+    return folder / "none.mcap", {}, "no such file"
+
+
+def an_empty_folder(folder):
+    return folder, {}, "or a folder of bags; there is none"
+
+
+def too_long(folder):
+    return bag(folder), {"time": pj.time_grid(1.0, 5.0)}, "Try a shorter t_f"
+
+
+def another_k(folder):
+    return bag(folder), {"domain": pj.box([0], [1])}, "expected a domain of 2 parameters"
+
+
+def uniform_by_word(folder):
+    return bag(folder), {"k_law": "uniform", "domain": None}, "expected k_law"
+
+
+def a_word(folder):
+    return bag(folder), {"short": "fine"}, "short: expected one of failed, dropped"
+
+
+def a_clock(folder):
+    return bag(folder), {"clock": "wall"}, "clock: expected one of header, recorder"
+
+
+BAD = [
+    backwards,
+    two_clocks,
+    frames_between,
+    another_frame,
+    no_such_edge,
+    cut_off,
+    cut_off_ros1,
+    fewer_than_indexed,
+    no_topic,
+    no_field,
+    no_number,
+    no_poses,
+    no_turn,
+    nothing_there,
+    an_empty_folder,
+    too_long,
+    another_k,
+    uniform_by_word,
+    a_word,
+    a_clock,
+]
+
+
+@pytest.mark.parametrize("bad", BAD)
+def test_what_cannot_be_meant_is_refused_in_one_sentence(tmp_path, bad):
+    path, asked, words = bad(tmp_path)
+    asked = {"time": GRID} | ASKED | asked
+    with pytest.raises(InputError, match=words) as why:
+        pj.load_bags(path, **asked)
+    assert "\n" not in str(why.value) and str(why.value)[-1] in ".?"
+
+
+def test_the_recorders_clock_needs_no_headers(tmp_path):
+    times = drive(COMMANDS)[0]
+    path = bag(tmp_path, stamps=0 * times)
+    with pytest.raises(InputError, match='take clock="recorder"'):
+        pj.load_bags(path, GRID, **ASKED)
+    assert not pj.load_bags(path, GRID, **ASKED, clock="recorder").failed.any()
