@@ -73,6 +73,7 @@ NAMES = [
     "labels_of",
     "load",
     "load_answer",
+    "load_bags",
     "load_map",
     "load_network",
     "load_problem",
