@@ -99,6 +99,7 @@ _HOME = {
     "update": "claim.update",
     "vnnlib": "io.question",
     "write_c": "onboard.header",
+    "write_mcap": "bags.write",
     "write_onnx": "io.onnx_write",
     "write_question": "io.question",
 }

@@ -4,6 +4,7 @@ use.
 
 from parc_jax.answer.answer import Answer as Answer
 from parc_jax.bags.load import load_bags as load_bags
+from parc_jax.bags.write import write_mcap as write_mcap
 from parc_jax.base.status import Ended as Ended
 from parc_jax.base.status import Status as Status
 from parc_jax.batch.box_scenes import BoxScenes as BoxScenes

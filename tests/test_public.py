@@ -102,6 +102,7 @@ NAMES = [
     "update",
     "vnnlib",
     "write_c",
+    "write_mcap",
     "write_onnx",
     "write_question",
 ]

@@ -106,7 +106,7 @@ FILES_IN_AND_OUT = (
     ),
     Fault(
         "answer_on_another_time_grid",
-        "_model",
+        "model_of_file",
         "if proved !=",
         "if False and proved !=",
         ("tests/io/test_answer_file.py::test_an_answer_is_about_what_its_claim_is_about",),

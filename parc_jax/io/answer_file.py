@@ -66,7 +66,7 @@ def load_answer(path) -> Answer:
 
 
 def _answer(data: dict, report) -> Answer:
-    model, problem, meta = _model(data), problem_of_file(data["problem"]), data["meta"]
+    model, problem, meta = model_of_file(data), problem_of_file(data["problem"]), data["meta"]
     asked = _asked(problem, model, meta)
     scene = near_scene(asked)
     samples = np.array(
@@ -120,7 +120,7 @@ def _pose(meta: dict) -> Pose | None:
     return Pose(np.array(nearest_floats(place)), None if heading is None else float(heading))
 
 
-def _model(data: dict) -> TrajectoryModel:
+def model_of_file(data: dict) -> TrajectoryModel:
     asked, network, widths = data["problem"], data["network"], data["tube"]
     net = relu_network(
         [nearest_floats(W) for W in network["weights"]],

@@ -4,9 +4,8 @@ import json
 import math
 from fractions import Fraction
 
-import numpy as np
 import pytest
-from toy_models import line_model, told, toy_case
+from episodes import driven
 
 import parc_jax as pj
 from parc_jax import checker
@@ -14,35 +13,6 @@ from parc_jax.checker.answer import allowance_of
 from parc_jax.checker.turns import OFF, cosine_and_sine
 from parc_jax.errors import InputError
 from parc_jax.loop.log import episode_part
-from parc_jax.network.predict import trajectories
-from parc_jax.system import TURNS
-
-PATIENT = pj.Effort(candidates=64, deadline=300.0)
-
-
-def driven(turning: bool, n: int = 4):
-    """Commitments of a robot that is exactly where its network says, each left half way."""
-    if turning:
-        model, _ = toy_case(0)
-        model = told(model, rotation=(TURNS,))
-    else:
-        model = line_model(4, 0.01)
-    loop = pj.Loop(model, 0.05, leave=0.5, given=(1,), doubt=pj.Doubt(start=0.01), effort=PATIENT)
-    half, seconds = model.time.n_steps // 2, model.time.t_f / 2
-    pose = np.array([0.3, -0.2, 0.7] if turning else [0.3, -0.2])
-    block = pj.box([30.0, 30.0], [31.0, 31.0])
-    out = []
-    for i in range(n):
-        step = loop.step(pose, [0.1], [block], lambda seen: -seen.path[:, -1, 0], at=seconds * i)
-        assert step.new, step.reason
-        out.append(step.committed)
-        offsets, _ = trajectories(model.net, model.layout, step.committed.k[None])
-        way = offsets[0, half, :2]
-        if turning:
-            c, s = math.cos(pose[2]), math.sin(pose[2])
-            way = np.array([c * way[0] - s * way[1], s * way[0] + c * way[1]])
-        pose = np.concatenate([pose[:2] + way, pose[2:] + 0.3])
-    return out
 
 
 def check(file: dict):

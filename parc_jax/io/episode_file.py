@@ -1,0 +1,77 @@
+"""An episode again from its file, for pictures and bags: nothing else is needed."""
+
+import json
+from fractions import Fraction
+from typing import NamedTuple
+
+import numpy as np
+
+from parc_jax.base.spelling import nearest_floats
+from parc_jax.checker import Rejected, check_episode, load, number
+from parc_jax.checker.answer import allowance_of
+from parc_jax.checker.episode import EPISODE, summary_of_episode
+from parc_jax.errors import InputError
+from parc_jax.io.answer_file import model_of_file, problem_of_file
+from parc_jax.model import TrajectoryModel
+from parc_jax.problem.problem import ReachAvoid
+from parc_jax.robust.pose import Pose
+
+
+class Manoeuvre(NamedTuple):
+    """What was committed to. begin: [s] of the loop's clock. problem: told from the pose where it
+    has a heading, else in the world. p0 (n_p,), k (n_k,): the plan there.
+    """
+
+    begin: Fraction
+    pose: Pose
+    problem: ReachAvoid
+    p0: np.ndarray
+    k: np.ndarray
+
+
+class Driven(NamedTuple):
+    """An episode. model: of the plain questions. statement: what is proved and assumed."""
+
+    model: TrajectoryModel
+    manoeuvres: tuple[Manoeuvre, ...]
+    statement: str
+
+
+def load_episode(path) -> Driven:
+    """The episode of a file of `save_episode`, checked anew in exact arithmetic before anything is
+    believed. Raises InputError when the file is no episode or its proof fails.
+    """
+    try:
+        data = load(path)
+    except OSError as error:
+        raise InputError(f"{path}: cannot be read ({error.strerror}).") from None
+    except Rejected as why:
+        raise InputError(f"{path}: expected a file of `save_episode`; {why}.") from None
+    return episode_of(data, str(path))
+
+
+def episode_of(data: dict, name: str) -> Driven:
+    """The same of the parsed file. Raises InputError, which begins with `name`."""
+    try:
+        report = check_episode(data, allowance_of)
+    except Rejected as why:
+        raise InputError(
+            f"{name}: expected an episode ({EPISODE}) whose proofs hold; the checker says: {why}."
+        ) from None
+    try:
+        entries = data["manoeuvres"]
+        model = model_of_file(data | {"problem": entries[0]["problem"]})
+        manoeuvres = tuple(_manoeuvre(entry, model.n_p) for entry in entries)
+    except (KeyError, TypeError, IndexError, AttributeError, json.JSONDecodeError) as error:
+        raise InputError(
+            f"{name}: expected a file of `save_episode`; {type(error).__name__}: {error}."
+        ) from None
+    return Driven(model, manoeuvres, "\n".join(summary_of_episode(report)))
+
+
+def _manoeuvre(entry: dict, n_p: int) -> Manoeuvre:
+    values = np.array(nearest_floats(entry["pose"]))
+    pose = Pose(values[:n_p], float(values[n_p]) if len(values) > n_p else None)
+    p0, k = (np.array(nearest_floats(entry["sample"][name])) for name in ("p0", "k"))
+    problem = problem_of_file(entry["problem"])
+    return Manoeuvre(number(entry["begin"]), pose, problem, p0, k)
