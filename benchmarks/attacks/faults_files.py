@@ -5,6 +5,7 @@ from benchmarks.attacks.fault import Fault
 COLLECT = "tests/rollout/test_collect.py"
 REPLAYS = "tests/soundness/test_replays.py"
 MANY = "tests/verdict/test_outcomes.py"
+LOADED = "tests/bags/test_load.py"
 
 ROLLOUTS = (
     Fault(
@@ -373,4 +374,49 @@ REPLAY = (
     ),
 )
 
-FILES = (*ROLLOUTS, *FILES_IN_AND_OUT, *SHELL, *REPLAY)
+BAGS = (
+    Fault(
+        "bag_with_gaps_bridged",
+        "parc_jax.bags.windows._between",
+        "(wide > bridge * 1e9)",
+        "(wide > np.inf)",
+        (f"{LOADED}::test_no_run_goes_over_a_gap_between_poses",),
+    ),
+    Fault(
+        "bag_with_runs_cut_short_that_go_on",
+        "windows.windows",
+        "pose[at > following[:, None]] = np.nan",
+        "pose[at > at[:, -1:]] = np.nan",
+        (f"{LOADED}::test_a_run_cut_short_has_failed_unless_it_is_dropped",),
+    ),
+    Fault(
+        "bags_without_groups",
+        "load_bags",
+        "groups=groups,",
+        "groups=None,",
+        (f"{LOADED}::test_a_recording_is_a_group_and_is_never_torn_apart",),
+    ),
+    Fault(
+        "bag_of_two_clocks",
+        "load._require_one_clock",
+        "apart > CLOCKS_APART",
+        "apart > 1e99",
+        (f"{LOADED}::test_what_cannot_be_meant_is_refused_in_one_sentence",),
+    ),
+    Fault(
+        "mcap_with_half_the_tube",
+        "shapes.tube_triangles",
+        "+ signs * half",
+        "+ signs * half / 2",
+        ("tests/bags/test_write.py::test_an_answer_is_read_back_by_another_library",),
+    ),
+    Fault(
+        "mcap_of_a_plan_that_is_not_safe",
+        "parc_jax.bags.write._plan",
+        "if not fits or not verdicts(",
+        "if not fits or None is verdicts(",
+        ("tests/bags/test_write.py::test_what_is_not_safe_is_not_written",),
+    ),
+)
+
+FILES = (*ROLLOUTS, *FILES_IN_AND_OUT, *SHELL, *REPLAY, *BAGS)

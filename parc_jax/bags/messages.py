@@ -33,7 +33,7 @@ class Messages:
         }
         return self.store.types[kind](**blank, **fields)
 
-    def header(self, at: int):
+    def headed(self, at: int):
         """at: [ns]."""
         sec, nanosec = divmod(at, 10**9)
         stamp = self.make("builtin_interfaces/msg/Time", sec=sec, nanosec=nanosec)
@@ -59,10 +59,10 @@ class Messages:
         """times (n,) [ns], places (n, 3) [m]."""
         kind = "geometry_msgs/msg/PoseStamped"
         poses = [
-            self.make(kind, header=self.header(int(at)), pose=self.pose(place, heading))
+            self.make(kind, header=self.headed(int(at)), pose=self.pose(place, heading))
             for at, place, heading in zip(times, places, headings, strict=True)
         ]
-        return self.make(PATH, header=self.header(int(times[0])), poses=poses)
+        return self.make(PATH, header=self.headed(int(times[0])), poses=poses)
 
     def transform(self, at: int, child: str, place: np.ndarray, heading: float):
         moved = self.make(
@@ -72,7 +72,7 @@ class Messages:
         )
         one = self.make(
             "geometry_msgs/msg/TransformStamped",
-            header=self.header(at),
+            header=self.headed(at),
             child_frame_id=child,
             transform=moved,
         )
@@ -85,7 +85,7 @@ class Messages:
         shade = dict(zip("rgba", colour, strict=True))
         marker = self.make(
             MARKER,
-            header=self.header(at),
+            header=self.headed(at),
             ns=name,
             type=kind,
             pose=self.pose(np.zeros(3), 0.0),
@@ -93,7 +93,7 @@ class Messages:
             color=self.make("std_msgs/msg/ColorRGBA", **shade),
             points=[self.vector("Point", point) for point in points],
         )
-        away = self.make(MARKER, header=self.header(at), ns=name, id=1, action=DELETE_ALL)
+        away = self.make(MARKER, header=self.headed(at), ns=name, id=1, action=DELETE_ALL)
         return self.make(MARKERS, markers=[away, marker] if len(points) else [away])
 
     def grid(self, at: int, free: np.ndarray, resolution: float, origin):
@@ -107,7 +107,7 @@ class Messages:
             origin=self.pose(np.array([*origin[:2], 0.0]), origin[2]),
         )
         data = np.where(free, FREE, NOT_FREE).astype(np.int8).ravel()
-        return self.make(GRID, header=self.header(at), info=info, data=data)
+        return self.make(GRID, header=self.headed(at), info=info, data=data)
 
     def text(self, words: str):
         return self.make(TEXT, data=words)

@@ -71,7 +71,7 @@ def write_mcap(
     says = Messages(frame)
     start = round(begin * 1e9)
     if isinstance(what, Answer):
-        lines = _answer(says, what, plan, start)
+        lines = _answered(says, what, plan, start)
     else:
         lines = _episode(says, what, start)
     if grid is not None:
@@ -99,7 +99,7 @@ def is_episode(path) -> bool:
         return False
 
 
-def _answer(says: Messages, answer: Answer, plan, start: int) -> list[Line]:
+def _answered(says: Messages, answer: Answer, plan, start: int) -> list[Line]:
     model, n_p = answer.model, answer.model.n_p
     lines: list[Line] = [(start, "/statement", m.TEXT, says.text(answer.statement()))]
     places = [nominal_path(model, s[:n_p], s[n_p:]).places[:, 0] for s in answer.samples]
