@@ -37,9 +37,13 @@ from parc_jax.io.question import write_question as write_question
 from parc_jax.local.choice import Choice as Choice
 from parc_jax.local.local_model import Local as Local
 from parc_jax.local.refine import Refine as Refine
+from parc_jax.loop.episodes import Episodes as Episodes
+from parc_jax.loop.episodes import episodes as episodes
+from parc_jax.loop.left import left_tube as left_tube
 from parc_jax.loop.log import save_episode as save_episode
 from parc_jax.loop.loop import Effort as Effort
 from parc_jax.loop.loop import Loop as Loop
+from parc_jax.loop.outcome import Outcome as Outcome
 from parc_jax.methods import Exact as Exact
 from parc_jax.methods import Published as Published
 from parc_jax.model import TrajectoryModel as TrajectoryModel

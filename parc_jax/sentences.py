@@ -1,11 +1,13 @@
 """The sentences of an answer: what is proved of the model and its tube, what a drawn plan risks."""
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from fractions import Fraction
 
-from parc_jax.base.spelling import listed, rounded_down, rounded_up
+from parc_jax.base.spelling import counted, listed, rounded_down, rounded_up
 from parc_jax.claim.risk import NoStatement, Risk
 from parc_jax.verdict.hopeless import Why
+
+MOST_NUMBERS = 8  # that are listed
 
 
 def nothing_found(reason: Why | None) -> str:
@@ -99,3 +101,45 @@ def about_risk(
         f"{rounded_up(density)} times uniform, measured with {volume}; "
         f"the claim has confidence {confidence})."
     )
+
+
+def about_loop() -> str:
+    """The sentence (C) of a loop. [T38]"""
+    return (
+        "(C) Whatever happens inside the tubes, nothing is ever touched, while every pose is "
+        "inside its doubt, what was said of obstacles is so, and a robot rests where a manoeuvre "
+        "ends."
+    )
+
+
+def about_episodes(
+    n: int,
+    bad: int,
+    counts: Mapping[str, int | None],
+    eps: Fraction,
+    look,
+    contradictions: list[int],
+) -> str:
+    """Both sentences of a loop. [T40] counts: of episodes in which each thing happened, None where
+    nobody looked. look: with its share of delta. contradictions: numbers of episodes that
+    contradict the sentence (C).
+    """
+    sure = rounded_down(1 - look.delta, 10)
+    which = f", look {look.number} of {look.planned}" if look.planned > 1 else ""
+    watched = counts["a tube was left"] is not None
+    what = "leaves a tube, or touches anything," if watched else "touches anything"
+    seen = listed([f"in {m:,} {words}" for words, m in counts.items() if m is not None])
+    sentences = [
+        about_loop(),
+        f"(E) Of {counted(n, 'fresh episode')} {bad:,} were bad: {seen}.",
+        f"With confidence {sure} over them, an episode of this law {what} with probability at most "
+        f"{rounded_up(eps)}{which}, for whatever reason.",
+    ]
+    if contradictions:
+        first = [str(i) for i in contradictions[:MOST_NUMBERS]]
+        more = ["others"] if len(contradictions) > MOST_NUMBERS else []
+        sentences.append(
+            f"CONTRADICTED: in {counted(len(contradictions), 'episode')} ({listed(first + more)}) "
+            "something was touched inside the tubes, so something that (C) assumes does not hold."
+        )
+    return " ".join(sentences)

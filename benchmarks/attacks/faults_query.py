@@ -5,6 +5,7 @@ from benchmarks.attacks.fault import Fault
 FIRST = "parc_jax/cover/first.py"
 JUDGED = ("tests/cover/test_first.py::test_every_plan_is_judged_as_all_plans_are",)
 LOOP = "tests/loop/test_loop.py::"
+EPISODES = "tests/loop/test_episodes.py::"
 AWAY = ("tests/separation/test_pairs.py::test_boxes_tell_no_more_than_the_gap",)
 COUNTED = (
     "tests/cover/test_first.py"
@@ -91,6 +92,48 @@ QUERY = (
         "outside.any()",
         "False",
         (LOOP + "test_what_is_measured_wrongly_changes_nothing",),
+    ),
+    Fault(
+        "tubes_that_were_left_do_not_count",
+        "Driven.bad",
+        " or self.left is True",
+        "",
+        (EPISODES + "test_every_bad_episode_is_counted_and_the_bound_is_that_of_the_count",),
+    ),
+    Fault(
+        "looks_at_episodes_for_nothing",
+        "episodes._look",
+        "delta / len(declared)",
+        "delta",
+        (EPISODES + "test_looks_share_delta_and_others_are_refused",),
+    ),
+    Fault(
+        "every_episode_from_one_seed",
+        "episodes.task_of",
+        "ravel()), number]",
+        "ravel()), 0]",
+        (EPISODES + "test_seeds_meet_nobody_elses",),
+    ),
+    Fault(
+        "lines_that_a_killed_run_did_not_finish",
+        "Ledger._open",
+        "os.ftruncate(self._file, whole)",
+        "whole",
+        (EPISODES + "test_a_stopped_run_goes_on_and_counts_every_episode_once",),
+    ),
+    Fault(
+        "episodes_of_another_drive_go_on",
+        "episodes.episodes",
+        '"drive": lasting_digest(drive)',
+        '"drive": ""',
+        (EPISODES + "test_a_folder_of_other_episodes_is_refused",),
+    ),
+    Fault(
+        "ends_of_another_number_of_points",
+        "Loop._end",
+        "1, copies)",
+        "1, 1)",
+        (LOOP + "test_where_a_manoeuvre_may_end_holds_for_every_heading_of_the_doubt",),
     ),
     Fault(
         "loops_that_forget_the_doubt",

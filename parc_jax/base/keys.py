@@ -26,6 +26,7 @@ class Stage(enum.IntEnum):
     FIT = 5  # initial weights and minibatches: not rollouts
     VALIDATE = 6
     DRIVEN = 7  # keys of runs around the plan that is driven, one per look
+    EPISODE = 8  # seeds of worlds and of drives through them, two per episode
 
 
 def as_key(key) -> jax.Array:

@@ -158,6 +158,10 @@ class Loop:
                 return self._commit(scene.asked, chosen, found.clearance[i], judged, at)
         return self.go_on(f"none of {len(order)} candidates is safe")
 
+    def restart(self) -> None:
+        """Another episode: the robot rests, at a place where it touches nothing."""
+        self.under_way, self._n = None, 0
+
     def go_on(self, reason: str) -> Step:
         """The manoeuvre under way goes on, for a reason of the caller: a scan that makes no sense,
         a place without free space around it.

@@ -67,6 +67,13 @@ def identity_of(system) -> dict:
     return identity
 
 
+def lasting_digest(x) -> str:
+    """Of code and data that a function or an object reaches, the same in another process: what
+    `identity_of` says of a system's code and attributes.
+    """
+    return _Reader(lasting=True).digest(x)
+
+
 class _Reader:
     """Digests of objects by what they contain. lasting: the digest must be the same in another
     process.

@@ -59,6 +59,7 @@ def drive(world: World, system, loop: pj.Loop, key, scanner=None) -> Drive:
     scanner = lidar() if scanner is None else scanner
     body, scans = jax.random.split(as_key(key))
     rng = np.random.default_rng(np.asarray(jax.random.key_data(scans)))
+    loop.restart()
     robot = Driven(system, world.start, body)
     around = shapes(world.cylinders, world.radius)
     guide = Guidance(world.start, world.goal, NEAR)

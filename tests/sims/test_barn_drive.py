@@ -67,6 +67,9 @@ def test_candidates_are_within_k_and_some_turn_on_the_spot():
 class Standing:
     """A loop that commits to nothing."""
 
+    def restart(self):
+        pass
+
     def step(self, *_):
         return Step(None, False, "nothing is safe")
 

@@ -1,0 +1,91 @@
+"""Did a robot leave the tube of any manoeuvre, up to when it left the manoeuvre? [T38, T40]"""
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from parc_jax.base.arrays import as_float64
+from parc_jax.claim.measure import allowance
+from parc_jax.claim.score import score_arrays
+from parc_jax.errors import InputError
+from parc_jax.loop.commitment import Commitment
+from parc_jax.network.predict import trajectories
+
+AT_ONCE = 64  # manoeuvres looked at in one compiled call
+WHOLE = 1e-6  # records: a manoeuvre that begins so near to one begins there
+
+
+def left_tube(commitments: Sequence[Commitment], path, heading=None) -> bool:
+    """Did the robot leave a tube in an episode, at any record of what was driven of a manoeuvre? In
+    doubt yes: a run that rounding might have put outside, or that is not finite, counts.
+
+    commitments: of one loop, in their order. path: where it truly was at the clock's times 0, d,
+    2 d, ..., d the time between records of the model: places of its reference points
+    (n, points, n_p), of one point (n, n_p) [m]. heading (n,) [rad]: of a robot whose poses have
+    one.
+    The last manoeuvre counts up to the end of the path. What is left at the end are other goal
+    states (q), which only `end` asks for. Raises InputError.
+    """
+    if not commitments:
+        return False
+    model = commitments[0].asked.question.model
+    if any(one.asked.question.model is not model for one in commitments):
+        raise InputError("left_tube: expected commitments of one loop; got some of another model.")
+    turns = commitments[0].asked.pose.heading is not None
+    path = _path(model, path)
+    heading = np.zeros(len(path)) if heading is None else heading
+    heading = as_float64("left_tube: heading", np.where(turns, heading, 0.0), (len(path),))
+    begin = [_record(one, model.time.dt_record, len(path)) for one in commitments]
+    k = np.stack([one.k for one in commitments])
+    knots, q = trajectories(model.net, model.layout, k)
+    p = _between(knots, model.time.stride)
+    for i, (first, last) in enumerate(zip(begin, [*begin[1:], len(path) - 1], strict=True)):
+        n = min(last - first, model.time.n_record) + 1
+        p[i, :n] = _seen_from(path[first : first + n], heading[first])
+    slack = allowance(model.net, model.domain, model.layout)
+    score = []
+    for i in range(0, len(k), AT_ONCE):
+        some = np.minimum(np.arange(i, i + AT_ONCE), len(k) - 1)
+        score.append(score_arrays(model.net, slack, model.tube, k[some], p[some], q[some])[0])
+    return not bool((np.concatenate(score) <= 1.0).all())
+
+
+def _path(model, path) -> np.ndarray:
+    """(n, points, n_p); what is not finite has left every tube. Raises InputError."""
+    path = np.asarray(path, np.float64)
+    shape = (model.n_points, model.n_p)
+    if path.ndim < 2 or path.shape[1:] not in (shape, (model.n_p,) if shape[0] == 1 else shape):
+        raise InputError(
+            f"left_tube: expected places of {shape[0]} points in {shape[1]} axes at each record, "
+            f"(n, {shape[0]}, {shape[1]}); got shape {path.shape}."
+        )
+    return path.reshape(len(path), *shape)
+
+
+def _record(one: Commitment, step: float, n: int) -> int:
+    """The record at which a manoeuvre began. Raises InputError."""
+    number = float(one.begin) / step
+    nearest = round(number)
+    if abs(number - nearest) > WHOLE * max(1.0, abs(number)) or not 0 <= nearest < n:
+        raise InputError(
+            f"left_tube: expected manoeuvres that began at records of the path, every {step:g} s "
+            f"from 0 to {step * (n - 1):g} s; number {one.number} began at {float(one.begin):g} s."
+        )
+    return nearest
+
+
+def _between(knots: np.ndarray, stride: int) -> np.ndarray:
+    """(n, n_record + 1, n_c) from knots (n, T + 1, n_c), straight in between."""
+    share = (np.arange(stride) / stride)[:, None]
+    a, b = knots[:, :-1, None], knots[:, 1:, None]
+    within = (a * (1 - share) + b * share).reshape(len(knots), -1, knots.shape[-1])
+    return np.concatenate([within, knots[:, -1:]], axis=1)
+
+
+def _seen_from(path: np.ndarray, heading: float) -> np.ndarray:
+    """(n, n_c) from the place of the first point at the start, with the heading there."""
+    away = path - path[0, 0]
+    if heading:
+        cosine, sine = np.cos(heading), np.sin(heading)
+        away = away @ np.array([[cosine, -sine], [sine, cosine]])
+    return away.reshape(len(path), -1)

@@ -1,0 +1,224 @@
+"""What is claimed of a loop: fresh episodes, counted once each, whatever stops them."""
+
+import json
+import os
+import subprocess
+import sys
+from fractions import Fraction
+
+import jax
+import numpy as np
+import pytest
+from toy_episodes import Toy, law, no_outcome
+
+import parc_jax as pj
+from parc_jax.base.keys import Stage, as_key, key_data, stream
+from parc_jax.claim.counts import clopper_pearson
+from parc_jax.errors import InputError
+from parc_jax.loop.episodes import task_of
+from parc_jax.loop.ledger import ABOUT, LINES
+
+KEY = jax.random.PRNGKey(4)
+
+
+def asked(drive, n, **options):
+    return pj.episodes(drive, law, KEY, n, **{"workers": 0, "quiet": True} | options)
+
+
+def test_every_bad_episode_is_counted_and_the_bound_is_that_of_the_count():
+    done = asked(Toy(left=0.7, touched=0.9, breaks=0.97), 100)
+    words = key_data(stream(KEY, Stage.EPISODE))
+    worlds = np.array([law(task_of(words, i).of_world) for i in range(100)])
+    assert done.failed == (worlds > 0.97).sum() > 0
+    assert done.touched == ((worlds > 0.9) & (worlds <= 0.97)).sum() > 0
+    assert done.left == ((worlds > 0.7) & (worlds <= 0.97)).sum() > done.touched
+    assert done.bad == (worlds > 0.7).sum()
+    assert done.eps == clopper_pearson(done.bad, 100, 0.001) and done.contradictions == ()
+    said = done.statement()
+    assert f"Of 100 fresh episodes {done.bad} were bad: in {done.left} a tube was left" in said
+    assert "(C) Whatever happens inside the tubes, nothing is ever touched" in said
+    assert "With confidence 0.999 over them, an episode of this law leaves a tube, or" in said
+
+
+def test_without_a_bad_one_it_is_the_well_known_bound():
+    done = asked(Toy(), 50, delta=0.01)
+    assert done.bad == 0 and float(done.eps) == pytest.approx(1 - 0.01 ** (1 / 50))
+    assert float(done.eps) >= 1 - 0.01 ** (1 / 50)
+
+
+def test_what_is_touched_inside_the_tubes_is_said_to_contradict():
+    done = asked(Toy(touched=0.8), 20)
+    assert done.contradictions and "CONTRADICTED" in done.statement()
+
+
+def test_where_nobody_looked_at_tubes_nothing_is_said_of_them():
+    done = asked(lambda world, seed: pj.Outcome(world > 0.9), 20)
+    assert done.left is None
+    assert "leaves" not in done.statement() and "law touches anything with" in done.statement()
+
+
+def test_a_claim_is_wrong_as_rarely_as_it_says():
+    """A true rate of 0.1 is above the bound in at most delta of all claims."""
+    wrong = 0
+    for i in range(80):
+        done = pj.episodes(
+            Toy(left=0.9), law, jax.random.PRNGKey(i), 40, workers=0, delta=0.1, quiet=True
+        )
+        wrong += done.eps < Fraction(1, 10)
+    assert wrong <= 80 * 0.1 + 3 * np.sqrt(80 * 0.1 * 0.9)
+    assert wrong > 0  # the bound is no wider than it has to be
+
+
+def test_looks_share_delta_and_others_are_refused():
+    first, last = (asked(Toy(left=0.5), n, looks=(10, 40)) for n in (10, 40))
+    assert first.look[:2] == (1, 2) and last.look[:2] == (2, 2)
+    assert first.look.delta == last.look.delta == Fraction(1, 2000)
+    assert "look 2 of 2" in last.statement()
+    for looks in ((10, 40), (30, 30)):
+        with pytest.raises(InputError, match="looks: expected the numbers of episodes, each once"):
+            asked(Toy(), 30, looks=looks)
+
+
+def test_seeds_meet_nobody_elses():
+    words = key_data(stream(KEY, Stage.EPISODE))
+    tasks = [task_of(words, i) for i in range(1000)]
+    seeds = {tuple(seed.tolist()) for task in tasks for seed in task[1:]}
+    assert len(seeds) == 2000
+    others = {tuple(key_data(stream(KEY, stage)).tolist()) for stage in Stage}
+    assert len(others) == len(Stage) and not others & seeds
+    as_key(tasks[0].of_world)
+
+
+def lines(folder):
+    return [json.loads(line) for line in (folder / LINES).read_text().splitlines()]
+
+
+class Stopped:
+    """Ctrl-C, at some episode, once."""
+
+    def __init__(self, at):
+        self._left = at
+
+    def __call__(self, world, seed):
+        self._left -= 1
+        if self._left == 0:
+            raise KeyboardInterrupt
+        return Toy(left=0.8)(world, seed)
+
+
+def test_a_stopped_run_goes_on_and_counts_every_episode_once(tmp_path):
+    drive = Stopped(at=13)
+    with pytest.raises(KeyboardInterrupt):
+        asked(drive, 30, folder=tmp_path)
+    assert [one["number"] for one in lines(tmp_path)] == list(range(12))
+    with (tmp_path / LINES).open("a") as file:
+        file.write('{"number": 12, "touched": false, "le')  # killed while it wrote
+    done = asked(drive, 30, folder=tmp_path)
+    assert [one["number"] for one in lines(tmp_path)] == list(range(30))
+    assert done.driven == asked(Stopped(0), 30).driven
+    os.truncate(tmp_path / LINES, 0)
+    assert asked(drive, 30, folder=tmp_path).driven == done.driven
+
+
+def test_a_folder_of_other_episodes_is_refused(tmp_path):
+    asked(Toy(), 6, folder=tmp_path)
+    for drive, options, words in (
+        (Toy(left=0.5), {}, "the same drive"),
+        (Toy(), {"delta": 0.1}, "the same delta"),
+        (Toy(), {"looks": (6, 7)}, "the same looks"),
+    ):
+        with pytest.raises(InputError, match=words):
+            asked(drive, 6, folder=tmp_path, **options)
+    with pytest.raises(InputError, match="the same seed"):
+        pj.episodes(Toy(), law, jax.random.PRNGKey(5), 6, folder=tmp_path, workers=0)
+
+
+@pytest.mark.parametrize(
+    ("spoilt", "words"),
+    [
+        (lambda text: text + text.splitlines()[2] + "\n", "every episode once; 2 stands there"),
+        (lambda text: text.replace('"number": 3', '"no": 3'), "line 4 is none"),
+        (lambda text: "\n" + text, "line 1 is none"),
+    ],
+)
+def test_lines_that_were_changed_are_refused(tmp_path, spoilt, words):
+    asked(Toy(), 6, folder=tmp_path)
+    path = tmp_path / LINES
+    path.write_text(spoilt(path.read_text()))
+    with pytest.raises(InputError, match=words):
+        asked(Toy(), 6, folder=tmp_path)
+
+
+def test_two_runs_never_write_one_folder(tmp_path):
+    def drive(world, seed):
+        with pytest.raises(InputError, match="another run does"):
+            asked(drive, 1, folder=tmp_path)
+        return pj.Outcome(False)
+
+    assert asked(drive, 1, folder=tmp_path).bad == 0
+
+
+def test_workers_drive_the_same_episodes_and_one_that_ends_its_process_counts(tmp_path):
+    drive = Toy(left=0.8, dies=0.9)
+    done = asked(drive, 24, workers=2, folder=tmp_path)
+    died = [one for one in done.driven if one.failed]
+    assert died and all("exit code 7" in one.failed for one in died)
+    alone = asked(Toy(left=0.8), 24).driven
+    assert all(one == alone[one.number] for one in done.driven if not one.failed)
+    assert {one.number for one in died} == {o.number for o in alone if o.told["world"] > 0.9}
+    assert sorted(one["number"] for one in lines(tmp_path)) == list(range(24))
+    assert (tmp_path / ABOUT).exists()
+
+
+JOB = """
+import sys, jax, parc_jax as pj
+from toy_episodes import Toy, law
+def drive(world, seed):
+    print("begun", flush=True)
+    sys.stdin.readline()
+    return Toy(left=0.8)(world, seed)
+if __name__ == "__main__":
+    key = jax.random.PRNGKey(4)
+    done = pj.episodes(drive, law, key, 80, workers=0, quiet=True, folder=sys.argv[1])
+    print(done.bad)
+"""
+
+
+@pytest.mark.slow  # two processes that start JAX
+def test_a_killed_run_goes_on(tmp_path):
+    script = tmp_path / "job.py"
+    script.write_text(JOB)
+    env = os.environ | {"PYTHONPATH": os.pathsep.join(sys.path)}
+    command = [sys.executable, str(script), str(tmp_path / "kept")]
+    pipes = {"stdin": subprocess.PIPE, "stdout": subprocess.PIPE, "text": True, "env": env}
+    with subprocess.Popen(command, **pipes) as first:
+        first.stdin.write(6 * "\n")
+        first.stdin.flush()
+        assert [first.stdout.readline() for _ in range(7)] == 7 * ["begun\n"]
+        first.kill()
+    assert [one["number"] for one in lines(tmp_path / "kept")] == list(range(6))
+    again = subprocess.run(
+        command, input=80 * "\n", capture_output=True, text=True, check=True, env=env
+    )
+    assert again.stdout.split()[:-1] == 74 * ["begun"]
+    assert int(again.stdout.split()[-1]) == asked(Toy(left=0.8), 80).bad
+    assert [one["number"] for one in lines(tmp_path / "kept")] == list(range(80))
+
+
+@pytest.mark.parametrize(
+    ("drive", "n", "options", "words"),
+    [
+        (no_outcome, 3, {}, "all 3 so far failed, the last .*to return an Outcome; got bool"),
+        (Toy(breaks=-1.0), 9, {}, "all 4 so far failed, the last in .*the wheels came off"),
+        (Toy(), 0, {}, "episodes: expected a whole number >= 1"),
+        (Toy(), 3, {"workers": -1}, "workers: expected"),
+        (Toy(), 3, {"delta": 1.5}, "delta: expected a probability"),
+        ("drive", 3, {}, "expected drive to be a function; got 'drive'"),
+        (lambda world, seed: None, 3, {"workers": 1}, "top level of a module, or pass workers=0"),
+        (lambda world, seed: pj.Outcome(0.5), 1, {}, "touched True or False"),
+        (lambda world, seed: pj.Outcome(False, told={"a": {1}}), 1, {}, "plain values; got set"),
+    ],
+)
+def test_what_makes_no_sense_is_told(drive, n, options, words):
+    with pytest.raises(InputError, match=words):
+        asked(drive, n, **options)

@@ -1,0 +1,75 @@
+"""Leaving a tube, by a robot that is exactly where its network says, but for what is done to it."""
+
+import math
+
+import numpy as np
+import pytest
+from toy_models import line_model, told
+
+import parc_jax as pj
+from parc_jax.errors import InputError
+from parc_jax.loop.loop import Loop
+from parc_jax.system import TURNS
+
+WIDE = 0.01  # [m] of the tube
+PATIENT = pj.Effort(candidates=64, deadline=300.0)
+HALF = 2  # records, of four, after which a manoeuvre is left
+
+
+def driven(turning: bool):
+    """Commitments, path and headings of three manoeuvres, the last one up to its rest."""
+    model = line_model(4, WIDE)
+    if turning:
+        model = told(model, rotation=(TURNS,))
+    loop = Loop(model, 0.05, leave=0.5, given=(1,), doubt=pj.Doubt(start=0.05), effort=PATIENT)
+    place, heading, path, headings, done = np.array([0.3, -0.2]), 0.7 * turning, [], [], []
+    for i in range(3):
+        pose = np.append(place, heading) if turning else place
+        measured = np.array([0.04, -0.03, 0.0])[
+            : len(pose)
+        ]  # the pose is in doubt, the tube is not
+        step = loop.step(pose + measured, [0.1], [], lambda seen: -seen.path[:, -1, 0], i * 0.5)
+        done.append(step.committed)
+        cosine, sine = math.cos(heading), math.sin(heading)
+        way = np.array([[cosine, -sine], [sine, cosine]]) @ step.committed.k
+        records = range(HALF if i < 2 else 5)
+        path += [place + way * s / 4 for s in records]
+        headings += [heading] * len(records)
+        place, heading = place + way / 2, heading + 0.3 * turning
+    return done, np.array(path), np.array(headings)
+
+
+@pytest.mark.parametrize("turning", [False, True])
+def test_a_robot_where_it_should_be_is_inside_and_one_pushed_aside_is_not(turning):
+    done, path, heading = driven(turning)
+    assert not pj.left_tube(done, path, heading)
+    for off, left in ((0.9 * WIDE, False), (1.1 * WIDE, True), (np.nan, True)):
+        for record in (1, 3, len(path) - 1):
+            aside = path.copy()
+            aside[record, 1] += off / (np.cos(heading[record]) if turning else 1.0)
+            assert pj.left_tube(done, aside, heading) == left or (turning and not np.isnan(off))
+    if turning:
+        assert pj.left_tube(done, path, heading + 0.1)
+
+
+def test_what_a_manoeuvre_would_have_done_after_it_was_left_does_not_count():
+    done, path, _ = driven(False)
+    moved = path.copy()
+    moved[2:] += 0.5  # it is where it is; the next manoeuvre begins there
+    assert pj.left_tube(done, moved)
+    assert not pj.left_tube(done[1:], moved)
+    assert not pj.left_tube(done, path[:5]) and not pj.left_tube([], path)
+
+
+@pytest.mark.parametrize(
+    ("spoilt", "words"),
+    [
+        (lambda done, path: (done, path[:, :1]), r"\(n, 1, 2\); got shape \(9, 1\)"),
+        (lambda done, path: (done, path[:2]), "from 0 to 0.25 s; number 1 began at 0.5 s"),
+        (lambda done, path: ([*done, *driven(False)[0]], path), "of another model"),
+    ],
+)
+def test_what_makes_no_sense_is_told(spoilt, words):
+    done, path, _ = driven(False)
+    with pytest.raises(InputError, match=words):
+        pj.left_tube(*spoilt(done, path))
