@@ -40,6 +40,7 @@ _HOME = {
     "Point": "claim.risk",
     "Polygon": "problem.body",
     "Prepared": "planner.prepared",
+    "Prover": "loop.prover",
     "Published": "methods",
     "ReLUNetwork": "network.relu",
     "ReachAvoid": "problem.problem",

@@ -5,6 +5,7 @@ from benchmarks.attacks.fault import Fault
 FIRST = "parc_jax/cover/first.py"
 JUDGED = ("tests/cover/test_first.py::test_every_plan_is_judged_as_all_plans_are",)
 LOOP = "tests/loop/test_loop.py::"
+PROVER = "tests/loop/test_prover.py::"
 EPISODES = "tests/loop/test_episodes.py::"
 AWAY = ("tests/separation/test_pairs.py::test_boxes_tell_no_more_than_the_gap",)
 COUNTED = (
@@ -92,6 +93,34 @@ QUERY = (
         "outside.any()",
         "False",
         (LOOP + "test_what_is_measured_wrongly_changes_nothing",),
+    ),
+    Fault(
+        "proofs_that_nobody_needs",
+        "Proving.proof",
+        "not why, follows",
+        "True, follows",
+        (PROVER + "test_what_is_unsafe_is_rejected_and_what_jumps_is_told",),
+    ),
+    Fault(
+        "robots_that_jump_in_an_episode",
+        "Chain.add",
+        "before is None or",
+        "True or",
+        (PROVER + "test_what_is_unsafe_is_rejected_and_what_jumps_is_told",),
+    ),
+    Fault(
+        "loops_deaf_to_their_prover",
+        "Loop.step",
+        "if trouble:",
+        "if False:",
+        (PROVER + "test_a_loop_whose_prover_is_in_trouble_goes_on_with_the_stop_in_hand",),
+    ),
+    Fault(
+        "clocks_that_stand_still",
+        "Loop._time",
+        "now <= last.begin",
+        "False",
+        (LOOP + "test_a_clock_that_does_not_go_forward_changes_nothing",),
     ),
     Fault(
         "tubes_that_were_left_do_not_count",

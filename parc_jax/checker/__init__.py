@@ -31,7 +31,7 @@ are integers over one common denominator ("scale").
 
 from .answer import FORMAT, PARTS, Report, allowance, check_answer, load, main, summary
 from .doubt import check_doubt
-from .episode import check_episode
+from .episode import Chain, check_episode
 from .exact import NotAnAnswer, Rejected, integers, number, rejecting
 from .no_plan import check_no_plan
 from .plans import Context
@@ -41,6 +41,7 @@ __all__ = [
     "FORMAT",
     "MAX_PARAMETERS",
     "PARTS",
+    "Chain",
     "Context",
     "NotAnAnswer",
     "Rejected",

@@ -5,6 +5,7 @@ one before it may have been left. [T38]
 import collections
 import hashlib
 import itertools
+import math
 from fractions import Fraction
 
 from .claim import checked_claim, told
@@ -37,25 +38,42 @@ def check_episode(episode, allowance_of):
     need(episode["hash"] == hashes, "a hash does not match its content")
     entries = array(episode["manoeuvres"])
     need(len(entries) > 0, "an episode without a manoeuvre")
-    context = None
+    chain = Chain(episode, allowance_of(texts.values()))
     begun = []
     for i, entry in enumerate(entries):
         with rejecting(f"manoeuvres[{i}]: "):
-            fields(entry, ("begin", "pose", "problem", "sample"))
-            if context is None:
-                context = Context(entry["problem"], episode["network"], episode["tube"])
-                context.work_left = allowance_of(texts.values())
-                copies = whole(episode["copies"], 1, context.n_points)
-                doubt = [number(x) for x in array(episode["doubt"])]
-            else:
-                context = context.about(entry["problem"])
-            begun.append(check_manoeuvre(context, entry))
-            if i:
-                need(follows(begun[-2], begun[-1], copies, doubt), "it began outside of the tube")
+            need(chain.add(entry), "it began outside of the tube")
+            begun.append(chain.last)
     claim, last = episode["claim"], begun[-1]
     arithmetic = checked_claim(claim, hashes, last.context.n_bins)
     rests = sum(b.begin >= ended(a) for a, b in itertools.pairwise(begun))
     return Report(len(begun), begun[0].begin, ended(last), rests, claim, arithmetic, hashes)
+
+
+class Chain:
+    """Manoeuvres of an episode as they come, with what it says of all of them: network, tube,
+    copies and doubt. work: that they may ask for. last: the last of them, as it is Begun.
+    """
+
+    def __init__(self, episode, work=math.inf):
+        self.episode, self.work = episode, work
+        self.context = self.last = None
+
+    def add(self, entry):
+        """Checks one more: did it begin where the one before it may have been left? Raises Rejected
+        where it is not safe from its pose, or began no later than the one before.
+        """
+        fields(entry, ("begin", "pose", "problem", "sample"))
+        episode = self.episode
+        if self.context is None:
+            self.context = Context(entry["problem"], episode["network"], episode["tube"])
+            self.context.work_left = self.work
+            self.copies = whole(episode["copies"], 1, self.context.n_points)
+            self.doubt = [number(x) for x in array(episode["doubt"])]
+        else:
+            self.context = self.context.about(entry["problem"])
+        before, self.last = self.last, check_manoeuvre(self.context, entry)
+        return before is None or follows(before, self.last, self.copies, self.doubt)
 
 
 def check_manoeuvre(context, entry):

@@ -10,6 +10,7 @@ from parc_jax.base.spelling import hex_text, plain
 from parc_jax.certificate.write import part_hash, problem_part, question_parts
 from parc_jax.errors import InputError
 from parc_jax.loop.commitment import Commitment
+from parc_jax.robust.question import Plain
 from parc_jax.rollout.files import write_atomic
 
 FORMAT = "parc_jax.episode/1"
@@ -22,9 +23,17 @@ def episode_part(commitments: Sequence[Commitment], meta=None) -> dict:
     if not commitments:
         raise InputError("episode: expected at least one commitment; got none.")
     first = commitments[0].asked
-    model = first.model
-    if any(one.asked.model is not model for one in commitments):
+    if any(one.asked.model is not first.model for one in commitments):
         raise InputError("episode: expected commitments of one loop; got some of another model.")
+    return head_part(first) | {
+        "manoeuvres": [manoeuvre_part(one) for one in commitments],
+        "meta": plain(meta),
+    }
+
+
+def head_part(first: Plain) -> dict:
+    """What an episode that begins with this question says of all its manoeuvres."""
+    model = first.model
     _, network, tube = question_parts(first.problem, model)
     hashes = {"network": part_hash(network), "tube": part_hash(tube)}
     claim = model.claim.to_json() | {f"{name}_hash": value for name, value in hashes.items()}
@@ -40,8 +49,6 @@ def episode_part(commitments: Sequence[Commitment], meta=None) -> dict:
         # points of the plain question for each point of the robot
         "copies": model.n_points // first.question.model.n_points,
         "doubt": hex_text(np.append(start, heading)),
-        "manoeuvres": [_manoeuvre(one) for one in commitments],
-        "meta": plain(meta),
     }
 
 
@@ -51,7 +58,8 @@ def save_episode(path, commitments: Sequence[Commitment], meta=None) -> Path:
     return write_atomic(path, text.encode())
 
 
-def _manoeuvre(one: Commitment) -> dict:
+def manoeuvre_part(one: Commitment) -> dict:
+    """One of them."""
     pose = one.asked.pose
     values = pose.place if pose.heading is None else np.append(pose.place, pose.heading)
     return {

@@ -17,6 +17,7 @@ from parc_jax.cover.preferred import preferred
 from parc_jax.errors import InputError
 from parc_jax.loop.commitment import Commitment, Step
 from parc_jax.loop.outlook import Outlook, outlook
+from parc_jax.loop.prover import Prover
 from parc_jax.model import TrajectoryModel, check_model
 from parc_jax.network.rounding import rounding_bound
 from parc_jax.problem.doubt import Doubt
@@ -71,7 +72,9 @@ class Loop:
     step. end: where a manoeuvre may end, a set over all points and q seen from its start with the
     heading that is measured, whichever within its doubt it has; None for anywhere. candidates
     (b, chosen parameters): that are looked at, at every step; by default `effort.candidates` of
-    them, even over K. Raises InputError for what does not fit the model.
+    them, even over K. prover: proves every commitment exactly in a second process; while it is
+    far behind, and after it rejected one, nothing is committed to. Raises InputError for what does
+    not fit the model.
     """
 
     def __init__(
@@ -85,10 +88,12 @@ class Loop:
         end: HPolytope | None = None,
         candidates: np.ndarray | None = None,
         effort: Effort | None = None,
+        prover: Prover | None = None,
     ):
         check_model(model)
         require_sound_arithmetic()
         self.model, self.body, self.end = model, body, end
+        self.prover = prover
         self.doubt = Doubt() if doubt is None else doubt
         self.effort = Effort() if effort is None else effort
         self.given = _axes(model, model.given if given is None else given)
@@ -110,7 +115,7 @@ class Loop:
                 f"Loop: expected a time to leave within a manoeuvre, {model.time.dt:g} to "
                 f"{model.time.t_f:g} s; got {leave!r}."
             )
-        self.lasts = dt * model.time.n_steps
+        self.lasts, self.leave_after = dt * model.time.n_steps, dt * self.leave
         self.candidates = _candidates(model, self.given, self.effort.candidates)
         if candidates is not None:
             self.candidates = _as_given(model, self.given, candidates)
@@ -119,17 +124,24 @@ class Loop:
         self._n = 0
         self._warm_up()
 
-    def step(self, pose, given, obstacles: Sequence, prefer: Prefer, at: float = 0.0) -> Step:
+    def step(
+        self, pose, given, obstacles: Sequence, prefer: Prefer, at: float | None = None
+    ) -> Step:
         """Commit to the best manoeuvre that is safe, or go on with the one that is under way.
 
         pose: where the robot is, as of `Planner.solve`. given: values of the given parameters, in
         their order. obstacles: boxes or polytopes in the world that it must not touch from now on.
         prefer: of an Outlook of candidates, (b,) numbers, the least is liked best; NaN and infinite
-        ones are left out. at: [s] of the loop's clock, at which the pose was measured. Whatever is
-        wrong with what was measured ends in the manoeuvre under way, with a sentence.
+        ones are left out. at: [s] of the loop's clock, at which the pose was measured; None for
+        when the manoeuvre under way may first be left. Whatever is wrong with what was measured
+        ends in the manoeuvre under way, with a sentence.
         """
         begin = time.perf_counter()
+        trouble = "" if self.prover is None else self.prover.trouble()
+        if trouble:
+            return self.go_on(trouble)
         try:
+            at = self._time(at)
             here = _within_a_turn(pose_of(pose, self.model))
             scene = self._scene(here, obstacles)
             k = self._all_of_k(given)
@@ -172,16 +184,32 @@ class Loop:
         """Compile all that a step needs, whatever it sees."""
         pose = np.zeros(self.model.n_p + (self.model.rotation is not None))
         scene = self._scene(pose_of(pose, self.model), ())
-        first = np.zeros(AT_ONCE, int)
-        preferred(scene, self._all_of_k(self.model.domain.lo[list(self.given)])[first], AMONG)
+        k = self._all_of_k(self.model.domain.lo[list(self.given)])
+        preferred(scene, k[np.zeros(AT_ONCE, int)], AMONG)
+        if self.prover is not None:
+            zero = Fraction(0)
+            self.prover.rehearse(Commitment(0, zero, self.lasts, k[0], 0.0, 0, scene.asked))
 
-    def _commit(self, asked: Plain, k: np.ndarray, clearance, judged: int, at: float) -> Step:
-        begin = Fraction(at)
-        self.under_way = Commitment(
-            self._n, begin, begin + self.lasts, k, float(clearance), judged, asked
-        )
+    def _commit(self, asked: Plain, k: np.ndarray, clearance, judged: int, at: Fraction) -> Step:
+        one = Commitment(self._n, at, at + self.lasts, k, float(clearance), judged, asked)
+        if self.prover is not None:
+            self.prover.add(one)
+        self.under_way = one
         self._n += 1
-        return Step(self.under_way, True)
+        return Step(one, True)
+
+    def _time(self, at: float | None) -> Fraction:
+        """[s] of the clock, after the manoeuvre under way began. Raises InputError."""
+        last = self.under_way
+        if at is None:
+            return Fraction(0) if last is None else last.begin + self.leave_after
+        now = Fraction(float(as_float64("at", at, ())))
+        if last is not None and now <= last.begin:
+            raise InputError(
+                f"at: expected a time after {float(last.begin):g} s, when the manoeuvre under way "
+                f"began; got {at:g} s. Another episode begins with `restart`."
+            )
+        return now
 
     def _all_of_k(self, given) -> np.ndarray:
         """(b, n_k) all candidates from what was measured. Raises InputError."""

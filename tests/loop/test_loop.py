@@ -213,3 +213,14 @@ def test_loops_that_make_no_sense_are_refused(line, options, words):
 def test_an_effort_of_nothing_is_refused():
     with pytest.raises(InputError, match="at least one candidate"):
         pj.Effort(candidates=0)
+
+
+def test_a_clock_that_does_not_go_forward_changes_nothing(line):
+    loop = loop_of(line)
+    first = loop.step([0.0, 0.0], [0.25], [], forward, at=3.0).committed
+    for at, words in ((3.0, "after 3 s"), (2.0, "got 2 s"), (np.nan, "at: expected finite")):
+        step = loop.step([0.0, 0.0], [0.25], [], forward, at=at)
+        assert not step.new and step.committed is first and words in step.reason
+    assert loop.step([0.0, 0.0], [0.25], [], forward).committed.begin == 3.5
+    loop.restart()
+    assert loop.step([0.0, 0.0], [0.25], [], forward).committed.begin == 0
