@@ -42,8 +42,9 @@ def check_episode(episode, allowance_of):
     begun = []
     for i, entry in enumerate(entries):
         with rejecting(f"manoeuvres[{i}]: "):
-            need(chain.add(entry), "it began outside of the tube")
-            begun.append(chain.last)
+            one, follows_it = chain.add(entry)
+            need(follows_it, "it began outside of the tube")
+            begun.append(one)
     claim, last = episode["claim"], begun[-1]
     arithmetic = checked_claim(claim, hashes, last.context.n_bins)
     rests = sum(b.begin >= ended(a) for a, b in itertools.pairwise(begun))
@@ -57,11 +58,13 @@ class Chain:
 
     def __init__(self, episode, work=math.inf):
         self.episode, self.work = episode, work
-        self.context = self.last = None
+        self.context: Context | None = None
+        self.last: Begun | None = None
 
     def add(self, entry):
-        """Checks one more: did it begin where the one before it may have been left? Raises Rejected
-        where it is not safe from its pose, or began no later than the one before.
+        """Checks one more; returns what is Begun, and whether it began where the one before it may
+        have been left. Raises Rejected where it is not safe from its pose, or began no later than
+        the one before.
         """
         fields(entry, ("begin", "pose", "problem", "sample"))
         episode = self.episode
@@ -73,7 +76,8 @@ class Chain:
         else:
             self.context = self.context.about(entry["problem"])
         before, self.last = self.last, check_manoeuvre(self.context, entry)
-        return before is None or follows(before, self.last, self.copies, self.doubt)
+        inside = before is None or follows(before, self.last, self.copies, self.doubt)
+        return self.last, inside
 
 
 def check_manoeuvre(context, entry):

@@ -76,7 +76,7 @@ def _kept(number: int, outcome) -> Driven:
             f"Outcome: expected touched True or False, and left too or None; got {touched!r:.40} "
             f"and {left!r:.40}."
         )
-    told = json.loads(json.dumps(dict(told), default=_plain))
+    told = json.loads(json.dumps(dict(told), default=_of_numpy))
     return Driven(number, bool(touched), None if left is None else bool(left), "", told)
 
 
@@ -84,7 +84,7 @@ def _is_bool(value) -> bool:
     return isinstance(value, bool | np.bool_)
 
 
-def _plain(value):
+def _of_numpy(value):
     """NumPy's numbers and arrays as JSON has them."""
     if isinstance(value, np.ndarray | np.generic):
         return value.tolist()
