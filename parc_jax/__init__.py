@@ -50,6 +50,7 @@ _HOME = {
     "Settings": "settings",
     "SoundnessError": "errors",
     "Status": "base.status",
+    "Thinking": "loop.thinking",
     "TimeGrid": "system",
     "Trajectory": "system",
     "TrajectoryModel": "model",

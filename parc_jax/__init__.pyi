@@ -45,6 +45,7 @@ from parc_jax.loop.loop import Effort as Effort
 from parc_jax.loop.loop import Loop as Loop
 from parc_jax.loop.outcome import Outcome as Outcome
 from parc_jax.loop.prover import Prover as Prover
+from parc_jax.loop.thinking import Thinking as Thinking
 from parc_jax.methods import Exact as Exact
 from parc_jax.methods import Published as Published
 from parc_jax.model import TrajectoryModel as TrajectoryModel

@@ -53,6 +53,7 @@ NAMES = [
     "Settings",
     "SoundnessError",
     "Status",
+    "Thinking",
     "TimeGrid",
     "Trajectory",
     "TrajectoryModel",

@@ -5,6 +5,7 @@ from benchmarks.attacks.fault import Fault
 FIRST = "parc_jax/cover/first.py"
 JUDGED = ("tests/cover/test_first.py::test_every_plan_is_judged_as_all_plans_are",)
 LOOP = "tests/loop/test_loop.py::"
+THINKING = "tests/loop/test_thinking.py::"
 PROVER = "tests/loop/test_prover.py::"
 EPISODES = "tests/loop/test_episodes.py::"
 AWAY = ("tests/separation/test_pairs.py::test_boxes_tell_no_more_than_the_gap",)
@@ -114,6 +115,34 @@ QUERY = (
         "if trouble:",
         "if False:",
         (PROVER + "test_a_loop_whose_prover_is_in_trouble_goes_on_with_the_stop_in_hand",),
+    ),
+    Fault(
+        "commands_that_change_while_a_step_thinks",
+        "UnderWay.command",
+        "then <= end + SAME",
+        "first <= end + SAME",
+        (THINKING + "test_a_command_that_changes_while_a_step_thinks_is_refused",),
+    ),
+    Fault(
+        "deadlines_beyond_the_time_to_think",
+        "Loop._require_time_to_think",
+        "self.effort.deadline <= seconds <=",
+        "seconds <=",
+        (THINKING + "test_what_makes_no_sense_is_told",),
+    ),
+    Fault(
+        "time_between_measuring_and_asking",
+        "Loop.step",
+        "begin = min(begin, float(",
+        "begin = max(begin, float(",
+        (THINKING + "test_who_thinks_too_long_goes_on_with_the_stop_in_hand",),
+    ),
+    Fault(
+        "poses_that_jump",
+        "Loop._require_no_jump",
+        "outside > self.jump",
+        "False",
+        (THINKING + "test_a_pose_that_jumps_is_not_believed",),
     ),
     Fault(
         "clocks_that_stand_still",

@@ -1,6 +1,7 @@
 """Did a robot leave the tube of any manoeuvre, up to when it left the manoeuvre? [T38, T40]"""
 
 from collections.abc import Sequence
+from fractions import Fraction
 
 import numpy as np
 
@@ -10,6 +11,7 @@ from parc_jax.claim.score import score_arrays
 from parc_jax.errors import InputError
 from parc_jax.loop.commitment import Commitment
 from parc_jax.network.predict import trajectories
+from parc_jax.robust.pose import Pose
 
 AT_ONCE = 64  # manoeuvres looked at in one compiled call
 WHOLE = 1e-6  # records: a manoeuvre that begins so near to one begins there
@@ -48,6 +50,27 @@ def left_tube(commitments: Sequence[Commitment], path, heading=None) -> bool:
         some = np.minimum(np.arange(i, i + AT_ONCE), len(k) - 1)
         score.append(score_arrays(model.net, slack, model.tube, k[some], p[some], q[some])[0])
     return not bool((np.concatenate(score) <= 1.0).all())
+
+
+def outside_tube(last: Commitment, pose: Pose, at: Fraction) -> float:
+    """[m] from a measured pose to where the first point may be at a time of the clock, by the tube
+    of a manoeuvre and the doubt of both poses: a look in floats, which proves nothing.
+    """
+    asked = last.asked.question
+    model, doubt = asked.model, asked.problem.doubt
+    knots, _ = trajectories(model.net, model.layout, last.k[None])
+    passed = min(float((at - last.begin) / Fraction(model.time.dt)), float(model.time.n_steps))
+    before = min(int(passed), model.time.n_steps - 1)
+    share = passed - before
+    way = ((1 - share) * knots[0, before] + share * knots[0, before + 1])[: model.n_p]
+    moved = (pose.place - last.asked.pose.place)[None]
+    moved = _seen_from(np.stack([0 * moved, moved]), last.asked.pose.heading or 0.0)[1]
+    bins = model.tube.bins_of(last.k[None])[0]
+    allowed = model.tube.interval[bins, before, : model.n_p].max(axis=0)
+    if doubt is not None:
+        turned = float(doubt.heading or 0.0) * np.linalg.norm(moved)
+        allowed = allowed + 2 * doubt.shifts(model.n_p).sum() + turned
+    return float(np.linalg.norm(np.maximum(np.abs(moved - way) - allowed, 0.0)))
 
 
 def _path(model, path) -> np.ndarray:

@@ -1,5 +1,5 @@
 """The loop that never stops being safe: at every step a new manoeuvre that is proved over all of
-its time, rest included, or the one that is under way, which was. [T37, T38]
+its time, rest included, or the one that is under way, which was. [T37, T38, T39]
 """
 
 import math
@@ -9,25 +9,28 @@ from dataclasses import dataclass, replace
 from fractions import Fraction
 
 import numpy as np
-from scipy.stats import qmc
 
-from parc_jax.base.arrays import as_float64
+from parc_jax.base.arrays import as_float64, slices
 from parc_jax.base.probes import require_sound_arithmetic
 from parc_jax.cover.preferred import preferred
 from parc_jax.errors import InputError
+from parc_jax.loop.candidates import even_candidates, given_axes, own_candidates
 from parc_jax.loop.commitment import Commitment, Step
+from parc_jax.loop.ends import any_goal, everywhere, moved_goal
+from parc_jax.loop.left import outside_tube
 from parc_jax.loop.outlook import Outlook, outlook
 from parc_jax.loop.prover import Prover
+from parc_jax.loop.thinking import Thinking, UnderWay
 from parc_jax.model import TrajectoryModel, check_model
-from parc_jax.network.rounding import rounding_bound
+from parc_jax.network.predict import outputs
 from parc_jax.problem.doubt import Doubt
 from parc_jax.problem.labels import name_of
 from parc_jax.problem.problem import reach_avoid
 from parc_jax.robust.copies import copied_problem
-from parc_jax.robust.pose import ROUNDING, Pose, pose_of
+from parc_jax.robust.pose import Pose, pose_of
 from parc_jax.robust.question import Plain, question
-from parc_jax.sets.box import box
-from parc_jax.sets.hpolytope import HPolytope, from_box, hpolytope
+from parc_jax.sets.hpolytope import HPolytope
+from parc_jax.verdict.hopeless import why_none
 from parc_jax.verdict.scene import Scene, laid_out
 from parc_jax.verdict.sized import roomy
 
@@ -73,8 +76,11 @@ class Loop:
     heading that is measured, whichever within its doubt it has; None for anywhere. candidates
     (b, chosen parameters): that are looked at, at every step; by default `effort.candidates` of
     them, even over K. prover: proves every commitment exactly in a second process; while it is
-    far behind, and after it rejected one, nothing is committed to. Raises InputError for what does
-    not fit the model.
+    far behind, and after it rejected one, nothing is committed to. thinking: that every run of the
+    model waits for the next command; None where the new one is followed from the very moment of
+    measuring, as in a simulation that waits. jump: [m] a pose so much farther outside of the tube
+    of the manoeuvre under way is not believed; None for every pose is. Raises InputError for what
+    does not fit the model.
     """
 
     def __init__(
@@ -89,6 +95,8 @@ class Loop:
         candidates: np.ndarray | None = None,
         effort: Effort | None = None,
         prover: Prover | None = None,
+        thinking: Thinking | None = None,
+        jump: float | None = None,
     ):
         check_model(model)
         require_sound_arithmetic()
@@ -96,7 +104,7 @@ class Loop:
         self.prover = prover
         self.doubt = Doubt() if doubt is None else doubt
         self.effort = Effort() if effort is None else effort
-        self.given = _axes(model, model.given if given is None else given)
+        self.given = given_axes(model, model.given if given is None else given)
         known = self.doubt.k or self.doubt.given or self.doubt.unknown
         if known or self.doubt.goal:
             raise InputError(
@@ -108,6 +116,9 @@ class Loop:
                 f"end: expected a set over {model.n_c + model.n_q} coordinates, of all points and "
                 f"then q, as the model has them; got {end.n}."
             )
+        self.jump = jump
+        if jump is not None and not jump >= 0:
+            raise InputError(f"Loop: expected a jump of 0 m or more; got {jump!r:.40}.")
         dt = Fraction(model.time.dt)
         self.leave = round(leave / model.time.dt)
         if not 0 < self.leave <= model.time.n_steps:
@@ -116,35 +127,48 @@ class Loop:
                 f"{model.time.t_f:g} s; got {leave!r}."
             )
         self.lasts, self.leave_after = dt * model.time.n_steps, dt * self.leave
-        self.candidates = _candidates(model, self.given, self.effort.candidates)
+        self._known_before = None if thinking is None else UnderWay(thinking, model, self.given)
+        self._require_time_to_think()
+        self.candidates = even_candidates(model, self.given, self.effort.candidates)
         if candidates is not None:
-            self.candidates = _as_given(model, self.given, candidates)
+            self.candidates = own_candidates(model, self.given, candidates)
         self.under_way: Commitment | None = None
         self._known: dict = {}
         self._n = 0
         self._warm_up()
 
     def step(
-        self, pose, given, obstacles: Sequence, prefer: Prefer, at: float | None = None
+        self,
+        pose,
+        given,
+        obstacles: Sequence,
+        prefer: Prefer,
+        at: float | None = None,
+        measured: float | None = None,
     ) -> Step:
         """Commit to the best manoeuvre that is safe, or go on with the one that is under way.
 
         pose: where the robot is, as of `Planner.solve`. given: values of the given parameters, in
-        their order. obstacles: boxes or polytopes in the world that it must not touch from now on.
-        prefer: of an Outlook of candidates, (b,) numbers, the least is liked best; NaN and infinite
-        ones are left out. at: [s] of the loop's clock, at which the pose was measured; None for
-        when the manoeuvre under way may first be left. Whatever is wrong with what was measured
-        ends in the manoeuvre under way, with a sentence.
+        their order, without those that `thinking` knows. obstacles: boxes or polytopes in the
+        world that it must not touch from now on. prefer: of an Outlook of candidates, (b,) numbers,
+        the least is liked best; NaN and infinite ones are left out. at: [s] of the loop's clock, at
+        which the pose was measured; None for when the manoeuvre under way may first be left.
+        measured: the reading of `time.perf_counter()` at that moment, from which the deadline
+        counts; None for now. Whatever is wrong with what was measured ends in the manoeuvre under
+        way, with a sentence.
         """
         begin = time.perf_counter()
         trouble = "" if self.prover is None else self.prover.trouble()
         if trouble:
             return self.go_on(trouble)
         try:
+            if measured is not None:
+                begin = min(begin, float(as_float64("measured", measured, ())))
             at = self._time(at)
             here = _within_a_turn(pose_of(pose, self.model))
+            self._require_no_jump(here, at)
             scene = self._scene(here, obstacles)
-            k = self._all_of_k(given)
+            k = self._all_of_k(self._with_command(given, at))
         except InputError as error:
             return self.go_on(str(error))
         cost = np.asarray(prefer(outlook(self.model, here, k, self.leave)), float)
@@ -168,7 +192,7 @@ class Loop:
                 i = int(np.argmax(np.minimum(found.clearance, self.effort.room)))
                 chosen = k[rows[found.rows[i]]]
                 return self._commit(scene.asked, chosen, found.clearance[i], judged, at)
-        return self.go_on(f"none of {len(order)} candidates is safe")
+        return self.go_on(f"none of {len(order)} candidates is safe{self._why_none(scene, k)}")
 
     def restart(self) -> None:
         """Another episode: the robot rests, at a place where it touches nothing."""
@@ -211,6 +235,58 @@ class Loop:
             )
         return now
 
+    def _require_time_to_think(self) -> None:
+        """Raises InputError where a step could end, or the next one begin, before the command."""
+        if self._known_before is None:
+            return
+        seconds = float(self._known_before.seconds)
+        if not (self.effort.deadline <= seconds <= float(self.leave_after)):
+            raise InputError(
+                f"Loop: expected a deadline within the {seconds:g} s of thinking, and a time to "
+                f"leave no earlier; got {self.effort.deadline:g} s and "
+                f"{float(self.leave_after):g} s."
+            )
+
+    def _with_command(self, given, at: Fraction):
+        """Values of all given parameters: what was measured, and what the loop knows itself. [T39]
+        Raises InputError.
+        """
+        known = self._known_before
+        if known is None:
+            return given
+        own = [axis for axis in self.given if axis not in known.axes]
+        values = dict(zip(own, as_float64("given", given, (len(own),)), strict=True))
+        values |= dict(zip(known.axes, known.command(self.under_way, at), strict=True))
+        return [values[axis] for axis in self.given]
+
+    def _require_no_jump(self, pose: Pose, at: Fraction) -> None:
+        """Raises InputError for a pose that is not believed."""
+        last = self.under_way
+        if self.jump is None or last is None:
+            return
+        outside = outside_tube(last, pose, at)
+        if outside > self.jump:
+            raise InputError(
+                f"at: expected a pose within {self.jump:g} m of the tube of the manoeuvre under "
+                f"way; this one is {outside:.3g} m outside, so it jumped, or the robot was moved. "
+                "At rest, begin again with `restart`."
+            )
+
+    def _why_none(self, scene: Scene, k: np.ndarray) -> str:
+        """What is known of why no candidate is safe, as the end of a sentence."""
+        why = why_none(scene)
+        if why is not None:
+            return f": {why.words.rstrip('.')}"
+        if self.end is None:
+            return ""
+        n = self.model.n_c + self.model.n_q
+        rows = np.arange(self.model.net.n_out - n, self.model.net.n_out)
+        ends = np.concatenate(
+            [outputs(self.model.net, k[some], rows) for some in slices(len(k), AT_ONCE)]
+        )
+        met = (ends @ self.end.A.T <= self.end.b).all(axis=1).any()
+        return "" if met else ": none ends where a manoeuvre may end"
+
     def _all_of_k(self, given) -> np.ndarray:
         """(b, n_k) all candidates from what was measured. Raises InputError."""
         values = as_float64("given", given, (len(self.given),))
@@ -229,18 +305,18 @@ class Loop:
     def _scene(self, pose: Pose, obstacles: Sequence) -> Scene:
         """The scene as the robot sees it. Raises InputError."""
         doubt = None if self.doubt.is_nothing else self.doubt
-        problem = reach_avoid(_any_goal(self.model), obstacles, self.body, doubt=doubt)
+        problem = reach_avoid(any_goal(self.model), obstacles, self.body, doubt=doubt)
         asked = question(problem, self.model)
         asked = replace(asked, pose=pose).plain(self._known)
         goal = self._end(asked.model)
-        goal = _moved(goal, asked.model, asked.at)
+        goal = moved_goal(goal, asked.model, asked.at)
         asked = replace(asked, problem=asked.problem.replace(goal=goal))
         return roomy(laid_out(asked), PAIRS, CORNERS)
 
     def _end(self, model: TrajectoryModel) -> HPolytope:
         """Where a manoeuvre may end, for the model under doubt: all its copies."""
         if self.end is None:
-            return _everywhere(model)
+            return everywhere(model)
         copies = model.n_points // self.model.n_points
         return copied_problem(reach_avoid(self.end, (), self.body), self.model, 1, copies).goal
 
@@ -250,63 +326,3 @@ def _within_a_turn(pose: Pose) -> Pose:
     if pose.heading is None:
         return pose
     return pose._replace(heading=math.remainder(pose.heading, 2 * math.pi))
-
-
-def _axes(model: TrajectoryModel, given: Sequence[str | int]) -> tuple[int, ...]:
-    """Numbers of the given parameters. Raises InputError."""
-    names = [name_of(label) for label in model.labels.k]
-    axes = tuple(names.index(g) if g in names else g for g in given)
-    for axis in axes:
-        if not (isinstance(axis, int) and 0 <= axis < model.n_k) or axes.count(axis) > 1:
-            raise InputError(
-                f"given: expected parameters of the model, each once ({', '.join(names)}); got "
-                f"{axis!r}."
-            )
-    if len(axes) == model.n_k:
-        raise InputError("given: expected at least one parameter to choose; all are given.")
-    return axes
-
-
-def _candidates(model: TrajectoryModel, given: tuple[int, ...], n: int) -> np.ndarray:
-    """(n, n_k) even over the chosen parameters, none of them on an edge between bins."""
-    chosen = [axis for axis in range(model.n_k) if axis not in given]
-    share = qmc.Sobol(len(chosen), seed=0).random_base2(int(np.ceil(np.log2(n))))[:n]
-    k = np.zeros((n, model.n_k))
-    lo, hi = model.domain.lo[chosen], model.domain.hi[chosen]
-    k[:, chosen] = lo + share * (hi - lo)
-    return k
-
-
-def _as_given(model: TrajectoryModel, given: tuple[int, ...], values) -> np.ndarray:
-    """(b, n_k) of values of the chosen parameters alone. Raises InputError."""
-    chosen = [axis for axis in range(model.n_k) if axis not in given]
-    values = as_float64("candidates", values, (None, len(chosen)))
-    lo, hi = model.domain.lo[chosen], model.domain.hi[chosen]
-    if not len(values) or not ((lo <= values) & (values <= hi)).all():
-        raise InputError("candidates: expected at least one, all of them within K.")
-    k = np.zeros((len(values), model.n_k))
-    k[:, chosen] = values
-    return k
-
-
-def _any_goal(model: TrajectoryModel) -> HPolytope:
-    """A goal of one row, for as long as the question is told in the world."""
-    row = np.zeros((1, model.n_c + model.n_q))
-    row[0, 0] = 1.0
-    return hpolytope(row, [1e6])
-
-
-def _moved(goal: HPolytope, model: TrajectoryModel, place: np.ndarray) -> HPolytope:
-    """The goal of a robot at a place (n_p,): all its points move alike. It shrinks by rounding."""
-    rows = goal.A[:, : model.n_c].reshape(-1, model.n_points, model.n_p)
-    terms = np.abs(rows).sum(axis=(1, 2)) * np.abs(place).sum() + np.abs(goal.b)
-    return HPolytope(goal.A, goal.b + (rows @ place).sum(axis=1) - ROUNDING * terms)
-
-
-def _everywhere(model: TrajectoryModel) -> HPolytope:
-    """A box that holds every end of a robot at the origin, with every error of the tube."""
-    tube = model.tube
-    widest = tube.final[tube.claimed].max(initial=0.0)
-    far = 2.0 * (float(rounding_bound(model.net, model.domain).magnitude.max()) + widest)
-    n = model.n_c + model.n_q
-    return from_box(box([-far] * n, [far] * n))

@@ -8,7 +8,6 @@ from toy_models import line_model, told
 
 import parc_jax as pj
 from parc_jax.errors import InputError
-from parc_jax.loop.loop import Loop
 from parc_jax.system import TURNS
 
 WIDE = 0.01  # [m] of the tube
@@ -21,7 +20,7 @@ def driven(turning: bool):
     model = line_model(4, WIDE)
     if turning:
         model = told(model, rotation=(TURNS,))
-    loop = Loop(model, 0.05, leave=0.5, given=(1,), doubt=pj.Doubt(start=0.05), effort=PATIENT)
+    loop = pj.Loop(model, 0.05, leave=0.5, given=(1,), doubt=pj.Doubt(start=0.05), effort=PATIENT)
     place, heading, path, headings, done = np.array([0.3, -0.2]), 0.7 * turning, [], [], []
     for i in range(3):
         pose = np.append(place, heading) if turning else place

@@ -11,7 +11,7 @@ from toy_models import line_model, model_of, told, toy_case, uniform_tube
 import parc_jax as pj
 from parc_jax import checker
 from parc_jax.errors import InputError
-from parc_jax.loop.loop import _candidates
+from parc_jax.loop.candidates import even_candidates
 from parc_jax.loop.outlook import outlook
 from parc_jax.network.predict import trajectories
 from parc_jax.robust.pose import pose_of
@@ -43,7 +43,7 @@ def test_the_best_liked_of_the_safe_ones_is_committed_to(line):
     step = loop.step([0.0, 0.0], [0.25], [WALL], forward)
     assert step.new and step.reason == "" and step.committed is loop.under_way
     # radius 0.1 and error 0.01 stay free before the wall at 0.45; the next candidate would not
-    every = np.sort(_candidates(line, (1,), 256)[:, 0])
+    every = np.sort(even_candidates(line, (1,), 256)[:, 0])
     free = every[every < 0.45 - 0.11]
     assert step.committed.k.tolist() == [free[-1], 0.25]
     assert step.committed.clearance == pytest.approx(0.34 - free[-1], abs=1e-9)
@@ -182,7 +182,7 @@ def test_a_certificate_is_accepted_and_one_of_another_world_is_not():
 def test_the_outlook_is_what_the_network_says_turned_into_the_world():
     model, _ = toy_case(0)
     model = told(model, rotation=(TURNS,))
-    k = _candidates(model, (0,), 100)
+    k = even_candidates(model, (0,), 100)
     seen = outlook(model, pose_of([1.0, 2.0, 0.3], model), k, 2)
     offsets, q = trajectories(model.net, model.layout, k)
     turn = np.array([[np.cos(0.3), -np.sin(0.3)], [np.sin(0.3), np.cos(0.3)]])

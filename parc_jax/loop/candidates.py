@@ -1,0 +1,48 @@
+"""What a loop chooses from: parameters that are given, and values of those that are not."""
+
+from collections.abc import Sequence
+
+import numpy as np
+from scipy.stats import qmc
+
+from parc_jax.base.arrays import as_float64
+from parc_jax.errors import InputError
+from parc_jax.model import TrajectoryModel
+from parc_jax.problem.labels import name_of
+
+
+def given_axes(model: TrajectoryModel, given: Sequence[str | int]) -> tuple[int, ...]:
+    """Numbers of the given parameters. Raises InputError."""
+    names = [name_of(label) for label in model.labels.k]
+    axes = tuple(names.index(g) if g in names else g for g in given)
+    for axis in axes:
+        if not (isinstance(axis, int) and 0 <= axis < model.n_k) or axes.count(axis) > 1:
+            raise InputError(
+                f"given: expected parameters of the model, each once ({', '.join(names)}); got "
+                f"{axis!r}."
+            )
+    if len(axes) == model.n_k:
+        raise InputError("given: expected at least one parameter to choose; all are given.")
+    return axes
+
+
+def even_candidates(model: TrajectoryModel, given: tuple[int, ...], n: int) -> np.ndarray:
+    """(n, n_k) even over the chosen parameters, none of them on an edge between bins."""
+    chosen = [axis for axis in range(model.n_k) if axis not in given]
+    share = qmc.Sobol(len(chosen), seed=0).random_base2(int(np.ceil(np.log2(n))))[:n]
+    k = np.zeros((n, model.n_k))
+    lo, hi = model.domain.lo[chosen], model.domain.hi[chosen]
+    k[:, chosen] = lo + share * (hi - lo)
+    return k
+
+
+def own_candidates(model: TrajectoryModel, given: tuple[int, ...], values) -> np.ndarray:
+    """(b, n_k) of values of the chosen parameters alone. Raises InputError."""
+    chosen = [axis for axis in range(model.n_k) if axis not in given]
+    values = as_float64("candidates", values, (None, len(chosen)))
+    lo, hi = model.domain.lo[chosen], model.domain.hi[chosen]
+    if not len(values) or not ((lo <= values) & (values <= hi)).all():
+        raise InputError("candidates: expected at least one, all of them within K.")
+    k = np.zeros((len(values), model.n_k))
+    k[:, chosen] = values
+    return k

@@ -1,0 +1,194 @@
+"""Thinking takes time, and is a part of the manoeuvre: a planner that is late, clocks that do not
+fit, poses that jump.
+"""
+
+import json
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+from toy_models import line_model, model_of, uniform_tube
+
+import parc_jax as pj
+from parc_jax import checker
+from parc_jax.checker.answer import allowance_of
+from parc_jax.errors import InputError
+from parc_jax.loop import loop as loop_module
+from parc_jax.loop.log import episode_part
+from parc_jax.network.relu import relu_network
+from parc_jax.sets.hpolytope import from_box
+
+WAITS, HELD = 0.25, 0.5  # [s] a run of one second: it waits, follows its command, stops
+WALL = pj.box([2.0, -2.0], [2.1, 2.0])
+RADIUS = 0.1
+THINKING = pj.Thinking(WAITS, {"k1": "k0"}, HELD, [0.0])
+
+
+def model(waits: float = WAITS):
+    """k_0: the velocity along x that is commanded, k_1: the one before it. The cart has it at once,
+    a quarter of a second after it was decided.
+    """
+    t = np.linspace(0, 1, 5)[1:]
+    W = np.zeros((9, 2))
+    W[0:8:2, 0] = np.clip(t - waits, 0, HELD)
+    W[0:8:2, 1] = np.minimum(t, waits)
+    return model_of(
+        relu_network([W], [np.zeros(9)]), pj.box([-1, -1], [1, 1]), *uniform_tube(4, 0.01)
+    )
+
+
+def loop_of(**options):
+    effort = pj.Effort(candidates=64, deadline=WAITS)
+    options = {"leave": HELD, "given": (1,), "thinking": THINKING, "effort": effort} | options
+    return pj.Loop(model(), RADIUS, **options)
+
+
+@pytest.fixture
+def clock(monkeypatch):
+    """A clock that goes forward where a test says so."""
+    now = SimpleNamespace(seconds=0.0)
+    fake = SimpleNamespace(perf_counter=lambda: now.seconds)
+    monkeypatch.setattr(loop_module, "time", fake)
+    return now
+
+
+def forward(seen):
+    return -seen.path[:, -1, 0]
+
+
+class Cart:
+    """The plant: does what it is told, when it is told, in quarters of a second."""
+
+    def __init__(self):
+        self.commands, self.path = {}, [np.zeros(2)]
+
+    def begin(self, at: float, v: float):
+        """From a time on; it stops by itself after HELD."""
+        self.commands[at] = v
+
+    def drive(self, seconds: float):
+        for _ in range(round(seconds / 0.25)):
+            now = 0.25 * (len(self.path) - 1)
+            at = max((at for at in self.commands if at <= now), default=-9.0)
+            v = self.commands[at] if now - at < HELD else 0.0
+            self.path.append(self.path[-1] + [0.25 * v, 0.0])
+
+
+def episode(loop, clock, slow, thinks=True, cycles=12):
+    """Commitments and the path of a cart, that is looked at every half second. slow: [s] that each
+    step takes.
+    """
+    cart, done = Cart(), []
+    for i in range(cycles):
+        now, took = i * HELD, slow[i % len(slow)]
+
+        def prefer(seen, took=took):
+            clock.seconds += took
+            return forward(seen)
+
+        step = loop.step(cart.path[-1], [] if thinks else [0.0], [WALL], prefer, at=now)
+        if step.new:
+            cart.begin(now + WAITS, step.committed.k[0])
+            done.append(step.committed)
+        cart.drive(HELD)
+    cart.drive(1.0)
+    return done, np.array(cart.path)
+
+
+def test_a_loop_that_knows_how_long_it_thinks_stays_inside_and_touches_nothing(clock):
+    done, path = episode(loop_of(), clock, slow=[0.2])
+    assert len(done) > 4 and 1.6 < path[:, 0].max() < 1.9
+    assert not pj.left_tube(done, path) and path[-1, 0] == path[-2, 0]
+    assert [one.k[1] for one in done] == [0.0, *(one.k[0] for one in done[:-1])]
+    report = checker.check_episode(json.loads(json.dumps(episode_part(done))), allowance_of)
+    assert report.manoeuvres == len(done)
+
+
+def test_a_loop_that_forgets_it_leaves_its_tubes(clock):
+    """What is assumed where no time to think is declared: the very robot of the test above."""
+    loop = pj.Loop(
+        model(waits=0.0), RADIUS, leave=HELD, given=(1,), effort=pj.Effort(64, deadline=WAITS)
+    )
+    done, path = episode(loop, clock, slow=[0.0], thinks=False)
+    assert pj.left_tube(done, path)
+
+
+def test_a_planner_that_is_late_never_commits_and_the_cart_stops(clock):
+    done, path = episode(loop_of(), clock, slow=[0.0, 0.3, 0.1, 0.3, 0.3])
+    assert 3 < len(done) < 10 and not pj.left_tube(done, path)
+    assert path[:, 0].max() < 1.9
+    done, path = episode(loop_of(), clock, slow=[0.0, 0.3, 0.3, 0.3, 0.3, 0.3])
+    assert len(done) == 2 and done[1].k[1] == 0.0  # it rested in between
+    assert path[3, 0] == path[12, 0] > 0.4
+
+
+def test_who_thinks_too_long_goes_on_with_the_stop_in_hand(clock):
+    loop = loop_of()
+    ask = ([0.0, 0.0], [], [WALL], forward)
+    clock.seconds = 5.0
+    late = loop.step(*ask, measured=5.0 - 1.01 * WAITS)
+    assert not late.new and "no manoeuvre was proved within 0.25 s" in late.reason
+    assert "measured" in loop.step(*ask, measured=np.nan).reason
+    assert loop.step(*ask, measured=5.0 - 0.99 * WAITS).new
+
+
+def test_a_command_that_changes_while_a_step_thinks_is_refused(clock):
+    loop = loop_of()
+    first = loop.step([0.0, 0.0], [], [WALL], forward, at=0.0).committed
+    v = first.k[0]
+    for at, command in ((0.25, v), (0.5, v), (0.75, 0.0), (7.0, 0.0)):
+        loop.under_way = first
+        assert loop.step([0.3, 0.0], [], [WALL], forward, at=at).committed.k[1] == command
+    for at in (0.1, 0.6, 0.74):
+        loop.under_way = first
+        step = loop.step([0.3, 0.0], [], [WALL], forward, at=at)
+        assert not step.new and "commands change at 0.25 and 0.75 s" in step.reason
+
+
+def test_a_pose_that_jumps_is_not_believed(clock):
+    loop = loop_of(jump=0.05)
+    first = loop.step([0.0, 0.0], [], [WALL], forward, at=0.0).committed
+    there = 0.25 * first.k[0]
+    for x, y, believed in ((there, 0.0, True), (there, 0.055, True), (there + 0.07, 0, False)):
+        loop.under_way = first
+        step = loop.step([x, y], [], [WALL], forward, at=0.5)
+        assert step.new == believed, step.reason
+    assert "0.06 m outside, so it jumped" in step.reason and step.committed is first
+    loop.restart()
+    assert loop.step([there + 0.07, 0.0], [], [WALL], forward, at=0.5).new
+    wide = loop_of(jump=0.05, doubt=pj.Doubt(start=0.01))
+    wide.step([0.0, 0.0], [], [WALL], forward, at=0.0)
+    assert wide.step([there + 0.07, 0.0], [], [WALL], forward, at=0.5).new
+
+
+def test_a_start_that_touches_and_an_end_out_of_reach_are_told(clock):
+    step = loop_of().step([1.95, 0.0], [], [WALL], forward)
+    assert not step.new and "where the plan starts, the body, which reaches 0.1 m" in step.reason
+    assert "touches obstacle 0" in step.reason
+    far = from_box(pj.box([3.0, -1.0, -1.0], [4.0, 1.0, 1.0]))
+    step = loop_of(end=far).step([0.0, 0.0], [], [], forward)
+    assert not step.new and step.reason.endswith("none ends where a manoeuvre may end")
+
+
+@pytest.mark.parametrize(
+    ("options", "words"),
+    [
+        ({"effort": pj.Effort(deadline=0.3)}, "a deadline within the 0.25 s of thinking"),
+        ({"leave": 0.25, "thinking": pj.Thinking(0.5, {1: 0}, 0.25, [0])}, "no earlier"),
+        ({"thinking": pj.Thinking(0.25, {0: 1}, 0.5, [0])}, "every chosen parameter once"),
+        ({"thinking": pj.Thinking(0.25, {}, 0.5, [])}, "every chosen parameter once"),
+        ({"thinking": pj.Thinking(0.25, {1: 0}, 0.8, [0])}, "together within a manoeuvre of 1 s"),
+        ({"thinking": pj.Thinking(0.0, {1: 0}, 0.5, [0])}, "above 0 s"),
+        ({"thinking": pj.Thinking(0.25, {1: 0}, 0.5, [2])}, "rest within K"),
+        ({"jump": -0.1}, "a jump of 0 m or more"),
+        ({"jump": np.nan}, "a jump of 0 m or more"),
+    ],
+)
+def test_what_makes_no_sense_is_told(options, words):
+    with pytest.raises(InputError, match=words):
+        loop_of(**options)
+
+
+def test_without_a_time_to_think_the_caller_gives_all(clock):
+    loop = pj.Loop(line_model(4, 0.01), RADIUS, leave=0.5, given=(1,), effort=pj.Effort(64))
+    assert "given" in loop.step([0.0, 0.0], [], [], forward).reason
