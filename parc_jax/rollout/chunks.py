@@ -75,10 +75,11 @@ def worker_devices(system) -> list:
     use all CPU cores. However many devices a CPU is divided into, they are the same cores, and a
     program is compiled for each device that runs it: all threads share the first.
 
-    A system with its own `rollout_batch` gets one worker: its parallelism is its own.
+    A system with its own `rollout_batch` gets one worker, or as many as its `at_once` says: its
+    parallelism is its own.
     """
     if callable(getattr(system, "rollout_batch", None)):
-        return [None]
+        return [None] * getattr(system, "at_once", 1)
     devices = jax.local_devices()
     if devices[0].platform != "cpu":
         return devices

@@ -7,7 +7,7 @@ import multiprocessing
 import os
 import pickle
 from collections.abc import Callable, Mapping, Sequence
-from concurrent.futures import ProcessPoolExecutor
+from concurrent.futures import Executor, ProcessPoolExecutor
 from concurrent.futures.process import BrokenProcessPool
 
 import jax
@@ -15,19 +15,22 @@ import numpy as np
 
 from parc_jax.base.keys import key_data
 from parc_jax.errors import InputError
+from parc_jax.rollout.fleet import RUNS_PER_PART, Fleet
 from parc_jax.rollout.python_worker import Call, run_many, run_one
+from parc_jax.rollout.user_code import said
 from parc_jax.sets.box import Box
 from parc_jax.system import ONE_POINT, TimeGrid, Trajectory, check_points
 
 RUNS_PER_TASK = 4  # sent to a worker at a time
 TASKS_PER_WORKER = 4  # per chunk: the progress bar moves and finished work is kept this often
+AT_ONCE = 3  # chunks that a fleet works on: nobody waits for the slowest part of one
 
 
 class PythonSystem:
     """A black box around simulate(rng, k) -> (p, q). Build with `python_system`, which validates.
 
     name, domain, time, n_p, n_q, law, points: as of any black box. chunk: runs per step of the
-    progress bar.
+    progress bar. at_once: chunks worked on side by side.
     """
 
     def __init__(
@@ -42,13 +45,18 @@ class PythonSystem:
         workers: int,
         law,
         points: tuple[str, ...] = ONE_POINT,
+        fleet: Fleet | None = None,
     ):
         self.simulate, self.simulate_from, self.name, self.law = simulate, simulate_from, name, law
         self.domain, self.time, self.n_p, self.n_q, self.workers = domain, time, n_p, n_q, workers
         self.points = points
         self.chunk = RUNS_PER_TASK * TASKS_PER_WORKER * max(1, workers)
+        self.at_once = 1
+        if fleet is not None:
+            self.chunk, self.at_once = RUNS_PER_PART * fleet.workers, AT_ONCE
         self.q_labels: Sequence[str] | None = None
         self.k_labels: Sequence[str] | None = None
+        self._fleet = fleet
         self._pool: ProcessPoolExecutor | None = None
         self._has_worked = False
         if simulate_from is not None:
@@ -66,6 +74,8 @@ class PythonSystem:
         if self._pool is not None:
             self._pool.shutdown(wait=True, cancel_futures=True)
             self._pool = None
+        if self._fleet is not None:
+            self._fleet.close()
 
     def _rollout_from_batch(self, keys, ks, starts) -> Trajectory:
         pairs = zip(np.asarray(ks, np.float64), np.asarray(starts, np.float64), strict=True)
@@ -76,7 +86,13 @@ class PythonSystem:
         each = (self.n_p,) if len(self.points) == 1 else (len(self.points), self.n_p)
         shapes = (self.time.n_record + 1, *each), (self.n_q,)
         spread = self._spread if self.workers else run_many
-        runs = spread(function, seeds, arguments, *shapes)
+        try:
+            runs = (self._fleet.run if self._fleet else spread)(function, seeds, arguments, *shapes)
+        except ImportError as error:
+            raise InputError(
+                f"{self.name}: expected simulate to find what it imports; {said(error)}. Install "
+                "it where the runs are made."
+            ) from None
         self._has_worked |= not all(run.why for run in runs)
         if not self._has_worked:
             raise InputError(
@@ -128,6 +144,7 @@ def python_system(
     n_p: int,
     n_q: int = 0,
     workers: int | None = None,
+    executor: Executor | Callable[[], Executor] | None = None,
     law: Mapping | None = None,
     simulate_from: Callable | None = None,
     points: Sequence[str] = ONE_POINT,
@@ -146,12 +163,17 @@ def python_system(
         do). With workers
     the function is pickled: define it at the top level of a module, and guard a script's own start
     with `if __name__ == "__main__":`, since every worker imports it.
+    executor: runs are made there instead: any `concurrent.futures.Executor`, of other packages too,
+        or a function that makes one, which is called again when one broke. workers: how many it
+        has, None = as it says. A chunk whose worker is lost runs again, a worker with other code
+        is refused.
     law: parameters of the disturbances, to have them on record. q_labels, k_labels: names with
     units, such as "speed [m/s]". Raises InputError.
     """
     cores = (
         len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
     )
+    fleet = None if executor is None else _fleet(name, executor, workers)
     workers = cores if workers is None else workers
     if n_p < 1 or n_q < 0 or workers < 0:
         raise InputError(
@@ -160,14 +182,23 @@ def python_system(
     for function in (simulate, simulate_from):
         if function is not None and not callable(function):
             raise InputError(f"{name}: expected a function; got {type(function).__name__}.")
-        if workers:
+        if workers and fleet is None:
             _require_picklable(name, function)
     named = check_points(name, points)
     black_box = (name, domain, time, n_p, n_q)
-    system = PythonSystem(simulate, simulate_from, *black_box, workers, law, named)
+    system = PythonSystem(simulate, simulate_from, *black_box, workers, law, named, fleet)
     system.q_labels = q_labels
     system.k_labels = k_labels
     return system
+
+
+def _fleet(name: str, executor, workers: int | None) -> Fleet:
+    if (not hasattr(executor, "submit") and not callable(executor)) or workers == 0:
+        raise InputError(
+            f"{name}: expected an executor with `submit`, or a function that makes one, and one or "
+            f"more workers; got {type(executor).__name__} and {workers}."
+        )
+    return Fleet(name, executor, workers)
 
 
 def _require_picklable(name: str, function) -> None:

@@ -2,10 +2,13 @@
 start at once.
 """
 
+import os
+import socket
 from typing import NamedTuple
 
 import numpy as np
 
+from parc_jax.rollout.content import Reader
 from parc_jax.rollout.user_code import own_place, said
 
 
@@ -19,11 +22,18 @@ class Call(NamedTuple):
     why: str
 
 
+class OtherCode(NamedTuple):
+    """A worker does not hold what it was to run. where: which one, in words."""
+
+    where: str
+
+
 def run_one(
     simulate, seed: tuple[int, ...], arguments: tuple, shape_p: tuple, shape_q: tuple
 ) -> Call:
     """simulate(rng, *arguments), rng made from the seed alone; an exception or a wrong shape is a
-    failed run.
+    failed run. What cannot be imported is missing on the machine, and no failure of the robot:
+    raises ImportError.
     """
     rng = np.random.default_rng(np.random.SeedSequence(seed))
     try:
@@ -36,6 +46,8 @@ def run_one(
             )
         start = p.reshape(-1, p.shape[-1])[0]  # of the first reference point
         return Call(p - start, q, "")
+    except ImportError:
+        raise
     except Exception as error:
         why = f"in {own_place(error) or 'what it returned'}: {said(error)}"
         return Call(np.full(shape_p, np.nan), np.full(shape_q, np.nan), why)
@@ -46,3 +58,26 @@ def run_many(simulate, seeds, arguments, shape_p: tuple, shape_q: tuple) -> list
     return [
         run_one(simulate, s, a, shape_p, shape_q) for s, a in zip(seeds, arguments, strict=True)
     ]
+
+
+def run_sent(
+    code: str, simulate, seeds, arguments, shape_p: tuple, shape_q: tuple
+) -> list[Call] | OtherCode:
+    """The same for a process that may hold another program than the one that sent it this. code:
+    `code_of` the function there.
+    """
+    if code not in _HELD:
+        _HELD[code] = code_of(simulate)  # before its first run, which may fill caches of its own
+    if _HELD[code] != code:
+        return OtherCode(f"process {os.getpid()} on {socket.gethostname()}")
+    return run_many(simulate, seeds, arguments, shape_p, shape_q)
+
+
+def code_of(simulate) -> str:
+    """What decides the numbers of a run, but for its row: the function with all that it refers to,
+    what calls it, and the version of the generators.
+    """
+    return f"{Reader(lasting=True).digest([simulate, run_one.__code__])} numpy {np.__version__}"
+
+
+_HELD: dict[str, str] = {}  # code asked for, code held

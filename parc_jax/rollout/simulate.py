@@ -13,7 +13,7 @@ from parc_jax.base.arrays import x64
 from parc_jax.base.keys import Stage, row_keys, stream
 from parc_jax.errors import InputError
 from parc_jax.rollout.chained import Chained, begun, links_of
-from parc_jax.rollout.identity import content_of
+from parc_jax.rollout.identity import Content, content_of
 from parc_jax.rollout.user_code import blamed
 from parc_jax.system import Trajectory, check_system, points_of
 
@@ -42,7 +42,8 @@ class Simulator:
         self.double = np.dtype(getattr(system, "dtype", np.float64)) == np.float64
         self._many = jitted_rollouts(system) if self.traceable else system.rollout_batch
         self._links = links_of(system, self.traceable) if isinstance(system, Chained) else None
-        self._content = content_of(system)
+        # what is not compiled reads its attributes at every run, and may hold a fleet
+        self._content = content_of(system) if self.traceable else Content("", [])
         self._compiled: set = set()
         self._compiling = threading.Lock()
 
@@ -52,9 +53,7 @@ class Simulator:
         return self._content.digest
 
     def is_current(self) -> bool:
-        """Does the system still hold what the program was made from? What is not compiled reads
-        its attributes at every run.
-        """
+        """Does the system still hold what the program was made from, if there is one?"""
         with self._compiling:  # while it is traced, a system may fill caches of its own
             return not self.traceable or content_of(self.system).digest == self.content
 
@@ -109,13 +108,12 @@ class Simulator:
         """What run() gives. The first run of a shape compiles, after which the system must stay as
         it is; two workers that meet a new shape would both compile it.
         """
-        if shape not in self._compiled:
+        if self.traceable and shape not in self._compiled:
             with self._compiling:
                 if shape not in self._compiled:
                     found = run()
                     self._compiled.add(shape)
-                    if self.traceable:
-                        self._content = content_of(self.system)
+                    self._content = content_of(self.system)
                     return found
         return run()
 

@@ -1,0 +1,361 @@
+"""Runs on executors of the user's: the same numbers on any number of workers, nothing lost with a
+worker, nothing taken from a worker with another program.
+"""
+
+import multiprocessing
+import os
+import pickle
+import signal
+import subprocess
+import sys
+import threading
+import time
+import types
+from concurrent.futures import Future, ProcessPoolExecutor, ThreadPoolExecutor
+from concurrent.futures.process import BrokenProcessPool
+from functools import partial
+from pathlib import Path
+
+import jax
+import numpy as np
+import pytest
+from needs import need
+
+import parc_jax as pj
+from parc_jax.errors import InputError
+from parc_jax.rollout import fleet
+from parc_jax.rollout.collect import stream_rollouts
+from parc_jax.rollout.python_worker import code_of, run_sent
+
+DOMAIN, TIME = pj.box([0.0], [1.0]), pj.time_grid(0.5, 1.0)
+KEY = jax.random.PRNGKey(3)
+DRIFT = 1.0
+
+
+def walk(rng, k):
+    """A random walk with drift k in the plane, which slips for large k."""
+    if k[0] > 0.9:
+        raise ValueError("slipped")
+    steps = DRIFT * k[0] + rng.normal(size=(2, 2))
+    return np.concatenate([np.zeros((1, 2)), np.cumsum(steps, axis=0)]), [k[0]]
+
+
+def deadly(rng, k, grave: str):
+    """The same, ending its process the first time that it meets one of three k."""
+    if k[0] < 0.2:
+        try:
+            Path(grave, k[0].hex()).touch(exist_ok=False)
+        except FileExistsError:
+            pass
+        else:
+            os._exit(9)
+    return walk(rng, k)
+
+
+def fatal(rng, k):
+    """The same, ending its process for some k every time."""
+    if 0.2 < k[0] < 0.25:
+        os._exit(9)
+    return walk(rng, k)
+
+
+def unequipped(rng, k):
+    """Needs a package that nobody has."""
+    import no_such_simulator  # noqa: F401
+
+
+def system(executor, simulate=walk, **more):
+    about = {"name": "walk", "n_p": 2, "n_q": 1}
+    if executor is None:
+        return pj.python_system(simulate, DOMAIN, TIME, **about, workers=0)
+    return pj.python_system(simulate, DOMAIN, TIME, **about, executor=executor, **more)
+
+
+def runs(executor, n=40, simulate=walk, workers=2, **more):
+    made = system(executor, simulate, workers=workers)
+    try:
+        return pj.collect(made, KEY, n=n, quiet=True, **more)
+    finally:
+        made.close()
+
+
+@pytest.fixture(autouse=True)
+def fresh_worker(monkeypatch):
+    """Executors in this process make it a worker that has seen nothing."""
+    monkeypatch.setattr("parc_jax.rollout.python_worker._HELD", {})
+
+
+@pytest.fixture(scope="module")
+def alone():
+    return pj.collect(system(None), KEY, n=40, quiet=True)
+
+
+def same(one, other) -> bool:
+    pairs = ((one.k, other.k), (one.p, other.p), (one.q, other.q))
+    return all(np.array_equal(a, b, equal_nan=True) for a, b in pairs)
+
+
+class Inline:
+    """An executor of one thread, this one, that misbehaves when told: `losing` says which calls
+    (numbers) are lost, and with what; `late` which never end.
+    """
+
+    def __init__(self, losing=None, late=()):
+        self.losing, self.late = losing or {}, late
+        self.calls, self.out, self.most = 0, 0, 0
+        self.lock = threading.Lock()
+
+    def submit(self, function, *arguments):
+        with self.lock:
+            number = self.calls
+            self.calls += 1
+        future = Future()
+        if number in self.late:
+            return future
+        if number in self.losing:
+            future.set_exception(self.losing[number])
+        else:
+            function, arguments = pickle.loads(pickle.dumps((function, arguments)))
+            future.set_result(function(*arguments))
+        return future
+
+
+@pytest.mark.parametrize("workers", [1, 3, 50])
+def test_numbers_do_not_depend_on_how_many_work(workers, alone):
+    with ThreadPoolExecutor(workers) as pool:
+        assert same(runs(pool, workers=None), alone)
+    assert alone.failed.any() and not alone.failed.all()
+
+
+def test_a_lost_part_runs_again_and_never_counts_as_a_failed_run(alone):
+    losing = {i: ConnectionError("the worker is gone") for i in (0, 3, 4, 5, 9)}
+    executor = Inline(losing)
+    assert same(runs(executor), alone)
+    assert executor.calls == 10 + len(losing)
+
+
+def test_what_is_always_lost_ends_in_one_sentence_that_names_it(monkeypatch):
+    class Deaf(Inline):
+        def submit(self, function, *arguments):
+            if any(0.2 < k[0] < 0.25 for (k,) in arguments[3]):
+                self.losing[self.calls] = OSError("no route")
+            return super().submit(function, *arguments)
+
+    executor = Deaf()
+    words = r"the one with k = \[0\.2.*lost 3 times when it was sent alone, .* OSError: no route\."
+    with pytest.raises(InputError, match=words):
+        runs(executor)
+    assert executor.calls < 40
+
+
+def test_an_executor_that_broke_is_made_again(alone):
+    made = []
+
+    def make():
+        losing = {1: BrokenProcessPool("dead")} if len(made) < 2 else {}
+        made.append(Inline(losing))
+        made[-1].shutdown = lambda wait: None
+        return made[-1]
+
+    assert same(runs(make), alone) and len(made) == 3
+    with pytest.raises(InputError, match=r"it broke with BrokenProcessPool: dead. Give a function"):
+        runs(Inline({1: BrokenProcessPool("dead")}))
+
+
+def test_a_worker_with_other_code_is_refused():
+    class Elsewhere(Inline):
+        """Its name for the function means another one."""
+
+        def submit(self, function, code, simulate, *arguments):
+            return super().submit(function, code, fatal, *arguments)
+
+    with pytest.raises(InputError, match="expected workers with the program that is here; process"):
+        runs(Elsewhere())
+
+
+def test_code_is_what_it_refers_to(monkeypatch):
+    before = code_of(walk), code_of(partial(deadly, grave="here"))
+    assert before == (code_of(walk), code_of(partial(deadly, grave="here")))
+    assert len({*before, code_of(partial(deadly, grave="there"))}) == 3
+    monkeypatch.setitem(globals(), "DRIFT", 2.0)
+    assert code_of(walk) != before[0] and code_of(partial(deadly, grave="here")) != before[1]
+
+
+def test_code_sent_by_value_is_the_same_code():
+    need("cloudpickle")
+    import cloudpickle
+
+    class Plant:
+        """`steps` is an attribute here, and a global that it does not refer to."""
+
+        def __init__(self):
+            self.steps = 3
+
+        def __call__(self, rng, k):
+            return walk(rng, k * self.steps)
+
+    monkeyed = {"steps": "of another function", "np": np}
+    named = types.FunctionType(
+        compile("lambda plant: plant.steps", "own.py", "eval").co_consts[0], monkeyed
+    )
+    for sent in (Plant(), named):
+        assert code_of(pickle.loads(cloudpickle.dumps(sent))) == code_of(sent)
+
+
+def test_what_caches_fill_later_is_no_other_code():
+    held = {}
+
+    def filling(rng, k):
+        held["simulator"] = object()
+        return walk(rng, k)
+
+    before = code_of(filling)
+    for _ in range(2):
+        assert run_sent(before, filling, [(1,)], [(np.array([0.5]),)], (3, 2), (1,))[0].why == ""
+    assert code_of(filling) != before
+
+
+def test_what_a_machine_lacks_is_no_failed_run():
+    for executor in (None, Inline()):
+        with pytest.raises(InputError, match="ModuleNotFoundError: No module named 'no_such_sim"):
+            runs(executor, simulate=unequipped)
+
+
+def test_a_slow_part_is_sent_once_more_and_the_first_to_come_counts(alone, monkeypatch):
+    monkeypatch.setattr(fleet, "LEAST_S", 0.01)
+    executor = Inline(late={5})
+    assert same(runs(executor), alone)
+    assert executor.calls == 11
+    assert same(runs(Inline(late={5, 10, 11})), alone)  # copies hang too
+
+
+def test_only_so_many_parts_are_out(alone):
+    out, most, lock = 0, 0, threading.Lock()
+
+    class Counting(ThreadPoolExecutor):
+        def submit(self, *call):
+            nonlocal out, most
+            with lock:
+                out += 1
+                most = max(most, out)
+            future = super().submit(*call)
+            future.add_done_callback(left)
+            return future
+
+    def left(_):
+        nonlocal out
+        with lock:
+            out -= 1
+
+    with Counting(2) as pool:
+        assert same(runs(pool), alone)
+    assert 2 <= most <= 2 * 3 + 3  # three chunks of two parts, and what is being replaced
+
+
+def test_finished_work_of_one_executor_goes_on_with_another(tmp_path, alone):
+    first = runs(Inline(), path=tmp_path / "a.npz")
+    again = runs(None, path=tmp_path / "a.npz")
+    assert same(first, alone) and same(again, alone)
+
+
+def test_what_is_no_executor_is_refused():
+    with pytest.raises(InputError, match=r"expected an executor with `submit`.*got str and None"):
+        system("dask")
+    with pytest.raises(InputError, match="one or more workers; got Inline and 0"):
+        system(Inline(), workers=0)
+
+
+SPAWN = partial(ProcessPoolExecutor, 2, mp_context=multiprocessing.get_context("spawn"))
+
+
+@pytest.mark.slow
+def test_processes_that_die_cost_nothing(alone, tmp_path):
+    assert same(runs(SPAWN, workers=None, simulate=partial(deadly, grave=str(tmp_path))), alone)
+    assert len(list(tmp_path.iterdir())) > 2  # so many died
+    with pytest.raises(InputError, match=r"with k = \[0\.2.*was lost 3 times"):
+        runs(SPAWN, simulate=fatal)
+
+
+@pytest.mark.slow
+def test_a_function_that_processes_cannot_be_sent_is_refused():
+    with pytest.raises(InputError, match=r"was lost 3 times.*Can't (get|pickle) local object"):
+        runs(SPAWN, simulate=lambda rng, k: walk(rng, k))
+
+
+SCRIPT = """
+import sys
+from concurrent.futures import ProcessPoolExecutor
+from functools import partial
+from multiprocessing import get_context
+import jax, numpy as np, parc_jax as pj
+
+STEP = 0.5
+
+class Walk:
+    far = 2.0
+    def __call__(self, rng, k):
+        steps = STEP * k[0] + self.far * rng.normal(size=(2, 2))
+        return np.concatenate([np.zeros((1, 2)), np.cumsum(steps, axis=0)]), []
+
+if __name__ == "__main__":
+    make = partial(ProcessPoolExecutor, 2, mp_context=get_context("spawn"))
+    ends = []
+    for more in ({"executor": make}, {"workers": 0}):
+        box, time = pj.box([0.0], [1.0]), pj.time_grid(0.5, 1.0)
+        system = pj.python_system(Walk(), box, time, name="walk", n_p=2, **more)
+        ends.append(pj.collect(system, jax.random.PRNGKey(0), n=30, quiet=True).p)
+        system.close()
+    print((ends[0] == ends[1]).all())
+    Walk.far = 1.0                                     # here alone: other processes read the file
+    system = pj.python_system(Walk(), box, time, name="walk", n_p=2, executor=make)
+    pj.collect(system, jax.random.PRNGKey(0), n=30, quiet=True)
+"""
+
+
+@pytest.mark.slow
+def test_a_script_is_the_same_program_in_its_workers_until_it_changes_itself(tmp_path):
+    path = tmp_path / "walk.py"
+    path.write_text(SCRIPT)
+    done = subprocess.run([sys.executable, path], capture_output=True, text=True)
+    assert (
+        done.stdout == "True\n" and "expected workers with the program that is here" in done.stderr
+    )
+
+
+@pytest.mark.night
+def test_loky_and_its_dead(alone, tmp_path):
+    need("loky")
+    import loky
+
+    make = partial(loky.get_reusable_executor, max_workers=2)
+    assert same(runs(make, simulate=lambda rng, k: walk(rng, k)), alone)
+    assert same(runs(make, simulate=partial(deadly, grave=str(tmp_path))), alone)
+    assert len(list(tmp_path.iterdir())) > 2
+
+
+def slowly(rng, k):
+    """The same, with time to be killed in."""
+    time.sleep(0.05)
+    return walk(rng, k)
+
+
+@pytest.mark.night
+@pytest.mark.filterwarnings("default")  # of somebody else's shutdown
+def test_a_dask_cluster_whose_workers_are_killed_half_way(tmp_path):
+    need("distributed")
+    from distributed import Client, LocalCluster
+
+    about = {"n_workers": 2, "threads_per_worker": 1, "dashboard_address": None}
+    with LocalCluster(**about, local_directory=tmp_path) as cluster, Client(cluster) as client:
+        made = system(client.get_executor(), slowly, workers=2)
+        batches, pids = [], []
+        for batch in stream_rollouts(made, KEY, 200, quiet=True):
+            batches.append(batch.p)
+            if len(batches) in (3, 12):
+                pids += client.run(os.getpid).values()
+                for pid in pids[-2:]:
+                    os.kill(pid, signal.SIGKILL)
+        later = set(client.run(os.getpid).values())
+        assert len({*pids, *later}) == 6  # all of them, twice
+    expected = pj.collect(system(None), KEY, 200, quiet=True)
+    assert np.array_equal(np.concatenate(batches), expected.p, equal_nan=True)
