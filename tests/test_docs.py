@@ -165,7 +165,7 @@ def test_commands_shown_are_commands_that_the_shell_takes(page, monkeypatch):
     from parc_jax import checker, cli
 
     monkeypatch.setattr(checker, "main", lambda arguments: 0)
-    names = "run learn solve check replay plot export bench systems doctor"
+    names = "run learn collect solve check replay plot export bench systems doctor"
     for name in names.split():
         module = importlib.import_module(f"parc_jax.cli.{name}")
         idle = functools.wraps(getattr(module, name))(lambda *given, **options: 0)

@@ -21,7 +21,7 @@ from parc_jax.settings import Effort, Settings
 from parc_jax.study.settings import Study
 
 ROOT = Path(parc_jax.__file__).parent
-COMMANDS = ("run", "learn", "solve", "check", "replay", "plot", "export", "systems", "doctor")
+COMMANDS = tuple("run learn collect solve check replay plot export systems doctor".split())
 
 
 def declared(tree: ast.Module) -> list[str]:

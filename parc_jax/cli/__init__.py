@@ -72,6 +72,7 @@ def _dispatch(arguments: list[str], interrupts: Interrupts) -> int:
 
     from parc_jax.cli.bench import bench
     from parc_jax.cli.check import check
+    from parc_jax.cli.collect import collect
     from parc_jax.cli.doctor import doctor
     from parc_jax.cli.export import export
     from parc_jax.cli.help import readable, wrapped
@@ -82,7 +83,7 @@ def _dispatch(arguments: list[str], interrupts: Interrupts) -> int:
     from parc_jax.cli.solve import solve
     from parc_jax.cli.systems import systems
 
-    functions = (run, learn, solve, check, replay, plot, export, bench, systems, doctor)
+    functions = (run, learn, collect, solve, check, replay, plot, export, bench, systems, doctor)
     first = arguments[0] if arguments else ""
     commands = {
         f.__name__: readable(f, first == f.__name__ or first.startswith("--tyro"))

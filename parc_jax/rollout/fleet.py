@@ -61,7 +61,7 @@ class Fleet:
         self._changing = threading.Lock()
         self._one_by_one = threading.Lock()
         self._longest_s = 0.0  # that a part took
-        self.workers = workers or getattr(self._current(), "_max_workers", UNKNOWN)
+        self.workers: int = workers or getattr(self._current(), "_max_workers", UNKNOWN)
 
     def run(self, function, seeds, arguments: list[tuple], *shapes) -> list[Call]:
         """The runs of a batch, in order. Raises InputError for workers with other code, for a run

@@ -12,6 +12,7 @@ from parc_jax.problem.labels import Labels
 from parc_jax.rollout.batch import RolloutBatch, require_finite_k, rollout_batch
 from parc_jax.rollout.files import RAGGED, read_npz, rollouts_from_npz
 from parc_jax.rollout.law import law_spec
+from parc_jax.rollout.parts import is_parts, whole_of
 from parc_jax.rollout.uniform import check_uniform
 from parc_jax.sets.box import Box, box
 from parc_jax.system import LARGEST, ONE_POINT, TimeGrid, check_points
@@ -40,7 +41,8 @@ def load_rollouts(
     it. folder  k.csv (n rows of n_k numbers), q.csv (n rows of n_q; may be absent), and one file
             per run in p/, whose names sort in the order of the rows, each with n_record + 1 rows of
             n_p numbers. groups.csv may name the recording of each row. A first line of names, such
-            as speed [m/s], labels the columns of k, q, and of p where there is one point.
+            as speed [m/s], labels the columns of k, q, and of p where there is one point. Or a
+            folder that `parc-jax collect` filled, complete as it is.
     time: the record grid of the runs; needed for all but our own files. domain: K; None = the
     smallest box that holds all k, which makes the claim about that box. k_law: "logged", or
     "uniform" where the k are known to be independent uniform draws from `domain`, which must then
@@ -60,6 +62,8 @@ def load_rollouts(
             f"got {k_law!r} and domain = {domain}."
         )
     about = {"rotation": rotation, "labels": labels, "given": given}
+    if is_parts(path):
+        return _own(path, whole_of(path), k_law, groups, points, about)
     if path.is_dir():
         return _assemble(path, _csv_folder(path), time, domain, k_law, groups, points, about)
     if path.suffix == ".mat":
@@ -69,9 +73,13 @@ def load_rollouts(
     arrays = read_npz(path)
     if "meta" not in arrays:
         return _assemble(path, arrays, time, domain, k_law, groups, points, about)
-    own = rollouts_from_npz(path, arrays)
+    return _own(path, rollouts_from_npz(path, arrays), k_law, groups, points, about)
+
+
+def _own(path: Path, own: RolloutBatch, k_law: str, groups, points, about: dict) -> RolloutBatch:
+    """Runs that know what they are. Raises InputError where they are told otherwise."""
     others = points is not None and tuple(points) != own.points
-    told = any(x is not None for x in (groups, rotation, labels)) or len(given) > 0
+    told = groups is not None or any(x is not None and len(x) > 0 for x in about.values())
     if k_law != "logged" or others or told:
         raise InputError(
             f"{path}: expected neither k_law nor groups, other points, rotation, labels or given; "

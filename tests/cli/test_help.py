@@ -21,7 +21,7 @@ def offers(command) -> dict[str, Offer]:
     return {p.name: x for p in found for x in get_args(p.annotation)[1:] if isinstance(x, Offer)}
 
 
-COMMANDS = ("run", "learn", "solve", "check", "replay", "plot", "bench", "systems", "doctor")
+COMMANDS = tuple("run learn collect solve check replay plot bench systems doctor".split())
 
 
 @pytest.mark.parametrize("command", ["", *COMMANDS])

@@ -25,6 +25,8 @@ EXTRAS = {
     "vehiclemodels": "cars",
     "shapely": "maps",
     "rosbags": "bags",
+    "loky": "fleets",
+    "distributed": "fleets",
 }
 
 

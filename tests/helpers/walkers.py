@@ -1,0 +1,49 @@
+"""Robots in NumPy alone, which worker processes load at once: one walks at random, the others do it
+in bad company.
+"""
+
+import os
+import time
+from pathlib import Path
+
+import numpy as np
+
+DRIFT = 1.0
+
+
+def walk(rng, k):
+    """A random walk with drift k in the plane, which slips for large k."""
+    if k[0] > 0.9:
+        raise ValueError("slipped")
+    steps = DRIFT * k[0] + rng.normal(size=(2, 2))
+    return np.concatenate([np.zeros((1, 2)), np.cumsum(steps, axis=0)]), [k[0]]
+
+
+def deadly(rng, k, grave: str):
+    """The same, ending its process the first time that it meets one of a few k."""
+    if k[0] < 0.08:
+        try:
+            Path(grave, k[0].hex()).touch(exist_ok=False)
+        except FileExistsError:
+            pass
+        else:
+            os._exit(9)
+    return walk(rng, k)
+
+
+def fatal(rng, k):
+    """The same, ending its process for some k every time."""
+    if 0.2 < k[0] < 0.25:
+        os._exit(9)
+    return walk(rng, k)
+
+
+def unequipped(rng, k):
+    """Needs a package that nobody has."""
+    import no_such_simulator  # noqa: F401
+
+
+def slowly(rng, k):
+    """The first one, with time to be killed in."""
+    time.sleep(0.05)
+    return walk(rng, k)
