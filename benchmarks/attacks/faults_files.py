@@ -59,7 +59,7 @@ ROLLOUTS = (
     ),
     Fault(
         "what_a_machine_lacks_is_a_failed_run",
-        "run_one",
+        "python_worker.run_one",
         "    except ImportError:\n        raise\n",
         "",
         ("tests/rollout/test_fleet.py::test_what_a_machine_lacks_is_no_failed_run",),
