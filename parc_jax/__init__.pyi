@@ -76,9 +76,11 @@ from parc_jax.rollout.batch import RolloutBatch as RolloutBatch
 from parc_jax.rollout.chained import chained as chained
 from parc_jax.rollout.collect import collect as collect
 from parc_jax.rollout.environment import Episode as Episode
+from parc_jax.rollout.fmu import fmu_system as fmu_system
 from parc_jax.rollout.invariance import translation_gap as translation_gap
 from parc_jax.rollout.loaders import load_rollouts as load_rollouts
 from parc_jax.rollout.python_system import python_system as python_system
+from parc_jax.rollout.sweep import load_sweep as load_sweep
 from parc_jax.separation.moving import moving as moving
 from parc_jax.sets.box import Box as Box
 from parc_jax.sets.box import box as box

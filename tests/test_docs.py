@@ -24,6 +24,7 @@ PAGES = [ROOT / "README.md", *sorted((ROOT / "docs").glob("*.md"))]
 BLOCK = re.compile(r"^(<!-- slow -->\n+)?```python\n(.*?)^```", re.M | re.S)
 EXAMPLES = sorted((ROOT / "docs" / "examples").glob("*.py"))
 DOORS = ("jax_function", "python_environment", "logged_data", "mujoco_model")
+ELSEWHERE = {"fmu_model"}  # by tests/rollout/test_fmu.py, which makes what it needs
 ARGUMENTS = {"replanning": (str(ROOT / "tests" / "data" / "drift_4x8.npz"), "3")}
 HEAVY = {
     "batch.md",
@@ -124,7 +125,11 @@ def small_model(tmp_path_factory) -> bytes:
 @pytest.mark.slow
 @pytest.mark.parametrize(
     "path",
-    [p if p.stem == DOORS[0] else pytest.param(p, marks=pytest.mark.night) for p in EXAMPLES],
+    [
+        p if p.stem == DOORS[0] else pytest.param(p, marks=pytest.mark.night)
+        for p in EXAMPLES
+        if p.stem not in ELSEWHERE
+    ],
     ids=lambda p: p.stem,
 )
 def test_examples_run(path, folder):

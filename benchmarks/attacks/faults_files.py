@@ -65,6 +65,27 @@ ROLLOUTS = (
         ("tests/rollout/test_fleet.py::test_what_a_machine_lacks_is_no_failed_run",),
     ),
     Fault(
+        "an_fmu_of_other_bytes_is_run",
+        "fmu_run.unpacked",
+        "found != sha256",
+        "found is None",
+        ("tests/rollout/test_fmu.py::test_another_file_at_the_same_place_is_refused",),
+    ),
+    Fault(
+        "samples_far_apart_are_interpolated",
+        "sweep._cut",
+        "longest * (1 + 1e-6)",
+        "np.inf",
+        ("tests/rollout/test_sweep.py::test_what_cannot_be_meant_is_refused",),
+    ),
+    Fault(
+        "a_run_that_ended_stands_still",
+        "sweep._cut",
+        "right=np.nan",
+        "right=axis[-1]",
+        ("tests/rollout/test_sweep.py::test_runs_are_cut_and_put_on_the_grid",),
+    ),
+    Fault(
         "rows_that_are_missing_are_left_out",
         "whole_of",
         "        _require_up_to(folder, at, first)\n",

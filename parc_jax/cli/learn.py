@@ -52,7 +52,7 @@ def learn(
         bags = are_bags(Path(source))
         if not bags:
             refuse(bagged, source, "bags")
-        if bags or Path(source).suffix in (".npz", ".mat") or Path(source).is_dir():
+        if bags or Path(source).suffix in (".npz", ".mat", ".csv") or Path(source).is_dir():
             run_anew = [name for name in NEW_RUNS if name in study]
             refuse(run_anew, source, "a system that can be run")
             asked = Learning(**study)

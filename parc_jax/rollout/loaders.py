@@ -69,7 +69,10 @@ def load_rollouts(
     if path.suffix == ".mat":
         return _assemble(path, _mat_arrays(path), time, domain, k_law, groups, points, about)
     if path.suffix != ".npz":
-        raise InputError(f"{path}: expected a .npz file, a .mat file or a folder of CSV files.")
+        table = " One table of all runs is for `load_sweep`." if path.suffix == ".csv" else ""
+        raise InputError(
+            f"{path}: expected a .npz file, a .mat file or a folder of CSV files.{table}"
+        )
     arrays = read_npz(path)
     if "meta" not in arrays:
         return _assemble(path, arrays, time, domain, k_law, groups, points, about)

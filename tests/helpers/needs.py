@@ -27,6 +27,7 @@ EXTRAS = {
     "rosbags": "bags",
     "loky": "fleets",
     "distributed": "fleets",
+    "fmpy": "fmu",
 }
 
 
