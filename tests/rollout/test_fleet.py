@@ -134,7 +134,7 @@ def test_a_worker_with_other_code_is_refused():
         """Its name for the function means another one."""
 
         def submit(self, function, code, simulate, *arguments):
-            return super().submit(function, code, fatal, *arguments)
+            return super().submit(function, code, slowly, *arguments)
 
     with pytest.raises(InputError, match="expected workers with the program that is here; process"):
         runs(Elsewhere())
