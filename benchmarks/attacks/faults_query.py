@@ -145,6 +145,13 @@ QUERY = (
         (THINKING + "test_a_pose_that_jumps_is_not_believed",),
     ),
     Fault(
+        "plans_kept_apart_without_their_errors",
+        "near.scene_near_path",
+        "Extent(lo, hi, error)",
+        "Extent(lo, hi, 0 * error)",
+        (LOOP + "test_a_certificate_names_directions_of_what_is_near_alone",),
+    ),
+    Fault(
         "clocks_that_stand_still",
         "Loop._time",
         "now <= last.begin",

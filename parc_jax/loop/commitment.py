@@ -8,7 +8,7 @@ import numpy as np
 from parc_jax.certificate.prove import prove
 from parc_jax.certificate.write import answer_part, sample_part
 from parc_jax.robust.question import Plain
-from parc_jax.verdict.near import near_scene
+from parc_jax.verdict.near import scene_near_path
 from parc_jax.verdict.pointwise import paths_of
 
 
@@ -58,8 +58,8 @@ class Commitment:
     @property
     def part(self) -> dict:
         """Its certificate, a sample of the checker."""
-        scene = near_scene(self.asked)
-        path = paths_of(scene.model, self.asked.at[None], self.k[None])[0]
+        path = paths_of(self.asked.model, self.asked.at[None], self.k[None])[0]
+        scene = scene_near_path(self.asked, self.k, path)
         return sample_part(scene, scene.model.tube, self.asked.at, self.k, path)
 
 

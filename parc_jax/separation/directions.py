@@ -182,13 +182,7 @@ def _fan(A: bytes, cones: tuple) -> _Fan:
     n_p = len(cones[0])
     A = np.frombuffer(A).reshape(-1, n_p)
     chosen = _spread_in_plane(A, cones) if n_p == 2 else _spread_in_space(A, cones)
-    rows = [[Fraction(v) for v in row] for row in A]
-    w = np.array(
-        [
-            [float(sum(v * rows[i][c] for i, v in zip(*m, strict=True))) for c in range(n_p)]
-            for m in chosen
-        ]
-    )
+    w = np.array([[_rounded_sum(m.values, c) for c in A[list(m.rows)].T.tolist()] for m in chosen])
     denominator = math.lcm(*(v.denominator for m in chosen for v in m.values))
     whole = [[0] * len(A) for _ in chosen]
     for line, m in zip(whole, chosen, strict=True):
@@ -226,10 +220,9 @@ def _spread_in_plane(A: np.ndarray, cones) -> list[Multiplier]:
     count = np.floor(width / width.sum() * (n_d - len(facets))).astype(int)
     out = list(facets)
     for (i, j), n, span in zip(cones, count, width, strict=True):
-        for step in range(1, n + 1):
-            a = angle[i] + span * step / (n + 1)
-            share = np.linalg.solve(A[[i, j]].T, [np.cos(a), np.sin(a)])
-            out.append(_rounded(power, (i, j), np.maximum(share, 0).tolist(), TABLE_BITS))
+        a = angle[i] + span * np.arange(1, n + 1) / (n + 1)
+        share = np.linalg.solve(A[[i, j]].T, np.stack([np.cos(a), np.sin(a)])).T
+        out += [_rounded(power, (i, j), s, TABLE_BITS) for s in np.maximum(share, 0).tolist()]
     return (out + [facets[0]] * n_d)[:n_d]
 
 

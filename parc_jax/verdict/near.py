@@ -33,6 +33,22 @@ def near_scene(asked: Plain) -> Scene:
     return roomy(laid_out(asked, found if np.isfinite(found.beyond) else None))
 
 
+def scene_near_path(asked: Plain, k: np.ndarray, path: np.ndarray) -> Scene:
+    """The scene of one plan k (n_k,) with the path (T + 1, n_c), without the obstacles of which one
+    row keeps it apart. Raises InputError.
+    """
+    problem, tube = asked.problem, asked.model.tube
+    _check_obstacles(problem, asked.model.time.n_steps)
+    places = path.reshape(len(path), -1, asked.model.n_p)
+    error = tube.interval[tube.bins_of(k[None])[0]].max(axis=0).reshape(places[1:].shape)
+    slack = float(float_slack(asked.model, np.abs(places).max()))
+    lo = np.minimum(places[:-1], places[1:]) - 2 * slack
+    hi = np.maximum(places[:-1], places[1:]) + 2 * slack
+    parts = numbered(problem.body, asked.model.points)
+    found = apart(problem, parts, Extent(lo, hi, error), slack)
+    return roomy(laid_out(asked, found if np.isfinite(found.beyond) else None))
+
+
 def apart_from_plans(problem: ReachAvoid, model) -> Apart:
     """Which obstacles any plan that ends in the goal may come near. Raises InputError as
     `near_scene` does.

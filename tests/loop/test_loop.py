@@ -17,6 +17,7 @@ from parc_jax.network.predict import trajectories
 from parc_jax.robust.pose import pose_of
 from parc_jax.sets.hpolytope import from_box
 from parc_jax.system import TURNS
+from parc_jax.verdict.near import scene_near_path
 
 PATIENT = pj.Effort(candidates=256, deadline=300.0)
 WALL = pj.box([0.45, -2.0], [0.5, 2.0])
@@ -177,6 +178,17 @@ def test_a_certificate_is_accepted_and_one_of_another_world_is_not():
     wide = from_box(pj.box([-0.05, -0.05], [1.0, 1.0]))  # over the start
     other = asked.problem.replace(obstacles=(wide, *asked.problem.obstacles[1:]))
     assert not replace(committed, asked=replace(asked, problem=other)).proved()
+
+
+def test_a_certificate_names_directions_of_what_is_near_alone(line):
+    """A corner that no side of its box keeps away, with the errors: 5 mm less than the body."""
+    near = pj.box([0.105, 0.105], [0.5, 0.5])
+    far = [pj.box([i, 2.0], [i + 0.5, 3.0]) for i in range(30)]
+    loop = loop_of(line, candidates=np.zeros((1, 1)))
+    committed = loop.step([0.0, 0.0], [0.0], [*far, near], forward).committed
+    path = np.zeros((5, 2))
+    assert scene_near_path(committed.asked, committed.k, path).apart.kept.tolist() == [30]
+    assert committed.proved()
 
 
 def test_the_outlook_is_what_the_network_says_turned_into_the_world():
