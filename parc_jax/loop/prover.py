@@ -53,7 +53,7 @@ class Prover:
         self._sent += 1
 
     def rehearse(self, one: Commitment) -> None:
-        """Compile what a proof of such a commitment needs; waits for it."""
+        """Read its model and compile what a proof of such a commitment needs; waits for it."""
         self._asked.put(self._packer.pack(one, rehearsal=True))
         self._wait_ready()
 

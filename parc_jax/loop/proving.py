@@ -32,7 +32,7 @@ class Packed(NamedTuple):
 
     commitment: bytes
     model: bytes | None
-    rehearsal: bool = False  # compile what it needs, say nothing
+    rehearsal: bool = False  # read the model, compile what it needs, say nothing
 
 
 class Packer:
@@ -81,10 +81,12 @@ class Unpacker:
 
 
 class Proving:
-    """Commitments of one loop after another, proved in their order."""
+    """Commitments of one loop after another, proved in their order. Network and tube, which take
+    the checker seconds to read, are read once for all episodes of a loop.
+    """
 
     def __init__(self):
-        self._model: TrajectoryModel | None = None
+        self._about: tuple = ()
         self._chain: checker.Chain | None = None
 
     def proof(self, one: Commitment) -> Proof:
@@ -101,12 +103,15 @@ class Proving:
         return Proof(one.number, not why, follows, why, seconds)
 
     def _chain_of(self, one: Commitment) -> checker.Chain:
-        """The chain that it goes on with; a first commitment begins one."""
-        known = self._chain
-        if known is None or one.number == 0 or one.asked.model is not self._model:
-            self._model, known = one.asked.model, checker.Chain(head_part(one.asked))
-        self._chain = known
-        return known
+        """The chain that it goes on with; a first commitment follows nothing."""
+        doubt = one.asked.question.problem.doubt
+        about = one.asked.model, None if doubt is None else doubt.of_model
+        known = self._about and about[0] is self._about[0] and about[1] == self._about[1]
+        if self._chain is None or not known:
+            self._about, self._chain = about, checker.Chain(head_part(one.asked))
+        if one.number == 0:
+            self._chain.last = None
+        return self._chain
 
 
 def serve(asked, told) -> None:
@@ -116,8 +121,5 @@ def serve(asked, told) -> None:
     told.send(READY)
     while (packed := asked.get()) is not None:
         one = unpacker.unpack(packed)
-        if packed.rehearsal:
-            Proving().proof(one)
-            told.send(READY)
-            continue
-        told.send(proving.proof(one))
+        proof = proving.proof(one)
+        told.send(READY if packed.rehearsal else proof)

@@ -9,6 +9,7 @@ import pytest
 from toy_models import line_model
 
 import parc_jax as pj
+from parc_jax.checker import Context, episode
 from parc_jax.errors import InputError, SoundnessError
 from parc_jax.loop.proving import Packer, Proving, Unpacker
 from parc_jax.sets.hpolytope import from_box
@@ -33,8 +34,12 @@ class Trouble:
         self.rehearsed = one
 
 
-def loop_of(prover=None):
-    return pj.Loop(line_model(4, 0.01), 0.1, leave=0.5, given=(1,), effort=PATIENT, prover=prover)
+LINE = line_model(4, 0.01)
+
+
+def loop_of(prover=None, doubt=None):
+    options = {"leave": 0.5, "given": (1,), "effort": PATIENT, "prover": prover, "doubt": doubt}
+    return pj.Loop(LINE, 0.1, **options)
 
 
 def drive(loop, n: int, aside: float = 0.0):
@@ -60,8 +65,18 @@ def test_every_commitment_is_proved_and_follows_the_one_before():
     proving = Proving()
     proofs = [proving.proof(one) for one in drive(loop, 3)]
     assert [proof[:4] for proof in proofs] == [(i, True, True, "") for i in range(3)]
-    loop.restart()  # elsewhere: another episode
-    assert [proving.proof(one)[1:3] for one in drive(loop, 2)] == 2 * [(True, True)]
+
+
+def test_a_model_is_read_once_for_all_episodes_of_a_loop(monkeypatch):
+    read = []
+    monkeypatch.setattr(episode, "Context", lambda *parts: read.append(1) or Context(*parts))
+    loop, proving = loop_of(), Proving()
+    for _ in range(2):  # elsewhere: another episode
+        assert [proving.proof(one)[1:3] for one in drive(loop, 2)] == 2 * [(True, True)]
+        loop.restart()
+    assert len(read) == 1
+    doubtful = loop_of(doubt=pj.Doubt(start=0.01))
+    assert proving.proof(drive(doubtful, 1)[0]).proved and len(read) == 2
 
 
 def test_what_is_unsafe_is_rejected_and_what_jumps_is_told():
