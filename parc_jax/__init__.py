@@ -74,6 +74,7 @@ _HOME = {
     "hpolytope": "sets.hpolytope",
     "hull": "problem.body",
     "labels_of": "problem.labels",
+    "learn_from": "study.from_prior",
     "left_tube": "loop.left",
     "load": "model",
     "load_answer": "io.answer_file",

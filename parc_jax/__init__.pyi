@@ -87,6 +87,7 @@ from parc_jax.sets.box import box as box
 from parc_jax.sets.hpolytope import HPolytope as HPolytope
 from parc_jax.sets.hpolytope import hpolytope as hpolytope
 from parc_jax.settings import Settings as Settings
+from parc_jax.study.from_prior import learn_from as learn_from
 from parc_jax.study.recorded import replay_recorded as replay_recorded
 from parc_jax.study.replay import replay as replay
 from parc_jax.system import BlackBoxSystem as BlackBoxSystem

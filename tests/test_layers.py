@@ -24,6 +24,7 @@ ORDER = (
     "world",
     "rollout",
     "network",
+    "prior",
     "pwa",
     "claim",
     "model",

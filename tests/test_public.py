@@ -77,6 +77,7 @@ NAMES = [
     "hpolytope",
     "hull",
     "labels_of",
+    "learn_from",
     "left_tube",
     "load",
     "load_answer",

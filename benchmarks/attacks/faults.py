@@ -30,6 +30,7 @@ from benchmarks.attacks.faults_measured import MEASUREMENTS
 from benchmarks.attacks.faults_model import MODEL
 from benchmarks.attacks.faults_near import NEAR
 from benchmarks.attacks.faults_onboard import ONBOARD
+from benchmarks.attacks.faults_prior import PRIOR
 from benchmarks.attacks.faults_query import QUERY
 from benchmarks.attacks.faults_robot import ROBOT
 from benchmarks.attacks.faults_verdict import VERDICTS
@@ -47,6 +48,7 @@ FAULTS: tuple[Fault, ...] = (
     *DRIVEN,
     *FILES,
     *NEAR,
+    *PRIOR,
     *QUERY,
     *ONBOARD,
     *WORLD,

@@ -21,7 +21,8 @@ def learn(
     """Learn a trajectory model and bound its error. Example: parc-jax learn drift_parking --out
     model.npz
 
-    From logged runs: parc-jax learn logs.npz --dt 0.1 --t-f 4 --dt-record 0.05 --out model.npz
+    From logged runs: parc-jax learn logs.npz --dt 0.1 --t-f 4 --dt-record 0.05 --out model.npz;
+    from few of them, add --prior twist.
 
     From bags of ROS: parc-jax learn bags --pose /odom --command /cmd_vel --k linear.x angular.z
     --dt 0.1 --t-f 4 --out model.npz
@@ -41,7 +42,6 @@ def learn(
     from parc_jax.cli.unfinished import only_of
     from parc_jax.study.cache import keep_compiled
     from parc_jax.study.learn import learn as learn_system
-    from parc_jax.study.settings import Learning
     from parc_jax.study.stopwatch import Stopwatch
 
     if shell.cache:
@@ -53,11 +53,12 @@ def learn(
         if not bags:
             refuse(bagged, source, "bags")
         if bags or Path(source).suffix in (".npz", ".mat", ".csv") or Path(source).is_dir():
+            log = Logged(**logged)
             run_anew = [name for name in NEW_RUNS if name in study]
+            if log.prior is not None:
+                run_anew = [name for name in run_anew if name != "rollouts"]
             refuse(run_anew, source, "a system that can be run")
-            asked = Learning(**study)
-            told = Logged(**logged), Bagged(**bagged)
-            learned = from_log(Path(source), *told, asked, shell.seed)
+            learned = from_log(Path(source), log, Bagged(**bagged), study, shell.seed)
             learned.main.save(out)
         else:
             refuse(logged, source, "logged runs")

@@ -11,17 +11,21 @@ from parc_jax.base.keys import key_of
 from parc_jax.base.options import Options
 from parc_jax.base.spelling import counted
 from parc_jax.cli.bagged import Bagged, are_bags, from_bags
+from parc_jax.cli.systems import black_box_with, find
 from parc_jax.errors import InputError
 from parc_jax.network.predict import outputs
 from parc_jax.network.train import training_arrays
+from parc_jax.prior.teach import TWIST
 from parc_jax.rollout.loaders import load_rollouts
 from parc_jax.sets.box import Box, box
+from parc_jax.study.from_prior import learn_from
 from parc_jax.study.learn import Learned, final_error, learn_recorded
 from parc_jax.study.numbers import spread
 from parc_jax.study.settings import Learning, name_of
 from parc_jax.system import time_grid
 
 # options of a study that ask for runs of a system
+HOLDOUT = 0.4  # share of logged runs, without a prior
 NEW_RUNS = ("plant", "body", "rollouts", "profile_runs", "fresh", "search")
 
 
@@ -38,8 +42,13 @@ class Logged(Options):
     points: tuple[str, ...] | None = None
     """Logged runs only: names of the robot's reference points, in the order of the columns.
     Default: the file's own, or one point."""
-    holdout: float = 0.4
-    """Logged runs only: share of the runs set aside for the bound."""
+    holdout: float | None = None
+    """Logged runs only: share of the runs set aside for the bound. Default: 0.4, or 0.5 with a
+    prior."""
+    prior: str | None = None
+    """Logged runs only, where they are few: what gives the network its shape, "twist" for a robot
+    on the ground, or a system, such as a simulator of it. The claim is from the logged runs alone.
+    Default: none."""
     domain: tuple[float, ...] | None = None
     """Logged runs only: K as LO HI for every parameter. Default: the box of all k."""
     k_law: str = "logged"
@@ -63,10 +72,11 @@ def refuse(given: Iterable[str], source: str, of: str) -> None:
         )
 
 
-def from_log(path: Path, log: Logged, bagged: Bagged, study: Learning, seed: int) -> Learned:
-    """Learn recorded runs: a random part for training, the rest for the bound. Raises
-    InputError.
+def from_log(path: Path, log: Logged, bagged: Bagged, study: dict, seed: int) -> Learned:
+    """Learn recorded runs: a random part for training, the rest for the bound. study: fields of
+    `Learning`. Raises InputError.
     """
+    asked = Learning(**study)
     time = None if log.dt is None else time_grid(log.dt, log.t_f, log.dt_record)
     domain = _domain(log.domain)
     if are_bags(path):
@@ -75,8 +85,17 @@ def from_log(path: Path, log: Logged, bagged: Bagged, study: Learning, seed: int
         data = from_bags(path, time, domain, log.k_law, bagged)
     else:
         data = load_rollouts(path, time, domain, k_law=log.k_law, points=log.points)
-    train, held = data.split(log.holdout, seed)
-    return learn_recorded(train, held, study, key_of(seed))
+    if log.prior is not None:
+        prior = log.prior if log.prior == TWIST else simulator_of(log.prior, data.points)
+        share = {} if log.holdout is None else {"holdout": log.holdout}
+        return learn_from(data, prior, seed=seed, **share, **study)
+    train, held = data.split(HOLDOUT if log.holdout is None else log.holdout, seed)
+    return learn_recorded(train, held, asked, key_of(seed))
+
+
+def simulator_of(name: str, points: tuple[str, ...]):
+    """The system of this name with these reference points. Raises InputError."""
+    return black_box_with(find(name, needed=("system",)), points)
 
 
 def _domain(corners: tuple[float, ...] | None) -> Box | None:
@@ -104,6 +123,7 @@ def summary(learned: Learned, path: Path, as_json: bool = False) -> str:
         "training_rms": rms,
         "final_error": final_error(model).tolist(),
         "bins": model.tube.n_bins,
+        "prior": learned.prior,
         "start": learned.start.statement(),
         "claim": model.claim.to_json(),
     }
@@ -116,6 +136,7 @@ def summary(learned: Learned, path: Path, as_json: bool = False) -> str:
             f"network       {name_of(model.net.hidden)}, rms error {rms:.3g} on the training runs",
             f"tube          {counted(model.tube.n_bins, 'bin')}; at the end, median over K: "
             + spread(final_error(model), model, ".3g"),
+            *([] if learned.prior is None else [f"prior         {learned.prior}"]),
             f"invariance    {learned.start.statement()}",
             "",
             f"(E) {model.claim.statement()}",

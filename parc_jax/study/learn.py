@@ -10,7 +10,7 @@ import numpy as np
 
 from parc_jax.base.distributed import broadcast, gather, shared
 from parc_jax.base.keys import Stage, stream
-from parc_jax.claim.claim import on_bins
+from parc_jax.claim.claim import ErrorClaim, on_bins
 from parc_jax.claim.declared import assumed_claim
 from parc_jax.claim.pipeline import advice, bound_errors, runs_ahead
 from parc_jax.claim.runs import RecordedRuns, Runs, SystemRuns
@@ -40,12 +40,14 @@ class NetworkModels(NamedTuple):
 
 class Learned(NamedTuple):
     """Everything learned: the main network first, then the others. start: what is known of the
-    start's influence.
+    start's influence. prior: from what the networks were trained instead of the runs themselves,
+    and how many runs were therefore discarded; None where there was none.
     """
 
     networks: list[NetworkModels]
     train: RolloutBatch
     start: StartTrial
+    prior: str | None = None
 
     @property
     def main(self) -> TrajectoryModel:
@@ -111,16 +113,24 @@ def _learned(
         # hosts may round training differently, and a claim is about one network
         nets = broadcast(networks(train, study, key))
     claims = bound_errors(nets, runs, train, study, start, watch=watch)
+    with watch("claims"):
+        found = models(nets, claims, train, study)
+    return Learned(found, train, start)
+
+
+def models(
+    nets: list[ReLUNetwork], claims: list[list[ErrorClaim]], train: RolloutBatch, study: Learning
+) -> list[NetworkModels]:
+    """Every network with each of its claims, and with the published one about its training runs."""
     edges = claims[0][0].tube.edges
     found = []
     for hidden, net, honest in zip(study.networks, nets, claims, strict=True):
-        with watch("claims"):
-            published = assumed_claim(net, train, edges if "bins" in study.claims else None)
+        published = assumed_claim(net, train, edges if "bins" in study.claims else None)
         assumed, *claimed = (
             trajectory_model(net, claim) for claim in (on_bins(published, edges), *honest)
         )
         found.append(NetworkModels(name_of(hidden), assumed, claimed))
-    return Learned(found, train, start)
+    return found
 
 
 def networks(train: RolloutBatch, study: Learning, key: jax.Array) -> list[ReLUNetwork]:

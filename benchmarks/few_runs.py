@@ -1,0 +1,157 @@
+"""Few recorded runs of real robots, from the log to a proved plan with nothing but defaults:
+`python -m benchmarks.few_runs FOLDER`, which holds the files named in CASES; the Husky's log comes
+with the package.
+
+A fifth of the recordings is set aside before anything is learned, and replayed against the answer.
+"""
+
+import argparse
+from collections.abc import Callable
+from functools import partial
+from pathlib import Path
+from typing import NamedTuple
+
+import jax
+import numpy as np
+
+import parc_jax as pj
+from parc_jax.base.spelling import rounded_down, rounded_up
+from parc_jax.errors import InputError
+from parc_jax.rollout.batch import rollout_batch
+from parc_jax.rollout.law import law_spec
+from sims.foreign.husky import log, windows
+from sims.foreign.husky.scenario import problem
+from sims.rectangle import POINTS, centre_and_corners
+
+UNSEEN = 0.2  # of the recordings
+WALL = 0.3  # [m]
+CAR = (0.5, 0.3)  # [m] length and width of a car of 1:10
+CAR_TIME = pj.time_grid(0.1, 0.9, 0.05)
+
+
+class Case(NamedTuple):
+    """A log and a place to drive. read: from a folder to its runs. size, bay [m]: length and width
+    of the robot, and of the bay in which it may stand at the end, walls ahead and on both sides.
+    """
+
+    name: str
+    read: Callable[[Path], pj.RolloutBatch]
+    size: tuple[float, float]
+    bay: tuple[float, float]
+
+
+def read_husky(folder: Path) -> pj.RolloutBatch:
+    """The log of the package; a step is a recording."""
+    del folder
+    return log.recorded(log.read_log())
+
+
+def read_windows(file: str, size: tuple[float, float], folder: Path) -> pj.RolloutBatch:
+    """Steady windows of a file; a command is a recording."""
+    return windows.read_windows(folder / file, size).runs
+
+
+def read_car(folder: Path) -> pj.RolloutBatch:
+    """Pieces with one input of the runs of a car, in the frame in which each begins. k: steering,
+    speed that is asked for, speed at the start, which is measured.
+    """
+    arrays = log.read_arrays(
+        folder / "f1tenth_koopman_runs.npz", ("t", "input", "p", "yaw", "v"), "See its README."
+    )
+    t, given, p, yaw, v = (arrays[name] for name in ("t", "input", "p", "yaw", "v"))
+    length = round(CAR_TIME.t_f / (t[1] - t[0]))
+    every = round(CAR_TIME.dt_record / (t[1] - t[0]))
+    pieces = []
+    for run, inputs in enumerate(given):
+        at = 0
+        while at + length <= len(inputs):
+            same = (inputs[at : at + length] == inputs[at]).all()
+            if same:
+                pieces.append((run, at))
+            at += length if same else 1
+    rows, first = np.array(pieces).T
+    records = first[:, None] + np.arange(0, length + 1, every)
+    turn = np.unwrap(yaw, axis=1)[rows[:, None], records]
+    way = (p @ np.array([1.0, 1j]))[rows[:, None], records]
+    way = (way - way[:, :1]) * np.exp(-1j * turn[:, :1])
+    places = centre_and_corners(np.stack([way.real, way.imag], -1), turn - turn[:, :1], *CAR)
+    k = np.column_stack([given[rows, first], v[rows, first]])
+    domain = pj.box(k.min(axis=0), k.max(axis=0))
+    columns = (places - places[:, :1, :1]).reshape(len(k), records.shape[1], -1)
+    return rollout_batch(
+        k,
+        columns,
+        np.zeros((len(k), 0)),
+        time=CAR_TIME,
+        domain=domain,
+        law=law_spec("file:f1tenth", domain, "logged"),
+        groups=rows,
+        points=POINTS,
+        labels={"k": ("steering [rad]", "speed asked for [m/s]", "speed at the start [m/s]")},
+    )
+
+
+WARTHOG = (1.52, 1.38)
+CASES = (
+    Case("Husky on tiles, 4 s", read_husky, (0.84, 0.66), (2.2, 1.6)),
+    Case(
+        "Husky on tiles, 1.4 s",
+        partial(read_windows, "husky_tile_windows.npz", (0.84, 0.66)),
+        (0.84, 0.66),
+        (2.2, 1.6),
+    ),
+    Case(
+        "Warthog on asphalt, 1.4 s",
+        partial(read_windows, "warthog_asphalt_a_windows.npz", WARTHOG),
+        WARTHOG,
+        (12.0, 12.0),
+    ),
+    Case(
+        "Warthog on ice, 1.4 s",
+        partial(read_windows, "warthog_ice_windows.npz", WARTHOG),
+        WARTHOG,
+        (12.0, 12.0),
+    ),
+    Case("car of 1:10, 0.9 s", read_car, CAR, (1.2, 0.8)),
+)
+
+
+def row(case: Case, folder: Path, seed: int) -> str:
+    """A row of the table. Raises SoundnessError where a run inside the tube failed."""
+    known, unseen = case.read(folder).split(UNSEEN, seed)
+    learned = pj.learn_from(known, seed=seed)
+    model, claim = learned.main, learned.main.claim
+    wide = 100 * float(model.tube.interval.max())
+    scene = problem(case.bay[1], case.bay[0])
+    answer = pj.Planner(model).solve(
+        scene, jax.random.PRNGKey(seed), pj.Settings(samples=20, polytopes=True)
+    )
+    told = f"{claim.discard} of {claim.n} | {rounded_up(100 * float(claim.eps), 3)} %"
+    told = f"| {case.name} | {known.n} | {told} | ±{rounded_up(wide, 3)} cm | {answer.status.label}"
+    replayed = pj.replay_recorded(answer, unseen) if answer.found else None
+    if replayed is None:
+        return f"{told} | | |\n{learned.prior}"
+    n = replayed.counts()
+    share = f"{rounded_down(100 * answer.share_of_k)} %"
+    tried = f"{n['with_start']} of {n['runs']}: {n['replays']} replays"
+    went = f"{n['left_the_tube']} left, {n['missed_the_goal']} missed, {n['touched']} touched"
+    return f"{told}, {share} of K | {tried}, {went} | 0 |\n{learned.prior}"
+
+
+def main() -> None:
+    """The command line."""
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("folder", type=Path, help="where the logs are")
+    parser.add_argument("--only", help="rows whose name has this in it", default="")
+    parser.add_argument("--seed", type=int, default=0)
+    given = parser.parse_args()
+    cases = [case for case in CASES if given.only in case.name]
+    if not cases:
+        names = ", ".join(case.name for case in CASES)
+        raise InputError(f"only: expected a part of one of {names}; got {given.only!r}.")
+    for case in cases:
+        print(row(case, given.folder, given.seed), flush=True)
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,95 @@
+"""Runs to train on: of a twist or a simulator, corrected by the real ones."""
+
+import jax
+import numpy as np
+import pytest
+import slipping
+
+from parc_jax.errors import InputError
+from parc_jax.prior.correct import flat
+from parc_jax.prior.teach import TWIST, taught
+from parc_jax.sets.box import box
+from parc_jax.system import Trajectory, time_grid
+
+KEY = jax.random.PRNGKey(0)
+TRAIN = slipping.drawn(60)
+
+
+def as_made(k):
+    """Twist (n, 3), without slip but for some of the turning."""
+    return np.column_stack([k[:, 0], 0 * k[:, 1], 0.7 * k[:, 1]])
+
+
+class Simulator:
+    """The robot as its maker thinks that it drives, over more than K: in NumPy."""
+
+    name, n_p, n_q, points = "maker", 2, 1, slipping.NAMES
+    domain, time = box([-1.0, -1.0], [1.0, 1.0]), slipping.TIME
+    broken = 2.0  # [m/s] from which on it fails
+
+    def rollout_batch(self, keys, ks):
+        k = np.clip(np.asarray(ks), slipping.K.lo, slipping.K.hi)
+        done = slipping.recorded(k, as_made(k))
+        p = done.p.reshape(len(k), -1, len(slipping.CORNERS), 2).copy()
+        p[k[:, 0] > self.broken] = np.nan
+        return Trajectory(p, done.q)
+
+
+def test_a_twist_gives_as_many_runs_as_one_likes_near_the_robot():
+    runs = slipping.recorded(TRAIN, noise=0.01)
+    found = taught(TWIST, runs, 500, KEY)
+    truth = flat(slipping.recorded(found.runs.k))
+    assert found.runs.n == 500 and np.abs(flat(found.runs) - truth).max() < 0.03
+    assert found.said.startswith("prior twist, order 1 in k and 0 in time; ")
+    assert (found.runs.k.min(axis=0) < [-0.38, -0.77]).all() and found.runs.groups is None
+    again = taught(TWIST, runs, 500, KEY)
+    np.testing.assert_array_equal(flat(again.runs), flat(found.runs))
+
+
+def test_a_simulator_that_is_wrong_is_put_right_by_the_real_runs():
+    runs = slipping.recorded(TRAIN, noise=0.002)
+    found = taught(Simulator(), runs, 300, KEY)
+    assert found.said.startswith("prior maker; corrected by residuals")
+    truth = flat(slipping.recorded(found.runs.k))
+    own = flat(slipping.recorded(found.runs.k, as_made(found.runs.k)))
+    better = np.abs(flat(found.runs) - truth).max(axis=1)
+    assert np.median(better) < 0.2 * np.median(np.abs(own - truth).max(axis=1))
+
+
+def test_sizes_are_of_all_training_runs_and_failed_ones_have_none():
+    runs = slipping.recorded(TRAIN)
+    runs.p[4, 3] = np.inf
+    found = taught(TWIST, runs, 50, KEY)
+    assert np.isinf(found.size).nonzero()[0].tolist() == [4] and found.unseen.n == 59
+    picky = Simulator()
+    picky.broken = 0.5
+    found = taught(picky, runs, 50, KEY)
+    fails = runs.failed | (TRAIN[:, 0] > 0.5)
+    assert (np.isinf(found.size) == fails).all() and found.unseen.n == (~fails).sum()
+
+
+def test_a_simulator_of_something_else_is_refused():
+    runs = slipping.recorded(TRAIN)
+    for change, why in (
+        ({"time": time_grid(0.5, 2.0, 0.125)}, "the time grid of the recorded runs"),
+        ({"points": ("reference",)}, "the reference points of the recorded runs"),
+        ({"n_q": 0}, "the number of goal states of the recorded runs, 1; got 0"),
+        ({"domain": box([0.0, 0.0], [1.0, 1.0])}, "a domain that holds that of the recorded"),
+        ({"domain": box([-1.0], [1.0])}, "the number of parameters of the recorded runs, 2; got 1"),
+        ({"broken": -9.0}, "runs that are finite, and that maker can do too; got 0 of 60"),
+    ):
+        other = Simulator()
+        vars(other).update(change)
+        with pytest.raises(InputError, match=why):
+            taught(other, runs, 50, KEY)
+
+
+def test_too_little_to_learn_from_is_refused():
+    runs = slipping.recorded(TRAIN)
+    with pytest.raises(InputError, match="at least 10 training runs that are finite; got 5 of 5"):
+        taught(TWIST, runs.select(slice(0, 5)), 50, KEY)
+    with pytest.raises(InputError, match="expected \"twist\" or a system; got 'tvist'"):
+        taught("tvist", runs, 50, KEY)
+    flat_k = runs.replace(domain=box([-0.4, 0.1], [0.6, 0.1]))
+    with pytest.raises(InputError, match="every parameter to vary; axis 1 is constant"):
+        taught(TWIST, flat_k, 50, KEY)

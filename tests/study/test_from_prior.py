@@ -1,0 +1,141 @@
+"""Few recorded runs, from a prior to a claim: whatever the prior was, the robot's runs decide."""
+
+import json
+
+import numpy as np
+import pytest
+import slipping
+
+import parc_jax as pj
+from parc_jax import cli
+from parc_jax.claim.advised import advised_discards
+from parc_jax.claim.monitor import inside_tube
+from parc_jax.errors import InputError
+from parc_jax.rollout.batch import worst_by_group
+from parc_jax.study.from_prior import ASKED
+from parc_jax.system import Trajectory
+
+AFFINE = {"hidden": (), "rollouts": 400}  # PARC's map: nothing is trained
+RUNS = slipping.recorded(slipping.drawn(120), noise=0.01)
+
+
+class Backwards:
+    """A simulator that drives the other way."""
+
+    name, n_p, n_q, points = "backwards", 2, 1, slipping.NAMES
+    domain, time = slipping.K, slipping.TIME
+
+    def rollout_batch(self, keys, ks):
+        done = slipping.recorded(np.asarray(ks), -slipping.slipped(np.asarray(ks)))
+        return Trajectory(done.p.reshape(len(ks), -1, len(self.points), 2), done.q)
+
+
+@pytest.fixture(scope="module")
+def learned():
+    return pj.learn_from(RUNS, **AFFINE)
+
+
+def left(learned, runs) -> int:
+    """Groups that leave the tube."""
+    model = learned.main
+    return int(worst_by_group(~inside_tube(model.claim, model.net, runs), runs.groups).sum())
+
+
+def test_the_claim_is_of_the_held_out_runs_alone(learned):
+    train, held = RUNS.split(0.5)
+    claim = learned.main.claim
+    np.testing.assert_array_equal(learned.train.k, train.k)
+    assert (claim.kind, claim.n, claim.discard) == ("pac", held.n, left(learned, held))
+    assert claim.law.generator == "file:slipping" and learned.main.system == "file:slipping"
+    assert "60 calibration rollouts" in claim.statement()
+    assert learned.prior.startswith("prior twist, order 1 in k and 0 in time; residuals left out")
+
+
+def test_a_prior_that_is_wrong_costs_width_and_never_the_claim(learned):
+    no_help = pj.learn_from(RUNS, Backwards(), **AFFINE)
+    _, held = RUNS.split(0.5)
+    claim = no_help.main.claim
+    assert left(no_help, held) == claim.discard and claim.eps >= learned.main.claim.eps
+    assert no_help.prior.startswith("prior backwards; corrected by residuals")
+
+
+def test_discards_are_of_the_training_runs_and_not_of_what_is_held_out(learned):
+    _, held = RUNS.split(0.5)
+    spoiled = RUNS.replace(p=RUNS.p.copy())
+    rows = held.rows[:25]
+    spoiled.p[rows, 1:] += 5.0
+    other = pj.learn_from(spoiled, **AFFINE).main
+    assert other.claim.discard == learned.main.claim.discard
+    assert other.claim.eps == learned.main.claim.eps
+    assert other.tube.final.max() > 4.0 and left(pj.learn_from(spoiled, **AFFINE), held) == 0
+
+
+def test_training_runs_that_stick_out_advise_discards_and_do_not_widen_the_profile():
+    train, held = RUNS.split(0.5)
+    odd = RUNS.replace(p=RUNS.p.copy())
+    odd.p[np.concatenate([train.rows[:3], held.rows[:3]]), 1:] += 3.0
+    found = pj.learn_from(odd, **AFFINE)
+    assert 3 <= found.main.claim.discard <= 6 and found.main.tube.final[:, :2].max() < 0.5
+    assert f"; {found.main.claim.discard} held-out runs left outside" in found.prior
+    all_in = pj.learn_from(odd, **AFFINE, discard=0)
+    assert all_in.main.tube.final[:, :2].max() > 2.0 and all_in.main.claim.discard == 0
+    assert "left outside" not in all_in.prior
+
+
+def test_groups_stay_whole_and_count_once():
+    groups = np.repeat(np.arange(40), 3)
+    claim = pj.learn_from(RUNS.replace(groups=groups), **AFFINE).main.claim
+    assert claim.n == 20 and "20 calibration recordings (of 60 runs)" in claim.statement()
+
+
+def test_with_runs_enough_for_eps_discards_are_as_asked():
+    found = pj.learn_from(RUNS, **AFFINE, eps=0.2, delta=0.1)
+    assert float(found.main.claim.eps) == 0.2 and "left outside" not in found.prior
+    assert advised_discards(np.ones(60), 60, 0.1) == 0 < found.main.claim.discard
+
+
+def test_bad_input_is_refused():
+    with pytest.raises(InputError, match=r"between 0 and 1; got 1\.5"):
+        pj.learn_from(RUNS, holdout=1.5)
+    with pytest.raises(InputError, match="eps: expected a probability"):
+        pj.learn_from(RUNS, eps=2)
+    with pytest.raises(InputError, match="seed: expected a whole number"):
+        pj.learn_from(RUNS, seed=-1)
+
+
+def test_the_shell_is_the_same_door(tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr("parc_jax.study.from_prior.ASKED", ASKED | AFFINE)
+    points = RUNS.p.reshape(RUNS.n, -1, len(RUNS.points), 2)
+    np.savez("log.npz", k=RUNS.k, p=points, q=RUNS.q, points=RUNS.points)
+    times = ("--dt", "0.25", "--t-f", "2", "--dt-record", "0.125")
+    shell = ("learn", "log.npz", *times, "--prior", "twist", "--out", "m.npz", "--json")
+    with pytest.raises(SystemExit) as stop:
+        cli.main([*shell, "--no-cache", "--quiet"])
+    told = json.loads(capsys.readouterr().out)
+    assert stop.value.code == 0 and told["prior"].startswith("prior twist, order 1 in k")
+    time = slipping.TIME
+    same = pj.learn_from(pj.load_rollouts("log.npz", time), **AFFINE).main
+    assert pj.load("m.npz").net.hash == same.net.hash
+    assert pj.load("m.npz").tube.hash == same.tube.hash
+    assert told["claim"]["n"] == 60
+
+
+@pytest.mark.parametrize(
+    ("options", "why"),
+    [
+        (("--prior", "no_such_robot"), "expected one of "),
+        (("--prior", "twist", "--holdout", "2"), "holdout: expected a share between 0 and 1"),
+        (("--prior", "twist", "--search", "5"), "--search: expected with a system"),
+    ],
+)
+def test_the_shell_refuses_in_one_sentence(options, why, tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    points = RUNS.p.reshape(RUNS.n, -1, len(RUNS.points), 2)
+    np.savez("log.npz", k=RUNS.k, p=points, points=RUNS.points)
+    times = ("--dt", "0.25", "--t-f", "2", "--dt-record", "0.125")
+    with pytest.raises(SystemExit) as stop:
+        cli.main(["learn", "log.npz", *times, "--out", "m.npz", "--no-cache", *options])
+    said, complained = capsys.readouterr()
+    assert stop.value.code == 2 and said == "" and why in complained
+    assert complained.count("\n") == 1 and [f.name for f in tmp_path.iterdir()] == ["log.npz"]
