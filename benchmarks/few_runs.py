@@ -46,9 +46,11 @@ def read_husky(folder: Path) -> pj.RolloutBatch:
     return log.recorded(log.read_log())
 
 
-def read_windows(file: str, size: tuple[float, float], folder: Path) -> pj.RolloutBatch:
+def read_windows(
+    file: str, size: tuple[float, float], seconds: float, folder: Path
+) -> pj.RolloutBatch:
     """Steady windows of a file; a command is a recording."""
-    return windows.read_windows(folder / file, size).runs
+    return windows.read_windows(folder / file, size, seconds=seconds).runs
 
 
 def read_car(folder: Path) -> pj.RolloutBatch:
@@ -96,19 +98,19 @@ CASES = (
     Case("Husky on tiles, 4 s", read_husky, (0.84, 0.66), (2.2, 1.6)),
     Case(
         "Husky on tiles, 1.4 s",
-        partial(read_windows, "husky_tile_windows.npz", (0.84, 0.66)),
+        partial(read_windows, "husky_tile_windows.npz", (0.84, 0.66), 1.4),
         (0.84, 0.66),
         (2.2, 1.6),
     ),
     Case(
-        "Warthog on asphalt, 1.4 s",
-        partial(read_windows, "warthog_asphalt_a_windows.npz", WARTHOG),
+        "Warthog on asphalt, 1 s",
+        partial(read_windows, "warthog_asphalt_a_windows.npz", WARTHOG, 1.0),
         WARTHOG,
         (12.0, 12.0),
     ),
     Case(
-        "Warthog on ice, 1.4 s",
-        partial(read_windows, "warthog_ice_windows.npz", WARTHOG),
+        "Warthog on ice, 1 s",
+        partial(read_windows, "warthog_ice_windows.npz", WARTHOG, 1.0),
         WARTHOG,
         (12.0, 12.0),
     ),

@@ -30,10 +30,12 @@ def advised_discards(sizes: np.ndarray, n: int, delta: float) -> int:
 
 def width_needed(sizes: np.ndarray, n: int, discard: int) -> float:
     """The least of the sizes (m,) that all but `discard` of n runs like these keep below, with
-    probability SURE.
+    probability SURE; infinite for none. One more run than was seen may be beyond each of them: a
+    first failure among the n must not make an end of all plans.
     """
     from scipy.special import bdtr
 
     ordered = np.sort(sizes)
-    beyond = 1 - np.arange(1, len(ordered) + 1) / len(ordered)
-    return float(ordered[np.argmax(bdtr(float(discard), n, beyond) >= SURE)])
+    beyond = np.arange(len(ordered), 0, -1) / (len(ordered) + 1)
+    enough = bdtr(float(discard), n, beyond) >= SURE
+    return float(ordered[np.argmax(enough)]) if enough.any() else math.inf

@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from scipy.stats import binom
 
 from parc_jax.claim.advised import MOST_SHARE, SURE, advised_discards, width_needed
 from parc_jax.claim.counts import supported_eps
@@ -10,9 +11,11 @@ DELTA = 0.01
 RNG = np.random.default_rng(0)
 
 
-def test_runs_that_are_alike_are_all_kept():
-    assert advised_discards(RNG.uniform(0.9, 1.0, 80), 100, DELTA) == 0
-    assert advised_discards(np.zeros(80), 100, DELTA) == 0
+def test_where_runs_are_alike_there_is_room_for_a_first_failure_and_no_more():
+    alike = RNG.uniform(0.9, 1.0, 100)
+    advised = advised_discards(alike, 100, DELTA)
+    assert advised == 2 and width_needed(alike, 100, advised) <= 1.0
+    assert binom.cdf(1, 100, 1 / 101) < SURE <= binom.cdf(2, 100, 1 / 101)
 
 
 def test_runs_that_stick_out_are_paid_for():
