@@ -8,7 +8,7 @@ import slipping
 
 import parc_jax as pj
 from parc_jax import cli
-from parc_jax.claim.advised import advised_discards
+from parc_jax.claim.counts import most_discards
 from parc_jax.claim.monitor import inside_tube
 from parc_jax.errors import InputError
 from parc_jax.rollout.batch import worst_by_group
@@ -91,7 +91,7 @@ def test_groups_stay_whole_and_count_once():
 def test_with_runs_enough_for_eps_discards_are_as_asked():
     found = pj.learn_from(RUNS, **AFFINE, eps=0.2, delta=0.1)
     assert float(found.main.claim.eps) == 0.2 and "left outside" not in found.prior
-    assert advised_discards(np.ones(60), 60, 0.1) == 0 < found.main.claim.discard
+    assert found.main.claim.discard == most_discards(60, 0.2, 0.1)
 
 
 def test_bad_input_is_refused():
