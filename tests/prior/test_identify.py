@@ -35,6 +35,7 @@ def test_the_twist_of_noiseless_runs_is_found_and_is_the_same_at_other_k(one_poi
         np.testing.assert_allclose(term @ model.gain[0], twist, atol=1e-4)
 
 
+@pytest.mark.slow
 def test_a_robot_that_lags_takes_polynomials_in_time():
     runs = slipping.recorded(slipping.drawn(150), lag=0.4, noise=0.003)
     model = identify(runs)
@@ -50,6 +51,7 @@ def test_goal_states_are_learned_too():
     np.testing.assert_allclose(got, fresh.q, atol=1e-6)
 
 
+@pytest.mark.slow
 def test_noise_alone_takes_no_more_numbers():
     noisy = (slipping.recorded(TRAIN, noise=0.05, seed=seed) for seed in range(5))
     kinds = [chosen_kind(moving_body(runs)) for runs in noisy]

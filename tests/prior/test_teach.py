@@ -46,6 +46,7 @@ def test_a_twist_gives_as_many_runs_as_one_likes_near_the_robot():
     np.testing.assert_array_equal(flat(again.runs), flat(found.runs))
 
 
+@pytest.mark.slow
 def test_a_simulator_that_is_wrong_is_put_right_by_the_real_runs():
     runs = slipping.recorded(TRAIN, noise=0.002)
     found = taught(Simulator(), runs, 300, KEY)

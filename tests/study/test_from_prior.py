@@ -70,6 +70,7 @@ def test_discards_are_of_the_training_runs_and_not_of_what_is_held_out(learned):
     assert other.tube.final.max() > 4.0 and left(pj.learn_from(spoiled, **AFFINE), held) == 0
 
 
+@pytest.mark.slow
 def test_training_runs_that_stick_out_advise_discards_and_do_not_widen_the_profile():
     train, held = RUNS.split(0.5)
     odd = RUNS.replace(p=RUNS.p.copy())
@@ -88,6 +89,7 @@ def test_groups_stay_whole_and_count_once():
     assert claim.n == 20 and "20 calibration recordings (of 60 runs)" in claim.statement()
 
 
+@pytest.mark.slow
 def test_with_runs_enough_for_eps_discards_are_as_asked():
     found = pj.learn_from(RUNS, **AFFINE, eps=0.2, delta=0.1)
     assert float(found.main.claim.eps) == 0.2 and "left outside" not in found.prior
