@@ -14,3 +14,9 @@ Print Assumptions sample_of_something.
 Print Assumptions model_held.
 Print Assumptions body_not_void.
 Print Assumptions accepted.
+Print Assumptions claim_is_true.
+Print Assumptions order_statistic.
+Print Assumptions risk_of_a_set.
+Print Assumptions risk_of_a_density.
+Print Assumptions claim_shown.
+Print Assumptions bounds_shown.

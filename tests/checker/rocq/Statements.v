@@ -4,7 +4,7 @@
    belong to a polytope or a leaf is said by set_rows (Checker.v) and leaves (NoPlan.v), how far errors reach by reach,
    which directions a corridor has by dirs_of, what tells entries apart by the keys of Answer.v: whatever belongs is
    safe, but how much belongs, these say. *)
-From Coq Require Import Reals QArith Qreals List.
+From Coq Require Import Reals QArith Qreals List Permutation Sorted.
 Require Import Spec Arithmetic Checker Doubt NoPlan Answer ArithmeticFacts ConditionFacts.
 Require Theorems DoubtFacts NoPlanFacts Sanity NotVoid AnswerFacts.
 Import ListNotations.
@@ -201,3 +201,40 @@ Proof.
   assert (In b (filter (fun B => negb (centred B)) (bins (around a)))) as Y by (apply filter_In; rewrite X; auto).
   apply length_zero_iff_nil in Z. rewrite Z in Y. destruct Y.
 Qed.
+
+(* ---- The claim: whether so many runs show what it says.  Read with ClaimSpec.v, which has the words ---- *)
+Require Import ClaimSpec Claim.
+Require Draws ClaimFacts.
+
+(* N runs of one law, and whatever is said of them that holds only if some number leaves at most r of them outside of its
+   tube, and that tube is left by more than e of all runs: it is as rare as the binomial sum says. *)
+Definition claim_is_true : forall A (L : law A) (score : A -> option R), is_law L ->
+  forall N r e (wrong : list A -> bool), 0 <= e <= 1 ->
+  (forall l, wrong l = true -> exists s, (left_out score s l <= r)%nat /\ e < prob L (leaves score s)) ->
+  prob (draws L N) wrong <= tail N r e
+  := fun A => @Draws.claim_is_true A.
+
+(* The (r + 1)-th largest score of the runs is such a number. *)
+Definition order_statistic : forall A (score : A -> option R) (l m : list A) r s, Permutation l m ->
+  StronglySorted (fun a b => forall t, leaves score t b = true -> leaves score t a = true) m ->
+  nth_error m r <> None -> (forall a, nth_error m r = Some a -> score a = Some s) ->
+  (left_out score s l <= r)%nat
+  := fun A => @Draws.order_statistic A.
+
+(* From the law of the runs to the k that is driven: one of a set, or drawn W times as densely at most. *)
+Definition risk_of_a_set : forall A (L : law A) (score : A -> option R), is_law L -> forall (chosen : A -> bool) s e,
+  0 < prob L chosen -> prob L (leaves score s) <= e ->
+  prob L (fun a => chosen a && leaves score s a) / prob L chosen <= e / prob L chosen
+  := fun A => @Draws.risk_of_a_set A.
+Definition risk_of_a_density : forall A (L : law A) (score : A -> option R) (M : law A) W s e, 0 <= W ->
+  prob L (leaves score s) <= e -> (forall E, prob M E <= W * prob L E) -> prob M (leaves score s) <= W * e
+  := fun A => @Draws.risk_of_a_density A.
+
+(* What is accepted: of what is said of its blocks, that any is wrong is no likelier than delta over the looks. *)
+Definition claim_shown : forall A c (l : list (about A)), check_claim c = true -> Forall2 says l (blocks c) ->
+  prob (all_draws l (blocks c)) (some_wrong l) <= Q2R (delta c) / IZR (Zpos (looks c))
+  := fun A => @ClaimFacts.claim_shown A.
+Definition bounds_shown : forall c, check_claim c = true ->
+  blocks c <> [] /\ (forall b, In b (blocks c) -> 0 < Q2R (bound b) <= Q2R (eps c)) /\ Q2R (eps c) <= 1 /\
+  forall e, In (Some e) (in_bins c) -> exists b, In b (blocks c) /\ Q2R e = Q2R (bound b)
+  := ClaimFacts.bounds_shown.

@@ -295,3 +295,38 @@ let answer get listed =
     absent = (match get "no_plan" with
               | Null -> Unclaimed
               | x -> match readable (no_plan p) x with Some found -> found | None -> Unread) }
+
+(* ---- The claim ---- *)
+
+type claimed = Assumed | Unchecked of string | Numbers of Check.claim
+
+let most_runs = 999_999_999
+let most_discards = 1 lsl 20
+let numbers_of_claim = [ "n"; "discard"; "looks"; "eps"; "delta"; "bin_eps"; "evidence" ]
+
+let block o =
+  let get k = match o with Obj l when List.mem_assoc k l -> List.assoc k l | _ -> bad "a block lacks %s" k in
+  let n = whole 1 most_runs (get "n") in
+  { runs = Big.of_int n; discards = whole 0 n (get "discard"); bound = number (get "eps") }
+
+(* Of a tube with so many bins. *)
+let claim n_bins o =
+  let l = match o with Obj l -> l | _ -> bad "the claim is not an object" in
+  let get k = List.assoc k l in
+  if not (List.mem_assoc "kind" l && get "kind" = Str "pac") then Assumed
+  else
+    match List.filter (fun k -> not (List.mem_assoc k l)) numbers_of_claim with
+    | _ :: _ as missing -> Unchecked ("it lacks " ^ String.concat ", " missing)
+    | [] ->
+      let evidence = match get "evidence" with Obj e -> e | _ -> bad "the evidence is not an object" in
+      let numbers blocks in_bins =
+        if List.fold_left (fun sum b -> sum + b.discards) 0 blocks > most_discards then
+          bad "the claim leaves out more runs than are counted";
+        Numbers { blocks; looks = Big.of_int (whole 1 most_discards (get "looks"));
+                  eps = number (get "eps"); delta = number (get "delta"); in_bins } in
+      match (get "bin_eps", List.assoc_opt "blocks" evidence) with
+      | Null, _ -> numbers [ block o ] []
+      | _, (None | Some Null) -> Unchecked "it is about bins, and lacks the runs of each block"
+      | by_bin, Some blocks ->
+        let strict b = ignore (fields [ "n"; "discard"; "eps" ] b); block b in
+        numbers (list strict blocks) (sized n_bins (function Null -> None | x -> Some (number x)) by_bin)

@@ -101,7 +101,13 @@ let check_answer ?(progress = fun _ _ _ -> ()) (source : string) : t =
     let asked = Reader.answer get listed in
     let counts = List.map (fun kind -> (kind, List.length (listed kind))) kinds @ [ ("no_plan", 1) ] in
     follow progress counts;
-    (Check.check_answer asked, claim, quoted)
+    let known = match claim with
+      | None -> Reader.Assumed
+      | Some o -> Reader.claim (List.length asked.around.finals) o in
+    (match known with
+     | Reader.Numbers c when not (Check.check_claim c) -> bad "the claim's runs do not show its eps with its delta"
+     | _ -> ());
+    (Check.check_answer asked, known, quoted)
   with
   | exception Bad why -> { code = 1; lines = [ "REJECTED: " ^ why ]; entries = [] }
   | exception Work.Exceeded ->
@@ -113,12 +119,14 @@ let check_answer ?(progress = fun _ _ _ -> ()) (source : string) : t =
   | Misfit, _, _ ->
     { code = 1; lines = [ "REJECTED: problem, network and tube do not fit each other, or a width is negative" ]; entries = [] }
   | Refused marks, _, _ -> let entries = named marks in { code = 1; lines = [ refused entries ]; entries }
-  | Accepted (marks, r), claim, quoted ->
-    let kind = match claim with Some (Obj l) -> (match List.assoc_opt "kind" l with Some (Str s) -> s | _ -> "") | _ -> "" in
-    let known = List.mem kind [ "pac"; "conformal"; "cover" ] in
+  | Accepted (marks, r), known, quoted ->
     let rests =
-      [ (if known then "The proof rests on the tube; the file's claim about it is not checked: kind " ^ kind
-         else "The proof rests on the tube, which is ASSUMED.") ]
+      (match known with
+       | Reader.Assumed -> [ "The proof rests on the tube, which is ASSUMED." ]
+       | Reader.Unchecked why -> [ "The proof rests on the tube, ASSUMED: the claim's arithmetic was not checked, since " ^ why ^ "." ]
+       | Reader.Numbers _ ->
+         [ "The proof rests on the tube.  That so many runs show what the claim says of it is proved too (kind pac); that they";
+           "  were made, independently, is the file's word." ])
       @ List.map (fun part -> Printf.sprintf "  sha256 %s %s" part (text "a hash" (quoted part))) hashed in
     { code = 0; lines = proved r @ rests; entries = named marks }
 
