@@ -5,11 +5,11 @@ was seen, is the file's word. That the numbers follow from each other is checked
 that are rounded against the claim.
 """
 
-from .exact import array, fields, need, number, whole
+from .exact import array, fields, integers, need, number, whole
 
 SHOWN = "pac"  # the one kind of claim with evidence
 NUMBERS = ("n", "discard", "looks", "eps", "delta", "bin_eps", "evidence")  # without: not checked
-MAX_RUNS = 10**9
+MAX_RUNS = 10**9 - 1  # in a block
 MAX_DISCARDS = 1 << 20  # in all blocks together, and looks
 BITS = 128  # of a rounded number, at least
 ONE = 1 << BITS
@@ -30,18 +30,20 @@ def checked_claim(claim, hashes, n_bins):
     if missing:
         return {"checked": False, "says": f"it lacks {', '.join(missing)}"}
     by_bin, evidence = claim["bin_eps"], claim["evidence"]
-    if by_bin is not None and "blocks" not in evidence:
+    blocks, recorded = evidence.get("blocks"), "rows" in evidence
+    if by_bin is None:
+        blocks = [claim]
+    elif blocks is None:
         return {"checked": False, "says": "it is about bins, and lacks the runs of each block"}
     looks = whole(claim["looks"], 1, MAX_DISCARDS)
     eps, delta = probability(claim["eps"]), probability(claim["delta"])
-    blocks = [claim] if by_bin is None else evidence["blocks"]
     shown = [block_of(block, by_bin is not None) for block in blocks]
     discards = sum(discard for _, discard, _ in shown)
     need(discards <= MAX_DISCARDS, "the claim leaves out more runs than are counted")
     used = sum(looks * share(n, discard, some, delta) for n, discard, some in shown)
     need(used <= ONE, "the claim's runs do not show its eps with its delta")
     need(max(some for _, _, some in shown) <= eps, "a block's eps is larger than the claim's")
-    many = "recordings" if "rows" in evidence else "runs"
+    many = "recordings" if recorded else "runs"
     counted = f"{shown[0][0]} independent {many}"
     if by_bin is not None:
         known = {some for _, _, some in shown}
@@ -63,6 +65,7 @@ def block_of(block, own):
 def probability(text):
     """The number that a text spells, above 0 and at most 1: of few runs a claim says no more."""
     p = number(text)
+    integers([p])  # of bounded length
     need(0 < p <= 1, "a probability of the claim is not between 0 and 1")
     return p
 

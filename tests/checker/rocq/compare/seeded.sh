@@ -98,5 +98,11 @@ try fails "answers: equal numbers told apart by their spelling" Answer.v 'else q
 try fails "answers: shares that are not tried" Answer.v 'if qle (inject_Z n * all) (part * 100000) then n else 0%Z' 'n'
 try fails "answers: the unsafe share told as the safe one" Answer.v '(share_of safe_ all)' '(share_of unsafe_ all)'
 try fails "answers: bins without the model not counted" Answer.v '(fun B => negb (centred B))' '(fun _ => false)'
+try fails "claims: looks that cost nothing" Claim.v 'Zpos (looks c) * x <=? one' 'x <=? one'
+try fails "claims: discards that cost nothing" Claim.v 'rest 1 one one (discards b) in' 'rest 1 one one O in'
+try fails "claims: the first block alone" Claim.v 'Some x, Some y => Some (x + y)' 'Some x, Some y => Some x'
+try fails "claims: a quotient that is not tried" Claim.v 'if a <=? b * q then q else' 'if true then q else'
+try fails "claims: runs that count double" Claim.v 'let low := power q rest (runs b) in' 'let low := power q rest (xO (runs b)) in'
+try fails "claims: a bin with the bound of no block" Claim.v 'existsb (fun b => Qeq_bool e (bound b)) (blocks c)' 'true'
 try fails "a theorem that says less: of networks without a layer" NoPlanFacts.v 'failing_is_not_safe P N E u k' 'failing_is_not_safe P (N := []) E u k'
 exit $wrong
