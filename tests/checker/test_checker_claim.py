@@ -15,7 +15,7 @@ from effort import calls_of
 from parc_jax import checker
 from parc_jax.checker.claim import ONE, checked_claim, share, told
 from parc_jax.claim.calibrate import pac_label
-from parc_jax.claim.counts import MOST, required_runs
+from parc_jax.claim.counts import MOST, required_runs, wrong_claim_probability
 
 pytestmark = pytest.mark.soundness
 
@@ -75,6 +75,15 @@ def test_what_the_engine_claims_is_right_and_one_run_less_is_not():
         assert share(n, discard, least, delta) <= ONE
         needed = required_runs(float(eps), float(delta), 5)
         assert share(needed, 5, eps, delta) <= ONE < share(needed - 1, 5, eps, delta)
+
+
+@pytest.mark.parametrize(
+    "n, eps, discard", [(1_225_428, 1.57051e-05, 15), (1_853_218, 3.05834e-4, 459)]
+)
+def test_the_tail_of_a_million_runs_is_rounded_up(n, eps, discard):
+    """Where scipy's is too small by several parts in 1e9."""
+    bound = Fraction(wrong_claim_probability(n, eps, discard))
+    assert share(n, discard, Fraction(eps), bound) <= ONE
 
 
 def test_the_numbers_are_said():
