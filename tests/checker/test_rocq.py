@@ -41,6 +41,7 @@ import two_mutants
 import two_no_plan
 import two_points
 import two_readers
+import two_terms
 
 SOURCE = Path(__file__).parent / "rocq"
 DOCS = Path(__file__).parents[2] / "docs"
@@ -278,9 +279,9 @@ def test_a_short_file_cannot_ask_for_long_work(built, tmp_path, neurons, text, b
 def test_an_answer_of_the_engine_in_the_kernel(built, path):
     """Neither extraction nor OCaml nor the reader: Coq's kernel computes the check itself."""
     answer = json.loads(path.read_text())
-    (built / "Real.v").write_text(kernel.script(answer, path.name, 1, 1))
+    (built / "Real.v").write_text(kernel.script(answer, path.name, 1))
     out = run(["coqc", "-q", "Real.v"], built)
-    assert "sample0_is_safe" in out and "piece0_is_safe" in out
+    assert "whole_is_true" in out and "meaning whole" in out
     assert set(re.findall(r"^([A-Za-z]+\.[A-Za-z_]+)$", out, flags=re.MULTILINE)) == REALS
 
 
@@ -311,6 +312,44 @@ def test_odd_values_in_every_place_get_the_same_verdict_from_both_checkers(built
         seen, accepted, different = two_readers.campaign(program, count, seed=0)
         assert different == []
         assert seen == count and 0.05 * seen < accepted < 0.5 * seen
+
+
+@pytest.mark.night
+@needs_coq
+def test_what_the_reader_hands_over_is_what_the_file_says(built):
+    """Its contract, on files in other words and on files with an odd value."""
+    seen, accepted, different = two_terms.campaign([built / "check"], 3000, seed=0)
+    assert different == []
+    assert seen == 3000 and 0.5 * seen < accepted < 0.9 * seen
+
+
+READER_FAULTS = {
+    "exponents of decimals ignored": ("(e - String.length b)", "(0 - String.length b)"),
+    "obstacles there from the first step on": ("; first; last0 }", "; first = 0; last0 }"),
+    "errors of the end in the wrong bins": ("List.map fst finals", "List.rev_map fst finals"),
+    "halves of a split exchanged": (
+        "Split (axis, at, lower, upper)",
+        "Split (axis, at, upper, lower)",
+    ),
+    "boxes of doubt from their middle on": ("(qadd k { r with qnum = Big.neg r.qnum }", "(k"),
+}
+
+
+@pytest.mark.night
+@needs_coq
+@pytest.mark.parametrize("name", READER_FAULTS)
+def test_a_reader_that_hands_over_something_else_is_noticed(built, tmp_path, name):
+    for path in [*built.glob("*.ml"), built / "check.mli"]:
+        shutil.copy(path, tmp_path)
+    right, wrong = READER_FAULTS[name]
+    reader = tmp_path / "reader.ml"
+    assert reader.read_text().count(right) == 1
+    reader.write_text(reader.read_text().replace(right, wrong))
+    modules = "work.ml check.mli check.ml json.ml sha256.ml reader.ml verdict.ml terms.ml main.ml"
+    compiler = "ocamlfind ocamlopt -w -a -package zarith -linkpkg".split()
+    run([*compiler, *modules.split(), "-o", "check"], tmp_path)
+    _, _, different = two_terms.campaign([tmp_path / "check"], 200, seed=0)
+    assert different
 
 
 @pytest.mark.night

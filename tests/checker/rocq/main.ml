@@ -1,5 +1,6 @@
 (* check answer.json ...         exit code 0 proved, 1 rejected, 2 cannot be read
-   check --each answer.json ...  for comparisons: a line of JSON for each file, with a digit for every entry *)
+   check --each answer.json ...  for comparisons: a line of JSON for each file, with a digit for every entry
+   check --read answer.json ...  the same with what was read, as terms of Coq; null where the file is refused *)
 let read path =
   let file = open_in_bin path in
   let n = in_channel_length file in
@@ -11,6 +12,11 @@ let read path =
 let () =
   match List.tl (Array.to_list Sys.argv) with
   | "--each" :: (_ :: _ as paths) -> List.iter (fun path -> print_endline (Verdict.to_json (Verdict.check_answer (read path)))) paths
+  | "--read" :: (_ :: _ as paths) ->
+    List.iter (fun path ->
+        print_endline (match Verdict.read (read path) with
+          | answer, _, _ -> Terms.to_json answer
+          | exception _ -> "null")) paths
   | [ path ] when path <> "" && path.[0] <> '-' -> begin
     match read path with
     | exception (Sys_error why) -> prerr_endline ("The file cannot be read: " ^ why); exit 2

@@ -70,40 +70,46 @@ let proved r =
 (* The marks by kind; none for proofs of no plan where there is none. *)
 let named marks = List.filter (fun (kind, l) -> kind <> "no_plan" || l <> []) (List.combine (kinds @ [ "no_plan" ]) marks)
 
+(* What a file says: the answer, what is known of its claim, and the hashes.  Raises Bad, or what the reader was not written for. *)
+let read source =
+  let answer = parse source in
+  allow answer;
+  let get k = match answer with
+    | Obj l -> (match List.assoc_opt k l with Some v -> v | None -> bad "a field is missing: %s" k)
+    | _ -> bad "the file is not an object" in
+  if get "format" <> Str "parc_jax.answer/2" then bad "the format is unknown";
+  let quoted = Reader.fields hashed (get "hash") in
+  List.iter (fun part ->
+      if text "a hash" (quoted part) <> Sha256.hex (canonical (get part)) then bad "the hash of the %s does not match" part)
+    hashed;
+  let claim = match get "claim" with
+    | Null -> None
+    | Obj l as claim ->
+      List.iter (fun part ->
+          match List.assoc_opt (part ^ "_hash") l with
+          | Some h when h = quoted part -> ()
+          | _ -> bad "the claim is about another %s" part)
+        [ "network"; "tube" ];
+      Some claim
+    | _ -> bad "the claim is not an object" in
+  ignore (Reader.fields ("format" :: "claim" :: "no_plan" :: "samples" :: "sets" :: hashed @ [ "hash" ])
+            ~optional:("meta" :: optional) answer);
+  let listed kind = match get kind with
+    | Arr l -> l
+    | exception Bad _ when List.mem kind optional -> []
+    | _ -> bad "%s is not a list" kind in
+  let asked = Reader.answer get listed in
+  let known = match claim with
+    | None -> Reader.Assumed
+    | Some o -> Reader.claim (List.length asked.around.finals) o in
+  (asked, known, quoted)
+
 let check_answer ?(progress = fun _ _ _ -> ()) (source : string) : t =
   match
-    let answer = parse source in
-    allow answer;
-    let get k = match answer with
-      | Obj l -> (match List.assoc_opt k l with Some v -> v | None -> bad "a field is missing: %s" k)
-      | _ -> bad "the file is not an object" in
-    if get "format" <> Str "parc_jax.answer/2" then bad "the format is unknown";
-    let quoted = Reader.fields hashed (get "hash") in
-    List.iter (fun part ->
-        if text "a hash" (quoted part) <> Sha256.hex (canonical (get part)) then bad "the hash of the %s does not match" part)
-      hashed;
-    let claim = match get "claim" with
-      | Null -> None
-      | Obj l as claim ->
-        List.iter (fun part ->
-            match List.assoc_opt (part ^ "_hash") l with
-            | Some h when h = quoted part -> ()
-            | _ -> bad "the claim is about another %s" part)
-          [ "network"; "tube" ];
-        Some claim
-      | _ -> bad "the claim is not an object" in
-    ignore (Reader.fields ("format" :: "claim" :: "no_plan" :: "samples" :: "sets" :: hashed @ [ "hash" ])
-              ~optional:("meta" :: optional) answer);
-    let listed kind = match get kind with
-      | Arr l -> l
-      | exception Bad _ when List.mem kind optional -> []
-      | _ -> bad "%s is not a list" kind in
-    let asked = Reader.answer get listed in
-    let counts = List.map (fun kind -> (kind, List.length (listed kind))) kinds @ [ ("no_plan", 1) ] in
-    follow progress counts;
-    let known = match claim with
-      | None -> Reader.Assumed
-      | Some o -> Reader.claim (List.length asked.around.finals) o in
+    let asked, known, quoted = read source in
+    follow progress
+      [ ("samples", List.length asked.samples); ("sets", List.length asked.sets);
+        ("corridors", List.length asked.corridors); ("doubt", List.length asked.doubts); ("no_plan", 1) ];
     (match known with
      | Reader.Numbers c when not (Check.check_claim c) -> bad "the claim's runs do not show its eps with its delta"
      | _ -> ());
