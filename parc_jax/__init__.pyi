@@ -81,6 +81,8 @@ from parc_jax.rollout.invariance import translation_gap as translation_gap
 from parc_jax.rollout.loaders import load_rollouts as load_rollouts
 from parc_jax.rollout.python_system import python_system as python_system
 from parc_jax.rollout.sweep import load_sweep as load_sweep
+from parc_jax.ros.driving import Driving as Driving
+from parc_jax.ros.pilot import Pilot as Pilot
 from parc_jax.separation.moving import moving as moving
 from parc_jax.sets.box import Box as Box
 from parc_jax.sets.box import box as box

@@ -12,7 +12,7 @@ pytest_plugins = ["compile_report"]
 FAMILIES = {
     "runs": "claim rollout local study network sims benchmarks soundness/test_claims "
     "cli/test_nothing_lost verdict/test_outline",
-    "plans": "bags verdict cover batch soundness robust certificate io onboard answer no_plan "
+    "plans": "bags ros verdict cover batch soundness robust certificate io onboard answer no_plan "
     "separation cli plot study/test_recorded test_planner test_methods",
 }
 SHAPE_CHECKED = [

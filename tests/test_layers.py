@@ -47,6 +47,7 @@ ORDER = (
     "plot",
     "figures",  # a face
     "bags",
+    "ros",
     "study",
     "cli",
 )

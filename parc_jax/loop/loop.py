@@ -23,7 +23,7 @@ from parc_jax.loop.prover import Prover
 from parc_jax.loop.thinking import Thinking, UnderWay
 from parc_jax.model import TrajectoryModel, check_model
 from parc_jax.network.predict import outputs
-from parc_jax.problem.doubt import Doubt
+from parc_jax.problem.doubt import FREE, Doubt
 from parc_jax.problem.labels import name_of
 from parc_jax.problem.problem import reach_avoid
 from parc_jax.robust.copies import copied_problem
@@ -304,7 +304,8 @@ class Loop:
 
     def _scene(self, pose: Pose, obstacles: Sequence) -> Scene:
         """The scene as the robot sees it. Raises InputError."""
-        doubt = None if self.doubt.is_nothing else self.doubt
+        # what is measured at the start comes with every step
+        doubt = replace(self.doubt, given={axis: FREE for axis in self.model.given})
         problem = reach_avoid(any_goal(self.model), obstacles, self.body, doubt=doubt)
         asked = question(problem, self.model)
         asked = replace(asked, pose=pose).plain(self._known)

@@ -28,6 +28,9 @@ EXTRAS = {
     "loky": "fleets",
     "distributed": "fleets",
     "fmpy": "fmu",
+    "rclpy": "ros",
+    "nav_msgs": "ros",
+    "sensor_msgs": "ros",
 }
 
 

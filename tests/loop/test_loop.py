@@ -51,6 +51,15 @@ def test_the_best_liked_of_the_safe_ones_is_committed_to(line):
     assert step.committed.end - step.committed.begin == line.time.t_f
 
 
+@pytest.mark.parametrize("doubt", [None, pj.Doubt(start=0.02)])
+def test_what_a_system_declares_to_be_measured_is_given_at_every_step(line, doubt):
+    declared = pj.Loop(told(line, given=(1,)), 0.1, leave=0.5, doubt=doubt, effort=PATIENT)
+    said = loop_of(line, doubt=doubt)
+    steps = [loop.step([0.0, 0.0], [0.25], [WALL], forward) for loop in (declared, said)]
+    assert declared.given == (1,) and all(step.new for step in steps), steps[0].reason
+    assert np.array_equal(steps[0].committed.k, steps[1].committed.k)
+
+
 def test_without_a_safe_one_the_manoeuvre_under_way_goes_on(line):
     loop = loop_of(line)
     none = loop.step([0.45, 0.0], [0.25], [WALL], forward)

@@ -1,0 +1,73 @@
+"""Which way to go on a map: no verdict at all, since what is preferred here has to be proved."""
+
+import numpy as np
+
+from parc_jax.world.grid_map import GridMap
+
+MOST = 300  # cells along a side of the grid that ways are looked for on
+ASTRAY = 1e6  # [m] beyond all ways: what has none is liked least, nearer to the goal before others
+
+
+class Guide:
+    """How far it is to a goal from anywhere on a map, around what is not free.
+
+    goal (2,) [m]. radius: [m] that the robot needs, at the least.
+
+    Algorithm: blocks of cells, so that there are at most MOST along a side, of which all are free
+    and the nearest other is farther than the radius; shortest ways over their eight neighbours, by
+    Dijkstra's algorithm.
+    """
+
+    def __init__(self, grid: GridMap, goal: np.ndarray, radius: float):
+        from scipy.ndimage import distance_transform_edt
+        from scipy.sparse.csgraph import dijkstra
+
+        self.goal, self.grid = goal, grid
+        self.block = -(-max(grid.free.shape) // MOST)
+        rows, columns = (-(-n // self.block) for n in grid.free.shape)
+        whole = np.zeros((rows * self.block, columns * self.block), bool)
+        whole[: grid.free.shape[0], : grid.free.shape[1]] = grid.free
+        whole = np.pad(whole, 1)
+        wide = distance_transform_edt(whole)[1:-1, 1:-1] * grid.resolution > radius
+        free = wide.reshape(rows, self.block, columns, self.block).all(axis=(1, 3))
+        self.cost = np.full((rows, columns), np.inf)
+        row, column = self._cells(goal[None])
+        at = np.argwhere(free)
+        if len(at):
+            begin = int(((at - [row[0], column[0]]) ** 2).sum(axis=1).argmin())
+            ways = _neighbours(free, at) * (self.block * grid.resolution)
+            self.cost[free] = dijkstra(ways, indices=begin)
+
+    def __call__(self, places: np.ndarray) -> np.ndarray:
+        """(b,) [m] from places (b, 2) to the goal."""
+        straight = np.linalg.norm(places - self.goal, axis=1)
+        row, column = self._cells(places)
+        cost = self.cost[row, column]
+        # within a block the straight way tells places apart
+        return np.where(np.isfinite(cost), cost + 1e-3 * straight, ASTRAY + straight)
+
+    def _cells(self, places: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Rows and columns of the blocks in which places (b, 2) lie, or the nearest ones."""
+        x, y, yaw = self.grid.origin
+        c, s = np.cos(yaw), np.sin(yaw)
+        off = (places - [x, y]) @ np.array([[c, -s], [s, c]])
+        cells = np.floor(off / (self.block * self.grid.resolution)).astype(int)
+        rows, columns = self.cost.shape
+        return np.clip(cells[:, 1], 0, rows - 1), np.clip(cells[:, 0], 0, columns - 1)
+
+
+def _neighbours(free: np.ndarray, at: np.ndarray):
+    """Sparse lengths [blocks] of the steps between free blocks, at (n, 2)."""
+    from scipy.sparse import coo_array
+
+    number = np.full(np.add(free.shape, 2), -1)
+    number[1:-1, 1:-1][free] = np.arange(len(at))
+    steps = [(1, 0), (0, 1), (1, 1), (1, -1)]
+    parts = []
+    for down, right in steps:
+        other = number[at[:, 0] + 1 + down, at[:, 1] + 1 + right]
+        own = np.flatnonzero(other >= 0)
+        parts.append((own, other[own], np.full(len(own), np.hypot(down, right))))
+    begin, end, far = (np.concatenate(part) for part in zip(*parts, strict=True))
+    both = (np.append(begin, end), np.append(end, begin))
+    return coo_array((np.append(far, far), both), shape=(len(at), len(at))).tocsr()

@@ -1,0 +1,207 @@
+"""The node of ROS 2 around a pilot: topics in, topics out.
+
+python -m parc_jax.ros.node --ros-args -p model:=model.npz -p radius:=0.2 -p leave:=0.4
+"""
+
+import dataclasses
+import sys
+
+import numpy as np
+from geometry_msgs.msg import PoseStamped, PoseWithCovarianceStamped
+from nav_msgs.msg import OccupancyGrid, Odometry, Path
+from nav_msgs.srv import GetPlan
+from rclpy.executors import ExternalShutdownException
+from rclpy.node import Node
+from rclpy.qos import DurabilityPolicy, QoSProfile, qos_profile_sensor_data
+from sensor_msgs.msg import LaserScan
+from std_msgs.msg import Float64MultiArray, MultiArrayDimension, String
+
+from parc_jax.answer.path import nominal_path
+from parc_jax.bags.fields import stamp_of
+from parc_jax.bags.shapes import headings, in_world
+from parc_jax.errors import InputError, ParcError
+from parc_jax.loop.commitment import Commitment, Step
+from parc_jax.loop.log import save_episode
+from parc_jax.model import TrajectoryModel, load
+from parc_jax.robust.pose import Pose
+from parc_jax.ros.driving import Driving
+from parc_jax.ros.pilot import Pilot
+from parc_jax.world.footprint import footprint
+
+KINDS = {"Odometry": Odometry, "PoseWithCovarianceStamped": PoseWithCovarianceStamped}
+KEPT = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
+
+
+class PilotNode(Node):
+    """Hears map or scan, pose and goal; says manoeuvre, path and statement, one of each per step.
+
+    Parameters: model, radius or footprint, episode (a file that is written at the end),
+    pose_kind (Odometry or PoseWithCovarianceStamped), tolerance [m] of GetPlan, and the fields of
+    `Driving`. Topics, to be remapped: map, scan, odom, goal_pose in; ~/manoeuvre
+    (Float64MultiArray: the parameters k, named in its layout), ~/path (Path, stamped at the knots),
+    ~/statement (String) out. Service: ~/plan (nav_msgs/GetPlan).
+    """
+
+    def __init__(self, **options):
+        super().__init__("pilot", **options)
+        self.episode = self._told("episode", "")
+        self.tolerance = self._told("tolerance", 0.2)
+        self.pilot = Pilot(load(self._told("model", "")), self._robot(), self._driving())
+        kind = self._told("pose_kind", "Odometry")
+        if kind not in KINDS:
+            raise InputError(f"pose_kind: expected one of {', '.join(KINDS)}; got {kind!r:.40}.")
+        self.manoeuvre = self.create_publisher(Float64MultiArray, "~/manoeuvre", 1)
+        self.path = self.create_publisher(Path, "~/path", KEPT)
+        self.statement = self.create_publisher(String, "~/statement", KEPT)
+        self.create_subscription(OccupancyGrid, "map", self._heard(self.pilot.hear_map), KEPT)
+        self.create_subscription(PoseStamped, "goal_pose", self._heard(self._on_goal), 1)
+        if self.pilot.driving.sensor is not None:
+            scan = self._heard(self.pilot.hear_scan)
+            self.create_subscription(LaserScan, "scan", scan, qos_profile_sensor_data)
+        self.create_subscription(KINDS[kind], "odom", self._heard(self._on_pose), 10)
+        self.create_service(GetPlan, "~/plan", self._on_plan)
+
+    def finish(self) -> None:
+        """Write the episode, if there was one."""
+        if self.episode and self.pilot.driven:
+            save_episode(self.episode, self.pilot.driven)
+
+    def _heard(self, listen):
+        """The same, which says what it could not take and goes on."""
+
+        def told(message):
+            try:
+                listen(message)
+            except InputError as error:
+                self.get_logger().warning(str(error), throttle_duration_sec=1.0)
+                self.statement.publish(String(data=f"Going on as before: {error}"))
+
+        return told
+
+    def _on_goal(self, message) -> None:
+        self.pilot.hear_goal(message)
+        x, y, _ = self.pilot.goal
+        self.statement.publish(String(data=f"The goal is ({x:g}, {y:g})."))
+
+    def _on_pose(self, message) -> None:
+        step = self.pilot.hear_pose(message)
+        if step is None:
+            return
+        if step.new:
+            one = step.committed
+            self.manoeuvre.publish(_parameters(self.pilot.model, one))
+            way = _way(one.asked.model, one.asked.pose, one.asked.at, one.k)
+            self.path.publish(_path(way, self.pilot.driving.frame, stamp_of(message)))
+        self.statement.publish(String(data=_said(step)))
+        if not self.episode:
+            self.pilot.driven.clear()  # nobody asks for them
+
+    def _on_plan(self, request, response):
+        """An empty path where nothing was proved."""
+        try:
+            tolerance = request.tolerance or self.tolerance
+            answer = self.pilot.plan(request.start, request.goal, tolerance)
+        except ParcError as error:
+            self.statement.publish(String(data=f"No plan: {error}"))
+            return response
+        self.statement.publish(String(data=answer.statement()))
+        if answer.found and answer.proved and len(answer.samples):
+            plan, n_p = answer.samples[0], answer.model.n_p
+            way = _way(answer.model, answer.pose, plan[:n_p], plan[n_p:])
+            response.plan = _path(way, self.pilot.driving.frame, stamp_of(request.start))
+        return response
+
+    def _told(self, name: str, default):
+        return self.declare_parameter(name, default).value
+
+    def _robot(self):
+        outline, radius = self._told("footprint", ""), self._told("radius", 0.0)
+        return footprint(outline) if outline else radius
+
+    def _driving(self) -> Driving:
+        """The fields of `Driving` as parameters; an empty list is what is not given."""
+        given = {}
+        for field in dataclasses.fields(Driving):
+            default = field.default
+            listed = default is None or isinstance(default, tuple)
+            empty = [0.0] if field.name == "sensor" else [""]
+            value = self._told(field.name, empty if listed else default)
+            if not listed:
+                given[field.name] = value
+            elif list(value) != empty:
+                given[field.name] = tuple(value)
+        return Driving(**given)
+
+
+def _way(model: TrajectoryModel, pose: Pose | None, p0: np.ndarray, k: np.ndarray):
+    """Times [s], places (n, 3) [m] and headings (n,) [rad] in the world, of a plan."""
+    told = nominal_path(model, p0, k)
+    return told.times, in_world(told.places[:, 0], pose), headings(told.places, pose)
+
+
+def _path(way, frame: str, begin: int) -> Path:
+    """begin: [ns]."""
+    out = Path()
+    out.header.frame_id = frame
+    _stamp(out.header.stamp, begin)
+    for time, place, heading in zip(*way, strict=True):
+        pose = PoseStamped()
+        pose.header.frame_id = frame
+        _stamp(pose.header.stamp, begin + round(float(time) * 1e9))
+        at, turn = pose.pose.position, pose.pose.orientation
+        at.x, at.y, at.z = map(float, place)
+        turn.z, turn.w = float(np.sin(heading / 2)), float(np.cos(heading / 2))
+        out.poses.append(pose)
+    return out
+
+
+def _stamp(stamp, at: int) -> None:
+    stamp.sec, stamp.nanosec = divmod(at, 10**9)
+
+
+def _parameters(model: TrajectoryModel, one: Commitment) -> Float64MultiArray:
+    out = Float64MultiArray(data=one.k.tolist())
+    for label in model.labels.k:
+        out.layout.dim.append(MultiArrayDimension(label=label, size=1, stride=1))
+    return out
+
+
+def _said(step: Step) -> str:
+    """What is proved of the step, and what is assumed."""
+    now = step.committed
+    if now is None:
+        return f"Nothing is committed to: {step.reason}."
+    begun = f"{now!r}".strip("<>")
+    if not step.new:
+        return f"Going on with {begun}, to its rest: {step.reason}."
+    return (
+        f"{begun}. Proved in float64 with a margin that covers rounding: for every run inside the "
+        "tube and every pose inside the doubt nothing is touched, and it ends at rest. "
+        f"(E) {now.asked.model.claim.statement()}"
+    )
+
+
+def main(arguments: list[str] | None = None) -> int:
+    """Spin until stopped. Exit code 2 for parameters that cannot be meant."""
+    import rclpy
+
+    rclpy.init(args=sys.argv if arguments is None else arguments)
+    try:
+        node = PilotNode()
+    except InputError as error:
+        print(f"parc_jax.ros: {error}", file=sys.stderr)
+        rclpy.try_shutdown()
+        return 2
+    try:
+        rclpy.spin(node)
+    except (KeyboardInterrupt, ExternalShutdownException):
+        pass
+    finally:
+        node.finish()
+        node.destroy_node()
+        rclpy.try_shutdown()
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

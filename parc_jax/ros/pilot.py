@@ -1,0 +1,246 @@
+"""Drives one robot by one model, from messages: without ROS, so that it can be tried anywhere."""
+
+import functools
+from collections.abc import Callable
+from dataclasses import replace
+
+import jax
+import numpy as np
+
+from parc_jax.answer.answer import Answer
+from parc_jax.bags.fields import pose_in, stamp_of, value_at
+from parc_jax.errors import InputError
+from parc_jax.loop.commitment import Commitment, Step
+from parc_jax.loop.loop import Effort, Loop
+from parc_jax.loop.outlook import Outlook
+from parc_jax.model import TrajectoryModel
+from parc_jax.planner.planner import Planner
+from parc_jax.problem.doubt import Doubt
+from parc_jax.problem.problem import GoalOfPoints, goal_of_points, reach_avoid
+from parc_jax.ros.driving import Driving
+from parc_jax.ros.guide import Guide
+from parc_jax.ros.measured import map_in, require_frame, seen_in
+from parc_jax.sets.box import Box, box
+from parc_jax.settings import Settings
+from parc_jax.world.footprint import Footprint
+from parc_jax.world.free_space import FreeSpace, free_place
+from parc_jax.world.grid_map import GridMap
+
+ANYTHING = 1e3  # [units of q] bound of goal states that nobody asks about
+SIDES = 16  # of the polygon around a disc that stands for it where the robot begins
+Prefer = Callable[[Outlook, np.ndarray], np.ndarray]
+
+
+class Pilot:
+    """Told what is measured, by messages of ROS of whatever library; asked for manoeuvres. A
+    message that cannot be meant raises InputError and changes nothing: the manoeuvre under way goes
+    on, to its rest.
+
+    model: whose manoeuvres end at rest. robot: its outline, of which the model's points are, or of
+    a model with one point a radius [m]. prefer: of an Outlook and the goal (x, y), (b,) numbers,
+    the least is liked best; by default how far it is to the goal from where the robot comes to
+    rest, on a map around what is in the way (`Guide`), without one as the crow flies.
+    """
+
+    def __init__(
+        self,
+        model: TrajectoryModel,
+        robot: Footprint | float,
+        driving: Driving | None = None,
+        prefer: Prefer | None = None,
+    ):
+        self.driving = d = Driving() if driving is None else driving
+        self.model, self.prefer = model, self._nearest if prefer is None else prefer
+        self.outline, self.body = _outline(model, robot)
+        turns = model.rotation is not None
+        doubt = Doubt(start=d.doubt_start, heading=d.doubt_heading if turns else 0.0)
+        effort = Effort(judged=Effort.candidates, deadline=d.deadline, room=d.room)
+        self.loop = Loop(model, self.body, leave=d.leave, doubt=doubt, effort=effort)
+        if len(d.given) != len(self.loop.given):
+            raise InputError(
+                f"given: expected {len(self.loop.given)} numbers in the messages of poses, one for "
+                f"each given parameter of the model; got {len(d.given)}."
+            )
+        self.planner = Planner(model)
+        self.driven: list[Commitment] = []
+        self.map: GridMap | None = None
+        self.seen: FreeSpace | None = None
+        self.goal: np.ndarray | None = None
+        self._guide: Guide | None = None
+        self.pose = self.given = self._scan = None
+        # [ns] of the last pose, of the first one, and of where the manoeuvre under way began
+        self._stamp = self._first = self._begun = None
+
+    def hear_map(self, message) -> None:
+        """A nav_msgs/OccupancyGrid: the static map, not a costmap."""
+        require_frame(message, self.driving.frame, "map")
+        self.map, self._guide = map_in(message), None
+
+    def hear_goal(self, message) -> None:
+        """A geometry_msgs/PoseStamped."""
+        require_frame(message, self.driving.frame, "goal")
+        goal = np.array(pose_in(message, "goal"))
+        if not np.isfinite(goal).all():
+            raise InputError(f"goal: expected a finite pose; got {goal.tolist()!r:.80}.")
+        self.goal, self._guide = goal, None
+
+    def hear_scan(self, message) -> None:
+        """A sensor_msgs/LaserScan; it is looked at when the next pose is there."""
+        if self.driving.sensor is None:
+            raise InputError("scan: expected a pilot that knows where its sensor is; set sensor.")
+        self._scan = message
+
+    def hear_pose(self, message) -> Step | None:
+        """An Odometry, or any pose with a header, in the frame of all. Returns the step that was
+        made of it; None where there was nothing to decide.
+        """
+        require_frame(message, self.driving.frame, "pose")
+        stamp, pose = stamp_of(message), np.array(pose_in(message, "pose"))
+        given = [value_at(message, path, "pose") for path in self.driving.given]
+        if stamp is None or not np.isfinite(pose).all():
+            raise InputError(
+                f"pose: expected a finite one with a stamp; got {pose.tolist()!r:.80}."
+            )
+        if self._stamp is not None and stamp <= self._stamp:
+            raise InputError(
+                f"pose: expected stamps that increase; got {stamp / 1e9:.9f} s after "
+                f"{self._stamp / 1e9:.9f} s."
+            )
+        before, self._stamp = (self._stamp, self.pose), stamp
+        self._first = stamp if self._first is None else self._first
+        self.pose, self.given = pose, given
+        self._look(*before)
+        return self._step()
+
+    def plan(self, start, goal, tolerance: float) -> Answer:
+        """The safe set from a pose at rest to a goal, two geometry_msgs/PoseStamped: the end of the
+        first reference point within the tolerance [m] of the goal along each axis, any heading.
+        Takes seconds. Raises InputError.
+        """
+        for name, message in {"start": start, "goal": goal}.items():
+            require_frame(message, self.driving.frame, name)
+        here, there = (np.array(pose_in(m, "plan")) for m in (start, goal))
+        if not (np.isfinite(here).all() and np.isfinite(there).all() and tolerance > 0):
+            raise InputError("plan: expected finite poses, and a tolerance > 0 m.")
+        ways = self._ways(here)
+        if isinstance(ways, str):
+            raise InputError(f"plan: expected a start with a way; {ways}.")
+        at_rest = {axis: 0.0 for axis in self.loop.given}
+        doubt = replace(self.loop.doubt, given=at_rest)
+        where = box(there[:2] - tolerance, there[:2] + tolerance)
+        problem = reach_avoid(
+            _goal(self.model, where), ways, self.body, doubt=None if doubt.is_nothing else doubt
+        )
+        return self.planner.solve(
+            problem, jax.random.key(0), Settings(samples=8, target=0.2), at=self._at(here)
+        )
+
+    def _look(self, stamp: int | None, pose: np.ndarray | None) -> None:
+        """Add what the last scan saw, once there are poses before and after it."""
+        d, scan = self.driving, self._scan
+        if d.sensor is None:
+            return
+        if self.seen is None:
+            self.seen = free_place(self._corners(self.pose), d.margin)
+        at = None if scan is None else stamp_of(scan)
+        if at is None or at > self._stamp:
+            return
+        self._scan = None
+        if stamp is None or at < stamp:
+            return  # nobody knows where it was taken
+        share = (at - stamp) / (self._stamp - stamp)
+        turned = np.remainder(self.pose[2] - pose[2] + np.pi, 2 * np.pi) - np.pi
+        there = pose + share * np.append(self.pose[:2] - pose[:2], turned)
+        c, s = np.cos(there[2]), np.sin(there[2])
+        x, y, yaw = d.sensor
+        eye = there + np.array([c * x - s * y, s * x + c * y, yaw])
+        off = np.sqrt(2) * d.doubt_start + d.doubt_heading * np.hypot(x, y)
+        seen = seen_in(scan, eye, noise=d.noise, width=d.width, doubt=(off, d.doubt_heading))
+        self.seen = self.seen.add(seen).within(self.pose, 2 * d.reach)
+
+    def _step(self) -> Step | None:
+        if (
+            self.goal is None
+            or np.linalg.norm(self.pose[:2] - self.goal[:2]) <= self.driving.arrived
+        ):
+            return None
+        if self._begun is not None and self._stamp < self._begun + round(self.driving.leave * 1e9):
+            return None
+        ways = self._ways(self.pose)
+        if isinstance(ways, str):
+            return self.loop.go_on(ways)
+        liked = functools.partial(self.prefer, goal=self.goal[:2])
+        at = (self._stamp - self._first) / 1e9
+        step = self.loop.step(self._at(self.pose), self.given, ways, liked, at=at)
+        if step.new:
+            self._begun = self._stamp
+            self.driven.append(step.committed)
+        return step
+
+    def _ways(self, pose: np.ndarray):
+        """Obstacles around a pose, or a sentence why there are none to be had."""
+        d = self.driving
+        if d.sensor is None and self.map is None:
+            return "there is no map yet"
+        try:
+            if d.sensor is None:
+                free = self.map.free_space(pose[:2], d.reach)
+            else:
+                free = self.seen
+                if free is None:
+                    return "nothing was seen yet"
+            near = free.near(pose[:2], d.reach)
+            corners = self._corners(pose)
+            far = np.linalg.norm(corners - pose[:2], axis=1).max()
+            if not near.holds(corners, np.sqrt(2) * d.doubt_start + d.doubt_heading * far):
+                return "the body, in its doubt, does not lie in what is known to be free"
+            return near.obstacles()
+        except InputError as error:
+            return str(error).rstrip(".")
+
+    def _corners(self, pose: np.ndarray) -> np.ndarray:
+        c, s = np.cos(pose[2]), np.sin(pose[2])
+        return pose[:2] + self.outline @ np.array([[c, s], [-s, c]])
+
+    def _nearest(self, outlook: Outlook, goal: np.ndarray) -> np.ndarray:
+        """(b,) [m] from where each candidate comes to rest to the goal."""
+        ends = outlook.path[:, -1]
+        if self.map is None:
+            return np.linalg.norm(ends - goal, axis=1)
+        if self._guide is None:
+            sides = np.roll(self.outline, -1, axis=0) - self.outline
+            across = sides[:, 0] * self.outline[:, 1] - sides[:, 1] * self.outline[:, 0]
+            inner = np.abs(across) / np.linalg.norm(sides, axis=1)
+            self._guide = Guide(self.map, goal, float(inner.min()) + self.driving.room)
+        return self._guide(ends)
+
+    def _at(self, pose: np.ndarray) -> np.ndarray:
+        return pose if self.model.rotation is not None else pose[:2]
+
+
+def _goal(model: TrajectoryModel, where: Box) -> GoalOfPoints:
+    """The first reference point in a box, wherever the others end."""
+    first = model.points[0]
+    anywhere = box([-ANYTHING] * model.n_q, [ANYTHING] * model.n_q) if model.n_q else None
+    return goal_of_points(tuple(model.points), {first: where}, anywhere)
+
+
+def _outline(model: TrajectoryModel, robot: Footprint | float):
+    """Corners (n, 2) [m] in the robot's frame, and the body. Raises InputError."""
+    if model.n_p != 2:
+        raise InputError(f"pilot: expected a robot in the plane; got one in {model.n_p}-D.")
+    if isinstance(robot, Footprint):
+        if tuple(model.points) != robot.points:
+            raise InputError(
+                f"pilot: expected a model of the points {', '.join(robot.points)}; it has "
+                f"{', '.join(model.points)}."
+            )
+        return robot.places[1:], robot.body
+    if model.n_points != 1 or not (np.ndim(robot) == 0 and np.isfinite(robot) and robot > 0):
+        raise InputError(
+            "pilot: expected a footprint, or of a model with one point a radius > 0 m; got "
+            f"{robot!r:.40}."
+        )
+    angle = 2 * np.pi * np.arange(SIDES) / SIDES
+    around = robot / np.cos(np.pi / SIDES) * np.stack([np.cos(angle), np.sin(angle)], axis=1)
+    return around, float(robot)

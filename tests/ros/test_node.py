@@ -1,0 +1,83 @@
+"""Two processes on loopback: the node drives a small world through topics, and the checker proves
+all of it.
+"""
+
+import json
+import os
+import signal
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+import sliding
+from needs import need
+from toy_models import told
+
+from parc_jax import checker
+
+pytestmark = pytest.mark.night
+HELPERS = Path(sliding.__file__).parent
+ROOT = HELPERS.parents[1]
+GIVEN = "given:=[twist.twist.linear.x, twist.twist.linear.y]"
+ASKED = ("radius:=0.2", "leave:=0.4", "deadline:=300.0", "arrived:=0.4", GIVEN)
+
+
+@pytest.fixture
+def graph():
+    """An environment of its own: no other graph, nothing leaves the machine."""
+    need("rclpy", "nav_msgs", "sensor_msgs", "shapely")
+    path = os.pathsep.join([str(ROOT), str(HELPERS), os.environ.get("PYTHONPATH", "")])
+    return os.environ | {
+        "PYTHONPATH": path,
+        "ROS_DOMAIN_ID": str(os.getpid() % 100),
+        "ROS_AUTOMATIC_DISCOVERY_RANGE": "LOCALHOST",
+        "JAX_PLATFORMS": "cpu",
+    }
+
+
+def node(graph, folder, *asked):
+    parameters = [word for one in asked for word in ("-p", one)]
+    command = [sys.executable, "-m", "parc_jax.ros.node", "--ros-args", *parameters]
+    return subprocess.Popen(command, env=graph, cwd=folder, stderr=subprocess.PIPE, text=True)
+
+
+def test_the_node_drives_a_small_world_and_the_checker_proves_it(graph, tmp_path):
+    told(sliding.model(), given=(0, 1)).save(tmp_path / "model.npz")
+    pilot = node(graph, tmp_path, "model:=model.npz", "episode:=drive.json", *ASKED)
+    try:
+        world = [sys.executable, str(HELPERS / "ros_world.py"), "seen.json"]
+        done = subprocess.run(world, env=graph, cwd=tmp_path, capture_output=True, text=True)
+    finally:
+        pilot.send_signal(signal.SIGINT)
+        complained = pilot.communicate(timeout=120)[1]
+    assert done.returncode == 0, (done.stderr, complained)
+    assert pilot.returncode == 0, complained
+    seen = json.loads((tmp_path / "seen.json").read_text())
+    assert seen["arrived"] and seen["names"] == ["k0", "k1", "k2", "k3"]
+    assert "proved in exact arithmetic" in seen["proved"]
+    assert np.abs(np.array(seen["plan"])[-1] - [0.4, 0.1]).max() <= 0.1
+    assert all(len(path) == 13 for path in seen["paths"])
+    assert any("nothing is touched" in s and "(E) " in s for s in seen["statements"])
+    for x0, y0, x1, y1 in ((1.0, -0.4, 1.2, 0.3), (2.2, 0.3, 2.4, 0.9)):
+        x, y = np.array(seen["track"]).T
+        off = np.maximum([x0 - x, y0 - y], [x - x1, y - y1])
+        assert np.linalg.norm(np.maximum(off, 0.0), axis=0).min() > 0.2
+    assert checker.main([str(tmp_path / "drive.json")]) == 0
+
+
+@pytest.mark.parametrize(
+    ("asked", "words"),
+    [
+        (("model:=none.npz", *ASKED), "none.npz"),
+        (("model:=model.npz", "radius:=0.2"), "given: expected 2 numbers"),
+        (("model:=model.npz", *ASKED, "pose_kind:=Pose"), "pose_kind: expected one of Odometry"),
+    ],
+)
+def test_bad_parameters_end_in_one_sentence(graph, tmp_path, asked, words):
+    told(sliding.model(), given=(0, 1)).save(tmp_path / "model.npz")
+    pilot = node(graph, tmp_path, *asked)
+    complained = pilot.communicate(timeout=300)[1]
+    ours = [line for line in complained.splitlines() if line.startswith("parc_jax.ros: ")]
+    assert pilot.returncode == 2 and len(ours) == 1 and words in ours[0], complained

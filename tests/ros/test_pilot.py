@@ -1,0 +1,212 @@
+"""A pilot that is told messages: it drives to its goal through proved manoeuvres, and what it is
+told wrongly changes nothing.
+"""
+
+import functools
+import json
+
+import numpy as np
+import pytest
+import sliding
+from needs import need
+from toy_models import told
+
+import parc_jax as pj
+from parc_jax import checker
+from parc_jax.checker.answer import allowance_of
+from parc_jax.errors import InputError
+from parc_jax.loop.log import episode_part
+from parc_jax.ros.driving import Driving
+from parc_jax.ros.guide import Guide
+from parc_jax.ros.measured import map_in, seen_in
+from parc_jax.ros.pilot import Pilot
+
+need("shapely")
+GIVEN = ("twist.twist.linear.x", "twist.twist.linear.y")
+POSTS = [(1.0, -0.4, 1.2, 0.3), (2.2, 0.3, 2.4, 0.9)]
+CYCLE = 400_000_000  # [ns] after which a manoeuvre may be left
+
+
+@functools.cache
+def model():
+    """The platform's, which says that its velocity at the start is measured."""
+    return told(sliding.model(), given=(0, 1))
+
+
+def pilot(radius=0.2, **driving):
+    asked = {"leave": 0.4, "given": GIVEN, "deadline": 300.0, "arrived": 0.4} | driving
+    return Pilot(model(), radius, Driving(**asked))
+
+
+def test_it_drives_to_its_goal_and_every_manoeuvre_is_proved():
+    one = pilot()
+    place, speed, at = np.zeros(2), np.zeros(2), 5 * 10**9
+    said = one.hear_pose(sliding.odometry(place, speed, at))
+    assert said is None  # no goal yet
+    one.hear_goal(sliding.posed(3.2, 0.3))
+    step = one.hear_pose(sliding.odometry(place, speed, at + 1))
+    assert step.committed is None and "no map yet" in step.reason
+    one.hear_map(sliding.map_of(sliding.hall(POSTS)))
+    begun, knots = place, 0
+    for _ in range(40):
+        at += CYCLE
+        step = one.hear_pose(sliding.odometry(place, speed, at))
+        if step is None:
+            break
+        begun, knots = (place, 4) if step.new else (begun, knots + 4)
+        # half way through nothing is asked
+        assert one.hear_pose(sliding.odometry(place, speed, at + CYCLE // 2)) is None or knots > 4
+        place, speed = sliding.after(begun, step.committed.k, knots)
+        for x0, y0, x1, y1 in POSTS:
+            off = np.maximum([x0 - place[0], y0 - place[1]], [place[0] - x1, place[1] - y1])
+            assert np.linalg.norm(np.maximum(off, 0.0)) > 0.2
+    assert np.linalg.norm(place - [3.2, 0.3]) <= 0.4, place
+    report = checker.check_episode(json.loads(json.dumps(episode_part(one.driven))), allowance_of)
+    assert report.manoeuvres == len(one.driven) >= 4
+
+
+@pytest.fixture(scope="module")
+def ready():
+    one = pilot()
+    one.hear_map(sliding.map_of(sliding.hall(POSTS)))
+    one.hear_goal(sliding.posed(3.2, 0.3))
+    return one
+
+
+BAD = [
+    ("hear_map", sliding.map_of(sliding.hall(), frame="odom"), "map: expected to be told in the"),
+    ("hear_map", sliding.map_of(sliding.hall()[:, :0]), "expected rows of cells|cells"),
+    ("hear_map", sliding.map_of(np.full((4, 4), 99, np.int8)), "inflated costmap"),
+    (
+        "hear_goal",
+        sliding.posed(1, 1, frame="odom"),
+        "goal: expected to be told in the frame 'map'",
+    ),
+    ("hear_pose", sliding.odometry([0, 0], [0, 0], 10, "odom"), "pose: expected to be told in"),
+    ("hear_pose", sliding.odometry([np.nan, 0], [0, 0], 10), "expected a finite one"),
+    ("hear_scan", None, "where its sensor is"),
+]
+
+
+@pytest.mark.parametrize(("hear", "message", "words"), BAD)
+def test_what_cannot_be_meant_changes_nothing(ready, hear, message, words):
+    before = state(ready)
+    with pytest.raises(InputError, match=words):
+        getattr(ready, hear)(message)
+    assert all(x is y for x, y in zip(before, state(ready), strict=True))
+
+
+def state(one):
+    return one.map, one.goal, one.pose, one.loop.under_way
+
+
+def test_stamps_that_go_back_are_refused():
+    one = pilot()
+    one.hear_pose(sliding.odometry([0, 0], [0, 0], 10**9))
+    with pytest.raises(InputError, match="stamps that increase"):
+        one.hear_pose(sliding.odometry([0, 0], [0, 0], 10**9))
+
+
+def test_a_body_that_does_not_lie_in_free_cells_commits_to_nothing(ready):
+    one = pilot()
+    one.hear_map(sliding.map_of(sliding.hall(POSTS)))
+    one.hear_goal(sliding.posed(3.2, 0.3))
+    step = one.hear_pose(sliding.odometry([0.85, 0.0], [0, 0], 10**9))
+    assert step.committed is None and "does not lie in what is known to be free" in step.reason
+    step = one.hear_pose(sliding.odometry([0.0, 0.0], [0, 0], 2 * 10**9))
+    assert step.new
+
+
+def test_a_scan_frees_what_it_sees_from_where_it_was_taken():
+    one = pilot(sensor=(0.1, 0.0, 0.0), noise=0.01, margin=0.15, reach=2.0)
+    wall = 1.5  # [m] along x
+    angles = np.linspace(-np.pi, np.pi, 721)
+    with np.errstate(divide="ignore"):
+        ranges = np.where(np.cos(angles) > 1e-9, (wall - 0.6) / np.cos(angles), np.inf)
+    ranges[ranges > 4.0] = np.inf
+    ranges[100] = np.nan
+    scan = sliding.Some(
+        header=sliding.header(15 * 10**8, "lidar"),
+        angle_min=-np.pi,
+        angle_increment=2 * np.pi / 720,
+        range_min=0.05,
+        range_max=4.0,
+        ranges=ranges,
+    )
+    one.hear_goal(sliding.posed(3.2, 0.3))
+    first = one.hear_pose(sliding.odometry([0.0, 0.0], [0, 0], 10**9))
+    assert np.abs(first.committed.k).max() < 0.4  # it stays where a person has looked
+    one.hear_scan(scan)
+    # half way between two poses: the sensor was at x = 0.6
+    one.hear_pose(sliding.odometry([1.0, 0.0], [0, 0], 2 * 10**9))
+    shapely = pytest.importorskip("shapely")
+    sees = lambda x, y: one.seen.region.contains(shapely.Point(x, y))  # noqa: E731
+    assert sees(wall - 0.03, 0.0) and not sees(wall + 0.01, 0.0) and sees(-1.0, 1.0)
+    late = pilot(sensor=(0.1, 0.0, 0.0), margin=0.15)
+    late.hear_scan(scan)
+    late.hear_pose(sliding.odometry([0.0, 0.0], [0, 0], 2 * 10**9))
+    late.hear_pose(sliding.odometry([1.0, 0.0], [0, 0], 3 * 10**9))
+    assert late.seen.region.area < 1.0  # nobody knows where it was taken
+
+
+@pytest.mark.parametrize("reading", [np.nan, -np.inf, 0.01, 5.0])
+def test_a_beam_that_says_nothing_frees_nothing(reading):
+    """Ranges that failed, are nearer than the sensor can tell, or farther than it reaches."""
+    shapely = pytest.importorskip("shapely")
+    ranges = np.full(721, 2.0)
+    ranges[360] = reading  # straight ahead
+    scan = sliding.Some(
+        angle_min=-np.pi,
+        angle_increment=2 * np.pi / 720,
+        range_min=0.05,
+        range_max=4.0,
+        ranges=ranges,
+    )
+    limits = {"noise": 0.01, "width": 0.1, "doubt": (0.0, 0.0)}
+    free = seen_in(scan, np.zeros(3), **limits).region
+    assert not free.contains(shapely.Point(0.5, 0.0)) and free.contains(shapely.Point(0.0, 0.5))
+    ranges[360] = np.inf  # it came back from nowhere
+    free = seen_in(scan, np.zeros(3), **limits).region
+    assert free.contains(shapely.Point(0.5, 0.0))
+
+
+def test_nobody_looked_so_nothing_is_free_where_it_stands():
+    one = pilot(sensor=(0.1, 0.0, 0.0))
+    one.hear_goal(sliding.posed(3.2, 0.3))
+    step = one.hear_pose(sliding.odometry([0, 0], [0, 0], 10**9))
+    assert step.committed is None and not step.new and step.reason
+
+
+def test_bad_parameters_are_refused():
+    with pytest.raises(InputError, match="given: expected 2 numbers"):
+        pilot(given=())
+    with pytest.raises(InputError, match="radius > 0 m"):
+        pilot(radius=0.0)
+    with pytest.raises(InputError, match="reach: expected"):
+        Driving(reach=-1.0)
+    with pytest.raises(InputError, match="expected a model of the points"):
+        Pilot(model(), pj.footprint([[0.2, 0.1], [0.2, -0.1], [-0.2, 0.0]]))
+
+
+def test_the_guide_goes_around_what_is_in_the_way():
+    cells = sliding.hall([(1.0, -1.5, 1.2, 0.7)])
+    guide = Guide(map_in(sliding.map_of(cells)), np.array([3.0, -1.0]), 0.2)
+    before, above, behind = guide(np.array([[0.5, -1.0], [1.1, 1.1], [1.6, -1.0]]))
+    # from a place before the wall: up to its end, and down again
+    assert before == pytest.approx(np.hypot(0.5, 1.9) + np.hypot(1.9, 1.9), rel=0.1)
+    assert above == pytest.approx(np.hypot(1.9, 2.1), rel=0.1)
+    assert behind == pytest.approx(1.4, rel=0.1)
+    inside, far = guide(np.array([[1.1, -1.0], [50.0, 50.0]]))
+    assert inside > 1e6 and far > 1e6
+    shut = Guide(map_in(sliding.map_of(np.full((8, 8), 100, np.int8))), np.zeros(2), 0.2)
+    assert shut(np.array([[1.0, 0.0]])) == pytest.approx(1e6 + 1.0)
+
+
+@pytest.mark.slow
+def test_a_plan_is_proved_from_rest(ready):
+    answer = ready.plan(sliding.posed(0, 0), sliding.posed(0.4, 0.1), 0.1)
+    assert answer.found and answer.proved
+    with pytest.raises(InputError, match="expected a start with a way"):
+        ready.plan(sliding.posed(1.1, 0), sliding.posed(0.4, 0.1), 0.1)
+    with pytest.raises(InputError, match="goal: expected to be told in the frame"):
+        ready.plan(sliding.posed(0, 0), sliding.posed(0.4, 0.1, frame="odom"), 0.1)
