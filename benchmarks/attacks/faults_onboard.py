@@ -3,6 +3,7 @@
 from benchmarks.attacks.fault import Fault
 
 HEADER = "tests/onboard/test_header.py"
+PAID = "tests/onboard/test_paid.py"
 SAME = f"{HEADER}::test_a_header_says_what_python_says"
 FAR = f"{HEADER}::test_a_start_so_far_out_that_sums_overflow_is_not_safe"
 CODE = "parc_jax/onboard/safe_set.h"
@@ -36,6 +37,20 @@ ONBOARD = (
         "jnp.where(inside < 0, jnp.minimum(goal, inside), goal)",
         "goal",
         (FAR,),
+    ),
+    Fault(
+        "header_written_where_margins_do_not_pay",
+        "header.write_c",
+        "require_paid(known, answer.model, float(answer.scene.slack))",
+        "pass",
+        (f"{PAID}::test_nothing_is_written_where_margins_do_not_pay",),
+    ),
+    Fault(
+        "rows_of_a_header_paid_for_by_nobody",
+        "paid._rows_paid",
+        "norm * off + _lost_by(n + 1, 2 * n, norm * size) <= room * norm",
+        "norm * off <= room * norm",
+        (f"{PAID}::test_the_slack_pays_with_reserve_and_nothing_does_not",),
     ),
     Fault(
         "header_sees_one_end_of_an_interval",

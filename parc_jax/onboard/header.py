@@ -11,6 +11,7 @@ from parc_jax.answer.answer import Answer
 from parc_jax.claim.error_set import NO_CLAIM, ErrorBox
 from parc_jax.errors import InputError
 from parc_jax.model import check_model
+from parc_jax.onboard.paid import require_paid
 from parc_jax.onboard.tables import Tables, tables
 from parc_jax.rollout.files import write_atomic
 
@@ -47,7 +48,7 @@ def write_c(answer: Answer, path, name: str | None = None) -> Path:
     name: what its functions begin with; default: the name of the file. A plan that the header calls
     safe keeps to one of the answer's corridors: so it is tested there in float64, with the margins
     that the answer itself keeps [T10, T11]; whatever keeps to one is safe [T27].
-    Raises InputError.
+    Raises InputError, also where these margins would not pay for all rounding.
     """
     path = Path(path)
     name = path.stem if name is None else name
@@ -59,11 +60,12 @@ def write_c(answer: Answer, path, name: str | None = None) -> Path:
             "another file, or give a name."
         )
     check_model(answer.model)
-    return write_atomic(path, "\n".join(_lines(answer, name)).encode())
-
-
-def _lines(answer: Answer, name: str) -> Iterator[str]:
     known = tables(answer)
+    require_paid(known, answer.model, float(answer.scene.slack))
+    return write_atomic(path, "\n".join(_lines(answer, known, name)).encode())
+
+
+def _lines(answer: Answer, known: Tables, name: str) -> Iterator[str]:
     guard = f"{name.upper()}_H"
     yield from _comment(f"{answer.statement()}\n{WARNING}")
     yield f"#ifndef {guard}\n#define {guard}\n"

@@ -7,7 +7,10 @@ of a file.
 
 import importlib.util
 import os
+import re
 import shutil
+import subprocess
+from pathlib import Path
 
 import driven_browser
 import pytest
@@ -16,6 +19,7 @@ NIGHT = "PARC_JAX_NIGHT"  # set by .ci/nightly, on a machine that has everything
 PROGRAMS = {
     "compiler": ("a C compiler (cc) is not installed", ("cc",)),
     "coq": ("Coq (coqc with ocamlfind) is not installed", ("coqc", "ocamlfind")),
+    "eva": ("Frama-C (frama-c) is not installed", ("frama-c",)),
     "js_of_ocaml": ("js_of_ocaml is not installed", ("js_of_ocaml",)),
     "node": ("node is not installed", ("node",)),
 }
@@ -35,17 +39,28 @@ EXTRAS = {
 
 
 def missing(name: str) -> str | None:
-    """Why a program, "chromium" or a Python package cannot be had, in a phrase; None when it
-    can.
+    """Why a program, "chromium", "flocq" or a Python package cannot be had, in a phrase; None when
+    it can.
     """
     if name == "chromium":
         return None if driven_browser.found() else "Chromium is not installed"
+    if name == "flocq":
+        return None if _flocq() else "Coq with Flocq (coqc, libcoq-flocq) is not installed"
     if name in PROGRAMS:
         why, programs = PROGRAMS[name]
         return None if all(map(shutil.which, programs)) else why
     if importlib.util.find_spec(name):
         return None
     return f"{name} is not installed: pip install 'parc_jax[{EXTRAS.get(name, 'test')}]'"
+
+
+def _flocq() -> bool:
+    """Does Coq find Flocq among its libraries?"""
+    if not shutil.which("coqc"):
+        return False
+    found = subprocess.run(["coqc", "-config"], capture_output=True, text=True, check=True).stdout
+    where = re.search(r"^COQLIB=(.*?)/?$", found, re.M)
+    return where is not None and (Path(where[1]) / "user-contrib" / "Flocq").is_dir()
 
 
 def need(*names: str) -> None:

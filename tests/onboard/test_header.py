@@ -85,6 +85,10 @@ def test_what_is_not_a_number_is_not_safe(tmp_path):
         (["-U__FLT_EVAL_METHOD__", "-D__FLT_EVAL_METHOD__=2"], "double is computed as double"),
         # a double as short as a float, as some small computers have it
         (["-U__DBL_MANT_DIG__", "-D__DBL_MANT_DIG__=24"], "a double of at least 53 bits"),
+        (["-U__FLT_RADIX__", "-D__FLT_RADIX__=16"], "a double of at least 53 bits"),
+        (["-std=gnu89"], "double is computed as double"),  # which says nothing of it
+        # as another vendor's compiler says it
+        (["-D_M_FP_FAST"], "without -ffast-math"),
     ],
 )
 def test_arithmetic_that_the_margins_do_not_pay_for_is_refused(flags, said, tmp_path):

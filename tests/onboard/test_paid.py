@@ -1,0 +1,155 @@
+"""Margins that pay for the rounding of the header's code, asked in exact rationals; and that code
+against the model of it that the theorem is about, on plans at the very border.
+"""
+
+from fractions import Fraction
+from pathlib import Path
+
+import numpy as np
+import pytest
+import toy_query
+from header_model import exactly, is_safe
+
+import parc_jax as pj
+from benchmarks.compiled_header import Header
+from parc_jax.claim.error_set import ErrorBox
+from parc_jax.errors import InputError
+from parc_jax.onboard.paid import require_paid
+from parc_jax.onboard.tables import tables
+
+pytestmark = pytest.mark.soundness
+needs_compiler = pytest.mark.needs("compiler")
+CPU = Path("/proc/cpuinfo")
+FUSED = ["-mfma", "-ffp-contract=fast"] if CPU.exists() and " fma " in CPU.read_text() else []
+
+
+def toy():
+    answer = toy_query.answer()
+    return tables(answer), answer.model, float(answer.scene.slack)
+
+
+def test_the_slack_pays_with_reserve_and_nothing_does_not():
+    known, model, slack = toy()
+    require_paid(known, model, slack / 5)
+    with pytest.raises(InputError, match="a row of the start"):
+        require_paid(known, model, 0.0)
+
+
+@pytest.mark.parametrize(
+    ("part", "changed", "said"),
+    [
+        ("goal_A", lambda a: 1e-300 * a, "a row of the goal"),
+        ("start_A", lambda a: 1e-300 * a, "a row of the start"),
+        ("far", lambda far: 1e3 * far, "a row of the start"),
+        ("far", lambda far: 0 * far + 1e308, "far out"),
+        ("goal_b", lambda b: np.nan * b, "not finite"),
+        ("runs", lambda runs: runs._replace(w=1e-300 * runs.w), "a direction of a corridor"),
+        ("runs", lambda runs: runs._replace(support=1e3 + runs.support), "a direction of"),
+        ("runs", lambda runs: runs._replace(support=1e308 + runs.support), "may overflow"),
+        ("errors", lambda _: ErrorBox(np.full((1, 4, 1, 2), np.nan)), "not finite"),
+    ],
+)
+def test_what_is_not_paid_for_is_refused(part, changed, said):
+    known, model, slack = toy()
+    broken = known._replace(**{part: changed(getattr(known, part))})
+    with pytest.raises(InputError, match=f"margins that pay for all rounding.*{said}"):
+        require_paid(broken, model, slack)
+
+
+def test_a_network_that_may_overflow_is_refused():
+    known, model, slack = toy()
+    net = model.net.replace(biases=tuple(1e308 + b for b in model.net.biases))
+    with pytest.raises(InputError, match="outputs may overflow"):
+        require_paid(known, model.replace(net=net), slack)
+
+
+def test_nothing_is_written_where_margins_do_not_pay(tmp_path, monkeypatch):
+    answer = toy_query.answer()
+    known = tables(answer)
+    tiny = known._replace(goal_A=1e-300 * known.goal_A)
+    monkeypatch.setattr("parc_jax.onboard.header.tables", lambda answer: tiny)
+    with pytest.raises(InputError, match="margins that pay"):
+        pj.write_c(answer, tmp_path / "toy.h")
+    assert not (tmp_path / "toy.h").exists()
+
+
+def test_the_tables_leave_that_room():
+    """Rows and supports of the tables are the exact ones less at least half of the slack: of a box
+    and a disc, and of a goal that the tube shrinks.
+    """
+    answer = toy_query.answer()
+    known, model, slack = toy()
+    room = Fraction(slack) / 2
+    problem = answer.problem
+    at_end = model.tube.final_errors.half
+    for a, b in zip(problem.goal.A, problem.goal.b, strict=True):
+        row = int(np.flatnonzero((known.goal_A == a).all(axis=1))[0])
+        for bin_, half in enumerate(at_end):
+            lost = _dot(abs(a), half)
+            assert Fraction(known.goal_b[bin_, row]) <= Fraction(b) - lost - room * _dot(abs(a), 1)
+    for a, b in zip(problem.start.A, problem.start.b, strict=True):
+        row = int(np.flatnonzero((known.start_A == a).all(axis=1))[0])
+        assert Fraction(known.start_b[row]) <= Fraction(b) - room * _dot(abs(a), 1)
+    lo, hi, radius = [-0.5, 0.3], [0.0, 0.6], Fraction(0.1)
+    for w, support in zip(known.runs.w, known.runs.support, strict=True):
+        beyond = Fraction(support) - room * _dot(abs(w), 1) - _dot(w, np.where(w > 0, hi, lo))
+        assert beyond > 0 and beyond**2 >= radius**2 * _dot(w, w)
+
+
+def _dot(a, x) -> Fraction:
+    a, x = np.broadcast_arrays(np.asarray(a, float), np.asarray(x, float))
+    return sum((Fraction(p) * Fraction(q) for p, q in zip(a.tolist(), x.tolist(), strict=True)))
+
+
+def borders(header: Header, answer, n: int) -> np.ndarray:
+    """Pairs of plans (n, 2, n_p + n_k) that differ as little as floats can: the first one is safe,
+    as the header says, the second is not.
+    """
+    rng = np.random.default_rng(3)
+    n_p = answer.model.n_p
+    safe = answer.samples[rng.integers(0, len(answer.samples), n)]
+    other = safe + rng.normal(size=safe.shape) * rng.choice([0.0, 0.3], safe.shape)
+    domain = answer.model.domain
+    other[:, n_p:] = np.clip(other[:, n_p:], domain.lo, domain.hi)
+    found = ~header.are_safe(other[:, :n_p], other[:, n_p:])
+    safe, other = safe[found], other[found]
+    for _ in range(70):
+        middle = safe + 0.5 * (other - safe)
+        inside = header.are_safe(middle[:, :n_p], middle[:, n_p:])[:, None]
+        safe, other = np.where(inside, middle, safe), np.where(inside, other, middle)
+    return np.stack([safe, other], axis=1)
+
+
+@needs_compiler
+@pytest.mark.parametrize(
+    "flags",
+    [
+        ["-O2", "-ffp-contract=off"],
+        ["-O2", *FUSED],
+        *(
+            pytest.param([level, *more], marks=pytest.mark.slow)
+            for level in ("-O0", "-O1", "-O3")
+            for more in (["-ffp-contract=off"], FUSED)
+        ),
+    ],
+    ids=" ".join,
+)
+def test_plans_at_the_border_are_as_the_model_says_and_kept_in_exact_numbers(flags, tmp_path):
+    """What is not fused agrees bit for bit with the model of the code; whatever is called safe,
+    fused or not, keeps to a corridor in exact numbers whose thresholds are less by half of the
+    slack, and to none where they are more by all of it: these plans are at the border.
+    """
+    answer = toy_query.answer()
+    known, model, slack = toy()
+    header = Header(pj.write_c(answer, tmp_path / "toy.h"), *flags)
+    pairs = borders(header, answer, 60)
+    assert len(pairs) > 30
+    n_p = model.n_p
+    for plan, said in zip(pairs.reshape(-1, pairs.shape[2]), len(pairs) * [1, 0], strict=True):
+        p0, k = plan[:n_p], plan[n_p:]
+        assert header.are_safe(p0[None], k[None])[0] == said
+        if "-ffp-contract=off" in flags:
+            assert is_safe(known, model, p0, k) == said
+        if said:
+            assert exactly(known, model, p0, k, Fraction(slack) / 2)
+            assert not exactly(known, model, p0, k, -Fraction(slack))
