@@ -183,8 +183,9 @@ def test_what_caches_fill_later_is_no_other_code():
 
 
 def test_what_a_machine_lacks_is_no_failed_run():
-    for executor in (None, Inline()):
-        with pytest.raises(InputError, match="ModuleNotFoundError: No module named 'no_such_sim"):
+    lacks = "ModuleNotFoundError: No module named 'no_such_sim"
+    for executor, words in ((None, "simulate to find what it imports; "), (Inline(), "with ")):
+        with pytest.raises(InputError, match=words + lacks):
             runs(executor, simulate=unequipped)
 
 
