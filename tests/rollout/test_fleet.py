@@ -306,10 +306,17 @@ def test_loky_and_its_dead(alone, tmp_path):
 @pytest.mark.filterwarnings("default")  # of somebody else's shutdown
 def test_a_dask_cluster_whose_workers_are_killed_half_way(tmp_path):
     need("distributed")
+    import dask
     from distributed import Client, LocalCluster
 
-    about = {"n_workers": 2, "threads_per_worker": 1, "dashboard_address": None}
-    with LocalCluster(**about, local_directory=tmp_path) as cluster, Client(cluster) as client:
+    # after this time a local cluster closes places whose worker came back at another address
+    patient = dask.config.set({"distributed.deploy.lost-worker-timeout": "1h"})
+    about = {"n_workers": 2, "threads_per_worker": 1, "dashboard_address": ":0"}
+    with (
+        patient,
+        LocalCluster(**about, local_directory=tmp_path) as cluster,
+        Client(cluster) as client,
+    ):
         made = system(client.get_executor(), slowly, workers=2)
         ends, killed = [], set()
         for batch in stream_rollouts(made, KEY, 200, quiet=True):
