@@ -52,6 +52,13 @@ WORLD = (
         (f"{SEEN}::test_each_of_the_bounds_is_needed",),
     ),
     Fault(
+        "a_frame_drifts_without_turning",
+        "free_space.FreeSpace.drifted",
+        "moved + turned * far",
+        "moved",
+        (f"{SPACE}::test_what_drifts_is_free_wherever_it_was_truly",),
+    ),
+    Fault(
         "simplified_as_proposed",
         "free_space.shrunk",
         "if inside and not shapely.dwithin(border, simple.boundary, by):",

@@ -44,6 +44,16 @@ class FreeSpace:
         square = shapely.box(x - reach, y - reach, x + reach, y + reach)
         return replace(self, region=_areas(self.region.intersection(square)))
 
+    def drifted(self, place, moved: float, turned: float) -> "FreeSpace":
+        """What of it is free for sure after the frame that it is told in has drifted, as that of
+        odometry does: by at most moved [m] at a place (x, y) and by at most turned [rad]. What is
+        far away loses more: keep what is near (`within`). [T41e] Raises InputError.
+        """
+        middle = package("shapely", CALL).Point(_place(place))
+        moved, turned = _length("moved", moved), _length("turned", turned)
+        far = middle.hausdorff_distance(self.region) if not self.region.is_empty else 0.0
+        return replace(self, region=shrunk(self.region, moved + turned * far + TOLERANCES.outline, 0.0))
+
     def near(self, place, reach: float, tolerance: float = 0.04, most: int = 64) -> "FreeSpace":
         """The part of it around a place, with few corners: its `obstacles` go to `reach_avoid`.
 

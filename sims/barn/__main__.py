@@ -37,6 +37,8 @@ class Options:
     """A saved model of the Jackal; learned and saved there, if there is none."""
     out: Path = Path("barn/drives.jsonl")
     """A line for each episode; what stands there is not driven again."""
+    odometry: bool = False
+    """The robot knows where it is by dead reckoning alone, which drifts; else it truly knows."""
     prove: bool = False
     """Prove every commitment in exact arithmetic as well, after its episode."""
     save: bool = False
@@ -93,6 +95,7 @@ def told(one: Drive, seed: int, proved: bool | None) -> dict:
         "seconds": round(one.seconds, 2),
         "metric": round(one.metric, 4),
         "clearance": round(one.clearance, 4),
+        "drifted": one.drifted,
         "cycles": len(one.steps),
         "committed": len(new),
         "proved": proved,
@@ -121,7 +124,7 @@ def main(options: Options) -> None:
     asked = [(w, s) for w in options.worlds or numbers() for s in range(options.seeds)]
     for number, seed in tqdm([each for each in asked if each not in found], unit="episode"):
         key = jax.random.fold_in(jax.random.PRNGKey(seed), number)
-        one = drive(world(number), system, loop, key)
+        one = drive(world(number), system, loop, key, odometry=options.odometry)
         new = [step.committed for step in one.steps if step.new]
         proved = all(each.proved() for each in new) if options.prove else None
         if options.save and new:

@@ -2,6 +2,7 @@
 
 import time
 from dataclasses import dataclass, field
+from itertools import pairwise
 
 import jax
 import numpy as np
@@ -11,11 +12,14 @@ from parc_jax.base.keys import as_key
 from sims.barn.contact import distance_to_cylinders
 from sims.barn.guidance import Guidance
 from sims.barn.worlds import NEAR, TIMEOUT, World, metric
+from sims.jackal import params as c
+from sims.jackal.drift import seen_from
 from sims.jackal.driven import Driven
 from sims.lidar import lidar, shapes
 
 REACH = 1.6  # [m] half width of the square around the robot whose edges are obstacles
 KEPT = 4.0  # [m] of free space that is remembered
+NEARBY = 0.8  # [m] of it that is remembered while odometry drifts: farther away headings cost more
 WIDTH = 0.15  # [m] no obstacle is narrower: a cylinder's diameter
 AROUND = 0.12  # [m] that a person saw to be free around the robot before its start
 PATIENCE = 40  # cycles at rest without a manoeuvre that end an episode
@@ -27,7 +31,8 @@ STALLED = 10  # cycles in which the way to the goal gets no shorter: another way
 class Drive:
     """What came of an episode. reached: the goal, in time. seconds: driven. clearance: [m] least
     distance to a cylinder at any tick, not positive where it was touched. path (n, 3): true poses.
-    steps: what the loop did, cycle by cycle. plan_s, see_s, guide_s: [s] of processor time of each
+    drifted: cycles in which odometry went wrong by more than is allowed for. steps: what the
+    loop did, cycle by cycle. plan_s, see_s, guide_s: [s] of processor time of each
     cycle's step, of its free space, of its guidance.
     """
 
@@ -36,6 +41,7 @@ class Drive:
     seconds: float
     clearance: float
     path_length: float
+    drifted: int
     path: np.ndarray = field(repr=False)
     steps: list = field(repr=False)
     edges: list[int] = field(repr=False)
@@ -54,8 +60,12 @@ class Drive:
         return metric(self.reached and not self.touched, self.seconds, self.path_length)
 
 
-def drive(world: World, system, loop: pj.Loop, key, scanner=None) -> Drive:
-    """Drive from the start to the goal with a loop made for this system."""
+def drive(world: World, system, loop: pj.Loop, key, scanner=None, odometry: bool = False) -> Drive:
+    """Drive from the start to the goal with a loop made for this system.
+
+    odometry: the robot knows where it is by dead reckoning alone, which drifts. Its lidar sees from
+    where it is, so the drift matters for what it remembers: that shrinks by DRIFT every cycle.
+    """
     scanner = lidar() if scanner is None else scanner
     body, scans = jax.random.split(as_key(key))
     rng = np.random.default_rng(np.asarray(jax.random.key_data(scans)))
@@ -64,28 +74,33 @@ def drive(world: World, system, loop: pj.Loop, key, scanner=None) -> Drive:
     around = shapes(world.cylinders, world.radius)
     guide = Guidance(world.start, world.goal, NEAR)
     free = pj.free_place(_corners(robot.pose, system.size), AROUND)
-    steps, edges, plan_s, see_s, guide_s = [], [], [], [], []
+    poses, steps, edges, plan_s, see_s, guide_s = [], [], [], [], [], []
     at_rest, nearest, since = 0, np.inf, 0
     while robot.time < TIMEOUT and at_rest < PATIENCE and not world.reached(robot.pose):
         scan = scanner.scan(robot.pose, around, rng)
+        here = robot.odometry if odometry else robot.pose
+        scan = scan.taken_from(scanner.pose(here))
+        poses.append((robot.pose, here))
         begin = time.process_time()
-        free, obstacles, why = _look(scan, free, robot.pose)
+        if odometry and len(poses) > 1:
+            free = free.within(here, NEARBY).drifted(here, *c.DRIFT)
+        free, obstacles, why = _look(scan, free, here)
         saw = time.process_time()
         if not why:
-            guide.see(scan.ends[scan.returned])
+            guide.see(scan.ends[scan.returned], free)
         guide.update()
         guided = time.process_time()
         if why:
             step = loop.go_on(why)
         else:
-            step = loop.step(robot.pose, robot.measured, obstacles, guide.prefer, robot.time)
+            step = loop.step(here, robot.measured, obstacles, guide.prefer, robot.time)
         if step.new:
             robot.begin(*step.committed.k[2:])
         at_rest = 0 if step.new else at_rest + 1
-        to_go = float(guide.cost(robot.pose[:2]))
+        to_go = float(guide.cost(here[:2]))
         nearest, since = (to_go, 0) if to_go < nearest - CLOSER else (nearest, since + 1)
         if since >= STALLED or not step.new:
-            guide.give_up(robot.pose)
+            guide.give_up(here)
             nearest, since = np.inf, 0
         ended = time.process_time()
         for record, took in (
@@ -104,6 +119,7 @@ def drive(world: World, system, loop: pj.Loop, key, scanner=None) -> Drive:
         robot.time,
         float(distance.min()),
         world.path_length,
+        beyond(poses, c.DRIFT),
         robot.path,
         steps,
         edges,
@@ -130,6 +146,17 @@ def _look(scan, free: pj.FreeSpace, pose) -> tuple[pj.FreeSpace, tuple, str]:
         return free, free.near(pose, REACH).obstacles(), ""
     except pj.InputError as error:
         return free, (), str(error)
+
+
+def beyond(poses, allowed) -> int:
+    """In how many steps between pairs of a true pose and one that is told (3,) does the told one go
+    wrong by more than is allowed [m, rad]?
+    """
+    found = 0
+    for (true, told), (next_true, next_told) in pairwise(poses):
+        off = seen_from(told, next_told) - seen_from(true, next_true)
+        found += bool(np.hypot(*off[:2]) > allowed[0] or abs(off[2]) > allowed[1])
+    return found
 
 
 def _corners(pose, size) -> np.ndarray:

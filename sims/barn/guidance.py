@@ -37,8 +37,16 @@ class Guidance:
         self._goal = np.flatnonzero(np.linalg.norm(self._places - goal, axis=-1) < near)
         self._cost = np.zeros(self._shape)
 
-    def see(self, hits: np.ndarray) -> None:
-        """Something stands at hits (n, 2) [m]."""
+    def see(self, hits: np.ndarray, free=None) -> None:
+        """Something stands at hits (n, 2) [m], and nothing in the places (FreeSpace) that are free:
+        what stood there has been told wrongly, by odometry for one.
+        """
+        if free is not None:
+            from shapely import contains_xy
+
+            held = np.argwhere(self._occupied)
+            x, y = (self._lo + CELL * held).T
+            self._occupied[tuple(held[contains_xy(free.region, x, y)].T)] = False
         cells = np.round((hits - self._lo) / CELL).astype(int)
         cells = cells[((cells >= 0) & (cells < self._shape)).all(axis=1)]
         self._occupied[cells[:, 0], cells[:, 1]] = True

@@ -37,7 +37,7 @@ class Driven:
         self._sensors = draws.sensors[0]
         self._bias = c.GYRO_BIAS * self._sensors.uniform(-1.0, 1.0)
         self._command, self._left = np.zeros(2), 0
-        self._odometry = pose.copy()
+        self._odometry, self._wheels = pose.copy(), 0.0
         self._path = [pose.copy()]
         self._measure()
 
@@ -65,7 +65,9 @@ class Driven:
 
     @property
     def odometry(self) -> np.ndarray:
-        """(3,) where it is as far as wheels and gyro know: dead reckoning from the first pose."""
+        """(3,) where it is as far as wheels and gyro know: dead reckoning from the first pose, less
+        the slip that is usual. `sims.jackal.drift` says how far it is off.
+        """
         return self._odometry.copy()
 
     @property
@@ -118,14 +120,15 @@ class Driven:
 
     def _reckon(self) -> None:
         """One tick of dead reckoning: way from the wheels, turning from the gyro."""
-        forward = c.WHEEL_RADIUS * self._robots.encoders[0].mean()
+        before, self._wheels = self._wheels, c.WHEEL_RADIUS * self._robots.encoders[0].mean()
         noise = c.GYRO_NOISE * self._sensors.standard_normal()
         turn = c.TICK * (self.speeds[2] + self._bias + noise)
         x, y, heading = self._odometry
-        middle = heading + 0.5 * turn
-        way = c.TICK * forward
+        cos, sin = np.cos(heading + 0.5 * turn), np.sin(heading + 0.5 * turn)
+        ahead = c.TICK * self._wheels - c.SLIP_ALONG * (self._wheels - before)
+        left = -c.SLIP_OUTWARDS * self._wheels * turn
         self._odometry = np.array(
-            [x + way * np.cos(middle), y + way * np.sin(middle), heading + turn]
+            [x + cos * ahead - sin * left, y + sin * ahead + cos * left, heading + turn]
         )
 
 

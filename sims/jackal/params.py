@@ -42,3 +42,9 @@ TWIN_DRIFT = 0.11  # [s] sideways speed, outwards, per m/s of speed and rad/s of
 SENSED = (0.02, 0.02)  # [m/s], [rad/s] measured speeds are off by at most
 GYRO_BIAS = 0.005  # [rad/s] at most, for an episode: the drift of the simulated sensor
 GYRO_NOISE = 0.005  # [rad/s], standard deviation of a tick
+
+# Dead reckoning, calibrated on random drives (`python -m sims.jackal.drift`): tyres slip by as much
+# as they pull, along by the change of speed, outwards by what holds the robot in its turn
+SLIP_ALONG = 0.039  # [m] per m/s of change
+SLIP_OUTWARDS = 0.072  # [m/s] per m/s of speed and rad/s of turning
+DRIFT = (0.03, 0.013)  # [m], [rad] that a cycle of MOVING is allowed to add to its error

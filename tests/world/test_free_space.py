@@ -148,6 +148,23 @@ def test_a_hole_is_free_where_no_obstacle_has_room():
     assert unsure.region.symmetric_difference(holed).area < 1e-9
 
 
+def test_what_drifts_is_free_wherever_it_was_truly(drives):
+    """Every point that is left lies in the region, however its frame has turned and moved."""
+    free = drives[0][1][-1]
+    place, moved, turned = np.array([0.3, -0.2]), 0.03, 0.05
+    left = free.within(place, 1.5).drifted(place, moved, turned)
+    corners = shapely.get_coordinates(left.region)
+    assert 0.3 * free.within(place, 1.5).region.area < left.region.area
+    for angle in (-turned, 0.0, turned):
+        cos, sin = np.cos(angle), np.sin(angle)
+        turn = np.array([[cos, -sin], [sin, cos]])
+        for side in np.linspace(0, 2 * np.pi, 8, endpoint=False):
+            shift = moved * np.array([np.cos(side), np.sin(side)])
+            there = place + (corners - place) @ turn.T + shift
+            assert shapely.contains_xy(free.region, there).all()
+    assert free.within(place, 1.5).drifted(place, 9.0, 0.0).region.is_empty
+
+
 def test_holds_is_about_the_whole_body_in_one_part():
     free = FreeSpace(shapely.box(-1, -1, 1, 1).difference(shapely.box(0.3, -1, 0.31, 1)))
     assert free.holds(BODY) and free.holds(BODY, 0.08)
@@ -180,6 +197,7 @@ def test_a_body_in_doubt_keeps_its_own_place(drives):
 @pytest.mark.parametrize(
     ("call", "sentence"),
     [
+        (lambda free: free.drifted((0, 0), -0.1, 0.0), "expected a moved >= 0 m; got -0.1"),
         (lambda free: free.near((5, 5), 1.0), "expected a place with free space"),
         (lambda free: free.near((np.nan, 0), 1.0), "place"),
         (lambda free: free.near((0, 1e6), 1.0), "up to 100000 m; got 1e.06. Subtract an origin"),

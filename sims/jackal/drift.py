@@ -1,0 +1,77 @@
+"""How far dead reckoning goes wrong in one cycle of a loop: `python -m sims.jackal.drift`.
+
+Robots drive chains of random manoeuvres. Of each cycle the motion that odometry tells is compared
+with the true one, both in the frame of its start.
+"""
+
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass
+
+import numpy as np
+
+from parc_jax.base.keys import generator
+from sims.jackal import params as c
+from sims.jackal.driven import Driven
+from sims.jackal.system import Jackal, system
+
+
+def cycles_of(robot: Jackal, key, options: "Options") -> np.ndarray:
+    """(cycles, 3) of one chain, what each adds to the error: ahead, to the left [m], heading."""
+    draws = generator(key)
+    driven = Driven(robot, (0.0, 0.0, 0.0), key)
+    lo, hi = np.asarray(robot.domain.lo)[2:], np.asarray(robot.domain.hi)[2:]
+    rows = []
+    for _ in range(options.cycles):
+        pose, told = driven.pose, driven.odometry
+        if draws.uniform() > options.stops:
+            driven.begin(*draws.uniform(lo, hi))
+        driven.drive(robot.moving)
+        rows.append(seen_from(told, driven.odometry) - seen_from(pose, driven.pose))
+    return np.array(rows)
+
+
+def seen_from(pose, other) -> np.ndarray:
+    """A pose (3,) in the frame of another."""
+    cos, sin = np.cos(pose[2]), np.sin(pose[2])
+    x, y, turn = other - pose
+    return np.array([cos * x + sin * y, cos * y - sin * x, turn])
+
+
+@dataclass
+class Options:
+    """What to drive."""
+
+    n: int = 1000
+    """Chains."""
+    cycles: int = 20
+    """Manoeuvres of each, driven as long as their command is held."""
+    stops: float = 0.2
+    """Share of cycles in which no new manoeuvre begins."""
+    seed: int = 0
+    threads: int = 2
+
+
+def main(argv: list[str] | None = None) -> None:
+    """Command line."""
+    import jax
+    import tyro
+
+    options = tyro.cli(Options, args=argv, prog="python -m sims.jackal.drift")
+    robot = system(threads=1)
+    keys = np.asarray(jax.random.split(jax.random.PRNGKey(options.seed), options.n))
+    with ThreadPoolExecutor(options.threads) as pool:
+        rows = np.concatenate(list(pool.map(lambda key: cycles_of(robot, key, options), keys)))
+    print(f"{len(rows)} cycles of {c.MOVING:g} s")
+    found = np.hypot(*rows[:, :2].T), np.abs(rows[:, 2])
+    for name, unit, off, bound in zip(
+        ("place", "heading"), ("m", "rad"), found, c.DRIFT, strict=True
+    ):
+        median, rare, most = np.quantile(off, [0.5, 0.99, 1.0])
+        print(
+            f"{name}: off by {median:.4f} {unit} in the median, {rare:.4f} at 99 %, {most:.4f} at "
+            f"most; {(off > bound).sum()} cycles beyond the {bound:g} {unit} that are allowed for"
+        )
+
+
+if __name__ == "__main__":
+    main()
