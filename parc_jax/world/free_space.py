@@ -51,8 +51,11 @@ class FreeSpace:
         """
         middle = package("shapely", CALL).Point(_place(place))
         moved, turned = _length("moved", moved), _length("turned", turned)
-        far = middle.hausdorff_distance(self.region) if not self.region.is_empty else 0.0
-        return replace(self, region=shrunk(self.region, moved + turned * far + TOLERANCES.outline, 0.0))
+        if self.region.is_empty:
+            return self
+        far = middle.hausdorff_distance(self.region)
+        by = moved + turned * far + TOLERANCES.outline
+        return replace(self, region=shrunk(self.region, by, 0.0))
 
     def near(self, place, reach: float, tolerance: float = 0.04, most: int = 64) -> "FreeSpace":
         """The part of it around a place, with few corners: its `obstacles` go to `reach_avoid`.

@@ -16,7 +16,7 @@ import sims
 from parc_jax.errors import InputError
 from parc_jax.rollout.invariance import rotation_gap
 from parc_jax.rollout.law import law_of
-from sims.jackal import Driven, params, problem
+from sims.jackal import Driven, drift, params, problem
 from sims.jackal.before import before, running
 from sims.jackal.chained import Chain, chained
 from sims.jackal.floor import Law, Travel, draw
@@ -273,6 +273,18 @@ def test_odometry_drifts_and_says_how_much(system):
         robot.drive(1.2)
     off = [np.linalg.norm((r.odometry - r.pose)[:2]) for r in (sure, unsure)]
     assert off[0] < 0.02 and 1e-4 < off[1] < 0.1
+
+
+def test_a_cycle_adds_little_to_what_dead_reckoning_is_off_by(system, monkeypatch):
+    """Less than half of what it adds where the slip that is usual is not taken off."""
+    asked = drift.Options(cycles=15)
+    calibrated, raw = [], []
+    for slip, rows in ((params.SLIP_ALONG, calibrated), (0.0, raw)):
+        monkeypatch.setattr(params, "SLIP_ALONG", slip)
+        rows += [drift.cycles_of(system, key, asked) for key in np.asarray(KEYS[:3])]
+    off, more = (np.hypot(*np.concatenate(rows)[:, :2].T) for rows in (calibrated, raw))
+    assert np.median(off) < 0.5 * np.median(more)
+    assert (off <= params.DRIFT[0]).mean() > 0.9
 
 
 def test_encoders_do_not_see_slip():
