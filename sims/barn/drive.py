@@ -13,7 +13,7 @@ from sims.barn.contact import distance_to_cylinders
 from sims.barn.guidance import Guidance
 from sims.barn.worlds import NEAR, TIMEOUT, World, metric
 from sims.jackal import params as c
-from sims.jackal.drift import seen_from
+from sims.jackal.drift import relative
 from sims.jackal.driven import Driven
 from sims.lidar import lidar, shapes
 
@@ -154,7 +154,7 @@ def beyond(poses, allowed) -> int:
     """
     found = 0
     for (true, told), (next_true, next_told) in pairwise(poses):
-        off = seen_from(told, next_told) - seen_from(true, next_true)
+        off = relative(told, next_told) - relative(true, next_true)
         found += bool(np.hypot(*off[:2]) > allowed[0] or abs(off[2]) > allowed[1])
     return found
 

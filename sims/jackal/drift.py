@@ -26,11 +26,11 @@ def cycles_of(robot: Jackal, key, options: "Options") -> np.ndarray:
         if draws.uniform() > options.stops:
             driven.begin(*draws.uniform(lo, hi))
         driven.drive(robot.moving)
-        rows.append(seen_from(told, driven.odometry) - seen_from(pose, driven.pose))
+        rows.append(relative(told, driven.odometry) - relative(pose, driven.pose))
     return np.array(rows)
 
 
-def seen_from(pose, other) -> np.ndarray:
+def relative(pose, other) -> np.ndarray:
     """A pose (3,) in the frame of another."""
     cos, sin = np.cos(pose[2]), np.sin(pose[2])
     x, y, turn = other - pose
