@@ -78,8 +78,10 @@ def drive(world: World, system, loop: pj.Loop, key, scanner=None, odometry: bool
     at_rest, nearest, since = 0, np.inf, 0
     while robot.time < TIMEOUT and at_rest < PATIENCE and not world.reached(robot.pose):
         scan = scanner.scan(robot.pose, around, rng)
-        here = robot.odometry if odometry else robot.pose
-        scan = scan.taken_from(scanner.pose(here))
+        here = robot.pose
+        if odometry:
+            here = robot.odometry
+            scan = scan.taken_from(scanner.pose(here))
         poses.append((robot.pose, here))
         begin = time.process_time()
         if odometry and len(poses) > 1:
