@@ -56,7 +56,7 @@ def test_where_nothing_was_found_other_ways_become_shorter():
 
 
 def test_candidates_are_within_k_and_some_turn_on_the_spot():
-    from sims.barn.__main__ import candidates
+    from sims.barn.driver import candidates
 
     domain = sims.load("jackal").domain
     found = candidates(domain)

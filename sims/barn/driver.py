@@ -1,0 +1,104 @@
+"""A Jackal with its loop, made once in each process: it drives worlds, an episode a call."""
+
+from dataclasses import dataclass
+from functools import cached_property
+from pathlib import Path
+
+import numpy as np
+from scipy.stats import qmc
+
+import parc_jax as pj
+import sims
+from sims.barn.drive import Drive, drive
+from sims.barn.worlds import World, numbers, world
+from sims.rectangle import centre_and_corners, rectangle
+
+SPEED, TURNING = 1.6, 1.0  # [m/s], [rad/s] at most: beyond, tyres slip now and then, and tubes pay
+SLOW = 1.7  # power of the share of the speed: more candidates are slow than fast
+TURNS_ON_THE_SPOT = 101
+
+
+def robot():
+    """The Jackal as it is driven here."""
+    return sims.load("jackal", speed=SPEED, turning=TURNING, threads=1)
+
+
+def any_world(seed) -> World:
+    """The law of episodes: each of the 200 worlds alike."""
+    return world(int(np.random.default_rng(seed).choice(numbers())))
+
+
+@dataclass(frozen=True)
+class Driver:
+    """Drives a world with the randomness of a seed, (2,) words; returns a `parc_jax.Outcome`.
+
+    model: file of the Jackal's model. odometry: as of `drive`. deadline: [s] of the clock for a
+    step. prove: every commitment in exact arithmetic, after the episode. save: folder for a file of
+    every episode, which `parc-jax check` verifies.
+    """
+
+    model: Path
+    odometry: bool = False
+    deadline: float = 10.0
+    prove: bool = False
+    save: Path | None = None
+
+    @cached_property
+    def _loop(self) -> pj.Loop:
+        model = pj.load(self.model)
+        return pj.Loop(
+            model,
+            rectangle(),
+            leave=robot().moving,
+            given=(0, 1),  # speed and turning at the start
+            candidates=candidates(model.domain),
+            effort=pj.Effort(judged=512, room=0.05, deadline=self.deadline),
+        )
+
+    def __call__(self, world: World, seed) -> pj.Outcome:
+        system = robot()
+        key = np.asarray(seed, np.uint32)
+        one = drive(world, system, self._loop, key, odometry=self.odometry)
+        new = [step.committed for step in one.steps if step.new]
+        points = centre_and_corners(one.path[:, :2], one.path[:, 2], *system.size)
+        left = pj.left_tube(new, points, one.path[:, 2])
+        told = told_of(one) | {"left": left}
+        if self.prove:
+            told["proved"] = all(each.proved() for each in new)
+        if self.save is not None and new:
+            number = f"{world.number}_{'_'.join(map(str, seed))}"
+            pj.save_episode(self.save / f"world_{number}.json", new)
+        return pj.Outcome(one.touched, left or one.drifted > 0, told)
+
+
+def candidates(domain: pj.Box) -> np.ndarray:
+    """Commands (b, 2) within K: speed [m/s] and turning [rad/s]."""
+    share = qmc.Sobol(2, seed=0).random_base2(10)
+    share[:, 0] **= SLOW
+    lo, hi = domain.lo[2:], domain.hi[2:]
+    on_the_spot = np.linspace(lo[1], hi[1], TURNS_ON_THE_SPOT)
+    on_the_spot = np.stack([np.full(TURNS_ON_THE_SPOT, lo[0]), on_the_spot], axis=1)
+    return np.concatenate([lo + (hi - lo) * share, on_the_spot])
+
+
+def told_of(one: Drive) -> dict:
+    """What is kept of an episode: times in milliseconds of processor time."""
+
+    def quantiles(seconds):
+        return [round(1e3 * float(q), 2) for q in np.quantile(seconds, [0.5, 0.95, 1.0])]
+
+    return {
+        "world": one.world,
+        "reached": one.reached,
+        "touched": one.touched,
+        "seconds": round(one.seconds, 2),
+        "metric": round(one.metric, 4),
+        "clearance": round(one.clearance, 4),
+        "drifted": one.drifted,
+        "cycles": len(one.steps),
+        "committed": sum(step.new for step in one.steps),
+        "edges": [round(float(np.mean(one.edges)), 1), max(one.edges)],
+        "plan_ms": quantiles(one.plan_s),
+        "see_ms": quantiles(one.see_s),
+        "guide_ms": quantiles(one.guide_s),
+    }
