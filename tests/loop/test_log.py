@@ -4,6 +4,7 @@ import json
 import math
 from fractions import Fraction
 
+import numpy as np
 import pytest
 from episodes import driven
 
@@ -101,6 +102,22 @@ def test_a_robot_that_rested_in_between_is_where_it_rested():
         check(file)  # it moved on, and rests elsewhere
 
 
+@pytest.mark.parametrize("turned", [False, True])
+def test_odometry_may_be_off_by_the_drift_that_is_declared(turned):
+    """The robot moved on; told to be where it was, it is as far off as it drove."""
+    done = driven(turned, 2)
+    off = float(np.linalg.norm(done[1].asked.pose.place - done[0].asked.pose.place))
+
+    def told_to_stand(drift):
+        file = json.loads(json.dumps(episode_part(done, drift=drift)))
+        file["manoeuvres"][1] = file["manoeuvres"][0] | {"begin": file["manoeuvres"][1]["begin"]}
+        return file
+
+    assert check(told_to_stand(off)).manoeuvres == 2
+    with pytest.raises(checker.Rejected, match="outside of the tube"):
+        check(told_to_stand(0.5 * off))
+
+
 @pytest.mark.parametrize("angle", [0.0, 1e-9, 0.7, -3.2, 6.3, 7.99])
 def test_cosine_and_sine_are_enclosed(angle):
     cosine, sine = cosine_and_sine(Fraction(angle))
@@ -112,5 +129,7 @@ def test_cosine_and_sine_are_enclosed(angle):
 def test_what_is_no_episode_is_refused():
     with pytest.raises(InputError, match="at least one commitment"):
         episode_part([])
+    with pytest.raises(InputError, match="drift >= 0 m; got -1"):
+        episode_part(driven(False, 1), drift=-1)
     with pytest.raises(InputError, match="of one loop"):
         episode_part([*driven(False, 1), *driven(True, 1)])
