@@ -74,7 +74,7 @@ def drive(world: World, system, loop: pj.Loop, key, scanner=None, odometry: bool
     around = shapes(world.cylinders, world.radius)
     guide = Guidance(world.start, world.goal, NEAR)
     free = pj.free_place(_corners(robot.pose, system.size), AROUND)
-    poses, steps, edges, plan_s, see_s, guide_s = [], [], [], [], [], []
+    poses, allowed, steps, edges, plan_s, see_s, guide_s = [], [], [], [], [], [], []
     at_rest, nearest, since = 0, np.inf, 0
     while robot.time < TIMEOUT and at_rest < PATIENCE and not world.reached(robot.pose):
         scan = scanner.scan(robot.pose, around, rng)
@@ -84,8 +84,11 @@ def drive(world: World, system, loop: pj.Loop, key, scanner=None, odometry: bool
             scan = scan.taken_from(scanner.pose(here))
         poses.append((robot.pose, here))
         begin = time.process_time()
-        if odometry and len(poses) > 1:
-            free = free.within(here, NEARBY).drifted(here, *c.DRIFT)
+        if odometry and steps:
+            allowed.append(
+                c.DRIFT_AT_REST if rested(steps[-1], robot.time - system.moving) else c.DRIFT
+            )
+            free = free.within(here, NEARBY).drifted(here, *allowed[-1])
         free, obstacles, why = _look(scan, free, here)
         saw = time.process_time()
         if not why:
@@ -121,7 +124,7 @@ def drive(world: World, system, loop: pj.Loop, key, scanner=None, odometry: bool
         robot.time,
         float(distance.min()),
         world.path_length,
-        beyond(poses, c.DRIFT),
+        beyond(poses, allowed),
         robot.path,
         steps,
         edges,
@@ -152,13 +155,18 @@ def _look(scan, free: pj.FreeSpace, pose) -> tuple[pj.FreeSpace, tuple, str]:
 
 def beyond(poses, allowed) -> int:
     """In how many steps between pairs of a true pose and one that is told (3,) does the told one go
-    wrong by more than is allowed [m, rad]?
+    wrong by more than is allowed for it ([m], [rad])? Without any that is allowed, they are one.
     """
     found = 0
-    for (true, told), (next_true, next_told) in pairwise(poses):
+    for ((true, told), (next_true, next_told)), most in zip(pairwise(poses), allowed, strict=False):
         off = relative(told, next_told) - relative(true, next_true)
-        found += bool(np.hypot(*off[:2]) > allowed[0] or abs(off[2]) > allowed[1])
+        found += bool(np.hypot(*off[:2]) > most[0] or abs(off[2]) > most[1])
     return found
+
+
+def rested(step, since: float) -> bool:
+    """Has the robot been at rest since a time [s], by what it had committed to?"""
+    return step.committed is None or since >= step.committed.end
 
 
 def _corners(pose, size) -> np.ndarray:

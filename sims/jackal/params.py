@@ -48,3 +48,4 @@ GYRO_NOISE = 0.005  # [rad/s], standard deviation of a tick
 SLIP_ALONG = 0.039  # [m] per m/s of change
 SLIP_OUTWARDS = 0.072  # [m/s] per m/s of speed and rad/s of turning
 DRIFT = (0.03, 0.013)  # [m], [rad] that a cycle of MOVING is allowed to add to its error
+DRIFT_AT_REST = (0.001, 0.003)  # [m], [rad]: all but the gyro stands still
