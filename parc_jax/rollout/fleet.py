@@ -17,6 +17,7 @@ from concurrent.futures import (
 )
 from dataclasses import dataclass
 from typing import NamedTuple
+from uuid import uuid4
 
 from parc_jax.errors import InputError
 from parc_jax.rollout.python_worker import Call, OtherCode, code_of, run_sent
@@ -71,7 +72,7 @@ class Fleet:
 
         def send(places) -> Sent:
             of_part = [seeds[i] for i in places], [arguments[i] for i in places]
-            return self._sent(run_sent, code, function, *of_part, *shapes)
+            return self._sent(run_sent, uuid4().hex, code, function, *of_part, *shapes)
 
         found = self._together(send, len(seeds))
         with self._one_by_one:

@@ -61,10 +61,11 @@ def run_many(simulate, seeds, arguments, shape_p: tuple, shape_q: tuple) -> list
 
 
 def run_sent(
-    code: str, simulate, seeds, arguments, shape_p: tuple, shape_q: tuple
+    sending: str, code: str, simulate, seeds, arguments, shape_p: tuple, shape_q: tuple
 ) -> list[Call] | OtherCode:
-    """The same for a process that may hold another program than the one that sent it this. code:
-    `code_of` the function there.
+    """The same for a process that may hold another program than the one that sent it this.
+    sending: a word of its own, since dask takes equal calls for one. code: `code_of` the function
+    there.
     """
     if code not in _HELD:
         _HELD[code] = code_of(simulate)  # before its first run, which may fill caches of its own
