@@ -9,8 +9,14 @@ import pytest
 
 ROOT = Path(__file__).resolve().parent
 FILES = sorted(ROOT.rglob("*.py"))
-# prints times that nothing is asserted of; waits between two questions to a browser
-MAY_READ_IT = {"pwa/test_speed.py", "helpers/driven_browser.py"}
+# prints times that nothing is asserted of; waits between two questions to a browser; a world that
+# ends when no robot comes; runs with time to be killed in
+MAY_READ_IT = {
+    "pwa/test_speed.py",
+    "helpers/driven_browser.py",
+    "helpers/ros_world.py",
+    "helpers/walkers.py",
+}
 PATIENT = 300  # [s] many times what any query of the tests takes
 
 

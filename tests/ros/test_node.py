@@ -51,7 +51,7 @@ def test_the_node_drives_a_small_world_and_the_checker_proves_it(graph, tmp_path
         done = subprocess.run(world, env=graph, cwd=tmp_path, capture_output=True, text=True)
     finally:
         pilot.send_signal(signal.SIGINT)
-        complained = pilot.communicate(timeout=120)[1]
+        complained = pilot.communicate()[1]
     assert done.returncode == 0, (done.stderr, complained)
     assert pilot.returncode == 0, complained
     seen = json.loads((tmp_path / "seen.json").read_text())
@@ -78,6 +78,6 @@ def test_the_node_drives_a_small_world_and_the_checker_proves_it(graph, tmp_path
 def test_bad_parameters_end_in_one_sentence(graph, tmp_path, asked, words):
     told(sliding.model(), given=(0, 1)).save(tmp_path / "model.npz")
     pilot = node(graph, tmp_path, *asked)
-    complained = pilot.communicate(timeout=300)[1]
+    complained = pilot.communicate()[1]
     ours = [line for line in complained.splitlines() if line.startswith("parc_jax.ros: ")]
     assert pilot.returncode == 2 and len(ours) == 1 and words in ours[0], complained
