@@ -16,7 +16,7 @@ def export(
     mcap: Path | None = None,
     sample: int = 0,
     map: Path | None = None,
-    frame: str = "map",
+    frame_id: str = "map",
     shell: Annotated[Shell, Offer("cli.shell.Shell", only=("quiet",))],
 ) -> int:
     """Write an answer as a C99 header without dependencies, with is_safe(p0, k) and
@@ -33,7 +33,7 @@ def export(
         mcap: The MCAP file to write: path, tf, body, tube, obstacles, goal, statement.
         sample: Number of the sample that is driven there, from 0.
         map: A map_server YAML file, which is written there too.
-        frame: The frame that the world is told in there.
+        frame_id: The frame that the world is told in there.
     """
     from parc_jax.cli.places import require_place
     from parc_jax.errors import InputError
@@ -50,7 +50,7 @@ def export(
         from parc_jax.world.map_file import load_map
 
         grid = None if map is None else load_map(map)
-        written.append(write_mcap(mcap, answer, plan=sample, grid=grid, frame=frame))
+        written.append(write_mcap(mcap, answer, plan=sample, grid=grid, frame=frame_id))
     if c is not None:
         written.append(write_c(load_answer(answer), c, name))
     if not shell.quiet:

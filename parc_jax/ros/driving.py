@@ -17,37 +17,37 @@ class Driving(Options):
     frame: str = "map"
     """The frame that everything is told in: pose, map, goal."""
     reach: float = 3.0
-    """[m] half width of the square around the robot in which it looks for ways."""
+    """Half width [m] of the square around the robot in which it looks for ways."""
     arrived: float = 0.3
-    """[m] from the goal at which nothing more is asked for."""
+    """Distance [m] from the goal at which nothing more is asked for."""
     sensor: tuple[float, float, float] | None = None
     """Where the lidar is on the robot, x, y [m] and heading [rad]: obstacles come from its scans.
     Default: they come from the map."""
     noise: float = 0.03
-    """[m] bound of the error of a range."""
+    """Most [m] that a range is off."""
     width: float = 0.1
-    """[m] no obstacle is narrower."""
+    """No obstacle is narrower than this [m]."""
     margin: float = 0.0
-    """[m] around the robot that a person has looked at before its start, for scans: without it
+    """How far [m] around the robot a person has looked before its start, for scans: without it
     nothing is known to be free where it stands, and it stays."""
     doubt_start: float = 0.0
-    """[m] by which a pose may be wrong, along each axis: localisation, and the way that the robot
-    goes from when it was measured to when the manoeuvre begins."""
+    """Metres by which a pose may be wrong, along each axis: localisation, and the way that the
+    robot goes from when it was measured to when the manoeuvre begins."""
     doubt_heading: float = 0.0
-    """[rad] by which a heading may be wrong, for the same reasons."""
+    """Radians by which a heading may be wrong, for the same reasons."""
     given: tuple[str, ...] = ()
     """Where in the messages of poses the model's given parameters are, such as
     twist.twist.linear.x."""
     deadline: float = 0.1
     """Seconds of the clock for a step."""
     room: float = 0.1
-    """[m] of clearance that is liked."""
+    """Clearance [m] that is liked."""
 
     def __post_init__(self) -> None:
         super().__post_init__()
         least = {"reach": 0.1, "deadline": 1e-3, "width": 1e-3}
         sizes = ("reach", "arrived", "noise", "width", "margin", "doubt_start", "doubt_heading")
         for name in (*sizes, "deadline", "room"):
-            value, bound = getattr(self, name), least.get(name, 0.0)
-            if not (np.isfinite(value) and value >= bound):
-                raise InputError(f"{name}: expected {bound:g} or more; got {value!r:.40}.")
+            value, lowest = getattr(self, name), least.get(name, 0.0)
+            if not (np.isfinite(value) and value >= lowest):
+                raise InputError(f"{name}: expected {lowest:g} or more; got {value!r:.40}.")

@@ -63,13 +63,13 @@ def main(argv: list[str] | None = None) -> None:
         rows = np.concatenate(list(pool.map(lambda key: cycles_of(robot, key, options), keys)))
     print(f"{len(rows)} cycles of {c.MOVING:g} s")
     found = np.hypot(*rows[:, :2].T), np.abs(rows[:, 2])
-    for name, unit, off, bound in zip(
+    for name, unit, off, paid in zip(
         ("place", "heading"), ("m", "rad"), found, c.DRIFT, strict=True
     ):
         median, rare, most = np.quantile(off, [0.5, 0.99, 1.0])
         print(
             f"{name}: off by {median:.4f} {unit} in the median, {rare:.4f} at 99 %, {most:.4f} at "
-            f"most; {(off > bound).sum()} cycles beyond the {bound:g} {unit} that are allowed for"
+            f"most; {(off > paid).sum()} cycles beyond the {paid:g} {unit} that are allowed for"
         )
 
 
