@@ -12,12 +12,12 @@ from parc_jax.base.keys import as_key
 from sims.barn.contact import distance_to_cylinders
 from sims.barn.guidance import Guidance
 from sims.barn.worlds import NEAR, TIMEOUT, World, metric
-from sims.jackal import params as c
-from sims.jackal.drift import relative
+from sims.jackal import drift
 from sims.jackal.driven import Driven
 from sims.lidar import lidar, shapes
 
-REACH = 1.6  # [m] half width of the square around the robot whose edges are obstacles
+REACH = 1.3  # [m] half width of the square around the robot whose edges are obstacles
+TIGHT, EDGES = 0.02, 100  # [m] that these may be nearer than they are, and how many there may be
 KEPT = 4.0  # [m] of free space that is remembered
 NEARBY = 0.8  # [m] of it that is remembered while odometry drifts: farther away headings cost more
 WIDTH = 0.15  # [m] no obstacle is narrower: a cylinder's diameter
@@ -64,7 +64,7 @@ def drive(world: World, system, loop: pj.Loop, key, scanner=None, odometry: bool
     """Drive from the start to the goal with a loop made for this system.
 
     odometry: the robot knows where it is by dead reckoning alone, which drifts. Its lidar sees from
-    where it is, so the drift matters for what it remembers: that shrinks by DRIFT every cycle.
+    where it is, so the drift matters for what it remembers: that shrinks every cycle.
     """
     scanner = lidar() if scanner is None else scanner
     body, scans = jax.random.split(as_key(key))
@@ -75,7 +75,7 @@ def drive(world: World, system, loop: pj.Loop, key, scanner=None, odometry: bool
     guide = Guidance(world.start, world.goal, NEAR)
     free = pj.free_place(_corners(robot.pose, system.size), AROUND)
     poses, allowed, steps, edges, plan_s, see_s, guide_s = [], [], [], [], [], [], []
-    at_rest, nearest, since = 0, np.inf, 0
+    at_rest, nearest, since, before = 0, np.inf, 0, robot.measured
     while robot.time < TIMEOUT and at_rest < PATIENCE and not world.reached(robot.pose):
         scan = scanner.scan(robot.pose, around, rng)
         here = robot.pose
@@ -85,10 +85,9 @@ def drive(world: World, system, loop: pj.Loop, key, scanner=None, odometry: bool
         poses.append((robot.pose, here))
         begin = time.process_time()
         if odometry and steps:
-            allowed.append(
-                c.DRIFT_AT_REST if rested(steps[-1], robot.time - system.moving) else c.DRIFT
-            )
+            allowed.append(drift.allowed(before, robot.measured))
             free = free.within(here, NEARBY).drifted(here, *allowed[-1])
+            free = free.add(pj.free_place(_corners(here, system.size)))
         free, obstacles, why = _look(scan, free, here)
         saw = time.process_time()
         if not why:
@@ -116,6 +115,7 @@ def drive(world: World, system, loop: pj.Loop, key, scanner=None, odometry: bool
             record.append(took)
         steps.append(step)
         edges.append(len(obstacles))
+        before = robot.measured
         robot.drive(system.moving)
     distance = distance_to_cylinders(robot.path, system.size, world.cylinders, world.radius)
     return Drive(
@@ -148,7 +148,7 @@ def _look(scan, free: pj.FreeSpace, pose) -> tuple[pj.FreeSpace, tuple, str]:
             width=WIDTH,
         )
         free = seen.within(pose, KEPT).add(free.within(pose, KEPT))
-        return free, free.near(pose, REACH).obstacles(), ""
+        return free, free.near(pose, REACH, TIGHT, EDGES).obstacles(), ""
     except pj.InputError as error:
         return free, (), str(error)
 
@@ -159,14 +159,9 @@ def beyond(poses, allowed) -> int:
     """
     found = 0
     for ((true, told), (next_true, next_told)), most in zip(pairwise(poses), allowed, strict=False):
-        off = relative(told, next_told) - relative(true, next_true)
+        off = drift.relative(told, next_told) - drift.relative(true, next_true)
         found += bool(np.hypot(*off[:2]) > most[0] or abs(off[2]) > most[1])
     return found
-
-
-def rested(step, since: float) -> bool:
-    """Has the robot been at rest since a time [s], by what it had committed to?"""
-    return step.committed is None or since >= step.committed.end
 
 
 def _corners(pose, size) -> np.ndarray:

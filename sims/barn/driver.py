@@ -11,7 +11,7 @@ import parc_jax as pj
 import sims
 from sims.barn.drive import Drive, drive
 from sims.barn.worlds import World, numbers, world
-from sims.jackal import params
+from sims.jackal.drift import allowed
 from sims.rectangle import centre_and_corners, rectangle
 
 SPEED, TURNING = 1.6, 1.0  # [m/s], [rad/s] at most: beyond, tyres slip now and then, and tubes pay
@@ -68,7 +68,7 @@ class Driver:
             told["proved"] = all(each.proved() for each in new)
         if self.save is not None and new:
             number = f"{world.number}_{'_'.join(map(str, seed))}"
-            drift = params.DRIFT[0] if self.odometry else 0.0
+            drift = allowed((SPEED, 0.0), (SPEED, 0.0))[0] if self.odometry else 0.0
             pj.save_episode(self.save / f"world_{number}.json", new, drift=drift)
         return pj.Outcome(one.touched, left or one.drifted > 0, told)
 

@@ -47,5 +47,7 @@ GYRO_NOISE = 0.005  # [rad/s], standard deviation of a tick
 # as they pull, along by the change of speed, outwards by what holds the robot in its turn
 SLIP_ALONG = 0.039  # [m] per m/s of change
 SLIP_OUTWARDS = 0.072  # [m/s] per m/s of speed and rad/s of turning
-DRIFT = (0.03, 0.013)  # [m], [rad] that a cycle of MOVING is allowed to add to its error
-DRIFT_AT_REST = (0.001, 0.003)  # [m], [rad]: all but the gyro stands still
+# What a cycle of MOVING is allowed to add to its error: at rest, and per m/s or rad/s of the faster
+# of its two ends
+DRIFT_MOVED = (0.001, 0.033)  # [m], [s]
+DRIFT_TURNED = (0.003, 0.009)  # [rad], [s]
