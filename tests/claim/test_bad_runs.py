@@ -20,7 +20,8 @@ from parc_jax.errors import InputError
 from parc_jax.rollout.collect import collect
 
 KEY, NET = jax.random.PRNGKey(0), straight_network(4)
-pytestmark = pytest.mark.soundness
+# kernels of its own: of the gate
+pytestmark = [pytest.mark.soundness, pytest.mark.slow]
 
 
 def peak(key, k, s):

@@ -439,6 +439,11 @@ bad(
     sets__0__pattern="11",
     network=CONSTANT | {"biases": [["0", "-1"], ["1", "0", "2", "0"]]},
 )
+bad(
+    "a pattern with another letter",
+    sets__0__pattern="1x",
+    network=CONSTANT | {"biases": [["0", "-1"], ["1", "0", "2", "0"]]},
+)
 
 # What a corridor claims.
 bad("corridors as an object", corridor, corridors={})

@@ -24,6 +24,7 @@ from parc_jax.verdict.pointwise import verdicts
 from parc_jax.verdict.scene import scene_of
 
 KEY = jax.random.PRNGKey(0)
+pytestmark = pytest.mark.slow  # kernels of its own: of the gate
 LOCAL = Local(eps=0.1, rollouts=60, profile_runs=60)
 ASKED = Refine((0.05, 0.01), centres=3, runs=60, local=LOCAL, looks=2, delta=0.05)
 

@@ -96,6 +96,7 @@ def test_a_claim_about_settled_starts_is_left_by_running_ones_and_one_about_chai
     assert left(chained, longer) <= 0.1
 
 
+@pytest.mark.slow  # a chain of its own
 def test_a_system_in_batches_and_a_command_under_way():
     """The command under way is measured like the speed: it is the one of the manoeuvre before."""
     chain = pj.chained(Batch(), 2, (0.5, 1.0))
@@ -119,6 +120,7 @@ def test_records_are_picked_evenly_among_those_that_fit():
     assert (_pick(CHAIN, fits[:2], np.array([0.0, np.nextafter(1, 0)])) == [1, 4]).all()
 
 
+@pytest.mark.slow  # a chain of its own
 def test_what_is_measured_may_leave_k_and_come_back_but_not_for_good():
     narrow = type("Narrow", (Carts,), {"domain": pj.box([0.0, 0.0], [0.4, 1.0])})()
     runs = collect(pj.chained(narrow), KEY, 64, quiet=True)

@@ -18,6 +18,7 @@ from parc_jax.verdict.outcomes import outcomes, reached_and_touched
 from parc_jax.verdict.scene import scene_of
 
 KEY = jax.random.PRNGKey(7)
+pytestmark = pytest.mark.slow  # kernels of its own: of the gate
 GOAL = pj.goal_of_points(Bar.points, {"tail": pj.box([-0.3, -0.3], [0.3, 0.3])}, pj.box([-1], [1]))
 BLOCKS = (pj.box([-0.45, 0.3], [-0.25, 0.6]), pj.box([-0.3, -0.9], [-0.28, -0.5]))
 BODY = pj.body_of([pj.hull("tail", "nose", radius=0.05), pj.hull("nose", radius=0.1)])
