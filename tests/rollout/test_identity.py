@@ -271,5 +271,6 @@ def test_the_identity_outlives_the_process(tmp_path):
     assert asked(source.replace('"robot"', '"other"'), 1) != first
 
 
+@pytest.mark.slow
 def test_stages_of_one_key_are_still_apart():
     assert not np.isin(end(Gusty()), end(Gusty(), stage=Stage.BOUND)).any()

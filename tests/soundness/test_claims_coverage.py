@@ -58,6 +58,7 @@ def test_wrong_claims_are_as_rare_as_the_theorem_says(law, discard):
         )  # equality for continuous scores: the theorem is not loose
 
 
+@pytest.mark.slow
 def test_wrong_claims_on_a_plant_from_end_to_end():
     system, eps, delta, repeats = plant(noisy), 0.03, 0.05, 200
     n = required_runs(eps, delta)
@@ -99,6 +100,7 @@ def test_an_error_spike_in_a_sliver_of_k_keeps_the_claim_true():
 @pytest.mark.parametrize(
     ("run", "where"), [(between_knots(), "interval"), (goal_only, "final"), (disturbed, "interval")]
 )
+@pytest.mark.slow
 def test_errors_that_hide_in_one_place_are_held(run, where):
     system = plant(run, 4, 10)
     profile = training_profile(NET, collect(system, jax.random.PRNGKey(1), 50, quiet=True), (1, 1))
@@ -114,6 +116,7 @@ def test_errors_that_hide_in_one_place_are_held(run, where):
 # --- controls that must fail: each breaks one rule and is then wrong far more often than delta ---
 
 
+@pytest.mark.slow
 def test_control_the_training_maximum_is_left_far_more_often_than_it_seems():
     system = plant(noisy)
     left = []
@@ -128,6 +131,7 @@ def test_control_the_training_maximum_is_left_far_more_often_than_it_seems():
     assert claim.kind == "assumed"
 
 
+@pytest.mark.slow
 def test_control_dropping_failed_runs():
     rng = np.random.default_rng(5)
     score = np.where(rng.random((500, 300)) < 0.03, np.inf, rng.random((500, 300)))
@@ -162,6 +166,7 @@ def test_control_choosing_the_discards_afterwards():
     assert (1 - kept_maximum(score, 0) > eps).mean() <= 3 * delta
 
 
+@pytest.mark.slow
 def test_control_calibrating_on_the_training_runs():
     # an interpolating model: zero error on its training runs, a normal error elsewhere
     rng = np.random.default_rng(8)
@@ -170,6 +175,7 @@ def test_control_calibrating_on_the_training_runs():
     assert violated > 0.99  # which is why `calibrate` refuses training runs
 
 
+@pytest.mark.slow
 def test_the_measured_violation_of_a_default_claim():
     system = plant(noisy)
     train = collect(system, jax.random.PRNGKey(1), 1000, quiet=True)
