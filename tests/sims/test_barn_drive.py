@@ -109,8 +109,8 @@ def test_without_free_space_around_the_robot_the_drive_goes_on(monkeypatch):
     lost = pj.FreeSpace.near
     n = itertools.count()
 
-    def near(free, place, reach):
-        return lost(free.within([50.0, 50.0], 1.0) if next(n) == 1 else free, place, reach)
+    def near(free, place, *asked):
+        return lost(free.within([50.0, 50.0], 1.0) if next(n) == 1 else free, place, *asked)
 
     monkeypatch.setattr(pj.FreeSpace, "near", near)
     done = drive(world, system, Standing(), jax.random.PRNGKey(0), lidar(beams=181))
