@@ -1,11 +1,11 @@
 """Bags as they lie on a disk, whichever program recorded them: .bag, .mcap, .db3, or a folder."""
 
-import importlib
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Any, NamedTuple
 
 from parc_jax.bags.fields import stamp_of
+from parc_jax.base import packages
 from parc_jax.errors import InputError
 
 SUFFIXES = (".bag", ".mcap", ".db3")
@@ -25,13 +25,7 @@ class Heard(NamedTuple):
 
 def package(name: str, call: str):
     """A package of the extra `bags`. Raises InputError where it is not installed."""
-    try:
-        return importlib.import_module(name)
-    except ImportError:
-        raise InputError(
-            f"{call}: expected the package {name.split('.')[0]}; it is not installed. Try "
-            "pip install 'parc_jax[bags]'."
-        ) from None
+    return packages.package(name, call, "bags")
 
 
 def is_bag(path) -> bool:

@@ -1,9 +1,8 @@
 """Outlines as people have them, as valid geometry of Shapely, in metres."""
 
-import importlib
-
 import numpy as np
 
+from parc_jax.base import packages
 from parc_jax.base.arrays import as_float64
 from parc_jax.errors import InputError
 
@@ -12,13 +11,7 @@ FARTHEST = 1e5  # [m] from the origin: farther away floats round by more than is
 
 def package(name: str, call: str):
     """A package of the extra `maps`. Raises InputError where it is not installed."""
-    try:
-        return importlib.import_module(name)
-    except ImportError:
-        raise InputError(
-            f"{call}: expected the package {name.split('.')[0]}; it is not installed. Try "
-            "pip install 'parc_jax[maps]'."
-        ) from None
+    return packages.package(name, call, "maps")
 
 
 def outlines(name: str, value) -> list:

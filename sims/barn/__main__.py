@@ -16,7 +16,7 @@ import tyro
 from tqdm import tqdm
 
 import parc_jax as pj
-from sims.barn.driver import Driver, any_world, robot
+from sims.barn.driver import Driver, any_world, content_of, robot
 from sims.barn.worlds import numbers, world
 
 EDGES = (0.7, 1.2)  # [m/s] of speeds at the start, between bins: the slower, the less it is off
@@ -72,7 +72,14 @@ def main(options: Options) -> None:
     options.out.parent.mkdir(parents=True, exist_ok=True)
     options.model.parent.mkdir(parents=True, exist_ok=True)
     learn(options)
-    driver = Driver(options.model, options.odometry, options.deadline, options.prove, options.save)
+    driver = Driver(
+        options.model,
+        content_of(options.model),
+        odometry=options.odometry,
+        deadline=options.deadline,
+        prove=options.prove,
+        save=options.save,
+    )
     if options.episodes:
         key = jax.random.PRNGKey(0)
         asked = {"folder": options.out, "workers": options.jobs}

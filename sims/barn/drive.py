@@ -15,6 +15,7 @@ from sims.barn.worlds import NEAR, TIMEOUT, World, metric
 from sims.jackal import drift
 from sims.jackal.driven import Driven
 from sims.lidar import lidar, shapes
+from sims.rectangle import centre_and_corners
 
 REACH = 1.3  # [m] half width of the square around the robot whose edges are obstacles
 TIGHT, EDGES = 0.02, 100  # [m] that these may be nearer than they are, and how many there may be
@@ -31,9 +32,10 @@ STALLED = 10  # cycles in which the way to the goal gets no shorter: another way
 class Drive:
     """What came of an episode. reached: the goal, in time. seconds: driven. clearance: [m] least
     distance to a cylinder at any tick, not positive where it was touched. path (n, 3): true poses.
-    drifted: cycles in which odometry went wrong by more than is allowed for. steps: what the
-    loop did, cycle by cycle. plan_s, see_s, guide_s: [s] of processor time of each
-    cycle's step, of its free space, of its guidance.
+    drifted: cycles in which odometry went wrong by more than is allowed for. drift: [m] most that
+    the place of a commitment is allowed to be off against the one before. steps: what the loop did,
+    cycle by cycle. plan_s, see_s, guide_s: [s] of processor time of each cycle's step, of its free
+    space, of its guidance.
     """
 
     world: int
@@ -42,6 +44,7 @@ class Drive:
     clearance: float
     path_length: float
     drifted: int
+    drift: float
     path: np.ndarray = field(repr=False)
     steps: list = field(repr=False)
     edges: list[int] = field(repr=False)
@@ -71,9 +74,13 @@ def drive(world: World, system, loop: pj.Loop, key, scanner=None, odometry: bool
     rng = np.random.default_rng(np.asarray(jax.random.key_data(scans)))
     loop.restart()
     robot = Driven(system, world.start, body)
+
+    def corners(pose):
+        return centre_and_corners(pose[:2], pose[2], *system.size)[1:]
+
     around = shapes(world.cylinders, world.radius)
     guide = Guidance(world.start, world.goal, NEAR)
-    free = pj.free_place(_corners(robot.pose, system.size), AROUND)
+    free = pj.free_place(corners(robot.pose), AROUND)
     poses, allowed, steps, edges, plan_s, see_s, guide_s = [], [], [], [], [], [], []
     at_rest, nearest, since, before = 0, np.inf, 0, robot.measured
     while robot.time < TIMEOUT and at_rest < PATIENCE and not world.reached(robot.pose):
@@ -87,7 +94,7 @@ def drive(world: World, system, loop: pj.Loop, key, scanner=None, odometry: bool
         if odometry and steps:
             allowed.append(drift.allowed(before, robot.measured))
             free = free.within(here, NEARBY).drifted(here, *allowed[-1])
-            free = free.add(pj.free_place(_corners(here, system.size)))
+            free = free.add(pj.free_place(corners(here)))
         free, obstacles, why = _look(scan, free, here)
         saw = time.process_time()
         if not why:
@@ -125,6 +132,7 @@ def drive(world: World, system, loop: pj.Loop, key, scanner=None, odometry: bool
         float(distance.min()),
         world.path_length,
         beyond(poses, allowed),
+        between_commitments(poses, allowed, [step.new for step in steps]),
         robot.path,
         steps,
         edges,
@@ -164,8 +172,18 @@ def beyond(poses, allowed) -> int:
     return found
 
 
-def _corners(pose, size) -> np.ndarray:
-    """(4, 2) [m] of the outline at a pose (3,)."""
-    cos, sin = np.cos(pose[2]), np.sin(pose[2])
-    own = np.array([[1, 1], [-1, 1], [-1, -1], [1, -1]]) * np.asarray(size) / 2
-    return pose[:2] + own @ np.array([[cos, sin], [-sin, cos]])
+def between_commitments(poses, allowed, new) -> float:
+    """[m] most that a pose of a commitment is allowed to be off against the one before: what is
+    allowed for each cycle between them ([m], [rad]), and what a heading that is off by then makes
+    of the way of a cycle. new: was something committed to in each cycle?
+    """
+    most = moved = turned = 0.0
+    for ((_, told), (_, following)), (by, about), begun in zip(
+        pairwise(poses), allowed, new, strict=False
+    ):
+        if begun:
+            moved = turned = 0.0
+        moved += by + turned * float(np.linalg.norm(following[:2] - told[:2]))
+        turned += about
+        most = max(most, moved)
+    return most

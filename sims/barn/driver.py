@@ -1,7 +1,8 @@
 """A Jackal with its loop, made once in each process: it drives worlds, an episode a call."""
 
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cache
+from hashlib import sha256
 from pathlib import Path
 
 import numpy as np
@@ -11,7 +12,6 @@ import parc_jax as pj
 import sims
 from sims.barn.drive import Drive, drive
 from sims.barn.worlds import World, numbers, world
-from sims.jackal.drift import allowed
 from sims.rectangle import centre_and_corners, rectangle
 
 SPEED, TURNING = 1.6, 1.0  # [m/s], [rad/s] at most: beyond, tyres slip now and then, and tubes pay
@@ -33,33 +33,24 @@ def any_world(seed) -> World:
 class Driver:
     """Drives a world with the randomness of a seed, (2,) words; returns a `parc_jax.Outcome`.
 
-    model: file of the Jackal's model. odometry: as of `drive`. deadline: [s] of the clock for a
-    step. prove: every commitment in exact arithmetic, after the episode. save: folder for a file of
-    every episode, which `parc-jax check` verifies.
+    model: file of the Jackal's model. content: `content_of` it, so that episodes of two models are
+    never taken for those of one. odometry: as of `drive`. deadline: [s] of the clock for a step.
+    prove: every commitment in exact arithmetic, after the episode. save: folder for a file of every
+    episode, which `parc-jax check` verifies.
     """
 
     model: Path
+    content: str
     odometry: bool = False
     deadline: float = 10.0
     prove: bool = False
     save: Path | None = None
 
-    @cached_property
-    def _loop(self) -> pj.Loop:
-        model = pj.load(self.model)
-        return pj.Loop(
-            model,
-            rectangle(),
-            leave=robot().moving,
-            given=(0, 1),  # speed and turning at the start
-            candidates=candidates(model.domain),
-            effort=pj.Effort(judged=512, room=0.05, deadline=self.deadline),
-        )
-
     def __call__(self, world: World, seed) -> pj.Outcome:
         system = robot()
         key = np.asarray(seed, np.uint32)
-        one = drive(world, system, self._loop, key, odometry=self.odometry)
+        loop = loop_of(self.model, self.content, self.deadline)
+        one = drive(world, system, loop, key, odometry=self.odometry)
         new = [step.committed for step in one.steps if step.new]
         points = centre_and_corners(one.path[:, :2], one.path[:, 2], *system.size)
         left = pj.left_tube(new, points, one.path[:, 2])
@@ -68,9 +59,29 @@ class Driver:
             told["proved"] = all(each.proved() for each in new)
         if self.save is not None and new:
             number = f"{world.number}_{'_'.join(map(str, seed))}"
-            drift = allowed((SPEED, 0.0), (SPEED, 0.0))[0] if self.odometry else 0.0
-            pj.save_episode(self.save / f"world_{number}.json", new, drift=drift)
+            pj.save_episode(self.save / f"world_{number}.json", new, drift=one.drift)
         return pj.Outcome(one.touched, left or one.drifted > 0, told)
+
+
+def content_of(model: Path) -> str:
+    """sha256 of a file."""
+    return sha256(model.read_bytes()).hexdigest()
+
+
+@cache
+def loop_of(model: Path, content: str, deadline: float) -> pj.Loop:
+    """The loop of a model, made once in a process. Raises InputError where the file has changed."""
+    if content_of(model) != content:
+        raise pj.InputError(f"{model}: expected the model that the drive began with; it changed.")
+    known = pj.load(model)
+    return pj.Loop(
+        known,
+        rectangle(),
+        leave=robot().moving,
+        given=(0, 1),  # speed and turning at the start
+        candidates=candidates(known.domain),
+        effort=pj.Effort(judged=512, room=0.05, deadline=deadline),
+    )
 
 
 def candidates(domain: pj.Box) -> np.ndarray:

@@ -12,7 +12,7 @@ import numpy as np
 from parc_jax.base.keys import generator
 from sims.jackal import params as c
 from sims.jackal.driven import Driven
-from sims.jackal.system import Jackal, system
+from sims.jackal.system import Jackal, framed, system
 
 
 def allowed(before, after) -> tuple[float, float]:
@@ -44,9 +44,7 @@ def cycles_of(robot: Jackal, key, options: "Options") -> np.ndarray:
 
 def relative(pose, other) -> np.ndarray:
     """A pose (3,) in the frame of another."""
-    cos, sin = np.cos(pose[2]), np.sin(pose[2])
-    x, y, turn = other - pose
-    return np.array([cos * x + sin * y, cos * y - sin * x, turn])
+    return framed(np.stack([pose, other])[None])[0, 1]
 
 
 @dataclass

@@ -13,7 +13,7 @@ import parc_jax as pj
 import sims
 from parc_jax.loop.commitment import Step
 from sims import barn
-from sims.barn.drive import PATIENCE, drive
+from sims.barn.drive import PATIENCE, between_commitments, beyond, drive
 from sims.barn.guidance import FAR, Guidance
 from sims.lidar import lidar
 
@@ -117,6 +117,37 @@ def test_without_free_space_around_the_robot_the_drive_goes_on(monkeypatch):
     reasons = [step.reason for step in done.steps]
     assert len(reasons) == PATIENCE and "expected a place with free space" in reasons[1]
     assert set(reasons[:1] + reasons[2:]) == {"nothing is safe"}
+
+
+def test_drift_is_counted_against_what_is_allowed_and_adds_up_between_commitments():
+    true = np.array([[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [2.0, 0.0, 0.0]])
+    poses = list(zip(true, true + [[0, 0, 0], [0.02, 0, 0], [0.02, 0, 0]], strict=True))
+    assert beyond(poses, [(0.03, 0.01)] * 2) == 0 and beyond(poses, [(0.01, 0.01)] * 2) == 1
+    assert beyond(poses, []) == 0 and between_commitments(poses, [], [True] * 3) == 0.0
+    allowed = [(0.03, 0.01), (0.02, 0.01)]
+    assert between_commitments(poses, allowed, [True, True, True]) == pytest.approx(0.03)
+    # the second cycle drives 1 m with a heading that may be off by 0.01 rad
+    assert between_commitments(poses, allowed, [True, False, True]) == pytest.approx(0.06)
+
+
+def test_on_odometry_the_robot_goes_on_too_and_drifts_no_more_than_allowed():
+    need("shapely")
+    system, world = sims.load("jackal", threads=1), barn.world(1)
+    key, sensor = jax.random.PRNGKey(0), lidar(beams=181)
+    done = drive(world, system, Standing(), key, sensor, odometry=True)
+    assert len(done.steps) == PATIENCE and done.drifted == 0 and not done.touched
+    assert {step.reason for step in done.steps} == {"nothing is safe"} and done.drift > 0
+
+
+def test_another_model_at_the_same_place_is_not_taken_for_the_first(tmp_path):
+    from sims.barn.driver import content_of, loop_of
+
+    file = tmp_path / "model.npz"
+    file.write_bytes(b"one")
+    known = content_of(file)
+    file.write_bytes(b"two")
+    with pytest.raises(pj.InputError, match="expected the model that the drive began with"):
+        loop_of(file, known, 1.0)
 
 
 @pytest.mark.night
