@@ -121,7 +121,8 @@ def test_without_free_space_around_the_robot_the_drive_goes_on(monkeypatch):
 
 def test_drift_is_counted_against_what_is_allowed_and_adds_up_between_commitments():
     true = np.array([[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [2.0, 0.0, 0.0]])
-    poses = list(zip(true, true + [[0, 0, 0], [0.02, 0, 0], [0.02, 0, 0]], strict=True))
+    off = np.array([[0.0, 0.0, 0.0], [0.02, 0.0, 0.0], [0.02, 0.0, 0.0]])
+    poses = list(zip(true, true + off, strict=True))
     assert beyond(poses, [(0.03, 0.01)] * 2) == 0 and beyond(poses, [(0.01, 0.01)] * 2) == 1
     assert beyond(poses, []) == 0 and between_commitments(poses, [], [True] * 3) == 0.0
     allowed = [(0.03, 0.01), (0.02, 0.01)]
