@@ -39,6 +39,7 @@ def test_no_plan_climbs_to_a_goal_that_is_narrower_than_the_tube(climbs, width, 
     assert len(climbs) == made and not answer.found
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("width", "made"), [(0.08, 0), (0.12, 2)])
 def test_nor_once_more_where_nothing_can_be_proved(climbs, width, made):
     n_k = checker.MAX_PARAMETERS + 1

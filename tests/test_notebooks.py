@@ -50,15 +50,8 @@ def test_what_a_notebook_imports_is_there(path):
     exec(compile(ast.Module(imports, []), str(path), "exec"), {})
 
 
-@pytest.mark.slow
-@pytest.mark.parametrize(
-    "path",
-    [
-        pytest.param(path, marks=[pytest.mark.night] * (path.stem == "drift_parking"))
-        for path in BOOKS
-    ],
-    ids=lambda p: p.stem,
-)
+@pytest.mark.night
+@pytest.mark.parametrize("path", BOOKS, ids=lambda p: p.stem)
 def test_a_notebook_runs(path, tmp_path, monkeypatch):
     """In a kernel of its own, as a stranger runs it. Every figure that it makes is shown."""
     need("nbclient", "nbformat", "ipykernel")

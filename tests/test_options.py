@@ -27,7 +27,7 @@ COMMANDS = tuple("run learn collect solve check replay plot export systems docto
 def declared(tree: ast.Module) -> list[str]:
     """Fields of records of options, and of the doubt, that carry a docstring."""
     found = []
-    for kind in (node for node in ast.walk(tree) if isinstance(node, ast.ClassDef)):
+    for kind in (node for node in tree.body if isinstance(node, ast.ClassDef)):
         for field, text in zip(kind.body, kind.body[1:], strict=False):
             if isinstance(field, ast.AnnAssign) and isinstance(text, ast.Expr):
                 found.append(field.target.id)

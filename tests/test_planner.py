@@ -59,6 +59,7 @@ def test_both_kinds_of_keys_are_keys():
         assert PLANNER().solve(toy_query.gap(), key, settings).found
 
 
+@pytest.mark.slow
 def test_the_status_says_what_is_known():
     proved = toy_query.answer()
     assert proved.status is pj.Status.PROVED and proved.status.found

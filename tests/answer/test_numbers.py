@@ -84,6 +84,7 @@ def test_the_safe_share_is_of_all_plans_that_were_asked_about(asked, left):
     assert f"{100 * said.share:.3g} % of" in how_much_is_safe(found)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("start", [False, True])
 def test_the_safe_share_holds_the_truth_of_plans_drawn_plainly(rng, start):
     model, problem = toy_case(4, start=start)

@@ -13,6 +13,7 @@ from parc_jax.errors import InputError
 from parc_jax.problem.labels import labels
 
 
+@pytest.mark.slow
 def test_the_path_of_a_plan_is_known_in_closed_form():
     """The folding model: c_t = (t / T) (k_0, |k_1|), q = k_0."""
     path = answer().path([0.5, -0.25], [0.75, -0.5])

@@ -100,7 +100,7 @@ def test_an_answer_is_read_back_by_another_library(tmp_path):
     assert area(triangles(said["/body"][0][1])) == pytest.approx(np.pi * 0.01, rel=0.01)
 
 
-@pytest.mark.parametrize("turning", [False, True])
+@pytest.mark.parametrize("turning", [pytest.param(False, marks=pytest.mark.slow), True])
 def test_an_episode_is_driven_as_it_was_committed_to(tmp_path, turning):
     done = driven(turning)
     file = pj.save_episode(tmp_path / "drive.json", done)

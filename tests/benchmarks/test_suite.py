@@ -65,6 +65,7 @@ def test_quick_workloads_report_metrics_of_their_own(quick):
     assert json.loads(json.dumps(quick)) == quick
 
 
+@pytest.mark.slow
 def test_the_environment_is_recorded(quick):
     environment = quick["environment"]
     assert environment["platform"] == "cpu" and environment["versions"]["jax"] != "missing"

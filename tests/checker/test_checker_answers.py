@@ -84,7 +84,14 @@ def separations(n_runs):
         yield [[[[t + 1, m] for t, m in enumerate(combination)]]]
 
 
-@pytest.mark.parametrize("x, thick", [(1.5, 1e-9), (0.5, 1e-6), (1.0, 0.1)])
+@pytest.mark.parametrize(
+    "x, thick",
+    [
+        (1.5, 1e-9),
+        pytest.param(0.5, 1e-6, marks=pytest.mark.slow),
+        pytest.param(1.0, 0.1, marks=pytest.mark.slow),
+    ],
+)
 def test_a_wall_between_knots_is_never_jumped(x, thick):
     """Knots at x = 0, 1, 2. Also the jump over a wall that is hidden by a bounded start set: P0 =
     [-.1, .1]^2.

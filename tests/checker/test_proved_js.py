@@ -46,7 +46,7 @@ def test_the_page_has_the_hash_of_the_whole_and_what_made_it():
     assert made_from()[1] in page
 
 
-@pytest.mark.slow
+@pytest.mark.night
 @pytest.mark.needs("coq", "js_of_ocaml")
 def test_its_sources_make_it_byte_for_byte(tmp_path):
     made = shutil.ignore_patterns("*.vo*", "*.glob", ".*", "check", "check.ml*", "*.cm*", "*.o")
@@ -70,7 +70,9 @@ def told(monkeypatch, tmp_path):
 
 
 @pytest.mark.needs("node")
-@pytest.mark.parametrize("size", [2, 3, 7, pytest.param(19, marks=pytest.mark.slow)])
+@pytest.mark.parametrize(
+    "size", [2, *(pytest.param(size, marks=pytest.mark.slow) for size in (3, 7, 19))]
+)
 def test_a_large_file_is_not_refused_for_its_size(told, size):
     """Counted in 32 bits, 1000 units of work for each of these bytes were less than none."""
     answer = known.bracket()

@@ -128,7 +128,7 @@ def test_nothing_is_admitted():
         assert not re.search(r"\b(Admitted|admit|Axiom|Parameter|Conjecture)\b", text), path.name
 
 
-@pytest.mark.slow
+@pytest.mark.night
 @needs_coq
 def test_the_theorems_rest_on_the_axioms_of_the_reals_only(built):
     out = run(["make", "-s", "assumptions"], built)

@@ -313,7 +313,7 @@ def test_a_bin_of_200_runs_no_longer_borrows_from_its_neighbour(few, share):
     np.testing.assert_allclose(given.half[1, :, 0], by_hand, rtol=1e-5)
 
 
-@pytest.mark.slow
+@pytest.mark.night
 def test_the_pipeline_fits_and_the_claim_holds(train):
     system = plant(slanted)
     claim = bound_error(

@@ -103,7 +103,7 @@ def test_recordings_fail_not_runs(held, profile):
     assert "calibrate on new recordings" in said
 
 
-@pytest.mark.slow
+@pytest.mark.night
 def test_a_claim_from_groups_is_not_too_good():
     """One bad recording of many windows is one piece of evidence."""
     system = plant(disturbed)

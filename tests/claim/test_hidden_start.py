@@ -52,6 +52,7 @@ def test_a_claim_lists_it_and_keeps_it_in_files(claim, tmp_path):
     assert pj.load(tmp_path / "model.npz").given == model.given == (0,)
 
 
+@pytest.mark.slow
 def test_an_answer_names_it_in_words_and_in_its_file(claim, tmp_path):
     model = pj.trajectory_model(settled_network(), claim)
     settings = pj.Settings(samples=3, target=0.3, polytopes=False)
@@ -64,7 +65,7 @@ def test_an_answer_names_it_in_words_and_in_its_file(claim, tmp_path):
     assert ENTRY in load_answer(path).statement()
 
 
-@pytest.mark.slow
+@pytest.mark.night
 def test_plans_are_replayed_from_what_was_measured(claim):
     """And a study compares and replays them."""
     model = pj.trajectory_model(settled_network(), claim)
@@ -79,7 +80,7 @@ def test_plans_are_replayed_from_what_was_measured(claim):
         pj.replay(Cart(), laid_out(plain(ROUGHLY, model)), answer.samples, KEY)
 
 
-@pytest.mark.slow
+@pytest.mark.night
 def test_a_study_of_what_is_measured_roughly_replays_nothing(claim, tmp_path):
     model, study = pj.trajectory_model(settled_network(), claim), Study(samples=3, target=0.2)
     outcome = run_study(Cart(), ROUGHLY, study, tmp_path, 0, model, quiet=True)

@@ -73,7 +73,7 @@ def test_a_start_that_matters_more_than_declared_is_refused_with_its_size(tmp_pa
     assert try_starts(Hill(0.0), KEY, 0.0).seen == 0.0
 
 
-@pytest.mark.slow
+@pytest.mark.night
 def test_the_tube_holds_runs_from_elsewhere_and_without_the_allowance_it_does_not(tmp_path):
     """The worst start for every run: all that stay inside from the origin stay inside of the wider
     tube.

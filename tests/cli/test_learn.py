@@ -47,7 +47,7 @@ def learn(capsys, monkeypatch, tmp_path):
     return run
 
 
-@pytest.mark.slow
+@pytest.mark.night
 def test_a_fitted_tube_is_asked_for_by_its_name(learn, tmp_path):
     code, _, _ = learn("toy_cart", "--out", "m.npz", "--rollouts", 100, "--shape", "fitted")
     assert code == 0 and pj.load(tmp_path / "m.npz").tube.templates is not None

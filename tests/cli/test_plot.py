@@ -55,7 +55,7 @@ def test_without_the_simulator_the_prediction_is_filmed_and_that_is_said(shell, 
     assert len(list((tmp_path / "film").iterdir())) > 25
 
 
-@pytest.mark.slow
+@pytest.mark.night
 def test_with_a_simulator_a_true_run_is_filmed(shell, tmp_path, monkeypatch):
     monkeypatch.syspath_prepend(tmp_path)
     (tmp_path / "folded_robot.py").write_text(ROBOT.format(name="toy", dt=0.25))
@@ -99,6 +99,7 @@ def test_the_film_of_a_body_runs_the_system_with_its_points():
         black_box_with(sims.asv, ("bow", "stern"))
 
 
+@pytest.mark.slow
 def test_every_figure_that_is_drawn_is_named_while_it_is(shell):
     code, said, complained = shell("plot", "answer.json", "--figures", "timeline", "projections")
     assert code == 0 and said.split() == ["timeline.png", "projections.png"]
@@ -106,7 +107,7 @@ def test_every_figure_that_is_drawn_is_named_while_it_is(shell):
     assert shell("plot", "answer.json", "--figures", "timeline", "--quiet") == (0, "", "")
 
 
-@pytest.mark.slow
+@pytest.mark.night
 def test_polytopes_that_an_answer_has_not_are_cut_only_when_their_picture_is_asked_for(shell):
     settings = pj.Settings(samples=5, target=0.3, budget_s=300)
     answer = toy_query.planner().solve(toy_query.gap(), jax.random.PRNGKey(0), settings)

@@ -89,7 +89,7 @@ def test_both_accept_a_proof_that_there_is_no_plan(shell):
     assert "no (p0, k) of the model is safe" in said and "no (p0, k) of the domain is safe" in said
 
 
-@pytest.mark.slow
+@pytest.mark.night
 @needs_node
 def test_thousands_of_entries_fit_the_stack_of_node(shell):
     answer = toy_file()

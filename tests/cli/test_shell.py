@@ -92,6 +92,7 @@ def test_no_plan_is_exit_code_one_with_a_certificate(shell, files):
     assert code == 2 and "supports regions only" in complained
 
 
+@pytest.mark.slow
 def test_a_goal_narrower_than_the_tube_has_no_plan_for_a_reason(shell, files):
     text = (files / "scene.toml").read_text()
     (files / "scene.toml").write_text(change("lo = [-0.25", "lo = [0.24")(text))

@@ -16,7 +16,7 @@ def begin(model, plans):
     return admit(nothing_built(model.tube, no_points(model)), plans)
 
 
-@pytest.mark.slow
+@pytest.mark.night
 def test_plans_that_no_short_direction_separates_are_given_up(rng, monkeypatch):
     model, problem = toy_case(4)
     scene = scene_of(problem, model)
@@ -37,6 +37,7 @@ def test_plans_that_no_short_direction_separates_are_given_up(rng, monkeypatch):
     assert len(building.corridors) == 0
 
 
+@pytest.mark.slow
 def test_every_batch_leaves_fewer_plans_and_changes_nothing_before_it(rng):
     model, problem = toy_case(8)
     scene = scene_of(problem, model)

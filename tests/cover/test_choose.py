@@ -61,7 +61,7 @@ def test_masks_say_which_plans_a_direction_separates(rng):
             )
 
 
-@pytest.mark.slow
+@pytest.mark.night
 def test_the_seed_keeps_to_what_is_built_around_it_and_most_neighbours_do(rng):
     model, problem = toy_case(4)
     scene, _, _, choice = seed_and_neighbours(model, problem, rng)

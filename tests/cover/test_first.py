@@ -96,7 +96,7 @@ def test_in_turn_and_side_by_side_find_the_same_plans(question, monkeypatch):
     first_module._first_safe.clear_cache()
 
 
-@pytest.mark.slow
+@pytest.mark.night
 def test_plans_are_uniform_over_the_safe_set_and_their_counts_those_of_draws():
     model, problem = crowd()
     scene = scene_of(problem, model)

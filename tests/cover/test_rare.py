@@ -75,6 +75,7 @@ def test_a_share_of_one_in_forty_thousand_is_covered():
     assert wide.counts["drawn"] < 10**6
 
 
+@pytest.mark.slow
 def test_what_is_printed_does_not_speak_of_all_of_the_safe_set(answer, tmp_path):
     said = verdict(answer, tmp_path / "answer.json", None)
     assert "of the plans that end in the goal's box" in said

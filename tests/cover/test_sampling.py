@@ -16,6 +16,7 @@ from parc_jax.verdict.pointwise import verdicts
 from parc_jax.verdict.scene import scene_of
 
 
+@pytest.mark.slow
 def test_draws_are_uniform_over_k_and_the_goals_box(rng):
     model = line_model(4, 0.0)
     goal = box([-0.5, 1, -9], [0.5, 2, 9])

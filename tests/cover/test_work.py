@@ -118,6 +118,7 @@ def test_work_is_a_multiple_of_the_standard_and_never_nothing():
     assert min(work_of(1e-9)) == 1
 
 
+@pytest.mark.slow
 def test_a_proof_of_absence_says_what_ended_it(monkeypatch):
     wall = [pj.box([2, 0.3], [5, 2.3]), pj.box([2, -2.3], [5, -0.3])]  # with a gap that just fits
     problem = pj.reach_avoid(pj.box([3.0, -0.5, -1.0], [4.0, 0.5, 1.0]), wall, 0.25)

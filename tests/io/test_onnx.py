@@ -140,7 +140,7 @@ def test_the_property_file_spells_box_and_margins_exactly(asked):
     assert text.count("(and (<= Y_") == question.net.n_out and text.count("(") == text.count(")")
 
 
-@pytest.mark.slow
+@pytest.mark.night
 @pytest.mark.parametrize("fitted", [False, True], ids=["boxes", "faces"])
 def test_the_question_of_a_body_is_about_every_part_and_point(fitted):
     """What the margins call safe is safe by the verdict, which knows nothing of them."""

@@ -47,6 +47,7 @@ def test_without_a_system_the_jitter_is_all_that_is_said(chosen):
     assert "Near it" not in said and "Looks" not in said
 
 
+@pytest.mark.slow
 def test_jitter_promises_nothing_where_k_was_not_uniform(chosen):
     claim = chosen.model.claim
     logged = derived(claim, law=replace(claim.law, k_law="logged"))

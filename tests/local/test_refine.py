@@ -136,7 +136,7 @@ def test_the_room_of_runs_is_that_of_a_plan_without_a_tube(rng):
     assert (reached & (distance > 0))[safe].all()
 
 
-@pytest.mark.slow
+@pytest.mark.night
 @pytest.mark.soundness
 def test_a_plan_where_the_model_of_all_of_k_has_none(refined, narrow):
     found, said = refined

@@ -20,7 +20,12 @@ def programs(rng, batch, n, h):
 
 
 @pytest.mark.parametrize(
-    ("n", "h"), [(1, 6), (3, 18), pytest.param(8, 24, marks=pytest.mark.night)]
+    ("n", "h"),
+    [
+        (1, 6),
+        pytest.param(3, 18, marks=pytest.mark.slow),
+        pytest.param(8, 24, marks=pytest.mark.night),
+    ],
 )
 def test_batch_agrees_with_highs(rng, n, h):
     c, A, b = programs(rng, 60, n, h)

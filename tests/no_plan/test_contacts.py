@@ -101,7 +101,7 @@ def test_the_errors_of_a_mixture_are_errors_of_its_points(rng):
     assert Contacts(problem, 0).find(np.array([[0.999 - widest, 0]]), within) is None
 
 
-@pytest.mark.slow
+@pytest.mark.night
 @pytest.mark.parametrize("n", [1, 2, 4, 8])
 def test_the_deepest_mixture_is_that_of_a_linear_program(rng, n):
     depth = rng.normal(size=(20, 24, n)) + rng.uniform(-1, 1, (20, 1, 1))

@@ -64,6 +64,7 @@ def test_at_vertices_boxes_do_not_know_their_neighbours(examiner):
     same([one for batch in examiner.at_vertices(nodes) for one in of_each(batch)], alone)
 
 
+@pytest.mark.slow
 def test_as_many_boxes_go_together_as_their_vertices_fit(examiner):
     """Every node once, in order; the vertices here are only as many as is said."""
     nodes = quarters(examiner)

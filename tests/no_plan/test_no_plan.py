@@ -68,7 +68,11 @@ def reasons(plan):
     ("reason", "problem"),
     [
         ("goal", reach_avoid(box((3, -0.5, 2.0), (4, 0.5, 3.0)), FAR, 0.25)),
-        ("start", reach_avoid(box(*GOAL), FAR, 0.25, start=box([20, 20], [21, 21]))),
+        pytest.param(
+            "start",
+            reach_avoid(box(*GOAL), FAR, 0.25, start=box([20, 20], [21, 21])),
+            marks=pytest.mark.slow,
+        ),
         ("hit", reach_avoid(box(*GOAL), [box([2.9, -0.6], [4.1, 0.6]), FAR[0]], 0.25)),
     ],
 )
@@ -336,7 +340,7 @@ def buried(n_k):
     return model, reach_avoid(box((3, -0.5, -100), (4, 0.5, 100)), [box((-50, -50), (50, 50))], 0.1)
 
 
-@pytest.mark.slow
+@pytest.mark.night
 def test_with_too_many_parameters_for_cells_there_is_a_proof_by_bounds(tmp_path):
     """Cells are listed for up to six parameters, and boxes proved safe at their vertices."""
     import jax

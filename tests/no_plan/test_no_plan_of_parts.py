@@ -166,7 +166,7 @@ def test_a_robot_whose_tube_has_no_claim_has_no_plan():
     assert "no plan keeps to bins of K that have a claim" in answer.statement()
 
 
-@pytest.mark.slow
+@pytest.mark.night
 def test_ends_keep_to_the_last_interval_too():
     """The end allows more than the last interval: the errors of goal rows are those of both."""
     model = bar_model(fitted=True)

@@ -92,6 +92,7 @@ CASES = {
         pytest.param("fitted space", marks=pytest.mark.night),
     ],
 )
+@pytest.mark.slow
 def test_the_page_says_what_the_engine_says(name, rng):
     model, problem = CASES[name](rng)
     scene = scene_of(problem, model)

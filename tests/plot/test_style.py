@@ -56,6 +56,7 @@ def test_no_global_setting_survives():
     assert dict(matplotlib.rcParams) == before
 
 
+@pytest.mark.slow
 def test_importing_pictures_does_not_import_matplotlib_or_pyplot():
     modules = ("samples", "regions", "errors", "claim", "gap", "projections", "timeline", "cover")
     code = "import sys; " + "; ".join(f"import parc_jax.plot.{m}" for m in modules)

@@ -35,6 +35,7 @@ class Simulator:
         return Trajectory(p, done.q)
 
 
+@pytest.mark.slow
 def test_a_twist_gives_as_many_runs_as_one_likes_near_the_robot():
     runs = slipping.recorded(TRAIN, noise=0.01)
     found = taught(TWIST, runs, 500, KEY)

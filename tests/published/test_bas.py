@@ -64,6 +64,7 @@ def disagreements(rng, cells, count, decide=one_by_one):
     return wrong, inside, band
 
 
+@pytest.mark.slow
 def test_lp_and_supports_agree(rng):
     wrong, inside, _ = disagreements(rng, CELLS[:2], 24)
     assert wrong == 0 and 30 < inside < 350
@@ -76,6 +77,7 @@ def test_lp_and_supports_agree_on_a_hundred_thousand_points(rng):
     assert wrong == 0 and inside > 10_000 and band < 100
 
 
+@pytest.mark.slow
 def test_a_shadow_of_one_knot_only_would_be_caught(rng, monkeypatch):
     """The guard bites: with the second knot forgotten, supports and LPs disagree."""
     import jax.numpy as jnp
@@ -136,6 +138,7 @@ def test_knot_set_is_being_inside_at_the_knot(rng):
     assert ((np.c_[p0, k][inside] >= j.lo) & (np.c_[p0, k][inside] <= j.hi)).all()
 
 
+@pytest.mark.slow
 def test_pruning_never_drops_a_set_that_meets_omega(rng):
     """A set that LPs prove disjoint from Omega's shadow holds no start of Omega; supports drop no
     more than that.

@@ -79,6 +79,7 @@ def touching(gap: float) -> HPolytope:
     return from_box(box([9.5, -0.5, first], [10.5, 0.5, first + 1.0]))
 
 
+@pytest.mark.slow
 @pytest.mark.soundness
 def test_a_goal_that_just_touches_is_not_called_out_of_reach():
     assert (both(touching(1e-6), None, EQUAL)[1] == NO).all()
@@ -113,6 +114,7 @@ def test_the_comparison_would_see_a_range_that_is_too_small(monkeypatch):
     assert ((status == YES) & (by_lp == NO)).any()
 
 
+@pytest.mark.slow
 def test_what_vertices_leave_open_is_decided_by_lps():
     goal, start = CASES["coupled rows and start"][:2]
     *_, status, _, by_lp = both(goal, start)

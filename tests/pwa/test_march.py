@@ -61,6 +61,7 @@ def test_random_networks_from_several_seeds(n, widths):
         assert_march_equals_table(net, domain, seed)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("n", "widths"), [(1, [4, 3]), (2, [3, 2]), (3, [2, 2])])
 def test_degenerate_families(n, widths):
     for _, net in degenerate_networks(n, widths, seed=n + 10):

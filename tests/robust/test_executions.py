@@ -79,7 +79,7 @@ def test_bounds_under_doubt_say_what_they_are_about():
     assert "Safe means" not in toy_query.answer(wall=True).statement()
 
 
-@pytest.mark.slow
+@pytest.mark.night
 def test_samples_are_boxes_of_doubt_of_the_question_as_it_was_asked():
     """The checker looks at every vertex of every cell in the box: another proof, without copies."""
     model, problem = toy_case(0, start=True)
@@ -242,7 +242,7 @@ def test_unknown_parameters_may_have_any_value_of_their_box(unknown, rng):
     assert "no statement" in unknown.statement()
 
 
-@pytest.mark.slow
+@pytest.mark.night
 def test_answers_about_executions_can_be_kept(unknown, tmp_path):
     again = pj.load_answer(unknown.save(tmp_path / "answer.json"))
     assert again.statement() == unknown.statement() and (again.samples == unknown.samples).all()

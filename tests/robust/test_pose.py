@@ -113,6 +113,7 @@ def test_plans_withstand_every_heading_within_the_angle(rng):
     assert (every | ~safe).all() and safe.sum() > 0.6 * every.sum()
 
 
+@pytest.mark.slow
 def test_a_less_certain_heading_never_adds_plans(rng):
     """On these plans; an angle of zero is no doubt at all."""
     model, problem = toy_case(4)

@@ -89,7 +89,10 @@ class Inline:
         return future
 
 
-@pytest.mark.parametrize("workers", [1, 3, 50])
+@pytest.mark.parametrize(
+    "workers",
+    [pytest.param(1, marks=pytest.mark.slow), 3, pytest.param(50, marks=pytest.mark.slow)],
+)
 def test_numbers_do_not_depend_on_how_many_work(workers, alone):
     with ThreadPoolExecutor(workers) as pool:
         assert same(runs(pool, workers=None), alone)

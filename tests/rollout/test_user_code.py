@@ -89,6 +89,7 @@ def stumble(rng, k):
     return np.zeros((5, 2)) / {}[k[0]], []
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("workers", [0, 1])
 def test_a_plain_function_that_never_works(workers):
     walk = python_system(stumble, DOMAIN, TIME, name="walk", n_p=2, workers=workers)

@@ -16,6 +16,7 @@ from parc_jax.separation import distance
 from parc_jax.separation.segment import separation as segment_separation
 
 N = 64
+PLANE_AND_SPACE = [2, pytest.param(3, marks=pytest.mark.slow)]
 
 
 separations = jax.jit(jax.vmap(distance.separation))
@@ -59,7 +60,9 @@ def random_pairs(rng, n):
 
 
 @pytest.mark.soundness
-@pytest.mark.parametrize(("n", "seed"), [(2, 0), (2, 1), (3, 0)])
+@pytest.mark.parametrize(
+    ("n", "seed"), [(2, 0), (2, 1), pytest.param(3, 0, marks=pytest.mark.slow)]
+)
 def test_on_a_grid_the_gap_is_the_exact_distance(n, seed):
     rng = np.random.default_rng(seed)
     a, b, vertices = on_a_grid(rng, n)
@@ -77,7 +80,7 @@ def test_on_a_grid_the_gap_is_the_exact_distance(n, seed):
     np.testing.assert_allclose(np.linalg.norm(w, axis=1), 1.0, atol=1e-15)
 
 
-@pytest.mark.parametrize("n", [2, 3])
+@pytest.mark.parametrize("n", PLANE_AND_SPACE)
 @pytest.mark.parametrize("seed", range(2))
 def test_with_boxes_of_errors_the_gap_is_the_distance(n, seed):
     rng = np.random.default_rng(seed)
@@ -93,7 +96,7 @@ def test_with_boxes_of_errors_the_gap_is_the_distance(n, seed):
     assert (gap[~apart] <= 1e-14 - radius[~apart]).all()
 
 
-@pytest.mark.parametrize("n", [2, 3])
+@pytest.mark.parametrize("n", PLANE_AND_SPACE)
 def test_with_templates_of_errors_the_gap_is_the_distance(n):
     rng = np.random.default_rng(n)
     a, b, vertices = random_pairs(rng, n)
@@ -110,7 +113,7 @@ def test_with_templates_of_errors_the_gap_is_the_distance(n):
 
 
 @pytest.mark.soundness
-@pytest.mark.parametrize("n", [2, 3])
+@pytest.mark.parametrize("n", PLANE_AND_SPACE)
 def test_the_direction_is_a_proof_in_exact_arithmetic(n):
     rng = np.random.default_rng(n)
     a, b, vertices = random_pairs(rng, n)
@@ -152,7 +155,7 @@ def test_one_point_in_the_plane_is_the_segment_of_before():
     assert (gap[~apart] <= 1e-15 - radius[~apart]).all()
 
 
-@pytest.mark.parametrize("n", [2, 3])
+@pytest.mark.parametrize("n", PLANE_AND_SPACE)
 def test_touching_is_not_a_gap_and_the_next_place_is(n):
     """A cube against points, edges and faces that touch it, repeated and whole."""
     corners = np.array(np.meshgrid(*[[0.0, 1.0]] * n)).reshape(n, -1).T
@@ -181,7 +184,7 @@ def test_touching_is_not_a_gap_and_the_next_place_is(n):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("n", [2, 3])
+@pytest.mark.parametrize("n", PLANE_AND_SPACE)
 def test_where_both_have_one_middle_there_is_still_a_direction(n):
     """The steps meet the origin at once: nothing is nearest, and nothing is no direction."""
     corners = np.array(np.meshgrid(*[[-1.0, 1.0]] * n)).reshape(n, -1).T
@@ -193,7 +196,7 @@ def test_where_both_have_one_middle_there_is_still_a_direction(n):
 
 
 @pytest.mark.soundness
-@pytest.mark.parametrize("n", [2, 3])
+@pytest.mark.parametrize("n", PLANE_AND_SPACE)
 def test_nothing_undefined_is_separated_and_no_claim_is_no_gap(n):
     rng = np.random.default_rng(0)
     a, b, vertices = random_pairs(rng, n)
@@ -217,7 +220,7 @@ def test_nothing_undefined_is_separated_and_no_claim_is_no_gap(n):
         assert not (gap > 0).any()
 
 
-@pytest.mark.parametrize("n", [2, 3])
+@pytest.mark.parametrize("n", PLANE_AND_SPACE)
 @pytest.mark.parametrize("power", [-1060, -700, -500, 200])
 def test_no_size_overstates_the_gap(n, power):
     rng = np.random.default_rng(1)
@@ -231,7 +234,7 @@ def test_no_size_overstates_the_gap(n, power):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("n", [2, 3])
+@pytest.mark.parametrize("n", PLANE_AND_SPACE)
 def test_float32_proposes_the_same(n):
     rng = np.random.default_rng(3)
     pairs = random_pairs(rng, n)
@@ -264,7 +267,8 @@ def test_contact_is_claimed_only_where_it_is_and_mostly_found(n, radius):
     assert inside.sum() > 5 and claimed[inside].mean() > 0.9
 
 
-@pytest.mark.parametrize("n", [2, 3])
+@pytest.mark.slow
+@pytest.mark.parametrize("n", PLANE_AND_SPACE)
 def test_a_plan_that_can_be_separated_is_never_called_touching(n):
     """Barely outside, by less than any picture shows, with thin and far simplices on the way."""
     rng = np.random.default_rng(n)

@@ -53,7 +53,7 @@ def test_a_polygon_is_added_to_the_obstacle_inside_out(pairs):
     assert (found[1] <= box_support + np.abs(w[1, :, 0]) + own).all()
 
 
-@pytest.mark.parametrize("faces", [False, True])
+@pytest.mark.parametrize("faces", [pytest.param(False, marks=pytest.mark.slow), True])
 def test_boxes_tell_no_more_than_the_gap(pairs, faces):
     rng = np.random.default_rng(2)
     close = 0
@@ -74,7 +74,7 @@ def test_boxes_tell_no_more_than_the_gap(pairs, faces):
     assert close > 100  # where they tell anything they tell much
 
 
-@pytest.mark.slow
+@pytest.mark.night
 def test_the_gap_of_one_interval_is_that_of_all(pairs):
     rng = np.random.default_rng(1)
     path = rng.normal(size=(6, 6)) * 3

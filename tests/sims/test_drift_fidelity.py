@@ -156,6 +156,7 @@ CHECKED = {
 }
 
 
+@pytest.mark.slow
 def test_check_values_of_the_description(ode):
     states, switch, steer = ode(np.array(list(CHECKED)))
     for i, (switch_want, steer_want, final, table) in enumerate(CHECKED.values()):

@@ -102,6 +102,7 @@ def test_tyres_keep_inside_their_circle(drift):
     assert np.allclose(friction, 0.36)
 
 
+@pytest.mark.slow
 def test_wheels_stay_on_the_floor_while_they_slide(drift):
     normal = drift[2][80:, 1]  # after it was set down
     assert len(drift[2]) > 0.93 * 4 * 588

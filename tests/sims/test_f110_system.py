@@ -41,6 +41,7 @@ def test_repeatable_to_the_bit_at_any_thread_count(system, ks, run):
     np.testing.assert_array_equal(replace(system, threads=1).run(KEYS, ks).measured, run.measured)
 
 
+@pytest.mark.slow
 def test_a_run_does_not_depend_on_its_neighbours(system, ks, run):
     for i in (0, 7):
         np.testing.assert_array_equal(

@@ -166,6 +166,7 @@ def twin():
     return sims.load("jackal", plant="twin")
 
 
+@pytest.mark.slow
 def test_the_twin_is_roughly_the_robot(twin):
     ks = np.array([[1.0, 0.0, 1.0, 0.0], [1.0, 0.5, 1.0, 0.5], [1.5, 0.0, 0.0, 0.0]])
     p, q = jax.jit(jax.vmap(twin.rollout))(KEYS[:3], jnp.asarray(ks))

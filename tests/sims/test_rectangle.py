@@ -44,6 +44,7 @@ def test_the_centre_is_the_one_point_of_before(both):
     np.testing.assert_allclose(corners.q, alone.q, rtol=0, atol=1e-9)
 
 
+@pytest.mark.night
 def test_corners_are_those_of_a_rigid_rectangle(both):
     name, runs, _ = both
     length, width = SIZES[name]

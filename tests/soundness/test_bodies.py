@@ -83,7 +83,7 @@ def compared(model, problem, scene, p0, k):
     return e, np.array(truth)
 
 
-@pytest.mark.parametrize("n_p", [2, 3])
+@pytest.mark.parametrize("n_p", [2, pytest.param(3, marks=pytest.mark.slow)])
 @pytest.mark.parametrize(("seed", "fitted"), [(0, False), (1, False), (2, False), (0, True)])
 def test_clearances_are_the_distances_of_hulls(n_p, seed, fitted):
     *scene, p0, k = case(n_p, seed, fitted)

@@ -146,7 +146,7 @@ def test_the_page_ends_at_k_where_the_bins_of_a_file_reach_beyond(tmp_path):
     assert by_the_page(tmp_path, asked, [(-k + [0.0, -0.1], k)], edges=wider) == [[False, False]]
 
 
-@pytest.mark.slow
+@pytest.mark.night
 def test_no_polytope_of_the_engine_contains_a_border_between_bins():
     """In floats no polytope holds a k on a border; in the exact rows it is outside; as a sample it
     is decided with the widths of all its bins.

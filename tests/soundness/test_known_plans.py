@@ -289,6 +289,7 @@ def plans_at_the_edge(seed, slack=None):
     return model, problem, verdicts(scene, p0, k).safe, p0, k
 
 
+@pytest.mark.slow
 def test_what_floats_accept_is_exactly_safe_even_at_the_last_bit():
     accepted = refused = 0
     for seed in range(4):

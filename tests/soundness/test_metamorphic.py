@@ -191,6 +191,7 @@ def refined(model, problem):
     return new, problem.replace(spans=steps)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("seed", SEEDS)
 def test_time_may_be_refined(seed):
     model, problem, p0, k = example(seed)

@@ -275,7 +275,7 @@ def test_broken_engines_are_caught_by_the_oracle(monkeypatch, models, fault):
     assert wrong > 0
 
 
-@pytest.mark.slow
+@pytest.mark.night
 def test_an_engine_that_refuses_everything_near_is_caught_too(monkeypatch, models):
     def wider(scene, path, errors):
         return CLEARANCE(scene, path, errors.replace(half=errors.half * 1.1 + 0.01))

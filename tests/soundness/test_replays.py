@@ -102,6 +102,7 @@ def test_a_proof_that_contradicts_the_plant_is_reported(rng):
         replay(system, scene, missed, jax.random.key(0))
 
 
+@pytest.mark.slow
 def test_a_replay_blind_between_knots_would_miss_contact(rng, monkeypatch):
     system = plant(exact, T, stride=10)
     thin = box([0.12, -1.0], [0.121, 1.0])  # between the first two knots of a drive at k_0 = 1
@@ -172,7 +173,7 @@ def test_two_thousand_drifts_from_the_safe_set_touch_nothing(parking):
     ).sum() <= 2000 * 0.01  # the claim: 0.001 over all of K, more over the certified part
 
 
-@pytest.mark.slow
+@pytest.mark.night
 def test_parking_certificates_are_small_and_accepted(parking, tmp_path):
     _, answer = parking
     report = checker.check_answer(checker.load(answer.save(tmp_path / "answer.json")))

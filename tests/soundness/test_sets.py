@@ -209,6 +209,7 @@ WRONG = {  # what a broken engine would have solved instead: (model, problem) ->
 }
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("fault", WRONG)
 def test_what_a_broken_engine_finds_is_refused_unless_it_is_true(fault):
     wrong_any = 0

@@ -94,7 +94,7 @@ def bounded(model, problem, max_leaves=400, bounds=True):
     )
 
 
-@pytest.mark.slow
+@pytest.mark.night
 def test_leaves_agree_with_points_and_the_bounds_hold_the_estimate(rng):
     met = set()
     for _ in range(4):
@@ -161,6 +161,7 @@ def test_random_scenes_with_polygons(seed):
             assert verdicts(scene_of(problem, model), p0[None], k[None]).safe.all()
 
 
+@pytest.mark.slow
 def test_tube_enters_the_hit_test_in_the_unsafe_direction(rng):
     """A wider tube never makes a box safe again: the same tree still holds, and the verdicts of
     points agree.

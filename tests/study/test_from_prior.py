@@ -59,6 +59,7 @@ def test_a_prior_that_is_wrong_costs_width_and_never_the_claim(learned):
     assert no_help.prior.startswith("prior backwards; corrected by residuals")
 
 
+@pytest.mark.slow
 def test_discards_are_of_the_training_runs_and_not_of_what_is_held_out(learned):
     _, held = RUNS.split(0.5)
     spoiled = RUNS.replace(p=RUNS.p.copy())
@@ -70,7 +71,7 @@ def test_discards_are_of_the_training_runs_and_not_of_what_is_held_out(learned):
     assert other.tube.final.max() > 4.0 and left(pj.learn_from(spoiled, **AFFINE), held) == 0
 
 
-@pytest.mark.slow
+@pytest.mark.night
 def test_training_runs_that_stick_out_advise_discards_and_do_not_widen_the_profile():
     train, held = RUNS.split(0.5)
     odd = RUNS.replace(p=RUNS.p.copy())

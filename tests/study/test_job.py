@@ -78,7 +78,7 @@ def test_the_fresh_runs_are_enough_for_every_bin(finished):
     assert min(claim.evidence["bin_runs"]) >= required_runs(0.1, 0.05 / (4 * 2), 0)
 
 
-@pytest.mark.slow
+@pytest.mark.night
 def test_same_seed_same_model_and_json_alone_on_stdout(finished, tmp_path, capsys):
     out, _ = finished
     capsys.readouterr()

@@ -105,7 +105,7 @@ def test_under_doubt_there_is_no_replay(runs):
         pj.replay_recorded(SimpleNamespace(doubt="of the start"), runs)
 
 
-@pytest.mark.slow
+@pytest.mark.night
 def test_an_answer_under_doubt_is_not_replayed(answer, runs):
     doubted = pj.Planner(answer.model).solve(
         answer.problem.replace(doubt=pj.Doubt(start=(0.01, 0.01))),

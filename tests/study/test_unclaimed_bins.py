@@ -43,7 +43,7 @@ def world():
     return reach_avoid(box([-0.2, -0.2], [0.2, 0.2]), [box([-0.05, 0.3], [0.05, 0.6])], 0.05)
 
 
-@pytest.mark.slow
+@pytest.mark.night
 def test_no_plan_lies_in_a_bin_without_claim_and_the_checker_accepts(tmp_path):
     half, key = model(without=0), jax.random.PRNGKey(0)
     planner = Planner(half)

@@ -62,7 +62,7 @@ def test_an_error_that_every_bin_allows(fitted):
             assert (np.asarray(inside) @ w <= support + 1e-12).all()
 
 
-@pytest.mark.slow
+@pytest.mark.night
 @pytest.mark.parametrize("fitted", [False, True])
 def test_the_screen_of_bodies_gives_the_verdicts_of_the_exact_test(fitted):
     _, _, scene, rng = case(fitted)

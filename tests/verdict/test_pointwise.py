@@ -32,7 +32,7 @@ def test_bins_are_the_tubes_bins_and_none_is_outside_of_k(example):
     assert (got.bin == -1).all() and not got.safe.any() and not got.reaches.any()
 
 
-@pytest.mark.parametrize("fitted", [False, True])
+@pytest.mark.parametrize("fitted", [False, pytest.param(True, marks=pytest.mark.slow)])
 def test_on_an_edge_the_margins_are_the_least_of_those_beside_it(fitted, rng):
     """Where bins meet the errors of each count; mixed with plans that are on none. [T28]"""
     model = points_model(rng, bins=(2, 2), fitted=fitted)

@@ -167,6 +167,7 @@ def test_a_screen_that_trusts_its_first_look_is_caught(rng, monkeypatch):
     assert len(np.setdiff1d(quick, exact)) > 0
 
 
+@pytest.mark.slow
 def test_contact_where_it_does_not_look_worst_is_seen():
     """The end passes a corner, where no facet separates it though nothing is touched; on the way,
     between two knots, it grazes a pole, where the facets look better.

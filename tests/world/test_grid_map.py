@@ -36,7 +36,9 @@ def a_map(rng, shape=(9, 13), origin=(-3.1, 7.7, 0.0)) -> GridMap:
     return occupancy_grid(data.astype(np.int8), 0.05, origin)
 
 
-@pytest.mark.parametrize("turn", [None, TURN], ids=["straight", "turned"])
+@pytest.mark.parametrize(
+    "turn", [pytest.param(None, marks=pytest.mark.slow), TURN], ids=["straight", "turned"]
+)
 def test_all_that_is_not_free_is_covered_exactly(turn, rng):
     yaw = 0.0 if turn is None else float(np.arctan2(4, 3))
     grid = a_map(rng, origin=(-3.1, 7.7, yaw))

@@ -69,7 +69,7 @@ def test_each_of_the_bounds_is_needed(truly, said):
     assert overlaps(lidar, 10, **said) > 0
 
 
-@pytest.mark.slow
+@pytest.mark.night
 @pytest.mark.parametrize("name", LIDARS)
 def test_nothing_stands_there_in_many_worlds(name):
     assert overlaps(LIDARS[name], 400, first=1000) == 0
