@@ -47,7 +47,6 @@ def test_a_hostile_planner_breaks_any_promise_about_a_point(rough_claim):
     assert isinstance(answer, NoStatement) and "one k" in answer.reason
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("half_width", [0.2, 0.05, 0.01])
 def test_a_hostile_planner_that_chooses_a_set_is_covered(rough_claim, half_width):
     lo, hi = 0.8 - half_width, min(1.0, 0.8 + half_width)
