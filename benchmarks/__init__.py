@@ -1,4 +1,4 @@
-"""The benchmark suite: `python -m benchmarks`, or `benchmarks.main([...])`. Method and results:
+"""The benchmarks: `python -m benchmarks`, or `benchmarks.main([...])`. Method and results:
 docs/benchmarks.md.
 """
 

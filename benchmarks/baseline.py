@@ -5,7 +5,7 @@ from pathlib import Path
 
 from benchmarks.bench import ROOT
 from benchmarks.report import page
-from benchmarks.suite import merged
+from benchmarks.run import merged
 from benchmarks.workloads import workload
 from parc_jax.rollout.files import write_atomic
 

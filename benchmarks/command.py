@@ -1,4 +1,4 @@
-"""The command line of the suite."""
+"""The command line of the benchmarks."""
 
 import argparse
 import json
@@ -65,11 +65,11 @@ def _measure(options, platform: str) -> int:
     from benchmarks.bench import Bench
     from benchmarks.gate import gate
     from benchmarks.report import results
-    from benchmarks.suite import failed, run_suite
+    from benchmarks.run import failed, run_workloads
     from parc_jax.rollout.files import write_atomic
 
     names = [name for name in NAMES if not options.only or name in options.only]
-    report = run_suite(
+    report = run_workloads(
         Bench(quick=options.quick, platform=platform),
         names,
         lambda line: print(line, file=sys.stderr),

@@ -1,4 +1,4 @@
-"""`parc-jax bench`: the benchmark suite."""
+"""`parc-jax bench`: the benchmarks."""
 
 import os
 import subprocess
@@ -21,7 +21,7 @@ def bench(
     """Measure this installation; method and results are in docs/benchmarks.md. Example: parc-jax
     bench --quick
 
-    The suite is part of the source, not of the installed package: run this in a clone.
+    The benchmarks are part of the source, not of the installed package: run this in a clone.
 
     Args:
         quick: Tiny sizes: does everything work?
@@ -37,9 +37,9 @@ def bench(
     arguments += ["--device", device] if device else []
     arguments += ["--json", str(json)] if json else []
     paths = [str(clone()), *filter(None, [os.environ.get("PYTHONPATH")])]
-    suite = [sys.executable, "-m", "benchmarks", *arguments]
+    command = [sys.executable, "-m", "benchmarks", *arguments]
     environment = os.environ | {"PYTHONPATH": os.pathsep.join(paths)}
-    return subprocess.run(suite, env=environment, check=False).returncode
+    return subprocess.run(command, env=environment, check=False).returncode
 
 
 def clone() -> Path:

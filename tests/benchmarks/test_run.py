@@ -1,4 +1,4 @@
-"""The suite as a whole: quick runs of cheap workloads, reports, the page, the command line."""
+"""The benchmarks as a whole: quick runs of cheap workloads, reports, the page, the command line."""
 
 import json
 import types
@@ -6,7 +6,7 @@ import types
 import numpy as np
 import pytest
 
-from benchmarks import baseline, main, suite
+from benchmarks import baseline, main, run
 from benchmarks.bench import Bench
 from benchmarks.metrics import exact
 from benchmarks.report import page, results
@@ -19,7 +19,7 @@ CHEAP = ("regions", "lps")
 
 @pytest.fixture(scope="module")
 def quick():
-    return suite.run_suite(Bench(quick=True), CHEAP)
+    return run.run_workloads(Bench(quick=True), CHEAP)
 
 
 def fake(monkeypatch, **runs):
@@ -28,9 +28,9 @@ def fake(monkeypatch, **runs):
         name: types.SimpleNamespace(__doc__=f"{name}: how it is done.", run=run)
         for name, run in runs.items()
     }
-    for module in (suite, baseline):
+    for module in (run, baseline):
         monkeypatch.setattr(module, "workload", modules.__getitem__)
-    monkeypatch.setattr(suite, "NAMES", tuple(runs))
+    monkeypatch.setattr(run, "NAMES", tuple(runs))
 
 
 def skipping(bench):
@@ -80,12 +80,12 @@ def test_every_workload_says_how_it_measures():
 
 def test_skipped_and_broken_workloads_do_not_stop_the_others(monkeypatch):
     fake(monkeypatch, first=skipping, second=breaking, good=counting)
-    report = suite.run_suite(Bench(quick=True), ("first", "second", "good"))
+    report = run.run_workloads(Bench(quick=True), ("first", "second", "good"))
     assert [w["status"] for w in report["workloads"]] == ["skipped", "failed", "ok"]
     assert "nothing to measure" in report["workloads"][0]["reason"]
     assert (
-        suite.failed(report) == [f"second: {report['workloads'][1]['reason']}"]
-        and "boom" in suite.failed(report)[0]
+        run.failed(report) == [f"second: {report['workloads'][1]['reason']}"]
+        and "boom" in run.failed(report)[0]
     )
 
 
@@ -93,7 +93,7 @@ def test_metrics_under_a_foreign_or_repeated_name_are_refused(monkeypatch):
     fake(
         monkeypatch, other=counting, good=lambda b: Result([exact("good.a", 1), exact("good.a", 1)])
     )
-    report = suite.run_suite(Bench(quick=True), ("other", "good"))
+    report = run.run_workloads(Bench(quick=True), ("other", "good"))
     assert [w["status"] for w in report["workloads"]] == ["failed", "failed"]
     assert (
         "another workload" in report["workloads"][0]["reason"]
@@ -103,7 +103,7 @@ def test_metrics_under_a_foreign_or_repeated_name_are_refused(monkeypatch):
 
 def test_the_page_shows_method_tables_reasons_and_escapes(monkeypatch):
     fake(monkeypatch, first=skipping, good=counting)
-    report = suite.run_suite(Bench(quick=True), ("first", "good"))
+    report = run.run_workloads(Bench(quick=True), ("first", "good"))
     text = results(report, "# R", 2)
     for part in (
         "good: how it is done.",
@@ -128,7 +128,7 @@ def test_updating_merges_runs_of_parts_and_writes_the_page(monkeypatch, tmp_path
     fake(monkeypatch, first=lambda b: Result([exact("first.a", 1)]), good=counting)
     file, doc = tmp_path / "baseline.json", tmp_path / "page.md"
     for names in (("good", "first"), ("good",)):
-        baseline.update(suite.run_suite(Bench(), names), file, doc)
+        baseline.update(run.run_workloads(Bench(), names), file, doc)
     stored = baseline.load_baselines(file)["cpu"]
     assert [w["name"] for w in stored["workloads"]] == ["first", "good"]
     assert doc.read_text() == page(baseline.load_baselines(file))

@@ -15,7 +15,7 @@ from benchmarks.workloads import NAMES, workload
 FORMAT = "parc_jax.benchmarks/1"
 
 
-def run_suite(bench: Bench, names: Sequence[str] = NAMES, say=lambda line: None) -> dict:
+def run_workloads(bench: Bench, names: Sequence[str] = NAMES, say=lambda line: None) -> dict:
     """Report of the named workloads. A workload that cannot run is skipped with its reason; one
     that breaks is reported as failed and the others go on. say: called with a line of progress."""
     report = {"format": FORMAT, "quick": bench.quick, "environment": environment(), "workloads": []}
@@ -67,7 +67,7 @@ def failed(report: dict) -> list[str]:
 
 def merged(before: dict | None, now: dict) -> dict:
     """`now`, with the workloads of an earlier report that were not run this time, in the order of
-    the suite. These say under "earlier" where and when they were run.
+    `NAMES`. These say under "earlier" where and when they were run.
     """
     earlier = []
     if before is not None:
