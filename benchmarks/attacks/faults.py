@@ -33,6 +33,7 @@ from benchmarks.attacks.faults_onboard import ONBOARD
 from benchmarks.attacks.faults_prior import PRIOR
 from benchmarks.attacks.faults_query import QUERY
 from benchmarks.attacks.faults_robot import ROBOT
+from benchmarks.attacks.faults_suite import SUITE
 from benchmarks.attacks.faults_verdict import VERDICTS
 from benchmarks.attacks.faults_world import WORLD
 
@@ -53,6 +54,7 @@ FAULTS: tuple[Fault, ...] = (
     *ONBOARD,
     *WORLD,
     *ROBOT,
+    *SUITE,
 )
 COPIED = ("parc_jax", "sims", "benchmarks", "tests", "docs", "pyproject.toml", "README.md")
 LEFT_OUT = shutil.ignore_patterns("__pycache__", ".*", "site", "*.gif", "*.png", "*.pdf")

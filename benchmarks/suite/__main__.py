@@ -1,0 +1,64 @@
+"""`python -m benchmarks.suite --size small`: run entries, freeze their answers, score them."""
+
+import argparse
+import json
+import secrets
+import sys
+import time
+from pathlib import Path
+
+from benchmarks.suite.bad import Refused
+from benchmarks.suite.enter import ENTRIES, enter
+from benchmarks.suite.instances import SIZES, instances
+from benchmarks.suite.result import SCORES, freeze, scored
+from benchmarks.suite.table import figure, table
+
+
+def main(arguments: list[str] | None = None) -> int:
+    """Exit codes: 0 done, 2 bad input."""
+    ours = sorted(path.parent.name for path in ENTRIES.glob("*/answer"))
+    parser = argparse.ArgumentParser(prog="python -m benchmarks.suite", description=__doc__)
+    parser.add_argument("--size", choices=SIZES, default=SIZES[0], help="small is in the others")
+    parser.add_argument("--only", nargs="+", default=(), metavar="ID", help="ids begin with these")
+    parser.add_argument(
+        "--entries", nargs="*", default=ours, metavar="NAME", help="names of ours, or folders"
+    )
+    parser.add_argument("--out", type=Path, default=Path("runs/suite"), help="folder of results")
+    parser.add_argument("--score", action="store_true", help="score what is frozen there, only")
+    parser.add_argument("--again", action="store_true", help="score with the chance of before")
+    parser.add_argument("--figure", type=Path, help="draw the scores of the folder, e.g. x.png")
+    options = parser.parse_args(arguments)
+    try:
+        return _run(options)
+    except Refused as why:
+        print(f"suite: {why}", file=sys.stderr)
+        return 2
+
+
+def _run(options) -> int:
+    def say(line):
+        print(line, file=sys.stderr, flush=True)
+
+    begin = time.monotonic()
+    asked = instances(options.size, options.only)
+    if not (options.score or options.again):
+        options.out.mkdir(parents=True, exist_ok=True)
+        for entry in options.entries:
+            found = enter(entry, asked, say)
+            freeze(options.out, Path(entry).name, found)
+    if options.again:
+        known = json.loads((options.out / SCORES).read_text())["instances"]
+        for one in asked:
+            if one.id in known:
+                report = scored(options.out, [one], known[one.id]["chance"], say)
+    else:
+        report = scored(options.out, asked, secrets.token_hex(32), say)
+    print(table(report))
+    say(f"{time.monotonic() - begin:.0f} s")
+    if options.figure:
+        figure(report, options.figure)
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,185 @@
+"""An answer: plans (p0, k), boxes and polytopes of plans, "none" or "unknown", out of JSON that
+anybody may have written.
+"""
+
+import json
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from benchmarks.suite.bad import Refused
+
+SOME, NONE, UNKNOWN = "some", "none", "unknown"
+WORDS = {"verdict", "plans", "boxes", "polytopes"}
+MOST = 20_000  # pieces, and rows of all of them together times twenty; plans five times as many
+FIRST, LAST = 1 << 12, 1 << 20  # draws that measure a piece: at first, and where hardly one is in
+ENOUGH = 50  # draws inside of a piece that measure it
+
+
+@dataclass(frozen=True)
+class Piece:
+    """The plans z (n_p + n_k,) between lo and hi with A z <= b."""
+
+    lo: np.ndarray
+    hi: np.ndarray
+    A: np.ndarray
+    b: np.ndarray
+
+    def holds(self, plans: np.ndarray) -> np.ndarray:
+        """Which of plans (n, d) are in it."""
+        found = ((self.lo <= plans) & (plans <= self.hi)).all(axis=1)
+        if len(self.b) and found.any():
+            found[found] = (plans[found] @ self.A.T <= self.b).all(axis=1)
+        return found
+
+    def draw(self, rng: np.random.Generator, n: int) -> np.ndarray:
+        """What of n uniform draws between lo and hi is in it."""
+        plans = rng.uniform(self.lo, self.hi, (n, len(self.lo)))
+        return plans if not len(self.b) else plans[(plans @ self.A.T <= self.b).all(axis=1)]
+
+
+@dataclass(frozen=True)
+class Answer:
+    """verdict: one of SOME, NONE, UNKNOWN. plans (n, d): single ones. pieces: sets of plans."""
+
+    verdict: str
+    plans: np.ndarray
+    pieces: tuple[Piece, ...] = ()
+
+    def holds(self, plans: np.ndarray) -> np.ndarray:
+        """Which of plans (n, d) are in one of the sets."""
+        found = np.zeros(len(plans), bool)
+        for piece in self.pieces:
+            left = np.flatnonzero(~found)
+            found[left] = piece.holds(plans[left])
+        return found
+
+
+@dataclass
+class Sets:
+    """The sets of an answer, measured by draws, so that plans can be drawn evenly from their union.
+
+    volumes: of each, zero where no draw fell into it; of sets that are all flat, equal weights.
+    """
+
+    pieces: tuple[Piece, ...]
+    rng: np.random.Generator
+    volumes: np.ndarray = field(init=False)
+    flat: bool = field(init=False)
+
+    def __post_init__(self) -> None:
+        sides = np.array([piece.hi - piece.lo for piece in self.pieces])
+        solid = sides.min(axis=1) > 0
+        shares = np.array([self._share(piece) for piece in self.pieces])
+        self.flat = not (solid & (shares > 0)).any()
+        self.volumes = shares * (np.ones(len(sides)) if self.flat else sides.prod(axis=1))
+
+    def _share(self, piece: Piece) -> float:
+        tried = inside = 0
+        size = FIRST
+        while inside < ENOUGH and tried < LAST:
+            inside += len(piece.draw(self.rng, size))
+            tried += size
+            size = min(4 * size, LAST // 4)
+        return inside / tried
+
+    def __bool__(self) -> bool:
+        return bool(self.volumes.sum() > 0)
+
+    def draw(self, n: int) -> np.ndarray:
+        """n plans (n, d), uniform over the union; of flat sets, from each as often."""
+        out, missing = [], n
+        while missing > 0:
+            counts = self.rng.multinomial(2 * missing, self.volumes / self.volumes.sum())
+            drawn = [self._exactly(self.pieces[i], counts[i]) for i in np.flatnonzero(counts)]
+            plans = self.rng.permutation(np.concatenate(drawn))
+            if not self.flat:  # a plan in several sets may come only once
+                many = np.sum([piece.holds(plans) for piece in self.pieces], axis=0)
+                plans = plans[self.rng.uniform(size=len(plans)) * many < 1]
+            out.append(plans[:missing])
+            missing -= len(out[-1])
+        return np.concatenate(out)
+
+    def _exactly(self, piece: Piece, n: int) -> np.ndarray:
+        out, missing, size = [], n, 4 * n
+        while missing > 0:
+            out.append(piece.draw(self.rng, size)[:missing])
+            missing -= len(out[-1])
+            size = min(4 * size, LAST)
+        return np.concatenate(out)
+
+
+def read(text: str | bytes, lo: np.ndarray, hi: np.ndarray) -> Answer:
+    """The answer in a JSON text, about plans between lo and hi (d,): starts of the scene and
+    parameters of the box. Sets are cut to these; a single plan outside of them is refused. Raises
+    Refused.
+    """
+    try:
+        data = json.loads(text, parse_constant=_no_number)
+    except (ValueError, RecursionError) as error:
+        raise Refused(f"answer: expected JSON; {error}.") from None
+    if not isinstance(data, dict) or not data.keys() <= WORDS:
+        raise Refused(f"answer: expected an object with {', '.join(sorted(WORDS))}.")
+    verdict = data.get("verdict")
+    if verdict not in (SOME, NONE, UNKNOWN):
+        raise Refused(f"answer: expected verdict some, none or unknown; got {verdict!r:.40}.")
+    d = len(lo)
+    plans = _array("plans", data.get("plans", []), d)
+    pieces = [_box(one, d) for one in _list("boxes", data)]
+    pieces += [_polytope(one, d) for one in _list("polytopes", data)]
+    if verdict != SOME and (len(plans) or pieces):
+        raise Refused(f"answer: expected no plans beside the verdict {verdict}.")
+    rows = sum(len(piece.b) for piece in pieces)
+    if len(pieces) > MOST or rows > 20 * MOST or len(plans) > 5 * MOST:
+        raise Refused(
+            f"answer: expected at most {MOST} sets, {20 * MOST} rows and {5 * MOST} plans; got "
+            f"{len(pieces)}, {rows}, {len(plans)}."
+        )
+    if not ((lo <= plans) & (plans <= hi)).all():
+        raise Refused("answer: expected plans that start in the scene's start, with k in K.")
+    cut = (Piece(np.maximum(p.lo, lo), np.minimum(p.hi, hi), p.A, p.b) for p in pieces)
+    return Answer(verdict, plans, tuple(p for p in cut if (p.lo <= p.hi).all()))
+
+
+def _no_number(word: str):
+    raise Refused(f"answer: expected numbers; got {word}.")
+
+
+def _list(name: str, data: dict) -> list[dict]:
+    value = data.get(name, [])
+    if not isinstance(value, list) or not all(isinstance(one, dict) for one in value):
+        raise Refused(f"answer: expected {name}, a list of objects.")
+    return value
+
+
+def _array(name: str, value, d: int) -> np.ndarray:
+    """(n, d) finite numbers. Raises Refused."""
+    try:
+        array = np.array(value, np.float64)
+    except (TypeError, ValueError, OverflowError):
+        raise Refused(f"answer: expected {name}, rows of {d} finite numbers.") from None
+    if array.size == 0:
+        return np.empty((0, d))
+    if array.ndim != 2 or array.shape[1] != d or not np.isfinite(array).all():
+        raise Refused(
+            f"answer: expected {name}, rows of {d} finite numbers; got an array {array.shape}."
+        )
+    return array
+
+
+def _box(table: dict, d: int, words=frozenset({"lo", "hi"})) -> Piece:
+    if table.keys() != words:
+        raise Refused(f"answer: expected {', '.join(sorted(words))} of a set; got {[*table]}.")
+    bounds = _array("lo and hi of a set", [table["lo"], table["hi"]], d)
+    if len(bounds) != 2:
+        raise Refused(f"answer: expected lo and hi of a set, {d} numbers each.")
+    return Piece(*bounds, np.empty((0, d)), np.empty(0))
+
+
+def _polytope(table: dict, d: int) -> Piece:
+    around = _box(table, d, frozenset({"lo", "hi", "A", "b"}))
+    A = _array("A of a polytope", table["A"], d)
+    b = _array("b of a polytope", [table["b"]], len(A)).ravel()
+    if len(A) != len(b):
+        raise Refused(f"answer: expected a number in b for each row of A; got {len(b)}, {len(A)}.")
+    return Piece(around.lo, around.hi, A, b)

@@ -1,0 +1,67 @@
+"""A puck that is pushed and slides straight for a second, in a gust; what is true of it is known in
+closed form. Its variants are traps.
+
+k = (x, y) [m], where it would end from the origin. Beyond 2.5 m the push slips: it gains 0.4 m for
+every metre. So the push is piecewise affine, and the gust adds up to GUST [m] along each axis.
+"""
+
+import numpy as np
+
+from benchmarks.suite.bad import Refused
+from benchmarks.suite.boxes import BlackBox
+
+K = ((1.0, -1.0), (3.0, 1.0))
+SLIPS, GAIN = 2.5, 0.4  # [m] asked for, beyond which a metre brings so much
+GUST = 0.03  # [m] at most at the end, along each axis
+RECORDS, DT = 20, 0.05  # [s]
+JUMP, JUMPS, FAST = 0.6, 1e-3, 2.0  # [m] sideways, how often, for pushes beyond [m]
+CASTER, SWINGS, HARD = 0.4, 0.1, 0.9  # [m] to the left, how often, for pushes left beyond [m]
+SLOPE = 0.25  # [m] that the start moves the end
+VARIANTS = ("", "calm", "jumps", "hidden", "sparse", "slope")
+
+
+def pushed(k: np.ndarray) -> np.ndarray:
+    """Where k (n, 2) would bring it (n, 2) [m] without a gust."""
+    x, y = k.T
+    return np.stack([np.minimum(x, SLIPS + GAIN * (x - SLIPS)), y], axis=1)
+
+
+def box(variant: str) -> BlackBox:
+    """calm: no gust. jumps: one fast run in a thousand is thrown aside halfway. hidden: a caster
+    that nobody sees swings out in a tenth of the runs that are pushed hard to the left. sparse: a
+    quarter of a second between records. slope: where it starts bends where it ends. Raises Refused.
+    """
+    if variant not in VARIANTS:
+        raise Refused(f"puck: expected one of {', '.join(VARIANTS[1:])}; got {variant!r}.")
+    fine = 5 if variant == "sparse" else 1
+
+    def rollout(p0, k, seed):
+        return _run(variant, np.asarray(p0, float), np.asarray(k, float), seed)
+
+    return BlackBox(
+        f"puck:{variant}" if variant else "puck",
+        rollout,
+        *K,
+        n_p=2,
+        dt=DT * fine,
+        records=RECORDS // fine,
+        fine=fine,
+        speed=3.2 if variant == "sparse" else None,
+    )
+
+
+def _run(variant: str, p0, k, seed):
+    rng, n = np.random.default_rng(seed), len(k)
+    gust = GUST * rng.uniform(-1.0, 1.0, (n, 2)) * (variant != "calm")
+    chance = rng.uniform(size=n)
+    t = np.linspace(0.0, 1.0, RECORDS + 1)[None, :, None]
+    p = p0[:, None] + t * pushed(k)[:, None] + t**2 * gust[:, None]
+    if variant == "jumps":
+        thrown = (k[:, 0] > FAST) & (chance < JUMPS)
+        p[thrown, RECORDS // 2 :, 1] += JUMP
+    if variant == "hidden":
+        swung = (k[:, 1] > HARD) & (chance < SWINGS)
+        p[..., 1] += np.where(swung, CASTER, 0.0)[:, None] * t[..., 0] ** 2
+    if variant == "slope":
+        p[..., 1] += SLOPE * np.sin(2 * p0[:, :1]) * t[..., 0] ** 2
+    return p[:, :, None], np.empty((n, 0))

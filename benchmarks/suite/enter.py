@@ -1,0 +1,122 @@
+"""Runs an entry: its three programs, with files, timed and counted from outside."""
+
+import json
+import os
+import signal
+import subprocess
+import tempfile
+import time
+from dataclasses import dataclass
+from itertools import groupby
+from pathlib import Path
+
+from benchmarks.suite.bad import Refused
+from benchmarks.suite.door import Door
+from benchmarks.suite.instances import Instance
+
+PROGRAMS = ("install", "prepare", "answer")
+ENTRIES = Path(__file__).parent / "entries"
+ROOT = Path(__file__).parents[2]
+NOTHING = b'{"verdict": "unknown"}'  # what counts as the answer of an entry that gave none
+LOOK = 0.01  # [s] between looks for a first plan
+
+
+@dataclass
+class Ran:
+    """One program. code: its exit code, None where it was stopped. first_s: [s] until the file of a
+    first plan was there.
+    """
+
+    code: int | None
+    seconds: float
+    first_s: float | None
+    said: str
+
+
+def programs_of(entry: str) -> Path:
+    """The folder of an entry: of ours by name, of anybody by path. Raises Refused."""
+    folder = Path(entry) if os.sep in entry else ENTRIES / entry
+    for name in PROGRAMS:
+        if not os.access(folder / name, os.X_OK):
+            raise Refused(f"{entry}: expected a program {folder / name} that can be executed.")
+    return folder.resolve()
+
+
+def enter(entry: str, asked: list[Instance], say=lambda line: None) -> dict[str, dict]:
+    """What an entry answers, and what that took, by instance. It prepares once for all instances
+    with the same task; the runs and seconds of that count for each of these. Raises Refused.
+    """
+    folder, found = programs_of(entry), {}
+    with tempfile.TemporaryDirectory() as place:
+        work = Path(place)
+        installed = call([folder / "install"], work, 600.0)
+        if installed.code != 0:
+            raise Refused(f"{entry}: install ended with {installed.code}; {installed.said}")
+        ordered = sorted(asked, key=lambda one: json.dumps(one.task))
+        for number, (_, some) in enumerate(groupby(ordered, key=lambda one: json.dumps(one.task))):
+            room = work / str(number)
+            (room / "model").mkdir(parents=True)
+            found |= _prepared(folder, room, list(some), say)
+    return found
+
+
+def _prepared(folder: Path, room: Path, some: list[Instance], say) -> dict[str, dict]:
+    first = some[0]
+    task, model = room / "task.json", room / "model"
+    task.write_text(json.dumps(first.task))
+    with Door(first.black_box, first.budget, room) as door:
+        made = call([folder / "prepare", task, model], room, first.limit_s, door)
+        spent, simulating = door.used, door.seconds
+        found = {}
+        for instance in some:
+            door.used, door.seconds = spent, 0.0
+            answer, plan = room / "answer.json", room / "first.json"
+            for path in (answer, plan):
+                path.unlink(missing_ok=True)
+            arguments = [folder / "answer", task, model, instance.scene_path, answer]
+            ran = call(arguments, room, instance.limit_s, door, plan)
+            given = answer.read_bytes() if ran.code == 0 and answer.exists() else NOTHING
+            found[instance.id] = {
+                "answer": given,
+                "rollouts": door.used,
+                "prepare_s": round(made.seconds, 2),
+                "first_s": ran.first_s,
+                "answer_s": round(ran.seconds, 2),
+                "simulating_s": round(simulating + door.seconds, 2),
+                "why": "; ".join(filter(None, map(_why, (made, ran)))),
+            }
+            say(f"{folder.name} {instance.id}: {ran.seconds:.1f} s, {door.used} runs {_why(ran)}")
+    return found
+
+
+def _why(ran: Ran) -> str:
+    if ran.code == 0:
+        return ""
+    return "stopped at the limit" if ran.code is None else f"exit code {ran.code}: {ran.said}"
+
+
+def call(arguments, room: Path, limit_s: float, door: Door | None = None, plan=None) -> Ran:
+    """Run a program in a folder; it is stopped, with all that it started, at the limit."""
+    paths = [str(ROOT), *filter(None, [os.environ.get("PYTHONPATH")])]
+    environment = os.environ | {"PYTHONPATH": os.pathsep.join(paths)}
+    environment |= {} if door is None else door.environment
+    begin, first = time.monotonic(), None
+    with (room / "said").open("wb") as said:
+        process = subprocess.Popen(
+            list(map(str, arguments)),
+            cwd=room,
+            env=environment,
+            stdout=said,
+            stderr=subprocess.STDOUT,
+            start_new_session=True,
+        )
+        while process.poll() is None and time.monotonic() - begin < limit_s:
+            if first is None and plan is not None and plan.exists():
+                first = round(time.monotonic() - begin, 2)
+            time.sleep(LOOK)
+    code = process.poll()
+    if code is None:
+        os.killpg(process.pid, signal.SIGKILL)
+        process.wait()
+    lines = (room / "said").read_text(errors="replace").strip().splitlines()
+    return Ran(code, time.monotonic() - begin, first, lines[-1][:300] if lines else "")

@@ -1,0 +1,117 @@
+"""The scorer: frozen answers against fresh simulations, with NumPy alone.
+
+The seed of an instance comes from what all its answers contain and from chance that was drawn after
+they were frozen; the result names both, so anybody scores again, with this chance or with other.
+"""
+
+import hashlib
+import math
+
+import numpy as np
+
+from benchmarks.suite.answer import NONE, SOME, UNKNOWN, Answer, Sets, read
+from benchmarks.suite.bad import Refused
+from benchmarks.suite.binomial import interval, tail
+from benchmarks.suite.instances import Instance
+
+WRONG = 1e-6  # an answer is refuted where a right one would look as bad so rarely
+LOST, STANDS, WHOLE = -150, 2, 10  # points: refuted; a plan that holds; all plans, or a right none
+PER_EPS = 40  # runs of plans drawn from an answer, expected failures of one that fails with eps
+FEWEST = 400  # runs of them at least
+TRIED = 3  # plans that are tried against the answer that there is none
+CHUNK = 4096  # runs simulated together
+BEYOND = 1e-6  # what a plan's share of failures may exceed eps by: rounding
+
+
+def seed_of(instance: Instance, answers: dict[str, bytes], chance: str) -> int:
+    """Of the answers that were frozen, by entry, and chance drawn after that."""
+    text = [chance, instance.id]
+    text += [hashlib.sha256(answers[name]).hexdigest() for name in sorted(answers)]
+    return int.from_bytes(hashlib.sha256("\n".join(text).encode()).digest()[:16], "big")
+
+
+def score(instance: Instance, answers: dict[str, bytes], chance: str) -> dict:
+    """What came of the answers to an instance, by entry, and what is true of it."""
+    truth, *streams = np.random.SeedSequence(seed_of(instance, answers, chance)).spawn(
+        1 + len(answers)
+    )
+    plans, good, best = _truth(instance, np.random.default_rng(truth))
+    told = {"plans": len(plans), "good": int(good.sum())}
+    found = {}
+    for name, stream in zip(sorted(answers), streams, strict=True):
+        rng = np.random.default_rng(stream)
+        try:
+            answer = read(answers[name], *instance.bounds)
+        except Refused as why:
+            found[name] = {"status": "invalid", "points": 0, "why": str(why)}
+            continue
+        if answer.verdict == SOME:
+            found[name] = _some(instance, answer, plans[good], rng)
+        elif answer.verdict == NONE:
+            found[name] = _none(instance, plans[best], rng)
+        else:
+            found[name] = {"status": UNKNOWN, "points": 0}
+    return {"truth": told, "entries": found}
+
+
+def succeed(instance: Instance, plans: np.ndarray, rng: np.random.Generator) -> np.ndarray:
+    """Whether one fresh run of each plan (n, d) succeeds."""
+    box, found = instance.black_box, []
+    for first in range(0, len(plans), CHUNK):
+        p0, k = np.split(plans[first : first + CHUNK], [box.n_p], axis=1)
+        found.append(instance.scene.succeeds(*box.rollout(p0, k, int(rng.integers(2**62)))))
+    return np.concatenate([np.empty(0, bool), *found])
+
+
+def _truth(instance: Instance, rng: np.random.Generator):
+    """Plans (n, d) drawn evenly, which of them truly succeed, and the numbers of the best ones. A
+    plan does where it fails in no more than a share eps of its runs.
+    """
+    plans = rng.uniform(*instance.bounds, (instance.plans, instance.bounds.shape[1]))
+    failures = np.zeros(len(plans), int)
+    allowed = math.floor(instance.eps * instance.repeats + BEYOND)
+    runs = 0
+    while runs < instance.repeats:
+        more = max(1, min(3 * runs, instance.repeats - runs))
+        left = np.flatnonzero(failures <= allowed)
+        failed = ~succeed(instance, plans[left].repeat(more, axis=0), rng)
+        failures[left] += failed.reshape(len(left), more).sum(axis=1)
+        runs += more
+    return plans, failures <= allowed, np.argsort(failures, kind="stable")[:TRIED]
+
+
+def _some(instance: Instance, answer: Answer, good: np.ndarray, rng) -> dict:
+    sets = Sets(answer.pieces, rng) if answer.pieces else None
+    tests = {}
+    n = max(FEWEST, math.ceil(PER_EPS / instance.eps))
+    if len(answer.plans):
+        tests["plans"] = answer.plans[rng.integers(len(answer.plans), size=n)]
+    if sets:
+        tests["sets"] = sets.draw(n)
+    if not tests:
+        return {"status": "empty", "points": 0}
+    failures = {kind: int((~succeed(instance, plans, rng)).sum()) for kind, plans in tests.items()}
+    chances = [tail(n, x, instance.eps) for x in failures.values()]
+    told = {"failures": failures, "of": n, "chance": min(chances)}
+    if min(chances) < WRONG / len(chances):
+        return {"status": "refuted", "points": LOST, **told}
+    held = int(answer.holds(good).sum()) if sets and not sets.flat else 0
+    share = held / len(good) if len(good) else 0.0
+    low, high = interval(len(good), held) if len(good) else (0.0, 1.0)
+    points = STANDS + (WHOLE - STANDS) * share
+    told |= {"yield": [share, low, high], "held": [held, len(good)]}
+    return {"status": "stands", "points": round(points, 3), **told}
+
+
+def _none(instance: Instance, best: np.ndarray, rng) -> dict:
+    """That there is no plan is refuted by one that fails more rarely than with eps."""
+    level = WRONG / TRIED
+    n = math.ceil(1.5 * math.log(level) / math.log1p(-instance.eps))
+    for plan in best:
+        failures = int((~succeed(instance, plan[None].repeat(n, axis=0), rng)).sum())
+        if 1 - tail(n, failures + 1, instance.eps) < level:
+            told = {"plan": plan.tolist(), "failures": failures, "of": n}
+            return {"status": "refuted", "points": LOST, **told}
+    if instance.known == NONE:
+        return {"status": "right", "points": WHOLE}
+    return {"status": "open", "points": 0}

@@ -1,0 +1,84 @@
+"""Scores as a table, and as a figure."""
+
+from collections import defaultdict
+
+import numpy as np
+
+STATUSES = ("stands", "right", "empty", "open", "unknown", "invalid", "refuted")
+HEADER = (
+    "entry",
+    "points",
+    "stand",
+    "right none",
+    "no answer",
+    "**refuted**",
+    "yield, mean",
+    "runs, median",
+    "first plan, median [s]",
+    "in all, median [s]",
+)
+
+
+def table(report: dict) -> str:
+    """The entries of a report in Markdown, best first."""
+    rows = sorted(_rows(report), key=lambda row: -row[1])
+    lines = [HEADER, ["---"] * len(HEADER), *rows]
+    return "\n".join("| " + " | ".join(map(_spelled, line)) + " |" for line in lines)
+
+
+def by_entry(report: dict) -> dict[str, dict[str, dict]]:
+    """Entry -> instance -> what came of it."""
+    found: dict[str, dict[str, dict]] = defaultdict(dict)
+    for name, one in report["instances"].items():
+        for entry, result in one["entries"].items():
+            found[entry][name] = result
+    return dict(found)
+
+
+def _rows(report: dict):
+    for entry, results in by_entry(report).items():
+        each = list(results.values())
+        count = {status: sum(r["status"] == status for r in each) for status in STATUSES}
+        nothing = sum(count[status] for status in ("empty", "open", "unknown", "invalid"))
+        yields = [r["yield"][0] for r in each if "yield" in r and r["held"][1]]
+        first = [r["first_s"] + r["prepare_s"] for r in each if r.get("first_s") is not None]
+        yield (
+            entry,
+            round(sum(r["points"] for r in each), 1),
+            count["stands"],
+            count["right"],
+            nothing,
+            count["refuted"],
+            f"{100 * np.mean(yields):.0f} %" if yields else "",
+            int(np.median([r["rollouts"] for r in each])),
+            round(float(np.median(first)), 1) if first else "",
+            round(float(np.median([r["prepare_s"] + r["answer_s"] for r in each])), 1),
+        )
+
+
+def _spelled(value) -> str:
+    return f"{value:,}" if isinstance(value, int | float) else str(value)
+
+
+def figure(report: dict, path) -> None:
+    """Points of every entry on every instance, to a file; red is refuted."""
+    import matplotlib
+
+    matplotlib.use("Agg")
+    from matplotlib import pyplot as plt
+
+    entries = by_entry(report)
+    names = sorted(entries, key=lambda e: -sum(r["points"] for r in entries[e].values()))
+    ids = list(report["instances"])
+    points = np.full((len(names), len(ids)), np.nan)
+    for i, name in enumerate(names):
+        for j, one in enumerate(ids):
+            points[i, j] = entries[name].get(one, {"points": np.nan})["points"]
+    drawn, axes = plt.subplots(figsize=(2 + 0.28 * len(ids), 1.6 + 0.35 * len(names)))
+    colours = plt.get_cmap("YlGn").with_extremes(under="firebrick", bad="white")
+    shown = axes.imshow(points, cmap=colours, vmin=0.0, vmax=10.0, aspect="auto")
+    axes.set_xticks(range(len(ids)), ids, rotation=90, fontsize=7)
+    axes.set_yticks(range(len(names)), names, fontsize=8)
+    drawn.colorbar(shown, ax=axes, label="points; red: refuted, −150", extend="min", pad=0.01)
+    drawn.savefig(path, dpi=120, bbox_inches="tight")
+    plt.close(drawn)

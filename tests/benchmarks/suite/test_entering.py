@@ -1,0 +1,138 @@
+"""Entries are run as a newcomer's are: three programs, files, runs that are counted."""
+
+import json
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+from suite_cases import robust, text
+
+from benchmarks.suite import __main__ as command
+from benchmarks.suite.bad import Refused
+from benchmarks.suite.boxes import load
+from benchmarks.suite.door import Door
+from benchmarks.suite.enter import NOTHING, enter
+from benchmarks.suite.instances import instances
+from benchmarks.suite.result import freeze, frozen, scored
+
+ROOT = Path(__file__).parents[3]
+EXAMPLE = ROOT / "docs" / "examples" / "suite_entry"
+
+
+def entry(folder, answer, prepare="", name="entry"):
+    """An entry whose programs are a few lines of shell."""
+    place = folder / name
+    place.mkdir()
+    for program, lines in (("install", ""), ("prepare", prepare), ("answer", answer)):
+        (place / program).write_text(f"#!/bin/sh\n{lines}\n")
+        (place / program).chmod(0o755)
+    return str(place)
+
+
+def asked(name="puck_01", **changes):
+    (one,) = instances("large", [name])
+    return type(one)(**{key: getattr(one, key) for key in type(one).__annotations__} | changes)
+
+
+def test_the_example_of_the_page_answers_a_plan_that_stands(tmp_path, capsys):
+    out = ["--out", str(tmp_path / "out"), "--only", "puck_01"]
+    assert command.main([*out, "--entries", str(EXAMPLE)]) == 0
+    assert "suite_entry" in capsys.readouterr().out
+    report = json.loads((tmp_path / "out" / "scores.json").read_text())
+    one = report["instances"]["puck_01"]
+    found = one["entries"]["suite_entry"]
+    assert found["status"] == "stands" and found["points"] == 2
+    assert found["rollouts"] == 2000 and not found["why"]
+    assert command.main([*out, "--again"]) == 0
+    again = json.loads((tmp_path / "out" / "scores.json").read_text())
+    assert again["instances"]["puck_01"] == one
+    assert command.main([*out, "--score", "--figure", str(tmp_path / "x.png")]) == 0
+    other = json.loads((tmp_path / "out" / "scores.json").read_text())
+    assert other["instances"]["puck_01"]["chance"] != one["chance"]
+    assert (tmp_path / "x.png").stat().st_size > 1000
+
+
+def test_the_page_shows_the_example_as_it_is():
+    page, answer = (ROOT / "docs" / "suite.md").read_text(), (EXAMPLE / "answer").read_text()
+    lines = answer[answer.index("task, ") :]
+    assert f"```text\n{lines}```" in page and len(lines.splitlines()) <= 12
+
+
+def test_what_breaks_or_hangs_answers_nothing_and_says_why(tmp_path):
+    broken = enter(entry(tmp_path, "echo no luck; exit 3"), [asked()])["puck_01"]
+    assert broken["answer"] == NOTHING and "exit code 3: no luck" in broken["why"]
+    hangs = entry(tmp_path, "sleep 60", name="hangs")
+    late = enter(hangs, [asked(limit_s=0.3)])["puck_01"]
+    assert late["answer"] == NOTHING and late["why"] == "stopped at the limit"
+
+
+def test_runs_are_counted_and_end_with_the_budget(tmp_path):
+    with Door(load("puck"), 100, tmp_path) as door:
+
+        def ask(n, **changes):
+            p0, k = np.zeros((n, 2)), np.full((n, 2), 1.0)
+            np.savez(tmp_path / "ask.npz", **{"p0": p0, "k": k} | changes)
+            command = [sys.executable, door.environment["SUITE_ROLLOUT"]]
+            command += [tmp_path / "ask.npz", tmp_path / "runs.npz"]
+            done = subprocess.run(command, env=door.environment, capture_output=True, text=True)
+            return done.stderr.strip()
+
+        assert ask(60) == "" and door.used == 60
+        with np.load(tmp_path / "runs.npz") as runs:
+            assert runs["p"].shape == (60, 21, 1, 2) and runs["q"].shape == (60, 0)
+            first = runs["p"]
+        assert ask(30) == "" and door.used == 90
+        with np.load(tmp_path / "runs.npz") as runs:
+            assert (runs["p"] != first[:30]).any()  # another seed
+        assert "at most 10 runs" in ask(11) and door.used == 90
+        assert "p0 (n, 2)" in ask(5, p0=np.zeros((5, 3)))
+        assert "between k_lo and k_hi" in ask(5, k=np.full((5, 2), np.nan))
+        assert "p0 and k" in ask(5, k=np.array([{}], object))
+
+
+def test_preparing_is_done_once_and_counts_for_every_answer(tmp_path):
+    line = (
+        'python3 -c "import numpy as n; n.savez(\\"a.npz\\", p0=n.zeros((9,2)), k=n.ones((9,2)))"'
+    )
+    line += ' && "$SUITE_ROLLOUT" a.npz r.npz'
+    answer = 'echo 1 >first.json; echo "{\\"verdict\\": \\"unknown\\"}" >"$4"'
+    place = entry(tmp_path, answer, f"echo made >>{tmp_path}/made; {line}")
+    found = enter(place, [asked(), asked("puck_02"), asked("puck_08")])
+    assert (tmp_path / "made").read_text().split() == ["made"] * 2  # two boxes
+    assert [one["rollouts"] for one in found.values()] == [9, 9, 9]
+    assert json.loads(found["puck_01"]["answer"]) == {"verdict": "unknown"}
+
+
+def test_what_is_told_does_not_show_what_is_hidden():
+    told = asked("puck_08").task
+    assert not {"rollout", "fine", "trap", "known"} & told.keys()
+    assert told["records"] == 4 and told["dt"] == 0.25 and told["speed"] == 3.2
+
+
+def test_an_answer_that_was_changed_later_is_refused(tmp_path):
+    one = asked()
+    found = {"answer": text(polytopes=[robust()]), "prepare_s": 0.0, "first_s": None}
+    freeze(tmp_path, "one", {one.id: found | {"answer_s": 0.0, "rollouts": 0}})
+    assert scored(tmp_path, [one], "0")["instances"][one.id]["entries"]["one"]["status"] == "stands"
+    place = tmp_path / "answers" / "one" / f"{one.id}.json.gz"
+    freeze(tmp_path, "two", {one.id: found | {"answer": NOTHING}})
+    place.write_bytes((tmp_path / "answers" / "two" / place.name).read_bytes())
+    with pytest.raises(Refused, match="ledger"):
+        frozen(tmp_path, one)
+
+
+def test_bad_input_at_the_command_is_a_sentence(tmp_path, capsys):
+    for arguments in (["--only", "nothing"], ["--entries", "./nobody", "--only", "puck_01"]):
+        assert command.main([*arguments, "--out", str(tmp_path)]) == 2
+        assert "expected" in capsys.readouterr().err
+
+
+def test_numpy_is_all_that_the_scorer_needs():
+    code = "import sys, benchmarks.suite.__main__; import benchmarks.suite.boxes.bar; "
+    code += (
+        "print([m for m in ('jax', 'scipy', 'parc_jax', 'sims', 'matplotlib') if m in sys.modules])"
+    )
+    run = subprocess.run([sys.executable, "-c", code], cwd=ROOT, capture_output=True, text=True)
+    assert run.stdout.strip() == "[]", run.stderr
