@@ -39,8 +39,8 @@ SUITE = (
     Fault(
         "seeds_are_known_before_the_answers",
         "score.seed_of",
-        "hashlib.sha256(answers[name]).hexdigest() for name",
-        "name for name",
+        "{hashlib.sha256(answers[name]).hexdigest()}",
+        "",
         (f"{SCORE}::test_seeds_depend_on_the_answers_and_on_chance_that_was_drawn_later",),
     ),
     Fault(

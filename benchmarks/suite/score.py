@@ -26,7 +26,7 @@ BEYOND = 1e-6  # what a plan's share of failures may exceed eps by: rounding
 def seed_of(instance: Instance, answers: dict[str, bytes], chance: str) -> int:
     """Of the answers that were frozen, by entry, and chance drawn after that."""
     text = [chance, instance.id]
-    text += [hashlib.sha256(answers[name]).hexdigest() for name in sorted(answers)]
+    text += [f"{name} {hashlib.sha256(answers[name]).hexdigest()}" for name in sorted(answers)]
     return int.from_bytes(hashlib.sha256("\n".join(text).encode()).digest()[:16], "big")
 
 
