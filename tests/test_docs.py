@@ -212,7 +212,8 @@ def test_links_inside_the_repository_lead_somewhere(page):
 )
 def test_files_named_are_there(page):
     """From the repository's root, or the package's, or those of the proved checker."""
-    homes = (ROOT, ROOT / "parc_jax", ROOT / "tests" / "checker" / "rocq")
+    proved = ROOT / "parc_jax" / "checker" / "proved"
+    homes = (ROOT, ROOT / "parc_jax", proved, proved / "theories", ROOT / "tests" / "checker")
     path = r"`((?:[\w.]+/)+\w+\.(?:py|v|ml)|(?:parc_jax|sims|benchmarks|tests)/[\w./]+)`"
     for name in re.findall(path, page.read_text(encoding="utf-8")):
         there = [(home / name).exists() for home in homes]

@@ -168,11 +168,11 @@ def test_only_the_checker_imports_relatively():
     """It is a folder that is copied, under any name, and knows nothing outside of it."""
     found = {stage_of(path) for path in FILES if relative(path.read_text())}
     assert found == {"checker"}
-    for path in (ROOT / "checker").glob("*.py"):
+    for path in (ROOT / "checker").rglob("*.py"):
         assert set(relative(path.read_text())) <= {1}
 
 
-@pytest.mark.parametrize("path", sorted((ROOT / "checker").glob("*.py")), ids=lambda p: p.name)
+@pytest.mark.parametrize("path", sorted((ROOT / "checker").rglob("*.py")), ids=lambda p: p.name)
 def test_the_checker_uses_the_standard_library_alone(path):
     for module, _ in imports(path.read_text(), anywhere=True):
         assert module.split(".")[0] in sys.stdlib_module_names, module

@@ -7,10 +7,10 @@ import subprocess
 from pathlib import Path
 from typing import NamedTuple
 
+from parc_jax.checker.proved import PROVED_JS
 from parc_jax.errors import InputError
 
 VARIABLE = "PARC_JAX_PROVED_CHECKER"
-PROVED_JS = Path(__file__).parents[1] / "plot" / "page" / "proved.js"
 # Its verdict is read from what it prints: node itself ends with 1 where a program has a fault.
 ON_NODE = """
 require(process.argv[1]);
@@ -43,7 +43,7 @@ def find_second() -> Second:
         program = shutil.which(named)
         if program is None:
             raise InputError(
-                f"{VARIABLE}: expected the program that `make` builds in tests/checker/rocq; "
+                f"{VARIABLE}: expected the program that `make` builds in parc_jax/checker/proved; "
                 f"{named} is none. Name it, or unset the variable to use node."
             )
         return Second(f"the program {named}", (program, "--each"))

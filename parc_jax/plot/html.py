@@ -4,6 +4,7 @@ import json
 import re
 from pathlib import Path
 
+from parc_jax.checker.proved import PROVED_JS
 from parc_jax.plot.page_data import page_data
 from parc_jax.rollout.files import write_atomic
 
@@ -15,7 +16,6 @@ MARKS = {
     "VIEW": "view.js",
     "MAIN": "main.js",
     "PROOF": "proof.js",
-    "PROVED": "proved.js",
 }
 MAX_ANSWER = 20_000_000  # bytes of an answer that a page carries for the proved checker
 
@@ -36,7 +36,7 @@ def write_page(answer, html_path) -> Path:
 def page_of(data: dict, whole: str) -> str:
     """The page around its data and the text of the answer's file."""
     parts = {mark: (PARTS / name).read_text(encoding="utf-8") for mark, name in MARKS.items()}
-    parts["PROVED"] = parts["PROVED"].replace("</script", "<\\/script")
+    parts["PROVED"] = PROVED_JS.read_text(encoding="utf-8").replace("</script", "<\\/script")
     parts["DATA"] = _within(json.dumps(data, separators=(",", ":"), allow_nan=False))
     parts["ANSWER"] = _within(whole) if len(whole) <= MAX_ANSWER else ""
     parts["BYTES"] = str(len(whole))

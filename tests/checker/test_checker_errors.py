@@ -11,7 +11,7 @@ import pytest
 from parc_jax.checker import Rejected, integers
 from parc_jax.checker.errors import Several, Template, Widths
 
-sys.path.insert(0, str(Path(__file__).parent / "rocq" / "compare"))
+sys.path.insert(0, str(Path(__file__).parent / "compare"))
 
 import bodies
 

@@ -186,7 +186,7 @@ def folder(tmp_path):
     shutil.copytree(
         Path(checker.__file__).parent,
         tmp_path / "checker",
-        ignore=shutil.ignore_patterns("__pycache__"),
+        ignore=shutil.ignore_patterns("__pycache__", "proved"),
     )
     (tmp_path / "good.json").write_text(json.dumps(known.plain()))
     (tmp_path / "bad.json").write_text(known.CASES["touching"][0]())

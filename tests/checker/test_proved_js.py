@@ -1,4 +1,4 @@
-"""The proved checker as JavaScript (parc_jax/plot/page/proved.js), which the page and `check
+"""The proved checker as JavaScript (parc_jax/checker/proved/proved.js), which the page and `check
 --second` run: it is what its sources make, and its allowance of work grows with the file.
 """
 
@@ -18,7 +18,7 @@ from parc_jax import checker
 from parc_jax.checker.answer import about_the_model
 from parc_jax.cli import second
 
-SOURCE = Path(__file__).parent / "rocq"
+SOURCE = second.PROVED_JS.parent
 PAGE = Path(__file__).parents[2] / "docs" / "proved_checker.md"
 MEGABYTE = 10**6
 
@@ -49,10 +49,10 @@ def test_the_page_has_the_hash_of_the_whole_and_what_made_it():
 @pytest.mark.night
 @pytest.mark.needs("coq", "js_of_ocaml")
 def test_its_sources_make_it_byte_for_byte(tmp_path):
-    made = shutil.ignore_patterns("*.vo*", "*.glob", ".*", "check", "check.ml*", "*.cm*", "*.o")
-    shutil.copytree(SOURCE, tmp_path / "rocq", ignore=made)
+    made = shutil.ignore_patterns(*(SOURCE / ".gitignore").read_text().split())
+    shutil.copytree(SOURCE, tmp_path / "proved", ignore=made)
     command = ["make", "-s", "js", f"PROVED={tmp_path / 'made.js'}"]
-    done = subprocess.run(command, cwd=tmp_path / "rocq", capture_output=True, text=True)
+    done = subprocess.run(command, cwd=tmp_path / "proved", capture_output=True, text=True)
     assert done.returncode == 0, done.stdout[-2000:] + done.stderr[-2000:]
     assert (tmp_path / "made.js").read_bytes() == second.PROVED_JS.read_bytes()
 

@@ -1,5 +1,5 @@
-"""The checker that is itself proved (tests/checker/rocq): its proofs, what they rest on, and that
-it says the same as the Python one.
+"""The checker that is itself proved (parc_jax/checker/proved): its proofs, what they rest on, and
+that it says the same as the Python one.
 
 Needs coqc, ocamlfind and zarith (Debian: coq, ocaml-findlib, libzarith-ocaml-dev). Without them
 everything here but the length of the specification is skipped.
@@ -25,12 +25,13 @@ import pytest
 from toy_bodies import points_model, points_problem
 
 from parc_jax import checker
+from parc_jax.checker.proved import PROVED_JS
 from parc_jax.planner.planner import Planner
 from parc_jax.problem.problem import reach_avoid
 from parc_jax.sets.hpolytope import hpolytope
 from parc_jax.settings import Settings
 
-sys.path.insert(0, str(Path(__file__).parent / "rocq" / "compare"))
+sys.path.insert(0, str(Path(__file__).parent / "compare"))
 
 import bodies
 import kernel
@@ -43,18 +44,19 @@ import two_points
 import two_readers
 import two_terms
 
-SOURCE = Path(__file__).parent / "rocq"
+SOURCE = PROVED_JS.parent
+COMPARE = Path(__file__).parent / "compare"
+THEORIES = SOURCE / "theories"
 DOCS = Path(__file__).parents[2] / "docs"
-PROVED = Path(__file__).parents[2] / "parc_jax" / "plot" / "page" / "proved.js"
 # What the engine wrote for helpers/toy_models.py's case 4, some entries of each kind: a random
 # network, a disc, two obstacles, two bins.
-ENGINE = SOURCE / "compare" / "engine_answer.json"
+ENGINE = COMPARE / "engine_answer.json"
 # Some entries of an answer of the drone study: space, nine points, two layers of eight.
-ENGINE_POINTS = SOURCE / "compare" / "engine_points.json"
+ENGINE_POINTS = COMPARE / "engine_points.json"
 VALID = known.VALID | known_points.VALID
 BAD = known.CASES | known_points.CASES
 # of Spec.v, ClaimSpec.v and Statements.v: as they are, and as the maintainers last read them
-STATED = "246c60fee62cf2512104c08ec5e6e2650244afc19c3a58c8e622bee62e455e8a"
+STATED = "641b690db859fe3fe6f4e877a2b5dc2f2bdf3ef36e61506a1e98e63ba4451a03"
 REVIEWED = "3ec1b89dcd68f9210ae2b41a8ddf76106a9be0bb9cecde5c76fdd245516fa938"
 REALS = {  # the axioms of Coq's real numbers, and nothing else
     "ClassicalDedekindReals.sig_forall_dec",
@@ -64,6 +66,7 @@ LIBRARY = REALS | {  # the same files of the library state these too; no theorem
     "ClassicalDedekindReals.sig_not_dec",
     "Classical_Prop.classic",
 }
+MADE = shutil.ignore_patterns(*(SOURCE / ".gitignore").read_text().split())
 needs_coq = pytest.mark.needs("coq")
 
 
@@ -76,15 +79,14 @@ def run(command, folder, code=0):
 @pytest.fixture(scope="module")
 def built(tmp_path_factory):
     """A copy of the sources, with all proofs and the program made anew."""
-    folder = tmp_path_factory.mktemp("rocq") / "rocq"
-    made = shutil.ignore_patterns("*.vo*", "*.glob", ".*", "check", "check.ml*", "*.cm*", "*.o")
-    shutil.copytree(SOURCE, folder, ignore=made)
+    folder = tmp_path_factory.mktemp("proved") / "proved"
+    shutil.copytree(SOURCE, folder, ignore=MADE)
     run(["make"], folder)
     return folder
 
 
 def test_the_specification_is_short():
-    lines = (SOURCE / "Spec.v").read_text().splitlines()
+    lines = (THEORIES / "Spec.v").read_text().splitlines()
     assert len(lines) <= 150 and max(map(len, lines)) <= 120
 
 
@@ -93,7 +95,7 @@ def test_the_pages_quote_the_specification(name, least):
     page = (DOCS / f"{name}.md").read_text(encoding="utf-8")
     quoted = re.findall(r"^Definition .*?(?=\n\n|\n```)", page, re.MULTILINE | re.DOTALL)
     assert len(quoted) >= least
-    assert not [q for q in quoted if q not in (SOURCE / "Spec.v").read_text(encoding="utf-8")]
+    assert not [q for q in quoted if q not in (THEORIES / "Spec.v").read_text(encoding="utf-8")]
 
 
 def proved(kinds, text):
@@ -105,7 +107,7 @@ def test_what_is_proved_is_what_was_read():
     """Who changes a definition of Spec.v or ClaimSpec.v, or a statement, says on the page that they
     are to be read again; who has read them says when.
     """
-    texts = [(SOURCE / f"{name}.v").read_bytes() for name in ("Spec", "ClaimSpec", "Statements")]
+    texts = [(THEORIES / f"{name}.v").read_bytes() for name in ("Spec", "ClaimSpec", "Statements")]
     assert hashlib.sha256(b"".join(texts)).hexdigest() == STATED
     page = (DOCS / "proved_checker.md").read_text(encoding="utf-8")
     assert re.search(rf"`{REVIEWED}`, read by the maintainers on \d{{4}}-\d\d-\d\d", page)
@@ -113,7 +115,7 @@ def test_what_is_proved_is_what_was_read():
 
 
 def test_every_theorem_that_the_pages_name_is_stated_in_full():
-    texts = {path.name: path.read_text() for path in SOURCE.glob("*.v")}
+    texts = {path.name: path.read_text() for path in THEORIES.glob("*.v")}
     stated = proved(r"Theorem|Definition(?= \w+ : forall)", texts["Statements.v"])
     named = set()
     for page in ("proved_checker", "certificates", "guarantees", "theorems", "no_plan"):
@@ -123,7 +125,7 @@ def test_every_theorem_that_the_pages_name_is_stated_in_full():
 
 
 def test_nothing_is_admitted():
-    for path in SOURCE.glob("*.v"):
+    for path in THEORIES.glob("*.v"):
         text = re.sub(r"\(\*.*?\*\)", "", path.read_text(), flags=re.DOTALL)
         assert not re.search(r"\b(Admitted|admit|Axiom|Parameter|Conjecture)\b", text), path.name
 
@@ -133,7 +135,7 @@ def test_nothing_is_admitted():
 def test_the_theorems_rest_on_the_axioms_of_the_reals_only(built):
     out = run(["make", "-s", "assumptions"], built)
     blocks = out.split("Axioms:\n")[1:]
-    asked = proved("Print Assumptions", (SOURCE / "Assumptions.v").read_text())
+    asked = proved("Print Assumptions", (THEORIES / "Assumptions.v").read_text())
     assert len(blocks) == len(asked) and "Closed under" not in out
     for block in blocks:
         assert set(re.findall(r"^([A-Za-z_.]+)$", block, flags=re.MULTILINE)) == REALS
@@ -152,7 +154,7 @@ def test_coqs_small_checker_agrees(built):
 @needs_coq
 def test_unsound_checkers_break_a_proof(built):
     """The first few, and a harmless change; the script alone tries all."""
-    out = run(["bash", "compare/seeded.sh", "3"], built)
+    out = run(["bash", COMPARE / "seeded.sh", "3", built], built)
     assert out.count("as it must") == 4 and "WRONG" not in out
 
 
@@ -280,7 +282,7 @@ def test_an_answer_of_the_engine_in_the_kernel(built, path):
     """Neither extraction nor OCaml nor the reader: Coq's kernel computes the check itself."""
     answer = json.loads(path.read_text())
     (built / "Real.v").write_text(kernel.script(answer, path.name, 1))
-    out = run(["coqc", "-q", "Real.v"], built)
+    out = run(["coqc", "-q", "-Q", "theories", "ParcJax", "Real.v"], built)
     assert "whole_is_true" in out and "meaning whole" in out
     assert set(re.findall(r"^([A-Za-z]+\.[A-Za-z_]+)$", out, flags=re.MULTILINE)) == REALS
 
@@ -307,7 +309,7 @@ def test_files_with_changed_bytes_get_the_same_verdict_from_both_checkers(built)
 @needs_coq
 @pytest.mark.needs("node")
 def test_odd_values_in_every_place_get_the_same_verdict_from_both_checkers(built):
-    on_node = ["node", built / "js" / "run.js", PROVED]
+    on_node = ["node", built / "js" / "run.js", PROVED_JS]
     for program, count in (([built / "check"], 1500), (on_node, 300)):
         seen, accepted, different = two_readers.campaign(program, count, seed=0)
         assert different == []
@@ -339,7 +341,7 @@ READER_FAULTS = {
 @needs_coq
 @pytest.mark.parametrize("name", READER_FAULTS)
 def test_a_reader_that_hands_over_something_else_is_noticed(built, tmp_path, name):
-    for path in [*built.glob("*.ml"), built / "check.mli"]:
+    for path in (built / "program").glob("*.ml*"):
         shutil.copy(path, tmp_path)
     right, wrong = READER_FAULTS[name]
     reader = tmp_path / "reader.ml"
@@ -356,7 +358,7 @@ def test_a_reader_that_hands_over_something_else_is_noticed(built, tmp_path, nam
 @needs_coq
 @pytest.mark.needs("node")
 def test_claims_next_to_what_their_runs_show_get_the_same_verdict_from_both_checkers(built):
-    on_node = ["node", built / "js" / "run.js", PROVED]
+    on_node = ["node", built / "js" / "run.js", PROVED_JS]
     for program, count in (([built / "check"], 500), (on_node, 100)):
         seen, accepted, different = two_claims.campaign(program, count, seed=0)
         assert different == []
@@ -370,7 +372,7 @@ def test_the_javascript_program_says_the_same(built):
     files = [json.dumps(make()) for make in known.VALID.values()]
     files += [ENGINE.read_text(), json.dumps(build.scene(1))]
     native = two.Proved([built / "check"]).verdicts(files)
-    assert two.Proved(["node", built / "js" / "run.js", PROVED]).verdicts(files) == native
+    assert two.Proved(["node", built / "js" / "run.js", PROVED_JS]).verdicts(files) == native
 
 
 @pytest.mark.night

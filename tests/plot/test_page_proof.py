@@ -14,6 +14,7 @@ from toy_file import save, toy_file
 
 from parc_jax import checker
 from parc_jax.certificate.write import part_hash
+from parc_jax.checker.proved import PROVED_JS
 from parc_jax.io.answer_file import load_answer
 from parc_jax.plot import html as page_file
 from parc_jax.plot.html import PARTS, page_of, write_page
@@ -52,7 +53,7 @@ def test_the_page_carries_the_whole_answer_and_the_program(page, tmp_path):
     report = checker.check_answer(checker.load(tmp_path / "answer.json"))
     assert (report.samples, report.sets, report.corridors) == (2, 2, 1)
     assert "</script" not in block(text, "answer")  # the name of this system has one
-    program = (PARTS / "proved.js").read_text()
+    program = PROVED_JS.read_text()
     assert block(text, "proved").strip() == program.replace("</script", "<\\/script").strip()
     assert "<!--" not in program and "<script" not in program
     assert text.count("<script") == text.count("</script>") == 4
