@@ -33,16 +33,9 @@ from parc_jax.settings import Settings
 
 sys.path.insert(0, str(Path(__file__).parent / "compare"))
 
-import bodies
 import kernel
 import two
-import two_borders
-import two_claims
-import two_mutants
-import two_no_plan
-import two_points
-import two_readers
-import two_terms
+from campaign import campaign
 
 SOURCE = PROVED_JS.parent
 COMPARE = Path(__file__).parent / "compare"
@@ -67,6 +60,7 @@ LIBRARY = REALS | {  # the same files of the library state these too; no theorem
     "Classical_Prop.classic",
 }
 MADE = shutil.ignore_patterns(*(SOURCE / ".gitignore").read_text().split())
+ON_NODE = ["node", SOURCE / "js" / "run.js"]
 needs_coq = pytest.mark.needs("coq")
 
 
@@ -158,45 +152,59 @@ def test_unsound_checkers_break_a_proof(built):
     assert out.count("as it must") == 4 and "WRONG" not in out
 
 
-@pytest.mark.night
-@needs_coq
-def test_mutants_get_the_same_verdict_from_both_checkers(built):
-    seen, accepted, different = two_mutants.campaign([built / "check"], 1500, seed=0)
-    assert different == []
-    assert seen >= 1500 and 0.2 * seen < accepted < 0.8 * seen
+@pytest.mark.parametrize(
+    "name", ["claims", "readers", pytest.param("points", marks=pytest.mark.slow)]
+)
+def test_a_checker_that_accepts_everything_is_noticed(tmp_path, name):
+    program = tmp_path / "program"
+    accepted = json.dumps({"code": 0, "lines": ["ACCEPTED."], "entries": {}})
+    program.write_text(f"#!/bin/sh\nshift\nfor file; do echo '{accepted}'; done\n")
+    program.chmod(0o755)
+    assert campaign(name, [program], 20).different
 
 
 @pytest.mark.night
 @needs_coq
-def test_mutants_with_several_points_get_the_same_verdict_from_both_checkers(built):
-    seen, accepted, different = two_points.campaign([built / "check"], 1500, seed=0)
-    assert different == []
-    assert seen >= 1500 and 0.2 * seen < accepted < 0.8 * seen
+@pytest.mark.parametrize(
+    ("name", "count", "least", "most"),
+    [
+        ("mutants", 1500, 0.2, 0.8),
+        ("points", 1500, 0.2, 0.8),
+        ("bodies", 500, 0.1, 0.8),
+        ("no_plan", 300, 0.2, 0.8),
+        ("claims", 500, 0.5, 0.9),
+        ("readers", 1500, 0.05, 0.5),
+        ("terms", 3000, 0.5, 0.9),
+    ],
+)
+def test_both_checkers_say_the_same(built, name, count, least, most):
+    """Of what the file of the campaign tells; neither nearly all nor nearly nothing is accepted."""
+    found = campaign(name, [built / "check"], count)
+    assert found.different == []
+    assert found.seen >= count and least * found.seen < found.accepted < most * found.seen
 
 
 @pytest.mark.night
 @needs_coq
-def test_points_of_polytopes_on_borders_between_bins_are_samples(built):
-    on, beside, refused = two_borders.compare([built / "check"], json.loads(ENGINE.read_text()))
-    assert beside > 10
-    assert on == 0  # faces that bins share belong to no polytope
-    assert refused == 0
+@pytest.mark.parametrize(
+    ("name", "path", "count"),
+    [("mutants", ENGINE, 300), ("changed_bytes", ENGINE, 300), ("borders", ENGINE, 1)],
+)
+def test_both_checkers_say_the_same_of_an_answer_of_the_engine(built, name, path, count):
+    """Of points of polytopes on borders between bins that each is a sample, and on no face that
+    bins share.
+    """
+    found = campaign(name, [built / "check"], count, valid=json.loads(path.read_text()))
+    assert found.different == [] and found.accepted > 10 and found.seen >= count
 
 
 @pytest.mark.night
 @needs_coq
-def test_bodies_of_several_points_in_space_and_template_tubes(built):
-    seen, good, different, hit = bodies.campaign([built / "check"], 500, seed=0)
-    assert different == [] and hit == 0
-    assert seen >= 500 and good > 0.1 * seen
-
-
-@pytest.mark.night
-@needs_coq
-def test_mutants_of_proofs_of_no_plan_get_the_same_verdict_from_both_checkers(built):
-    seen, accepted, different = two_no_plan.campaign([built / "check"], 300, seed=0)
-    assert different == []
-    assert seen >= 300 and 0.2 * seen < accepted < 0.8 * seen
+@pytest.mark.needs("node")
+@pytest.mark.parametrize(("name", "count"), [("readers", 300), ("claims", 100)])
+def test_the_javascript_program_says_the_same_as_the_python_checker(built, name, count):
+    found = campaign(name, [*ON_NODE, PROVED_JS], count)
+    assert found.different == [] and 0.05 * count < found.accepted < 0.9 * count
 
 
 @pytest.mark.night
@@ -205,7 +213,8 @@ def test_bad_files_are_refused(built):
     """Every bad file of the Python checker's tests, but for its limits."""
     bad = {why: make() for why, (make, limits) in BAD.items() if not limits}
     assert len(bad) > 190
-    for why, verdict in zip(bad, two.Proved([built / "check"]).verdicts(bad.values()), strict=True):
+    said = two.proved_verdicts([built / "check"], bad.values())
+    for why, verdict in zip(bad, said, strict=True):
         assert verdict["code"] == 1, why
 
 
@@ -289,40 +298,9 @@ def test_an_answer_of_the_engine_in_the_kernel(built, path):
 
 @pytest.mark.night
 @needs_coq
-def test_an_answer_of_the_engine_and_its_mutants(built):
-    run([built / "check", ENGINE], built)
-    run([built / "check", ENGINE_POINTS], built)
-    answer = json.loads(ENGINE.read_text())
-    _, accepted, different = two_mutants.campaign([built / "check"], 300, seed=0, valid=answer)
-    assert accepted > 30 and different == []
-
-
-@pytest.mark.night
-@needs_coq
-def test_files_with_changed_bytes_get_the_same_verdict_from_both_checkers(built):
-    answer = json.loads(ENGINE.read_text())
-    seen, accepted, different = two_mutants.texts([built / "check"], 300, 0, answer)
-    assert different == [] and 0.2 * seen < accepted < 0.8 * seen
-
-
-@pytest.mark.night
-@needs_coq
-@pytest.mark.needs("node")
-def test_odd_values_in_every_place_get_the_same_verdict_from_both_checkers(built):
-    on_node = ["node", built / "js" / "run.js", PROVED_JS]
-    for program, count in (([built / "check"], 1500), (on_node, 300)):
-        seen, accepted, different = two_readers.campaign(program, count, seed=0)
-        assert different == []
-        assert seen == count and 0.05 * seen < accepted < 0.5 * seen
-
-
-@pytest.mark.night
-@needs_coq
-def test_what_the_reader_hands_over_is_what_the_file_says(built):
-    """Its contract, on files in other words and on files with an odd value."""
-    seen, accepted, different = two_terms.campaign([built / "check"], 3000, seed=0)
-    assert different == []
-    assert seen == 3000 and 0.5 * seen < accepted < 0.9 * seen
+@pytest.mark.parametrize("path", [ENGINE, ENGINE_POINTS], ids=lambda path: path.stem)
+def test_an_answer_of_the_engine_is_accepted(built, path):
+    run([built / "check", path], built)
 
 
 READER_FAULTS = {
@@ -350,19 +328,7 @@ def test_a_reader_that_hands_over_something_else_is_noticed(built, tmp_path, nam
     modules = "work.ml check.mli check.ml json.ml sha256.ml reader.ml verdict.ml terms.ml main.ml"
     compiler = "ocamlfind ocamlopt -w -a -package zarith -linkpkg".split()
     run([*compiler, *modules.split(), "-o", "check"], tmp_path)
-    _, _, different = two_terms.campaign([tmp_path / "check"], 200, seed=0)
-    assert different
-
-
-@pytest.mark.night
-@needs_coq
-@pytest.mark.needs("node")
-def test_claims_next_to_what_their_runs_show_get_the_same_verdict_from_both_checkers(built):
-    on_node = ["node", built / "js" / "run.js", PROVED_JS]
-    for program, count in (([built / "check"], 500), (on_node, 100)):
-        seen, accepted, different = two_claims.campaign(program, count, seed=0)
-        assert different == []
-        assert seen == count and 0.5 * seen < accepted < 0.9 * seen
+    assert campaign("terms", [tmp_path / "check"], 200).different
 
 
 @pytest.mark.night
@@ -371,8 +337,8 @@ def test_claims_next_to_what_their_runs_show_get_the_same_verdict_from_both_chec
 def test_the_javascript_program_says_the_same(built):
     files = [json.dumps(make()) for make in known.VALID.values()]
     files += [ENGINE.read_text(), json.dumps(build.scene(1))]
-    native = two.Proved([built / "check"]).verdicts(files)
-    assert two.Proved(["node", built / "js" / "run.js", PROVED_JS]).verdicts(files) == native
+    native = two.proved_verdicts([built / "check"], files)
+    assert two.proved_verdicts([*ON_NODE, PROVED_JS], files) == native
 
 
 @pytest.mark.night
@@ -393,5 +359,5 @@ def test_no_plan_of_the_engine_between_faces_and_its_mutants(built, tmp_path):
     names = {name for node in written["no_plan"]["tree"] for name in node}
     assert written["no_plan"]["kind"] == "proved" and names == {"split", "hit", "bounded"}
     run([built / "check", path], built)
-    seen, accepted, different = two_no_plan.campaign([built / "check"], 60, 0, written)
-    assert 0 < accepted < seen and different == []
+    found = campaign("no_plan", [built / "check"], 60, valid=written)
+    assert 0 < found.accepted < found.seen and found.different == []

@@ -1,26 +1,14 @@
 """Answers about bodies of several points and parts, in the plane and space, with template tubes.
 
-    python tests/checker/compare/bodies.py --count 2000 [--seed 0]
-
 Random entries are judged here in fractions, straight from the definitions: the support of a
-template is the largest value at its vertices, where both checkers bound it by multipliers. All
-three must agree, entry by entry. Entries that are accepted are driven as well: random trajectories
-in the tube, random points of the body. Boxes of doubt around each plan: without room they are
-samples; with room, points of accepted ones are.
+template is the largest value at its vertices, where both checkers bound it by multipliers.
 """
 
-import argparse
 import itertools
 import json
-import random
-import sys
 from fractions import Fraction as F
-from pathlib import Path
-
-sys.path.insert(0, str(Path(__file__).parents[2] / "helpers"))
 
 import answer_files as build
-import two
 
 AXES = {2: [(1, 0), (-1, 0), (0, 1), (0, -1)]}
 AXES[3] = [(*a, 0) for a in AXES[2]] + [(0, 0, 1), (0, 0, -1)]
@@ -232,47 +220,6 @@ def separation(problem, network, p0, k):
     return sep
 
 
-def mixture(rng, points):
-    weights = [rng.random() ** 3 + 1e-9 for _ in points]
-    total = sum(weights)
-    return [
-        sum(w * float(x[a]) for w, x in zip(weights, points, strict=True)) / total
-        for a in range(len(points[0]))
-    ]
-
-
-def hits(rng, problem, network, tube, entry):
-    """Drives an accepted plan, in floats: whether a random point of the body meets an obstacle."""
-    n, p0, k = problem["n_p"], *map(build.value, (entry["p0"], entry["k"]))
-    places, _ = knots(problem, network, p0, k)
-    b = rng.choice(build.bins_of(tube, k))
-    for o, part in tasks(problem):
-        first, last = o.get("steps", [0, problem["steps"] - 1])
-        t, s = rng.randint(first, last), rng.choice([0, 1, rng.random()])
-        points = []
-        for i in part["points"]:
-            error = mixture(rng, corners(tube["interval"][b][t][i], n))
-            line = [
-                (1 - s) * float(x) + s * float(y)
-                for x, y in zip(places[t][i], places[t + 1][i], strict=True)
-            ]
-            points.append([x + e for x, e in zip(line, error, strict=True)])
-        x = mixture(rng, points)
-        if "radius" in part:
-            way = [rng.gauss(0, 1) for _ in range(n)]
-            scale = float(build.value(part["radius"])) / sum(v * v for v in way) ** 0.5
-            offset = [scale * v for v in way]
-        else:
-            offset = mixture(rng, build.value(part["vertices"]))
-        x = [u + v for u, v in zip(x, offset, strict=True)]
-        rows = zip(build.value(o["A"]), build.value(o["b"]), strict=True)
-        if all(
-            sum(float(v) * y for v, y in zip(a, x, strict=True)) <= float(c) - 1e-9 for a, c in rows
-        ):
-            return True
-    return False
-
-
 def pieces(answer, entry, rng):
     """The polytope around a sample, and the same with the bin or the pattern of another."""
     k = build.value(entry["k"])
@@ -292,85 +239,3 @@ def boxes(rng, problem, entry):
             for key, m in (("p0", n), ("k", 2))
         }
         yield {**entry, "room": {key: build.text(values) for key, values in room.items()}}
-
-
-def escapes(rng, problem, network, tube, box):
-    """Whether a corner or a random point of a box of doubt is not a good sample, in fractions."""
-    for attempt in range(4):
-        point = {"sep": box["sep"]}
-        for key in ("p0", "k"):
-            shares = [
-                rng.choice([-1, 1]) if attempt < 2 else build.dyadic(rng, 1) for _ in box[key]
-            ]
-            middle, room = build.value(box[key]), build.value(box["room"][key])
-            point[key] = build.text(
-                [x + r * s for x, r, s in zip(middle, room, shares, strict=True)]
-            )
-        if not good(problem, network, tube, point):
-            return True
-    return False
-
-
-def campaign(program, count, seed):
-    """(entries, accepted, differences, hits by driving and points that escape boxes of doubt)."""
-    proved, seen, accepted, different, hit = two.Proved(program), 0, 0, [], 0
-    KNOWN_CORNERS.clear()
-    while seen < count:
-        rng = random.Random(seed)
-        answers, wanted = [], []
-        for _ in range(10):
-            problem, network, tube = scene(rng)
-            entries = [attempt(rng, problem, network, tube) for _ in range(20)]
-            answer = build.answer(problem, network, tube, entries)
-            verdicts = [good(problem, network, tube, entry) for entry in entries]
-            sets = [
-                (piece, ok and inner)
-                for entry, ok in zip(entries, verdicts, strict=True)
-                for piece, inner in pieces(answer, entry, rng)
-            ]
-            answer["sets"] = [piece for piece, _ in sets]
-            answers.append(answer)
-            answer["doubt"] = [box for entry in entries for box in boxes(rng, problem, entry)]
-            wanted.append({"samples": verdicts, "sets": [ok for _, ok in sets]})
-            for entry, ok in zip(entries, verdicts, strict=True):
-                hit += ok and any(hits(rng, problem, network, tube, entry) for _ in range(20))
-        results = proved.verdicts(map(json.dumps, answers))
-        for number, (result, want) in enumerate(zip(results, wanted, strict=True)):
-            doubt = result["entries"]["doubt"]
-            want["doubt"] = [digit == "1" for digit in doubt]  # judged by points; the first of two
-            want["doubt"][::2] = want["samples"]  # is a plan without doubt
-            for digit, box in zip(doubt, answers[number]["doubt"], strict=True):
-                parts = [answers[number][part] for part in ("problem", "network", "tube")]
-                hit += digit == "1" and escapes(rng, *parts, box)
-            for kind, verdicts in want.items():
-                digits = "".join("01"[ok] for ok in verdicts)
-                got = result["entries"].get(kind, result["lines"][0])
-                seen += len(digits)
-                accepted += digits.count("1")
-                if got != digits:
-                    different.append((seed, number, kind, got, digits))
-            for kind, i, why in two.differences(two.python_verdicts(answers[number]), result):
-                different.append((seed, number, f"{kind}[{i}] of the Python checker", why, "-"))
-        seed += 1
-    return seen, accepted, different, hit
-
-
-def main():
-    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("--count", type=int, default=2000)
-    parser.add_argument("--seed", type=int, default=0)
-    parser.add_argument("--program", default=str(two.PROGRAM))
-    arguments = parser.parse_args()
-    program = arguments.program.split()
-    seen, accepted, different, hit = campaign(program, arguments.count, arguments.seed)
-    print(
-        f"{seen} entries, {accepted} good, {len(different)} answers differ, "
-        f"{hit} contacts or escapes"
-    )
-    for place in different[:10]:
-        print("  seed {}, answer {}, {}: proved {}, fractions {}".format(*place))
-    return 1 if different or hit else 0
-
-
-if __name__ == "__main__":
-    sys.exit(main())

@@ -35,7 +35,7 @@ def compare(answer):
     if text in SEEN or not isinstance(answer, dict):
         return
     SEEN.add(text)
-    verdict = two.Proved([two.PROGRAM]).verdicts([text])[0]
+    verdict = two.proved_verdicts([two.PROGRAM], [text])[0]
     python = judged(answer)
     ACCEPTED.append(python)
     if python != (verdict["code"] == 0):

@@ -1,4 +1,4 @@
-"""Both checkers on the same answers: the Python one by its functions, the proved one as a program.
+"""Both checkers on the same files: what each says, and where they differ.
 
 The Python checker's verdicts are taken entry by entry from `Context`, and for what is not in an
 entry (hashes, sizes, unknown fields, the tube) from `check_answer`.
@@ -13,6 +13,7 @@ from parc_jax import checker
 
 PROGRAM = Path(checker.__file__).parent / "proved" / "check"
 KINDS = ("samples", "sets", "corridors", "doubt")
+MOST_FILES = 500  # named in one command
 
 
 def rejected(function, *arguments):
@@ -48,38 +49,42 @@ def whole_verdict(text):
         return rejected(lambda: checker.check_answer(checker.load(path)))
 
 
-class Proved:
-    """The proved checker as a program: `program` is [path of check] or ["node", path of run.js]."""
+def proved_verdicts(program, texts, option="--each"):
+    """What the proved checker says of each text: {"code", "lines", "entries": {kind: "101…"}}, or
+    with --read what it reads.
 
-    def __init__(self, program):
-        self.program = [str(part) for part in program]
-
-    def verdicts(self, texts):
-        """For each text of an answer {"code", "lines", "entries": {kind: "101…"}}."""
-        each = ["--each"] if self.program[0] != "node" else []
+    `program` is [path of check] or ["node", path of run.js, path of proved.js].
+    """
+    options = [] if program[0] == "node" else [option]
+    texts, said = list(texts), []
+    for first in range(0, len(texts), MOST_FILES):
         with tempfile.TemporaryDirectory() as folder:
             paths = []
-            for i, text in enumerate(texts):
+            for i, text in enumerate(texts[first : first + MOST_FILES]):
                 paths.append(Path(folder) / f"{i}.json")
                 paths[-1].write_bytes(text if isinstance(text, bytes) else text.encode())
-            command = [*self.program, *each, *map(str, paths)]
+            command = [*map(str, program), *options, *map(str, paths)]
             out = subprocess.run(command, capture_output=True, text=True, check=True).stdout
-        return [json.loads(line) for line in out.splitlines()]
+            said += map(json.loads, out.splitlines())
+    return said
 
 
-def differences(python, proved):
-    """[(kind, number, Python's reason or None)] where the verdicts on one answer differ."""
-    if isinstance(python, str):
-        refused = proved["code"] == 1 and not proved["entries"]
-        return [] if refused else [("context", 0, python)]
-    if not proved["entries"]:
-        return [("context", 0, None)]
-    found = []
+def by_entry(what, text, said):
+    """Judges a file by its entries: whether Python accepts each, and None or how they differ."""
+    python = python_verdicts(json.loads(text))
+    if isinstance(python, str) or not said["entries"]:
+        same = isinstance(python, str) and said["code"] == 1 and not said["entries"]
+        yield False, None if same else (what, "the question", python)
+        return
     for kind in KINDS:
-        pairs = zip(python[kind], proved["entries"][kind], strict=True)
-        found += [
-            (kind, i, why)
-            for i, (why, digit) in enumerate(pairs)
-            if (why is None) != (digit == "1")
-        ]
-    return found
+        pairs = zip(python[kind], said["entries"][kind], strict=True)
+        for i, (why, digit) in enumerate(pairs):
+            same = (why is None) == (digit == "1")
+            yield why is None, None if same else (what, f"{kind}[{i}]", why)
+
+
+def by_file(what, text, said):
+    """Judges a file as a whole."""
+    python = whole_verdict(text)
+    same = (python is None) == (said["code"] == 0)
+    yield python is None, None if same else (what, python, said["lines"][0])

@@ -1,8 +1,5 @@
 """Borders between bins: claim, polytope and sample must agree.
 
-    python tests/checker/compare/two_borders.py answer.json \\
-        [--program parc_jax/checker/proved/check]
-
 The claim is about every closed bin that contains k. So a point of a polytope must pass as a sample
 with the polytope's directions, also where its k is on a border or right beside it. Points are made
 by moving inner points onto the faces of their bin and 2^-40 to either side; the Python checker's
@@ -10,17 +7,11 @@ rows say which of them belong to the polytope (none on a face that two bins shar
 checker says which are safe.
 """
 
-import argparse
 import itertools
 import json
-import sys
 from fractions import Fraction as F
-from pathlib import Path
-
-sys.path.insert(0, str(Path(__file__).parents[2] / "helpers"))
 
 import answer_files as build
-import two
 
 from parc_jax import checker
 
@@ -48,32 +39,21 @@ def members(answer, piece, context):
             yield shared and step == 0, x
 
 
-def compare(program, answer):
-    """(members on shared faces, members elsewhere, those that are refused as samples)."""
-    context = checker.Context(answer["problem"], answer["network"], answer["tube"])
-    found = [
-        (piece, on, x) for piece in answer["sets"] for on, x in members(answer, piece, context)
-    ]
-    n = answer["problem"]["n_p"]
-    samples = [
-        {"p0": build.text(x[:n]), "k": build.text(x[n:]), "sep": piece["sep"]}
-        for piece, _, x in found
-    ]
-    only = build.only({**answer, "corridors": []}, "samples", *samples)
-    digits = two.Proved(program).verdicts([json.dumps(only)])[0]["entries"]["samples"]
-    return sum(on for _, on, _ in found), sum(not on for _, on, _ in found), digits.count("0")
+def batch(rng, left, valid):
+    """The members as samples with the directions of their polytopes."""
+    context = checker.Context(valid["problem"], valid["network"], valid["tube"])
+    n, samples, shared = valid["problem"]["n_p"], [], []
+    for piece in valid["sets"]:
+        for on, x in members(valid, piece, context):
+            shared.append(on)
+            place = {"p0": build.text(x[:n]), "k": build.text(x[n:])}
+            samples.append({**place, "sep": piece["sep"]})
+    if samples:
+        only = build.only({**valid, "corridors": []}, "samples", *samples)
+        yield shared, json.dumps(only)
 
 
-def main():
-    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("answer", type=Path)
-    parser.add_argument("--program", default=str(two.PROGRAM))
-    arguments = parser.parse_args()
-    answer = json.loads(arguments.answer.read_text())
-    on, beside, refused = compare(arguments.program.split(), answer)
-    print(f"{on} members on shared faces, {beside} others; refused as samples: {refused}")
-    return 1 if refused or on else 0
-
-
-if __name__ == "__main__":
-    sys.exit(main())
+def judge(what, text, said):
+    """No member is on a shared face, and every one is safe."""
+    for i, (on, digit) in enumerate(zip(what, said["entries"]["samples"], strict=True)):
+        yield digit == "1", None if digit == "1" and not on else (f"samples[{i}]", on, digit)

@@ -1,22 +1,13 @@
 """Claims next to what their runs show: both checkers must refuse, or accept, the same, and say of
 the same that nobody looked.
 
-    python tests/checker/compare/two_claims.py --count 2000 [--seed 0]
-    [--program "node parc_jax/checker/proved/js/run.js parc_jax/checker/proved/proved.js"]
 """
 
-import argparse
 import json
-import random
-import sys
 from fractions import Fraction
-from pathlib import Path
-
-sys.path.insert(0, str(Path(__file__).parents[2] / "helpers"))
 
 import answer_files as build
 import known
-import two
 from two_readers import ODD
 
 from parc_jax import checker
@@ -53,44 +44,22 @@ def claimed(rng):
     return json.dumps(build.rehash(answer))
 
 
-def verdict(text):
-    """(accepted, looked at the claim's numbers or had none to look at) by the Python checker."""
+def batch(rng, left, valid=None):
+    """So many claims."""
+    for number in range(left):
+        yield number, claimed(rng)
+
+
+def looked(lines):
+    """Whether these words say that the claim's numbers were looked at, or that it has none."""
+    return not any(UNCHECKED in line for line in lines)
+
+
+def judge(what, text, said):
+    """Whether it is accepted, and whether somebody looked."""
     try:
-        report = checker.check_answer(json.loads(text))
+        python = True, looked(checker.summary(checker.check_answer(json.loads(text))))
     except checker.Rejected:
-        return False, True
-    return True, not any(UNCHECKED in line for line in checker.summary(report))
-
-
-def campaign(program, count, seed):
-    """(claims, accepted, those that the checkers differ on) of so many at random."""
-    rng = random.Random(seed)
-    texts = [claimed(rng) for _ in range(count)]
-    python = [verdict(text) for text in texts]
-    proved = [
-        (said["code"] == 0, not any(UNCHECKED in line for line in said["lines"]))
-        for said in two.Proved(program).verdicts(texts)
-    ]
-    different = [
-        json.loads(text)["claim"]
-        for text, one, other in zip(texts, python, proved, strict=True)
-        if one != other
-    ]
-    return count, sum(accepted for accepted, _ in python), different
-
-
-def main():
-    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("--count", type=int, default=2000)
-    parser.add_argument("--seed", type=int, default=0)
-    parser.add_argument("--program", default=str(two.PROGRAM))
-    asked = parser.parse_args()
-    seen, accepted, different = campaign(asked.program.split(), asked.count, asked.seed)
-    print(f"{seen} claims, {accepted} accepted, {len(different)} differences")
-    for claim in different[:20]:
-        print(f"  {claim}")
-    return 1 if different else 0
-
-
-if __name__ == "__main__":
-    sys.exit(main())
+        python = False, True
+    same = python == (said["code"] == 0, looked(said["lines"]))
+    yield python[0], None if same else json.loads(text)["claim"]

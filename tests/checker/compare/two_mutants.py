@@ -1,29 +1,21 @@
 """Mutants of answers: the proved checker and the Python one must give every entry the same verdict.
 
-    python tests/checker/compare/two_mutants.py --count 20000 [--seed 0] [--answer answer.json]
-    [--program "node parc_jax/checker/proved/js/run.js"]
-
 Scenes have discs and polygons for bodies, with and without a start set, obstacles that are there
 for some steps only, several bins. Mutants of entries: plans, directions, runs, patterns, bins, k
 moved onto borders between bins, obstacles moved until they touch exactly. Mutants of the rest:
-obstacles, body, steps, goal, start, domain, network, tube, edges. Seeds go up by one for each
-batch, so a campaign that was stopped goes on with --seed.
+obstacles, body, steps, goal, start, domain, network, tube, edges.
 """
 
-import argparse
 import copy
 import json
-import random
-import sys
 from fractions import Fraction as F
-from pathlib import Path
-
-sys.path.insert(0, str(Path(__file__).parents[2] / "helpers"))
 
 import answer_files as build
 import two
 
 KINDS = build.KINDS
+ENTRIES = 60  # of each kind in a batch
+judge = two.by_entry
 
 
 def numbers(part):
@@ -175,8 +167,9 @@ def scene(rng):
     )
 
 
-def batch(rng, valid, entries):
+def batch(rng, left, valid=None):
     """Answers with mutated entries under the question they came with, and under changed ones."""
+    valid = scene(rng) if valid is None else valid
     sources = {kind: valid.get(kind) or [] for kind in KINDS}
     for question in [None, *rng.sample(list(QUESTION), 4)]:
         answer = {**copy.deepcopy(valid), "no_plan": None}
@@ -187,88 +180,11 @@ def batch(rng, valid, entries):
         else:
             for kind in KINDS:
                 answer[kind] = []
-                for _ in range(entries if sources[kind] else 0):
+                for _ in range(ENTRIES if sources[kind] else 0):
                     entry = copy.deepcopy(rng.choice(sources[kind]))
                     try:
                         ENTRY[rng.choice(list(ENTRY))](rng, entry, valid)
                     except IndexError:  # nothing to change: no obstacle, no run
                         pass
                     answer[kind].append(entry)
-        yield question or "entries", build.rehash(answer)
-
-
-def campaign(program, count, seed, valid=None):
-    """(entries compared, accepted by both, differences) of at least `count` mutants."""
-
-    def answers_of(rng):
-        return batch(rng, scene(rng) if valid is None else valid, 60)
-
-    return compared(program, count, seed, answers_of)
-
-
-def compared(program, count, seed, answers_of):
-    """The same for the answers (name of the change, answer) that a random generator gives."""
-    proved, seen, accepted, different = two.Proved(program), 0, 0, []
-    while seen < count:
-        answers = list(answers_of(random.Random(seed)))
-        results = proved.verdicts([json.dumps(answer) for _, answer in answers])
-        for (question, answer), result in zip(answers, results, strict=True):
-            python = two.python_verdicts(answer)
-            found = two.differences(python, result)
-            different += [(seed, question, *place) for place in found]
-            total = 1 if isinstance(python, str) else sum(map(len, python.values()))
-            seen += total
-            accepted += (
-                0 if isinstance(python, str) else sum(v.count(None) for v in python.values())
-            )
-        seed += 1
-    return seen, accepted, different
-
-
-ODD_BYTES = [bytes([b]) for b in b'{}[]",:0123456789-+.eEpx/\\u ntf\x00\n\xff\xc3']
-SLOTS = ("samples", "sets", "corridors", "no_plan", "claim", "format", "hash")
-
-
-def texts(program, count, seed, answer):
-    """(files, accepted, differences) of one answer with bytes changed outside the hashed parts."""
-    rng, proved = random.Random(seed), two.Proved(program)
-    answer = {**answer, "meta": {"note": "ignored"}, "no_plan": None}
-    for kind in KINDS:
-        answer[kind] = answer[kind][:2]
-    hashed = json.dumps({part: answer[part] for part in ("problem", "network", "tube")})[1:-1]
-    rest = json.dumps({key: value for key, value in answer.items() if key in (*SLOTS, "meta")})
-    files = []
-    for _ in range(count):
-        text = bytearray(rest[:-1].encode())
-        for _ in range(rng.choice([0, 1, 1, 2])):
-            at = rng.randrange(len(text))
-            text[at : at + rng.randint(0, 1)] = rng.choice(ODD_BYTES) * rng.randint(0, 2)
-        files.append(bytes(text) + b", " + hashed.encode() + b"}")
-    python = [two.whole_verdict(text) for text in files]
-    results = [result["code"] for result in proved.verdicts(files)]
-    pairs = list(enumerate(zip(python, results, strict=True)))
-    different = [(i, why, code) for i, (why, code) in pairs if (why is None) != (code == 0)]
-    return len(files), python.count(None), different
-
-
-def main():
-    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("--count", type=int, default=20_000)
-    parser.add_argument("--seed", type=int, default=0)
-    parser.add_argument("--answer", type=Path, help="mutate this answer instead of random scenes")
-    parser.add_argument("--program", default=str(two.PROGRAM))
-    arguments = parser.parse_args()
-    valid = arguments.answer and json.loads(arguments.answer.read_text())
-    seen, accepted, different = campaign(
-        arguments.program.split(), arguments.count, arguments.seed, valid
-    )
-    print(
-        f"{seen} mutants, {accepted} accepted by the Python checker, {len(different)} differences"
-    )
-    for place in different[:20]:
-        print("  seed {}, {}: {}[{}], Python: {}".format(*place))
-    return 1 if different else 0
-
-
-if __name__ == "__main__":
-    sys.exit(main())
+        yield question or "entries", json.dumps(build.rehash(answer))

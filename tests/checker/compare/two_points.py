@@ -1,8 +1,6 @@
 """Mutants of answers with several points and parts, in the plane and in space: both checkers must
 give every entry the same verdict.
 
-    python tests/checker/compare/two_points.py --count 20000 [--seed 0]
-
 Scenes are those of bodies.py: up to four points, three parts, errors as widths or as templates,
 one or two bins, plans on their border. Mutants of entries: plans, directions, runs, parts
 exchanged, patterns, bins, room of boxes of doubt. Mutants of the rest: obstacles, moved until they
@@ -10,13 +8,9 @@ touch exactly too, parts, network, goal, errors, rows of templates, ways to boun
 end.
 """
 
-import argparse
 import copy
-import sys
+import json
 from fractions import Fraction as F
-from pathlib import Path
-
-sys.path.insert(0, str(Path(__file__).parents[2] / "helpers"))
 
 import answer_files as build
 import bodies
@@ -25,6 +19,8 @@ import two_mutants
 from two_mutants import drop, put, shake
 
 KINDS = two.KINDS
+ENTRIES = 15  # of each kind in a batch
+judge = two.by_entry
 TRIES = 40  # plans per scene; those that hold are kept, and two others
 
 
@@ -178,41 +174,19 @@ QUESTION = {
 }
 
 
-def batch(rng, valid, entries):
+def batch(rng, left, valid=None):
     """Answers with mutated entries under the question they came with, and under changed ones."""
+    valid = scene(rng) if valid is None else valid
     for question in [None, *rng.sample(list(QUESTION), 5)]:
         answer = copy.deepcopy(valid)
         if question is not None:
             QUESTION[question](rng, answer)
         else:
             for kind in KINDS:
-                answer[kind] = [copy.deepcopy(rng.choice(valid[kind])) for _ in range(entries)]
+                answer[kind] = [copy.deepcopy(rng.choice(valid[kind])) for _ in range(ENTRIES)]
                 for entry in answer[kind]:
                     try:
                         ENTRY[rng.choice(list(ENTRY))](rng, entry, valid)
                     except IndexError:  # nothing to change: no run
                         pass
-        yield question or "entries", build.rehash(answer)
-
-
-def campaign(program, count, seed):
-    """(entries compared, accepted by both, differences) of at least `count` mutants."""
-    return two_mutants.compared(program, count, seed, lambda rng: batch(rng, scene(rng), 15))
-
-
-def main():
-    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("--count", type=int, default=20_000)
-    parser.add_argument("--seed", type=int, default=0)
-    parser.add_argument("--program", default=str(two.PROGRAM))
-    arguments = parser.parse_args()
-    found = campaign(arguments.program.split(), arguments.count, arguments.seed)
-    seen, accepted, different = found
-    print(f"{seen} mutants, {accepted} accepted by the Python checker, {len(different)} differ")
-    for place in different[:20]:
-        print("  seed {}, {}: {}[{}], Python: {}".format(*place))
-    return 1 if different else 0
-
-
-if __name__ == "__main__":
-    sys.exit(main())
+        yield question or "entries", json.dumps(build.rehash(answer))

@@ -1,27 +1,16 @@
 """What the reader hands to the proved checker is what the file says: its contract, tried.
 
-    python tests/checker/compare/two_terms.py --count 20000 [--seed 0]
-
 kernel.py translates a file into terms of Coq from docs/certificates.md alone; `check --read` prints
 what the reader made of it. Both are compared, term by term, on files with other numbers in other
 words (orders of keys, blanks, escapes, spellings), of which nothing may be refused, and on files
 with an odd value in one place: there an entry may be refused, but never be another one.
 """
 
-import argparse
 import itertools
 import json
-import random
-import subprocess
-import sys
-import tempfile
-from pathlib import Path
-
-sys.path.insert(0, str(Path(__file__).parents[2] / "helpers"))
 
 import answer_files as build
 import kernel
-import two
 import two_readers
 
 LISTS = ("samples", "sets", "corridors", "doubts")
@@ -33,7 +22,7 @@ WORDS = (
     "kind",
     "pattern",
 )  # what holds other texts than numbers
-MOST_FILES = 500  # named in one command
+OPTION = "--read"
 
 
 def spelled(text, rng):
@@ -106,21 +95,6 @@ def other_words(rng):
     return name, written(build.rehash(reworded(answer, rng)), rng)
 
 
-def read(program, texts):
-    """What the reader made of each text: {field: term}, None where it was refused."""
-    found = []
-    with tempfile.TemporaryDirectory() as folder:
-        for first in range(0, len(texts), MOST_FILES):
-            paths = []
-            for i, text in enumerate(texts[first : first + MOST_FILES]):
-                paths.append(Path(folder) / f"{i}.json")
-                paths[-1].write_text(text)
-            command = [*map(str, program), "--read", *map(str, paths)]
-            out = subprocess.run(command, capture_output=True, text=True, check=True).stdout
-            found += map(json.loads, out.splitlines())
-    return found
-
-
 def unlike(answer, made):
     """Names of what the reader made otherwise; an entry may be refused."""
     expected = kernel.tried(kernel.terms, answer)
@@ -140,43 +114,25 @@ def refused(made):
     return made is None or made["absent"] == "Unread" or any("None" in made[k] for k in LISTS)
 
 
-def campaign(program, count, seed):
-    """(files, of them read, differences as (what was changed, names)) of so many, half of each
-    kind.
-    """
-    rng = random.Random(seed)
-    files = [(*other_words(rng), True) for _ in range(count // 2)]
+def batch(rng, left, valid=None):
+    """So many files, half of each kind: (whether it must be read, what was changed)."""
+    for _ in range(left // 2):
+        name, text = other_words(rng)
+        yield (True, name), text
     names = list(two_readers.VALID)
-    for _ in range(count - len(files)):
+    for _ in range(left - left // 2):
         name = rng.choice(names)
         answer = build.rehash(two_readers.VALID[name]())
         place = rng.choice(list(two_readers.places(answer)))
         value = rng.choice((*two_readers.ODD, ..., NotImplemented))
         changed = two_readers.changed(answer, place, value)
-        files.append(((name, place, value), json.dumps(changed), False))
-    different, accepted = [], 0
-    results = read(program, [text for _, text, _ in files])
-    for (what, text, valid), made in zip(files, results, strict=True):
-        if refused(made):
-            different += [(what, "refused")] if valid else []
-        accepted += made is not None
-        if made is not None and (names := unlike(json.loads(text), made)):
-            different.append((what, names))
-    return len(files), accepted, different
+        yield (False, (name, place, value)), json.dumps(changed)
 
 
-def main():
-    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("--count", type=int, default=20_000)
-    parser.add_argument("--seed", type=int, default=0)
-    parser.add_argument("--program", default=str(two.PROGRAM))
-    arguments = parser.parse_args()
-    seen, accepted, different = campaign([arguments.program], arguments.count, arguments.seed)
-    print(f"{seen} files, {accepted} read, {len(different)} differences")
-    for change in different[:20]:
-        print("  {}: {}".format(*change))
-    return 1 if different else 0
-
-
-if __name__ == "__main__":
-    sys.exit(main())
+def judge(what, text, made):
+    """Whether it was read, and as what."""
+    must_be_read, changed = what
+    different = ["refused"] if must_be_read and refused(made) else []
+    if made is not None:
+        different += unlike(json.loads(text), made)
+    yield made is not None, (changed, different) if different else None

@@ -1,5 +1,5 @@
-(* What the reader made of a file, as terms of Coq: compare/two_terms.py says whether that is what the file says.  No
-   part of the checker. *)
+(* What the reader made of a file, as terms of Coq: tests/checker/compare/two_terms.py says whether that is what the
+   file says.  No part of the checker. *)
 module Big = Z (* zarith's, before Check's own Z hides it *)
 open Check
 open Printf
