@@ -168,6 +168,20 @@ ERRORS = (
 
 COVERED = (
     Fault(
+        "facets_promise_what_errors_off_an_axis_take",
+        "Reach.along",
+        "jnp.abs(w[axis])",
+        "w[axis]",
+        ("tests/verdict/test_facets.py::test_gaps_are_those_of_the_inequality",),
+    ),
+    Fault(
+        "errors_reach_as_in_the_next_bin",
+        "Reach.of",
+        "[bin]",
+        "[bin - 1]",
+        ("tests/verdict/test_facets.py::test_gaps_are_those_of_the_inequality",),
+    ),
+    Fault(
         "plans_keep_to_corridors_by_their_first_points",
         "corridors._clear",
         "else points",

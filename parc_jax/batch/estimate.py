@@ -3,14 +3,13 @@ and no verdict reads them. Kernels.
 """
 
 import itertools
-from typing import NamedTuple
 
 import jax
 import jax.numpy as jnp
 import numpy as np
 
-from parc_jax.base.arrays import dot, once, x64
-from parc_jax.claim.reach import reach
+from parc_jax.base.arrays import dot
+from parc_jax.claim.reach import Reach, reach
 from parc_jax.claim.tube import Tube
 from parc_jax.separation.pairs import Obstacles
 
@@ -18,43 +17,22 @@ STRIDE = 4  # [knots] from which to which paths are taken to be straight at a ro
 AROUND = 24  # directions tried in the plane; in space those from a cube to its neighbours
 
 
-class Taken(NamedTuple):
-    """What errors take from c paths, float32 with the time last.
+def along_fan(tube: Tube) -> Reach:
+    """How far errors reach against the directions of the fan, in float32."""
+    return reach(tube, _fan(tube.n_p), dtype=np.float32)
 
-    half: (c, n_points, n_p, T) half widths; None between faces. Then table (f, n_bins, n_points, T)
-    along every direction of the fan, and bin (c,) of each path.
+
+def estimate_clearance(obstacles: Obstacles, path, taken: Reach):
+    """Estimated clearance [m] (c,) of paths (c, n_c, T + 1), float32 with the time last. taken:
+    along the fan, in their bins (c,).
     """
-
-    half: jax.Array | None
-    table: jax.Array | None
-    bin: jax.Array
-
-    def along(self, i, w):
-        """(c, n_points, T) along direction i of the fan, which is w (n_p,)."""
-        if self.half is None:
-            return self.table[i][self.bin]
-        return sum(jnp.abs(w[axis]) * self.half[:, :, axis] for axis in range(len(w)))
-
-
-def fan_table(tube: Tube) -> jax.Array | None:
-    """`Taken.table` of a tube, worked out once; None for boxes, which tell it as fast."""
-    return None if tube.templates is None else once(tube, _along_fan)
-
-
-def _along_fan(tube: Tube) -> jax.Array:
-    with x64():
-        return reach(tube, _fan(tube.n_p)).astype(np.float32)
-
-
-def estimate_clearance(obstacles: Obstacles, path, taken: Taken):
-    """Estimated clearance [m] (c,) of paths (c, n_c, T + 1), float32 with the time last."""
     obstacles = jax.tree.map(_single, obstacles)
     if obstacles.closed:
         return _along_edges(obstacles, path, taken.half[:, 0])
     return _along_a_fan(obstacles, path, taken)
 
 
-def estimate_roughly(pairs: Obstacles, path, taken: Taken):
+def estimate_roughly(pairs: Obstacles, path, taken: Reach):
     """The same from every STRIDE-th knot alone: the paths are straight between these, with the
     errors of the interval in the middle; an obstacle that exists in some interval between two of
     them does in all.
@@ -65,11 +43,8 @@ def estimate_roughly(pairs: Obstacles, path, taken: Taken):
     spans = itertools.pairwise(knots)
     active = jnp.asarray(pairs.active)
     active = jnp.stack([active[:, a:b].any(axis=1) for a, b in spans], axis=1)
-    few = taken._replace(
-        half=None if taken.half is None else taken.half[..., middle],
-        table=None if taken.table is None else taken.table[..., middle],
-    )
-    return estimate_clearance(pairs.replace(active=active), path[..., knots], few)
+    few = pairs.replace(active=active)
+    return estimate_clearance(few, path[..., knots], taken.during(middle))
 
 
 def _along_edges(grown: Obstacles, path, error):
@@ -102,7 +77,7 @@ def _along_edges(grown: Obstacles, path, error):
     return jax.lax.fori_loop(0, len(grown.vertices), obstacle, far)
 
 
-def _along_a_fan(pairs: Obstacles, path, taken: Taken):
+def _along_a_fan(pairs: Obstacles, path, taken: Reach):
     """The largest gap along directions of a fan, the same for all pairs: too small between them.
     How far every point is along one is worked out once for all pairs.
     """

@@ -13,7 +13,7 @@ import jax.numpy as jnp
 import numpy as np
 from flax import struct
 
-from parc_jax.batch.estimate import Taken, estimate_clearance, estimate_roughly
+from parc_jax.batch.estimate import estimate_clearance, estimate_roughly
 from parc_jax.claim.bins import open_bin_of
 from parc_jax.claim.error_set import ErrorSet, at
 from parc_jax.claim.tube import Tube
@@ -37,8 +37,7 @@ class Pool:
     k (n, n_k), end (n, n_c) from p0, q (n, n_q): float64. final (n,): what may be off at the end.
     least, most (n, n_p): of that, the extent of the first point.
     known: (n,) bool, k has one bin, with a claim. bin: (n,) its number.
-    way (n, n_c, T + 1) from where the first point ends, half (n, n_points, n_p, T) of the errors,
-    None between faces: float32; only proposals are made from them.
+    way (n, n_c, T + 1) from where the first point ends: float32; only proposals are made from it.
     """
 
     k: jax.Array
@@ -50,7 +49,6 @@ class Pool:
     known: jax.Array
     bin: jax.Array
     way: jax.Array
-    half: jax.Array | None
 
 
 @struct.dataclass
@@ -72,9 +70,6 @@ def pool_of(net: ReLUNetwork, tube: Tube, k) -> Pool:
         offsets, q, _ = predict(net, tube.layout, k)
         bin = open_bin_of(tube.edges, k)
         back = moved_to(-offsets[-1, : tube.n_p], offsets)
-        half = None
-        if tube.templates is None:
-            half = jnp.moveaxis(tube.during(bin).half, 0, -1).astype(jnp.float32)
         return Pool(
             k=k,
             end=offsets[-1],
@@ -85,7 +80,6 @@ def pool_of(net: ReLUNetwork, tube: Tube, k) -> Pool:
             known=(bin >= 0) & jnp.isfinite(least[bin]).all() & jnp.isfinite(most[bin]).all(),
             bin=bin,
             way=back.T.astype(jnp.float32),
-            half=half,
         )
 
     return jax.vmap(one)(k)
@@ -134,21 +128,20 @@ def allowed_ends(pool: Pool, scene: SceneArrays) -> Ends:
     return Ends(lo, hi, pool.known & (lo <= hi).all(axis=1) & goal & start)
 
 
-def improve(best: Best, net, tube, table, scene: SceneArrays, pool: Pool, chosen, z, worth) -> Best:
+def improve(best: Best, net, tube, fan, scene: SceneArrays, pool: Pool, chosen, z, worth) -> Best:
     """Estimate plans that end in z (c, n_p) with k of the chosen items (c,), check the most
-    promising ones in float64, keep the best. table: of the tube, as in `Taken`. worth (c,) bool:
-    the others are left alone.
+    promising ones in float64, keep the best. fan: what errors take, of `along_fan`. worth (c,)
+    bool: the others are left alone.
     """
     checked = CHECKED
     path = _paths(pool, chosen, z)
-    taken = Taken(None if pool.half is None else pool.half[chosen], table, pool.bin[chosen])
+    taken = fan.of(pool.bin[chosen])
     if not scene.obstacles.closed:  # a check costs much, and estimates are nearly right
         checked = min(CHECKED, len(best.clearance))
         rough = jnp.where(worth, estimate_roughly(scene.obstacles, path, taken), -jnp.inf)
         _, few = jax.lax.top_k(rough, min(LOOKED, len(z)))
         z, chosen, worth, path = z[few], chosen[few], worth[few], path[few]
-        half = None if taken.half is None else taken.half[few]
-        taken = taken._replace(half=half, bin=taken.bin[few])
+        taken = fan.of(pool.bin[chosen])
     estimate = estimate_clearance(scene.obstacles, path, taken)
     estimate = jnp.where(worth, estimate, -jnp.inf)
     _, most = jax.lax.top_k(estimate, min(checked, len(z)))
@@ -177,7 +170,7 @@ class Rounds(NamedTuple):
 
 
 def search(
-    net, tube, table, scene: SceneArrays, number, best: Best, pool: Pool, key, first, last
+    net, tube, fan, scene: SceneArrays, number, best: Best, pool: Pool, key, first, last
 ) -> tuple[Best, jax.Array]:
     """Rounds first..last - 1 of one scene; ends when every place of `best` holds a safe plan.
 
@@ -197,7 +190,7 @@ def search(
         share = jax.random.uniform(round_key, (PROPOSED, ends.lo.shape[1]), ends.lo.dtype)
         z = ends.lo[chosen] + share * (ends.hi - ends.lo)[chosen]
         worth = jnp.broadcast_to(n > 0, order.shape)
-        best = improve(rounds.best, net, tube, table, scene, pool, chosen, z, worth)
+        best = improve(rounds.best, net, tube, fan, scene, pool, chosen, z, worth)
         return Rounds(rounds.next + 1, best)
 
     def unfinished(rounds: Rounds):
@@ -207,7 +200,7 @@ def search(
     return end.best, end.next - first
 
 
-def rewarm(net, tube, table, scene: SceneArrays, number, best: Best, plans, key) -> Best:
+def rewarm(net, tube, fan, scene: SceneArrays, number, best: Best, plans, key) -> Best:
     """Begin from earlier plans (w, n_p + n_k), NaN where there is none: the same k and ends, then
     more and more apart.
 
@@ -229,7 +222,7 @@ def rewarm(net, tube, table, scene: SceneArrays, number, best: Best, plans, key)
     ends = allowed_ends(pool, scene)
     z = jnp.clip(old[:, :n_p] + before.end[:, :n_p], ends.lo, jnp.maximum(ends.lo, ends.hi))
     worth = ends.any & usable[source]
-    return improve(best, net, tube, table, scene, pool, jnp.arange(PROPOSED), z, worth)
+    return improve(best, net, tube, fan, scene, pool, jnp.arange(PROPOSED), z, worth)
 
 
 def _sides(A, b):

@@ -63,27 +63,27 @@ def over_scenes(one, loop: bool, n, rows, start):
 
 
 def search_many(loop: bool, n, rows, start: Best, shared):
-    """rows: (scenes, numbers). shared: (net, tube, its fan table, pool, key, first, last). Returns
-    (Best, rounds (s,)).
+    """rows: (scenes, numbers). shared: (net, tube, its reach along the fan, pool, key, first,
+    last). Returns (Best, rounds (s,)).
     """
-    net, tube, table, pool, key, first, last = shared
+    net, tube, fan, pool, key, first, last = shared
 
     def one(row, best):
         scene, number = row
-        return search(net, tube, table, scene, number, best, pool, key, first, last)
+        return search(net, tube, fan, scene, number, best, pool, key, first, last)
 
     return over_scenes(one, loop, n[0], rows, start)
 
 
 def rewarm_many(loop: bool, n, rows, start: Best, shared):
-    """rows: (scenes, numbers, earlier plans). shared: (net, tube, its fan table, key). Returns
-    (Best, rounds (s,), all zero).
+    """rows: (scenes, numbers, earlier plans). shared: (net, tube, its reach along the fan, key).
+    Returns (Best, rounds (s,), all zero).
     """
-    net, tube, table, key = shared
+    net, tube, fan, key = shared
 
     def one(row, best):
         scene, number, plans = row
-        again = rewarm(net, tube, table, scene, number, best, plans, key)
+        again = rewarm(net, tube, fan, scene, number, best, plans, key)
         return again, jnp.zeros((), jnp.int32)
 
     return over_scenes(one, loop, n[0], rows, start)

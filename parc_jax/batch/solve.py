@@ -11,7 +11,7 @@ from parc_jax.base.arrays import x64
 from parc_jax.base.keys import Stage, key_data, stream
 from parc_jax.base.status import Status
 from parc_jax.batch.box_scenes import BoxScenes, lay_out_boxes
-from parc_jax.batch.estimate import fan_table
+from parc_jax.batch.estimate import along_fan
 from parc_jax.batch.proposals import PROPOSED, Best
 from parc_jax.batch.run import make_pool, rewarm_many, run, search_many
 from parc_jax.batch.stack import SizeClass, check_stack, stack_problems
@@ -167,9 +167,9 @@ def _search(
     dims = model.n_p + model.n_k
     best = Best(np.zeros((s, samples, dims)), np.full((s, samples), -np.inf))
     pool_key, scene_key, warm_key = jax.random.split(stream(key, Stage.SEARCH), 3)
-    table = fan_table(model.tube)
+    fan = along_fan(model.tube)
     if warm is not None:
-        shared = (model.net, model.tube, table, warm_key)
+        shared = (model.net, model.tube, fan, warm_key)
         best, _ = run(rewarm_many, (scenes, numbers, warm), best, shared, mesh)
     rounds = np.zeros(s, np.int64)
     for number, span in enumerate(passes(-(-draws // PROPOSED))):
@@ -180,7 +180,7 @@ def _search(
             pass_key = jax.random.fold_in(pool_key, number)
             k_box = (model.domain.lo, model.domain.hi)
             items = jax.device_get(make_pool(model.net, model.tube, pass_key, *k_box, pool))
-        shared = (model.net, model.tube, table, items, key_data(scene_key), *map(np.int32, span))
+        shared = (model.net, model.tube, fan, items, key_data(scene_key), *map(np.int32, span))
         part, start = jax.tree.map(lambda x, i=open_rows: x[i], ((scenes, numbers), best))
         got, ran = run(search_many, part, start, shared, mesh)
         best.plans[open_rows] = got.plans

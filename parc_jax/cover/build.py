@@ -6,14 +6,13 @@ from typing import NamedTuple
 import jax
 import numpy as np
 
-from parc_jax.base.arrays import in_chunks, x64
-from parc_jax.claim.error_set import at
+from parc_jax.base.arrays import in_chunks, once, x64
 from parc_jax.claim.tube import Tube
-from parc_jax.cover.choose import PLANS, Chosen, choose_batch, choose_by_bin
+from parc_jax.cover.allowed import allowed_of
+from parc_jax.cover.choose import PLANS, Chosen, choose_batch
 from parc_jax.cover.corridor import Corridor
 from parc_jax.cover.corridors import Corridors
 from parc_jax.cover.sampling import Points, joined
-from parc_jax.cover.thresholds import by_bin
 from parc_jax.verdict.scene import Scene
 
 SEEDS = 16  # whose corridors are chosen together
@@ -123,20 +122,14 @@ def _with_neighbours(points: Points, seeds: np.ndarray, rng: np.random.Generator
 
 def _around(scene: Scene, building: Building, plans: np.ndarray) -> list[Corridor]:
     """A corridor for every row (s, PLANS) of a seed and its neighbours, CALL rows at a time."""
-    points, errors = building.waiting, building.corridors.tube.errors
-    arrays = scene.tabled
-    shared = by_bin(scene)
+    points, arrays, allowed = building.waiting, scene.tabled, once(scene, allowed_of)
 
     def call(rows):
         some = plans[rows]
         path = points.path[some].astype(np.float32)
-        if shared is not None:
-            allowed = shared._replace(bins=points.bin[some])
-            with x64():
-                return jax.device_get(choose_by_bin(arrays, path, allowed))
-        allowed = jax.tree.map(np.float32, at(errors, points.bin[some]))
         with x64():
-            return jax.device_get(choose_batch(arrays, path, allowed))
+            of_some = allowed._replace(bins=points.bin[some])
+            return jax.device_get(choose_batch(arrays, path, of_some))
 
     return _spelled_out(scene, in_chunks(len(plans), CALL, call))
 

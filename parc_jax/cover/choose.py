@@ -6,13 +6,13 @@ corridor holds yet, in whatever cell. Equal directions are then merged into the 
 time that keep the same neighbours, so certificates stay short.
 """
 
+from functools import partial
 from typing import NamedTuple
 
 import jax
 import jax.numpy as jnp
-import numpy as np
 
-from parc_jax.claim.error_set import ErrorSet, at
+from parc_jax.cover.allowed import Allowed
 from parc_jax.network.predict import by_point
 
 PLANS = 64  # the seed and its neighbours: which of them a direction separates is one 64-bit mask
@@ -36,59 +36,15 @@ class Chosen(NamedTuple):
     kept: jax.Array
 
 
-class EachPlan(NamedTuple):
-    """What the errors of each plan's bin take. errors (PLANS, T, n_points)."""
-
-    errors: ErrorSet
-
-    def of_first(self, n: int) -> ErrorSet:
-        """The errors of the first plans, (n, T, n_points)."""
-        return at(self.errors, np.s_[:n])
-
-    def lost(self, number, point, back, _):
-        """(T, d + c) how far the errors of a plan reach along `back`, axes of directions."""
-        allowed = at(self.errors, number)
-        return at(allowed, np.s_[:, point, None]).support_by_axis(back)
-
-
-class ByBin(NamedTuple):
-    """The same of errors between fitted faces, looked up for the directions of the table.
-
-    errors (n_bins, T, n_points). bins (PLANS,). lost_along (u, n_bins, n_points, T): against
-    each of u directions; which (o, d): the table's directions among them.
-    """
-
-    errors: ErrorSet
-    bins: jax.Array
-    lost_along: jax.Array
-    which: jax.Array
-
-    def of_first(self, n: int) -> ErrorSet:
-        """The errors of the first plans, (n, T, n_points)."""
-        return at(self.errors, self.bins[:n])
-
-    def lost(self, number, point, back, which):
-        """(T, d + c) as of `EachPlan`; which (d,): the directions but the last c."""
-        bin = self.bins[number]
-        known = self.lost_along[which, bin, point].T
-        last = tuple(x[:, len(which) :] for x in back)
-        own = at(self.errors, (bin, slice(None), point, None)).support_by_axis(last)
-        return jnp.concatenate([known, own], axis=1)
-
-
-def choose(scene, paths, errors: ErrorSet | ByBin) -> Chosen:
-    """One seed and its neighbours: paths (PLANS, T + 1, n_c), the seed first, errors (PLANS, T,
-    n_points) of their bins. Kernel.
+def choose(scene, paths, allowed: Allowed) -> Chosen:
+    """One seed and its neighbours: paths (PLANS, T + 1, n_c), the seed first. Kernel.
 
     Chosen in float32: whatever is chosen, who is inside is decided elsewhere, in float64.
     """
-    paths, errors, scene = jax.tree.map(_rough, (paths, errors, scene))
+    paths, allowed, scene = jax.tree.map(_rough, (paths, allowed, scene))
     obstacles, table = scene.obstacles, scene.directions
-    allowed = errors if isinstance(errors, ByBin) else EachPlan(errors)
     clusters = CLUSTERS[table.w.shape[-1]]
     places = by_point(paths, jax.tree.leaves(allowed.errors)[0].shape[2])
-    # of a table that is not shared nothing is looked up
-    which = allowed.which if isinstance(allowed, ByBin) else jnp.zeros(len(table.w), int)
 
     def look(o, state):
         one = obstacles.only(o)
@@ -102,8 +58,7 @@ def choose(scene, paths, errors: ErrorSet | ByBin) -> Chosen:
             table.support[o],
             scene.slack,
             places,
-            allowed,
-            which[o],
+            partial(allowed.lost, o),
         )
         choice = jnp.argmax(jnp.where(_with_seed(masks), _count(masks), -1), axis=1)
         put = (x.at[o].set(new) for x, new in zip(state, (near[0], masks, choice), strict=True))
@@ -153,8 +108,8 @@ def _side_by_side(x):
     return moved.reshape(moved.shape[0], -1, *moved.shape[3:])
 
 
-choose_batch = jax.jit(jax.vmap(choose, in_axes=(None, 0, 0)))  # of many seeds
-choose_by_bin = jax.jit(jax.vmap(choose, in_axes=(None, 0, ByBin(None, 0, None, None))))
+# of many seeds
+choose_batch = jax.jit(jax.vmap(choose, in_axes=(None, 0, Allowed(None, 0))))
 
 
 def _rough(x):
@@ -162,15 +117,13 @@ def _rough(x):
     return x.astype(jnp.float32) if jnp.issubdtype(x.dtype, jnp.floating) else x
 
 
-def _separation_masks(
-    nearest, own_support, points, active, w, support, slack, places, allowed, which
-):
+def _separation_masks(nearest, own_support, points, active, w, support, slack, places, lost_by):
     """Which plans each direction separates from one obstacle, as the bits of masks (T, d + c), the
     seed's own directions last. An absent obstacle is separated by anything.
 
     nearest (T, c, n_p), own_support (T, c): the seed's own. w (d, n_p), support (d,): of the table.
-    points (i,): which have to be clear. places (PLANS, T + 1, n_points, n_p). allowed: what errors
-    take, which: where the table's directions are known to it.
+    points (i,): which have to be clear. places (PLANS, T + 1, n_points, n_p). lost_by: what errors
+    take, as `Allowed.lost` of this obstacle.
     """
     w, support = _with_own(w, nearest), _with_own(support, own_support)
     support = support + slack * jnp.abs(w).sum(axis=2)
@@ -185,7 +138,7 @@ def _separation_masks(
             at_knots = place[:, point, :, None]
             start = sum(x * at_knots[:-1, c] for c, x in enumerate(axes))
             end = sum(x * at_knots[1:, c] for c, x in enumerate(axes))
-            lost = allowed.lost(number, point, back, which)
+            lost = lost_by(number, point, back)
             separated &= jnp.minimum(start, end) > support + lost
         held = separated | ~active[:, None]
         bit = jnp.uint64(1) << number.astype(jnp.uint64)

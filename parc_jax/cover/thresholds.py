@@ -13,19 +13,14 @@ import jax.numpy as jnp
 import numpy as np
 
 from parc_jax.base.arrays import in_chunks, x64
-from parc_jax.claim.error_set import ErrorSet, ErrorTemplate, at
-from parc_jax.claim.reach import errors_of, reach
-from parc_jax.cover.choose import ByBin
+from parc_jax.claim.error_set import ErrorSet, at
 from parc_jax.cover.corridor import Corridor
-from parc_jax.verdict.scene import Scene
 from parc_jax.verdict.sized import LEAST_OBSTACLES, size_class
 
 AT_ONCE = 64  # (corridor, bin) pairs per compiled call
 CORRIDORS = 4  # corridors per compiled call, of which all bins are asked at a few knots
 LEAST_ROWS = 512  # of the table; it grows by fours, for few compiled shapes
 MOST_BYTES = 2**29  # of the table, before it is begun anew
-LEAST_KNOWN = 256  # directions of a scene's table that are told, if that is not much more
-MUCH = 2**26  # [bytes]
 
 
 class Thresholds:
@@ -148,26 +143,6 @@ def _in_all_bins(errors, some: Stacked):
         return jax.lax.map(of_bin, bins)
 
     return jax.lax.map(one, (some.w, some.support))
-
-
-def by_bin(scene: Scene) -> ByBin | None:
-    """What errors between fitted faces take along the directions of a scene's table, in all bins;
-    worked out once per tube and set of directions. None for boxes, and where it would be too large.
-    """
-    tube = scene.model.tube
-    if not isinstance(tube.errors, ErrorTemplate):
-        return None
-    n_o, n_d, n_p = scene.directions.w.shape
-    w = scene.directions.w[: int(scene.count)].reshape(-1, n_p)
-    unique, found = np.unique(w, axis=0, return_inverse=True)
-    which = np.zeros((n_o, n_d), int)
-    which[: int(scene.count)] = found.reshape(-1, n_d)
-    n, bytes_each = len(unique), 4 * int(np.prod(tube.errors.half.shape[:-2]))
-    if bytes_each * n > MOST_BYTES:
-        return None
-    size = size_class(n, LEAST_KNOWN if bytes_each * LEAST_KNOWN <= MUCH else 1)
-    lost = reach(tube, unique, size, np.float32)
-    return ByBin(errors_of(tube, np.float32), np.zeros(0, int), lost, which)
 
 
 def columns_of(path, point, n_p: int) -> list:

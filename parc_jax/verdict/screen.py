@@ -95,7 +95,7 @@ def facet_test(net, tube, scene: Scene, z, k, facets: Facets) -> FacetTest:
 
     def look(o, state):
         worst, at, open_ = state
-        gap = facets.gap(o, seen.path, tube, seen.bin, scene)
+        gap = facets.gap(o, seen.path, seen.bin, scene)
         gap = jnp.where(active[o], gap, jnp.inf)
         some = gap[::step]
         i = jnp.argmin(some)

@@ -9,7 +9,7 @@ import pytest
 from toy_bodies import points_model, points_problem
 
 from parc_jax.base.arrays import x64
-from parc_jax.batch.estimate import Taken, estimate_clearance, estimate_roughly, fan_table
+from parc_jax.batch.estimate import along_fan, estimate_clearance, estimate_roughly
 from parc_jax.network.predict import moved_to, trajectories
 from parc_jax.verdict.pointwise import clearance
 from parc_jax.verdict.scene import scene_of
@@ -27,10 +27,7 @@ def asked(rng, n_p, fitted, T=12):
     p0 = rng.uniform(-2, 2, (200, n_p))
     path = moved_to(p0, trajectories(model.net, model.layout, k)[0])
     bins = model.tube.bin_of(k)
-    half = None
-    if not fitted:
-        half = np.moveaxis(model.tube.during(bins).half, 1, -1).astype(np.float32)
-    taken = Taken(half, fan_table(model.tube), jnp.asarray(bins))
+    taken = along_fan(model.tube).of(jnp.asarray(bins))
     with x64():
         errors = jax.tree.map(jnp.asarray, model.tube.during(bins))
         exact = jax.vmap(lambda p, e: clearance(scene, p, e))(jnp.asarray(path), errors)
@@ -65,10 +62,10 @@ def test_a_rough_look_keeps_the_best(rng, fitted):
 
 def test_what_faces_take_along_the_fan_is_worked_out_once(rng):
     tube = points_model(rng, m=3, T=5, fitted=True).tube
-    table = fan_table(tube)
-    assert table is fan_table(tube) and table.dtype == np.float32
+    table = along_fan(tube).lost
+    assert table is along_fan(tube).lost and table.dtype == np.float32
     angle = 2 * np.pi * 7 / 24
     w = np.array([np.cos(angle), np.sin(angle)])
     wanted = tube.errors.support(-w)  # (n_bins, T, n_points)
     np.testing.assert_allclose(table[7], wanted.swapaxes(1, 2), rtol=1e-5, atol=1e-7)
-    assert fan_table(points_model(rng, m=3).tube) is None
+    assert along_fan(points_model(rng, m=3).tube).lost is None

@@ -1,5 +1,7 @@
 """The choice of directions around a seed: masks of plans, and who is inside of what is chosen."""
 
+from functools import partial
+
 import jax
 import jax.numpy as jnp
 import numpy as np
@@ -11,6 +13,7 @@ from parc_jax.base.arrays import x64
 from parc_jax.claim.error_set import ErrorBox, at
 from parc_jax.cover import build as building
 from parc_jax.cover import choose as choosing
+from parc_jax.cover.allowed import Allowed
 from parc_jax.cover.corridors import Corridors
 from parc_jax.cover.sampling import draw
 from parc_jax.verdict.scene import scene_of
@@ -21,9 +24,9 @@ def seed_and_neighbours(model, problem, rng):
     scene = scene_of(problem, model)
     seen = draw(scene, rng, 20_000).safe.at(slice(0, choosing.PLANS))
     path, error = seen.path.astype(np.float32), model.tube.interval[seen.bin].astype(np.float32)
-    errors = ErrorBox(error[None, :, :, None])
+    own = Allowed(ErrorBox(error[:, :, None]), np.arange(len(error))[None])
     with x64():
-        choice = jax.device_get(choosing.choose_batch(scene.tabled, path[None], errors))
+        choice = jax.device_get(choosing.choose_batch(scene.tabled, path[None], own))
     return scene, path, error, choice
 
 
@@ -44,8 +47,7 @@ def test_masks_say_which_plans_a_direction_separates(rng):
             table.support[0],
             scene.slack,
             places[:, :, None],
-            choosing.EachPlan(errors),
-            0,
+            partial(Allowed(errors, jnp.arange(len(path))).lost, 0),
         )
     masks = np.asarray(masks)
     for t, d, b in zip(
@@ -82,7 +84,7 @@ def test_in_space_a_direction_for_several_plans_leaves_them_the_most_room(rng):
     errors = ErrorBox(np.asarray(model.tube.errors.half)[seen.bin])
     with x64():
         pairs = jax.tree.map(jnp.asarray, scene.arrays.obstacles)
-        paths, allowed = jnp.asarray(seen.path), choosing.EachPlan(errors)
+        paths, allowed = jnp.asarray(seen.path), Allowed(errors, jnp.arange(4))
         of_seed, of_all = (choosing._from_cluster(pairs, paths, allowed, n) for n in (1, 4))
         rooms = [least_room(pairs, paths, errors, w) for w in (of_seed, of_all)]
     apart = np.maximum(*rooms) > 0

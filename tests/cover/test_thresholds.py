@@ -4,9 +4,10 @@ import numpy as np
 import pytest
 from toy_bodies import points_model, points_problem
 
+from parc_jax.cover.allowed import allowed_of
 from parc_jax.cover.corridor import Corridor
 from parc_jax.cover.corridors import Corridors
-from parc_jax.cover.thresholds import Thresholds, at_few_knots, by_bin
+from parc_jax.cover.thresholds import Thresholds, at_few_knots
 from parc_jax.verdict.scene import scene_of
 
 
@@ -62,10 +63,10 @@ def test_what_errors_take_along_the_table_is_known_in_all_bins():
     rng = np.random.default_rng(4)
     model = points_model(rng, m=3, bins=(2, 1), size=0.05, fitted=True)
     scene = scene_of(points_problem(rng, model), model)
-    shared = by_bin(scene)
+    shared = allowed_of(scene)
     for o, d in ((0, 3), (1, 20), (2, 47)):
         w = scene.directions.w[o, d]
         exact = model.tube.errors.support(-np.broadcast_to(w, (2, 4, 3, 2)))
-        found = np.asarray(shared.lost_along)[shared.which[o, d]].transpose(0, 2, 1)
+        found = np.asarray(shared.known)[shared.which[o, d]].transpose(0, 2, 1)
         np.testing.assert_allclose(found, exact, rtol=1e-5, atol=1e-6)
-    assert by_bin(scene.under(points_model(rng, m=3))) is None
+    assert allowed_of(scene.under(points_model(rng, m=3))).known is None

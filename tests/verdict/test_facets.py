@@ -33,7 +33,7 @@ def test_gaps_are_those_of_the_inequality(fitted, n_p):
     path = rng.normal(size=(model.time.n_steps + 1, model.n_c))
     slack = 1e-3
     arrays = scene.replace(slack=np.float64(slack)).tabled
-    gap = jax.jit(lambda o, p, b: facets.gap(o, p, tube, b, arrays))
+    gap = jax.jit(lambda o, p, b: facets.gap(o, p, b, arrays))
     for bin in range(tube.n_bins):
         with x64():
             found = [gap(o, path, bin) for o in range(len(table.multipliers))]

@@ -1,0 +1,61 @@
+"""What errors take from the plans for which a corridor is chosen. [T26, T27]"""
+
+from typing import NamedTuple
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+
+from parc_jax.claim.error_set import ErrorSet, at
+from parc_jax.claim.reach import errors_of, numbered, reach
+from parc_jax.verdict.scene import Scene
+from parc_jax.verdict.sized import size_class
+
+MOST_BYTES = 2**29  # along a scene's table: what is more is worked out wherever it is asked
+LEAST_KNOWN = 256  # directions that are told, if that is not much more
+MUCH = 2**26  # [bytes]
+
+
+class Allowed(NamedTuple):
+    """What errors take from some plans, in float32.
+
+    errors (n_bins, T, n_points). bins (b,): of the plans. known (u, n_bins, n_points, T): against u
+    directions, where errors lie between fitted faces; which (o, d): the table's directions among
+    them. Both None where nothing is looked up.
+    """
+
+    errors: ErrorSet
+    bins: jax.Array
+    known: jax.Array | None = None
+    which: jax.Array | None = None
+
+    def of_first(self, n: int) -> ErrorSet:
+        """The errors of the first plans, (n, T, n_points)."""
+        return at(self.errors, self.bins[:n])
+
+    def lost(self, o, plan, point, back):
+        """(T, d) how far the errors of a plan reach along `back`, axes of directions, of which the
+        first are those of the table for pair o. Kernel.
+        """
+        bin = self.bins[plan]
+        errors = at(self.errors, (bin, slice(None), point, None))
+        if self.known is None:
+            return errors.support_by_axis(back)
+        which = self.which[o]
+        known = self.known[which, bin, point].T
+        own = errors.support_by_axis(tuple(x[:, len(which) :] for x in back))
+        return jnp.concatenate([known, own], axis=1)
+
+
+def allowed_of(scene: Scene) -> Allowed:
+    """Of plans of a scene, whose bins are still to be told."""
+    tube, table = scene.model.tube, scene.directions
+    allowed = Allowed(errors_of(tube, np.float32), np.zeros(0, int))
+    if tube.templates is None:
+        return allowed
+    unique, which = numbered(table.w[: int(scene.count)], len(table.w))
+    n, bytes_each = len(unique), 4 * int(np.prod(tube.errors.half.shape[:-2]))
+    if bytes_each * n > MOST_BYTES:
+        return allowed
+    size = size_class(n, LEAST_KNOWN if bytes_each * LEAST_KNOWN <= MUCH else 1)
+    return allowed._replace(known=reach(tube, unique, size, np.float32).lost, which=which)
