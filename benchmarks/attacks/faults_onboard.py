@@ -5,6 +5,7 @@ from benchmarks.attacks.fault import Fault
 HEADER = "tests/onboard/test_header.py"
 PAID = "tests/onboard/test_paid.py"
 SAME = f"{HEADER}::test_a_header_says_what_python_says"
+BORDER = f"{PAID}::test_plans_at_the_border_are_as_the_model_says_and_kept_in_exact_numbers"
 FAR = f"{HEADER}::test_a_start_so_far_out_that_sums_overflow_is_not_safe"
 CODE = "parc_jax/onboard/safe_set.h"
 TABLES = "parc_jax/onboard/tables.py"
@@ -51,6 +52,27 @@ ONBOARD = (
         "norm * off + _lost_by(n + 1, 2 * n, norm * size) <= room * norm",
         "norm * off <= room * norm",
         (f"{PAID}::test_the_slack_pays_with_reserve_and_nothing_does_not",),
+    ),
+    Fault(
+        "faces_of_a_header_paid_for_by_nobody",
+        "paid._reaches",
+        "n * steep * (2 * centre + cancels)",
+        "Fraction(0)",
+        (f"{PAID}::test_faces_that_are_not_paid_for_are_refused",),
+    ),
+    Fault(
+        "header_has_slanted_faces_wider_than_the_world",
+        "tables.in_numbers",
+        "np.where(none[..., None], np.eye(errors.half.shape[-1]), errors.dual)",
+        "errors.dual",
+        (f"{PAID}::test_what_no_face_bounds_is_told_along_the_axes_where_nothing_cancels",),
+    ),
+    Fault(
+        "header_has_its_faces_about_the_opposite_centre",
+        CODE,
+        "far -= NAME_centre",
+        "far += NAME_centre",
+        (BORDER,),
     ),
     Fault(
         "header_sees_one_end_of_an_interval",

@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 
 from parc_jax.answer.answer import Answer
-from parc_jax.claim.error_set import NO_CLAIM, ErrorBox
+from parc_jax.claim.error_set import ErrorBox
 from parc_jax.errors import InputError
 from parc_jax.model import check_model
 from parc_jax.onboard.paid import require_paid
@@ -109,7 +109,7 @@ def _arrays(answer: Answer, known: Tables) -> Iterator[tuple[str, str, np.ndarra
     if not isinstance(known.errors, ErrorBox):
         yield "double", "dual", known.errors.dual
         yield "double", "centre", known.errors.centre
-    yield "double", "half", np.minimum(known.errors.half, NO_CLAIM)
+    yield "double", "half", known.errors.half
     yield "int", "pair_points", known.pair_points
     yield "int", "first_run", known.runs.first_run
     yield "int", "run_pair", known.runs.pair

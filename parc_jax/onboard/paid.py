@@ -1,19 +1,21 @@
 """Do a header's margins pay for all rounding? What the theorem about its code asks of the tables,
 asked number by number in exact rationals; bounds on the way are rounded up. [T10, T11]
 
-Names and formulas are those of the proof (Dot.v, Network.v, Sound.v of tests/onboard/rocq).
+Names and formulas are those of the proof (Dot.v, Network.v, Tube.v, Sound.v in proved/theories).
 """
 
 from fractions import Fraction
 from functools import cache
+from typing import NamedTuple
 
 import numpy as np
 
-from parc_jax.claim.error_set import NO_CLAIM, ErrorBox
+from parc_jax.claim.error_set import ErrorTemplate
 from parc_jax.errors import InputError
 from parc_jax.lp.exact import round_up
 from parc_jax.model import TrajectoryModel
 from parc_jax.network.relu import ReLUNetwork
+from parc_jax.no_plan.bin_errors import as_template
 from parc_jax.onboard.tables import Tables
 
 U = Fraction(1, 2**53)  # unit roundoff of a double
@@ -27,11 +29,7 @@ _up = np.vectorize(lambda x: Fraction(round_up(x)), otypes=[object])
 def require_paid(known: Tables, model: TrajectoryModel, slack: float) -> None:
     """Half of the slack for each unit of |w|_1 pays for what the header's own code rounds; the
     other half is for the tables. Raises InputError where it does not.
-
-    Of fitted tubes nothing is asked here: their supports are no part of the theorem.
     """
-    if not isinstance(known.errors, ErrorBox):
-        return
     unpaid = _unpaid(known, model, Fraction(slack) / 2)
     if unpaid:
         raise InputError(
@@ -42,9 +40,10 @@ def require_paid(known: Tables, model: TrajectoryModel, slack: float) -> None:
 
 def _unpaid(known: Tables, model: TrajectoryModel, room: Fraction) -> str | None:
     """The first part whose margins do not pay; None where all do."""
-    half = np.minimum(known.errors.half, NO_CLAIM)
-    numbers = (*known.edges, known.far, known.start_A, known.start_b, known.goal_A, known.goal_b)
-    if not all(np.isfinite(x).all() for x in (*numbers, half, known.runs.w, known.runs.support)):
+    tube = as_template(known.errors, 1)
+    rows = (known.start_A, known.start_b, known.goal_A, known.goal_b)
+    numbers = (*known.edges, known.far, *rows, known.runs.w, known.runs.support)
+    if not all(np.isfinite(x).all() for x in (*numbers, tube.dual, tube.centre, tube.half)):
         return "numbers that are not finite"
     start = max(map(Fraction, known.far))
     ends = [Fraction(max(abs(e[0]), abs(e[-1]))) for e in known.edges]
@@ -62,7 +61,7 @@ def _unpaid(known: Tables, model: TrajectoryModel, room: Fraction) -> str | None
     of_rows = _norms(known.goal_A)
     if not _rows_paid(of_rows, model.n_c + model.n_q, off, size, room):
         return "a row of the goal"
-    return _runs_unpaid(known, model.n_p, (off, size), Fraction(float(half.max())), room)
+    return _runs_unpaid(known, model.n_p, (off, size), _reaches(tube), room)
 
 
 def _network_bounded(net: ReLUNetwork, size: np.ndarray) -> tuple[Fraction, Fraction] | None:
@@ -88,16 +87,36 @@ def _rows_paid(norms, n: int, off: Fraction, size: Fraction, room: Fraction) -> 
     )
 
 
-def _runs_unpaid(known: Tables, n_p: int, path, widest: Fraction, room: Fraction) -> str | None:
+class _Reaches(NamedTuple):
+    """Of all bases of a tube: no entry of dual is above steep, the faces of none are together wider
+    than wide; for each unit of |w|_1 no more than excess cancels.
+    """
+
+    steep: Fraction
+    wide: Fraction
+    excess: Fraction
+
+
+def _reaches(tube: ErrorTemplate) -> _Reaches:
+    n = tube.half.shape[-1]
+    slanted = (tube.dual != 0).sum(axis=-1) > 1  # of a face along an axis no half cancels
+    sizes = (tube.dual, tube.centre, tube.half, np.where(slanted, tube.half, 0.0))
+    steep, centre, half, cancels = (Fraction(float(abs(x).max())) for x in sizes)
+    return _Reaches(steep, n * (centre + half), n * steep * (2 * centre + cancels))
+
+
+def _runs_unpaid(known: Tables, n_p: int, path, tube: _Reaches, room: Fraction) -> str | None:
     off, size = path
-    deep, many = n_p + 1, 2 * n_p
-    g = _grown(deep) - 1
-    least = many * ETA * _grown(deep)
+    deep, many = n_p + 1, 2 * n_p  # roundings of a sum along a direction, and of one face
+    all_deep, all_many = 2 * n_p + 1, 4 * n_p  # of all faces of a basis
+    g = _grown(deep + all_deep) - 1
+    least = many * ETA * _grown(deep + all_deep) * tube.wide + all_many * ETA * _grown(all_deep)
     for norm, support in zip(_norms(known.runs.w), map(Fraction, known.runs.support), strict=True):
-        reach = _reach_of(deep, many, norm * size)
-        if max(reach, abs(support) + _reach_of(deep, many, norm * widest)) > LARGEST:
+        reach, face = (_reach_of(deep, many, norm * x) for x in (size, tube.steep))
+        faces = _reach_of(all_deep, all_many, tube.wide * face)
+        if max(reach, face, abs(support) + faces) > LARGEST:
             return "a direction along which sums may overflow"
-        rest = (1 + 2 * U) * (reach + ETA) + abs(support) + least
+        rest = (1 + 2 * U) * (reach + ETA) + abs(support) + least + norm * tube.excess
         lost = norm * off + _lost_by(deep, many, norm * size) + least
         lost += g * (1 + 2 * g) * (rest + least) + U * rest + ETA
         if lost > room * norm:

@@ -8,7 +8,7 @@ static inline double NAME_lost(const double *w, int bin, int t, int point)
     double far = 0.0;
     for (int c = 0; c < NAME_N_P; ++c) {
         const double size = w[c] < 0.0 ? -w[c] : w[c];
-        far += size * NAME_half[bin][t][point][c];
+        far += NAME_half[bin][t][point][c] * size;
     }
     return far;
 #else
@@ -18,9 +18,9 @@ static inline double NAME_lost(const double *w, int bin, int t, int point)
         for (int j = 0; j < NAME_N_P; ++j) {
             double mu = 0.0;
             for (int c = 0; c < NAME_N_P; ++c)
-                mu -= NAME_dual[bin][t][point][basis][j][c] * w[c];
-            far += mu * NAME_centre[bin][t][point][basis][j];
-            far += (mu < 0.0 ? -mu : mu) * NAME_half[bin][t][point][basis][j];
+                mu += NAME_dual[bin][t][point][basis][j][c] * w[c];
+            far -= NAME_centre[bin][t][point][basis][j] * mu;
+            far += NAME_half[bin][t][point][basis][j] * (mu < 0.0 ? -mu : mu);
         }
         if (basis == 0 || far < least)
             least = far;

@@ -5,7 +5,7 @@ from typing import NamedTuple
 import numpy as np
 
 from parc_jax.answer.answer import Answer
-from parc_jax.claim.error_set import NO_CLAIM, ErrorSet, at
+from parc_jax.claim.error_set import NO_CLAIM, ErrorBox, ErrorSet, ErrorTemplate, at
 from parc_jax.cover.corridor import Corridor
 from parc_jax.errors import InputError
 from parc_jax.network.rounding import SAFETY, rounding_bound
@@ -33,10 +33,10 @@ class RunTable(NamedTuple):
 class Tables(NamedTuple):
     """Everything that `is_safe` reads, in float64. [T11, T27]
 
-    edges: of the bins, axis by axis. errors: by bin, interval and point. runs: of the corridors,
-    those that hold most plans first. probes (n_corridors, PROBES, 2): a run and an interval in
-    which other plans often leave it; (n_corridors, 0, 2) where nothing is in the way. pair_points
-    (o, i).
+    edges: of the bins, axis by axis. errors: by bin, interval and point, in finite numbers. runs:
+    of the corridors, those that hold most plans first. probes (n_corridors, PROBES, 2): a run and
+    an interval in which other plans often leave it; (n_corridors, 0, 2) where nothing is in the
+    way. pair_points (o, i).
     far (n_p,) [m]: whoever ends in the goal starts no farther out along an axis; all others are
     refused, so that the size of every number is known. start_A (s, n_p), start_b (s,): rows of P0
     less the slack. goal_A (g, n_c + n_q), goal_b (n_bins, g): rows of the goal less what the errors
@@ -86,7 +86,7 @@ def tables(answer: Answer) -> Tables:
     start_A, start_b = _asked(scene.start_A, scene.start_b, scene)
     return Tables(
         edges=model.tube.edges,
-        errors=model.tube.errors,
+        errors=in_numbers(model.tube.errors),
         runs=runs,
         probes=np.array([_probes(left[i], runs, place) for place, i in enumerate(order)]),
         pair_points=np.asarray(scene.obstacles.points),
@@ -99,6 +99,20 @@ def tables(answer: Answer) -> Tables:
             np.concatenate([k, *([c.k] for c in corridors), *([p.k] for p in answer.polytopes)]),
             axis=0,
         ),
+    )
+
+
+def in_numbers(errors: ErrorSet) -> ErrorSet:
+    """The errors without infinity. A basis without claim is one of the axes, wider than any world:
+    along an axis no number of it cancels another.
+    """
+    if isinstance(errors, ErrorBox):
+        return ErrorBox(np.minimum(errors.half, NO_CLAIM))
+    none = np.isinf(errors.half).any(axis=-1, keepdims=True)
+    return ErrorTemplate(
+        np.where(none[..., None], np.eye(errors.half.shape[-1]), errors.dual),
+        np.where(none, 0.0, errors.centre),
+        np.where(none, NO_CLAIM, errors.half),
     )
 
 

@@ -1,9 +1,11 @@
 """`is_safe` of safe_set.h step by step, in floats as C has them or in exact rationals: the model of
-tests/onboard/rocq/Header.v, for headers whose errors are boxes.
+parc_jax/onboard/proved/theories/Header.v.
 """
 
 from fractions import Fraction
 
+from parc_jax.claim.error_set import at
+from parc_jax.no_plan.bin_errors import as_template
 from parc_jax.onboard.tables import Tables
 
 
@@ -62,14 +64,32 @@ def _rows_met(A, b, x, number, room) -> bool:
 
 def _apart(known: Tables, knots, bin_, run, t, number, room) -> bool:
     w = [number(x) for x in known.runs.w[run].tolist()]
-    size = [abs(x) for x in w]
-    support = number(float(known.runs.support[run])) - room * sum(size)
+    support = number(float(known.runs.support[run])) - room * sum(map(abs, w))
     for point in known.pair_points[known.runs.pair[run]]:
-        half = [number(float(x)) for x in known.errors.half[bin_, t, point]]
-        least = support + _dot(size, half, number)
+        least = support + lost(known.errors, (bin_, t, point), w, number)
         if not all(_dot(w, knots[s][point], number) > least for s in (t, t + 1)):
             return False
     return True
+
+
+def lost(errors, index, w, number):
+    """How far the errors of a bin, an interval and a point reach against w: the least of all bases;
+    a box is one, of the axes.
+    """
+    bases = at(as_template(errors, 1), index)
+    return min(
+        _reach(dual, centre, half, w, number)
+        for dual, centre, half in zip(*(x.tolist() for x in vars(bases).values()), strict=True)
+    )
+
+
+def _reach(dual, centre, half, w, number):
+    far = number(0)
+    for row, c, s in zip(dual, centre, half, strict=True):
+        mu = _dot([number(x) for x in row], w, number)
+        far -= number(c) * mu
+        far += number(s) * abs(mu)
+    return far
 
 
 def _network(net, k, number) -> list:

@@ -5,6 +5,7 @@ import numpy as np
 import pytest
 import toy_query
 from toy_bodies import points_model, points_problem
+from toy_header import TUBES, toy_tables, write_toy
 from toy_models import fold_model, model_of
 
 import parc_jax as pj
@@ -64,9 +65,20 @@ def test_bodies_and_fitted_tubes_too(n_p, fitted, tmp_path):
 
 
 @needs_compiler
-def test_what_is_not_a_number_is_not_safe(tmp_path):
+@pytest.mark.parametrize(
+    "flags",
+    [
+        [],
+        ["-O3", "-ffp-contract=fast", "-fno-finite-math-only"],
+        # what is left of -ffast-math when that which no margin pays for is taken back
+        ["-Ofast", "-fno-finite-math-only", "-fno-associative-math"],
+    ],
+    ids=" ".join,
+)
+@pytest.mark.parametrize("tube", TUBES)
+def test_what_is_not_a_number_is_not_safe(tube, flags, tmp_path):
     answer = toy_query.answer()
-    header = Header(pj.write_c(answer, tmp_path / "toy.h"))
+    header = Header(write_toy(toy_tables(tube), tmp_path / "toy.h"), *flags)
     plan = np.repeat(answer.samples[:1], 5, axis=0)
     assert header.are_safe(plan[:, :2], plan[:, 2:]).all()
     for bad in (np.nan, np.inf, -np.inf, 1e300):

@@ -8,14 +8,16 @@ from pathlib import Path
 import numpy as np
 import pytest
 import toy_query
-from header_model import exactly, is_safe
+from header_model import exactly, is_safe, lost
+from toy_bodies import random_faces
+from toy_header import TUBES, toy_tables, write_toy
 
-import parc_jax as pj
 from benchmarks.compiled_header import Header
-from parc_jax.claim.error_set import ErrorBox
+from parc_jax.checker.errors import Template
+from parc_jax.claim.error_set import NO_CLAIM, ErrorBox
 from parc_jax.errors import InputError
 from parc_jax.onboard.paid import require_paid
-from parc_jax.onboard.tables import tables
+from parc_jax.onboard.tables import in_numbers
 
 pytestmark = pytest.mark.soundness
 needs_compiler = pytest.mark.needs("compiler")
@@ -23,13 +25,14 @@ CPU = Path("/proc/cpuinfo")
 FUSED = ["-mfma", "-ffp-contract=fast"] if CPU.exists() and " fma " in CPU.read_text() else []
 
 
-def toy():
+def toy(tube="boxes"):
     answer = toy_query.answer()
-    return tables(answer), answer.model, float(answer.scene.slack)
+    return toy_tables(tube), answer.model, float(answer.scene.slack)
 
 
-def test_the_slack_pays_with_reserve_and_nothing_does_not():
-    known, model, slack = toy()
+@pytest.mark.parametrize("tube", TUBES)
+def test_the_slack_pays_with_reserve_and_nothing_does_not(tube):
+    known, model, slack = toy(tube)
     require_paid(known, model, slack / 5)
     with pytest.raises(InputError, match="a row of the start"):
         require_paid(known, model, 0.0)
@@ -56,6 +59,55 @@ def test_what_is_not_paid_for_is_refused(part, changed, said):
         require_paid(broken, model, slack)
 
 
+@pytest.mark.parametrize(
+    ("part", "changed", "said"),
+    [
+        ("dual", lambda dual: 1e3 * dual, "a direction of"),
+        ("dual", lambda dual: 0 * dual + 1e308, "may overflow"),
+        ("dual", lambda dual: np.nan * dual, "not finite"),
+        ("centre", lambda centre: 1e2 + centre, "a direction of"),
+        ("half", lambda half: 1e2 + half, "a direction of"),
+        ("half", lambda half: 1e308 + half, "may overflow"),
+    ],
+)
+def test_faces_that_are_not_paid_for_are_refused(part, changed, said):
+    known, model, slack = toy("faces")
+    errors = known.errors.replace(**{part: changed(getattr(known.errors, part))})
+    with pytest.raises(InputError, match=f"margins that pay for all rounding.*{said}"):
+        require_paid(known._replace(errors=errors), model, slack)
+
+
+def test_what_no_face_bounds_is_told_along_the_axes_where_nothing_cancels():
+    """Sums of slanted faces as wide as no world would lose more than the world in rounding."""
+    known, model, slack = toy("faces")
+    errors = random_faces(
+        np.random.default_rng(1), known.errors.half.shape[:3], 2, 0.01, False
+    ).errors
+    half = np.array(errors.half)
+    half[:, 1] = np.inf
+    told = in_numbers(errors.replace(half=half))
+    require_paid(known._replace(errors=told), model, slack)
+    assert (told.half[:, 1] == NO_CLAIM).all() and np.isfinite(told.half).all()
+    slanted = told.replace(dual=errors.dual)
+    with pytest.raises(InputError, match="a direction of a corridor"):
+        require_paid(known._replace(errors=slanted), model, slack)
+
+
+def test_the_tables_reach_as_far_as_the_faces_do():
+    """Up to a quarter of the slack, in exact numbers, as the checker finds it."""
+    rng = np.random.default_rng(2)
+    slack = toy()[2]
+    for n_p in (2, 3):
+        faces = random_faces(rng, (3, 2, 1), n_p, 0.02, around_zero=False)
+        errors = in_numbers(faces.errors)
+        for index in np.ndindex(3, 2, 1):
+            w = [Fraction(x) for x in rng.normal(size=n_p)]
+            against = [-x for x in w]
+            reach = Template(faces.rows(index), n_p).support(against)
+            spare = Fraction(slack) / 4 * sum(map(abs, w))
+            assert abs(lost(errors, index, w, Fraction) - reach) <= spare
+
+
 def test_a_network_that_may_overflow_is_refused():
     known, model, slack = toy()
     net = model.net.replace(biases=tuple(1e308 + b for b in model.net.biases))
@@ -63,13 +115,10 @@ def test_a_network_that_may_overflow_is_refused():
         require_paid(known, model.replace(net=net), slack)
 
 
-def test_nothing_is_written_where_margins_do_not_pay(tmp_path, monkeypatch):
-    answer = toy_query.answer()
-    known = tables(answer)
-    tiny = known._replace(goal_A=1e-300 * known.goal_A)
-    monkeypatch.setattr("parc_jax.onboard.header.tables", lambda answer: tiny)
+def test_nothing_is_written_where_margins_do_not_pay(tmp_path):
+    known = toy_tables()
     with pytest.raises(InputError, match="margins that pay"):
-        pj.write_c(answer, tmp_path / "toy.h")
+        write_toy(known._replace(goal_A=1e-300 * known.goal_A), tmp_path / "toy.h")
     assert not (tmp_path / "toy.h").exists()
 
 
@@ -111,8 +160,8 @@ def borders(header: Header, answer, n: int) -> np.ndarray:
     other = safe + rng.normal(size=safe.shape) * rng.choice([0.0, 0.3], safe.shape)
     domain = answer.model.domain
     other[:, n_p:] = np.clip(other[:, n_p:], domain.lo, domain.hi)
-    found = ~header.are_safe(other[:, :n_p], other[:, n_p:])
-    safe, other = safe[found], other[found]
+    found, beyond = (header.are_safe(x[:, :n_p], x[:, n_p:]) for x in (safe, other))
+    safe, other = safe[found & ~beyond], other[found & ~beyond]
     for _ in range(70):
         middle = safe + 0.5 * (other - safe)
         inside = header.are_safe(middle[:, :n_p], middle[:, n_p:])[:, None]
@@ -121,11 +170,15 @@ def borders(header: Header, answer, n: int) -> np.ndarray:
 
 
 @needs_compiler
+@pytest.mark.parametrize("tube", TUBES)
 @pytest.mark.parametrize(
     "flags",
     [
         ["-O2", "-ffp-contract=off"],
         ["-O2", *FUSED],
+        pytest.param(
+            ["-Ofast", "-fno-finite-math-only", "-fno-associative-math"], marks=pytest.mark.slow
+        ),
         *(
             pytest.param([level, *more], marks=pytest.mark.slow)
             for level in ("-O0", "-O1", "-O3")
@@ -134,14 +187,14 @@ def borders(header: Header, answer, n: int) -> np.ndarray:
     ],
     ids=" ".join,
 )
-def test_plans_at_the_border_are_as_the_model_says_and_kept_in_exact_numbers(flags, tmp_path):
+def test_plans_at_the_border_are_as_the_model_says_and_kept_in_exact_numbers(flags, tube, tmp_path):
     """What is not fused agrees bit for bit with the model of the code; whatever is called safe,
     fused or not, keeps to a corridor in exact numbers whose thresholds are less by half of the
     slack, and to none where they are more by all of it: these plans are at the border.
     """
     answer = toy_query.answer()
-    known, model, slack = toy()
-    header = Header(pj.write_c(answer, tmp_path / "toy.h"), *flags)
+    known, model, slack = toy(tube)
+    header = Header(write_toy(known, tmp_path / "toy.h"), *flags)
     pairs = borders(header, answer, 60)
     assert len(pairs) > 30
     n_p = model.n_p

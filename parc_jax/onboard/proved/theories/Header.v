@@ -1,12 +1,12 @@
 (* What the emitted code does (is_safe of safe_set.h) in any arithmetic, and what it is to mean. *)
-From Coq Require Import Reals List Arith Bool.
-Require Import Arithmetic Dot Network.
+From Coq Require Import Reals Lra List Arith Bool.
+From ParcJax.Onboard Require Import Arithmetic Sums Network Rows Tube.
 Open Scope R_scope.
 
 Section Header.
 Context {F : arithmetic}.
 
-(* The tables of a header whose errors are boxes, by the names that they have there. *)
+(* The tables of a header, by the names that they have there. *)
 Record tables := {
   n_p : nat;
   n_c : nat;
@@ -23,7 +23,8 @@ Record tables := {
   n_goal : nat;
   goal_A : nat -> nat -> number F;
   goal_b : nat -> nat -> number F; (* of a bin and a row *)
-  half : nat -> nat -> nat -> nat -> number F; (* of a bin, an interval, a point and an axis *)
+  n_bases : nat;
+  errors : nat -> nat -> nat -> nat -> basis F; (* of a bin, an interval, a point and a basis *)
   n_part : nat;
   pair_point : nat -> nat -> nat;
   n_corridors : nat;
@@ -65,10 +66,6 @@ Fixpoint bin_of (k : nat -> number F) (j : nat) : option nat :=
       end
   end.
 
-(* for (c) value += a[c] * x[c], from 0.0: first a product, then a sum, each rounded; or fused. *)
-Definition row_gives (n : nat) (a x : nat -> number F) (s : number F) : Prop :=
-  computes (S n) (2 * n) (products n a x) s.
-
 Definition row_met (n : nat) (a x : nat -> number F) (b : number F) : Prop :=
   exists s, row_gives n a x s /\ at_most F s b = true.
 
@@ -78,13 +75,15 @@ Definition moved (p0 out path : nat -> number F) : Prop :=
            (p0 (at_ mod n_p T)) (path at_)) /\
   (forall at_, (n_path <= at_ < n_path + n_q T)%nat -> path at_ = out (at_ - n_p T)%nat).
 
-Definition size_of (x : number F) : number F := if less F x (zero F) then negated F x else x.
+(* Which basis reaches least is left open: each bounds the errors. *)
+Definition lost_gives (w : nat -> number F) (bin t point : nat) (lost : number F) : Prop :=
+  exists b, (b < n_bases T)%nat /\ reaches (n_p T) w (errors T bin t point b) lost.
 
 Definition apart (path : nat -> number F) (bin run t : nat) : Prop :=
   let w := run_w T run in
   forall i, (i < n_part T)%nat -> exists lost least start finish,
     let point := pair_point T (run_pair T run) i in
-    row_gives (n_p T) (fun c => size_of (w c)) (half T bin t point) lost /\
+    lost_gives w bin t point lost /\
     sum F (run_support T run) lost least /\
     row_gives (n_p T) w (fun c => path (at_knot t point c)) start /\
     row_gives (n_p T) w (fun c => path (at_knot (S t) point c)) finish /\
@@ -106,11 +105,6 @@ Definition is_safe (p0 k : nat -> number F) : Prop := exists bin out path,
       (run_first T run <= t < run_end T run)%nat -> apart path bin run t.
 
 (* ---- The meaning, in real numbers. ---- *)
-
-Definition one_norm (n : nat) (a : nat -> number F) : R := added n (fun j => Rabs (value F (a j))).
-Definition along (n : nat) (a : nat -> number F) (x : nat -> R) : R :=
-  added n (fun j => value F (a j) * x j).
-Definition values (x : nat -> number F) (j : nat) : R := value F (x j).
 
 Fixpoint bin_at (place : nat -> nat) (j : nat) : nat :=
   match j with
@@ -135,14 +129,15 @@ Definition place (p0 k : nat -> R) (at_ : nat) : R :=
 Definition end_of (p0 k : nat -> R) (c : nat) : R := place p0 k (n_steps T * n_c T + c)%nat.
 
 (* [T27] The plan keeps to a corridor, with the tables' thresholds less room for each unit of |w|_1:
-   along w each point of the part is beyond the obstacle's support and what its errors take. *)
+   along w each point of the part is beyond the obstacle's support and what its errors reach. *)
 Definition kept (room : R) (p0 k : nat -> R) (bin corridor : nat) : Prop :=
   forall run t i s, (first_run T corridor <= run < first_run T (S corridor))%nat ->
     (run_first T run <= t < run_end T run)%nat -> (i < n_part T)%nat -> s = t \/ s = S t ->
     let w := run_w T run in
     let point := pair_point T (run_pair T run) i in
+    exists b, (b < n_bases T)%nat /\
     value F (run_support T run) - room * one_norm (n_p T) w
-      + added (n_p T) (fun c => Rabs (value F (w c)) * value F (half T bin t point c))
+      + reach (n_p T) w (errors T bin t point b)
     < along (n_p T) w (fun c => place p0 k (at_knot s point c)).
 
 Definition keeps (room : R) (p0 k : nat -> R) : Prop := exists bin,
@@ -154,6 +149,28 @@ Definition keeps (room : R) (p0 k : nat -> R) : Prop := exists bin,
      along (n_c T + n_q T) (goal_A T row) (end_of p0 k)
        <= value F (goal_b T bin row) + room * one_norm (n_c T + n_q T) (goal_A T row)) /\
   exists corridor, (corridor < n_corridors T)%nat /\ kept room p0 k bin corridor.
+
+(* The same, told of every error that the tube allows. *)
+Definition in_tube (bin t point : nat) (e : nat -> R) : Prop := forall b, (b < n_bases T)%nat ->
+  between_faces (n_p T) (errors T bin t point b) e.
+
+Theorem kept_whatever_the_error : forall room p0 k bin corridor, kept room p0 k bin corridor ->
+  forall run t i s e, (first_run T corridor <= run < first_run T (S corridor))%nat ->
+    (run_first T run <= t < run_end T run)%nat -> (i < n_part T)%nat -> s = t \/ s = S t ->
+    let w := run_w T run in
+    let point := pair_point T (run_pair T run) i in
+    in_tube bin t point e ->
+    value F (run_support T run) - room * one_norm (n_p T) w
+    < along (n_p T) w (fun c => place p0 k (at_knot s point c) + e c).
+Proof.
+  intros room p0 k bin corridor Kept run t i s e Hrun Ht Hi Hs w point In.
+  destruct (Kept run t i s Hrun Ht Hi Hs) as [b [Hb Beyond]]. fold w point in Beyond.
+  pose proof (reach_holds (n_p T) w _ e (In b Hb)) as Reach.
+  assert (Moved : along (n_p T) w (fun c => place p0 k (at_knot s point c) + e c)
+    = along (n_p T) w (fun c => place p0 k (at_knot s point c)) + along (n_p T) w e).
+  { unfold along. rewrite <- added_plus. apply added_ext. intros c _. ring. }
+  lra.
+Qed.
 
 End Header.
 Arguments tables : clear implicits.

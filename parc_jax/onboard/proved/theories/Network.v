@@ -1,10 +1,8 @@
 (* The network of a header, layer by layer, and how far its outputs can be off: T10. *)
 From Coq Require Import Reals Lra Lia List.
-Require Import Arithmetic Dot.
+From ParcJax.Onboard Require Import Arithmetic Dot Sums.
 Import ListNotations.
 Open Scope R_scope.
-
-Definition added (n : nat) (f : nat -> R) : R := fold_right (fun j s => f j + s) 0 (seq 0 n).
 
 Section Network.
 Context {F : arithmetic}.
@@ -71,38 +69,6 @@ Fixpoint network_bounded (net : list layer) (off size : nat -> R) (n : nat) (bet
       (forall i, (i < n_out L)%nat -> size_after L size i <= largest) /\
       network_bounded rest (off_after L off size) (size_after L size) n beta most
   end.
-
-Lemma added_le n f g : (forall j, (j < n)%nat -> f j <= g j) -> added n f <= added n g.
-Proof.
-  intros H. unfold added. assert (G : forall j, In j (seq 0 n) -> f j <= g j).
-  { intros j Hj. apply in_seq in Hj. apply H. lia. }
-  induction (seq 0 n) as [|j l IH]; simpl; [lra|].
-  pose proof (G j (or_introl eq_refl)).
-  assert (forall i, In i l -> f i <= g i) by (intros; apply G; right; auto).
-  specialize (IH H1). lra.
-Qed.
-
-Lemma added_minus n f g : added n f - added n g = added n (fun j => f j - g j).
-Proof. unfold added. induction (seq 0 n) as [|j l IH]; simpl; lra. Qed.
-
-Lemma added_abs n f : Rabs (added n f) <= added n (fun j => Rabs (f j)).
-Proof.
-  unfold added. induction (seq 0 n) as [|j l IH]; simpl; [rewrite Rabs_R0; lra|].
-  eapply Rle_trans; [apply Rabs_triang|]. lra.
-Qed.
-
-Lemma added_scaled n c f : added n (fun j => f j * c) = added n f * c.
-Proof. unfold added. induction (seq 0 n) as [|j l IH]; simpl; lra. Qed.
-
-Lemma added_pos n f : (forall j, (j < n)%nat -> 0 <= f j) -> 0 <= added n f.
-Proof.
-  intros H. replace 0 with (added n (fun _ => 0)).
-  - apply added_le; exact H.
-  - unfold added. induction (seq 0 n); simpl; lra.
-Qed.
-
-Lemma added_ext n f g : (forall j, (j < n)%nat -> f j = g j) -> added n f = added n g.
-Proof. intros H. apply Rle_antisym; apply added_le; intros j Hj; rewrite (H j Hj); lra. Qed.
 
 Lemma total_products n a x :
   total (products n a x) = added n (fun j => value F (a j) * value F (x j)).

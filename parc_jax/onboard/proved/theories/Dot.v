@@ -1,6 +1,6 @@
 (* Sums of products as a compiler may compute them, and how far off they are: T10 for one neuron. *)
 From Coq Require Import Reals Lra Lia List Permutation.
-Require Import Arithmetic.
+From ParcJax.Onboard Require Import Arithmetic.
 Import ListNotations.
 Open Scope R_scope.
 
@@ -27,16 +27,17 @@ Definition total (l : list term) : R := fold_right (fun t s => exact t + s) 0 l.
 Definition size (l : list term) : R := fold_right (fun t s => Rabs (exact t) + s) 0 l.
 
 (* computes d n l z: z is what some order of sums, each fused with a product or not, may make of the
-   terms l; no term passes through more than d roundings, and there are at most n of them. *)
+   terms l; no term passes through more than d roundings, and there are at most n of them. A term
+   that is a number needs none, nor does a product with one; what is nothing may be left out. *)
 Inductive computes : nat -> nat -> list term -> number F -> Prop :=
 | Nothing : computes 0 0 [] (zero F)
-| Number x : computes 0 0 [Alone x] x
+| Exact t z : (known t -> finite F z /\ value F z = exact t) -> computes 0 0 [t] z
 | Product a x z : product F a x z -> computes 1 1 [Times a x] z
 | Sum d n m l r s t z : computes d n l s -> computes d m r t -> sum F s t z ->
     computes (S d) (S (n + m)) (l ++ r) z
 | Fused d n a x l s z : computes d n l s -> fused F a x s z ->
     computes (S d) (S n) (Times a x :: l) z
-| Skipped d n a x l s : computes d n l s -> value F x = 0 -> computes d n (Times a x :: l) s
+| Skipped d n t l s : computes d n l s -> exact t = 0 -> computes d n (t :: l) s
 | Reordered d n l r z : Permutation l r -> computes d n l z -> computes d n r z
 | Deeper d n l z : computes d n l z -> computes (S d) n l z
 | Dearer d n l z : computes d n l z -> computes d (S n) l z.
@@ -84,6 +85,12 @@ Proof.
   nra.
 Qed.
 
+Lemma tiny_pos d n : 0 <= INR n * eta * (1 + u) ^ d.
+Proof.
+  pose proof (grown_once d). pose proof eta_pos.
+  apply Rmult_le_pos; [apply Rmult_le_pos; [apply pos_INR|]|]; lra.
+Qed.
+
 Lemma fits d n s : 0 <= s -> reach_of d n s <= reach_of (S d) n s.
 Proof.
   intros Hs. unfold reach_of. simpl.
@@ -100,6 +107,12 @@ Proof.
   apply le_INR in Hn. apply Rplus_le_compat.
   - apply Rmult_le_compat_l; lra.
   - apply Rmult_le_compat_r; [lra|]. apply Rmult_le_compat_r; lra.
+Qed.
+
+Lemma reach_pos d n s : 0 <= s -> 0 <= reach_of d n s.
+Proof.
+  intros Hs. pose proof (reach_more d 0 n 0 s (Nat.le_0_l n) Hs) as More.
+  unfold reach_of at 1 in More. simpl in More. lra.
 Qed.
 
 Lemma lost_deeper d n s : 0 <= s -> lost_by d n s <= lost_by (S d) n s.
@@ -120,13 +133,14 @@ Theorem computed_near : forall d n l z, computes d n l z -> Forall known l ->
   finite F z /\ Rabs (value F z - total l) <= lost_by d n (size l).
 Proof.
   intros d n l z H. pose proof u_pos as Hu. pose proof eta_pos as Ht.
-  induction H as [ | x | a x z Hz | d n m l r s t z Hl IHl Hr IHr Hz | d n a x l s z Hl IHl Hz
-                 | d n a x l s Hl IHl Hx | d n l r z Hp Hl IHl | d n l z Hl IHl | d n l z Hl IHl];
+  induction H as [ | t z Hz | a x z Hz | d n m l r s t z Hl IHl Hr IHr Hz | d n a x l s z Hl IHl Hz
+                 | d n t l s Hl IHl Hx | d n l r z Hp Hl IHl | d n l z Hl IHl | d n l z Hl IHl];
     intros K B.
   - destruct (zero_is F) as [Hf Hv]. split; [exact Hf|].
     unfold lost_by; simpl. rewrite Hv, Rminus_0_r, Rabs_R0. lra.
-  - inversion K; subst. split; [assumption|].
-    unfold lost_by; simpl. rewrite Rplus_0_r, Rminus_diag_eq by reflexivity. rewrite Rabs_R0. lra.
+  - apply Forall_cons_iff in K as [Kt _]. destruct (Hz Kt) as [Fz Vz]. split; [exact Fz|].
+    unfold lost_by; simpl. rewrite Vz, Rplus_0_r, Rminus_diag_eq by reflexivity.
+    rewrite Rabs_R0. lra.
   - apply Forall_cons_iff in K as [[Ka Kx] _]. unfold reach_of in B; simpl in B.
     pose proof (Rabs_pos (value F a * value F x)).
     destruct (product_is F a x z Ka Kx) as [Hf Hn]; [nra|exact Hz|]. split; [exact Hf|].
@@ -190,7 +204,7 @@ Proof.
     eapply off_once_more; eauto using grown_once.
     apply Rmult_le_pos; [apply pos_INR|lra].
   - apply Forall_cons_iff in K as [_ Kl]. simpl in *.
-    rewrite Hx, Rmult_0_r, Rabs_R0, Rplus_0_l in *. rewrite Rplus_0_l. apply IHl; assumption.
+    rewrite Hx, Rabs_R0, Rplus_0_l in *. rewrite Rplus_0_l. apply IHl; assumption.
   - rewrite <- (size_permuted l r Hp) in *. rewrite <- (total_permuted l r Hp).
     apply IHl; [|exact B]. eapply Permutation_Forall; [apply Permutation_sym; exact Hp|exact K].
   - destruct IHl as [Hf He]; [exact K| |].

@@ -2,7 +2,7 @@
    as the theorem asks for one. *)
 From Coq Require Import ZArith Reals Lra Bool.
 From Flocq Require Import Core BinarySingleNaN Relative.
-Require Import Arithmetic.
+From ParcJax.Onboard Require Import Arithmetic.
 Open Scope R_scope.
 
 Definition double := binary_float 53 1024.
@@ -66,6 +66,8 @@ Proof.
   - destruct hi as [[]|[]| |[] ? ? ?]; discriminate.
 Qed.
 
+#[local] Obligation Tactic := cbv beta.
+
 Program Definition binary64 : arithmetic := {|
   number := double;
   value := B2R;
@@ -78,28 +80,32 @@ Program Definition binary64 : arithmetic := {|
   product := fun x y z => z = Bmult mode_NE x y;
   fused := fun x y s z => z = Bfma mode_NE x y s
 |}.
-Next Obligation. split; [rewrite is_finite_Bopp; assumption|apply B2R_Bopp]. Qed.
+Next Obligation. split; reflexivity. Qed.
+Next Obligation. intros x Fx. split; [rewrite is_finite_Bopp; exact Fx|apply B2R_Bopp]. Qed.
 Next Obligation.
-  rewrite Bleb_correct by assumption.
-  case Rle_bool_spec; intros; split; intros; auto; try discriminate; lra.
+  intros x y Fx Fy. rewrite Bleb_correct by assumption.
+  case Rle_bool_spec; intros Order; split; intros Other; auto; try discriminate; lra.
 Qed.
 Next Obligation.
-  rewrite Bltb_correct by assumption.
-  case Rlt_bool_spec; intros; split; intros; auto; try discriminate; lra.
+  intros x y Fx Fy. rewrite Bltb_correct by assumption.
+  case Rlt_bool_spec; intros Order; split; intros Other; auto; try discriminate; lra.
 Qed.
-Next Obligation. exact (finite_between lo x hi H H0 H1 H2). Qed.
+Next Obligation. intros lo x hi Flo Fhi Lo Hi. exact (finite_between lo x hi Flo Fhi Lo Hi). Qed.
 Next Obligation.
-  pose proof (Bplus_correct 53 1024 _ _ mode_NE x y H H0) as C.
-  fold (rounded (B2R x + B2R y)) in C. rewrite (rounded_fits _ H1) in C.
+  intros x y z Fx Fy Fits ->.
+  pose proof (Bplus_correct 53 1024 _ _ mode_NE x y Fx Fy) as C.
+  fold (rounded (B2R x + B2R y)) in C. rewrite (rounded_fits _ Fits) in C.
   destruct C as [V [Fin _]]. rewrite V. split; [exact Fin|apply rounded_near].
 Qed.
 Next Obligation.
+  intros x y z Fx Fy Fits ->.
   pose proof (Bmult_correct 53 1024 _ _ mode_NE x y) as C.
-  fold (rounded (B2R x * B2R y)) in C. rewrite (rounded_fits _ H1) in C.
-  destruct C as [V [Fin _]]. rewrite V, Fin, H, H0. split; [reflexivity|apply rounded_near].
+  fold (rounded (B2R x * B2R y)) in C. rewrite (rounded_fits _ Fits) in C.
+  destruct C as [V [Fin _]]. rewrite V, Fin, Fx, Fy. split; [reflexivity|apply rounded_near].
 Qed.
 Next Obligation.
-  pose proof (Bfma_correct 53 1024 _ _ mode_NE x y s H H0 H1) as C. cbv zeta in C.
-  fold (rounded (B2R x * B2R y + B2R s)) in C. rewrite (rounded_fits _ H2) in C.
+  intros x y s z Fx Fy Fs Fits ->.
+  pose proof (Bfma_correct 53 1024 _ _ mode_NE x y s Fx Fy Fs) as C. cbv zeta in C.
+  fold (rounded (B2R x * B2R y + B2R s)) in C. rewrite (rounded_fits _ Fits) in C.
   destruct C as [V [Fin _]]. rewrite V. split; [exact Fin|apply rounded_near].
 Qed.
