@@ -110,13 +110,20 @@ def call(arguments, room: Path, limit_s: float, door: Door | None = None, plan=N
             stderr=subprocess.STDOUT,
             start_new_session=True,
         )
-        while process.poll() is None and time.monotonic() - begin < limit_s:
-            if first is None and plan is not None and plan.exists():
-                first = round(time.monotonic() - begin, 2)
-            time.sleep(LOOK)
-    code = process.poll()
-    if code is None:
-        os.killpg(process.pid, signal.SIGKILL)
-        process.wait()
+        try:
+            while process.poll() is None and time.monotonic() - begin < limit_s:
+                if first is None and plan is not None and plan.exists():
+                    first = round(time.monotonic() - begin, 2)
+                time.sleep(LOOK)
+            code = process.poll()
+        finally:
+            _end(process)
     lines = (room / "said").read_text(errors="replace").strip().splitlines()
     return Ran(code, time.monotonic() - begin, first, lines[-1][:300] if lines else "")
+
+
+def _end(process: subprocess.Popen) -> None:
+    """Stop a program and all that it started, if it still runs."""
+    if process.poll() is None:
+        os.killpg(process.pid, signal.SIGKILL)
+        process.wait()
