@@ -31,7 +31,7 @@ def robot(name: str, own: str) -> BlackBox:
         dt=fine * time.dt_record,
         records=time.n_record // fine,
         points=tuple(getattr(system, "points", ("reference",))),
-        q=tuple(getattr(system, "q_labels", [f"q{i}" for i in range(n_q)])),
+        q=tuple(getattr(system, "q_labels", None) or [f"q{i}" for i in range(n_q)]),
         fine=fine,
     )
 

@@ -15,7 +15,6 @@ from parc_jax.published.scene import paper_scene
 from parc_jax.published.search import SAMPLES_PER_REGION, paper_search
 from parc_jax.rollout.batch import RolloutBatch, rollout_batch
 from parc_jax.rollout.law import law_spec
-from parc_jax.sets.bounding_box import bounding_box
 
 KNOTS = 40  # of a model, at most
 AS_PUBLISHED = SAMPLES_PER_REGION
@@ -65,17 +64,18 @@ def needed(task: kit.Task) -> int:
 
 def polytopes(answer: pj.Answer) -> list[dict]:
     """The largest safe polytopes of an answer, as the suite spells them."""
+    corners = answer.project(range(answer.model.n_p + answer.model.n_k))
     largest = np.argsort(-answer.volumes)[:PIECES]
-    return [_spelled(answer.safe_sets[i]) for i in largest]
+    return [_spelled(answer.safe_sets[i], corners[i]) for i in largest]
 
 
-def _spelled(polytope: pj.HPolytope) -> dict:
-    around = bounding_box(polytope)
+def _spelled(polytope: pj.HPolytope, corners: np.ndarray) -> dict:
+    lo, hi = corners.min(axis=0), corners.max(axis=0)
     length = np.linalg.norm(polytope.A, axis=1)
     A = np.round(polytope.A / length[:, None], DIGITS)
-    farthest = np.abs(np.stack([around.lo, around.hi])).max(axis=0).sum()
+    farthest = np.abs(corners).max(axis=0).sum()
     b = np.round(polytope.b / length - (1 + farthest) * 10.0**-DIGITS, DIGITS)
-    return {"A": A.tolist(), "b": b.tolist(), "lo": around.lo.tolist(), "hi": around.hi.tolist()}
+    return {"A": A.tolist(), "b": b.tolist(), "lo": lo.tolist(), "hi": hi.tolist()}
 
 
 def published(model: pj.TrajectoryModel, asked: pj.ReachAvoid, samples: int) -> list[list[float]]:
