@@ -21,6 +21,7 @@ AS_PUBLISHED = SAMPLES_PER_REGION
 KEY = jax.random.PRNGKey(0)
 DIGITS = 6  # of a row of length 1 in an answer; what is rounded away is taken from its set
 PIECES = 100  # polytopes of an answer: the largest
+PLANS = 500  # of an answer
 
 
 def domain(task: kit.Task) -> pj.Box:
@@ -88,7 +89,8 @@ def published(model: pj.TrajectoryModel, asked: pj.ReachAvoid, samples: int) -> 
     except pj.InputError as error:
         print(error)
         return []
-    return found.samples.tolist()
+    some = np.random.default_rng(0).permutation(len(found.samples))[:PLANS]
+    return found.samples[some].round(DIGITS).tolist()
 
 
 def drawn(found: list[dict], rng, n: int) -> np.ndarray | None:
