@@ -193,7 +193,7 @@ let sep p v =
 
 let sample p o =
   let get = fields [ "p0"; "k"; "sep" ] o in
-  { p0 = short (vecn p.n_p (get "p0")); k = short (vecn p.n_k (get "k")); sep = sep p (get "sep") }
+  { sample_p0 = short (vecn p.n_p (get "p0")); sample_k = short (vecn p.n_k (get "k")); sample_sep = sep p (get "sep") }
 
 let piece p net o =
   let get = fields [ "p0"; "k"; "bin"; "pattern"; "sep" ] o in
@@ -204,7 +204,7 @@ let piece p net o =
   let bit j = match digits.[j] with '1' -> true | '0' -> false | _ -> bad "the pattern is not of 0 and 1" in
   let _, layers = List.fold_left (fun (at, l) n -> (at + n, List.init n (fun j -> bit (at + j)) :: l)) (0, []) hidden in
   { inner = short (vecn p.n_p (get "p0") @ vecn p.n_k (get "k")); which = whole 0 999_999_999 (get "bin");
-    pattern = List.rev layers; sep_ = sep p (get "sep") }
+    pattern = List.rev layers; piece_sep = sep p (get "sep") }
 
 (* A box of doubt. Half widths around p0 and k within which a plan may be executed. *)
 let boxed p o =
@@ -216,7 +216,7 @@ let boxed p o =
     found in
   let side k r = (qadd k { r with qnum = Big.neg r.qnum }, qadd k r) in
   { middle_p0 = short (vecn p.n_p (get "p0")); room_p0 = widths p.n_p "p0";
-    region = List.map2 side (vecn p.n_k (get "k")) (widths p.n_k "k"); sep_of = sep p (get "sep") }
+    region = List.map2 side (vecn p.n_k (get "k")) (widths p.n_k "k"); boxed_sep = sep p (get "sep") }
 
 (* ---- No plan, and volumes ---- *)
 

@@ -32,10 +32,10 @@ let tube e =
 let multipliers = array (both nat number)
 let hints = array (array (array multipliers))
 let sep = array (array (array (both nat multipliers)))
-let sample s = sprintf "(Sample %s %s %s)" (vec s.p0) (vec s.k) (sep s.sep)
+let sample s = sprintf "(Sample %s %s %s)" (vec s.sample_p0) (vec s.sample_k) (sep s.sample_sep)
 let piece s =
-  sprintf "(Piece %s %s %s %s)" (vec s.inner) (nat s.which) (array (array bool) s.pattern) (sep s.sep_)
-let boxed s = sprintf "(Boxed %s %s %s %s)" (vec s.middle_p0) (vec s.room_p0) (box s.region) (sep s.sep_of)
+  sprintf "(Piece %s %s %s %s)" (vec s.inner) (nat s.which) (array (array bool) s.pattern) (sep s.piece_sep)
+let boxed s = sprintf "(Boxed %s %s %s %s)" (vec s.middle_p0) (vec s.room_p0) (box s.region) (sep s.boxed_sep)
 
 let optional f = function None -> "None" | Some x -> sprintf "(Some %s)" (f x)
 let use u = sprintf "(Use %s %s %s)" (nat u.which_row) (number u.times) (optional vec u.shrink)

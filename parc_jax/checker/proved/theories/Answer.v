@@ -1,11 +1,13 @@
-(* The checker of a whole answer.  Nothing here has to be believed, but for what an answer holds and what tells entries
-   apart: `accepted` in Statements.v says what is true of an answer that is accepted. *)
+(* The checker of a whole answer.  Nothing here has to be believed, but for what an answer holds and
+   what tells entries apart: `accepted` in Statements.v says what is true of an answer that is
+   accepted. *)
 From Coq Require Import ZArith QArith List Bool Arith.
 From ParcJax Require Import Spec Arithmetic Checker Doubt NoPlan.
 Import ListNotations.
 Open Scope Q_scope.
 
-(* ---- What a file holds: the question, and what it claims.  None: an entry that could not be read ---- *)
+(* ---- What a file holds: the question, and what it claims.  None: an entry that could not be read
+   ---- *)
 Inductive absence := Unclaimed | Unread | Proved (p : proof) | Bracket (p : proof).
 Record answer := Answer {
   scene : problem; net : list layer; around : tube; hints : list goal_hints;
@@ -15,22 +17,26 @@ Record answer := Answer {
 (* ---- What is said twice counts once: entries that prove as much have equal keys ---- *)
 Definition key := list (nat * Q).
 Definition key_of_sep (s : sepn) : key :=
-  flat_map (fun runs => (length runs, 0) :: flat_map (fun r => (fst r, 0) :: (length (snd r), 0) :: snd r) runs)
+  flat_map (fun runs => (length runs, 0) :: flat_map (fun r => (fst r, 0) :: (length (snd r), 0) ::
+    snd r) runs)
            (concat s).
 Definition numbers (v : vec) : key := map (pair O) v.
-Definition key_of_sample (s : sample) : key := numbers (p0 s ++ k s).
+Definition key_of_sample (s : sample) : key := numbers (sample_p0 s ++ sample_k s).
 Definition key_of_set (s : piece) : key :=
-  (which s, 0) :: map (fun b : bool => (if b then 1%nat else O, 0)) (concat (pattern s)) ++ key_of_sep (sep_ s).
-Definition key_of_corridor (s : sample) : key := key_of_sep (sep s).
+  (which s, 0) :: map (fun b : bool => (if b then 1%nat else O, 0)) (concat (pattern s))
+    ++ key_of_sep (piece_sep s).
+Definition key_of_corridor (s : sample) : key := key_of_sep (sample_sep s).
 Definition key_of_box (s : boxed) : key :=
   numbers (middle_p0 s ++ room_p0 s ++ flat_map (fun I => [fst I; snd I]) (region s)).
 
-(* Keys are sorted as in a dictionary, then counted while they increase.  The sort is not trusted: what does not
-   increase is not counted.  (No recursion here is as deep as a list is long: JavaScript's stack would end.) *)
+(* Keys are sorted as in a dictionary, then counted while they increase.  The sort is not trusted:
+   what does not increase is not counted.  (No recursion here is as deep as a list is long:
+   JavaScript's stack would end.) *)
 Fixpoint ahead (a b : key) : bool :=
   match a, b with
   | (i, x) :: a', (j, y) :: b' =>
-      (i <? j)%nat || Nat.eqb i j && (if same_number x y then ahead a' b' else qlt x y || Qeq_bool x y && ahead a' b')
+      (i <? j)%nat || Nat.eqb i j && (if same_number x y then ahead a' b' else qlt x y ||
+        Qeq_bool x y && ahead a' b')
   | _, _ => false
   end.
 Fixpoint merge (most a b done : list key) : list key :=         (* onto done, the last first *)
@@ -41,7 +47,8 @@ Fixpoint merge (most a b done : list key) : list key :=         (* onto done, th
       | [], [] => done
       | x :: a', [] => merge most' a' [] (x :: done)
       | [], y :: b' => merge most' [] b' (y :: done)
-      | x :: a', y :: b' => if ahead x y then merge most' a' b (x :: done) else merge most' a b' (y :: done)
+      | x :: a', y :: b' => if ahead x y then merge most' a' b (x :: done) else merge most' a
+        b' (y :: done)
       end
   end.
 Fixpoint deal (l a b : list key) : list key * list key :=
@@ -55,11 +62,13 @@ Fixpoint sort (depth : nat) (l : list key) : list key :=
   end.
 Fixpoint climb (from : key) (l : list key) (n : nat) : nat :=
   match l with [] => n | x :: l' => if ahead from x then climb x l' (S n) else climb from l' n end.
-Definition distinct (l : list key) : nat := match sort 30 l with [] => O | x :: l' => climb x l' 1 end.
+Definition distinct (l : list key) : nat := match sort 30 l with [] => O | x :: l' =>
+  climb x l' 1 end.
 Definition keys {A} (key_of : A -> key) (l : list (option A)) : list key :=
   fold_left (fun found x => match x with Some s => key_of s :: found | None => found end) l [].
 
-(* ---- How much of all, in parts of 100,000 and rounded down.  The quotient is tried; 0 says nothing ---- *)
+(* ---- How much of all, in parts of 100,000 and rounded down.  The quotient is tried; 0 says
+   nothing ---- *)
 Definition share_of (part all : Q) : Z :=
   let q := qdiv (part * 100000) all in
   let n := (Qnum q / Zpos (Qden q))%Z in
@@ -69,14 +78,20 @@ Definition share_of (part all : Q) : Z :=
 Inductive finding := Nothing | No_plan | Shares (safe_ unsafe_ : Z).
 Record report := Report {
   n_samples : nat; n_sets : nat; n_corridors : nat; n_doubts : nat; found : finding;
-  n_bins : nat; n_without : nat }.                      (* bins, and those whose tube leaves out the model itself *)
-(* Marks: of samples, sets, corridors, boxes of doubt and proofs that there is no plan, whether each is proved. *)
-Inductive verdict := Misfit | Refused (marks : list (list bool)) | Accepted (marks : list (list bool)) (r : report).
+  (* bins, and those whose tube leaves out the model itself *)
+  n_bins : nat; n_without : nat }.
+(* Marks: of samples, sets, corridors, boxes of doubt and proofs that there is no plan, whether each
+   is proved. *)
+Inductive verdict := Misfit | Refused (marks : list (list bool)) | Accepted (marks :
+  list (list bool)) (r : report).
 
-Definition told (ok : bool) : bool := ok.               (* where the program says how far it is: Extract.v *)
+(* where the program says how far it is: Extract.v *)
+Definition told (ok : bool) : bool := ok.
 Definition marked {A} (check : A -> bool) (l : list (option A)) : list bool :=
-  rev_append (fold_left (fun oks x => told (match x with Some s => check s | None => false end) :: oks) l []) [].
-Definition check_absence (P : problem) (N : list layer) (E : tube) (H : list goal_hints) (x : absence) : list bool :=
+  rev_append (fold_left (fun oks x => told (match x with Some s => check s | None => false end) ::
+    oks) l []) [].
+Definition check_absence (P : problem) (N : list layer) (E : tube) (H : list goal_hints) (x :
+  absence) : list bool :=
   match x with
   | Unclaimed => []
   | Unread => [told false]
@@ -85,7 +100,8 @@ Definition check_absence (P : problem) (N : list layer) (E : tube) (H : list goa
   end.
 Definition finding_of (P : problem) (x : absence) : finding :=
   match x with
-  | Bracket p => let '(safe_, unsafe_, all) := volumes P p in Shares (share_of safe_ all) (share_of unsafe_ all)
+  | Bracket p => let '(safe_, unsafe_, all) := volumes P p in Shares (share_of safe_ all) (share_of
+    unsafe_ all)
   | Proved _ => No_plan
   | _ => Nothing
   end.

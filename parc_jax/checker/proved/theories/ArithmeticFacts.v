@@ -12,13 +12,15 @@ Proof.
 Qed.
 Lemma R_add a b : Q2R (qadd a b) = Q2R a + Q2R b.
 Proof.
-  rewrite <- Q2R_plus. apply Qeq_eqR. unfold qadd. destruct a as [na da], b as [nb db]; simpl Qnum; simpl Qden.
+  rewrite <- Q2R_plus. apply Qeq_eqR. unfold qadd. destruct a as [na da], b as [nb db];
+    simpl Qnum; simpl Qden.
   destruct (Z.eqb_spec (Zpos da) (Zpos db)) as [H|H].
   { injection H as ->. unfold Qeq, Qplus; simpl. rewrite Pos2Z.inj_mul. ring. }
   cbv zeta. set (m := (Zpos db / Zpos da)%Z). set (m' := (Zpos da / Zpos db)%Z). clearbody m m'.
   destruct (Z.eqb_spec (Zpos da * m) (Zpos db)) as [G|G].
   { unfold Qeq, Qplus; simpl Qnum; simpl Qden. rewrite Pos2Z.inj_mul, <- G. ring. }
-  destruct (Z.eqb_spec (Zpos db * m') (Zpos da)) as [K|K]; [|destruct (Z.leb _ short); [reflexivity|apply red_eq]].
+  destruct (Z.eqb_spec (Zpos db * m') (Zpos da)) as [K|K]; [|destruct (Z.leb _ short);
+    [reflexivity|apply red_eq]].
   unfold Qeq, Qplus; simpl Qnum; simpl Qden. rewrite Pos2Z.inj_mul, <- K. ring.
 Qed.
 Lemma R_mul a b : Q2R (qmul a b) = Q2R a * Q2R b.
@@ -27,13 +29,15 @@ Proof.
   destruct (Z.eqb_spec (Qnum a) 0) as [H|H].
   { destruct a as [na da]; simpl in H; subst. unfold Qeq, Qmult; simpl. reflexivity. }
   destruct (Z.eqb_spec (Qnum b) 0) as [G|G]; [|reflexivity].
-  destruct b as [nb db]; simpl in G; subst. unfold Qeq, Qmult; simpl. rewrite Z.mul_0_r. reflexivity.
+  destruct b as [nb db]; simpl in G; subst. unfold Qeq, Qmult; simpl. rewrite Z.mul_0_r.
+  reflexivity.
 Qed.
 Lemma R_le a b : qle a b = true -> Q2R a <= Q2R b.
 Proof. intro H. apply Qle_Rle. apply Qle_bool_iff. exact H. Qed.
 Lemma R_lt a b : qlt a b = true -> Q2R a < Q2R b.
 Proof.
-  unfold qlt. intro H. apply Qlt_Rlt. apply Qnot_le_lt. intro G. apply Qle_bool_iff in G. rewrite G in H. discriminate.
+  unfold qlt. intro H. apply Qlt_Rlt. apply Qnot_le_lt. intro G. apply Qle_bool_iff in G.
+  rewrite G in H. discriminate.
 Qed.
 Lemma R_nle a b : qle a b = false -> Q2R b < Q2R a.
 Proof. intro H. apply R_lt. unfold qlt. unfold qle in H. rewrite H. reflexivity. Qed.
@@ -49,10 +53,12 @@ Qed.
 #[export] Hint Rewrite R_add R_mul R0 R1 Rm1 Q2R_opp Q2R_plus Q2R_minus : q.
 Lemma le_complete a b : Q2R a <= Q2R b -> qle a b = true.
 Proof. intro H. apply Qle_bool_iff. apply Rle_Qle. exact H. Qed.
-Lemma root_up_R s : 0 <= Q2R s -> 0 <= Q2R (root_up s) /\ Q2R s <= Q2R (root_up s) * Q2R (root_up s).
+Lemma root_up_R s : 0 <= Q2R s -> 0 <= Q2R (root_up s) /\ Q2R s <= Q2R (root_up s) * Q2R
+  (root_up s).
 Proof.
   intro H. unfold root_up. set (u := red _). destruct (qle 0 u && qle s (qmul u u)) eqn:E.
-  - apply andb_prop in E as [E1 E2]. apply R_le in E1, E2. rewrite R0 in E1. rewrite R_mul in E2. lra.
+  - apply andb_prop in E as [E1 E2]. apply R_le in E1, E2. rewrite R0 in E1.
+    rewrite R_mul in E2. lra.
   - autorewrite with q. nra.
 Qed.
 
@@ -63,26 +69,32 @@ Proof.
   rewrite (H O) by (simpl; lia). f_equal. apply IH. intros i Hi. apply H. simpl. lia.
 Qed.
 Lemma dotR_plus w : forall x y, dotR w (fun i => x i + y i) = dotR w x + dotR w y.
-Proof. induction w as [|a w IH]; intros; simpl; [lra|]. change (shift (fun i => x i + y i)) with (fun i => shift x i + shift y i). rewrite IH. lra. Qed.
+Proof. induction w as [|a w IH]; intros; simpl; [lra|]. change (shift (fun i => x i + y i))
+  with (fun i => shift x i + shift y i). rewrite IH. lra. Qed.
 Lemma dotR_mult w : forall c x, dotR w (fun i => c * x i) = c * dotR w x.
-Proof. induction w as [|a w IH]; intros; simpl; [lra|]. change (shift (fun i => c * x i)) with (fun i => c * shift x i). rewrite IH. lra. Qed.
+Proof. induction w as [|a w IH]; intros; simpl; [lra|]. change (shift (fun i => c * x i))
+  with (fun i => c * shift x i). rewrite IH. lra. Qed.
 Lemma dotR_zero w : dotR w (fun _ => 0) = 0.
-Proof. induction w as [|a w IH]; simpl; [lra|]. change (shift (fun _ => 0)) with (fun _ : nat => 0). rewrite IH. lra. Qed.
+Proof. induction w as [|a w IH]; simpl; [lra|]. change (shift (fun _ => 0)) with (fun _ : nat => 0).
+rewrite IH. lra. Qed.
 Lemma dotR_vadd u : forall v x, dotR (vadd u v) x = dotR u x + dotR v x.
 Proof.
   induction u as [|a u IH]; intros [|b v] x; simpl; try lra. rewrite IH, R_add. lra.
 Qed.
 Lemma dotR_vscale a v : forall x, dotR (vscale a v) x = Q2R a * dotR v x.
-Proof. induction v as [|b v IH]; intros; simpl; [lra|]. unfold vscale in IH. rewrite IH, R_mul. lra. Qed.
+Proof. induction v as [|b v IH]; intros; simpl; [lra|]. unfold vscale in IH.
+rewrite IH, R_mul. lra. Qed.
 Lemma toR_nil i : toR [] i = 0. Proof. unfold toR. destruct i; simpl; apply R0. Qed.
 Lemma dotQ_R u : forall v, Q2R (dotQ u v) = dotR u (toR v).
 Proof.
   induction u as [|a u IH]; intros v; [simpl; apply R0|].
   destruct v as [|b v].
-  - simpl dotQ. rewrite R0. rewrite (dotR_ext _ _ (fun _ => 0)); [rewrite dotR_zero; reflexivity|]. intros; apply toR_nil.
+  - simpl dotQ. rewrite R0. rewrite (dotR_ext _ _ (fun _ => 0)); [rewrite dotR_zero; reflexivity|].
+    intros; apply toR_nil.
   - simpl. rewrite R_add, R_mul, IH. reflexivity.
 Qed.
-Lemma dot_abs w : forall x e, (forall i, (i < length w)%nat -> Rabs (x i) <= e i) -> Rabs (dotR w x) <= dotR (vabs w) e.
+Lemma dot_abs w : forall x e, (forall i, (i < length w)%nat -> Rabs (x i) <= e i) ->
+  Rabs (dotR w x) <= dotR (vabs w) e.
 Proof.
   induction w as [|a w IH]; intros x e H; simpl; [rewrite Rabs_R0; lra|].
   rewrite R_abs. eapply Rle_trans; [apply Rabs_triang|]. apply Rplus_le_compat.
@@ -91,7 +103,8 @@ Proof.
 Qed.
 Lemma sumsq_pos n : forall x, 0 <= sumsq n x.
 Proof. induction n; intros; simpl; [lra|]. specialize (IHn (shift x)). nra. Qed.
-Lemma cauchy w : forall x, dotR w x * dotR w x <= dotR w (toR w) * sumsq (length w) x /\ 0 <= dotR w (toR w).
+Lemma cauchy w : forall x, dotR w x * dotR w x <= dotR w (toR w) * sumsq (length w) x /\
+  0 <= dotR w (toR w).
 Proof.
   induction w as [|a w IH]; intros x; simpl; [lra|].
   destruct (IH (shift x)) as [H W]. replace (shift (toR (a :: w))) with (toR w) by reflexivity.
@@ -101,13 +114,15 @@ Proof.
   set (S := sumsq (length w) (shift x)) in *. split; [|nra].
   assert (K : 2 * (A * X) * D <= A * A * S + V * (X * X)).
   { apply Rsqr_incr_0_var; [|nra]. unfold Rsqr.
-    assert (4 * ((A * X) * (A * X)) * (D * D) <= 4 * ((A * X) * (A * X)) * (V * S)) by (apply Rmult_le_compat_l; nra).
+    assert (4 * ((A * X) * (A * X)) * (D * D) <= 4 * ((A * X) * (A * X)) * (V * S))
+      by (apply Rmult_le_compat_l; nra).
     pose proof (Rle_0_sqr (A * A * S - V * (X * X))) as Q. unfold Rsqr in Q. nra. }
   nra.
 Qed.
 Lemma zero_R u : nonzero u = false -> forall x, dotR u x = 0.
 Proof.
-  induction u as [|a u IH]; intros H x; simpl in *; [reflexivity|]. apply orb_false_iff in H as [A H].
+  induction u as [|a u IH]; intros H x; simpl in *; [reflexivity|].
+  apply orb_false_iff in H as [A H].
   rewrite (IH H). apply negb_false_iff, Z.eqb_eq in A. unfold Q2R. rewrite A. lra.
 Qed.
 Lemma same_R u : forall v, same u v = true -> forall x, dotR u x = dotR v x.
@@ -115,17 +130,20 @@ Proof.
   induction u as [|a u IH]; intros v H x; [|destruct v as [|b v]].
   - simpl in H. rewrite negb_true_iff in H. rewrite (zero_R v H). reflexivity.
   - cbn [same] in H. rewrite negb_true_iff in H. rewrite (zero_R _ H). reflexivity.
-  - cbn [same] in H. apply andb_prop in H as [A H]. apply Qeq_bool_eq, Qeq_eqR in A. simpl. rewrite A, (IH v H). reflexivity.
+  - cbn [same] in H. apply andb_prop in H as [A H]. apply Qeq_bool_eq, Qeq_eqR in A. simpl.
+    rewrite A, (IH v H). reflexivity.
 Qed.
 Lemma inBox_R D : forall v, inBoxQ D v = true -> inBox D (toR v).
 Proof.
   induction D as [|[lo hi] D IH]; intros [|a v] H; simpl in *; try discriminate; auto.
-  rewrite !andb_true_iff in H. destruct H as [[A B] C]. split; [split; [exact (R_le _ _ A)|exact (R_le _ _ B)]|apply (IH v C)].
+  rewrite !andb_true_iff in H. destruct H as [[A B] C].
+  split; [split; [exact (R_le _ _ A)|exact (R_le _ _ B)]|apply (IH v C)].
 Qed.
 Lemma inBox_complete D : forall v, length v = length D -> inBox D (toR v) -> inBoxQ D v = true.
 Proof.
   induction D as [|[lo hi] D IH]; intros [|a v] L H; simpl in *; try discriminate; auto.
-  destruct H as [[A B] C]. rewrite !andb_true_iff. repeat split; try (apply le_complete; assumption). apply IH; [lia|exact C].
+  destruct H as [[A B] C]. rewrite !andb_true_iff. repeat split; try (apply le_complete;
+    assumption). apply IH; [lia|exact C].
 Qed.
 
 (* ---- Multipliers of rows ---- *)
@@ -133,7 +151,8 @@ Lemma combine_R A m : forallb (fun im => qle 0 (snd im)) m = true -> forall x, i
   dotR (fst (combine_rows A m)) x <= Q2R (snd (combine_rows A m)).
 Proof.
   intros Hm x Hx. induction m as [|[i a] m IH]; [simpl; rewrite R0; lra|].
-  simpl in Hm. apply andb_prop in Hm as [Ha Hm]. specialize (IH Hm). apply R_le in Ha. rewrite R0 in Ha. simpl.
+  simpl in Hm. apply andb_prop in Hm as [Ha Hm]. specialize (IH Hm). apply R_le in Ha.
+  rewrite R0 in Ha. simpl.
   destruct (nth i A ([], 0%Q)) as [w b] eqn:E. simpl. rewrite dotR_vadd, dotR_vscale, R_add, R_mul.
   assert (dotR w x <= Q2R b).
   { destruct (Nat.lt_ge_cases i (length A)) as [H|H].
@@ -158,7 +177,8 @@ Lemma affR_lincomb w : forall X x, affR (lincomb w X) x = dotR w (at_forms X x).
 Proof.
   induction w as [|a w IH]; intros X x; [simpl; rewrite affR_const; apply R0|].
   destruct X as [|f X].
-  - simpl lincomb. rewrite affR_const, R0, (dotR_ext _ _ (fun _ => 0)), dotR_zero; [reflexivity|]. intros; apply at_nil.
+  - simpl lincomb. rewrite affR_const, R0, (dotR_ext _ _ (fun _ => 0)), dotR_zero; [reflexivity|].
+    intros; apply at_nil.
   - simpl. rewrite affR_add, affR_scale, IH. reflexivity.
 Qed.
 #[export] Hint Rewrite affR_const affR_add affR_scale affR_neg affR_lincomb : q.
@@ -167,9 +187,11 @@ Proof.
   unfold affR, unit_form. simpl. intros x. rewrite R0, Rplus_0_r. revert x.
   induction i as [|i IH]; intros x; simpl; rewrite ?R0, ?R1; [lra|]. rewrite IH. unfold shift. lra.
 Qed.
-Lemma at_units n : forall a x i, (i < n)%nat -> at_forms (map unit_form (seq a n)) x i = x (a + i)%nat.
+Lemma at_units n : forall a x i, (i < n)%nat -> at_forms (map unit_form (seq a n)) x i = x
+  (a + i)%nat.
 Proof.
-  intros a x i H. unfold at_forms. rewrite nth_indep with (d' := unit_form 0) by (rewrite map_length, seq_length; lia).
+  intros a x i H. unfold at_forms. rewrite nth_indep with (d' :=
+    unit_form 0) by (rewrite map_length, seq_length; lia).
   rewrite map_nth, seq_nth by lia. apply unit_R.
 Qed.
 Lemma at_const v x i : at_forms (map aconst v) x i = toR v i.
@@ -178,7 +200,8 @@ Proof.
   - rewrite map_nth. apply affR_const.
   - rewrite !nth_overflow by (try rewrite map_length; auto). apply affR_const.
 Qed.
-Lemma at_zadd X : forall Y x i, (i < length X)%nat -> (i < length Y)%nat -> at_forms (zadd X Y) x i = at_forms X x i + at_forms Y x i.
+Lemma at_zadd X : forall Y x i, (i < length X)%nat -> (i < length Y)%nat ->
+  at_forms (zadd X Y) x i = at_forms X x i + at_forms Y x i.
 Proof.
   unfold at_forms. induction X as [|f X IH]; intros [|g Y] x i H1 H2; simpl in *; try lia.
   destruct i; [apply affR_add|apply IH; lia].
@@ -187,11 +210,13 @@ Lemma len_zadd X : forall Y, length Y = length X -> length (zadd X Y) = length X
 Proof. induction X; intros [|g Y] H; simpl in *; try discriminate; auto. Qed.
 
 (* ---- Conditions ---- *)
-Definition rowR (x : rv) (r : row) : Prop := if fst r then 0 < affR (snd r) x else 0 <= affR (snd r) x.
+Definition rowR (x : rv) (r : row) : Prop := if fst r then 0 < affR (snd r) x
+  else 0 <= affR (snd r) x.
 Lemma never_R x : ~ rowR x never.
 Proof. unfold rowR, never. simpl. rewrite affR_const, R0. lra. Qed.
 Lemma holds_R v r : holdsQ v r = true -> rowR (toR v) r.
 Proof.
-  unfold holdsQ, rowR, affR. destruct r as [[|] [c d]]; simpl; intro H; [apply R_lt in H|apply R_le in H];
+  unfold holdsQ, rowR, affR. destruct r as [[|] [c d]]; simpl; intro H;
+    [apply R_lt in H|apply R_le in H];
   rewrite R0, R_add, dotQ_R in H; exact H.
 Qed.

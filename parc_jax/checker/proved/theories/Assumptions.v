@@ -1,5 +1,7 @@
-(* Prints what the theorems rest on.  tests/checker/test_rocq.py compares this with the axioms of Coq's reals. *)
+(* Prints what the theorems rest on.  tests/checker/test_rocq.py compares this with the axioms of
+   Coq's reals. *)
 From ParcJax Require Import Statements.
+Print Assumptions succeeds_is.
 Print Assumptions sample_safe.
 Print Assumptions corridor_safe.
 Print Assumptions set_safe.

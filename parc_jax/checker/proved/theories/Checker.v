@@ -1,4 +1,5 @@
-(* The checker that runs.  Nothing here has to be believed: Theorems.v says what its answer `true` means. *)
+(* The checker that runs.  Nothing here has to be believed: Theorems.v says what its answer `true`
+   means. *)
 From Coq Require Import ZArith QArith Qabs List Bool Arith.
 From ParcJax Require Import Spec Arithmetic.
 Import ListNotations.
@@ -12,11 +13,14 @@ Fixpoint netQ (Ls : list layer) (x : vec) : vec :=
   | [] => x
   | L :: Ls' => match Ls' with [] => layerQ L x | _ => netQ Ls' (reluQ (layerQ L x)) end
   end.
-Definition layerA (L : layer) (X : list aff) : list aff := map (fun r => aadd (lincomb (fst r) X) (aconst (snd r))) L.
+Definition layerA (L : layer) (X : list aff) : list aff := map (fun r =>
+  aadd (lincomb (fst r) X) (aconst (snd r))) L.
 Fixpoint passA (bits : list bool) (X : list aff) : list aff :=
-  match bits, X with b :: bits', f :: X' => (if b then f else aconst 0) :: passA bits' X' | _, _ => [] end.
+  match bits, X with b :: bits', f :: X' => (if b then f else aconst 0) :: passA bits' X' | _,
+    _ => [] end.
 Fixpoint signs (bits : list bool) (X : list aff) : list row :=
-  match bits, X with b :: bits', f :: X' => (false, if b then f else aneg f) :: signs bits' X' | _, _ => [] end.
+  match bits, X with b :: bits', f :: X' => (false, if b then f else aneg f) :: signs bits' X' | _,
+    _ => [] end.
 Fixpoint netA (Ls : list layer) (bits : list (list bool)) (X : list aff) : list row * list aff :=
   match Ls with
   | [] => ([], X)
@@ -35,8 +39,9 @@ Fixpoint bits_ok (Ls : list layer) (bits : list (list bool)) : bool :=
 
 (* ---- How far errors and bodies reach in a direction ---- *)
 
-(* Guesses of multipliers m of the rows of A with sum m_i a_i = w, in the plane and in space by Cramer's rule from two
-   or three rows.  They are tried, so nothing about them is proved; elsewhere a certificate has to bring them. *)
+(* Guesses of multipliers m of the rows of A with sum m_i a_i = w, in the plane and in space by
+   Cramer's rule from two or three rows.  They are tried, so nothing about them is proved; elsewhere
+   a certificate has to bring them. *)
 Definition qdiv (a b : Q) : Q := red (a / b).
 Definition det2 (a b : vec) : Q := nth 0 a 0 * nth 1 b 0 - nth 1 a 0 * nth 0 b 0.
 Definition det3 (a b c : vec) : Q :=
@@ -52,7 +57,8 @@ Definition guesses (A : poly) (w : vec) : list multipliers :=
   | 2%nat => map (fun ab => let '((i, a), (j, b)) := ab in let d := det2 a b in
                             [(i, qdiv (det2 w b) d); (j, qdiv (det2 a w) d)]) (pairs numbered)
   | 3%nat => map (fun abc => let '((i, a), ((j, b), (l, c))) := abc in let d := det3 a b c in
-                             [(i, qdiv (det3 w b c) d); (j, qdiv (det3 a w c) d); (l, qdiv (det3 a b w) d)])
+                             [(i, qdiv (det3 w b c) d); (j, qdiv (det3 a w c) d);
+                               (l, qdiv (det3 a b w) d)])
                  (triples numbered)
   | _ => []
   end.
@@ -64,26 +70,36 @@ Fixpoint least (A : poly) (w : vec) (tries : list multipliers) : option Q :=
       let best := least A w tries' in
       if positive m then
         let (v, h) := combine_rows A m in
-        if same v w then match best with Some g => if qle g h then best else Some h | None => Some h end else best
+        if same v w then match best with Some g => if qle g h then best else Some h | None =>
+          Some h end else best
       else best
   end.
-Definition reach (E : error) (hints : list multipliers) (w : vec) : option Q :=   (* at least max of w . x over E *)
+(* at least max of w . x over E *)
+Definition reach (E : error) (hints : list multipliers) (w : vec) : option Q :=
   match E with Widths e => Some (dotQ (vabs w) e) | Rows A => least A w (hints ++ guesses A w) end.
-Definition support (b : shape) (w : vec) : Q :=                                   (* at least max of -w . x *)
+(* at least max of -w . x *)
+Definition support (b : shape) (w : vec) : Q :=
   match b with
   | Disc r => qmul r (root_up (dotQ w w))
   | Hull [] => 0
-  | Hull (v :: vs) => fold_right (fun u acc => let s := - dotQ w u in if qle acc s then s else acc) (- dotQ w v) vs
+  | Hull (v :: vs) => fold_right (fun u acc => let s := - dotQ w u in if qle acc s then s else acc)
+    (- dotQ w v) vs
   end.
 
-(* ---- Separating directions: multipliers of an obstacle's rows, one run of intervals after the other ---- *)
-Definition run := (nat * multipliers)%type.             (* until which interval (exclusive), multipliers *)
-Definition dir := (nat * (vec * Q))%type.               (* the same, direction w, offset of the grown obstacle *)
+(* ---- Separating directions: multipliers of an obstacle's rows, one run of intervals after the
+   other ---- *)
+(* until which interval (exclusive), multipliers *)
+Definition run := (nat * multipliers)%type.
+(* the same, direction w, offset of the grown obstacle *)
+Definition dir := (nat * (vec * Q))%type.
 Definition sepn := list (list (list run)).              (* by obstacle, by part of the body *)
-Definition task := (obstacle * part)%type.              (* an obstacle and the part that has to keep clear of it *)
-Definition tasks (P : problem) : list task := flat_map (fun o => map (pair o) (parts P)) (obstacles P).
+(* an obstacle and the part that has to keep clear of it *)
+Definition task := (obstacle * part)%type.
+Definition tasks (P : problem) : list task := flat_map (fun o => map (pair o) (parts P))
+  (obstacles P).
 Definition dir_of (b : task) (r : run) : dir :=
-  let (w, h) := combine_rows (rows (fst b)) (snd r) in (fst r, (w, qadd h (support (grown_by (snd b)) w))).
+  let (w, h) := combine_rows (rows (fst b)) (snd r) in (fst r,
+    (w, qadd h (support (grown_by (snd b)) w))).
 Definition dirs_of (P : problem) (sep : sepn) : list (list dir) :=
   map (fun br => map (dir_of (fst br)) (snd br)) (combine (tasks P) (concat sep)).
 Fixpoint runs_ok (n : nat) (o : obstacle) (t : nat) (rs : list run) : bool :=
@@ -98,15 +114,19 @@ Definition sep_ok (P : problem) (sep : sepn) : bool :=
   Nat.eqb (length sep) (length (obstacles P)) &&
   forallb (fun runs => Nat.eqb (length runs) (length (parts P))) sep &&
   Nat.eqb (length (concat sep)) (length (tasks P)) &&
-  forallb (fun br => runs_ok (n_p P) (fst (fst br)) (first (fst (fst br))) (snd br)) (combine (tasks P) (concat sep)).
+  forallb (fun br => runs_ok (n_p P) (fst (fst br)) (first (fst (fst br))) (snd br)) (combine (tasks
+    P) (concat sep)).
 Fixpoint dir_at (ds : list dir) (t : nat) : option (vec * Q) :=
-  match ds with [] => None | (stop, d) :: ds' => if (t <? stop)%nat then Some d else dir_at ds' t end.
+  match ds with [] => None | (stop, d) :: ds' => if (t <? stop)%nat then Some d
+    else dir_at ds' t end.
 
-(* ---- What makes a plan safe in a bin, as rows in whatever variables p0 (forms X) and the outputs (forms Y) use ---- *)
+(* ---- What makes a plan safe in a bin, as rows in whatever variables p0 (forms X) and the outputs
+   (forms Y) use ---- *)
 Fixpoint chunk (n T : nat) (Y : list aff) : list (list aff) :=
   match T with O => [] | S T' => firstn n Y :: chunk n T' (skipn n Y) end.
 Definition padded (P : problem) (Y : list aff) : list aff := repeat (aconst 0) (n_p P) ++ Y.
-Definition places (P : problem) (X Y : list aff) : list (list aff) :=   (* point i at knot t is number t n_points + i *)
+(* point i at knot t is number t n_points + i *)
+Definition places (P : problem) (X Y : list aff) : list (list aff) :=
   map (zadd X) (chunk (n_p P) (S (steps P) * n_points P) (padded P Y)).
 Definition extrasA (P : problem) (Y : list aff) : list aff :=
   firstn (n_q P) (skipn (S (steps P) * (n_points P * n_p P)) (padded P Y)).
@@ -119,21 +139,26 @@ Definition below (A : poly) (bound : nat -> vec -> option Q) (X : list aff) : li
          | None => never
          | Some r => (false, aadd (aconst (qadd b (- r))) (aneg (lincomb a X)))
          end) (combine (seq 0 (length A)) A).
-Definition apart (w : vec) (h : Q) (X : list aff) : row := (true, aadd (lincomb w X) (aconst (- h))).
-Definition clear_at (P : problem) (B : bin) (K : list (list aff)) (wh : vec * Q) (t i : nat) : list row :=
+Definition apart (w : vec) (h : Q) (X : list aff) : row :=
+  (true, aadd (lincomb w X) (aconst (- h))).
+Definition clear_at (P : problem) (B : bin) (K : list (list aff)) (wh : vec * Q) (t i :
+  nat) : list row :=
   let (w, h) := wh in
   match reach (nth i (nth t (interval B) []) (Rows [])) [] (vscale (-1) w) with
   | None => [never]
   | Some r => let g := qadd h r in
       [apart w g (nth (t * n_points P + i) K []); apart w g (nth (S t * n_points P + i) K [])]
   end.
-Definition clear (P : problem) (B : bin) (K : list (list aff)) (b : task) (ds : list dir) : list row :=
+Definition clear (P : problem) (B : bin) (K : list (list aff)) (b : task) (ds :
+  list dir) : list row :=
   flat_map (fun t => match dir_at ds t with
                      | None => [never]
                      | Some wh => flat_map (clear_at P B K wh t) (corners (snd b))
                      end) (seq (first (fst b)) (S (last (fst b)) - first (fst b))).
-Definition goal_hints := list (list multipliers).       (* per goal row: ways to bound the error of the end *)
-Definition conditions (P : problem) (ds : list (list dir)) (B : bin) (H : goal_hints) (X Y : list aff) : list row :=
+(* per goal row: ways to bound the error of the end *)
+Definition goal_hints := list (list multipliers).
+Definition conditions (P : problem) (ds : list (list dir)) (B : bin) (H : goal_hints) (X Y :
+  list aff) : list row :=
   let K := places P X Y in
   below (start P) (fun _ _ => Some 0) X ++
   below (goal P) (fun i a => reach (final B) (nth i H []) a) (endA P K Y) ++
@@ -142,7 +167,8 @@ Definition conditions (P : problem) (ds : list (list dir)) (B : bin) (H : goal_h
 (* ---- Shapes and sizes ---- *)
 Definition poly_ok n (A : poly) := forallb (fun ab => Nat.eqb (length (fst ab)) n) A.
 Definition shape_ok n (b : shape) :=
-  match b with Disc r => qle 0 r | Hull vs => negb (Nat.eqb (length vs) 0) && forallb (fun v => Nat.eqb (length v) n) vs end.
+  match b with Disc r => qle 0 r | Hull vs => negb (Nat.eqb (length vs) 0) && forallb (fun v =>
+    Nat.eqb (length v) n) vs end.
 Definition part_ok P (b : part) :=
   shape_ok (n_p P) (grown_by b) && negb (Nat.eqb (length (corners b)) 0) &&
   forallb (fun i => i <? n_points P)%nat (corners b).
@@ -156,7 +182,8 @@ Definition outputs (P : problem) := (S (steps P) * (n_points P * n_p P) - n_p P 
 Definition problem_ok (P : problem) (N : list layer) : bool :=
   (0 <? n_p P)%nat && (0 <? n_points P)%nat && (0 <? steps P)%nat &&
   poly_ok (n_points P * n_p P + n_q P) (goal P) && poly_ok (n_p P) (start P) &&
-  forallb (fun o => poly_ok (n_p P) (rows o) && (first o <=? last o)%nat && (last o <? steps P)%nat) (obstacles P) &&
+  forallb (fun o => poly_ok (n_p P) (rows o) && (first o <=? last o)%nat && (last o <? steps P)%nat)
+    (obstacles P) &&
   negb (Nat.eqb (length (parts P)) 0) && forallb (part_ok P) (parts P) &&
   net_ok (n_k P) N (outputs P) && Nat.eqb (length (domain P)) (n_k P) &&
   forallb (fun d => qle (fst d) (snd d)) (domain P).
@@ -164,14 +191,17 @@ Definition error_ok n (E : error) : bool :=
   match E with Widths e => Nat.eqb (length e) n && forallb (qle 0) e | Rows A => poly_ok n A end.
 Definition bin_ok (P : problem) (B : bin) : bool :=
   Nat.eqb (length (interval B)) (steps P) &&
-  forallb (fun Es => Nat.eqb (length Es) (n_points P) && forallb (error_ok (n_p P)) Es) (interval B) &&
+  forallb (fun Es => Nat.eqb (length Es) (n_points P) && forallb (error_ok (n_p P)) Es)
+    (interval B) &&
   error_ok (n_points P * n_p P + n_q P) (final B).
 Fixpoint increasing (e : vec) : bool :=
   match e with a :: (b :: _) as e' => qlt a b && increasing e' | _ => true end.
-Fixpoint covers (es : list vec) (D : list (Q * Q)) : bool :=            (* at least two edges per axis: one bin *)
+(* at least two edges per axis: one bin *)
+Fixpoint covers (es : list vec) (D : list (Q * Q)) : bool :=
   match es, D with
   | [], [] => true
-  | (a :: b :: _) as e :: es', (lo, hi) :: D' => increasing e && qle a lo && qle hi (List.last e a) && covers es' D'
+  | (a :: b :: _) as e :: es', (lo, hi) :: D' => increasing e && qle a lo &&
+    qle hi (List.last e a) && covers es' D'
   | _, _ => false
   end.
 Definition tube_ok (P : problem) (E : tube) : bool :=
@@ -179,45 +209,56 @@ Definition tube_ok (P : problem) (E : tube) : bool :=
   Nat.eqb (length (finals E)) (length (boxes (edges E))) && forallb (bin_ok P) (bins E).
 Definition context_ok P N E := problem_ok P N && tube_ok P E.
 
-(* ---- Samples, and corridors by their plan: the conditions hold in every closed bin that contains k ---- *)
-Record sample := Sample { p0 : vec; k : vec; sep : sepn }.
+(* ---- Samples, and corridors by their plan: the conditions hold in every closed bin that contains
+   k ---- *)
+Record sample := Sample { sample_p0 : vec; sample_k : vec; sample_sep : sepn }.
 Definition hinted (E : tube) (H : list goal_hints) : list (bin * goal_hints) :=
   combine (bins E) (H ++ repeat [] (length (bins E))).
-Definition check_sample (P : problem) (N : list layer) (E : tube) (H : list goal_hints) (s : sample) : bool :=
-  Nat.eqb (length (p0 s)) (n_p P) && Nat.eqb (length (k s)) (n_k P) && inBoxQ (domain P) (k s) && sep_ok P (sep s) &&
-  let X := map aconst (p0 s) in
-  let Y := map aconst (netQ N (k s)) in
-  let ds := dirs_of P (sep s) in
+Definition check_sample (P : problem) (N : list layer) (E : tube) (H : list goal_hints) (s :
+  sample) : bool :=
+  Nat.eqb (length (sample_p0 s)) (n_p P) && Nat.eqb (length (sample_k s)) (n_k P) &&
+    inBoxQ (domain P) (sample_k s) && sep_ok P (sample_sep s) &&
+  let X := map aconst (sample_p0 s) in
+  let Y := map aconst (netQ N (sample_k s)) in
+  let ds := dirs_of P (sample_sep s) in
   forallb (fun BH => forallb (holdsQ []) (conditions P ds (fst BH) (snd BH) X Y))
-          (filter (fun BH => inBoxQ (box (fst BH)) (k s)) (hinted E H)).
+          (filter (fun BH => inBoxQ (box (fst BH)) (sample_k s)) (hinted E H)).
 
-(* ---- Polytopes: (p0, k) are the variables; the pattern makes the network affine; k is in one bin only ---- *)
-Record piece := Piece { inner : vec; which : nat; pattern : list (list bool); sep_ : sepn }.
+(* ---- Polytopes: (p0, k) are the variables; the pattern makes the network affine; k is in one bin
+   only ---- *)
+Record piece := Piece { inner : vec; which : nat; pattern : list (list bool); piece_sep : sepn }.
 Fixpoint box_rows (i : nat) (B : list (Q * Q)) : list row :=
   match B with
   | [] => []
-  | (lo, hi) :: B' => (false, aadd (unit_form i) (aconst (- lo))) :: (false, aadd (aneg (unit_form i)) (aconst hi))
+  | (lo, hi) :: B' => (false, aadd (unit_form i) (aconst (- lo))) ::
+    (false, aadd (aneg (unit_form i)) (aconst hi))
                       :: box_rows (S i) B'
   end.
-(* The box of a bin without the faces that it shares with its neighbours: their rows are strict.  The outermost faces
-   belong to it. *)
+(* The box of a bin without the faces that it shares with its neighbours: their rows are strict.
+   The outermost faces belong to it. *)
 Fixpoint bin_rows (i : nat) (es : list vec) (B : list (Q * Q)) : list row :=
   match es, B with
   | e :: es', (lo, hi) :: B' =>
       (negb (Qeq_bool lo (hd lo e)), aadd (unit_form i) (aconst (- lo))) ::
-      (negb (Qeq_bool hi (List.last e hi)), aadd (aneg (unit_form i)) (aconst hi)) :: bin_rows (S i) es' B'
+      (negb (Qeq_bool hi (List.last e hi)), aadd (aneg (unit_form i)) (aconst hi)) ::
+        bin_rows (S i) es' B'
   | _, _ => []
   end.
-Definition set_rows (P : problem) (N : list layer) (E : tube) (B : bin) (H : goal_hints) (s : piece) : list row :=
+Definition set_rows (P : problem) (N : list layer) (E : tube) (B : bin) (H : goal_hints) (s :
+  piece) : list row :=
   let X := map unit_form (seq 0 (n_p P)) in
   let (r, Y) := netA N (pattern s) (map unit_form (seq (n_p P) (n_k P))) in
   box_rows (n_p P) (domain P) ++ bin_rows (n_p P) (edges E) (box B) ++ r ++
-  conditions P (dirs_of P (sep_ s)) B H X Y.
-Definition insideQ (x : vec) (r : row) : bool :=        (* strictly inside, unless the row is constant *)
-  if fst r || nonzero (fst (snd r)) then qlt 0 (qadd (dotQ (fst (snd r)) x) (snd (snd r))) else holdsQ x r.
-Definition check_set (P : problem) (N : list layer) (E : tube) (H : list goal_hints) (s : piece) : bool :=
+  conditions P (dirs_of P (piece_sep s)) B H X Y.
+(* strictly inside, unless the row is constant *)
+Definition insideQ (x : vec) (r : row) : bool :=
+  if fst r || nonzero (fst (snd r)) then qlt 0 (qadd (dotQ (fst (snd r)) x) (snd (snd r)))
+    else holdsQ x r.
+Definition check_set (P : problem) (N : list layer) (E : tube) (H : list goal_hints) (s :
+  piece) : bool :=
   match nth_error (hinted E H) (which s) with
   | None => false
-  | Some (B, h) => Nat.eqb (length (inner s)) (n_p P + n_k P) && bits_ok N (pattern s) && sep_ok P (sep_ s) &&
+  | Some (B, h) => Nat.eqb (length (inner s)) (n_p P + n_k P) && bits_ok N (pattern s) &&
+    sep_ok P (piece_sep s) &&
                    forallb (insideQ (inner s)) (set_rows P N E B h s)
   end.

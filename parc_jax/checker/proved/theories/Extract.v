@@ -1,7 +1,8 @@
 (* The checker as OCaml.  Indices become machine integers, numbers those of zarith. *)
 From Coq Require Import ExtrOcamlBasic ExtrOcamlNatInt ExtrOcamlZBigInt ZArith QArith.
 From ParcJax Require Import Spec Arithmetic Checker Doubt NoPlan Answer ClaimSpec Claim.
-(* Not trusted: greatest common divisors, quotients and roots are tried where they are used (Arithmetic.v, Claim.v; exactly in reader.ml). *)
+(* Not trusted: greatest common divisors, quotients and roots are tried where they are used
+   (Arithmetic.v, Claim.v; exactly in reader.ml). *)
 Extract Constant Z.gcd => "Z.gcd".
 Extract Constant Z.sqrt => "(fun z -> if Z.sign z < 0 then Z.zero else Z.sqrt z)".
 Extract Constant Z.div => "(fun a b -> if Z.sign b = 0 then Z.zero else Z.fdiv a b)".

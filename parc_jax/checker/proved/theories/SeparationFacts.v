@@ -1,4 +1,5 @@
-(* Why one direction keeps a part of the body off an obstacle for a whole interval [T14, T19, T26]. *)
+(* Why one direction keeps a part of the body off an obstacle for a whole interval [T14, T19, T26].
+   *)
 From Coq Require Import Reals QArith Qreals List Bool Arith Lra Lia.
 From ParcJax Require Import Spec Arithmetic Checker ArithmeticFacts.
 Import ListNotations.
@@ -8,9 +9,12 @@ Open Scope R_scope.
 Lemma mix_le w g cs : forall lam, length lam = length cs -> Forall (fun l => 0 <= l) lam ->
   (forall c, In c cs -> dotR w c <= g) -> dotR w (mix lam cs) <= fold_right Rplus 0 lam * g.
 Proof.
-  induction cs as [|c cs IH]; intros [|l lam] Hl Hp Hc; simpl in *; try discriminate; [rewrite dotR_zero; lra|].
-  inversion Hp; subst. rewrite (dotR_plus w (fun a => l * c a) (mix lam cs)), dotR_mult.
-  specialize (IH lam ltac:(lia) H2 ltac:(intros; apply Hc; auto)). specialize (Hc c (or_introl eq_refl)).
+  induction cs as [|c cs IH]; intros [|l lam] Hl Hp Hc; simpl in *; try discriminate;
+    [rewrite dotR_zero; lra|].
+  apply Forall_cons_iff in Hp as [Hl0 Hp]. rewrite (dotR_plus w (fun a =>
+    l * c a) (mix lam cs)), dotR_mult.
+  specialize (IH lam ltac:(lia) Hp ltac:(intros; apply Hc; auto)).
+  specialize (Hc c (or_introl eq_refl)).
   assert (l * dotR w c <= l * g) by (apply Rmult_le_compat_l; assumption). lra.
 Qed.
 Lemma mix_gt w g cs : forall lam, length lam = length cs -> Forall (fun l => 0 <= l) lam ->
@@ -18,22 +22,27 @@ Lemma mix_gt w g cs : forall lam, length lam = length cs -> Forall (fun l => 0 <
   fold_right Rplus 0 lam * g <= dotR w (mix lam cs) /\
   (0 < fold_right Rplus 0 lam -> fold_right Rplus 0 lam * g < dotR w (mix lam cs)).
 Proof.
-  induction cs as [|c cs IH]; intros [|l lam] Hl Hp Hc; simpl in *; try discriminate; [rewrite dotR_zero; split; lra|].
-  inversion Hp; subst. rewrite (dotR_plus w (fun a => l * c a) (mix lam cs)), dotR_mult.
-  destruct (IH lam ltac:(lia) H2 ltac:(intros; apply Hc; auto)) as [A B]. specialize (Hc c (or_introl eq_refl)).
+  induction cs as [|c cs IH]; intros [|l lam] Hl Hp Hc; simpl in *; try discriminate;
+    [rewrite dotR_zero; split; lra|].
+  apply Forall_cons_iff in Hp as [Hl0 Hp]. rewrite (dotR_plus w (fun a =>
+    l * c a) (mix lam cs)), dotR_mult.
+  destruct (IH lam ltac:(lia) Hp ltac:(intros; apply Hc; auto)) as [A B].
+  specialize (Hc c (or_introl eq_refl)).
   assert (l * g <= l * dotR w c) by (apply Rmult_le_compat_l; lra).
-  split; [lra|]. intro S. destruct (Rle_lt_or_eq_dec 0 l H1) as [L|<-].
+  split; [lra|]. intro S. destruct (Rle_lt_or_eq_dec 0 l Hl0) as [L|<-].
   - assert (l * g < l * dotR w c) by (apply Rmult_lt_compat_l; lra). lra.
   - specialize (B ltac:(lra)). lra.
 Qed.
 
 (* ---- How far a shape and an error reach ---- *)
-Lemma support_R n b w x : shape_ok n b = true -> length w = n -> inShape n b x -> - dotR w x <= Q2R (support b w).
+Lemma support_R n b w x : shape_ok n b = true -> length w = n -> inShape n b x ->
+  - dotR w x <= Q2R (support b w).
 Proof.
   intros HB Hn Hx. destruct b as [r|vs]; simpl in *.
   - apply R_le in HB. rewrite R0 in HB. rewrite R_mul.
     destruct (cauchy w x) as [C W]. rewrite Hn in C. rewrite <- dotQ_R in *.
-    destruct (root_up_R _ W) as [U0 U]. set (u := Q2R (root_up (dotQ w w))) in *. set (V := Q2R (dotQ w w)) in *.
+    destruct (root_up_R _ W) as [U0 U]. set (u := Q2R (root_up (dotQ w w))) in *.
+    set (V := Q2R (dotQ w w)) in *.
     assert (dotR w x * dotR w x <= (Q2R r * u) * (Q2R r * u)).
     { pose proof (sumsq_pos n x). apply Rle_trans with (V * (Q2R r * Q2R r)).
       - apply Rle_trans with (V * sumsq n x); [lra|]. apply Rmult_le_compat_l; lra.
@@ -41,7 +50,8 @@ Proof.
         apply Rmult_le_compat_r; [|lra]. apply Rmult_le_pos; lra. }
     assert (0 <= Q2R r * u) by (apply Rmult_le_pos; lra).
     destruct (Rle_dec (- dotR w x) (Q2R r * u)) as [|G]; [assumption|]. exfalso.
-    assert ((Q2R r * u) * (Q2R r * u) < (- dotR w x) * (- dotR w x)) by (apply Rmult_le_0_lt_compat; lra). lra.
+    assert ((Q2R r * u) * (Q2R r * u) < (- dotR w x) * (- dotR w x)) by (apply Rmult_le_0_lt_compat;
+      lra). lra.
   - destruct Hx as (lam & (HL & Hpos & Hsum) & Hx). destruct vs as [|v0 vs]; [discriminate|].
     set (S := fold_right _ _ _).
     assert (HS : forall v, In v (v0 :: vs) -> - dotR w (toR v) <= Q2R S).
@@ -57,8 +67,10 @@ Proof.
           * rewrite Q2R_opp, dotQ_R in E. lra.
           * apply IH; right; exact Hv. }
     rewrite (dotR_ext w x (mix lam (map toR (v0 :: vs)))) by (intros i Hi; apply Hx; lia).
-    assert (G : dotR (vscale (-1) w) (mix lam (map toR (v0 :: vs))) <= fold_right Rplus 0 lam * Q2R S).
-    { apply mix_le; [rewrite map_length; exact HL|exact Hpos|]. intros c Hc. apply in_map_iff in Hc as (v & <- & Hv).
+    assert (G : dotR (vscale (-1) w) (mix lam (map toR (v0 :: vs))) <= fold_right Rplus 0
+      lam * Q2R S).
+    { apply mix_le; [rewrite map_length; exact HL|exact Hpos|]. intros c Hc.
+      apply in_map_iff in Hc as (v & <- & Hv).
       rewrite dotR_vscale, Rm1. specialize (HS v Hv). lra. }
     rewrite Hsum, dotR_vscale, Rm1 in G. lra.
 Qed.
@@ -70,10 +82,12 @@ Proof.
   destruct (same v w) eqn:V; [|apply IH; exact H]. rewrite (same_R _ _ V) in C.
   destruct (least A w tries) as [g'|]; [destruct (qle g' g)|]; injection H as <-; auto.
 Qed.
-Lemma reach_R n E hints w h x : length w = n -> reach E hints w = Some h -> inError n E x -> dotR w x <= Q2R h.
+Lemma reach_R n E hints w h x : length w = n -> reach E hints w = Some h -> inError n E x ->
+  dotR w x <= Q2R h.
 Proof.
   intros Hn H Hx. destruct E as [e|A]; simpl in *; [|eapply least_R; eassumption].
-  injection H as <-. rewrite dotQ_R. eapply Rle_trans; [apply Rle_abs|]. apply dot_abs. intros i Hi. apply Hx. lia.
+  injection H as <-. rewrite dotQ_R. eapply Rle_trans; [apply Rle_abs|]. apply dot_abs. intros i Hi.
+  apply Hx. lia.
 Qed.
 
 (* ---- One point, one interval: beyond the offset g at both knots, so beyond it throughout ---- *)
@@ -96,13 +110,15 @@ Qed.
 
 (* ---- A part of the body: one direction for all its points [T19] ---- *)
 Theorem separation n A m b w h (c : nat -> rv) x :
-  positive m = true -> combine_rows A m = (w, h) -> length w = n -> shape_ok n (grown_by b) = true ->
+  positive m = true -> combine_rows A m = (w, h) -> length w = n ->
+    shape_ok n (grown_by b) = true ->
   (forall i, In i (corners b) -> Q2R h + Q2R (support (grown_by b) w) < dotR w (c i)) ->
   inPart n b c x -> ~ inPoly A x.
 Proof.
   intros Hm Hc Hn Hb Hi (lam & y & (HL & Hp & Hs) & Hy & Hx) Hin.
   pose proof (combine_R A m Hm _ Hin) as C. rewrite Hc in C. simpl in C.
-  rewrite (dotR_ext w x (fun a => mix lam (map c (corners b)) a + y a)) in C by (intros i L; apply Hx; lia).
+  rewrite (dotR_ext w x (fun a => mix lam (map c (corners b)) a + y a)) in C by (intros i L;
+    apply Hx; lia).
   rewrite (dotR_plus w (mix lam _)) in C.
   pose proof (support_R n (grown_by b) w y Hb Hn Hy) as S.
   destruct (mix_gt w (Q2R h + Q2R (support (grown_by b) w)) (map c (corners b)) lam) as [_ G].

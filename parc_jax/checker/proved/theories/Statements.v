@@ -1,11 +1,13 @@
-(* What is proved, in full: this file compiles only while every theorem says what stands here.  Read with Spec.v, which
-   has the words.  The last theorem, `accepted`, is about a whole answer (the record of Answer.v); the others are about
-   its entries.  What those take for granted of a problem, a network and a tube is context_ok (Checker.v).  Which plans
-   belong to a polytope or a leaf is said by set_rows (Checker.v) and leaves (NoPlan.v), how far errors reach by reach,
-   which directions a corridor has by dirs_of, what tells entries apart by the keys of Answer.v: whatever belongs is
-   safe, but how much belongs, these say. *)
+(* What is proved, in full: this file compiles only while every theorem says what stands here.  Read
+   with Spec.v, which has the words.  The last theorem, `accepted`, is about a whole answer (the
+   record of Answer.v); the others are about its entries.  What those take for granted of a problem,
+   a network and a tube is context_ok (Checker.v).  Which plans belong to a polytope or a leaf is
+   said by set_rows (Checker.v) and leaves (NoPlan.v), how far errors reach by reach, which
+   directions a corridor has by dirs_of, what tells entries apart by the keys of Answer.v: whatever
+   belongs is safe, but how much belongs, these say. *)
 From Coq Require Import Reals QArith Qreals List Permutation Sorted.
-From ParcJax Require Import Spec Arithmetic Checker Doubt NoPlan Answer ArithmeticFacts ConditionFacts.
+From ParcJax Require Import Spec Arithmetic Checker Doubt NoPlan Answer ArithmeticFacts
+  ConditionFacts.
 From ParcJax Require Theorems DoubtFacts NoPlanFacts Sanity NotVoid AnswerFacts.
 Import ListNotations.
 Open Scope R_scope.
@@ -16,29 +18,42 @@ Example order_of_bins : forall i f,
   [[(0, 1); (5, 6)]; [(0, 1); (6, 7)]; [(1, 2); (5, 6)]; [(1, 2); (6, 7)]]%Q.
 Proof. reflexivity. Qed.
 
+(* To succeed, in words of its own: the end is in the goal, and no point of the body is in an
+   obstacle that is there. *)
+Definition succeeds_is : forall P tau, succeeds P tau <->
+  inPoly (goal P) (final_state P tau) /\
+  forall o t s b x, In o (obstacles P) -> (first o <= t <= last o)%nat -> 0 <= s <= 1 ->
+    In b (parts P) -> inPart (n_p P) b (at_ tau (INR t + s)) x -> ~ inPoly (rows o) x
+  := ConditionFacts.succeeds_is.
+
 (* ---- What is accepted is safe ---- *)
 Definition sample_is_safe P N E (s : sample) : Prop :=
-  inBox (domain P) (toR (k s)) /\ safe P N E (toR (p0 s)) (toR (k s)).
-Definition sample_safe : forall P N E H s, context_ok P N E = true -> check_sample P N E H s = true ->
+  inBox (domain P) (toR (sample_k s)) /\ safe P N E (toR (sample_p0 s)) (toR (sample_k s)).
+Definition sample_safe : forall P N E H s, context_ok P N E = true ->
+  check_sample P N E H s = true ->
   sample_is_safe P N E s
   := Theorems.sample_safe.
 
-(* All plans that keep to the directions of a corridor, in every closed bin that contains their k; its own is one. *)
+(* All plans that keep to the directions of a corridor, in every closed bin that contains their k;
+   its own is one. *)
 Definition in_corridor P N E H sep (u x : rv) : Prop :=
   inBox (domain P) x /\
   forall B h, In (B, h) (hinted E H) -> inBox (box B) x ->
     inPoly (start P) u /\
     (forall i a b, nth_error (goal P) i = Some (a, b) ->
-       exists r, reach (final B) (nth i h []) a = Some r /\ dotR a (endR P u (netR N x)) + Q2R r <= Q2R b) /\
-    (forall o b d, In ((o, b), d) (combine (tasks P) (dirs_of P sep)) -> forall t, (first o <= t <= last o)%nat ->
+       exists r, reach (final B) (nth i h []) a = Some r /\ dotR a (endR P u (netR N x)) + Q2R r
+         <= Q2R b) /\
+    (forall o b d, In ((o, b), d) (combine (tasks P) (dirs_of P sep)) ->
+      forall t, (first o <= t <= last o)%nat ->
        exists w c, dir_at d t = Some (w, c) /\ forall i, In i (corners b) ->
          exists r, reach (nth i (nth t (interval B) []) (Rows [])) [] (vscale (-1) w) = Some r /\
            Q2R c + Q2R r < dotR w (knotR P u (netR N x) t i) /\
            Q2R c + Q2R r < dotR w (knotR P u (netR N x) (S t) i)).
 Definition corridor_is_safe P N E H (s : sample) : Prop :=
-  in_corridor P N E H (sep s) (toR (p0 s)) (toR (k s)) /\
-  forall u x, in_corridor P N E H (sep s) u x -> inBox (domain P) x /\ safe P N E u x.
-Definition corridor_safe : forall P N E H s, context_ok P N E = true -> check_sample P N E H s = true ->
+  in_corridor P N E H (sample_sep s) (toR (sample_p0 s)) (toR (sample_k s)) /\
+  forall u x, in_corridor P N E H (sample_sep s) u x -> inBox (domain P) x /\ safe P N E u x.
+Definition corridor_safe : forall P N E H s, context_ok P N E = true ->
+  check_sample P N E H s = true ->
   corridor_is_safe P N E H s
   := Theorems.corridor_safe.
 
@@ -47,26 +62,32 @@ Definition set_is_safe P N E (s : piece) : Prop :=
   let member x := forall strict a c, In (strict, (a, c)) (set_rows P N E B h s) ->
     if strict : bool then 0 < dotR a x + Q2R c else 0 <= dotR a x + Q2R c in
   (forall x, member x -> let k := fun i => x (n_p P + i)%nat in
-     inBox (domain P) k /\ inBox (box B) k /\ (forall B', In B' (bins E) -> inBox (box B') k -> B' = B) /\
+     inBox (domain P) k /\ inBox (box B) k /\ (forall B', In B' (bins E) ->
+       inBox (box B') k -> B' = B) /\
      safe P N E x k) /\
   exists eps, 0 < eps /\ forall x, (forall i, Rabs (x i - toR (inner s) i) <= eps) -> member x.
-Theorem set_safe : forall P N E H s, context_ok P N E = true -> check_set P N E H s = true -> set_is_safe P N E s.
+Theorem set_safe : forall P N E H s, context_ok P N E = true -> check_set P N E H s = true ->
+  set_is_safe P N E s.
 Proof.
-  intros P N E H s HC HK. destruct (Theorems.set_safe P N E H s HC HK) as (B & h & HB & HS & eps & He & HI).
+  intros P N E H s HC HK. destruct (Theorems.set_safe P N E H s HC HK) as (B & h & HB & HS &
+    eps & He & HI).
   exists B, h. split; [exact HB|]. split.
   - intros x Hx. apply HS. intros [st [a c]] Hr. exact (Hx st a c Hr).
   - exists eps. split; [exact He|]. intros x Hx st a c Hr. exact (HI x Hx (st, (a, c)) Hr).
 Qed.
 
 Definition box_is_safe P N E (s : boxed) : Prop :=
-  forall u x, (forall i, (i < n_p P)%nat -> Rabs (u i - toR (middle_p0 s) i) <= toR (room_p0 s) i) ->
+  forall u x,
+    (forall i, (i < n_p P)%nat -> Rabs (u i - toR (middle_p0 s) i) <= toR (room_p0 s) i) ->
   inBox (region s) x -> inBox (domain P) x /\ safe P N E u x.
-Definition box_safe : forall P N E H s, context_ok P N E = true -> check_box P N E H s = true -> box_is_safe P N E s
+Definition box_safe : forall P N E H s, context_ok P N E = true -> check_box P N E H s = true ->
+  box_is_safe P N E s
   := DoubtFacts.box_safe.
 
 (* ---- No plan, and volumes ---- *)
 Definition all_fail P N E : Prop := forall u x, inBox (domain P) x -> fails P N E u x.
-Definition no_plan : forall P N E H p, context_ok P N E = true -> check_no_plan P N E H p = true -> all_fail P N E
+Definition no_plan : forall P N E H p, context_ok P N E = true -> check_no_plan P N E H p = true ->
+  all_fail P N E
   := NoPlanFacts.no_plan.
 
 (* The boxes of (z, k) of a proof that are safe, or unsafe. *)
@@ -76,11 +97,13 @@ Definition volumes_are_true P N E (p : proof) : Prop :=
   tiles (map fst (leaves (z_box p ++ domain P) (root p))) (z_box p ++ domain P) /\
   (forall B u x, In B (boxes_of P is_safe p) -> inside B (place P N u x) -> safe P N E u x) /\
   (forall B u x, In B (boxes_of P is_unsafe p) -> inBox B (place P N u x) -> fails P N E u x) /\
-  (forall u x, inBox (domain P) x -> ~ inBox (z_box p ++ domain P) (place P N u x) -> fails P N E u x) /\
+  (forall u x, inBox (domain P) x -> ~ inBox (z_box p ++ domain P) (place P N u x) ->
+    fails P N E u x) /\
   let '(safe_, unsafe_, all_) := volumes P p in
   Q2R safe_ = total (boxes_of P is_safe p) /\ Q2R unsafe_ = total (boxes_of P is_unsafe p) /\
   Q2R all_ = volume (z_box p ++ domain P).
-Definition volumes_true : forall P N E H p, context_ok P N E = true -> check_proof P N E H p = true ->
+Definition volumes_true : forall P N E H p, context_ok P N E = true ->
+  check_proof P N E H p = true ->
   volumes_are_true P N E p
   := NoPlanFacts.volumes_true.
 
@@ -98,16 +121,19 @@ Definition zero_allowed (P : problem) (B : bin) : Prop :=
   (forall t i, inError (n_p P) (nth i (nth t (interval B) []) (Rows [])) (fun _ => 0)) /\
   inError (n_points P * n_p P + n_q P) (final B) (fun _ => 0).
 
-Definition tube_not_empty : forall P N B u x, (0 < n_p P)%nat -> zero_allowed P B -> in_tube P N B u x (model P N u x)
+Definition tube_not_empty : forall P N B u x, (0 < n_p P)%nat -> zero_allowed P B ->
+  in_tube P N B u x (model P N u x)
   := Sanity.tube_not_empty.
 
 Definition a_hit_is_not_safe : forall P N E B u x o t b i r, (0 < n_p P)%nat ->
   In B (bins E) -> inBox (box B) x -> zero_allowed P B ->
-  In o (obstacles P) -> (first o <= t <= last o)%nat -> inPoly (rows o) (knotR P u (netR N x) t i) ->
+  In o (obstacles P) -> (first o <= t <= last o)%nat ->
+    inPoly (rows o) (knotR P u (netR N x) t i) ->
   In b (parts P) -> In i (corners b) -> grown_by b = Disc r -> ~ safe P N E u x
   := Sanity.a_hit_is_not_safe.
 
-Definition not_void : forall P N E B u x, context_ok P N E = true -> In B (bins E) -> centred B = true ->
+Definition not_void : forall P N E B u x, context_ok P N E = true -> In B (bins E) ->
+  centred B = true ->
   in_tube P N B u x (model P N u x)
   := NotVoid.not_void.
 
@@ -116,9 +142,11 @@ Definition model_held : forall P N E B, context_ok P N E = true -> In B (bins E)
   := NotVoid.model_held.
 
 Definition model_succeeds P N E (s : sample) : Prop :=
-  let u := toR (p0 s) in let x := toR (k s) in
-  exists B, In B (bins E) /\ inBox (box B) x /\ in_tube P N B u x (model P N u x) /\ succeeds P (model P N u x).
-Definition sample_of_something : forall P N E H s, context_ok P N E = true -> forallb centred (bins E) = true ->
+  let u := toR (sample_p0 s) in let x := toR (sample_k s) in
+  exists B, In B (bins E) /\ inBox (box B) x /\ in_tube P N B u x (model P N u x) /\
+    succeeds P (model P N u x).
+Definition sample_of_something : forall P N E H s, context_ok P N E = true ->
+  forallb centred (bins E) = true ->
   check_sample P N E H s = true -> model_succeeds P N E s
   := NotVoid.sample_of_something.
 
@@ -132,24 +160,29 @@ Definition body_not_void : forall P N E, context_ok P N E = true -> body_is_some
 (* Every entry of a list was read, and this holds of it. *)
 Definition each {A} (l : list (option A)) (holds : A -> Prop) : Prop :=
   forall x, In x l -> exists s, x = Some s /\ holds s.
-(* What is told apart: samples by (p0, k), polytopes by bin, pattern and directions, corridors by directions (of each
-   run where it stops and its multipliers), boxes of doubt by the middle of p0, its room and the box of k. *)
+(* What is told apart: samples by (p0, k), polytopes by bin, pattern and directions, corridors by
+   directions (of each run where it stops and its multipliers), boxes of doubt by the middle of p0,
+   its room and the box of k. *)
 Example keys : forall a b c d i m stop bit, let runs := [[[(stop, [(i, m)])]]] in let zero := 0%Q in
   key_of_sample (Sample [a; b] [c] runs) = [(O, a); (O, b); (O, c)] /\
   key_of_corridor (Sample [a; b] [c] runs) = [(1%nat, zero); (stop, zero); (1%nat, zero); (i, m)] /\
-  key_of_set (Piece [a; b; c] i [[true]; [bit]] runs) = [(i, zero); (1%nat, zero); (if bit then 1%nat else O, zero);
-                                                         (1%nat, zero); (stop, zero); (1%nat, zero); (i, m)] /\
+  key_of_set (Piece [a; b; c] i [[true]; [bit]] runs) =
+    [(i, zero); (1%nat, zero); (if bit then 1%nat else O, zero);
+     (1%nat, zero); (stop, zero); (1%nat, zero); (i, m)] /\
   key_of_box (Boxed [a] [b] [(c, d)] runs) = [(O, a); (O, b); (O, c); (O, d)].
 Proof. repeat split. Qed.
 (* Keys differ in a place: in the index there, or in the number. *)
 Definition different (u v : key) : Prop := exists i,
-  fst (nth i u (O, 0%Q)) <> fst (nth i v (O, 0%Q)) \/ Q2R (snd (nth i u (O, 0%Q))) <> Q2R (snd (nth i v (O, 0%Q))).
+  fst (nth i u (O, 0%Q)) <> fst (nth i v (O, 0%Q)) \/
+  Q2R (snd (nth i u (O, 0%Q))) <> Q2R (snd (nth i v (O, 0%Q))).
 (* So many entries of a list have keys of which no two are alike. *)
 Definition at_least {A} (n : nat) (key_of : A -> key) (l : list (option A)) : Prop :=
-  exists some, length some = n /\ (forall u, In u some -> exists s, In (Some s) l /\ key_of s = u) /\
+  exists some, length some = n /\ (forall u, In u some -> exists s, In (Some s) l /\
+    key_of s = u) /\
     ForallOrdPairs different some.
 (* So many parts of 100,000 of the whole are of this volume or less; 0 says nothing. *)
-Definition share_within (n : Z) (part whole : R) : Prop := n <> 0%Z -> IZR n * whole <= part * 100000.
+Definition share_within (n : Z) (part whole : R) : Prop :=
+  n <> 0%Z -> IZR n * whole <= part * 100000.
 
 Definition meaning (a : answer) (r : report) : Prop :=
   let P := scene a in let N := net a in let E := around a in let H := hints a in
@@ -167,16 +200,19 @@ Definition meaning (a : answer) (r : report) : Prop :=
   end /\
   (* the numbers that are told of it are true *)
   at_least (n_samples r) key_of_sample (samples a) /\ at_least (n_sets r) key_of_set (sets a) /\
-  at_least (n_corridors r) key_of_corridor (corridors a) /\ at_least (n_doubts r) key_of_box (doubts a) /\
+  at_least (n_corridors r) key_of_corridor (corridors a) /\ at_least (n_doubts r) key_of_box
+    (doubts a) /\
   n_bins r = length (bins E) /\
   n_without r = length (filter (fun B => negb (centred B)) (bins E)) /\
-  (forall B, In B (bins E) -> (centred B = true <-> forall u x, in_tube P N B u x (model P N u x))) /\
+  (forall B, In B (bins E) ->
+    (centred B = true <-> forall u x, in_tube P N B u x (model P N u x))) /\
   (* and it is about something *)
   (n_without r = O -> each (samples a) (model_succeeds P N E)) /\ body_is_somewhere P.
 
 Theorem accepted : forall a marks r, check_answer a = Accepted marks r -> meaning a r.
 Proof.
-  intros a marks r HA. destruct (AnswerFacts.accepted_parts a marks r HA) as (HC & S & C & D & B & F & ->).
+  intros a marks r HA. destruct (AnswerFacts.accepted_parts a marks r HA) as (HC & S & C & D &
+    B & F & ->).
   assert (K : forall (A : Type) (l : list (option A)) (p q : A -> Prop),
     (forall s, p s -> q s) -> AnswerFacts.each l p -> each l q).
   { intros A l p q I L x Hx. destruct (L x Hx) as (s & X & Hs). eauto. }
@@ -190,7 +226,8 @@ Proof.
   split; [eapply K; [|exact D]; intros s; apply corridor_safe, HC|].
   split; [eapply K; [|exact B]; intros s; apply box_safe, HC|].
   split.
-  { destruct (absent a) as [| |p|p]; cbn [finding_of]; [exact I|exact F|eapply no_plan; eassumption|].
+  { destruct (absent a) as [| |p|p]; cbn [finding_of]; [exact I|exact F|eapply no_plan;
+      eassumption|].
     pose proof (volumes_true _ _ _ _ p HC F) as V. pose proof V as (_ & _ & _ & _ & W).
     destruct (volumes (scene a) p) as [[v w] all]. destruct W as (<- & <- & <-).
     split; [exact V|]. split; intros NZ; apply AnswerFacts.share_below, NZ. }
@@ -198,19 +235,23 @@ Proof.
   split; [intros b Hb; exact (model_held _ _ _ b HC Hb)|]. split; [|exact (body_not_void _ _ _ HC)].
   intro Z. eapply K; [|exact S]. intros s. apply sample_of_something; [exact HC|].
   apply forallb_forall. intros b Hb. destruct (centred b) eqn:X; [reflexivity|].
-  assert (In b (filter (fun B => negb (centred B)) (bins (around a)))) as Y by (apply filter_In; rewrite X; auto).
+  assert (In b (filter (fun B => negb (centred B)) (bins (around a)))) as Y by (apply filter_In;
+    rewrite X; auto).
   apply length_zero_iff_nil in Z. rewrite Z in Y. destruct Y.
 Qed.
 
-(* ---- The claim: whether so many runs show what it says.  Read with ClaimSpec.v, which has the words ---- *)
+(* ---- The claim: whether so many runs show what it says.  Read with ClaimSpec.v, which has the
+   words ---- *)
 From ParcJax Require Import ClaimSpec Claim.
 From ParcJax Require Draws ClaimFacts.
 
-(* N runs of one law, and whatever is said of them that holds only if some number leaves at most r of them outside of its
-   tube, and that tube is left by more than e of all runs: it is as rare as the binomial sum says. *)
+(* N runs of one law, and whatever is said of them that holds only if some number leaves at most r
+   of them outside of its tube, and that tube is left by more than e of all runs: it is as rare as
+   the binomial sum says. *)
 Definition claim_is_true : forall A (L : law A) (score : A -> option R), is_law L ->
   forall N r e (wrong : list A -> bool), 0 <= e <= 1 ->
-  (forall l, wrong l = true -> exists s, (left_out score s l <= r)%nat /\ e < prob L (leaves score s)) ->
+  (forall l, wrong l = true -> exists s, (left_out score s l <= r)%nat /\
+    e < prob L (leaves score s)) ->
   prob (draws L N) wrong <= tail N r e
   := fun A => @Draws.claim_is_true A.
 
@@ -221,20 +262,27 @@ Definition order_statistic : forall A (score : A -> option R) (l m : list A) r s
   (left_out score s l <= r)%nat
   := fun A => @Draws.order_statistic A.
 
-(* From the law of the runs to the k that is driven: one of a set, or drawn W times as densely at most. *)
-Definition risk_of_a_set : forall A (L : law A) (score : A -> option R), is_law L -> forall (chosen : A -> bool) s e,
+(* From the law of the runs to the k that is driven: one of a set, or drawn W times as densely at
+   most. *)
+Definition risk_of_a_set : forall A (L : law A) (score : A -> option R), is_law L ->
+  forall (chosen : A -> bool) s e,
   0 < prob L chosen -> prob L (leaves score s) <= e ->
   prob L (fun a => chosen a && leaves score s a) / prob L chosen <= e / prob L chosen
   := fun A => @Draws.risk_of_a_set A.
-Definition risk_of_a_density : forall A (L : law A) (score : A -> option R) (M : law A) W s e, 0 <= W ->
-  prob L (leaves score s) <= e -> (forall E, prob M E <= W * prob L E) -> prob M (leaves score s) <= W * e
+Definition risk_of_a_density : forall A (L : law A) (score : A -> option R) (M : law A) W s e,
+  0 <= W ->
+  prob L (leaves score s) <= e -> (forall E, prob M E <= W * prob L E) ->
+    prob M (leaves score s) <= W * e
   := fun A => @Draws.risk_of_a_density A.
 
-(* What is accepted: of what is said of its blocks, that any is wrong is no likelier than delta over the looks. *)
-Definition claim_shown : forall A c (l : list (about A)), check_claim c = true -> Forall2 says l (blocks c) ->
+(* What is accepted: of what is said of its blocks, that any is wrong is no likelier than delta over
+   the looks. *)
+Definition claim_shown : forall A c (l : list (about A)), check_claim c = true ->
+  Forall2 says l (blocks c) ->
   prob (all_draws l (blocks c)) (some_wrong l) <= Q2R (delta c) / IZR (Zpos (looks c))
   := fun A => @ClaimFacts.claim_shown A.
 Definition bounds_shown : forall c, check_claim c = true ->
-  blocks c <> [] /\ (forall b, In b (blocks c) -> 0 < Q2R (bound b) <= Q2R (eps c)) /\ Q2R (eps c) <= 1 /\
+  blocks c <> [] /\ (forall b, In b (blocks c) -> 0 < Q2R (bound b) <= Q2R (eps c)) /\
+    Q2R (eps c) <= 1 /\
   forall e, In (Some e) (in_bins c) -> exists b, In b (blocks c) /\ Q2R e = Q2R (bound b)
   := ClaimFacts.bounds_shown.
