@@ -183,9 +183,9 @@ COVERED = (
     ),
     Fault(
         "plans_keep_to_corridors_by_their_first_points",
-        "corridors._clear",
-        "else points",
-        "else points[:1]",
+        "keeping.keeps",
+        "else points[o]",
+        "else points[o][:1]",
         (BY_HAND,),
     ),
     Fault(
@@ -200,6 +200,26 @@ COVERED = (
         "thresholds._of_one",
         "tuple(-w[o, :, axis]",
         "tuple(w[o, :, axis]",
+        (
+            "tests/cover/test_thresholds.py"
+            "::test_they_are_those_of_the_corridor_and_plans_keep_to_it_as_by_hand",
+        ),
+    ),
+    Fault(
+        "corridor_is_looked_up_in_another_bin",
+        "Looked.of",
+        "self.row[corridor, bin]",
+        "self.row[corridor, 0]",
+        (
+            "tests/cover/test_thresholds.py"
+            "::test_they_are_those_of_the_corridor_and_plans_keep_to_it_as_by_hand",
+        ),
+    ),
+    Fault(
+        "what_was_never_asked_holds_nobody_back",
+        "Thresholds._add",
+        "np.inf, self._dtype",
+        "-np.inf, self._dtype",
         (
             "tests/cover/test_thresholds.py"
             "::test_they_are_those_of_the_corridor_and_plans_keep_to_it_as_by_hand",

@@ -49,16 +49,16 @@ COVER = (
     ),
     Fault(
         "corridor_at_the_first_knot_only",
-        "corridors.keeps",
-        ", path[1:]",
-        "",
+        "keeping.keeps",
+        "range(len(path) - n + 1)",
+        "range(1)",
         ("tests/cover/test_corridors.py::test_who_keeps_is_found_as_by_hand",),
     ),
     Fault(
         "corridor_without_the_tube",
-        "corridors._clear",
-        "support + at(errors, (slice(None), point))",
-        "support + 0 * at(errors, (slice(None), point))",
+        "Computed.of",
+        "self.support[o, corridor] + lost",
+        "self.support[o, corridor] + 0 * lost",
         ("tests/cover/test_corridors.py::test_who_keeps_is_found_as_by_hand",),
     ),
     Fault(

@@ -7,6 +7,7 @@ in: the same directions serve every cell, and in each of them (the network is af
 of errors E the same) the plans that keep to a corridor form a convex polytope.
 """
 
+from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -14,6 +15,7 @@ import numpy as np
 from parc_jax.claim.error_set import ErrorSet, at
 from parc_jax.separation.apart import Apart
 from parc_jax.separation.runs import Run, merged_runs
+from parc_jax.verdict.sized import LEAST_OBSTACLES, size_class
 
 
 def lost(w, errors: ErrorSet, points):
@@ -57,3 +59,26 @@ class Corridor(NamedTuple):
             if active.any()
         ]
         return own if self.apart is None else self.apart.with_runs(own)
+
+
+class Stacked(NamedTuple):
+    """Corridors (c, ...) with room for more obstacles, the first `count` of which are there: w (c,
+    o, T, n_p), support (c, o, T), points (o, i).
+    """
+
+    w: np.ndarray
+    support: np.ndarray
+    points: np.ndarray
+    count: np.ndarray
+
+
+def stacked(corridors: Sequence[Corridor]) -> Stacked:
+    """At least one, all about the same obstacles."""
+    n, *_ = corridors[0].w.shape
+    size = size_class(n, LEAST_OBSTACLES)
+    w = np.zeros((len(corridors), size, *corridors[0].w.shape[1:]))
+    support = np.full(w.shape[:-1], -np.inf)
+    for i, one in enumerate(corridors):
+        w[i, :n], support[i, :n] = one.w, one.support
+    points = np.pad(corridors[0].points, ((0, size - n), (0, 0)))
+    return Stacked(w, support, points, np.int32(n))

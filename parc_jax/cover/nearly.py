@@ -15,10 +15,10 @@ def nearly_kept(conditions, path, bins, of):
     """
     w = conditions.w[:, of].transpose(0, 3, 2, 1)  # (o, t, n_p, c)
     _, n_t, n_p, _ = w.shape
-    support = conditions.support[:, of].transpose(0, 2, 1)  # (o, t, c)
+    support = conditions.least.support[:, of].transpose(0, 2, 1)  # (o, t, c)
     places = path.reshape(len(path), n_t, -1, n_p).transpose(1, 2, 3, 0)  # (t, n_points, n_p, b)
     # (t, n_points, ..., b)
-    errors = jax.tree.map(lambda x: jnp.moveaxis(x[bins], 0, -1), conditions.errors)
+    errors = jax.tree.map(lambda x: jnp.moveaxis(x[bins], 0, -1), conditions.least.errors)
     points = jnp.asarray(conditions.points)
 
     def at_knot(i, met):

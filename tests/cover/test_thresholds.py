@@ -7,7 +7,7 @@ from toy_bodies import points_model, points_problem
 from parc_jax.cover.allowed import allowed_of
 from parc_jax.cover.corridor import Corridor
 from parc_jax.cover.corridors import Corridors
-from parc_jax.cover.thresholds import Thresholds, at_few_knots
+from parc_jax.cover.thresholds import Thresholds
 from parc_jax.verdict.scene import scene_of
 
 
@@ -32,17 +32,19 @@ def test_they_are_those_of_the_corridor_and_plans_keep_to_it_as_by_hand():
     model = points_model(rng, m=3, bins=(3, 1), size=0.05, fitted=True)
     scene = scene_of(points_problem(rng, model), model)
     tube, chosen = model.tube, drawn(rng, scene, 5)
-    table = Thresholds(tube.errors)
-    for _ in range(2):  # the second time they are known
-        corridor, bins = rng.integers(0, 5, 40), rng.integers(0, 3, 40)
-        row, found = table.of(tuple(chosen), corridor, bins)
-        for c, b, r in zip(corridor, bins, row, strict=True):
-            exact = chosen[c].threshold(tube.during(int(b)))
-            np.testing.assert_allclose(found[r][: len(exact)], exact, rtol=0, atol=1e-12)
     knots = np.array([0, 2])
-    for c, few in zip(chosen, at_few_knots(tube.errors, chosen, knots), strict=True):
-        exact = np.stack([c.threshold(tube.during(b))[:, knots] for b in range(3)])
-        np.testing.assert_allclose(few[:, : exact.shape[1]], exact, rtol=1e-5, atol=1e-5)
+    for some, atol, known in (
+        (np.s_[:], 1e-12, Thresholds(tube.errors)),
+        (knots, 1e-5, Thresholds(tube.errors, knots, np.float32)),
+    ):
+        for _ in range(2):  # the second time some are known
+            corridor, bins = rng.integers(0, 5, 10), rng.integers(0, 3, 10)
+            row, found = map(np.asarray, known.of(tuple(chosen), corridor, bins))
+            for c, b in zip(corridor, bins, strict=True):
+                exact = chosen[c].threshold(tube.during(int(b)))[:, some]
+                own = found[row[c, b]][: len(exact)]
+                np.testing.assert_allclose(own, exact, rtol=0, atol=atol)
+        assert (found[row[len(chosen)]] == np.inf).all()  # of no corridor, which nobody keeps to
     path = rng.normal(size=(200, model.time.n_steps + 1, model.n_c)) * 0.3
     bins = rng.integers(0, 3, 200)
     corridors = Corridors(tube, chosen[:2]).with_more(chosen[2:])

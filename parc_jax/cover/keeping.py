@@ -1,0 +1,81 @@
+"""Who keeps to a corridor: one kernel, at all intervals in float64 or at a few in float32. [T14,
+T27]
+"""
+
+from typing import NamedTuple
+
+import jax
+import jax.numpy as jnp
+
+from parc_jax.claim.error_set import ErrorSet, at
+
+
+class Computed(NamedTuple):
+    """What plans must exceed, worked out wherever it is asked: support (o, c, t) of corridors, and
+    errors (n_bins, t, n_points).
+    """
+
+    support: jax.Array
+    errors: ErrorSet
+
+    def of(self, bin, corridor):
+        """(t,) in one bin for one corridor: a function of obstacle, slot, point and direction, axis
+        by axis. Kernel.
+        """
+        errors = at(self.errors, bin)
+
+        def least(o, _, point, w):
+            lost = at(errors, (slice(None), point)).support_by_axis(tuple(-x for x in w))
+            return self.support[o, corridor] + lost
+
+        return least
+
+
+class Looked(NamedTuple):
+    """The same, looked up: table (rows, o, t, i), of which row (c, n_bins) is that of a corridor in
+    a bin. What was not asked for is infinite, which no plan exceeds.
+    """
+
+    row: jax.Array
+    table: jax.Array
+
+    def of(self, bin, corridor):
+        """As of `Computed`. Kernel."""
+        row = self.row[corridor, bin]
+        return lambda o, slot, _, __: self.table[row, o, :, slot]
+
+
+class Conditions(NamedTuple):
+    """What keeping to corridors asks at t intervals. w (o, c, n_p, t): axis by axis, so that no
+    array is read with a stride. points (o, i), count: as of `Stacked`. least: what w . p^ must
+    exceed.
+    """
+
+    w: jax.Array
+    points: jax.Array
+    count: jax.Array
+    least: Computed | Looked
+
+
+def keeps(conditions: Conditions, path, bin, corridor):
+    """Does a plan in this bin meet all conditions of a corridor? path (t, n_c): at the beginning of
+    each interval; (t + 1, n_c): at both its knots. Kernel.
+
+    Obstacle by obstacle and point by point: a few arrays (t,) stay in cache.
+    """
+    points, (n_p, n) = jnp.asarray(conditions.points), conditions.w.shape[2:]
+    knots = [path[first : first + n] for first in range(len(path) - n + 1)]
+    least = conditions.least.of(bin, corridor)
+
+    def look(o, met):
+        w = conditions.w[o, corridor]
+        clear = jnp.ones(n, bool)
+        # where there is one point it is known which, and it is read in place
+        for slot, point in enumerate((0,) if path.shape[1] == n_p else points[o]):
+            threshold = least(o, slot, point, w)
+            for places in knots:
+                along = sum(w[axis] * places[:, point * n_p + axis] for axis in range(n_p))
+                clear &= along > threshold
+        return met & clear.all()
+
+    return jax.lax.fori_loop(0, conditions.count, look, jnp.ones((), bool))
