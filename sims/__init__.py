@@ -4,7 +4,7 @@ import importlib
 
 OURS = ("drift_parking", "asv", "asv_published", "f110", "tractor", "drone", "jackal")
 # black boxes that nobody here wrote, each behind an optional package or a log: `sims/foreign`
-FOREIGN = ("slot", "towers", "kerb", "husky")
+FOREIGN = ("slot", "towers", "kerb", "husky", "dynobench")
 NAMES = OURS + FOREIGN
 
 

@@ -205,3 +205,20 @@ def test_robots_are_never_named_by_the_engine():
 def test_start_up_is_light(module, absent):
     code = f"import sys, {module}; sys.exit({absent!r} in sys.modules)"
     assert subprocess.run([sys.executable, "-c", code], check=False).returncode == 0
+
+
+ANSWER = """
+import sys, jax, parc_jax as pj
+from sims.drift_parking import problem
+planner = pj.Planner(pj.load("tests/data/drift_4x8.npz"))
+assert planner.solve(problem(), jax.random.PRNGKey(0), pj.Settings(samples_only=True)).found
+heavy = {"mujoco", "brax", "crazyflow", "jsbsim", "vehiclemodels", "gymnasium", "torch"}
+sys.exit(" ".join(heavy & set(sys.modules)) or 0)
+"""
+
+
+@pytest.mark.slow
+def test_an_answer_loads_no_simulator():
+    root = Path(__file__).parents[1]
+    done = subprocess.run([sys.executable, "-c", ANSWER], cwd=root, capture_output=True, text=True)
+    assert done.returncode == 0, done.stderr

@@ -15,6 +15,8 @@ from pathlib import Path
 import driven_browser
 import pytest
 
+from parc_jax.errors import InputError
+
 NIGHT = "PARC_JAX_NIGHT"  # set by .ci/nightly, on a machine that has everything
 PROGRAMS = {
     "compiler": ("a C compiler (cc) is not installed", ("cc",)),
@@ -39,13 +41,15 @@ EXTRAS = {
 
 
 def missing(name: str) -> str | None:
-    """Why a program, "chromium", "flocq" or a Python package cannot be had, in a phrase; None when
-    it can.
+    """Why a program, "chromium", "flocq", "dynobench" or a Python package cannot be had, in a
+    phrase; None when it can.
     """
     if name == "chromium":
         return None if driven_browser.found() else "Chromium is not installed"
     if name == "flocq":
         return None if _flocq() else "Coq with Flocq (coqc, libcoq-flocq) is not installed"
+    if name == "dynobench":
+        return _dynobench()
     if name in PROGRAMS:
         why, programs = PROGRAMS[name]
         return None if all(map(shutil.which, programs)) else why
@@ -61,6 +65,17 @@ def _flocq() -> bool:
     found = subprocess.run(["coqc", "-config"], capture_output=True, text=True, check=True).stdout
     where = re.search(r"^COQLIB=(.*?)/?$", found, re.M)
     return where is not None and (Path(where[1]) / "user-contrib" / "Flocq").is_dir()
+
+
+def _dynobench() -> str | None:
+    """Why there is no Python with it, in a phrase."""
+    from sims.foreign.dynobench.process import interpreter
+
+    try:
+        interpreter()
+    except InputError as error:
+        return str(error)
+    return None
 
 
 def need(*names: str) -> None:
