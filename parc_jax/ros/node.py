@@ -7,14 +7,6 @@ import dataclasses
 import sys
 
 import numpy as np
-from geometry_msgs.msg import PoseStamped, PoseWithCovarianceStamped
-from nav_msgs.msg import OccupancyGrid, Odometry, Path
-from nav_msgs.srv import GetPlan
-from rclpy.executors import ExternalShutdownException
-from rclpy.node import Node
-from rclpy.qos import DurabilityPolicy, QoSProfile, qos_profile_sensor_data
-from sensor_msgs.msg import LaserScan
-from std_msgs.msg import Float64MultiArray, MultiArrayDimension, String
 
 from parc_jax.answer.path import nominal_path
 from parc_jax.bags.fields import stamp_of
@@ -27,6 +19,25 @@ from parc_jax.robust.pose import Pose
 from parc_jax.ros.driving import Driving
 from parc_jax.ros.pilot import Pilot
 from parc_jax.world.footprint import footprint
+
+try:
+    from geometry_msgs.msg import PoseStamped, PoseWithCovarianceStamped
+    from nav_msgs.msg import OccupancyGrid, Odometry, Path
+    from nav_msgs.srv import GetPlan
+    from rclpy.executors import ExternalShutdownException
+    from rclpy.node import Node
+    from rclpy.qos import DurabilityPolicy, QoSProfile, qos_profile_sensor_data
+    from sensor_msgs.msg import LaserScan
+    from std_msgs.msg import Float64MultiArray, MultiArrayDimension, String
+except ImportError as error:
+    ABSENT = (
+        f"parc_jax.ros: expected ROS 2; its package {error.name} is not here. Source your "
+        "distribution, or on Python 3.11 pip install 'parc_jax[ros]'."
+    )
+    if __name__ == "__main__":
+        print(ABSENT, file=sys.stderr)
+        sys.exit(2)
+    raise InputError(ABSENT) from None
 
 KINDS = {"Odometry": Odometry, "PoseWithCovarianceStamped": PoseWithCovarianceStamped}
 KEPT = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)

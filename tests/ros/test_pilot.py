@@ -4,6 +4,8 @@ told wrongly changes nothing.
 
 import functools
 import json
+import subprocess
+import sys
 
 import numpy as np
 import pytest
@@ -210,3 +212,11 @@ def test_a_plan_is_proved_from_rest(ready):
         ready.plan(sliding.posed(1.1, 0), sliding.posed(0.4, 0.1), 0.1)
     with pytest.raises(InputError, match="goal: expected to be told in the frame"):
         ready.plan(sliding.posed(0, 0), sliding.posed(0.4, 0.1, frame="odom"), 0.1)
+
+
+def test_a_node_without_ros_says_what_to_install():
+    code = "import runpy; runpy.run_module('parc_jax.ros.node', run_name='__main__')"
+    gone = "import sys; sys.modules['geometry_msgs'] = None; "
+    done = subprocess.run([sys.executable, "-c", gone + code], capture_output=True, text=True)
+    assert done.returncode == 2 and done.stderr.count("\n") == 1
+    assert "expected ROS 2; its package geometry_msgs" in done.stderr
