@@ -41,7 +41,8 @@ def ask(what: str, *arguments):
         _server.cache_clear()
         _end(server)
     if not fine:
-        raise InputError(f"dynobench: expected an answer to {what!r}; {answer:.200}")
+        why = " ".join(answer.split())  # of several lines, with a stack
+        raise InputError(f"dynobench: expected an answer to {what!r}; {why:.200}")
     return answer
 
 
