@@ -47,7 +47,7 @@ def towards(name, start, commands):
     return np.stack(found)
 
 
-def clearance(name, scene, states):
+def distances(name, scene, states):
     """(n,) [m] from the robot in states (n, n_x) to the nearest obstacle of a scene, as dynobench
     measures it.
     """
@@ -59,7 +59,7 @@ def clearance(name, scene, states):
     return np.array(found)
 
 
-ANSWERS = {f.__name__: f for f in (folder, steps, towards, clearance)}
+ANSWERS = {f.__name__: f for f in (folder, steps, towards, distances)}
 
 
 def serve():

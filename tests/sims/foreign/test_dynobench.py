@@ -42,7 +42,7 @@ def test_what_is_stored_is_what_the_models_do_and_touches_nothing(robot, name):
         pairs = zip(one.states, one.controls, strict=False)
         after = [process.ask("steps", robot, x, u[None])[1] for x, u in pairs]
         assert off(robot, np.stack(after), one.states[1:]).max() < 2e-5  # six digits are stored
-        assert process.ask("clearance", robot, name, one.states).min() > 0.015
+        assert process.ask("distances", robot, name, one.states).min() > 0.015
         assert off(robot, one.states[[0, -1]], np.stack([asked.start, asked.goal])).max() < 0.01
 
 
@@ -55,7 +55,7 @@ def test_outlines_are_dynobenchs_own(robot, name, rng):
     at_rest = np.zeros(len(made.state))
     poses = rng.uniform([*asked.lo, -np.pi], [*asked.hi, np.pi], (60, 3))
     x = np.array([start_of(made, at_rest, pose[:2], pose[2]) for pose in poses])
-    told = process.ask("clearance", robot, name, x)
+    told = process.ask("distances", robot, name, x)
     corners = places(made, x)[:, 1:]
     inside = np.zeros(len(x), bool)
     nearest = np.full(len(x), np.inf)
