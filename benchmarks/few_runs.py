@@ -35,12 +35,12 @@ class Case(NamedTuple):
     """
 
     name: str
-    read: Callable[[Path], pj.RolloutBatch]
+    read: Callable[[Path], pj.types.RolloutBatch]
     size: tuple[float, float]
     bay: tuple[float, float]
 
 
-def read_husky(folder: Path) -> pj.RolloutBatch:
+def read_husky(folder: Path) -> pj.types.RolloutBatch:
     """The log of the package; a step is a recording."""
     del folder
     return log.recorded(log.read_log())
@@ -48,12 +48,12 @@ def read_husky(folder: Path) -> pj.RolloutBatch:
 
 def read_windows(
     file: str, size: tuple[float, float], seconds: float, folder: Path
-) -> pj.RolloutBatch:
+) -> pj.types.RolloutBatch:
     """Steady windows of a file; a command is a recording."""
     return windows.read_windows(folder / file, size, seconds=seconds).runs
 
 
-def read_car(folder: Path) -> pj.RolloutBatch:
+def read_car(folder: Path) -> pj.types.RolloutBatch:
     """Pieces with one input of the runs of a car, in the frame in which each begins. k: steering,
     speed that is asked for, speed at the start, which is measured.
     """

@@ -11,6 +11,7 @@ import parc_jax
 from parc_jax.base.options import told
 
 BEGIN, END = "<!-- rooms: written by docs/make_api.py -->", "<!-- end of rooms -->"
+ROOMS = ("types", "exchange", "world", "loop", "ros")  # `published`: sets.md, lp.md
 FURTHER = {
     "Records of options": (
         "claim.asked",
@@ -18,19 +19,6 @@ FURTHER = {
         "network.fit",
         "study.settings",
     ),
-    "Files in and out": (
-        "io.problem_file",
-        "io.answer_file",
-        "io.network_file",
-        "io.onnx_write",
-        "io.question",
-    ),
-    "Other ways to run a robot": (
-        "rollout.python_system",
-        "rollout.environment",
-        "rollout.invariance",
-    ),
-    "After deployment": ("claim.monitor", "claim.update"),
 }
 
 
@@ -38,7 +26,10 @@ def page() -> str:
     """The whole page."""
     parts = ["# API", "Written by `python docs/make_api.py` from the docstrings; do not edit."]
     parts += ["## parc_jax", "`import parc_jax as pj` offers these names."]
-    parts += [entry(f"pj.{name}", getattr(parc_jax, name)) for name in parc_jax.__all__]
+    parts += offered("pj", parc_jax)
+    for room in ROOMS:
+        module = getattr(parc_jax, room)
+        parts += [f"## pj.{room}", inspect.getdoc(module), *offered(f"pj.{room}", module)]
     for title, modules in FURTHER.items():
         parts.append(f"## {title}")
         for name in modules:
@@ -53,6 +44,12 @@ def page() -> str:
                 entry(n, thing) for n, thing in own if not n.startswith("_") and callable(thing)
             ]
     return "\n\n".join(parts) + "\n"
+
+
+def offered(name: str, package) -> list[str]:
+    """The entries of all that a package offers but rooms."""
+    things = {own: getattr(package, own) for own in package.__all__}
+    return [entry(f"{name}.{own}", x) for own, x in things.items() if not inspect.ismodule(x)]
 
 
 def rooms() -> list[tuple[str, str]]:

@@ -176,7 +176,7 @@ def load(path, system: str | None = None) -> TrajectoryModel:
     if Path(path).suffix == ".json":
         raise InputError(
             f"{path}: expected a model (.npz of `TrajectoryModel.save`); a .json file is an answer "
-            "or a scene. Try pj.load_answer(path) or pj.load_problem(path)."
+            "or a scene. Try pj.load_answer(path) or pj.exchange.load_problem(path)."
         )
     file = read_npz(path)
     try:

@@ -84,8 +84,8 @@ class Settings(Effort):
     proof: bool = True
     """Check all that is returned in exact arithmetic."""
     method: object | None = None
-    """How the search is done: `Published(lps)`, or anything with its `search`. Default: the exact
-    engine, `Exact()`."""
+    """How the search is done: `published.Published(lps)`, or anything with its `search`. Default:
+    the exact engine, `Exact()`."""
 
     def __post_init__(self) -> None:
         super().__post_init__()
@@ -95,7 +95,8 @@ class Settings(Effort):
             )
         if self.method is not None and not callable(getattr(self.method, "search", None)):
             raise InputError(
-                f"settings: expected method Exact() or Published(lps=...); got {self.method!r:.40}."
+                "settings: expected method pj.Exact() or pj.published.Published(); got "
+                f"{self.method!r:.40}."
             )
 
     @classmethod

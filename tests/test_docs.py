@@ -72,7 +72,7 @@ def test_nothing_shown_needs_a_deep_import():
     assert not DEEP.search("from parc_jax.published import box")
 
 
-@pytest.mark.parametrize("face", ["published", "figures"])
+@pytest.mark.parametrize("face", ["exchange", "figures", "published", "ros", "types", "world"])
 def test_a_face_offers_what_it_imports(face):
     module = importlib.import_module(f"parc_jax.{face}")
     offered = {name for name, thing in vars(module).items() if not isinstance(thing, ModuleType)}

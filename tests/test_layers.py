@@ -45,15 +45,17 @@ ORDER = (
     "onboard",
     "io",
     "plot",
-    "figures",  # a face
+    "figures",  # a face, as the two others
+    "types",
     "bags",
+    "exchange",
     "ros",
     "study",
     "cli",
 )
-# the doors of the published method: `Published` for the engine, and who draws its verdicts of
-# regions, above the engine (and benchmarks)
-USES_PUBLISHED = ("methods", "figures", "study", "cli")
+# who asks for the published method, and draws its verdicts of regions: above the engine (and
+# benchmarks)
+USES_PUBLISHED = ("figures", "study", "cli")
 HEAVY = (
     "sims",
     "benchmarks",
@@ -155,7 +157,8 @@ def test_a_new_use_of_the_published_baseline_would_be_found():
     text = "def f():\n    from parc_jax.published.brs import brs_rows\n"
     assert published_in(ROOT / "plot" / "regions.py", text)
     assert published_in(ROOT / "answer.py", "from parc_jax import published\n")
-    assert not published_in(ROOT / "methods.py", text)
+    assert published_in(ROOT / "methods.py", text)
+    assert not published_in(ROOT / "figures.py", text)
 
 
 def relative(text: str) -> list[int]:

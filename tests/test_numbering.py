@@ -44,7 +44,7 @@ def scene(obstacles, spans=None):
 @pytest.mark.parametrize(
     "wrong",
     [
-        lambda: pj.problem_of_text(SCENE, "scene.toml"),
+        lambda: pj.exchange.problem_of_text(SCENE, "scene.toml"),
         lambda: scene([BLOCK, pj.box([1], [2])]),
         lambda: scene([BLOCK, BAND]),
         lambda: scene([BLOCK, BLOCK], [None, (0, 4)]),

@@ -16,7 +16,7 @@ WRONG = {
     ),
     "a path for a problem": (
         lambda: PLANNER().solve("boat.toml", KEY),
-        r"solve: expected a problem; got 'boat.toml'. Try pj.load_problem\(path\)",
+        r"solve: expected a problem; got 'boat.toml'. Try pj.exchange.load_problem\(path\)",
     ),
     "a seed for a key": (
         lambda: PLANNER().solve(toy_query.gap(), 3),
@@ -40,7 +40,7 @@ WRONG = {
     ),
     "an answer for a model": (
         lambda: pj.load("runs/answer.json"),
-        r"expected a model .* Try pj.load_answer\(path\) or pj.load_problem\(path\)",
+        r"expected a model .* Try pj.load_answer\(path\) or pj.exchange.load_problem\(path\)",
     ),
 }
 
@@ -62,16 +62,16 @@ def test_both_kinds_of_keys_are_keys():
 @pytest.mark.slow
 def test_the_status_says_what_is_known():
     proved = toy_query.answer()
-    assert proved.status is pj.Status.PROVED and proved.status.found
+    assert proved.status is pj.types.Status.PROVED and proved.status.found
     assert "exact-proved" in repr(proved) and f"{len(proved.polytopes)} polytopes" in repr(proved)
     assert "<li>(C)" in proved._repr_html_() and "<script" not in proved._repr_html_()
     bounded = PLANNER().solve(toy_query.gap(), KEY, pj.Settings.fast())
-    assert bounded.status is pj.Status.BOUNDED and len(bounded.samples) >= 1
+    assert bounded.status is pj.types.Status.BOUNDED and len(bounded.samples) >= 1
     absent = toy_query.answer(wall=True)
-    assert absent.status is pj.Status.NO_PLAN and not absent.status.found
+    assert absent.status is pj.types.Status.NO_PLAN and not absent.status.found
     assert "no-plan" in repr(absent)
     unknown = PLANNER().solve(toy_query.gap(wall=True), KEY, pj.Settings.fast())
-    assert unknown.status is pj.Status.NOT_FOUND
+    assert unknown.status is pj.types.Status.NOT_FOUND
     assert "proves nothing" in unknown.status.text
 
 
@@ -79,9 +79,9 @@ def test_the_status_says_what_is_known():
 def test_a_batch_has_a_status_for_every_problem():
     problems = [toy_query.gap(), toy_query.gap(wall=True)]
     plain = PLANNER().solve_batch(problems, KEY)
-    assert plain.status.tolist() == [pj.Status.BOUNDED, pj.Status.NOT_FOUND]
+    assert plain.status.tolist() == [pj.types.Status.BOUNDED, pj.types.Status.NOT_FOUND]
     proved = PLANNER().solve_batch(problems, KEY, pj.Settings.fast().replace(proof=True))
-    assert proved.status.tolist() == [pj.Status.PROVED, pj.Status.NOT_FOUND]
+    assert proved.status.tolist() == [pj.types.Status.PROVED, pj.types.Status.NOT_FOUND]
     assert repr(proved) == "<BatchAnswer: 1 of 2 found, 1 proved>"
 
 
@@ -90,7 +90,7 @@ def test_warming_up_takes_no_numbers_from_the_query_after_it():
     settings = pj.Settings(samples=5, target=0.3, budget_s=300, polytopes=False)
     before = PLANNER().solve(toy_query.gap(), KEY, settings.replace(samples_only=True))
     cold = PLANNER().warm_up(toy_query.gap(), settings)
-    assert cold.timings["first_sample_s"] > 0 and cold.status is pj.Status.BOUNDED
+    assert cold.timings["first_sample_s"] > 0 and cold.status is pj.types.Status.BOUNDED
     after = PLANNER().solve(toy_query.gap(), KEY, settings.replace(samples_only=True))
     assert (before.samples == after.samples).all()
 
@@ -108,8 +108,10 @@ def test_the_exact_method_may_be_named_and_the_published_one_is_an_object_too():
     plain = PLANNER().solve(toy_query.gap(), KEY, settings)
     named = PLANNER().solve(toy_query.gap(), KEY, settings.replace(method=pj.Exact()))
     assert (plain.samples == named.samples).all()
-    published = PLANNER().solve(toy_query.gap(), KEY, settings.replace(method=pj.Published()))
-    assert published.status is pj.Status.PROVED and not published.corridors
+    published = PLANNER().solve(
+        toy_query.gap(), KEY, settings.replace(method=pj.published.Published())
+    )
+    assert published.status is pj.types.Status.PROVED and not published.corridors
 
 
 @pytest.mark.night

@@ -1,10 +1,10 @@
-"""The public face: the names, and that each says what it is."""
+"""The public face: few names, in rooms, and each says what it is."""
 
 import inspect
 import os
-import re
 import subprocess
 import sys
+from operator import attrgetter
 from pathlib import Path
 
 import pytest
@@ -12,122 +12,31 @@ from needs import need
 
 import parc_jax
 
-NAMES = [
-    "Answer",
-    "BlackBoxSystem",
-    "Body",
-    "Box",
-    "Choice",
-    "BoxScenes",
-    "Density",
-    "Disc",
-    "Doubt",
-    "Driving",
-    "Effort",
-    "Ended",
-    "Episode",
-    "Episodes",
-    "ErrorClaim",
-    "Exact",
-    "Footprint",
-    "FreeSpace",
-    "GridMap",
-    "HPolytope",
-    "InputError",
-    "Local",
-    "Loop",
-    "NoStatement",
-    "Normalisation",
-    "Outcome",
-    "Part",
-    "Pilot",
-    "Planner",
-    "Point",
-    "Polygon",
-    "Prepared",
-    "Prover",
-    "Published",
-    "ReLUNetwork",
-    "ReachAvoid",
-    "Refine",
-    "RegionTable",
-    "RolloutBatch",
-    "Settings",
-    "SoundnessError",
-    "Status",
-    "Thinking",
-    "TimeGrid",
-    "Trajectory",
-    "TrajectoryModel",
-    "Tube",
-    "Uniform",
-    "assumed_claim",
-    "body_of",
-    "bound_error",
-    "box",
-    "box_scenes",
-    "chained",
-    "collect",
-    "convex_pieces",
-    "declared_claim",
-    "enumerate_regions",
-    "episodes",
-    "fmu_system",
-    "footprint",
-    "free_place",
-    "goal_of_points",
-    "hpolytope",
-    "hull",
-    "labels_of",
-    "learn_from",
-    "left_tube",
-    "load",
-    "load_answer",
-    "load_bags",
-    "load_map",
-    "load_network",
-    "load_problem",
-    "load_rollouts",
-    "load_sweep",
-    "march",
-    "monitor",
-    "moving",
-    "occupancy_grid",
-    "problem_of_text",
-    "python_system",
-    "reach_avoid",
-    "refit",
-    "relu_network",
-    "replay",
-    "replay_recorded",
-    "required_runs",
-    "safety_question",
-    "save_episode",
-    "save_problem",
-    "seen_from",
-    "time_grid",
-    "train",
-    "trajectory_model",
-    "translation_gap",
-    "tube",
-    "update",
-    "vnnlib",
-    "write_c",
-    "write_mcap",
-    "write_onnx",
-    "write_question",
-]
+MOST = 52  # names that a reader meets at once
+ROOMS = ("exchange", "loop", "ros", "types", "world")
+NAMES = [name for name in parc_jax.__all__ if not inspect.ismodule(getattr(parc_jax, name))]
+NAMES += [f"{room}.{name}" for room in ROOMS for name in getattr(parc_jax, room).__all__]
 
 
-def test_names_are_the_agreed_ones_and_sorted():
-    assert parc_jax.__all__ == sorted(parc_jax.__all__) == sorted(NAMES)
-    assert dir(parc_jax) == parc_jax.__all__
+def test_names_are_few_and_sorted():
+    for package in (parc_jax, parc_jax.loop):
+        assert package.__all__ == sorted(package.__all__) == dir(package)
+    assert 40 < len(parc_jax.__all__) <= MOST
+    assert {*ROOMS, "figures", "published"} == set(parc_jax.__all__) - set(NAMES)
+
+
+def test_a_thing_has_one_name():
+    """Nothing is offered twice, and nothing stands in the way of a file of its name."""
+    things = [attrgetter(name)(parc_jax) for name in NAMES]
+    assert len(set(map(id, things))) == len(things)
+    loop = Path(parc_jax.loop.__file__).parent
+    assert not {path.stem for path in loop.glob("*.py")} & set(parc_jax.loop.__all__)
 
 
 @pytest.mark.parametrize("name", NAMES)
 def test_every_name_loads_and_has_a_docstring(name):
-    thing = getattr(parc_jax, name)
-    assert thing.__name__ == name
+    thing = attrgetter(name)(parc_jax)
+    assert thing.__name__ == name.rpartition(".")[-1]
     text = inspect.getdoc(thing)
     assert text and len(text.split("\n")[0]) > 15
     if inspect.isclass(thing):
@@ -142,19 +51,6 @@ def test_every_name_loads_and_has_a_docstring(name):
                     else getattr(member, "__func__", member)
                 )
                 assert inspect.getdoc(target), f"{name}.{attribute}"
-
-
-def test_type_checkers_see_the_same_names():
-    """The stub beside the package, since checkers do not follow names that are loaded on first
-    use.
-    """
-    stub = Path(parc_jax.__file__).with_suffix(".pyi").read_text()
-    homes = dict(
-        reversed(pair)
-        for pair in re.findall(r"^from parc_jax\.([\w.]+) import (\w+) as \2$", stub, re.M)
-    )
-    assert homes == parc_jax._HOME
-    assert Path(parc_jax.__file__).with_name("py.typed").exists()
 
 
 def test_a_name_that_is_not_there_is_an_attribute_error():

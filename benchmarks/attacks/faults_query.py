@@ -188,7 +188,7 @@ QUERY = (
     ),
     Fault(
         "episodes_of_another_drive_go_on",
-        "episodes.episodes",
+        "episodes.drive_episodes",
         '"drive": lasting_digest(drive)',
         '"drive": ""',
         (EPISODES + "test_a_folder_of_other_episodes_is_refused",),

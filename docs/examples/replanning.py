@@ -36,7 +36,7 @@ class Outcome(NamedTuple):
     hertz: float
 
 
-def at(model: pj.TrajectoryModel, t: float) -> pj.BoxScenes:
+def at(model: pj.types.TrajectoryModel, t: float) -> pj.types.BoxScenes:
     """The scene as it is seen at time t [s]. A plan made now starts now, so interval 0 begins
     at t.
     """
@@ -56,7 +56,7 @@ def at(model: pj.TrajectoryModel, t: float) -> pj.BoxScenes:
     return pj.box_scenes(model, goal[:1], goal[1:], lo, hi, BODY_RADIUS, spans=spans)
 
 
-def replan(model: pj.TrajectoryModel, cycles: int, seed: int = 0) -> Outcome:
+def replan(model: pj.types.TrajectoryModel, cycles: int, seed: int = 0) -> Outcome:
     """Plan once per cycle. The first cycle compiles and is not in the rate; the others are timed
     with everything.
     """

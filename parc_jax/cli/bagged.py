@@ -54,7 +54,7 @@ def from_bags(
 ) -> RolloutBatch:
     """Runs from bags. Raises InputError."""
     from parc_jax.bags.load import load_bags
-    from parc_jax.world.footprint import footprint
+    from parc_jax.world.footprint import read_footprint
 
     needed = {"dt and --t-f": time, "pose": asked.pose, "command": asked.command, "k": asked.k}
     for name, value in needed.items():
@@ -68,7 +68,7 @@ def from_bags(
         k=asked.k,
         given=asked.given or (),
         frames=asked.frames,
-        robot=None if asked.footprint is None else footprint(asked.footprint),
+        robot=None if asked.footprint is None else read_footprint(asked.footprint),
         after=asked.after,
         domain=domain,
         k_law=k_law,

@@ -64,9 +64,10 @@ def solve(
     from parc_jax.cli.verdict import as_json, verdict
     from parc_jax.errors import InputError
     from parc_jax.io.problem_file import labelled, load_problem
-    from parc_jax.methods import Exact, Published
+    from parc_jax.methods import Exact
     from parc_jax.model import load
     from parc_jax.planner.planner import Planner
+    from parc_jax.published import Published
     from parc_jax.study.cache import keep_compiled
 
     if shell.cache:

@@ -78,7 +78,7 @@ class Episodes:
         )
 
 
-def episodes(
+def drive_episodes(
     drive: Callable[..., Outcome],
     law: Callable,
     key: Array,

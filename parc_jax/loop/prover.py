@@ -11,7 +11,7 @@ MOST = 10  # commitments that may wait
 
 class Prover:
     """Proves what a loop commits to, in exact arithmetic, by the independent checker, in a second
-    process: `with pj.Prover() as prover: loop = pj.Loop(..., prover=prover)`.
+    process: `with pj.loop.Prover() as prover: loop = pj.loop.Loop(..., prover=prover)`.
 
     Every commitment is proved in float64 before it is driven, with a margin for all rounding; the
     exact proof follows some ten to hundred milliseconds later. A commitment that it rejects would

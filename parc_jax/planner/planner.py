@@ -215,7 +215,7 @@ def answer_to(
 def _checked(call: str, problem, settings, default: Settings) -> Settings:
     """The settings, after a look at the types that users mix up."""
     if not isinstance(problem, ReachAvoid):
-        hint = "pj.load_problem(path) reads a scene file, pj.reach_avoid(...) makes one"
+        hint = "pj.exchange.load_problem(path) reads a scene file, pj.reach_avoid(...) makes one"
         raise InputError(expected(call, "a problem", problem, hint))
     if settings is None:
         return default

@@ -1,11 +1,12 @@
 """The published method (PARC, NeuralPARC), a guest room: the baseline of benchmarks, the method
-`Published`, and the sets and checked linear programs that it is written in, whose calls this file
-offers: docs/sets.md and docs/lp.md. The engine comes in at one door, `parc_jax.methods`.
+`Published` of a query, and the sets and checked linear programs that both are written in:
+docs/sets.md and docs/lp.md. Nothing of the engine comes in.
 """
 
 from parc_jax.lp.solve import feasible, solve
 from parc_jax.lp.status import LPStatus
 from parc_jax.published.lp_batch import feasible_batch, solve_batch
+from parc_jax.published.method import Published
 from parc_jax.published.sets.affine import (
     convex_hull,
     image,
@@ -43,6 +44,7 @@ __all__ = [
     "Box",
     "HPolytope",
     "LPStatus",
+    "Published",
     "ahpolytope",
     "as_ah",
     "bounding_box",

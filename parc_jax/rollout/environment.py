@@ -7,7 +7,7 @@ import numpy as np
 
 
 @dataclass(frozen=True)
-class Episode:
+class EnvironmentRun:
     """simulate(rng, k): one episode of an environment under a policy that k steers. Picklable if
     its parts are.
 

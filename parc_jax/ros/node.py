@@ -18,7 +18,7 @@ from parc_jax.model import TrajectoryModel, load
 from parc_jax.robust.pose import Pose
 from parc_jax.ros.driving import Driving
 from parc_jax.ros.pilot import Pilot
-from parc_jax.world.footprint import footprint
+from parc_jax.world.footprint import read_footprint
 
 try:
     from geometry_msgs.msg import PoseStamped, PoseWithCovarianceStamped
@@ -127,7 +127,7 @@ class PilotNode(Node):
 
     def _robot(self):
         outline, radius = self._told("footprint", ""), self._told("radius", 0.0)
-        return footprint(outline) if outline else radius
+        return read_footprint(outline) if outline else radius
 
     def _driving(self) -> Driving:
         """The fields of `Driving` as parameters; an empty list is what is not given."""

@@ -18,7 +18,7 @@ BASE = "base"
 
 @dataclass(frozen=True, eq=False)
 class Footprint:
-    """Reference points of a robot, from its outline: build with `footprint`.
+    """Reference points of a robot, from its outline: build with `read_footprint`.
 
     points: ("base", "corner 0", ...), names for a system's or a file's `points`. places: (n, 2) [m]
     in the robot's frame, the base first, at (0, 0). body: for `reach_avoid`, hulls of corners.
@@ -43,7 +43,7 @@ class Footprint:
         return self.at(pose)[..., 1:, :]
 
 
-def footprint(outline) -> Footprint:
+def read_footprint(outline) -> Footprint:
     """A body with corner points from a Nav2 footprint.
 
     outline: "[[0.2, 0.1], [0.2, -0.1], ...]" [m], or the numbers (n, 2), in order, either way

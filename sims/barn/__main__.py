@@ -83,7 +83,7 @@ def main(options: Options) -> None:
     if options.episodes:
         key = jax.random.PRNGKey(0)
         asked = {"folder": options.out, "workers": options.jobs}
-        done = pj.episodes(driver, any_world, key, options.episodes, **asked)
+        done = pj.loop.drive_episodes(driver, any_world, key, options.episodes, **asked)
         print(summary([one.told for one in done.driven if not one.failed]))
         print(done.statement())
         return

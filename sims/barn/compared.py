@@ -24,7 +24,7 @@ class Options:
     """As `python -m sims.barn` learned it; its runs lie beside it."""
 
 
-def with_tube(model: pj.TrajectoryModel, tube: Tube, why: str) -> pj.TrajectoryModel:
+def with_tube(model: pj.types.TrajectoryModel, tube: Tube, why: str) -> pj.types.TrajectoryModel:
     """The network with a tube of which nothing is shown."""
     about = {"system": model.system, "points": model.points, "rotation": model.rotation}
     about |= {"labels": model.labels, "given": model.given}

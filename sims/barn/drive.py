@@ -63,7 +63,9 @@ class Drive:
         return metric(self.reached and not self.touched, self.seconds, self.path_length)
 
 
-def drive(world: World, system, loop: pj.Loop, key, scanner=None, odometry: bool = False) -> Drive:
+def drive(
+    world: World, system, loop: pj.loop.Loop, key, scanner=None, odometry: bool = False
+) -> Drive:
     """Drive from the start to the goal with a loop made for this system.
 
     odometry: the robot knows where it is by dead reckoning alone, which drifts. Its lidar sees from
@@ -80,7 +82,7 @@ def drive(world: World, system, loop: pj.Loop, key, scanner=None, odometry: bool
 
     around = shapes(world.cylinders, world.radius)
     guide = Guidance(world.start, world.goal, NEAR)
-    free = pj.free_place(corners(robot.pose), AROUND)
+    free = pj.world.free_place(corners(robot.pose), AROUND)
     poses, allowed, steps, edges, plan_s, see_s, guide_s = [], [], [], [], [], [], []
     at_rest, nearest, since, before = 0, np.inf, 0, robot.measured
     while robot.time < TIMEOUT and at_rest < PATIENCE and not world.reached(robot.pose):
@@ -94,7 +96,7 @@ def drive(world: World, system, loop: pj.Loop, key, scanner=None, odometry: bool
         if odometry and steps:
             allowed.append(drift.allowed(before, robot.measured))
             free = free.within(here, NEARBY).drifted(here, *allowed[-1])
-            free = free.add(pj.free_place(corners(here)))
+            free = free.add(pj.world.free_place(corners(here)))
         free, obstacles, why = _look(scan, free, here)
         saw = time.process_time()
         if not why:
@@ -142,12 +144,12 @@ def drive(world: World, system, loop: pj.Loop, key, scanner=None, odometry: bool
     )
 
 
-def _look(scan, free: pj.FreeSpace, pose) -> tuple[pj.FreeSpace, tuple, str]:
+def _look(scan, free: pj.world.FreeSpace, pose) -> tuple[pj.world.FreeSpace, tuple, str]:
     """What is known to be free after a scan, the obstacles around it, and what is wrong with them:
     nothing, or a sentence.
     """
     try:
-        seen = pj.seen_from(
+        seen = pj.world.seen_from(
             scan.pose,
             scan.angles,
             scan.ranges,

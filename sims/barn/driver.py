@@ -31,7 +31,7 @@ def any_world(seed) -> World:
 
 @dataclass(frozen=True)
 class Driver:
-    """Drives a world with the randomness of a seed, (2,) words; returns a `parc_jax.Outcome`.
+    """Drives a world with the randomness of a seed, (2,) words; returns a `parc_jax.loop.Outcome`.
 
     model: file of the Jackal's model. content: `content_of` it, so that episodes of two models are
     never taken for those of one. odometry: as of `drive`. deadline: [s] of the clock for a step.
@@ -46,21 +46,21 @@ class Driver:
     prove: bool = False
     save: Path | None = None
 
-    def __call__(self, world: World, seed) -> pj.Outcome:
+    def __call__(self, world: World, seed) -> pj.loop.Outcome:
         system = robot()
         key = np.asarray(seed, np.uint32)
         loop = loop_of(self.model, self.content, self.deadline)
         one = drive(world, system, loop, key, odometry=self.odometry)
         new = [step.committed for step in one.steps if step.new]
         points = centre_and_corners(one.path[:, :2], one.path[:, 2], *system.size)
-        left = pj.left_tube(new, points, one.path[:, 2])
+        left = pj.loop.left_tube(new, points, one.path[:, 2])
         told = told_of(one) | {"left": left}
         if self.prove:
             told["proved"] = all(each.proved() for each in new)
         if self.save is not None and new:
             number = f"{world.number}_{'_'.join(map(str, seed))}"
-            pj.save_episode(self.save / f"world_{number}.json", new, drift=one.drift)
-        return pj.Outcome(one.touched, left or one.drifted > 0, told)
+            pj.loop.save_episode(self.save / f"world_{number}.json", new, drift=one.drift)
+        return pj.loop.Outcome(one.touched, left or one.drifted > 0, told)
 
 
 def content_of(model: Path) -> str:
@@ -69,22 +69,22 @@ def content_of(model: Path) -> str:
 
 
 @cache
-def loop_of(model: Path, content: str, deadline: float) -> pj.Loop:
+def loop_of(model: Path, content: str, deadline: float) -> pj.loop.Loop:
     """The loop of a model, made once in a process. Raises InputError where the file has changed."""
     if content_of(model) != content:
         raise pj.InputError(f"{model}: expected the model that the drive began with; it changed.")
     known = pj.load(model)
-    return pj.Loop(
+    return pj.loop.Loop(
         known,
         rectangle(),
         leave=robot().moving,
         given=(0, 1),  # speed and turning at the start
         candidates=candidates(known.domain),
-        effort=pj.Effort(judged=512, room=0.05, deadline=deadline),
+        effort=pj.loop.Effort(judged=512, room=0.05, deadline=deadline),
     )
 
 
-def candidates(domain: pj.Box) -> np.ndarray:
+def candidates(domain: pj.types.Box) -> np.ndarray:
     """Commands (b, 2) within K: speed [m/s] and turning [rad/s]."""
     share = qmc.Sobol(2, seed=0).random_base2(10)
     share[:, 0] **= SLOW

@@ -39,7 +39,7 @@ def exact(commands, times):
 @pytest.mark.parametrize("kind", KINDS)
 @pytest.mark.parametrize("topic", [{}, {"pose": "/tf", "frames": ("odom", "base_link")}])
 def test_runs_are_the_drive_from_where_each_begins(tmp_path, kind, topic):
-    runs = pj.load_bags(bag(tmp_path, kind), GRID, **ASKED | topic)
+    runs = pj.exchange.load_bags(bag(tmp_path, kind), GRID, **ASKED | topic)
     assert np.array_equal(runs.k, COMMANDS) and not runs.failed.any()
     truth = exact(COMMANDS, GRID.dt_record * np.arange(GRID.n_record + 1))
     # a command is heard up to one pose before it acts: 0.02 s at 1 m/s
@@ -51,10 +51,10 @@ def test_runs_are_the_drive_from_where_each_begins(tmp_path, kind, topic):
 
 def test_what_is_measured_at_the_start_is_given_and_corners_are_points(tmp_path):
     need("shapely")
-    robot = pj.footprint([[0.2, 0.1], [0.2, -0.1], [-0.2, -0.1], [-0.2, 0.1]])
+    robot = pj.world.read_footprint([[0.2, 0.1], [0.2, -0.1], [-0.2, -0.1], [-0.2, 0.1]])
     given = "twist.twist.linear.x"
     asked = ASKED | {"domain": pj.box([0, 0.2, -1], [2, 2, 1]), "given": (given,), "robot": robot}
-    runs = pj.load_bags(bag(tmp_path), GRID, **asked)
+    runs = pj.exchange.load_bags(bag(tmp_path), GRID, **asked)
     assert runs.given == (0,) and runs.labels.k == (given, *K)
     before = np.append(0.0, COMMANDS[:-1, 0])
     # the speed when the command comes; the last pose before it had the old one
@@ -69,7 +69,7 @@ def test_what_is_measured_at_the_start_is_given_and_corners_are_points(tmp_path)
 def test_a_recording_is_a_group_and_is_never_torn_apart(tmp_path):
     for i in range(4):
         bag(tmp_path, "ros1", f"day {i}")
-    runs = pj.load_bags(tmp_path, GRID, **ASKED)
+    runs = pj.exchange.load_bags(tmp_path, GRID, **ASKED)
     assert runs.n == 12 and len(set(runs.groups)) == 4
     train, held = runs.split(0.5)
     assert not set(train.groups) & set(held.groups)
@@ -82,11 +82,11 @@ def test_a_run_cut_short_has_failed_unless_it_is_dropped(tmp_path, caplog):
     driven[3] = driven[3] + [0.0, -1.0, 0.0]  # the second comes a second early
     path = bag(tmp_path, driven=driven, commands=commands)
     with caplog.at_level(logging.INFO, logger="parc_jax"):
-        runs = pj.load_bags(path, long, **ASKED)
+        runs = pj.exchange.load_bags(path, long, **ASKED)
     assert runs.failed.tolist() == [True, False]
     assert np.isfinite(runs.p[0, :20]).all() and np.isnan(runs.p[0, 21:]).all()
     assert "3 commands: 0 without what is given, 1 outside of K, 1 cut short" in caplog.text
-    dropped = pj.load_bags(path, long, **ASKED, short="dropped")
+    dropped = pj.exchange.load_bags(path, long, **ASKED, short="dropped")
     assert np.array_equal(dropped.k, commands[1:]) and not dropped.failed.any()
 
 
@@ -95,19 +95,21 @@ def test_no_run_goes_over_a_gap_between_poses(tmp_path):
     kept = ~((times > sent[1] + 0.2) & (times < sent[1] + 0.4))
     driven = (times[kept], *(part[kept] for part in rest), sent)
     path = bag(tmp_path, driven=driven)
-    assert pj.load_bags(path, GRID, **ASKED).failed.tolist() == [False, True, False]
-    assert not pj.load_bags(path, GRID, **ASKED, bridge=0.3).failed.any()
+    assert pj.exchange.load_bags(path, GRID, **ASKED).failed.tolist() == [False, True, False]
+    assert not pj.exchange.load_bags(path, GRID, **ASKED, bridge=0.3).failed.any()
 
 
 def test_the_same_command_after_a_pause_is_another_run(tmp_path):
     commands = np.array([[0.5, 0.3], [0.5, 0.3]])
     driven = list(drive(commands, every=1.0))
     path = bag(tmp_path, driven=driven, commands=commands)
-    assert pj.load_bags(path, GRID, **ASKED).n == 2
+    assert pj.exchange.load_bags(path, GRID, **ASKED).n == 2
     repeated = np.repeat(commands[:1], 8, axis=0)
     driven = drive(repeated, every=0.25)
     assert (
-        pj.load_bags(bag(tmp_path, name="r", driven=driven, commands=repeated), GRID, **ASKED).n
+        pj.exchange.load_bags(
+            bag(tmp_path, name="r", driven=driven, commands=repeated), GRID, **ASKED
+        ).n
         == 1
     )
 
@@ -236,7 +238,7 @@ def test_what_cannot_be_meant_is_refused_in_one_sentence(tmp_path, bad):
     path, asked, words = bad(tmp_path)
     asked = {"time": GRID} | ASKED | asked
     with pytest.raises(InputError, match=words) as why:
-        pj.load_bags(path, **asked)
+        pj.exchange.load_bags(path, **asked)
     assert "\n" not in str(why.value) and str(why.value)[-1] in ".?"
 
 
@@ -244,5 +246,5 @@ def test_the_recorders_clock_needs_no_headers(tmp_path):
     times = drive(COMMANDS)[0]
     path = bag(tmp_path, stamps=0 * times)
     with pytest.raises(InputError, match='take clock="recorder"'):
-        pj.load_bags(path, GRID, **ASKED)
-    assert not pj.load_bags(path, GRID, **ASKED, clock="recorder").failed.any()
+        pj.exchange.load_bags(path, GRID, **ASKED)
+    assert not pj.exchange.load_bags(path, GRID, **ASKED, clock="recorder").failed.any()

@@ -68,7 +68,9 @@ def covered(points, shapes):
 
 def test_an_answer_is_read_back_by_another_library(tmp_path):
     answer, rng = toy_query.answer(), np.random.default_rng(0)
-    said = read(pj.write_mcap(tmp_path / "a.mcap", answer, plan=1, begin=5.0, frame="hall"))
+    said = read(
+        pj.exchange.write_mcap(tmp_path / "a.mcap", answer, plan=1, begin=5.0, frame="hall")
+    )
     at, path = said["/plan"][0]
     plan = answer.samples[1]
     told = nominal_path(answer.model, plan[:2], plan[2:])
@@ -103,8 +105,8 @@ def test_an_answer_is_read_back_by_another_library(tmp_path):
 @pytest.mark.parametrize("turning", [pytest.param(False, marks=pytest.mark.slow), True])
 def test_an_episode_is_driven_as_it_was_committed_to(tmp_path, turning):
     done = driven(turning)
-    file = pj.save_episode(tmp_path / "drive.json", done)
-    said = read(pj.write_mcap(tmp_path / "e.mcap", file))
+    file = pj.loop.save_episode(tmp_path / "drive.json", done)
+    said = read(pj.exchange.write_mcap(tmp_path / "e.mcap", file))
     paths = said["/plan"]
     assert [at for at, _ in paths] == [round(one.begin * 10**9) for one in done]
     for (_, path), one in zip(paths, done, strict=True):
@@ -119,15 +121,15 @@ def test_an_episode_is_driven_as_it_was_committed_to(tmp_path, turning):
     assert np.allclose(ends, [one.asked.pose.place for one in done[1:]], atol=1e-9)
     times = [at for at, _ in said["/tf"]]
     assert times == sorted(set(times)) and times[-1] == round(done[-1].end * 10**9)
-    again = read(pj.write_mcap(tmp_path / "again.mcap", done))
+    again = read(pj.exchange.write_mcap(tmp_path / "again.mcap", done))
     assert again["/statement"][0][1].data == said["/statement"][0][1].data
     assert (tmp_path / "e.mcap").read_bytes() == (tmp_path / "again.mcap").read_bytes()
 
 
 def test_a_map_is_written_with_its_origin(tmp_path):
     free = np.array([[True, False, True], [False, False, True]])
-    grid = pj.GridMap(free, 0.05, (-1.0, 2.0, 0.5))
-    said = read(pj.write_mcap(tmp_path / "a.mcap", toy_query.answer(), grid=grid))
+    grid = pj.world.GridMap(free, 0.05, (-1.0, 2.0, 0.5))
+    said = read(pj.exchange.write_mcap(tmp_path / "a.mcap", toy_query.answer(), grid=grid))
     told = said["/map"][0][1]
     assert (told.info.width, told.info.height) == (3, 2) and told.info.resolution == np.float32(
         0.05
@@ -135,29 +137,29 @@ def test_a_map_is_written_with_its_origin(tmp_path):
     assert list(told.data) == [0, 100, 0, 100, 100, 0]
     turn = told.info.origin.orientation
     assert 2 * np.arctan2(turn.z, turn.w) == pytest.approx(0.5)
-    cells = pj.occupancy_grid(np.array(told.data).reshape(2, 3), 0.05, (-1.0, 2.0, 0.5))
+    cells = pj.world.occupancy_grid(np.array(told.data).reshape(2, 3), 0.05, (-1.0, 2.0, 0.5))
     assert np.array_equal(cells.free, free)
 
 
 def test_rosbags_reads_it_too_and_it_may_be_recorded_runs(tmp_path):
     from parc_jax.bags.recording import heard
 
-    path = pj.write_mcap(tmp_path / "a.mcap", toy_query.answer())
+    path = pj.exchange.write_mcap(tmp_path / "a.mcap", toy_query.answer())
     assert len(heard(path, ["/tf"])["/tf"]) == 5
 
 
 def test_what_is_not_safe_is_not_written(tmp_path):
     answer, where = toy_query.answer(), tmp_path / "a.mcap"
     with pytest.raises(InputError, match="expected a safe plan"):
-        pj.write_mcap(where, answer, plan=answer.samples[0] + [9.0, 0.0, 0.0, 0.0])
+        pj.exchange.write_mcap(where, answer, plan=answer.samples[0] + [9.0, 0.0, 0.0, 0.0])
     with pytest.raises(InputError, match="number of a sample, 0 to 4; got 5"):
-        pj.write_mcap(where, answer, plan=5)
+        pj.exchange.write_mcap(where, answer, plan=5)
     with pytest.raises(InputError, match=r"ends in \.mcap"):
-        pj.write_mcap(tmp_path / "a.bag", answer)
+        pj.exchange.write_mcap(tmp_path / "a.bag", answer)
     with pytest.raises(InputError, match="begin >= 0"):
-        pj.write_mcap(where, answer, begin=-1.0)
+        pj.exchange.write_mcap(where, answer, begin=-1.0)
     assert list(tmp_path.iterdir()) == []
-    assert "/plan" not in read_topics(pj.write_mcap(where, answer, plan=None))
+    assert "/plan" not in read_topics(pj.exchange.write_mcap(where, answer, plan=None))
 
 
 def read_topics(path):
@@ -167,7 +169,7 @@ def read_topics(path):
 
 def test_the_shell_writes_both_and_refuses_in_one_sentence(tmp_path, monkeypatch, capsys):
     monkeypatch.chdir(tmp_path)
-    file = pj.save_episode("drive.json", driven(False))
+    file = pj.loop.save_episode("drive.json", driven(False))
     toy_query.answer().save("answer.json")
 
     def run(*options):

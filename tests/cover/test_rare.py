@@ -48,7 +48,7 @@ def answer():
 
 @pytest.mark.slow
 def test_a_set_of_share_1e_10_is_covered_like_any_other(answer):
-    assert answer.status is pj.Status.PROVED and answer.coverage.at_least >= 0.95
+    assert answer.status is pj.types.Status.PROVED and answer.coverage.at_least >= 0.95
     assert len(answer.samples) == 20 and answer.volume()[0] < 1e-8
     assert "around what a search found" in repr(answer)
     assert "Safe plans are rare" in answer.statement() and "nothing is known" in answer.statement()
@@ -158,7 +158,7 @@ def test_rare_parameters_from_one_start():
     settings = pj.Settings(samples=5, target=0.2, budget_s=300, polytopes=True)
     planner = pj.Planner(MODEL)
     answer = planner.solve(slit(1e-6), jax.random.PRNGKey(0), settings, at=(-1.2, 0.1))
-    assert answer.status is pj.Status.PROVED and answer.coverage.at_least >= 0.8
+    assert answer.status is pj.types.Status.PROVED and answer.coverage.at_least >= 0.8
     np.testing.assert_array_equal(answer.samples[:, :2], np.tile([-1.2, 0.1], (5, 1)))
     with pytest.raises(InputError, match="any start"):
-        pj.write_c(answer, "pose.h")
+        pj.exchange.write_c(answer, "pose.h")

@@ -27,7 +27,7 @@ WHOLE = pj.Settings(samples=5, target=0.003, polytopes=True)
 LITTLE = WHOLE.replace(target=1e-4, work=3 / LOOKS)  # three looks, which are not enough
 
 
-def ask(settings: pj.Settings) -> pj.Answer:
+def ask(settings: pj.Settings) -> pj.types.Answer:
     return pj.Planner(MODEL).solve(PROBLEM, KEY, settings)
 
 

@@ -9,7 +9,7 @@ import parc_jax as pj
 from parc_jax.network.predict import trajectories
 from parc_jax.system import TURNS
 
-PATIENT = pj.Effort(candidates=64, deadline=300.0)
+PATIENT = pj.loop.Effort(candidates=64, deadline=300.0)
 
 
 def driven(turning: bool, n: int = 4):
@@ -19,7 +19,9 @@ def driven(turning: bool, n: int = 4):
         model = told(model, rotation=(TURNS,))
     else:
         model = line_model(4, 0.01)
-    loop = pj.Loop(model, 0.05, leave=0.5, given=(1,), doubt=pj.Doubt(start=0.01), effort=PATIENT)
+    loop = pj.loop.Loop(
+        model, 0.05, leave=0.5, given=(1,), doubt=pj.Doubt(start=0.01), effort=PATIENT
+    )
     half, seconds = model.time.n_steps // 2, model.time.t_f / 2
     pose = np.array([0.3, -0.2, 0.7] if turning else [0.3, -0.2])
     block = pj.box([30.0, 30.0], [31.0, 31.0])

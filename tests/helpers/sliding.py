@@ -18,7 +18,7 @@ OF_START = FADES + np.exp(-HELD / LAG) * LAG * (1 - np.exp(-AFTER / LAG))
 OF_COMMAND = BEFORE - FADES + (1 - np.exp(-HELD / LAG)) * LAG * (1 - np.exp(-AFTER / LAG))
 
 
-def model() -> pj.TrajectoryModel:
+def model() -> pj.types.TrajectoryModel:
     """k: velocity at the start, velocity commanded."""
     time = pj.time_grid(dt=DT, t_f=1.2, dt_record=DT)
     ways = np.stack([OF_START, OF_COMMAND], axis=1)[1:]

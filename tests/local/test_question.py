@@ -72,7 +72,7 @@ def test_the_pose_is_asked_for_again(at, tmp_path):
     heading = "0.1" if len(at) == 3 else None
     assert found.answer.to_json()["meta"]["pose"] == ["0.05", "0.0", heading]
     with pytest.raises(InputError, match="told from one pose"):
-        pj.write_c(found.answer, tmp_path / "near.h")
+        pj.exchange.write_c(found.answer, tmp_path / "near.h")
 
 
 def test_a_claim_near_a_pose_is_told_from_it():

@@ -22,7 +22,7 @@ KEY = jax.random.PRNGKey(4)
 
 
 def asked(drive, n, **options):
-    return pj.episodes(drive, law, KEY, n, **{"workers": 0, "quiet": True} | options)
+    return pj.loop.drive_episodes(drive, law, KEY, n, **{"workers": 0, "quiet": True} | options)
 
 
 def test_every_bad_episode_is_counted_and_the_bound_is_that_of_the_count():
@@ -52,7 +52,7 @@ def test_what_is_touched_inside_the_tubes_is_said_to_contradict():
 
 
 def test_where_nobody_looked_at_tubes_nothing_is_said_of_them():
-    done = asked(lambda world, seed: pj.Outcome(world > 0.9), 20)
+    done = asked(lambda world, seed: pj.loop.Outcome(world > 0.9), 20)
     assert done.left is None
     assert "leaves" not in done.statement() and "law touches anything with" in done.statement()
 
@@ -61,7 +61,7 @@ def test_a_claim_is_wrong_as_rarely_as_it_says():
     """A true rate of 0.1 is above the bound in at most delta of all claims."""
     wrong = 0
     for i in range(80):
-        done = pj.episodes(
+        done = pj.loop.drive_episodes(
             Toy(left=0.9), law, jax.random.PRNGKey(i), 40, workers=0, delta=0.1, quiet=True
         )
         wrong += done.eps < Fraction(1, 10)
@@ -130,7 +130,7 @@ def test_a_folder_of_other_episodes_is_refused(tmp_path):
         with pytest.raises(InputError, match=words):
             asked(drive, 6, folder=tmp_path, **options)
     with pytest.raises(InputError, match="the same seed"):
-        pj.episodes(Toy(), law, jax.random.PRNGKey(5), 6, folder=tmp_path, workers=0)
+        pj.loop.drive_episodes(Toy(), law, jax.random.PRNGKey(5), 6, folder=tmp_path, workers=0)
 
 
 @pytest.mark.parametrize(
@@ -153,7 +153,7 @@ def test_two_runs_never_write_one_folder(tmp_path):
     def drive(world, seed):
         with pytest.raises(InputError, match="another run does"):
             asked(drive, 1, folder=tmp_path)
-        return pj.Outcome(False)
+        return pj.loop.Outcome(False)
 
     assert asked(drive, 1, folder=tmp_path).bad == 0
 
@@ -179,7 +179,7 @@ def drive(world, seed):
     return Toy(left=0.8)(world, seed)
 if __name__ == "__main__":
     key = jax.random.PRNGKey(4)
-    done = pj.episodes(drive, law, key, 80, workers=0, quiet=True, folder=sys.argv[1])
+    done = pj.loop.drive_episodes(drive, law, key, 80, workers=0, quiet=True, folder=sys.argv[1])
     print(done.bad)
 """
 
@@ -215,8 +215,13 @@ def test_a_killed_run_goes_on(tmp_path):
         (Toy(), 3, {"delta": 1.5}, "delta: expected a probability"),
         ("drive", 3, {}, "expected drive to be a function; got 'drive'"),
         (lambda world, seed: None, 3, {"workers": 1}, "top level of a module, or pass workers=0"),
-        (lambda world, seed: pj.Outcome(0.5), 1, {}, "touched True or False"),
-        (lambda world, seed: pj.Outcome(False, told={"a": {1}}), 1, {}, "plain values; got set"),
+        (lambda world, seed: pj.loop.Outcome(0.5), 1, {}, "touched True or False"),
+        (
+            lambda world, seed: pj.loop.Outcome(False, told={"a": {1}}),
+            1,
+            {},
+            "plain values; got set",
+        ),
     ],
 )
 def test_what_makes_no_sense_is_told(drive, n, options, words):

@@ -11,7 +11,7 @@ from parc_jax.errors import InputError
 from parc_jax.system import TURNS
 
 WIDE = 0.01  # [m] of the tube
-PATIENT = pj.Effort(candidates=64, deadline=300.0)
+PATIENT = pj.loop.Effort(candidates=64, deadline=300.0)
 HALF = 2  # records, of four, after which a manoeuvre is left
 
 
@@ -20,7 +20,9 @@ def driven(turning: bool):
     model = line_model(4, WIDE)
     if turning:
         model = told(model, rotation=(TURNS,))
-    loop = pj.Loop(model, 0.05, leave=0.5, given=(1,), doubt=pj.Doubt(start=0.05), effort=PATIENT)
+    loop = pj.loop.Loop(
+        model, 0.05, leave=0.5, given=(1,), doubt=pj.Doubt(start=0.05), effort=PATIENT
+    )
     place, heading, path, headings, done = np.array([0.3, -0.2]), 0.7 * turning, [], [], []
     for i in range(3):
         pose = np.append(place, heading) if turning else place
@@ -41,23 +43,25 @@ def driven(turning: bool):
 @pytest.mark.parametrize("turning", [False, True])
 def test_a_robot_where_it_should_be_is_inside_and_one_pushed_aside_is_not(turning):
     done, path, heading = driven(turning)
-    assert not pj.left_tube(done, path, heading)
+    assert not pj.loop.left_tube(done, path, heading)
     for off, left in ((0.9 * WIDE, False), (1.1 * WIDE, True), (np.nan, True)):
         for record in (1, 3, len(path) - 1):
             aside = path.copy()
             aside[record, 1] += off / (np.cos(heading[record]) if turning else 1.0)
-            assert pj.left_tube(done, aside, heading) == left or (turning and not np.isnan(off))
+            assert pj.loop.left_tube(done, aside, heading) == left or (
+                turning and not np.isnan(off)
+            )
     if turning:
-        assert pj.left_tube(done, path, heading + 0.1)
+        assert pj.loop.left_tube(done, path, heading + 0.1)
 
 
 def test_what_a_manoeuvre_would_have_done_after_it_was_left_does_not_count():
     done, path, _ = driven(False)
     moved = path.copy()
     moved[2:] += 0.5  # it is where it is; the next manoeuvre begins there
-    assert pj.left_tube(done, moved)
-    assert not pj.left_tube(done[1:], moved)
-    assert not pj.left_tube(done, path[:5]) and not pj.left_tube([], path)
+    assert pj.loop.left_tube(done, moved)
+    assert not pj.loop.left_tube(done[1:], moved)
+    assert not pj.loop.left_tube(done, path[:5]) and not pj.loop.left_tube([], path)
 
 
 @pytest.mark.parametrize(
@@ -71,4 +75,4 @@ def test_what_a_manoeuvre_would_have_done_after_it_was_left_does_not_count():
 def test_what_makes_no_sense_is_told(spoilt, words):
     done, path, _ = driven(False)
     with pytest.raises(InputError, match=words):
-        pj.left_tube(*spoilt(done, path))
+        pj.loop.left_tube(*spoilt(done, path))

@@ -26,7 +26,7 @@ def test_an_episode_is_accepted_and_says_from_when_to_when(turning, tmp_path, ca
     report = check(episode_part(done))
     assert report.manoeuvres == 4 and report.rests == 0
     assert report.begin == 0 and report.end == done[-1].end
-    path = pj.save_episode(tmp_path / "episode.json", done, {"robot": "toy"})
+    path = pj.loop.save_episode(tmp_path / "episode.json", done, {"robot": "toy"})
     assert checker.main([str(path)]) == 0
     assert "4 manoeuvres, each from its pose to its end" in capsys.readouterr().out
     assert checker.main([str(path), "--json"]) == 0

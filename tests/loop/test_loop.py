@@ -19,7 +19,7 @@ from parc_jax.sets.hpolytope import from_box
 from parc_jax.system import TURNS
 from parc_jax.verdict.near import scene_near_path
 
-PATIENT = pj.Effort(candidates=256, deadline=300.0)
+PATIENT = pj.loop.Effort(candidates=256, deadline=300.0)
 WALL = pj.box([0.45, -2.0], [0.5, 2.0])
 
 
@@ -36,7 +36,7 @@ def line():
 
 def loop_of(model, **options):
     options = {"leave": 0.5, "given": (1,), "effort": PATIENT} | options
-    return pj.Loop(model, 0.1, **options)
+    return pj.loop.Loop(model, 0.1, **options)
 
 
 def test_the_best_liked_of_the_safe_ones_is_committed_to(line):
@@ -53,7 +53,7 @@ def test_the_best_liked_of_the_safe_ones_is_committed_to(line):
 
 @pytest.mark.parametrize("doubt", [None, pj.Doubt(start=0.02)])
 def test_what_a_system_declares_to_be_measured_is_given_at_every_step(line, doubt):
-    declared = pj.Loop(told(line, given=(1,)), 0.1, leave=0.5, doubt=doubt, effort=PATIENT)
+    declared = pj.loop.Loop(told(line, given=(1,)), 0.1, leave=0.5, doubt=doubt, effort=PATIENT)
     said = loop_of(line, doubt=doubt)
     steps = [loop.step([0.0, 0.0], [0.25], [WALL], forward) for loop in (declared, said)]
     assert declared.given == (1,) and all(step.new for step in steps), steps[0].reason
@@ -88,7 +88,7 @@ def test_what_is_measured_wrongly_changes_nothing(line, pose, given, words):
 
 
 def test_who_is_late_commits_to_nothing(line):
-    loop = loop_of(line, effort=pj.Effort(deadline=1e-9))
+    loop = loop_of(line, effort=pj.loop.Effort(deadline=1e-9))
     step = loop.step([0.0, 0.0], [0.25], [WALL], forward)
     assert not step.new and step.committed is None and "within 1e-09 s" in step.reason
 
@@ -119,10 +119,10 @@ def test_where_bins_meet_all_of_them_have_to_allow_it(widths):
 def test_of_the_first_safe_ones_one_with_room_is_taken(line):
     """The best liked one grazes the wall."""
     given = np.array([[0.33], [0.3], [0.2], [0.1], [0.0]])
-    room = {"effort": pj.Effort(room=0.1, deadline=300.0), "candidates": given}
+    room = {"effort": pj.loop.Effort(room=0.1, deadline=300.0), "candidates": given}
     step = loop_of(line, **room).step([0, 0], [0.25], [WALL], forward)
     assert step.committed.k[0] == 0.2 and step.committed.clearance >= 0.1
-    far = room | {"effort": pj.Effort(room=0.5, deadline=300.0)}  # none has so much
+    far = room | {"effort": pj.loop.Effort(room=0.5, deadline=300.0)}  # none has so much
     step = loop_of(line, **far).step([0, 0], [0.25], [WALL], forward)
     assert step.committed.k[0] == 0.0
 
@@ -233,7 +233,7 @@ def test_loops_that_make_no_sense_are_refused(line, options, words):
 
 def test_an_effort_of_nothing_is_refused():
     with pytest.raises(InputError, match="at least one candidate"):
-        pj.Effort(candidates=0)
+        pj.loop.Effort(candidates=0)
 
 
 def test_a_clock_that_does_not_go_forward_changes_nothing(line):

@@ -28,7 +28,7 @@ def near(rng, plans, n: int, spread: float):
 
 def compared(answer, path, spread: float = 0.1):
     """What the header of an answer says of N plans, and what Python says: all over K, and close."""
-    header = Header(pj.write_c(answer, path))
+    header = Header(pj.exchange.write_c(answer, path))
     rng = np.random.default_rng(0)
     n_p = answer.model.n_p
     domain = answer.model.domain
@@ -104,7 +104,7 @@ def test_what_is_not_a_number_is_not_safe(tube, flags, tmp_path):
     ],
 )
 def test_arithmetic_that_the_margins_do_not_pay_for_is_refused(flags, said, tmp_path):
-    path = pj.write_c(toy_query.answer(), tmp_path / "toy.h")
+    path = pj.exchange.write_c(toy_query.answer(), tmp_path / "toy.h")
     with pytest.raises(AssertionError, match=f"#error.*{said}"):
         Header(path, *flags)
     Header(path, "-O3", "-ffp-contract=fast", "-fno-finite-math-only")
@@ -118,7 +118,7 @@ def test_borders_of_bins_and_starts_outside_are_not_safe(tmp_path):
     start = pj.box([-2.5, -2.5], [-1.5, -1.5])
     problem = pj.reach_avoid(goal, [], 0.1, start)
     answer = pj.Planner(model).solve(problem, jax.random.PRNGKey(0))
-    header = Header(pj.write_c(answer, tmp_path / "bins.h"))
+    header = Header(pj.exchange.write_c(answer, tmp_path / "bins.h"))
     k = np.array([[0.0, 0.1], [-0.001, 0.1], [0.001, 0.1], [1.0, 0.1], [-1.0, 1.0]])
     p0 = np.full((5, 2), -2.0)
     assert header.are_safe(p0, k).tolist() == [False, True, True, True, True]
@@ -138,7 +138,7 @@ def test_a_start_so_far_out_that_sums_overflow_is_not_safe(tmp_path):
     problem = pj.reach_avoid(hpolytope(rows, np.full(4, 20.0)), [], 0.1)
     settings = pj.Settings(samples=5, target=0.1)
     answer = pj.Planner(still).solve(problem, jax.random.PRNGKey(0), settings)
-    header = Header(pj.write_c(answer, tmp_path / "far.h"))
+    header = Header(pj.exchange.write_c(answer, tmp_path / "far.h"))
     k = np.full((2, 1), 0.5)
     p0 = np.array([answer.samples[0, :3], [1.8e307, 1.6e307, 1.6e307]])
     assert rows[0] @ (p0[1] / 1e307) > 0
@@ -149,7 +149,7 @@ def test_a_start_so_far_out_that_sums_overflow_is_not_safe(tmp_path):
 @needs_compiler
 def test_the_nearest_plan_is_safe_and_near(tmp_path):
     answer = toy_query.answer()
-    header = Header(pj.write_c(answer, tmp_path / "toy.h"))
+    header = Header(pj.exchange.write_c(answer, tmp_path / "toy.h"))
     p0, safe = answer.samples[0, :2], answer.samples[0, 2:]
     np.testing.assert_array_equal(header.nearest(p0, safe), safe)  # it is safe already
     offered = header.nearest(p0, np.array([-1.0, 1.0]))
@@ -174,7 +174,7 @@ def test_the_shell_writes_one(tmp_path, capsys):
 )
 def test_names_that_c_does_not_allow(file, name, said, tmp_path):
     with pytest.raises(InputError, match=said):
-        pj.write_c(toy_query.answer(), tmp_path / file, name)
+        pj.exchange.write_c(toy_query.answer(), tmp_path / file, name)
 
 
 @pytest.mark.slow
@@ -184,7 +184,7 @@ def test_an_answer_without_corridors_is_refused(tmp_path):
     settings = pj.Settings(work=1e-3, samples_only=True)
     nothing = pj.Planner(fold_model(T=4)).solve(problem, jax.random.PRNGKey(0), settings)
     with pytest.raises(InputError, match="corridors"):
-        pj.write_c(nothing, tmp_path / "none.h")
+        pj.exchange.write_c(nothing, tmp_path / "none.h")
 
 
 def test_a_model_with_a_part_from_elsewhere_gets_no_header(tmp_path, monkeypatch):
@@ -194,5 +194,5 @@ def test_a_model_with_a_part_from_elsewhere_gets_no_header(tmp_path, monkeypatch
     other = answer.model.replace(net=net.replace(biases=tuple(b + 1 for b in net.biases)))
     monkeypatch.setattr(type(answer), "model", other)
     with pytest.raises(InputError, match="network its claim was measured on"):
-        pj.write_c(answer, tmp_path / "toy.h")
+        pj.exchange.write_c(answer, tmp_path / "toy.h")
     assert not (tmp_path / "toy.h").exists()

@@ -61,7 +61,7 @@ def test_plans_withstand_rough_execution(rng):
 def test_no_plan_under_copies_says_what_it_means():
     """The hull of the copies holds more than all executions. A proof that another test made too."""
     answer = toy_query.answer(wall=True)
-    assert answer.status is pj.Status.NO_PLAN
+    assert answer.status is pj.types.Status.NO_PLAN
     doubts = (Doubt(k=[0.05, 0.02]), True), (Doubt(start=0.01), False), (Doubt(given={0: 0}), False)
     for doubt, said in doubts:
         known = plain(toy_query.gap().replace(doubt=doubt), toy_query.planner().model).doubt

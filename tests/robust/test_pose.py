@@ -212,7 +212,7 @@ def test_what_is_no_pose_is_refused(asked):
     fenced = problem.replace(start=pj.hpolytope([[1.0, 0.0]], [at[0] - 1]))
     with pytest.raises(InputError, match="at: expected a place within the start set"):
         planner.solve(fenced, KEY, SMALL, at=at)
-    flat = problem.replace(body=pj.Polygon(np.zeros((1, 2))))
+    flat = problem.replace(body=pj.types.Polygon(np.zeros((1, 2))))
     with pytest.raises(InputError, match="at: expected a body that turns with the robot"):
         planner.solve(flat, KEY, SMALL, at=at)
 
@@ -265,4 +265,4 @@ def test_pictures_of_answers_from_here_show_parameters_alone():
 def test_the_published_search_knows_no_place(asked):
     model, problem, at = asked
     with pytest.raises(InputError, match="at: expected the exact engine"):
-        Planner(model).solve(problem, KEY, SMALL.replace(method=pj.Published()), at=at)
+        Planner(model).solve(problem, KEY, SMALL.replace(method=pj.published.Published()), at=at)

@@ -12,7 +12,7 @@ from needs import need
 
 import parc_jax as pj
 from parc_jax.errors import InputError
-from parc_jax.rollout.environment import Episode
+from parc_jax.rollout.environment import EnvironmentRun
 from parc_jax.rollout.invariance import translation_gap
 from parc_jax.rollout.python_system import python_system
 
@@ -115,7 +115,7 @@ class Room:
 
 @pytest.mark.slow
 def test_an_environment_becomes_a_system():
-    episode = Episode(
+    episode = EnvironmentRun(
         Room,
         lambda seen, k: k[0],
         2,
@@ -142,7 +142,7 @@ def test_a_gymnasium_environment():
     import gymnasium
 
     make = functools.partial(gymnasium.make, "Pendulum-v1", disable_env_checker=True)
-    episode = Episode(
+    episode = EnvironmentRun(
         make, pendulum_policy, 2, pendulum_position, lambda environment, seen: seen[2:]
     )
     runs = pj.collect(system(episode, 0), KEY, n=6, quiet=True)

@@ -106,13 +106,13 @@ def test_scans_that_make_no_sense_end_in_the_stop_in_hand_and_the_drive_goes_on(
 def test_without_free_space_around_the_robot_the_drive_goes_on(monkeypatch):
     need("shapely")
     system, world = sims.load("jackal", threads=1), barn.world(1)
-    lost = pj.FreeSpace.near
+    lost = pj.world.FreeSpace.near
     n = itertools.count()
 
     def near(free, place, *asked):
         return lost(free.within([50.0, 50.0], 1.0) if next(n) == 1 else free, place, *asked)
 
-    monkeypatch.setattr(pj.FreeSpace, "near", near)
+    monkeypatch.setattr(pj.world.FreeSpace, "near", near)
     done = drive(world, system, Standing(), jax.random.PRNGKey(0), lidar(beams=181))
     reasons = [step.reason for step in done.steps]
     assert len(reasons) == PATIENCE and "expected a place with free space" in reasons[1]

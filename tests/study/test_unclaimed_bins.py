@@ -14,10 +14,10 @@ from parc_jax.certificate.write import tube_part
 from parc_jax.claim.risk import Density, NoStatement
 from parc_jax.claim.tube import NO_CLAIM
 from parc_jax.errors import InputError
-from parc_jax.methods import Published
 from parc_jax.network.relu import relu_network
 from parc_jax.planner.planner import Planner
 from parc_jax.problem.problem import reach_avoid
+from parc_jax.published import Published
 from parc_jax.published.verdicts import region_verdicts
 from parc_jax.sets.box import box
 from parc_jax.sets.hpolytope import from_box

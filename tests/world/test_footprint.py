@@ -7,7 +7,7 @@ import pytest
 from needs import need
 
 from parc_jax.errors import InputError
-from parc_jax.world.footprint import footprint
+from parc_jax.world.footprint import read_footprint
 
 need("shapely")
 import shapely  # noqa: E402
@@ -17,7 +17,7 @@ FORK = [[0, 0], [2, 0], [2, 0.5], [0.5, 0.5], [0.5, 1.5], [2, 1.5], [2, 2], [0, 
 
 
 def test_a_rectangle_is_one_hull_of_its_corners():
-    robot = footprint(NAV2)
+    robot = read_footprint(NAV2)
     assert robot.points == ("base", "corner 0", "corner 1", "corner 2", "corner 3")
     (part,) = robot.body.parts
     assert set(part.points) == set(robot.points[1:])
@@ -26,7 +26,7 @@ def test_a_rectangle_is_one_hull_of_its_corners():
 
 @pytest.mark.parametrize("turn", [1, -1])
 def test_what_is_not_convex_becomes_parts_that_are_all_of_it(turn):
-    robot = footprint(FORK[::turn])
+    robot = read_footprint(FORK[::turn])
     where = dict(zip(robot.points, robot.places, strict=True))
     hulls = [
         shapely.MultiPoint([where[p] for p in part.points]).convex_hull for part in robot.body.parts
@@ -36,7 +36,7 @@ def test_what_is_not_convex_becomes_parts_that_are_all_of_it(turn):
 
 
 def test_points_turn_and_move_with_the_pose():
-    robot = footprint(NAV2)
+    robot = read_footprint(NAV2)
     poses = np.array([[1.0, 2.0, np.pi / 2], [0.0, 0.0, 0.0]])
     found = robot.at(poses)
     assert found.shape == (2, 5, 2)
@@ -59,4 +59,4 @@ def test_points_turn_and_move_with_the_pose():
 )
 def test_what_is_no_footprint_is_refused_in_one_sentence(outline, sentence):
     with pytest.raises(InputError, match=sentence):
-        footprint(outline)
+        read_footprint(outline)

@@ -10,12 +10,12 @@ need("shapely")
 import shapely  # noqa: E402
 
 import sims.barn  # noqa: E402
-from parc_jax.world.footprint import footprint  # noqa: E402
+from parc_jax.world.footprint import read_footprint  # noqa: E402
 from parc_jax.world.free_space import free_place  # noqa: E402
 from parc_jax.world.seen import seen_from  # noqa: E402
 from sims.lidar import lidar, shapes  # noqa: E402
 
-ROBOT = footprint("[[0.21, 0.165], [0.21, -0.165], [-0.21, -0.165], [-0.21, 0.165]]")
+ROBOT = read_footprint("[[0.21, 0.165], [0.21, -0.165], [-0.21, -0.165], [-0.21, 0.165]]")
 DOUBT = (0.01, 0.003)  # [m], [rad]
 GRID, ROOM = 0.1, 0.32  # [m] corners are 0.27 m from the middle
 

@@ -1,0 +1,26 @@
+"""Names that a package offers and loads on first use. Its stub `__init__.pyi` is the one list of
+them, which type checkers read too.
+"""
+
+import importlib
+import pkgutil
+import re
+from collections.abc import Callable
+
+OFFER = re.compile(r"^from ([\w.]+) import (\w+) as \2$", re.M)
+
+
+def on_use(package: str) -> tuple[Callable[[str], object], Callable[[], list[str]], list[str]]:
+    """`__getattr__`, `__dir__` and `__all__` for the package of that name."""
+    stub = pkgutil.get_data(package, "__init__.pyi").decode("utf-8")
+    home = {name: module for module, name in OFFER.findall(stub)}
+    names = sorted(home)
+
+    def load(name: str) -> object:
+        if name not in home:
+            raise AttributeError(f"module {package!r} has no attribute {name!r}")
+        if home[name] == package:  # a module of its own
+            return importlib.import_module(f"{package}.{name}")
+        return getattr(importlib.import_module(home[name]), name)
+
+    return load, lambda: names, names
