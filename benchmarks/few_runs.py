@@ -134,7 +134,7 @@ def row(case: Case, folder: Path, seed: int) -> str:
     if replayed is None:
         return f"{told} | | |\n{learned.prior}"
     n = replayed.counts()
-    share = f"{rounded_down(100 * answer.share_of_k)} %"
+    share = f"{rounded_down(100 * answer.share_of_k())} %"
     tried = f"{n['with_start']} of {n['runs']}: {n['replays']} replays"
     went = f"{n['left_the_tube']} left, {n['missed_the_goal']} missed, {n['touched']} touched"
     return f"{told}, {share} of K | {tried}, {went} | 0 |\n{learned.prior}"

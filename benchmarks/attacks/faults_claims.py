@@ -228,8 +228,8 @@ CLAIMED = (
     Fault(
         "risk_of_a_point",
         "ErrorClaim.risk",
-        "if isinstance(nu, Point):\n            return NoStatement",
-        "if isinstance(nu, Point):\n            return Risk(self.eps, self.eps)\n"
+        "if density is None:\n            return NoStatement",
+        "if density is None:\n            return Risk(self.eps, self.eps)\n"
         "            return NoStatement",
         (f"{CLAIM}::test_risk_of_a_set_a_density_and_a_point",),
     ),

@@ -145,8 +145,8 @@ DRIVEN = (
     Fault(
         "risk_of_the_whole_box",
         "Near.risk",
-        "return self.model.claim.risk(Uniform(self.held))",
-        "return self.model.claim.risk(Uniform(1))",
+        "return self.model.claim.risk(share=self.held)",
+        "return self.model.claim.risk(share=1)",
         (f"{CHOICE}::test_a_smaller_proved_box_costs_its_share",),
     ),
     Fault(

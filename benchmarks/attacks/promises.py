@@ -30,7 +30,6 @@ from parc_jax.claim.fitting import fitted_profile
 from parc_jax.claim.monitor import monitor
 from parc_jax.claim.pipeline import bound_error
 from parc_jax.claim.profile import training_profile
-from parc_jax.claim.risk import Uniform
 from parc_jax.claim.score import Scores, scores_of
 from parc_jax.claim.update import update
 from parc_jax.local.looks import Looks
@@ -77,7 +76,7 @@ def chosen_set(width, key):
     claim = _claim(width, key)
     low, high = (0.0, SLAB), (1.0, SLAB + 2 * width)
     share = float(np.prod(np.subtract(high, low)))
-    return claim.risk(Uniform(share)).bound, truth(width, claim.tube, low, high).whole
+    return claim.risk(share=share).bound, truth(width, claim.tube, low, high).whole
 
 
 def fewer_runs(width, key):

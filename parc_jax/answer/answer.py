@@ -6,7 +6,7 @@ import json
 from dataclasses import replace
 from functools import cached_property
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Literal
 
 import jax
 import numpy as np
@@ -64,19 +64,22 @@ class Answer(Findings):
         cover, refused = cut.with_polytopes(self, key, n)
         return replace(self, cover=cover, refused=self.refused + refused)
 
-    @cached_property
     def in_polytopes(self) -> "Answer":
-        """This answer with safe polytopes: itself where the query cut some, else with those cut
-        now. Raises InputError beyond SPREAD_OUT dimensions of (p0, k), where `with_polytopes`
-        must be asked.
+        """This answer with safe polytopes: itself where the query cut some, else with those that
+        the first call cuts. Raises InputError beyond SPREAD_OUT dimensions of (p0, k), where
+        `with_polytopes` must be asked.
         """
+        return self._in_polytopes
+
+    @cached_property
+    def _in_polytopes(self) -> "Answer":
         if len(self.polytopes) or not len(self.corridors):
             return self
         n = self.model.n_k + (self.model.n_p if self.scene.at is None else 0)
         if n > SPREAD_OUT:
             raise InputError(
                 f"expected at most {SPREAD_OUT} dimensions of (p0, k) for polytopes that were not "
-                f"asked for; this answer has {n}. Use `sample`, `keeps` and `best`, which need "
+                f"asked for; this answer has {n}. Use `sample`, `contains` and `best`, which need "
                 "none, or cut them with `with_polytopes`."
             )
         return self.with_polytopes(jax.random.PRNGKey(0))
@@ -84,20 +87,18 @@ class Answer(Findings):
     @cached_property
     def _solids(self) -> list[Solid]:
         """The polytopes in the round; of an answer without any, those cut now."""
-        plans = self.in_polytopes._plans
+        plans = self._in_polytopes._plans
         if not isinstance(plans, SafeUnion):
             return []
         return [solid for solid in plans.solids if solid is not None]
 
-    @cached_property
     def safe_sets(self) -> list[HPolytope]:
         """Safe convex polytopes in (p0, k), each inside one region and one bin, redundant rows
-        removed; in k alone where all plans have one start, `scene.at`. Cut on first use where the
-        query cut none.
+        removed; in k alone where all plans have one start, `scene.at`. The first call cuts them
+        where the query cut none, which may take seconds.
         """
         return [solid.polytope for solid in self._solids]
 
-    @cached_property
     def volumes(self) -> np.ndarray:
         """Volume of every polytope of `safe_sets` [units of p0 and k multiplied]; they may overlap
         inside a region.
@@ -122,16 +123,26 @@ class Answer(Findings):
         """
         return safe_share(self)
 
-    def contains(self, p0, k) -> np.ndarray:
-        """p0 (b, n_p), k (b, n_k) -> bool (b,): inside a returned safe polytope; without any, safe
-        by one of `corridors`.
-        """
-        return self._plans.contains(*self._given("contains", p0, k))
+    def contains(self, p0, k, of: Literal["polytopes", "corridors"] | None = None) -> np.ndarray:
+        """Which plans are safe by what was found.
 
-    def keeps(self, p0, k) -> np.ndarray:
-        """p0 (b, n_p), k (b, n_k) -> bool (b,): safe, as it keeps to one of `corridors`."""
-        kept = KeptPlans(self.scene, self._corridors, self.cover.within)
-        return kept.contains(*self._given("keeps", p0, k))
+        p0: (b, n_p) [m] starts. k: (b, n_k) parameters.
+        of: "polytopes", inside one of them; "corridors", keeps to one of them; None, of what
+            `sample` draws from: polytopes, without any corridors.
+
+        Returns bool (b,). Raises InputError.
+        """
+        plans = {
+            None: lambda: self._plans,
+            "polytopes": lambda: SafeUnion(self.scene, list(self.cover.polytopes)),
+            "corridors": lambda: KeptPlans(self.scene, self._corridors, self.cover.within),
+        }
+        if of not in plans:
+            raise InputError(
+                f'contains: expected of="polytopes" or of="corridors"; got {of!r:.40}. Leave it '
+                "out for what `sample` draws from."
+            )
+        return plans[of]().contains(*self._given("contains", p0, k))
 
     def _given(self, name: str, p0, k) -> tuple[np.ndarray, np.ndarray]:
         try:
@@ -220,18 +231,22 @@ class Answer(Findings):
 
         Its radius is room for state-estimation and command error: every plan in the ball is safe.
         """
-        balls = [chebyshev_center(s) for s in self.safe_sets]
+        balls = [chebyshev_center(s) for s in self.safe_sets()]
         known = [(b.center, float(b.radius)) for b in balls if b.status == LPStatus.FEASIBLE]
         if not known:
             raise InputError("safest: expected an answer with safe polytopes; this one has none.")
         return max(known, key=lambda ball: ball[1])
 
-    @cached_property
     def share_of_k(self) -> float:
         """At least so much of K has a start in what `sample` draws from: Pi(T) from below, with
         99.9 % confidence. Starts are tried for a few ends in the goal alone, so where plans end in
-        many places it may be far below the share; `keeps` and `contains` tell of single k.
+        many places it may be far below the share; `contains` tells of single k. The first call
+        tries thousands of k.
         """
+        return self._share_of_k
+
+    @cached_property
+    def _share_of_k(self) -> float:
         share = self._plans.share_of_k()
         return share if self.doubt is None else share * self.doubt.share_of_k(self.model.domain)
 
@@ -252,7 +267,7 @@ class Answer(Findings):
 
         The density of such k relative to the claim's uniform law is at most `density`. For another
         law over k use `model.claim.risk`: with k itself uniform on the certified k-set,
-        Uniform(answer.share_of_k).
+        `share=answer.share_of_k()`.
         """
         return risk_of_draw(self)
 

@@ -8,7 +8,7 @@ import numpy as np
 
 from parc_jax.answer.findings import Findings
 from parc_jax.claim.counts import clopper_pearson, least_probability
-from parc_jax.claim.risk import Density, NoStatement, Risk
+from parc_jax.claim.risk import NoStatement, Risk
 from parc_jax.cover.search import Cover
 
 CONFIDENCE = 0.999  # of the safe set's volume, where a density rests on it
@@ -84,7 +84,7 @@ def risk_of_draw(found: Findings) -> Risk | NoStatement:
     if not len(found.polytopes) and not len(found.corridors):
         return NoStatement("there is no safe set to draw k from")
     claim = found.model.claim
-    promised = claim.risk(Density(1.0))
+    promised = claim.risk(density=1.0)
     if isinstance(promised, NoStatement):
         return promised
     law = claim.law.k_law
@@ -93,4 +93,4 @@ def risk_of_draw(found: Findings) -> Risk | NoStatement:
     density = density_of_k(found)
     if not np.isfinite(density):
         return NoStatement("how much of the safe set they cover was not measured")
-    return claim.risk(Density(density))
+    return claim.risk(density=density)

@@ -9,15 +9,7 @@ from fractions import Fraction
 from pathlib import Path
 
 from parc_jax.base.spelling import hex_text, listed, rounded_up
-from parc_jax.claim.risk import (
-    Density,
-    NoStatement,
-    Point,
-    Risk,
-    Uniform,
-    density_of_share,
-    risk_of,
-)
+from parc_jax.claim.risk import NoStatement, Risk, density_of_share, risk_of
 from parc_jax.claim.statement import DIGITS, statement
 from parc_jax.claim.tube import Tube, refined
 from parc_jax.claim.tube_file import tube_to_json
@@ -98,10 +90,27 @@ class ErrorClaim:
         """The claim in full sentences. Never claims more than the kind allows."""
         return statement(self)
 
-    def risk(self, nu: Uniform | Density | Point) -> Risk | NoStatement:
-        """What the claim promises when k is drawn by the law nu. [T5] A single hand-picked k gets
-        no statement.
+    def risk(
+        self,
+        *,
+        share: float | Fraction | None = None,
+        density: float | Fraction | None = None,
+        bin: int | None = None,
+        shift: float = 0.0,
+    ) -> Risk | NoStatement:
+        """What the claim promises when k is drawn in a certain way. [T5]
+
+        share: k is drawn by the law of the claim's runs restricted to a set, which that law enters
+            with this probability; vol(set) / vol(K) where it is uniform on K.
+        density: k is drawn by any law that is at most so many times as dense as the claim's.
+        Neither: one k, picked by hand or by a planner. Nothing is promised of it.
+        bin: the set lies in this bin, of a claim per bin; share stays that of the whole of K.
+        shift: total variation between the declared and the deployed law of (k, disturbance).
+
+        Raises InputError.
         """
+        if None not in (share, density) or (bin is not None and share is None):
+            raise InputError("risk: expected share, with or without bin, or density; got more.")
         if self.kind in ("assumed", "declared"):
             return NoStatement(
                 f"the tube is {self.kind}, not shown; calibrate it on a fresh holdout (bound_error)"
@@ -114,22 +123,18 @@ class ErrorClaim:
             return NoStatement(
                 f"{listed(names)} {are} not drawn, and the claim is about k drawn from all of K"
             )
-        if isinstance(nu, Point):
+        if share is not None:
+            return self._risk_within(share, bin, shift)
+        if density is None:
             return NoStatement(
                 "a probability over k says nothing about one k; draw k from a certified set, or "
                 "run the plan afresh (Choice.run)"
             )
-        if isinstance(nu, Density):
-            by_bin = self.bin_eps or (self.eps,)
-            if None in by_bin:
-                return NoStatement(
-                    "some bins of K have no claim, and k of this law may fall into them"
-                )
-            # the bins' parts of P(leave) add up to at most bound * (sum over bins of Pi(b) eps_b)
-            return risk_of(max(by_bin), self.delta, Fraction(str(nu.bound)), nu.shift)
-        if not isinstance(nu, Uniform):
-            raise InputError(f"risk: expected Uniform, Density or Point; got {type(nu).__name__}.")
-        return self._risk_uniform(nu)
+        by_bin = self.bin_eps or (self.eps,)
+        if None in by_bin:
+            return NoStatement("some bins of K have no claim, and k of this law may fall into them")
+        # the bins' parts of P(leave) add up to at most density * (sum over bins of Pi(b) eps_b)
+        return risk_of(max(by_bin), self.delta, Fraction(str(density)), shift)
 
     def to_json(self) -> dict:
         """A JSON-able dictionary, the tube left out (it has a place of its own in every file);
@@ -167,20 +172,21 @@ class ErrorClaim:
         data = {"claim": self.to_json(), "tube": tube_to_json(self.tube)}
         return write_atomic(path, json.dumps(data, indent=1).encode())
 
-    def _risk_uniform(self, nu: Uniform) -> Risk | NoStatement:
+    def _risk_within(
+        self, share: float | Fraction, bin: int | None, shift: float
+    ) -> Risk | NoStatement:
+        """Of k drawn by the claim's law within a set, which may lie in one bin."""
         if self.bin_eps is None:
-            return risk_of(self.eps, self.delta, density_of_share(nu.share), nu.shift)
+            return risk_of(self.eps, self.delta, density_of_share(share), shift)
         claimed = [eps for eps in self.bin_eps if eps is not None]
-        if nu.bin is None:  # sum over bins of Pi(b) eps_b is at most the largest eps
-            return risk_of(max(claimed), self.delta, density_of_share(nu.share), nu.shift)
-        if self.bin_eps[nu.bin] is None:
-            return NoStatement(f"bin {nu.bin} holds too few runs: no claim")
+        if bin is None:  # sum over bins of Pi(b) eps_b is at most the largest eps
+            return risk_of(max(claimed), self.delta, density_of_share(share), shift)
+        if self.bin_eps[bin] is None:
+            return NoStatement(f"bin {bin} holds too few runs: no claim")
         if self.evidence["bin_share"] is None:
             return NoStatement("k was not uniform on K: the probability of a bin is not known")
-        whole = Fraction(self.evidence["bin_share"][nu.bin])
-        return risk_of(
-            self.bin_eps[nu.bin], self.delta, density_of_share(nu.share, whole), nu.shift
-        )
+        whole = Fraction(self.evidence["bin_share"][bin])
+        return risk_of(self.bin_eps[bin], self.delta, density_of_share(share, whole), shift)
 
 
 def error_claim(**fields) -> ErrorClaim:

@@ -9,7 +9,7 @@ import numpy as np
 from parc_jax.base.spelling import rounded_up
 from parc_jax.claim.claim import ErrorClaim, check_network
 from parc_jax.claim.measure import allowance, by_chunk
-from parc_jax.claim.risk import Density, NoStatement, Uniform
+from parc_jax.claim.risk import NoStatement
 from parc_jax.claim.score import sizes
 from parc_jax.errors import InputError
 from parc_jax.network.relu import ReLUNetwork
@@ -77,18 +77,16 @@ class Monitor:
         return replace(after, peak=max(self.peak, after.e_value))
 
 
-def monitor(
-    claim: ErrorClaim, net: ReLUNetwork, nu: Uniform | Density | None = None, alpha=1e-3
-) -> Monitor:
-    """A fresh monitor of a claim. nu: the law of the k that are driven; None = the calibration law
-    itself.
+def monitor(claim: ErrorClaim, net: ReLUNetwork, alpha: float = 1e-3, **law) -> Monitor:
+    """A fresh monitor of a claim. law: how the k that are driven are drawn, as in
+    `ErrorClaim.risk`; by default as those of the claim's own runs.
 
     Each bet is a likelihood ratio of a fixed larger rate against the claimed one: its wealth is a
     supermartingale whenever
     every run, given the past, leaves the tube with probability <= rate. Raises InputError when the
     claim has no rate.
     """
-    risk = claim.risk(Uniform(1.0) if nu is None else nu)
+    risk = claim.risk(**law or {"share": 1.0})
     if isinstance(risk, NoStatement):
         raise InputError(f"monitor: expected a claim with a probability; {risk.reason}.")
     rate = max(float(risk.bound), 1e-9)

@@ -7,35 +7,6 @@ from parc_jax.errors import InputError
 
 
 @dataclass(frozen=True)
-class Uniform:
-    """k drawn by the calibration law restricted to a certified set T; share = Pi(T), its
-    probability under that law.
-
-    For a calibration law uniform on K: k uniform on T, share = vol(T) / vol(K). bin: T lies in this
-    bin (per-bin claims);
-    share stays the share of the whole of K. shift: total variation between declared and deployed
-    law of (k, disturbance).
-    """
-
-    share: float
-    bin: int | None = None
-    shift: float = 0.0
-
-
-@dataclass(frozen=True)
-class Density:
-    """k drawn by any law whose density with respect to the calibration law is at most `bound`."""
-
-    bound: float
-    shift: float = 0.0
-
-
-@dataclass(frozen=True)
-class Point:
-    """One k, picked by hand or by a planner."""
-
-
-@dataclass(frozen=True)
 class Risk:
     """P(the run leaves the tube) <= bound, on the event that the claim holds (confidence 1 -
     delta).

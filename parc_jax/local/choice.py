@@ -10,7 +10,7 @@ import numpy as np
 
 from parc_jax.base.spelling import rounded_down, rounded_up
 from parc_jax.claim.counts import as_probability
-from parc_jax.claim.risk import NoStatement, Risk, Uniform
+from parc_jax.claim.risk import NoStatement, Risk
 from parc_jax.errors import InputError, expected
 from parc_jax.local.local_model import Local, local_model, tried_first
 from parc_jax.local.looks import Looks, fresh_key
@@ -80,7 +80,7 @@ class Choice:
         if claim.kind == "pac" and claim.law.k_law != "uniform":
             law = claim.law.k_law
             return NoStatement(f"the claim is about k drawn by {law!r}, not uniformly over K")
-        return claim.risk(Uniform(self.jitter.share))
+        return claim.risk(share=self.jitter.share)
 
     def run(self, system, key: jax.Array, *, eps=1e-3, n: int | None = None, quiet=True):
         """The choice with `tested`: fresh runs of this very plan, one look. [T6]

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from parc_jax.base.spelling import rounded_down, rounded_up
-from parc_jax.claim.risk import NoStatement, Risk, Uniform
+from parc_jax.claim.risk import NoStatement, Risk
 from parc_jax.local.looks import Look
 from parc_jax.local.narrowing import Narrowing
 from parc_jax.local.safe_box import SafeBox
@@ -44,7 +44,7 @@ class Near:
         """
         if self.proved is None:
             return NoStatement("no box around the plan was proved safe under the local tube")
-        return self.model.claim.risk(Uniform(self.held))
+        return self.model.claim.risk(share=self.held)
 
     @property
     def is_narrower(self) -> bool:

@@ -29,7 +29,7 @@ def projections(
     polytopes are drawn as their union, with its outline. to: as in `style.sheet`, one Axes
     per pair. Polytopes are cut now where the query cut none. Raises InputError.
     """
-    answer = answer.in_polytopes
+    answer = answer.in_polytopes()
     if not answer.polytopes:
         raise InputError("projections: expected an answer with safe polytopes; this one has none.")
     if pairs is None:

@@ -113,7 +113,7 @@ def run_study(
         "regions": table.count,
         "final_error": final_error(model).tolist(),
         **facts_of(answer, cold.timings["first_sample_s"]),
-        "share_of_k": answer.share_of_k,
+        "share_of_k": answer.share_of_k(),
         "replay": None if runs is None else tally(runs, study.repeats, study.delta),
         "driven": chosen,
         "comparison": rows,

@@ -76,7 +76,7 @@ def attempt(
     )
     row = row._replace(
         safe=answer.safe_share.share,
-        share_of_k=answer.share_of_k,
+        share_of_k=answer.share_of_k(),
         promise=None if eps is None else min(1.0, float(getattr(answer.risk(), "bound", 1.0))),
         plan=tuple(plan.tolist()),
         failed_10=int(repeats.failed[:REPEATS].sum()),

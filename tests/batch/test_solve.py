@@ -261,7 +261,7 @@ def test_polytopes_for_the_chosen_ones(toy):
         Settings(samples=4, target=0.3, budget_s=300, proof=False, polytopes=True),
         whole=[0],
     ).answers[0]
-    assert full.found and len(full.safe_sets)
+    assert full.found and len(full.safe_sets())
 
 
 def test_errors_say_what_to_do(toy):

@@ -21,7 +21,7 @@ from parc_jax.claim.measure import measure
 from parc_jax.claim.monitor import inside_tube
 from parc_jax.claim.pipeline import bound_error
 from parc_jax.claim.profile import training_profile
-from parc_jax.claim.risk import NoStatement, Point, Uniform
+from parc_jax.claim.risk import NoStatement
 from parc_jax.claim.score import score_batch
 from parc_jax.errors import InputError
 from parc_jax.local.local_model import Local
@@ -144,7 +144,7 @@ def test_a_failed_run_is_an_infinite_score(profile):
     assert (np.isinf(scores.score) == broken.failed).all() and broken.failed.any()
     claim = calibrate(NET, broken, profile, eps=1e-2)
     assert not claim.tube.claimed.any() and claim.statement().startswith("No claim")
-    assert isinstance(claim.risk(Uniform(0.5)), NoStatement)
+    assert isinstance(claim.risk(share=0.5), NoStatement)
     kept = calibrate(NET, broken, profile, eps=0.1, delta=1e-3, discard=int(broken.failed.sum()))
     assert kept.tube.claimed.all() and kept.eps < Fraction(1, 10)
 
@@ -228,17 +228,17 @@ def test_per_bin_claims_need_runs_in_every_bin(system, profile, train):
     assert "in each claimed bin" in claim.statement()
     supported = [supported_eps(n, 1e-3 / 3) for n in claim.evidence["bin_runs"]]
     assert list(claim.bin_eps) == supported and claim.eps == max(supported) < Fraction(1, 100)
-    assert claim.risk(Uniform(0.1, bin=1)).bound == supported[1] * bin_shares(profile)[1] * 10
+    assert claim.risk(share=0.1, bin=1).bound == supported[1] * bin_shares(profile)[1] * 10
     spent = calibrate_bins(NET, scores, profile, eps=1e-2, delta=1e-3, discard="most")
     assert spent.bin_eps == (Fraction(1, 100),) * 3
-    assert isinstance(claim.risk(Point()), NoStatement)
+    assert isinstance(claim.risk(), NoStatement)
     one = np.array([float.fromhex(s) for s in claim.evidence["bin_scale"]])
     assert one.max() == scores.score.max() and one.min() < one.max()
     lopsided = score_system(NET, system, KEY, profile, 900, k=_mostly_left, quiet=True)
     thin = calibrate_bins(NET, lopsided, profile, eps=1e-2, delta=1e-3)
     assert thin.tube.claimed.tolist() == [True, False, False] and thin.bin_eps[1:] == (None, None)
     assert isinstance(
-        thin.risk(Uniform(0.1, bin=0)), NoStatement
+        thin.risk(share=0.1, bin=0), NoStatement
     )  # this law is not uniform: shares unknown
     with pytest.raises(InputError, match="at least 8,003 runs in a bin"):
         calibrate_bins(NET, scores, profile, eps=1e-3, delta=1e-3)
@@ -257,7 +257,7 @@ def test_a_block_of_bins_has_one_claim_and_one_number(system, train):
         assert set(own) == {np.sort(scores.score[inside])[-1 - kept]}
     assert np.ptp(claim.tube.interval[:6, 2, 0]) > 0  # the widths still differ from bin to bin
     assert claim.bin_eps == (Fraction(1, 100),) * 10
-    assert claim.risk(Uniform(0.05, bin=1)).bound == Fraction(1, 100) * sum(
+    assert claim.risk(share=0.05, bin=1).bound == Fraction(1, 100) * sum(
         bin_shares(profile)[:6]
     ) / Fraction("0.05")
     each, none = (

@@ -9,7 +9,7 @@ import pytest
 
 from parc_jax.claim.claim import check_claim, derived, error_claim, on_bins, weaker
 from parc_jax.claim.claim_file import claim_from_json, load_claim
-from parc_jax.claim.risk import Density, NoStatement, Point, Uniform
+from parc_jax.claim.risk import NoStatement
 from parc_jax.claim.tube import tube
 from parc_jax.claim.tube_file import tube_from_json, tube_to_json
 from parc_jax.errors import InputError
@@ -61,35 +61,38 @@ def test_assumed_is_printed_as_assumed_and_promises_nothing():
     assumed = claim("assumed")
     assert assumed.statement().startswith("ASSUMED, not shown")
     assert "confidence" not in assumed.statement() and "probability" not in assumed.statement()
-    for nu in (Uniform(0.5), Density(1.0), Point()):
-        assert isinstance(assumed.risk(nu), NoStatement)
+    for law in ({"share": 0.5}, {"density": 1.0}, {}):
+        assert isinstance(assumed.risk(**law), NoStatement)
 
 
 def test_risk_of_a_set_a_density_and_a_point():
     c = claim()
-    assert c.risk(Uniform(0.25)).bound == Fraction(4, 1000)
-    assert c.risk(Uniform(0.25)).unconditional == Fraction(5, 1000)
-    assert c.risk(Uniform(0.25, shift=0.01)).bound == Fraction(14, 1000)
-    assert c.risk(Density(3)).bound == Fraction(3, 1000)
-    assert c.risk(Uniform(1e-9)).bound == 1
-    assert isinstance(c.risk(Point()), NoStatement)
+    assert c.risk(share=0.25).bound == Fraction(4, 1000)
+    assert c.risk(share=0.25).unconditional == Fraction(5, 1000)
+    assert c.risk(share=0.25, shift=0.01).bound == Fraction(14, 1000)
+    assert c.risk(density=3).bound == Fraction(3, 1000)
+    assert c.risk(share=1e-9).bound == 1
+    assert isinstance(c.risk(), NoStatement)
     for share in (0, -0.1, 1.1):
         with pytest.raises(InputError, match="share"):
-            c.risk(Uniform(share))
+            c.risk(share=share)
+    for both in ({"share": 0.5, "density": 2}, {"density": 2, "bin": 0}, {"bin": 0}):
+        with pytest.raises(InputError, match="expected share, with or without bin, or density"):
+            c.risk(**both)
 
 
 def test_per_bin_risk_uses_the_bin_and_its_share():
     c = claim(bin_eps=(Fraction(1, 100), None), evidence={"bin_share": ["3/10", "7/10"]})
-    assert c.risk(Uniform(0.15, bin=0)).bound == Fraction(2, 100)
-    assert c.risk(Uniform(0.15)).bound == Fraction(1, 100) / Fraction("0.15")
-    assert isinstance(c.risk(Uniform(0.15, bin=1)), NoStatement)
-    assert isinstance(c.risk(Density(2.0)), NoStatement)
+    assert c.risk(share=0.15, bin=0).bound == Fraction(2, 100)
+    assert c.risk(share=0.15).bound == Fraction(1, 100) / Fraction("0.15")
+    assert isinstance(c.risk(share=0.15, bin=1), NoStatement)
+    assert isinstance(c.risk(density=2.0), NoStatement)
 
 
 def test_without_a_finite_tube_there_is_no_claim():
     none = claim(tube=tube(TUBE.edges, TUBE.interval * np.inf, TUBE.final), evidence={"failed": 3})
     assert none.statement().startswith("No claim: 3 of 6,905")
-    assert isinstance(none.risk(Uniform(0.5)), NoStatement)
+    assert isinstance(none.risk(share=0.5), NoStatement)
     half = claim(
         tube=tube(TUBE.edges, TUBE.interval * np.array([1, np.inf])[:, None, None], TUBE.final)
     )

@@ -20,7 +20,6 @@ from parc_jax.claim.declared import assumed_claim
 from parc_jax.claim.monitor import inside_tube, monitor
 from parc_jax.claim.pipeline import bound_error
 from parc_jax.claim.profile import training_profile
-from parc_jax.claim.risk import Point, Uniform
 from parc_jax.claim.update import refit, update
 from parc_jax.errors import InputError
 from parc_jax.rollout.collect import collect
@@ -93,11 +92,11 @@ def test_runs_and_networks_of_others_are_not_watched(claim):
 
 
 def test_a_monitor_needs_a_rate(claim):
-    assert monitor(claim, NET, Uniform(0.25)).rate == pytest.approx(0.08)
+    assert monitor(claim, NET, share=0.25).rate == pytest.approx(0.08)
     with pytest.raises(InputError, match="one k"):
-        monitor(claim, NET, Point())
+        monitor(claim, NET, density=None)
     with pytest.raises(InputError, match="below 1/2"):
-        monitor(claim, NET, Uniform(0.01))
+        monitor(claim, NET, share=0.01)
     with pytest.raises(InputError, match="assumed"):
         monitor(assumed_claim(NET, collect(plant(disturbed), KEY, 50, quiet=True)), NET)
 

@@ -42,7 +42,7 @@ def test_every_sample_is_safe_by_a_corridor_of_the_answer():
     few = with_few(1)
     x = few.sample(np.random.default_rng(0), 300)
     assert x.shape == (300, 4) and few.contains(x[:, :2], x[:, 2:]).all()
-    assert answer().keeps(x[:, :2], x[:, 2:]).all()
+    assert answer().contains(x[:, :2], x[:, 2:], of="corridors").all()
     others = answer().sample(KEY, 2000)
     assert 0 < few.contains(others[:, :2], others[:, 2:]).mean() < 0.9  # one does not hold all
 
@@ -59,7 +59,7 @@ def test_samples_are_uniform_where_everything_is_safe():
         u = (x[:, 2 + axis] - lo[axis]) / (hi[axis] - lo[axis])
         assert kstest(u, "uniform").pvalue > 1e-4
     assert 1 <= free.density <= 1.03 and not free.polytopes
-    assert free.share_of_k == pytest.approx(0.001 ** (1 / 20_000), abs=1e-8)
+    assert free.share_of_k() == pytest.approx(0.001 ** (1 / 20_000), abs=1e-8)
 
 
 def test_samples_from_corridors_are_those_of_the_safe_set():
@@ -75,7 +75,7 @@ def test_samples_from_corridors_are_those_of_the_safe_set():
 @pytest.mark.slow
 def test_the_best_plan_needs_no_polytopes():
     plan, value = answer().best("clearance")
-    assert answer().keeps(plan[None, :2], plan[None, 2:]).all()
+    assert answer().contains(plan[None, :2], plan[None, 2:], of="corridors").all()
     assert value >= 0.97 * answer(True).best("clearance")[1]
     c = np.array([0.0, 0.0, 1.0, 0.0])
     assert answer().best(c)[1] >= answer(True).best(c)[1] - 0.05
@@ -90,7 +90,7 @@ def test_polytopes_are_cut_later_and_proved(rng):
     assert later.coverage.at_least > 0.5
     assert binom.cdf(inside, len(fresh.k), later.coverage.at_least) > 1e-6
     assert len(later.to_json()["sets"]) == len(later.polytopes)
-    assert len(later.safe_sets) == len(later.volumes) == len(later.project((0, 1)))
+    assert len(later.safe_sets()) == len(later.volumes()) == len(later.project((0, 1)))
 
 
 @pytest.mark.slow
@@ -104,7 +104,7 @@ def test_what_later_polytopes_hold_is_told_by_fresh_plans():
 @pytest.mark.slow
 def test_geometry_is_cut_on_first_use_and_refused_where_it_explodes(monkeypatch):
     one = replace(answer())
-    assert len(one.safe_sets) == len(one.volumes) > 0 and not one.polytopes
+    assert len(one.safe_sets()) == len(one.volumes()) > 0 and not one.polytopes
     monkeypatch.setattr("parc_jax.answer.answer.SPREAD_OUT", 3)
     wide = replace(answer())
     with pytest.raises(InputError, match="at most 3 dimensions"):
@@ -116,6 +116,6 @@ def test_without_corridors_there_is_nothing_to_sample():
     none = Planner(answer().model).solve(
         answer().problem, jax.random.key(0), Settings(samples=5, samples_only=True)
     )
-    assert len(none.samples) and none.share_of_k == 0 and np.isinf(none.density)
+    assert len(none.samples) and none.share_of_k() == 0 and np.isinf(none.density)
     with pytest.raises(InputError, match="corridors or safe polytopes"):
         none.sample(KEY, 3)

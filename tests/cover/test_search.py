@@ -102,7 +102,7 @@ def test_corridors_alone_are_certified_without_polytopes(rng):
     assert 0 < answer.timings["corridors_s"] <= answer.timings["cover_s"]
     assert all(p.polytopes == p.inside == 0 for p in answer.history)
     fresh = draw(answer.scene, rng, 40_000).safe
-    kept = int(answer.keeps(fresh.p0, fresh.k).sum())
+    kept = int(answer.contains(fresh.p0, fresh.k, of="corridors").sum())
     assert binom.cdf(kept, len(fresh.k), 0.98) > 1e-6
     asked = Settings(polytopes=True, **options)
     both = Planner(model).solve(problem, jax.random.key(0), asked)

@@ -43,12 +43,12 @@ def toy_answer():
         samples=plans,
         polytopes=polytopes,
         sample_parts=[{"sep": SEP}] * len(plans),
-        safe_sets=[from_box(s) for s in solids],
-        volumes=np.full(len(plans), 0.04**4),
+        safe_sets=lambda: [from_box(s) for s in solids],
+        volumes=lambda: np.full(len(plans), 0.04**4),
         coverage=SimpleNamespace(share=0.8),
         project=lambda dims: [c[:, list(dims)] for c in corners],
     )
-    answer.in_polytopes = answer
+    answer.in_polytopes = lambda: answer
     return answer
 
 

@@ -116,7 +116,7 @@ def test_what_is_derived_from_an_answer_shares_its_looks():
     answer = toy.answer()
     cut = answer.with_polytopes(KEY, 200)  # before the first choice
     first = answer.choose(delta=0.05)
-    others = [cut.choose(delta=0.05), answer.in_polytopes.choose(delta=0.05)]
+    others = [cut.choose(delta=0.05), answer.in_polytopes().choose(delta=0.05)]
     first.looks.take()
     for other in (first, *others):
         with pytest.raises(InputError, match="all 1 that were declared are spent"):

@@ -126,7 +126,7 @@ def test_what_the_engine_proves_by_corridors_the_page_calls_proved(browser, tmp_
         plans = np.repeat(answer.samples, 10, axis=0)
         plans = plans + rng.normal(size=(400, 4)) * [0.3, 0.3, 0.02, 0.01]
         p0, k = plans[:, :2], np.clip(plans[:, 2:], model.domain.lo, model.domain.hi)
-        proved = answer.keeps(p0, k) | answer.contains(p0, k)
+        proved = answer.contains(p0, k, of="corridors") | answer.contains(p0, k)
         script = (
             f"const P = {p0.tolist()}, K = {k.tolist()}; const out = P.map((p, i) => {{"
             " move(p, K[i]); return [$('verdict').dataset.kind === 'proved' ? 1 : 0,"
@@ -156,7 +156,7 @@ def test_bodies_are_judged_by_corridors_and_polytopes_of_their_parts(browser, tm
     plans = np.repeat(answer.samples, 10, axis=0)
     plans = plans + rng.normal(size=plans.shape) * np.repeat([0.1, 0.05], [n_p, model.n_k])
     p0, k = plans[:, :n_p], np.clip(plans[:, n_p:], model.domain.lo, model.domain.hi)
-    proved = answer.keeps(p0, k) | answer.contains(p0, k)
+    proved = answer.contains(p0, k, of="corridors") | answer.contains(p0, k)
     script = (
         f"const P = {p0.tolist()}, K = {k.tolist()}; const out = P.map((p, i) => {{"
         " move(p, K[i]); return [$('verdict').dataset.kind === 'proved' ? 1 : 0,"

@@ -85,7 +85,7 @@ def test_a_claim_about_settled_starts_is_left_by_running_ones_and_one_about_chai
     chained = pj.bound_error(net, pj.chained(CARTS), KEY, **asked, quiet=True)
     assert "HIDDEN_START(given v0)" in settled.assumptions
     assert "k by a chain of 3 manoeuvres before it" in chained.statement()
-    assert isinstance(chained.risk(pj.Point()), pj.types.NoStatement)
+    assert isinstance(chained.risk(), pj.types.NoStatement)
 
     def left(claim, system):
         fresh = collect(system, KEY, 256, Stage.VALIDATE, quiet=True)

@@ -13,7 +13,7 @@ from synthetic_plants import disturbed, plant, spike, straight, straight_network
 from parc_jax.base.keys import Stage
 from parc_jax.claim.monitor import inside_tube, monitor
 from parc_jax.claim.pipeline import bound_error
-from parc_jax.claim.risk import NoStatement, Point, Uniform
+from parc_jax.claim.risk import NoStatement
 from parc_jax.rollout.collect import collect
 
 NET, KEY = straight_network(4), jax.random.PRNGKey(0)
@@ -43,7 +43,7 @@ def test_a_hostile_planner_breaks_any_promise_about_a_point(rough_claim):
     worst = violated(rough_claim, [0.8, 0.5])
     assert worst > 10 * rough_claim.eps / 2  # far above eps at the chosen k
     assert violated(rough_claim, None) <= rough_claim.eps  # while the claim itself is true
-    answer = rough_claim.risk(Point())
+    answer = rough_claim.risk()
     assert isinstance(answer, NoStatement) and "one k" in answer.reason
 
 
@@ -56,7 +56,7 @@ def test_a_hostile_planner_that_chooses_a_set_is_covered(rough_claim, half_width
         u = jax.random.uniform(key, (2,))
         return jnp.stack([lo + (hi - lo) * u[0], u[1]])
 
-    risk = rough_claim.risk(Uniform(hi - lo))
+    risk = rough_claim.risk(share=hi - lo)
     rate = violated(rough_claim, in_the_set, 10_000)
     assert rate <= float(risk.bound) + 4 * np.sqrt(float(risk.bound) / 10_000)
     assert (
@@ -72,7 +72,7 @@ def test_without_disturbance_a_bad_k_is_bad_every_time():
     if claim.tube.final[0, 0] < 10.0:  # the holdout missed the sliver
         run = collect(system, KEY, 1, k=[0.5005, 0.5], quiet=True)
         assert not inside_tube(claim, NET, run).any()
-    assert isinstance(claim.risk(Point()), NoStatement)
+    assert isinstance(claim.risk(), NoStatement)
 
 
 def test_a_changed_world_rings_and_the_shifted_bound_holds():
@@ -97,7 +97,7 @@ def test_a_changed_world_rings_and_the_shifted_bound_holds():
     gains = np.random.default_rng(1).normal(size=(200_000, 2))
     ratio = np.exp(0.5 * (gains**2).sum(axis=1) * (1 - scale**-2)) / scale**2
     variation = float(np.maximum(0.0, 1 - ratio).mean())
-    risk = claim.risk(Uniform(1.0, shift=round(variation, 4)))
+    risk = claim.risk(share=1.0, shift=round(variation, 4))
     assert observed <= float(risk.bound)
     watch = monitor(claim, NET).observe(shifted)
     assert watch.alarm and watch.left == round(observed * 6000)

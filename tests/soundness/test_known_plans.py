@@ -203,7 +203,7 @@ def test_volume_of_a_safe_set_known_on_paper():
     area = z * 2 - 0.5 * 1.0  # k_1 in [-1, 1] for each z_1, less the triangle z_1 < k_1
     volume = 2 * 2 * area
     assert len(answer.polytopes) == 1 and answer.coverage.share == 1.0
-    assert answer.volumes[0] == pytest.approx(volume, rel=1e-9)
+    assert answer.volumes()[0] == pytest.approx(volume, rel=1e-9)
     _, low, high = answer.volume(0.9999)
     assert low < volume < high
     centre, radius = answer.safest()

@@ -70,7 +70,7 @@ def members(answer, rng, n):
     vertices themselves.
     """
     out = []
-    for outer, polytope in zip(answer.safe_sets, answer.polytopes, strict=True):
+    for outer, polytope in zip(answer.safe_sets(), answer.polytopes, strict=True):
         inner = np.concatenate([polytope.p0, polytope.k])
         vertices = HalfspaceIntersection(np.column_stack([outer.A, -outer.b]), inner).intersections
         per_polytope = n // len(answer.polytopes) + 1
@@ -121,7 +121,7 @@ def test_members_pass_the_exact_sample_check(answers, rng):
 def test_vertices_of_the_float_polytopes_satisfy_the_exact_rows(answers):
     for answer in answers.values():
         context = context_of(answer)
-        for outer, polytope in list(zip(answer.safe_sets, answer.polytopes, strict=True))[:12]:
+        for outer, polytope in list(zip(answer.safe_sets(), answer.polytopes, strict=True))[:12]:
             inner = np.concatenate([polytope.p0, polytope.k])
             vertices = HalfspaceIntersection(
                 np.column_stack([outer.A, -outer.b]), inner
@@ -250,7 +250,10 @@ def test_contains_is_the_union_of_the_rows(answers, rng):
         seen = draw(answer.scene, rng, 3000)
         p0, k = seen.safe.p0, seen.safe.k
         room = np.stack(
-            [(s.b - np.concatenate([p0, k], axis=1) @ s.A.T).min(axis=1) for s in answer.safe_sets]
+            [
+                (s.b - np.concatenate([p0, k], axis=1) @ s.A.T).min(axis=1)
+                for s in answer.safe_sets()
+            ]
         )
         got = answer.contains(p0, k)
         assert got[(room > 1e-9).any(axis=0)].all() and not got[(room < -1e-9).all(axis=0)].any()
@@ -275,7 +278,7 @@ def test_samples_are_safe_and_proved_one_by_one(answers):
 def cell_counts(answer, x, edges):
     """Counts of points by number of polytopes around them, on a coarse grid of (p0, k)."""
     number = np.minimum(
-        sum((s.A @ x.T <= s.b[:, None]).all(axis=0) for s in answer.safe_sets), 5
+        sum((s.A @ x.T <= s.b[:, None]).all(axis=0) for s in answer.safe_sets()), 5
     ).astype(int)
     for axis, cuts in enumerate(edges):
         number = number * (len(cuts) + 1) + np.searchsorted(cuts, x[:, axis])
@@ -335,7 +338,7 @@ def test_volume_interval_and_safe_share_hold_the_truth(answers, rng):
         said = answer.safe_share
         assert said.share / said.reaching == pytest.approx(kept, abs=0.05)
         inside = answer.contains(seen.safe.p0, seen.safe.k).mean() * share * whole
-        assert answer.volumes.max() < inside + error and answer.volumes.sum() > inside - error
+        assert answer.volumes().max() < inside + error and answer.volumes().sum() > inside - error
 
 
 def honest_looks(repeats, confidence, target, fresh):
@@ -393,7 +396,7 @@ def test_share_of_k_is_not_too_large(answers, rng):
         starts, ks = np.tile(z, (len(k), 1)), k.repeat(len(z), axis=0)
         p0, _ = anchor(answer.scene, starts, ks)
         some = answer.contains(p0, ks).reshape(len(k), -1).any(axis=1)
-        assert 0 < answer.share_of_k <= some.mean() + 4 * np.sqrt(0.25 / len(k))
+        assert 0 < answer.share_of_k() <= some.mean() + 4 * np.sqrt(0.25 / len(k))
 
 
 def test_statements_say_what_is_shown_and_what_is_assumed(answers):

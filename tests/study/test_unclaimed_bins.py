@@ -11,7 +11,7 @@ from toy_models import model_of
 from parc_jax import checker
 from parc_jax.base.status import OfRegion, Status
 from parc_jax.certificate.write import tube_part
-from parc_jax.claim.risk import Density, NoStatement
+from parc_jax.claim.risk import NoStatement
 from parc_jax.claim.tube import NO_CLAIM
 from parc_jax.errors import InputError
 from parc_jax.network.relu import relu_network
@@ -70,7 +70,7 @@ def test_a_model_without_any_claim_says_so_before_it_looks():
         answer = planner.solve(world(), jax.random.PRNGKey(0), settings)
         assert answer.status is Status.NOT_FOUND and answer.counts["drawn"] == 0
         assert answer.no_plan.leaves == 1 and "that have a claim" in answer.statement()
-        assert answer.volume() is None and answer.share_of_k == 0.0
+        assert answer.volume() is None and answer.share_of_k() == 0.0
     with pytest.raises(InputError, match="a claim about some bin of K; this model has none"):
         planner.bound_volume(world())
 
@@ -113,6 +113,6 @@ def test_claims_by_bin_speak_of_dense_laws_only_where_every_bin_has_one():
         delta=Fraction(1, 1000),
         bin_eps=(Fraction(1, 100), Fraction(1, 50)),
     )
-    assert every.risk(Density(3.0)).bound == Fraction(3, 50)
+    assert every.risk(density=3.0).bound == Fraction(3, 50)
     some = replace(every, tube=model(without=0).tube, bin_eps=(None, Fraction(1, 50)))
-    assert isinstance(some.risk(Density(3.0)), NoStatement)
+    assert isinstance(some.risk(density=3.0), NoStatement)

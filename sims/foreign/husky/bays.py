@@ -9,7 +9,6 @@ from pathlib import Path
 import jax
 
 from parc_jax.base.spelling import rounded_up
-from parc_jax.claim.risk import Uniform
 from parc_jax.model import load
 from parc_jax.planner.planner import Planner
 from parc_jax.settings import Settings
@@ -36,8 +35,8 @@ def main() -> None:
             if not answer.found:
                 print(f"{row}  {answer.status.label}", flush=True)
                 continue
-            share = answer.share_of_k
-            promise = float(claim.risk(Uniform(share)).bound)
+            share = answer.share_of_k()
+            promise = float(claim.risk(share=share).bound)
             plans = f"{100 * answer.safe_share.share:9.1f} %  {100 * share:10.1f} %"
             print(f"{row}  {plans}  {rounded_up(100 * promise, 3)} %", flush=True)
 

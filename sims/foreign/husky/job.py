@@ -8,7 +8,6 @@ import numpy as np
 
 from parc_jax.answer.answer import Answer
 from parc_jax.base.spelling import rounded_down, rounded_up
-from parc_jax.claim.risk import Uniform
 from parc_jax.planner.planner import Planner
 from parc_jax.settings import Settings
 from parc_jax.study.job import finish
@@ -68,8 +67,8 @@ def job(
 
 def measured(answer: Answer, replayed: Recorded | None, others: Unseen, watch: Stopwatch) -> dict:
     """Everything that the study knows in numbers."""
-    claim, share = answer.model.claim, answer.share_of_k if answer.found else 0.0
-    promise = float(claim.risk(Uniform(share)).bound) if share > 0 else None
+    claim, share = answer.model.claim, answer.share_of_k() if answer.found else 0.0
+    promise = float(claim.risk(share=share).bound) if share > 0 else None
     wide = answer.model.tube.interval.max(axis=2)[[0, 2]]
     return {
         "system": answer.model.system,

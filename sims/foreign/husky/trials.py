@@ -67,7 +67,7 @@ def trial(
         "later_commands": len(left),
         "left_the_tube": int(left.sum()),
         "status": answer.status.label,
-        "share_of_k": answer.share_of_k if answer.found else 0.0,
+        "share_of_k": answer.share_of_k() if answer.found else 0.0,
     }
     replayed = replay_recorded(answer, later.runs) if answer.found else None
     if replayed is not None:
