@@ -10,6 +10,7 @@ from parc_jax import ros as ros
 from parc_jax import types as types
 from parc_jax import world as world
 from parc_jax.batch.box_scenes import box_scenes as box_scenes
+from parc_jax.claim.claim_file import load_claim as load_claim
 from parc_jax.claim.counts import required_runs as required_runs
 from parc_jax.claim.declared import assumed_claim as assumed_claim
 from parc_jax.claim.declared import declared_claim as declared_claim

@@ -27,7 +27,7 @@ class SoundnessError(ParcError, RuntimeError):
     """
 
 
-def expected(call: str, what: str, got, hint: str) -> str:
+def expected(call: str, what: str, got: object, hint: str) -> str:
     """The sentence for an argument of a wrong type: what was expected, what came, what to try."""
     shown = f"{got!r:.60}" if isinstance(got, str | int | float) else type(got).__name__
     return f"{call}: expected {what}; got {shown}. Try {hint}."

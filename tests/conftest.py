@@ -15,10 +15,20 @@ FAMILIES = {
     "plans": "bags ros verdict cover batch soundness robust certificate io onboard answer no_plan "
     "separation cli plot study/test_recorded test_planner test_methods",
 }
-SHAPE_CHECKED = [
-    "parc_jax.sets",
-    "parc_jax.published.sets",
-]  # annotated shapes and types of these hold at every call
+DOORS = "assemble domain marching prune subdivide table"  # are given what is no shape at all
+PWA = sorted(path.stem for path in (ROOT / "parc_jax" / "pwa").glob("[a-z]*.py"))
+KERNELS = [
+    "parc_jax.batch.estimate",
+    "parc_jax.batch.proposals",
+    "parc_jax.batch.run",
+    "parc_jax.network.train",
+    *(f"parc_jax.pwa.{name}" for name in PWA if name not in DOORS.split()),
+]
+# annotated shapes and types of these hold at every call
+SHAPE_CHECKED = {
+    "beartype.beartype": ["parc_jax.sets", "parc_jax.published.sets"],
+    "shape_hook.functions": KERNELS,
+}
 
 
 def pytest_addoption(parser):
@@ -37,7 +47,8 @@ def pytest_configure(config):
     import jax
     from jaxtyping import install_import_hook
 
-    install_import_hook(SHAPE_CHECKED, "beartype.beartype")  # before anything of these is imported
+    for checker, names in SHAPE_CHECKED.items():  # before anything of these is imported
+        install_import_hook(names, checker)
     jax.config.update("jax_enable_x64", True)
     jax.config.update("jax_numpy_dtype_promotion", "strict")
     jax.config.update("jax_numpy_rank_promotion", "raise")

@@ -2,14 +2,17 @@
 passed.
 """
 
+import jax.numpy as jnp
 import numpy as np
 import pytest
 from jaxtyping import TypeCheckError
 
+from parc_jax.batch.proposals import _least
 from parc_jax.published.sets.affine import image
 from parc_jax.published.sets.membership import membership
 from parc_jax.published.sets.minkowski import grow
 from parc_jax.published.sets.support import support
+from parc_jax.pwa.maps import pattern_map
 from parc_jax.sets.box import Box, box
 from parc_jax.sets.hpolytope import HPolytope
 
@@ -22,6 +25,8 @@ WRONG = {
     "one direction for many": lambda: support(SQUARE, np.ones(2)),
     "a radius that is a number": lambda: grow(HPolytope(np.eye(2), np.ones(2)), 0.1),
     "many points where one is meant": lambda: membership(SQUARE, np.zeros((3, 2))),
+    "a pattern of numbers": lambda: pattern_map([np.eye(2)], [np.zeros(2)], np.zeros(0)),
+    "boxes of another space": lambda: _least(jnp.eye(2), jnp.zeros((4, 3)), jnp.ones((4, 3))),
 }
 
 

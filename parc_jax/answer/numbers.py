@@ -11,6 +11,7 @@ from parc_jax.claim.counts import clopper_pearson, least_probability
 from parc_jax.claim.risk import NoStatement, Risk
 from parc_jax.cover.search import Cover
 
+SHARE_CONFIDENCE = 0.99  # of the interval of the safe share
 CONFIDENCE = 0.999  # of the safe set's volume, where a density rests on it
 
 
@@ -30,17 +31,17 @@ class SafeShare(NamedTuple):
     confidence: float
 
 
-def safe_share(found: Findings, confidence: float = 0.99) -> SafeShare | None:
+def safe_share(found: Findings) -> SafeShare | None:
     """As `Answer.safe_share`. Draws are uniform over a set of known volume, which is compared with
     that of all plans: one count of safe ones says both.
     """
     cover, whole = found.cover, found.whole
-    volume = safe_volume(cover, confidence)
+    volume = safe_volume(cover, SHARE_CONFIDENCE)
     if volume is None:
         return None
     share, at_least, at_most = (v / whole for v in volume)
     reaching = cover.volume * cover.reaching / cover.drawn / whole
-    return SafeShare(share, at_least, at_most, reaching, confidence)
+    return SafeShare(share, at_least, at_most, reaching, SHARE_CONFIDENCE)
 
 
 def safe_volume(cover: Cover, confidence: float) -> tuple[float, float, float] | None:

@@ -6,6 +6,7 @@ import itertools
 
 import numpy as np
 from flax import struct
+from numpy.typing import ArrayLike
 
 from parc_jax.base.arrays import as_float64
 from parc_jax.errors import InputError
@@ -59,15 +60,15 @@ class BoxScenes:
 
 def box_scenes(
     model: TrajectoryModel,
-    goal_lo,
-    goal_hi,
-    obstacle_lo,
-    obstacle_hi,
-    body,
+    goal_lo: ArrayLike,
+    goal_hi: ArrayLike,
+    obstacle_lo: ArrayLike,
+    obstacle_hi: ArrayLike,
+    body: float | Disc | Polygon | Body,
     *,
-    start=None,
-    present=None,
-    spans=None,
+    start: tuple[ArrayLike, ArrayLike] | None = None,
+    present: ArrayLike | None = None,
+    spans: ArrayLike | None = None,
 ) -> BoxScenes:
     """Validated scenes from arrays of boxes. Raises InputError that names the first bad scene.
 
@@ -119,7 +120,7 @@ def box_scenes(
     return BoxScenes(goal_lo, goal_hi, lo, hi, present, spans, start_lo, start_hi, body)
 
 
-def _goals(model: TrajectoryModel, lo, hi) -> tuple[np.ndarray, np.ndarray]:
+def _goals(model: TrajectoryModel, lo: ArrayLike, hi: ArrayLike) -> tuple[np.ndarray, np.ndarray]:
     """Boxes of goals (s, n_c + n_q). Raises InputError where what has to be bounded is not."""
     lo, hi = (np.array(x, np.float64) for x in (lo, hi))
     free = np.zeros(model.n_c + model.n_q, bool)
@@ -133,7 +134,7 @@ def _goals(model: TrajectoryModel, lo, hi) -> tuple[np.ndarray, np.ndarray]:
     return lo, as_float64("goal_hi", hi, lo.shape)
 
 
-def _of_every_scene(name: str, value, s: int, n_p: int) -> np.ndarray:
+def _of_every_scene(name: str, value: ArrayLike, s: int, n_p: int) -> np.ndarray:
     """Corners of obstacles (s, o, n_p), given so or as (o, n_p) for all scenes alike."""
     value = np.asarray(value, np.float64)
     if value.ndim == 2:

@@ -7,6 +7,7 @@ import itertools
 import jax
 import jax.numpy as jnp
 import numpy as np
+from jaxtyping import Float, Int
 
 from parc_jax.base.arrays import dot
 from parc_jax.claim.reach import Reach, reach
@@ -22,7 +23,7 @@ def along_fan(tube: Tube) -> Reach:
     return reach(tube, _fan(tube.n_p), dtype=np.float32)
 
 
-def estimate_clearance(obstacles: Obstacles, path, taken: Reach):
+def estimate_clearance(obstacles: Obstacles, path: Float[jax.Array, "c n_c knots"], taken: Reach):
     """Estimated clearance [m] (c,) of paths (c, n_c, T + 1), float32 with the time last. taken:
     along the fan, in their bins (c,).
     """
@@ -32,7 +33,7 @@ def estimate_clearance(obstacles: Obstacles, path, taken: Reach):
     return _along_a_fan(obstacles, path, taken)
 
 
-def estimate_roughly(pairs: Obstacles, path, taken: Reach):
+def estimate_roughly(pairs: Obstacles, path: Float[jax.Array, "c n_c knots"], taken: Reach):
     """The same from every STRIDE-th knot alone: the paths are straight between these, with the
     errors of the interval in the middle; an obstacle that exists in some interval between two of
     them does in all.
@@ -47,12 +48,16 @@ def estimate_roughly(pairs: Obstacles, path, taken: Reach):
     return estimate_clearance(few, path[..., knots], taken.during(middle))
 
 
-def _along_edges(grown: Obstacles, path, error):
+def _along_edges(
+    grown: Obstacles,
+    path: Float[jax.Array, "c n_c knots"],
+    error: Float[jax.Array, "c n_p intervals"],
+):
     """The largest gap along edge normals of the grown obstacle: exact beside an edge, too small
     around a corner of a disc. error (c, 2, T).
     """
 
-    def obstacle(j, clearance):
+    def obstacle(j: Int[jax.Array, ""], clearance: Float[jax.Array, " c"]):
         corner = grown.vertices[j]
         sign = grown.signs[j]
         # an edge for some error > 0
@@ -77,7 +82,7 @@ def _along_edges(grown: Obstacles, path, error):
     return jax.lax.fori_loop(0, len(grown.vertices), obstacle, far)
 
 
-def _along_a_fan(pairs: Obstacles, path, taken: Reach):
+def _along_a_fan(pairs: Obstacles, path: Float[jax.Array, "c n_c knots"], taken: Reach):
     """The largest gap along directions of a fan, the same for all pairs: too small between them.
     How far every point is along one is worked out once for all pairs.
     """
@@ -112,6 +117,6 @@ def _fan(n_p: int) -> np.ndarray:
     return (cube / np.linalg.norm(cube, axis=1, keepdims=True)).astype(np.float32)
 
 
-def _single(x):
+def _single(x: jax.Array):
     x = jnp.asarray(x)
     return x.astype(jnp.float32) if jnp.issubdtype(x.dtype, jnp.floating) else x

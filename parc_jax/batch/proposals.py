@@ -12,10 +12,12 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 from flax import struct
+from jaxtyping import Bool, Float, Int, Integer
 
 from parc_jax.batch.estimate import estimate_clearance, estimate_roughly
 from parc_jax.claim.bins import open_bin_of
 from parc_jax.claim.error_set import ErrorSet, at
+from parc_jax.claim.reach import Reach
 from parc_jax.claim.tube import Tube
 from parc_jax.network.predict import HIGHEST, moved_to, predict
 from parc_jax.network.relu import ReLUNetwork
@@ -61,7 +63,7 @@ class Best:
     clearance: jax.Array
 
 
-def pool_of(net: ReLUNetwork, tube: Tube, k) -> Pool:
+def pool_of(net: ReLUNetwork, tube: Tube, k: Float[jax.Array, "n n_k"]) -> Pool:
     """The pool of given k (n, n_k)."""
 
     least, most = (jnp.asarray(x) for x in tube.end_extent)
@@ -85,7 +87,14 @@ def pool_of(net: ReLUNetwork, tube: Tube, k) -> Pool:
     return jax.vmap(one)(k)
 
 
-def pool_at_random(net: ReLUNetwork, tube: Tube, key, lo, hi, n: int) -> Pool:
+def pool_at_random(
+    net: ReLUNetwork,
+    tube: Tube,
+    key: jax.Array,
+    lo: Float[jax.Array, " n_k"],
+    hi: Float[jax.Array, " n_k"],
+    n: int,
+) -> Pool:
     """A pool of n values of k, uniform on the box [lo, hi] (n_k,) of floats."""
     share = jax.random.uniform(key, (n, len(lo)), lo.dtype)
     k = jnp.clip(lo[None] + share * (hi - lo)[None], lo[None], hi[None])
@@ -128,7 +137,17 @@ def allowed_ends(pool: Pool, scene: SceneArrays) -> Ends:
     return Ends(lo, hi, pool.known & (lo <= hi).all(axis=1) & goal & start)
 
 
-def improve(best: Best, net, tube, fan, scene: SceneArrays, pool: Pool, chosen, z, worth) -> Best:
+def improve(
+    best: Best,
+    net: ReLUNetwork,
+    tube: Tube,
+    fan: Reach,
+    scene: SceneArrays,
+    pool: Pool,
+    chosen: Int[jax.Array, " c"],
+    z: Float[jax.Array, "c n_p"],
+    worth: Bool[jax.Array, " c"],
+) -> Best:
     """Estimate plans that end in z (c, n_p) with k of the chosen items (c,), check the most
     promising ones in float64, keep the best. fan: what errors take, of `along_fan`. worth (c,)
     bool: the others are left alone.
@@ -155,7 +174,7 @@ def improve(best: Best, net, tube, fan, scene: SceneArrays, pool: Pool, chosen, 
     return Best(plans[kept], clearance)
 
 
-def _paths(pool: Pool, chosen, z):
+def _paths(pool: Pool, chosen: Int[jax.Array, " c"], z: Float[jax.Array, "c n_p"]):
     """(c, n_c, T + 1) float32 paths that end in z (c, n_p), with k of the chosen items (c,)."""
     start = z.astype(jnp.float32)
     start = jnp.concatenate([start] * (pool.way.shape[1] // z.shape[1]), axis=1)
@@ -170,7 +189,16 @@ class Rounds(NamedTuple):
 
 
 def search(
-    net, tube, fan, scene: SceneArrays, number, best: Best, pool: Pool, key, first, last
+    net: ReLUNetwork,
+    tube: Tube,
+    fan: Reach,
+    scene: SceneArrays,
+    number: Integer[jax.Array, ""],
+    best: Best,
+    pool: Pool,
+    key: jax.Array,
+    first: Integer[jax.Array, ""],
+    last: Integer[jax.Array, ""],
 ) -> tuple[Best, jax.Array]:
     """Rounds first..last - 1 of one scene; ends when every place of `best` holds a safe plan.
 
@@ -200,7 +228,16 @@ def search(
     return end.best, end.next - first
 
 
-def rewarm(net, tube, fan, scene: SceneArrays, number, best: Best, plans, key) -> Best:
+def rewarm(
+    net: ReLUNetwork,
+    tube: Tube,
+    fan: Reach,
+    scene: SceneArrays,
+    number: Integer[jax.Array, ""],
+    best: Best,
+    plans: Float[jax.Array, "w dims"],
+    key: jax.Array,
+) -> Best:
     """Begin from earlier plans (w, n_p + n_k), NaN where there is none: the same k and ends, then
     more and more apart.
 
@@ -225,7 +262,7 @@ def rewarm(net, tube, fan, scene: SceneArrays, number, best: Best, plans, key) -
     return improve(best, net, tube, fan, scene, pool, jnp.arange(PROPOSED), z, worth)
 
 
-def _sides(A, b):
+def _sides(A: Float[jax.Array, "h n"], b: Float[jax.Array, " h"]):
     """Bounding box lo, hi (n,) by the rows that bound one axis alone; infinite where there is
     none.
     """
@@ -236,10 +273,12 @@ def _sides(A, b):
     return lo, hi
 
 
-def _least(A, lo, hi):
+def _least(
+    A: Float[jax.Array, "h n_p"], lo: Float[jax.Array, "n n_p"], hi: Float[jax.Array, "n n_p"]
+):
     """Least value (n, h) of each row of A (h, n_p) over the boxes [lo, hi] (n, n_p)."""
     return jnp.minimum(A[None] * lo[:, None], A[None] * hi[:, None]).sum(axis=2)
 
 
-def _dot(a, b):
+def _dot(a: jax.Array, b: jax.Array):
     return jnp.matmul(a, b, precision=HIGHEST)

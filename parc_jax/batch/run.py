@@ -3,13 +3,15 @@ sharded on a mesh.
 """
 
 import os
+from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 from functools import lru_cache, partial
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import jax
 import jax.numpy as jnp
 import numpy as np
+from jaxtyping import Int
 
 from parc_jax.base.arrays import x64
 from parc_jax.base.distributed import all_rows, replicate, shard_rows
@@ -42,7 +44,7 @@ class Calls(NamedTuple):
         return np.clip(self.n - first, 0, self.share).astype(np.int32)
 
 
-def over_scenes(one, loop: bool, n, rows, start):
+def over_scenes(one: Callable, loop: bool, n: Int[jax.Array, ""], rows: Any, start: Any):
     """one(row, start_row) -> row of results, for the first n rows of stacked arrays. Kernel.
 
     loop: one after another, so that a solved scene ends at once and its program never sees another
@@ -62,7 +64,7 @@ def over_scenes(one, loop: bool, n, rows, start):
     return jax.lax.fori_loop(0, n, step, out)
 
 
-def search_many(loop: bool, n, rows, start: Best, shared):
+def search_many(loop: bool, n: Int[jax.Array, " lanes"], rows: tuple, start: Best, shared: tuple):
     """rows: (scenes, numbers). shared: (net, tube, its reach along the fan, pool, key, first,
     last). Returns (Best, rounds (s,)).
     """
@@ -75,7 +77,7 @@ def search_many(loop: bool, n, rows, start: Best, shared):
     return over_scenes(one, loop, n[0], rows, start)
 
 
-def rewarm_many(loop: bool, n, rows, start: Best, shared):
+def rewarm_many(loop: bool, n: Int[jax.Array, " lanes"], rows: tuple, start: Best, shared: tuple):
     """rows: (scenes, numbers, earlier plans). shared: (net, tube, its reach along the fan, key).
     Returns (Best, rounds (s,), all zero).
     """
@@ -89,7 +91,14 @@ def rewarm_many(loop: bool, n, rows, start: Best, shared):
     return over_scenes(one, loop, n[0], rows, start)
 
 
-def run(kernel, rows, start: Best, shared, mesh=None, loop: bool | None = None):
+def run(
+    kernel: Callable,
+    rows: tuple,
+    start: Best,
+    shared: tuple,
+    mesh: jax.sharding.Mesh | None = None,
+    loop: bool | None = None,
+):
     """All rows through a kernel in calls of a fixed size; NumPy in and out.
 
     mesh: spread over its devices and hosts; every host makes the same calls and gets all results.
@@ -106,7 +115,7 @@ def run(kernel, rows, start: Best, shared, mesh=None, loop: bool | None = None):
     return jax.tree.map(lambda *x: np.concatenate(x), *parts)
 
 
-def _calls(n: int, mesh, loop: bool | None) -> Calls:
+def _calls(n: int, mesh: jax.sharding.Mesh | None, loop: bool | None) -> Calls:
     loop = jax.default_backend() == "cpu" if loop is None else loop
     size = LOOP if loop else VECTOR
     if mesh is not None:
@@ -116,7 +125,7 @@ def _calls(n: int, mesh, loop: bool | None) -> Calls:
     return Calls(n, size, lanes, min(size, -(-n // lanes)), loop)
 
 
-def _here(kernel, calls: Calls, rows, start, shared, begin: int):
+def _here(kernel: Callable, calls: Calls, rows: tuple, start: Best, shared: tuple, begin: int):
     """The scenes from `begin` on of one lane, on this machine."""
     first = np.array([begin])
     count = calls.counts(first)
@@ -127,7 +136,15 @@ def _here(kernel, calls: Calls, rows, start, shared, begin: int):
     return jax.tree.map(lambda x: x[: int(count[0])], got)
 
 
-def _on_mesh(mesh, kernel, calls: Calls, rows, start, shared, begin: int):
+def _on_mesh(
+    mesh: jax.sharding.Mesh,
+    kernel: Callable,
+    calls: Calls,
+    rows: tuple,
+    start: Best,
+    shared: tuple,
+    begin: int,
+):
     """The scenes from `begin` on of one call on all devices."""
     first = begin + calls.share * np.arange(mesh.size)
     counts = calls.counts(first)
@@ -141,7 +158,7 @@ def _on_mesh(mesh, kernel, calls: Calls, rows, start, shared, begin: int):
 
 
 @lru_cache
-def _sharded(kernel, loop: bool, mesh):
+def _sharded(kernel: Callable, loop: bool, mesh: jax.sharding.Mesh):
     """The kernel on every device of a mesh, each on its own rows: no device waits for another one's
     scenes.
     """

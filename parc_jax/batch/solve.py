@@ -2,10 +2,11 @@
 
 import time
 from collections.abc import Iterator, Sequence
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import jax
 import numpy as np
+from numpy.typing import ArrayLike
 
 from parc_jax.base.arrays import x64
 from parc_jax.base.keys import Stage, key_data, stream
@@ -81,10 +82,10 @@ def solve_batch(
     samples: int,
     draws: int,
     pool: int,
-    numbers,
-    warm,
+    numbers: ArrayLike | None,
+    warm: Any,
     proof: bool,
-    mesh,
+    mesh: jax.sharding.Mesh | None,
 ) -> BatchAnswer:
     """See `Planner.solve_batch`."""
     if samples < 1 or draws < 1 or pool < 1:
@@ -158,7 +159,15 @@ def passes(rounds: int) -> Iterator[tuple[int, int]]:
 
 
 def _search(
-    model, scenes: SceneArrays, numbers, warm, key, samples: int, draws: int, pool: int, mesh
+    model: TrajectoryModel,
+    scenes: SceneArrays,
+    numbers: np.ndarray,
+    warm: np.ndarray | None,
+    key: jax.Array,
+    samples: int,
+    draws: int,
+    pool: int,
+    mesh: jax.sharding.Mesh | None,
 ) -> tuple[Best, np.ndarray]:
     """All rounds of one size class; scenes that are done leave, the others meet fresh pools and
     more rounds. warm: (s, w, n_p + n_k) earlier plans, or None. Returns rounds (s,) as well.
@@ -189,7 +198,7 @@ def _search(
     return best, rounds
 
 
-def _numbers(numbers, s: int) -> np.ndarray:
+def _numbers(numbers: ArrayLike | None, s: int) -> np.ndarray:
     out = np.arange(s) if numbers is None else np.asarray(numbers)
     if (
         out.shape != (s,)
@@ -203,7 +212,7 @@ def _numbers(numbers, s: int) -> np.ndarray:
     return out.astype(np.uint32)
 
 
-def _warm(warm, s: int, dims: int):
+def _warm(warm: Any, s: int, dims: int):
     """(s, w, dims) earlier plans, or None."""
     if warm is None:
         return None
@@ -217,7 +226,9 @@ def _warm(warm, s: int, dims: int):
     return plans
 
 
-def _proved(model: TrajectoryModel, problems, plans: np.ndarray, found: np.ndarray) -> np.ndarray:
+def _proved(
+    model: TrajectoryModel, problems: Problems, plans: np.ndarray, found: np.ndarray
+) -> np.ndarray:
     """(s,) bool: which best plans the independent checker accepts, in exact arithmetic; one problem
     at a time.
     """

@@ -35,7 +35,6 @@ def fitted_profile(
     net: ReLUNetwork,
     runs: Sequence[RolloutBatch],
     bins,
-    floor: float = TOLERANCES.profile_floor,
 ) -> Tube:
     """The profile of finite runs: between the least and the largest error along every direction,
     in bins of few runs as wide as their neighbours, plus a margin (a tenth of the bin's mean half
@@ -53,7 +52,7 @@ def fitted_profile(
     least, most = _extremes(net, layout, runs, numbers, directions)
     counts = counts.reshape(frame.grid)
     during, at_end = (
-        _between(u, low, high, counts, floor, frames)
+        _between(u, low, high, counts, frames)
         for u, low, high, frames in zip(directions, least, most, (False, True), strict=True)
     )
     return fitted_tube(edges, during, at_end)
@@ -150,7 +149,6 @@ def _between(
     least: np.ndarray,
     most: np.ndarray,
     counts: np.ndarray,
-    floor: float,
     frames: bool,
 ) -> Faces:
     """Faces about the middle of what was seen and of no error at all: a proof that no plan is safe
@@ -171,4 +169,4 @@ def _between(
     width = half[..., : directions.shape[-1]]
     if not frames:  # all intervals of a bin, point by point
         width = width.mean(axis=1, keepdims=True)
-    return found.with_half(half + found.half_around(MARGIN * width + floor))
+    return found.with_half(half + found.half_around(MARGIN * width + TOLERANCES.profile_floor))

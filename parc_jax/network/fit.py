@@ -7,6 +7,7 @@ import jax
 from parc_jax.base.options import Options, check_count
 from parc_jax.errors import InputError
 from parc_jax.network.relu import ReLUNetwork
+from parc_jax.rollout.batch import RolloutBatch
 
 
 @dataclass(frozen=True)
@@ -34,7 +35,7 @@ class Training(Options):
             raise InputError(f"tail: expected a power of at least 2, or None; got {self.tail!r}.")
 
 
-def fit(data, asked: Training, key: jax.Array) -> ReLUNetwork:
+def fit(data: RolloutBatch, asked: Training, key: jax.Array) -> ReLUNetwork:
     """The network of the training runs `data`. Raises InputError."""
     from parc_jax.network.parc import fit_affine
     from parc_jax.network.tail import fit_tail

@@ -2,8 +2,10 @@
 verified.
 """
 
+from collections.abc import Sequence
 from typing import NamedTuple
 
+import jax
 import numpy as np
 
 from parc_jax.errors import InputError, SoundnessError
@@ -49,7 +51,11 @@ class Normalisation(NamedTuple):
         return (y - self.y_mean) / self.y_scale
 
 
-def fold(weights, biases, norm: Normalisation) -> ReLUNetwork:
+def fold(
+    weights: Sequence[np.ndarray | jax.Array],
+    biases: Sequence[np.ndarray | jax.Array],
+    norm: Normalisation,
+) -> ReLUNetwork:
     """The float64 network on raw units equal to y_mean + y_scale * net((k - x_mean) / x_scale).
 
     weights: list of (out, in), biases: list of (out,), hidden ReLU. The equality is checked on

@@ -3,13 +3,14 @@ K.
 """
 
 import numpy as np
+from jaxtyping import Float
 
 from parc_jax.base.arrays import as_float64
 from parc_jax.errors import InputError
 from parc_jax.network.relu import ReLUNetwork, relu_network
 
 
-def fit_affine(k, outputs) -> ReLUNetwork:
+def fit_affine(k: Float[np.ndarray, "N n_k"], outputs: Float[np.ndarray, "N n_out"]) -> ReLUNetwork:
     """The affine map k -> C k + d nearest to the samples in the mean square: a network without
     hidden layers. [PARC]
 

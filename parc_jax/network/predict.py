@@ -1,12 +1,18 @@
 """What the network says of an input: one kernel for JAX, one function for NumPy, for everybody."""
 
-from typing import NamedTuple
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, NamedTuple
 
 import jax
 import jax.numpy as jnp
 import numpy as np
+from jaxtyping import ArrayLike, Float, Shaped
 
-from parc_jax.system import points_of
+from parc_jax.rollout.batch import RolloutBatch
+from parc_jax.system import BlackBoxSystem, points_of
+
+if TYPE_CHECKING:
+    from parc_jax.network.relu import ReLUNetwork
 
 HIGHEST = jax.lax.Precision.HIGHEST  # accelerators round inputs of products to fewer bits otherwise
 
@@ -32,12 +38,16 @@ class Layout(NamedTuple):
         return (self.n_steps + 1) * self.n_c - self.n_p
 
 
-def layout_of(source) -> Layout:
+def layout_of(source: BlackBoxSystem | RolloutBatch) -> Layout:
     """Of a network that is learned from this black box, or batch of its runs."""
     return Layout(source.time.n_steps, source.n_p, len(points_of(source)))
 
 
-def forward(weights, biases, x) -> tuple[jax.Array, jax.Array]:
+def forward(
+    weights: Sequence[ArrayLike],
+    biases: Sequence[ArrayLike],
+    x: Float[ArrayLike, " n_in"],
+) -> tuple[jax.Array, jax.Array]:
     """Outputs (n_out,) and activation pattern (n_hidden,) bool of one input x (n_in,). Kernel."""
     active = [jnp.zeros(0, bool)]
     for W, b in zip(weights[:-1], biases[:-1], strict=True):
@@ -47,7 +57,9 @@ def forward(weights, biases, x) -> tuple[jax.Array, jax.Array]:
     return jnp.matmul(weights[-1], x, precision=HIGHEST) + biases[-1], jnp.concatenate(active)
 
 
-def predict(net, layout: Layout, k) -> tuple[jax.Array, jax.Array, jax.Array]:
+def predict(
+    net: "ReLUNetwork", layout: Layout, k: Float[ArrayLike, " n_k"]
+) -> tuple[jax.Array, jax.Array, jax.Array]:
     """Offsets (T + 1, n_c) from p0, further states (n_q,), activation pattern (n_hidden,) of one k
     (n_k,). Kernel; vmap for batches.
     """
@@ -56,14 +68,18 @@ def predict(net, layout: Layout, k) -> tuple[jax.Array, jax.Array, jax.Array]:
     return knots.reshape(-1, layout.n_c), y[layout.n_offsets :], active
 
 
-def features(weights, biases, x: np.ndarray) -> np.ndarray:
+def features(
+    weights: Sequence[np.ndarray], biases: Sequence[np.ndarray], x: np.ndarray
+) -> np.ndarray:
     """Values (n, width) after the given hidden layers at inputs x (n, n_in), on the host."""
     for W, b in zip(weights, biases, strict=True):
         x = np.maximum(x @ W.T + b, 0.0)
     return x
 
 
-def outputs(net, k: np.ndarray, rows=slice(None)) -> np.ndarray:
+def outputs(
+    net: "ReLUNetwork", k: np.ndarray, rows: slice | np.ndarray = slice(None)
+) -> np.ndarray:
     """Network outputs (n, n_out) at k (n, n_k), on the host in float64. rows: numbers of those that
     are wanted.
     """
@@ -71,19 +87,24 @@ def outputs(net, k: np.ndarray, rows=slice(None)) -> np.ndarray:
     return h @ net.weights[-1][rows].T + net.biases[-1][rows]
 
 
-def trajectories(net, layout: Layout, k: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+def trajectories(
+    net: "ReLUNetwork", layout: Layout, k: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
     """Offsets (n, T + 1, n_c) from p0 and further states (n, n_q) at k (n, n_k), on the host."""
     y = outputs(net, k)
     knots = np.concatenate([np.zeros((len(k), layout.n_p)), y[:, : layout.n_offsets]], axis=1)
     return knots.reshape(len(k), -1, layout.n_c), y[:, layout.n_offsets :]
 
 
-def by_point(columns, n_points: int):
+def by_point(columns: Shaped[ArrayLike, "*b n_c"], n_points: int):
     """Coordinates (..., n_points, n_p) of each point, from columns (..., n_c)."""
     return columns.reshape(*columns.shape[:-1], n_points, columns.shape[-1] // n_points)
 
 
-def moved_to(p0, offsets):
+def moved_to(
+    p0: Float[ArrayLike, "*b n_p"],
+    offsets: Float[ArrayLike, "*b knots n_c"],
+):
     """Places (..., T + 1, n_c) of all points, from offsets (..., T + 1, n_c) and the place p0 (...,
     n_p) of the first one at the start. NumPy or JAX.
     """

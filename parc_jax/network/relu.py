@@ -3,6 +3,7 @@ about.
 """
 
 import itertools
+from collections.abc import Sequence
 
 import jax
 import numpy as np
@@ -56,7 +57,7 @@ class ReLUNetwork:
         return forward(self.weights, self.biases, x)[0]
 
 
-def relu_network(weights, biases) -> ReLUNetwork:
+def relu_network(weights: Sequence, biases: Sequence) -> ReLUNetwork:
     """Validated network from matching lists of (out, in) weights and (out,) biases. Raises
     InputError.
     """

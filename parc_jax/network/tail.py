@@ -11,6 +11,7 @@ from parc_jax.errors import InputError
 from parc_jax.network.predict import features
 from parc_jax.network.relu import ReLUNetwork, relu_network
 from parc_jax.network.train import training_arrays
+from parc_jax.rollout.batch import RolloutBatch
 
 ROUNDS = 40
 RIDGE = 1e-9  # [mean feature power] keeps dead and twin features from making the solve singular
@@ -18,7 +19,7 @@ RIDGE = 1e-9  # [mean feature power] keeps dead and twin features from making th
 LIGHTEST = 1e-3
 
 
-def fit_tail(net: ReLUNetwork, data, power: float = 8.0) -> ReLUNetwork:
+def fit_tail(net: ReLUNetwork, data: RolloutBatch, power: float = 8.0) -> ReLUNetwork:
     """The network with its last layer refitted: for every output, sum over the runs of
     |error|^power is made small.
 

@@ -6,21 +6,24 @@ solve.
 """
 
 import os
+from collections.abc import Sequence
 from concurrent.futures import ThreadPoolExecutor
 from functools import partial
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import flax.linen as nn
 import jax
 import jax.numpy as jnp
 import numpy as np
 import optax
+from jaxtyping import Float
 
 from parc_jax.base.keys import Stage, stream
 from parc_jax.errors import InputError
 from parc_jax.network.fold import Normalisation, fold
 from parc_jax.network.predict import features, layout_of, outputs
 from parc_jax.network.relu import ReLUNetwork
+from parc_jax.rollout.batch import RolloutBatch
 
 # [mean feature power] keeps dead and twin features from making the last layer singular
 RIDGE = 1e-5
@@ -35,7 +38,7 @@ class Features(nn.Module):
     hidden: tuple[int, ...]
 
     @nn.compact
-    def __call__(self, x):
+    def __call__(self, x: Float[jax.Array, "b n_k"]):
         """Apply the hidden layers."""
         for width in self.hidden:
             x = nn.relu(
@@ -55,14 +58,14 @@ class TrainReport(NamedTuple):
 
 
 def train(
-    data,
-    hidden=(8, 8, 8, 8),
+    data: RolloutBatch,
+    hidden: Sequence[int] = (8, 8, 8, 8),
     *,
-    key,
+    key: jax.Array,
     seeds: int = 8,
     steps: int = 3000,
     batch: int = 1000,
-    validation=0.15,
+    validation: float = 0.15,
 ):
     """A ReLUNetwork k -> (c_1 ... c_T, q) fitted to `data` (RolloutBatch). [paper Sec. III-B]
 
@@ -76,14 +79,14 @@ def train(
 
 
 def train_report(
-    data,
-    hidden=(8, 8, 8, 8),
+    data: RolloutBatch,
+    hidden: Sequence[int] = (8, 8, 8, 8),
     *,
-    key,
+    key: jax.Array,
     seeds: int = 8,
     steps: int = 3000,
     batch: int = 1000,
-    validation=0.15,
+    validation: float = 0.15,
 ) -> tuple[ReLUNetwork, TrainReport]:
     """As `train`, with the held-out errors of every seed."""
     if not hidden or any(int(width) < 1 for width in hidden):
@@ -98,7 +101,7 @@ def train_report(
     keys = jax.random.split(stream(key, Stage.FIT), seeds)
     batch = min(batch, n_fit)
 
-    def one_seed(seed_key):
+    def one_seed(seed_key: jax.Array):
         # Optax mixes dtypes that a strict caller would refuse
         with jax.numpy_dtype_promotion("standard"):
             params = _fit_features(seed_key, x[:n_fit], targets, tuple(hidden), steps, batch)
@@ -114,7 +117,7 @@ def train_report(
     return nets[best], TrainReport(best, tail, rms)
 
 
-def training_arrays(data) -> tuple[np.ndarray, np.ndarray]:
+def training_arrays(data: RolloutBatch) -> tuple[np.ndarray, np.ndarray]:
     """Parameters (n, n_k) and targets (n, n_out) at the model knots, in the order of `Layout`,
     finite rows only. Raises InputError.
     """
@@ -130,7 +133,14 @@ def training_arrays(data) -> tuple[np.ndarray, np.ndarray]:
 
 
 @partial(jax.jit, static_argnames=("hidden", "steps", "batch"))
-def _fit_features(key, x, targets, hidden, steps, batch):
+def _fit_features(
+    key: jax.Array,
+    x: Float[jax.Array, "n n_k"],
+    targets: Float[jax.Array, "n m"],
+    hidden: tuple[int, ...],
+    steps: int,
+    batch: int,
+):
     """Hidden parameters after `steps` minibatch updates. x (n, n_k), targets (n, m)."""
     model = Features(hidden)
     key_init, key_rows = jax.random.split(key)
@@ -157,7 +167,7 @@ def _fit_features(key, x, targets, hidden, steps, batch):
     return params
 
 
-def _solve_last(features, targets):
+def _solve_last(features: Float[jax.Array, "n width"], targets: Float[jax.Array, "n m"]):
     gram = features.T @ features / features.shape[0]
     gram += RIDGE * (jnp.trace(gram) / len(gram) + 1) * jnp.eye(len(gram), dtype=gram.dtype)
     return jax.scipy.linalg.cho_solve(
@@ -165,7 +175,12 @@ def _solve_last(features, targets):
     )
 
 
-def _finish(params, norm: Normalisation, k, y) -> ReLUNetwork:
+def _finish(
+    params: dict,
+    norm: Normalisation,
+    k: Float[np.ndarray, "n n_k"],
+    y: Float[np.ndarray, "n n_out"],
+) -> ReLUNetwork:
     """Exact float64 least squares for the last layer on all rows, then fold the normalisation into
     the weights.
     """
@@ -186,10 +201,11 @@ def _principal(targets: np.ndarray) -> np.ndarray:
     return targets @ vectors[:, ::-1][:, :COMPONENTS]
 
 
-def _tail(k: np.ndarray, worst: np.ndarray, bins: int = 6) -> float:
+def _tail(k: np.ndarray, worst: np.ndarray) -> float:
     """Mean over a grid of K of the largest error in each cell: one jump in K must not hide the
     rest.
     """
+    bins = 6  # along every axis
     span = np.ptp(k, axis=0)
     share = (k - k.min(axis=0)) / np.where(span > 0, span, 1)
     cell = np.minimum((share * bins).astype(int), bins - 1)
@@ -199,7 +215,7 @@ def _tail(k: np.ndarray, worst: np.ndarray, bins: int = 6) -> float:
     return float(largest[np.isfinite(largest)].mean())
 
 
-def _with_one(features):
+def _with_one(features: Float[Any, "n width"]):
     return jnp.concatenate([features, jnp.ones((features.shape[0], 1), features.dtype)], axis=1)
 
 

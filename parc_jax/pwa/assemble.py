@@ -1,17 +1,27 @@
 """From the finished complex to the region table: numbering, volumes, proof."""
 
 import numpy as np
+from jaxtyping import Float
 
+from parc_jax.network.relu import ReLUNetwork
 from parc_jax.pwa.complex import Complex
 from parc_jax.pwa.proof import prove_complete, recheck_signs
 from parc_jax.pwa.signs import SignOracle
 from parc_jax.pwa.storage import or_over_cells, unpack
 from parc_jax.pwa.table import RegionTable
 from parc_jax.pwa.volume import cell_volumes
+from parc_jax.sets.box import Box
+from parc_jax.sets.hpolytope import HPolytope
 
 
 def build_table(
-    net, domain, lattice: Complex, oracle: SignOracle, scale, domain_volume, first_row: int
+    net: ReLUNetwork,
+    domain: Box | HPolytope,
+    lattice: Complex,
+    oracle: SignOracle,
+    scale: Float[np.ndarray, " n"],
+    domain_volume: float,
+    first_row: int,
 ) -> RegionTable:
     """The proved table of a finished subdivision. Raises SoundnessError when the proof fails.
 

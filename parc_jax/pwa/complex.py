@@ -9,6 +9,7 @@ vertex carries, beside its floats, its exact sign at every hyperplane seen so fa
 from collections.abc import Iterator
 
 import numpy as np
+from jaxtyping import Float, Int
 
 from parc_jax.base.arrays import slices
 from parc_jax.pwa.storage import CHUNK, NUMBER, Growable, Ragged, row_chunks, row_positions, unpack
@@ -82,7 +83,7 @@ def _place(column: int) -> tuple[int, np.uint64]:
     return column >> 6, np.uint64(column & 63)
 
 
-def _with_dummy(values: np.ndarray, dummy=0, dtype=NUMBER) -> Growable:
+def _with_dummy(values: np.ndarray, dummy: int | float = 0, dtype: type = NUMBER) -> Growable:
     """Values of all faces of one dimension, with that of the dummy in front."""
     return Growable(np.concatenate([[dummy], values]).astype(dtype))
 
@@ -96,7 +97,13 @@ class Level:
     home: cell of the complex at the start of the layer that contains the face.
     """
 
-    def __init__(self, sub, size, first, radius=None):
+    def __init__(
+        self,
+        sub: Int[np.ndarray, " entries"],
+        size: Int[np.ndarray, " faces"],
+        first: Int[np.ndarray, " faces"],
+        radius: Float[np.ndarray, " faces"] | None = None,
+    ):
         size = np.concatenate([[0], size])
         self.sub = _with_dummy(sub)
         self.own = _with_dummy(np.repeat(np.arange(len(size)), size))
@@ -111,7 +118,9 @@ class Level:
         """Number of faces, dummy included."""
         return self.size.n
 
-    def append_rows(self, sub, own, size) -> np.ndarray:
+    def append_rows(
+        self, sub: Int[np.ndarray, " entries"], own: np.ndarray, size: Int[np.ndarray, " new"]
+    ) -> np.ndarray:
         """Append rows to the pool; returns their starts. The rows' faces are entered by the
         caller.
         """
@@ -153,7 +162,15 @@ class Complex:
     label: column of the hyperplane that carries each (n-1)-face.
     """
 
-    def __init__(self, x, bits: SignBits, a, b, levels: dict[int, Level], label):
+    def __init__(
+        self,
+        x: Float[np.ndarray, "V n"],
+        bits: SignBits,
+        a: Int[np.ndarray, " E"],
+        b: Int[np.ndarray, " E"],
+        levels: dict[int, Level],
+        label: Int[np.ndarray, " F"],
+    ):
         self.n = x.shape[1]
         self.x = Growable(x)
         self.z = Growable(np.zeros((len(x), 0)))

@@ -11,6 +11,7 @@ zero signs the last kind is empty and only faces with a cut edge are cut.
 from typing import NamedTuple
 
 import numpy as np
+from jaxtyping import Float, Int, UInt8
 
 from parc_jax.base.arrays import slices
 from parc_jax.errors import SoundnessError
@@ -58,10 +59,10 @@ def cut(lattice: Complex, codes: np.ndarray, column: int, z_column: int, slack: 
 def _cut_level(
     lattice: Complex,
     k: int,
-    vertex_codes,
+    vertex_codes: UInt8[np.ndarray, " V"],
     no_zeros: bool,
     below: Halved,
-    two_below,
+    two_below: UInt8[np.ndarray, " G"] | None,
     column: int,
     slack: Slack,
 ) -> Halved:
@@ -112,7 +113,9 @@ def _cut_level(
     return Halved(codes, ranks(faces, minus0), minus0, zero0, slope, rho)
 
 
-def _take_rows(level: Level, faces: np.ndarray, sub_codes, zero0: int) -> Rows:
+def _take_rows(
+    level: Level, faces: np.ndarray, sub_codes: UInt8[np.ndarray, " G"], zero0: int
+) -> Rows:
     """Take the boundaries of the cut faces out of the pool, with the new F0 at the end of each."""
     size = level.size.data[faces]
     at, ends = row_positions(level.start.data[faces], size + 1)
@@ -128,7 +131,13 @@ def _take_rows(level: Level, faces: np.ndarray, sub_codes, zero0: int) -> Rows:
     return Rows(np.repeat(np.arange(len(faces)), size + 1), facet, codes)
 
 
-def _store_halves(level: Level, faces, rows: Rows, is_cut, minus_halves) -> None:
+def _store_halves(
+    level: Level,
+    faces: Int[np.ndarray, " cut"],
+    rows: Rows,
+    is_cut: Int[np.ndarray, " halves"],
+    minus_halves: Int[np.ndarray, " halves"],
+) -> None:
     """Append the boundaries of F+ (numbers as before) and F- (new), for cut faces in their order.
 
     is_cut: the entries that are cut facets, whose number is that of their plus half; minus_halves:
@@ -154,7 +163,12 @@ def _store_halves(level: Level, faces, rows: Rows, is_cut, minus_halves) -> None
     level.size.append(minus_size)
 
 
-def _codes(level: Level, vertex_codes, no_zeros: bool, sub_codes) -> tuple[np.ndarray, np.ndarray]:
+def _codes(
+    level: Level,
+    vertex_codes: UInt8[np.ndarray, " V"],
+    no_zeros: bool,
+    sub_codes: UInt8[np.ndarray, " G"],
+) -> tuple[np.ndarray, np.ndarray]:
     """Codes of all faces of a level, and the faces that are cut."""
     if no_zeros:
         # both signs and no zero: the edge graph of F is connected, so a facet of F is cut as well
@@ -178,7 +192,9 @@ def _codes(level: Level, vertex_codes, no_zeros: bool, sub_codes) -> tuple[np.nd
     return codes, np.flatnonzero(codes == Sign.CUT)
 
 
-def _zero_faces(lattice: Complex, k: int, rows: Rows, two_below) -> tuple[np.ndarray, np.ndarray]:
+def _zero_faces(
+    lattice: Complex, k: int, rows: Rows, two_below: UInt8[np.ndarray, " G"]
+) -> tuple[np.ndarray, np.ndarray]:
     """The (k-2)-faces with z = 0 of cut k-faces, once each, and the cut face of each: they lie in
     two uncut facets of the k-face.
     """
@@ -201,7 +217,14 @@ def _zero_faces(lattice: Complex, k: int, rows: Rows, two_below) -> tuple[np.nda
     return pairs >> 40, pairs & ((1 << 40) - 1)
 
 
-def _append_zero_faces(lattice, k, sub, size, radius, home) -> np.ndarray:
+def _append_zero_faces(
+    lattice: Complex,
+    k: int,
+    sub: Int[np.ndarray, " entries"],
+    size: Int[np.ndarray, " new"],
+    radius: Float[np.ndarray, " new"],
+    home: Int[np.ndarray, " new"],
+) -> np.ndarray:
     """Append the new k-faces with the given boundaries; returns a vertex of each."""
     if k == 1:
         if not (size == 2).all():

@@ -6,6 +6,7 @@ from collections.abc import Callable
 from typing import NamedTuple
 
 import numpy as np
+from jaxtyping import Float, Int, UInt8
 
 from parc_jax.pwa.complex import Complex, Sign
 
@@ -43,7 +44,13 @@ class Halved(NamedTuple):
     rho: np.ndarray
 
 
-def cut_edges(lattice: Complex, vertex_codes, column: int, z_column: int, slack: Slack) -> Halved:
+def cut_edges(
+    lattice: Complex,
+    vertex_codes: UInt8[np.ndarray, " V"],
+    column: int,
+    z_column: int,
+    slack: Slack,
+) -> Halved:
     """Cut every edge with a plus and a minus end. vertex_codes (V,): `Sign` at column `column`,
     whose pre-activation is z[:, z_column].
     """
@@ -77,7 +84,7 @@ def cut_edges(lattice: Complex, vertex_codes, column: int, z_column: int, slack:
     return Halved(codes, ranks(edges, edge0), edge0, vertex0, slope, lattice.rho.data[new])
 
 
-def nothing_cut(codes, minus0: int, zero0: int) -> Halved:
+def nothing_cut(codes: UInt8[np.ndarray, " F"], minus0: int, zero0: int) -> Halved:
     """The record of a dimension in which no face was cut."""
     return Halved(codes, np.empty(0, int), minus0, zero0, np.empty(0), np.empty(0))
 
@@ -89,7 +96,15 @@ def ranks(cut_faces: np.ndarray, count: int) -> np.ndarray:
     return rank
 
 
-def _divide(lattice: Complex, p, q, radius, home, z_column: int, slack: Slack) -> np.ndarray:
+def _divide(
+    lattice: Complex,
+    p: Int[np.ndarray, " E"],
+    q: Int[np.ndarray, " E"],
+    radius: Float[np.ndarray, " E"],
+    home: Int[np.ndarray, " E"],
+    z_column: int,
+    slack: Slack,
+) -> np.ndarray:
     """New vertices where z vanishes on the edges (p, q). Returns slope bounds; appends floats and
     bits.
     """
@@ -120,7 +135,12 @@ def _divide(lattice: Complex, p, q, radius, home, z_column: int, slack: Slack) -
     return slope
 
 
-def radius_of_zero(radius, slope, home, slack: Slack) -> np.ndarray:
+def radius_of_zero(
+    radius: Float[np.ndarray, " E"],
+    slope: Float[np.ndarray, " E"],
+    home: Int[np.ndarray, " E"],
+    slack: Slack,
+) -> np.ndarray:
     """radius(F0) from radius(F); infinite where the slope is not known to be positive."""
     known = slope > 0
     further = (slack.eta + slack.lip(home) * radius) / np.where(known, slope, 1.0)

@@ -9,6 +9,7 @@ from typing import NamedTuple
 import numpy as np
 
 from parc_jax.errors import InputError
+from parc_jax.network.relu import ReLUNetwork
 from parc_jax.pwa.complex import Complex, Level, Sign, SignBits
 from parc_jax.sets.bounding_box import bounding_box
 from parc_jax.sets.box import Box
@@ -38,7 +39,7 @@ class UnitProblem(NamedTuple):
     biases: list[np.ndarray]
 
 
-def unit_problem(net, domain: Box | HPolytope) -> UnitProblem:
+def unit_problem(net: ReLUNetwork, domain: Box | HPolytope) -> UnitProblem:
     """Rescale the axes so that errors mean the same along each. Raises InputError for a domain
     without interior.
     """

@@ -8,10 +8,12 @@ at the vertex (each face of the complex was made by a form that takes both signs
 cuts, and forms depend only on signs decided earlier), so the point is a rational.
 """
 
+from collections.abc import Sequence
 from fractions import Fraction
 from math import gcd
 
 import numpy as np
+from jaxtyping import Bool, Float, Int
 
 from parc_jax.errors import SoundnessError
 from parc_jax.pwa.complex import Sign
@@ -28,7 +30,13 @@ class ExactNetwork:
     integers; shifts: the power of two of all layers up to this one.
     """
 
-    def __init__(self, A, b, weights, biases):
+    def __init__(
+        self,
+        A: Float[np.ndarray, "h n"],
+        b: Float[np.ndarray, " h"],
+        weights: Sequence[np.ndarray],
+        biases: Sequence[np.ndarray],
+    ):
         self.n = A.shape[1]
         self.rows, self.row_shift = _integers(np.column_stack([A, -np.asarray(b)]))
         self.layers = []
@@ -105,7 +113,12 @@ class ExactNetwork:
             on[self.first_neuron[layer] : self.first_neuron[layer + 1]] = [v > 0 for v in values]
         return np.array(out, np.uint8)
 
-    def vertex(self, tight_rows, zero_neurons, on: np.ndarray) -> tuple[list[int], int]:
+    def vertex(
+        self,
+        tight_rows: Int[np.ndarray, " tight"],
+        zero_neurons: Int[np.ndarray, " zero"],
+        on: np.ndarray,
+    ) -> tuple[list[int], int]:
         """The point on all given domain rows and zero neurons, as integers over a positive q, in
         lowest terms.
 
@@ -125,7 +138,12 @@ class ExactNetwork:
             "The complex is inconsistent; please report the network."
         )
 
-    def _through(self, tight_rows, zero_neurons, on):
+    def _through(
+        self,
+        tight_rows: Int[np.ndarray, " tight"],
+        zero_neurons: Int[np.ndarray, " zero"],
+        on: Bool[np.ndarray, " hidden"],
+    ):
         for i in tight_rows:
             yield self.rows[i]
         for neuron in zero_neurons:
@@ -136,7 +154,7 @@ class ExactNetwork:
         return np.flatnonzero(on[self.first_neuron[layer] : self.first_neuron[layer + 1]])
 
 
-def sign_of(value) -> np.uint8:
+def sign_of(value: int | float) -> np.uint8:
     """`Sign` of one exact number."""
     if value > 0:
         return Sign.PLUS
@@ -152,7 +170,7 @@ def _integers(array: np.ndarray) -> tuple[np.ndarray, int]:
     return values.reshape(array.shape), shift
 
 
-def _reduce(row: list[int], basis, n: int) -> list[int]:
+def _reduce(row: list[int], basis: list[tuple[int, list[int]]], n: int) -> list[int]:
     """Eliminate the pivots of `basis` from an integer row, in lowest terms (a multiple, sign
     irrelevant).
     """
@@ -163,7 +181,7 @@ def _reduce(row: list[int], basis, n: int) -> list[int]:
     return [x // d for x in row] if d > 1 else row
 
 
-def _solve(basis, n: int) -> tuple[list[int], int]:
+def _solve(basis: list[tuple[int, list[int]]], n: int) -> tuple[list[int], int]:
     """Back substitution of n reduced rows g.x + c = 0."""
     point = [0] * n  # numerators over q, for the pivots already solved
     q = 1

@@ -8,6 +8,7 @@ rationals by least-index criss-cross pivoting: no starting point, no tolerance, 
 from fractions import Fraction
 
 import numpy as np
+from jaxtyping import Float
 
 from parc_jax.lp.solve import solve
 from parc_jax.lp.status import LPStatus
@@ -36,7 +37,7 @@ def find_facets(rows: Halfspaces, lo: np.ndarray, hi: np.ndarray) -> np.ndarray:
     lo, hi = _bounds(unit, lo, hi)
     at_center = unit[:, :-1] @ (0.5 * (lo + hi)) + unit[:, -1]
     at_most = at_center + np.abs(unit[:, :-1]) @ (0.5 * (hi - lo))
-    for i in np.flatnonzero(~facet & (at_most > -CLEAR)):
+    for i in np.flatnonzero(~facet & (at_most > -CLEAR)).tolist():
         verdict = _by_lp(unit, i, lo, hi)
         if verdict is LPStatus.UNKNOWN:
             others = [rows.exact[k] for j, k in enumerate(waiting) if j != i]
@@ -58,7 +59,11 @@ def _distinct(rows: Halfspaces) -> np.ndarray:
     return np.array(kept)
 
 
-def _center(unit, lo, hi) -> tuple[np.ndarray, float]:
+def _center(
+    unit: Float[np.ndarray, "rows columns"],
+    lo: Float[np.ndarray, " n"],
+    hi: Float[np.ndarray, " n"],
+) -> tuple[np.ndarray, float]:
     """A point far from all rows, and its measured distance from them; NaN and 0 without one."""
     n = len(lo)
     cost = np.append(np.zeros(n), -1.0)
@@ -73,7 +78,9 @@ def _center(unit, lo, hi) -> tuple[np.ndarray, float]:
     return found.x[:n], float(depth) if np.isfinite(depth) else 0.0
 
 
-def _hit_by_rays(unit, center) -> np.ndarray:
+def _hit_by_rays(
+    unit: Float[np.ndarray, "rows columns"], center: Float[np.ndarray, " n"]
+) -> np.ndarray:
     """Rows that a ray from the centre meets first, with all other rows clear of the meeting point:
     (m,) bool.
     """
@@ -93,7 +100,11 @@ def _hit_by_rays(unit, center) -> np.ndarray:
     return facet
 
 
-def _bounds(unit, lo, hi) -> tuple[np.ndarray, np.ndarray]:
+def _bounds(
+    unit: Float[np.ndarray, "rows columns"],
+    lo: Float[np.ndarray, " n"],
+    hi: Float[np.ndarray, " n"],
+) -> tuple[np.ndarray, np.ndarray]:
     """Proved bounds of the region: two LPs per axis; the given ones where no proof came."""
     A = unit[:, :-1]
     b = -unit[:, -1]
@@ -107,7 +118,12 @@ def _bounds(unit, lo, hi) -> tuple[np.ndarray, np.ndarray]:
     return low, high
 
 
-def _by_lp(unit, i: int, lo, hi) -> LPStatus:
+def _by_lp(
+    unit: Float[np.ndarray, "rows columns"],
+    i: int,
+    lo: Float[np.ndarray, " n"],
+    hi: Float[np.ndarray, " n"],
+) -> LPStatus:
     """FEASIBLE: row i is a facet; INFEASIBLE: it is not; UNKNOWN. Maximises the distance t of a
     point on row i from all other rows.
     """
@@ -129,7 +145,7 @@ def _by_lp(unit, i: int, lo, hi) -> LPStatus:
     return LPStatus.UNKNOWN
 
 
-def meets_strictly(row, others, lo) -> bool:
+def meets_strictly(row: np.ndarray, others: list[np.ndarray], lo: list[Fraction]) -> bool:
     """Whether some x >= lo has row(x) = 0 and other(x) < 0 for all others; rows (a, c) stand for
     a.x + c.
 
@@ -145,11 +161,11 @@ def meets_strictly(row, others, lo) -> bool:
     return best is not None and 1 + best > 0
 
 
-def _at(row, x):
+def _at(row: np.ndarray, x: list[Fraction]):
     return sum((Fraction(a) * v for a, v in zip(row, x, strict=False)), Fraction(row[-1]))
 
 
-def _maximise(cost, table) -> Fraction | None:
+def _maximise(cost: list[Fraction], table: list[list[Fraction]]) -> Fraction | None:
     """Maximum of cost.v over {v >= 0, A v <= b}, table rows (A, b); None if infeasible. Bounded by
     construction.
     """
@@ -176,7 +192,9 @@ def _maximise(cost, table) -> Fraction | None:
         outside[column], inside[line] = inside[line], outside[column]
 
 
-def _pivot(objective, table, line: int, column: int, n: int) -> None:
+def _pivot(
+    objective: list[Fraction], table: list[list[Fraction]], line: int, column: int, n: int
+) -> None:
     """Exchange a basic and a nonbasic variable."""
     pivot = table[line][column]
     row = [v / pivot for v in table[line]]

@@ -9,6 +9,7 @@ from itertools import pairwise
 from typing import NamedTuple
 
 import numpy as np
+from jaxtyping import Bool, Float
 
 from parc_jax.pwa.exact import ExactNetwork
 
@@ -52,7 +53,7 @@ def same_direction(rows: Halfspaces, i: int) -> np.ndarray:
     return near
 
 
-def proportional(p, q) -> bool:
+def proportional(p: np.ndarray, q: np.ndarray) -> bool:
     """q = c p for a rational c, zero included; p is not zero."""
     at = next(k for k, v in enumerate(p) if v)
     return all(x * q[at] == y * p[at] for x, y in zip(p, q, strict=True))
@@ -98,7 +99,12 @@ def pattern_across(network: ExactNetwork, on: np.ndarray, rows: Halfspaces, i: i
     return new
 
 
-def _may_vanish(network: ExactNetwork, layer: int, on, unit) -> np.ndarray:
+def _may_vanish(
+    network: ExactNetwork,
+    layer: int,
+    on: Bool[np.ndarray, " hidden"],
+    unit: Float[np.ndarray, " columns"],
+) -> np.ndarray:
     """Neurons whose form is, in floats, close to a multiple of the hyperplane (or zero)."""
     forms = network.forms(layer, on).tolist()
     size = [max(map(abs, row)) or 1 for row in forms]

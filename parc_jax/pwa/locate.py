@@ -6,6 +6,7 @@ import numpy as np
 
 from parc_jax.base.arrays import slices
 from parc_jax.errors import SoundnessError
+from parc_jax.network.relu import ReLUNetwork
 from parc_jax.pwa.complex import Sign
 from parc_jax.pwa.exact import ExactNetwork
 from parc_jax.pwa.rounding import TINY, U, forward_error
@@ -19,7 +20,7 @@ CHUNK = 1 << 13  # points treated at once, so that the working set stays in cach
 class PatternIndex:
     """Lookup by pattern. Built once per table."""
 
-    def __init__(self, net, patterns: np.ndarray):
+    def __init__(self, net: ReLUNetwork, patterns: np.ndarray):
         self.net = net
         self.patterns = patterns
         self._words = pack(patterns)
@@ -62,7 +63,7 @@ class PatternIndex:
         return int(fits[0])
 
 
-def float_patterns(net, k: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+def float_patterns(net: ReLUNetwork, k: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Patterns (m, n_hidden) bool at k (m, n), and whether rounding cannot have changed them (m,).
 
     Forward error as in [T10], from the largest activations of the batch.

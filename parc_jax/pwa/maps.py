@@ -5,16 +5,25 @@ Two forms of the same recursion z = W h + b, h = z where active: one pattern at 
 for JAX, and many patterns at once in chunks, for whole tables. (In integers: `exact.forms`.)
 """
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
+from types import ModuleType
 
+import jax
 import numpy as np
+from jaxtyping import ArrayLike, Bool, Int
 
 from parc_jax.base.arrays import slices
+from parc_jax.network.relu import ReLUNetwork
 
 CHUNK_BYTES = 8 << 20  # working set of one chunk of regions
 
 
-def pattern_map(weights, biases, pattern, xp=np):
+def pattern_map(
+    weights: Sequence[np.ndarray | jax.Array],
+    biases: Sequence[np.ndarray | jax.Array],
+    pattern: Bool[ArrayLike, " hidden"],
+    xp: ModuleType = np,
+):
     """Region rows A (n_hidden, n), b (n_hidden,) and map C (n_out, n), d (n_out,) of one activation
     pattern (n_hidden,) bool: the region is {x : A x <= b}, the network C x + d on it.
 
@@ -41,7 +50,7 @@ def pattern_map(weights, biases, pattern, xp=np):
     return xp.concatenate(rows), xp.concatenate(bounds), C, d
 
 
-def affine_maps(net, patterns: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+def affine_maps(net: ReLUNetwork, patterns: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """C (r, n_out, n), d (r, n_out) with net(x) = C x + d on the region of each pattern (r,
     n_hidden) bool.
     """
@@ -59,7 +68,12 @@ def affine_maps(net, patterns: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     return joint[:, :n].transpose(0, 2, 1), joint[:, n]
 
 
-def facet_rows(net, patterns, label, region) -> np.ndarray:
+def facet_rows(
+    net: ReLUNetwork,
+    patterns: Bool[np.ndarray, "r hidden"],
+    label: Int[np.ndarray, " f"],
+    region: Int[np.ndarray, " f"],
+) -> np.ndarray:
     """Rows (f, n + 1) of the hyperplanes of hidden neurons, under the patterns of given regions.
 
     label, region: (f,). Scaled by a power of two to a largest gradient entry in [1/2, 1), so
@@ -79,7 +93,7 @@ def facet_rows(net, patterns, label, region) -> np.ndarray:
     return np.ldexp(out, -exponent[:, None])
 
 
-def last_gradients(weights, patterns: np.ndarray) -> np.ndarray:
+def last_gradients(weights: Sequence[np.ndarray], patterns: np.ndarray) -> np.ndarray:
     """Gradients (w, r, n) of the last of these layers' pre-activations on each region.
 
     patterns: (r, neurons of the layers before) bool.
@@ -94,7 +108,9 @@ def last_gradients(weights, patterns: np.ndarray) -> np.ndarray:
     return table
 
 
-def _hidden_maps(weights, biases, patterns: np.ndarray) -> Iterator[tuple[np.ndarray, np.ndarray]]:
+def _hidden_maps(
+    weights: Sequence[np.ndarray], biases: Sequence[np.ndarray], patterns: np.ndarray
+) -> Iterator[tuple[np.ndarray, np.ndarray]]:
     """Per hidden layer: (width, r, n + 1) maps of the pre-activations and of the activations under
     each pattern.
 
@@ -118,7 +134,7 @@ def _inputs(n: int, r: int, columns: int) -> np.ndarray:
     return np.repeat(np.eye(n, columns)[:, None], r, axis=1)
 
 
-def _chunks(net, r: int) -> Iterator[slice]:
+def _chunks(net: ReLUNetwork, r: int) -> Iterator[slice]:
     """Ranges of regions whose maps of one layer fit into CHUNK_BYTES."""
     width = max(len(b) for b in net.biases)
     return slices(r, max(1, CHUNK_BYTES // (8 * width * (net.n_in + 1))))

@@ -7,14 +7,17 @@ switch by mistake nor hide a region [A7, A8, A9].
 """
 
 from collections import deque
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 
+import jax
 import numpy as np
 from flax import struct
+from jaxtyping import Float, Int
 
 from parc_jax.base.arrays import as_float64
 from parc_jax.errors import InputError
-from parc_jax.pwa.domain import interior_point, unit_problem
+from parc_jax.network.relu import ReLUNetwork
+from parc_jax.pwa.domain import UnitProblem, interior_point, unit_problem
 from parc_jax.pwa.exact import ExactNetwork
 from parc_jax.pwa.facets import find_facets
 from parc_jax.pwa.halfspaces import Halfspaces, halfspaces, pattern_across, pattern_at
@@ -40,7 +43,9 @@ class MarchedRegion:
     neighbours: np.ndarray
 
 
-def march(net, domain: Box | HPolytope, seed) -> Iterator[MarchedRegion]:
+def march(
+    net: ReLUNetwork, domain: Box | HPolytope, seed: Sequence[float] | np.ndarray | jax.Array
+) -> Iterator[MarchedRegion]:
     """Regions of `net` over `domain`, breadth first from the one that contains `seed` (n,); every
     region once.
 
@@ -57,16 +62,18 @@ def march(net, domain: Box | HPolytope, seed) -> Iterator[MarchedRegion]:
     return _march(network, unit, first)
 
 
-def _march(network: ExactNetwork, unit, first: np.ndarray) -> Iterator[MarchedRegion]:
+def _march(network: ExactNetwork, unit: UnitProblem, first: np.ndarray) -> Iterator[MarchedRegion]:
     waiting = deque([first])
     seen = {first.tobytes()}
     while waiting:
         on = waiting.popleft()
         rows = halfspaces(network, on)
         facets = find_facets(rows, unit.lo, unit.hi)
-        neighbours = np.array(
-            [on if rows.label[i] < 0 else pattern_across(network, on, rows, i) for i in facets]
-        )
+        across = [
+            on if rows.label[i] < 0 else pattern_across(network, on, rows, i)
+            for i in facets.tolist()
+        ]
+        neighbours = np.array(across)
         table = _caller_rows(rows, facets, unit.scale)
         yield MarchedRegion(on, table[:, :-1], table[:, -1], rows.label[facets], neighbours)
         for pattern in neighbours:
@@ -75,7 +82,9 @@ def _march(network: ExactNetwork, unit, first: np.ndarray) -> Iterator[MarchedRe
                 waiting.append(pattern)
 
 
-def _caller_rows(rows: Halfspaces, facets, scale) -> np.ndarray:
+def _caller_rows(
+    rows: Halfspaces, facets: Int[np.ndarray, " f"], scale: Float[np.ndarray, " n"]
+) -> np.ndarray:
     """Rows (A, b) in the caller's coordinates, largest gradient entry in [1/2, 1)."""
     table = rows.unit[facets] * np.append(1 / scale, -1.0)
     _, exponent = np.frexp(np.abs(table[:, :-1]).max(axis=1))

@@ -6,9 +6,11 @@ import math
 
 import numpy as np
 from flax import struct
+from jaxtyping import Bool, Float, Int, UInt64
 
 from parc_jax.base.arrays import slices
 from parc_jax.errors import SoundnessError
+from parc_jax.network.relu import ReLUNetwork
 from parc_jax.pwa.rounding import SAFETY, forward_error
 from parc_jax.pwa.storage import hash_words, unpack
 
@@ -43,7 +45,14 @@ class Completeness:
 
 
 def prove_complete(
-    volumes, domain_volume: float, faces, plus, minus, facet_label, facet_count, effort
+    volumes: Float[np.ndarray, " r"],
+    domain_volume: float,
+    faces: list[int],
+    plus: UInt64[np.ndarray, "r words"],
+    minus: UInt64[np.ndarray, "r words"],
+    facet_label: Int[np.ndarray, " F"],
+    facet_count: Int[np.ndarray, " F"],
+    effort: tuple[int, int, int],
 ) -> Completeness:
     """Raise SoundnessError unless the regions cover the domain with disjoint interiors.
 
@@ -71,7 +80,14 @@ def prove_complete(
     return proof
 
 
-def recheck_signs(net, points, point_error, plus, minus, first: int) -> None:
+def recheck_signs(
+    net: ReLUNetwork,
+    points: Float[np.ndarray, "V n"],
+    point_error: Float[np.ndarray, "V n"],
+    plus: UInt64[np.ndarray, "V words"],
+    minus: UInt64[np.ndarray, "V words"],
+    first: int,
+) -> None:
     """Raise SoundnessError if a recorded sign contradicts the network.
 
     points, point_error: (V, n) vertices and bounds on their distance to the exact ones. plus,
@@ -84,7 +100,13 @@ def recheck_signs(net, points, point_error, plus, minus, first: int) -> None:
         _recheck_chunk(net, points[rows], point_error[rows], is_plus, is_minus)
 
 
-def _recheck_chunk(net, points, point_error, plus, minus) -> None:
+def _recheck_chunk(
+    net: ReLUNetwork,
+    points: Float[np.ndarray, "V n"],
+    point_error: Float[np.ndarray, "V n"],
+    plus: Bool[np.ndarray, "V hidden"],
+    minus: Bool[np.ndarray, "V hidden"],
+) -> None:
     h = points
     error = np.zeros(net.n_in)
     gradient = np.eye(net.n_in)
@@ -106,7 +128,7 @@ def _recheck_chunk(net, points, point_error, plus, minus) -> None:
         first = last
 
 
-def _euler(faces) -> int:
+def _euler(faces: list[int]) -> int:
     return sum(count if k % 2 == 0 else -count for k, count in enumerate(faces))
 
 

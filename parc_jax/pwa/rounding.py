@@ -16,9 +16,11 @@ slope <= |grad of L_p along F|, which the ends of any cut edge of F bound from b
 vertex is the same formula on its edge.
 """
 
+from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
+from jaxtyping import Float
 
 from parc_jax.base.arrays import slices
 from parc_jax.pwa.maps import last_gradients
@@ -47,7 +49,7 @@ def input_bound(n: int) -> LayerBound:
     return LayerBound(np.zeros(n), 0.0, np.ones(n))
 
 
-def cell_gradients(weights, patterns: np.ndarray) -> np.ndarray:
+def cell_gradients(weights: Sequence[np.ndarray], patterns: np.ndarray) -> np.ndarray:
     """Euclidean norms (cells, w) of the gradients of the last of these layers in each cell, rounded
     up.
 
@@ -68,7 +70,12 @@ def cell_gradients(weights, patterns: np.ndarray) -> np.ndarray:
     return norms
 
 
-def forward_error(W, b, error, largest) -> np.ndarray:
+def forward_error(
+    W: Float[np.ndarray, "w inputs"],
+    b: Float[np.ndarray, " w"],
+    error: Float[np.ndarray, " inputs"],
+    largest: Float[np.ndarray, " inputs"],
+) -> np.ndarray:
     """Error (w,) of float pre-activations W h + b, from that of h (in,) and the largest |h| (in,).
     [T10]
     """
@@ -78,7 +85,15 @@ def forward_error(W, b, error, largest) -> np.ndarray:
 
 
 def layer_bound(
-    W, b, before: LayerBound, lip, h_max, z_max, n: int, n_cuts: int, x_max: float
+    W: Float[np.ndarray, "w inputs"],
+    b: Float[np.ndarray, " w"],
+    before: LayerBound,
+    lip: Float[np.ndarray, " w"],
+    h_max: Float[np.ndarray, " inputs"],
+    z_max: Float[np.ndarray, " w"],
+    n: int,
+    n_cuts: int,
+    x_max: float,
 ) -> LayerBound:
     """Constants of a layer z = W h + b.
 

@@ -5,6 +5,7 @@ rationals elsewhere.
 from fractions import Fraction
 
 import numpy as np
+from jaxtyping import Float, Int
 
 from parc_jax.pwa.budget import Budget
 from parc_jax.pwa.complex import Complex, Sign
@@ -40,7 +41,13 @@ class SignOracle:
         self.n_signs = 0
 
     def begin(
-        self, layer: int | None, W, b, bound: LayerBound, first_column: int, lip: np.ndarray
+        self,
+        layer: int | None,
+        W: Float[np.ndarray, "w inputs"],
+        b: Float[np.ndarray, " w"],
+        bound: LayerBound,
+        first_column: int,
+        lip: np.ndarray,
     ) -> None:
         """Open a layer (None: the domain rows) with weights W (w, in), b (w,); its columns start at
         first_column.
@@ -82,7 +89,7 @@ class SignOracle:
         )
         return codes, slack
 
-    def _lip(self, j: int, home) -> np.ndarray:
+    def _lip(self, j: int, home: Int[np.ndarray, " v"]) -> np.ndarray | float:
         """Gradient bounds of neuron j in the given cells."""
         return self.lip[home, j] if len(self.lip) > 1 else self.lip[0, j]
 
@@ -91,7 +98,7 @@ class SignOracle:
         self.points = {int(number[v]): p for v, p in self.points.items() if number[v] >= 0}
         self.rows = {int(number[v]): p for v, p in self.rows.items() if number[v] >= 0}
 
-    def _decide(self, vertices, j: int) -> np.ndarray:
+    def _decide(self, vertices: Int[np.ndarray, " v"], j: int) -> np.ndarray:
         if not self.W[j].any():
             return np.full(len(vertices), sign_of(self.b[j]))
         if j in self.twins:
@@ -110,7 +117,7 @@ class SignOracle:
             codes[i] = self._row(int(vertices[i]), self.first_column + j)[j]
         return codes
 
-    def _repair(self, new, n_columns: int) -> None:
+    def _repair(self, new: Int[np.ndarray, " v"], n_columns: int) -> None:
         for v in new[~(self.lattice.rho.data[new] <= POOR)]:
             self.n_repaired += 1
             self._row(int(v), n_columns)
@@ -150,7 +157,9 @@ class SignOracle:
         return on, np.flatnonzero(zero)
 
 
-def _proportional(W, b) -> dict[int, tuple[int, bool]]:
+def _proportional(
+    W: Float[np.ndarray, "w inputs"], b: Float[np.ndarray, " w"]
+) -> dict[int, tuple[int, bool]]:
     """Neurons whose (W, b) is an exact multiple of an earlier one's: {j: (earlier i, same
     sign)}.
     """
@@ -166,7 +175,7 @@ def _proportional(W, b) -> dict[int, tuple[int, bool]]:
     return twins
 
 
-def _is_multiple(p, q) -> bool:
+def _is_multiple(p: Float[np.ndarray, " columns"], q: Float[np.ndarray, " columns"]) -> bool:
     """q = c p exactly, c a nonzero rational."""
     at = int(np.argmax(np.abs(p)))
     p_at = Fraction(p[at])

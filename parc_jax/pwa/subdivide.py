@@ -2,9 +2,13 @@
 [T16].
 """
 
+from collections.abc import Sequence
+
 import numpy as np
+from jaxtyping import Float
 
 from parc_jax.errors import InputError
+from parc_jax.network.relu import ReLUNetwork
 from parc_jax.pwa.assemble import build_table, domain_volume
 from parc_jax.pwa.budget import Budget
 from parc_jax.pwa.complex import Complex, Sign
@@ -27,7 +31,7 @@ from parc_jax.sets.hpolytope import HPolytope, from_box
 
 
 def enumerate_regions(
-    net,
+    net: ReLUNetwork,
     domain: Box | HPolytope,
     *,
     max_regions: int = 2_000_000,
@@ -73,7 +77,12 @@ def enumerate_regions(
 
 
 def _cut_domain(
-    lattice: Complex, oracle: SignOracle, A, minus_b, n_columns: int, budget: Budget
+    lattice: Complex,
+    oracle: SignOracle,
+    A: Float[np.ndarray, "h n"],
+    minus_b: Float[np.ndarray, " h"],
+    n_columns: int,
+    budget: Budget,
 ) -> None:
     """Cut the box down to {A y + minus_b <= 0}, row by row."""
     first = 2 * lattice.n
@@ -102,8 +111,8 @@ def _cut_domain(
 def _cut_layers(
     lattice: Complex,
     oracle: SignOracle,
-    weights,
-    biases,
+    weights: Sequence[np.ndarray],
+    biases: Sequence[np.ndarray],
     n_rows: int,
     n_columns: int,
     budget: Budget,
@@ -131,7 +140,15 @@ def _cut_layers(
 
 
 def _open_layer(
-    lattice, oracle, layer, weights, b, before: LayerBound, h_max, column: int, n_columns: int
+    lattice: Complex,
+    oracle: SignOracle,
+    layer: int | None,
+    weights: Sequence[np.ndarray],
+    b: Float[np.ndarray, " w"],
+    before: LayerBound,
+    h_max: Float[np.ndarray, " inputs"],
+    column: int,
+    n_columns: int,
 ) -> LayerBound:
     """Bounds of the layer whose values the complex holds, which the oracle is opened for; `weights`
     are those of all layers up to it.

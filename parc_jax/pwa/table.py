@@ -2,8 +2,10 @@
 rows on demand.
 """
 
+from collections.abc import Sequence
 from functools import cached_property
 
+import jax
 import numpy as np
 from flax import struct
 
@@ -149,7 +151,9 @@ class RegionTable:
         from_center = x - x.mean(axis=0)
         return x[np.argsort(np.arctan2(from_center[:, 1], from_center[:, 0]))]
 
-    def maps(self, regions=slice(None)) -> tuple[np.ndarray, np.ndarray]:
+    def maps(
+        self, regions: int | slice | Sequence[int] | np.ndarray = slice(None)
+    ) -> tuple[np.ndarray, np.ndarray]:
         """Affine maps C (m, n_out, n), d (m, n_out) of the given regions (index, slice or mask):
         net(k) = C k + d.
         """
@@ -191,7 +195,7 @@ class RegionTable:
     def _index(self) -> PatternIndex:
         return PatternIndex(self.net, self.patterns)
 
-    def locate(self, k) -> np.ndarray:
+    def locate(self, k: Sequence[float] | np.ndarray | jax.Array) -> np.ndarray:
         """Region number of each k (..., n), -1 outside the domain. Exact: k is read as the
         rationals its floats are.
 

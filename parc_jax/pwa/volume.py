@@ -35,7 +35,9 @@ class Pyramids(NamedTuple):
     starts: np.ndarray
 
 
-def cell_volumes(x: np.ndarray, boundaries) -> np.ndarray:
+def cell_volumes(
+    x: np.ndarray, boundaries: tuple[tuple[np.ndarray, np.ndarray], ...]
+) -> np.ndarray:
     """Volumes (r,) of the n-faces. x: (V, n). boundaries[k - 1]: (k-1)-faces of the k-faces, flat,
     and offsets.
     """

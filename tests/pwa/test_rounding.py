@@ -30,7 +30,7 @@ def watched(monkeypatch):
         values = lattice.z.view[:, j].copy()
         found, slack = original(self, j)
         for v in rng.choice(len(values), min(2, len(values)), replace=False):
-            plus, zero = lattice.bits.at(v, column)
+            plus, zero = lattice.bits.at(int(v), column)
             on = np.zeros(self.exact.first_neuron[-1], bool)
             on[: max(column - n_rows, 0)] = plus[n_rows:]
             columns = np.flatnonzero(zero)
