@@ -51,6 +51,13 @@ SUITE = (
         (f"{ANSWERS}::test_draws_are_even_over_a_union",),
     ),
     Fault(
+        "slivers_are_drawn_from",
+        "Sets._share",
+        "inside / tried if inside >= ENOUGH else 0.0",
+        "inside / tried",
+        (f"{ANSWERS}::test_what_is_flat_or_empty_has_no_volume",),
+    ),
+    Fault(
         "nan_is_a_number",
         "answer.read",
         "parse_constant=_no_number",

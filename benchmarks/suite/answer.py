@@ -11,9 +11,9 @@ from benchmarks.suite.bad import Refused
 
 SOME, NONE, UNKNOWN = "some", "none", "unknown"
 WORDS = {"verdict", "plans", "boxes", "polytopes"}
-MOST = 20_000  # pieces, and rows of all of them together times twenty; plans five times as many
+SETS, ROWS, PLANS = 2_000, 100_000, 100_000  # that an answer may have, rows in all its polytopes
 FIRST, LAST = 1 << 12, 1 << 20  # draws that measure a piece: at first, and where hardly one is in
-ENOUGH = 50  # draws inside of a piece that measure it
+ENOUGH = 50  # draws inside of a piece that measure it; a piece with fewer holds nothing
 
 
 @dataclass(frozen=True)
@@ -59,7 +59,7 @@ class Answer:
 class Sets:
     """The sets of an answer, measured by draws, so that plans can be drawn evenly from their union.
 
-    volumes: of each, zero where no draw fell into it; of sets that are all flat, equal weights.
+    volumes: of each, zero where hardly a draw fell into it; shares of flat sets, if all are flat.
     """
 
     pieces: tuple[Piece, ...]
@@ -81,7 +81,7 @@ class Sets:
             inside += len(piece.draw(self.rng, size))
             tried += size
             size = min(4 * size, LAST // 4)
-        return inside / tried
+        return inside / tried if inside >= ENOUGH else 0.0
 
     def __bool__(self) -> bool:
         return bool(self.volumes.sum() > 0)
@@ -130,9 +130,9 @@ def read(text: str | bytes, lo: np.ndarray, hi: np.ndarray) -> Answer:
     if verdict != SOME and (len(plans) or pieces):
         raise Refused(f"answer: expected no plans beside the verdict {verdict}.")
     rows = sum(len(piece.b) for piece in pieces)
-    if len(pieces) > MOST or rows > 20 * MOST or len(plans) > 5 * MOST:
+    if len(pieces) > SETS or rows > ROWS or len(plans) > PLANS:
         raise Refused(
-            f"answer: expected at most {MOST} sets, {20 * MOST} rows and {5 * MOST} plans; got "
+            f"answer: expected at most {SETS} sets, {ROWS} rows and {PLANS} plans; got "
             f"{len(pieces)}, {rows}, {len(plans)}."
         )
     if not ((lo <= plans) & (plans <= hi)).all():

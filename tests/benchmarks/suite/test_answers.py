@@ -73,3 +73,5 @@ def test_what_is_flat_or_empty_has_no_volume():
     rng = np.random.default_rng(0)
     assert Sets((point,), rng).flat and (Sets((point,), rng).draw(3) == 0).all()
     assert not Sets((thin,), rng)
+    sliver = Piece(np.zeros(2), np.ones(2), np.array([[1.0, 1], [-1, -1]]), np.array([1.00001, -1]))
+    assert not Sets((sliver,), rng)  # nobody waits for draws from it
