@@ -143,7 +143,8 @@ class Corridors:
         def call(rows):
             i = plan[rows]
             with x64():
-                return np.asarray(_pairs(asked, path[i], bins[i], corridor[rows]))
+                some = jax.device_put((path[i], bins[i], corridor[rows]))
+                return np.asarray(_pairs(asked, *some))
 
         return in_chunks(len(plan), PAIRS, call)
 
