@@ -23,6 +23,7 @@ from pathlib import Path
 
 import tyro
 
+from benchmarks.attacks.faults import TABLES
 from benchmarks.attacks.promises import PROMISES
 
 ROOT = Path(__file__).resolve().parents[1]
@@ -95,11 +96,14 @@ def campaigns() -> list[Campaign]:
     attack = (sys.executable, "-m", "benchmarks.attacks")
     foreign = str(FOREIGN) if FOREIGN.exists() else sys.executable
     return [
-        Campaign(
-            "faults",
-            "every planted fault: the tests named for it must fail",
-            (*attack, "faults", "--path", f"{KEPT}/faults.txt"),
-            (*CODE, "tests"),
+        *(
+            Campaign(
+                f"faults-{name}",
+                "every planted fault of this table: the tests named for it must fail",
+                (*attack, "faults", "--tables", name, "--path", f"{KEPT}/faults.txt"),
+                (*CODE, "tests"),
+            )
+            for name in sorted(TABLES, key=lambda name: -len(TABLES[name]))
         ),
         Campaign(
             "foreign",

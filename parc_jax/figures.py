@@ -4,6 +4,7 @@
 
 from parc_jax.plot.claim import claim
 from parc_jax.plot.cover import CoverCurve, cover
+from parc_jax.plot.episode import Truth, film_episode
 from parc_jax.plot.errors import Entry, errors
 from parc_jax.plot.film import film
 from parc_jax.plot.gap import GapCurve, GapRoom, gap
@@ -21,10 +22,12 @@ __all__ = [
     "Entry",
     "GapCurve",
     "GapRoom",
+    "Truth",
     "claim",
     "cover",
     "errors",
     "film",
+    "film_episode",
     "gap",
     "projections",
     "region_seconds",

@@ -6,6 +6,7 @@ OURS = ("drift_parking", "asv", "asv_published", "f110", "tractor", "drone", "ja
 # black boxes that nobody here wrote, each behind an optional package or a log: `sims/foreign`
 FOREIGN = ("slot", "towers", "kerb", "husky", "dynobench")
 NAMES = OURS + FOREIGN
+JOBS = ("barn",)  # of `parc-jax run` alone: episodes of a robot, not one question about it
 
 
 def place(name: str) -> str:
@@ -27,6 +28,6 @@ def load(name: str, **options):
 
 def __getattr__(name: str):
     """sims.drift_parking and the others, loaded on first use."""
-    if name not in NAMES:
+    if name not in NAMES + JOBS:
         raise AttributeError(f"module 'sims' has no attribute {name!r}")
     return importlib.import_module(place(name))

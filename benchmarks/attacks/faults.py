@@ -1,4 +1,4 @@
-"""Would the tests notice? `python -m benchmarks.attacks faults [--only NAME ...] [--sample N]`.
+"""Would the tests notice? `python -m benchmarks.attacks faults [--only NAME ..] [--tables ..]`.
 
 The code is copied, and one fault after another is planted in the copy: a sign, an index, a
 comparison, a row that is dropped. The tests named for it run and must fail; on the clean copy they
@@ -6,6 +6,7 @@ must pass. A fault whose text no longer stands in the code is an error too, so t
 up with the code.
 """
 
+import itertools
 import os
 import random
 import shutil
@@ -37,25 +38,26 @@ from benchmarks.attacks.faults_suite import SUITE
 from benchmarks.attacks.faults_verdict import VERDICTS
 from benchmarks.attacks.faults_world import WORLD
 
-FAULTS: tuple[Fault, ...] = (
-    *MODEL,
-    *VERDICTS,
-    *COVERS,
-    *BODIES,
-    *CHECKER,
-    *MEASUREMENTS,
-    *CLAIMS,
-    *DOUBT,
-    *DRIVEN,
-    *FILES,
-    *NEAR,
-    *PRIOR,
-    *QUERY,
-    *ONBOARD,
-    *WORLD,
-    *ROBOT,
-    *SUITE,
-)
+TABLES: dict[str, tuple[Fault, ...]] = {
+    "model": MODEL,
+    "verdicts": VERDICTS,
+    "covers": COVERS,
+    "bodies": BODIES,
+    "checker": CHECKER,
+    "measurements": MEASUREMENTS,
+    "claims": CLAIMS,
+    "doubt": DOUBT,
+    "driven": DRIVEN,
+    "files": FILES,
+    "near": NEAR,
+    "prior": PRIOR,
+    "query": QUERY,
+    "onboard": ONBOARD,
+    "world": WORLD,
+    "robot": ROBOT,
+    "suite": SUITE,
+}
+FAULTS: tuple[Fault, ...] = tuple(itertools.chain(*TABLES.values()))
 COPIED = ("parc_jax", "sims", "benchmarks", "tests", "docs", "pyproject.toml", "README.md")
 LEFT_OUT = shutil.ignore_patterns("__pycache__", ".*", "site", "*.gif", "*.png", "*.pdf")
 LONGEST_S = 600.0  # one run of pytest with a fault; longer counts as not noticed
@@ -68,6 +70,8 @@ class Options:
 
     only: tuple[str, ...] = ()
     """These faults; default: all."""
+    tables: tuple[str, ...] = ()
+    """Those of these tables; default: of all."""
     sample: int = 0
     """So many faults at random; 0 = all."""
     seed: int = 0
@@ -79,12 +83,13 @@ class Options:
 
 
 def chosen(options: Options) -> list[Fault]:
-    """The faults asked for. Raises SystemExit for a name that is not in the table."""
-    known = {fault.name: fault for fault in FAULTS}
-    unknown = [name for name in options.only if name not in known]
-    if unknown:
-        raise SystemExit(f"faults: expected names of the table; got {', '.join(unknown)}.")
-    faults = [known[name] for name in options.only] or list(FAULTS)
+    """The faults asked for. Raises SystemExit for a name that is not there."""
+    for asked, kind in ((options.only, "faults"), (options.tables, "tables")):
+        names = {fault.name for fault in FAULTS} if kind == "faults" else set(TABLES)
+        if unknown := [name for name in asked if name not in names]:
+            raise SystemExit(f"faults: expected names of {kind}; got {', '.join(unknown)}.")
+    of_tables = [fault for name in options.tables or TABLES for fault in TABLES[name]]
+    faults = [fault for fault in of_tables if not options.only or fault.name in options.only]
     if options.sample:
         faults = random.Random(options.seed).sample(faults, min(options.sample, len(faults)))
     return faults

@@ -454,10 +454,20 @@ BAGS = (
     ),
     Fault(
         "mcap_with_half_the_tube",
-        "shapes.tube_triangles",
+        "triangles.tube_triangles",
         "+ signs * half",
         "+ signs * half / 2",
         ("tests/bags/test_write.py::test_an_answer_is_read_back_by_another_library",),
+    ),
+    Fault(
+        "film_shows_a_manoeuvre_at_another_time",
+        "episode._Shown.predicted",
+        "t - self.begin",
+        "t",
+        (
+            "tests/plot/test_episode_film.py::"
+            "test_the_body_drives_inside_of_what_it_may_reach_to_the_stop_that_is_shown",
+        ),
     ),
     Fault(
         "mcap_of_a_plan_that_is_not_safe",

@@ -11,7 +11,13 @@ from parc_jax.answer.answer import Answer
 from parc_jax.answer.path import NominalPath, nominal_path
 from parc_jax.bags import messages as m
 from parc_jax.bags.messages import Messages, mcap
-from parc_jax.bags.shapes import (
+from parc_jax.errors import InputError
+from parc_jax.io.answer_file import load_answer
+from parc_jax.io.episode_file import Driven, Manoeuvre, episode_of, is_episode, load_episode
+from parc_jax.loop.commitment import Commitment
+from parc_jax.loop.log import episode_part
+from parc_jax.model import TrajectoryModel
+from parc_jax.plot.triangles import (
     body_triangles,
     goal_triangles,
     headings,
@@ -19,13 +25,6 @@ from parc_jax.bags.shapes import (
     obstacle_triangles,
     tube_triangles,
 )
-from parc_jax.checker.episode import EPISODE
-from parc_jax.errors import InputError
-from parc_jax.io.answer_file import load_answer
-from parc_jax.io.episode_file import Driven, Manoeuvre, episode_of, load_episode
-from parc_jax.loop.commitment import Commitment
-from parc_jax.loop.log import episode_part
-from parc_jax.model import TrajectoryModel
 from parc_jax.problem.body import numbered
 from parc_jax.problem.problem import ReachAvoid
 from parc_jax.rollout.files import write_atomic
@@ -88,15 +87,6 @@ def _read(what) -> Answer | Driven:
         spelled = json.dumps(episode_part(what))
         return episode_of(json.loads(spelled), "write_mcap")
     return load_episode(what) if is_episode(what) else load_answer(what)
-
-
-def is_episode(path) -> bool:
-    """Does the file say that it is an episode? False for what cannot be read."""
-    try:
-        with open(path, "rb") as file:
-            return EPISODE.encode() in file.read(200)
-    except OSError:
-        return False
 
 
 def _answered(says: Messages, answer: Answer, plan, start: int) -> list[Line]:

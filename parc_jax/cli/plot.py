@@ -31,8 +31,10 @@ def plot(
 
     A film of one plan in its simulator: parc-jax plot answer.json --video film.gif --sample 3
 
+    A film of an episode, as it was committed to: parc-jax plot drive.json --video film.gif
+
     Args:
-        answer: An answer file of `solve` or `run`.
+        answer: An answer file of `solve` or `run`, or an episode of `pj.loop.save_episode`.
         html: Write one interactive page: scene, time slider, p0 and k by dragging or typing, with
             the verdict live.
         out: Folder of the figures. Default: the answer's own.
@@ -48,8 +50,11 @@ def plot(
 
     from parc_jax.cli.places import require_place
     from parc_jax.io.answer_file import load_answer
+    from parc_jax.io.episode_file import is_episode
     from parc_jax.plot.film_file import require_kind, require_sample
 
+    if is_episode(answer):
+        return _plot_episode(answer, video, shell.quiet)
     if figures is None and (html is not None or video is not None):
         figures = ()
     for place in (html, None if figures == () else (out or answer.parent) / "samples.png"):
@@ -76,6 +81,23 @@ def plot(
         drawn.append(_film(loaded, video, sample, system, shell.quiet))
     if not shell.quiet:
         print("\n".join(str(path) for path in drawn))
+    return 0
+
+
+def _plot_episode(path: Path, video: Path | None, quiet: bool) -> int:
+    """Of an episode there is a film alone."""
+    from parc_jax.cli.places import require_place
+    from parc_jax.errors import InputError
+    from parc_jax.plot.episode import film_episode
+    from parc_jax.plot.film_file import require_kind
+
+    if video is None:
+        raise InputError(f"{path} is an episode: expected --video FILE, a film of it.")
+    require_kind(video)
+    require_place(video, folder=not video.suffix)
+    drawn = film_episode(path, video, quiet=quiet)
+    if not quiet:
+        print(drawn)
     return 0
 
 

@@ -22,8 +22,8 @@ def run(
     """Learn a system, find its safe set, prove it, replay it, draw it. Example: parc-jax run
     drift_parking
 
-    A system may have a study of its own, a function `job` beside `system` and `problem`, and then
-    that is what runs; it takes the options that make sense for it, and refuses the others.
+    A module may have a study of its own, a function `job`, and then that is what runs; it takes the
+    options that make sense for it, and refuses the others.
 
     Args:
         system: A system of `parc-jax systems`, or a module of your own with `system()` and
@@ -49,7 +49,7 @@ def run(
 
     if shell.cache:
         keep_compiled()
-    module = find(system)
+    module = find(system, or_job=True)
     if hasattr(module, "job"):
         out = out or Path("runs") / system
         with held(out):

@@ -30,7 +30,7 @@ def systems(name: str | None = None, /, *, study: Annotated[dict, BODY]) -> int:
     """
     if name is None:
         for each in known():
-            print(f"{each:16} {(find(each).__doc__ or '').splitlines()[0]}")
+            print(f"{each:16} {(find(each, or_job=True).__doc__ or '').splitlines()[0]}")
         return 0
     from parc_jax.io.problem_file import problem_text
     from parc_jax.problem.labels import labels_of
@@ -45,14 +45,15 @@ def systems(name: str | None = None, /, *, study: Annotated[dict, BODY]) -> int:
 
 
 def known() -> tuple[str, ...]:
-    """Names of the systems that come with the package and are installed."""
+    """Names of the systems and jobs that come with the package and are installed."""
     sims = importlib.import_module("sims")
-    return tuple(name for name in sims.NAMES if importlib.util.find_spec(sims.place(name)))
+    names = sims.NAMES + sims.JOBS
+    return tuple(name for name in names if importlib.util.find_spec(sims.place(name)))
 
 
-def find(name: str, needed: tuple[str, ...] = ("system", "problem")) -> ModuleType:
-    """The module of a system: one of `known`, or any importable module with the functions needed.
-    Raises InputError.
+def find(name: str, needed: tuple[str, ...] = ("system", "problem"), or_job=False) -> ModuleType:
+    """The module of a system: one of `known`, or any importable module with the functions needed;
+    or_job: or with a function `job`. Raises InputError.
     """
     target = importlib.import_module("sims").place(name) if name in known() else name
     if target == name and os.getcwd() not in sys.path:
@@ -70,7 +71,7 @@ def find(name: str, needed: tuple[str, ...] = ("system", "problem")) -> ModuleTy
             f"system {name!r}: expected a module that can be imported; it fails"
             f"{f' in {place}' if place else ''}: {said(error)}."
         ) from None
-    for function in needed:
+    for function in () if or_job and hasattr(module, "job") else needed:
         if not callable(getattr(module, function, None)):
             raise InputError(
                 f"system {name!r}: expected a function `{function}()` in module {target}; there is "

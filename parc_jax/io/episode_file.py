@@ -37,6 +37,15 @@ class Driven(NamedTuple):
     statement: str
 
 
+def is_episode(path) -> bool:
+    """Does the file say that it is an episode? False for what cannot be read."""
+    try:
+        with open(path, "rb") as file:
+            return EPISODE.encode() in file.read(200)
+    except OSError:
+        return False
+
+
 def load_episode(path) -> Driven:
     """The episode of a file of `save_episode`, checked anew in exact arithmetic before anything is
     believed. Raises InputError when the file is no episode or its proof fails.

@@ -10,11 +10,11 @@ import numpy as np
 
 from parc_jax.answer.path import nominal_path
 from parc_jax.bags.fields import stamp_of
-from parc_jax.bags.shapes import headings, in_world
 from parc_jax.errors import InputError, ParcError
 from parc_jax.loop.commitment import Commitment, Step
 from parc_jax.loop.log import save_episode
 from parc_jax.model import TrajectoryModel, load
+from parc_jax.plot.triangles import headings, in_world
 from parc_jax.robust.pose import Pose
 from parc_jax.ros.driving import Driving
 from parc_jax.ros.pilot import Pilot

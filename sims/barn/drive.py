@@ -34,8 +34,9 @@ class Drive:
     distance to a cylinder at any tick, not positive where it was touched. path (n, 3): true poses.
     drifted: cycles in which odometry went wrong by more than is allowed for. drift: [m] most that
     the place of a commitment is allowed to be off against the one before. steps: what the loop did,
-    cycle by cycle. plan_s, see_s, guide_s: [s] of processor time of each cycle's step, of its free
-    space, of its guidance.
+    cycle by cycle. poses: of each cycle the true one and the one that the robot knew, (3,) each;
+    free: the places that it knew to be free. plan_s, see_s, guide_s: [s] of processor time of each
+    cycle's step, of its free space, of its guidance.
     """
 
     world: int
@@ -47,6 +48,8 @@ class Drive:
     drift: float
     path: np.ndarray = field(repr=False)
     steps: list = field(repr=False)
+    poses: list[tuple[np.ndarray, np.ndarray]] = field(repr=False)
+    free: list[pj.world.FreeSpace] = field(repr=False)
     edges: list[int] = field(repr=False)
     plan_s: list[float] = field(repr=False)
     see_s: list[float] = field(repr=False)
@@ -83,7 +86,8 @@ def drive(
     around = shapes(world.cylinders, world.radius)
     guide = Guidance(world.start, world.goal, NEAR)
     free = pj.world.free_place(corners(robot.pose), AROUND)
-    poses, allowed, steps, edges, plan_s, see_s, guide_s = [], [], [], [], [], [], []
+    poses, known, allowed, steps = [], [], [], []
+    edges, plan_s, see_s, guide_s = [], [], [], []
     at_rest, nearest, since, before = 0, np.inf, 0, robot.measured
     while robot.time < TIMEOUT and at_rest < PATIENCE and not world.reached(robot.pose):
         scan = scanner.scan(robot.pose, around, rng)
@@ -98,6 +102,7 @@ def drive(
             free = free.within(here, NEARBY).drifted(here, *allowed[-1])
             free = free.add(pj.world.free_place(corners(here)))
         free, obstacles, why = _look(scan, free, here)
+        known.append(free)
         saw = time.process_time()
         if not why:
             guide.see(scan.ends[scan.returned], free)
@@ -137,6 +142,8 @@ def drive(
         between_commitments(poses, allowed, [step.new for step in steps]),
         robot.path,
         steps,
+        poses,
+        known,
         edges,
         plan_s,
         see_s,

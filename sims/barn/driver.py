@@ -11,6 +11,7 @@ from scipy.stats import qmc
 import parc_jax as pj
 import sims
 from sims.barn.drive import Drive, drive
+from sims.barn.film import film
 from sims.barn.worlds import World, numbers, world
 from sims.rectangle import centre_and_corners, rectangle
 
@@ -36,7 +37,7 @@ class Driver:
     model: file of the Jackal's model. content: `content_of` it, so that episodes of two models are
     never taken for those of one. odometry: as of `drive`. deadline: [s] of the clock for a step.
     prove: every commitment in exact arithmetic, after the episode. save: folder for a file of every
-    episode, which `parc-jax check` verifies.
+    episode, which `parc-jax check` verifies. film: folder for a film of every episode.
     """
 
     model: Path
@@ -45,6 +46,7 @@ class Driver:
     deadline: float = 10.0
     prove: bool = False
     save: Path | None = None
+    film: Path | None = None
 
     def __call__(self, world: World, seed) -> pj.loop.Outcome:
         system = robot()
@@ -57,9 +59,11 @@ class Driver:
         told = told_of(one) | {"left": left}
         if self.prove:
             told["proved"] = all(each.proved() for each in new)
+        name = f"world_{world.number}_{'_'.join(map(str, seed))}"
         if self.save is not None and new:
-            number = f"{world.number}_{'_'.join(map(str, seed))}"
-            pj.loop.save_episode(self.save / f"world_{number}.json", new, drift=one.drift)
+            pj.loop.save_episode(self.save / f"{name}.json", new, drift=one.drift)
+        if self.film is not None and new:
+            film(self.film / f"{name}.gif", world, one)
         return pj.loop.Outcome(one.touched, left or one.drifted > 0, told)
 
 

@@ -5,6 +5,7 @@ import json
 import numpy as np
 import pytest
 import toy_query
+from covered import covered
 from episodes import driven
 from needs import need
 
@@ -54,16 +55,6 @@ def triangles(markers):
 def area(shapes):
     a, b = shapes[:, 1] - shapes[:, 0], shapes[:, 2] - shapes[:, 0]
     return np.abs(a[:, 0] * b[:, 1] - a[:, 1] * b[:, 0]).sum() / 2
-
-
-def covered(points, shapes):
-    """(n,) is a point (n, 2) in one of the triangles?"""
-    corners = shapes[None]
-    sides = np.roll(corners, -1, axis=2) - corners
-    off = points[:, None, None] - corners
-    turn = sides[..., 0] * off[..., 1] - sides[..., 1] * off[..., 0]
-    same = (turn >= -1e-9).all(axis=2) | (turn <= 1e-9).all(axis=2)
-    return same.any(axis=1)
 
 
 def test_an_answer_is_read_back_by_another_library(tmp_path):

@@ -85,5 +85,8 @@ def test_every_campaign_has_a_name_of_its_own_and_every_test_file_is_in_one():
 def test_a_campaign_is_asked_again_where_a_file_that_it_reads_has_changed():
     by_name = {campaign.name: campaign for campaign in campaigns()}
     assert {"parc_jax", "tests/helpers", "tests/lp/test_solve.py"} <= set(by_name["tests-lp"].reads)
-    assert "tests" in by_name["faults"].reads and "tests/sims/foreign" in by_name["foreign"].reads
+    assert (
+        "tests" in by_name["faults-model"].reads
+        and "tests/sims/foreign" in by_name["foreign"].reads
+    )
     assert all(set(nightly.CODE) <= set(campaign.reads) for campaign in by_name.values())

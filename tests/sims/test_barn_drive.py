@@ -11,6 +11,7 @@ from needs import need
 
 import parc_jax as pj
 import sims
+from parc_jax import cli
 from parc_jax.loop.commitment import Step
 from sims import barn
 from sims.barn.drive import PATIENCE, between_commitments, beyond, drive
@@ -151,10 +152,23 @@ def test_another_model_at_the_same_place_is_not_taken_for_the_first(tmp_path):
         loop_of(file, known, 1.0)
 
 
+def test_the_job_is_found_by_its_name_and_asks_for_a_model_that_exists(tmp_path, capsys):
+    with pytest.raises(SystemExit) as stop:
+        cli.main(["systems"])
+    assert stop.value.code == 0 and "\nbarn  " in capsys.readouterr().out
+    arguments = ["--out", str(tmp_path / "out"), "--model", str(tmp_path / "none.npz")]
+    with pytest.raises(SystemExit) as stop:
+        cli.main(["run", "barn", *arguments])
+    assert stop.value.code == 2 and "expected a saved model" in capsys.readouterr().err
+    with pytest.raises(SystemExit) as stop:
+        cli.main(["systems", "barn"])
+    assert stop.value.code == 2 and "expected a function `system()`" in capsys.readouterr().err
+
+
 @pytest.mark.night
-def test_a_robot_that_learned_to_drive_reaches_the_goal_and_touches_nothing(tmp_path):
+def test_a_robot_that_learned_to_drive_reaches_the_goal_and_touches_nothing(tmp_path, monkeypatch):
     need("shapely")
-    from sims.barn.__main__ import Options, main
+    from sims.barn.series import Options, drive_worlds
 
     out = tmp_path / "drives.jsonl"
     about = {
@@ -164,9 +178,13 @@ def test_a_robot_that_learned_to_drive_reaches_the_goal_and_touches_nothing(tmp_
         "eps": 1e-2,
         "deadline": 600.0,
     }
-    main(Options(worlds=(1, 5), prove=True, **about))
+    drive_worlds(Options(worlds=(1, 5), prove=True, **about))
     told = [json.loads(line) for line in out.read_text().splitlines()]
     assert [one["world"] for one in told] == [1, 5]
     assert all(one["reached"] and one["proved"] and not one["touched"] for one in told)
-    main(Options(worlds=(1, 5), **about))  # what was driven is not driven again
+    drive_worlds(Options(worlds=(1, 5), **about))  # what was driven is not driven again
     assert len(out.read_text().splitlines()) == 2
+    monkeypatch.setattr("sims.barn.job.WORLDS", (5,))
+    assert barn.job(out=tmp_path / "job", model=tmp_path / "model.npz", quiet=True) == 0
+    for kind in ("episodes/*.json", "films/*.gif"):
+        assert len(list((tmp_path / "job").glob(kind))) == 1

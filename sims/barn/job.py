@@ -1,0 +1,60 @@
+"""`parc-jax run barn`: learn a Jackal, drive a dozen worlds on odometry and a lidar alone, check
+every episode, film one.
+"""
+
+import json as as_json
+import sys
+from pathlib import Path
+
+from parc_jax.errors import InputError
+from parc_jax.io.episode_file import load_episode
+from sims.barn.series import Options, drive_worlds
+from sims.barn.worlds import numbers
+
+WORLDS = tuple(numbers()[8::17])  # a dozen, of all densities
+
+
+def job(
+    *,
+    out: Path = Path("runs/barn"),
+    model: Path | None = None,
+    seed: int = 0,
+    rollouts: int = Options.rollouts,
+    eps: float = Options.eps,
+    figures: bool = True,
+    quiet: bool = False,
+    json: bool = False,
+) -> int:
+    """All of it. Returns 0 when nothing was touched and every episode's file is accepted, else 1.
+
+    Writes the model, a line an episode (drives.jsonl), the episodes and their films below `out`.
+    model: one of the Jackal that was saved. rollouts, eps: as of `Options`. Raises InputError.
+    """
+    if model is not None and not model.exists():
+        raise InputError(f"model: expected a saved model of the Jackal; there is no {model}.")
+    options = Options(
+        worlds=WORLDS,
+        first_seed=seed,
+        model=model or out / "model.npz",
+        out=out / "drives.jsonl",
+        odometry=True,
+        save=out / "episodes",
+        film=out / "films" if figures else None,
+        rollouts=rollouts,
+        eps=eps,
+        quiet=quiet,
+    )
+    told, said = drive_worlds(options)
+    refused = []
+    for path in sorted((out / "episodes").glob("*.json")):
+        try:
+            load_episode(path)
+        except InputError as why:
+            refused.append(str(why))
+    print(*refused, sep="\n", end="\n" if refused else "", file=sys.stderr)
+    if json:
+        print(as_json.dumps({"episodes": told, "refused": refused}, indent=1))
+    else:
+        print(said, f"The checker refuses {len(refused)} of the episodes.", sep="\n")
+        print(f"Written to {out}. Verify with: parc-jax check {out / 'episodes'}/FILE")
+    return int(bool(refused) or any(one["touched"] for one in told))

@@ -1,0 +1,129 @@
+"""Many episodes in worlds of the BARN challenge, a line each, and what came of them."""
+
+import json
+import multiprocessing
+import os
+from concurrent.futures import ProcessPoolExecutor
+from dataclasses import dataclass, field
+from pathlib import Path
+
+import jax
+import numpy as np
+from tqdm import tqdm
+
+import parc_jax as pj
+from sims.barn.driver import Driver, any_world, content_of, robot
+from sims.barn.worlds import numbers, world
+
+EDGES = (0.7, 1.2)  # [m/s] of speeds at the start, between bins: the slower, the less it is off
+
+
+@dataclass(frozen=True)
+class Options:
+    """Which worlds, with which model."""
+
+    worlds: tuple[int, ...] = ()
+    """Numbers of worlds; default: all 200."""
+    seeds: int = 1
+    """Episodes in each."""
+    first_seed: int = 0
+    """Of the first of them."""
+    episodes: int = 0
+    """So many episodes of the law instead, each in a random world, and what they show [T40]."""
+    model: Path = Path("barn/jackal.npz")
+    """A saved model of the Jackal; learned and saved there, if there is none."""
+    out: Path = Path("barn/drives.jsonl")
+    """A line for each episode; what stands there is not driven again. A folder, of episodes."""
+    odometry: bool = False
+    """The robot knows where it is by dead reckoning alone, which drifts; else it truly knows."""
+    prove: bool = False
+    """Prove every commitment in exact arithmetic as well, after its episode."""
+    save: Path | None = None
+    """A folder for a file of every episode, which `parc-jax check` verifies."""
+    film: Path | None = None
+    """A folder for a film of every episode, a .gif."""
+    rollouts: int = 8_000
+    """To train on; as many fresh ones as eps and delta ask for follow."""
+    eps: float = 1e-3
+    """Of the claim about single manoeuvres."""
+    deadline: float = 10.0
+    """[s] of the clock for a step. The robot waits, so that a busy machine does not decide."""
+    quiet: bool = False
+    """No progress bars."""
+    jobs: int = field(default_factory=lambda: os.cpu_count() or 1)
+    """Processes."""
+
+
+def learn(options: Options) -> None:
+    """The model at its place, learned if there is none."""
+    if options.model.exists():
+        return
+    system, key = robot(), jax.random.PRNGKey(0)
+    kept = options.model.parent / "runs"
+    quiet = options.quiet
+    runs = pj.collect(system, key, n=options.rollouts, path=kept / "train.npz", quiet=quiet)
+    net = pj.train(runs, hidden=(32, 32), key=key, seeds=2, steps=6000)
+    lo, hi = system.domain.lo, system.domain.hi
+    bins = [(lo[0], *EDGES, hi[0]), (lo[1], hi[1]), np.linspace(lo[2], hi[2], 3), (lo[3], hi[3])]
+    asked = {"bins": bins, "shape": "fitted", "train": runs, "search": 0, "quiet": quiet}
+    claim = pj.bound_error(net, system, key, eps=options.eps, delta=1e-3, path=kept, **asked)
+    pj.trajectory_model(net, claim).save(options.model)
+
+
+def drive_worlds(options: Options) -> tuple[list[dict], str]:
+    """Drive, write a line an episode; returns the lines, and what came of all in words."""
+    options.out.parent.mkdir(parents=True, exist_ok=True)
+    options.model.parent.mkdir(parents=True, exist_ok=True)
+    learn(options)
+    driver = Driver(
+        options.model,
+        content_of(options.model),
+        odometry=options.odometry,
+        deadline=options.deadline,
+        prove=options.prove,
+        save=options.save,
+        film=options.film,
+    )
+    if options.episodes:
+        key = jax.random.PRNGKey(0)
+        asked = {"folder": options.out, "workers": options.jobs, "quiet": options.quiet}
+        done = pj.loop.drive_episodes(driver, any_world, key, options.episodes, **asked)
+        told = [one.told for one in done.driven if not one.failed]
+        return told, f"{summary(told)}\n{done.statement()}"
+    lines = options.out.read_text().splitlines() if options.out.exists() else []
+    found = {(one["world"], one["seed"]): one for one in map(json.loads, lines)}
+    seeds = range(options.first_seed, options.first_seed + options.seeds)
+    asked = [(w, s) for w in options.worlds or numbers() for s in seeds]
+    left = [each for each in asked if each not in found]
+    context = multiprocessing.get_context("spawn")
+    with ProcessPoolExecutor(min(options.jobs, max(1, len(left))), context) as pool:
+        done = pool.map(driver, [world(w) for w, _ in left], [(w, s) for w, s in left])
+        shown = tqdm(done, desc="episodes", total=len(left), disable=options.quiet)
+        for (number, seed), outcome in zip(left, shown, strict=True):
+            found[number, seed] = {"seed": seed, **outcome.told}
+            with options.out.open("a") as file:
+                file.write(json.dumps(found[number, seed]) + "\n")
+    told = [found[each] for each in asked]
+    return told, summary(told)
+
+
+def summary(found: list[dict]) -> str:
+    """The lines that are printed."""
+    reached = [one for one in found if one["reached"] and not one["touched"]]
+    seconds = [one["seconds"] for one in reached] or [np.nan]
+    missed = [str(one["world"]) for one in found if one not in reached]
+    plan = np.array([one["plan_ms"] for one in found])
+    return "\n".join(
+        [
+            f"{len(reached)} of {len(found)} episodes reached the goal without contact, "
+            f"{sum(one['touched'] for one in found)} touched something, "
+            f"{sum(one['left'] for one in found)} left a tube, "
+            f"{sum(one['drifted'] > 0 for one in found)} drifted beyond what is allowed for; "
+            f"metric {np.mean([one['metric'] for one in found]):.3f} of 0.5.",
+            f"Time of those that reached it: median {np.median(seconds):.1f} s, longest "
+            f"{max(seconds):.1f} s. Least clearance {min(o['clearance'] for o in found):.3f} m.",
+            f"A step of the loop, processor time: median {np.median(plan[:, 0]):.1f} ms, 95 % "
+            f"{np.median(plan[:, 1]):.1f} ms in the middle episode; at most {plan.max():.0f} ms.",
+            f"Not reached, worlds: {', '.join(missed) or 'none'}.",
+        ]
+    )
