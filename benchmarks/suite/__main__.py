@@ -47,6 +47,8 @@ def _run(options) -> int:
             found = enter(entry, asked, say)
             freeze(options.out, Path(entry).name, found)
     if options.again:
+        if not (options.out / SCORES).exists():
+            raise Refused(f"--again: expected scores in {options.out}; there are none yet.")
         known = json.loads((options.out / SCORES).read_text())["instances"]
         for one in asked:
             if one.id in known:

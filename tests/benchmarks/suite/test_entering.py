@@ -124,7 +124,8 @@ def test_an_answer_that_was_changed_later_is_refused(tmp_path):
 
 
 def test_bad_input_at_the_command_is_a_sentence(tmp_path, capsys):
-    for arguments in (["--only", "nothing"], ["--entries", "./nobody", "--only", "puck_01"]):
+    bad = (["--only", "nothing"], ["--entries", "./nobody", "--only", "puck_01"], ["--again"])
+    for arguments in bad:
         assert command.main([*arguments, "--out", str(tmp_path)]) == 2
         assert "expected" in capsys.readouterr().err
 
