@@ -1,13 +1,15 @@
 """Refitting the last layer to the largest errors."""
 
-from types import SimpleNamespace
-
 import numpy as np
 import pytest
 
 from parc_jax.errors import InputError
 from parc_jax.network.relu import relu_network
 from parc_jax.network.tail import fit_tail
+from parc_jax.rollout.batch import RolloutBatch
+from parc_jax.rollout.law import law_spec
+from parc_jax.sets.box import box
+from parc_jax.system import time_grid
 
 
 def skewed(rng, n=400):
@@ -17,7 +19,10 @@ def skewed(rng, n=400):
     k = rng.uniform(-1, 1, (n, 1))
     y = k + rng.uniform(0, 1, (n, 1)) ** 3
     p = np.concatenate([np.zeros((n, 1, 1)), y[:, :, None]], axis=1)
-    return SimpleNamespace(k=k, p=p, q=np.zeros((n, 0)), n_p=1, time=SimpleNamespace(stride=1)), y
+    time = time_grid(dt=1.0, t_f=1.0, dt_record=1.0)
+    domain = box([-1], [1])
+    law = law_spec("skewed", domain)
+    return RolloutBatch(np.arange(n), k, p, np.zeros((n, 0)), domain, time, law), y
 
 
 def test_prediction_moves_from_the_mean_to_the_middle_of_the_range(rng):

@@ -12,8 +12,8 @@ Definition is_law {A} (L : law A) : Prop := (forall a w, In (a, w) L -> 0 <= w) 
   mean L (fun _ => 1) = 1.
 Definition prob {A} (L : law A) (E : A -> bool) : R := mean L (fun a => if E a then 1 else 0).
 
-(* Two independent draws of two laws, put together; and N of one law: the product of N copies of it.
-   *)
+(* Two independent draws of two laws, put together; and N of one law: the product of N copies
+   of it. *)
 Definition both {A B C} (put : A -> B -> C) (L : law A) (M : law B) : law C :=
   flat_map (fun aw => map (fun bv => (put (fst aw) (fst bv), snd aw * snd bv)) M) L.
 Fixpoint draws {A} (L : law A) (N : nat) : law (list A) :=
@@ -26,8 +26,8 @@ Fixpoint choose (n k : nat) : R :=
   | S _, O => 0
   | S k', S n' => choose n' k' + choose n' k
   end.
-Definition tail (N r : nat) (eps : R) : R := sum_f_R0 (fun i => choose N i * eps ^ i * (1 - eps)
-  ^ (N - i)) r.
+Definition tail (N r : nat) (eps : R) : R :=
+  sum_f_R0 (fun i => choose N i * eps ^ i * (1 - eps) ^ (N - i)) r.
 
 (* Runs, the law that they are drawn from, and the score of each: how much the tube must grow to
    hold it, None where none does. *)
@@ -40,25 +40,27 @@ Definition left_out {A} (score : A -> option R) (s : R) (l : list A) : nat :=
    block's bound; looks; the bound of all, and delta; the bound of each bin, None where there is
    none ---- *)
 Record block := Block { runs : positive; discards : nat; bound : Q }.
-Record claim := Claim { blocks : list block; looks : positive; eps : Q; delta : Q; in_bins :
-  list (option Q) }.
+Record claim := Claim {
+  blocks : list block; looks : positive; eps : Q; delta : Q; in_bins : list (option Q) }.
 
 (* What is said of one block: the law of its runs, their scores, and an event. *)
-Record about {A : Type} := About { law_of : law A; score_of : A -> option R; wrong_of :
-  list A -> bool }.
+Record about {A : Type} := About {
+  law_of : law A; score_of : A -> option R; wrong_of : list A -> bool }.
 Arguments about : clear implicits.
 (* The event happens only where some number leaves no more runs outside than the block may, and its
    tube is left by more than the block's bound. *)
 Definition says {A} (a : about A) (b : block) : Prop :=
   is_law (law_of a) /\
   forall l, wrong_of a l = true ->
-    exists s, (left_out (score_of a) s l <= discards b)%nat /\ Q2R (bound b) < prob (law_of a)
-      (leaves (score_of a) s).
+    exists s, (left_out (score_of a) s l <= discards b)%nat /\
+              Q2R (bound b) < prob (law_of a) (leaves (score_of a) s).
 Fixpoint all_draws {A} (l : list (about A)) (bs : list block) : law (list (list A)) :=
   match l, bs with
   | a :: l', b :: bs' => both cons (draws (law_of a) (Pos.to_nat (runs b))) (all_draws l' bs')
   | _, _ => [([], 1)]
   end.
 Fixpoint some_wrong {A} (l : list (about A)) (drawn : list (list A)) : bool :=
-  match l, drawn with a :: l', d :: drawn' => wrong_of a d || some_wrong l' drawn' | _,
-    _ => false end.
+  match l, drawn with
+  | a :: l', d :: drawn' => wrong_of a d || some_wrong l' drawn'
+  | _, _ => false
+  end.

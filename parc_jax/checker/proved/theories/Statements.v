@@ -41,8 +41,8 @@ Definition in_corridor P N E H sep (u x : rv) : Prop :=
   forall B h, In (B, h) (hinted E H) -> inBox (box B) x ->
     inPoly (start P) u /\
     (forall i a b, nth_error (goal P) i = Some (a, b) ->
-       exists r, reach (final B) (nth i h []) a = Some r /\ dotR a (endR P u (netR N x)) + Q2R r
-         <= Q2R b) /\
+       exists r, reach (final B) (nth i h []) a = Some r /\
+                 dotR a (endR P u (netR N x)) + Q2R r <= Q2R b) /\
     (forall o b d, In ((o, b), d) (combine (tasks P) (dirs_of P sep)) ->
       forall t, (first o <= t <= last o)%nat ->
        exists w c, dir_at d t = Some (w, c) /\ forall i, In i (corners b) ->
@@ -62,8 +62,8 @@ Definition set_is_safe P N E (s : piece) : Prop :=
   let member x := forall strict a c, In (strict, (a, c)) (set_rows P N E B h s) ->
     if strict : bool then 0 < dotR a x + Q2R c else 0 <= dotR a x + Q2R c in
   (forall x, member x -> let k := fun i => x (n_p P + i)%nat in
-     inBox (domain P) k /\ inBox (box B) k /\ (forall B', In B' (bins E) ->
-       inBox (box B') k -> B' = B) /\
+     inBox (domain P) k /\ inBox (box B) k /\
+     (forall B', In B' (bins E) -> inBox (box B') k -> B' = B) /\
      safe P N E x k) /\
   exists eps, 0 < eps /\ forall x, (forall i, Rabs (x i - toR (inner s) i) <= eps) -> member x.
 Theorem set_safe : forall P N E H s, context_ok P N E = true -> check_set P N E H s = true ->
@@ -79,7 +79,8 @@ Qed.
 Definition box_is_safe P N E (s : boxed) : Prop :=
   forall u x,
     (forall i, (i < n_p P)%nat -> Rabs (u i - toR (middle_p0 s) i) <= toR (room_p0 s) i) ->
-  inBox (region s) x -> inBox (domain P) x /\ safe P N E u x.
+    inBox (region s) x ->
+    inBox (domain P) x /\ safe P N E u x.
 Definition box_safe : forall P N E H s, context_ok P N E = true -> check_box P N E H s = true ->
   box_is_safe P N E s
   := DoubtFacts.box_safe.
@@ -128,7 +129,7 @@ Definition tube_not_empty : forall P N B u x, (0 < n_p P)%nat -> zero_allowed P 
 Definition a_hit_is_not_safe : forall P N E B u x o t b i r, (0 < n_p P)%nat ->
   In B (bins E) -> inBox (box B) x -> zero_allowed P B ->
   In o (obstacles P) -> (first o <= t <= last o)%nat ->
-    inPoly (rows o) (knotR P u (netR N x) t i) ->
+  inPoly (rows o) (knotR P u (netR N x) t i) ->
   In b (parts P) -> In i (corners b) -> grown_by b = Disc r -> ~ safe P N E u x
   := Sanity.a_hit_is_not_safe.
 
@@ -177,8 +178,8 @@ Definition different (u v : key) : Prop := exists i,
   Q2R (snd (nth i u (O, 0%Q))) <> Q2R (snd (nth i v (O, 0%Q))).
 (* So many entries of a list have keys of which no two are alike. *)
 Definition at_least {A} (n : nat) (key_of : A -> key) (l : list (option A)) : Prop :=
-  exists some, length some = n /\ (forall u, In u some -> exists s, In (Some s) l /\
-    key_of s = u) /\
+  exists some, length some = n /\
+    (forall u, In u some -> exists s, In (Some s) l /\ key_of s = u) /\
     ForallOrdPairs different some.
 (* So many parts of 100,000 of the whole are of this volume or less; 0 says nothing. *)
 Definition share_within (n : Z) (part whole : R) : Prop :=
@@ -200,8 +201,8 @@ Definition meaning (a : answer) (r : report) : Prop :=
   end /\
   (* the numbers that are told of it are true *)
   at_least (n_samples r) key_of_sample (samples a) /\ at_least (n_sets r) key_of_set (sets a) /\
-  at_least (n_corridors r) key_of_corridor (corridors a) /\ at_least (n_doubts r) key_of_box
-    (doubts a) /\
+  at_least (n_corridors r) key_of_corridor (corridors a) /\
+  at_least (n_doubts r) key_of_box (doubts a) /\
   n_bins r = length (bins E) /\
   n_without r = length (filter (fun B => negb (centred B)) (bins E)) /\
   (forall B, In B (bins E) ->
@@ -270,9 +271,8 @@ Definition risk_of_a_set : forall A (L : law A) (score : A -> option R), is_law 
   prob L (fun a => chosen a && leaves score s a) / prob L chosen <= e / prob L chosen
   := fun A => @Draws.risk_of_a_set A.
 Definition risk_of_a_density : forall A (L : law A) (score : A -> option R) (M : law A) W s e,
-  0 <= W ->
-  prob L (leaves score s) <= e -> (forall E, prob M E <= W * prob L E) ->
-    prob M (leaves score s) <= W * e
+  0 <= W -> prob L (leaves score s) <= e -> (forall E, prob M E <= W * prob L E) ->
+  prob M (leaves score s) <= W * e
   := fun A => @Draws.risk_of_a_density A.
 
 (* What is accepted: of what is said of its blocks, that any is wrong is no likelier than delta over
