@@ -3,6 +3,7 @@ is run.
 """
 
 import ast
+import functools
 import subprocess
 import sys
 from pathlib import Path
@@ -69,13 +70,18 @@ HEAVY = (
 )
 
 
+@functools.cache
+def statements(text: str, anywhere: bool) -> tuple[ast.AST, ...]:
+    """All nodes of a file, or those that run when it is loaded."""
+    tree = ast.parse(text)
+    return tuple(ast.walk(tree)) if anywhere else tuple(at_load(tree))
+
+
 def imports(text: str, anywhere: bool):
     """(dotted name, line) of every import; with anywhere=False only those that run when the module
     is loaded.
     """
-    tree = ast.parse(text)
-    nodes = list(ast.walk(tree)) if anywhere else list(at_load(tree))
-    for node in nodes:
+    for node in statements(text, anywhere):
         if isinstance(node, ast.Import):
             yield from ((alias.name, node.lineno) for alias in node.names)
         elif isinstance(node, ast.ImportFrom):

@@ -33,6 +33,7 @@ def test_on_an_edge_the_wider_bin_counts():
     assert (path.tube_at_end[0] == model.tube.final.max(axis=0)[:2]).all()
 
 
+@pytest.mark.slow
 def test_tables_hold_the_numbers_exactly(tmp_path):
     path = answer().path(*np.split(answer().samples[0], 2))
     with open(path.save(tmp_path / "path.csv")) as file:

@@ -1,6 +1,7 @@
 """Polytopes are corridors in cells, and hold the plans they were cut around."""
 
 import numpy as np
+import pytest
 from toy_models import toy_case
 
 from parc_jax.cover.build import admit, build, nothing_built
@@ -9,6 +10,7 @@ from parc_jax.cover.sampling import draw
 from parc_jax.verdict.scene import scene_of
 
 
+@pytest.mark.slow
 def test_polytopes_hold_the_plans_they_were_cut_around(rng):
     model, problem = toy_case(8)
     scene = scene_of(problem, model)

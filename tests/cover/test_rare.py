@@ -84,6 +84,7 @@ def test_what_is_printed_does_not_speak_of_all_of_the_safe_set(answer, tmp_path)
     assert "goal-reaching set" not in said and answer.around is not None
 
 
+@pytest.mark.slow
 def test_draws_begin_around_a_plan_that_is_known(answer):
     known = answer.samples[0]
     method = pj.Exact(around=(known[: MODEL.n_p], known[MODEL.n_p :]))

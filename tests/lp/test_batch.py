@@ -19,6 +19,7 @@ def programs(rng, batch, n, h):
     return rng.normal(size=(batch, n)), A, b
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("n", "h"),
     [

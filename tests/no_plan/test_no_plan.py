@@ -85,6 +85,7 @@ def test_each_reason_proves_alone(reason, problem):
     assert answer.statement().startswith("Proved")
 
 
+@pytest.mark.slow
 def test_a_start_set_that_leaves_a_sliver_is_not_proved_away():
     """Starts at x <= -3 + k_0 / ... exist: the plan is handed over and the point test accepts
     it.

@@ -25,6 +25,7 @@ def many_runs(answer, repeats: int):
     )
 
 
+@pytest.mark.slow
 def test_error_bands_lie_inside_their_axes_and_files_are_written(answer, tmp_path):
     figure = spread(answer, many_runs(answer, 5), 5, tmp_path / "spread.png")
     assert isinstance(figure, Figure) and len(figure.axes) == 3

@@ -91,6 +91,7 @@ def test_a_goal_that_just_touches_is_not_called_out_of_reach():
     assert (by_lp == YES).any() and not ((status == NO) & (by_lp == YES)).any()
 
 
+@pytest.mark.slow
 @pytest.mark.soundness
 def test_the_comparison_would_see_a_range_that_is_too_small(monkeypatch):
     real = decide._end_ranges

@@ -212,12 +212,14 @@ def test_a_missed_quirk_is_noticed(monkeypatch, mutate):
         _agree_with_stored(_runner(newton_euler))
 
 
+@pytest.mark.slow
 def test_the_run_holds_still_after_braking(ode):
     states, switch, _ = ode(_stored()["k"])
     for run, n in zip(states, switch, strict=True):
         assert (run[n + 400 :] == run[n + 400]).all() and (run[n + 399] != run[n + 400]).any()
 
 
+@pytest.mark.slow
 def test_no_switch_gives_nan(ode):
     states, switch, _ = ode(np.array([[10.0, 0.6], [10.0, 3.0]]))  # a sideslip that is never held
     assert list(switch) == [359, 0]
