@@ -7,7 +7,7 @@ import subprocess
 import numpy as np
 
 COMPILER = shutil.which("cc")
-FLAGS = ("-std=c99", "-O2", "-Wall", "-Wextra", "-Werror", "-pedantic", "-shared", "-fPIC")
+FLAGS = ("-std=c99", "-O2", "-Wall", "-Wextra", "-Werror", "-pedantic", "-fPIC")
 CALLS = """#include "{name}.h"
 void are_safe(long n, const double *p0, const double *k, unsigned char *out)
 {{
@@ -27,11 +27,12 @@ class Header:
     def __init__(self, path, *flags: str):
         source = path.with_suffix(".c")
         source.write_text(CALLS.format(name=path.stem))
-        built = path.with_suffix(".so")
-        command = [COMPILER, *FLAGS, *flags, str(source), "-o", str(built)]
-        done = subprocess.run(command, capture_output=True, text=True)
-        assert done.returncode == 0, done.stderr
-        self._library = ctypes.CDLL(str(built))
+        compiled, built = str(path.with_suffix(".o")), str(path.with_suffix(".so"))
+        _run([COMPILER, *FLAGS, *flags, "-c", str(source), "-o", compiled])
+        # Linked without the flags: with -Ofast what is loaded here would make the processor take
+        # subnormal numbers for zero, in all of this process.
+        _run([COMPILER, "-shared", compiled, "-o", built])
+        self._library = ctypes.CDLL(built)
 
     def are_safe(self, p0: np.ndarray, k: np.ndarray) -> np.ndarray:
         """(n,) bool of p0 (n, n_p), k (n, n_k)."""
@@ -44,6 +45,11 @@ class Header:
         k = np.full(len(wanted), np.nan)
         known = self._library.nearest(_at(p0), _at(wanted), _at(k))
         return k if known else None
+
+
+def _run(command: list[str]) -> None:
+    done = subprocess.run(command, capture_output=True, text=True)
+    assert done.returncode == 0, done.stderr
 
 
 def _at(array: np.ndarray):
