@@ -12,8 +12,9 @@ from parc_jax.answer.path import nominal_path
 from parc_jax.errors import InputError
 from parc_jax.problem.labels import labels
 
+pytestmark = pytest.mark.slow  # kernels of its own: of the gate
 
-@pytest.mark.slow
+
 def test_the_path_of_a_plan_is_known_in_closed_form():
     """The folding model: c_t = (t / T) (k_0, |k_1|), q = k_0."""
     path = answer().path([0.5, -0.25], [0.75, -0.5])
@@ -33,7 +34,6 @@ def test_on_an_edge_the_wider_bin_counts():
     assert (path.tube_at_end[0] == model.tube.final.max(axis=0)[:2]).all()
 
 
-@pytest.mark.slow
 def test_tables_hold_the_numbers_exactly(tmp_path):
     path = answer().path(*np.split(answer().samples[0], 2))
     with open(path.save(tmp_path / "path.csv")) as file:

@@ -108,6 +108,7 @@ def long_and_wide(top, T=500, neurons=30):
     return build.rehash(answer | {"samples": [], "doubt": [box]})
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("top", "safe"), [("-1.001", True), ("-0.999", False)])
 def test_a_short_file_takes_little_memory(top, safe):
     """The outputs are known at one vertex at a time: at all of them they would be 5 MB."""

@@ -105,6 +105,7 @@ def test_a_late_stop_leaves_the_older_study_whole_and_the_new_runs_where_they_ar
     assert pj.load(unfinished / "model.npz").tube.hash == toy_driven.model().tube.hash
 
 
+@pytest.mark.slow
 def test_what_speaks_of_the_older_answer_goes_with_it(monkeypatch, tmp_path):
     for name in ("metrics.json", "near.json"):
         (tmp_path / name).write_text("older")

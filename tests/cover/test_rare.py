@@ -16,7 +16,7 @@ from parc_jax.robust.question import Plain
 from parc_jax.verdict.near import near_scene
 from parc_jax.verdict.pointwise import verdicts
 
-pytestmark = pytest.mark.soundness
+pytestmark = [pytest.mark.soundness, pytest.mark.slow]  # kernels of its own: of the gate
 MODEL = line_model(T=8, half=2.0)
 HALF = 1e-4  # [m] of the slit: a share of 3e-10 of all plans is safe
 
@@ -46,7 +46,6 @@ def answer():
     return pj.Planner(MODEL).solve(slit(), jax.random.PRNGKey(0), settings)
 
 
-@pytest.mark.slow
 def test_a_set_of_share_1e_10_is_covered_like_any_other(answer):
     assert answer.status is pj.types.Status.PROVED and answer.coverage.at_least >= 0.95
     assert len(answer.samples) == 20 and answer.volume()[0] < 1e-8
@@ -66,7 +65,6 @@ def test_a_handful_of_safe_draws_is_no_reason_to_go_on_drawing(safe, found):
     assert tally.hopeless is not found and not tally._replace(drawn=HOPELESS - 1).hopeless
 
 
-@pytest.mark.slow
 def test_a_share_of_one_in_forty_thousand_is_covered():
     """A draw in forty thousand is safe: too many for "none", too few to draw until 99 % show."""
     settings = pj.Settings(samples=20, target=0.05, budget_s=300)
@@ -75,7 +73,6 @@ def test_a_share_of_one_in_forty_thousand_is_covered():
     assert wide.counts["drawn"] < 10**6
 
 
-@pytest.mark.slow
 def test_what_is_printed_does_not_speak_of_all_of_the_safe_set(answer, tmp_path):
     said = verdict(answer, tmp_path / "answer.json", None)
     assert "of the plans that end in the goal's box" in said
@@ -84,7 +81,6 @@ def test_what_is_printed_does_not_speak_of_all_of_the_safe_set(answer, tmp_path)
     assert "goal-reaching set" not in said and answer.around is not None
 
 
-@pytest.mark.slow
 def test_draws_begin_around_a_plan_that_is_known(answer):
     known = answer.samples[0]
     method = pj.Exact(around=(known[: MODEL.n_p], known[MODEL.n_p :]))
@@ -110,7 +106,6 @@ def test_no_part_of_a_thin_set_is_left_out():
     assert volume(1e-3) / volume(1e-5) == pytest.approx(1e4, rel=0.05)
 
 
-@pytest.mark.slow
 def test_samples_alone_are_found_too():
     fast = pj.Settings.fast()
     found = pj.Planner(MODEL).solve(slit(), jax.random.PRNGKey(1), fast)

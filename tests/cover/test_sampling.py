@@ -42,6 +42,7 @@ def test_counts_are_of_what_reaches_and_what_is_safe(rng):
     np.testing.assert_array_equal(e.path, seen.safe.path)
 
 
+@pytest.mark.slow
 def test_a_draw_is_as_large_as_what_is_asked_of_it_needs(rng):
     model, problem = toy_case(4)
     with Sampler(scene_of(problem, model), rng) as sampler:

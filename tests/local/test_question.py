@@ -51,6 +51,7 @@ def turning():
     return Turning(base.domain, base.time, base.run)
 
 
+@pytest.mark.slow
 def test_the_start_set_is_asked_for_again():
     choice = chosen()
     found = near(choice)
@@ -59,6 +60,7 @@ def test_the_start_set_is_asked_for_again():
     assert found.answer.looks is choice.looks
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("at", [(0.05, 0.0), (0.05, 0.0, 0.1)])
 def test_the_pose_is_asked_for_again(at, tmp_path):
     choice = chosen(at)
@@ -75,6 +77,7 @@ def test_the_pose_is_asked_for_again(at, tmp_path):
         pj.exchange.write_c(found.answer, tmp_path / "near.h")
 
 
+@pytest.mark.slow
 def test_a_claim_near_a_pose_is_told_from_it():
     choice = chosen((0.05, 0.0, 0.1))
     small = pj.Local(share=0.01, eps=0.1, rollouts=60, profile_runs=60)

@@ -45,6 +45,7 @@ def test_the_true_robot_is_shown_where_it_was(known):
         np.testing.assert_allclose(true, begun + np.array([1, -2]), atol=1e-12)
 
 
+@pytest.mark.slow
 def test_a_film_has_a_frame_for_every_moment_and_one_sees_the_robot(known, tmp_path, monkeypatch):
     shapely = pytest.importorskip("shapely")
     seen = []

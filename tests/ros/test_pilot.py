@@ -214,6 +214,7 @@ def test_a_plan_is_proved_from_rest(ready):
         ready.plan(sliding.posed(0, 0), sliding.posed(0.4, 0.1, frame="odom"), 0.1)
 
 
+@pytest.mark.slow
 def test_a_node_without_ros_says_what_to_install():
     code = "import runpy; runpy.run_module('parc_jax.ros.node', run_name='__main__')"
     gone = "import sys; sys.modules['geometry_msgs'] = None; "

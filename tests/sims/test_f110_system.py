@@ -16,6 +16,8 @@ from sims.f110 import problem
 from sims.f110.disturbance import LAWS, draw
 from sims.f110.scenario import GOAL_SIZE, SPACE
 
+pytestmark = pytest.mark.slow  # runs of its own: of the gate
+
 KEYS = drawn_keys(5, 24)
 CORNERS = [(y, v) for y in c.LINE_RANGE for v in c.SPEED_RANGE]
 
@@ -41,7 +43,6 @@ def test_repeatable_to_the_bit_at_any_thread_count(system, ks, run):
     np.testing.assert_array_equal(replace(system, threads=1).run(KEYS, ks).measured, run.measured)
 
 
-@pytest.mark.slow
 def test_a_run_does_not_depend_on_its_neighbours(system, ks, run):
     for i in (0, 7):
         np.testing.assert_array_equal(
@@ -93,7 +94,6 @@ def test_it_follows_the_line_at_the_speed_first(run, ks):
     assert np.abs(np.hypot(*run.velocity[rows, at, :2].T) - ks[:, 1]).max() < 0.3
 
 
-@pytest.mark.slow
 def test_draws_keep_inside_the_declared_law():
     law = LAWS["floor"]
     drawn = draw(law, drawn_keys(0, 500), 2)
