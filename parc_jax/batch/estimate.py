@@ -117,6 +117,6 @@ def _fan(n_p: int) -> np.ndarray:
     return (cube / np.linalg.norm(cube, axis=1, keepdims=True)).astype(np.float32)
 
 
-def _single(x: jax.Array):
+def _single(x: np.ndarray | jax.Array) -> jax.Array:
     x = jnp.asarray(x)
     return x.astype(jnp.float32) if jnp.issubdtype(x.dtype, jnp.floating) else x

@@ -13,6 +13,7 @@ from toy_models import line_model, random_model, random_problem, rectangle_probl
 from parc_jax.batch import proposals
 from parc_jax.batch import run as batch_run
 from parc_jax.batch.box_scenes import box_scenes, lay_out_boxes
+from parc_jax.batch.estimate import along_fan
 from parc_jax.batch.proposals import Best
 from parc_jax.batch.run import Calls, run, search_many
 from parc_jax.batch.solve import passes
@@ -140,7 +141,15 @@ def test_vectorised_and_looped_scenes_get_the_same_verdicts(toy, monkeypatch):
     items = jax.device_get(
         batch_run.make_pool(model.net, model.tube, KEY, model.domain.lo, model.domain.hi, 256)
     )
-    shared = (model.net, model.tube, None, items, np.asarray(KEY), np.int32(0), np.int32(4))
+    shared = (
+        model.net,
+        model.tube,
+        along_fan(model.tube),
+        items,
+        np.asarray(KEY),
+        np.int32(0),
+        np.int32(4),
+    )
     best = Best(np.zeros((S, 2, 4)), np.full((S, 2), -np.inf))
     numbers = np.arange(S, dtype=np.uint32)
     (a, turns_a), (b, turns_b) = (
