@@ -2,6 +2,7 @@
 
 import inspect
 import os
+import re
 import subprocess
 import sys
 from operator import attrgetter
@@ -51,6 +52,26 @@ def test_every_name_loads_and_has_a_docstring(name):
                     else getattr(member, "__func__", member)
                 )
                 assert inspect.getdoc(target), f"{name}.{attribute}"
+
+
+def test_every_name_that_is_written_of_the_package_is_there():
+    """In code and on pages, whatever the extras that they need; in a room as well."""
+    root = Path(__file__).parents[1]
+    files = [
+        path for room in ("sims", "benchmarks", "tests") for path in root.glob(f"{room}/**/*.py")
+    ]
+    files += [*root.glob("docs/examples/*"), *root.glob("docs/*.md"), root / "README.md"]
+    written = re.compile(r"(?<![\w.`/])pj\.(\w+)(?:\.(\w+))?")
+    missing = []
+    for path in files:
+        if path.name == "changelog.md" or not path.is_file():
+            continue
+        for name, inner in set(written.findall(path.read_text())):
+            thing = getattr(parc_jax, name, None)
+            whole = thing is not None and (not inner or hasattr(thing, inner))
+            if not whole and not name.startswith("__"):
+                missing.append(f"{path.relative_to(root)}: pj.{name}{inner and '.' + inner}")
+    assert not missing, "\n".join(sorted(missing))
 
 
 def test_a_name_that_is_not_there_is_an_attribute_error():

@@ -48,6 +48,11 @@ class Driver:
     save: Path | None = None
     film: Path | None = None
 
+    @property
+    def told(self) -> dict:
+        """What a line of an episode says of who drove it."""
+        return {"model": self.content[:16], "odometry": self.odometry}
+
     def __call__(self, world: World, seed) -> pj.loop.Outcome:
         system = robot()
         key = np.asarray(seed, np.uint32)
@@ -56,15 +61,20 @@ class Driver:
         new = [step.committed for step in one.steps if step.new]
         points = centre_and_corners(one.path[:, :2], one.path[:, 2], *system.size)
         left = pj.loop.left_tube(new, points, one.path[:, 2])
-        told = told_of(one) | {"left": left}
+        told = told_of(one) | {"left": left} | self.told
         if self.prove:
             told["proved"] = all(each.proved() for each in new)
-        name = f"world_{world.number}_{'_'.join(map(str, seed))}"
+        name = file_name(world.number, seed)
         if self.save is not None and new:
             pj.loop.save_episode(self.save / f"{name}.json", new, drift=one.drift)
         if self.film is not None and new:
             film(self.film / f"{name}.gif", world, one)
         return pj.loop.Outcome(one.touched, left or one.drifted > 0, told)
+
+
+def file_name(world: int, seed) -> str:
+    """What the files of an episode are called."""
+    return f"world_{world}_{'_'.join(map(str, seed))}"
 
 
 def content_of(model: Path) -> str:
@@ -82,7 +92,6 @@ def loop_of(model: Path, content: str, deadline: float) -> pj.loop.Loop:
         known,
         rectangle(),
         leave=robot().moving,
-        given=(0, 1),  # speed and turning at the start
         candidates=candidates(known.domain),
         effort=pj.loop.Effort(judged=512, room=0.05, deadline=deadline),
     )

@@ -33,7 +33,9 @@ class Options:
     model: Path = Path("barn/jackal.npz")
     """A saved model of the Jackal; learned and saved there, if there is none."""
     out: Path = Path("barn/drives.jsonl")
-    """A line for each episode; what stands there is not driven again. A folder, of episodes."""
+    """A line for each episode; what this model drove there is not driven again. A folder, of
+    episodes.
+    """
     odometry: bool = False
     """The robot knows where it is by dead reckoning alone, which drifts; else it truly knows."""
     prove: bool = False
@@ -55,7 +57,7 @@ class Options:
 
 
 def learn(options: Options) -> None:
-    """The model at its place, learned if there is none."""
+    """The model at its place, learned if there is none; one that is there is taken as it is."""
     if options.model.exists():
         return
     system, key = robot(), jax.random.PRNGKey(0)
@@ -84,14 +86,16 @@ def drive_worlds(options: Options) -> tuple[list[dict], str]:
         save=options.save,
         film=options.film,
     )
+    of_model = f"Model {options.model}: {pj.load(options.model).claim}."
     if options.episodes:
         key = jax.random.PRNGKey(0)
         asked = {"folder": options.out, "workers": options.jobs, "quiet": options.quiet}
         done = pj.loop.drive_episodes(driver, any_world, key, options.episodes, **asked)
         told = [one.told for one in done.driven if not one.failed]
-        return told, f"{summary(told)}\n{done.statement()}"
+        return told, f"{summary(told)}\n{of_model}\n{done.statement()}"
     lines = options.out.read_text().splitlines() if options.out.exists() else []
-    found = {(one["world"], one["seed"]): one for one in map(json.loads, lines)}
+    ours = [one for one in map(json.loads, lines) if driver.told.items() <= one.items()]
+    found = {(one["world"], one["seed"]): one for one in ours}
     seeds = range(options.first_seed, options.first_seed + options.seeds)
     asked = [(w, s) for w in options.worlds or numbers() for s in seeds]
     left = [each for each in asked if each not in found]
@@ -104,7 +108,7 @@ def drive_worlds(options: Options) -> tuple[list[dict], str]:
             with options.out.open("a") as file:
                 file.write(json.dumps(found[number, seed]) + "\n")
     told = [found[each] for each in asked]
-    return told, summary(told)
+    return told, f"{summary(told)}\n{of_model}"
 
 
 def summary(found: list[dict]) -> str:

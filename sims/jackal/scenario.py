@@ -1,5 +1,6 @@
 """One manoeuvre's task: come to rest behind a gap, from whatever speeds are measured."""
 
+from parc_jax.problem.doubt import FREE, Doubt
 from parc_jax.problem.problem import ReachAvoid, reach_avoid
 from parc_jax.sets.box import box
 from sims.jackal import params as c
@@ -23,4 +24,5 @@ def problem(body: str = "rectangle") -> ReachAvoid:
         box([near, GAP / 2], [far, FAR]),
         box([near, -FAR], [far, -GAP / 2]),
     ]
-    return reach_avoid(goal_of_centre(*GOAL), walls, rectangle(), box(*START))
+    measured = Doubt(given={"speed at the start": FREE, "turning at the start": FREE})
+    return reach_avoid(goal_of_centre(*GOAL), walls, rectangle(), box(*START), doubt=measured)

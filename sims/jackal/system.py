@@ -45,6 +45,7 @@ class Manoeuvre:
         "speed [m/s]",
         "turning [rad/s]",
     )
+    given: ClassVar[tuple[int, ...]] = (0, 1)  # wheels, slip and lean at the start stay hidden
 
     @property
     def law(self) -> dict[str, Any]:

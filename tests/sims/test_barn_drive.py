@@ -184,7 +184,11 @@ def test_a_robot_that_learned_to_drive_reaches_the_goal_and_touches_nothing(tmp_
     assert all(one["reached"] and one["proved"] and not one["touched"] for one in told)
     drive_worlds(Options(worlds=(1, 5), **about))  # what was driven is not driven again
     assert len(out.read_text().splitlines()) == 2
+    drive_worlds(Options(worlds=(5,), odometry=True, **about))  # another drive of the same world
+    assert len(out.read_text().splitlines()) == 3
     monkeypatch.setattr("sims.barn.job.WORLDS", (5,))
     assert barn.job(out=tmp_path / "job", model=tmp_path / "model.npz", quiet=True) == 0
     for kind in ("episodes/*.json", "films/*.gif"):
         assert len(list((tmp_path / "job").glob(kind))) == 1
+    (tmp_path / "job" / "episodes" / "world_5_5_0.json").unlink()
+    assert barn.job(out=tmp_path / "job", model=tmp_path / "model.npz", quiet=True) == 1

@@ -113,6 +113,7 @@ def test_runs_can_be_collected(jackal):
     runs = pj.collect(jackal, jax.random.PRNGKey(3), n=4, quiet=True)
     assert runs.p.shape == (4, 61, 10) and not runs.failed.any()
     assert runs.points == jackal.points and runs.rotation == ("turns",)
+    assert runs.given == (0, 1)  # so that its claims list HIDDEN_START
 
 
 def test_the_law_is_declared(jackal):

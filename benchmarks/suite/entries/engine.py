@@ -24,12 +24,12 @@ PIECES = 100  # polytopes of an answer: the largest
 PLANS = 500  # of an answer
 
 
-def domain(task: kit.Task) -> pj.Box:
+def domain(task: kit.Task) -> pj.types.Box:
     """K."""
     return pj.box(task.k_lo, task.k_hi)
 
 
-def grid(task: kit.Task) -> pj.TimeGrid:
+def grid(task: kit.Task) -> pj.types.TimeGrid:
     """Every record, and as many knots as are allowed."""
     records, dt = task.told["records"], task.told["dt"]
     stride = next(s for s in range(1, records + 1) if records % s == 0 and records // s <= KNOTS)
@@ -53,9 +53,9 @@ def between(task: kit.Task):
     return DISCRETE_TIME if speed is None else SpeedBound(speed)
 
 
-def scene(task: kit.Task, path) -> pj.ReachAvoid:
+def scene(task: kit.Task, path) -> pj.types.ReachAvoid:
     """The scene as parc_jax reads it."""
-    return pj.load_problem(path, points=tuple(task.told["points"]))
+    return pj.exchange.load_problem(path, points=tuple(task.told["points"]))
 
 
 def needed(task: kit.Task) -> int:
@@ -63,14 +63,15 @@ def needed(task: kit.Task) -> int:
     return math.ceil(math.log(task.delta) / math.log1p(-task.eps))
 
 
-def polytopes(answer: pj.Answer) -> list[dict]:
+def polytopes(answer: pj.types.Answer) -> list[dict]:
     """The largest safe polytopes of an answer, as the suite spells them."""
     corners = answer.project(range(answer.model.n_p + answer.model.n_k))
-    largest = np.argsort(-answer.volumes)[:PIECES]
-    return [_spelled(answer.safe_sets[i], corners[i]) for i in largest]
+    largest = np.argsort(-answer.volumes())[:PIECES]
+    sets = answer.safe_sets()
+    return [_spelled(sets[i], corners[i]) for i in largest]
 
 
-def _spelled(polytope: pj.HPolytope, corners: np.ndarray) -> dict:
+def _spelled(polytope: pj.types.HPolytope, corners: np.ndarray) -> dict:
     lo, hi = corners.min(axis=0), corners.max(axis=0)
     length = np.linalg.norm(polytope.A, axis=1)
     A = np.round(polytope.A / length[:, None], DIGITS)
@@ -79,7 +80,9 @@ def _spelled(polytope: pj.HPolytope, corners: np.ndarray) -> dict:
     return {"A": A.tolist(), "b": b.tolist(), "lo": lo.tolist(), "hi": hi.tolist()}
 
 
-def published(model: pj.TrajectoryModel, asked: pj.ReachAvoid, samples: int) -> list[list[float]]:
+def published(
+    model: pj.types.TrajectoryModel, asked: pj.types.ReachAvoid, samples: int
+) -> list[list[float]]:
     """Plans of the published search, so many draws a region; none where it has no word for the
     scene, or the tube leaves no goal.
     """

@@ -48,13 +48,13 @@ class Episode:
     reason: str
 
 
-def loop_of(robot: str, model: pj.TrajectoryModel) -> pj.Loop:
+def loop_of(robot: str, model: pj.types.TrajectoryModel) -> pj.loop.Loop:
     """A robot's loop, for all of its scenes."""
-    effort = pj.Effort(candidates=4096, judged=1024, deadline=60.0)
-    return pj.Loop(model, body(ROBOTS[robot]), leave=LEAVE, effort=effort)
+    effort = pj.loop.Effort(candidates=4096, judged=1024, deadline=60.0)
+    return pj.loop.Loop(model, body(ROBOTS[robot]), leave=LEAVE, effort=effort)
 
 
-def drive_scene(asked: Scene, loop: pj.Loop) -> Episode:
+def drive_scene(asked: Scene, loop: pj.loop.Loop) -> Episode:
     """From the scene's start. The robot waits while the loop thinks."""
     robot, x, path, driven = ROBOTS[asked.robot], asked.start, [asked.start[None]], []
     around, liked, idle, step, begun = obstacles(asked), Liked(asked, loop.model), 0, None, None
@@ -82,7 +82,7 @@ def drive_scene(asked: Scene, loop: pj.Loop) -> Episode:
         now * TICK,
         float(clear),
         bool(((middle >= asked.lo) & (middle <= asked.hi)).all()),
-        pj.left_tube(driven, places(robot, whole), whole[:, 2]) if driven else False,
+        pj.loop.left_tube(driven, places(robot, whole), whole[:, 2]) if driven else False,
         driven,
         whole,
         step.reason,
@@ -94,7 +94,7 @@ class Liked:
     a short way to it from where a manoeuvre ends, and nearby its heading.
     """
 
-    def __init__(self, asked: Scene, model: pj.TrajectoryModel):
+    def __init__(self, asked: Scene, model: pj.types.TrajectoryModel):
         self.robot, self.goal = ROBOTS[asked.robot], asked.goal
         final = model.tube.final.max(axis=0)
         self.miss = np.concatenate([final[:2], final[-model.n_q :]])
@@ -105,7 +105,9 @@ class Liked:
             across = (x > one.lo[0] - CELL) & (x < one.hi[0] + CELL)
             along = (y > one.lo[1] - CELL) & (y < one.hi[1] + CELL)
             grid[np.ix_(along, across)] = 100
-        self.guide = Guide(pj.occupancy_grid(grid, CELL, (*asked.lo, 0.0)), self.goal[:2], ROOM)
+        self.guide = Guide(
+            pj.world.occupancy_grid(grid, CELL, (*asked.lo, 0.0)), self.goal[:2], ROOM
+        )
 
     def __call__(self, seen: Outlook) -> np.ndarray:
         """(b,) the less the better."""

@@ -16,7 +16,7 @@ EFFORT = {
 }
 
 
-def learned(robot: str, folder: Path) -> pj.TrajectoryModel:
+def learned(robot: str, folder: Path) -> pj.types.TrajectoryModel:
     """The model of a robot, from its file in the folder, or learned and kept there."""
     path = folder / f"{robot}.npz"
     if path.exists():

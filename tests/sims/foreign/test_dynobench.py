@@ -160,7 +160,7 @@ def test_a_unicycle_is_driven_into_its_parking_space(tmp_path, capsys):
     assert driven.clearance > 0 or driven.left
     np.testing.assert_array_equal(driven.path[0], asked.start)
     assert TICK * (len(driven.path) - 1) == pytest.approx(driven.seconds)
-    pj.save_episode(tmp_path / "drive.json", driven.commitments[:1])
+    pj.loop.save_episode(tmp_path / "drive.json", driven.commitments[:1])
     with pytest.raises(SystemExit) as stop:
         cli.main(["check", str(tmp_path / "drive.json")])
     assert not stop.value.code and capsys.readouterr().out.startswith("ACCEPTED")
