@@ -464,10 +464,7 @@ BAGS = (
         "episode._Shown.predicted",
         "t - self.begin",
         "t",
-        (
-            "tests/plot/test_episode_film.py::"
-            "test_the_body_drives_inside_of_what_it_may_reach_to_the_stop_that_is_shown",
-        ),
+        ("tests/plot/test_episode_film.py::test_the_true_robot_is_shown_where_it_was",),
     ),
     Fault(
         "mcap_of_a_plan_that_is_not_safe",

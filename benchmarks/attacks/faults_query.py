@@ -207,4 +207,18 @@ QUERY = (
         "doubt=None",
         (LOOP + "test_more_doubt_never_goes_farther",),
     ),
+    Fault(
+        "loops_that_choose_what_is_measured",
+        "given_axes",
+        "if not set(model.given) <= set(axes):",
+        "if False:",
+        (LOOP + "test_what_is_measured_is_never_chosen",),
+    ),
+    Fault(
+        "loops_silent_of_what_a_start_hides",
+        "given_axes",
+        "if others and",
+        "if False and",
+        (LOOP + "test_what_runs_did_not_measure_is_not_given_where_they_are_all_that_is_known",),
+    ),
 )

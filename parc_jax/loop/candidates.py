@@ -6,14 +6,19 @@ import numpy as np
 from scipy.stats import qmc
 
 from parc_jax.base.arrays import as_float64
+from parc_jax.base.spelling import listed
 from parc_jax.errors import InputError
 from parc_jax.model import TrajectoryModel
 from parc_jax.problem.labels import name_of
 
 
-def given_axes(model: TrajectoryModel, given: Sequence[str | int]) -> tuple[int, ...]:
-    """Numbers of the given parameters. Raises InputError."""
+def given_axes(model: TrajectoryModel, given: Sequence[str | int] | None) -> tuple[int, ...]:
+    """Numbers of the given parameters: all that the system declares, by default these. Where the
+    claim rests on runs no others, since it would not say what their start leaves hidden [T37].
+    Raises InputError.
+    """
     names = [name_of(label) for label in model.labels.k]
+    given = model.given if given is None else given
     axes = tuple(names.index(g) if g in names else g for g in given)
     for axis in axes:
         if not (isinstance(axis, int) and 0 <= axis < model.n_k) or axes.count(axis) > 1:
@@ -23,6 +28,19 @@ def given_axes(model: TrajectoryModel, given: Sequence[str | int]) -> tuple[int,
             )
     if len(axes) == model.n_k:
         raise InputError("given: expected at least one parameter to choose; all are given.")
+    measured = [names[axis] for axis in model.given]
+    if not set(model.given) <= set(axes):
+        raise InputError(
+            f"given: expected {listed(measured)}, all that {model.system or 'the robot'} measures "
+            f"at the start; got {given!r:.200}. What is measured is not chosen."
+        )
+    others = [names[axis] for axis in axes if axis not in model.given]
+    if others and model.claim.kind == "pac":
+        raise InputError(
+            f"given: expected what the runs of the claim measured at the start; the system does "
+            f"not declare {listed(others)}. Declare `given` there and calibrate anew: then the "
+            "claim lists HIDDEN_START."
+        )
     return axes
 
 

@@ -71,16 +71,16 @@ class Loop:
     model: whose manoeuvres carry their stop: at the end of each the robot rests, and stays. body:
     as of `reach_avoid`. leave: [s] after the start of a manoeuvre from when on it may be left for
     the next one. given: parameters of k that are measured at the start, names or numbers; by
-    default those that the system declares. doubt: of the start and heading, the same at every
-    step. end: where a manoeuvre may end, a set over all points and q seen from its start with the
-    heading that is measured, whichever within its doubt it has; None for anywhere. candidates
-    (b, chosen parameters): that are looked at, at every step; by default `effort.candidates` of
-    them, even over K. prover: proves every commitment exactly in a second process; while it is
-    far behind, and after it rejected one, nothing is committed to. thinking: that every run of the
-    model waits for the next command; None where the new one is followed from the very moment of
-    measuring, as in a simulation that waits. jump: [m] a pose so much farther outside of the tube
-    of the manoeuvre under way is not believed; None for every pose is. Raises InputError for what
-    does not fit the model.
+    default those that the system declares, and where the claim rests on runs just these. doubt: of
+    the start and heading, the same at every step. end: where a manoeuvre may end, a set over all
+    points and q seen from its start with the heading that is measured, whichever within its doubt
+    it has; None for anywhere. candidates (b, chosen parameters): that are looked at, at every step;
+    by default `effort.candidates` of them, even over K. prover: proves every commitment exactly in
+    a second process; while it is far behind, and after it rejected one, nothing is committed to.
+    thinking: that every run of the model waits for the next command; None where the new one is
+    followed from the very moment of measuring, as in a simulation that waits. jump: [m] a pose so
+    much farther outside of the tube of the manoeuvre under way is not believed; None for every pose
+    is. Raises InputError for what does not fit the model.
     """
 
     def __init__(
@@ -104,7 +104,7 @@ class Loop:
         self.prover = prover
         self.doubt = Doubt() if doubt is None else doubt
         self.effort = Effort() if effort is None else effort
-        self.given = given_axes(model, model.given if given is None else given)
+        self.given = given_axes(model, given)
         known = self.doubt.k or self.doubt.given or self.doubt.unknown
         if known or self.doubt.goal:
             raise InputError(

@@ -2,6 +2,7 @@
 
 import json
 from dataclasses import replace
+from fractions import Fraction
 
 import numpy as np
 import pytest
@@ -10,6 +11,7 @@ from toy_models import line_model, model_of, told, toy_case, uniform_tube
 
 import parc_jax as pj
 from parc_jax import checker
+from parc_jax.claim.claim import derived
 from parc_jax.errors import InputError
 from parc_jax.loop.candidates import even_candidates
 from parc_jax.loop.outlook import outlook
@@ -229,6 +231,20 @@ def test_the_outlook_is_what_the_network_says_turned_into_the_world():
 def test_loops_that_make_no_sense_are_refused(line, options, words):
     with pytest.raises(InputError, match=words):
         loop_of(line, **options)
+
+
+@pytest.mark.parametrize(("declared", "given"), [((1,), ()), ((0,), (1,))])
+def test_what_is_measured_is_never_chosen(line, declared, given):
+    with pytest.raises(InputError, match="What is measured is not chosen"):
+        loop_of(told(line, given=declared), given=given)
+
+
+def test_what_runs_did_not_measure_is_not_given_where_they_are_all_that_is_known(line):
+    of_runs = {"kind": "pac", "eps": Fraction(1, 100), "delta": Fraction(1, 1000), "n": 688}
+    model = line.replace(claim=derived(line.claim, **of_runs))
+    with pytest.raises(InputError, match="does not declare k1"):
+        loop_of(model)
+    assert loop_of(told(model, given=(1,))).given == (1,)
 
 
 def test_an_effort_of_nothing_is_refused():

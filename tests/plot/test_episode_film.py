@@ -34,15 +34,15 @@ def test_the_body_drives_inside_of_what_it_may_reach_to_the_stop_that_is_shown(k
 
 
 def test_the_true_robot_is_shown_where_it_was(known):
-    stage = episode._Stage(known, None)
-    first = stage.shown[0]
-    pose = np.array([*first.pose.place, first.pose.heading or 0.0])
-    for true, begun in zip(first.driven(pose), first.predicted(first.begin), strict=True):
-        np.testing.assert_allclose(true, begun, atol=1e-12)
-    for true, begun in zip(
-        first.driven(pose + np.array([1, -2, 0])), first.driven(pose), strict=True
-    ):
-        np.testing.assert_allclose(true, begun + np.array([1, -2]), atol=1e-12)
+    shown = episode._Stage(known, None).shown
+    assert shown[-1].begin > shown[0].begin
+    for one in shown:
+        pose = np.array([*one.pose.place, one.pose.heading or 0.0])
+        here, there = one.driven(pose), one.driven(pose + np.array([1, -2, 0]))
+        for true, begun in zip(here, one.predicted(one.begin), strict=True):
+            np.testing.assert_allclose(true, begun, atol=1e-12)
+        for true, before in zip(there, here, strict=True):
+            np.testing.assert_allclose(true, before + np.array([1, -2]), atol=1e-12)
 
 
 @pytest.mark.slow
