@@ -31,7 +31,7 @@ def work_of(share: float) -> Work:
 
 
 @dataclass(frozen=True)
-class Effort(Options):
+class Search(Options):
     """How much of the safe set is looked for, and what is returned."""
 
     samples: int = 100
@@ -70,7 +70,7 @@ class Effort(Options):
 
 
 @dataclass(frozen=True)
-class Settings(Effort):
+class Settings(Search):
     """What `Planner.solve` and `Planner.solve_batch` do for a query. Presets: `fast`, `whole`,
     `thorough`; `replace` changes some fields of one. Raises InputError for values without meaning.
     """

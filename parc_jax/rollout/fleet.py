@@ -38,7 +38,7 @@ class Sent(NamedTuple):
 
 
 @dataclass
-class Part:
+class Share:
     """Some runs of a batch. places: in the batch. lost: how often. copies: sent for being slow.
     since: when it was sent last [s].
     """
@@ -92,15 +92,15 @@ class Fleet:
         LOSSES times.
         """
         found: dict[int, Call] = {}
-        out: dict[Future, tuple[Sent, Part]] = {}
+        out: dict[Future, tuple[Sent, Share]] = {}
 
-        def go(part: Part) -> None:
+        def go(part: Share) -> None:
             part.since = time.monotonic()
             sent = send(part.places)
             out[sent.future] = sent, part
 
         for first in range(0, n, RUNS_PER_PART):
-            go(Part(range(first, min(first + RUNS_PER_PART, n))))
+            go(Share(range(first, min(first + RUNS_PER_PART, n))))
         while any(part.places[0] not in found for _, part in out.values()):  # else they are copies
             done, _ = wait(out, timeout=LEAST_S, return_when=FIRST_COMPLETED)
             for future in done:
@@ -117,7 +117,7 @@ class Fleet:
                 go(part)
         return found
 
-    def _slow(self, out: dict, found: dict) -> list[Part]:
+    def _slow(self, out: dict, found: dict) -> list[Share]:
         """Parts of which nobody knows whether their worker still works on them."""
         if self._longest_s == 0.0:
             return []  # how long one takes is not known yet

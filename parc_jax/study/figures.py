@@ -2,12 +2,12 @@
 
 from pathlib import Path
 
-from parc_jax.study.job import Outcome
+from parc_jax.study.job import Studied
 from parc_jax.study.replay import Replay
 from parc_jax.study.settings import Study
 
 
-def figures(outcome: Outcome, study: Study, out: Path) -> list[Path]:
+def figures(outcome: Studied, study: Study, out: Path) -> list[Path]:
     """Draw everything that this outcome supports; returns the files."""
     from parc_jax.plot.errors import Entry, errors
     from parc_jax.plot.regions import region_seconds, regions

@@ -19,7 +19,7 @@ from parc_jax.planner.planner import Planner
 from parc_jax.problem.problem import ReachAvoid
 from parc_jax.pwa import RegionTable, enumerate_regions
 from parc_jax.rollout.files import write_atomic
-from parc_jax.settings import Effort, Settings
+from parc_jax.settings import Search, Settings
 from parc_jax.study.compare import compare
 from parc_jax.study.driven import drive
 from parc_jax.study.learn import Learned, final_error, learn
@@ -33,7 +33,7 @@ METRICS = "metrics.json"
 UNFINISHED = "unfinished"  # folder of finished runs, until the answer is there
 
 
-class Outcome(NamedTuple):
+class Studied(NamedTuple):
     """Everything a study produced. learned is None when the model came from a file.
 
     runs: of every returned plan, study.repeats each, grouped by plan; None when there is no plan.
@@ -55,7 +55,7 @@ def run_study(
     model: TrajectoryModel | None = None,
     quiet: bool = False,
     learn_from=None,
-) -> Outcome:
+) -> Studied:
     """Learn (unless a model is given), solve, replay, and write it all below `out`.
 
     learn_from: the same system on another plant, for the many runs of training and claims; the
@@ -85,7 +85,7 @@ def run_study(
         with watch("comparison"):
             rows = [row for one in learned.networks for row in compare(one, problem, key)]
     planner = Planner(model)
-    settings = Settings(**part_of(study, Effort), polytopes=True)
+    settings = Settings(**part_of(study, Search), polytopes=True)
     with watch("first query (cold)"):
         cold = planner.warm_up(problem, settings)
     with watch("safe set"):
@@ -120,7 +120,7 @@ def run_study(
         "stages": watch.stages,
         "claim": model.claim.to_json(),
     }
-    return Outcome(answer, runs, table, learned, finish(out, metrics))
+    return Studied(answer, runs, table, learned, finish(out, metrics))
 
 
 def _replace_older(out: Path, model: TrajectoryModel, answer: Answer) -> None:

@@ -2,11 +2,11 @@
 
 from parc_jax.base.spelling import rounded_down, rounded_up
 from parc_jax.study.compare import kept_share
-from parc_jax.study.job import Outcome
+from parc_jax.study.job import Studied
 from parc_jax.study.numbers import eps_of, spread, table_of
 
 
-def report(outcome: Outcome) -> str:
+def report(outcome: Studied) -> str:
     """Plain text for a terminal: stages, comparison, answer, replay, statement."""
     m = outcome.metrics
     lines = [

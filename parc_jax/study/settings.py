@@ -7,7 +7,7 @@ from parc_jax.base.options import check_count
 from parc_jax.claim.asked import BoundSettings
 from parc_jax.claim.counts import MOST
 from parc_jax.network.fit import Training
-from parc_jax.settings import Effort
+from parc_jax.settings import Search
 
 
 @dataclass(frozen=True)
@@ -32,7 +32,7 @@ class Learning(BoundSettings, Training):
 
 
 @dataclass(frozen=True)
-class Study(Effort, Learning):
+class Study(Search, Learning):
     """Settings of a study of one system: what is learned, the query, and the replay. Raises
     InputError for values without meaning.
     """
