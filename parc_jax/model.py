@@ -8,8 +8,8 @@ from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
-from flax import struct
 
+from parc_jax.base import struct
 from parc_jax.base.arrays import once
 from parc_jax.base.spelling import counted
 from parc_jax.claim.claim import ErrorClaim, check_claim, check_network, derived

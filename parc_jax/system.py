@@ -4,8 +4,8 @@ from typing import NamedTuple, Protocol, runtime_checkable
 
 import jax
 import numpy as np
-from flax import struct
 
+from parc_jax.base import struct
 from parc_jax.errors import InputError
 from parc_jax.sets.box import Box
 

@@ -5,9 +5,9 @@ scene.
 import itertools
 
 import numpy as np
-from flax import struct
 from numpy.typing import ArrayLike
 
+from parc_jax.base import struct
 from parc_jax.base.arrays import as_float64
 from parc_jax.errors import InputError
 from parc_jax.model import TrajectoryModel

@@ -11,9 +11,9 @@ from typing import NamedTuple
 import jax
 import jax.numpy as jnp
 import numpy as np
-from flax import struct
 from jaxtyping import Bool, Float, Int, Integer
 
+from parc_jax.base import struct
 from parc_jax.batch.estimate import estimate_clearance, estimate_roughly
 from parc_jax.claim.bins import open_bin_of
 from parc_jax.claim.error_set import ErrorSet, at

@@ -11,8 +11,8 @@ from itertools import combinations
 import jax
 import jax.numpy as jnp
 import numpy as np
-from flax import struct
 
+from parc_jax.base import struct
 from parc_jax.errors import InputError
 
 NO_CLAIM = 1e100  # [m, .] wider than any world, and its square is still finite

@@ -9,8 +9,8 @@ from fractions import Fraction
 from typing import NamedTuple
 
 import numpy as np
-from flax import struct
 
+from parc_jax.base import struct
 from parc_jax.base.arrays import as_float64
 from parc_jax.claim.error_set import NO_CLAIM, ErrorTemplate, template
 from parc_jax.errors import InputError

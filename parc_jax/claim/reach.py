@@ -8,8 +8,8 @@ so it is worked out once per tube and set of directions, and looked up.
 import jax
 import jax.numpy as jnp
 import numpy as np
-from flax import struct
 
+from parc_jax.base import struct
 from parc_jax.base.arrays import once, x64
 from parc_jax.claim.error_set import ErrorSet
 from parc_jax.claim.tube import Tube

@@ -4,8 +4,8 @@ from dataclasses import replace
 
 import jax
 import numpy as np
-from flax import struct
 
+from parc_jax.base import struct
 from parc_jax.base.arrays import as_float64, content_hash
 from parc_jax.base.spelling import counted
 from parc_jax.claim.bins import bin_box, bin_of, bins_of

@@ -1,8 +1,8 @@
 """A model and a scene where kernels find them: on the device, once for all queries about them."""
 
 import jax
-from flax import struct
 
+from parc_jax.base import struct
 from parc_jax.base.arrays import once, x64
 from parc_jax.claim.tube import Tube
 from parc_jax.cover.ends import BinEnds, ends_of

@@ -7,8 +7,8 @@ from functools import cached_property
 import jax
 import jax.numpy as jnp
 import numpy as np
-from flax import struct
 
+from parc_jax.base import struct
 from parc_jax.base.arrays import x64
 from parc_jax.cover.corridor import Corridor
 from parc_jax.cover.sampling import cell_of

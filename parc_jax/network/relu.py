@@ -7,8 +7,8 @@ from collections.abc import Sequence
 
 import jax
 import numpy as np
-from flax import struct
 
+from parc_jax.base import struct
 from parc_jax.base.arrays import as_float64, content_hash
 from parc_jax.errors import InputError
 from parc_jax.network.predict import forward

@@ -3,8 +3,8 @@
 from collections.abc import Sequence
 
 import numpy as np
-from flax import struct
 
+from parc_jax.base import struct
 from parc_jax.base.spelling import counted
 from parc_jax.errors import InputError
 from parc_jax.problem.body import Body, Disc, Part, Polygon, number_of, parts_of, shape

@@ -3,8 +3,8 @@ goal.
 """
 
 import numpy as np
-from flax import struct
 
+from parc_jax.base import struct
 from parc_jax.lp.status import LPStatus
 from parc_jax.lp.witness import gamma
 from parc_jax.published.cells import Cell

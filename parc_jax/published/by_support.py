@@ -9,8 +9,8 @@ and no LP solved.
 import jax
 import jax.numpy as jnp
 import numpy as np
-from flax import struct
 
+from parc_jax.base import struct
 from parc_jax.base.arrays import x64
 from parc_jax.published.cells import Cell
 from parc_jax.published.gift_wrap import hull_normals

@@ -7,8 +7,8 @@ from collections.abc import Iterator
 from itertools import product
 
 import numpy as np
-from flax import struct
 
+from parc_jax.base import struct
 from parc_jax.base.tolerances import TOLERANCES
 from parc_jax.claim.tube import Tube
 from parc_jax.errors import InputError

@@ -9,8 +9,8 @@ from fractions import Fraction
 from typing import NamedTuple
 
 import numpy as np
-from flax import struct
 
+from parc_jax.base import struct
 from parc_jax.claim.tube import Tube
 from parc_jax.errors import InputError
 from parc_jax.lp.exact import round_up

@@ -11,9 +11,9 @@ from collections.abc import Iterator, Sequence
 
 import jax
 import numpy as np
-from flax import struct
 from jaxtyping import Float, Int
 
+from parc_jax.base import struct
 from parc_jax.base.arrays import as_float64
 from parc_jax.errors import InputError
 from parc_jax.network.relu import ReLUNetwork

@@ -5,9 +5,9 @@ the weights at the final vertices, then what the faces and volumes say.
 import math
 
 import numpy as np
-from flax import struct
 from jaxtyping import Bool, Float, Int, UInt64
 
+from parc_jax.base import struct
 from parc_jax.base.arrays import slices
 from parc_jax.errors import SoundnessError
 from parc_jax.network.relu import ReLUNetwork

@@ -7,8 +7,8 @@ from functools import cached_property
 
 import jax
 import numpy as np
-from flax import struct
 
+from parc_jax.base import struct
 from parc_jax.errors import BudgetError, InputError
 from parc_jax.network.relu import ReLUNetwork
 from parc_jax.pwa.exact import with_exact_points

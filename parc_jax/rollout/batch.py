@@ -4,8 +4,8 @@ import dataclasses
 import hashlib
 
 import numpy as np
-from flax import struct
 
+from parc_jax.base import struct
 from parc_jax.base.arrays import as_float64
 from parc_jax.base.keys import check_seed
 from parc_jax.errors import InputError

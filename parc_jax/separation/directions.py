@@ -14,8 +14,8 @@ from itertools import combinations
 from typing import NamedTuple
 
 import numpy as np
-from flax import struct
 
+from parc_jax.base import struct
 from parc_jax.problem.body import Disc, Polygon
 from parc_jax.problem.problem import ReachAvoid
 from parc_jax.separation.pairs import bucket, numbered_pairs

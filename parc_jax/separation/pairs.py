@@ -11,8 +11,8 @@ from fractions import Fraction
 import jax
 import jax.numpy as jnp
 import numpy as np
-from flax import struct
 
+from parc_jax.base import struct
 from parc_jax.base.arrays import dot, x64
 from parc_jax.claim.error_set import ErrorSet, at
 from parc_jax.errors import InputError

@@ -1,9 +1,9 @@
 """Polytopes in half-space form."""
 
 import numpy as np
-from flax import struct
 from jaxtyping import Float
 
+from parc_jax.base import struct
 from parc_jax.base.arrays import as_float64
 from parc_jax.errors import InputError
 from parc_jax.sets.box import Box

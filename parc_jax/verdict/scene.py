@@ -3,8 +3,8 @@
 import dataclasses
 
 import numpy as np
-from flax import struct
 
+from parc_jax.base import struct
 from parc_jax.base.arrays import as_float64, once
 from parc_jax.claim.error_set import ErrorBox, at
 from parc_jax.errors import InputError

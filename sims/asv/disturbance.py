@@ -23,8 +23,8 @@ from dataclasses import dataclass, field
 
 import jax
 import jax.numpy as jnp
-from flax import struct
 
+from parc_jax.base import struct
 from parc_jax.errors import InputError
 
 

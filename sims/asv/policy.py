@@ -15,8 +15,8 @@ from pathlib import Path
 import jax
 import jax.numpy as jnp
 import numpy as np
-from flax import struct
 
+from parc_jax.base import struct
 from parc_jax.errors import InputError
 from sims.asv.vessel import PHYSICS_DT
 

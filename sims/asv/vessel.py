@@ -5,7 +5,8 @@ from dataclasses import dataclass
 import jax
 import jax.numpy as jnp
 import numpy as np
-from flax import struct
+
+from parc_jax.base import struct
 
 PHYSICS_DT = (
     0.02  # [s] one semi-implicit Euler step; drag, disturbance and lagged thrust are held over it

@@ -7,8 +7,8 @@ from functools import cache
 import jax
 import jax.numpy as jnp
 import numpy as np
-from flax import struct
 
+from parc_jax.base import struct
 from parc_jax.network.relu import relu_network
 from parc_jax.sets.box import Box, box
 from parc_jax.system import TimeGrid, Trajectory, time_grid

@@ -1,9 +1,9 @@
 """Affine images of polytopes: the sets that stay exact under projection, hull and sum."""
 
 import numpy as np
-from flax import struct
 from jaxtyping import Float
 
+from parc_jax.base import struct
 from parc_jax.base.arrays import as_float64
 from parc_jax.errors import InputError
 from parc_jax.lp.witness import row_bounds
