@@ -4,6 +4,7 @@ is run.
 
 import ast
 import functools
+import re
 import subprocess
 import sys
 from pathlib import Path
@@ -202,6 +203,13 @@ def test_nothing_heavy_is_imported_at_load():
     assert not heavy("def f():\n    import brax\n")
 
 
+def test_who_depends_on_the_kind_of_device_asks_one_place():
+    """But for probes, which name it, and fmpy, whose platform is another thing."""
+    asks = re.compile(r"default_backend|(?<!fmpy)\.platform\b")
+    found = {str(p.relative_to(ROOT)) for p in FILES if asks.search(p.read_text())}
+    assert found == {"base/backend.py", "base/probes.py"}
+
+
 def test_robots_are_never_named_by_the_engine():
     for path in FILES:
         if stage_of(path) in ("cli", "study"):
@@ -210,7 +218,14 @@ def test_robots_are_never_named_by_the_engine():
         assert not {"sims", "mujoco", "brax"} & set(names), path
 
 
-@pytest.mark.parametrize(("module", "absent"), [("parc_jax", "jax"), ("parc_jax.checker", "numpy")])
+LIGHT = [
+    ("parc_jax", "jax"),
+    ("parc_jax.checker", "numpy"),
+    ("parc_jax.planner.planner", "flax"),
+]
+
+
+@pytest.mark.parametrize(("module", "absent"), LIGHT)
 def test_start_up_is_light(module, absent):
     code = f"import sys, {module}; sys.exit({absent!r} in sys.modules)"
     assert subprocess.run([sys.executable, "-c", code], check=False).returncode == 0

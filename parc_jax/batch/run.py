@@ -14,12 +14,9 @@ import numpy as np
 from jaxtyping import Int
 
 from parc_jax.base.arrays import x64
+from parc_jax.base.backend import Backend, backend
 from parc_jax.base.distributed import all_rows, replicate, shard_rows
 from parc_jax.batch.proposals import Best, pool_at_random, rewarm, search
-
-# scenes per call where they run one after another; the count is traced, so fewer cost less
-LOOP = 128
-VECTOR = 4096  # scenes per call and device where they run side by side
 
 
 class Calls(NamedTuple):
@@ -97,14 +94,14 @@ def run(
     start: Best,
     shared: tuple,
     mesh: jax.sharding.Mesh | None = None,
-    loop: bool | None = None,
+    how: Backend | None = None,
 ):
     """All rows through a kernel in calls of a fixed size; NumPy in and out.
 
     mesh: spread over its devices and hosts; every host makes the same calls and gets all results.
-    None: over the cores of this machine. loop: see `over_scenes`; by default on CPU.
+    None: over the cores of this machine. how: by default as suits the kind of device.
     """
-    calls = _calls(len(start.clearance), mesh, loop)
+    calls = _calls(len(start.clearance), mesh, how or backend())
     if mesh is not None:
         begins = range(0, calls.n, calls.share * calls.lanes)
         parts = [_on_mesh(mesh, kernel, calls, rows, start, shared, begin) for begin in begins]
@@ -115,14 +112,12 @@ def run(
     return jax.tree.map(lambda *x: np.concatenate(x), *parts)
 
 
-def _calls(n: int, mesh: jax.sharding.Mesh | None, loop: bool | None) -> Calls:
-    loop = jax.default_backend() == "cpu" if loop is None else loop
-    size = LOOP if loop else VECTOR
+def _calls(n: int, mesh: jax.sharding.Mesh | None, how: Backend) -> Calls:
     if mesh is not None:
         lanes = mesh.size
     else:
-        lanes = (os.cpu_count() or 1) if loop else 1
-    return Calls(n, size, lanes, min(size, -(-n // lanes)), loop)
+        lanes = (os.cpu_count() or 1) if how.threads else 1
+    return Calls(n, how.scenes, lanes, min(how.scenes, -(-n // lanes)), how.in_turn)
 
 
 def _here(kernel: Callable, calls: Calls, rows: tuple, start: Best, shared: tuple, begin: int):

@@ -15,17 +15,14 @@ import jax.numpy as jnp
 import numpy as np
 
 from parc_jax.base.arrays import x64
+from parc_jax.base.backend import Backend, backend
 from parc_jax.cover.ends import ends_of
 from parc_jax.cover.placed import Placed, placed
 from parc_jax.cover.sampling import Draw, Points, cell_of
 from parc_jax.network.predict import moved_to, predict
-from parc_jax.verdict.pointwise import Verdicts, arrival, verdict, verdict_in_turn
+from parc_jax.verdict.pointwise import Verdicts, arrival, prediction, verdict, verdict_in_turn
 from parc_jax.verdict.scene import Scene
 
-# plans drawn at a time, and how many times at most, where they are judged in turn, as on CPU, and
-# where side by side; for a rarer plan the screen of many at once is the faster way
-ROUND = {True: 16, False: 512}
-ROUNDS = {True: 32, False: 1}
 SLOTS = (1, 4, 16)  # plans that a program has room for
 MOST = SLOTS[-1]
 
@@ -62,7 +59,7 @@ def first_safe(asked: Placed, key, n: int) -> First:
     slots = next(size for size in SLOTS if size >= n)
     (device,) = asked.scene.count.devices()
     with x64():
-        return _first_safe(asked, key, _number(n, device), slots, device.platform == "cpu")
+        return _first_safe(asked, key, _number(n, device), slots, backend(device))
 
 
 def first_draw(scene: Scene, key, n: int) -> Draw:
@@ -94,35 +91,38 @@ def _number(n: int, device) -> jax.Array:
     return jax.device_put(np.int32(n), device)
 
 
-@partial(jax.jit, static_argnames=("slots", "in_turn"))
-def _first_safe(asked: Placed, key, n, slots: int, in_turn: bool) -> First:
-    judge = _in_turn if in_turn else _side_by_side
-    size = ROUND[in_turn]
+@partial(jax.jit, static_argnames=("slots", "how"))
+def _first_safe(asked: Placed, key, n, slots: int, how: Backend) -> First:
+    judge = _in_turn if how.in_turn else _side_by_side
 
     def round_of(state):
         i, first = state
-        drawn = draw_round(asked, jax.random.fold_in(key, i), size)
+        drawn = draw_round(asked, jax.random.fold_in(key, i), how.round)
         return i + 1, judge(asked, drawn, n, first)
 
     def unfinished(state):
         i, first = state
         some = asked.ends.volume.sum() > 0
-        return (i < ROUNDS[in_turn]) & (first.found < n) & some
+        return (i < how.rounds) & (first.found < n) & some
 
-    drawn = jax.eval_shape(lambda key: draw_round(asked, key, 1), key)
-    one = jax.eval_shape(
-        lambda p0, k: verdict(asked.net, asked.tube, asked.scene, p0[0], k[0]), drawn.p0, drawn.k
-    )
-    seen = jax.tree.map(lambda x: jnp.zeros((slots, *x.shape), x.dtype), one)
-    p0, k = (jnp.zeros((slots, *x.shape[1:]), x.dtype) for x in (drawn.p0, drawn.k))
+    nothing = _nothing(asked, slots)
     zero = jnp.zeros((), jnp.int32)
-    nothing = First(p0, k, seen, zero, zero, zero)
     first = jax.lax.while_loop(unfinished, round_of, (zero, nothing))[1]
     told = jnp.concatenate([first.p0, first.k, first.seen.clearance[:, None]], axis=1)
     counts = jnp.zeros((1, told.shape[1]), told.dtype)
     counts = counts.at[0, 0].set(first.found.astype(told.dtype))
     counts = counts.at[0, 1].set(first.drawn.astype(told.dtype))
     return first._replace(told=jnp.concatenate([told, counts]))
+
+
+def _nothing(asked: Placed, slots: int) -> First:
+    """No plan yet, and room for so many. Gaps are not traced for the sizes of a verdict."""
+    scene = asked.scene
+    lo = scene.z_lo, scene.k_lo
+    seen = jax.eval_shape(lambda: prediction(asked.net, asked.tube, scene, *lo))
+    one = *lo, Verdicts(*seen, seen.goal)
+    room = jax.tree.map(lambda x: jnp.zeros((slots, *x.shape), x.dtype), one)
+    return First(*room, *[jnp.zeros((), jnp.int32)] * 3)
 
 
 def draw_round(asked: Placed, key, size: int) -> Drawn:

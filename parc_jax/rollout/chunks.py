@@ -14,6 +14,7 @@ from pathlib import Path
 import jax
 import numpy as np
 
+from parc_jax.base.backend import backend
 from parc_jax.base.distributed import gather_arrays, rank_and_size
 from parc_jax.errors import InputError
 from parc_jax.rollout.files import read_npz, write_atomic, write_npz
@@ -81,7 +82,7 @@ def worker_devices(system) -> list:
     if callable(getattr(system, "rollout_batch", None)):
         return [None] * getattr(system, "at_once", 1)
     devices = jax.local_devices()
-    if devices[0].platform != "cpu":
+    if not backend(devices[0]).threads:
         return devices
     cores = (
         len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else (os.cpu_count() or 1)
@@ -141,11 +142,10 @@ def run_here(
 
 
 def default_chunk(system, n: int, workers: int) -> int:
-    """Rows per compiled call: a power of two, small enough for the caches of a CPU or for 256 MiB
-    on an accelerator.
-    """
+    """Rows per compiled call: a power of two, of the size that suits the kind of device."""
     n_c = len(points_of(system)) * system.n_p
     row_bytes = 8 * ((system.time.n_record + 1) * n_c + system.n_q)
-    largest = 256 if jax.default_backend() == "cpu" else max(256, 2**28 // row_bytes)
+    how = backend()
+    largest = max(how.rollouts, how.rollout_bytes // row_bytes)
     wanted = max(16, -(-n // workers))
     return min(1 << (largest.bit_length() - 1), 1 << (wanted - 1).bit_length())

@@ -10,6 +10,7 @@ import jax.numpy as jnp
 import numpy as np
 
 from parc_jax.base.arrays import x64
+from parc_jax.base.backend import backend
 from parc_jax.base.keys import Stage, row_keys, stream
 from parc_jax.errors import InputError
 from parc_jax.rollout.chained import Chained, begun, links_of
@@ -201,11 +202,8 @@ def in_columns(system, trajectory: Trajectory) -> Trajectory:
 
 
 def jitted_rollouts(system):
-    """jit(vmap(rollout)). On a processor with AVX-512 in vectors of that width, where XLA stops at
-    half of it: the same numbers in less time. Other processors take what they have.
-    """
-    wide = {"xla_cpu_prefer_vector_width": "512"} if jax.default_backend() == "cpu" else None
-    return jax.jit(jax.vmap(system.rollout), compiler_options=wide)
+    """jit(vmap(rollout)), compiled as suits the kind of device."""
+    return jax.jit(jax.vmap(system.rollout), compiler_options=dict(backend().compiler) or None)
 
 
 def is_traceable(system) -> bool:

@@ -3,6 +3,7 @@ query.
 """
 
 import itertools
+from dataclasses import replace
 from functools import partial
 
 import jax
@@ -10,6 +11,7 @@ import numpy as np
 import pytest
 from toy_models import line_model, random_model, random_problem, rectangle_problem
 
+from parc_jax.base.backend import ACCELERATOR, CPU
 from parc_jax.batch import proposals
 from parc_jax.batch import run as batch_run
 from parc_jax.batch.box_scenes import box_scenes, lay_out_boxes
@@ -134,9 +136,8 @@ def test_a_scene_alone_in_another_order_and_in_another_batch_gets_the_same_bits(
 
 
 @pytest.mark.slow
-def test_vectorised_and_looped_scenes_get_the_same_verdicts(toy, monkeypatch):
+def test_vectorised_and_looped_scenes_get_the_same_verdicts(toy):
     planner, problems, _ = toy
-    monkeypatch.setattr(batch_run, "VECTOR", 8)
     model, (size,) = planner.model, stack_problems(problems, planner.model)
     items = jax.device_get(
         batch_run.make_pool(model.net, model.tube, KEY, model.domain.lo, model.domain.hi, 256)
@@ -153,7 +154,8 @@ def test_vectorised_and_looped_scenes_get_the_same_verdicts(toy, monkeypatch):
     best = Best(np.zeros((S, 2, 4)), np.full((S, 2), -np.inf))
     numbers = np.arange(S, dtype=np.uint32)
     (a, turns_a), (b, turns_b) = (
-        run(search_many, (size.scenes, numbers), best, shared, loop=x) for x in (True, False)
+        run(search_many, (size.scenes, numbers), best, shared, how=how)
+        for how in (CPU, replace(ACCELERATOR, scenes=8))
     )
     np.testing.assert_array_equal(a.clearance > 0, b.clearance > 0)
     np.testing.assert_array_equal(turns_a, turns_b)

@@ -2,6 +2,8 @@
 nothing.
 """
 
+from dataclasses import replace
+
 import jax
 import numpy as np
 import pytest
@@ -11,6 +13,7 @@ from toy_bodies import points_model, points_problem
 from toy_models import line_model, random_polygon, rectangle, toy_case
 
 from parc_jax.base.arrays import x64
+from parc_jax.base.backend import ACCELERATOR, CPU
 from parc_jax.cover import first as first_module
 from parc_jax.cover.first import MOST, first_draw, first_safe
 from parc_jax.cover.placed import placed
@@ -66,10 +69,8 @@ def test_every_plan_is_judged_as_all_plans_are(question):
 
 @pytest.mark.night
 @pytest.mark.parametrize("question", [crowd, turning])
-def test_in_turn_and_side_by_side_find_the_same_plans(question, monkeypatch):
-    monkeypatch.setattr(first_module, "ROUND", {True: 64, False: 64})
-    monkeypatch.setattr(first_module, "ROUNDS", {True: 1, False: 1})
-    first_module._first_safe.clear_cache()
+def test_in_turn_and_side_by_side_find_the_same_plans(question):
+    ways = [replace(how, round=64, rounds=1) for how in (CPU, ACCELERATOR)]
     model, problem = question()
     asked = placed(near_scene(Plain(problem, model)))
     (device,) = asked.scene.count.devices()
@@ -78,8 +79,8 @@ def test_in_turn_and_side_by_side_find_the_same_plans(question, monkeypatch):
         for n in (4, MOST):
             with x64():
                 both = [
-                    first_module._first_safe(asked, key, first_module._number(n, device), MOST, one)
-                    for one in (True, False)
+                    first_module._first_safe(asked, key, first_module._number(n, device), MOST, how)
+                    for how in ways
                 ]
             turn, side = jax.device_get(both)
             found.append(int(turn.found))
@@ -93,7 +94,6 @@ def test_in_turn_and_side_by_side_find_the_same_plans(question, monkeypatch):
                 turn.seen.clearance[: found[-1]], side.seen.clearance[: found[-1]], atol=1e-12
             )
     assert max(found) > 4
-    first_module._first_safe.clear_cache()
 
 
 @pytest.mark.night
