@@ -4,11 +4,13 @@
 
 from parc_jax.plot.claim import claim
 from parc_jax.plot.cover import CoverCurve, cover
-from parc_jax.plot.episode import Truth, film_episode
+from parc_jax.plot.episode import film_episode
+from parc_jax.plot.episode_page import write_episode_page
 from parc_jax.plot.errors import Entry, errors
 from parc_jax.plot.film import film
 from parc_jax.plot.gap import GapCurve, GapRoom, gap
 from parc_jax.plot.html import write_page
+from parc_jax.plot.manoeuvres import Truth
 from parc_jax.plot.projections import projections
 from parc_jax.plot.regions import region_seconds, regions
 from parc_jax.plot.samples import samples
@@ -37,5 +39,6 @@ __all__ = [
     "save",
     "spread",
     "timeline",
+    "write_episode_page",
     "write_page",
 ]

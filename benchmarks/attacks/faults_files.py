@@ -461,10 +461,27 @@ BAGS = (
     ),
     Fault(
         "film_shows_a_manoeuvre_at_another_time",
-        "episode._Shown.predicted",
+        "manoeuvres.Shown.predicted",
         "t - self.begin",
         "t",
         ("tests/plot/test_episode_film.py::test_the_true_robot_is_shown_where_it_was",),
+    ),
+    Fault(
+        "episode_shows_the_manoeuvre_before",
+        "manoeuvres.Stage.at",
+        "one.begin <= t + SAME",
+        "one.begin < t - SAME",
+        (
+            "tests/plot/test_episode_page.py::"
+            "test_the_page_is_whole_and_the_body_is_inside_of_what_it_may_reach",
+        ),
+    ),
+    Fault(
+        "page_of_an_episode_keeps_an_old_reason",
+        "parc_jax/plot/page/episode.js",
+        "why && why[0] > one.begin - 1e-9 ? why : null",
+        "why",
+        ("tests/plot/test_episode_page.py::test_one_scrubs_to_what_was_said",),
     ),
     Fault(
         "mcap_of_a_plan_that_is_not_safe",

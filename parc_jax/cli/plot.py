@@ -31,12 +31,12 @@ def plot(
 
     A film of one plan in its simulator: parc-jax plot answer.json --video film.gif --sample 3
 
-    A film of an episode, as it was committed to: parc-jax plot drive.json --video film.gif
+    An episode, as it was committed to: parc-jax plot drive.json --html drive.html --video film.gif
 
     Args:
         answer: An answer file of `solve` or `run`, or an episode of `pj.loop.save_episode`.
         html: Write one interactive page: scene, time slider, p0 and k by dragging or typing, with
-            the verdict live.
+            the verdict live; of an episode what was under way at any time, and why.
         out: Folder of the figures. Default: the answer's own.
         figures: Which figures. Default: all that the answer supports, or none with --html or
             --video.
@@ -54,7 +54,7 @@ def plot(
     from parc_jax.plot.film_file import require_kind, require_sample
 
     if is_episode(answer):
-        return _plot_episode(answer, video, shell.quiet)
+        return _plot_episode(answer, html, video, shell.quiet)
     if figures is None and (html is not None or video is not None):
         figures = ()
     for place in (html, None if figures == () else (out or answer.parent) / "samples.png"):
@@ -84,20 +84,28 @@ def plot(
     return 0
 
 
-def _plot_episode(path: Path, video: Path | None, quiet: bool) -> int:
-    """Of an episode there is a film alone."""
+def _plot_episode(path: Path, html: Path | None, video: Path | None, quiet: bool) -> int:
+    """Of an episode there are a page and a film."""
     from parc_jax.cli.places import require_place
     from parc_jax.errors import InputError
+    from parc_jax.io.episode_file import load_episode
     from parc_jax.plot.episode import film_episode
+    from parc_jax.plot.episode_page import write_episode_page
     from parc_jax.plot.film_file import require_kind
 
-    if video is None:
-        raise InputError(f"{path} is an episode: expected --video FILE, a film of it.")
-    require_kind(video)
-    require_place(video, folder=not video.suffix)
-    drawn = film_episode(path, video, quiet=quiet)
+    if html is None and video is None:
+        raise InputError(f"{path} is an episode: expected --html FILE, its page, or --video FILE.")
+    require_place(html)
+    if video is not None:
+        require_kind(video)
+        require_place(video, folder=not video.suffix)
+    driven, drawn = load_episode(path), []
+    if html is not None:
+        drawn.append(write_episode_page(driven, html))
+    if video is not None:
+        drawn.append(film_episode(driven, video, quiet=quiet))
     if not quiet:
-        print(drawn)
+        print("\n".join(map(str, drawn)))
     return 0
 
 

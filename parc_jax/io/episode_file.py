@@ -2,7 +2,7 @@
 
 import json
 from fractions import Fraction
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -30,11 +30,14 @@ class Manoeuvre(NamedTuple):
 
 
 class Driven(NamedTuple):
-    """An episode. model: of the plain questions. statement: what is proved and assumed."""
+    """An episode. model: of the plain questions. statement: what is proved and assumed. meta: of
+    the file, which nobody checks.
+    """
 
     model: TrajectoryModel
     manoeuvres: tuple[Manoeuvre, ...]
     statement: str
+    meta: Any = None
 
 
 def is_episode(path) -> bool:
@@ -75,7 +78,7 @@ def episode_of(data: dict, name: str) -> Driven:
         raise InputError(
             f"{name}: expected a file of `save_episode`; {type(error).__name__}: {error}."
         ) from None
-    return Driven(model, manoeuvres, "\n".join(summary_of_episode(report)))
+    return Driven(model, manoeuvres, "\n".join(summary_of_episode(report)), data.get("meta"))
 
 
 def _manoeuvre(entry: dict, n_p: int) -> Manoeuvre:

@@ -14,8 +14,11 @@ MARKS = {
     "GEOMETRY": "geometry.js",
     "MODEL": "model.js",
     "VIEW": "view.js",
+    "SCENE": "scene.js",
+    "PLAYER": "player.js",
     "MAIN": "main.js",
     "PROOF": "proof.js",
+    "EPISODE": "episode.js",
 }
 MAX_ANSWER = 20_000_000  # bytes of an answer that a page carries for the proved checker
 
@@ -35,14 +38,26 @@ def write_page(answer, html_path) -> Path:
 
 def page_of(data: dict, whole: str) -> str:
     """The page around its data and the text of the answer's file."""
-    parts = {mark: (PARTS / name).read_text(encoding="utf-8") for mark, name in MARKS.items()}
-    parts["PROVED"] = PROVED_JS.read_text(encoding="utf-8").replace("</script", "<\\/script")
+    return filled(
+        "page.html",
+        data,
+        PROVED=PROVED_JS.read_text(encoding="utf-8").replace("</script", "<\\/script"),
+        ANSWER=_within(whole) if len(whole) <= MAX_ANSWER else "",
+        BYTES=str(len(whole)),
+    )
+
+
+def filled(name: str, data: dict, **parts: str) -> str:
+    """A template with its marks: styles and scripts from their files, its data, other parts."""
     parts["DATA"] = _within(json.dumps(data, separators=(",", ":"), allow_nan=False))
-    parts["ANSWER"] = _within(whole) if len(whole) <= MAX_ANSWER else ""
-    parts["BYTES"] = str(len(whole))
-    page = (PARTS / "page.html").read_text(encoding="utf-8")
+    text = (PARTS / name).read_text(encoding="utf-8")
+
+    def part(mark: re.Match) -> str:
+        own = parts.get(mark[1])
+        return (PARTS / MARKS[mark[1]]).read_text(encoding="utf-8") if own is None else own
+
     # in one pass: nothing within a part is taken for a mark
-    return re.sub(r"/\*([A-Z]+)\*/", lambda mark: parts[mark[1]], page)
+    return re.sub(r"/\*([A-Z]+)\*/", part, text)
 
 
 def _within(text: str) -> str:

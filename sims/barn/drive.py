@@ -61,6 +61,13 @@ class Drive:
         return not self.clearance > 0
 
     @property
+    def reasons(self) -> list[tuple[float, str]]:
+        """When [s] there was no new manoeuvre, and why."""
+        seconds = np.linspace(0.0, self.seconds, len(self.steps) + 1)[:-1].tolist()
+        told = zip(seconds, self.steps, strict=True)
+        return [(begin, step.reason) for begin, step in told if not step.new]
+
+    @property
     def metric(self) -> float:
         """Of the challenge: 0.5 at most."""
         return metric(self.reached and not self.touched, self.seconds, self.path_length)

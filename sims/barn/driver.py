@@ -37,7 +37,8 @@ class Driver:
     model: file of the Jackal's model. content: `content_of` it, so that episodes of two models are
     never taken for those of one. odometry: as of `drive`. deadline: [s] of the clock for a step.
     prove: every commitment in exact arithmetic, after the episode. save: folder for a file of every
-    episode, which `parc-jax check` verifies. film: folder for a film of every episode.
+    episode, which `parc-jax check` verifies. film: folder for a film and a page of every
+    episode.
     """
 
     model: Path
@@ -66,7 +67,8 @@ class Driver:
             told["proved"] = all(each.proved() for each in new)
         name = file_name(world.number, seed)
         if self.save is not None and new:
-            pj.loop.save_episode(self.save / f"{name}.json", new, drift=one.drift)
+            said = {"reasons": one.reasons}
+            pj.loop.save_episode(self.save / f"{name}.json", new, said, one.drift)
         if self.film is not None and new:
             film(self.film / f"{name}.gif", world, one)
         return pj.loop.Outcome(one.touched, left or one.drifted > 0, told)

@@ -1,4 +1,4 @@
-"""A film of a drive: what the robot knew, what it committed to, and what truly stands there."""
+"""A drive as a film and a page: what the robot knew and committed to, what truly stands there."""
 
 import json
 from pathlib import Path
@@ -17,12 +17,13 @@ AROUND = np.stack([f(np.linspace(0, 2 * np.pi, 17)[:-1]) for f in (np.cos, np.si
 
 
 def film(out: Path, world: World, one: Drive, quiet: bool = True) -> Path:
-    """Film a drive in the world as it truly is: what the robot told from where it held itself to be
-    is shown from where it was. Raises InputError for a kind of file that is not known.
+    """Film a drive in the world as it truly is, and write its page beside the film: what the robot
+    told from where it held itself to be is shown from where it was. Raises InputError for a kind of
+    file that is not known.
     """
     new = [step.new for step in one.steps]
     committed = [step.committed for step in one.steps if step.new]
-    data = json.loads(json.dumps(episode_part(committed, drift=one.drift)))
+    data = json.loads(json.dumps(episode_part(committed, {"reasons": one.reasons}, one.drift)))
     driven = episode_of(data, "film")
     true = [pose for (pose, _), begun in zip(one.poses, new, strict=True) if begun]
     placed = [
@@ -35,7 +36,9 @@ def film(out: Path, world: World, one: Drive, quiet: bool = True) -> Path:
         list(world.cylinders[:, None] + world.radius * AROUND),
         list(_seen(one)),
     )
-    return figures.film_episode(driven._replace(manoeuvres=tuple(placed)), out, truth, quiet=quiet)
+    driven = driven._replace(manoeuvres=tuple(placed))
+    figures.write_episode_page(driven, out.with_suffix(".html"), truth)
+    return figures.film_episode(driven, out, truth, quiet=quiet)
 
 
 def _seen(one: Drive):

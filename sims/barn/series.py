@@ -43,7 +43,7 @@ class Options:
     save: Path | None = None
     """A folder for a file of every episode, which `parc-jax check` verifies."""
     film: Path | None = None
-    """A folder for a film of every episode, a .gif."""
+    """A folder for a film of every episode, a .gif, and its page, a .html."""
     rollouts: int = 8_000
     """To train on; as many fresh ones as eps and delta ask for follow."""
     eps: float = 1e-3

@@ -261,17 +261,7 @@ if (data.n_k > 2)
     $("axes").append(choice);
   }
 
-let playing = 0;
-$("play").onclick = () => {
-  clearInterval(playing);
-  if ($("play").textContent === "▶") {
-    if (state.t >= model.T) state.t = 0;
-    playing = setInterval(() => { if (state.t >= model.T) $("play").click(); else { state.t++; words(); draw(); } }, 1000 * data.dt);
-  }
-  $("play").textContent = $("play").textContent === "▶" ? "❚❚" : "▶";
-};
-$("time").max = model.T;
-$("time").oninput = () => { state.t = Number($("time").value); words(); draw(); };
+makePlayer($("play"), $("time"), model.T, data.dt, (t) => { state.t = t; words(); draw(); });
 $("sample").max = data.samples.length - 1;
 $("sample").onchange = () => select(Number($("sample").value));
 $("previous").onclick = () => select(state.sample - 1);

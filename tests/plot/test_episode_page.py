@@ -1,0 +1,114 @@
+"""The page of an episode: all of it is in the file, and what it shows at a time is what was under
+way then.
+"""
+
+import json
+import re
+
+import driven_browser
+import numpy as np
+import pytest
+from covered import covered
+from episodes import driven
+from needs import need
+
+import parc_jax as pj
+from parc_jax import cli, figures
+from parc_jax.io.episode_file import load_episode
+from parc_jax.plot.episode_page import RATE, episode_data, reasons
+from parc_jax.plot.manoeuvres import Stage
+
+WHY = "none is safe </script><b>"
+
+
+@pytest.fixture(scope="module", params=[False, True], ids=["", "turning"])
+def file(request, tmp_path_factory):
+    """Four manoeuvres; in the middle of the second nothing new was found."""
+    done = driven(request.param)
+    late = float(done[1].begin + done[2].begin) / 2
+    place = tmp_path_factory.mktemp("drive") / "drive.json"
+    return pj.loop.save_episode(place, done, {"reasons": [[late, WHY]]}), late
+
+
+def embedded(page: str) -> dict:
+    """The data block of a page."""
+    found = re.search(r'<script id="data" type="application/json">(.*?)</script>', page, re.S)
+    return json.loads(found.group(1))
+
+
+def test_the_page_is_whole_and_the_body_is_inside_of_what_it_may_reach(file, tmp_path):
+    page = figures.write_episode_page(file[0], tmp_path / "drive.html").read_text()
+    for words in ("http:", "https:", " src=", "@import", "url(", "fetch(", "import("):
+        assert words not in page
+    assert not re.search(r"/\*[A-Z]+\*/", page)
+    assert page.count("<script") == page.count("</script>") == 2
+    data = embedded(page)
+    assert data["reasons"] == [[file[1], WHY]]
+    for now in data["moments"]:
+        begun = [one["begin"] <= now["time"] + 1e-9 for one in data["manoeuvres"]]
+        assert now["number"] == sum(begun) - 1
+        one = data["manoeuvres"][now["number"]]
+        for outline in now["body"]:
+            assert covered(np.array(outline), np.array(one["tube"])).all()
+    assert {now["number"] for now in data["moments"]} == {0, 1, 2, 3}
+    assert data["moments"][0]["time"] == data["begin"] and now["time"] == one["end"]
+    np.testing.assert_allclose(now["body"], one["rest"], atol=1e-3)
+
+
+def test_the_truth_is_shown_where_it_is_known(file):
+    shapely = pytest.importorskip("shapely")
+    known = load_episode(file[0])
+    free = shapely.box(-3, -3, 3, 3).difference(shapely.box(1, 1, 2, 2))
+    poses = np.array([[0.0, 0.0, 0.0], [1.0, 2.0, 0.0]])
+    post = np.array([[1.2, 1.2], [1.4, 1.2], [1.2, 1.4]])
+    data = episode_data(
+        Stage(known, figures.Truth(np.array([0.0, 1.0]), poses, [post], [(0, free)]))
+    )
+    middles = np.array([now["middle"] for now in data["moments"]])
+    np.testing.assert_allclose(np.diff(middles, axis=0)[:, 1], 2 / RATE, atol=2e-4)
+    assert data["standing"] == [post.tolist()] and data["true"]
+    ((time, (rings,)),) = data["seen"]
+    assert time == 0 and len(rings) == 2 and [1.0, 2.0] in rings[1]
+
+
+def test_reasons_are_what_fits_in_what_nobody_checked():
+    assert reasons({"reasons": [["0.9", "b"], [0.3, "a"], ["nan", "c"]]}) == [
+        (0.3, "a"),
+        (0.9, "b"),
+    ]
+    for other in (None, [], {}, {"reasons": 3}, {"reasons": [["soon", "a"]]}, {"reasons": [[1]]}):
+        assert reasons(other) == []
+
+
+def test_the_shell_writes_it(file, tmp_path, capsys):
+    place = tmp_path / "drive.html"
+    with pytest.raises(SystemExit) as stop:
+        cli.main(["plot", str(file[0]), "--html", str(place)])
+    assert stop.value.code == 0
+    assert capsys.readouterr().out == f"{place}\n" and len(embedded(place.read_text())["k"]) == 2
+    with pytest.raises(SystemExit) as stop:
+        cli.main(["plot", str(file[0])])
+    assert stop.value.code == 2
+    assert "expected --html FILE, its page, or --video FILE" in capsys.readouterr().err
+
+
+@pytest.mark.night
+def test_one_scrubs_to_what_was_said(file, tmp_path):
+    need("chromium")
+    page = figures.write_episode_page(file[0], tmp_path / "drive.html")
+    begins = [float(one.begin) for one in load_episode(file[0]).manoeuvres]
+    with driven_browser.Browser(driven_browser.found(), page) as browser:
+        shown = "[document.body.dataset.number, document.body.dataset.kept, $('clock').textContent]"
+        number, kept, clock = browser.run(f"go(momentOf({begins[2]})); {shown}")
+        assert (number, kept) == ("2", "") and clock.startswith(f"{begins[2]:.2f} of ")
+        number, kept, _ = browser.run(
+            f"$('time').value = {int(file[1] * RATE) + 1}; $('time').oninput(); {shown}"
+        )
+        assert (number, kept) == ("1", WHY) and WHY in browser.run("$('why').textContent")
+        assert browser.run("$('previous').onclick();" + shown)[0] == "0"
+        assert browser.run("$('play').onclick(); $('play').textContent") == "❚❚"
+        browser.wait("$('play').textContent === '▶'")  # it plays to its end
+        assert browser.run("Number($('time').value) === last")
+        ink = "[...scene.pen.getImageData(0, 0, scene.canvas.width, scene.canvas.height).data]"
+        blue = f"{ink}.filter((v, i, all) => i % 4 === 0 && v === 0 && all[i + 1] === 114).length"
+        assert browser.run(blue) > 100
