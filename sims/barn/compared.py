@@ -1,10 +1,11 @@
-"""What a proof costs: models whose tubes are other ones, to be driven by `python -m sims.barn` side
-by side: `python -m sims.barn.compared --model barn/jackal.npz`.
+"""What a proof costs: the same loop in the same worlds with other tubes, side by side.
 
-`none`: no tube, the predicted path alone has to be free. `constant`: as NeuralPARC has it, at each
-time the largest error of all runs that the network was trained on, whatever k.
+learned: as the claim has it, the only one of which anything is shown. constant: as NeuralPARC has
+it, at each time the largest error of all runs that the network was trained on, whatever k. none:
+the predicted path alone has to be free.
 """
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -14,40 +15,79 @@ import tyro
 import parc_jax as pj
 from parc_jax.claim.pipeline import learn_profiles
 from parc_jax.claim.tube import Tube
+from sims.barn import series
+from sims.barn.job import WORLDS
 
 
 @dataclass(frozen=True)
 class Options:
-    """Which model."""
+    """Which model, in which worlds."""
 
-    model: Path = Path("barn/jackal.npz")
-    """As `python -m sims.barn` learned it; its runs lie beside it."""
+    model: Path = Path("runs/barn/model.npz")
+    """As `parc-jax run barn` learned it; its runs lie beside it, and so will the other two."""
+    worlds: tuple[int, ...] = WORLDS
+    """Numbers of worlds; default: the dozen of `parc-jax run barn`."""
+    out: Path = Path("runs/barn/compared.jsonl")
+    """A line for each episode; what a model drove there is not driven again."""
+    odometry: bool = True
+    """The robot knows where it is by dead reckoning alone; else it truly knows."""
+    jobs: int = series.Options().jobs
+    """Processes."""
+    quiet: bool = False
+    """No progress bars."""
+
+
+def main(options: Options) -> str:
+    """Drive all of it; returns a table in Markdown."""
+    rows = [
+        "| tube | reached | touched | left its tube | metric | time, median and most | nearest |",
+        "|---|---|---|---|---|---|---|",
+    ]
+    for name, model in models(options.model):
+        asked = {field: getattr(options, field) for field in ("worlds", "out", "odometry", "quiet")}
+        told, _ = series.drive_worlds(series.Options(model=model, jobs=options.jobs, **asked))
+        rows.append(row(name, told))
+    return "\n".join(rows)
+
+
+def row(name: str, told: list[dict]) -> str:
+    """Of one tube."""
+    n, well = len(told), [one for one in told if one["reached"] and not one["touched"]]
+    seconds = [one["seconds"] for one in well] or [np.nan]
+    return (
+        f"| {name} | {len(well)} of {n} | {sum(one['touched'] for one in told)} | "
+        f"{sum(one['left'] for one in told)} | {np.mean([one['metric'] for one in told]):.3f} | "
+        f"{np.median(seconds):.1f} s, {max(seconds):.1f} s | "
+        f"{min(one['clearance'] for one in told):.3f} m |"
+    )
+
+
+def models(learned: Path) -> Iterator[tuple[str, Path]]:
+    """Names and files of all three; the other two are written beside the first. Raises InputError
+    where its runs are not there.
+    """
+    model = pj.load(learned)
+    sides = [[lo, hi] for lo, hi in zip(model.domain.lo, model.domain.hi, strict=True)]
+    runs = pj.load_rollouts(learned.parent / "runs" / "train.npz")
+    constant = learn_profiles([model.net], runs, (), sides, shape="box")[0]
+    nothing = constant.with_halves(*map(np.zeros_like, constant.halves))
+    yield "learned", learned
+    for name, tube, why in (
+        ("constant", constant, "no run that the network was trained on was farther off"),
+        ("none", nothing, "nobody asked how far the robot may be from its prediction"),
+    ):
+        path = learned.with_stem(f"{learned.stem}_{name}")
+        with_tube(model, tube, why).save(path)
+        yield name, path
 
 
 def with_tube(model: pj.types.TrajectoryModel, tube: Tube, why: str) -> pj.types.TrajectoryModel:
     """The network with a tube of which nothing is shown."""
     about = {"system": model.system, "points": model.points, "rotation": model.rotation}
     about |= {"labels": model.labels, "given": model.given}
-    return pj.trajectory_model(
-        model.net, pj.declared_claim(tube, why, model.net, model.time, **about)
-    )
-
-
-def main(options: Options) -> None:
-    """Write both models beside the first."""
-    model = pj.load(options.model)
-    sides = [[lo, hi] for lo, hi in zip(model.domain.lo, model.domain.hi, strict=True)]
-    runs = pj.load_rollouts(options.model.parent / "runs" / "train.npz")
-    constant = learn_profiles([model.net], runs, (), sides, shape="box")[0]
-    nothing = pj.tube(sides, np.zeros_like(constant.interval), np.zeros_like(constant.final))
-    for name, tube, why in (
-        ("none", nothing, "nobody asked how far the robot may be from its prediction"),
-        ("constant", constant, "no run that the network was trained on was farther off"),
-    ):
-        path = options.model.with_stem(f"{options.model.stem}_{name}")
-        with_tube(model, tube, why).save(path)
-        print(path)
+    claim = pj.declared_claim(tube, why, model.net, model.time, **about)
+    return pj.trajectory_model(model.net, claim)
 
 
 if __name__ == "__main__":
-    main(tyro.cli(Options, description=__doc__))
+    print(main(tyro.cli(Options, description=__doc__)))
