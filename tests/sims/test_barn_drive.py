@@ -168,6 +168,7 @@ def test_the_job_is_found_by_its_name_and_asks_for_a_model_that_exists(tmp_path,
 @pytest.mark.night
 def test_a_robot_that_learned_to_drive_reaches_the_goal_and_touches_nothing(tmp_path, monkeypatch):
     need("shapely")
+    from sims.barn import compared
     from sims.barn.series import Options, drive_worlds
 
     out = tmp_path / "drives.jsonl"
@@ -179,6 +180,12 @@ def test_a_robot_that_learned_to_drive_reaches_the_goal_and_touches_nothing(tmp_
         "deadline": 600.0,
     }
     drive_worlds(Options(worlds=(1, 5), prove=True, **about))
+    side = compared.Options(
+        tmp_path / "model.npz", (5,), tmp_path / "side.jsonl", jobs=1, quiet=True
+    )
+    *_, learned, constant, none = compared.main(side).splitlines()
+    assert learned.startswith("| learned | 1 of 1 | 0 |")
+    assert constant.startswith("| constant |") and none.startswith("| none |")
     told = [json.loads(line) for line in out.read_text().splitlines()]
     assert [one["world"] for one in told] == [1, 5]
     assert all(one["reached"] and one["proved"] and not one["touched"] for one in told)
@@ -188,7 +195,7 @@ def test_a_robot_that_learned_to_drive_reaches_the_goal_and_touches_nothing(tmp_
     assert len(out.read_text().splitlines()) == 3
     monkeypatch.setattr("sims.barn.job.WORLDS", (5,))
     assert barn.job(out=tmp_path / "job", model=tmp_path / "model.npz", quiet=True) == 0
-    for kind in ("episodes/*.json", "films/*.gif"):
+    for kind in ("episodes/*.json", "films/*.gif", "films/*.html"):
         assert len(list((tmp_path / "job").glob(kind))) == 1
     (tmp_path / "job" / "episodes" / "world_5_5_0.json").unlink()
     assert barn.job(out=tmp_path / "job", model=tmp_path / "model.npz", quiet=True) == 1
