@@ -81,7 +81,8 @@ def test_pictures_and_films_say_the_same():
 def test_and_the_page_adds_nothing_to_an_index():
     """Numbers that it shows come from positions in the data; the address of a plan is one too."""
     page = Path(plot.__file__).parent / "page"
-    view, main = (page / "view.js").read_text(), (page / "main.js").read_text()
-    assert "`obstacle ${o}`" in view and "`obstacle ${seen.worst.pair.obstacle}" in main
+    scene, main = (page / "scene.js").read_text(), (page / "main.js").read_text()
+    assert "`obstacle ${o}`" in scene and "`obstacle ${seen.worst.pair.obstacle}" in main
     assert '$("sample").value = state.sample;' in main
     assert '$("sample").max = data.samples.length - 1;' in main
+    assert '$("manoeuvre").value = number;' in (page / "episode.js").read_text()
