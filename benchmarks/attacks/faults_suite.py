@@ -6,6 +6,9 @@ SCORE = "tests/benchmarks/suite/test_score.py"
 ANSWERS = "tests/benchmarks/suite/test_answers.py"
 CONTACT = "tests/benchmarks/suite/test_contact.py"
 ENTERING = "tests/benchmarks/suite/test_entering.py"
+ENGINE = "tests/benchmarks/suite/test_engine.py"
+TRAPS = "tests/benchmarks/suite/test_traps.py"
+BOXES = "tests/benchmarks/suite/test_boxes.py"
 
 SUITE = (
     Fault(
@@ -98,5 +101,50 @@ SUITE = (
         'if hashlib.sha256(given).hexdigest() != ledger[instance.id]["sha256"]:',
         "if not given:",
         (f"{ENTERING}::test_an_answer_that_was_changed_later_is_refused",),
+    ),
+    Fault(
+        "what_failed_afresh_is_answered",
+        "engine.borne_out",
+        "if not len(failed):",
+        "if True:",
+        (f"{ENGINE}::test_what_fails_afresh_is_left_out_until_a_look_sees_no_failure",),
+    ),
+    Fault(
+        "looks_do_not_share_delta",
+        "engine.looks",
+        "task.delta / LOOKS",
+        "task.delta",
+        (f"{ENGINE}::test_what_fails_afresh_is_left_out_until_a_look_sees_no_failure",),
+    ),
+    Fault(
+        "states_that_no_goal_asks_for_are_forgotten",
+        "engine.scene",
+        "    if not free:",
+        "    if True:",
+        (f"{ENGINE}::test_a_goal_bounds_every_state_that_a_model_has",),
+    ),
+    Fault(
+        "the_caster_never_swings",
+        "puck._run",
+        "(chance < SWINGS)",
+        "(chance < 0)",
+        (f"{TRAPS}::test_the_hidden_caster_is_hardly_seen_and_refutes_who_ignores_it",),
+    ),
+    Fault(
+        "records_are_all_that_there_is",
+        "by_tube.between_records",
+        'if task.told["speed"] is None:',
+        "if True:",
+        (
+            f"{TRAPS}::"
+            "test_the_post_between_records_refutes_who_sees_records_alone_and_can_be_passed",
+        ),
+    ),
+    Fault(
+        "a_system_does_not_move_with_its_start",
+        "robots._runs",
+        " + p0[:, None, None]",
+        "",
+        (f"{BOXES}::test_a_python_system_is_a_box",),
     ),
 )

@@ -15,7 +15,8 @@ SLIPS, GAIN = 2.5, 0.4  # [m] asked for, beyond which a metre brings so much
 GUST = 0.03  # [m] at most at the end, along each axis
 RECORDS, DT = 20, 0.05  # [s]
 JUMP, JUMPS, FAST = 0.6, 1e-3, 2.0  # [m] sideways, how often, for pushes beyond [m]
-CASTER, SWINGS, HARD = 0.4, 0.1, 0.9  # [m] to the left, how often, for pushes left beyond [m]
+CASTER, SWINGS = 0.4, 0.02  # [m] to the left, how often,
+GENTLE, LEFT = 1.4, 0.8  # for pushes ahead of less, to the left of more [m]: a corner of K
 SLOPE = 0.25  # [m] that the start moves the end
 VARIANTS = ("", "calm", "jumps", "hidden", "sparse", "slope")
 
@@ -28,8 +29,9 @@ def pushed(k: np.ndarray) -> np.ndarray:
 
 def box(variant: str) -> BlackBox:
     """calm: no gust. jumps: one fast run in a thousand is thrown aside halfway. hidden: a caster
-    that nobody sees swings out in a tenth of the runs that are pushed hard to the left. sparse: a
-    quarter of a second between records. slope: where it starts bends where it ends. Raises Refused.
+    that nobody sees swings out in a fiftieth of the runs of a corner of K, which holds a fiftieth
+    of K. sparse: a quarter of a second between records. slope: where it starts bends where it ends.
+    Raises Refused.
     """
     if variant not in VARIANTS:
         raise Refused(f"puck: expected one of {', '.join(VARIANTS[1:])}; got {variant!r}.")
@@ -46,7 +48,7 @@ def box(variant: str) -> BlackBox:
         dt=DT * fine,
         records=RECORDS // fine,
         fine=fine,
-        speed=3.2 if variant == "sparse" else None,
+        speed=2.8 if variant == "sparse" else None,
     )
 
 
@@ -60,7 +62,7 @@ def _run(variant: str, p0, k, seed):
         thrown = (k[:, 0] > FAST) & (chance < JUMPS)
         p[thrown, RECORDS // 2 :, 1] += JUMP
     if variant == "hidden":
-        swung = (k[:, 1] > HARD) & (chance < SWINGS)
+        swung = (k[:, 0] < GENTLE) & (k[:, 1] > LEFT) & (chance < SWINGS)
         p[..., 1] += np.where(swung, CASTER, 0.0)[:, None] * t[..., 0] ** 2
     if variant == "slope":
         p[..., 1] += SLOPE * np.sin(2 * p0[:, :1]) * t[..., 0] ** 2

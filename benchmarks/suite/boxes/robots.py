@@ -14,14 +14,18 @@ CHUNK = 64  # runs that are compiled together
 
 
 def robot(name: str, own: str) -> BlackBox:
-    """A system of `sims`: its runs move along with their start. Of its records every KEPT-th is
-    seen; the scorer looks at all.
-    """
+    """A system of `sims`. Of its records every KEPT-th is seen."""
     import sims
 
-    system = sims.load(own, **OPTIONS.get(own, {}))
-    time, fine = system.time, KEPT[own]
-    n_q = system.n_q
+    return of_system(name, sims.load(own, **OPTIONS.get(own, {})), KEPT[own])
+
+
+def of_system(name: str, system, fine: int = 1) -> BlackBox:
+    """A box of any system that parc_jax takes, whose runs move along with their start: a robot of
+    `sims`, an FMU (`fmu_system`), Python (`python_system`). Of its records every fine-th is seen;
+    the scorer looks at all.
+    """
+    time = system.time
     return BlackBox(
         name,
         lambda p0, k, seed: _runs(system, np.asarray(p0, float), np.asarray(k, float), seed),
@@ -31,7 +35,7 @@ def robot(name: str, own: str) -> BlackBox:
         dt=fine * time.dt_record,
         records=time.n_record // fine,
         points=tuple(getattr(system, "points", ("reference",))),
-        q=tuple(getattr(system, "q_labels", None) or [f"q{i}" for i in range(n_q)]),
+        q=tuple(getattr(system, "q_labels", None) or [f"q{i}" for i in range(system.n_q)]),
         fine=fine,
     )
 

@@ -5,6 +5,7 @@ from pathlib import Path
 
 import jax
 import numpy as np
+from scipy.linalg import block_diag
 
 import parc_jax as pj
 from benchmarks.suite.answer import Piece, Sets
@@ -22,6 +23,8 @@ KEY = jax.random.PRNGKey(0)
 DIGITS = 6  # of a row of length 1 in an answer; what is rounded away is taken from its set
 PIECES = 100  # polytopes of an answer: the largest
 PLANS = 500  # of an answer
+FAR = 100.0  # no further state ends beyond
+LOOKS = 4  # at fresh runs of an answer, at most
 
 
 def domain(task: kit.Task) -> pj.types.Box:
@@ -54,13 +57,23 @@ def between(task: kit.Task):
 
 
 def scene(task: kit.Task, path) -> pj.types.ReachAvoid:
-    """The scene as parc_jax reads it."""
-    return pj.exchange.load_problem(path, points=tuple(task.told["points"]))
+    """The scene as parc_jax reads it, whose goals bound every further state."""
+    asked = pj.exchange.load_problem(path, points=tuple(task.told["points"]))
+    told = task.n_p * (len(task.told["points"]) if asked.points else 1)
+    free = told + len(task.told["q"]) - asked.goal.n
+    if not free:
+        return asked
+    A = block_diag(asked.goal.A, np.vstack([np.eye(free), -np.eye(free)]))
+    b = np.append(asked.goal.b, np.full(2 * free, FAR))
+    return asked.replace(goal=asked.goal.replace(A=A, b=b))
 
 
-def needed(task: kit.Task) -> int:
-    """Runs none of which fails, after which failures with eps are refuted at delta."""
-    return math.ceil(math.log(task.delta) / math.log1p(-task.eps))
+def looks(task: kit.Task) -> tuple[int, int]:
+    """How often fresh runs of plans drawn from an answer may be looked at, and how many runs none
+    of which fails refute at delta, shared by all looks, that they fail with eps.
+    """
+    n = math.ceil(math.log(task.delta / LOOKS) / math.log1p(-task.eps))
+    return max(1, min(LOOKS, task.budget // 2 // n)), n
 
 
 def polytopes(answer: pj.types.Answer) -> list[dict]:
@@ -83,26 +96,32 @@ def _spelled(polytope: pj.types.HPolytope, corners: np.ndarray) -> dict:
 def published(
     model: pj.types.TrajectoryModel, asked: pj.types.ReachAvoid, samples: int
 ) -> list[list[float]]:
-    """Plans of the published search, so many draws a region; none where it has no word for the
-    scene, or the tube leaves no goal.
+    """Plans of the published search, so many draws a region. Raises InputError where it has no word
+    for the scene.
     """
-    try:
-        cells = cells_outward(model.regions, model.tube, model.domain.center)
-        found = paper_search(KEY, cells, paper_scene(asked, model.tube), samples=samples)
-    except pj.InputError as error:
-        print(error)
-        return []
+    cells = cells_outward(model.regions, model.tube, model.domain.center)
+    found = paper_search(KEY, cells, paper_scene(asked, model.tube), samples=samples)
     some = np.random.default_rng(0).permutation(len(found.samples))[:PLANS]
     return found.samples[some].round(DIGITS).tolist()
 
 
-def drawn(found: list[dict], rng, n: int) -> np.ndarray | None:
-    """n plans (n, d), evenly from polytopes as they are spelled; None where they are empty."""
-    pieces = tuple(
-        Piece(*(np.array(one[word]) for word in ("lo", "hi", "A", "b"))) for one in found
-    )
-    sets = Sets(pieces, rng) if pieces else None
-    return sets.draw(n) if sets else None
+def borne_out(found: list[dict], succeed, task: kit.Task, rng) -> list[dict]:
+    """What is left of polytopes after looks at fresh runs of plans drawn evenly from them: those
+    with a plan that failed are left out until a look sees no failure. succeed: plans -> bool (n,).
+    """
+    words = ("lo", "hi", "A", "b")
+    left = [(one, Piece(*(np.array(one[word]) for word in words))) for one in found]
+    times, n = looks(task)
+    for _ in range(times):
+        sets = Sets(tuple(piece for _, piece in left), rng) if left else None
+        if not sets:
+            break
+        plans = sets.draw(n)
+        failed = plans[~succeed(plans)]
+        if not len(failed):
+            return [one for one, _ in left]
+        left = [(one, piece) for one, piece in left if not piece.holds(failed).any()]
+    return []
 
 
 def name_of(folder) -> Path:

@@ -10,6 +10,7 @@ import pytest
 from suite_cases import robust, text
 
 from benchmarks.suite import __main__ as command
+from benchmarks.suite.answer import SOME, read
 from benchmarks.suite.bad import Refused
 from benchmarks.suite.boxes import load
 from benchmarks.suite.door import Door
@@ -105,10 +106,20 @@ def test_preparing_is_done_once_and_counts_for_every_answer(tmp_path):
     assert json.loads(found["puck_01"]["answer"]) == {"verdict": "unknown"}
 
 
+@pytest.mark.slow
+@pytest.mark.parametrize("name", ["parc_jax", "neural_parc"])
+def test_entries_that_learn_answer_what_the_scorer_takes(name):
+    one = asked(budget=4000, eps=0.05)
+    found = enter(name, [one])[one.id]
+    assert not found["why"] and found["first_s"] is not None
+    answer = read(found["answer"], *one.bounds)
+    assert answer.verdict == SOME and (len(answer.plans) or answer.pieces)
+
+
 def test_what_is_told_does_not_show_what_is_hidden():
     told = asked("puck_08").task
     assert not {"rollout", "fine", "trap", "known"} & told.keys()
-    assert told["records"] == 4 and told["dt"] == 0.25 and told["speed"] == 3.2
+    assert told["records"] == 4 and told["dt"] == 0.25 and told["speed"] == 2.8
 
 
 def test_an_answer_that_was_changed_later_is_refused(tmp_path):
