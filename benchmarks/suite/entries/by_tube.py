@@ -63,9 +63,7 @@ def answer(task: kit.Task, folder, scene_path, answer_path) -> None:
         p = y[:, :n_out].reshape(len(k), -1, points, task.n_p) + p0[:, None, None]
         return scene.succeeds(p, y[:, n_out:])
 
-    lo = np.concatenate([scene.start[0], task.k_lo])
-    hi = np.concatenate([scene.start[1], task.k_hi])
-    found = kit.boxes(predicted_to_succeed, lo, hi, np.random.default_rng(0))
+    found = kit.boxes(predicted_to_succeed, *task.bounds(scene), np.random.default_rng(0))
     if found:
         kit.first(0.5 * (np.array(found[0]["lo"]) + found[0]["hi"]))
     kit.answer(answer_path, boxes=found)

@@ -16,11 +16,13 @@ from parc_jax.published.scene import paper_scene
 from parc_jax.published.search import SAMPLES_PER_REGION, paper_search
 from parc_jax.rollout.batch import RolloutBatch, rollout_batch
 from parc_jax.rollout.law import law_spec
+from parc_jax.sets.qhull import halfspace_intersection, scaled_around
 
 KNOTS = 40  # of a model, at most
 AS_PUBLISHED = SAMPLES_PER_REGION
 KEY = jax.random.PRNGKey(0)
 DIGITS = 6  # of a row of length 1 in an answer; what is rounded away is taken from its set
+AROUND = 2000  # plans around which polytopes are cut
 PIECES = 100  # polytopes of an answer: the largest
 PLANS = 500  # of an answer
 FAR = 100.0  # no further state ends beyond
@@ -77,19 +79,28 @@ def looks(task: kit.Task) -> tuple[int, int]:
 
 
 def polytopes(answer: pj.types.Answer) -> list[dict]:
-    """The largest safe polytopes of an answer, as the suite spells them."""
-    corners = answer.project(range(answer.model.n_p + answer.model.n_k))
-    largest = np.argsort(-answer.volumes())[:PIECES]
-    sets = answer.safe_sets()
-    return [_spelled(sets[i], corners[i]) for i in largest]
+    """The largest safe polytopes of an answer, as the suite spells them. They are compared by the
+    boxes around them: to triangulate them, as `safe_sets` does, takes minutes in six dimensions.
+    """
+    cut = answer.with_polytopes(KEY, AROUND).polytopes
+    found = [_spelled(one.halfspaces, np.concatenate([one.p0, one.k])) for one in cut]
+    found = [one for one in found if one is not None]
+    return sorted(found, key=lambda one: -np.prod(np.subtract(one["hi"], one["lo"])))[:PIECES]
 
 
-def _spelled(polytope: pj.types.HPolytope, corners: np.ndarray) -> dict:
+def _spelled(polytope: pj.types.HPolytope, inside: np.ndarray) -> dict | None:
+    """Without redundant rows; None where it is too thin for floats."""
+    scaled = scaled_around(polytope.A, polytope.b, inside)
+    cut = scaled and halfspace_intersection(*scaled[:2], np.zeros(len(inside)))
+    if cut is None:
+        return None
+    corners = inside + cut.intersections * scaled[2]
+    needed = np.unique(np.concatenate(cut.dual_facets).astype(int))
     lo, hi = corners.min(axis=0), corners.max(axis=0)
-    length = np.linalg.norm(polytope.A, axis=1)
-    A = np.round(polytope.A / length[:, None], DIGITS)
+    length = np.linalg.norm(polytope.A[needed], axis=1)
+    A = np.round(polytope.A[needed] / length[:, None], DIGITS)
     farthest = np.abs(corners).max(axis=0).sum()
-    b = np.round(polytope.b / length - (1 + farthest) * 10.0**-DIGITS, DIGITS)
+    b = np.round(polytope.b[needed] / length - (1 + farthest) * 10.0**-DIGITS, DIGITS)
     return {"A": A.tolist(), "b": b.tolist(), "lo": lo.tolist(), "hi": hi.tolist()}
 
 
@@ -109,19 +120,23 @@ def borne_out(found: list[dict], succeed, task: kit.Task, rng) -> list[dict]:
     """What is left of polytopes after looks at fresh runs of plans drawn evenly from them: those
     with a plan that failed are left out until a look sees no failure. succeed: plans -> bool (n,).
     """
-    words = ("lo", "hi", "A", "b")
-    left = [(one, Piece(*(np.array(one[word]) for word in words))) for one in found]
+    left = [(one, _piece(one)) for one in found]
     times, n = looks(task)
     for _ in range(times):
-        sets = Sets(tuple(piece for _, piece in left), rng) if left else None
-        if not sets:
+        union = Sets(tuple(piece for _, piece in left), rng) if left else None
+        if not union:
             break
-        plans = sets.draw(n)
+        plans = union.draw(n)
         failed = plans[~succeed(plans)]
         if not len(failed):
             return [one for one, _ in left]
         left = [(one, piece) for one, piece in left if not piece.holds(failed).any()]
     return []
+
+
+def _piece(one: dict) -> Piece:
+    lo, hi, b = (np.array(one[word], float) for word in ("lo", "hi", "b"))
+    return Piece(lo, hi, np.array(one["A"], float).reshape(len(b), len(lo)), b)
 
 
 def name_of(folder) -> Path:

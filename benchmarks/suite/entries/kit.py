@@ -12,6 +12,7 @@ import numpy as np
 from benchmarks.suite.scene import Scene, load_scene
 
 MOST = 1 << 16  # runs of one request
+SETS = 2000  # of an answer
 
 
 class Task:
@@ -30,6 +31,10 @@ class Task:
     def draw(self, rng: np.random.Generator, n: int) -> np.ndarray:
         """Parameters (n, n_k), uniform."""
         return rng.uniform(self.k_lo, self.k_hi, (n, len(self.k_lo)))
+
+    def bounds(self, scene: Scene) -> np.ndarray:
+        """(2, n_p + n_k) of all plans that may be answered."""
+        return np.concatenate([scene.start, [self.k_lo, self.k_hi]], axis=1)
 
     def runs(self, p0: np.ndarray, k: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """p (n, records + 1, points, n_p), q (n, n_q) of starts p0 (n, n_p), k (n, n_k)."""
@@ -105,7 +110,8 @@ def _gradients(weights, x, y) -> list:
 
 def boxes(safe, lo, hi, rng: np.random.Generator, n=150_000, fewest=24, again=400) -> list[dict]:
     """Boxes between lo and hi (d,) in which all that is drawn is safe: cut in halves, side by side,
-    until all draws in a piece agree; what is kept is drawn anew. safe: plans (n, d) -> bool (n,).
+    until all draws in a piece agree; what is kept is drawn anew. The largest, if they are too many.
+    safe: plans (n, d) -> bool (n,).
     """
     plans = rng.uniform(lo, hi, (n, len(lo)))
     good = safe(plans)
@@ -125,4 +131,4 @@ def boxes(safe, lo, hi, rng: np.random.Generator, n=150_000, fewest=24, again=40
         below_high[axis] = above_low[axis] = middle
         left.append((low, below_high, some[~above], fine[~above], depth + 1))
         left.append((above_low, high, some[above], fine[above], depth + 1))
-    return found
+    return sorted(found, key=lambda one: -np.prod(np.subtract(one["hi"], one["lo"])))[:SETS]
