@@ -2,6 +2,7 @@
 
 import itertools
 import json
+import sys
 from dataclasses import replace
 
 import jax
@@ -193,7 +194,7 @@ def test_a_robot_that_learned_to_drive_reaches_the_goal_and_touches_nothing(tmp_
     assert len(out.read_text().splitlines()) == 2
     drive_worlds(Options(worlds=(5,), odometry=True, **about))  # another drive of the same world
     assert len(out.read_text().splitlines()) == 3
-    monkeypatch.setattr("sims.barn.job.WORLDS", (5,))
+    monkeypatch.setattr(sys.modules["sims.barn.job"], "WORLDS", (5,))
     assert barn.job(out=tmp_path / "job", model=tmp_path / "model.npz", quiet=True) == 0
     for kind in ("episodes/*.json", "films/*.gif", "films/*.html"):
         assert len(list((tmp_path / "job").glob(kind))) == 1
