@@ -70,7 +70,9 @@ def calls_about(n_obstacles: int, more_rows: int = 0) -> dict:
     """Calls about one scene, by name, in the order in which they must be made."""
     model, problem = toy_case(4)
     one = problem.obstacles[0]
-    beside = [one.replace(b=one.b + one.A @ [0.02 * i, 0.0]) for i in range(1, n_obstacles - 1)]
+    beside = [
+        one.replace(b=one.b + one.A @ [0.02 * (i % 5), 0.0]) for i in range(1, n_obstacles - 1)
+    ]
     obstacles = (*problem.obstacles, *beside)
     goal = problem.goal
     A, b = (np.concatenate([rows, rows[:more_rows]]) for rows in (goal.A, goal.b))
@@ -107,3 +109,11 @@ def warm_calls():
 def test_another_number_of_obstacles_or_rows_compiles_nothing(warm_calls, n_obstacles, more_rows):
     calls = calls_about(n_obstacles, more_rows)
     assert {name: compiled_by(call) for name, call in calls.items()} == dict.fromkeys(calls, 0)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("n_obstacles", [9, 17, 33, 65, 128])
+def test_first_plans_among_many_obstacles_compile_nothing(warm_calls, n_obstacles):
+    calls = calls_about(n_obstacles)
+    for name in ("first", "first of solve"):
+        assert compiled_by(calls[name]) == 0, name

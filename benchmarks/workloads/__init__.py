@@ -24,6 +24,7 @@ NAMES = (
     "gap",
     "yield",
     "obstacles",
+    "clutter",
     "scaling",
     "bodies",
 )

@@ -10,7 +10,7 @@ from parc_jax.model import TrajectoryModel
 from parc_jax.network.relu import ReLUNetwork
 from parc_jax.verdict.scene import OneScene, Scene
 from parc_jax.verdict.screen import few_outputs
-from parc_jax.verdict.sized import roomy
+from parc_jax.verdict.sized import ROOM, roomy
 
 
 @struct.dataclass
@@ -37,7 +37,8 @@ def placed(scene: Scene) -> Placed:
 
 def _placed(scene: Scene, device) -> Placed:
     about = once(scene.model, _of_model, device)
-    own = (roomy(scene).arrays, ends_of(scene), scene.at)
+    corners_of_a_box = 2**scene.model.n_p
+    own = (roomy(scene, ROOM, corners_of_a_box).arrays, ends_of(scene), scene.at)
     with x64(), jax.transfer_guard_host_to_device("allow"):
         return Placed(*about, *_moved(own))
 

@@ -32,11 +32,11 @@ from parc_jax.robust.question import Plain, question
 from parc_jax.sets.hpolytope import HPolytope
 from parc_jax.verdict.hopeless import why_none
 from parc_jax.verdict.scene import Scene, laid_out
-from parc_jax.verdict.sized import roomy
+from parc_jax.verdict.sized import ROOM, roomy
 
 AT_ONCE = 64  # candidates judged in one compiled call, between looks at the clock
 AMONG = 6  # safe ones of a call, of which one with room is taken
-PAIRS, CORNERS = 128, 8  # of obstacles and parts, that scenes have room for without compiling anew
+CORNERS = 8  # of an obstacle in the plane, that scenes have room for without compiling anew
 
 Prefer = Callable[[Outlook], np.ndarray]
 
@@ -312,7 +312,7 @@ class Loop:
         goal = self._end(asked.model)
         goal = moved_goal(goal, asked.model, asked.at)
         asked = replace(asked, problem=asked.problem.replace(goal=goal))
-        return roomy(laid_out(asked), PAIRS, CORNERS)
+        return roomy(laid_out(asked), ROOM, CORNERS)
 
     def _end(self, model: TrajectoryModel) -> HPolytope:
         """Where a manoeuvre may end, for the model under doubt: all its copies."""

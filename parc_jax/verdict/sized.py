@@ -9,8 +9,10 @@ from parc_jax.separation.pairs import Obstacles
 from parc_jax.verdict.scene import Scene, SceneArrays
 
 LEAST_ROWS = 8  # of goal and start, so that most scenes agree; a row costs little
-# a single scene is padded to so many: kernels look at those that are there, so room costs little
-LEAST_OBSTACLES = 8
+LEAST_OBSTACLES = 8  # to which a single scene is padded
+# pairs of an obstacle and a part for which first plans and loops have room without compiling anew:
+# their kernels look at those that are there, so that room costs nothing
+ROOM = 128
 FREE = 1e30  # [row units] offset of a row that holds nothing back, and is no plan's least margin
 
 

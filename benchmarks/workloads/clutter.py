@@ -1,0 +1,120 @@
+"""What obstacles near the way cost: 0 to 128 boxes of 0.1 m, 0.75 to 2 m around the start of a
+rectangle that turns.
+
+The Jackal's kinematic twin, learned in this run: five points, twelve intervals, 36 bins, an assumed
+tube; two of its four parameters are measured at the start. It may come to rest anywhere, turned by
+as much as it can. Processor time of this process for sixteen plans. Plain: from one place, any
+speeds at the start; from here: from a pose with a heading, speeds as measured. Prepared: the scene
+is laid out once, and every call has another key. New scene: it is laid out anew each time, by turns
+with the others. `near`: obstacles that are not proved apart from every plan. Programs: what the
+compiler is asked for by the first scene of so many obstacles, after those before it.
+"""
+
+import time
+
+import jax
+import numpy as np
+
+from benchmarks.bench import Bench
+from benchmarks.metrics import exact, metric
+from benchmarks.result import Result, Table
+from parc_jax.base.keys import Stage, stream
+from parc_jax.claim.declared import assumed_claim
+from parc_jax.model import TrajectoryModel, trajectory_model
+from parc_jax.network.train import train
+from parc_jax.planner.planner import Planner
+from parc_jax.problem.doubt import FREE, Doubt
+from parc_jax.problem.problem import ReachAvoid, reach_avoid
+from parc_jax.rollout.collect import collect
+from parc_jax.sets.box import box
+
+COUNTS = (0, 1, 4, 8, 16, 32, 64, 128)
+PLANS = 16
+BINS = (3, 3, 2, 2)
+RING = (0.75, 2.0)  # [m] from the start to the middle of a box
+SIZE = 0.1  # [m] of a box
+GOAL = ((-3.0, -3.0, -4.0), (3.0, 3.0, 4.0))  # [m, m, rad] wherever it comes to rest
+SPEEDS = {"speed at the start": 1.0, "turning at the start": 0.2}  # [m/s], [rad/s]
+WAYS = {"plain": (False, (0.0, 0.0)), "from_here": (True, (0.0, 0.0, 0.3))}  # [m, m, rad]
+COMPILED = "backend_compile_duration"
+
+_compiled: list[str] = []
+jax.monitoring.register_event_duration_secs_listener(
+    lambda event, seconds, **_: _compiled.append(event) if event.endswith(COMPILED) else None
+)
+
+
+def turning(bench: Bench) -> TrajectoryModel:
+    """The model of the twin."""
+    import sims
+
+    runs, steps = bench.size((4_096, 2_000), (256, 20))
+    data = collect(
+        sims.load("jackal", plant="twin"), bench.key(), runs, Stage.TRAIN, chunk=256, quiet=True
+    )
+    net = train(data, (8, 8), key=stream(bench.key(), Stage.FIT), seeds=1, steps=steps)
+    return trajectory_model(net, assumed_claim(net, data, bench.size(BINS, (1, 1, 1, 1))))
+
+
+def cluttered(n: int, measured: bool, seed: int = 0) -> ReachAvoid:
+    """n boxes around the start, the first of them the same for every n."""
+    from sims.rectangle import goal_of_centre, rectangle
+
+    rng = np.random.default_rng(seed)
+    angle, away = rng.uniform(0, 2 * np.pi, 128), rng.uniform(*RING, 128)
+    middles = (away * np.array([np.cos(angle), np.sin(angle)])).T[:n]
+    boxes = [box(middle - SIZE / 2, middle + SIZE / 2) for middle in middles]
+    doubt = Doubt(given=SPEEDS if measured else dict.fromkeys(SPEEDS, FREE))
+    return reach_avoid(goal_of_centre(*GOAL), boxes, rectangle(), doubt=doubt)
+
+
+def run(bench: Bench) -> Result:
+    """Ask among ever more obstacles, in both ways."""
+    planner, counts = Planner(turning(bench)), bench.size(COUNTS, (0, 4, 16))
+    metrics, rows, curve = [], [], {"obstacles": list(counts)}
+    for way, (measured, at) in WAYS.items():
+        scenes = {n: (cluttered(n, measured), at) for n in counts}
+        near, programs = {}, {}
+        for n, (problem, place) in scenes.items():
+            before = len(_compiled)
+            prepared = planner.prepare(problem, at=place)
+            prepared.first(bench.key(), PLANS)
+            near[n], programs[n] = int(prepared.scene.count), len(_compiled) - before
+        spent = processor_times(planner, scenes, bench.size(40, 2))
+        for n in counts:
+            known, new = (float(np.median(seconds)) for seconds in spent[n][:2])
+            found = float(np.median(spent[n][2]))
+            times = (f"{1e3 * seconds:.2f} ms" for seconds in (known, new))
+            rows.append((way, f"{n}", f"{near[n]}", f"{found:g}", *times, f"{programs[n]}"))
+            for name, seconds in (("prepared", known), ("new_scene", new)):
+                key = f"clutter.{way}.{name}.{n}"
+                metrics.append(metric(key, seconds, "s", "lower", rel_tol=0.5, abs_tol=1e-3))
+        curve[way] = {
+            name: [float(np.median(spent[n][i])) for n in counts]
+            for i, name in enumerate(("prepared_s", "new_scene_s"))
+        }
+        between = sum(programs[n] for n in counts[1:])
+        metrics.append(exact(f"clutter.{way}.programs", between))
+    header = ("asked", "obstacles", "near", "plans", "prepared", "new scene", "programs")
+    return Result(metrics, [Table("Obstacles near the way", header, rows)], curve)
+
+
+def processor_times(planner: Planner, scenes: dict, n: int) -> dict:
+    """Of named (problem, place), by turns: processor times [s] of plans of a prepared scene (n,)
+    and of a new one (n,), and how many plans the new ones have (n,).
+    """
+    prepared = {name: planner.prepare(problem, at=at) for name, (problem, at) in scenes.items()}
+    out = {name: ([], [], []) for name in scenes}
+    for seed in range(n):
+        key = jax.random.PRNGKey(seed)
+        for name, (problem, at) in scenes.items():
+            begin = time.process_time()
+            prepared[name].first(key, PLANS)
+            middle = time.process_time()
+            found = planner.prepare(problem, at=at).first(key, PLANS)
+            end = time.process_time()
+            for values, value in zip(
+                out[name], (middle - begin, end - middle, len(found.plans)), strict=True
+            ):
+                values.append(value)
+    return out
