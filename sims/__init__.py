@@ -1,6 +1,9 @@
-"""Black boxes to certify. `load(name)` builds one; parc_jax itself never imports this package."""
+"""Black boxes to certify. `load(name)` builds one, `model(name)` reads what was learned of it;
+parc_jax itself never imports this package.
+"""
 
 import importlib
+from pathlib import Path
 
 OURS = ("drift_parking", "asv", "asv_published", "f110", "tractor", "drone", "jackal")
 # black boxes that nobody here wrote, each behind an optional package or a log: `sims/foreign`
@@ -24,6 +27,36 @@ def load(name: str, **options):
     if name not in NAMES:
         raise InputError(f"system: expected one of {', '.join(NAMES)}; got {name!r}.")
     return importlib.import_module(place(name)).system(**options)
+
+
+def model(name: str):
+    """The `TrajectoryModel` that comes along with a system; docs/main_job.md says how each was
+    learned, and its claim what it is worth. Raises InputError where none does.
+    """
+    from parc_jax.model import load
+
+    return load(model_file(name), system=name)
+
+
+def model_file(name: str) -> Path:
+    """Where the model that comes along with a system is. Raises InputError where none does."""
+    from parc_jax.errors import InputError
+
+    if name not in models():
+        raise InputError(
+            f"model: expected a system whose model comes along ({', '.join(models())}); got "
+            f"{name!r}. Learn one: parc-jax learn {name} --out model.npz"
+        )
+    return _beside(name)
+
+
+def models() -> tuple[str, ...]:
+    """Names of the systems whose model comes along."""
+    return tuple(name for name in NAMES if _beside(name).is_file())
+
+
+def _beside(name: str) -> Path:
+    return Path(__file__).parent.joinpath(*place(name).split(".")[1:], "model.npz")
 
 
 def __getattr__(name: str):

@@ -1,22 +1,28 @@
-"""From starting `python` to the first certified sample with a saved model, in a process of its own.
+"""From starting `python` to the first certified sample, in a process of its own.
 
-The child loads model and scene, asks for one sample, has it proved by the independent checker, and
-prints a line; the clock runs in the parent from before the start until that line. First with an
-empty compilation cache, then with the one that the first child filled (the cache that `parc-jax
-run` keeps by default).
+With a saved model: the child loads model and scene, asks for one sample, has it proved by the
+independent checker, and prints a line; the clock runs in the parent from before the start until
+that line. From the shell: `parc-jax solve drift_parking --first`, with the model that comes along,
+until the process has ended and its answer is a file. First with an empty compilation cache, then
+with the one that the first child filled (the cache that `parc-jax run` keeps by default). Names: a
+child that loads the planner and ends; jax: one that loads JAX alone, which is most of it.
 """
 
+import json
 import os
 import subprocess
 import sys
 import tempfile
 import time
+from pathlib import Path
 
 from benchmarks.bench import ROOT, Bench
 from benchmarks.metrics import exact, metric, times
 from benchmarks.result import Result
 from parc_jax.base.status import Status
 
+SYSTEM = "drift_parking"
+NAMES = {"names": "import parc_jax; parc_jax.Planner", "jax": "import jax"}
 _CHILD = """
 import sys
 from parc_jax.study.cache import keep_compiled
@@ -33,16 +39,40 @@ print(answer.status, flush=True)
 """
 
 
+def run(bench: Bench) -> Result:
+    """One child with an empty cache, several with a filled one, of each kind; repeated."""
+    import sims
+
+    bench.model()  # skips when there is no saved model
+    kinds = {"": first_sample}
+    if SYSTEM in sims.models():
+        kinds["shell."] = first_in_shell
+    metrics, proved = [], []
+    for kind, call in kinds.items():
+        empty, filled = [], []
+        for _ in range(bench.size(5, 1)):
+            with tempfile.TemporaryDirectory() as cache:
+                for seed in range(2):
+                    seconds, ok = call(bench, cache, seed)
+                    (filled if seed else empty).append(seconds)
+                    proved.append(ok)
+        metrics += times(f"cold_start.{kind}empty_cache", empty)
+        metrics += times(f"cold_start.{kind}filled_cache", filled)
+    for name, code in NAMES.items():
+        spent = [seconds_of([sys.executable, "-c", code], "") for _ in range(bench.size(5, 1))]
+        metrics += times(f"cold_start.{name}", spent)
+    metrics.append(exact("cold_start.not_proved", len(proved) - sum(proved)))
+    metrics.append(metric("cold_start.runs", len(proved), "count", "same"))
+    return Result(metrics)
+
+
 def first_sample(bench: Bench, cache: str, seed: int) -> tuple[float, bool]:
     """Wall time [s] of one child, and whether its sample was proved."""
-    environment = {
-        name: value for name, value in os.environ.items() if name != "JAX_COMPILATION_CACHE_DIR"
-    }
     command = [sys.executable, "-c", _CHILD, str(bench.saved), str(seed)]
     begin = time.perf_counter()
     with subprocess.Popen(
         command,
-        env=environment | {"XDG_CACHE_HOME": cache},
+        env=environment(cache),
         stdout=subprocess.PIPE,
         stderr=subprocess.DEVNULL,
         text=True,
@@ -53,21 +83,22 @@ def first_sample(bench: Bench, cache: str, seed: int) -> tuple[float, bool]:
     return seconds, said == Status.PROVED.label
 
 
-def run(bench: Bench) -> Result:
-    """One child with an empty cache, several with a filled one; repeated."""
-    bench.model()  # skips when there is no saved model
-    empty, filled, proved = [], [], []
-    for _ in range(bench.size(2, 1)):
-        with tempfile.TemporaryDirectory() as cache:
-            for seed in range(bench.size(4, 2)):
-                seconds, ok = first_sample(bench, cache, seed)
-                (filled if seed else empty).append(seconds)
-                proved.append(ok)
-    return Result(
-        [
-            *times("cold_start.empty_cache", empty),
-            *times("cold_start.filled_cache", filled),
-            exact("cold_start.not_proved", len(proved) - sum(proved)),
-            metric("cold_start.runs", len(proved), "count", "same"),
-        ]
-    )
+def first_in_shell(bench: Bench, cache: str, seed: int) -> tuple[float, bool]:
+    """The same of the command."""
+    out = Path(cache) / "answer.json"
+    asked = ["solve", SYSTEM, "--first", "--quiet", "--seed", str(seed), "--out", str(out)]
+    seconds = seconds_of([sys.executable, "-m", "parc_jax.cli", *asked], cache)
+    return seconds, json.loads(out.read_text())["meta"]["status"] == Status.PROVED.label
+
+
+def seconds_of(command: list[str], cache: str) -> float:
+    """Wall time [s] of a process that has to end well. Raises CalledProcessError."""
+    begin = time.perf_counter()
+    subprocess.run(command, env=environment(cache), cwd=ROOT, check=True, stdout=subprocess.DEVNULL)
+    return time.perf_counter() - begin
+
+
+def environment(cache: str) -> dict[str, str]:
+    """Ours, with another place for compiled programs."""
+    ours = {name: at for name, at in os.environ.items() if name != "JAX_COMPILATION_CACHE_DIR"}
+    return ours | {"XDG_CACHE_HOME": cache}

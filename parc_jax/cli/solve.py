@@ -23,7 +23,7 @@ DOUBT = Offer(
 
 def solve(
     model: Path,
-    scene: Path,
+    scene: Path | None = None,
     /,
     *,
     out: Path = Path("answer.json"),
@@ -35,16 +35,19 @@ def solve(
     doubt: Annotated[dict, DOUBT],
     shell: Annotated[Shell, Offer("cli.shell.Shell")],
 ) -> int:
-    """Find and prove the safe starts and parameters of a scene. Example: parc-jax solve model.npz
-    scene.toml
+    """Find and prove the safe starts and parameters of a scene. Example: parc-jax solve
+    drift_parking --first
+
+    With files of your own: parc-jax solve model.npz scene.toml
 
     A scene file names a goal, obstacles, a body and optionally a start set; `parc-jax systems NAME`
     prints one. --doubt-..., --given, --unknown and --sensing-eps replace entries of its table
     [doubt].
 
     Args:
-        model: A model of `parc-jax learn` or `parc-jax run`.
-        scene: The scene, .toml or .json.
+        model: A model of `parc-jax learn` or `parc-jax run`, or a system of `parc-jax systems`
+            whose model comes along.
+        scene: The scene, .toml or .json. Default: that of the model's system.
         out: The answer file, with certificates; it is written in every case but bad input.
         system: Refuse a model of any other system. Default: take it.
         method: The exact engine, or the published search by supports (paper) or linear programs
@@ -61,26 +64,30 @@ def solve(
     from parc_jax.cli.help import fitted
     from parc_jax.cli.places import require_place
     from parc_jax.cli.saying import saying
+    from parc_jax.cli.systems import model_of, scene_of
     from parc_jax.cli.verdict import as_json, verdict
     from parc_jax.errors import InputError
     from parc_jax.io.problem_file import labelled, load_problem
     from parc_jax.methods import Exact
-    from parc_jax.model import load
     from parc_jax.planner.planner import Planner
     from parc_jax.published import Published
     from parc_jax.study.cache import keep_compiled
 
     if shell.cache:
         keep_compiled()
-    if model.suffix in (".toml", ".json") and scene.suffix == ".npz":
+    if model.suffix in (".toml", ".json") and scene is not None and scene.suffix == ".npz":
         raise InputError(
             f"solve: expected the model first and then the scene; got {model} and {scene}. Swap "
             "the two."
         )
     require_place(out)
-    learned = load(model, system=system)
-    problem = under_doubt(load_problem(scene, learned.points), doubt)
-    planner = Planner(labelled(learned, scene))
+    learned = model_of(model, system)
+    if scene is None:
+        asked = scene_of(learned)
+    else:
+        asked, learned = load_problem(scene, learned.points), labelled(learned, scene)
+    problem = under_doubt(asked, doubt)
+    planner = Planner(learned)
     if not first:
         require_goal_in_reach(problem, planner)
     key = key_of(shell.seed)

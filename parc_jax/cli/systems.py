@@ -6,6 +6,7 @@ import inspect
 import io
 import os
 import sys
+from pathlib import Path
 from types import ModuleType
 from typing import Annotated
 
@@ -114,6 +115,40 @@ def black_box_with(module: ModuleType, points: tuple[str, ...]):
             f"{', '.join(points_of(black_box))}."
         )
     return black_box
+
+
+def model_of(path: Path, system: str | None):
+    """The model of a file, or the one that comes along with the system of that name; with `system`
+    of no other one. Raises InputError.
+    """
+    from parc_jax.model import load
+
+    sims = importlib.import_module("sims")
+    along = str(path) in sims.NAMES and not path.is_file()
+    return load(sims.model_file(str(path)) if along else path, system=system)
+
+
+def scene_of(model):
+    """The scene of the system that a model is of, with the body of its study, or the first of its
+    BODIES that has the model's reference points. Raises InputError.
+    """
+    from parc_jax.verdict.outline import require_fit
+
+    if model.system not in known():
+        raise InputError(
+            f"scene: expected a file, .toml or .json, since nothing is known of a scene of "
+            f"{model.system or 'unnamed'!r}; got none. Name it after the model."
+        )
+    module = find(model.system)
+    refused = None
+    for body in dict.fromkeys((study_of(module).body, *getattr(module, "BODIES", ()))):
+        problem = build(module, "problem", body=body)
+        try:
+            require_fit(problem, model)
+            return problem
+        except InputError as error:
+            refused = refused or error
+    raise InputError(f"{refused} Name a scene of your own.")
 
 
 def build(module: ModuleType, function: str, **options):

@@ -4,8 +4,8 @@ for hardware.
 
 from sims.f110.disturbance import LAWS, Law
 from sims.f110.job import job
-from sims.f110.scenario import problem
+from sims.f110.scenario import BODIES, problem
 from sims.f110.study import STUDY
 from sims.f110.system import F110, system
 
-__all__ = ["F110", "LAWS", "STUDY", "Law", "film_of", "job", "problem", "system"]
+__all__ = ["BODIES", "F110", "LAWS", "STUDY", "Law", "film_of", "job", "problem", "system"]
