@@ -61,7 +61,7 @@ def _spelled(value) -> str:
 
 
 def figure(report: dict, path) -> None:
-    """Points of every entry on every instance, to a file; red is refuted."""
+    """Points of every entry on every instance, with their sums, to a file; red is refuted."""
     import matplotlib
 
     matplotlib.use("Agg")
@@ -74,11 +74,17 @@ def figure(report: dict, path) -> None:
     for i, name in enumerate(names):
         for j, one in enumerate(ids):
             points[i, j] = entries[name].get(one, {"points": np.nan})["points"]
-    drawn, axes = plt.subplots(figsize=(2 + 0.28 * len(ids), 1.6 + 0.35 * len(names)))
+    drawn, axes = plt.subplots(figsize=(2 + 0.34 * len(ids), 1.6 + 0.35 * len(names)))
     colours = plt.get_cmap("YlGn").with_extremes(under="firebrick", bad="white")
     shown = axes.imshow(points, cmap=colours, vmin=0.0, vmax=10.0, aspect="auto")
     axes.set_xticks(range(len(ids)), ids, rotation=90, fontsize=7)
-    axes.set_yticks(range(len(names)), names, fontsize=8)
+    sums = np.nansum(points, axis=1)
+    told = [f"{name}  {total:,.0f}" for name, total in zip(names, sums, strict=True)]
+    axes.set_yticks(range(len(names)), told, fontsize=8)
+    for (i, j), value in np.ndenumerate(points):
+        if abs(value) > 0:
+            colour = "white" if value < 0 or value > 6 else "black"
+            axes.text(j, i, f"{value:.3g}", ha="center", va="center", fontsize=6, color=colour)
     drawn.colorbar(shown, ax=axes, label="points; red: refuted, −150", extend="min", pad=0.01)
     drawn.savefig(path, dpi=120, bbox_inches="tight")
     plt.close(drawn)

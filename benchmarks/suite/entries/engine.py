@@ -22,7 +22,7 @@ KNOTS = 40  # of a model, at most
 AS_PUBLISHED = SAMPLES_PER_REGION
 KEY = jax.random.PRNGKey(0)
 DIGITS = 6  # of a row of length 1 in an answer; what is rounded away is taken from its set
-AROUND = 2000  # plans around which polytopes are cut
+AROUND = {4: 2000, 5: 500, 6: 150}  # plans around which polytopes are cut, by their dimensions
 PIECES = 100  # polytopes of an answer: the largest
 PLANS = 500  # of an answer
 FAR = 100.0  # no further state ends beyond
@@ -82,7 +82,8 @@ def polytopes(answer: pj.types.Answer) -> list[dict]:
     """The largest safe polytopes of an answer, as the suite spells them. They are compared by the
     boxes around them: to triangulate them, as `safe_sets` does, takes minutes in six dimensions.
     """
-    cut = answer.with_polytopes(KEY, AROUND).polytopes
+    around = AROUND[answer.model.n_p + answer.model.n_k]
+    cut = answer.with_polytopes(KEY, around).polytopes
     found = [_spelled(one.halfspaces, np.concatenate([one.p0, one.k])) for one in cut]
     found = [one for one in found if one is not None]
     return sorted(found, key=lambda one: -np.prod(np.subtract(one["hi"], one["lo"])))[:PIECES]
