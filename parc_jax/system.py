@@ -66,7 +66,18 @@ def time_grid(dt: float, t_f: float, dt_record: float | None = None) -> TimeGrid
 
 
 @runtime_checkable
-class BlackBoxSystem(Protocol):
+class System(Protocol):
+    """A black box, whether it offers `rollout` or `rollout_batch`: see `BlackBoxSystem`."""
+
+    name: str
+    domain: Box
+    time: TimeGrid
+    n_p: int
+    n_q: int
+
+
+@runtime_checkable
+class BlackBoxSystem(System, Protocol):
     """Anything with these attributes can be certified. `rollout` takes one k and is vmapped by us.
 
     A system is immutable: for another gust make another object. Attributes (nested), closures and
@@ -94,12 +105,6 @@ class BlackBoxSystem(Protocol):
     Pictures and messages use its p_labels (n_p,), q_labels (n_q,) and k_labels (n_k,), where it has
     them: names with units, such as "speed [m/s]".
     """
-
-    name: str
-    domain: Box
-    time: TimeGrid
-    n_p: int
-    n_q: int
 
     def rollout(self, key: jax.Array, k: jax.Array) -> Trajectory:
         """Run once from rest at the origin with parameters k (n_k,). All randomness comes from

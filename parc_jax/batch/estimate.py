@@ -54,7 +54,7 @@ def _along_edges(
     error: Float[jax.Array, "c n_p intervals"],
 ):
     """The largest gap along edge normals of the grown obstacle: exact beside an edge, too small
-    around a corner of a disc. error (c, 2, T).
+    around a corner of a disc.
     """
 
     def obstacle(j: Int[jax.Array, ""], clearance: Float[jax.Array, " c"]):

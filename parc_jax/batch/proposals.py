@@ -64,7 +64,7 @@ class Best:
 
 
 def pool_of(net: ReLUNetwork, tube: Tube, k: Float[jax.Array, "n n_k"]) -> Pool:
-    """The pool of given k (n, n_k)."""
+    """The pool of given k."""
 
     least, most = (jnp.asarray(x) for x in tube.end_extent)
 
@@ -175,7 +175,7 @@ def improve(
 
 
 def _paths(pool: Pool, chosen: Int[jax.Array, " c"], z: Float[jax.Array, "c n_p"]):
-    """(c, n_c, T + 1) float32 paths that end in z (c, n_p), with k of the chosen items (c,)."""
+    """(c, n_c, T + 1) float32 paths that end in z, with k of the chosen items."""
     start = z.astype(jnp.float32)
     start = jnp.concatenate([start] * (pool.way.shape[1] // z.shape[1]), axis=1)
     return start[:, :, None] + pool.way[chosen]
@@ -276,7 +276,7 @@ def _sides(A: Float[jax.Array, "h n"], b: Float[jax.Array, " h"]):
 def _least(
     A: Float[jax.Array, "h n_p"], lo: Float[jax.Array, "n n_p"], hi: Float[jax.Array, "n n_p"]
 ):
-    """Least value (n, h) of each row of A (h, n_p) over the boxes [lo, hi] (n, n_p)."""
+    """Least value (n, h) of each row of A over the boxes [lo, hi]."""
     return jnp.minimum(A[None] * lo[:, None], A[None] * hi[:, None]).sum(axis=2)
 
 

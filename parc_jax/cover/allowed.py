@@ -6,6 +6,7 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
+from parc_jax.base.shapes import Index
 from parc_jax.claim.error_set import ErrorSet, at
 from parc_jax.claim.reach import errors_of, numbered, reach
 from parc_jax.verdict.scene import Scene
@@ -33,7 +34,7 @@ class Allowed(NamedTuple):
         """The errors of the first plans, (n, T, n_points)."""
         return at(self.errors, self.bins[:n])
 
-    def lost(self, o, plan, point, back):
+    def lost(self, o: Index, plan: Index, point: Index, back: tuple[jax.Array, ...]):
         """(T, d) how far the errors of a plan reach along `back`, axes of directions, of which the
         first are those of the table for pair o. Kernel.
         """

@@ -7,6 +7,7 @@ from collections.abc import Callable
 import jax
 import jax.numpy as jnp
 import numpy as np
+from jaxtyping import ArrayLike, Float
 
 from parc_jax.base.arrays import as_float64, x64
 from parc_jax.base.climb import Ranked, climb, ranked
@@ -73,7 +74,7 @@ def _best_vertex(union: SafeUnion, c: np.ndarray) -> tuple[np.ndarray, float]:
     raise InputError("best: the safe polytopes are thinner than float64 resolves.")
 
 
-def _search(plans: PlanSet, value, rng) -> tuple[np.ndarray, float]:
+def _search(plans: PlanSet, value: Callable, rng: np.random.Generator) -> tuple[np.ndarray, float]:
     drawn = plans.sample(rng, DRAWS)
     starts = ranked(drawn, value(drawn))
     n_p = plans.model.n_p
@@ -88,7 +89,12 @@ def _search(plans: PlanSet, value, rng) -> tuple[np.ndarray, float]:
     return best.x[0], float(best.value[0])
 
 
-def _steps(plans: PlanSet, drawn, plan, rng) -> np.ndarray:
+def _steps(
+    plans: PlanSet,
+    drawn: Float[np.ndarray, "m n"],
+    plan: Float[np.ndarray, " n"],
+    rng: np.random.Generator,
+) -> np.ndarray:
     """Ways (m, n_p + n_k) from a plan: to points of the polytopes around it, or such as lead from
     one drawn plan to another, which fit the set as a whole.
     """
@@ -103,20 +109,20 @@ def _steps(plans: PlanSet, drawn, plan, rng) -> np.ndarray:
     return np.concatenate([np.zeros((0, len(plan))), *around]) - plan
 
 
-def _value(plans: PlanSet, objective):
+def _value(plans: PlanSet, objective: Objective):
     """Objective of plans (b, n_p + n_k) -> (b,) on the host; NaN counts as worst."""
     n_p = plans.model.n_p
     if isinstance(objective, str):
         # of all obstacles, those too that no plan comes near
         scene = whole_scene(plans.scene)
 
-        def named(x):
+        def named(x: Float[ArrayLike, "b n"]):
             return getattr(verdicts(scene, x[:, :n_p], x[:, n_p:]), objective)
 
         return named
     compiled = jax.jit(jax.vmap(lambda x: jnp.asarray(objective(x[:n_p], x[n_p:]))))
 
-    def value(x):
+    def value(x: Float[ArrayLike, "b n"]):
         with x64():
             return np.nan_to_num(np.asarray(compiled(x), float), nan=-np.inf)
 

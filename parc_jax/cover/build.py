@@ -124,7 +124,7 @@ def _around(scene: Scene, building: Building, plans: np.ndarray) -> list[Corrido
     """A corridor for every row (s, PLANS) of a seed and its neighbours, CALL rows at a time."""
     points, arrays, allowed = building.waiting, scene.tabled, once(scene, allowed_of)
 
-    def call(rows):
+    def call(rows: np.ndarray):
         some = plans[rows]
         path = points.path[some].astype(np.float32)
         with x64():

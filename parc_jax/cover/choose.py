@@ -6,14 +6,19 @@ corridor holds yet, in whatever cell. Equal directions are then merged into the 
 time that keep the same neighbours, so certificates stay short.
 """
 
+from collections.abc import Callable
 from functools import partial
 from typing import NamedTuple
 
 import jax
 import jax.numpy as jnp
+from jaxtyping import ArrayLike, Bool, Float, Int, UInt
 
+from parc_jax.base.shapes import Directions, Index, Scalar, Supports
 from parc_jax.cover.allowed import Allowed
 from parc_jax.network.predict import by_point
+from parc_jax.separation.pairs import Obstacles
+from parc_jax.verdict.scene import Tabled
 
 PLANS = 64  # the seed and its neighbours: which of them a direction separates is one 64-bit mask
 SWEEPS = 1  # rounds of swapping each interval's direction while all others stay
@@ -36,8 +41,8 @@ class Chosen(NamedTuple):
     kept: jax.Array
 
 
-def choose(scene, paths, allowed: Allowed) -> Chosen:
-    """One seed and its neighbours: paths (PLANS, T + 1, n_c), the seed first. Kernel.
+def choose(scene: Tabled, paths: Float[ArrayLike, "plans knots n_c"], allowed: Allowed) -> Chosen:
+    """One seed and its neighbours, PLANS in all, the seed first. Kernel.
 
     Chosen in float32: whatever is chosen, who is inside is decided elsewhere, in float64.
     """
@@ -46,7 +51,7 @@ def choose(scene, paths, allowed: Allowed) -> Chosen:
     clusters = CLUSTERS[table.w.shape[-1]]
     places = by_point(paths, jax.tree.leaves(allowed.errors)[0].shape[2])
 
-    def look(o, state):
+    def look(o: Index, state: tuple):
         one = obstacles.only(o)
         near = jnp.stack([_from_cluster(one, paths, allowed, n) for n in clusters], axis=2)
         masks = _separation_masks(
@@ -76,7 +81,7 @@ def choose(scene, paths, allowed: Allowed) -> Chosen:
         choice = _sweep(choice, items, scene.count * n_steps)
     inside = jax.lax.reduce_and(_of_choice(choice, items), (0,))
 
-    def merge(o, state):
+    def merge(o: Index, state: tuple):
         direction, shortest, kept = state
         valid = masks[o] & inside == inside
         runs = _fewest_runs(valid, table.w.shape[1])
@@ -90,7 +95,9 @@ def choose(scene, paths, allowed: Allowed) -> Chosen:
     return Chosen(*jax.lax.fori_loop(0, scene.count, merge, begin))
 
 
-def _from_cluster(obstacles, paths, allowed, n: int):
+def _from_cluster(
+    obstacles: Obstacles, paths: Float[jax.Array, "plans knots n_c"], allowed: Allowed, n: int
+):
     """(o, T, n_p) unit directions that keep the hull of the first n plans away with most room."""
     if n == 1:
         return obstacles.gaps(paths[0], jax.tree.map(lambda x: x[0], allowed.of_first(1)))[1]
@@ -102,8 +109,8 @@ def _from_cluster(obstacles, paths, allowed, n: int):
     return obstacles.replace(points=points).gaps(together, errors)[1]
 
 
-def _side_by_side(x):
-    """(n, T, n_points, ...) -> (T, n * n_points, ...)."""
+def _side_by_side(x: Float[jax.Array, "n t points *_"]):
+    """(T, n * n_points, ...)."""
     moved = jnp.moveaxis(x, 0, 1)
     return moved.reshape(moved.shape[0], -1, *moved.shape[3:])
 
@@ -112,18 +119,27 @@ def _side_by_side(x):
 choose_batch = jax.jit(jax.vmap(choose, in_axes=(None, 0, Allowed(None, 0))))
 
 
-def _rough(x):
+def _rough(x: ArrayLike):
     x = jnp.asarray(x)
     return x.astype(jnp.float32) if jnp.issubdtype(x.dtype, jnp.floating) else x
 
 
-def _separation_masks(nearest, own_support, points, active, w, support, slack, places, lost_by):
+def _separation_masks(
+    nearest: Float[jax.Array, "t c n_p"],
+    own_support: Float[jax.Array, "t c"],
+    points: Int[jax.Array, " i"],
+    active: Bool[jax.Array, " t"],
+    w: Directions,
+    support: Supports,
+    slack: Scalar,
+    places: Float[jax.Array, "plans knots points n_p"],
+    lost_by: Callable,
+):
     """Which plans each direction separates from one obstacle, as the bits of masks (T, d + c), the
     seed's own directions last. An absent obstacle is separated by anything.
 
-    nearest (T, c, n_p), own_support (T, c): the seed's own. w (d, n_p), support (d,): of the table.
-    points (i,): which have to be clear. places (PLANS, T + 1, n_points, n_p). lost_by: what errors
-    take, as `Allowed.lost` of this obstacle.
+    nearest, own_support: the seed's own. w, support: of the table. points: which have to be clear.
+    lost_by: what errors take, as `Allowed.lost` of this obstacle.
     """
     w, support = _with_own(w, nearest), _with_own(support, own_support)
     support = support + slack * jnp.abs(w).sum(axis=2)
@@ -131,7 +147,7 @@ def _separation_masks(nearest, own_support, points, active, w, support, slack, p
     axes, support = jax.lax.optimization_barrier((tuple(jnp.moveaxis(w, 2, 0)), support))
     back = tuple(-x for x in axes)
 
-    def with_plan(number, masks):
+    def with_plan(number: Index, masks: UInt[jax.Array, "t all"]):
         place = places[number]
         separated = jnp.ones(support.shape, bool)
         for point in points:
@@ -147,23 +163,21 @@ def _separation_masks(nearest, own_support, points, active, w, support, slack, p
     return jax.lax.fori_loop(0, PLANS, with_plan, jnp.zeros(support.shape, jnp.uint64))
 
 
-def _with_own(table, own):
-    """(T, d + c, ...): the table (d, ...) at every interval, and the interval's own (T, c, ...)
-    last.
-    """
+def _with_own(table: Float[jax.Array, " d *_"], own: Float[jax.Array, "t c *_"]):
+    """(T, d + c, ...): the table at every interval, and the interval's own last."""
     everywhere = jnp.broadcast_to(table, (len(own), *table.shape))
     return jnp.concatenate([everywhere, own], axis=1)
 
 
-def _sweep(choice, masks, n):
+def _sweep(choice: Int[jax.Array, " i"], masks: UInt[jax.Array, "i d"], n: Index):
     """Swap the first n items one after another: a plan that l other items lose counts 4^-l."""
 
-    def losing(i, lost):
+    def losing(i: Index, lost: Int[jax.Array, " plans"]):
         return lost + _loses(masks[i, choice[i]])
 
     lost = jax.lax.fori_loop(0, n, losing, jnp.zeros(PLANS, jnp.int32))
 
-    def swap(i, state):
+    def swap(i: Index, state: tuple):
         lost, choice = state
         mine = masks[i]
         others = lost - _loses(mine[choice[i]])
@@ -179,7 +193,7 @@ def _sweep(choice, masks, n):
     return jax.lax.fori_loop(0, n, swap, (lost, choice))[1]
 
 
-def _with_seed(masks):
+def _with_seed(masks: UInt[jax.Array, "..."]):
     """Is the seed, the first plan, among those kept?"""
     return masks & jnp.uint64(1) > 0
 
@@ -188,36 +202,36 @@ def _bits():
     return jnp.arange(PLANS, dtype=jnp.uint64)
 
 
-def _count(masks):
+def _count(masks: UInt[jax.Array, "..."]):
     return jax.lax.population_count(masks).astype(jnp.int32)
 
 
-def _loses(masks):
+def _loses(masks: UInt[jax.Array, "..."]):
     """(..., PLANS) 1 for each plan whose bit is not set."""
     bits = jnp.broadcast_to(_bits(), (*masks.shape, PLANS))
     return 1 - (masks[..., None] >> bits & jnp.uint64(1)).astype(jnp.int32)
 
 
-def _of_choice(choice, masks):
+def _of_choice(choice: Int[jax.Array, " i"], masks: UInt[jax.Array, "i d"]):
     """(i,) the mask of the direction chosen at each item."""
     return jnp.take_along_axis(masks, choice[:, None], axis=1)[:, 0]
 
 
-def _fewest_runs(valid, n_table: int):
-    """valid (T, d + c) -> choice (T,): always take the direction that lasts longest.
+def _fewest_runs(valid: Bool[jax.Array, "t d"], n_table: int):
+    """choice (T,): always take the direction that lasts longest.
 
     The last columns are each interval's own nearest directions: they never last, and are taken only
     where nothing of the table, which has n_table directions, holds.
     """
     table = jnp.arange(valid.shape[1]) < n_table
 
-    def lasts(later, valid):
+    def lasts(later: Int[jax.Array, " d"], valid: Bool[jax.Array, " d"]):
         here = jnp.where(valid & table, 2 + later, jnp.where(valid, 1, 0))
         return jnp.where(table, here, 0), here
 
     _, length = jax.lax.scan(lasts, jnp.zeros(valid.shape[1], int), valid, reverse=True)
 
-    def take(current, item):
+    def take(current: Index, item: tuple):
         length, valid = item
         current = jnp.where(valid[current] & table[current], current, jnp.argmax(length))
         return current, current

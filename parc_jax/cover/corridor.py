@@ -11,6 +11,7 @@ from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
+from jaxtyping import ArrayLike, Float, Int
 
 from parc_jax.claim.error_set import ErrorSet, at
 from parc_jax.separation.apart import Apart
@@ -18,9 +19,9 @@ from parc_jax.separation.runs import Run, merged_runs
 from parc_jax.verdict.sized import LEAST_OBSTACLES, size_class
 
 
-def lost(w, errors: ErrorSet, points):
-    """(o, T, i) how far the errors (T, n_points) reach against directions w (o, T, n_p), for the
-    points (o, i) of each obstacle. NumPy or JAX.
+def lost(w: Float[ArrayLike, "o t n_p"], errors: ErrorSet, points: Int[ArrayLike, "o i"]):
+    """(o, T, i) how far the errors (T, n_points) reach against directions w, for the points of each
+    obstacle. NumPy or JAX.
     """
     of_points = at(errors, np.s_[:, points])  # (T, o, i)
     return of_points.support(-w.swapaxes(0, 1)[:, :, None]).swapaxes(0, 1)

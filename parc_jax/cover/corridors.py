@@ -7,8 +7,11 @@ from functools import cached_property
 
 import jax
 import numpy as np
+from jaxtyping import ArrayLike, Int
+from numpy.typing import DTypeLike
 
 from parc_jax.base.arrays import in_chunks, on_all_cores, x64
+from parc_jax.base.shapes import Numbers, Paths
 from parc_jax.claim.tube import Tube
 from parc_jax.cover.corridor import Corridor, stacked
 from parc_jax.cover.keeping import Computed, Conditions, keeps
@@ -49,14 +52,20 @@ class Corridors:
         more._tables = self._tables
         return more
 
-    def kept(self, path, bins) -> np.ndarray:
+    def kept(self, path: Paths, bins: Numbers) -> np.ndarray:
         """(b, c) bool: which plans keep to which corridors."""
         kept = self.nearly(path, bins)
         plan, corridor = np.nonzero(kept)
         kept[plan, corridor] = self.kept_pairs(path, bins, plan, corridor)
         return kept
 
-    def first(self, path, bins, order=None, allowed=None) -> np.ndarray:
+    def first(
+        self,
+        path: Paths,
+        bins: Numbers,
+        order: np.ndarray | None = None,
+        allowed: np.ndarray | None = None,
+    ) -> np.ndarray:
         """(b,) a corridor that each plan keeps to, -1 for none.
 
         order (c,): those that hold most plans first is quickest; any order finds the same plans.
@@ -70,7 +79,14 @@ class Corridors:
             self._settle(path, bins, plan, corridor, found)
         return found
 
-    def _near_pairs(self, path, bins, plans, some, allowed) -> tuple[np.ndarray, np.ndarray]:
+    def _near_pairs(
+        self,
+        path: Paths,
+        bins: Numbers,
+        plans: np.ndarray,
+        some: np.ndarray,
+        allowed: np.ndarray | None,
+    ) -> tuple[np.ndarray, np.ndarray]:
         """Plans and corridors of the pairs that pass the quick test, sorted by plan."""
         if allowed is None:
             row, column = np.nonzero(self.nearly(path[plans], bins[plans], some))
@@ -80,8 +96,10 @@ class Corridors:
         near = self._nearly_pairs(path, bins, plan, corridor)
         return plan[near], corridor[near]
 
-    def _settle(self, path, bins, plan, corridor, found) -> None:
-        """Write into found (b,) the first corridor of every plan's pairs that it keeps to. Pairs
+    def _settle(
+        self, path: Paths, bins: Numbers, plan: np.ndarray, corridor: np.ndarray, found: Numbers
+    ) -> None:
+        """Write into found the first corridor of every plan's pairs that it keeps to. Pairs
         are sorted by plan; a plan's pairs are tried in turn, as many at once as fill a call.
         """
         while len(plan):
@@ -94,7 +112,7 @@ class Corridors:
             left = ~now & (found[plan] < 0)
             plan, corridor = plan[left], corridor[left]
 
-    def nearly(self, path, bins, some: np.ndarray | None = None) -> np.ndarray:
+    def nearly(self, path: Paths, bins: Numbers, some: np.ndarray | None = None) -> np.ndarray:
         """(b, s) bool: False where a plan leaves one of some corridors (s,) at one of a few knots,
         in float32.
 
@@ -107,7 +125,7 @@ class Corridors:
         few, path = self._at_few, self._few_knots(path)
         height, width = TILES[len(some) > TILES[0][1]]
 
-        def tile(corner):
+        def tile(corner: tuple[int, int]):
             row = np.arange(corner[0], min(corner[0] + height, len(path)))
             column = np.arange(corner[1], min(corner[1] + width, len(some)))
             at, of = _padded(row, height), some[_padded(column, width)]
@@ -118,7 +136,9 @@ class Corridors:
         on_all_cores(tile, [(row, column) for column in columns for row in rows])
         return out
 
-    def _nearly_pairs(self, path, bins, plan, corridor) -> np.ndarray:
+    def _nearly_pairs(
+        self, path: Paths, bins: Numbers, plan: np.ndarray, corridor: np.ndarray
+    ) -> np.ndarray:
         """(pairs,) bool: the same for plan[i] and corridor[i]."""
         if not len(plan):
             return np.zeros(0, bool)
@@ -126,13 +146,15 @@ class Corridors:
         used, at = np.unique(plan, return_inverse=True)
         path, bins = self._few_knots(path[used]), bins[used]
 
-        def call(rows):
+        def call(rows: np.ndarray):
             i = at[rows]
             return np.asarray(_pairs(few, path[i], bins[i], corridor[rows]))
 
         return in_chunks(len(at), NEAR_PAIRS, call)
 
-    def kept_pairs(self, path, bins, plan: np.ndarray, corridor: np.ndarray) -> np.ndarray:
+    def kept_pairs(
+        self, path: Paths, bins: Numbers, plan: np.ndarray, corridor: np.ndarray
+    ) -> np.ndarray:
         """(pairs,) bool: does plan[i] keep to corridor[i]?"""
         if not len(plan):
             return np.zeros(0, bool)
@@ -140,7 +162,7 @@ class Corridors:
         if self._tables:
             asked = asked._replace(least=self._tables[0].of(self.all, corridor, bins[plan]))
 
-        def call(rows):
+        def call(rows: np.ndarray):
             i = plan[rows]
             with x64():
                 some = jax.device_put((path[i], bins[i], corridor[rows]))
@@ -171,7 +193,7 @@ class Corridors:
         w, support, points, count = stacked([self.all[i % len(self)] for i in range(size)])
         w, support = w.transpose(1, 0, 3, 2), support.transpose(1, 0, 2)
 
-        def asked_at(knots, dtype) -> Conditions:
+        def asked_at(knots: np.ndarray | slice, dtype: DTypeLike) -> Conditions:
             along, beyond = (np.ascontiguousarray(x[..., knots], dtype) for x in (w, support))
             least = None
             if not self._tables:
@@ -194,8 +216,8 @@ _pairs = jax.jit(jax.vmap(keeps, in_axes=(None, 0, 0, 0)))
 
 
 @jax.jit
-def _tile(conditions: Conditions, path, bins, of):
-    """(b, c) bool: all plans against all corridors of (c,)."""
+def _tile(conditions: Conditions, path: Paths, bins: Numbers, of: Int[ArrayLike, " c"]):
+    """(b, c) bool: all plans against some corridors."""
     if isinstance(conditions.least, Computed) and conditions.points.shape[1] > 1:
         return nearly_kept(conditions, path, bins, of)
     corridors = jax.vmap(keeps, in_axes=(None, None, None, 0))

@@ -13,9 +13,11 @@ from typing import NamedTuple
 import jax
 import jax.numpy as jnp
 import numpy as np
+from jaxtyping import Float
 
 from parc_jax.base.arrays import x64
 from parc_jax.base.backend import Backend, backend
+from parc_jax.base.shapes import Index, Params, Vector
 from parc_jax.cover.ends import ends_of
 from parc_jax.cover.placed import Placed, placed
 from parc_jax.cover.sampling import Draw, Points, cell_of
@@ -52,7 +54,7 @@ class Drawn(NamedTuple):
     reaches: jax.Array
 
 
-def first_safe(asked: Placed, key, n: int) -> First:
+def first_safe(asked: Placed, key: jax.Array, n: int) -> First:
     """The first n safe plans, n at most MOST; arrays on the device of the question. Fewer where
     looking on would be slow. key: of `jax.random`; it is consumed.
     """
@@ -62,7 +64,7 @@ def first_safe(asked: Placed, key, n: int) -> First:
         return _first_safe(asked, key, _number(n, device), slots, backend(device))
 
 
-def first_draw(scene: Scene, key, n: int) -> Draw:
+def first_draw(scene: Scene, key: jax.Array, n: int) -> Draw:
     """The first n safe plans as a draw, n at most MOST. Its size depends on what was found: draws
     end with the last plan that was asked for.
     """
@@ -77,7 +79,7 @@ def first_draw(scene: Scene, key, n: int) -> Draw:
     return Draw(drawn, reaching, safe, float(whole))
 
 
-def in_one_array(asked: Placed, key, n: int) -> tuple[np.ndarray, int]:
+def in_one_array(asked: Placed, key: jax.Array, n: int) -> tuple[np.ndarray, int]:
     """The same plans with their clearances, rows (found, n_p + n_k + 1), and how many were drawn,
     fetched at once.
     """
@@ -87,20 +89,20 @@ def in_one_array(asked: Placed, key, n: int) -> tuple[np.ndarray, int]:
 
 
 @lru_cache
-def _number(n: int, device) -> jax.Array:
+def _number(n: int, device: jax.Device | None) -> jax.Array:
     return jax.device_put(np.int32(n), device)
 
 
 @partial(jax.jit, static_argnames=("slots", "how"))
-def _first_safe(asked: Placed, key, n, slots: int, how: Backend) -> First:
+def _first_safe(asked: Placed, key: jax.Array, n: Index, slots: int, how: Backend) -> First:
     judge = _in_turn if how.in_turn else _side_by_side
 
-    def round_of(state):
+    def round_of(state: tuple):
         i, first = state
         drawn = draw_round(asked, jax.random.fold_in(key, i), how.round)
         return i + 1, judge(asked, drawn, n, first)
 
-    def unfinished(state):
+    def unfinished(state: tuple):
         i, first = state
         some = asked.ends.volume.sum() > 0
         return (i < how.rounds) & (first.found < n) & some
@@ -125,7 +127,7 @@ def _nothing(asked: Placed, slots: int) -> First:
     return First(*room, *[jnp.zeros((), jnp.int32)] * 3)
 
 
-def draw_round(asked: Placed, key, size: int) -> Drawn:
+def draw_round(asked: Placed, key: jax.Array, size: int) -> Drawn:
     """Plans drawn by their bins and ends, or from the one start; kernel."""
     ends, scene, n_k = asked.ends, asked.scene, asked.scene.k_lo.shape[0]
     n_z = scene.z_lo.shape[0]
@@ -140,7 +142,7 @@ def draw_round(asked: Placed, key, size: int) -> Drawn:
         k = _between(scene.k_lo[None], scene.k_hi[None], share[:, 1 : 1 + n_k])
         z = None
 
-    def plan(z, k):
+    def plan(z: Vector | None, k: Params):
         offsets, q, _ = predict(asked.end, asked.tube.layout._replace(n_steps=1), k)
         p0 = asked.at if z is None else z - offsets[-1, :n_z]
         bin, goal, start = arrival(asked.tube, scene, p0, moved_to(p0, offsets)[-1], q, k)
@@ -149,14 +151,16 @@ def draw_round(asked: Placed, key, size: int) -> Drawn:
     return jax.vmap(plan)(z, k)
 
 
-def _between(lo, hi, share):
+def _between(
+    lo: Float[jax.Array, "b n"], hi: Float[jax.Array, "b n"], share: Float[jax.Array, "b n"]
+):
     return lo + share * (hi - lo)
 
 
-def _in_turn(asked: Placed, drawn: Drawn, n, first: First) -> First:
+def _in_turn(asked: Placed, drawn: Drawn, n: Index, first: First) -> First:
     """With the safe plans of a round, each judged by itself until there are enough."""
 
-    def judge(state):
+    def judge(state: tuple):
         left, first, _ = state
         i = jnp.argmax(left)
         p0, k = drawn.p0[i], drawn.k[i]
@@ -167,7 +171,7 @@ def _in_turn(asked: Placed, drawn: Drawn, n, first: First) -> First:
         first = first._replace(p0=p0, k=k, seen=kept, found=found)
         return left.at[i].set(False), first, i
 
-    def unfinished(state):
+    def unfinished(state: tuple):
         left, first, _ = state
         return left.any() & (first.found < n)
 
@@ -177,7 +181,7 @@ def _in_turn(asked: Placed, drawn: Drawn, n, first: First) -> First:
     return _counted(first, drawn, jnp.where(whole, len(drawn.k), last.astype(jnp.int32) + 1))
 
 
-def _side_by_side(asked: Placed, drawn: Drawn, n, first: First) -> First:
+def _side_by_side(asked: Placed, drawn: Drawn, n: Index, first: First) -> First:
     """The same, with all plans of a round judged at once."""
     judge = jax.vmap(verdict, in_axes=(None, None, None, 0, 0))
     seen = judge(asked.net, asked.tube, asked.scene, drawn.p0, drawn.k)
@@ -192,7 +196,7 @@ def _side_by_side(asked: Placed, drawn: Drawn, n, first: First) -> First:
     return _counted(first, drawn, jnp.where(found < n, len(safe), last + 1))
 
 
-def _counted(first: First, drawn: Drawn, looked_at) -> First:
+def _counted(first: First, drawn: Drawn, looked_at: Index) -> First:
     """With the first so many plans of a round counted."""
     counts = jnp.arange(len(drawn.reaches), dtype=jnp.int32) < looked_at
     return first._replace(

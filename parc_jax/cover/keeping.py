@@ -6,7 +6,9 @@ from typing import NamedTuple
 
 import jax
 import jax.numpy as jnp
+from jaxtyping import ArrayLike, Bool, Float
 
+from parc_jax.base.shapes import Index, Path
 from parc_jax.claim.error_set import ErrorSet, at
 
 
@@ -18,13 +20,13 @@ class Computed(NamedTuple):
     support: jax.Array
     errors: ErrorSet
 
-    def of(self, bin, corridor):
+    def of(self, bin: Index, corridor: Index):
         """(t,) in one bin for one corridor: a function of obstacle, slot, point and direction, axis
         by axis. Kernel.
         """
         errors = at(self.errors, bin)
 
-        def least(o, _, point, w):
+        def least(o: Index, _: int, point: Index, w: Float[ArrayLike, "n_p t"]):
             lost = at(errors, (slice(None), point)).support_by_axis(tuple(-x for x in w))
             return self.support[o, corridor] + lost
 
@@ -39,7 +41,7 @@ class Looked(NamedTuple):
     row: jax.Array
     table: jax.Array
 
-    def of(self, bin, corridor):
+    def of(self, bin: Index, corridor: Index):
         """As of `Computed`. Kernel."""
         row = self.row[corridor, bin]
         return lambda o, slot, _, __: self.table[row, o, :, slot]
@@ -57,9 +59,9 @@ class Conditions(NamedTuple):
     least: Computed | Looked
 
 
-def keeps(conditions: Conditions, path, bin, corridor):
-    """Does a plan in this bin meet all conditions of a corridor? path (t, n_c): at the beginning of
-    each interval; (t + 1, n_c): at both its knots. Kernel.
+def keeps(conditions: Conditions, path: Path, bin: Index, corridor: Index):
+    """Does a plan in this bin meet all conditions of a corridor? path: at the beginning of each
+    interval, or with one knot more at both its knots. Kernel.
 
     Obstacle by obstacle and point by point: a few arrays (t,) stay in cache.
     """
@@ -67,7 +69,7 @@ def keeps(conditions: Conditions, path, bin, corridor):
     knots = [path[first : first + n] for first in range(len(path) - n + 1)]
     least = conditions.least.of(bin, corridor)
 
-    def look(o, met):
+    def look(o: Index, met: Bool[ArrayLike, ""]):
         w = conditions.w[o, corridor]
         clear = jnp.ones(n, bool)
         # where there is one point it is known which, and it is read in place

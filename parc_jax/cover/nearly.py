@@ -7,11 +7,15 @@ the points are, and is read in order.
 
 import jax
 import jax.numpy as jnp
+from jaxtyping import ArrayLike, Bool, Int
+
+from parc_jax.base.shapes import Index, Numbers, Paths
+from parc_jax.cover.keeping import Conditions
 
 
-def nearly_kept(conditions, path, bins, of):
-    """(b, c) bool: do plans with paths (b, t, n_c) and bins (b,) meet the conditions of corridors
-    of (c,) at the beginning of some intervals, t of them? Kernel.
+def nearly_kept(conditions: Conditions, path: Paths, bins: Numbers, of: Int[ArrayLike, " c"]):
+    """(b, c) bool: do plans meet the conditions of corridors at the beginning of some intervals,
+    which are the knots of their paths? Kernel.
     """
     w = conditions.w[:, of].transpose(0, 3, 2, 1)  # (o, t, n_p, c)
     _, n_t, n_p, _ = w.shape
@@ -21,7 +25,7 @@ def nearly_kept(conditions, path, bins, of):
     errors = jax.tree.map(lambda x: jnp.moveaxis(x[bins], 0, -1), conditions.least.errors)
     points = jnp.asarray(conditions.points)
 
-    def at_knot(i, met):
+    def at_knot(i: Index, met: Bool[ArrayLike, "b c"]):
         o, t = i // n_t, i % n_t
         own = jax.tree.map(lambda x: x[t][points[o]], (places, errors))
         # read before the loop over points, which would read it anew for each plan and corridor

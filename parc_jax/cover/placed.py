@@ -35,7 +35,7 @@ def placed(scene: Scene) -> Placed:
     return once(scene, _placed, jax.config.jax_default_device)
 
 
-def _placed(scene: Scene, device) -> Placed:
+def _placed(scene: Scene, device: jax.Device | None) -> Placed:
     about = once(scene.model, _of_model, device)
     corners_of_a_box = 2**scene.model.n_p
     own = (roomy(scene, ROOM, corners_of_a_box).arrays, ends_of(scene), scene.at)
@@ -44,12 +44,12 @@ def _placed(scene: Scene, device) -> Placed:
 
 
 @jax.jit
-def _moved(tree):
+def _moved(tree: tuple):
     """The same arrays on the device, in one call: `device_put` takes three times as long."""
     return tree
 
 
-def _of_model(model: TrajectoryModel, _device):
+def _of_model(model: TrajectoryModel, _device: jax.Device | None):
     start_and_end = 2
     with x64():
         return jax.device_put((model.net, few_outputs(model, start_and_end)[0], model.tube))

@@ -7,15 +7,19 @@ from functools import cached_property
 import jax
 import jax.numpy as jnp
 import numpy as np
+from jaxtyping import ArrayLike, Bool, Float
 
 from parc_jax.base import struct
 from parc_jax.base.arrays import x64
+from parc_jax.base.shapes import Index, Params
+from parc_jax.claim.tube import Tube
 from parc_jax.cover.corridor import Corridor
 from parc_jax.cover.sampling import cell_of
 from parc_jax.network.predict import HIGHEST, Layout
+from parc_jax.network.relu import ReLUNetwork
 from parc_jax.pwa.maps import pattern_map
 from parc_jax.sets.hpolytope import HPolytope
-from parc_jax.verdict.scene import Scene
+from parc_jax.verdict.scene import Scene, SceneArrays
 
 
 class SafePolytope:
@@ -94,8 +98,8 @@ class CellMap:
     q_d: jax.Array
 
 
-def cell_map(net, pattern, layout: Layout) -> CellMap:
-    """Affine map and region rows of an activation pattern (n_hidden,)."""
+def cell_map(net: ReLUNetwork, pattern: Bool[ArrayLike, " n_hidden"], layout: Layout) -> CellMap:
+    """Affine map and region rows of an activation pattern."""
     with jax.default_matmul_precision("highest"):
         region_A, region_b, C, d = pattern_map(net.weights, net.biases, pattern, jnp)
     split = layout.n_offsets
@@ -111,9 +115,11 @@ def cell_map(net, pattern, layout: Layout) -> CellMap:
     )
 
 
-def anchored_rows(scene, cell: CellMap, lost, bin_lo, bin_hi):
+def anchored_rows(
+    scene: SceneArrays, cell: CellMap, lost: Float[ArrayLike, " g"], bin_lo: Params, bin_hi: Params
+):
     """Rows A (h, n_p + n_k), b (h,) of the cell's goal-reaching set: bin, region, shrunken goal,
-    start set. lost (g,): what the rows of the goal lose to the errors at the end.
+    start set. lost: what the rows of the goal lose to the errors at the end.
     """
     n_p = scene.start_A.shape[1]
     n_c, n_k = cell.C.shape[1:]
@@ -142,7 +148,15 @@ def anchored_rows(scene, cell: CellMap, lost, bin_lo, bin_hi):
 
 
 @jax.jit
-def _cell_rows(net, tube, scene, pattern, bin, lo, hi):
+def _cell_rows(
+    net: ReLUNetwork,
+    tube: Tube,
+    scene: SceneArrays,
+    pattern: Bool[ArrayLike, " n_hidden"],
+    bin: Index,
+    lo: Params,
+    hi: Params,
+):
     cell = cell_map(net, pattern, tube.layout)
     lost = tube.support_at_end(jnp.asarray(scene.goal_A), bin)
     return *anchored_rows(scene, cell, lost, lo, hi), cell.C, cell.d

@@ -98,7 +98,12 @@ def cut_around(building: Building, points: Points, born: float) -> list[Cut]:
     return cuts
 
 
-def _most(cells, maybe: np.ndarray, left: np.ndarray, popular: np.ndarray) -> list[_Try]:
+def _most(
+    cells: Iterable[tuple[bytes, np.ndarray]],
+    maybe: np.ndarray,
+    left: np.ndarray,
+    popular: np.ndarray,
+) -> list[_Try]:
     """In every cell the corridor that may hold most of the plans left, if any."""
     tries = []
     for cell, index in cells:
@@ -109,7 +114,9 @@ def _most(cells, maybe: np.ndarray, left: np.ndarray, popular: np.ndarray) -> li
     return tries
 
 
-def _confirmed(building: Building, points: Points, tries: list[_Try], maybe) -> list[np.ndarray]:
+def _confirmed(
+    building: Building, points: Points, tries: list[_Try], maybe: np.ndarray
+) -> list[np.ndarray]:
     """Of every try the plans that do keep to its corridor; `maybe` learns of the others."""
     sizes = [len(one.plans) for one in tries]
     plan = np.concatenate([one.plans for one in tries])

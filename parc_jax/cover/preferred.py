@@ -10,8 +10,10 @@ from typing import NamedTuple
 import jax
 import jax.numpy as jnp
 import numpy as np
+from jaxtyping import ArrayLike, Int
 
 from parc_jax.base.arrays import x64
+from parc_jax.base.shapes import Index, ManyParams, Scalar
 from parc_jax.claim.bins import closed_bins
 from parc_jax.cover.placed import Placed, placed
 from parc_jax.errors import InputError
@@ -53,24 +55,26 @@ def preferred(scene: Scene, k: np.ndarray, n: int = 1) -> Preferred:
 
 
 @jax.jit
-def _preferred(asked: Placed, k, bins, n_bins, n) -> Preferred:
-    def room_of(i):
+def _preferred(
+    asked: Placed, k: ManyParams, bins: Int[ArrayLike, "b c"], n_bins: Index, n: Index
+) -> Preferred:
+    def room_of(i: Index):
         """The least that any bin leaves to a plan."""
 
-        def in_bin(c, least):
+        def in_bin(c: Index, least: Scalar):
             bin = bins[i, c]
             seen = verdict_in_turn(asked.net, asked.tube, asked.scene, asked.at, k[i], bin)
             return jnp.minimum(least, jnp.where(seen.reaches, seen.clearance, -jnp.inf))
 
         return jax.lax.fori_loop(0, n_bins, in_bin, jnp.asarray(jnp.inf, k.dtype))
 
-    def judge(state):
+    def judge(state: tuple):
         i, found, rows, clearance = state
         room = room_of(i)
         rows, clearance = rows.at[found].set(i), clearance.at[found].set(room)
         return i + 1, found + (room > 0).astype(found.dtype), rows, clearance
 
-    def unfinished(state):
+    def unfinished(state: tuple):
         i, found, _, _ = state
         return (i < len(k)) & (found < n)
 

@@ -6,7 +6,9 @@ from concurrent.futures import Future, ThreadPoolExecutor
 from typing import NamedTuple
 
 import numpy as np
+from jaxtyping import Float
 
+from parc_jax.base.shapes import ManyParams, Positions
 from parc_jax.cover.ends import ends_of
 from parc_jax.cover.place import Place
 from parc_jax.model import TrajectoryModel
@@ -33,8 +35,7 @@ class Points(NamedTuple):
     """Points with everything known of them; leading axis b.
 
     p0 (b, n_p), k (b, n_k), path (b, T + 1, n_c), bin (b,), pattern (b, n_hidden) bool.
-    cell (b,): an integer per region and bin, equal for points that share both (bytes of pattern and
-    bin).
+    cell (b,): bytes of pattern and bin, equal for points that share both.
     """
 
     p0: np.ndarray
@@ -44,8 +45,8 @@ class Points(NamedTuple):
     pattern: np.ndarray
     cell: np.ndarray
 
-    def at(self, index) -> "Points":
-        """The points of an index array or mask."""
+    def at(self, index: np.ndarray | slice | int) -> "Points":
+        """The points of an index or mask."""
         return Points(*(field[index] for field in self))
 
 
@@ -63,12 +64,7 @@ class Draw(NamedTuple):
     volume: float
 
 
-def draw(
-    scene: Scene,
-    rng: np.random.Generator,
-    n: int,
-    within: Place | None = None,
-) -> Draw:
+def draw(scene: Scene, rng: np.random.Generator, n: int, within: Place | None = None) -> Draw:
     """n points (z, k), uniform over bin x (the goal's box less the bin's final error) for all bins
     of the tube; or over a place, of which the plans that end elsewhere do not reach.
 
@@ -93,8 +89,15 @@ def draw(
     return Draw(n, seen.reaching, safe, whole)
 
 
-def _draw_within(scene: Scene, place: Place, rng, n: int, z_lo, z_hi) -> Draw:
-    """n points of a place; z_lo, z_hi (n_bins, n_p) are where a plan of each bin may end."""
+def _draw_within(
+    scene: Scene,
+    place: Place,
+    rng: np.random.Generator,
+    n: int,
+    z_lo: Float[np.ndarray, "bins n_p"],
+    z_hi: Float[np.ndarray, "bins n_p"],
+) -> Draw:
+    """n points of a place; z_lo, z_hi are where a plan of each bin may end."""
     model = scene.model
     x = place.draw(rng, n)
     k = x[:, -model.n_k :]
@@ -139,12 +142,7 @@ class Sampler:
     within: a place to draw from. tally: counts over all that were taken.
     """
 
-    def __init__(
-        self,
-        scene: Scene,
-        rng: np.random.Generator,
-        within: Place | None = None,
-    ):
+    def __init__(self, scene: Scene, rng: np.random.Generator, within: Place | None = None):
         self._scene = scene
         self._rng = rng
         self._within = within
@@ -203,10 +201,8 @@ def near(scene: Scene, rng: np.random.Generator, around: Points, n: int) -> Poin
     return safe_ones(scene, z[known], k[known])[1]
 
 
-def safe_ones(scene: Scene, z, k) -> tuple[Screened, Points]:
-    """What screening says of the plans with ends z (b, n_p) and parameters k (b, n_k), and the safe
-    ones among them.
-    """
+def safe_ones(scene: Scene, z: Positions, k: ManyParams) -> tuple[Screened, Points]:
+    """What screening says of the plans with ends z and parameters k, and the safe ones."""
     seen = screen(scene, z, k)
     cell = cell_of(seen.pattern, seen.bin)
     # a start that is asked for is not the one that rounding makes of it; the slack pays for that

@@ -13,6 +13,7 @@ from typing import NamedTuple
 import jax
 import numpy as np
 
+from parc_jax.base.shapes import Which
 from parc_jax.base.status import Ended
 from parc_jax.cover.build import Building, admit, build, nothing_built
 from parc_jax.cover.corridor import Corridor
@@ -207,7 +208,7 @@ def look(query: Query, search: Search, fresh: Points) -> Search:
     return _noted(query, search, kept, inside, covered) if n else search
 
 
-def _noted(query: Query, search: Search, kept, inside, covered) -> Search:
+def _noted(query: Query, search: Search, kept: Which, inside: Which, covered: Which) -> Search:
     """With what the stopping rules and the history say of the look."""
     seconds = query.spent()
     n_corridors = len(search.building.corridors)

@@ -8,8 +8,11 @@ every knot. Plans are many; the corridors and bins that meet are few.
 import jax
 import jax.numpy as jnp
 import numpy as np
+from jaxtyping import ArrayLike, Float, Int
+from numpy.typing import DTypeLike
 
 from parc_jax.base.arrays import in_chunks, x64
+from parc_jax.base.shapes import Index, Numbers
 from parc_jax.claim.error_set import ErrorSet, at
 from parc_jax.cover.corridor import Corridor, Stacked, stacked
 from parc_jax.cover.keeping import Looked
@@ -25,7 +28,9 @@ class Thresholds:
     is only ever added to.
     """
 
-    def __init__(self, errors: ErrorSet, knots=np.s_[:], dtype=np.float64):
+    def __init__(
+        self, errors: ErrorSet, knots: np.ndarray | slice = np.s_[:], dtype: DTypeLike = np.float64
+    ):
         self._errors = jax.tree.map(lambda x: x[:, knots], errors)
         self._knots, self._dtype = knots, dtype
         self._row = np.full((0, len(jax.tree.leaves(errors)[0])), -1, np.int32)
@@ -57,7 +62,7 @@ class Thresholds:
         roomy = stacked([corridors[c] for c in used])
         w, support = roomy.w[:, :, self._knots], roomy.support[:, :, self._knots]
 
-        def call(rows):
+        def call(rows: np.ndarray):
             own = roomy._replace(w=w[of[rows]], support=support[of[rows]])
             with x64():
                 found = _thresholds(self._errors, own, new[rows] % n_bins)
@@ -84,14 +89,21 @@ def padded_size(n: int) -> int:
     return size
 
 
-def _of_one(errors: ErrorSet, points, count, w, support, bin):
+def _of_one(
+    errors: ErrorSet,
+    points: Int[ArrayLike, "o i"],
+    count: Index,
+    w: Float[ArrayLike, "o t n_p"],
+    support: Float[ArrayLike, "o t"],
+    bin: Index,
+):
     """(o, T, i) thresholds of one corridor in one bin, as `Corridor.threshold`. Kernel.
 
     Interval by interval innermost: errors of a point in a bin stay in cache.
     """
     mine = at(errors, bin)
 
-    def look(o, found):
+    def look(o: Index, found: Float[ArrayLike, "o t i"]):
         back = tuple(-w[o, :, axis] for axis in range(w.shape[-1]))
         slots = [
             support[o] + at(mine, (slice(None), point)).support_by_axis(back) for point in points[o]
@@ -103,7 +115,7 @@ def _of_one(errors: ErrorSet, points, count, w, support, bin):
 
 
 @jax.jit
-def _thresholds(errors, some: Stacked, bins):
+def _thresholds(errors: ErrorSet, some: Stacked, bins: Numbers):
     points = jnp.asarray(some.points)
     one = lambda x: _of_one(errors, points, some.count, *x)  # noqa: E731
     return jax.lax.map(one, (some.w, some.support, bins))

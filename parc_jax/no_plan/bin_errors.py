@@ -10,6 +10,7 @@ from fractions import Fraction
 from typing import NamedTuple
 
 import numpy as np
+from jaxtyping import Float, Int
 
 from parc_jax.claim.error_set import ErrorBox, ErrorSet, ErrorTemplate, at
 from parc_jax.claim.faces import Templates
@@ -74,19 +75,23 @@ class OfBoxes:
             np.abs(self.goal_A) @ self._final[bins].max(axis=0),
         )
 
-    def at_end(self, bins) -> np.ndarray:
+    def at_end(self, bins: np.ndarray) -> np.ndarray:
         """(g, n_c + n_q) for every row of the goal, an error that all bins allow at the end by
         which it loses most, or at least much.
         """
         least = kept_at_end(self._interval[bins], self._final[bins]).min(axis=0)
         return np.sign(self.goal_A) * least
 
-    def lost(self, bins, w: np.ndarray, points: np.ndarray) -> np.ndarray:
-        """(o, d, T, i) how far any of the bins reaches along -w (o, d, n_p), of points (o, i)."""
+    def lost(
+        self, bins: np.ndarray, w: Float[np.ndarray, "o d n_p"], points: Int[np.ndarray, "o i"]
+    ) -> np.ndarray:
+        """(o, d, T, i) how far any of the bins reaches along -w, of points."""
         most = by_point(self._interval[bins].max(axis=0), self.tube.n_points)[:, points]
         return np.einsum("odj,toij->odti", np.abs(w), most)
 
-    def of_contact(self, over: OverBins, t: int, points, weights) -> ContactErrors:
+    def of_contact(
+        self, over: OverBins, t: int, points: list[int], weights: Float[np.ndarray, " i"]
+    ) -> ContactErrors:
         """The errors that all bins allow a mixture of points during interval t."""
         return WithinWidths(over.common.half[t][points], weights)
 
@@ -125,7 +130,7 @@ class OfTemplates:
             self._goal_most[bins].max(axis=0),
         )
 
-    def at_end(self, bins) -> np.ndarray:
+    def at_end(self, bins: np.ndarray) -> np.ndarray:
         """As of boxes; of one bin by linear programs."""
         if len(bins) > 1:
             return np.sign(self.goal_A) * self._inner_at_end[bins].min(axis=0)
@@ -134,7 +139,9 @@ class OfTemplates:
             self._farthest[bin] = self._farthest_of(bin)
         return self._farthest[bin]
 
-    def lost(self, bins, w: np.ndarray, points: np.ndarray) -> np.ndarray:
+    def lost(
+        self, bins: np.ndarray, w: Float[np.ndarray, "o d n_p"], points: Int[np.ndarray, "o i"]
+    ) -> np.ndarray:
         """As of boxes; a tube is asked along one set of directions only."""
         for bin in bins:
             if bin not in self._lost:
@@ -146,7 +153,9 @@ class OfTemplates:
                 self._lost[bin] = np.stack([np.moveaxis(x, -1, 0) for x in own])
         return np.max([self._lost[bin] for bin in bins], axis=0)
 
-    def of_contact(self, over: OverBins, t: int, points, weights) -> ContactErrors:
+    def of_contact(
+        self, over: OverBins, t: int, points: list[int], weights: Float[np.ndarray, " i"]
+    ) -> ContactErrors:
         """As of boxes."""
         if isinstance(over.common, ErrorBox):
             return WithinWidths(over.common.half[t][points], weights)

@@ -13,10 +13,13 @@ from typing import NamedTuple
 import jax
 import jax.numpy as jnp
 import numpy as np
+from jaxtyping import ArrayLike, Float
 
 from parc_jax.base.arrays import dot
+from parc_jax.base.shapes import ManyParams, Numbers, Params, Paths, Positions
 from parc_jax.claim.error_set import ErrorSet
 from parc_jax.network.predict import HIGHEST, Layout, by_point, predict
+from parc_jax.network.relu import ReLUNetwork
 from parc_jax.no_plan.contact_margins import (
     Tried,
     contact_depth,
@@ -25,6 +28,7 @@ from parc_jax.no_plan.contact_margins import (
     moments,
 )
 from parc_jax.no_plan.ranges import ranges_of_rows
+from parc_jax.verdict.scene import Tabled
 
 
 class Boxes(NamedTuple):
@@ -99,7 +103,7 @@ class Middle(NamedTuple):
     moved_end: jax.Array
 
 
-def offsets_from_end(net, layout: Layout, k):
+def offsets_from_end(net: ReLUNetwork, layout: Layout, k: Params):
     """p_s - z of all points at all knots (T + 1, n_c) and q (n_q,) of one k; z is the end of the
     first point.
     """
@@ -108,9 +112,11 @@ def offsets_from_end(net, layout: Layout, k):
     return offsets - z, q
 
 
-def examine(net, scene, k, owner, boxes: Boxes) -> Examined:
-    """Vertices k (m, n_k) of the cells, owner (m,): number of their box, n for padding. Kernel over
-    the whole batch.
+def examine(
+    net: ReLUNetwork, scene: Tabled, k: ManyParams, owner: Numbers, boxes: Boxes
+) -> Examined:
+    """Vertices k of the cells, owner: number of their box, n for padding. Kernel over the whole
+    batch.
     """
     n, T, n_c = boxes.blur.shape
     n_p = scene.z_lo.shape[0]
@@ -130,7 +136,7 @@ def examine(net, scene, k, owner, boxes: Boxes) -> Examined:
 examine_jit = jax.jit(examine)
 
 
-def examine_by_bounds(net, scene, boxes: Boxes) -> Examined:
+def examine_by_bounds(net: ReLUNetwork, scene: Tabled, boxes: Boxes) -> Examined:
     """The same with bounds of the network over each box of k. [T36] Kernel over the whole batch.
 
     `at` has 2^n_p rows for each box, one box after another: corners that hold all its places.
@@ -174,7 +180,7 @@ def examine_by_bounds(net, scene, boxes: Boxes) -> Examined:
 examine_by_bounds_jit = jax.jit(examine_by_bounds)
 
 
-def _outputs_less_end(net, layout: Layout):
+def _outputs_less_end(net: ReLUNetwork, layout: Layout):
     """Rows (r, n) of the last layer and constants (r,) for all places less z, knot by knot, and q,
     as in `offsets_from_end`.
     """
@@ -190,11 +196,13 @@ def _outputs_less_end(net, layout: Layout):
     return W, b
 
 
-def _product(A, B):
+def _product(A: Float[ArrayLike, "i j"], B: Float[ArrayLike, " j *_"]):
     return jnp.matmul(A, B, precision=HIGHEST)
 
 
-def _examined(net, scene, layout: Layout, known: Known, boxes: Boxes) -> Examined:
+def _examined(
+    net: ReLUNetwork, scene: Tabled, layout: Layout, known: Known, boxes: Boxes
+) -> Examined:
     n = len(boxes.lo)
     n_p = layout.n_p
     z_lo = boxes.lo[:, :n_p]
@@ -242,21 +250,21 @@ def _examined(net, scene, layout: Layout, known: Known, boxes: Boxes) -> Examine
     return Examined(goal, start, -worst, which, tried.weights, at, effects, slopes, fits, tried.gap)
 
 
-def _extremes(x, owner, n: int):
-    """Least and most (n, ...) over the vertices of each box, x (m, ...)."""
+def _extremes(x: Float[ArrayLike, " b *_"], owner: Numbers, n: int):
+    """Least and most (n, ...) over the vertices of each box."""
     least = jax.ops.segment_min(x, owner, n + 1)[:n]
     most = jax.ops.segment_max(x, owner, n + 1)[:n]
     return least, most
 
 
-def _range_of_rows(A, z_lo, z_hi):
+def _range_of_rows(A: Float[ArrayLike, "rows n_p"], z_lo: Positions, z_hi: Positions):
     """Least and most of A z over the boxes of z: (n, rows) each."""
     low = A[None] * z_lo[:, None]
     high = A[None] * z_hi[:, None]
     return jnp.minimum(low, high).sum(axis=2), jnp.maximum(low, high).sum(axis=2)
 
 
-def _middle(net, layout: Layout, boxes: Boxes) -> Middle:
+def _middle(net: ReLUNetwork, layout: Layout, boxes: Boxes) -> Middle:
     n_p = layout.n_p
     half_k = (boxes.hi[:, n_p:] - boxes.lo[:, n_p:]) / 2
     n_k = half_k.shape[1]
@@ -273,21 +281,26 @@ def _middle(net, layout: Layout, boxes: Boxes) -> Middle:
     )
 
 
-def _times(x, A):
-    """x (n, j), A (rows, j) -> (n, rows)."""
+def _times(x: Float[ArrayLike, "n j"], A: Float[ArrayLike, "rows j"]):
+    """(n, rows)."""
     return jnp.matmul(x, A.T, precision=HIGHEST)
 
 
-def _mixed(x, tried: Tried):
-    """Columns x (n, c, ..., n_c) mixed as the points of each contact are, by the mean of its
-    weights: (n, c, ..., n_p).
-    """
+def _mixed(x: Float[ArrayLike, "n c *_ n_c"], tried: Tried):
+    """(n, c, ..., n_p) mixed as the points of each contact are, by the mean of its weights."""
     weights = tried.weights.mean(axis=2)
     weights = weights.reshape(*weights.shape[:2], *[1] * (x.ndim - 2), weights.shape[2])
     return dot(jnp.swapaxes(by_point(x, weights.shape[-1]), -1, -2), weights)
 
 
-def _effects_of_sides(z_rows, k_moves, k_rows, z_size, tried: Tried, moved):
+def _effects_of_sides(
+    z_rows: list[jax.Array],
+    k_moves: list[jax.Array],
+    k_rows: list[jax.Array],
+    z_size: Positions,
+    tried: Tried,
+    moved: Float[ArrayLike, "n n_k knots n_c"],
+):
     """|change| of goal rows, start rows and contacts along the sides: (n, g + s + c, n_p + n_k)."""
     n = len(z_size)
     along_z = [jnp.abs(A)[None] * z_size[:, None] for A in z_rows]
@@ -303,7 +316,7 @@ def _effects_of_sides(z_rows, k_moves, k_rows, z_size, tried: Tried, moved):
     return jnp.concatenate(parts, axis=1)
 
 
-def _effects_of_bins(start, tried: Tried, boxes: Boxes):
+def _effects_of_bins(start: Float[ArrayLike, "n s"], tried: Tried, boxes: Boxes):
     """|change| of the reasons when the box is split at the edges of bins: (n, g + s + c, n_k)."""
     n = len(boxes.lo)
     more_goal = boxes.goal_most - boxes.goal_least
@@ -314,9 +327,7 @@ def _effects_of_bins(start, tried: Tried, boxes: Boxes):
     return more[:, :, None] * (boxes.straddles / count[:, None])[:, None]
 
 
-def _spans(tried: Tried, size):
-    """How far the boxes around the places, of sizes (n, T + 1, n_c), go along the ways of the
-    contacts: (n, c).
-    """
+def _spans(tried: Tried, size: Paths):
+    """(n, c) how far the boxes around the places, of these sizes, go along the contacts' ways."""
     at = moments(size)[jnp.arange(len(size))[:, None], tried.interval, tried.share]
     return dot(jnp.abs(tried.way), _mixed(at, tried))

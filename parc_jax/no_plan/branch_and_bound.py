@@ -4,12 +4,14 @@ split. [T15, T16, T30, T36]
 
 import heapq
 import itertools
+from collections.abc import Callable
 from typing import NamedTuple
 
 import numpy as np
 
 from parc_jax.base.tolerances import TOLERANCES
 from parc_jax.cover.sampling import ends_from
+from parc_jax.network.relu import ReLUNetwork
 from parc_jax.no_plan.bin_errors import bin_errors
 from parc_jax.no_plan.examined import BOXES, Batch, Examiner
 from parc_jax.no_plan.reasons import Reasons
@@ -89,7 +91,7 @@ class BranchAndBound:
         else:
             self.safe_boxes.compile(k)
 
-    def run(self, until, max_leaves: int) -> Found:
+    def run(self, until: Callable[[int], bool], max_leaves: int) -> Found:
         """Decide the largest boxes first until none is left, `until()` says stop, or there are
         max_leaves.
         """
@@ -186,7 +188,7 @@ class BranchAndBound:
             self.safe_plan = (p0[safe][0], k[safe][0])
 
 
-def _cost_of_bounds(net) -> int:
+def _cost_of_bounds(net: ReLUNetwork) -> int:
     """Of bounds over a box for the checker, in evaluations of the network, about: each neuron is
     followed back from both sides.
     """

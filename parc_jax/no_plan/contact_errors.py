@@ -6,6 +6,7 @@ once. Between faces, corners lie along many directions, and mixtures of these ar
 """
 
 import itertools
+from collections.abc import Iterable, Sequence
 from fractions import Fraction
 
 import numpy as np
@@ -79,7 +80,7 @@ class BetweenFaces:
 ContactErrors = WithinWidths | BetweenFaces
 
 
-def holds(rows, error: np.ndarray) -> bool:
+def holds(rows: Iterable[tuple[Sequence[Fraction], Fraction]], error: np.ndarray) -> bool:
     """Whether a . error <= b for all rows (a, b), exactly."""
     exact = [Fraction(float(x)) for x in error]
     return all(sum(x * y for x, y in zip(a, exact, strict=True)) <= b for a, b in rows)

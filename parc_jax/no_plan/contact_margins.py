@@ -12,8 +12,20 @@ from typing import NamedTuple
 import jax
 import jax.numpy as jnp
 import numpy as np
+from jaxtyping import ArrayLike, Float, Int
 
 from parc_jax.base.arrays import dot
+from parc_jax.base.shapes import (
+    Directions,
+    Index,
+    Path,
+    Paths,
+    Positions,
+    Scalar,
+    Supports,
+    Vector,
+    Vectors,
+)
 from parc_jax.claim.error_set import ErrorSet
 from parc_jax.claim.error_set import at as errors_at
 from parc_jax.lp.interior import interior_point
@@ -43,12 +55,13 @@ class Tried(NamedTuple):
     gap: jax.Array
 
 
-def contacts_to_try(scene: Tabled, path, half_size, common: ErrorSet, size) -> Tried:
+def contacts_to_try(
+    scene: Tabled, path: Paths, half_size: Paths, common: ErrorSet, size: Positions
+) -> Tried:
     """The contacts whose gap at the middle of the box, plus half the box along it, is smallest.
 
-    path (n, T + 1, n_c): of the middle. half_size: the same, half of what the box adds to it.
-    common: errors that all bins allow, leading axes (n, T, n_points). size (n, n_p): of the box of
-    z.
+    path: of the middle. half_size: half of what the box adds to it. common: errors that all bins
+    allow, leading axes (n, T, n_points). size: of the box of z.
 
     These gaps only steer the search. With the errors of any bin they would point at worse contacts,
     but prove nothing false: whether a contact holds is decided by `contact_depth`, with those of
@@ -74,12 +87,18 @@ def contacts_to_try(scene: Tabled, path, half_size, common: ErrorSet, size) -> T
     return Tried(o, t, share, way, weights, lost, gaps.min(axis=(1, 2, 3)))
 
 
-def contact_depth(scene: Tabled, tried: Tried, back, owner, lo, hi):
+def contact_depth(
+    scene: Tabled,
+    tried: Tried,
+    back: Float[ArrayLike, "m knots n_c"],
+    owner: Int[ArrayLike, " m"],
+    lo: Positions,
+    hi: Positions,
+):
     """Places less z (m, c, n_points, n_p) of every vertex at the moments tried, and the largest gap
     (m, c) there over the corners of z: negative where every plan touches.
 
-    back (m, T + 1, n_c): places less z at the vertices. owner (m,): number of their box. lo, hi (n,
-    n_p): of the boxes of z.
+    back: places less z at the vertices. owner: number of their box. lo, hi: of the boxes of z.
     """
     n_points = tried.weights.shape[-1]
     box = jnp.minimum(owner, len(lo) - 1)
@@ -93,27 +112,26 @@ def contact_depth(scene: Tabled, tried: Tried, back, owner, lo, hi):
     return at, jnp.where(active, found, jnp.inf)
 
 
-def corners_of(lo, hi):
-    """Corners (..., 2^n, n) of boxes lo, hi (..., n), the lower ones first."""
+def corners_of(lo: Float[ArrayLike, "*b n"], hi: Float[ArrayLike, "*b n"]):
+    """Corners (..., 2^n, n) of boxes, the lower ones first."""
     n = lo.shape[-1]
     upper = jnp.asarray(list(itertools.product((False, True), repeat=n)))
     upper = upper.reshape(*[1] * (lo.ndim - 1), 2**n, n)
     return jnp.where(upper, hi[..., None, :], lo[..., None, :])
 
 
-def moments(path):
-    """Points (..., T, shares, n) of a path (..., T + 1, n) at the SHARES of every interval."""
+def moments(path: Float[ArrayLike, "*b knots n"]):
+    """Points (..., T, shares, n) of a path at the SHARES of every interval."""
     before = path[..., :-1, :]
     after = path[..., 1:, :]
     return jnp.stack([before * (1 - share) + after * share for share in SHARES], axis=-2)
 
 
-def point_gap(p, corners, radius):
-    """Signed distance [m] of a point p (2,) from polygon + disc, negative inside, and its unit
-    direction (2,).
+def point_gap(p: Vector, corners: Vectors, radius: Scalar):
+    """Signed distance [m] of a point from polygon + disc, negative inside, and the unit direction.
 
-    corners: (m, 2) counter-clockwise, repeated corners allowed. Along the edge normals or away from
-    the nearest corner.
+    corners: counter-clockwise, repeated corners allowed. Along the edge normals or away from the
+    nearest corner.
     """
     edges = jnp.roll(corners, -1, axis=0) - corners
     away = p[None] - corners
@@ -127,10 +145,9 @@ def point_gap(p, corners, radius):
     return gaps[best] - radius, w[best]
 
 
-def hull_gap(w, support, at, lost):
-    """The same of the hull of points at (i, n_p) as far as the directions w (d, n_p) with this
-    support (d,) of the obstacle tell, along which errors take lost (i, d): for one point, how deep
-    it is at most.
+def hull_gap(w: Directions, support: Supports, at: Vectors, lost: Float[ArrayLike, "i d"]):
+    """The same of the hull of points as far as the directions w with this support of the obstacle
+    tell, along which errors take what is lost: for one point, how deep it is at most.
     """
     length = jnp.sqrt(dot(w, w))
     along = dot(at[:, None], w[None]) - lost
@@ -140,7 +157,7 @@ def hull_gap(w, support, at, lost):
     return gaps[best], w[best] / jnp.where(length[best] > 0, length[best], 1.0)
 
 
-def _lost(scene: Tabled, o, errors: ErrorSet):
+def _lost(scene: Tabled, o: Index, errors: ErrorSet):
     """What the errors of each point, leading axis (n_points,), take from obstacle o: along its
     directions (n_points, d); half widths (n_points, n_p) where it is grown by them.
     """
@@ -150,8 +167,8 @@ def _lost(scene: Tabled, o, errors: ErrorSet):
     return errors_at(errors, np.s_[:, None]).support(-w)
 
 
-def deepest_mixture(depth):
-    """Weights (i,) >= 0 with sum 1 for which the least entry of depth (d, i) @ weights is largest,
+def deepest_mixture(depth: Float[ArrayLike, "d i"]):
+    """Weights (i,) >= 0 with sum 1 for which the least entry of depth @ weights is largest,
     about: a small linear program. One row is one condition, one column one point. Kernel.
     """
     n = depth.shape[1]
@@ -173,14 +190,14 @@ def deepest_mixture(depth):
     return jnp.where(jnp.isfinite(weights).all(), weights, 1 / n)
 
 
-def _gaps(scene: Tabled, path, errors: ErrorSet):
-    """Gap (o, T, shares) and direction (o, T, shares, n_p) of every moment of one path (T + 1, n_c)
-    from every obstacle; errors of each interval and point.
+def _gaps(scene: Tabled, path: Path, errors: ErrorSet):
+    """Gap (o, T, shares) and direction (o, T, shares, n_p) of every moment of one path from
+    every obstacle; errors of each interval and point.
     """
     obstacles = scene.obstacles
     if obstacles.closed:
 
-        def one(vertices, signs, radius):
+        def one(vertices: Vectors, signs: Vectors, radius: Scalar):
             polygons = vertices[None] + signs[None] * errors.half
             in_interval = jax.vmap(point_gap, in_axes=(0, None, None))
             return jax.vmap(in_interval, in_axes=(0, 0, None))(moments(path), polygons, radius)
@@ -191,7 +208,7 @@ def _gaps(scene: Tabled, path, errors: ErrorSet):
         table = scene.directions
         at = by_point(moments(path), n_points)
 
-        def one(w, support, points):
+        def one(w: Directions, support: Supports, points: Int[ArrayLike, " i"]):
             lost = errors_at(errors, np.s_[:, points, None]).support(-w)
             in_interval = jax.vmap(hull_gap, in_axes=(None, None, 0, None))
             return jax.vmap(in_interval, in_axes=(None, None, 0, 0))(
@@ -202,9 +219,9 @@ def _gaps(scene: Tabled, path, errors: ErrorSet):
     return jnp.where(obstacles.active[:, :, None], gap, jnp.inf), w
 
 
-def _weights(scene: Tabled, o, at, lost, away):
-    """Weights (v, n_points) of the mixture that is deepest in obstacle o, for every corner (v, n_p)
-    of the box of z, seen from its middle; at (n_points, n_p): places, lost: as in `_lost`.
+def _weights(scene: Tabled, o: Index, at: Vectors, lost: Float[ArrayLike, "i _"], away: Vectors):
+    """Weights (v, n_points) of the mixture that is deepest in obstacle o, for every corner of the
+    box of z, seen from its middle; at: places, lost: as in `_lost`.
     """
     points = jnp.asarray(scene.obstacles.points)[o]
     chosen = jax.nn.one_hot(points, len(at), dtype=at.dtype)
@@ -215,16 +232,23 @@ def _weights(scene: Tabled, o, at, lost, away):
     length = jnp.sqrt(dot(w, w))[:, None]
     threshold = support[:, None] + lost[points].T
 
-    def one(moved):
+    def one(moved: Vector):
         depth = threshold - dot((at[points] + moved[None])[None], w[:, None])
         return deepest_mixture(depth / jnp.where(length > 0, length, 1.0))
 
     return jnp.matmul(jax.vmap(one)(away), chosen)
 
 
-def _deepest(scene: Tabled, o, at, lost, weights, corners):
-    """Largest gap () over the corners (v, n_p) of z of one vertex of k, whose points are at
-    (n_points, n_p) and lose as much as `_lost` says, mixed by weights (v, n_points).
+def _deepest(
+    scene: Tabled,
+    o: Index,
+    at: Vectors,
+    lost: Float[ArrayLike, "i _"],
+    weights: Float[ArrayLike, "v i"],
+    corners: Vectors,
+):
+    """Largest gap () over the corners of z of one vertex of k, whose points lose as much as `_lost`
+    says, mixed by weights.
     """
     at = corners + dot(weights[:, None], at.T[None])
     lost = dot(weights[:, None], lost.T[None])

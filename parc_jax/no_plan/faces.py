@@ -3,6 +3,7 @@ prove it.
 """
 
 import itertools
+from collections.abc import Sequence
 from fractions import Fraction
 
 import numpy as np
@@ -59,7 +60,9 @@ def goal_entry(known: BinErrors, errors: np.ndarray, row: int, m: Fraction) -> l
     return [row, fraction_text(m), *named]
 
 
-def _tightest(rows, bounds, axis: int, sign: int) -> tuple[Fraction, list[tuple[int, Fraction]]]:
+def _tightest(
+    rows: list[list[Fraction]], bounds: Sequence[Fraction], axis: int, sign: int
+) -> tuple[Fraction, list[tuple[int, Fraction]]]:
     """Least bound h and multipliers with sum m row = sign * unit vector, from single rows or else
     bases of rows.
     """
@@ -84,7 +87,7 @@ def _tightest(rows, bounds, axis: int, sign: int) -> tuple[Fraction, list[tuple[
     return min(found, key=lambda pair: pair[0])
 
 
-def _coupled(rows, axis: int) -> tuple[list[int], list[int]]:
+def _coupled(rows: list[list[Fraction]], axis: int) -> tuple[list[int], list[int]]:
     """The coordinates that rows tie to an axis, directly or through others, and those rows."""
     columns = {axis}
     while True:
@@ -95,7 +98,7 @@ def _coupled(rows, axis: int) -> tuple[list[int], list[int]]:
         columns = wider
 
 
-def _combination(rows, target) -> list[Fraction] | None:
+def _combination(rows: list[list[Fraction]], target: list[Fraction]) -> list[Fraction] | None:
     """m with sum m_i rows_i = target for n rows of length n, None when they are dependent."""
     basis = Basis(len(target))
     if not all(basis.add(row) for row in rows):

@@ -7,12 +7,17 @@ are followed back through these lines to k, whose box is then known. Everything 
 steers the search: the checker follows the rows back again, in exact arithmetic.
 """
 
+from collections.abc import Sequence
 from typing import NamedTuple
 
 import jax
 import jax.numpy as jnp
+from jaxtyping import ArrayLike, Float
 
+from parc_jax.base.shapes import Params
 from parc_jax.network.predict import HIGHEST
+
+Layers = Sequence[tuple[jax.Array, jax.Array]]  # W, b before each hidden layer
 
 
 class Lines(NamedTuple):
@@ -25,8 +30,8 @@ class Lines(NamedTuple):
     height: jax.Array
 
 
-def lines_between(lo, hi) -> Lines:
-    """Of neurons whose inputs lie in [lo, hi] (n,)."""
+def lines_between(lo: Float[ArrayLike, " n"], hi: Float[ArrayLike, " n"]) -> Lines:
+    """Of neurons whose inputs lie in [lo, hi]."""
     passes = lo >= 0
     blocks = hi <= 0
     chord = hi / jnp.where(passes | blocks, 1.0, hi - lo)
@@ -37,9 +42,16 @@ def lines_between(lo, hi) -> Lines:
     return Lines(below, above, height)
 
 
-def least_of_rows(layers, lines, rows, constant, lo, hi):
-    """What rows (r, n) of the outputs of the last of the lines, plus a constant (r,), are at least
-    for k in the box lo, hi (n_k,): (r,). layers: (W, b) before each of the lines.
+def least_of_rows(
+    layers: Layers,
+    lines: Sequence[Lines],
+    rows: Float[ArrayLike, "r n"],
+    constant: Float[ArrayLike, " r"],
+    lo: Params,
+    hi: Params,
+):
+    """What rows of the outputs of the last of the lines, plus a constant, are at least for k in
+    the box lo, hi: (r,). layers: before each of the lines.
     """
     for (W, b), line in zip(layers[::-1], lines[::-1], strict=True):
         up = jnp.maximum(rows, 0)
@@ -51,9 +63,15 @@ def least_of_rows(layers, lines, rows, constant, lo, hi):
     return constant + jnp.minimum(rows * lo[None], rows * hi[None]).sum(axis=1)
 
 
-def ranges_of_rows(layers, rows, constant, lo, hi):
-    """Least and most (r,) of rows (r, n) of the outputs of the last hidden layer, plus a constant
-    (r,), for k in the box lo, hi (n_k,). layers: (W, b) of the hidden layers. Kernel.
+def ranges_of_rows(
+    layers: Layers,
+    rows: Float[ArrayLike, "r n"],
+    constant: Float[ArrayLike, " r"],
+    lo: Params,
+    hi: Params,
+):
+    """Least and most (r,) of rows of the outputs of the last hidden layer, plus a constant, for k
+    in the box lo, hi. Kernel.
     """
     lines: list[Lines] = []
     for depth, (W, b) in enumerate(layers):
@@ -61,6 +79,13 @@ def ranges_of_rows(layers, rows, constant, lo, hi):
     return _both(layers, lines, rows, constant, lo, hi)
 
 
-def _both(layers, lines, rows, constant, lo, hi):
+def _both(
+    layers: Layers,
+    lines: Sequence[Lines],
+    rows: Float[ArrayLike, "r n"],
+    constant: Float[ArrayLike, " r"],
+    lo: Params,
+    hi: Params,
+):
     least = least_of_rows(layers, lines, rows, constant, lo, hi)
     return least, -least_of_rows(layers, lines, -rows, -constant, lo, hi)

@@ -6,6 +6,7 @@ import itertools
 from fractions import Fraction
 
 import numpy as np
+from jaxtyping import Float
 
 from parc_jax.base.spelling import fraction_text
 from parc_jax.base.tolerances import TOLERANCES
@@ -88,8 +89,10 @@ class Reasons:
         moment = [t, str(Fraction(SHARES[share]))]
         return [*divmod(pair, len(self.parts)), *moment, groups]
 
-    def _contacts(self, pair: int, places, errors: ContactErrors, bounded: bool) -> list | None:
-        """Contacts that serve all places (z, v, n_p) of a mixture: z corners, v vertices of k. By
+    def _contacts(
+        self, pair: int, places: Float[np.ndarray, "z v n_p"], errors: ContactErrors, bounded: bool
+    ) -> list | None:
+        """Contacts that serve all places of a mixture: z corners, v vertices of k. By
         bounds one serves all that a corner has; else each vertex may have its own.
         """
         if not bounded:

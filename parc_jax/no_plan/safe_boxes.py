@@ -5,11 +5,14 @@ intervals. [T14, T30]
 import jax
 import jax.numpy as jnp
 import numpy as np
+from jaxtyping import ArrayLike, Float, Int
 
 from parc_jax.base.arrays import slices, x64
+from parc_jax.base.shapes import ManyParams
 from parc_jax.base.tolerances import TOLERANCES
 from parc_jax.certificate.write import separation_part
 from parc_jax.network.predict import HIGHEST, Layout, by_point
+from parc_jax.network.relu import ReLUNetwork
 from parc_jax.no_plan.bin_errors import BinErrors
 from parc_jax.no_plan.bounds import offsets_from_end
 from parc_jax.no_plan.tree import Node
@@ -75,10 +78,14 @@ class SafeBoxes:
         return least
 
 
-def _least(net, layout: Layout, w, points, k):
-    """Least w . (p_s - z) over vertices k (v, n_k), for directions w (o, d, n_p), points (o, i) and
-    all knots: (o, d, T + 1, i).
-    """
+def _least(
+    net: ReLUNetwork,
+    layout: Layout,
+    w: Float[ArrayLike, "o d n_p"],
+    points: Int[ArrayLike, "o i"],
+    k: ManyParams,
+):
+    """(o, d, T + 1, i) least w . (p_s - z) over vertices k, for directions w, points, all knots."""
     back, _ = jax.vmap(lambda x: offsets_from_end(net, layout, x))(k)
     places = by_point(back, layout.n_points)[:, :, points]
     return jnp.einsum("odj,vsoij->odsiv", w, places, precision=HIGHEST).min(axis=4)

@@ -3,6 +3,7 @@
 from fractions import Fraction
 
 import numpy as np
+from jaxtyping import Float
 
 from parc_jax.base.spelling import hex_text
 from parc_jax.base.tolerances import TOLERANCES
@@ -67,9 +68,15 @@ class Node:
         return {"open": None} if self.leaf is None else {self.leaf[0]: self.leaf[1]}
 
 
-def choose_split(node: Node, margins, effects, slopes, tube: Tube, n_p: int) -> tuple[int, float]:
-    """Axis and value. margins (r,), effects (r, n_p + n_k), slopes (r, n_p): of the reasons, as in
-    `Examined`.
+def choose_split(
+    node: Node,
+    margins: Float[np.ndarray, " r"],
+    effects: Float[np.ndarray, "r n"],
+    slopes: Float[np.ndarray, "r n_p"],
+    tube: Tube,
+    n_p: int,
+) -> tuple[int, float]:
+    """Axis and value. margins, effects, slopes: of the reasons, as in `Examined`.
 
     If a cut across z leaves a large part in which one reason should hold, it is taken. Otherwise
     the reason that is nearest to being proved, measured by what the sides do to it, decides; its
@@ -90,7 +97,9 @@ def choose_split(node: Node, margins, effects, slopes, tube: Tube, n_p: int) -> 
     raise ArithmeticError("a box has become too small to split")
 
 
-def _cut_where_proved(node: Node, margins, slopes, n_p: int) -> tuple[int, float] | None:
+def _cut_where_proved(
+    node: Node, margins: Float[np.ndarray, " r"], slopes: Float[np.ndarray, "r n_p"], n_p: int
+) -> tuple[int, float] | None:
     """Axis of z and value such that on one side of it, a share CUT of the box or more, a reason
     should be proved.
     """

@@ -11,6 +11,7 @@ from fractions import Fraction
 from typing import NamedTuple
 
 import numpy as np
+from jaxtyping import Float, Int
 
 from parc_jax.network.rounding import UNIT
 from parc_jax.problem.body import Part
@@ -83,9 +84,16 @@ class Apart(NamedTuple):
         return out
 
 
-def extent_of(ways: Ways, ends, starts, errors: np.ndarray, rounding: float, n_p: int) -> Extent:
+def extent_of(
+    ways: Ways,
+    ends: tuple[np.ndarray, np.ndarray],
+    starts: tuple[np.ndarray, np.ndarray],
+    errors: Float[np.ndarray, "intervals n_c"],
+    rounding: float,
+    n_p: int,
+) -> Extent:
     """Where points can be, of plans whose first point ends in a box and starts in another one:
-    ends, starts (lo, hi) (n_p,) [m], which may be infinite. errors (T, n_c). rounding: [m].
+    ends, starts (lo, hi) (n_p,) [m], which may be infinite. rounding: [m].
     """
     n_points = ways.lo.shape[1] // n_p
     own_lo, own_hi = ways.lo[0, :n_p], ways.hi[0, :n_p]
@@ -129,9 +137,16 @@ def spans_of(problem: ReachAvoid, n_steps: int) -> np.ndarray:
     return np.array([span or every for span in problem.all_spans], int).reshape(-1, 2)
 
 
-def _settled(problem: ReachAvoid, some: np.ndarray, part: Part, extent: Extent, slack, spans):
+def _settled(
+    problem: ReachAvoid,
+    some: np.ndarray,
+    part: Part,
+    extent: Extent,
+    slack: float,
+    spans: Int[np.ndarray, "s 2"] | None,
+):
     """Of some obstacles (numbers) the room [m] that the best of their rows leaves to a part, and
-    that row. spans (s, 2): intervals that count, None for all.
+    that row. spans: intervals that count, None for all.
     """
     chosen = [problem.obstacles[j] for j in some]
     rows = np.array([len(o.b) for o in chosen])

@@ -14,6 +14,7 @@ from itertools import combinations
 from typing import NamedTuple
 
 import numpy as np
+from jaxtyping import Float
 
 from parc_jax.base import struct
 from parc_jax.problem.body import Disc, Polygon
@@ -22,6 +23,7 @@ from parc_jax.separation.pairs import bucket, numbered_pairs
 from parc_jax.separation.polygon import corners
 from parc_jax.sets.hpolytope import HPolytope
 
+Cones = Sequence[tuple[int, ...]]  # rows of an obstacle that meet in a corner, n_p each
 N_DIRECTIONS = {2: 48, 3: 96}  # per obstacle, by dimension: about 7.5 and 20 degrees apart
 TABLE_BITS = 6  # lambda of the table: multiples of 2^-6, largest 1
 POINT_BITS = 26  # lambda of a direction made for one point: multiples of 2^-26
@@ -92,7 +94,7 @@ class DirectionTable:
 
 
 def direction_table(
-    problem: ReachAvoid, n_p: int, kept: Sequence[int] | None = None, size: int = 0
+    problem: ReachAvoid, n_p: int, kept: Sequence[int] | np.ndarray | None = None, size: int = 0
 ) -> DirectionTable:
     """Facet normals and evenly spread directions in the normal cone of every corner of every
     obstacle, for every part of the body; or of the pairs of these numbers alone. size: pairs that
@@ -175,7 +177,7 @@ class _Fan(NamedTuple):
 
 
 @lru_cache(maxsize=256)
-def _fan(A: bytes, cones: tuple) -> _Fan:
+def _fan(A: bytes, cones: Cones) -> _Fan:
     """Obstacles of one shape share their fan: in a batch, or a loop of replanning, it is made
     once.
     """
@@ -210,8 +212,8 @@ def body_support(body: Disc | Polygon, w: np.ndarray) -> np.ndarray:
     return (-body.vertices @ w.T).max(axis=0)
 
 
-def _spread_in_plane(A: np.ndarray, cones) -> list[Multiplier]:
-    """Multipliers for normals A (h, 2): every facet, then each cone in proportion to its angle."""
+def _spread_in_plane(A: Float[np.ndarray, "h 2"], cones: Cones) -> list[Multiplier]:
+    """Multipliers for normals A: every facet, then each cone in proportion to its angle."""
     facets = [Multiplier((i,), (Fraction(1),)) for i in dict.fromkeys(i for i, _ in cones)]
     n_d = N_DIRECTIONS[2]
     angle = np.arctan2(A[:, 1], A[:, 0])
@@ -226,9 +228,9 @@ def _spread_in_plane(A: np.ndarray, cones) -> list[Multiplier]:
     return (out + [facets[0]] * n_d)[:n_d]
 
 
-def _spread_in_space(A: np.ndarray, cones) -> list[Multiplier]:
-    """Multipliers for normals A (h, 3): every facet, then always the direction that is farthest
-    from all so far: first among the middles of two or three normals that meet, then all around.
+def _spread_in_space(A: Float[np.ndarray, "h 3"], cones: Cones) -> list[Multiplier]:
+    """Multipliers for normals A: every facet, then always the direction that is farthest from all
+    so far: first among the middles of two or three normals that meet, then all around.
     """
     n_d = N_DIRECTIONS[3]
     cones = np.array(cones)
@@ -266,7 +268,7 @@ def _sphere(n: int) -> np.ndarray:
     return np.stack([around * np.cos(angle), around * np.sin(angle), height], axis=1)
 
 
-def _cones(obstacle, name: str) -> list[tuple[int, ...]]:
+def _cones(obstacle: HPolytope, name: str) -> list[tuple[int, ...]]:
     """Rows that meet in a corner and whose normals span a cone: together these cones fill the
     plane, as pairs of counter-clockwise neighbours (i, j), or space, as all triples.
     """
@@ -316,7 +318,7 @@ def _sizes(A: np.ndarray) -> list[int]:
     return np.frexp(np.hypot.reduce(A, axis=1))[1].tolist()
 
 
-def _rounded(power: list[int], rows, share, bits: int) -> Multiplier:
+def _rounded(power: list[int], rows: Sequence[int], share: list[float], bits: int) -> Multiplier:
     """Multipliers near `share`, rounded as if the rows, of sizes 2^power, had unit length: rows may
     be spelled in any units.
     """

@@ -11,25 +11,28 @@ gives.
 
 import jax
 import jax.numpy as jnp
+from jaxtyping import ArrayLike, Float
 
 from parc_jax.base.arrays import dot
+from parc_jax.base.shapes import Index, Scalar, Vector, Vectors
+from parc_jax.claim.error_set import ErrorSet
 
 STEPS = {2: 10, 3: 14}  # by dimension: two more than any of thousands of random pairs needed
 LOOKS = {2: 4, 3: 6}  # the same, of the test for contact
 FLAT = 1e3  # [units in the last place] sine of an angle below which a triangle is its edges
 
 
-def separation(a, b, errors, vertices, radius):
+def separation(a: Vectors, b: Vectors, errors: ErrorSet, vertices: Vectors, radius: Scalar):
     """Gap [m] and unit direction (n_p,) of conv {a_i + E_i, b_i + E_i} from conv(vertices) + ball;
     gap > 0 proves they are disjoint. Kernel.
 
-    a, b: (i, n_p) points at both knots. errors: what is allowed around each, leading axis i.
-    vertices: (v, n_p), repetitions allowed. radius: (). The gap is the exact distance when
-    positive, up to rounding; a touching or overlapping pair gives gap <= 0 up to rounding.
+    a, b: the points at both knots. errors: what is allowed around each, of as many. vertices:
+    repetitions allowed. The gap is the exact distance when positive, up to rounding; a touching or
+    overlapping pair gives gap <= 0 up to rounding.
     """
     n = a.shape[-1]
 
-    def step(_, state):
+    def step(_: Index, state: tuple):
         gap, w, towards, simplex = state
         tried, point = _support(a, b, errors, vertices, towards)
         better = (tried > gap) & towards.any()
@@ -45,13 +48,13 @@ def separation(a, b, errors, vertices, radius):
     return gap - radius, w
 
 
-def touching(points, errors, vertices, radius):
+def touching(points: Vectors, errors: ErrorSet, vertices: Vectors, radius: Scalar):
     """() bool: does conv {points_i + E_i} meet conv(vertices) + ball for certain? Few steps, False
     where they do not decide. Sizes as of `separation`. Kernel.
     """
     n = points.shape[-1]
 
-    def step(_, state):
+    def step(_: Index, state: tuple):
         found, towards, simplex = state
         _, point = _support(points, points, errors, vertices, towards)
         inside = _holds_origin(simplex, point)
@@ -65,7 +68,7 @@ def touching(points, errors, vertices, radius):
     return jax.lax.fori_loop(0, LOOKS[n], step, state)[0]
 
 
-def _support(a, b, errors, vertices, w):
+def _support(a: Vectors, b: Vectors, errors: ErrorSet, vertices: Vectors, w: Vector):
     """Least w . d () over the differences d of both sides, and one that attains it (n_p,)."""
     along_a = dot(a, w[None])
     along_b = dot(b, w[None])
@@ -77,14 +80,14 @@ def _support(a, b, errors, vertices, w):
     return along[i] - heights[last], ends[i] - vertices[last]
 
 
-def _first_direction(a, b, vertices):
+def _first_direction(a: Vectors, b: Vectors, vertices: Vectors):
     """From the middle of the obstacle to that of the points; any where they coincide."""
     w = _unit((a.mean(axis=0) + b.mean(axis=0)) / 2 - vertices.mean(axis=0))
     return jnp.where(w.any(), w, jnp.eye(len(w), dtype=w.dtype)[0])
 
 
-def _nearest(simplex, point):
-    """The simplex (n, n) of n points with one replaced by the new point, and the vector (n,) from
+def _nearest(simplex: Float[ArrayLike, "n_p n_p"], point: Vector):
+    """The simplex of n points with one replaced by the new point, and the vector (n,) from
     the origin to the nearest of their hull: its face nearest to the origin among those at the new
     point.
     """
@@ -95,8 +98,8 @@ def _nearest(simplex, point):
     return faces[chosen], vectors[chosen]
 
 
-def _nearest_of_edge(edge):
-    """Vector from the origin to the nearest point of a segment (2, n)."""
+def _nearest_of_edge(edge: Float[ArrayLike, "2 n_p"]):
+    """Vector from the origin to the nearest point of a segment."""
     p, q = edge
     along = q - p
     square = dot(along, along)
@@ -108,8 +111,8 @@ def _nearest_of_edge(edge):
     return jnp.where(inside, nearest - again * along, nearest)
 
 
-def _nearest_of_triangle(triangle):
-    """Vector from the origin to the nearest point of a triangle (3, 3) in space."""
+def _nearest_of_triangle(triangle: Float[ArrayLike, "3 3"]):
+    """Vector from the origin to the nearest point of a triangle in space."""
     p, q, r = triangle
     normal = jnp.cross(q - p, r - p)
     square = dot(normal, normal)
@@ -122,7 +125,7 @@ def _nearest_of_triangle(triangle):
     return jnp.where(inside, foot, nearest)
 
 
-def _holds_origin(simplex, point):
+def _holds_origin(simplex: Float[ArrayLike, "n_p n_p"], point: Vector):
     """Is the origin inside the hull of n + 1 points, by more than rounding?"""
     corners = jnp.concatenate([simplex, point[None]])
     n = corners.shape[-1]
@@ -133,16 +136,16 @@ def _holds_origin(simplex, point):
     return (volumes > rounding).all() | (volumes < -rounding).all()
 
 
-def _volume_in_plane(p, q):
+def _volume_in_plane(p: Vector, q: Vector):
     return p[0] * q[1] - p[1] * q[0]
 
 
-def _volume_in_space(p, q, r):
+def _volume_in_space(p: Vector, q: Vector, r: Vector):
     return dot(p, jnp.cross(q, r))
 
 
-def _unit(w):
-    """w (n,) at length one, however short it is; zero for zero."""
+def _unit(w: Vector):
+    """w at length one, however short it is; zero for zero."""
     largest = jnp.abs(w).max()
     w = w / jnp.where(largest > 0, largest, 1)
     square = dot(w, w)

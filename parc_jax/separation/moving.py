@@ -3,19 +3,20 @@
 from fractions import Fraction
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from parc_jax.base.arrays import as_float64
 from parc_jax.errors import InputError
 from parc_jax.lp.exact import round_up
 from parc_jax.sets.box import Box
 from parc_jax.sets.hpolytope import HPolytope, from_box, hpolytope
-from parc_jax.sets.rational import convex_polygon, exact_support, rational_vertices
+from parc_jax.sets.rational import Point, convex_polygon, exact_support, rational_vertices
 
 Span = tuple[int, int]
 
 
 def moving(
-    obstacle, velocity, span: Span, dt: float, *, every: int = 1
+    obstacle: Box | HPolytope, velocity: ArrayLike, span: Span, dt: float, *, every: int = 1
 ) -> tuple[list[HPolytope], list[Span]]:
     """An obstacle in uniform motion, in the plane or in space, as obstacles and spans for
     `reach_avoid`. Raises InputError.
@@ -44,7 +45,7 @@ def moving(
     return [_swept(A, vertices, v, Fraction(float(dt)), span) for span in spans], spans
 
 
-def _sides(vertices, v: np.ndarray) -> np.ndarray:
+def _sides(vertices: list[Point], v: np.ndarray) -> np.ndarray:
     """Normals of the sides of a sweep that the obstacle itself does not have: they are parallel to
     the way v, and in space perpendicular to the sides of the shadow that is cast along it.
     """
@@ -66,7 +67,9 @@ def _sides(vertices, v: np.ndarray) -> np.ndarray:
     return sides
 
 
-def _swept(A: np.ndarray, vertices, v: np.ndarray, dt: Fraction, span: Span) -> HPolytope:
+def _swept(
+    A: np.ndarray, vertices: list[Point], v: np.ndarray, dt: Fraction, span: Span
+) -> HPolytope:
     """Hull of the obstacle at the first and the last moment of its intervals, whose sides are its
     own and those parallel to the way."""
     ends = [span[0] * dt, (span[1] + 1) * dt]

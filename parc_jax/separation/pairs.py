@@ -5,15 +5,17 @@ obstacle instead, turned inside out; a disc or ball stays a radius. One directio
 of a pair apart, whatever the body does, so nothing about turning is needed.
 """
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from fractions import Fraction
 
 import jax
 import jax.numpy as jnp
 import numpy as np
+from jaxtyping import ArrayLike, Float
 
 from parc_jax.base import struct
 from parc_jax.base.arrays import dot, x64
+from parc_jax.base.shapes import Index, Knot, Path
 from parc_jax.claim.error_set import ErrorSet, at
 from parc_jax.errors import InputError
 from parc_jax.network.predict import Layout, by_point
@@ -23,7 +25,7 @@ from parc_jax.separation import distance, segment
 from parc_jax.separation.polygon import corners
 from parc_jax.sets.hpolytope import HPolytope
 from parc_jax.sets.polygons import corners_of_many
-from parc_jax.sets.rational import convex_polygon
+from parc_jax.sets.rational import Point, convex_polygon
 
 BUCKETS = (1, 2, 3, 4, 6, 8, 12, 16, 24, 32, 48, 64, 96, 128)
 
@@ -59,13 +61,13 @@ class Obstacles:
         largest = np.abs(self.vertices).max(axis=(-3, -2, -1), initial=0.0)
         return largest + self.radius.max(axis=-1, initial=0.0)
 
-    def only(self, o) -> "Obstacles":
+    def only(self, o: Index) -> "Obstacles":
         """One of them. Kernel."""
         return jax.tree.map(lambda x: jnp.asarray(x)[o][None], self)
 
-    def gaps(self, path, errors: ErrorSet):
+    def gaps(self, path: Path, errors: ErrorSet):
         """Gap (o, T) [m] of every pair in every interval, and the unit direction (o, T, n_p) that
-        shows it; path (T + 1, n_c), errors (T, n_points). Kernel.
+        shows it; errors (T, n_points). Kernel.
         """
         places = by_point(path, path.shape[-1] // self.vertices.shape[-1])
 
@@ -80,7 +82,7 @@ class Obstacles:
 
         return jax.vmap(one)(jax.tree.map(jnp.asarray, self))
 
-    def away(self, path, errors: ErrorSet):
+    def away(self, path: Path, errors: ErrorSet):
         """(o,) [m] what the gaps of each pair are at least, up to rounding, told by boxes around
         all points and around the obstacle; -inf where these overlap. Kernel.
         """
@@ -98,9 +100,9 @@ class Obstacles:
         known = jnp.where(distance > 0, distance, -jnp.inf)
         return jnp.where(self.active, known, jnp.inf).min(axis=1) - self.radius
 
-    def gap(self, o, start, end, errors: ErrorSet):
-        """The same for one pair and one interval: start, end (n_c,) its knots, errors (n_points,).
-        Kernel, and on the host.
+    def gap(self, o: Index, start: Knot, end: Knot, errors: ErrorSet):
+        """The same for one pair and one interval: start, end its knots, errors (n_points,). Kernel,
+        and on the host.
         """
         if isinstance(start, jax.Array):
             return _gap(self, o, start, end, errors)
@@ -110,9 +112,9 @@ class Obstacles:
         with x64():
             return jax.device_get(_gap_on_host(self, o, start, end, errors))
 
-    def touching(self, places, errors: ErrorSet):
-        """(o, t) bool: does each pair touch for certain at places (t, n_c) with errors (t,
-        n_points)? Kernel.
+    def touching(self, places: Path, errors: ErrorSet):
+        """(o, t) bool: does each pair touch for certain at places with errors (t, n_points)?
+        Kernel.
         """
         by_points = by_point(places, places.shape[-1] // self.vertices.shape[-1])
 
@@ -126,9 +128,9 @@ class Obstacles:
 
         return jax.vmap(one)(jax.tree.map(jnp.asarray, self))
 
-    def support(self, w):
-        """(o, ...) of the obstacle and the part's shape together along directions w (o, ..., n_p),
-        unit vectors. Kernel.
+    def support(self, w: Float[ArrayLike, "o *d n_p"]):
+        """(o, ...) of the obstacle and the part's shape together along directions w, unit vectors.
+        Kernel.
         """
         extra = (1,) * (w.ndim - 2)
         vertices = jnp.asarray(self.vertices)
@@ -142,7 +144,7 @@ def obstacles_of(
     points: tuple[str, ...],
     layout: Layout,
     closed: bool = False,
-    kept: Sequence[int] | None = None,
+    kept: Sequence[int] | np.ndarray | None = None,
 ) -> Obstacles:
     """All pairs of a problem, or those with these numbers, for a robot with these reference points
     (names). closed: as of `Obstacles.closed`, for one point in the plane. Raises InputError.
@@ -189,7 +191,9 @@ def exists(problem: ReachAvoid, j: int, n_steps: int) -> np.ndarray:
     return (at >= first) & (at <= last)
 
 
-def numbered_pairs(problem: ReachAvoid, kept: Sequence[int] | None = None) -> list[tuple[int, int]]:
+def numbered_pairs(
+    problem: ReachAvoid, kept: Sequence[int] | np.ndarray | None = None
+) -> list[tuple[int, int]]:
     """(obstacle, part) of the pairs with these numbers, of all where none are given."""
     n_parts = len(problem.parts)
     every = range(len(problem.obstacles) * n_parts) if kept is None else kept
@@ -229,7 +233,7 @@ def _grown(obstacle: HPolytope, shape: Disc | Polygon, name: str):
     return _rounded(convex_polygon(list(sums)) if obstacle.n == 2 else sorted(sums)), None
 
 
-def _rounded(points) -> np.ndarray:
+def _rounded(points: Iterable[Point]) -> np.ndarray:
     return np.array([[float(x) for x in point] for point in points])
 
 
@@ -241,7 +245,7 @@ def bucket(n: int) -> int:
     return 1 << (n - 1).bit_length()
 
 
-def _gap(pairs: Obstacles, o, start, end, errors: ErrorSet):
+def _gap(pairs: Obstacles, o: Index, start: Knot, end: Knot, errors: ErrorSet):
     one = jax.tree.map(lambda x: jnp.asarray(x)[o], pairs)
     if pairs.closed:
         return segment.separation(start, end, one.vertices + one.signs * errors.half, one.radius)

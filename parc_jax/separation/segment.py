@@ -7,8 +7,15 @@ the direction from the nearest corner to the segment. The candidates only propos
 is what the support inequality of the chosen one gives.
 """
 
+from fractions import Fraction
+from types import ModuleType
+
 import jax
 import jax.numpy as jnp
+from jaxtyping import ArrayLike, Float
+
+from parc_jax.base.shapes import Positions, Scalar, Vector, Vectors
+from parc_jax.sets.rational import Point
 
 # [m] A direction that is no longer proposes nothing: its square would be subnormal and its length,
 # and with it the gap, wrong by far more than rounding.
@@ -16,14 +23,13 @@ SHORTEST = 2.0**-480
 TINY = 1e-300  # [m^2] against 0 / 0 where a corner is repeated
 
 
-def separation(pa, pb, corners, radius, xp=jnp):
+def separation(pa: Vector, pb: Vector, corners: Vectors, radius: Scalar, xp: ModuleType = jnp):
     """Gap [m] and unit direction (2,) of segment [pa, pb] from polygon + disc; gap > 0 proves they
     are disjoint.
 
-    pa, pb: (2,). corners: (m, 2) counter-clockwise, repeated corners allowed. radius: (). The gap
-    is the exact distance when positive, up to rounding; a touching or overlapping pair gives gap <=
-    0 up to rounding. xp: jax.numpy, or numpy for a single pair on the host, where compiling would
-    cost more.
+    corners: counter-clockwise, repeated corners allowed. The gap is the exact distance when
+    positive, up to rounding; a touching or overlapping pair gives gap <= 0 up to rounding. xp:
+    jax.numpy, or numpy for a single pair on the host, where compiling would cost more.
     """
     edges = xp.roll(corners, -1, axis=0) - corners
     normals = xp.stack([edges[:, 1], -edges[:, 0]], axis=1)
@@ -44,14 +50,14 @@ def separation(pa, pb, corners, radius, xp=jnp):
     return gap - radius, w
 
 
-def dot2(a, b):
+def dot2(a: Float[ArrayLike, "*#b 2"], b: Float[ArrayLike, "*#b 2"]):
     """Row-wise dot product in the plane, written out so that it fuses and never becomes a
     reduced-precision matmul.
     """
     return a[..., 0] * b[..., 0] + a[..., 1] * b[..., 1]
 
 
-def _nearest(pa, along, corners, xp):
+def _nearest(pa: Vector, along: Vector, corners: Vectors, xp: ModuleType):
     """Vector from the nearest corner to its closest point of the segment."""
     length = along[0] * along[0] + along[1] * along[1]
     share = xp.clip(dot2(corners - pa[None], along[None]) / xp.where(length > 0, length, 1), 0, 1)
@@ -59,11 +65,11 @@ def _nearest(pa, along, corners, xp):
     return offset[xp.argmin(dot2(offset, offset))]
 
 
-def _support(corners, w, xp):
+def _support(corners: Vectors, w: Vectors, xp: ModuleType):
     return xp.max(dot2(w[:, None], corners[None]), axis=1)
 
 
-def _unit(w, xp):
+def _unit(w: Vectors, xp: ModuleType):
     """Rows of length one; a row no longer than SHORTEST becomes zero."""
     square = dot2(w, w)
     long = square > SHORTEST**2
@@ -74,9 +80,8 @@ def _unit(w, xp):
 separations = jax.vmap(separation, in_axes=(0, 0, 0, None))  # over time
 
 
-def touching(vertices, signs, radius, p, error):
-    """(t,) bool: are points p (t, 2) inside the polygon vertices (m, 2) + signs * error (t, 2), or
-    within the radius?
+def touching(vertices: Vectors, signs: Vectors, radius: Scalar, p: Positions, error: Positions):
+    """(t,) bool: are points p inside the polygon vertices + signs * error, or within the radius?
 
     Edge by edge and without a division of the field into cases: this runs for every plan that is
     ever drawn. A point or a wall has no inside; their area is exactly zero, as it is measured from
@@ -99,7 +104,7 @@ def touching(vertices, signs, radius, p, error):
     return (inside & (area > 0)) | (nearest <= radius * radius)
 
 
-def signed_corners(polygon: list) -> list[tuple]:
+def signed_corners(polygon: list[Point]) -> list[tuple]:
     """[(corner, sign pattern)] of polygon + box(e), counter-clockwise, for every e >= 0 at once;
     polygon: its corners, exact, counter-clockwise. The pattern depends on the corner alone, so one
     table serves every interval and every bin.
@@ -122,14 +127,14 @@ def signed_corners(polygon: list) -> list[tuple]:
     return out
 
 
-def _farthest(polygon, w, tie) -> int:
+def _farthest(polygon: list[Point], w: tuple[int, int], tie: tuple[int, int]) -> int:
     """Index of the corner that maximises w, ties broken towards `tie`. Both are plus or minus a
     unit vector.
     """
     return max(range(len(polygon)), key=lambda i: (_along(w, polygon[i]), _along(tie, polygon[i])))
 
 
-def _along(axis, point):
+def _along(axis: tuple[int, int], point: Point) -> Fraction:
     """axis . point of exact numbers, without a product."""
     value = point[0] if axis[0] else point[1]
     return value if sum(axis) > 0 else -value

@@ -15,6 +15,7 @@ import jax.numpy as jnp
 import numpy as np
 
 from parc_jax.base.arrays import once, x64
+from parc_jax.base.shapes import Index, Path
 from parc_jax.claim.error_set import ErrorTemplate
 from parc_jax.claim.reach import Reach, numbered, reach
 from parc_jax.claim.tube import Tube
@@ -32,9 +33,9 @@ class Facets(NamedTuple):
     reach: Reach
     inside: jax.Array | None
 
-    def gap(self, o, path, bin, scene: Tabled):
+    def gap(self, o: Index, path: Path, bin: Index, scene: Tabled):
         """(T,) [m * |w|]: by how much the best facet normal separates pair o in each interval, less
-        the slack; not positive: by none. path (T + 1, n_c). Kernel.
+        the slack; not positive: by none. Kernel.
         """
         table, pairs = scene.directions, jnp.asarray(scene.obstacles.points)
         n_p = table.w.shape[-1]
@@ -42,14 +43,14 @@ class Facets(NamedTuple):
         taken = self.reach.of(bin)
         number, normals, support = map(jnp.asarray, (self.number, table.w, table.support))
 
-        def room_of(f, point):
+        def room_of(f: int, point: Index):
             """(T,) how far a point is along a facet's normal, whatever its error."""
             w, place = normals[o, f], places[point]
             along = sum(w[c] * place[c] for c in range(n_p))
             lost = taken.along(number[o, f], w, point)
             return jnp.minimum(along[:-1], along[1:]) - lost
 
-        def beyond(f):
+        def beyond(f: int):
             """(T,) by how much all points of a pair are beyond a facet."""
             # where there is one point it is known which, and it is read in place
             points = (0,) if len(places) == 1 else pairs[o]

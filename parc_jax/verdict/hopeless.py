@@ -5,7 +5,9 @@ from typing import NamedTuple
 
 import numpy as np
 
+from parc_jax.model import TrajectoryModel
 from parc_jax.problem.body import Disc, numbered
+from parc_jax.problem.problem import ReachAvoid
 from parc_jax.sets.hpolytope import HPolytope
 from parc_jax.verdict.scene import Scene, box_of_rows, no_end_fits
 
@@ -58,7 +60,7 @@ def _covered(scene: Scene) -> str | None:
     return None
 
 
-def _radius_about_first(problem, model) -> float | None:
+def _radius_about_first(problem: ReachAvoid, model: TrajectoryModel) -> float | None:
     """[m] of the largest disc about the first reference point that belongs to the body."""
     parts = [p for p in numbered(problem.body, model.points) if 0 in p.points]
     discs = [float(p.shape.radius) for p in parts if isinstance(p.shape, Disc)]

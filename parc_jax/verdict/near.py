@@ -6,6 +6,7 @@ import numpy as np
 
 from parc_jax.base.arrays import once
 from parc_jax.claim.error_set import at
+from parc_jax.model import TrajectoryModel
 from parc_jax.problem.body import numbered
 from parc_jax.problem.problem import ReachAvoid
 from parc_jax.robust.question import Plain
@@ -49,7 +50,7 @@ def scene_near_path(asked: Plain, k: np.ndarray, path: np.ndarray) -> Scene:
     return roomy(laid_out(asked, found if np.isfinite(found.beyond) else None))
 
 
-def apart_from_plans(problem: ReachAvoid, model) -> Apart:
+def apart_from_plans(problem: ReachAvoid, model: TrajectoryModel) -> Apart:
     """Which obstacles any plan that ends in the goal may come near. Raises InputError as
     `near_scene` does.
     """
@@ -69,7 +70,7 @@ def _with_all(scene: Scene) -> Scene:
     return roomy(laid_out(scene.asked))
 
 
-def extent_in(problem: ReachAvoid, model) -> tuple[Extent, float]:
+def extent_in(problem: ReachAvoid, model: TrajectoryModel) -> tuple[Extent, float]:
     """Where the points of plans that reach can be, and the slack [m] of inequalities about it.
 
     Such a plan ends in the goal with any error that its bin allows, so it is predicted to end in

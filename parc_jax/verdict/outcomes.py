@@ -6,8 +6,10 @@ from functools import partial
 import jax
 import jax.numpy as jnp
 import numpy as np
+from jaxtyping import ArrayLike, Float
 
 from parc_jax.base.arrays import dot, map_rows, slices
+from parc_jax.base.shapes import Index, Knot, Path
 from parc_jax.claim.error_set import ErrorBox, at
 from parc_jax.network.predict import moved_to
 from parc_jax.rollout.batch import RolloutBatch
@@ -97,15 +99,17 @@ def _not_apart(scene: Tabled, path: np.ndarray) -> np.ndarray:
     return touched
 
 
-def _measured(scene: Tabled, path: np.ndarray, run, o, t) -> np.ndarray:
+def _measured(
+    scene: Tabled, path: np.ndarray, run: np.ndarray, o: np.ndarray, t: np.ndarray
+) -> np.ndarray:
     """Distances (i,) [m] of pairs o from runs in their intervals t, (i,) each."""
     return map_rows(ITEMS, partial(_distances, scene), path[run, t], path[run, t + 1], o)
 
 
 @jax.jit
 @partial(jax.vmap, in_axes=(None, 0))
-def _promised(scene: Tabled, path):
-    """(o, T) [m] the least distance that the best facet promises of a path (T + 1, n_c)."""
+def _promised(scene: Tabled, path: Path):
+    """(o, T) [m] the least distance that the best facet promises of a path."""
     pairs, table = scene.obstacles, scene.directions
     n_p = pairs.vertices.shape[-1]
     size = jnp.sqrt(dot(table.w, table.w))[:, : table.n_facets]
@@ -120,19 +124,19 @@ def _promised(scene: Tabled, path):
 
 @jax.jit
 @partial(jax.vmap, in_axes=(None, 0, 0, 0))
-def _distances(scene: Tabled, start, end, o):
-    """Distance [m] of pair o between two records (n_c,)."""
+def _distances(scene: Tabled, start: Knot, end: Knot, o: Index):
+    """Distance [m] of pair o between two records."""
     n_p = scene.obstacles.vertices.shape[-1]
     return scene.obstacles.gap(o, start, end, at(_still(1, start, n_p), 0))[0]
 
 
 @jax.jit
 @partial(jax.vmap, in_axes=(None, 0))
-def _clearances(scene: Tabled, path):
-    """Distance [m] of a path (T + 1, n_c), in closed form."""
+def _clearances(scene: Tabled, path: Path):
+    """Distance [m] of a path, in closed form."""
     return clearance(scene, path, _still(len(path) - 1, path, scene.z_lo.shape[0]))
 
 
-def _still(n: int, path, n_p: int) -> ErrorBox:
+def _still(n: int, path: Float[ArrayLike, "*_ n_c"], n_p: int) -> ErrorBox:
     """No errors, at n times: positions of runs are as they were recorded."""
     return ErrorBox(jnp.zeros((n, path.shape[-1] // n_p, n_p)))

@@ -15,7 +15,7 @@ from parc_jax.rollout.law import BOX, LawSpec, law_of
 from parc_jax.rollout.subject import given_of
 from parc_jax.separation.pairs import exists
 from parc_jax.sets.box import Box
-from parc_jax.system import TimeGrid, points_of, rotation_of
+from parc_jax.system import System, TimeGrid, points_of, rotation_of
 from parc_jax.verdict.scene import check_fits, goal_box
 
 ALIKE = ("n_p", "n_q", "points", "time")  # in which a system and its model agree to the letter
@@ -57,7 +57,7 @@ class Outline(NamedTuple):
         return Layout(self.time.n_steps, self.n_p, self.n_points)
 
 
-def outline_of(system) -> Outline:
+def outline_of(system: System) -> Outline:
     """Of a black box. Raises InputError."""
     return Outline(
         system.name,
@@ -90,7 +90,7 @@ def require_fit(problem: ReachAvoid, robot: Outline | TrajectoryModel) -> None:
     goal_box(problem.goal, robot.layout)
 
 
-def require_same(system, model: TrajectoryModel) -> None:
+def require_same(system: System, model: TrajectoryModel) -> None:
     """Refuse a system that is not the one of this model: another name, size or grid, a K that does
     not hold the model's, another law of its disturbances, another rotation or other parameters that
     are measured at the start than the model knows. Its plant may differ. Raises InputError.

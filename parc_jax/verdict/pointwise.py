@@ -11,14 +11,27 @@ from typing import NamedTuple
 import jax
 import jax.numpy as jnp
 import numpy as np
+from jaxtyping import ArrayLike, Float
 
 from parc_jax.base.arrays import map_rows
+from parc_jax.base.shapes import (
+    Index,
+    Knot,
+    ManyParams,
+    Numbers,
+    Params,
+    Path,
+    Positions,
+    Scalar,
+    Vector,
+)
 from parc_jax.claim.bins import each_bin, open_bin_of
 from parc_jax.claim.error_set import ErrorSet
 from parc_jax.claim.tube import Tube
 from parc_jax.model import TrajectoryModel
 from parc_jax.network.predict import HIGHEST, moved_to, predict, trajectories
 from parc_jax.network.relu import ReLUNetwork
+from parc_jax.separation.pairs import Obstacles
 from parc_jax.verdict.scene import OneScene, Scene, SceneArrays
 
 CHUNK = 512  # points per compiled verdict: intermediates stay in cache, two calls run on two cores
@@ -43,12 +56,12 @@ class Verdicts(NamedTuple):
     clearance: np.ndarray
 
     @property
-    def reaches(self) -> np.ndarray:
+    def reaches(self) -> np.ndarray | jax.Array:
         """(b,) the goal is reached from an allowed start, whatever happens on the way."""
         return (self.goal >= 0) & (self.start >= 0) & (self.bin >= 0)
 
     @property
-    def safe(self) -> np.ndarray:
+    def safe(self) -> np.ndarray | jax.Array:
         """(b,) proved in float64: reaches the goal and touches nothing."""
         return self.reaches & (self.clearance > 0)
 
@@ -61,7 +74,9 @@ class Verdicts(NamedTuple):
         return np.where((self.bin >= 0) & ~np.isnan(least), least, -np.inf)
 
 
-def row_margin(A, b, x, slack):
+def row_margin(
+    A: Float[ArrayLike, "h n"], b: Float[ArrayLike, " h"], x: Float[ArrayLike, " n"], slack: Scalar
+):
     """Smallest of b - A x over the rows, less the slack of each."""
     values = jnp.matmul(A, x, precision=HIGHEST)
     return jnp.min(b - values - slack * jnp.abs(A).sum(axis=1))
@@ -85,18 +100,31 @@ class Prediction(NamedTuple):
         return (self.goal >= 0) & (self.start >= 0) & (self.bin >= 0)
 
 
-def prediction(net: ReLUNetwork, tube: Tube, scene: SceneArrays, p0, k, bin=None) -> Prediction:
-    """Path, pattern, bin, goal and start margins of one point p0 (n_p,), k (n_k,). bin: as of
-    `arrival`. Kernel.
-    """
+def prediction(
+    net: ReLUNetwork,
+    tube: Tube,
+    scene: SceneArrays,
+    p0: Vector,
+    k: Params,
+    bin: Index | None = None,
+) -> Prediction:
+    """Path, pattern, bin, goal and start margins of one plan. bin: as of `arrival`. Kernel."""
     offsets, q, pattern = predict(net, tube.layout, k)
     path = moved_to(p0, offsets)
     return Prediction(path, q, pattern, *arrival(tube, scene, p0, path[-1], q, k, bin))
 
 
-def arrival(tube: Tube, scene: SceneArrays, p0, end, q, k, bin=None):
-    """Bin of k, goal margin and start margin of a plan from p0 (n_p,) to the predicted end (n_c,),
-    q (n_q,). bin: one that contains k; None = the only one, and none on a border. Kernel.
+def arrival(
+    tube: Tube,
+    scene: SceneArrays,
+    p0: Vector,
+    end: Knot,
+    q: Float[ArrayLike, " n_q"],
+    k: Params,
+    bin: Index | None = None,
+):
+    """Bin of k, goal margin and start margin of a plan from p0 to the predicted end, q. bin: one
+    that contains k; None = the only one, and none on a border. Kernel.
     """
     bin = open_bin_of(tube.edges, k) if bin is None else bin
     bin = jnp.where(((k >= scene.k_lo) & (k <= scene.k_hi)).all(), bin, -1)
@@ -108,15 +136,22 @@ def arrival(tube: Tube, scene: SceneArrays, p0, end, q, k, bin=None):
     return bin, goal, row_margin(scene.start_A, scene.start_b, p0, scene.slack)
 
 
-def verdict(net: ReLUNetwork, tube: Tube, scene: SceneArrays, p0, k, bin=None) -> Verdicts:
-    """Everything about one point p0 (n_p,), k (n_k,). bin: as of `arrival`. Kernel; vmap for
-    batches.
-    """
+def verdict(
+    net: ReLUNetwork,
+    tube: Tube,
+    scene: SceneArrays,
+    p0: Vector,
+    k: Params,
+    bin: Index | None = None,
+) -> Verdicts:
+    """Everything about one plan. bin: as of `arrival`. Kernel; vmap for batches."""
     seen = prediction(net, tube, scene, p0, k, bin)
     return Verdicts(*seen, clearance(scene, seen.path, tube.during(seen.bin)))
 
 
-def verdict_in_turn(net: ReLUNetwork, tube: Tube, scene: OneScene, p0, k, bin=None) -> Verdicts:
+def verdict_in_turn(
+    net: ReLUNetwork, tube: Tube, scene: OneScene, p0: Vector, k: Params, bin: Index | None = None
+) -> Verdicts:
     """The same, of the obstacles one after another, the nearest boxes first: until all others are
     farther than what was found, or one is touched. The clearance of what is safe is that of all.
     Kernel, not for vmap.
@@ -125,12 +160,12 @@ def verdict_in_turn(net: ReLUNetwork, tube: Tube, scene: OneScene, p0, k, bin=No
     errors = tube.during(seen.bin)
     rounding = 2 * scene.slack * p0.shape[0]
 
-    def look(state):
+    def look(state: tuple):
         away, nearest = state
         o = jnp.argmin(away)
         return away.at[o].set(jnp.inf), _nearer(scene, o, seen.path, errors, nearest)
 
-    def open_still(state):
+    def open_still(state: tuple):
         away, nearest = state
         return seen.reaches & (away.min() < nearest) & (nearest > 0)
 
@@ -139,7 +174,7 @@ def verdict_in_turn(net: ReLUNetwork, tube: Tube, scene: OneScene, p0, k, bin=No
     return Verdicts(*seen, jax.lax.while_loop(open_still, look, begin)[1])
 
 
-def _away(scene: OneScene, path, errors: ErrorSet):
+def _away(scene: OneScene, path: Path, errors: ErrorSet):
     """`Obstacles.away`, a few at a time, of those that are there: room for more costs nothing."""
     n = len(scene.obstacles.active)
     few = min(n, AT_ONCE)
@@ -155,38 +190,40 @@ def _away(scene: OneScene, path, errors: ErrorSet):
     return jax.lax.fori_loop(0, -(-scene.count // few), look, far)
 
 
-def clearance(scene: SceneArrays, path, errors: ErrorSet):
-    """Smallest gap [m] of a path (T + 1, n_c) with errors (T, n_points) from all active obstacles,
+def clearance(scene: SceneArrays, path: Path, errors: ErrorSet):
+    """Smallest gap [m] of a path with errors (T, n_points) from all active obstacles,
     less the slack; of a plan that reaches the goal.
     """
     if not isinstance(scene, OneScene):  # of a batch, where all are looked at side by side
         return jnp.minimum(_nearest(scene, scene.obstacles, path, errors), _far(scene, path))
 
-    def look(o, nearest):
+    def look(o: Index, nearest: Scalar):
         return _nearer(scene, o, path, errors, nearest)
 
     return jax.lax.fori_loop(0, scene.count, look, _far(scene, path))
 
 
-def _nearer(scene: OneScene, o, path, errors: ErrorSet, nearest):
+def _nearer(scene: OneScene, o: Index, path: Path, errors: ErrorSet, nearest: Scalar):
     return jnp.minimum(nearest, _nearest(scene, scene.obstacles.only(o), path, errors))
 
 
-def _nearest(scene: SceneArrays, obstacles, path, errors: ErrorSet):
+def _nearest(scene: SceneArrays, obstacles: Obstacles, path: Path, errors: ErrorSet):
     """The smallest gap from some of a scene's obstacles."""
     gap, w = obstacles.gaps(path, errors)
     gap = gap - scene.slack * jnp.abs(w).sum(axis=-1)
     return jnp.where(obstacles.active, gap, jnp.inf).min()
 
 
-def _far(scene: SceneArrays, path):
+def _far(scene: SceneArrays, path: Path):
     """How far all else is away."""
     return jnp.asarray(scene.beyond, path.dtype)
 
 
-def anchored(net: ReLUNetwork, tube: Tube, scene: Scene, z, k) -> tuple[jax.Array, jax.Array]:
-    """Start p0 (n_p,) from where the first point is predicted to end at z (n_p,), and whether it
-    reaches the goal. Keeps volumes. [T15]
+def anchored(
+    net: ReLUNetwork, tube: Tube, scene: SceneArrays, z: Vector, k: Params
+) -> tuple[jax.Array, jax.Array]:
+    """Start p0 (n_p,) from where the first point is predicted to end at z, and whether it reaches
+    the goal. Keeps volumes. [T15]
     """
     offsets, _, _ = predict(net, tube.layout, k)
     p0 = z - offsets[-1, : len(z)]
@@ -198,14 +235,14 @@ _predictions = jax.jit(jax.vmap(prediction, in_axes=(None, None, None, 0, 0)))
 _anchored = jax.jit(jax.vmap(anchored, in_axes=(None, None, None, 0, 0)))
 
 
-def verdicts(scene: Scene, p0, k) -> Verdicts:
-    """Verdicts on p0 (b, n_p), k (b, n_k), as NumPy arrays; on a border between bins those of the
+def verdicts(scene: Scene, p0: Positions, k: ManyParams) -> Verdicts:
+    """Verdicts on plans, as NumPy arrays; on a border between bins those of the
     bin that leaves the least, margin by margin. [T28]
     """
     model, arrays = scene.model, scene.arrays
     rows, bins = each_bin(model.tube.edges, k)
 
-    def one(p, x, bin):
+    def one(p: Positions, x: ManyParams, bin: Numbers):
         return _verdicts(model.net, model.tube, arrays, p, x, bin)
 
     seen = map_rows(CHUNK, one, np.asarray(p0)[rows], np.asarray(k)[rows], bins)
@@ -218,13 +255,13 @@ def verdicts(scene: Scene, p0, k) -> Verdicts:
     return Verdicts(*(x[first] for x in seen))._replace(**least)
 
 
-def predictions(scene: Scene, p0, k) -> Prediction:
-    """What the network says of p0 (b, n_p), k (b, n_k), as NumPy arrays: no look at the obstacles,
+def predictions(scene: Scene, p0: Positions, k: ManyParams) -> Prediction:
+    """What the network says of plans, as NumPy arrays: no look at the obstacles,
     which costs most of a verdict.
     """
     model, arrays = scene.model, scene.arrays
 
-    def one(p, x):
+    def one(p: Positions, x: ManyParams):
         return _predictions(model.net, model.tube, arrays, p, x)
 
     return map_rows(CHUNK_ANCHOR, one, p0, k)
@@ -237,8 +274,8 @@ def paths_of(model: TrajectoryModel, p0: np.ndarray, k: np.ndarray) -> np.ndarra
     return moved_to(p0, trajectories(model.net, model.layout, k)[0])
 
 
-def anchor(scene: Scene, z, k) -> tuple[np.ndarray, np.ndarray]:
-    """Starts (b, n_p) whose predicted ends are z (b, n_p), and which of them reach the goal (b,).
+def anchor(scene: Scene, z: Positions, k: ManyParams) -> tuple[np.ndarray, np.ndarray]:
+    """Starts (b, n_p) whose predicted ends are z, and which of them reach the goal (b,).
     No obstacle test.
     """
     model, arrays = scene.model, scene.arrays

@@ -1,12 +1,15 @@
 """A problem as arrays for one model: everything a query needs, padded to few compiled shapes."""
 
 import dataclasses
+from typing import TYPE_CHECKING
 
 import numpy as np
+from jaxtyping import ArrayLike, Float
 
 from parc_jax.base import struct
 from parc_jax.base.arrays import as_float64, once
 from parc_jax.claim.error_set import ErrorBox, at
+from parc_jax.claim.tube import Tube
 from parc_jax.errors import InputError
 from parc_jax.model import TrajectoryModel
 from parc_jax.network.predict import Layout
@@ -19,6 +22,9 @@ from parc_jax.separation.directions import DirectionTable, direction_table
 from parc_jax.separation.pairs import Obstacles, bucket, numbered_pairs, obstacles_of
 from parc_jax.sets.bounding_box import bounding_box
 from parc_jax.sets.hpolytope import HPolytope
+
+if TYPE_CHECKING:
+    from parc_jax.verdict.outline import Outline
 
 # [roundings] of a corner, of which the slack pays 64 units for each: more than `polygons.OFF`
 CORNERS = 17
@@ -164,7 +170,7 @@ def volume_of_all(scene: Scene) -> float:
     return k if scene.at is not None else k * float(np.prod(scene.z_hi - scene.z_lo))
 
 
-def check_fits(problem: ReachAvoid, model) -> None:
+def check_fits(problem: ReachAvoid, model: "TrajectoryModel | Outline") -> None:
     """Raises InputError where the problem has other dimensions than the model, or a doubt."""
     if problem.doubt is not None:
         raise InputError(
@@ -287,7 +293,7 @@ def no_end_fits(scene: Scene) -> str | None:
     )
 
 
-def _shortfall(half, width) -> np.ndarray:
+def _shortfall(half: Float[np.ndarray, "bins y"], width: Float[np.ndarray, " y"]) -> np.ndarray:
     """(n_bins, n_c + n_q) by how much a goal of this width is too narrow for errors up to half."""
     asked = np.isfinite(width)
     short = np.full(half.shape, -np.inf)
@@ -295,7 +301,7 @@ def _shortfall(half, width) -> np.ndarray:
     return short
 
 
-def _half_at_end(tube) -> np.ndarray:
+def _half_at_end(tube: Tube) -> np.ndarray:
     """(n_bins, n_c + n_q) half of how far the errors at the end go along the axes, or more."""
     axes = np.eye(tube.final.shape[1])
     errors = at(tube.final_errors, (slice(None), None))
@@ -318,7 +324,7 @@ def in_closed_form(problem: ReachAvoid, model: TrajectoryModel) -> bool:
     return planar and boxes and not isinstance(problem.body, Body)
 
 
-def float_slack(model, size):
+def float_slack(model: TrajectoryModel, size: Float[ArrayLike, "..."]):
     """[T11] One number that covers every rounding between the real-number verdict and its float64
     evaluation.
 
@@ -342,7 +348,7 @@ def float_slack(model, size):
     return slack + 8192 * UNIT * once(model.tube, _terms)
 
 
-def _terms(tube) -> float:
+def _terms(tube: Tube) -> float:
     """Largest sum of the terms of a support between the faces of a tube."""
     sets = (tube.errors, tube.final_errors)
     return max(float(at(e, tube.claimed).largest.max()) for e in sets)

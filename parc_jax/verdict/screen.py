@@ -13,8 +13,10 @@ from typing import NamedTuple
 import jax
 import jax.numpy as jnp
 import numpy as np
+from jaxtyping import ArrayLike, Bool
 
 from parc_jax.base.arrays import map_rows, once, x64
+from parc_jax.base.shapes import Index, Knot, ManyParams, Numbers, Params, Positions, Vector
 from parc_jax.claim.error_set import ErrorBox, at
 from parc_jax.claim.tube import Tube
 from parc_jax.model import TrajectoryModel
@@ -22,7 +24,7 @@ from parc_jax.network.predict import moved_to, predict
 from parc_jax.network.relu import ReLUNetwork
 from parc_jax.verdict.facets import Facets, facets_of
 from parc_jax.verdict.pointwise import arrival, prediction
-from parc_jax.verdict.scene import Scene
+from parc_jax.verdict.scene import Scene, Tabled
 
 CHUNK = 512  # points per compiled call: intermediates stay in cache
 KNOT_CHUNK = 2048  # the same for the test at a few knots
@@ -34,11 +36,19 @@ ITEMS = 2048  # open obstacle-interval pairs per compiled call
 SIZES = {True: (KNOT_CHUNK, CHUNK, ITEMS), False: (512, 256, 256)}
 
 
-def knot_test(few: ReLUNetwork, knots, tube, scene: Scene, z, k, facets: Facets):
-    """Does the plan with k (n_k,) and predicted end z (n_p,) reach; does it, and is outside of
+def knot_test(
+    few: ReLUNetwork,
+    knots: Numbers,
+    tube: Tube,
+    scene: Tabled,
+    z: Vector,
+    k: Params,
+    facets: Facets,
+):
+    """Does the plan with k and predicted end z reach; does it, and is outside of
     everything? Kernel.
 
-    few: the network with the outputs of some knots (m,) only, the last one among them. facets: of
+    few: the network with the outputs of some knots only, the last one among them. facets: of
     the scene, where one error of each set will do.
     """
     offsets, q, _ = predict(few, tube.layout._replace(n_steps=len(knots)), k)
@@ -56,14 +66,14 @@ def knot_test(few: ReLUNetwork, knots, tube, scene: Scene, z, k, facets: Facets)
         places = path + facets.inside[bin, at].reshape(path.shape)
         errors = no_errors(tube, len(path))
 
-    def look(o, outside):
+    def look(o: Index, outside: Bool[ArrayLike, ""]):
         one = scene.obstacles.only(o)
         return outside & ~(one.touching(places, errors) & one.active[:, at]).any()
 
     return reaches, jax.lax.fori_loop(0, scene.count, look, reaches)
 
 
-def no_errors(tube, n: int) -> ErrorBox:
+def no_errors(tube: Tube, n: int) -> ErrorBox:
     """None at all, at n places of all points."""
     return ErrorBox(jnp.zeros((n, tube.n_points, tube.n_p)))
 
@@ -84,8 +94,10 @@ class FacetTest(NamedTuple):
     open: np.ndarray
 
 
-def facet_test(net, tube, scene: Scene, z, k, facets: Facets) -> FacetTest:
-    """Facets and the plan with k (n_k,) whose predicted end is z (n_p,). Kernel."""
+def facet_test(
+    net: ReLUNetwork, tube: Tube, scene: Tabled, z: Vector, k: Params, facets: Facets
+) -> FacetTest:
+    """Facets and the plan with k whose predicted end is z. Kernel."""
     offsets, _, _ = predict(net, tube.layout, k)
     p0 = z - offsets[-1, : len(z)]
     seen = prediction(net, tube, scene, p0, k)
@@ -93,7 +105,7 @@ def facet_test(net, tube, scene: Scene, z, k, facets: Facets) -> FacetTest:
     active = jnp.asarray(scene.obstacles.active)
     step = max(1, active.shape[1] // COMPARED)
 
-    def look(o, state):
+    def look(o: Index, state: tuple):
         worst, at, open_ = state
         gap = facets.gap(o, seen.path, seen.bin, scene)
         gap = jnp.where(active[o], gap, jnp.inf)
@@ -131,8 +143,8 @@ def few_outputs(model: TrajectoryModel, n_knots: int) -> tuple[ReLUNetwork, np.n
     return net.replace(weights=few[0], biases=few[1]), knots
 
 
-def _separated(tube, scene: Scene, start, end, bin, o, t):
-    """Is one open item separated? start, end (n_c,): the knots of interval t; o: obstacle."""
+def _separated(tube: Tube, scene: Tabled, start: Knot, end: Knot, bin: Index, o: Index, t: Index):
+    """Is one open item separated? start, end: the knots of interval t; o: pair."""
     gap, w = scene.obstacles.gap(o, start, end, tube.during(bin, t))
     return gap - scene.slack * jnp.abs(w).sum() > 0
 
@@ -181,8 +193,8 @@ class Screened(NamedTuple):
     bin: np.ndarray
 
 
-def screen(scene: Scene, z, k) -> Screened:
-    """Which of the plans with predicted ends z (b, n_p) and parameters k (b, n_k) are safe."""
+def screen(scene: Scene, z: Positions, k: ManyParams) -> Screened:
+    """Which of the plans with predicted ends z and parameters k are safe."""
     few, knots, net, tube, arrays, facets = once(scene, _resident)
     sizes = SIZES[scene.obstacles.closed]
     reaches, outside = map_rows(

@@ -55,7 +55,7 @@ def more_rows(A: np.ndarray, b: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
 def _padded(obstacles: Obstacles, n_o: int, n_m: int) -> Obstacles:
     """With n_o obstacles, of at least n_m corners."""
 
-    def around(corners):
+    def around(corners: np.ndarray):
         return _longer(_longer(corners, n_o), n_m, axis=1)
 
     return Obstacles(
