@@ -2,7 +2,8 @@
 
 import itertools
 from dataclasses import dataclass
-from typing import NamedTuple
+from pathlib import Path
+from typing import Any, NamedTuple
 
 import jax
 import jax.numpy as jnp
@@ -26,6 +27,7 @@ from parc_jax.rollout.identity import identity_of
 from parc_jax.rollout.resume import require_same_runs
 from parc_jax.rollout.rows import seed_of
 from parc_jax.rollout.simulate import Simulator, ToRun, simulator
+from parc_jax.system import System
 
 MOST_RUNS = 2048  # of a search that nobody sized
 _ROUNDS = 8
@@ -62,12 +64,12 @@ def search_size(asked: int | None, fresh: int) -> int:
 
 def search_worst(
     net: ReLUNetwork,
-    system,
+    system: System,
     key: jax.Array,
     profile: Tube,
     runs: int = 1024,
     *,
-    path=None,
+    path: str | Path | None = None,
     quiet: bool = False,
     forecast: Forecast | None = None,
 ) -> Attack:
@@ -160,7 +162,7 @@ class _Search:
         k = self.sim.as_run(np.where(is_fresh[:, None], k, child))
         return k, np.where(new_key[:, None], keys, tried.x[1][parent])
 
-    def run(self, k: np.ndarray, keys: np.ndarray, bar=None) -> np.ndarray:
+    def run(self, k: np.ndarray, keys: np.ndarray, bar: Any = None) -> np.ndarray:
         """Scores (n,) of runs; a compiled system in one call, another one piece by piece."""
         system = self.sim.system
         piece = len(k) if self.sim.traceable else int(getattr(system, "chunk", None) or _PIECE)
@@ -174,7 +176,7 @@ class _Search:
         return np.concatenate(scores)
 
 
-def _store(path, search: _Search) -> ChunkStore:
+def _store(path: str | Path, search: _Search) -> ChunkStore:
     """The folder of finished rounds. Raises InputError when it holds another search."""
     meta = identity_of(search.sim.system) | {
         "what": "search",
@@ -187,7 +189,9 @@ def _store(path, search: _Search) -> ChunkStore:
     return ChunkStore(path, meta)
 
 
-def _stored(store: ChunkStore, search: _Search, number: int, k, keys) -> np.ndarray | None:
+def _stored(
+    store: ChunkStore, search: _Search, number: int, k: np.ndarray, keys: np.ndarray
+) -> np.ndarray | None:
     """Scores of a finished round; of the first one, a part is run again and compared."""
     arrays = store.get(number)
     if arrays is None or not (

@@ -4,14 +4,18 @@ fastest).
 edges: tuple over the n_k axes of (n_bins_i + 1,) increasing numbers.
 """
 
+from collections.abc import Sequence
 from typing import Literal
 
 import jax.numpy as jnp
 import numpy as np
+from numpy.typing import ArrayLike
 
+from parc_jax.base.shapes import Params
 from parc_jax.errors import InputError
 
 Edges = tuple[np.ndarray, ...]
+Bins = Sequence[int] | Sequence[ArrayLike]  # per axis of K: numbers of equal bins, or edges
 
 
 def bin_of(edges: Edges, k: np.ndarray) -> np.ndarray:
@@ -63,8 +67,8 @@ def closed_bins(edges: Edges, k: np.ndarray) -> np.ndarray:
     return numbers
 
 
-def open_bin_of(edges: Edges, k):
-    """`bin_of` for one k (n_k,) in a kernel, except that a k on a border between bins has none,
+def open_bin_of(edges: Edges, k: Params):
+    """`bin_of` for one k in a kernel, except that a k on a border between bins has none,
     -1, as one outside K: several tubes count there, and draws fall there with probability 0. [T28]
     """
     bin = jnp.asarray(0)

@@ -4,9 +4,12 @@ shown.
 
 import hashlib
 import json
+from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from fractions import Fraction
 from pathlib import Path
+
+import numpy as np
 
 from parc_jax.base.spelling import hex_text, listed, rounded_up
 from parc_jax.claim.risk import NoStatement, Risk, density_of_share, risk_of
@@ -167,7 +170,7 @@ class ErrorClaim:
             "intersample": hex_text(self.intersample),
         }
 
-    def save(self, path) -> Path:
+    def save(self, path: str | Path) -> Path:
         """Claim and tube in one JSON file, atomically. `load_claim` gives back equal numbers."""
         data = {"claim": self.to_json(), "tube": tube_to_json(self.tube)}
         return write_atomic(path, json.dumps(data, indent=1).encode())
@@ -249,7 +252,7 @@ def weaker(claim: ErrorClaim, wider: Tube, **evidence) -> ErrorClaim:
     return derived(claim, tube=wider, evidence=evidence)
 
 
-def on_bins(claim: ErrorClaim, edges) -> ErrorClaim:
+def on_bins(claim: ErrorClaim, edges: Sequence[np.ndarray]) -> ErrorClaim:
     """The same claim told bin by bin on finer edges: models on the same bins share compiled code.
     Raises InputError.
     """

@@ -51,7 +51,7 @@ def claim_from_json(data: dict, error_tube: Tube) -> ErrorClaim:
         ) from None
 
 
-def load_claim(path) -> ErrorClaim:
+def load_claim(path: str | Path) -> ErrorClaim:
     """A claim written by `ErrorClaim.save`. Raises InputError when the file is missing, truncated
     or foreign.
     """

@@ -1,6 +1,7 @@
 """How many runs a claim costs, and what a number of runs can support. [T1, T2, T6]"""
 
 import math
+from collections.abc import Callable
 from fractions import Fraction
 
 from parc_jax.base.options import check_count
@@ -97,7 +98,7 @@ def cheaper(eps: float, delta: float, spelled: str = "eps = ") -> str:
     return f"{spelled}{rounded_up(str(10 * eps), 3)} needs {few:,} fresh ones"
 
 
-def as_probability(name: str, value) -> Fraction:
+def as_probability(name: str, value: Fraction | float | str) -> Fraction:
     """The decimal the user wrote, as an exact fraction in (0, 1). Raises InputError."""
     try:
         exact = value if isinstance(value, Fraction) else Fraction(str(value))
@@ -108,7 +109,7 @@ def as_probability(name: str, value) -> Fraction:
     return exact
 
 
-def _last(low: int, high: int, holds) -> int:
+def _last(low: int, high: int, holds: Callable[[int], bool]) -> int:
     """The last number from low (where it holds) to below high (where it does not) at which `holds`
     is true.
     """

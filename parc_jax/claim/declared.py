@@ -6,6 +6,7 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
+from parc_jax.claim.bins import Bins
 from parc_jax.claim.claim import ErrorClaim, error_claim
 from parc_jax.claim.intersample import DISCRETE_TIME
 from parc_jax.claim.profile import bin_maxima, edges_of, training_errors
@@ -23,7 +24,7 @@ from parc_jax.system import TimeGrid
 _HOLDS = "THE TUBE HOLDS"
 
 
-def assumed_claim(net: ReLUNetwork, train: RolloutBatch, bins=None) -> ErrorClaim:
+def assumed_claim(net: ReLUNetwork, train: RolloutBatch, bins: Bins | None = None) -> ErrorClaim:
     """The published bound: the largest error over the training data, per bin. Shows nothing and
     says so. [paper Sec. III-C]
 

@@ -3,6 +3,7 @@
 from typing import NamedTuple
 
 import numpy as np
+from jaxtyping import Float
 
 from parc_jax.base.tolerances import TOLERANCES
 from parc_jax.claim.measure import Errors
@@ -160,7 +161,9 @@ def _places(domain: Box, axis: int, per_axis: int) -> np.ndarray:
     return places
 
 
-def _cell_maxima(k, flat, domain: Box, per_axis: int) -> tuple[np.ndarray, np.ndarray]:
+def _cell_maxima(
+    k: Float[np.ndarray, "n n_k"], flat: Float[np.ndarray, "n m"], domain: Box, per_axis: int
+) -> tuple[np.ndarray, np.ndarray]:
     """Largest errors (cells of axis 1, ..., m) and runs (cells of axis 1, ...) per cell of the grid
     of places.
     """

@@ -6,11 +6,14 @@ for a few directions u_j. By duality its support is the least of mu . c + |mu| .
 sum mu_j u_j = w that use no more than n of the directions, a *basis*; any one of them is a bound.
 """
 
+from collections.abc import Sequence
 from itertools import combinations
 
 import jax
 import jax.numpy as jnp
 import numpy as np
+import numpy.typing as npt
+from jaxtyping import ArrayLike, Float
 
 from parc_jax.base import struct
 from parc_jax.errors import InputError
@@ -20,6 +23,8 @@ NO_CLAIM = 1e100  # [m, .] wider than any world, and its square is still finite
 # large, and with them what rounding adds.
 FLAT = 0.05
 EQUAL = 64  # [units in the last place] supports that agree so far are of one face
+Array = Float[ArrayLike, "..."]
+At = ArrayLike | slice | None  # along one axis
 
 
 @struct.dataclass
@@ -30,20 +35,20 @@ class ErrorBox:
 
     half: np.ndarray
 
-    def support(self, w):
-        """(...) largest w . e; w (..., n). Infinite without claim, but for w = 0."""
+    def support(self, w: Float[ArrayLike, "*b n"]):
+        """(...) largest w . e. Infinite without claim, but for w = 0."""
         half, w = _same_rank(self.half, w)
         return _total(_product(abs(w), half))
 
-    def support_by_axis(self, w):
+    def support_by_axis(self, w: Sequence[ArrayLike]):
         """`support` of many directions, told axis by axis: a tuple of n arrays, which broadcast
         against the leading axes. A loop over them reads no array with a stride.
         """
         along = [_product(abs(x), self.half[..., i]) for i, x in enumerate(w)]
         return sum(along[1:], along[0])
 
-    def vertex(self, w):
-        """(..., n) an error that is farthest along w (..., n); without claim the centre."""
+    def vertex(self, w: Float[ArrayLike, "*b n"]):
+        """(..., n) an error that is farthest along w; without claim the centre."""
         half, w = _same_rank(_finite(self.half), w)
         return _namespace(half, w).where(w >= 0, half, -half)
 
@@ -61,8 +66,8 @@ class ErrorTemplate:
     centre: np.ndarray
     half: np.ndarray
 
-    def support(self, w):
-        """(...) largest w . e; w (..., n). Infinite without claim, but for w = 0."""
+    def support(self, w: Float[ArrayLike, "*b n"]):
+        """(...) largest w . e. Infinite without claim, but for w = 0."""
         dual, centre, half, w = self._same_rank(w)
         return _by_basis(dual, centre, half, w)[1].min(axis=-1)
 
@@ -72,7 +77,7 @@ class ErrorTemplate:
         size = abs(self.dual).max(axis=-1)
         return _total(_product(size, abs(self.centre) + _finite(self.half))).max(axis=-1)
 
-    def support_by_axis(self, w):
+    def support_by_axis(self, w: Sequence[ArrayLike]):
         """`support` of many directions, told axis by axis, as of a box."""
         n_bases, n = self.half.shape[-2:]
         supports = []
@@ -88,9 +93,9 @@ class ErrorTemplate:
             least = _namespace(least).minimum(least, support)
         return least
 
-    def vertex(self, w):
-        """(..., n) an error that is farthest along w (..., n), not zero: a corner of the set, up
-        to rounding; without claim the centre.
+    def vertex(self, w: Float[ArrayLike, "*b n"]):
+        """(..., n) an error that is farthest along w, not zero: a corner of the set, up to
+        rounding; without claim the centre.
         """
         dual, centre, half, w = self._same_rank(w)
         xp = _namespace(dual, w)
@@ -108,7 +113,7 @@ class ErrorTemplate:
         corners = _total(xp.swapaxes(dual, -1, -2) * faces[..., None, :])
         return xp.take_along_axis(corners, chosen[..., None, None], axis=-2)[..., 0, :]
 
-    def _same_rank(self, w):
+    def _same_rank(self, w: Float[ArrayLike, "*b n"]):
         """dual, centre, half and w (..., 1, 1, n) for operations between them."""
         dual, w = _same_rank(self.dual, w[..., None, None, :])
         centre, half = (_raised(x, dual.ndim - 1) for x in (self.centre, self.half))
@@ -118,7 +123,7 @@ class ErrorTemplate:
 ErrorSet = ErrorBox | ErrorTemplate
 
 
-def at(errors: ErrorSet, index) -> ErrorSet:
+def at(errors: ErrorSet, index: At | tuple[At, ...]) -> ErrorSet:
     """Some of many sets, by an index of their leading axes. Arrays on the host cannot be indexed by
     what a kernel computes.
     """
@@ -126,7 +131,9 @@ def at(errors: ErrorSet, index) -> ErrorSet:
     return jax.tree.map(lambda x: (jnp.asarray(x) if traced else x)[index], errors)
 
 
-def template(directions, centre, half, frames: bool = False) -> ErrorTemplate:
+def template(
+    directions: npt.ArrayLike, centre: npt.ArrayLike, half: npt.ArrayLike, frames: bool = False
+) -> ErrorTemplate:
     """Errors with |u_j . e - centre_j| <= half_j; directions (..., R, n), centre, half (..., R).
     Raises InputError.
 
@@ -158,25 +165,25 @@ def template(directions, centre, half, frames: bool = False) -> ErrorTemplate:
     )
 
 
-def _by_basis(dual, centre, half, w):
+def _by_basis(dual: Array, centre: Array, half: Array, w: Array):
     """Multipliers (..., B, n) and the support (..., B) that each basis gives."""
     mu = _total(dual * w)
     return mu, _total(mu * centre + _product(abs(mu), half))
 
 
-def _product(size, half):
+def _product(size: Array, half: Array):
     """size * half, where nothing of an infinite width is nothing."""
     xp = _namespace(size, half)
     return size * xp.where((size == 0) & xp.isinf(half), 0, half)
 
 
-def _finite(half):
+def _finite(half: Array):
     """half, but nothing where it is infinite."""
     xp = _namespace(half)
     return xp.where(xp.isfinite(half), half, 0)
 
 
-def _total(x):
+def _total(x: Array):
     """Sum over the last axis, written out so that it never becomes a product of reduced
     precision.
     """
@@ -188,7 +195,7 @@ def _same_rank(*arrays):
     return [_raised(x, most) for x in arrays]
 
 
-def _raised(x, ndim: int):
+def _raised(x: Array, ndim: int):
     """x with axes of length one in front, ndim in all."""
     return x.reshape((1,) * (ndim - x.ndim) + x.shape)
 

@@ -5,10 +5,12 @@ axes; a pair of faces along the path and one across it do not. Errors are not ce
 either, so every pair of faces has a centre, and is scaled about it.
 """
 
+from collections.abc import Mapping
 from fractions import Fraction
 from typing import NamedTuple
 
 import numpy as np
+import numpy.typing as npt
 
 from parc_jax.base import struct
 from parc_jax.base.arrays import as_float64
@@ -67,7 +69,7 @@ class Faces:
         share = np.divide(left, across, out=np.ones_like(left), where=across > 0).min(axis=-1)
         return share[..., None] * around / _UP**4
 
-    def half_extent(self, index, axis: int) -> float:
+    def half_extent(self, index: tuple[int, ...] | int, axis: int) -> float:
         """Half of how far one set goes along an axis: of all faces together, by linear programs;
         infinite without claim. A support in frames only bounds it from above.
         """
@@ -81,7 +83,7 @@ class Faces:
         ends = [linprog(sign * unit, A_ub=A, b_ub=b, bounds=(None, None)) for sign in (1, -1)]
         return 0.0 if any(end.status for end in ends) else -(ends[0].fun + ends[1].fun) / 2
 
-    def half_around(self, size) -> np.ndarray:
+    def half_around(self, size: npt.ArrayLike) -> np.ndarray:
         """(..., R) largest |u_j . e| over all |e| <= size (..., n), rounded up."""
         n = self.directions.shape[-1]
         size = np.broadcast_to(size, (*self.directions.shape[:-2], n))
@@ -95,7 +97,7 @@ class Faces:
         whole = np.ceil(np.ldexp(half, HALF_BITS))
         return faces(self.directions, self.centre, np.ldexp(whole, -HALF_BITS), self.frames)
 
-    def rows(self, index) -> list[tuple[list[Fraction], Fraction]]:
+    def rows(self, index: tuple[int, ...] | int) -> list[tuple[list[Fraction], Fraction]]:
         """Exact rows (a, b) with a . e <= b of one set, both faces of every pair in turn."""
         out = []
         for u, c, s in zip(
@@ -123,7 +125,7 @@ class Templates(NamedTuple):
         return {f"{part}_{name}": getattr(of, name) for part, of in parts for name in _FIELDS}
 
 
-def templates_of(arrays) -> Templates:
+def templates_of(arrays: Mapping[str, np.ndarray]) -> Templates:
     """The templates of these `arrays`. Raises InputError; KeyError when one is missing."""
     interval, final = (
         faces(**{name: arrays[f"{part}_{name}"] for name in _FIELDS}, frames=part == "final")
@@ -132,7 +134,9 @@ def templates_of(arrays) -> Templates:
     return Templates(interval, final)
 
 
-def faces(directions, centre, half, frames: bool = False) -> Faces:
+def faces(
+    directions: npt.ArrayLike, centre: npt.ArrayLike, half: npt.ArrayLike, frames: bool = False
+) -> Faces:
     """Validated faces, arguments as in `Faces`. Raises InputError."""
     directions = _finite("faces directions", directions)
     centre = _finite("faces centre", centre)
@@ -155,13 +159,13 @@ def faces(directions, centre, half, frames: bool = False) -> Faces:
     return Faces(directions, centre, half, errors, frames)
 
 
-def short(values, bits: int) -> np.ndarray:
+def short(values: np.ndarray, bits: int) -> np.ndarray:
     """The values rounded to multiples of 2^-bits; none is a negative zero, which a fraction cannot
     spell and so a file would lose, and with it the hash that binds a tube to its claim.
     """
     return np.round(np.ldexp(values, bits)) * 2.0**-bits + 0.0
 
 
-def _finite(name: str, value) -> np.ndarray:
+def _finite(name: str, value: npt.ArrayLike) -> np.ndarray:
     shape = np.shape(value)
     return as_float64(name, value, shape)

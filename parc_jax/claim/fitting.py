@@ -11,6 +11,7 @@ from typing import NamedTuple
 import numpy as np
 
 from parc_jax.base.tolerances import TOLERANCES
+from parc_jax.claim.bins import Bins
 from parc_jax.claim.edges import smoothed
 from parc_jax.claim.faces import CENTRE_BITS, DIRECTION_BITS, Faces, faces, short
 from parc_jax.claim.measure import (
@@ -31,11 +32,7 @@ MARGIN = 0.1
 _FEW = 20.0  # [runs] of all of K that say which way the errors of a bin spread, beside its own
 
 
-def fitted_profile(
-    net: ReLUNetwork,
-    runs: Sequence[RolloutBatch],
-    bins,
-) -> Tube:
+def fitted_profile(net: ReLUNetwork, runs: Sequence[RolloutBatch], bins: Bins) -> Tube:
     """The profile of finite runs: between the least and the largest error along every direction,
     in bins of few runs as wide as their neighbours, plus a margin (a tenth of the bin's mean half
     width along every axis; at the end, of the half width there) and a floor [m, rad]. bins: numbers
@@ -81,7 +78,11 @@ class _Spread(NamedTuple):
 
 
 def _directions(
-    net: ReLUNetwork, layout: Layout, runs, numbers: list[np.ndarray], counts: np.ndarray
+    net: ReLUNetwork,
+    layout: Layout,
+    runs: Sequence[RolloutBatch],
+    numbers: list[np.ndarray],
+    counts: np.ndarray,
 ) -> Errors:
     """Axes and principal axes: interval (n_bins, T, n_points, 2 n_p, n_p), final (n_bins, 2 n_e,
     n_e).
@@ -124,7 +125,11 @@ def with_principal_axes(covariance: np.ndarray) -> np.ndarray:
 
 
 def _extremes(
-    net: ReLUNetwork, layout: Layout, runs, numbers: list[np.ndarray], directions: Errors
+    net: ReLUNetwork,
+    layout: Layout,
+    runs: Sequence[RolloutBatch],
+    numbers: list[np.ndarray],
+    directions: Errors,
 ) -> tuple[Errors, Errors]:
     """Least and largest error of all runs of a bin along its directions; infinite where it has
     none.
@@ -145,11 +150,7 @@ def _extremes(
 
 
 def _between(
-    directions: np.ndarray,
-    least: np.ndarray,
-    most: np.ndarray,
-    counts: np.ndarray,
-    frames: bool,
+    directions: np.ndarray, least: np.ndarray, most: np.ndarray, counts: np.ndarray, frames: bool
 ) -> Faces:
     """Faces about the middle of what was seen and of no error at all: a proof that no plan is safe
     needs trajectories that keep to the model. A bin without runs gets all that was seen anywhere.

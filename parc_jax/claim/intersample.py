@@ -3,6 +3,7 @@
 from dataclasses import dataclass
 
 import numpy as np
+import numpy.typing as npt
 
 from parc_jax.errors import InputError
 
@@ -57,7 +58,7 @@ class AccelerationBound:
 _UP = 1 + 2.0**-50  # a few roundings, upward
 
 
-def _per_column(name: str, value, n_p: int, n_points: int) -> np.ndarray:
+def _per_column(name: str, value: npt.ArrayLike, n_p: int, n_points: int) -> np.ndarray:
     bound = np.asarray(value, np.float64)
     if bound.shape not in ((), (n_p,)) or not (np.isfinite(bound) & (bound >= 0)).all():
         raise InputError(f"{name}: expected one number >= 0, or {n_p} of them; got {value}.")

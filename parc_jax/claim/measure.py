@@ -1,13 +1,16 @@
 """Measured errors: how far recorded runs are from the network, per interval and at the end."""
 
+from collections.abc import Callable
 from functools import partial
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import jax
 import jax.numpy as jnp
 import numpy as np
+from jaxtyping import Float
 
 from parc_jax.base.arrays import dot, x64
+from parc_jax.base.shapes import ManyParams, Params, Path, Paths, State, States
 from parc_jax.errors import InputError
 from parc_jax.network.predict import Layout, layout_of, predict
 from parc_jax.network.relu import ReLUNetwork
@@ -58,13 +61,13 @@ def measure(net: ReLUNetwork, batch: RolloutBatch, chunk: int = 1024) -> Errors:
     layout = layout_of(batch)
     slack = allowance(net, batch.domain, layout)
 
-    def errors(rows):
+    def errors(rows: np.ndarray):
         return measure_arrays(net, slack, layout, batch.k[rows], batch.p[rows], batch.q[rows])
 
     return by_chunk(batch.n, errors, chunk)
 
 
-def by_chunk(n: int, work, chunk: int = 1024):
+def by_chunk(n: int, work: Callable[[np.ndarray], Any], chunk: int = 1024):
     """What work(rows) gives for the rows 0 .. n - 1, joined on the host; few shapes, few
     compilations.
     """
@@ -78,10 +81,10 @@ def padded_chunks(n: int, chunk: int = 1024) -> list[np.ndarray]:
     return [np.minimum(np.arange(start, start + chunk), n - 1) for start in range(0, n, chunk)]
 
 
-def measure_arrays(net: ReLUNetwork, slack: Allowance, layout: Layout, k, p, q) -> Errors:
-    """Errors (B, ...) of runs k (B, n_k), p (B, n_record + 1, n_c), q (B, n_q), left on their
-    device.
-    """
+def measure_arrays(
+    net: ReLUNetwork, slack: Allowance, layout: Layout, k: ManyParams, p: Paths, q: States
+) -> Errors:
+    """Errors (B, ...) of runs, p at their records, left on their device."""
     with x64():
         return _errors_many(
             net, slack, jnp.asarray(k), jnp.asarray(p), jnp.asarray(q), layout=layout
@@ -89,7 +92,13 @@ def measure_arrays(net: ReLUNetwork, slack: Allowance, layout: Layout, k, p, q) 
 
 
 def measure_arrays_along(
-    net: ReLUNetwork, slack: Allowance, layout: Layout, directions: Errors, k, p, q
+    net: ReLUNetwork,
+    slack: Allowance,
+    layout: Layout,
+    directions: Errors,
+    k: ManyParams,
+    p: Paths,
+    q: States,
 ) -> Extremes:
     """Extremes (B, ...) of runs as in `measure_arrays` along directions of their own: interval (B,
     T, n_points, R, n_p), final (B, R, n_c + n_q).
@@ -129,8 +138,8 @@ class _Signed(NamedTuple):
     stored: Errors
 
 
-def _signed(net: ReLUNetwork, k, p, q, *, layout: Layout) -> _Signed:
-    """Of one run: k (n_k,), p (n_record + 1, n_c), q (n_q,). p^ is affine between knots."""
+def _signed(net: ReLUNetwork, k: Params, p: Path, q: State, *, layout: Layout) -> _Signed:
+    """Of one run, p at its records. p^ is affine between knots."""
     c, q_hat, _ = predict(net, layout, k)
     stride = (p.shape[0] - 1) // layout.n_steps
     share = (jnp.arange(stride + 1, dtype=c.dtype) / stride)[None, :, None]
@@ -147,9 +156,8 @@ def _signed(net: ReLUNetwork, k, p, q, *, layout: Layout) -> _Signed:
     )
 
 
-def rollout_errors(net: ReLUNetwork, k, p, q, *, layout: Layout) -> Errors:
-    """Errors of one run, as computed: k (n_k,), p (n_record + 1, n_c), q (n_q,). p^ is affine
-    between knots.
+def rollout_errors(net: ReLUNetwork, k: Params, p: Path, q: State, *, layout: Layout) -> Errors:
+    """Errors of one run, as computed; p at its records. p^ is affine between knots.
 
     Both end records of an interval belong to it, so a knot counts in two intervals. NaN becomes
     infinity.
@@ -162,7 +170,14 @@ def rollout_errors(net: ReLUNetwork, k, p, q, *, layout: Layout) -> Errors:
 
 
 def rollout_extremes(
-    net: ReLUNetwork, slack: Allowance, directions: Errors, k, p, q, *, layout: Layout
+    net: ReLUNetwork,
+    slack: Allowance,
+    directions: Errors,
+    k: Params,
+    p: Path,
+    q: State,
+    *,
+    layout: Layout,
 ) -> Extremes:
     """Extremes of one run as in `rollout_errors` along directions: interval (T, n_points, R, n_p),
     final (R, n_c + n_q).
@@ -177,10 +192,10 @@ def rollout_extremes(
     return Extremes(Errors(low.min(axis=1), low_end), Errors(high.max(axis=1), high_end))
 
 
-def _along(u, error, hidden):
-    """Least and most of u . e, (..., R), for u (..., R, n) and e (..., n) within `hidden` of the
-    error. NaN becomes infinity.
-    """
+def _along(
+    u: Float[jax.Array, "*b r n"], error: Float[jax.Array, "*c n"], hidden: Float[jax.Array, "*c n"]
+):
+    """Least and most of u . e, (..., R), e within `hidden` of the error. NaN becomes infinity."""
     n = error.shape[-1]  # the subtraction rounds, and so do n products and their sum
     middle = dot(u, error[..., None, :])
     pad = dot(jnp.abs(u), (hidden + (n + 4) * UNIT * jnp.abs(error))[..., None, :])
@@ -189,7 +204,9 @@ def _along(u, error, hidden):
 
 
 @partial(jax.jit, static_argnames="layout")
-def _errors_many(net, slack, k, p, q, *, layout):
+def _errors_many(
+    net: ReLUNetwork, slack: Allowance, k: ManyParams, p: Paths, q: States, *, layout: Layout
+):
     errors = jax.vmap(partial(rollout_errors, layout=layout), in_axes=(None, 0, 0, 0))(net, k, p, q)
     up = 1 + 4 * UNIT  # the subtraction itself rounds
     return Errors(
@@ -198,10 +215,19 @@ def _errors_many(net, slack, k, p, q, *, layout):
 
 
 @partial(jax.jit, static_argnames="layout")
-def _extremes_many(net, slack, directions, k, p, q, *, layout):
+def _extremes_many(
+    net: ReLUNetwork,
+    slack: Allowance,
+    directions: Errors,
+    k: ManyParams,
+    p: Paths,
+    q: States,
+    *,
+    layout: Layout,
+):
     one = partial(rollout_extremes, layout=layout)
     return jax.vmap(one, in_axes=(None, None, 0, 0, 0, 0))(net, slack, directions, k, p, q)
 
 
-def _failures_to_infinity(x):
+def _failures_to_infinity(x: jax.Array):
     return jnp.where(jnp.isnan(x), jnp.inf, x)

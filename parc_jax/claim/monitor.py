@@ -116,7 +116,7 @@ def inside_tube(claim: ErrorClaim, net: ReLUNetwork, batch: RolloutBatch) -> np.
     between, _ = tube.halves_around(claim.intersample or 0.0, 0.0)
     held = (tube.halves[0] - between, tube.halves[1])
 
-    def inside(rows):
+    def inside(rows: np.ndarray):
         runs = batch.k[rows], batch.p[rows], batch.q[rows]
         fits = np.ones(len(rows), bool)
         for bins in tube.bins_of(batch.k[rows]).T:

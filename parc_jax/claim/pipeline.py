@@ -8,12 +8,14 @@ allowance for the start. Every step after the scores only widens a tube, so ever
 import itertools
 from collections.abc import Callable, Iterable
 from contextlib import AbstractContextManager, nullcontext
+from pathlib import Path
 
 import jax
 import numpy as np
 
 from parc_jax.claim.asked import BoundSettings
 from parc_jax.claim.bad_runs import enlarge, search_size
+from parc_jax.claim.bins import Bins
 from parc_jax.claim.by_bin import block_of_bins, block_shares, calibrate_bins
 from parc_jax.claim.calibrate import calibrate
 from parc_jax.claim.claim import ErrorClaim
@@ -33,6 +35,7 @@ from parc_jax.network.relu import ReLUNetwork
 from parc_jax.rollout.batch import RolloutBatch
 from parc_jax.rollout.forecast import Forecast
 from parc_jax.sets.box import Box
+from parc_jax.system import System
 
 # [standard deviations] by which the expected runs of the smallest bin exceed what its claim needs
 SPARE = 4.0
@@ -41,13 +44,13 @@ _PROFILE_RUNS = 2000  # when there is nothing else to learn a profile from
 
 def bound_error(
     net: ReLUNetwork,
-    system,
+    system: System | RolloutBatch,
     key: jax.Array | None,
     asked: BoundSettings | None = None,
     *,
     profile: Tube | None = None,
     train: RolloutBatch | None = None,
-    path=None,
+    path: str | Path | None = None,
     quiet: bool = False,
     **options,
 ) -> ErrorClaim:
@@ -132,7 +135,7 @@ def learn_profiles(
     nets: list[ReLUNetwork],
     train: RolloutBatch | None,
     further: Iterable[RolloutBatch],
-    bins=None,
+    bins: Bins | None = None,
     *,
     shape: str = "box",
 ) -> list[Tube]:

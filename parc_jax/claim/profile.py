@@ -5,6 +5,7 @@ seen.
 import numpy as np
 
 from parc_jax.base.tolerances import TOLERANCES
+from parc_jax.claim.bins import Bins, Edges
 from parc_jax.claim.edges import choose_edges, smoothed
 from parc_jax.claim.measure import Errors, measure
 from parc_jax.claim.tube import Tube, tube, zero_tube
@@ -15,7 +16,10 @@ from parc_jax.sets.box import Box
 
 
 def training_profile(
-    net: ReLUNetwork, train: RolloutBatch, bins=None, floor: float = TOLERANCES.profile_floor
+    net: ReLUNetwork,
+    train: RolloutBatch,
+    bins: Bins | None = None,
+    floor: float = TOLERANCES.profile_floor,
 ) -> Tube:
     """Per-bin maxima of the training errors, smoothed over neighbouring bins, plus a floor [m,
     rad].
@@ -42,7 +46,7 @@ def profile_of(
     k: np.ndarray,
     errors: Errors,
     domain: Box,
-    bins=None,
+    bins: Bins | None = None,
     n_points: int = 1,
     floor: float = TOLERANCES.profile_floor,
 ) -> Tube:
@@ -58,7 +62,7 @@ def profile_of(
     return tube(empty.edges, widths[0] + floor, widths[1] + floor, n_points)
 
 
-def edges_of(domain: Box, bins) -> tuple[np.ndarray, ...]:
+def edges_of(domain: Box, bins: Bins) -> tuple[np.ndarray, ...]:
     """Edges per axis of K from numbers of equal bins per axis, or from edges; the outer edges are
     the domain, exactly.
 
@@ -88,7 +92,7 @@ def edges_of(domain: Box, bins) -> tuple[np.ndarray, ...]:
     return tuple(edges)
 
 
-def bin_maxima(k: np.ndarray, errors: Errors, edges) -> tuple[Tube, Errors, np.ndarray]:
+def bin_maxima(k: np.ndarray, errors: Errors, edges: Edges) -> tuple[Tube, Errors, np.ndarray]:
     """Largest errors per closed bin: a zero tube with the edges, Errors (n_bins, ...), runs per bin
     (n_bins,).
     """

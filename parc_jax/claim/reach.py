@@ -8,9 +8,12 @@ so it is worked out once per tube and set of directions, and looked up.
 import jax
 import jax.numpy as jnp
 import numpy as np
+from jaxtyping import ArrayLike, Float, Int
+from numpy.typing import DTypeLike
 
 from parc_jax.base import struct
 from parc_jax.base.arrays import once, x64
+from parc_jax.base.shapes import Index, Indices, Vector
 from parc_jax.claim.error_set import ErrorSet
 from parc_jax.claim.tube import Tube
 
@@ -28,26 +31,28 @@ class Reach:
     lost: jax.Array | None
     bin: jax.Array | None = None
 
-    def of(self, bin) -> "Reach":
+    def of(self, bin: Indices) -> "Reach":
         """In some bins (...). Kernel."""
         half = None if self.half is None else jnp.asarray(self.half)[bin]
         return self.replace(half=half, bin=bin)
 
-    def along(self, number, w, point=slice(None)):
-        """(..., n_points, T) against a direction w (n_p,), which has this number, in the bins asked
+    def along(self, number: Index, w: Vector, point: Index | slice = slice(None)):
+        """(..., n_points, T) against a direction w, which has this number, in the bins asked
         for; of one point (..., T). Kernel.
         """
         if self.lost is not None:
             return self.lost[number, self.bin, point]
         return sum(jnp.abs(w[axis]) * self.half[..., point, axis, :] for axis in range(len(w)))
 
-    def during(self, some) -> "Reach":
+    def during(self, some: Int[ArrayLike, " s"]) -> "Reach":
         """In some intervals alone."""
         half, lost = (None if x is None else x[..., some] for x in (self.half, self.lost))
         return self.replace(half=half, lost=lost)
 
 
-def reach(tube: Tube, w: np.ndarray, size: int | None = None, dtype=np.float64) -> Reach:
+def reach(
+    tube: Tube, w: np.ndarray, size: int | None = None, dtype: DTypeLike = np.float64
+) -> Reach:
     """Against directions w (u, n_p), with zeros beyond those where a size asks for more. Worked out
     once, and kept where kernels find it.
     """
@@ -67,23 +72,23 @@ def numbered(w: np.ndarray, room: int) -> tuple[np.ndarray, np.ndarray]:
     return unique, number
 
 
-def errors_of(tube: Tube, dtype) -> ErrorSet:
+def errors_of(tube: Tube, dtype: DTypeLike) -> ErrorSet:
     """The errors in another precision, where kernels find them; moved there once."""
     return once(tube, _errors, np.dtype(dtype))
 
 
-def _errors(tube: Tube, dtype) -> ErrorSet:
+def _errors(tube: Tube, dtype: np.dtype) -> ErrorSet:
     with x64():
         return jax.device_put(jax.tree.map(dtype.type, tube.errors))
 
 
-def _half(tube: Tube, dtype) -> Reach:
+def _half(tube: Tube, dtype: np.dtype) -> Reach:
     half = np.ascontiguousarray(np.moveaxis(tube.errors.half, 1, -1), dtype)
     with x64():
         return Reach(jax.device_put(half), None)
 
 
-def _lost(tube: Tube, directions: bytes, size: int, dtype) -> Reach:
+def _lost(tube: Tube, directions: bytes, size: int, dtype: np.dtype) -> Reach:
     w = np.frombuffer(directions).reshape(-1, tube.n_p)
     padded = np.pad(w, ((0, size - len(w)), (0, 0))).astype(dtype)
     with x64():
@@ -91,12 +96,12 @@ def _lost(tube: Tube, directions: bytes, size: int, dtype) -> Reach:
 
 
 @jax.jit
-def _along(errors, w, n):
-    """(u, n_bins, n_points, T) of the first n of w (u, n_p); errors (n_bins, T, n_points)."""
+def _along(errors: ErrorSet, w: Float[ArrayLike, "u n_p"], n: Index):
+    """(u, n_bins, n_points, T) of the first n of w; errors (n_bins, T, n_points)."""
     w = jnp.asarray(w)
     n_bins, n_steps, n_points = errors.half.shape[:3]
 
-    def of_one(u, lost):
+    def of_one(u: Index, lost: jax.Array):
         return lost.at[u].set(errors.support(-w[u]).swapaxes(1, 2))
 
     return jax.lax.fori_loop(0, n, of_one, jnp.zeros((len(w), n_bins, n_points, n_steps), w.dtype))

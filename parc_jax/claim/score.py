@@ -5,6 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from parc_jax.base.shapes import ManyParams, Paths, States
 from parc_jax.claim.claim import check_edges
 from parc_jax.claim.measure import (
     Allowance,
@@ -94,7 +95,13 @@ def scores_of(
             check_profile(net, profile, layout_of(batch), batch.domain)
             slack = allowance(net, batch.domain, profile.layout)
 
-            def judge(rows, net=net, profile=profile, slack=slack, batch=batch):
+            def judge(
+                rows: np.ndarray,
+                net: ReLUNetwork = net,
+                profile: Tube = profile,
+                slack: Allowance = slack,
+                batch: RolloutBatch = batch,
+            ):
                 runs = batch.k[rows], batch.p[rows], batch.q[rows]
                 return score_arrays(net, slack, profile, *runs)
 
@@ -119,11 +126,9 @@ def scores_of(
 
 
 def score_arrays(
-    net: ReLUNetwork, slack: Allowance, profile: Tube, k, p, q
+    net: ReLUNetwork, slack: Allowance, profile: Tube, k: ManyParams, p: Paths, q: States
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Scores (n,) and worst coordinates (n,) of runs k (n, n_k), p (n, n_record + 1, n_c), q (n,
-    n_q).
-    """
+    """Scores (n,) and worst coordinates (n,) of runs."""
     # on a shared edge a run must fit every bin that it touches
     ratio = np.maximum.reduce(
         [
@@ -134,7 +139,15 @@ def score_arrays(
     return ratio.max(axis=1), ratio.argmax(axis=1).astype(np.int32)
 
 
-def sizes(net: ReLUNetwork, slack: Allowance, held_by: Tube, bins: np.ndarray, k, p, q) -> Errors:
+def sizes(
+    net: ReLUNetwork,
+    slack: Allowance,
+    held_by: Tube,
+    bins: np.ndarray,
+    k: ManyParams,
+    p: Paths,
+    q: States,
+) -> Errors:
     """What `Tube.halves` of the bins (n,) must be at least to hold the runs: |error|, or its
     distance from the middle of the faces. Host arrays.
     """

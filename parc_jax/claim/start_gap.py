@@ -26,7 +26,7 @@ from parc_jax.rollout.invariance import (
     rotation_gap,
     translation_gap,
 )
-from parc_jax.system import rotation_of
+from parc_jax.system import System, rotation_of
 
 MOVED, TURNED = "TRANSLATION_INVARIANCE", "ROTATION_INVARIANCE"
 STARTS = 8  # and as many headings: tried, up to FAR times the travelled distance away
@@ -61,7 +61,7 @@ def invariances(rotation: tuple[str, ...] | None) -> tuple[str, ...]:
     return (MOVED,) if rotation is None else (MOVED, TURNED)
 
 
-def try_starts(system, key: jax.Array, declared: float) -> StartTrial:
+def try_starts(system: System, key: jax.Array, declared: float) -> StartTrial:
     """Run the system from other starts, and with other headings, as far as it can be, and compare.
     Uses the SEARCH stream of `key`, not consumed.
 
@@ -91,7 +91,7 @@ def try_starts(system, key: jax.Array, declared: float) -> StartTrial:
     return StartTrial(declared, seen, turned)
 
 
-def try_headings(system, key: jax.Array, declared: float) -> float | None:
+def try_headings(system: System, key: jax.Array, declared: float) -> float | None:
     """Run a system that declares `rotation` with other headings, if it can be, and compare: the
     largest effect seen, None where nothing is declared or tried. Raises InputError when it is
     larger than declared [m or rad].

@@ -1,12 +1,17 @@
 """What a claim says, in sentences that never say more than was shown."""
 
+from typing import TYPE_CHECKING
+
 from parc_jax.base.spelling import rounded_down, rounded_up
 from parc_jax.claim.unit import RECORDED_ROWS
+
+if TYPE_CHECKING:
+    from parc_jax.claim.claim import ErrorClaim
 
 DIGITS = 10  # of the numbers of a claim, at most
 
 
-def statement(c) -> str:
+def statement(c: "ErrorClaim") -> str:
     """The sentences of an `ErrorClaim`."""
     if not c.tube.claimed.any():
         failed, many = c.evidence.get("failed", 0), c.unit.many
@@ -23,33 +28,33 @@ def statement(c) -> str:
     return " ".join(sentences)
 
 
-def in_short(c) -> str:
+def in_short(c: "ErrorClaim") -> str:
     """What an `ErrorClaim` says of its tube, in the few words that a picture has room for."""
     return _SHORTLY[c.kind](c)
 
 
-def _behind(c) -> str:
+def _behind(c: "ErrorClaim") -> str:
     """The independent runs that a claim rests on."""
     if RECORDED_ROWS in c.evidence:
         return f"{c.n:,} calibration {c.unit.many} (of {c.evidence[RECORDED_ROWS]:,} runs)"
     return f"{c.n:,} calibration rollouts"
 
 
-def _eps(c) -> str:
+def _eps(c: "ErrorClaim") -> str:
     return rounded_up(c.eps, DIGITS)
 
 
-def _confidence(c) -> str:
+def _confidence(c: "ErrorClaim") -> str:
     return rounded_down(1 - c.delta, DIGITS)
 
 
-def _short(c) -> str:
+def _short(c: "ErrorClaim") -> str:
     """What was asked for, where it is not what n supports."""
     asked = c.evidence.get("eps_asked")
     return f" ({asked} was asked; {c.n:,} {c.unit.many} do not support it.)" if asked else ""
 
 
-def _pac(c) -> str:
+def _pac(c: "ErrorClaim") -> str:
     by_bin = "" if c.bin_eps is None else " (the largest of them, each with its own)"
     return (
         f"With confidence {_confidence(c)} over the {_behind(c)}, "
@@ -59,7 +64,7 @@ def _pac(c) -> str:
     )
 
 
-def _chosen(c) -> str:
+def _chosen(c: "ErrorClaim") -> str:
     """What the claim promises of k from a certified set; a share of K is a probability only where k
     was drawn uniformly. [T5]
     """
@@ -81,7 +86,7 @@ def _chosen(c) -> str:
     )
 
 
-def _assumed(c) -> str:
+def _assumed(c: "ErrorClaim") -> str:
     return (
         "ASSUMED, not shown: that no run leaves the tube. It is the largest error over the "
         f"{c.n:,} training rollouts, the statistic of the published method; new rollouts are known "
@@ -89,7 +94,7 @@ def _assumed(c) -> str:
     )
 
 
-def _declared(c) -> str:
+def _declared(c: "ErrorClaim") -> str:
     return f"DECLARED, not shown here: that no run leaves the tube, because {c.quantifier}."
 
 

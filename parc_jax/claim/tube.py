@@ -1,12 +1,16 @@
 """The tube: how far the black box may be from the model, per bin of k, interval and axis."""
 
+from collections.abc import Sequence
 from dataclasses import replace
 
 import jax
 import numpy as np
+import numpy.typing as npt
+from jaxtyping import ArrayLike, Float
 
 from parc_jax.base import struct
 from parc_jax.base.arrays import as_float64, content_hash
+from parc_jax.base.shapes import Index, Indices
 from parc_jax.base.spelling import counted
 from parc_jax.claim.bins import bin_box, bin_of, bins_of
 from parc_jax.claim.error_set import NO_CLAIM, ErrorBox, ErrorSet, at
@@ -121,7 +125,9 @@ class Tube:
             for a, b in zip(self.halves, other.halves, strict=True)
         )
 
-    def halves_around(self, interval, final) -> tuple[np.ndarray, np.ndarray]:
+    def halves_around(
+        self, interval: npt.ArrayLike, final: npt.ArrayLike
+    ) -> tuple[np.ndarray, np.ndarray]:
         """`halves` that hold all errors of at most these per coordinate: interval () or (n_c,),
         final () or (n_c + n_q,).
         """
@@ -153,17 +159,17 @@ class Tube:
         """What each bin allows at the end: leading axis n_bins, n_c + n_q coordinates [m, .]."""
         return ErrorBox(self.final) if self.templates is None else self.templates.final.errors
 
-    def during(self, bins, t=slice(None)) -> ErrorSet:
+    def during(self, bins: Indices, t: Indices | slice = slice(None)) -> ErrorSet:
         """What bins (...) allow at each point: leading axes (..., T, n_points), or (..., n_points)
         for intervals t (...). Also in kernels.
         """
         return at(self.errors, (bins, t))
 
-    def at_end(self, bins) -> ErrorSet:
+    def at_end(self, bins: Indices) -> ErrorSet:
         """What bins (...) allow at the end. Also in kernels."""
         return at(self.final_errors, bins)
 
-    def support_at_end(self, A, bin_number):
+    def support_at_end(self, A: Float[ArrayLike, "h y"], bin_number: Index):
         """(h,) largest A e over the errors e that one bin allows at the end; A (h, n_c + n_q): what
         the rows of a goal lose. Kernel.
         """
@@ -178,7 +184,7 @@ class Tube:
         far = at(self.final_errors, (slice(None), None))
         return -far.support(-axes), far.support(axes)
 
-    def widest(self, bins=slice(None)) -> tuple[np.ndarray, np.ndarray]:
+    def widest(self, bins: np.ndarray | slice = slice(None)) -> tuple[np.ndarray, np.ndarray]:
         """Largest half widths over the bins: interval (T, n_c), final (n_c + n_q,)."""
         return self.interval[bins].max(axis=0), self.final[bins].max(axis=0)
 
@@ -222,7 +228,9 @@ class Tube:
         return f"Tube({bins} of K, {counted(self.n_steps, 'interval')}{fitted}, {size})"
 
 
-def tube(edges, interval, final, n_points: int = 1) -> Tube:
+def tube(
+    edges: Sequence[np.ndarray], interval: npt.ArrayLike, final: npt.ArrayLike, n_points: int = 1
+) -> Tube:
     """Validated tube; widths >= 0, infinite in bins without claim. Raises InputError."""
     edges = tuple(as_float64(f"tube edges[{i}]", e, (None,)) for i, e in enumerate(edges))
     for i, e in enumerate(edges):
@@ -240,7 +248,7 @@ def tube(edges, interval, final, n_points: int = 1) -> Tube:
     return Tube(edges, interval, final, n_points)
 
 
-def fitted_tube(edges, during: Faces, at_end: Faces) -> Tube:
+def fitted_tube(edges: Sequence[np.ndarray], during: Faces, at_end: Faces) -> Tube:
     """Validated tube between faces, as in `Templates`; infinite in bins without claim. Raises
     InputError.
     """
@@ -258,7 +266,7 @@ def _without_claim(given: Faces, bins: np.ndarray) -> Faces:
     return given.with_half(half)
 
 
-def _widths(name: str, value, shape) -> np.ndarray:
+def _widths(name: str, value: npt.ArrayLike, shape: tuple[int | None, ...]) -> np.ndarray:
     """Half widths >= 0, read-only. One infinite width makes its bin infinite: a claim or none."""
     value = np.asarray(value, np.float64)
     infinite = np.isposinf(value)
@@ -273,7 +281,7 @@ def _widths(name: str, value, shape) -> np.ndarray:
     return out
 
 
-def refined(coarse: Tube, edges) -> Tube:
+def refined(coarse: Tube, edges: Sequence[np.ndarray]) -> Tube:
     """The same tube told bin by bin on finer edges, which must contain the coarse ones. Raises
     InputError.
     """
@@ -291,7 +299,9 @@ def refined(coarse: Tube, edges) -> Tube:
     return replace(coarse, edges=edges, interval=interval, final=final, templates=templates)
 
 
-def zero_tube(edges, n_steps: int, n_c: int, n_end: int, n_points: int = 1) -> Tube:
+def zero_tube(
+    edges: Sequence[np.ndarray], n_steps: int, n_c: int, n_end: int, n_points: int = 1
+) -> Tube:
     """A tube of zero widths on these bins of K."""
     n_bins = int(np.prod([len(e) - 1 for e in edges]))
     interval = np.zeros((n_bins, n_steps, n_c))

@@ -1,5 +1,6 @@
 """A tube as arrays and as JSON, and back."""
 
+from collections.abc import Mapping
 from dataclasses import replace
 
 import numpy as np
@@ -37,7 +38,7 @@ def tube_arrays(error_tube: Tube) -> dict[str, np.ndarray]:
     return edges | boxes | faces
 
 
-def tube_from_arrays(arrays, n_k: int, n_points: int = 1) -> Tube:
+def tube_from_arrays(arrays: Mapping[str, np.ndarray], n_k: int, n_points: int = 1) -> Tube:
     """The tube of `tube_arrays`. Raises InputError, also for boxes that are not those around the
     faces; KeyError when one is missing.
     """

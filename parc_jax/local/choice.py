@@ -2,6 +2,7 @@
 
 from collections.abc import Callable
 from dataclasses import dataclass, field, replace
+from fractions import Fraction
 from functools import cached_property
 from typing import Any
 
@@ -13,7 +14,7 @@ from parc_jax.claim.counts import as_probability
 from parc_jax.claim.risk import NoStatement, Risk
 from parc_jax.errors import InputError, expected
 from parc_jax.local.local_model import Local, local_model, tried_first
-from parc_jax.local.looks import Looks, fresh_key
+from parc_jax.local.looks import Look, Looks, fresh_key
 from parc_jax.local.narrowing import narrowing
 from parc_jax.local.near import Near
 from parc_jax.local.safe_box import SafeBox, box_around, safe_box, share_of
@@ -21,7 +22,8 @@ from parc_jax.local.tested import Tested, run_plan
 from parc_jax.model import TrajectoryModel
 from parc_jax.robust.question import Question
 from parc_jax.sentences import about_pose
-from parc_jax.system import check_system
+from parc_jax.settings import Settings
+from parc_jax.system import System, check_system
 from parc_jax.verdict.near import whole_scene
 from parc_jax.verdict.outline import require_same
 from parc_jax.verdict.scene import Scene
@@ -82,7 +84,15 @@ class Choice:
             return NoStatement(f"the claim is about k drawn by {law!r}, not uniformly over K")
         return claim.risk(share=self.jitter.share)
 
-    def run(self, system, key: jax.Array, *, eps=1e-3, n: int | None = None, quiet=True):
+    def run(
+        self,
+        system: System,
+        key: jax.Array,
+        *,
+        eps: Fraction | float | str = 1e-3,
+        n: int | None = None,
+        quiet: bool = True,
+    ):
         """The choice with `tested`: fresh runs of this very plan, one look. [T6]
 
         eps: bound asked for when no run fails; n: runs, None = as many as that takes at this look's
@@ -102,7 +112,13 @@ class Choice:
         return replace(self, tested=seen)
 
     def claim_near(
-        self, system, key: jax.Array, asked: Local | None = None, *, settings=None, quiet=True
+        self,
+        system: System,
+        key: jax.Array,
+        asked: Local | None = None,
+        *,
+        settings: Settings | None = None,
+        quiet: bool = True,
     ):
         """The choice with `near`: a claim about a small box of k around the plan, from runs made on
         that box alone, and everything proved again under it, one look. What is proved is an answer
@@ -176,7 +192,9 @@ class Choice:
         )
 
 
-def near_of(choice: Choice, question: Question, look, key, settings=None) -> Near:
+def near_of(
+    choice: Choice, question: Question, look: Look, key: jax.Array, settings: Settings | None = None
+) -> Near:
     """What the local model, claimed in this look, proves around the plan. question: that of the
     choice, asked of the local model.
     """

@@ -19,10 +19,12 @@ from parc_jax.local.almost import nearly_safe
 from parc_jax.local.local_runs import LocalRuns
 from parc_jax.model import TrajectoryModel, trajectory_model
 from parc_jax.network.fit import Training, fit
+from parc_jax.network.relu import ReLUNetwork
 from parc_jax.network.tail import fit_tail
 from parc_jax.problem.problem import ReachAvoid
 from parc_jax.rollout.batch import RolloutBatch
 from parc_jax.sets.box import Box
+from parc_jax.system import System
 from parc_jax.verdict.outline import require_same
 from parc_jax.verdict.scene import scene_of
 
@@ -51,7 +53,7 @@ class Local(Sizing, Training):
             )
 
 
-def tried_first(system, like: TrajectoryModel, key: jax.Array, asked: Local) -> StartTrial:
+def tried_first(system: System, like: TrajectoryModel, key: jax.Array, asked: Local) -> StartTrial:
     """What other starts show, before a look is spent or a run made for it. like: a model of the
     whole of K. Uses a part of the DRIVEN stream of `key` that no look uses. Raises InputError for
     a start that matters more than asked.gap, and a system that is not the one of `like`.
@@ -61,7 +63,7 @@ def tried_first(system, like: TrajectoryModel, key: jax.Array, asked: Local) -> 
 
 
 def local_model(
-    system,
+    system: System,
     start: StartTrial,
     box: Box,
     key: jax.Array,
@@ -79,7 +81,7 @@ def local_model(
 
 
 def best_claimed(
-    system,
+    system: System,
     start: StartTrial,
     box: Box,
     key: jax.Array,
@@ -110,7 +112,7 @@ def best_claimed(
     return claimed(runs, train, net, delta, asked, start, profile)
 
 
-def guessed_claim(net, train: RolloutBatch, profile: Tube) -> ErrorClaim:
+def guessed_claim(net: ReLUNetwork, train: RolloutBatch, profile: Tube) -> ErrorClaim:
     """A stand-in for a claim, the profile as it is, to compare shapes by; nothing is claimed."""
     finite = train.select(~train.failed)
     return stand_in(assumed_claim(net, finite), profile)
@@ -119,11 +121,11 @@ def guessed_claim(net, train: RolloutBatch, profile: Tube) -> ErrorClaim:
 def claimed(
     runs: LocalRuns,
     train: RolloutBatch,
-    net,
-    delta,
+    net: ReLUNetwork,
+    delta: Fraction,
     asked: Local,
-    start,
-    profile=None,
+    start: StartTrial,
+    profile: Tube | None = None,
 ) -> TrajectoryModel:
     """The model of a network on the box of its runs, with what the fresh ones support. profile:
     one in hand.

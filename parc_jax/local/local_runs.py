@@ -43,7 +43,7 @@ class LocalRuns(Runs):
         return self._stream(n, Stage.BOUND, 0)
 
     def _stream(self, n: int, stage: Stage, first_row: int) -> Iterator[RolloutBatch]:
-        def near(key):
+        def near(key: jax.Array):
             lo = jnp.asarray(self.box.lo, jnp.float64)  # in here, where float64 is on
             hi = jnp.asarray(self.box.hi, jnp.float64)
             u = jax.random.uniform(key, lo.shape, lo.dtype)

@@ -47,7 +47,9 @@ class Looks:
             return "Looks(none declared)"
         return f"Looks({self.taken} of {self.planned} taken, delta {rounded_up(self.delta)})"
 
-    def declare(self, delta=None, planned: int | None = None) -> "Looks":
+    def declare(
+        self, delta: Fraction | float | str | None = None, planned: int | None = None
+    ) -> "Looks":
         """The account itself, with so many looks. Declared once, before the first is taken; the
         same again changes nothing. None: as it was declared, at first 1e-3 and one look. Raises
         InputError for anything else.

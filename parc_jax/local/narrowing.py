@@ -29,7 +29,7 @@ def narrowing(whole: Tube, local: Tube, box: Box) -> Narrowing:
     return Narrowing(end, own_end, _factor(end, own_end), _factor(path, own_path))
 
 
-def _meets(bin_box, box: Box) -> bool:
+def _meets(bin_box: tuple[np.ndarray, np.ndarray], box: Box) -> bool:
     lo, hi = bin_box
     return bool((lo <= box.hi).all() and (hi >= box.lo).all())
 

@@ -11,16 +11,19 @@ from typing import NamedTuple
 import jax
 import jax.numpy as jnp
 import numpy as np
+from jaxtyping import ArrayLike, Float
 
 from parc_jax.base.arrays import map_rows
 from parc_jax.base.climb import Ranked, climb
 from parc_jax.base.keys import Stage
+from parc_jax.base.shapes import Path, State, Vector
 from parc_jax.claim.error_set import ErrorBox
 from parc_jax.local.safe_box import box_around
 from parc_jax.network.predict import moved_to
 from parc_jax.rollout.batch import RolloutBatch, concatenate
 from parc_jax.rollout.collect import stream_rollouts
 from parc_jax.sets.box import Box
+from parc_jax.system import System
 from parc_jax.verdict.pointwise import clearance, row_margin
 from parc_jax.verdict.scene import Scene
 
@@ -59,7 +62,12 @@ class Aim(NamedTuple):
 
 
 def probes(
-    system, scene: Scene, places: Sequence[Aim], runs: int, key: jax.Array, rng
+    system: System,
+    scene: Scene,
+    places: Sequence[Aim],
+    runs: int,
+    key: jax.Array,
+    rng: np.random.Generator,
 ) -> list[Probe]:
     """A probe of every place, the best first; boxes on which too few runs are finite are left
     out.
@@ -76,7 +84,7 @@ def probes(
     return sorted(found, key=lambda probe: probe.score, reverse=True)
 
 
-def _probe(scene: Scene, at: Aim, runs: RolloutBatch, rng) -> Probe:
+def _probe(scene: Scene, at: Aim, runs: RolloutBatch, rng: np.random.Generator) -> Probe:
     """The probe of a place, its end moved to where the runs have most room."""
     ends = _ends(runs)
     left = _left(runs.k, ends)
@@ -166,10 +174,10 @@ def _bent(runs: RolloutBatch, path: np.ndarray) -> np.ndarray:
     return np.abs(steps - straight).max(axis=2).reshape(n, knots - 1, -1, runs.n_p)
 
 
-def _room(scene: Scene, p0, path, bent, q):
-    """Least margin of one run from p0 (n_p,): its path (T + 1, n_c) about the start, and half
-    widths bent (T, n_points, n_p) around it. Kernel.
-    """
+def _room(
+    scene: Scene, p0: Vector, path: Path, bent: Float[ArrayLike, "intervals n_points n_p"], q: State
+):
+    """Least margin of one run: its path about the start, half widths bent around it. Kernel."""
     moved = moved_to(p0, path)
     end = jnp.concatenate([moved[-1], q])
     goal = row_margin(scene.goal_A, scene.goal_b, end, scene.slack)

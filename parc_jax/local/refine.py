@@ -20,15 +20,18 @@ from parc_jax.errors import InputError
 from parc_jax.local.almost import judged, nearly_safe, spread_out
 from parc_jax.local.choice import Choice
 from parc_jax.local.local_model import Local, best_claimed, tried_first
-from parc_jax.local.looks import Looks, fresh_key
+from parc_jax.local.looks import Look, Looks, fresh_key
 from parc_jax.local.narrowing import narrowing
 from parc_jax.local.near import Near
 from parc_jax.local.probe import Aim, Probe, inside, probes
 from parc_jax.local.safe_box import box_around, safe_box, share_of
 from parc_jax.methods import Exact
+from parc_jax.model import TrajectoryModel
+from parc_jax.problem.problem import ReachAvoid
 from parc_jax.robust.question import Question
 from parc_jax.sets.box import Box
 from parc_jax.settings import Settings
+from parc_jax.system import System
 from parc_jax.verdict.pointwise import paths_of
 from parc_jax.verdict.scene import laid_out, scene_of
 
@@ -121,7 +124,7 @@ class Refined:
 
 def refine(
     question: Question,
-    system,
+    system: System,
     key: jax.Array,
     solve: Callable[..., Any],
     asked: Refine,
@@ -167,7 +170,14 @@ def _line(stage: Bought) -> str:
     )
 
 
-def _zoom(model, problem, system, key, asked: Refine, say) -> tuple[list, list[Bought]]:
+def _zoom(
+    model: TrajectoryModel,
+    problem: ReachAvoid,
+    system: System,
+    key: jax.Array,
+    asked: Refine,
+    say: Callable[[str], None],
+) -> tuple[list, list[Bought]]:
     """Boxes to claim on, the most promising first, and what each round bought. Ends when a round
     of smaller boxes is no better than the last.
     """
@@ -221,7 +231,16 @@ def _zoom(model, problem, system, key, asked: Refine, say) -> tuple[list, list[B
     return [probe.box for probe in found], stages
 
 
-def _proved(query: Question, model, key, solve, look, looks, asked: Refine, settings: Settings):
+def _proved(
+    query: Question,
+    model: TrajectoryModel,
+    key: jax.Array,
+    solve: Callable[..., Any],
+    look: Look,
+    looks: Looks,
+    asked: Refine,
+    settings: Settings,
+):
     """The stage of the claimed model, of which the query is asked, and what is proved under it;
     None where no plan is safe.
     """

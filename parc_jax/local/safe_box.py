@@ -4,7 +4,9 @@ from dataclasses import dataclass
 from fractions import Fraction
 
 import numpy as np
+from jaxtyping import Float
 
+from parc_jax.base.shapes import Params, Vector
 from parc_jax.base.spelling import hex_text
 from parc_jax.certificate.prove import proves_box
 from parc_jax.certificate.write import corridor_part
@@ -50,9 +52,9 @@ class SafeBox:
         return self.middle + self.half
 
 
-def safe_box(scene: Scene, p0, k, within: Box) -> SafeBox | None:
-    """A large box around k (n_k,), cut to `within`, with every plan from p0 (n_p,) proved safe;
-    None when even the smallest tried is not.
+def safe_box(scene: Scene, p0: Vector, k: Params, within: Box) -> SafeBox | None:
+    """A large box around k, cut to `within`, with every plan from p0 proved safe; None when even
+    the smallest tried is not.
 
     Boxes have the sides of `within`. Large, not largest: it is found by looking at plans, and what
     is returned is what the exact checker accepted. [T21]
@@ -84,7 +86,7 @@ def box_around(k: np.ndarray, scale: float | np.ndarray, within: Box) -> Box:
     return Box(np.ceil(lo / unit) * unit, np.floor((lo + side) / unit) * unit)
 
 
-def _cut(k, scale: float, within: Box) -> tuple[np.ndarray, np.ndarray]:
+def _cut(k: Float[np.ndarray, " n_k"], scale: float, within: Box) -> tuple[np.ndarray, np.ndarray]:
     """Middle and half widths of the box around k, cut to `within`; exactly inside of it."""
     side = scale * (within.hi - within.lo) / 2
     lo = np.maximum(k - side, within.lo)
@@ -94,7 +96,9 @@ def _cut(k, scale: float, within: Box) -> tuple[np.ndarray, np.ndarray]:
     return middle, np.where(_inside(middle, half, within), half, half * INWARD)
 
 
-def _inside(middle, half, within: Box) -> np.ndarray:
+def _inside(
+    middle: Float[np.ndarray, " n_k"], half: Float[np.ndarray, " n_k"], within: Box
+) -> np.ndarray:
     """(n_k,) bool: whether the box is inside `within` in exact arithmetic."""
     exact = [
         (Fraction(float(m)), Fraction(float(h)), Fraction(float(lo)), Fraction(float(hi)))
@@ -103,7 +107,9 @@ def _inside(middle, half, within: Box) -> np.ndarray:
     return np.array([lo <= m - h and m + h <= hi for m, h, lo, hi in exact])
 
 
-def _of_safe_plans(scene: Scene, p0, k, within: Box, rng) -> float | None:
+def _of_safe_plans(
+    scene: Scene, p0: Vector, k: Params, within: Box, rng: np.random.Generator
+) -> float | None:
     """The largest scale of boxes whose plans, as far as looked at, are all safe."""
     scale = 2.0
     for _ in range(HALVINGS):
@@ -114,7 +120,7 @@ def _of_safe_plans(scene: Scene, p0, k, within: Box, rng) -> float | None:
     return None
 
 
-def _plans_of(middle: np.ndarray, half: np.ndarray, rng) -> np.ndarray:
+def _plans_of(middle: np.ndarray, half: np.ndarray, rng: np.random.Generator) -> np.ndarray:
     """(LOOKED_AT, n_k) corners of a box, its middle, and uniform draws, a little inside of it."""
     n = len(middle)
     ways = np.array(np.meshgrid(*[[-1.0, 1.0]] * min(n, 6))).reshape(min(n, 6), -1).T
@@ -123,7 +129,9 @@ def _plans_of(middle: np.ndarray, half: np.ndarray, rng) -> np.ndarray:
     return middle + half * np.concatenate([np.zeros((1, n)), corners, drawn]) * INWARD
 
 
-def _certificates(scene: Scene, p0, box, rng):
+def _certificates(
+    scene: Scene, p0: Vector, box: tuple[np.ndarray, np.ndarray], rng: np.random.Generator
+):
     """Certificates for the box: of the corridors around its plans, those first that hold most of
     them.
     """

@@ -11,6 +11,7 @@ from parc_jax.base.spelling import rounded_down, rounded_up
 from parc_jax.claim.counts import clopper_pearson, required_runs
 from parc_jax.local.looks import Look, fresh_key
 from parc_jax.rollout.collect import stream_rollouts
+from parc_jax.system import System
 from parc_jax.verdict.outcomes import outcomes
 from parc_jax.verdict.scene import Scene
 
@@ -55,7 +56,15 @@ class Tested:
 
 
 def run_plan(
-    system, scene: Scene, p0: np.ndarray, k: np.ndarray, key: jax.Array, look: Look, eps, n, quiet
+    system: System,
+    scene: Scene,
+    p0: np.ndarray,
+    k: np.ndarray,
+    key: jax.Array,
+    look: Look,
+    eps: Fraction,
+    n: int | None,
+    quiet: bool,
 ) -> Tested:
     """Run the plan p0 (n_p,), k (n_k,) afresh, n times; None = as many as it takes to bound the
     failures by eps when there are none.

@@ -3,6 +3,7 @@
 from collections.abc import Sequence
 
 import numpy as np
+from numpy.typing import ArrayLike
 from scipy.stats import qmc
 
 from parc_jax.base.arrays import as_float64
@@ -54,7 +55,7 @@ def even_candidates(model: TrajectoryModel, given: tuple[int, ...], n: int) -> n
     return k
 
 
-def own_candidates(model: TrajectoryModel, given: tuple[int, ...], values) -> np.ndarray:
+def own_candidates(model: TrajectoryModel, given: tuple[int, ...], values: ArrayLike) -> np.ndarray:
     """(b, n_k) of values of the chosen parameters alone. Raises InputError."""
     chosen = [axis for axis in range(model.n_k) if axis not in given]
     values = as_float64("candidates", values, (None, len(chosen)))

@@ -9,6 +9,7 @@ from collections import deque
 from collections.abc import Callable, Iterable, Iterator
 from contextlib import closing
 from multiprocessing.connection import Connection, wait
+from multiprocessing.process import BaseProcess
 
 from parc_jax.errors import InputError
 from parc_jax.loop.outcome import READY, Driven, Task, failed, run_one, serve
@@ -68,7 +69,7 @@ class _Crew:
                 raise InputError(f"episodes: expected to be sent to a worker process; {told}.")
             self._go_on(here, process)
 
-    def _go_on(self, here: Connection, process) -> None:
+    def _go_on(self, here: Connection, process: BaseProcess) -> None:
         if not self.waiting:
             del self.at_work[here]
             here.close()
@@ -77,7 +78,7 @@ class _Crew:
         self.at_work[here] = process, task
         here.send(task)
 
-    def _lost(self, here: Connection, process, task: Task | None) -> Driven:
+    def _lost(self, here: Connection, process: BaseProcess, task: Task | None) -> Driven:
         """An episode that ended its process; another process takes its place."""
         del self.at_work[here]
         here.close()

@@ -1,8 +1,9 @@
 """What is claimed of a loop: fresh episodes of a law, counted. [T40]"""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from fractions import Fraction
+from pathlib import Path
 
 import numpy as np
 from jax import Array
@@ -84,9 +85,9 @@ def drive_episodes(
     key: Array,
     n: int,
     *,
-    folder=None,
+    folder: str | Path | None = None,
     workers: int | None = None,
-    delta=DELTA,
+    delta: Fraction | float | str = DELTA,
     looks: Sequence[int] = (),
     quiet: bool = False,
 ) -> Episodes:
@@ -155,7 +156,16 @@ def task_of(words: np.ndarray, number: int) -> Task:
     return Task(number, seeds[:2], seeds[2:])
 
 
-def _drive(drive, law, words, n, workers, done, keep, quiet) -> None:
+def _drive(
+    drive: Callable[..., Outcome],
+    law: Callable,
+    words: np.ndarray,
+    n: int,
+    workers: int,
+    done: Mapping[int, Driven],
+    keep: Callable[[Driven], None],
+    quiet: bool,
+) -> None:
     """All that are not done yet. Raises InputError where not one of the first has an outcome."""
     from tqdm import tqdm
 

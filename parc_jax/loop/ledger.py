@@ -19,7 +19,7 @@ class Ledger:
     meta: what the episodes are of; a folder of others is refused. done: episodes by their number.
     """
 
-    def __init__(self, folder, meta: dict):
+    def __init__(self, folder: str | Path, meta: dict):
         self.folder, self.meta = Path(folder), meta
         self.done: dict[int, Driven] = {}
 

@@ -4,12 +4,14 @@ from collections.abc import Sequence
 from fractions import Fraction
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from parc_jax.base.arrays import as_float64
 from parc_jax.claim.measure import allowance
 from parc_jax.claim.score import score_arrays
 from parc_jax.errors import InputError
 from parc_jax.loop.commitment import Commitment
+from parc_jax.model import TrajectoryModel
 from parc_jax.network.predict import trajectories
 from parc_jax.robust.pose import Pose
 
@@ -17,7 +19,9 @@ AT_ONCE = 64  # manoeuvres looked at in one compiled call
 WHOLE = 1e-6  # records: a manoeuvre that begins so near to one begins there
 
 
-def left_tube(commitments: Sequence[Commitment], path, heading=None) -> bool:
+def left_tube(
+    commitments: Sequence[Commitment], path: ArrayLike, heading: ArrayLike | None = None
+) -> bool:
     """Did the robot leave a tube in an episode, at any record of what was driven of a manoeuvre? In
     doubt yes: a run that rounding might have put outside, or that is not finite, counts.
 
@@ -73,7 +77,7 @@ def outside_tube(last: Commitment, pose: Pose, at: Fraction) -> float:
     return float(np.linalg.norm(np.maximum(np.abs(moved - way) - allowed, 0.0)))
 
 
-def _path(model, path) -> np.ndarray:
+def _path(model: TrajectoryModel, path: ArrayLike) -> np.ndarray:
     """(n, points, n_p); what is not finite has left every tube. Raises InputError."""
     path = np.asarray(path, np.float64)
     shape = (model.n_points, model.n_p)

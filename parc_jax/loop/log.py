@@ -16,7 +16,9 @@ from parc_jax.rollout.files import write_atomic
 FORMAT = "parc_jax.episode/1"
 
 
-def episode_part(commitments: Sequence[Commitment], meta=None, drift: float = 0.0) -> dict:
+def episode_part(
+    commitments: Sequence[Commitment], meta: dict | None = None, drift: float = 0.0
+) -> dict:
     """The whole file of an episode: commitments of one loop, in their order. meta: what needs no
     proof, as plain values. drift: [m] by which a place may be off against the one before, as that
     of odometry is; a chain of manoeuvres is checked with so much room. Raises InputError.
@@ -58,7 +60,12 @@ def head_part(first: Plain, drift: float = 0.0) -> dict:
     }
 
 
-def save_episode(path, commitments: Sequence[Commitment], meta=None, drift: float = 0.0) -> Path:
+def save_episode(
+    path: str | Path,
+    commitments: Sequence[Commitment],
+    meta: dict | None = None,
+    drift: float = 0.0,
+) -> Path:
     """Write it whole or not at all; `parc-jax check` verifies it. meta, drift: as of
     `parc_jax.loop.log.episode_part`: what needs no proof, and by how much [m] odometry may be off
     from one pose to the next. Raises InputError.

@@ -9,6 +9,7 @@ from dataclasses import dataclass, replace
 from fractions import Fraction
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from parc_jax.base.arrays import as_float64, slices
 from parc_jax.base.probes import require_sound_arithmetic
@@ -23,6 +24,7 @@ from parc_jax.loop.prover import Prover
 from parc_jax.loop.thinking import Thinking, UnderWay
 from parc_jax.model import TrajectoryModel, check_model
 from parc_jax.network.predict import outputs
+from parc_jax.problem.body import Body, Disc, Polygon
 from parc_jax.problem.doubt import FREE, Doubt
 from parc_jax.problem.labels import name_of
 from parc_jax.problem.problem import reach_avoid
@@ -86,7 +88,7 @@ class Loop:
     def __init__(
         self,
         model: TrajectoryModel,
-        body,
+        body: Body | Disc | Polygon | float,
         *,
         leave: float,
         given: Sequence[str | int] | None = None,
@@ -139,8 +141,8 @@ class Loop:
 
     def step(
         self,
-        pose,
-        given,
+        pose: ArrayLike,
+        given: ArrayLike,
         obstacles: Sequence,
         prefer: Prefer,
         at: float | None = None,
@@ -214,7 +216,9 @@ class Loop:
             zero = Fraction(0)
             self.prover.rehearse(Commitment(0, zero, self.lasts, k[0], 0.0, 0, scene.asked))
 
-    def _commit(self, asked: Plain, k: np.ndarray, clearance, judged: int, at: Fraction) -> Step:
+    def _commit(
+        self, asked: Plain, k: np.ndarray, clearance: float, judged: int, at: Fraction
+    ) -> Step:
         one = Commitment(self._n, at, at + self.lasts, k, float(clearance), judged, asked)
         if self.prover is not None:
             self.prover.add(one)
@@ -247,7 +251,7 @@ class Loop:
                 f"{float(self.leave_after):g} s."
             )
 
-    def _with_command(self, given, at: Fraction):
+    def _with_command(self, given: ArrayLike, at: Fraction):
         """Values of all given parameters: what was measured, and what the loop knows itself. [T39]
         Raises InputError.
         """
@@ -287,7 +291,7 @@ class Loop:
         met = (ends @ self.end.A.T <= self.end.b).all(axis=1).any()
         return "" if met else ": none ends where a manoeuvre may end"
 
-    def _all_of_k(self, given) -> np.ndarray:
+    def _all_of_k(self, given: ArrayLike) -> np.ndarray:
         """(b, n_k) all candidates from what was measured. Raises InputError."""
         values = as_float64("given", given, (len(self.given),))
         lo, hi = (side[list(self.given)] for side in (self.model.domain.lo, self.model.domain.hi))

@@ -6,6 +6,7 @@ import json
 import pickle
 import signal
 from collections.abc import Callable, Mapping
+from multiprocessing.connection import Connection
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -65,7 +66,7 @@ def failed(number: int, why: str) -> Driven:
     return Driven(number, None, None, why, {})
 
 
-def _kept(number: int, outcome) -> Driven:
+def _kept(number: int, outcome: object) -> Driven:
     """Raises InputError for what is no outcome."""
     if not isinstance(outcome, Outcome):
         kind = type(outcome).__name__
@@ -80,18 +81,18 @@ def _kept(number: int, outcome) -> Driven:
     return Driven(number, bool(touched), None if left is None else bool(left), "", told)
 
 
-def _is_bool(value) -> bool:
+def _is_bool(value: object) -> bool:
     return isinstance(value, bool | np.bool_)
 
 
-def _of_numpy(value):
+def _of_numpy(value: object):
     """NumPy's numbers and arrays as JSON has them."""
     if isinstance(value, np.ndarray | np.generic):
         return value.tolist()
     raise InputError(f"Outcome: expected told of plain values; got {type(value).__name__}.")
 
 
-def serve(asked, pickled: bytes) -> None:
+def serve(asked: Connection, pickled: bytes) -> None:
     """A worker process: tasks come in and episodes go out by the connection `asked`, one at a time,
     until it is closed.
     """

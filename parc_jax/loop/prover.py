@@ -40,7 +40,7 @@ class Prover:
     def __enter__(self) -> "Prover":
         return self
 
-    def __exit__(self, kind, *_) -> None:
+    def __exit__(self, kind: type[BaseException] | None, *_) -> None:
         try:
             if kind is None:
                 self.finish()

@@ -4,6 +4,8 @@ import pickle
 import signal
 import time
 from io import BytesIO
+from multiprocessing.connection import Connection
+from multiprocessing.queues import Queue
 from typing import NamedTuple
 
 from parc_jax import checker
@@ -46,7 +48,7 @@ class Packer:
         new: list[TrajectoryModel] = []
 
         class Pickler(pickle.Pickler):
-            def persistent_id(pickler, x):
+            def persistent_id(pickler: pickle.Pickler, x: object):
                 return self._number(x, new) if isinstance(x, TrajectoryModel) else None
 
         buffer = BytesIO()
@@ -74,7 +76,7 @@ class Unpacker:
             self._models += pickle.loads(packed.model)
 
         class Unpickler(pickle.Unpickler):
-            def persistent_load(unpickler, number):
+            def persistent_load(unpickler: pickle.Unpickler, number: int):
                 return self._models[number]
 
         return Unpickler(BytesIO(packed.commitment)).load()
@@ -114,7 +116,7 @@ class Proving:
         return self._chain
 
 
-def serve(asked, told) -> None:
+def serve(asked: Queue, told: Connection) -> None:
     """Proves what comes by the queue `asked`, tells by the connection `told`, until None comes."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C is the parent's, who ends this process
     unpacker, proving = Unpacker(), Proving()

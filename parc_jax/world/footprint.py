@@ -6,6 +6,7 @@ from dataclasses import dataclass
 import jax
 import jax.numpy as jnp
 import numpy as np
+import numpy.typing as npt
 
 from parc_jax.base.arrays import as_float64
 from parc_jax.errors import InputError
@@ -28,7 +29,7 @@ class Footprint:
     places: np.ndarray
     body: Body
 
-    def at(self, pose):
+    def at(self, pose: npt.ArrayLike):
         """Places (..., n, 2) [m] of all points for poses (..., 3) = (x, y, heading). NumPy or
         JAX.
         """
@@ -38,12 +39,12 @@ class Footprint:
         turn = xp.stack([xp.stack([c, s], axis=-1), xp.stack([-s, c], axis=-1)], axis=-2)
         return pose[..., None, :2] + xp.asarray(self.places, pose.dtype) @ turn
 
-    def corners(self, pose):
+    def corners(self, pose: npt.ArrayLike):
         """Places (..., n - 1, 2) [m] of the corners alone: for `free_place` and `holds`."""
         return self.at(pose)[..., 1:, :]
 
 
-def read_footprint(outline) -> Footprint:
+def read_footprint(outline: str | npt.ArrayLike) -> Footprint:
     """A body with corner points from a Nav2 footprint.
 
     outline: "[[0.2, 0.1], [0.2, -0.1], ...]" [m], or the numbers (n, 2), in order, either way

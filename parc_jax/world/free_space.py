@@ -1,9 +1,10 @@
 """Places known to be free, and the obstacles that keep a robot among them. [T41]"""
 
 from dataclasses import dataclass, replace
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
+import numpy.typing as npt
 
 from parc_jax.base.arrays import as_float64
 from parc_jax.base.spelling import counted
@@ -12,6 +13,9 @@ from parc_jax.errors import InputError
 from parc_jax.sets.hpolytope import HPolytope
 from parc_jax.world.outlines import package, require_near
 from parc_jax.world.pieces import THIN, thin_pieces
+
+if TYPE_CHECKING:
+    import shapely
 
 ROUND = 1.05  # chords of a quarter circle of four are nearer than its radius by 2 %, GEOS adds 1 %
 CALL = "free space"
@@ -35,7 +39,7 @@ class FreeSpace:
         width = min(widths, default=0.0)
         return FreeSpace(_filled(_areas(self.region.union(other.region)), width), width)
 
-    def within(self, place, reach: float) -> "FreeSpace":
+    def within(self, place: npt.ArrayLike, reach: float) -> "FreeSpace":
         """What of it lies in the square of half width reach [m] around a place (x, y), or (x, y,
         heading). Raises InputError.
         """
@@ -44,7 +48,7 @@ class FreeSpace:
         square = shapely.box(x - reach, y - reach, x + reach, y + reach)
         return replace(self, region=_areas(self.region.intersection(square)))
 
-    def drifted(self, place, moved: float, turned: float) -> "FreeSpace":
+    def drifted(self, place: npt.ArrayLike, moved: float, turned: float) -> "FreeSpace":
         """What of it is free for sure after the frame that it is told in has drifted, as that of
         odometry does: by at most moved [m] at a place (x, y) and by at most turned [rad]. What is
         far away loses more: keep what is near (`within`). [T41e] Raises InputError.
@@ -57,7 +61,9 @@ class FreeSpace:
         by = moved + turned * far + TOLERANCES.outline
         return replace(self, region=shrunk(self.region, by, 0.0))
 
-    def near(self, place, reach: float, tolerance: float = 0.04, most: int = 64) -> "FreeSpace":
+    def near(
+        self, place: npt.ArrayLike, reach: float, tolerance: float = 0.04, most: int = 64
+    ) -> "FreeSpace":
         """The part of it around a place, with few corners: its `obstacles` go to `reach_avoid`.
 
         place: (x, y), or (x, y, heading), of the robot. reach: [m] half width of the square around
@@ -84,7 +90,7 @@ class FreeSpace:
             )
         return min(found, key=lambda one: len(one._edges()))
 
-    def holds(self, corners, doubt: float = 0.0) -> bool:
+    def holds(self, corners: npt.ArrayLike, doubt: float = 0.0) -> bool:
         """Does a body, the hull of its corners (n, 2) [m], lie in it, in one part, wherever within
         a doubt [m] it is? It must at the start. [T41] Raises InputError.
         """
@@ -115,7 +121,7 @@ class FreeSpace:
         return f"<FreeSpace: {self.region.area:.3g} m², {corners}>"
 
 
-def free_place(corners, margin: float = 0.0) -> FreeSpace:
+def free_place(corners: npt.ArrayLike, margin: float = 0.0) -> FreeSpace:
     """The hull of corners (n, 2) [m] that is known to be free: where the body stood, or stands.
 
     margin: [m] grown by this, as a person declares who has looked around a robot before its start;
@@ -130,7 +136,7 @@ def free_place(corners, margin: float = 0.0) -> FreeSpace:
     return FreeSpace(_areas(hull.buffer(margin)))  # its arcs become chords, which lie inside
 
 
-def shrunk(region, by: float, tolerance: float):
+def shrunk(region: "shapely.Geometry", by: float, tolerance: float):
     """Polygons inside of a region, `by` [m] from its boundary and not above tolerance [m] more
     where that is possible, with few corners.
 
@@ -154,7 +160,7 @@ def shrunk(region, by: float, tolerance: float):
     return shapely.Polygon()
 
 
-def _areas(geometry):
+def _areas(geometry: "shapely.Geometry"):
     """Its polygons alone: lines and points that operations leave over hold no body."""
     shapely = package("shapely", CALL)
     if geometry.geom_type == "Polygon":
@@ -164,7 +170,7 @@ def _areas(geometry):
     return parts[0] if len(parts) == 1 else shapely.MultiPolygon(parts)
 
 
-def _filled(region, width: float):
+def _filled(region: "shapely.Geometry", width: float):
     """Without holes that have no room for a disc of diameter width. [T41d]"""
     shapely = package("shapely", CALL)
     if not width or not shapely.get_num_interior_rings(shapely.get_parts(region)).any():
@@ -181,19 +187,19 @@ def _filled(region, width: float):
     return shapely.union_all(kept)
 
 
-def _place(place) -> np.ndarray:
+def _place(place: npt.ArrayLike) -> np.ndarray:
     place = as_float64("place (x, y)", place, (None,))[:2]
     require_near("place", place)
     return place
 
 
-def _corners(corners) -> np.ndarray:
+def _corners(corners: npt.ArrayLike) -> np.ndarray:
     corners = as_float64("corners of the body", corners, (None, 2))
     require_near("corners of the body", corners)
     return corners
 
 
-def _length(name: str, value) -> float:
+def _length(name: str, value: float) -> float:
     if not (np.ndim(value) == 0 and np.isfinite(value) and value >= 0):
         raise InputError(f"{CALL}: expected a {name} >= 0 m; got {value!r:.40}.")
     return float(value)

@@ -3,6 +3,7 @@
 from dataclasses import dataclass
 
 import numpy as np
+import numpy.typing as npt
 
 from parc_jax.base.arrays import as_float64
 from parc_jax.base.tolerances import TOLERANCES
@@ -30,7 +31,9 @@ class GridMap:
     resolution: float
     origin: tuple[float, float, float]
 
-    def obstacles(self, place=None, reach: float | None = None) -> tuple[HPolytope, ...]:
+    def obstacles(
+        self, place: npt.ArrayLike | None = None, reach: float | None = None
+    ) -> tuple[HPolytope, ...]:
         """Rectangles that cover every cell that is not free, and a frame of one cell around all of
         it, as nothing is known of what lies beyond: a robot begins inside. Raises InputError.
 
@@ -55,7 +58,9 @@ class GridMap:
         b = np.concatenate([hi, -lo], axis=1) + TOLERANCES.outline
         return tuple(HPolytope(A, offsets) for offsets in b)
 
-    def free_space(self, place=None, reach: float | None = None) -> FreeSpace:
+    def free_space(
+        self, place: npt.ArrayLike | None = None, reach: float | None = None
+    ) -> FreeSpace:
         """The free cells, or those that meet the square around a place, as in `obstacles`: its
         `near` needs far fewer obstacles. Raises InputError.
         """
@@ -69,7 +74,9 @@ class GridMap:
         turn = [ahead, [-ahead[1], ahead[0]]]
         return FreeSpace(shapely.transform(region, lambda cell: cell @ np.array(turn) + (x, y)))
 
-    def _around(self, place, reach) -> tuple[np.ndarray, tuple[int, int]]:
+    def _around(
+        self, place: npt.ArrayLike | None, reach: float | None
+    ) -> tuple[np.ndarray, tuple[int, int]]:
         """The cells that are asked for, and the number of the first row and column of them."""
         if place is None and reach is None:
             return self.free, (0, 0)
@@ -100,7 +107,7 @@ class GridMap:
         return f"<GridMap: {rows} x {columns} cells of {self.resolution:g} m, {share:.0%} free>"
 
 
-def grid_map(name: str, free, resolution, origin) -> GridMap:
+def grid_map(name: str, free: npt.ArrayLike, resolution: float, origin: npt.ArrayLike) -> GridMap:
     """A validated map. Raises InputError, which begins with `name`."""
     resolution = float(as_float64(f"{name} resolution", resolution, ()))
     x, y, yaw = (float(v) for v in as_float64(f"{name} origin (x, y, yaw)", origin, (3,)))
@@ -120,9 +127,9 @@ def grid_map(name: str, free, resolution, origin) -> GridMap:
 
 
 def occupancy_grid(
-    data,
+    data: npt.ArrayLike,
     resolution: float,
-    origin=(0.0, 0.0, 0.0),
+    origin: npt.ArrayLike = (0.0, 0.0, 0.0),
     *,
     free_thresh: float = FREE_THRESH,
     inflated: bool | None = None,
@@ -158,7 +165,7 @@ def occupancy_grid(
     return grid_map(CALL, (cells >= 0) & (cells / 100 < threshold), resolution, origin)
 
 
-def _probability(name: str, value) -> float:
+def _probability(name: str, value: float) -> float:
     value = float(as_float64(f"{CALL} {name}", value, ()))
     if not 0 <= value <= 1:
         raise InputError(f"{CALL}: expected {name} in [0, 1]; got {value:g}.")

@@ -3,6 +3,7 @@
 from pathlib import Path
 
 import numpy as np
+from jaxtyping import Float
 
 from parc_jax.errors import InputError
 from parc_jax.world.grid_map import GridMap, grid_map
@@ -12,7 +13,7 @@ MODES = ("trinary", "scale", "raw")
 NEEDED = ("image", "resolution", "origin", "negate", "occupied_thresh", "free_thresh")
 
 
-def load_map(path) -> GridMap:
+def load_map(path: str | Path) -> GridMap:
     """The map of a map_server YAML file, and the image (PGM, PNG, ...) that it names.
 
     Free is what is occupied with a probability p < free_thresh; the rest, occupied or unknown, is
@@ -77,7 +78,12 @@ def _pixels(path: Path, image: Path) -> tuple[np.ndarray, np.ndarray | None]:
     return (whole[..., :-1], whole[..., -1]) if mode in ("LA", "RGBA") else (whole, None)
 
 
-def _occupied(colours, alpha, mode: str, negate: bool) -> np.ndarray:
+def _occupied(
+    colours: Float[np.ndarray, "rows columns c"],
+    alpha: Float[np.ndarray, "rows columns"],
+    mode: str,
+    negate: bool,
+) -> np.ndarray:
     """Probability that a pixel is occupied; infinite where it is unknown."""
     shade = colours.mean(axis=-1)
     if mode == "raw":

@@ -1,10 +1,17 @@
 """Outlines as people have them, as valid geometry of Shapely, in metres."""
 
+from types import ModuleType
+from typing import TYPE_CHECKING
+
 import numpy as np
+import numpy.typing as npt
 
 from parc_jax.base import packages
 from parc_jax.base.arrays import as_float64
 from parc_jax.errors import InputError
+
+if TYPE_CHECKING:
+    import shapely
 
 FARTHEST = 1e5  # [m] from the origin: farther away floats round by more than is allowed for
 
@@ -14,7 +21,7 @@ def package(name: str, call: str):
     return packages.package(name, call, "maps")
 
 
-def outlines(name: str, value) -> list:
+def outlines(name: str, value: object) -> list:
     """Polygons and lines, in the plane, of a Shapely geometry, a GeoJSON dict, anything with a
     `__geo_interface__`, or corners (n, 2). Raises InputError, which begins with `name`.
     """
@@ -30,7 +37,7 @@ def outlines(name: str, value) -> list:
     return parts
 
 
-def require_near(name: str, places) -> None:
+def require_near(name: str, places: np.ndarray) -> None:
     """Raises InputError for places (..., 2) [m] farther than FARTHEST from the origin."""
     far = np.abs(places).max(initial=0.0)
     if not far <= FARTHEST:
@@ -40,7 +47,7 @@ def require_near(name: str, places) -> None:
         )
 
 
-def _read(name: str, value, shapely):
+def _read(name: str, value: object, shapely: ModuleType):
     value = getattr(value, "__geo_interface__", value)
     if not isinstance(value, dict):
         return shapely.Polygon(_corners(name, value))
@@ -55,14 +62,14 @@ def _read(name: str, value, shapely):
     return shapely.GeometryCollection(shapes)
 
 
-def _corners(name: str, value) -> np.ndarray:
+def _corners(name: str, value: npt.ArrayLike) -> np.ndarray:
     corners = as_float64(f"{name} corners", value, (None, 2))
     if len(corners) < 3:
         raise InputError(f"{name}: expected at least three corners; got {len(corners)}.")
     return corners
 
 
-def _check(name: str, part, shapely) -> None:
+def _check(name: str, part: "shapely.Geometry", shapely: ModuleType) -> None:
     if part.geom_type not in ("Polygon", "LineString", "LinearRing"):
         raise InputError(f"{name}: expected polygons and lines; got a {part.geom_type}.")
     if part.is_empty:

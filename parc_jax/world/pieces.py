@@ -1,8 +1,10 @@
 """Convex pieces that cover: of polygons, also with holes, and thin ones of lines."""
 
 from fractions import Fraction
+from typing import TYPE_CHECKING
 
 import numpy as np
+import numpy.typing as npt
 
 from parc_jax.base.tolerances import TOLERANCES
 from parc_jax.errors import InputError, SoundnessError
@@ -11,10 +13,14 @@ from parc_jax.sets.hull import polytope_around
 from parc_jax.sets.rational import area
 from parc_jax.world.outlines import outlines, package
 
+if TYPE_CHECKING:
+    import shapely
+
+Corner = tuple[float, float]
 THIN = 1e-3  # [m] half thickness of the piece of a line
 
 
-def convex_pieces(outline, tolerance: float = 0.0) -> tuple[HPolytope, ...]:
+def convex_pieces(outline: object, tolerance: float = 0.0) -> tuple[HPolytope, ...]:
     """Few convex obstacles that cover a polygon, which may have holes and inlets, or lines (walls).
 
     outline: a Shapely geometry, a GeoJSON dict (in metres, not degrees), anything with a
@@ -39,12 +45,12 @@ def convex_pieces(outline, tolerance: float = 0.0) -> tuple[HPolytope, ...]:
     return tuple(found)
 
 
-def convex_parts(polygon) -> list[list[tuple[float, float]]]:
+def convex_parts(polygon: "shapely.Polygon") -> list[list[Corner]]:
     """Convex parts, counter-clockwise, that are a valid polygon; their corners are its own."""
     return _merged(_triangles(polygon))
 
 
-def thin_pieces(segments, half_width: float = THIN) -> list[HPolytope]:
+def thin_pieces(segments: npt.ArrayLike, half_width: float = THIN) -> list[HPolytope]:
     """Each segment (n, 2 ends, 2) grown by a half width [m], as a rectangle of four rows that holds
     all of it, whatever floats round.
     """
@@ -59,7 +65,7 @@ def thin_pieces(segments, half_width: float = THIN) -> list[HPolytope]:
     return [HPolytope(rows, offsets) for rows, offsets in zip(A, b, strict=True)]
 
 
-def _simpler(polygon, tolerance: float):
+def _simpler(polygon: "shapely.Polygon", tolerance: float):
     """A polygon around this one, within the tolerance of it, with fewer corners; or this one."""
     shapely = package("shapely", "convex_pieces")
     wide = polygon.buffer(tolerance / 2, quad_segs=2)
@@ -69,7 +75,7 @@ def _simpler(polygon, tolerance: float):
     return simple if around and fewer else polygon
 
 
-def _triangles(polygon) -> list[list[tuple[float, float]]]:
+def _triangles(polygon: "shapely.Polygon") -> list[list[Corner]]:
     """Triangles, counter-clockwise, that are the polygon. Raises SoundnessError if not."""
     shapely = package("shapely", "convex_pieces")
     parts = shapely.get_parts(shapely.constrained_delaunay_triangles(polygon))
@@ -84,15 +90,15 @@ def _triangles(polygon) -> list[list[tuple[float, float]]]:
     return [t if _exact_area(t) > 0 else t[::-1] for t in found]
 
 
-def _ring(ring) -> list[tuple[float, float]]:
+def _ring(ring: "shapely.LinearRing") -> list[Corner]:
     return list(ring.coords)[:-1]
 
 
-def _exact_area(ring) -> Fraction:
+def _exact_area(ring: list[Corner]) -> Fraction:
     return area([(Fraction(x), Fraction(y)) for x, y in ring])
 
 
-def _merged(triangles: list[list]) -> list[list]:
+def _merged(triangles: list[list[Corner]]) -> list[list[Corner]]:
     """Neighbours joined across their common edge as long as what comes is convex."""
     pieces = dict(enumerate(triangles))
     home = {edge: i for i, piece in pieces.items() for edge in _edges(piece)}
@@ -110,7 +116,7 @@ def _edges(piece: list) -> list[tuple]:
     return list(zip(piece, piece[1:] + piece[:1], strict=True))
 
 
-def _joined(one: list, other: list, a, b) -> list:
+def _joined(one: list[Corner], other: list[Corner], a: Corner, b: Corner) -> list:
     """All corners of two counter-clockwise pieces, one with the edge (a, b), the other (b, a)."""
     i, j = one.index(b), other.index(a)
     first = one[i:] + one[:i]  # b ... a

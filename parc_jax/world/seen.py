@@ -1,6 +1,10 @@
 """What a lidar saw free, for sure, whatever its errors do. [T41]"""
 
+from types import ModuleType
+
 import numpy as np
+import numpy.typing as npt
+from jaxtyping import Float
 
 from parc_jax.base.arrays import as_float64
 from parc_jax.base.tolerances import TOLERANCES
@@ -13,9 +17,9 @@ SAME = 1e-6  # [rad] beams closer than this at the seam of a full turn are one
 
 
 def seen_from(
-    pose,
-    angles,
-    ranges,
+    pose: npt.ArrayLike,
+    angles: npt.ArrayLike,
+    ranges: npt.ArrayLike,
     *,
     max_range: float,
     noise: float,
@@ -66,7 +70,7 @@ def seen_from(
     return FreeSpace(shrunk(star, moved + TOLERANCES.outline, tolerance), width)
 
 
-def _closed(angles, sure):
+def _closed(angles: Float[np.ndarray, " n"], sure: Float[np.ndarray, " n"]):
     """With the first beam again a turn later, where that gap is like the others."""
     rest = angles[0] + 2 * np.pi - angles[-1]
     if rest > 1.5 * np.diff(angles).max():
@@ -77,7 +81,14 @@ def _closed(angles, sure):
     return np.append(angles, angles[0] + 2 * np.pi), np.append(sure, sure[0]), True
 
 
-def _between(angles, sure, angle_error, turned, width, closed):
+def _between(
+    angles: Float[np.ndarray, " n"],
+    sure: Float[np.ndarray, " n"],
+    angle_error: float,
+    turned: float,
+    width: float,
+    closed: bool,
+):
     """(n,) [m] at each beam, up to where both gaps beside it are free. [T41b]"""
     gaps = np.diff(angles)
     half = gaps / 2 + angle_error
@@ -92,7 +103,13 @@ def _between(angles, sure, angle_error, turned, width, closed):
     return np.lib.stride_tricks.sliding_window_view(wide, 2 * more + 2).min(axis=1)
 
 
-def _star(shapely, pose, angles, reach, closed):
+def _star(
+    shapely: ModuleType,
+    pose: np.ndarray,
+    angles: Float[np.ndarray, " n"],
+    reach: Float[np.ndarray, " n"],
+    closed: bool,
+):
     """The polygons between beams that reach anywhere."""
     directions = pose[2] + angles
     ends = pose[:2] + reach[:, None] * np.stack([np.cos(directions), np.sin(directions)], axis=1)
@@ -104,7 +121,7 @@ def _star(shapely, pose, angles, reach, closed):
     return shapely.union_all([shapely.Polygon(fan) for fan in fans])
 
 
-def _finite(ranges, shape) -> np.ndarray:
+def _finite(ranges: npt.ArrayLike, shape: tuple[int, ...]) -> np.ndarray:
     lost = ~np.isfinite(np.asarray(ranges, np.float64))
     if lost.any():
         raise InputError(
@@ -114,7 +131,7 @@ def _finite(ranges, shape) -> np.ndarray:
     return as_float64(f"{CALL} ranges", ranges, shape)
 
 
-def _check(angles, ranges, moved, turned) -> None:
+def _check(angles: np.ndarray, ranges: np.ndarray, moved: float, turned: float) -> None:
     if len(angles) < 2 or not (np.diff(angles) > 0).all() or np.ptp(angles) > 2 * np.pi + SAME:
         raise InputError(
             f"{CALL}: expected two or more increasing angles, over a full turn at most [rad]; got "
