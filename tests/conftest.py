@@ -15,14 +15,19 @@ FAMILIES = {
     "plans": "bags ros verdict cover batch soundness robust certificate io onboard answer no_plan "
     "separation cli plot study/test_recorded test_planner test_methods",
 }
-DOORS = "assemble domain marching prune subdivide table"  # are given what is no shape at all
-PWA = sorted(path.stem for path in (ROOT / "parc_jax" / "pwa").glob("[a-z]*.py"))
+ROOMS = "separation pwa"
+DOORS = "assemble domain marching moving prune subdivide table"  # are given what is no shape at all
 KERNELS = [
     "parc_jax.batch.estimate",
     "parc_jax.batch.proposals",
     "parc_jax.batch.run",
     "parc_jax.network.train",
-    *(f"parc_jax.pwa.{name}" for name in PWA if name not in DOORS.split()),
+    *(
+        f"parc_jax.{room}.{path.stem}"
+        for room in ROOMS.split()
+        for path in sorted((ROOT / "parc_jax" / room).glob("[a-z]*.py"))
+        if path.stem not in DOORS.split()
+    ),
 ]
 # annotated shapes and types of these hold at every call
 SHAPE_CHECKED = {

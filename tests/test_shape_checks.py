@@ -13,6 +13,7 @@ from parc_jax.published.sets.membership import membership
 from parc_jax.published.sets.minkowski import grow
 from parc_jax.published.sets.support import support
 from parc_jax.pwa.maps import pattern_map
+from parc_jax.separation.segment import touching
 from parc_jax.sets.box import Box, box
 from parc_jax.sets.hpolytope import HPolytope
 
@@ -26,6 +27,9 @@ WRONG = {
     "a radius that is a number": lambda: grow(HPolytope(np.eye(2), np.ones(2)), 0.1),
     "many points where one is meant": lambda: membership(SQUARE, np.zeros((3, 2))),
     "a pattern of numbers": lambda: pattern_map([np.eye(2)], [np.zeros(2)], np.zeros(0)),
+    "errors at other times": lambda: touching(
+        np.ones((4, 2)), np.ones((4, 2)), 1.0, np.ones((3, 2)), np.ones((5, 2))
+    ),
     "boxes of another space": lambda: _least(jnp.eye(2), jnp.zeros((4, 3)), jnp.ones((4, 3))),
 }
 

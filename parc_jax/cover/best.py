@@ -2,7 +2,7 @@
 so far.
 """
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 
 import jax
 import jax.numpy as jnp
@@ -29,7 +29,7 @@ PULL = (
 )  # [share] vertices are pulled towards the inner point by this, against the rounding of qhull
 
 NAMED = ("clearance", "room")
-Objective = str | np.ndarray | Callable
+Objective = str | Sequence[float] | np.ndarray | Callable
 
 
 def best_plan(
