@@ -10,12 +10,13 @@ import pytest
 ROOT = Path(__file__).resolve().parent
 FILES = sorted(ROOT.rglob("*.py"))
 # prints times that nothing is asserted of; waits between two questions to a browser; a world that
-# ends when no robot comes; runs with time to be killed in
+# ends when no robot comes; runs with time to be killed in; a node that is asked twice to end
 MAY_READ_IT = {
     "pwa/test_speed.py",
     "helpers/driven_browser.py",
     "helpers/ros_world.py",
     "helpers/walkers.py",
+    "ros/test_node.py",
 }
 PATIENT = 300  # [s] many times what any query of the tests takes
 

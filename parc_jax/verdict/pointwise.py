@@ -179,7 +179,7 @@ def _away(scene: OneScene, path: Path, errors: ErrorSet):
     n = len(scene.obstacles.active)
     few = min(n, AT_ONCE)
 
-    def look(i, away):
+    def look(i: jax.Array, away: jax.Array) -> jax.Array:
         some = jax.tree.map(
             lambda x: jax.lax.dynamic_slice_in_dim(jnp.asarray(x), i * few, few), scene.obstacles
         )
