@@ -6,12 +6,14 @@
 #
 # Each workload is a process with a share of the time, and what it measured is kept whatever becomes
 # of the others: FOLDER/NAME.json, and one page of all of them, FOLDER/report.md. DEVICE=cpu measures
-# the same things on the processor, for comparison; --quick after the folder tries the script.
+# the same things on the processor, for comparison; --quick after the folder tries the script. The exit
+# code is 2 where there is no such device, 1 where something was not finished.
 set -euo pipefail
 out=${1:?folder for the report}
 shift
 mkdir -p "$out"
 begin=$SECONDS
+unfinished=0
 
 measure() { # seconds, workload, options
   local most=$1 name=$2 code=0
@@ -20,7 +22,10 @@ measure() { # seconds, workload, options
   timeout "$most" python -m benchmarks --device "${DEVICE:-gpu}" --only "$name" \
     --json "$out/$name.json" "$@" >"$out/$name.md" || code=$?
   ((code != 2)) || exit 2 # no such device: it has been said
-  ((code == 0)) || echo "$name: not finished, exit code $code" | tee -a "$out/$name.md" >&2
+  ((code == 0)) || {
+    unfinished=1
+    echo "$name: not finished, exit code $code" | tee -a "$out/$name.md" >&2
+  }
   cat "$out/$name.md" >>"$out/report.md"
 }
 
@@ -30,3 +35,4 @@ measure 190 batch_query "$@"
 measure 190 rollouts "$@"
 measure 180 query "$@"
 echo "$out/report.md, after $((SECONDS - begin)) s" >&2
+exit "$unfinished"

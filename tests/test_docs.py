@@ -26,9 +26,8 @@ EXAMPLES = sorted((ROOT / "docs" / "examples").glob("*.py"))
 DOORS = ("jax_function", "python_environment", "logged_data", "mujoco_model")
 ELSEWHERE = {"fmu_model"}  # by tests/rollout/test_fmu.py, which makes what it needs
 POINT_MODEL = ROOT / "tests" / "data" / "drift_4x8.npz"
-# parc-jax learn drift_parking --plant ode --rollouts 1500 --hidden 8 8 --seeds 2 --steps 600
-# --eps 0.02 --delta 0.05 --bins 8 3 --out tests/data/drift_parking.npz
-MODEL = ROOT / "tests" / "data" / "drift_parking.npz"
+# the small one that comes along: pages start from it instead of learning one
+MODEL = ROOT / "sims" / "drift_parking" / "model.npz"
 ARGUMENTS = {"replanning": (str(POINT_MODEL), "3")}
 HEAVY = {
     "batch.md",

@@ -4,6 +4,7 @@ import json
 import os
 import signal
 import subprocess
+import sys
 import tempfile
 import time
 from dataclasses import dataclass
@@ -96,9 +97,13 @@ def _why(ran: Ran) -> str:
 
 
 def call(arguments, room: Path, limit_s: float, door: Door | None = None, plan=None) -> Ran:
-    """Run a program in a folder; it is stopped, with all that it started, at the limit."""
-    paths = [str(ROOT), *filter(None, [os.environ.get("PYTHONPATH")])]
-    environment = os.environ | {"PYTHONPATH": os.pathsep.join(paths)}
+    """Run a program in a folder; it is stopped, with all that it started, at the limit. Its
+    `python3` is the one that runs the suite, which need not be the shell's.
+    """
+    first_looked_at = {"PYTHONPATH": str(ROOT), "PATH": str(Path(sys.executable).parent)}
+    environment = dict(os.environ)
+    for name, folder in first_looked_at.items():
+        environment[name] = os.pathsep.join(filter(None, [folder, os.environ.get(name)]))
     environment |= {} if door is None else door.environment
     begin, first = time.monotonic(), None
     with (room / "said").open("wb") as said:

@@ -78,7 +78,7 @@ def test_a_first_plan_from_nothing_but_the_package_is_proved(name, tmp_path, mon
 
 
 @pytest.mark.slow
-def test_it_is_what_its_seed_makes(tmp_path):
+def test_learned_anew_it_is_of_the_same_runs_and_much_as_wide(tmp_path):
     """The same runs; of the network, trained in single precision, what another processor makes of
     them.
     """
@@ -103,8 +103,8 @@ def test_a_system_without_a_model_is_told_how_to_learn_one(capsys):
 
 
 def test_a_model_is_asked_about_its_systems_scene_with_the_body_that_has_its_points():
-    for file, body in (("drift_4x8", "disc"), ("drift_parking", "rectangle")):
-        model = pj.load(DATA / f"{file}.npz")
+    disc, turning = pj.load(DATA / "drift_4x8.npz"), sims.model("drift_parking")
+    for model, body in ((disc, "disc"), (turning, "rectangle")):
         assert repr(scene_of(model)) == repr(sims.drift_parking.problem(body))
     with pytest.raises(pj.InputError, match="known of a scene of 'toy'"):
         scene_of(line_model(2, 0.1))
