@@ -15,7 +15,7 @@ FAMILIES = {
     "plans": "bags ros verdict cover batch soundness robust certificate io onboard answer no_plan "
     "separation cli plot study/test_recorded test_planner test_methods",
 }
-ROOMS = "separation pwa"
+ROOMS = "separation verdict cover no_plan pwa"
 DOORS = "assemble domain marching moving prune subdivide table"  # are given what is no shape at all
 KERNELS = [
     "parc_jax.batch.estimate",

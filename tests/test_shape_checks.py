@@ -8,6 +8,9 @@ import pytest
 from jaxtyping import TypeCheckError
 
 from parc_jax.batch.proposals import _least
+from parc_jax.claim.error_set import ErrorBox
+from parc_jax.cover.corridor import lost
+from parc_jax.no_plan.contact_margins import corners_of
 from parc_jax.published.sets.affine import image
 from parc_jax.published.sets.membership import membership
 from parc_jax.published.sets.minkowski import grow
@@ -16,6 +19,7 @@ from parc_jax.pwa.maps import pattern_map
 from parc_jax.separation.segment import touching
 from parc_jax.sets.box import Box, box
 from parc_jax.sets.hpolytope import HPolytope
+from parc_jax.verdict.pointwise import row_margin
 
 SQUARE = box([0, 0], [1, 1])
 WRONG = {
@@ -30,6 +34,11 @@ WRONG = {
     "errors at other times": lambda: touching(
         np.ones((4, 2)), np.ones((4, 2)), 1.0, np.ones((3, 2)), np.ones((5, 2))
     ),
+    "a slack for each row": lambda: row_margin(np.eye(2), np.ones(2), np.ones(2), np.ones(2)),
+    "points of fewer obstacles": lambda: lost(
+        np.ones((2, 4, 2)), ErrorBox(np.ones((4, 1, 2))), np.zeros((1, 1), int)
+    ),
+    "corners of unlike boxes": lambda: corners_of(np.zeros((3, 2)), np.ones((1, 2))),
     "boxes of another space": lambda: _least(jnp.eye(2), jnp.zeros((4, 3)), jnp.ones((4, 3))),
 }
 
