@@ -89,7 +89,7 @@ def test_the_test_at_a_few_knots_loses_no_safe_plan_and_most_of_the_others(body,
     few, knots = screening.few_outputs(model, 12)
     facets = facets_of(scene)
     with x64():
-        seen = screening._knot_tests(few, knots, model.tube, scene.arrays, z, k, facets)
+        seen = screening._knot_tests(few, knots, model.tube, scene.tabled, z, k, facets)
     reaches, outside = seen
     p0, expected = anchor(scene, z, k)
     e = verdicts(scene, p0, k)
