@@ -25,7 +25,7 @@ from parc_jax.rollout.chunks import ChunkStore
 from parc_jax.rollout.forecast import Forecast, Pace
 from parc_jax.rollout.identity import identity_of
 from parc_jax.rollout.resume import require_same_runs
-from parc_jax.rollout.rows import seed_of
+from parc_jax.rollout.rows import chunk_of, seed_of
 from parc_jax.rollout.simulate import Simulator, ToRun, simulator
 from parc_jax.system import System
 
@@ -98,6 +98,7 @@ def search_worst(
         profile=profile,
         batch=runs // rounds,
         rounds=rounds,
+        chunk=chunk_of(system, runs, None, None) if sim.traceable else _piece_of(system),
         slack=allowance(net, system.domain, layout),
         rng=generator(stream(key, Stage.SEARCH)),
     )
@@ -137,6 +138,7 @@ class _Search:
     profile: Tube
     batch: int
     rounds: int
+    chunk: int
     slack: Allowance
     rng: np.random.Generator
 
@@ -163,17 +165,26 @@ class _Search:
         return k, np.where(new_key[:, None], keys, tried.x[1][parent])
 
     def run(self, k: np.ndarray, keys: np.ndarray, bar: Any = None) -> np.ndarray:
-        """Scores (n,) of runs; a compiled system in one call, another one piece by piece."""
-        system = self.sim.system
-        piece = len(k) if self.sim.traceable else int(getattr(system, "chunk", None) or _PIECE)
-        scores = []
-        for start in range(0, len(k), piece):
-            part = slice(start, start + piece)
+        """Scores (n,) of runs, chunk by chunk; of a compiled system all chunks are full, the last
+        run repeated: the program of all other runs serves.
+        """
+        n, scores = len(k), []
+        if self.sim.traceable:
+            rows = np.minimum(np.arange(-(-n // self.chunk) * self.chunk), n - 1)
+            k, keys = k[rows], keys[rows]
+        for start in range(0, len(k), self.chunk):
+            part = slice(start, start + self.chunk)
             trajectory = self.sim.run(ToRun(jnp.asarray(keys[part]), k[part]))
-            scores.append(score_arrays(self.net, self.slack, self.profile, k[part], *trajectory)[0])
+            found = score_arrays(self.net, self.slack, self.profile, k[part], *trajectory)[0]
+            scores.append(found[: n - start])
             if bar is not None:
                 bar.update(len(scores[-1]))
         return np.concatenate(scores)
+
+
+def _piece_of(system: System) -> int:
+    """Runs of a system that is not compiled between two steps of the bar."""
+    return int(getattr(system, "chunk", None) or _PIECE)
 
 
 def _store(path: str | Path, search: _Search) -> ChunkStore:

@@ -14,6 +14,7 @@ from parc_jax.base.backend import backend
 from parc_jax.base.keys import Stage, row_keys, stream
 from parc_jax.errors import InputError
 from parc_jax.rollout.chained import Chained, begun, links_of
+from parc_jax.rollout.chunks import worker_devices
 from parc_jax.rollout.identity import Content, content_of
 from parc_jax.rollout.user_code import blamed
 from parc_jax.system import Trajectory, check_system, points_of
@@ -40,6 +41,9 @@ class Simulator:
         check_system(system)
         self.system = system
         self.traceable = is_traceable(system)
+        # named to every call: to XLA the device that is meant and the one that is not named differ,
+        # and each has a program of its own
+        self._device = worker_devices(system)[0]
         self.double = np.dtype(getattr(system, "dtype", np.float64)) == np.float64
         self._many = jitted_rollouts(system) if self.traceable else system.rollout_batch
         self._links = links_of(system, self.traceable) if isinstance(system, Chained) else None
@@ -81,8 +85,8 @@ class Simulator:
 
     def _begun(self, k_keys, keys, device) -> ToRun:
         """The last manoeuvres of chains."""
-        if device is not None:
-            k_keys, keys = jax.device_put((k_keys, keys), device)
+        device = device or self._device
+        k_keys, keys = jax.device_put((k_keys, keys), device)
 
         def run():
             with jax.enable_x64(self.double):
@@ -99,9 +103,10 @@ class Simulator:
         return k if self.double else k.astype(np.float32).astype(np.float64)
 
     def run(self, rows: ToRun, device=None) -> Trajectory:
-        """Trajectories (B, ...) of the rows, on the device, p as columns (B, n_record + 1, n_c);
-        float64 unless the system declares dtype = float32. Raises InputError.
+        """Trajectories (B, ...) of the rows, on the device (None: the first), p as columns (B,
+        n_record + 1, n_c); float64 unless the system declares dtype = float32. Raises InputError.
         """
+        device = device or self._device
         shape = (rows.states is None, rows.k.shape, device)
         return self._once(shape, lambda: self._run(rows, device))
 

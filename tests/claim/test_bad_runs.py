@@ -9,6 +9,7 @@ import pytest
 from scored import score_system
 from synthetic_plants import failing, noisy, plant, spike, straight, straight_network
 
+from parc_jax.base.keys import Stage
 from parc_jax.claim import bad_runs
 from parc_jax.claim.asked import BoundSettings
 from parc_jax.claim.bad_runs import enlarge, search_size, search_worst
@@ -18,6 +19,7 @@ from parc_jax.claim.pipeline import bound_error
 from parc_jax.claim.profile import training_profile
 from parc_jax.errors import InputError
 from parc_jax.rollout.collect import collect
+from parc_jax.rollout.simulate import simulator
 
 KEY, NET = jax.random.PRNGKey(0), straight_network(4)
 # kernels of its own: of the gate
@@ -78,6 +80,15 @@ def test_the_search_repeats_itself():
     np.testing.assert_array_equal(first.score, second.score)
     other = search_worst(NET, system, jax.random.PRNGKey(1), profile, 64, quiet=True)
     assert not np.array_equal(first.score, other.score)
+
+
+def test_the_search_runs_the_program_of_all_other_runs():
+    system = plant(noisy)
+    profile = training_profile(NET, collect(system, KEY, 50, quiet=True), (1, 1))
+    found = search_worst(NET, system, KEY, profile, 50, quiet=True)
+    assert simulator(system)._many._cache_size() == 1
+    first_round = score_system(NET, system, KEY, profile, 6, Stage.SEARCH, chunk=32, quiet=True)
+    assert len(found.score) == 48 and np.isin(first_round.score, found.score).all()
 
 
 @pytest.mark.slow
