@@ -265,6 +265,13 @@ SHELL = (
         (f"{LOST}::test_a_late_stop_leaves_the_older_study_whole_and_the_new_runs_where_they_are",),
     ),
     Fault(
+        "nothing_shown_before_the_plan_is_driven",
+        "job.run_study",
+        "if early is not None",
+        "if early is None",
+        (f"{LOST}::test_all_but_the_driven_plan_is_there_before_it_is_run",),
+    ),
+    Fault(
         "runs_of_another_program_discarded_unasked",
         "unfinished.only_of",
         "_ask_to_discard(work, module.__name__)",

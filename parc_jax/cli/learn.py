@@ -13,7 +13,9 @@ def learn(
     /,
     *,
     out: Path,
-    study: Annotated[dict, Offer("study.settings.Learning", left_out="the study's, or ")],
+    study: Annotated[
+        dict, Offer("study.settings.Learning", left_out="the study's, or ", but=("others",))
+    ],
     logged: Annotated[dict, Offer("cli.learning.Logged", left_out="")],
     bagged: Annotated[dict, Offer("cli.bagged.Bagged", left_out="")],
     shell: Annotated[Shell, Offer("cli.shell.Shell")],

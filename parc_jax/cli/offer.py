@@ -90,7 +90,7 @@ def _told_default(said: str, default, whose: str) -> str:
     help says of None.
     """
     text, _, words = said.partition(" Default: ")
-    if default is not None:
+    if default not in (None, ()):
         each = default if isinstance(default, tuple) else (default,)
         words = " ".join(_word(value) for value in each)
     words = words.removesuffix(".")

@@ -1,6 +1,7 @@
 """`parc-jax run`: the main job."""
 
 import json
+import sys
 from pathlib import Path
 from typing import Annotated
 
@@ -44,7 +45,7 @@ def run(
     from parc_jax.model import load
     from parc_jax.study.cache import keep_compiled
     from parc_jax.study.figures import figures as draw_figures
-    from parc_jax.study.job import METRICS, UNFINISHED, finish, run_study
+    from parc_jax.study.job import METRICS, UNFINISHED, Studied, finish, run_study
     from parc_jax.study.report import report
 
     if shell.cache:
@@ -72,18 +73,24 @@ def run(
     for name in ("model.npz", "answer.json", METRICS):
         require_place(out / name)
     saved = None if model is None else load(model)
-    with held(out):
-        with only_of(module, out / UNFINISHED):
-            outcome = run_study(
-                black_box, problem, asked, out, shell.seed, saved, shell.quiet, learn_from
-            )
+
+    def early(outcome: Studied) -> None:
+        """Pictures, and where the answer is, before the plan that is driven."""
         if host > 0:  # the first one reports
-            return 0
+            return
         if figures:
             files = draw_figures(outcome, asked, out)
-            outcome = outcome._replace(
-                metrics=finish(out, outcome.metrics | {"figures": [f.name for f in files]})
-            )
+            outcome.metrics["figures"] = [file.name for file in files]
+            finish(out, outcome.metrics)
+        if asked.driven and not shell.quiet:
+            print(f"{black_box.name}: the answer is in {out}.", file=sys.stderr)
+
+    with held(out), only_of(module, out / UNFINISHED):
+        outcome = run_study(
+            black_box, problem, asked, out, shell.seed, saved, shell.quiet, learn_from, early
+        )
+    if host > 0:
+        return 0
     if shell.json:
         print(json.dumps(outcome.metrics, indent=1))
     else:

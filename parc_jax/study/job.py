@@ -5,6 +5,7 @@ the pictures.
 import json
 import platform
 import shutil
+from collections.abc import Callable
 from pathlib import Path
 from typing import NamedTuple
 
@@ -55,11 +56,14 @@ def run_study(
     model: TrajectoryModel | None = None,
     quiet: bool = False,
     learn_from=None,
+    early: Callable[[Studied], None] | None = None,
 ) -> Studied:
     """Learn (unless a model is given), solve, replay, and write it all below `out`.
 
     learn_from: the same system on another plant, for the many runs of training and claims; the
         replay is of `system`.
+    early: called with all but the plan that is driven, which takes as long as the rest; answer,
+        model and metrics are on disk by then.
 
     What an earlier study left there stays whole until the answer of this one is on disk, and so do
     the finished runs below `out`/unfinished, from which a stopped study continues; a model that was
@@ -78,10 +82,10 @@ def run_study(
         learned = learn(learn_from or system, study, key, watch, out / UNFINISHED, quiet)
         model = learned.main
         model.save(out / UNFINISHED / "model.npz")
-    rows = []
     with watch("regions"):
         table = enumerate_regions(model.net, model.domain)
-    if learned is not None:
+    rows = []
+    if learned is not None and study.compared:
         with watch("comparison"):
             rows = [row for one in learned.networks for row in compare(one, problem, key)]
     planner = Planner(model)
@@ -99,11 +103,6 @@ def run_study(
         with watch("replay"):
             plans = np.repeat(answer.samples, study.repeats, axis=0)
             runs = replay(system, answer.scene, plans, key, quiet)
-    chosen = None
-    if study.driven and answer.polytopes and answer.doubt is None:
-        with watch("the plan that is driven"):
-            chosen = drive(system, answer, study, key, out, quiet)
-        answer.save(out / "answer.json")  # again: the file tells which looks are taken
     metrics = {
         "system": system.name,
         "seed": seed,
@@ -115,12 +114,20 @@ def run_study(
         **facts_of(answer, cold.timings["first_sample_s"]),
         "share_of_k": answer.share_of_k(),
         "replay": None if runs is None else tally(runs, study.repeats, study.delta),
-        "driven": chosen,
+        "driven": None,
         "comparison": rows,
         "stages": watch.stages,
         "claim": model.claim.to_json(),
     }
-    return Studied(answer, runs, table, learned, finish(out, metrics))
+    outcome = Studied(answer, runs, table, learned, finish(out, metrics))
+    if early is not None:
+        early(outcome)
+    if study.driven and answer.found and answer.doubt is None:
+        with watch("the plan that is driven"):
+            metrics |= {"driven": drive(system, answer, study, key, out, quiet)}
+        answer.save(out / "answer.json")  # again: the file tells which looks are taken
+        finish(out, metrics)
+    return outcome
 
 
 def _replace_older(out: Path, model: TrajectoryModel, answer: Answer) -> None:

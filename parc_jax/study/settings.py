@@ -6,8 +6,11 @@ from typing import Literal
 from parc_jax.base.options import check_count
 from parc_jax.claim.asked import BoundSettings
 from parc_jax.claim.counts import MOST
+from parc_jax.errors import InputError, expected
 from parc_jax.network.fit import Training
 from parc_jax.settings import Search
+
+PARC = "PARC"  # the published method before networks: one affine map
 
 
 @dataclass(frozen=True)
@@ -16,8 +19,9 @@ class Learning(BoundSettings, Training):
 
     discard: int | Literal["most"] = MOST
     profile_runs: int | None = 0
-    others: tuple[tuple[int, ...], ...] = ()
-    """Widths of further networks, for a table that compares them."""
+    others: tuple[str, ...] = ()
+    """Networks to compare with the returned one, in a table: by their widths, e.g. 6-6-6-6, or
+    PARC, one affine map. The error probability delta is split over all of them. Default: none."""
     plant: str | None = None
     """Plant of the simulator that training and claims are drawn from, e.g. mjx or ode; the replay
     of a study is of the system's own, unless the shell names one. Default: the system's own."""
@@ -25,10 +29,16 @@ class Learning(BoundSettings, Training):
     """Body of the robot, which says what points of it are learned, e.g. rectangle or disc. Default:
     the system's own."""
 
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        for name in self.others:
+            widths_of(name)
+
     @property
     def networks(self) -> tuple[tuple[int, ...], ...]:
         """All sizes, the returned one first."""
-        return (self.hidden, *(h for h in self.others if h != self.hidden))
+        others = map(widths_of, self.others)
+        return (self.hidden, *(widths for widths in others if widths != self.hidden))
 
 
 @dataclass(frozen=True)
@@ -37,12 +47,16 @@ class Study(Search, Learning):
     InputError for values without meaning.
     """
 
-    others: tuple[tuple[int, ...], ...] = ((6, 6, 6, 6), (7, 7, 7, 7), ())
     repeats: int = 1
     """Runs of each returned plan in the replay, with fresh randomness."""
     driven: bool = False
     """Choose one plan, run it afresh and make a local claim near it, and say what is then known of
     it [T23]."""
+
+    @property
+    def compared(self) -> bool:
+        """Is there more than one network, or claim, to put into a table?"""
+        return len(self.networks) * len(self.claims) > 1
 
     def __post_init__(self) -> None:
         super().__post_init__()
@@ -51,4 +65,12 @@ class Study(Search, Learning):
 
 def name_of(hidden: tuple[int, ...]) -> str:
     """A network's name: its widths, or PARC."""
-    return "-".join(map(str, hidden)) or "PARC"
+    return "-".join(map(str, hidden)) or PARC
+
+
+def widths_of(name: str) -> tuple[int, ...]:
+    """The widths of a network by its name. Raises InputError."""
+    parts = [] if name == PARC else str(name).split("-")
+    if not all(part.isdecimal() and int(part) > 0 for part in parts):
+        raise InputError(expected("others", "widths joined by -, or PARC", name, "6-6-6-6"))
+    return tuple(map(int, parts))

@@ -6,7 +6,7 @@ from parc_jax.study.settings import Study
 
 STUDY = Study(
     hidden=(8, 8, 8, 8),
-    others=((),),
+    others=("PARC",),
     bins=(6, 6, 6),  # in which the profile is learnt; a claim is about eight of them
     blocks=(3, 3, 3),
     shape="fitted",

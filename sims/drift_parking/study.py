@@ -6,7 +6,6 @@ from sims import rectangle
 STUDY = Study(
     body=rectangle.BODY,
     hidden=(8, 8, 8, 8),
-    others=((6, 6, 6, 6), (7, 7, 7, 7), (16, 16, 16, 16), ()),
     # the tube follows the jumps better: a safe set larger by a sixth to a half
     profile_runs=20_000,
     driven=True,

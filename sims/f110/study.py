@@ -6,7 +6,6 @@ from parc_jax.study.settings import Study
 
 STUDY = Study(
     hidden=(8, 8, 8),
-    others=(),
     bins=(1, 1),
     rollouts=60,
     eps=0.05,

@@ -4,7 +4,6 @@ from parc_jax.study.settings import Study
 
 STUDY = Study(
     hidden=(8, 8),
-    others=(),
     bins=(2, 1, 2, 1),
     rollouts=6_000,
     eps=1e-2,

@@ -123,6 +123,27 @@ def test_what_speaks_of_the_older_answer_goes_with_it(monkeypatch, tmp_path):
     assert {f.name for f in tmp_path.iterdir()} == {"model.npz", "answer.json"}
 
 
+def test_all_but_the_driven_plan_is_there_before_it_is_run(monkeypatch, tmp_path):
+    model, answer = toy_driven.model(), toy_driven.answer()
+    monkeypatch.setattr(pj.Planner, "warm_up", lambda *_, **__: answer)
+    monkeypatch.setattr(pj.Planner, "solve", lambda *_, **__: answer)
+    system, study = plant(toy_driven.gusty, 4), STUDY.replace(driven=True, repeats=1)
+    there = []
+
+    def early(outcome):
+        there.append({f.name for f in tmp_path.iterdir()})
+        assert outcome.metrics["replay"] is not None
+
+    def stop(*_, **__):
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(job, "drive", stop)
+    question = toy_driven.problem()
+    with pytest.raises(KeyboardInterrupt):
+        job.run_study(system, question, study, tmp_path, 0, model, quiet=True, early=early)
+    assert there == [{"model.npz", "answer.json", "metrics.json"}]
+
+
 def test_unfinished_runs_of_another_program_are_not_discarded_unasked(
     tmp_path, monkeypatch, capsys
 ):

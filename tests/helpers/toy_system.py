@@ -10,7 +10,7 @@ from parc_jax.study.settings import Study
 
 STUDY = Study(
     hidden=(4,),
-    others=((),),
+    others=("PARC",),
     bins=(2, 1),
     rollouts=60,
     eps=0.1,

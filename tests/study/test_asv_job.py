@@ -17,7 +17,7 @@ from sims import asv, asv_published
 
 FEW = {
     "hidden": (6, 6),
-    "others": ((),),
+    "others": ("PARC",),
     "bins": (1, 3, 1),
     "rollouts": 500,
     "eps": 0.2,

@@ -98,6 +98,13 @@ def test_a_saved_model_skips_learning(finished, tmp_path, capsys):
     assert "fresh rollouts" not in capsys.readouterr().out
 
 
+def test_networks_are_compared_where_they_are_named():
+    alone, asked = Study(), Study(others=("6-6", "PARC"))
+    assert alone.networks == (alone.hidden,) and not alone.compared
+    assert asked.networks == (asked.hidden, (6, 6), ()) and asked.compared
+    assert alone.replace(claims=("one", "bins")).compared
+
+
 @pytest.mark.slow
 def test_stopped_run_goes_on_with_the_same_numbers(tmp_path, capsys, monkeypatch):
     """Stopped at the third chunk of the fresh runs, started again: chunks are reused, and the claim
@@ -139,6 +146,7 @@ def test_stopped_run_goes_on_with_the_same_numbers(tmp_path, capsys, monkeypatch
     [
         (("--claims", "none"), "claims"),
         (("--claims", "one", "one"), "claims"),
+        (("--others", "6-x"), "others"),
         (("--repeats", "0"), "repeats"),
         (("--discard", "-1"), "discard"),
         (("--fresh", "30"), "calibrate_bins"),

@@ -4,7 +4,6 @@ from parc_jax.study.settings import Study
 
 STUDY = Study(
     hidden=(16, 16),
-    others=(),
     bins=(1, 1, 1),
     rollouts=4_000,
     eps=1e-2,

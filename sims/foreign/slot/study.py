@@ -4,7 +4,6 @@ from parc_jax.study.settings import Study
 
 STUDY = Study(
     hidden=(8, 8, 8),
-    others=(),
     bins=(2, 3, 1),
     rollouts=4000,
     profile_runs=8000,

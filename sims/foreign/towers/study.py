@@ -4,7 +4,6 @@ from parc_jax.study.settings import Study
 
 STUDY = Study(
     hidden=(8, 8, 8),
-    others=(),
     bins=(1, 1, 1),
     rollouts=2_000,
     eps=2e-3,
