@@ -12,6 +12,7 @@ from dataclasses import dataclass
 import tyro
 
 from benchmarks.arcs import bending_arcs
+from parc_jax.cover.limit import Limit
 from parc_jax.no_plan.prove_no_plan import prove_no_plan
 from parc_jax.problem.problem import ReachAvoid, reach_avoid
 from parc_jax.sets.box import box
@@ -51,10 +52,10 @@ def main(options: Options) -> list[dict]:
             model = bending_arcs(n_k, hidden, n_steps=10)
             for name, problem in scenes().items():
                 scene = scene_of(problem, model)
-                prove_no_plan(scene, budget_s=600.0, max_leaves=1)  # compiles
+                prove_no_plan(scene, limit=Limit(600.0), max_leaves=1)  # compiles
                 begin = time.process_time()
                 found = prove_no_plan(
-                    scene, budget_s=options.budget_s, max_leaves=options.max_leaves
+                    scene, limit=Limit(options.budget_s), max_leaves=options.max_leaves
                 )
                 seconds = time.process_time() - begin
                 nodes = [] if found.certificate is None else found.certificate["tree"]

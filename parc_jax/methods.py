@@ -57,11 +57,12 @@ class Exact:
         if nothing and scene.at is None:  # a proof would be about any start
             no_plan = prove_no_plan(
                 laid_out(scene.asked),  # of what is there alone: boxes look at all of it
-                budget_s=settings.budget_s,
+                limit=limit,
                 max_leaves=min(work.leaves, MAX_LEAVES),
             )
+            limit.start()
             within = _elsewhere(no_plan, hopeless, scene, rng, work, limit)
-        if limit.cut:  # by a climb; what draws find is whole or says so itself
+        if limit.cut:  # by a climb or the proof; what draws find is whole or says so itself
             found = found._replace(ended=Ended.SECONDS)
         if within is None:
             return found, no_plan

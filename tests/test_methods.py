@@ -1,4 +1,6 @@
-"""A search that cannot find anything is not made."""
+"""A search that cannot find anything is not made, or ends by its seconds."""
+
+import itertools
 
 import jax
 import numpy as np
@@ -7,6 +9,8 @@ from toy_models import line_model, model_of, random_network, uniform_tube
 
 import parc_jax as pj
 from parc_jax import checker, methods
+from parc_jax.base.status import Ended
+from parc_jax.no_plan.prove_no_plan import UNDECIDED, NoPlan
 
 KEY = jax.random.key(0)
 SETTINGS = pj.Settings(budget_s=300)
@@ -48,3 +52,12 @@ def test_nor_once_more_where_nothing_can_be_proved(climbs, width, made):
     answer = pj.Planner(model).solve(blocked(width), KEY, SETTINGS)
     assert len(climbs) == made and not answer.found and answer.no_plan.kind == "undecided"
     assert ("narrower than the tube at the end" in answer.statement()) is (made == 0)
+
+
+def test_seconds_count_though_no_draw_was_safe(climbs, monkeypatch):
+    clock = itertools.count(0.0, 1e4)
+    monkeypatch.setattr("time.perf_counter", lambda: next(clock))
+    nothing = NoPlan(UNDECIDED, 0, 0, 1, 1)
+    monkeypatch.setattr(methods, "prove_no_plan", lambda scene, **asked: nothing)
+    answer = pj.Planner(line_model(e=0.05)).solve(blocked(0.12), KEY, SETTINGS)
+    assert len(climbs) == 2 and not answer.found and answer.ended is Ended.SECONDS

@@ -31,6 +31,20 @@ COVER = (
         ("tests/cover/test_work.py::test_a_slow_machine_gives_the_same_bits",),
     ),
     Fault(
+        "climbs_without_a_limit",
+        "rare._raise_to_safe",
+        " or limit.over()",
+        "",
+        ("tests/cover/test_work.py::test_seconds_end_a_climb_between_its_levels",),
+    ),
+    Fault(
+        "seconds_that_count_from_a_safe_draw_on",
+        "Exact.search",
+        "            limit.start()\n",
+        "",
+        ("tests/test_methods.py::test_seconds_count_though_no_draw_was_safe",),
+    ),
+    Fault(
         "cut_off_and_told_as_the_target",
         "search._ended",
         "    if query.limit.cut:\n        return Ended.SECONDS\n",

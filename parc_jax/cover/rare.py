@@ -38,11 +38,11 @@ class _Plans(NamedTuple):
 
 def where_safe(scene: Scene, rng: np.random.Generator, largest: int, limit: Limit) -> Place | None:
     """A place around the safe plans that a climb finds; populations double until one does, or the
-    largest has failed. The first climb is always made.
+    largest has failed. What the limit cuts off may still have found some.
     """
     size = POPULATION
     while True:
-        safe = _raise_to_safe(scene, rng, size)
+        safe = _raise_to_safe(scene, rng, size, limit)
         if safe is not None:
             return _around(scene, rng, safe)
         if size >= largest or limit.over():
@@ -66,7 +66,7 @@ def where_around(scene: Scene, rng: np.random.Generator, p0: np.ndarray, k: np.n
     return place_around(np.repeat(seed[None], 2, axis=0), lo, hi)
 
 
-def _raise_to_safe(scene: Scene, rng: np.random.Generator, n: int):
+def _raise_to_safe(scene: Scene, rng: np.random.Generator, n: int, limit: Limit):
     """Safe plans, or None where the climb ends below."""
     lo, hi = _whole(scene)
     x = rng.uniform(lo, hi, (n, len(lo)))
@@ -81,7 +81,7 @@ def _raise_to_safe(scene: Scene, rng: np.random.Generator, n: int):
         plans = _moved(scene, rng, _copied(rng, plans, levels[-1], n), levels[-1], MOVES)
         levels.append(_level(plans))
         before = levels[-1 - PATIENCE] if len(levels) > PATIENCE else -np.inf
-        if levels[-1] < (1 - PROGRESS) * before:
+        if levels[-1] < (1 - PROGRESS) * before or limit.over():
             break
     safe = plans.margin > 0
     return _Plans(plans.x[safe], plans.margin[safe]) if safe.any() else None

@@ -101,16 +101,16 @@ class NoPlan(NamedTuple):
 def prove_no_plan(
     scene: Scene,
     *,
-    budget_s: float,
+    limit: Limit,
     max_leaves: int,
     bounds: bool = False,
 ) -> NoPlan:
     """Prove that no (p0, k) is safe, or say how much is undecided; with `bounds`, also prove boxes
     safe.
 
-    max_leaves: boxes of the tree, the work. budget_s: [s] a limit above it for search and check
-    together, which the answer tells when it cuts off; a finished proof is checked however long that
-    takes, and compiling, once for scenes of a size, comes on top.
+    max_leaves: boxes of the tree, the work. limit: above it, for search and check together, which
+    the answer tells when it cuts off; it counts from here, if not from earlier on. A finished proof
+    is checked however long that takes, and compiling, once for scenes of a size, comes on top.
     With more parameters than the checker takes, or a tube that leaves out the model itself, nothing
     is searched, and all is undecided.
     Raises InputError for a goal without bounds on the end of the first point, and for bounds where
@@ -133,7 +133,6 @@ def prove_no_plan(
     search.compile()
     begin = time.perf_counter()
     per_vertex = CHECK_FACTOR * _seconds_per_evaluation(context, model)
-    limit = Limit(budget_s)
     limit.start()
     found = search.run(lambda vertices: limit.over(per_vertex * vertices), max_leaves)
     searched = time.perf_counter()

@@ -11,6 +11,7 @@ from parc_jax.base.keys import Stage, as_key
 from parc_jax.base.probes import require_sound_arithmetic
 from parc_jax.batch.box_scenes import BoxScenes
 from parc_jax.batch.solve import BatchAnswer, Problems, problem_of, solve_batch
+from parc_jax.cover.limit import Limit
 from parc_jax.errors import InputError, expected
 from parc_jax.local.looks import Looks
 from parc_jax.model import TrajectoryModel, check_model
@@ -194,7 +195,7 @@ class Planner:
         asked = question(problem, self.model).plain(self._under_doubt)
         return prove_no_plan(
             laid_out(asked),
-            budget_s=budget_s,
+            limit=Limit(budget_s),
             max_leaves=min(max_leaves, MAX_LEAVES),
             bounds=True,
         )._replace(doubt=asked.doubt)

@@ -100,7 +100,7 @@ def test_a_target_that_is_reached_after_a_cut_is_not_told_as_reached():
 
 def test_a_slow_machine_lets_as_many_plans_climb(monkeypatch):
     sizes: list[int] = []
-    monkeypatch.setattr(rare, "_raise_to_safe", lambda scene, rng, n: sizes.append(n))
+    monkeypatch.setattr(rare, "_raise_to_safe", lambda scene, rng, n, _: sizes.append(n))
     slowly(monkeypatch, 30.0)
     limit = Limit(600.0)
     limit.start()
@@ -110,6 +110,15 @@ def test_a_slow_machine_lets_as_many_plans_climb(monkeypatch):
     assert sizes == [512, 1024, 2048, 4096, 8192]
     assert rare.where_safe(*asked, work_of(1.0).population, After(2)) is None
     assert sizes[5:] == [512, 1024]
+
+
+def test_seconds_end_a_climb_between_its_levels(monkeypatch):
+    levels = []
+    monkeypatch.setattr(rare, "_margins", lambda scene, x: -np.ones(len(x)))
+    monkeypatch.setattr(rare, "_moved", lambda scene, rng, plans, *_: levels.append(1) or plans)
+    scene, limit = near_scene(Plain(PROBLEM, MODEL)), After(2)
+    assert rare.where_safe(scene, np.random.default_rng(0), 8192, limit) is None
+    assert limit.cut and len(levels) == 2
 
 
 def test_work_is_a_multiple_of_the_standard_and_never_nothing():

@@ -15,6 +15,7 @@ from parc_jax.base.status import Status
 from parc_jax.certificate.write import network_part, problem_part, tube_part
 from parc_jax.claim.faces import faces
 from parc_jax.claim.tube import fitted_tube
+from parc_jax.cover.limit import Limit
 from parc_jax.errors import InputError
 from parc_jax.network.predict import trajectories
 from parc_jax.no_plan.contact_errors import WithinWidths
@@ -41,7 +42,7 @@ def walls(gap):
 
 
 def decide(model, problem, **options):
-    options = {"budget_s": 300, "max_leaves": 400} | options
+    options = {"limit": Limit(300), "max_leaves": 400} | options
     return prove_no_plan(scene_of(problem, model), **options)
 
 
@@ -123,7 +124,7 @@ def test_out_of_budget_the_rest_is_undecided_and_the_certificate_says_so():
     assert answer.kind == "undecided" and report["kind"] == "bracket"
     assert Fraction(report["undecided"]) == answer.undecided > 0
     assert "not a proof" in answer.statement()
-    untouched = decide(model, problem, budget_s=0.0)
+    untouched = decide(model, problem, limit=Limit(0.0))
     assert untouched.undecided == untouched.total and untouched.leaves == 1
 
 
@@ -292,12 +293,12 @@ def test_a_search_that_errs_is_caught_by_the_checker(monkeypatch):
     grown = grown.replace(
         obstacles=grown.obstacles.replace(radius=np.full(len(grown.obstacles.radius), 0.4))
     )
-    answer = prove_no_plan(grown, budget_s=300, max_leaves=200)
+    answer = prove_no_plan(grown, limit=Limit(300), max_leaves=200)
     # no contact of the true disc reaches: nothing false is even written
     assert answer.kind == "undecided"
     monkeypatch.setattr(DiscBody, "spell", lambda self, x: [float(v).hex() for v in 1.6 * x])
     monkeypatch.setattr(Contacts, "_depth", lambda self, x: np.ones(x.shape[:-1]))
-    answer = prove_no_plan(grown, budget_s=300, max_leaves=200)
+    answer = prove_no_plan(grown, limit=Limit(300), max_leaves=200)
     assert (
         answer.kind == "undecided"
         and answer.certificate is None

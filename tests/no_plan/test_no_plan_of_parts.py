@@ -16,6 +16,7 @@ from parc_jax import checker
 from parc_jax.certificate.write import question_parts
 from parc_jax.claim.faces import faces
 from parc_jax.claim.tube import fitted_tube, refined, zero_tube
+from parc_jax.cover.limit import Limit
 from parc_jax.errors import InputError
 from parc_jax.model import TrajectoryModel, trajectory_model
 from parc_jax.network.predict import by_point, moved_to, trajectories
@@ -82,7 +83,7 @@ def walls(model, gap: float):
 
 
 def decide(model, problem, **options):
-    options = {"budget_s": 300, "max_leaves": 200} | options
+    options = {"limit": Limit(300), "max_leaves": 200} | options
     return prove_no_plan(scene_of(problem, model), **options)
 
 

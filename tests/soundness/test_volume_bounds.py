@@ -9,6 +9,7 @@ import pytest
 from toy_models import host_outputs, model_of, random_model, random_problem
 
 from parc_jax.checker import number
+from parc_jax.cover.limit import Limit
 from parc_jax.cover.sampling import ends_from
 from parc_jax.no_plan.prove_no_plan import prove_no_plan
 from parc_jax.problem.body import Polygon
@@ -88,7 +89,7 @@ def agree(model, problem, answer, rng, n=6000):
 def bounded(model, problem, max_leaves=400, bounds=True):
     return prove_no_plan(
         scene_of(problem, model),
-        budget_s=300,
+        limit=Limit(300),
         max_leaves=max_leaves,
         bounds=bounds,
     )

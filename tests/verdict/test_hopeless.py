@@ -4,6 +4,7 @@ import pytest
 from toy_bodies import points_model
 from toy_models import line_model
 
+from parc_jax.cover.limit import Limit
 from parc_jax.no_plan.prove_no_plan import prove_no_plan
 from parc_jax.problem.body import hull
 from parc_jax.problem.problem import reach_avoid
@@ -59,7 +60,7 @@ def test_what_is_told_is_true_and_proved_where_a_proof_is_possible(rng):
     scene = scene_of(
         reach_avoid(goal, [box([4.0, 1.0], [5.0, 2.0])], hull("c0", "c1", radius=5.0)), model
     )
-    none = prove_no_plan(scene, budget_s=600, max_leaves=10)
+    none = prove_no_plan(scene, limit=Limit(600.0), max_leaves=10)
     said = none.statement()
     assert none.kind == "undecided" and "touches obstacle 0. This is not a proof" in said
     none = none._replace(kind="proved")
