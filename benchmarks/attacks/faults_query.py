@@ -68,6 +68,22 @@ QUERY = (
         COUNTED,
     ),
     Fault(
+        "only_what_was_touched_last_is_looked_at",
+        "verdict_in_turn.open_still",
+        "(away.min() < nearest)",
+        "(away.min() < nearest) & (nearest == _far(scene, seen.path))",
+        (
+            "tests/cover/test_preferred.py::test_a_plan_s_verdict_does_not_depend_on_those_before_it",
+        ),
+    ),
+    Fault(
+        "preferred_plans_without_room",
+        "_preferred.unfinished",
+        "clearance[found - 1] >= room",
+        "clearance[found - 1] > 0",
+        ("tests/cover/test_preferred.py::test_none_is_looked_at_after_the_first_that_has_room",),
+    ),
+    Fault(
         "preferred_in_one_of_the_bins_that_meet",
         "_preferred.room_of.in_bin",
         "bins[i, c]",
@@ -77,8 +93,8 @@ QUERY = (
     Fault(
         "preferred_plans_that_do_not_reach",
         "_preferred.judge",
-        "(room > 0)",
-        "(room > -1)",
+        "(own > 0)",
+        "(own > -1)",
         (LOOP + "test_the_best_liked_of_the_safe_ones_is_committed_to",),
     ),
     Fault(

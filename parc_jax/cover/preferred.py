@@ -33,9 +33,10 @@ class Preferred(NamedTuple):
     judged: int
 
 
-def preferred(scene: Scene, k: np.ndarray, n: int = 1) -> Preferred:
-    """The first n safe plans, 16 at most, of k (m, n_k) from the one start of a scene. Fewer, or
-    none, where there are not so many. Raises InputError.
+def preferred(scene: Scene, k: np.ndarray, n: int = 1, room: float = np.inf) -> Preferred:
+    """The first n safe plans, 16 at most, of k (m, n_k) from the one start of a scene; none after
+    the first that has so much room [m]. Fewer, or none, where there are not so many. Raises
+    InputError.
     """
     if scene.at is None:
         raise InputError("preferred: expected a question with one start; ask it with `at`.")
@@ -46,39 +47,42 @@ def preferred(scene: Scene, k: np.ndarray, n: int = 1) -> Preferred:
         raise InputError(f"preferred: expected k of shape (m, {scene.model.n_k}); got {k.shape}.")
     bins = closed_bins(scene.model.tube.edges, k)
     # borders are rare: room for all bins that can meet, of which as many are looked at as do
-    room = np.zeros((len(k), 2**scene.model.n_k), np.int32)
-    room[:, : bins.shape[1]] = bins
+    padded = np.zeros((len(k), 2**scene.model.n_k), np.int32)
+    padded[:, : bins.shape[1]] = bins
     with x64(), jax.transfer_guard_host_to_device("allow"):
-        told = jax.device_get(_preferred(placed(scene), k, room, bins.shape[1], n))
+        told = jax.device_get(_preferred(placed(scene), k, padded, bins.shape[1], n, float(room)))
     found = int(told.judged[1])
     return Preferred(told.rows[:found], told.clearance[:found], int(told.judged[0]))
 
 
 @jax.jit
 def _preferred(
-    asked: Placed, k: ManyParams, bins: Int[ArrayLike, "b c"], n_bins: Index, n: Index
+    asked: Placed, k: ManyParams, bins: Int[ArrayLike, "b c"], n_bins: Index, n: Index, room: Scalar
 ) -> Preferred:
-    def room_of(i: Index):
-        """The least that any bin leaves to a plan."""
+    def room_of(i: Index, touched: Index):
+        """The least that any bin leaves to a plan, and what it touches."""
 
-        def in_bin(c: Index, least: Scalar):
-            bin = bins[i, c]
-            seen = verdict_in_turn(asked.net, asked.tube, asked.scene, asked.at, k[i], bin)
-            return jnp.minimum(least, jnp.where(seen.reaches, seen.clearance, -jnp.inf))
+        def in_bin(c: Index, state: tuple):
+            least, touched = state
+            seen, touched = verdict_in_turn(
+                asked.net, asked.tube, asked.scene, asked.at, k[i], bins[i, c], touched
+            )
+            return jnp.minimum(least, jnp.where(seen.reaches, seen.clearance, -jnp.inf)), touched
 
-        return jax.lax.fori_loop(0, n_bins, in_bin, jnp.asarray(jnp.inf, k.dtype))
+        return jax.lax.fori_loop(0, n_bins, in_bin, (jnp.asarray(jnp.inf, k.dtype), touched))
 
     def judge(state: tuple):
-        i, found, rows, clearance = state
-        room = room_of(i)
-        rows, clearance = rows.at[found].set(i), clearance.at[found].set(room)
-        return i + 1, found + (room > 0).astype(found.dtype), rows, clearance
+        i, found, rows, clearance, touched = state
+        own, touched = room_of(i, touched)
+        rows, clearance = rows.at[found].set(i), clearance.at[found].set(own)
+        return i + 1, found + (own > 0).astype(found.dtype), rows, clearance, touched
 
     def unfinished(state: tuple):
-        i, found, _, _ = state
-        return (i < len(k)) & (found < n)
+        i, found, _, clearance, _ = state
+        roomy = (found > 0) & (clearance[found - 1] >= room)
+        return (i < len(k)) & (found < n) & ~roomy
 
     zero = jnp.zeros((), jnp.int32)
-    begin = zero, zero, jnp.zeros(MOST, jnp.int32), jnp.zeros(MOST, k.dtype)
-    judged, found, rows, clearance = jax.lax.while_loop(unfinished, judge, begin)
+    begin = zero, zero, jnp.zeros(MOST, jnp.int32), jnp.zeros(MOST, k.dtype), zero
+    judged, found, rows, clearance, _ = jax.lax.while_loop(unfinished, judge, begin)
     return Preferred(rows, clearance, jnp.stack([judged, found]))

@@ -183,7 +183,7 @@ class Loop:
             rows = order[judged : judged + AT_ONCE]
             # a short call is filled up with its last candidate
             rows = rows[np.minimum(np.arange(AT_ONCE), len(rows) - 1)]
-            found = preferred(scene, k[rows], AMONG)
+            found = preferred(scene, k[rows], AMONG, self.effort.room)
             judged += found.judged
             if time.perf_counter() - begin > self.effort.deadline:
                 return self.go_on(
@@ -211,7 +211,7 @@ class Loop:
         pose = np.zeros(self.model.n_p + (self.model.rotation is not None))
         scene = self._scene(pose_of(pose, self.model), ())
         k = self._all_of_k(self.model.domain.lo[list(self.given)])
-        preferred(scene, k[np.zeros(AT_ONCE, int)], AMONG)
+        preferred(scene, k[np.zeros(AT_ONCE, int)], AMONG, self.effort.room)
         if self.prover is not None:
             zero = Fraction(0)
             self.prover.rehearse(Commitment(0, zero, self.lasts, k[0], 0.0, 0, scene.asked))

@@ -150,28 +150,39 @@ def verdict(
 
 
 def verdict_in_turn(
-    net: ReLUNetwork, tube: Tube, scene: OneScene, p0: Vector, k: Params, bin: Index | None = None
-) -> Verdicts:
+    net: ReLUNetwork,
+    tube: Tube,
+    scene: OneScene,
+    p0: Vector,
+    k: Params,
+    bin: Index | None = None,
+    first: Index | None = None,
+) -> tuple[Verdicts, jax.Array]:
     """The same, of the obstacles one after another, the nearest boxes first: until all others are
     farther than what was found, or one is touched. The clearance of what is safe is that of all.
     Kernel, not for vmap.
+
+    first: number of the obstacle that is looked at before all others, None for the nearest box.
+    Returns also the one that a plan touches, which another plan beside it may touch as well.
     """
     seen = prediction(net, tube, scene, p0, k, bin)
     errors = tube.during(seen.bin)
     rounding = 2 * scene.slack * p0.shape[0]
+    away = _away(scene, seen.path, errors) - rounding
 
     def look(state: tuple):
-        away, nearest = state
-        o = jnp.argmin(away)
-        return away.at[o].set(jnp.inf), _nearer(scene, o, seen.path, errors, nearest)
+        away, nearest, o = state
+        away = away.at[o].set(jnp.inf)
+        nearest = _nearer(scene, o, seen.path, errors, nearest)
+        return away, nearest, jnp.where(nearest > 0, _first_of(away), o)
 
     def open_still(state: tuple):
-        away, nearest = state
+        away, nearest, _ = state
         return seen.reaches & (away.min() < nearest) & (nearest > 0)
 
-    away = _away(scene, seen.path, errors) - rounding
-    begin = away, _far(scene, seen.path)
-    return Verdicts(*seen, jax.lax.while_loop(open_still, look, begin)[1])
+    begin = away, _far(scene, seen.path), _first_of(away) if first is None else first
+    _, nearest, touched = jax.lax.while_loop(open_still, look, begin)
+    return Verdicts(*seen, nearest), touched
 
 
 def _away(scene: OneScene, path: Path, errors: ErrorSet):
@@ -201,6 +212,10 @@ def clearance(scene: SceneArrays, path: Path, errors: ErrorSet):
         return _nearer(scene, o, path, errors, nearest)
 
     return jax.lax.fori_loop(0, scene.count, look, _far(scene, path))
+
+
+def _first_of(away: jax.Array) -> jax.Array:
+    return jnp.argmin(away).astype(jnp.int32)
 
 
 def _nearer(scene: OneScene, o: Index, path: Path, errors: ErrorSet, nearest: Scalar):
