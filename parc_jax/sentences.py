@@ -108,7 +108,7 @@ def about_loop() -> str:
     return (
         "(C) Whatever happens inside the tubes, nothing is ever touched, while every pose is "
         "inside its doubt, what was said of obstacles is so, and a robot rests where a manoeuvre "
-        "ends."
+        "ends. What moves is told of until that rest: it may run into a robot that rests."
     )
 
 

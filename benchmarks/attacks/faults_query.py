@@ -8,6 +8,7 @@ LOOP = "tests/loop/test_loop.py::"
 THINKING = "tests/loop/test_thinking.py::"
 PROVER = "tests/loop/test_prover.py::"
 EPISODES = "tests/loop/test_episodes.py::"
+MOVING = "tests/separation/test_moving.py::"
 AWAY = ("tests/separation/test_pairs.py::test_boxes_tell_no_more_than_the_gap",)
 COUNTED = (
     "tests/cover/test_first.py"
@@ -236,5 +237,33 @@ QUERY = (
         "if others and",
         "if False and",
         (LOOP + "test_what_runs_did_not_measure_is_not_given_where_they_are_all_that_is_known",),
+    ),
+    Fault(
+        "loops_blind_to_when_obstacles_exist",
+        "Loop._scene",
+        "spans=spans",
+        "spans=None",
+        (LOOP + "test_what_moves_is_kept_away_from_until_the_rest",),
+    ),
+    Fault(
+        "obstacles_that_never_stray",
+        "moving._fastest",
+        "return known + ",
+        "return known + 0 * ",
+        (MOVING + "test_a_velocity_that_is_off_by_a_bound_stays_inside_and_no_bound_is_wasted",),
+    ),
+    Fault(
+        "obstacles_that_stray_until_the_interval_begins",
+        "moving._farthest",
+        "max(rate * t for t in ends)",
+        "rate * ends[0]",
+        (MOVING + "test_a_velocity_that_is_off_by_a_bound_stays_inside_and_no_bound_is_wasted",),
+    ),
+    Fault(
+        "checker_silent_of_who_runs_into_a_robot_at_rest",
+        "check_manoeuvre",
+        'any("steps" in part',
+        'any("step" in part',
+        ("tests/loop/test_log.py::test_of_what_moves_nothing_is_said_while_the_robot_rests",),
     ),
 )

@@ -17,11 +17,13 @@ from .turns import OFF, cosine_and_sine
 EPISODE = "parc_jax.episode/1"
 
 # manoeuvres: how many. begin, end: [s] of the first pose and of the last rest. rests: how often the
-# next one began when the one before had come to its end. claim, arithmetic: as of an answer.
-Report = collections.namedtuple("Report", "manoeuvres begin end rests claim arithmetic hash")
+# next one began when the one before had come to its end. moving: manoeuvres with obstacles that are
+# told of for some of its intervals each. claim, arithmetic: as of an answer.
+Report = collections.namedtuple("Report", "manoeuvres begin end rests moving claim arithmetic hash")
 
-# One manoeuvre: k and its context, from when it is, and from where: place, heading or None.
-Begun = collections.namedtuple("Begun", "context k begin place heading")
+# One manoeuvre: k and its context, from when it is, from where: place, heading or None; and whether
+# any of its obstacles is told of for some of its intervals.
+Begun = collections.namedtuple("Begun", "context k begin place heading moving")
 
 
 @rejecting()
@@ -48,7 +50,9 @@ def check_episode(episode, allowance_of):
     claim, last = episode["claim"], begun[-1]
     arithmetic = checked_claim(claim, hashes, last.context.n_bins)
     rests = sum(b.begin >= ended(a) for a, b in itertools.pairwise(begun))
-    return Report(len(begun), begun[0].begin, ended(last), rests, claim, arithmetic, hashes)
+    moving = sum(b.moving for b in begun)
+    said = claim, arithmetic, hashes
+    return Report(len(begun), begun[0].begin, ended(last), rests, moving, *said)
 
 
 class Chain:
@@ -92,7 +96,8 @@ def check_manoeuvre(context, entry):
     start = [Fraction(0)] * n_p if turned else pose
     need(p0 == start, "the plan does not start at the pose")
     heading = pose[n_p] if turned else None
-    return Begun(context, k, number(entry["begin"]), pose[:n_p], heading)
+    moving = any("steps" in part for part in entry["problem"]["obstacles"])
+    return Begun(context, k, number(entry["begin"]), pose[:n_p], heading, moving)
 
 
 def ended(one):
@@ -158,6 +163,9 @@ def summary_of_episode(report):
     span = f"{seconds(report.begin)} to {seconds(report.end)}"
     yield f"  so from {span}, with the robot at rest at the end of the last one"
     yield f"    (and {report.rests} times in between), nothing is touched"
+    if report.moving:
+        yield f"NOT PROVED: in {report.moving} manoeuvres obstacles are told of by intervals, as"
+        yield "  those that move are, until its rest. They may run into a robot that rests"
     yield "ASSUMED: that a robot rests where a manoeuvre ends, that poses are as the doubt says,"
     yield "  that obstacles were where the file says"
     yield from told(report.claim, report.arithmetic)

@@ -147,6 +147,7 @@ class Loop:
         prefer: Prefer,
         at: float | None = None,
         measured: float | None = None,
+        spans: Sequence | None = None,
     ) -> Step:
         """Commit to the best manoeuvre that is safe, or go on with the one that is under way.
 
@@ -156,8 +157,10 @@ class Loop:
         the least is liked best; NaN and infinite ones are left out. at: [s] of the loop's clock, at
         which the pose was measured; None for when the manoeuvre under way may first be left.
         measured: the reading of `time.perf_counter()` at that moment, from which the deadline
-        counts; None for now. Whatever is wrong with what was measured ends in the manoeuvre under
-        way, with a sentence.
+        counts; None for now. spans: when the obstacles exist, in intervals from the moment of the
+        pose, as of `reach_avoid`; those of `moving` move. Nothing is told of them after the
+        manoeuvre's rest: they may run into a robot that rests [T38]. Whatever is wrong with what
+        was measured ends in the manoeuvre under way, with a sentence.
         """
         begin = time.perf_counter()
         trouble = "" if self.prover is None else self.prover.trouble()
@@ -169,7 +172,7 @@ class Loop:
             at = self._time(at)
             here = _within_a_turn(pose_of(pose, self.model))
             self._require_no_jump(here, at)
-            scene = self._scene(here, obstacles)
+            scene = self._scene(here, obstacles, spans)
             k = self._all_of_k(self._with_command(given, at))
         except InputError as error:
             return self.go_on(str(error))
@@ -306,11 +309,12 @@ class Loop:
         k[:, list(self.given)] = values
         return k
 
-    def _scene(self, pose: Pose, obstacles: Sequence) -> Scene:
+    def _scene(self, pose: Pose, obstacles: Sequence, spans: Sequence | None = None) -> Scene:
         """The scene as the robot sees it. Raises InputError."""
         # what is measured at the start comes with every step
         doubt = replace(self.doubt, given={axis: FREE for axis in self.model.given})
-        problem = reach_avoid(any_goal(self.model), obstacles, self.body, doubt=doubt)
+        goal = any_goal(self.model)
+        problem = reach_avoid(goal, obstacles, self.body, spans=spans, doubt=doubt)
         asked = question(problem, self.model)
         asked = replace(asked, pose=pose).plain(self._known)
         goal = self._end(asked.model)

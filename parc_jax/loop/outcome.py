@@ -18,8 +18,10 @@ READY = "ready"
 
 
 class Outcome(NamedTuple):
-    """What came of an episode. touched: anything, ever. left: was a tube left by what was driven of
-    its manoeuvre (`left_tube`); None where nobody looked. told: plain values that are kept with it.
+    """What came of an episode. touched: anything, ever; of what moves, before the rest of the
+    manoeuvre under way, since it may run into a robot that rests [T38]. left: was a tube left by
+    what was driven of its manoeuvre (`left_tube`); None where nobody looked. told: plain values
+    that are kept with it.
     """
 
     touched: bool

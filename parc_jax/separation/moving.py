@@ -1,5 +1,6 @@
 """Moving obstacles as polytopes with intervals of existence."""
 
+import math
 from fractions import Fraction
 
 import numpy as np
@@ -16,16 +17,25 @@ Span = tuple[int, int]
 
 
 def moving(
-    obstacle: Box | HPolytope, velocity: ArrayLike, span: Span, dt: float, *, every: int = 1
+    obstacle: Box | HPolytope,
+    velocity: ArrayLike,
+    span: Span,
+    dt: float,
+    *,
+    every: int = 1,
+    off_by: float = 0.0,
 ) -> tuple[list[HPolytope], list[Span]]:
-    """An obstacle in uniform motion, in the plane or in space, as obstacles and spans for
-    `reach_avoid`. Raises InputError.
+    """An obstacle in motion, in the plane or in space, as obstacles and spans for `reach_avoid` and
+    `Loop.step`. Raises InputError.
 
     obstacle: Box or HPolytope [m] as it stands at time 0 of the manoeuvre, its floats taken as they
     are. velocity: (n_p,) [m/s]. span: first and last interval in which it exists. dt: [s] of an
     interval, `model.time.dt`. every: intervals per returned polytope; more makes fewer and larger
-    ones. Each contains all places of the obstacle during its intervals, ends included; offsets are
-    rounded up. A path that bends is several calls; a union is several obstacles.
+    ones. off_by: [m/s] by which its true velocity differs from this one, at most, whenever; with a
+    velocity of zeros its greatest speed. After t seconds it is within off_by * t [m] of where it
+    would be. Each polytope contains all places of the obstacle during its intervals, ends
+    included; offsets are rounded up. A path that bends is several calls; a union is several
+    obstacles. [T38]
     """
     poly = from_box(obstacle) if isinstance(obstacle, Box) else obstacle
     v = as_float64("velocity", velocity, (poly.n,))
@@ -35,6 +45,8 @@ def moving(
             f"moving: expected 0 <= first <= last, every >= 1 and dt > 0; got {span}, every = "
             f"{every}, dt = {dt}."
         )
+    if not 0 <= off_by < math.inf:
+        raise InputError(f"moving: expected off_by of 0 m/s or more; got {off_by!r:.40}.")
     vertices = rational_vertices(poly)
     if not vertices:
         raise InputError(
@@ -42,7 +54,10 @@ def moving(
         )
     A = np.concatenate([poly.A, _sides(vertices, v)]) if v.any() else poly.A
     spans = [(t, min(t + every - 1, last)) for t in range(first, last + 1, every)]
-    return [_swept(A, vertices, v, Fraction(float(dt)), span) for span in spans], spans
+    rows = [(exact_support(vertices, w), _fastest(w, v, off_by)) for w in A]
+    step = Fraction(float(dt))
+    ends = [(first * step, (last + 1) * step) for first, last in spans]
+    return [hpolytope(A, [_farthest(*row, end) for row in rows]) for end in ends], spans
 
 
 def _sides(vertices: list[Point], v: np.ndarray) -> np.ndarray:
@@ -67,12 +82,16 @@ def _sides(vertices: list[Point], v: np.ndarray) -> np.ndarray:
     return sides
 
 
-def _swept(
-    A: np.ndarray, vertices: list[Point], v: np.ndarray, dt: Fraction, span: Span
-) -> HPolytope:
-    """Hull of the obstacle at the first and the last moment of its intervals, whose sides are its
-    own and those parallel to the way."""
-    ends = [span[0] * dt, (span[1] + 1) * dt]
-    way = [tuple(Fraction(float(c)) * t for c in v) for t in ends]
-    support = [round_up(exact_support(vertices, w) + exact_support(way, w)) for w in A]
-    return hpolytope(A, np.array(support))
+def _fastest(w: np.ndarray, v: np.ndarray, off_by: float) -> Fraction:
+    """Most that w . x may grow in a second, for a velocity that is off_by from v at most."""
+    exact = [Fraction(float(c)) for c in w]
+    length = math.hypot(*w)
+    while Fraction(length) ** 2 < sum(c * c for c in exact):
+        length = math.nextafter(length, math.inf)
+    known = sum(c * Fraction(float(each)) for c, each in zip(exact, v, strict=True))
+    return known + Fraction(length) * Fraction(float(off_by))
+
+
+def _farthest(now: Fraction, rate: Fraction, ends: tuple[Fraction, Fraction]) -> float:
+    """Most that w . x reaches between two times: at one of them, since it grows evenly."""
+    return round_up(now + max(rate * t for t in ends))

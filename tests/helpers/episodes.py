@@ -12,8 +12,8 @@ from parc_jax.system import TURNS
 PATIENT = pj.loop.Effort(candidates=64, deadline=300.0)
 
 
-def driven(turning: bool, n: int = 4):
-    """n commitments, each left half way, and a block far away."""
+def driven(turning: bool, n: int = 4, spans=None):
+    """n commitments, each left half way, and a block far away; spans: of the block."""
     if turning:
         model, _ = toy_case(0)
         model = told(model, rotation=(TURNS,))
@@ -27,7 +27,8 @@ def driven(turning: bool, n: int = 4):
     block = pj.box([30.0, 30.0], [31.0, 31.0])
     out = []
     for i in range(n):
-        step = loop.step(pose, [0.1], [block], lambda seen: -seen.path[:, -1, 0], at=seconds * i)
+        asked = {"at": seconds * i, "spans": spans}
+        step = loop.step(pose, [0.1], [block], lambda seen: -seen.path[:, -1, 0], **asked)
         assert step.new, step.reason
         out.append(step.committed)
         offsets, _ = trajectories(model.net, model.layout, step.committed.k[None])

@@ -33,6 +33,13 @@ def test_an_episode_is_accepted_and_says_from_when_to_when(turning, tmp_path, ca
     assert json.loads(capsys.readouterr().out)["manoeuvres"] == 4
 
 
+def test_of_what_moves_nothing_is_said_while_the_robot_rests():
+    still, moves = (check(episode_part(driven(False, 2, spans))) for spans in (None, [(0, 3)]))
+    assert (still.moving, moves.moving) == (0, 2)
+    said = ["\n".join(checker.episode.summary_of_episode(report)) for report in (still, moves)]
+    assert "NOT PROVED" not in said[0] and "in 2 manoeuvres obstacles" in said[1]
+
+
 def moved_away(file):
     """The robot is suddenly elsewhere; its plan from there is as good as before."""
     entry = file["manoeuvres"][2]

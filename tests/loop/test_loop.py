@@ -53,6 +53,19 @@ def test_the_best_liked_of_the_safe_ones_is_committed_to(line):
     assert step.committed.end - step.committed.begin == line.time.t_f
 
 
+def test_what_moves_is_kept_away_from_until_the_rest(line):
+    """A wall that comes at 0.1 m/s at most: the farther the later, so it takes room at the rest."""
+    loop, time = loop_of(line), line.time
+    toward, spans = pj.moving(WALL, [0.0, 0.0], (0, time.n_steps - 1), time.dt, off_by=0.1)
+    step = loop.step([0.0, 0.0], [0.25], toward, forward, spans=spans)
+    every = np.sort(even_candidates(line, (1,), 256)[:, 0])
+    free = every[every < 0.45 - 0.1 * time.t_f - 0.11]
+    assert step.new and step.committed.k.tolist() == [free[-1], 0.25] and step.committed.proved()
+    gone = loop.step([0.0, 0.0], [0.25], toward[:1], forward, spans=[(0, 0)])
+    assert gone.committed.k[0] > 0.5  # what is there in the first interval alone
+    assert not loop.step([0.0, 0.0], [0.25], toward, forward, spans=[(0, 0)]).new
+
+
 @pytest.mark.parametrize("doubt", [None, pj.Doubt(start=0.02)])
 def test_what_a_system_declares_to_be_measured_is_given_at_every_step(line, doubt):
     declared = pj.loop.Loop(told(line, given=(1,)), 0.1, leave=0.5, doubt=doubt, effort=PATIENT)
@@ -103,6 +116,8 @@ def test_nothing_compiles_after_the_first_step_whatever_is_around(line):
         for n in (0, 1, 9, 100):
             around = [pj.box(c - 0.01, c + 0.01) for c in rng.uniform(-2, 2, (n, 2))]
             loop.step([0.0, 0.0], [rng.uniform(-1, 1)], around, forward)
+            spans = [(i % 4, 3) for i in range(n)]
+            loop.step([0.0, 0.0], [rng.uniform(-1, 1)], around, forward, spans=spans)
 
     assert compiled_by(drive) == 0
 

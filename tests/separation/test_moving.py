@@ -40,6 +40,28 @@ def test_every_place_is_covered_and_little_else(rng, every):
             assert float(area(rational_vertices(part))) == pytest.approx(exact, rel=1e-9)
 
 
+@pytest.mark.soundness
+def test_a_velocity_that_is_off_by_a_bound_stays_inside_and_no_bound_is_wasted(rng):
+    for n in (2, 3):
+        poly = from_box(box(np.zeros(n), rng.uniform(0.1, 1, n)))
+        v, off_by = rng.normal(size=n), 0.7
+        parts, spans = moving(poly, v, (3, 12), DT, every=4, off_by=off_by)
+        corners = np.array(rational_vertices(poly), float)
+        ways = rng.normal(size=(200, n))
+        ways *= off_by / np.linalg.norm(ways, axis=1, keepdims=True)
+        for part, (first, last) in zip(parts, spans, strict=True):
+            times = np.linspace(first * DT, (last + 1) * DT, 5)
+            moved = corners[None, :, None] + times[:, None, None, None] * (v + ways)
+            inside = moved.reshape(-1, n) @ part.A.T <= part.b + 1e-12
+            assert inside.all()
+            # each side is met by who moves straight at it
+            ahead = part.A / np.linalg.norm(part.A, axis=1, keepdims=True)
+            ends = corners[None] + times[[0, -1], None, None] * v
+            far = np.einsum("rn,ecn->rec", part.A, ends).max(axis=2)
+            far = far + off_by * np.einsum("rn,rn->r", part.A, ahead)[:, None] * times[[0, -1]]
+            assert part.b == pytest.approx(far.max(axis=1), abs=1e-12)
+
+
 def bodies_in_space():
     """A box, a pyramid, a wall, a rod and a point."""
     return [
@@ -78,6 +100,9 @@ def test_standing_still_and_bad_input():
     assert spans == [(0, 5)] and np.allclose(parts[0].b, [1, 1, 0, 0])
     with pytest.raises(InputError, match="moving"):
         moving(box([0, 0], [1, 1]), [1.0, 0.0], (5, 2), DT)
+    for off_by in (-0.1, np.nan, np.inf):
+        with pytest.raises(InputError, match="off_by of 0 m/s or more"):
+            moving(box([0, 0], [1, 1]), [1.0, 0.0], (0, 2), DT, off_by=off_by)
 
 
 @pytest.mark.night
