@@ -6,6 +6,8 @@ JACKAL = "tests/sims/test_jackal.py"
 PHYSICS = "tests/sims/test_jackal_physics.py"
 LIDAR = "tests/sims/test_lidar.py"
 BARN = "tests/sims/test_barn.py"
+YARD = "tests/sims/test_tractor_yard.py"
+CROWD = "tests/sims/test_crowd.py"
 
 ROBOT = (
     Fault(
@@ -70,5 +72,33 @@ ROBOT = (
         "/ self.factor",
         "/ 1.0",
         (f"{JACKAL}::test_encoders_do_not_see_slip",),
+    ),
+    Fault(
+        "tractors_that_do_not_stop",
+        "sims/tractor/yard.py",
+        "ks[:, 3] * held",
+        "ks[:, 3]",
+        (f"{YARD}::test_it_rests_at_the_end_and_stays",),
+    ),
+    Fault(
+        "bumps_along_the_axes_of_the_world",
+        "sims/tractor/yard.py",
+        "turned(rough, qpos[:, 2])",
+        "rough",
+        (f"{YARD}::test_a_run_is_told_from_its_pose_wherever_that_is",),
+    ),
+    Fault(
+        "discs_that_are_faster_than_is_said",
+        "sims/jackal/crowd.py",
+        "speed = FASTEST * np.sqrt",
+        "speed = 2 * FASTEST * np.sqrt",
+        (f"{CROWD}::test_nobody_is_faster_than_is_declared_or_leaves_the_field",),
+    ),
+    Fault(
+        "contacts_under_way_taken_for_those_at_rest",
+        "sims/jackal/crowd.py",
+        "moves = last <= t_f + 1e-9",
+        "moves = last <= 0.3",
+        (f"{CROWD}::test_contacts_under_way_and_at_rest_are_told_apart",),
     ),
 )

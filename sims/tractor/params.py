@@ -25,3 +25,12 @@ SLOPE = 200.0  # [N] most that the slope of the ground pulls along each axis
 
 BEFORE_TURN = (2.0, 4.0)  # [m] driven straight before the turn
 TURN = (math.pi / 3, math.pi / 2)  # [rad]
+
+# In the yard (`yard.py`), where a manoeuvre begins while the tractor drives and carries its stop
+HELD = 0.8  # [s] for which a command is held
+RAMPS = (1.5, 0.6)  # [m/s^2], [rad/s] of what is asked for, from what was measured on
+FAST, STEER = 2.0, 0.4  # [m/s], [rad] most that is commanded
+SPEED_BEYOND = (0.1, 0.15)  # [m/s] below 0 and above FAST that such commands lead to, at most
+STEER_BEYOND, HITCH_BEYOND = 0.45, 0.75  # [rad] the same, and of the hitch, either way
+SERVO = 40_000.0  # [N per m/s]: what drives and brakes lags by a tenth of a second
+YARD_STEP, YARD_T_F = 0.2, 2.8  # [s]
