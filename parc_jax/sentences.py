@@ -133,7 +133,8 @@ def about_episodes(
         about_loop(),
         f"(E) Of {counted(n, 'fresh episode')} {bad:,} were bad: {seen}.",
         f"With confidence {sure} over them, an episode of this law {what} with probability at most "
-        f"{rounded_up(eps)}{which}, for whatever reason.",
+        f"{rounded_up(eps)}{which}, for whatever reason. What runs into a robot that rests is not "
+        "counted.",
     ]
     if contradictions:
         first = [str(i) for i in contradictions[:MOST_NUMBERS]]
