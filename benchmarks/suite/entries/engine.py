@@ -11,12 +11,15 @@ import parc_jax as pj
 from benchmarks.suite.answer import Piece, Sets
 from benchmarks.suite.entries import kit
 from parc_jax.claim.intersample import DISCRETE_TIME, SpeedBound
+from parc_jax.cover.sampling import points
+from parc_jax.cover.search import cover_around
 from parc_jax.published.cells import cells_outward
 from parc_jax.published.scene import paper_scene
 from parc_jax.published.search import SAMPLES_PER_REGION, paper_search
 from parc_jax.rollout.batch import RolloutBatch, rollout_batch
 from parc_jax.rollout.law import law_spec
 from parc_jax.sets.qhull import halfspace_intersection, scaled_around
+from parc_jax.verdict.pointwise import verdicts
 
 KNOTS = 40  # of a model, at most
 AS_PUBLISHED = SAMPLES_PER_REGION
@@ -78,12 +81,16 @@ def looks(task: kit.Task) -> tuple[int, int]:
     return max(1, min(LOOKS, task.budget // 2 // n)), n
 
 
-def polytopes(answer: pj.types.Answer) -> list[dict]:
-    """The largest safe polytopes of an answer, as the suite spells them. They are compared by the
-    boxes around them: to triangulate them, as `safe_sets` does, takes minutes in six dimensions.
+def polytopes(planner: pj.Planner, asked: pj.types.ReachAvoid, rng) -> list[dict]:
+    """The largest of the safe polytopes around so many safe plans, as the suite spells them. They
+    are compared by the boxes around them: to triangulate them, as `safe_sets` does, takes minutes
+    in six dimensions; and looks that tell what they cover, as `with_polytopes` has, do so too.
     """
-    around = AROUND[answer.model.n_p + answer.model.n_k]
-    cut = answer.with_polytopes(KEY, around).polytopes
+    n_p = planner.model.n_p
+    around = AROUND[n_p + planner.model.n_k]
+    safe = planner.solve(asked, KEY, pj.Settings.fast().replace(samples=around)).samples
+    scene, p0, k = planner.prepare(asked).scene, safe[:, :n_p], safe[:, n_p:]
+    _, cut = cover_around(scene, rng, points(p0, k, verdicts(scene, p0, k)))
     found = [_spelled(one.halfspaces, np.concatenate([one.p0, one.k])) for one in cut]
     found = [one for one in found if one is not None]
     return sorted(found, key=lambda one: -np.prod(np.subtract(one["hi"], one["lo"])))[:PIECES]

@@ -1,6 +1,7 @@
 """What entries of ours share: files in, runs, answers out; a network; sets of boxes."""
 
 import json
+import math
 import os
 import subprocess
 import sys
@@ -13,6 +14,7 @@ from benchmarks.suite.scene import Scene, load_scene
 
 MOST = 1 << 16  # runs of one request
 SETS = 2000  # of an answer
+SCARCE = 1 / 200  # of plans drawn evenly succeed in every scene that has a plan: so says the suite
 
 
 class Task:
@@ -63,6 +65,19 @@ def answer(path, **told) -> None:
 def first(plan: np.ndarray) -> None:
     """Say that there is a first plan."""
     Path("first.json").write_text(json.dumps(plan.tolist()))
+
+
+def nobody(task: Task, scene: Scene, rng: np.random.Generator, most: int) -> bool:
+    """Whether none of plans drawn evenly from start x K succeeds, so many that this would happen
+    with probability delta, were there a plan and as many as the suite promises. most: runs that may
+    be spent; False where that is too few.
+    """
+    n = math.ceil(math.log(task.delta) / math.log1p(-SCARCE * (1 - task.eps)))
+    if n > most:
+        return False
+    lo, hi = task.bounds(scene)
+    plans = rng.uniform(lo, hi, (n, len(lo)))
+    return not scene.succeeds(*task.runs(*np.split(plans, [task.n_p], axis=1))).any()
 
 
 def train(x, y, hidden=(32, 32), steps=3000, seed=0, batch=256) -> list:

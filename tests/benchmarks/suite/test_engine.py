@@ -54,3 +54,24 @@ def test_looks_leave_runs_to_learn_from(tmp_path):
     for one in instances("large", ("puck", "bar")):
         times, n = engine.looks(task(one, tmp_path))
         assert times >= 1 and times * n <= 0.5 * one.budget
+
+
+def test_none_is_said_after_enough_runs_without_success_and_not_before(tmp_path, monkeypatch):
+    """So many as show a plan, were there one in two hundred, but with probability delta."""
+    spent = []
+
+    def nobody(name, most):
+        (one,) = instances("large", [name])
+        asked, rng = task(one, tmp_path), np.random.default_rng(0)
+
+        def runs(p0, k):
+            spent.append(len(k))
+            return one.black_box.rollout(p0, k, 0)
+
+        monkeypatch.setattr(asked, "runs", runs)
+        return kit.nobody(asked, asked.scene(one.scene_path), rng, most)
+
+    assert nobody("puck_05", 20_000) and not nobody("puck_01", 20_000)
+    (n,) = set(spent)
+    assert (1 - 0.99 / 200) ** n <= 0.001 < (1 - 0.99 / 200) ** (n - 1)
+    assert not nobody("puck_05", n - 1) and spent == [n, n]
