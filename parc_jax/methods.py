@@ -60,7 +60,6 @@ class Exact:
                 limit=limit,
                 max_leaves=min(work.leaves, MAX_LEAVES),
             )
-            limit.start()
             within = _elsewhere(no_plan, hopeless, scene, rng, work, limit)
         if limit.cut:  # by a climb or the proof; what draws find is whole or says so itself
             found = found._replace(ended=Ended.SECONDS)

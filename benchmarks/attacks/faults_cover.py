@@ -39,9 +39,9 @@ COVER = (
     ),
     Fault(
         "seconds_that_count_from_a_safe_draw_on",
-        "Exact.search",
-        "            limit.start()\n",
-        "",
+        "rare._raise_to_safe",
+        "limit.start()",
+        "pass",
         ("tests/test_methods.py::test_seconds_count_though_no_draw_was_safe",),
     ),
     Fault(

@@ -3,6 +3,8 @@ some of it off, that is remembered, for the answer to say.
 """
 
 import time
+from collections.abc import Iterator
+from contextlib import contextmanager
 
 
 class Limit:
@@ -17,6 +19,14 @@ class Limit:
         """Count from now, if not from earlier on: what comes before mostly compiles."""
         if self._begin is None:
             self._begin = time.perf_counter()
+
+    @contextmanager
+    def uncounted(self) -> Iterator[None]:
+        """What compiles inside does not count."""
+        begin = time.perf_counter()
+        yield
+        if self._begin is not None:
+            self._begin += time.perf_counter() - begin
 
     def over(self, reserved: float = 0.0) -> bool:
         """Asked where there is more to do, which True cuts off. reserved [s]: what comes after."""

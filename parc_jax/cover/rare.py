@@ -80,6 +80,7 @@ def _raise_to_safe(scene: Scene, rng: np.random.Generator, n: int, limit: Limit)
             return _Plans(plans.x[safe], plans.margin[safe])
         plans = _moved(scene, rng, _copied(rng, plans, levels[-1], n), levels[-1], MOVES)
         levels.append(_level(plans))
+        limit.start()  # the first moves mostly compile
         before = levels[-1 - PATIENCE] if len(levels) > PATIENCE else -np.inf
         if levels[-1] < (1 - PROGRESS) * before or limit.over():
             break

@@ -81,14 +81,15 @@ def looks(task: kit.Task) -> tuple[int, int]:
     return max(1, min(LOOKS, task.budget // 2 // n)), n
 
 
-def polytopes(planner: pj.Planner, asked: pj.types.ReachAvoid, rng) -> list[dict]:
-    """The largest of the safe polytopes around so many safe plans, as the suite spells them. They
-    are compared by the boxes around them: to triangulate them, as `safe_sets` does, takes minutes
-    in six dimensions; and looks that tell what they cover, as `with_polytopes` has, do so too.
+def polytopes(planner: pj.Planner, asked: pj.types.ReachAvoid, few: pj.Settings, rng) -> list[dict]:
+    """The largest of the safe polytopes around safe plans, as the suite spells them. They are
+    compared by the boxes around them: to triangulate them, as `safe_sets` does, takes minutes in
+    six dimensions; and looks that tell what they cover, as `with_polytopes` has, do so too. few:
+    as a few plans were asked for.
     """
     n_p = planner.model.n_p
     around = AROUND[n_p + planner.model.n_k]
-    safe = planner.solve(asked, KEY, pj.Settings.fast().replace(samples=around)).samples
+    safe = planner.solve(asked, KEY, few.replace(samples=around)).samples
     scene, p0, k = planner.prepare(asked).scene, safe[:, :n_p], safe[:, n_p:]
     _, cut = cover_around(scene, rng, points(p0, k, verdicts(scene, p0, k)))
     found = [_spelled(one.halfspaces, np.concatenate([one.p0, one.k])) for one in cut]
