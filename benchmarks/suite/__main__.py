@@ -8,7 +8,7 @@ import time
 from pathlib import Path
 
 from benchmarks.suite.bad import Refused
-from benchmarks.suite.enter import ENTRIES, enter
+from benchmarks.suite.enter import OURS, enter
 from benchmarks.suite.instances import SIZES, instances
 from benchmarks.suite.result import SCORES, freeze, scored
 from benchmarks.suite.table import figure, table
@@ -16,14 +16,14 @@ from benchmarks.suite.table import figure, table
 
 def main(arguments: list[str] | None = None) -> int:
     """Exit codes: 0 done, 2 bad input."""
-    ours = sorted(path.parent.name for path in ENTRIES.glob("*/answer"))
     parser = argparse.ArgumentParser(prog="python -m benchmarks.suite", description=__doc__)
     parser.add_argument("--size", choices=SIZES, default=SIZES[0], help="small is in the others")
     parser.add_argument("--only", nargs="+", default=(), metavar="ID", help="ids begin with these")
     parser.add_argument(
-        "--entries", nargs="*", default=ours, metavar="NAME", help="names of ours, or folders"
+        "--entries", nargs="+", default=OURS, metavar="NAME", help="of ours, or ./folders"
     )
     parser.add_argument("--out", type=Path, default=Path("runs/suite"), help="folder of results")
+    parser.add_argument("--keep", type=Path, help="keep here where they work, and what they print")
     parser.add_argument("--score", action="store_true", help="score what is frozen there, only")
     parser.add_argument("--again", action="store_true", help="score with the chance of before")
     parser.add_argument("--figure", type=Path, help="draw the scores of the folder, e.g. x.png")
@@ -44,7 +44,7 @@ def _run(options) -> int:
     if not (options.score or options.again):
         options.out.mkdir(parents=True, exist_ok=True)
         for entry in options.entries:
-            found = enter(entry, asked, say)
+            found = enter(entry, asked, say, options.keep)
             freeze(options.out, Path(entry).name, found)
     if options.again:
         if not (options.out / SCORES).exists():

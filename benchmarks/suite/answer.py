@@ -155,7 +155,10 @@ def _list(name: str, data: dict) -> list[dict]:
 def _array(name: str, value, d: int) -> np.ndarray:
     """(n, d) finite numbers. Raises Refused."""
     try:
-        array = np.array(value, np.float64)
+        array = np.array(value)
+        if array.dtype.kind not in "iuf":  # strings, say, which NumPy would take for numbers
+            raise TypeError
+        array = array.astype(np.float64)
     except (TypeError, ValueError, OverflowError):
         raise Refused(f"answer: expected {name}, rows of {d} finite numbers.") from None
     if array.size == 0:

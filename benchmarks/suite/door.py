@@ -99,6 +99,11 @@ def _request(path: str, box: BlackBox) -> tuple[np.ndarray, np.ndarray]:
         )
     if not 0 < len(k) <= MOST:
         raise Refused(f"rollout: expected 1 to {MOST} runs at a time; got {len(k)}.")
-    if not (np.isfinite(p0).all() and (box.k_lo <= k).all() and (k <= box.k_hi).all()):
-        raise Refused("rollout: expected finite starts, and k between k_lo and k_hi.")
+    fine = np.isfinite(p0).all(axis=1) & ((box.k_lo <= k) & (k <= box.k_hi)).all(axis=1)
+    if not fine.all():
+        i = int(np.argmin(fine))
+        raise Refused(
+            "rollout: expected finite starts, and k between k_lo and k_hi; "
+            f"row {i} has p0 {p0[i].tolist()}, k {k[i].tolist()}, and nothing was run."
+        )
     return p0, k

@@ -17,6 +17,7 @@ from benchmarks.suite.instances import Instance
 
 PROGRAMS = ("install", "prepare", "answer")
 ENTRIES = Path(__file__).parent / "entries"
+OURS = sorted(path.parent.name for path in ENTRIES.glob("*/answer"))
 ROOT = Path(__file__).parents[2]
 NOTHING = b'{"verdict": "unknown"}'  # what counts as the answer of an entry that gave none
 LOOK = 0.01  # [s] between looks for a first plan
@@ -25,7 +26,7 @@ LOOK = 0.01  # [s] between looks for a first plan
 @dataclass
 class Ran:
     """One program. code: its exit code, None where it was stopped. first_s: [s] until the file of a
-    first plan was there.
+    first plan was there. said: its last line, after what was last said to it of runs.
     """
 
     code: int | None
@@ -37,35 +38,48 @@ class Ran:
 def programs_of(entry: str) -> Path:
     """The folder of an entry: of ours by name, of anybody by path. Raises Refused."""
     folder = Path(entry) if os.sep in entry else ENTRIES / entry
-    for name in PROGRAMS:
-        if not os.access(folder / name, os.X_OK):
-            raise Refused(f"{entry}: expected a program {folder / name} that can be executed.")
+    if not folder.is_dir():
+        raise Refused(
+            f"{entry}: expected one of {', '.join(OURS)}, or a folder, such as ./{entry}."
+        )
+    for path in (folder / name for name in PROGRAMS):
+        if not path.is_file():
+            raise Refused(f"{entry}: expected a program {path}; there is none.")
+        if not os.access(path, os.X_OK):
+            raise Refused(f"{entry}: expected a program that can be executed; chmod +x {path}.")
     return folder.resolve()
 
 
-def enter(entry: str, asked: list[Instance], say=lambda line: None) -> dict[str, dict]:
+def enter(entry: str, asked: list[Instance], say=lambda line: None, keep=None) -> dict[str, dict]:
     """What an entry answers, and what that took, by instance. It prepares once for all instances
-    with the same task; the runs and seconds of that count for each of these. Raises Refused.
+    with the same box and task; the runs and seconds of that count for each of these. keep: folder
+    for its working folders, by default one that is removed. Raises Refused.
     """
+
+    def task(one):
+        return one.box, json.dumps(one.task)
+
     folder, found = programs_of(entry), {}
     with tempfile.TemporaryDirectory() as place:
-        work = Path(place)
+        work = Path(place) if keep is None else Path(keep).resolve() / folder.name
+        work.mkdir(parents=True, exist_ok=True)
         installed = call([folder / "install"], work, 600.0)
         if installed.code != 0:
             raise Refused(f"{entry}: install ended with {installed.code}; {installed.said}")
-        ordered = sorted(asked, key=lambda one: json.dumps(one.task))
-        for number, (_, some) in enumerate(groupby(ordered, key=lambda one: json.dumps(one.task))):
+        for number, (_, some) in enumerate(groupby(sorted(asked, key=task), key=task)):
             room = work / str(number)
-            (room / "model").mkdir(parents=True)
-            found |= _prepared(folder, room, list(some), say)
+            (room / "model").mkdir(parents=True, exist_ok=True)
+            at_door = Path(place) / str(number)  # a short name, which sockets must have
+            at_door.mkdir(exist_ok=True)
+            found |= _prepared(folder, room, at_door, list(some), say)
     return found
 
 
-def _prepared(folder: Path, room: Path, some: list[Instance], say) -> dict[str, dict]:
+def _prepared(folder: Path, room: Path, at_door: Path, some: list[Instance], say):
     first = some[0]
     task, model = room / "task.json", room / "model"
     task.write_text(json.dumps(first.task))
-    with Door(first.black_box, first.budget, room) as door:
+    with Door(first.black_box, first.budget, at_door) as door:
         made = call([folder / "prepare", task, model], room, first.limit_s, door)
         spent, simulating = door.used, door.seconds
         found = {}
@@ -74,9 +88,13 @@ def _prepared(folder: Path, room: Path, some: list[Instance], say) -> dict[str, 
             answer, plan = room / "answer.json", room / "first.json"
             for path in (answer, plan):
                 path.unlink(missing_ok=True)
-            arguments = [folder / "answer", task, model, instance.scene_path, answer]
+            arguments = [folder / "answer", task, model, _scene(instance, room), answer]
             ran = call(arguments, room, instance.limit_s, door, plan)
             given = answer.read_bytes() if ran.code == 0 and answer.exists() else NOTHING
+            why = [_why("prepare", made), _why("answer", ran)]
+            if ran.code == 0 and not answer.exists():
+                why.append("answer: expected a file at its fourth argument; none was written")
+            why = "; ".join(filter(None, why))
             found[instance.id] = {
                 "answer": given,
                 "rollouts": door.used,
@@ -84,16 +102,25 @@ def _prepared(folder: Path, room: Path, some: list[Instance], say) -> dict[str, 
                 "first_s": ran.first_s,
                 "answer_s": round(ran.seconds, 2),
                 "simulating_s": round(simulating + door.seconds, 2),
-                "why": "; ".join(filter(None, map(_why, (made, ran)))),
+                "why": why,
             }
-            say(f"{folder.name} {instance.id}: {ran.seconds:.1f} s, {door.used} runs {_why(ran)}")
+            say(f"{folder.name} {instance.id}: {ran.seconds:.1f} s, {door.used} runs {why}")
     return found
 
 
-def _why(ran: Ran) -> str:
+def _scene(instance: Instance, room: Path) -> Path:
+    """A copy of the scene that tells nothing beside it: no id, no comment."""
+    lines = instance.scene_path.read_text().splitlines(keepends=True)
+    path = room / "scene.toml"
+    path.write_text("".join(line for line in lines if not line.startswith("#")))
+    return path
+
+
+def _why(program: str, ran: Ran) -> str:
     if ran.code == 0:
         return ""
-    return "stopped at the limit" if ran.code is None else f"exit code {ran.code}: {ran.said}"
+    ended = "stopped at the limit" if ran.code is None else f"exit code {ran.code}: {ran.said}"
+    return f"{program}: {ended}"
 
 
 def call(arguments, room: Path, limit_s: float, door: Door | None = None, plan=None) -> Ran:
@@ -106,15 +133,20 @@ def call(arguments, room: Path, limit_s: float, door: Door | None = None, plan=N
         environment[name] = os.pathsep.join(filter(None, [folder, os.environ.get(name)]))
     environment |= {} if door is None else door.environment
     begin, first = time.monotonic(), None
-    with (room / "said").open("wb") as said:
-        process = subprocess.Popen(
-            list(map(str, arguments)),
-            cwd=room,
-            env=environment,
-            stdout=said,
-            stderr=subprocess.STDOUT,
-            start_new_session=True,
-        )
+    printed = room / f"{Path(arguments[0]).name}.txt"
+    with printed.open("wb") as said:
+        try:
+            process = subprocess.Popen(
+                list(map(str, arguments)),
+                cwd=room,
+                env=environment,
+                stdout=said,
+                stderr=subprocess.STDOUT,
+                start_new_session=True,
+            )
+        except OSError as error:
+            why = f"{error.strerror}; expected a first line such as #!/usr/bin/env python3"
+            return Ran(126, 0.0, None, why)
         try:
             while process.poll() is None and time.monotonic() - begin < limit_s:
                 if first is None and plan is not None and plan.exists():
@@ -123,8 +155,10 @@ def call(arguments, room: Path, limit_s: float, door: Door | None = None, plan=N
             code = process.poll()
         finally:
             _end(process)
-    lines = (room / "said").read_text(errors="replace").strip().splitlines()
-    return Ran(code, time.monotonic() - begin, first, lines[-1][:300] if lines else "")
+    lines = printed.read_text(errors="replace").strip().splitlines()
+    refused = [line for line in lines[:-1] if line.startswith("rollout:")]
+    last = " ".join(refused[-1:] + lines[-1:])[:300]
+    return Ran(code, time.monotonic() - begin, first, last)
 
 
 def _end(process: subprocess.Popen) -> None:

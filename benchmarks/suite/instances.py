@@ -82,7 +82,9 @@ def instances(size: str = SIZES[-1], names=(), path=HERE / "instances.csv") -> l
     else:
         found = [one for one in found if SIZES.index(one.size) <= SIZES.index(size)]
     if not found:
-        raise Refused(f"instances: expected ids that begin with {', '.join(names)}; there is none.")
+        raise Refused(
+            f"instances: expected ids such as puck_01; none begins with {', '.join(names)}."
+        )
     return found
 
 

@@ -34,6 +34,10 @@ def frozen(folder: Path, instance: Instance) -> tuple[dict[str, bytes], dict[str
     not the one that was frozen.
     """
     answers, told = {}, {}
+    if not (folder / "answers").is_dir():
+        raise Refused(
+            f"expected frozen answers in {folder}; run entries with --out {folder} first."
+        )
     for place in sorted((folder / "answers").iterdir()):
         ledger = json.loads((place / "ledger.json").read_text())
         if instance.id not in ledger:
@@ -55,11 +59,15 @@ def scored(folder: Path, asked: list[Instance], chance: str, say=lambda line: No
             continue
         found = score(instance, answers, chance)
         for name, one in found["entries"].items():
-            one |= {key: told[name][key] for key in told[name] if key != "sha256"}
+            why = "; ".join(filter(None, (told[name].get("why"), one.get("why"))))
+            one |= {key: told[name][key] for key in told[name] if key != "sha256"} | {"why": why}
         about = {"box": instance.box, "size": instance.size, "trap": instance.trap}
         before[instance.id] = {**about, "chance": chance, **found}
         status = ", ".join(f"{n} {e['status']}" for n, e in found["entries"].items())
         say(f"{instance.id}: {found['truth']['good']} of {found['truth']['plans']}; {status}")
+        for name, one in found["entries"].items():
+            if one["why"] and not one["points"]:
+                say(f"  {name}: {one['why']}")
     report = {"format": FORMAT, "instances": dict(sorted(before.items()))}
     path.write_text(json.dumps(report, indent=1) + "\n")
     return report

@@ -15,11 +15,12 @@ from benchmarks.suite.binomial import interval, tail
 from benchmarks.suite.instances import Instance
 
 WRONG = 1e-6  # an answer is refuted where a right one would look as bad so rarely
-LOST, STANDS, WHOLE = -150, 2, 10  # points: refuted; a plan that holds; all plans, or a right none
+LOST, STANDS, WHOLE = -150, 2, 10  # points: refuted; a plan that holds, or a right none; all plans
 PER_EPS = 40  # runs of plans drawn from an answer, expected failures of one that fails with eps
 FEWEST = 400  # runs of them at least
 TRIED = 3  # plans that are tried against the answer that there is none
 CHUNK = 4096  # runs simulated together
+NOTHING_IN_IT = "answer: expected a plan, or a set that meets start x K and fills its own lo, hi."
 BEYOND = 1e-6  # what a plan's share of failures may exceed eps by: rounding
 
 
@@ -89,7 +90,7 @@ def _some(instance: Instance, answer: Answer, good: np.ndarray, rng) -> dict:
     if sets:
         tests["sets"] = sets.draw(n)
     if not tests:
-        return {"status": "empty", "points": 0}
+        return {"status": "empty", "points": 0, "why": NOTHING_IN_IT}
     failures = {kind: int((~succeed(instance, plans, rng)).sum()) for kind, plans in tests.items()}
     chances = [tail(n, x, instance.eps) for x in failures.values()]
     told = {"failures": failures, "of": n, "chance": min(chances)}
@@ -113,5 +114,5 @@ def _none(instance: Instance, best: np.ndarray, rng) -> dict:
             told = {"plan": plan.tolist(), "failures": failures, "of": n}
             return {"status": "refuted", "points": LOST, **told}
     if instance.known == NONE:
-        return {"status": "right", "points": WHOLE}
+        return {"status": "right", "points": STANDS}
     return {"status": "open", "points": 0}

@@ -38,9 +38,10 @@ class BlackBox:
     speed: float | None = None
 
     def public(self) -> dict:
-        """What an entry is told."""
+        """What an entry is told: not the variant, whose name tells the trap."""
         hidden = ("rollout", "fine")
-        return {name: value for name, value in vars(self).items() if name not in hidden}
+        told = {name: value for name, value in vars(self).items() if name not in hidden}
+        return told | {"name": self.name.partition(SEPARATOR)[0]}
 
 
 def load(name: str) -> BlackBox:
@@ -49,9 +50,13 @@ def load(name: str) -> BlackBox:
     """
     own, _, variant = name.partition(SEPARATOR)
     if own in ROBOTS:
-        from benchmarks.suite.boxes.robots import robot
+        try:
+            from benchmarks.suite.boxes.robots import robot
 
-        return robot(name, own)
+            return robot(name, own)
+        except ModuleNotFoundError as missing:
+            hint = "pip install -e '.[dev]' in the clone"
+            raise Refused(f"box {own}: expected parc_jax and sims; {missing}; {hint}.") from None
     if own not in TOYS and "." not in own:
         raise Refused(
             f"box: expected one of {', '.join(TOYS + ROBOTS)}, or a module with dots in its name; "

@@ -19,6 +19,7 @@ BAD = {
     "uneven rows": (b'{"verdict": "some", "plans": [[0, 0, 0], [0]]}', "rows of 3"),
     "words": (b'{"verdict": "some", "plans": [["a", 0, 0]]}', "rows of 3"),
     "NaN": (b'{"verdict": "some", "plans": [[NaN, 0, 0]]}', "NaN"),
+    "strings": (b'{"verdict": "some", "plans": [["0", "0", "0"]]}', "finite numbers"),
     "a number too large": (b'{"verdict": "some", "plans": [[1e999, 0, 0]]}', "finite numbers"),
     "a plan outside": (b'{"verdict": "some", "plans": [[2, 0, 0]]}', "start"),
     "a box without hi": (b'{"verdict": "some", "boxes": [{"lo": [0, 0, 0]}]}', "hi, lo"),

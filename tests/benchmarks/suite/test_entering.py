@@ -17,6 +17,7 @@ from benchmarks.suite.door import Door
 from benchmarks.suite.enter import NOTHING, enter
 from benchmarks.suite.instances import instances
 from benchmarks.suite.result import freeze, frozen, scored
+from benchmarks.suite.scene import load_scene
 
 ROOT = Path(__file__).parents[3]
 EXAMPLE = ROOT / "docs" / "examples" / "suite_entry"
@@ -66,7 +67,38 @@ def test_what_breaks_or_hangs_answers_nothing_and_says_why(tmp_path):
     assert broken["answer"] == NOTHING and "exit code 3: no luck" in broken["why"]
     hangs = entry(tmp_path, "sleep 60", name="hangs")
     late = enter(hangs, [asked(limit_s=0.3)])["puck_01"]
-    assert late["answer"] == NOTHING and late["why"] == "stopped at the limit"
+    assert late["answer"] == NOTHING and late["why"] == "answer: stopped at the limit"
+    nothing = enter(entry(tmp_path, "", name="nothing"), [asked()])["puck_01"]
+    assert nothing["answer"] == NOTHING and "none was written" in nothing["why"]
+    unnamed = Path(entry(tmp_path, "", "exit 7", name="unnamed"))
+    (unnamed / "answer").write_bytes(b"\x00")
+    told = enter(str(unnamed), [asked()])["puck_01"]["why"]
+    assert "prepare: exit code 7" in told and "expected a first line such as #!" in told
+
+
+def test_what_was_refused_at_the_door_is_told_and_rooms_are_kept(tmp_path):
+    line = (
+        'python3 -c "import numpy as n; n.savez(\\"a.npz\\", p0=n.zeros((9,2)), k=n.zeros((9,2)))"'
+    )
+    answer = f'echo looking; {line}; "$SUITE_ROLLOUT" a.npz r.npz || {{ echo lost; exit 1; }}'
+    place, keep = entry(tmp_path, answer), tmp_path / "keep"
+    why = enter(place, [asked("puck_06")], keep=keep)["puck_06"]["why"]
+    assert "k between k_lo and k_hi" in why and why.endswith("lost")
+    room = keep / "entry" / "0"
+    assert (room / "answer.txt").read_text().startswith("looking\n")
+    scene = room / "scene.toml"
+    assert "# " in asked("puck_06").scene_path.read_text() and "#" not in scene.read_text()
+    assert load_scene(scene, ("reference",), 2, 0).start.shape == (2, 2)
+
+
+def test_why_an_answer_is_worth_nothing_is_told(tmp_path):
+    one, lines = asked(), []
+    answers = {"junk": b"junk", "flat": text(boxes=[{"lo": [1] * 4, "hi": [0] * 4}])}
+    for name, answer in answers.items():
+        freeze(tmp_path, name, {one.id: {"answer": answer, "rollouts": 0, "why": ""}})
+    found = scored(tmp_path, [one], "0", lines.append)["instances"][one.id]["entries"]
+    assert "expected JSON" in found["junk"]["why"] and "expected a plan" in found["flat"]["why"]
+    assert any("junk: answer: expected JSON" in line for line in lines)
 
 
 def test_runs_are_counted_and_end_with_the_budget(tmp_path):
@@ -118,7 +150,7 @@ def test_entries_that_learn_answer_what_the_scorer_takes(name):
 
 def test_what_is_told_does_not_show_what_is_hidden():
     told = asked("puck_08").task
-    assert not {"rollout", "fine", "trap", "known"} & told.keys()
+    assert not {"rollout", "fine", "trap", "known"} & told.keys() and told["name"] == "puck"
     assert told["records"] == 4 and told["dt"] == 0.25 and told["speed"] == 2.8
 
 
@@ -135,7 +167,10 @@ def test_an_answer_that_was_changed_later_is_refused(tmp_path):
 
 
 def test_bad_input_at_the_command_is_a_sentence(tmp_path, capsys):
-    bad = (["--only", "nothing"], ["--entries", "./nobody", "--only", "puck_01"], ["--again"])
+    unable = Path(entry(tmp_path, "", name="unable"))
+    (unable / "answer").chmod(0o644)
+    entries = [["--only", "puck_01", "--entries", name] for name in ("./nobody", str(unable))]
+    bad = (["--only", "nothing"], *entries, ["--again"], ["--score"])
     for arguments in bad:
         assert command.main([*arguments, "--out", str(tmp_path)]) == 2
         assert "expected" in capsys.readouterr().err

@@ -126,7 +126,7 @@ def test_plans_for_seeds_that_were_seen_fail_with_others():
 
 
 def test_none_is_right_where_there_is_none_by_construction_and_else_open():
-    for known, status, points in (("none", "right", WHOLE), ("", "open", 0)):
+    for known, status, points in (("none", "right", STANDS), ("", "open", 0)):
         narrow = case(goal=np.array([[1.98, -0.02], [2.02, 0.02]]), known=known)
         found = judged(narrow, text("none"))
         assert (found["status"], found["points"]) == (status, points)
