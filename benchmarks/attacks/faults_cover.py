@@ -6,6 +6,13 @@ from benchmarks.attacks.fault import Fault
 
 COVER = (
     Fault(
+        "bins_of_two_kinds_are_two_programs",
+        "sampling.points",
+        "e.bin.astype(np.int64)",
+        "e.bin",
+        ("tests/cover/test_sampling.py::test_counts_are_of_what_reaches_and_what_is_safe",),
+    ),
+    Fault(
         "safe_share_of_what_the_tube_leaves",
         "numbers.safe_share",
         "found.whole",

@@ -20,7 +20,7 @@ from parc_jax.verdict.pointwise import verdicts
 
 DRAWS = 2048  # first look over the whole set
 STARTS = 4  # of these, from which the closer search begins
-PER_ROUND = 128  # of every polytope around the best point
+PER_ROUND = 256  # of all polytopes around the best point
 STEPS = 1024  # where there are no polytopes
 # each round draws closer to the best point; polytopes are convex, so nothing leaves its polytope
 SPREADS = np.cumprod(np.full(25, 0.75))
@@ -101,11 +101,14 @@ def _steps(
     if not isinstance(plans, SafeUnion):
         a, b = rng.integers(0, len(drawn), (2, STEPS))
         return drawn[a] - drawn[b]
-    around = [
-        sample_solid(s, rng, PER_ROUND)
+    solids = [
+        s
         for p, s in zip(plans.polytopes, plans.solids, strict=True)
         if s is not None and (p.halfspaces.A @ plan <= p.halfspaces.b + 1e-12).all()
     ]
+    # there may be hundreds around one plan, which have most of it in common
+    each = -(-PER_ROUND // max(1, len(solids)))
+    around = [sample_solid(s, rng, each) for s in solids]
     return np.concatenate([np.zeros((0, len(plan))), *around]) - plan
 
 

@@ -20,7 +20,7 @@ from parc_jax.base.backend import Backend, backend
 from parc_jax.base.shapes import Index, Params, Vector
 from parc_jax.cover.ends import ends_of
 from parc_jax.cover.placed import Placed, placed
-from parc_jax.cover.sampling import Draw, Points, cell_of
+from parc_jax.cover.sampling import Draw, points
 from parc_jax.network.predict import moved_to, predict
 from parc_jax.verdict.pointwise import Verdicts, arrival, prediction, verdict, verdict_in_turn
 from parc_jax.verdict.scene import Scene
@@ -73,11 +73,8 @@ def first_draw(scene: Scene, key: jax.Array, n: int) -> Draw:
     """
     first = first_safe(placed(scene), key, n)
     found, drawn, reaching = (int(x) for x in (first.found, first.drawn, first.reaching))
-    seen = first.seen
-    p0, k, path, bin, pattern = (
-        np.asarray(x)[:found] for x in (first.p0, first.k, seen.path, seen.bin, seen.pattern)
-    )
-    safe = Points(p0, k, path, bin, pattern, cell_of(pattern, bin))
+    p0, k, seen = jax.tree.map(lambda x: np.asarray(x)[:found], (first.p0, first.k, first.seen))
+    safe = points(p0, k, seen)
     whole = ends_of(scene).volume.sum() if scene.at is None else scene.model.domain.volume
     return Draw(drawn, reaching, safe, float(whole))
 

@@ -34,7 +34,7 @@ REMEMBERED = 60_000
 class Points(NamedTuple):
     """Points with everything known of them; leading axis b.
 
-    p0 (b, n_p), k (b, n_k), path (b, T + 1, n_c), bin (b,), pattern (b, n_hidden) bool.
+    p0 (b, n_p), k (b, n_k), path (b, T + 1, n_c), bin (b,) int64, pattern (b, n_hidden) bool.
     cell (b,): bytes of pattern and bin, equal for points that share both.
     """
 
@@ -204,10 +204,9 @@ def near(scene: Scene, rng: np.random.Generator, around: Points, n: int) -> Poin
 def safe_ones(scene: Scene, z: Positions, k: ManyParams) -> tuple[Screened, Points]:
     """What screening says of the plans with ends z and parameters k, and the safe ones."""
     seen = screen(scene, z, k)
-    cell = cell_of(seen.pattern, seen.bin)
     # a start that is asked for is not the one that rounding makes of it; the slack pays for that
     p0 = seen.p0 if scene.at is None else np.tile(scene.at, (len(seen.p0), 1))
-    return seen, Points(p0, k[seen.row], seen.path, seen.bin, seen.pattern, cell)
+    return seen, points(p0, k[seen.row], seen)
 
 
 def ends_from(start: np.ndarray | float, model: TrajectoryModel, k: np.ndarray) -> np.ndarray:
@@ -219,15 +218,16 @@ def ends_from(start: np.ndarray | float, model: TrajectoryModel, k: np.ndarray) 
 def no_points(model: TrajectoryModel) -> Points:
     """None at all."""
     pattern = np.zeros((0, sum(model.net.hidden)), bool)
-    bins = np.zeros(0, int)
+    bins = np.zeros(0, np.int64)
     path = np.zeros((0, model.time.n_steps + 1, model.n_c))
     p0, k = np.zeros((0, model.n_p)), np.zeros((0, model.n_k))
     return Points(p0, k, path, bins, pattern, cell_of(pattern, bins))
 
 
-def points(p0: np.ndarray, k: np.ndarray, e: Verdicts | Prediction) -> Points:
+def points(p0: np.ndarray, k: np.ndarray, e: Verdicts | Prediction | Screened) -> Points:
     """Points with what is said of them, and their cells named."""
-    return Points(p0, k, e.path, e.bin, e.pattern, cell_of(e.pattern, e.bin))
+    # of one dtype, whoever counted the bins: for another one all that follows is compiled again
+    return Points(p0, k, e.path, e.bin.astype(np.int64), e.pattern, cell_of(e.pattern, e.bin))
 
 
 def joined(parts: list[Points]) -> Points:

@@ -9,7 +9,7 @@ from scipy.stats import kstest
 from toy_models import line_model, toy_case
 
 from parc_jax.base.keys import generator
-from parc_jax.cover.sampling import EXPLORING, FIRST_DRAW, Sampler, cell_of, draw, groups
+from parc_jax.cover.sampling import EXPLORING, FIRST_DRAW, Sampler, cell_of, draw, groups, points
 from parc_jax.problem.problem import reach_avoid
 from parc_jax.sets.box import box
 from parc_jax.verdict.pointwise import verdicts
@@ -40,6 +40,8 @@ def test_counts_are_of_what_reaches_and_what_is_safe(rng):
     e = verdicts(scene, seen.safe.p0, seen.safe.k)
     assert e.safe.all()
     np.testing.assert_array_equal(e.path, seen.safe.path)
+    again = points(seen.safe.p0, seen.safe.k, e)  # whoever names them, one program serves
+    assert [x.dtype for x in again] == [x.dtype for x in seen.safe]
 
 
 @pytest.mark.slow
