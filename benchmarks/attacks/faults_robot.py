@@ -39,6 +39,20 @@ ROBOT = (
         (f"{BARN}::test_rectangles_hold_every_cylinder_and_no_free_cell",),
     ),
     Fault(
+        "a_robot_that_drives_is_taken_for_one_that_stands",
+        "drift.allowed",
+        "if stood:",
+        "if True:",
+        (f"{JACKAL}::test_a_cycle_adds_little_to_what_dead_reckoning_is_off_by",),
+    ),
+    Fault(
+        "wheels_that_turn_are_taken_for_wheels_that_stand",
+        "driven.Driven._reckon",
+        "c.STANDS).all()",
+        "100.0).all()",
+        (f"{JACKAL}::test_while_its_wheels_stand_odometry_does_too",),
+    ),
+    Fault(
         "a_command_is_held_for_ever",
         "driven.Driven.drive",
         "self._left > 0",

@@ -17,7 +17,8 @@ from sims.jackal.driven import Driven
 from sims.lidar import lidar, shapes
 from sims.rectangle import centre_and_corners
 
-REACH = 1.3  # [m] half width of the square around the robot whose edges are obstacles
+REACH = (0.65, 0.7, 1.3)  # [m] half width of the square around the robot whose edges are
+# obstacles: at rest, more per m/s, and at most: so far leads no manoeuvre
 TIGHT, EDGES = 0.02, 100  # [m] that these may be nearer than they are, and how many there may be
 KEPT = 4.0  # [m] of free space that is remembered
 NEARBY = 0.8  # [m] of it that is remembered while odometry drifts: farther away headings cost more
@@ -105,10 +106,11 @@ def drive(
         poses.append((robot.pose, here))
         begin = time.process_time()
         if odometry and steps:
-            allowed.append(drift.allowed(before, robot.measured))
+            stood = np.array_equal(here, poses[-2][1])
+            allowed.append(drift.allowed(before, robot.measured, stood))
             free = free.within(here, NEARBY).drifted(here, *allowed[-1])
             free = free.add(pj.world.free_place(corners(here)))
-        free, obstacles, why = _look(scan, free, here)
+        free, obstacles, why = _look(scan, free, here, robot.measured[0])
         known.append(free)
         saw = time.process_time()
         if not why:
@@ -158,10 +160,14 @@ def drive(
     )
 
 
-def _look(scan, free: pj.world.FreeSpace, pose) -> tuple[pj.world.FreeSpace, tuple, str]:
-    """What is known to be free after a scan, the obstacles around it, and what is wrong with them:
-    nothing, or a sentence.
+def _look(
+    scan, free: pj.world.FreeSpace, pose, speed: float
+) -> tuple[pj.world.FreeSpace, tuple, str]:
+    """What is known to be free after a scan, the obstacles around a robot that fast [m/s], and what
+    is wrong with them: nothing, or a sentence.
     """
+    still, per_speed, most = REACH
+    reach = min(still + per_speed * abs(speed), most)
     try:
         seen = pj.world.seen_from(
             scan.pose,
@@ -172,7 +178,7 @@ def _look(scan, free: pj.world.FreeSpace, pose) -> tuple[pj.world.FreeSpace, tup
             width=WIDTH,
         )
         free = seen.within(pose, KEPT).add(free.within(pose, KEPT))
-        return free, free.near(pose, REACH, TIGHT, EDGES).obstacles(), ""
+        return free, free.near(pose, reach, TIGHT, EDGES).obstacles(), ""
     except pj.InputError as error:
         return free, (), str(error)
 

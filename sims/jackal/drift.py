@@ -15,10 +15,13 @@ from sims.jackal.driven import Driven
 from sims.jackal.system import Jackal, framed, system
 
 
-def allowed(before, after) -> tuple[float, float]:
+def allowed(before, after, stood: bool = False) -> tuple[float, float]:
     """[m] and [rad] that a cycle between two measurements (2,) of speed [m/s] and turning [rad/s]
-    is allowed to add. What that is worth is measured here, not proved.
+    is allowed to add. stood: the wheels did, all the while: odometry says that it is where it was.
+    What that is worth is measured here, not proved.
     """
+    if stood:
+        return c.DRIFT_STOOD
     speed, turning = np.maximum(np.abs(before), np.abs(after))
     (still, per_speed), (straight, per_turning) = c.DRIFT_MOVED, c.DRIFT_TURNED
     return still + per_speed * speed, straight + per_turning * turning
@@ -38,7 +41,8 @@ def cycles_of(robot: Jackal, key, options: "Options") -> np.ndarray:
             driven.begin(*draws.uniform(lo, hi))
         driven.drive(robot.moving)
         off = relative(told, driven.odometry) - relative(pose, driven.pose)
-        rows.append([*off, *allowed(before, driven.measured)])
+        stood = np.array_equal(told, driven.odometry)
+        rows.append([*off, *allowed(before, driven.measured, stood)])
     return np.array(rows)
 
 

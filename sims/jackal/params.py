@@ -51,3 +51,5 @@ SLIP_OUTWARDS = 0.072  # [m/s] per m/s of speed and rad/s of turning
 # of its two ends
 DRIFT_MOVED = (0.001, 0.033)  # [m], [s]
 DRIFT_TURNED = (0.003, 0.009)  # [rad], [s]
+STANDS = 0.01  # [rad/s] a wheel that is slower stands, says its encoder
+DRIFT_STOOD = (0.0006, 0.0002)  # [m], [rad] of a cycle in which all wheels stood

@@ -277,6 +277,20 @@ def test_odometry_drifts_and_says_how_much(system):
     assert off[0] < 0.02 and 1e-4 < off[1] < 0.1
 
 
+def test_while_its_wheels_stand_odometry_does_too(system):
+    robot = Driven(system, (0.0, 0.0, 0.0), jax.random.PRNGKey(8))
+    robot.apply(1.0, 0.8, 1.2)
+    told, true = robot.odometry, robot.pose
+    robot.drive(1.2)
+    np.testing.assert_array_equal(robot.odometry, told)
+    moved, turned = drift.allowed([0.0, 0.0], [0.0, 0.0], stood=True)
+    off = robot.pose - true
+    assert np.hypot(*off[:2]) < moved < 1e-3 and abs(off[2]) < turned < 1e-3
+    robot.drive(0.3)
+    robot.apply(0.3, 0.0, 0.3)
+    assert not np.array_equal(robot.odometry, told)
+
+
 def test_a_cycle_adds_little_to_what_dead_reckoning_is_off_by(system, monkeypatch):
     """Less than half of what it adds where the slip that is usual is not taken off."""
     asked = drift.Options(cycles=15)
