@@ -12,8 +12,10 @@ MARGIN = 1.5  # [m] of grid around start and goal, on all sides
 INSIDE = 0.19  # [m] from what was seen to the robot's middle: nearer it does not fit
 NEAR = 0.45  # [m] nearer than this, a way is longer than it is
 STEEP = 40.0  # [1 / m^2] by how much
-AHEAD = 0.5  # [m] that are looked at beyond the rest, with this weight:
-WEIGHT = 0.5
+NEEDS = 0.3  # [m] of the body and a tube around it: nearer than this little is proved, and a way is
+NARROW = 8.0  # ... so many times as long, that a wider one is looked for
+AHEAD = 3  # 2 to the power of so many cells on, the way shows where to turn to ...
+TURN = 0.3  # [m / rad] ... and turning is worth this much of it
 TRIED = 0.4  # [m] around a place where no manoeuvre was found, cells count as longer ...
 FACTOR = 1.5  # ... by this, each time
 FAR = 1e3  # [m] cost of a place from which no way is known
@@ -36,6 +38,7 @@ class Guidance:
         self._places = lo + CELL * np.stack([x, y], axis=-1)
         self._goal = np.flatnonzero(np.linalg.norm(self._places - goal, axis=-1) < near)
         self._cost = np.zeros(self._shape)
+        self._way = np.zeros((*self._shape, 2))
 
     def see(self, hits: np.ndarray, free=None) -> None:
         """Something stands at hits (n, 2) [m], and nothing in the places (FreeSpace) that are free:
@@ -60,6 +63,7 @@ class Guidance:
         """The cost to go, with all that was seen."""
         distance = distance_transform_edt(~self._occupied) * CELL
         weight = self._tried * (1 + STEEP * np.maximum(0, NEAR - distance) ** 2)
+        weight[distance < NEEDS] *= NARROW
         weight[distance < INSIDE] = np.inf
         number = np.arange(weight.size).reshape(self._shape)
         rows, columns, lengths = [], [], []
@@ -73,17 +77,31 @@ class Guidance:
             lengths.append(length[fits])
         edges = np.concatenate(lengths), (np.concatenate(rows), np.concatenate(columns))
         graph = coo_matrix(edges, shape=(weight.size, weight.size)).tocsr()
-        cost = dijkstra(graph, directed=False, indices=self._goal, min_only=True)
+        cost, following, _ = dijkstra(
+            graph, directed=False, indices=self._goal, min_only=True, return_predecessors=True
+        )
         self._cost = np.where(np.isfinite(cost), cost, FAR).reshape(self._shape)
+        following = np.where(following < 0, number.ravel(), following)
+        for _ in range(AHEAD):
+            following = following[following]
+        places = self._places.reshape(-1, 2)
+        self._way = (places[following] - places).reshape(self._places.shape)
 
     def cost(self, places: np.ndarray) -> np.ndarray:
         """(...) [m] from places (..., 2) to the goal."""
+        return self._cost[self._cell(places)]
+
+    def _cell(self, places: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         cell = np.round((places - self._lo) / CELL).astype(int)
         cell = np.clip(cell, 0, np.array(self._shape) - 1)
-        return self._cost[cell[..., 0], cell[..., 1]]
+        return cell[..., 0], cell[..., 1]
 
     def prefer(self, seen) -> np.ndarray:
-        """Of an Outlook: where it comes to rest, and what lies ahead of it there."""
+        """Of an Outlook: where it comes to rest, and how far it has to turn there. No heading is
+        worse than its neighbours on both sides, so the robot turns around where it has to.
+        """
         rest = seen.path[:, -1]
-        ahead = AHEAD * np.stack([np.cos(seen.heading), np.sin(seen.heading)], axis=1)
-        return self.cost(rest) + WEIGHT * self.cost(rest + ahead)
+        x, y = self._way[self._cell(rest)].T
+        turn = np.arctan2(y, x) - seen.heading
+        away = np.abs(np.arctan2(np.sin(turn), np.cos(turn)))
+        return self.cost(rest) + TURN * np.where(np.hypot(x, y) > 0, away, 0.0)

@@ -14,6 +14,7 @@ import parc_jax as pj
 import sims
 from parc_jax import cli
 from parc_jax.loop.commitment import Step
+from parc_jax.loop.outlook import Outlook
 from sims import barn
 from sims.barn.drive import PATIENCE, between_commitments, beyond, drive
 from sims.barn.guidance import FAR, Guidance
@@ -55,6 +56,34 @@ def test_where_nothing_was_found_other_ways_become_shorter():
         guide.give_up(left)
     guide.update()
     assert guide.cost(left) > before + 0.5
+
+
+def test_a_wider_way_is_taken_where_there_is_one():
+    """A wall with a narrow gap straight ahead and a wide one aside; with the wide one closed, the
+    narrow one."""
+    wall = np.stack([np.linspace(-3.0, 3.0, 600), np.full(600, 3.0)], axis=1)
+    x = wall[:, 0]
+    narrow, wide = np.abs(x) < 0.25, np.abs(x - 1.2) < 0.5
+    guide = Guidance(START, GOAL, 0.5)
+    guide.see(wall[~(narrow | wide)])
+    guide.update()
+    left, before, right = guide.cost(np.array([[-0.6, 2.2], [0.0, 2.2], [0.6, 2.2]]))
+    assert right < before - 0.3 and before < left - 0.3
+    guide.see(wall[wide])
+    guide.update()
+    left, before, right = guide.cost(np.array([[-0.6, 2.2], [0.0, 2.2], [0.6, 2.2]]))
+    assert before < min(left, right) and before < FAR
+
+
+def test_a_robot_that_has_to_turn_around_prefers_every_step_of_it():
+    """No heading is liked less than both of its neighbours, whatever stands beside."""
+    guide = Guidance(START, GOAL, 0.5)
+    guide.see(np.array([[0.5, 2.0], [-0.5, 2.0]]))
+    guide.update()
+    heading = np.linspace(-np.pi / 2, np.pi / 2, 9)
+    path = np.tile([0.0, 2.0], (9, 2, 1))
+    liked = guide.prefer(Outlook(np.zeros((9, 4)), path, heading[:, None], heading, 1))
+    assert (np.diff(liked) < 0).all()  # the goal lies straight ahead at the last one
 
 
 def test_candidates_are_within_k_and_some_turn_on_the_spot():
