@@ -65,7 +65,7 @@ class Driver:
         told = told_of(one) | {"left": left} | self.told
         if self.prove:
             told["proved"] = all(each.proved() for each in new)
-        name = file_name(world.number, seed)
+        name = file_name(self.content, world.number, seed)
         if self.save is not None and new:
             said = {"reasons": one.reasons}
             pj.loop.save_episode(self.save / f"{name}.json", new, said, one.drift)
@@ -74,9 +74,9 @@ class Driver:
         return pj.loop.Outcome(one.touched, left or one.drifted > 0, told)
 
 
-def file_name(world: int, seed) -> str:
-    """What the files of an episode are called."""
-    return f"world_{world}_{'_'.join(map(str, seed))}"
+def file_name(content: str, world: int, seed) -> str:
+    """What the files of an episode are called. content: of the model that drove it."""
+    return f"world_{world}_{'_'.join(map(str, seed))}_{content[:8]}"
 
 
 def content_of(model: Path) -> str:

@@ -8,7 +8,7 @@ from pathlib import Path
 
 from parc_jax.errors import InputError
 from parc_jax.io.episode_file import load_episode
-from sims.barn.driver import file_name
+from sims.barn.driver import content_of, file_name
 from sims.barn.series import Options, drive_worlds
 from sims.barn.worlds import numbers
 
@@ -47,10 +47,11 @@ def job(
     )
     told, said = drive_worlds(options)
     moved = [one["world"] for one in told if one["committed"]]
-    refused = []
+    content, refused = content_of(options.model), []
     for number in moved:
         try:
-            load_episode(out / "episodes" / f"{file_name(number, (number, seed))}.json")
+            name = file_name(content, number, (number, seed))
+            load_episode(out / "episodes" / f"{name}.json")
         except InputError as why:
             refused.append(str(why))
     print(*refused, sep="\n", end="\n" if refused else "", file=sys.stderr)
