@@ -152,7 +152,7 @@ def draw_round(asked: Placed, key: jax.Array, size: int) -> Drawn:
 
 
 def _between(
-    lo: Float[jax.Array, "b n"], hi: Float[jax.Array, "b n"], share: Float[jax.Array, "b n"]
+    lo: Float[jax.Array, "#b n"], hi: Float[jax.Array, "#b n"], share: Float[jax.Array, "b n"]
 ):
     return lo + share * (hi - lo)
 
