@@ -26,7 +26,7 @@ BUDGETS = {
     "solve": Launches(3, 640, 23),
     "solve_batch": Launches(9, 1850, 115),
     "contains": Launches(4, 125, 42),
-    "cover": Launches(176, 34_000, 620),
+    "cover": Launches(140, 34_000, 740),
 }
 
 

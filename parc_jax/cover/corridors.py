@@ -165,8 +165,7 @@ class Corridors:
         def call(rows: np.ndarray):
             i = plan[rows]
             with x64():
-                some = jax.device_put((path[i], bins[i], corridor[rows]))
-                return np.asarray(_pairs(asked, *some))
+                return np.asarray(_pairs(asked, path[i], bins[i], corridor[rows]))
 
         return in_chunks(len(plan), PAIRS, call)
 
