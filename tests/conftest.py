@@ -16,7 +16,8 @@ FAMILIES = {
     "separation cli plot study/test_recorded test_planner test_methods",
 }
 ROOMS = "separation verdict cover no_plan pwa"
-DOORS = "assemble domain marching moving prune subdivide table"  # are given what is no shape at all
+# are given what is no shape at all, or say hardly any and are called most often
+DOORS = "assemble corridors domain marching moving prune runs stopping subdivide table"
 KERNELS = [
     "parc_jax.batch.estimate",
     "parc_jax.batch.proposals",
