@@ -5,6 +5,8 @@ The support of such errors takes many products, of a box one per axis, and a pla
 every knot. Plans are many; the corridors and bins that meet are few.
 """
 
+from functools import partial
+
 import jax
 import jax.numpy as jnp
 import numpy as np
@@ -17,7 +19,7 @@ from parc_jax.claim.error_set import ErrorSet, at
 from parc_jax.cover.corridor import Corridor, Stacked, stacked
 from parc_jax.cover.keeping import Looked
 
-AT_ONCE = 64  # (corridor, bin) pairs per compiled call
+AT_ONCE = {True: 512, False: 64}  # (corridor, bin) pairs per compiled call: at a few knots, at all
 LEAST_ROWS = 512  # of the table; it grows by fours, for few compiled shapes
 MOST_BYTES = 2**29  # of the table, before it is begun anew
 SMALLEST = 128  # padded number of corridors, which grows by fours too
@@ -33,6 +35,7 @@ class Thresholds:
     ):
         self._errors = jax.tree.map(lambda x: x[:, knots], errors)
         self._knots, self._dtype = knots, dtype
+        self._few = not isinstance(knots, slice)
         self._row = np.full((0, len(jax.tree.leaves(errors)[0])), -1, np.int32)
         self._table = np.zeros(0)
         self._looked: Looked | None = None
@@ -65,10 +68,10 @@ class Thresholds:
         def call(rows: np.ndarray):
             own = roomy._replace(w=w[of[rows]], support=support[of[rows]])
             with x64():
-                found = _thresholds(self._errors, own, new[rows] % n_bins)
+                found = _thresholds(self._errors, own, new[rows] % n_bins, self._few)
                 return np.asarray(found, self._dtype)
 
-        found = in_chunks(len(new), AT_ONCE, call)
+        found = in_chunks(len(new), AT_ONCE[self._few], call)
         first = int(self._row.max(initial=-1)) + 1
         size = max(LEAST_ROWS, len(self._table))
         while size <= first + len(new):  # the last row, which stands for all others, stays free
@@ -114,8 +117,9 @@ def _of_one(
     return jax.lax.fori_loop(0, count, look, nothing)
 
 
-@jax.jit
-def _thresholds(errors: ErrorSet, some: Stacked, bins: Numbers):
+@partial(jax.jit, static_argnames="few")
+def _thresholds(errors: ErrorSet, some: Stacked, bins: Numbers, few: bool):
     points = jnp.asarray(some.points)
     one = lambda x: _of_one(errors, points, some.count, *x)  # noqa: E731
-    return jax.lax.map(one, (some.w, some.support, bins))
+    pairs = some.w, some.support, bins
+    return jax.vmap(one)(pairs) if few else jax.lax.map(one, pairs)
