@@ -125,7 +125,7 @@ def processor_times(scenes: dict, n_first: int, n_corridors: int) -> dict:
 def _first(model: TrajectoryModel, problem: ReachAvoid, seed: int):
     begin = time.process_time()
     key, rng = jax.random.PRNGKey(seed), np.random.default_rng(seed)
-    found = draw_safe_plans(near_scene(Plain(problem, model)), key, rng, 1, 0.99)
+    found = draw_safe_plans(near_scene(Plain(problem, model)), key, rng, 1, 0.99, Limit(600.0))
     return time.process_time() - begin, found
 
 

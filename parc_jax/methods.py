@@ -45,14 +45,14 @@ class Exact:
         limit = Limit(settings.budget_s)
         work = work_of(settings.work)
         if self.around is not None:
-            within = where_around(scene, rng, *self.around)
+            within = where_around(scene, rng, *self.around, limit)
             return self._drawn(scene, key, rng, settings, limit, within), None
         found = self._drawn(scene, key, rng, settings, limit)
         if len(found.points.k) and not found.hopeless:
             return found, None
         no_plan = None
         hopeless = why_none(scene) is not None
-        within = None if hopeless else where_safe(scene, rng, 1, limit)
+        within = None if hopeless or limit.over() else where_safe(scene, rng, 1, limit)
         nothing = within is None and not len(found.points.k)
         if nothing and scene.at is None:  # a proof would be about any start
             no_plan = prove_no_plan(
@@ -83,7 +83,7 @@ class Exact:
             return Cover(0, 0, 0, float("nan"), no_points(model), none, none, ended=None)
         if settings.samples_only:
             n, confidence = settings.samples, settings.confidence
-            return draw_safe_plans(scene, key, rng, n, confidence, within)
+            return draw_safe_plans(scene, key, rng, n, confidence, limit, within)
         return cover(
             scene,
             rng,
@@ -108,8 +108,8 @@ def _elsewhere(
     larger populations climb to, where it proved nothing. hopeless: no end fits the goal.
     """
     if no_plan.safe_plan is not None:
-        return where_around(scene, rng, *no_plan.safe_plan)
-    if hopeless or no_plan.kind == PROVED:
+        return where_around(scene, rng, *no_plan.safe_plan, limit)
+    if hopeless or no_plan.kind == PROVED or limit.over():
         return None
     return where_safe(scene, rng, work.population, limit)
 

@@ -52,6 +52,40 @@ COVER = (
         ("tests/test_methods.py::test_seconds_count_though_no_draw_was_safe",),
     ),
     Fault(
+        "moves_without_a_limit",
+        "rare._moved",
+        "if limit.over()",
+        "if False",
+        ("tests/cover/test_work.py::test_seconds_end_a_climb_between_its_moves",),
+    ),
+    Fault(
+        "draws_of_plans_alone_without_a_limit",
+        "search.draw_safe_plans",
+        " and limit.over()",
+        " and False",
+        ("tests/cover/test_work.py::test_seconds_end_draws_of_plans_alone_and_are_told",),
+    ),
+    Fault(
+        "a_climb_when_no_seconds_are_left",
+        "methods.Exact.search",
+        " or limit.over()",
+        "",
+        (
+            "tests/cover/test_work.py"
+            "::test_where_no_seconds_are_left_nothing_climbs_and_nothing_is_proved",
+        ),
+    ),
+    Fault(
+        "a_proof_when_no_seconds_are_left",
+        "prove_no_plan.prove_no_plan",
+        "if limit.over()",
+        "if False",
+        (
+            "tests/cover/test_work.py"
+            "::test_where_no_seconds_are_left_nothing_climbs_and_nothing_is_proved",
+        ),
+    ),
+    Fault(
         "cut_off_and_told_as_the_target",
         "search._ended",
         "    if query.limit.cut:\n        return Ended.SECONDS\n",

@@ -2,12 +2,15 @@
 other ones.
 """
 
+import math
+
 import jax
 import numpy as np
 
 from parc_jax.base.keys import generator
 from parc_jax.cover.build import Building
 from parc_jax.cover.corridors import Corridors
+from parc_jax.cover.limit import Limit
 from parc_jax.cover.place import Place
 from parc_jax.cover.polytope import SafePolytope
 from parc_jax.cover.polytopes import Polytopes, cut_around
@@ -34,7 +37,7 @@ def cut_later(
 
     def safe_plans(number: int, n: int) -> Points:
         own = jax.random.fold_in(key, number)
-        found = draw_safe_plans(scene, own, generator(own), n, confidence, within)
+        found = draw_safe_plans(scene, own, generator(own), n, confidence, Limit(math.inf), within)
         return found.points
 
     seen = safe_plans(0, n)

@@ -44,13 +44,15 @@ def where_safe(scene: Scene, rng: np.random.Generator, largest: int, limit: Limi
     while True:
         safe = _raise_to_safe(scene, rng, size, limit)
         if safe is not None:
-            return _around(scene, rng, safe)
+            return _around(scene, rng, safe, limit)
         if size >= largest or limit.over():
             return None
         size *= 2
 
 
-def where_around(scene: Scene, rng: np.random.Generator, p0: np.ndarray, k: np.ndarray) -> Place:
+def where_around(
+    scene: Scene, rng: np.random.Generator, p0: np.ndarray, k: np.ndarray, limit: Limit
+) -> Place:
     """A place around the safe plans near one, p0 (n_p,), k (n_k,)."""
     model = scene.model
     offsets, _ = trajectories(model.net, model.layout, k[None])
@@ -62,7 +64,7 @@ def where_around(scene: Scene, rng: np.random.Generator, p0: np.ndarray, k: np.n
         margin = _margins(scene, x)
         if (margin > 0).mean() >= KEPT:
             safe = margin > 0
-            return _around(scene, rng, _Plans(x[safe], margin[safe]))
+            return _around(scene, rng, _Plans(x[safe], margin[safe]), limit)
     return place_around(np.repeat(seed[None], 2, axis=0), lo, hi)
 
 
@@ -71,6 +73,7 @@ def _raise_to_safe(scene: Scene, rng: np.random.Generator, n: int, limit: Limit)
     lo, hi = _whole(scene)
     x = rng.uniform(lo, hi, (n, len(lo)))
     plans = _Plans(x, _margins(scene, x))
+    limit.start()  # what comes before mostly compiles
     if not np.isfinite(plans.margin).any():
         return None
     levels = [_level(plans)]
@@ -78,9 +81,9 @@ def _raise_to_safe(scene: Scene, rng: np.random.Generator, n: int, limit: Limit)
         if levels[-1] >= 0:
             safe = plans.margin > 0
             return _Plans(plans.x[safe], plans.margin[safe])
-        plans = _moved(scene, rng, _copied(rng, plans, levels[-1], n), levels[-1], MOVES)
+        plans = _copied(rng, plans, levels[-1], n)
+        plans = _moved(scene, rng, plans, levels[-1], MOVES, limit)
         levels.append(_level(plans))
-        limit.start()  # the first moves mostly compile
         before = levels[-1 - PATIENCE] if len(levels) > PATIENCE else -np.inf
         if levels[-1] < (1 - PROGRESS) * before or limit.over():
             break
@@ -101,14 +104,23 @@ def _copied(rng: np.random.Generator, plans: _Plans, level: float, n: int) -> _P
     return _Plans(plans.x[chosen], plans.margin[chosen])
 
 
-def _moved(scene: Scene, rng: np.random.Generator, plans: _Plans, level: float, moves: int):
+def _moved(
+    scene: Scene,
+    rng: np.random.Generator,
+    plans: _Plans,
+    level: float,
+    moves: int,
+    limit: Limit,
+) -> _Plans:
     """The plans after some moves that never leave the level: steps along differences of others,
-    which fit a level however thin and slanted it is.
+    which fit a level however thin and slanted it is. limit: may end them between two moves.
     """
     lo, hi = _whole(scene)
     n, dim = plans.x.shape
     x, margin = plans
     for move in range(moves):
+        if limit.over():
+            break
         a, b = rng.integers(0, n, (2, n))
         # every third move is long: from one island of a level to another
         scale = 1.0 if move % 3 == 2 else JUMP / np.sqrt(2 * dim) * rng.uniform(0.2, 1.0, (n, 1))
@@ -123,11 +135,12 @@ def _moved(scene: Scene, rng: np.random.Generator, plans: _Plans, level: float, 
     return _Plans(x, margin)
 
 
-def _around(scene: Scene, rng: np.random.Generator, safe: _Plans) -> Place:
+def _around(scene: Scene, rng: np.random.Generator, safe: _Plans, limit: Limit) -> Place:
     """A place around all the safe plans that moves from these lead to."""
     above = np.finfo(float).tiny
     plans = _copied(rng, safe, above, POPULATION)
-    return place_around(_moved(scene, rng, plans, above, SPREAD_MOVES).x, *_whole(scene))
+    plans = _moved(scene, rng, plans, above, SPREAD_MOVES, limit)
+    return place_around(plans.x, *_whole(scene))
 
 
 def _whole(scene: Scene) -> tuple[np.ndarray, np.ndarray]:

@@ -21,6 +21,7 @@ NEAREST, FARTHEST = 0.003, 0.1  # [size of K, size of the goal] spread of `near`
 FIRST_DRAW = 512
 LARGEST_DRAW = 2**18
 HOPELESS = 50_000  # drawn with fewer safe ones than FEW: other means have to look for them
+RARE_DRAW = 8192  # at most while hardly any was safe: seconds are looked at between draws
 FEW = 10  # a look of ENOUGH safe ones would take 10^8 draws and more
 SOME = 100  # safe plans seen before a draw may be as large as it wants
 # fresh safe plans of a look that may end a search: a share a little below a target of 1 % is then

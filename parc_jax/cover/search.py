@@ -25,8 +25,10 @@ from parc_jax.cover.polytopes import Polytopes, cut_around
 from parc_jax.cover.sampling import (
     ENOUGH,
     EXPLORING,
+    FEW,
     FIRST_DRAW,
     LARGEST_DRAW,
+    RARE_DRAW,
     Counts,
     Points,
     Sampler,
@@ -282,10 +284,12 @@ def draw_safe_plans(
     rng: np.random.Generator,
     n: int,
     confidence: float,
+    limit: Limit,
     within: Place | None = None,
 ) -> Cover:
     """Safe plans alone: draw until n are safe, or until it is hopeless. Nothing is built, nothing
-    is covered. A few are drawn from `key` in one call, the others from `rng`.
+    is covered. A few are drawn from `key` in one call, the others from `rng`. limit: counts from
+    the first of these on; where none were drawn yet, some are.
     """
     begin = time.perf_counter()
     first = None
@@ -298,14 +302,19 @@ def draw_safe_plans(
         first = time.perf_counter() - begin if tally.safe else None
     size = FIRST_DRAW
     while tally.safe < n and not tally.hopeless:
+        if tally.drawn and limit.over():
+            break
         one = draw(scene, rng, size, within)
+        limit.start()
         seen.append(one.safe)
         tally = tally.plus(one)
         if tally.safe and first is None:
             first = time.perf_counter() - begin
-        size = int(np.clip(1.2 * n * tally.drawn / max(tally.safe, 1), FIRST_DRAW, LARGEST_DRAW))
+        most = LARGEST_DRAW if tally.safe >= FEW else RARE_DRAW
+        size = int(np.clip(1.2 * n * tally.drawn / max(tally.safe, 1), FIRST_DRAW, most))
     none = nothing_covered(confidence)
-    ended = Ended.TARGET if tally.safe >= n else Ended.WORK
+    short = Ended.SECONDS if limit.cut else Ended.WORK
+    ended = Ended.TARGET if tally.safe >= n else short
     return Cover(*tally, joined(seen), none, none, first_sample_s=first, within=within, ended=ended)
 
 

@@ -111,8 +111,8 @@ def prove_no_plan(
     max_leaves: boxes of the tree, the work. limit: above it, for search and check together, which
     the answer tells when it cuts off; it counts from here, if not from earlier on. A finished proof
     is checked however long that takes, and compiling, once for scenes of a size, comes on top.
-    With more parameters than the checker takes, or a tube that leaves out the model itself, nothing
-    is searched, and all is undecided.
+    With more parameters than the checker takes, a tube that leaves out the model itself, or a limit
+    that is over, nothing is searched, and all is undecided.
     Raises InputError for a goal without bounds on the end of the first point, and for bounds where
     nothing can be searched, or no box be proved safe, which takes the cells of at most
     MAX_DIMENSION parameters.
@@ -127,6 +127,9 @@ def prove_no_plan(
                 f"bound_volume: expected {missing}. `answer.volume()` is an estimate for any model."
             )
         return _not_searched(root, missing, why_none(scene))
+    if limit.over():
+        none = _not_searched(root, "seconds, of which none were left", why_none(scene))
+        return none._replace(ended=Ended.SECONDS)
     question = question_parts(scene.problem, model)
     context = checker.Context(*question)
     search = BranchAndBound(scene, root, bounds)

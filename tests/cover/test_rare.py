@@ -116,7 +116,7 @@ def test_around_one_plan(answer):
     scene = near_scene(Plain(slit(), MODEL))
     p0, k = answer.samples[0, :2], answer.samples[0, 2:]
     rng = np.random.default_rng(2)
-    one = draw(scene, rng, 50_000, where_around(scene, rng, p0, k))
+    one = draw(scene, rng, 50_000, where_around(scene, rng, p0, k, Limit(300.0)))
     assert len(one.safe.k) > 1000
     assert verdicts(scene, one.safe.p0, one.safe.k).safe.all()
 

@@ -12,9 +12,12 @@ import pytest
 from toy_models import line_model, toy_case
 
 import parc_jax as pj
+from parc_jax import methods
 from parc_jax.base.status import Ended
-from parc_jax.cover import rare
+from parc_jax.cover import rare, search
+from parc_jax.cover.first import MOST
 from parc_jax.cover.limit import Limit
+from parc_jax.cover.sampling import RARE_DRAW, Draw, no_points
 from parc_jax.cover.search import cover
 from parc_jax.io.answer_file import load_answer
 from parc_jax.robust.question import Plain
@@ -119,6 +122,44 @@ def test_seconds_end_a_climb_between_its_levels(monkeypatch):
     scene, limit = near_scene(Plain(PROBLEM, MODEL)), After(2)
     assert rare.where_safe(scene, np.random.default_rng(0), 8192, limit) is None
     assert limit.cut and len(levels) == 2
+
+
+def test_seconds_end_a_climb_between_its_moves(monkeypatch):
+    looks = []
+    monkeypatch.setattr(rare, "_margins", lambda scene, x: looks.append(1) or -np.ones(len(x)))
+    scene, limit = near_scene(Plain(PROBLEM, MODEL)), After(3)
+    assert rare.where_safe(scene, np.random.default_rng(0), 8192, limit) is None
+    assert limit.cut and len(looks) == 3  # the first plans, and two moves
+
+
+@pytest.fixture
+def draws(monkeypatch):
+    """Sizes of draws, none of which has a safe plan."""
+    sizes: list[int] = []
+
+    def none_safe(scene, rng, n, within):
+        sizes.append(n)
+        return Draw(n, n, no_points(MODEL), 1.0)
+
+    monkeypatch.setattr(search, "draw", none_safe)
+    return sizes
+
+
+def test_seconds_end_draws_of_plans_alone_and_are_told(draws):
+    asked = near_scene(Plain(PROBLEM, MODEL)), KEY, np.random.default_rng(0), MOST + 1, 0.99
+    whole = search.draw_safe_plans(*asked, Limit(600.0))
+    assert whole.ended is Ended.WORK and whole.hopeless and max(draws) == RARE_DRAW
+    draws.clear()
+    cut = search.draw_safe_plans(*asked, After(3))
+    assert cut.ended is Ended.SECONDS and len(draws) == 3
+
+
+def test_where_no_seconds_are_left_nothing_climbs_and_nothing_is_proved(draws, monkeypatch):
+    monkeypatch.setattr(methods, "Limit", lambda seconds: After(1))
+    monkeypatch.setattr(methods, "where_safe", None)
+    answer = ask(pj.Settings.fast().replace(samples=MOST + 1))
+    assert not answer.found and answer.ended is Ended.SECONDS and len(draws) == 1
+    assert "seconds, of which none were left" in answer.statement()
 
 
 def test_work_is_a_multiple_of_the_standard_and_never_nothing():
