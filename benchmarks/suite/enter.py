@@ -2,6 +2,7 @@
 
 import json
 import os
+import shutil
 import signal
 import subprocess
 import sys
@@ -87,12 +88,12 @@ def _prepared(folder: Path, room: Path, at_door: Path, some: list[Instance], say
             door.used, door.seconds = spent, 0.0
             answer, plan = room / "answer.json", room / "first.json"
             for path in (answer, plan):
-                path.unlink(missing_ok=True)
+                _remove(path)
             arguments = [folder / "answer", task, model, _scene(instance, room), answer]
             ran = call(arguments, room, instance.limit_s, door, plan)
-            given = answer.read_bytes() if ran.code == 0 and answer.exists() else NOTHING
+            given = answer.read_bytes() if ran.code == 0 and answer.is_file() else NOTHING
             why = [_why("prepare", made), _why("answer", ran)]
-            if ran.code == 0 and not answer.exists():
+            if ran.code == 0 and not answer.is_file():
                 why.append("answer: expected a file at its fourth argument; none was written")
             why = "; ".join(filter(None, why))
             found[instance.id] = {
@@ -106,6 +107,14 @@ def _prepared(folder: Path, room: Path, at_door: Path, some: list[Instance], say
             }
             say(f"{folder.name} {instance.id}: {ran.seconds:.1f} s, {door.used} runs {why}")
     return found
+
+
+def _remove(path: Path) -> None:
+    """What an earlier answer left there, even a folder."""
+    if path.is_dir() and not path.is_symlink():
+        shutil.rmtree(path)
+    else:
+        path.unlink(missing_ok=True)
 
 
 def _scene(instance: Instance, room: Path) -> Path:
@@ -149,7 +158,7 @@ def call(arguments, room: Path, limit_s: float, door: Door | None = None, plan=N
             return Ran(126, 0.0, None, why)
         try:
             while process.poll() is None and time.monotonic() - begin < limit_s:
-                if first is None and plan is not None and plan.exists():
+                if first is None and plan is not None and plan.is_file():
                     first = round(time.monotonic() - begin, 2)
                 time.sleep(LOOK)
             code = process.poll()

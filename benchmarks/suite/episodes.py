@@ -13,13 +13,19 @@ import subprocess
 import sys
 from pathlib import Path
 
-import numpy as np
+try:
+    import numpy as np
 
-from benchmarks.suite.bad import Refused
-from benchmarks.suite.score import LOST, WHOLE
-from sims.barn.contact import distance_to_cylinders
-from sims.barn.worlds import TIMEOUT, World, metric, numbers, world
-from sims.lidar import lidar, shapes
+    from benchmarks.suite.bad import Refused
+    from benchmarks.suite.score import LOST, WHOLE
+    from sims.barn.contact import distance_to_cylinders
+    from sims.barn.worlds import TIMEOUT, World, metric, numbers, world
+    from sims.lidar import lidar, shapes
+except ModuleNotFoundError as missing:
+    if __name__ != "__main__":
+        raise
+    hint = "pip install -e '.[dev]' in the clone"
+    sys.exit(f"episodes: expected parc_jax and its simulators; {missing}; {hint}.")
 
 SIZE = (0.42, 0.33)  # [m] length and width
 PERIOD, TICK = 0.1, 0.02  # [s] between commands, of the plant

@@ -53,10 +53,11 @@ def scored(folder: Path, asked: list[Instance], chance: str, say=lambda line: No
     """Scores of all that is frozen in a folder, merged into its file."""
     path = folder / SCORES
     before = json.loads(path.read_text())["instances"] if path.exists() else {}
-    for instance in asked:
+    for number, instance in enumerate(asked, 1):
         answers, told = frozen(folder, instance)
         if not answers:
             continue
+        say(f"{instance.id} ({number} of {len(asked)}): scoring {', '.join(answers)}")
         found = score(instance, answers, chance)
         for name, one in found["entries"].items():
             why = "; ".join(filter(None, (told[name].get("why"), one.get("why"))))

@@ -41,7 +41,8 @@ def _rows(report: dict):
         count = {status: sum(r["status"] == status for r in each) for status in STATUSES}
         nothing = sum(count[status] for status in ("empty", "open", "unknown", "invalid"))
         yields = [r["yield"][0] for r in each if "yield" in r and r["held"][1]]
-        first = [r["first_s"] + r["prepare_s"] for r in each if r.get("first_s") is not None]
+        stand = [r for r in each if r["status"] == "stands" and r.get("first_s") is not None]
+        first = [r["first_s"] + r["prepare_s"] for r in stand]
         yield (
             entry,
             round(sum(r["points"] for r in each), 1),

@@ -18,6 +18,7 @@ from benchmarks.suite.enter import NOTHING, enter
 from benchmarks.suite.instances import instances
 from benchmarks.suite.result import freeze, frozen, scored
 from benchmarks.suite.scene import load_scene
+from benchmarks.suite.table import table
 
 ROOT = Path(__file__).parents[3]
 EXAMPLE = ROOT / "docs" / "examples" / "suite_entry"
@@ -74,6 +75,23 @@ def test_what_breaks_or_hangs_answers_nothing_and_says_why(tmp_path):
     (unnamed / "answer").write_bytes(b"\x00")
     told = enter(str(unnamed), [asked()])["puck_01"]["why"]
     assert "prepare: exit code 7" in told and "expected a first line such as #!" in told
+
+
+def test_folders_in_place_of_files_are_no_plan_and_no_answer_and_stop_nothing(tmp_path):
+    place = entry(tmp_path, 'mkdir first.json "$4"; touch first.json/x')
+    found = enter(place, [asked(), asked("puck_02")])
+    for one in found.values():
+        assert one["answer"] == NOTHING and one["first_s"] is None
+        assert "none was written" in one["why"]
+
+
+def test_a_first_plan_counts_where_the_answer_stands():
+    said = {"points": 0, "rollouts": 0, "prepare_s": 0.0, "answer_s": 1.0, "first_s": 0.25}
+    stands = said | {"status": "stands", "points": 2, "first_s": 0.5}
+    both = {"a": said | {"status": "unknown"}, "b": stands}
+    each = {name: {"entries": {"one": result}} for name, result in both.items()}
+    assert "| 0.5 | 1.0 |" in table({"instances": each})
+    assert "|  | 1.0 |" in table({"instances": {"a": each["a"]}})
 
 
 def test_what_was_refused_at_the_door_is_told_and_rooms_are_kept(tmp_path):

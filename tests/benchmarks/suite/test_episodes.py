@@ -1,5 +1,6 @@
 """The episode track: a driver is a program; a contact costs what a false answer costs."""
 
+import subprocess
 import sys
 from pathlib import Path
 
@@ -10,7 +11,8 @@ from benchmarks.suite.episodes import episode, main
 from benchmarks.suite.score import LOST, WHOLE
 from sims.barn.worlds import metric, world
 
-DRIVE = Path(__file__).parents[3] / "docs" / "examples" / "suite_entry" / "drive"
+ROOT = Path(__file__).parents[3]
+DRIVE = ROOT / "docs" / "examples" / "suite_entry" / "drive"
 
 
 def driver(body):
@@ -42,6 +44,15 @@ def test_a_drive_is_worth_the_metric_and_is_repeated_by_its_seed(capsys):
 def test_a_line_without_sense_is_refused(said):
     with pytest.raises(Refused, match="driver: expected"):
         episode(1, driver(said), 0)
+
+
+@pytest.mark.parametrize("missing", ["numpy", "parc_jax", "sims"])
+def test_an_environment_without_a_simulator_is_told_in_a_sentence(missing):
+    code = f"import runpy, sys; sys.modules[{missing!r}] = None; "
+    code += "runpy.run_module('benchmarks.suite.episodes', run_name='__main__')"
+    run = subprocess.run([sys.executable, "-c", code], cwd=ROOT, capture_output=True, text=True)
+    assert run.returncode == 1 and run.stderr.startswith("episodes: expected parc_jax")
+    assert missing in run.stderr and run.stderr.count("\n") == 1
 
 
 def test_a_program_that_is_not_there_is_a_sentence(capsys):
