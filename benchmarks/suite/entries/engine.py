@@ -81,6 +81,14 @@ def looks(task: kit.Task) -> tuple[int, int]:
     return max(1, min(LOOKS, task.budget // 2 // n)), n
 
 
+def reserve(task: kit.Task) -> int:
+    """Runs that a model leaves for the answer: for all looks at it, or to say that there is no
+    plan where that takes no more than a third of the budget.
+    """
+    none = kit.enough(task)
+    return max(math.prod(looks(task)), none if none <= task.budget // 3 else 0)
+
+
 def polytopes(planner: pj.Planner, asked: pj.types.ReachAvoid, few: pj.Settings, rng) -> list[dict]:
     """The largest of the safe polytopes around safe plans, as the suite spells them. They are
     compared by the boxes around them: to triangulate them, as `safe_sets` does, takes minutes in

@@ -67,12 +67,18 @@ def first(plan: np.ndarray) -> None:
     Path("first.json").write_text(json.dumps(plan.tolist()))
 
 
-def nobody(task: Task, scene: Scene, rng: np.random.Generator, most: int) -> bool:
-    """Whether none of plans drawn evenly from start x K succeeds, so many that this would happen
-    with probability delta, were there a plan and as many as the suite promises. most: runs that may
-    be spent; False where that is too few.
+def enough(task: Task) -> int:
+    """Plans drawn evenly that all fail with probability delta, were there a plan and as many as the
+    suite promises.
     """
-    n = math.ceil(math.log(task.delta) / math.log1p(-SCARCE * (1 - task.eps)))
+    return math.ceil(math.log(task.delta) / math.log1p(-SCARCE * (1 - task.eps)))
+
+
+def nobody(task: Task, scene: Scene, rng: np.random.Generator, most: int) -> bool:
+    """Whether none of `enough` plans drawn evenly from start x K succeeds. most: runs that may be
+    spent; False where that is too few.
+    """
+    n = enough(task)
     if n > most:
         return False
     lo, hi = task.bounds(scene)

@@ -56,6 +56,19 @@ def test_looks_leave_runs_to_learn_from(tmp_path):
         assert times >= 1 and times * n <= 0.5 * one.budget
 
 
+def test_what_a_model_leaves_is_enough_to_say_none_where_it_can_be_spared(tmp_path):
+    for name, spared in (
+        ("puck_05", True),
+        ("asv_09", True),
+        ("drone_09", True),
+        ("f110_09", False),
+    ):
+        (one,) = instances("large", [name])
+        asked = task(one, tmp_path)
+        assert (kit.enough(asked) <= engine.reserve(asked)) is spared
+        assert engine.reserve(asked) <= one.budget // 3
+
+
 def test_none_is_said_after_enough_runs_without_success_and_not_before(tmp_path, monkeypatch):
     """So many as show a plan, were there one in two hundred, but with probability delta."""
     spent = []
