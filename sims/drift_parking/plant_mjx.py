@@ -1,8 +1,9 @@
-"""The rigid body as a MuJoCo model, one `mjx.forward` per evaluation."""
+"""The rigid body as a MuJoCo model, one `mjx.forward` per evaluation, run entry by entry."""
 
 import functools
 
 from sims.drift_parking import params as c
+from sims.entrywise import entrywise
 from sims.quiet import lenient, quiet_import
 
 # Planar joints in the order x, y, yaw. Nothing can touch anything: no geometry collides and no
@@ -39,7 +40,6 @@ def mujoco_body():
     mjx = quiet_import("mujoco.mjx")
     host_model = mujoco.MjModel.from_xml_string(MODEL)
 
-    @jax.jit  # traced once, however often and in however many places the vehicle evaluates it
     def forward(position, velocity, force):
         """Acceleration (3,) of (x, y, yaw) under a generalised force (3,), all in world axes."""
         model = mjx.put_model(host_model)
@@ -47,23 +47,21 @@ def mujoco_body():
         with lenient():
             return mjx.forward(model, data).qacc
 
+    three = jax.ShapeDtypeStruct((3,), jnp.float64)
+    with jax.enable_x64(True):
+        by_entries = entrywise(forward, three, three, three)
+
     def accelerations(z, cos_yaw, sin_yaw, wrench):
         """Body-frame forces are turned to world axes for MuJoCo, its accelerations back to body
         axes.
         """
-        batched = forward
-        for _ in range(z.x.ndim):
-            batched = jax.vmap(batched, in_axes=-1, out_axes=-1)
         fx, fy = (
             cos_yaw * wrench.fx - sin_yaw * wrench.fy,
             sin_yaw * wrench.fx + cos_yaw * wrench.fy,
         )
         vx, vy = z.ux * cos_yaw - z.uy * sin_yaw, z.ux * sin_yaw + z.uy * cos_yaw
-        ax, ay, yaw_acceleration = batched(
-            jnp.stack([z.x, z.y, z.yaw]),
-            jnp.stack([vx, vy, z.yaw_rate]),
-            jnp.stack([fx, fy, wrench.moment]),
-        )
+        world = (z.x, z.y, z.yaw), (vx, vy, z.yaw_rate), (fx, fy, wrench.moment)
+        [(ax, ay, yaw_acceleration)] = by_entries(*world)
         return cos_yaw * ax + sin_yaw * ay, cos_yaw * ay - sin_yaw * ax, yaw_acceleration
 
     return accelerations
