@@ -19,16 +19,17 @@ from jax.extend.core import Literal
 from parc_jax.errors import InputError
 
 
-def entrywise(fun: Callable, *like: jax.ShapeDtypeStruct) -> Callable:
-    """fun, which takes vectors like these and returns vectors, as a function of their entries: it
-    takes a sequence of numbers or JAX arrays of one shape for each, and returns such lists. NaN and
-    infinities times a known zero are zero. Raises InputError for a program with loops over unknown
-    numbers, or other steps that are not told here.
+def entrywise(fun: Callable) -> Callable:
+    """fun, of vectors, as a function of their entries: it takes a sequence of numbers or JAX arrays
+    of one shape for each vector, and returns such a list for each. Jit it: it is traced anew at
+    every call. NaN and infinities times a known zero are zero. Raises InputError for a program with
+    loops over unknown numbers, or other steps that are not told here.
     """
-    program = jax.make_jaxpr(fun)(*like)
 
-    def run(*entries):
-        found = _run(program.jaxpr, program.consts, [_objects(each) for each in entries])
+    def run(*vectors):
+        like = [jax.ShapeDtypeStruct((len(each),), jnp.result_type(*each)) for each in vectors]
+        program = jax.make_jaxpr(fun)(*like)
+        found = _run(program.jaxpr, program.consts, [_objects(each) for each in vectors])
         return [list(each) for each in found]
 
     return run

@@ -9,7 +9,8 @@ import sys
 import types
 from collections.abc import Iterator, Mapping
 from dataclasses import fields, is_dataclass
-from functools import cached_property, partial
+from functools import cached_property, lru_cache, partial
+from itertools import chain
 
 import numpy as np
 
@@ -196,12 +197,12 @@ def _names(code: types.CodeType) -> Iterator[str]:
             yield from _names(constant)
 
 
-def _globals(code: types.CodeType) -> Iterator[str]:
+@lru_cache(maxsize=4096)  # a system is looked at before every chunk of its runs
+def _globals(code: types.CodeType) -> tuple[str, ...]:
     """Global names alone, of those in `_names`: what a function takes along to another process."""
-    yield from (step.argval for step in dis.get_instructions(code) if step.opname in _GLOBAL)
-    for constant in code.co_consts:
-        if isinstance(constant, types.CodeType):
-            yield from _globals(constant)
+    own = (step.argval for step in dis.get_instructions(code) if step.opname in _GLOBAL)
+    inner = (_globals(x) for x in code.co_consts if isinstance(x, types.CodeType))
+    return *own, *chain.from_iterable(inner)
 
 
 def _name_of(x) -> str:

@@ -8,6 +8,7 @@ import re
 import sysconfig
 import traceback
 from collections.abc import Iterator
+from functools import lru_cache
 from pathlib import Path
 
 from parc_jax.errors import InputError, ParcError
@@ -20,6 +21,7 @@ _LONGEST = 300  # characters of somebody else's message
 _IN_TEXT = re.compile(r'File "([^"]+)", line (\d+)')  # tracebacks that come as text, of callbacks
 
 
+@lru_cache(maxsize=4096)
 def is_own(filename: str) -> bool:
     """Is this a file of the user's, not of Python, an installed library or this package?"""
     path = Path(filename)

@@ -34,7 +34,6 @@ def mujoco_body():
     mujoco-mjx.
     """
     import jax
-    import jax.numpy as jnp
     import mujoco
 
     mjx = quiet_import("mujoco.mjx")
@@ -47,9 +46,8 @@ def mujoco_body():
         with lenient():
             return mjx.forward(model, data).qacc
 
-    three = jax.ShapeDtypeStruct((3,), jnp.float64)
-    with jax.enable_x64(True):
-        by_entries = entrywise(forward, three, three, three)
+    # traced once, however often and in however many places the vehicle evaluates it
+    by_entries = jax.jit(entrywise(forward))
 
     def accelerations(z, cos_yaw, sin_yaw, wrench):
         """Body-frame forces are turned to world axes for MuJoCo, its accelerations back to body
