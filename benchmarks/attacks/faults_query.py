@@ -85,6 +85,20 @@ QUERY = (
         ("tests/cover/test_preferred.py::test_none_is_looked_at_after_the_first_that_has_room",),
     ),
     Fault(
+        "as_many_looks_as_it_takes",
+        "_preferred.unfinished",
+        "& (looks < most_looks)",
+        "",
+        ("tests/cover/test_preferred.py::test_none_is_begun_after_so_many_looks",),
+    ),
+    Fault(
+        "looks_of_each_call_alone",
+        "Loop.step",
+        "left = self.effort.looks - looks",
+        "left = self.effort.looks",
+        (LOOP + "test_after_so_many_looks_no_candidate_is_judged",),
+    ),
+    Fault(
         "preferred_in_one_of_the_bins_that_meet",
         "_preferred.room_of.in_bin",
         "bins[i, c]",

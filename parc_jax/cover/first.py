@@ -164,7 +164,7 @@ def _in_turn(asked: Placed, drawn: Drawn, n: Index, first: First) -> First:
         left, first, _ = state
         i = jnp.argmax(left)
         p0, k = drawn.p0[i], drawn.k[i]
-        seen, _ = verdict_in_turn(asked.net, asked.tube, asked.scene, p0, k)
+        seen, *_ = verdict_in_turn(asked.net, asked.tube, asked.scene, p0, k)
         put = partial(jax.tree.map, lambda whole, x: whole.at[first.found].set(x))
         p0, k, kept = put((first.p0, first.k, first.seen), (p0, k, seen))
         found = first.found + seen.safe.astype(jnp.int32)

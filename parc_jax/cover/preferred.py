@@ -21,21 +21,27 @@ from parc_jax.verdict.pointwise import verdict_in_turn
 from parc_jax.verdict.scene import Scene
 
 MOST = 16  # plans that are found in one call
+LOOKS = 2**31 - 1  # at pairs: as many as it takes
 
 
 class Preferred(NamedTuple):
     """rows (n,): numbers of safe plans, in the order in which they were given. clearance (n,) [m]:
-    kept from every obstacle by every run inside the tube. judged: plans that were looked at.
+    kept from every obstacle by every run inside the tube. judged: plans that were looked at, looks:
+    at how many pairs of an obstacle and a part for them.
     """
 
     rows: np.ndarray
     clearance: np.ndarray
     judged: int
+    looks: int
 
 
-def preferred(scene: Scene, k: np.ndarray, n: int = 1, room: float = np.inf) -> Preferred:
+def preferred(
+    scene: Scene, k: np.ndarray, n: int = 1, room: float = np.inf, looks: int = LOOKS
+) -> Preferred:
     """The first n safe plans, 16 at most, of k (m, n_k) from the one start of a scene; none after
-    the first that has so much room [m]. Fewer, or none, where there are not so many. Raises
+    the first that has so much room [m], and none after so many looks at a pair of an obstacle and a
+    part, which are nearly all of the work. Fewer, or none, where there are not so many. Raises
     InputError.
     """
     if scene.at is None:
@@ -50,39 +56,48 @@ def preferred(scene: Scene, k: np.ndarray, n: int = 1, room: float = np.inf) -> 
     padded = np.zeros((len(k), 2**scene.model.n_k), np.int32)
     padded[:, : bins.shape[1]] = bins
     with x64(), jax.transfer_guard_host_to_device("allow"):
-        told = jax.device_get(_preferred(placed(scene), k, padded, bins.shape[1], n, float(room)))
-    found = int(told.judged[1])
-    return Preferred(told.rows[:found], told.clearance[:found], int(told.judged[0]))
+        limits = bins.shape[1], n, float(room), min(looks, LOOKS)
+        told, found = jax.device_get(_preferred(placed(scene), k, padded, *limits))
+    counts = int(told.judged), int(told.looks)
+    return Preferred(told.rows[:found], told.clearance[:found], *counts)
 
 
 @jax.jit
 def _preferred(
-    asked: Placed, k: ManyParams, bins: Int[ArrayLike, "b c"], n_bins: Index, n: Index, room: Scalar
-) -> Preferred:
-    def room_of(i: Index, touched: Index):
-        """The least that any bin leaves to a plan, and what it touches."""
+    asked: Placed,
+    k: ManyParams,
+    bins: Int[ArrayLike, "b c"],
+    n_bins: Index,
+    n: Index,
+    room: Scalar,
+    most_looks: Index,
+) -> tuple[Preferred, jax.Array]:
+    def room_of(i: Index, touched: Index, looks: Index):
+        """The least that any bin leaves to a plan, what it touches, and all looks so far."""
 
         def in_bin(c: Index, state: tuple):
-            least, touched = state
-            seen, touched = verdict_in_turn(
+            least, touched, looks = state
+            seen, touched, more = verdict_in_turn(
                 asked.net, asked.tube, asked.scene, asked.at, k[i], bins[i, c], touched
             )
-            return jnp.minimum(least, jnp.where(seen.reaches, seen.clearance, -jnp.inf)), touched
+            own = jnp.where(seen.reaches, seen.clearance, -jnp.inf)
+            return jnp.minimum(least, own), touched, looks + more
 
-        return jax.lax.fori_loop(0, n_bins, in_bin, (jnp.asarray(jnp.inf, k.dtype), touched))
+        begin = jnp.asarray(jnp.inf, k.dtype), touched, looks
+        return jax.lax.fori_loop(0, n_bins, in_bin, begin)
 
     def judge(state: tuple):
-        i, found, rows, clearance, touched = state
-        own, touched = room_of(i, touched)
+        i, found, rows, clearance, touched, looks = state
+        own, touched, looks = room_of(i, touched, looks)
         rows, clearance = rows.at[found].set(i), clearance.at[found].set(own)
-        return i + 1, found + (own > 0).astype(found.dtype), rows, clearance, touched
+        return i + 1, found + (own > 0).astype(found.dtype), rows, clearance, touched, looks
 
     def unfinished(state: tuple):
-        i, found, _, clearance, _ = state
+        i, found, _, clearance, _, looks = state
         roomy = (found > 0) & (clearance[found - 1] >= room)
-        return (i < len(k)) & (found < n) & ~roomy
+        return (i < len(k)) & (found < n) & ~roomy & (looks < most_looks)
 
     zero = jnp.zeros((), jnp.int32)
-    begin = zero, zero, jnp.zeros(MOST, jnp.int32), jnp.zeros(MOST, k.dtype), zero
-    judged, found, rows, clearance, _ = jax.lax.while_loop(unfinished, judge, begin)
-    return Preferred(rows, clearance, jnp.stack([judged, found]))
+    begin = zero, zero, jnp.zeros(MOST, jnp.int32), jnp.zeros(MOST, k.dtype), zero, zero
+    judged, found, rows, clearance, _, looks = jax.lax.while_loop(unfinished, judge, begin)
+    return Preferred(rows, clearance, judged, looks), found

@@ -48,22 +48,24 @@ class Effort:
     """How a loop looks for manoeuvres.
 
     candidates: drawn once, evenly over the chosen parameters. judged: of these, at most, the best
-    first. room: [m] of clearance that is liked: of the first few safe ones the best liked one with
-    so much is taken, else the one with most. deadline: [s] of the clock for a step; what is not
-    decided by then is not committed to.
+    first. looks: at a pair of an obstacle and a part, which are nearly all of the work; after so
+    many no further candidate is judged, so that no scene is dear. room: [m] of clearance that is
+    liked: of the first few safe ones the best liked one with so much is taken, else the one with
+    most. deadline: [s] of the clock for a step; what is not decided by then is not committed to.
     """
 
     candidates: int = 1024
     judged: int = 256
+    looks: int = 1024
     room: float = 0.0
     deadline: float = 0.1
 
     def __post_init__(self):
-        counts = self.candidates >= 1 and self.judged >= 1
+        counts = min(self.candidates, self.judged, self.looks) >= 1
         if not (counts and self.room >= 0 and self.deadline > 0):
             raise InputError(
-                "Effort: expected at least one candidate, one to judge, room of 0 m or more and a "
-                f"deadline above 0 s; got {self}."
+                "Effort: expected at least one candidate, one to judge, one look, room of 0 m or "
+                f"more and a deadline above 0 s; got {self}."
             )
 
 
@@ -181,13 +183,14 @@ class Loop:
             raise InputError(f"prefer: expected {len(k)} numbers; got shape {cost.shape}.")
         order = np.argsort(cost, kind="stable")
         order = order[np.isfinite(cost[order])][: self.effort.judged]
-        judged = 0
-        while judged < len(order):
+        judged = looks = 0
+        while judged < len(order) and looks < self.effort.looks:
             rows = order[judged : judged + AT_ONCE]
             # a short call is filled up with its last candidate
             rows = rows[np.minimum(np.arange(AT_ONCE), len(rows) - 1)]
-            found = preferred(scene, k[rows], AMONG, self.effort.room)
-            judged += found.judged
+            left = self.effort.looks - looks
+            found = preferred(scene, k[rows], AMONG, self.effort.room, left)
+            judged, looks = judged + found.judged, looks + found.looks
             if time.perf_counter() - begin > self.effort.deadline:
                 return self.go_on(
                     f"no manoeuvre was proved within {self.effort.deadline:g} s; "
@@ -197,7 +200,9 @@ class Loop:
                 i = int(np.argmax(np.minimum(found.clearance, self.effort.room)))
                 chosen = k[rows[found.rows[i]]]
                 return self._commit(scene.asked, chosen, found.clearance[i], judged, at)
-        return self.go_on(f"none of {len(order)} candidates is safe{self._why_none(scene, k)}")
+        judged = min(judged, len(order))
+        more = "" if judged == len(order) else f", {len(order) - judged} were not looked at"
+        return self.go_on(f"none of {judged} candidates is safe{more}{self._why_none(scene, k)}")
 
     def restart(self) -> None:
         """Another episode: the robot rests, at a place where it touches nothing."""

@@ -157,13 +157,14 @@ def verdict_in_turn(
     k: Params,
     bin: Index | None = None,
     first: Index | None = None,
-) -> tuple[Verdicts, jax.Array]:
+) -> tuple[Verdicts, jax.Array, jax.Array]:
     """The same, of the obstacles one after another, the nearest boxes first: until all others are
     farther than what was found, or one is touched. The clearance of what is safe is that of all.
     Kernel, not for vmap.
 
     first: number of the obstacle that is looked at before all others, None for the nearest box.
-    Returns also the one that a plan touches, which another plan beside it may touch as well.
+    Returns also the one that a plan touches, which another plan beside it may touch as well, and
+    how many were looked at, which is nearly all of the work.
     """
     seen = prediction(net, tube, scene, p0, k, bin)
     errors = tube.during(seen.bin)
@@ -171,18 +172,19 @@ def verdict_in_turn(
     away = _away(scene, seen.path, errors) - rounding
 
     def look(state: tuple):
-        away, nearest, o = state
+        away, nearest, o, looks = state
         away = away.at[o].set(jnp.inf)
         nearest = _nearer(scene, o, seen.path, errors, nearest)
-        return away, nearest, jnp.where(nearest > 0, _first_of(away), o)
+        return away, nearest, jnp.where(nearest > 0, _first_of(away), o), looks + 1
 
     def open_still(state: tuple):
-        away, nearest, _ = state
+        away, nearest, _, _ = state
         return seen.reaches & (away.min() < nearest) & (nearest > 0)
 
-    begin = away, _far(scene, seen.path), _first_of(away) if first is None else first
-    _, nearest, touched = jax.lax.while_loop(open_still, look, begin)
-    return Verdicts(*seen, nearest), touched
+    first = _first_of(away) if first is None else first
+    begin = away, _far(scene, seen.path), first, jnp.zeros((), jnp.int32)
+    _, nearest, touched, looks = jax.lax.while_loop(open_still, look, begin)
+    return Verdicts(*seen, nearest), touched, looks
 
 
 def _away(scene: OneScene, path: Path, errors: ErrorSet):

@@ -47,3 +47,17 @@ def test_none_is_looked_at_after_the_first_that_has_room(crowd):
     found = preferred(scene, k, MOST, room - 1e-9)
     assert found.judged == first + 1 and found.rows[-1] == first
     assert (found.clearance[:-1] < room).all()
+
+
+def test_none_is_begun_after_so_many_looks(crowd):
+    """The work of a call has a limit; what was not judged is not among the safe ones."""
+    scene, k, _ = crowd
+    whole = preferred(scene, k, MOST)
+    assert whole.looks > whole.judged > 10
+    for most in (1, whole.looks // 2):
+        found = preferred(scene, k, MOST, looks=most)
+        assert most <= found.looks < most + len(scene.problem.obstacles)
+        assert found.judged < whole.judged
+        n = len(found.rows)
+        np.testing.assert_array_equal(found.rows, whole.rows[:n])
+        assert (whole.rows[n:] >= found.judged).all()

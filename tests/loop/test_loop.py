@@ -144,6 +144,14 @@ def test_of_the_first_safe_ones_one_with_room_is_taken(line):
     assert step.committed.k[0] == 0.0
 
 
+def test_after_so_many_looks_no_candidate_is_judged(line):
+    """All of them touch the wall, which takes a look each; the sentence says who was left out."""
+    effort = pj.loop.Effort(candidates=256, looks=100, deadline=300.0)
+    step = loop_of(line, effort=effort).step([0.45, 0.0], [0.25], [WALL], forward)
+    assert "none of 100 candidates is safe, 156 were not looked at" in step.reason
+    assert not step.new and step.committed is None
+
+
 def test_where_the_robot_is_changes_nothing(line):
     far = np.array([100.0, -70.0])
     wall = pj.box(WALL.lo + far, WALL.hi + far)
