@@ -54,8 +54,15 @@ WORLD = (
     Fault(
         "a_frame_drifts_without_turning",
         "free_space.FreeSpace.drifted",
-        "moved + turned * far",
-        "moved",
+        "turned * far + TOLERANCES",
+        "0.0 * far + TOLERANCES",
+        (f"{SPACE}::test_what_drifts_is_free_wherever_it_was_truly",),
+    ),
+    Fault(
+        "a_frame_drifts_along_another_heading",
+        "free_space._shifted",
+        "[-np.sin(heading), np.cos(heading)]",
+        "[np.sin(heading), np.cos(heading)]",
         (f"{SPACE}::test_what_drifts_is_free_wherever_it_was_truly",),
     ),
     Fault(

@@ -19,6 +19,7 @@ if TYPE_CHECKING:
 
 ROUND = 1.05  # chords of a quarter circle of four are nearer than its radius by 2 %, GEOS adds 1 %
 CALL = "free space"
+FLATTEST = 100.0  # ratio of the axes of an ellipse, at most, so that rounding stays small
 
 
 @dataclass(frozen=True, eq=False)
@@ -48,18 +49,29 @@ class FreeSpace:
         square = shapely.box(x - reach, y - reach, x + reach, y + reach)
         return replace(self, region=_areas(self.region.intersection(square)))
 
-    def drifted(self, place: npt.ArrayLike, moved: float, turned: float) -> "FreeSpace":
+    def drifted(
+        self, place: npt.ArrayLike, moved: float | tuple[float, float], turned: float
+    ) -> "FreeSpace":
         """What of it is free for sure after the frame that it is told in has drifted, as that of
         odometry does: by at most moved [m] at a place (x, y) and by at most turned [rad]. What is
         far away loses more: keep what is near (`within`). [T41e] Raises InputError.
+
+        moved: a radius, or of a place (x, y, heading) the half axes of an ellipse, along the
+        heading and across it: a robot on wheels is told worse how far it went than where to.
         """
         middle = package("shapely", CALL).Point(_place(place))
-        moved, turned = _length("moved", moved), _length("turned", turned)
+        along, across = (_length("moved", most) for most in np.broadcast_to(moved, 2).tolist())
+        turned = _length("turned", turned)
         if self.region.is_empty:
             return self
-        far = middle.hausdorff_distance(self.region)
-        by = moved + turned * far + TOLERANCES.outline
-        return replace(self, region=shrunk(self.region, by, 0.0))
+        if along == across:
+            place = [middle.x, middle.y, 0.0]
+        place = as_float64("place (x, y, heading)", place, (3,))
+        region = _shifted(self.region, place, along, across)
+        if region.is_empty or not turned:
+            return replace(self, region=region)
+        far = middle.hausdorff_distance(region)
+        return replace(self, region=shrunk(region, turned * far + TOLERANCES.outline, 0.0))
 
     def near(
         self, place: npt.ArrayLike, reach: float, tolerance: float = 0.04, most: int = 64
@@ -158,6 +170,25 @@ def shrunk(region: "shapely.Geometry", by: float, tolerance: float):
         if inside and not shapely.dwithin(border, simple.boundary, by):
             return simple
     return shapely.Polygon()
+
+
+def _shifted(region: "shapely.Geometry", place: np.ndarray, along: float, across: float):
+    """What is left wherever within an ellipse it is shifted, half axes along the heading of a place
+    (3,) and across it. [T41e]
+
+    Algorithm: in a frame that is turned to the longer axis and shortened along it, the ellipse is a
+    disc.
+    """
+    shapely = package("shapely", CALL)
+    middle, heading = place[:2], place[2] + (0.5 * np.pi if across > along else 0.0)
+    along, across = max(along, across), min(along, across)
+    across = max(across, along / FLATTEST) + TOLERANCES.outline
+    along += TOLERANCES.outline
+    turn = np.array([[np.cos(heading), np.sin(heading)], [-np.sin(heading), np.cos(heading)]])
+    flat = np.diag([across / along, 1.0]) @ turn
+    seen = shapely.transform(region, lambda places: (places - middle) @ flat.T)
+    back = np.linalg.inv(flat)
+    return shapely.transform(shrunk(seen, across, 0.0), lambda places: places @ back.T + middle)
 
 
 def _areas(geometry: "shapely.Geometry"):

@@ -148,21 +148,35 @@ def test_a_hole_is_free_where_no_obstacle_has_room():
     assert unsure.region.symmetric_difference(holed).area < 1e-9
 
 
-def test_what_drifts_is_free_wherever_it_was_truly(drives):
-    """Every point that is left lies in the region, however its frame has turned and moved."""
+def turn_by(angle: float) -> np.ndarray:
+    cos, sin = np.cos(angle), np.sin(angle)
+    return np.array([[cos, -sin], [sin, cos]])
+
+
+@pytest.mark.parametrize("axes", [(0.03, 0.03), (0.06, 0.005), (0.005, 0.06)])
+@pytest.mark.parametrize("turned", [0.0, 0.05])
+def test_what_drifts_is_free_wherever_it_was_truly(drives, axes, turned):
+    """Every point that is left lies in the region, however its frame has turned and moved: in a
+    disc, or in an ellipse along a heading."""
     free = drives[0][1][-1]
-    place, moved, turned = np.array([0.3, -0.2]), 0.03, 0.05
-    left = free.within(place, 1.5).drifted(place, moved, turned)
+    place, heading = np.array([0.3, -0.2]), 0.7
+    left = free.within(place, 1.5).drifted([*place, heading], axes, turned)
     corners = shapely.get_coordinates(left.region)
     assert 0.3 * free.within(place, 1.5).region.area < left.region.area
-    for angle in (-turned, 0.0, turned):
-        cos, sin = np.cos(angle), np.sin(angle)
-        turn = np.array([[cos, -sin], [sin, cos]])
-        for side in np.linspace(0, 2 * np.pi, 8, endpoint=False):
-            shift = moved * np.array([np.cos(side), np.sin(side)])
-            there = place + (corners - place) @ turn.T + shift
+    for angle in {-turned, 0.0, turned}:
+        for side in np.linspace(0, 2 * np.pi, 16, endpoint=False):
+            shift = turn_by(heading) @ (np.array(axes) * [np.cos(side), np.sin(side)])
+            there = place + (corners - place) @ turn_by(angle).T + shift
             assert shapely.contains_xy(free.region, there).all()
-    assert free.within(place, 1.5).drifted(place, 9.0, 0.0).region.is_empty
+
+
+def test_less_is_lost_across_a_heading_than_along_it():
+    yard = FreeSpace(shapely.box(-1, -1, 1, 1))
+    assert yard.drifted((0, 0), 9.0, 0.0).region.is_empty
+    for heading, sides in ((0.0, (0.2, 0.02)), (np.pi / 2, (0.02, 0.2))):
+        left = yard.drifted((0, 0, heading), (0.2, 0.02), 0.0).region.bounds
+        for side, by in zip(left[2:], sides, strict=True):
+            assert 1.0 - 1.1 * by < side <= 1.0 - by
 
 
 def test_holds_is_about_the_whole_body_in_one_part():
@@ -198,6 +212,10 @@ def test_a_body_in_doubt_keeps_its_own_place(drives):
     ("call", "sentence"),
     [
         (lambda free: free.drifted((0, 0), -0.1, 0.0), "expected a moved >= 0 m; got -0.1"),
+        (
+            lambda free: free.drifted((0, 0), (0.2, 0.1), 0.0),
+            r"place \(x, y, heading\): expected shape",
+        ),
         (lambda free: free.near((5, 5), 1.0), "expected a place with free space"),
         (lambda free: free.near((np.nan, 0), 1.0), "place"),
         (lambda free: free.near((0, 1e6), 1.0), "up to 100000 m; got 1e.06. Subtract an origin"),
