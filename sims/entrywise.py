@@ -164,6 +164,11 @@ def _slice(out, a, start_indices, limit_indices, strides, **_):
     return a[tuple(map(slice, start_indices, limit_indices, steps))]
 
 
+def _converted(out, a, **_):
+    one = lambda x: x.astype(out.dtype) if _unknown(x) else out.dtype.type(x)  # noqa: E731
+    return _each(one, np.asarray)(out, a)
+
+
 def _windows(of, index, sizes: dict[int, int], map_to, batching, batching_index):
     """Yield (place in the index, place in the window, place in the array `of`) of every entry.
     sizes: of the window, along the axes that it has. Windows beyond the array are left out.
@@ -225,7 +230,7 @@ _STEPS: dict[str, Callable] = {
     "sub": _each(_minus, np.subtract),
     "mul": _each(_times, np.multiply),
     "div": _each(_over, np.true_divide),
-    "rem": _each(operator.mod, np.fmod),
+    "rem": _each(jnp.fmod, np.fmod),
     "neg": _each(operator.neg, np.negative),
     "max": _of_one("maximum"),
     "min": _of_one("minimum"),
@@ -256,6 +261,7 @@ _STEPS: dict[str, Callable] = {
     "tile": lambda out, a, reps: np.tile(a, reps),
     "iota": lambda out, dimension, **_: np.indices(out.shape)[dimension],
     "cumsum": lambda out, a, axis, **_: a.cumsum(axis),
-    **{name: lambda out, a, **_: a for name in ("convert_element_type", "copy")},
+    "convert_element_type": _converted,
+    "copy": lambda out, a, **_: a,
     **{name: lambda out, a, **_: a.reshape(out.shape) for name in ("reshape", "squeeze")},
 }
