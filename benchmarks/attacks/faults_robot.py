@@ -46,6 +46,20 @@ ROBOT = (
         (f"{JACKAL}::test_a_cycle_adds_little_to_what_dead_reckoning_is_off_by",),
     ),
     Fault(
+        "an_ellipse_of_errors_is_taken_for_its_box",
+        "drift.Allowed.holds",
+        "<= 1)",
+        "<= 1.4)",
+        (f"{JACKAL}::test_an_error_of_dead_reckoning_is_allowed_within_an_ellipse",),
+    ),
+    Fault(
+        "who_goes_back_is_not_measured_to",
+        "system.system",
+        "lo = [-backward - slower,",
+        "lo = [-slower,",
+        (f"{JACKAL}::test_measured_speeds_stay_in_the_domain",),
+    ),
+    Fault(
         "wheels_that_turn_are_taken_for_wheels_that_stand",
         "driven.Driven._reckon",
         "c.STANDS).all()",

@@ -108,7 +108,8 @@ def drive(
         if odometry and steps:
             stood = np.array_equal(here, poses[-2][1])
             allowed.append(drift.allowed(before, robot.measured, stood))
-            free = free.within(here, NEARBY).drifted(here, *allowed[-1])
+            last = np.append(here[:2], poses[-2][1][2])  # it slips along the heading that it had
+            free = free.within(here, NEARBY).drifted(last, allowed[-1][:2], allowed[-1].turned)
             free = free.add(pj.world.free_place(corners(here)))
         free, obstacles, why = _look(scan, free, here, robot.measured[0])
         known.append(free)
@@ -185,12 +186,12 @@ def _look(
 
 def beyond(poses, allowed) -> int:
     """In how many steps between pairs of a true pose and one that is told (3,) does the told one go
-    wrong by more than is allowed for it ([m], [rad])? Without any that is allowed, they are one.
+    wrong by more than is allowed for it? Without any that is allowed, they are one.
     """
     found = 0
     for ((true, told), (next_true, next_told)), most in zip(pairwise(poses), allowed, strict=False):
         off = drift.relative(told, next_told) - drift.relative(true, next_true)
-        found += bool(np.hypot(*off[:2]) > most[0] or abs(off[2]) > most[1])
+        found += not most.holds(off)
     return found
 
 
@@ -200,12 +201,13 @@ def between_commitments(poses, allowed, new) -> float:
     of the way of a cycle. new: was something committed to in each cycle?
     """
     most = moved = turned = 0.0
-    for ((_, told), (_, following)), (by, about), begun in zip(
+    for ((_, told), (_, following)), adds, begun in zip(
         pairwise(poses), allowed, new, strict=False
     ):
         if begun:
             moved = turned = 0.0
-        moved += by + turned * float(np.linalg.norm(following[:2] - told[:2]))
-        turned += about
+        way = float(np.linalg.norm(following[:2] - told[:2]))
+        moved += max(adds.ahead, adds.aside) + turned * way
+        turned += adds.turned
         most = max(most, moved)
     return most

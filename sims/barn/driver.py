@@ -1,5 +1,6 @@
 """A Jackal with its loop, made once in each process: it drives worlds, an episode a call."""
 
+import gc
 from dataclasses import dataclass
 from functools import cache
 from hashlib import sha256
@@ -16,13 +17,16 @@ from sims.barn.worlds import World, numbers, world
 from sims.rectangle import centre_and_corners, rectangle
 
 SPEED, TURNING = 1.6, 1.0  # [m/s], [rad/s] at most: beyond, tyres slip now and then, and tubes pay
+BACKWARD = 0.4  # [m/s] at most, out of a gap that is too narrow: its lidar does not look back
 SLOW = 1.7  # power of the share of the speed: more candidates are slow than fast
 TURNS_ON_THE_SPOT = 101
+BACKWARDS = 7  # 2 to the power of this many candidates go back
+LOOKS = 512  # of a step, at pairs: so that it takes less than 0.1 s where nothing is safe
 
 
 def robot():
     """The Jackal as it is driven here."""
-    return sims.load("jackal", speed=SPEED, turning=TURNING, threads=1)
+    return sims.load("jackal", speed=SPEED, turning=TURNING, backward=BACKWARD, threads=1)
 
 
 def any_world(seed) -> World:
@@ -90,23 +94,29 @@ def loop_of(model: Path, content: str, deadline: float) -> pj.loop.Loop:
     if content_of(model) != content:
         raise pj.InputError(f"{model}: expected the model that the drive began with; it changed.")
     known = pj.load(model)
-    return pj.loop.Loop(
+    loop = pj.loop.Loop(
         known,
         rectangle(),
         leave=robot().moving,
         candidates=candidates(known.domain),
-        effort=pj.loop.Effort(judged=512, room=0.05, deadline=deadline),
+        effort=pj.loop.Effort(judged=512, looks=LOOKS, room=0.05, deadline=deadline),
     )
+    gc.collect()
+    gc.freeze()  # else Python looks through all of JAX now and then, for 0.1 s, within a step
+    return loop
 
 
 def candidates(domain: pj.types.Box) -> np.ndarray:
     """Commands (b, 2) within K: speed [m/s] and turning [rad/s]."""
-    share = qmc.Sobol(2, seed=0).random_base2(10)
-    share[:, 0] **= SLOW
-    lo, hi = domain.lo[2:], domain.hi[2:]
-    on_the_spot = np.linspace(lo[1], hi[1], TURNS_ON_THE_SPOT)
-    on_the_spot = np.stack([np.full(TURNS_ON_THE_SPOT, lo[0]), on_the_spot], axis=1)
-    return np.concatenate([lo + (hi - lo) * share, on_the_spot])
+    (back, right), (ahead, left) = domain.lo[2:], domain.hi[2:]
+    even = qmc.Sobol(2, seed=0)
+    share, behind = even.random_base2(10), even.reset().random_base2(BACKWARDS)
+    share[:, 0] = ahead * share[:, 0] ** SLOW
+    behind[:, 0] *= back
+    on_the_spot = np.stack([np.zeros(TURNS_ON_THE_SPOT), np.linspace(0, 1, TURNS_ON_THE_SPOT)], 1)
+    found = np.concatenate([share, on_the_spot, behind])
+    found[:, 1] = right + (left - right) * found[:, 1]
+    return found
 
 
 def told_of(one: Drive) -> dict:

@@ -6,6 +6,7 @@ with the true one, both in the frame of its start.
 
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
@@ -15,21 +16,35 @@ from sims.jackal.driven import Driven
 from sims.jackal.system import Jackal, framed, system
 
 
-def allowed(before, after, stood: bool = False) -> tuple[float, float]:
-    """[m] and [rad] that a cycle between two measurements (2,) of speed [m/s] and turning [rad/s]
-    is allowed to add. stood: the wheels did, all the while: odometry says that it is where it was.
-    What that is worth is measured here, not proved.
+class Allowed(NamedTuple):
+    """What a cycle may add: ahead and aside [m], half axes of an ellipse; turned [rad]."""
+
+    ahead: float
+    aside: float
+    turned: float
+
+    def holds(self, off) -> bool:
+        """Is an error (3,) ahead, to the left [m], of the heading [rad] allowed?"""
+        return bool(np.hypot(off[0] / self.ahead, off[1] / self.aside) <= 1) and (
+            bool(abs(off[2]) <= self.turned)
+        )
+
+
+def allowed(before, after, stood: bool = False) -> Allowed:
+    """What a cycle between two measurements (2,) of speed [m/s] and turning [rad/s] is allowed to
+    add. stood: the wheels did, all the while: odometry says that it is where it was. What that is
+    worth is measured here, not proved.
     """
     if stood:
-        return c.DRIFT_STOOD
+        return Allowed(*c.DRIFT_STOOD)
     speed, turning = np.maximum(np.abs(before), np.abs(after))
-    (still, per_speed), (straight, per_turning) = c.DRIFT_MOVED, c.DRIFT_TURNED
-    return still + per_speed * speed, straight + per_turning * turning
+    at_rest, per_speed, per_turning = map(np.array, c.DRIFT)
+    return Allowed(*(at_rest + per_speed * speed + per_turning * turning))
 
 
 def cycles_of(robot: Jackal, key, options: "Options") -> np.ndarray:
-    """(cycles, 5) of one chain, what each adds to the error: ahead, to the left [m], heading; and
-    what it is allowed to add.
+    """(cycles, 6) of one chain, what each adds to the error: ahead, to the left [m], heading; and
+    what it is `allowed` to add.
     """
     draws = generator(key)
     driven = Driven(robot, (0.0, 0.0, 0.0), key)
@@ -61,6 +76,12 @@ class Options:
     """Manoeuvres of each, driven as long as their command is held."""
     stops: float = 0.2
     """Share of cycles in which no new manoeuvre begins."""
+    speed: float = c.SPEED
+    """[m/s] most that is commanded, as of `system`."""
+    turning: float = c.TURNING
+    """[rad/s]"""
+    backward: float = 0.0
+    """[m/s]"""
     seed: int = 0
     threads: int = 2
 
@@ -71,20 +92,22 @@ def main(argv: list[str] | None = None) -> None:
     import tyro
 
     options = tyro.cli(Options, args=argv, prog="python -m sims.jackal.drift")
-    robot = system(threads=1)
+    robot = system(
+        speed=options.speed, turning=options.turning, backward=options.backward, threads=1
+    )
     keys = np.asarray(jax.random.split(jax.random.PRNGKey(options.seed), options.n))
     with ThreadPoolExecutor(options.threads) as pool:
         rows = np.concatenate(list(pool.map(lambda key: cycles_of(robot, key, options), keys)))
     print(f"{len(rows)} cycles of {c.MOVING:g} s")
-    found = np.hypot(*rows[:, :2].T), np.abs(rows[:, 2])
-    for name, unit, off, most in zip(
-        ("place", "heading"), "m rad".split(), found, rows.T[3:], strict=True
-    ):
+    units = {"ahead": "m", "aside": "m", "heading": "rad"}
+    for (name, unit), off, most in zip(units.items(), np.abs(rows.T[:3]), rows.T[3:], strict=True):
         quantiles = ", ".join(f"{x:.4f}" for x in np.quantile(off, [0.5, 0.99, 1.0]))
         print(
             f"{name}: off by {quantiles} {unit} (median, 99 %, most); allowed for are "
-            f"{np.median(most):.4f} {unit} in the median; {(off > most).sum()} cycles were beyond"
+            f"{np.median(most):.4f} {unit} in the median"
         )
+    beyond = sum(not Allowed(*row[3:]).holds(row[:3]) for row in rows)
+    print(f"{beyond} cycles were beyond what is allowed")
 
 
 if __name__ == "__main__":

@@ -119,15 +119,16 @@ class Driven:
         self._measured = self.speeds[[0, 2]] + off
 
     def _reckon(self) -> None:
-        """One tick of dead reckoning: way from the wheels, turning from the gyro. While all wheels
-        stand, the gyro is not asked: a robot on four tyres does not turn then.
+        """One tick of dead reckoning: way from the wheels, turning from the gyro, which integrates
+        within the tick. While all wheels stand, the gyro is not asked: a robot on four tyres does
+        not turn then.
         """
         encoders, before = self._robots.encoders[0], self._wheels
         self._wheels = c.WHEEL_RADIUS * encoders.mean()
         noise = c.GYRO_NOISE * self._sensors.standard_normal()
         if (np.abs(encoders) < c.STANDS).all():
             return
-        turn = c.TICK * (self.speeds[2] + self._bias + noise)
+        turn = self.pose[2] - self._path[-1][2] + c.TICK * (self._bias + noise)
         x, y, heading = self._odometry
         cos, sin = np.cos(heading + 0.5 * turn), np.sin(heading + 0.5 * turn)
         ahead = c.TICK * self._wheels - c.SLIP_ALONG * (self._wheels - before)

@@ -118,6 +118,7 @@ def system(
     ramp: tuple[float, float] = c.RAMP,
     speed: float = c.SPEED,
     turning: float = c.TURNING,
+    backward: float = 0.0,
     threads: int = 0,
 ) -> Manoeuvre:
     """The robot. Raises InputError.
@@ -126,8 +127,8 @@ def system(
     or "none": nothing differs between runs but what was driven before. body: "rectangle", 0.42 m x
     0.33 m, or "outside", 0.508 m x 0.430 m over the tyres. moving, t_f [s]: how long the command is
     held, and when the robot rests. ramp [m/s^2, rad/s^2] of the command; the controller allows
-    (20, 25), the tyres hold about 4.9 m/s^2. speed [m/s], turning [rad/s]: most that is commanded;
-    what is measured reaches a little farther. threads: of MuJoCo, 0 = all.
+    (20, 25), the tyres hold about 4.9 m/s^2. speed [m/s], turning [rad/s], backward [m/s]: most
+    that is commanded; what is measured reaches a little farther. threads: of MuJoCo, 0 = all.
     """
     require_body(body, tuple(c.SIZES))
     if plant not in PLANTS:
@@ -136,10 +137,11 @@ def system(
     if len(ramp) != 2 or not min(ramp) > 0:
         raise InputError(f"jackal ramp: expected two positive rates [m/s^2, rad/s^2]; got {ramp}.")
     grid = time_grid(c.PLAN_STEP, t_f, c.TICK)
-    if not (0 < speed <= c.MOST[0] and 0 < turning <= c.MOST[1]):
+    if not (0 <= backward <= speed <= c.MOST[0] and speed > 0 and 0 < turning <= c.MOST[1]):
         raise InputError(
             f"jackal: expected speed and turning above 0, up to {c.MOST[0]:g} m/s and "
-            f"{c.MOST[1]:g} rad/s; got {speed:g} and {turning:g}."
+            f"{c.MOST[1]:g} rad/s, and backward from 0 up to the speed; got {speed:g}, "
+            f"{turning:g} and {backward:g}."
         )
     stopping = max(np.array([speed, turning]) / np.minimum(ramp, c.MOST_CHANGE))
     if not 0 < moving <= t_f - stopping:
@@ -148,7 +150,7 @@ def system(
             f"stop of {stopping:.2f} s fits before t_f = {t_f:g} s; got {moving:g} s."
         )
     slower, faster = c.SPEED_BEYOND
-    lo = [-slower, -c.TURNING_BEYOND * turning, 0.0, -turning]
+    lo = [-backward - slower, -c.TURNING_BEYOND * turning, -backward, -turning]
     hi = [speed + faster, c.TURNING_BEYOND * turning, speed, turning]
     about = (box(lo, hi), grid, named_law(law), float(moving), ramp, c.SIZES[body])
     if plant == "twin":

@@ -18,6 +18,7 @@ from parc_jax.loop.outlook import Outlook
 from sims import barn
 from sims.barn.drive import PATIENCE, between_commitments, beyond, drive
 from sims.barn.guidance import FAR, Guidance
+from sims.jackal.drift import Allowed
 from sims.lidar import lidar
 
 START, GOAL = np.array([0.0, 0.0, np.pi / 2]), np.array([0.0, 6.0])
@@ -86,13 +87,14 @@ def test_a_robot_that_has_to_turn_around_prefers_every_step_of_it():
     assert (np.diff(liked) < 0).all()  # the goal lies straight ahead at the last one
 
 
-def test_candidates_are_within_k_and_some_turn_on_the_spot():
-    from sims.barn.driver import candidates
+def test_candidates_are_within_k_and_some_turn_on_the_spot_or_go_back():
+    from sims.barn.driver import candidates, robot
 
-    domain = sims.load("jackal").domain
+    domain = robot().domain
     found = candidates(domain)
     assert ((domain.lo[2:] <= found) & (found <= domain.hi[2:])).all()
     assert (found[:, 0] == 0).sum() > 50 and np.abs(found[:, 1]).max() == domain.hi[3]
+    assert 100 < (found[:, 0] < 0).sum() < 200 and found[:, 0].min() < 0.9 * domain.lo[2]
 
 
 class Standing:
@@ -154,9 +156,10 @@ def test_drift_is_counted_against_what_is_allowed_and_adds_up_between_commitment
     true = np.array([[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [2.0, 0.0, 0.0]])
     off = np.array([[0.0, 0.0, 0.0], [0.02, 0.0, 0.0], [0.02, 0.0, 0.0]])
     poses = list(zip(true, true + off, strict=True))
-    assert beyond(poses, [(0.03, 0.01)] * 2) == 0 and beyond(poses, [(0.01, 0.01)] * 2) == 1
+    wide, narrow = Allowed(0.03, 0.03, 0.01), Allowed(0.01, 0.03, 0.01)
+    assert beyond(poses, [wide] * 2) == 0 and beyond(poses, [narrow] * 2) == 1
     assert beyond(poses, []) == 0 and between_commitments(poses, [], [True] * 3) == 0.0
-    allowed = [(0.03, 0.01), (0.02, 0.01)]
+    allowed = [wide, Allowed(0.02, 0.01, 0.01)]
     assert between_commitments(poses, allowed, [True, True, True]) == pytest.approx(0.03)
     # the second cycle drives 1 m with a heading that may be off by 0.01 rad
     assert between_commitments(poses, allowed, [True, False, True]) == pytest.approx(0.06)

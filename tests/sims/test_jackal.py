@@ -43,6 +43,9 @@ def test_the_domain_is_what_is_measured_and_what_is_commanded(jackal):
     slow = sims.load("jackal", speed=1.0, turning=0.9).domain
     np.testing.assert_allclose(slow.lo, [-0.1, -1.2, 0.0, -0.9])
     np.testing.assert_allclose(slow.hi, [1.1, 1.2, 1.0, 0.9])
+    both = sims.load("jackal", backward=0.4).domain
+    np.testing.assert_allclose(both.lo, [-0.5, -2.0, -0.4, -1.5])
+    np.testing.assert_array_equal(both.hi, HI)
 
 
 def test_repeatable_to_the_bit_at_any_thread_count_and_beside_any_neighbour(jackal, poses):
@@ -151,7 +154,8 @@ def test_the_bodies(jackal):
         ({"body": "disc"}, "rectangle, outside"),
         ({"moving": 0.7}, "at most 0.53 s, so that a stop of 0.67 s fits"),
         ({"ramp": (0.0, 1.0)}, "two positive rates"),
-        ({"speed": 2.5}, "up to 2 m/s and 4 rad/s; got 2.5"),
+        ({"speed": 2.5}, "up to 2 m/s and 4 rad/s"),
+        ({"speed": 1.0, "backward": 1.1}, "backward from 0 up to the speed; got 1, 1.5 and 1.1"),
     ],
 )
 def test_bad_options_are_refused(options, said):
@@ -283,9 +287,8 @@ def test_while_its_wheels_stand_odometry_does_too(system):
     told, true = robot.odometry, robot.pose
     robot.drive(1.2)
     np.testing.assert_array_equal(robot.odometry, told)
-    moved, turned = drift.allowed([0.0, 0.0], [0.0, 0.0], stood=True)
-    off = robot.pose - true
-    assert np.hypot(*off[:2]) < moved < 1e-3 and abs(off[2]) < turned < 1e-3
+    most = drift.allowed([0.0, 0.0], [0.0, 0.0], stood=True)
+    assert most.holds(robot.pose - true) and max(most) < 1e-3
     robot.drive(0.3)
     robot.apply(0.3, 0.0, 0.3)
     assert not np.array_equal(robot.odometry, told)
@@ -300,7 +303,8 @@ def test_a_cycle_adds_little_to_what_dead_reckoning_is_off_by(system, monkeypatc
         rows += [drift.cycles_of(system, key, asked) for key in np.asarray(KEYS[:3])]
     off, more = (np.hypot(*np.concatenate(rows)[:, :2].T) for rows in (calibrated, raw))
     assert np.median(off) < 0.5 * np.median(more)
-    assert (off <= np.concatenate(calibrated)[:, 3]).mean() > 0.9
+    allowed = [drift.Allowed(*row[3:]).holds(row[:3]) for row in np.concatenate(calibrated)]
+    assert np.mean(allowed) > 0.9
 
 
 def test_encoders_do_not_see_slip():
@@ -315,17 +319,27 @@ def test_encoders_do_not_see_slip():
     )
 
 
-def test_measured_speeds_stay_in_the_domain(system):
+@pytest.mark.parametrize("backward", [0.0, 0.4])
+def test_measured_speeds_stay_in_the_domain(backward):
     """Whatever is commanded within K, what is measured next is within K."""
     draws = np.random.default_rng(0)
+    system = sims.load("jackal", backward=backward, threads=1)
     robot = Driven(system, (0.0, 0.0, 0.0), jax.random.PRNGKey(8))
+    lo, hi = system.domain.lo, system.domain.hi
     seen = []
     for _ in range(40):
-        corner = draws.uniform(size=2) < 0.5
-        v, w = np.where(corner, [2.0, 1.5], draws.uniform([0, -1.5], [2, 1.5]))
-        seen.append(robot.apply(v, w, 0.2))
+        corner = np.where(draws.uniform(size=2) < 0.5, lo[2:], hi[2:])
+        inside = draws.uniform(lo[2:], hi[2:])
+        seen.append(robot.apply(*np.where(draws.uniform(size=2) < 0.5, corner, inside), 0.2))
     seen = np.array(seen)
-    assert (seen >= np.array(LO)).all() and (seen <= np.array(HI)).all()
+    assert (seen >= lo).all() and (seen <= hi).all()
+
+
+def test_an_error_of_dead_reckoning_is_allowed_within_an_ellipse():
+    most = drift.Allowed(0.04, 0.01, 0.002)
+    assert most.holds([0.039, 0.0, 0.0]) and most.holds([0.0, -0.0099, -0.002])
+    for off in ([0.039, 0.005, 0.0], [0.0, 0.011, 0.0], [0.0, 0.0, 0.0021], [np.nan, 0.0, 0.0]):
+        assert not most.holds(off)
 
 
 def test_bad_words_to_a_robot_are_refused(system):
