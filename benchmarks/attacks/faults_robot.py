@@ -54,7 +54,7 @@ ROBOT = (
     ),
     Fault(
         "who_goes_back_is_not_measured_to",
-        "system.system",
+        "sims/jackal/system.py",
         "lo = [-backward - slower,",
         "lo = [-slower,",
         (f"{JACKAL}::test_measured_speeds_stay_in_the_domain",),
