@@ -56,6 +56,13 @@ def arctan2(y, x):
     return jnp.where(y < 0.0, -angle, angle)
 
 
+def once(*values):
+    """The same values, finite or NaN, for several readers. XLA's CPU backend writes sums and
+    products anew into every kernel that reads them, but not what comes out of a division.
+    """
+    return [x / (1.0 + 0.0 * x) for x in values]
+
+
 def _series(coefficients, square):
     total = jnp.full_like(square, coefficients[-1])
     for c in reversed(coefficients[:-1]):

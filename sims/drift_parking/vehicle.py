@@ -63,7 +63,7 @@ def rates(plant: Plant, z: State, steer, drive=0.0, brake: float = 0.0) -> tuple
     """Time derivative of the state under steering [rad], rear drive [N] and front brake command [N,
     <= 0].
     """
-    sin_steer, cos_steer = trig.sincos(steer)
+    sin_steer, cos_steer = trig.once(*trig.sincos(steer))
     vy_front, vy_rear = z.uy + c.FRONT_ARM * z.yaw_rate, z.uy - c.REAR_ARM * z.yaw_rate
     # Velocity of the front wheel along and across its plane: tan and cos of the slip angle without
     # calling them.
@@ -71,8 +71,8 @@ def rates(plant: Plant, z: State, steer, drive=0.0, brake: float = 0.0) -> tuple
         z.ux * cos_steer + vy_front * sin_steer,
         vy_front * cos_steer - z.ux * sin_steer,
     )
-    slip_front = trig.arctan2(vy_front, z.ux) - steer
-    slip_rear = trig.arctan2(vy_rear, z.ux)
+    course, slip_rear = trig.once(trig.arctan2(vy_front, z.ux), trig.arctan2(vy_rear, z.ux))
+    slip_front = course - steer
     fx_front = 0.0
     if (
         brake
@@ -93,13 +93,15 @@ def rates(plant: Plant, z: State, steer, drive=0.0, brake: float = 0.0) -> tuple
 
     lateral_front = fy_front * cos_steer + fx_front * sin_steer
     wrench = Wrench(
-        fx=drive - fy_front * sin_steer + fx_front * cos_steer,
-        fy=lateral_front + fy_rear,
-        moment=c.FRONT_ARM * lateral_front - c.REAR_ARM * fy_rear,
+        *trig.once(
+            drive - fy_front * sin_steer + fx_front * cos_steer,
+            lateral_front + fy_rear,
+            c.FRONT_ARM * lateral_front - c.REAR_ARM * fy_rear,
+        )
     )
-    sin_yaw, cos_yaw = trig.sincos(z.yaw)
-    ax, ay, yaw_acceleration = plant(z, cos_yaw, sin_yaw, wrench)
-    sin_slip, cos_slip = trig.sincos(z.sideslip)
+    sin_yaw, cos_yaw = trig.once(*trig.sincos(z.yaw))
+    ax, ay, yaw_acceleration = trig.once(*plant(z, cos_yaw, sin_yaw, wrench))
+    sin_slip, cos_slip = trig.once(*trig.sincos(z.sideslip))
     rate = State(
         x=z.ux * cos_yaw - z.uy * sin_yaw,
         y=z.ux * sin_yaw + z.uy * cos_yaw,
