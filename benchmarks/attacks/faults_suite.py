@@ -111,7 +111,7 @@ SUITE = (
     ),
     Fault(
         "none_after_too_few_runs",
-        "kit.nobody",
+        "kit.enough",
         "math.ceil(math.log(task.delta)",
         "math.ceil(0.1 * math.log(task.delta)",
         (f"{ENGINE}::test_none_is_said_after_enough_runs_without_success_and_not_before",),
