@@ -8,6 +8,8 @@ LIDAR = "tests/sims/test_lidar.py"
 BARN = "tests/sims/test_barn.py"
 YARD = "tests/sims/test_tractor_yard.py"
 CROWD = "tests/sims/test_crowd.py"
+ENTRIES = "tests/sims/test_entrywise.py"
+DRIFT = "tests/sims/test_drift_parts.py"
 
 ROBOT = (
     Fault(
@@ -128,5 +130,26 @@ ROBOT = (
         "moves = last <= t_f + 1e-9",
         "moves = last <= 0.3",
         (f"{CROWD}::test_contacts_under_way_and_at_rest_are_told_apart",),
+    ),
+    Fault(
+        "nothing_less_a_number_is_the_number",
+        "sims/entrywise.py",
+        "return x if _is(y, 0) else x - y",
+        "return x if _is(y, 0) else y if _is(x, 0) else x - y",
+        (f"{ENTRIES}::test_a_program_of_all_kinds_of_steps_is_the_same",),
+    ),
+    Fault(
+        "known_zeros_are_multiplied",
+        "sims/entrywise.py",
+        "if _is(x, 0) or _is(y, 0):\n        return 0.0",
+        "if False:\n        return 0.0",
+        (f"{ENTRIES}::test_what_is_known_to_be_zero_or_one_costs_nothing",),
+    ),
+    Fault(
+        "what_is_read_often_is_rounded",
+        "sims/drift_parking/trig.py",
+        "x / (1.0 + 0.0 * x)",
+        "x / (1.0 + 1e-13 * x)",
+        (f"{DRIFT}::test_what_several_read_is_the_same_bits",),
     ),
 )

@@ -256,3 +256,9 @@ def test_scene():
     assert [bool(o.contains(np.array([25.0, -16.0]))) for o in disc.obstacles] == [True, False]
     with pytest.raises(InputError, match="disc"):
         scenario.problem("square")
+
+
+def test_what_several_read_is_the_same_bits():
+    x = np.random.default_rng(0).normal(size=256) * 10.0 ** np.arange(-128, 128)
+    x[:2] = 0.0, np.nan
+    np.testing.assert_array_equal(trig.once(x)[0], x)

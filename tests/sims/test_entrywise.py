@@ -68,7 +68,14 @@ def test_a_program_of_all_kinds_of_steps_is_the_same():
         moved = jnp.zeros(5).at[np.array([4, 1, 9])].set(x, mode="drop").at[1].add(y[3])
         held = jnp.where(x[0] > y[0], jnp.maximum(jnp.abs(y[0]), y[1]), jnp.sqrt(1.0 + x[1] * x[1]))
         whole = (3.0 * y).astype(int) + jax.lax.rem(-5.0 - x[0], 2.0).astype(int)
-        parts = picked, moved[::2], (turned @ turned.T).ravel(), held[None], whole.astype(float)
+        parts = (
+            0.0 - x,
+            picked,
+            moved[::2],
+            (turned @ turned.T).ravel(),
+            held[None],
+            whole.astype(float),
+        )
         return jnp.concatenate(parts)
 
     x, y = rng.normal(size=(3, 6)), rng.normal(size=(4, 6))
