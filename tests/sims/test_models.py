@@ -91,7 +91,8 @@ def test_learned_anew_it_is_of_the_same_runs_and_much_as_wide(tmp_path):
     for name in fields:
         assert getattr(again.claim, name) == getattr(model.claim, name)
     assert again.claim.evidence["train"] == model.claim.evidence["train"]
-    np.testing.assert_allclose(again.tube.final, model.tube.final, rtol=0.5)
+    wider = again.tube.final / model.tube.final  # by bin; of 149 runs the worst one decides
+    assert 0.8 < np.median(wider) < 1.25 and wider.min() > 1 / 3 and wider.max() < 3
 
 
 def test_a_system_without_a_model_is_told_how_to_learn_one(capsys):
