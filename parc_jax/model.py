@@ -135,7 +135,8 @@ class TrajectoryModel:
         arrays = {f"W{i}": W for i, W in enumerate(self.net.weights)}
         arrays |= {f"b{i}": b for i, b in enumerate(self.net.biases)}
         arrays |= tube_arrays(self.tube)
-        return write_npz(path, {"meta": np.array(json.dumps(meta)), **arrays})
+        arrays = {"meta": np.array(json.dumps(meta)), **arrays}
+        return write_npz(path, arrays, compressed=True)
 
 
 def trajectory_model(net: ReLUNetwork, claim: ErrorClaim) -> TrajectoryModel:

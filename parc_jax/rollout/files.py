@@ -4,6 +4,7 @@ import io
 import json
 import os
 import zipfile
+import zlib
 from dataclasses import asdict
 from pathlib import Path
 
@@ -16,6 +17,8 @@ from parc_jax.sets.box import box
 from parc_jax.system import ONE_POINT, time_grid
 
 FORMAT = "parc_jax.rollouts/1"
+# what a wrong byte makes of an archive: also one of a later kind, or encrypted
+DAMAGED = (zipfile.BadZipFile, zlib.error, EOFError, OSError, AttributeError, RuntimeError)
 RAGGED = (
     "Runs of different lengths go onto one record grid first: interpolate each at the times of the "
     "grid, with NaN after its end (page Your own robot, door 3)."
@@ -41,10 +44,11 @@ def write_atomic(path, data: bytes) -> Path:
     return path
 
 
-def write_npz(path, arrays: dict) -> Path:
-    """Atomic uncompressed .npz of named arrays."""
+def write_npz(path, arrays: dict, compressed: bool = False) -> Path:
+    """Atomic .npz of named arrays. compressed: smaller and slower, for what is kept for good."""
     buffer = io.BytesIO()
-    np.savez(buffer, **arrays)
+    write = np.savez_compressed if compressed else np.savez
+    write(buffer, **arrays)
     return write_atomic(path, buffer.getbuffer())
 
 
@@ -61,7 +65,7 @@ def read_npz(path) -> dict[str, np.ndarray]:
         if "Object arrays" not in str(error):
             raise _damaged(path, error) from None
         raise InputError(f"{path}: expected arrays of numbers; one is a list. {RAGGED}") from None
-    except (zipfile.BadZipFile, EOFError, OSError, AttributeError) as error:
+    except DAMAGED as error:
         raise _damaged(path, error) from None
 
 

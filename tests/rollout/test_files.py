@@ -8,7 +8,7 @@ from synthetic_plants import failing, noisy, plant
 
 from parc_jax.errors import InputError
 from parc_jax.rollout.collect import collect
-from parc_jax.rollout.files import save_rollouts, write_atomic
+from parc_jax.rollout.files import read_npz, save_rollouts, write_atomic, write_npz
 from parc_jax.rollout.loaders import load_rollouts
 from parc_jax.system import time_grid
 
@@ -52,6 +52,21 @@ def test_a_truncated_file_says_so(batch, tmp_path, keep):
         load_rollouts(path)
     with pytest.raises(InputError, match="no such file"):
         load_rollouts(tmp_path / "b.npz")
+
+
+@pytest.mark.parametrize("compressed", [False, True])
+def test_wherever_a_byte_is_wrong_the_file_is_whole_or_says_so(tmp_path, compressed):
+    rng = np.random.default_rng(0)
+    path = write_npz(tmp_path / "a.npz", {"a": rng.normal(size=50), "b": np.zeros(99)}, compressed)
+    whole, arrays = path.read_bytes(), read_npz(path)
+    for at in range(len(whole)):
+        path.write_bytes(whole[:at] + bytes([whole[at] ^ 0x55]) + whole[at + 1 :])
+        try:
+            found = read_npz(path)
+        except InputError as error:
+            assert "truncated or damaged" in str(error)
+        else:  # in a date, a comment, or a name: those have no checksum
+            assert all(np.array_equal(found[name], arrays[name]) for name in found if name in "ab")
 
 
 def test_a_failed_write_leaves_the_old_file(tmp_path, monkeypatch):
