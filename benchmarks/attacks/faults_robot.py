@@ -6,6 +6,7 @@ JACKAL = "tests/sims/test_jackal.py"
 PHYSICS = "tests/sims/test_jackal_physics.py"
 LIDAR = "tests/sims/test_lidar.py"
 BARN = "tests/sims/test_barn.py"
+DRIVE = "tests/sims/test_barn_drive.py"
 YARD = "tests/sims/test_tractor_yard.py"
 CROWD = "tests/sims/test_crowd.py"
 ENTRIES = "tests/sims/test_entrywise.py"
@@ -39,6 +40,34 @@ ROBOT = (
         "occupied[a0:a1].all(axis=0)",
         "occupied[a0:a1].any(axis=0)",
         (f"{BARN}::test_rectangles_hold_every_cylinder_and_no_free_cell",),
+    ),
+    Fault(
+        "the_map_leaves_a_rectangle_out",
+        "sight.Mapped.__init__",
+        "for row in sides)",
+        "for row in sides[1:])",
+        (f"{BARN}::test_the_map_has_every_cylinder_and_nothing_stands_where_it_is_free",),
+    ),
+    Fault(
+        "what_the_map_calls_free_is_all_of_the_field",
+        "sight.Mapped.__init__",
+        "FreeSpace(field.difference(shapely.union_all(cells)))",
+        "FreeSpace(field)",
+        (f"{BARN}::test_the_map_has_every_cylinder_and_nothing_stands_where_it_is_free",),
+    ),
+    Fault(
+        "a_map_is_driven_on_odometry",
+        "series.drive_worlds",
+        "if options.map and options.odometry:",
+        "if False:",
+        (f"{DRIVE}::test_a_map_is_refused_to_a_robot_that_does_not_know_where_it_is",),
+    ),
+    Fault(
+        "what_is_remembered_does_not_drift",
+        "sight.Seen._drift",
+        "self._before = here, speeds",
+        "self._before = None",
+        (f"{DRIVE}::test_on_odometry_the_robot_goes_on_too_and_drifts_no_more_than_allowed",),
     ),
     Fault(
         "a_robot_that_drives_is_taken_for_one_that_stands",

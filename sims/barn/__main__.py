@@ -1,4 +1,4 @@
-"""Drive worlds of the BARN challenge on a lidar alone: `python -m sims.barn`.
+"""Drive worlds of the BARN challenge on a lidar alone, or with the map: `python -m sims.barn`.
 
 Learns a model of the Jackal first (some minutes), or takes one that was saved.
 """

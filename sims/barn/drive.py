@@ -1,4 +1,4 @@
-"""One episode: a Jackal drives through a world of the challenge on what its lidar saw."""
+"""One episode: a Jackal drives through a world of the challenge on what it knows of it."""
 
 import time
 from dataclasses import dataclass, field
@@ -11,19 +11,12 @@ import parc_jax as pj
 from parc_jax.base.keys import as_key
 from sims.barn.contact import distance_to_cylinders
 from sims.barn.guidance import Guidance
+from sims.barn.sight import Mapped, Seen
 from sims.barn.worlds import NEAR, TIMEOUT, World, metric
 from sims.jackal import drift
 from sims.jackal.driven import Driven
-from sims.lidar import lidar, shapes
-from sims.rectangle import centre_and_corners
+from sims.lidar import lidar
 
-REACH = (0.65, 0.7, 1.3)  # [m] half width of the square around the robot whose edges are
-# obstacles: at rest, more per m/s, and at most: so far leads no manoeuvre
-TIGHT, EDGES = 0.02, 100  # [m] that these may be nearer than they are, and how many there may be
-KEPT = 4.0  # [m] of free space that is remembered
-NEARBY = 0.8  # [m] of it that is remembered while odometry drifts: farther away headings cost more
-WIDTH = 0.15  # [m] no obstacle is narrower: a cylinder's diameter
-AROUND = 0.12  # [m] that a person saw to be free around the robot before its start
 PATIENCE = 40  # cycles at rest without a manoeuvre that end an episode
 CLOSER = 0.1  # [m] by which it has to get shorter to count
 STALLED = 10  # cycles in which the way to the goal gets no shorter: another way is tried
@@ -37,7 +30,7 @@ class Drive:
     the place of a commitment is allowed to be off against the one before. steps: what the loop did,
     cycle by cycle. poses: of each cycle the true one and the one that the robot knew, (3,) each;
     free: the places that it knew to be free. plan_s, see_s, guide_s: [s] of processor time of each
-    cycle's step, of its free space, of its guidance.
+    cycle's step, of its scan and free space, of its guidance.
     """
 
     world: int
@@ -75,60 +68,44 @@ class Drive:
 
 
 def drive(
-    world: World, system, loop: pj.loop.Loop, key, scanner=None, odometry: bool = False
+    world: World, system, loop: pj.loop.Loop, key, scanner=None, odometry=False, known=False
 ) -> Drive:
     """Drive from the start to the goal with a loop made for this system.
 
-    odometry: the robot knows where it is by dead reckoning alone, which drifts. Its lidar sees from
-    where it is, so the drift matters for what it remembers: that shrinks every cycle.
+    odometry: as of `Seen`; else the robot truly knows where it is. known: it has the map, and no
+    lidar.
     """
-    scanner = lidar() if scanner is None else scanner
     body, scans = jax.random.split(as_key(key))
     rng = np.random.default_rng(np.asarray(jax.random.key_data(scans)))
     loop.restart()
     robot = Driven(system, world.start, body)
-
-    def corners(pose):
-        return centre_and_corners(pose[:2], pose[2], *system.size)[1:]
-
-    around = shapes(world.cylinders, world.radius)
+    scanner = lidar() if scanner is None else scanner
+    sight = Mapped(world, robot) if known else Seen(world, robot, scanner, rng, odometry)
     guide = Guidance(world.start, world.goal, NEAR)
-    free = pj.world.free_place(corners(robot.pose), AROUND)
-    poses, known, allowed, steps = [], [], [], []
+    poses, free, steps = [], [], []
     edges, plan_s, see_s, guide_s = [], [], [], []
-    at_rest, nearest, since, before = 0, np.inf, 0, robot.measured
+    at_rest, nearest, since = 0, np.inf, 0
     while robot.time < TIMEOUT and at_rest < PATIENCE and not world.reached(robot.pose):
-        scan = scanner.scan(robot.pose, around, rng)
-        here = robot.pose
-        if odometry:
-            here = robot.odometry
-            scan = scan.taken_from(scanner.pose(here))
-        poses.append((robot.pose, here))
         begin = time.process_time()
-        if odometry and steps:
-            stood = np.array_equal(here, poses[-2][1])
-            allowed.append(drift.allowed(before, robot.measured, stood))
-            last = np.append(here[:2], poses[-2][1][2])  # it slips along the heading that it had
-            free = free.within(here, NEARBY).drifted(last, allowed[-1][:2], allowed[-1].turned)
-            free = free.add(pj.world.free_place(corners(here)))
-        free, obstacles, why = _look(scan, free, here, robot.measured[0])
-        known.append(free)
+        look = sight.look()
         saw = time.process_time()
-        if not why:
-            guide.see(scan.ends[scan.returned], free)
+        poses.append((robot.pose, look.here))
+        free.append(look.free)
+        if not look.why:
+            guide.see(look.hits, look.free)
         guide.update()
         guided = time.process_time()
-        if why:
-            step = loop.go_on(why)
+        if look.why:
+            step = loop.go_on(look.why)
         else:
-            step = loop.step(here, robot.measured, obstacles, guide.prefer, robot.time)
+            step = loop.step(look.here, robot.measured, look.obstacles, guide.prefer, robot.time)
         if step.new:
             robot.begin(*step.committed.k[2:])
         at_rest = 0 if step.new else at_rest + 1
-        to_go = float(guide.cost(here[:2]))
+        to_go = float(guide.cost(look.here[:2]))
         nearest, since = (to_go, 0) if to_go < nearest - CLOSER else (nearest, since + 1)
         if since >= STALLED or not step.new:
-            guide.give_up(here)
+            guide.give_up(look.here)
             nearest, since = np.inf, 0
         ended = time.process_time()
         for record, took in (
@@ -138,8 +115,7 @@ def drive(
         ):
             record.append(took)
         steps.append(step)
-        edges.append(len(obstacles))
-        before = robot.measured
+        edges.append(len(look.obstacles))
         robot.drive(system.moving)
     distance = distance_to_cylinders(robot.path, system.size, world.cylinders, world.radius)
     return Drive(
@@ -148,40 +124,17 @@ def drive(
         robot.time,
         float(distance.min()),
         world.path_length,
-        beyond(poses, allowed),
-        between_commitments(poses, allowed, [step.new for step in steps]),
+        beyond(poses, sight.allowed),
+        between_commitments(poses, sight.allowed, [step.new for step in steps]),
         robot.path,
         steps,
         poses,
-        known,
+        free,
         edges,
         plan_s,
         see_s,
         guide_s,
     )
-
-
-def _look(
-    scan, free: pj.world.FreeSpace, pose, speed: float
-) -> tuple[pj.world.FreeSpace, tuple, str]:
-    """What is known to be free after a scan, the obstacles around a robot that fast [m/s], and what
-    is wrong with them: nothing, or a sentence.
-    """
-    still, per_speed, most = REACH
-    reach = min(still + per_speed * abs(speed), most)
-    try:
-        seen = pj.world.seen_from(
-            scan.pose,
-            scan.angles,
-            scan.ranges,
-            max_range=scan.max_range,
-            noise=scan.noise,
-            width=WIDTH,
-        )
-        free = seen.within(pose, KEPT).add(free.within(pose, KEPT))
-        return free, free.near(pose, reach, TIGHT, EDGES).obstacles(), ""
-    except pj.InputError as error:
-        return free, (), str(error)
 
 
 def beyond(poses, allowed) -> int:

@@ -39,15 +39,16 @@ class Driver:
     """Drives a world with the randomness of a seed, (2,) words; returns a `parc_jax.loop.Outcome`.
 
     model: file of the Jackal's model. content: `content_of` it, so that episodes of two models are
-    never taken for those of one. odometry: as of `drive`. deadline: [s] of the clock for a step.
-    prove: every commitment in exact arithmetic, after the episode. save: folder for a file of every
-    episode, which `parc-jax check` verifies. film: folder for a film and a page of every
+    never taken for those of one. odometry, known: as of `drive`. deadline: [s] of the clock for a
+    step. prove: every commitment in exact arithmetic, after the episode. save: folder for a file of
+    every episode, which `parc-jax check` verifies. film: folder for a film and a page of every
     episode.
     """
 
     model: Path
     content: str
     odometry: bool = False
+    known: bool = False
     deadline: float = 10.0
     prove: bool = False
     save: Path | None = None
@@ -56,13 +57,13 @@ class Driver:
     @property
     def told(self) -> dict:
         """What a line of an episode says of who drove it."""
-        return {"model": self.content[:16], "odometry": self.odometry}
+        return {"model": self.content[:16], "odometry": self.odometry, "map": self.known}
 
     def __call__(self, world: World, seed) -> pj.loop.Outcome:
         system = robot()
         key = np.asarray(seed, np.uint32)
         loop = loop_of(self.model, self.content, self.deadline)
-        one = drive(world, system, loop, key, odometry=self.odometry)
+        one = drive(world, system, loop, key, odometry=self.odometry, known=self.known)
         new = [step.committed for step in one.steps if step.new]
         points = centre_and_corners(one.path[:, :2], one.path[:, 2], *system.size)
         left = pj.loop.left_tube(new, points, one.path[:, 2])

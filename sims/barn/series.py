@@ -44,6 +44,8 @@ class Options:
     """
     odometry: bool = False
     """The robot knows where it is by dead reckoning alone, which drifts; else it truly knows."""
+    map: bool = False
+    """It has the map and no lidar, and truly knows where it is."""
     prove: bool = False
     """Prove every commitment in exact arithmetic as well, after its episode."""
     save: Path | None = None
@@ -94,7 +96,14 @@ def learn(options: Options) -> None:
 
 
 def drive_worlds(options: Options) -> tuple[list[dict], str]:
-    """Drive, write a line an episode; returns the lines, and what came of all in words."""
+    """Drive, write a line an episode; returns the lines, and what came of all in words. Raises
+    InputError for a map on odometry.
+    """
+    if options.map and options.odometry:
+        raise pj.InputError(
+            "map: expected a robot that truly knows where it is; on odometry it does not, and "
+            "would lose its place on the map. Leave out one of the two."
+        )
     options.out.parent.mkdir(parents=True, exist_ok=True)
     options.model.parent.mkdir(parents=True, exist_ok=True)
     learn(options)
@@ -102,6 +111,7 @@ def drive_worlds(options: Options) -> tuple[list[dict], str]:
         options.model,
         content_of(options.model),
         odometry=options.odometry,
+        known=options.map,
         deadline=options.deadline,
         prove=options.prove,
         save=options.save,

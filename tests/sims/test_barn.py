@@ -3,9 +3,11 @@ rectangles, which hold all cylinders in exact arithmetic.
 """
 
 from fractions import Fraction
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
+from needs import need
 
 from parc_jax.errors import InputError
 from sims import barn
@@ -109,6 +111,24 @@ def test_rectangles_hold_every_cylinder_and_no_free_cell(number):
         assert world.occupied[-x1:-x0, y0:y1].all()
         filled[-x1:-x0, y0:y1] = True
     np.testing.assert_array_equal(filled, world.occupied)
+
+
+@pytest.mark.parametrize("number", SOME[:4])
+def test_the_map_has_every_cylinder_and_nothing_stands_where_it_is_free(number):
+    need("shapely")
+    import shapely
+
+    from sims.barn.sight import Mapped
+
+    world = barn.world(number)
+    look = Mapped(world, SimpleNamespace(pose=world.start)).look()
+    assert exactly_held(world.cylinders, np.array([[*box.lo, *box.hi] for box in look.obstacles]))
+    stands = shapely.buffer(shapely.points(world.cylinders), world.radius)
+    assert not look.why and not shapely.intersects(look.free.region, stands).any()
+    assert shapely.contains_xy(look.free.region, [world.start[:2], world.goal]).all()
+    apart = np.linalg.norm(look.hits[:, None] - world.cylinders, axis=-1)
+    assert (apart.min(axis=0) <= 3 * world.radius).mean() > 0.9  # guidance knows of nearly all
+    assert apart.min(axis=1).max() <= 2 * world.radius  # and of nothing else
 
 
 def test_without_growing_rounding_would_leave_slivers():

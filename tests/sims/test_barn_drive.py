@@ -8,6 +8,7 @@ from dataclasses import replace
 import jax
 import numpy as np
 import pytest
+from compilations import compiled_by
 from needs import need
 
 import parc_jax as pj
@@ -152,6 +153,25 @@ def test_without_free_space_around_the_robot_the_drive_goes_on(monkeypatch):
     assert set(reasons[:1] + reasons[2:]) == {"nothing is safe"}
 
 
+def test_with_the_map_the_same_obstacles_are_there_in_every_cycle_and_nobody_scans():
+    need("shapely")
+    system, world = sims.load("jackal", threads=1), barn.world(1)
+    done = drive(world, system, Standing(), jax.random.PRNGKey(0), scanner=object(), known=True)
+    assert {step.reason for step in done.steps} == {"nothing is safe"}
+    assert done.edges == [len(barn.rectangles(world.occupied))] * PATIENCE
+    assert all(np.array_equal(true, told) for true, told in done.poses) and not done.drifted
+
+
+def test_a_map_is_refused_to_a_robot_that_does_not_know_where_it_is(tmp_path):
+    from sims.barn.series import Options, drive_worlds
+
+    (tmp_path / "model.npz").touch()
+    asked = {"model": tmp_path / "model.npz", "out": tmp_path / "drives" / "drives.jsonl"}
+    with pytest.raises(pj.InputError, match="on odometry it does not"):
+        drive_worlds(Options(map=True, odometry=True, **asked))
+    assert not (tmp_path / "drives").exists()
+
+
 def test_drift_is_counted_against_what_is_allowed_and_adds_up_between_commitments():
     true = np.array([[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [2.0, 0.0, 0.0]])
     off = np.array([[0.0, 0.0, 0.0], [0.02, 0.0, 0.0], [0.02, 0.0, 0.0]])
@@ -202,7 +222,7 @@ def test_the_job_is_found_by_its_name_and_asks_for_a_model_that_exists(tmp_path,
 def test_a_robot_that_learned_to_drive_reaches_the_goal_and_touches_nothing(tmp_path, monkeypatch):
     need("shapely")
     from sims.barn import compared
-    from sims.barn.driver import content_of
+    from sims.barn.driver import Driver, content_of
     from sims.barn.series import Options, drive_worlds
 
     out = tmp_path / "drives.jsonl"
@@ -227,6 +247,12 @@ def test_a_robot_that_learned_to_drive_reaches_the_goal_and_touches_nothing(tmp_
     assert len(out.read_text().splitlines()) == 2
     drive_worlds(Options(worlds=(5,), odometry=True, **about))  # another drive of the same world
     assert len(out.read_text().splitlines()) == 3
+    with_map = Driver(tmp_path / "model.npz", content_of(tmp_path / "model.npz"), known=True)
+    first, many = with_map(barn.world(1), (1, 0)), []
+    assert compiled_by(lambda: many.append(with_map(barn.world(250), (250, 0)))) == 0
+    assert many[0].told["edges"] == [87.0, 87]  # nothing compiles, however many obstacles
+    for one in (first, *many):
+        assert one.told["reached"] and one.told["map"] and not one.touched
     monkeypatch.setattr(sys.modules["sims.barn.job"], "WORLDS", (5,))
     assert barn.job(out=tmp_path / "job", model=tmp_path / "model.npz", quiet=True) == 0
     for kind in ("episodes/*.json", "films/*.gif", "films/*.html"):
