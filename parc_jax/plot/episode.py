@@ -12,8 +12,9 @@ from parc_jax.plot.film import OBSTACLE, TUBE
 from parc_jax.plot.film_file import counted, require_kind, write_film
 from parc_jax.plot.manoeuvres import Stage, Truth, polygons
 
-RATE = 12.5  # [frames/s]
-REST = 12  # frames at the end, so that one sees where it stops
+RATE = 10.0  # [frames/s]
+REST = 10  # frames at the end, so that one sees where it stops
+COLOURS = 32  # of a .gif: seven, and what is between them on edges
 INCHES, DPI = (4.6, 5.0), 100
 FREE, STANDS = "#F3F0DC", "#D9D9D9"
 
@@ -32,7 +33,7 @@ def film_episode(
     canvas = _Canvas(Stage(what, truth))
     times = canvas.stage.times(RATE)
     frames = [canvas.frame(t) for t in counted(times, len(times), quiet)]
-    return write_film(out, [*frames, *[frames[-1]] * REST], RATE)
+    return write_film(out, [*frames, *[frames[-1]] * REST], RATE, COLOURS)
 
 
 class _Canvas:

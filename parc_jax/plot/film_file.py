@@ -11,7 +11,7 @@ from parc_jax.errors import InputError
 from parc_jax.rollout.files import write_atomic
 
 KINDS = (".mp4", ".gif", "")
-COLOURS = 128  # of a .gif
+COLOURS = 128  # of a .gif, where nobody says how many it needs
 LOOKED_AT = 6  # frames that choose them
 
 
@@ -49,16 +49,18 @@ def counted(frames: Iterable, n: int, quiet: bool) -> Iterable:
     return tqdm(frames, desc="film", unit="frame", total=n, disable=quiet)
 
 
-def write_film(out: Path, images: Sequence[np.ndarray], rate: float) -> Path:
+def write_film(
+    out: Path, images: Sequence[np.ndarray], rate: float, colours: int = COLOURS
+) -> Path:
     """Write images (height, width, 3) uint8 as a film of `rate` frames per second, by the ending of
-    `out`. Raises InputError.
+    `out`. colours: of a .gif, 256 at most; the fewer, the smaller. Raises InputError.
     """
     out = Path(out)
     require_kind(out)
     if out.suffix == ".mp4":
         return write_atomic(out, _mp4(images, rate))
     if out.suffix == ".gif":
-        return write_atomic(out, _gif(images, rate))
+        return write_atomic(out, _gif(images, rate, colours))
     from matplotlib.image import imsave
 
     out.mkdir(parents=True, exist_ok=True)
@@ -76,12 +78,12 @@ def _mp4(images: Sequence[np.ndarray], rate: float) -> bytes:
         return whole.read_bytes()
 
 
-def _gif(images: Sequence[np.ndarray], rate: float) -> bytes:
+def _gif(images: Sequence[np.ndarray], rate: float, colours: int) -> bytes:
     """One palette for all frames and no dithering: what stands still costs nothing."""
     from PIL import Image
 
     some = np.concatenate(images[:: max(1, len(images) // LOOKED_AT)])
-    palette = Image.fromarray(some).quantize(COLOURS)
+    palette = Image.fromarray(some).quantize(colours)
     first, *others = (
         Image.fromarray(image).quantize(palette=palette, dither=Image.Dither.NONE)
         for image in images

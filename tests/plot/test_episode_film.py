@@ -51,7 +51,7 @@ def test_the_true_robot_is_shown_where_it_was(known):
 def test_a_film_has_a_frame_for_every_moment_and_one_sees_the_robot(known, tmp_path, monkeypatch):
     shapely = pytest.importorskip("shapely")
     seen = []
-    monkeypatch.setattr(episode, "write_film", lambda out, images, rate: seen.extend(images))
+    monkeypatch.setattr(episode, "write_film", lambda out, images, *_: seen.extend(images))
     figures.film_episode(known, tmp_path / "film.gif")
     last = known.manoeuvres[-1]
     seconds = float(last.begin - known.manoeuvres[0].begin) + known.model.time.t_f

@@ -30,6 +30,14 @@ def test_gif_and_frames(tmp_path):
     assert [p.name for p in sorted(folder.iterdir())] == [f"{i:04d}.png" for i in range(5)]
 
 
+def test_with_few_colours_a_gif_has_no_more(tmp_path):
+    from PIL import Image
+
+    images = [np.random.default_rng(0).integers(0, 256, (20, 30, 3), np.uint8)] * 2
+    with Image.open(write_film(tmp_path / "film.gif", images, 10.0, colours=8)) as gif:
+        assert len(gif.convert("RGB").getcolors()) <= 8
+
+
 def test_other_samples_than_there_are_are_refused():
     with pytest.raises(InputError, match="has none to film"):
         require_sample(SimpleNamespace(samples=np.zeros((0, 4))), 0)
