@@ -300,9 +300,9 @@ PROVED = (
     ),
     Fault(
         "checker_errors_of_the_first_point",
-        "Context._clear",
-        "[i] for by_point in interval",
-        "[0] for by_point in interval",
+        "Context._beyond",
+        "each[i] for each in errors",
+        "each[0] for each in errors",
         (BAD,),
     ),
     Fault(

@@ -70,7 +70,7 @@ CHECKER = (
     ),
     Fault(
         "checker_body_dropped",
-        "Context._clear",
+        "Context._beyond",
         "h + support(part, w)",
         "h",
         (BAD,),
@@ -119,7 +119,7 @@ CHECKER = (
     ),
     Fault(
         "checker_least_widths_on_a_border",
-        "check_sample",
+        "conditions",
         "interval, final = self.errors(bins, max)",
         "interval, final = self.errors(bins, min)",
         (BAD,),
@@ -153,7 +153,7 @@ CHECKER = (
     ),
     Fault(
         "checker_constant_neurons_ignored",
-        "check_set",
+        "check_inside",
         "value >= 0",
         "True",
         ("tests/checker/test_checker_answers.py::test_constant_neurons_have_the_right_sign",),
@@ -229,6 +229,23 @@ CHECKER = (
         (BAD,),
     ),
     Fault(
+        "checker_conditions_of_another_problem",
+        "Context._read_problem",
+        "self.known = {}",
+        'self.known = getattr(self, "known", {})',
+        (
+            "tests/checker/test_checker_entries.py"
+            "::test_what_is_known_of_a_problem_is_not_known_of_another",
+        ),
+    ),
+    Fault(
+        "checker_conditions_of_another_bin",
+        "Context._clear",
+        "repr(multipliers), *bins",
+        "repr(multipliers)",
+        (BAD,),
+    ),
+    Fault(
         "checker_exceptions_pass",
         "rejecting",
         'raise Rejected(f"{where}malformed input, {kind}: {str(error)[:200]}") from error',
@@ -240,7 +257,7 @@ CHECKER = (
     ),
     Fault(
         "checker_first_point_of_a_part_only",
-        "Context._clear",
+        "Context._beyond",
         "part.points",
         "part.points[:1]",
         (BAD,),
@@ -248,8 +265,8 @@ CHECKER = (
     Fault(
         "checker_first_part_only",
         "conditions",
-        "zip(self.parts, array(entry, len(self.parts)), strict=True)",
-        "zip(self.parts[:1], array(entry, len(self.parts))[:1], strict=True)",
+        "enumerate(array(entry, len(self.parts)))",
+        "enumerate(array(entry, len(self.parts))[:1])",
         (BAD,),
     ),
     Fault(

@@ -37,8 +37,8 @@ def check_doubt(context, entry):
     hi = [x + e for x, e in zip(k, side, strict=True)]
     need(all(a <= x for a, x in zip(context.lo, lo, strict=True)), "k may leave the domain below")
     need(all(x <= b for x, b in zip(hi, context.hi, strict=True)), "k may leave the domain above")
-    interval, final = context.errors(context.bins_meeting(lo, hi, closed=True), max)
-    conditions = context.listed_conditions(entry["sep"], interval, final)
+    bins = context.bins_meeting(lo, hi, closed=True)
+    conditions = context.listed_conditions(entry["sep"], bins)
     conditions = [roomy(each, room) for each in conditions]
     longest = 1
     for asked in conditions:

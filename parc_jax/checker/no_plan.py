@@ -126,8 +126,7 @@ def asked_of(context, name, what, bins):
     """
     n = context.n_p
     if name == "safe":
-        interval, final = context.errors(bins, max)
-        return [[context.listed_conditions(what, interval, final)]]
+        return [[context.listed_conditions(what, bins)]]
     if name == "goal":  # a combination of goal rows that (z, q) violates
         w, h = missed_goal(context, what, bins)
         return [[[condition("", True, context.along_p0(w), w, context.end, -h)]]]

@@ -9,6 +9,7 @@ from .exact import FRACTION, array, combine, dot, fields, integers, need, reject
 from .question import Question
 
 MAX_CONDITIONS = 1 << 19  # kept together
+MAX_KNOWN = 1 << 16  # conditions kept for later entries
 
 # w . p0 + v . y[outputs] + c >= 0, or > 0 if strict, in integers.
 Condition = collections.namedtuple("Condition", "name strict w v outputs c")
@@ -20,14 +21,37 @@ def condition(name, strict, w, v, outputs, c):
     return Condition(name, strict, flat[: len(w)], flat[len(w) : -1], outputs, flat[-1])
 
 
-def holds(condition, p0, p_scale, y, y_scale):
-    """Whether a condition holds at p0 / p_scale, y / y_scale."""
+def value_at(condition, p0, p_scale, y, y_scale):
+    """Something that has the sign of the condition's left side at p0 / p_scale, y / y_scale."""
     along_p0 = dot(condition.w, p0) * y_scale
     along_y = dot(condition.v, y[condition.outputs]) * p_scale
-    value = along_p0 + along_y + condition.c * p_scale * y_scale
+    return along_p0 + along_y + condition.c * p_scale * y_scale
+
+
+def holds(condition, p0, p_scale, y, y_scale):
+    """Whether a condition holds at p0 / p_scale, y / y_scale."""
+    value = value_at(condition, p0, p_scale, y, y_scale)
     if condition.strict:
         return value > 0
     return value >= 0
+
+
+def row_of(condition, columns, scale):
+    """A condition as a row (name, strict, a, c) over (p0, k), where y has these columns."""
+    along = [dot(condition.v, column[condition.outputs]) for column in columns]
+    a = [x * scale for x in condition.w] + along[:-1]
+    return condition.name, condition.strict, a, along[-1] + condition.c * scale
+
+
+def check_inside(row, point, scale):
+    """Rejects unless point / scale is strictly inside a row; of a constant one, unless it holds."""
+    name, strict, a, c = row
+    value = dot(a, point) + c * scale
+    if any(a) or strict:
+        inside = value > 0
+    else:
+        inside = value >= 0
+    need(inside, f"the point is not inside the set's row of {name}")
 
 
 def support(part, w):
@@ -46,7 +70,15 @@ def support(part, w):
 
 
 class Context(Question):
-    """A question, ready to check many plans against. Raises Rejected."""
+    """A question, ready to check many plans against. Raises Rejected.
+
+    known: conditions of earlier entries, by obstacle, part, run and bins.
+    """
+
+    def _read_problem(self, problem):
+        super()._read_problem(problem)
+        self.known = {}
+        self.room_for_known = MAX_KNOWN
 
     # --- conditions ----------------------------------------------------------------------------
 
@@ -57,10 +89,11 @@ class Context(Question):
         self.spend(len(self.goal) * (FRACTION * self.n_end + final.cost))
         return [(a, b - final.support(a, i)) for i, (a, b) in enumerate(self.goal)]
 
-    def conditions(self, sep, interval, final):
-        """The conditions on (p0, y) that make a plan safe for every trajectory in the tube with
-        these errors, with the separating directions sep: start, goal, obstacles.
+    def conditions(self, sep, bins):
+        """The conditions on (p0, y) that make a plan safe for every trajectory in the tube of each
+        of these bins, with the separating directions sep: start, goal, obstacles.
         """
+        interval, final = self.errors(bins, max)
         self.spend(FRACTION * len(self.start) * self.n_p)
         for i, (a, b) in enumerate(self.start):
             yield condition(f"start row {i}", False, [-x for x in a], [], slice(0), b)
@@ -68,28 +101,49 @@ class Context(Question):
             away = [-x for x in a]
             yield condition(f"goal row {i}", False, self.along_p0(away), away, self.end, b)
         for o, entry in enumerate(array(sep, len(self.obstacles))):
-            for part, runs in zip(self.parts, array(entry, len(self.parts)), strict=True):
-                yield from self._clear(o, part, runs, interval)
+            for number, runs in enumerate(array(entry, len(self.parts))):
+                yield from self._clear(o, number, runs, bins, interval)
 
-    def listed_conditions(self, sep, interval, final):
+    def listed_conditions(self, sep, bins):
         """The same as a list: a short file may have very many."""
-        found = list(itertools.islice(self.conditions(sep, interval, final), MAX_CONDITIONS + 1))
+        found = list(itertools.islice(self.conditions(sep, bins), MAX_CONDITIONS + 1))
         need(len(found) <= MAX_CONDITIONS, "too many conditions")
         return found
 
-    def _clear(self, o, part, runs, interval):
-        """The conditions that keep a part of the body clear of obstacle o in all of its steps."""
-        rows, t, last = self.obstacles[o]
+    def _clear(self, o, number, runs, bins, interval):
+        """The conditions that keep a part of the body clear of obstacle o in all of its steps,
+        given the errors of these bins by interval.
+
+        Many entries share a run in a bin: its conditions are kept, and their work is counted every
+        time, so that the order of entries tells nothing.
+        """
+        points = self.parts[number].points
+        _, t, last = self.obstacles[o]
         for stop, multipliers in runs:
             whole(stop, t + 1, last + 1)  # a run has an interval, and all lie in the steps
-            w, h = combine(rows, multipliers, self.n_p)
-            need(any(w), f"a separating direction of obstacle {o} is zero")
-            scaled, _ = integers([*w, h + support(part, w)])
-            for i in part.points:
-                errors = [by_point[i] for by_point in interval[t:stop]]
-                yield from self._separation(o, i, scaled, t, errors)
+            errors = interval[t:stop]
+            self.spend(sum(each[i].cost + 2 * self.n_p for each in errors for i in points))
+            name = o, number, t, stop, repr(multipliers), *bins
+            found = self.known.get(name)
+            if found is None:
+                found = self._beyond(o, self.parts[number], multipliers, t, errors)
+                count = (len(errors) + 1) * len(points)
+                if count <= self.room_for_known:
+                    self.room_for_known -= count
+                    found = self.known[name] = list(found)
+            yield from found
             t = stop
         need(t == last + 1, f"the runs of obstacle {o} do not cover its steps")
+
+    def _beyond(self, o, part, multipliers, first, errors):
+        """The conditions that a part of the body keeps beyond obstacle o in the direction of these
+        multipliers, during the intervals from `first` on that have these errors.
+        """
+        w, h = combine(self.obstacles[o][0], multipliers, self.n_p)
+        need(any(w), f"a separating direction of obstacle {o} is zero")
+        scaled, _ = integers([*w, h + support(part, w)])
+        for i in part.points:
+            yield from self._separation(o, i, scaled, first, [each[i] for each in errors])
 
     def _separation(self, o, i, direction, first, errors):
         """The conditions that point i keeps beyond obstacle o and the shape around it in a
@@ -101,7 +155,6 @@ class Context(Question):
         the intervals s - 1 and s, and the one with the wider errors counts.
         """
         *w, h = direction
-        self.spend(sum(each.cost + 2 * self.n_p for each in errors))
         away = [-x for x in w]
         grow = [each.support(away) for each in errors]
         for s in range(first, first + len(errors) + 1):
@@ -131,11 +184,10 @@ class Context(Question):
         inside = all(a <= x <= b for a, x, b in zip(self.lo, k, self.hi, strict=True))
         need(inside, "k is outside the domain")
         bins = self.bins_meeting(k, k, closed=True)  # on a border all of them count [T28]
-        interval, final = self.errors(bins, max)
         whole_k, k_scale = integers(k)
         whole_p0, p_scale = integers(p0)
         _, (y,), y_scale = self.evaluate([whole_k], k_scale)
-        for asked in self.conditions(sample["sep"], interval, final):
+        for asked in self.conditions(sample["sep"], bins):
             held = holds(asked, whole_p0, p_scale, y, y_scale)
             need(held, f"the condition of {asked.name} fails")
         return p0, k
@@ -150,6 +202,16 @@ class Context(Question):
         layers: every sign agrees), so the rows say for each (p0, k) in S what check_sample asks.
         [T29]
         """
+        rows, columns, scale = self._cell(polytope)
+        columns, scale = self.outputs(columns, scale)
+        for asked in self.listed_conditions(polytope["sep"], [polytope["bin"]]):
+            rows.append(row_of(asked, columns, scale))
+        return rows
+
+    def _cell(self, polytope):
+        """The rows of a set that say that k is in its bin and has its pattern; there, the columns
+        of the last hidden layer and their scale.
+        """
         fields(polytope, ("p0", "k", "bin", "pattern", "sep"))
         whole(polytope["bin"], 0, self.n_bins - 1)
         pattern = polytope["pattern"]
@@ -162,18 +224,13 @@ class Context(Question):
         for i in range(self.n_k):
             identity.append([int(i == j) for j in range(self.n_k)])
         nothing = [0] * self.n_k
-        neurons, columns, scale = self.evaluate([*identity, nothing], 1, pattern)
+        neurons, columns, scale = self.hidden([*identity, nothing], 1, pattern)
         free = [0] * self.n_p
         for i, (bit, coefficients) in enumerate(zip(pattern, neurons, strict=True)):
             sign = 1 if bit == "1" else -1
             signed = [sign * x for x in coefficients]
             rows.append((f"neuron {i}", False, free + signed[:-1], signed[-1]))
-        interval, final = self.errors([polytope["bin"]], max)
-        for asked in self.listed_conditions(polytope["sep"], interval, final):
-            along = [dot(asked.v, column[asked.outputs]) for column in columns]
-            a = [x * scale for x in asked.w] + along[:-1]
-            rows.append((asked.name, asked.strict, a, along[-1] + asked.c * scale))
-        return rows
+        return rows, columns, scale
 
     def _bin_rows(self, number):
         """Rows of k in the domain, closed, and in a bin, open where another bin borders on it."""
@@ -204,10 +261,12 @@ class Context(Question):
         """
         given = vector(polytope["p0"], self.n_p) + vector(polytope["k"], self.n_k)
         point, scale = integers(given)
-        for name, strict, a, c in self.set_rows(polytope):
-            value = dot(a, point) + c * scale
-            if any(a) or strict:
-                inside = value > 0
-            else:
-                inside = value >= 0
-            need(inside, f"the point is not inside the set's row of {name}")
+        p0, k = point[: self.n_p], point[self.n_p :]
+        rows, columns, cell_scale = self._cell(polytope)
+        for row in rows:
+            check_inside(row, point, scale)
+        hidden = [dot(x, [*k, scale]) for x in zip(*columns, strict=True)]
+        (y,), y_scale = self.outputs([hidden], cell_scale * scale)
+        for asked in self.listed_conditions(polytope["sep"], [polytope["bin"]]):
+            if not value_at(asked, p0, scale, y, y_scale) > 0:
+                check_inside(row_of(asked, *self.outputs(columns, cell_scale)), point, scale)

@@ -323,17 +323,18 @@ SLIPS = [
         "contact of the second point only",
     ),
     ("doubt", "condition.c * scale - lost", "condition.c * scale", "room to touch"),
+    ("plans", "errors(bins, max)", "errors(bins, min)", "a box that meets a bin with wider errors"),
     (
-        "doubt",
-        "closed=True), max)",
-        "closed=True), min)",
-        "a box that meets a bin with wider errors",
-    ),
-    (
-        "no_plan",
+        "plans",
         "errors(bins, max)",
         "errors(bins, min)",
         "a safe leaf inside the narrower of two bins",
+    ),
+    (
+        "plans",
+        "repr(multipliers), *bins",
+        "repr(multipliers)",
+        "contact in the width of another bin than an earlier sample's",
     ),
     (
         "no_plan",

@@ -140,19 +140,19 @@ def all_pass(real):
 
 
 def without_bodies(real):
-    def clear(self, o, part, runs, interval):
-        return real(self, o, part._replace(radius=F(0)), runs, interval)
+    def beyond(self, o, part, *about):
+        return real(self, o, part._replace(radius=F(0)), *about)
 
-    return clear
+    return beyond
 
 
 BROKEN = [
     ("errors", narrowest, "another verdict"),
     ("errors", lambda _: lambda self, *_: (self.interval[0], self.final[0]), "another verdict"),
     ("shrunken_goal", lambda _: lambda self, final: self.goal, "another verdict"),
-    ("_clear", without_bodies, "another verdict"),
+    ("_beyond", without_bodies, "another verdict"),
     ("conditions", without_obstacles, "not safe"),
-    ("evaluate", all_pass, "no polytope"),
+    ("hidden", all_pass, "no polytope"),
 ]
 
 

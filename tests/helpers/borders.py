@@ -138,7 +138,7 @@ class Borders:
         bins = context.bins_meeting(x[self.n_p :], x[self.n_p :], closed=True)
         whole, scale = checker.integers(x[self.n_p :])
         _, (y,), y_scale = context.evaluate([whole], scale)
-        conditions = list(context.conditions(sep, *context.errors(bins, max)))
+        conditions = list(context.conditions(sep, bins))
         asked = self.rng.choice([c for c in conditions if any(c.w)] or [None])
         if asked is None:
             return None

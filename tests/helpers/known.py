@@ -419,6 +419,11 @@ bad(
     tube__interval__0=[[["0", "0.75"]]] * 2,
     samples__0__k=["0"],
 )
+bad(
+    "contact in the width of another bin than an earlier sample's",
+    tube__interval__0=[[["0", "0.75"]]] * 2,
+    samples__append={"p0": ["0", "0"], "k": ["-0.5"], "sep": ABOVE},
+)
 bad("a goal missed in one of two bins", tube__final__0=["1.5", "0"], samples__0__k=["0"])
 
 # What a set claims.
