@@ -109,17 +109,24 @@ DRIVEN = (
     ),
     Fault(
         "chosen_plan_may_touch",
-        "run_plan",
+        "tested._judged",
         "reached | ~(distance > 0)",
         "reached",
         (f"{CHOICE}::test_nan_and_contact_are_failures",),
     ),
     Fault(
         "chosen_plan_may_miss",
-        "run_plan",
+        "tested._judged",
         "reached | ~",
         "",
         (f"{CHOICE}::test_failures_are_counted_and_paid_for",),
+    ),
+    Fault(
+        "runs_that_end_alike_are_one",
+        "tested._same",
+        "~moved & ",
+        "",
+        (f"{CHOICE}::test_runs_that_are_one_again_are_judged_with_it_and_no_others",),
     ),
     Fault(
         "runs_alike_taken_for_certainty",

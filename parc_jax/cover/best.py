@@ -19,9 +19,8 @@ from parc_jax.verdict.near import whole_scene
 from parc_jax.verdict.pointwise import verdicts
 
 DRAWS = 2048  # first look over the whole set
-STARTS = 4  # of these, from which the closer search begins
-PER_ROUND = 256  # of all polytopes around the best point
-STEPS = 1024  # where there are no polytopes
+KEPT = 4  # plans around which the closer search draws: of these, then the best so far
+EACH = 128  # draws of a round around one of them: all together fill one compiled verdict
 # each round draws closer to the best point; polytopes are convex, so nothing leaves its polytope
 SPREADS = np.cumprod(np.full(25, 0.75))
 PULL = (
@@ -76,16 +75,14 @@ def _best_vertex(union: SafeUnion, c: np.ndarray) -> tuple[np.ndarray, float]:
 
 def _search(plans: PlanSet, value: Callable, rng: np.random.Generator) -> tuple[np.ndarray, float]:
     drawn = plans.sample(rng, DRAWS)
-    starts = ranked(drawn, value(drawn))
+    starts = ranked(drawn, value(drawn)).at(slice(KEPT))
     n_p = plans.model.n_p
 
     def closer(best: Ranked, spread: float) -> np.ndarray:
-        plan = best.x[0]
-        x = plan + spread * _steps(plans, drawn, plan, rng)
+        x = np.concatenate([one + spread * _steps(plans, drawn, one, rng) for one in best.x])
         return x[plans.contains(x[:, :n_p], x[:, n_p:])]
 
-    found = [climb(starts.at([i]), closer, value, SPREADS, kept=1) for i in range(STARTS)]
-    best = max(found, key=lambda one: one.value[0])
+    best = climb(starts, closer, value, SPREADS, KEPT)
     return best.x[0], float(best.value[0])
 
 
@@ -95,21 +92,23 @@ def _steps(
     plan: Float[np.ndarray, " n"],
     rng: np.random.Generator,
 ) -> np.ndarray:
-    """Ways (m, n_p + n_k) from a plan: to points of the polytopes around it, or such as lead from
-    one drawn plan to another, which fit the set as a whole.
+    """Ways (EACH, n_p + n_k) from a plan: to points of the polytopes around it, or such as lead
+    from one drawn plan to another, which fit the set as a whole.
     """
     if not isinstance(plans, SafeUnion):
-        a, b = rng.integers(0, len(drawn), (2, STEPS))
+        a, b = rng.integers(0, len(drawn), (2, EACH))
         return drawn[a] - drawn[b]
     solids = [
         s
         for p, s in zip(plans.polytopes, plans.solids, strict=True)
         if s is not None and (p.halfspaces.A @ plan <= p.halfspaces.b + 1e-12).all()
     ]
+    if not solids:
+        return np.zeros((0, len(plan)))
     # there may be hundreds around one plan, which have most of it in common
-    each = -(-PER_ROUND // max(1, len(solids)))
-    around = [sample_solid(s, rng, each) for s in solids]
-    return np.concatenate([np.zeros((0, len(plan))), *around]) - plan
+    counts = rng.multinomial(EACH, np.full(len(solids), 1 / len(solids)))
+    around = [sample_solid(s, rng, n) for s, n in zip(solids, counts, strict=True) if n]
+    return np.concatenate(around) - plan
 
 
 def _value(plans: PlanSet, objective: Objective):

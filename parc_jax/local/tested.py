@@ -10,6 +10,7 @@ from parc_jax.base.keys import Stage
 from parc_jax.base.spelling import rounded_down, rounded_up
 from parc_jax.claim.counts import clopper_pearson, required_runs
 from parc_jax.local.looks import Look, fresh_key
+from parc_jax.rollout.batch import RolloutBatch
 from parc_jax.rollout.collect import stream_rollouts
 from parc_jax.system import System
 from parc_jax.verdict.outcomes import outcomes
@@ -75,15 +76,34 @@ def run_plan(
         n = required_runs(float(eps), float(look.delta))
     failures = 0
     alike = True
-    nearest = np.inf
     first = None
     own = fresh_key(key, look, p0, k)
     for batch in stream_rollouts(system, own, n, Stage.VALIDATE, k=k, chunk=CHUNK, quiet=quiet):
-        _, reached, distance = outcomes(scene, batch, np.broadcast_to(p0, (batch.n, len(p0))))
-        failed = batch.failed | ~reached | ~(distance > 0)
-        failures += int(failed.sum())
-        nearest = min(nearest, float(np.where(np.isnan(distance), -np.inf, distance).min()))
-        first = batch.p[0] if first is None else first
-        alike &= bool((np.abs(batch.p - first) <= ALIKE).all())
+        if first is None:
+            first = batch.select([0])
+            (fails,), nearest = _judged(scene, first, p0)
+        same = _same(batch, first)
+        failures += int(same.sum()) * int(fails)
+        others = batch.select(~same)
+        if others.n:
+            failed, near = _judged(scene, others, p0)
+            failures += int(failed.sum())
+            nearest = min(nearest, near)
+        alike &= bool((np.abs(batch.p - first.p) <= ALIKE).all())
     bound = clopper_pearson(failures, n, float(look.delta))
     return Tested(n, failures, alike, bound, look, nearest)
+
+
+def _judged(scene: Scene, runs: RolloutBatch, p0: np.ndarray) -> tuple[np.ndarray, float]:
+    """Which runs failed (n,), and the smallest distance [m] of any of them from an obstacle."""
+    _, reached, distance = outcomes(scene, runs, np.broadcast_to(p0, (runs.n, len(p0))))
+    nearest = np.where(np.isnan(distance), -np.inf, distance).min()
+    return runs.failed | ~reached | ~(distance > 0), float(nearest)
+
+
+def _same(runs: RolloutBatch, first: RolloutBatch) -> np.ndarray:
+    """(n,) bool: runs that are the first one again, to the last bit of what is judged: without a
+    disturbance all are, and are judged once.
+    """
+    moved = (runs.p != first.p).reshape(runs.n, -1).any(axis=1)
+    return ~moved & (runs.q == first.q).all(axis=1) & (runs.failed == first.failed)

@@ -95,6 +95,19 @@ def test_nan_and_contact_are_failures(chosen):
         assert seen.failures == 20 and seen.eps == 1
 
 
+def often_into_the_wall(key, k, s):
+    """Else without a disturbance: most runs are one run, and where it ends is where all do."""
+    p, q = straight(k, s)
+    bump = jnp.where(jax.random.uniform(key) < 0.3, 8.0, 0.0)
+    return p.at[:, 1].add(bump * s * (1 - s)), q
+
+
+def test_runs_that_are_one_again_are_judged_with_it_and_no_others(chosen):
+    looks = toy.answer().choose(delta=0.05).looks
+    seen = replace(chosen, looks=looks).run(plant(often_into_the_wall, toy.T), KEY, n=600).tested
+    assert 120 < seen.failures < 240 and seen.clearance < 0 and not seen.alike
+
+
 @jax.jit
 def drawn_while_traced(x):
     """A number of this process: whoever asks again in it gets the same program."""
