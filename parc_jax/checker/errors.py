@@ -41,13 +41,15 @@ class Widths:
 class Template:
     """The errors x with a . x <= b for all rows (a, b), in n dimensions.
 
-    ways: for each row of the goal, lists of parsed multipliers that may give it.
+    rows: in integers over one scale. ways: for each row of the goal, lists of parsed multipliers
+    that may give it.
     """
 
     is_box = False
 
-    def __init__(self, rows, n, ways=()):
+    def __init__(self, rows, scale, n, ways=()):
         self.rows = rows
+        self.scale = scale
         self.n = n
         self.ways = ways
         self.known = None
@@ -55,10 +57,8 @@ class Template:
         named = max((sum(map(len, some)) for some in ways), default=0)
         self.cost = FRACTION * n * named
         if n <= MOST_AXES:
-            longest = 0
-            for a, b in rows:
-                for x in (*a, b):
-                    longest = max(longest, x.numerator.bit_length() + x.denominator.bit_length())
+            longest = scale.bit_length()
+            longest += max((x.bit_length() for a, b in rows for x in (*a, b)), default=0)
             self.cost += n * (n + 1) * math.comb(len(rows), n) * (1 + longest**2 // (1 << 16))
 
     def support(self, w, goal_row=None):
@@ -70,10 +70,11 @@ class Template:
         if found is not None:
             bounds.append(found)
         if goal_row is not None:
+            scaled = [x * self.scale for x in w]
             for way in self.ways[goal_row]:
                 v, h = weighted(self.rows, way, self.n)
-                if v == w and all(m >= 0 for _, m in way):
-                    bounds.append(h)
+                if v == scaled and all(m >= 0 for _, m in way):
+                    bounds.append(h / self.scale)
         if not bounds:
             raise Rejected("no multipliers of the tube's rows give a direction")
         return min(bounds)
@@ -100,17 +101,13 @@ class Template:
         if self.known is None:
             rows = []
             if self.n <= MOST_AXES:
-                rows = [integers([*a, b])[0] for a, b in self.rows]
+                rows = [shortest([*a, b]) for a, b in self.rows]
             walls: dict = {}
             bases = []
             for some in itertools.combinations(rows, self.n):
                 duals, corner, det = basis(some)
                 if det > 0:
-                    own = []
-                    for dual in duals:
-                        common = math.gcd(*dual)
-                        wall = tuple(x // common for x in dual)
-                        own.append(walls.setdefault(wall, len(walls)))
+                    own = [walls.setdefault(shortest(dual), len(walls)) for dual in duals]
                     bases.append((frozenset(own), corner, det))
             self.known = walls, bases
         return self.known
@@ -118,6 +115,12 @@ class Template:
     def contains(self, x):
         """Whether x is one of the errors."""
         return all(dot(a, x) <= b for a, b in self.rows)
+
+
+def shortest(row):
+    """Integers without a common divisor, in the same proportions."""
+    common = math.gcd(*row) or 1
+    return tuple(x // common for x in row)
 
 
 def basis(rows):

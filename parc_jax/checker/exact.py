@@ -143,13 +143,19 @@ def halfspaces(x, n):
     """Rows (a, b) of the closed set {a . x <= b} in n dimensions, with denominators of bounded
     length together.
     """
-    A = [vector(row, n) for row in array(x["A"])]
-    b = vector(x["b"], len(A))
-    everything = list(b)
+    rows, scale = whole_halfspaces(x, n)
+    return [([Fraction(v, scale) for v in a], Fraction(b, scale)) for a, b in rows]
+
+
+def whole_halfspaces(x, n):
+    """The same in integers over one scale: (rows, scale)."""
+    A = array(x["A"])
+    texts = list(array(x["b"], len(A)))
     for row in A:
-        everything += row
-    integers(everything)
-    return list(zip(A, b, strict=True))
+        texts += array(row, n)
+    found, scale = whole_numbers(texts)
+    along = [found[i : i + n] for i in range(len(A), len(found), n)]
+    return list(zip(along, found[: len(A)], strict=True)), scale
 
 
 def box(x, n):

@@ -22,6 +22,7 @@ from .exact import (
     rejecting,
     vector,
     whole,
+    whole_halfspaces,
     whole_numbers,
 )
 
@@ -249,17 +250,19 @@ class Question:
         """The errors of one point in one interval."""
         if type(entry) is list:
             return Widths(*whole_numbers(array(entry, self.n_p)))
-        return Template(halfspaces(fields(entry, ("A", "b")), self.n_p), self.n_p)
+        fields(entry, ("A", "b"))
+        return Template(*whole_halfspaces(entry, self.n_p), self.n_p)
 
     def _at_end(self, entry):
         """The errors at the end."""
         if type(entry) is list:
             return Widths(*whole_numbers(array(entry, self.n_end)))
-        rows = halfspaces(fields(entry, ("A", "b", "goal")), self.n_end)
+        fields(entry, ("A", "b", "goal"))
+        rows, scale = whole_halfspaces(entry, self.n_end)
         ways = []
         for some in array(entry["goal"], len(self.goal)):
             ways.append([parsed_multipliers(way, len(rows)) for way in array(some)])
-        return Template(rows, self.n_end, ways)
+        return Template(rows, scale, self.n_end, ways)
 
     def bins_without_model(self):
         """How many bins have a tube that leaves out the model's own trajectory: some template there

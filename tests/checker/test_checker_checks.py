@@ -308,7 +308,7 @@ SLIPS = [
     ),
     ("hits", "strict = not only_touch", "strict = False and only_touch", "touching at a knot"),
     ("hits", "max(s - 1, 0) : s + 1", "max(s - 1, 0) : s", "touching at a knot"),
-    ("errors", "if v == w and all(", "if all(", "an end whose way is another row's"),
+    ("errors", "if v == scaled and all(", "if all(", "an end whose way is another row's"),
     ("errors", " and all(m >= 0 for _, m in way)", "", "an end whose way is negative"),
     (
         "errors",

@@ -32,13 +32,19 @@ def random_rows(rng, n):
     return rows
 
 
+def template_of(rows, n, ways=()):
+    whole, scale = integers([x for a, b in rows for x in (*a, b)])
+    each = [whole[i : i + n + 1] for i in range(0, len(whole), n + 1)]
+    return Template([(row[:n], row[n]) for row in each], scale, n, ways)
+
+
 @pytest.mark.parametrize("n", [1, 2, 3])
 def test_a_template_reaches_as_far_as_its_farthest_corner(n):
     rng = random.Random(n)
     for _ in range(25):
         rows = random_rows(rng, n)
         corners = bodies.vertices(rows, n)
-        error = Template(rows, n)
+        error = template_of(rows, n)
         for _ in range(8):
             w = [rng.randint(-9, 9) for _ in range(n)]
             assert error.support(w) == max(dot(w, x) for x in corners)
@@ -51,7 +57,7 @@ def test_rows_along_the_axes_reach_as_far_as_widths():
     unit = [[F(int(i == j)) for j in range(3)] for i in range(3)]
     rows = [(u, x) for u, x in zip(unit, e, strict=True)]
     rows += [([-v for v in u], x) for u, x in zip(unit, e, strict=True)]
-    template, widths = Template(rows, 3), Widths(*integers(e))
+    template, widths = template_of(rows, 3), Widths(*integers(e))
     for w in itertools.product((-2, 0, F(3, 5)), repeat=3):
         assert template.support(w) == widths.support(w) == dot(map(abs, w), e)
     assert widths.contains([F(-1, 3), F(0), F(2)]) and not widths.contains([F(0), F(1), F(0)])
@@ -61,17 +67,17 @@ def test_errors_off_centre_reach_farther_one_way():
     """Offsets may be negative: an error that is always between 1 and 2."""
     rows = [([F(1), F(0)], F(2)), ([F(-1), F(0)], F(-1))]
     rows += [([F(0), F(1)], F(1)), ([F(0), F(-1)], F(1))]
-    error = Template(rows, 2)
+    error = template_of(rows, 2)
     assert error.support([1, 0]) == 2 and error.support([-1, 0]) == -1
 
 
 def test_directions_that_no_rows_give_are_refused():
-    half_open = Template([([F(1), F(0)], F(1)), ([F(0), F(1)], F(1))], 2)
+    half_open = template_of([([F(1), F(0)], F(1)), ([F(0), F(1)], F(1))], 2)
     assert half_open.support([1, 2]) == 3
     for w in ([-1, 0], [1, -1]):
         with pytest.raises(Rejected, match="no multipliers"):
             half_open.support(w)
-    slab = Template([([F(1), F(1)], F(1)), ([F(-1), F(-1)], F(1))], 2)
+    slab = template_of([([F(1), F(1)], F(1)), ([F(-1), F(-1)], F(1))], 2)
     with pytest.raises(Rejected, match="no multipliers"):
         slab.support([1, 0])
 
@@ -81,7 +87,7 @@ def test_in_more_dimensions_ways_are_needed_and_the_least_right_one_counts():
     rows.append(([F(1), F(1), F(0), F(0)], F(1)))
     w = [F(1), F(1), F(0), F(0)]
     ways = [[[(0, F(1)), (1, F(1))], [(4, F(1))]], [[(0, F(1))], [(4, F(-1))]], []]
-    error = Template(rows, 4, ways)
+    error = template_of(rows, 4, ways)
     assert error.support(w, 0) == 1
     for goal_row in (1, 2, None):  # wrong rows, a negative multiplier, none
         with pytest.raises(Rejected, match="no multipliers"):
@@ -97,7 +103,14 @@ def test_several_bins_reach_as_far_as_the_farthest_or_as_all():
     assert Several(sets, min).contains([F(1), F(1)])
 
 
+def test_the_way_of_a_row_is_told_by_its_whole_numbers():
+    """1/3 x <= 1/7, three times over: x <= 3/7."""
+    rows = [([F(1, 3), F(0), F(0), F(0)], F(1, 7))]
+    error = template_of(rows, 4, [[[(0, F(3))]]])
+    assert error.support([F(1), F(0), F(0), F(0)], 0) == F(3, 7)
+
+
 def test_long_numbers_cost_more():
-    short = Template([([F(1), F(0)], F(1))] * 4, 2)
-    long = Template([([F(1), F(0)], F(1, 1 << 8000))] * 4, 2)
+    short = template_of([([F(1), F(0)], F(1))] * 4, 2)
+    long = template_of([([F(1), F(0)], F(1, 1 << 8000))] * 4, 2)
     assert long.cost > 500 * short.cost
