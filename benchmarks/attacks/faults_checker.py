@@ -286,7 +286,7 @@ CHECKER = (
     Fault(
         "checker_any_way_for_a_row_of_the_goal",
         "Template.support",
-        "v == w and all",
+        "v == scaled and all",
         "all",
         (BAD,),
     ),
