@@ -106,6 +106,13 @@ QUERY = (
         (LOOP + "test_where_bins_meet_all_of_them_have_to_allow_it",),
     ),
     Fault(
+        "a_loop_has_room_for_the_corners_of_boxes_alone",
+        "sized.roomy",
+        "corners + 4 if",
+        "corners if",
+        (LOOP + "test_nothing_compiles_after_the_first_step_whatever_is_around",),
+    ),
+    Fault(
         "preferred_plans_that_do_not_reach",
         "_preferred.judge",
         "(own > 0)",

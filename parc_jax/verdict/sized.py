@@ -34,10 +34,13 @@ def sized(scene: SceneArrays, least_obstacles: int = 1) -> SceneArrays:
 
 def roomy(scene: Scene, pairs: int = LEAST_OBSTACLES, corners: int = 0) -> Scene:
     """One scene with room for more obstacles and rows: another one that has a few more, or fewer,
-    compiles nothing. pairs, corners: for which there is room at least.
+    compiles nothing. pairs, corners: of an obstacle, for which there is room at least.
     """
-    n_o = size_class(len(scene.obstacles.active), pairs)
-    return _with_more_rows(scene).replace(obstacles=_padded(scene.obstacles, n_o, corners))
+    obstacles = scene.obstacles
+    n_o = size_class(len(obstacles.active), pairs)
+    # grown by a box, the corner that is farthest along an axis becomes two
+    n_m = corners + 4 if corners and obstacles.closed else corners
+    return _with_more_rows(scene).replace(obstacles=_padded(obstacles, n_o, n_m))
 
 
 def _with_more_rows(scene: SceneArrays) -> SceneArrays:

@@ -118,6 +118,10 @@ def test_nothing_compiles_after_the_first_step_whatever_is_around(line):
             loop.step([0.0, 0.0], [rng.uniform(-1, 1)], around, forward)
             spans = [(i % 4, 3) for i in range(n)]
             loop.step([0.0, 0.0], [rng.uniform(-1, 1)], around, forward, spans=spans)
+        for turned in (0.0, 0.1):
+            angle = turned + np.pi / 4 * np.arange(8)
+            octagon = pj.hpolytope(np.stack([np.cos(angle), np.sin(angle)], axis=1), np.ones(8))
+            loop.step([2.0, 0.0], [0.0], [octagon], forward)
 
     assert compiled_by(drive) == 0
 
