@@ -34,6 +34,7 @@ from benchmarks.attacks.faults_onboard import ONBOARD
 from benchmarks.attacks.faults_prior import PRIOR
 from benchmarks.attacks.faults_query import QUERY
 from benchmarks.attacks.faults_robot import ROBOT
+from benchmarks.attacks.faults_ros import ROS
 from benchmarks.attacks.faults_suite import SUITE
 from benchmarks.attacks.faults_verdict import VERDICTS
 from benchmarks.attacks.faults_world import WORLD
@@ -55,6 +56,7 @@ TABLES: dict[str, tuple[Fault, ...]] = {
     "onboard": ONBOARD,
     "world": WORLD,
     "robot": ROBOT,
+    "ros": ROS,
     "suite": SUITE,
 }
 FAULTS: tuple[Fault, ...] = tuple(itertools.chain(*TABLES.values()))

@@ -499,36 +499,4 @@ BAGS = (
     ),
 )
 
-PILOTS = "tests/ros/test_pilot.py"
-ROS = (
-    Fault(
-        "pilot_in_any_frame",
-        "require_frame",
-        "if own != frame:",
-        "if not own:",
-        (f"{PILOTS}::test_what_cannot_be_meant_changes_nothing",),
-    ),
-    Fault(
-        "pilot_that_stands_in_what_is_not_free",
-        "Pilot._ways",
-        "if not near.holds(",
-        "if None is near.holds(",
-        (f"{PILOTS}::test_a_body_that_does_not_lie_in_free_cells_commits_to_nothing",),
-    ),
-    Fault(
-        "scan_from_where_the_robot_is_now",
-        "Pilot._look",
-        "there = pose + share *",
-        "there = pose + 1.0 *",
-        (f"{PILOTS}::test_a_scan_frees_what_it_sees_from_where_it_was_taken",),
-    ),
-    Fault(
-        "scan_that_failed_saw_far",
-        "seen_in",
-        "np.where(told, ranges, 0.0)",
-        "np.where(told, ranges, message.range_max)",
-        (f"{PILOTS}::test_a_beam_that_says_nothing_frees_nothing",),
-    ),
-)
-
-FILES = (*ROLLOUTS, *FILES_IN_AND_OUT, *SHELL, *REPLAY, *BAGS, *ROS)
+FILES = (*ROLLOUTS, *FILES_IN_AND_OUT, *SHELL, *REPLAY, *BAGS)

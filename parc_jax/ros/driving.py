@@ -30,6 +30,12 @@ class Driving(Options):
     margin: float = 0.0
     """How far [m] around the robot a person has looked before its start, for scans: without it
     nothing is known to be free where it stands, and it stays."""
+    mover_radius: float = 0.0
+    """Radius [m] of a disc around each of those who move, with what their places are off by, and
+    how far they go from when a pose was measured to when the manoeuvre begins. Above 0 m nothing is
+    begun before it was told where they are, all of them; 0: nobody moves."""
+    mover_speed: float = 0.0
+    """Most [m/s] that they move, whatever they do."""
     doubt_start: float = 0.0
     """Metres by which a pose may be wrong, along each axis: localisation, and the way that the
     robot goes from when it was measured to when the manoeuvre begins."""
@@ -47,7 +53,13 @@ class Driving(Options):
         super().__post_init__()
         least = {"reach": 0.1, "deadline": 1e-3, "width": 1e-3}
         sizes = ("reach", "arrived", "noise", "width", "margin", "doubt_start", "doubt_heading")
-        for name in (*sizes, "deadline", "room"):
+        movers = ("mover_radius", "mover_speed")
+        for name in (*sizes, *movers, "deadline", "room"):
             value, lowest = getattr(self, name), least.get(name, 0.0)
             if not (np.isfinite(value) and value >= lowest):
                 raise InputError(f"{name}: expected {lowest:g} or more; got {value!r:.40}.")
+        if self.mover_speed and not self.mover_radius:
+            raise InputError(
+                "mover_radius: expected above 0 m, since mover_speed says that somebody moves; "
+                "got 0."
+            )

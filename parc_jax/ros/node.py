@@ -21,7 +21,7 @@ from parc_jax.ros.pilot import Pilot
 from parc_jax.world.footprint import read_footprint
 
 try:
-    from geometry_msgs.msg import PoseStamped, PoseWithCovarianceStamped
+    from geometry_msgs.msg import PoseArray, PoseStamped, PoseWithCovarianceStamped
     from nav_msgs.msg import OccupancyGrid, Odometry, Path
     from nav_msgs.srv import GetPlan
     from rclpy.executors import ExternalShutdownException
@@ -48,7 +48,7 @@ class PilotNode(Node):
 
     Parameters: model, radius or footprint, episode (a file that is written at the end),
     pose_kind (Odometry or PoseWithCovarianceStamped), tolerance [m] of GetPlan, and the fields of
-    `Driving`. Topics, to be remapped: map, scan, odom, goal_pose in; ~/manoeuvre
+    `Driving`. Topics, to be remapped: map, scan, movers, odom, goal_pose in; ~/manoeuvre
     (Float64MultiArray: the parameters k, named in its layout), ~/path (Path, stamped at the knots),
     ~/statement (String) out. Service: ~/plan (nav_msgs/GetPlan).
     """
@@ -69,6 +69,9 @@ class PilotNode(Node):
         if self.pilot.driving.sensor is not None:
             scan = self._heard(self.pilot.hear_scan)
             self.create_subscription(LaserScan, "scan", scan, qos_profile_sensor_data)
+        if self.pilot.driving.mover_radius:
+            movers = self._heard(self.pilot.hear_movers)
+            self.create_subscription(PoseArray, "movers", movers, qos_profile_sensor_data)
         self.create_subscription(KINDS[kind], "odom", self._heard(self._on_pose), 10)
         self.create_service(GetPlan, "~/plan", self._on_plan)
 
@@ -185,9 +188,11 @@ def _said(step: Step) -> str:
     begun = f"{now!r}".strip("<>")
     if not step.new:
         return f"Going on with {begun}, to its rest: {step.reason}."
+    moved = any(span is not None for span in now.asked.problem.all_spans)
+    after = ", where who moves, no faster than told, may run into it" if moved else ""
     return (
         f"{begun}. Proved in float64 with a margin that covers rounding: for every run inside the "
-        "tube and every pose inside the doubt nothing is touched, and it ends at rest. "
+        f"tube and every pose inside the doubt nothing is touched, and it ends at rest{after}. "
         f"(E) {now.asked.model.claim.statement()}"
     )
 

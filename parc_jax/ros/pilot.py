@@ -20,6 +20,7 @@ from parc_jax.problem.problem import GoalOfPoints, goal_of_points, reach_avoid
 from parc_jax.ros.driving import Driving
 from parc_jax.ros.guide import Guide
 from parc_jax.ros.measured import map_in, require_frame, seen_in
+from parc_jax.ros.movers import Movers, among, movers_in
 from parc_jax.sets.box import Box, box
 from parc_jax.settings import Settings
 from parc_jax.world.footprint import Footprint
@@ -65,6 +66,7 @@ class Pilot:
         self.driven: list[Commitment] = []
         self.map: GridMap | None = None
         self.seen: FreeSpace | None = None
+        self.movers: Movers | None = None
         self.goal: np.ndarray | None = None
         self._guide: Guide | None = None
         self.pose = self.given = self._scan = None
@@ -89,6 +91,13 @@ class Pilot:
         if self.driving.sensor is None:
             raise InputError("scan: expected a pilot that knows where its sensor is; set sensor.")
         self._scan = message
+
+    def hear_movers(self, message) -> None:
+        """A geometry_msgs/PoseArray: where all are who move. What is not in it stands still."""
+        require_frame(message, self.driving.frame, "movers")
+        if not self.driving.mover_radius:
+            raise InputError("movers: expected a pilot that knows their size; set mover_radius.")
+        self.movers = movers_in(message)
 
     def hear_pose(self, message) -> Step | None:
         """An Odometry, or any pose with a header, in the frame of all. Returns the step that was
@@ -115,8 +124,13 @@ class Pilot:
     def plan(self, start, goal, tolerance: float) -> Answer:
         """The safe set from a pose at rest to a goal, two geometry_msgs/PoseStamped: the end of the
         first reference point within the tolerance [m] of the goal along each axis, any heading.
-        Takes seconds. Raises InputError.
+        Takes seconds. Raises InputError, also where somebody moves: nobody knows when it begins.
         """
+        if self.driving.mover_radius:
+            raise InputError(
+                "plan: expected a place where nobody moves, since it is not known when the plan "
+                "begins; give the goal to drive to instead."
+            )
         for name, message in {"start": start, "goal": goal}.items():
             require_frame(message, self.driving.frame, name)
         here, there = (np.array(pose_in(m, "plan")) for m in (start, goal))
@@ -169,13 +183,27 @@ class Pilot:
         ways = self._ways(self.pose)
         if isinstance(ways, str):
             return self.loop.go_on(ways)
+        found = self._with_movers(ways)
+        if isinstance(found, str):
+            return self.loop.go_on(found)
+        obstacles, spans = found
         liked = functools.partial(self.prefer, goal=self.goal[:2])
         at = (self._stamp - self._first) / 1e9
-        step = self.loop.step(self._at(self.pose), self.given, ways, liked, at=at)
+        asked = {"at": at, "spans": spans}
+        step = self.loop.step(self._at(self.pose), self.given, obstacles, liked, **asked)
         if step.new:
             self._begun = self._stamp
             self.driven.append(step.committed)
         return step
+
+    def _with_movers(self, ways):
+        """Obstacles and when they exist, or a sentence why there are none to be had."""
+        if not self.driving.mover_radius:
+            return ways, None
+        if self.movers is None:
+            return "nobody has said yet where those are who move"
+        driving, time = self.driving, self.model.time
+        return among(self.movers, ways, self.pose, self._stamp, driving, time)
 
     def _ways(self, pose: np.ndarray):
         """Obstacles around a pose, or a sentence why there are none to be had."""

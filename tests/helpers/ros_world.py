@@ -2,7 +2,8 @@
 posts, says where it is, and does what it is told on /pilot/manoeuvre. Time stands still while the
 pilot thinks, so a busy machine changes nothing.
 
-    python ros_world.py OUT.json     what was seen, once the goal is reached or time is up
+    python ros_world.py OUT.json [X Y]   what was seen, once the goal is reached or time is up;
+                                         X Y: where somebody is who might move
 """
 
 import json
@@ -12,7 +13,7 @@ import time
 import numpy as np
 import rclpy
 import sliding
-from geometry_msgs.msg import PoseStamped
+from geometry_msgs.msg import Pose, PoseArray, PoseStamped
 from nav_msgs.msg import OccupancyGrid, Odometry, Path
 from nav_msgs.srv import GetPlan
 from rclpy.qos import DurabilityPolicy, QoSProfile
@@ -36,6 +37,8 @@ class World:
         self.goal = node.create_publisher(PoseStamped, "/goal_pose", 1)
         self.map = node.create_publisher(OccupancyGrid, "/map", KEPT)
         self.plan = node.create_client(GetPlan, "/pilot/plan")
+        self.who = [float(word) for word in sys.argv[2:]]
+        self.movers = node.create_publisher(PoseArray, "/movers", 1)
 
     def _told(self, message):
         self.heard["k"].append(list(message.data))
@@ -62,6 +65,15 @@ class World:
         message.info.origin.orientation.w = 1.0
         message.data = cells.ravel().tolist()
         self.map.publish(message)
+
+    def tell_movers(self, at):
+        if self.who:
+            one, message = Pose(), PoseArray()
+            message.header.frame_id = "map"
+            stamp(message, at)
+            one.position.x, one.position.y = self.who
+            message.poses = [one]
+            self.movers.publish(message)
 
     def posed(self, x, y, at=0):
         message = PoseStamped()
@@ -94,6 +106,7 @@ def drive(world):
         if np.linalg.norm(place - GOAL) <= NEAR:
             return track, True
         before = len(world.heard["statements"])
+        world.tell_movers(at)
         world.tell_pose(place, speed, at)
         world.until(lambda n=before: len(world.heard["statements"]) > n)
         said = world.heard["statements"][-1]

@@ -79,6 +79,24 @@ def test_the_node_drives_a_small_world_and_the_checker_proves_it(graph, tmp_path
     assert checker.main([str(tmp_path / "drive.json")]) == 0
 
 
+def test_the_node_drives_past_who_may_move_and_says_so(graph, tmp_path):
+    told(sliding.model(), given=(0, 1)).save(tmp_path / "model.npz")
+    movers = ("mover_radius:=0.1", "mover_speed:=0.1", "episode:=drive.json")
+    pilot = node(graph, tmp_path, "model:=model.npz", *movers, *ASKED)
+    try:
+        world = [sys.executable, str(HELPERS / "ros_world.py"), "seen.json", "1.7", "0.9"]
+        done = subprocess.run(world, env=graph, cwd=tmp_path, capture_output=True, text=True)
+    finally:
+        complained = stopped(pilot)
+    assert done.returncode == 0 and pilot.returncode == 0, (done.stderr, complained)
+    seen = json.loads((tmp_path / "seen.json").read_text())
+    assert seen["arrived"] and not seen["plan"]
+    assert "expected a place where nobody moves" in seen["proved"]
+    words = "where who moves, no faster than told, may run into it"
+    assert any(words in said for said in seen["statements"])
+    assert checker.main([str(tmp_path / "drive.json")]) == 0
+
+
 @pytest.mark.parametrize(
     ("asked", "words"),
     [
