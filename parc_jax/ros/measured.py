@@ -1,6 +1,9 @@
 """Maps and scans of messages, as what is known to be free."""
 
+from typing import Any
+
 import numpy as np
+from numpy.typing import ArrayLike
 
 from parc_jax.bags.fields import frames_of, yaw_of
 from parc_jax.errors import InputError
@@ -9,7 +12,7 @@ from parc_jax.world.grid_map import GridMap, occupancy_grid
 from parc_jax.world.seen import seen_from
 
 
-def map_in(message) -> GridMap:
+def map_in(message: Any) -> GridMap:
     """The map of a nav_msgs/OccupancyGrid. Raises InputError, for costmaps too."""
     info = message.info
     if len(message.data) != info.height * info.width:
@@ -22,7 +25,9 @@ def map_in(message) -> GridMap:
     return occupancy_grid(cells, info.resolution, origin)
 
 
-def seen_in(message, pose, *, noise: float, width: float, doubt: tuple[float, float]) -> FreeSpace:
+def seen_in(
+    message: Any, pose: ArrayLike, *, noise: float, width: float, doubt: tuple[float, float]
+) -> FreeSpace:
     """What a sensor_msgs/LaserScan shows to be free, from the pose (x, y, heading) of its sensor,
     as `seen_from` has it. An infinite range came back from nowhere; what is NaN, or nearer than the
     sensor can tell, or farther, says nothing. Raises InputError.
@@ -35,7 +40,7 @@ def seen_in(message, pose, *, noise: float, width: float, doubt: tuple[float, fl
     return seen_from(pose, angles, ranges, doubt=doubt, **limits)
 
 
-def require_frame(message, frame: str, what: str) -> None:
+def require_frame(message: Any, frame: str, what: str) -> None:
     """Raises InputError for a message that is told in another frame."""
     own = frames_of(message)[0]
     if own != frame:

@@ -1,7 +1,7 @@
 """Who moves: discs that were seen, and where they may be while a manoeuvre lasts. [T38]"""
 
 from collections.abc import Sequence
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -25,7 +25,7 @@ class Movers(NamedTuple):
     places: np.ndarray
 
 
-def movers_in(message) -> Movers:
+def movers_in(message: Any) -> Movers:
     """Of a geometry_msgs/PoseArray, whose orientations say nothing. Raises InputError."""
     stamp = stamp_of(message)
     places = [(one.position.x, one.position.y) for one in message.poses]

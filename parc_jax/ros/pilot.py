@@ -1,8 +1,9 @@
 """Drives one robot by one model, from messages: without ROS, so that it can be tried anywhere."""
 
 import functools
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import replace
+from typing import Any
 
 import jax
 import numpy as np
@@ -22,6 +23,7 @@ from parc_jax.ros.guide import Guide
 from parc_jax.ros.measured import map_in, require_frame, seen_in
 from parc_jax.ros.movers import Movers, among, movers_in
 from parc_jax.sets.box import Box, box
+from parc_jax.sets.hpolytope import HPolytope
 from parc_jax.settings import Settings
 from parc_jax.world.footprint import Footprint
 from parc_jax.world.free_space import FreeSpace, free_place
@@ -73,12 +75,12 @@ class Pilot:
         # [ns] of the last pose, of the first one, and of where the manoeuvre under way began
         self._stamp = self._first = self._begun = None
 
-    def hear_map(self, message) -> None:
+    def hear_map(self, message: Any) -> None:
         """A nav_msgs/OccupancyGrid: the static map, not a costmap."""
         require_frame(message, self.driving.frame, "map")
         self.map, self._guide = map_in(message), None
 
-    def hear_goal(self, message) -> None:
+    def hear_goal(self, message: Any) -> None:
         """A geometry_msgs/PoseStamped."""
         require_frame(message, self.driving.frame, "goal")
         goal = np.array(pose_in(message, "goal"))
@@ -86,20 +88,20 @@ class Pilot:
             raise InputError(f"goal: expected a finite pose; got {goal.tolist()!r:.80}.")
         self.goal, self._guide = goal, None
 
-    def hear_scan(self, message) -> None:
+    def hear_scan(self, message: Any) -> None:
         """A sensor_msgs/LaserScan; it is looked at when the next pose is there."""
         if self.driving.sensor is None:
             raise InputError("scan: expected a pilot that knows where its sensor is; set sensor.")
         self._scan = message
 
-    def hear_movers(self, message) -> None:
+    def hear_movers(self, message: Any) -> None:
         """A geometry_msgs/PoseArray: where all are who move. What is not in it stands still."""
         require_frame(message, self.driving.frame, "movers")
         if not self.driving.mover_radius:
             raise InputError("movers: expected a pilot that knows their size; set mover_radius.")
         self.movers = movers_in(message)
 
-    def hear_pose(self, message) -> Step | None:
+    def hear_pose(self, message: Any) -> Step | None:
         """An Odometry, or any pose with a header, in the frame of all. Returns the step that was
         made of it; None where there was nothing to decide.
         """
@@ -121,7 +123,7 @@ class Pilot:
         self._look(*before)
         return self._step()
 
-    def plan(self, start, goal, tolerance: float) -> Answer:
+    def plan(self, start: Any, goal: Any, tolerance: float) -> Answer:
         """The safe set from a pose at rest to a goal, two geometry_msgs/PoseStamped: the end of the
         first reference point within the tolerance [m] of the goal along each axis, any heading.
         Takes seconds. Raises InputError, also where somebody moves: nobody knows when it begins.
@@ -196,7 +198,7 @@ class Pilot:
             self.driven.append(step.committed)
         return step
 
-    def _with_movers(self, ways):
+    def _with_movers(self, ways: Sequence[HPolytope]):
         """Obstacles and when they exist, or a sentence why there are none to be had."""
         if not self.driving.mover_radius:
             return ways, None
