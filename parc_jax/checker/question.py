@@ -251,7 +251,8 @@ class Question:
         if type(entry) is list:
             return Widths(*whole_numbers(array(entry, self.n_p)))
         fields(entry, ("A", "b"))
-        return Template(*whole_halfspaces(entry, self.n_p), self.n_p)
+        rows, scale = whole_halfspaces(entry, self.n_p)
+        return Template(rows, scale, self.n_p)
 
     def _at_end(self, entry):
         """The errors at the end."""
