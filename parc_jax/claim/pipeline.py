@@ -96,12 +96,14 @@ def bound_errors(
     *,
     profiles: list[Tube] | None = None,
     watch: Callable[[str], AbstractContextManager] = nullcontext,
+    ahead: Callable[[ReLUNetwork, RolloutBatch | None, Tube], None] | None = None,
 ) -> list[list[ErrorClaim]]:
     """The claims of every network, in the order of asked.claims, all of them about the same fresh
     runs: delta is split over them, so all hold together. [T1]
 
     train: the training runs. start: what is known of the influence of the start.
-    profiles: own ones, one per network on the same bins. watch: names the stage that runs.
+    profiles: own ones, one per network on the same bins. watch: names the stage that runs. ahead:
+    called with the first network, `train` and its profile, before fresh runs are made.
     """
     looks = asked.looks * len(nets) * len(asked.claims)
     if profiles is None:
@@ -112,6 +114,8 @@ def bound_errors(
             profiles = learn_profiles(nets, train, early, asked.bins, shape=asked.shape)
             if asked.even:
                 profiles = evened(nets, profiles, further)
+    if ahead is not None:
+        ahead(nets[0], train, profiles[0])
     with watch("fresh rollouts"):
         fresh = runs.fresh(fresh_runs(asked, profiles[0], looks))
         seen = scores_of(nets, profiles, fresh)

@@ -37,6 +37,7 @@ def run(
             "auto" reads the cluster's environment, "ADDRESS:PORT,COUNT,NUMBER" names the first
             process, how many and which one. Default: this process alone.
     """
+    from parc_jax.answer.answer import Answer
     from parc_jax.cli.help import fitted
     from parc_jax.cli.lock import held
     from parc_jax.cli.places import require_place
@@ -74,6 +75,15 @@ def run(
         require_place(out / name)
     saved = None if model is None else load(model)
 
+    def first(answer: Answer) -> None:
+        """A picture of the first plans, long before all is done."""
+        from parc_jax.plot.samples import samples
+
+        picture = out / UNFINISHED / "samples.png"
+        samples(answer, None, picture)
+        if not shell.quiet:
+            print(f"{black_box.name}: the first proved plans are in {picture}.", file=sys.stderr)
+
     def early(outcome: Studied) -> None:
         """Pictures, and where the answer is, before the plan that is driven."""
         if host > 0:  # the first one reports
@@ -87,7 +97,16 @@ def run(
 
     with held(out), only_of(module, out / UNFINISHED):
         outcome = run_study(
-            black_box, problem, asked, out, shell.seed, saved, shell.quiet, learn_from, early
+            black_box,
+            problem,
+            asked,
+            out,
+            shell.seed,
+            saved,
+            shell.quiet,
+            learn_from,
+            first if figures and host <= 0 else None,
+            early,
         )
     if host > 0:
         return 0

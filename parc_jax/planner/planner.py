@@ -86,13 +86,20 @@ class Planner:
     def _prepare(self, asked: Question) -> Prepared:
         return Prepared(near_scene(asked.plain(self._under_doubt)), answer_to)
 
-    def warm_up(self, problem: ReachAvoid, settings: Settings | None = None, *, at=None) -> Answer:
+    def warm_up(
+        self,
+        problem: ReachAvoid,
+        settings: Settings | None = None,
+        *,
+        at=None,
+        proof: bool = False,
+    ) -> Answer:
         """Compile what a query of this size needs: a query with next to no work, from a stream of
-        its own, so that the times of the next `solve` are those of a search. Its answer counts for
-        nothing but its timings: those of a cold start.
+        its own, so that the times of the next `solve` are those of a search. Its timings are those
+        of a cold start; what it found is safe, and proved with `proof`, but covers little.
         """
         settings = _checked("warm_up", problem, settings, Settings.whole())
-        cold = settings.replace(work=min(settings.work, COLD_WORK), proof=False)
+        cold = settings.replace(work=min(settings.work, COLD_WORK), proof=proof)
         apart = jax.random.fold_in(jax.random.PRNGKey(0), int(Stage.SEARCH))
         return self.solve(problem, apart, cold, at=at)
 

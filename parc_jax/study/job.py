@@ -21,6 +21,7 @@ from parc_jax.problem.problem import ReachAvoid
 from parc_jax.pwa import RegionTable, enumerate_regions
 from parc_jax.rollout.files import write_atomic
 from parc_jax.settings import Search, Settings
+from parc_jax.study.ahead import Ahead
 from parc_jax.study.compare import compare
 from parc_jax.study.driven import drive
 from parc_jax.study.learn import Learned, final_error, learn
@@ -56,12 +57,15 @@ def run_study(
     model: TrajectoryModel | None = None,
     quiet: bool = False,
     learn_from=None,
+    first: Callable[[Answer], None] | None = None,
     early: Callable[[Studied], None] | None = None,
 ) -> Studied:
     """Learn (unless a model is given), solve, replay, and write it all below `out`.
 
     learn_from: the same system on another plant, for the many runs of training and claims; the
         replay is of `system`.
+    first: called with a first answer, proved, after few looks, where a model was learned and before
+        its safe set is searched; below `out`/unfinished is room for what it tells.
     early: called with all but the plan that is driven, which takes as long as the rest; answer,
         model and metrics are on disk by then.
 
@@ -77,9 +81,12 @@ def run_study(
     key = key_of(seed)
     watch = Stopwatch()
     out = Path(out)
+    settings = Settings(**part_of(study, Search), polytopes=True)
+    ahead = Ahead(problem, settings)
     learned = None
     if model is None:
-        learned = learn(learn_from or system, study, key, watch, out / UNFINISHED, quiet)
+        work = out / UNFINISHED
+        learned = learn(learn_from or system, study, key, watch, work, quiet, ahead.begin)
         model = learned.main
         model.save(out / UNFINISHED / "model.npz")
     with watch("regions"):
@@ -89,9 +96,12 @@ def run_study(
         with watch("comparison"):
             rows = [row for one in learned.networks for row in compare(one, problem, key)]
     planner = Planner(model)
-    settings = Settings(**part_of(study, Search), polytopes=True)
+    shown = first is not None and learned is not None and settings.proof
     with watch("first query (cold)"):
-        cold = planner.warm_up(problem, settings)
+        ahead.wait()
+        cold = planner.warm_up(problem, settings, proof=shown)
+    if shown and len(cold.samples):
+        first(cold)
     with watch("safe set"):
         answer = planner.solve(problem, key, settings)
     # before the replay: if that finds a contradiction, the evidence is on disk

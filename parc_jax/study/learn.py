@@ -2,6 +2,7 @@
 the published one.
 """
 
+from collections.abc import Callable
 from pathlib import Path
 from typing import NamedTuple
 
@@ -15,6 +16,7 @@ from parc_jax.claim.declared import assumed_claim
 from parc_jax.claim.pipeline import advice, bound_errors, runs_ahead
 from parc_jax.claim.runs import RecordedRuns, Runs, SystemRuns
 from parc_jax.claim.start_gap import StartTrial, try_starts
+from parc_jax.claim.tube import Tube
 from parc_jax.model import TrajectoryModel, trajectory_model
 from parc_jax.network.fit import fit
 from parc_jax.network.relu import ReLUNetwork
@@ -57,13 +59,19 @@ class Learned(NamedTuple):
 
 @shared()
 def learn(
-    system, study: Learning, key: jax.Array, watch: Stopwatch, work: Path, quiet: bool
+    system,
+    study: Learning,
+    key: jax.Array,
+    watch: Stopwatch,
+    work: Path,
+    quiet: bool,
+    ahead: Callable[[ReLUNetwork, RolloutBatch, Tube], None] | None = None,
 ) -> Learned:
     """Roll out, train every network, claim every tube. Finished chunks stay in `work`: whoever
     asked deletes them, once the result is on disk.
 
     The same fresh runs serve all networks and claims: delta is split over them, so all hold
-    together. [T1]
+    together. [T1] ahead: as of `bound_errors`.
     Raises InputError, also for a system whose start matters more than study.gap.
     """
     forecast = forecast_of(study, quiet)
@@ -80,7 +88,7 @@ def learn(
             forecast=forecast,
         )
     runs = SystemRuns(system, key, train.n, work, quiet, forecast)
-    return _learned(train, runs, start, study, key, watch)
+    return _learned(train, runs, start, study, key, watch, ahead)
 
 
 def forecast_of(study: Learning, quiet: bool = False) -> Forecast:
@@ -107,12 +115,13 @@ def _learned(
     study: Learning,
     key,
     watch: Stopwatch,
+    ahead: Callable[[ReLUNetwork, RolloutBatch, Tube], None] | None = None,
 ) -> Learned:
     """Networks from the training runs, claims from the others."""
     with watch("training"):
         # hosts may round training differently, and a claim is about one network
         nets = broadcast(networks(train, study, key))
-    claims = bound_errors(nets, runs, train, study, start, watch=watch)
+    claims = bound_errors(nets, runs, train, study, start, watch=watch, ahead=ahead)
     with watch("claims"):
         found = models(nets, claims, train, study)
     return Learned(found, train, start)

@@ -6,9 +6,11 @@ import errno
 import os
 import subprocess
 import sys
+from dataclasses import replace
 from pathlib import Path
 from types import SimpleNamespace
 
+import numpy as np
 import pytest
 import toy_cart
 import toy_driven
@@ -75,10 +77,10 @@ def test_the_target_is_tried_before_the_first_run(shell, tmp_path):
     assert code == 2 and "file is a file and no folder" in why
 
 
-def late_stop(monkeypatch, out, *, when) -> None:
+def late_stop(monkeypatch, out, *, when, **asked) -> None:
     """A study whose learning is given, stopped in the middle of `when` of the planner."""
 
-    def learn(system, study, key, watch, work, quiet):
+    def learn(system, study, key, watch, work, quiet, ahead):
         work.mkdir(parents=True)
         (work / "train.npz").write_text("runs")
         return SimpleNamespace(main=toy_driven.model(), networks=[])
@@ -89,7 +91,8 @@ def late_stop(monkeypatch, out, *, when) -> None:
     monkeypatch.setattr(job, "learn", learn)
     monkeypatch.setattr(pj.Planner, when, stop)
     with pytest.raises(KeyboardInterrupt):
-        job.run_study(plant(toy_driven.gusty, 4), toy_driven.problem(), STUDY, out, 0, quiet=True)
+        system = plant(toy_driven.gusty, 4)
+        job.run_study(system, toy_driven.problem(), STUDY, out, 0, quiet=True, **asked)
 
 
 def test_a_late_stop_leaves_the_older_study_whole_and_the_new_runs_where_they_are(
@@ -103,6 +106,26 @@ def test_a_late_stop_leaves_the_older_study_whole_and_the_new_runs_where_they_ar
     unfinished = tmp_path / "unfinished"
     assert {f.name for f in unfinished.iterdir()} == {"train.npz", "model.npz"}
     assert pj.load(unfinished / "model.npz").tube.hash == toy_driven.model().tube.hash
+
+
+def test_the_first_proved_plans_are_told_before_the_safe_set_is_searched(monkeypatch, tmp_path):
+    """A model that was given has nothing unfinished, and is told of at the end."""
+    answer = replace(toy_driven.answer(), samples=np.zeros((1, 4)))
+    asked = []
+    told = []
+
+    def warm_up(*_, proof=False):
+        asked.append(proof)
+        return answer
+
+    monkeypatch.setattr(pj.Planner, "warm_up", warm_up)
+    late_stop(monkeypatch, tmp_path, when="solve", first=told.append)
+    assert asked == [True] and told == [answer]
+    late_stop(monkeypatch, tmp_path / "untold", when="solve")
+    system, model = plant(toy_driven.gusty, 4), toy_driven.model()
+    with pytest.raises(KeyboardInterrupt):
+        job.run_study(system, toy_driven.problem(), STUDY, tmp_path, 0, model, first=told.append)
+    assert asked == [True, False, False] and told == [answer]
 
 
 @pytest.mark.slow
