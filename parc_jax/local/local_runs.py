@@ -10,7 +10,7 @@ from parc_jax.base.keys import Stage
 from parc_jax.claim.runs import Runs
 from parc_jax.rollout.batch import RolloutBatch, concatenate
 from parc_jax.rollout.collect import stream_rollouts
-from parc_jax.rollout.law import BOX, law_of, law_spec
+from parc_jax.rollout.law import BOX, LawSpec, law_of, law_spec
 from parc_jax.sets.box import Box
 
 
@@ -50,10 +50,14 @@ class LocalRuns(Runs):
             return jnp.clip(lo + u * (hi - lo), lo, hi)
 
         whole = law_of(self.system)
-        on_box = {**dict(whole.parameters), BOX: "N"}
-        law = law_spec(whole.generator, self.box, "uniform", on_box)
         runs = stream_rollouts(
             self.system, self.key, n, stage, k=near, first_row=first_row, quiet=self.quiet
         )
         for batch in runs:
-            yield replace(batch, domain=self.box, law=law)
+            yield on_box(batch, whole, self.box)
+
+
+def on_box(runs: RolloutBatch, whole: LawSpec, box: Box) -> RolloutBatch:
+    """Runs with k uniform on a box N inside K, told so. whole: the law on K."""
+    law = law_spec(whole.generator, box, "uniform", {**dict(whole.parameters), BOX: "N"})
+    return replace(runs, domain=box, law=law)

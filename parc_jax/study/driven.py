@@ -6,17 +6,22 @@ import jax
 
 from parc_jax.answer.answer import Answer
 from parc_jax.local.local_model import Local
+from parc_jax.study.ahead import Ahead
 from parc_jax.study.settings import Study
 
 LOOKS = 2  # this very plan, and a claim near it
 
 
-def drive(system, answer: Answer, study: Study, key: jax.Array, out: Path, quiet: bool) -> dict:
+def drive(
+    system, answer: Answer, study: Study, key: jax.Array, out: Path, quiet: bool, ahead: Ahead
+) -> dict:
     """What is known of the plan with most room: plan and sentences. The answer under the local
-    claim is written beside the other one, as near.json, for the checker.
+    claim is written beside the other one, as near.json, for the checker. ahead: what compiles for
+    that one's query.
     """
     chosen = answer.choose(delta=study.delta, looks=LOOKS)
     chosen = chosen.run(system, key, eps=study.eps, quiet=quiet)
+    ahead.wait()
     chosen = chosen.claim_near(system, key, Local(eps=study.eps, gap=study.gap), quiet=quiet)
     near = chosen.near
     if near.answer is not None:

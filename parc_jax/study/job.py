@@ -6,6 +6,7 @@ import json
 import platform
 import shutil
 from collections.abc import Callable
+from functools import partial
 from pathlib import Path
 from typing import NamedTuple
 
@@ -21,7 +22,7 @@ from parc_jax.problem.problem import ReachAvoid
 from parc_jax.pwa import RegionTable, enumerate_regions
 from parc_jax.rollout.files import write_atomic
 from parc_jax.settings import Search, Settings
-from parc_jax.study.ahead import Ahead
+from parc_jax.study.ahead import Ahead, guessed, guessed_near
 from parc_jax.study.compare import compare
 from parc_jax.study.driven import drive
 from parc_jax.study.learn import Learned, final_error, learn
@@ -86,7 +87,8 @@ def run_study(
     learned = None
     if model is None:
         work = out / UNFINISHED
-        learned = learn(learn_from or system, study, key, watch, work, quiet, ahead.begin)
+        begin = partial(ahead.begin, guessed)
+        learned = learn(learn_from or system, study, key, watch, work, quiet, begin)
         model = learned.main
         model.save(out / UNFINISHED / "model.npz")
     with watch("regions"):
@@ -108,6 +110,10 @@ def run_study(
     _replace_older(out, model, answer)
     if learned is not None:
         shutil.rmtree(out / UNFINISHED, ignore_errors=True)
+    driven = study.driven and answer.found and answer.doubt is None
+    near = Ahead(problem, Settings.whole())
+    if driven and learned is not None and len(answer.samples):
+        near.begin(guessed_near, learned.train, answer.samples[0, model.n_p :])
     runs = None
     if len(answer.samples) and not (answer.doubt and answer.doubt.copies):
         with watch("replay"):
@@ -132,9 +138,9 @@ def run_study(
     outcome = Studied(answer, runs, table, learned, finish(out, metrics))
     if early is not None:
         early(outcome)
-    if study.driven and answer.found and answer.doubt is None:
+    if driven:
         with watch("the plan that is driven"):
-            metrics |= {"driven": drive(system, answer, study, key, out, quiet)}
+            metrics |= {"driven": drive(system, answer, study, key, out, quiet, near)}
         answer.save(out / "answer.json")  # again: the file tells which looks are taken
         finish(out, metrics)
     return outcome
