@@ -388,16 +388,16 @@ REPLAY = (
     ),
     Fault(
         "facets_promise_by_the_last_record_only",
-        "_promised",
-        "jnp.minimum(along[..., :-1], along[..., 1:])",
-        "along[..., 1:]",
+        "facet_gap",
+        "at_both_knots(height(w, places[point]))",
+        "at_both_knots(height(w, places[point]))[1:]",
         (f"{MANY}::test_distances_are_those_of_every_hull_measured",),
     ),
     Fault(
         "facets_promise_by_the_best_point",
-        "_promised",
-        "min(axis=1)",
-        "max(axis=1)",
+        "facet_gap",
+        "reduce(jnp.minimum",
+        "reduce(jnp.maximum",
         (f"{MANY}::test_distances_are_those_of_every_hull_measured",),
     ),
     Fault(

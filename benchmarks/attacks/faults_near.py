@@ -17,7 +17,7 @@ LEFT_OUT = (
 PROVED = "tests/verdict/test_near.py::test_what_is_left_out_is_proved_in_every_certificate"
 
 NEAR = (
-    Fault("apart_without_the_tube", "apart._gap", " - size @ e.T", "", (NO_SOONER,)),
+    Fault("apart_without_the_tube", "apart._gap", "size @ error.T", "0.0", (NO_SOONER,)),
     Fault(
         "apart_by_the_body_inside_out",
         "apart._gap",

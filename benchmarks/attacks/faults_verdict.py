@@ -2,12 +2,34 @@
 
 from benchmarks.attacks.fault import Fault
 
+INEQUALITY = "tests/separation/test_inequality.py"
 OBSTACLES = (
+    Fault(
+        "separated_at_one_of_both_knots",
+        "inequality.separates",
+        "reduce(and_",
+        "reduce(lambda x, y: x | y",
+        (f"{INEQUALITY}::test_separates_where_the_excess_is_positive_and_never_by_nan",),
+    ),
+    Fault(
+        "the_farthest_point_for_the_nearest",
+        "inequality.excess",
+        "jnp.minimum if traced else np.minimum",
+        "jnp.maximum if traced else np.maximum",
+        (f"{INEQUALITY}::test_excess_is_what_exact_numbers_say",),
+    ),
+    Fault(
+        "intervals_without_their_ends",
+        "inequality.at_both_knots",
+        "slice(1, None)",
+        "slice(None, -1)",
+        (f"{INEQUALITY}::test_excess_is_what_exact_numbers_say",),
+    ),
     Fault(
         "one_end_of_the_segment",
         "segment.separation",
-        "= xp.minimum(dot2(w, pa), dot2(w, pb))",
-        "= dot2(w, pa)",
+        "= excess((height(w, pa), height(w, pb))",
+        "= excess((height(w, pa),)",
         (
             "tests/separation/test_segment.py"
             "::test_gap_is_the_distance_when_disjoint_and_not_positive_when_in_contact",

@@ -12,6 +12,7 @@ from jaxtyping import Float, Int
 from parc_jax.base.arrays import dot
 from parc_jax.claim.reach import Reach, reach
 from parc_jax.claim.tube import Tube
+from parc_jax.separation.inequality import at_both_knots, excess, height
 from parc_jax.separation.pairs import Obstacles
 
 STRIDE = 4  # [knots] from which to which paths are taken to be straight at a rough look
@@ -57,6 +58,8 @@ def _along_edges(
     around a corner of a disc.
     """
 
+    places = path.swapaxes(0, 1)
+
     def obstacle(j: Int[jax.Array, ""], clearance: Float[jax.Array, " c"]):
         corner = grown.vertices[j]
         sign = grown.signs[j]
@@ -68,9 +71,8 @@ def _along_edges(
         support = dot(corner[None], w[:, None]).max(axis=1)
 
         def side(i, gap):
-            out = w[i, 0] * path[:, 0] + w[i, 1] * path[:, 1] - support[i]
-            grow = jnp.abs(w[i, 0]) * error[:, 0] + jnp.abs(w[i, 1]) * error[:, 1]
-            here = jnp.minimum(out[:, :-1], out[:, 1:]) - grow
+            grow = height(jnp.abs(w[i]), error.swapaxes(0, 1))
+            here = excess(at_both_knots(height(w[i], places), axis=1), support[i]) - grow
             return jnp.where(length[i] > 0, jnp.maximum(gap, here), gap)
 
         nothing = jnp.full(error.shape[::2], -jnp.inf, jnp.float32)
@@ -89,12 +91,11 @@ def _along_a_fan(pairs: Obstacles, path: Float[jax.Array, "c n_c knots"], taken:
     n_pairs, _, n_p = pairs.vertices.shape
     n_steps = path.shape[2] - 1
     fan = jnp.asarray(_fan(n_p))
-    places = path.reshape(len(path), -1, n_p, n_steps + 1)
+    places = jnp.moveaxis(path.reshape(len(path), -1, n_p, n_steps + 1), 2, 0)
 
     def look(i, gaps):
         w = fan[i]
-        along = sum(w[axis] * places[:, :, axis] for axis in range(n_p))
-        here = jnp.minimum(along[..., :-1], along[..., 1:]) - taken.along(i, w)
+        here = excess(at_both_knots(height(w, places), axis=-1), taken.along(i, w))
 
         def pair(j, gaps):
             least = here[:, pairs.points[j]].min(axis=1) - dot(pairs.vertices[j], w[None]).max()

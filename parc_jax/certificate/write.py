@@ -7,10 +7,11 @@ as exact decimals, where people read them, all others in hexadecimal; multiplier
 
 import hashlib
 import json
+from collections.abc import Callable
 
 import numpy as np
+from jaxtyping import Float
 
-from parc_jax.base.arrays import dot
 from parc_jax.base.spelling import decimal_text, fraction_text, hex_text, plain
 from parc_jax.certificate.templates import end_part, rows_part
 from parc_jax.claim.bins import each_bin
@@ -24,7 +25,9 @@ from parc_jax.network.predict import by_point
 from parc_jax.network.relu import ReLUNetwork
 from parc_jax.problem.body import Disc, Polygon, numbered
 from parc_jax.problem.problem import ReachAvoid
-from parc_jax.separation.runs import longest_lasting, merged_runs
+from parc_jax.separation.directions import Multiplier
+from parc_jax.separation.inequality import at_both_knots, height, separates
+from parc_jax.separation.runs import Run, longest_lasting, merged_runs
 from parc_jax.sets.hpolytope import HPolytope
 from parc_jax.verdict.scene import Scene
 
@@ -139,32 +142,45 @@ def sample_part(scene: Scene, tube: Tube, p0: np.ndarray, k: np.ndarray, path: n
     """Certificate of one safe point, with the errors of every bin that contains it [T28]; path (T +
     1, n_c) is its prediction.
     """
-    table, slack, errors = (
-        scene.directions,
-        scene.slack,
-        tube.during(each_bin(tube.edges, k[None])[1]),
-    )
-    places = by_point(path, tube.n_points)
+    table, errors = scene.directions, tube.during(each_bin(tube.edges, k[None])[1])
+    places = np.moveaxis(by_point(path, tube.n_points), 2, 0)  # axis by axis
     sep = []
-    for o, multipliers in enumerate(table.multipliers):
-        points = scene.obstacles.points[o]
-        w, support = table.w[o], table.support[o]
-        lost = at(errors, np.s_[:, :, points, None]).support(-w).max(axis=0)
-        along = dot(places[:, points, None], w)
-        beyond = np.minimum(along[:-1], along[1:]) - lost
-        threshold = support + slack * np.abs(w).sum(axis=1)
-        chosen = longest_lasting((beyond.min(axis=1) > threshold).T)
-        exists = np.flatnonzero(scene.obstacles.active[o])
-        spelled = [
-            multipliers[chosen[t]]
-            if chosen[t] >= 0
-            else table.nearest(o, _nearest(scene, o, path, at(errors, 0), t))
-            for t in exists
-        ]
-        sep.append(merged_runs(spelled, exists))
+    for o in range(len(table.multipliers)):
+        points, back = scene.obstacles.points[o], -table.w[o]
+        lost = at(errors, np.s_[:, :, points, None]).support(back).max(axis=0)
+        heights = height(table.w[o].T[..., None, None], places[:, None, :, points])
+
+        def nearest(t: int, o: int = o) -> Multiplier:
+            return table.nearest(o, _nearest(scene, o, path, at(errors, 0), t))
+
+        sep.append(runs_along(scene, o, heights, np.moveaxis(lost, 2, 0), scene.slack, nearest))
     if scene.apart is not None:
         sep = scene.apart.with_runs(sep)
     return {"p0": hex_text(p0), "k": hex_text(k), "sep": separation_part(sep, scene.problem)}
+
+
+def runs_along(
+    scene: Scene,
+    o: int,
+    heights: Float[np.ndarray, "d knots i"],
+    lost: Float[np.ndarray, "d t i"],
+    margin: float,
+    nearest: Callable[[int], Multiplier | None] = lambda _: None,
+) -> list[Run] | None:
+    """Of pair o the fewest runs of directions of the scene's table that separate, or None. heights:
+    of its points along each. lost: what errors take. margin: [m] paid per unit of |w|_1. nearest:
+    what stands in for them in an interval in which none does.
+    """
+    table = scene.directions
+    threshold = table.support[o] + margin * np.abs(table.w[o]).sum(axis=1)
+    holds = separates(at_both_knots(heights, 1), threshold[:, None, None] + lost).all(axis=2)
+    exists = np.flatnonzero(scene.obstacles.active[o])
+    chosen = longest_lasting(holds[:, exists])
+    spelled = [
+        table.multipliers[o][d] if d >= 0 else nearest(t)
+        for d, t in zip(chosen, exists, strict=True)
+    ]
+    return None if None in spelled else merged_runs(spelled, exists)
 
 
 def polytope_part(polytope: SafePolytope) -> dict:

@@ -10,6 +10,7 @@ from jaxtyping import ArrayLike, Bool, Float
 
 from parc_jax.base.shapes import Index, Path
 from parc_jax.claim.error_set import ErrorSet, at
+from parc_jax.separation.inequality import height, separates
 
 
 class Computed(NamedTuple):
@@ -75,9 +76,9 @@ def keeps(conditions: Conditions, path: Path, bin: Index, corridor: Index):
         # where there is one point it is known which, and it is read in place
         for slot, point in enumerate((0,) if path.shape[1] == n_p else points[o]):
             threshold = least(o, slot, point, w)
-            for places in knots:
-                along = sum(w[axis] * places[:, point * n_p + axis] for axis in range(n_p))
-                clear &= along > threshold
+            axes = [point * n_p + axis for axis in range(n_p)]
+            heights = [height(w, [places[:, axis] for axis in axes]) for places in knots]
+            clear &= separates(heights, threshold)
         return met & clear.all()
 
     return jax.lax.fori_loop(0, conditions.count, look, jnp.ones((), bool))

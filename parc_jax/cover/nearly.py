@@ -11,6 +11,7 @@ from jaxtyping import ArrayLike, Bool, Int
 
 from parc_jax.base.shapes import Index, Numbers, Paths
 from parc_jax.cover.keeping import Conditions
+from parc_jax.separation.inequality import height, separates
 
 
 def nearly_kept(conditions: Conditions, path: Paths, bins: Numbers, of: Int[ArrayLike, " c"]):
@@ -33,9 +34,9 @@ def nearly_kept(conditions: Conditions, path: Paths, bins: Numbers, of: Int[Arra
         axes, least, (place, allowed) = read
         back = tuple(-x for x in axes)
         for slot in range(points.shape[1]):
-            along = sum(x * place[slot, axis][None] for axis, x in enumerate(axes))
+            heights = height(axes, place[slot][:, None])
             mine = jax.tree.map(lambda x: jnp.moveaxis(x[slot], -1, 0)[None], allowed)  # noqa: B023
-            met &= along > least + mine.support_by_axis(back)
+            met &= separates([heights], least + mine.support_by_axis(back))
         return met
 
     everywhere = jnp.ones((len(of), len(path)), bool)

@@ -10,13 +10,12 @@ from jaxtyping import ArrayLike, Float, Int
 from parc_jax.base.arrays import slices, x64
 from parc_jax.base.shapes import ManyParams
 from parc_jax.base.tolerances import TOLERANCES
-from parc_jax.certificate.write import separation_part
+from parc_jax.certificate.write import runs_along, separation_part
 from parc_jax.network.predict import HIGHEST, Layout, by_point
 from parc_jax.network.relu import ReLUNetwork
 from parc_jax.no_plan.bin_errors import BinErrors
 from parc_jax.no_plan.bounds import offsets_from_end
 from parc_jax.no_plan.tree import Node
-from parc_jax.separation.runs import longest_lasting, merged_runs
 from parc_jax.verdict.scene import Scene
 
 VERTICES = 64  # of one box per compiled call; a box with more is examined in parts
@@ -42,20 +41,15 @@ class SafeBoxes:
         table = self.scene.directions
         points = self.scene.obstacles.points
         along_z = np.minimum(table.w * node.lo[:n_p], table.w * node.hi[:n_p]).sum(axis=2)
-        along = self._least_along(k) + along_z[:, :, None, None]  # (o, d, T + 1, i)
-        size = np.abs(table.w)
+        heights = self._least_along(k) + along_z[:, :, None, None]  # (o, d, T + 1, i)
+        lost = self.errors.lost(bins, table.w, points)
         margin = TOLERANCES.leaf_margin + self.scene.slack
-        threshold = table.support[:, :, None, None] + self.errors.lost(bins, table.w, points)
-        threshold = threshold + margin * size.sum(axis=2)[:, :, None, None]
-        holds = (np.minimum(along[:, :, :-1], along[:, :, 1:]) > threshold).all(axis=3)
-        active = np.asarray(self.scene.obstacles.active)
         out = []
-        for o, spelled in enumerate(table.multipliers):
-            intervals = np.flatnonzero(active[o])
-            chosen = longest_lasting(holds[o][:, intervals])
-            if (chosen < 0).any():
+        for o in range(len(table.multipliers)):
+            runs = runs_along(self.scene, o, heights[o], lost[o], margin)
+            if runs is None:
                 return None
-            out.append(merged_runs([spelled[d] for d in chosen], intervals))
+            out.append(runs)
         return separation_part(out, self.scene.problem)
 
     def _least_along(self, k: np.ndarray) -> np.ndarray:

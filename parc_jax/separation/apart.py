@@ -17,6 +17,7 @@ from parc_jax.network.rounding import UNIT
 from parc_jax.problem.body import Part
 from parc_jax.problem.problem import ReachAvoid
 from parc_jax.separation.directions import Multiplier, body_support
+from parc_jax.separation.inequality import excess
 from parc_jax.separation.runs import Run
 from parc_jax.separation.ways import Ways
 
@@ -167,9 +168,15 @@ def _gap(A: np.ndarray, b: np.ndarray, part: Part, extent: Extent, slack: float)
     """(rows, T) [m] by how much the row's normal keeps all points of a part apart, a bound."""
     up, down, size = np.maximum(A, 0.0), np.minimum(A, 0.0), np.abs(A)
     threshold = b + body_support(part.shape, A)
-    along = np.minimum.reduce(
-        [up @ lo.T + down @ hi.T - size @ e.T for lo, hi, e in zip(*extent.by_point, strict=True)]
+    least = np.minimum.reduce(
+        [
+            excess([up @ lo.T + down @ hi.T], size @ error.T)
+            for lo, hi, error in zip(*extent.by_point, strict=True)
+        ]
     )
     terms = size.max(axis=1) * A.shape[1] * extent.size + np.abs(threshold)
     paid = threshold + slack * size.sum(axis=1) + ROUNDING * UNIT * terms
-    return (along - paid[:, None]) / (np.hypot.reduce(A, axis=1) * (1 + ROUNDING * UNIT))[:, None]
+    return (
+        excess([least], paid[:, None])
+        / (np.hypot.reduce(A, axis=1) * (1 + ROUNDING * UNIT))[:, None]
+    )

@@ -68,6 +68,14 @@ class DirectionTable:
         """The table without what only the host reads."""
         return DirectionTable(self.w, self.support, self.n_facets)
 
+    @property
+    def of_unit_length(self) -> "DirectionTable":
+        """Its facet normals alone, at length one, where they are not zero."""
+        w, support = self.w[:, : self.n_facets], self.support[:, : self.n_facets]
+        size = np.linalg.norm(w, axis=-1)
+        size = np.where(size > 0, size, 1)
+        return DirectionTable(w / size[..., None], support / size, self.n_facets)
+
     def spelled(self) -> np.ndarray:
         """Multipliers (o, d) as an object array, looked up by index like w; None for obstacles that
         only pad.

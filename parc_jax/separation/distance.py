@@ -16,6 +16,7 @@ from jaxtyping import ArrayLike, Float
 from parc_jax.base.arrays import dot
 from parc_jax.base.shapes import Index, Scalar, Vector, Vectors
 from parc_jax.claim.error_set import ErrorSet
+from parc_jax.separation.inequality import excess, height
 
 STEPS = {2: 10, 3: 14}  # by dimension: two more than any of thousands of random pairs needed
 LOOKS = {2: 4, 3: 6}  # the same, of the test for contact
@@ -70,14 +71,12 @@ def touching(points: Vectors, errors: ErrorSet, vertices: Vectors, radius: Scala
 
 def _support(a: Vectors, b: Vectors, errors: ErrorSet, vertices: Vectors, w: Vector):
     """Least w . d () over the differences d of both sides, and one that attains it (n_p,)."""
-    along_a = dot(a, w[None])
-    along_b = dot(b, w[None])
-    along = jnp.minimum(along_a, along_b) - errors.support(-w[None])
-    heights = dot(vertices, w[None])
-    i = along.argmin()
-    last = heights.argmax()
-    ends = jnp.where((along_a <= along_b)[:, None], a, b) + errors.vertex(-w[None])
-    return along[i] - heights[last], ends[i] - vertices[last]
+    at_a, at_b, beyond = (height(w, x.T) for x in (a, b, vertices))
+    least = excess((at_a, at_b), errors.support(-w[None]))
+    i = least.argmin()
+    last = beyond.argmax()
+    ends = jnp.where((at_a <= at_b)[:, None], a, b) + errors.vertex(-w[None])
+    return least[i] - beyond[last], ends[i] - vertices[last]
 
 
 def _first_direction(a: Vectors, b: Vectors, vertices: Vectors):

@@ -15,6 +15,7 @@ import jax.numpy as jnp
 from jaxtyping import ArrayLike, Float
 
 from parc_jax.base.shapes import Positions, Scalar, Vector, Vectors
+from parc_jax.separation.inequality import excess, height
 from parc_jax.sets.rational import Point
 
 # [m] A direction that is no longer proposes nothing: its square would be subnormal and its length,
@@ -41,12 +42,12 @@ def separation(pa: Vector, pb: Vector, corners: Vectors, radius: Scalar, xp: Mod
     support = xp.concatenate(
         [dot2(corners, w[: len(corners)]), _support(corners, w[len(corners) :], xp)]
     )
-    gaps = xp.minimum(dot2(w, pa[None]), dot2(w, pb[None])) - support
+    gaps = excess((height(w.T, pa), height(w.T, pb)), support)
     gaps = xp.where(
         xp.abs(w).sum(axis=1) > 0.5, gaps, -xp.inf
     )  # a repeated corner has no edge normal
     w = w[xp.argmax(gaps)]
-    gap = xp.minimum(dot2(w, pa), dot2(w, pb)) - xp.max(dot2(corners, w[None]))
+    gap = excess((height(w, pa), height(w, pb)), height(w, corners.T).max())
     return gap - radius, w
 
 

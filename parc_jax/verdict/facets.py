@@ -7,6 +7,7 @@ faces take along a fixed direction is a number per bin, interval and point, told
 obstacles that share a normal; so such a tube costs what a box costs.
 """
 
+from collections.abc import Callable
 from functools import reduce
 from typing import NamedTuple
 
@@ -19,6 +20,7 @@ from parc_jax.base.shapes import Index, Path
 from parc_jax.claim.error_set import ErrorTemplate
 from parc_jax.claim.reach import Reach, numbered, reach
 from parc_jax.claim.tube import Tube
+from parc_jax.separation.inequality import at_both_knots, excess, height
 from parc_jax.verdict.scene import Scene, Tabled
 
 
@@ -37,27 +39,30 @@ class Facets(NamedTuple):
         """(T,) [m * |w|]: by how much the best facet normal separates pair o in each interval, less
         the slack; not positive: by none. Kernel.
         """
-        table, pairs = scene.directions, jnp.asarray(scene.obstacles.points)
-        n_p = table.w.shape[-1]
-        places = path.T.reshape(-1, n_p, len(path))  # (n_points, n_p, T + 1)
-        taken = self.reach.of(bin)
-        number, normals, support = map(jnp.asarray, (self.number, table.w, table.support))
+        taken, number = self.reach.of(bin), jnp.asarray(self.number)
+        return facet_gap(o, path, scene, lambda f, w, point: taken.along(number[o, f], w, point))
 
-        def room_of(f: int, point: Index):
-            """(T,) how far a point is along a facet's normal, whatever its error."""
-            w, place = normals[o, f], places[point]
-            along = sum(w[c] * place[c] for c in range(n_p))
-            lost = taken.along(number[o, f], w, point)
-            return jnp.minimum(along[:-1], along[1:]) - lost
 
-        def beyond(f: int):
-            """(T,) by how much all points of a pair are beyond a facet."""
-            # where there is one point it is known which, and it is read in place
-            points = (0,) if len(places) == 1 else pairs[o]
-            room = reduce(jnp.minimum, (room_of(f, point) for point in points))
-            return room - (support[o, f] + scene.slack * jnp.abs(normals[o, f]).sum())
+def facet_gap(o: Index, path: Path, scene: Tabled, lost: Callable | None = None):
+    """As `Facets.gap`; lost(facet, normal, point): (T,) what errors take, None for nothing."""
+    table, pairs = scene.directions, jnp.asarray(scene.obstacles.points)
+    places = path.T.reshape(-1, table.w.shape[-1], len(path))  # (n_points, n_p, T + 1)
+    normals, support = jnp.asarray(table.w), jnp.asarray(table.support)
 
-        return reduce(jnp.maximum, (beyond(f) for f in range(table.n_facets)))
+    def beyond(f: int):
+        """(T,) by how much all points of a pair are beyond a facet, whatever their errors."""
+        w = normals[o, f]
+
+        def of_point(point: Index):
+            heights = at_both_knots(height(w, places[point]))
+            return excess(heights, 0.0 if lost is None else lost(f, w, point))
+
+        # where there is one point it is known which, and it is read in place
+        points = (0,) if len(places) == 1 else pairs[o]
+        room = reduce(jnp.minimum, (of_point(point) for point in points))
+        return room - (support[o, f] + scene.slack * jnp.abs(w).sum())
+
+    return reduce(jnp.maximum, (beyond(f) for f in range(table.n_facets)))
 
 
 def facets_of(scene: Scene) -> Facets:

@@ -8,11 +8,12 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import ArrayLike, Float
 
-from parc_jax.base.arrays import dot, map_rows, slices
+from parc_jax.base.arrays import map_rows, slices
 from parc_jax.base.shapes import Index, Knot, Path
 from parc_jax.claim.error_set import ErrorBox, at
 from parc_jax.network.predict import moved_to
 from parc_jax.rollout.batch import RolloutBatch
+from parc_jax.verdict.facets import facet_gap
 from parc_jax.verdict.pointwise import clearance
 from parc_jax.verdict.scene import Scene, Tabled
 
@@ -65,10 +66,12 @@ def _touched(scene: Tabled, stride: int, path: np.ndarray) -> np.ndarray:
 
 
 def _by_round(judge: Callable, scene: Tabled, stride: int, path: np.ndarray) -> np.ndarray:
-    """What `judge` says of paths from record to record, without slack."""
+    """What `judge` says of paths from record to record, without slack, in metres."""
     active = scene.obstacles.active.repeat(stride, axis=1)
     obstacles = scene.obstacles.replace(active=active)
-    fine = scene.replace(obstacles=obstacles, slack=np.float64(0))
+    fine = scene.replace(
+        obstacles=obstacles, slack=np.float64(0), directions=scene.directions.of_unit_length
+    )
     return np.concatenate([judge(fine, path[rows]) for rows in slices(len(path), ROUND)])
 
 
@@ -110,16 +113,9 @@ def _measured(
 @partial(jax.vmap, in_axes=(None, 0))
 def _promised(scene: Tabled, path: Path):
     """(o, T) [m] the least distance that the best facet promises of a path."""
-    pairs, table = scene.obstacles, scene.directions
-    n_p = pairs.vertices.shape[-1]
-    size = jnp.sqrt(dot(table.w, table.w))[:, : table.n_facets]
-    w = table.w[:, : table.n_facets] / size[..., None]
-    support = table.support[:, : table.n_facets] / size
-    places = path.T.reshape(-1, n_p, len(path))[jnp.asarray(pairs.points)]  # (o, i, n_p, T + 1)
-    along = sum(places[:, :, c, None] * w[:, None, :, c, None] for c in range(n_p))
-    along = along.min(axis=1) - support[..., None]  # (o, f, T + 1)
-    gap = jnp.minimum(along[..., :-1], along[..., 1:]).max(axis=1)
-    return jnp.where(pairs.active, gap, jnp.inf)
+    active = jnp.asarray(scene.obstacles.active)
+    gap = jax.vmap(lambda o: facet_gap(o, path, scene))(jnp.arange(len(active)))
+    return jnp.where(active, gap, jnp.inf)
 
 
 @jax.jit
