@@ -388,14 +388,14 @@ REPLAY = (
     ),
     Fault(
         "facets_promise_by_the_last_record_only",
-        "facet_gap",
+        "along_facets",
         "at_both_knots(height(w, places[point]))",
         "at_both_knots(height(w, places[point]))[1:]",
         (f"{MANY}::test_distances_are_those_of_every_hull_measured",),
     ),
     Fault(
         "facets_promise_by_the_best_point",
-        "facet_gap",
+        "along_facets",
         "reduce(jnp.minimum",
         "reduce(jnp.maximum",
         (f"{MANY}::test_distances_are_those_of_every_hull_measured",),

@@ -1,15 +1,15 @@
 """What the facets of obstacles say of a plan: normals that are known, so that a look at an interval
 is a few products. [T14, T20]
 
-Obstacle by obstacle, all facets and points of one at once, the intervals innermost: nothing is kept
-between two obstacles, and those that only pad are never looked at. What the errors between fitted
-faces take along a fixed direction is a number per bin, interval and point, told once for all
-obstacles that share a normal; so such a tube costs what a box costs.
+All facets and points of a kind of obstacles at once, the intervals innermost: how far a plan is
+along their normals is told once for all obstacles that share these, and those that only pad are
+never looked at. What the errors between fitted faces take along a fixed direction is a number per
+bin, interval and point; so such a tube costs what a box costs.
 """
 
 from collections.abc import Callable
 from functools import reduce
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import jax
 import jax.numpy as jnp
@@ -21,48 +21,65 @@ from parc_jax.claim.error_set import ErrorTemplate
 from parc_jax.claim.reach import Reach, numbered, reach
 from parc_jax.claim.tube import Tube
 from parc_jax.separation.inequality import at_both_knots, excess, height
+from parc_jax.verdict.alike import Alike, alike
 from parc_jax.verdict.scene import Scene, Tabled
 
 
 class Facets(NamedTuple):
     """What errors take along the facet normals of the pairs of a scene, each kept once.
 
-    number (o, f): which of the normals. reach: against these. inside (n_bins, T, n_points, n_p): an
-    error that each bin allows, None for boxes.
+    alike: the pairs by kind. number (o, f): which of the normals. reach: against these. inside
+    (n_bins, T, n_points, n_p): an error that each bin allows, None for boxes.
     """
 
+    alike: Alike
     number: np.ndarray
     reach: Reach
     inside: jax.Array | None
 
-    def gap(self, o: Index, path: Path, bin: Index, scene: Tabled):
-        """(T,) [m * |w|]: by how much the best facet normal separates pair o in each interval, less
-        the slack; not positive: by none. Kernel.
+    def look(self, path: Path, bin: Index, scene: Tabled, see: Callable, state: Any):
+        """The state after all pairs: see(o, gap, state), with gap (T,) [m * |w|] by how much the
+        best facet normal separates pair o in each interval, less the slack; not positive: by none.
+        Kernel.
         """
         taken, number = self.reach.of(bin), jnp.asarray(self.number)
-        return facet_gap(o, path, scene, lambda f, w, point: taken.along(number[o, f], w, point))
+
+        def known(o: Index):
+            return along_facets(o, path, scene, lambda f, w, i: taken.along(number[o, f], w, i))
+
+        def of_pair(o: Index, along: list[jax.Array], state: Any):
+            return see(o, facet_gap(o, along, scene), state)
+
+        return self.alike.look(known, of_pair, state)
 
 
-def facet_gap(o: Index, path: Path, scene: Tabled, lost: Callable | None = None):
-    """As `Facets.gap`; lost(facet, normal, point): (T,) what errors take, None for nothing."""
-    table, pairs = scene.directions, jnp.asarray(scene.obstacles.points)
-    places = path.T.reshape(-1, table.w.shape[-1], len(path))  # (n_points, n_p, T + 1)
-    normals, support = jnp.asarray(table.w), jnp.asarray(table.support)
+def along_facets(
+    o: Index, path: Path, scene: Tabled, lost: Callable | None = None
+) -> list[jax.Array]:
+    """(T,) for each facet of a pair: how far all its points are along the normal in each interval.
+    lost(facet, normal, point): (T,) what errors take, None for nothing. Kernel.
+    """
+    normals, pairs = jnp.asarray(scene.directions.w), jnp.asarray(scene.obstacles.points)
+    places = path.T.reshape(-1, normals.shape[-1], len(path))  # (n_points, n_p, T + 1)
 
-    def beyond(f: int):
-        """(T,) by how much all points of a pair are beyond a facet, whatever their errors."""
+    def of_point(f: int, point: Index):
         w = normals[o, f]
+        heights = at_both_knots(height(w, places[point]))
+        return excess(heights, 0.0 if lost is None else lost(f, w, point))
 
-        def of_point(point: Index):
-            heights = at_both_knots(height(w, places[point]))
-            return excess(heights, 0.0 if lost is None else lost(f, w, point))
+    # where there is one point it is known which, and it is read in place
+    points = (0,) if len(places) == 1 else pairs[o]
+    facets = range(scene.directions.n_facets)
+    return [reduce(jnp.minimum, (of_point(f, point) for point in points)) for f in facets]
 
-        # where there is one point it is known which, and it is read in place
-        points = (0,) if len(places) == 1 else pairs[o]
-        room = reduce(jnp.minimum, (of_point(point) for point in points))
-        return room - (support[o, f] + scene.slack * jnp.abs(w).sum())
 
-    return reduce(jnp.maximum, (beyond(f) for f in range(table.n_facets)))
+def facet_gap(o: Index, along: list[jax.Array], scene: Tabled):
+    """(T,) [m * |w|] by how much the best facet normal separates a pair, less the slack, from what
+    `along_facets` says of it, or of one with the same normals. Kernel.
+    """
+    normals, support = jnp.asarray(scene.directions.w), jnp.asarray(scene.directions.support)
+    lost = (support[o, f] + scene.slack * jnp.abs(normals[o, f]).sum() for f in range(len(along)))
+    return reduce(jnp.maximum, (far - own for far, own in zip(along, lost, strict=True)))
 
 
 def facets_of(scene: Scene) -> Facets:
@@ -73,7 +90,7 @@ def facets_of(scene: Scene) -> Facets:
     normals = table.w[: int(scene.count), : table.n_facets]
     unique, number = numbered(normals, len(table.w))
     inside = None if tube.templates is None else once(tube, _inside)
-    return Facets(number, reach(tube, unique, number.size), inside)
+    return Facets(once(scene, alike), number, reach(tube, unique, number.size), inside)
 
 
 def _inside(tube: Tube) -> jax.Array:

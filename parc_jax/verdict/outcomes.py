@@ -13,7 +13,7 @@ from parc_jax.base.shapes import Index, Knot, Path
 from parc_jax.claim.error_set import ErrorBox, at
 from parc_jax.network.predict import moved_to
 from parc_jax.rollout.batch import RolloutBatch
-from parc_jax.verdict.facets import facet_gap
+from parc_jax.verdict.facets import along_facets, facet_gap
 from parc_jax.verdict.pointwise import clearance
 from parc_jax.verdict.scene import Scene, Tabled
 
@@ -114,7 +114,8 @@ def _measured(
 def _promised(scene: Tabled, path: Path):
     """(o, T) [m] the least distance that the best facet promises of a path."""
     active = jnp.asarray(scene.obstacles.active)
-    gap = jax.vmap(lambda o: facet_gap(o, path, scene))(jnp.arange(len(active)))
+    each = jnp.arange(len(active))
+    gap = jax.vmap(lambda o: facet_gap(o, along_facets(o, path, scene), scene))(each)
     return jnp.where(active, gap, jnp.inf)
 
 

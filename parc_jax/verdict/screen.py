@@ -13,7 +13,7 @@ from typing import NamedTuple
 import jax
 import jax.numpy as jnp
 import numpy as np
-from jaxtyping import ArrayLike, Bool
+from jaxtyping import ArrayLike, Bool, Float
 
 from parc_jax.base.arrays import map_rows, once, x64
 from parc_jax.base.shapes import Index, Knot, ManyParams, Numbers, Params, Positions, Vector
@@ -105,9 +105,8 @@ def facet_test(
     active = jnp.asarray(scene.obstacles.active)
     step = max(1, active.shape[1] // COMPARED)
 
-    def look(o: Index, state: tuple):
+    def look(o: Index, gap: Float[jax.Array, " t"], state: tuple):
         worst, at, open_ = state
-        gap = facets.gap(o, seen.path, seen.bin, scene)
         gap = jnp.where(active[o], gap, jnp.inf)
         some = gap[::step]
         i = jnp.argmin(some)
@@ -115,7 +114,7 @@ def facet_test(
         return jnp.minimum(worst, some[i]), at, open_.at[o].set(~(gap > 0))
 
     nothing = jnp.full((), jnp.inf), jnp.zeros(2, jnp.int32), jnp.zeros(active.shape, bool)
-    worst, (o, t), open_ = jax.lax.fori_loop(0, scene.count, look, nothing)
+    worst, (o, t), open_ = facets.look(seen.path, seen.bin, scene, look, nothing)
     knots = seen.path[t], seen.path[t + 1]
     if facets.inside is None:
         touching = ~_separated(tube, scene, *knots, seen.bin, o, t)

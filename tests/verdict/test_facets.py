@@ -1,6 +1,7 @@
 """Facets that obstacles share: the gaps are those of the inequality, pair by pair."""
 
 import jax
+import jax.numpy as jnp
 import numpy as np
 import pytest
 from toy_bodies import points_model, points_problem
@@ -33,10 +34,17 @@ def test_gaps_are_those_of_the_inequality(fitted, n_p):
     path = rng.normal(size=(model.time.n_steps + 1, model.n_c))
     slack = 1e-3
     arrays = scene.replace(slack=np.float64(slack)).tabled
-    gap = jax.jit(lambda o, p, b: facets.gap(o, p, b, arrays))
+    assert len(table.multipliers) > facets.alike.kinds  # and are looked at together
+
+    def told(path, bin):
+        nothing = jnp.full((len(table.w), model.time.n_steps), jnp.nan)
+        look = lambda o, gap, gaps: gaps.at[o].set(gap)  # noqa: E731
+        return facets.look(path, bin, arrays, look, nothing)
+
+    told = jax.jit(told)
     for bin in range(tube.n_bins):
         with x64():
-            found = [gap(o, path, bin) for o in range(len(table.multipliers))]
+            found = np.asarray(told(path, bin))
         places, errors = by_point(path, model.n_points), tube.during(bin)
         for o in range(len(table.multipliers)):
             best = np.full(model.time.n_steps, -np.inf)
