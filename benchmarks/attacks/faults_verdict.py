@@ -3,6 +3,7 @@
 from benchmarks.attacks.fault import Fault
 
 INEQUALITY = "tests/separation/test_inequality.py"
+HELD = "tests/verdict/test_facets.py::test_who_is_held_by_an_obstacle_touches_it_whatever_the_body"
 OBSTACLES = (
     Fault(
         "separated_at_one_of_both_knots",
@@ -226,6 +227,34 @@ VERDICT = (
         "max(32, model.n_c + model.n_q + 3)",
         "32",
         ("tests/verdict/test_scene.py::test_the_slack_pays_for_rows_over_many_coordinates",),
+    ),
+    Fault(
+        "beyond_one_facet_taken_for_inside",
+        "Facets.holds",
+        ".all(axis=1).any()",
+        ".any(axis=1).any()",
+        (HELD,),
+    ),
+    Fault(
+        "inside_of_all_that_the_body_may_fill",
+        "facets._core",
+        " - body_support(shape, w)",
+        "",
+        (HELD,),
+    ),
+    Fault(
+        "obstacles_alike_for_other_points",
+        "alike.alike",
+        "w.tobytes() + points.tobytes()",
+        "w.tobytes()",
+        ("tests/verdict/test_facets.py::test_gaps_are_those_of_the_inequality",),
+    ),
+    Fault(
+        "what_looks_worst_is_never_asked",
+        "screen.screen",
+        "safe[unsure] = separated(unsure, *seen.worst[unsure].T)",
+        "pass",
+        ("tests/verdict/test_screen.py::test_same_verdicts_for_bodies_of_several_points",),
     ),
     Fault(
         "open_intervals_taken_for_separated",

@@ -92,9 +92,11 @@ def in_chunks(n: int, size: int, call: Callable):
     return jax.tree.map(lambda *x: np.concatenate(x)[:n], *parts)
 
 
-def map_rows(size: int, kernel: Callable, *batch):
+def map_rows(size: int, kernel: Callable, *batch, only: Callable | None = None):
     """A compiled, vectorised kernel over the rows of arrays (n, ...), `size` rows a call, in
     float64. No row is needed.
+
+    only: of what a call found, (size,) bool the rows to be kept; others are never put together.
     """
     n = len(batch[0])
     if n == 0:
@@ -102,7 +104,11 @@ def map_rows(size: int, kernel: Callable, *batch):
 
     def one(rows):
         with x64():
-            return jax.device_get(kernel(*(np.asarray(x)[rows] for x in batch)))
+            found = jax.device_get(kernel(*(np.asarray(x)[rows] for x in batch)))
+        if only is None:
+            return found
+        kept = only(found) & (np.diff(rows, prepend=-1) > 0)  # what fills up repeats the last row
+        return jax.tree.map(lambda x: x[kept], found)
 
     found = in_chunks(max(n, 1), size, one)
     return jax.tree.map(lambda x: x[:n], found)

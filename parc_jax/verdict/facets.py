@@ -15,11 +15,13 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
-from parc_jax.base.arrays import once, x64
-from parc_jax.base.shapes import Index, Path
+from parc_jax.base.arrays import dot, once, x64
+from parc_jax.base.shapes import Index, Knot, Path
 from parc_jax.claim.error_set import ErrorTemplate
 from parc_jax.claim.reach import Reach, numbered, reach
 from parc_jax.claim.tube import Tube
+from parc_jax.problem.body import Disc
+from parc_jax.separation.directions import body_support
 from parc_jax.separation.inequality import at_both_knots, excess, height
 from parc_jax.verdict.alike import Alike, alike
 from parc_jax.verdict.scene import Scene, Tabled
@@ -29,13 +31,22 @@ class Facets(NamedTuple):
     """What errors take along the facet normals of the pairs of a scene, each kept once.
 
     alike: the pairs by kind. number (o, f): which of the normals. reach: against these. inside
-    (n_bins, T, n_points, n_p): an error that each bin allows, None for boxes.
+    (n_bins, T, n_points, n_p): an error that each bin allows, None for boxes. core (o, f) [m *
+    |w|]: whoever is below all of it is in the obstacle, moved by one point of the shape.
     """
 
     alike: Alike
     number: np.ndarray
     reach: Reach
     inside: jax.Array | None
+    core: np.ndarray
+
+    def holds(self, o: Index, place: Knot, scene: Tabled):
+        """Is a point of pair o for certain in the obstacle, at places (n_c,)? Kernel."""
+        n_p, normals = scene.directions.w.shape[-1], jnp.asarray(scene.directions.w)
+        points = place.reshape(-1, n_p)[jnp.asarray(scene.obstacles.points)[o]]
+        along = dot(points[:, None], normals[o][None, : self.core.shape[1]])
+        return (along < jnp.asarray(self.core)[o][None]).all(axis=1).any()
 
     def look(self, path: Path, bin: Index, scene: Tabled, see: Callable, state: Any):
         """The state after all pairs: see(o, gap, state), with gap (T,) [m * |w|] by how much the
@@ -90,7 +101,21 @@ def facets_of(scene: Scene) -> Facets:
     normals = table.w[: int(scene.count), : table.n_facets]
     unique, number = numbered(normals, len(table.w))
     inside = None if tube.templates is None else once(tube, _inside)
-    return Facets(once(scene, alike), number, reach(tube, unique, number.size), inside)
+    return Facets(
+        once(scene, alike), number, reach(tube, unique, number.size), inside, _core(scene)
+    )
+
+
+def _core(scene: Scene) -> np.ndarray:
+    """(o, f) of a scene; where not all facets are among the directions nothing is known."""
+    table = scene.directions
+    core = np.full((len(table.w), table.n_facets), -np.inf)
+    for o, (shape, cones) in enumerate(zip(table.shapes, table.cones, strict=True)):
+        w = table.w[o, : table.n_facets]
+        within = 0.0 if isinstance(shape, Disc) else w @ shape.vertices.mean(axis=0)
+        if len(np.unique(cones)) <= table.n_facets:
+            core[o] = table.support[o, : table.n_facets] - body_support(shape, w) - within
+    return core - scene.slack * np.abs(table.w[:, : table.n_facets]).sum(axis=2)
 
 
 def _inside(tube: Tube) -> jax.Array:

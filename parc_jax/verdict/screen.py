@@ -8,6 +8,7 @@ intervals of the rest are separated by a facet of the obstacle. What remains are
 a few points.
 """
 
+from functools import reduce
 from typing import NamedTuple
 
 import jax
@@ -17,7 +18,7 @@ from jaxtyping import ArrayLike, Bool, Float
 
 from parc_jax.base.arrays import map_rows, once, x64
 from parc_jax.base.shapes import Index, Knot, ManyParams, Numbers, Params, Positions, Vector
-from parc_jax.claim.error_set import ErrorBox, at
+from parc_jax.claim.error_set import ErrorBox
 from parc_jax.claim.tube import Tube
 from parc_jax.model import TrajectoryModel
 from parc_jax.network.predict import moved_to, predict
@@ -82,14 +83,17 @@ class FacetTest(NamedTuple):
     """What the test with facet normals tells; leading axis b. p0, path, pattern, bin: as in
     Verdicts.
 
-    possible (b,): reaches, and touches nothing in the interval that looks worst of some that are
-    compared. open (b, o, T): no facet separates.
+    worst (b, 2): the pair and interval that look worst of some that are compared. unsure (b,): are
+    these separated? possible (b,): reaches, and they do not touch for certain. open (b, o, T): no
+    facet separates any other.
     """
 
     p0: np.ndarray
     path: np.ndarray
     pattern: np.ndarray
     bin: np.ndarray
+    worst: np.ndarray
+    unsure: np.ndarray
     possible: np.ndarray
     open: np.ndarray
 
@@ -114,16 +118,18 @@ def facet_test(
         return jnp.minimum(worst, some[i]), at, open_.at[o].set(~(gap > 0))
 
     nothing = jnp.full((), jnp.inf), jnp.zeros(2, jnp.int32), jnp.zeros(active.shape, bool)
-    worst, (o, t), open_ = facets.look(seen.path, seen.bin, scene, look, nothing)
-    knots = seen.path[t], seen.path[t + 1]
-    if facets.inside is None:
-        touching = ~_separated(tube, scene, *knots, seen.bin, o, t)
-    else:
-        off = facets.inside[seen.bin, t].ravel()
-        gap_there, _ = scene.obstacles.gap(o, *(p + off for p in knots), at(no_errors(tube, 1), 0))
-        touching = gap_there < 0
-    possible = seen.reaches & ~(touching & ~(worst > 0))
-    return FacetTest(p0, seen.path, seen.pattern, seen.bin, possible, open_)
+    gap, worst, open_ = facets.look(seen.path, seen.bin, scene, look, nothing)
+    o, t = worst
+    unsure, knots = ~(gap > 0), (seen.path[t], seen.path[t + 1])
+    if scene.obstacles.closed:
+        touching = unsure & ~_separated(tube, scene, *knots, seen.bin, o, t)
+        unsure = jnp.zeros((), bool)
+    else:  # a search costs much, and most that touch have a point inside
+        off = 0.0 if facets.inside is None else facets.inside[seen.bin, t].ravel()
+        inside = (facets.holds(o, place + off, scene) for place in knots)
+        touching = unsure & reduce(jnp.logical_or, inside)
+    possible, others = seen.reaches & ~touching, open_.at[o, t].set(False)
+    return FacetTest(p0, seen.path, seen.pattern, seen.bin, worst, unsure, possible, others)
 
 
 def few_outputs(model: TrajectoryModel, n_knots: int) -> tuple[ReLUNetwork, np.ndarray]:
@@ -200,24 +206,26 @@ def screen(scene: Scene, z: Positions, k: ManyParams) -> Screened:
         sizes[0], lambda z, k: _knot_tests(few, knots, tube, arrays, z, k, facets), z, k
     )
     row = np.flatnonzero(outside)
-    seen = map_rows(
-        sizes[1], lambda z, k: _facet_tests(net, tube, arrays, z, k, facets), z[row], k[row]
+    row, seen = map_rows(
+        sizes[1],
+        lambda row, z, k: (row, _facet_tests(net, tube, arrays, z, k, facets)),
+        row,
+        z[row],
+        k[row],
+        only=lambda found: found[1].possible,
     )
-    left = np.flatnonzero(seen.possible)
-    plan, o, t = np.nonzero(seen.open[left])
-    safe = np.ones(len(left), bool)
-    if len(plan):
-        at = left[plan]
-        separated = map_rows(
-            sizes[2],
-            lambda *items: _separated_items(tube, arrays, *items),
-            seen.path[at, t],
-            seen.path[at, t + 1],
-            seen.bin[at],
-            o,
-            t,
-        )
-        safe[plan[~separated]] = False
-    left = left[safe]
-    p0, path, pattern, bin = (field[left] for field in seen[:4])
-    return Screened(int(reaches.sum()), row[left], p0, path, pattern, bin)
+
+    def separated(plan: np.ndarray, o: np.ndarray, t: np.ndarray):
+        """(items,) bool: are plans kept apart from pairs in intervals?"""
+        if not len(plan):
+            return np.zeros(0, bool)
+        items = seen.path[plan, t], seen.path[plan, t + 1], seen.bin[plan], o, t
+        return map_rows(sizes[2], lambda *items: _separated_items(tube, arrays, *items), *items)
+
+    safe = np.ones(len(row), bool)
+    unsure = np.flatnonzero(seen.unsure)
+    safe[unsure] = separated(unsure, *seen.worst[unsure].T)
+    plan, o, t = np.nonzero(seen.open & safe[:, None, None])
+    safe[plan[~separated(plan, o, t)]] = False
+    p0, path, pattern, bin = (field[safe] for field in seen[:4])
+    return Screened(int(reaches.sum()), row[safe], p0, path, pattern, bin)
