@@ -233,14 +233,14 @@ QUERY = (
     ),
     Fault(
         "ends_of_another_number_of_points",
-        "Loop._end",
+        "Scenes._end",
         "1, copies)",
         "1, 1)",
         (LOOP + "test_where_a_manoeuvre_may_end_holds_for_every_heading_of_the_doubt",),
     ),
     Fault(
         "loops_that_forget_the_doubt",
-        "Loop._scene",
+        "Scenes.seen",
         "doubt=doubt",
         "doubt=None",
         (LOOP + "test_more_doubt_never_goes_farther",),
@@ -261,7 +261,7 @@ QUERY = (
     ),
     Fault(
         "loops_blind_to_when_obstacles_exist",
-        "Loop._scene",
+        "Scenes.seen",
         "spans=spans",
         "spans=None",
         (LOOP + "test_what_moves_is_kept_away_from_until_the_rest",),

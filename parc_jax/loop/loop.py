@@ -5,40 +5,33 @@ its time, rest included, or the one that is under way, which was. [T37, T38, T39
 import math
 import time
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from fractions import Fraction
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from parc_jax.base.arrays import as_float64, slices
+from parc_jax.base.arrays import as_float64
 from parc_jax.base.probes import require_sound_arithmetic
 from parc_jax.cover.preferred import preferred
 from parc_jax.errors import InputError
 from parc_jax.loop.candidates import even_candidates, given_axes, own_candidates
 from parc_jax.loop.commitment import Commitment, Step
-from parc_jax.loop.ends import any_goal, everywhere, moved_goal
 from parc_jax.loop.left import outside_tube
 from parc_jax.loop.outlook import Outlook, outlook
 from parc_jax.loop.prover import Prover
+from parc_jax.loop.scenes import Scenes
 from parc_jax.loop.thinking import Thinking, UnderWay
 from parc_jax.model import TrajectoryModel, check_model
-from parc_jax.network.predict import outputs
 from parc_jax.problem.body import Body, Disc, Polygon
-from parc_jax.problem.doubt import FREE, Doubt
+from parc_jax.problem.doubt import Doubt
 from parc_jax.problem.labels import name_of
-from parc_jax.problem.problem import reach_avoid
-from parc_jax.robust.copies import copied_problem
 from parc_jax.robust.pose import Pose, pose_of
-from parc_jax.robust.question import Plain, question
+from parc_jax.robust.question import Plain
 from parc_jax.sets.hpolytope import HPolytope
-from parc_jax.verdict.hopeless import why_none
-from parc_jax.verdict.scene import Scene, laid_out
-from parc_jax.verdict.sized import ROOM, roomy
 
 AT_ONCE = 64  # candidates judged in one compiled call, between looks at the clock
 AMONG = 6  # safe ones of a call, of which one with room is taken
-CORNERS = 8  # of an obstacle in the plane, that scenes have room for without compiling anew
 
 Prefer = Callable[[Outlook], np.ndarray]
 
@@ -104,22 +97,11 @@ class Loop:
     ):
         check_model(model)
         require_sound_arithmetic()
-        self.model, self.body, self.end = model, body, end
-        self.prover = prover
+        self.model, self.prover = model, prover
         self.doubt = Doubt() if doubt is None else doubt
         self.effort = Effort() if effort is None else effort
         self.given = given_axes(model, given)
-        known = self.doubt.k or self.doubt.given or self.doubt.unknown
-        if known or self.doubt.goal:
-            raise InputError(
-                "Loop: expected doubt of start and heading alone; what is measured of k is given "
-                "at every step."
-            )
-        if end is not None and end.n != model.n_c + model.n_q:
-            raise InputError(
-                f"end: expected a set over {model.n_c + model.n_q} coordinates, of all points and "
-                f"then q, as the model has them; got {end.n}."
-            )
+        self._scenes = Scenes(model, body, end, self.doubt)
         self.jump = jump
         if jump is not None and not jump >= 0:
             raise InputError(f"Loop: expected a jump of 0 m or more; got {jump!r:.40}.")
@@ -137,7 +119,6 @@ class Loop:
         if candidates is not None:
             self.candidates = own_candidates(model, self.given, candidates)
         self.under_way: Commitment | None = None
-        self._known: dict = {}
         self._n = 0
         self._warm_up()
 
@@ -174,7 +155,7 @@ class Loop:
             at = self._time(at)
             here = _within_a_turn(pose_of(pose, self.model))
             self._require_no_jump(here, at)
-            scene = self._scene(here, obstacles, spans)
+            scene = self._scenes.seen(here, obstacles, spans)
             k = self._all_of_k(self._with_command(given, at))
         except InputError as error:
             return self.go_on(str(error))
@@ -202,7 +183,9 @@ class Loop:
                 return self._commit(scene.asked, chosen, found.clearance[i], judged, at)
         judged = min(judged, len(order))
         more = "" if judged == len(order) else f", {len(order) - judged} were not looked at"
-        return self.go_on(f"none of {judged} candidates is safe{more}{self._why_none(scene, k)}")
+        return self.go_on(
+            f"none of {judged} candidates is safe{more}{self._scenes.why_none(scene, k)}"
+        )
 
     def restart(self) -> None:
         """Another episode: the robot rests, at a place where it touches nothing."""
@@ -217,7 +200,7 @@ class Loop:
     def _warm_up(self) -> None:
         """Compile all that a step needs, whatever it sees."""
         pose = np.zeros(self.model.n_p + (self.model.rotation is not None))
-        scene = self._scene(pose_of(pose, self.model), ())
+        scene = self._scenes.seen(pose_of(pose, self.model), ())
         k = self._all_of_k(self.model.domain.lo[list(self.given)])
         preferred(scene, k[np.zeros(AT_ONCE, int)], AMONG, self.effort.room)
         if self.prover is not None:
@@ -284,21 +267,6 @@ class Loop:
                 "At rest, begin again with `restart`."
             )
 
-    def _why_none(self, scene: Scene, k: np.ndarray) -> str:
-        """What is known of why no candidate is safe, as the end of a sentence."""
-        why = why_none(scene)
-        if why is not None:
-            return f": {why.words.rstrip('.')}"
-        if self.end is None:
-            return ""
-        n = self.model.n_c + self.model.n_q
-        rows = np.arange(self.model.net.n_out - n, self.model.net.n_out)
-        ends = np.concatenate(
-            [outputs(self.model.net, k[some], rows) for some in slices(len(k), AT_ONCE)]
-        )
-        met = (ends @ self.end.A.T <= self.end.b).all(axis=1).any()
-        return "" if met else ": none ends where a manoeuvre may end"
-
     def _all_of_k(self, given: ArrayLike) -> np.ndarray:
         """(b, n_k) all candidates from what was measured. Raises InputError."""
         values = as_float64("given", given, (len(self.given),))
@@ -313,26 +281,6 @@ class Loop:
         k = self.candidates.copy()
         k[:, list(self.given)] = values
         return k
-
-    def _scene(self, pose: Pose, obstacles: Sequence, spans: Sequence | None = None) -> Scene:
-        """The scene as the robot sees it. Raises InputError."""
-        # what is measured at the start comes with every step
-        doubt = replace(self.doubt, given={axis: FREE for axis in self.model.given})
-        goal = any_goal(self.model)
-        problem = reach_avoid(goal, obstacles, self.body, spans=spans, doubt=doubt)
-        asked = question(problem, self.model)
-        asked = replace(asked, pose=pose).plain(self._known)
-        goal = self._end(asked.model)
-        goal = moved_goal(goal, asked.model, asked.at)
-        asked = replace(asked, problem=asked.problem.replace(goal=goal))
-        return roomy(laid_out(asked), ROOM, CORNERS)
-
-    def _end(self, model: TrajectoryModel) -> HPolytope:
-        """Where a manoeuvre may end, for the model under doubt: all its copies."""
-        if self.end is None:
-            return everywhere(model)
-        copies = model.n_points // self.model.n_points
-        return copied_problem(reach_avoid(self.end, (), self.body), self.model, 1, copies).goal
 
 
 def _within_a_turn(pose: Pose) -> Pose:
