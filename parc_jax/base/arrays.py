@@ -9,7 +9,9 @@ from concurrent.futures import ThreadPoolExecutor
 from functools import cache
 
 import jax
+import jax.numpy as jnp
 import numpy as np
+from jaxtyping import ArrayLike
 
 from parc_jax.errors import InputError
 
@@ -120,6 +122,12 @@ def dot(a, b):
     """
     products = a * b
     return sum(products[..., i] for i in range(1, products.shape[-1])) + products[..., 0]
+
+
+def single(x: ArrayLike) -> jax.Array:
+    """Floats as float32, all else as it is: for what proposes and decides nothing. Kernel."""
+    x = jnp.asarray(x)
+    return x.astype(jnp.float32) if jnp.issubdtype(x.dtype, jnp.floating) else x
 
 
 def once(owner, make: Callable, *about):

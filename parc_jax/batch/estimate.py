@@ -9,7 +9,7 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Float, Int
 
-from parc_jax.base.arrays import dot
+from parc_jax.base.arrays import dot, single
 from parc_jax.claim.reach import Reach, reach
 from parc_jax.claim.tube import Tube
 from parc_jax.separation.inequality import at_both_knots, excess, height
@@ -28,7 +28,7 @@ def estimate_clearance(obstacles: Obstacles, path: Float[jax.Array, "c n_c knots
     """Estimated clearance [m] (c,) of paths (c, n_c, T + 1), float32 with the time last. taken:
     along the fan, in their bins (c,).
     """
-    obstacles = jax.tree.map(_single, obstacles)
+    obstacles = jax.tree.map(single, obstacles)
     if obstacles.closed:
         return _along_edges(obstacles, path, taken.half[:, 0])
     return _along_a_fan(obstacles, path, taken)
@@ -116,8 +116,3 @@ def _fan(n_p: int) -> np.ndarray:
     cube = np.array(list(itertools.product((-1.0, 0.0, 1.0), repeat=n_p)))
     cube = cube[np.abs(cube).sum(axis=1) > 0]
     return (cube / np.linalg.norm(cube, axis=1, keepdims=True)).astype(np.float32)
-
-
-def _single(x: np.ndarray | jax.Array) -> jax.Array:
-    x = jnp.asarray(x)
-    return x.astype(jnp.float32) if jnp.issubdtype(x.dtype, jnp.floating) else x
