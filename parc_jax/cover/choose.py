@@ -14,6 +14,7 @@ import jax
 import jax.numpy as jnp
 from jaxtyping import ArrayLike, Bool, Float, Int, UInt
 
+from parc_jax.base.arrays import single
 from parc_jax.base.shapes import Directions, Index, Scalar, Supports
 from parc_jax.cover.allowed import Allowed
 from parc_jax.network.predict import by_point
@@ -46,7 +47,7 @@ def choose(scene: Tabled, paths: Float[ArrayLike, "plans knots n_c"], allowed: A
 
     Chosen in float32: whatever is chosen, who is inside is decided elsewhere, in float64.
     """
-    paths, allowed, scene = jax.tree.map(_rough, (paths, allowed, scene))
+    paths, allowed, scene = jax.tree.map(single, (paths, allowed, scene))
     obstacles, table = scene.obstacles, scene.directions
     clusters = CLUSTERS[table.w.shape[-1]]
     places = by_point(paths, jax.tree.leaves(allowed.errors)[0].shape[2])
@@ -117,11 +118,6 @@ def _side_by_side(x: Float[jax.Array, "n t points *_"]):
 
 # of many seeds
 choose_batch = jax.jit(jax.vmap(choose, in_axes=(None, 0, Allowed(None, 0))))
-
-
-def _rough(x: ArrayLike):
-    x = jnp.asarray(x)
-    return x.astype(jnp.float32) if jnp.issubdtype(x.dtype, jnp.floating) else x
 
 
 def _separation_masks(
