@@ -13,7 +13,7 @@ from parc_jax.bags import messages as m
 from parc_jax.bags.messages import Messages, mcap
 from parc_jax.errors import InputError
 from parc_jax.io.answer_file import load_answer
-from parc_jax.io.episode_file import Driven, Manoeuvre, episode_of, is_episode, load_episode
+from parc_jax.io.episode_file import Episode, Manoeuvre, episode_of, is_episode, load_episode
 from parc_jax.loop.commitment import Commitment
 from parc_jax.loop.log import episode_part
 from parc_jax.model import TrajectoryModel
@@ -79,7 +79,7 @@ def write_mcap(
     return write_atomic(path, mcap(says, lines))
 
 
-def _read(what) -> Answer | Driven:
+def _read(what) -> Answer | Episode:
     """What is to be written. Raises InputError."""
     if isinstance(what, Answer):
         return what
@@ -129,7 +129,7 @@ def _plan(answer: Answer, plan) -> np.ndarray | None:
     return chosen
 
 
-def _episode(says: Messages, driven: Driven, start: int) -> list[Line]:
+def _episode(says: Messages, driven: Episode, start: int) -> list[Line]:
     lines: list[Line] = [(start, "/statement", m.TEXT, says.text(driven.statement))]
     first = driven.manoeuvres[0].begin
     ends = [one.begin for one in driven.manoeuvres[1:]]

@@ -29,7 +29,7 @@ class Manoeuvre(NamedTuple):
     k: np.ndarray
 
 
-class Driven(NamedTuple):
+class Episode(NamedTuple):
     """An episode. model: of the plain questions. statement: what is proved and assumed. meta: of
     the file, which nobody checks.
     """
@@ -49,7 +49,7 @@ def is_episode(path) -> bool:
         return False
 
 
-def load_episode(path) -> Driven:
+def load_episode(path) -> Episode:
     """The episode of a file of `save_episode`, checked anew in exact arithmetic before anything is
     believed. Raises InputError when the file is no episode or its proof fails.
     """
@@ -62,7 +62,7 @@ def load_episode(path) -> Driven:
     return episode_of(data, str(path))
 
 
-def episode_of(data: dict, name: str) -> Driven:
+def episode_of(data: dict, name: str) -> Episode:
     """The same of the parsed file. Raises InputError, which begins with `name`."""
     try:
         report = check_episode(data, allowance_of)
@@ -78,7 +78,7 @@ def episode_of(data: dict, name: str) -> Driven:
         raise InputError(
             f"{name}: expected a file of `save_episode`; {type(error).__name__}: {error}."
         ) from None
-    return Driven(model, manoeuvres, "\n".join(summary_of_episode(report)), data.get("meta"))
+    return Episode(model, manoeuvres, "\n".join(summary_of_episode(report)), data.get("meta"))
 
 
 def _manoeuvre(entry: dict, n_p: int) -> Manoeuvre:

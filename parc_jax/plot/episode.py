@@ -6,7 +6,7 @@ from pathlib import Path
 
 import numpy as np
 
-from parc_jax.io.episode_file import Driven
+from parc_jax.io.episode_file import Episode
 from parc_jax.plot import style
 from parc_jax.plot.film import OBSTACLE, TUBE
 from parc_jax.plot.film_file import counted, require_kind, write_film
@@ -20,7 +20,7 @@ FREE, STANDS = "#F3F0DC", "#D9D9D9"
 
 
 def film_episode(
-    what: Driven | str | Path, out, truth: Truth | None = None, *, quiet: bool = True
+    what: Episode | str | Path, out, truth: Truth | None = None, *, quiet: bool = True
 ) -> Path:
     """Film an episode: .mp4, .gif, or a folder of .png files.
 

@@ -4,7 +4,7 @@ from pathlib import Path
 
 import numpy as np
 
-from parc_jax.io.episode_file import Driven
+from parc_jax.io.episode_file import Episode
 from parc_jax.plot.html import filled
 from parc_jax.plot.manoeuvres import Shown, Stage, Truth, polygons
 from parc_jax.plot.shapes import span
@@ -14,7 +14,7 @@ RATE = 25.0  # [1/s] moments that one can scrub to
 DIGITS = 4  # of a metre
 
 
-def write_episode_page(what: Driven | str | Path, html_path, truth: Truth | None = None) -> Path:
+def write_episode_page(what: Episode | str | Path, html_path, truth: Truth | None = None) -> Path:
     """Write the page of an episode: a time slider, and at every moment the robot, its way, all that
     it may reach until it rests, where that is, the obstacles of that proof, and what was said.
 

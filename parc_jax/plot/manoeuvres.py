@@ -10,7 +10,7 @@ import numpy as np
 
 from parc_jax.answer.path import NominalPath, nominal_path
 from parc_jax.errors import InputError
-from parc_jax.io.episode_file import Driven, Manoeuvre, load_episode
+from parc_jax.io.episode_file import Episode, Manoeuvre, load_episode
 from parc_jax.plot.shapes import footprints
 from parc_jax.plot.triangles import in_world, obstacle_triangles, tube_triangles
 from parc_jax.problem.body import numbered
@@ -37,7 +37,7 @@ class Shown:
     the obstacles that it was proved against; outlines (v, 2) [m] of the body at its rest.
     """
 
-    def __init__(self, driven: Driven, one: Manoeuvre):
+    def __init__(self, driven: Episode, one: Manoeuvre):
         self.begin, self.pose, self.k = float(one.begin), one.pose, one.k
         self.path: NominalPath = nominal_path(driven.model, one.p0, one.k)
         self.parts = numbered(one.problem.body, driven.model.points)
@@ -87,8 +87,8 @@ class Stage:
     shown around the robot. Raises InputError for a file whose proof fails, or an episode in space.
     """
 
-    def __init__(self, what: Driven | str | Path, truth: Truth | None):
-        driven = what if isinstance(what, Driven) else load_episode(what)
+    def __init__(self, what: Episode | str | Path, truth: Truth | None):
+        driven = what if isinstance(what, Episode) else load_episode(what)
         if driven.model.n_p != 2:
             raise InputError(
                 f"episode: expected one in the plane to draw; got one in {driven.model.n_p}-D."
