@@ -18,6 +18,7 @@ from parc_jax.base.arrays import single
 from parc_jax.base.shapes import Directions, Index, Scalar, Supports
 from parc_jax.cover.allowed import Allowed
 from parc_jax.network.predict import by_point
+from parc_jax.separation.inequality import at_both_knots, height, separates
 from parc_jax.separation.pairs import Obstacles
 from parc_jax.verdict.scene import Tabled
 
@@ -147,11 +148,9 @@ def _separation_masks(
         place = places[number]
         separated = jnp.ones(support.shape, bool)
         for point in points:
-            at_knots = place[:, point, :, None]
-            start = sum(x * at_knots[:-1, c] for c, x in enumerate(axes))
-            end = sum(x * at_knots[1:, c] for c, x in enumerate(axes))
-            lost = lost_by(number, point, back)
-            separated &= jnp.minimum(start, end) > support + lost
+            at_knots = place[:, point].T[..., None]
+            heights = [height(axes, knots) for knots in at_both_knots(at_knots, axis=1)]
+            separated &= separates(heights, support + lost_by(number, point, back))
         held = separated | ~active[:, None]
         bit = jnp.uint64(1) << number.astype(jnp.uint64)
         return masks | jnp.where(held, bit, jnp.uint64(0))
