@@ -3,7 +3,6 @@
 from typing import NamedTuple
 
 import jax
-import jax.numpy as jnp
 import numpy as np
 
 from parc_jax.base.shapes import Index
@@ -34,18 +33,15 @@ class Allowed(NamedTuple):
         """The errors of the first plans, (n, T, n_points)."""
         return at(self.errors, self.bins[:n])
 
-    def lost(self, o: Index, plan: Index, point: Index, back: tuple[jax.Array, ...]):
-        """(T, d) how far the errors of a plan reach along `back`, axes of directions, of which the
-        first are those of the table for pair o. Kernel.
-        """
-        bin = self.bins[plan]
-        errors = at(self.errors, (bin, slice(None), point, None))
+    def lost(self, plan: Index, point: Index, back: tuple[jax.Array, ...]):
+        """(T, d) how far the errors of a plan reach along `back`, axes of directions. Kernel."""
+        return at(self.errors, (self.bins[plan], slice(None), point, None)).support_by_axis(back)
+
+    def lost_along_table(self, o: Index, plan: Index, point: Index, back: tuple[jax.Array, ...]):
+        """The same against all directions of the table for pair o. Kernel."""
         if self.known is None:
-            return errors.support_by_axis(back)
-        which = self.which[o]
-        known = self.known[which, bin, point].T
-        own = errors.support_by_axis(tuple(x[:, len(which) :] for x in back))
-        return jnp.concatenate([known, own], axis=1)
+            return self.lost(plan, point, back)
+        return self.known[self.which[o], self.bins[plan], point].T
 
 
 def allowed_of(scene: Scene) -> Allowed:

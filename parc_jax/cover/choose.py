@@ -7,7 +7,7 @@ time that keep the same neighbours, so certificates stay short.
 """
 
 from collections.abc import Callable
-from functools import partial
+from functools import partial, reduce
 from typing import NamedTuple
 
 import jax
@@ -15,10 +15,10 @@ import jax.numpy as jnp
 from jaxtyping import ArrayLike, Bool, Float, Int, UInt
 
 from parc_jax.base.arrays import single
-from parc_jax.base.shapes import Directions, Index, Scalar, Supports
+from parc_jax.base.shapes import Index
 from parc_jax.cover.allowed import Allowed
 from parc_jax.network.predict import by_point
-from parc_jax.separation.inequality import at_both_knots, height, separates
+from parc_jax.separation.inequality import at_both_knots, excess, height
 from parc_jax.separation.pairs import Obstacles
 from parc_jax.verdict.scene import Tabled
 
@@ -27,6 +27,7 @@ SWEEPS = 1  # rounds of swapping each interval's direction while all others stay
 # plans from which one direction of the seed's own is to keep away, by dimension: in space
 # a table is coarse, and what serves one plan best separates few of its neighbours
 CLUSTERS = {2: (1,), 3: (1, 4, 16)}
+Rooms = Float[jax.Array, "plans t d"]
 LEVELS = 4  # a plan that l other intervals lose counts 4^-l, but no less than 4^-(LEVELS - 1)
 
 
@@ -53,20 +54,18 @@ def choose(scene: Tabled, paths: Float[ArrayLike, "plans knots n_c"], allowed: A
     clusters = CLUSTERS[table.w.shape[-1]]
     places = by_point(paths, jax.tree.leaves(allowed.errors)[0].shape[2])
 
-    def look(o: Index, state: tuple):
+    def of_kind(o: Index):
+        lost = partial(allowed.lost_along_table, o)
+        return _rooms(table.w[o][None], obstacles.points[o], places, lost)
+
+    def look(o: Index, rooms: Rooms, state: tuple):
         one = obstacles.only(o)
         near = jnp.stack([_from_cluster(one, paths, allowed, n) for n in clusters], axis=2)
-        masks = _separation_masks(
-            near[0],
-            one.support(near)[0],
-            one.points[0],
-            one.active[0],
-            table.w[o],
-            table.support[o],
-            scene.slack,
-            places,
-            partial(allowed.lost, o),
-        )
+        mine = _rooms(near[0], one.points[0], places, allowed.lost)
+        support = table.support[o][None] + scene.slack * jnp.abs(table.w[o]).sum(axis=1)[None]
+        own = one.support(near)[0] + scene.slack * jnp.abs(near[0]).sum(axis=2)
+        some = (_separated(rooms, support), _separated(mine, own))
+        masks = jnp.where(one.active[0][:, None], jnp.concatenate(some, axis=1), ~jnp.uint64(0))
         choice = jnp.argmax(jnp.where(_with_seed(masks), _count(masks), -1), axis=1)
         put = (x.at[o].set(new) for x, new in zip(state, (near[0], masks, choice), strict=True))
         return tuple(put)
@@ -77,7 +76,7 @@ def choose(scene: Tabled, paths: Float[ArrayLike, "plans knots n_c"], allowed: A
     # what only pads is separated by anything
     masks = jnp.full((n_o, n_steps, n_d), ~jnp.uint64(0))
     begin = nearest, masks, jnp.zeros((n_o, n_steps), int)
-    nearest, masks, choice = jax.lax.fori_loop(0, scene.count, look, begin)
+    nearest, masks, choice = scene.alike.look(of_kind, look, begin)
     items, choice = masks.reshape(-1, n_d), choice.ravel()
     for _ in range(SWEEPS):
         choice = _sweep(choice, items, scene.count * n_steps)
@@ -121,47 +120,40 @@ def _side_by_side(x: Float[jax.Array, "n t points *_"]):
 choose_batch = jax.jit(jax.vmap(choose, in_axes=(None, 0, Allowed(None, 0))))
 
 
-def _separation_masks(
-    nearest: Float[jax.Array, "t c n_p"],
-    own_support: Float[jax.Array, "t c"],
+def _rooms(
+    w: Float[jax.Array, "_ d n_p"],
     points: Int[jax.Array, " i"],
-    active: Bool[jax.Array, " t"],
-    w: Directions,
-    support: Supports,
-    slack: Scalar,
     places: Float[jax.Array, "plans knots points n_p"],
-    lost_by: Callable,
+    lost: Callable,
 ):
-    """Which plans each direction separates from one obstacle, as the bits of masks (T, d + c), the
-    seed's own directions last. An absent obstacle is separated by anything.
-
-    nearest, own_support: the seed's own. w, support: of the table. points: which have to be clear.
-    lost_by: what errors take, as `Allowed.lost` of this obstacle.
+    """(plans, T, d) how far all of some points of each plan are along directions w, which are those
+    of each interval or of all, whatever their errors. lost: as of `Allowed`.
     """
-    w, support = _with_own(w, nearest), _with_own(support, own_support)
-    support = support + slack * jnp.abs(w).sum(axis=2)
-    # axis by axis and point by point: a loop over plans whose arrays (T, d + c) stay in cache
-    axes, support = jax.lax.optimization_barrier((tuple(jnp.moveaxis(w, 2, 0)), support))
+    # axis by axis and point by point: a loop over plans whose arrays (T, d) stay in cache
+    axes = jax.lax.optimization_barrier(tuple(jnp.moveaxis(w, 2, 0)))
     back = tuple(-x for x in axes)
 
-    def with_plan(number: Index, masks: UInt[jax.Array, "t all"]):
-        place = places[number]
-        separated = jnp.ones(support.shape, bool)
-        for point in points:
-            at_knots = place[:, point].T[..., None]
+    def of_plan(number: Index):
+        def of_point(point: Index):
+            at_knots = places[number][:, point].T[..., None]
             heights = [height(axes, knots) for knots in at_both_knots(at_knots, axis=1)]
-            separated &= separates(heights, support + lost_by(number, point, back))
-        held = separated | ~active[:, None]
+            return excess(heights, lost(number, point, back))
+
+        return reduce(jnp.minimum, (of_point(point) for point in points))
+
+    return jax.lax.map(of_plan, jnp.arange(PLANS))
+
+
+def _separated(rooms: Rooms, support: Float[jax.Array, "_ d"]):
+    """Which plans each direction separates from what has this support, as the bits of masks (T,
+    d).
+    """
+
+    def with_plan(number: Index, masks: UInt[jax.Array, "t d"]):
         bit = jnp.uint64(1) << number.astype(jnp.uint64)
-        return masks | jnp.where(held, bit, jnp.uint64(0))
+        return masks | jnp.where(rooms[number] > support, bit, jnp.uint64(0))
 
-    return jax.lax.fori_loop(0, PLANS, with_plan, jnp.zeros(support.shape, jnp.uint64))
-
-
-def _with_own(table: Float[jax.Array, " d *_"], own: Float[jax.Array, "t c *_"]):
-    """(T, d + c, ...): the table at every interval, and the interval's own last."""
-    everywhere = jnp.broadcast_to(table, (len(own), *table.shape))
-    return jnp.concatenate([everywhere, own], axis=1)
+    return jax.lax.fori_loop(0, PLANS, with_plan, jnp.zeros(rooms.shape[1:], jnp.uint64))
 
 
 def _sweep(choice: Int[jax.Array, " i"], masks: UInt[jax.Array, "i d"], n: Index):

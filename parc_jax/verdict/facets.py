@@ -23,19 +23,17 @@ from parc_jax.claim.tube import Tube
 from parc_jax.problem.body import Disc
 from parc_jax.separation.directions import body_support
 from parc_jax.separation.inequality import at_both_knots, excess, height
-from parc_jax.verdict.alike import Alike, alike
 from parc_jax.verdict.scene import Scene, Tabled
 
 
 class Facets(NamedTuple):
     """What errors take along the facet normals of the pairs of a scene, each kept once.
 
-    alike: the pairs by kind. number (o, f): which of the normals. reach: against these. inside
+    number (o, f): which of the normals. reach: against these. inside
     (n_bins, T, n_points, n_p): an error that each bin allows, None for boxes. core (o, f) [m *
     |w|]: whoever is below all of it is in the obstacle, moved by one point of the shape.
     """
 
-    alike: Alike
     number: np.ndarray
     reach: Reach
     inside: jax.Array | None
@@ -61,7 +59,7 @@ class Facets(NamedTuple):
         def of_pair(o: Index, along: list[jax.Array], state: Any):
             return see(o, facet_gap(o, along, scene), state)
 
-        return self.alike.look(known, of_pair, state)
+        return scene.alike.look(known, of_pair, state)
 
 
 def along_facets(
@@ -101,9 +99,7 @@ def facets_of(scene: Scene) -> Facets:
     normals = table.w[: int(scene.count), : table.n_facets]
     unique, number = numbered(normals, len(table.w))
     inside = None if tube.templates is None else once(tube, _inside)
-    return Facets(
-        once(scene, alike), number, reach(tube, unique, number.size), inside, _core(scene)
-    )
+    return Facets(number, reach(tube, unique, number.size), inside, _core(scene))
 
 
 def _core(scene: Scene) -> np.ndarray:

@@ -17,6 +17,7 @@ from parc_jax.network.rounding import UNIT, rounding_bound
 from parc_jax.problem.body import Body
 from parc_jax.problem.problem import ReachAvoid, require_points
 from parc_jax.robust.question import Plain
+from parc_jax.separation.alike import Alike, alike
 from parc_jax.separation.apart import Apart
 from parc_jax.separation.directions import DirectionTable, direction_table
 from parc_jax.separation.pairs import Obstacles, bucket, numbered_pairs, obstacles_of
@@ -69,9 +70,12 @@ class OneScene(SceneArrays):
 
 @struct.dataclass
 class Tabled(OneScene):
-    """The same with directions of all obstacles: for facets, corridors and proofs."""
+    """The same with directions of all obstacles: for facets, corridors and proofs. alike: the pairs
+    by kind, for what is worked out once for a kind.
+    """
 
     directions: DirectionTable
+    alike: Alike
 
 
 @struct.dataclass
@@ -113,7 +117,8 @@ class Scene(OneScene):
     @property
     def tabled(self) -> Tabled:
         """What a kernel takes that looks along given directions."""
-        return Tabled(**vars(self.arrays), directions=self.directions.arrays)
+        tabled = self.directions.arrays
+        return Tabled(**vars(self.arrays), directions=tabled, alike=once(self, _alike))
 
     @property
     def directions(self) -> DirectionTable:
@@ -141,6 +146,11 @@ def _table(scene: Scene) -> DirectionTable:
     kept = None if scene.apart is None else scene.apart.kept
     size = len(scene.obstacles.active)
     return direction_table(scene.problem, scene.model.n_p, kept, size)
+
+
+def _alike(scene: Scene) -> Alike:
+    n, w = int(scene.count), scene.directions.w
+    return alike(w[:n], scene.obstacles.points[:n], len(w))
 
 
 def scene_arrays(

@@ -10,7 +10,7 @@ from toy_bodies import points_model, points_problem
 from toy_models import toy_case
 
 from parc_jax.base.arrays import x64
-from parc_jax.claim.error_set import ErrorBox, at
+from parc_jax.claim.error_set import ErrorBox
 from parc_jax.cover import build as building
 from parc_jax.cover import choose as choosing
 from parc_jax.cover.allowed import Allowed
@@ -37,18 +37,11 @@ def test_masks_say_which_plans_a_direction_separates(rng):
     grown, table = scene.obstacles, scene.directions
     with x64():
         places, errors = jnp.asarray(path, float), ErrorBox(jnp.asarray(error, float)[:, :, None])
-        _, nearest = grown.gaps(places[0], at(errors, 0))
-        masks = choosing._separation_masks(
-            nearest[0, :, None],
-            grown.support(nearest)[0, :, None],
-            grown.points[0],
-            grown.active[0],
-            table.w[0],
-            table.support[0],
-            scene.slack,
-            places[:, :, None],
-            partial(Allowed(errors, jnp.arange(len(path))).lost, 0),
+        lost = partial(Allowed(errors, jnp.arange(len(path))).lost_along_table, 0)
+        rooms = choosing._rooms(
+            *map(jnp.asarray, (table.w[:1], grown.points[0], places[:, :, None])), lost
         )
+        masks = choosing._separated(rooms, table.support[0][None])
     masks = np.asarray(masks)
     for t, d, b in zip(
         *(rng.integers(0, n, 400) for n in (len(masks), table.w.shape[1], len(path))), strict=True
@@ -58,9 +51,7 @@ def test_masks_say_which_plans_a_direction_separates(rng):
             min(path[b, t] @ w, path[b, t + 1] @ w) - table.support[0, d] - error[b, t] @ np.abs(w)
         )
         if abs(gap) > 1e-6:
-            assert bool(masks[t, d] >> np.uint64(b) & np.uint64(1)) == (
-                gap > 0 or not grown.active[0, t]
-            )
+            assert bool(masks[t, d] >> np.uint64(b) & np.uint64(1)) == (gap > 0)
 
 
 @pytest.mark.night

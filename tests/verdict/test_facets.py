@@ -36,7 +36,7 @@ def test_gaps_are_those_of_the_inequality(fitted, n_p):
     path = rng.normal(size=(model.time.n_steps + 1, model.n_c))
     slack = 1e-3
     arrays = scene.replace(slack=np.float64(slack)).tabled
-    assert len(table.multipliers) > facets.alike.kinds  # and are looked at together
+    assert len(table.multipliers) > arrays.alike.kinds  # and are looked at together
 
     def told(path, bin):
         nothing = jnp.full((len(table.w), model.time.n_steps), jnp.nan)

@@ -8,9 +8,9 @@ from typing import Any, NamedTuple
 import jax
 import jax.numpy as jnp
 import numpy as np
+from jaxtyping import Float, Int
 
 from parc_jax.base.shapes import Index
-from parc_jax.verdict.scene import Scene
 
 
 class Alike(NamedTuple):
@@ -42,14 +42,12 @@ class Alike(NamedTuple):
         return jax.lax.fori_loop(0, self.kinds, kind, state)
 
 
-def alike(scene: Scene) -> Alike:
-    """Of all pairs that are no padding: alike are those with equal directions and points."""
-    n, room = int(scene.count), len(scene.directions.w)
-    told = zip(scene.directions.w[:n], scene.obstacles.points[:n], strict=True)
+def alike(w: Float[np.ndarray, "n d n_p"], points: Int[np.ndarray, "n i"], room: int) -> Alike:
+    """Of n pairs, with room for more: alike are those with equal directions and points."""
     kinds: dict[bytes, list[int]] = {}
-    for pair, (w, points) in enumerate(told):
-        kinds.setdefault(w.tobytes() + points.tobytes(), []).append(pair)
+    for pair, told in enumerate(zip(w, points, strict=True)):
+        kinds.setdefault(b"".join(x.tobytes() for x in told), []).append(pair)
     order, first = np.zeros(room, np.int32), np.zeros(room + 1, np.int32)
-    order[:n] = [pair for pairs in kinds.values() for pair in pairs]
+    order[: len(w)] = [pair for pairs in kinds.values() for pair in pairs]
     first[1 : len(kinds) + 1] = np.cumsum([len(pairs) for pairs in kinds.values()])
     return Alike(order, first, np.int32(len(kinds)))
