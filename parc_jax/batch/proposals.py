@@ -19,7 +19,7 @@ from parc_jax.claim.bins import open_bin_of
 from parc_jax.claim.error_set import ErrorSet, at
 from parc_jax.claim.reach import Reach
 from parc_jax.claim.tube import Tube
-from parc_jax.network.predict import HIGHEST, moved_to, predict
+from parc_jax.network.predict import moved_to, predict, product
 from parc_jax.network.relu import ReLUNetwork
 from parc_jax.verdict.pointwise import verdict
 from parc_jax.verdict.scene import SceneArrays
@@ -123,8 +123,8 @@ def allowed_ends(pool: Pool, scene: SceneArrays) -> Ends:
     goal_p = goal_c.reshape(len(goal_c), -1, n_p).sum(axis=1)  # every point moves with the first
     around = pool.end - jnp.concatenate([first] * (n_c // n_p), axis=1)
     lost = at(pool.final, np.s_[:, None]).support(scene.goal_A[None])
-    bounds = scene.goal_b[None] - _dot(pool.q, scene.goal_A[:, n_c:].T) - lost
-    bounds = bounds - _dot(around, goal_c.T)
+    bounds = scene.goal_b[None] - product(pool.q, scene.goal_A[:, n_c:].T) - lost
+    bounds = bounds - product(around, goal_c.T)
     goal_lo, goal_hi = jax.vmap(_sides, in_axes=(None, 0))(goal_p, bounds)
     start_lo, start_hi = _sides(scene.start_A, scene.start_b)
     lo = jnp.maximum(scene.z_lo[None] - pool.least, start_lo[None] + first)
@@ -278,7 +278,3 @@ def _least(
 ):
     """Least value (n, h) of each row of A over the boxes [lo, hi]."""
     return jnp.minimum(A[None] * lo[:, None], A[None] * hi[:, None]).sum(axis=2)
-
-
-def _dot(a: jax.Array, b: jax.Array):
-    return jnp.matmul(a, b, precision=HIGHEST)

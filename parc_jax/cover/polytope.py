@@ -15,7 +15,7 @@ from parc_jax.base.shapes import Index, Params
 from parc_jax.claim.tube import Tube
 from parc_jax.cover.corridor import Corridor
 from parc_jax.cover.sampling import cell_of
-from parc_jax.network.predict import HIGHEST, Layout
+from parc_jax.network.predict import Layout, product
 from parc_jax.network.relu import ReLUNetwork
 from parc_jax.pwa.maps import pattern_map
 from parc_jax.sets.hpolytope import HPolytope
@@ -127,12 +127,8 @@ def anchored_rows(
     none = jnp.zeros((n_k, n_p))
     goal_c, goal_q = scene.goal_A[:, :n_c], scene.goal_A[:, n_c:]
     goal_p = goal_c.reshape(len(goal_c), -1, n_p).sum(axis=1)  # every point moves with p0
-    goal_k = jnp.matmul(goal_c, cell.C[-1], precision=HIGHEST) + jnp.matmul(
-        goal_q, cell.q_C, precision=HIGHEST
-    )
-    at_zero = jnp.matmul(goal_c, cell.d[-1], precision=HIGHEST) + jnp.matmul(
-        goal_q, cell.q_d, precision=HIGHEST
-    )
+    goal_k = product(goal_c, cell.C[-1]) + product(goal_q, cell.q_C)
+    at_zero = product(goal_c, cell.d[-1]) + product(goal_q, cell.q_d)
     goal_b = scene.goal_b - lost - at_zero
     A = [
         jnp.concatenate([none, eye], axis=1),

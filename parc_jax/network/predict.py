@@ -1,6 +1,7 @@
 """What the network says of an input: one kernel for JAX, one function for NumPy, for everybody."""
 
 from collections.abc import Sequence
+from functools import partial
 from typing import TYPE_CHECKING, NamedTuple
 
 import jax
@@ -15,6 +16,7 @@ if TYPE_CHECKING:
     from parc_jax.network.relu import ReLUNetwork
 
 HIGHEST = jax.lax.Precision.HIGHEST  # accelerators round inputs of products to fewer bits otherwise
+product = partial(jnp.matmul, precision=HIGHEST)
 
 
 class Layout(NamedTuple):
@@ -51,10 +53,10 @@ def forward(
     """Outputs (n_out,) and activation pattern (n_hidden,) bool of one input x (n_in,). Kernel."""
     active = [jnp.zeros(0, bool)]
     for W, b in zip(weights[:-1], biases[:-1], strict=True):
-        z = jnp.matmul(W, x, precision=HIGHEST) + b
+        z = product(W, x) + b
         active.append(z > 0)
         x = jnp.maximum(z, 0)
-    return jnp.matmul(weights[-1], x, precision=HIGHEST) + biases[-1], jnp.concatenate(active)
+    return product(weights[-1], x) + biases[-1], jnp.concatenate(active)
 
 
 def predict(

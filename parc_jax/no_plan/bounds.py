@@ -18,7 +18,7 @@ from jaxtyping import ArrayLike, Float
 from parc_jax.base.arrays import dot
 from parc_jax.base.shapes import ManyParams, Numbers, Params, Paths, Positions
 from parc_jax.claim.error_set import ErrorSet
-from parc_jax.network.predict import HIGHEST, Layout, by_point, predict
+from parc_jax.network.predict import HIGHEST, Layout, by_point, predict, product
 from parc_jax.network.relu import ReLUNetwork
 from parc_jax.no_plan.contact_margins import (
     Tried,
@@ -149,10 +149,10 @@ def examine_by_bounds(net: ReLUNetwork, scene: Tabled, boxes: Boxes) -> Examined
     rest = slice(n_places - n_c + n_p, None)  # the ends of the other points, and q
     goal_rest = scene.goal_A[:, n_p:]
     rows = jnp.concatenate(
-        [W[:n_places], _product(goal_rest, W[rest]), _product(scene.start_A, W[:n_p])]
+        [W[:n_places], product(goal_rest, W[rest]), product(scene.start_A, W[:n_p])]
     )
     constants = jnp.concatenate(
-        [b[:n_places], _product(goal_rest, b[rest]), _product(scene.start_A, b[:n_p])]
+        [b[:n_places], product(goal_rest, b[rest]), product(scene.start_A, b[:n_p])]
     )
     layers = list(zip(net.weights[:-1], net.biases[:-1], strict=True))
     of_box = jax.vmap(lambda lo, hi: ranges_of_rows(layers, rows, constants, lo, hi))
@@ -194,10 +194,6 @@ def _outputs_less_end(net: ReLUNetwork, layout: Layout):
     W = W.at[:n_places].add(-jnp.concatenate([W[end]] * points))
     b = b.at[:n_places].add(-jnp.concatenate([b[end]] * points))
     return W, b
-
-
-def _product(A: Float[ArrayLike, "i j"], B: Float[ArrayLike, " j *_"]):
-    return jnp.matmul(A, B, precision=HIGHEST)
 
 
 def _examined(
@@ -283,7 +279,7 @@ def _middle(net: ReLUNetwork, layout: Layout, boxes: Boxes) -> Middle:
 
 def _times(x: Float[ArrayLike, "n j"], A: Float[ArrayLike, "rows j"]):
     """(n, rows)."""
-    return jnp.matmul(x, A.T, precision=HIGHEST)
+    return product(x, A.T)
 
 
 def _mixed(x: Float[ArrayLike, "n c *_ n_c"], tried: Tried):

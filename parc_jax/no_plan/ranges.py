@@ -15,7 +15,7 @@ import jax.numpy as jnp
 from jaxtyping import ArrayLike, Float
 
 from parc_jax.base.shapes import Params
-from parc_jax.network.predict import HIGHEST
+from parc_jax.network.predict import product
 
 Layers = Sequence[tuple[jax.Array, jax.Array]]  # W, b before each hidden layer
 
@@ -56,10 +56,10 @@ def least_of_rows(
     for (W, b), line in zip(layers[::-1], lines[::-1], strict=True):
         up = jnp.maximum(rows, 0)
         down = jnp.minimum(rows, 0)
-        constant = constant + jnp.matmul(down, line.height, precision=HIGHEST)
+        constant = constant + product(down, line.height)
         rows = up * line.below[None] + down * line.above[None]
-        constant = constant + jnp.matmul(rows, b, precision=HIGHEST)
-        rows = jnp.matmul(rows, W, precision=HIGHEST)
+        constant = constant + product(rows, b)
+        rows = product(rows, W)
     return constant + jnp.minimum(rows * lo[None], rows * hi[None]).sum(axis=1)
 
 

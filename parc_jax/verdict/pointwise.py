@@ -29,7 +29,7 @@ from parc_jax.claim.bins import each_bin, open_bin_of
 from parc_jax.claim.error_set import ErrorSet
 from parc_jax.claim.tube import Tube
 from parc_jax.model import TrajectoryModel
-from parc_jax.network.predict import HIGHEST, moved_to, predict, trajectories
+from parc_jax.network.predict import moved_to, predict, product, trajectories
 from parc_jax.network.relu import ReLUNetwork
 from parc_jax.separation.pairs import Obstacles
 from parc_jax.verdict.scene import OneScene, Scene, SceneArrays
@@ -78,7 +78,7 @@ def row_margin(
     A: Float[ArrayLike, "h n"], b: Float[ArrayLike, " h"], x: Float[ArrayLike, " n"], slack: Scalar
 ):
     """Smallest of b - A x over the rows, less the slack of each."""
-    values = jnp.matmul(A, x, precision=HIGHEST)
+    values = product(A, x)
     return jnp.min(b - values - slack * jnp.abs(A).sum(axis=1))
 
 
