@@ -30,7 +30,7 @@ from parc_jax.claim.error_set import ErrorSet
 from parc_jax.claim.error_set import at as errors_at
 from parc_jax.lp.interior import interior_point
 from parc_jax.network.predict import by_point
-from parc_jax.separation.inequality import excess, height
+from parc_jax.separation.inequality import excess
 from parc_jax.separation.segment import dot2
 from parc_jax.verdict.scene import Tabled
 
@@ -151,7 +151,7 @@ def hull_gap(w: Directions, support: Supports, at: Vectors, lost: Float[ArrayLik
     tell, along which errors take what is lost: for one point, how deep it is at most.
     """
     length = jnp.sqrt(dot(w, w))
-    least = excess([height(w.T, at.T[..., None])], lost).min(axis=0)
+    least = excess([dot(at[:, None], w[None])], lost).min(axis=0)
     gaps = (least - support) / jnp.where(length > 0, length, 1.0)
     gaps = jnp.where(length > 0, gaps, -jnp.inf)
     best = jnp.argmax(gaps)

@@ -16,7 +16,7 @@ from jaxtyping import ArrayLike, Float
 from parc_jax.base.arrays import dot
 from parc_jax.base.shapes import Index, Scalar, Vector, Vectors
 from parc_jax.claim.error_set import ErrorSet
-from parc_jax.separation.inequality import excess, height
+from parc_jax.separation.inequality import excess
 
 STEPS = {2: 10, 3: 14}  # by dimension: two more than any of thousands of random pairs needed
 LOOKS = {2: 4, 3: 6}  # the same, of the test for contact
@@ -71,7 +71,7 @@ def touching(points: Vectors, errors: ErrorSet, vertices: Vectors, radius: Scala
 
 def _support(a: Vectors, b: Vectors, errors: ErrorSet, vertices: Vectors, w: Vector):
     """Least w . d () over the differences d of both sides, and one that attains it (n_p,)."""
-    at_a, at_b, beyond = (height(w, x.T) for x in (a, b, vertices))
+    at_a, at_b, beyond = (dot(x, w[None]) for x in (a, b, vertices))
     least = excess((at_a, at_b), errors.support(-w[None]))
     i = least.argmin()
     last = beyond.argmax()

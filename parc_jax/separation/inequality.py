@@ -20,8 +20,8 @@ Axes = Sequence[ArrayLike] | Array  # of vectors, axis by axis
 
 
 def height(w: Axes, p: Axes) -> Array:
-    """w . p, both told axis by axis, which broadcast: so it fuses, reads no array with a stride and
-    never becomes a product of reduced precision. Kernel, NumPy or JAX.
+    """w . p, both told axis by axis, which broadcast: as `base.arrays.dot`, but read without a
+    stride. Kernel, NumPy or JAX.
     """
     return reduce(add, (w[axis] * p[axis] for axis in range(len(w))))
 
