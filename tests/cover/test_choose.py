@@ -41,7 +41,7 @@ def test_masks_say_which_plans_a_direction_separates(rng):
         rooms = choosing._rooms(
             *map(jnp.asarray, (table.w[:1], grown.points[0], places[:, :, None])), lost
         )
-        masks = choosing._separated(rooms, table.support[0][None])
+        masks = choosing._separated(rooms, jnp.asarray(table.support[:1]))
     masks = np.asarray(masks)
     for t, d, b in zip(
         *(rng.integers(0, n, 400) for n in (len(masks), table.w.shape[1], len(path))), strict=True
