@@ -17,6 +17,7 @@ import tyro
 
 from parc_jax.answer.answer import Answer
 from parc_jax.cli.systems import build, find, study_of
+from parc_jax.io.problem_file import load_problem
 from parc_jax.model import load
 from parc_jax.planner.planner import Planner
 from parc_jax.plot.cover import cover, of_history
@@ -34,6 +35,10 @@ class Options:
     """The system it was learned from."""
     body: str | None = None
     """Body of the robot, as the model's. Default: its study's, or the system's own."""
+    scene: Path | None = None
+    """A scene file in place of the system's own problem."""
+    polytopes: bool = True
+    """Ask for polytopes too."""
     seeds: int = 10
     """Queries."""
     target: float = 0.01
@@ -53,9 +58,11 @@ def main(options: Options) -> dict:
     body = options.body or study_of(module).body
     planner = Planner(load(options.model, system=options.system))
     problem = build(module, "problem", body=body)
+    if options.scene is not None:
+        problem = load_problem(options.scene, planner.model.points)
     measured: dict[str, list[float | None]] = {}
     for seed in range(-1, options.seeds):
-        for polytopes in (False, True):
+        for polytopes in (False, True)[: 1 + options.polytopes]:
             answer = planner.solve(
                 problem,
                 jax.random.PRNGKey(seed + 1),

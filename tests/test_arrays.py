@@ -51,3 +51,12 @@ def test_one_program_serves_all_numbers_of_rows():
 def test_runs_that_failed_alike_do_not_differ_and_others_do_without_bound():
     a, b = [np.nan, np.nan, 1.0, 2.0], [np.nan, 1.0, np.nan, 0.5]
     assert difference(a, b).tolist() == [0.0, np.inf, np.inf, 1.5]
+
+
+@pytest.mark.parametrize("n", [0, 1, 4, 6])
+def test_rows_that_are_kept_are_kept_once(n):
+    x = np.arange(n)
+    kernel = lambda x: (x, 10.0 * x)  # noqa: E731
+    row, found = map_rows(4, kernel, x, only=lambda found: found[0] != 2)
+    np.testing.assert_array_equal(row, x[x != 2])
+    np.testing.assert_array_equal(found, 10.0 * x[x != 2])
