@@ -35,6 +35,7 @@ from benchmarks.attacks.faults_prior import PRIOR
 from benchmarks.attacks.faults_query import QUERY
 from benchmarks.attacks.faults_robot import ROBOT
 from benchmarks.attacks.faults_ros import ROS
+from benchmarks.attacks.faults_shown import SHOWN
 from benchmarks.attacks.faults_suite import SUITE
 from benchmarks.attacks.faults_verdict import VERDICTS
 from benchmarks.attacks.faults_world import WORLD
@@ -49,7 +50,7 @@ TABLES: dict[str, tuple[Fault, ...]] = {
     "claims": CLAIMS,
     "doubt": DOUBT,
     "driven": DRIVEN,
-    "files": FILES,
+    "files": (*FILES, *SHOWN),
     "near": NEAR,
     "prior": PRIOR,
     "query": QUERY,
