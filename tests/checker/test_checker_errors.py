@@ -7,9 +7,10 @@ from fractions import Fraction as F
 from pathlib import Path
 
 import pytest
+from faces_of_errors import template_of
 
 from parc_jax.checker import Rejected, integers
-from parc_jax.checker.errors import Several, Template, Widths
+from parc_jax.checker.errors import Several, Widths
 
 sys.path.insert(0, str(Path(__file__).parent / "compare"))
 
@@ -30,12 +31,6 @@ def random_rows(rng, n):
     for _ in range(rng.randint(0, 5)):
         rows.append(([F(rng.randint(-9, 9), 4) for _ in range(n)], F(rng.randint(1, 20), 3)))
     return rows
-
-
-def template_of(rows, n, ways=()):
-    whole, scale = integers([x for a, b in rows for x in (*a, b)])
-    each = [whole[i : i + n + 1] for i in range(0, len(whole), n + 1)]
-    return Template([(row[:n], row[n]) for row in each], scale, n, ways)
 
 
 @pytest.mark.parametrize("n", [1, 2, 3])

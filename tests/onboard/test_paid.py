@@ -8,12 +8,12 @@ from pathlib import Path
 import numpy as np
 import pytest
 import toy_query
+from faces_of_errors import template_of
 from header_model import exactly, is_safe, lost
 from toy_bodies import random_faces
 from toy_header import TUBES, toy_tables, write_toy
 
 from benchmarks.compiled_header import Header
-from parc_jax.checker.errors import Template
 from parc_jax.claim.error_set import NO_CLAIM, ErrorBox
 from parc_jax.errors import InputError
 from parc_jax.onboard.paid import require_paid
@@ -103,7 +103,7 @@ def test_the_tables_reach_as_far_as_the_faces_do():
         for index in np.ndindex(3, 2, 1):
             w = [Fraction(x) for x in rng.normal(size=n_p)]
             against = [-x for x in w]
-            reach = Template(faces.rows(index), n_p).support(against)
+            reach = template_of(faces.rows(index), n_p).support(against)
             spare = Fraction(slack) / 4 * sum(map(abs, w))
             assert abs(lost(errors, index, w, Fraction) - reach) <= spare
 
