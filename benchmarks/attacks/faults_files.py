@@ -20,6 +20,25 @@ ROLLOUTS = (
         (f"{COLLECT}::test_k_and_disturbance_are_independent",),
     ),
     Fault(
+        "damage_within_what_is_compressed_is_not_told",
+        "parc_jax/rollout/files.py",
+        "zlib.error, ",
+        "",
+        (
+            "tests/rollout/test_files.py::test_wherever_a_byte_is_wrong_the_file_is_whole_or_says_so",
+        ),
+    ),
+    Fault(
+        "lines_twice_where_the_root_logger_has_a_handler",
+        "logs.told",
+        "logger.propagate = False",
+        "logger.propagate = True",
+        (
+            "tests/cli/test_logs.py"
+            "::test_nothing_is_told_twice_where_a_library_has_given_the_root_logger_a_handler",
+        ),
+    ),
+    Fault(
         "rows_start_anew_in_every_chunk",
         "chunks_of_rows",
         "np.arange(first_row + i, first_row + i + chunk) for i in range(0, n, chunk)",

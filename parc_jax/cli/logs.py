@@ -32,12 +32,14 @@ def told(arguments: list[str]) -> Iterator[list[str]]:
         raise InputError(f"{VARIABLE}: expected one of {', '.join(LEVELS)}; got {word!r:.40}.")
     asked = (logging.WARNING, logging.INFO, logging.DEBUG)[min(2, arguments.count(OPTION))]
     logger = logging.getLogger("parc_jax")
-    before, handler = logger.level, _BesideBars()
+    before, handler = (logger.level, logger.propagate), _BesideBars()
     handler.setFormatter(logging.Formatter("%(asctime)s %(name)s: %(message)s", "%H:%M:%S"))
     logger.setLevel(min(asked, LEVELS[word]))
     logger.addHandler(handler)
+    logger.propagate = False  # a library may give the root logger a handler: all would come twice
     try:
         yield [word for word in arguments if word != OPTION]
     finally:
         logger.removeHandler(handler)
-        logger.setLevel(before)
+        logger.setLevel(before[0])
+        logger.propagate = before[1]

@@ -23,6 +23,7 @@ from parc_jax.separation.pairs import Obstacles
 from parc_jax.verdict.scene import Tabled
 
 PLANS = 64  # the seed and its neighbours: which of them a direction separates is one 64-bit mask
+AT_ONCE = PLANS  # of them along few directions
 SWEEPS = 1  # rounds of swapping each interval's direction while all others stay
 # plans from which one direction of the seed's own is to keep away, by dimension: in space
 # a table is coarse, and what serves one plan best separates few of its neighbours
@@ -61,7 +62,7 @@ def choose(scene: Tabled, paths: Float[ArrayLike, "plans knots n_c"], allowed: A
     def look(o: Index, rooms: Rooms, state: tuple):
         one = obstacles.only(o)
         near = jnp.stack([_from_cluster(one, paths, allowed, n) for n in clusters], axis=2)
-        mine = _rooms(near[0], one.points[0], places, allowed.lost)
+        mine = _rooms(near[0], one.points[0], places, allowed.lost, AT_ONCE)
         support = table.support[o][None] + scene.slack * jnp.abs(table.w[o]).sum(axis=1)[None]
         own = one.support(near)[0] + scene.slack * jnp.abs(near[0]).sum(axis=2)
         some = (_separated(rooms, support), _separated(mine, own))
@@ -125,9 +126,11 @@ def _rooms(
     points: Int[jax.Array, " i"],
     places: Float[jax.Array, "plans knots points n_p"],
     lost: Callable,
+    at_once: int = 1,
 ):
     """(plans, T, d) how far all of some points of each plan are along directions w, which are those
     of each interval or of all, whatever their errors. lost: as of `Allowed`.
+    at_once: plans.
     """
     # axis by axis and point by point: a loop over plans whose arrays (T, d) stay in cache
     axes = jax.lax.optimization_barrier(tuple(jnp.moveaxis(w, 2, 0)))
@@ -141,7 +144,7 @@ def _rooms(
 
         return reduce(jnp.minimum, (of_point(point) for point in points))
 
-    return jax.lax.map(of_plan, jnp.arange(PLANS))
+    return jax.lax.map(of_plan, jnp.arange(PLANS), batch_size=at_once)
 
 
 def _separated(rooms: Rooms, support: Float[jax.Array, "_ d"]):
@@ -149,11 +152,9 @@ def _separated(rooms: Rooms, support: Float[jax.Array, "_ d"]):
     d).
     """
 
-    def with_plan(number: Index, masks: UInt[jax.Array, "t d"]):
-        bit = jnp.uint64(1) << number.astype(jnp.uint64)
-        return masks | jnp.where(rooms[number] > support, bit, jnp.uint64(0))
-
-    return jax.lax.fori_loop(0, PLANS, with_plan, jnp.zeros(rooms.shape[1:], jnp.uint64))
+    bit = (jnp.uint64(1) << _bits())[:, None, None]
+    masks = jnp.where(rooms > support[None], bit, jnp.uint64(0))
+    return jax.lax.reduce_or(masks, (0,))
 
 
 def _sweep(choice: Int[jax.Array, " i"], masks: UInt[jax.Array, "i d"], n: Index):

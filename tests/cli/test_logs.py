@@ -1,6 +1,7 @@
 """Logging that can be turned up: silent unless asked, from the shell by an option or a variable."""
 
 import logging
+import logging.handlers
 
 import numpy as np
 import pytest
@@ -40,6 +41,18 @@ def test_a_command_tells_what_it_does_only_when_asked(solve, monkeypatch):
     assert (code, said) == (2, "")
     assert told == "parc-jax: PARC_JAX_LOG: expected one of warning, info, debug; got 'loud'.\n"
     assert logging.getLogger("parc_jax").level == logging.NOTSET  # as it was before
+
+
+def test_nothing_is_told_twice_where_a_library_has_given_the_root_logger_a_handler(solve):
+    root, lines = logging.getLogger(), logging.handlers.BufferingHandler(100)
+    root.addHandler(lines)
+    try:
+        told = solve("--verbose")[2]
+    finally:
+        root.removeHandler(lines)
+    assert "searched for" in told and len(set(told.splitlines())) == len(told.splitlines())
+    assert not [one for one in lines.buffer if one.name.startswith("parc_jax")]
+    assert logging.getLogger("parc_jax").propagate  # as it was before
 
 
 def test_in_python_it_is_the_standard_library_s(caplog):
