@@ -258,7 +258,11 @@ bad("k with a second entry", samples__0__k=["0.5", "7"])
 bad("p0 of a set with a third entry, taken for k", sets__0__p0=["0", "0", "0.5"])
 bad("k of a set with a second entry", sets__0__k=["0.5", "7"])
 bad("a denominator of 9000 bits", samples__0__p0=["0x1p-9000", "0"])
-bad("a goal of 18000 bits", line, problem__goal={"A": [["0x1p-8000"]], "b": ["0x1p+9999"]})
+bad(  # the second row is spelled otherwise, so that all are read as fractions
+    "a goal of 18000 bits",
+    line,
+    problem__goal={"A": [["0x1p-8000"], ["1"]], "b": ["0x1p+9999", "999"]},
+)
 bad("a width of 9000 bits", line, tube__interval=[[[["0x1p-9000"]]]])
 bad(
     "a network of 18000 bits",

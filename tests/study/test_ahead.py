@@ -32,7 +32,7 @@ def test_what_stands_in_for_a_local_model_has_its_shapes():
     system, key = plant(toy.gusty, toy.T), jax.random.PRNGKey(3)
     train = collect(system, key, 400, quiet=True)
     chosen = toy.answer().choose(delta=0.05)
-    asked = Local(share=0.01, eps=0.1, rollouts=60, profile_runs=60, bins=(1, 1))
+    asked = Local(share=1e-3, eps=0.1, rollouts=60, profile_runs=60)
     model = chosen.claim_near(system, key, asked, settings=SETTINGS).near.model
     guess = guessed_near(train, chosen.k)
     shapes = [jax.tree.map(np.shape, (one.net, one.tube)) for one in (guess, model)]
