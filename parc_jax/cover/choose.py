@@ -126,11 +126,11 @@ def _rooms(
     points: Int[jax.Array, " i"],
     places: Float[jax.Array, "plans knots points n_p"],
     lost: Callable,
-    at_once: int = 1,
+    at_once: int | None = None,
 ):
     """(plans, T, d) how far all of some points of each plan are along directions w, which are those
     of each interval or of all, whatever their errors. lost: as of `Allowed`.
-    at_once: plans.
+    at_once: plans, None for one after another.
     """
     # axis by axis and point by point: a loop over plans whose arrays (T, d) stay in cache
     axes = jax.lax.optimization_barrier(tuple(jnp.moveaxis(w, 2, 0)))

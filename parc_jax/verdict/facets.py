@@ -29,9 +29,9 @@ from parc_jax.verdict.scene import Scene, Tabled
 class Facets(NamedTuple):
     """What errors take along the facet normals of the pairs of a scene, each kept once.
 
-    number (o, f): which of the normals. reach: against these. inside
-    (n_bins, T, n_points, n_p): an error that each bin allows, None for boxes. core (o, f) [m *
-    |w|]: whoever is below all of it is in the obstacle, moved by one point of the shape.
+    number (o, f): which of the normals. reach: against these. inside (n_bins, T, n_points, n_p): an
+    error that each bin allows, None for boxes. core (o, f) [m * |w|]: whoever is below all of it
+    is in the obstacle, moved by one point of the shape.
     """
 
     number: np.ndarray
