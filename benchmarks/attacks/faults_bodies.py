@@ -184,8 +184,8 @@ COVERED = (
     Fault(
         "plans_keep_to_corridors_by_their_first_points",
         "keeping.keeps",
-        "else points[o]",
-        "else points[o][:1]",
+        "points[o] == point",
+        "points[o][:1] == point",
         (BY_HAND,),
     ),
     Fault(
@@ -198,8 +198,8 @@ COVERED = (
     Fault(
         "plans_err_along_the_directions_of_corridors",
         "thresholds._of_one",
-        "tuple(-w[o, :, axis]",
-        "tuple(w[o, :, axis]",
+        "tuple(-x for x in w[o])",
+        "tuple(x for x in w[o])",
         (
             "tests/cover/test_thresholds.py"
             "::test_they_are_those_of_the_corridor_and_plans_keep_to_it_as_by_hand",

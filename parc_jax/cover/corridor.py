@@ -63,8 +63,8 @@ class Corridor(NamedTuple):
 
 
 class Stacked(NamedTuple):
-    """Corridors (c, ...) with room for more obstacles, the first `count` of which are there: w (c,
-    o, T, n_p), support (c, o, T), points (o, i).
+    """Corridors with room for more, and for more obstacles, the first `count` of which are there: w
+    (o, c, n_p, T), support (o, c, T), points (o, i). Nobody keeps to one that only pads.
     """
 
     w: np.ndarray
@@ -73,13 +73,13 @@ class Stacked(NamedTuple):
     count: np.ndarray
 
 
-def stacked(corridors: Sequence[Corridor]) -> Stacked:
-    """At least one, all about the same obstacles."""
-    n, *_ = corridors[0].w.shape
-    size = size_class(n, LEAST_OBSTACLES)
-    w = np.zeros((len(corridors), size, *corridors[0].w.shape[1:]))
-    support = np.full(w.shape[:-1], -np.inf)
+def stacked(corridors: Sequence[Corridor], room: int = 0) -> Stacked:
+    """At least one, all about the same obstacles. room: for so many corridors."""
+    n, n_t, n_p = corridors[0].w.shape
+    size, room = size_class(n, LEAST_OBSTACLES), max(room, len(corridors))
+    w = np.zeros((size, room, n_p, n_t))
+    support = np.full((size, room, n_t), np.inf)
     for i, one in enumerate(corridors):
-        w[i, :n], support[i, :n] = one.w, one.support
+        w[:n, i], support[:n, i] = one.w.swapaxes(1, 2), one.support
     points = np.pad(corridors[0].points, ((0, size - n), (0, 0)))
     return Stacked(w, support, points, np.int32(n))

@@ -8,10 +8,10 @@ from functools import cached_property
 import jax
 import numpy as np
 from jaxtyping import ArrayLike, Int
-from numpy.typing import DTypeLike
 
-from parc_jax.base.arrays import in_chunks, on_all_cores, x64
+from parc_jax.base.arrays import in_chunks, on_all_cores, once, x64
 from parc_jax.base.shapes import Numbers, Paths
+from parc_jax.claim.error_set import ErrorSet
 from parc_jax.claim.tube import Tube
 from parc_jax.cover.corridor import Corridor, stacked
 from parc_jax.cover.keeping import Computed, Conditions, keeps
@@ -21,7 +21,7 @@ from parc_jax.cover.thresholds import Thresholds, padded_size
 KNOTS = 16  # of the quick test: who leaves a corridor mostly does so for long
 TILES = ((1024, 8), (512, 32))  # plans and corridors of a call of the quick test
 NEAR_PAIRS = 8192  # (plan, corridor) pairs of such a call, where it is about chosen ones
-PAIRS = 1024  # and of a call of the full test
+PAIRS = 512  # and of a call of the full test
 FEW = 8  # corridors that are asked before all others
 
 
@@ -36,7 +36,7 @@ class Corridors:
     def __init__(self, tube: Tube, corridors: Iterable[Corridor] = ()):
         self.tube = tube
         self.all = tuple(corridors)
-        self._knots = np.unique(np.linspace(0, tube.n_steps - 1, KNOTS).astype(int))
+        self._knots = _knots_of(tube)
         # of errors between fitted faces thresholds are looked up: at all intervals, and at a few
         self._tables: tuple[Thresholds, ...] = ()
         if tube.templates is not None:
@@ -72,16 +72,16 @@ class Corridors:
         allowed (b, c) bool: only of these.
         """
         order = np.arange(len(self)) if order is None else order
-        found = np.full(len(path), -1)
+        found, few = np.full(len(path), -1), self._few_knots(path)
         for some in (order[:FEW], order[FEW:]):
             open_ = np.flatnonzero(found < 0)
-            plan, corridor = self._near_pairs(path, bins, open_, some, allowed)
+            plan, corridor = self._near_pairs(few, bins, open_, some, allowed)
             self._settle(path, bins, plan, corridor, found)
         return found
 
     def _near_pairs(
         self,
-        path: Paths,
+        few: Paths,
         bins: Numbers,
         plans: np.ndarray,
         some: np.ndarray,
@@ -89,11 +89,11 @@ class Corridors:
     ) -> tuple[np.ndarray, np.ndarray]:
         """Plans and corridors of the pairs that pass the quick test, sorted by plan."""
         if allowed is None:
-            row, column = np.nonzero(self.nearly(path[plans], bins[plans], some))
+            row, column = np.nonzero(self._nearly(few[plans], bins[plans], some))
             return plans[row], some[column]
         row, column = np.nonzero(allowed[plans[:, None], some])
         plan, corridor = plans[row], some[column]
-        near = self._nearly_pairs(path, bins, plan, corridor)
+        near = self._nearly_pairs(few, bins, plan, corridor)
         return plan[near], corridor[near]
 
     def _settle(
@@ -119,10 +119,14 @@ class Corridors:
         Rounding may lose a plan at the very border, which then counts as outside.
         """
         some = np.arange(len(self)) if some is None else some
+        return self._nearly(self._few_knots(path), bins, some)
+
+    def _nearly(self, path: Paths, bins: Numbers, some: np.ndarray) -> np.ndarray:
+        """The same; path: at the few knots."""
         out = np.zeros((len(path), len(some)), bool)
         if not out.size:
             return out
-        few, path = self._at_few, self._few_knots(path)
+        few = self._at_few
         height, width = TILES[len(some) > TILES[0][1]]
 
         def tile(corner: tuple[int, int]):
@@ -139,18 +143,16 @@ class Corridors:
     def _nearly_pairs(
         self, path: Paths, bins: Numbers, plan: np.ndarray, corridor: np.ndarray
     ) -> np.ndarray:
-        """(pairs,) bool: the same for plan[i] and corridor[i]."""
+        """(pairs,) bool: the same for plan[i] and corridor[i]; path: at the few knots."""
         if not len(plan):
             return np.zeros(0, bool)
         few = self._at_few
-        used, at = np.unique(plan, return_inverse=True)
-        path, bins = self._few_knots(path[used]), bins[used]
 
         def call(rows: np.ndarray):
-            i = at[rows]
+            i = plan[rows]
             return np.asarray(_pairs(few, path[i], bins[i], corridor[rows]))
 
-        return in_chunks(len(at), NEAR_PAIRS, call)
+        return in_chunks(len(plan), NEAR_PAIRS, call)
 
     def kept_pairs(
         self, path: Paths, bins: Numbers, plan: np.ndarray, corridor: np.ndarray
@@ -188,22 +190,32 @@ class Corridors:
         """All corridors as device arrays, padded to few sizes, at all intervals in float64, and at
         a few in float32.
         """
-        size = padded_size(len(self))
-        w, support, points, count = stacked([self.all[i % len(self)] for i in range(size)])
-        w, support = w.transpose(1, 0, 3, 2), support.transpose(1, 0, 2)
-
-        def asked_at(knots: np.ndarray | slice, dtype: DTypeLike) -> Conditions:
-            along, beyond = (np.ascontiguousarray(x[..., knots], dtype) for x in (w, support))
-            least = None
-            if not self._tables:
-                errors = jax.tree.map(lambda x: np.asarray(x[:, knots], dtype), self.tube.errors)
-                least = Computed(beyond, errors)
-            return Conditions(along, points, count, least)
-
+        w, support, points, count = stacked(self.all, padded_size(len(self)))
         with x64():
-            return jax.device_put(
-                (asked_at(np.s_[:], np.float64), asked_at(self._knots, np.float32))
-            )
+            at_all = Conditions(*jax.device_put((w, points, count)), None)
+            at_few = at_all._replace(w=jax.device_put(self._few(w)))
+            if self._tables:
+                return at_all, at_few
+            errors = once(self.tube, _errors_of)
+            beyond = jax.device_put((support, self._few(support)))
+        every, few = (Computed(*x) for x in zip(beyond, errors, strict=True))
+        return at_all._replace(least=every), at_few._replace(least=few)
+
+    def _few(self, x: np.ndarray) -> np.ndarray:
+        """Of (..., T), as `_few_knots`."""
+        return np.ascontiguousarray(x[..., self._knots], np.float32)
+
+
+def _knots_of(tube: Tube) -> np.ndarray:
+    """Of the quick test."""
+    return np.unique(np.linspace(0, tube.n_steps - 1, KNOTS).astype(int))
+
+
+def _errors_of(tube: Tube) -> tuple[ErrorSet, ErrorSet]:
+    """At all intervals, and at a few in float32, where kernels find them."""
+    few = jax.tree.map(lambda x: np.asarray(x[:, _knots_of(tube)], np.float32), tube.errors)
+    with x64():
+        return jax.device_put((tube.errors, few))
 
 
 def _padded(rows: np.ndarray, size: int) -> np.ndarray:

@@ -22,12 +22,12 @@ class Computed(NamedTuple):
     errors: ErrorSet
 
     def of(self, bin: Index, corridor: Index):
-        """(t,) in one bin for one corridor: a function of obstacle, slot, point and direction, axis
-        by axis. Kernel.
+        """(t,) in one bin for one corridor: a function of obstacle, point, where it stands among
+        the obstacle's own, and direction, axis by axis. Kernel.
         """
         errors = at(self.errors, bin)
 
-        def least(o: Index, _: int, point: Index, w: Float[ArrayLike, "n_p t"]):
+        def least(o: Index, point: int, _: Index, w: Float[ArrayLike, "n_p t"]):
             lost = at(errors, (slice(None), point)).support_by_axis(tuple(-x for x in w))
             return self.support[o, corridor] + lost
 
@@ -35,7 +35,7 @@ class Computed(NamedTuple):
 
 
 class Looked(NamedTuple):
-    """The same, looked up: table (rows, o, t, i), of which row (c, n_bins) is that of a corridor in
+    """The same, looked up: table (rows, o, i, t), of which row (c, n_bins) is that of a corridor in
     a bin. What was not asked for is infinite, which no plan exceeds.
     """
 
@@ -45,7 +45,7 @@ class Looked(NamedTuple):
     def of(self, bin: Index, corridor: Index):
         """As of `Computed`. Kernel."""
         row = self.row[corridor, bin]
-        return lambda o, slot, _, __: self.table[row, o, :, slot]
+        return lambda o, _, slot, __: self.table[row, o, slot]
 
 
 class Conditions(NamedTuple):
@@ -64,7 +64,8 @@ def keeps(conditions: Conditions, path: Path, bin: Index, corridor: Index):
     """Does a plan in this bin meet all conditions of a corridor? path: at the beginning of each
     interval, or with one knot more at both its knots. Kernel.
 
-    Obstacle by obstacle and point by point: a few arrays (t,) stay in cache.
+    Obstacle by obstacle, a few arrays (t,) stay in cache; and by every point, so that it is known
+    which and read in place: to gather an obstacle's own costs more than the others do.
     """
     points, (n_p, n) = jnp.asarray(conditions.points), conditions.w.shape[2:]
     knots = [path[first : first + n] for first in range(len(path) - n + 1)]
@@ -73,12 +74,12 @@ def keeps(conditions: Conditions, path: Path, bin: Index, corridor: Index):
     def look(o: Index, met: Bool[ArrayLike, ""]):
         w = conditions.w[o, corridor]
         clear = jnp.ones(n, bool)
-        # where there is one point it is known which, and it is read in place
-        for slot, point in enumerate((0,) if path.shape[1] == n_p else points[o]):
-            threshold = least(o, slot, point, w)
-            axes = [point * n_p + axis for axis in range(n_p)]
+        for point in range(path.shape[1] // n_p):
+            own = points[o] == point
+            threshold = least(o, point, jnp.argmax(own), w)
+            axes = range(point * n_p, (point + 1) * n_p)
             heights = [height(w, [places[:, axis] for axis in axes]) for places in knots]
-            clear &= separates(heights, threshold)
+            clear &= separates(heights, threshold) | ~own.any()
         return met & clear.all()
 
     return jax.lax.fori_loop(0, conditions.count, look, jnp.ones((), bool))

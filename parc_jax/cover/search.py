@@ -190,15 +190,16 @@ def cover(
 
 def look(query: Query, search: Search, fresh: Points) -> Search:
     """The search after a look at a fresh draw of safe plans."""
-    building = search.building
+    building, others = search.building, fresh
     n = len(fresh.k)
     inside = np.zeros(n, bool)
     if query.cut:
         found = search.polytopes.first(fresh, building)
         building = building.counting(found)
         inside = found >= 0
+        others = fresh.at(~inside)
     kept = inside.copy()  # whoever is inside keeps to a corridor
-    building, kept[~inside] = admit(building, fresh.at(~inside))
+    building, kept[~inside] = admit(building, others)
     covered = inside if query.cut else kept
     search = search._replace(
         building=building,

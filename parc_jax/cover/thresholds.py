@@ -63,7 +63,7 @@ class Thresholds:
         n_bins = self._row.shape[1]
         used, of = np.unique(new // n_bins, return_inverse=True)
         roomy = stacked([corridors[c] for c in used])
-        w, support = roomy.w[:, :, self._knots], roomy.support[:, :, self._knots]
+        w, support = (x[..., self._knots].swapaxes(0, 1) for x in (roomy.w, roomy.support))
 
         def call(rows: np.ndarray):
             own = roomy._replace(w=w[of[rows]], support=support[of[rows]])
@@ -96,24 +96,24 @@ def _of_one(
     errors: ErrorSet,
     points: Int[ArrayLike, "o i"],
     count: Index,
-    w: Float[ArrayLike, "o t n_p"],
+    w: Float[ArrayLike, "o n_p t"],
     support: Float[ArrayLike, "o t"],
     bin: Index,
 ):
-    """(o, T, i) thresholds of one corridor in one bin, as `Corridor.threshold`. Kernel.
+    """(o, i, T) thresholds of one corridor in one bin, as `Corridor.threshold`. Kernel.
 
     Interval by interval innermost: errors of a point in a bin stay in cache.
     """
     mine = at(errors, bin)
 
-    def look(o: Index, found: Float[ArrayLike, "o t i"]):
-        back = tuple(-w[o, :, axis] for axis in range(w.shape[-1]))
+    def look(o: Index, found: Float[ArrayLike, "o i t"]):
+        back = tuple(-x for x in w[o])
         slots = [
             support[o] + at(mine, (slice(None), point)).support_by_axis(back) for point in points[o]
         ]
-        return found.at[o].set(jnp.stack(slots, axis=-1))
+        return found.at[o].set(jnp.stack(slots))
 
-    nothing = jnp.zeros((*support.shape, points.shape[1]), support.dtype)
+    nothing = jnp.zeros((*points.shape, support.shape[1]), support.dtype)
     return jax.lax.fori_loop(0, count, look, nothing)
 
 

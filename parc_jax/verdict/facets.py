@@ -71,15 +71,19 @@ def along_facets(
     normals, pairs = jnp.asarray(scene.directions.w), jnp.asarray(scene.obstacles.points)
     places = path.T.reshape(-1, normals.shape[-1], len(path))  # (n_points, n_p, T + 1)
 
-    def of_point(f: int, point: Index):
-        w = normals[o, f]
-        heights = at_both_knots(height(w, places[point]))
-        return excess(heights, 0.0 if lost is None else lost(f, w, point))
+    own = [(pairs[o] == point).any() for point in range(len(places))]
 
-    # where there is one point it is known which, and it is read in place
-    points = (0,) if len(places) == 1 else pairs[o]
-    facets = range(scene.directions.n_facets)
-    return [reduce(jnp.minimum, (of_point(f, point) for point in points)) for f in facets]
+    def of_facet(f: int):
+        w = normals[o, f]
+        far = jnp.inf
+        # by every point, so that it is known which, and read in place
+        for point, mine in enumerate(own):
+            heights = at_both_knots(height(w, places[point]))
+            room = excess(heights, 0.0 if lost is None else lost(f, w, point))
+            far = jnp.minimum(far, jnp.where(mine, room, jnp.inf))
+        return far
+
+    return [of_facet(f) for f in range(scene.directions.n_facets)]
 
 
 def facet_gap(o: Index, along: list[jax.Array], scene: Tabled):

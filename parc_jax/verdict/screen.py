@@ -225,7 +225,7 @@ def screen(scene: Scene, z: Positions, k: ManyParams) -> Screened:
     safe = np.ones(len(row), bool)
     unsure = np.flatnonzero(seen.unsure)
     safe[unsure] = separated(unsure, *seen.worst[unsure].T)
-    plan, o, t = np.nonzero(seen.open & safe[:, None, None])
+    plan, o, t = np.nonzero(seen.open[:, : int(scene.count)] & safe[:, None, None])
     safe[plan[~separated(plan, o, t)]] = False
     p0, path, pattern, bin = (field[safe] for field in seen[:4])
     return Screened(int(reaches.sum()), row[safe], p0, path, pattern, bin)

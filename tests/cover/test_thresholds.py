@@ -41,7 +41,7 @@ def test_they_are_those_of_the_corridor_and_plans_keep_to_it_as_by_hand():
             corridor, bins = rng.integers(0, 5, 10), rng.integers(0, 3, 10)
             row, found = map(np.asarray, known.of(tuple(chosen), corridor, bins))
             for c, b in zip(corridor, bins, strict=True):
-                exact = chosen[c].threshold(tube.during(int(b)))[:, some]
+                exact = chosen[c].threshold(tube.during(int(b)))[:, some].swapaxes(1, 2)
                 own = found[row[c, b]][: len(exact)]
                 np.testing.assert_allclose(own, exact, rtol=0, atol=atol)
         assert (found[row[len(chosen)]] == np.inf).all()  # of no corridor, which nobody keeps to
