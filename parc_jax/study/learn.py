@@ -20,8 +20,8 @@ from parc_jax.claim.tube import Tube
 from parc_jax.model import TrajectoryModel, trajectory_model
 from parc_jax.network.fit import fit
 from parc_jax.network.relu import ReLUNetwork
-from parc_jax.rollout.batch import RolloutBatch
-from parc_jax.rollout.collect import collect
+from parc_jax.rollout.batch import RolloutBatch, concatenate
+from parc_jax.rollout.collect import stream_rollouts
 from parc_jax.rollout.forecast import Forecast
 from parc_jax.study.settings import Learning, name_of
 from parc_jax.study.stopwatch import Stopwatch
@@ -78,15 +78,16 @@ def learn(
     with watch("other starts"):
         start = StartTrial(*gather(try_starts(system, key, study.gap))[0])
     with watch("training rollouts"):
-        train = collect(
+        chunks = stream_rollouts(
             system,
             key,
             study.rollouts,
             Stage.TRAIN,
-            path=work / "train",
+            path=work / "training",
             quiet=quiet,
             forecast=forecast,
         )
+        train = concatenate(chunks)
     runs = SystemRuns(system, key, train.n, work, quiet, forecast)
     return _learned(train, runs, start, study, key, watch, ahead)
 

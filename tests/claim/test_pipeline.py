@@ -68,6 +68,9 @@ def test_a_start_that_matters_more_is_refused():
 def test_python_and_shell_make_the_same_claim(tmp_path):
     system = plant(noisy)
     learned = learn(system, STUDY, KEY, Stopwatch(), tmp_path, True)
+    # the training runs are kept once, in chunks like all others
+    assert (tmp_path / "training" / "meta.json").exists()
+    assert {f.name for f in tmp_path.iterdir()} <= {"training", "profile", "fresh", "search"}
     again = pj.bound_error(
         learned.main.net,
         system,

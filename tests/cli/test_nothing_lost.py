@@ -38,7 +38,7 @@ def shell(capsys, monkeypatch, tmp_path):
         raise AssertionError("a run was made")
 
     monkeypatch.setattr("parc_jax.claim.start_gap.collect", no_runs)
-    monkeypatch.setattr("parc_jax.study.learn.collect", no_runs)
+    monkeypatch.setattr("parc_jax.study.learn.stream_rollouts", no_runs)
 
     def run(*arguments):
         capsys.readouterr()
