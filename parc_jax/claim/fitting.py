@@ -6,10 +6,13 @@ the end, from runs that come before the holdout. From there on it is a profile l
 """
 
 from collections.abc import Sequence
+from threading import Lock
 from typing import NamedTuple
 
+import jax
 import numpy as np
 
+from parc_jax.base.arrays import on_all_cores
 from parc_jax.base.tolerances import TOLERANCES
 from parc_jax.claim.bins import Bins
 from parc_jax.claim.edges import smoothed
@@ -137,15 +140,21 @@ def _extremes(
     least = Errors(*(np.full(u.shape[:-1], np.inf) for u in directions))
     most = Errors(*(np.full(u.shape[:-1], -np.inf) for u in directions))
     slack = allowance(net, runs[0].domain, layout)
-    for batch, bins in zip(runs, numbers, strict=True):
-        for rows in padded_chunks(batch.n):
-            held = batch.k[rows], batch.p[rows], batch.q[rows]
-            for own in bins[rows].T:
-                along = Errors(*(u[own] for u in directions))
-                found = measure_arrays_along(net, slack, layout, along, *held)
+    one_at_a_time = Lock()
+
+    def widen(chunk: tuple[RolloutBatch, np.ndarray, np.ndarray]) -> None:
+        batch, bins, rows = chunk
+        held = batch.k[rows], batch.p[rows], batch.q[rows]
+        for own in bins[rows].T:
+            along = Errors(*(u[own] for u in directions))
+            found = jax.device_get(measure_arrays_along(net, slack, layout, along, *held))
+            with one_at_a_time:
                 for part in range(len(directions)):
-                    np.minimum.at(least[part], own, np.asarray(found.least[part]))
-                    np.maximum.at(most[part], own, np.asarray(found.most[part]))
+                    np.minimum.at(least[part], own, found.least[part])
+                    np.maximum.at(most[part], own, found.most[part])
+
+    pairs = zip(runs, numbers, strict=True)
+    on_all_cores(widen, ((b, bins, rows) for b, bins in pairs for rows in padded_chunks(b.n)))
     return least, most
 
 
