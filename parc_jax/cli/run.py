@@ -102,11 +102,11 @@ def run(
             asked,
             out,
             shell.seed,
-            saved,
-            shell.quiet,
-            learn_from,
-            first if figures and host <= 0 else None,
-            early,
+            model=saved,
+            quiet=shell.quiet,
+            learn_from=learn_from,
+            first=first if figures and host <= 0 else None,
+            early=early,
         )
     if host > 0:
         return 0
