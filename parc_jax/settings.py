@@ -48,6 +48,10 @@ class Search(Options):
     budget_s: float = 600.0
     """A limit in seconds above the work, compiling not counted; the answer says when it cut
     something off."""
+    polytopes: bool = False
+    """Cut the corridors into polytopes of (p0, k), for pictures of them and for optimisers of
+    yours: several times the work, and out of reach with many parameters. `Answer.with_polytopes`
+    cuts them later."""
 
     def __post_init__(self) -> None:
         super().__post_init__()
@@ -77,10 +81,6 @@ class Settings(Search):
 
     samples_only: bool = False
     """Safe plans alone; no corridor is built and nothing is covered."""
-    polytopes: bool = False
-    """Cut the corridors into polytopes of (p0, k), for pictures of them and for optimisers of
-    yours: several times the work, and out of reach with many parameters. `Answer.with_polytopes`
-    cuts them later."""
     proof: bool = True
     """Check all that is returned in exact arithmetic."""
     method: object | None = None

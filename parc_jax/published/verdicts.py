@@ -2,6 +2,7 @@
 reach.
 """
 
+import jax
 import numpy as np
 
 from parc_jax.base.status import OfRegion
@@ -13,11 +14,14 @@ from parc_jax.published.sets.pontryagin import shrink
 from parc_jax.pwa.table import RegionTable
 from parc_jax.sets.bounding_box import bounding_box
 
+DRAWN = 2048  # plans of the corridors
+
 
 def region_verdicts(answer, table: RegionTable) -> np.ndarray:
     """Verdict (r,) of each region of a table of the answer's network, as `OfRegion`.
 
-    SAFE: a returned sample or the inner point of a safe polytope lies in it. UNREACHABLE: the
+    SAFE: a returned sample lies in it, or the inner point of a safe polytope, where there are
+    none a plan drawn from the corridors. UNREACHABLE: the
     backward reachable set is proved empty in every bin of the tube that the region meets; this is
     asked for robots of one reference point only. NOT_FOUND: neither. Raises InputError.
     """
@@ -27,11 +31,10 @@ def region_verdicts(answer, table: RegionTable) -> np.ndarray:
             "regions: expected the regions of the answer's network; these belong to another one."
         )
     verdict = np.full(table.count, int(OfRegion.NOT_FOUND))
-    inner = [p.k for p in answer.polytopes]
-    known = np.concatenate(
-        [answer.samples[:, model.n_p :], np.reshape(inner, (len(inner), model.n_k))]
-    )
-    found = table.locate(known)
+    known = [*answer.samples[:, model.n_p :], *(p.k for p in answer.polytopes)]
+    if not answer.polytopes and answer.corridors:
+        known += [*answer.sample(jax.random.PRNGKey(0), DRAWN)[:, model.n_p :]]
+    found = table.locate(np.reshape(known, (len(known), model.n_k)))
     verdict[found[found >= 0]] = OfRegion.SAFE
     if model.n_points > 1:
         return verdict

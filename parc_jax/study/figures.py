@@ -28,7 +28,7 @@ def figures(outcome: Studied, study: Study, out: Path) -> list[Path]:
     if answer.doubt is None and 2 <= answer.model.n_k <= 3:
         drawn.append(out / "regions.png")
         verdicts = region_verdicts(answer, outcome.table)
-        when = region_seconds(answer, outcome.table)
+        when = region_seconds(answer, outcome.table) if answer.polytopes else None
         regions(outcome.table, verdicts, when, drawn[-1], names=answer.model.labels.k)
     if outcome.learned is not None:
         drawn.append(out / "errors.png")

@@ -82,7 +82,7 @@ def run_study(
     key = key_of(seed)
     watch = Stopwatch()
     out = Path(out)
-    settings = Settings(**part_of(study, Search), polytopes=True)
+    settings = Settings(**part_of(study, Search))
     ahead = Ahead(problem, settings)
     learned = None
     if model is None:

@@ -47,6 +47,7 @@ class Study(Search, Learning):
     InputError for values without meaning.
     """
 
+    polytopes: bool = True
     repeats: int = 1
     """Runs of each returned plan in the replay, with fresh randomness."""
     driven: bool = False

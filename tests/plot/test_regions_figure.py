@@ -53,6 +53,18 @@ def test_verdicts_are_safe_where_plans_are_and_unreachable_only_where_no_k_reach
     assert {OfRegion.SAFE, OfRegion.UNREACHABLE} <= set(verdict)
 
 
+def test_without_polytopes_plans_of_the_corridors_tell_where_it_is_safe(arcs, rng):
+    answer, table = arcs
+    few = SimpleNamespace(**(vars(answer) | {"polytopes": (), "corridors": ()}))
+    bare = region_verdicts(few, table)
+    k = rng.uniform(LO, HI, (500, 2))
+    elsewhere = k[np.argmax(bare[table.locate(k)] != OfRegion.SAFE)]
+    plan = np.concatenate([[4.5, 0.0], elsewhere])
+    few.corridors, few.sample = ("one",), lambda key, n: np.repeat(plan[None], n, axis=0)
+    changed = np.flatnonzero(region_verdicts(few, table) != bare)
+    assert changed.tolist() == table.locate(elsewhere[None]).tolist()
+
+
 def test_times_are_those_of_the_first_polytope(arcs):
     answer, table = arcs
     seconds = region_seconds(answer, table)
