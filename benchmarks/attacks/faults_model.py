@@ -5,7 +5,7 @@ from benchmarks.attacks.fault import Fault
 NETWORK = (
     Fault(
         "active_neurons_inverted",
-        "predict.forward",
+        "relu.forward",
         "active.append(z > 0)",
         "active.append(z < 0)",
         (
@@ -25,7 +25,7 @@ NETWORK = (
     ),
     Fault(
         "accelerator_products_rounded",
-        "network.predict",
+        "base.arrays",
         "Precision.HIGHEST",
         "Precision.DEFAULT",
         ("tests/verdict/test_pointwise.py::test_every_product_of_a_verdict_keeps_full_precision",),

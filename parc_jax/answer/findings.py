@@ -24,7 +24,8 @@ from parc_jax.problem.problem import ReachAvoid
 from parc_jax.robust.pose import Pose
 from parc_jax.robust.question import Plain, Question
 from parc_jax.robust.withstood import Withstood
-from parc_jax.verdict.scene import Scene, goal_box, volume_of_all
+from parc_jax.verdict.fits import goal_box
+from parc_jax.verdict.scene import Scene, volume_of_all
 
 if TYPE_CHECKING:
     from parc_jax.local.choice import Solve

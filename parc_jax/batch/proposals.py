@@ -14,12 +14,13 @@ import numpy as np
 from jaxtyping import Bool, Float, Int, Integer
 
 from parc_jax.base import struct
+from parc_jax.base.arrays import product
 from parc_jax.batch.estimate import estimate_clearance, estimate_roughly
 from parc_jax.claim.bins import open_bin_of
 from parc_jax.claim.error_set import ErrorSet, at
 from parc_jax.claim.reach import Reach
 from parc_jax.claim.tube import Tube
-from parc_jax.network.predict import moved_to, predict, product
+from parc_jax.network.predict import moved_to, predict
 from parc_jax.network.relu import ReLUNetwork
 from parc_jax.verdict.pointwise import verdict
 from parc_jax.verdict.scene import SceneArrays

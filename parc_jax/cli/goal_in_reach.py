@@ -14,7 +14,7 @@ from parc_jax.problem.problem import ReachAvoid
 from parc_jax.pwa.table import RegionTable
 from parc_jax.sets.hpolytope import HPolytope
 from parc_jax.sets.vertices import vertices
-from parc_jax.verdict.scene import box_of_rows, finite_box, goal_box
+from parc_jax.verdict.fits import box_of_rows, finite_box, goal_box
 
 ODD = 1000  # a body smaller than all else by this factor gets a word
 MOST_CORNERS = 729  # of K, where ways of a model are looked at

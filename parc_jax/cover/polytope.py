@@ -10,12 +10,12 @@ import numpy as np
 from jaxtyping import ArrayLike, Bool, Float
 
 from parc_jax.base import struct
-from parc_jax.base.arrays import x64
+from parc_jax.base.arrays import product, x64
 from parc_jax.base.shapes import Index, Params
 from parc_jax.claim.tube import Tube
 from parc_jax.cover.corridor import Corridor
 from parc_jax.cover.sampling import cell_of
-from parc_jax.network.predict import Layout, product
+from parc_jax.network.predict import Layout
 from parc_jax.network.relu import ReLUNetwork
 from parc_jax.pwa.maps import pattern_map
 from parc_jax.sets.hpolytope import HPolytope

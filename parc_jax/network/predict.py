@@ -1,22 +1,16 @@
 """What the network says of an input: one kernel for JAX, one function for NumPy, for everybody."""
 
 from collections.abc import Sequence
-from functools import partial
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
 import jax
 import jax.numpy as jnp
 import numpy as np
 from jaxtyping import ArrayLike, Float, Shaped
 
+from parc_jax.network.relu import ReLUNetwork, forward
 from parc_jax.rollout.batch import RolloutBatch
 from parc_jax.system import BlackBoxSystem, points_of
-
-if TYPE_CHECKING:
-    from parc_jax.network.relu import ReLUNetwork
-
-HIGHEST = jax.lax.Precision.HIGHEST  # accelerators round inputs of products to fewer bits otherwise
-product = partial(jnp.matmul, precision=HIGHEST)
 
 
 class Layout(NamedTuple):
@@ -45,22 +39,8 @@ def layout_of(source: BlackBoxSystem | RolloutBatch) -> Layout:
     return Layout(source.time.n_steps, source.n_p, len(points_of(source)))
 
 
-def forward(
-    weights: Sequence[ArrayLike],
-    biases: Sequence[ArrayLike],
-    x: Float[ArrayLike, " n_in"],
-) -> tuple[jax.Array, jax.Array]:
-    """Outputs (n_out,) and activation pattern (n_hidden,) bool of one input x (n_in,). Kernel."""
-    active = [jnp.zeros(0, bool)]
-    for W, b in zip(weights[:-1], biases[:-1], strict=True):
-        z = product(W, x) + b
-        active.append(z > 0)
-        x = jnp.maximum(z, 0)
-    return product(weights[-1], x) + biases[-1], jnp.concatenate(active)
-
-
 def predict(
-    net: "ReLUNetwork", layout: Layout, k: Float[ArrayLike, " n_k"]
+    net: ReLUNetwork, layout: Layout, k: Float[ArrayLike, " n_k"]
 ) -> tuple[jax.Array, jax.Array, jax.Array]:
     """Offsets (T + 1, n_c) from p0, further states (n_q,), activation pattern (n_hidden,) of one k
     (n_k,). Kernel; vmap for batches.
@@ -79,9 +59,7 @@ def features(
     return x
 
 
-def outputs(
-    net: "ReLUNetwork", k: np.ndarray, rows: slice | np.ndarray = slice(None)
-) -> np.ndarray:
+def outputs(net: ReLUNetwork, k: np.ndarray, rows: slice | np.ndarray = slice(None)) -> np.ndarray:
     """Network outputs (n, n_out) at k (n, n_k), on the host in float64. rows: numbers of those that
     are wanted.
     """
@@ -89,9 +67,7 @@ def outputs(
     return h @ net.weights[-1][rows].T + net.biases[-1][rows]
 
 
-def trajectories(
-    net: "ReLUNetwork", layout: Layout, k: np.ndarray
-) -> tuple[np.ndarray, np.ndarray]:
+def trajectories(net: ReLUNetwork, layout: Layout, k: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Offsets (n, T + 1, n_c) from p0 and further states (n, n_q) at k (n, n_k), on the host."""
     y = outputs(net, k)
     knots = np.concatenate([np.zeros((len(k), layout.n_p)), y[:, : layout.n_offsets]], axis=1)

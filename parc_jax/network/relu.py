@@ -6,12 +6,13 @@ import itertools
 from collections.abc import Sequence
 
 import jax
+import jax.numpy as jnp
 import numpy as np
+from jaxtyping import ArrayLike, Float
 
 from parc_jax.base import struct
-from parc_jax.base.arrays import as_float64, content_hash
+from parc_jax.base.arrays import as_float64, content_hash, product
 from parc_jax.errors import InputError
-from parc_jax.network.predict import forward
 
 
 @struct.dataclass
@@ -55,6 +56,20 @@ class ReLUNetwork:
     def __call__(self, x: jax.Array) -> jax.Array:
         """One input (n_in,) -> (n_out,). Pure; vmap for batches."""
         return forward(self.weights, self.biases, x)[0]
+
+
+def forward(
+    weights: Sequence[ArrayLike],
+    biases: Sequence[ArrayLike],
+    x: Float[ArrayLike, " n_in"],
+) -> tuple[jax.Array, jax.Array]:
+    """Outputs (n_out,) and activation pattern (n_hidden,) bool of one input x (n_in,). Kernel."""
+    active = [jnp.zeros(0, bool)]
+    for W, b in zip(weights[:-1], biases[:-1], strict=True):
+        z = product(W, x) + b
+        active.append(z > 0)
+        x = jnp.maximum(z, 0)
+    return product(weights[-1], x) + biases[-1], jnp.concatenate(active)
 
 
 def relu_network(weights: Sequence, biases: Sequence) -> ReLUNetwork:

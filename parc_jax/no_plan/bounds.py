@@ -15,10 +15,10 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import ArrayLike, Float
 
-from parc_jax.base.arrays import dot
+from parc_jax.base.arrays import HIGHEST, dot, product
 from parc_jax.base.shapes import ManyParams, Numbers, Params, Paths, Positions
 from parc_jax.claim.error_set import ErrorSet
-from parc_jax.network.predict import HIGHEST, Layout, by_point, predict, product
+from parc_jax.network.predict import Layout, by_point, predict
 from parc_jax.network.relu import ReLUNetwork
 from parc_jax.no_plan.contact_margins import (
     Tried,

@@ -14,8 +14,8 @@ import jax
 import jax.numpy as jnp
 from jaxtyping import ArrayLike, Float
 
+from parc_jax.base.arrays import product
 from parc_jax.base.shapes import Params
-from parc_jax.network.predict import product
 
 Layers = Sequence[tuple[jax.Array, jax.Array]]  # W, b before each hidden layer
 

@@ -7,11 +7,11 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import ArrayLike, Float, Int
 
-from parc_jax.base.arrays import slices, x64
+from parc_jax.base.arrays import HIGHEST, slices, x64
 from parc_jax.base.shapes import ManyParams
 from parc_jax.base.tolerances import TOLERANCES
 from parc_jax.certificate.write import runs_along, separation_part
-from parc_jax.network.predict import HIGHEST, Layout, by_point
+from parc_jax.network.predict import Layout, by_point
 from parc_jax.network.relu import ReLUNetwork
 from parc_jax.no_plan.bin_errors import BinErrors
 from parc_jax.no_plan.bounds import offsets_from_end

@@ -4,12 +4,16 @@ import itertools
 from typing import NamedTuple
 
 import numpy as np
+from jaxtyping import Float
 
+from parc_jax.claim.error_set import at
+from parc_jax.claim.tube import Tube
 from parc_jax.model import TrajectoryModel
 from parc_jax.problem.body import Disc, numbered
 from parc_jax.problem.problem import ReachAvoid
 from parc_jax.sets.hpolytope import HPolytope
-from parc_jax.verdict.scene import Scene, box_of_rows, no_end_fits
+from parc_jax.verdict.fits import box_of_rows, goal_box
+from parc_jax.verdict.scene import Scene
 
 NEAR = 1e-9  # [share of the sizes] by which a body must reach farther, so that rounding is no word
 
@@ -31,6 +35,52 @@ def why_none(scene: Scene) -> Why | None:
         return Why(words, True)
     words = no_end_fits(scene)
     return None if words is None else Why(words, False)
+
+
+def no_end_fits(scene: Scene) -> str | None:
+    """Why no plan can be safe, in a sentence, where the tube is wider than the goal in every bin of
+    K; else None.
+    """
+    model = scene.model
+    lo, hi = goal_box(scene.problem.goal, model.layout)
+    half, templates = _half_at_end(model.tube), model.tube.templates
+    short = _shortfall(half, hi - lo)
+    if (short > 0).any(axis=1).all() and templates is not None:
+        # these supports are bounds from above: what is said of the tube is looked at itself
+        for bin, axis in np.argwhere((short > 0) & np.isfinite(short)):
+            half[bin, axis] = templates.final.half_extent(bin, axis)
+        short = _shortfall(half, hi - lo)
+    if not (short > 0).any(axis=1).all():
+        return None
+    axis = int(np.argmax(short.min(axis=0)))
+    least = half.min(axis=0)
+    if not np.isfinite(least).all():
+        return (
+            "no plan keeps to bins of K that have a claim; a value on an edge is in the bins on "
+            "both sides."
+        )
+    if short[:, axis].min() <= 0:
+        return "in every bin of K the goal is narrower than the tube at the end along some axis."
+    return (
+        f"the goal is narrower than the tube at the end: its axis {axis} is {(hi - lo)[axis]:.3g} "
+        "wide, and the error "
+        f"there is bounded by no less than ±{least[axis]:.3g}."
+    )
+
+
+def _shortfall(half: Float[np.ndarray, "bins y"], width: Float[np.ndarray, " y"]) -> np.ndarray:
+    """(n_bins, n_c + n_q) by how much a goal of this width is too narrow for errors up to half."""
+    asked = np.isfinite(width)
+    short = np.full(half.shape, -np.inf)
+    short[:, asked] = 2 * half[:, asked] - width[asked]
+    return short
+
+
+def _half_at_end(tube: Tube) -> np.ndarray:
+    """(n_bins, n_c + n_q) half of how far the errors at the end go along the axes, or more."""
+    axes = np.eye(tube.final.shape[1])
+    errors = at(tube.final_errors, (slice(None), None))
+    return (errors.support(axes) + errors.support(-axes)) / 2
 
 
 def _covered(scene: Scene) -> str | None:

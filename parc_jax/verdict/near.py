@@ -15,14 +15,8 @@ from parc_jax.separation.pairs import exists
 from parc_jax.separation.polygon import corners
 from parc_jax.separation.ways import ways_of
 from parc_jax.sets.polygons import corners_of_many
-from parc_jax.verdict.scene import (
-    Scene,
-    box_of_rows,
-    check_fits,
-    float_slack,
-    goal_box,
-    laid_out,
-)
+from parc_jax.verdict.fits import box_of_rows, check_fits, goal_box
+from parc_jax.verdict.scene import Scene, float_slack, laid_out
 from parc_jax.verdict.sized import roomy
 
 
@@ -54,7 +48,7 @@ def apart_from_plans(problem: ReachAvoid, model: TrajectoryModel) -> Apart:
     """Which obstacles any plan that ends in the goal may come near. Raises InputError as
     `near_scene` does.
     """
-    check_fits(problem, model)
+    check_fits(problem, model.n_p, model.n_q, model.points)
     _check_obstacles(problem, model.time.n_steps)
     parts = numbered(problem.body, model.points)
     extent, slack = extent_in(problem, model)

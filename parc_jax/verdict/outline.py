@@ -16,7 +16,7 @@ from parc_jax.rollout.subject import given_of
 from parc_jax.separation.pairs import exists
 from parc_jax.sets.box import Box
 from parc_jax.system import System, TimeGrid, points_of, rotation_of
-from parc_jax.verdict.scene import check_fits, goal_box
+from parc_jax.verdict.fits import check_fits, goal_box
 
 ALIKE = ("n_p", "n_q", "points", "time")  # in which a system and its model agree to the letter
 
@@ -76,7 +76,7 @@ def require_fit(problem: ReachAvoid, robot: Outline | TrajectoryModel) -> None:
     """Refuse a question that this robot cannot be asked: goal, body, obstacles, doubt. All that a
     query refuses later, so that nothing is run or learned for it. Raises InputError.
     """
-    check_fits(problem.replace(doubt=None), robot)
+    check_fits(problem.replace(doubt=None), robot.n_p, robot.n_q, robot.points)
     numbered(problem.body, robot.points)
     for j in range(len(problem.obstacles)):
         exists(problem, j, robot.time.n_steps)

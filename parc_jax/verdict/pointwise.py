@@ -13,7 +13,7 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import ArrayLike, Float
 
-from parc_jax.base.arrays import map_rows
+from parc_jax.base.arrays import map_rows, product
 from parc_jax.base.shapes import (
     Index,
     Knot,
@@ -29,7 +29,7 @@ from parc_jax.claim.bins import each_bin, open_bin_of
 from parc_jax.claim.error_set import ErrorSet
 from parc_jax.claim.tube import Tube
 from parc_jax.model import TrajectoryModel
-from parc_jax.network.predict import moved_to, predict, product, trajectories
+from parc_jax.network.predict import moved_to, predict, trajectories
 from parc_jax.network.relu import ReLUNetwork
 from parc_jax.separation.pairs import Obstacles
 from parc_jax.verdict.scene import OneScene, Scene, SceneArrays

@@ -1,7 +1,6 @@
 """A problem as arrays for one model: everything a query needs, padded to few compiled shapes."""
 
 import dataclasses
-from typing import TYPE_CHECKING
 
 import numpy as np
 from jaxtyping import ArrayLike, Float
@@ -10,22 +9,18 @@ from parc_jax.base import struct
 from parc_jax.base.arrays import as_float64, once
 from parc_jax.claim.error_set import ErrorBox, at
 from parc_jax.claim.tube import Tube
-from parc_jax.errors import InputError
 from parc_jax.model import TrajectoryModel
 from parc_jax.network.predict import Layout
 from parc_jax.network.rounding import UNIT, rounding_bound
 from parc_jax.problem.body import Body
-from parc_jax.problem.problem import ReachAvoid, require_points
+from parc_jax.problem.problem import ReachAvoid
 from parc_jax.robust.question import Plain
 from parc_jax.separation.alike import Alike, alike
 from parc_jax.separation.apart import Apart
 from parc_jax.separation.directions import DirectionTable, direction_table
 from parc_jax.separation.pairs import Obstacles, bucket, numbered_pairs, obstacles_of
-from parc_jax.sets.bounding_box import bounding_box
 from parc_jax.sets.hpolytope import HPolytope
-
-if TYPE_CHECKING:
-    from parc_jax.verdict.outline import Outline
+from parc_jax.verdict.fits import check_fits, goal_box
 
 # [roundings] of a corner, of which the slack pays 64 units for each: more than `polygons.OFF`
 CORNERS = 17
@@ -157,7 +152,7 @@ def scene_arrays(
     problem: ReachAvoid, model: TrajectoryModel, apart: Apart | None = None
 ) -> SceneArrays:
     """The same for a batch. Raises InputError."""
-    check_fits(problem, model)
+    check_fits(problem, model.n_p, model.n_q, model.points)
     box_lo, box_hi = goal_box(problem.goal, model.layout)
     start = problem.start or HPolytope(np.zeros((0, model.n_p)), np.zeros(0))
     kept = None if apart is None else apart.kept
@@ -178,144 +173,6 @@ def volume_of_all(scene: Scene) -> float:
     """
     k = float(scene.model.domain.volume)
     return k if scene.at is not None else k * float(np.prod(scene.z_hi - scene.z_lo))
-
-
-def check_fits(problem: ReachAvoid, model: "TrajectoryModel | Outline") -> None:
-    """Raises InputError where the problem has other dimensions than the model, or a doubt."""
-    if problem.doubt is not None:
-        raise InputError(
-            "scene: expected a plain problem; this one is under doubt. Ask a planner, or turn it "
-            "into a plain one by `robust.question.plain`."
-        )
-    n_y = model.n_c + model.n_q
-    require_points(problem, model.points)
-    if problem.goal.n != n_y:
-        of_all = "" if model.n_points == 1 else f" of each of its {model.n_points} points"
-        raise InputError(
-            f"goal: expected a set over the {model.n_p} workspace coordinates{of_all} and "
-            f"{model.n_q} further goal coordinates of this model ({n_y}); got {problem.goal.n} "
-            "dimensions. Give bounds for every one of them."
-        )
-    for j, o in enumerate(problem.obstacles):
-        if o.n != model.n_p:
-            raise InputError(
-                f"obstacle {j}: expected a set in the {model.n_p}-D workspace; got {o.n} "
-                "dimensions."
-            )
-    if problem.start is not None and problem.start.n != model.n_p:
-        raise InputError(
-            f"start: expected a set in the {model.n_p}-D workspace; got {problem.start.n} "
-            "dimensions."
-        )
-
-
-def finite_box(
-    poly: HPolytope, name: str, needed: np.ndarray | None = None
-) -> tuple[np.ndarray, np.ndarray]:
-    """Smallest box around a polytope, bounded along the needed axes (n,), by default all: rows
-    along the axes are read off, others ask LPs. Raises InputError.
-    """
-    needed = np.ones(poly.n, bool) if needed is None else needed
-    lo, hi = box_of_rows(poly)
-    if (np.count_nonzero(poly.A, axis=1) != 1).any():
-        try:
-            around = bounding_box(poly)
-        except InputError:
-            raise InputError(
-                f"{name}: expected a set with points in it; its rows contradict each other."
-            ) from None
-        lo, hi = np.maximum(lo, around.lo), np.minimum(hi, around.hi)
-    return _checked(lo, hi, needed, name)
-
-
-def goal_box(goal: HPolytope, layout: Layout) -> tuple[np.ndarray, np.ndarray]:
-    """A box around the goal, which must bound the first point and q; where a robot has several
-    points, the others may be free: infinite. Raises InputError.
-    """
-    if layout.n_points == 1:
-        return finite_box(goal, "goal")
-    needed = np.ones(goal.n, bool)
-    needed[layout.n_p : layout.n_c] = False
-    lo, hi = box_of_rows(goal)
-    if (np.isfinite(lo) & np.isfinite(hi))[needed].all():
-        return _checked(lo, hi, needed, "goal")
-    return finite_box(goal, "goal", needed)
-
-
-def box_of_rows(poly: HPolytope) -> tuple[np.ndarray, np.ndarray]:
-    """The box that the rows along the axes make, infinite where there is none."""
-    lo, hi = np.full(poly.n, -np.inf), np.full(poly.n, np.inf)
-    single = np.count_nonzero(poly.A, axis=1) == 1
-    for row, offset in zip(poly.A[single], poly.b[single], strict=True):
-        axis = int(np.flatnonzero(row)[0])
-        if row[axis] > 0:
-            hi[axis] = min(hi[axis], offset / row[axis])
-        else:
-            lo[axis] = max(lo[axis], offset / row[axis])
-    return lo, hi
-
-
-def _checked(lo: np.ndarray, hi: np.ndarray, needed: np.ndarray, name: str):
-    """lo, hi themselves, if the needed axes are bounded and none is empty. Raises InputError."""
-    open_ = needed & ~(np.isfinite(lo) & np.isfinite(hi))
-    if open_.any():
-        axis = int(np.argmax(open_))
-        raise InputError(
-            f"{name}: expected a bounded set; axis {axis} has no bound. Add the missing rows."
-        )
-    if (lo > hi).any():
-        axis = int(np.argmax(lo > hi))
-        span = f"[{lo[axis]:g}, {hi[axis]:g}]"
-        raise InputError(
-            f"{name}: expected a set with points in it; axis {axis} asks for a value in {span}."
-        )
-    return lo, hi
-
-
-def no_end_fits(scene: Scene) -> str | None:
-    """Why no plan can be safe, in a sentence, where the tube is wider than the goal in every bin of
-    K; else None.
-    """
-    model = scene.model
-    lo, hi = goal_box(scene.problem.goal, model.layout)
-    half, templates = _half_at_end(model.tube), model.tube.templates
-    short = _shortfall(half, hi - lo)
-    if (short > 0).any(axis=1).all() and templates is not None:
-        # these supports are bounds from above: what is said of the tube is looked at itself
-        for bin, axis in np.argwhere((short > 0) & np.isfinite(short)):
-            half[bin, axis] = templates.final.half_extent(bin, axis)
-        short = _shortfall(half, hi - lo)
-    if not (short > 0).any(axis=1).all():
-        return None
-    axis = int(np.argmax(short.min(axis=0)))
-    least = half.min(axis=0)
-    if not np.isfinite(least).all():
-        return (
-            "no plan keeps to bins of K that have a claim; a value on an edge is in the bins on "
-            "both sides."
-        )
-    if short[:, axis].min() <= 0:
-        return "in every bin of K the goal is narrower than the tube at the end along some axis."
-    return (
-        f"the goal is narrower than the tube at the end: its axis {axis} is {(hi - lo)[axis]:.3g} "
-        "wide, and the error "
-        f"there is bounded by no less than ±{least[axis]:.3g}."
-    )
-
-
-def _shortfall(half: Float[np.ndarray, "bins y"], width: Float[np.ndarray, " y"]) -> np.ndarray:
-    """(n_bins, n_c + n_q) by how much a goal of this width is too narrow for errors up to half."""
-    asked = np.isfinite(width)
-    short = np.full(half.shape, -np.inf)
-    short[:, asked] = 2 * half[:, asked] - width[asked]
-    return short
-
-
-def _half_at_end(tube: Tube) -> np.ndarray:
-    """(n_bins, n_c + n_q) half of how far the errors at the end go along the axes, or more."""
-    axes = np.eye(tube.final.shape[1])
-    errors = at(tube.final_errors, (slice(None), None))
-    return (errors.support(axes) + errors.support(-axes)) / 2
 
 
 def _padded(poly: HPolytope):

@@ -28,8 +28,9 @@ from parc_jax.problem.problem import reach_avoid
 from parc_jax.sets.box import box
 from parc_jax.sets.hpolytope import hpolytope
 from parc_jax.settings import Settings
+from parc_jax.verdict.hopeless import no_end_fits
 from parc_jax.verdict.pointwise import verdicts
-from parc_jax.verdict.scene import no_end_fits, scene_of
+from parc_jax.verdict.scene import scene_of
 
 GOAL = ((3.0, -0.5, -1.0), (4.0, 0.5, 1.0))  # over (z, q); q = k_0
 FAR = [box([50, 50], [51, 51]), box([-51, 50], [-50, 51])]

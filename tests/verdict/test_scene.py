@@ -14,7 +14,8 @@ from parc_jax.problem.problem import goal_of_points, reach_avoid
 from parc_jax.separation.pairs import BUCKETS
 from parc_jax.sets.box import box
 from parc_jax.sets.hpolytope import from_box, hpolytope
-from parc_jax.verdict.scene import finite_box, float_slack, goal_box, scene_of
+from parc_jax.verdict.fits import finite_box, goal_box
+from parc_jax.verdict.scene import float_slack, scene_of
 
 GOAL = box([-0.5, -0.5, -1], [0.5, 0.5, 1])
 OBSTACLE = box([2, 2], [3, 3])
