@@ -12,11 +12,12 @@ import jax
 import numpy as np
 
 from parc_jax.base.status import Ended
+from parc_jax.cover.found import Cover
 from parc_jax.cover.limit import Limit
 from parc_jax.cover.place import Place
 from parc_jax.cover.rare import where_around, where_safe
 from parc_jax.cover.sampling import no_points, points
-from parc_jax.cover.search import Cover, cover, cover_around, draw_safe_plans
+from parc_jax.cover.search import cover, cover_around, draw_safe_plans
 from parc_jax.cover.stopping import nothing_covered
 from parc_jax.no_plan.prove_no_plan import MAX_LEAVES, PROVED, NoPlan, prove_no_plan
 from parc_jax.settings import Settings, Work, work_of

@@ -10,11 +10,11 @@ import numpy as np
 from parc_jax.base.status import Ended, Status
 from parc_jax.cover.corridor import Corridor
 from parc_jax.cover.corridors import Corridors
+from parc_jax.cover.found import Cover, Progress
 from parc_jax.cover.kept import KeptPlans
 from parc_jax.cover.place import Place
 from parc_jax.cover.plan_set import PlanSet
 from parc_jax.cover.polytope import SafePolytope
-from parc_jax.cover.search import Cover, Progress
 from parc_jax.cover.stopping import Coverage
 from parc_jax.cover.union import SafeUnion
 from parc_jax.local.looks import Looks

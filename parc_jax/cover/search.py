@@ -18,6 +18,7 @@ from parc_jax.base.status import Ended
 from parc_jax.cover.build import Building, admit, build, nothing_built
 from parc_jax.cover.corridor import Corridor
 from parc_jax.cover.first import MOST, first_draw
+from parc_jax.cover.found import Cover, Progress
 from parc_jax.cover.limit import Limit
 from parc_jax.cover.place import Place
 from parc_jax.cover.polytope import SafePolytope
@@ -37,7 +38,7 @@ from parc_jax.cover.sampling import (
     near,
     no_points,
 )
-from parc_jax.cover.stopping import Coverage, StoppingRule, nothing_covered, stopping_rule
+from parc_jax.cover.stopping import StoppingRule, nothing_covered, stopping_rule
 from parc_jax.settings import Work
 from parc_jax.verdict.scene import Scene
 
@@ -47,63 +48,6 @@ SLIVERS = 0.1  # while more than this share is outside, plain draws say enough o
 # [target] share of a look that may stay without a corridor: those points cost most and hold least
 LEAVE = 0.1
 LEAVE_NEAR = 0.5  # the same for points drawn close by, as a share of those outside
-
-
-class Progress(NamedTuple):
-    """What one fresh draw from the safe set shows, `seconds` after the beginning of the search:
-    corridors and polytopes so far, and the shares of its plans that keep to some corridor and that
-    are inside some polytope.
-    """
-
-    seconds: float
-    corridors: int
-    kept: float
-    polytopes: int
-    inside: float
-
-
-class Cover(NamedTuple):
-    """What a search found. drawn, reaching, safe: counts over all draws, which are uniform over a
-    set of that volume.
-
-    points: safe ones among them. kept, coverage: what the corridors and what the polytopes cover.
-    within: the place that was drawn from, where safe plans are too rare for draws from all; what is
-        covered, and the volume, are of the safe set in it then.
-    corridors: those that were certified to cover enough, corridors_s [s] after the beginning, or
-    all where none were; polytopes are cut from later ones too. first_polytope_s: [s] until the
-    first corridor, which in its seed's cell is a safe polytope. ended: by what, None if not known.
-    """
-
-    drawn: int
-    reaching: int
-    safe: int
-    volume: float
-    points: Points
-    kept: Coverage
-    coverage: Coverage
-    corridors: Sequence[Corridor] = ()
-    polytopes: Sequence[SafePolytope] = ()
-    first_sample_s: float | None = None
-    first_polytope_s: float | None = None
-    corridors_s: float | None = None
-    history: Sequence[Progress] = ()
-    within: Place | None = None
-    ended: Ended | None = Ended.TARGET
-
-    @property
-    def hopeless(self) -> bool:
-        """So many drawn, and hardly any was safe: a search elsewhere may find more."""
-        return Counts(self.drawn, self.reaching, self.safe).hopeless
-
-    def later(self, seconds: float) -> "Cover":
-        """The same, found so many seconds later."""
-        times = {name: getattr(self, name) for name in _TIMES}
-        moved = {name: None if at is None else at + seconds for name, at in times.items()}
-        history = [p._replace(seconds=p.seconds + seconds) for p in self.history]
-        return self._replace(history=history, **moved)
-
-
-_TIMES = ("first_sample_s", "first_polytope_s", "corridors_s")
 
 
 class Query(NamedTuple):

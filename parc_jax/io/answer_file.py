@@ -14,10 +14,10 @@ from parc_jax.claim.claim_file import claim_from_json
 from parc_jax.claim.error_set import NO_CLAIM
 from parc_jax.claim.faces import Faces, faces
 from parc_jax.claim.tube import Tube, fitted_tube, tube
+from parc_jax.cover.found import Cover
 from parc_jax.cover.place import Place
 from parc_jax.cover.polytope import SafePolytope
 from parc_jax.cover.sampling import points
-from parc_jax.cover.search import Cover
 from parc_jax.cover.stopping import Coverage
 from parc_jax.errors import InputError
 from parc_jax.local.looks import looks_of_json

@@ -12,9 +12,9 @@ from parc_jax.base.keys import Stage, generator, stream
 from parc_jax.certificate.prove import prove
 from parc_jax.certificate.write import sample_part
 from parc_jax.cover.first import MOST, in_one_array
+from parc_jax.cover.found import Cover
 from parc_jax.cover.placed import placed
 from parc_jax.cover.sampling import Points
-from parc_jax.cover.search import Cover
 from parc_jax.errors import InputError, expected
 from parc_jax.local.looks import Looks
 from parc_jax.methods import Exact

@@ -7,7 +7,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from parc_jax.cover.search import Progress
+from parc_jax.cover.found import Progress
 from parc_jax.errors import InputError
 from parc_jax.plot import style
 

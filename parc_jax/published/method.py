@@ -7,8 +7,8 @@ import jax
 import numpy as np
 
 from parc_jax.base.status import Ended
+from parc_jax.cover.found import Cover
 from parc_jax.cover.sampling import points
-from parc_jax.cover.search import Cover
 from parc_jax.cover.stopping import nothing_covered
 from parc_jax.errors import InputError
 from parc_jax.published.cells import cells_outward

@@ -8,8 +8,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from parc_jax.cover.found import Cover
 from parc_jax.cover.sampling import Points, draw, joined, near
-from parc_jax.cover.search import Cover, cover_around
+from parc_jax.cover.search import cover_around
 from parc_jax.cover.stopping import nothing_covered
 from parc_jax.model import TrajectoryModel
 from parc_jax.problem.problem import ReachAvoid

@@ -4,7 +4,7 @@ from pathlib import Path
 from types import SimpleNamespace
 
 from benchmarks.covering import Options, _facts, _spread
-from parc_jax.cover.search import Progress
+from parc_jax.cover.found import Progress
 from parc_jax.cover.stopping import Coverage
 
 LOOKS = [

@@ -9,7 +9,7 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 from toy_answer import K, toy_answer, toy_replay
 
-from parc_jax.cover.search import Progress
+from parc_jax.cover.found import Progress
 from parc_jax.errors import InputError
 from parc_jax.plot import shapes
 from parc_jax.plot.claim import claim, when
