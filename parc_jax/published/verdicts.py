@@ -20,10 +20,10 @@ DRAWN = 2048  # plans of the corridors
 def region_verdicts(answer, table: RegionTable) -> np.ndarray:
     """Verdict (r,) of each region of a table of the answer's network, as `OfRegion`.
 
-    SAFE: a returned sample lies in it, or the inner point of a safe polytope, where there are
-    none a plan drawn from the corridors. UNREACHABLE: the
-    backward reachable set is proved empty in every bin of the tube that the region meets; this is
-    asked for robots of one reference point only. NOT_FOUND: neither. Raises InputError.
+    SAFE: a returned sample lies in it, or the inner point of a safe polytope; where there are no
+    polytopes, a plan drawn from the corridors. UNREACHABLE: the backward reachable set is proved
+    empty in every bin of the tube that the region meets; this is asked for robots of one reference
+    point only. NOT_FOUND: neither. Raises InputError.
     """
     model, problem = answer.model, answer.problem
     if table.net.hash != model.net.hash:
