@@ -30,11 +30,14 @@ from benchmarks.attacks.faults_files import FILES
 from benchmarks.attacks.faults_measured import MEASUREMENTS
 from benchmarks.attacks.faults_model import MODEL
 from benchmarks.attacks.faults_near import NEAR
+from benchmarks.attacks.faults_no_plan import NO_PLANS
 from benchmarks.attacks.faults_onboard import ONBOARD
 from benchmarks.attacks.faults_prior import PRIOR
 from benchmarks.attacks.faults_query import QUERY
 from benchmarks.attacks.faults_robot import ROBOT
 from benchmarks.attacks.faults_ros import ROS
+from benchmarks.attacks.faults_runs import RUNS
+from benchmarks.attacks.faults_shell import SHELL
 from benchmarks.attacks.faults_shown import SHOWN
 from benchmarks.attacks.faults_suite import SUITE
 from benchmarks.attacks.faults_verdict import VERDICTS
@@ -44,13 +47,13 @@ TABLES: dict[str, tuple[Fault, ...]] = {
     "model": MODEL,
     "verdicts": VERDICTS,
     "covers": COVERS,
-    "bodies": BODIES,
+    "bodies": (*BODIES, *NO_PLANS),
     "checker": CHECKER,
     "measurements": MEASUREMENTS,
-    "claims": CLAIMS,
+    "claims": (*RUNS, *CLAIMS),
     "doubt": DOUBT,
     "driven": DRIVEN,
-    "files": (*FILES, *SHOWN),
+    "files": (*FILES, *SHELL, *SHOWN),
     "near": NEAR,
     "prior": PRIOR,
     "query": QUERY,

@@ -53,14 +53,22 @@ def test_verdicts_are_safe_where_plans_are_and_unreachable_only_where_no_k_reach
     assert {OfRegion.SAFE, OfRegion.UNREACHABLE} <= set(verdict)
 
 
-def test_without_polytopes_plans_of_the_corridors_tell_where_it_is_safe(arcs, rng):
+@pytest.mark.parametrize("drawn", [True, False])
+def test_without_polytopes_plans_of_the_corridors_tell_where_it_is_safe(arcs, rng, drawn):
     answer, table = arcs
     few = SimpleNamespace(**(vars(answer) | {"polytopes": (), "corridors": ()}))
     bare = region_verdicts(few, table)
     k = rng.uniform(LO, HI, (500, 2))
     elsewhere = k[np.argmax(bare[table.locate(k)] != OfRegion.SAFE)]
     plan = np.concatenate([[4.5, 0.0], elsewhere])
-    few.corridors, few.sample = ("one",), lambda key, n: np.repeat(plan[None], n, axis=0)
+
+    def sample(key, n):
+        if not drawn:
+            raise InputError("sample: this set is too small.")
+        return np.repeat(plan[None], n, axis=0)
+
+    known = answer.samples[0, 2:] if drawn else elsewhere
+    few.corridors, few.sample = (SimpleNamespace(k=known),), sample
     changed = np.flatnonzero(region_verdicts(few, table) != bare)
     assert changed.tolist() == table.locate(elsewhere[None]).tolist()
 
