@@ -5,6 +5,7 @@ from benchmarks.attacks.fault import Fault
 FRESH = "tests/claim/test_fresh.py"
 START = "tests/claim/test_start_gap.py"
 UNIFORM = "tests/rollout/test_uniform.py"
+FIRST = "tests/study/test_first_model.py"
 IDENTITY = "tests/rollout/test_identity.py"
 
 RUNS = (
@@ -146,5 +147,33 @@ RUNS = (
         "len(scores.ids) - len(np.unique(scores.ids))",
         "0",
         (f"{FRESH}::test_copies_of_failed_runs_are_copies_too",),
+    ),
+    Fault(
+        "first_claim_of_the_fresh_runs",
+        "learn.first_model",
+        "key=stream(runs.key, Stage.FIRST), ",
+        "",
+        (f"{FIRST}::test_the_first_claim_takes_nothing_from_the_one_to_come",),
+    ),
+    Fault(
+        "bins_cut_by_further_runs",
+        "pipeline.learn_profiles",
+        "first or None",
+        "None",
+        (f"{FIRST}::test_the_first_claim_takes_nothing_from_the_one_to_come",),
+    ),
+    Fault(
+        "cuts_one_place_off",
+        "edges._cut_at_each",
+        "before[places - 1]",
+        "before[places]",
+        ("tests/claim/test_edges.py::test_cuts_are_those_found_one_by_one",),
+    ),
+    Fault(
+        "bins_smoothed_over_sets",
+        "edges.smoothed",
+        "maxima.max(axis=axes, keepdims=True)",
+        "maxima.max(keepdims=True)",
+        ("tests/claim/test_edges.py::test_sets_of_bins_are_smoothed_apart",),
     ),
 )

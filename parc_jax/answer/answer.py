@@ -20,7 +20,6 @@ from parc_jax.answer.written import written
 from parc_jax.base.keys import generator
 from parc_jax.claim.risk import NoStatement, Risk
 from parc_jax.cover.best import best_plan
-from parc_jax.cover.kept import KeptPlans
 from parc_jax.cover.solid import Solid
 from parc_jax.cover.union import SafeUnion
 from parc_jax.errors import InputError
@@ -135,7 +134,7 @@ class Answer(Findings):
         plans = {
             None: lambda: self._plans,
             "polytopes": lambda: SafeUnion(self.scene, list(self.cover.polytopes)),
-            "corridors": lambda: KeptPlans(self.scene, self._corridors, self.cover.within),
+            "corridors": lambda: self._kept,
         }
         if of not in plans:
             raise InputError(
@@ -187,16 +186,17 @@ class Answer(Findings):
         return [solid.vertices[:, list(dims)] for solid in self._solids]
 
     def best(self, objective="clearance", key: jax.Array | None = None) -> tuple[np.ndarray, float]:
-        """The plan (n_p + n_k,) of the safe set with the largest objective found, and its value.
+        """The plan (n_p + n_k,) of the safe set with the largest objective found, and its value: of
+        all that corridors hold, where there are any, which is more than their polytopes do.
 
         objective: "clearance" [m]; "room", the least of clearance and of the margins of goal and
         start; a vector c for the linear c . (p0, k), exact at a vertex of `polytopes`; or a JAX
         function of p0 (n_p,), k (n_k,). A hand-picked k has no probabilistic statement: see
         `risk`.
         """
-        return best_plan(
-            self._plans, objective, generator(jax.random.PRNGKey(0) if key is None else key)
-        )
+        named = callable(objective) or isinstance(objective, str)
+        plans = self._kept if named and len(self.corridors) else self._plans
+        return best_plan(plans, objective, generator(jax.random.PRNGKey(0) if key is None else key))
 
     def choose(
         self,

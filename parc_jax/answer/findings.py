@@ -60,6 +60,11 @@ class Findings:
         """What plans are drawn from: the polytopes; without any all that the corridors hold."""
         if len(self.cover.polytopes):
             return SafeUnion(self.scene, list(self.cover.polytopes))
+        return self._kept
+
+    @cached_property
+    def _kept(self) -> KeptPlans:
+        """All plans that the corridors hold."""
         return KeptPlans(self.scene, self._corridors, self.cover.within)
 
     @cached_property

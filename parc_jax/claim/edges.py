@@ -1,5 +1,8 @@
 """Where to cut K into bins: where the error changes, learnt from training errors alone."""
 
+from collections.abc import Callable, Iterable
+from functools import partial, reduce
+from itertools import pairwise
 from typing import NamedTuple
 
 import numpy as np
@@ -15,6 +18,8 @@ _GAIN = 0.03  # [1] a cut must shrink the tube by this share: bins cost the plan
 _FOLDS = 4  # parts of the runs that take turns
 _TIMES = 16  # groups of intervals that the search for cuts tells apart
 _RUNS_PER_BIN = 20  # on average, at least
+_AT_ONCE = 2**18  # numbers of the grids that are compared at once: they stay in cache
+_JOINS = (np.maximum, np.add, np.maximum, np.add)  # of the fields of a fold
 _TRUSTED = 200  # runs in a bin from which on it takes the least of its largest neighbour
 
 
@@ -23,28 +28,40 @@ class _Fold(NamedTuple):
 
     fit (cells of axis 1, ..., m): largest errors of the rest, which give a profile. runs (cells of
     axis 1, ...): how many these are. held (cells of axis 1, ..., m): largest errors of the runs
-    held out, which give the scale.
+    held out, which give the scale. share (cells of axis 1, ...): of K.
     """
 
     fit: np.ndarray
     runs: np.ndarray
     held: np.ndarray
+    share: np.ndarray
 
     def joined(self, cuts: np.ndarray, axis: int) -> "_Fold":
         """The cells between cuts (c,) of one axis made one."""
-        start = cuts[:-1]
-        return _Fold(
-            np.maximum.reduceat(self.fit, start, axis=axis),
-            np.add.reduceat(self.runs, start, axis=axis),
-            np.maximum.reduceat(self.held, start, axis=axis),
-        )
+        return self._by(lambda x, join: join.reduceat(x, cuts[:-1], axis=axis))
+
+    def cut_at_each(self, cuts: np.ndarray, axis: int, places: np.ndarray) -> "_Fold":
+        """The same with one more cut, at each of places (p,) in turn: p grids, by a leading
+        axis.
+        """
+
+        def cut(x: np.ndarray, join: np.ufunc) -> np.ndarray:
+            grids = _cut_at_each(np.moveaxis(x, axis, 0), cuts, places, join)
+            return np.moveaxis(grids, 1, axis + 1)
+
+        return self._by(cut)
+
+    def _by(self, work: Callable[[np.ndarray, np.ufunc], np.ndarray]) -> "_Fold":
+        return _Fold(*(work(x, join) for x, join in zip(self, _JOINS, strict=True)))
 
 
 class _Option(NamedTuple):
-    """Cuts per axis of K, places of the grid, and the size of the tube that they would give."""
+    """One more cut: the logarithm of the tube's size with it, the bins it adds, and where it is."""
 
     size: float
-    cuts: list[np.ndarray]
+    more: int
+    axis: int
+    place: int
 
 
 def choose_edges(
@@ -69,35 +86,36 @@ def choose_edges(
     flat = np.concatenate([thinned, np.asarray(errors.final)], axis=1)
     folds = _folds(k, flat, domain, per_axis)
     most_bins = max(1, len(k) // _RUNS_PER_BIN)
+    log_size = partial(_log_size, n_interval=thinned.shape[1], floor=floor)
 
-    def tried(axis: int, candidates: list[list[np.ndarray]]) -> list[_Option]:
-        """Options for candidates that differ in the cuts of one axis only."""
-        partly = folds
-        for other, cuts in enumerate(candidates[0] if candidates else []):
-            if other != axis:
-                partly = [fold.joined(cuts, other) for fold in partly]
-        options = []
-        for cuts in candidates:
-            whole = [fold.joined(cuts[axis], axis) for fold in partly]
-            sizes = [_log_size(fold, cuts, thinned.shape[1], floor) for fold in whole]
-            options.append(_Option(float(np.mean(sizes)), cuts))
-        return options
-
-    uncut = [np.array([0, per_axis])] * domain.n
-    best = tried(0, [uncut])[0]
-    while True:
-        options = []
-        for axis in range(domain.n):
-            finer = [c for c in _one_more_cut(best.cuts, axis, per_axis) if _bins(c) <= most_bins]
-            options += tried(axis, finer)
-        helpful = [option for option in options if best.size - option.size > _GAIN]
-        if not helpful:
-            return tuple(_places(domain, axis, per_axis)[c] for axis, c in enumerate(best.cuts))
-        gains = [
-            (best.size - option.size) / (_bins(option.cuts) - _bins(best.cuts))
-            for option in helpful
+    def best_of(cuts: list[np.ndarray], axis: int) -> _Option | None:
+        """The best place for one more cut of this axis, if there is room for one."""
+        more = _bins(cuts) // (len(cuts[axis]) - 1)
+        places = np.setdiff1d(np.arange(per_axis), cuts[axis])
+        if not len(places) or _bins(cuts) + more > most_bins:
+            return None
+        partly = [_joined(fold, cuts, set(range(domain.n)) - {axis}) for fold in folds]
+        rows = (_bins(cuts) + more) * flat.shape[1]
+        sizes = [
+            np.mean([log_size(fold.cut_at_each(cuts[axis], axis, some)) for fold in partly], axis=0)
+            for some in np.array_split(places, 1 + len(places) * rows // _AT_ONCE)
         ]
-        best = helpful[int(np.argmax(gains))]  # the cut that gains most per bin it adds
+        sizes = np.concatenate(sizes)
+        best = int(np.argmin(sizes))
+        return _Option(float(sizes[best]), more, axis, int(places[best]))
+
+    cuts = [np.array([0, per_axis])] * domain.n
+    whole = [_joined(fold, cuts, range(domain.n)) for fold in folds]
+    size = np.mean([log_size(_Fold(*(x[None] for x in fold))) for fold in whole])
+    while True:
+        options = [best_of(cuts, axis) for axis in range(domain.n)]
+        helpful = [one for one in options if one is not None and size - one.size > _GAIN]
+        if not helpful:
+            return tuple(_places(domain, axis, per_axis)[c] for axis, c in enumerate(cuts))
+        # the cut that gains most per bin it adds
+        best = max(helpful, key=lambda one: (size - one.size) / one.more)
+        size = best.size
+        cuts[best.axis] = np.union1d(cuts[best.axis], best.place)
 
 
 def _folds(k: np.ndarray, flat: np.ndarray, domain: Box, per_axis: int) -> list[_Fold]:
@@ -110,46 +128,60 @@ def _folds(k: np.ndarray, flat: np.ndarray, domain: Box, per_axis: int) -> list[
     for number, (held, _) in enumerate(parts):
         rest = [part for other, part in enumerate(parts) if other != number]
         fit = np.maximum.reduce([largest for largest, _ in rest])
-        folds.append(_Fold(fit, sum(runs for _, runs in rest), held))
+        runs = sum(runs for _, runs in rest)
+        folds.append(_Fold(fit, runs, held, np.full(runs.shape, 1 / runs.size)))
     return folds
 
 
-def _one_more_cut(cuts: list[np.ndarray], axis: int, per_axis: int) -> list[list[np.ndarray]]:
-    """The cuts with one more on this axis, at every place that has none."""
-    out = []
-    for place in np.setdiff1d(np.arange(per_axis), cuts[axis]):
-        finer = list(cuts)
-        finer[axis] = np.union1d(cuts[axis], place)
-        out.append(finer)
+def _joined(fold: _Fold, cuts: list[np.ndarray], axes: Iterable[int]) -> _Fold:
+    """The cells between the cuts of some axes made one."""
+    return reduce(lambda one, axis: one.joined(cuts[axis], axis), axes, fold)
+
+
+def _cut_at_each(x: np.ndarray, cuts: np.ndarray, places: np.ndarray, join: np.ufunc) -> np.ndarray:
+    """(p, c, ...) cells x (cells, ...) between cuts (c,) and one more, at each of places (p,), made
+    one.
+    """
+    at = np.searchsorted(cuts, places) - 1  # between which cuts each place is
+    parts = [x[begin:end] for begin, end in pairwise(cuts)]
+    before = np.concatenate([join.accumulate(part) for part in parts])
+    behind = np.concatenate([join.accumulate(part[::-1])[::-1] for part in parts])
+    column = np.arange(len(cuts))
+    out = join.reduceat(x, cuts[:-1])[column - (column > at[:, None])]
+    row = np.arange(len(places))
+    out[row, at] = before[places - 1]
+    out[row, at + 1] = behind[places]
     return out
 
 
-def _log_size(fold: _Fold, cuts: list[np.ndarray], n_interval: int, floor: float) -> float:
-    """Logarithm of the geometric mean half width; fold joined on all axes."""
-    profile = smoothed(fold.fit, fold.runs) + floor
-    scale = (fold.held / profile).max()
-    volume = np.ones(())
-    for c in cuts:
-        volume = np.multiply.outer(volume, np.diff(c) / c[-1])
+def _log_size(fold: _Fold, n_interval: int, floor: float) -> np.ndarray:
+    """(p,) logarithms of the geometric mean half widths of several grids, joined on all axes."""
+    profile = smoothed(fold.fit, fold.runs, sets=1) + floor
+    cells = tuple(range(1, fold.runs.ndim))
+    scale = (fold.held / profile).max(axis=(*cells, -1))
     width = np.log(profile[..., :n_interval]).mean(axis=-1)
-    return float(np.log(max(scale, 1e-300)) + (width * volume).sum())
+    return np.log(np.maximum(scale, 1e-300)) + (width * fold.share).sum(axis=cells)
 
 
-def smoothed(maxima: np.ndarray, counts: np.ndarray, least: float = 0.5) -> np.ndarray:
+def smoothed(
+    maxima: np.ndarray, counts: np.ndarray, least: float = 0.5, sets: int = 0
+) -> np.ndarray:
     """Each bin at least a share of its largest neighbour: `least` of it for a well filled bin, all
     of it for an empty one.
 
-    maxima: (bins of axis 1, ..., bins of axis n_k, m). counts: the same without m.
+    maxima: (bins of axis 1, ..., bins of axis n_k, m). counts: the same without m. sets: leading
+    axes that number sets of bins, each by itself.
     """
+    axes = tuple(range(sets, counts.ndim))
     around = maxima
-    for axis in range(counts.ndim):
-        size = around.shape[axis]
-        padded = np.pad(around, [(1, 1) if a == axis else (0, 0) for a in range(around.ndim)])
-        around = np.maximum.reduce(
-            [np.take(padded, np.arange(size) + step, axis=axis) for step in range(3)]
-        )
+    for axis in axes:
+        narrower, around = around, around.copy()
+        for to, off in ((slice(1, None), slice(-1)), (slice(-1), slice(1, None))):
+            before = (slice(None),) * axis
+            wider = around[(*before, to)]
+            np.maximum(wider, narrower[(*before, off)], out=wider)
     nothing_near = around.max(axis=-1, keepdims=True) == 0
-    around = np.where(nothing_near, maxima.reshape(-1, maxima.shape[-1]).max(axis=0), around)
+    around = np.where(nothing_near, maxima.max(axis=axes, keepdims=True), around)
     trust = np.minimum(1.0, counts / _TRUSTED)[..., None]
     return np.maximum(maxima, around * (1.0 - (1.0 - least) * trust))
 

@@ -37,7 +37,7 @@ def evened(
 
     Bins without such a run stay as they are. Failed runs are left out, as of every profile.
     """
-    usable = [batch.select(~batch.failed) for batch in batches]
+    usable = [batch.finite for batch in batches]
     usable = [batch for batch in usable if batch.n]
     if not usable:
         return profiles

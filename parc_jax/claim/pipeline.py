@@ -15,7 +15,7 @@ import numpy as np
 
 from parc_jax.claim.asked import BoundSettings
 from parc_jax.claim.bad_runs import enlarge, search_size
-from parc_jax.claim.bins import Bins
+from parc_jax.claim.bins import Bins, Edges
 from parc_jax.claim.by_bin import block_of_bins, block_shares, calibrate_bins
 from parc_jax.claim.calibrate import calibrate
 from parc_jax.claim.claim import ErrorClaim
@@ -96,14 +96,12 @@ def bound_errors(
     *,
     profiles: list[Tube] | None = None,
     watch: Callable[[str], AbstractContextManager] = nullcontext,
-    ahead: Callable[[ReLUNetwork, RolloutBatch | None, Tube], None] | None = None,
 ) -> list[list[ErrorClaim]]:
     """The claims of every network, in the order of asked.claims, all of them about the same fresh
     runs: delta is split over them, so all hold together. [T1]
 
     train: the training runs. start: what is known of the influence of the start.
-    profiles: own ones, one per network on the same bins. watch: names the stage that runs. ahead:
-    called with the first network, `train` and its profile, before fresh runs are made.
+    profiles: own ones, one per network on the same bins. watch: names the stage that runs.
     """
     looks = asked.looks * len(nets) * len(asked.claims)
     if profiles is None:
@@ -114,8 +112,6 @@ def bound_errors(
             profiles = learn_profiles(nets, train, early, asked.bins, shape=asked.shape)
             if asked.even:
                 profiles = evened(nets, profiles, further)
-    if ahead is not None:
-        ahead(nets[0], train, profiles[0])
     with watch("fresh rollouts"):
         fresh = runs.fresh(fresh_runs(asked, profiles[0], looks))
         seen = scores_of(nets, profiles, fresh)
@@ -144,23 +140,28 @@ def learn_profiles(
     shape: str = "box",
 ) -> list[Tube]:
     """A profile per network from the training runs and further ones, on the bins cut for the first
-    network. bins, shape as in `BoundSettings`. A fitted shape holds all of these runs in memory.
+    network: by training runs alone, so that they are known before the others are made. bins, shape
+    as in `BoundSettings`. A fitted shape holds all of these runs in memory.
     Raises InputError, also when no run is finite.
     """
     batches = itertools.chain([] if train is None else [train], further)
-    usable = (batch.select(~batch.failed) for batch in batches)
+    usable = (batch.finite for batch in batches)
     if shape == "fitted":
         held = [batch for batch in usable if batch.n]
         if bins is None:
-            k, errors, domain, _ = _measured(nets[:1], held)[0]
-            bins = choose_edges(k, errors, domain)
+            bins = _cut(_measured(nets[:1], held if train is None else held[:1])[0])
         return [fitted_profile(net, held, bins) for net in nets]
-    out = []
-    for k, errors, domain, n_points in _measured(nets, usable, n_exact=0 if train is None else 1):
-        out.append(profile_of(k, errors, domain, bins, n_points))
-        if bins is None:  # all networks share the first one's bins, and so its compiled code
-            bins = out[0].edges
-    return out
+    first = 0 if train is None else train.finite.n
+    found = _measured(nets, usable, n_exact=0 if train is None else 1)
+    if bins is None:  # all networks share the first one's, and so its compiled code
+        bins = _cut(found[0], first or None)
+    return [profile_of(k, errors, domain, bins, n) for k, errors, domain, n in found]
+
+
+def _cut(measured: tuple[np.ndarray, Errors, Box, int], first: int | None = None) -> Edges:
+    """Edges of bins by the first so many runs, None for all."""
+    k, errors, domain, _ = measured
+    return choose_edges(k[:first], Errors(*(part[:first] for part in errors)), domain)
 
 
 def _measured(

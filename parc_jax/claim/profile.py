@@ -36,7 +36,7 @@ def training_profile(
 
 def training_errors(net: ReLUNetwork, train: RolloutBatch) -> tuple[np.ndarray, Errors]:
     """Parameters (n, n_k) and errors of the finite runs. Raises InputError when there is none."""
-    usable = train.select(~train.failed)
+    usable = train.finite
     if usable.n == 0:
         raise InputError("profile: expected at least one finite training run; got none.")
     return usable.k, measure(net, usable)

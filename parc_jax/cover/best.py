@@ -12,7 +12,6 @@ from jaxtyping import ArrayLike, Float
 from parc_jax.base.arrays import as_float64, x64
 from parc_jax.base.climb import Ranked, climb, ranked
 from parc_jax.cover.plan_set import PlanSet
-from parc_jax.cover.solid import sample_solid
 from parc_jax.cover.union import SafeUnion
 from parc_jax.errors import InputError
 from parc_jax.verdict.near import whole_scene
@@ -21,7 +20,7 @@ from parc_jax.verdict.pointwise import verdicts
 DRAWS = 2048  # first look over the whole set
 KEPT = 4  # plans around which the closer search draws: of these, then the best so far
 EACH = 128  # draws of a round around one of them: all together fill one compiled verdict
-# each round draws closer to the best point; polytopes are convex, so nothing leaves its polytope
+# [ways between two plans] each round draws closer to the best
 SPREADS = np.cumprod(np.full(25, 0.75))
 PULL = (
     1 - 1e-9
@@ -74,41 +73,23 @@ def _best_vertex(union: SafeUnion, c: np.ndarray) -> tuple[np.ndarray, float]:
 
 
 def _search(plans: PlanSet, value: Callable, rng: np.random.Generator) -> tuple[np.ndarray, float]:
-    drawn = plans.sample(rng, DRAWS)
+    try:
+        drawn = plans.sample(rng, DRAWS)
+    except InputError:  # too small a set for draws: those that it is known by
+        drawn = plans.inner
+        if not len(drawn):
+            raise
     starts = ranked(drawn, value(drawn)).at(slice(KEPT))
     n_p = plans.model.n_p
 
     def closer(best: Ranked, spread: float) -> np.ndarray:
-        x = np.concatenate([one + spread * _steps(plans, drawn, one, rng) for one in best.x])
+        # ways from one drawn plan to another fit the set as a whole
+        a, b = rng.integers(0, len(drawn), (2, len(best.x), EACH))
+        x = (best.x[:, None] + spread * (drawn[a] - drawn[b])).reshape(-1, drawn.shape[1])
         return x[plans.contains(x[:, :n_p], x[:, n_p:])]
 
     best = climb(starts, closer, value, SPREADS, KEPT)
     return best.x[0], float(best.value[0])
-
-
-def _steps(
-    plans: PlanSet,
-    drawn: Float[np.ndarray, "m n"],
-    plan: Float[np.ndarray, " n"],
-    rng: np.random.Generator,
-) -> np.ndarray:
-    """Ways (EACH, n_p + n_k) from a plan: to points of the polytopes around it, or such as lead
-    from one drawn plan to another, which fit the set as a whole.
-    """
-    if not isinstance(plans, SafeUnion):
-        a, b = rng.integers(0, len(drawn), (2, EACH))
-        return drawn[a] - drawn[b]
-    solids = [
-        s
-        for p, s in zip(plans.polytopes, plans.solids, strict=True)
-        if s is not None and (p.halfspaces.A @ plan <= p.halfspaces.b + 1e-12).all()
-    ]
-    if not solids:
-        return np.zeros((0, len(plan)))
-    # there may be hundreds around one plan, which have most of it in common
-    counts = rng.multinomial(EACH, np.full(len(solids), 1 / len(solids)))
-    around = [sample_solid(s, rng, n) for s, n in zip(solids, counts, strict=True) if n]
-    return np.concatenate(around) - plan
 
 
 def _value(plans: PlanSet, objective: Objective):

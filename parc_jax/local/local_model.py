@@ -28,6 +28,7 @@ from parc_jax.system import System
 from parc_jax.verdict.outline import require_same
 from parc_jax.verdict.scene import scene_of
 
+BINS = 1  # per axis of so small a box: the error hardly ever changes in it
 _TRIAL = 2**32 - 1  # number within the DRIVEN stream, behind those of looks and probes
 
 
@@ -104,7 +105,7 @@ def best_claimed(
     tried = []
     for net in nets:
         for shape in shapes:
-            profile = learn_profiles([net], train, further, shape=shape)[0]
+            profile = learn_profiles([net], train, further, (BINS,) * box.n, shape=shape)[0]
             guess = trajectory_model(net, guessed_claim(net, train, profile))
             score = nearly_safe(scene_of(problem, guess), rng).score
             tried.append((score, net, profile))
@@ -114,7 +115,7 @@ def best_claimed(
 
 def guessed_claim(net: ReLUNetwork, train: RolloutBatch, profile: Tube) -> ErrorClaim:
     """A stand-in for a claim, the profile as it is, to compare shapes by; nothing is claimed."""
-    finite = train.select(~train.failed)
+    finite = train.finite
     return stand_in(assumed_claim(net, finite), profile)
 
 
@@ -130,7 +131,8 @@ def claimed(
     """The model of a network on the box of its runs, with what the fresh ones support. profile:
     one in hand.
     """
-    bound = BoundSettings(**part_of(asked, Sizing), delta=delta, search=0)
+    bins = (BINS,) * runs.box.n
+    bound = BoundSettings(**part_of(asked, Sizing), delta=delta, bins=bins, search=0)
     own = None if profile is None else [profile]
     claim = bound_errors([net], runs, train, bound, start, profiles=own)[0][0]
     return trajectory_model(net, claim)

@@ -78,7 +78,7 @@ def probes(
     found = []
     for number, at in enumerate(places):
         own = replace(seen.select(slice(number * runs, (number + 1) * runs)), domain=at.box)
-        own = own.select(~own.failed)
+        own = own.finite
         if own.n >= ENOUGH * (n_k + 1):
             found.append(_probe(scene, at, own, rng))
     return sorted(found, key=lambda probe: probe.score, reverse=True)

@@ -61,7 +61,7 @@ def moving_body(runs: RolloutBatch) -> Seen:
             f"prior twist: expected positions in the plane; got {runs.n_p} coordinates. Give a "
             "simulator as the prior."
         )
-    batch = runs.select(~runs.failed)
+    batch = runs.finite
     if batch.n < _LEAST:
         raise InputError(
             f"prior twist: expected at least {_LEAST} finite training runs; got {batch.n} of "

@@ -2,6 +2,7 @@
 
 import dataclasses
 import hashlib
+from functools import cached_property
 
 import numpy as np
 
@@ -93,6 +94,12 @@ class RolloutBatch:
         """(n,) bool: runs with a NaN or an infinity anywhere."""
         return ~(np.isfinite(self.p).all(axis=(1, 2)) & np.isfinite(self.q).all(axis=1))
 
+    @cached_property
+    def finite(self) -> "RolloutBatch":
+        """The runs that did not fail; this very batch where none did."""
+        failed = self.failed
+        return self.select(~failed) if failed.any() else self
+
     def select(self, index) -> "RolloutBatch":
         """The runs picked by an index array, mask or slice (n,)."""
         return dataclasses.replace(
@@ -131,6 +138,10 @@ class RolloutBatch:
 
         The same run has the same hash in either storage.
         """
+        return self._hashes
+
+    @cached_property
+    def _hashes(self) -> np.ndarray:
         k = np.ascontiguousarray(self.k, "<f8")
         p, q = np.ascontiguousarray(self.p, "<f4"), np.ascontiguousarray(self.q, "<f4")
         digests = [

@@ -129,7 +129,8 @@ def run_here(
             store.put(index, arrays)
         return arrays
 
-    pool, waiting = ThreadPoolExecutor(len(devices)), deque()
+    # one thread more than devices, so that none of these waits while a chunk is written
+    pool, waiting = ThreadPoolExecutor(len(devices) + (store is not None)), deque()
     try:
         for index in indices:
             waiting.append(pool.submit(one, index))

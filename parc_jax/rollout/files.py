@@ -1,12 +1,13 @@
 """Files that are either whole or absent: atomic writes, and the .npz form of a rollout batch."""
 
-import io
 import json
 import os
 import zipfile
 import zlib
+from collections.abc import Callable
 from dataclasses import asdict
 from pathlib import Path
+from typing import BinaryIO
 
 import numpy as np
 
@@ -25,16 +26,19 @@ RAGGED = (
 )
 
 
-def write_atomic(path, data: bytes) -> Path:
-    """Write bytes to a temporary file beside `path`, then rename: a reader never sees half a
-    file. What fails leaves nothing behind.
+def write_atomic(path, data: bytes | Callable[[BinaryIO], None]) -> Path:
+    """Write bytes, or what data(file) writes, to a temporary file beside `path`, then rename: a
+    reader never sees half a file. What fails leaves nothing behind.
     """
     path = Path(path)
     path.parent.mkdir(parents=True, exist_ok=True)
     temporary = path.with_name(f".{path.name}.{os.getpid()}.tmp")
     try:
         with open(temporary, "wb") as handle:
-            handle.write(data)
+            if callable(data):
+                data(handle)
+            else:
+                handle.write(data)
             handle.flush()
             os.fsync(handle.fileno())
         os.replace(temporary, path)
@@ -46,10 +50,8 @@ def write_atomic(path, data: bytes) -> Path:
 
 def write_npz(path, arrays: dict, compressed: bool = False) -> Path:
     """Atomic .npz of named arrays. compressed: smaller and slower, for what is kept for good."""
-    buffer = io.BytesIO()
     write = np.savez_compressed if compressed else np.savez
-    write(buffer, **arrays)
-    return write_atomic(path, buffer.getbuffer())
+    return write_atomic(path, lambda file: write(file, **arrays))
 
 
 def read_npz(path) -> dict[str, np.ndarray]:

@@ -1,19 +1,25 @@
 """The plan that a study would drive: chosen, run afresh, claimed near. Sentence (D). [T23]"""
 
 from pathlib import Path
+from threading import Thread
 
 import jax
 
 from parc_jax.answer.answer import Answer
 from parc_jax.local.local_model import Local
-from parc_jax.study.ahead import Ahead
 from parc_jax.study.settings import Study
 
 LOOKS = 2  # this very plan, and a claim near it
 
 
 def drive(
-    system, answer: Answer, study: Study, key: jax.Array, out: Path, quiet: bool, ahead: Ahead
+    system,
+    answer: Answer,
+    study: Study,
+    key: jax.Array,
+    out: Path,
+    quiet: bool,
+    ahead: Thread | None = None,
 ) -> dict:
     """What is known of the plan with most room: plan and sentences. The answer under the local
     claim is written beside the other one, as near.json, for the checker. ahead: what compiles for
@@ -21,7 +27,8 @@ def drive(
     """
     chosen = answer.choose(delta=study.delta, looks=LOOKS)
     chosen = chosen.run(system, key, eps=study.eps, quiet=quiet)
-    ahead.wait()
+    if ahead is not None:
+        ahead.join()
     chosen = chosen.claim_near(system, key, Local(eps=study.eps, gap=study.gap), quiet=quiet)
     near = chosen.near
     if near.answer is not None:

@@ -22,7 +22,7 @@ from parc_jax.problem.problem import ReachAvoid
 from parc_jax.pwa import RegionTable, enumerate_regions
 from parc_jax.rollout.files import write_atomic
 from parc_jax.settings import Search, Settings
-from parc_jax.study.ahead import Ahead, guessed, guessed_near
+from parc_jax.study.ahead import compile_near
 from parc_jax.study.compare import compare
 from parc_jax.study.driven import drive
 from parc_jax.study.learn import Learned, final_error, learn
@@ -65,8 +65,9 @@ def run_study(
 
     learn_from: the same system on another plant, for the many runs of training and claims; the
         replay is of `system`.
-    first: called with a first answer, proved, after few looks, where a model was learned and before
-        its safe set is searched; below `out`/unfinished is room for what it tells.
+    first: called with a first answer, proved after few looks under a claim of few runs, where a
+        model is learned, and before its many runs; below `out`/unfinished is room for what it
+        tells.
     early: called with all but the plan that is driven, which takes as long as the rest; answer,
         model and metrics are on disk by then.
 
@@ -83,37 +84,41 @@ def run_study(
     watch = Stopwatch()
     out = Path(out)
     settings = Settings(**part_of(study, Search))
-    ahead = Ahead(problem, settings)
+    cold = None
+
+    def first_query(model: TrajectoryModel, shown: bool) -> None:
+        """What it compiles serves the next one."""
+        nonlocal cold
+        with watch("first query (cold)"):
+            cold = Planner(model).warm_up(problem, settings, proof=shown)
+        if shown and len(cold.samples):
+            first(cold)
+
     learned = None
     if model is None:
         work = out / UNFINISHED
-        begin = partial(ahead.begin, guessed)
-        learned = learn(learn_from or system, study, key, watch, work, quiet, begin)
+        ask = partial(first_query, shown=first is not None and settings.proof)
+        learned = learn(learn_from or system, study, key, watch, work, quiet, ask)
         model = learned.main
         model.save(out / UNFINISHED / "model.npz")
+    else:
+        first_query(model, shown=False)
     with watch("regions"):
         table = enumerate_regions(model.net, model.domain)
     rows = []
     if learned is not None and study.compared:
         with watch("comparison"):
             rows = [row for one in learned.networks for row in compare(one, problem, key)]
-    planner = Planner(model)
-    shown = first is not None and learned is not None and settings.proof
-    with watch("first query (cold)"):
-        ahead.wait()
-        cold = planner.warm_up(problem, settings, proof=shown)
-    if shown and len(cold.samples):
-        first(cold)
     with watch("safe set"):
-        answer = planner.solve(problem, key, settings)
+        answer = Planner(model).solve(problem, key, settings)
     # before the replay: if that finds a contradiction, the evidence is on disk
     _replace_older(out, model, answer)
     if learned is not None:
         shutil.rmtree(out / UNFINISHED, ignore_errors=True)
     driven = study.driven and answer.found and answer.doubt is None
-    near = Ahead(problem, Settings.whole())
+    ahead = None
     if driven and learned is not None and len(answer.samples):
-        near.begin(guessed_near, learned.train, answer.samples[0, model.n_p :])
+        ahead = compile_near(problem, learned.train, answer.samples[0, model.n_p :])
     runs = None
     if len(answer.samples) and not (answer.doubt and answer.doubt.copies):
         with watch("replay"):
@@ -140,7 +145,7 @@ def run_study(
         early(outcome)
     if driven:
         with watch("the plan that is driven"):
-            metrics |= {"driven": drive(system, answer, study, key, out, quiet, near)}
+            metrics |= {"driven": drive(system, answer, study, key, out, quiet, ahead)}
         answer.save(out / "answer.json")  # again: the file tells which looks are taken
         finish(out, metrics)
     return outcome

@@ -3,6 +3,7 @@ the published one.
 """
 
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 from typing import NamedTuple
 
@@ -11,12 +12,13 @@ import numpy as np
 
 from parc_jax.base.distributed import broadcast, gather, shared
 from parc_jax.base.keys import Stage, stream
+from parc_jax.base.options import part_of
+from parc_jax.claim.asked import BoundSettings, Sizing
 from parc_jax.claim.claim import ErrorClaim, on_bins
 from parc_jax.claim.declared import assumed_claim
 from parc_jax.claim.pipeline import advice, bound_errors, runs_ahead
 from parc_jax.claim.runs import RecordedRuns, Runs, SystemRuns
 from parc_jax.claim.start_gap import StartTrial, try_starts
-from parc_jax.claim.tube import Tube
 from parc_jax.model import TrajectoryModel, trajectory_model
 from parc_jax.network.fit import fit
 from parc_jax.network.relu import ReLUNetwork
@@ -25,6 +27,8 @@ from parc_jax.rollout.collect import stream_rollouts
 from parc_jax.rollout.forecast import Forecast
 from parc_jax.study.settings import Learning, name_of
 from parc_jax.study.stopwatch import Stopwatch
+
+FIRST_EPS = 0.01  # of the first claim: 688 runs at a delta of 1e-3
 
 
 class NetworkModels(NamedTuple):
@@ -65,13 +69,13 @@ def learn(
     watch: Stopwatch,
     work: Path,
     quiet: bool,
-    ahead: Callable[[ReLUNetwork, RolloutBatch, Tube], None] | None = None,
+    first: Callable[[TrajectoryModel], None] | None = None,
 ) -> Learned:
     """Roll out, train every network, claim every tube. Finished chunks stay in `work`: whoever
     asked deletes them, once the result is on disk.
 
     The same fresh runs serve all networks and claims: delta is split over them, so all hold
-    together. [T1] ahead: as of `bound_errors`.
+    together. [T1] first: called with the main network under a claim of few runs, before the many.
     Raises InputError, also for a system whose start matters more than study.gap.
     """
     forecast = forecast_of(study, quiet)
@@ -89,7 +93,7 @@ def learn(
         )
         train = concatenate(chunks)
     runs = SystemRuns(system, key, train.n, work, quiet, forecast)
-    return _learned(train, runs, start, study, key, watch, ahead)
+    return _learned(train, runs, start, study, key, watch, first)
 
 
 def forecast_of(study: Learning, quiet: bool = False) -> Forecast:
@@ -116,16 +120,36 @@ def _learned(
     study: Learning,
     key,
     watch: Stopwatch,
-    ahead: Callable[[ReLUNetwork, RolloutBatch, Tube], None] | None = None,
+    first: Callable[[TrajectoryModel], None] | None = None,
 ) -> Learned:
     """Networks from the training runs, claims from the others."""
     with watch("training"):
         # hosts may round training differently, and a claim is about one network
         nets = broadcast(networks(train, study, key))
-    claims = bound_errors(nets, runs, train, study, start, watch=watch, ahead=ahead)
+    if first is not None:
+        with watch("first claim"):
+            model = first_model(nets[0], runs, train, study, start)
+        first(model)
+        # the same bins, so that what this model's query compiled serves the next one's
+        study = study.replace(bins=model.tube.edges)
+    claims = bound_errors(nets, runs, train, study, start, watch=watch)
     with watch("claims"):
         found = models(nets, claims, train, study)
     return Learned(found, train, start)
+
+
+def first_model(
+    net: ReLUNetwork, runs: SystemRuns, train: RolloutBatch, study: Learning, start: StartTrial
+) -> TrajectoryModel:
+    """A network under a claim that few runs support, about one run in a hundred; these are of a
+    stream of their own, so the claim to come is as good as without it.
+    """
+    few = BoundSettings(
+        **part_of(study, Sizing), delta=study.delta, bins=study.bins, search=0
+    ).replace(eps=max(study.eps, FIRST_EPS), fresh=None, profile_runs=0)
+    own = None if runs.path is None else runs.path / "first"
+    apart = replace(runs, key=stream(runs.key, Stage.FIRST), path=own)
+    return trajectory_model(net, bound_errors([net], apart, train, few, start)[0][0])
 
 
 def models(

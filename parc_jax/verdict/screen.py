@@ -219,6 +219,7 @@ def screen(scene: Scene, z: Positions, k: ManyParams) -> Screened:
         """(items,) bool: are plans kept apart from pairs in intervals?"""
         if not len(plan):
             return np.zeros(0, bool)
+        o, t = o.astype(np.int32), t.astype(np.int32)  # one type, whoever found them: one program
         items = seen.path[plan, t], seen.path[plan, t + 1], seen.bin[plan], o, t
         return map_rows(sizes[2], lambda *items: _separated_items(tube, arrays, *items), *items)
 

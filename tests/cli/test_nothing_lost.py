@@ -80,9 +80,10 @@ def test_the_target_is_tried_before_the_first_run(shell, tmp_path):
 def late_stop(monkeypatch, out, *, when, **asked) -> None:
     """A study whose learning is given, stopped in the middle of `when` of the planner."""
 
-    def learn(system, study, key, watch, work, quiet, ahead):
+    def learn(system, study, key, watch, work, quiet, first):
         work.mkdir(parents=True)
         (work / "train.npz").write_text("runs")
+        first(toy_driven.model())
         return SimpleNamespace(main=toy_driven.model(), networks=[])
 
     def stop(*_, **__):
@@ -101,7 +102,9 @@ def test_a_late_stop_leaves_the_older_study_whole_and_the_new_runs_where_they_ar
     older = {"model.npz": "older model", "answer.json": "older answer", "metrics.json": "{}"}
     for name, text in older.items():
         (tmp_path / name).write_text(text)
-    late_stop(monkeypatch, tmp_path, when="warm_up")
+    answer = toy_driven.answer()
+    monkeypatch.setattr(pj.Planner, "warm_up", lambda *_, **__: answer)
+    late_stop(monkeypatch, tmp_path, when="solve")
     assert {name: (tmp_path / name).read_text() for name in older} == older
     unfinished = tmp_path / "unfinished"
     assert {f.name for f in unfinished.iterdir()} == {"train.npz", "model.npz"}

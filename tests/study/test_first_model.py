@@ -1,0 +1,67 @@
+"""A study asks a first model, with a claim of few runs, before it makes the many."""
+
+import jax
+import pytest
+import toy_driven as toy
+from compilations import compiled_by
+from synthetic_plants import noisy, plant
+
+import parc_jax as pj
+from parc_jax.claim import pipeline
+from parc_jax.study.learn import learn
+from parc_jax.study.settings import Study
+from parc_jax.study.stopwatch import Stopwatch
+
+KEY = jax.random.PRNGKey(5)
+STUDY = Study(hidden=(), rollouts=200, eps=0.1, delta=0.05, profile_runs=300, search=64)
+
+
+def learned(tmp_path, monkeypatch, first=None, study=STUDY):
+    """The models, first one included, and the ids of the fresh runs behind each claim in turn."""
+    fresh = []
+
+    def seen(nets, profiles, batches):
+        scores = scores_of(nets, profiles, batches)
+        fresh.append(set(scores[0].ids))
+        return scores
+
+    scores_of = pipeline.scores_of
+    monkeypatch.setattr(pipeline, "scores_of", seen)
+    firsts = []
+    ask = firsts.append if first is None else first
+    made = learn(plant(noisy, toy.T), study, KEY, Stopwatch(), tmp_path, True, ask)
+    return made, firsts, fresh
+
+
+def test_the_first_claim_takes_nothing_from_the_one_to_come(monkeypatch, tmp_path):
+    made, (first,), fresh = learned(tmp_path / "with", monkeypatch)
+    assert len(fresh) == 2 and not fresh[0] & fresh[1]
+    assert not fresh[0] & set(made.train.hashes())
+    alone = learn(plant(noisy, toy.T), STUDY, KEY, Stopwatch(), tmp_path / "without", True)
+    assert made.main.claim.to_json() == alone.main.claim.to_json()
+    assert made.main.tube.hash == alone.main.tube.hash
+    assert first.net.hash == alone.main.net.hash and first.tube.hash != alone.main.tube.hash
+
+
+@pytest.mark.parametrize("eps, kept", [(0.001, 0.01), (0.1, 0.1)])
+def test_the_first_claim_is_of_few_runs(eps, kept, monkeypatch, tmp_path):
+    class Enough(Exception):
+        pass
+
+    def stop(model):
+        assert float(model.claim.eps) == kept and float(model.claim.delta) == STUDY.delta
+        raise Enough
+
+    study = STUDY.replace(eps=eps, claims=("bins",), blocks=(1, 1), others=("4",))
+    with pytest.raises(Enough):
+        learned(tmp_path, monkeypatch, stop, study)
+    assert not (tmp_path / "fresh").exists() and (tmp_path / "first" / "fresh").exists()
+
+
+@pytest.mark.slow
+def test_the_query_of_the_model_compiles_nothing_anew(monkeypatch, tmp_path):
+    settings = pj.Settings(samples=4, target=0.3, polytopes=True)
+    made, (first,), _ = learned(tmp_path, monkeypatch)
+    assert made.main.tube.grid == first.tube.grid != (1, 1)
+    pj.Planner(first).warm_up(toy.problem(), settings)
+    assert compiled_by(lambda: pj.Planner(made.main).warm_up(toy.problem(), settings)) == 0
