@@ -299,11 +299,3 @@ def test_every_page_is_in_the_site_and_on_its_first_page():
     linked = re.findall(r"\]\((\w+\.md)\)", (docs / "index.md").read_text(encoding="utf-8"))
     assert pages == set(listed), "list it in docs/mkdocs.yml"
     assert pages == {"index.md", *linked}, "link it in docs/index.md"
-
-
-def test_readme_counts_all_runs_of_the_main_job():
-    from parc_jax.claim.pipeline import runs_ahead
-    from sims.drift_parking import STUDY
-
-    runs = STUDY.rollouts + runs_ahead(STUDY, len(STUDY.networks))
-    assert f"The main job: {runs:,} rollouts" in (ROOT / "README.md").read_text()

@@ -77,6 +77,8 @@ def run(
 
     def first(answer: Answer) -> None:
         """A picture of the first plans, long before all is done."""
+        if host > 0:
+            return
         from parc_jax.plot.samples import samples
 
         picture = out / UNFINISHED / "samples.png"
@@ -105,7 +107,7 @@ def run(
             model=saved,
             quiet=shell.quiet,
             learn_from=learn_from,
-            first=first if figures and host <= 0 else None,
+            first=first if figures else None,
             early=early,
         )
     if host > 0:

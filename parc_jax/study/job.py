@@ -86,23 +86,23 @@ def run_study(
     settings = Settings(**part_of(study, Search))
     cold = None
 
-    def first_query(model: TrajectoryModel, shown: bool) -> None:
+    def first_query(model: TrajectoryModel, told: Callable[[Answer], None] | None = None) -> None:
         """What it compiles serves the next one."""
         nonlocal cold
         with watch("first query (cold)"):
-            cold = Planner(model).warm_up(problem, settings, proof=shown)
-        if shown and len(cold.samples):
-            first(cold)
+            cold = Planner(model).warm_up(problem, settings, proof=told is not None)
+        if told is not None and len(cold.samples):
+            told(cold)
 
     learned = None
     if model is None:
         work = out / UNFINISHED
-        ask = partial(first_query, shown=first is not None and settings.proof)
+        ask = partial(first_query, told=first) if first is not None and settings.proof else None
         learned = learn(learn_from or system, study, key, watch, work, quiet, ask)
         model = learned.main
         model.save(out / UNFINISHED / "model.npz")
-    else:
-        first_query(model, shown=False)
+    if cold is None:
+        first_query(model)
     with watch("regions"):
         table = enumerate_regions(model.net, model.domain)
     rows = []

@@ -4,6 +4,7 @@ the published one.
 
 from collections.abc import Callable
 from dataclasses import replace
+from fractions import Fraction
 from pathlib import Path
 from typing import NamedTuple
 
@@ -15,6 +16,7 @@ from parc_jax.base.keys import Stage, stream
 from parc_jax.base.options import part_of
 from parc_jax.claim.asked import BoundSettings, Sizing
 from parc_jax.claim.claim import ErrorClaim, on_bins
+from parc_jax.claim.counts import as_probability
 from parc_jax.claim.declared import assumed_claim
 from parc_jax.claim.pipeline import advice, bound_errors, runs_ahead
 from parc_jax.claim.runs import RecordedRuns, Runs, SystemRuns
@@ -28,7 +30,7 @@ from parc_jax.rollout.forecast import Forecast
 from parc_jax.study.settings import Learning, name_of
 from parc_jax.study.stopwatch import Stopwatch
 
-FIRST_EPS = 0.01  # of the first claim: 688 runs at a delta of 1e-3
+FIRST_EPS = Fraction(1, 100)  # of the first claim: 688 runs at a delta of 1e-3
 
 
 class NetworkModels(NamedTuple):
@@ -78,7 +80,7 @@ def learn(
     together. [T1] first: called with the main network under a claim of few runs, before the many.
     Raises InputError, also for a system whose start matters more than study.gap.
     """
-    forecast = forecast_of(study, quiet)
+    forecast = forecast_of(study, quiet, early=first is not None)
     with watch("other starts"):
         start = StartTrial(*gather(try_starts(system, key, study.gap))[0])
     with watch("training rollouts"):
@@ -96,10 +98,14 @@ def learn(
     return _learned(train, runs, start, study, key, watch, first)
 
 
-def forecast_of(study: Learning, quiet: bool = False) -> Forecast:
-    """The cost of all runs before the replay, in words of the shell."""
+def forecast_of(study: Learning, quiet: bool = False, early: bool = False) -> Forecast:
+    """The cost of all runs before the replay, in words of the shell; early: those of a first claim
+    too.
+    """
     n_nets = len(study.networks)
     ahead = study.rollouts + runs_ahead(study, n_nets)
+    if early:
+        ahead += runs_ahead(_first_asked(study), 1)
     return Forecast(ahead, advice(study, n_nets, "--eps "), quiet)
 
 
@@ -144,12 +150,18 @@ def first_model(
     """A network under a claim that few runs support, about one run in a hundred; these are of a
     stream of their own, so the claim to come is as good as without it.
     """
-    few = BoundSettings(
-        **part_of(study, Sizing), delta=study.delta, bins=study.bins, search=0
-    ).replace(eps=max(study.eps, FIRST_EPS), fresh=None, profile_runs=0)
+    few = _first_asked(study)
     own = None if runs.path is None else runs.path / "first"
     apart = replace(runs, key=stream(runs.key, Stage.FIRST), path=own)
     return trajectory_model(net, bound_errors([net], apart, train, few, start)[0][0])
+
+
+def _first_asked(study: Learning) -> BoundSettings:
+    """What a first claim is to say."""
+    asked = BoundSettings(**part_of(study, Sizing), delta=study.delta, bins=study.bins, search=0)
+    return asked.replace(
+        eps=max(as_probability("eps", study.eps), FIRST_EPS), fresh=None, profile_runs=0
+    )
 
 
 def models(

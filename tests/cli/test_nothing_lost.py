@@ -83,7 +83,8 @@ def late_stop(monkeypatch, out, *, when, **asked) -> None:
     def learn(system, study, key, watch, work, quiet, first):
         work.mkdir(parents=True)
         (work / "train.npz").write_text("runs")
-        first(toy_driven.model())
+        if first is not None:
+            first(toy_driven.model())
         return SimpleNamespace(main=toy_driven.model(), networks=[])
 
     def stop(*_, **__):

@@ -11,6 +11,7 @@ from toy_system import STUDY
 
 import parc_jax as pj
 from parc_jax.base.keys import Stage
+from parc_jax.claim.counts import required_runs
 from parc_jax.rollout.forecast import Forecast, Pace, spell
 from parc_jax.study.learn import forecast_of, learn
 from parc_jax.study.stopwatch import Stopwatch
@@ -81,12 +82,13 @@ def test_collect_and_bound_error_forecast_all_that_they_will_run(monkeypatch, ca
 def test_the_shell_forecasts_a_whole_study():
     told = forecast_of(STUDY)
     assert told.runs > 60 + 100 + 64 and told.advice == ""  # claims by bin
+    early = forecast_of(STUDY, early=True)
+    assert early.runs - told.runs == required_runs(max(STUDY.eps, 0.01), STUDY.delta)
     one = forecast_of(dataclasses.replace(STUDY, claims=("one",), eps=0.01, others=()))
     assert (one.runs, one.advice) == (60 + 100 + 299 + 64, "--eps 0.1 needs 29 fresh ones")
 
 
 def test_the_readme_counts_every_run_of_the_main_job():
-    from parc_jax.claim.counts import required_runs
     from parc_jax.local.local_model import Local
     from parc_jax.study.driven import LOOKS
     from sims.drift_parking.study import STUDY as MAIN
@@ -94,7 +96,7 @@ def test_the_readme_counts_every_run_of_the_main_job():
     told = (Path(pj.__file__).parents[1] / "README.md").read_text()
     local, each = Local(eps=MAIN.eps), MAIN.delta / LOOKS
     near = local.rollouts + local.profile_runs + required_runs(local.eps, each)
-    assert f"{forecast_of(MAIN).runs:,} rollouts" in told and MAIN.driven
+    assert f"{forecast_of(MAIN, early=True).runs:,} rollouts" in told and MAIN.driven
     assert f"{required_runs(MAIN.eps, each):,} rollouts of this\nvery plan" in told
     assert f"{near:,} near it" in told
     assert MAIN.repeats == 1 and f"{MAIN.samples} rollouts, one of each plan returned" in told
