@@ -47,6 +47,7 @@ def run(
     from parc_jax.study.cache import keep_compiled
     from parc_jax.study.figures import figures as draw_figures
     from parc_jax.study.job import METRICS, UNFINISHED, Studied, finish, run_study
+    from parc_jax.study.numbers import eps_of
     from parc_jax.study.report import report
 
     if shell.cache:
@@ -84,7 +85,11 @@ def run(
         picture = out / UNFINISHED / "samples.png"
         samples(answer, None, picture)
         if not shell.quiet:
-            print(f"{black_box.name}: the first proved plans are in {picture}.", file=sys.stderr)
+            so_far = f"a claim with eps = {eps_of(answer.model.claim)}, so far"
+            print(
+                f"{black_box.name}: first plans are in {picture}, proved under {so_far}.",
+                file=sys.stderr,
+            )
 
     def early(outcome: Studied) -> None:
         """Pictures, and where the answer is, before the plan that is driven."""
