@@ -14,7 +14,7 @@ import numpy as np
 from parc_jax.base.distributed import broadcast, gather, shared
 from parc_jax.base.keys import Stage, stream
 from parc_jax.base.options import part_of
-from parc_jax.claim.asked import BoundSettings, Sizing
+from parc_jax.claim.asked import BoundSettings
 from parc_jax.claim.claim import ErrorClaim, on_bins
 from parc_jax.claim.counts import as_probability
 from parc_jax.claim.declared import assumed_claim
@@ -147,8 +147,8 @@ def _learned(
 def first_model(
     net: ReLUNetwork, runs: SystemRuns, train: RolloutBatch, study: Learning, start: StartTrial
 ) -> TrajectoryModel:
-    """A network under a claim that few runs support, about one run in a hundred; these are of a
-    stream of their own, so the claim to come is as good as without it.
+    """A network under a claim that few runs support. They are of a stream of their own, so the
+    claim to come is as good as without it.
     """
     few = _first_asked(study)
     own = None if runs.path is None else runs.path / "first"
@@ -158,10 +158,10 @@ def first_model(
 
 def _first_asked(study: Learning) -> BoundSettings:
     """What a first claim is to say."""
-    asked = BoundSettings(**part_of(study, Sizing), delta=study.delta, bins=study.bins, search=0)
-    return asked.replace(
-        eps=max(as_probability("eps", study.eps), FIRST_EPS), fresh=None, profile_runs=0
-    )
+    eps = max(as_probability("eps", study.eps), FIRST_EPS)
+    asked = BoundSettings(**part_of(study, BoundSettings))
+    asked = asked.replace(eps=eps, fresh=None, profile_runs=0, search=0, looks=1)
+    return asked.replace(claims=("one",), blocks=None, even=False)
 
 
 def models(
