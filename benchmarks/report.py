@@ -6,7 +6,7 @@ HEAD = """# Benchmarks
 This page is written by `python -m benchmarks --update-baseline`; do not edit it.
 
 ```
-python -m benchmarks                        # everything, about ten minutes on two quiet cores
+python -m benchmarks                        # everything, about forty minutes on two quiet cores
 python -m benchmarks --only points bras     # some workloads
 python -m benchmarks --quick                # tiny sizes: does everything work? Its numbers mean nothing
 python -m benchmarks --gate                 # exit code 1 if anything is worse than the committed baseline

@@ -83,13 +83,13 @@ def about_sensing(risk: Risk | NoStatement, sensing_eps: Fraction) -> str:
 def about_risk(
     risk: Risk | NoStatement,
     drawn: str,
-    density: float,
+    density: float | None,
     measured: float,
     delta: Fraction | None,
 ) -> str:
     """What a plan drawn by `Answer.sample` risks. drawn: what from, in words. density: bound on
-    that of its k, which rests on a coverage known with confidence `measured`; delta: error
-    probability of the claim.
+    that of its k, which rests on a coverage known with confidence `measured`; None where nothing
+    is said. delta: error probability of the claim.
     """
     if isinstance(risk, NoStatement):
         return f"Risk: no statement, since {risk.reason}."

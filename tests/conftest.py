@@ -1,5 +1,6 @@
 """Strict numerics for every test: float64 on, no silent promotion, CPU unless --gpu."""
 
+import gc
 import importlib.util
 import os
 from pathlib import Path
@@ -44,6 +45,7 @@ def pytest_addoption(parser):
 
 
 def pytest_configure(config):
+    gc.set_threshold(100_000)  # tracing makes millions of objects that all stay
     if not config.getoption("--gpu"):
         os.environ["JAX_PLATFORMS"] = "cpu"
     if importlib.util.find_spec("crazyflow"):  # it asks for this before SciPy is imported

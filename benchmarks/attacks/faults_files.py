@@ -122,7 +122,7 @@ ROLLOUTS = (
     Fault(
         "hash_of_a_run_without_its_path",
         "RolloutBatch._hashes",
-        "() + p[i].tobytes() + q",
+        "() + p.tobytes() + q",
         "() + q",
         ("tests/rollout/test_batch.py::test_the_hash_of_a_run_sees_k_path_and_end",),
     ),

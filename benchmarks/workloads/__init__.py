@@ -18,6 +18,7 @@ NAMES = (
     "checking",
     "fails_safely",
     "cold_start",
+    "main_job",
     "rollouts",
     "training",
     "table_one",

@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from parc_jax.answer.findings import Findings
 from parc_jax.answer.numbers import density_of_k, risk_of_draw
 from parc_jax.base.spelling import counted, rounded_down
+from parc_jax.claim.risk import NoStatement
 from parc_jax.sentences import (
     about_doubt,
     about_place,
@@ -81,7 +82,7 @@ def _about_draw(found: Findings) -> str:
     """What a drawn plan risks."""
     drawn = "the safe polytopes" if len(found.polytopes) else "all that the corridors hold"
     promised = risk_of_draw(found)
-    density = density_of_k(found)
+    density = None if isinstance(promised, NoStatement) else density_of_k(found)
     risk = about_risk(promised, drawn, density, found._held.confidence, found.model.claim.delta)
     if found.doubt is not None and found.doubt.sensing_eps:
         risk = f"{risk} {about_sensing(promised, found.doubt.sensing_eps)}"

@@ -22,12 +22,13 @@ def wrong_claim_probability(n: int, eps: float, discard: int = 0) -> float:
 
     sum_{i <= discard} C(n, i) eps^i (1 - eps)^(n - i)
     """
-    from scipy.special import bdtr
-
     if n <= discard:
         return 1.0
     if discard == 0:
         return min(1.0, math.exp(n * math.log1p(-eps)) * _OUTWARD)
+
+    from scipy.special import bdtr  # slower to load than much of what asks
+
     return min(1.0, float(bdtr(float(discard), n, eps)) * _TAIL_OUTWARD)
 
 

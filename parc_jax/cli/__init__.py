@@ -8,6 +8,7 @@ Completion scripts: parc-jax --tyro-print-completion bash (or zsh). Version: par
 """
 
 import contextlib
+import gc
 import os
 import sys
 import traceback
@@ -17,11 +18,14 @@ from parc_jax.cli.stopping import STOPPED, Interrupts, stoppable
 from parc_jax.errors import HostLost, InputError, ParcError
 
 OK, NO_ANSWER, BAD_INPUT, BROKEN = 0, 1, 2, 3
+# new objects between two searches for what nobody refers to: tracing makes millions that all stay
+COLLECT_EVERY = 100_000
 
 
 def main(arguments: list[str] | None = None) -> None:
     """Entry point of the console script. Always ends in SystemExit."""
     arguments = sys.argv[1:] if arguments is None else arguments
+    gc.set_threshold(COLLECT_EVERY)
     try:
         with stoppable() as interrupts, told(arguments) as asked:
             code = _run(asked, interrupts)

@@ -26,7 +26,7 @@ def as_json(answer: Answer, path: Path, cold_s: float | None) -> str:
 
 
 def verdict(answer: Answer, path: Path, cold_s: float | None, short: bool = False) -> str:
-    """For a terminal. cold_s: [s] to the first sample of a first query, compiling included."""
+    """For a terminal. cold_s: as of `facts_of`."""
     lines = []
     if answer.found and not short:
         n_p, names = answer.model.n_p, answer.model.labels

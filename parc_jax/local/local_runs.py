@@ -32,7 +32,7 @@ class LocalRuns(Runs):
 
     def train(self) -> RolloutBatch:
         """The training runs."""
-        return concatenate(self._stream(self.trained, Stage.TRAIN, 0))
+        return concatenate(self._stream(self.trained, Stage.TRAIN, 0), self.trained)
 
     def further(self, n: int) -> Iterable[RolloutBatch]:
         """Runs for the shape of the tube, behind the training ones."""

@@ -2,6 +2,8 @@
 
 import dataclasses
 import hashlib
+import itertools
+from collections.abc import Iterable
 from functools import cached_property
 
 import numpy as np
@@ -142,13 +144,11 @@ class RolloutBatch:
 
     @cached_property
     def _hashes(self) -> np.ndarray:
-        k = np.ascontiguousarray(self.k, "<f8")
-        p, q = np.ascontiguousarray(self.p, "<f4"), np.ascontiguousarray(self.q, "<f4")
-        digests = [
-            hashlib.sha256(k[i].tobytes() + p[i].tobytes() + q[i].tobytes()).hexdigest()[:32]
-            for i in range(self.n)
-        ]
-        return np.array(digests, dtype="S32")
+        def digest(i: int) -> str:  # row by row: a copy of all runs would be large
+            k, p, q = self.k[i].astype("<f8"), self.p[i].astype("<f4"), self.q[i].astype("<f4")
+            return hashlib.sha256(k.tobytes() + p.tobytes() + q.tobytes()).hexdigest()[:32]
+
+        return np.array([digest(i) for i in range(self.n)], dtype="S32")
 
 
 def rollout_batch(
@@ -284,21 +284,39 @@ def require_finite_k(k) -> None:
     )
 
 
-def concatenate(batches) -> RolloutBatch:
+def concatenate(batches: Iterable[RolloutBatch], n: int | None = None) -> RolloutBatch:
     """One batch from several of the same law (and so K), time grid, reference points, rotation and
-    given parameters, in order. Raises InputError when they differ.
+    given parameters, in order. n: rows of all together, where it is known: then batches may come
+    one after another, and none is held any longer than it takes to copy it. Raises InputError when
+    they differ.
     """
-    batches = list(batches)
-    first = batches[0]
-    shared = ("law", "time", "seed", "stage", "points", "rotation", "given")
-    for other in batches[1:]:
-        if any(getattr(other, fact) != getattr(first, fact) for fact in shared):
-            raise InputError(
-                "concatenate: expected batches of one law, time grid, seed, stage, reference "
-                "points, rotation and given parameters; they differ."
-            )
-    if len({b.groups is None for b in batches}) > 1:
-        raise InputError("concatenate: expected groups in all batches or in none.")
+    if n is None:
+        batches = list(batches)
+        n = sum(batch.n for batch in batches)
+    batches = iter(batches)
+    first = next(batches)
     names = ("rows", "k", "p", "q") if first.groups is None else ("rows", "k", "p", "q", "groups")
-    parts = {name: np.concatenate([getattr(b, name) for b in batches]) for name in names}
-    return first.replace(**parts)
+    parts = {name: getattr(first, name) for name in names}
+    whole: dict = {name: np.empty((n, *x.shape[1:]), x.dtype) for name, x in parts.items()}
+    at = 0
+    for batch in itertools.chain([first], batches):
+        _require_alike(first, batch)
+        begin, at = at, at + batch.n
+        if at <= n:
+            for name in names:
+                whole[name][begin:at] = getattr(batch, name)
+    if at != n:
+        raise InputError(f"concatenate: expected {n:,} rows in all batches together; got {at:,}.")
+    return dataclasses.replace(first, **whole)
+
+
+def _require_alike(first: RolloutBatch, other: RolloutBatch) -> None:
+    shared = ("law", "time", "seed", "stage", "points", "rotation", "given")
+    alike = all(getattr(other, fact) == getattr(first, fact) for fact in shared)
+    if not alike or first.p.dtype != other.p.dtype:
+        raise InputError(
+            "concatenate: expected batches of one law, time grid, seed, stage, reference "
+            "points, rotation, given parameters and storage; they differ."
+        )
+    if (first.groups is None) != (other.groups is None):
+        raise InputError("concatenate: expected groups in all batches or in none.")

@@ -89,7 +89,7 @@ def collect(
         quiet=quiet,
         forecast=forecast,
     )
-    batch = concatenate(stream)
+    batch = concatenate(stream, n)
     if parts is not None:
         save_rollouts(path, batch, {"system": identity, "chunk": chunk})
         shutil.rmtree(parts, ignore_errors=True)  # hosts may share the folder

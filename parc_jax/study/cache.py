@@ -5,6 +5,8 @@ import os
 import platform
 from pathlib import Path
 
+WORTH_KEEPING_S = 0.005  # [s] of compiling: reading a program takes less
+
 
 def keep_compiled() -> None:
     """Turn JAX's persistent cache on, unless JAX_COMPILATION_CACHE_DIR already says where (or that)
@@ -24,7 +26,7 @@ def keep_compiled() -> None:
         except OSError:
             return  # a read-only home: compile anew
         jax.config.update("jax_compilation_cache_dir", str(folder))
-    jax.config.update("jax_persistent_cache_min_compile_time_secs", 0.1)
+    jax.config.update("jax_persistent_cache_min_compile_time_secs", WORTH_KEEPING_S)
     jax.config.update("jax_persistent_cache_min_entry_size_bytes", 0)
 
 

@@ -93,7 +93,7 @@ def learn(
             quiet=quiet,
             forecast=forecast,
         )
-        train = concatenate(chunks)
+        train = concatenate(chunks, study.rollouts)
     runs = SystemRuns(system, key, train.n, work, quiet, forecast)
     return _learned(train, runs, start, study, key, watch, first)
 

@@ -28,7 +28,7 @@ def seconds(value: float | None) -> str:
 
 def facts_of(answer: Answer, cold_s: float | None) -> dict:
     """What was found, of what, how far it went and how long it took, as plain data. cold_s: [s] to
-    the first sample of a first query, compiling included.
+    the first sample of a first query, compiling included; None where that is this answer.
     """
     return {
         "counts": answer.counts,
@@ -41,7 +41,7 @@ def facts_of(answer: Answer, cold_s: float | None) -> dict:
         "status": answer.status.label,
         "ended": None if answer.ended is None else answer.ended.label,
         "refused": answer.refused,
-        "first_sample_cold_s": cold_s,
+        "first_sample_cold_s": answer.timings["first_sample_s"] if cold_s is None else cold_s,
         "timings": answer.timings,
     }
 
@@ -49,21 +49,24 @@ def facts_of(answer: Answer, cold_s: float | None) -> dict:
 def table_of(answer: Answer, cold_s: float | None) -> list[str]:
     """What a query found, line by line. cold_s: as of `facts_of`."""
     t, part = answer.timings, part_covered(answer)
-    polytopes = [
-        f"first safe polytope    {seconds(t['first_polytope_s'])} warm",
-        f"safe polytopes         {len(answer.polytopes)}, "
-        f"{covering(answer.coverage._asdict(), part)}",
-    ]
-    return [
-        f"safe                   {how_much_is_safe(answer)}",
-        f"first safe sample      {seconds(cold_s)} cold, {seconds(t['first_sample_s'])} warm",
-        f"corridors              {len(answer.corridors)}, "
-        f"{covering(answer.corridor_coverage._asdict(), part)}",
-        *(polytopes if answer.polytopes else []),
-        f"safe set               in {seconds(t['cover_s'])}",
-        f"proof                  {answer.status}, {answer.refused} refused, in "
-        f"{seconds(t['proof_s'])}",
-    ]
+    times = [f"{seconds(t['first_sample_s'])} {'cold' if cold_s is None else 'warm'}"]
+    if cold_s is not None:
+        times = [f"{seconds(cold_s)} cold", *times]
+    lines = [f"first safe sample      {', '.join(times)}"]
+    if answer.corridors or answer.polytopes or not answer.found:
+        # where one plan was asked for and found, too few were drawn to say how many are safe
+        lines = [f"safe                   {how_much_is_safe(answer)}", *lines]
+    if answer.corridors:
+        covered = covering(answer.corridor_coverage._asdict(), part)
+        lines.append(f"corridors              {len(answer.corridors)}, {covered}")
+    if answer.polytopes:
+        covered = covering(answer.coverage._asdict(), part)
+        lines.append(f"first safe polytope    {seconds(t['first_polytope_s'])} warm")
+        lines.append(f"safe polytopes         {len(answer.polytopes)}, {covered}")
+    if answer.corridors or answer.polytopes:
+        lines.append(f"safe set               in {seconds(t['cover_s'])}")
+    proof = f"{answer.status}, {answer.refused} refused, in {seconds(t['proof_s'])}"
+    return [*lines, f"proof                  {proof}"]
 
 
 def covering(coverage: dict, part: str = "the safe set") -> str:

@@ -23,8 +23,6 @@ CHANGE_WEIGHT = 30.0  # on input changes
 MAX_SWEEPS = 50
 CONVERGED = 1e-3  # on the expected reduction
 T = c.PLAN_STEP
-TOGETHER = 3  # sweeps of all lanes in step, before those still running are packed
-TILE = 128  # lanes packed together on a CPU
 
 
 class Pose(NamedTuple):
@@ -82,12 +80,7 @@ def solve(memory: Memory, plan: Plan, j, now: Pose) -> Memory:
     rest = jax.tree.map(jnp.zeros_like, inputs)
     cost, states, inputs = _roll_out(now, states, inputs, gains, rest, 0.0, reference)
     search = _Search(states, inputs, gains, cost, jnp.full(cost.shape, True))
-    if search.cost.ndim == 1 and search.cost.size > TILE:
-        search = jax.lax.platform_dependent(
-            search, now, reference, cpu=_improved_in_tiles, default=_improved
-        )
-    else:
-        search = _improved(search, now, reference)
+    search = _improved(search, now, reference)
     return Memory(search.states, search.inputs, search.gains)
 
 
@@ -101,37 +94,16 @@ class _Search(NamedTuple):
     running: jax.Array
 
 
-def _improved(search: _Search, now, reference, first=0, last=MAX_SWEEPS) -> _Search:
-    """Sweeps `first` to `last`, all lanes in step, or fewer if none is left running."""
+def _improved(search: _Search, now, reference) -> _Search:
+    """All sweeps, all lanes in step, or fewer if none is left running."""
 
     def going(loop):
-        return (loop[0] < last) & jnp.any(loop[1].running)
+        return (loop[0] < MAX_SWEEPS) & jnp.any(loop[1].running)
 
     def step(loop):
         return loop[0] + 1, _swept(loop[1], now, reference)
 
-    return jax.lax.while_loop(going, step, (first, search))[1]
-
-
-def _improved_in_tiles(search: _Search, now, reference) -> _Search:
-    """The same sweeps. A few lanes go on four times as long as the others: after the first sweeps
-    those still running are packed together, TILE at a time, and the rest does not wait for them.
-    """
-    search = _improved(search, now, reference, 0, TOGETHER)
-    order = jnp.argsort(~search.running)
-    left = jnp.sum(search.running)
-
-    def tile(loop):
-        begin, search = loop
-        lanes = jax.lax.dynamic_slice_in_dim(order, begin, TILE)
-        part, here, wanted = jax.tree.map(lambda a: a[..., lanes], (search, now, reference))
-        part = _improved(part, here, wanted, TOGETHER)
-        # the last tile may overlap the one before: whoever was in a tile is through
-        part = part._replace(running=jnp.zeros_like(part.running))
-        search = jax.tree.map(lambda a, new: a.at[..., lanes].set(new), search, part)
-        return begin + TILE, search
-
-    return jax.lax.while_loop(lambda loop: loop[0] < left, tile, (0, search))[1]
+    return jax.lax.while_loop(going, step, (0, search))[1]
 
 
 def _swept(search: _Search, now, reference) -> _Search:

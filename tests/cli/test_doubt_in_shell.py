@@ -79,6 +79,7 @@ def test_the_first_plan_from_here(shell):
         and "all plans start at (0, 0) m" in said
         and "(C) For the sample, and for" in said
     )
+    assert " cold\n" in said and "warm" not in said and "safe set  " not in said  # none was sought
     for options, sentence in (
         (("--at", "0;0"), "--at: expected numbers with commas between"),
         (("--at", "0,0,0.1"), "at: expected a planar system that declares rotation invariance"),

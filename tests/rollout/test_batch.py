@@ -72,6 +72,20 @@ def test_names_of_groups_mean_the_same_in_every_file(runs, tmp_path):
             grouped(runs, bad)
 
 
+def test_batches_become_one_as_they_come(runs):
+    parts = [runs.select(slice(at, at + 10)) for at in (0, 10, 20)]
+    whole = concatenate(iter(parts), runs.n)
+    for name in ("rows", "k", "p", "q"):
+        np.testing.assert_array_equal(getattr(whole, name), getattr(runs, name))
+    np.testing.assert_array_equal(whole.hashes(), concatenate(parts).hashes())
+    for some, n in ((parts[:2], runs.n), (parts, 20)):  # rows that nobody wrote are no runs
+        with pytest.raises(InputError, match=f"expected {n} rows in all batches together"):
+            concatenate(iter(some), n)
+    single = runs.replace(p=np.asarray(runs.p, np.float32))
+    with pytest.raises(InputError, match="storage; they differ"):
+        concatenate([runs, single])
+
+
 def test_groups_in_a_folder(runs, tmp_path):
     (tmp_path / "p").mkdir()
     np.savetxt(tmp_path / "k.csv", runs.k, delimiter=",")

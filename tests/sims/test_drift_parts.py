@@ -167,26 +167,6 @@ def test_controller_solves_as_described(rng):
     assert np.abs(want[:, 5]).max() > 0.2  # it did steer
 
 
-@pytest.mark.night
-def test_packed_lanes_end_as_lanes_in_step(monkeypatch, rng):
-    """Cars that need few sweeps and cars that need many, the last tile half empty."""
-    monkeypatch.setattr(ilqr, "TILE", 8)
-    monkeypatch.setattr(ilqr, "TOGETHER", 2)
-    plan = reference_plan(jnp.asarray(rng.uniform(9, 11, 20)))
-    reference, inputs = ilqr._targets(plan, 21)
-    lateness = jnp.asarray(np.where(np.arange(20) % 3, 0.3, 0.0) * rng.normal(size=20))
-    now = ilqr.Pose(*(field[0] + lateness for field in reference))
-    cost = jnp.full(20, 1e9)
-    _, gains, _ = ilqr._backward(reference, inputs, reference)
-    begun = ilqr._Search(reference, inputs, gains, cost, cost > 0)
-    in_step = jax.jit(ilqr._improved)(begun, now, reference)
-    packed = jax.jit(ilqr._improved_in_tiles)(begun, now, reference)
-    started = jax.jit(lambda *a: ilqr._improved(*a, last=2))(begun, now, reference)
-    assert 8 < int(started.running.sum()) < 20 and not packed.running.any()
-    for got, want in zip(jax.tree.leaves(packed[:4]), jax.tree.leaves(in_step[:4]), strict=True):
-        np.testing.assert_allclose(got, want, rtol=1e-12, atol=1e-12)
-
-
 def _search_cases():
     """Costs that are smooth, or have a pole in (0, 3) as a tangent has; the plain search ends in
     every possible way.
