@@ -13,7 +13,7 @@ from parc_jax.claim.counts import required_runs
 from parc_jax.claim.declared import assumed_claim
 from parc_jax.claim.profile import training_profile
 from parc_jax.model import TrajectoryModel, trajectory_model
-from parc_jax.network.parc import fit_affine
+from parc_jax.network.fit import fit_affine
 from parc_jax.network.relu import ReLUNetwork
 from parc_jax.network.train import train, training_arrays
 from parc_jax.rollout.batch import RolloutBatch

@@ -186,7 +186,7 @@ DRIVEN = (
     ),
     Fault(
         "a_local_claim_said_to_be_of_all_of_k",
-        "local_runs.on_box",
+        "local_model.on_box",
         'BOX: "N"}',
         'BOX: "K"}',
         (f"{CHOICE}::test_a_local_claim_is_about_its_box_and_narrower_where_the_error_is",),

@@ -11,7 +11,7 @@ STUDY = "tests/study/test_from_prior.py"
 PRIOR = (
     Fault(
         "recordings_are_torn_apart",
-        "prior.folds.folds",
+        "correct.folds",
         "runs.n) if runs.groups is None else runs.groups",
         "runs.n)",
         (f"{IDENTIFY}::test_groups_stay_whole_in_every_fold",),
@@ -39,7 +39,7 @@ PRIOR = (
     ),
     Fault(
         "discards_without_end",
-        "advised.advised_discards",
+        "counts.advised_discards",
         "discard > MOST_SHARE * n and",
         "False and",
         (f"{ADVISED}::test_never_more_than_their_share_but_for_failed_runs",),

@@ -10,6 +10,9 @@ from parc_jax.claim.asked import BoundSettings
 from parc_jax.claim.claim import ErrorClaim, error_claim
 from parc_jax.claim.counts import (
     MOST,
+    RECORDED_ROWS,
+    RUNS,
+    Unit,
     as_probability,
     most_discards,
     required_runs,
@@ -19,7 +22,6 @@ from parc_jax.claim.fresh import check_fresh
 from parc_jax.claim.score import Scores, score_batch
 from parc_jax.claim.start_gap import invariances
 from parc_jax.claim.tube import Tube
-from parc_jax.claim.unit import RECORDED_ROWS, RUNS, Unit
 from parc_jax.errors import InputError
 from parc_jax.network.relu import ReLUNetwork
 from parc_jax.problem.labels import name_of

@@ -12,11 +12,11 @@ from pathlib import Path
 import numpy as np
 
 from parc_jax.base.spelling import hex_text, listed, rounded_up
+from parc_jax.claim.counts import RECORDED_ROWS, RECORDINGS, RUNS, Unit
 from parc_jax.claim.risk import NoStatement, Risk, density_of_share, risk_of
 from parc_jax.claim.statement import DIGITS, statement
 from parc_jax.claim.tube import Tube, refined
 from parc_jax.claim.tube_file import tube_to_json
-from parc_jax.claim.unit import RECORDED_ROWS, RECORDINGS, RUNS, Unit
 from parc_jax.errors import InputError
 from parc_jax.network.relu import ReLUNetwork
 from parc_jax.rollout.files import write_atomic

@@ -1,8 +1,11 @@
-"""How many runs a claim costs, and what a number of runs can support. [T1, T2, T6]"""
+"""What a claim counts: how many runs it costs, what a number of them supports. [T1, T2, T6]"""
 
 import math
 from collections.abc import Callable
 from fractions import Fraction
+from typing import NamedTuple
+
+import numpy as np
 
 from parc_jax.base.options import check_count
 from parc_jax.base.spelling import rounded_up
@@ -14,6 +17,23 @@ MOST = "most"  # discards: as many as the runs, eps and delta allow
 _OUTWARD = 1.0 + 1e-9
 # the same of scipy's tail with discards, which is off by 4e-9 of itself at a million runs
 _TAIL_OUTWARD = 1.0 + 1e-7
+SURE = 0.9  # probability, by what the training runs show, that so many discards suffice
+MOST_SHARE = 0.1  # of the holdout, but for failed runs: a tube that more may leave is hardly one
+
+
+class Unit(NamedTuple):
+    """What is independent among runs, in words: single runs, or the recordings that they are parts
+    of. each: what a claim speaks of. many: what it counts.
+    """
+
+    each: str
+    many: str
+
+
+RUNS = Unit("a new rollout", "runs")
+RECORDINGS = Unit("any run of a new recording", "recordings")
+
+RECORDED_ROWS = "rows"  # evidence of a claim about recordings: of how many runs they are
 
 
 def wrong_claim_probability(n: int, eps: float, discard: int = 0) -> float:
@@ -89,6 +109,37 @@ def most_discards(n: int, eps: float, delta: float) -> int:
     """The largest number of discards that n runs allow for (eps, delta); -1 when n is too small."""
     _check(eps, delta, 0)
     return _last(-1, n, lambda discard: wrong_claim_probability(n, eps, discard) <= delta)
+
+
+def advised_discards(sizes: np.ndarray, n: int, delta: float) -> int:
+    """Discards for a holdout of n independent runs, from the largest errors (m,) of runs that have
+    no part in it, infinite for failed ones.
+
+    They are taken where eps times the width that the tube then needs is least: a tube half as wide
+    is worth twice the eps. At most MOST_SHARE of the holdout is discarded, or as many more as fail:
+    a failed run makes a tube infinite.
+    """
+    best, least = 0, math.inf
+    for discard in range(n):
+        eps, width = supported_eps(n, delta, discard), width_needed(sizes, n, discard)
+        if eps is None or (discard > MOST_SHARE * n and math.isfinite(least)):
+            break
+        if float(eps) * width < least:
+            best, least = discard, float(eps) * width
+    return best
+
+
+def width_needed(sizes: np.ndarray, n: int, discard: int) -> float:
+    """The least of the sizes (m,) that all but `discard` of n runs like these keep below, with
+    probability SURE; infinite for none. One more run than was seen may be beyond each of them: a
+    first failure among the n must not make an end of all plans.
+    """
+    from scipy.special import bdtr
+
+    ordered = np.sort(sizes)
+    beyond = np.arange(len(ordered), 0, -1) / (len(ordered) + 1)
+    enough = bdtr(float(discard), n, beyond) >= SURE
+    return float(ordered[np.argmax(enough)]) if enough.any() else math.inf
 
 
 def cheaper(eps: float, delta: float, spelled: str = "eps = ") -> str:

@@ -21,10 +21,9 @@ from parc_jax.claim.calibrate import calibrate
 from parc_jax.claim.claim import ErrorClaim
 from parc_jax.claim.counts import MOST, as_probability, cheaper, required_runs
 from parc_jax.claim.edges import choose_edges
-from parc_jax.claim.even import evened, learnt_from
 from parc_jax.claim.fitting import fitted_profile
 from parc_jax.claim.measure import Errors, measure
-from parc_jax.claim.profile import profile_of
+from parc_jax.claim.profile import evened, learnt_from, profile_of
 from parc_jax.claim.runs import RecordedRuns, Runs, SystemRuns
 from parc_jax.claim.score import check_profile, scores_of
 from parc_jax.claim.start_gap import StartTrial, allow_for_start, try_starts

@@ -7,6 +7,7 @@ import numpy as np
 
 from parc_jax.base.shapes import ManyParams, Paths, States
 from parc_jax.claim.claim import check_edges
+from parc_jax.claim.counts import RECORDINGS, RUNS, Unit
 from parc_jax.claim.measure import (
     Allowance,
     Errors,
@@ -16,7 +17,6 @@ from parc_jax.claim.measure import (
     measure_arrays_along,
 )
 from parc_jax.claim.tube import Tube
-from parc_jax.claim.unit import RECORDINGS, RUNS, Unit
 from parc_jax.errors import InputError
 from parc_jax.network.predict import Layout, layout_of
 from parc_jax.network.relu import ReLUNetwork

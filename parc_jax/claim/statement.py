@@ -3,7 +3,7 @@
 from typing import TYPE_CHECKING
 
 from parc_jax.base.spelling import rounded_down, rounded_up
-from parc_jax.claim.unit import RECORDED_ROWS
+from parc_jax.claim.counts import RECORDED_ROWS
 
 if TYPE_CHECKING:
     from parc_jax.claim.claim import ErrorClaim

@@ -15,8 +15,7 @@ from parc_jax.claim.risk import NoStatement, Risk
 from parc_jax.errors import InputError, expected
 from parc_jax.local.local_model import Local, local_model, tried_first
 from parc_jax.local.looks import Look, Looks, fresh_key
-from parc_jax.local.narrowing import narrowing
-from parc_jax.local.near import Near
+from parc_jax.local.near import Near, narrowing
 from parc_jax.local.safe_box import SafeBox, box_around, safe_box, share_of
 from parc_jax.local.tested import Tested, run_plan
 from parc_jax.model import TrajectoryModel

@@ -2,18 +2,53 @@
 
 from dataclasses import dataclass
 from fractions import Fraction
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from parc_jax.base.spelling import rounded_down, rounded_up
 from parc_jax.claim.risk import NoStatement, Risk
+from parc_jax.claim.tube import Tube
 from parc_jax.local.looks import Look
-from parc_jax.local.narrowing import Narrowing
 from parc_jax.local.safe_box import SafeBox
 from parc_jax.model import TrajectoryModel
+from parc_jax.sets.box import Box
 
 NARROWER = 1.05  # [1] a tube that is less than this much narrower is not called so
+
+
+class Narrowing(NamedTuple):
+    """Half widths over a box of k, the widest of the bins that it meets. whole, local: of the two
+    tubes at the end, (n_c + n_q,) [m, .]. times: by what factor the local one is narrower, at the
+    end and during the run: geometric mean over all coordinates (and intervals); infinite where the
+    other tube has no claim.
+    """
+
+    whole: np.ndarray
+    local: np.ndarray
+    times_end: float
+    times_path: float
+
+
+def narrowing(whole: Tube, local: Tube, box: Box) -> Narrowing:
+    """The tubes of a model of all of K and of one of a box in it."""
+    bins = [b for b in range(whole.n_bins) if _meets(whole.bin_box(b), box)]
+    path, end = whole.widest(np.array(bins))
+    own_path, own_end = local.widest()
+    return Narrowing(end, own_end, _factor(end, own_end), _factor(path, own_path))
+
+
+def _meets(bin_box: tuple[np.ndarray, np.ndarray], box: Box) -> bool:
+    lo, hi = bin_box
+    return bool((lo <= box.hi).all() and (hi >= box.lo).all())
+
+
+def _factor(wide: np.ndarray, narrow: np.ndarray) -> float:
+    if not np.isfinite(wide).all():
+        return float("inf")
+    if not np.isfinite(narrow).all():
+        return 0.0
+    return float(np.exp(np.mean(np.log(wide / narrow))))
 
 
 @dataclass(frozen=True, eq=False)

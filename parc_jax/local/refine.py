@@ -21,8 +21,7 @@ from parc_jax.local.almost import judged, nearly_safe, spread_out
 from parc_jax.local.choice import Choice
 from parc_jax.local.local_model import Local, best_claimed, tried_first
 from parc_jax.local.looks import Look, Looks, fresh_key
-from parc_jax.local.narrowing import narrowing
-from parc_jax.local.near import Near
+from parc_jax.local.near import Near, narrowing
 from parc_jax.local.probe import Aim, Probe, inside, probes
 from parc_jax.local.safe_box import box_around, safe_box, share_of
 from parc_jax.methods import Exact

@@ -10,8 +10,7 @@ import numpy as np
 
 from parc_jax.base.spelling import fraction_text, hex_text
 from parc_jax.errors import InputError
-from parc_jax.lp.exact import round_up
-from parc_jax.lp.rational import Basis
+from parc_jax.lp.exact import Basis, round_up
 from parc_jax.model import TrajectoryModel
 from parc_jax.no_plan.bin_errors import BinErrors, bin_errors
 from parc_jax.problem.problem import ReachAvoid

@@ -1,15 +1,15 @@
 """What real runs say beyond a prior: their residuals, smoothed over K, where that helps others."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from typing import NamedTuple
 
 import numpy as np
 
 from parc_jax.base.tolerances import TOLERANCES
-from parc_jax.prior.folds import folds
 from parc_jax.rollout.batch import RolloutBatch
 
 SMOOTHINGS = (0.1, 1.0, 10.0)  # [1] of thin plates over K scaled to [-1, 1]; more is stiffer
+FOLDS = 5  # parts of the training runs that take turns: each is predicted from the others
 CLEARLY = 2.0  # [standard errors] by which they must help
 _UNLIKE = 3.0  # [median size] residuals of runs that are larger count as so large
 
@@ -66,6 +66,15 @@ def corrected(prior: Callable[[np.ndarray], np.ndarray], runs: RolloutBatch) -> 
     more = _smoothed(runs, truth - whole, chosen)
     typical = (float(np.exp(sizes[choice].mean())) for choice in (None, best))
     return Corrected(whole + more(runs.k), more, chosen, errors[chosen], *typical)
+
+
+def folds(runs: RolloutBatch) -> Iterator[tuple[np.ndarray, np.ndarray]]:
+    """Masks (n,) of the rows to fit and of those held out, in turn; groups stay whole."""
+    own = np.arange(runs.n) if runs.groups is None else runs.groups
+    number = np.unique(own, return_inverse=True)[1].ravel() % FOLDS
+    for part in range(FOLDS):
+        if (number == part).any() and (number != part).any():
+            yield number != part, number == part
 
 
 def flat(runs: RolloutBatch) -> np.ndarray:

@@ -7,7 +7,7 @@ import numpy as np
 from parc_jax.base.tolerances import TOLERANCES
 from parc_jax.errors import InputError
 from parc_jax.network.predict import by_point
-from parc_jax.prior.folds import folds, worst_error
+from parc_jax.prior.correct import folds
 from parc_jax.prior.twist import (
     TwistModel,
     at_fine_times,
@@ -46,16 +46,10 @@ class Kind(NamedTuple):
     degree: int
 
 
-def identify(runs: RolloutBatch) -> TwistModel:
-    """The twist model of recorded runs. Raises InputError for runs that are not those of one rigid
-    body in the plane, each told in the frame of its own start, or too few.
-    """
-    seen = moving_body(runs)
-    return fitted(seen, chosen_kind(seen))
-
-
 def moving_body(runs: RolloutBatch) -> Seen:
-    """What the finite ones of these runs show of the body. Raises InputError."""
+    """What the finite ones of these runs show of the body. Raises InputError for runs that are not
+    those of one rigid body in the plane, each told in the frame of its own start, or too few.
+    """
     if runs.n_p != 2:
         raise InputError(
             f"prior twist: expected positions in the plane; got {runs.n_p} coordinates. Give a "
@@ -133,6 +127,12 @@ def chosen_kind(seen: Seen) -> Kind:
         if more.mean() <= max(little, more.std() / np.sqrt(len(more))):
             break
     return kinds[usable[place]]
+
+
+def worst_error(model, runs: RolloutBatch) -> np.ndarray:
+    """(n,) [m] the largest error of a model with `rollout_batch`, of any coordinate at any time."""
+    p = np.asarray(model.rollout_batch(None, runs.k).p).reshape(runs.p.shape)
+    return np.abs(p - runs.p).max(axis=(1, 2))
 
 
 def _numbers(seen: Seen, kind: Kind) -> int:

@@ -4,8 +4,7 @@ import numpy as np
 
 from parc_jax.base.keys import key_of
 from parc_jax.base.spelling import counted
-from parc_jax.claim.advised import advised_discards, width_needed
-from parc_jax.claim.counts import MOST, required_runs
+from parc_jax.claim.counts import MOST, advised_discards, required_runs, width_needed
 from parc_jax.claim.pipeline import bound_errors, learn_profiles
 from parc_jax.claim.runs import RecordedRuns
 from parc_jax.claim.start_gap import StartTrial

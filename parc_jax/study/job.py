@@ -22,9 +22,8 @@ from parc_jax.problem.problem import ReachAvoid
 from parc_jax.pwa import RegionTable, enumerate_regions
 from parc_jax.rollout.files import write_atomic
 from parc_jax.settings import Search, Settings
-from parc_jax.study.ahead import compile_near
 from parc_jax.study.compare import compare
-from parc_jax.study.driven import drive
+from parc_jax.study.driven import compile_near, drive
 from parc_jax.study.learn import Learned, final_error, learn
 from parc_jax.study.numbers import facts_of
 from parc_jax.study.replay import Replay, replay, tally

@@ -21,7 +21,7 @@ from benchmarks.rectangle_gap import Narrowest
 from benchmarks.result import Skip
 from benchmarks.workloads import bras, fails_safely, gap, points
 from parc_jax.lp.status import LPStatus
-from parc_jax.network.parc import fit_affine
+from parc_jax.network.fit import fit_affine
 from parc_jax.published.bas import avoid_set
 from parc_jax.published.scene import paper_scene
 from parc_jax.published.sets.membership import membership

@@ -15,8 +15,7 @@ from parc_jax.claim.claim import derived
 from parc_jax.claim.counts import clopper_pearson, required_runs
 from parc_jax.claim.risk import NoStatement
 from parc_jax.errors import InputError
-from parc_jax.local.local_model import Local
-from parc_jax.local.local_runs import LocalRuns
+from parc_jax.local.local_model import Local, LocalRuns
 from parc_jax.local.safe_box import box_around
 from parc_jax.sets.box import box
 

@@ -5,7 +5,7 @@ import pytest
 from gap_model import HI, LO, arcs
 
 from parc_jax.errors import InputError
-from parc_jax.network.parc import fit_affine
+from parc_jax.network.fit import fit_affine
 from parc_jax.pwa.subdivide import enumerate_regions
 from parc_jax.sets.box import box
 

@@ -7,14 +7,19 @@ import pytest
 import slipping
 
 from parc_jax.errors import InputError
-from parc_jax.prior.correct import flat
-from parc_jax.prior.folds import folds
-from parc_jax.prior.identify import Kind, chosen_kind, fitted, identify, moving_body
+from parc_jax.prior.correct import flat, folds
+from parc_jax.prior.identify import Kind, chosen_kind, fitted, moving_body
 from parc_jax.rollout.batch import rollout_batch
 from parc_jax.rollout.law import law_spec
 from parc_jax.sets.box import box
 
 TRAIN, FRESH = slipping.drawn(60), slipping.drawn(200, seed=7)
+
+
+def identify(runs):
+    """The twist of the kind that the runs choose."""
+    seen = moving_body(runs)
+    return fitted(seen, chosen_kind(seen))
 
 
 def worst(model, runs) -> float:

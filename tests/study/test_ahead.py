@@ -11,7 +11,7 @@ from synthetic_plants import plant
 import parc_jax as pj
 from parc_jax.local.local_model import Local
 from parc_jax.rollout.collect import collect
-from parc_jax.study.ahead import compile_near, guessed_near
+from parc_jax.study.driven import compile_near, guessed_near
 
 SETTINGS = pj.Settings(samples=4, target=0.3, polytopes=True)
 

@@ -10,7 +10,7 @@ import sims
 from parc_jax import cli
 from parc_jax.errors import InputError, SoundnessError
 from parc_jax.io.answer_file import load_answer
-from parc_jax.network.parc import fit_affine
+from parc_jax.network.fit import fit_affine
 from parc_jax.network.train import training_arrays
 from parc_jax.study import replay
 from parc_jax.study.recorded import replay_recorded
