@@ -20,9 +20,7 @@ product = partial(jnp.matmul, precision=HIGHEST)
 
 
 def x64():
-    """Context in which JAX computes in float64. Verdict kernels are called inside it; no global
-    flag is touched.
-    """
+    """Context in which JAX computes in float64, for verdict kernels; no global flag is touched."""
     return jax.enable_x64(True)
 
 
@@ -31,17 +29,18 @@ def as_float64(name: str, value, shape: tuple[int | None, ...]) -> np.ndarray:
 
     Raises InputError that says what was expected and what came.
     """
+    wanted = str(shape).replace("None", "any")
     try:
         array = np.array(real(value), dtype=np.float64)
     except (TypeError, ValueError) as error:
         raise InputError(
-            f"{name}: expected numbers of shape {_spell(shape)}; got {value!r:.80} ({error})."
+            f"{name}: expected numbers of shape {wanted}; got {value!r:.80} ({error})."
         ) from None
     fits = array.ndim == len(shape) and all(
         want in (None, have) for want, have in zip(shape, array.shape, strict=True)
     )
     if not fits:
-        raise InputError(f"{name}: expected shape {_spell(shape)}; got {array.shape}.")
+        raise InputError(f"{name}: expected shape {wanted}; got {array.shape}.")
     if not np.isfinite(array).all():
         bad = int(np.size(array) - np.isfinite(array).sum())
         raise InputError(
@@ -53,9 +52,7 @@ def as_float64(name: str, value, shape: tuple[int | None, ...]) -> np.ndarray:
 
 
 def real(value):
-    """The value itself. Raises TypeError for an array of complex numbers, of which NumPy would drop
-    half.
-    """
+    """The value itself. Raises TypeError for complex numbers, of which NumPy would drop half."""
     if getattr(getattr(value, "dtype", None), "kind", "") == "c":
         raise TypeError("complex numbers")
     return value
@@ -152,15 +149,6 @@ def content_hash(*arrays) -> str:
         digest.update(repr(array.shape).encode())
         digest.update(array.tobytes())
     return digest.hexdigest()
-
-
-def _spell(shape) -> str:
-    return (
-        "("
-        + ", ".join("any" if n is None else str(n) for n in shape)
-        + ("," if len(shape) == 1 else "")
-        + ")"
-    )
 
 
 def difference(a, b) -> np.ndarray:

@@ -62,9 +62,7 @@ def init(hosts: str = "auto", *, timeout_s: int = 300) -> None:
 
 
 def mesh(devices=None) -> jax.sharding.Mesh:
-    """All devices of all hosts, or the given ones, in one axis; of Auto type, so code for one
-    device works as it is.
-    """
+    """The given devices, or all of all hosts, in one axis of Auto type, as code for one expects."""
     devices = jax.devices() if devices is None else devices
     return jax.make_mesh(
         (len(devices),), (AXIS,), axis_types=(jax.sharding.AxisType.Auto,), devices=devices
@@ -76,9 +74,7 @@ _SHARING = contextvars.ContextVar("sharing", default=False)
 
 @contextlib.contextmanager
 def shared():
-    """In here (or in a function decorated with it) rollouts, errors and scores are shared with the
-    other hosts.
-    """
+    """In here, or in a function so decorated, hosts share rollouts, errors and scores."""
     token = _SHARING.set(True)
     try:
         yield
@@ -97,9 +93,7 @@ def pad(n: int, over: jax.sharding.Mesh) -> int:
 
 
 def shard_rows(over: jax.sharding.Mesh, tree):
-    """Host arrays (rows, ...) -> global arrays split over the devices; each host moves its own rows
-    only.
-    """
+    """Host arrays (rows, ...) -> global arrays split over devices; each host moves its own rows."""
     return _placed(jax.sharding.NamedSharding(over, jax.P(over.axis_names[0])), tree)
 
 
@@ -158,9 +152,7 @@ def gather(value) -> list:
 
 
 def broadcast(tree):
-    """The arrays of the first host, on every host: for what machines may round differently, such as
-    training.
-    """
+    """The arrays of the first host, on every host: machines may round training differently."""
     leaves, structure = jax.tree.flatten(tree)
     first = gather_arrays({str(i): np.asarray(x) for i, x in enumerate(leaves)})[0]
     return jax.tree.unflatten(structure, [first[str(i)] for i in range(len(leaves))])

@@ -31,9 +31,7 @@ class Stage(enum.IntEnum):
 
 
 def as_key(key) -> jax.Array:
-    """The key itself, of either kind that `jax.random` makes. Raises InputError for anything else,
-    such as a seed.
-    """
+    """The key itself, of either kind of `jax.random`. Raises InputError, as for a seed."""
     is_array = isinstance(key, jax.Array | np.ndarray)
     typed = is_array and jnp.issubdtype(key.dtype, jax.dtypes.prng_key) and key.shape == ()
     raw = is_array and key.dtype == np.uint32 and key.shape == (2,)
@@ -61,9 +59,7 @@ def key_data(key) -> np.ndarray:
 
 
 def generator(key) -> np.random.Generator:
-    """A host generator seeded by all bits of a key of either kind: draws are cheap and the key
-    still decides everything.
-    """
+    """A host generator seeded by all bits of a key of either kind: its draws are cheap."""
     return np.random.default_rng([int(word) for word in key_data(key).ravel()])
 
 

@@ -18,7 +18,7 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
-from parc_jax.base.arrays import x64
+from parc_jax.base.arrays import product, x64
 from parc_jax.errors import SoundnessError
 
 SIZES = (16_385, 20_000, 32_769)  # batch sizes at which jaxlib 0.10.2 returns wrong rows
@@ -35,9 +35,7 @@ class Finding(NamedTuple):
 
 
 def require_sound_arithmetic() -> None:
-    """Raise SoundnessError unless all probes pass here. Cheap after the first call on an
-    installation.
-    """
+    """Raise SoundnessError unless all probes pass. Cheap but for an installation's first call."""
     failed = [f for f in _cached() if not f.ok]
     if failed:
         raise SoundnessError(
@@ -78,9 +76,7 @@ def probe_nan() -> Finding:
 
 
 def probe_subnormal_margin() -> Finding:
-    """A margin of the size the engine uses compares as positive, whatever happens to subnormal
-    numbers.
-    """
+    """A margin as large as the engine's is positive, whatever happens to subnormal numbers."""
     margin, tiny = jax.jit(lambda x: (x * 2.0**-40 > 0, x * 5e-310 > 0))(jnp.asarray(1.0))
     flushed = "kept" if bool(tiny) else "flushed to zero (allowed for in every bound)"
     return Finding("subnormals", bool(margin), f"subnormal numbers are {flushed}.")
@@ -89,9 +85,7 @@ def probe_subnormal_margin() -> Finding:
 def probe_full_precision() -> Finding:
     """Dots at highest precision do not round their inputs to TF32 or bfloat16."""
     a = jnp.full((64, 64), 1.0 + 2.0**-40)
-    out = jax.jit(
-        lambda x: jnp.matmul(x, jnp.eye(64, dtype=x.dtype), precision=jax.lax.Precision.HIGHEST)
-    )(a)
+    out = jax.jit(lambda x: product(x, jnp.eye(64, dtype=x.dtype)))(a)
     ok = bool((np.asarray(out) == 1.0 + 2.0**-40).all())
     return Finding(
         "full precision dots", ok, "products keep 40 bits." if ok else "products lose low bits."
@@ -102,9 +96,7 @@ def probe_batched_rows() -> Finding:
     """jit(vmap(max(M x))) against NumPy at the batch sizes where a known compiler fault shows."""
     rng = np.random.default_rng(0)
     M = rng.normal(size=(3, 3))
-    kernel = jax.jit(
-        jax.vmap(lambda x: jnp.max(jnp.matmul(M, x, precision=jax.lax.Precision.HIGHEST)))
-    )
+    kernel = jax.jit(jax.vmap(lambda x: jnp.max(product(M, x))))
     for size in SIZES:
         x = rng.normal(size=(size, 3))
         wrong = int((np.abs(np.asarray(kernel(x)) - (x @ M.T).max(axis=1)) > 1e-12).sum())
@@ -120,9 +112,7 @@ def probe_batched_rows() -> Finding:
 
 
 def probe_hang() -> Finding:
-    """Batched factorisations side by side finish, in a process of their own with a time limit
-    (jaxlib 0.10 hangs).
-    """
+    """Batched factorisations side by side end: in a process with a limit (jaxlib 0.10 hangs)."""
     try:
         done = subprocess.run(
             [sys.executable, "-c", _HANG], timeout=HANG_LIMIT_S, capture_output=True, check=False

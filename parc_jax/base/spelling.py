@@ -68,9 +68,7 @@ def _rounded(value, digits: int, rounding: str) -> str:
 
 
 def plain(value):
-    """Plain data without floats: each becomes its shortest decimal, for people; nothing is proved
-    from it.
-    """
+    """Plain data without floats: each as its shortest decimal, for people; no proof reads it."""
     if isinstance(value, dict):
         return {name: plain(part) for name, part in value.items()}
     if isinstance(value, list | tuple):

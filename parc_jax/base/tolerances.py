@@ -1,6 +1,4 @@
-"""Every slack of the engine, with its unit and its safe direction. Goals only shrink, obstacles
-only grow.
-"""
+"""Every slack of the engine, with unit and safe direction: goals shrink, obstacles grow."""
 
 from dataclasses import dataclass
 

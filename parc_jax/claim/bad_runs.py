@@ -56,9 +56,7 @@ class Attack(NamedTuple):
 
 
 def search_size(asked: int | None, fresh: int) -> int:
-    """Runs of a search: as asked; by default never more than the fresh runs of the claim, nor than
-    MOST_RUNS.
-    """
+    """Runs of a search: as asked; by default the fresh runs of the claim, at most MOST_RUNS."""
     return min(MOST_RUNS, fresh) if asked is None else asked
 
 
@@ -91,6 +89,7 @@ def search_worst(
     layout = layout_of(system)
     check_profile(net, profile, layout, system.domain)
     sim = simulator(system)
+    piece = int(getattr(system, "chunk", None) or _PIECE)
     search = _Search(
         net=net,
         sim=sim,
@@ -98,7 +97,7 @@ def search_worst(
         profile=profile,
         batch=runs // rounds,
         rounds=rounds,
-        chunk=chunk_of(system, runs, None, None) if sim.traceable else _piece_of(system),
+        chunk=chunk_of(system, runs, None, None) if sim.traceable else piece,
         slack=allowance(net, system.domain, layout),
         rng=generator(stream(key, Stage.SEARCH)),
     )
@@ -143,9 +142,7 @@ class _Search:
     rng: np.random.Generator
 
     def fresh(self, first: int) -> tuple[np.ndarray, np.ndarray]:
-        """k (batch, n_k) as the system will see it, and keys (batch, 2), of the rows from `first`
-        on.
-        """
+        """k (batch, n_k) as the system will see it and keys (batch, 2), of rows from `first` on."""
         drawn = self.sim.rows(self.key, Stage.SEARCH, np.arange(first, first + self.batch))
         return self.sim.as_run(drawn.k), key_data(drawn.keys)
 
@@ -180,11 +177,6 @@ class _Search:
             if bar is not None:
                 bar.update(len(scores[-1]))
         return np.concatenate(scores)
-
-
-def _piece_of(system: System) -> int:
-    """Runs of a system that is not compiled between two steps of the bar."""
-    return int(getattr(system, "chunk", None) or _PIECE)
 
 
 def _store(path: str | Path, search: _Search) -> ChunkStore:

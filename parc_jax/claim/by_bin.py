@@ -100,9 +100,7 @@ class _Shown(NamedTuple):
     discard: int
 
     def spelled(self) -> dict:
-        """What of it a file has, of all blocks that their numbers of runs allow a claim: numbers
-        as text.
-        """
+        """What a file has of it, of all blocks with runs enough for a claim: numbers as text."""
         return {"n": self.n, "discard": self.discard, "eps": str(self.eps)}
 
 
@@ -143,9 +141,7 @@ def block_shares(profile: Tube, block: np.ndarray) -> list[Fraction]:
 
 
 def bin_shares(profile: Tube) -> list[Fraction]:
-    """Exact share of K in every bin, row-major: the probability of the bin when k is uniform on
-    K.
-    """
+    """Exact share of K in every bin, row-major: its probability when k is uniform on K."""
     shares = [Fraction(1)]
     for edge in profile.edges:
         exact = [Fraction(float(x)) for x in edge]

@@ -117,9 +117,7 @@ def shown_claim(
 
 
 def kept_maximum(score: np.ndarray, discard: int) -> np.ndarray:
-    """The (discard + 1)-th largest of the scores along the last axis: all but `discard` runs fit.
-    [T2]
-    """
+    """The (discard + 1)-th largest score along the last axis: all but `discard` runs fit. [T2]"""
     return np.sort(score, axis=-1)[..., score.shape[-1] - 1 - discard]
 
 
@@ -146,9 +144,7 @@ def pac_label(
 
 
 def scaled(profile: Tube, scale: np.ndarray, term: np.ndarray) -> Tube:
-    """Tube scale_b x shape_b + term (n_c,), rounded up; an infinite scale (n_bins,) leaves its bin
-    without claim.
-    """
+    """Tube scale_b x shape_b + term (n_c,), rounded up; an infinite scale (n_bins,): no claim."""
     scale = np.asarray(scale, np.float64)
     grown = [
         np.nextafter((scale.reshape(-1, *[1] * (half.ndim - 1)) * half + more) * _OUTWARD, np.inf)

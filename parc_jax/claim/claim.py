@@ -1,11 +1,9 @@
-"""What is claimed about the model's error, in words and numbers that say no more than what was
-shown.
-"""
+"""What is claimed of the model's error, in words and numbers that say no more than was shown."""
 
 import hashlib
 import json
 from collections.abc import Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import asdict, dataclass, field, replace
 from fractions import Fraction
 from pathlib import Path
 
@@ -140,9 +138,7 @@ class ErrorClaim:
         return risk_of(max(by_bin), self.delta, Fraction(str(density)), shift)
 
     def to_json(self) -> dict:
-        """A JSON-able dictionary, the tube left out (it has a place of its own in every file);
-        numbers are strings.
-        """
+        """A JSON-able dictionary; the tube has a place of its own in files; numbers are strings."""
         return {
             "format": FORMAT,
             "kind": self.kind,
@@ -156,14 +152,7 @@ class ErrorClaim:
             "n": self.n,
             "discard": self.discard,
             "looks": self.looks,
-            "law": {
-                "generator": self.law.generator,
-                "parameters": [list(pair) for pair in self.law.parameters],
-                "k_law": self.law.k_law,
-                "lo": list(self.law.lo),
-                "hi": list(self.law.hi),
-                "hash": self.law.hash,
-            },
+            "law": asdict(self.law) | {"hash": self.law.hash},
             "assumptions": list(self.assumptions),
             "evidence": self.evidence,
             "bin_eps": None if self.bin_eps is None else [_spell(e) for e in self.bin_eps],
@@ -242,9 +231,7 @@ def check_network(claim: ErrorClaim, net: ReLUNetwork) -> None:
 
 
 def weaker(claim: ErrorClaim, wider: Tube, **evidence) -> ErrorClaim:
-    """The same claim with a tube at least as wide everywhere: every label stays true. [T8] Raises
-    InputError.
-    """
+    """The claim with a tube nowhere narrower: every label stays true. [T8] Raises InputError."""
     if not wider.at_least(claim.tube):
         raise InputError(
             "claim: a claim survives a wider tube only; the new one is narrower somewhere."
@@ -253,9 +240,7 @@ def weaker(claim: ErrorClaim, wider: Tube, **evidence) -> ErrorClaim:
 
 
 def on_bins(claim: ErrorClaim, edges: Sequence[np.ndarray]) -> ErrorClaim:
-    """The same claim told bin by bin on finer edges: models on the same bins share compiled code.
-    Raises InputError.
-    """
+    """The claim told on finer edges: equal bins share compiled code. Raises InputError."""
     return derived(claim, tube=refined(claim.tube, edges))
 
 

@@ -52,9 +52,7 @@ def claim_from_json(data: dict, error_tube: Tube) -> ErrorClaim:
 
 
 def load_claim(path: str | Path) -> ErrorClaim:
-    """A claim written by `ErrorClaim.save`. Raises InputError when the file is missing, truncated
-    or foreign.
-    """
+    """A claim of `ErrorClaim.save`. Raises InputError for a missing, truncated or foreign file."""
     try:
         data = json.loads(Path(path).read_text())
         return claim_from_json(data["claim"], tube_from_json(data["tube"]))

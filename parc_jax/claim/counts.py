@@ -53,9 +53,7 @@ def wrong_claim_probability(n: int, eps: float, discard: int = 0) -> float:
 
 
 def required_runs(eps: float, delta: float, discard: int = 0) -> int:
-    """Smallest n that supports (eps, delta): ceil(ln delta / ln(1 - eps)) without discards. [T1,
-    T2]
-    """
+    """Smallest n for (eps, delta); without discards ceil(ln delta / ln(1 - eps)). [T1, T2]"""
     _check(eps, delta, discard)
     low, high = discard, max(2 * discard, 16)
     while wrong_claim_probability(high, eps, discard) > delta:
@@ -64,9 +62,7 @@ def required_runs(eps: float, delta: float, discard: int = 0) -> int:
 
 
 def supported_eps(n: int, delta: float, discard: int = 0) -> Fraction | None:
-    """The smallest eps that n runs support with confidence 1 - delta, rounded up; None for none.
-    [T1, T2]
-    """
+    """The smallest eps that n runs support at 1 - delta, rounded up; None for none. [T1, T2]"""
     _check(0.5, delta, discard)
     if n <= discard:
         return None
@@ -162,9 +158,7 @@ def as_probability(name: str, value: Fraction | float | str) -> Fraction:
 
 
 def _last(low: int, high: int, holds: Callable[[int], bool]) -> int:
-    """The last number from low (where it holds) to below high (where it does not) at which `holds`
-    is true.
-    """
+    """The last number from low, where `holds` is true, to below high, where it is not."""
     while high - low > 1:
         middle = (low + high) // 2
         low, high = (middle, high) if holds(middle) else (low, middle)

@@ -1,6 +1,4 @@
-"""Tubes of which nothing is shown here: the published maximum over training data, and bounds from
-elsewhere.
-"""
+"""Tubes of which nothing is shown here: the published maximum, and bounds from elsewhere."""
 
 from collections.abc import Mapping, Sequence
 
@@ -8,8 +6,9 @@ import numpy as np
 
 from parc_jax.claim.bins import Bins
 from parc_jax.claim.claim import ErrorClaim, error_claim
+from parc_jax.claim.edges import edges_of
 from parc_jax.claim.intersample import DISCRETE_TIME
-from parc_jax.claim.profile import bin_maxima, edges_of, training_errors
+from parc_jax.claim.profile import bin_maxima, training_errors
 from parc_jax.claim.start_gap import invariances
 from parc_jax.claim.tube import Tube, tube
 from parc_jax.errors import InputError

@@ -9,6 +9,7 @@ import numpy as np
 from jaxtyping import Float
 
 from parc_jax.base.tolerances import TOLERANCES
+from parc_jax.claim.bins import Bins, Edges
 from parc_jax.claim.measure import Errors
 from parc_jax.errors import InputError
 from parc_jax.sets.box import Box
@@ -41,9 +42,7 @@ class _Fold(NamedTuple):
         return self._by(lambda x, join: join.reduceat(x, cuts[:-1], axis=axis))
 
     def cut_at_each(self, cuts: np.ndarray, axis: int, places: np.ndarray) -> "_Fold":
-        """The same with one more cut, at each of places (p,) in turn: p grids, by a leading
-        axis.
-        """
+        """The same with one more cut at each of places (p,) in turn: p grids, by a leading axis."""
 
         def cut(x: np.ndarray, join: np.ufunc) -> np.ndarray:
             grids = _cut_at_each(np.moveaxis(x, axis, 0), cuts, places, join)
@@ -84,25 +83,26 @@ def choose_edges(
     per_axis = max(2, round(_CELLS ** (1 / domain.n)))
     thinned = _join_times(np.asarray(errors.interval))
     flat = np.concatenate([thinned, np.asarray(errors.final)], axis=1)
-    folds = _folds(k, flat, domain, per_axis)
+    places = edges_of(domain, (per_axis,) * domain.n)
+    folds = _folds(k, flat, places)
     most_bins = max(1, len(k) // _RUNS_PER_BIN)
     log_size = partial(_log_size, n_interval=thinned.shape[1], floor=floor)
 
     def best_of(cuts: list[np.ndarray], axis: int) -> _Option | None:
         """The best place for one more cut of this axis, if there is room for one."""
         more = _bins(cuts) // (len(cuts[axis]) - 1)
-        places = np.setdiff1d(np.arange(per_axis), cuts[axis])
-        if not len(places) or _bins(cuts) + more > most_bins:
+        free = np.setdiff1d(np.arange(per_axis), cuts[axis])
+        if not len(free) or _bins(cuts) + more > most_bins:
             return None
         partly = [_joined(fold, cuts, set(range(domain.n)) - {axis}) for fold in folds]
         rows = (_bins(cuts) + more) * flat.shape[1]
         sizes = [
             np.mean([log_size(fold.cut_at_each(cuts[axis], axis, some)) for fold in partly], axis=0)
-            for some in np.array_split(places, 1 + len(places) * rows // _AT_ONCE)
+            for some in np.array_split(free, 1 + len(free) * rows // _AT_ONCE)
         ]
         sizes = np.concatenate(sizes)
         best = int(np.argmin(sizes))
-        return _Option(float(sizes[best]), more, axis, int(places[best]))
+        return _Option(float(sizes[best]), more, axis, int(free[best]))
 
     cuts = [np.array([0, per_axis])] * domain.n
     whole = [_joined(fold, cuts, range(domain.n)) for fold in folds]
@@ -111,19 +111,46 @@ def choose_edges(
         options = [best_of(cuts, axis) for axis in range(domain.n)]
         helpful = [one for one in options if one is not None and size - one.size > _GAIN]
         if not helpful:
-            return tuple(_places(domain, axis, per_axis)[c] for axis, c in enumerate(cuts))
+            return tuple(along[c] for along, c in zip(places, cuts, strict=True))
         # the cut that gains most per bin it adds
         best = max(helpful, key=lambda one: (size - one.size) / one.more)
         size = best.size
         cuts[best.axis] = np.union1d(cuts[best.axis], best.place)
 
 
-def _folds(k: np.ndarray, flat: np.ndarray, domain: Box, per_axis: int) -> list[_Fold]:
+def edges_of(domain: Box, bins: Bins) -> tuple[np.ndarray, ...]:
+    """Edges per axis of K from numbers of equal bins per axis, or from edges; the outer edges are
+    the domain, exactly.
+
+    Raises InputError.
+    """
+    bins = tuple(bins) if isinstance(bins, tuple | list) else tuple(np.atleast_1d(bins))
+    if len(bins) != domain.n or any(np.ndim(b) == 0 and int(b) < 1 for b in bins):
+        raise InputError(
+            f"bins: expected {domain.n} numbers >= 1 or lists of edges, one per axis of K; got "
+            f"{bins}."
+        )
+    edges = []
+    for axis, (lo, hi, given) in enumerate(zip(domain.lo, domain.hi, bins, strict=True)):
+        edge = (
+            np.linspace(lo, hi, int(given) + 1)
+            if np.ndim(given) == 0
+            else np.array(given, np.float64)
+        )
+        if np.ndim(given) and (edge[0] != lo or edge[-1] != hi):
+            raise InputError(
+                f"bins: expected edges of axis {axis} from {lo} to {hi}; got {edge[0]} to "
+                f"{edge[-1]}."
+            )
+        edge[0] = lo
+        edge[-1] = hi
+        edges.append(edge)
+    return tuple(edges)
+
+
+def _folds(k: np.ndarray, flat: np.ndarray, places: Edges) -> list[_Fold]:
     """Every _FOLDS-th run held out in turn; flat (n, m) errors of runs k (n, n_k)."""
-    parts = [
-        _cell_maxima(k[first::_FOLDS], flat[first::_FOLDS], domain, per_axis)
-        for first in range(_FOLDS)
-    ]
+    parts = [_cell_maxima(k[first::_FOLDS], flat[first::_FOLDS], places) for first in range(_FOLDS)]
     folds = []
     for number, (held, _) in enumerate(parts):
         rest = [part for other, part in enumerate(parts) if other != number]
@@ -186,35 +213,25 @@ def smoothed(
     return np.maximum(maxima, around * (1.0 - (1.0 - least) * trust))
 
 
-def _places(domain: Box, axis: int, per_axis: int) -> np.ndarray:
-    places = np.linspace(domain.lo[axis], domain.hi[axis], per_axis + 1)
-    places[0] = domain.lo[axis]
-    places[-1] = domain.hi[axis]
-    return places
-
-
 def _cell_maxima(
-    k: Float[np.ndarray, "n n_k"], flat: Float[np.ndarray, "n m"], domain: Box, per_axis: int
+    k: Float[np.ndarray, "n n_k"], flat: Float[np.ndarray, "n m"], places: Edges
 ) -> tuple[np.ndarray, np.ndarray]:
     """Largest errors (cells of axis 1, ..., m) and runs (cells of axis 1, ...) per cell of the grid
     of places.
     """
     number = np.zeros(len(k), int)
-    for axis in range(domain.n):
-        inner = _places(domain, axis, per_axis)[1:-1]
-        number = number * per_axis + np.searchsorted(inner, k[:, axis], side="right")
-    out = np.zeros((per_axis**domain.n, flat.shape[1]))
+    grid = tuple(len(along) - 1 for along in places)
+    for axis, along in enumerate(places):
+        number = number * grid[axis] + np.searchsorted(along[1:-1], k[:, axis], side="right")
+    out = np.zeros((np.prod(grid), flat.shape[1]))
     order = np.argsort(number, kind="stable")
     present, first = np.unique(number[order], return_index=True)
     out[present] = np.maximum.reduceat(flat[order], first, axis=0)
-    grid = (per_axis,) * domain.n
     return out.reshape(*grid, -1), np.bincount(number, minlength=len(out)).reshape(grid)
 
 
 def _join_times(interval: np.ndarray) -> np.ndarray:
-    """Errors (n, T, n_c) -> (n, m), neighbouring intervals joined by their maximum: enough to see
-    where to cut K.
-    """
+    """Errors (n, T, n_c) -> (n, m), neighbouring intervals joined by their maximum: it suffices."""
     first = np.unique(np.linspace(0, interval.shape[1], _TIMES, endpoint=False).astype(int))
     return np.maximum.reduceat(interval, first, axis=1).reshape(len(interval), -1)
 

@@ -184,9 +184,7 @@ def _finite(half: Array):
 
 
 def _total(x: Array):
-    """Sum over the last axis, written out so that it never becomes a product of reduced
-    precision.
-    """
+    """Sum over the last axis, written out: it never becomes a product of reduced precision."""
     return sum((x[..., i] for i in range(1, x.shape[-1])), x[..., 0])
 
 

@@ -138,8 +138,8 @@ def faces(
     directions: npt.ArrayLike, centre: npt.ArrayLike, half: npt.ArrayLike, frames: bool = False
 ) -> Faces:
     """Validated faces, arguments as in `Faces`. Raises InputError."""
-    directions = _finite("faces directions", directions)
-    centre = _finite("faces centre", centre)
+    directions = as_float64("faces directions", directions, np.shape(directions))
+    centre = as_float64("faces centre", centre, np.shape(centre))
     half = np.array(half, np.float64)
     half.setflags(write=False)
     n_rows, n = directions.shape[-2:]
@@ -164,8 +164,3 @@ def short(values: np.ndarray, bits: int) -> np.ndarray:
     spell and so a file would lose, and with it the hash that binds a tube to its claim.
     """
     return np.round(np.ldexp(values, bits)) * 2.0**-bits + 0.0
-
-
-def _finite(name: str, value: npt.ArrayLike) -> np.ndarray:
-    shape = np.shape(value)
-    return as_float64(name, value, shape)

@@ -15,7 +15,7 @@ import numpy as np
 from parc_jax.base.arrays import on_all_cores
 from parc_jax.base.tolerances import TOLERANCES
 from parc_jax.claim.bins import Bins
-from parc_jax.claim.edges import smoothed
+from parc_jax.claim.edges import edges_of, smoothed
 from parc_jax.claim.faces import CENTRE_BITS, DIRECTION_BITS, Faces, faces, short
 from parc_jax.claim.measure import (
     Errors,
@@ -23,7 +23,7 @@ from parc_jax.claim.measure import (
     measure_arrays_along,
     padded_chunks,
 )
-from parc_jax.claim.profile import edges_of, runs_per_bin
+from parc_jax.claim.profile import runs_per_bin
 from parc_jax.claim.tube import Tube, fitted_tube, zero_tube
 from parc_jax.errors import InputError
 from parc_jax.network.predict import Layout, layout_of, trajectories
@@ -134,9 +134,7 @@ def _extremes(
     numbers: list[np.ndarray],
     directions: Errors,
 ) -> tuple[Errors, Errors]:
-    """Least and largest error of all runs of a bin along its directions; infinite where it has
-    none.
-    """
+    """Least and largest error of a bin's runs along its directions; infinite where it has none."""
     least = Errors(*(np.full(u.shape[:-1], np.inf) for u in directions))
     most = Errors(*(np.full(u.shape[:-1], -np.inf) for u in directions))
     slack = allowance(net, runs[0].domain, layout)

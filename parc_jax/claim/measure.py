@@ -55,9 +55,7 @@ class Allowance(NamedTuple):
 
 
 def measure(net: ReLUNetwork, batch: RolloutBatch, chunk: int = 1024) -> Errors:
-    """Errors of every run of the batch against the float64 network, host arrays. Raises
-    InputError.
-    """
+    """Errors of all runs of the batch against the float64 network, as NumPy. Raises InputError."""
     layout = layout_of(batch)
     slack = allowance(net, batch.domain, layout)
 
@@ -68,9 +66,7 @@ def measure(net: ReLUNetwork, batch: RolloutBatch, chunk: int = 1024) -> Errors:
 
 
 def by_chunk(n: int, work: Callable[[np.ndarray], Any], chunk: int = 1024):
-    """What work(rows) gives for the rows 0 .. n - 1, joined on the host; few shapes, few
-    compilations.
-    """
+    """What work(rows) gives for rows 0 .. n - 1, joined on the host; few shapes are compiled."""
     parts = [jax.tree.map(np.asarray, work(rows)) for rows in padded_chunks(n, chunk)]
     return jax.tree.map(lambda *x: np.concatenate(x)[:n], *parts)
 
@@ -86,9 +82,7 @@ def measure_arrays(
 ) -> Errors:
     """Errors (B, ...) of runs, p at their records, left on their device."""
     with x64():
-        return _errors_many(
-            net, slack, jnp.asarray(k), jnp.asarray(p), jnp.asarray(q), layout=layout
-        )
+        return _errors_many(net, slack, k, p, q, layout=layout)
 
 
 def measure_arrays_along(
@@ -104,15 +98,11 @@ def measure_arrays_along(
     T, n_points, R, n_p), final (B, R, n_c + n_q).
     """
     with x64():
-        runs = [jnp.asarray(x) for x in (k, p, q)]
-        along = Errors(*(jnp.asarray(u) for u in directions))
-        return _extremes_many(net, slack, along, *runs, layout=layout)
+        return _extremes_many(net, slack, directions, k, p, q, layout=layout)
 
 
 def allowance(net: ReLUNetwork, domain: Box, layout: Layout) -> Allowance:
-    """Rounding of network, interpolation and subtraction over all of K. [T10, T11] Raises
-    InputError.
-    """
+    """Rounding of network, interpolation, subtraction, over K. [T10, T11] Raises InputError."""
     if net.n_in != domain.n or net.n_out < layout.n_offsets:
         raise InputError(
             f"network: expected {domain.n} inputs and at least {layout.n_offsets} outputs (offsets "

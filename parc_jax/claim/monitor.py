@@ -1,6 +1,4 @@
-"""Watching a claim at run time: bets against it, and rings when the bets have won too much to be
-luck.
-"""
+"""Watching a claim at run time: bets against it that ring when they won too much to be luck."""
 
 from dataclasses import dataclass, replace
 
@@ -47,9 +45,7 @@ class Monitor:
 
     @property
     def alarm(self) -> bool:
-        """True when the claim is refuted at level alpha. It stays refuted: the largest wealth ever
-        reached counts.
-        """
+        """The claim is refuted at level alpha, for good: the largest wealth ever reached counts."""
         return bool(self.peak >= 1.0 / self.alpha)
 
     def observe(self, batch: RolloutBatch) -> "Monitor":

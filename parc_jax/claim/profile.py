@@ -12,7 +12,7 @@ import numpy as np
 
 from parc_jax.base.tolerances import TOLERANCES
 from parc_jax.claim.bins import Bins, Edges
-from parc_jax.claim.edges import choose_edges, smoothed
+from parc_jax.claim.edges import choose_edges, edges_of, smoothed
 from parc_jax.claim.measure import Errors, measure
 from parc_jax.claim.score import scores_of
 from parc_jax.claim.tube import Tube, tube, zero_tube
@@ -71,40 +71,8 @@ def profile_of(
     return tube(empty.edges, widths[0] + floor, widths[1] + floor, n_points)
 
 
-def edges_of(domain: Box, bins: Bins) -> tuple[np.ndarray, ...]:
-    """Edges per axis of K from numbers of equal bins per axis, or from edges; the outer edges are
-    the domain, exactly.
-
-    Raises InputError.
-    """
-    bins = tuple(bins) if isinstance(bins, tuple | list) else tuple(np.atleast_1d(bins))
-    if len(bins) != domain.n or any(np.ndim(b) == 0 and int(b) < 1 for b in bins):
-        raise InputError(
-            f"bins: expected {domain.n} numbers >= 1 or lists of edges, one per axis of K; got "
-            f"{bins}."
-        )
-    edges = []
-    for axis, (lo, hi, given) in enumerate(zip(domain.lo, domain.hi, bins, strict=True)):
-        edge = (
-            np.linspace(lo, hi, int(given) + 1)
-            if np.ndim(given) == 0
-            else np.array(given, np.float64)
-        )
-        if np.ndim(given) and (edge[0] != lo or edge[-1] != hi):
-            raise InputError(
-                f"bins: expected edges of axis {axis} from {lo} to {hi}; got {edge[0]} to "
-                f"{edge[-1]}."
-            )
-        edge[0] = lo
-        edge[-1] = hi
-        edges.append(edge)
-    return tuple(edges)
-
-
 def bin_maxima(k: np.ndarray, errors: Errors, edges: Edges) -> tuple[Tube, Errors, np.ndarray]:
-    """Largest errors per closed bin: a zero tube with the edges, Errors (n_bins, ...), runs per bin
-    (n_bins,).
-    """
+    """Of closed bins: a zero tube, largest errors (n_bins, ...), numbers of runs (n_bins,)."""
     empty = zero_tube(edges, *errors.interval.shape[1:], errors.final.shape[1])
     numbers = empty.bins_of(k)
     largest = Errors(np.array(empty.interval), np.array(empty.final))
@@ -119,13 +87,9 @@ def bin_maxima(k: np.ndarray, errors: Errors, edges: Edges) -> tuple[Tube, Error
 
 
 def runs_per_bin(numbers: np.ndarray, n_bins: int) -> np.ndarray:
-    """(n_bins,) runs in each closed bin; numbers (n, c) as from `bins_of`, where a run may name a
-    bin twice.
-    """
+    """(n_bins,) runs in each closed bin; numbers (n, c) of `bins_of` may name a bin twice."""
     ordered = np.sort(numbers, axis=1)
-    first = np.ones_like(ordered, bool)
-    first[:, 1:] = ordered[:, 1:] != ordered[:, :-1]
-    return np.bincount(ordered[first], minlength=n_bins)
+    return np.bincount(ordered[np.diff(ordered, axis=1, prepend=-1) > 0], minlength=n_bins)
 
 
 def learnt_from(batches: Iterator[RolloutBatch], n: int) -> Iterator[RolloutBatch]:

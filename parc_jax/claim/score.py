@@ -3,6 +3,7 @@
 from collections.abc import Iterable
 from dataclasses import dataclass
 
+import jax
 import numpy as np
 
 from parc_jax.base.shapes import ManyParams, Paths, States
@@ -77,52 +78,25 @@ def scores_of(
     """Scores of the same runs against every network's profile; the runs are seen once, and never
     held. Raises InputError.
     """
-    rows = []
-    k = []
-    ids = []
-    groups = []
-    marks = []
-    score = [[] for _ in nets]
-    worst = [[] for _ in nets]
+    seen = []
     for batch in batches:
-        rows.append(batch.rows)
-        k.append(batch.k)
-        ids.append(batch.hashes())
-        groups.append(batch.groups)
-        if batch.seed is None:
-            marks.append(marks_of(batch))
-        for number, (net, profile) in enumerate(zip(nets, profiles, strict=True)):
-            check_profile(net, profile, layout_of(batch), batch.domain)
-            slack = allowance(net, batch.domain, profile.layout)
+        judged = [_judged(net, own, batch) for net, own in zip(nets, profiles, strict=True)]
+        marks = marks_of(batch) if batch.seed is None else None
+        seen.append((batch.rows, batch.k, batch.hashes(), batch.groups, marks, judged))
+    found = jax.tree.map(lambda *parts: np.concatenate(parts), *seen)
+    rows, k, ids, groups, marks, judged = found
+    about = (ids, batch.law, batch.subject, batch.seed, batch.stage, groups, marks)
+    return [Scores(rows, k, score, worst, *about) for score, worst in judged]
 
-            def judge(
-                rows: np.ndarray,
-                net: ReLUNetwork = net,
-                profile: Tube = profile,
-                slack: Allowance = slack,
-                batch: RolloutBatch = batch,
-            ):
-                runs = batch.k[rows], batch.p[rows], batch.q[rows]
-                return score_arrays(net, slack, profile, *runs)
 
-            largest, where = by_chunk(batch.n, judge)
-            score[number].append(largest)
-            worst[number].append(where)
-    common = {
-        "rows": np.concatenate(rows),
-        "k": np.concatenate(k),
-        "ids": np.concatenate(ids),
-        "law": batch.law,
-        "subject": batch.subject,
-        "seed": batch.seed,
-        "stage": batch.stage,
-        "groups": None if groups[0] is None else np.concatenate(groups),
-        "marks": Marks(*map(np.concatenate, zip(*marks, strict=True))) if marks else None,
-    }
-    return [
-        Scores(score=np.concatenate(s), worst=np.concatenate(w), **common)
-        for s, w in zip(score, worst, strict=True)
-    ]
+def _judged(net: ReLUNetwork, profile: Tube, batch: RolloutBatch) -> tuple[np.ndarray, np.ndarray]:
+    check_profile(net, profile, layout_of(batch), batch.domain)
+    slack = allowance(net, batch.domain, profile.layout)
+
+    def judge(rows: np.ndarray):
+        return score_arrays(net, slack, profile, batch.k[rows], batch.p[rows], batch.q[rows])
+
+    return by_chunk(batch.n, judge)
 
 
 def score_arrays(
@@ -166,9 +140,7 @@ def sizes(
 
 
 def ratios(needed: Errors, profile: Tube, bins: np.ndarray) -> np.ndarray:
-    """(n, coordinates) by what factor every half width of the bins (n,) must grow to what is
-    needed.
-    """
+    """(n, coordinates) by what factor every half width of the bins (n,) must grow to the needed."""
     parts = zip(needed, profile.halves, strict=True)
     return np.concatenate([(e / half[bins]).reshape(len(bins), -1) for e, half in parts], axis=1)
 

@@ -249,9 +249,7 @@ def tube(
 
 
 def fitted_tube(edges: Sequence[np.ndarray], during: Faces, at_end: Faces) -> Tube:
-    """Validated tube between faces, as in `Templates`; infinite in bins without claim. Raises
-    InputError.
-    """
+    """Validated tube between faces, as in `Templates`; infinite: no claim. Raises InputError."""
     lost = np.isinf(during.half).any(axis=(1, 2, 3)) | np.isinf(at_end.half).any(axis=1)
     if lost.any():
         during, at_end = _without_claim(during, lost), _without_claim(at_end, lost)
@@ -282,9 +280,7 @@ def _widths(name: str, value: npt.ArrayLike, shape: tuple[int | None, ...]) -> n
 
 
 def refined(coarse: Tube, edges: Sequence[np.ndarray]) -> Tube:
-    """The same tube told bin by bin on finer edges, which must contain the coarse ones. Raises
-    InputError.
-    """
+    """The tube told on finer edges, which must contain the coarse ones. Raises InputError."""
     edges = tuple(as_float64(f"tube edges[{i}]", e, (None,)) for i, e in enumerate(edges))
     for axis, (old, new) in enumerate(zip(coarse.edges, edges, strict=True)):
         if not np.isin(old, new).all():

@@ -1,3 +1,1 @@
-"""Local claims: the one plan that is driven, a small box around it, and what can honestly be said
-of them. [T23, T24]
-"""
+"""Local claims: the plan that is driven, a small box around it, what is known of it. [T23, T24]"""

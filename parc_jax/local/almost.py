@@ -94,9 +94,7 @@ def spread_out(k: np.ndarray, domain: Box, most: int, apart: float) -> np.ndarra
 
 
 def shrunk(given: Tube, part: float) -> Tube:
-    """The tube with this part of its half widths, or more than them; a bin without claim keeps
-    none.
-    """
+    """The tube with this part of its half widths, or more; a bin without claim keeps none."""
     halves = (np.where(np.isinf(half), half, part * half) for half in given.halves)
     return given.with_halves(*halves)
 

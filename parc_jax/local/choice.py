@@ -72,9 +72,7 @@ class Choice:
         return safe_box(self.scene, self.p0, self.k, self.model.domain)
 
     def jitter_risk(self) -> Risk | NoStatement:
-        """P(the run leaves the tube) for k uniform on the box of `jitter`: eps over its share of K.
-        [T5, T23]
-        """
+        """P(a run leaves the tube), k uniform on `jitter`: eps over its share of K. [T5, T23]"""
         if self.jitter is None:
             return NoStatement("no box around the plan was proved safe")
         claim = self.model.claim
@@ -132,7 +130,12 @@ class Choice:
         asked = Local() if asked is None else asked
         if not isinstance(asked, Local):
             raise InputError(expected("claim_near", "a Local", asked, "pj.Local(share=1e-3)"))
-        question = self._question()
+        question = self.scene.asked.question
+        if question is None or self.solve is None:
+            raise InputError(
+                "claim_near: expected an answer that knows its question; a file that was told in "
+                "the robot's frame does not. Solve the scene again, with the same `at`."
+            )
         start = tried_first(system, self.model, key, asked)
         look = self.looks.take()
         whole = self.model.domain
@@ -140,15 +143,6 @@ class Choice:
         own = fresh_key(key, look, self.plan, box.lo, box.hi)
         model = local_model(system, start, box, own, look.delta, asked, quiet)
         return replace(self, near=near_of(self, question.of(model), look, own, settings))
-
-    def _question(self) -> Question:
-        """What can be asked again. Raises InputError where only a plain form of it is known."""
-        if self.scene.asked.question is None or self.solve is None:
-            raise InputError(
-                "claim_near: expected an answer that knows its question; a file that was told in "
-                "the robot's frame does not. Solve the scene again, with the same `at`."
-            )
-        return self.scene.asked.question
 
     def statement(self) -> str:
         """The sentences (D): what is known of the plan that is driven, and of nothing else."""
@@ -197,12 +191,17 @@ def near_of(
     """What the local model, claimed in this look, proves around the plan. question: that of the
     choice, asked of the local model.
     """
-    answer = None
-    proved = None
-    model = question.model
+    model, answer = question.model, None
     if model.tube.claimed.any():
         answer = choice.solve(question, key, settings, choice.looks)
-        proved = safe_box(answer.scene, choice.p0, choice.k, model.domain)
+    return near_by(choice, model, answer, look)
+
+
+def near_by(choice: Choice, model: TrajectoryModel, answer: Any, look: Look) -> Near:
+    """What the answer under a local model, None where its tube has no claim, proves around the
+    plan.
+    """
+    proved = None if answer is None else safe_box(answer.scene, choice.p0, choice.k, model.domain)
     share = share_of(model.domain, choice.model.domain)
     widths = narrowing(choice.model.tube, model.tube, model.domain)
     return Near(model, answer, share, proved, widths, look)

@@ -181,9 +181,7 @@ def claimed(
     start: StartTrial,
     profile: Tube | None = None,
 ) -> TrajectoryModel:
-    """The model of a network on the box of its runs, with what the fresh ones support. profile:
-    one in hand.
-    """
+    """The model on the box of its runs, with what fresh ones support. profile: one in hand."""
     bins = (BINS,) * runs.box.n
     bound = BoundSettings(**part_of(asked, Sizing), delta=delta, bins=bins, search=0)
     own = None if profile is None else [profile]

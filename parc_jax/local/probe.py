@@ -69,9 +69,7 @@ def probes(
     key: jax.Array,
     rng: np.random.Generator,
 ) -> list[Probe]:
-    """A probe of every place, the best first; boxes on which too few runs are finite are left
-    out.
-    """
+    """A probe of every place, the best first; boxes with too few finite runs are left out."""
     n_k = places[0].box.n
     k = np.concatenate([rng.uniform(at.box.lo, at.box.hi, (runs, n_k)) for at in places])
     seen = concatenate(stream_rollouts(system, key, len(k), Stage.SEARCH, k=k, quiet=True))

@@ -8,7 +8,7 @@ that were declared. Everything is proved again under it.
 
 import logging
 from collections.abc import Callable
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any, NamedTuple
 
 import jax
@@ -18,12 +18,11 @@ from parc_jax.base.keys import Stage, generator, stream
 from parc_jax.base.spelling import counted
 from parc_jax.errors import InputError
 from parc_jax.local.almost import judged, nearly_safe, spread_out
-from parc_jax.local.choice import Choice
+from parc_jax.local.choice import Choice, near_by
 from parc_jax.local.local_model import Local, best_claimed, tried_first
 from parc_jax.local.looks import Look, Looks, fresh_key
-from parc_jax.local.near import Near, narrowing
 from parc_jax.local.probe import Aim, Probe, inside, probes
-from parc_jax.local.safe_box import box_around, safe_box, share_of
+from parc_jax.local.safe_box import box_around, share_of
 from parc_jax.methods import Exact
 from parc_jax.model import TrajectoryModel
 from parc_jax.problem.problem import ReachAvoid
@@ -97,9 +96,7 @@ class Refined:
 
     @property
     def answer(self) -> Any:
-        """The `Answer` under the local claim, its proofs for the checker; None when there is no
-        plan.
-        """
+        """The `Answer` under the local claim, with proofs for the checker; None without a plan."""
         return None if self.choice is None else self.choice.near.answer
 
     def statement(self) -> str:
@@ -130,9 +127,7 @@ def refine(
     settings: Settings,
     say: Callable[[str], None] | None = None,
 ) -> Refined:
-    """Zoom, claim, prove: see `Planner.refine`. solve: as of `Choice`. say: called with a line of
-    progress.
-    """
+    """Zoom, claim, prove: see `Planner.refine`. solve: as of `Choice`. say: told every stage."""
     model, problem = question.model, question.problem
     looks = Looks().declare(asked.delta, asked.looks)
     say = say or _log.info
@@ -145,17 +140,12 @@ def refine(
             system, start, box, own, look.delta, asked.local, asked.shapes, problem
         )
         query = question.of(local)
-        bought, near = _proved(query, model, own, solve, look, looks, asked, settings)
+        bought, answer = _proved(query, model, own, solve, look, looks, asked, settings)
         stages.append(bought)
         say(_line(bought))
-        if near is not None and near.answer.corridors:
-            plan, value = near.answer.best("room")
-            scene = near.answer.scene
-            n_p = local.n_p
-            held = safe_box(scene, plan[:n_p], plan[n_p:], local.domain)
-            near = Near(local, near.answer, near.share, held, near.widths, look)
-            scene = laid_out(question.plain())
-            choice = Choice(plan, value, scene, looks, solve, None, near)
+        if answer is not None and answer.corridors:
+            choice = Choice(*answer.best("room"), laid_out(question.plain()), looks, solve)
+            choice = replace(choice, near=near_by(choice, local, answer, look))
             return Refined(choice, tuple(stages), looks)
     return Refined(None, tuple(stages), looks)
 
@@ -240,23 +230,21 @@ def _proved(
     asked: Refine,
     settings: Settings,
 ):
-    """The stage of the claimed model, of which the query is asked, and what is proved under it;
-    None where no plan is safe.
+    """The stage of the claimed model, of which the query is asked, and the answer under it; None
+    where no plan is safe.
     """
     local = query.model
-    share = share_of(local.domain, model.domain)
+    share = float(share_of(local.domain, model.domain))
     rng = np.random.default_rng(0)
     widest = float(local.tube.final.max())
     runs = asked.local.rollouts + asked.local.profile_runs + local.claim.n
     name = f"claim, look {look.number} of {look.planned}"
     if not local.tube.claimed.any():
-        return Bought(name, local.domain, float(share), runs, -np.inf, widest), None
+        return Bought(name, local.domain, share, runs, -np.inf, widest), None
     plans = nearly_safe(scene_of(query.problem, local), rng)
-    bought = Bought(name, local.domain, float(share), runs, plans.score, widest)
+    bought = Bought(name, local.domain, share, runs, plans.score, widest)
     if not plans.score > 0:
         return bought, None
     if settings.method is None:
         settings = settings.replace(method=Exact((plans.p0[0], plans.k[0])))
-    answer = solve(query, key, settings, looks)
-    widths = narrowing(model.tube, local.tube, local.domain)
-    return bought, Near(local, answer, share, None, widths, look)
+    return bought, solve(query, key, settings, looks)

@@ -71,7 +71,7 @@ def safe_box(scene: Scene, p0: Vector, k: Params, within: Box) -> SafeBox | None
         box = _cut(k, scale, within)
         for certificate in _certificates(scene, p0, box, rng):
             if proves_box(scene.problem, model, certificate):
-                return SafeBox(p0, *box, _share(box[1], model.domain), certificate)
+                return SafeBox(p0, *box, share_of(Box(-box[1], box[1]), model.domain), certificate)
         scale *= SHRINK
     return None
 
@@ -132,9 +132,7 @@ def _plans_of(middle: np.ndarray, half: np.ndarray, rng: np.random.Generator) ->
 def _certificates(
     scene: Scene, p0: Vector, box: tuple[np.ndarray, np.ndarray], rng: np.random.Generator
 ):
-    """Certificates for the box: of the corridors around its plans, those first that hold most of
-    them.
-    """
+    """Certificates for the box: of corridors around its plans, first those that hold most."""
     x = _plans_of(*box, rng)
     starts = np.broadcast_to(p0, (len(x), len(p0)))
     e = verdicts(scene, starts, x)
@@ -156,8 +154,3 @@ def share_of(part: Box, whole: Box) -> Fraction:
             Fraction(float(most)) - Fraction(float(least))
         )
     return share
-
-
-def _share(half: np.ndarray, whole: Box) -> Fraction:
-    """Exact share of the volume that a box with these half widths takes."""
-    return share_of(Box(-half, half), whole)

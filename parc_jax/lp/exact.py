@@ -41,9 +41,7 @@ def round_up(value: Fraction) -> float:
 
 
 def _repaired(c, A, multipliers) -> dict[int, Fraction] | None:
-    """Row -> multiplier >= 0 with c + A'mu = 0 exactly, near the given ones; None if there is none
-    near by.
-    """
+    """Row -> multiplier >= 0 near the given ones with c + A'mu = 0 exactly; None for none."""
     multipliers = np.where(np.isfinite(multipliers) & (multipliers > 0), multipliers, 0.0)
     least = _SUPPORT * multipliers.max()
     used = [int(i) for i in np.argsort(-multipliers) if multipliers[i] > least]

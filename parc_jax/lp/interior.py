@@ -76,9 +76,7 @@ def _iterate(c, A, b, st: State) -> State:
     slope = dot(c, v, zero) + (b * dy_per_tau).sum(0) - st.kappa / st.tau
 
     def direction(eta, to_center, to_center_tau) -> State:
-        """Newton direction that removes the share eta of the gaps and aims s*y and tau*kappa at
-        their targets.
-        """
+        """Newton direction: the share eta of the gaps goes, s*y and tau*kappa aim at targets."""
         pull = D * row_gap * eta[None] - to_center / st.s
         u = solve_factored(
             factored, [eta * r + g for r, g in zip(dual_gap, _transposed(A, pull), strict=True)]

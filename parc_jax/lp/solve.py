@@ -1,6 +1,4 @@
-"""The host door to linear programs: Clarabel's answers, each checked before it becomes a
-verdict.
-"""
+"""The host door to linear programs: Clarabel's answers, checked before they are verdicts."""
 
 import numpy as np
 
@@ -56,9 +54,7 @@ def _checked(lp: LinearProgram, hint: Hint) -> LPResult:
 
 
 def _with_point(lp: LinearProgram, x, hint: Hint, lower: float) -> LPResult:
-    """FEASIBLE if the point satisfies the rows, OPTIMAL if the proved lower bound meets its
-    value.
-    """
+    """FEASIBLE if the point satisfies the rows, OPTIMAL if the lower bound meets its value."""
     A, b = lp.stacked()
     if not violation(x, A, b, lp.lo, lp.hi) <= TOLERANCES.lp_feasible:  # False for NaN
         return _result(lp, LPStatus.UNKNOWN, None, hint, lower)
@@ -87,9 +83,7 @@ def _lower_bound(lp: LinearProgram, c, hint: Hint) -> float:
 
 
 def _falls_for_ever(lp: LinearProgram, ray: np.ndarray) -> bool:
-    """Does the objective fall along the ray without leaving the rows (to lp_feasible, for a ray of
-    size one)?
-    """
+    """Does c.x fall along the ray, of size one, without leaving the rows (to lp_feasible)?"""
     length = float(np.abs(ray).max())
     if not (np.isfinite(length) and length > 0):
         return False
@@ -103,9 +97,7 @@ def _falls_for_ever(lp: LinearProgram, ray: np.ndarray) -> bool:
 
 
 def _by_elastic_rows(lp: LinearProgram, words: str) -> LPResult:
-    """Second opinion on feasibility: min t over {A x <= b + t |A|, |E x - f| <= t |E|}, never empty
-    nor flat.
-    """
+    """A second opinion: min t, {A x <= b + t |A|, |E x - f| <= t |E|}, never empty nor flat."""
     A, b = lp.stacked()
     rows, offsets = lp.bound_rows()
     length = np.linalg.norm(A, axis=1, keepdims=True)

@@ -13,16 +13,12 @@ _TINY = np.finfo(np.float64).tiny
 
 
 def gamma(n: int) -> float:
-    """Relative error bound of a float64 sum of n products in any order, with room for the bound's
-    own rounding.
-    """
+    """Relative error bound of a float64 sum of n products in any order, itself rounded up."""
     return 1.01 * n * _UNIT / (1 - n * _UNIT)
 
 
 def violation(x, A, b, lo=None, hi=None):
-    """Largest amount by which x (..., n) misses a row of A x <= b or a bound [row units]: (...),
-    NaN for a NaN x.
-    """
+    """Most by which x (..., n) misses A x <= b or a bound [row units]: (...), NaN for a NaN x."""
     with np.errstate(invalid="ignore", over="ignore"):
         worst = (np.einsum("...hn,...n->...h", A, x) - b).max(axis=-1, initial=0.0)
         if lo is not None:
@@ -95,7 +91,5 @@ def row_bounds(A, b, lo=None, hi=None):
 
 
 def _times(a, b):
-    """Product in which 0 * inf is 0: a coefficient that is exactly zero pays nothing for an unknown
-    bound.
-    """
+    """Product in which 0 * inf is 0: a zero coefficient pays nothing for an unknown bound."""
     return np.where(a == 0, 0.0, a * b)

@@ -1,6 +1,4 @@
-"""Normalisation, and folding it into float64 weights: the folded network is the one that is
-verified.
-"""
+"""Normalisation, and folding it into float64 weights: the folded network is verified."""
 
 from collections.abc import Sequence
 from typing import NamedTuple

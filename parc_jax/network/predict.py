@@ -60,9 +60,7 @@ def features(
 
 
 def outputs(net: ReLUNetwork, k: np.ndarray, rows: slice | np.ndarray = slice(None)) -> np.ndarray:
-    """Network outputs (n, n_out) at k (n, n_k), on the host in float64. rows: numbers of those that
-    are wanted.
-    """
+    """Network outputs (n, n_out) at k (n, n_k), on the host in float64. rows: of those wanted."""
     h = features(net.weights[:-1], net.biases[:-1], k)
     return h @ net.weights[-1][rows].T + net.biases[-1][rows]
 

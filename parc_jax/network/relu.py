@@ -1,6 +1,4 @@
-"""The trajectory network as plain float64 arrays: the object every claim and every proof is
-about.
-"""
+"""The trajectory network in plain float64 arrays: what every claim and every proof is about."""
 
 import itertools
 from collections.abc import Sequence
@@ -73,9 +71,7 @@ def forward(
 
 
 def relu_network(weights: Sequence, biases: Sequence) -> ReLUNetwork:
-    """Validated network from matching lists of (out, in) weights and (out,) biases. Raises
-    InputError.
-    """
+    """Validated network from lists of (out, in) weights and (out,) biases. Raises InputError."""
     if len(weights) != len(biases) or not weights:
         raise InputError(
             f"network: expected one bias per weight, at least one; got {len(biases)} and "

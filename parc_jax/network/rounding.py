@@ -1,6 +1,4 @@
-"""How far a float64 evaluation of the network can be from the real-number network, for every input
-of a box. [T10]
-"""
+"""How far float64 may be from the real-number network, for every input of a box. [T10]"""
 
 from typing import NamedTuple
 
@@ -15,9 +13,7 @@ SAFETY = 1 + 2.0**-10  # pays for evaluating the bound itself in float64
 
 
 class RoundingBound(NamedTuple):
-    """error: (n_out,) >= |fl N(k) - N(k)| for every k of the box. magnitude: (n_out,) >= |N(k)| and
-    |fl N(k)|.
-    """
+    """(n_out,) each, over all k of the box: error >= |fl N - N|, magnitude >= |N| and |fl N|."""
 
     error: np.ndarray
     magnitude: np.ndarray

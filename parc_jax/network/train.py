@@ -181,9 +181,7 @@ def _finish(
     k: Float[np.ndarray, "n n_k"],
     y: Float[np.ndarray, "n n_out"],
 ) -> ReLUNetwork:
-    """Exact float64 least squares for the last layer on all rows, then fold the normalisation into
-    the weights.
-    """
+    """The last layer by float64 least squares on all rows, then the normalisation folded in."""
     layers = params["params"]
     weights = [np.asarray(layers[f"Dense_{i}"]["kernel"], np.float64).T for i in range(len(layers))]
     biases = [np.asarray(layers[f"Dense_{i}"]["bias"], np.float64) for i in range(len(layers))]
@@ -194,17 +192,13 @@ def _finish(
 
 
 def _principal(targets: np.ndarray) -> np.ndarray:
-    """Coordinates of the targets along their leading principal directions, unwhitened (metres stay
-    metres).
-    """
+    """Targets along their leading principal directions, unwhitened (metres stay metres)."""
     _, vectors = np.linalg.eigh(targets.T @ targets / len(targets))
     return targets @ vectors[:, ::-1][:, :COMPONENTS]
 
 
 def _tail(k: np.ndarray, worst: np.ndarray) -> float:
-    """Mean over a grid of K of the largest error in each cell: one jump in K must not hide the
-    rest.
-    """
+    """Mean over a grid of K of the largest error in each cell: one jump must not hide the rest."""
     bins = 6  # along every axis
     span = np.ptp(k, axis=0)
     share = (k - k.min(axis=0)) / np.where(span > 0, span, 1)

@@ -1,5 +1,6 @@
 """Which twist runs show: the simplest model that others of them do not contradict."""
 
+import math
 from typing import NamedTuple
 
 import numpy as np
@@ -109,7 +110,8 @@ def chosen_kind(seen: Seen) -> Kind:
     parts = list(folds(seen.batch))
     n = min(len(np.unique(seen.batch.k[fit], axis=0)) for fit, _ in parts)
     kinds = [Kind(order, degree) for order in ORDERS for degree in DEGREES]
-    sizes = [_numbers(seen, kind) for kind in kinds]
+    n_k = seen.batch.n_k
+    sizes = [math.comb(n_k + kind.order, n_k) * (1 + kind.degree) for kind in kinds]
     usable = [i for i, size in enumerate(sizes) if _RUNS_PER_TERM * size <= n] or [0]
     errors = []
     for i in usable:
@@ -133,11 +135,6 @@ def worst_error(model, runs: RolloutBatch) -> np.ndarray:
     """(n,) [m] the largest error of a model with `rollout_batch`, of any coordinate at any time."""
     p = np.asarray(model.rollout_batch(None, runs.k).p).reshape(runs.p.shape)
     return np.abs(p - runs.p).max(axis=(1, 2))
-
-
-def _numbers(seen: Seen, kind: Kind) -> int:
-    terms = monomials(seen.batch.domain, kind.order, seen.batch.k[:1]).shape[1]
-    return terms * (1 + kind.degree)
 
 
 def _part(seen: Seen, rows: np.ndarray) -> Seen:
@@ -179,9 +176,7 @@ def _robust(columns: np.ndarray, seen: np.ndarray) -> np.ndarray:
 
 
 def fitted(seen: Seen, kind: Kind) -> TwistModel:
-    """The twist by least squares of the places of all points at the knots, errors beyond the usual
-    one counted linearly.
-    """
+    """The twist by least squares of all places at the knots, large errors counted linearly."""
     from scipy.optimize import least_squares
 
     start = first_guess(seen, kind)

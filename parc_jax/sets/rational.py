@@ -1,6 +1,4 @@
-"""Polytopes in exact rational arithmetic: vertices and support, in the plane hull and area. For
-sets of a few dozen rows.
-"""
+"""Polytopes of a few dozen rows in exact rationals: vertices, support, in the plane hull, area."""
 
 import math
 from collections.abc import Iterable
@@ -53,9 +51,7 @@ def _in_plane(p: HPolytope, name: str) -> list[Point]:
 
 
 def convex_polygon(points: list[Point]) -> list[Point]:
-    """Hull of points, counter-clockwise from the lowest-leftmost, collinear ones dropped (Andrew's
-    monotone chain).
-    """
+    """Hull, counter-clockwise from lowest-leftmost, without collinear ones (Andrew's chain)."""
     points = list(set(points))
     scaled = whole(x for point in points for x in point)
     named = dict(zip(zip(scaled[::2], scaled[1::2], strict=True), points, strict=True))
@@ -74,9 +70,7 @@ def convex_polygon(points: list[Point]) -> list[Point]:
 
 
 def whole(values: Iterable[float | Fraction]) -> tuple[int, ...]:
-    """All values times what makes them whole numbers: products of these ask for no common
-    divisors.
-    """
+    """All values times what makes them whole: products of these ask for no common divisors."""
     ratios = [value.as_integer_ratio() for value in values]
     scale = math.lcm(*(below for _, below in ratios))
     return tuple(above * (scale // below) for above, below in ratios)

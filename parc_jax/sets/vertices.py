@@ -65,9 +65,7 @@ def _round_vertices(p: HPolytope, inside: np.ndarray) -> np.ndarray:
 
 
 def _flat_vertices(p: HPolytope, size: float) -> np.ndarray:
-    """Vertices of a set without interior: rows that hold with equality everywhere are solved for
-    and taken out.
-    """
+    """Vertices of a set without interior: rows that are equalities are solved for, taken out."""
     n = p.n
     h = len(p.b)
     # max sum t over A x + t <= b, 0 <= t <= size: exactly the rows that can be slack somewhere get

@@ -16,9 +16,7 @@ COMPARED = 32_768  # points drawn to estimate the safe share of every row of the
 
 
 def compare(learned: NetworkModels, problem: ReachAvoid, key: jax.Array) -> list[dict]:
-    """A row per claim of one network, the assumed one first: regions, error at the end, safe
-    share.
-    """
+    """A row per claim of one network, the assumed one first: regions, final error, safe share."""
     regions = enumerate_regions(learned.honest.net, learned.honest.domain).count
     return [
         {
@@ -36,9 +34,7 @@ def compare(learned: NetworkModels, problem: ReachAvoid, key: jax.Array) -> list
 
 
 def safe_volume(model: TrajectoryModel, problem: ReachAvoid, key: jax.Array) -> dict[str, float]:
-    """Shares of all (p0, k), drawn over K and the goal's box: `reaching` the goal in the model, and
-    `safe`.
-    """
+    """Shares of all (p0, k) over K and the goal's box: `reaching` the goal in the model, `safe`."""
     scene = laid_out(plain(problem, model))
     seen = draw(scene, generator(stream(key, Stage.SEARCH)), COMPARED)
     share = seen.volume / volume_of_all(scene) / seen.drawn

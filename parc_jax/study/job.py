@@ -1,6 +1,4 @@
-"""The main job: one command from rollouts to a proved safe set, its replay in the black box, and
-the pictures.
-"""
+"""The main job: one command from rollouts to a proved safe set, its replay and the pictures."""
 
 import json
 import platform
@@ -151,9 +149,7 @@ def run_study(
 
 
 def _replace_older(out: Path, model: TrajectoryModel, answer: Answer) -> None:
-    """Put model and answer into the folder, in place of an older study's, whose numbers would
-    belong to neither.
-    """
+    """Put model and answer there, in place of an older study's, whose numbers belong to neither."""
     for name in (METRICS, "near.json"):
         (out / name).unlink(missing_ok=True)
     model.save(out / "model.npz")

@@ -1,6 +1,4 @@
-"""From a black box to models: rollouts, networks, claims. For each network the honest claims and
-the published one.
-"""
+"""From a black box to models: rollouts, networks, for each the honest claims and the published."""
 
 from collections.abc import Callable
 from dataclasses import replace
@@ -99,9 +97,7 @@ def learn(
 
 
 def forecast_of(study: Learning, quiet: bool = False, early: bool = False) -> Forecast:
-    """The cost of all runs before the replay, in words of the shell; early: those of a first claim
-    too.
-    """
+    """The cost of all runs before the replay, in words of the shell; early: a first claim's too."""
     n_nets = len(study.networks)
     ahead = study.rollouts + runs_ahead(study, n_nets)
     if early:
@@ -112,9 +108,7 @@ def forecast_of(study: Learning, quiet: bool = False, early: bool = False) -> Fo
 def learn_recorded(
     train: RolloutBatch, held: RolloutBatch, study: Learning, key: jax.Array
 ) -> Learned:
-    """The same from recorded runs: `held` sizes the tubes, and nothing can be run again or
-    searched.
-    """
+    """The same from recorded runs: `held` sizes the tubes, and nothing can be run again."""
     start = StartTrial(study.gap, None)
     return _learned(train, RecordedRuns(held), start, study, key, Stopwatch())
 
@@ -180,9 +174,7 @@ def models(
 
 
 def networks(train: RolloutBatch, study: Learning, key: jax.Array) -> list[ReLUNetwork]:
-    """The trained networks in the order of study.networks; PARC as published: an affine
-    least-squares fit.
-    """
+    """Trained networks in the order of study.networks; PARC as published: affine least squares."""
     nets = []
     for number, hidden in enumerate(study.networks):
         own = jax.random.fold_in(stream(key, Stage.FIT), number)
@@ -191,8 +183,6 @@ def networks(train: RolloutBatch, study: Learning, key: jax.Array) -> list[ReLUN
 
 
 def final_error(model: TrajectoryModel) -> np.ndarray:
-    """(n_c + n_q,) median over the bins with a claim of the half widths at the end; infinite when
-    there is none.
-    """
+    """(n_c + n_q,) median half widths at the end over bins with a claim; infinite for none."""
     final = model.tube.final[model.tube.claimed]
     return np.median(final, axis=0) if len(final) else np.full(model.n_c + model.n_q, np.inf)

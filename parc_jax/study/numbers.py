@@ -11,9 +11,7 @@ from parc_jax.problem.labels import name_of, unit_of
 
 
 def eps_of(claim: ErrorClaim) -> str | None:
-    """What a claim says, for people: its eps, of claims by bin the largest; None where nothing is
-    shown.
-    """
+    """The eps that a claim says, for people, by bin the largest; None where nothing is shown."""
     known = [claim.eps, *(claim.bin_eps or ())]
     known = [eps for eps in known if eps is not None]
     return rounded_up(max(known)) if known else None
@@ -48,7 +46,8 @@ def facts_of(answer: Answer, cold_s: float | None) -> dict:
 
 def table_of(answer: Answer, cold_s: float | None) -> list[str]:
     """What a query found, line by line. cold_s: as of `facts_of`."""
-    t, part = answer.timings, part_covered(answer)
+    t = answer.timings
+    part = "the safe set" + ("" if answer.around is None else " around what a search found")
     times = [f"{seconds(t['first_sample_s'])} {'cold' if cold_s is None else 'warm'}"]
     if cold_s is not None:
         times = [f"{seconds(cold_s)} cold", *times]
@@ -70,9 +69,7 @@ def table_of(answer: Answer, cold_s: float | None) -> list[str]:
 
 
 def covering(coverage: dict, part: str = "the safe set") -> str:
-    """What is known of how much of the safe set, or of a part of it, something covers: the fields
-    of a `Coverage`.
-    """
+    """For people: how much of the safe set, or of a part, the fields of a `Coverage` cover."""
     if coverage["share"] == 0:
         return f"how much of {part} they cover was not measured"
     return (
@@ -80,11 +77,6 @@ def covering(coverage: dict, part: str = "the safe set") -> str:
         f"{rounded_down(100 * coverage['at_least'], 4)} % with "
         f"confidence {rounded_down(str(coverage['confidence']), 10)})"
     )
-
-
-def part_covered(answer: Answer) -> str:
-    """What a coverage is of."""
-    return "the safe set" if answer.around is None else "the safe set around what a search found"
 
 
 def how_much_is_safe(answer: Answer) -> str:

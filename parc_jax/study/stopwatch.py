@@ -23,9 +23,7 @@ jax.monitoring.register_event_duration_secs_listener(_listen)
 
 
 class Stopwatch:
-    """Collects stages: {name: {"seconds": wall, "compile_seconds": spent in the compiler, summed
-    over threads}}.
-    """
+    """Stages: {name: {"seconds": wall, "compile_seconds": in the compiler, over all threads}}."""
 
     def __init__(self):
         self.stages: dict[str, dict[str, float]] = {}
