@@ -11,7 +11,7 @@ from parc_jax.base.keys import Stage, stream
 from parc_jax.claim.calibrate import calibrate
 from parc_jax.claim.counts import required_runs
 from parc_jax.claim.declared import assumed_claim
-from parc_jax.claim.profile import training_profile
+from parc_jax.claim.pipeline import learn_profiles
 from parc_jax.model import TrajectoryModel, trajectory_model
 from parc_jax.network.fit import fit_affine
 from parc_jax.network.relu import ReLUNetwork
@@ -72,7 +72,7 @@ def learn(case: Case, key: jax.Array, quick: bool) -> CaseModels:
         honest = calibrate(
             net,
             holdout,
-            training_profile(net, data, bins),
+            learn_profiles([net], data, (), bins)[0],
             eps=eps,
             delta=delta,
             looks=looks,

@@ -28,8 +28,7 @@ from parc_jax.claim.calibrate import calibrate
 from parc_jax.claim.counts import required_runs
 from parc_jax.claim.fitting import fitted_profile
 from parc_jax.claim.monitor import monitor
-from parc_jax.claim.pipeline import bound_error
-from parc_jax.claim.profile import training_profile
+from parc_jax.claim.pipeline import bound_error, learn_profiles
 from parc_jax.claim.score import Scores, scores_of
 from parc_jax.claim.update import update
 from parc_jax.local.looks import Looks
@@ -105,7 +104,7 @@ def looks(width, key, declared=LOOKS):
     claims = []
     for number, bins in enumerate(((1, 1), (2, 1), (4, 1), (1, 4))):
         train = collect(jump_plant(width), key, 50, Stage.TRAIN, first_row=50 * number, quiet=True)
-        profile = training_profile(NET, train, bins)
+        profile = learn_profiles([NET], train, (), bins)[0]
         scores = _scores(jump_plant(width), key, profile, n)
         claims.append(calibrate(NET, scores, profile, eps=EPS, delta=DELTA, looks=declared))
     return EPS, max(truth(width, claim.tube).whole for claim in claims)
@@ -128,7 +127,8 @@ def searched(width, key):
 def by_bin(width, key):
     """Four claims at once, each with its own eps, judged by the bin that breaks its own most."""
     system, n = jump_plant(width), 4 * required_runs(EPS, DELTA / 4)
-    profile = training_profile(NET, collect(system, key, PROFILE_RUNS, quiet=True), (4, 1))
+    train = collect(system, key, PROFILE_RUNS, quiet=True)
+    profile = learn_profiles([NET], train, (), (4, 1))[0]
     scores = _scores(system, key, profile, n)
     claim = calibrate_bins(NET, scores, profile, eps=EPS, delta=DELTA)
     real = truth(width, claim.tube).by_bin
@@ -222,7 +222,7 @@ def trained_on_its_holdout(width, key):
     tube.
     """
     train = collect(jump_plant(width), key, required_runs(EPS, DELTA), quiet=True)
-    profile = training_profile(NET, train, (4, 4))
+    profile = learn_profiles([NET], train, (), (4, 4))[0]
     return EPS, truth(width, profile).whole
 
 
@@ -269,7 +269,7 @@ def _recorded(width, key, grouped: bool):
     train, held = recordings(width, rng, 20, PARTS), recordings(width, rng, n, PARTS)
     if not grouped:
         train, held = train.replace(groups=None), held.replace(groups=None)
-    return calibrate(NET, held, training_profile(NET, train, (4, 1)), eps=EPS, delta=DELTA)
+    return calibrate(NET, held, learn_profiles([NET], train, (), (4, 1))[0], eps=EPS, delta=DELTA)
 
 
 def _scores(system, key, profile, n: int) -> Scores:

@@ -25,8 +25,8 @@ from parc_jax.cover.union import SafeUnion
 from parc_jax.errors import InputError
 from parc_jax.lp.status import LPStatus
 from parc_jax.rollout.files import write_atomic
-from parc_jax.sets.chebyshev import chebyshev_center
 from parc_jax.sets.hpolytope import HPolytope
+from parc_jax.sets.vertices import chebyshev_center
 
 if TYPE_CHECKING:
     from parc_jax.local.choice import Choice

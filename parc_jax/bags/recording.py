@@ -5,7 +5,7 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 from parc_jax.bags.fields import stamp_of
-from parc_jax.base import packages
+from parc_jax.base import on_use
 from parc_jax.errors import InputError
 
 SUFFIXES = (".bag", ".mcap", ".db3")
@@ -25,7 +25,7 @@ class Heard(NamedTuple):
 
 def package(name: str, call: str):
     """A package of the extra `bags`. Raises InputError where it is not installed."""
-    return packages.package(name, call, "bags")
+    return on_use.package(name, call, "bags")
 
 
 def is_bag(path) -> bool:

@@ -65,9 +65,7 @@ def slices(n: int, size: int) -> Iterator[slice]:
 
 def on_all_cores(call: Callable, parts: Iterable) -> list:
     """[call(part), ...] on one thread per core: compiled calls and large NumPy operations let other
-    threads run.
-
-    Not for use inside of a call: its threads would wait for each other.
+    threads run. Not for use inside of a call: its threads would wait for each other.
     """
     parts = list(parts)
     if len(parts) < 2:  # a thread costs more than a first look
@@ -95,8 +93,7 @@ def in_chunks(n: int, size: int, call: Callable):
 
 
 def map_rows(size: int, kernel: Callable, *batch, only: Callable | None = None):
-    """A compiled, vectorised kernel over the rows of arrays (n, ...), `size` rows a call, in
-    float64. No row is needed.
+    """A compiled, vectorised kernel over n >= 0 rows of arrays (n, ...), `size` a call, in float64.
 
     only: of what a call found, (size,) bool the rows to be kept; others are never put together.
     """
@@ -131,9 +128,7 @@ def single(x: ArrayLike) -> jax.Array:
 
 
 def once(owner, make: Callable, *about):
-    """make(owner, *about), made once while `owner`, a frozen record, lives: what is derived of it
-    hangs from it. about: hashable.
-    """
+    """make(owner, *about), about hashable, made once while `owner`, a frozen record, lives."""
     made = owner.__dict__.setdefault("_made", {})
     name = (make, *about)
     if name not in made:

@@ -1,5 +1,4 @@
-"""How work is laid out on a kind of device: whoever takes other sizes on an accelerator than on a
-CPU asks here.
+"""How work is laid out on a kind of device: who takes other sizes on an accelerator asks here.
 
 A CPU likes few rows, which stay in its caches, and plans that end as soon as they are decided. An
 accelerator likes all rows at once. Its sizes have never been measured: no accelerator was at hand.

@@ -121,8 +121,7 @@ def all_rows(tree):
 
 
 def gather_arrays(arrays: dict[str, np.ndarray]) -> list[dict[str, np.ndarray]]:
-    """What every host brings, in the order of hosts, on every host; of any shapes and dtypes, bit
-    for bit.
+    """What every host brings, in order, on every host; of any shapes and dtypes, bit for bit.
 
     Like everything below: inside of `shared`; outside, this host is the only one.
     """

@@ -1,11 +1,13 @@
-"""Names that a package offers and loads on first use. Its stub `__init__.pyi` is the one list of
-them, which type checkers read too.
+"""What is loaded on first use: names that a package offers, listed in its stub `__init__.pyi`, the
+one that type checkers read too, and packages of extras.
 """
 
 import importlib
 import pkgutil
 import re
 from collections.abc import Callable
+
+from parc_jax.errors import InputError
 
 OFFER = re.compile(r"^from ([\w.]+) import (\w+) as \2$", re.M)
 
@@ -24,3 +26,14 @@ def on_use(package: str) -> tuple[Callable[[str], object], Callable[[], list[str
         return getattr(importlib.import_module(home[name]), name)
 
     return load, lambda: names, names
+
+
+def package(name: str, call: str, extra: str):
+    """A package, for a call that needs it. Raises InputError where its extra is not installed."""
+    try:
+        return importlib.import_module(name)
+    except ImportError:
+        raise InputError(
+            f"{call}: expected the package {name.split('.')[0]}; it is not installed. Try "
+            f"pip install 'parc_jax[{extra}]'."
+        ) from None

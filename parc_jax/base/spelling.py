@@ -77,9 +77,7 @@ def plain(value):
 
 
 def nearest_floats(value):
-    """Nested lists of spelled numbers as nested lists of the nearest floats. The sign of a zero is
-    kept: it is in the hashes.
-    """
+    """The nearest floats of nested lists of spelled numbers. Zeros keep their sign, for hashes."""
     if isinstance(value, list):
         return [nearest_floats(v) for v in value]
     if not isinstance(value, str):

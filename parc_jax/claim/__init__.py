@@ -1,3 +1,1 @@
-"""How far the robot may be from the network: a profile, fresh runs, one number, and the claim that
-says what the tube is worth. [T1]
-"""
+"""How far the robot may be from the network: a profile, fresh runs, one number, a claim. [T1]"""

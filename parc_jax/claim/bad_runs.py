@@ -41,9 +41,7 @@ _PIECE = 16  # runs between two steps of the bar, for a system that is not compi
 
 
 class Attack(NamedTuple):
-    """All runs that a search tried: k (m, n_k), keys (m, 2) of the system, score (m,) against the
-    profile, the worst first.
-    """
+    """All runs that a search tried, worst first: k (m, n_k), system's keys (m, 2), score (m,)."""
 
     k: np.ndarray
     keys: np.ndarray
@@ -213,8 +211,7 @@ def _stored(
 
 
 def enlarge(claim: ErrorClaim, profile: Tube, attack: Attack) -> ErrorClaim:
-    """The claim with its tube widened, bin by bin, to hold every finite run of the attack; all
-    labels stay true. [T8]
+    """The claim, its tube widened by bin to hold the attack's finite runs: labels stay true. [T8]
 
     Failed runs cannot be held by any tube; their number is put on record.
     """

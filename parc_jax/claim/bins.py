@@ -1,5 +1,4 @@
-"""The bins of K: closed boxes between the edges along every axis, numbered row-major (last axis
-fastest).
+"""The bins of K: closed boxes between edges along every axis, row-major (last axis fastest).
 
 edges: tuple over the n_k axes of (n_bins_i + 1,) increasing numbers.
 """

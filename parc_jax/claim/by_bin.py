@@ -38,10 +38,9 @@ def calibrate_bins(
     it with probability <= eps.
 
     Stronger than one claim over K (it may be read bin by bin, and the planner may choose the bin
-    afterwards), and dearer:
-    each bin, or block of bins, needs its own runs, at delta / (bins x looks). A bin with too few
-    runs gets no claim, never a small tube. Arguments as in `calibrate`, and `blocks`; discard
-    counts per claim. Raises InputError.
+    afterwards), and dearer: each bin, or block of bins, needs its own runs, at delta / (bins x
+    looks). A bin with too few runs gets no claim, never a small tube. Arguments as in `calibrate`,
+    and `blocks`; discard counts per claim. Raises InputError.
     """
     asked = (asked or BoundSettings()).replace(**options)
     check_fresh(scores, train)

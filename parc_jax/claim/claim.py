@@ -107,7 +107,6 @@ class ErrorClaim:
         Neither: one k, picked by hand or by a planner. Nothing is promised of it.
         bin: the set lies in this bin, of a claim per bin; share stays that of the whole of K.
         shift: total variation between the declared and the deployed law of (k, disturbance).
-
         Raises InputError.
         """
         if None not in (share, density) or (bin is not None and share is None):

@@ -12,6 +12,8 @@ from parc_jax.errors import InputError
 from parc_jax.rollout.law import LawSpec
 from parc_jax.rollout.subject import subject_from_json
 
+_AS_THEY_ARE = "kind", "network", "quantifier", "n", "discard", "looks", "evidence", "hash"
+
 
 def claim_from_json(data: dict, error_tube: Tube) -> ErrorClaim:
     """The claim of `to_json`, about the given tube. Raises InputError on missing or foreign
@@ -26,22 +28,15 @@ def claim_from_json(data: dict, error_tube: Tube) -> ErrorClaim:
         law = data["law"]
         pairs = tuple((name, value) for name, value in law["parameters"])
         claim = ErrorClaim(
-            kind=data["kind"],
+            **{name: data[name] for name in _AS_THEY_ARE},
             tube=error_tube,
             subject=subject_from_json(data["subject"]),
-            network=data["network"],
-            quantifier=data["quantifier"],
             eps=_parse(data["eps"]),
             delta=_parse(data["delta"]),
-            n=data["n"],
-            discard=data["discard"],
-            looks=data["looks"],
             law=LawSpec(law["generator"], pairs, law["k_law"], tuple(law["lo"]), tuple(law["hi"])),
             assumptions=tuple(data["assumptions"]),
-            evidence=data["evidence"],
             bin_eps=None if data["bin_eps"] is None else tuple(_parse(e) for e in data["bin_eps"]),
             intersample=tuple(nearest_floats(data["intersample"])),
-            hash=data["hash"],
         )
         check_claim(claim)
         return claim

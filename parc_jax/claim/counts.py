@@ -37,8 +37,7 @@ RECORDED_ROWS = "rows"  # evidence of a claim about recordings: of how many runs
 
 
 def wrong_claim_probability(n: int, eps: float, discard: int = 0) -> float:
-    """Bound on P(more than eps of new runs leave the tube) after n runs and `discard` discards,
-    rounded up. [T2]
+    """Bound, rounded up, on P(more than eps of new runs leave) after n runs with discards. [T2]
 
     sum_{i <= discard} C(n, i) eps^i (1 - eps)^(n - i)
     """

@@ -66,14 +66,12 @@ class _Option(NamedTuple):
 def choose_edges(
     k: np.ndarray, errors: Errors, domain: Box, floor: float = TOLERANCES.profile_floor
 ) -> tuple[np.ndarray, ...]:
-    """Edges per axis of K that make the tube small, found by cutting where it helps most, one cut
-    at a time.
+    """Edges per axis of K that make the tube small, cut one by one where it helps most.
 
     k (n, n_k) and errors of training runs. Each quarter of them in turn gives the scalar, the rest
     the profile; size is the geometric mean half width over K, time and axes (what passes narrow
     gaps in most of K counts, not a few bad bins).
-    Stops when no cut shrinks the tube by _GAIN. Any edges fixed before the holdout is seen are
-    valid.
+    Stops when no cut shrinks the tube by _GAIN. Edges fixed before the holdout is seen are valid.
     Raises InputError for fewer than four runs.
     """
     if len(k) < _FOLDS:
@@ -119,10 +117,8 @@ def choose_edges(
 
 
 def edges_of(domain: Box, bins: Bins) -> tuple[np.ndarray, ...]:
-    """Edges per axis of K from numbers of equal bins per axis, or from edges; the outer edges are
-    the domain, exactly.
-
-    Raises InputError.
+    """Edges per axis of K, the outer ones exactly those of the domain, from numbers of equal bins
+    per axis, or from edges. Raises InputError.
     """
     bins = tuple(bins) if isinstance(bins, tuple | list) else tuple(np.atleast_1d(bins))
     if len(bins) != domain.n or any(np.ndim(b) == 0 and int(b) < 1 for b in bins):
@@ -193,8 +189,7 @@ def _log_size(fold: _Fold, n_interval: int, floor: float) -> np.ndarray:
 def smoothed(
     maxima: np.ndarray, counts: np.ndarray, least: float = 0.5, sets: int = 0
 ) -> np.ndarray:
-    """Each bin at least a share of its largest neighbour: `least` of it for a well filled bin, all
-    of it for an empty one.
+    """Each bin at least a share of its largest neighbour: from `least`, well filled, to 1, empty.
 
     maxima: (bins of axis 1, ..., bins of axis n_k, m). counts: the same without m. sets: leading
     axes that number sets of bins, each by itself.

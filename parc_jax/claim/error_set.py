@@ -29,9 +29,7 @@ At = ArrayLike | slice | None  # along one axis
 
 @struct.dataclass
 class ErrorBox:
-    """Errors |e_a| <= half_a. half (..., n) >= 0, infinite without claim. Kernels; the leading axes
-    broadcast against those of w.
-    """
+    """|e_a| <= half_a, (..., n) >= 0, infinite without claim; leading axes broadcast with w's."""
 
     half: np.ndarray
 
@@ -124,9 +122,8 @@ ErrorSet = ErrorBox | ErrorTemplate
 
 
 def at(errors: ErrorSet, index: At | tuple[At, ...]) -> ErrorSet:
-    """Some of many sets, by an index of their leading axes. Arrays on the host cannot be indexed by
-    what a kernel computes.
-    """
+    """Some of many sets, by an index of their leading axes."""
+    # arrays on the host cannot be indexed by what a kernel computes
     traced = any(isinstance(i, jax.Array) for i in jax.tree.leaves(index))
     return jax.tree.map(lambda x: (jnp.asarray(x) if traced else x)[index], errors)
 
@@ -135,11 +132,10 @@ def template(
     directions: npt.ArrayLike, centre: npt.ArrayLike, half: npt.ArrayLike, frames: bool = False
 ) -> ErrorTemplate:
     """Errors with |u_j . e - centre_j| <= half_j; directions (..., R, n), centre, half (..., R).
-    Raises InputError.
 
     All bases of n among the R directions; nearly dependent ones are left out. frames: instead, n
     directions after another are a basis, and there are no others; the support is a bound then, and
-    a vertex may lie outside.
+    a vertex may lie outside. Raises InputError.
     """
     directions = np.asarray(directions, np.float64)
     n_rows, n = directions.shape[-2:]

@@ -27,8 +27,7 @@ _UP = 1 + 2.0**-48  # a sum of a few products, rounded, upward
 
 @struct.dataclass
 class Faces:
-    """Errors e with |u_j . e - c_j| <= s_j for R directions u_j. Build with `faces`, which
-    validates.
+    """Errors e with |u_j . e - c_j| <= s_j for R directions u_j. `faces` builds and validates it.
 
     directions: (..., R, n)   the first n are the axes, so there is a box around every such set.
     centre:     (..., R)      middle between the two faces.

@@ -1,5 +1,4 @@
-"""A profile of faces that fit the errors: their principal axes beside the axes of the workspace.
-[T26]
+"""A profile of faces that fit the errors: their principal axes beside those of space. [T26]
 
 Directions, centres and half widths are learnt per bin, interval and reference point, and per bin at
 the end, from runs that come before the holdout. From there on it is a profile like any other.
@@ -68,9 +67,7 @@ class _Spread(NamedTuple):
     outer: np.ndarray
 
     def covariance(self) -> np.ndarray:
-        """(n_bins, ..., n, n) about the mean of the bin, where there are few samples closer to the
-        mean covariance of all.
-        """
+        """(n_bins, ..., n, n) about the bin's mean; of few samples, closer to the mean of all."""
         shape = (-1, *[1] * (self.sum.ndim - 1))
         number = np.maximum(self.number, 1.0).reshape(shape)
         mean = self.sum / number
@@ -159,9 +156,8 @@ def _extremes(
 def _between(
     directions: np.ndarray, least: np.ndarray, most: np.ndarray, counts: np.ndarray, frames: bool
 ) -> Faces:
-    """Faces about the middle of what was seen and of no error at all: a proof that no plan is safe
-    needs trajectories that keep to the model. A bin without runs gets all that was seen anywhere.
-    counts: over the grid of bins.
+    """Faces about the middle of what was seen and of no error: a proof that no plan is safe needs
+    trajectories that keep to the model. A bin without runs, by counts (grid), gets all seen.
     """
     least = np.minimum(least, 0.0)
     most = np.maximum(most, 0.0)

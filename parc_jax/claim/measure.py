@@ -147,10 +147,9 @@ def _signed(net: ReLUNetwork, k: Params, p: Path, q: State, *, layout: Layout) -
 
 
 def rollout_errors(net: ReLUNetwork, k: Params, p: Path, q: State, *, layout: Layout) -> Errors:
-    """Errors of one run, as computed; p at its records. p^ is affine between knots.
+    """Errors of one run, as computed; p at its records, p^ affine between knots; NaN is infinity.
 
-    Both end records of an interval belong to it, so a knot counts in two intervals. NaN becomes
-    infinity.
+    Both end records of an interval belong to it, so a knot counts in two intervals.
     """
     error, stored = _signed(net, k, p, q, layout=layout)
     size = Errors(*(jnp.abs(e) + s for e, s in zip(error, stored, strict=True)))

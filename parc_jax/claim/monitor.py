@@ -20,11 +20,8 @@ _BETS = 16  # alternatives, log-spaced from just above the claimed rate to one h
 class Monitor:
     """An e-process against "runs leave the tube with probability <= rate". Make it with `monitor`.
 
-    log_wealth: (bets,) logarithm of the wealth of each bet. seen, left: runs observed, runs outside
-        the tube.
-    peak: largest e-value so far.
-    alpha: if the claim is true, the alarm ever rings with probability <= alpha, however long one
-        watches.
+    log_wealth: (bets,) of each. seen, left: runs observed, those outside the tube. peak: largest
+    e-value so far. alpha: if the claim is true, the alarm ever rings with probability <= alpha.
     """
 
     claim: ErrorClaim
@@ -78,9 +75,8 @@ def monitor(claim: ErrorClaim, net: ReLUNetwork, alpha: float = 1e-3, **law) -> 
     `ErrorClaim.risk`; by default as those of the claim's own runs.
 
     Each bet is a likelihood ratio of a fixed larger rate against the claimed one: its wealth is a
-    supermartingale whenever
-    every run, given the past, leaves the tube with probability <= rate. Raises InputError when the
-    claim has no rate.
+    supermartingale whenever every run, given the past, leaves the tube with probability <= rate.
+    Raises InputError when the claim has no rate.
     """
     risk = claim.risk(**law or {"share": 1.0})
     if isinstance(risk, NoStatement):
@@ -96,9 +92,7 @@ def monitor(claim: ErrorClaim, net: ReLUNetwork, alpha: float = 1e-3, **law) -> 
 
 
 def inside_tube(claim: ErrorClaim, net: ReLUNetwork, batch: RolloutBatch) -> np.ndarray:
-    """(n,) bool: runs that the claim's tube holds at their records, in every bin they touch, as
-    calibration counts.
-    """
+    """(n,) bool: runs that the tube holds at all records, in every bin they touch, as in claims."""
     check_network(claim, net)
     about = claim.subject
     if (batch.points, batch.time) != (about.points, about.time):

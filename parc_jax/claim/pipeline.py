@@ -53,8 +53,7 @@ def bound_error(
     quiet: bool = False,
     **options,
 ) -> ErrorClaim:
-    """Bound the error of the network by fresh runs of the system, the stage BOUND of `key` (which
-    is not consumed).
+    """Bound the network's error by fresh runs of the system: stage BOUND of `key`, not consumed.
 
     system: a black box; or a RolloutBatch of recorded runs that neither network nor profile has
         seen: then key is unused, train is needed, and the claim carries the eps they support.
@@ -189,9 +188,7 @@ def _measured(
 def runs_ahead(
     asked: BoundSettings, n_nets: int, *, has_train: bool = True, has_profile: bool = False
 ) -> int:
-    """All runs that the claims will take: exact, but for claims by bin on bins that are still to be
-    cut, where it is the least.
-    """
+    """All runs that claims will take; by bin, while bins are still to be cut, the least of them."""
     looks = asked.looks * n_nets * len(asked.claims)
     fresh = _holdout(asked, looks)
     further = 0 if has_profile else _profile_runs(asked, has_train, looks)
@@ -211,9 +208,7 @@ def _profile_runs(asked: BoundSettings, has_train: bool, looks: int) -> int:
 
 
 def fresh_runs(asked: BoundSettings, profile: Tube, looks: int) -> int:
-    """How many fresh runs the claims need; for claims by bin, so many that the smallest bin, or
-    block of bins, has enough.
-    """
+    """How many fresh runs the claims need; by bin, so that the smallest, or block, has enough."""
     needed = _holdout(asked, looks)
     if asked.fresh is not None or "bins" not in asked.claims:
         return needed

@@ -1,9 +1,7 @@
-"""The profile of a tube: how error is spread over time, axes and K, learnt before the holdout is
-seen.
+"""The profile of a tube: how error spreads over time, axes and K, learnt before the holdout is.
 
 One number scales all of a profile, so the bin that was learnt worst, say where the robot jumps,
-decides how wide all the others become. Runs held back from the profile show what each bin lacks,
-and make it even.
+decides how wide all the others become. Runs held back show what each bin lacks, and make it even.
 """
 
 from collections.abc import Iterable, Iterator
@@ -24,25 +22,6 @@ from parc_jax.sets.box import Box
 SHARE = 4  # one run of so many of those for the profile is held back
 
 
-def training_profile(
-    net: ReLUNetwork,
-    train: RolloutBatch,
-    bins: Bins | None = None,
-    floor: float = TOLERANCES.profile_floor,
-) -> Tube:
-    """Per-bin maxima of the training errors, smoothed over neighbouring bins, plus a floor [m,
-    rad].
-
-    Any profile fixed before the holdout is valid; this one keeps the tube tight. A bin borrows from
-    its neighbours, the more the fewer runs it holds; an empty bin far from others takes the maximum
-    over all. Failed runs are left out of the profile (never of the claim). bins: numbers per axis,
-    edges per axis, or None = edges where the error changes.
-    Raises InputError when no run is finite.
-    """
-    k, errors = training_errors(net, train)
-    return profile_of(k, errors, train.domain, bins, len(train.points), floor)
-
-
 def training_errors(net: ReLUNetwork, train: RolloutBatch) -> tuple[np.ndarray, Errors]:
     """Parameters (n, n_k) and errors of the finite runs. Raises InputError when there is none."""
     usable = train.finite
@@ -59,8 +38,12 @@ def profile_of(
     n_points: int = 1,
     floor: float = TOLERANCES.profile_floor,
 ) -> Tube:
-    """The profile of `training_profile` from measured, finite errors; n_points: reference points
-    whose coordinates are the columns of the errors.
+    """Per-bin maxima of measured, finite errors of k (n, n_k), smoothed over neighbours, plus a
+    floor [m, rad]; n_points: reference points whose coordinates are the columns of the errors.
+
+    Any profile fixed before the holdout is valid; this one keeps the tube tight. A bin borrows from
+    its neighbours, the more the fewer runs it holds; an empty bin far from others takes the maximum
+    over all. bins: numbers per axis, edges per axis, or None = edges where the error changes.
     """
     edges = choose_edges(k, errors, domain, floor) if bins is None else edges_of(domain, bins)
     empty, largest, counts = bin_maxima(k, errors, edges)

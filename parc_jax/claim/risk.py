@@ -9,9 +9,7 @@ from parc_jax.errors import InputError
 @dataclass(frozen=True)
 class Risk:
     """P(the run leaves the tube) <= bound, on the event that the claim holds (confidence 1 -
-    delta).
-
-    unconditional: bound + delta, the same without that condition.
+    delta). unconditional: bound + delta, the same without that condition.
     """
 
     bound: Fraction

@@ -36,8 +36,7 @@ class Runs:
 @dataclass(frozen=True, eq=False)
 class SystemRuns(Runs):
     """Runs of a black box from the streams of `key`. first_row: of the further runs, behind the
-    training ones. path: a folder that keeps finished chunks. quiet: no progress bars. forecast: of
-    the cost of all of them.
+    training ones. path: keeps finished chunks. quiet: no bars. forecast: of the cost of all.
     """
 
     system: object
@@ -57,23 +56,17 @@ class SystemRuns(Runs):
 
     def attack(self, net: ReLUNetwork, profile: Tube, n: int) -> Attack:
         """The SEARCH stream; the first host searches for all."""
-        found = search_worst(
-            net, self.system, self.key, profile, n, path=self._inside("search"), **self._options
-        )
+        options = self._options("search")
+        found = search_worst(net, self.system, self.key, profile, n, **options)
         return Attack(*broadcast(tuple(found)))
 
     def _stream(self, n: int, stage: Stage, name: str, first_row: int):
-        path = self._inside(name)
-        return stream_rollouts(
-            self.system, self.key, n, stage, first_row=first_row, path=path, **self._options
-        )
+        options = self._options(name)
+        return stream_rollouts(self.system, self.key, n, stage, first_row=first_row, **options)
 
-    @property
-    def _options(self) -> dict:
-        return {"quiet": self.quiet, "forecast": self.forecast}
-
-    def _inside(self, name: str) -> Path | None:
-        return None if self.path is None else Path(self.path) / name
+    def _options(self, name: str) -> dict:
+        path = None if self.path is None else Path(self.path) / name
+        return {"path": path, "quiet": self.quiet, "forecast": self.forecast}
 
 
 @dataclass(frozen=True, eq=False)

@@ -75,9 +75,7 @@ def score_batch(net: ReLUNetwork, batch: RolloutBatch, profile: Tube) -> Scores:
 def scores_of(
     nets: list[ReLUNetwork], profiles: list[Tube], batches: Iterable[RolloutBatch]
 ) -> list[Scores]:
-    """Scores of the same runs against every network's profile; the runs are seen once, and never
-    held. Raises InputError.
-    """
+    """Scores of the same runs, seen once and never held, for each network. Raises InputError."""
     seen = []
     for batch in batches:
         judged = [_judged(net, own, batch) for net, own in zip(nets, profiles, strict=True)]
@@ -146,9 +144,7 @@ def ratios(needed: Errors, profile: Tube, bins: np.ndarray) -> np.ndarray:
 
 
 def check_profile(net: ReLUNetwork, profile: Tube, layout: Layout, domain: Box) -> None:
-    """Refuse a profile that does not fit the network, does not span K exactly, or has a zero or
-    infinite width. Raises InputError.
-    """
+    """Raises InputError where it does not fit network or K, or a width is zero or infinite."""
     n_end = net.n_out - layout.n_offsets + layout.n_c
     if profile.layout != layout or profile.n_c + profile.n_q != n_end or profile.n_k != net.n_in:
         raise InputError(

@@ -92,9 +92,8 @@ def try_starts(system: System, key: jax.Array, declared: float) -> StartTrial:
 
 
 def try_headings(system: System, key: jax.Array, declared: float) -> float | None:
-    """Run a system that declares `rotation` with other headings, if it can be, and compare: the
-    largest effect seen, None where nothing is declared or tried. Raises InputError when it is
-    larger than declared [m or rad].
+    """Run a system that declares `rotation` with other headings, if it can be: the largest effect;
+    None where nothing is declared or tried. Raises InputError when above declared [m or rad].
     """
     if rotation_of(system) is None or not can_be_headed(system):
         return None

@@ -65,9 +65,7 @@ def _pac(c: "ErrorClaim") -> str:
 
 
 def _chosen(c: "ErrorClaim") -> str:
-    """What the claim promises of k from a certified set; a share of K is a probability only where k
-    was drawn uniformly. [T5]
-    """
+    """What it promises of k of a certified set; shares of K are probabilities of uniform k. [T5]"""
     if c.evidence.get("not_drawn"):
         return f"Of runs with chosen values of {', '.join(c.evidence['not_drawn'])}: nothing more."
     eps = _eps(c)

@@ -111,9 +111,7 @@ class Tube:
         return fitted_tube(self.edges, during.with_half(interval), at_end.with_half(final))
 
     def at_least(self, other: "Tube") -> bool:
-        """Whether every set of the other tube is seen to lie in the one of this tube: the same bins
-        and faces, no half width smaller.
-        """
+        """Whether each set is seen to hold the other tube's: same bins, faces, no half smaller."""
         ours, theirs = ({} if t.templates is None else t.templates._asdict() for t in (self, other))
         alike = ours.keys() == theirs.keys() and all(
             np.array_equal(getattr(ours[part], name), getattr(theirs[part], name))
@@ -139,17 +137,14 @@ class Tube:
 
     @property
     def finite_widths(self) -> tuple[np.ndarray, np.ndarray]:
-        """Interval and final, where a bin without claim is NO_CLAIM wide, for certificates and code
-        that cannot take infinity. Its obstacles fill the world and its goal is empty, so still
-        nothing in it is ever safe."""
+        """Interval and final, NO_CLAIM wide in place of infinity: obstacles there fill the world
+        and the goal is empty, so still nothing is ever safe."""
         interval = np.where(np.isinf(self.interval), NO_CLAIM, self.interval)
         return interval, np.where(np.isinf(self.final), NO_CLAIM, self.final)
 
     @property
     def errors(self) -> ErrorSet:
-        """What each bin allows in each interval at each point: leading axes (n_bins, T, n_points),
-        n_p coordinates [m].
-        """
+        """What bins allow in intervals at points: (n_bins, T, n_points) sets in n_p axes [m]."""
         if self.templates is not None:
             return self.templates.interval.errors
         return ErrorBox(self.interval.reshape(*self.interval.shape[:2], self.n_points, -1))
@@ -177,9 +172,7 @@ class Tube:
 
     @property
     def end_extent(self) -> tuple[np.ndarray, np.ndarray]:
-        """Least and largest error of the first point at the end along each axis: lo, hi (n_bins,
-        n_p) [m].
-        """
+        """Least and largest error of the first point at the end, (n_bins, n_p) [m] each."""
         axes = np.eye(self.n_p, self.final.shape[1])
         far = at(self.final_errors, (slice(None), None))
         return -far.support(-axes), far.support(axes)

@@ -21,8 +21,7 @@ def update(
     tune: Callable[[ReLUNetwork, RolloutBatch], ReLUNetwork] | None = None,
     **options,
 ) -> tuple[ReLUNetwork, ErrorClaim]:
-    """The network and a new claim after new data; the fresh runs support as small an eps as their
-    number allows.
+    """The network and a new claim after new data; its eps is as small as the fresh runs allow.
 
     seen:  everything looked at before the decision to update: training runs, and those a monitor
         watched until it rang.
@@ -53,9 +52,7 @@ def update(
 
 def refit(net: ReLUNetwork, data: RolloutBatch) -> ReLUNetwork:
     """The network with its last layer solved anew by least squares on the data; hidden layers, and
-    so regions, stay.
-
-    Raises InputError when fewer than ten runs are finite.
+    so regions, stay. Raises InputError when fewer than ten runs are finite.
     """
     from parc_jax.network.train import training_arrays
 

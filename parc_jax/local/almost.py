@@ -42,12 +42,10 @@ def nearly_safe(
     part: float = 1.0,
     apart: float = 0.0,
 ) -> Nearly:
-    """Plans of a model, the most nearly safe first. Uniform draws, then rounds of draws closer and
-    closer to the best.
+    """Plans of a model, most nearly safe first: uniform draws, then rounds closer to the best.
 
-    part: of the tube under which they are judged, 0 for the model alone. apart: [sides of K] that
-    those have between each other around which the next are drawn, so that several places of K are
-    looked at.
+    part: of the tube under which they are judged, 0 for the model alone. apart: [sides of K] of
+    those from each other around which the next are drawn: several places of K are looked at.
     """
     model = scene.model
     judged_by = scene.under(_under(model, part))

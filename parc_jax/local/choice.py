@@ -188,9 +188,7 @@ class Choice:
 def near_of(
     choice: Choice, question: Question, look: Look, key: jax.Array, settings: Settings | None = None
 ) -> Near:
-    """What the local model, claimed in this look, proves around the plan. question: that of the
-    choice, asked of the local model.
-    """
+    """What the choice's question, asked of the local model of this look, proves around the plan."""
     model, answer = question.model, None
     if model.tube.claimed.any():
         answer = choice.solve(question, key, settings, choice.looks)
@@ -198,9 +196,7 @@ def near_of(
 
 
 def near_by(choice: Choice, model: TrajectoryModel, answer: Any, look: Look) -> Near:
-    """What the answer under a local model, None where its tube has no claim, proves around the
-    plan.
-    """
+    """What the answer under a local model, None where it has no claim, proves around the plan."""
     proved = None if answer is None else safe_box(answer.scene, choice.p0, choice.k, model.domain)
     share = share_of(model.domain, choice.model.domain)
     widths = narrowing(choice.model.tube, model.tube, model.domain)

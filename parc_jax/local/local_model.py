@@ -38,9 +38,7 @@ _TRIAL = 2**32 - 1  # number within the DRIVEN stream, behind those of looks and
 
 @dataclass(frozen=True)
 class Local(Sizing, Training):
-    """What a local model is made of: its training, on so small a box an affine map that is hard to
-    beat, and the size of its tube.
-    """
+    """Training, on so small a box of an affine map that is hard to beat, and size of the tube."""
 
     rollouts: int = 4000
     profile_runs: int | None = 6000
@@ -60,12 +58,9 @@ class Local(Sizing, Training):
 
 @dataclass(frozen=True, eq=False)
 class LocalRuns(Runs):
-    """Runs of a system on a box, from the streams of a key of their own: the TRAIN stream first for
-    the network, then for the shape; the BOUND stream for the claim. No search: it could only widen
-    the tube.
-
-    The system itself keeps its K, so nothing is compiled again. trained: training rows, behind
-    which the runs for the shape begin.
+    """Runs of a system on a box N inside K, from the streams of a key of their own: TRAIN for the
+    network, then, behind `trained` rows, for the shape; BOUND for the claim. No search: it could
+    only widen the tube. The system itself keeps its K, so nothing is compiled again.
     """
 
     system: object
@@ -144,9 +139,8 @@ def best_claimed(
     shapes: tuple[str, ...],
     problem: ReachAvoid,
 ) -> TrajectoryModel:
-    """As `local_model`, with the network and the shape of the tube that leave a problem most room,
-    as far as training and shape runs tell; the holdout sees the chosen one alone, so it is one
-    look. [T1]
+    """As `local_model`, with the network and the shape of the tube that leave a problem most room
+    by training and shape runs; the holdout sees the chosen one alone, so it is one look. [T1]
     """
     runs = LocalRuns(system, key, box, asked.rollouts)
     train = runs.train()

@@ -19,9 +19,8 @@ NARROWER = 1.05  # [1] a tube that is less than this much narrower is not called
 
 class Narrowing(NamedTuple):
     """Half widths over a box of k, the widest of the bins that it meets. whole, local: of the two
-    tubes at the end, (n_c + n_q,) [m, .]. times: by what factor the local one is narrower, at the
-    end and during the run: geometric mean over all coordinates (and intervals); infinite where the
-    other tube has no claim.
+    tubes at the end, (n_c + n_q,) [m, .]. times: geometric mean factor by which the local one is
+    narrower, at the end and during the run; infinite where the other has no claim.
     """
 
     whole: np.ndarray
@@ -55,10 +54,9 @@ def _factor(wide: np.ndarray, narrow: np.ndarray) -> float:
 class Near:
     """A claim about a box N around the plan alone, and everything proved again under it.
 
-    model: of N alone. answer: the question solved again with it, an `Answer`; None when its tube
-    has no claim. share: exact, of K that N takes. proved: the largest box found in N of plans from
-    the same start, each proved safe under the local tube; None when there is none. widths: the
-    tubes compared on N.
+    model: of N alone. answer: the `Answer` solved again with it; None when its tube has no claim.
+    share: exact, of K that N takes. proved: the largest box found in N of plans from the start, all
+    proved safe under the local tube; None for none. widths: the tubes compared on N.
     """
 
     model: TrajectoryModel

@@ -1,5 +1,4 @@
-"""Refine where it matters: new runs, bins and a local network where the plans of a scene are, or
-nearly are. [T23, T24]
+"""Refine where it matters: new runs where the plans of a scene are, or nearly are. [T23, T24]
 
 Probes zoom in on small boxes of K by a few runs each; nothing is claimed of them, so they cost no
 error probability. On the best box a local claim is made, from runs of its own: one look, of the few
@@ -230,9 +229,7 @@ def _proved(
     asked: Refine,
     settings: Settings,
 ):
-    """The stage of the claimed model, of which the query is asked, and the answer under it; None
-    where no plan is safe.
-    """
+    """The stage of the query's model, and the answer under it; None where no plan is safe."""
     local = query.model
     share = float(share_of(local.domain, model.domain))
     rng = np.random.default_rng(0)

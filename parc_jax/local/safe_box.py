@@ -53,8 +53,7 @@ class SafeBox:
 
 
 def safe_box(scene: Scene, p0: Vector, k: Params, within: Box) -> SafeBox | None:
-    """A large box around k, cut to `within`, with every plan from p0 proved safe; None when even
-    the smallest tried is not.
+    """A large box around k, cut to `within`, every plan from p0 proved safe; None for none.
 
     Boxes have the sides of `within`. Large, not largest: it is found by looking at plans, and what
     is returned is what the exact checker accepted. [T21]

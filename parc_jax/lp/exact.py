@@ -17,8 +17,7 @@ _PIVOT = Fraction(1, 10**9)
 
 
 def exact_dual_bound(c, A, b, multipliers) -> Fraction | None:
-    """Proved lower bound of min c.x over {A x <= b}, or None if the multipliers could not be
-    repaired. [T12b]
+    """Proved lower bound of min c.x over {A x <= b}; None for multipliers beyond repair. [T12b]
 
     c: (n,). A: (h, n). b, multipliers: (h,), floats, read as the rationals they are. For c = 0 a
     positive bound proves the set empty.

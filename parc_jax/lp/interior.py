@@ -1,5 +1,4 @@
-"""Interior-point kernel for one tiny linear program, min c.x over {A x <= b}, or for many at once
-along trailing axes.
+"""Interior-point kernel for tiny linear programs min c.x, {A x <= b}, many along trailing axes.
 
 The simplified homogeneous self-dual embedding (Xu, Hung, Ye 1996) with Mehrotra's predictor and
 corrector: it needs no feasible start, and ends either at an optimum (tau > kappa) or at a Farkas
@@ -41,8 +40,7 @@ class State(NamedTuple):
 
 
 def interior_point(c: list[jax.Array], A: list[jax.Array], b: jax.Array) -> State:
-    """c: n arrays (...). A: n columns (h, ...). b: (h, ...). Rows of unit length; a padding row has
-    A = 0, b = 1.
+    """c: n arrays (...). A: n columns (h, ...), unit rows, b: (h, ...); padding: A = 0, b = 1.
 
     If tau > kappa: x / tau is nearly optimal, y / tau nearly dual optimal. Otherwise y is nearly a
     Farkas ray, or x a ray of descent.

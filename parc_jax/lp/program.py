@@ -10,8 +10,7 @@ from parc_jax.errors import InputError
 
 @dataclass(frozen=True)
 class LinearProgram:
-    """min c.x over {A x <= b, E x = f, lo <= x <= hi}. Build with `linear_program`, which
-    validates.
+    """min c.x over {A x <= b, E x = f, lo <= x <= hi}. `linear_program` builds and validates it.
 
     c: (n,). A: (h, n). b: (h,). E: (e, n). f: (e,). lo, hi: (n,), infinite where there is no bound.
     """

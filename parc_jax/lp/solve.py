@@ -22,9 +22,7 @@ def solve(c, A, b, E=None, f=None, lo=None, hi=None) -> LPResult:
 
 
 def feasible(A, b, E=None, f=None, lo=None, hi=None) -> LPResult:
-    """Is {A x <= b, E x = f, lo <= x <= hi} empty? FEASIBLE with a point, INFEASIBLE with a proof,
-    or UNKNOWN.
-    """
+    """{A x <= b, E x = f, lo <= x <= hi}: FEASIBLE with a point, INFEASIBLE, proved, or UNKNOWN."""
     return solve(np.zeros(np.shape(A)[1]), A, b, E, f, lo, hi)
 
 

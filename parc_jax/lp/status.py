@@ -7,11 +7,9 @@ import numpy as np
 
 
 class LPStatus(enum.IntEnum):
-    """Verdict on min c.x over a polytope. Every one but UNKNOWN rests on a witness that we checked
-    ourselves.
+    """Verdict on min c.x over a polytope; each but UNKNOWN rests on a witness that we checked.
 
-    Only INFEASIBLE may be read as "empty" or "not contained". UNKNOWN never means safe, and never
-    means empty.
+    Only INFEASIBLE may be read as "empty" or "not contained". UNKNOWN is never safe, nor empty.
     """
 
     OPTIMAL = 0

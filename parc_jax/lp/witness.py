@@ -1,5 +1,4 @@
-"""Witnesses: the few inequalities on which every LP verdict rests. NumPy float64 with rounding
-accounted for.
+"""Witnesses: the few inequalities of every LP verdict, in float64 with rounding accounted for.
 
 A solver's output is a hint. A point is checked against the rows; multipliers are turned into a
 bound that is valid whatever they are (Neumaier and Shcherbina's self-correcting bound, [T12]):
@@ -59,8 +58,7 @@ def dual_bound(c, A, b, multipliers, lo, hi):
 
 
 def proves_empty(A, b, multipliers, lo, hi, margin: float):
-    """True where the multipliers prove that {A x <= b, lo <= x <= hi} is empty. [T12b], with c
-    = 0 a Farkas witness.
+    """Where multipliers prove {A x <= b, lo <= x <= hi} empty: [T12b], for c = 0 Farkas' witness.
 
     multipliers: (..., h), scaled so that the largest is one. margin: [row units] by which the proof
         must clear zero.
@@ -73,10 +71,8 @@ def proves_empty(A, b, multipliers, lo, hi, margin: float):
 
 
 def row_bounds(A, b, lo=None, hi=None):
-    """Bounds (lo, hi), each (..., n), that rows with a single nonzero entry imply; infinite where
-    none do.
-
-    Rounded outward. Bounds passed in are intersected with them.
+    """Bounds (lo, hi), each (..., n), that rows with a single nonzero entry imply, rounded outward;
+    infinite where none do. Bounds passed in are intersected with them.
     """
     single = (A != 0).sum(axis=-1, keepdims=True) == 1
     with np.errstate(divide="ignore", invalid="ignore", over="ignore"):

@@ -52,13 +52,10 @@ def fit(data: RolloutBatch, asked: Training, key: jax.Array) -> ReLUNetwork:
 
 
 def fit_affine(k: Float[np.ndarray, "N n_k"], outputs: Float[np.ndarray, "N n_out"]) -> ReLUNetwork:
-    """The affine map k -> C k + d nearest to the samples in the mean square: a network without
-    hidden layers. [PARC]
+    """The affine map k -> C k + d by least squares: a network without hidden layers. [PARC]
 
     k: (N, n_k). outputs: (N, n_out), trajectories in the output layout c_1 ... c_T, q. N > n_k
-    samples in general position. It passes through the same stages as any network: one region, one
-    activation pattern of length zero.
-    Raises InputError if the samples do not determine the map.
+    samples in general position. Raises InputError if they do not determine the map.
     """
     k = as_float64("parameters k", k, (None, None))
     outputs = as_float64("trajectory outputs", outputs, (len(k), None))

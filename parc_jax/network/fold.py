@@ -25,9 +25,7 @@ class Normalisation(NamedTuple):
     @classmethod
     def of(cls, k: np.ndarray, y: np.ndarray, n_p_outputs: int) -> "Normalisation":
         """Statistics of k (n, n_k), y (n, n_out). All workspace outputs share one scale: metres
-        stay comparable.
-
-        Raises InputError when a parameter does not vary at all.
+        stay comparable. Raises InputError when a parameter does not vary at all.
         """
         x_scale = k.std(axis=0)
         if not (x_scale > 0).all():
@@ -57,8 +55,7 @@ def fold(
     """The float64 network on raw units equal to y_mean + y_scale * net((k - x_mean) / x_scale).
 
     weights: list of (out, in), biases: list of (out,), hidden ReLU. The equality is checked on
-    corner and random inputs before the network is returned; a difference above FOLD_RELATIVE raises
-    SoundnessError.
+    random inputs first; a difference above FOLD_RELATIVE raises SoundnessError.
     """
     weights = [np.array(W, np.float64) for W in weights]
     biases = [np.array(b, np.float64) for b in biases]

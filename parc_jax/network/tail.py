@@ -1,5 +1,4 @@
-"""Refit the last layer to the largest errors instead of the mean square: what the tube pays for is
-the tail.
+"""Refit the last layer to the largest errors, not the mean square: the tube pays for the tail.
 
 A tube is symmetric about the prediction, so the best prediction of a run that varies is the middle
 of its range, not its mean. Minimising a high power of the error moves the prediction there.
@@ -20,13 +19,11 @@ LIGHTEST = 1e-3
 
 
 def fit_tail(net: ReLUNetwork, data: RolloutBatch, power: float = 8.0) -> ReLUNetwork:
-    """The network with its last layer refitted: for every output, sum over the runs of
-    |error|^power is made small.
+    """The network, its last layer refitted: by output, the sum of |error|^power is made small.
 
-    data: the training runs (RolloutBatch); no others may be used, or the claim's runs would not be
-    fresh. power: 2 is least squares; 8 is close to the midrange and still smooth. Damped reweighted
-    least squares; an output for which it does not help keeps its row. Raises InputError for a power
-    below 2.
+    data: the training runs; no others may be used, or the claim's runs would not be fresh. power: 2
+    is least squares; 8 is close to the midrange and still smooth. Damped reweighted least squares;
+    an output for which it does not help keeps its row. Raises InputError for a power below 2.
     """
     if not power >= 2:
         raise InputError(f"fit_tail: expected a power of at least 2 (least squares); got {power}.")

@@ -1,8 +1,7 @@
 """Training: Flax features, Optax steps, and the last layer in closed form (variable projection).
 
-The outputs are linear in the last hidden features, so that layer is solved exactly inside the loss
-instead of being descended on. By the envelope theorem the gradient needs no derivative of the
-solve.
+The outputs are linear in the last hidden features, so that layer is solved exactly inside the loss.
+By the envelope theorem the gradient needs no derivative of the solve.
 """
 
 import os
@@ -48,9 +47,7 @@ class Features(nn.Module):
 
 
 class TrainReport(NamedTuple):
-    """What training saw. tail: (seeds,) mean over K of the largest held-out error [m]; rms:
-    (seeds,) held-out [m].
-    """
+    """Held-out errors [m], (seeds,): tail, the largest in the mean over K, and rms."""
 
     best: int
     tail: np.ndarray

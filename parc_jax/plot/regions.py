@@ -11,8 +11,8 @@ from parc_jax.lp.status import LPStatus
 from parc_jax.plot import shapes, style
 from parc_jax.pwa.table import RegionTable
 from parc_jax.sets.box import Box
-from parc_jax.sets.chebyshev import chebyshev_center
 from parc_jax.sets.hpolytope import HPolytope
+from parc_jax.sets.vertices import chebyshev_center
 
 COLORS = ("#8CC8EC", style.ORANGE, "#D9D9D9")  # as OfRegion
 

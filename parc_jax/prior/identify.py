@@ -142,9 +142,7 @@ def _part(seen: Seen, rows: np.ndarray) -> Seen:
 
 
 def first_guess(seen: Seen, kind: Kind) -> TwistModel:
-    """The twist by linear least squares: turning from headings, and what else from them and ways.
-    Runs unlike the others count less.
-    """
+    """The twist by linear least squares, turning from headings; runs unlike others count less."""
     time, domain = seen.batch.time, seen.batch.domain
     terms = monomials(domain, kind.order, seen.batch.k)
     shape = basis(time, kind.degree + 1).T

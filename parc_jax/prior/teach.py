@@ -21,9 +21,8 @@ _LEAST = 10  # finite real runs, without which nothing can be corrected or tried
 
 class Taught(NamedTuple):
     """What a network is trained from. runs: of the corrected prior. unseen: the finite real runs,
-    as far from it as they were when it had not seen them. size [m] (n_train,): how far that is at
-    most in a coordinate, infinite for a failed run. said: which prior, and what became of the
-    residuals, in a phrase.
+    as far from it as they were when it had not seen them. size [m] (n_train,): how far at most in a
+    coordinate, infinite for a failed run. said: which prior, what became of residuals.
     """
 
     runs: RolloutBatch

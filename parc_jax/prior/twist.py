@@ -35,9 +35,7 @@ class TwistModel:
         self.goal = goal
 
     def rollout_batch(self, keys, ks) -> Trajectory:
-        """ks (B, n_k) -> p (B, n_record + 1, n_points, 2) [m], without the axis of the points where
-        there is one, and q (B, n_q).
-        """
+        """k (B, n_k) -> p (B, n_record + 1, n_points, 2) [m], no axis of one point, q (B, n_q)."""
         del keys
         terms = monomials(self.domain, self.order, np.asarray(ks))
         p = driven(self.time, terms, self.gain, self.places)

@@ -34,10 +34,9 @@ from parc_jax.published.sets.support import support
 from parc_jax.published.sets.volume import triangulate, volume
 from parc_jax.sets.bounding_box import bounding_box
 from parc_jax.sets.box import Box, box
-from parc_jax.sets.chebyshev import chebyshev_center
 from parc_jax.sets.hpolytope import HPolytope, from_box, hpolytope
 from parc_jax.sets.rational import rational_vertices
-from parc_jax.sets.vertices import vertices
+from parc_jax.sets.vertices import chebyshev_center, vertices
 
 __all__ = [
     "AHPolytope",

@@ -11,8 +11,8 @@ from parc_jax.published.cells import Cell
 from parc_jax.published.decide import decide
 from parc_jax.published.lp_batch import solve_batch
 from parc_jax.sets.box import Box
-from parc_jax.sets.chebyshev import chebyshev_center
 from parc_jax.sets.hpolytope import HPolytope
+from parc_jax.sets.vertices import chebyshev_center
 
 
 @struct.dataclass

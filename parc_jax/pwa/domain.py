@@ -13,8 +13,8 @@ from parc_jax.network.relu import ReLUNetwork
 from parc_jax.pwa.complex import Complex, Level, Sign, SignBits
 from parc_jax.sets.bounding_box import bounding_box
 from parc_jax.sets.box import Box
-from parc_jax.sets.chebyshev import chebyshev_center
 from parc_jax.sets.hpolytope import HPolytope, from_box
+from parc_jax.sets.vertices import chebyshev_center
 
 MAX_DIMENSION = 6
 # float products and volumes stay finite below

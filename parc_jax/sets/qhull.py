@@ -11,32 +11,27 @@ def halfspace_intersection(A: np.ndarray, b: np.ndarray, inside: np.ndarray):
 
     None where the rows do not close around the point, or the set is too thin.
     """
-    from scipy.spatial import HalfspaceIntersection, QhullError
-
-    try:
-        with np.errstate(divide="ignore", invalid="ignore"):
-            return HalfspaceIntersection(np.column_stack([A, -b]), inside)
-    except (QhullError, ValueError):
-        return None
+    return _found("HalfspaceIntersection", np.column_stack([A, -b]), inside)
 
 
 def convex_hull(points: np.ndarray, options: str | None = None):
     """scipy's ConvexHull of points (v, n); None for a flat hull."""
-    from scipy.spatial import ConvexHull, QhullError
-
-    try:
-        return ConvexHull(points, qhull_options=options)
-    except (QhullError, ValueError):
-        return None
+    return _found("ConvexHull", points, qhull_options=options)
 
 
 def delaunay(points: np.ndarray, options: str | None = None) -> np.ndarray | None:
     """Simplices (s, n + 1) of the Delaunay triangulation of points (v, n); None for a flat hull."""
-    from scipy.spatial import Delaunay, QhullError
+    found = _found("Delaunay", points, qhull_options=options)
+    return None if found is None else found.simplices
+
+
+def _found(kind: str, *data: np.ndarray, **options: str | None):
+    from scipy import spatial
 
     try:
-        return Delaunay(points, qhull_options=options).simplices
-    except (QhullError, ValueError):
+        with np.errstate(divide="ignore", invalid="ignore"):
+            return getattr(spatial, kind)(*data, **options)
+    except (spatial.QhullError, ValueError):
         return None
 
 

@@ -9,11 +9,8 @@ WORTH_KEEPING_S = 0.005  # [s] of compiling: reading a program takes less
 
 
 def keep_compiled() -> None:
-    """Turn JAX's persistent cache on, unless JAX_COMPILATION_CACHE_DIR already says where (or that)
-    it is.
-
-    Entries are native code: the folder is readable by its owner only, and named after what the code
-        was made for.
+    """Turn JAX's persistent cache on, unless JAX_COMPILATION_CACHE_DIR says where or that it is.
+    The folder, of native code, is its owner's only, and named after what that was made for.
     """
     import jax
     import jaxlib

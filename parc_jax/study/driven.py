@@ -34,8 +34,7 @@ def drive(
     ahead: Thread | None = None,
 ) -> dict:
     """What is known of the plan with most room: plan and sentences. The answer under the local
-    claim is written beside the other one, as near.json, for the checker. ahead: what compiles for
-    that one's query.
+    claim is written as near.json, for the checker. ahead: what compiles for its query.
     """
     chosen = answer.choose(delta=study.delta, looks=LOOKS)
     chosen = chosen.run(system, key, eps=study.eps, quiet=quiet)

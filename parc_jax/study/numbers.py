@@ -80,9 +80,7 @@ def covering(coverage: dict, part: str = "the safe set") -> str:
 
 
 def how_much_is_safe(answer: Answer) -> str:
-    """The number to tune by, and what it is made of: what the tube leaves of all plans, and what
-    obstacles leave of that.
-    """
+    """The number to tune by: what the tube leaves of all plans, and obstacles of that."""
     share = answer.safe_share
     if share is None:
         return "what share of the plans was not measured"

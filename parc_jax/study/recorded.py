@@ -17,9 +17,8 @@ STARTS = 10  # of those that prove safe, replayed at most
 
 
 class Recorded(NamedTuple):
-    """Replays of recorded runs. runs: what they did. plans (n, n_p + n_k): what was replayed. row
-    (n,): of each among the runs. with_start (n_runs,) bool: runs for whose k a start was found that
-    the answer proves safe.
+    """Replays of recorded runs. runs: what they did. plans (n, n_p + n_k): what was replayed, row
+    (n,) of the runs. with_start (n_runs,) bool: runs with a start that the answer proves safe.
     """
 
     runs: Replay

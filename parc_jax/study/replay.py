@@ -27,8 +27,7 @@ CHUNK = 256
 
 
 class Replay(NamedTuple):
-    """What the black box did with n plans. reached, touched, inside (n,) bool: goal, any obstacle,
-    tube.
+    """What the black box did with n plans: reached the goal, touched, stayed inside (n,) bool.
 
     clearance (n,) [m]: smallest distance of the body from an obstacle over the recorded path, not
     positive when touched. path (n, n_record + 1, n_c), q (n, n_q): the true runs, started at p0.
@@ -86,8 +85,7 @@ def counts_of(system, scene: Scene, plans: np.ndarray, key: jax.Array) -> dict[s
 
 
 def tally(runs: Replay, repeats: int, delta: float) -> dict:
-    """Counts, and two upper bounds on how often these plans fail, together with confidence 1 -
-    delta. [T6]
+    """Counts, and upper bounds on how often these plans fail, both at confidence 1 - delta. [T6]
 
     mean: over the plans, all runs together. Runs of different plans are independent but not alike;
     for fewer failures than the mean the binomial tail is still an upper bound (Hoeffding 1956), so
@@ -159,9 +157,7 @@ def _check_recorded(runs: RolloutBatch, model: TrajectoryModel, k: np.ndarray) -
 
 
 def _refuse_contradictions(plans: np.ndarray, bugs: np.ndarray) -> None:
-    """Raises SoundnessError for plans (n, n_p + n_k) that failed although their run stayed inside
-    the tube: bugs (n,) bool.
-    """
+    """Raises SoundnessError for bugs (n,): plans that failed although their run stayed inside."""
     if bugs.any():
         first = int(np.argmax(bugs))
         raise SoundnessError(

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 import numpy.typing as npt
 
-from parc_jax.base import packages
+from parc_jax.base import on_use
 from parc_jax.base.arrays import as_float64
 from parc_jax.errors import InputError
 
@@ -18,7 +18,7 @@ FARTHEST = 1e5  # [m] from the origin: farther away floats round by more than is
 
 def package(name: str, call: str):
     """A package of the extra `maps`. Raises InputError where it is not installed."""
-    return packages.package(name, call, "maps")
+    return on_use.package(name, call, "maps")
 
 
 def outlines(name: str, value: object) -> list:

@@ -9,6 +9,7 @@ from dataclasses import replace
 import jax
 import numpy as np
 import pytest
+from profiles import training_profile
 from toy_models import assumed
 
 from benchmarks.attacks.__main__ import main, names
@@ -27,7 +28,6 @@ from parc_jax.base.keys import Stage
 from parc_jax.claim.faces import faces
 from parc_jax.claim.monitor import inside_tube
 from parc_jax.claim.pipeline import learn_profiles
-from parc_jax.claim.profile import training_profile
 from parc_jax.claim.tube import fitted_tube
 from parc_jax.rollout.collect import collect
 

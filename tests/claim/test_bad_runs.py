@@ -6,6 +6,7 @@ import sys
 import jax
 import numpy as np
 import pytest
+from profiles import training_profile
 from scored import score_system
 from synthetic_plants import failing, noisy, plant, spike, straight, straight_network
 
@@ -16,7 +17,6 @@ from parc_jax.claim.bad_runs import enlarge, search_size, search_worst
 from parc_jax.claim.calibrate import calibrate
 from parc_jax.claim.measure import measure
 from parc_jax.claim.pipeline import bound_error
-from parc_jax.claim.profile import training_profile
 from parc_jax.errors import InputError
 from parc_jax.rollout.collect import collect
 from parc_jax.rollout.simulate import simulator

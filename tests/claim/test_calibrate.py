@@ -6,6 +6,7 @@ from fractions import Fraction
 import jax
 import numpy as np
 import pytest
+from profiles import training_profile
 from scored import score_system
 from synthetic_plants import failing, noisy, plant, straight_network
 
@@ -20,7 +21,6 @@ from parc_jax.claim.intersample import AccelerationBound, SpeedBound
 from parc_jax.claim.measure import measure
 from parc_jax.claim.monitor import inside_tube
 from parc_jax.claim.pipeline import bound_error
-from parc_jax.claim.profile import training_profile
 from parc_jax.claim.risk import NoStatement
 from parc_jax.claim.score import score_batch
 from parc_jax.errors import InputError

@@ -5,12 +5,13 @@ from typing import NamedTuple
 import jax
 import numpy as np
 import pytest
+from profiles import training_profile
 from synthetic_plants import noisy, plant, straight_network
 
 from parc_jax.base.keys import Stage
 from parc_jax.claim.asked import BoundSettings
 from parc_jax.claim.pipeline import bound_error, bound_errors
-from parc_jax.claim.profile import SHARE, evened, learnt_from, training_profile
+from parc_jax.claim.profile import SHARE, evened, learnt_from
 from parc_jax.claim.score import score_batch
 from parc_jax.claim.start_gap import StartTrial
 from parc_jax.rollout.collect import collect

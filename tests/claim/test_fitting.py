@@ -6,6 +6,7 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 import pytest
+from profiles import training_profile
 from scored import score_system
 from synthetic_plants import failing, noisy, plant, straight, straight_network
 from turning_bar import Bar
@@ -21,7 +22,6 @@ from parc_jax.claim.fitting import fitted_profile, with_principal_axes
 from parc_jax.claim.intersample import SpeedBound
 from parc_jax.claim.monitor import inside_tube, monitor
 from parc_jax.claim.pipeline import bound_error
-from parc_jax.claim.profile import training_profile
 from parc_jax.claim.score import score_batch
 from parc_jax.claim.start_gap import StartTrial, allow_for_start
 from parc_jax.claim.tube import fitted_tube, refined

@@ -3,6 +3,7 @@
 import jax
 import numpy as np
 import pytest
+from profiles import training_profile
 from synthetic_plants import disturbed, exact, noisy, plant, straight_network
 
 from parc_jax.base.keys import Stage
@@ -10,7 +11,6 @@ from parc_jax.claim.by_bin import calibrate_bins
 from parc_jax.claim.calibrate import calibrate
 from parc_jax.claim.monitor import monitor
 from parc_jax.claim.pipeline import bound_error
-from parc_jax.claim.profile import training_profile
 from parc_jax.claim.score import score_batch
 from parc_jax.errors import InputError
 from parc_jax.rollout.batch import rollout_batch

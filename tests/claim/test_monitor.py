@@ -7,6 +7,7 @@ from functools import partial
 import jax
 import numpy as np
 import pytest
+from profiles import training_profile
 from synthetic_plants import (
     between_knots,
     disturbed,
@@ -19,7 +20,6 @@ from synthetic_plants import (
 from parc_jax.claim.declared import assumed_claim
 from parc_jax.claim.monitor import inside_tube, monitor
 from parc_jax.claim.pipeline import bound_error
-from parc_jax.claim.profile import training_profile
 from parc_jax.claim.update import refit, update
 from parc_jax.errors import InputError
 from parc_jax.rollout.collect import collect

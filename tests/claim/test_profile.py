@@ -4,11 +4,12 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 import pytest
+from profiles import training_profile
 from synthetic_plants import disturbed, failing, noisy, plant, straight, straight_network
 
 from parc_jax.claim.edges import choose_edges, edges_of
 from parc_jax.claim.measure import measure
-from parc_jax.claim.profile import training_errors, training_profile
+from parc_jax.claim.profile import training_errors
 from parc_jax.errors import InputError
 from parc_jax.rollout.collect import collect
 from parc_jax.sets.box import box

@@ -8,6 +8,7 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 import pytest
+from profiles import training_profile
 from synthetic_plants import noisy, plant, straight_network
 from toy_models import line_model
 from turning_arc import Arc
@@ -18,7 +19,6 @@ from parc_jax.claim.claim_file import claim_from_json
 from parc_jax.claim.measure import measure
 from parc_jax.claim.monitor import inside_tube
 from parc_jax.claim.pipeline import bound_error
-from parc_jax.claim.profile import training_profile
 from parc_jax.claim.start_gap import StartTrial, allow_for_start, try_starts
 from parc_jax.errors import InputError
 from parc_jax.rollout.collect import collect

@@ -5,11 +5,11 @@ import dataclasses
 import jax
 import numpy as np
 import pytest
+from profiles import training_profile
 from scored import score_system
 from synthetic_plants import noisy, plant, straight_network
 
 import parc_jax as pj
-from parc_jax.claim.profile import training_profile
 from parc_jax.errors import InputError
 from parc_jax.rollout.collect import collect, stream_rollouts
 from parc_jax.rollout.python_system import python_system

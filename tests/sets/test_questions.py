@@ -24,9 +24,8 @@ from parc_jax.published.sets.membership import (
 )
 from parc_jax.published.sets.support import support
 from parc_jax.sets.bounding_box import bounding_box
-from parc_jax.sets.chebyshev import chebyshev_center
 from parc_jax.sets.hpolytope import HPolytope
-from parc_jax.sets.vertices import vertices
+from parc_jax.sets.vertices import chebyshev_center, vertices
 
 FLAT = HPolytope(
     np.concatenate([np.eye(2), -np.eye(2)]), np.array([1.0, 0.0, 1.0, 0.0])

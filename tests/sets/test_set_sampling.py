@@ -12,9 +12,8 @@ from parc_jax.published.sets.hit_and_run import sample_polytopes
 from parc_jax.published.sets.sampling import sample_polytope
 from parc_jax.published.sets.volume import simplex_volumes, triangulate
 from parc_jax.sets.box import box
-from parc_jax.sets.chebyshev import chebyshev_center
 from parc_jax.sets.hpolytope import HPolytope, from_box
-from parc_jax.sets.vertices import vertices
+from parc_jax.sets.vertices import chebyshev_center, vertices
 
 COUNT = 4000
 

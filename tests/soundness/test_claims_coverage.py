@@ -5,6 +5,7 @@ T2]
 import jax
 import numpy as np
 import pytest
+from profiles import training_profile
 from scored import score_system
 from synthetic_plants import (
     between_knots,
@@ -23,7 +24,6 @@ from parc_jax.claim.counts import required_runs, wrong_claim_probability
 from parc_jax.claim.declared import assumed_claim
 from parc_jax.claim.measure import measure
 from parc_jax.claim.monitor import inside_tube
-from parc_jax.claim.profile import training_profile
 from parc_jax.rollout.collect import collect
 
 NET = straight_network(4)

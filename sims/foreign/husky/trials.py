@@ -16,7 +16,7 @@ import numpy as np
 
 from parc_jax.claim.monitor import inside_tube
 from parc_jax.claim.pipeline import bound_error
-from parc_jax.claim.profile import training_profile
+from parc_jax.claim.profile import profile_of, training_errors
 from parc_jax.model import trajectory_model
 from parc_jax.planner.planner import Planner
 from parc_jax.rollout.batch import worst_by_group
@@ -47,7 +47,8 @@ def trial(
     twist = identify(t, fine.p, fine.yaw, fine.runs.k)
     key = jax.random.PRNGKey(seed)
     net = trained(TwistModel(twist, cut.runs.domain, time, size), key)
-    profile = training_profile(net, fine.runs, (1, 1), c.POSE_NOISE)
+    k, errors = training_errors(net, fine.runs)
+    profile = profile_of(k, errors, fine.runs.domain, (1, 1), floor=c.POSE_NOISE)
     claim = bound_error(
         net, sizing.runs, None, eps=0.1, delta=DELTA, profile=profile, train=train.runs
     )
