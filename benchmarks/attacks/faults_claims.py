@@ -249,8 +249,8 @@ FITTED = (
     Fault(
         "faces_scored_on_one_side",
         "score.sizes",
-        "maximum(np.asarray(most) - centre, centre - np.asarray(least))",
-        "asarray(most) - centre",
+        "np.maximum(most - centre, centre - least)",
+        "(most - centre)",
         (f"{FITTING}::test_a_score_is_the_definition",),
     ),
     Fault(

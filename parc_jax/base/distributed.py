@@ -177,7 +177,6 @@ def reporting_lost_hosts():
     except (jax.errors.JaxRuntimeError, ValueError) as error:
         raise HostLost(
             f"host {jax.process_index()} of {jax.process_count()}: another process of this run has "
-            "ended "
-            f"({str(error).splitlines()[0][:120]}). Finished chunks are kept; start the same "
+            f"ended ({str(error).splitlines()[0][:120]}). Finished chunks are kept; start the same "
             "command again everywhere."
         ) from error

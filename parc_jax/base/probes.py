@@ -40,8 +40,7 @@ def require_sound_arithmetic() -> None:
     if failed:
         raise SoundnessError(
             f"probe {failed[0].name}: {failed[0].detail} Nothing is certified on this "
-            "installation; "
-            "run `parc-jax doctor` and install the pinned JAX."
+            "installation; run `parc-jax doctor` and install the pinned JAX."
         )
 
 

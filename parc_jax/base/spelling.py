@@ -46,9 +46,7 @@ def fraction_text(values):
 
 
 def rounded_up(value, digits: int = 2) -> str:
-    """A bound for people: so many significant digits, never below the value. value: a rational,
-    a float, or a decimal as somebody wrote it.
-    """
+    """A bound for people: significant digits, never below the rational, float or decimal text."""
     return _rounded(value, digits, ROUND_CEILING)
 
 

@@ -130,9 +130,7 @@ def block_of_bins(grid: tuple[int, ...], blocks: Sequence[int] | None) -> np.nda
 
 
 def block_shares(profile: Tube, block: np.ndarray) -> list[Fraction]:
-    """For every bin the exact share of K in its block (n_bins,): what a claim about the block is
-    worth for a set inside the bin. [T5]
-    """
+    """(n_bins,) exact share of K of each bin's block: what its claim is worth for a set. [T5]"""
     whole = [Fraction(0)] * (int(block.max()) + 1)
     for number, share in zip(block, bin_shares(profile), strict=True):
         whole[number] += share

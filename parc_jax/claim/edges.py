@@ -25,11 +25,10 @@ _TRUSTED = 200  # runs in a bin from which on it takes the least of its largest 
 
 
 class _Fold(NamedTuple):
-    """One part of the runs held out against the rest, per cell of a grid over K, m coordinates.
+    """One part of the runs held out against the rest, by cells of axis 1, axis 2 ... of K.
 
-    fit (cells of axis 1, ..., m): largest errors of the rest, which give a profile. runs (cells of
-    axis 1, ...): how many these are. held (cells of axis 1, ..., m): largest errors of the runs
-    held out, which give the scale. share (cells of axis 1, ...): of K.
+    fit (cells, m coordinates): largest errors of the rest, which give a profile. runs (cells): how
+    many these are. held (cells, m): largest errors of those held out, for the scale. share: of K.
     """
 
     fit: np.ndarray
@@ -162,9 +161,7 @@ def _joined(fold: _Fold, cuts: list[np.ndarray], axes: Iterable[int]) -> _Fold:
 
 
 def _cut_at_each(x: np.ndarray, cuts: np.ndarray, places: np.ndarray, join: np.ufunc) -> np.ndarray:
-    """(p, c, ...) cells x (cells, ...) between cuts (c,) and one more, at each of places (p,), made
-    one.
-    """
+    """Cells x (cells, ...) joined between cuts (c,) and one of places (p,) each: (p, c, ...)."""
     at = np.searchsorted(cuts, places) - 1  # between which cuts each place is
     parts = [x[begin:end] for begin, end in pairwise(cuts)]
     before = np.concatenate([join.accumulate(part) for part in parts])
@@ -211,9 +208,7 @@ def smoothed(
 def _cell_maxima(
     k: Float[np.ndarray, "n n_k"], flat: Float[np.ndarray, "n m"], places: Edges
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Largest errors (cells of axis 1, ..., m) and runs (cells of axis 1, ...) per cell of the grid
-    of places.
-    """
+    """Largest errors (cells of axis 1, ..., m) and runs (cells of axis 1, ...) by cell of K."""
     number = np.zeros(len(k), int)
     grid = tuple(len(along) - 1 for along in places)
     for axis, along in enumerate(places):

@@ -99,9 +99,8 @@ class Faces:
     def rows(self, index: tuple[int, ...] | int) -> list[tuple[list[Fraction], Fraction]]:
         """Exact rows (a, b) with a . e <= b of one set, both faces of every pair in turn."""
         out = []
-        for u, c, s in zip(
-            self.directions[index], self.centre[index], self.half[index], strict=True
-        ):
+        parts = (self.directions[index], self.centre[index], self.half[index])
+        for u, c, s in zip(*parts, strict=True):
             a, middle, half = [Fraction(x) for x in u], Fraction(c), Fraction(s)
             out += [(a, half + middle), ([-x for x in a], half - middle)]
         return out

@@ -16,12 +16,7 @@ from parc_jax.base.tolerances import TOLERANCES
 from parc_jax.claim.bins import Bins
 from parc_jax.claim.edges import edges_of, smoothed
 from parc_jax.claim.faces import CENTRE_BITS, DIRECTION_BITS, Faces, faces, short
-from parc_jax.claim.measure import (
-    Errors,
-    allowance,
-    measure_arrays_along,
-    padded_chunks,
-)
+from parc_jax.claim.measure import Errors, allowance, measure_arrays_along, padded_chunks
 from parc_jax.claim.profile import runs_per_bin
 from parc_jax.claim.tube import Tube, fitted_tube, zero_tube
 from parc_jax.errors import InputError
@@ -58,9 +53,7 @@ def fitted_profile(net: ReLUNetwork, runs: Sequence[RolloutBatch], bins: Bins) -
 
 
 class _Spread(NamedTuple):
-    """Sums over the samples of every bin: number (n_bins,), sum (n_bins, ..., n), outer products
-    (n_bins, ..., n, n).
-    """
+    """Of each bin's samples: number (n_bins,), sum (n_bins, ..., n), outer (n_bins, ..., n, n)."""
 
     number: np.ndarray
     sum: np.ndarray
@@ -84,9 +77,7 @@ def _directions(
     numbers: list[np.ndarray],
     counts: np.ndarray,
 ) -> Errors:
-    """Axes and principal axes: interval (n_bins, T, n_points, 2 n_p, n_p), final (n_bins, 2 n_e,
-    n_e).
-    """
+    """Axes and principal axes, interval (n_bins, T, n_points, 2 n_p, n_p), and of the end."""
     n_e = layout.n_c + runs[0].n_q
     during = np.zeros((len(counts), layout.n_steps + 1, layout.n_points, layout.n_p))
     at_end = np.zeros((len(counts), n_e))

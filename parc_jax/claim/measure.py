@@ -46,9 +46,7 @@ class Extremes(NamedTuple):
 
 
 class Allowance(NamedTuple):
-    """What float64 evaluation may hide, added to every error. interval: (T, n_c), final: (n_c +
-    n_q,). [T10, T11]
-    """
+    """What float64 may hide of each error: interval (T, n_c), final (n_c + n_q,). [T10, T11]"""
 
     interval: np.ndarray
     final: np.ndarray
@@ -94,9 +92,7 @@ def measure_arrays_along(
     p: Paths,
     q: States,
 ) -> Extremes:
-    """Extremes (B, ...) of runs as in `measure_arrays` along directions of their own: interval (B,
-    T, n_points, R, n_p), final (B, R, n_c + n_q).
-    """
+    """Extremes (B, ...) of runs as in `measure_arrays`, each along directions of its own."""
     with x64():
         return _extremes_many(net, slack, directions, k, p, q, layout=layout)
 
@@ -168,9 +164,7 @@ def rollout_extremes(
     *,
     layout: Layout,
 ) -> Extremes:
-    """Extremes of one run as in `rollout_errors` along directions: interval (T, n_points, R, n_p),
-    final (R, n_c + n_q).
-    """
+    """Of one run, along directions interval (T, n_points, R, n_p), final (R, n_c + n_q)."""
     error, stored = _signed(net, k, p, q, layout=layout)
     points = (*error.interval.shape[:2], layout.n_points, layout.n_p)
     hidden = stored.interval + slack.interval[:, None]

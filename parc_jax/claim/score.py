@@ -124,17 +124,12 @@ def sizes(
     distance from the middle of the faces. Host arrays.
     """
     if held_by.templates is None:
-        found = measure_arrays(net, slack, held_by.layout, k, p, q)
-        return Errors(*(np.asarray(e) for e in found))
+        return jax.device_get(measure_arrays(net, slack, held_by.layout, k, p, q))
     along = Errors(*(given.directions[bins] for given in held_by.templates))
-    seen = measure_arrays_along(net, slack, held_by.layout, along, k, p, q)
+    seen = jax.device_get(measure_arrays_along(net, slack, held_by.layout, along, k, p, q))
     centres = (given.centre[bins] for given in held_by.templates)
-    return Errors(
-        *(
-            np.maximum(np.asarray(most) - centre, centre - np.asarray(least))
-            for least, most, centre in zip(*seen, centres, strict=True)
-        )
-    )
+    parts = zip(*seen, centres, strict=True)
+    return Errors(*(np.maximum(most - centre, centre - least) for least, most, centre in parts))
 
 
 def ratios(needed: Errors, profile: Tube, bins: np.ndarray) -> np.ndarray:

@@ -81,12 +81,10 @@ def try_starts(system: System, key: jax.Array, declared: float) -> StartTrial:
     if seen > declared:
         raise InputError(
             f"{system.name}: expected runs that do not depend on where they start by more than "
-            f"{declared:.3g}; moving "
-            f"the start by up to {np.abs(starts).max():.3g} m moved the offsets by "
-            f"{found.p.max():.3g} m and the final "
-            f"states by {found.q.max(initial=0.0):.3g}. Make the start part of k, or declare a "
-            "--gap that holds "
-            "everywhere: the tube is widened by it."
+            f"{declared:.3g}; moving the start by up to {np.abs(starts).max():.3g} m moved the "
+            f"offsets by {found.p.max():.3g} m and the final states by "
+            f"{found.q.max(initial=0.0):.3g}. Make the start part of k, or declare a --gap that "
+            "holds everywhere: the tube is widened by it."
         )
     return StartTrial(declared, seen, turned)
 

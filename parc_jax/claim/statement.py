@@ -57,10 +57,9 @@ def _short(c: "ErrorClaim") -> str:
 def _pac(c: "ErrorClaim") -> str:
     by_bin = "" if c.bin_eps is None else " (the largest of them, each with its own)"
     return (
-        f"With confidence {_confidence(c)} over the {_behind(c)}, "
-        f"{c.quantifier} leaves the tube at any time with probability at most "
-        f"{_eps(c)}{by_bin}, in every environment.{_short(c)} {_chosen(c)} "
-        "For a single hand-picked k: no probabilistic statement."
+        f"With confidence {_confidence(c)} over the {_behind(c)}, {c.quantifier} leaves the tube "
+        f"at any time with probability at most {_eps(c)}{by_bin}, in every environment.{_short(c)} "
+        f"{_chosen(c)} For a single hand-picked k: no probabilistic statement."
     )
 
 
@@ -96,11 +95,7 @@ def _declared(c: "ErrorClaim") -> str:
     return f"DECLARED, not shown here: that no run leaves the tube, because {c.quantifier}."
 
 
-_HEAD = {
-    "pac": _pac,
-    "assumed": _assumed,
-    "declared": _declared,
-}
+_HEAD = {"pac": _pac, "assumed": _assumed, "declared": _declared}
 _SHORTLY = {
     "pac": lambda c: f"left with probability ≤ {_eps(c)}, confidence {_confidence(c)}",
     "assumed": lambda c: "assumed, not shown",

@@ -126,9 +126,7 @@ class Tube:
     def halves_around(
         self, interval: npt.ArrayLike, final: npt.ArrayLike
     ) -> tuple[np.ndarray, np.ndarray]:
-        """`halves` that hold all errors of at most these per coordinate: interval () or (n_c,),
-        final () or (n_c + n_q,).
-        """
+        """`halves` that hold errors of at most interval () or (n_c,), final () or (n_c + n_q,)."""
         interval = np.broadcast_to(interval, self.n_c)
         if self.templates is None:
             return interval, np.broadcast_to(final, self.final.shape[1])

@@ -42,11 +42,7 @@ def update(
         "gap": GAP if start is None else float.fromhex(start["gap"]),
     }
     new = bound_error(net, fresh, None, train=seen, **kept | options)
-    new.evidence["updated_from"] = {
-        "network": claim.network,
-        "n": claim.n,
-        "law": claim.law.hash,
-    }
+    new.evidence["updated_from"] = {"network": claim.network, "n": claim.n, "law": claim.law.hash}
     return net, new
 
 

@@ -45,9 +45,9 @@ def run(
     from parc_jax.cli.unfinished import only_of
     from parc_jax.model import load
     from parc_jax.study.cache import keep_compiled
-    from parc_jax.study.figures import figures as draw_figures
     from parc_jax.study.job import METRICS, UNFINISHED, Studied, finish, run_study
     from parc_jax.study.numbers import eps_of
+    from parc_jax.study.report import figures as draw_figures
     from parc_jax.study.report import report
 
     if shell.cache:

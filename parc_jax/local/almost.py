@@ -37,10 +37,7 @@ class Nearly(NamedTuple):
 
 
 def nearly_safe(
-    scene: Scene,
-    rng: np.random.Generator,
-    part: float = 1.0,
-    apart: float = 0.0,
+    scene: Scene, rng: np.random.Generator, part: float = 1.0, apart: float = 0.0
 ) -> Nearly:
     """Plans of a model, most nearly safe first: uniform draws, then rounds closer to the best.
 
@@ -78,9 +75,7 @@ def judged(scene: Scene, p0: np.ndarray, k: np.ndarray) -> Nearly:
 
 
 def spread_out(k: np.ndarray, domain: Box, most: int, apart: float) -> np.ndarray:
-    """(m,) numbers of good plans, best first in k (n, n_k): the k of each at least `apart` [sides
-    of the domain] from the better ones.
-    """
+    """(m,) numbers of the best in k (n, n_k), each `apart` [sides of the domain] from better."""
     side = domain.hi - domain.lo
     chosen: list[int] = []
     for number, own in enumerate(k):

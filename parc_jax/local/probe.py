@@ -1,7 +1,7 @@
 """Probes: a few runs on each of some small boxes of K, and how nearly all of them would be safe.
 
-Nothing is claimed of a probe. Its score is the room that its runs themselves leave, when the plan
-is meant to end at one place and an affine map of k says from where it starts. [T24]
+Nothing is claimed of one. Its score is the room that its runs leave, when the plan is meant to end
+at one place and an affine map of k says from where it starts. [T24]
 """
 
 from collections.abc import Sequence

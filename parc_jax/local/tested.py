@@ -102,8 +102,6 @@ def _judged(scene: Scene, runs: RolloutBatch, p0: np.ndarray) -> tuple[np.ndarra
 
 
 def _same(runs: RolloutBatch, first: RolloutBatch) -> np.ndarray:
-    """(n,) bool: runs that are the first one again, to the last bit of what is judged: without a
-    disturbance all are, and are judged once.
-    """
+    """(n,) bool: runs that are the first again to the last bit, as all without a disturbance."""
     moved = (runs.p != first.p).reshape(runs.n, -1).any(axis=1)
     return ~moved & (runs.q == first.q).all(axis=1) & (runs.failed == first.failed)

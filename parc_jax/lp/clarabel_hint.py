@@ -71,11 +71,7 @@ def _trouble(lp: LinearProgram, words: str) -> Hint:
     n_rows = len(lp.b) + 2 * len(lp.f)
     n_bounds = len(lp.bound_rows()[1])
     return Hint(
-        "trouble",
-        np.full(lp.n, np.nan),
-        np.full(n_rows, np.nan),
-        np.full(n_bounds, np.nan),
-        words,
+        "trouble", np.full(lp.n, np.nan), np.full(n_rows, np.nan), np.full(n_bounds, np.nan), words
     )
 
 

@@ -67,10 +67,7 @@ def _repaired(c, A, multipliers) -> dict[int, Fraction] | None:
 
 
 class Basis:
-    """Independent vectors of Q^n, added one by one.
-
-    Kept is the matrix M with M v = unit vector, another one for each vector v of the basis.
-    """
+    """Independent vectors v of Q^n, added one by one, kept as M: each M v is a unit vector."""
 
     def __init__(self, n: int):
         self._matrix = [[Fraction(int(i == j)) for j in range(n)] for i in range(n)]

@@ -27,10 +27,7 @@ Factor = tuple[list[list[jax.Array]], list[jax.Array]]
 
 
 class State(NamedTuple):
-    """Iterate of the embedding.
-
-    x: list of n arrays (...). y, s: (h, ...) > 0. tau, kappa: (...) > 0.
-    """
+    """Of the embedding. x: list of n arrays (...). y, s: (h, ...) > 0. tau, kappa: (...) > 0."""
 
     x: list[jax.Array]
     y: jax.Array

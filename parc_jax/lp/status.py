@@ -21,22 +21,18 @@ class LPStatus(enum.IntEnum):
     @property
     def advice(self) -> str:
         """One sentence for the user: what is proved, and what to try next."""
-        return _ADVICE[self]
-
-
-_ADVICE = {
-    LPStatus.OPTIMAL: "A point satisfies the rows; a dual witness shows that no point is better by "
-    "more than lp_gap.",
-    LPStatus.FEASIBLE: "A point satisfies the rows to lp_feasible; nothing is claimed about how "
-    "good it is. "
-    "For a proved optimum give bounds (lo, hi) or rescale the rows to unit length.",
-    LPStatus.INFEASIBLE: "A dual witness proves that no point satisfies the rows.",
-    LPStatus.UNBOUNDED: "A point and a direction show that the objective falls without limit. Add "
-    "the bounds you know.",
-    LPStatus.UNKNOWN: "The solver stopped early, or its answer failed our check. Treat the set as "
-    "possibly non-empty. "
-    "Rescale the rows to unit length, or give bounds (lo, hi) that the set is known to satisfy.",
-}
+        return (
+            "A point satisfies the rows; a dual witness shows that no point is better by more than "
+            "lp_gap.",
+            "A point satisfies the rows to lp_feasible; nothing is claimed about how good it is. "
+            "For a proved optimum give bounds (lo, hi) or rescale the rows to unit length.",
+            "A dual witness proves that no point satisfies the rows.",
+            "A point and a direction show that the objective falls without limit. Add the bounds "
+            "you know.",
+            "The solver stopped early, or its answer failed our check. Treat the set as possibly "
+            "non-empty. Rescale the rows to unit length, or give bounds (lo, hi) that the set is "
+            "known to satisfy.",
+        )[self]
 
 
 @dataclass(frozen=True)

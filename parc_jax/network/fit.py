@@ -66,8 +66,7 @@ def fit_affine(k: Float[np.ndarray, "N n_k"], outputs: Float[np.ndarray, "N n_ou
     if rank < rows.shape[1]:
         raise InputError(
             f"fit_affine: expected more than {k.shape[1]} samples that vary in all {k.shape[1]} "
-            "parameters; "
-            f"got {len(k)} samples of rank {rank}. Draw k at random from the domain."
+            f"parameters; got {len(k)} samples of rank {rank}. Draw k at random from the domain."
         )
     C = solution[:-1].T / spread
     return relu_network([C], [solution[-1] - C @ middle])

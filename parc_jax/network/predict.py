@@ -42,9 +42,7 @@ def layout_of(source: BlackBoxSystem | RolloutBatch) -> Layout:
 def predict(
     net: ReLUNetwork, layout: Layout, k: Float[ArrayLike, " n_k"]
 ) -> tuple[jax.Array, jax.Array, jax.Array]:
-    """Offsets (T + 1, n_c) from p0, further states (n_q,), activation pattern (n_hidden,) of one k
-    (n_k,). Kernel; vmap for batches.
-    """
+    """Kernel: offsets (T + 1, n_c) from p0, further states (n_q,), activation pattern of one k."""
     y, active = forward(net.weights, net.biases, k)
     knots = jnp.concatenate([jnp.zeros(layout.n_p, y.dtype), y[: layout.n_offsets]])
     return knots.reshape(-1, layout.n_c), y[layout.n_offsets :], active
@@ -77,10 +75,7 @@ def by_point(columns: Shaped[ArrayLike, "*b n_c"], n_points: int):
     return columns.reshape(*columns.shape[:-1], n_points, columns.shape[-1] // n_points)
 
 
-def moved_to(
-    p0: Float[ArrayLike, "*b n_p"],
-    offsets: Float[ArrayLike, "*b knots n_c"],
-):
+def moved_to(p0: Float[ArrayLike, "*b n_p"], offsets: Float[ArrayLike, "*b knots n_c"]):
     """Places (..., T + 1, n_c) of all points, from offsets (..., T + 1, n_c) and the place p0 (...,
     n_p) of the first one at the start. NumPy or JAX.
     """

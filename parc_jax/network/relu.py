@@ -57,9 +57,7 @@ class ReLUNetwork:
 
 
 def forward(
-    weights: Sequence[ArrayLike],
-    biases: Sequence[ArrayLike],
-    x: Float[ArrayLike, " n_in"],
+    weights: Sequence[ArrayLike], biases: Sequence[ArrayLike], x: Float[ArrayLike, " n_in"]
 ) -> tuple[jax.Array, jax.Array]:
     """Outputs (n_out,) and activation pattern (n_hidden,) bool of one input x (n_in,). Kernel."""
     active = [jnp.zeros(0, bool)]
@@ -87,7 +85,6 @@ def relu_network(weights: Sequence, biases: Sequence) -> ReLUNetwork:
         if second.shape[1] != first.shape[0]:
             raise InputError(
                 f"network: expected weights[{i + 1}] to take the {first.shape[0]} outputs of layer "
-                f"{i}; "
-                f"got {second.shape[1]} columns."
+                f"{i}; got {second.shape[1]} columns."
             )
     return ReLUNetwork(weights, biases)

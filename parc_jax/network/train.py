@@ -115,9 +115,7 @@ def train_report(
 
 
 def training_arrays(data: RolloutBatch) -> tuple[np.ndarray, np.ndarray]:
-    """Parameters (n, n_k) and targets (n, n_out) at the model knots, in the order of `Layout`,
-    finite rows only. Raises InputError.
-    """
+    """k (n, n_k), targets (n, n_out) as in `Layout`, of finite runs. Raises InputError."""
     knots = np.asarray(data.p, np.float64)[:, :: data.time.stride]
     offsets = knots.reshape(len(knots), -1)[:, data.n_p :]
     y = np.concatenate([offsets, np.asarray(data.q, np.float64)], axis=1)

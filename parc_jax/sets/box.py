@@ -10,10 +10,7 @@ from parc_jax.errors import InputError
 
 @struct.dataclass
 class Box:
-    """The set {x : lo <= x <= hi}. Build with `box`, which validates.
-
-    lo, hi: (n,) float64.
-    """
+    """The set {x : lo <= x <= hi}; lo, hi: (n,) float64. Build with `box`, which validates."""
 
     lo: Float[np.ndarray, "... n"]
     hi: Float[np.ndarray, "... n"]
@@ -51,7 +48,6 @@ def box(lo, hi) -> Box:
         axis = int(np.argmax(lo > hi))
         raise InputError(
             f"box: expected lo <= hi in every axis; axis {axis} has lo = {lo[axis]:g} > hi = "
-            f"{hi[axis]:g}. "
-            "Swap the two corners?"
+            f"{hi[axis]:g}. Swap the two corners?"
         )
     return Box(lo, hi)

@@ -141,9 +141,7 @@ def _learned(
 def first_model(
     net: ReLUNetwork, runs: SystemRuns, train: RolloutBatch, study: Learning, start: StartTrial
 ) -> TrajectoryModel:
-    """A network under a claim that few runs support. They are of a stream of their own, so the
-    claim to come is as good as without it.
-    """
+    """A network under a claim of few runs, of a stream of their own: the next one loses nothing."""
     few = _first_asked(study)
     own = None if runs.path is None else runs.path / "first"
     apart = replace(runs, key=stream(runs.key, Stage.FIRST), path=own)
@@ -175,11 +173,9 @@ def models(
 
 def networks(train: RolloutBatch, study: Learning, key: jax.Array) -> list[ReLUNetwork]:
     """Trained networks in the order of study.networks; PARC as published: affine least squares."""
-    nets = []
-    for number, hidden in enumerate(study.networks):
-        own = jax.random.fold_in(stream(key, Stage.FIT), number)
-        nets.append(fit(train, study.replace(hidden=hidden), own))
-    return nets
+    key = stream(key, Stage.FIT)
+    asked = enumerate(study.replace(hidden=hidden) for hidden in study.networks)
+    return [fit(train, own, jax.random.fold_in(key, number)) for number, own in asked]
 
 
 def final_error(model: TrajectoryModel) -> np.ndarray:

@@ -101,9 +101,7 @@ def _percent(share: float) -> str:
 
 
 def spread(values: np.ndarray, model: TrajectoryModel, digits: str = ".2f") -> str:
-    """Half widths (n_c + n_q,) at the end with their units and names; along each axis that of the
-    reference point where it is widest.
-    """
+    """Half widths (n_c + n_q,) at the end in words; per axis of the point where it is widest."""
     values = np.asarray(values)
     places = values[: model.n_c].reshape(model.n_points, model.n_p).max(axis=0)
     parts = zip([*places, *values[model.n_c :]], model.labels.goal, strict=True)

@@ -1,6 +1,4 @@
-"""Recorded runs against an answer: what a robot did once, moved to starts from which the answer
-proves its k safe. Nothing is run again.
-"""
+"""What a robot did once, moved to starts from which an answer proves its k safe; nothing is run."""
 
 from typing import NamedTuple
 

@@ -47,11 +47,7 @@ class Replay(NamedTuple):
 
 
 def replay(
-    system,
-    scene: Scene,
-    plans: np.ndarray,
-    key: jax.Array | None = None,
-    quiet=True,
+    system, scene: Scene, plans: np.ndarray, key: jax.Array | None = None, quiet=True
 ) -> Replay:
     """Run plans (n, n_p + n_k) with fresh randomness from the REPLAY stream of `key`.
 
@@ -162,7 +158,6 @@ def _refuse_contradictions(plans: np.ndarray, bugs: np.ndarray) -> None:
         first = int(np.argmax(bugs))
         raise SoundnessError(
             f"replay: {int(bugs.sum())} of {len(bugs)} plans failed although their run stayed "
-            "inside the tube; the "
-            f"first is (p0, k) = {plans[first].tolist()}. This contradicts the proof: please "
-            "report it with the answer."
+            f"inside the tube; the first is (p0, k) = {plans[first].tolist()}. This contradicts "
+            "the proof: please report it with the answer."
         )

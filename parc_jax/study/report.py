@@ -1,9 +1,13 @@
-"""The one honest table a study prints."""
+"""What a study shows: the one honest table that it prints, and its pictures."""
+
+from pathlib import Path
 
 from parc_jax.base.spelling import rounded_down, rounded_up
 from parc_jax.study.compare import kept_share
 from parc_jax.study.job import Studied
 from parc_jax.study.numbers import eps_of, spread, table_of
+from parc_jax.study.replay import Replay
+from parc_jax.study.settings import Study
 
 
 def report(outcome: Studied) -> str:
@@ -62,8 +66,7 @@ def _replayed(r: dict, eps: str | None) -> list[str]:
     claim = "nothing is shown of the tube" if eps is None else f"claim: eps = {eps}"
     lines = [
         f"replay                 {r['plans']} plans{often} in the simulator: {r['reached']} "
-        "reached, "
-        f"{r['touched']} touched, {r['left_tube']} left the tube ({claim})"
+        f"reached, {r['touched']} touched, {r['left_tube']} left the tube ({claim})"
     ]
     if r["repeats"] > 1:
         blank = " " * 23
@@ -84,3 +87,33 @@ def _table(head: tuple[str, ...], rows: list[tuple[str, ...]]) -> list[str]:
         "  ".join(cell.ljust(w) for cell, w in zip(row, widths, strict=True)).rstrip()
         for row in [head, tuple("-" * w for w in widths), *rows]
     ]
+
+
+def figures(outcome: Studied, study: Study, out: Path) -> list[Path]:
+    """Draw everything that this outcome supports; returns the files."""
+    from parc_jax.plot.errors import Entry, errors
+    from parc_jax.plot.regions import region_seconds, regions
+    from parc_jax.plot.samples import samples
+    from parc_jax.plot.spread import spread as spread_of_runs
+    from parc_jax.published.verdicts import region_verdicts
+
+    answer = outcome.answer
+    drawn = []
+    if answer.found:
+        drawn.append(out / "samples.png")
+        runs = outcome.runs
+        first = None if runs is None else Replay(*(part[:: study.repeats] for part in runs))
+        samples(answer, first, drawn[-1])
+        if runs is not None and study.repeats > 1:
+            drawn.append(out / "spread.png")
+            spread_of_runs(answer, runs, study.repeats, drawn[-1])
+    if answer.doubt is None and 2 <= answer.model.n_k <= 3:
+        drawn.append(out / "regions.png")
+        verdicts = region_verdicts(answer, outcome.table)
+        when = region_seconds(answer, outcome.table) if answer.polytopes else None
+        regions(outcome.table, verdicts, when, drawn[-1], names=answer.model.labels.k)
+    if outcome.learned is not None:
+        drawn.append(out / "errors.png")
+        entries = [Entry(m.name, m.assumed.claim, m.honest.claim) for m in outcome.learned.networks]
+        errors(entries, answer.model.time, drawn[-1])
+    return drawn

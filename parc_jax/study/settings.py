@@ -43,9 +43,7 @@ class Learning(BoundSettings, Training):
 
 @dataclass(frozen=True)
 class Study(Search, Learning):
-    """Settings of a study of one system: what is learned, the query, and the replay. Raises
-    InputError for values without meaning.
-    """
+    """What is learned of one system, the query, the replay. Raises InputError."""
 
     polytopes: bool = True
     repeats: int = 1

@@ -22,8 +22,8 @@ from parc_jax.rollout.files import save_rollouts
 from parc_jax.rollout.loaders import load_rollouts
 from parc_jax.rollout.subject import given_of
 from parc_jax.study.compare import safe_volume
-from parc_jax.study.figures import figures
 from parc_jax.study.job import run_study
+from parc_jax.study.report import figures
 from parc_jax.study.settings import Study
 from parc_jax.system import time_grid
 from parc_jax.verdict.outline import outline_of, require_fit, require_same

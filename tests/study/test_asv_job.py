@@ -11,8 +11,8 @@ import sims
 from parc_jax import checker
 from parc_jax.base.status import Status
 from parc_jax.cli.systems import build
-from parc_jax.study.figures import figures
 from parc_jax.study.job import run_study
+from parc_jax.study.report import figures
 from sims import asv, asv_published
 
 FEW = {
