@@ -13,8 +13,8 @@ DRIVEN = (
     Fault(
         "a_look_is_spent_before_starts_are_tried",
         "claim_near",
-        "start = tried_first(system, self.model, key, asked)\n        look = self.looks.take()",
-        "look = self.looks.take()\n        start = tried_first(system, self.model, key, asked)",
+        "start = tried_first(system, key, asked)\n        look = self.looks.take()",
+        "look = self.looks.take()\n        start = tried_first(system, key, asked)",
         (
             "tests/local/test_refine.py"
             "::test_a_start_that_matters_is_refused_before_a_probe_or_a_look",

@@ -38,8 +38,8 @@ REPLAY = (
     Fault(
         "replay_compares_the_end_only",
         "_driven",
-        "inside = inside_tube(model.claim, model.net, runs)",
-        "inside = np.ones(len(plans), bool)",
+        "inside_tube(model.claim, model.net, runs)",
+        "np.ones(len(plans), bool)",
         (f"{REPLAYS}::test_a_bend_between_knots_is_replayed",),
     ),
     Fault(

@@ -62,7 +62,9 @@ def init(hosts: str = "auto", *, timeout_s: int = 300) -> None:
 
 
 def mesh(devices=None) -> jax.sharding.Mesh:
-    """The given devices, or all of all hosts, in one axis of Auto type, as code for one expects."""
+    """All devices of all hosts, or the given ones, in one axis; of Auto type, so code for one
+    device works as it is.
+    """
     devices = jax.devices() if devices is None else devices
     return jax.make_mesh(
         (len(devices),), (AXIS,), axis_types=(jax.sharding.AxisType.Auto,), devices=devices

@@ -31,7 +31,9 @@ class Stage(enum.IntEnum):
 
 
 def as_key(key) -> jax.Array:
-    """The key itself, of either kind of `jax.random`. Raises InputError, as for a seed."""
+    """The key itself, of either kind that `jax.random` makes. Raises InputError for anything else,
+    such as a seed.
+    """
     is_array = isinstance(key, jax.Array | np.ndarray)
     typed = is_array and jnp.issubdtype(key.dtype, jax.dtypes.prng_key) and key.shape == ()
     raw = is_array and key.dtype == np.uint32 and key.shape == (2,)

@@ -111,7 +111,9 @@ def probe_batched_rows() -> Finding:
 
 
 def probe_hang() -> Finding:
-    """Batched factorisations side by side end: in a process with a limit (jaxlib 0.10 hangs)."""
+    """Batched factorisations side by side finish, in a process of their own with a time limit
+    (jaxlib 0.10 hangs).
+    """
     try:
         done = subprocess.run(
             [sys.executable, "-c", _HANG], timeout=HANG_LIMIT_S, capture_output=True, check=False

@@ -1,4 +1,6 @@
-"""Shapes of what most kernels take, in letters of docs/notation.md; `_` may differ in a call."""
+"""Shapes of what most kernels take, in the axis letters of docs/notation.md: n_c = n_points n_p
+columns. A size has one value in a call, `_` any.
+"""
 
 from jaxtyping import ArrayLike, Bool, Float, Int
 

@@ -46,7 +46,9 @@ def fraction_text(values):
 
 
 def rounded_up(value, digits: int = 2) -> str:
-    """A bound for people: significant digits, never below the rational, float or decimal text."""
+    """A bound for people: so many significant digits, never below the value. value: a rational,
+    a float, or a decimal as somebody wrote it.
+    """
     return _rounded(value, digits, ROUND_CEILING)
 
 

@@ -88,17 +88,10 @@ def search_worst(
     check_profile(net, profile, layout, system.domain)
     sim = simulator(system)
     piece = int(getattr(system, "chunk", None) or _PIECE)
-    search = _Search(
-        net=net,
-        sim=sim,
-        key=key,
-        profile=profile,
-        batch=runs // rounds,
-        rounds=rounds,
-        chunk=chunk_of(system, runs, None, None) if sim.traceable else piece,
-        slack=allowance(net, system.domain, layout),
-        rng=generator(stream(key, Stage.SEARCH)),
-    )
+    chunk = chunk_of(system, runs, None, None) if sim.traceable else piece
+    slack = allowance(net, system.domain, layout)
+    rng = generator(stream(key, Stage.SEARCH))
+    search = _Search(net, sim, key, profile, runs // rounds, rounds, chunk, slack, rng)
     store = None if path is None else _store(path, search)
     quiet = quiet or rank_and_size()[0] > 0
     told = None if quiet else forecast or Forecast(runs)
@@ -211,7 +204,8 @@ def _stored(
 
 
 def enlarge(claim: ErrorClaim, profile: Tube, attack: Attack) -> ErrorClaim:
-    """The claim, its tube widened by bin to hold the attack's finite runs: labels stay true. [T8]
+    """The claim with its tube widened, bin by bin, to hold every finite run of the attack; all
+    labels stay true. [T8]
 
     Failed runs cannot be held by any tube; their number is put on record.
     """

@@ -144,7 +144,9 @@ def pac_label(
 
 
 def scaled(profile: Tube, scale: np.ndarray, term: np.ndarray) -> Tube:
-    """Tube scale_b x shape_b + term (n_c,), rounded up; an infinite scale (n_bins,): no claim."""
+    """Tube scale_b x shape_b + term (n_c,), rounded up; an infinite scale (n_bins,) leaves its bin
+    without claim.
+    """
     scale = np.asarray(scale, np.float64)
     grown = [
         np.nextafter((scale.reshape(-1, *[1] * (half.ndim - 1)) * half + more) * _OUTWARD, np.inf)

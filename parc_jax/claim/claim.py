@@ -239,7 +239,7 @@ def weaker(claim: ErrorClaim, wider: Tube, **evidence) -> ErrorClaim:
 
 
 def on_bins(claim: ErrorClaim, edges: Sequence[np.ndarray]) -> ErrorClaim:
-    """The claim told on finer edges: equal bins share compiled code. Raises InputError."""
+    """The claim told by finer bins: models on equal bins share compiled code. Raises InputError."""
     return derived(claim, tube=refined(claim.tube, edges))
 
 

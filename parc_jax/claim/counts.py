@@ -94,7 +94,7 @@ def clopper_pearson(failures: int, n: int, delta: float) -> Fraction:
 
 
 def least_probability(successes: int, n: int, delta: float) -> float:
-    """Lower bound, rounded down, at 1 - delta on a probability after so many successes. [T6]"""
+    """Lower bound, rounded down, at 1 - delta on a probability of `successes` in n trials. [T6]"""
     return float(1 - clopper_pearson(n - successes, n, delta))
 
 

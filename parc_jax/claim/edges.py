@@ -186,7 +186,7 @@ def _log_size(fold: _Fold, n_interval: int, floor: float) -> np.ndarray:
 def smoothed(
     maxima: np.ndarray, counts: np.ndarray, least: float = 0.5, sets: int = 0
 ) -> np.ndarray:
-    """Each bin at least a share of its largest neighbour: from `least`, well filled, to 1, empty.
+    """Each bin at least a share of its largest neighbour: `least` where well filled, 1 if empty.
 
     maxima: (bins of axis 1, ..., bins of axis n_k, m). counts: the same without m. sets: leading
     axes that number sets of bins, each by itself.
@@ -221,7 +221,7 @@ def _cell_maxima(
 
 
 def _join_times(interval: np.ndarray) -> np.ndarray:
-    """Errors (n, T, n_c) -> (n, m), neighbouring intervals joined by their maximum: it suffices."""
+    """Errors (n, T, n_c) -> (n, m), neighbouring intervals joined, to see where to cut K."""
     first = np.unique(np.linspace(0, interval.shape[1], _TIMES, endpoint=False).astype(int))
     return np.maximum.reduceat(interval, first, axis=1).reshape(len(interval), -1)
 

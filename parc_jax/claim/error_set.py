@@ -92,7 +92,9 @@ class ErrorTemplate:
         return least
 
     def vertex(self, w: Float[ArrayLike, "*b n"]):
-        """(..., n) an error farthest along w, not 0: a corner up to rounding; else the centre."""
+        """(..., n) an error that is farthest along w, not zero: a corner of the set, up to
+        rounding; without claim the centre.
+        """
         dual, centre, half, w = self._same_rank(w)
         xp = _namespace(dual, w)
         mu, support = _by_basis(dual, centre, half, w)

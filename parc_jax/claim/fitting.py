@@ -77,7 +77,9 @@ def _directions(
     numbers: list[np.ndarray],
     counts: np.ndarray,
 ) -> Errors:
-    """Axes and principal axes, interval (n_bins, T, n_points, 2 n_p, n_p), and of the end."""
+    """Axes and principal axes: interval (n_bins, T, n_points, 2 n_p, n_p), final (n_bins, 2 n_e,
+    n_e).
+    """
     n_e = layout.n_c + runs[0].n_q
     during = np.zeros((len(counts), layout.n_steps + 1, layout.n_points, layout.n_p))
     at_end = np.zeros((len(counts), n_e))
@@ -148,7 +150,7 @@ def _between(
     directions: np.ndarray, least: np.ndarray, most: np.ndarray, counts: np.ndarray, frames: bool
 ) -> Faces:
     """Faces about the middle of what was seen and of no error: a proof that no plan is safe needs
-    trajectories that keep to the model. A bin without runs, by counts (grid), gets all seen.
+    trajectories that keep to the model. A bin without runs gets all that was seen. counts: (grid).
     """
     least = np.minimum(least, 0.0)
     most = np.maximum(most, 0.0)

@@ -92,7 +92,9 @@ def measure_arrays_along(
     p: Paths,
     q: States,
 ) -> Extremes:
-    """Extremes (B, ...) of runs as in `measure_arrays`, each along directions of its own."""
+    """Extremes (B, ...) of runs as in `measure_arrays` along directions of their own: interval (B,
+    T, n_points, R, n_p), final (B, R, n_c + n_q).
+    """
     with x64():
         return _extremes_many(net, slack, directions, k, p, q, layout=layout)
 
@@ -164,7 +166,7 @@ def rollout_extremes(
     *,
     layout: Layout,
 ) -> Extremes:
-    """Of one run, along directions interval (T, n_points, R, n_p), final (R, n_c + n_q)."""
+    """Of one run, along directions: interval (T, n_points, R, n_p), final (R, n_c + n_q)."""
     error, stored = _signed(net, k, p, q, layout=layout)
     points = (*error.interval.shape[:2], layout.n_points, layout.n_p)
     hidden = stored.interval + slack.interval[:, None]

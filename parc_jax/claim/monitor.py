@@ -20,8 +20,9 @@ _BETS = 16  # alternatives, log-spaced from just above the claimed rate to one h
 class Monitor:
     """An e-process against "runs leave the tube with probability <= rate". Make it with `monitor`.
 
-    log_wealth: (bets,) of each. seen, left: runs observed, those outside the tube. peak: largest
-    e-value so far. alpha: if the claim is true, the alarm ever rings with probability <= alpha.
+    log_wealth: (bets,) logarithm of the wealth of each bet. seen, left: runs observed, runs outside
+    the tube. peak: largest e-value so far. alpha: if the claim is true, the alarm ever rings with
+    probability <= alpha, however long one watches.
     """
 
     claim: ErrorClaim
@@ -42,7 +43,7 @@ class Monitor:
 
     @property
     def alarm(self) -> bool:
-        """The claim is refuted at level alpha, for good: the largest wealth ever reached counts."""
+        """True when the claim is refuted at level alpha, for good: the largest wealth counts."""
         return bool(self.peak >= 1.0 / self.alpha)
 
     def observe(self, batch: RolloutBatch) -> "Monitor":
@@ -61,12 +62,8 @@ class Monitor:
             gain = np.log(self.bets / self.rate)
         else:
             gain = np.log1p(-self.bets) - np.log1p(-self.rate)
-        after = replace(
-            self,
-            log_wealth=self.log_wealth + gain,
-            seen=self.seen + 1,
-            left=self.left + int(outside),
-        )
+        wealth = self.log_wealth + gain
+        after = replace(self, log_wealth=wealth, seen=self.seen + 1, left=self.left + int(outside))
         return replace(after, peak=max(self.peak, after.e_value))
 
 
@@ -92,7 +89,9 @@ def monitor(claim: ErrorClaim, net: ReLUNetwork, alpha: float = 1e-3, **law) -> 
 
 
 def inside_tube(claim: ErrorClaim, net: ReLUNetwork, batch: RolloutBatch) -> np.ndarray:
-    """(n,) bool: runs that the tube holds at all records, in every bin they touch, as in claims."""
+    """(n,) bool: runs that the tube holds at all records, in every bin they touch, as calibration
+    counts.
+    """
     check_network(claim, net)
     about = claim.subject
     if (batch.points, batch.time) != (about.points, about.time):

@@ -188,7 +188,9 @@ def _measured(
 def runs_ahead(
     asked: BoundSettings, n_nets: int, *, has_train: bool = True, has_profile: bool = False
 ) -> int:
-    """All runs that claims will take; by bin, while bins are still to be cut, the least of them."""
+    """All runs that the claims will take: exact, but for claims by bin on bins that are still to be
+    cut, where it is the least.
+    """
     looks = asked.looks * n_nets * len(asked.claims)
     fresh = _holdout(asked, looks)
     further = 0 if has_profile else _profile_runs(asked, has_train, looks)
@@ -208,7 +210,7 @@ def _profile_runs(asked: BoundSettings, has_train: bool, looks: int) -> int:
 
 
 def fresh_runs(asked: BoundSettings, profile: Tube, looks: int) -> int:
-    """How many fresh runs the claims need; by bin, so that the smallest, or block, has enough."""
+    """How many fresh runs the claims need; by bin, so that the smallest bin or block has enough."""
     needed = _holdout(asked, looks)
     if asked.fresh is not None or "bins" not in asked.claims:
         return needed

@@ -1,4 +1,4 @@
-"""The profile of a tube: how error spreads over time, axes and K, learnt before the holdout is.
+"""How error spreads over time, axes and K: a tube's profile, learnt before the holdout is seen.
 
 One number scales all of a profile, so the bin that was learnt worst, say where the robot jumps,
 decides how wide all the others become. Runs held back show what each bin lacks, and make it even.

@@ -37,7 +37,9 @@ class Reach:
         return self.replace(half=half, bin=bin)
 
     def along(self, number: Index, w: Vector, point: Index | slice = slice(None)):
-        """(..., n_points, T) against w, of this number, in the bins; of one point (..., T)."""
+        """(..., n_points, T) against a direction w, which has this number, in the bins asked
+        for; of one point (..., T). Kernel.
+        """
         if self.lost is not None:
             return self.lost[number, self.bin, point]
         return sum(jnp.abs(w[axis]) * self.half[..., point, axis, :] for axis in range(len(w)))

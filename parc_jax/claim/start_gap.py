@@ -122,18 +122,12 @@ def allow_for_start(claim: ErrorClaim, trial: StartTrial) -> ErrorClaim:
     tries = zip(entries, (trial.seen, trial.turned), ("starts", "headings"), strict=False)
     named = {entry: _named(entry, trial.declared, seen, of) for entry, seen, of in tries}
     ledger = tuple(named.get(entry, entry) for entry in claim.assumptions)
-    return replace(
-        weaker(
-            claim,
-            wider,
-            start={
-                "gap": trial.declared.hex(),
-                "seen": trial.seen and trial.seen.hex(),
-                "turned": trial.turned and trial.turned.hex(),
-            },
-        ),
-        assumptions=ledger,
-    )
+    start = {
+        "gap": trial.declared.hex(),
+        "seen": trial.seen and trial.seen.hex(),
+        "turned": trial.turned and trial.turned.hex(),
+    }
+    return replace(weaker(claim, wider, start=start), assumptions=ledger)
 
 
 def _named(entry: str, declared: float, seen: float | None, of: str) -> str:

@@ -64,7 +64,7 @@ def _pac(c: "ErrorClaim") -> str:
 
 
 def _chosen(c: "ErrorClaim") -> str:
-    """What it promises of k of a certified set; shares of K are probabilities of uniform k. [T5]"""
+    """What it promises of k from a certified set; shares are probabilities for uniform k. [T5]"""
     if c.evidence.get("not_drawn"):
         return f"Of runs with chosen values of {', '.join(c.evidence['not_drawn'])}: nothing more."
     eps = _eps(c)

@@ -12,7 +12,7 @@ from parc_jax.base import struct
 from parc_jax.base.arrays import as_float64, content_hash
 from parc_jax.base.shapes import Index, Indices
 from parc_jax.base.spelling import counted
-from parc_jax.claim.bins import bin_box, bin_of, bins_of
+from parc_jax.claim.bins import Binned
 from parc_jax.claim.error_set import NO_CLAIM, ErrorBox, ErrorSet, at
 from parc_jax.claim.faces import Faces, Templates
 from parc_jax.errors import InputError
@@ -20,7 +20,7 @@ from parc_jax.network.predict import Layout
 
 
 @struct.dataclass
-class Tube:
+class Tube(Binned):
     """Interval and final errors by bin of k. Build with `tube`, which validates.
 
     edges:    tuple over the n_k axes of (n_bins_i + 1,) increasing edges; the outer ones bound K.
@@ -38,7 +38,6 @@ class Tube:
     `widest` what holds over several bins.
     """
 
-    edges: tuple[np.ndarray, ...]
     interval: np.ndarray
     final: np.ndarray
     n_points: int = struct.field(pytree_node=False, default=1)
@@ -75,16 +74,6 @@ class Tube:
         return self.final.shape[1] - self.n_c
 
     @property
-    def n_k(self) -> int:
-        """Number of manoeuvre parameters."""
-        return len(self.edges)
-
-    @property
-    def grid(self) -> tuple[int, ...]:
-        """Number of bins along each axis of K."""
-        return tuple(len(e) - 1 for e in self.edges)
-
-    @property
     def claimed(self) -> np.ndarray:
         """(n_bins,) bool: bins whose widths are all finite. Only these may be planned in."""
         return np.isfinite(self.interval).all(axis=(1, 2)) & np.isfinite(self.final).all(axis=1)
@@ -111,7 +100,7 @@ class Tube:
         return fitted_tube(self.edges, during.with_half(interval), at_end.with_half(final))
 
     def at_least(self, other: "Tube") -> bool:
-        """Whether each set is seen to hold the other tube's: same bins, faces, no half smaller."""
+        """Whether its sets are seen to hold the other's: same bins, faces, no half width less."""
         ours, theirs = ({} if t.templates is None else t.templates._asdict() for t in (self, other))
         alike = ours.keys() == theirs.keys() and all(
             np.array_equal(getattr(ours[part], name), getattr(theirs[part], name))
@@ -142,7 +131,7 @@ class Tube:
 
     @property
     def errors(self) -> ErrorSet:
-        """What bins allow in intervals at points: (n_bins, T, n_points) sets in n_p axes [m]."""
+        """What each bin allows by interval and point: (n_bins, T, n_points) sets, n_p axes [m]."""
         if self.templates is not None:
             return self.templates.interval.errors
         return ErrorBox(self.interval.reshape(*self.interval.shape[:2], self.n_points, -1))
@@ -179,26 +168,12 @@ class Tube:
         """Largest half widths over the bins: interval (T, n_c), final (n_c + n_q,)."""
         return self.interval[bins].max(axis=0), self.final[bins].max(axis=0)
 
-    def bin_of(self, k: np.ndarray) -> np.ndarray:
-        """Bin number of k (..., n_k), one of the closed bins that contain it; -1 outside K."""
-        return bin_of(self.edges, k)
-
-    def bins_of(self, k: np.ndarray) -> np.ndarray:
-        """(n, c) numbers of all closed bins that contain k (n, n_k); c is 1 unless a row lies
-        exactly on an inner edge. Raises InputError for a k outside every bin.
-        """
-        return bins_of(self.edges, k)
-
     def widest_at(self, k: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Half widths that a proof about k (n, n_k) must allow for: interval (n, T, n_c), final (n,
         n_c + n_q), the widest of all closed bins that contain k. Raises InputError outside K.
         """
         bins = self.bins_of(k)
         return self.interval[bins].max(axis=1), self.final[bins].max(axis=1)
-
-    def bin_box(self, number: int) -> tuple[np.ndarray, np.ndarray]:
-        """Corners lo (n_k,), hi (n_k,) of a bin."""
-        return bin_box(self.edges, number)
 
     def __repr__(self) -> str:
         if not isinstance(self.interval, np.ndarray):

@@ -75,7 +75,9 @@ def judged(scene: Scene, p0: np.ndarray, k: np.ndarray) -> Nearly:
 
 
 def spread_out(k: np.ndarray, domain: Box, most: int, apart: float) -> np.ndarray:
-    """(m,) numbers of the best in k (n, n_k), each `apart` [sides of the domain] from better."""
+    """(m,) numbers of good plans, best first in k (n, n_k): the k of each at least `apart` [sides
+    of the domain] from the better ones.
+    """
     side = domain.hi - domain.lo
     chosen: list[int] = []
     for number, own in enumerate(k):

@@ -72,7 +72,7 @@ class Choice:
         return safe_box(self.scene, self.p0, self.k, self.model.domain)
 
     def jitter_risk(self) -> Risk | NoStatement:
-        """P(a run leaves the tube), k uniform on `jitter`: eps over its share of K. [T5, T23]"""
+        """P(a run leaves the tube), k uniform on the box of `jitter`: eps / its share. [T5, T23]"""
         if self.jitter is None:
             return NoStatement("no box around the plan was proved safe")
         claim = self.model.claim
@@ -136,7 +136,7 @@ class Choice:
                 "claim_near: expected an answer that knows its question; a file that was told in "
                 "the robot's frame does not. Solve the scene again, with the same `at`."
             )
-        start = tried_first(system, self.model, key, asked)
+        start = tried_first(system, key, asked)
         look = self.looks.take()
         whole = self.model.domain
         box = box_around(self.k, float(asked.share) ** (1 / whole.n), whole)

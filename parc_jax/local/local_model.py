@@ -29,7 +29,6 @@ from parc_jax.rollout.collect import stream_rollouts
 from parc_jax.rollout.law import BOX, LawSpec, law_of, law_spec
 from parc_jax.sets.box import Box
 from parc_jax.system import System
-from parc_jax.verdict.outline import require_same
 from parc_jax.verdict.scene import scene_of
 
 BINS = 1  # per axis of so small a box: the error hardly ever changes in it
@@ -38,7 +37,7 @@ _TRIAL = 2**32 - 1  # number within the DRIVEN stream, behind those of looks and
 
 @dataclass(frozen=True)
 class Local(Sizing, Training):
-    """Training, on so small a box of an affine map that is hard to beat, and size of the tube."""
+    """What a local model is made of: its training, by default an affine map, and its tube."""
 
     rollouts: int = 4000
     profile_runs: int | None = 6000
@@ -102,12 +101,10 @@ def on_box(runs: RolloutBatch, whole: LawSpec, box: Box) -> RolloutBatch:
     return replace(runs, domain=box, law=law)
 
 
-def tried_first(system: System, like: TrajectoryModel, key: jax.Array, asked: Local) -> StartTrial:
-    """What other starts show, before a look is spent or a run made for it. like: a model of the
-    whole of K. Uses a part of the DRIVEN stream of `key` that no look uses. Raises InputError for
-    a start that matters more than asked.gap, and a system that is not the one of `like`.
+def tried_first(system: System, key: jax.Array, asked: Local) -> StartTrial:
+    """What other starts show, before a look is spent or a run made for it. Uses a part of the
+    DRIVEN stream of `key` that no look uses. Raises InputError where it is more than asked.gap.
     """
-    require_same(system, like)
     return try_starts(system, jax.random.fold_in(stream(key, Stage.DRIVEN), _TRIAL), asked.gap)
 
 
@@ -162,8 +159,7 @@ def best_claimed(
 
 def guessed_claim(net: ReLUNetwork, train: RolloutBatch, profile: Tube) -> ErrorClaim:
     """A stand-in for a claim, the profile as it is, to compare shapes by; nothing is claimed."""
-    finite = train.finite
-    return stand_in(assumed_claim(net, finite), profile)
+    return stand_in(assumed_claim(net, train.finite), profile)
 
 
 def claimed(

@@ -31,15 +31,11 @@ class Narrowing(NamedTuple):
 
 def narrowing(whole: Tube, local: Tube, box: Box) -> Narrowing:
     """The tubes of a model of all of K and of one of a box in it."""
-    bins = [b for b in range(whole.n_bins) if _meets(whole.bin_box(b), box)]
+    corners = (whole.bin_box(number) for number in range(whole.n_bins))
+    bins = [b for b, (lo, hi) in enumerate(corners) if ((lo <= box.hi) & (hi >= box.lo)).all()]
     path, end = whole.widest(np.array(bins))
     own_path, own_end = local.widest()
     return Narrowing(end, own_end, _factor(end, own_end), _factor(path, own_path))
-
-
-def _meets(bin_box: tuple[np.ndarray, np.ndarray], box: Box) -> bool:
-    lo, hi = bin_box
-    return bool((lo <= box.hi).all() and (hi >= box.lo).all())
 
 
 def _factor(wide: np.ndarray, narrow: np.ndarray) -> float:

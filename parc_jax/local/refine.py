@@ -111,9 +111,7 @@ class Refined:
         """What each stage bought, one line each."""
         lines = ["stage                     share of K      runs     room  half width at the end"]
         for s in self.stages:
-            lines.append(
-                f"{s.stage:24s} {s.share:11.2g} {s.runs:9,d} {s.room:8.4f}  {s.widest:.4f}"
-            )
+            lines += [f"{s.stage:24s} {s.share:11.2g} {s.runs:9,d} {s.room:8.4f}  {s.widest:.4f}"]
         return "\n".join(lines)
 
 
@@ -126,11 +124,11 @@ def refine(
     settings: Settings,
     say: Callable[[str], None] | None = None,
 ) -> Refined:
-    """Zoom, claim, prove: see `Planner.refine`. solve: as of `Choice`. say: told every stage."""
+    """Zoom, claim, prove: see `Planner.refine`. solve: as of `Choice`. say: told of stages."""
     model, problem = question.model, question.problem
     looks = Looks().declare(asked.delta, asked.looks)
     say = say or _log.info
-    start = tried_first(system, model, key, asked.local)
+    start = tried_first(system, key, asked.local)
     boxes, stages = _zoom(model, problem, system, key, asked, say)
     for box in boxes[: asked.looks]:
         look = looks.take()

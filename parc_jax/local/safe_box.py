@@ -21,9 +21,8 @@ HALVINGS = 24  # of the box of all K, until a box of safe plans is found
 LOOKED_AT = 256  # plans of a box that are judged before a corridor is asked to hold all of it
 SHRINK = 0.85  # [1] from a box that the checker refuses to the next one
 ATTEMPTS = 10
-GRID = (
-    12  # [bits] corners of a box are multiples of its side, rounded to a power of two, over 2^GRID
-)
+# [bits] corners of a box are multiples of its side, rounded to a power of two, over 2^GRID
+GRID = 12
 INWARD = 1 - 2.0**-40  # [1] middle and half widths are rounded: their box stays inside the other
 
 

@@ -68,11 +68,8 @@ def clarabel_hint(lp: LinearProgram) -> Hint:
 
 def _trouble(lp: LinearProgram, words: str) -> Hint:
     """A hint that says nothing."""
-    n_rows = len(lp.b) + 2 * len(lp.f)
-    n_bounds = len(lp.bound_rows()[1])
-    return Hint(
-        "trouble", np.full(lp.n, np.nan), np.full(n_rows, np.nan), np.full(n_bounds, np.nan), words
-    )
+    sizes = lp.n, len(lp.b) + 2 * len(lp.f), len(lp.bound_rows()[1])
+    return Hint("trouble", *(np.full(size, np.nan) for size in sizes), words)
 
 
 def _dense_to_csc(matrix: np.ndarray):

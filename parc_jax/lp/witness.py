@@ -58,7 +58,7 @@ def dual_bound(c, A, b, multipliers, lo, hi):
 
 
 def proves_empty(A, b, multipliers, lo, hi, margin: float):
-    """Where multipliers prove {A x <= b, lo <= x <= hi} empty: [T12b], for c = 0 Farkas' witness.
+    """Where multipliers prove {A x <= b, lo <= x <= hi} empty. [T12b], with c = 0: Farkas' witness.
 
     multipliers: (..., h), scaled so that the largest is one. margin: [row units] by which the proof
         must clear zero.

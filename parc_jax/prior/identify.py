@@ -117,7 +117,8 @@ def chosen_kind(seen: Seen) -> Kind:
     for i in usable:
         error = np.zeros(seen.batch.n)
         for fit, held in parts:
-            model = first_guess(_part(seen, fit), kinds[i])
+            part = Seen(seen.batch.select(fit), seen.way[fit], seen.heading[fit], seen.places)
+            model = first_guess(part, kinds[i])
             error[held] = worst_error(model, seen.batch.select(held))
         errors.append(error)
     most = max(_UNLIKE * np.median(errors[0]), TOLERANCES.profile_floor)
@@ -135,10 +136,6 @@ def worst_error(model, runs: RolloutBatch) -> np.ndarray:
     """(n,) [m] the largest error of a model with `rollout_batch`, of any coordinate at any time."""
     p = np.asarray(model.rollout_batch(None, runs.k).p).reshape(runs.p.shape)
     return np.abs(p - runs.p).max(axis=(1, 2))
-
-
-def _part(seen: Seen, rows: np.ndarray) -> Seen:
-    return Seen(seen.batch.select(rows), seen.way[rows], seen.heading[rows], seen.places)
 
 
 def first_guess(seen: Seen, kind: Kind) -> TwistModel:

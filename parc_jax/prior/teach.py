@@ -46,7 +46,8 @@ def taught(prior, train: RolloutBatch, n: int, key: jax.Array) -> Taught:
         at_runs, drawn, said = _by_twist(prior, finite, k)
     else:
         require_like(prior, train)
-        at_all = _expected(prior, train.k, key)
+        repeated = _run(prior, np.repeat(train.k, REPEATS, axis=0), key)
+        at_all = repeated.reshape(train.n, REPEATS, -1).mean(axis=1)
         usable &= np.isfinite(at_all).all(axis=1)
         _check(train, usable, f" that are finite, and that {prior.name} can do too")
         finite = train.select(usable)
@@ -72,12 +73,6 @@ def _by_twist(prior: str, runs: RolloutBatch, k: np.ndarray) -> tuple[Callable, 
 
     said = f"prior twist, order {kind.order} in k and {kind.degree} in time"
     return lambda rows: at(rows, runs.k), at(np.ones(runs.n, bool), k), said
-
-
-def _expected(system, k: np.ndarray, key: jax.Array) -> np.ndarray:
-    """The mean of some runs of a system at each k (n, n_k), flat (n, m)."""
-    repeated = _run(system, np.repeat(k, REPEATS, axis=0), key)
-    return repeated.reshape(len(k), REPEATS, -1).mean(axis=1)
 
 
 def _run(system, k: np.ndarray, key: jax.Array) -> np.ndarray:

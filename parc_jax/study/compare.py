@@ -39,8 +39,3 @@ def safe_volume(model: TrajectoryModel, problem: ReachAvoid, key: jax.Array) -> 
     seen = draw(scene, generator(stream(key, Stage.SEARCH)), COMPARED)
     share = seen.volume / volume_of_all(scene) / seen.drawn
     return {"reaching": seen.reaching * share, "safe": len(seen.safe.k) * share}
-
-
-def kept_share(row: dict) -> float:
-    """Share of the goal-reaching set that is safe: what obstacles leave of what the tube leaves."""
-    return row["safe"] / row["reaching"] if row["reaching"] else float("nan")

@@ -82,14 +82,9 @@ def learn(
     with watch("other starts"):
         start = StartTrial(*gather(try_starts(system, key, study.gap))[0])
     with watch("training rollouts"):
+        path = work / "training"
         chunks = stream_rollouts(
-            system,
-            key,
-            study.rollouts,
-            Stage.TRAIN,
-            path=work / "training",
-            quiet=quiet,
-            forecast=forecast,
+            system, key, study.rollouts, Stage.TRAIN, path=path, quiet=quiet, forecast=forecast
         )
         train = concatenate(chunks, study.rollouts)
     runs = SystemRuns(system, key, train.n, work, quiet, forecast)

@@ -126,8 +126,7 @@ def _driven(
     else:
         require_same(system, model)
         runs = collect(system, key, len(plans), Stage.REPLAY, k=k, chunk=CHUNK, quiet=quiet)
-    inside = inside_tube(model.claim, model.net, runs)
-    return runs, inside
+    return runs, inside_tube(model.claim, model.net, runs)
 
 
 def _robot_of(scene: Scene, k: np.ndarray) -> tuple[TrajectoryModel, np.ndarray]:

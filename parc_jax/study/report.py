@@ -3,7 +3,6 @@
 from pathlib import Path
 
 from parc_jax.base.spelling import rounded_down, rounded_up
-from parc_jax.study.compare import kept_share
 from parc_jax.study.job import Studied
 from parc_jax.study.numbers import eps_of, spread, table_of
 from parc_jax.study.replay import Replay
@@ -35,12 +34,10 @@ def report(outcome: Studied) -> str:
         rows = []
         for row in m["comparison"]:
             kind = _claim_name(row)
-            share = kept_share(row)
-            shown = (
-                ("none", "")
-                if row["safe"] == 0
-                else (f"{100 * row['safe']:.1f} %", f"{100 * share:.1f} %")
-            )
+            shown = ("none", "")
+            if row["safe"]:
+                kept = row["safe"] / row["reaching"]  # what obstacles leave of what the tube leaves
+                shown = (f"{100 * row['safe']:.1f} %", f"{100 * kept:.1f} %")
             error = spread(row["final_error"], outcome.answer.model)
             rows.append((row["network"], str(row["regions"]), kind, error, *shown))
         lines += _table(

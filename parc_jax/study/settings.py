@@ -43,7 +43,7 @@ class Learning(BoundSettings, Training):
 
 @dataclass(frozen=True)
 class Study(Search, Learning):
-    """What is learned of one system, the query, the replay. Raises InputError."""
+    """Settings of a study: what is learned, the query, and the replay. Raises InputError."""
 
     polytopes: bool = True
     repeats: int = 1

@@ -4,34 +4,35 @@ import jax
 import numpy as np
 import pytest
 
-from parc_jax.claim.bins import bin_box, bin_of, bins_of, open_bin_of
+from parc_jax.claim.bins import Binned, open_bin_of
 from parc_jax.claim.profile import runs_per_bin
 from parc_jax.errors import InputError
 
 EDGES = (np.array([0.0, 1.0, 3.0]), np.array([0.0, 0.5, 1.0, 2.0]))
+BINNED = Binned(EDGES)
 
 
 def test_bins_are_row_major_closed_boxes(rng):
     k = rng.uniform([0, 0], [3, 2], (200, 2))
-    for row, number in zip(k, bin_of(EDGES, k), strict=True):
-        lo, hi = bin_box(EDGES, number)
+    for row, number in zip(k, BINNED.bin_of(k), strict=True):
+        lo, hi = BINNED.bin_box(number)
         assert (lo <= row).all() and (row <= hi).all()
-    assert (bin_of(EDGES, np.array([[0.5, 1.5], [3.0, 2.0], [3.1, 0.0]])) == [2, 5, -1]).all()
+    assert (BINNED.bin_of(np.array([[0.5, 1.5], [3.0, 2.0], [3.1, 0.0]])) == [2, 5, -1]).all()
 
 
 def test_a_parameter_on_a_shared_edge_belongs_to_every_bin_it_touches():
-    numbers = bins_of(EDGES, np.array([[1.0, 0.5], [1.0, 2.0], [0.2, 0.2], [0.0, 0.0]]))
+    numbers = BINNED.bins_of(np.array([[1.0, 0.5], [1.0, 2.0], [0.2, 0.2], [0.0, 0.0]]))
     assert [set(row) for row in numbers.tolist()] == [{0, 1, 3, 4}, {2, 5}, {0}, {0}]
     assert runs_per_bin(numbers, 6).tolist() == [3, 1, 1, 1, 1, 1]
     with pytest.raises(InputError, match="falls in no bin"):
-        bins_of(EDGES, np.array([[1.0, np.nan]]))
+        BINNED.bins_of(np.array([[1.0, np.nan]]))
 
 
 def test_a_kernel_knows_the_bin_inside_and_none_on_a_border_between_bins(rng):
     asked = jax.jit(jax.vmap(lambda k: open_bin_of(EDGES, k)))
     k = rng.uniform([-0.5, -0.5], [3.5, 2.5], (200, 2))
-    np.testing.assert_array_equal(asked(k), bin_of(EDGES, k))
+    np.testing.assert_array_equal(asked(k), BINNED.bin_of(k))
     on_borders = np.array([[1.0, 0.2], [0.3, 0.5], [1.0, 1.0]])
     assert (np.asarray(asked(on_borders)) == -1).all()
     around_all = np.array([[0.0, 0.2], [3.0, 2.0], [0.3, 0.0]])  # the outer border of K
-    np.testing.assert_array_equal(asked(around_all), bin_of(EDGES, around_all))
+    np.testing.assert_array_equal(asked(around_all), BINNED.bin_of(around_all))

@@ -12,7 +12,6 @@ import parc_jax as pj
 import sims
 from parc_jax import checker, cli
 from parc_jax.base.keys import Stage, key_of
-from parc_jax.claim.bins import bin_of
 from parc_jax.claim.measure import allowance
 from parc_jax.claim.score import score_arrays
 from parc_jax.cli.systems import black_box_of, find, scene_of, study_of
@@ -66,7 +65,7 @@ def test_the_worst_runs_of_its_claim_are_those_of_the_system(name):
     then = np.array([float.fromhex(run["score"]) for run in evidence["worst"]])
     # one scale for all of K, or one for each bin
     scale = evidence.get("bin_scale", [evidence.get("scale")] * model.tube.n_bins)
-    of_run = bin_of(model.tube.edges, np.array(told))
+    of_run = model.tube.bin_of(np.array(told))
     then /= np.array([float.fromhex(scale[i]) for i in of_run])
     # a search for bad runs, and what starts may matter, have widened the tube since
     assert (now <= 1.01 * then).all() and (now > 0.9 * then).any()
