@@ -9,7 +9,7 @@ from pathlib import Path
 
 import numpy as np
 
-from parc_jax.base.spelling import hex_text, listed, rounded_up
+from parc_jax.base.spelling import hex_text, listed, plain, rounded_up
 from parc_jax.claim.counts import RECORDED_ROWS, RECORDINGS, RUNS, Unit
 from parc_jax.claim.risk import NoStatement, Risk, density_of_share, risk_of
 from parc_jax.claim.statement import DIGITS, statement
@@ -151,7 +151,7 @@ class ErrorClaim:
             "n": self.n,
             "discard": self.discard,
             "looks": self.looks,
-            "law": asdict(self.law) | {"hash": self.law.hash},
+            "law": plain(asdict(self.law)) | {"hash": self.law.hash},
             "assumptions": list(self.assumptions),
             "evidence": self.evidence,
             "bin_eps": None if self.bin_eps is None else [_spell(e) for e in self.bin_eps],
