@@ -86,16 +86,13 @@ def from_log(path: Path, log: Logged, bagged: Bagged, study: dict, seed: int) ->
     else:
         data = load_rollouts(path, time, domain, k_law=log.k_law, points=log.points)
     if log.prior is not None:
-        prior = log.prior if log.prior == TWIST else simulator_of(log.prior, data.points)
+        prior = log.prior
+        if prior != TWIST:
+            prior = black_box_with(find(prior, needed=("system",)), data.points)
         share = {} if log.holdout is None else {"holdout": log.holdout}
         return learn_from(data, prior, seed=seed, **share, **study)
     train, held = data.split(HOLDOUT if log.holdout is None else log.holdout, seed)
     return learn_recorded(train, held, asked, key_of(seed))
-
-
-def simulator_of(name: str, points: tuple[str, ...]):
-    """The system of this name with these reference points. Raises InputError."""
-    return black_box_with(find(name, needed=("system",)), points)
 
 
 def _domain(corners: tuple[float, ...] | None) -> Box | None:

@@ -8,6 +8,7 @@ from typing import Annotated, Literal
 
 from parc_jax.cli.offer import Offer
 from parc_jax.cli.shell import Shell
+from parc_jax.errors import InputError
 
 Figure = Literal["samples", "regions", "projections", "timeline"]
 Job = tuple[str, Callable[[], Path]]  # what is drawn, and what draws it and names the file
@@ -53,15 +54,21 @@ def plot(
     from parc_jax.io.episode_file import is_episode
     from parc_jax.plot.film_file import require_kind, require_sample
 
-    if is_episode(answer):
-        return _plot_episode(answer, html, video, shell.quiet)
+    episode = is_episode(answer)
+    if episode and html is None and video is None:
+        raise InputError(
+            f"{answer} is an episode: expected --html FILE, its page, or --video FILE."
+        )
     if figures is None and (html is not None or video is not None):
         figures = ()
-    for place in (html, None if figures == () else (out or answer.parent) / "samples.png"):
+    drawn_here = figures != () and not episode
+    for place in (html, (out or answer.parent) / "samples.png" if drawn_here else None):
         require_place(place)
     if video is not None:
         require_kind(video)
         require_place(video, folder=not video.suffix)
+    if episode:
+        return _plot_episode(answer, html, video, shell.quiet)
     with tqdm(
         desc="checking the answer", total=1, disable=shell.quiet, leave=False, delay=0.5
     ) as bar:
@@ -86,19 +93,10 @@ def plot(
 
 def _plot_episode(path: Path, html: Path | None, video: Path | None, quiet: bool) -> int:
     """Of an episode there are a page and a film."""
-    from parc_jax.cli.places import require_place
-    from parc_jax.errors import InputError
     from parc_jax.io.episode_file import load_episode
     from parc_jax.plot.episode import film_episode
     from parc_jax.plot.episode_page import write_episode_page
-    from parc_jax.plot.film_file import require_kind
 
-    if html is None and video is None:
-        raise InputError(f"{path} is an episode: expected --html FILE, its page, or --video FILE.")
-    require_place(html)
-    if video is not None:
-        require_kind(video)
-        require_place(video, folder=not video.suffix)
     driven, drawn = load_episode(path), []
     if html is not None:
         drawn.append(write_episode_page(driven, html))
@@ -111,10 +109,12 @@ def _plot_episode(path: Path, html: Path | None, video: Path | None, quiet: bool
 
 def _jobs(answer, html: Path | None, out: Path, wanted) -> list[Job]:
     """What is to be drawn. Raises InputError for a figure that the answer does not support."""
-    from parc_jax.errors import InputError
+    from parc_jax.plot.html import write_page
 
     possible = _possible(answer)
-    chosen = _at_once(answer, possible) if wanted is None else wanted
+    # polytopes that the answer has not would have to be cut: they are not drawn unasked
+    unasked = [name for name in possible if name != "projections" or answer.polytopes]
+    chosen = unasked if wanted is None else wanted
     for name in chosen:
         if name not in possible:
             raise InputError(
@@ -126,16 +126,10 @@ def _jobs(answer, html: Path | None, out: Path, wanted) -> list[Job]:
         )
     jobs: list[Job] = []
     if html is not None:
-        jobs.append(("the page", lambda: _page(answer, html)))
+        jobs.append(("the page", lambda: write_page(answer, html)))
     for name in chosen:
         jobs.append((name, lambda name=name: _draw(name, answer, out / f"{name}.png")))
     return jobs
-
-
-def _page(answer, path: Path) -> Path:
-    from parc_jax.plot.html import write_page
-
-    return write_page(answer, path)
 
 
 def _film(answer, out: Path, sample: int, named: str | None, quiet: bool) -> Path:
@@ -143,7 +137,6 @@ def _film(answer, out: Path, sample: int, named: str | None, quiet: bool) -> Pat
     known.
     """
     from parc_jax.cli.systems import black_box_with, find
-    from parc_jax.errors import InputError
     from parc_jax.plot.film import film
     from parc_jax.verdict.outline import require_same
 
@@ -177,44 +170,25 @@ def _run(black_box, answer, sample: int):
 
 
 def _possible(answer) -> list[str]:
+    several = answer.scene.at is None or answer.model.n_k > 1  # coordinates in which plans differ
     return [
         *(["samples"] if len(answer.samples) else []),
         *(["regions"] if 2 <= answer.model.n_k <= 3 else []),
-        *(["projections"] if (answer.polytopes or answer.corridors) and _several(answer) else []),
+        *(["projections"] if several and (answer.polytopes or answer.corridors) else []),
         *(["timeline"] if len(answer.samples) and answer.problem.obstacles else []),
     ]
 
 
-def _at_once(answer, possible: list[str]) -> tuple[str, ...]:
-    """Those that are drawn unasked: polytopes that the answer has not would have to be cut."""
-    return tuple(name for name in possible if name != "projections" or answer.polytopes)
-
-
-def _several(answer) -> bool:
-    """Do plans differ in more than one coordinate?"""
-    return answer.scene.at is None or answer.model.n_k > 1
-
-
 def _draw(name: Figure, answer, path: Path) -> Path:
-    if name == "samples":
-        from parc_jax.plot.samples import samples
+    draw = getattr(importlib.import_module(f"parc_jax.plot.{name}"), name)
+    if name != "regions":
+        draw(answer, to=path)
+        return path
+    from parc_jax.published.verdicts import region_verdicts
+    from parc_jax.pwa import enumerate_regions
 
-        samples(answer, None, path)
-    elif name == "regions":
-        from parc_jax.plot.regions import regions
-        from parc_jax.published.verdicts import region_verdicts
-        from parc_jax.pwa import enumerate_regions
-
-        table = enumerate_regions(answer.model.net, answer.model.domain)
-        safe_k = answer.samples[:, answer.model.n_p :]
-        verdict = region_verdicts(answer, table)
-        regions(table, verdict, None, path, names=answer.model.labels.k, safe_k=safe_k)
-    elif name == "projections":
-        from parc_jax.plot.projections import projections
-
-        projections(answer, to=path)
-    else:
-        from parc_jax.plot.timeline import timeline
-
-        timeline(answer, to=path)
+    table = enumerate_regions(answer.model.net, answer.model.domain)
+    safe_k = answer.samples[:, answer.model.n_p :]
+    verdict = region_verdicts(answer, table)
+    draw(table, verdict, None, path, names=answer.model.labels.k, safe_k=safe_k)
     return path

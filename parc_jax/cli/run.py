@@ -71,7 +71,9 @@ def run(
     if asked.plant and "plant" not in study:
         learn_from = black_box_of(module, asked.plant, asked.body)
     problem = build(module, "problem", body=asked.body)
-    out = _folder_of(host, out or Path("runs") / _own_name(system, black_box.name))
+    out = out or Path("runs") / _own_name(system, black_box.name)
+    if host > 0:  # the others keep their finished chunks in a folder each, shared disk or not
+        out = out / "hosts" / str(host)
     for name in ("model.npz", "answer.json", METRICS):
         require_place(out / name)
     saved = None if model is None else load(model)
@@ -144,10 +146,3 @@ def _own_name(typed: str, name: str) -> str:
     that share a module, do not share a folder.
     """
     return typed if typed.rpartition(".")[2] == name else f"{typed}.{name}"
-
-
-def _folder_of(host: int, out: Path) -> Path:
-    """The first host owns `out`; the others keep their finished chunks in a folder each, shared
-    disk or not.
-    """
-    return out if host == 0 else out / "hosts" / str(host)

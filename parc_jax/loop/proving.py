@@ -30,10 +30,10 @@ class Proof(NamedTuple):
 
 
 class Packed(NamedTuple):
-    """A commitment on its way. model: pickled, where it was not sent before."""
+    """A commitment on its way. models: by name, pickled, those that were not sent before."""
 
     commitment: bytes
-    model: bytes | None
+    models: bytes
     rehearsal: bool = False  # read the model, compile what it needs, say nothing
 
 
@@ -41,43 +41,39 @@ class Packer:
     """Packs commitments; the model, which is large, goes once."""
 
     def __init__(self):
-        self._models: list[TrajectoryModel] = []
+        self._models: dict[int, TrajectoryModel] = {}  # kept, so that no other has its id
 
     def pack(self, one: Commitment, rehearsal: bool = False) -> Packed:
         """It, ready to be sent."""
-        new: list[TrajectoryModel] = []
+        used: dict[int, TrajectoryModel] = {}
 
         class Pickler(pickle.Pickler):
             def persistent_id(pickler: pickle.Pickler, x: object):
-                return self._number(x, new) if isinstance(x, TrajectoryModel) else None
+                if not isinstance(x, TrajectoryModel):
+                    return None
+                used[id(x)] = x
+                return id(x)
 
         buffer = BytesIO()
         Pickler(buffer).dump(one)
-        return Packed(buffer.getvalue(), pickle.dumps(new) if new else None, rehearsal)
-
-    def _number(self, model: TrajectoryModel, new: list) -> int:
-        for number, known in enumerate(self._models):
-            if known is model:
-                return number
-        self._models.append(model)
-        new.append(model)
-        return len(self._models) - 1
+        new = {name: model for name, model in used.items() if name not in self._models}
+        self._models |= new
+        return Packed(buffer.getvalue(), pickle.dumps(new), rehearsal)
 
 
 class Unpacker:
     """The other side of a Packer."""
 
     def __init__(self):
-        self._models: list[TrajectoryModel] = []
+        self._models: dict[int, TrajectoryModel] = {}
 
     def unpack(self, packed: Packed) -> Commitment:
         """What was packed."""
-        if packed.model is not None:
-            self._models += pickle.loads(packed.model)
+        self._models |= pickle.loads(packed.models)
 
         class Unpickler(pickle.Unpickler):
-            def persistent_load(unpickler: pickle.Unpickler, number: int):
-                return self._models[number]
+            def persistent_load(unpickler: pickle.Unpickler, name: int):
+                return self._models[name]
 
         return Unpickler(BytesIO(packed.commitment)).load()
 

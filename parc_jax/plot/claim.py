@@ -11,7 +11,7 @@ from parc_jax.claim.score import Scores
 from parc_jax.claim.statement import in_short
 from parc_jax.errors import InputError
 from parc_jax.plot import style
-from parc_jax.plot.errors import quantile
+from parc_jax.plot.errors import quantile, widths
 from parc_jax.system import TimeGrid
 
 WORST = 100  # runs shown as the worst
@@ -44,8 +44,7 @@ def claim(
         _largest(sheet, k, scores.score)
         _worst(sheet, k, scores, time, claimed.tube.n_c)
         for ax in sheet.axes[1:]:
-            ax.set_xlim(k[:, 0].min(), k[:, 0].max())
-            ax.set_ylim(k[:, 1].min(), k[:, 1].max())
+            style.limits(ax, k.min(axis=0), k.max(axis=0))
             ax.set_xlabel(style.name_axis(names, axes[0], "k"))
             ax.set_ylabel(style.name_axis(names, axes[1], "k"))
     return sheet.out
@@ -61,13 +60,13 @@ def when(scores: Scores, n_steps: int, n_c: int) -> np.ndarray:
 def _tube(ax, claimed: ErrorClaim, time: TimeGrid) -> None:
     tube = claimed.tube
     used = np.flatnonzero(tube.claimed)
-    volume = np.array([np.prod(np.subtract(*tube.bin_box(int(i)))) for i in used])
+    _, share = widths(claimed)
     edges = np.arange(time.n_steps + 1) * time.dt
     for axis in range(tube.n_p if len(used) else 0):
         of_points = tube.interval[used].reshape(len(used), tube.n_steps, tube.n_points, tube.n_p)
         values = of_points[..., axis].max(axis=2)
         name = "xyz"[axis] + ("" if tube.n_points == 1 else " of the widest point")
-        middle = quantile(values, np.abs(volume) / np.abs(volume).sum(), 0.5)
+        middle = quantile(values, share, 0.5)
         ax.stairs(
             middle,
             edges,

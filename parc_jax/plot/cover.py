@@ -70,7 +70,8 @@ def cover(
         sheet.axes[0].set_xscale("log")
         sheet.axes[0].set_ylabel("share of the safe set not covered")
         if sheet.out is sheet.figure:
-            style.legend(sheet.figure, _handles(curves), min(len(curves), 4))
+            handles = [style.mark(one.name, **style.line(i)) for i, one in enumerate(curves)]
+            style.legend(sheet.figure, handles, min(len(curves), 4))
     return sheet.out
 
 
@@ -82,9 +83,3 @@ def of_history(history: Sequence[Progress]) -> list[CoverCurve]:
     corridors = CoverCurve("corridors", progress.kept, progress.corridors, progress.seconds)
     polytopes = CoverCurve("polytopes", progress.inside, progress.polytopes, progress.seconds)
     return [corridors, polytopes] if progress.polytopes.any() else [corridors]
-
-
-def _handles(curves: Sequence[CoverCurve]) -> list:
-    from matplotlib.lines import Line2D
-
-    return [Line2D([], [], **style.line(i), label=curve.name) for i, curve in enumerate(curves)]

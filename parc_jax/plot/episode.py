@@ -59,25 +59,20 @@ class _Canvas:
         return np.asarray(self.canvas.buffer_rgba())[..., :3].copy()
 
     def _draw(self, ax, t: float) -> None:
-        from matplotlib.collections import PolyCollection
-
-        def fill(outlines, colour, **kind) -> None:
-            ax.add_collection(PolyCollection(list(outlines), facecolor=colour, **kind))
-
         stage, now = self.stage, self.stage.at(t)
         one = stage.shown[now.number]
         self.way.append(now.middle)
         if stage.truth is not None:
-            fill(stage.truth.standing, STANDS)
+            style.areas(ax, list(stage.truth.standing), facecolor=STANDS)
             self._draw_free(ax, t)
-        fill(one.tube, TUBE, edgecolor=TUBE, linewidth=0.3)
-        fill(one.obstacles, OBSTACLE, edgecolor=OBSTACLE, linewidth=0.6)
-        fill(one.rest, "none", edgecolor=style.BLUE, linewidth=0.8)
+        style.areas(ax, one.tube, facecolor=TUBE, edgecolor=TUBE, linewidth=0.3)
+        looks = {"facecolor": OBSTACLE, "edgecolor": OBSTACLE, "linewidth": 0.6}
+        style.areas(ax, one.obstacles, **looks)
+        style.areas(ax, one.rest, facecolor="none", edgecolor=style.BLUE, linewidth=0.8)
         ax.plot(*np.array(self.way).T, color=style.BLUE, linewidth=0.9)
-        fill(now.body, style.BLUE)
+        style.areas(ax, now.body, facecolor=style.BLUE)
         ax.set_aspect("equal")
-        for limits, at in ((ax.set_xlim, now.middle[0]), (ax.set_ylim, now.middle[1])):
-            limits(at - stage.reach, at + stage.reach)
+        style.limits(ax, now.middle - stage.reach, now.middle + stage.reach)
         ax.set_axis_off()
         ax.set_title(f"{stage.name}, {t - stage.begin:.1f} s: manoeuvre {now.number}")
         style.legend(self.figure, _handles(stage.truth), 3)
@@ -95,14 +90,12 @@ class _Canvas:
 
 
 def _handles(truth: Truth | None) -> list:
-    from matplotlib.patches import Patch
-
     found = [
-        Patch(color=style.BLUE, label="robot"),
-        Patch(color=TUBE, label="may reach, proved"),
-        Patch(facecolor="none", edgecolor=style.BLUE, label="stop in hand"),
-        Patch(color=OBSTACLE, label="obstacles of the proof"),
+        style.patch("robot", color=style.BLUE),
+        style.patch("may reach, proved", color=TUBE),
+        style.patch("stop in hand", facecolor="none", edgecolor=style.BLUE),
+        style.patch("obstacles of the proof", color=OBSTACLE),
     ]
     if truth is not None:
-        found += [Patch(color=FREE, label="seen free"), Patch(color=STANDS, label="stands there")]
+        found += [style.patch("seen free", color=FREE), style.patch("stands there", color=STANDS)]
     return found

@@ -51,10 +51,7 @@ def errors(entries: Sequence[Entry], time: TimeGrid, to=None):
         sheet.axes[1].set_title(
             "claimed: " + _terms([e.claimed for e in entries if e.claimed is not None])
         )
-        if sheet.out is sheet.figure:
-            style.legend(sheet.figure, _handles(entries), min(len(entries) + 2, 6))
-        else:
-            sheet.axes[0].legend(handles=_handles(entries), loc="best")
+        style.explain(sheet, _handles(entries), min(len(entries) + 2, 6))
     return sheet.out
 
 
@@ -99,15 +96,11 @@ def _terms(claims: Sequence[ErrorClaim]) -> str:
 
 
 def _handles(entries: Sequence[Entry]) -> list:
-    from matplotlib.lines import Line2D
-
-    lines = [
-        Line2D([], [], **style.line(i), linewidth=1.7, label=e.name) for i, e in enumerate(entries)
-    ]
+    lines = [style.mark(e.name, **style.line(i), linewidth=1.7) for i, e in enumerate(entries)]
     claims = [c for e in entries for c in e[1:] if c is not None]
     if any(c.tube.n_bins > 1 for c in claims):
         lines += [
-            Line2D([], [], color=style.GREY, linewidth=1.7, label="median over K"),
-            Line2D([], [], color=style.GREY, linewidth=0.7, label="widest bin of K"),
+            style.mark("median over K", color=style.GREY, linewidth=1.7),
+            style.mark("widest bin of K", color=style.GREY, linewidth=0.7),
         ]
     return lines

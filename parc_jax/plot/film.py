@@ -134,21 +134,18 @@ class _Side:
 
     def draw(self, ax) -> None:
         """What stands still, and what moves, which no draw of the whole figure shows."""
-        from matplotlib.collections import PolyCollection
         from matplotlib.patches import Polygon
 
         self.ax = ax
         ax.set_aspect("equal")
-        ax.set_xlim(self.lo[0], self.hi[0])
-        ax.set_ylim(self.lo[1], self.hi[1])
+        style.limits(ax, self.lo, self.hi)
         ax.set_xlabel(self.labels[self.view.axes[0]])
         ax.set_ylabel(self.labels[self.view.axes[1]])
         if self.n_p == 3:
             ax.set_title(self.view.name)
         for goal in self.goals:
             ax.fill(*goal.T, facecolor=GOAL, edgecolor=style.GREEN, zorder=0.6)
-        swept = self.tubes.reshape(-1, 6, 2)
-        ax.add_collection(PolyCollection(swept, facecolors=TUBE, zorder=0.7))
+        style.areas(ax, self.tubes.reshape(-1, 6, 2), facecolors=TUBE, zorder=0.7)
         ax.plot(*self.path[0].T, color=style.BLUE, linewidth=0.9, zorder=2)
         ax.plot(*self.path[0, 0], marker="o", color=style.ORANGE, zorder=3)
         ink = None if self.n_p == 2 else SEE_THROUGH
@@ -178,16 +175,13 @@ class _Side:
 
 
 def _handles(points: tuple[str, ...], way: str) -> list:
-    from matplotlib.lines import Line2D
-    from matplotlib.patches import Patch
-
     of_points = "" if len(points) == 1 else " of every reference point"
     of_first = shapes.name_first(points)
     return [
-        Patch(facecolor=OBSTACLE, label="obstacle"),
-        Patch(facecolor=GOAL, edgecolor=style.GREEN, label="goal"),
-        Patch(facecolor=style.SKY, edgecolor=style.BLUE, alpha=0.5, label="body"),
-        Patch(facecolor=TUBE, label=f"tube{of_points}"),
-        Line2D([], [], color=style.BLUE, linewidth=0.9, label=f"predicted path{of_first}"),
-        Line2D([], [], color=style.BLACK, label=way + of_first),
+        style.patch("obstacle", facecolor=OBSTACLE),
+        style.patch("goal", facecolor=GOAL, edgecolor=style.GREEN),
+        style.patch("body", facecolor=style.SKY, edgecolor=style.BLUE, alpha=0.5),
+        style.patch(f"tube{of_points}", facecolor=TUBE),
+        style.mark(f"predicted path{of_first}", color=style.BLUE, linewidth=0.9),
+        style.mark(way + of_first, color=style.BLACK),
     ]

@@ -84,10 +84,8 @@ def gap(
         ax.grid(True, axis="y")
         ax.set_xlabel(label)
         ax.set_ylabel("share of the goal-reaching set kept as safe")
-        if sheet.out is sheet.figure:
-            style.legend(sheet.figure, ax.get_legend_handles_labels()[0], min(len(curves), 3))
-        else:
-            ax.legend(loc="lower right")
+        handles = ax.get_legend_handles_labels()[0]
+        style.explain(sheet, handles, min(len(curves), 3), "lower right")
         if rooms:
             _narrowest(sheet.axes[1], rooms, [c.name for c in curves])
             both = np.array([ax.get_xlim() for ax in sheet.axes])

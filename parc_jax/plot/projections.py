@@ -74,23 +74,18 @@ def default_pairs(n_p: int, n_k: int, from_here: bool = False) -> list[tuple[int
 
 
 def _one(ax, answer, pair, names) -> None:
-    from matplotlib.collections import PolyCollection
-
     outlines = [shapes.hull(points) for points in answer.project(pair)]
     if len(outlines) > MANY:
         _union(ax, outlines)
     else:
         edges = {"facecolors": "none", "edgecolors": style.BLUE, "linewidths": 0.4, "alpha": 0.35}
-        ax.add_collection(PolyCollection(outlines, facecolors=FILL, edgecolors="none"))
-        ax.add_collection(PolyCollection(outlines, **edges))
+        style.areas(ax, outlines, facecolors=FILL, edgecolors="none")
+        style.areas(ax, outlines, **edges)
     ax.scatter(*answer.samples[:, list(pair)].T, s=5, color=style.BLACK, linewidth=0, zorder=3)
-    lo, hi = (
-        np.min([o.min(axis=0) for o in outlines], axis=0),
-        np.max([o.max(axis=0) for o in outlines], axis=0),
-    )
+    corners = np.concatenate(outlines)
+    lo, hi = corners.min(axis=0), corners.max(axis=0)
     room = 0.04 * np.maximum(hi - lo, 1e-9)
-    ax.set_xlim(lo[0] - room[0], hi[0] + room[0])
-    ax.set_ylim(lo[1] - room[1], hi[1] + room[1])
+    style.limits(ax, lo - room, hi + room)
     for axis, put in zip(pair, (ax.set_xlabel, ax.set_ylabel), strict=True):
         put(names[axis])
     if max(pair) < answer.model.n_p:
@@ -101,21 +96,15 @@ def _union(ax, outlines) -> None:
     """Many polygons as one area: fills cover the strokes inside the union, so that only
     those along its border remain.
     """
-    from matplotlib.collections import PolyCollection
-
     stroke = {"facecolors": style.BLUE, "edgecolors": style.BLUE, "linewidths": 2 * OUTLINE}
-    ax.add_collection(PolyCollection(outlines, **stroke, rasterized=True, zorder=1))
-    ax.add_collection(
-        PolyCollection(outlines, facecolors=FILL, edgecolors="none", rasterized=True, zorder=1.1)
-    )
+    style.areas(ax, outlines, **stroke, rasterized=True, zorder=1)
+    inside = {"facecolors": FILL, "edgecolors": "none"}
+    style.areas(ax, outlines, **inside, rasterized=True, zorder=1.1)
 
 
 def _handles(union: bool) -> list:
-    from matplotlib.lines import Line2D
-    from matplotlib.patches import Patch
-
     what = "projection of all safe polytopes" if union else "projection of a safe polytope"
     return [
-        Patch(facecolor=FILL, edgecolor=style.BLUE, label=what),
-        Line2D([], [], color=style.BLACK, marker=".", linestyle="none", label="safe sample"),
+        style.patch(what, facecolor=FILL, edgecolor=style.BLUE),
+        style.mark("safe sample", color=style.BLACK, marker=".", linestyle="none"),
     ]

@@ -15,6 +15,7 @@ from parc_jax.sets.hpolytope import HPolytope
 from parc_jax.sets.vertices import chebyshev_center
 
 COLORS = ("#8CC8EC", style.ORANGE, "#D9D9D9")  # as OfRegion
+EDGES = {"edgecolors": "white", "linewidths": 0.35}
 
 
 def regions(
@@ -45,7 +46,9 @@ def regions(
     shown, outlines = slices(table, axes, at)
     columns = 1 if seconds is None else 2
     with style.sheet(to, (4.6 * columns, 4.2), columns=columns) as sheet:
-        _coloured(sheet.axes[0], outlines, [COLORS[v] for v in verdict[shown]])
+        style.areas(
+            sheet.axes[0], outlines, facecolors=[COLORS[v] for v in verdict[shown]], **EDGES
+        )
         if safe_k is not None and table.net.n_in == 2:
             sheet.axes[0].scatter(
                 *np.asarray(safe_k)[:, axes].T, s=4, color=style.BLACK, linewidth=0
@@ -54,15 +57,11 @@ def regions(
         if seconds is not None:
             _by_time(sheet, outlines, np.asarray(seconds, float)[shown], time_label)
         for ax in sheet.axes:
-            ax.set_xlim(table.domain.lo[axes[0]], table.domain.hi[axes[0]])
-            ax.set_ylim(table.domain.lo[axes[1]], table.domain.hi[axes[1]])
+            style.limits(ax, table.domain.lo[list(axes)], table.domain.hi[list(axes)])
             ax.set_xlabel(style.name_axis(names, axes[0], "k"))
             ax.set_ylabel(style.name_axis(names, axes[1], "k"))
         handles = _handles(verdict, safe_k is not None and table.net.n_in == 2)
-        if sheet.out is sheet.figure:
-            style.legend(sheet.figure, handles, 2 if columns == 1 else 4)
-        else:
-            sheet.axes[0].legend(handles=handles, loc="upper left")
+        style.explain(sheet, handles, 2 if columns == 1 else 4, "upper left")
     return sheet.out
 
 
@@ -106,28 +105,12 @@ def slices(table: RegionTable, axes=(0, 1), at=None) -> tuple[np.ndarray, list[n
     return np.array(numbers, int), outlines
 
 
-def _coloured(ax, outlines, colors) -> None:
-    from matplotlib.collections import PolyCollection
-
-    ax.add_collection(
-        PolyCollection(outlines, facecolors=colors, edgecolors="white", linewidths=0.35)
-    )
-
-
 def _by_time(sheet, outlines, seconds, label) -> None:
-    from matplotlib.collections import PolyCollection
-
     ax = sheet.axes[1]
     known = np.isfinite(seconds)
-    _coloured(ax, outlines, ["#EFEFEF"] * len(outlines))
-    timed = PolyCollection(
-        [o for o, k in zip(outlines, known, strict=True) if k],
-        array=seconds[known],
-        cmap=style.SEQUENTIAL,
-        edgecolors="white",
-        linewidths=0.35,
-    )
-    ax.add_collection(timed)
+    style.areas(ax, outlines, facecolors="#EFEFEF", **EDGES)
+    shown = [o for o, k in zip(outlines, known, strict=True) if k]
+    timed = style.areas(ax, shown, array=seconds[known], cmap=style.SEQUENTIAL, **EDGES)
     sheet.figure.colorbar(timed, ax=ax, label=label, pad=0.02, aspect=30)
     ax.set_title("the same by time" + ("" if known.all() else " (pale: none)"))
 
@@ -143,15 +126,10 @@ def _title(table, shown, names, axes, at) -> str:
 
 
 def _handles(verdict, dots: bool) -> list:
-    from matplotlib.lines import Line2D
-    from matplotlib.patches import Patch
-
     entries = [
-        Patch(facecolor=color, label=f"{of.text} ({int((verdict == of).sum())})")
+        style.patch(f"{of.text} ({int((verdict == of).sum())})", facecolor=color)
         for of, color in zip(OfRegion, COLORS, strict=True)
     ]
     if dots:
-        entries.append(
-            Line2D([], [], color=style.BLACK, marker=".", linestyle="none", label="sample")
-        )
+        entries.append(style.mark("sample", color=style.BLACK, marker=".", linestyle="none"))
     return entries

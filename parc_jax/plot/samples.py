@@ -64,12 +64,12 @@ def _in_plane(pictures: list["_Picture"], to, title: str):
         whole, *beside = sheet.axes
         scene.draw(whole)
         scene.robot(whole)
-        _limits(whole, *scene.span)
+        style.limits(whole, *scene.span)
         whole.set_title(title)
         for near in beside:
             scene.draw(near)
             scene.headings(near)
-            _limits(near, *shapes.span(*scene.goals, room=NEAR))
+            style.limits(near, *shapes.span(*scene.goals, room=NEAR))
             near.set_title("the same, at the goal")
             near.set_ylabel("")
         if not beside:
@@ -84,7 +84,7 @@ def _in_space(pictures: list["_Picture"], to, title: str):
         for picture, ax in zip(pictures, sheet.axes, strict=True):
             picture.draw(ax)
             picture.robot(ax)
-            _limits(ax, *picture.span)
+            style.limits(ax, *picture.span)
             ax.set_title(picture.view.name)
         sheet.axes[0].set_title(f"{title}\n{pictures[0].view.name}")
         _legend(sheet, pictures[0])
@@ -92,11 +92,8 @@ def _in_space(pictures: list["_Picture"], to, title: str):
 
 
 def _legend(sheet, picture: "_Picture") -> None:
-    if sheet.out is sheet.figure:
-        wide = picture.single or len(sheet.axes) > 1
-        style.legend(sheet.figure, picture.handles(), 4 if wide else 3)
-    else:
-        sheet.axes[0].legend(handles=picture.handles(), loc="best")
+    wide = picture.single or len(sheet.axes) > 1
+    style.explain(sheet, picture.handles(), 4 if wide else 3)
 
 
 class _Picture:
@@ -139,45 +136,24 @@ class _Picture:
         )
 
     def draw(self, ax) -> None:
-        from matplotlib.collections import LineCollection, PolyCollection
-
-        swept = self.tubes.reshape(-1, 6, 2)
-        ax.add_collection(
-            PolyCollection(
-                swept, facecolors="#D6E8F5", edgecolors="none", rasterized=True, zorder=1
-            )
-        )
-        first = self.tubes[0].reshape(-1, 6, 2)
-        ax.add_collection(
-            PolyCollection(
-                first, facecolors="#9CCBE8", edgecolors="none", rasterized=True, zorder=1.5
-            )
-        )
+        flat = {"edgecolors": "none", "rasterized": True}
+        swept, first = self.tubes.reshape(-1, 6, 2), self.tubes[0].reshape(-1, 6, 2)
+        style.areas(ax, swept, facecolors="#D6E8F5", **flat, zorder=1)
+        style.areas(ax, first, facecolors="#9CCBE8", **flat, zorder=1.5)
         for goal in self.goals:
             ax.fill(*goal.T, facecolor=style.GREEN, alpha=0.25, edgecolor="none", zorder=2)
             ax.fill(*goal.T, fill=False, edgecolor=style.GREEN, linewidth=1.2, zorder=2.5)
         for around in self.grown:
-            ax.fill(
-                *around.T,
-                facecolor="#EBEBEB",
-                edgecolor=style.GREY,
-                linewidth=0.9,
-                linestyle="--",
-                zorder=0.5,
-            )
+            ax.fill(*around.T, **shapes.GROWN, linewidth=0.9, zorder=0.5)
         for obstacle in self.obstacles:
             ax.fill(*obstacle.T, facecolor="#6E6E6E", edgecolor="none", zorder=2, alpha=self._ink)
         lines = self.path[:, 0]
-        ax.add_collection(
-            LineCollection(lines, colors=style.BLUE, linewidths=0.4, alpha=0.6, zorder=3)
-        )
+        style.ways(ax, lines, colors=style.BLUE, linewidths=0.4, alpha=0.6, zorder=3)
         ax.plot(*lines[0].T, color=style.BLUE, linewidth=1.6, zorder=4.5)
         if self.replay is not None:
             failed = self.replay.failed[: self.count]
             colors = np.where(failed, style.RED, style.BLACK)
-            ax.add_collection(
-                LineCollection(self.shown, colors=colors, linewidths=0.35, alpha=0.6, zorder=4)
-            )
+            style.ways(ax, self.shown, colors=colors, linewidths=0.35, alpha=0.6, zorder=4)
             ax.plot(
                 *self.shown[0].T, color=colors[0], linewidth=1.1, linestyle=(0, (3, 2)), zorder=4.6
             )
@@ -228,35 +204,26 @@ class _Picture:
 
     def _way(self, ax) -> None:
         """The true shape of the body along the first sample."""
-        from matplotlib.collections import PolyCollection
-
         knots = np.linspace(0, self.columns.shape[1] - 1, FOOTPRINTS).round().astype(int)
         along = shapes.footprints(self.parts, self.columns[0, knots], self.n_p, self.view.axes)
         ends = len(self.parts)
-        ax.add_collection(
-            PolyCollection(
-                along[:-ends], facecolors="none", edgecolors=style.BLUE, linewidths=0.6, zorder=4.2
-            )
-        )
-        looks = {"facecolors": style.SKY, "edgecolors": style.BLUE, "alpha": 0.6}
-        ax.add_collection(PolyCollection(along[-ends:], **looks, linewidths=1.0, zorder=4.3))
+        looks = {"edgecolors": style.BLUE, "linewidths": 0.6, "zorder": 4.2}
+        style.areas(ax, along[:-ends], facecolors="none", **looks)
+        looks = {"edgecolors": style.BLUE, "linewidths": 1.0, "alpha": 0.6, "zorder": 4.3}
+        style.areas(ax, along[-ends:], facecolors=style.SKY, **looks)
 
     def headings(self, ax) -> None:
         """Final positions, each with a stroke along the final heading."""
         if not self.single:
-            from matplotlib.collections import PolyCollection
-
             looks = {"facecolors": "none", "edgecolors": style.BLUE, "linewidths": 0.4}
-            ax.add_collection(PolyCollection(self._ends_of_bodies, **looks, alpha=0.5, zorder=4))
+            style.areas(ax, self._ends_of_bodies, **looks, alpha=0.5, zorder=4)
         end, q = self._ends
         ax.scatter(*end.T, s=4, color=style.BLUE, zorder=6)
         if self.heading is not None:
             along = np.stack([np.cos(q[:, self.heading]), np.sin(q[:, self.heading])], axis=1)
             length = 0.09 * np.ptp(self.goals[0], axis=0).max()
-            from matplotlib.collections import LineCollection
-
             strokes = np.stack([end, end + length * along], axis=1)
-            ax.add_collection(LineCollection(strokes, colors=style.BLUE, linewidths=0.7, zorder=6))
+            style.ways(ax, strokes, colors=style.BLUE, linewidths=0.7, zorder=6)
 
     def tally(self) -> str:
         """What the replay saw, in a few words."""
@@ -268,49 +235,32 @@ class _Picture:
         return f"; in the black box {reached} reach the goal, {touched} touch"
 
     def handles(self) -> list:
-        from matplotlib.lines import Line2D
-        from matplotlib.patches import Patch
-
-        grown = Patch(
-            facecolor="#EBEBEB", edgecolor=style.GREY, linestyle="--", label="grown by the body"
-        )
         one = self.path.shape[1] == 1
         tubes = "tubes (first sample darker)" if one else "tubes of all points"
         of_first = shapes.name_first(self.points)
         entries = [
-            Patch(facecolor="#6E6E6E", label="obstacle"),
-            *([grown] if self.single else []),
-            Patch(facecolor="#CBE8DF", edgecolor=style.GREEN, label="goal"),
-            Patch(facecolor="#D6E8F5", label=tubes),
-            Line2D([], [], color=style.BLUE, label=f"predicted path{of_first}"),
-            Line2D(
-                [],
-                [],
-                color=style.ORANGE,
-                marker="o",
-                linestyle="none",
-                markersize=4,
-                label="start",
-            ),
+            style.patch("obstacle", facecolor="#6E6E6E"),
+            *([style.patch("grown by the body", **shapes.GROWN)] if self.single else []),
+            style.patch("goal", facecolor="#CBE8DF", edgecolor=style.GREEN),
+            style.patch(tubes, facecolor="#D6E8F5"),
+            style.mark(f"predicted path{of_first}", color=style.BLUE),
+            style.mark("start", color=style.ORANGE, marker="o", linestyle="none", markersize=4),
             *self._bodies(),
         ]
         if self.replay is not None:
-            entries.append(Line2D([], [], color=style.BLACK, label=f"true run{of_first}"))
+            entries.append(style.mark(f"true run{of_first}", color=style.BLACK))
             if self.replay.failed.any():
-                entries.append(Line2D([], [], color=style.RED, label="true run that failed"))
+                entries.append(style.mark("true run that failed", color=style.RED))
         return entries
 
     def _bodies(self) -> list:
-        from matplotlib.lines import Line2D
-        from matplotlib.patches import Patch
-
         if not self.single:
             return [
-                Patch(facecolor="none", edgecolor=style.BLUE, label="body, first sample"),
-                Patch(facecolor=style.SKY, edgecolor=style.BLUE, alpha=0.6, label="at its end"),
+                style.patch("body, first sample", facecolor="none", edgecolor=style.BLUE),
+                style.patch("at its end", facecolor=style.SKY, edgecolor=style.BLUE, alpha=0.6),
             ]
         ring = {"marker": "o", "fillstyle": "none", "linestyle": "none"}
-        return [Line2D([], [], color=style.BLUE, **ring, label="body at its end")]
+        return [style.mark("body at its end", color=style.BLUE, **ring)]
 
 
 def _columns(scene: "_Picture", to) -> int:
@@ -332,8 +282,3 @@ def _widths(scene: "_Picture") -> list[float]:
 def _shape(lo, hi) -> float:
     """Width over height of a box."""
     return (hi[0] - lo[0]) / (hi[1] - lo[1])
-
-
-def _limits(ax, lo, hi) -> None:
-    ax.set_xlim(lo[0], hi[0])
-    ax.set_ylim(lo[1], hi[1])

@@ -5,11 +5,13 @@ from collections.abc import Sequence
 import numpy as np
 
 from parc_jax.errors import InputError
+from parc_jax.plot import style
 from parc_jax.problem.body import Disc, Part, Polygon
 from parc_jax.sets.hpolytope import HPolytope
 from parc_jax.sets.qhull import convex_hull
 from parc_jax.sets.vertices import vertices
 
+GROWN = {"facecolor": "#EBEBEB", "edgecolor": style.GREY, "linestyle": "--"}  # of an obstacle
 ARC = 48  # points on the circle of a disc body
 
 

@@ -44,10 +44,7 @@ def spread(answer, runs, repeats: int, to=None, *, shown: int = SHOWN):
             _errors(ax, time, true[..., axis], path[..., axis], error[..., axis], fine)
             ax.set_title(f"error along {'xyz'[axis]}, {n} plans, {repeats} runs each")
         sheet.axes[1].set_ylabel("run minus prediction [m]")
-        if sheet.out is sheet.figure:
-            style.legend(sheet.figure, _handles(answer, runs.failed.any()), 5)
-        else:
-            sheet.axes[0].legend(handles=_handles(answer, runs.failed.any()), loc="best")
+        style.explain(sheet, _handles(answer, runs.failed.any()), 5)
     return sheet.out
 
 
@@ -62,13 +59,10 @@ def far_apart(points: np.ndarray, most: int) -> np.ndarray:
 
 
 def _workspace(ax, answer, path, error, true, failed, shown: int) -> None:
-    from matplotlib.collections import LineCollection, PolyCollection
-
     for obstacle in answer.problem.obstacles:
         if shapes.grows_obstacles(answer):
             around = shapes.grown(obstacle, answer.problem.parts[0])
-            looks = {"facecolor": "#EBEBEB", "edgecolor": style.GREY, "linestyle": "--"}
-            ax.fill(*around.T, **looks, linewidth=0.9, zorder=0.5)
+            ax.fill(*around.T, **shapes.GROWN, linewidth=0.9, zorder=0.5)
         ax.fill(*shapes.shadow(obstacle).T, facecolor="#6E6E6E", edgecolor="none", zorder=2)
     goal = shapes.shadow(answer.problem.goal)
     path, error, true = (part[..., :2] for part in (path, error, true))
@@ -80,25 +74,16 @@ def _workspace(ax, answer, path, error, true, failed, shown: int) -> None:
     for rank, number in enumerate(chosen):
         color = style.CYCLE[rank % len(style.CYCLE)]
         swept = shapes.tubes(path[number], error[number])
-        ax.add_collection(
-            PolyCollection(swept, facecolors=color, alpha=0.04, edgecolors="none", zorder=1)
-        )
+        style.areas(ax, swept, facecolors=color, alpha=0.04, edgecolors="none", zorder=1)
         colors = [style.RED if bad else color for bad in failed[number, :RUNS]]
         lines = true[number, :RUNS, ::every]
-        ax.add_collection(LineCollection(lines, colors=colors, linewidths=0.3, alpha=0.5, zorder=3))
+        style.ways(ax, lines, colors=colors, linewidths=0.3, alpha=0.5, zorder=3)
         ax.plot(*path[number].T, color="white", linewidth=2.4, zorder=4)
         ax.plot(*path[number].T, color=color, linewidth=1.4, zorder=4.5)
-        ax.plot(
-            *path[number, 0],
-            marker="o",
-            markersize=4,
-            color=color,
-            markeredgecolor="white",
-            zorder=5,
-        )
+        dot = {"marker": "o", "markersize": 4, "markeredgecolor": "white"}
+        ax.plot(*path[number, 0], **dot, color=color, zorder=5)
     lo, hi = shapes.span(path[chosen], true[chosen, :, ::every], goal, room=0.06)
-    ax.set_xlim(lo[0], hi[0])
-    ax.set_ylim(lo[1], hi[1])
+    style.limits(ax, lo, hi)
     ax.set_aspect("equal")
     ax.set_xlabel(answer.model.labels.p[0])
     ax.set_ylabel(answer.model.labels.p[1])
@@ -124,35 +109,19 @@ def _errors(ax, time, true, path, error, fine) -> None:
 
 
 def _handles(answer, any_failed: bool) -> list:
-    from matplotlib.lines import Line2D
-    from matplotlib.patches import Patch
-
     entries = [
-        Line2D(
-            [],
-            [],
-            color=style.GREY,
-            linewidth=1.4,
-            marker="o",
-            markersize=4,
-            label="predicted, from its start",
+        style.mark(
+            "predicted, from its start", color=style.GREY, linewidth=1.4, marker="o", markersize=4
         ),
-        Line2D([], [], color=style.GREY, linewidth=0.5, label="true run"),
-        *(Patch(facecolor=color, label=f"error: {name}") for _, _, color, name in LEVELS),
-        Line2D([], [], color=style.BLUE, label="error: median"),
-        Line2D(
-            [],
-            [],
-            color=style.BLACK,
-            linestyle="--",
-            label="half width of the tube (median over plans)",
-        ),
+        style.mark("true run", color=style.GREY, linewidth=0.5),
+        *(style.patch(f"error: {name}", facecolor=color) for _, _, color, name in LEVELS),
+        style.mark("error: median", color=style.BLUE),
+        style.mark("half width of the tube (median over plans)", color=style.BLACK, linestyle="--"),
     ]
-    looks = {"facecolor": "#EBEBEB", "edgecolor": style.GREY, "linestyle": "--"}
     if shapes.grows_obstacles(answer):
-        entries.append(Patch(**looks, label="obstacle grown by the body"))
+        entries.append(style.patch("obstacle grown by the body", **shapes.GROWN))
     else:
-        entries.append(Patch(facecolor="#6E6E6E", label="obstacle"))
+        entries.append(style.patch("obstacle", facecolor="#6E6E6E"))
     if any_failed:
-        entries.append(Line2D([], [], color=style.RED, label="true run that failed"))
+        entries.append(style.mark("true run that failed", color=style.RED))
     return entries

@@ -127,6 +127,50 @@ def legend(figure, handles, columns: int) -> None:
     )
 
 
+def explain(sheet: Sheet, handles, columns: int, loc: str = "best") -> None:
+    """The legend of a sheet: below a figure of its own, within the first of Axes that were given,
+    at `loc`.
+    """
+    if sheet.out is sheet.figure:
+        legend(sheet.figure, handles, columns)
+    else:
+        sheet.axes[0].legend(handles=handles, loc=loc)
+
+
+def mark(label: str, **looks):
+    """A line or a marker in a legend. looks: as of Line2D."""
+    from matplotlib.lines import Line2D
+
+    return Line2D([], [], label=label, **looks)
+
+
+def patch(label: str, **looks):
+    """An area in a legend. looks: as of Patch."""
+    from matplotlib.patches import Patch
+
+    return Patch(label=label, **looks)
+
+
+def areas(ax, outlines, **looks):
+    """Draw areas by their outlines (v, 2); returns them. looks: as of PolyCollection."""
+    from matplotlib.collections import PolyCollection
+
+    return ax.add_collection(PolyCollection(outlines, **looks))
+
+
+def ways(ax, places, **looks) -> None:
+    """Draw lines by their places (v, 2). looks: as of LineCollection."""
+    from matplotlib.collections import LineCollection
+
+    ax.add_collection(LineCollection(places, **looks))
+
+
+def limits(ax, lo, hi) -> None:
+    """Show the box with these corners (2,)."""
+    ax.set_xlim(lo[0], hi[0])
+    ax.set_ylim(lo[1], hi[1])
+
+
 def line(number: int) -> dict:
     """Colour and dashes of the n-th line of a picture: never told apart by colour alone."""
     return {"color": CYCLE[number % len(CYCLE)], "linestyle": DASHES[number % len(DASHES)]}

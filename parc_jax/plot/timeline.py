@@ -55,10 +55,8 @@ def timeline(
                 color = style.line(row // len(parts))["color"]
                 _runs(below, len(rows) - 1 - row, runs, model.time.dt, color)
             _dress(above, below, answer, i, rows, model.time.t_f)
-        if sheet.out is sheet.figure:
-            style.legend(sheet.figure, sheet.axes[0].get_legend_handles_labels()[0], 4)
-        else:
-            sheet.axes[0].legend(loc="upper right")
+        handles = sheet.axes[0].get_legend_handles_labels()[0]
+        style.explain(sheet, handles, 4, "upper right")
     return sheet.out
 
 
