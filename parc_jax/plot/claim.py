@@ -67,24 +67,11 @@ def _tube(ax, claimed: ErrorClaim, time: TimeGrid) -> None:
         values = of_points[..., axis].max(axis=2)
         name = "xyz"[axis] + ("" if tube.n_points == 1 else " of the widest point")
         middle = quantile(values, share, 0.5)
-        ax.stairs(
-            middle,
-            edges,
-            baseline=None,
-            **style.line(axis),
-            linewidth=1.7,
-            label=f"{name}, median over K",
-        )
+        looks = {"baseline": None, **style.line(axis)}
+        ax.stairs(middle, edges, **looks, linewidth=1.7, label=f"{name}, median over K")
         if len(used) > 1:
             widest = values.max(axis=0)
-            ax.stairs(
-                widest,
-                edges,
-                baseline=None,
-                **style.line(axis),
-                linewidth=0.7,
-                label=f"{name}, widest bin",
-            )
+            ax.stairs(widest, edges, **looks, linewidth=0.7, label=f"{name}, widest bin")
     if any(claimed.intersample):
         ax.axhline(
             max(claimed.intersample), color=style.GREY, linewidth=0.7, label="part between records"

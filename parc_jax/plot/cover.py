@@ -51,17 +51,8 @@ def cover(
         ):
             if target is not None:
                 ax.axhline(target, color=style.GREY, linewidth=0.8, linestyle=":")
-                ax.annotate(
-                    "target",
-                    (0, target),
-                    (3, -3),
-                    xycoords=("axes fraction", "data"),
-                    textcoords="offset points",
-                    ha="left",
-                    va="top",
-                    color=style.GREY,
-                    fontsize=8,
-                )
+                along = {"xycoords": ("axes fraction", "data"), "ha": "left", "va": "top"}
+                style.note(ax, "target", (0, target), (3, -3), **along, **style.SMALL)
             ax.set_yscale("log")
             ax.yaxis.set_major_formatter("{x:g}")
             ax.set_ylim(floor, 1.2)

@@ -82,11 +82,10 @@ def _tube(ax, claim: ErrorClaim, time: TimeGrid, number: int) -> None:
     if len(values) == 0:
         return
     edges = np.arange(time.n_steps + 1) * time.dt
+    looks = {"baseline": None, **style.line(number)}
     if len(values) > 1:
-        ax.stairs(values.max(axis=0), edges, baseline=None, **style.line(number), linewidth=0.7)
-    ax.stairs(
-        quantile(values, share, 0.5), edges, baseline=None, **style.line(number), linewidth=1.7
-    )
+        ax.stairs(values.max(axis=0), edges, **looks, linewidth=0.7)
+    ax.stairs(quantile(values, share, 0.5), edges, **looks, linewidth=1.7)
 
 
 def _terms(claims: Sequence[ErrorClaim]) -> str:

@@ -65,17 +65,9 @@ def gap(
             _curve(ax, curve, number, floor)
         if published is not None:
             ax.axvline(published, color=style.GREY, linewidth=0.8, linestyle=":")
-            ax.annotate(
-                "published scene",
-                (published, 1.0),
-                (3, 3),
-                xycoords=("data", "axes fraction"),
-                textcoords="offset points",
-                ha="center",
-                color=style.GREY,
-                fontsize=8,
-                annotation_clip=False,
-            )
+            above = {"xycoords": ("data", "axes fraction"), "annotation_clip": False}
+            looks = {"ha": "center", **style.SMALL}
+            style.note(ax, "published scene", (published, 1.0), (3, 3), **above, **looks)
         ax.set_yscale("log")
         ax.set_ylim(0.8 * floor, 1.3)
         ticks = 10.0 ** np.arange(round(np.log10(floor)) + 1, 1)
@@ -106,7 +98,7 @@ def _narrowest(ax, rooms: Sequence[GapRoom], curves: list[str]) -> None:
             if x is not None:
                 ax.plot([x], [row], color=color, marker=marker, markerfacecolor=face)
         if not known:
-            ax.annotate("no plan", (0.0, row), (4, 0), textcoords="offset points", va="center")
+            style.note(ax, "no plan", (0.0, row), (4, 0), va="center")
     ax.set_yticks(range(len(rooms)), [room.name for room in rooms])
     ax.set_ylim(len(rooms) - 0.5, -0.5)
     ax.grid(True, axis="x")
@@ -118,27 +110,11 @@ def _narrowest(ax, rooms: Sequence[GapRoom], curves: list[str]) -> None:
 def _curve(ax, curve: GapCurve, number: int, floor: float) -> None:
     order = np.argsort(curve.gaps)
     gaps, share = np.asarray(curve.gaps, float)[order], np.asarray(curve.share, float)[order]
-    looks = style.line(number)
-    marker = "osD^v"[number % 5]
-    ax.plot(gaps, np.maximum(share, floor), **looks, label=curve.name, marker=marker, markersize=4)
-    none = share <= 0
-    ax.plot(
-        gaps[none],
-        np.full(none.sum(), floor),
-        color=looks["color"],
-        marker=marker,
-        markersize=5 + 3 * number,
-        markerfacecolor="white",
-        linestyle="none",
-        zorder=3 - 0.1 * number,
-    )
+    looks = {"marker": "osD^v"[number % 5], **style.line(number)}
+    ax.plot(gaps, np.maximum(share, floor), **looks, label=curve.name, markersize=4)
+    none = gaps[share <= 0]
+    looks |= {"linestyle": "none", "markerfacecolor": "white", "markersize": 5 + 3 * number}
+    ax.plot(none, np.full(len(none), floor), **looks, zorder=3 - 0.1 * number)
     if curve.low is not None and curve.high is not None:
-        low, high = np.asarray(curve.low, float)[order], np.asarray(curve.high, float)[order]
-        ax.fill_between(
-            gaps,
-            np.maximum(low, floor),
-            np.maximum(high, floor),
-            color=looks["color"],
-            alpha=0.18,
-            linewidth=0,
-        )
+        bounds = (np.maximum(np.asarray(x, float)[order], floor) for x in (curve.low, curve.high))
+        ax.fill_between(gaps, *bounds, color=looks["color"], alpha=0.18, linewidth=0)

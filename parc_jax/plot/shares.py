@@ -35,14 +35,8 @@ def shares(groups: Mapping[str, Sequence[Bar]], to=None, *, label: str = "share"
                 ax.barh(at, 100 * bar.share, 0.78, color=color, alpha=0.3 + 0.7 * rank / len(bars))
                 bounds = 100 * np.abs(np.array([[bar.low], [bar.high]]) - bar.share)
                 ax.errorbar(100 * bar.share, at, xerr=bounds, color=style.BLACK, lw=0.8, capsize=2)
-                ax.annotate(
-                    f"{100 * bar.share:.0f} %",
-                    (100 * bar.high, at),
-                    (4, 0),
-                    textcoords="offset points",
-                    va="center",
-                    fontsize=7.5,
-                )
+                number_at, looks = (100 * bar.high, at), {"va": "center", "fontsize": 7.5}
+                style.note(ax, f"{100 * bar.share:.0f} %", number_at, (4, 0), **looks)
                 places.append(at)
                 names.append(bar.name)
                 at += 1

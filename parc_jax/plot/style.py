@@ -21,6 +21,7 @@ SKY, PURPLE, YELLOW, BLACK, GREY = "#56B4E9", "#CC79A7", "#F0E442", "#222222", "
 CYCLE = (BLUE, RED, GREEN, PURPLE, ORANGE, SKY, BLACK)
 DASHES = ("-", (0, (5, 1.6)), (0, (1, 1.2)), (0, (5, 1.4, 1, 1.4)))
 SEQUENTIAL = "cividis"  # even in lightness, read alike with and without red-green vision
+SMALL = {"color": GREY, "fontsize": 8}  # of words within a picture
 DPI = 200
 
 RC = {
@@ -163,6 +164,11 @@ def ways(ax, places, **looks) -> None:
     from matplotlib.collections import LineCollection
 
     ax.add_collection(LineCollection(places, **looks))
+
+
+def note(ax, words: str, at, away: tuple[float, float], **looks) -> None:
+    """Words beside a place, [points] away from it. looks: as of `Axes.annotate`."""
+    ax.annotate(words, at, away, textcoords="offset points", **looks)
 
 
 def limits(ax, lo, hi) -> None:

@@ -116,42 +116,20 @@ def _true(ax, answer, path: np.ndarray, names) -> None:
     seconds = (np.arange(time.n_record) + 0.5) * time.dt_record
     still = ErrorBox(np.zeros((time.n_record, model.n_points, model.n_p)))
     for o, gap in enumerate(_clearances(answer, path, still)):
-        ax.plot(
-            seconds,
-            gap,
-            color=style.line(o)["color"],
-            linewidth=0.8,
-            alpha=0.8,
-            label=f"{names[o]}: true run",
-        )
+        looks = {"color": style.line(o)["color"], "linewidth": 0.8, "alpha": 0.8}
+        ax.plot(seconds, gap, **looks, label=f"{names[o]}: true run")
 
 
 def _runs(ax, level: int, runs, dt: float, color: str) -> None:
     for i, (first, end, w) in enumerate(runs):
         shade = 0.3 if i % 2 == 0 else 0.14
-        ax.barh(
-            level,
-            (end - first) * dt,
-            left=first * dt,
-            height=0.8,
-            color=color,
-            alpha=shade,
-            linewidth=0,
-        )
-        if (end - first) * dt < SHORT * ax.get_xlim()[1]:
+        begin, lasts = first * dt, (end - first) * dt
+        looks = {"height": 0.8, "color": color, "alpha": shade, "linewidth": 0}
+        ax.barh(level, lasts, left=begin, **looks)
+        if lasts < SHORT * ax.get_xlim()[1]:
             continue
-        ax.quiver(
-            0.5 * (first + end) * dt,
-            level,
-            w[0],
-            w[1],
-            angles="uv",
-            scale_units="height",
-            scale=4.5,
-            pivot="mid",
-            width=0.006,
-            color=color,
-        )
+        looks = {"angles": "uv", "scale_units": "height", "scale": 4.5, "pivot": "mid"}
+        ax.quiver(0.5 * (first + end) * dt, level, *w[:2], **looks, width=0.006, color=color)
 
 
 def _dress(above, below, answer, i: int, names, t_f: float) -> None:

@@ -8,7 +8,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from parc_jax.errors import InputError
-from parc_jax.plot.shapes import hull, linked, part_outline
+from parc_jax.plot.shapes import hull, linked, part_outline, placed
 from parc_jax.problem.body import Disc, Part
 from parc_jax.problem.problem import ReachAvoid
 from parc_jax.robust.pose import Pose
@@ -23,8 +23,7 @@ VIEW = 20.0  # [m] around a manoeuvre that is drawn
 def in_world(points: np.ndarray, pose: Pose | None) -> np.ndarray:
     """Points (..., n_p) told from a pose with a heading, as (..., 3) in the world."""
     if pose is not None and pose.heading is not None:
-        c, s = np.cos(pose.heading), np.sin(pose.heading)
-        points = points @ np.array([[c, s], [-s, c]]) + pose.place
+        points = placed(points, pose.place, pose.heading)
     return np.concatenate([points, np.zeros((*points.shape[:-1], 3 - points.shape[-1]))], axis=-1)
 
 
