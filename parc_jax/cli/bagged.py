@@ -60,19 +60,7 @@ def from_bags(
     for name, value in needed.items():
         if value is None:
             raise InputError(f"{path}: expected --{name} to cut runs out of bags; none was given.")
-    return load_bags(
-        path,
-        time,
-        pose=asked.pose,
-        command=asked.command,
-        k=asked.k,
-        given=asked.given or (),
-        frames=asked.frames,
-        robot=None if asked.footprint is None else read_footprint(asked.footprint),
-        after=asked.after,
-        domain=domain,
-        k_law=k_law,
-        short=asked.short,
-        bridge=asked.bridge,
-        clock=asked.clock,
-    )
+    options = vars(asked) | {"given": asked.given or ()}
+    outline = options.pop("footprint")
+    robot = None if outline is None else read_footprint(outline)
+    return load_bags(path, time, robot=robot, domain=domain, k_law=k_law, **options)

@@ -156,17 +156,12 @@ def _film(answer, out: Path, sample: int, named: str | None, quiet: bool) -> Pat
     home = module.__name__
     if importlib.util.find_spec(f"{home}.film") if hasattr(module, "__path__") else None:
         return importlib.import_module(f"{home}.film").film_of(answer, out, sample, quiet)
-    return film(answer, out, sample, _run(black_box, answer, sample), quiet=quiet)
-
-
-def _run(black_box, answer, sample: int):
-    """One fresh true run of a sample, (n_record + 1, n_c) [m], all reference points."""
     import jax
 
     from parc_jax.study.replay import replay
 
-    plans = answer.samples[[sample]]
-    return replay(black_box, answer.scene, plans, jax.random.PRNGKey(0)).path[0]
+    true = replay(black_box, answer.scene, answer.samples[[sample]], jax.random.PRNGKey(0))
+    return film(answer, out, sample, true.path[0], quiet=quiet)
 
 
 def _possible(answer) -> list[str]:

@@ -88,11 +88,8 @@ def grows_obstacles(answer) -> bool:
 
 def grown(obstacle: HPolytope, part: Part) -> np.ndarray:
     """Outline (v, 2) of an obstacle in the plane grown by a part of the body, turned inside out."""
-    return part_outline(part.replace(shape=_turned(part.shape)), vertices(obstacle))
-
-
-def _turned(shape: Disc | Polygon) -> Disc | Polygon:
-    return shape if isinstance(shape, Disc) else Polygon(-shape.vertices)
+    turned = part.shape if isinstance(part.shape, Disc) else Polygon(-part.shape.vertices)
+    return part_outline(part.replace(shape=turned), vertices(obstacle))
 
 
 def _same(one: np.ndarray, other: np.ndarray) -> bool:

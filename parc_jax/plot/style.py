@@ -80,13 +80,7 @@ def sheet(
             if to is not None:
                 save(figure, to)
             return
-        given = (
-            [to]
-            if isinstance(to, Axes)
-            else list(to)
-            if isinstance(to, Sequence | np.ndarray)
-            else []
-        )
+        given = list(to) if isinstance(to, Sequence | np.ndarray) else [to]
         if len(given) != rows * columns or not all(isinstance(ax, Axes) for ax in given):
             raise InputError(
                 f"plot: expected None, a path, or {rows * columns} matplotlib Axes; got {to!r:.80}."

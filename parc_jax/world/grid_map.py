@@ -161,15 +161,10 @@ def occupancy_grid(
             f"{CALL}: expected a map; the value {value} is one of an inflated costmap. Take the "
             "static map that it was made of (topic /map)."
         )
-    threshold = _probability("free_thresh", free_thresh)
+    threshold = float(as_float64(f"{CALL} free_thresh", free_thresh, ()))
+    if not 0 <= threshold <= 1:
+        raise InputError(f"{CALL}: expected free_thresh in [0, 1]; got {threshold:g}.")
     return grid_map(CALL, (cells >= 0) & (cells / 100 < threshold), resolution, origin)
-
-
-def _probability(name: str, value: float) -> float:
-    value = float(as_float64(f"{CALL} {name}", value, ()))
-    if not 0 <= value <= 1:
-        raise InputError(f"{CALL}: expected {name} in [0, 1]; got {value:g}.")
-    return value
 
 
 def _rectangles(cells: np.ndarray) -> np.ndarray:
