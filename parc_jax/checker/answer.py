@@ -153,9 +153,7 @@ def summary(report):
         )
         yield f"  of the (p0, k) whose end lies in the goal's box by volume: {listed}"
     yield about_the_model(report)
-    yield from told(report.claim, report.arithmetic)
-    for part, value in report.hash.items():
-        yield f"  sha256 {part} {value}"
+    yield from told(report.claim, report.arithmetic, report.hash)
 
 
 def about_the_model(report):

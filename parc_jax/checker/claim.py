@@ -100,8 +100,8 @@ def share(n, discard, eps, delta):
     return -(-above // below)
 
 
-def told(claim, arithmetic):
-    """What the proof rests on, as lines: a claim and what `checked_claim` knows of it."""
+def told(claim, arithmetic, hashes):
+    """What the proof rests on, as lines: a claim, what `checked_claim` knows of it, and hashes."""
     claim = claim or {"kind": "no claim"}
     if arithmetic is None:
         yield "The proof rests on the tube, which is ASSUMED:"
@@ -112,3 +112,5 @@ def told(claim, arithmetic):
         yield "The proof rests on the tube, of which the file says (unchecked, but for this sum:"
         yield f"  {arithmetic['says']}):"
     yield f"  {ascii(claim.get('kind'))[:40]} {ascii(claim.get('statement'))[:2000]}"
+    for part, value in hashes.items():
+        yield f"  sha256 {part} {value}"

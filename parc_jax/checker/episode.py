@@ -168,6 +168,4 @@ def summary_of_episode(report):
         yield "  those that move are, until its rest. They may run into a robot that rests"
     yield "ASSUMED: that a robot rests where a manoeuvre ends, that poses are as the doubt says,"
     yield "  that obstacles were where the file says"
-    yield from told(report.claim, report.arithmetic)
-    for part, value in report.hash.items():
-        yield f"  sha256 {part} {value}"
+    yield from told(report.claim, report.arithmetic, report.hash)

@@ -153,7 +153,9 @@ class Loop:
             if measured is not None:
                 begin = min(begin, float(as_float64("measured", measured, ())))
             at = self._time(at)
-            here = _within_a_turn(pose_of(pose, self.model))
+            here = pose_of(pose, self.model)
+            if here.heading is not None:  # certificates take no more than a turn
+                here = here._replace(heading=math.remainder(here.heading, 2 * math.pi))
             self._require_no_jump(here, at)
             scene = self._scenes.seen(here, obstacles, spans)
             k = self._all_of_k(self._with_command(given, at))
@@ -281,10 +283,3 @@ class Loop:
         k = self.candidates.copy()
         k[:, list(self.given)] = values
         return k
-
-
-def _within_a_turn(pose: Pose) -> Pose:
-    """With a heading from -pi to pi: certificates take no more than a turn."""
-    if pose.heading is None:
-        return pose
-    return pose._replace(heading=math.remainder(pose.heading, 2 * math.pi))

@@ -26,10 +26,12 @@ def explained(
 
 
 def _explained(image: np.ndarray, clock: str, caption: str, legend) -> np.ndarray:
-    from PIL import Image, ImageDraw
+    from matplotlib.font_manager import findfont
+    from PIL import Image, ImageDraw, ImageFont
 
     height, width = image.shape[:2]
-    font, size = _font(height), SIZE * height
+    size = SIZE * height
+    font = ImageFont.truetype(findfont("DejaVu Sans"), size)
     picture = Image.fromarray(image)
     pen = ImageDraw.Draw(picture, "RGBA")
     bar = 1.8 * size
@@ -44,10 +46,3 @@ def _explained(image: np.ndarray, clock: str, caption: str, legend) -> np.ndarra
         pen.text((x + 1.5 * size, y), words, fill=INK, font=font, anchor="lm")
         x += 3.5 * size + pen.textlength(words, font)
     return np.asarray(picture)
-
-
-def _font(height: int):
-    from matplotlib.font_manager import findfont
-    from PIL import ImageFont
-
-    return ImageFont.truetype(findfont("DejaVu Sans"), SIZE * height)

@@ -58,8 +58,10 @@ def samples(
 
 def _in_plane(pictures: list["_Picture"], to, title: str):
     (scene,) = pictures
-    columns = _columns(scene, to)
-    wide, ratios = (9.0, _widths(scene)) if columns == 2 else (6.0, [1.0])
+    at_goal = shapes.span(*scene.goals, room=NEAR)
+    columns = _columns(scene, at_goal, to)
+    same_height = [_shape(*scene.span), _shape(*at_goal)]
+    wide, ratios = (9.0, same_height) if columns == 2 else (6.0, [1.0])
     with style.sheet(to, (wide, 3.5), columns=columns, width_ratios=ratios) as sheet:
         whole, *beside = sheet.axes
         scene.draw(whole)
@@ -69,7 +71,7 @@ def _in_plane(pictures: list["_Picture"], to, title: str):
         for near in beside:
             scene.draw(near)
             scene.headings(near)
-            style.limits(near, *shapes.span(*scene.goals, room=NEAR))
+            style.limits(near, *at_goal)
             near.set_title("the same, at the goal")
             near.set_ylabel("")
         if not beside:
@@ -145,8 +147,9 @@ class _Picture:
             ax.fill(*goal.T, fill=False, edgecolor=style.GREEN, linewidth=1.2, zorder=2.5)
         for around in self.grown:
             ax.fill(*around.T, **shapes.GROWN, linewidth=0.9, zorder=0.5)
+        ink = None if self.n_p == 2 else 0.6  # in space they hide what is behind them
         for obstacle in self.obstacles:
-            ax.fill(*obstacle.T, facecolor="#6E6E6E", edgecolor="none", zorder=2, alpha=self._ink)
+            ax.fill(*obstacle.T, facecolor="#6E6E6E", edgecolor="none", zorder=2, alpha=ink)
         lines = self.path[:, 0]
         style.ways(ax, lines, colors=style.BLUE, linewidths=0.4, alpha=0.6, zorder=3)
         ax.plot(*lines[0].T, color=style.BLUE, linewidth=1.6, zorder=4.5)
@@ -163,11 +166,6 @@ class _Picture:
         ax.set_aspect("equal")
         ax.set_xlabel(self.labels[self.view.axes[0]])
         ax.set_ylabel(self.labels[self.view.axes[1]])
-
-    @property
-    def _ink(self) -> float | None:
-        """Opacity of obstacles: in space they hide what is behind them."""
-        return None if self.n_p == 2 else 0.6
 
     @property
     def _ends(self):
@@ -263,20 +261,15 @@ class _Picture:
         return [style.mark("body at its end", color=style.BLUE, **ring)]
 
 
-def _columns(scene: "_Picture", to) -> int:
+def _columns(scene: "_Picture", at_goal, to) -> int:
     """Two panels, unless one set of Axes is given or the second would be hardly larger than life in
     the first.
     """
     if to is not None and not isinstance(to, str | Path):
         return len(np.atleast_1d(to))
     (x0, y0), (x1, y1) = scene.span
-    (u0, v0), (u1, v1) = shapes.span(*scene.goals, room=NEAR)
+    (u0, v0), (u1, v1) = at_goal
     return 2 if max(u1 - u0, v1 - v0) < CLOSER * max(x1 - x0, y1 - y0) else 1
-
-
-def _widths(scene: "_Picture") -> list[float]:
-    """Widths of the panels that give both the same height."""
-    return [_shape(*scene.span), _shape(*shapes.span(*scene.goals, room=NEAR))]
 
 
 def _shape(lo, hi) -> float:

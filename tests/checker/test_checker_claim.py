@@ -112,7 +112,7 @@ def test_a_claim_without_its_numbers_is_assumed_and_says_so(name):
 def test_an_older_claim_about_bins_is_not_checked():
     bins = CLAIM | {"bin_eps": ["1/1000"], "evidence": {"bin_runs": [9]}}
     assert asked(bins)["checked"] is False
-    assert "lacks the runs of each block" in " ".join(told(bins, asked(bins)))
+    assert "lacks the runs of each block" in " ".join(told(bins, asked(bins), {}))
 
 
 def test_blocks_share_delta_as_they_need_it():
@@ -125,4 +125,4 @@ def test_blocks_share_delta_as_they_need_it():
 @pytest.mark.parametrize("kind", ["assumed", "declared", "conformal", "cover"])
 def test_other_kinds_have_no_numbers(kind):
     claim = CLAIM | {"kind": kind, "n": "many"}
-    assert asked(claim) is None and "ASSUMED" in " ".join(told(claim, None))
+    assert asked(claim) is None and "ASSUMED" in " ".join(told(claim, None, {}))
