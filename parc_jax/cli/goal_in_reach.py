@@ -11,7 +11,6 @@ from parc_jax.model import TrajectoryModel
 from parc_jax.network.predict import outputs
 from parc_jax.planner.planner import Planner
 from parc_jax.problem.problem import ReachAvoid
-from parc_jax.pwa.table import RegionTable
 from parc_jax.sets.hpolytope import HPolytope
 from parc_jax.sets.vertices import vertices
 from parc_jax.verdict.fits import box_of_rows, finite_box, goal_box
@@ -47,7 +46,7 @@ def require_goal_in_reach(problem: ReachAvoid, planner: Planner) -> None:
             )
     if model.n_k > MOST_PARAMETERS:
         return
-    end_lo, end_hi = _ends(planner.regions, problem, planner)
+    end_lo, end_hi = _ends(problem, planner)
     missed = (lo > end_hi) | (hi < end_lo)
     if missed.any():
         axis = int(np.argmax(missed))
@@ -83,15 +82,14 @@ def odd_size(problem: ReachAvoid, model: TrajectoryModel) -> str | None:
     return None
 
 
-def _ends(
-    table: RegionTable, problem: ReachAvoid, planner: Planner
-) -> tuple[np.ndarray, np.ndarray]:
+def _ends(problem: ReachAvoid, planner: Planner) -> tuple[np.ndarray, np.ndarray]:
     """Box of predicted final (p, q): a piecewise affine map takes its extremes at vertices of its
     regions.
     """
     model = planner.model
     n_c = model.n_c
-    final = outputs(model.net, np.asarray(table.points), slice(model.layout.n_offsets - n_c, None))
+    k = np.asarray(planner.regions.points)
+    final = outputs(model.net, k, slice(model.layout.n_offsets - n_c, None))
     lo, hi = final.min(axis=0), final.max(axis=0)
     if problem.start is None or problem.start.n != model.n_p:
         lo[:n_c], hi[:n_c] = -np.inf, np.inf

@@ -164,12 +164,9 @@ def build(module: ModuleType, function: str, **options):
             raise InputError(
                 f"{key}: expected an option of {module.__name__}.{function} ({known_options})."
             )
-    # simulators print on import
-    silence = contextlib.redirect_stdout(io.StringIO()) if function in WANTED else None
-    with (
-        blamed(f"{module.__name__}.{function}(): expected it to run"),
-        silence or contextlib.nullcontext(),
-    ):
+    quiet = function in WANTED  # simulators print on import
+    silence = contextlib.redirect_stdout(io.StringIO()) if quiet else contextlib.nullcontext()
+    with blamed(f"{module.__name__}.{function}(): expected it to run"), silence:
         built = target(**chosen)
     lacking = [name for name in WANTED.get(function, ()) if not hasattr(built, name)]
     if lacking:
