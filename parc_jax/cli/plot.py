@@ -136,8 +136,11 @@ def _film(answer, out: Path, sample: int, named: str | None, quiet: bool) -> Pat
     """The system's own film, or a plain one of its run, or of the prediction where it is not
     known.
     """
+    import jax
+
     from parc_jax.cli.systems import black_box_with, find
     from parc_jax.plot.film import film
+    from parc_jax.study.replay import replay
     from parc_jax.verdict.outline import require_same
 
     try:
@@ -156,10 +159,6 @@ def _film(answer, out: Path, sample: int, named: str | None, quiet: bool) -> Pat
     home = module.__name__
     if importlib.util.find_spec(f"{home}.film") if hasattr(module, "__path__") else None:
         return importlib.import_module(f"{home}.film").film_of(answer, out, sample, quiet)
-    import jax
-
-    from parc_jax.study.replay import replay
-
     true = replay(black_box, answer.scene, answer.samples[[sample]], jax.random.PRNGKey(0))
     return film(answer, out, sample, true.path[0], quiet=quiet)
 
