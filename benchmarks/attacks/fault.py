@@ -1,6 +1,6 @@
 """A fault on purpose: one place of the code, made wrong, and the tests that must notice.
 
-A place is named by what it means, a function, a class or a module ("widths.moved_tube"), so code
+A place is named by what it means, a function, a class or a module ("question.moved_tube"), so code
 may move without moving the table; files that are not Python are named by their path.
 """
 

@@ -69,7 +69,7 @@ DOUBT = (
     ),
     Fault(
         "nothing_is_said_of_copies",
-        "_plain",
+        "Question.plain",
         "max(copies.counts) > 1",
         "False",
         (EXECUTIONS + "test_no_plan_under_copies_says_what_it_means",),

@@ -279,9 +279,9 @@ VERDICT = (
     ),
     Fault(
         "boxes_take_the_vertices_of_others",
-        "_at_vertices",
-        "(len(nodes))",
-        "(len(nodes))[::-1]",
+        "Examiner.at_vertices",
+        "(len(some))",
+        "(len(some))[::-1]",
         ("tests/no_plan/test_examined.py::test_at_vertices_boxes_do_not_know_their_neighbours",),
     ),
     Fault(

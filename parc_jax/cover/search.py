@@ -119,7 +119,9 @@ def cover(
     begin = time.perf_counter()
     for_draws, rng = rng.spawn(2)
     query = Query(scene, rng, target, work, limit, polytopes, begin)
-    search = _beginning(query, no_points(scene.model), stopping_rule(target, confidence))
+    points, rule = no_points(scene.model), stopping_rule(target, confidence)
+    building = nothing_built(scene.model.tube, points)
+    search = Search(building, Polytopes(), by_corridors=rule, by_polytopes=rule, outside=points)
     with Sampler(scene, for_draws, within) as sampler:
         while True:
             search = look(query, search, sampler.take())
@@ -261,11 +263,6 @@ def draw_safe_plans(
     short = Ended.SECONDS if limit.cut else Ended.WORK
     ended = Ended.TARGET if tally.safe >= n else short
     return Cover(*tally, joined(seen), none, none, first_sample_s=first, within=within, ended=ended)
-
-
-def _beginning(query: Query, points: Points, rule: StoppingRule) -> Search:
-    building = nothing_built(query.scene.model.tube, points)
-    return Search(building, Polytopes(), by_corridors=rule, by_polytopes=rule, outside=points)
 
 
 def _ended(query: Query, search: Search, tally: Counts) -> Ended | None:

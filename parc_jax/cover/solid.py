@@ -41,7 +41,9 @@ def solid(polytope: HPolytope, inside: np.ndarray) -> Solid | None:
     if cut is None:
         return None
     corners = np.unique(cut.intersections.round(12), axis=0)
-    hull = _hull(corners)
+    hull = convex_hull(corners)
+    if hull is None:  # corners that share a facet up to rounding confuse qhull
+        hull = convex_hull(corners, "QJ Pp")
     simplices = None if hull is None else _simplices(corners[hull.vertices])
     if simplices is None:
         return None
@@ -68,14 +70,6 @@ def _segment(polytope: HPolytope) -> Solid | None:
         return None
     rows = HPolytope(np.array([[1.0], [-1.0]]), np.array([hi, -lo]))
     return Solid(rows, np.array([[lo], [hi]]), hi - lo, np.array([[0, 1]]), np.ones(1))
-
-
-def _hull(corners: np.ndarray):
-    """Qhull's hull of corners (v, n); joggled where corners that share a facet up to rounding
-    confuse qhull.
-    """
-    hull = convex_hull(corners)
-    return convex_hull(corners, "QJ Pp") if hull is None else hull
 
 
 def _simplices(vertices: np.ndarray) -> np.ndarray | None:

@@ -71,21 +71,20 @@ class Examiner:
         return sum(math.comb(crossing, i) for i in range(self.model.n_k + 1))
 
     def at_vertices(self, nodes: list[Node]) -> Iterator[Batch]:
-        """Boxes with few vertices, examined at these: as many together as fit."""
+        """Boxes with few vertices, examined at these: as many together as fit, padded to one
+        compiled shape.
+        """
         for some in _fitting(nodes):
-            yield self._at_vertices(some)
-
-    def _at_vertices(self, nodes: list[Node]) -> Batch:
-        """Boxes examined at the vertices of their cells, padded to one compiled shape."""
-        k = np.concatenate([node.vertices for node in nodes])
-        owner = np.repeat(np.arange(len(nodes)), [len(node.vertices) for node in nodes])
-        missing = VERTICES - len(k)
-        k = np.concatenate([k, np.repeat(k[:1], missing, axis=0)])
-        owner = np.concatenate([owner, np.full(missing, BOXES)])
-        boxes, over = self._as_boxes(nodes)
-        with x64():
-            seen = examine_jit(self.model.net, self.scene.tabled, k, owner, boxes)
-            return Batch(nodes, over, Examined(*jax.device_get(seen)), owner, bounded=False)
+            k = np.concatenate([node.vertices for node in some])
+            owner = np.repeat(np.arange(len(some)), [len(node.vertices) for node in some])
+            missing = VERTICES - len(k)
+            k = np.concatenate([k, np.repeat(k[:1], missing, axis=0)])
+            owner = np.concatenate([owner, np.full(missing, BOXES)])
+            boxes, over = self._as_boxes(some)
+            with x64():
+                seen = examine_jit(self.model.net, self.scene.tabled, k, owner, boxes)
+                seen = Examined(*jax.device_get(seen))
+            yield Batch(some, over, seen, owner, bounded=False)
 
     def by_bounds(self, nodes: list[Node]) -> Batch:
         """Boxes examined by bounds of the network."""

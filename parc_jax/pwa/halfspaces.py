@@ -54,7 +54,7 @@ def same_direction(rows: Halfspaces, i: int) -> np.ndarray:
 
 
 def proportional(p: np.ndarray, q: np.ndarray) -> bool:
-    """q = c p for a rational c, zero included; p is not zero."""
+    """q = c p for a rational c, zero included; exact numbers, p is not zero."""
     at = next(k for k, v in enumerate(p) if v)
     return all(x * q[at] == y * p[at] for x, y in zip(p, q, strict=True))
 

@@ -11,7 +11,6 @@ from collections.abc import Iterator, Sequence
 
 import jax
 import numpy as np
-from jaxtyping import Float, Int
 
 from parc_jax.base import struct
 from parc_jax.base.arrays import as_float64
@@ -20,7 +19,7 @@ from parc_jax.network.relu import ReLUNetwork
 from parc_jax.pwa.domain import UnitProblem, interior_point, unit_problem
 from parc_jax.pwa.exact import ExactNetwork
 from parc_jax.pwa.facets import find_facets
-from parc_jax.pwa.halfspaces import Halfspaces, halfspaces, pattern_across, pattern_at
+from parc_jax.pwa.halfspaces import halfspaces, pattern_across, pattern_at
 from parc_jax.pwa.locate import inside_domain
 from parc_jax.sets.box import Box
 from parc_jax.sets.hpolytope import HPolytope
@@ -74,18 +73,12 @@ def _march(network: ExactNetwork, unit: UnitProblem, first: np.ndarray) -> Itera
             for i in facets.tolist()
         ]
         neighbours = np.array(across)
-        table = _caller_rows(rows, facets, unit.scale)
+        # in the caller's coordinates, largest gradient entry in [1/2, 1)
+        table = rows.unit[facets] * np.append(1 / unit.scale, -1.0)
+        _, exponent = np.frexp(np.abs(table[:, :-1]).max(axis=1))
+        table = np.ldexp(table, -exponent[:, None])
         yield MarchedRegion(on, table[:, :-1], table[:, -1], rows.label[facets], neighbours)
         for pattern in neighbours:
             if pattern.tobytes() not in seen:
                 seen.add(pattern.tobytes())
                 waiting.append(pattern)
-
-
-def _caller_rows(
-    rows: Halfspaces, facets: Int[np.ndarray, " f"], scale: Float[np.ndarray, " n"]
-) -> np.ndarray:
-    """Rows (A, b) in the caller's coordinates, largest gradient entry in [1/2, 1)."""
-    table = rows.unit[facets] * np.append(1 / scale, -1.0)
-    _, exponent = np.frexp(np.abs(table[:, :-1]).max(axis=1))
-    return np.ldexp(table, -exponent[:, None])

@@ -61,7 +61,8 @@ def prove_complete(
     effort: (n_signs, n_exact, n_repaired).
     """
     total = math.fsum(volumes)
-    proof = Completeness(total, float(domain_volume), _euler(faces), tuple(faces), *effort)
+    euler = sum(faces[::2]) - sum(faces[1::2])
+    proof = Completeness(total, float(domain_volume), euler, tuple(faces), *effort)
     on_both_sides = (plus & minus).any(axis=1)
     if on_both_sides.any():
         _refuse(f"{int(on_both_sides.sum())} regions have vertices on both sides of a neuron")
@@ -126,10 +127,6 @@ def _recheck_chunk(
             )
         h = np.maximum(z, 0.0)
         first = last
-
-
-def _euler(faces: list[int]) -> int:
-    return sum(count if k % 2 == 0 else -count for k, count in enumerate(faces))
 
 
 def _all_distinct(words: np.ndarray) -> bool:

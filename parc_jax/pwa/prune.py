@@ -20,7 +20,7 @@ def keep_minus(lattice: Complex, column: int) -> np.ndarray:
     radius = {k: lattice.radius(k).view[1:] for k in range(1, n)}
     label = lattice.label.view[1:] if n > 1 else lattice.label.view
     kept = _kept_faces(rows, plus, n)
-    number = {k: _new_numbers(kept[k]) for k in range(n + 1)}
+    number = {k: np.where(kept[k], np.cumsum(kept[k]) - 1, -1) for k in range(n + 1)}
 
     sub, _ = _kept_rows(rows[1], kept[1], number[0])
     ends = sub.reshape(-1, 2)
@@ -57,11 +57,6 @@ def _kept_faces(rows: dict[int, Ragged], plus: np.ndarray, n: int) -> dict[int, 
         kept[k - 1] = np.zeros(count[k - 1], bool)
         kept[k - 1][sub[np.repeat(kept[k], np.diff(offsets))]] = True
     return kept
-
-
-def _new_numbers(kept: np.ndarray) -> np.ndarray:
-    """New number of every old face, -1 where it was dropped."""
-    return np.where(kept, np.cumsum(kept) - 1, -1)
 
 
 def _kept_rows(rows: Ragged, kept: np.ndarray, number: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

@@ -11,6 +11,7 @@ from parc_jax.pwa.budget import Budget
 from parc_jax.pwa.complex import Complex, Sign
 from parc_jax.pwa.cut_edges import Slack
 from parc_jax.pwa.exact import ExactNetwork, sign_of
+from parc_jax.pwa.halfspaces import proportional
 from parc_jax.pwa.rounding import LayerBound
 from parc_jax.pwa.storage import unpack
 
@@ -61,7 +62,7 @@ class SignOracle:
         self.first_column = first_column
         self.lip = lip
         self.rows: dict[int, np.ndarray] = {}
-        self.twins = _proportional(W, b)
+        self.twins = _twins(W, b)
 
     def codes(self, j: int) -> tuple[np.ndarray, Slack]:
         """`Sign` (V,) uint8 of neuron j of the open layer at all vertices, and the slack of a cut
@@ -157,7 +158,7 @@ class SignOracle:
         return on, np.flatnonzero(zero)
 
 
-def _proportional(
+def _twins(
     W: Float[np.ndarray, "w inputs"], b: Float[np.ndarray, " w"]
 ) -> dict[int, tuple[int, bool]]:
     """Neurons whose (W, b) is an exact multiple of an earlier one's: {j: (earlier i, same
@@ -168,16 +169,9 @@ def _proportional(
     unit = table / np.where(size > 0, size, 1.0)[:, None]
     length = np.linalg.norm(unit, axis=1)
     cosine = np.abs(unit @ unit.T) / np.maximum(length[:, None] * length, 1e-300)
+    exact = np.vectorize(Fraction, otypes=[object])
     twins: dict[int, tuple[int, bool]] = {}
     for i, j in zip(*np.nonzero(np.triu(cosine > 1 - 1e-9, 1)), strict=True):
-        if j not in twins and i not in twins and _is_multiple(table[i], table[j]):
+        if j not in twins and i not in twins and proportional(exact(table[i]), exact(table[j])):
             twins[int(j)] = (int(i), bool(np.dot(unit[i], unit[j]) > 0))
     return twins
-
-
-def _is_multiple(p: Float[np.ndarray, " columns"], q: Float[np.ndarray, " columns"]) -> bool:
-    """q = c p exactly, c a nonzero rational."""
-    at = int(np.argmax(np.abs(p)))
-    p_at = Fraction(p[at])
-    q_at = Fraction(q[at])
-    return all(Fraction(x) * q_at == Fraction(y) * p_at for x, y in zip(p, q, strict=True))

@@ -14,6 +14,7 @@ from typing import NamedTuple
 import numpy as np
 
 from parc_jax.claim.claim import weaker
+from parc_jax.claim.tube import Tube, fitted_tube, tube
 from parc_jax.errors import InputError
 from parc_jax.model import TrajectoryModel
 from parc_jax.problem.doubt import Doubt
@@ -23,7 +24,6 @@ from parc_jax.robust.executions import Executions, executions_of, require_given
 from parc_jax.robust.pose import Pose, from_here, pose_of, require_rotation
 from parc_jax.robust.scene import doubted_scene
 from parc_jax.robust.turn import Turn, no_turn, turn_by
-from parc_jax.robust.widths import moved_tube
 from parc_jax.robust.withstood import Withstood, withstood
 
 KEPT = 16  # models under doubt that a planner remembers
@@ -54,7 +54,36 @@ class Question:
         doubt that were made before, which are remembered there. Raises InputError where the doubt
         does not fit the model, or leaves nothing of the goal.
         """
-        return _plain(self, {} if known is None else known)
+        known = {} if known is None else known
+        problem, model, pose = self.problem, self.model, self.pose
+        doubt = problem.doubt
+        require_given(doubt, model)
+        if doubt is None or doubt.is_nothing:
+            doubt = None
+            problem = problem.replace(doubt=None) if problem.doubt is not None else problem
+        if doubt is None and pose is None:
+            return Plain(problem, model, question=self)
+        _check(problem, model)
+        under, said = model, None
+        if doubt is not None:
+            copies = _copies(doubt, model)
+            problem = doubted_scene(problem, doubt, model.layout, whole=pose is not None)
+        here = None
+        if pose is not None:
+            problem = from_here(problem, model, pose)
+            here = pose.place if pose.heading is None else np.zeros(model.n_p)
+        if doubt is not None:
+            problem = copied_problem(problem, model, *copies.counts)
+            name = (*doubt.of_model, pose is None)
+            if name not in known:
+                while len(known) >= KEPT:
+                    known.pop(next(iter(known)))
+                # told from a pose, the scene itself allows for the doubt of the start
+                start = doubt.shifts(model.n_p) if pose is None else np.zeros(model.n_p)
+                known[name] = copies.model_of(model, start)
+            under = known[name]
+            said = withstood(doubt, copies.executions, model, max(copies.counts) > 1)
+        return Plain(problem, under, said, here, pose, self)
 
 
 @dataclass(frozen=True, eq=False)
@@ -84,40 +113,6 @@ def plain(
 ) -> Plain:
     """The plain question about plans from any start, as of `Question.plain`."""
     return Question(problem, model).plain(known)
-
-
-def _plain(asked: Question, known: dict[tuple, TrajectoryModel]) -> Plain:
-    problem, model, pose = asked.problem, asked.model, asked.pose
-    doubt = problem.doubt
-    require_given(doubt, model)
-    if doubt is None or doubt.is_nothing:
-        doubt = None
-        problem = problem.replace(doubt=None) if problem.doubt is not None else problem
-    if doubt is None and pose is None:
-        return Plain(problem, model, question=asked)
-    _check(problem, model)
-    under = model
-    if doubt is not None:
-        copies = _copies(doubt, model)
-        problem = doubted_scene(problem, doubt, model.layout, whole=pose is not None)
-    here = None
-    if pose is not None:
-        problem = from_here(problem, model, pose)
-        here = pose.place if pose.heading is None else np.zeros(model.n_p)
-    if doubt is not None:
-        problem = copied_problem(problem, model, *copies.counts)
-        name = (*doubt.of_model, pose is None)
-        if name not in known:
-            while len(known) >= KEPT:
-                known.pop(next(iter(known)))
-            # told from a pose, the scene itself allows for the doubt of the start
-            start = doubt.shifts(model.n_p) if pose is None else np.zeros(model.n_p)
-            known[name] = copies.model_of(model, start)
-        under = known[name]
-    said = None
-    if doubt is not None:
-        said = withstood(doubt, copies.executions, model, max(copies.counts) > 1)
-    return Plain(problem, under, said, here, pose, asked)
 
 
 class _Copies(NamedTuple):
@@ -173,6 +168,18 @@ def moved(model: TrajectoryModel, start: np.ndarray) -> TrajectoryModel:
         return model
     wider = moved_tube(model.tube, start)
     return model.replace(claim=weaker(model.claim, wider, start_doubt=start.tolist()))
+
+
+def moved_tube(given: Tube, start: np.ndarray) -> Tube:
+    """The tube of all points that move by the same vector within half widths start (n_p,) [m],
+    before the end: there the goal shrinks instead, which knows that they move alike.
+    """
+    if given.templates is None:
+        wide = given.interval + np.tile(start, given.n_points)
+        return tube(given.edges, np.nextafter(wide, np.inf), given.final, given.n_points)
+    during, at_end = given.templates
+    half = np.nextafter(during.half + during.half_around(start), np.inf)
+    return fitted_tube(given.edges, during.with_half(half), at_end)
 
 
 def _check(problem: ReachAvoid, model: TrajectoryModel) -> None:

@@ -129,12 +129,7 @@ def _sum(obstacle: HPolytope, by: HPolytope, name: str) -> HPolytope:
     if not all(corners):
         raise InputError(f"{name}: expected sets with points in them, also of doubt; one is empty.")
     A = np.concatenate([obstacle.A, by.A])
+    _, first = np.unique(A, axis=0, return_index=True)
+    A = A[np.sort(first)]  # without normals that have come before
     offsets = [round_up(sum(exact_support(points, w) for points in corners)) for w in A]
-    return _without_copies(hpolytope(A, np.array(offsets)))
-
-
-def _without_copies(poly: HPolytope) -> HPolytope:
-    """Without rows whose normal has come before; their offsets are the same supports."""
-    _, first = np.unique(poly.A, axis=0, return_index=True)
-    kept = np.sort(first)
-    return hpolytope(poly.A[kept], poly.b[kept])
+    return hpolytope(A, np.array(offsets))

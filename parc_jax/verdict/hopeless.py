@@ -7,7 +7,6 @@ import numpy as np
 from jaxtyping import Float
 
 from parc_jax.claim.error_set import at
-from parc_jax.claim.tube import Tube
 from parc_jax.model import TrajectoryModel
 from parc_jax.problem.body import Disc, numbered
 from parc_jax.problem.problem import ReachAvoid
@@ -43,7 +42,9 @@ def no_end_fits(scene: Scene) -> str | None:
     """
     model = scene.model
     lo, hi = goal_box(scene.problem.goal, model.layout)
-    half, templates = _half_at_end(model.tube), model.tube.templates
+    axes, templates = np.eye(model.tube.final.shape[1]), model.tube.templates
+    errors = at(model.tube.final_errors, (slice(None), None))
+    half = (errors.support(axes) + errors.support(-axes)) / 2
     short = _shortfall(half, hi - lo)
     if (short > 0).any(axis=1).all() and templates is not None:
         # these supports are bounds from above: what is said of the tube is looked at itself
@@ -74,13 +75,6 @@ def _shortfall(half: Float[np.ndarray, "bins y"], width: Float[np.ndarray, " y"]
     short = np.full(half.shape, -np.inf)
     short[:, asked] = 2 * half[:, asked] - width[asked]
     return short
-
-
-def _half_at_end(tube: Tube) -> np.ndarray:
-    """(n_bins, n_c + n_q) half of how far the errors at the end go along the axes, or more."""
-    axes = np.eye(tube.final.shape[1])
-    errors = at(tube.final_errors, (slice(None), None))
-    return (errors.support(axes) + errors.support(-axes)) / 2
 
 
 def _covered(scene: Scene) -> str | None:

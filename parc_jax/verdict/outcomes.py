@@ -29,7 +29,7 @@ def outcomes(
     (n,), smallest distance [m] from an obstacle (n,). A failed run reached nothing.
     """
     path = _path(runs, p0)
-    distance = _true_clearance(scene.tabled, runs.time.stride, path)
+    distance = _by_round(_nearest, scene.tabled, runs.time.stride, path)
     return path, _reached(scene, runs, path), distance
 
 
@@ -40,7 +40,7 @@ def reached_and_touched(
     says, without measuring how near the others came.
     """
     path = _path(runs, p0)
-    return _reached(scene, runs, path), _touched(scene.tabled, runs.time.stride, path)
+    return _reached(scene, runs, path), _by_round(_not_apart, scene.tabled, runs.time.stride, path)
 
 
 def _path(runs: RolloutBatch, p0: np.ndarray) -> np.ndarray:
@@ -53,20 +53,10 @@ def _reached(scene: Scene, runs: RolloutBatch, path: np.ndarray) -> np.ndarray:
     return (state @ scene.goal_A.T <= scene.goal_b).all(axis=1)
 
 
-def _true_clearance(scene: Tabled, stride: int, path: np.ndarray) -> np.ndarray:
-    """Distance (n,) of recorded paths (n, n_record + 1, n_c) from the obstacles grown by the body
-    alone: of the hull of each part at two records in a row, so that nothing between them is missed.
-    """
-    return _by_round(_nearest, scene, stride, path)
-
-
-def _touched(scene: Tabled, stride: int, path: np.ndarray) -> np.ndarray:
-    """(n,) bool: is the distance not positive?"""
-    return _by_round(_not_apart, scene, stride, path)
-
-
 def _by_round(judge: Callable, scene: Tabled, stride: int, path: np.ndarray) -> np.ndarray:
-    """What `judge` says of paths from record to record, without slack, in metres."""
+    """What `judge` says of recorded paths (n, n_record + 1, n_c), without slack, in metres: of the
+    hull of each part at two records in a row, so that nothing between them is missed.
+    """
     active = scene.obstacles.active.repeat(stride, axis=1)
     obstacles = scene.obstacles.replace(active=active)
     fine = scene.replace(
@@ -76,8 +66,8 @@ def _by_round(judge: Callable, scene: Tabled, stride: int, path: np.ndarray) -> 
 
 
 def _nearest(scene: Tabled, path: np.ndarray) -> np.ndarray:
-    """Distance (n,). The hull for which facets promise least is measured first, then those for
-    which they promise less than that.
+    """Distance (n,) from the obstacles grown by the body alone. The hull for which facets promise
+    least is measured first, then those for which they promise less than that.
     """
     if scene.obstacles.closed:
         return map_rows(CHUNK, partial(_clearances, scene), path)
@@ -93,7 +83,7 @@ def _nearest(scene: Tabled, path: np.ndarray) -> np.ndarray:
 
 
 def _not_apart(scene: Tabled, path: np.ndarray) -> np.ndarray:
-    """(n,) bool: those that no facet keeps apart are measured."""
+    """(n,) bool: is the distance not positive? Those that no facet keeps apart are measured."""
     if scene.obstacles.closed:
         return ~(_nearest(scene, path) > 0)
     run, o, t = np.nonzero(~(map_rows(CHUNK, partial(_promised, scene), path) > 0))

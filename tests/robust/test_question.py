@@ -21,9 +21,8 @@ from parc_jax.network.predict import Layout
 from parc_jax.planner.planner import Planner
 from parc_jax.problem.doubt import Doubt
 from parc_jax.problem.problem import reach_avoid
-from parc_jax.robust.question import plain
+from parc_jax.robust.question import moved_tube, plain
 from parc_jax.robust.scene import doubted_scene
-from parc_jax.robust.widths import moved_tube
 from parc_jax.sets.box import box
 from parc_jax.sets.hpolytope import from_box, hpolytope
 from parc_jax.sets.rational import exact_support, rational_vertices

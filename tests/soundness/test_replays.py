@@ -110,7 +110,7 @@ def test_a_replay_blind_between_knots_would_miss_contact(rng, monkeypatch):
     scene, x = scene_of(problem, model), np.array([[0.0, 0.3, 1.0, 0.5]])
     with pytest.raises(SoundnessError):
         replay(system, scene, x, jax.random.key(0))
-    monkeypatch.setattr(judging, "_true_clearance", lambda *_: np.ones(1))
+    monkeypatch.setattr(judging, "_nearest", lambda *_: np.ones(1))
     out = replay(system, scene, x, jax.random.key(0))
     assert not out.touched.any()
 
