@@ -1,7 +1,6 @@
 """What is claimed of a loop: fresh episodes of a law, counted. [T40]"""
 
-from collections.abc import Callable, Sequence
-from contextlib import nullcontext
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from fractions import Fraction
 from pathlib import Path
@@ -113,8 +112,6 @@ def drive_episodes(
     Assumed: what kills a run, and when you do, does not depend on how its episodes were going.
     Raises InputError.
     """
-    from tqdm import tqdm
-
     check_count("episodes", n, 1, "how many to drive")
     workers = cores() if workers is None else workers
     check_count("workers", workers, 0, "processes")
@@ -123,32 +120,21 @@ def drive_episodes(
             raise InputError(f"episodes: expected {name} to be a function; got {given!r:.60}.")
     look = _look(n, looks, as_probability("delta", delta))
     words = key_data(stream(key, Stage.EPISODE))
-    ledger = None
-    if folder is not None:
-        meta = {
-            "format": FORMAT,
-            "drive": lasting_digest(drive),
-            "law": lasting_digest(law),
-            "seed": list(seed_of(key)),
-            "delta": str(look.delta * look.planned),
-            "looks": sorted(looks) or [n],
-        }
-        ledger = Ledger(folder, meta)
-    with nullcontext() if ledger is None else ledger:
-        done: dict[int, Driven] = {} if ledger is None else ledger.done
-        tasks = [task_of(words, i) for i in range(n) if i not in done]
-        with tqdm(total=n, initial=n - len(tasks), unit="episode", disable=quiet) as bar:
-            for one in driven(drive, law, tasks, workers):
-                if ledger is not None:
-                    ledger.add(one)
-                done[one.number] = one
-                bar.update()
-                if len(done) >= min(n, HOPELESS) and all(each.failed for each in done.values()):
-                    raise InputError(
-                        f"episodes: expected drive(world, seed) to work; all {len(done)} so far "
-                        f"failed, the last {one.failed}."
-                    )
-        return Episodes(tuple(done[i] for i in range(n)), look)
+    if folder is None:
+        done: dict[int, Driven] = {}
+        _drive(drive, law, words, n, workers, done, lambda one: None, quiet)
+        return _of(done, n, look)
+    meta = {
+        "format": FORMAT,
+        "drive": lasting_digest(drive),
+        "law": lasting_digest(law),
+        "seed": list(seed_of(key)),
+        "delta": str(look.delta * look.planned),
+        "looks": sorted(looks) or [n],
+    }
+    with Ledger(folder, meta) as ledger:
+        _drive(drive, law, words, n, workers, ledger.done, ledger.add, quiet)
+        return _of(ledger.done, n, look)
 
 
 def _look(n: int, looks: Sequence[int], delta: Fraction) -> Look:
@@ -168,3 +154,33 @@ def task_of(words: np.ndarray, number: int) -> Task:
     entropy = [*(int(word) for word in words.ravel()), number]
     seeds = np.random.SeedSequence(entropy).generate_state(4)
     return Task(number, seeds[:2], seeds[2:])
+
+
+def _drive(
+    drive: Callable[..., Outcome],
+    law: Callable,
+    words: np.ndarray,
+    n: int,
+    workers: int,
+    done: Mapping[int, Driven],
+    keep: Callable[[Driven], None],
+    quiet: bool,
+) -> None:
+    """All that are not done yet. Raises InputError where not one of the first has an outcome."""
+    from tqdm import tqdm
+
+    tasks = [task_of(words, i) for i in range(n) if i not in done]
+    with tqdm(total=n, initial=n - len(tasks), unit="episode", disable=quiet) as bar:
+        for one in driven(drive, law, tasks, workers):
+            keep(one)
+            done[one.number] = one
+            bar.update()
+            if len(done) >= min(n, HOPELESS) and all(each.failed for each in done.values()):
+                raise InputError(
+                    f"episodes: expected drive(world, seed) to work; all {len(done)} so far "
+                    f"failed, the last {one.failed}."
+                )
+
+
+def _of(done: dict[int, Driven], n: int, look: Look) -> Episodes:
+    return Episodes(tuple(done[i] for i in range(n)), look)

@@ -30,10 +30,10 @@ class Proof(NamedTuple):
 
 
 class Packed(NamedTuple):
-    """A commitment on its way. models: by name, pickled, those that were not sent before."""
+    """A commitment on its way. model: pickled, where it was not sent before."""
 
     commitment: bytes
-    models: bytes
+    model: bytes | None
     rehearsal: bool = False  # read the model, compile what it needs, say nothing
 
 
@@ -41,39 +41,43 @@ class Packer:
     """Packs commitments; the model, which is large, goes once."""
 
     def __init__(self):
-        self._models: dict[int, TrajectoryModel] = {}  # kept, so that no other has its id
+        self._models: list[TrajectoryModel] = []
 
     def pack(self, one: Commitment, rehearsal: bool = False) -> Packed:
         """It, ready to be sent."""
-        used: dict[int, TrajectoryModel] = {}
+        new: list[TrajectoryModel] = []
 
         class Pickler(pickle.Pickler):
             def persistent_id(pickler: pickle.Pickler, x: object):
-                if not isinstance(x, TrajectoryModel):
-                    return None
-                used[id(x)] = x
-                return id(x)
+                return self._number(x, new) if isinstance(x, TrajectoryModel) else None
 
         buffer = BytesIO()
         Pickler(buffer).dump(one)
-        new = {name: model for name, model in used.items() if name not in self._models}
-        self._models |= new
-        return Packed(buffer.getvalue(), pickle.dumps(new), rehearsal)
+        return Packed(buffer.getvalue(), pickle.dumps(new) if new else None, rehearsal)
+
+    def _number(self, model: TrajectoryModel, new: list) -> int:
+        for number, known in enumerate(self._models):
+            if known is model:
+                return number
+        self._models.append(model)
+        new.append(model)
+        return len(self._models) - 1
 
 
 class Unpacker:
     """The other side of a Packer."""
 
     def __init__(self):
-        self._models: dict[int, TrajectoryModel] = {}
+        self._models: list[TrajectoryModel] = []
 
     def unpack(self, packed: Packed) -> Commitment:
         """What was packed."""
-        self._models |= pickle.loads(packed.models)
+        if packed.model is not None:
+            self._models += pickle.loads(packed.model)
 
         class Unpickler(pickle.Unpickler):
-            def persistent_load(unpickler: pickle.Unpickler, name: int):
-                return self._models[name]
+            def persistent_load(unpickler: pickle.Unpickler, number: int):
+                return self._models[number]
 
         return Unpickler(BytesIO(packed.commitment)).load()
 
