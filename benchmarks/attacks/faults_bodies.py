@@ -204,9 +204,9 @@ COVERED = (
     ),
     Fault(
         "what_was_never_asked_holds_nobody_back",
-        "Thresholds._add",
-        "np.inf, self._dtype",
-        "-np.inf, self._dtype",
+        "thresholds._nothing_exceeds",
+        "np.inf, like.dtype",
+        "-np.inf, like.dtype",
         (
             "tests/cover/test_thresholds.py"
             "::test_they_are_those_of_the_corridor_and_plans_keep_to_it_as_by_hand",

@@ -20,7 +20,7 @@ from parc_jax.cover.corridor import Corridor, Stacked, stacked
 from parc_jax.cover.keeping import Looked
 
 AT_ONCE = {True: 512, False: 64}  # (corridor, bin) pairs per compiled call: at a few knots, at all
-LEAST_ROWS = 512  # of the table; it grows by fours, for few compiled shapes
+LEAST_ROWS = 512  # of a table; it grows by fours, for few compiled shapes
 MOST_BYTES = 2**29  # of the table, before it is begun anew
 SMALLEST = 128  # padded number of corridors, which grows by fours too
 
@@ -38,11 +38,10 @@ class Thresholds:
         self._few = not isinstance(knots, slice)
         self._row = np.full((0, len(jax.tree.leaves(errors)[0])), -1, np.int32)
         self._table = np.zeros(0)
-        self._looked: Looked | None = None
 
     def of(self, corridors: tuple[Corridor, ...], corridor: np.ndarray, bins: np.ndarray) -> Looked:
-        """Those of pairs (pairs,), numbers of corridors, which stay theirs, and bins, and of all
-        that were asked for before, where kernels find them.
+        """Those of pairs (pairs,), numbers of corridors, which stay theirs, and bins, where kernels
+        find them: of these alone, since to move all that is known costs more than to ask.
         """
         n_bins = self._row.shape[1]
         if self._table.nbytes > MOST_BYTES:
@@ -54,10 +53,13 @@ class Thresholds:
         new = asked[self._row.ravel()[asked] < 0]
         if len(new):
             self._add(corridors, new)
-        if self._looked is None or len(new) or more > 0:
-            with x64():
-                self._looked = jax.device_put(Looked(self._row, self._table))
-        return self._looked
+        # the last row, which stands for all others, stays free
+        size = padded_size(len(asked) + 1, LEAST_ROWS)
+        row, table = np.full_like(self._row, -1), _nothing_exceeds(size, self._table)
+        row.ravel()[asked] = np.arange(len(asked))
+        table[: len(asked)] = self._table[self._row.ravel()[asked]]
+        with x64():
+            return jax.device_put(Looked(row, table))
 
     def _add(self, corridors: tuple[Corridor, ...], new: np.ndarray) -> None:
         n_bins = self._row.shape[1]
@@ -73,20 +75,23 @@ class Thresholds:
 
         found = in_chunks(len(new), AT_ONCE[self._few], call)
         first = int(self._row.max(initial=-1)) + 1
-        size = max(LEAST_ROWS, len(self._table))
-        while size <= first + len(new):  # the last row, which stands for all others, stays free
-            size *= 4
+        size = padded_size(first + len(new), LEAST_ROWS)
         if size > len(self._table):
-            table = np.full((size, *found.shape[1:]), np.inf, self._dtype)
+            table = _nothing_exceeds(size, found)
             table[:first] = self._table[:first].reshape(first, *found.shape[1:])
             self._table = table
         self._table[first : first + len(new)] = found
         self._row.ravel()[new] = first + np.arange(len(new))
 
 
-def padded_size(n: int) -> int:
-    """Of n corridors."""
-    size = SMALLEST
+def _nothing_exceeds(size: int, like: np.ndarray) -> np.ndarray:
+    """A table of so many infinite rows."""
+    return np.full((size, *like.shape[1:]), np.inf, like.dtype)
+
+
+def padded_size(n: int, least: int = SMALLEST) -> int:
+    """Of n corridors, or of others of which there are few sizes too."""
+    size = least
     while size < n:
         size *= 4
     return size

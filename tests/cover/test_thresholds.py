@@ -39,12 +39,14 @@ def test_they_are_those_of_the_corridor_and_plans_keep_to_it_as_by_hand():
     ):
         for _ in range(2):  # the second time some are known
             corridor, bins = rng.integers(0, 5, 10), rng.integers(0, 3, 10)
-            row, found = map(np.asarray, known.of(tuple(chosen), corridor, bins))
+            row, found = map(np.array, known.of(tuple(chosen), corridor, bins))
             for c, b in zip(corridor, bins, strict=True):
                 exact = chosen[c].threshold(tube.during(int(b)))[:, some].swapaxes(1, 2)
                 own = found[row[c, b]][: len(exact)]
                 np.testing.assert_allclose(own, exact, rtol=0, atol=atol)
-        assert (found[row[len(chosen)]] == np.inf).all()  # of no corridor, which nobody keeps to
+        # of no corridor, and of pairs that were not asked for this time: nobody keeps to those
+        row[corridor, bins] = -1
+        assert (row == -1).all() and (found[-1] == np.inf).all()
     path = rng.normal(size=(200, model.time.n_steps + 1, model.n_c)) * 0.3
     bins = rng.integers(0, 3, 200)
     corridors = Corridors(tube, chosen[:2]).with_more(chosen[2:])
