@@ -91,7 +91,7 @@ RUNS = (
     ),
     Fault(
         "uniform_is_believed_of_a_file",
-        "_assemble",
+        "loaders.recorded",
         '= "uniform',
         '= "',
         (f"{UNIFORM}::test_a_log_that_is_not_uniform_is_refused_with_the_figure",),

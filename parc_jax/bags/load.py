@@ -13,11 +13,10 @@ from parc_jax.bags.windows import Windows, windows
 from parc_jax.base.spelling import counted
 from parc_jax.errors import InputError
 from parc_jax.problem.labels import Labels
-from parc_jax.rollout.batch import RolloutBatch, rollout_batch
-from parc_jax.rollout.law import law_spec
-from parc_jax.rollout.loaders import K_LAWS
-from parc_jax.rollout.uniform import check_uniform
-from parc_jax.sets.box import Box, box
+from parc_jax.rollout.batch import RolloutBatch
+from parc_jax.rollout.loaders import check_k_law, recorded
+from parc_jax.rollout.subject import words_of
+from parc_jax.sets.box import Box
 from parc_jax.system import ONE_POINT, TURNS, TimeGrid
 from parc_jax.world.footprint import Footprint
 
@@ -78,26 +77,20 @@ def load_bags(
     kept = _kept(path, runs, domain, len(given), short)
     groups = np.array(names)[kept]
     runs = Windows(*(part[kept] for part in runs))
-    domain = box(runs.k.min(axis=0), runs.k.max(axis=0)) if domain is None else domain
-    places = runs.pose[..., None, :2] if robot is None else robot.at(runs.pose)
-    places = places - places[:, :1, :1]
-    own = labels._asdict() if isinstance(labels, Labels) else dict(labels or {})
-    batch = rollout_batch(
+    return recorded(
+        path,
         runs.k,
-        places.reshape(*places.shape[:2], -1),
+        runs.pose[..., None, :2] if robot is None else robot.at(runs.pose),
         runs.pose[:, -1, 2:],
+        ONE_POINT if robot is None else robot.points,
+        domain,
+        k_law,
         time=time,
-        domain=domain,
-        law=law_spec(f"file:{path.name}", domain, k_law),
         groups=groups,
-        points=ONE_POINT if robot is None else robot.points,
         rotation=(TURNS,),
-        labels={"k": (*given, *k), "q": ("heading [rad]",)} | own,
+        labels={"k": (*given, *k), "q": ("heading [rad]",)} | words_of(labels),
         given=tuple(range(len(given))),
     )
-    if k_law == "uniform":
-        check_uniform(str(path), batch.k, domain, batch.groups, batch.subject.labels.k)
-    return batch
 
 
 def _cut(one: Path, time, pose, command, k, given, frames, after, bridge, clock):
@@ -166,11 +159,7 @@ def _off(messages: Sequence[Heard]) -> float:
 
 
 def _check(path: Path, k, k_law: str, domain, short: str, after: float) -> None:
-    if k_law not in K_LAWS or (k_law == "uniform" and domain is None):
-        raise InputError(
-            f'{path}: expected k_law "logged", or "uniform" with the domain that k was drawn from; '
-            f"got {k_law!r} and domain = {domain}."
-        )
+    check_k_law(path, k_law, domain)
     if short not in SHORT:
         raise InputError(f"short: expected one of {', '.join(SHORT)}; got {short!r:.40}.")
     if isinstance(k, str) or not k:

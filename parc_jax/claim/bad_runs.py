@@ -196,9 +196,9 @@ def _stored(
         again = slice(0, search.batch if search.sim.traceable else 1)
         require_same_runs(
             store.folder,
-            {"score": arrays["score"][again]},
-            {"score": search.run(k[again], keys[again])},
-            getattr(search.sim.system, "dtype", np.float64),
+            {"k": arrays["k"], "score": arrays["score"]},
+            {"k": k[again], "score": search.run(k[again], keys[again])},
+            search.sim.system,
         )
     return arrays["score"]
 

@@ -8,6 +8,7 @@ import numpy as np
 
 from parc_jax.errors import InputError, SoundnessError
 from parc_jax.network.fold import FOLD_RELATIVE
+from parc_jax.network.predict import outputs
 from parc_jax.network.relu import ReLUNetwork, relu_network
 
 
@@ -77,18 +78,10 @@ def fold_chain(chain: list, name: str) -> ReLUNetwork:
             ) from None
     net = relu_network([*weights, W], [*biases, b])
     x = np.random.default_rng(0).normal(size=(512, n_in)) * np.logspace(-2, 2, 512)[:, None]
-    expected, got = apply(chain, x), apply(chain_of(net), x)
+    expected, got = apply(chain, x), outputs(net, x)
     gap = (np.abs(expected - got).max(axis=1) / np.maximum(1.0, np.abs(expected).max(axis=1))).max()
     if not gap <= FOLD_RELATIVE:
         raise SoundnessError(
             f"{name}: the folded network differs from the file's by {gap:.1e} (relative)."
         )
     return net
-
-
-def chain_of(net: ReLUNetwork) -> list:
-    """The network as a chain."""
-    chain: list = []
-    for W, b in zip(net.weights, net.biases, strict=True):
-        chain += [Linear(W, b), Relu()]
-    return chain[:-1]

@@ -4,6 +4,7 @@ from pathlib import Path
 
 import numpy as np
 
+from parc_jax.base.on_use import package
 from parc_jax.errors import InputError
 from parc_jax.io.chain import Linear, Relu, Scale, fold_chain
 from parc_jax.network.relu import ReLUNetwork
@@ -14,13 +15,7 @@ _PASSING = ("Identity", "Flatten", "Dropout")
 
 def onnx_package():
     """The package onnx. Raises InputError when it is not installed."""
-    try:
-        import onnx
-    except ImportError:
-        raise InputError(
-            "ONNX files need the package onnx: pip install 'parc_jax[exchange]'."
-        ) from None
-    return onnx
+    return package("onnx", "ONNX files", "exchange")
 
 
 def read_onnx(path) -> ReLUNetwork:

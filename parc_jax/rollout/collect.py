@@ -108,12 +108,9 @@ def _finished(system, key, n, stage, k, first_row, dtype, path, identity) -> Rol
     }
     batch, chunk = finished(path, identity, asked)
     rows = first_row + np.arange(rows_again(system, chunk or chunk_of(system, n, None, None)))
-    drawn, trajectory = simulate_rows(system, key, stage, rows, k, first_row)
-    shown = min(len(rows), n)
-    stored = {"k": batch.k[:shown], "p": batch.p[:shown], "q": batch.q[:shown]}
-    again = {"k": drawn[:shown], "p": np.asarray(trajectory.p)[:shown]}
-    again["q"] = np.asarray(trajectory.q)[:shown]
-    require_same_runs(path, stored, again, getattr(system, "dtype", np.float64))
+    stored = {"k": batch.k, "p": batch.p, "q": batch.q}
+    again = _simulated(system, key, stage, k, first_row, dtype, rows)
+    require_same_runs(path, stored, again, system)
     return replace(
         batch, rotation=rotation_of(system), labels=labels_of(system), given=given_of(system)
     )
@@ -208,7 +205,7 @@ def _batch(system, key, stage: Stage, law: LawSpec, **arrays) -> RolloutBatch:
     )
 
 
-def _simulated(system, key, stage, k, first_row, dtype, rows, device) -> Arrays:
+def _simulated(system, key, stage, k, first_row, dtype, rows, device=None) -> Arrays:
     """What is kept of the runs of global rows (B,)."""
     with blamed(f"{system.name}: expected the system to run"):
         drawn, trajectory = simulate_rows(system, key, stage, rows, k, first_row, device)

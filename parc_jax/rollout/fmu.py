@@ -4,6 +4,7 @@ from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import Executor
 from pathlib import Path
 
+from parc_jax.base.on_use import package
 from parc_jax.errors import InputError
 from parc_jax.rollout.fmu_run import FmuRun, digest_of
 from parc_jax.rollout.python_system import PythonSystem, python_system
@@ -106,12 +107,7 @@ def fmu_system(
 
 def _described(path: Path):
     """What an FMU says of itself. Raises InputError where it cannot be run here."""
-    try:
-        import fmpy
-    except ImportError:
-        raise InputError(
-            f"{path}: FMUs need the package fmpy: pip install 'parc_jax[fmu]'."
-        ) from None
+    fmpy = package("fmpy", str(path), "fmu")
     if not path.is_file():
         raise InputError(f"{path}: no such file.")
     try:

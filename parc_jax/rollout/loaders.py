@@ -13,6 +13,7 @@ from parc_jax.rollout.batch import RolloutBatch, require_finite_k, rollout_batch
 from parc_jax.rollout.files import RAGGED, read_npz, rollouts_from_npz
 from parc_jax.rollout.law import law_spec
 from parc_jax.rollout.parts import is_parts, whole_of
+from parc_jax.rollout.subject import words_of
 from parc_jax.rollout.uniform import check_uniform
 from parc_jax.sets.box import Box, box
 from parc_jax.system import LARGEST, ONE_POINT, TimeGrid, check_points
@@ -56,11 +57,7 @@ def load_rollouts(
     that are measured at the start of a run and not chosen, by name or number. Runs with NaN stay.
     """
     path = Path(path)
-    if k_law not in K_LAWS or (k_law == "uniform" and domain is None):
-        raise InputError(
-            f'{path}: expected k_law "logged", or "uniform" with the domain that k was drawn from; '
-            f"got {k_law!r} and domain = {domain}."
-        )
+    check_k_law(path, k_law, domain)
     about = {"rotation": rotation, "labels": labels, "given": given}
     if is_parts(path):
         return _own(path, whole_of(path), k_law, groups, points, about)
@@ -114,29 +111,43 @@ def _assemble(
             "per run were taken."
         )
     q = _numbers(path, "q", arrays["q"]) if "q" in arrays else np.zeros((len(k), 0))
-    require_finite_k(k)
-    if domain is None:
-        domain = box(k.min(axis=0), k.max(axis=0))
-    law = law_spec(f"file:{path.name}", domain, k_law)
     groups = arrays.get("groups") if groups is None else groups
-    named = _points(path, p, arrays["points"].tolist() if "points" in arrays else points)
+    named = points_in(path, p, arrays["points"].tolist() if "points" in arrays else points)
     read = {part: words for part, words in arrays.get("labels", {}).items() if words is not None}
     if len(named) > 1:
         read.pop("p", None)  # a name per coordinate of every point
-    own = about["labels"]
-    own = own._asdict() if isinstance(own, Labels) else dict(own or {})
-    about = about | {"labels": read | own}
-    by_point = p.reshape(*p.shape[:2], len(named), -1)
-    moved = (by_point - by_point[:, :1, :1]).reshape(*p.shape[:2], -1)
-    batch = rollout_batch(
-        k, moved, q, time=time, domain=domain, law=law, groups=groups, points=named, **about
-    )
+    about = about | {"labels": read | words_of(about["labels"])}
+    return recorded(path, k, p, q, named, domain, k_law, time=time, groups=groups, **about)
+
+
+def check_k_law(owner, k_law: str, domain: Box | None) -> None:
+    """Refuse other laws than K_LAWS, and "uniform" on nobody knows what. Raises InputError."""
+    if k_law not in K_LAWS or (k_law == "uniform" and domain is None):
+        raise InputError(
+            f'{owner}: expected k_law "logged", or "uniform" with the domain that k was drawn '
+            f"from; got {k_law!r} and domain = {domain}."
+        )
+
+
+def recorded(
+    owner, k, p, q, points: tuple[str, ...], domain: Box | None, k_law: str, **about
+) -> RolloutBatch:
+    """A batch of runs that were logged, in the file `owner`. p: coordinates of all points, in
+    columns or point by point, from any start. domain, k_law: as of `load_rollouts`. about: as of
+    `rollout_batch`. Raises InputError.
+    """
+    require_finite_k(k)
+    domain = box(k.min(axis=0), k.max(axis=0)) if domain is None else domain
+    law = law_spec(f"file:{Path(owner).name}", domain, k_law)
+    places = p.reshape(*p.shape[:2], len(points), -1)
+    moved = (places - places[:, :1, :1]).reshape(*p.shape[:2], -1)
+    batch = rollout_batch(k, moved, q, domain=domain, law=law, points=points, **about)
     if k_law == "uniform":
-        check_uniform(str(path), batch.k, domain, batch.groups, batch.subject.labels.k)
+        check_uniform(str(owner), batch.k, domain, batch.groups, batch.subject.labels.k)
     return batch
 
 
-def _points(path: Path, p: np.ndarray, given) -> tuple[str, ...]:
+def points_in(path, p: np.ndarray, given) -> tuple[str, ...]:
     """Names of the reference points whose coordinates are in p (n, n_record + 1, n_p) or (n,
     n_record + 1, m, n_p). Raises InputError.
     """
@@ -198,9 +209,8 @@ def _mat_arrays(path: Path) -> dict:
             f"{names}."
         )
     positions = raw["ps_data"]
-    positions = (
-        positions[..., None] if positions.ndim == 2 else positions
-    )  # a single run loses its last axis
+    if positions.ndim == 2:  # a single run loses its last axis
+        positions = positions[..., None]
     arrays = {"k": raw["ks_data"].T, "p": positions.transpose(2, 0, 1)}
     return arrays | ({"q": raw["qs_data"].T} if raw.get("qs_data", np.zeros(0)).size else {})
 

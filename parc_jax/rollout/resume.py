@@ -12,16 +12,18 @@ from parc_jax.rollout.batch import RolloutBatch
 from parc_jax.rollout.files import read_npz, rollouts_from_npz
 
 
-def require_same_runs(where, stored: dict, again: dict, dtype) -> None:
+def require_same_runs(where, stored: dict, again: dict, system) -> None:
     """Refuse stored runs that the system does not repeat. Raises InputError.
 
-    stored, again: arrays of the same rows, from the disk and simulated just now. dtype: in which
-    the system computes. Another machine may round differently, hence `TOLERANCES.resumed`.
+    stored, again: arrays of rows, from the disk and simulated just now; those beyond the last of
+    either are left out. Another machine may round differently, hence `TOLERANCES.resumed`.
     """
-    single = np.dtype(dtype) == np.float32
+    single = np.dtype(getattr(system, "dtype", np.float64)) == np.float32
     within = TOLERANCES.resumed_single if single else TOLERANCES.resumed
+    kept = max(map(len, stored.values()))
     for name, old in stored.items():
-        new = np.asarray(again[name])
+        new = np.asarray(again[name])[:kept]
+        old = old[: len(new)]
         if not np.issubdtype(old.dtype, np.floating):
             continue
         same = old.shape == new.shape and np.isclose(

@@ -57,14 +57,7 @@ def require_same_chunk(store: ChunkStore, system, work, chunk_rows, device) -> N
         return
     index, stored = known
     rows = chunk_rows[index][: rows_again(system, len(chunk_rows[index]))]
-    again = work(rows, device)
-    shown = min(len(rows), len(stored["k"]))
-    require_same_runs(
-        store.folder,
-        {name: array[:shown] for name, array in stored.items()},
-        {name: np.asarray(array)[:shown] for name, array in again.items()},
-        getattr(system, "dtype", np.float64),
-    )
+    require_same_runs(store.folder, stored, work(rows, device), system)
 
 
 def title_of(stage: Stage, first_row: int) -> str:

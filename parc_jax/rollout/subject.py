@@ -71,7 +71,7 @@ class Subject:
 
     def with_labels(self, given: Labels | Mapping[str, Sequence[str]]) -> "Subject":
         """The same with other labels; a mapping gives some of p, q and k. Raises InputError."""
-        words = self.labels._asdict() | _words(given)
+        words = self.labels._asdict() | words_of(given)
         named = valid_labels(self.n_p, self.n_q, self.domain.n, **words)
         return replace(self, labels=named)
 
@@ -90,7 +90,7 @@ def subject(
     """Validated subject. labels: `Labels`, or a mapping of some of p, q and k; what is not given
     has plain ones. given: parameters by label, name or number. Raises InputError.
     """
-    named = valid_labels(n_p, n_q, domain.n, **_words(labels or {}))
+    named = valid_labels(n_p, n_q, domain.n, **words_of(labels))
     return Subject(
         str(system),
         domain,
@@ -123,9 +123,9 @@ def check_given(owner: str, words, k_labels: Sequence[str]) -> tuple[int, ...]:
     return tuple(known)
 
 
-def _words(given: Labels | Mapping[str, Sequence[str]]) -> dict[str, Sequence[str]]:
-    """Labels by part. Raises InputError for a part that there is none of."""
-    words = given._asdict() if isinstance(given, Labels) else dict(given)
+def words_of(given: Labels | Mapping[str, Sequence[str]] | None) -> dict[str, Sequence[str]]:
+    """Labels by part, none for None. Raises InputError for a part that there is none of."""
+    words = given._asdict() if isinstance(given, Labels) else dict(given or {})
     if words.keys() - {*PARTS}:
         raise InputError(
             f"labels: expected those of {', '.join(PARTS)}, as {{'k': ('speed [m/s]', ...)}}; got "

@@ -8,12 +8,10 @@ import numpy as np
 
 from parc_jax.errors import InputError
 from parc_jax.problem.labels import Labels
-from parc_jax.rollout.batch import RolloutBatch, require_finite_k, rollout_batch
-from parc_jax.rollout.law import law_spec
-from parc_jax.rollout.loaders import K_LAWS
-from parc_jax.rollout.uniform import check_uniform
-from parc_jax.sets.box import Box, box
-from parc_jax.system import ONE_POINT, TimeGrid, check_points
+from parc_jax.rollout.batch import RolloutBatch
+from parc_jax.rollout.loaders import check_k_law, points_in, recorded
+from parc_jax.sets.box import Box
+from parc_jax.system import ONE_POINT, TimeGrid
 
 NOT_ENOUGH = (
     "how often a k succeeded says nothing of where the robot was, so it proves nothing in another "
@@ -48,11 +46,7 @@ def load_sweep(
     also for a table of k and success rates, which is not enough.
     """
     name = table if isinstance(table, str | Path) else "table"
-    if k_law not in K_LAWS or (k_law == "uniform" and domain is None):
-        raise InputError(
-            f'{name}: expected k_law "logged", or "uniform" with the domain that k was drawn from; '
-            f"got {k_law!r} and domain = {domain}."
-        )
+    check_k_law(name, k_law, domain)
     columns = _columns(name, table)
     asked = [run, t, *k, *p, *q]
     missing = [word for word in asked if word not in columns]
@@ -72,23 +66,9 @@ def load_sweep(
     at = time.dt_record * np.arange(time.n_record + 1)
     cut = [_cut(f"{name}, run {columns[run][i[0]]}", i, clock[:, 0], ks, ps, qs, at) for i in rows]
     k_of, p_of, q_of = (np.stack(part) for part in zip(*cut, strict=True))
-    require_finite_k(k_of)
-    domain = box(k_of.min(axis=0), k_of.max(axis=0)) if domain is None else domain
-    law = law_spec(f"file:{Path(name).name}", domain, k_law)
     labels = Labels(p=tuple(p), q=tuple(q), k=tuple(k)) if len(points) == 1 else {"k": k, "q": q}
-    batch = rollout_batch(
-        k_of,
-        p_of - np.tile(p_of[:, :1, : len(p) // len(check_points(str(name), points))], len(points)),
-        q_of,
-        time=time,
-        domain=domain,
-        law=law,
-        points=points,
-        labels=labels,
-    )
-    if k_law == "uniform":
-        check_uniform(str(name), batch.k, domain, names=k)
-    return batch
+    named = points_in(name, p_of, points)
+    return recorded(name, k_of, p_of, q_of, named, domain, k_law, time=time, labels=labels)
 
 
 def _rows_by_run(names: np.ndarray) -> list[np.ndarray]:

@@ -59,11 +59,11 @@ def test_a_relu_in_front_or_at_the_end_is_kept(rng):
     assert (host_outputs(net, x) == apply(chain, x)).all() and (host_outputs(net, x) >= 0).all()
 
 
-def test_a_wrong_fold_is_noticed(rng, monkeypatch):
+def test_a_wrong_fold_is_noticed(monkeypatch):
     real = chains.relu_network
     monkeypatch.setattr(chains, "relu_network", lambda W, b: real(W, [v + 1e-6 for v in b]))
     with pytest.raises(SoundnessError, match="differs"):
-        fold_chain(chains.chain_of(random_network(rng, 2)), "net")
+        fold_chain([Linear(np.eye(2), np.ones(2))], "net")
 
 
 def test_npz_and_state_dicts(rng, tmp_path):

@@ -121,8 +121,8 @@ def test_a_plain_function_is_told_by_its_code(tmp_path):
 
 def test_rounding_passes_and_a_millimetre_does_not():
     old = {"p": np.array([[1.0, np.nan, np.inf]])}
-    require_same_runs("here", old, {"p": old["p"] + 1e-9}, np.float64)
+    require_same_runs("here", old, {"p": old["p"] + 1e-9}, None)
     with pytest.raises(InputError):
-        require_same_runs("here", old, {"p": old["p"] + 1e-3}, np.float64)
+        require_same_runs("here", old, {"p": old["p"] + 1e-3}, None)
     with pytest.raises(InputError):
-        require_same_runs("here", old, {"p": np.array([[1.0, 2.0, np.inf]])}, np.float64)
+        require_same_runs("here", old, {"p": np.array([[1.0, 2.0, np.inf]])}, None)
