@@ -79,8 +79,8 @@ class Messages:
         return self.make(TRANSFORMS, transforms=[one])
 
     def markers(self, at: int, name: str, kind: int, points: np.ndarray, colour, width=1.0):
-        """One marker of points (n, 3), in place of what the topic showed before. colour: red,
-        green, blue, alpha. width: [m] of lines.
+        """One marker of points (n, 3), in place of what its topic /name showed before, as a line
+        of `mcap`. colour: red, green, blue, alpha. width: [m] of lines.
         """
         shade = dict(zip("rgba", colour, strict=True))
         marker = self.make(
@@ -94,7 +94,8 @@ class Messages:
             points=[self.vector("Point", point) for point in points],
         )
         away = self.make(MARKER, header=self.headed(at), ns=name, id=1, action=DELETE_ALL)
-        return self.make(MARKERS, markers=[away, marker] if len(points) else [away])
+        shown = self.make(MARKERS, markers=[away, marker] if len(points) else [away])
+        return at, f"/{name}", MARKERS, shown
 
     def grid(self, at: int, free: np.ndarray, resolution: float, origin):
         """Cells (rows, columns) that are free or not; origin (x, y, yaw)."""

@@ -96,9 +96,7 @@ def _answered(says: Messages, answer: Answer, plan, start: int) -> list[Line]:
     if places:
         way = in_world(np.stack(places), answer.pose)
         pieces = np.stack([way[:, :-1], way[:, 1:]], axis=2).reshape(-1, 3)
-        lines.append(
-            (start, "/plans", m.MARKERS, says.markers(start, "plans", m.LINES, pieces, BLUE, THIN))
-        )
+        lines.append(says.markers(start, "plans", m.LINES, pieces, BLUE, THIN))
     chosen = _plan(answer, plan)
     if chosen is None:
         near = np.concatenate([np.zeros((1, n_p)), *places])
@@ -158,15 +156,15 @@ def _manoeuvre(
     lines = _scene(says, one.problem, model, one.pose, path.places, start, until, whole)
     lines += [
         (start, "/plan", m.PATH, says.path(times, places, turned)),
-        (start, "/tube", m.MARKERS, says.markers(start, "tube", m.TRIANGLES, swept, LIGHT)),
+        says.markers(start, "tube", m.TRIANGLES, swept, LIGHT),
     ]
     for t, at in enumerate(times):
         if until is None or at < until:
             at = int(at)
             body = in_world(body_triangles(parts, path.places[t]), one.pose).reshape(-1, 3)
-            shown = says.markers(at, "body", m.TRIANGLES, body, BLUE)
             moved = says.transform(at, ROBOT, places[t], turned[t])
-            lines += [(at, "/body", m.MARKERS, shown), (at, "/tf", m.TRANSFORMS, moved)]
+            shown = says.markers(at, "body", m.TRIANGLES, body, BLUE)
+            lines += [shown, (at, "/tf", m.TRANSFORMS, moved)]
     return lines
 
 
@@ -184,8 +182,7 @@ def _scene(
     lines: list[Line] = []
     if whole:
         goal = in_world(goal_triangles(problem, model.n_p), pose).reshape(-1, 3)
-        shown = says.markers(start, "goal", m.TRIANGLES, goal, GREEN)
-        lines.append((start, "/goal", m.MARKERS, shown))
+        lines.append(says.markers(start, "goal", m.TRIANGLES, goal, GREEN))
     before = None
     for t in range(model.time.n_steps):
         at = start + round(t * model.time.dt * 1e9)
@@ -193,7 +190,6 @@ def _scene(
         if there != before and (until is None or at < until):
             some = [o for o, here in zip(problem.obstacles, there, strict=True) if here]
             points = in_world(obstacle_triangles(some, near), pose).reshape(-1, 3)
-            shown = says.markers(at, "obstacles", m.TRIANGLES, points, DARK)
-            lines.append((at, "/obstacles", m.MARKERS, shown))
+            lines.append(says.markers(at, "obstacles", m.TRIANGLES, points, DARK))
         before = there
     return lines

@@ -3,7 +3,6 @@ process.
 """
 
 import multiprocessing
-import os
 import pickle
 from collections import deque
 from collections.abc import Callable, Iterable, Iterator
@@ -13,13 +12,6 @@ from multiprocessing.process import BaseProcess
 
 from parc_jax.errors import InputError
 from parc_jax.loop.outcome import READY, Driven, Task, failed, run_one, serve
-
-
-def cores() -> int:
-    """That this process may use."""
-    if hasattr(os, "sched_getaffinity"):
-        return len(os.sched_getaffinity(0))
-    return os.cpu_count() or 1
 
 
 def driven(drive: Callable, law: Callable, tasks: Iterable[Task], workers: int) -> Iterator[Driven]:

@@ -13,9 +13,10 @@ from parc_jax.base.options import check_count
 from parc_jax.claim.counts import as_probability, clopper_pearson
 from parc_jax.errors import InputError
 from parc_jax.local.looks import DELTA, Look
-from parc_jax.loop.crew import cores, driven
+from parc_jax.loop.crew import driven
 from parc_jax.loop.ledger import Ledger
 from parc_jax.loop.outcome import Driven, Outcome, Task
+from parc_jax.rollout.chunks import cores
 from parc_jax.rollout.identity import lasting_digest
 from parc_jax.rollout.rows import seed_of
 from parc_jax.sentences import about_episodes

@@ -71,6 +71,13 @@ class ChunkStore:
         return self.folder / f"chunk_{index:06d}.npz"
 
 
+def cores() -> int:
+    """That this process may use."""
+    if hasattr(os, "sched_getaffinity"):
+        return len(os.sched_getaffinity(0))
+    return os.cpu_count() or 1
+
+
 def worker_devices(system) -> list:
     """One entry per worker thread: the device it runs on. XLA releases the interpreter, so threads
     use all CPU cores. However many devices a CPU is divided into, they are the same cores, and a
@@ -84,10 +91,7 @@ def worker_devices(system) -> list:
     devices = jax.local_devices()
     if not backend(devices[0]).threads:
         return devices
-    cores = (
-        len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else (os.cpu_count() or 1)
-    )
-    return devices[:1] * cores
+    return devices[:1] * cores()
 
 
 def run_chunks(

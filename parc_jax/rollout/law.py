@@ -56,7 +56,8 @@ def law_spec(
 ) -> LawSpec:
     """The law of a named generator over K = domain, with the parameters of its disturbances."""
     pairs = tuple(sorted((str(name), str(value)) for name, value in (parameters or {}).items()))
-    return LawSpec(generator, pairs, k_law, _hex(domain.lo), _hex(domain.hi))
+    lo, hi = (tuple(hex_text(corner)) for corner in (domain.lo, domain.hi))
+    return LawSpec(generator, pairs, k_law, lo, hi)
 
 
 def law_of(system, k_law: str = "uniform") -> LawSpec:
@@ -69,7 +70,3 @@ def law_of(system, k_law: str = "uniform") -> LawSpec:
     if isinstance(getattr(system, "plant", None), str):
         parameters["plant"] = system.plant
     return law_spec(system.name, system.domain, k_law, parameters)
-
-
-def _hex(values) -> tuple[str, ...]:
-    return tuple(hex_text(values))

@@ -4,7 +4,6 @@ failures.
 
 import atexit
 import multiprocessing
-import os
 import pickle
 from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import Executor, ProcessPoolExecutor
@@ -15,6 +14,7 @@ import numpy as np
 
 from parc_jax.base.keys import key_data
 from parc_jax.errors import InputError
+from parc_jax.rollout.chunks import cores
 from parc_jax.rollout.fleet import RUNS_PER_PART, Fleet
 from parc_jax.rollout.python_worker import Call, run_many, run_one
 from parc_jax.rollout.user_code import said
@@ -170,11 +170,8 @@ def python_system(
     law: parameters of the disturbances, to have them on record. q_labels, k_labels: names with
     units, such as "speed [m/s]". Raises InputError.
     """
-    cores = (
-        len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
-    )
     fleet = None if executor is None else _fleet(name, executor, workers)
-    workers = cores if workers is None else workers
+    workers = cores() if workers is None else workers
     if n_p < 1 or n_q < 0 or workers < 0:
         raise InputError(
             f"{name}: expected n_p >= 1, n_q >= 0 and workers >= 0; got {n_p}, {n_q}, {workers}."
