@@ -142,7 +142,8 @@ def _tube(widths: dict, n_points: int) -> Tube:
     edges = [nearest_floats(e) for e in widths["edges"]]
     if isinstance(widths["final"][0], dict):
         during = [[[_pairs_of(e) for e in at] for at in part] for part in widths["interval"]]
-        return fitted_tube(edges, _faces(during, frames=False), _faces_at_end(widths["final"]))
+        at_end = [_pairs_of(error) for error in widths["final"]]
+        return fitted_tube(edges, _faces(during, frames=False), _faces(at_end, frames=True))
     interval, final = (np.array(nearest_floats(widths[name])) for name in ("interval", "final"))
     interval, final = (np.where(wide >= NO_CLAIM, np.inf, wide) for wide in (interval, final))
     return tube(edges, interval.reshape(*interval.shape[:2], -1), final, n_points)
@@ -155,10 +156,6 @@ def _pairs_of(error: dict) -> tuple[list, list, list]:
     centre = [float((x - y) / 2) for x, y in zip(far, near, strict=True)]
     half = [float((x + y) / 2) for x, y in zip(far, near, strict=True)]
     return directions, centre, [np.inf if s >= NO_CLAIM else s for s in half]
-
-
-def _faces_at_end(final: list) -> Faces:
-    return _faces([_pairs_of(error) for error in final], frames=True)
 
 
 def _faces(pairs: list, frames: bool) -> Faces:

@@ -88,7 +88,7 @@ def fmu_system(
         substeps,
         len(names),
     )
-    system = python_system(
+    return python_system(
         run,
         domain,
         time,
@@ -102,7 +102,6 @@ def fmu_system(
         k_labels=[_label(known[word]) for word in parameters],
         q_labels=[_label(known[word]) for word in q],
     )
-    return system
 
 
 def _described(path: Path):
