@@ -120,7 +120,7 @@ def _assemble(
     return recorded(path, k, p, q, named, domain, k_law, time=time, groups=groups, **about)
 
 
-def check_k_law(owner, k_law: str, domain: Box | None) -> None:
+def check_k_law(owner: str | Path, k_law: str, domain: Box | None) -> None:
     """Refuse other laws than K_LAWS, and "uniform" on nobody knows what. Raises InputError."""
     if k_law not in K_LAWS or (k_law == "uniform" and domain is None):
         raise InputError(
@@ -130,7 +130,14 @@ def check_k_law(owner, k_law: str, domain: Box | None) -> None:
 
 
 def recorded(
-    owner, k, p, q, points: tuple[str, ...], domain: Box | None, k_law: str, **about
+    owner: str | Path,
+    k: np.ndarray,
+    p: np.ndarray,
+    q: np.ndarray,
+    points: tuple[str, ...],
+    domain: Box | None,
+    k_law: str,
+    **about,
 ) -> RolloutBatch:
     """A batch of runs that were logged, in the file `owner`. p: coordinates of all points, in
     columns or point by point, from any start. domain, k_law: as of `load_rollouts`. about: as of
@@ -147,7 +154,7 @@ def recorded(
     return batch
 
 
-def points_in(path, p: np.ndarray, given) -> tuple[str, ...]:
+def points_in(path: str | Path, p: np.ndarray, given) -> tuple[str, ...]:
     """Names of the reference points whose coordinates are in p (n, n_record + 1, n_p) or (n,
     n_record + 1, m, n_p). Raises InputError.
     """
