@@ -5,7 +5,6 @@ part, which end.
 from benchmarks.attacks.fault import Fault
 
 HULLS = "tests/soundness/test_bodies.py::test_clearances_are_the_distances_of_hulls"
-OF_ALL = "tests/separation/test_pairs.py::test_the_gap_of_one_interval_is_that_of_all"
 IN_ORDER = "tests/separation/test_pairs.py::test_pairs_go_obstacle_by_obstacle"
 EXACT = "tests/separation/test_distance.py::test_on_a_grid_the_gap_is_the_exact_distance"
 CONTACT = (
@@ -26,17 +25,17 @@ DISTANCES = (
     ),
     Fault(
         "body_at_the_first_knot_of_an_interval",
-        "Obstacles.gaps.one",
+        "Pair.gaps",
         "[:-1], near[1:]",
         "[:-1], near[:-1]",
         (HULLS,),
     ),
     Fault(
         "errors_of_the_first_point_for_all",
-        "Obstacles.gaps.one",
-        "pair.points])\n            times = jax.vmap(distance.separation",
-        "0 * pair.points])\n            times = jax.vmap(distance.separation",
-        (OF_ALL,),
+        "Pair._own",
+        "at(errors, np.s_[:, self.points",
+        "at(errors, np.s_[:, 0 * self.points",
+        (HULLS,),
     ),
     Fault(
         "radius_of_a_part_dropped",

@@ -47,8 +47,8 @@ QUERY = (
     Fault(
         "always_the_same_obstacle",
         "Obstacles.only",
-        "[o][None], self",
-        "[0][None], self",
+        "[o] for x",
+        "[0] for x",
         (
             "tests/soundness/test_random_scenes.py"
             "::test_accepted_plans_are_free_and_clearly_free_plans_are_accepted",

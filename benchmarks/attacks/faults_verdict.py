@@ -96,16 +96,16 @@ OBSTACLES = (
 VERDICT = (
     Fault(
         "only_the_first_knot_of_an_interval",
-        "Obstacles.gaps.one",
+        "Pair.gaps",
         "[:-1], path[1:]",
         "[:-1], path[:-1]",
         ("tests/soundness/test_known_plans.py::test_a_thin_obstacle_between_knots_is_seen",),
     ),
     Fault(
         "tube_shrinks_obstacles",
-        "Obstacles.gaps.one",
-        "+ pair.signs[None]",
-        "- pair.signs[None]",
+        "Pair.gaps",
+        "+ self.signs[None]",
+        "- self.signs[None]",
         (
             "tests/soundness/test_known_plans.py"
             "::test_a_gap_of_exactly_body_and_tubes_is_refused_and_one_step_more_is_accepted",

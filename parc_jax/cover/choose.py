@@ -19,7 +19,7 @@ from parc_jax.base.shapes import Index
 from parc_jax.cover.allowed import Allowed
 from parc_jax.network.predict import by_point
 from parc_jax.separation.inequality import at_both_knots, excess, height
-from parc_jax.separation.pairs import Obstacles
+from parc_jax.separation.pairs import Pair
 from parc_jax.verdict.scene import Tabled
 
 PLANS = 64  # the seed and its neighbours: which of them a direction separates is one 64-bit mask
@@ -61,14 +61,14 @@ def choose(scene: Tabled, paths: Float[ArrayLike, "plans knots n_c"], allowed: A
 
     def look(o: Index, rooms: Rooms, state: tuple):
         one = obstacles.only(o)
-        near = jnp.stack([_from_cluster(one, paths, allowed, n) for n in clusters], axis=2)
-        mine = _rooms(near[0], one.points[0], places, allowed.lost, AT_ONCE)
+        near = jnp.stack([_from_cluster(one, paths, allowed, n) for n in clusters], axis=1)
+        mine = _rooms(near, one.points, places, allowed.lost, AT_ONCE)
         support = table.support[o][None] + scene.slack * jnp.abs(table.w[o]).sum(axis=1)[None]
-        own = one.support(near)[0] + scene.slack * jnp.abs(near[0]).sum(axis=2)
+        own = jax.vmap(jax.vmap(one.support))(near) + scene.slack * jnp.abs(near).sum(axis=2)
         some = (_separated(rooms, support), _separated(mine, own))
-        masks = jnp.where(one.active[0][:, None], jnp.concatenate(some, axis=1), ~jnp.uint64(0))
+        masks = jnp.where(one.active[:, None], jnp.concatenate(some, axis=1), ~jnp.uint64(0))
         choice = jnp.argmax(jnp.where(_with_seed(masks), _count(masks), -1), axis=1)
-        put = (x.at[o].set(new) for x, new in zip(state, (near[0], masks, choice), strict=True))
+        put = (x.at[o].set(new) for x, new in zip(state, (near, masks, choice), strict=True))
         return tuple(put)
 
     n_o, n_steps = obstacles.active.shape
@@ -97,18 +97,16 @@ def choose(scene: Tabled, paths: Float[ArrayLike, "plans knots n_c"], allowed: A
     return Chosen(*jax.lax.fori_loop(0, scene.count, merge, begin))
 
 
-def _from_cluster(
-    obstacles: Obstacles, paths: Float[jax.Array, "plans knots n_c"], allowed: Allowed, n: int
-):
-    """(o, T, n_p) unit directions that keep the hull of the first n plans away with most room."""
+def _from_cluster(pair: Pair, paths: Float[jax.Array, "plans knots n_c"], allowed: Allowed, n: int):
+    """(T, n_p) unit directions that keep the hull of the first n plans away with most room."""
     if n == 1:
-        return obstacles.gaps(paths[0], jax.tree.map(lambda x: x[0], allowed.of_first(1)))[1]
+        return pair.gaps(paths[0], jax.tree.map(lambda x: x[0], allowed.of_first(1)))[1]
     errors = allowed.of_first(n)
     n_points = jax.tree.leaves(errors)[0].shape[2]
     together = jnp.moveaxis(paths[:n], 0, 1).reshape(paths.shape[1], -1)
     errors = jax.tree.map(_side_by_side, errors)
-    points = jnp.concatenate([obstacles.points + n_points * i for i in range(n)], axis=1)
-    return obstacles.replace(points=points).gaps(together, errors)[1]
+    points = jnp.concatenate([pair.points + n_points * i for i in range(n)])
+    return pair._replace(points=points).gaps(together, errors)[1]
 
 
 def _side_by_side(x: Float[jax.Array, "n t points *_"]):

@@ -7,15 +7,15 @@ of a pair apart, whatever the body does, so nothing about turning is needed.
 
 from collections.abc import Iterable, Sequence
 from fractions import Fraction
+from typing import NamedTuple
 
 import jax
 import jax.numpy as jnp
 import numpy as np
-from jaxtyping import ArrayLike, Float
 
 from parc_jax.base import struct
 from parc_jax.base.arrays import dot, x64
-from parc_jax.base.shapes import Index, Knot, Path
+from parc_jax.base.shapes import Index, Knot, Path, Vector
 from parc_jax.claim.error_set import ErrorSet, at
 from parc_jax.errors import InputError
 from parc_jax.network.predict import Layout, by_point
@@ -61,26 +61,16 @@ class Obstacles:
         largest = np.abs(self.vertices).max(axis=(-3, -2, -1), initial=0.0)
         return largest + self.radius.max(axis=-1, initial=0.0)
 
-    def only(self, o: Index) -> "Obstacles":
+    def only(self, o: Index) -> "Pair":
         """One of them. Kernel."""
-        return jax.tree.map(lambda x: jnp.asarray(x)[o][None], self)
+        return Pair(*(jnp.asarray(x)[o] for x in jax.tree.leaves(self)))
 
     def gaps(self, path: Path, errors: ErrorSet):
         """Gap (o, T) [m] of every pair in every interval, and the unit direction (o, T, n_p) that
         shows it; errors (T, n_points). Kernel.
         """
-        places = by_point(path, path.shape[-1] // self.vertices.shape[-1])
-
-        def one(pair: Obstacles):
-            if self.closed:
-                polygons = pair.vertices[None] + pair.signs[None] * errors.half[:, 0, None]
-                return segment.separations(path[:-1], path[1:], polygons, pair.radius)
-            near = places[:, pair.points]
-            allowed = at(errors, np.s_[:, pair.points])
-            times = jax.vmap(distance.separation, in_axes=(0, 0, 0, None, None))
-            return times(near[:-1], near[1:], allowed, pair.vertices, pair.radius)
-
-        return jax.vmap(one)(jax.tree.map(jnp.asarray, self))
+        every = Pair(*map(jnp.asarray, jax.tree.leaves(self)))
+        return jax.vmap(Pair.gaps, in_axes=(0, None, None))(every, path, errors)
 
     def away(self, path: Path, errors: ErrorSet):
         """(o,) [m] what the gaps of each pair are at least, up to rounding, told by boxes around
@@ -105,38 +95,68 @@ class Obstacles:
         and on the host.
         """
         if isinstance(start, jax.Array):
-            return _gap(self, o, start, end, errors)
+            return self.only(o).gap(start, end, errors)
         if self.closed:  # compiling would cost more
             polygon = self.vertices[o] + self.signs[o] * errors.half
             return segment.separation(start, end, polygon, self.radius[o], np)
         with x64():
             return jax.device_get(_gap_on_host(self, o, start, end, errors))
 
+
+class Pair(NamedTuple):
+    """One of `Obstacles`: the same fields without their leading axis. All that it answers are
+    kernels.
+    """
+
+    vertices: jax.Array
+    signs: jax.Array
+    radius: jax.Array
+    points: jax.Array
+    active: jax.Array
+
+    @property
+    def closed(self) -> bool:
+        """As of `Obstacles`."""
+        return self.signs.shape[0] > 0
+
+    def gaps(self, path: Path, errors: ErrorSet):
+        """Gap (T,) [m] in every interval, and the unit direction (T, n_p) that shows it; errors
+        (T, n_points).
+        """
+        if self.closed:
+            polygons = self.vertices[None] + self.signs[None] * errors.half[:, 0, None]
+            return segment.separations(path[:-1], path[1:], polygons, self.radius)
+        near, allowed = self._own(path, errors)
+        times = jax.vmap(distance.separation, in_axes=(0, 0, 0, None, None))
+        return times(near[:-1], near[1:], allowed, self.vertices, self.radius)
+
+    def gap(self, start: Knot, end: Knot, errors: ErrorSet):
+        """The same in one interval: start, end its knots, errors (n_points,)."""
+        if self.closed:
+            polygon = self.vertices + self.signs * errors.half
+            return segment.separation(start, end, polygon, self.radius)
+        near, allowed = self._own(jnp.stack([start, end]), jax.tree.map(lambda x: x[None], errors))
+        return distance.separation(*near, at(allowed, 0), self.vertices, self.radius)
+
     def touching(self, places: Path, errors: ErrorSet):
-        """(o, t) bool: does each pair touch for certain at places with errors (t, n_points)?
-        Kernel.
-        """
-        by_points = by_point(places, places.shape[-1] // self.vertices.shape[-1])
+        """(t,) bool: does the pair touch for certain at places with errors (t, n_points)?"""
+        if self.closed:
+            error = errors.half[:, 0]
+            return segment.touching(self.vertices, self.signs, self.radius, places, error)
+        times = jax.vmap(distance.touching, in_axes=(0, 0, None, None))
+        return times(*self._own(places, errors), self.vertices, self.radius)
 
-        def one(pair: Obstacles):
-            if self.closed:
-                error = errors.half[:, 0]
-                return segment.touching(pair.vertices, pair.signs, pair.radius, places, error)
-            allowed = at(errors, np.s_[:, pair.points])
-            times = jax.vmap(distance.touching, in_axes=(0, 0, None, None))
-            return times(by_points[:, pair.points], allowed, pair.vertices, pair.radius)
+    def support(self, w: Vector):
+        """Of the obstacle and the part's shape together along a direction w, a unit vector."""
+        return dot(self.vertices, w[None]).max() + self.radius
 
-        return jax.vmap(one)(jax.tree.map(jnp.asarray, self))
+    def _own(self, path: Path, errors: ErrorSet):
+        """Places (t, i, n_p) and errors (t, i) of the pair's own points."""
+        places = by_point(path, path.shape[-1] // self.vertices.shape[-1])
+        return places[:, self.points], at(errors, np.s_[:, self.points])
 
-    def support(self, w: Float[ArrayLike, "o *d n_p"]):
-        """(o, ...) of the obstacle and the part's shape together along directions w, unit vectors.
-        Kernel.
-        """
-        extra = (1,) * (w.ndim - 2)
-        vertices = jnp.asarray(self.vertices)
-        vertices = vertices.reshape(len(vertices), *extra, *vertices.shape[1:])
-        radius = jnp.asarray(self.radius).reshape(-1, *extra)
-        return dot(vertices, w[..., None, :]).max(axis=-1) + radius
+
+_gap_on_host = jax.jit(lambda pairs, o, *of: pairs.only(o).gap(*of))
 
 
 def obstacles_of(
@@ -243,15 +263,3 @@ def bucket(n: int) -> int:
         if n <= size:
             return size
     return 1 << (n - 1).bit_length()
-
-
-def _gap(pairs: Obstacles, o: Index, start: Knot, end: Knot, errors: ErrorSet):
-    one = jax.tree.map(lambda x: jnp.asarray(x)[o], pairs)
-    if pairs.closed:
-        return segment.separation(start, end, one.vertices + one.signs * errors.half, one.radius)
-    n_points = start.shape[-1] // pairs.vertices.shape[-1]
-    a, b = (by_point(x, n_points)[one.points] for x in (start, end))
-    return distance.separation(a, b, at(errors, one.points), one.vertices, one.radius)
-
-
-_gap_on_host = jax.jit(_gap)

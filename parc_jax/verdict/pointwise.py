@@ -31,7 +31,7 @@ from parc_jax.claim.tube import Tube
 from parc_jax.model import TrajectoryModel
 from parc_jax.network.predict import moved_to, predict, trajectories
 from parc_jax.network.relu import ReLUNetwork
-from parc_jax.separation.pairs import Obstacles
+from parc_jax.separation.pairs import Obstacles, Pair
 from parc_jax.verdict.scene import OneScene, Scene, SceneArrays
 
 CHUNK = 512  # points per compiled verdict: intermediates stay in cache, two calls run on two cores
@@ -224,8 +224,8 @@ def _nearer(scene: OneScene, o: Index, path: Path, errors: ErrorSet, nearest: Sc
     return jnp.minimum(nearest, _nearest(scene, scene.obstacles.only(o), path, errors))
 
 
-def _nearest(scene: SceneArrays, obstacles: Obstacles, path: Path, errors: ErrorSet):
-    """The smallest gap from some of a scene's obstacles."""
+def _nearest(scene: SceneArrays, obstacles: Obstacles | Pair, path: Path, errors: ErrorSet):
+    """The smallest gap from one or all of a scene's obstacles."""
     gap, w = obstacles.gaps(path, errors)
     gap = gap - scene.slack * jnp.abs(w).sum(axis=-1)
     return jnp.where(obstacles.active, gap, jnp.inf).min()

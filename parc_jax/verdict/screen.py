@@ -69,7 +69,7 @@ def knot_test(
 
     def look(o: Index, outside: Bool[ArrayLike, ""]):
         one = scene.obstacles.only(o)
-        return outside & ~(one.touching(places, errors) & one.active[:, at]).any()
+        return outside & ~(one.touching(places, errors) & one.active[at]).any()
 
     return reaches, jax.lax.fori_loop(0, scene.count, look, reaches)
 
