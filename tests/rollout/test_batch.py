@@ -2,6 +2,8 @@
 belong together stay together, and messages name the row.
 """
 
+import weakref
+
 import jax
 import numpy as np
 import pytest
@@ -128,6 +130,15 @@ def test_one_record_that_is_no_number_fails_its_run(batch):
     p, q = np.array(batch.p), np.array(batch.q)
     p[1, 3, 1], p[2, -1, 0], q[4, 0] = np.nan, -np.inf, np.nan
     assert batch.replace(p=p, q=q).failed.tolist() == [False, True, True, False, True, False]
+
+
+def test_a_batch_that_nobody_holds_is_gone_at_once(batch):
+    """Gigabytes would wait for a search for what refers to itself."""
+    own = batch.replace()
+    known = weakref.ref(own)
+    assert own.finite is own
+    del own
+    assert known() is None
 
 
 @pytest.mark.parametrize("field", ["k", "p", "q"])
