@@ -13,7 +13,7 @@ import pytest
 from compilations import compiled_by
 from synthetic_plants import disturbed, failing, noisy, plant
 
-from parc_jax.base.keys import Stage
+from parc_jax.base.keys import SEEDS, Stage, key_of
 from parc_jax.errors import InputError
 from parc_jax.rollout import collect as collecting
 from parc_jax.rollout.batch import concatenate
@@ -267,3 +267,8 @@ def test_chunks_come_in_order_and_the_workers_do_not_run_ahead():
 
 def test_the_default_chunk_is_a_power_of_two(system):
     assert [default_chunk(system, n, 2) for n in (1, 100, 10_000)] == [16, 64, 256]
+
+
+@pytest.mark.parametrize("seed", [0, 7, SEEDS - 1])
+def test_the_key_of_a_seed_is_that_of_jax(seed):
+    assert (key_of(seed) == np.asarray(jax.random.PRNGKey(seed))).all()
