@@ -91,7 +91,7 @@ class RolloutBatch:
         """Name of the system."""
         return self.law.generator
 
-    @cached_property
+    @property
     def failed(self) -> np.ndarray:
         """(n,) bool: runs with a NaN or an infinity anywhere."""
         return ~(np.isfinite(self.p).all(axis=(1, 2)) & np.isfinite(self.q).all(axis=1))
@@ -101,7 +101,8 @@ class RolloutBatch:
         """The runs that did not fail; this very batch where none did, which is why it is not kept:
         what refers to itself stays until a search for such.
         """
-        return self.select(~self.failed) if self.failed.any() else self
+        failed = self.failed
+        return self.select(~failed) if failed.any() else self
 
     def select(self, index) -> "RolloutBatch":
         """The runs picked by an index array, mask or slice (n,)."""

@@ -132,6 +132,13 @@ def test_one_record_that_is_no_number_fails_its_run(batch):
     assert batch.replace(p=p, q=q).failed.tolist() == [False, True, True, False, True, False]
 
 
+def test_runs_that_are_found_wanting_later_have_failed(batch):
+    own = batch.replace(p=np.array(batch.p))
+    assert own.finite is own
+    own.p[2, 1] = np.nan
+    assert own.failed.tolist() == [False, False, True, False, False, False] and own.finite.n == 5
+
+
 def test_a_batch_that_nobody_holds_is_gone_at_once(batch):
     """Gigabytes would wait for a search for what refers to itself."""
     own = batch.replace()
