@@ -47,6 +47,9 @@ class Premises:
         """The value of an entry. Raises KeyError."""
         return self._by_name()[name].value
 
+    def __contains__(self, name: str) -> bool:
+        return name in self._by_name()
+
     def __iter__(self) -> Iterator[Premise]:
         return iter(self.entries)
 

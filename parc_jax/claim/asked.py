@@ -29,9 +29,9 @@ class Sizing(Options):
     """Probability with which a new run may leave the tube."""
     fresh: int | None = None
     """Runs behind the claims. Default: as many as they need."""
-    discard: int | Literal["most"] = 0
+    discard: int | Literal["most"] = MOST
     """Runs to leave outside of the tube, fixed before any is seen; "most": as many as eps and delta
-    allow; with 0 the claims carry the eps that the runs support."""
+    allow; with a number, such as 0, the claims carry the eps that the runs support."""
     profile_runs: int | None = None
     """Runs beside the training ones from which the tube's profile is learnt, which is where
     tightness comes from; the network does not see them. Default: as many as the fresh runs."""

@@ -75,6 +75,7 @@ def calibrate_bins(
         profile,
         asked,
         scale,
+        train=train,
         quantifier=f"in each claimed {place} of K, a new rollout drawn from "
         f"{scores.law.describe()} with k in that {place.split()[0]}",
         eps=max(one.eps for one in known),

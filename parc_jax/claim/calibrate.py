@@ -18,7 +18,7 @@ from parc_jax.claim.counts import (
     required_runs,
     supported_eps,
 )
-from parc_jax.claim.fresh import check_fresh
+from parc_jax.claim.fresh import check_fresh, freshness
 from parc_jax.claim.score import Scores, score_batch
 from parc_jax.claim.start_gap import invariances
 from parc_jax.claim.tube import Tube
@@ -47,9 +47,10 @@ def calibrate(
     holdout: runs that neither the network nor the profile has seen, i.i.d. from one law, or their
         `Scores`.
     asked, or options by name: `eps`, `delta`, `discard`, `looks` and `intersample` of
-        `BoundSettings`. The claim carries the eps that the runs support: a larger one with too
-        few runs, and says so; a smaller one with more than needed, unless discard = "most". Each
-        of the looks (nets compared, retries) gets delta / looks.
+        `BoundSettings`. With too few runs the claim carries the larger eps that they support, and
+        says so; of more than needed as many are discarded as eps and delta allow, or with a number
+        of discards the eps is smaller. Each of the looks (nets compared, retries) gets delta /
+        looks.
     train: the training runs, to refuse any of them in the holdout. A failed run has an infinite
         score.
     Runs that come in groups (parts of one recording) count as one: n is the number of groups, and
@@ -62,10 +63,9 @@ def calibrate(
     eps, delta = as_probability("eps", asked.eps), as_probability("delta", asked.delta)
     evidence = {}
     unit = scores.unit
+    where = " whose k lies in K," if scores.law.fitted else ""
     independent = scores.by_group()
     n = len(independent)
-    if train is not None:
-        evidence["train"] = content_hash(train.k, train.q)
     claimed, discard = pac_label(n, eps, delta / asked.looks, asked.discard, unit)
     if claimed > eps:
         needed = required_runs(float(eps), float(delta / asked.looks), discard)
@@ -78,7 +78,8 @@ def calibrate(
         profile,
         asked,
         np.full(profile.n_bins, scale),
-        quantifier=f"{unit.each} drawn from {scores.law.describe()}",
+        train=train,
+        quantifier=f"{unit.each}{where} drawn from {scores.law.describe()}",
         eps=claimed,
         n=n,
         discard=discard,
@@ -93,12 +94,15 @@ def shown_claim(
     asked: BoundSettings,
     scale: np.ndarray,
     *,
+    train: RolloutBatch | None,
     evidence: dict,
     **fields,
 ) -> ErrorClaim:
-    """The claim that a holdout shows about the profile times scale (n_bins,). evidence: beside that
-    of the holdout. fields: further ones of `ErrorClaim`.
+    """The claim that a holdout shows about the profile times scale (n_bins,). train: as of
+    `calibrate`. evidence: beside that of the holdout. fields: further ones of `ErrorClaim`.
     """
+    if train is not None:
+        evidence = {"train": content_hash(train.k, train.q)} | evidence
     step = scores.subject.time.dt_record
     term = asked.intersample.term(step, profile.n_p, profile.n_points)
     return error_claim(
@@ -109,7 +113,10 @@ def shown_claim(
         delta=as_probability("delta", asked.delta),
         looks=asked.looks,
         law=scores.law,
-        assumptions=ledger(asked.intersample.assumption(step), scores.subject),
+        assumptions=(
+            *ledger(asked.intersample.assumption(step), scores.subject),
+            *freshness(scores, train),
+        ),
         evidence={"profile": profile.hash, **evidence_of(scores), **evidence},
         intersample=tuple(term),
         **fields,
@@ -167,7 +174,10 @@ def evidence_of(scores: Scores) -> dict:
         }
         for i in order
     ]
-    grouped = {} if scores.groups is None else {RECORDED_ROWS: scores.n}
+    grouped = {}
+    if scores.groups is not None:
+        names = np.unique(scores.groups)
+        grouped = {RECORDED_ROWS: scores.n, "recordings": content_hash(names)}
     return grouped | {
         "holdout": content_hash(scores.k, scores.score),
         "holdout_rows": [int(scores.rows.min()), int(scores.rows.max())],

@@ -9,10 +9,11 @@ from pathlib import Path
 
 import numpy as np
 
+from parc_jax.base.premises import Premises
 from parc_jax.base.spelling import hex_text, listed, plain, rounded_up
 from parc_jax.claim.counts import RECORDED_ROWS, RECORDINGS, RUNS, Unit
 from parc_jax.claim.risk import NoStatement, Risk, density_of_share, risk_of
-from parc_jax.claim.statement import DIGITS, statement
+from parc_jax.claim.statement import DIGITS, premises_of, statement
 from parc_jax.claim.tube import Tube, refined
 from parc_jax.claim.tube_file import tube_to_json
 from parc_jax.errors import InputError
@@ -23,7 +24,7 @@ from parc_jax.rollout.subject import Subject
 from parc_jax.sets.box import Box
 
 KINDS = ("pac", "assumed", "declared")
-FORMAT = "parc_jax.claim/2"
+FORMAT = "parc_jax.claim/3"
 
 
 @dataclass(frozen=True, eq=False)
@@ -48,8 +49,8 @@ class ErrorClaim:
         seeds, largest scores, search).
     bin_eps: per-bin claims: one eps per bin, None for a bin without claim [T4]; else None.
     intersample: (n_p,) [m] part of the interval widths that covers the time between records. [T9]
-    hash: of network, tube, subject and law together, as they were when the claim was made. A claim
-        with a part from elsewhere has another one, and `check_claim` refuses it.
+    hash: of all of this together, as it was when the claim was made. A claim with a number or a
+        part from elsewhere has another one, and `check_claim` refuses it.
     """
 
     kind: str
@@ -87,9 +88,14 @@ class ErrorClaim:
         """What n counts."""
         return RECORDINGS if RECORDED_ROWS in self.evidence else RUNS
 
+    @property
+    def premises(self) -> Premises:
+        """All that its sentences rest on, with its numbers."""
+        return premises_of(self)
+
     def statement(self) -> str:
         """The claim in full sentences. Never claims more than the kind allows."""
-        return statement(self)
+        return statement(self.premises)
 
     def risk(
         self,
@@ -138,13 +144,16 @@ class ErrorClaim:
 
     def to_json(self) -> dict:
         """A JSON-able dictionary; the tube has a place of its own in files; numbers are strings."""
+        told = {"statement": self.statement(), "premises": self.premises.to_json()}
+        return self._facts() | told | {"hash": self.hash}
+
+    def _facts(self) -> dict:
+        """What its hash is of, but for the tube."""
         return {
             "format": FORMAT,
             "kind": self.kind,
-            "statement": self.statement(),
             "subject": self.subject.to_json(),
             "network": self.network,
-            "hash": self.hash,
             "quantifier": self.quantifier,
             "eps": _spell(self.eps),
             "delta": _spell(self.delta),
@@ -214,9 +223,9 @@ def check_claim(claim: ErrorClaim) -> None:
     _check_parts(claim)
     if claim.hash != _hash(claim):
         raise InputError(
-            "claim: expected the network, tube, K, time grid, points, rotation and law that it was "
-            f"made about ({claim.hash[:12]}); got others ({_hash(claim)[:12]}). Bound the error "
-            "anew."
+            "claim: expected the network, tube, K, time grid, points, rotation, law and numbers "
+            f"that it was made about ({claim.hash[:12]}); got others ({_hash(claim)[:12]}). Bound "
+            "the error anew."
         )
 
 
@@ -282,7 +291,8 @@ def _bound(claim: ErrorClaim) -> ErrorClaim:
 
 
 def _hash(claim: ErrorClaim) -> str:
-    about = [claim.network, claim.tube.hash, claim.law.hash, claim.subject.identity]
+    facts = claim._facts() | {"subject": claim.subject.identity}  # labels are for people
+    about = [facts, claim.tube.hash]
     return hashlib.sha256(json.dumps(about, sort_keys=True).encode()).hexdigest()
 
 

@@ -5,6 +5,8 @@ from fractions import Fraction
 from pathlib import Path
 
 from parc_jax.base.spelling import nearest_floats
+from parc_jax.checker import Rejected
+from parc_jax.checker.claim import checked_claim
 from parc_jax.claim.claim import FORMAT, KINDS, ErrorClaim, check_claim
 from parc_jax.claim.tube import Tube
 from parc_jax.claim.tube_file import tube_from_json
@@ -39,6 +41,7 @@ def claim_from_json(data: dict, error_tube: Tube) -> ErrorClaim:
             intersample=tuple(nearest_floats(data["intersample"])),
         )
         check_claim(claim)
+        _check_sum(data, error_tube.n_bins)
         return claim
     except (KeyError, TypeError, AttributeError) as error:
         raise InputError(
@@ -57,6 +60,15 @@ def load_claim(path: str | Path) -> ErrorClaim:
         raise InputError(
             f"{path}: expected a complete claim file; got {type(error).__name__}: {error}."
         ) from None
+
+
+def _check_sum(data: dict, n_bins: int) -> None:
+    """Refuse numbers of which one does not follow from the others. Raises InputError."""
+    parts = {"network": data["network"], "tube": ""}
+    try:
+        checked_claim(data | {f"{name}_hash": x for name, x in parts.items()}, parts, n_bins)
+    except Rejected as why:
+        raise InputError(f"claim: expected numbers that follow from its runs; {why}.") from None
 
 
 def _parse(text: str | None) -> Fraction | None:

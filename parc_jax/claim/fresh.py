@@ -6,8 +6,9 @@ from parc_jax.base.spelling import hex_floats
 from parc_jax.base.tolerances import TOLERANCES
 from parc_jax.claim.score import Scores
 from parc_jax.errors import InputError
-from parc_jax.rollout.batch import RolloutBatch
+from parc_jax.rollout.batch import NAMED, RolloutBatch
 from parc_jax.rollout.copies import marks_of, near_copies
+from parc_jax.rollout.law import TO_ALL
 from parc_jax.rollout.uniform import by_chance, check_uniform
 from parc_jax.sets.box import Box, box
 
@@ -18,7 +19,14 @@ _HOW_NEAR = (
 
 
 def check_fresh(scores: Scores, train: RolloutBatch | None) -> None:
-    """Refuse repeated runs, near copies, and runs of the training data. Raises InputError."""
+    """Refuse repeated runs, near copies, runs of the training data, and a K that was fitted to
+    these very runs. Raises InputError.
+    """
+    if scores.law.fitted == TO_ALL:
+        raise InputError(
+            "holdout: expected a K that these runs had no part in; it is the smallest box of their "
+            "k. Declare it (domain=), split the runs, or pass the training runs to bound_error."
+        )
     repeated = len(scores.ids) - len(np.unique(scores.ids))
     if repeated:
         raise InputError(
@@ -65,15 +73,41 @@ def _check_unseen(scores: Scores, train: RolloutBatch) -> None:
             f"({_HOW_NEAR}), the first is row {scores.rows[np.argmax(seen)]}; expected fresh ones. "
             "Draw from stage BOUND, or set recordings aside before training."
         )
-    both = scores.groups is not None and train.groups is not None
-    if both and scores.law.generator == train.law.generator:
-        shared = np.isin(scores.groups, train.groups)
-        if shared.any():
-            raise InputError(
-                f"holdout: {int(shared.sum())} of {len(shared)} runs belong to recordings of which "
-                f"training has seen a part, the first is row {scores.rows[np.argmax(shared)]}. "
-                "Split by group: batch.split(share)."
-            )
+    if scores.groups is None or train.groups is None:
+        return
+    shared = np.isin(scores.groups, train.groups)
+    if not _comparable(scores, train):
+        raise InputError(
+            f"holdout: expected recordings that can be told from those of training; in "
+            f"{scores.law.generator} or {train.law.generator} they have numbers, which two files "
+            "may give to the same recording or to others. Name them (groups of texts, or names in "
+            "groups.csv), or load all runs together and split: batch.split(share)."
+        )
+    if shared.any():
+        raise InputError(
+            f"holdout: {int(shared.sum())} of {len(shared)} runs belong to recordings of which "
+            f"training has seen a part, the first is row {scores.rows[np.argmax(shared)]}. "
+            "Split by group: batch.split(share)."
+        )
+
+
+def freshness(scores: Scores, train: RolloutBatch | None) -> tuple[str, ...]:
+    """What is assumed of runs that training never saw, beyond what `check_fresh` can see."""
+    if scores.seed is not None or (train is not None and train.seed is not None):
+        return ()
+    if train is None:
+        return ("FRESH(there were no training runs to compare with)",)
+    one_log = scores.law.generator == train.law.generator
+    grouped = scores.groups is not None and train.groups is not None
+    if grouped or (one_log and scores.groups is None and train.groups is None):
+        return ()
+    return ("FRESH(other windows of recordings that training saw would not be recognised)",)
+
+
+def _comparable(scores: Scores, train: RolloutBatch) -> bool:
+    """Do equal numbers of groups mean the same recording, and others another?"""
+    named = min(int(scores.groups.min()), int(train.groups.min())) >= NAMED
+    return named or scores.law.generator == train.law.generator
 
 
 def _width(scores: Scores) -> np.ndarray:

@@ -4,6 +4,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from parc_jax.base.premises import agree
 from parc_jax.base.spelling import rounded_up
 from parc_jax.claim.claim import ErrorClaim, check_network
 from parc_jax.claim.measure import allowance, by_chunk
@@ -11,7 +12,9 @@ from parc_jax.claim.risk import NoStatement
 from parc_jax.claim.score import sizes
 from parc_jax.errors import InputError
 from parc_jax.network.relu import ReLUNetwork
+from parc_jax.problem.labels import plain_k
 from parc_jax.rollout.batch import RolloutBatch, worst_by_group
+from parc_jax.rollout.law import LOG
 
 _BETS = 16  # alternatives, log-spaced from just above the claimed rate to one half
 
@@ -93,13 +96,7 @@ def inside_tube(claim: ErrorClaim, net: ReLUNetwork, batch: RolloutBatch) -> np.
     counts.
     """
     check_network(claim, net)
-    about = claim.subject
-    if (batch.points, batch.time) != (about.points, about.time):
-        raise InputError(
-            f"{batch.name}: expected runs on the time grid and of the points of the claim, "
-            f"{about.time} of {', '.join(about.points)}; got {batch.time} of "
-            f"{', '.join(batch.points)}."
-        )
+    _require_same_robot(claim, batch)
     tube = claim.tube
     slack = allowance(net, batch.domain, tube.layout)
     between, _ = tube.halves_around(claim.intersample or 0.0, 0.0)
@@ -115,3 +112,28 @@ def inside_tube(claim: ErrorClaim, net: ReLUNetwork, batch: RolloutBatch) -> np.
         return fits
 
     return by_chunk(batch.n, inside)
+
+
+def _require_same_robot(claim: ErrorClaim, batch: RolloutBatch) -> None:
+    """Refuse runs that the claim says nothing of. A log states neither the name of its robot nor
+    what it declares, and may not name its parameters. Raises InputError.
+    """
+    about, runs = claim.subject, batch.subject
+    free = {"K"}  # of another box, but the same in every run:
+    if any(one.system.startswith(LOG) for one in (about, runs)):
+        free |= {"system", "rotation", "given"}
+    if any(plain_k(one.labels) for one in (about, runs)):
+        free.add("parameters")
+    agree(
+        f"{batch.name}: runs of the claim about {about.system}",
+        about.premises,
+        runs.premises,
+        free=free,
+    )
+    outside = ~about.domain.contains(batch.k)
+    if outside.any():
+        raise InputError(
+            f"{batch.name}: expected k within the K of the claim; {int(outside.sum())} of "
+            f"{batch.n} runs are outside, the first is row {batch.rows[np.argmax(outside)]}. The "
+            "claim says nothing of them: leave them out."
+        )

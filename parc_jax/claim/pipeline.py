@@ -31,7 +31,7 @@ from parc_jax.claim.tube import Tube
 from parc_jax.errors import InputError
 from parc_jax.network.predict import layout_of
 from parc_jax.network.relu import ReLUNetwork
-from parc_jax.rollout.batch import RolloutBatch
+from parc_jax.rollout.batch import RolloutBatch, refitted
 from parc_jax.rollout.forecast import Forecast
 from parc_jax.sets.box import Box
 from parc_jax.system import System
@@ -73,7 +73,8 @@ def bound_error(
             raise InputError(
                 "bound_error: expected train (the training runs) beside a holdout of recorded runs."
             )
-        runs = RecordedRuns(system)
+        train, held = refitted(train, system)
+        runs = RecordedRuns(held)
         start = StartTrial(asked.gap, None)
     else:
         first_row = 0 if train is None else int(train.rows.max()) + 1

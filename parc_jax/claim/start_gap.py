@@ -8,7 +8,6 @@ every label stays true. How large the gap is cannot be shown by trying; a larger
 refutes the declaration. [T33]
 """
 
-from dataclasses import replace
 from typing import NamedTuple
 
 import jax
@@ -17,7 +16,7 @@ import numpy as np
 from parc_jax.base.keys import Stage, generator
 from parc_jax.base.spelling import rounded_up
 from parc_jax.claim.asked import check_gap
-from parc_jax.claim.claim import ErrorClaim, weaker
+from parc_jax.claim.claim import ErrorClaim, derived, weaker
 from parc_jax.errors import InputError
 from parc_jax.rollout.collect import collect
 from parc_jax.rollout.invariance import (
@@ -127,7 +126,7 @@ def allow_for_start(claim: ErrorClaim, trial: StartTrial) -> ErrorClaim:
         "seen": trial.seen and trial.seen.hex(),
         "turned": trial.turned and trial.turned.hex(),
     }
-    return replace(weaker(claim, wider, start=start), assumptions=ledger)
+    return derived(weaker(claim, wider, start=start), assumptions=ledger)
 
 
 def _named(entry: str, declared: float, seen: float | None, of: str) -> str:

@@ -5,7 +5,7 @@ from collections.abc import Callable
 import numpy as np
 
 from parc_jax.claim.asked import GAP
-from parc_jax.claim.claim import ErrorClaim
+from parc_jax.claim.claim import ErrorClaim, derived
 from parc_jax.claim.pipeline import bound_error
 from parc_jax.errors import InputError
 from parc_jax.network.predict import features
@@ -21,14 +21,15 @@ def update(
     tune: Callable[[ReLUNetwork, RolloutBatch], ReLUNetwork] | None = None,
     **options,
 ) -> tuple[ReLUNetwork, ErrorClaim]:
-    """The network and a new claim after new data; its eps is as small as the fresh runs allow.
+    """The network and a new claim after new data, with the eps and delta of the old one.
 
     seen:  everything looked at before the decision to update: training runs, and those a monitor
         watched until it rang.
     fresh: runs of the law to be deployed, made after that decision. Neither network nor profile may
         see them.
     tune:  (net, seen) -> net, for example `refit`; None = keep the network.
-    options: of `bound_error`; eps, delta, shape and gap are those of the old claim where not given.
+    options: of `bound_error`; eps, delta, shape and gap are those of the old claim where not
+        given, and as many fresh runs are left outside as these allow.
     Raises InputError, also when a fresh run was seen before.
     """
     if claim.eps is None and "eps" not in options:
@@ -42,8 +43,8 @@ def update(
         "gap": GAP if start is None else float.fromhex(start["gap"]),
     }
     new = bound_error(net, fresh, None, train=seen, **kept | options)
-    new.evidence["updated_from"] = {"network": claim.network, "n": claim.n, "law": claim.law.hash}
-    return net, new
+    old = {"network": claim.network, "n": claim.n, "law": claim.law.hash}
+    return net, derived(new, evidence={"updated_from": old})
 
 
 def refit(net: ReLUNetwork, data: RolloutBatch) -> ReLUNetwork:

@@ -69,6 +69,11 @@ def labels(
     )
 
 
+def plain_k(named: Labels) -> bool:
+    """Has nobody named the parameters?"""
+    return named.k == tuple(f"k{i}" for i in range(len(named.k)))
+
+
 def labels_of(system) -> Labels:
     """The labels of a system: its attributes p_labels, q_labels and k_labels, where it has them.
     Raises InputError.

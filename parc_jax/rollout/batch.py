@@ -13,10 +13,12 @@ from parc_jax.base.arrays import as_float64
 from parc_jax.base.keys import check_seed
 from parc_jax.errors import InputError
 from parc_jax.problem.labels import Labels
-from parc_jax.rollout.law import LawSpec
+from parc_jax.rollout.law import FITTED, TO_ALL, TO_TRAINING, LawSpec, law_spec
 from parc_jax.rollout.subject import Subject, subject
-from parc_jax.sets.box import Box
+from parc_jax.sets.box import Box, box
 from parc_jax.system import LARGEST, ONE_POINT, TimeGrid, check_points
+
+NAMED = 1 << 62  # numbers of groups that have names; below it they have nothing but a number
 
 
 @struct.dataclass
@@ -120,7 +122,8 @@ class RolloutBatch:
         InputError when either would be empty.
 
         Split recorded runs like this before anything is learned from them: the share is the
-        holdout.
+        holdout. A K that was fitted to the runs becomes the smallest box of the rest, as `refitted`
+        has it.
         """
         if not 0 < share < 1:
             raise InputError(f"holdout: expected a share between 0 and 1; got {share}.")
@@ -134,7 +137,7 @@ class RolloutBatch:
                 f"{self.name}: expected enough runs for training and a holdout; got {len(names)}"
                 f"{'' if self.groups is None else ' groups'}."
             )
-        return self.select(~chosen), self.select(chosen)
+        return refitted(self.select(~chosen), self.select(chosen))
 
     def hashes(self) -> np.ndarray:
         """(n,) 128-bit content hashes as 32 hex characters: k in float64, p and q rounded to
@@ -231,9 +234,34 @@ def _check_places(p: np.ndarray, n: int, time: TimeGrid, points: tuple[str, ...]
     return n_p
 
 
+def refitted(train: RolloutBatch, held: RolloutBatch) -> tuple[RolloutBatch, RolloutBatch]:
+    """Training runs and others; where K was fitted to the others too it becomes the smallest box of
+    the training runs, and what of the others lies outside of it is left out and counted: a claim
+    from them is then about runs whose k lies in a K that they had no part in. Raises InputError
+    when none is left.
+    """
+    if held.law.fitted != TO_ALL:
+        return train, held
+    domain = box(train.k.min(axis=0), train.k.max(axis=0))
+    inside = domain.contains(held.k)
+    if not inside.any():
+        raise InputError(
+            f"{held.name}: expected runs whose k lies in K, the smallest box of the training runs; "
+            f"none of {held.n} does. Declare K: domain=box(lo, hi)."
+        )
+    missed = "" if inside.all() else f", which {held.n - int(inside.sum())} of {held.n} others miss"
+
+    def on(batch: RolloutBatch, words: str) -> RolloutBatch:
+        about = dict(batch.law.parameters) | {FITTED: words}
+        law = law_spec(batch.law.generator, domain, batch.law.k_law, about)
+        return dataclasses.replace(batch, domain=domain, law=law)
+
+    return on(train, TO_TRAINING), on(held.select(inside), TO_TRAINING + missed)
+
+
 def group_numbers(groups, n: int) -> np.ndarray | None:
     """Names of groups as int64: whole numbers as they are, texts by their hash, equal in every
-    file. Raises InputError.
+    file, from NAMED on. Raises InputError.
     """
     if groups is None:
         return None
@@ -247,7 +275,7 @@ def group_numbers(groups, n: int) -> np.ndarray | None:
         return names.astype(np.int64)
     return np.array(
         [
-            int.from_bytes(hashlib.sha256(name.encode()).digest()[:7])
+            NAMED + int.from_bytes(hashlib.sha256(name.encode()).digest()[:7])
             for name in names.astype(str).tolist()
         ],
         np.int64,

@@ -11,6 +11,13 @@ from parc_jax.sets.box import Box
 
 # parameter of a law whose k are drawn from a small box inside K, which sentences call N
 BOX = "box of k"
+LOG = "file:"  # begins the generator of runs that were logged
+# parameter of a law whose K was not declared but fitted to logged k, and what it was fitted to
+FITTED, TO_ALL, TO_TRAINING = (
+    "K",
+    "the smallest box of these runs",
+    "the smallest box of the training runs",
+)
 
 
 @dataclass(frozen=True)
@@ -39,6 +46,11 @@ class LawSpec:
     def box(self) -> str:
         """What sentences call the box [lo, hi]: K, or N for a small box inside it."""
         return dict(self.parameters).get(BOX, "K")
+
+    @property
+    def fitted(self) -> str | None:
+        """What K was fitted to, in words; None where it was declared."""
+        return dict(self.parameters).get(FITTED)
 
     def describe(self) -> str:
         """One phrase for people."""

@@ -11,7 +11,7 @@ from parc_jax.errors import InputError
 from parc_jax.problem.labels import Labels
 from parc_jax.rollout.batch import RolloutBatch, require_finite_k, rollout_batch
 from parc_jax.rollout.files import RAGGED, read_npz, rollouts_from_npz
-from parc_jax.rollout.law import law_spec
+from parc_jax.rollout.law import FITTED, LOG, TO_ALL, law_spec
 from parc_jax.rollout.parts import is_parts, whole_of
 from parc_jax.rollout.subject import words_of
 from parc_jax.rollout.uniform import check_uniform
@@ -45,7 +45,8 @@ def load_rollouts(
             as speed [m/s], labels the columns of k, q, and of p where there is one point. Or a
             folder that `parc-jax collect` filled, complete as it is.
     time: the record grid of the runs; needed for all but our own files. domain: K; None = the
-    smallest box that holds all k, which makes the claim about that box. k_law: "logged", or
+    smallest box that holds all k, and once they are split that of the training runs: the claim is
+    then about runs whose k lies in it. k_law: "logged", or
     "uniform" where the k are known to be independent uniform draws from `domain`, which must then
     be given, and which the k may refute (`check_uniform`); a claim speaks of shares of K only
     then. groups: (n,) which recording each row was cut from, numbers or names; rows of one
@@ -144,8 +145,9 @@ def recorded(
     `rollout_batch`. Raises InputError.
     """
     require_finite_k(k)
+    fitted = {FITTED: TO_ALL} if domain is None else None
     domain = box(k.min(axis=0), k.max(axis=0)) if domain is None else domain
-    law = law_spec(f"file:{Path(owner).name}", domain, k_law)
+    law = law_spec(f"{LOG}{Path(owner).name}", domain, k_law, fitted)
     places = p.reshape(*p.shape[:2], len(points), -1)
     moved = (places - places[:, :1, :1]).reshape(*p.shape[:2], -1)
     batch = rollout_batch(k, moved, q, domain=domain, law=law, points=points, **about)

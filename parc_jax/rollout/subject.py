@@ -5,7 +5,8 @@ which time grid, of which points.
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
-from parc_jax.base.spelling import hex_text, nearest_floats
+from parc_jax.base.premises import MEASURED, Premises, premises
+from parc_jax.base.spelling import counted, hex_text, nearest_floats
 from parc_jax.errors import InputError
 from parc_jax.problem.labels import PARTS, Labels, labels_of, name_of
 from parc_jax.problem.labels import labels as valid_labels
@@ -63,6 +64,21 @@ class Subject:
             "points": list(self.points),
             "rotation": None if self.rotation is None else list(self.rotation),
         }
+
+    @property
+    def premises(self) -> Premises:
+        """The same for people, and the names of the parameters: what others about it agree with."""
+        told = {
+            "system": self.system,
+            "K": hex_text([self.domain.lo, self.domain.hi]),
+            "time": hex_text([self.time.dt, self.time.t_f, self.time.dt_record]),
+            "workspace": f"{self.n_p}-D with {counted(self.n_q, 'goal state')}",
+            "points": list(self.points),
+            "rotation": "none" if self.rotation is None else ["heading", *self.rotation],
+            "given": [str(axis) for axis in self.given],
+            "parameters": list(self.labels.k),
+        }
+        return premises((name, MEASURED, value) for name, value in told.items())
 
     def to_json(self) -> dict:
         """A JSON-able dictionary; numbers are strings."""

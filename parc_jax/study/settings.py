@@ -1,11 +1,9 @@
 """What a study runs, from rollouts to a proved safe set: one frozen record."""
 
 from dataclasses import dataclass
-from typing import Literal
 
 from parc_jax.base.options import check_count
 from parc_jax.claim.asked import BoundSettings
-from parc_jax.claim.counts import MOST
 from parc_jax.errors import InputError, expected
 from parc_jax.network.fit import Training
 from parc_jax.settings import Search
@@ -17,7 +15,6 @@ PARC = "PARC"  # the published method before networks: one affine map
 class Learning(BoundSettings, Training):
     """What is learned of a system: networks, and the claims about them."""
 
-    discard: int | Literal["most"] = MOST
     profile_runs: int | None = 0
     others: tuple[str, ...] = ()
     """Networks to compare with the returned one, in a table: by their widths, e.g. 6-6-6-6, or

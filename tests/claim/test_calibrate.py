@@ -98,17 +98,18 @@ def test_scoring_resumes_with_the_same_numbers(system, profile, tmp_path):
     )
 
 
-def test_more_runs_than_asked_for_support_a_smaller_eps(holdout, profile):
+def test_more_runs_than_asked_for_leave_some_outside_or_support_a_smaller_eps(holdout, profile):
     many = holdout.select(slice(99))
-    claim = calibrate(NET, many, profile, eps=0.1, delta=0.05)
+    claim = calibrate(NET, many, profile, eps=0.1, delta=0.05, discard=0)
     assert claim.eps == supported_eps(99, 0.05) < Fraction(31, 1000)
     assert "at most 0.0298" in claim.statement() and "asked" not in claim.statement()
     assert calibrate(NET, many, profile, eps=0.1, delta=0.05, discard=2).eps == supported_eps(
         99, 0.05, 2
     )
-    # here the runs beyond the need are spent on a smaller tube instead
-    spent = calibrate(NET, many, profile, eps=0.1, delta=0.05, discard="most")
-    assert spent.eps == Fraction(1, 10) and spent.discard > 2
+    # by default the runs beyond the need are spent on a smaller tube instead, and it says so
+    spent = calibrate(NET, many, profile, eps=0.1, delta=0.05)
+    assert spent.eps == Fraction(1, 10) and spent.discard == most_discards(99, 0.1, 0.05) > 2
+    assert f"discards, fixed beforehand: {spent.discard}" in spent.statement()
     assert calibrate(NET, holdout.select(slice(29)), profile, eps=0.1, delta=0.05).eps == Fraction(
         1, 10
     )
@@ -142,7 +143,7 @@ def test_a_failed_run_is_an_infinite_score(profile):
     broken = collect(plant(failing), KEY, 688, Stage.BOUND, quiet=True)
     scores = score_batch(NET, broken, profile)
     assert (np.isinf(scores.score) == broken.failed).all() and broken.failed.any()
-    claim = calibrate(NET, broken, profile, eps=1e-2)
+    claim = calibrate(NET, broken, profile, eps=1e-2, discard=0)
     assert not claim.tube.claimed.any() and claim.statement().startswith("No claim")
     assert isinstance(claim.risk(share=0.5), NoStatement)
     kept = calibrate(NET, broken, profile, eps=0.1, delta=1e-3, discard=int(broken.failed.sum()))
@@ -150,7 +151,7 @@ def test_a_failed_run_is_an_infinite_score(profile):
 
 
 def test_discards_and_looks_cost_runs(holdout, profile):
-    plain = calibrate(NET, holdout, profile, eps=0.02, delta=1e-3)
+    plain = calibrate(NET, holdout, profile, eps=0.02, delta=1e-3, discard=0)
     most = calibrate(NET, holdout, profile, eps=0.02, delta=1e-3, discard="most")
     assert (
         most.discard >= 1
@@ -224,7 +225,7 @@ def test_the_checker_does_the_sums_of_claims_again(system, holdout, profile):
 
 def test_per_bin_claims_need_runs_in_every_bin(system, profile, train):
     scores = score_system(NET, system, KEY, profile, 3000, quiet=True)
-    claim = calibrate_bins(NET, scores, profile, eps=1e-2, delta=1e-3, train=train)
+    claim = calibrate_bins(NET, scores, profile, eps=1e-2, delta=1e-3, train=train, discard=0)
     assert "in each claimed bin" in claim.statement()
     supported = [supported_eps(n, 1e-3 / 3) for n in claim.evidence["bin_runs"]]
     assert list(claim.bin_eps) == supported and claim.eps == max(supported) < Fraction(1, 100)

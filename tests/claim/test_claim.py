@@ -244,5 +244,5 @@ def test_parts_that_do_not_fit_make_no_claim(words, changes):
 
 
 def test_a_claim_of_an_older_file_is_refused():
-    with pytest.raises(InputError, match=r"format parc_jax\.claim/2"):
+    with pytest.raises(InputError, match=r"format parc_jax\.claim/3"):
         claim_from_json(claim().to_json() | {"format": "parc_jax.claim/1"}, TUBE)

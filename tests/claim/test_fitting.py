@@ -152,11 +152,12 @@ def test_no_pair_of_faces_is_thin_beside_the_others_of_its_bin(profile):
 
 
 def test_every_kind_of_claim_holds_the_runs_it_was_sized_by(profile, holdout, train):
-    one = calibrate(NET, holdout, profile, eps=1e-2, delta=1e-3, train=train)
+    one = calibrate(NET, holdout, profile, eps=1e-2, delta=1e-3, train=train, discard=0)
     assert inside_tube(one, NET, holdout).all() and one.tube.templates is not None
     kept = calibrate(NET, holdout, profile, eps=5e-2, delta=1e-3, discard="most", train=train)
     assert (~inside_tube(kept, NET, holdout)).sum() == kept.discard > 0
-    by_bin = calibrate_bins(NET, score_batch(NET, holdout, profile), profile, eps=0.1, delta=1e-2)
+    scores = score_batch(NET, holdout, profile)
+    by_bin = calibrate_bins(NET, scores, profile, eps=0.1, delta=1e-2, discard=0)
     assert inside_tube(by_bin, NET, holdout).all()
     assert np.ptp([h[0, 0] for h in by_bin.tube.templates.interval.half[:, 3]]) > 0
     watched = monitor(one, NET).observe(holdout)

@@ -15,7 +15,7 @@ from parc_jax.claim.score import score_batch
 from parc_jax.errors import InputError
 from parc_jax.rollout.batch import rollout_batch
 from parc_jax.rollout.collect import collect
-from parc_jax.rollout.law import law_spec
+from parc_jax.rollout.law import FITTED, TO_ALL, law_spec
 
 KEY, NET = jax.random.PRNGKey(0), straight_network(4)
 pytestmark = pytest.mark.soundness
@@ -98,7 +98,7 @@ def test_recordings_fail_not_runs(held, profile):
     p = np.array(held.p)
     p[[0, 1, 2, 3, 40, 41, 96, 97, 98, 99]] = np.nan
     batch = recorded(held.k, p, held.q, held, groups=np.arange(100) // 4)
-    said = calibrate(NET, batch, profile, eps=0.5, delta=0.05).statement()
+    said = calibrate(NET, batch, profile, eps=0.5, delta=0.05, discard=0).statement()
     assert said.startswith("No claim: 3 of 25 recordings failed, with 0 discards")
     assert "calibrate on new recordings" in said
 
@@ -188,8 +188,66 @@ def test_training_and_holdout_share_no_recording(train, held, profile):
     theirs = recorded(held.k, held.p, held.q, held, groups=groups + 30)
     with pytest.raises(InputError, match=r"40 of 100 runs belong to recordings.*batch.split"):
         calibrate(NET, theirs, profile, eps=0.1, train=mine)
-    elsewhere = recorded(held.k, held.p, held.q, held, groups=groups, name="file:other")
-    assert calibrate(NET, elsewhere, profile, eps=0.1, train=mine).n == 50
+
+
+def test_recordings_are_known_by_name_whatever_the_file(train, held, profile):
+    """Other windows of the same recordings, in another file."""
+
+    def of(runs, name, groups):
+        return recorded(runs.k, runs.p, runs.q, runs, groups=groups, name=name)
+
+    names = np.array([f"2026-05-{day // 4:02d}/run {day % 4}" for day in np.arange(100) // 2])
+    mine = of(train, "file:log", names)
+    with pytest.raises(InputError, match=r"100 of 100 runs belong to recordings.*batch.split"):
+        calibrate(NET, of(held, "file:other", names), profile, eps=0.1, train=mine)
+    others = of(held, "file:other", np.char.add(names, " on ice"))
+    claim = calibrate(NET, others, profile, eps=0.1, train=mine)
+    assert claim.n == 50 and not any(entry.startswith("FRESH") for entry in claim.assumptions)
+    numbers = np.arange(100) // 2
+    for told, seen in ((numbers + 500, numbers), (numbers, names), (names, numbers)):
+        with pytest.raises(InputError, match=r"recordings that can be told.*Name them"):
+            runs = of(held, "file:other", told)
+            calibrate(NET, runs, profile, eps=0.1, train=of(train, "file:log", seen))
+
+
+def test_what_nobody_could_compare_is_assumed(train, held, profile):
+    mine = recorded(train.k, train.p, train.q, train)
+    theirs = recorded(held.k, held.p, held.q, held, name="file:other")
+    said = calibrate(NET, theirs, profile, eps=0.1, train=mine).statement()
+    assert "FRESH(other windows of recordings that training saw would not be recognised)" in said
+    said = calibrate(NET, theirs, profile, eps=0.1).statement()
+    assert "FRESH(there were no training runs to compare with)" in said
+    assert "FRESH" not in calibrate(NET, held, profile, eps=0.1).statement()  # of a seed
+
+
+def test_runs_that_show_a_claim_have_no_part_in_its_K(held, profile):
+    """Logged k without a declared domain: K is that of the training half."""
+    law = law_spec("file:log", held.domain, "logged", {FITTED: TO_ALL})
+    runs = held.replace(law=law, seed=None, stage=None)
+    with pytest.raises(InputError, match="a K that these runs had no part in"):
+        calibrate(NET, runs, profile, eps=0.1)
+    train, rest = runs.split(0.5)
+    assert (train.domain.lo == train.k.min(axis=0)).all()
+    assert (train.domain.hi == train.k.max(axis=0)).all() and train.domain.contains(rest.k).all()
+    missed = 50 - rest.n
+    assert 0 < missed < 10
+    by_hand = runs.select(np.arange(100) < 50), runs.select(np.arange(100) >= 50)
+    for seen, kept in ((train, rest), by_hand):
+        claim = bound_error(NET, kept, None, eps=0.5, delta=0.1, train=seen, bins=(1, 1))
+        said = claim.statement()
+        assert (claim.domain.lo == seen.k.min(axis=0)).all() and claim.n <= kept.n
+        assert "any run" not in said and "a new rollout whose k lies in K, drawn from" in said
+        assert f"the smallest box of the training runs, which {50 - claim.n} of 50" in said
+    far = runs.replace(k=np.where(np.arange(100)[:, None] < 50, 0.4, 0.9) + 0.05 * runs.k)
+    with pytest.raises(InputError, match="none of 50 does"):
+        bound_error(
+            NET,
+            far.select(np.arange(100) >= 50),
+            None,
+            eps=0.5,
+            delta=0.1,
+            train=far.select(np.arange(100) < 50),
+        )
 
 
 def test_float32_systems_are_not_refused_for_equal_k(profile, held):

@@ -1,5 +1,7 @@
 """One pipeline: Python and the shell promise the same of the same runs, the start included."""
 
+from fractions import Fraction
+
 import jax
 import jax.numpy as jnp
 import numpy as np
@@ -10,6 +12,7 @@ import parc_jax as pj
 from parc_jax.base.keys import Stage
 from parc_jax.claim.calibrate import calibrate
 from parc_jax.claim.claim import check_claim
+from parc_jax.claim.counts import most_discards
 from parc_jax.claim.update import update
 from parc_jax.rollout.collect import collect
 from parc_jax.study.learn import learn, learn_recorded
@@ -105,16 +108,35 @@ def test_recorded_runs_too():
     train, held = (collect(plant(noisy), KEY, 80, stage, quiet=True) for stage in (1, 2))
     learned = learn_recorded(train, held, STUDY, KEY)
     again = pj.bound_error(
-        learned.main.net, held, None, eps=0.1, delta=0.05, bins=(2, 1), train=train, gap=STUDY.gap
+        learned.main.net,
+        held,
+        None,
+        eps=0.1,
+        delta=0.05,
+        bins=(2, 1),
+        train=train,
+        gap=STUDY.gap,
+        discard=0,
     )
     assert again.to_json() == learned.main.claim.to_json()
     assert np.isfinite(again.tube.interval).all()
 
 
+def test_the_eps_asked_for_is_that_of_runs_that_are_given():
+    """More of them than it needs are worth discards, a number settled before any is seen."""
+    train, held = (collect(plant(noisy), KEY, n, s, quiet=True) for n, s in ((80, 1), (400, 2)))
+    options = {"eps": 0.05, "delta": 0.05, "bins": (1, 1), "train": train}
+    claim = pj.bound_error(NET, held, None, **options)
+    discards = most_discards(400, 0.05, 0.05)
+    assert (claim.eps, claim.discard) == (Fraction(1, 20), discards) and discards > 5
+    assert f"discards, fixed beforehand: {discards}" in claim.statement()
+    strict = pj.bound_error(NET, held, None, discard=0, **options)
+    assert strict.eps < Fraction(1, 100) and (strict.tube.interval > claim.tube.interval).all()
+
+
 def test_networks_and_claims_about_the_same_runs_split_delta():
     """Two networks and two claims each: four looks at one holdout, at a quarter of delta each."""
     from parc_jax.claim.asked import BoundSettings
-    from parc_jax.claim.counts import supported_eps
     from parc_jax.claim.pipeline import SystemRuns, bound_errors
     from parc_jax.claim.start_gap import StartTrial
 
@@ -132,7 +154,9 @@ def test_networks_and_claims_about_the_same_runs_split_delta():
     made = bound_errors([NET, NET], runs, None, asked, StartTrial(0.0, None))
     claims = [claim for of_one in made for claim in of_one]
     assert len(claims) == 4 and {claim.looks for claim in claims} == {4}
-    assert {claim.eps for claim in claims} == {supported_eps(100, 0.05 / 4)}
+    assert {(claim.eps, claim.discard) for claim in claims} == {
+        (Fraction(1, 10), most_discards(100, 0.1, 0.05 / 4))
+    }
 
 
 class Resting(Plant):

@@ -112,7 +112,7 @@ def test_a_run_from_elsewhere_with_another_heading_is_off_twice_and_stays_inside
     batch = replace(collect(plant(noisy), KEY, 60, Stage.BOUND, quiet=True), rotation=(TURNS,))
     net = straight_network(4)
     profile = training_profile(net, collect(plant(noisy), KEY, 60, quiet=True), (1, 1))
-    claim = calibrate(net, batch, profile, eps=0.1, delta=0.1)
+    claim = calibrate(net, batch, profile, eps=0.1, delta=0.1, discard=0)
     assert claim.assumptions[1:3] == ("TRANSLATION_INVARIANCE", "ROTATION_INVARIANCE")
     wider = allow_for_start(claim, StartTrial(0.02, None, 2.0**-43))
     assert wider.assumptions[1:3] == (
@@ -124,7 +124,7 @@ def test_a_run_from_elsewhere_with_another_heading_is_off_twice_and_stays_inside
         off = way * 2 * 0.02
         moved = replace(batch, p=batch.p + off * ramp, q=batch.q + off)
         assert inside_tube(wider, net, moved).all()
-    still = calibrate(net, replace(batch, rotation=None), profile, eps=0.1, delta=0.1)
+    still = calibrate(net, replace(batch, rotation=None), profile, eps=0.1, delta=0.1, discard=0)
     assert "ROTATION_INVARIANCE" not in " ".join(still.assumptions)
     once = allow_for_start(still, StartTrial(0.02, None)).tube
     np.testing.assert_allclose(wider.tube.interval - once.interval, 0.02, atol=1e-12)

@@ -1,0 +1,139 @@
+"""All that a claim's sentences rest on is one record: what differs in it is refused, or said."""
+
+import json
+from dataclasses import replace
+from fractions import Fraction
+
+import numpy as np
+import pytest
+
+from parc_jax.base.premises import ASSUMED, CHECKED, MEASURED, agree, premises
+from parc_jax.base.spelling import hex_text
+from parc_jax.checker.claim import NUMBERS
+from parc_jax.claim.claim import check_claim, derived, error_claim
+from parc_jax.claim.claim_file import load_claim
+from parc_jax.claim.statement import statement
+from parc_jax.claim.tube import tube
+from parc_jax.errors import InputError
+from parc_jax.rollout.law import law_spec
+from parc_jax.rollout.subject import subject
+from parc_jax.sets.box import box
+from parc_jax.system import time_grid
+
+pytestmark = pytest.mark.soundness
+K = box([0, 0], [1, 1])
+TUBE = tube([[0, 0.5, 1], [0, 1]], np.full((2, 3, 2), 0.1), np.full((2, 3), 0.1))
+SEARCH = {"runs": 64, "failed": 1}
+EVIDENCE = {"failed": 2, "eps_asked": "eps = 0.001", "search": SEARCH, "rows": 900}
+BLOCKS = [{"n": 46000, "discard": 3, "eps": "1/1000"}]
+
+
+@pytest.fixture
+def claim():
+    return error_claim(
+        kind="pac",
+        tube=TUBE,
+        subject=subject("toy", K, time_grid(0.5, 1.5), 2, 1),
+        network="abc",
+        quantifier="any run of a new recording drawn from toy",
+        eps=Fraction(1, 1000),
+        delta=Fraction(1, 1000),
+        n=46000,
+        discard=3,
+        looks=2,
+        law=law_spec("toy", K),
+        assumptions=("IID", "HIDDEN_START(given speed)", "UNCHANGED_SYSTEM"),
+        evidence=EVIDENCE | {"recordings": "0a1b"},
+        intersample=(0.0, 0.125),
+    )
+
+
+OTHER = {
+    "eps": {"eps": Fraction(1, 900)},
+    "delta": {"delta": Fraction(1, 900)},
+    "n": {"n": 45999},
+    "discards": {"discard": 2},
+    "looks": {"looks": 1},
+    "law": {"quantifier": "any run of a new recording drawn from elsewhere"},
+    "k": {"law": law_spec("toy", K, "logged")},
+    "failed": {"evidence": {"failed": 3}},
+    "rows": {"evidence": {"rows": 901}},
+    "eps asked": {"evidence": {"eps_asked": "eps = 0.002"}},
+    "searched": {"evidence": {"search": SEARCH | {"failed": 0}}},
+    "not drawn": {"evidence": {"not_drawn": ["wind"]}},
+    "bins": {"bin_eps": (Fraction(1, 1000), None), "evidence": {"blocks": BLOCKS}},
+    "IID": {"assumptions": ("HIDDEN_START(given speed)", "UNCHANGED_SYSTEM")},
+    "HIDDEN_START": {"assumptions": ("IID", "HIDDEN_START(given load)", "UNCHANGED_SYSTEM")},
+}
+UNSAID = {"box", "recordings"}  # named by the next test, and by the hash
+
+
+@pytest.mark.parametrize("entry", OTHER)
+def test_what_differs_is_refused_in_memory_and_in_files_and_changes_the_sentence(
+    entry, claim, tmp_path
+):
+    before = claim.premises
+    changes = OTHER[entry]
+    evidence = claim.evidence | changes.get("evidence", {})
+    edited = replace(claim, **(changes | {"evidence": evidence}))
+    assert edited.premises.hash != before.hash
+    with pytest.raises(InputError, match="made about"):
+        check_claim(edited)
+    with pytest.raises(InputError, match="made about"):
+        load_claim(edited.save(tmp_path / "claim.json"))
+    said = derived(claim, **changes).statement()
+    assert said != claim.statement() and entry in {e.name for e in (*before, *edited.premises)}
+
+
+def test_every_entry_is_changed_above(claim):
+    names = {e.name for e in claim.premises} - UNSAID
+    assert names - {"K", "open bins", "UNCHANGED_SYSTEM"} <= OTHER.keys()
+    assert {e.name for e in claim.premises if e.standing == CHECKED} == {
+        "eps", "delta", "n", "discards", "looks"
+    }  # fmt: skip
+    for name in ("K", "open bins", "box"):  # these hang together with the tube
+        entries = [
+            e._replace(value="1 of 2" if name == "open bins" else "N") if e.name == name else e
+            for e in claim.premises
+        ]
+        assert statement(premises(entries)) != claim.statement()
+
+
+def test_numbers_that_do_not_follow_from_the_runs_are_not_loaded(claim, tmp_path):
+    """Also where somebody has made the hash anew."""
+    for changes in ({"eps": Fraction(1, 10**6)}, {"n": 22}, {"discard": 30}):
+        with pytest.raises(InputError, match="numbers that follow from its runs; the claim's runs"):
+            load_claim(derived(claim, **changes).save(tmp_path / "claim.json"))
+    path = claim.save(tmp_path / "claim.json")
+    assert load_claim(path).premises == claim.premises
+    data = json.loads(path.read_text())
+    assert set(NUMBERS) <= data["claim"].keys()
+    assert data["claim"]["premises"] == json.loads(json.dumps(claim.premises.to_json()))
+
+
+def test_two_records_that_meet_agree_in_every_entry(claim):
+    record = claim.subject.premises
+    agree("here", record, record)
+    for entry in record:
+        other = premises([*(e for e in record if e != entry), entry._replace(value=hex_text(9.0))])
+        with pytest.raises(InputError, match=rf"^here: .*agree; {entry.name} is "):
+            agree("here", record, other)
+        agree("here", record, other, free={entry.name})
+        less = premises(e for e in record if e != entry)
+        with pytest.raises(InputError, match=rf"{entry.name} is .*beside not stated"):
+            agree("here", record, less)
+    ours = premises([("recordings", MEASURED, ["a", "b"])])
+    theirs = premises([("recordings", MEASURED, ["b", "c"])])
+    with pytest.raises(InputError, match="recordings are shared, b"):
+        agree("here", ours, theirs, disjoint={"recordings"})
+    agree("here", ours, premises([("recordings", MEASURED, ["c"])]), disjoint={"recordings"})
+
+
+def test_a_record_keeps_what_a_file_can_keep():
+    for entries in (
+        [("eps", CHECKED, 0.1)],
+        [("eps", "believed", "1/10")],
+        [("eps", CHECKED, "1/10"), ("eps", ASSUMED, "1/9")],
+    ):
+        with pytest.raises(InputError, match="premises: expected"):
+            premises(entries)
