@@ -292,7 +292,7 @@ def _bound(claim: ErrorClaim) -> ErrorClaim:
 
 def _hash(claim: ErrorClaim) -> str:
     facts = claim._facts() | {"subject": claim.subject.identity}  # labels are for people
-    about = [facts, claim.tube.hash]
+    about = [plain(facts), claim.tube.hash]  # as answers spell them
     return hashlib.sha256(json.dumps(about, sort_keys=True).encode()).hexdigest()
 
 

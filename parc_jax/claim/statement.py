@@ -82,12 +82,16 @@ def _assumed(c: "ErrorClaim") -> list[tuple]:
         f"{c.n:,} training rollouts, the statistic of the published method; new rollouts are known "
         "to leave such a tube."
     )
-    return [("tube", ASSUMED, said)]
+    return [("tube", ASSUMED, said), *_unshown(c)]
 
 
 def _declared(c: "ErrorClaim") -> list[tuple]:
     said = f"DECLARED, not shown here: that no run leaves the tube, because {c.quantifier}."
-    return [("tube", ASSUMED, said)]
+    return [("tube", ASSUMED, said), *_unshown(c)]
+
+
+def _unshown(c: "ErrorClaim") -> list[tuple]:
+    return [("n", MEASURED, f"{c.n} {c.unit.many}"), ("discards", MEASURED, c.discard)]
 
 
 _SHOWN = {"pac": _shown, "assumed": _assumed, "declared": _declared}
