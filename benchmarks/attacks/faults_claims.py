@@ -5,6 +5,7 @@ faces.
 from benchmarks.attacks.fault import Fault
 
 CALIBRATE = "tests/claim/test_calibrate.py"
+PREMISES = "tests/claim/test_premises.py"
 CLAIM = "tests/claim/test_claim.py"
 FACES = "tests/claim/test_faces.py"
 FITTING = "tests/claim/test_fitting.py"
@@ -121,16 +122,46 @@ CLAIMED = (
     Fault(
         "claim_hash_without_its_subject",
         "_hash",
-        ", claim.subject.identity",
-        "",
+        "claim.subject.identity",
+        "None",
         (f"{CLAIM}::test_every_part_is_bound_to_its_claim[time grid]",),
     ),
     Fault(
-        "claim_hash_without_its_law",
+        "claim_hash_without_its_numbers",
         "_hash",
-        "law.hash, claim.",
+        "plain(facts)",
+        "claim.network, claim.law.hash, claim.subject.identity",
+        (
+            f"{PREMISES}::test_what_differs_is_refused_in_memory_and_in_files_and_changes_the_sentence",
+        ),
+    ),
+    Fault(
+        "a_sum_of_a_claim_not_done_again",
+        "claim_from_json",
+        "        _check_sum(data, error_tube.n_bins)\n",
         "",
-        (f"{CLAIM}::test_every_part_is_bound_to_its_claim[law]",),
+        (f"{PREMISES}::test_numbers_that_do_not_follow_from_the_runs_are_not_loaded",),
+    ),
+    Fault(
+        "premises_that_differ_agree",
+        "agree",
+        "elif values[0] != values[1]:",
+        "elif None not in values and values[0] != values[1]:",
+        (f"{PREMISES}::test_two_records_that_meet_agree_in_every_entry",),
+    ),
+    Fault(
+        "recordings_known_within_a_file_alone",
+        "_comparable",
+        "return named or",
+        "return True or",
+        ("tests/claim/test_fresh.py::test_recordings_are_known_by_name_whatever_the_file",),
+    ),
+    Fault(
+        "k_of_the_runs_that_show_the_claim",
+        "refitted",
+        "box(train.k.min(axis=0), train.k.max(axis=0))",
+        "train.domain",
+        ("tests/claim/test_fresh.py::test_runs_that_show_a_claim_have_no_part_in_its_K",),
     ),
     Fault(
         "points_in_any_order",
@@ -179,9 +210,9 @@ CLAIMED = (
     ),
     Fault(
         "runs_of_another_time_grid_watched",
-        "inside_tube",
-        "(batch.points, batch.time)",
-        "False and (batch.points, batch.time)",
+        "_require_same_robot",
+        'free = {"K"}',
+        'free = {"K", "time"}',
         ("tests/claim/test_monitor.py::test_runs_and_networks_of_others_are_not_watched",),
     ),
     Fault(
@@ -213,13 +244,15 @@ CLAIMED = (
         "pac_label",
         "return supported, discard",
         "return supported / 2, discard",
-        (f"{CALIBRATE}::test_more_runs_than_asked_for_support_a_smaller_eps",),
+        (
+            f"{CALIBRATE}::test_more_runs_than_asked_for_leave_some_outside_or_support_a_smaller_eps",
+        ),
     ),
     Fault(
         "shares_of_k_for_logged_runs",
         "_chosen",
-        'k_law == "uniform"',
-        "k_law",
+        'p["k"] == "uniform on K"',
+        '"k" in p',
         (f"{CLAIM}::test_a_share_of_K_is_promised_only_where_k_was_uniform",),
     ),
     Fault(
