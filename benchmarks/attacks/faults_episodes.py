@@ -97,7 +97,7 @@ EPISODES = (
     ),
     Fault(
         "checker_episode_body_without_a_copy",
-        "Chain.begun",
+        "check_manoeuvre",
         "every == set(part.points)",
         "True",
         (EPISODE + "test_what_is_broken_is_rejected_however_it_is_sealed",),

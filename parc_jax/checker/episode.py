@@ -6,6 +6,7 @@ import collections
 import hashlib
 import itertools
 import math
+from collections.abc import Callable, Iterator
 from fractions import Fraction
 
 from .claim import checked_claim, told
@@ -36,13 +37,13 @@ Report = collections.namedtuple(
 Begun = collections.namedtuple("Begun", "k begin place heading parts y scale errors")
 
 
-def is_episode(file):
+def is_episode(file: object) -> bool:
     """Does a parsed file say that it is an episode, of whatever version?"""
     return type(file) is dict and str(file.get("format")).startswith(KIND)
 
 
 @rejecting()
-def check_episode(episode, allowance_of):
+def check_episode(episode: dict, allowance_of: Callable) -> Report:
     """Checks all that an episode (as `load` returns it) claims; returns a Report or raises
     Rejected. allowance_of: the work that parts, as texts, may ask for.
     """
@@ -84,7 +85,7 @@ def check_episode(episode, allowance_of):
     )
 
 
-def sha256(text):
+def sha256(text: str) -> str:
     """The hash of a text."""
     return hashlib.sha256(text.encode()).hexdigest()
 
@@ -95,12 +96,12 @@ class Chain:
     is kept of those before.
     """
 
-    def __init__(self, episode, work=math.inf):
+    def __init__(self, episode: dict, work: float = math.inf):
         self.episode, self.work = episode, work
         self.context: Context | None = None
         self.last: Begun | None = None
 
-    def add(self, entry):
+    def add(self, entry: dict) -> bool:
         """Checks one more; returns whether it began where the one before it may have been left.
         Raises Rejected where it is not safe from its pose, began no later than the one before, or
         is about another body or frame.
@@ -114,7 +115,7 @@ class Chain:
             self.doubt = doubt_of(episode, self.context.n_p)
         else:
             self.context = self.context.about(entry["problem"])
-        before, self.last = self.last, self.begun(entry)
+        before, self.last = self.last, self.check_manoeuvre(entry)
         if before is None:
             return True
         need(before.parts == self.last.parts, "its body is another than before")
@@ -122,7 +123,7 @@ class Chain:
         need(frames, "it is told in another frame than the one before")
         return self.follows(before, self.last)
 
-    def begun(self, entry):
+    def check_manoeuvre(self, entry: dict) -> Begun:
         """One of them, which is safe over all of its time from its pose, as it is Begun."""
         context = self.context
         pose = [number(x) for x in array(entry["pose"])]
@@ -146,7 +147,7 @@ class Chain:
         parts = context.parts
         return Begun(k, number(entry["begin"]), pose[:n_p], heading, parts, y, scale, errors)
 
-    def follows(self, one, other):
+    def follows(self, one: Begun, other: Begun) -> bool:
         """May every reference point of the robot be where the other one has it at its start, when
         the one is left then? Both places are boxes, or what the tube has in place of boxes, and
         have to meet along the axes of the one.
@@ -170,7 +171,7 @@ class Chain:
                     return False
         return True
 
-    def reach(self, one, knots, t, i, w):
+    def reach(self, one: Begun, knots: list, t: int, i: int, w: list) -> Fraction:
         """The most along w, in its own frame, that point i of the robot may be from the start of a
         manoeuvre at these knots, with the errors of interval t.
         """
@@ -182,17 +183,17 @@ class Chain:
             found.append(dot(w, self.place(one, s, number)) + errors.support(w))
         return max(found)
 
-    def place(self, one, s, i):
+    def place(self, one: Begun, s: int, i: int) -> list:
         """Where point i is predicted at knot s, from the start of a manoeuvre."""
         places = self.context.offset(s, i)
         return [Fraction(x, one.scale) for x in one.y[places]] or [Fraction(0)] * self.context.n_p
 
-    def lost(self, other, i):
+    def lost(self, other: Begun, i: int) -> Fraction:
         """How much more along any direction `reach` may be at the start of another manoeuvre, since
         that is known to a few roundings of cosine and sine alone.
         """
         if other.heading is None:
-            return 0
+            return Fraction(0)
         n_p = self.context.n_p
         axes = [[sign * (a == axis) for a in range(n_p)] for axis in range(n_p) for sign in (1, -1)]
         return 4 * OFF * sum(max(0, self.reach(other, [0], 0, i, w)) for w in axes)
@@ -213,7 +214,7 @@ class Chain:
         return tuple(map(max, zip(*found, strict=True)))
 
 
-def displacement(one, other, doubt):
+def displacement(one: Begun, other: Begun, doubt: list) -> tuple:
     """From the place of the one to that of the other, in the frame of the one, and by how much each
     coordinate may be off.
     """
@@ -226,26 +227,26 @@ def displacement(one, other, doubt):
     return turned_back(one.heading, way), off + OFF * size
 
 
-def seen_by(one, other, w):
+def seen_by(one: Begun, other: Begun, w: list) -> list:
     """A direction in the frame of the one in that of the other: each coordinate to 4 OFF."""
     if one.heading is None:
         return w
     return turned_back(other.heading, turned_back(-one.heading, w))
 
 
-def turned_back(heading, v):
+def turned_back(heading: Fraction, v: list) -> list:
     """v in the frame of this heading; each coordinate is off by at most OFF times its size."""
     cosine, sine = cosine_and_sine(heading)
     return [cosine * v[0] + sine * v[1], cosine * v[1] - sine * v[0]]
 
 
-def metres(x):
+def metres(x: Fraction) -> str:
     """A length, rounded up to a tenth of a millimetre."""
     tenths = math.ceil(10**4 * x)
     return f"{tenths // 10**4}.{tenths % 10**4:04d} m"
 
 
-def summary_of_episode(report):
+def summary_of_episode(report: Report) -> Iterator[str]:
     """What was proved and what it rests on, as lines."""
     yield "ACCEPTED. Proved in exact arithmetic, for every trajectory inside the tube:"
     yield f"  {report.manoeuvres} manoeuvres, each from its stated pose to its last knot: nothing"

@@ -5,6 +5,7 @@ is measured or assumed. Numbers are told exactly where a float names them.
 """
 
 import itertools
+from collections.abc import Iterator
 from fractions import Fraction
 
 from .entries import canonical
@@ -17,7 +18,7 @@ ON_THE_ROBOT = "told from the pose of each manoeuvre, in the robot's own frame"
 IN_THE_WORLD = "told in the world"
 
 
-def known_premises(episode):
+def known_premises(episode: dict) -> list:
     """The entries that the file shows."""
     entries = array(episode["manoeuvres"])
     need(len(entries) > 0, "an episode without a manoeuvre")
@@ -64,7 +65,7 @@ def known_premises(episode):
     ]
 
 
-def checked_premises(episode):
+def checked_premises(episode: dict) -> list:
     """The whole record of a file. Rejects one that tells otherwise what the file shows, or calls
     checked what it does not.
     """
@@ -81,28 +82,28 @@ def checked_premises(episode):
     return given
 
 
-def kept(value):
+def kept(value: object) -> bool:
     """Is it text, a whole number, or a list of such?"""
-    return all(map(kept, value)) if type(value) is list else type(value) in (str, int)
+    return all(map(kept, value)) if isinstance(value, list) else type(value) in (str, int)
 
 
-def lines_of(record):
+def lines_of(record: list) -> Iterator[str]:
     """A line for each entry, fit for a terminal."""
     for name, standing, value in record:
         yield f"  {standing} {printable(name)}: {printable(text_of(value))}"
 
 
-def text_of(value):
+def text_of(value: object) -> str:
     """A value for people."""
-    return "; ".join(map(text_of, value)) if type(value) is list else str(value)
+    return "; ".join(map(text_of, value)) if isinstance(value, list) else str(value)
 
 
-def printable(text):
+def printable(text: str) -> str:
     """What of a text may be printed."""
     return "".join(c if c.isprintable() else ascii(c)[1:-1] for c in text[:LONGEST])
 
 
-def doubt_of(episode, n_p):
+def doubt_of(episode: dict, n_p: int) -> list:
     """What a pose may be off by: half widths [m] of its place, [rad] of its heading, and [m] by
     which odometry drifts from one pose to the next.
     """
@@ -112,7 +113,7 @@ def doubt_of(episode, n_p):
     return doubt
 
 
-def part_of(part, copies):
+def part_of(part: dict, copies: int) -> str:
     """A part of the body in words, by the robot's own points."""
     points = ", ".join(map(str, sorted({i // copies for i in part["points"]})))
     hull = f"hull of points {points}" if "," in points else f"point {points}"
@@ -122,14 +123,14 @@ def part_of(part, copies):
     return f"{hull} grown by the polygon {', '.join(corners)} m"
 
 
-def plain(x):
+def plain(x: Fraction) -> str:
     """A number for people: the shortest decimal of the float that it is, else a fraction."""
     if Fraction(float(x)) == x:
         return repr(float(x)).removesuffix(".0")
     return f"{x.numerator}/{x.denominator}"
 
 
-def seconds(time):
+def seconds(time: Fraction) -> str:
     """A time to a millisecond."""
     sign = "-" if time < 0 else ""
     whole_s, rest = divmod(round(abs(time) * 1000), 1000)
