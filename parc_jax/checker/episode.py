@@ -8,6 +8,7 @@ import itertools
 import math
 from collections.abc import Callable, Iterator
 from fractions import Fraction
+from typing import Any
 
 from .claim import checked_claim, told
 from .entries import canonical
@@ -98,8 +99,8 @@ class Chain:
 
     def __init__(self, episode: dict, work: float = math.inf):
         self.episode, self.work = episode, work
-        self.context: Context | None = None
-        self.last: Begun | None = None
+        self.context: Any = None  # of the last one
+        self.last: Any = None
 
     def add(self, entry: dict) -> bool:
         """Checks one more; returns whether it began where the one before it may have been left.
@@ -195,7 +196,9 @@ class Chain:
         if other.heading is None:
             return Fraction(0)
         n_p = self.context.n_p
-        axes = [[sign * (a == axis) for a in range(n_p)] for axis in range(n_p) for sign in (1, -1)]
+        axes = [
+            [sign * int(a == axis) for a in range(n_p)] for axis in range(n_p) for sign in (1, -1)
+        ]
         return 4 * OFF * sum(max(0, self.reach(other, [0], 0, i, w)) for w in axes)
 
     def moves_at_end(self):

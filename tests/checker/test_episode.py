@@ -7,10 +7,12 @@ import itertools
 import json
 import math
 import random
+from collections import Counter
 from fractions import Fraction as F
 
 import pytest
 from episode_files import DT, Robot, beyond, sealed
+from episode_mutants import check_episode_mutants
 
 from parc_jax import checker
 from parc_jax.checker.answer import allowance_of, main
@@ -284,3 +286,12 @@ def test_a_file_of_an_old_format_is_refused_with_what_to_do(tmp_path, capsys):
     place.write_text(json.dumps(file))
     assert main([str(place)]) == 1
     assert "not parc_jax.episode/2: drive again, and save that" in capsys.readouterr().out
+
+
+def test_no_false_mutant_is_accepted():
+    """By the thousand: `python -m benchmarks.attacks mutants`."""
+    tally = sum((check_episode_mutants(seed, 12) for seed in range(8)), start=Counter())
+    by_verdict = {verdict: 0 for verdict in ("rejected", "accepted", "false")}
+    for (_, verdict), count in tally.items():
+        by_verdict[verdict] += count
+    assert by_verdict["false"] == 0 and min(by_verdict["rejected"], by_verdict["accepted"]) > 20
