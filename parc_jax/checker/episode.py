@@ -34,8 +34,9 @@ Report = collections.namedtuple(
 )
 
 # One manoeuvre, as the next one asks for it: k, from when it is, from where: place, heading or
-# None; its body; and what is predicted: outputs over a scale, errors by interval and point.
-Begun = collections.namedtuple("Begun", "k begin place heading parts y scale errors")
+# None; its body; and what is predicted: outputs over a scale, errors by interval and point, and at
+# the end.
+Begun = collections.namedtuple("Begun", "k begin place heading parts y scale errors final")
 
 
 def is_episode(file: object) -> bool:
@@ -141,12 +142,12 @@ class Chain:
         # with a heading all is told in the frame of the robot, which starts at its origin
         start = [Fraction(0)] * n_p if turned else pose
         need(p0 == start, "the plan does not start at the pose")
-        errors, _ = context.errors(context.bins_meeting(k, k, closed=True), max)
+        errors, final = context.errors(context.bins_meeting(k, k, closed=True), max)
         whole_k, k_scale = integers(k)
         _, (y,), scale = context.evaluate([whole_k], k_scale)
         heading = pose[n_p] if turned else None
         parts = context.parts
-        return Begun(k, number(entry["begin"]), pose[:n_p], heading, parts, y, scale, errors)
+        return Begun(k, number(entry["begin"]), pose[:n_p], heading, parts, y, scale, errors, final)
 
     def follows(self, one: Begun, other: Begun) -> bool:
         """May every reference point of the robot be where the other one has it at its start, when
@@ -199,21 +200,28 @@ class Chain:
         axes = [
             [sign * int(a == axis) for a in range(n_p)] for axis in range(n_p) for sign in (1, -1)
         ]
-        return 4 * OFF * sum(max(0, self.reach(other, [0], 0, i, w)) for w in axes)
+        return 4 * OFF * sum(abs(self.reach(other, [0], 0, i, w)) for w in axes)
 
     def moves_at_end(self):
         """[m] that a coordinate of a point changes in the last interval of the last manoeuvre at
-        most: as predicted, and in the tube. Rejects one in whose tube nobody could stand.
+        most: as predicted, and in the tube. Rejects one in whose tube nobody could stand: who does
+        is off by what the errors of the interval allow at its beginning, the other way by those and
+        the errors of the end at its end.
         """
-        one, T, n_p = self.last, self.context.T, self.context.n_p
+        one, context, T = self.last, self.context, self.context.T
         found = []
-        for i, axis in itertools.product(range(self.context.n_points), range(n_p)):
-            w = [int(a == axis) for a in range(n_p)]
-            errors = one.errors[T - 1][i]
-            room = errors.support(w) + errors.support([-x for x in w])
-            way = abs(self.place(one, T, i)[axis] - self.place(one, T - 1, i)[axis])
-            need(way <= room, "it does not come to rest: its last interval leaves no room to stand")
-            found.append((way, way + room))
+        for i, axis in itertools.product(range(context.n_points), range(context.n_p)):
+            way = self.place(one, T, i)[axis] - self.place(one, T - 1, i)[axis]
+            w = [(1 if way > 0 else -1) * int(a == axis) for a in range(context.n_p)]
+            errors, back = one.errors[T - 1][i], [-x for x in w]
+            at_end = errors.support(back)
+            if one.final.is_box:
+                before, after = i * context.n_p, context.n_end - (i + 1) * context.n_p
+                at_end = min(at_end, one.final.support([0] * before + back + [0] * after))
+            room = errors.support(w) + at_end
+            need(abs(way) <= room, "it does not come to rest: its last interval leaves no room")
+            # who goes on is ahead at the end and was behind before
+            found.append((abs(way), abs(way) + errors.support(w) + errors.support(back)))
         return tuple(map(max, zip(*found, strict=True)))
 
 
@@ -257,9 +265,9 @@ def summary_of_episode(report: Report) -> Iterator[str]:
     yield "    where the one before may have been left"
     span = f"{seconds(report.begin)} to {seconds(report.end)}"
     predicted, most = map(metres, report.moves)
-    yield f"  so from {span} nothing is touched. The last manoeuvre and {report.rests} before came"
-    yield f"    to their last interval, in which no point moves along an axis by more than {most},"
-    yield f"    as predicted by no more than {predicted}"
+    yield f"  so from {span} nothing is touched. In the last interval of those"
+    yield f"    that came to their end, the last one and {report.rests} before, no point moves along"
+    yield f"    an axis by more than {most}, as predicted by no more than {predicted}"
     if report.moving:
         yield f"NOT PROVED: in {report.moving} manoeuvres obstacles are told of by intervals, as"
         yield "  those that move are, until its last knot. They may run into a robot that rests"

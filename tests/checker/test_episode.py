@@ -183,6 +183,26 @@ def test_a_manoeuvre_that_came_to_its_end_must_stand_there_too():
     assert report.moves[1] == 2 * width
 
 
+@pytest.mark.parametrize(("end", "share"), [(F(1), 2), (F(1, 1024), 1), (F(0), 1)])
+def test_who_stands_is_in_the_tube_at_both_ends_of_the_last_interval(end, share):
+    """What the prediction moves may be as large as the width of the interval and the lesser of that
+    and the width of the end together.
+    """
+    robot = Robot(1, points=2)
+    robot.widths[-1] = [[[F(1, 8), F(1, 8)]], [[F(1, 4), F(1, 4)]]]
+    for more, stands in ((0, True), (HAIR, False)):
+        moved = share * F(1, 8) + (end if share == 1 else 0) + more
+        robot.places[-1] = copy.deepcopy(robot.places[-2])
+        robot.places[-1][0][0][1] -= moved
+        file = robot.episode(robot.driven(1))
+        file["tube"]["final"] = [[str(end)] * 4]
+        if stands:
+            assert check(sealed(file)).moves == (moved, max(moved + F(1, 4), F(1, 2)))
+            continue
+        with pytest.raises(checker.Rejected, match="does not come to rest"):
+            check(sealed(file))
+
+
 def test_what_the_last_interval_may_move_is_told_rounded_up():
     robot = Robot(2, points=2)
     report = check(robot.episode(robot.driven()))
@@ -265,7 +285,7 @@ def test_a_tube_without_the_model_is_told():
     file = robot.episode(robot.driven(1))
     assert "The tube holds the model's own trajectory in every bin." in said(file)
     rows = {"A": [["1", "0"], ["-1", "0"], ["0", "1"], ["0", "-1"]], "b": ["3", "-2", "1", "1"]}
-    file["tube"]["interval"] = [[[rows]] * robot.T]
+    file["tube"]["interval"][0][0] = [rows]
     assert "leaves out the model's own trajectory in 1 of 1 bins" in said(sealed(file))
 
 

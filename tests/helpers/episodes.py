@@ -3,24 +3,13 @@
 import math
 
 import numpy as np
-from toy_models import line_model, told, toy_case
+from toy_models import line_model, resting, told, toy_case
 
 import parc_jax as pj
 from parc_jax.network.predict import trajectories
-from parc_jax.network.relu import relu_network
 from parc_jax.system import TURNS
 
 PATIENT = pj.loop.Effort(candidates=64, deadline=300.0)
-
-
-def resting(model):
-    """The model that stands still in its last interval."""
-    n, T = model.n_c, model.time.n_steps
-    weights, biases = [np.array(x) for x in model.net.weights], [*map(np.array, model.net.biases)]
-    end = (T + 1) * n - model.n_p  # of the positions among the outputs
-    for last in (weights[-1], biases[-1]):
-        last[end - n : end] = last[end - 2 * n : end - n]
-    return told(model, net=relu_network(weights, biases))
 
 
 def driven(turning: bool, n: int = 4, spans=None):
@@ -29,7 +18,7 @@ def driven(turning: bool, n: int = 4, spans=None):
         model, _ = toy_case(0)
         model = resting(told(model, rotation=(TURNS,)))
     else:
-        model = resting(line_model(4, 0.01))
+        model = line_model(4, 0.01, rests=True)
     loop = pj.loop.Loop(
         model, 0.05, leave=0.5, given=(1,), doubt=pj.Doubt(start=0.01), effort=PATIENT
     )

@@ -7,7 +7,7 @@ from fractions import Fraction
 import numpy as np
 import pytest
 from episode_files import sealed
-from episodes import PATIENT, driven, resting
+from episodes import PATIENT, driven
 from toy_models import line_model
 
 import parc_jax as pj
@@ -159,7 +159,7 @@ def test_a_manoeuvre_and_the_next_agree_on_all_that_they_share(options, words):
     """Commitments of two loops, of which one thing is not the same."""
     done = []
     for own in ({}, options):
-        model = resting(line_model(4, own.get("model", 0.01)))
+        model = line_model(4, own.get("model", 0.01), rests=True)
         doubt = own.get("doubt", pj.Doubt(start=0.01))
         loop = pj.loop.Loop(
             model, own.get("body", 0.05), leave=0.5, given=(1,), doubt=doubt, effort=PATIENT
