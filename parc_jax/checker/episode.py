@@ -266,8 +266,8 @@ def summary_of_episode(report: Report) -> Iterator[str]:
     span = f"{seconds(report.begin)} to {seconds(report.end)}"
     predicted, most = map(metres, report.moves)
     yield f"  so from {span} nothing is touched. In the last interval of those"
-    yield f"    that came to their end, the last one and {report.rests} before, no point moves along"
-    yield f"    an axis by more than {most}, as predicted by no more than {predicted}"
+    yield f"    that came to their end, the last one and {report.rests} before, no point moves"
+    yield f"    along an axis by more than {most}, as predicted by no more than {predicted}"
     if report.moving:
         yield f"NOT PROVED: in {report.moving} manoeuvres obstacles are told of by intervals, as"
         yield "  those that move are, until its last knot. They may run into a robot that rests"
