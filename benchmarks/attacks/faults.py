@@ -26,6 +26,7 @@ from benchmarks.attacks.faults_claims import CLAIMS
 from benchmarks.attacks.faults_cover import COVERS
 from benchmarks.attacks.faults_doubt import DOUBT
 from benchmarks.attacks.faults_driven import DRIVEN
+from benchmarks.attacks.faults_episodes import EPISODES
 from benchmarks.attacks.faults_files import FILES
 from benchmarks.attacks.faults_measured import MEASUREMENTS
 from benchmarks.attacks.faults_model import MODEL
@@ -48,7 +49,7 @@ TABLES: dict[str, tuple[Fault, ...]] = {
     "verdicts": VERDICTS,
     "covers": COVERS,
     "bodies": (*BODIES, *NO_PLANS),
-    "checker": CHECKER,
+    "checker": (*CHECKER, *EPISODES),
     "measurements": MEASUREMENTS,
     "claims": (*RUNS, *CLAIMS),
     "doubt": DOUBT,

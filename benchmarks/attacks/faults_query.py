@@ -143,8 +143,8 @@ QUERY = (
     Fault(
         "robots_that_jump_in_an_episode",
         "Chain.add",
-        "before is None or",
-        "True or",
+        "if before is None:",
+        "if True:",
         (PROVER + "test_what_is_unsafe_is_rejected_and_what_jumps_is_told",),
     ),
     Fault(
@@ -282,9 +282,9 @@ QUERY = (
     ),
     Fault(
         "checker_silent_of_who_runs_into_a_robot_at_rest",
-        "check_manoeuvre",
-        'any("steps" in part',
-        'any("step" in part',
+        "check_episode",
+        'any("steps" in x',
+        'any("step" in x',
         ("tests/loop/test_log.py::test_of_what_moves_nothing_is_said_while_the_robot_rests",),
     ),
 )

@@ -1,11 +1,11 @@
-"""Does the checker accept a changed answer that is not true? By one command:
+"""Does the checker accept a changed answer, or episode, that is not true? By one command:
 `python -m benchmarks.attacks mutants`.
 
 Valid answers of random scenes are changed at random: numbers, multipliers, runs, patterns, bins,
 hashes, and the question itself under old proofs. Whatever the checker still accepts is judged by an
 oracle that shares nothing with it: samples, members of corridors and polytopes and random points of
-the leaves of a no_plan part must be as they were claimed. One line per answer is kept in a file, so
-a campaign that was stopped goes on.
+the leaves of a no_plan part must be as they were claimed, and manoeuvres of an episode must follow
+one another. One line per answer is kept in a file, so a campaign that was stopped goes on.
 """
 
 import collections
@@ -18,7 +18,7 @@ import tyro
 
 HELPERS = Path(__file__).parents[2] / "tests" / "helpers"
 PER_SCENE = 300  # mutants of one answer
-PER_PLAN = 100  # mutants of one no_plan part; every tenth answer has one
+PER_PLAN = 100  # mutants of one no_plan part; every tenth answer has one, every tenth is an episode
 FIRST_SEED = 1000  # away from those of the tests
 
 
@@ -36,6 +36,7 @@ def main(arguments: list[str]) -> int:
     """Exit code 0 when no false mutant was accepted, else 1."""
     options = tyro.cli(Options, prog="benchmarks.attacks mutants", args=arguments)
     sys.path.insert(0, str(HELPERS))
+    import episode_mutants
     import mutants
 
     options.path.parent.mkdir(parents=True, exist_ok=True)
@@ -44,6 +45,8 @@ def main(arguments: list[str]) -> int:
         seed = FIRST_SEED + done
         if seed % 10 == 0:
             found = mutants.check_plan_mutants(seed, PER_PLAN)
+        elif seed % 10 == 5:
+            found = episode_mutants.check_episode_mutants(seed, PER_SCENE)
         else:
             found = mutants.check_mutants(seed, PER_SCENE)
         with options.path.open("a") as file:

@@ -20,6 +20,7 @@ claim.py     whether so many runs show what the claim says
 entries.py   all samples, corridors, polytopes and boxes of doubt, in one process or several
 turns.py     cosine and sine, enclosed
 episode.py   a chain of manoeuvres, each proved, each begun where the one before may have been
+rests_on.py  what an episode rests on
 answer.py    the whole file, the report, the command line
 
 Letters: p position, q further goal states, k parameters, y = (c_1 .. c_T, q) the outputs of the
@@ -31,7 +32,7 @@ are integers over one common denominator ("scale").
 
 from .answer import FORMAT, PARTS, Report, allowance, check_answer, load, main, summary
 from .doubt import check_doubt
-from .episode import Chain, check_episode
+from .episode import Chain, check_episode, is_episode
 from .exact import NotAnAnswer, Rejected, integers, number, rejecting
 from .no_plan import check_no_plan
 from .plans import Context
@@ -52,6 +53,7 @@ __all__ = [
     "check_episode",
     "check_no_plan",
     "integers",
+    "is_episode",
     "load",
     "main",
     "number",

@@ -12,10 +12,11 @@ from fractions import Fraction
 
 from .claim import checked_claim, told
 from .entries import LISTS, canonical, check_entries
-from .episode import EPISODE, check_episode, summary_of_episode
+from .episode import check_episode, is_episode, summary_of_episode
 from .exact import NotAnAnswer, Rejected, fields, need, rejecting
 from .no_plan import check_no_plan
 from .plans import Context
+from .question import about_the_model
 
 FORMAT = "parc_jax.answer/2"
 PARTS = ("problem", "network", "tube")  # of the question; each has a hash
@@ -156,17 +157,6 @@ def summary(report):
     yield from told(report.claim, report.arithmetic, report.hash)
 
 
-def about_the_model(report):
-    """Whether what is proved is about the trajectory that the model predicts, too."""
-    if report.without_model == 0:
-        return "The tube holds the model's own trajectory in every bin."
-    bins = f"{report.without_model} of {report.bins} bins"
-    return (
-        f"The tube leaves out the model's own trajectory in {bins}: "
-        "what is proved there may be about none."
-    )
-
-
 def percent(share, up):
     """An exact share, told to a thousandth of a percent: what is proved never above it, what is
     not never below.
@@ -190,10 +180,11 @@ def main(arguments=None):
         return told.code
     try:
         file = load(asked.answer)
-        if type(file) is dict and file.get("format") == EPISODE:
+        if is_episode(file):
             report = check_episode(file, allowance_of)
             lines = list(summary_of_episode(report))
-            report = report._replace(begin=str(report.begin), end=str(report.end))
+            exact = {name: str(getattr(report, name)) for name in ("begin", "end")}
+            report = report._replace(**exact, moves=list(map(str, report.moves)))
         else:
             report = check_answer(file, asked.processes)
             lines = list(summary(report))

@@ -6,166 +6,272 @@ import collections
 import hashlib
 import itertools
 import math
+from collections.abc import Callable, Iterator
 from fractions import Fraction
+from typing import Any
 
 from .claim import checked_claim, told
 from .entries import canonical
-from .exact import array, fields, integers, need, number, rejecting, whole
+from .exact import array, dot, fields, integers, need, number, rejecting, whole
 from .plans import Context
+from .question import about_the_model
+from .rests_on import checked_premises, doubt_of, lines_of, seconds
 from .turns import OFF, cosine_and_sine
 
-EPISODE = "parc_jax.episode/1"
+KIND = "parc_jax.episode/"  # of any version
+EPISODE = f"{KIND}2"
+# What is hashed as one; the first three are what work is allowed for
+PARTS = ("network", "tube", "manoeuvres", "claim", "copies", "doubt", "premises")
 
-# manoeuvres: how many. begin, end: [s] of the first pose and of the last rest. rests: how often the
+# manoeuvres: how many. begin, end: [s] of the first pose and of the last knot. rests: how often the
 # next one began when the one before had come to its end. moving: manoeuvres with obstacles that are
-# told of for some of its intervals each. claim, arithmetic: as of an answer.
-Report = collections.namedtuple("Report", "manoeuvres begin end rests moving claim arithmetic hash")
+# told of for some of its intervals each. moves: [m] that a coordinate of a point of a manoeuvre
+# that came to its end changes in its last interval at most: as predicted, and in the tube.
+# premises: what it rests on. bins, without_model, claim, arithmetic: as of an answer.
+Report = collections.namedtuple(
+    "Report",
+    "manoeuvres begin end rests moving moves premises bins without_model claim arithmetic hash",
+)
 
-# One manoeuvre: k and its context, from when it is, from where: place, heading or None; and whether
-# any of its obstacles is told of for some of its intervals.
-Begun = collections.namedtuple("Begun", "context k begin place heading moving")
+# One manoeuvre, as the next one asks for it: k, from when it is, from where: place, heading or
+# None; its body; and what is predicted: outputs over a scale, errors by interval and point, and at
+# the end.
+Begun = collections.namedtuple("Begun", "k begin place heading parts y scale errors final")
+
+
+def is_episode(file: object) -> bool:
+    """Does a parsed file say that it is an episode, of whatever version?"""
+    return type(file) is dict and str(file.get("format")).startswith(KIND)
 
 
 @rejecting()
-def check_episode(episode, allowance_of):
+def check_episode(episode: dict, allowance_of: Callable) -> Report:
     """Checks all that an episode (as `load` returns it) claims; returns a Report or raises
     Rejected. allowance_of: the work that parts, as texts, may ask for.
     """
-    needed = ("format", "network", "tube", "claim", "hash", "copies", "doubt", "manoeuvres")
-    fields(episode, needed, ("meta",))
-    texts = {part: canonical(episode[part]) for part in ("network", "tube", "manoeuvres")}
-    hashes = {
-        part: hashlib.sha256(texts[part].encode()).hexdigest() for part in ("network", "tube")
-    }
+    version = episode.get("format")
+    known = version == EPISODE
+    need(known, f"it has the format {version!a:.60}, not {EPISODE}: drive again, and save that")
+    fields(episode, ("format", "hash", *PARTS), ("meta",))
+    texts = {part: canonical(episode[part]) for part in PARTS[:3]}
+    hashes = {part: sha256(texts[part]) for part in ("network", "tube")}
+    hashes["episode"] = sha256(canonical({part: episode[part] for part in PARTS}))
     need(episode["hash"] == hashes, "a hash does not match its content")
-    entries = array(episode["manoeuvres"])
-    need(len(entries) > 0, "an episode without a manoeuvre")
+    premises = checked_premises(episode)
     chain = Chain(episode, allowance_of(texts.values()))
-    begun = []
+    entries = episode["manoeuvres"]
+    begins = [number(entry["begin"]) for entry in entries]
+    came, moves = [], []
     for i, entry in enumerate(entries):
         with rejecting(f"manoeuvres[{i}]: "):
-            one, follows_it = chain.add(entry)
-            need(follows_it, "it began outside of the tube")
-            begun.append(one)
-    claim, last = episode["claim"], begun[-1]
-    arithmetic = checked_claim(claim, hashes, last.context.n_bins)
-    rests = sum(b.begin >= ended(a) for a, b in itertools.pairwise(begun))
-    moving = sum(b.moving for b in begun)
-    said = claim, arithmetic, hashes
-    return Report(len(begun), begun[0].begin, ended(last), rests, moving, *said)
+            need(chain.add(entry), "it began outside of the tube")
+            end = chain.last.begin + chain.context.T * chain.context.dt
+            if entry is entries[-1] or begins[i + 1] >= end:
+                came.append(i)
+                moves.append(chain.moves_at_end())
+    context = chain.context
+    moving = sum(any("steps" in x for x in entry["problem"]["obstacles"]) for entry in entries)
+    return Report(
+        manoeuvres=len(entries),
+        begin=begins[0],
+        end=end,
+        rests=len(came) - 1,
+        moving=moving,
+        moves=tuple(map(max, zip(*moves, strict=True))),
+        premises=premises,
+        bins=context.n_bins,
+        without_model=context.bins_without_model(),
+        claim=episode["claim"],
+        arithmetic=checked_claim(episode["claim"], hashes, context.n_bins),
+        hash=hashes,
+    )
+
+
+def sha256(text: str) -> str:
+    """The hash of a text."""
+    return hashlib.sha256(text.encode()).hexdigest()
 
 
 class Chain:
     """Manoeuvres of an episode as they come, with what it says of all of them: network, tube,
-    copies and doubt. work: that they may ask for. last: the last of them, as it is Begun.
+    copies and doubt. work: that they may ask for. last: the last of them, as it is Begun; nothing
+    is kept of those before.
     """
 
-    def __init__(self, episode, work=math.inf):
+    def __init__(self, episode: dict, work: float = math.inf):
         self.episode, self.work = episode, work
-        self.context: Context | None = None
-        self.last: Begun | None = None
+        self.context: Any = None  # of the last one
+        self.last: Any = None
 
-    def add(self, entry):
-        """Checks one more; returns what is Begun, and whether it began where the one before it may
-        have been left. Raises Rejected where it is not safe from its pose, or began no later than
-        the one before.
+    def add(self, entry: dict) -> bool:
+        """Checks one more; returns whether it began where the one before it may have been left.
+        Raises Rejected where it is not safe from its pose, began no later than the one before, or
+        is about another body or frame.
         """
         fields(entry, ("begin", "pose", "problem", "sample"))
-        episode = self.episode
         if self.context is None:
+            episode = self.episode
             self.context = Context(entry["problem"], episode["network"], episode["tube"])
             self.context.work_left = self.work
             self.copies = whole(episode["copies"], 1, self.context.n_points)
-            self.doubt = [number(x) for x in array(episode["doubt"])]
+            self.doubt = doubt_of(episode, self.context.n_p)
         else:
             self.context = self.context.about(entry["problem"])
-        before, self.last = self.last, check_manoeuvre(self.context, entry)
-        inside = before is None or follows(before, self.last, self.copies, self.doubt)
-        return self.last, inside
+        before, self.last = self.last, self.check_manoeuvre(entry)
+        if before is None:
+            return True
+        need(before.parts == self.last.parts, "its body is another than before")
+        frames = (before.heading is None) == (self.last.heading is None)
+        need(frames, "it is told in another frame than the one before")
+        return self.follows(before, self.last)
+
+    def check_manoeuvre(self, entry: dict) -> Begun:
+        """One of them, which is safe over all of its time from its pose, as it is Begun."""
+        context = self.context
+        pose = [number(x) for x in array(entry["pose"])]
+        n_p = context.n_p
+        turned = len(pose) == n_p + 1
+        need(turned or len(pose) == n_p, f"a pose has {n_p} numbers, in the plane maybe a heading")
+        need(not turned or n_p == 2, "a heading is of the plane")
+        for part in context.parts:
+            own = {i // self.copies for i in part.points}
+            every = {i * self.copies + c for i in own for c in range(self.copies)}
+            need(every == set(part.points), "a part of the body leaves out copies of a point")
+        context.room_for_known = 0  # the conditions of one plan come once
+        p0, k = context.check_sample(entry["sample"])
+        # with a heading all is told in the frame of the robot, which starts at its origin
+        start = [Fraction(0)] * n_p if turned else pose
+        need(p0 == start, "the plan does not start at the pose")
+        errors, final = context.errors(context.bins_meeting(k, k, closed=True), max)
+        whole_k, k_scale = integers(k)
+        _, (y,), scale = context.evaluate([whole_k], k_scale)
+        heading = pose[n_p] if turned else None
+        parts = context.parts
+        return Begun(k, number(entry["begin"]), pose[:n_p], heading, parts, y, scale, errors, final)
+
+    def follows(self, one: Begun, other: Begun) -> bool:
+        """May every reference point of the robot be where the other one has it at its start, when
+        the one is left then? Both places are boxes, or what the tube has in place of boxes, and
+        have to meet along the axes of the one.
+        """
+        context, n_p = self.context, self.context.n_p
+        passed = other.begin - one.begin
+        need(passed > 0, "it began before the one before it")
+        need(2 * passed >= context.dt, "it began within half a time step of the one before it")
+        step = min(passed // context.dt, context.T)
+        knots = [step] if step in (passed / context.dt, context.T) else [step, step + 1]
+        t = min(step, context.T - 1)
+        moved, off = displacement(one, other, self.doubt)
+        for axis, sign in itertools.product(range(n_p), (1, -1)):
+            w = [Fraction(sign * (a == axis)) for a in range(n_p)]
+            back = [-x for x in seen_by(one, other, w)]
+            for i in range(context.n_points // self.copies):
+                way = sign * moved[axis]
+                if i > 0:  # the first point is at the pose
+                    way -= self.reach(other, [0], 0, i, back) + self.lost(other, i)
+                if not way <= self.reach(one, knots, t, i, w) + off:
+                    return False
+        return True
+
+    def reach(self, one: Begun, knots: list, t: int, i: int, w: list) -> Fraction:
+        """The most along w, in its own frame, that point i of the robot may be from the start of a
+        manoeuvre at these knots, with the errors of interval t.
+        """
+        found = []
+        for s, copy in itertools.product(knots, range(self.copies)):
+            number = i * self.copies + copy
+            errors = one.errors[t][number]
+            self.context.spend(errors.cost)
+            found.append(dot(w, self.place(one, s, number)) + errors.support(w))
+        return max(found)
+
+    def place(self, one: Begun, s: int, i: int) -> list:
+        """Where point i is predicted at knot s, from the start of a manoeuvre."""
+        places = self.context.offset(s, i)
+        return [Fraction(x, one.scale) for x in one.y[places]] or [Fraction(0)] * self.context.n_p
+
+    def lost(self, other: Begun, i: int) -> Fraction:
+        """How much more along any direction `reach` may be at the start of another manoeuvre, since
+        that is known to a few roundings of cosine and sine alone.
+        """
+        if other.heading is None:
+            return Fraction(0)
+        n_p = self.context.n_p
+        axes = [
+            [sign * int(a == axis) for a in range(n_p)] for axis in range(n_p) for sign in (1, -1)
+        ]
+        return 4 * OFF * sum(abs(self.reach(other, [0], 0, i, w)) for w in axes)
+
+    def moves_at_end(self):
+        """[m] that a coordinate of a point changes in the last interval of the last manoeuvre at
+        most: as predicted, and in the tube. Rejects one in whose tube nobody could stand: who does
+        is off by what the errors of the interval allow at its beginning, the other way by those and
+        the errors of the end at its end.
+        """
+        one, context, T = self.last, self.context, self.context.T
+        found = []
+        for i, axis in itertools.product(range(context.n_points), range(context.n_p)):
+            way = self.place(one, T, i)[axis] - self.place(one, T - 1, i)[axis]
+            w = [(1 if way > 0 else -1) * int(a == axis) for a in range(context.n_p)]
+            errors, back = one.errors[T - 1][i], [-x for x in w]
+            at_end = errors.support(back)
+            if one.final.is_box:
+                before, after = i * context.n_p, context.n_end - (i + 1) * context.n_p
+                at_end = min(at_end, one.final.support([0] * before + back + [0] * after))
+            room = errors.support(w) + at_end
+            need(abs(way) <= room, "it does not come to rest: its last interval leaves no room")
+            # who goes on is ahead at the end and was behind before
+            found.append((abs(way), abs(way) + errors.support(w) + errors.support(back)))
+        return tuple(map(max, zip(*found, strict=True)))
 
 
-def check_manoeuvre(context, entry):
-    """One of them, which is safe over all of its time from its pose; returns what is Begun."""
-    pose = [number(x) for x in array(entry["pose"])]
-    n_p = context.n_p
-    turned = len(pose) == n_p + 1
-    need(turned or len(pose) == n_p, f"a pose has {n_p} coordinates, in the plane maybe a heading")
-    need(not turned or n_p == 2, "a heading is of the plane")
-    p0, k = context.check_sample(entry["sample"])
-    # with a heading all is told in the frame of the robot, which starts at its origin
-    start = [Fraction(0)] * n_p if turned else pose
-    need(p0 == start, "the plan does not start at the pose")
-    heading = pose[n_p] if turned else None
-    moving = any("steps" in part for part in entry["problem"]["obstacles"])
-    return Begun(context, k, number(entry["begin"]), pose[:n_p], heading, moving)
-
-
-def ended(one):
-    """[s] when a manoeuvre comes to its rest."""
-    return one.begin + one.context.T * one.context.dt
-
-
-def follows(one, other, copies, doubt):
-    """Does the pose of the other lie in a box around where the one may have been then? copies: the
-    first so many points stand for the first one. doubt: half widths [m] of a place, then [rad] of
-    the heading, which both poses may be off by.
-    """
-    context = one.context
-    passed = other.begin - one.begin
-    need(passed > 0, "it began before the one before it")
-    step = min(passed // context.dt, context.T)
-    knots = [step] if step in (passed / context.dt, context.T) else [step, step + 1]
-    bins = context.bins_meeting(one.k, one.k, closed=True)
-    interval, _ = context.errors(bins, max)
-    whole_k, scale = integers(one.k)
-    _, (y,), y_scale = context.evaluate([whole_k], scale)
-    moved, off = displacement(one, other, doubt)
-    for axis, sign in itertools.product(range(context.n_p), (1, -1)):
-        w = [Fraction(sign * (a == axis)) for a in range(context.n_p)]
-        reach = []
-        for s, i in itertools.product(knots, range(copies)):
-            place = context.offset(s, i)
-            at = Fraction(y[place][axis], y_scale) if place.stop else Fraction(0)
-            reach.append(sign * at + interval[min(step, context.T - 1)][i].support(w))
-        if not sign * moved[axis] <= max(reach) + off:
-            return False
-    return True
-
-
-def displacement(one, other, doubt):
+def displacement(one: Begun, other: Begun, doubt: list) -> tuple:
     """From the place of the one to that of the other, in the frame of the one, and by how much each
     coordinate may be off.
     """
     way = [b - a for a, b in zip(one.place, other.place, strict=True)]
-    n_p = len(way)
-    need(len(doubt) == n_p + 1 and all(x >= 0 for x in doubt), "a doubt has a part for each axis")
+    *start, heading, drift = doubt
     size = sum(map(abs, way))
-    off = 2 * sum(doubt[:n_p]) + doubt[n_p] * size
+    off = 2 * sum(start) + drift + heading * size
     if one.heading is None:
         return way, off
-    cosine, sine = cosine_and_sine(one.heading)
-    turned = [cosine * way[0] + sine * way[1], cosine * way[1] - sine * way[0]]
-    return turned, off + OFF * size
+    return turned_back(one.heading, way), off + OFF * size
 
 
-def seconds(time):
-    """A time to a millisecond."""
-    sign = "-" if time < 0 else ""
-    whole_s, rest = divmod(round(abs(time) * 1000), 1000)
-    return f"{sign}{whole_s}.{rest:03d} s"
+def seen_by(one: Begun, other: Begun, w: list) -> list:
+    """A direction in the frame of the one in that of the other: each coordinate to 4 OFF."""
+    if one.heading is None:
+        return w
+    return turned_back(other.heading, turned_back(-one.heading, w))
 
 
-def summary_of_episode(report):
+def turned_back(heading: Fraction, v: list) -> list:
+    """v in the frame of this heading; each coordinate is off by at most OFF times its size."""
+    cosine, sine = cosine_and_sine(heading)
+    return [cosine * v[0] + sine * v[1], cosine * v[1] - sine * v[0]]
+
+
+def metres(x: Fraction) -> str:
+    """A length, rounded up to a tenth of a millimetre."""
+    tenths = math.ceil(10**4 * x)
+    return f"{tenths // 10**4}.{tenths % 10**4:04d} m"
+
+
+def summary_of_episode(report: Report) -> Iterator[str]:
     """What was proved and what it rests on, as lines."""
     yield "ACCEPTED. Proved in exact arithmetic, for every trajectory inside the tube:"
-    yield f"  {report.manoeuvres} manoeuvres, each from its pose to its end: nothing is touched"
-    yield "    that was there for it; each began where the one before may have been left"
+    yield f"  {report.manoeuvres} manoeuvres, each from its stated pose to its last knot: nothing"
+    yield "    is touched that was there for it; each began, with all of its reference points,"
+    yield "    where the one before may have been left"
     span = f"{seconds(report.begin)} to {seconds(report.end)}"
-    yield f"  so from {span}, with the robot at rest at the end of the last one"
-    yield f"    (and {report.rests} times in between), nothing is touched"
+    predicted, most = map(metres, report.moves)
+    yield f"  so from {span} nothing is touched. In the last interval of those"
+    yield f"    that came to their end, the last one and {report.rests} before, no point moves"
+    yield f"    along an axis by more than {most}, as predicted by no more than {predicted}"
     if report.moving:
         yield f"NOT PROVED: in {report.moving} manoeuvres obstacles are told of by intervals, as"
-        yield "  those that move are, until its rest. They may run into a robot that rests"
-    yield "ASSUMED: that a robot rests where a manoeuvre ends, that poses are as the doubt says,"
-    yield "  that obstacles were where the file says"
+        yield "  those that move are, until its last knot. They may run into a robot that rests"
+    yield about_the_model(report)
+    yield "What this is about, and what it rests on:"
+    yield from lines_of(report.premises)
     yield from told(report.claim, report.arithmetic, report.hash)

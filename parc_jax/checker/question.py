@@ -316,3 +316,14 @@ class Question:
             self.spend(FRACTION * self.n_end)
             sets.append(AtEnd(self.final[b], self.interval[b][-1], self.n_p))
         return Several(sets, min)
+
+
+def about_the_model(report):
+    """Whether what is proved is about the trajectory that the model predicts, too."""
+    if report.without_model == 0:
+        return "The tube holds the model's own trajectory in every bin."
+    bins = f"{report.without_model} of {report.bins} bins"
+    return (
+        f"The tube leaves out the model's own trajectory in {bins}: "
+        "what is proved there may be about none."
+    )

@@ -25,7 +25,7 @@ def check(
         answer: The answer file.
         second: Ask the proved checker too: the program that PARC_JAX_PROVED_CHECKER names, else
             the one of the page in node. Exit code 0 if both accept, 1 if either rejects, 3 if the
-            second did not look at all of it.
+            second did not look at all of it, as at episodes, which it does not read.
         processes: Share the entries among so many processes.
     """
     from parc_jax import checker
@@ -39,7 +39,7 @@ def _both(answer: Path, arguments: list[str], as_json: bool) -> int:
     from parc_jax import checker
     from parc_jax.cli.second import ACCEPTED, IN_PART, REJECTED, ask, find_second
 
-    other = find_second()
+    other = find_second(answer)
     heard = io.StringIO()
     with contextlib.redirect_stdout(heard):
         first = checker.main(arguments)

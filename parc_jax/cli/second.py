@@ -7,6 +7,7 @@ import subprocess
 from pathlib import Path
 from typing import NamedTuple
 
+from parc_jax import checker
 from parc_jax.checker.proved import PROVED_JS
 from parc_jax.errors import InputError
 
@@ -18,6 +19,7 @@ const bytes = require("fs").readFileSync(process.argv[2]);
 console.log(JSON.stringify(parcCheck(bytes)));
 """
 ACCEPTED, REJECTED, IN_PART = 0, 1, 3
+NO_EPISODES = "NO VERDICT: the proved checker reads answers; it does not read episodes."
 
 
 class Second(NamedTuple):
@@ -34,10 +36,22 @@ class Said(NamedTuple):
     lines: list[str]
 
 
-def find_second() -> Second:
-    """The built program that the environment names, else node with the one of the page. Raises
-    InputError.
+def reads(answer: Path) -> bool:
+    """Does the second checker read such files? Of what is no file of either kind the first one says
+    what it is.
     """
+    try:
+        return not checker.is_episode(checker.load(answer))
+    except (OSError, checker.Rejected):
+        return True
+
+
+def find_second(answer: Path) -> Second:
+    """The built program that the environment names, else node with the one of the page; none of
+    them for an episode. Raises InputError.
+    """
+    if not reads(answer):
+        return Second("it reads no episodes", ())
     named = os.environ.get(VARIABLE)
     if named:
         program = shutil.which(named)
@@ -59,6 +73,8 @@ def find_second() -> Second:
 
 def ask(second: Second, answer: Path) -> Said:
     """What the second checker says of a file."""
+    if not second.command:
+        return Said(None, [NO_EPISODES])
     done = subprocess.run(
         [*second.command, str(answer.resolve())], capture_output=True, text=True, errors="replace"
     )

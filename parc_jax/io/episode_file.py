@@ -9,7 +9,7 @@ import numpy as np
 from parc_jax.base.spelling import nearest_floats
 from parc_jax.checker import Rejected, check_episode, load, number
 from parc_jax.checker.answer import allowance_of
-from parc_jax.checker.episode import EPISODE, summary_of_episode
+from parc_jax.checker.episode import EPISODE, KIND, summary_of_episode
 from parc_jax.errors import InputError
 from parc_jax.io.answer_file import model_of_file, problem_of_file
 from parc_jax.model import TrajectoryModel
@@ -41,10 +41,12 @@ class Episode(NamedTuple):
 
 
 def is_episode(path) -> bool:
-    """Does the file say that it is an episode? False for what cannot be read."""
+    """Does the file say that it is an episode, of whatever version? False for what cannot be
+    read.
+    """
     try:
         with open(path, "rb") as file:
-            return EPISODE.encode() in file.read(200)
+            return KIND.encode() in file.read(200)
     except OSError:
         return False
 

@@ -14,11 +14,11 @@ from parc_jax.verdict.pointwise import paths_of
 
 @dataclass(frozen=True, eq=False)
 class Commitment:
-    """One manoeuvre, safe over all of its time for every run inside the tube, and at rest at its
-    end. [T38] Proved in float64 with the margin that covers rounding; `proved` and `certificate`
-    have the exact proof.
+    """One manoeuvre, safe over all of its time for every run inside the tube; that the robot rests
+    at its end is assumed. [T38] Proved in float64 with the margin that covers rounding; `proved`
+    and `certificate` have the exact proof.
 
-    number: from 0. begin, end: [s] of the loop's clock, from its pose to its rest. k (n_k,): what
+    number: from 0. begin, end: [s] of the loop's clock, from its pose to its end. k (n_k,): what
     was measured at the start and what is commanded. clearance: [m] kept from everything by every
     run inside the tube. judged: candidates that were looked at. asked: the plain question, told
     from the pose.
@@ -35,7 +35,7 @@ class Commitment:
     def __repr__(self) -> str:
         values = ", ".join(f"{x:.3g}" for x in self.k)
         return (
-            f"<Commitment {self.number}: k = ({values}) from {float(self.begin):g} s to rest at "
+            f"<Commitment {self.number}: k = ({values}) from {float(self.begin):g} s to its end at "
             f"{float(self.end):g} s, {self.clearance:.3f} m clear>"
         )
 
@@ -66,7 +66,7 @@ class Commitment:
 @dataclass(frozen=True, eq=False)
 class Step:
     """What to do now. committed: the manoeuvre that is under way from now on, None before the
-    first one. new: it was committed to in this step; else the robot goes on with it, to its rest.
+    first one. new: it was committed to in this step; else the robot goes on with it, to its end.
     reason: why there is no new one, empty where there is.
     """
 

@@ -96,7 +96,7 @@ class Proving:
         begin = time.process_time()
         follows, why = False, ""
         try:
-            _, follows = self._chain_of(one).add(manoeuvre_part(one))
+            follows = self._chain_of(one).add(manoeuvre_part(one))
         except checker.Rejected as error:
             why = str(error)
         except Exception as error:

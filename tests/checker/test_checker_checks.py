@@ -37,7 +37,7 @@ FILES = (
     "entries",
     "answer",
 )
-OF_EPISODES = ("episode", "turns")  # which have tests of their own: tests/loop/test_log.py
+OF_EPISODES = ("episode", "rests_on", "turns")  # which have tests of their own: test_episode.py
 SOURCES = {name: (FOLDER / f"{name}.py").read_text() for name in FILES}
 NUMBERS = itertools.count()
 

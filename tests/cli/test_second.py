@@ -6,6 +6,7 @@ import json
 
 import known
 import pytest
+from episode_files import Robot, sealed
 from toy_file import save, toy_file
 
 from parc_jax import cli
@@ -136,7 +137,8 @@ def test_what_is_no_verdict_never_accepts(shell, stand_in, says):
 def test_a_fault_in_node_is_no_rejection(monkeypatch, tmp_path):
     monkeypatch.setattr(second, "PROVED_JS", tmp_path / "absent.js")
     monkeypatch.delenv(second.VARIABLE, raising=False)
-    said = second.ask(second.find_second(), save(tmp_path / "answer.json", toy_file()))
+    answer = save(tmp_path / "answer.json", toy_file())
+    said = second.ask(second.find_second(answer), answer)
     assert said.code is None and "ended with 1" in said.lines[0]
 
 
@@ -157,3 +159,21 @@ def test_what_is_no_answer_is_code_two(shell, stand_in):
     stand_in("accepts")
     code, said, complained = shell({"format": "another"})
     assert code == 2 and said == "" and "expected an answer file" in complained
+
+
+def test_of_an_episode_the_second_has_no_verdict(shell, stand_in, monkeypatch):
+    """Whatever its program would say, and where there is none."""
+    robot = Robot(6)
+    file = robot.episode(robot.driven(2))
+    stand_in("rejects")
+    code, said, _ = shell(file)
+    assert code == 3 and "the proved checker reads answers; it does not read episodes" in said
+    last = "Verdicts: the Python checker accepts; the proved checker gave none."
+    assert said.splitlines()[-1] == last
+    monkeypatch.delenv(second.VARIABLE)
+    monkeypatch.setattr(second.shutil, "which", lambda name: None)
+    assert shell(file)[0] == 3
+    report = json.loads(shell(file, "--json")[1])
+    assert report["second"]["code"] is None and report["first"]["accepted"] is True
+    file["manoeuvres"][1]["pose"] = file["manoeuvres"][1]["sample"]["p0"] = ["90", "90"]
+    assert shell(sealed(file))[0] == 1

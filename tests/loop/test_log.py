@@ -6,7 +6,9 @@ from fractions import Fraction
 
 import numpy as np
 import pytest
-from episodes import driven
+from episode_files import sealed
+from episodes import PATIENT, driven
+from toy_models import line_model
 
 import parc_jax as pj
 from parc_jax import checker
@@ -28,9 +30,10 @@ def test_an_episode_is_accepted_and_says_from_when_to_when(turning, tmp_path, ca
     assert report.begin == 0 and report.end == done[-1].end
     path = pj.loop.save_episode(tmp_path / "episode.json", done, {"robot": "toy"})
     assert checker.main([str(path)]) == 0
-    assert "4 manoeuvres, each from its pose to its end" in capsys.readouterr().out
+    assert "4 manoeuvres, each from its stated pose to its last knot" in capsys.readouterr().out
     assert checker.main([str(path), "--json"]) == 0
-    assert json.loads(capsys.readouterr().out)["manoeuvres"] == 4
+    told = json.loads(capsys.readouterr().out)
+    assert told["manoeuvres"] == 4 and told["premises"][0][:2] == ["manoeuvres", "checked"]
 
 
 def test_of_what_moves_nothing_is_said_while_the_robot_rests():
@@ -76,8 +79,8 @@ def another_tube(file):
 
 
 def a_wrong_doubt(file):
-    file["doubt"] = ["-1", "0", "0"]
-    return "doubt"
+    file["doubt"] = ["-1", "0", "0", "0"]
+    return "hash"
 
 
 @pytest.mark.parametrize(
@@ -95,6 +98,8 @@ def a_wrong_doubt(file):
 def test_what_is_broken_is_rejected(broken):
     file = json.loads(json.dumps(episode_part(driven(False))))
     words = broken(file)
+    if broken not in (another_tube, a_wrong_doubt):
+        file = sealed(file)
     with pytest.raises(checker.Rejected, match=words):
         check(file)
 
@@ -106,7 +111,7 @@ def test_a_robot_that_rested_in_between_is_where_it_rested():
     again["begin"] = "7"
     file["manoeuvres"].append(again)
     with pytest.raises(checker.Rejected, match="outside of the tube"):
-        check(file)  # it moved on, and rests elsewhere
+        check(sealed(file))  # it moved on, and rests elsewhere
 
 
 @pytest.mark.parametrize("turned", [False, True])
@@ -118,7 +123,7 @@ def test_odometry_may_be_off_by_the_drift_that_is_declared(turned):
     def told_to_stand(drift):
         file = json.loads(json.dumps(episode_part(done, drift=drift)))
         file["manoeuvres"][1] = file["manoeuvres"][0] | {"begin": file["manoeuvres"][1]["begin"]}
-        return file
+        return sealed(file)
 
     assert check(told_to_stand(off)).manoeuvres == 2
     with pytest.raises(checker.Rejected, match="outside of the tube"):
@@ -138,5 +143,35 @@ def test_what_is_no_episode_is_refused():
         episode_part([])
     with pytest.raises(InputError, match="drift >= 0 m; got -1"):
         episode_part(driven(False, 1), drift=-1)
-    with pytest.raises(InputError, match="of one loop"):
+    with pytest.raises(InputError, match=r"of one loop: .*model is .*; frame is told in the world"):
         episode_part([*driven(False, 1), *driven(True, 1)])
+
+
+@pytest.mark.parametrize(
+    ("options", "words"),
+    [
+        ({"body": 0.06}, "body is point 0 grown by 0.05 m, beside point 0 grown by 0.06 m"),
+        ({"doubt": pj.Doubt(start=0.02)}, r"doubt is ±0.01 m, ±0.01 m, ±0.0 rad, beside ±0.02 m"),
+        ({"model": 0.02}, "model is "),
+    ],
+)
+def test_a_manoeuvre_and_the_next_agree_on_all_that_they_share(options, words):
+    """Commitments of two loops, of which one thing is not the same."""
+    done = []
+    for own in ({}, options):
+        model = line_model(4, own.get("model", 0.01), rests=True)
+        doubt = own.get("doubt", pj.Doubt(start=0.01))
+        loop = pj.loop.Loop(
+            model, own.get("body", 0.05), leave=0.5, given=(1,), doubt=doubt, effort=PATIENT
+        )
+        step = loop.step([0.0, 0.0], [0.1], [], lambda seen: -seen.path[:, -1, 0], at=len(done))
+        done.append(step.committed)
+    with pytest.raises(InputError, match=words):
+        episode_part(done)
+
+
+def test_what_else_is_assumed_is_told(tmp_path, capsys):
+    path = tmp_path / "drive.json"
+    pj.loop.save_episode(path, driven(False, 1), assumed={"sweep": "0.1 s, as one moment"})
+    assert checker.main([str(path)]) == 0
+    assert "  assumed sweep: 0.1 s, as one moment\n" in capsys.readouterr().out

@@ -1,0 +1,126 @@
+"""Faults of the checker of episodes: where the next manoeuvre may begin, and what is told."""
+
+from benchmarks.attacks.fault import Fault
+
+EPISODE = "tests/checker/test_episode.py::"
+EPISODES = (
+    Fault(
+        "checker_chain_along_x_only",
+        "Chain.follows",
+        "product(range(n_p), (1, -1))",
+        "product(range(1), (1, -1))",
+        (EPISODE + "test_the_next_one_begins_as_far_away_as_the_tube_allows_and_no_farther",),
+    ),
+    Fault(
+        "checker_chain_one_way_only",
+        "Chain.follows",
+        "product(range(n_p), (1, -1))",
+        "product(range(n_p), (1,))",
+        (EPISODE + "test_the_next_one_begins_as_far_away_as_the_tube_allows_and_no_farther",),
+    ),
+    Fault(
+        "checker_chain_of_another_dt",
+        "Chain.follows",
+        "step = min(passed // context.dt",
+        "step = min(2 * passed // context.dt",
+        (EPISODE + "test_the_next_one_begins_as_far_away_as_the_tube_allows_and_no_farther",),
+    ),
+    Fault(
+        "checker_chain_with_errors_of_the_end",
+        "Chain.follows",
+        "t = min(step, context.T - 1)",
+        "t = context.T - 1",
+        (EPISODE + "test_the_next_one_begins_as_far_away_as_the_tube_allows_and_no_farther",),
+    ),
+    Fault(
+        "checker_chain_of_the_first_copy",
+        "Chain.reach",
+        "product(knots, range(self.copies))",
+        "product(knots, range(1))",
+        (EPISODE + "test_the_next_one_begins_as_far_away_as_the_tube_allows_and_no_farther",),
+    ),
+    Fault(
+        "checker_chain_with_the_doubt_of_one_pose",
+        "episode.displacement",
+        "2 * sum(start)",
+        "sum(start)",
+        (EPISODE + "test_the_next_one_begins_as_far_away_as_the_tube_allows_and_no_farther",),
+    ),
+    Fault(
+        "checker_chain_in_the_frame_of_the_world",
+        "episode.displacement",
+        "turned_back(one.heading, way)",
+        "way",
+        (EPISODE + "test_so_it_is_for_a_robot_that_turns",),
+    ),
+    Fault(
+        "checker_chain_of_the_first_point",
+        "Chain.follows",
+        "range(context.n_points // self.copies)",
+        "range(1)",
+        (EPISODE + "test_the_next_one_begins_as_far_away_as_the_tube_allows_and_no_farther",),
+    ),
+    Fault(
+        "checker_chain_of_points_seen_as_before",
+        "episode.seen_by",
+        "turned_back(other.heading, turned_back(-one.heading, w))",
+        "w",
+        (EPISODE + "test_so_it_is_for_a_robot_that_turns",),
+    ),
+    Fault(
+        "checker_episode_of_another_body",
+        "Chain.add",
+        "need(before.parts == self.last.parts,",
+        "need(True,",
+        (EPISODE + "test_what_is_broken_is_rejected_however_it_is_sealed",),
+    ),
+    Fault(
+        "checker_episode_of_two_frames",
+        "Chain.add",
+        "need(frames,",
+        "need(True,",
+        (EPISODE + "test_what_is_broken_is_rejected_however_it_is_sealed",),
+    ),
+    Fault(
+        "checker_episode_in_no_time",
+        "Chain.follows",
+        "2 * passed >= context.dt",
+        "passed > 0",
+        (EPISODE + "test_what_is_broken_is_rejected_however_it_is_sealed",),
+    ),
+    Fault(
+        "checker_episode_never_at_rest",
+        "Chain.moves_at_end",
+        "need(abs(way) <= room,",
+        "need(True,",
+        (EPISODE + "test_what_is_broken_is_rejected_however_it_is_sealed",),
+    ),
+    Fault(
+        "checker_episode_body_without_a_copy",
+        "check_manoeuvre",
+        "every == set(part.points)",
+        "True",
+        (EPISODE + "test_what_is_broken_is_rejected_however_it_is_sealed",),
+    ),
+    Fault(
+        "checker_episode_premise_told_otherwise",
+        "checked_premises",
+        "need(same,",
+        "need(True,",
+        (EPISODE + "test_each_premise_told_otherwise_is_refused",),
+    ),
+    Fault(
+        "checker_episode_calls_anything_checked",
+        "checked_premises",
+        "standing in ADDED",
+        "True",
+        (EPISODE + "test_a_file_may_add_what_it_assumes_and_no_more",),
+    ),
+    Fault(
+        "checker_episode_hash_of_two_parts",
+        "check_episode",
+        'need(episode["hash"] == hashes,',
+        'need(episode["hash"]["tube"] == hashes["tube"],',
+        (EPISODE + "test_one_hash_covers_all",),
+    ),
+)
