@@ -17,7 +17,7 @@ def field(*, pytree_node: bool = True, **options):
 
 @dataclass_transform(frozen_default=True, field_specifiers=(field,))
 def dataclass(kind):
-    """The class as a frozen dataclass, a pytree, with `replace(**changes)`, its own if it has one."""
+    """The class as a frozen dataclass, a pytree, with `replace(**changes)`, or its own."""
     kind = dataclasses.dataclass(frozen=True)(kind)
     arrays, static = [], []
     for each in dataclasses.fields(kind):
