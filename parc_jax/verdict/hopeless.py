@@ -13,7 +13,7 @@ from parc_jax.claim.error_set import at
 from parc_jax.model import TrajectoryModel
 from parc_jax.network.within import outputs_within
 from parc_jax.problem.body import Disc, Polygon, numbered
-from parc_jax.problem.labels import name_of
+from parc_jax.problem.labels import degrees_hint, name_of
 from parc_jax.sets.hpolytope import HPolytope
 from parc_jax.verdict.fits import box_of_rows, goal_box
 from parc_jax.verdict.scene import Scene
@@ -151,30 +151,33 @@ def _grown(shape: Disc | Polygon, box: np.ndarray):
 def _out_of_reach(scene: Scene) -> str | None:
     """Whether no plan ends in the goal, by bounds of the model's outputs over pieces of K."""
     model, start = scene.model, _start(scene)
-    if start is None:
-        return None
     n_ends = model.n_c + model.n_q
     lo, hi = once(model, _outputs, model.net.n_out - n_ends, model.net.n_out)
+    A, b = scene.problem.goal.A, scene.problem.goal.b
+    known = start is not None
+    if not known:  # from anywhere a plan gets anywhere, but not to any q
+        of_q = ~A[:, : model.n_c].any(axis=1)
+        A, b, start = A[of_q], b[of_q], np.zeros((2, model.n_p))
     from_lo, from_hi = (np.r_[np.tile(side, model.n_points), np.zeros(model.n_q)] for side in start)
     lo, hi = lo + from_lo, hi + from_hi
-    A, b = scene.problem.goal.A, scene.problem.goal.b
     least = lo @ np.maximum(A, 0.0).T + hi @ np.minimum(A, 0.0).T
     if not (least > b + float(scene.slack) * np.abs(A).sum(axis=1)).any(axis=1).all():
         return None
-    whose = "from where it starts" if scene.at is not None else "from the start set"
-    words = f"no plan of the model ends in the goal {whose}, whatever its k"
+    whose = " from where it starts" if scene.at is not None else " from the start set"
+    words = f"no plan of the model ends in the goal{whose if known else ''}, whatever its k"
     goal_lo, goal_hi = goal_box(scene.problem.goal, model.layout)
     lo, hi = lo.min(axis=0), hi.max(axis=0)
     missed = np.flatnonzero((goal_lo > hi) | (goal_hi < lo))
+    missed = missed[missed >= (0 if known else model.n_c)]
     if not len(missed):
         return f"{words}."
     axis = int(missed[0])
-    label = (
-        model.labels.q[axis - model.n_c] if axis >= model.n_c else model.labels.p[axis % model.n_p]
-    )
+    q, p = model.labels.q, model.labels.p
+    label = q[axis - model.n_c] if axis >= model.n_c else p[axis % model.n_p]
+    asked = float(goal_lo[axis]), float(goal_hi[axis])
     return (
         f"{words}: {name_of(label)} at its end is between {lo[axis]:.4g} and {hi[axis]:.4g}, the "
-        f"goal asks for {goal_lo[axis]:.4g} to {goal_hi[axis]:.4g}."
+        f"goal asks for {asked[0]:.4g} to {asked[1]:.4g}.{degrees_hint(label, *asked)}"
     )
 
 

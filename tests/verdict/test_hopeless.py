@@ -3,6 +3,7 @@
 import jax
 import numpy as np
 import pytest
+import toy_models
 from toy_bodies import points_model
 from toy_models import fold_model, line_model, random_network
 
@@ -13,6 +14,7 @@ from parc_jax.no_plan.prove_no_plan import prove_no_plan
 from parc_jax.planner.planner import Planner
 from parc_jax.problem.body import hull
 from parc_jax.problem.doubt import Doubt
+from parc_jax.problem.labels import Labels
 from parc_jax.problem.problem import reach_avoid
 from parc_jax.robust.question import question
 from parc_jax.sets.box import box
@@ -111,6 +113,20 @@ def test_a_start_from_where_nothing_gets_to_the_goal_is_told_at_once():
     ahead = box([-9.0, -9.0, 0.5], [9.0, 9.0, 1.0])  # of q alone, which is k_0
     folded = scene_of(reach_avoid(ahead, [], 0.0, GOAL_OF_P), fold_model())
     assert why_none(folded) is None
+
+
+@pytest.mark.parametrize("start", [None, box([2.5, 0.0], [2.6, 0.1])])
+def test_a_heading_in_degrees_is_told(start):
+    """q is k_0, from -1 to 1, wherever a plan starts."""
+    labels = Labels(p=("x [m]", "y [m]"), q=("heading [rad]",), k=("k0", "k1"))
+    model = toy_models.told(line_model(), labels=labels)
+    goal = box([3.0, -0.5, 85.0], [3.6, 0.5, 95.0])
+    found = why(model, goal, box([9.0, 9.0], [9.5, 9.5]), 0.0, start=start)
+    assert found.sure and "heading at its end is between -1 and 1, the goal asks" in found.words
+    assert found.words.endswith("Is it in degrees? heading is in rad: 90 degrees are 1.571.")
+    turned = box([3.0, -0.5, 1.5], [3.6, 0.5, 1.6])
+    found = why(model, turned, box([9.0, 9.0], [9.5, 9.5]), 0.0, start=start)
+    assert found.sure and "degrees" not in found.words
 
 
 def test_points_that_the_model_places_at_the_start_are_looked_at(rng):
