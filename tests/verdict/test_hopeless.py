@@ -25,6 +25,7 @@ from parc_jax.verdict.scene import laid_out, scene_of
 
 GOAL = box([3.0, -0.5, -1.0], [4.0, 0.5, 1.0])  # corners at (3, +-0.5) are farthest from WALL
 WALL = box([5.0, -1.0], [6.0, 1.0])
+CORNER = box([5.0, 1.5], [6.0, 2.0])  # farthest from (3, -0.5), by its own corner
 GOAL_OF_P = box([3.0, -0.5], [4.0, 0.5])
 ROOF = hpolytope([[1.0, 1.0], [-1.0, 1.0], [0.0, -1.0]], [5.0, -2.0, -1.0])  # a triangle above
 
@@ -40,6 +41,8 @@ def why(model, goal, obstacle, body, **options):
         (WALL, 1.99, None, False),
         (WALL, 200.0, (3, 3), True),
         (WALL, 200.0, (0, 2), False),
+        (CORNER, 2.84, None, True),
+        (CORNER, 2.82, None, False),
         (ROOF, 1.6, None, True),
         (ROOF, 1.4, None, False),
         (box([2.0, -1.0], [5.0, 1.0]), 0.0, None, True),
