@@ -24,14 +24,14 @@ int nearest(const double *p0, const double *wanted, double *k)
 class Header:
     """The functions of a header at `path`, which is compiled beside it."""
 
-    def __init__(self, path, *flags: str):
+    def __init__(self, path, *flags: str, compiler: str | None = COMPILER):
         source = path.with_suffix(".c")
         source.write_text(CALLS.format(name=path.stem))
         compiled, built = str(path.with_suffix(".o")), str(path.with_suffix(".so"))
-        _run([COMPILER, *FLAGS, *flags, "-c", str(source), "-o", compiled])
+        _run([compiler, *FLAGS, *flags, "-c", str(source), "-o", compiled])
         # Linked without the flags: with -Ofast what is loaded here would make the processor take
         # subnormal numbers for zero, in all of this process.
-        _run([COMPILER, "-shared", compiled, "-o", built])
+        _run([compiler, "-shared", compiled, "-o", built])
         self._library = ctypes.CDLL(built)
 
     def are_safe(self, p0: np.ndarray, k: np.ndarray) -> np.ndarray:

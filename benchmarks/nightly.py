@@ -193,13 +193,16 @@ def last_line(text: str, code: int) -> str:
     return said.replace("|", "/")[:200]
 
 
-def page(results: Sequence[Result], n_campaigns: int) -> str:
-    """The table of docs/nightly.md, of so many campaigns in all."""
+def page(results: Sequence[Result], known: Sequence[Campaign]) -> str:
+    """The table of docs/nightly.md, of all campaigns."""
     states = sorted({f"{result.commit}, {result.day}" for result in results})
     hours = sum(result.seconds for result in results) / 3600
     failed = [result.name for result in results if not result.passed]
-    missing = n_campaigns - len(results)
-    whole = f"Still to be run: {missing} of {n_campaigns} campaigns. " if missing else ""
+    missing = len(known) - len(results)
+    whole = f"Still to be run: {missing} of {len(known)} campaigns. " if missing else ""
+    now = {campaign.name: campaign.state() for campaign in known}
+    older = [result.name for result in results if result.state != now[result.name]]
+    which = "every line" if len(older) == len(results) else ", ".join(older) or "no line"
     rows = [
         f"| `{r.name}` | {r.tries} | {'' if r.passed else '**failed**: '}{r.line} "
         f"| {r.seconds / 60:.1f} | {r.commit} |"
@@ -218,6 +221,9 @@ def page(results: Sequence[Result], n_campaigns: int) -> str:
             f"{os.cpu_count()} campaigns at a time. "
             + whole
             + (f"Failed: {', '.join(failed)}." if failed else "None failed."),
+            "",
+            "A line is of the code of its commit and says nothing of later code. Older than what "
+            f"it reads at {_git('rev-parse', '--short', 'HEAD')}, where this was written: {which}.",
             "",
             "| campaign | what it tries | result | minutes | commit |",
             "| --- | --- | --- | --- | --- |",
@@ -269,7 +275,7 @@ def _newest(campaign: Path) -> Result | None:
 
 
 def _write(to: Path, finished: dict[str, Result], known: Sequence[Campaign]) -> None:
-    to.write_text(page([finished[c.name] for c in known if c.name in finished], len(known)))
+    to.write_text(page([finished[c.name] for c in known if c.name in finished], known))
 
 
 if __name__ == "__main__":

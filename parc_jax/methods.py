@@ -48,11 +48,17 @@ class Exact:
         if self.around is not None:
             within = where_around(scene, rng, *self.around, limit)
             return self._drawn(scene, key, rng, settings, limit, within), None
-        found = self._drawn(scene, key, rng, settings, limit)
+        soon = settings.samples_only and scene.at is None  # where hardly anything is waited for
+        why = None if soon else why_none(scene)
+        decided = why is not None and why.sure
+        if decided:
+            found = _nothing(scene, settings)
+        else:
+            found = self._drawn(scene, key, rng, settings, limit)
         if len(found.points.k) and not found.hopeless:
             return found, None
         no_plan = None
-        hopeless = why_none(scene) is not None
+        hopeless = decided or why_none(scene) is not None
         within = None if hopeless or limit.over() else where_safe(scene, rng, 1, limit)
         nothing = within is None and not len(found.points.k)
         if nothing and scene.at is None:  # a proof would be about any start
@@ -78,10 +84,8 @@ class Exact:
         self, scene: Scene, key, rng, settings: Settings, limit: Limit, within=None
     ) -> Cover:
         """What draws show, from everywhere or within a place. Without any claim nothing is safe."""
-        model = scene.model
-        if not model.tube.claimed.any():
-            none = nothing_covered(settings.confidence)
-            return Cover(0, 0, 0, float("nan"), no_points(model), none, none, ended=None)
+        if not scene.model.tube.claimed.any():
+            return _nothing(scene, settings)
         if settings.samples_only:
             n, confidence = settings.samples, settings.confidence
             return draw_safe_plans(scene, key, rng, n, confidence, limit, within)
@@ -95,6 +99,12 @@ class Exact:
             polytopes=settings.polytopes,
             within=within,
         )
+
+
+def _nothing(scene: Scene, settings: Settings) -> Cover:
+    """Nothing was drawn, since nothing is safe."""
+    none = nothing_covered(settings.confidence)
+    return Cover(0, 0, 0, float("nan"), no_points(scene.model), none, none, ended=None)
 
 
 def _elsewhere(

@@ -12,6 +12,8 @@ MOST_NUMBERS = 8  # that are listed
 
 def nothing_found(reason: Why | None) -> str:
     """No plan was found, and nobody looked for a proof. reason: why none can be, where known."""
+    if reason is not None and reason.sure:
+        return f"No plan is safe: {reason.words}"
     why = "." if reason is None else f": {reason.words}"
     return f"No safe plan was found{why} This is not a proof that none exists."
 

@@ -52,3 +52,24 @@ def test_a_problem_says_what_its_body_is():
     problem = reach_avoid(goal_of_points(NAMES, BAY), [BAY], hull("left", "right", radius=0.5))
     assert [part.points for part in problem.parts] == [("left", "right")]
     assert "hull of left, right, grown by Disc(radius=0.5)" in repr(problem)
+
+
+def test_what_is_replaced_is_given_as_to_a_new_problem():
+    problem = reach_avoid(BAY, [], 0.5, spans=[])
+    wall = box([5.0, 0.0], [6.0, 1.0])
+    other = problem.replace(goal=wall, obstacles=[BAY, wall], body=0.25, start=BAY)
+    made = reach_avoid(wall, [BAY, wall], 0.25, BAY)
+    assert repr(other) == repr(made) and other.spans == made.spans
+    np.testing.assert_array_equal(other.obstacles[1].A, made.obstacles[1].A)
+    assert other.body == made.body
+    named = reach_avoid(goal_of_points(NAMES, BAY), [BAY], hull("left"), spans=[(0, 1)])
+    assert named.replace(body=hull("right")).points == NAMES
+    assert named.replace(obstacles=[wall]).spans == ((0, 1),)
+    for wrong, said in (
+        ({"obstacles": [1.0]}, "obstacle: expected a Box or an HPolytope; got float"),
+        ({"obstacles": [BAY, wall]}, r"one entry per obstacle \(2\); got 1"),
+        ({"obstacle": [BAY]}, "entries to change among goal, obstacles.* got obstacle"),
+        ({"body": -1.0}, "radius >= 0 m"),
+    ):
+        with pytest.raises(InputError, match=said):
+            named.replace(**wrong)

@@ -105,16 +105,26 @@ DOUBT = (
     Fault(
         "a_body_that_almost_touches_is_said_to_touch",
         "hopeless._touches",
-        "< radius - 1000 * NEAR * size",
+        "< radius - near",
         "< 1.01 * radius",
         ("tests/verdict/test_hopeless.py::test_a_goal_under_the_body_is_told",),
     ),
     Fault(
         "an_obstacle_that_has_gone_is_touched",
-        "hopeless._covered",
-        "there = span is None or span[0] <= t <= span[1]",
-        "there = True",
+        "hopeless._touching",
+        "if span is not None and not span[0] <= t <= span[1]:",
+        "if False:",
         ("tests/verdict/test_hopeless.py::test_a_goal_under_the_body_is_told",),
+    ),
+    Fault(
+        "what_doubt_made_larger_is_surely_touched",
+        "hopeless.why_none",
+        "sure = scene.asked.doubt is None",
+        "sure = True",
+        (
+            "tests/verdict/test_hopeless.py"
+            "::test_an_obstacle_that_doubt_made_larger_makes_nothing_sure",
+        ),
     ),
     Fault(
         "a_sentence_names_what_is_not_there",

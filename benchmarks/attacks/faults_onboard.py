@@ -21,9 +21,37 @@ ONBOARD = (
     Fault(
         "header_compiled_for_a_short_double",
         "header",
-        "DBL_MANT_DIG < 53",
+        "DBL_MANT_DIG != 53",
         "DBL_MANT_DIG < 5",
         (f"{HEADER}::test_arithmetic_that_the_margins_do_not_pay_for_is_refused",),
+    ),
+    Fault(
+        "header_compiled_with_short_literals",
+        CODE,
+        "sizeof(1.0) == sizeof(double)",
+        "sizeof(1.0)",
+        (f"{HEADER}::test_literals_that_are_short_are_refused",),
+    ),
+    Fault(
+        "header_believes_compilers_that_know_no_nan",
+        CODE,
+        "(seen.bits >> 52 & 0x7ff) == 0x7ff",
+        "0",
+        (f"{HEADER}::test_what_is_not_a_number_is_not_safe",),
+    ),
+    Fault(
+        "header_believes_any_rounding_mode",
+        CODE,
+        "1.0 + little > 1.0 && -1.0 - little < -1.0",
+        "little > 0.0",
+        (f"{HEADER}::test_under_another_rounding_mode_nothing_is_safe",),
+    ),
+    Fault(
+        "header_written_of_tables_that_do_not_fit",
+        "header.write_c",
+        "require_fitting(known, answer.model)",
+        "pass",
+        (f"{PAID}::test_tables_that_do_not_fit_together_are_refused",),
     ),
     Fault(
         "header_believes_sums_that_overflow",

@@ -17,11 +17,12 @@ def field(*, pytree_node: bool = True, **options):
 
 @dataclass_transform(frozen_default=True, field_specifiers=(field,))
 def dataclass(kind):
-    """The class as a frozen dataclass, a pytree, with `replace(**changes)`."""
+    """The class as a frozen dataclass, a pytree, with `replace(**changes)`, or its own."""
     kind = dataclasses.dataclass(frozen=True)(kind)
     arrays, static = [], []
     for each in dataclasses.fields(kind):
         (arrays if each.metadata.get(STATIC, True) else static).append(each.name)
     jax.tree_util.register_dataclass(kind, arrays, static)
-    kind.replace = dataclasses.replace
+    if "replace" not in vars(kind):
+        kind.replace = dataclasses.replace
     return kind

@@ -10,6 +10,7 @@ from parc_jax.errors import InputError
 from parc_jax.model import TrajectoryModel
 from parc_jax.network.predict import outputs
 from parc_jax.planner.planner import Planner
+from parc_jax.problem.labels import degrees_hint
 from parc_jax.problem.problem import ReachAvoid
 from parc_jax.sets.hpolytope import HPolytope
 from parc_jax.sets.vertices import vertices
@@ -57,6 +58,7 @@ def require_goal_in_reach(problem: ReachAvoid, planner: Planner) -> None:
             f"plans of this model end in [{end_lo[axis]:.5g}, {end_hi[axis]:.5g}]. Move the "
             "goal"
             f"{' or the start set' if axis < model.n_c else ''}, or learn over a wider K."
+            f"{degrees_hint(kind, lo[axis], hi[axis])}"
         )
 
 

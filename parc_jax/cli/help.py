@@ -72,6 +72,8 @@ def metavar_of(hint) -> str | None:
         return METAVARS[hint]
     parts = [part for part in typing.get_args(hint) if part not in (types.NoneType, ...)]
     if isinstance(hint, types.UnionType) or typing.get_origin(hint) is typing.Union:
+        if parts == [bool]:
+            return "True|False"
         words = [metavar_of(part) for part in parts if part is not bool]
         return None if not words or None in words else "|".join(map(str, words))
     if typing.get_origin(hint) is tuple:

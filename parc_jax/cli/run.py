@@ -2,6 +2,7 @@
 
 import json
 import sys
+from functools import partial
 from pathlib import Path
 from typing import Annotated
 
@@ -41,6 +42,7 @@ def run(
     from parc_jax.cli.help import fitted
     from parc_jax.cli.lock import held
     from parc_jax.cli.places import require_place
+    from parc_jax.cli.saying import during
     from parc_jax.cli.systems import black_box_of, build, find, study_of
     from parc_jax.cli.unfinished import only_of
     from parc_jax.model import load
@@ -116,6 +118,7 @@ def run(
             learn_from=learn_from,
             first=first if figures else None,
             early=early,
+            during=partial(during, quiet=shell.quiet or host > 0),
         )
     if host > 0:
         return 0

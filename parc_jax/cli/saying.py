@@ -8,6 +8,9 @@ import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 
+COMPILING = "compiling"
+SEARCHING = "looking for safe plans, or for a proof that there are none"
+STAGES = {"first query (cold)": COMPILING, "safe set": SEARCHING}  # of a study, without a bar
 EVERY_S = {True: 1.0, False: 10.0}  # [s] between two signs of life: on a terminal, elsewhere
 
 
@@ -28,6 +31,14 @@ def saying(quiet: bool = False) -> Iterator[Callable[[str], None]]:
         sign.ended.set()
         thread.join()
         sign.clear()
+
+
+@contextmanager
+def during(stage: str, quiet: bool = False) -> Iterator[None]:
+    """Within, a stage of a study that has no progress bar is told of like `solve`'s."""
+    with saying(quiet or stage not in STAGES) as say:
+        say(STAGES.get(stage, ""))
+        yield
 
 
 class _Sign:

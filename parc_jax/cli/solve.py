@@ -63,7 +63,7 @@ def solve(
     from parc_jax.cli.goal_in_reach import odd_size, require_goal_in_reach
     from parc_jax.cli.help import fitted
     from parc_jax.cli.places import require_place
-    from parc_jax.cli.saying import saying
+    from parc_jax.cli.saying import COMPILING, SEARCHING, saying
     from parc_jax.cli.systems import model_of, scene_of
     from parc_jax.cli.verdict import as_json, verdict
     from parc_jax.errors import InputError
@@ -107,9 +107,9 @@ def solve(
             cold_s = None
         else:
             # so that the times are those of the search and not of the compiler
-            say("compiling")
+            say(COMPILING)
             cold_s = planner.warm_up(problem, settings, at=place).timings["first_sample_s"]
-            say("looking for safe plans, or for a proof that there are none")
+            say(SEARCHING)
             answer = planner.solve(problem, key, settings, at=place)
     answer.save(out)
     if shell.json:

@@ -86,6 +86,8 @@ class NoPlan(NamedTuple):
                 f"safe and at least {unsafe} % are unsafe, proved in exact arithmetic; "
                 f"{share} % are undecided.{self._ended}"
             )
+        if self.reason is not None and self.reason.sure:
+            return f"No plan is safe: {self.reason.words}"
         why = f": {self.reason.words}" if self.reason else "."
         return (
             f"No safe plan was found{why} This is not a proof that none exists: "

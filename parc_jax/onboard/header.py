@@ -11,17 +11,24 @@ from parc_jax.answer.answer import Answer
 from parc_jax.claim.error_set import ErrorBox
 from parc_jax.errors import InputError
 from parc_jax.model import check_model
-from parc_jax.onboard.paid import require_paid
+from parc_jax.onboard.paid import require_fitting, require_paid
 from parc_jax.onboard.tables import Tables, tables
 from parc_jax.rollout.files import write_atomic
 
 CODE = Path(__file__).with_name("safe_set.h")
 LONGEST = 100  # characters of a line
-WARNING = """What is_safe says is tested in float64. Compile without -ffast-math and the options
-that it stands for, for a double of 53 bits that nothing wider stands in for: every decision keeps
-a margin that pays for the rounding of float64 in any order of additions, fused or not, but not for
-what these options allow."""
+WARNING = (
+    "What is_safe says is tested in float64: every decision keeps a margin that pays for the "
+    "rounding of float64 in any order of additions, fused or not. It rests on IEEE's double, "
+    "rounded to nearest, with nothing wider in its place, on literals that are doubles, and on a "
+    "compiler that changes no sums: compile without -ffast-math and the options that it stands "
+    "for. Where the compiler tells that it is otherwise, this file does not compile. The processor "
+    "is asked in each call: under another rounding mode, or where a number of p0 or k is infinite "
+    "or none, is_safe gives 0. These guards stand outside of the code that is proved, and can only "
+    "refuse."
+)
 GUARDS = """#include <float.h>
+#include <stdint.h>
 
 #if defined(__FAST_MATH__) || defined(_M_FP_FAST)
 #error "compile without -ffast-math: margins rely on the rounding of float64"
@@ -35,8 +42,8 @@ GUARDS = """#include <float.h>
 #if !defined(FLT_EVAL_METHOD) || (FLT_EVAL_METHOD != 0 && FLT_EVAL_METHOD != 1)
 #error "compile so that double is computed as double (-mfpmath=sse): margins rely on float64"
 #endif
-#if FLT_RADIX != 2 || DBL_MANT_DIG < 53
-#error "compile for a double of at least 53 bits: margins rely on the rounding of float64"
+#if FLT_RADIX != 2 || DBL_MANT_DIG != 53 || DBL_MAX_EXP != 1024
+#error "compile for IEEE's double of 64 bits: margins rely on the rounding of float64"
 #endif
 """
 
@@ -61,6 +68,7 @@ def write_c(answer: Answer, path, name: str | None = None) -> Path:
         )
     check_model(answer.model)
     known = tables(answer)
+    require_fitting(known, answer.model)
     require_paid(known, answer.model, float(answer.scene.slack))
     return write_atomic(path, "\n".join(_lines(answer, known, name)).encode())
 

@@ -1,5 +1,6 @@
-"""Do a header's margins pay for all rounding? What the theorem about its code asks of the tables,
-asked number by number in exact rationals; bounds on the way are rounded up. [T10, T11]
+"""Do a header's tables fit together, and its margins pay for all rounding? What the theorem about
+its code asks of the tables, asked number by number in exact rationals; bounds on the way are
+rounded up. [T10, T11]
 
 Names and formulas are those of the proof (Dot.v, Network.v, Tube.v, Sound.v in proved/theories).
 """
@@ -26,6 +27,60 @@ _exact = np.vectorize(Fraction, otypes=[object])
 _up = np.vectorize(lambda x: Fraction(round_up(x)), otypes=[object])
 
 
+def require_fitting(known: Tables, model: TrajectoryModel) -> None:
+    """What the theorem calls `fits_together`, and that no index of the code leads out of a table.
+    Raises InputError where something does not.
+    """
+    unfitting = _unfitting(known, model)
+    if unfitting:
+        raise InputError(
+            f"export: expected tables that fit together; {unfitting} do not. Was the answer or "
+            "its model put together by hand? Solve again, and export that answer."
+        )
+
+
+def _unfitting(known: Tables, model: TrajectoryModel) -> str | None:
+    """The first table that does not fit to the others; None where all do."""
+    n_p, n_c, n_k, T = model.n_p, model.n_c, model.n_k, model.time.n_steps
+    runs, tube, n_runs = known.runs, as_template(known.errors, 1), len(known.runs.w)
+    n_bins = [len(e) - 1 for e in known.edges]
+    lead, n_goal = (int(np.prod(n_bins)), T, n_c // max(n_p, 1)), len(known.goal_A)
+    widths = [n_k, *(len(b) for b in model.net.biases)]
+    weights = [W.shape for W in model.net.weights]
+    ends = (*runs.first_run[:1], *runs.first_run[-1:])
+    fit = {
+        "coordinates": 0 < n_p <= n_c and n_c % n_p == 0,
+        "edges of the bins": len(n_bins) == n_k and all(n > 0 for n in n_bins),
+        "layers of the network": weights == list(zip(widths[1:], widths[:-1], strict=True))
+        and widths[-1] == (T + 1) * n_c - n_p + model.n_q,
+        "errors": tube.half.shape[:3] == lead
+        and tube.half.shape[4:] == (n_p,)
+        and tube.centre.shape == tube.half.shape
+        and tube.dual.shape == (*tube.half.shape, n_p),
+        "rows of the start": known.start_A.shape == (len(known.start_b), n_p)
+        and known.far.shape == (n_p,),
+        "rows of the goal": known.goal_A.shape[1:] == (n_c + model.n_q,)
+        and known.goal_b.shape == (lead[0], n_goal),
+        "points of the body": _within(known.pair_points, lead[2]),
+        "runs of the corridors": ends == (0, n_runs)
+        and len(runs.first_run) == len(known.probes) + 1
+        and bool((np.diff(runs.first_run) >= 0).all())
+        and {len(column) for column in runs[1:]} == {n_runs}
+        and runs.w.shape == (n_runs, n_p)
+        and _within(runs.pair, len(known.pair_points))
+        and _within(runs.first, T)
+        and _within(runs.end, T + 1),
+        "probes": _within(known.probes[..., 0], n_runs) and _within(known.probes[..., 1], T),
+        "plans": known.plans.shape[1:] == (n_k,),
+    }
+    return next((what for what, fits in fit.items() if not fits), None)
+
+
+def _within(indices: np.ndarray, n: int) -> bool:
+    """Whether all of these are 0, 1, ... n - 1."""
+    return bool(((indices >= 0) & (indices < n)).all())
+
+
 def require_paid(known: Tables, model: TrajectoryModel, slack: float) -> None:
     """Half of the slack for each unit of |w|_1 pays for what the header's own code rounds; the
     other half is for the tables. Raises InputError where it does not.
@@ -45,6 +100,8 @@ def _unpaid(known: Tables, model: TrajectoryModel, room: Fraction) -> str | None
     numbers = (*known.edges, known.far, *rows, known.runs.w, known.runs.support)
     if not all(np.isfinite(x).all() for x in (*numbers, tube.dual, tube.centre, tube.half)):
         return "numbers that are not finite"
+    if (tube.half < 0).any():
+        return "errors of less than none"
     start = max(map(Fraction, known.far))
     ends = [Fraction(max(abs(e[0]), abs(e[-1]))) for e in known.edges]
     bounded = _network_bounded(model.net, np.array(ends, object))

@@ -1,5 +1,33 @@
 /* What follows is the same for every safe set. Nothing is remembered between two calls, nothing is
- * allocated. */
+ * allocated. First the guards that the theorem knows nothing of: they make nothing safe. */
+
+typedef char NAME_literals_are_double[sizeof(1.0) == sizeof(double) ? 1 : -1];
+
+#ifdef __clang__ /* which tells nothing of -fassociative-math and -fno-honor-nans: taken back here */
+#pragma float_control(precise, on, push)
+#endif
+
+/* Are these numbers, and none infinite? Their bits are asked: an option may deny that NaN exist. */
+static inline int NAME_finite(const double *x, int n)
+{
+    for (int i = 0; i < n; ++i) {
+        union {
+            double number;
+            uint64_t bits;
+        } seen;
+        seen.number = x[i];
+        if ((seen.bits >> 52 & 0x7ff) == 0x7ff)
+            return 0;
+    }
+    return 1;
+}
+
+/* Does the processor round to nearest? It is asked, and not the compiler: hence volatile. */
+static inline int NAME_to_nearest(void)
+{
+    const volatile double little = 0.75 * DBL_EPSILON;
+    return 1.0 + little > 1.0 && -1.0 - little < -1.0;
+}
 
 /* [m] How far the errors of one bin, interval and reference point reach against w. */
 static inline double NAME_lost(const double *w, int bin, int t, int point)
@@ -120,7 +148,9 @@ static inline int NAME_is_safe(const double p0[NAME_N_P], const double k[NAME_N_
 {
     double path[(NAME_N_STEPS + 1) * NAME_N_C + NAME_N_Q];
     const double *end = path + NAME_N_STEPS * NAME_N_C;
-    const int bin = NAME_bin(k);
+    int bin = -1;
+    if (NAME_to_nearest() && NAME_finite(p0, NAME_N_P) && NAME_finite(k, NAME_N_K))
+        bin = NAME_bin(k);
     if (bin < 0)
         return 0;
     for (int c = 0; c < NAME_N_P; ++c) /* so that no sum below overflows */
@@ -193,3 +223,7 @@ static inline int NAME_nearest_plan(const double p0[NAME_N_P], const double want
         k[j] = safe[j];
     return 1;
 }
+
+#ifdef __clang__
+#pragma float_control(pop)
+#endif

@@ -1,5 +1,6 @@
 """What coordinates are called, for people: pictures, page, films, messages. No verdict reads it."""
 
+import math
 from collections.abc import Sequence
 from typing import NamedTuple
 
@@ -90,6 +91,14 @@ def name_of(label: str) -> str:
 def unit_of(label: str) -> str:
     """The unit in the label's brackets, or nothing."""
     return label.rsplit(" [", 1)[1][:-1] if label.endswith("]") and " [" in label else ""
+
+
+def degrees_hint(label: str, lo: float, hi: float) -> str:
+    """A question, where an angle in rad is asked to be where only degrees are; else nothing."""
+    ends = [abs(end) for end in (lo, hi) if math.isfinite(end)]
+    if unit_of(label) != "rad" or max(ends, default=0.0) <= 2 * math.pi:
+        return ""
+    return f" Is it in degrees? {name_of(label)} is in rad: 90 degrees are 1.571."
 
 
 def _checked(part: str, given, n: int) -> tuple[str, ...]:

@@ -1,5 +1,6 @@
 """The question: goal, obstacles, body, start set."""
 
+import dataclasses
 from collections.abc import Sequence
 
 import numpy as np
@@ -53,6 +54,23 @@ class ReachAvoid:
     def parts(self) -> tuple[Part, ...]:
         """The parts of the body, of whatever kind it is."""
         return parts_of(self.body)
+
+    def replace(self, **changes) -> "ReachAvoid":
+        """The problem with some entries changed, given as `reach_avoid` takes them. Raises
+        InputError.
+        """
+        names = [field.name for field in dataclasses.fields(self)]
+        if unknown := [name for name in changes if name not in names]:
+            raise InputError(
+                f"problem: expected entries to change among {', '.join(names)}; got "
+                f"{', '.join(unknown)}."
+            )
+        points = changes.pop("points", self.points)
+        entries = {name: getattr(self, name) for name in names if name != "points"} | changes
+        if all(span is None for span in entries["spans"] or ()):
+            entries["spans"] = None  # of however many obstacles
+        made = reach_avoid(**entries)
+        return dataclasses.replace(made, points=made.points or points)
 
     def __repr__(self) -> str:
         start = (

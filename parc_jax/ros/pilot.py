@@ -60,9 +60,11 @@ class Pilot:
         effort = Effort(judged=Effort.candidates, deadline=d.deadline, room=d.room)
         self.loop = Loop(model, self.body, leave=d.leave, doubt=doubt, effort=effort)
         if len(d.given) != len(self.loop.given):
+            hint = " Learn one of a system that names in `given` what it measures at the start."
             raise InputError(
                 f"given: expected {len(self.loop.given)} numbers in the messages of poses, one for "
                 f"each given parameter of the model; got {len(d.given)}."
+                f"{hint if not self.loop.given else ''}"
             )
         self.planner = Planner(model)
         self.driven: list[Commitment] = []

@@ -4,6 +4,7 @@ import json
 import platform
 import shutil
 from collections.abc import Callable
+from contextlib import AbstractContextManager, nullcontext
 from functools import partial
 from pathlib import Path
 from typing import NamedTuple
@@ -57,6 +58,7 @@ def run_study(
     learn_from=None,
     first: Callable[[Answer], None] | None = None,
     early: Callable[[Studied], None] | None = None,
+    during: Callable[[str], AbstractContextManager] = nullcontext,
 ) -> Studied:
     """Learn (unless a model is given), solve, replay, and write it all below `out`.
 
@@ -67,6 +69,7 @@ def run_study(
         tells.
     early: called with all but the plan that is driven, which takes as long as the rest; answer,
         model and metrics are on disk by then.
+    during: what is entered for each stage, by its name.
 
     What an earlier study left there stays whole until the answer of this one is on disk, and so do
     the finished runs below `out`/unfinished, from which a stopped study continues; a model that was
@@ -78,7 +81,7 @@ def run_study(
     if model is not None:
         require_same(system, model)
     key = key_of(seed)
-    watch = Stopwatch()
+    watch = Stopwatch(during)
     out = Path(out)
     settings = Settings(**part_of(study, Search))
     cold = None

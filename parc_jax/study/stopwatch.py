@@ -2,7 +2,8 @@
 
 import logging
 import time
-from contextlib import contextmanager
+from collections.abc import Callable
+from contextlib import AbstractContextManager, contextmanager, nullcontext
 
 import jax
 
@@ -23,9 +24,13 @@ jax.monitoring.register_event_duration_secs_listener(_listen)
 
 
 class Stopwatch:
-    """Stages: {name: {"seconds": wall, "compile_seconds": in the compiler, over all threads}}."""
+    """Stages: {name: {"seconds": wall, "compile_seconds": in the compiler, over all threads}}.
 
-    def __init__(self):
+    during: what is entered for each stage, by its name.
+    """
+
+    def __init__(self, during: Callable[[str], AbstractContextManager] = nullcontext):
+        self.during = during
         self.stages: dict[str, dict[str, float]] = {}
 
     @contextmanager
@@ -35,7 +40,8 @@ class Stopwatch:
         begin = time.perf_counter()
         compiled = _spent["compile"]
         try:
-            yield
+            with self.during(stage):
+                yield
         finally:
             entry = self.stages.setdefault(stage, {"seconds": 0.0, "compile_seconds": 0.0})
             took, of_it = time.perf_counter() - begin, _spent["compile"] - compiled

@@ -4,6 +4,7 @@ where plans end and start.
 
 import numpy as np
 
+from parc_jax.base.spelling import counted
 from parc_jax.errors import InputError
 from parc_jax.network.predict import Layout
 from parc_jax.problem.problem import ReachAvoid, require_points
@@ -23,11 +24,15 @@ def check_fits(problem: ReachAvoid, n_p: int, n_q: int, points: tuple[str, ...])
     n_y = len(points) * n_p + n_q
     require_points(problem, points)
     if problem.goal.n != n_y:
-        of_all = "" if len(points) == 1 else f" of each of its {len(points)} points"
+        of_all, hint = "", "Give bounds for every one of them."
+        if len(points) > 1:
+            of_all = f" of each of its {len(points)} points"
+            q = f", q=...), q over {counted(n_q, 'coordinate')}." if n_q else ")."
+            hint = f"Make it with goal_of_points(model.points, where{q}"
         raise InputError(
             f"goal: expected a set over the {n_p} workspace coordinates{of_all} and "
             f"{n_q} further goal coordinates of this model ({n_y}); got {problem.goal.n} "
-            "dimensions. Give bounds for every one of them."
+            f"dimensions. {hint}"
         )
     for j, o in enumerate(problem.obstacles):
         if o.n != n_p:

@@ -45,6 +45,7 @@ def test_what_is_finished_is_not_run_again_and_what_failed_is(night):
         assert run(options, [good, bad], page) == 1
         assert of_good.read_text() == "x" and of_bad.read_text() == "x" * n
     assert "| `good` | counts | said good |" in page.read_text()
+    assert "where this was written: no line." in page.read_text()
     assert "**failed**: said bad" in page.read_text() and "Failed: bad." in page.read_text()
     assert run(Options(folder=night / "kept", again=True), [good], page) == 0
     assert of_good.read_text() == "xx"
@@ -58,6 +59,7 @@ def test_what_is_finished_is_not_run_again_and_what_failed_is(night):
     assert run(Options(only=("good",), folder=night / "kept"), [good, bad, other], page) == 0
     # the last that is known of what was not asked for, with its own commit
     assert "Still to be run: 1 of 3 campaigns. Failed: bad." in page.read_text()
+    assert "where this was written: bad." in page.read_text()  # it has changed since
 
 
 def test_code_that_is_not_committed_has_no_results(night):

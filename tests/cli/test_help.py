@@ -32,7 +32,7 @@ def test_help_fits_and_is_readable(command, capsys, monkeypatch):
     said = capsys.readouterr().out
     assert stop.value.code in (0, None)
     assert max(map(len, said.splitlines())) <= 80
-    for type_word in ("{None}", "[INT", "STR", "FLOAT", "None)"):
+    for type_word in ("{None", "[INT", "STR", "FLOAT", "None)"):
         assert type_word not in said
 
 
@@ -53,7 +53,7 @@ def test_metavars():
     assert metavar_of(tuple[int, ...] | None) == "N N ..."
     assert metavar_of(Literal["a", "b"]) == "a|b"
     assert metavar_of(tuple[Literal["a", "b"], ...]) == "{a|b} ..."
-    assert metavar_of(bool) is None
+    assert metavar_of(bool) is None and metavar_of(bool | None) == "True|False"
 
 
 def test_version(capsys):

@@ -20,6 +20,7 @@ from parc_jax.errors import InputError
 NIGHT = "PARC_JAX_NIGHT"  # set by .ci/nightly, on a machine that has everything
 PROGRAMS = {
     "compiler": ("a C compiler (cc) is not installed", ("cc",)),
+    "clang": ("clang is not installed", ("clang",)),
     "coq": ("Coq (coqc with ocamlfind) is not installed", ("coqc", "ocamlfind")),
     "eva": ("Frama-C (frama-c) is not installed", ("frama-c",)),
     "js_of_ocaml": ("js_of_ocaml is not installed", ("js_of_ocaml",)),

@@ -1,5 +1,10 @@
 """The header against Python, plan by plan; compiled with the system's compiler."""
 
+import ctypes
+import ctypes.util
+import platform
+from contextlib import contextmanager
+
 import jax
 import numpy as np
 import pytest
@@ -72,13 +77,27 @@ def test_bodies_and_fitted_tubes_too(n_p, fitted, tmp_path):
         ["-O3", "-ffp-contract=fast", "-fno-finite-math-only"],
         # what is left of -ffast-math when that which no margin pays for is taken back
         ["-Ofast", "-fno-finite-math-only", "-fno-associative-math"],
+        # as where a compiler keeps to itself that it takes everything for a number
+        ["-ffinite-math-only", "-U__FINITE_MATH_ONLY__", "-D__FINITE_MATH_ONLY__=0"],
     ],
     ids=" ".join,
 )
 @pytest.mark.parametrize("tube", TUBES)
 def test_what_is_not_a_number_is_not_safe(tube, flags, tmp_path):
+    require_numbers(Header(write_toy(toy_tables(tube), tmp_path / "toy.h"), *flags))
+
+
+@pytest.mark.needs("clang")
+def test_clang_is_told_that_not_everything_is_a_number(tmp_path):
+    path = write_toy(toy_tables(), tmp_path / "toy.h")
+    for flags in (["-O3"], ["-fno-honor-nans"], ["-funsafe-math-optimizations"]):
+        require_numbers(Header(path, *flags, compiler="clang"))
+    with pytest.raises(AssertionError, match=r"error.*without -ffast-math"):
+        Header(path, "-ffast-math", compiler="clang")
+
+
+def require_numbers(header: Header) -> None:
     answer = toy_query.answer()
-    header = Header(write_toy(toy_tables(tube), tmp_path / "toy.h"), *flags)
     plan = np.repeat(answer.samples[:1], 5, axis=0)
     assert header.are_safe(plan[:, :2], plan[:, 2:]).all()
     for bad in (np.nan, np.inf, -np.inf, 1e300):
@@ -97,8 +116,8 @@ def test_what_is_not_a_number_is_not_safe(tube, flags, tmp_path):
         # registers of 80 bits, as -mfpmath=387 has them
         (["-U__FLT_EVAL_METHOD__", "-D__FLT_EVAL_METHOD__=2"], "double is computed as double"),
         # a double as short as a float, as some small computers have it
-        (["-U__DBL_MANT_DIG__", "-D__DBL_MANT_DIG__=24"], "a double of at least 53 bits"),
-        (["-U__FLT_RADIX__", "-D__FLT_RADIX__=16"], "a double of at least 53 bits"),
+        (["-U__DBL_MANT_DIG__", "-D__DBL_MANT_DIG__=24"], "IEEE's double of 64 bits"),
+        (["-U__FLT_RADIX__", "-D__FLT_RADIX__=16"], "IEEE's double of 64 bits"),
         (["-std=gnu89"], "double is computed as double"),  # which says nothing of it
         # as another vendor's compiler says it
         (["-D_M_FP_FAST"], "without -ffast-math"),
@@ -109,6 +128,37 @@ def test_arithmetic_that_the_margins_do_not_pay_for_is_refused(flags, said, tmp_
     with pytest.raises(AssertionError, match=f"#error.*{said}"):
         Header(path, *flags)
     Header(path, "-O3", "-ffp-contract=fast", "-fno-finite-math-only")
+
+
+@needs_compiler
+def test_literals_that_are_short_are_refused(tmp_path):
+    """Tables rounded to float32 let plans pass that touch, by micrometres."""
+    path = pj.exchange.write_c(toy_query.answer(), tmp_path / "toy.h")
+    with pytest.raises(AssertionError, match=r"toy_literals_are_double.*is negative"):
+        Header(path, "-fsingle-precision-constant")
+
+
+@contextmanager
+def rounding(mode: int):
+    """The processor rounds in another way, as <fenv.h> numbers them on this kind of it."""
+    maths = ctypes.CDLL(ctypes.util.find_library("m"))
+    before = maths.fegetround()
+    try:
+        yield maths.fesetround(mode) == 0 and maths.fegetround() == mode
+    finally:
+        maths.fesetround(before)
+
+
+@needs_compiler
+@pytest.mark.skipif(platform.machine() != "x86_64", reason="numbers of rounding modes are x86's")
+def test_under_another_rounding_mode_nothing_is_safe(tmp_path):
+    answer = toy_query.answer()
+    header = Header(pj.exchange.write_c(answer, tmp_path / "toy.h"))
+    p0, k = (np.ascontiguousarray(x) for x in np.split(answer.samples, [2], axis=1))
+    for mode, safe in ((0x400, False), (0x800, False), (0xC00, False), (0, True)):
+        with rounding(mode) as so:
+            said = header.are_safe(p0, k)
+        assert so and (said == safe).all()
 
 
 @needs_compiler

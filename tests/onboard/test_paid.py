@@ -115,6 +115,29 @@ def test_a_network_that_may_overflow_is_refused():
         require_paid(known, model.replace(net=net), slack)
 
 
+@pytest.mark.parametrize(
+    ("part", "changed", "said"),
+    [
+        ("runs", lambda runs: runs._replace(end=runs.end + 4), "runs of the corridors"),
+        ("runs", lambda runs: runs._replace(pair=runs.pair - 1), "runs of the corridors"),
+        ("runs", lambda runs: runs._replace(first_run=runs.first_run + 1), "runs of the corridors"),
+        ("pair_points", lambda points: points + 1, "points of the body"),
+        ("probes", lambda probes: probes + np.array([0, 9]), "probes"),
+        ("edges", lambda edges: (edges[0][:1], edges[1]), "edges of the bins"),
+        ("edges", lambda edges: edges[:1], "edges of the bins"),
+        ("errors", lambda errors: ErrorBox(errors.half[:, :-1]), "errors"),
+        ("goal_b", lambda b: b[:, :-1], "rows of the goal"),
+        ("start_A", lambda A: A[:, :-1], "rows of the start"),
+        ("plans", lambda plans: plans[:, :-1], "plans"),
+    ],
+)
+def test_tables_that_do_not_fit_together_are_refused(part, changed, said, tmp_path):
+    known = toy_tables()
+    with pytest.raises(InputError, match=f"tables that fit together; {said}"):
+        write_toy(known._replace(**{part: changed(getattr(known, part))}), tmp_path / "toy.h")
+    assert not (tmp_path / "toy.h").exists()
+
+
 def test_nothing_is_written_where_margins_do_not_pay(tmp_path):
     known = toy_tables()
     with pytest.raises(InputError, match="margins that pay"):

@@ -307,8 +307,8 @@ out.named = fields.map((field) => field.getAttribute("aria-label"));
 ["-0.9", "-0.045", "0.905", "0.06"].forEach((text, i) => type(fields[i], text));
 out.plan = [state.p0, state.k]; out.words = $("verdict").textContent;
 type(fields[0], ""); out.kept = [state.p0[0], fields[0].value];
-type(fields[3], "7"); out.clamped = state.k[1];
-type(fields[3], "0.06");
+type(fields[3], "7"); out.clamped = state.k[1]; out.said = $("verdict").textContent;
+type(fields[3], "0.06"); out.again = $("verdict").textContent;
 out.link = $("link").getAttribute("href");
 document.getElementById("result").textContent = JSON.stringify(out);
 """
@@ -316,6 +316,8 @@ document.getElementById("result").textContent = JSON.stringify(out);
     assert got["named"] == ["start x [m]", "start y [m]", "k0", "k1"]
     assert got["plan"] == [[-0.9, -0.045], [0.905, 0.06]] and "inside polytope 0" in got["words"]
     assert got["kept"] == [-0.9, "-0.9"] and got["clamped"] == 1
+    assert "k1 = 7 is outside of K, which ends there at 1: that is shown." in got["said"]
+    assert "outside of K" not in got["again"]
     assert got["link"] == "#p0=-0.9,-0.045&k=0.905,0.06&t=0"
     dom = run(browser, toy_page, "--dump-dom", address=got["link"])
     assert "inside polytope 0" in dom

@@ -221,3 +221,8 @@ def test_a_node_without_ros_says_what_to_install():
     done = subprocess.run([sys.executable, "-c", gone + code], capture_output=True, text=True)
     assert done.returncode == 2 and done.stderr.count("\n") == 1
     assert "expected ROS 2; its package geometry_msgs" in done.stderr
+
+
+def test_a_model_that_measures_nothing_is_told_how_to_learn_one_that_does():
+    with pytest.raises(InputError, match=r"expected 0 numbers.* got 2\. Learn one of a"):
+        Pilot(sliding.model(), 0.2, Driving(leave=0.4, given=GIVEN))

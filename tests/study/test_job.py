@@ -14,6 +14,7 @@ from parc_jax.claim import pipeline, score
 from parc_jax.claim.asked import BoundSettings
 from parc_jax.claim.counts import required_runs
 from parc_jax.cli import main
+from parc_jax.cli.saying import COMPILING, SEARCHING
 from parc_jax.errors import InputError
 from parc_jax.model import load
 from parc_jax.study.settings import Study
@@ -93,9 +94,12 @@ def test_same_seed_same_model_and_json_alone_on_stdout(finished, tmp_path, capsy
 
 def test_a_saved_model_skips_learning(finished, tmp_path, capsys):
     out, _ = finished
-    assert run("--model", out / "model.npz", "--out", tmp_path, "--quiet", "--no-figures") == 0
+    assert run("--model", out / "model.npz", "--out", tmp_path, "--no-figures") == 0
     assert "training" not in json.loads((tmp_path / "metrics.json").read_text())["stages"]
-    assert "fresh rollouts" not in capsys.readouterr().out
+    printed = capsys.readouterr()
+    assert "fresh rollouts" not in printed.out
+    for line in (COMPILING, SEARCHING):
+        assert f"{line} ...\n" in printed.err  # as `solve` says
 
 
 def test_networks_are_compared_where_they_are_named():

@@ -1,20 +1,32 @@
 """Scenes that cannot have a plan are told so in a sentence, and no others are."""
 
+import jax
+import numpy as np
 import pytest
+import toy_models
 from toy_bodies import points_model
-from toy_models import line_model
+from toy_models import fold_model, line_model, random_network
 
 from parc_jax.cover.limit import Limit
+from parc_jax.network.predict import outputs
+from parc_jax.network.within import outputs_within
 from parc_jax.no_plan.prove_no_plan import prove_no_plan
+from parc_jax.planner.planner import Planner
 from parc_jax.problem.body import hull
+from parc_jax.problem.doubt import Doubt
+from parc_jax.problem.labels import Labels
 from parc_jax.problem.problem import reach_avoid
+from parc_jax.robust.question import question
 from parc_jax.sets.box import box
 from parc_jax.sets.hpolytope import hpolytope
+from parc_jax.settings import Settings
 from parc_jax.verdict.hopeless import why_none
-from parc_jax.verdict.scene import scene_of
+from parc_jax.verdict.scene import laid_out, scene_of
 
 GOAL = box([3.0, -0.5, -1.0], [4.0, 0.5, 1.0])  # corners at (3, +-0.5) are farthest from WALL
 WALL = box([5.0, -1.0], [6.0, 1.0])
+CORNER = box([5.0, 1.5], [6.0, 2.0])  # farthest from (3, -0.5), by its own corner
+GOAL_OF_P = box([3.0, -0.5], [4.0, 0.5])
 ROOF = hpolytope([[1.0, 1.0], [-1.0, 1.0], [0.0, -1.0]], [5.0, -2.0, -1.0])  # a triangle above
 
 
@@ -29,6 +41,8 @@ def why(model, goal, obstacle, body, **options):
         (WALL, 1.99, None, False),
         (WALL, 200.0, (3, 3), True),
         (WALL, 200.0, (0, 2), False),
+        (CORNER, 2.84, None, True),
+        (CORNER, 2.82, None, False),
         (ROOF, 1.6, None, True),
         (ROOF, 1.4, None, False),
         (box([2.0, -1.0], [5.0, 1.0]), 0.0, None, True),
@@ -62,7 +76,8 @@ def test_what_is_told_is_true_and_proved_where_a_proof_is_possible(rng):
     )
     none = prove_no_plan(scene, limit=Limit(600.0), max_leaves=10)
     said = none.statement()
-    assert none.kind == "undecided" and "touches obstacle 0. This is not a proof" in said
+    assert none.kind == "undecided" and said.startswith("No plan is safe: wherever in the goal")
+    assert said.endswith("touches obstacle 0.")
     none = none._replace(kind="proved")
     assert none.statement().endswith("touches obstacle 0.")
 
@@ -73,3 +88,76 @@ def test_only_parts_about_the_first_point_are_looked_at(rng):
     wall = box([4.0, 1.0], [5.0, 2.0])
     for body, told in ((hull("c0", radius=5.0), True), (hull("c1", radius=5.0), False)):
         assert (why(model, goal, wall, body) is not None) == told
+
+
+def here(model, goal, obstacles, body, at, **settings):
+    problem = reach_avoid(goal, obstacles, body)
+    return Planner(model).solve(problem, jax.random.PRNGKey(0), Settings(**settings), at=at)
+
+
+@pytest.mark.parametrize("samples_only", [False, True])
+def test_a_start_in_an_obstacle_is_told_at_once(samples_only):
+    answer = here(line_model(), GOAL, [WALL], 0.3, (5.2, 0.5), samples_only=samples_only)
+    said = answer.statement().split("\n")[0]
+    assert said.startswith("No plan is safe: where the plan starts, the body")
+    assert said.endswith("touches obstacle 0.") and not answer.found
+    assert answer.cover.drawn == 0 and answer.ended is None  # nothing is searched for
+
+
+def test_a_start_from_where_nothing_gets_to_the_goal_is_told_at_once():
+    """Ends lie within 1 m of the start: so by bounds, that is for every plan."""
+    model = line_model(e=0.01)
+    answer = here(model, GOAL, [WALL], 0.3, (0.5, 0.0))
+    said = answer.statement()
+    assert answer.cover.drawn == 0 and "No plan is safe: no plan of the model ends" in said
+    assert "between -0.5 and 1.5, the goal asks for 3 to 4" in said
+    near = scene_of(reach_avoid(GOAL, [], 0.3, box([2.01, 0.0], [2.02, 0.1])), model)
+    assert why_none(near) is None  # some plan may get there: nothing is said
+    ahead = box([-9.0, -9.0, 0.5], [9.0, 9.0, 1.0])  # of q alone, which is k_0
+    folded = scene_of(reach_avoid(ahead, [], 0.0, GOAL_OF_P), fold_model())
+    assert why_none(folded) is None
+
+
+@pytest.mark.parametrize("start", [None, box([2.5, 0.0], [2.6, 0.1])])
+def test_a_heading_in_degrees_is_told(start):
+    """q is k_0, from -1 to 1, wherever a plan starts."""
+    labels = Labels(p=("x [m]", "y [m]"), q=("heading [rad]",), k=("k0", "k1"))
+    model = toy_models.told(line_model(), labels=labels)
+    goal = box([3.0, -0.5, 85.0], [3.6, 0.5, 95.0])
+    found = why(model, goal, box([9.0, 9.0], [9.5, 9.5]), 0.0, start=start)
+    assert found.sure and "heading at its end is between -1 and 1, the goal asks" in found.words
+    assert found.words.endswith("Is it in degrees? heading is in rad: 90 degrees are 1.571.")
+    turned = box([3.0, -0.5, 1.5], [3.6, 0.5, 1.6])
+    found = why(model, turned, box([9.0, 9.0], [9.5, 9.5]), 0.0, start=start)
+    assert found.sure and "degrees" not in found.words
+
+
+def test_points_that_the_model_places_at_the_start_are_looked_at(rng):
+    """A hull that the first point is no part of: its corners are where the network has them."""
+    model = points_model(rng)
+    goal = box([1.0, 1.0] + [-60.0] * 7, [3.0, 3.0] + [60.0] * 7)
+    start = box([0.0, 0.0], [0.1, 0.1])
+    around, beside = box([-9.0] * 2, [9.0] * 2), box([8.0, 8.0], [9.0, 9.0])
+    body = hull(*model.points[1:])
+    found = why(model, goal, around, body, start=start, spans=[(0, 1)])
+    assert found.sure and not found.of_scene and "in the start set" in found.words
+    assert why(model, goal, beside, body, start=start, spans=[(0, 1)]) is None
+
+
+def test_an_obstacle_that_doubt_made_larger_makes_nothing_sure():
+    model = line_model(half=8.0)
+    problem = reach_avoid(GOAL, [WALL], 2.01, doubt=Doubt(start=(0.1, 0.1)))
+    found = why_none(laid_out(question(problem, model).plain({})))
+    assert found.of_scene and not found.sure
+
+
+@pytest.mark.parametrize("n_k", [1, 2, 3])
+def test_outputs_are_within_their_bounds(n_k, rng):
+    net = random_network(rng, 3, n_k=n_k)
+    k = rng.uniform(-1, 1, (2000, n_k))
+    rows = np.array([5, 0, 2])
+    lo, hi = outputs_within(net, box([-1.0] * n_k, [1.0] * n_k), rows)
+    y = outputs(net, k)[:, rows]
+    inside = ((lo[None] <= y[:, None]) & (y[:, None] <= hi[None])).all(axis=2)
+    assert inside.any(axis=1).all()
+    assert (hi.max(axis=0) - lo.min(axis=0) < 3 * np.ptp(y, axis=0) + 1e-9).all()

@@ -129,6 +129,13 @@ def test_the_ends_of_the_domain_belong_to_it():
         assert (scene.k_lo == lo).all() and (scene.k_hi == hi).all()
 
 
+def test_a_goal_of_several_points_without_q_is_told_how_to_give_it(rng):
+    model = points_model(rng)
+    goal = goal_of_points(model.points, box([0.0, 0.0], [1.0, 1.0]))
+    with pytest.raises(InputError, match=r"goal_of_points\(model.points, where, q=...\), q over 1"):
+        scene_of(reach_avoid(goal, [], 0.1), model)
+
+
 @pytest.mark.parametrize(
     ("problem", "words"),
     [

@@ -11,7 +11,7 @@ const scenes = data.views.map(({ name, axes }, number) => {
 });
 const plane = new View($("parameters"), false, [42, 20]);
 const strip = new View($("clearance"), false, [34, 6]);
-const state = { p0: [], k: [], t: 0, sample: -1, axes: [0, Math.min(1, data.n_k - 1)], cells: [], starts: [], directions: -1 };
+const state = { p0: [], k: [], t: 0, sample: -1, axes: [0, Math.min(1, data.n_k - 1)], clipped: [], cells: [], starts: [], directions: -1 };
 const CELLS = 36; // across K and across the goal, for what is safe here and now
 const nameOf = (label) => label.replace(/ \[[^\]]*\]$/, "");
 const origin = data.labels.p.map(() => 0); // a start from which paths are offsets
@@ -25,15 +25,18 @@ function select(number) {
   state.sample = ((number % data.samples.length) + data.samples.length) % data.samples.length;
   state.p0 = data.samples[state.sample].p0.slice();
   state.k = data.samples[state.sample].k.slice();
+  state.clipped = [];
   update();
 }
+
+const clippedTo = (i, v, end) => ` ${nameOf(data.labels.k[i])} = ${v} is outside of K, which ends there at ${end}: that is shown.`;
 
 function move(p0, k) {
   const inside = k.map((v, i) => Math.min(data.domain.hi[i], Math.max(data.domain.lo[i], v)));
   if ($("anchor").checked && p0 === state.p0) {
     p0 = minus(endOf(state.p0, state.k), endOf(origin, inside));
   }
-  Object.assign(state, { p0, k: inside });
+  Object.assign(state, { p0, k: inside, clipped: k.flatMap((v, i) => (v === inside[i] ? [] : [clippedTo(i, v, inside[i])])) });
   update();
 }
 
@@ -78,7 +81,7 @@ function words() {
     unsafe: !seen.tube ? "There is no tube." : `Goal margin ${seen.goal.least.toPrecision(3)}; least clearance ${room}.`,
   }[kind];
   box.className = kind;
-  box.replaceChildren(Object.assign(document.createElement("b"), { textContent: title }), lines);
+  box.replaceChildren(Object.assign(document.createElement("b"), { textContent: title }), lines, ...state.clipped);
   Object.assign(box.dataset, { kind, clearance: seen.clearance, goal: seen.goal.least, polytope: seen.polytope, corridor: seen.corridor });
   if (data.samples.length) $("sample").value = state.sample;
   $("time").value = state.t;
