@@ -61,8 +61,8 @@ let proved r =
      | No_plan ->
        [ "  no (p0, k) of the domain is safe: each may not start or fails for a continuous trajectory in the tube" ]
      | Shares (safe, unsafe) ->
-       [ Printf.sprintf "  of the (p0, k) whose end lies in the goal's box by volume: safe at least %s, unsafe at least %s"
-           (per_cent safe) (per_cent unsafe) ])
+       [ "  of the (p0, k) whose first point ends in the file's box z, whatever else";
+         Printf.sprintf "    the goal asks, by volume: safe at least %s, unsafe at least %s" (per_cent safe) (per_cent unsafe) ])
   @ [ (if r.n_without = 0 then "The tube holds the model's own trajectory in every bin."
        else Printf.sprintf "The tube leaves out the model's own trajectory in %d of %d bins: what is proved there may be about none."
            r.n_without r.n_bins) ]
