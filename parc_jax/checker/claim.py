@@ -78,8 +78,7 @@ def check_premises(told: list, known: list):
     those that nobody could print.
     """
     need(len(array(told)) <= MAX_PREMISES, "the claim has too many premises")
-    for entry in told:
-        name, standing, value = array(entry, 3)
+    for name, standing, value in told:
         need(type(name) is str, "the name of a premise is not a text")
         need(standing in STANDINGS, "a premise has an unknown standing")
         spelled(value)

@@ -578,7 +578,9 @@ bad("a premise whose value is nothing", partial(with_premises, ["IID", "assumed"
 bad("a premise of lists in lists", partial(with_premises, ["K", "assumed", [[[["0"]]]]]))
 bad("a premise with a note", partial(with_premises, ["IID", "assumed", "", "proved"]))
 bad("a premise without a value", partial(with_premises, ["IID", "assumed"]))
-bad("no list of premises", claim__premises=None)
+bad("premises that are nothing", claim__premises=None)
+bad("premises as an object", claim__premises={}, claim__kind="assumed")
+bad("a premise as an object", partial(with_premises, {"IID": 0, "assumed": 0, "": 0}))
 bad("too many premises", with_premises, limits={"MAX_PREMISES": 7})
 
 
