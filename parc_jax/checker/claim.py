@@ -19,7 +19,7 @@ CHECKED = "checked"
 STANDINGS = (CHECKED, "measured", "assumed")  # of a premise
 MAX_PREMISES = 500
 MAX_LISTS = 3  # inside of each other, in the value of a premise
-LONGEST = 200  # characters of a name or value that are printed
+LONGEST = 500  # characters of a name or value that are printed
 
 
 def checked_claim(claim, hashes, n_bins):

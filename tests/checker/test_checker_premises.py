@@ -57,7 +57,7 @@ def assumed():
 
 def odd():
     """Of every kind of character, too long to print, and of whole numbers in lists in lists."""
-    long = ["K", "measured", [["-1", 7], "x" * 300, []]]
+    long = ["K", "measured", [["-1", 7], "x" * 600, []]]
     return known.with_premises([ODD, "assumed", ODD], long, ["none", "measured", []])
 
 
@@ -108,7 +108,7 @@ def test_what_is_quoted_is_escaped_and_short():
     assert all(line.isascii() and line.isprintable() for line in lines)
     assert sum(line.startswith("  checked  ") for line in lines) == len(known.SHOWN)
     assert max(map(len, lines)) < 2 * LONGEST + 100
-    assert lines[-2].startswith("  measured K: -1, 7, xxx") and "(309 characters)" in lines[-2]
+    assert lines[-2].startswith("  measured K: -1, 7, xxx") and "(609 characters)" in lines[-2]
     assert told(assumed())[0] == f"{two.RESTS}, which is ASSUMED (kind declared\\x1b):"
 
 

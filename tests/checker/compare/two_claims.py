@@ -15,7 +15,7 @@ from parc_jax.claim.counts import required_runs
 
 EPS, DELTA = ("1/1000", "1/20", "0.3", "0.0123"), ("1/1000", "1/20", "1e-9")
 STANDINGS = ("checked", "measured", "assumed", "proved")
-TEXTS = ("", "x" * 199, "\u00e9" * 51, "\n\x1b\\", "\U0001f600 \ud800", "1/1000", "IID")
+TEXTS = ("", "x" * 499, "\u00e9" * 126, "\n\x1b\\", "\U0001f600 \ud800", "1/1000", "IID")
 
 
 def claimed(rng):

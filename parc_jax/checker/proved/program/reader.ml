@@ -322,7 +322,7 @@ let escaped s =
   Buffer.contents b
 
 (* As much of a text as is printed. *)
-let longest_quote = 200
+let longest_quote = 500
 let quoted s =
   let n = String.length s in
   if n <= longest_quote then s else Printf.sprintf "%s... (%d characters)" (String.sub s 0 longest_quote) n
