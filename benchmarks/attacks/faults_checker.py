@@ -15,14 +15,14 @@ BAD = "tests/checker/test_checker_checks.py::test_bad_certificates_are_rejected"
 CHECKER = (
     Fault(
         "checker_claim_of_any_runs",
-        "checked_claim",
+        "arithmetic_of",
         "need(used <= ONE",
         "need(used is not None",
         (BAD,),
     ),
     Fault(
         "checker_claim_whose_looks_cost_nothing",
-        "checked_claim",
+        "arithmetic_of",
         "looks * share",
         "share",
         (BAD,),
@@ -43,6 +43,13 @@ CHECKER = (
             "tests/checker/test_checker_claim.py"
             "::test_a_share_is_the_binomial_sum_rounded_up_by_next_to_nothing",
         ),
+    ),
+    Fault(
+        "checker_premises_checked_by_their_own_word",
+        "claim.check_premises",
+        "need(checked == known",
+        "need(checked is not None",
+        (BAD,),
     ),
     Fault(
         "checker_touching_is_safe",

@@ -115,10 +115,10 @@ class Answer(Findings):
 
     @property
     def safe_share(self) -> SafeShare | None:
-        """Share of all (p0, k) that end in the goal's box, or of all k from the one start, that is
-        safe: the number to tune by. Estimate, Clopper-Pearson interval as of `volume`, and what the
-        tube alone leaves. Of an answer around a place only what is safe in it is counted. None as
-        of `volume`.
+        """Share of all (p0, k) whose first point ends in the goal's box, whatever else the goal
+        asks, or of all k from the one start, that is safe: the number to tune by. Estimate,
+        Clopper-Pearson interval as of `volume`, and what the tube alone leaves. Of an answer around
+        a place only what is safe in it is counted. None as of `volume`.
         """
         return safe_share(self)
 

@@ -17,7 +17,8 @@ CONFIDENCE = 0.999  # of the safe set's volume, where a density rests on it
 
 class SafeShare(NamedTuple):
     """What share of all plans that were asked about is safe, in the model with its tube: of all
-    (p0, k) that end in the goal's box, or of all k in K where there is one start.
+    (p0, k) whose first point ends in the goal's box (missing what else the goal asks is not safe),
+    or of all k in K where there is one start.
 
     share: estimate; at_least, at_most: Clopper-Pearson interval with `confidence`. reaching:
     estimate of the share that ends in the goal whatever error the tube holds, from a start that is

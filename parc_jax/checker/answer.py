@@ -152,7 +152,8 @@ def summary(report):
             f"{name} {percent(size / sum(sizes), up=name == 'undecided')}"
             for name, size in zip(names, sizes, strict=True)
         )
-        yield f"  of the (p0, k) whose end lies in the goal's box by volume: {listed}"
+        yield "  of the (p0, k) whose first point ends in the file's box z, whatever else"
+        yield f"    the goal asks, by volume: {listed}"
     yield about_the_model(report)
     yield from told(report.claim, report.arithmetic, report.hash)
 

@@ -1,8 +1,9 @@
-"""The arithmetic of a claim: whether so many runs show what it says of the tube. [T1, T2, T4]
+"""What a claim rests on: whether so many runs show what it says of the tube [T1, T2, T4], and its
+premises.
 
 That the runs were made, are independent, and that discards and looks were fixed before any of them
 was seen, is the file's word. That the numbers follow from each other is checked here, with integers
-that are rounded against the claim.
+that are rounded against the claim; no other premise may be marked checked.
 """
 
 from .exact import array, fields, integers, need, number, whole
@@ -14,27 +15,40 @@ MAX_DISCARDS = 1 << 20  # in all blocks together, and looks
 BITS = 128  # of a rounded number, at least
 ONE = 1 << BITS
 MAX_SHIFT = 1 << 13  # beyond 2^-8192 a probability counts as that
+CHECKED = "checked"
+STANDINGS = (CHECKED, "measured", "assumed")  # of a premise
+MAX_PREMISES = 500
+MAX_LISTS = 3  # inside of each other, in the value of a premise
+LONGEST = 500  # characters of a name or value that are printed
 
 
 def checked_claim(claim, hashes, n_bins):
-    """What is known of a claim: {"checked", "says"}, or None where it has no evidence. Rejects one
-    that is about other parts than those with these hashes, or whose numbers are wrong.
+    """What is known of a claim: {"checked", "says", "premises"}, these as they must be marked
+    checked, or None where it has no evidence. Rejects one that is about other parts than those with
+    these hashes, whose numbers are wrong, or whose premises say more than is known.
     """
     if claim is None:
         return None
     need(claim["network_hash"] == hashes["network"], "the claim is about another network")
     need(claim["tube_hash"] == hashes["tube"], "the claim is about another tube")
-    if claim.get("kind") != SHOWN:
-        return None
+    found = arithmetic_of(claim, n_bins) if claim.get("kind") == SHOWN else None
+    if "premises" in claim:
+        check_premises(claim["premises"], found["premises"] if found else [])
+    return found
+
+
+def arithmetic_of(claim: dict, n_bins: int):
+    """As `checked_claim`, of a claim with evidence."""
     missing = [name for name in NUMBERS if name not in claim]
     if missing:
-        return {"checked": False, "says": f"it lacks {', '.join(missing)}"}
+        return {"checked": False, "says": f"it lacks {', '.join(missing)}", "premises": []}
     by_bin, evidence = claim["bin_eps"], claim["evidence"]
     blocks, recorded = evidence.get("blocks"), "rows" in evidence
     if by_bin is None:
         blocks = [claim]
     elif blocks is None:
-        return {"checked": False, "says": "it is about bins, and lacks the runs of each block"}
+        why = "it is about bins, and lacks the runs of each block"
+        return {"checked": False, "says": why, "premises": []}
     looks = whole(claim["looks"], 1, MAX_DISCARDS)
     eps, delta = probability(claim["eps"]), probability(claim["delta"])
     shown = [block_of(block, by_bin is not None) for block in blocks]
@@ -44,14 +58,41 @@ def checked_claim(claim, hashes, n_bins):
     need(used <= ONE, "the claim's runs do not show its eps with its delta")
     need(max(some for _, _, some in shown) <= eps, "a block's eps is larger than the claim's")
     many = "recordings" if recorded else "runs"
-    counted = f"{shown[0][0]} independent {many}"
+    least, most = min(shown)[0], max(discard for _, discard, _ in shown)
+    counted, each, bins = f"{least} independent {many}", "", []
     if by_bin is not None:
         known = {some for _, _, some in shown}
         claimed = [probability(x) for x in array(by_bin, n_bins) if x is not None]
         need(known.issuperset(claimed), "a bin's eps is that of no block")
-        counted = f"in {len(claimed)} of {n_bins} bins {min(shown)[0]} independent {many} or more"
-    rest = f"{discards} left outside, {looks} looks"
-    return {"checked": True, "says": f"{counted}, {rest}, show eps = {eps} with delta = {delta}"}
+        counted = f"in {len(claimed)} of {n_bins} bins {counted} or more"
+        each, bins = " or more in each", [("bins", f"{len(claimed)} of {n_bins} with a claim")]
+    says = f"{counted}, {discards} left outside, {looks} looks, show eps = {eps} with delta = "
+    numbers = [("eps", str(eps)), ("delta", str(delta)), ("n", f"{least} {many}{each}")]
+    numbers += [("discards", most), ("looks", looks), *bins]
+    premises = [[name, CHECKED, value] for name, value in numbers]
+    return {"checked": True, "says": f"{says}{delta}", "premises": premises}
+
+
+def check_premises(told: list, known: list):
+    """Rejects premises that mark as checked what is not `known`, or leave any of that out, and
+    those that nobody could print.
+    """
+    need(len(array(told)) <= MAX_PREMISES, "the claim has too many premises")
+    for name, standing, value in told:
+        need(type(name) is str, "the name of a premise is not a text")
+        need(standing in STANDINGS, "a premise has an unknown standing")
+        spelled(value)
+    need(len({name for name, _, _ in told}) == len(told), "a premise is named twice")
+    checked = [entry for entry in told if entry[1] == CHECKED]
+    need(checked == known, "what the claim marks as checked is not what its numbers show")
+
+
+def spelled(value: list | str | int, lists: int = 0):
+    """The value of a premise, escaped."""
+    if type(value) is list and lists < MAX_LISTS:
+        return ", ".join(spelled(part, lists + 1) for part in value)
+    need(type(value) in (str, int), "the value of a premise is no text, whole number or list of it")
+    return str(value).encode("unicode_escape").decode()
 
 
 def block_of(block, own):
@@ -102,15 +143,28 @@ def share(n, discard, eps, delta):
 
 def told(claim, arithmetic, hashes):
     """What the proof rests on, as lines: a claim, what `checked_claim` knows of it, and hashes."""
-    claim = claim or {"kind": "no claim"}
-    if arithmetic is None:
-        yield "The proof rests on the tube, which is ASSUMED:"
+    premises = [] if arithmetic is None else arithmetic["premises"]
+    if claim is None:
+        yield "The proof rests on the tube, which is ASSUMED (no claim)."
+    elif arithmetic is None:
+        kind = claim.get("kind")
+        kind = shortened(spelled(kind)) if type(kind) is str else "unknown"
+        yield f"The proof rests on the tube, which is ASSUMED (kind {kind}):"
     elif not arithmetic["checked"]:
-        yield "The proof rests on the tube, ASSUMED: the claim's arithmetic was not checked,"
-        yield f"  since {arithmetic['says']}. The file says of it:"
+        yield "The proof rests on the tube, ASSUMED: the claim's arithmetic was not checked, since"
+        yield f"  {arithmetic['says']}:"
     else:
-        yield "The proof rests on the tube, of which the file says (unchecked, but for this sum:"
-        yield f"  {arithmetic['says']}):"
-    yield f"  {ascii(claim.get('kind'))[:40]} {ascii(claim.get('statement'))[:2000]}"
+        yield "The proof rests on the tube. That so many runs show this eps with this delta was"
+        yield "  checked; what is not marked so is the file's word:"
+    for name, standing, value in claim.get("premises", premises) if claim else ():
+        named, value = shortened(spelled(name)), shortened(spelled(value))
+        yield f"  {standing:8} {named}{': ' if value else ''}{value}"
+    if claim is not None and "premises" not in claim:
+        yield "  assumed  all else: the file states no premises of its claim"
     for part, value in hashes.items():
         yield f"  sha256 {part} {value}"
+
+
+def shortened(text: str):
+    """As much of a text as is printed."""
+    return text if len(text) <= LONGEST else f"{text[:LONGEST]}... ({len(text)} characters)"

@@ -33,12 +33,15 @@ UNDECIDED = "undecided"
 BOUNDS = "bounds"
 KIND_IN_FILE = {PROVED: "proved", UNDECIDED: "bracket", BOUNDS: "bracket"}
 MAX_LEAVES = 20_000  # a certificate has a few hundred bytes per box
+IN_THE_BOX = (
+    "whose first point ends in the box around the goal less the tube, whatever else the goal asks"
+)
 CHECK_FACTOR = 1.5  # time of the checker per vertex of a cell, in evaluations of the network
 
 
 class NoPlan(NamedTuple):
-    """What is known of the volume of safe (p0, k) among those whose predicted end lies in the
-    goal's box.
+    """What is known of the volume of safe (p0, k) among those whose first point is predicted to end
+    in a box around the goal less the tube; those that miss what else the goal asks are unsafe.
 
     kind: "proved" (none is safe), "undecided" (not proved with this work) or "bounds".
     safe, unsafe, undecided, total: exact volumes [units of p0 and k multiplied], as the checker
@@ -82,7 +85,7 @@ class NoPlan(NamedTuple):
         share = rounded_up(100 * self.undecided / self.total, 4)
         if self.kind == BOUNDS:
             return (
-                f"Of the plans that end in the goal's box, by volume: at least {safe} % are "
+                f"Of the plans {IN_THE_BOX}, by volume: at least {safe} % are "
                 f"safe and at least {unsafe} % are unsafe, proved in exact arithmetic; "
                 f"{share} % are undecided.{self._ended}"
             )
@@ -91,7 +94,7 @@ class NoPlan(NamedTuple):
         why = f": {self.reason.words}" if self.reason else "."
         return (
             f"No safe plan was found{why} This is not a proof that none exists: "
-            f"of the plans that end in the goal's box, {share} % by volume are undecided; the "
+            f"of the plans {IN_THE_BOX}, {share} % by volume are undecided; the "
             f"others are proved unsafe.{self._ended}"
         )
 

@@ -9,6 +9,8 @@ from parc_jax.cover.sampling import FEW
 from parc_jax.model import TrajectoryModel
 from parc_jax.problem.labels import name_of, unit_of
 
+IN_THE_BOX = "the plans whose first point ends in the goal's box, whatever else the goal asks"
+
 
 def eps_of(claim: ErrorClaim) -> str | None:
     """The eps that a claim says, for people, by bin the largest; None where nothing is shown."""
@@ -84,7 +86,7 @@ def how_much_is_safe(answer: Answer) -> str:
     share = answer.safe_share
     if share is None:
         return "what share of the plans was not measured"
-    of_all = "all k in K" if answer.scene.at is not None else "the plans that end in the goal's box"
+    of_all = "all k in K" if answer.scene.at is not None else IN_THE_BOX
     low, high = rounded_down(100 * share.at_least, 3), rounded_up(100 * share.at_most, 3)
     sure = f"with confidence {rounded_down(str(share.confidence), 10)}"
     if answer.counts["safe"] < FEW:  # of a query for a first plan

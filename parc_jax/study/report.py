@@ -27,9 +27,9 @@ def report(outcome: Studied) -> str:
     if m["comparison"]:
         lines += [
             "",
-            "Networks and claims (error at the end: median over K; safe: share of all (p0, k) that "
-            "end in the",
-            "goal's box, and of those among them that end in the goal shrunken by the error)",
+            "Networks and claims (error at the end: median over K; safe: share of all (p0, k) "
+            "whose first point",
+            "ends in the goal's box, and of those that end in the goal shrunken by the error)",
         ]
         rows = []
         for row in m["comparison"]:

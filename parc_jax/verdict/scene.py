@@ -168,8 +168,9 @@ def scene_arrays(
 
 
 def volume_of_all(scene: Scene) -> float:
-    """Of all plans of a question, in units of p0 and k multiplied: of the (p0, k) that end in the
-    goal's box, that is of K times this box; of K alone where all plans have one start. [T15]
+    """Of all plans of a question, in units of p0 and k multiplied: of the (p0, k) whose first
+    point ends in the goal's box, that is of K times this box; of K alone where all plans have one
+    start. [T15]
     """
     k = float(scene.model.domain.volume)
     return k if scene.at is not None else k * float(np.prod(scene.z_hi - scene.z_lo))

@@ -16,7 +16,8 @@ class Row(NamedTuple):
     discarded: runs of the holdout left outside the tube, and paid for. final_error: half widths of
     the tube at the end [m, m, rad], median over K. why: in words, when there is no plan; then the
     rest is empty.
-    safe: share of the plans that end in the goal's box that is safe. share_of_k: of K, certified.
+    safe: share of the plans whose first point ends in the goal's box that is safe. share_of_k: of
+    K, certified.
     promise: probability that a run of a random safe plan leaves the tube, at most. plan: start [m]
     and k.
     failed_10, failed_1000: repeats of that plan that missed the goal or touched a car;

@@ -11,7 +11,7 @@ from toy_whole import answer
 
 import parc_jax as pj
 from parc_jax.cover.sampling import ends_from
-from parc_jax.study.numbers import how_much_is_safe
+from parc_jax.study.numbers import IN_THE_BOX, how_much_is_safe
 from parc_jax.verdict.pointwise import verdicts
 
 KEY = jax.random.PRNGKey(0)
@@ -105,4 +105,4 @@ def test_without_uniform_draws_there_is_no_safe_share():
 def test_a_few_safe_draws_are_an_interval_and_no_estimate():
     few = replace(answer(), cover=answer().cover._replace(drawn=40, reaching=30, safe=3))
     said = how_much_is_safe(few)  # Clopper-Pearson of 3 in 40
-    assert said == "0.862 % to 24.9 % of the plans that end in the goal's box, with confidence 0.99"
+    assert said == f"0.862 % to 24.9 % of {IN_THE_BOX}, with confidence 0.99"

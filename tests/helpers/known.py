@@ -8,6 +8,7 @@ leave it 1/4 of room, at knot 0.
 import copy
 import json
 import math
+from functools import partial
 
 import answer_files as build
 
@@ -537,6 +538,61 @@ bad("a claim of a block with a note", lambda: claim_of_bins(BLOCK | {"note": ""}
 bad("a claim about no block", lambda: claim_of_bins(BLOCK), claim__bin_eps__0="1/2")
 bad("a claim about another number of bins", lambda: claim_of_bins(BLOCK), claim__bin_eps=[])
 bad("a claim of a worse block", lambda: claim_of_bins(BLOCK, BLOCK | {"eps": "1/100"}))
+# Of its premises: what is marked checked and is not what its numbers show, and what nobody reads.
+SHOWN = {"eps": "1/1000", "delta": "1/1000", "n": "6905 runs", "discards": 0, "looks": 1}
+OTHERS = ["failed", "measured", 0], ["K", "measured", ["-1", "1"]], ["IID", "assumed", ""]
+
+
+def with_premises(*others, make=plain, **shown):
+    """An answer whose claim states these premises, after the numbers that its runs show where no
+    others are given for them.
+    """
+    answer = make()
+    checked = [[name, "checked", value] for name, value in (SHOWN | shown).items()]
+    answer["claim"]["premises"] = copy.deepcopy([*checked, *(others or OTHERS)])
+    return build.rehash(answer)
+
+
+def with_premises_of_bins():
+    """Of a claim about bins, one of them without a claim, by recordings."""
+    answer = claim_of_bins(BLOCK | {"n": 7100}, BLOCK | {"n": 9300, "discard": 1})
+    answer["claim"]["evidence"]["rows"] = 20_000
+    answer["claim"]["bin_eps"][0] = None
+    shown = {"delta": "1/100", "n": "7100 recordings or more in each", "discards": 1}
+    return with_premises(make=lambda: answer, **shown, bins="1 of 2 with a claim")
+
+
+VALID |= {make.__name__: make for make in (with_premises, with_premises_of_bins)}
+WRONG = {"eps": "1/1001", "delta": "1/1001", "n": "6906 runs", "discards": 1, "looks": 2}
+WRONG |= {"bins": "2 of 2 with a claim", "IID": "drawn by the engine"}
+for name, value in WRONG.items():
+    bad(f"premises with another {name} checked", partial(with_premises, **{name: value}))
+CHECKED = with_premises()["claim"]["premises"]
+for i, (name, *_) in enumerate(CHECKED[: len(SHOWN)]):
+    bad(f"premises without a checked {name}", claim__premises=CHECKED[:i] + CHECKED[i + 1 :])
+bad("premises in another order", claim__premises=[CHECKED[1], CHECKED[0], *CHECKED[2:]])
+bad("a premise named twice", partial(with_premises, *OTHERS, OTHERS[0]))
+bad("a premise of no standing", partial(with_premises, ["IID", "proved", ""]))
+bad("a premise whose name is a number", partial(with_premises, [5, "assumed", ""]))
+bad("a premise whose value is nothing", partial(with_premises, ["IID", "assumed", None]))
+bad("a premise of lists in lists", partial(with_premises, ["K", "assumed", [[[["0"]]]]]))
+bad("a premise with a note", partial(with_premises, ["IID", "assumed", "", "proved"]))
+bad("a premise without a value", partial(with_premises, ["IID", "assumed"]))
+bad("premises that are nothing", claim__premises=None)
+bad("premises as an object", claim__premises={}, claim__kind="assumed")
+bad("a premise as an object", partial(with_premises, {"IID": 0, "assumed": 0, "": 0}))
+bad("too many premises", with_premises, limits={"MAX_PREMISES": 7})
+
+
+def unshown():
+    """Premises marked checked of a claim that lacks a number."""
+    answer = with_premises()
+    del answer["claim"]["looks"]
+    return answer
+
+
+bad("premises marked checked without the sum", unshown)
+bad("premises marked checked of an assumed claim", with_premises, claim__kind="assumed")
 bad("a time step of zero", line, problem__dt="0")
 bad_text("a key twice", '{"format": 0, ')
 bad_text("values nested too deep", '{"meta": ' + "[" * 501 + "]" * 501 + ", ")

@@ -4,6 +4,7 @@ The Python checker's verdicts are taken entry by entry from `Context`, and for w
 entry (hashes, sizes, unknown fields, the tube) from `check_answer`.
 """
 
+import itertools
 import json
 import subprocess
 import tempfile
@@ -13,6 +14,7 @@ from parc_jax import checker
 
 PROGRAM = Path(checker.__file__).parent / "proved" / "check"
 KINDS = ("samples", "sets", "corridors", "doubt")
+RESTS = "The proof rests on the tube"
 MOST_FILES = 500  # named in one command
 
 
@@ -67,6 +69,11 @@ def proved_verdicts(program, texts, option="--each"):
             out = subprocess.run(command, capture_output=True, text=True, check=True).stdout
             said += map(json.loads, out.splitlines())
     return said
+
+
+def about_the_tube(lines):
+    """What a checker says of the claim that an accepted answer rests on."""
+    return list(itertools.dropwhile(lambda line: not line.startswith(RESTS), lines))
 
 
 def by_entry(what, text, said):

@@ -17,6 +17,7 @@ import two
 ODD = (None, True, False, 0, 1, -1, 2, 10**9, 10**20, [], {}, "", "0", "-0", "1/2", "-1/3", "1e-3")
 ODD += ("0x1p-1", "-0x1.8p+1", "1/0", "+1", "01", " 1", "1.", ".5", "1e0", "nan", "0X1P0", "\u0661")
 ODD += ([[]], [{}], [""], ["0"], [None], {"a": 1}, {"A": [], "b": []}, "ab", [0, "1"], [[0, "1"]])
+TWICE = " twice"  # behind a key until it is one more of the same
 judge = two.by_file
 VALID = known.VALID | known_points.VALID
 
@@ -51,6 +52,29 @@ def changed(answer, path, value):
     return answer
 
 
+def objects(part):
+    """Every place of an object that has a key."""
+    for path in ((), *places(part)):
+        if isinstance(inner := at(part, path), dict) and inner:
+            yield path
+
+
+def at(answer, path):
+    """What stands in a place."""
+    return functools.reduce(lambda part, key: part[key], path, answer)
+
+
+def with_a_key_twice(answer, path, key=None):
+    """The text of an answer in which the object in a place has a key, the first of them by default,
+    a second time with the same value.
+    """
+    answer = copy.deepcopy(answer)
+    part = at(answer, path)
+    key = next(iter(part)) if key is None else key
+    part[key + TWICE] = part[key]
+    return json.dumps(answer).replace(TWICE, "")
+
+
 @functools.cache
 def every_change():
     """The valid answers, and every change of theirs: (answer, place, value)."""
@@ -63,7 +87,11 @@ def every_change():
 
 
 def batch(rng, left, valid=None):
-    """So many of the changes, no two alike."""
+    """So many of the changes, no two alike, and a key twice in every tenth file instead."""
     answers, every = every_change()
     for name, *change in rng.sample(every, min(left, len(every))):
-        yield (name, *change), json.dumps(changed(answers[name], *change))
+        text = json.dumps(changed(answers[name], *change))
+        if rng.random() < 0.1:
+            change = rng.choice(list(objects(answers[name])))
+            text = with_a_key_twice(answers[name], change)
+        yield (name, *change), text

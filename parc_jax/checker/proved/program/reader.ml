@@ -26,7 +26,8 @@ let fields ?(optional = []) names = function
     fun k -> List.assoc k l
   | _ -> bad "an object was expected"
 
-let has k = function Obj l -> List.mem_assoc k l | _ -> false
+let field k = function Obj l -> List.assoc_opt k l | _ -> None
+let has k o = field k o <> None
 
 (* ---- Numbers: hex floats, p/q, decimals; exactly what they spell ---- *)
 let max_chars = 1000
@@ -298,7 +299,35 @@ let answer get listed =
 
 (* ---- The claim ---- *)
 
-type claimed = Assumed | Unchecked of string | Numbers of Check.claim
+(* As Python's unicode_escape spells a text: printable, and on one line. *)
+let escaped s =
+  let b = Buffer.create (String.length s) and i = ref 0 in
+  let more j = Char.code s.[!i + j] land 63 in
+  let put length code =
+    i := !i + length;
+    Buffer.add_string b
+      (if code < 0x100 then Printf.sprintf "\\x%02x" code
+       else if code < 0x10000 then Printf.sprintf "\\u%04x" code
+       else Printf.sprintf "\\U%08x" code) in
+  let plain text = incr i; Buffer.add_string b text in
+  while !i < String.length s do
+    match s.[!i] with
+    | '\\' -> plain "\\\\" | '\n' -> plain "\\n" | '\r' -> plain "\\r" | '\t' -> plain "\\t"
+    | ' ' .. '~' as c -> plain (String.make 1 c)
+    | '\xF0' .. '\xFF' as c -> put 4 (((Char.code c land 7) lsl 18) lor (more 1 lsl 12) lor (more 2 lsl 6) lor more 3)
+    | '\xE0' .. '\xEF' as c -> put 3 (((Char.code c land 15) lsl 12) lor (more 1 lsl 6) lor more 2)
+    | '\xC0' .. '\xDF' as c -> put 2 (((Char.code c land 31) lsl 6) lor more 1)
+    | c -> put 1 (Char.code c)
+  done;
+  Buffer.contents b
+
+(* As much of a text as is printed. *)
+let longest_quote = 500
+let quoted s =
+  let n = String.length s in
+  if n <= longest_quote then s else Printf.sprintf "%s... (%d characters)" (String.sub s 0 longest_quote) n
+
+type claimed = Assumed of string | Unchecked of string | Numbers of Check.claim
 
 let most_runs = 999_999_999
 let most_discards = 1 lsl 20
@@ -313,8 +342,8 @@ let block o =
 let claim n_bins o =
   let l = match o with Obj l -> l | _ -> bad "the claim is not an object" in
   let get k = List.assoc k l in
-  if not (List.mem_assoc "kind" l && get "kind" = Str "pac") then Assumed
-  else
+  match List.assoc_opt "kind" l with
+  | Some (Str "pac") -> (
     match List.filter (fun k -> not (List.mem_assoc k l)) numbers_of_claim with
     | _ :: _ as missing -> Unchecked ("it lacks " ^ String.concat ", " missing)
     | [] ->
@@ -329,4 +358,56 @@ let claim n_bins o =
       | _, (None | Some Null) -> Unchecked "it is about bins, and lacks the runs of each block"
       | by_bin, Some blocks ->
         let strict b = ignore (fields [ "n"; "discard"; "eps" ] b); block b in
-        numbers (list strict blocks) (sized n_bins (function Null -> None | x -> Some (number x)) by_bin)
+        numbers (list strict blocks) (sized n_bins (function Null -> None | x -> Some (number x)) by_bin))
+  | Some (Str kind) -> Assumed ("kind " ^ quoted (escaped kind))
+  | _ -> Assumed "kind unknown"
+
+(* ---- Its premises: name, standing, value; those marked checked are what the numbers are, and no others. ---- *)
+let standings = [ "checked"; "measured"; "assumed" ]
+let most_premises = 500
+let most_lists = 3 (* inside of each other *)
+
+let rec spelled lists = function
+  | Arr l when lists < most_lists -> String.concat ", " (List.rev (List.rev_map (spelled (lists + 1)) l))
+  | Str s -> escaped s
+  | Int s -> s
+  | _ -> bad "the value of a premise is no text, whole number or list of it"
+
+let shown recorded (c : Check.claim) =
+  let text x = Big.to_string x.qnum ^ if Big.equal x.qden Big.one then "" else "/" ^ Big.to_string x.qden in
+  let least = List.fold_left (fun n b -> if Big.leq n b.runs then n else b.runs) (Big.of_int most_runs) c.blocks in
+  let most = List.fold_left (fun m b -> max m b.discards) 0 c.blocks in
+  let runs = Big.to_string least ^ (if recorded then " recordings" else " runs") in
+  let numbers each more =
+    List.map (fun (name, value) -> Arr [ Str name; Str "checked"; value ])
+      ([ ("eps", Str (text c.eps)); ("delta", Str (text c.delta)); ("n", Str (runs ^ each));
+         ("discards", Int (string_of_int most)); ("looks", Int (Big.to_string c.looks)) ] @ more) in
+  match (c.in_bins, List.length c.in_bins) with
+  | [], _ -> numbers "" []
+  | bins, n ->
+    let claimed = List.length (List.filter (fun x -> x <> None) bins) in
+    numbers " or more in each" [ ("bins", Str (Printf.sprintf "%d of %d with a claim" claimed n)) ]
+
+(* As lines, of a claim of which so much is known. *)
+let premises known o =
+  let numbers = match (known, field "evidence" o) with
+    | Numbers c, Some evidence -> shown (has "rows" evidence) c
+    | _ -> [] in
+  let line = function
+    | Arr [ Str name; Str standing; value ] when List.mem standing standings ->
+      let value = quoted (spelled 0 value) in
+      Printf.sprintf "  %-8s %s%s%s" standing (quoted (escaped name)) (if value = "" then "" else ": ") value
+    | _ -> bad "a premise is [name, standing, value]" in
+  match field "premises" o with
+  | None -> List.map line numbers @ [ "  assumed  all else: the file states no premises of its claim" ]
+  | Some stated ->
+    let stated = list (fun x -> x) stated in
+    if List.length stated > most_premises then bad "the claim has too many premises";
+    let lines = List.map line stated in
+    let name = function Arr (Str name :: _) -> name | _ -> "" in
+    let named = Hashtbl.create 64 in
+    List.iter (fun x -> Hashtbl.replace named (name x) ()) stated;
+    if Hashtbl.length named < List.length stated then bad "a premise is named twice";
+    let checked = function Arr [ _; Str "checked"; _ ] -> true | _ -> false in
+    if List.filter checked stated <> numbers then bad "what the claim marks as checked is not what its numbers show";
+    lines

@@ -61,8 +61,8 @@ let proved r =
      | No_plan ->
        [ "  no (p0, k) of the domain is safe: each may not start or fails for a continuous trajectory in the tube" ]
      | Shares (safe, unsafe) ->
-       [ Printf.sprintf "  of the (p0, k) whose end lies in the goal's box by volume: safe at least %s, unsafe at least %s"
-           (per_cent safe) (per_cent unsafe) ])
+       [ "  of the (p0, k) whose first point ends in the file's box z, whatever else";
+         Printf.sprintf "    the goal asks, by volume: safe at least %s, unsafe at least %s" (per_cent safe) (per_cent unsafe) ])
   @ [ (if r.n_without = 0 then "The tube holds the model's own trajectory in every bin."
        else Printf.sprintf "The tube leaves out the model's own trajectory in %d of %d bins: what is proved there may be about none."
            r.n_without r.n_bins) ]
@@ -100,8 +100,10 @@ let read source =
     | _ -> bad "%s is not a list" kind in
   let asked = Reader.answer get listed in
   let known = match claim with
-    | None -> Reader.Assumed
-    | Some o -> Reader.claim (List.length asked.around.finals) o in
+    | None -> (Reader.Assumed "no claim", None)
+    | Some o ->
+      let known = Reader.claim (List.length asked.around.finals) o in
+      (known, Some (Reader.premises known o)) in
   (asked, known, quoted)
 
 let check_answer ?(progress = fun _ _ _ -> ()) (source : string) : t =
@@ -111,7 +113,7 @@ let check_answer ?(progress = fun _ _ _ -> ()) (source : string) : t =
       [ ("samples", List.length asked.samples); ("sets", List.length asked.sets);
         ("corridors", List.length asked.corridors); ("doubt", List.length asked.doubts); ("no_plan", 1) ];
     (match known with
-     | Reader.Numbers c when not (Check.check_claim c) -> bad "the claim's runs do not show its eps with its delta"
+     | Reader.Numbers c, _ when not (Check.check_claim c) -> bad "the claim's runs do not show its eps with its delta"
      | _ -> ());
     (Check.check_answer asked, known, quoted)
   with
@@ -125,14 +127,18 @@ let check_answer ?(progress = fun _ _ _ -> ()) (source : string) : t =
   | Misfit, _, _ ->
     { code = 1; lines = [ "REJECTED: problem, network and tube do not fit each other, or a width is negative" ]; entries = [] }
   | Refused marks, _, _ -> let entries = named marks in { code = 1; lines = [ refused entries ]; entries }
-  | Accepted (marks, r), known, quoted ->
+  | Accepted (marks, r), (known, premises), quoted ->
     let rests =
       (match known with
-       | Reader.Assumed -> [ "The proof rests on the tube, which is ASSUMED." ]
-       | Reader.Unchecked why -> [ "The proof rests on the tube, ASSUMED: the claim's arithmetic was not checked, since " ^ why ^ "." ]
+       | Reader.Assumed what ->
+         let colon = if premises = None then "." else ":" in
+         [ Printf.sprintf "The proof rests on the tube, which is ASSUMED (%s)%s" what colon ]
+       | Reader.Unchecked why ->
+         [ "The proof rests on the tube, ASSUMED: the claim's arithmetic was not checked, since"; "  " ^ why ^ ":" ]
        | Reader.Numbers _ ->
-         [ "The proof rests on the tube.  That so many runs show what the claim says of it is proved too (kind pac); that they";
-           "  were made, independently, is the file's word." ])
+         [ "The proof rests on the tube. That so many runs show this eps with this delta was";
+           "  checked; what is not marked so is the file's word:" ])
+      @ Option.value premises ~default:[]
       @ List.map (fun part -> Printf.sprintf "  sha256 %s %s" part (text "a hash" (quoted part))) hashed in
     { code = 0; lines = proved r @ rests; entries = named marks }
 
