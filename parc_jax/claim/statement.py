@@ -12,6 +12,7 @@ from parc_jax.claim.counts import RECORDED_ROWS
 if TYPE_CHECKING:
     from parc_jax.claim.claim import ErrorClaim
 
+EACH = " or more in each"  # block of bins with a claim
 DIGITS = 10  # of the numbers of a claim, at most
 
 
@@ -24,6 +25,7 @@ def premises_of(c: "ErrorClaim") -> Premises:
         "box": c.law.box,
         "K": " x ".join(f"[{a:.10g}, {b:.10g}]" for a, b in zip(*_corners(c), strict=True)),
         "k": k_law.get(c.law.k_law, f"by {c.law.k_law}"),
+        "all": None if c.bin_eps is None else c.n,
         "failed": c.evidence.get("failed", 0),
         "open bins": f"{int((~c.tube.claimed).sum())} of {c.tube.n_bins}",
         "rows": c.evidence.get(RECORDED_ROWS),
@@ -72,6 +74,8 @@ def _shown(c: "ErrorClaim") -> list[tuple]:
     }
     if c.bin_eps is not None:
         claimed = sum(eps is not None for eps in c.bin_eps)
+        least = min(block["n"] for block in c.evidence["blocks"])
+        checked["n"] = f"{least} {c.unit.many}{EACH}"
         checked["bins"] = f"{claimed} of {len(c.bin_eps)} with a claim"
     return [(name, CHECKED, value) for name, value in checked.items()]
 
@@ -164,8 +168,8 @@ def _corners(c: "ErrorClaim") -> tuple:
 
 def _number(p: Premises) -> tuple[int, str]:
     """How many of what is independent."""
-    n, many = p["n"].split(" ", 1)
-    return int(n), many
+    n, many = p["n"].removesuffix(EACH).split(" ", 1)
+    return p["all"] if "all" in p else int(n), many
 
 
 def _eps(p: Premises) -> str:

@@ -15,7 +15,7 @@ import known_points
 import pytest
 
 from parc_jax import checker
-from parc_jax.checker.answer import about_the_model
+from parc_jax.checker.question import about_the_model
 from parc_jax.cli import second
 
 SOURCE = second.PROVED_JS.parent
