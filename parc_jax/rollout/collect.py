@@ -37,7 +37,7 @@ from parc_jax.rollout.rows import (
 from parc_jax.rollout.simulate import remembered, simulator
 from parc_jax.rollout.subject import given_of
 from parc_jax.rollout.user_code import blamed
-from parc_jax.system import points_of, rotation_of
+from parc_jax.system import Retried, points_of, rotation_of
 
 _log = logging.getLogger(__name__)
 
@@ -210,4 +210,5 @@ def _simulated(system, key, stage, k, first_row, dtype, rows, device=None) -> Ar
     with blamed(f"{system.name}: expected the system to run"):
         drawn, trajectory = simulate_rows(system, key, stage, rows, k, first_row, device)
     p, q = np.asarray(trajectory.p, dtype), np.asarray(trajectory.q, np.float64)
-    return {"k": drawn, "p": p, "q": q}
+    lost = {"lost": trajectory.lost} if isinstance(trajectory, Retried) else {}
+    return {"k": drawn, "p": p, "q": q} | lost
