@@ -71,6 +71,7 @@ def collect(
     quiet: no progress bar, and no word about the cost. forecast: of a longer work that these runs
         are part of. Raises InputError.
     """
+    check_asked(system, key, n, k)
     identity = identity_of(system) | {"law": law_of(system, k_law(system, k)).hash}
     if path is not None and all(gather(Path(path).exists())):
         return _finished(system, key, n, stage, k, first_row, dtype, path, identity)
@@ -136,7 +137,7 @@ def stream_rollouts(
     """
     from tqdm import tqdm
 
-    check_asked(system, n, k)
+    check_asked(system, key, n, k)
     devices = worker_devices(system)
     chunk = chunk_of(system, n, chunk, path)
     law, grid = law_of(system, k_law(system, k)), system.time
