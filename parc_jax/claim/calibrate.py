@@ -168,18 +168,16 @@ def evidence_of(scores: Scores) -> dict:
         for i in order
     ]
     grouped = {} if scores.groups is None else {RECORDED_ROWS: scores.n}
-    return (
-        grouped
-        | _lost(scores.lost)
-        | {
-            "holdout": content_hash(scores.k, scores.score),
-            "holdout_rows": [int(scores.rows.min()), int(scores.rows.max())],
-            "seed": None if scores.seed is None else list(scores.seed),
-            "stage": scores.stage,
-            "failed": int(np.isinf(scores.by_group()).sum()),
-            "worst": worst,
-        }
-    )
+    return {
+        **grouped,
+        **_lost(scores.lost),
+        "holdout": content_hash(scores.k, scores.score),
+        "holdout_rows": [int(scores.rows.min()), int(scores.rows.max())],
+        "seed": None if scores.seed is None else list(scores.seed),
+        "stage": scores.stage,
+        "failed": int(np.isinf(scores.by_group()).sum()),
+        "worst": worst,
+    }
 
 
 def _lost(lost: np.ndarray | None) -> dict:
