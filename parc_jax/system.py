@@ -22,6 +22,16 @@ class Trajectory(NamedTuple):
     q: jax.Array | np.ndarray
 
 
+class Retried(NamedTuple):
+    """A `Trajectory` with a leading axis, of runs that may have been made again. lost (B,): how
+    often each was lost with its worker, or sent once more for being slow; -1 where nobody counted.
+    """
+
+    p: np.ndarray
+    q: np.ndarray
+    lost: np.ndarray
+
+
 @struct.dataclass
 class TimeGrid:
     """Model knots every dt, records every dt_record, up to t_f. Build with `time_grid`, which

@@ -289,7 +289,7 @@ FITTED = (
     Fault(
         "failed_runs_between_faces",
         "measure._along",
-        "failed = jnp.isnan(middle + pad)",
+        "failed = ~jnp.isfinite(middle + pad)",
         "failed = jnp.zeros_like(middle, bool)",
         (f"{FITTING}::test_a_failed_run_takes_the_claim",),
     ),

@@ -64,6 +64,13 @@ ROLLOUTS = (
         ("tests/rollout/test_fleet.py::test_a_worker_with_other_code_is_refused",),
     ),
     Fault(
+        "a_run_that_ended_its_process_has_another_chance",
+        "Fleet._together",
+        "elif not self.again:",
+        "elif part.lost == LOSSES:",
+        ("tests/rollout/test_fleet.py::test_a_lost_run_has_failed_and_no_other_is_begun_twice",),
+    ),
+    Fault(
         "what_a_machine_lacks_is_a_failed_run",
         "python_worker.run_one",
         "    except ImportError:\n        raise\n",

@@ -26,8 +26,8 @@ QUERY = (
     Fault(
         "boxes_of_obstacles_that_forget_errors",
         "Obstacles.away",
-        "- under).min",
-        ").min",
+        "places[1:]) - under",
+        "places[1:])",
         AWAY,
     ),
     Fault(
@@ -40,8 +40,8 @@ QUERY = (
     Fault(
         "boxes_of_obstacles_without_their_shape",
         "Obstacles.away",
-        ".min(axis=1) - self.radius",
-        ".min(axis=1)",
+        ", axis=1) - self.radius",
+        ", axis=1)",
         AWAY,
     ),
     Fault(
@@ -71,8 +71,8 @@ QUERY = (
     Fault(
         "only_what_was_touched_last_is_looked_at",
         "verdict_in_turn.open_still",
-        "(away.min() < nearest)",
-        "(away.min() < nearest) & (nearest == _far(scene, seen.path))",
+        "(least(away) < nearest)",
+        "(least(away) < nearest) & (nearest == _far(scene, seen.path))",
         (
             "tests/cover/test_preferred.py::test_a_plan_s_verdict_does_not_depend_on_those_before_it",
         ),

@@ -1,7 +1,7 @@
 """Door 2 with a fleet: a black box in plain Python on whatever is a `concurrent.futures.Executor`.
 
-Its runs depend on their rows alone; a part that is lost with its worker runs again, and a worker
-that holds another program is refused.
+Its runs depend on their rows alone; one that is lost with its worker has failed, unless
+lost="again" says that workers go away, and a worker that holds another program is refused.
 """
 
 from concurrent.futures import ProcessPoolExecutor
@@ -22,7 +22,7 @@ def glide(rng, k):
 
 if __name__ == "__main__":
     # a function that makes one, so that another can take the place of one that broke; dask, whose
-    # workers come back by themselves: executor=Client("tcp://...").get_executor(), workers=200
+    # workers come and go: executor=Client("tcp://...").get_executor(), workers=200, lost="again"
     make = partial(ProcessPoolExecutor, 2, mp_context=get_context("spawn"))
     domain, time = pj.box([0.5, -0.5], [1.0, 0.5]), pj.time_grid(0.25, 1.0, 0.05)
     glider = pj.python_system(glide, domain, time, name="glider", n_p=2, executor=make)

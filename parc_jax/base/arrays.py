@@ -121,6 +121,20 @@ def dot(a, b):
     return sum(products[..., i] for i in range(1, products.shape[-1])) + products[..., 0]
 
 
+def least(x: np.ndarray | jax.Array, axis: int | tuple[int, ...] | None = None):
+    """Least along axes, -inf where one is undefined: not every version of JAX keeps NaN in a
+    minimum, and what is not known must not look like room. Kernel, NumPy or JAX.
+    """
+    xp = jnp if isinstance(x, jax.Array) else np
+    return xp.where(xp.isnan(x), -np.inf, x).min(axis=axis)
+
+
+def most(x: np.ndarray | jax.Array, axis: int | tuple[int, ...] | None = None):
+    """Largest along axes, inf where one is undefined. Kernel, NumPy or JAX."""
+    xp = jnp if isinstance(x, jax.Array) else np
+    return xp.where(xp.isnan(x), np.inf, x).max(axis=axis)
+
+
 def single(x: ArrayLike) -> jax.Array:
     """Floats as float32, all else as it is: for what proposes and decides nothing. Kernel."""
     x = jnp.asarray(x)

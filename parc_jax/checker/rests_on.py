@@ -1,7 +1,7 @@
 """What an episode rests on, told from the file: entries of name, standing and value.
 
 Those that the file itself shows are made here, anew, and the file's must be the same; what it adds
-is measured or assumed. Numbers are told exactly where a float names them.
+is measured or assumed. Numbers are told to twelve decimals; the file has them exactly.
 """
 
 import itertools
@@ -124,10 +124,13 @@ def part_of(part: dict, copies: int) -> str:
 
 
 def plain(x: Fraction) -> str:
-    """A number for people: the shortest decimal of the float that it is, else a fraction."""
-    if Fraction(float(x)) == x:
-        return repr(float(x)).removesuffix(".0")
-    return f"{x.numerator}/{x.denominator}"
+    """A number for people, to twelve decimals; a fraction where these are all zeros."""
+    units = round(abs(x) * 10**12)
+    if x and not units:
+        return f"{x.numerator}/{x.denominator}"
+    whole_part, rest = divmod(units, 10**12)
+    sign, digits = "-" if x < 0 else "", f"{rest:012d}".rstrip("0")
+    return f"{sign}{whole_part}{'.' if digits else ''}{digits}"
 
 
 def seconds(time: Fraction) -> str:

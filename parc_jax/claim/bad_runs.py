@@ -163,7 +163,7 @@ class _Search:
         for start in range(0, len(k), self.chunk):
             part = slice(start, start + self.chunk)
             trajectory = self.sim.run(ToRun(jnp.asarray(keys[part]), k[part]))
-            found = score_arrays(self.net, self.slack, self.profile, k[part], *trajectory)[0]
+            found = score_arrays(self.net, self.slack, self.profile, k[part], *trajectory[:2])[0]
             scores.append(found[: n - start])
             if bar is not None:
                 bar.update(len(scores[-1]))

@@ -114,7 +114,7 @@ def shown_claim(
         looks=asked.looks,
         law=scores.law,
         assumptions=(
-            *ledger(asked.intersample.assumption(step), scores.subject),
+            *ledger(asked.intersample.assumption(step), scores.subject, scores.lost),
             *freshness(scores, train),
         ),
         evidence={"profile": profile.hash, **evidence_of(scores), **evidence},
@@ -178,7 +178,9 @@ def evidence_of(scores: Scores) -> dict:
     if scores.groups is not None:
         names = np.unique(scores.groups)
         grouped = {RECORDED_ROWS: scores.n, "recordings": content_hash(names)}
-    return grouped | {
+    return {
+        **grouped,
+        **_lost(scores.lost),
         "holdout": content_hash(scores.k, scores.score),
         "holdout_rows": [int(scores.rows.min()), int(scores.rows.max())],
         "seed": None if scores.seed is None else list(scores.seed),
@@ -186,6 +188,13 @@ def evidence_of(scores: Scores) -> dict:
         "failed": int(np.isinf(scores.by_group()).sum()),
         "worst": worst,
     }
+
+
+def _lost(lost: np.ndarray | None) -> dict:
+    """Evidence of runs that were made again: how many, or that nobody counted."""
+    if lost is None or not lost.any():
+        return {}
+    return {"lost": "uncounted" if (lost < 0).any() else int((lost > 0).sum())}
 
 
 def hidden_start(about: Subject) -> tuple[str, ...]:
@@ -196,10 +205,12 @@ def hidden_start(about: Subject) -> tuple[str, ...]:
     return (f"HIDDEN_START(given {listed(names)})",) if names else ()
 
 
-def ledger(between: str, about: Subject) -> tuple[str, ...]:
-    """Assumptions every statistical claim rests on. [T33, T37]"""
+def ledger(between: str, about: Subject, lost: np.ndarray | None = None) -> tuple[str, ...]:
+    """Assumptions every statistical claim rests on. lost: (n,) as of `Scores`. [T33, T37]"""
+    again = [f"WORKERS_LOST({n}, independent of the run)" for n in _lost(lost).values()]
     return (
         "IID",
+        *again,
         *invariances(about.rotation),
         *hidden_start(about),
         between,

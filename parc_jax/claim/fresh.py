@@ -6,8 +6,9 @@ from parc_jax.base.spelling import hex_floats
 from parc_jax.base.tolerances import TOLERANCES
 from parc_jax.claim.score import Scores
 from parc_jax.errors import InputError
-from parc_jax.rollout.batch import NAMED, RolloutBatch
+from parc_jax.rollout.batch import RolloutBatch
 from parc_jax.rollout.copies import marks_of, near_copies
+from parc_jax.rollout.groups import NAMED
 from parc_jax.rollout.law import TO_ALL
 from parc_jax.rollout.uniform import by_chance, check_uniform
 from parc_jax.sets.box import Box, box

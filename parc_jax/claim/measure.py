@@ -9,7 +9,7 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Float
 
-from parc_jax.base.arrays import dot, x64
+from parc_jax.base.arrays import dot, most, x64
 from parc_jax.base.shapes import ManyParams, Params, Path, Paths, State, States
 from parc_jax.errors import InputError
 from parc_jax.network.predict import Layout, layout_of, predict
@@ -152,7 +152,7 @@ def rollout_errors(net: ReLUNetwork, k: Params, p: Path, q: State, *, layout: La
     error, stored = _signed(net, k, p, q, layout=layout)
     size = Errors(*(jnp.abs(e) + s for e, s in zip(error, stored, strict=True)))
     return Errors(
-        _failures_to_infinity(size.interval.max(axis=1)), _failures_to_infinity(size.final)
+        most(size.interval, axis=1), jnp.where(jnp.isnan(size.final), jnp.inf, size.final)
     )
 
 
@@ -180,11 +180,13 @@ def rollout_extremes(
 def _along(
     u: Float[jax.Array, "*b r n"], error: Float[jax.Array, "*c n"], hidden: Float[jax.Array, "*c n"]
 ):
-    """Least and most of u . e, (..., R), e within `hidden` of the error. NaN becomes infinity."""
+    """Least and most of u . e, (..., R), e within `hidden` of the error; infinite both ways where
+    that is not finite.
+    """
     n = error.shape[-1]  # the subtraction rounds, and so do n products and their sum
     middle = dot(u, error[..., None, :])
     pad = dot(jnp.abs(u), (hidden + (n + 4) * UNIT * jnp.abs(error))[..., None, :])
-    failed = jnp.isnan(middle + pad)
+    failed = ~jnp.isfinite(middle + pad)
     return jnp.where(failed, -jnp.inf, middle - pad), jnp.where(failed, jnp.inf, middle + pad)
 
 
@@ -212,7 +214,3 @@ def _extremes_many(
 ):
     one = partial(rollout_extremes, layout=layout)
     return jax.vmap(one, in_axes=(None, None, 0, 0, 0, 0))(net, slack, directions, k, p, q)
-
-
-def _failures_to_infinity(x: jax.Array):
-    return jnp.where(jnp.isnan(x), jnp.inf, x)

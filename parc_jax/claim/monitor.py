@@ -13,7 +13,8 @@ from parc_jax.claim.score import sizes
 from parc_jax.errors import InputError
 from parc_jax.network.relu import ReLUNetwork
 from parc_jax.problem.labels import plain_k
-from parc_jax.rollout.batch import RolloutBatch, worst_by_group
+from parc_jax.rollout.batch import RolloutBatch
+from parc_jax.rollout.groups import worst_by_group
 from parc_jax.rollout.law import LOG
 
 _BETS = 16  # alternatives, log-spaced from just above the claimed rate to one half

@@ -13,6 +13,7 @@ from pathlib import Path
 import jax
 import numpy as np
 
+from parc_jax.base.keys import as_key
 from parc_jax.claim.asked import BoundSettings
 from parc_jax.claim.bad_runs import enlarge, search_size
 from parc_jax.claim.bins import Bins, Edges
@@ -34,7 +35,7 @@ from parc_jax.network.relu import ReLUNetwork
 from parc_jax.rollout.batch import RolloutBatch, refitted
 from parc_jax.rollout.forecast import Forecast
 from parc_jax.sets.box import Box
-from parc_jax.system import System
+from parc_jax.system import System, check_system
 
 # [standard deviations] by which the expected runs of the smallest bin exceed what its claim needs
 SPARE = 4.0
@@ -65,7 +66,17 @@ def bound_error(
     quiet: no progress bars, and no word about the cost when it is more than half a minute.
     Raises InputError.
     """
+    places = (net, ReLUNetwork), (asked, BoundSettings | None), (train, RolloutBatch | None)
+    if not all(isinstance(given, kind) for given, kind in places):
+        kinds = ", ".join(type(given).__name__ for given, _ in places)
+        raise InputError(
+            "bound_error: expected bound_error(net, system, key, eps=..., train=runs), where runs "
+            f"are a RolloutBatch; as net, asked and train got {kinds}."
+        )
     asked = (asked or BoundSettings()).replace(**options)
+    if not isinstance(system, RolloutBatch):
+        check_system(system)
+        as_key(key)
     if profile is not None:
         check_profile(net, profile, layout_of(system), system.domain)
     if isinstance(system, RolloutBatch):

@@ -21,8 +21,9 @@ from parc_jax.claim.tube import Tube
 from parc_jax.errors import InputError
 from parc_jax.network.predict import Layout, layout_of
 from parc_jax.network.relu import ReLUNetwork
-from parc_jax.rollout.batch import RolloutBatch, worst_by_group
+from parc_jax.rollout.batch import RolloutBatch
 from parc_jax.rollout.copies import Marks, marks_of
+from parc_jax.rollout.groups import worst_by_group
 from parc_jax.rollout.law import LawSpec
 from parc_jax.rollout.subject import Subject
 from parc_jax.sets.box import Box
@@ -37,7 +38,7 @@ class Scores:
     intervals (t, p), or (t, point, pair of faces), first, then final; ids (n,) content hashes.
     law, seed, stage: where the runs come from. subject: what they are about. groups: (n,) which
     recording a row is part of, None = every row its own run. marks: of recorded runs, to recognise
-    copies.
+    copies. lost: (n,) as of `RolloutBatch`, 0 for a run that was made once.
     """
 
     rows: np.ndarray
@@ -51,6 +52,7 @@ class Scores:
     stage: int | None
     groups: np.ndarray | None = None
     marks: Marks | None = None
+    lost: np.ndarray | None = None
 
     @property
     def n(self) -> int:
@@ -80,10 +82,11 @@ def scores_of(
     for batch in batches:
         judged = [_judged(net, own, batch) for net, own in zip(nets, profiles, strict=True)]
         marks = marks_of(batch) if batch.seed is None else None
-        seen.append((batch.rows, batch.k, batch.hashes(), batch.groups, marks, judged))
+        lost = np.zeros(batch.n, np.int64) if batch.lost is None else batch.lost
+        seen.append((batch.rows, batch.k, batch.hashes(), batch.groups, marks, lost, judged))
     found = jax.tree.map(lambda *parts: np.concatenate(parts), *seen)
-    rows, k, ids, groups, marks, judged = found
-    about = (ids, batch.law, batch.subject, batch.seed, batch.stage, groups, marks)
+    rows, k, ids, groups, marks, lost, judged = found
+    about = (ids, batch.law, batch.subject, batch.seed, batch.stage, groups, marks, lost)
     return [Scores(rows, k, score, worst, *about) for score, worst in judged]
 
 

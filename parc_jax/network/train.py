@@ -18,7 +18,8 @@ import optax
 from jaxtyping import Float
 
 from parc_jax.base.keys import Stage, stream
-from parc_jax.errors import InputError
+from parc_jax.base.options import check_count
+from parc_jax.errors import InputError, expected
 from parc_jax.network.fold import Normalisation, fold
 from parc_jax.network.predict import features, layout_of, outputs
 from parc_jax.network.relu import ReLUNetwork
@@ -86,10 +87,13 @@ def train_report(
     validation: float = 0.15,
 ) -> tuple[ReLUNetwork, TrainReport]:
     """As `train`, with the held-out errors of every seed."""
-    if not hidden or any(int(width) < 1 for width in hidden):
-        raise InputError(
-            f"train: expected at least one hidden layer of positive width; got {tuple(hidden)}."
-        )
+    if not isinstance(data, RolloutBatch):
+        raise InputError(expected("train", "a RolloutBatch", data, "collect(system, key, n=1000)"))
+    if not isinstance(hidden, tuple | list) or not hidden:
+        what = "the widths of at least one hidden layer"
+        raise InputError(expected("train", what, hidden, "hidden=(8, 8, 8, 8)"))
+    for name, count in (*(("hidden", width) for width in hidden), ("seeds", seeds)):
+        check_count(f"train: {name}", count, 1, "hidden=(8, 8, 8, 8), seeds=8")
     k, y = training_arrays(data)
     n_fit = max(1, round(len(k) * (1 - validation)))
     norm = Normalisation.of(k[:n_fit], y[:n_fit], layout_of(data).n_offsets)

@@ -13,12 +13,11 @@ from parc_jax.base.arrays import as_float64
 from parc_jax.base.keys import check_seed
 from parc_jax.errors import InputError
 from parc_jax.problem.labels import Labels
+from parc_jax.rollout.groups import group_numbers
 from parc_jax.rollout.law import FITTED, TO_ALL, TO_TRAINING, LawSpec, law_spec
 from parc_jax.rollout.subject import Subject, subject
 from parc_jax.sets.box import Box, box
 from parc_jax.system import LARGEST, ONE_POINT, TimeGrid, check_points
-
-NAMED = 1 << 62  # numbers of groups that have names; below it they have nothing but a number
 
 
 @struct.dataclass
@@ -34,6 +33,8 @@ class RolloutBatch:
     points: (n_points,)          names of the reference points, static.
     groups: (n,) int64           which recording a row is part of; None = every row is its own run.
         Rows of one group are not independent: they are split together and count as one.
+    lost: (n,) int64             how often a run was lost with its worker, or slow, and made again,
+        -1 where nobody counted; None = every run was made once.
     rotation: what the system declares of the heading, None for nothing, static. labels: what
         coordinates are called, None for the plain ones, static. given: axes of k that are measured
         at the start, static.
@@ -56,6 +57,7 @@ class RolloutBatch:
     rotation: tuple[str, ...] | None = struct.field(pytree_node=False, default=None)
     labels: Labels | None = struct.field(pytree_node=False, default=None)
     given: tuple[int, ...] = struct.field(pytree_node=False, default=())
+    lost: np.ndarray | None = None
 
     @property
     def subject(self) -> Subject:
@@ -115,6 +117,7 @@ class RolloutBatch:
             p=self.p[index],
             q=self.q[index],
             groups=None if self.groups is None else self.groups[index],
+            lost=None if self.lost is None else self.lost[index],
         )
 
     def split(self, share: float, seed: int = 0) -> tuple["RolloutBatch", "RolloutBatch"]:
@@ -172,12 +175,13 @@ def rollout_batch(
     rotation=None,
     labels=None,
     given=(),
+    lost=None,
 ) -> RolloutBatch:
     """Validated batch. k must be finite and inside the domain; p and q may hold NaN (failed
     runs). groups: (n,) whole numbers or names, or None. points: names of the reference points,
     whose coordinates are the columns of p. rotation: as of `rotation_of(system)`. labels: `Labels`,
     or a mapping of some of p, q and k, as {"k": ("speed [m/s]", ...)}. given: parameters that are
-    measured at the start, by name or number. Raises InputError.
+    measured at the start, by name or number. lost: (n,), as of `RolloutBatch`. Raises InputError.
     """
     require_finite_k(k)
     k = as_float64("rollouts k", k, (None, domain.n))
@@ -200,10 +204,18 @@ def rollout_batch(
             f"{k[first]}. Widen it?"
         )
     rows = np.arange(n, dtype=np.int64) if rows is None else np.asarray(rows, np.int64)
-    numbers = group_numbers(groups, n)
+    numbers, lost = group_numbers(groups, n), _losses(np.zeros(n) if lost is None else lost, n)
     about = subject(law.generator, domain, time, n_p, q.shape[1], points, rotation, labels, given)
     named = (points, about.rotation, about.labels, about.given)
-    return RolloutBatch(rows, k, p, q, domain, time, law, seed, stage, numbers, *named)
+    return RolloutBatch(rows, k, p, q, domain, time, law, seed, stage, numbers, *named, lost)
+
+
+def _losses(lost: np.ndarray, n: int) -> np.ndarray | None:
+    """The losses of n runs as a batch keeps them. Raises InputError."""
+    counted = np.asarray(lost).astype(np.int64)
+    if counted.shape != (n,):
+        raise InputError(f"rollouts lost: expected shape ({n},); got {counted.shape}.")
+    return counted if counted.any() else None
 
 
 def _check_places(p: np.ndarray, n: int, time: TimeGrid, points: tuple[str, ...]) -> int:
@@ -259,41 +271,6 @@ def refitted(train: RolloutBatch, held: RolloutBatch) -> tuple[RolloutBatch, Rol
     return on(train, TO_TRAINING), on(held.select(inside), TO_TRAINING + missed)
 
 
-def group_numbers(groups, n: int) -> np.ndarray | None:
-    """Names of groups as int64: whole numbers as they are, texts by their hash, equal in every
-    file, from NAMED on. Raises InputError.
-    """
-    if groups is None:
-        return None
-    names = np.asarray(groups)
-    if names.shape != (n,) or names.dtype.kind not in "iuUS":
-        raise InputError(
-            f"groups: expected a whole number or a name for each of {n} rows; got "
-            f"{names.dtype} of shape {names.shape}."
-        )
-    if names.dtype.kind in "iu":
-        return names.astype(np.int64)
-    return np.array(
-        [
-            NAMED + int.from_bytes(hashlib.sha256(name.encode()).digest()[:7])
-            for name in names.astype(str).tolist()
-        ],
-        np.int64,
-    )
-
-
-def worst_by_group(values: np.ndarray, groups: np.ndarray | None) -> np.ndarray:
-    """The largest of the values (n,) of every group, in the order in which groups first appear;
-    all of them without groups.
-    """
-    if groups is None:
-        return values
-    _, first, number = np.unique(groups, return_index=True, return_inverse=True)
-    worst = values[first].copy()
-    np.maximum.at(worst, number.ravel(), values)
-    return worst[np.argsort(first, kind="stable")]
-
-
 def require_finite_k(k) -> None:
     """Name the row whose parameters are not known, or too large to compute with. Raises
     InputError.
@@ -328,16 +305,17 @@ def concatenate(batches: Iterable[RolloutBatch], n: int | None = None) -> Rollou
     names = ("rows", "k", "p", "q") if first.groups is None else ("rows", "k", "p", "q", "groups")
     parts = {name: getattr(first, name) for name in names}
     whole: dict = {name: np.empty((n, *x.shape[1:]), x.dtype) for name, x in parts.items()}
-    at = 0
+    at, lost = 0, np.zeros(n, np.int64)
     for batch in itertools.chain([first], batches):
         _require_alike(first, batch)
         begin, at = at, at + batch.n
         if at <= n:
             for name in names:
                 whole[name][begin:at] = getattr(batch, name)
+            lost[begin:at] = 0 if batch.lost is None else batch.lost
     if at != n:
         raise InputError(f"concatenate: expected {n:,} rows in all batches together; got {at:,}.")
-    return dataclasses.replace(first, **whole)
+    return dataclasses.replace(first, **whole, lost=_losses(lost, n))
 
 
 def _require_alike(first: RolloutBatch, other: RolloutBatch) -> None:

@@ -37,7 +37,7 @@ from parc_jax.rollout.rows import (
 from parc_jax.rollout.simulate import remembered, simulator
 from parc_jax.rollout.subject import given_of
 from parc_jax.rollout.user_code import blamed
-from parc_jax.system import points_of, rotation_of
+from parc_jax.system import Retried, points_of, rotation_of
 
 _log = logging.getLogger(__name__)
 
@@ -71,6 +71,7 @@ def collect(
     quiet: no progress bar, and no word about the cost. forecast: of a longer work that these runs
         are part of. Raises InputError.
     """
+    check_asked(system, key, n, k)
     identity = identity_of(system) | {"law": law_of(system, k_law(system, k)).hash}
     if path is not None and all(gather(Path(path).exists())):
         return _finished(system, key, n, stage, k, first_row, dtype, path, identity)
@@ -136,7 +137,7 @@ def stream_rollouts(
     """
     from tqdm import tqdm
 
-    check_asked(system, n, k)
+    check_asked(system, key, n, k)
     devices = worker_devices(system)
     chunk = chunk_of(system, n, chunk, path)
     law, grid = law_of(system, k_law(system, k)), system.time
@@ -210,4 +211,5 @@ def _simulated(system, key, stage, k, first_row, dtype, rows, device=None) -> Ar
     with blamed(f"{system.name}: expected the system to run"):
         drawn, trajectory = simulate_rows(system, key, stage, rows, k, first_row, device)
     p, q = np.asarray(trajectory.p, dtype), np.asarray(trajectory.q, np.float64)
-    return {"k": drawn, "p": p, "q": q}
+    lost = {"lost": trajectory.lost} if isinstance(trajectory, Retried) else {}
+    return {"k": drawn, "p": p, "q": q} | lost

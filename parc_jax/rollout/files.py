@@ -105,6 +105,8 @@ def save_rollouts(path, batch: RolloutBatch, made_by: dict | None = None) -> Pat
     }
     if batch.groups is not None:
         arrays["groups"] = batch.groups
+    if batch.lost is not None:
+        arrays["lost"] = batch.lost
     return write_npz(path, arrays | {"meta": np.array(json.dumps(meta))})
 
 
@@ -131,6 +133,7 @@ def rollouts_from_npz(path, arrays: dict) -> RolloutBatch:
             rotation=meta.get("rotation"),
             labels=meta.get("labels"),
             given=meta.get("given", ()),
+            lost=arrays.get("lost"),
         )
     except KeyError as error:
         raise InputError(

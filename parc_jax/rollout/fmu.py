@@ -33,6 +33,7 @@ def fmu_system(
     name: str | None = None,
     workers: int | None = None,
     executor: Executor | Callable[[], Executor] | None = None,
+    lost: str = "failed",
     law: Mapping | None = None,
 ) -> PythonSystem:
     """A black box around an FMU for co-simulation (FMI 2 or 3). Needs the extra `fmu`.
@@ -45,8 +46,9 @@ def fmu_system(
         is random in the model; without one nothing may be.
     start: further variables with their values. step: communication step [s], a whole part of the
         time between records, which it is by default.
-    name: of the system, the model's own by default. workers, executor, law: as of `python_system`;
-        the law tells the file's hash. A run that the FMU ends early or discards has failed.
+    name: of the system, the model's own by default. workers, executor, lost, law: as of
+        `python_system`; the law tells the file's hash. A run that the FMU ends early or discards
+        has failed.
     Raises InputError.
     """
     path = Path(path).absolute()
@@ -97,6 +99,7 @@ def fmu_system(
         n_q=len(q),
         workers=workers,
         executor=executor,
+        lost=lost,
         law={"fmu": digest[:16]} | dict(start or {}) | dict(law or {}),
         points=names,
         k_labels=[_label(known[word]) for word in parameters],

@@ -1,6 +1,8 @@
 """Rollouts from files: our own .npz, a folder of CSV logs, the published *_rawdata.mat layout."""
 
 import csv
+import itertools
+import re
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 
@@ -40,10 +42,11 @@ def load_rollouts(
             goal states, q (n, n_q); groups (n,) and points (m,) see below.
     *.mat   ks_data (n_k, n), ps_data (n_t, n_p, n), qs_data (n_q, n), as the published code saves
     it. folder  k.csv (n rows of n_k numbers), q.csv (n rows of n_q; may be absent), and one file
-            per run in p/, whose names sort in the order of the rows, each with n_record + 1 rows of
-            n_p numbers. groups.csv may name the recording of each row. A first line of names, such
-            as speed [m/s], labels the columns of k, q, and of p where there is one point. Or a
-            folder that `parc-jax collect` filled, complete as it is.
+            per run in p/, whose names sort, as text and by their numbers alike, in the order of the
+            rows, each with n_record + 1 rows of n_p numbers. groups.csv may name the recording of
+            each row. A first line of names, such as speed [m/s], labels the columns of k, q, and of
+            p where there is one point. Or a folder that `parc-jax collect` filled, complete as it
+            is.
     time: the record grid of the runs; needed for all but our own files. domain: K; None = the
     smallest box that holds all k, and once they are split that of the training runs: the claim is
     then about runs whose k lies in it. k_law: "logged", or
@@ -226,6 +229,7 @@ def _mat_arrays(path: Path) -> dict:
 
 def _csv_folder(path: Path) -> dict:
     runs = sorted((path / "p").glob("*.csv"))
+    _require_one_order(path, [run.stem for run in runs])
     if not (path / "k.csv").exists() or not runs:
         raise InputError(f"{path}: expected k.csv and one file per run in {path / 'p'}; not there.")
     k, k_names = _csv(path / "k.csv")
@@ -251,6 +255,24 @@ def _csv_folder(path: Path) -> dict:
         # one line more than rows: a header
         arrays["groups"] = np.array(given[1:] if len(given) == len(k) + 1 else given, dtype=str)
     return arrays
+
+
+def _require_one_order(path: Path, names: list[str]) -> None:
+    """Refuse names that sort as text otherwise than by their numbers: nobody knows which of both
+    the rows of k.csv are in. Raises InputError.
+    """
+
+    def by_number(name: str) -> list:
+        parts = re.split(r"([0-9]+)", name)  # text and digits in turn
+        return [int(part) if i % 2 else part for i, part in enumerate(parts)]
+
+    for before, after in itertools.pairwise(names):
+        if by_number(before) > by_number(after):
+            raise InputError(
+                f"{path}: expected files in p/ that sort as text in the order of their numbers, "
+                f"which is that of the rows of k.csv; as text {before}.csv comes before "
+                f"{after}.csv. Write all numbers with equally many digits, such as run01.csv."
+            )
 
 
 def _csv(path: Path) -> tuple[np.ndarray, tuple[str, ...] | None]:

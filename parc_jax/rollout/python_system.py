@@ -2,12 +2,10 @@
 failures.
 """
 
-import atexit
-import multiprocessing
 import pickle
 from collections.abc import Callable, Mapping, Sequence
-from concurrent.futures import Executor, ProcessPoolExecutor
-from concurrent.futures.process import BrokenProcessPool
+from concurrent.futures import Executor
+from functools import partial
 
 import jax
 import numpy as np
@@ -16,13 +14,14 @@ from parc_jax.base.keys import key_data
 from parc_jax.errors import InputError
 from parc_jax.rollout.chunks import cores
 from parc_jax.rollout.fleet import RUNS_PER_PART, Fleet
-from parc_jax.rollout.python_worker import Call, run_many, run_one
+from parc_jax.rollout.processes import Processes
+from parc_jax.rollout.python_worker import run_many
 from parc_jax.rollout.user_code import said
 from parc_jax.sets.box import Box
-from parc_jax.system import ONE_POINT, TimeGrid, Trajectory, check_points
+from parc_jax.system import ONE_POINT, Retried, TimeGrid, Trajectory, check_points
 
-RUNS_PER_TASK = 4  # sent to a worker at a time
-TASKS_PER_WORKER = 4  # per chunk: the progress bar moves and finished work is kept this often
+RUNS_PER_WORKER = 16  # per chunk: the progress bar moves and finished work is kept this often
+LOST = ("failed", "again")
 AT_ONCE = 3  # chunks that a fleet works on: nobody waits for the slowest part of one
 
 
@@ -44,26 +43,25 @@ class PythonSystem:
         n_q: int,
         workers: int,
         law,
-        points: tuple[str, ...] = ONE_POINT,
-        fleet: Fleet | None = None,
+        points: tuple[str, ...],
+        fleet: Fleet | None,
     ):
         self.simulate, self.simulate_from, self.name, self.law = simulate, simulate_from, name, law
         self.domain, self.time, self.n_p, self.n_q, self.workers = domain, time, n_p, n_q, workers
         self.points = points
-        self.chunk = RUNS_PER_TASK * TASKS_PER_WORKER * max(1, workers)
-        self.at_once = 1
-        if fleet is not None:
+        self.chunk, self.at_once = RUNS_PER_WORKER * max(1, workers), 1
+        if fleet is not None and not fleet.own:
             self.chunk, self.at_once = RUNS_PER_PART * fleet.workers, AT_ONCE
         self.q_labels: Sequence[str] | None = None
         self.k_labels: Sequence[str] | None = None
         self._fleet = fleet
-        self._pool: ProcessPoolExecutor | None = None
         self._has_worked = False
         if simulate_from is not None:
             self.rollout_from_batch = self._rollout_from_batch
 
-    def rollout_batch(self, keys: jax.Array, ks: np.ndarray) -> Trajectory:
-        """Runs (B, ...) of keys (B, 2) and ks (B, n_k), in float64. A run that raised is NaN.
+    def rollout_batch(self, keys: jax.Array, ks: np.ndarray) -> Trajectory | Retried:
+        """Runs (B, ...) of keys (B, 2) and ks (B, n_k), in float64. A run that raised or ended its
+        process is NaN.
 
         Raises InputError with file and line of the fault when not one run has worked so far.
         """
@@ -71,23 +69,20 @@ class PythonSystem:
 
     def close(self) -> None:
         """End the worker processes; they start again when needed."""
-        if self._pool is not None:
-            self._pool.shutdown(wait=True, cancel_futures=True)
-            self._pool = None
         if self._fleet is not None:
             self._fleet.close()
 
-    def _rollout_from_batch(self, keys, ks, starts) -> Trajectory:
+    def _rollout_from_batch(self, keys, ks, starts) -> Trajectory | Retried:
         pairs = zip(np.asarray(ks, np.float64), np.asarray(starts, np.float64), strict=True)
         return self._run(self.simulate_from, keys, list(pairs))
 
-    def _run(self, function: Callable, keys, arguments: list[tuple]) -> Trajectory:
+    def _run(self, function: Callable, keys, arguments: list[tuple]) -> Trajectory | Retried:
         seeds = [tuple(int(v) for v in row) for row in key_data(keys)]
         each = (self.n_p,) if len(self.points) == 1 else (len(self.points), self.n_p)
         shapes = (self.time.n_record + 1, *each), (self.n_q,)
-        spread = self._spread if self.workers else run_many
+        run = run_many if self._fleet is None else self._fleet.run
         try:
-            runs = (self._fleet.run if self._fleet else spread)(function, seeds, arguments, *shapes)
+            runs = run(function, seeds, arguments, *shapes)
         except ImportError as error:
             raise InputError(
                 f"{self.name}: expected simulate to find what it imports; {said(error)}. Install "
@@ -99,40 +94,10 @@ class PythonSystem:
                 f"{self.name}: expected simulate(rng, k) to work; all {len(runs)} runs of a batch "
                 f"failed, the first {runs[0].why}."
             )
-        return Trajectory(np.stack([run.p for run in runs]), np.stack([run.q for run in runs]))
-
-    def _spread(self, function, seeds, arguments, *shapes) -> list[Call]:
-        """The runs in worker processes. A run that kills its process is a failed run; the others
-        are done again.
-        """
-        parts = [slice(i, i + RUNS_PER_TASK) for i in range(0, len(seeds), RUNS_PER_TASK)]
-        try:
-            tasks = [
-                self._workers().submit(run_many, function, seeds[s], arguments[s], *shapes)
-                for s in parts
-            ]
-            return [run for task in tasks for run in task.result()]
-        except BrokenProcessPool:
-            self.close()
-        runs = []
-        for seed, given in zip(seeds, arguments, strict=True):
-            try:
-                runs.append(
-                    self._workers().submit(run_one, function, seed, given, *shapes).result()
-                )
-            except BrokenProcessPool:
-                self.close()
-                p, q = (np.full(shape, np.nan) for shape in shapes)
-                runs.append(Call(p, q, f"as its worker process died, with k = {given[0]}"))
-        return runs
-
-    def _workers(self) -> ProcessPoolExecutor:
-        if self._pool is None:
-            # fresh processes: a fork of one that runs JAX may hang
-            context = multiprocessing.get_context("spawn")
-            self._pool = ProcessPoolExecutor(self.workers, mp_context=context)
-            atexit.register(self.close)
-        return self._pool
+        p, q = np.stack([run.p for run in runs]), np.stack([run.q for run in runs])
+        if self._fleet is None or not self._fleet.again:
+            return Trajectory(p, q)
+        return Retried(p, q, np.array([run.lost for run in runs]))
 
 
 def python_system(
@@ -145,6 +110,7 @@ def python_system(
     n_q: int = 0,
     workers: int | None = None,
     executor: Executor | Callable[[], Executor] | None = None,
+    lost: str = "failed",
     law: Mapping | None = None,
     simulate_from: Callable | None = None,
     points: Sequence[str] = ONE_POINT,
@@ -165,12 +131,19 @@ def python_system(
     with `if __name__ == "__main__":`, since every worker imports it.
     executor: runs are made there instead: any `concurrent.futures.Executor`, of other packages too,
         or a function that makes one, which is called again when one broke. workers: how many it
-        has, None = as it says. A chunk whose worker is lost runs again, a worker with other code
-        is refused.
+        has, None = as it says. A worker with other code is refused.
+    lost: of an executor, what becomes of a run whose worker was lost: "failed", since the run may
+        have ended it; or "again", where machines go away whatever their runs do. Slow runs are then
+        made twice too, both are counted, and claims list `WORKERS_LOST`.
     law: parameters of the disturbances, to have them on record. q_labels, k_labels: names with
     units, such as "speed [m/s]". Raises InputError.
     """
-    fleet = None if executor is None else _fleet(name, executor, workers)
+    if lost not in LOST or (lost == "again" and executor is None):
+        raise InputError(
+            f'{name}: expected lost = "failed", or "again" beside an executor whose machines go '
+            f"away; got {lost!r}. A run that ends a process of this machine has failed."
+        )
+    fleet = None if executor is None else _fleet(name, executor, workers, lost == "again")
     workers = cores() if workers is None else workers
     if n_p < 1 or n_q < 0 or workers < 0:
         raise InputError(
@@ -181,6 +154,8 @@ def python_system(
             raise InputError(f"{name}: expected a function; got {type(function).__name__}.")
         if workers and fleet is None:
             _require_picklable(name, function)
+    if workers and fleet is None:
+        fleet = Fleet(name, partial(Processes, workers), workers, own=True)
     named = check_points(name, points)
     black_box = (name, domain, time, n_p, n_q)
     system = PythonSystem(simulate, simulate_from, *black_box, workers, law, named, fleet)
@@ -189,13 +164,13 @@ def python_system(
     return system
 
 
-def _fleet(name: str, executor, workers: int | None) -> Fleet:
+def _fleet(name: str, executor, workers: int | None, again: bool) -> Fleet:
     if (not hasattr(executor, "submit") and not callable(executor)) or workers == 0:
         raise InputError(
             f"{name}: expected an executor with `submit`, or a function that makes one, and one or "
             f"more workers; got {type(executor).__name__} and {workers}."
         )
-    return Fleet(name, executor, workers)
+    return Fleet(name, executor, workers, again)
 
 
 def _require_picklable(name: str, function) -> None:

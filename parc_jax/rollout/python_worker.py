@@ -11,15 +11,19 @@ import numpy as np
 from parc_jax.rollout.content import Reader
 from parc_jax.rollout.user_code import own_place, said
 
+UNCOUNTED = -1  # losses of a run, where an executor makes lost ones again and tells nobody
+
 
 class Call(NamedTuple):
     """One finished call. p (n_record + 1, n_p), of a robot with several reference points (n_record
-    + 1, m, n_p), q (n_q,), both NaN when it failed; why: where and with which error, or "".
+    + 1, m, n_p), q (n_q,), both NaN when it failed; why: where and with which error, or "". lost:
+    how often it was lost before, and made again; UNCOUNTED where nobody knows.
     """
 
     p: np.ndarray
     q: np.ndarray
     why: str
+    lost: int = 0
 
 
 class OtherCode(NamedTuple):
@@ -50,7 +54,12 @@ def run_one(
         raise
     except Exception as error:
         why = f"in {own_place(error) or 'what it returned'}: {said(error)}"
-        return Call(np.full(shape_p, np.nan), np.full(shape_q, np.nan), why)
+        return failed(shape_p, shape_q, why)
+
+
+def failed(shape_p: tuple, shape_q: tuple, why: str) -> Call:
+    """A run that came to nothing."""
+    return Call(np.full(shape_p, np.nan), np.full(shape_q, np.nan), why)
 
 
 def run_many(simulate, seeds, arguments, shape_p: tuple, shape_q: tuple) -> list[Call]:
@@ -65,11 +74,11 @@ def run_sent(
 ) -> list[Call] | OtherCode:
     """The same for a process that may hold another program than the one that sent it this.
     sending: a word of its own, since dask takes equal calls for one. code: `code_of` the function
-    there.
+    there, "" where none is compared.
     """
-    if code not in _HELD:
+    if code and code not in _HELD:
         _HELD[code] = code_of(simulate)  # before its first run, which may fill caches of its own
-    if _HELD[code] != code:
+    if code and _HELD[code] != code:
         return OtherCode(f"process {os.getpid()} on {socket.gethostname()}")
     return run_many(simulate, seeds, arguments, shape_p, shape_q)
 

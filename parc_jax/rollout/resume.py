@@ -22,10 +22,10 @@ def require_same_runs(where, stored: dict, again: dict, system) -> None:
     within = TOLERANCES.resumed_single if single else TOLERANCES.resumed
     kept = max(map(len, stored.values()))
     for name, old in stored.items():
-        new = np.asarray(again[name])[:kept]
-        old = old[: len(new)]
         if not np.issubdtype(old.dtype, np.floating):
             continue
+        new = np.asarray(again[name])[:kept]
+        old = old[: len(new)]
         same = old.shape == new.shape and np.isclose(
             new, old, rtol=within, atol=within, equal_nan=True
         )

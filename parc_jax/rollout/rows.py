@@ -1,9 +1,11 @@
 """Numbered rows of a random stream: what is run of them, and whether stored ones repeat."""
 
+import jax
 import numpy as np
 
 from parc_jax.base.distributed import gather
-from parc_jax.base.keys import Stage, key_data
+from parc_jax.base.keys import Stage, as_key, key_data
+from parc_jax.base.options import check_count
 from parc_jax.errors import InputError
 from parc_jax.rollout.chained import Chained
 from parc_jax.rollout.chunks import ChunkStore, default_chunk, worker_devices
@@ -90,13 +92,13 @@ def is_given(k) -> bool:
     return k is not None and not callable(k)
 
 
-def check_asked(system, n: int, k) -> None:
-    """Refuse less than one run, what is no system, and given k that are not n of its domain. Raises
-    InputError.
+def check_asked(system, key: jax.Array, n: int, k) -> None:
+    """Refuse what is no system, no key, no whole number of runs, and given k that are not n of its
+    domain. Raises InputError.
     """
-    if n < 1:
-        raise InputError(f"rollouts: expected n >= 1; got {n}.")
     check_system(system)
+    as_key(key)
+    check_count("n", n, 1, "collect(system, key, n=1000)")
     given_of(system)
     if not is_given(k):
         return

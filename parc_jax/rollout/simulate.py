@@ -17,7 +17,7 @@ from parc_jax.rollout.chained import Chained, begun, links_of
 from parc_jax.rollout.chunks import worker_devices
 from parc_jax.rollout.identity import Content, content_of
 from parc_jax.rollout.user_code import blamed
-from parc_jax.system import Trajectory, check_system, points_of
+from parc_jax.system import Retried, Trajectory, check_system, points_of
 
 _KEPT = 8  # compiled systems held at a time: enough for a few plants side by side, bounded memory
 
@@ -102,7 +102,7 @@ class Simulator:
         k = np.clip(k, *self._bounds())
         return k if self.double else k.astype(np.float32).astype(np.float64)
 
-    def run(self, rows: ToRun, device=None) -> Trajectory:
+    def run(self, rows: ToRun, device=None) -> Trajectory | Retried:
         """Trajectories (B, ...) of the rows, on the device (None: the first), p as columns (B,
         n_record + 1, n_c); float64 unless the system declares dtype = float32. Raises InputError.
         """
@@ -123,7 +123,7 @@ class Simulator:
                     return found
         return run()
 
-    def _run(self, rows: ToRun, device) -> Trajectory:
+    def _run(self, rows: ToRun, device) -> Trajectory | Retried:
         with jax.enable_x64(self.double):
             k = jax.device_put(
                 jnp.asarray(rows.k, np.float64 if self.double else np.float32), device
@@ -134,6 +134,8 @@ class Simulator:
                     out = self._many(keys, k)
                 else:
                     out = self._links.go_on(keys, rows.states, k)[0]
+        if isinstance(out, Retried):
+            return in_columns(self.system, out)
         if not isinstance(out, tuple) or len(out) != 2:
             raise InputError(
                 f"{self.system.name}: expected rollout(key, k) to return Trajectory(p, q); got "
@@ -184,7 +186,7 @@ def remembered(system) -> Simulator:
     return known or simulator(system)
 
 
-def in_columns(system, trajectory: Trajectory) -> Trajectory:
+def in_columns(system, trajectory: Trajectory | Retried) -> Trajectory | Retried:
     """Trajectories (B, ...) with p as columns (B, n_record + 1, n_c): the coordinates of all
     reference points, point by point. Raises InputError for a rollout that does not keep its word
     about shapes.

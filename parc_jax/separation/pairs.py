@@ -14,7 +14,7 @@ import jax.numpy as jnp
 import numpy as np
 
 from parc_jax.base import struct
-from parc_jax.base.arrays import dot, x64
+from parc_jax.base.arrays import dot, least, most, x64
 from parc_jax.base.shapes import Index, Knot, Path, Vector
 from parc_jax.claim.error_set import ErrorSet, at
 from parc_jax.errors import InputError
@@ -81,14 +81,14 @@ class Obstacles:
         axes = jnp.eye(n_p, dtype=path.dtype)[:, None, None]
         over = jnp.moveaxis(errors.support(axes), 0, -1)
         under = jnp.moveaxis(errors.support(-axes), 0, -1)
-        lo = (jnp.minimum(places[:-1], places[1:]) - under).min(axis=1)
-        hi = (jnp.maximum(places[:-1], places[1:]) + over).max(axis=1)
+        lo = least(jnp.minimum(places[:-1], places[1:]) - under, axis=1)
+        hi = most(jnp.maximum(places[:-1], places[1:]) + over, axis=1)
         vertices = jnp.asarray(self.vertices)
-        below, above = vertices.min(axis=1)[:, None], vertices.max(axis=1)[:, None]
+        below, above = least(vertices, axis=1)[:, None], most(vertices, axis=1)[:, None]
         apart = jnp.maximum(jnp.maximum(lo[None] - above, below - hi[None]), 0.0)
         distance = jnp.sqrt(dot(apart, apart))
         known = jnp.where(distance > 0, distance, -jnp.inf)
-        return jnp.where(self.active, known, jnp.inf).min(axis=1) - self.radius
+        return least(jnp.where(self.active, known, jnp.inf), axis=1) - self.radius
 
     def gap(self, o: Index, start: Knot, end: Knot, errors: ErrorSet):
         """The same for one pair and one interval: start, end its knots, errors (n_points,). Kernel,
@@ -148,7 +148,7 @@ class Pair(NamedTuple):
 
     def support(self, w: Vector):
         """Of the obstacle and the part's shape together along a direction w, a unit vector."""
-        return dot(self.vertices, w[None]).max() + self.radius
+        return most(dot(self.vertices, w[None])) + self.radius
 
     def _own(self, path: Path, errors: ErrorSet):
         """Places (t, i, n_p) and errors (t, i) of the pair's own points."""

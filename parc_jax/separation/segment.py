@@ -14,6 +14,7 @@ import jax
 import jax.numpy as jnp
 from jaxtyping import ArrayLike, Float
 
+from parc_jax.base.arrays import most
 from parc_jax.base.shapes import Positions, Scalar, Vector, Vectors
 from parc_jax.separation.inequality import excess, height
 from parc_jax.sets.rational import Point
@@ -47,7 +48,7 @@ def separation(pa: Vector, pb: Vector, corners: Vectors, radius: Scalar, xp: Mod
         xp.abs(w).sum(axis=1) > 0.5, gaps, -xp.inf
     )  # a repeated corner has no edge normal
     w = w[xp.argmax(gaps)]
-    gap = excess((height(w, pa), height(w, pb)), height(w, corners.T).max())
+    gap = excess((height(w, pa), height(w, pb)), most(height(w, corners.T)))
     return gap - radius, w
 
 

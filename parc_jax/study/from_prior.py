@@ -9,7 +9,8 @@ from parc_jax.claim.pipeline import bound_errors, learn_profiles
 from parc_jax.claim.runs import RecordedRuns
 from parc_jax.claim.start_gap import StartTrial
 from parc_jax.prior.teach import TWIST, Taught, taught
-from parc_jax.rollout.batch import RolloutBatch, worst_by_group
+from parc_jax.rollout.batch import RolloutBatch
+from parc_jax.rollout.groups import worst_by_group
 from parc_jax.study.learn import Learned, models, networks
 from parc_jax.study.settings import Learning
 

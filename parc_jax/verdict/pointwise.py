@@ -2,8 +2,8 @@
 T14]
 
 Safe needs three positive proofs: goal margin, start margin, and a separating direction for every
-obstacle and interval, each clearing the float slack. A comparison with NaN is False, so nothing
-undefined is ever safe.
+obstacle and interval, each clearing the float slack. A comparison with NaN is False, and `least`
+keeps what is undefined from getting lost in a minimum, so nothing undefined is ever safe.
 """
 
 from typing import NamedTuple
@@ -13,7 +13,7 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import ArrayLike, Float
 
-from parc_jax.base.arrays import map_rows, product
+from parc_jax.base.arrays import least, map_rows, product
 from parc_jax.base.shapes import (
     Index,
     Knot,
@@ -79,7 +79,7 @@ def row_margin(
 ):
     """Smallest of b - A x over the rows, less the slack of each."""
     values = product(A, x)
-    return jnp.min(b - values - slack * jnp.abs(A).sum(axis=1))
+    return least(b - values - slack * jnp.abs(A).sum(axis=1))
 
 
 class Prediction(NamedTuple):
@@ -131,7 +131,7 @@ def arrival(
     lost = tube.support_at_end(scene.goal_A, bin)
     goal = row_margin(scene.goal_A, scene.goal_b - lost, jnp.concatenate([end, q]), scene.slack)
     first = end[: p0.shape[0]]
-    inside = jnp.minimum(first - scene.z_lo, scene.z_hi - first).min()
+    inside = least(jnp.minimum(first - scene.z_lo, scene.z_hi - first))
     goal = jnp.where(inside < 0, jnp.minimum(goal, inside), goal)  # rows may overflow far out [T11]
     return bin, goal, row_margin(scene.start_A, scene.start_b, p0, scene.slack)
 
@@ -179,7 +179,7 @@ def verdict_in_turn(
 
     def open_still(state: tuple):
         away, nearest, _, _ = state
-        return seen.reaches & (away.min() < nearest) & (nearest > 0)
+        return seen.reaches & (least(away) < nearest) & (nearest > 0)
 
     first = _first_of(away) if first is None else first
     begin = away, _far(scene, seen.path), first, jnp.zeros((), jnp.int32)
@@ -228,12 +228,12 @@ def _nearest(scene: SceneArrays, obstacles: Obstacles | Pair, path: Path, errors
     """The smallest gap from one or all of a scene's obstacles."""
     gap, w = obstacles.gaps(path, errors)
     gap = gap - scene.slack * jnp.abs(w).sum(axis=-1)
-    return jnp.where(obstacles.active, gap, jnp.inf).min()
+    return least(jnp.where(obstacles.active, gap, jnp.inf))
 
 
 def _far(scene: SceneArrays, path: Path):
-    """How far all else is away."""
-    return jnp.asarray(scene.beyond, path.dtype)
+    """How far all else is away; -inf for a path that is not finite."""
+    return jnp.where(jnp.isfinite(path).all(), jnp.asarray(scene.beyond, path.dtype), -jnp.inf)
 
 
 def anchored(

@@ -220,7 +220,7 @@ def test_numbers_of_all_that_it_rests_on_are_told():
         "checked manoeuvres: 3, of 4 steps of 0.25 s each",
         "checked begins: 0.000 s to 1.000 s, 0.500 s to 0.500 s apart",
         "checked end: 2.000 s",
-        "checked body: hull of points 0, 1 grown by 1/20 m",
+        "checked body: hull of points 0, 1 grown by 0.05 m",
         "checked frame: told from the pose of each manoeuvre",
         "checked tube: of each manoeuvre from its stated pose alone",
         "checked obstacles: 1 to 1 a manoeuvre",

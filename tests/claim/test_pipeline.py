@@ -14,6 +14,7 @@ from parc_jax.claim.calibrate import calibrate
 from parc_jax.claim.claim import check_claim
 from parc_jax.claim.counts import most_discards
 from parc_jax.claim.update import update
+from parc_jax.errors import InputError
 from parc_jax.rollout.collect import collect
 from parc_jax.study.learn import learn, learn_recorded
 from parc_jax.study.settings import Study
@@ -164,6 +165,20 @@ class Resting(Plant):
 
     def rollout(self, key, k):
         raise AssertionError("run")
+
+
+def test_arguments_in_each_other_s_place_are_told_apart():
+    net, system = straight_network(4), plant(noisy)
+    runs = collect(system, KEY, 4, quiet=True)
+    for given, train in (
+        ((system, net, KEY), None),
+        ((net, KEY, system), None),
+        ((net, system, 5), None),
+        ((net, system, KEY, runs), None),
+        ((net, runs, None), system),
+    ):
+        with pytest.raises(InputError, match="expected"):
+            pj.bound_error(*given, eps=0.2, delta=0.2, train=train, quiet=True)
 
 
 def test_a_profile_over_another_k_is_refused_before_the_first_run():

@@ -38,6 +38,24 @@ def fatal(rng, k):
     return walk(rng, k)
 
 
+def upright(rng, k):
+    """The first one, which never slips."""
+    return walk(rng, 0.9 * k)
+
+
+def logged(rng, k, folder: str):
+    """The same, ending its process by chance that is not its seed's; a run that is begun twice is
+    an error that nobody survives.
+    """
+    diary = Path(folder, k[0].hex())
+    with open(diary, "x") as file:
+        file.write("begun")
+    if os.urandom(1)[0] < 51:
+        os._exit(9)
+    diary.write_text("ended")
+    return upright(rng, k)
+
+
 def unequipped(rng, k):
     """Needs a package that nobody has."""
     import no_such_simulator  # noqa: F401

@@ -1,6 +1,7 @@
 """Rows depend on (key, stage, row) alone; killed runs continue; failures stay."""
 
 import os
+import re
 import signal
 import subprocess
 import sys
@@ -197,6 +198,21 @@ def test_a_killed_process_continues_with_the_same_numbers(system, tmp_path):
     assert 4 <= done < 40 and not path.exists()
     whole = collect(system, KEY, 640, chunk=16, quiet=True)
     np.testing.assert_array_equal(collect(system, KEY, 640, path=path, quiet=True).p, whole.p)
+
+
+@pytest.mark.parametrize(
+    ("key", "n", "words"),
+    [
+        (40, KEY, "key: expected a random key; got 40. Try jax.random.PRNGKey(40)."),
+        (KEY, KEY, "n: expected a whole number >= 1; got "),
+        (KEY, 40.0, "n: expected a whole number >= 1; got 40.0. Try collect(system, key, n=1000)."),
+        (KEY, 0, "n: expected a whole number >= 1; got 0."),
+    ],
+)
+def test_what_is_no_key_or_no_number_of_runs_is_refused(system, tmp_path, key, n, words):
+    for path in (None, tmp_path / "runs.npz"):
+        with pytest.raises(InputError, match=re.escape(words)):
+            collect(system, key, n, path=path, quiet=True)
 
 
 def test_a_system_that_breaks_its_word_about_shapes_is_refused():

@@ -129,6 +129,19 @@ def test_folder_of_csv_logs(batch, tmp_path):
         load_rollouts(tmp_path, time=GRID)
 
 
+def test_files_are_paired_with_rows_in_one_order_only(batch, tmp_path):
+    (tmp_path / "p").mkdir()
+    np.savetxt(tmp_path / "k.csv", batch.k[:12], delimiter=",")
+    for i, track in enumerate(batch.p[:12]):
+        np.savetxt(tmp_path / "p" / f"run{i + 1}.csv", track, delimiter=",")
+    with pytest.raises(InputError, match=r"run12\.csv comes before run2\.csv\. Write all numbers"):
+        load_rollouts(tmp_path, time=GRID)
+    for i in range(12):
+        (tmp_path / "p" / f"run{i + 1}.csv").rename(tmp_path / "p" / f"run{i + 1:02}.csv")
+    back = load_rollouts(tmp_path, time=GRID)
+    np.testing.assert_array_equal(back.p[:, 1:], batch.p[:12, 1:])
+
+
 def test_names_of_columns_are_those_of_the_header(batch, tmp_path):
     """As NumPy or a spreadsheet writes them; what is given goes before."""
     (tmp_path / "p").mkdir()

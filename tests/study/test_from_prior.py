@@ -11,7 +11,7 @@ from parc_jax import cli
 from parc_jax.claim.counts import most_discards
 from parc_jax.claim.monitor import inside_tube
 from parc_jax.errors import InputError
-from parc_jax.rollout.batch import worst_by_group
+from parc_jax.rollout.groups import worst_by_group
 from parc_jax.study.from_prior import ASKED
 from parc_jax.system import Trajectory
 

@@ -92,14 +92,6 @@ def test_nothing_undefined_is_safe(example):
     assert not verdicts(scene.replace(obstacles=holes), p0, k).safe.any()
 
 
-def test_comparing_the_wrong_way_round_would_let_nan_pass(example, monkeypatch):
-    _, scene, p0, k = example
-    monkeypatch.setattr(
-        engine.Verdicts, "safe", property(lambda e: ~(e.clearance <= 0) & ~(e.goal < 0))
-    )
-    assert verdicts(scene, p0 + np.array([np.nan, 0]), k).safe.any()
-
-
 def test_anchored_starts_end_where_they_were_asked_to(example, rng):
     _, scene, _, k = example
     z = rng.uniform(-0.4, 0.4, k.shape)

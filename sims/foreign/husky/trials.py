@@ -19,7 +19,7 @@ from parc_jax.claim.pipeline import bound_error
 from parc_jax.claim.profile import profile_of, training_errors
 from parc_jax.model import trajectory_model
 from parc_jax.planner.planner import Planner
-from parc_jax.rollout.batch import worst_by_group
+from parc_jax.rollout.groups import worst_by_group
 from parc_jax.settings import Settings
 from parc_jax.study.recorded import replay_recorded
 from sims.foreign.husky import params as c
